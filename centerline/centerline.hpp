@@ -1,0 +1,75 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/centerline.hpp"
+#include "core/progress.hpp"
+#include "core/triangle_mesh.hpp"
+#include "core/volume.hpp"
+
+namespace angio::centerline {
+
+struct CenterlineOptions {
+  std::optional<Vec3> inlet_lps_mm;   ///< unset: the widest end
+  std::vector<Vec3> outlets_lps_mm;   ///< empty: every other end
+  double step_mm = 0.0;               ///< distance of points, (0, 5]; 0: a quarter of the radius
+  double min_branch_length_mm = 0.0;  ///< shorter side branches are spurs; 0: by the radius
+
+  void validate() const;  ///< @throws OptionError naming the field
+};
+
+struct CenterlineResult {
+  CenterlineTree tree;                ///< with radii, sections, tracts; at least one path
+  std::vector<std::string> warnings;  ///< loops that were cut, pieces that were left out
+};
+
+/// The tree of lines of a segmented lumen. @param level_set signed distance [mm], negative inside
+/// @throws InputError if nothing tubular is in it
+CenterlineResult extract_centerline(const Volume<float>& level_set,
+                                    const CenterlineOptions& options,
+                                    const Progress& progress = {});
+
+/// The same from a closed or open triangle surface.
+CenterlineResult extract_centerline(const TriangleMesh& surface, const CenterlineOptions& options,
+                                    const Progress& progress = {});
+
+/// Lumen along one path of a surface whose shape may have changed since the path was found: at
+/// each of the path's points, the inscribed radius (the centre may move within the section, up to
+/// the radius) and the section's area.
+struct LumenProfile {
+  std::vector<double> abscissa;          ///< [mm]
+  std::vector<double> inscribed_radius;  ///< [mm], freed of surface noise
+  std::vector<double> section_area;      ///< [mm^2]
+};
+/// Points outside [first_abscissa, last_abscissa] [mm] are left out.
+LumenProfile measure_lumen(const TriangleMesh& surface, const CenterlinePath& path,
+                           double first_abscissa, double last_abscissa);
+
+struct LesionOptions {
+  int centerline = -1;                 ///< path id to look at; -1: the whole tree
+  double abscissa_mm = -1.0;           ///< place on it; -1: the tightest stenosis
+  double min_stenosis_percent = 30.0;  ///< less is no stenosis, [10, 90]
+
+  void validate() const;
+};
+
+struct Lesion {
+  bool is_stenosis = false;  ///< false: no stenosis, and this is the tightest place of the longest
+                             ///< vessel (or where the user said)
+  int path_id = 0;
+  double abscissa_mm = 0.0;
+  double mld_mm = 0.0;   ///< 2 x the least inscribed radius
+  double mla_mm2 = 0.0;  ///< least section area
+  double reference_diameter_mm = 0.0;
+  std::string reference_rule;  ///< "interpolated" or "average"
+  double diameter_stenosis_percent = 0.0;
+  double length_mm = 0.0;
+};
+
+/// Every stenosis of at least min_stenosis_percent, the most severe first; where there is none,
+/// one entry with is_stenosis = false.
+std::vector<Lesion> find_lesions(const CenterlineTree& tree, const LesionOptions& options);
+
+}  // namespace angio::centerline

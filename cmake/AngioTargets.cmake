@@ -1,0 +1,40 @@
+# Two helpers, so that a stage's CMakeLists.txt is a list of its sources.
+
+# Strict warnings for our own code; third-party headers are SYSTEM and exempt.
+add_library(angio_warnings INTERFACE)
+target_compile_options(angio_warnings INTERFACE
+  $<$<COMPILE_LANGUAGE:CXX>:-Wall -Wextra -Wconversion -Wshadow -Wnon-virtual-dtor -Woverloaded-virtual>)
+if(ANGIO_WARNINGS_AS_ERRORS)
+  target_compile_options(angio_warnings INTERFACE $<$<COMPILE_LANGUAGE:CXX>:-Werror>)
+endif()
+if(ANGIO_CHECKS)
+  target_compile_definitions(angio_warnings INTERFACE ANGIO_CHECKS)
+endif()
+
+# angio_add_library(NAME SOURCES ... [PUBLIC ...] [PRIVATE ...])
+# Makes the static library angio_NAME and its alias angio::NAME.
+function(angio_add_library name)
+  cmake_parse_arguments(ARG "" "" "SOURCES;PUBLIC;PRIVATE" ${ARGN})
+  add_library(angio_${name} STATIC ${ARG_SOURCES})
+  add_library(angio::${name} ALIAS angio_${name})
+  target_compile_features(angio_${name} PUBLIC cxx_std_20)
+  target_include_directories(angio_${name} PUBLIC ${PROJECT_SOURCE_DIR})
+  target_link_libraries(angio_${name} PUBLIC ${ARG_PUBLIC} PRIVATE angio_warnings ${ARG_PRIVATE})
+endfunction()
+
+# angio_add_test(NAME SOURCES ... LINK ... [LABEL unit|gpu|pipeline] [TIMEOUT seconds])
+# One GoogleTest program; CTest sees its cases one by one.
+function(angio_add_test name)
+  cmake_parse_arguments(ARG "" "LABEL;TIMEOUT" "SOURCES;LINK" ${ARGN})
+  if(NOT ARG_LABEL)
+    set(ARG_LABEL unit)
+  endif()
+  if(NOT ARG_TIMEOUT)
+    set(ARG_TIMEOUT 120)
+  endif()
+  add_executable(${name} ${ARG_SOURCES})
+  target_include_directories(${name} PRIVATE ${PROJECT_SOURCE_DIR})
+  target_link_libraries(${name} PRIVATE ${ARG_LINK} angio_warnings GTest::gtest_main GTest::gmock)
+  gtest_discover_tests(${name} DISCOVERY_TIMEOUT 60
+    PROPERTIES LABELS ${ARG_LABEL} TIMEOUT ${ARG_TIMEOUT})
+endfunction()

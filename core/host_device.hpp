@@ -1,0 +1,9 @@
+#pragma once
+
+/// Marks a function that runs on the CPU and, compiled by nvcc, on the GPU.
+/// Such a function allocates nothing, does no I/O and knows no thread index.
+#if defined(__CUDACC__)
+#define ANGIO_HOST_DEVICE __host__ __device__
+#else
+#define ANGIO_HOST_DEVICE
+#endif

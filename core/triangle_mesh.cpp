@@ -1,0 +1,171 @@
+#include "core/triangle_mesh.hpp"
+
+#include <algorithm>
+#include <map>
+#include <numeric>
+#include <tuple>
+
+namespace angio {
+namespace {
+
+/// A directed edge of a triangle under its undirected key.
+struct HalfEdge {
+  int low, high;
+  bool reversed;
+  friend bool operator<(const HalfEdge& a, const HalfEdge& b) {
+    return std::tie(a.low, a.high, a.reversed) < std::tie(b.low, b.high, b.reversed);
+  }
+};
+
+std::vector<HalfEdge> sorted_half_edges(const TriangleMesh& mesh) {
+  std::vector<HalfEdge> edges;
+  edges.reserve(3 * mesh.triangles.size());
+  for (const Triangle& t : mesh.triangles)
+    for (std::size_t c = 0; c < 3; ++c) {
+      const int a = t[c];
+      const int b = t[(c + 1) % 3];
+      edges.push_back({std::min(a, b), std::max(a, b), a > b});
+    }
+  std::sort(edges.begin(), edges.end());
+  return edges;
+}
+
+int find_root(std::vector<int>& parent, int v) {
+  while (parent[std::size_t(v)] != v) {
+    parent[std::size_t(v)] = parent[std::size_t(parent[std::size_t(v)])];
+    v = parent[std::size_t(v)];
+  }
+  return v;
+}
+
+}  // namespace
+
+Vec3 area_vector_doubled(const TriangleMesh& mesh, const Triangle& triangle) {
+  const Vec3& a = mesh.vertices[std::size_t(triangle[0])];
+  const Vec3& b = mesh.vertices[std::size_t(triangle[1])];
+  const Vec3& c = mesh.vertices[std::size_t(triangle[2])];
+  return cross(b - a, c - a);
+}
+
+double surface_area(const TriangleMesh& mesh) {
+  double area = 0.0;
+  for (const Triangle& t : mesh.triangles) area += 0.5 * norm(area_vector_doubled(mesh, t));
+  return area;
+}
+
+double enclosed_volume(const TriangleMesh& mesh) {
+  double six_volumes = 0.0;
+  for (const Triangle& t : mesh.triangles)
+    six_volumes += dot(mesh.vertices[std::size_t(t[0])],
+                       cross(mesh.vertices[std::size_t(t[1])], mesh.vertices[std::size_t(t[2])]));
+  return six_volumes / 6.0;
+}
+
+std::vector<Vec3> vertex_normals(const TriangleMesh& mesh) {
+  std::vector<Vec3> normals(mesh.vertices.size());
+  for (const Triangle& t : mesh.triangles) {
+    const Vec3 n = area_vector_doubled(mesh, t);
+    for (const int v : t) normals[std::size_t(v)] += n;
+  }
+  for (Vec3& n : normals) n = normalized(n);
+  return normals;
+}
+
+std::vector<double> vertex_areas(const TriangleMesh& mesh) {
+  std::vector<double> areas(mesh.vertices.size());
+  for (const Triangle& t : mesh.triangles) {
+    const double third = norm(area_vector_doubled(mesh, t)) / 6.0;
+    for (const int v : t) areas[std::size_t(v)] += third;
+  }
+  return areas;
+}
+
+std::vector<std::array<int, 2>> unique_edges(const TriangleMesh& mesh) {
+  std::vector<std::array<int, 2>> edges;
+  for (const HalfEdge& e : sorted_half_edges(mesh))
+    if (edges.empty() || edges.back() != std::array<int, 2>{e.low, e.high})
+      edges.push_back({e.low, e.high});
+  return edges;
+}
+
+std::vector<std::vector<int>> vertex_neighbors(const TriangleMesh& mesh) {
+  std::vector<std::vector<int>> neighbors(mesh.vertices.size());
+  for (const auto& [a, b] : unique_edges(mesh)) {
+    neighbors[std::size_t(a)].push_back(b);
+    neighbors[std::size_t(b)].push_back(a);
+  }
+  for (auto& list : neighbors) std::sort(list.begin(), list.end());
+  return neighbors;
+}
+
+SurfaceTopology surface_topology(const TriangleMesh& mesh) {
+  SurfaceTopology topology;
+  std::vector<int> parent(mesh.vertices.size());
+  std::iota(parent.begin(), parent.end(), 0);
+  std::vector<char> used(mesh.vertices.size(), 0);
+  for (const Triangle& t : mesh.triangles)
+    for (const int v : t) used[std::size_t(v)] = 1;
+
+  const std::vector<HalfEdge> edges = sorted_half_edges(mesh);
+  int edge_count = 0;
+  for (std::size_t first = 0; first < edges.size();) {
+    std::size_t last = first;
+    int reversed_count = 0;
+    while (last < edges.size() && edges[last].low == edges[first].low &&
+           edges[last].high == edges[first].high)
+      reversed_count += edges[last++].reversed ? 1 : 0;
+    const std::size_t count = last - first;
+    if (count == 1) ++topology.boundary_edge_count;
+    if (count > 2 || (count == 2 && reversed_count != 1)) ++topology.nonmanifold_edge_count;
+    parent[std::size_t(find_root(parent, edges[first].low))] = find_root(parent, edges[first].high);
+    ++edge_count;
+    first = last;
+  }
+  int vertex_count = 0;
+  for (std::size_t v = 0; v < used.size(); ++v) {
+    if (!used[v]) continue;
+    ++vertex_count;
+    if (find_root(parent, int(v)) == int(v)) ++topology.component_count;
+  }
+  topology.euler_number = vertex_count - edge_count + int(mesh.triangles.size());
+  return topology;
+}
+
+std::vector<std::vector<int>> boundary_loops(const TriangleMesh& mesh) {
+  const std::vector<HalfEdge> edges = sorted_half_edges(mesh);
+  std::map<int, int> next;  // along the cap: against the triangles' own direction
+  for (std::size_t e = 0; e < edges.size(); ++e) {
+    const auto same = [&](std::size_t other) {
+      return other < edges.size() && edges[other].low == edges[e].low &&
+             edges[other].high == edges[e].high;
+    };
+    if (same(e + 1) || (e > 0 && same(e - 1))) continue;
+    if (edges[e].reversed)
+      next[edges[e].low] = edges[e].high;
+    else
+      next[edges[e].high] = edges[e].low;
+  }
+  std::vector<std::vector<int>> loops;
+  while (!next.empty()) {
+    std::vector<int> loop;
+    int v = next.begin()->first;
+    for (auto step = next.find(v); step != next.end(); step = next.find(v)) {
+      loop.push_back(v);
+      v = step->second;
+      next.erase(step);
+    }
+    loops.push_back(std::move(loop));
+  }
+  const auto length = [&](const std::vector<int>& loop) {
+    double sum = 0.0;
+    for (std::size_t i = 0; i < loop.size(); ++i)
+      sum += distance(mesh.vertices[std::size_t(loop[i])],
+                      mesh.vertices[std::size_t(loop[(i + 1) % loop.size()])]);
+    return sum;
+  };
+  std::stable_sort(loops.begin(), loops.end(),
+                   [&](const auto& a, const auto& b) { return length(a) > length(b); });
+  return loops;
+}
+
+}  // namespace angio

@@ -1,0 +1,18 @@
+#pragma once
+
+/// Units. Inside the code: mm, g, s, hence stress in Pa (1 g/(mm s^2) = 1 Pa), force in uN,
+/// energy in nJ. People see atm and kPa for pressure.
+namespace angio::units {
+
+inline constexpr double kPascalPerAtm = 101325.0;  ///< standard atmosphere, exact (BIPM)
+inline constexpr double kPascalPerKilopascal = 1e3;
+inline constexpr double kPascalPerMegapascal = 1e6;
+inline constexpr double kPi = 3.14159265358979323846;
+
+constexpr double pascal_from_atm(double atm) { return atm * kPascalPerAtm; }
+constexpr double atm_from_pascal(double pascal) { return pascal / kPascalPerAtm; }
+constexpr double pascal_from_kilopascal(double kpa) { return kpa * kPascalPerKilopascal; }
+constexpr double kilopascal_from_pascal(double pascal) { return pascal / kPascalPerKilopascal; }
+constexpr double pascal_from_megapascal(double mpa) { return mpa * kPascalPerMegapascal; }
+
+}  // namespace angio::units

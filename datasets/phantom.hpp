@@ -1,0 +1,63 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "core/centerline.hpp"
+#include "core/progress.hpp"
+#include "core/triangle_mesh.hpp"
+#include "core/volume.hpp"
+
+namespace angio::datasets {
+
+/// straight: healthy tube; unilateral, bilateral: one- and two-sided stenosis; ytype: bifurcation
+/// with a stenosis; coronary: left coronary tree with taper, curvature, two bifurcations and one
+/// eccentric stenosis; cloth: the paper's sheet, a surface only.
+struct PhantomOptions {
+  std::string name = "coronary";
+  double stenosis_percent = 60.0;  ///< diameter stenosis, [0, 95]; 0 is a healthy vessel
+  double radius_mm = 0.0;          ///< at the inlet, [0.4, 15]; 0: the phantom's own (see README)
+  double length_mm = 0.0;          ///< of the main branch, [5, 200]; 0: the phantom's own
+  double spacing_mm = 0.3;         ///< isotropic voxels, [0.05, 2]
+  double noise_sd = 0.1;           ///< fraction of the contrast, [0, 1]; 0.1 is 10 %
+  double blur_mm = 0.0;            ///< sd of the scanner's blur, [0, 3]; 0: 0.6 voxels
+  std::uint64_t seed = 1;
+
+  void validate() const;  ///< @throws OptionError naming the field
+};
+
+/// What is known exactly about a phantom; written as truth.json.
+struct PhantomTruth {
+  CenterlineTree tree;   ///< exact centre points and radii, inlet to each outlet
+  double mld_mm = 0.0;   ///< minimal lumen diameter (largest inscribed circle)
+  double mla_mm2 = 0.0;  ///< minimal lumen area
+  double reference_diameter_mm = 0.0;
+  double diameter_stenosis_percent = 0.0;
+  Vec3 lesion_point;                ///< LPS [mm]
+  double lesion_abscissa_mm = 0.0;  ///< on tree.paths[lesion_path]
+  int lesion_path = 0;
+  bool has_lesion = false;
+};
+
+struct Phantom {
+  Volume<float> volume;  ///< CT-like intensities: lumen 400, background 40
+  TriangleMesh surface;  ///< closed lumen surface, LPS [mm]
+  PhantomTruth truth;
+};
+
+/// Makes the surface and the truth only (the volume stays empty).
+Phantom make_phantom_surface(const PhantomOptions& options);
+
+/// Makes the whole phantom: exact partial volume, blur, noise.
+Phantom make_phantom(const PhantomOptions& options, const Progress& progress = {});
+
+enum class PhantomFormat { dicom, nrrd, surface };
+
+/// Writes the phantom and its truth.json into `folder`: dicom/IM0001.dcm..., volume.nrrd, or
+/// lumen.stl. @return the path that `angio run` takes as its input.
+std::filesystem::path write_phantom(const Phantom& phantom, const PhantomOptions& options,
+                                    PhantomFormat format, const std::filesystem::path& folder);
+
+}  // namespace angio::datasets

@@ -1,0 +1,96 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "core/centerline.hpp"
+#include "core/progress.hpp"
+#include "core/tet_mesh.hpp"
+#include "core/triangle_mesh.hpp"
+#include "core/volume.hpp"
+
+namespace angio::meshing {
+
+struct LumenMeshOptions {
+  double edge_length_mm = 0.0;            ///< target, (0, 5]; 0: by the local radius
+  double edges_per_circumference = 16.0;  ///< where edge_length_mm is 0, [8, 64]
+  int triangle_budget = 200000;      ///< upper bound, [1000, 5e6]; edges are lengthened to keep it
+  double smoothing_iterations = 10;  ///< volume-keeping smoothing, [0, 100]
+
+  void validate() const;
+};
+
+struct LumenMesh {
+  TriangleMesh open;                 ///< open at the inlet and outlets, planar rims
+  TriangleMesh capped;               ///< watertight; its first vertices are those of `open`
+  std::vector<int> inlet_outlet_id;  ///< per vertex of `capped`: 0 wall, 1 inlet, 2... outlets
+  bool watertight = false;           ///< of `capped`
+  int self_intersection_count = 0;   ///< pairs of triangles
+  double min_angle_degrees = 0.0;    ///< least angle of a triangle of `open`
+  std::vector<std::string> warnings;
+};
+
+/// The lumen's surface, remeshed, from its level set or from a given surface.
+LumenMesh mesh_lumen(const Volume<float>& level_set, const CenterlineTree& tree,
+                     const LumenMeshOptions& options, const Progress& progress = {});
+LumenMesh mesh_lumen(const TriangleMesh& surface, const CenterlineTree& tree,
+                     const LumenMeshOptions& options, const Progress& progress = {});
+
+struct BalloonOptions {
+  double nominal_diameter_mm = 0.0;  ///< [0.5, 30]; 0: the reference diameter, to the next 0.25 mm
+  double length_mm = 0.0;  ///< cylindrical part, [2, 80]; 0: over the lesion by 3 mm each side
+  double start_diameter_mm = 0.0;  ///< crossing profile; 0: 0.9 mm, or less where it must pass
+  int ring_count = 26;             ///< rings of vertices, [6, 400]; 26 x 20 + 2 = the paper's 522
+  int ring_vertex_count = 20;      ///< vertices a ring, [6, 200]
+  int guidewire_node_count = 24;   ///< [2, 1000]
+
+  void validate() const;
+};
+
+struct Balloon {
+  TriangleMesh start;  ///< closed, on the guidewire inside the lumen; poles are the last 2 vertices
+  std::vector<Vec3>
+      rest;  ///< unloaded shape: straight, of the nominal diameter, shape [vertex_count]
+  std::vector<Vec3> guidewire;  ///< nodes from pole to pole
+  double nominal_diameter_mm = 0.0;
+  double length_mm = 0.0;
+  double start_diameter_mm = 0.0;
+};
+
+/// The part of the wall that the balloon can touch.
+struct ContactRegion {
+  TriangleMesh mesh;              ///< open; oriented as the lumen (normals leave the lumen)
+  std::vector<int> lumen_vertex;  ///< index in the open lumen mesh, shape [vertex_count]
+  std::vector<char> fixed;        ///< boundary vertices, which do not move
+  std::vector<double> abscissa;   ///< of the nearest point of the lesion's path [mm]
+  std::vector<int> group;         ///< GroupIds of the branch the vertex belongs to
+};
+
+struct AirMesh {
+  TetMesh tets;  ///< vertices: the balloon's, then the region's; no others; every tet positive
+};
+
+struct BalloonSetup {
+  Balloon balloon;
+  ContactRegion region;
+  AirMesh air;
+  std::vector<std::string> warnings;
+};
+
+/// Places the balloon across a lesion and meshes the gap to the wall that it can touch.
+///
+/// @param path           the line that the guidewire follows
+/// @param abscissa_mm    of the lesion's tightest place
+/// @param lesion_length_mm, reference_diameter_mm   of the lesion
+/// @throws InputError if no balloon fits there
+BalloonSetup place_balloon(const LumenMesh& lumen, const CenterlineTree& tree,
+                           const CenterlinePath& path, double abscissa_mm, double lesion_length_mm,
+                           double reference_diameter_mm, const BalloonOptions& options,
+                           const Progress& progress = {});
+
+/// Pairs of triangles that cross: within one surface (those that share a vertex are left out), and
+/// between two.
+int count_self_intersections(const TriangleMesh& mesh);
+int count_intersections(const TriangleMesh& mesh_a, const TriangleMesh& mesh_b);
+
+}  // namespace angio::meshing

@@ -1,0 +1,39 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/progress.hpp"
+#include "core/volume.hpp"
+
+namespace angio::segmentation {
+
+struct SegmentationOptions {
+  double smallest_radius_mm = 0.4;      ///< thinnest vessel looked for, [0.1, 20]
+  double largest_radius_mm = 6.0;       ///< widest vessel looked for by shape, [0.2, 30]
+  int scale_count = 4;                  ///< scales of the vessel enhancement, [1, 8]
+  std::vector<Vec3> seeds_lps_mm;       ///< points inside the vessel; empty: found automatically
+  std::optional<double> intensity_min;  ///< lowest intensity of the lumen; unset: automatic
+  std::optional<double> intensity_max;  ///< highest intensity of the lumen (bone, metal); unset
+  double min_component_mm3 = 5.0;       ///< smaller pieces are noise, [0, 1e6]
+
+  void validate() const;  ///< @throws OptionError naming the field
+};
+
+struct Segmentation {
+  Volume<std::uint8_t> mask;  ///< 1 = lumen; same grid as the level set
+  Volume<float> level_set;    ///< signed distance to the lumen's boundary [mm], negative inside
+  std::vector<Vec3> seeds_lps_mm;  ///< the seeds that were used
+  double lumen_intensity = 0.0;    ///< typical, in the volume's unit
+  double background_intensity = 0.0;
+  std::vector<std::string> warnings;
+};
+
+/// Finds the contrast-filled vessels and their sub-voxel boundary.
+/// @throws InputError if there is no vessel in it, saying what to try
+Segmentation segment_vessels(const Volume<float>& volume, const SegmentationOptions& options,
+                             const Progress& progress = {});
+
+}  // namespace angio::segmentation

@@ -1,0 +1,121 @@
+#pragma once
+
+#include <array>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "core/progress.hpp"
+#include "core/tet_mesh.hpp"
+#include "core/triangle_mesh.hpp"
+
+namespace angio::simulation {
+
+enum class Backend { automatic, cpu, cuda };
+
+struct BalloonMaterial {
+  std::string name = "pa12";   ///< "pa12" or "polyurethane" fill in the rest
+  double c1_mpa = 0.0;         ///< Mooney-Rivlin C1 [MPa], >= 0; 0: the named material's
+  double c2_mpa = 0.0;         ///< Mooney-Rivlin C2 [MPa], >= 0
+  double wall_mm = 0.02;       ///< membrane thickness H before inflation, [0.001, 1]
+  double density_g_mm3 = 0.0;  ///< 0: the named material's
+};
+
+struct WallMaterial {
+  double modulus_kpa = 1000.0;      ///< circumferential modulus of the diseased wall, [1, 1e6]
+  double thickness_ratio = 0.189;   ///< wall thickness / outer diameter (Holzapfel 2005), (0, 0.45)
+  double yield_strain = 0.10;       ///< Mueller 2005 c_yield, [0, 10]
+  double creep_per_s = 5.0;         ///< Mueller 2005 c_creep, [0, 1000]
+  double max_plastic_strain = 3.0;  ///< Mueller 2005 c_max, [0, 10]
+  double foundation_kpa_per_mm = 10.0;  ///< surrounding tissue, [0, 1e5]
+  double density_g_mm3 = 1.1e-3;
+};
+
+struct InflationSchedule {
+  double inflate_s = 4.0;              ///< gas is added at a constant rate, (0, 600]
+  double hold_s = 1.0;                 ///< [0, 600]
+  double deflate_s = 2.0;              ///< (0, 600]
+  double rest_s = 0.5;                 ///< [0, 600]
+  double peak_pressure_atm = 8.0;      ///< above the outside, (0, 40]: the most that is applied
+  double outside_pressure_kpa = 10.0;  ///< blood, [0, 50] (seed paper 5.1)
+};
+
+struct SimulationOptions {
+  BalloonMaterial balloon;
+  WallMaterial wall;
+  InflationSchedule inflation;
+  double frame_s = 0.025;             ///< time step, [1e-4, 1]
+  int sweeps = 20;                    ///< vertex block descent sweeps a frame, [1, 1000]
+  double contact_distance_mm = 0.03;  ///< contact acts below this gap, [1e-3, 1]
+  double friction_static = 0.2;       ///< DOMAIN 2.5, [0, 2]
+  double friction_kinetic = 0.15;     ///< [0, 2]
+  Backend backend = Backend::automatic;
+
+  void validate() const;
+};
+
+/// What does not change while the balloon moves.
+struct SimulationModel {
+  TriangleMesh balloon;             ///< start shape, closed
+  std::vector<Vec3> balloon_rest;   ///< unloaded shape, shape [balloon vertex]
+  std::vector<char> balloon_fixed;  ///< tied to the shaft
+  std::vector<Vec3> guidewire;
+  TriangleMesh wall;                  ///< contact region, normals leave the lumen
+  std::vector<char> wall_fixed;       ///< shape [wall vertex]
+  std::vector<double> wall_abscissa;  ///< along the lesion's line [mm], shape [wall vertex]
+  std::vector<int> wall_group;        ///< branch, shape [wall vertex]
+  std::vector<Tet> air;               ///< over balloon vertices, then wall vertices
+  double reference_radius_mm = 1.5;   ///< of the healthy vessel at the lesion
+  Vec3 measure_point;                 ///< where balloon_diameter_mm and lumen_mld_mm are watched
+  Vec3 measure_tangent;
+};
+
+enum class Phase { insert, inflate, hold, deflate, rest };
+const char* name(Phase phase);
+
+/// One row of timeseries.csv and the state behind it.
+struct SimulationFrame {
+  int frame = 0;
+  double time_s = 0.0;
+  Phase phase = Phase::insert;
+  double pressure_atm = 0.0;  ///< above the outside
+  double balloon_volume_mm3 = 0.0;
+  double balloon_diameter_mm =
+      0.0;                    ///< 2 sqrt(area / pi) of the balloon's section at measure_point
+  double lumen_mld_mm = 0.0;  ///< of the region: narrowest section, see the README
+  double friction_delta_mm = 0.0;
+  double viscous_delta_mm = 0.0;
+  int contact_count = 0;
+  double min_air_volume_mm3 = 0.0;
+  double max_penetration_mm = 0.0;
+  int air_tet_count = 0;
+  int inverted_air_tet_count = 0;
+  int flip_count = 0;
+  double residual = 0.0;      ///< of the force balance, relative
+  std::vector<Vec3> balloon;  ///< positions [mm]
+  std::vector<Vec3> wall;
+  std::vector<double> thickness_mm, stretch_1, stretch_2;    ///< balloon, per vertex
+  std::vector<double> plastic_strain, contact_pressure_kpa;  ///< wall, per vertex
+};
+
+struct SimulationSummary {
+  std::string backend;  ///< "cpu" or "cuda"
+  std::string device;   ///< processor or GPU name
+  int frame_count = 0;
+  double simulated_s = 0.0;
+  double wall_s = 0.0;
+  double peak_pressure_atm = 0.0;
+  double peak_diameter_mm = 0.0;
+  int peak_frame = 0;
+  double max_penetration_mm = 0.0;
+  int inverted_air_tets = 0;  ///< in the worst frame
+  double worst_residual = 0.0;
+  std::vector<std::string> warnings;
+};
+
+/// Inflates, holds, deflates. `on_frame` gets every frame in order.
+SimulationSummary simulate(const SimulationModel& model, const SimulationOptions& options,
+                           const std::function<void(const SimulationFrame&)>& on_frame,
+                           const Progress& progress = {});
+
+}  // namespace angio::simulation

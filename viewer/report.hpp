@@ -1,0 +1,61 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "core/centerline.hpp"
+#include "core/progress.hpp"
+#include "core/triangle_mesh.hpp"
+#include "core/volume.hpp"
+
+namespace angio::viewer {
+
+/// A diameter along the lesion's line, before or after.
+struct DiameterProfile {
+  std::vector<double> abscissa_mm;
+  std::vector<double> inscribed_diameter_mm;
+  std::vector<double> equivalent_diameter_mm;
+};
+
+/// Columns of timeseries.csv, by the names of CONTRACT.
+struct TimeSeries {
+  std::vector<std::string> columns;
+  std::vector<std::vector<std::string>> rows;
+};
+
+/// A moment of the inflation, for a picture.
+struct Moment {
+  std::string title;  ///< "Before", "At peak, 8.0 atm", "After"
+  TriangleMesh balloon;
+  TriangleMesh wall;                         ///< the region that moved
+  std::vector<double> contact_pressure_kpa;  ///< per wall vertex
+};
+
+struct ReportContent {
+  std::string title;  ///< case name; no identity
+  std::string version;
+  std::optional<Volume<float>> volume;  ///< unset when the input was a surface
+  std::optional<Volume<float>> level_set;
+  TriangleMesh lumen;  ///< open lumen mesh, whole tree
+  CenterlineTree tree;
+  int lesion_path = 0;
+  double lesion_abscissa_mm = 0.0;
+  std::vector<Moment> moments;  ///< before, at peak, after
+  DiameterProfile before, after;
+  TimeSeries time_series;
+  std::string metrics_json;           ///< metrics.json, shown as tables
+  std::string run_json;               ///< run.json: stages, seconds, memory
+  std::vector<std::string> warnings;  ///< findings to tell first, e.g. "no stenosis over 30 %"
+};
+
+/// Renders the pictures and writes the report: index.html, one file, opens offline; every picture
+/// and chart (SVG) is inside. Also leaves the pictures as PNG beside it.
+/// @throws Error (69) if nothing can render here, saying what to install
+void write_report(const std::filesystem::path& folder, const ReportContent& content,
+                  const Progress& progress = {});
+
+}  // namespace angio::viewer
