@@ -8,8 +8,12 @@
 #include "core/tet_mesh.hpp"
 #include "core/triangle_mesh.hpp"
 
-/// VTK XML and STL files in LPS [mm], with the field-data string array SPACE = LPS. All writers are
-/// atomic and give the same bytes for the same input. Readers throw InputError naming the file.
+/// Surfaces, lines and tetrahedra in files, LPS [mm]. VTK's XML files carry the field-data string
+/// array SPACE = LPS, STL and PLY headers SPACE=LPS. All writers are atomic and give the same bytes
+/// for the same input. In .vtp, .vtu and .ply points are float64, so that a stage that is run again
+/// from its files gets exactly the numbers that it got in memory; STL's format has float32 only.
+/// Readers throw InputError naming the file: missing (66), empty, cut short, of another kind, with
+/// a point that is not a number, or of an absurd size (65).
 namespace angio::viewer {
 
 struct SurfaceData {
@@ -34,12 +38,15 @@ struct TetData {
 /// The array of that name. @throws InputError if it is missing
 const DataArray& find_array(const std::vector<DataArray>& arrays, const std::string& name);
 
-void write_surface(const std::filesystem::path& path,
-                   const SurfaceData& data);  ///< .vtp, .stl (binary), .ply
+/// By the extension: .vtp with all arrays; .stl (binary) and .ply without.
+void write_surface(const std::filesystem::path& path, const SurfaceData& data);
 void write_polylines(const std::filesystem::path& path, const PolylineData& data);  ///< .vtp
 void write_tets(const std::filesystem::path& path, const TetData& data);            ///< .vtu
 
-/// .vtp .stl .ply .obj; header SPACE=RAS is converted, otherwise LPS. Equal points are merged.
+/// .vtp, .stl (ASCII or binary), .ply, .obj. Polygons are cut into triangles. Points of the same
+/// coordinates become one (an STL has three of its own per triangle), and triangles that lose a
+/// corner by it are dropped; a file without such points comes back as written, point by point. A
+/// header or SPACE array that says RAS is converted; arrays of vectors are not.
 SurfaceData read_surface(const std::filesystem::path& path);
 PolylineData read_polylines(const std::filesystem::path& path);
 TetData read_tets(const std::filesystem::path& path);

@@ -1,0 +1,34 @@
+#include "viewer/detail/vtk_messages.hpp"
+
+#include <vtkLogger.h>
+#include <vtkObjectFactory.h>
+
+namespace angio::viewer::detail {
+
+class VtkMessages::Window : public vtkOutputWindow {
+ public:
+  static Window* New();
+  vtkTypeMacro(Window, vtkOutputWindow);
+
+  void DisplayText(const char*) override {}
+  void DisplayErrorText(const char*) override { has_error_ = true; }
+  void DisplayWarningText(const char*) override {}
+  void DisplayGenericWarningText(const char*) override {}
+  void DisplayDebugText(const char*) override {}
+
+  bool has_error_ = false;
+};
+vtkStandardNewMacro(VtkMessages::Window);
+
+VtkMessages::VtkMessages()
+    : window_(vtkSmartPointer<Window>::New()), previous_(vtkOutputWindow::GetInstance()) {
+  vtkOutputWindow::SetInstance(window_);
+  // The logger prints every message to standard error a second time.
+  vtkLogger::SetStderrVerbosity(vtkLogger::VERBOSITY_OFF);
+}
+
+VtkMessages::~VtkMessages() { vtkOutputWindow::SetInstance(previous_); }
+
+bool VtkMessages::has_error() const { return window_->has_error_; }
+
+}  // namespace angio::viewer::detail

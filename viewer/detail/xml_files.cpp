@@ -1,0 +1,224 @@
+#include "viewer/detail/xml_files.hpp"
+
+#include <vtkCellData.h>
+#include <vtkErrorCode.h>
+#include <vtkFieldData.h>
+#include <vtkIdList.h>
+#include <vtkNew.h>
+#include <vtkPointData.h>
+#include <vtkStringArray.h>
+#include <vtkTriangleFilter.h>
+#include <vtkXMLPolyDataReader.h>
+#include <vtkXMLPolyDataWriter.h>
+#include <vtkXMLUnstructuredGridReader.h>
+#include <vtkXMLUnstructuredGridWriter.h>
+
+#include <cstdint>
+#include <new>
+
+#include "core/error.hpp"
+#include "viewer/detail/surface_cleanup.hpp"
+#include "viewer/detail/tokens.hpp"
+#include "viewer/detail/vtk_arrays.hpp"
+#include "viewer/detail/vtk_messages.hpp"
+
+namespace angio::viewer::detail {
+namespace {
+
+constexpr const char* kSpaceArray = "SPACE";
+
+/// More points or cells than this in one file are taken for a damaged header.
+constexpr std::uint64_t kMaxCount = 200'000'000;
+
+void tag_space(vtkDataObject* data) {
+  vtkNew<vtkStringArray> space;
+  space->SetName(kSpaceArray);
+  space->InsertNextValue("LPS");
+  data->GetFieldData()->AddArray(space);
+}
+
+bool is_tagged_ras(vtkDataObject* data) {
+  auto* space = vtkStringArray::SafeDownCast(data->GetFieldData()->GetAbstractArray(kSpaceArray));
+  return space && space->GetNumberOfValues() > 0 && space->GetValue(0) == "RAS";
+}
+
+template <class Writer, class Data>
+void write_xml(const std::filesystem::path& path, Data* data) {
+  const VtkMessages messages;
+  tag_space(data);
+  vtkNew<Writer> writer;
+  writer->SetFileName(path.c_str());
+  writer->SetInputData(data);
+  writer->SetDataModeToAppended();
+  writer->EncodeAppendedDataOff();
+  writer->SetCompressorTypeToZLib();
+  writer->SetIdTypeToInt32();
+  if (writer->Write() != 1 || messages.has_error()) {
+    const bool is_full = writer->GetErrorCode() == vtkErrorCode::OutOfDiskSpaceError;
+    throw IoError("could not write " + path.string() +
+                  (is_full ? " (the disk is full). Free some space"
+                           : " (VTK's writer failed). Check the folder's permissions and space"));
+  }
+}
+
+[[noreturn]] void fail_unreadable(const std::string& name) {
+  throw InputError(name +
+                   " cannot be read as VTK XML (it is damaged, was cut short, or is of "
+                   "another kind). Write it again");
+}
+
+/// Looks at the head of the file before VTK does: VTK believes any count that it finds there.
+void check_head(const std::filesystem::path& path, std::string_view file_type,
+                const std::string& name) {
+  const std::string bytes = read_input(path);
+  const std::string_view head = std::string_view(bytes).substr(0, 65536);
+  if (head.find("<VTKFile") == std::string_view::npos)
+    throw InputError(name + " is not a VTK XML file (it does not hold <VTKFile>). Give a " +
+                     (file_type == "PolyData" ? ".vtp" : ".vtu") + " file");
+  if (head.find(file_type) == std::string_view::npos)
+    throw InputError(name + " holds another kind of VTK data than " + std::string(file_type) +
+                     ". Convert it");
+  for (const std::string_view key : {"NumberOfPoints=\"", "NumberOfVerts=\"", "NumberOfLines=\"",
+                                     "NumberOfStrips=\"", "NumberOfPolys=\"", "NumberOfCells=\""})
+    for (auto at = head.find(key); at != std::string_view::npos; at = head.find(key, at + 1)) {
+      const auto begin = at + key.size();
+      const auto count =
+          parse_number<std::uint64_t>(head.substr(begin, head.find('"', begin) - begin));
+      if (!count || *count > kMaxCount)
+        throw InputError(name + " claims an absurd size (its header is damaged, or it has over " +
+                         std::to_string(kMaxCount) + " elements). Write it again, or decimate it");
+    }
+}
+
+template <class Reader, class Data>
+vtkSmartPointer<Data> read_xml(const std::filesystem::path& path, const char* file_type) {
+  const std::string name = path.string();
+  check_head(path, file_type, name);
+  const VtkMessages messages;
+  vtkNew<Reader> reader;
+  reader->SetFileName(path.c_str());
+  try {
+    reader->Update();
+  } catch (const std::bad_alloc&) {
+    fail_unreadable(name);
+  }
+  vtkSmartPointer<Data> data = reader->GetOutput();
+  if (messages.has_error() || reader->GetErrorCode() != vtkErrorCode::NoError || !data)
+    fail_unreadable(name);
+  return data;
+}
+
+/// Every cell's points, checked against the point count.
+std::vector<std::vector<int>> read_cells(vtkCellArray* cells, std::size_t point_count,
+                                         const std::string& name) {
+  std::vector<std::vector<int>> result;
+  if (!cells) return result;
+  result.reserve(std::size_t(cells->GetNumberOfCells()));
+  vtkNew<vtkIdList> ids;
+  for (vtkIdType cell = 0; cell < cells->GetNumberOfCells(); ++cell) {
+    cells->GetCellAtId(cell, ids);
+    std::vector<int> points;
+    for (vtkIdType i = 0; i < ids->GetNumberOfIds(); ++i) {
+      if (ids->GetId(i) < 0 || std::size_t(ids->GetId(i)) >= point_count) fail_unreadable(name);
+      points.push_back(int(ids->GetId(i)));
+    }
+    result.push_back(std::move(points));
+  }
+  return result;
+}
+
+bool has_triangles_only(vtkPolyData* data) {
+  return data->GetNumberOfStrips() == 0 &&
+         (data->GetNumberOfPolys() == 0 || data->GetPolys()->IsHomogeneous() == 3);
+}
+
+vtkSmartPointer<vtkPolyData> triangulated(vtkPolyData* data) {
+  vtkNew<vtkTriangleFilter> filter;
+  filter->SetInputData(data);
+  filter->PassVertsOff();
+  filter->PassLinesOff();
+  filter->Update();
+  return filter->GetOutput();
+}
+
+}  // namespace
+
+void write_vtp(const std::filesystem::path& path, const SurfaceData& data) {
+  const auto poly = to_vtk(data.mesh);
+  add_arrays(poly->GetPointData(), data.point_arrays, data.mesh.vertices.size());
+  add_arrays(poly->GetCellData(), data.cell_arrays, data.mesh.triangles.size());
+  write_xml<vtkXMLPolyDataWriter>(path, poly.Get());
+}
+
+void write_vtp(const std::filesystem::path& path, const PolylineData& data) {
+  vtkNew<vtkPolyData> poly;
+  poly->SetPoints(to_vtk(data.points));
+  poly->SetLines(to_vtk_cells(data.lines));
+  add_arrays(poly->GetPointData(), data.point_arrays, data.points.size());
+  add_arrays(poly->GetCellData(), data.cell_arrays, data.lines.size());
+  write_xml<vtkXMLPolyDataWriter>(path, poly.Get());
+}
+
+void write_vtu(const std::filesystem::path& path, const TetData& data) {
+  vtkNew<vtkUnstructuredGrid> grid;
+  grid->SetPoints(to_vtk(data.mesh.vertices));
+  grid->SetCells(VTK_TETRA, to_vtk_cells(data.mesh.tets));
+  add_arrays(grid->GetPointData(), data.point_arrays, data.mesh.vertices.size());
+  add_arrays(grid->GetCellData(), data.cell_arrays, data.mesh.tets.size());
+  write_xml<vtkXMLUnstructuredGridWriter>(path, grid.Get());
+}
+
+ParsedSurface read_vtp_surface(const std::filesystem::path& path) {
+  const std::string name = path.string();
+  auto poly = read_xml<vtkXMLPolyDataReader, vtkPolyData>(path, "PolyData");
+  const auto point_count = std::size_t(poly->GetNumberOfPoints());
+  read_cells(poly->GetPolys(), point_count, name);  // checks before a filter relies on them
+  read_cells(poly->GetStrips(), point_count, name);
+  ParsedSurface result;
+  result.in_ras = is_tagged_ras(poly);
+  if (!has_triangles_only(poly)) poly = triangulated(poly);
+  result.data.mesh.vertices = from_vtk(poly->GetPoints());
+  for (const auto& cell : read_cells(poly->GetPolys(), point_count, name))
+    result.data.mesh.triangles.push_back({cell[0], cell[1], cell[2]});
+  result.data.point_arrays = from_vtk(poly->GetPointData(), 0, point_count, name);
+  // Cell values are in the order vertices, lines, polygons.
+  result.data.cell_arrays = from_vtk(
+      poly->GetCellData(), std::size_t(poly->GetNumberOfVerts() + poly->GetNumberOfLines()),
+      result.data.mesh.triangles.size(), name);
+  return result;
+}
+
+PolylineData read_vtp_polylines(const std::filesystem::path& path) {
+  const std::string name = path.string();
+  const auto poly = read_xml<vtkXMLPolyDataReader, vtkPolyData>(path, "PolyData");
+  PolylineData result;
+  result.points = from_vtk(poly->GetPoints());
+  result.lines = read_cells(poly->GetLines(), result.points.size(), name);
+  if (result.lines.empty()) throw InputError(name + " holds no lines. Give a file of centrelines");
+  require_finite(result.points, name);
+  if (is_tagged_ras(poly)) swap_ras_lps(result.points);
+  result.point_arrays = from_vtk(poly->GetPointData(), 0, result.points.size(), name);
+  result.cell_arrays = from_vtk(poly->GetCellData(), std::size_t(poly->GetNumberOfVerts()),
+                                result.lines.size(), name);
+  return result;
+}
+
+TetData read_vtu(const std::filesystem::path& path) {
+  const std::string name = path.string();
+  const auto grid =
+      read_xml<vtkXMLUnstructuredGridReader, vtkUnstructuredGrid>(path, "UnstructuredGrid");
+  TetData result;
+  result.mesh.vertices = from_vtk(grid->GetPoints());
+  require_finite(result.mesh.vertices, name);
+  for (const auto& cell : read_cells(grid->GetCells(), result.mesh.vertices.size(), name)) {
+    if (cell.size() != 4)
+      throw InputError(name + " holds cells that are not tetrahedra. Give a tetrahedral mesh");
+    result.mesh.tets.push_back({cell[0], cell[1], cell[2], cell[3]});
+  }
+  if (is_tagged_ras(grid)) swap_ras_lps(result.mesh.vertices);
+  result.point_arrays = from_vtk(grid->GetPointData(), 0, result.mesh.vertices.size(), name);
+  result.cell_arrays = from_vtk(grid->GetCellData(), 0, result.mesh.tets.size(), name);
+  return result;
+}
+
+}  // namespace angio::viewer::detail
