@@ -3,10 +3,11 @@
 #include <fcntl.h>
 #include <unistd.h>
 
+#include <array>
 #include <cerrno>
 #include <cstring>
 #include <fstream>
-#include <sstream>
+#include <string>
 #include <system_error>
 
 #include "core/error.hpp"
@@ -80,13 +81,17 @@ void write_text_atomically(const fs::path& path, std::string_view text) {
 }
 
 std::string read_text(const fs::path& path) {
+  errno = 0;
   std::ifstream file(path, std::ios::binary);
-  std::ostringstream text;
-  text << file.rdbuf();
-  if (!file)
+  std::string text;
+  std::array<char, 1 << 16> block;
+  while (file.read(block.data(), block.size()) || file.gcount() > 0)
+    text.append(block.data(), std::size_t(file.gcount()));
+  // A folder can be opened like a file; reading it is what fails.
+  if (!file.is_open() || file.bad())
     throw IoError("cannot read " + path.string() + " (" + std::strerror(errno) + ")",
                   fs::exists(path) ? ExitCode::io : ExitCode::no_input);
-  return text.str();
+  return text;
 }
 
 }  // namespace angio
