@@ -1,0 +1,245 @@
+#include "pipeline/case_files.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <map>
+
+#include "core/error.hpp"
+#include "viewer/files.hpp"
+
+namespace angio::pipeline {
+namespace fs = std::filesystem;
+using viewer::find_array;
+namespace {
+
+DataArray scalar(std::string array_name, std::vector<double> values,
+                 ArrayType type = ArrayType::float64) {
+  return {std::move(array_name), std::move(values), 1, type};
+}
+
+template <class Integer>
+DataArray integers(std::string array_name, const std::vector<Integer>& values, ArrayType type) {
+  return scalar(std::move(array_name), std::vector<double>(values.begin(), values.end()), type);
+}
+
+DataArray vectors(std::string array_name, const std::vector<Vec3>& values) {
+  DataArray array{std::move(array_name), {}, 3, ArrayType::float64};
+  array.values.reserve(3 * values.size());
+  for (const Vec3& v : values) array.values.insert(array.values.end(), {v.x, v.y, v.z});
+  return array;
+}
+
+template <class Integer>
+std::vector<Integer> integers_of(const std::vector<DataArray>& arrays, const char* array_name) {
+  std::vector<Integer> result;
+  for (const double value : find_array(arrays, array_name).values) result.push_back(Integer(value));
+  return result;
+}
+
+std::vector<Vec3> vectors_of(const std::vector<DataArray>& arrays, const char* array_name) {
+  const std::vector<double>& values = find_array(arrays, array_name).values;
+  std::vector<Vec3> result(values.size() / 3);
+  for (std::size_t i = 0; i < result.size(); ++i)
+    result[i] = {values[3 * i], values[3 * i + 1], values[3 * i + 2]};
+  return result;
+}
+
+std::vector<double> subtract(const std::vector<Vec3>& a, const std::vector<Vec3>& b) {
+  std::vector<double> difference;
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    const Vec3 d = a[i] - b[i];
+    difference.insert(difference.end(), {d.x, d.y, d.z});
+  }
+  return difference;
+}
+
+std::string frame_file(const char* body, int frame) {
+  return fmt::format("{}_{:06d}.vtp", body, frame);
+}
+
+}  // namespace
+
+// ---- centreline --------------------------------------------------------------------------------
+
+void write_centerlines(const fs::path& file, const CenterlineTree& tree) {
+  viewer::PolylineData data;
+  std::vector<double> radius, abscissa, equivalent, area;
+  std::vector<int> centerline_ids, group_ids, tract_ids, blanking;
+  for (const CenterlinePath& path : tree.paths) {
+    const int first = int(data.points.size());
+    const auto append = [](auto& to, const auto& from) {
+      to.insert(to.end(), from.begin(), from.end());
+    };
+    append(data.points, path.points);
+    append(radius, path.inscribed_radius);
+    append(abscissa, path.abscissa);
+    append(equivalent, path.equivalent_radius);
+    append(area, path.section_area);
+    for (const CenterlineTract& tract : path.tracts) {
+      std::vector<int>& line = data.lines.emplace_back();
+      for (int p = tract.first_point; p <= tract.last_point; ++p) line.push_back(first + p);
+      centerline_ids.push_back(path.id);
+      group_ids.push_back(tract.group_id);
+      tract_ids.push_back(tract.tract_id);
+      blanking.push_back(tract.blanking ? 1 : 0);
+    }
+  }
+  data.point_arrays = {scalar("MaximumInscribedSphereRadius", radius),
+                       scalar("Abscissas", abscissa), scalar("EquivalentRadius", equivalent),
+                       scalar("SectionArea", area)};
+  data.cell_arrays = {integers("CenterlineIds", centerline_ids, ArrayType::int32),
+                      integers("GroupIds", group_ids, ArrayType::int32),
+                      integers("TractIds", tract_ids, ArrayType::int32),
+                      integers("Blanking", blanking, ArrayType::int32)};
+  viewer::write_polylines(file, data);
+}
+
+CenterlineTree read_centerlines(const fs::path& file) {
+  const viewer::PolylineData data = viewer::read_polylines(file);
+  const auto& radius = find_array(data.point_arrays, "MaximumInscribedSphereRadius").values;
+  const auto& abscissa = find_array(data.point_arrays, "Abscissas").values;
+  const auto& equivalent = find_array(data.point_arrays, "EquivalentRadius").values;
+  const auto& area = find_array(data.point_arrays, "SectionArea").values;
+  const auto centerline_ids = integers_of<int>(data.cell_arrays, "CenterlineIds");
+  const auto group_ids = integers_of<int>(data.cell_arrays, "GroupIds");
+  const auto tract_ids = integers_of<int>(data.cell_arrays, "TractIds");
+  const auto blanking = integers_of<int>(data.cell_arrays, "Blanking");
+
+  CenterlineTree tree;
+  std::map<int, std::size_t> index_of_id;
+  for (std::size_t cell = 0; cell < data.lines.size(); ++cell) {
+    const auto [entry, is_new] = index_of_id.try_emplace(centerline_ids[cell], tree.paths.size());
+    if (is_new) tree.paths.emplace_back().id = centerline_ids[cell];
+    CenterlinePath& path = tree.paths[entry->second];
+    const std::vector<int>& line = data.lines[cell];
+    const int shared = path.points.empty() ? 0 : 1;  // tracts share their border point
+    CenterlineTract tract;
+    tract.first_point = int(path.points.size()) - shared;
+    for (std::size_t i = std::size_t(shared); i < line.size(); ++i) {
+      const auto p = std::size_t(line[i]);
+      path.points.push_back(data.points[p]);
+      path.inscribed_radius.push_back(radius[p]);
+      path.abscissa.push_back(abscissa[p]);
+      path.equivalent_radius.push_back(equivalent[p]);
+      path.section_area.push_back(area[p]);
+    }
+    tract.last_point = int(path.points.size()) - 1;
+    tract.group_id = group_ids[cell];
+    tract.tract_id = tract_ids[cell];
+    tract.blanking = blanking[cell] != 0;
+    path.tracts.push_back(tract);
+  }
+  if (tree.paths.empty())
+    throw InputError(file.filename().string() + " holds no line. Run `angio centerline` again");
+  return tree;
+}
+
+// ---- meshes ------------------------------------------------------------------------------------
+
+void write_lumen(const fs::path& folder, const meshing::LumenMesh& lumen) {
+  viewer::write_surface(folder / "lumen.vtp", {lumen.open, {}, {}});
+  viewer::write_surface(folder / "lumen.stl", {lumen.open, {}, {}});
+  const viewer::SurfaceData capped{
+      lumen.capped, {integers("InletOutletId", lumen.inlet_outlet_id, ArrayType::int32)}, {}};
+  viewer::write_surface(folder / "lumen_capped.vtp", capped);
+  viewer::write_surface(folder / "lumen_capped.stl", capped);
+}
+
+TriangleMesh read_open_lumen(const fs::path& meshing_folder) {
+  return viewer::read_surface(meshing_folder / "lumen.vtp").mesh;
+}
+
+void write_balloon_setup(const fs::path& folder, const meshing::BalloonSetup& setup) {
+  const meshing::Balloon& balloon = setup.balloon;
+  std::vector<char> tied(balloon.start.vertices.size(), 0);
+  std::fill(tied.end() - 2, tied.end(), char(1));  // the poles sit on the shaft
+  viewer::write_surface(folder / "balloon.vtp", {balloon.start,
+                                                 {vectors("RestPosition", balloon.rest),
+                                                  integers("Fixed", tied, ArrayType::uint8)},
+                                                 {}});
+
+  viewer::PolylineData wire;
+  wire.points = balloon.guidewire;
+  wire.lines.emplace_back();
+  for (int p = 0; p < int(wire.points.size()); ++p) wire.lines[0].push_back(p);
+  viewer::write_polylines(folder / "guidewire.vtp", wire);
+
+  const meshing::ContactRegion& region = setup.region;
+  viewer::write_surface(
+      folder / "region.vtp",
+      {region.mesh,
+       {integers("LumenVertexIds", region.lumen_vertex, ArrayType::int32),
+        integers("Fixed", region.fixed, ArrayType::uint8), scalar("Abscissas", region.abscissa),
+        integers("GroupIds", region.group, ArrayType::int32)},
+       {}});
+
+  viewer::TetData air{setup.air.tets, {}, {}};
+  std::vector<int> body(air.mesh.vertices.size(), 1);
+  std::fill_n(body.begin(), balloon.start.vertices.size(), 0);
+  air.point_arrays = {integers("BodyIds", body, ArrayType::int32)};  // 0 balloon, 1 vessel
+  viewer::write_tets(folder / "air.vtu", air);
+}
+
+simulation::SimulationModel read_simulation_model(const fs::path& meshing_folder) {
+  simulation::SimulationModel model;
+  const viewer::SurfaceData balloon = viewer::read_surface(meshing_folder / "balloon.vtp");
+  model.balloon = balloon.mesh;
+  model.balloon_rest = vectors_of(balloon.point_arrays, "RestPosition");
+  model.balloon_fixed = integers_of<char>(balloon.point_arrays, "Fixed");
+  model.guidewire = viewer::read_polylines(meshing_folder / "guidewire.vtp").points;
+  const viewer::SurfaceData region = viewer::read_surface(meshing_folder / "region.vtp");
+  model.wall = region.mesh;
+  model.wall_fixed = integers_of<char>(region.point_arrays, "Fixed");
+  model.wall_abscissa = find_array(region.point_arrays, "Abscissas").values;
+  model.wall_group = integers_of<int>(region.point_arrays, "GroupIds");
+  model.air = viewer::read_tets(meshing_folder / "air.vtu").mesh.tets;
+  return model;
+}
+
+std::vector<int> read_region_lumen_vertices(const fs::path& meshing_folder) {
+  return integers_of<int>(viewer::read_surface(meshing_folder / "region.vtp").point_arrays,
+                          "LumenVertexIds");
+}
+
+// ---- frames ------------------------------------------------------------------------------------
+
+void write_frame(const fs::path& frames_folder, const simulation::SimulationModel& model,
+                 const simulation::SimulationFrame& frame) {
+  const auto f32 = ArrayType::float32;
+  viewer::write_surface(frames_folder / frame_file("balloon", frame.frame),
+                        {{frame.balloon, model.balloon.triangles},
+                         {{"displacement", subtract(frame.balloon, model.balloon.vertices), 3, f32},
+                          scalar("thickness", frame.thickness_mm, f32),
+                          scalar("stretch_1", frame.stretch_1, f32),
+                          scalar("stretch_2", frame.stretch_2, f32)},
+                         {}});
+  viewer::write_surface(frames_folder / frame_file("vessel", frame.frame),
+                        {{frame.wall, model.wall.triangles},
+                         {{"displacement", subtract(frame.wall, model.wall.vertices), 3, f32},
+                          scalar("plastic_strain", frame.plastic_strain, f32),
+                          scalar("contact_pressure", frame.contact_pressure_kpa, f32)},
+                         {}});
+}
+
+FrameShape read_frame(const fs::path& frames_folder, int frame) {
+  const viewer::SurfaceData wall =
+      viewer::read_surface(frames_folder / frame_file("vessel", frame));
+  return {viewer::read_surface(frames_folder / frame_file("balloon", frame)).mesh, wall.mesh,
+          find_array(wall.point_arrays, "contact_pressure").values};
+}
+
+const char* const kTimeSeriesHeader =
+    "frame,time_s,phase,pressure_atm,balloon_volume_mm3,balloon_diameter_mm,lumen_mld_mm,"
+    "friction_delta_mm,viscous_delta_mm,contact_count,min_air_volume_mm3,max_penetration_mm,"
+    "air_tet_count,flip_count";
+
+std::string time_series_row(const simulation::SimulationFrame& f) {
+  return fmt::format(
+      "{},{:.6g},{},{:.6g},{:.7g},{:.6g},{:.6g},{:.6g},{:.6g},{},{:.6g},{:.6g},{},{}", f.frame,
+      f.time_s, simulation::name(f.phase), f.pressure_atm, f.balloon_volume_mm3,
+      f.balloon_diameter_mm, f.lumen_mld_mm, f.friction_delta_mm, f.viscous_delta_mm,
+      f.contact_count, f.min_air_volume_mm3, f.max_penetration_mm, f.air_tet_count, f.flip_count);
+}
+
+}  // namespace angio::pipeline

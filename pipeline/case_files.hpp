@@ -1,0 +1,45 @@
+#pragma once
+
+#include <filesystem>
+#include <vector>
+
+#include "core/centerline.hpp"
+#include "meshing/meshing.hpp"
+#include "simulation/simulation.hpp"
+
+/// The stages' results as the files of CONTRACT, and back. What is read is what was written, bit
+/// for bit, so a stage gives the same result from memory and from files.
+namespace angio::pipeline {
+
+void write_centerlines(const std::filesystem::path& file, const CenterlineTree& tree);
+CenterlineTree read_centerlines(const std::filesystem::path& file);
+
+/// lumen.vtp, lumen.stl, lumen_capped.stl, lumen_capped.vtp (with InletOutletId)
+void write_lumen(const std::filesystem::path& folder, const meshing::LumenMesh& lumen);
+TriangleMesh read_open_lumen(const std::filesystem::path& meshing_folder);
+
+/// balloon.vtp, guidewire.vtp, region.vtp, air.vtu
+void write_balloon_setup(const std::filesystem::path& folder, const meshing::BalloonSetup& setup);
+/// Everything but the place where diameters are watched and the reference radius.
+simulation::SimulationModel read_simulation_model(const std::filesystem::path& meshing_folder);
+/// Index in the open lumen of each vertex of the region.
+std::vector<int> read_region_lumen_vertices(const std::filesystem::path& meshing_folder);
+
+/// frames/balloon_NNNNNN.vtp and frames/vessel_NNNNNN.vtp
+void write_frame(const std::filesystem::path& frames_folder,
+                 const simulation::SimulationModel& model,
+                 const simulation::SimulationFrame& frame);
+
+/// The frame's shape and contact pressure as written.
+struct FrameShape {
+  TriangleMesh balloon;
+  TriangleMesh wall;
+  std::vector<double> contact_pressure_kpa;
+};
+FrameShape read_frame(const std::filesystem::path& frames_folder, int frame);
+
+/// Header and row of timeseries.csv.
+extern const char* const kTimeSeriesHeader;
+std::string time_series_row(const simulation::SimulationFrame& frame);
+
+}  // namespace angio::pipeline

@@ -1,0 +1,442 @@
+#include "pipeline/commands.hpp"
+
+#include <fmt/format.h>
+#include <omp.h>
+
+#include <CLI/CLI.hpp>
+#include <cstdlib>
+#include <iostream>
+#include <new>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/error.hpp"
+#include "core/parallel.hpp"
+#include "datasets/phantom.hpp"
+#include "pipeline/batch.hpp"
+#include "pipeline/config.hpp"
+#include "pipeline/doctor.hpp"
+#include "pipeline/reporter.hpp"
+#include "pipeline/stage_work.hpp"
+#include "pipeline/stages.hpp"
+#include "pipeline/version.hpp"
+#include "segmentation/read_volume.hpp"
+#include "viewer/files.hpp"
+#include "viewer/view.hpp"
+
+namespace angio::pipeline {
+namespace fs = std::filesystem;
+namespace {
+
+/// Options that several commands share, as they stand on the command line.
+struct SharedOptions {
+  std::string config_file;
+  std::vector<std::string> presets;
+  std::vector<std::string> settings;
+  std::string backend = "auto";
+  int threads = 0;
+  bool quiet = false;
+  bool json = false;
+
+  [[nodiscard]] ReportStyle style() const {
+    return json ? ReportStyle::json : (quiet ? ReportStyle::quiet : ReportStyle::automatic);
+  }
+};
+
+void add_output_options(CLI::App& command, SharedOptions& shared) {
+  command.add_flag("--quiet", shared.quiet, "no progress; warnings and errors only");
+  command.add_flag("--json", shared.json, "results and events as JSON on standard output");
+}
+
+void add_run_options(CLI::App& command, SharedOptions& shared) {
+  add_output_options(command, shared);
+  command.add_option("--config", shared.config_file, "options from a TOML file (a case.toml)")
+      ->type_name("FILE");
+  command.add_option("--set", shared.settings, "one option or more; --print-config lists them all")
+      ->type_name("SECTION.KEY=VALUE")
+      ->expected(1, -1);
+  command
+      .add_option("--preset", shared.presets,
+                  fmt::format("a set of options: {}", fmt::join(preset_names(), ", ")))
+      ->type_name("NAME");
+  command.add_option("--backend", shared.backend, "where the simulation runs: auto, cpu or cuda")
+      ->check(CLI::IsMember({"auto", "cpu", "cuda"}))
+      ->capture_default_str();
+  command
+      .add_option("--threads", shared.threads, "CPU threads, 1 to 1024; 0: as many as there are")
+      ->check(CLI::Range(0, 1024))
+      ->capture_default_str();
+}
+
+/// Files first, then presets, then single settings, so that the more special wins.
+void apply_options(Config& config, const SharedOptions& shared) {
+  if (!shared.config_file.empty()) {
+    if (!fs::exists(shared.config_file))
+      throw InputError(
+          fmt::format("there is no {} (no such configuration file)", shared.config_file),
+          ExitCode::no_input);
+    load_config(config, shared.config_file);
+  }
+  for (const std::string& preset : shared.presets) apply_preset(config, preset);
+  for (const std::string& setting : shared.settings) apply_setting(config, setting);
+  config.simulation.backend = shared.backend == "cpu"    ? simulation::Backend::cpu
+                              : shared.backend == "cuda" ? simulation::Backend::cuda
+                                                         : simulation::Backend::automatic;
+  if (shared.threads > 0) omp_set_num_threads(shared.threads);
+}
+
+// ---- run and the single stages -----------------------------------------------------------------
+
+struct RunArguments {
+  SharedOptions shared;
+  RunRequest request;
+  std::string from, until, series;
+  bool allow_lossy = false;
+  bool print_config = false;
+};
+
+void add_run_command(CLI::App& app, RunArguments& run) {
+  CLI::App& command = *app.add_subcommand(
+      "run",
+      "every stage, from the input to the report\n"
+      "INPUT: a DICOM folder or file, a volume (.nrrd .nhdr .mha .mhd .nii .nii.gz .vti), a\n"
+      "lumen surface (.stl .vtp .ply .obj), or phantom:NAME[,key=value...]");
+  command.add_option("INPUT", run.request.input, "scan, surface or phantom");
+  command.add_option("-o,--output", run.request.case_folder, "the case's folder")
+      ->type_name("CASE");
+  command.add_option("--name", run.request.case_name,
+                     "the case's name in the report; otherwise a hash of the input");
+  command.add_option("--from", run.from, "run this stage and those after it again")
+      ->type_name("STAGE");
+  command
+      .add_option("--until", run.until,
+                  "last stage: segmentation, centerline, meshing, simulation or report")
+      ->type_name("STAGE");
+  command.add_option("--series", run.series, "series of a DICOM folder, from `angio inspect`");
+  command.add_flag("--allow-lossy", run.allow_lossy, "measure on lossy-compressed pixels");
+  command.add_flag("--force", run.request.force, "run everything again, into any folder");
+  command.add_flag("--keep-link", run.request.keep_link,
+                   "keep the input's path in source.private.json (mode 0600)");
+  command.add_flag("--print-config", run.print_config, "print every option in force and end");
+  add_run_options(command, run.shared);
+}
+
+int do_run(RunArguments& run) {
+  apply_options(run.request.config, run.shared);
+  if (!run.series.empty()) run.request.config.input.series = run.series;
+  if (run.allow_lossy) run.request.config.input.allow_lossy = true;
+  if (run.print_config) {
+    fmt::print("{}", to_toml(run.request.config));
+    return int(ExitCode::done);
+  }
+  if (run.request.input.empty() || run.request.case_folder.empty())
+    throw Error(ExitCode::usage,
+                "`angio run` needs an INPUT, before any --set, and -o CASE. See "
+                "`angio run --help`");
+  if (!run.from.empty()) run.request.from = parse_stage(run.from);
+  if (!run.until.empty()) run.request.until = parse_stage(run.until);
+  if (run.request.from && *run.request.from > run.request.until)
+    throw Error(ExitCode::usage, "--from names a stage after --until");
+  Reporter reporter(run.shared.style());
+  reporter.result(run_case(run.request, reporter).string());
+  return int(ExitCode::done);
+}
+
+struct StageCommand {
+  const char* verb;
+  Stage stage;
+  const char* help;
+};
+constexpr StageCommand kStageCommands[] = {
+    {"segment", Stage::segmentation, "find the lumen in the case's volume again"},
+    {"centerline", Stage::centerline, "find the centreline and its radii again"},
+    {"mesh", Stage::meshing, "mesh the lumen and place the balloon again"},
+    {"simulate", Stage::simulation, "inflate, hold and deflate the balloon again"},
+    {"report", Stage::report, "make the pictures and the report again"},
+};
+
+/// A setting that only other stages read would be ignored without a word.
+void refuse_foreign_settings(Config& config, const SharedOptions& shared,
+                             const StageCommand& command) {
+  for (const std::string& assignment : shared.settings)
+    for (const Setting& setting : settings(config))
+      if (assignment.starts_with(setting.key + "=") && setting.stage < command.stage)
+        throw Error(ExitCode::usage,
+                    fmt::format("{} belongs to the stage {}, which `angio {}` does not run. Use "
+                                "`angio run INPUT -o CASE --set ...`",
+                                setting.key, name(setting.stage), command.verb));
+}
+
+int do_stage_again(const StageCommand& command, const SharedOptions& shared,
+                   const fs::path& case_folder) {
+  RunRequest request;
+  request.case_folder = case_folder;
+  request.config = case_config(CaseFolder(case_folder));
+  apply_options(request.config, shared);
+  refuse_foreign_settings(request.config, shared, command);
+  request.from = command.stage;
+  request.until = command.stage;
+  Reporter reporter(shared.style());
+  reporter.result(run_case(request, reporter).string());
+  return int(ExitCode::done);
+}
+
+// ---- inspect -----------------------------------------------------------------------------------
+
+nlohmann::json to_json(const segmentation::SeriesSummary& s) {
+  const auto& g = s.geometry;
+  return {{"key", s.key},
+          {"kind", s.kind},
+          {"transfer_syntax", s.transfer_syntax},
+          {"files", s.file_count},
+          {"frames", s.frame_count},
+          {"size", {g.size[0], g.size[1], g.size[2]}},
+          {"spacing_mm", {g.spacing.x, g.spacing.y, g.spacing.z}},
+          {"usable", s.usable},
+          {"verdict", s.verdict}};
+}
+
+int inspect_surface(const std::string& input, bool as_json) {
+  const TriangleMesh mesh = viewer::read_surface(input).mesh;
+  const SurfaceTopology topology = surface_topology(mesh);
+  if (as_json)
+    fmt::print("{}\n", nlohmann::json{{"kind", "lumen surface"},
+                                      {"vertices", mesh.vertices.size()},
+                                      {"triangles", mesh.triangles.size()},
+                                      {"components", topology.component_count},
+                                      {"boundary_edges", topology.boundary_edge_count},
+                                      {"non_manifold_edges", topology.nonmanifold_edge_count},
+                                      {"usable", true}}
+                           .dump(2));
+  else
+    fmt::print("lumen surface: {} triangles, {} vertices, {} piece(s), {}, {} non-manifold edges\n",
+               mesh.triangles.size(), mesh.vertices.size(), topology.component_count,
+               topology.boundary_edge_count == 0 ? "closed" : "open",
+               topology.nonmanifold_edge_count);
+  return int(ExitCode::done);
+}
+
+int do_inspect(const std::string& input, bool as_json) {
+  const InputKind kind = input_kind(input);
+  if (kind == InputKind::surface) return inspect_surface(input, as_json);
+  if (kind == InputKind::phantom)
+    throw Error(ExitCode::usage, "a phantom has nothing to inspect. See `angio phantom --help`");
+  const std::vector<segmentation::SeriesSummary> all = segmentation::inspect(input);
+  if (as_json) {
+    nlohmann::json list = nlohmann::json::array();
+    for (const auto& series : all) list.push_back(to_json(series));
+    fmt::print("{}\n", nlohmann::json{{"series", list}}.dump(2));
+    return int(ExitCode::done);
+  }
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    const auto& s = all[i];
+    const auto& g = s.geometry;
+    fmt::print("{}  {}  {}, {} file(s), {} frame(s), {}\n", i + 1, s.key, s.kind, s.file_count,
+               s.frame_count, s.transfer_syntax);
+    if (s.usable)
+      fmt::print("   {} x {} x {} voxels of {:.4g} x {:.4g} x {:.4g} mm\n", g.size[0], g.size[1],
+                 g.size[2], g.spacing.x, g.spacing.y, g.spacing.z);
+    fmt::print("   {}: {}\n", s.usable ? "usable" : "refused", s.verdict);
+  }
+  return int(ExitCode::done);
+}
+
+// ---- phantom -----------------------------------------------------------------------------------
+
+struct PhantomArguments {
+  datasets::PhantomOptions options;
+  std::string format = "dicom";
+  fs::path folder;
+};
+
+void add_phantom_command(CLI::App& app, PhantomArguments& phantom) {
+  CLI::App& command =
+      *app.add_subcommand("phantom",
+                          "a phantom with its truth\n"
+                          "NAME: straight, unilateral, bilateral, ytype, coronary or cloth");
+  auto& o = phantom.options;
+  command.add_option("NAME", o.name, "which phantom")->required();
+  command.add_option("-o,--output", phantom.folder, "folder to write into")->required();
+  command.add_option("--format", phantom.format, "dicom, nrrd or surface")
+      ->check(CLI::IsMember({"dicom", "nrrd", "surface"}))
+      ->capture_default_str();
+  command.add_option("--stenosis", o.stenosis_percent, "diameter stenosis [%], 0 to 95")
+      ->capture_default_str();
+  command.add_option("--radius", o.radius_mm, "at the inlet [mm], 0.4 to 15; 0: the phantom's own")
+      ->capture_default_str();
+  command
+      .add_option("--length", o.length_mm,
+                  "of the main branch [mm], 5 to 200; 0: the phantom's own")
+      ->capture_default_str();
+  command.add_option("--spacing", o.spacing_mm, "voxel size [mm], 0.05 to 2")
+      ->capture_default_str();
+  command
+      .add_option("--noise", o.noise_sd, "standard deviation as a fraction of the contrast, 0 to 1")
+      ->capture_default_str();
+  command.add_option("--seed", o.seed, "of the noise")->capture_default_str();
+}
+
+int do_phantom(const PhantomArguments& arguments) {
+  using datasets::PhantomFormat;
+  const PhantomFormat format = arguments.format == "nrrd"      ? PhantomFormat::nrrd
+                               : arguments.format == "surface" ? PhantomFormat::surface
+                                                               : PhantomFormat::dicom;
+  arguments.options.validate();
+  const datasets::Phantom phantom = format == PhantomFormat::surface
+                                        ? datasets::make_phantom_surface(arguments.options)
+                                        : datasets::make_phantom(arguments.options);
+  const fs::path written =
+      datasets::write_phantom(phantom, arguments.options, format, arguments.folder);
+  fmt::print("{}\n", written.string());
+  return int(ExitCode::done);
+}
+
+// ---- batch -------------------------------------------------------------------------------------
+
+struct BatchArguments {
+  SharedOptions shared;
+  BatchRequest request;
+};
+
+void add_batch_command(CLI::App& app, BatchArguments& batch) {
+  CLI::App& command = *app.add_subcommand(
+      "batch",
+      "a cohort: every row of a CSV manifest is a case\n"
+      "columns: case,input and any configuration keys (balloon.length_mm, ...)");
+  auto& r = batch.request;
+  command.add_option("MANIFEST", r.manifest, "CSV file with a header")->required();
+  command.add_option("-o,--output", r.folder, "folder of the cases and the summary")->required();
+  command.add_option("-j,--jobs", r.jobs, "cases at a time, 1 to 256")
+      ->check(CLI::Range(1, 256))
+      ->capture_default_str();
+  command.add_option("--retry", r.retries, "further tries of a case that failed, 0 to 10")
+      ->check(CLI::Range(0, 10))
+      ->capture_default_str();
+  command.add_flag("--resume", r.resume, "leave out the cases that are done");
+  add_run_options(command, batch.shared);
+}
+
+int do_batch(BatchArguments& batch) {
+  Config config;  // refuses wrong options before the first case
+  apply_options(config, batch.shared);
+  config.validate();
+  auto& words = batch.request.arguments;
+  if (!batch.shared.config_file.empty())
+    words.insert(words.end(), {"--config", batch.shared.config_file});
+  for (const std::string& preset : batch.shared.presets)
+    words.insert(words.end(), {"--preset", preset});
+  for (const std::string& setting : batch.shared.settings)
+    words.insert(words.end(), {"--set", setting});
+  words.insert(words.end(), {"--backend", batch.shared.backend, "--quiet"});
+  batch.request.threads = batch.shared.threads;
+  batch.request.program = fs::read_symlink("/proc/self/exe");
+  Reporter reporter(batch.shared.style());
+  const int failed = run_batch(batch.request, reporter);
+  reporter.result((batch.request.folder / "summary.csv").string());
+  return int(failed > 0 ? ExitCode::some_cases_failed : ExitCode::done);
+}
+
+// ---- the program -------------------------------------------------------------------------------
+
+/// CLI11 writes several lines; CONTRACT wants one, with exit code 64.
+int report_usage_error(const CLI::App& app, const CLI::ParseError& error) {
+  if (error.get_exit_code() == 0) return app.exit(error);  // --help, --version
+  std::string text = error.what();
+  std::replace(text.begin(), text.end(), '\n', ' ');
+  const std::vector<CLI::App*> used = app.get_subcommands();
+  std::vector<std::string> known;
+  const CLI::App& scope = used.empty() ? app : *used.front();
+  for (const CLI::Option* option : scope.get_options())
+    for (const std::string& long_name : option->get_lnames()) known.push_back("--" + long_name);
+  for (const CLI::App* command : scope.get_subcommands({})) known.push_back(command->get_name());
+  const std::string word = text.substr(text.find_last_of(' ') + 1);
+  const std::string guess = nearest(word, known);
+  fmt::print(stderr, "angio: {}{}. See `angio{} --help`\n", text,
+             guess.empty() || guess == word ? "" : fmt::format(" (did you mean {}?)", guess),
+             used.empty() ? "" : " " + used.front()->get_name());
+  return int(ExitCode::usage);
+}
+
+int dispatch(int argc, char** argv) {
+  CLI::App app{
+      "angio: from a rotational angiography to what a balloon does to the artery.\n"
+      "Lengths in mm, pressures in atm, coordinates LPS. Not for clinical use."};
+  app.set_version_flag("--version", std::string("angio ") + kVersion);
+  app.require_subcommand(1);
+
+  RunArguments run;
+  add_run_command(app, run);
+  std::vector<SharedOptions> stage_options(std::size(kStageCommands));
+  fs::path case_folder;
+  for (std::size_t i = 0; i < std::size(kStageCommands); ++i) {
+    CLI::App& command = *app.add_subcommand(kStageCommands[i].verb, kStageCommands[i].help);
+    command.add_option("CASE", case_folder, "the case's folder")->required();
+    add_run_options(command, stage_options[i]);
+  }
+  std::string inspect_input;
+  bool inspect_json = false;
+  CLI::App& inspect = *app.add_subcommand(
+      "inspect", "what is there, whether it can be used, and why not; reads headers only");
+  inspect.add_option("INPUT", inspect_input, "a folder or file")->required();
+  inspect.add_flag("--json", inspect_json, "as JSON");
+  viewer::ViewOptions view_options;
+  CLI::App& view = *app.add_subcommand("view", "the desktop viewer");
+  view.add_option("CASE", case_folder, "the case's folder")->required();
+  view.add_option("--screenshot", view_options.screenshot, "write this PNG instead of a window");
+  view.add_option("--frame", view_options.frame, "frame shown first; -1: the peak")
+      ->capture_default_str();
+  PhantomArguments phantom;
+  add_phantom_command(app, phantom);
+  BatchArguments batch;
+  add_batch_command(app, batch);
+  bool doctor_json = false;
+  CLI::App& doctor = *app.add_subcommand("doctor", "what this computer has, and what will be used");
+  doctor.add_flag("--json", doctor_json, "as JSON");
+
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    return report_usage_error(app, error);
+  }
+  if (app.got_subcommand("run")) return do_run(run);
+  for (std::size_t i = 0; i < std::size(kStageCommands); ++i)
+    if (app.got_subcommand(kStageCommands[i].verb))
+      return do_stage_again(kStageCommands[i], stage_options[i], case_folder);
+  if (app.got_subcommand(&inspect)) return do_inspect(inspect_input, inspect_json);
+  if (app.got_subcommand(&view)) {
+    viewer::view_case(case_folder, view_options);
+    return int(ExitCode::done);
+  }
+  if (app.got_subcommand("phantom")) return do_phantom(phantom);
+  if (app.got_subcommand("batch")) return do_batch(batch);
+  fmt::print("{}", examine_computer(doctor_json));
+  return int(ExitCode::done);
+}
+
+int fail(ExitCode code, const std::string& message) {
+  fmt::print(stderr, "angio: {}\n", message);
+  return int(code);
+}
+
+}  // namespace
+
+int run_command_line(int argc, char** argv) {
+  catch_interrupts();
+  try {
+    return dispatch(argc, argv);
+  } catch (const Error& error) {
+    return fail(error.exit_code(), error.what());
+  } catch (const std::bad_alloc&) {
+    return fail(ExitCode::unavailable,
+                "not enough memory for this input. Close other programs, or crop the volume");
+  } catch (const fs::filesystem_error& error) {
+    return fail(ExitCode::io,
+                fmt::format("reading or writing failed ({})", error.code().message()));
+  } catch (const std::exception& error) {
+    return fail(ExitCode::internal,
+                fmt::format("a bug of this program ({}). Please report it", error.what()));
+  }
+}
+
+}  // namespace angio::pipeline

@@ -1,0 +1,418 @@
+#include "pipeline/config.hpp"
+
+#include <fmt/format.h>
+#include <toml++/toml.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <numeric>
+#include <sstream>
+
+#include "core/atomic_file.hpp"
+#include "core/error.hpp"
+
+namespace angio::pipeline {
+namespace {
+
+constexpr const char* kStageNames[kStageCount] = {"segmentation", "centerline", "meshing",
+                                                  "simulation", "report"};
+
+[[noreturn]] void refuse_value(const std::string& key, const std::string& value,
+                               const char* expected) {
+  throw OptionError(
+      fmt::format("{} = {} cannot be used (expected {}). See `angio run --print-config`", key,
+                  value, expected));
+}
+
+// ---- one field <-> TOML --------------------------------------------------------------------
+
+double number_of(const std::string& key, const toml::node& node) {
+  const auto value = node.value<double>();
+  if (!value || !std::isfinite(*value)) {
+    std::ostringstream text;
+    text << toml::node_view<const toml::node>(node);
+    refuse_value(key, text.str(), "a number");
+  }
+  return *value;
+}
+
+Vec3 point_of(const std::string& key, const toml::node& node) {
+  const toml::array* array = node.as_array();
+  if (!array || array->size() != 3) refuse_value(key, "this value", "a point [x, y, z] in LPS mm");
+  return {number_of(key, (*array)[0]), number_of(key, (*array)[1]), number_of(key, (*array)[2])};
+}
+
+void read_field(const std::string& key, const toml::node& node, double& field) {
+  field = number_of(key, node);
+}
+void read_field(const std::string& key, const toml::node& node, int& field) {
+  const double number = number_of(key, node);
+  if (number != std::floor(number) || std::abs(number) > 1e9)
+    refuse_value(key, fmt::format("{}", number), "a whole number");
+  field = int(number);
+}
+void read_field(const std::string& key, const toml::node& node, bool& field) {
+  if (!node.is_boolean()) refuse_value(key, "this value", "true or false");
+  field = node.as_boolean()->get();
+}
+void read_field(const std::string& key, const toml::node& node, std::string& field) {
+  if (!node.is_string()) refuse_value(key, "this value", "a text");
+  field = node.as_string()->get();
+}
+void read_field(const std::string& key, const toml::node& node, std::optional<double>& field) {
+  if (node.is_string() && node.as_string()->get() == "auto")
+    field.reset();
+  else
+    field = number_of(key, node);
+}
+void read_field(const std::string& key, const toml::node& node, std::optional<Vec3>& field) {
+  if (node.is_string() && node.as_string()->get() == "auto")
+    field.reset();
+  else
+    field = point_of(key, node);
+}
+void read_field(const std::string& key, const toml::node& node, std::vector<Vec3>& field) {
+  const toml::array* array = node.as_array();
+  if (!array) refuse_value(key, "this value", "a list of points [[x, y, z], ...] in LPS mm");
+  field.clear();
+  for (const toml::node& element : *array) field.push_back(point_of(key, element));
+}
+
+std::string quoted(const std::string& text) {
+  std::ostringstream out;
+  out << toml::value<std::string>(text);
+  return out.str();
+}
+std::string write_field(double field) {
+  const std::string text = fmt::format("{}", field);
+  return text.find_first_of(".e") == std::string::npos ? text + ".0" : text;
+}
+std::string write_field(int field) { return fmt::format("{}", field); }
+std::string write_field(bool field) { return field ? "true" : "false"; }
+std::string write_field(const std::string& field) { return quoted(field); }
+std::string write_field(const Vec3& field) {
+  return fmt::format("[{}, {}, {}]", write_field(field.x), write_field(field.y),
+                     write_field(field.z));
+}
+template <class Value>
+std::string write_field(const std::optional<Value>& field) {
+  return field ? write_field(*field) : "\"auto\"";
+}
+std::string write_field(const std::vector<Vec3>& field) {
+  std::string text;
+  for (const Vec3& point : field) text += (text.empty() ? "" : ", ") + write_field(point);
+  return "[" + text + "]";
+}
+
+/// A bare word is a text: `--set balloon.material=pa12` needs no quotes.
+toml::table parse_value(const std::string& key, const std::string& value) {
+  try {
+    return toml::parse("value = " + value);
+  } catch (const toml::parse_error&) {
+  }
+  try {
+    return toml::parse("value = " + quoted(value));
+  } catch (const toml::parse_error&) {
+    refuse_value(key, value, "a TOML value");
+  }
+}
+
+template <class Field>
+Setting make_setting(std::string key, Stage stage, Field& field, std::string help) {
+  Setting setting{key, stage, std::move(help), nullptr, nullptr};
+  setting.get = [&field] { return write_field(field); };
+  setting.set = [&field, key](const std::string& value) {
+    const toml::table table = parse_value(key, value);
+    read_field(key, *table.get("value"), field);
+  };
+  return setting;
+}
+
+// ---- the table ---------------------------------------------------------------------------------
+
+void add_imaging_settings(Config& c, std::vector<Setting>& table) {
+  const auto seg = Stage::segmentation;
+  table.push_back(
+      make_setting("input.series", seg, c.input.series,
+                   "series of a DICOM folder: its number or key from `angio inspect`; \"\": "
+                   "the one with the most voxels"));
+  table.push_back(make_setting("input.allow_lossy", seg, c.input.allow_lossy,
+                               "measure on lossy-compressed pixels all the same"));
+  table.push_back(make_setting("segmentation.smallest_radius_mm", seg,
+                               c.segmentation.smallest_radius_mm,
+                               "thinnest vessel looked for [mm], 0.1 to 20"));
+  table.push_back(make_setting("segmentation.largest_radius_mm", seg,
+                               c.segmentation.largest_radius_mm,
+                               "widest vessel looked for by its shape [mm], 0.2 to 30"));
+  table.push_back(make_setting("segmentation.scale_count", seg, c.segmentation.scale_count,
+                               "scales of the vessel enhancement, 1 to 8"));
+  table.push_back(make_setting("segmentation.seeds_lps_mm", seg, c.segmentation.seeds_lps_mm,
+                               "points inside the vessel, LPS [mm]; []: found automatically"));
+  table.push_back(make_setting("segmentation.intensity_min", seg, c.segmentation.intensity_min,
+                               "lowest intensity of the lumen [the volume's unit]; \"auto\""));
+  table.push_back(
+      make_setting("segmentation.intensity_max", seg, c.segmentation.intensity_max,
+                   "highest intensity of the lumen; brighter is bone or metal; \"auto\""));
+  table.push_back(make_setting("segmentation.min_component_mm3", seg,
+                               c.segmentation.min_component_mm3,
+                               "smaller pieces are noise [mm3], 0 to 1e6"));
+  const auto line = Stage::centerline;
+  table.push_back(make_setting("centerline.inlet_lps_mm", line, c.centerline.inlet_lps_mm,
+                               "a point at the inlet, LPS [mm]; \"auto\": the widest end"));
+  table.push_back(make_setting("centerline.outlets_lps_mm", line, c.centerline.outlets_lps_mm,
+                               "points at the outlets, LPS [mm]; []: every other end"));
+  table.push_back(make_setting("centerline.step_mm", line, c.centerline.step_mm,
+                               "distance of points [mm], up to 5; 0: a quarter of the radius"));
+  table.push_back(make_setting("centerline.min_branch_length_mm", line,
+                               c.centerline.min_branch_length_mm,
+                               "shorter side branches are spurs [mm]; 0: by the parent's radius"));
+}
+
+void add_meshing_settings(Config& c, std::vector<Setting>& table) {
+  const auto mesh = Stage::meshing;
+  table.push_back(make_setting("lesion.centerline", mesh, c.lesion.centerline,
+                               "CenterlineIds of the line to treat; -1: the whole tree"));
+  table.push_back(
+      make_setting("lesion.abscissa_mm", mesh, c.lesion.abscissa_mm,
+                   "place on that line [mm from the inlet]; -1: the tightest stenosis"));
+  table.push_back(make_setting("lesion.min_stenosis_percent", mesh, c.lesion.min_stenosis_percent,
+                               "less is no stenosis [%], 10 to 90"));
+  table.push_back(
+      make_setting("mesh.edge_length_mm", mesh, c.lumen_mesh.edge_length_mm,
+                   "target edge length of the lumen [mm], up to 5; 0: by the local radius"));
+  table.push_back(make_setting("mesh.edges_per_circumference", mesh,
+                               c.lumen_mesh.edges_per_circumference,
+                               "edges around the lumen where edge_length_mm is 0, 8 to 64"));
+  table.push_back(make_setting("mesh.triangle_budget", mesh, c.lumen_mesh.triangle_budget,
+                               "most triangles of the lumen, 1000 to 5000000"));
+  table.push_back(make_setting("mesh.smoothing_iterations", mesh, c.lumen_mesh.smoothing_iterations,
+                               "volume-keeping smoothing steps, 0 to 100"));
+  table.push_back(make_setting("balloon.nominal_diameter_mm", mesh, c.balloon.nominal_diameter_mm,
+                               "[mm], 0.5 to 30; 0: the reference diameter, to the next 0.25 mm"));
+  table.push_back(
+      make_setting("balloon.length_mm", mesh, c.balloon.length_mm,
+                   "of the cylindrical part [mm], 2 to 80; 0: the lesion and 3 mm each side"));
+  table.push_back(make_setting("balloon.start_diameter_mm", mesh, c.balloon.start_diameter_mm,
+                               "crossing profile [mm]; 0: 0.9 mm, less where it must pass"));
+  table.push_back(make_setting("balloon.ring_count", mesh, c.balloon.ring_count,
+                               "rings of vertices, 6 to 400"));
+  table.push_back(make_setting("balloon.ring_vertex_count", mesh, c.balloon.ring_vertex_count,
+                               "vertices a ring, 6 to 200"));
+  table.push_back(make_setting("balloon.guidewire_node_count", mesh, c.balloon.guidewire_node_count,
+                               "nodes of the guidewire, 2 to 1000"));
+}
+
+void add_simulation_settings(Config& c, std::vector<Setting>& table) {
+  const auto sim = Stage::simulation;
+  auto& s = c.simulation;
+  table.push_back(make_setting("balloon.material", sim, s.balloon.name,
+                               "pa12 (semi-compliant) or polyurethane (the seed paper's)"));
+  table.push_back(make_setting("balloon.c1_mpa", sim, s.balloon.c1_mpa,
+                               "Mooney-Rivlin C1 [MPa]; 0: the material's"));
+  table.push_back(make_setting("balloon.c2_mpa", sim, s.balloon.c2_mpa,
+                               "Mooney-Rivlin C2 [MPa]; 0: the material's"));
+  table.push_back(make_setting("balloon.wall_mm", sim, s.balloon.wall_mm,
+                               "membrane thickness before inflation [mm], 0.001 to 1"));
+  table.push_back(make_setting("balloon.density_g_mm3", sim, s.balloon.density_g_mm3,
+                               "[g/mm3]; 0: the material's"));
+  table.push_back(make_setting("wall.modulus_kpa", sim, s.wall.modulus_kpa,
+                               "circumferential modulus of the diseased wall [kPa], 1 to 1e6"));
+  table.push_back(make_setting("wall.thickness_ratio", sim, s.wall.thickness_ratio,
+                               "wall thickness / outer diameter, up to 0.45"));
+  table.push_back(make_setting("wall.yield_strain", sim, s.wall.yield_strain,
+                               "strain at which plastic flow begins, 0 to 10"));
+  table.push_back(make_setting("wall.creep_per_s", sim, s.wall.creep_per_s,
+                               "rate of plastic flow [1/s], 0 to 1000"));
+  table.push_back(make_setting("wall.max_plastic_strain", sim, s.wall.max_plastic_strain,
+                               "most plastic strain, 0 to 10"));
+  table.push_back(make_setting("wall.foundation_kpa_per_mm", sim, s.wall.foundation_kpa_per_mm,
+                               "stiffness of the surrounding tissue [kPa/mm], 0 to 1e5"));
+  table.push_back(make_setting("wall.density_g_mm3", sim, s.wall.density_g_mm3, "[g/mm3]"));
+  table.push_back(
+      make_setting("inflation.inflate_s", sim, s.inflation.inflate_s, "[s], up to 600"));
+  table.push_back(make_setting("inflation.hold_s", sim, s.inflation.hold_s, "[s], 0 to 600"));
+  table.push_back(
+      make_setting("inflation.deflate_s", sim, s.inflation.deflate_s, "[s], up to 600"));
+  table.push_back(make_setting("inflation.rest_s", sim, s.inflation.rest_s, "[s], 0 to 600"));
+  table.push_back(make_setting("inflation.peak_pressure_atm", sim, s.inflation.peak_pressure_atm,
+                               "highest pressure above the outside [atm], up to 40"));
+  table.push_back(make_setting("inflation.outside_pressure_kpa", sim,
+                               s.inflation.outside_pressure_kpa,
+                               "blood pressure around the balloon [kPa], 0 to 50"));
+  table.push_back(make_setting("simulation.frame_s", sim, s.frame_s, "time step [s], 0.0001 to 1"));
+  table.push_back(make_setting("simulation.sweeps", sim, s.sweeps,
+                               "vertex block descent sweeps a frame, 1 to 1000"));
+  table.push_back(make_setting("simulation.contact_distance_mm", sim, s.contact_distance_mm,
+                               "contact acts below this gap [mm], 0.001 to 1"));
+  table.push_back(make_setting("simulation.friction_static", sim, s.friction_static, "0 to 2"));
+  table.push_back(make_setting("simulation.friction_kinetic", sim, s.friction_kinetic, "0 to 2"));
+  table.push_back(
+      make_setting("simulation.write_every", sim, c.write_every,
+                   "solver frames per frame written; first, peak and last always are, 1 to "
+                   "10000"));
+}
+
+int edit_distance(std::string_view a, std::string_view b) {
+  std::vector<int> row(b.size() + 1);
+  std::iota(row.begin(), row.end(), 0);
+  for (std::size_t i = 1; i <= a.size(); ++i) {
+    int diagonal = row[0];
+    row[0] = int(i);
+    for (std::size_t j = 1; j <= b.size(); ++j) {
+      const int replaced = diagonal + (a[i - 1] == b[j - 1] ? 0 : 1);
+      diagonal = row[j];
+      row[j] = std::min({replaced, row[j] + 1, row[j - 1] + 1});
+    }
+  }
+  return row[b.size()];
+}
+
+void apply(Config& config, const std::string& key, const std::string& toml_value,
+           const std::string& where) {
+  const std::vector<Setting> table = settings(config);
+  std::vector<std::string> keys;
+  for (const Setting& setting : table) {
+    if (setting.key == key) return setting.set(toml_value);
+    keys.push_back(setting.key);
+  }
+  const std::string guess = nearest(key, keys);
+  throw OptionError(fmt::format("unknown key {} in {}{}. `angio run --print-config` lists all keys",
+                                key, where,
+                                guess.empty() ? "" : fmt::format(" (did you mean {}?)", guess)));
+}
+
+void apply_table(Config& config, const toml::table& table, const std::string& where) {
+  for (const auto& [section, node] : table) {
+    const std::string section_name(section.str());
+    if (!node.is_table()) return apply(config, section_name, "0", where);  // no bare keys: refused
+    for (const auto& [key, value] : *node.as_table()) {
+      std::ostringstream text;
+      text << toml::node_view<const toml::node>(value);
+      apply(config, section_name + "." + std::string(key.str()), text.str(), where);
+    }
+  }
+}
+
+const std::map<std::string, std::vector<std::string>>& presets() {
+  static const std::map<std::string, std::vector<std::string>> table = {
+      {"draft",
+       {"mesh.edges_per_circumference=12", "simulation.frame_s=0.05", "simulation.write_every=8"}},
+      {"fine",
+       {"mesh.edges_per_circumference=24", "balloon.ring_count=52",
+        "balloon.ring_vertex_count=40"}},
+      {"hydrophilic", {"simulation.friction_static=0.05", "simulation.friction_kinetic=0.03"}},
+  };
+  return table;
+}
+
+}  // namespace
+
+const char* name(Stage stage) { return kStageNames[int(stage)]; }
+
+Stage parse_stage(std::string_view text) {
+  for (int s = 0; s < kStageCount; ++s)
+    if (text == kStageNames[s]) return Stage(s);
+  const std::string guess =
+      nearest(text, std::vector<std::string>(std::begin(kStageNames), std::end(kStageNames)));
+  throw Error(ExitCode::usage,
+              fmt::format("no stage is called {}{} (the stages: segmentation centerline meshing "
+                          "simulation report)",
+                          text, guess.empty() ? "" : fmt::format(", did you mean {}?", guess)));
+}
+
+void Config::validate() const {
+  segmentation.validate();
+  centerline.validate();
+  lesion.validate();
+  lumen_mesh.validate();
+  balloon.validate();
+  simulation.validate();
+  if (write_every < 1 || write_every > 10000)
+    throw OptionError("simulation.write_every must be from 1 to 10000");
+}
+
+std::vector<Setting> settings(Config& config) {
+  std::vector<Setting> table;
+  add_imaging_settings(config, table);
+  add_meshing_settings(config, table);
+  add_simulation_settings(config, table);
+  return table;
+}
+
+void load_config(Config& config, const std::filesystem::path& file) {
+  toml::table table;
+  try {
+    table = toml::parse(read_text(file), file.filename().string());
+  } catch (const toml::parse_error& error) {
+    throw OptionError(
+        fmt::format("{}, line {}: {} (not TOML). Correct it, or begin from the "
+                    "case.toml of another case",
+                    file.string(), error.source().begin.line, error.description()));
+  }
+  apply_table(config, table, file.filename().string());
+}
+
+void apply_setting(Config& config, std::string_view assignment) {
+  const std::size_t equals = assignment.find('=');
+  if (equals == std::string_view::npos)
+    throw Error(ExitCode::usage, fmt::format("--set {} is not section.key=value", assignment));
+  apply(config, std::string(assignment.substr(0, equals)),
+        std::string(assignment.substr(equals + 1)), "--set");
+}
+
+std::vector<std::string> preset_names() {
+  std::vector<std::string> names;
+  for (const auto& [preset, unused] : presets()) names.push_back(preset);
+  return names;
+}
+
+void apply_preset(Config& config, std::string_view preset) {
+  const auto found = presets().find(std::string(preset));
+  if (found == presets().end())
+    throw OptionError(fmt::format("no preset is called {} (there are: {})", preset,
+                                  fmt::join(preset_names(), ", ")));
+  for (const std::string& assignment : found->second) apply_setting(config, assignment);
+}
+
+std::string to_toml(const Config& config) {
+  Config copy = config;
+  std::vector<Setting> table = settings(copy);
+  std::vector<std::string> sections;  // in the order of their first key
+  std::map<std::string, std::string> text;
+  for (const Setting& setting : table) {
+    const std::size_t dot = setting.key.find('.');
+    const std::string section = setting.key.substr(0, dot);
+    if (text.find(section) == text.end()) sections.push_back(section);
+    text[section] +=
+        fmt::format("{} = {}  # {}\n", setting.key.substr(dot + 1), setting.get(), setting.help);
+  }
+  std::string toml =
+      "# Every option in force. `angio run INPUT --config THIS -o CASE` repeats it.\n";
+  for (const std::string& section : sections)
+    toml += fmt::format("\n[{}]\n{}", section, text[section]);
+  return toml;
+}
+
+std::string stage_settings(const Config& config, Stage stage) {
+  Config copy = config;
+  std::string text;
+  for (const Setting& setting : settings(copy))
+    if (setting.stage == stage) text += fmt::format("{} = {}\n", setting.key, setting.get());
+  return text;
+}
+
+std::string nearest(std::string_view word, const std::vector<std::string>& candidates) {
+  std::string best;
+  int best_distance = std::max(3, int(word.size()) / 2);
+  for (const std::string& candidate : candidates) {
+    const int d = edit_distance(word, candidate);
+    if (d < best_distance) {
+      best_distance = d;
+      best = candidate;
+    }
+  }
+  return best;
+}
+
+}  // namespace angio::pipeline

@@ -1,0 +1,70 @@
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "centerline/centerline.hpp"
+#include "meshing/meshing.hpp"
+#include "segmentation/read_volume.hpp"
+#include "segmentation/segmentation.hpp"
+#include "simulation/simulation.hpp"
+
+namespace angio::pipeline {
+
+/// The stages in the order in which they run.
+enum class Stage { segmentation, centerline, meshing, simulation, report };
+inline constexpr int kStageCount = 5;
+/// As in --from, --until, run.json and the case's folders.
+const char* name(Stage stage);
+/// @throws Error (64) naming the nearest stage
+Stage parse_stage(std::string_view text);
+
+/// Every option of every stage; each default is the one of the stage's own struct.
+struct Config {
+  segmentation::ReadOptions input;
+  segmentation::SegmentationOptions segmentation;
+  centerline::CenterlineOptions centerline;
+  centerline::LesionOptions lesion;
+  meshing::LumenMeshOptions lumen_mesh;
+  meshing::BalloonOptions balloon;
+  simulation::SimulationOptions simulation;
+  int write_every = 4;  ///< solver frames per frame written, [1, 10000]
+
+  void validate() const;  ///< @throws OptionError naming section.key
+};
+
+/// One key of the configuration and the field behind it.
+struct Setting {
+  std::string key;                                         ///< "section.key"
+  Stage stage;                                             ///< the stage whose result it changes
+  std::string help;                                        ///< meaning, unit, range
+  std::function<std::string()> get;                        ///< as a TOML value
+  std::function<void(const std::string& toml_value)> set;  ///< @throws OptionError
+};
+
+/// The table of all settings of `config`, which must outlive it.
+std::vector<Setting> settings(Config& config);
+
+/// Applies a TOML file. @throws OptionError (78) for an unknown key, naming the nearest one
+void load_config(Config& config, const std::filesystem::path& file);
+
+/// Applies "section.key=value".
+void apply_setting(Config& config, std::string_view assignment);
+
+/// Names of the presets, and the settings of one.
+std::vector<std::string> preset_names();
+void apply_preset(Config& config, std::string_view preset);
+
+/// The configuration as TOML, each key with its meaning and unit as a comment.
+std::string to_toml(const Config& config);
+
+/// The settings that a stage's result depends on (not those of earlier stages), one a line.
+std::string stage_settings(const Config& config, Stage stage);
+
+/// The candidate with the least edit distance to `word`, or "" if none is near.
+std::string nearest(std::string_view word, const std::vector<std::string>& candidates);
+
+}  // namespace angio::pipeline

@@ -1,0 +1,96 @@
+#include "pipeline/metrics.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "core/atomic_file.hpp"
+#include "core/error.hpp"
+#include "pipeline/case_files.hpp"
+
+namespace angio::pipeline {
+using nlohmann::json;
+namespace {
+
+json object_of_nulls(std::initializer_list<const char*> keys) {
+  json object = json::object();
+  for (const char* key : keys) object[key] = nullptr;
+  return object;
+}
+
+json empty_metrics() {
+  return {{"lesion", object_of_nulls({"centerline_id", "abscissa_mm", "mld_mm", "mla_mm2",
+                                      "reference_diameter_mm", "reference_rule",
+                                      "diameter_stenosis_percent", "length_mm"})},
+          {"balloon",
+           object_of_nulls({"nominal_diameter_mm", "length_mm", "material", "peak_pressure_atm",
+                            "peak_diameter_mm", "balloon_to_artery_ratio"})},
+          {"result", object_of_nulls({"mld_mm", "mla_mm2", "diameter_stenosis_percent",
+                                      "acute_gain_mm", "recoil_mm", "recoil_percent"})},
+          {"simulation", object_of_nulls({"backend", "device", "frame_count", "simulated_s",
+                                          "wall_s", "frames_per_second", "real_time_factor",
+                                          "max_penetration_mm", "inverted_air_tets"})},
+          {"mesh", object_of_nulls({"lumen_triangles", "lumen_vertices", "watertight",
+                                    "self_intersections", "min_angle_degrees"})}};
+}
+
+json to_json(const centerline::Lesion& lesion) {
+  return {{"centerline_id", lesion.path_id},
+          {"abscissa_mm", lesion.abscissa_mm},
+          {"mld_mm", lesion.mld_mm},
+          {"mla_mm2", lesion.mla_mm2},
+          {"reference_diameter_mm", lesion.reference_diameter_mm},
+          {"reference_rule", lesion.reference_rule},
+          {"diameter_stenosis_percent", lesion.diameter_stenosis_percent},
+          {"length_mm", lesion.length_mm}};
+}
+
+void add_timing(json& simulation, const RunRecord& record) {
+  const double wall_s = record.stages.at(Stage::simulation).solver_seconds;
+  if (wall_s <= 0.0) return;
+  simulation["wall_s"] = wall_s;
+  simulation["frames_per_second"] = simulation["frame_count"].get<double>() / wall_s;
+  simulation["real_time_factor"] = simulation["simulated_s"].get<double>() / wall_s;
+}
+
+}  // namespace
+
+json read_json(const std::filesystem::path& file) {
+  try {
+    return json::parse(read_text(file));
+  } catch (const json::exception&) {
+    throw InputError(
+        fmt::format("{} is damaged (not the JSON that this program writes). Run that "
+                    "stage again, or add --force",
+                    file.string()));
+  }
+}
+
+centerline::Lesion chosen_lesion(const CenterlineTree& tree, const Config& config) {
+  return centerline::find_lesions(tree, config.lesion).front();
+}
+
+json collect_metrics(const CaseFolder& case_folder, const Config& config, const RunRecord& record) {
+  json metrics = empty_metrics();
+  const auto is_done = [&](Stage stage) {
+    const auto found = record.stages.find(stage);
+    return found != record.stages.end() && found->second.status == "done";
+  };
+  if (!is_done(Stage::centerline)) return metrics;
+  const CenterlineTree tree = read_centerlines(case_folder.path("centerline/centerlines.vtp"));
+  const centerline::Lesion lesion = chosen_lesion(tree, config);
+  metrics["lesion"].update(to_json(lesion));
+  if (!is_done(Stage::meshing)) return metrics;
+  const json placement = read_json(case_folder.path("meshing/placement.json"));
+  metrics["mesh"].update(placement.at("mesh"));
+  metrics["balloon"].update(placement.at("balloon"));
+  if (!is_done(Stage::simulation)) return metrics;
+  const json summary = read_json(case_folder.path("simulation/summary.json"));
+  metrics["balloon"].update(summary.at("balloon"));
+  metrics["result"].update(summary.at("result"));
+  metrics["simulation"].update(summary.at("simulation"));
+  add_timing(metrics["simulation"], record);
+  return metrics;
+}
+
+}  // namespace angio::pipeline

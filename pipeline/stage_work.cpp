@@ -1,0 +1,489 @@
+#include "pipeline/stage_work.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cctype>
+#include <set>
+
+#include "centerline/centerline.hpp"
+#include "core/atomic_file.hpp"
+#include "core/error.hpp"
+#include "core/units.hpp"
+#include "datasets/phantom.hpp"
+#include "meshing/meshing.hpp"
+#include "pipeline/case_files.hpp"
+#include "pipeline/metrics.hpp"
+#include "pipeline/version.hpp"
+#include "segmentation/read_volume.hpp"
+#include "segmentation/segmentation.hpp"
+#include "simulation/simulation.hpp"
+#include "viewer/files.hpp"
+#include "viewer/report.hpp"
+
+namespace angio::pipeline {
+namespace fs = std::filesystem;
+using nlohmann::json;
+namespace {
+
+constexpr const char* kPhantomPrefix = "phantom:";
+
+void keep(std::vector<std::string>& warnings, const std::vector<std::string>& more) {
+  warnings.insert(warnings.end(), more.begin(), more.end());
+}
+
+/// The part of a stage's progress between two fractions.
+Progress part(const Progress& whole, double first, double last) {
+  return Progress([&whole, first, last](double fraction, std::string_view step) {
+    whole.report(first + (last - first) * fraction, step);
+  });
+}
+
+// ---- segmentation ------------------------------------------------------------------------------
+
+Volume<float> load_volume(StageWork& work) {
+  if (work.input.empty())
+    return segmentation::read_volume_file(work.case_folder.path("segmentation/volume.nrrd"));
+  if (work.input.starts_with(kPhantomPrefix)) {
+    const auto options =
+        datasets::parse_phantom(work.input.substr(std::string_view(kPhantomPrefix).size()));
+    work.record.input_description = fmt::format("phantom {}", options.name);
+    return datasets::make_phantom(options, part(work.progress, 0.0, 0.2)).volume;
+  }
+  segmentation::LoadedVolume loaded =
+      segmentation::read_volume(work.input, work.config.input, part(work.progress, 0.0, 0.2));
+  keep(work.warnings, loaded.warnings);
+  work.record.input_description = loaded.source_description;
+  return std::move(loaded.volume);
+}
+
+/// A lumen surface needs no segmentation; it is kept as the later stages read it.
+void take_surface(StageWork& work) {
+  const fs::path source = work.input.empty()
+                              ? work.case_folder.path("segmentation/lumen_surface.vtp")
+                              : fs::path(work.input);
+  const viewer::SurfaceData surface = viewer::read_surface(source);
+  if (!work.input.empty())
+    work.record.input_description =
+        fmt::format("lumen surface, {} triangles", surface.mesh.triangles.size());
+  viewer::write_surface(work.out / "lumen_surface.vtp", {surface.mesh, {}, {}});
+}
+
+void do_segmentation(StageWork& work) {
+  if (work.record.input_kind == name(InputKind::surface)) return take_surface(work);
+  const Volume<float> volume = load_volume(work);
+  const segmentation::Segmentation result = segmentation::segment_vessels(
+      volume, work.config.segmentation, part(work.progress, 0.2, 0.9));
+  keep(work.warnings, result.warnings);
+  work.progress.report(0.9, "writing");
+  segmentation::write_volume(work.out / "volume.nrrd", volume);
+  segmentation::write_volume(work.out / "lumen_mask.nrrd", result.mask);
+  segmentation::write_volume(work.out / "lumen_level_set.nrrd", result.level_set);
+}
+
+// ---- centerline --------------------------------------------------------------------------------
+
+bool has_surface_input(const StageWork& work) {
+  return work.record.input_kind == name(InputKind::surface);
+}
+
+Volume<float> read_level_set(const StageWork& work) {
+  return segmentation::read_volume_file(work.case_folder.path("segmentation/lumen_level_set.nrrd"));
+}
+
+TriangleMesh read_given_surface(const StageWork& work) {
+  return viewer::read_surface(work.case_folder.path("segmentation/lumen_surface.vtp")).mesh;
+}
+
+json to_json(const std::vector<centerline::Lesion>& lesions) {
+  json list = json::array();
+  for (const centerline::Lesion& lesion : lesions) {
+    if (!lesion.is_stenosis) continue;
+    list.push_back({{"centerline_id", lesion.path_id},
+                    {"abscissa_mm", lesion.abscissa_mm},
+                    {"mld_mm", lesion.mld_mm},
+                    {"mla_mm2", lesion.mla_mm2},
+                    {"reference_diameter_mm", lesion.reference_diameter_mm},
+                    {"reference_rule", lesion.reference_rule},
+                    {"diameter_stenosis_percent", lesion.diameter_stenosis_percent},
+                    {"length_mm", lesion.length_mm}});
+  }
+  return list;
+}
+
+void do_centerline(StageWork& work) {
+  const Progress progress = part(work.progress, 0.0, 0.95);
+  const centerline::CenterlineResult result =
+      has_surface_input(work)
+          ? centerline::extract_centerline(read_given_surface(work), work.config.centerline,
+                                           progress)
+          : centerline::extract_centerline(read_level_set(work), work.config.centerline, progress);
+  keep(work.warnings, result.warnings);
+  write_centerlines(work.out / "centerlines.vtp", result.tree);
+  const auto lesions = centerline::find_lesions(
+      result.tree, {.min_stenosis_percent = work.config.lesion.min_stenosis_percent});
+  write_text_atomically(work.out / "lesions.json", to_json(lesions).dump(2) + "\n");
+}
+
+// ---- meshing -----------------------------------------------------------------------------------
+
+const CenterlinePath& path_of(const CenterlineTree& tree, int path_id) {
+  const auto found = std::find_if(tree.paths.begin(), tree.paths.end(),
+                                  [&](const CenterlinePath& path) { return path.id == path_id; });
+  if (found == tree.paths.end())
+    throw OptionError(
+        fmt::format("lesion.centerline = {} is not in this case (it has {} lines, "
+                    "numbered from 0)",
+                    path_id, tree.paths.size()));
+  return *found;
+}
+
+json to_json(const Vec3& v) { return json::array({v.x, v.y, v.z}); }
+
+Vec3 vec3_of(const json& node) {
+  return {node.at(0).get<double>(), node.at(1).get<double>(), node.at(2).get<double>()};
+}
+
+/// What the simulation and the metrics must know of the placement beyond the meshes.
+json placement_json(const centerline::Lesion& lesion, const CenterlinePath& path,
+                    const meshing::LumenMesh& lumen, const meshing::Balloon& balloon) {
+  const CenterlineSample at = sample(path, lesion.abscissa_mm);
+  return {
+      {"lesion",
+       {{"centerline_id", lesion.path_id},
+        {"abscissa_mm", lesion.abscissa_mm},
+        {"is_stenosis", lesion.is_stenosis},
+        {"reference_diameter_mm", lesion.reference_diameter_mm},
+        {"point", to_json(at.point)},
+        {"tangent", to_json(at.tangent)},
+        {"balloon_first_abscissa_mm", project(path, balloon.guidewire.front())},
+        {"balloon_last_abscissa_mm", project(path, balloon.guidewire.back())}}},
+      {"balloon",
+       {{"nominal_diameter_mm", balloon.nominal_diameter_mm}, {"length_mm", balloon.length_mm}}},
+      {"balloon_start_diameter_mm", balloon.start_diameter_mm},
+      {"mesh",
+       {{"lumen_triangles", lumen.open.triangles.size()},
+        {"lumen_vertices", lumen.open.vertices.size()},
+        {"watertight", lumen.watertight},
+        {"self_intersections", lumen.self_intersection_count},
+        {"min_angle_degrees", lumen.min_angle_degrees}}}};
+}
+
+void do_meshing(StageWork& work) {
+  const CenterlineTree tree = read_centerlines(work.case_folder.path("centerline/centerlines.vtp"));
+  const centerline::Lesion lesion = chosen_lesion(tree, work.config);
+  const CenterlinePath& path = path_of(tree, lesion.path_id);
+  if (!lesion.is_stenosis && work.config.lesion.abscissa_mm < 0.0)
+    work.warnings.push_back(fmt::format(
+        "no stenosis of {:.0f} % or more was found; the balloon is placed at the tightest place "
+        "of the longest vessel (line {}, {:.1f} mm from the inlet). --set lesion.centerline=N "
+        "lesion.abscissa_mm=S moves it",
+        work.config.lesion.min_stenosis_percent, lesion.path_id, lesion.abscissa_mm));
+
+  const Progress lumen_progress = part(work.progress, 0.0, 0.7);
+  const meshing::LumenMesh lumen =
+      has_surface_input(work)
+          ? meshing::mesh_lumen(read_given_surface(work), tree, work.config.lumen_mesh,
+                                lumen_progress)
+          : meshing::mesh_lumen(read_level_set(work), tree, work.config.lumen_mesh, lumen_progress);
+  keep(work.warnings, lumen.warnings);
+  const meshing::BalloonSetup setup = meshing::place_balloon(
+      lumen, tree, path, lesion.abscissa_mm, lesion.length_mm, lesion.reference_diameter_mm,
+      work.config.balloon, part(work.progress, 0.7, 0.95));
+  keep(work.warnings, setup.warnings);
+
+  write_lumen(work.out, lumen);
+  write_balloon_setup(work.out, setup);
+  write_text_atomically(work.out / "placement.json",
+                        placement_json(lesion, path, lumen, setup.balloon).dump(2) + "\n");
+}
+
+// ---- simulation --------------------------------------------------------------------------------
+
+/// Writes frames as they come: every n-th, and in the end the peak and the last.
+class FrameWriter {
+ public:
+  FrameWriter(fs::path folder, const simulation::SimulationModel& model, int write_every)
+      : folder_(std::move(folder)), model_(model), write_every_(write_every) {}
+
+  void add(const simulation::SimulationFrame& frame) {
+    rows_ += time_series_row(frame) + "\n";
+    if (frame.frame % write_every_ == 0) write(frame);
+    if (peak_.balloon.empty() || frame.pressure_atm >= peak_.pressure_atm) peak_ = frame;
+    last_ = frame;
+  }
+
+  void finish() {
+    write(peak_);
+    write(last_);
+    std::sort(steps_.begin(), steps_.end(), [](const auto& a, const auto& b) {
+      return std::tie(a.time_s, a.part) < std::tie(b.time_s, b.part);
+    });
+    viewer::write_collection(folder_ / "simulation.pvd", steps_);
+    write_text_atomically(folder_ / "timeseries.csv",
+                          std::string(kTimeSeriesHeader) + "\n" + rows_);
+  }
+
+  [[nodiscard]] const simulation::SimulationFrame& peak() const { return peak_; }
+  [[nodiscard]] const simulation::SimulationFrame& last() const { return last_; }
+
+ private:
+  void write(const simulation::SimulationFrame& frame) {
+    if (!written_.insert(frame.frame).second) return;
+    write_frame(folder_ / "frames", model_, frame);
+    steps_.push_back({frame.time_s, 0, fmt::format("frames/balloon_{:06d}.vtp", frame.frame)});
+    steps_.push_back({frame.time_s, 1, fmt::format("frames/vessel_{:06d}.vtp", frame.frame)});
+  }
+
+  fs::path folder_;
+  const simulation::SimulationModel& model_;
+  int write_every_;
+  std::string rows_;
+  std::set<int> written_;
+  std::vector<viewer::TimeStep> steps_;
+  simulation::SimulationFrame peak_;
+  simulation::SimulationFrame last_;
+};
+
+/// The whole lumen with the region moved to where a frame has it.
+TriangleMesh moved_lumen(TriangleMesh lumen, const std::vector<int>& lumen_vertices,
+                         const std::vector<Vec3>& wall) {
+  for (std::size_t v = 0; v < wall.size(); ++v)
+    lumen.vertices[std::size_t(lumen_vertices[v])] = wall[v];
+  return lumen;
+}
+
+std::string profile_csv(const centerline::LumenProfile& before,
+                        const centerline::LumenProfile& after) {
+  std::string text =
+      "abscissa_mm,inscribed_diameter_before_mm,equivalent_diameter_before_mm,"
+      "inscribed_diameter_after_mm,equivalent_diameter_after_mm\n";
+  const auto equivalent = [](double area) { return 2.0 * std::sqrt(area / units::kPi); };
+  for (std::size_t i = 0; i < before.abscissa.size(); ++i)
+    text += fmt::format("{:.4f},{:.5f},{:.5f},{:.5f},{:.5f}\n", before.abscissa[i],
+                        2.0 * before.inscribed_radius[i], equivalent(before.section_area[i]),
+                        2.0 * after.inscribed_radius[i], equivalent(after.section_area[i]));
+  return text;
+}
+
+/// What was reached: metrics.json's balloon, result and simulation, without the times that differ
+/// from run to run.
+json summary_json(const StageWork& work, const json& placement,
+                  const simulation::SimulationSummary& summary, const FrameWriter& frames,
+                  const centerline::LumenProfile& after, double mld_before_mm) {
+  const double reference = placement.at("lesion").at("reference_diameter_mm").get<double>();
+  const double mld =
+      2.0 * *std::min_element(after.inscribed_radius.begin(), after.inscribed_radius.end());
+  const double mla = *std::min_element(after.section_area.begin(), after.section_area.end());
+  const double peak_diameter = frames.peak().balloon_diameter_mm;
+  return {{"peak_frame", frames.peak().frame},
+          {"last_frame", frames.last().frame},
+          {"balloon",
+           {{"material", work.config.simulation.balloon.name},
+            {"peak_pressure_atm", frames.peak().pressure_atm},
+            {"peak_diameter_mm", peak_diameter},
+            {"balloon_to_artery_ratio", peak_diameter / reference}}},
+          {"result",
+           {{"mld_mm", mld},
+            {"mla_mm2", mla},
+            {"diameter_stenosis_percent", 100.0 * (1.0 - mld / reference)},
+            {"acute_gain_mm", mld - mld_before_mm},
+            {"recoil_mm", peak_diameter - mld},
+            {"recoil_percent", 100.0 * (peak_diameter - mld) / peak_diameter}}},
+          {"simulation",
+           {{"backend", summary.backend},
+            {"device", summary.device},
+            {"frame_count", summary.frame_count},
+            {"simulated_s", summary.simulated_s},
+            {"max_penetration_mm", summary.max_penetration_mm},
+            {"inverted_air_tets", summary.inverted_air_tets}}}};
+}
+
+void do_simulation(StageWork& work) {
+  const fs::path meshing_folder = work.case_folder.folder(Stage::meshing);
+  const json placement = read_json(meshing_folder / "placement.json");
+  const json& lesion = placement.at("lesion");
+  simulation::SimulationModel model = read_simulation_model(meshing_folder);
+  model.reference_radius_mm = 0.5 * lesion.at("reference_diameter_mm").get<double>();
+  model.measure_point = vec3_of(lesion.at("point"));
+  model.measure_tangent = vec3_of(lesion.at("tangent"));
+
+  FrameWriter frames(work.out, model, work.config.write_every);
+  const simulation::SimulationSummary summary = simulation::simulate(
+      model, work.config.simulation,
+      [&](const simulation::SimulationFrame& frame) { frames.add(frame); },
+      part(work.progress, 0.0, 0.95));
+  frames.finish();
+  keep(work.warnings, summary.warnings);
+  work.record.backend = summary.backend;
+  work.record.device = summary.device;
+  work.record.stages[Stage::simulation].solver_seconds = summary.wall_s;
+
+  const CenterlineTree tree = read_centerlines(work.case_folder.path("centerline/centerlines.vtp"));
+  const CenterlinePath& path = path_of(tree, lesion.at("centerline_id").get<int>());
+  const TriangleMesh lumen = read_open_lumen(meshing_folder);
+  const TriangleMesh lumen_after =
+      moved_lumen(lumen, read_region_lumen_vertices(meshing_folder), frames.last().wall);
+  const double first = lesion.at("balloon_first_abscissa_mm").get<double>();
+  const double last = lesion.at("balloon_last_abscissa_mm").get<double>();
+  const auto before = centerline::measure_lumen(lumen, path, first, last);
+  const auto after = centerline::measure_lumen(lumen_after, path, first, last);
+  write_text_atomically(work.out / "lumen_profile.csv", profile_csv(before, after));
+  viewer::write_surface(work.out / "lumen_after.vtp", {lumen_after, {}, {}});
+  const double mld_before_mm = chosen_lesion(tree, work.config).mld_mm;
+  write_text_atomically(
+      work.out / "summary.json",
+      summary_json(work, placement, summary, frames, after, mld_before_mm).dump(2) + "\n");
+}
+
+// ---- report ------------------------------------------------------------------------------------
+
+/// Rows of a CSV file that this program wrote (no quotes in it); the first is the header.
+std::vector<std::vector<std::string>> read_csv(const fs::path& file) {
+  std::vector<std::vector<std::string>> rows;
+  const std::string text = read_text(file);
+  for (std::size_t start = 0; start < text.size();) {
+    const std::size_t end = std::min(text.find('\n', start), text.size());
+    std::vector<std::string>& row = rows.emplace_back();
+    for (std::size_t cell = start; cell <= end;) {
+      const std::size_t comma = std::min(text.find(',', cell), end);
+      row.push_back(text.substr(cell, comma - cell));
+      cell = comma + 1;
+    }
+    start = end + 1;
+  }
+  if (rows.empty()) throw InputError(file.string() + " is empty. Run `angio simulate` again");
+  return rows;
+}
+
+void read_profiles(const fs::path& file, viewer::DiameterProfile& before,
+                   viewer::DiameterProfile& after) {
+  const auto rows = read_csv(file);
+  for (std::size_t r = 1; r < rows.size(); ++r) {
+    const auto number = [&](std::size_t column) { return std::stod(rows[r].at(column)); };
+    before.abscissa_mm.push_back(number(0));
+    before.inscribed_diameter_mm.push_back(number(1));
+    before.equivalent_diameter_mm.push_back(number(2));
+    after.abscissa_mm.push_back(number(0));
+    after.inscribed_diameter_mm.push_back(number(3));
+    after.equivalent_diameter_mm.push_back(number(4));
+  }
+}
+
+std::vector<viewer::Moment> read_moments(const CaseFolder& case_folder, const json& summary) {
+  const fs::path frames = case_folder.path("simulation/frames");
+  const auto moment = [&](std::string title, int frame) {
+    FrameShape shape = read_frame(frames, frame);
+    return viewer::Moment{std::move(title), std::move(shape.balloon), std::move(shape.wall),
+                          std::move(shape.contact_pressure_kpa)};
+  };
+  const double peak_pressure = summary.at("balloon").at("peak_pressure_atm").get<double>();
+  return {moment("Before", 0),
+          moment(fmt::format("At peak, {:.1f} atm", peak_pressure),
+                 summary.at("peak_frame").get<int>()),
+          moment("After", summary.at("last_frame").get<int>())};
+}
+
+/// The metrics without the times, so that the same input gives the same report.
+json repeatable_metrics(const StageWork& work) {
+  json metrics = collect_metrics(work.case_folder, work.config, work.record);
+  for (const char* key : {"wall_s", "frames_per_second", "real_time_factor"})
+    metrics["simulation"].erase(key);
+  return metrics;
+}
+
+json repeatable_run(const StageWork& work) {
+  json run = {{"version", kVersion},
+              {"backend", work.record.backend},
+              {"device", work.record.device},
+              {"input", work.record.input_description},
+              {"input_sha256", work.record.input_sha256}};
+  return run;
+}
+
+void do_report(StageWork& work) {
+  const CaseFolder& folder = work.case_folder;
+  const json summary = read_json(folder.path("simulation/summary.json"));
+  const json placement = read_json(folder.path("meshing/placement.json"));
+  viewer::ReportContent content;
+  content.title = work.record.case_name;
+  content.version = kVersion;
+  if (!has_surface_input(work)) {
+    content.volume = segmentation::read_volume_file(folder.path("segmentation/volume.nrrd"));
+    content.level_set = read_level_set(work);
+  }
+  content.lumen = read_open_lumen(folder.folder(Stage::meshing));
+  content.tree = read_centerlines(folder.path("centerline/centerlines.vtp"));
+  content.lesion_path = placement.at("lesion").at("centerline_id").get<int>();
+  content.lesion_abscissa_mm = placement.at("lesion").at("abscissa_mm").get<double>();
+  content.moments = read_moments(folder, summary);
+  read_profiles(folder.path("simulation/lumen_profile.csv"), content.before, content.after);
+  auto rows = read_csv(folder.path("simulation/timeseries.csv"));
+  content.time_series.columns = rows.front();
+  content.time_series.rows.assign(rows.begin() + 1, rows.end());
+  content.metrics_json = repeatable_metrics(work).dump();
+  content.run_json = repeatable_run(work).dump();
+  for (const auto& [stage, record] : work.record.stages)
+    if (stage != Stage::report) keep(content.warnings, record.warnings);
+  viewer::write_report(work.out, content, work.progress);
+}
+
+}  // namespace
+
+std::vector<std::string> stage_inputs(Stage stage) {
+  switch (stage) {
+    case Stage::segmentation:
+      return {};
+    case Stage::centerline:
+      return {"segmentation/lumen_level_set.nrrd", "segmentation/lumen_surface.vtp"};
+    case Stage::meshing:
+      return {"segmentation/lumen_level_set.nrrd", "segmentation/lumen_surface.vtp",
+              "centerline/centerlines.vtp"};
+    case Stage::simulation:
+      return {"centerline/centerlines.vtp", "meshing/lumen.vtp",  "meshing/balloon.vtp",
+              "meshing/guidewire.vtp",      "meshing/region.vtp", "meshing/air.vtu",
+              "meshing/placement.json"};
+    case Stage::report:
+      return {"segmentation/volume.nrrd",   "segmentation/lumen_level_set.nrrd",
+              "centerline/centerlines.vtp", "meshing/lumen.vtp",
+              "meshing/placement.json",     "simulation/simulation.pvd",
+              "simulation/timeseries.csv",  "simulation/lumen_profile.csv",
+              "simulation/summary.json"};
+  }
+  throw InternalError("no such stage");
+}
+
+void do_stage(Stage stage, StageWork& work) {
+  switch (stage) {
+    case Stage::segmentation:
+      return do_segmentation(work);
+    case Stage::centerline:
+      return do_centerline(work);
+    case Stage::meshing:
+      return do_meshing(work);
+    case Stage::simulation:
+      return do_simulation(work);
+    case Stage::report:
+      return do_report(work);
+  }
+}
+
+InputKind input_kind(const std::string& input) {
+  if (input.starts_with(kPhantomPrefix)) return InputKind::phantom;
+  if (!fs::exists(input))
+    throw InputError(fmt::format("there is no {} (no such file or folder). Check the path", input),
+                     ExitCode::no_input);
+  std::string extension = fs::path(input).extension().string();
+  std::transform(extension.begin(), extension.end(), extension.begin(),
+                 [](unsigned char c) { return char(std::tolower(c)); });
+  const std::set<std::string> surfaces = {".stl", ".vtp", ".ply", ".obj"};
+  return surfaces.contains(extension) && !fs::is_directory(input) ? InputKind::surface
+                                                                  : InputKind::volume;
+}
+
+const char* name(InputKind kind) {
+  constexpr const char* kNames[] = {"volume", "surface", "phantom"};
+  return kNames[int(kind)];
+}
+
+}  // namespace angio::pipeline
