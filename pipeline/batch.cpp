@@ -18,6 +18,7 @@
 
 #include "core/atomic_file.hpp"
 #include "core/error.hpp"
+#include "pipeline/csv.hpp"
 
 extern char** environ;  // POSIX: the environment handed to each case's process
 
@@ -25,49 +26,6 @@ namespace angio::pipeline {
 namespace fs = std::filesystem;
 using nlohmann::json;
 namespace {
-
-// ---- CSV ---------------------------------------------------------------------------------------
-
-using Row = std::vector<std::string>;
-
-/// RFC 4180: quoted cells may hold commas, line ends and doubled quotes.
-std::vector<Row> parse_csv(const std::string& text) {
-  std::vector<Row> rows;
-  Row row;
-  std::string cell;
-  bool quoted = false;
-  const auto end_row = [&] {
-    row.push_back(std::move(cell));
-    cell.clear();
-    if (row.size() > 1 || !row[0].empty()) rows.push_back(std::move(row));
-    row.clear();
-  };
-  for (std::size_t i = 0; i < text.size(); ++i) {
-    const char c = text[i];
-    if (quoted && c == '"' && i + 1 < text.size() && text[i + 1] == '"')
-      cell += text[++i];
-    else if (c == '"')
-      quoted = !quoted;
-    else if (c == ',' && !quoted)
-      row.push_back(std::exchange(cell, {}));
-    else if (c == '\n' && !quoted)
-      end_row();
-    else if (c != '\r' || quoted)
-      cell += c;
-  }
-  if (!cell.empty() || !row.empty()) end_row();
-  return rows;
-}
-
-/// A cell that no spreadsheet takes for a formula and that keeps its row whole.
-std::string csv_cell(std::string text) {
-  const bool is_number = std::regex_match(text, std::regex(R"(-?[0-9.]+(e-?[0-9]+)?)"));
-  if (!text.empty() && !is_number && std::strchr("=+-@\t\r", text[0]) != nullptr) text = "'" + text;
-  if (text.find_first_of(",\"\n") == std::string::npos) return text;
-  std::string cell = "\"";
-  for (const char c : text) cell += c == '"' ? std::string("\"\"") : std::string(1, c);
-  return cell + "\"";
-}
 
 std::string html_text(const std::string& text) {
   std::string escaped;
@@ -109,8 +67,8 @@ constexpr std::array<const char*, 12> kSummaryMetrics = {"/lesion/mld_mm",
                                                          "/result/recoil_percent",
                                                          "/simulation/max_penetration_mm"};
 
-Row summary_header() {
-  Row header = {"case", "status", "exit_code", "tries"};
+CsvRow summary_header() {
+  CsvRow header = {"case", "status", "exit_code", "tries"};
   for (const std::string metric : kSummaryMetrics) {
     std::string column = metric.substr(1);
     std::replace(column.begin(), column.end(), '/', '.');
@@ -120,10 +78,10 @@ Row summary_header() {
   return header;
 }
 
-Row summary_row(const fs::path& folder, const BatchCase& batch_case, const Outcome& outcome) {
-  Row row = {batch_case.name, outcome.status,
-             outcome.exit_code < 0 ? "" : std::to_string(outcome.exit_code),
-             std::to_string(outcome.tries)};
+CsvRow summary_row(const fs::path& folder, const BatchCase& batch_case, const Outcome& outcome) {
+  CsvRow row = {batch_case.name, outcome.status,
+                outcome.exit_code < 0 ? "" : std::to_string(outcome.exit_code),
+                std::to_string(outcome.tries)};
   json metrics;
   const fs::path file = folder / batch_case.name / "metrics.json";
   if (outcome.status == "done" && fs::exists(file))
@@ -140,7 +98,7 @@ Row summary_row(const fs::path& folder, const BatchCase& batch_case, const Outco
 
 void write_summary(const fs::path& folder, const std::vector<BatchCase>& cases,
                    const std::vector<Outcome>& outcomes) {
-  std::vector<Row> rows = {summary_header()};
+  std::vector<CsvRow> rows = {summary_header()};
   for (std::size_t c = 0; c < cases.size(); ++c)
     rows.push_back(summary_row(folder, cases[c], outcomes[c]));
   std::string csv;
@@ -156,9 +114,9 @@ void write_summary(const fs::path& folder, const std::vector<BatchCase>& cases,
       csv += (c == 0 ? "" : ",") + csv_cell(rows[r][c]);
       const bool links = r > 0 && c == 0 && rows[r][1] == "done";
       const std::string text = html_text(rows[r][c]);
-      html += fmt::format(
-          r == 0 ? "<th>{}</th>" : "<td>{}</td>",
-          links ? fmt::format("<a href=\"{0}/report/index.html\">{0}</a>", text) : text);
+      const std::string shown =
+          links ? fmt::format("<a href=\"{0}/report/index.html\">{0}</a>", text) : text;
+      html += r == 0 ? "<th>" + shown + "</th>" : "<td>" + shown + "</td>";
     }
     csv += "\n";
     html += "</tr>\n";
@@ -172,7 +130,7 @@ void write_summary(const fs::path& folder, const std::vector<BatchCase>& cases,
 std::set<std::string> cases_already_done(const fs::path& folder) {
   std::set<std::string> done;
   if (!fs::exists(folder / "summary.csv")) return done;
-  for (const Row& row : parse_csv(read_text(folder / "summary.csv")))
+  for (const CsvRow& row : parse_csv(read_text(folder / "summary.csv")))
     if (row.size() > 1 && row[1] == "done") done.insert(row[0]);
   return done;
 }
@@ -227,7 +185,7 @@ int exit_code_of(int wait_status) {
   return WIFEXITED(wait_status) ? WEXITSTATUS(wait_status) : 128 + WTERMSIG(wait_status);
 }
 
-std::vector<std::string> settings_of_row(const Row& header, const Row& row) {
+std::vector<std::string> settings_of_row(const CsvRow& header, const CsvRow& row) {
   std::vector<std::string> result;
   for (std::size_t c = 0; c < header.size(); ++c)
     if (header[c] != "case" && header[c] != "input" && c < row.size() && !row[c].empty())
@@ -235,7 +193,7 @@ std::vector<std::string> settings_of_row(const Row& header, const Row& row) {
   return result;
 }
 
-std::size_t column_of(const Row& header, const char* column) {
+std::size_t column_of(const CsvRow& header, const char* column) {
   const auto found = std::find(header.begin(), header.end(), column);
   if (found == header.end())
     throw InputError(
@@ -251,7 +209,7 @@ std::vector<BatchCase> read_manifest(const fs::path& file) {
   if (!fs::exists(file))
     throw InputError(fmt::format("there is no {} (no such manifest)", file.string()),
                      ExitCode::no_input);
-  const std::vector<Row> rows = parse_csv(read_text(file));
+  const std::vector<CsvRow> rows = parse_csv(read_text(file));
   if (rows.size() < 2)
     throw InputError(
         fmt::format("{} has no cases (a header case,input and a row a case are "

@@ -13,6 +13,7 @@
 #include "datasets/phantom.hpp"
 #include "meshing/meshing.hpp"
 #include "pipeline/case_files.hpp"
+#include "pipeline/csv.hpp"
 #include "pipeline/metrics.hpp"
 #include "pipeline/version.hpp"
 #include "segmentation/read_volume.hpp"
@@ -338,27 +339,16 @@ void do_simulation(StageWork& work) {
 
 // ---- report ------------------------------------------------------------------------------------
 
-/// Rows of a CSV file that this program wrote (no quotes in it); the first is the header.
-std::vector<std::vector<std::string>> read_csv(const fs::path& file) {
-  std::vector<std::vector<std::string>> rows;
-  const std::string text = read_text(file);
-  for (std::size_t start = 0; start < text.size();) {
-    const std::size_t end = std::min(text.find('\n', start), text.size());
-    std::vector<std::string>& row = rows.emplace_back();
-    for (std::size_t cell = start; cell <= end;) {
-      const std::size_t comma = std::min(text.find(',', cell), end);
-      row.push_back(text.substr(cell, comma - cell));
-      cell = comma + 1;
-    }
-    start = end + 1;
-  }
+/// A table that an earlier stage wrote; the first row is the header.
+std::vector<CsvRow> read_table(const fs::path& file) {
+  std::vector<CsvRow> rows = parse_csv(read_text(file));
   if (rows.empty()) throw InputError(file.string() + " is empty. Run `angio simulate` again");
   return rows;
 }
 
 void read_profiles(const fs::path& file, viewer::DiameterProfile& before,
                    viewer::DiameterProfile& after) {
-  const auto rows = read_csv(file);
+  const auto rows = read_table(file);
   for (std::size_t r = 1; r < rows.size(); ++r) {
     const auto number = [&](std::size_t column) { return std::stod(rows[r].at(column)); };
     before.abscissa_mm.push_back(number(0));
@@ -418,7 +408,7 @@ void do_report(StageWork& work) {
   content.lesion_abscissa_mm = placement.at("lesion").at("abscissa_mm").get<double>();
   content.moments = read_moments(folder, summary);
   read_profiles(folder.path("simulation/lumen_profile.csv"), content.before, content.after);
-  auto rows = read_csv(folder.path("simulation/timeseries.csv"));
+  auto rows = read_table(folder.path("simulation/timeseries.csv"));
   content.time_series.columns = rows.front();
   content.time_series.rows.assign(rows.begin() + 1, rows.end());
   content.metrics_json = repeatable_metrics(work).dump();
