@@ -1,0 +1,127 @@
+#include <itkImage.h>
+#include <itkImageFileReader.h>
+#include <itkMetaImageIO.h>
+#include <itkNiftiImageIO.h>
+#include <itkNrrdImageIO.h>
+
+#include <algorithm>
+#include <cctype>
+#include <fstream>
+
+#include "core/error.hpp"
+#include "segmentation/detail/volume_file.hpp"
+
+namespace angio::segmentation::detail {
+namespace {
+
+using Image = itk::Image<float, 3>;
+
+itk::ImageIOBase::Pointer make_io(const std::string& format) {
+  if (format == "NRRD") return itk::NrrdImageIO::New().GetPointer();
+  if (format == "MetaImage") return itk::MetaImageIO::New().GetPointer();
+  return itk::NiftiImageIO::New().GetPointer();
+}
+
+/// The text head of a NRRD or MetaImage file, in lower case, up to its end mark.
+std::string header_text(const std::filesystem::path& path, const std::string& format) {
+  constexpr std::size_t kMaxHeaderBytes = std::size_t(1) << 20;
+  std::ifstream file(path, std::ios::binary);
+  std::string text;
+  for (std::string line; text.size() < kMaxHeaderBytes && std::getline(file, line);) {
+    if (!line.empty() && line.back() == '\r') line.pop_back();
+    if (line.empty() && format == "NRRD") break;
+    std::transform(line.begin(), line.end(), line.begin(),
+                   [](unsigned char c) { return char(std::tolower(c)); });
+    text += line + "\n";
+    if (line.starts_with("elementdatafile")) break;
+  }
+  return text;
+}
+
+/// ITK takes a missing spacing for 1 mm and any unit for mm; both are refused here.
+void check_header_text(const std::filesystem::path& path, const std::string& format,
+                       std::vector<std::string>& warnings) {
+  if (format == "NIfTI") return;
+  const std::string text = header_text(path, format);
+  const std::string name = path.filename().string();
+  const bool nrrd = format == "NRRD";
+  const bool has_spacing = nrrd ? text.find("\nspace directions:") != std::string::npos ||
+                                      text.find("\nspacings:") != std::string::npos
+                                : text.find("elementspacing") != std::string::npos ||
+                                      text.find("elementsize") != std::string::npos;
+  if (!has_spacing)
+    throw InputError(name + " states no voxel spacing (no length can be measured). Add " +
+                     (nrrd ? "\"space directions\"" : "\"ElementSpacing\"") + " to its header");
+  if (!nrrd) return;
+  const auto units = text.find("\nspace units:");
+  if (units != std::string::npos) {
+    const std::string line = text.substr(units + 1, text.find('\n', units + 1) - units - 1);
+    if (line.find("\"mm\"") == std::string::npos && line.find("millimet") == std::string::npos &&
+        line.find("\"\"") == std::string::npos)
+      throw InputError(name + " is not in mm (" + line + "). Convert it to mm");
+  }
+  if (text.find("\nspace:") == std::string::npos)
+    warnings.push_back("the file names no patient space; its axes were taken as LPS");
+}
+
+void check_image_information(const itk::ImageIOBase& io, const std::string& name) {
+  if (io.GetNumberOfComponents() != 1)
+    throw InputError(name + " has " + std::to_string(io.GetNumberOfComponents()) +
+                     " values per voxel (colours or vectors, not intensities). Give a volume with "
+                     "one");
+  if (io.GetNumberOfDimensions() < 3)
+    throw InputError(name + " is not three-dimensional. Give a volume");
+  for (unsigned int axis = 3; axis < io.GetNumberOfDimensions(); ++axis)
+    if (io.GetDimensions(axis) > 1)
+      throw InputError(name + " has several time points (one volume is needed). Give one of them");
+}
+
+VolumeGeometry geometry_of(const itk::ImageIOBase& io) {
+  VolumeGeometry geometry;
+  for (unsigned int axis = 0; axis < 3; ++axis) {
+    geometry.size[axis] = int(std::min<itk::SizeValueType>(io.GetDimensions(axis), 1u << 20));
+    geometry.spacing[int(axis)] = io.GetSpacing(axis);
+    geometry.origin[int(axis)] = io.GetOrigin(axis);
+    const auto direction = io.GetDirection(axis);
+    for (unsigned int row = 0; row < 3; ++row)
+      geometry.direction(int(row), int(axis)) = direction[row];
+  }
+  return geometry;
+}
+
+[[noreturn]] void fail(const std::string& name, const std::string& format) {
+  throw InputError("cannot read " + name + " (truncated, damaged, or not a " + format +
+                   " file). Copy or export it again");
+}
+
+}  // namespace
+
+VolumeFile load_with_itk(const std::filesystem::path& path, VolumePart part) {
+  const std::string name = path.filename().string();
+  const std::string format = volume_file_format(path);
+  VolumeFile file;
+  check_header_text(path, format, file.warnings);
+  itk::ImageIOBase::Pointer io = make_io(format);
+  try {
+    if (!io->CanReadFile(path.c_str())) fail(name, format);
+    io->SetFileName(path.string());
+    io->ReadImageInformation();
+    check_image_information(*io, name);
+    file.volume.geometry = geometry_of(*io);
+    if (part == VolumePart::header) return file;
+
+    auto reader = itk::ImageFileReader<Image>::New();
+    reader->SetImageIO(io);
+    reader->SetFileName(path.string());
+    reader->Update();
+    const Image& image = *reader->GetOutput();
+    const std::size_t count = image.GetBufferedRegion().GetNumberOfPixels();
+    if (count != file.volume.geometry.voxel_count()) fail(name, format);
+    file.volume.values.assign(image.GetBufferPointer(), image.GetBufferPointer() + count);
+  } catch (const itk::ExceptionObject&) {
+    fail(name, format);
+  }
+  return file;
+}
+
+}  // namespace angio::segmentation::detail
