@@ -1,0 +1,62 @@
+#pragma once
+
+#include <sys/wait.h>
+
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+#include <string>
+
+namespace angio::test {
+
+struct ProgramResult {
+  int exit_code = -1;
+  std::string out;    ///< standard output
+  std::string error;  ///< standard error
+  [[nodiscard]] int error_line_count() const {
+    int lines = 0;
+    for (const char c : error) lines += c == '\n' ? 1 : 0;
+    return lines;
+  }
+};
+
+inline std::string file_text(const std::filesystem::path& file) {
+  std::ostringstream text;
+  text << std::ifstream(file, std::ios::binary).rdbuf();
+  return text.str();
+}
+
+/// A fresh folder that is removed with its content.
+class TemporaryFolder {
+ public:
+  TemporaryFolder() {
+    std::string name = (std::filesystem::temp_directory_path() / "angio-test-XXXXXX").string();
+    path_ = mkdtemp(name.data());
+  }
+  ~TemporaryFolder() {
+    std::error_code ignored;
+    std::filesystem::remove_all(path_, ignored);
+  }
+  TemporaryFolder(const TemporaryFolder&) = delete;
+  TemporaryFolder& operator=(const TemporaryFolder&) = delete;
+  [[nodiscard]] const std::filesystem::path& path() const { return path_; }
+  [[nodiscard]] std::string operator/(const std::string& name) const {
+    return (path_ / name).string();
+  }
+
+ private:
+  std::filesystem::path path_;
+};
+
+/// Runs `angio ARGUMENTS` in a shell and waits for it.
+inline ProgramResult run_program(const std::string& arguments) {
+  const TemporaryFolder folder;
+  const std::string command = std::string("'") + ANGIO_PROGRAM + "' " + arguments + " >'" +
+                              folder / "out" + "' 2>'" + folder / "error" + "' </dev/null";
+  const int status = std::system(command.c_str());
+  return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, file_text(folder.path() / "out"),
+          file_text(folder.path() / "error")};
+}
+
+}  // namespace angio::test

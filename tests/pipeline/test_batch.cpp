@@ -1,0 +1,50 @@
+#include <gtest/gtest.h>
+
+#include "core/atomic_file.hpp"
+#include "core/error.hpp"
+#include "pipeline/batch.hpp"
+#include "pipeline/csv.hpp"
+#include "run_program.hpp"
+
+namespace angio::pipeline {
+namespace {
+
+TEST(Csv, QuotedCellsMayHoldCommasQuotesAndLineEnds) {
+  const auto rows = parse_csv("a,\"b,\"\"c\"\"\nd\",e\r\n\nf,,g");
+  ASSERT_EQ(rows.size(), 2u);
+  EXPECT_EQ(rows[0], (CsvRow{"a", "b,\"c\"\nd", "e"}));
+  EXPECT_EQ(rows[1], (CsvRow{"f", "", "g"}));
+}
+
+TEST(Csv, WhatIsWrittenReadsBackAndIsNoFormula) {
+  for (const std::string text : {"plain", "with, comma", "with \"quotes\"", "two\nlines"})
+    EXPECT_EQ(parse_csv(csv_cell(text) + ",x").at(0).at(0), text);
+  EXPECT_EQ(csv_cell("=1+1"), "'=1+1");
+  EXPECT_EQ(csv_cell("-1.5"), "-1.5");
+}
+
+TEST(Manifest, RowsBecomeCasesWithTheirSettings) {
+  test::TemporaryFolder folder;
+  write_text_atomically(folder / "m.csv",
+                        "case,input,balloon.length_mm\nA1,scan.nrrd,20\nB,phantom:straight,\n");
+  const auto cases = read_manifest(folder / "m.csv");
+  ASSERT_EQ(cases.size(), 2u);
+  EXPECT_EQ(cases[0].name, "A1");
+  EXPECT_EQ(cases[0].input, folder / "scan.nrrd");
+  EXPECT_EQ(cases[0].settings, std::vector<std::string>{"balloon.length_mm=20"});
+  EXPECT_EQ(cases[1].input, "phantom:straight");
+  EXPECT_TRUE(cases[1].settings.empty());
+}
+
+TEST(Manifest, MistakesAreRefused) {
+  test::TemporaryFolder folder;
+  for (const char* text : {"", "case,input\n", "name,input\nA,b\n", "case,input\n../up,b\n",
+                           "case,input\nA,b\nA,c\n", "case,input\nlogs,b\n", "case,input\nA\n"}) {
+    write_text_atomically(folder / "m.csv", text);
+    EXPECT_THROW(read_manifest(folder / "m.csv"), InputError) << text;
+  }
+  EXPECT_THROW(read_manifest(folder / "missing.csv"), InputError);
+}
+
+}  // namespace
+}  // namespace angio::pipeline

@@ -1,0 +1,100 @@
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+
+#include "core/atomic_file.hpp"
+#include "run_program.hpp"
+
+namespace angio::test {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// A failure prints one line, returns its code, and leaves nothing in `folder` but what was there.
+void expect_failure(const std::string& arguments, int exit_code, const std::string& hint,
+                    const TemporaryFolder& folder) {
+  const auto count = [&] {
+    return std::distance(fs::recursive_directory_iterator(folder.path()),
+                         fs::recursive_directory_iterator());
+  };
+  const auto before = count();
+  const ProgramResult result = run_program(arguments);
+  EXPECT_EQ(result.exit_code, exit_code) << arguments << "\n" << result.error;
+  EXPECT_EQ(result.error_line_count(), 1) << arguments << "\n" << result.error;
+  EXPECT_NE(result.error.find(hint), std::string::npos) << arguments << "\n" << result.error;
+  EXPECT_EQ(count(), before) << arguments << " left something behind";
+}
+
+TEST(CommandLine, HelpAndVersionAreResults) {
+  EXPECT_EQ(run_program("--help").exit_code, 0);
+  EXPECT_NE(run_program("run --help").out.find("--from"), std::string::npos);
+  EXPECT_EQ(run_program("--version").out.rfind("angio ", 0), 0u);
+}
+
+TEST(CommandLine, EveryCommandOfTheContractHasHelp) {
+  for (const char* command : {"run", "inspect", "segment", "centerline", "mesh", "simulate",
+                              "report", "view", "phantom", "batch", "doctor"})
+    EXPECT_EQ(run_program(std::string(command) + " --help").exit_code, 0) << command;
+}
+
+TEST(CommandLine, UsageErrorsReturn64AndSuggest) {
+  TemporaryFolder folder;
+  expect_failure("", 64, "--help", folder);
+  expect_failure("rnu x -o y", 64, "run", folder);
+  expect_failure("run phantom:straight -o '" + folder / "c" + "' --qiet", 64, "--quiet", folder);
+  expect_failure("run phantom:straight", 64, "-o", folder);
+  expect_failure("run phantom:straight -o '" + folder / "c" + "' --until meshes", 64, "meshing",
+                 folder);
+  expect_failure("phantom nonsense -o '" + folder / "p" + "'", 64, "straight", folder);
+}
+
+TEST(CommandLine, WrongOptionsReturn78) {
+  TemporaryFolder folder;
+  const std::string run = "run phantom:straight -o '" + folder / "c" + "' ";
+  expect_failure(run + "--set ballon.length_mm=3", 78, "balloon.length_mm", folder);
+  expect_failure(run + "--set balloon.length_mm=-3", 78, "balloon.length_mm", folder);
+  expect_failure(run + "--preset fast", 78, "draft", folder);
+}
+
+TEST(CommandLine, MissingOrUnusableInputsReturn66And65) {
+  TemporaryFolder folder;
+  const std::string to = " -o '" + folder / "c" + "'";
+  fs::create_directory(folder.path() / "empty");
+  write_text_atomically(folder / "text/notes.txt", "no image\n");
+  write_text_atomically(folder / "broken.nrrd", "NRRD0004\n# cut off\n");
+  write_text_atomically(folder / "broken.stl", "solid nothing\nendsolid\n");
+  expect_failure("run '" + folder / "nowhere" + "'" + to, 66, "nowhere", folder);
+  expect_failure("inspect '" + folder / "nowhere" + "'", 66, "nowhere", folder);
+  expect_failure("run '" + folder / "empty" + "'" + to, 65, "", folder);
+  expect_failure("run '" + folder / "text" + "'" + to, 65, "", folder);
+  expect_failure("run '" + folder / "text/notes.txt" + "'" + to, 65, "", folder);
+  expect_failure("run '" + folder / "broken.nrrd" + "'" + to, 65, "", folder);
+  expect_failure("run '" + folder / "broken.stl" + "'" + to, 65, "", folder);
+  expect_failure("mesh '" + folder / "empty" + "'", 66, "angio run", folder);
+  expect_failure("batch '" + folder / "no.csv" + "'" + to, 66, "no.csv", folder);
+}
+
+TEST(CommandLine, AFolderThatIsNotOursIsLeftAlone) {
+  TemporaryFolder folder;
+  write_text_atomically(folder / "mine/letter.txt", "dear");
+  expect_failure("run phantom:straight -o '" + folder / "mine" + "'", 73, "--force", folder);
+  write_text_atomically(folder / "file", "x");
+  expect_failure("run phantom:straight -o '" + folder / "file" + "'", 73, "-o", folder);
+  expect_failure("run phantom:straight -o /proc/angio-case", 73, "-o", folder);
+}
+
+TEST(CommandLine, DoctorAndInspectSpeakJson) {
+  const auto doctor = nlohmann::json::parse(run_program("doctor --json").out);
+  EXPECT_GE(doctor.at("threads").get<int>(), 1);
+  TemporaryFolder folder;
+  ASSERT_EQ(
+      run_program("phantom straight --length 10 --radius 1 --format nrrd -o '" + folder / "p" + "'")
+          .exit_code,
+      0);
+  const auto found =
+      nlohmann::json::parse(run_program("inspect --json '" + folder / "p/volume.nrrd" + "'").out);
+  EXPECT_TRUE(found.at("series").at(0).at("usable").get<bool>());
+}
+
+}  // namespace
+}  // namespace angio::test

@@ -1,0 +1,117 @@
+#include <gtest/gtest.h>
+
+#include <set>
+
+#include "core/atomic_file.hpp"
+#include "core/error.hpp"
+#include "pipeline/config.hpp"
+#include "run_program.hpp"
+
+namespace angio::pipeline {
+namespace {
+
+std::string message_of(const std::function<void()>& act, ExitCode expected) {
+  try {
+    act();
+  } catch (const Error& error) {
+    EXPECT_EQ(error.exit_code(), expected) << error.what();
+    return error.what();
+  }
+  ADD_FAILURE() << "nothing was thrown";
+  return {};
+}
+
+TEST(Config, DefaultsAreValid) { EXPECT_NO_THROW(Config{}.validate()); }
+
+TEST(Config, EveryKeyIsUniqueAndExplained) {
+  Config config;
+  std::set<std::string> keys;
+  for (const Setting& setting : settings(config)) {
+    EXPECT_TRUE(keys.insert(setting.key).second) << setting.key;
+    EXPECT_FALSE(setting.help.empty()) << setting.key;
+  }
+}
+
+TEST(Config, WhatIsWrittenAsTomlReadsBackTheSame) {
+  test::TemporaryFolder folder;
+  Config config;
+  apply_setting(config, "segmentation.seeds_lps_mm=[[1.5, -2.25, 3], [0.1, 0.2, 0.3]]");
+  apply_setting(config, "segmentation.intensity_min=120.5");
+  apply_setting(config, "centerline.inlet_lps_mm=[1, 2, 3]");
+  apply_setting(config, "balloon.material=polyurethane");
+  apply_setting(config, "inflation.peak_pressure_atm=11.1");
+  apply_setting(config, "simulation.sweeps=33");
+  const std::string text = to_toml(config);
+  write_text_atomically(folder / "case.toml", text);
+  Config again;
+  load_config(again, folder / "case.toml");
+  EXPECT_EQ(to_toml(again), text);
+  EXPECT_EQ(again.segmentation.seeds_lps_mm.at(1), (Vec3{0.1, 0.2, 0.3}));
+  EXPECT_EQ(again.segmentation.intensity_min, 120.5);
+  EXPECT_EQ(again.simulation.balloon.name, "polyurethane");
+}
+
+TEST(Config, AnUnknownKeyNamesTheNearestOne) {
+  Config config;
+  EXPECT_NE(message_of([&] { apply_setting(config, "ballon.length_mm=20"); }, ExitCode::bad_config)
+                .find("did you mean balloon.length_mm?"),
+            std::string::npos);
+}
+
+TEST(Config, AFileWithAnUnknownKeyIsRefusedAsAWhole) {
+  test::TemporaryFolder folder;
+  for (const char* text : {"[balloon]\nlenth_mm = 3.0\n", "length_mm = 3.0\n",
+                           "[balloon]\nlength_mm = [1\n", "[baloon]\nlength_mm = 3.0\n"}) {
+    write_text_atomically(folder / "bad.toml", text);
+    Config config;
+    message_of([&] { load_config(config, folder / "bad.toml"); }, ExitCode::bad_config);
+  }
+}
+
+TEST(Config, ValuesOfTheWrongKindAreRefused) {
+  for (const char* assignment :
+       {"balloon.length_mm=long", "simulation.sweeps=2.5", "segmentation.seeds_lps_mm=[1, 2]",
+        "input.allow_lossy=3", "balloon.length_mm=nan", "centerline.inlet_lps_mm=[1, 2]"}) {
+    Config config;
+    message_of([&] { apply_setting(config, assignment); }, ExitCode::bad_config);
+  }
+}
+
+TEST(Config, ValuesOutsideTheirRangeAreRefused) {
+  for (const char* assignment :
+       {"balloon.ring_count=1", "simulation.frame_s=-1", "mesh.edges_per_circumference=1",
+        "segmentation.scale_count=0", "lesion.min_stenosis_percent=200", "simulation.write_every=0",
+        "inflation.peak_pressure_atm=1000"}) {
+    Config config;
+    apply_setting(config, assignment);
+    message_of([&] { config.validate(); }, ExitCode::bad_config);
+  }
+}
+
+TEST(Config, PresetsHoldKnownKeysOnly) {
+  for (const std::string& preset : preset_names()) {
+    Config config;
+    EXPECT_NO_THROW(apply_preset(config, preset)) << preset;
+    EXPECT_NO_THROW(config.validate()) << preset;
+  }
+  Config config;
+  message_of([&] { apply_preset(config, "no-such-preset"); }, ExitCode::bad_config);
+}
+
+TEST(Config, EveryStageHasTheSettingsThatChangeItsResult) {
+  Config config;
+  const std::string before = stage_settings(config, Stage::simulation);
+  const std::string meshing_before = stage_settings(config, Stage::meshing);
+  apply_setting(config, "inflation.hold_s=3");
+  EXPECT_NE(stage_settings(config, Stage::simulation), before);
+  EXPECT_EQ(stage_settings(config, Stage::meshing), meshing_before);
+}
+
+TEST(Stages, AWrongNameIsAUsageErrorThatHelps) {
+  EXPECT_NE(message_of([] { parse_stage("mesh"); }, ExitCode::usage).find("meshing"),
+            std::string::npos);
+  EXPECT_EQ(parse_stage("simulation"), Stage::simulation);
+}
+
+}  // namespace
+}  // namespace angio::pipeline
