@@ -1,0 +1,237 @@
+#include "centerline/detail/fronts.hpp"
+
+#include <algorithm>
+#include <limits>
+#include <map>
+#include <numeric>
+#include <queue>
+#include <set>
+#include <utility>
+
+namespace angio::centerline {
+namespace {
+
+template <class EdgeCost>
+Front march(const LumenVoxels& lumen, int source, const EdgeCost& edge_cost) {
+  Front front;
+  front.cost.assign(std::size_t(lumen.count()), std::numeric_limits<double>::max());
+  front.previous.assign(std::size_t(lumen.count()), -1);
+  using Entry = std::pair<double, int>;
+  std::priority_queue<Entry, std::vector<Entry>, std::greater<>> queue;
+  front.cost[std::size_t(source)] = 0.0;
+  queue.emplace(0.0, source);
+  while (!queue.empty()) {
+    const auto [cost, v] = queue.top();
+    queue.pop();
+    if (cost > front.cost[std::size_t(v)]) continue;
+    for (int n = 0; n < kNeighborCount; ++n) {
+      const int w = lumen.neighbor(v, n);
+      if (w < 0) continue;
+      const double candidate = cost + edge_cost(v, w, n);
+      if (candidate >= front.cost[std::size_t(w)]) continue;
+      front.cost[std::size_t(w)] = candidate;
+      front.previous[std::size_t(w)] = v;
+      queue.emplace(candidate, w);
+    }
+  }
+  return front;
+}
+
+/// Union-find over voxels, by the maximum of each piece.
+class Pieces {
+ public:
+  explicit Pieces(std::size_t count) : parent_(count, -1), top_(count, -1) {}
+  void add(int v) { parent_[std::size_t(v)] = top_[std::size_t(v)] = v; }
+  [[nodiscard]] bool has(int v) const { return parent_[std::size_t(v)] >= 0; }
+  int find(int v) {
+    while (parent_[std::size_t(v)] != v) {
+      parent_[std::size_t(v)] = parent_[std::size_t(parent_[std::size_t(v)])];
+      v = parent_[std::size_t(v)];
+    }
+    return v;
+  }
+  [[nodiscard]] int top(int root) const { return top_[std::size_t(root)]; }
+  void join(int root, int into) { parent_[std::size_t(root)] = into; }
+
+ private:
+  std::vector<int> parent_, top_;
+};
+
+std::vector<int> in_falling_order(const std::vector<double>& values) {
+  std::vector<int> order(values.size());
+  std::iota(order.begin(), order.end(), 0);
+  std::sort(order.begin(), order.end(), [&](int a, int b) {
+    const double va = values[std::size_t(a)], vb = values[std::size_t(b)];
+    return va != vb ? va > vb : a < b;
+  });
+  return order;
+}
+
+}  // namespace
+
+Front march_lengths(const LumenVoxels& lumen, int source) {
+  const auto length = neighbor_lengths(lumen.geometry);
+  return march(lumen, source, [&](int, int, int n) { return length[std::size_t(n)]; });
+}
+
+Front march_centered(const LumenVoxels& lumen, int source) {
+  const auto length = neighbor_lengths(lumen.geometry);
+  return march(lumen, source, [&](int v, int w, int n) {
+    const double depth = 0.5 * double(lumen.depth[std::size_t(v)] + lumen.depth[std::size_t(w)]);
+    return length[std::size_t(n)] / (depth * depth);
+  });
+}
+
+std::vector<int> trace(const Front& front, int target) {
+  std::vector<int> path;
+  for (int v = target; v >= 0; v = front.previous[std::size_t(v)]) path.push_back(v);
+  std::reverse(path.begin(), path.end());
+  return path;
+}
+
+std::vector<LumenEnd> find_maxima(const LumenVoxels& lumen, const Front& lengths,
+                                  double least_prominence) {
+  const std::vector<double>& length = lengths.cost;
+  const auto reached = [&](int v) {
+    return length[std::size_t(v)] < std::numeric_limits<double>::max();
+  };
+  const std::vector<int> order = in_falling_order(length);
+  const auto higher = [&](int a, int b) {
+    const double la = length[std::size_t(a)], lb = length[std::size_t(b)];
+    return la != lb ? la > lb : a < b;
+  };
+  Pieces pieces(length.size());
+  std::vector<LumenEnd> ends;
+  int farthest = -1;
+  for (const int v : order) {
+    if (!reached(v)) continue;  // cut off by a loop's cut: cannot be, but costs nothing
+    if (farthest < 0) farthest = v;
+    int home = -1;
+    for (int n = 0; n < kNeighborCount; ++n) {
+      const int w = lumen.neighbor(v, n);
+      if (w < 0 || !pieces.has(w)) continue;
+      int root = pieces.find(w);
+      if (home < 0) {
+        pieces.add(v);
+        pieces.join(v, root);
+        home = root;
+        continue;
+      }
+      if (root == home) continue;
+      if (higher(pieces.top(root), pieces.top(home))) std::swap(root, home);
+      const int tip = pieces.top(root);
+      const double prominence = length[std::size_t(tip)] - length[std::size_t(v)];
+      if (prominence >= least_prominence) ends.push_back({tip, prominence, false});
+      pieces.join(root, home);
+    }
+    if (home < 0) pieces.add(v);
+  }
+  if (farthest >= 0) ends.push_back({farthest, length[std::size_t(farthest)], false});
+  std::sort(ends.begin(), ends.end(), [](const LumenEnd& a, const LumenEnd& b) {
+    return a.prominence != b.prominence ? a.prominence > b.prominence : a.voxel < b.voxel;
+  });
+  return ends;
+}
+
+namespace {
+
+/// The connected voxels around a maximum whose length is above `level`, and the layer below.
+struct Cap {
+  std::vector<int> voxels;
+  std::vector<int> layer;
+};
+
+Cap gather_cap(const LumenVoxels& lumen, const Front& lengths, int tip, double level) {
+  Cap cap;
+  std::set<int> seen{tip}, below;
+  cap.voxels.push_back(tip);
+  for (std::size_t next = 0; next < cap.voxels.size(); ++next)
+    for (int n = 0; n < kNeighborCount; ++n) {
+      const int w = lumen.neighbor(cap.voxels[next], n);
+      if (w < 0) continue;
+      if (lengths.cost[std::size_t(w)] <= level)
+        below.insert(w);
+      else if (seen.insert(w).second)
+        cap.voxels.push_back(w);
+    }
+  cap.layer.assign(below.begin(), below.end());
+  return cap;
+}
+
+/// The piece of the layer each of its voxels is in; the number of pieces.
+int label_layer(const LumenVoxels& lumen, const std::vector<int>& layer,
+                std::map<int, int>& piece_of) {
+  for (const int v : layer) piece_of[v] = -1;
+  int count = 0;
+  std::vector<int> stack;
+  for (const int seed : layer) {
+    if (piece_of[seed] >= 0) continue;
+    piece_of[seed] = count;
+    stack.assign(1, seed);
+    while (!stack.empty()) {
+      const int v = stack.back();
+      stack.pop_back();
+      for (int n = 0; n < kNeighborCount; ++n) {
+        const auto it = piece_of.find(lumen.neighbor(v, n));
+        if (it == piece_of.end() || it->second >= 0) continue;
+        it->second = count;
+        stack.push_back(it->first);
+      }
+    }
+    ++count;
+  }
+  return count;
+}
+
+/// Labels a cap's voxels by the piece of the layer that their shortest path came through.
+std::map<int, int> label_by_origin(const Front& lengths, const Cap& cap,
+                                   const std::map<int, int>& piece_of) {
+  std::vector<int> order = cap.voxels;
+  std::sort(order.begin(), order.end(), [&](int a, int b) {
+    const double la = lengths.cost[std::size_t(a)], lb = lengths.cost[std::size_t(b)];
+    return la != lb ? la < lb : a < b;
+  });
+  std::map<int, int> origin = piece_of;
+  for (const int v : order) {
+    const auto it = origin.find(lengths.previous[std::size_t(v)]);
+    origin[v] = it == origin.end() ? -1 : it->second;
+  }
+  return origin;
+}
+
+}  // namespace
+
+std::vector<int> cut_loops(LumenVoxels& lumen, const Front& lengths,
+                           const std::vector<LumenEnd>& maxima) {
+  std::vector<int> at_cut;
+  for (const LumenEnd& end : maxima) {
+    // The deepest voxel near the maximum tells how thick the vessel is there.
+    double radius = 0.0;
+    for (int v = end.voxel, steps = 0; v >= 0 && steps < 40; ++steps) {
+      radius = std::max(radius, double(lumen.depth[std::size_t(v)]));
+      v = lengths.previous[std::size_t(v)];
+      if (v >= 0 && lengths.cost[std::size_t(end.voxel)] - lengths.cost[std::size_t(v)] >
+                        0.5 * end.prominence)
+        break;
+    }
+    const double height = std::min(3.0 * radius, 0.5 * end.prominence);
+    const Cap cap =
+        gather_cap(lumen, lengths, end.voxel, lengths.cost[std::size_t(end.voxel)] - height);
+    std::map<int, int> piece_of;
+    if (label_layer(lumen, cap.layer, piece_of) < 2) continue;
+    const std::map<int, int> origin = label_by_origin(lengths, cap, piece_of);
+    for (const int v : cap.voxels)
+      for (int n = 0; n < kNeighborCount; ++n) {
+        const auto it = origin.find(lumen.neighbor(v, n));
+        if (it == origin.end() || it->second == origin.at(v)) continue;
+        at_cut.push_back(v);
+        at_cut.push_back(it->first);
+        lumen.cut(v, n);
+      }
+  }
+  std::sort(at_cut.begin(), at_cut.end());
+  at_cut.erase(std::unique(at_cut.begin(), at_cut.end()), at_cut.end());
+  return at_cut;
+}
+
+}  // namespace angio::centerline

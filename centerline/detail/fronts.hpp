@@ -1,0 +1,56 @@
+#pragma once
+
+#include <functional>
+#include <vector>
+
+#include "centerline/detail/lumen_voxels.hpp"
+
+namespace angio::centerline {
+
+/// Least costs from a source voxel, and the way back.
+struct Front {
+  std::vector<double> cost;   ///< shape [voxel]
+  std::vector<int> previous;  ///< voxel before this one on its least path; -1 at the source
+};
+
+/// Least path lengths inside the lumen [mm] (Dijkstra on the linked voxels).
+Front march_lengths(const LumenVoxels& lumen, int source);
+
+/// Least costs for lines in the middle of the vessel: integral of ds / depth^2.
+/// The cost of VMTK's minimal paths is 1/depth; the square keeps closer to the middle in bends and
+/// makes shortcuts along the wall dearer.
+Front march_centered(const LumenVoxels& lumen, int source);
+
+/// The voxels of the least path from the source to `target`, source first.
+std::vector<int> trace(const Front& front, int target);
+
+/// An end of the lumen as seen from a source.
+struct LumenEnd {
+  int voxel = -1;
+  double prominence = 0.0;  ///< length [mm] from where it joins a longer branch to its tip
+  bool at_loop_cut = false;
+};
+
+/// The ends of the lumen: the maxima of the path length from `source`, each with its prominence.
+///
+/// The voxels are added in falling order of length; a maximum starts a piece, and where two pieces
+/// meet, the one with the lower maximum ends: its prominence is the fall from its maximum to there
+/// (0-dimensional persistence; Edelsbrunner, Letscher, Zomorodian 2002). For a side branch that is
+/// its length from the flow divider to its tip, whatever the shape of its wall.
+///
+/// @param least_prominence  [mm]; lower maxima are left out
+/// @return the most prominent first; the farthest voxel has its whole length as prominence
+std::vector<LumenEnd> find_maxima(const LumenVoxels& lumen, const Front& lengths,
+                                  double least_prominence);
+
+/// Finds the maxima that are no ends but places where two fronts met (a loop of vessels), and cuts
+/// the lumen there, so that both halves get an end.
+///
+/// A maximum is such a place when the part of the lumen within a few radii of it was reached from
+/// two sides: the layer of voxels before it has two pieces.
+///
+/// @return the voxels next to a cut
+std::vector<int> cut_loops(LumenVoxels& lumen, const Front& lengths,
+                           const std::vector<LumenEnd>& maxima);
+
+}  // namespace angio::centerline

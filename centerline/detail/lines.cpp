@@ -1,0 +1,294 @@
+#include "centerline/detail/lines.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+
+#include "centerline/detail/polyline.hpp"
+#include "centerline/detail/section.hpp"
+#include "core/parallel.hpp"
+#include "core/units.hpp"
+
+namespace angio::centerline {
+namespace {
+
+constexpr int kRounds = 12;          // of centring and smoothing
+constexpr double kWorkStep = 0.4;    // of the radius, while centring
+constexpr double kFinalStep = 0.25;  // of the radius
+constexpr double kEndZone = 0.5;     // radii at a tip that are not centred: caps may be oblique
+
+/// A line of the tree; its points [0, shared) are those of its parent.
+struct Line {
+  Polyline line;  ///< the radius is the inscribed one once measured
+  std::vector<double> area;
+  int parent = -1;
+  std::size_t shared = 0;
+  bool free_start = false;  ///< begins at a wall or at the border of the data
+  bool free_end = false;
+};
+
+Polyline from_voxels(const LumenVoxels& lumen, const std::vector<int>& voxels) {
+  Polyline line;
+  for (const int v : voxels) {
+    line.points.push_back(lumen.position(v));
+    line.radius.push_back(double(lumen.depth[std::size_t(v)]));
+  }
+  return line;
+}
+
+/// Goes straight on from the last point to the wall, or to the border of the data.
+void extend_to_wall(Polyline& line, const Wall& wall, double dropped) {
+  const double radius = line.radius.back();
+  const Vec3 tip = line.points.back();
+  const Vec3 direction = end_tangent(line, 2.0 * radius);
+  const double longest = dropped + 2.0 * radius;
+  const double step = 0.25 * wall.resolution();
+  double reach = wall.ray(tip, direction, longest);
+  if (reach >= longest && !wall.beyond_data(tip + reach * direction)) reach = dropped;
+  while (reach > 0.0 && wall.beyond_data(tip + reach * direction)) reach -= step;
+  if (reach <= step) return;
+  const int count = std::max(1, int(std::ceil(reach / std::max(kWorkStep * radius, step))));
+  for (int i = 1; i <= count; ++i) {
+    line.points.push_back(tip + (reach * i / count) * direction);
+    line.radius.push_back(radius);
+  }
+}
+
+void cut_and_extend(Polyline& line, const Wall& wall, std::size_t keep) {
+  if (keep < 2 || keep >= line.points.size()) return;
+  const double dropped = distance(line.points.back(), line.points[keep - 1]);
+  line.points.resize(keep);
+  line.radius.resize(keep);
+  extend_to_wall(line, wall, dropped);
+}
+
+/// A voxel path runs into the edge of the cap: replace its end by a straight piece.
+void straighten_end(Polyline& line, const Wall& wall, std::size_t least_kept) {
+  Polyline tip_first = line;
+  reverse(tip_first);
+  const auto cap = std::size_t(end_of_cap(tip_first.points, tip_first.radius));
+  cut_and_extend(line, wall, std::max(line.points.size() - cap, least_kept));
+}
+
+/// The points next to a tip were smoothed only, not centred.
+void redo_end(Polyline& line, const Wall& wall, std::size_t least_kept) {
+  const std::vector<double> s = arc_length(line.points);
+  const double zone = std::max(kEndZone * line.radius.back(), wall.resolution());
+  std::size_t keep = line.points.size();
+  while (keep > least_kept && s.back() - s[keep - 1] < zone) --keep;
+  cut_and_extend(line, wall, keep);
+}
+
+/// The first of a line's own points that is outside the spheres of its parent.
+std::size_t first_outside(const Line& branch, const Line* parent) {
+  if (parent == nullptr) return 0;
+  const std::vector<Vec3>& points = branch.line.points;
+  for (std::size_t i = branch.shared; i < points.size(); ++i) {
+    bool inside = false;
+    for (std::size_t m = 0; m < parent->line.points.size() && !inside; ++m)
+      inside = norm_squared(points[i] - parent->line.points[m]) <
+               parent->line.radius[m] * parent->line.radius[m];
+    if (!inside) return i;
+  }
+  return points.size() - 1;
+}
+
+/// Moves each own point that is out of the parent's lumen towards the centre of its section.
+void center_points(Line& work, const Line* parent, const Wall& wall) {
+  Polyline& line = work.line;
+  const std::vector<double> s = arc_length(line.points);
+  const std::size_t first = std::max(work.shared, first_outside(work, parent));
+  std::vector<Vec3> moved = line.points;
+  std::vector<double> radius = line.radius;
+  parallel_for_uneven(std::ptrdiff_t(line.points.size() - first), [&](std::ptrdiff_t index) {
+    const std::size_t i = first + std::size_t(index);
+    if (work.free_start && s[i] < kEndZone * line.radius[i]) return;
+    if (work.free_end && s.back() - s[i] < kEndZone * line.radius[i]) return;
+    SectionOptions options;
+    options.expected = std::max(line.radius[i], wall.resolution());
+    options.refinements = 0;
+    const Section section =
+        measure_section(wall, line.points[i], tangent_at(line, s, i, line.radius[i]), options);
+    if (!section.valid) return;
+    moved[i] += 0.8 * (section.center - moved[i]);
+    radius[i] = section.inscribed_radius;
+  });
+  line.points = std::move(moved);
+  line.radius = std::move(radius);
+}
+
+/// Leaves the parent by a smooth curve from the last shared point to the mouth of the branch.
+void bridge_mouth(Line& work, const Line& parent, const Wall& wall) {
+  const std::size_t mouth = first_outside(work, &parent);
+  if (mouth <= work.shared) return;
+  Polyline& line = work.line;
+  const std::size_t anchor = work.shared - 1;
+  const std::vector<double> s = arc_length(line.points);
+  const auto count = int(mouth - work.shared);
+  const Vec3 leave = normalized(line.points[anchor] - line.points[anchor > 0 ? anchor - 1 : 0]);
+  const Vec3 enter = tangent_at(line, s, mouth, 0.5 * line.radius[mouth]);
+  const std::vector<Vec3> curve =
+      bridge(line.points[anchor], leave, line.points[mouth], enter, count);
+  for (const Vec3& p : curve)
+    if (wall.ray(p, leave, wall.resolution()) <= 0.0) return;  // stays as it was smoothed
+  std::copy(curve.begin(), curve.end(), line.points.begin() + std::ptrdiff_t(work.shared));
+}
+
+void refine(Line& work, const Line* parent, const Wall& wall, double step_mm) {
+  const auto work_step = [&](double r) { return std::max(kWorkStep * r, 0.4 * wall.resolution()); };
+  const std::size_t least_kept = work.shared + 2;
+  for (int round = 0; round < kRounds; ++round) {
+    resample(work.line, work.shared, work_step);
+    smooth(work.line, work.shared, 2);
+    center_points(work, parent, wall);
+  }
+  smooth(work.line, work.shared, 1);
+  if (parent != nullptr) bridge_mouth(work, *parent, wall);
+  if (work.free_end) redo_end(work.line, wall, least_kept);
+  if (work.free_start) {
+    reverse(work.line);
+    redo_end(work.line, wall, 2);
+    reverse(work.line);
+  }
+  resample(work.line, work.shared, [&](double r) {
+    return step_mm > 0.0 ? step_mm : std::max(kFinalStep * r, 0.25 * wall.resolution());
+  });
+}
+
+/// Where a plane misses the lumen (right at a cap), the nearest good section stands in.
+void fill_gaps(Line& work) {
+  const std::size_t count = work.area.size();
+  for (std::size_t i = std::max<std::size_t>(work.shared, 1); i < count; ++i)
+    if (work.area[i] <= 0.0) {
+      work.area[i] = work.area[i - 1];
+      work.line.radius[i] = work.line.radius[i - 1];
+    }
+  for (std::size_t i = count - 1; i-- > 0;)
+    if (work.area[i] <= 0.0) {
+      work.area[i] = work.area[i + 1];
+      work.line.radius[i] = work.line.radius[i + 1];
+    }
+  for (std::size_t i = 0; i < count; ++i)
+    if (work.area[i] <= 0.0) work.area[i] = units::kPi * work.line.radius[i] * work.line.radius[i];
+}
+
+void measure(Line& work, const Wall& wall) {
+  const Polyline& line = work.line;
+  const std::vector<double> s = arc_length(line.points);
+  work.area.resize(line.points.size(), 0.0);
+  std::vector<double> radius = line.radius;
+  parallel_for_uneven(std::ptrdiff_t(line.points.size() - work.shared), [&](std::ptrdiff_t index) {
+    const std::size_t i = work.shared + std::size_t(index);
+    SectionOptions options;
+    options.ray_count = 64;
+    options.expected = std::max(line.radius[i], wall.resolution());
+    const Section section =
+        measure_section(wall, line.points[i], tangent_at(line, s, i, line.radius[i]), options);
+    if (!section.valid) return;
+    radius[i] = section.inscribed_radius;
+    work.area[i] = section.area;
+  });
+  work.line.radius = std::move(radius);
+  fill_gaps(work);
+}
+
+/// The first line, from the inlet to the farthest outlet.
+Line start_line(const LumenVoxels& lumen, const Skeleton& skeleton, const Wall& wall) {
+  Line work;
+  work.line = from_voxels(lumen, skeleton.chains.front().voxels);
+  work.free_start = skeleton.starts_at_end;
+  work.free_end = !skeleton.chains.front().ends_at_cut;
+  if (work.free_end) straighten_end(work.line, wall, 2);
+  if (work.free_start) {
+    reverse(work.line);
+    straighten_end(work.line, wall, 2);
+    reverse(work.line);
+  }
+  return work;
+}
+
+/// A later line: the parent's points up to a little before the branching, then its own voxels.
+Line start_branch(const LumenVoxels& lumen, const Skeleton::Chain& chain, std::size_t first_own,
+                  int parent_index, const Line& parent, const Wall& wall) {
+  const Vec3 junction = lumen.position(chain.voxels[first_own > 0 ? first_own - 1 : 0]);
+  std::size_t nearest = 0;
+  for (std::size_t i = 1; i < parent.line.points.size(); ++i)
+    if (distance(parent.line.points[i], junction) < distance(parent.line.points[nearest], junction))
+      nearest = i;
+  std::size_t leave = nearest;
+  while (leave > 0 && distance(parent.line.points[leave], parent.line.points[nearest]) <
+                          0.5 * parent.line.radius[nearest])
+    --leave;
+  Line work;
+  work.parent = parent_index;
+  work.shared = leave + 1;
+  work.free_end = !chain.ends_at_cut;
+  const auto take = std::ptrdiff_t(work.shared);
+  work.line.points.assign(parent.line.points.begin(), parent.line.points.begin() + take);
+  work.line.radius.assign(parent.line.radius.begin(), parent.line.radius.begin() + take);
+  work.area.assign(parent.area.begin(), parent.area.begin() + take);
+  for (std::size_t i = first_own; i < chain.voxels.size(); ++i) {
+    work.line.points.push_back(lumen.position(chain.voxels[i]));
+    work.line.radius.push_back(double(lumen.depth[std::size_t(chain.voxels[i])]));
+  }
+  // The voxels inside the parent run along its middle, maybe past the mouth: go straight instead.
+  const auto mouth =
+      std::ptrdiff_t(std::min(first_outside(work, &parent), work.line.points.size() - 1));
+  work.line.points.erase(work.line.points.begin() + take, work.line.points.begin() + mouth);
+  work.line.radius.erase(work.line.radius.begin() + take, work.line.radius.begin() + mouth);
+  if (work.free_end) straighten_end(work.line, wall, work.shared + 1);
+  return work;
+}
+
+CenterlinePath to_path(const Line& line, int id) {
+  CenterlinePath path;
+  path.id = id;
+  path.points = line.line.points;
+  path.inscribed_radius = line.line.radius;
+  path.section_area = line.area;
+  path.abscissa = arc_length(path.points);
+  for (const double area : path.section_area)
+    path.equivalent_radius.push_back(std::sqrt(area / units::kPi));
+  return path;
+}
+
+}  // namespace
+
+CenterlineTree trace_lines(const LumenVoxels& lumen, const Skeleton& skeleton, const Wall& wall,
+                           double step_mm, const Progress& progress) {
+  std::vector<int> owner(std::size_t(lumen.count()), -1);
+  std::vector<Line> lines;
+  for (const Skeleton::Chain& chain : skeleton.chains) {
+    const int index = int(lines.size());
+    std::size_t first_own = 0;
+    while (first_own < chain.voxels.size() && owner[std::size_t(chain.voxels[first_own])] >= 0)
+      ++first_own;
+    if (index > 0 && first_own == chain.voxels.size()) continue;  // an outlet on another line
+    const int parent =
+        first_own > 0 ? owner[std::size_t(chain.voxels[first_own - 1])] : (index > 0 ? 0 : -1);
+    for (std::size_t i = first_own; i < chain.voxels.size(); ++i)
+      owner[std::size_t(chain.voxels[i])] = index;
+    const Line* parent_line = parent >= 0 ? &lines[std::size_t(parent)] : nullptr;
+    Line work = parent_line == nullptr
+                    ? start_line(lumen, skeleton, wall)
+                    : start_branch(lumen, chain, first_own, parent, *parent_line, wall);
+    refine(work, parent_line, wall, step_mm);
+    measure(work, wall);
+    lines.push_back(std::move(work));
+    progress.report(0.4 + 0.6 * double(lines.size()) / double(skeleton.chains.size()),
+                    "centring lines");
+  }
+  std::vector<CenterlinePath> paths;
+  for (const Line& line : lines) paths.push_back(to_path(line, 0));
+  std::stable_sort(paths.begin(), paths.end(), [](const auto& a, const auto& b) {
+    return a.abscissa.back() > b.abscissa.back();
+  });
+  CenterlineTree tree;
+  for (std::size_t i = 0; i < paths.size(); ++i) {
+    paths[i].id = int(i);
+    tree.paths.push_back(std::move(paths[i]));
+  }
+  return tree;
+}
+
+}  // namespace angio::centerline

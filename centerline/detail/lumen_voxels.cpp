@@ -1,0 +1,273 @@
+#include "centerline/detail/lumen_voxels.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <limits>
+#include <queue>
+#include <utility>
+
+#include "core/error.hpp"
+
+namespace angio::centerline {
+
+const std::array<std::array<int, 3>, kNeighborCount>& neighbor_offsets() {
+  static const auto offsets = [] {
+    std::array<std::array<int, 3>, kNeighborCount> result{};
+    int n = 0;
+    for (int k = -1; k <= 1; ++k)
+      for (int j = -1; j <= 1; ++j)
+        for (int i = -1; i <= 1; ++i)
+          if (i != 0 || j != 0 || k != 0) result[std::size_t(n++)] = {i, j, k};
+    return result;
+  }();
+  return offsets;
+}
+
+std::array<double, kNeighborCount> neighbor_lengths(const VolumeGeometry& geometry) {
+  std::array<double, kNeighborCount> lengths{};
+  for (std::size_t n = 0; n < lengths.size(); ++n) {
+    const auto& o = neighbor_offsets()[n];
+    lengths[n] =
+        norm(Vec3{o[0] * geometry.spacing.x, o[1] * geometry.spacing.y, o[2] * geometry.spacing.z});
+  }
+  return lengths;
+}
+
+std::array<int, 3> LumenVoxels::index(int voxel) const {
+  const int c = cell[std::size_t(voxel)];
+  return {c % size[0], (c / size[0]) % size[1], c / (size[0] * size[1])};
+}
+
+Vec3 LumenVoxels::position(int voxel) const {
+  const auto i = index(voxel);
+  return geometry.lps_from_index(
+      {double(i[0] + corner[0]), double(i[1] + corner[1]), double(i[2] + corner[2])});
+}
+
+int LumenVoxels::neighbor(int voxel, int n) const {
+  if ((links[std::size_t(voxel)] >> n & 1U) == 0) return -1;
+  const auto& o = neighbor_offsets()[std::size_t(n)];
+  return voxel_of_cell[std::size_t(cell[std::size_t(voxel)] + (o[2] * size[1] + o[1]) * size[0] +
+                                   o[0])];
+}
+
+int LumenVoxels::nearest(const Vec3& point_in_lps) const {
+  int best = 0;
+  double best_squared = std::numeric_limits<double>::max();
+  for (int v = 0; v < count(); ++v) {
+    const double d = norm_squared(position(v) - point_in_lps);
+    if (d < best_squared) {
+      best_squared = d;
+      best = v;
+    }
+  }
+  return best;
+}
+
+void LumenVoxels::cut(int voxel, int n) {
+  const int other = neighbor(voxel, n);
+  if (other < 0) return;
+  links[std::size_t(voxel)] &= ~(1U << n);
+  links[std::size_t(other)] &= ~(1U << (kNeighborCount - 1 - n));
+}
+
+namespace {
+
+using Index = std::array<int, 3>;
+
+/// The mean of the level set over the corners between a voxel and its neighbour: the trilinear
+/// value half way.
+bool inside_half_way(const Volume<float>& level_set, const Index& at, const Index& offset) {
+  double sum = 0.0;
+  for (int corner = 0; corner < 8; ++corner) {
+    Index c = at;
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      if ((corner >> axis & 1) != 0) c[axis] += offset[axis];
+    sum += double(level_set.at(c[0], c[1], c[2]));
+  }
+  return sum < 0.0;
+}
+
+std::uint32_t find_links(const Volume<float>& level_set, const Index& at) {
+  std::uint32_t bits = 0;
+  for (int n = 0; n < kNeighborCount; ++n) {
+    const auto& o = neighbor_offsets()[std::size_t(n)];
+    const Index to{at[0] + o[0], at[1] + o[1], at[2] + o[2]};
+    if (level_set.geometry.contains(to[0], to[1], to[2]) &&
+        level_set.at(to[0], to[1], to[2]) < 0.0F && inside_half_way(level_set, at, o))
+      bits |= 1U << n;
+  }
+  return bits;
+}
+
+/// All inside voxels with links, in the box around them.
+LumenVoxels collect(const Volume<float>& level_set) {
+  LumenVoxels lumen;
+  lumen.geometry = level_set.geometry;
+  const Index n = level_set.geometry.size;
+  Index low = n, high{-1, -1, -1};
+  for (int k = 0; k < n[2]; ++k)
+    for (int j = 0; j < n[1]; ++j)
+      for (int i = 0; i < n[0]; ++i)
+        if (level_set.at(i, j, k) < 0.0F) {
+          low = {std::min(low[0], i), std::min(low[1], j), std::min(low[2], k)};
+          high = {std::max(high[0], i), std::max(high[1], j), std::max(high[2], k)};
+        }
+  if (high[0] < 0)
+    throw InputError(
+        "the level set has no inside (no voxel is negative, so there is no lumen to find a line "
+        "in). Check the segmentation");
+  lumen.corner = low;
+  for (std::size_t a = 0; a < 3; ++a) lumen.size[a] = high[a] - low[a] + 1;
+  const auto cells =
+      std::size_t(lumen.size[0]) * std::size_t(lumen.size[1]) * std::size_t(lumen.size[2]);
+  if (cells > std::size_t(std::numeric_limits<int>::max()))
+    throw InputError("the lumen's box has more than 2^31 voxels. Crop or resample the volume");
+  lumen.voxel_of_cell.assign(cells, -1);
+  for (int k = low[2]; k <= high[2]; ++k)
+    for (int j = low[1]; j <= high[1]; ++j)
+      for (int i = low[0]; i <= high[0]; ++i) {
+        if (!(level_set.at(i, j, k) < 0.0F)) continue;
+        const int c = ((k - low[2]) * lumen.size[1] + (j - low[1])) * lumen.size[0] + (i - low[0]);
+        lumen.voxel_of_cell[std::size_t(c)] = lumen.count();
+        lumen.cell.push_back(c);
+        lumen.links.push_back(find_links(level_set, {i, j, k}));
+      }
+  return lumen;
+}
+
+/// @return the piece each voxel is in, and the voxels in each piece
+std::pair<std::vector<int>, std::vector<int>> label_pieces(const LumenVoxels& lumen) {
+  std::vector<int> label(std::size_t(lumen.count()), -1), counts, stack;
+  for (int seed = 0; seed < lumen.count(); ++seed) {
+    if (label[std::size_t(seed)] >= 0) continue;
+    const int piece = int(counts.size());
+    counts.push_back(0);
+    label[std::size_t(seed)] = piece;
+    stack.assign(1, seed);
+    while (!stack.empty()) {
+      const int v = stack.back();
+      stack.pop_back();
+      ++counts.back();
+      for (int n = 0; n < kNeighborCount; ++n) {
+        const int w = lumen.neighbor(v, n);
+        if (w < 0 || label[std::size_t(w)] >= 0) continue;
+        label[std::size_t(w)] = piece;
+        stack.push_back(w);
+      }
+    }
+  }
+  return {std::move(label), std::move(counts)};
+}
+
+void keep_piece(LumenVoxels& lumen, const std::vector<int>& label, int piece) {
+  std::vector<int> cell;
+  std::vector<std::uint32_t> links;
+  for (int v = 0; v < lumen.count(); ++v) {
+    const auto c = std::size_t(lumen.cell[std::size_t(v)]);
+    if (label[std::size_t(v)] != piece) {
+      lumen.voxel_of_cell[c] = -1;
+      continue;
+    }
+    lumen.voxel_of_cell[c] = int(cell.size());
+    cell.push_back(int(c));
+    links.push_back(lumen.links[std::size_t(v)]);
+  }
+  lumen.cell = std::move(cell);
+  lumen.links = std::move(links);
+}
+
+/// The nearest point of the wall [mm, in the voxel's own axes] seen from a voxel at the wall:
+/// along the gradient where that is trustworthy, else the nearest crossing along an axis.
+bool find_wall_point(const Volume<float>& level_set, const Index& at, Vec3& offset) {
+  const double here = double(level_set.at(at[0], at[1], at[2]));
+  double nearest = std::numeric_limits<double>::max();
+  Vec3 gradient;
+  for (int axis = 0; axis < 3; ++axis) {
+    const double h = level_set.geometry.spacing[axis];
+    double value[2] = {here, here};
+    int sides = 0;
+    for (int side = 0; side < 2; ++side) {
+      Index to = at;
+      to[std::size_t(axis)] += side == 0 ? -1 : 1;
+      if (!level_set.geometry.contains(to[0], to[1], to[2])) continue;
+      ++sides;
+      value[side] = double(level_set.at(to[0], to[1], to[2]));
+      if (value[side] < 0.0) continue;
+      const double t = h * here / (here - value[side]);
+      if (t >= nearest) continue;
+      nearest = t;
+      offset = {};
+      offset[axis] = side == 0 ? -t : t;
+    }
+    gradient[axis] = sides == 0 ? 0.0 : (value[1] - value[0]) / (h * sides);
+  }
+  if (nearest == std::numeric_limits<double>::max()) return false;
+  const double slope = norm(gradient);
+  if (slope > 0.0 && -here / slope < nearest) offset = (-here / (slope * slope)) * gradient;
+  return true;
+}
+
+/// Distance to the wall: each voxel inherits the nearest wall point of its neighbours, nearest
+/// first (a vector distance transform).
+void find_depth(const Volume<float>& level_set, LumenVoxels& lumen) {
+  const auto count = std::size_t(lumen.count());
+  const double far = std::numeric_limits<double>::max();
+  std::vector<Vec3> wall(count);  // in mm along the voxel axes
+  std::vector<double> depth(count, far);
+  using Entry = std::pair<double, int>;
+  std::priority_queue<Entry, std::vector<Entry>, std::greater<>> queue;
+  const Vec3 h = level_set.geometry.spacing;
+  const auto local = [&](int v) {
+    const auto i = lumen.index(v);
+    return Vec3{i[0] * h.x, i[1] * h.y, i[2] * h.z};
+  };
+  for (int v = 0; v < lumen.count(); ++v) {
+    const auto i = lumen.index(v);
+    const Index at{i[0] + lumen.corner[0], i[1] + lumen.corner[1], i[2] + lumen.corner[2]};
+    Vec3 offset;
+    if (!find_wall_point(level_set, at, offset)) continue;
+    wall[std::size_t(v)] = local(v) + offset;
+    depth[std::size_t(v)] = norm(offset);
+    queue.emplace(depth[std::size_t(v)], v);
+  }
+  while (!queue.empty()) {
+    const auto [d, v] = queue.top();
+    queue.pop();
+    if (d > depth[std::size_t(v)]) continue;
+    for (int n = 0; n < kNeighborCount; ++n) {
+      const int w = lumen.neighbor(v, n);
+      if (w < 0) continue;
+      const double candidate = distance(local(w), wall[std::size_t(v)]);
+      if (candidate >= depth[std::size_t(w)]) continue;
+      depth[std::size_t(w)] = candidate;
+      wall[std::size_t(w)] = wall[std::size_t(v)];
+      queue.emplace(candidate, w);
+    }
+  }
+  lumen.depth.resize(count);
+  for (std::size_t v = 0; v < count; ++v) {
+    if (depth[v] == far)
+      throw InputError(
+          "the lumen has no wall inside the volume (it fills all of it). Check the segmentation");
+    lumen.depth[v] = float(std::max(depth[v], 0.05 * std::min({h.x, h.y, h.z})));
+  }
+}
+
+}  // namespace
+
+LumenVoxelsResult find_lumen_voxels(const Volume<float>& level_set) {
+  LumenVoxelsResult result;
+  LumenVoxels& lumen = result.voxels;
+  lumen = collect(level_set);
+  const auto [label, counts] = label_pieces(lumen);
+  const auto largest = std::max_element(counts.begin(), counts.end());
+  result.piece_count = int(counts.size());
+  result.largest_fraction = double(*largest) / double(lumen.count());
+  if (counts.size() > 1) keep_piece(lumen, label, int(largest - counts.begin()));
+  find_depth(level_set, lumen);
+  return result;
+}
+
+}  // namespace angio::centerline

@@ -1,0 +1,51 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "core/volume.hpp"
+
+namespace angio::centerline {
+
+/// The voxels of one connected lumen as a graph. Two voxels are linked when the level set,
+/// interpolated between their centres, stays inside: diagonal steps through the wall of two
+/// touching vessels do not exist.
+struct LumenVoxels {
+  VolumeGeometry geometry;
+  std::array<int, 3> corner{0, 0, 0};  ///< of the box around the lumen, in the volume's index
+  std::array<int, 3> size{0, 0, 0};    ///< of the box
+  std::vector<int> voxel_of_cell;      ///< -1 outside, shape [size k, size j, size i]
+  std::vector<int> cell;               ///< shape [voxel]
+  std::vector<std::uint32_t> links;    ///< bit n: linked to neighbour n of kOffsets, shape [voxel]
+  std::vector<float> depth;            ///< distance to the wall [mm], shape [voxel]
+
+  [[nodiscard]] int count() const { return int(cell.size()); }
+  [[nodiscard]] std::array<int, 3> index(int voxel) const;  ///< in the box
+  [[nodiscard]] Vec3 position(int voxel) const;             ///< LPS [mm]
+  [[nodiscard]] int neighbor(int voxel, int n) const;       ///< -1 when not linked
+  [[nodiscard]] int nearest(const Vec3& point_in_lps) const;
+  void cut(int voxel, int n);  ///< removes the link, both ways
+};
+
+inline constexpr int kNeighborCount = 26;
+/// The 26 neighbours of a voxel; the opposite of n is 25 - n.
+const std::array<std::array<int, 3>, kNeighborCount>& neighbor_offsets();
+/// Their distances [mm] on this grid.
+std::array<double, kNeighborCount> neighbor_lengths(const VolumeGeometry& geometry);
+
+struct LumenVoxelsResult {
+  LumenVoxels voxels;
+  int piece_count = 0;            ///< connected pieces in the level set
+  double largest_fraction = 1.0;  ///< of all lumen voxels that are in the largest piece
+};
+
+/// Takes the largest connected piece of {level_set < 0} and the distance of its voxels to the wall.
+/// The distance is built anew from the sub-voxel zero crossings (each voxel inherits the nearest
+/// crossing of its neighbours), so the level set need only be right near the wall. The border of
+/// the volume is not a wall.
+///
+/// @throws InputError  when nothing is inside
+LumenVoxelsResult find_lumen_voxels(const Volume<float>& level_set);
+
+}  // namespace angio::centerline

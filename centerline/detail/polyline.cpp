@@ -1,0 +1,107 @@
+#include "centerline/detail/polyline.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/centerline.hpp"
+
+namespace angio::centerline {
+namespace {
+
+/// The point of a polyline at arc length `at`.
+Vec3 point_at(const std::vector<Vec3>& points, const std::vector<double>& s, double at) {
+  const auto above = std::upper_bound(s.begin(), s.end(), at);
+  const auto b =
+      std::size_t(std::clamp<std::ptrdiff_t>(above - s.begin(), 1, std::ptrdiff_t(s.size()) - 1));
+  const double length = s[b] - s[b - 1];
+  const double t = length > 0.0 ? std::clamp((at - s[b - 1]) / length, 0.0, 1.0) : 0.0;
+  return (1.0 - t) * points[b - 1] + t * points[b];
+}
+
+Vec3 catmull_rom(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& d, double t) {
+  const double t2 = t * t, t3 = t2 * t;
+  return 0.5 * ((2.0 * b) + t * (c - a) + t2 * (2.0 * a - 5.0 * b + 4.0 * c - d) +
+                t3 * (3.0 * b - a - 3.0 * c + d));
+}
+
+}  // namespace
+
+void reverse(Polyline& line) {
+  std::reverse(line.points.begin(), line.points.end());
+  std::reverse(line.radius.begin(), line.radius.end());
+}
+
+Vec3 tangent_at(const Polyline& line, const std::vector<double>& s, std::size_t i, double reach) {
+  // The same reach to both sides, or the tangent of a bend would turn near the ends of the line.
+  const double room = std::min(s[i], s.back() - s[i]);
+  const double least = i + 1 < s.size() ? s[i + 1] - s[i] : s[i] - s[i - 1];
+  const double each = std::max(std::min(reach, room), std::min(least, 0.5 * reach));
+  return normalized(point_at(line.points, s, s[i] + each) - point_at(line.points, s, s[i] - each));
+}
+
+Vec3 end_tangent(const Polyline& line, double reach) {
+  const std::size_t last = line.points.size() - 1;
+  std::size_t from = last;
+  while (from > 0 && distance(line.points[from], line.points[last]) < reach) --from;
+  return normalized(line.points[last] - line.points[from]);
+}
+
+void smooth(Polyline& line, std::size_t fixed, int passes) {
+  const std::size_t first = std::max<std::size_t>(fixed, 1);
+  for (int pass = 0; pass < passes; ++pass) {
+    const Polyline old = line;
+    for (std::size_t i = first; i + 1 < line.points.size(); ++i) {
+      line.points[i] = 0.5 * old.points[i] + 0.25 * (old.points[i - 1] + old.points[i + 1]);
+      line.radius[i] = 0.5 * old.radius[i] + 0.25 * (old.radius[i - 1] + old.radius[i + 1]);
+    }
+  }
+}
+
+void resample(Polyline& line, std::size_t fixed, const std::function<double(double)>& step) {
+  const std::size_t anchor = fixed > 0 ? fixed - 1 : 0;
+  const std::vector<double> s = arc_length(line.points);
+  // Steps follow the radius; a last pass stretches them evenly so that they end at the end.
+  std::vector<double> at{s[anchor]};
+  std::size_t segment = anchor;
+  while (at.back() < s.back()) {
+    while (segment + 2 < s.size() && s[segment + 1] <= at.back()) ++segment;
+    at.push_back(at.back() + step(line.radius[segment]));
+  }
+  if (at.size() > 2 && at.back() - s.back() > 0.5 * (at.back() - at[at.size() - 2])) at.pop_back();
+  const double stretch = (s.back() - s[anchor]) / (at.back() - s[anchor]);
+  Polyline result;
+  result.points.assign(line.points.begin(), line.points.begin() + std::ptrdiff_t(anchor) + 1);
+  result.radius.assign(line.radius.begin(), line.radius.begin() + std::ptrdiff_t(anchor) + 1);
+  segment = anchor;
+  for (std::size_t k = 1; k + 1 < at.size(); ++k) {
+    const double target = s[anchor] + stretch * (at[k] - s[anchor]);
+    while (segment + 2 < s.size() && s[segment + 1] <= target) ++segment;
+    const double length = s[segment + 1] - s[segment];
+    const double t = length > 0.0 ? (target - s[segment]) / length : 0.0;
+    const Vec3& b = line.points[segment];
+    const Vec3& c = line.points[segment + 1];
+    const Vec3 a = segment > 0 ? line.points[segment - 1] : 2.0 * b - c;
+    const Vec3 d = segment + 2 < s.size() ? line.points[segment + 2] : 2.0 * c - b;
+    result.points.push_back(catmull_rom(a, b, c, d, t));
+    result.radius.push_back((1.0 - t) * line.radius[segment] + t * line.radius[segment + 1]);
+  }
+  result.points.push_back(line.points.back());
+  result.radius.push_back(line.radius.back());
+  line = std::move(result);
+}
+
+std::vector<Vec3> bridge(const Vec3& from, const Vec3& from_tangent, const Vec3& to,
+                         const Vec3& to_tangent, int count) {
+  const double chord = distance(from, to);
+  std::vector<Vec3> points;
+  for (int i = 1; i <= count; ++i) {
+    const double t = double(i) / (count + 1);
+    const double t2 = t * t, t3 = t2 * t;
+    points.push_back((2.0 * t3 - 3.0 * t2 + 1.0) * from +
+                     (t3 - 2.0 * t2 + t) * chord * from_tangent + (-2.0 * t3 + 3.0 * t2) * to +
+                     (t3 - t2) * chord * to_tangent);
+  }
+  return points;
+}
+
+}  // namespace angio::centerline

@@ -1,0 +1,36 @@
+#pragma once
+
+#include <functional>
+#include <vector>
+
+#include "core/vec3.hpp"
+
+namespace angio::centerline {
+
+/// Points with a radius each.
+struct Polyline {
+  std::vector<Vec3> points;    ///< LPS [mm]
+  std::vector<double> radius;  ///< [mm]
+};
+
+void reverse(Polyline& line);
+
+/// Unit tangent at point i: the chord from `reach` [mm] before it to `reach` after it.
+/// @param s  arc lengths of the points
+Vec3 tangent_at(const Polyline& line, const std::vector<double>& s, std::size_t i, double reach);
+
+/// Unit tangent at the last point, away from the line, over its last `reach` [mm].
+Vec3 end_tangent(const Polyline& line, double reach);
+
+/// Moves points [fixed, last) half way to the middle of their neighbours, `passes` times.
+void smooth(Polyline& line, std::size_t fixed, int passes);
+
+/// Puts points anew behind point fixed - 1 (or 0), `step(radius)` [mm] apart, on the Catmull-Rom
+/// curve through the points. The first `fixed` points and the last one stay.
+void resample(Polyline& line, std::size_t fixed, const std::function<double(double)>& step);
+
+/// A cubic Hermite curve between two points, without them. Tangents are scaled to the chord.
+std::vector<Vec3> bridge(const Vec3& from, const Vec3& from_tangent, const Vec3& to,
+                         const Vec3& to_tangent, int count);
+
+}  // namespace angio::centerline

@@ -1,0 +1,152 @@
+#include "centerline/detail/section.hpp"
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "core/units.hpp"
+
+namespace angio::centerline {
+namespace {
+
+constexpr int kOrder = 4;
+constexpr int kTerms = 2 * kOrder + 1;
+using Coefficients = Eigen::Matrix<double, kTerms, 1>;
+
+struct Point2 {
+  double x = 0.0, y = 0.0;
+};
+
+Coefficients harmonics(double theta) {
+  Coefficients basis;
+  basis[0] = 1.0;
+  for (int m = 1; m <= kOrder; ++m) {
+    basis[2 * m - 1] = std::cos(m * theta);
+    basis[2 * m] = std::sin(m * theta);
+  }
+  return basis;
+}
+
+double median(std::vector<double> values) {
+  const auto middle = values.begin() + std::ptrdiff_t(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+double angle_of(std::size_t ray, std::size_t count) {
+  return 2.0 * units::kPi * double(ray) / double(count);
+}
+
+/// r(theta) as a short Fourier series, by least squares with Huber weights.
+Coefficients fit_radii(const std::vector<double>& radii) {
+  using Normal = Eigen::Matrix<double, kTerms, kTerms>;
+  std::vector<double> weight(radii.size(), 1.0), residual(radii.size());
+  Coefficients fit = Coefficients::Zero();
+  for (int pass = 0; pass < 3; ++pass) {
+    Normal left = Normal::Zero();
+    Coefficients right = Coefficients::Zero();
+    for (std::size_t i = 0; i < radii.size(); ++i) {
+      const Coefficients basis = harmonics(angle_of(i, radii.size()));
+      left += weight[i] * basis * basis.transpose();
+      right += weight[i] * radii[i] * basis;
+    }
+    fit = left.ldlt().solve(right);
+    for (std::size_t i = 0; i < radii.size(); ++i)
+      residual[i] = std::abs(radii[i] - fit.dot(harmonics(angle_of(i, radii.size()))));
+    const double scale = std::max(1.4826 * median(residual), 1e-6 * radii[0]);
+    for (std::size_t i = 0; i < radii.size(); ++i)
+      weight[i] = residual[i] > 1.5 * scale ? 1.5 * scale / residual[i] : 1.0;
+  }
+  return fit;
+}
+
+double clearance(const std::vector<Point2>& contour, const Point2& p) {
+  double least = 1e300;
+  for (const Point2& q : contour)
+    least = std::min(least, (q.x - p.x) * (q.x - p.x) + (q.y - p.y) * (q.y - p.y));
+  return std::sqrt(least);
+}
+
+/// The largest circle inside a contour, by a compass search from the origin.
+Point2 find_circle(const std::vector<Point2>& contour, double most_shift, double& radius) {
+  Point2 best;
+  radius = clearance(contour, best);
+  constexpr std::array<Point2, 8> kDirections{{{1, 0},
+                                               {0, 1},
+                                               {-1, 0},
+                                               {0, -1},
+                                               {0.7071, 0.7071},
+                                               {-0.7071, 0.7071},
+                                               {-0.7071, -0.7071},
+                                               {0.7071, -0.7071}}};
+  for (double step = 0.25 * radius; step > 2e-3 * radius;) {
+    Point2 better = best;
+    double better_radius = radius;
+    for (const Point2& d : kDirections) {
+      const Point2 trial{best.x + step * d.x, best.y + step * d.y};
+      if (std::hypot(trial.x, trial.y) > most_shift) continue;
+      const double r = clearance(contour, trial);
+      if (r > better_radius) {
+        better_radius = r;
+        better = trial;
+      }
+    }
+    if (better_radius > radius) {
+      best = better;
+      radius = better_radius;
+    } else {
+      step *= 0.5;
+    }
+  }
+  return best;
+}
+
+/// Rays that leave through a side branch say nothing about the circle: cut them short.
+std::vector<double> clip_long(std::vector<double> radii) {
+  std::vector<double> sorted = radii;
+  std::sort(sorted.begin(), sorted.end());
+  const double longest = 2.5 * sorted[sorted.size() / 5];
+  for (double& r : radii) r = std::min(r, longest);
+  return radii;
+}
+
+}  // namespace
+
+Section measure_section(const Wall& wall, const Vec3& point, const Vec3& normal,
+                        const SectionOptions& options) {
+  Section section;
+  section.center = point;
+  const Vec3 u = any_perpendicular(normal);
+  const Vec3 v = cross(normal, u);
+  const auto count = std::size_t(options.ray_count);
+  std::vector<double> radii(count);
+  std::vector<Point2> contour(count);
+  double expected = options.expected;
+  for (int pass = 0; pass <= options.refinements; ++pass) {
+    for (std::size_t i = 0; i < count; ++i) {
+      const double theta = angle_of(i, count);
+      const Vec3 direction = std::cos(theta) * u + std::sin(theta) * v;
+      radii[i] = wall.ray(section.center, direction, kLongestRay * expected);
+      if (radii[i] <= 0.0) return section;
+    }
+    const Coefficients fit = fit_radii(clip_long(radii));
+    for (std::size_t i = 0; i < count; ++i) {
+      const double theta = angle_of(i, count);
+      const double r = std::max(fit.dot(harmonics(theta)), 0.0);
+      contour[i] = {r * std::cos(theta), r * std::sin(theta)};
+    }
+    const Point2 shift =
+        find_circle(contour, options.most_shift * expected, section.inscribed_radius);
+    section.center += shift.x * u + shift.y * v;
+    expected = std::max(section.inscribed_radius, 0.5 * wall.resolution());
+  }
+  const double step = 2.0 * units::kPi / double(count);
+  double sum = 0.0;
+  for (std::size_t i = 0; i < count; ++i) sum += radii[i] * radii[(i + 1) % count];
+  section.area = 0.5 * sum * step;  // sin(step) of the polygon becomes step of the circle
+  section.valid = section.inscribed_radius > 0.0;
+  return section;
+}
+
+}  // namespace angio::centerline

@@ -1,0 +1,198 @@
+#include "centerline/detail/skeleton.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+#include "centerline/detail/fronts.hpp"
+#include "core/error.hpp"
+
+namespace angio::centerline {
+
+int end_of_cap(const std::vector<Vec3>& points, const std::vector<double>& depth) {
+  // Arc length on the voxel grid zigzags; the straight distance to the tip does not.
+  int last_inside = -1;
+  double deepest = 0.0;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const double a = distance(points[i], points[0]);
+    deepest = std::max(deepest, depth[i]);
+    if (a > 4.0 * deepest && i > 3) break;
+    if (depth[i] >= 0.5 * a) last_inside = int(i);
+  }
+  return std::min(last_inside + 1, int(points.size()) - 1);
+}
+
+namespace {
+
+double voxel_size(const LumenVoxels& lumen) {
+  const Vec3 h = lumen.geometry.spacing;
+  return std::max({h.x, h.y, h.z});
+}
+
+int farthest(const Front& front) {
+  return int(std::max_element(front.cost.begin(), front.cost.end()) - front.cost.begin());
+}
+
+/// Leaves out maxima that are bumps of the wall: a side branch must stand out of its parent by
+/// about the parent's diameter.
+std::vector<LumenEnd> prune_spurs(const LumenVoxels& lumen, const Front& centered,
+                                  const std::vector<LumenEnd>& maxima, double min_length) {
+  std::vector<LumenEnd> kept;
+  std::vector<char> in_tree(std::size_t(lumen.count()), 0);
+  for (const LumenEnd& end : maxima) {
+    int v = end.voxel;
+    while (v >= 0 && in_tree[std::size_t(v)] == 0) v = centered.previous[std::size_t(v)];
+    const double parent = v >= 0 ? double(lumen.depth[std::size_t(v)]) : 0.0;
+    const double least =
+        min_length > 0.0 ? min_length : std::max(2.0 * parent, 4.0 * voxel_size(lumen));
+    if (!kept.empty() && end.prominence < least) continue;
+    kept.push_back(end);
+    for (v = end.voxel; v >= 0 && in_tree[std::size_t(v)] == 0;
+         v = centered.previous[std::size_t(v)])
+      in_tree[std::size_t(v)] = 1;
+  }
+  return kept;
+}
+
+struct Ends {
+  std::vector<LumenEnd> ends;
+  int loops = 0;
+};
+
+/// The ends seen from `source`, spurs left out, loops cut.
+Ends find_ends(LumenVoxels& lumen, int source, double min_length, std::vector<char>& near_cut) {
+  Ends result;
+  const Front lengths = march_lengths(lumen, source);
+  constexpr int kMostRounds = 8;  // a cut can lay open another loop; more than this is a sponge
+  for (int round = 0;; ++round) {
+    const auto maxima = find_maxima(lumen, lengths, 2.0 * voxel_size(lumen));
+    result.ends = prune_spurs(lumen, march_centered(lumen, source), maxima, min_length);
+    if (round == kMostRounds) break;
+    const std::vector<int> cut = cut_loops(lumen, lengths, result.ends);
+    if (cut.empty()) break;
+    ++result.loops;
+    for (const int v : cut) near_cut[std::size_t(v)] = 1;
+  }
+  for (LumenEnd& end : result.ends) {
+    int v = end.voxel;
+    for (int back = 0; back < 4 && v >= 0; ++back) {
+      end.at_loop_cut = end.at_loop_cut || near_cut[std::size_t(v)] != 0;
+      v = lengths.previous[std::size_t(v)];
+    }
+  }
+  return result;
+}
+
+/// The vessel's radius a bit inside of an end: the mean depth over two diameters past its cap.
+double radius_inside(const LumenVoxels& lumen, const std::vector<int>& tip_first) {
+  std::vector<Vec3> points;
+  std::vector<double> depth;
+  for (const int v : tip_first) {
+    points.push_back(lumen.position(v));
+    depth.push_back(double(lumen.depth[std::size_t(v)]));
+  }
+  const auto begin = std::size_t(end_of_cap(points, depth));
+  double sum = 0.0;
+  int count = 0;
+  for (std::size_t i = begin; i < points.size(); ++i) {
+    if (count > 0 && distance(points[i], points[begin]) > 4.0 * sum / count) break;
+    sum += depth[i];
+    ++count;
+  }
+  return count > 0 ? sum / count : 0.0;
+}
+
+int widest_end(const LumenVoxels& lumen, int root, const std::vector<LumenEnd>& ends) {
+  const Front centered = march_centered(lumen, root);
+  std::vector<int> from_root = trace(centered, ends.front().voxel);
+  int best = root;
+  double best_radius = radius_inside(lumen, from_root);
+  for (const LumenEnd& end : ends) {
+    if (end.at_loop_cut) continue;
+    std::vector<int> chain = trace(centered, end.voxel);
+    std::reverse(chain.begin(), chain.end());
+    const double radius = radius_inside(lumen, chain);
+    if (radius <= best_radius) continue;
+    best_radius = radius;
+    best = end.voxel;
+  }
+  return best;
+}
+
+/// The end nearest to a point, if one is within three radii of it, else the nearest voxel.
+int snap(const LumenVoxels& lumen, const Vec3& point, const std::vector<int>& ends) {
+  const int voxel = lumen.nearest(point);
+  int best = voxel;
+  double reach =
+      3.0 * double(lumen.depth[std::size_t(voxel)]) + 2.0 * distance(lumen.position(voxel), point);
+  for (const int end : ends) {
+    const double d = distance(lumen.position(end), point);
+    if (d >= reach) continue;
+    reach = d;
+    best = end;
+  }
+  return best;
+}
+
+double chain_length(const LumenVoxels& lumen, const std::vector<int>& chain) {
+  double length = 0.0;
+  for (std::size_t i = 1; i < chain.size(); ++i)
+    length += distance(lumen.position(chain[i]), lumen.position(chain[i - 1]));
+  return length;
+}
+
+void check_tubular(const LumenVoxels& lumen, int root, int tip) {
+  double deepest = 0.0;
+  for (const int v : trace(march_centered(lumen, root), tip))
+    deepest = std::max(deepest, double(lumen.depth[std::size_t(v)]));
+  const double length = distance(lumen.position(root), lumen.position(tip));
+  if (length > 3.0 * deepest && lumen.count() >= 20) return;
+  throw InputError(
+      "the largest piece of the lumen is not a vessel (it is no longer than wide, so no line runs "
+      "through it). Check the segmentation, its seeds and its intensity range");
+}
+
+}  // namespace
+
+Skeleton find_skeleton(LumenVoxels& lumen, const CenterlineOptions& options) {
+  Skeleton skeleton;
+  const int deepest =
+      int(std::max_element(lumen.depth.begin(), lumen.depth.end()) - lumen.depth.begin());
+  const int root = farthest(march_lengths(lumen, deepest));
+  std::vector<char> near_cut(std::size_t(lumen.count()), 0);
+  Ends ends = find_ends(lumen, root, options.min_branch_length_mm, near_cut);
+  check_tubular(lumen, root, ends.ends.front().voxel);
+  int loops = ends.loops;
+
+  std::vector<int> all_ends{root};
+  for (const LumenEnd& end : ends.ends) all_ends.push_back(end.voxel);
+  const int inlet = options.inlet_lps_mm ? snap(lumen, *options.inlet_lps_mm, all_ends)
+                                         : widest_end(lumen, root, ends.ends);
+  if (inlet != root) {
+    ends = find_ends(lumen, inlet, options.min_branch_length_mm, near_cut);
+    loops += ends.loops;
+  }
+  if (!options.outlets_lps_mm.empty()) {
+    std::vector<int> found;
+    for (const LumenEnd& end : ends.ends) found.push_back(end.voxel);
+    ends.ends.clear();
+    for (const Vec3& point : options.outlets_lps_mm)
+      ends.ends.push_back({snap(lumen, point, found), 0.0, false});
+  }
+  skeleton.starts_at_end = std::find(all_ends.begin(), all_ends.end(), inlet) != all_ends.end();
+  const Front centered = march_centered(lumen, inlet);
+  for (const LumenEnd& end : ends.ends)
+    if (end.voxel != inlet)
+      skeleton.chains.push_back({trace(centered, end.voxel), end.at_loop_cut});
+  std::stable_sort(skeleton.chains.begin(), skeleton.chains.end(),
+                   [&](const auto& a, const auto& b) {
+                     return chain_length(lumen, a.voxels) > chain_length(lumen, b.voxels);
+                   });
+  if (loops > 0)
+    skeleton.warnings.push_back(
+        "the vessels form a loop (for example the circle of Willis, or two vessels that touch); it "
+        "was cut half way round, and lines end there");
+  return skeleton;
+}
+
+}  // namespace angio::centerline

@@ -1,0 +1,34 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "centerline/centerline.hpp"
+#include "centerline/detail/lumen_voxels.hpp"
+
+namespace angio::centerline {
+
+/// The lumen's voxel paths from the inlet to each outlet.
+struct Skeleton {
+  struct Chain {
+    std::vector<int> voxels;   ///< inlet first; chains share their first voxels until they part
+    bool ends_at_cut = false;  ///< the far end is where a loop was cut, not a wall
+  };
+  std::vector<Chain> chains;  ///< the longest first
+  bool starts_at_end = true;  ///< false: the inlet was put inside a vessel
+  std::vector<std::string> warnings;
+};
+
+/// Finds inlet and outlets (where the options do not give them) and the paths between, along the
+/// middle of the lumen. Cuts loops in `lumen`.
+/// @throws InputError  when nothing tubular is in it
+Skeleton find_skeleton(LumenVoxels& lumen, const CenterlineOptions& options);
+
+/// How far from the tip of a chain the tip's own shape (a flat cap, a dome) is felt: the longest
+/// arc a with depth(a) < a / 2. Along the edge of a flat cap the depth grows by 0.7 a, into a dome
+/// by a, along a tapering vessel by much less.
+/// @param points, depth  of the chain, tip first
+/// @return index of the first point that is free of it
+int end_of_cap(const std::vector<Vec3>& points, const std::vector<double>& depth);
+
+}  // namespace angio::centerline

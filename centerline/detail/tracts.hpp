@@ -1,0 +1,19 @@
+#pragma once
+
+#include "core/centerline.hpp"
+
+namespace angio::centerline {
+
+/// Splits the lines of a tree into tracts and groups (CenterlineTract).
+///
+/// Where two lines part, each leaves the tube (union of spheres) of the other at some point; a
+/// branching begins, on the shared part, one sphere upstream of the nearer of these points, and
+/// ends on each line where it has left the tubes of all others. Branchings that overlap are one.
+///
+/// Source: Antiga, Steinman, "Robust and objective decomposition and mapping of bifurcating
+/// vessels", IEEE TMI 23(6), 2004, doi:10.1109/TMI.2004.826946, section II-B; VMTK's branch
+/// extractor. Departure: lines that share their points up to a branching are not grouped by
+/// distance, but by these points.
+void assign_tracts(CenterlineTree& tree);
+
+}  // namespace angio::centerline
