@@ -3,7 +3,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <string>
-#include <vector>
+#include <string_view>
 
 #include "core/centerline.hpp"
 #include "core/progress.hpp"
@@ -11,6 +11,9 @@
 #include "core/volume.hpp"
 
 namespace angio::datasets {
+
+inline constexpr double kLumenIntensity = 400.0;      ///< CT-like, like the background
+inline constexpr double kBackgroundIntensity = 40.0;  ///< [HU]
 
 /// straight: healthy tube; unilateral, bilateral: one- and two-sided stenosis; ytype: bifurcation
 /// with a stenosis; coronary: left coronary tree with taper, curvature, two bifurcations and one
@@ -46,6 +49,11 @@ struct Phantom {
   TriangleMesh surface;  ///< closed lumen surface, LPS [mm]
   PhantomTruth truth;
 };
+
+/// Reads "NAME[,key=value...]", with or without "phantom:" before it; the keys are stenosis,
+/// radius, length, spacing, noise, blur and seed. @throws OptionError with the nearest name that
+/// there is
+PhantomOptions parse_phantom(std::string_view description);
 
 /// Makes the surface and the truth only (the volume stays empty).
 Phantom make_phantom_surface(const PhantomOptions& options);

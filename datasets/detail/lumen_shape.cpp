@@ -1,0 +1,176 @@
+#include "datasets/detail/lumen_shape.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+namespace angio::datasets::detail {
+namespace {
+
+constexpr int kChunkSamples = 32;
+
+/// Distance from x to the ball (or row of balls) of one sample.
+double distance_to_ball(const Vec3& x, const Vec3& center, double radius, const Vec3& half_width,
+                        Vec3* from_center = nullptr) {
+  Vec3 q = x - center;
+  const double width_squared = norm_squared(half_width);
+  if (width_squared > 0.0)
+    q -= std::clamp(dot(q, half_width) / width_squared, -1.0, 1.0) * half_width;
+  if (from_center) *from_center = q;
+  return norm(q) - radius;
+}
+
+template <class Value>
+Value quadratic(const Value& before, const Value& here, const Value& after, double t) {
+  return (0.5 * t * (t - 1.0)) * before + (1.0 - t * t) * here + (0.5 * t * (t + 1.0)) * after;
+}
+
+/// The wall between samples i - 1 and i + 1, where sample i is the nearest one.
+NearestWall refine(const Branch& branch, int sample, const Vec3& x) {
+  const std::size_t i = std::size_t(sample);
+  double t = 0.0;
+  std::size_t lo = i, hi = i;
+  if (i > 0 && i + 1 < branch.center.size()) {
+    lo = i - 1;
+    hi = i + 1;
+    const auto f = [&](std::size_t k) {
+      return distance_to_ball(x, branch.center[k], branch.radius[k], branch.half_width[k]);
+    };
+    const double before = f(lo), here = f(i), after = f(hi);
+    const double bend = before - 2.0 * here + after;
+    if (bend > 0.0) t = std::clamp(0.5 * (before - after) / bend, -1.0, 1.0);
+  }
+  const Vec3 center = quadratic(branch.center[lo], branch.center[i], branch.center[hi], t);
+  const Vec3 width =
+      quadratic(branch.half_width[lo], branch.half_width[i], branch.half_width[hi], t);
+  const double radius = quadratic(branch.radius[lo], branch.radius[i], branch.radius[hi], t);
+  Vec3 from_center;
+  NearestWall wall;
+  wall.distance = distance_to_ball(x, center, radius, width, &from_center);
+  wall.normal = norm_squared(from_center) > 0.0 ? normalized(from_center)
+                                                : any_perpendicular(branch.tangent(sample));
+  wall.radius = radius;
+  return wall;
+}
+
+NearestWall smooth_union(const NearestWall& a, const NearestWall& b, double blend_mm) {
+  NearestWall nearer = a.distance <= b.distance ? a : b;
+  const NearestWall& other = a.distance <= b.distance ? b : a;
+  const double width = blend_mm * 0.5 * (1.0 - dot(a.normal, b.normal));
+  const double gap = other.distance - nearer.distance;
+  if (gap >= width) return nearer;
+  const double h = 1.0 - gap / width;
+  nearer.distance -= 0.25 * h * h * width;
+  nearer.normal = normalized((1.0 - 0.5 * h) * nearer.normal + 0.5 * h * other.normal);
+  return nearer;
+}
+
+}  // namespace
+
+Vec3 Branch::tangent(int sample) const {
+  const int last = int(center.size()) - 1;
+  const std::size_t before = std::size_t(std::max(sample - 1, 0));
+  const std::size_t after = std::size_t(std::min(sample + 1, last));
+  return normalized(center[after] - center[before]);
+}
+
+LumenShape::LumenShape(std::vector<Branch> branches) : branches_(std::move(branches)) {
+  for (const Branch& branch : branches_) {
+    prepared_.push_back(prepare(branch));
+    margin_mm_ += 0.25 * branch.blend_mm;
+  }
+  measure_extent();
+}
+
+LumenShape::Prepared LumenShape::prepare(const Branch& branch) {
+  Prepared prepared;
+  const int count = int(branch.center.size());
+  for (int first = 0; first < count; first += kChunkSamples) {
+    Chunk chunk;
+    chunk.first = first;
+    chunk.last = std::min(first + kChunkSamples, count) - 1;
+    chunk.center = branch.center[std::size_t((chunk.first + chunk.last) / 2)];
+    for (std::size_t i = std::size_t(first); i <= std::size_t(chunk.last); ++i)
+      chunk.reach = std::max(chunk.reach, distance(chunk.center, branch.center[i]) +
+                                              branch.radius[i] + norm(branch.half_width[i]));
+    prepared.chunks.push_back(chunk);
+  }
+  const auto add_cut = [&](int sample, double sign) {
+    const std::size_t i = std::size_t(sample);
+    prepared.cuts.push_back(
+        {branch.center[i], sign * branch.tangent(sample), 2.5 * branch.radius[i]});
+  };
+  if (branch.cut_at_start) add_cut(branch.first_sample, -1.0);
+  add_cut(branch.last_sample, 1.0);
+  return prepared;
+}
+
+void LumenShape::measure_extent() {
+  constexpr double kFar = std::numeric_limits<double>::max();
+  least_radius_mm_ = kFar;
+  lower_corner_ = {kFar, kFar, kFar};
+  upper_corner_ = {-kFar, -kFar, -kFar};
+  for (const Branch& branch : branches_)
+    for (int s = branch.first_sample; s <= branch.last_sample; ++s) {
+      const std::size_t i = std::size_t(s);
+      least_radius_mm_ = std::min(least_radius_mm_, branch.radius[i]);
+      const double reach = branch.radius[i] + norm(branch.half_width[i]);
+      for (int axis = 0; axis < 3; ++axis) {
+        lower_corner_[axis] = std::min(lower_corner_[axis], branch.center[i][axis] - reach);
+        upper_corner_[axis] = std::max(upper_corner_[axis], branch.center[i][axis] + reach);
+      }
+    }
+}
+
+NearestWall LumenShape::nearest_wall(const Vec3& x, Ends ends) const {
+  NearestWall wall = nearest_wall_of_branch(0, x, ends);
+  for (std::size_t b = 1; b < branches_.size(); ++b)
+    wall = smooth_union(wall, nearest_wall_of_branch(b, x, ends), branches_[b].blend_mm);
+  return wall;
+}
+
+NearestWall LumenShape::nearest_wall_of_branch(std::size_t b, const Vec3& x, Ends ends) const {
+  const Branch& branch = branches_[b];
+  const Prepared& prepared = prepared_[b];
+  // The most promising chunk goes first, so that most others need not be opened.
+  const Chunk* first_chunk = nullptr;
+  double least_bound = std::numeric_limits<double>::max();
+  for (const Chunk& chunk : prepared.chunks) {
+    const double bound = distance(x, chunk.center) - chunk.reach;
+    if (bound < least_bound) {
+      least_bound = bound;
+      first_chunk = &chunk;
+    }
+  }
+  double best = std::numeric_limits<double>::max();
+  int best_sample = 0;
+  const auto open_chunk = [&](const Chunk& chunk) {
+    for (int s = chunk.first; s <= chunk.last; ++s) {
+      const std::size_t i = std::size_t(s);
+      const double d =
+          distance_to_ball(x, branch.center[i], branch.radius[i], branch.half_width[i]);
+      if (d < best) {
+        best = d;
+        best_sample = s;
+      }
+    }
+  };
+  open_chunk(*first_chunk);
+  for (const Chunk& chunk : prepared.chunks)
+    if (&chunk != first_chunk && distance(x, chunk.center) - chunk.reach < best) open_chunk(chunk);
+
+  NearestWall wall = refine(branch, best_sample, x);
+  if (ends == Ends::continued) return wall;
+  for (const Cut& cut : prepared.cuts) {
+    const Vec3 from_cut = x - cut.point;
+    const double height = dot(from_cut, cut.outward);
+    if (height > wall.distance && norm(from_cut) < cut.reach) {
+      wall.distance = height;
+      wall.normal = cut.outward;
+    }
+  }
+  return wall;
+}
+
+}  // namespace angio::datasets::detail

@@ -1,0 +1,225 @@
+#include "datasets/detail/truth.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <utility>
+
+#include "core/parallel.hpp"
+#include "core/units.hpp"
+#include "datasets/detail/section.hpp"
+#include "datasets/detail/vessel_plan.hpp"
+
+namespace angio::datasets::detail {
+namespace {
+
+constexpr double kPointDistanceMm = 0.2;
+
+/// A sample of one branch, as a point of a path.
+struct Place {
+  int branch = 0;
+  int sample = 0;
+};
+
+/// A fork: where a side branch leaves its parent, and from where on neither tube meets the other.
+struct Fork {
+  int side = 0;
+  int parent = 0;
+  int parent_sample = 0;
+  int parent_apart_sample = 0;
+  int side_apart_sample = 0;
+};
+
+/// The first sample of `branch` from which on its balls do not meet those of `other`.
+int first_sample_apart(const Branch& branch, int from, const Branch& other, int other_from) {
+  for (int s = from; s < branch.last_sample; ++s) {
+    bool apart = true;
+    for (int t = other_from; t <= other.last_sample && apart; ++t)
+      apart = distance(branch.center[std::size_t(s)], other.center[std::size_t(t)]) >
+              branch.radius[std::size_t(s)] + other.radius[std::size_t(t)];
+    if (apart) return s;
+  }
+  return branch.last_sample;
+}
+
+std::vector<Fork> find_forks(const std::vector<Branch>& branches) {
+  std::vector<Fork> forks;
+  for (std::size_t b = 0; b < branches.size(); ++b) {
+    const Branch& side = branches[b];
+    if (side.parent < 0) continue;
+    const Branch& parent = branches[std::size_t(side.parent)];
+    forks.push_back({int(b), side.parent, side.parent_sample,
+                     first_sample_apart(parent, side.parent_sample, side, side.first_sample),
+                     first_sample_apart(side, side.first_sample, parent, side.parent_sample)});
+  }
+  return forks;
+}
+
+/// The narrowest sample of the stenosed branch, or -1 on any other branch.
+int narrowest_sample(const Anatomy& anatomy, int b) {
+  if (!anatomy.lesion || anatomy.lesion->branch != b) return -1;
+  const Branch& branch = anatomy.shape.branches()[std::size_t(b)];
+  const LesionSite& site = *anatomy.lesion;
+  const auto first = branch.radius.begin() + sample_at(branch, site.center_mm - site.length_mm / 2);
+  const auto last = branch.radius.begin() + sample_at(branch, site.center_mm + site.length_mm / 2);
+  return int(std::min_element(first, last + 1) - branch.radius.begin());
+}
+
+/// The samples of a branch that become points: evenly, with every fork and the narrowest place.
+std::vector<int> point_samples(const Anatomy& anatomy, int b) {
+  const std::vector<Branch>& branches = anatomy.shape.branches();
+  const Branch& branch = branches[std::size_t(b)];
+  const int stride = std::max(1, int(std::lround(kPointDistanceMm / branch.step_mm)));
+  std::vector<int> samples;
+  for (int s = branch.first_sample; s < branch.last_sample; s += stride) samples.push_back(s);
+  samples.push_back(branch.last_sample);
+  if (const int narrowest = narrowest_sample(anatomy, b); narrowest >= 0)
+    samples.push_back(narrowest);
+  for (const Branch& other : branches)
+    if (other.parent == b) samples.push_back(other.parent_sample);
+  std::sort(samples.begin(), samples.end());
+  samples.erase(std::unique(samples.begin(), samples.end()), samples.end());
+  return samples;
+}
+
+/// From the inlet to the end of branch `b`. A side branch begins at its fork's point, which is its
+/// parent's already and is not repeated.
+std::vector<Place> places_to(const Anatomy& anatomy, int b) {
+  std::vector<Place> places;
+  int last = anatomy.shape.branches()[std::size_t(b)].last_sample;
+  for (int here = b; here >= 0;) {
+    const Branch& branch = anatomy.shape.branches()[std::size_t(here)];
+    std::vector<Place> stretch;
+    for (int s : point_samples(anatomy, here))
+      if (s <= last && (branch.parent < 0 || s > branch.first_sample)) stretch.push_back({here, s});
+    places.insert(places.begin(), stretch.begin(), stretch.end());
+    last = branch.parent_sample;
+    here = branch.parent;
+  }
+  return places;
+}
+
+/// Names the piece of the tree that a place belongs to: a fork's common lumen (first: -1 - side),
+/// or a stretch of a branch between forks (first: the branch, second: forks passed on it).
+std::pair<int, int> piece_at(const std::vector<Fork>& forks, const Place& place) {
+  int passed = 0;
+  for (const Fork& fork : forks) {
+    if (place.branch == fork.side && place.sample < fork.side_apart_sample)
+      return {-1 - fork.side, 0};
+    if (place.branch != fork.parent || place.sample < fork.parent_sample) continue;
+    if (place.sample < fork.parent_apart_sample) return {-1 - fork.side, 0};
+    ++passed;
+  }
+  return {place.branch, passed};
+}
+
+std::vector<CenterlineTract> cut_into_tracts(const std::vector<Fork>& forks,
+                                             const std::vector<Place>& places,
+                                             std::map<std::pair<int, int>, int>& group_ids) {
+  std::vector<CenterlineTract> tracts;
+  for (int p = 0; p + 1 < int(places.size()); ++p) {
+    const auto piece = piece_at(forks, places[std::size_t(p)]);
+    const int group = group_ids.emplace(piece, int(group_ids.size())).first->second;
+    if (tracts.empty() || tracts.back().group_id != group) {
+      CenterlineTract tract;
+      tract.first_point = p;
+      tract.group_id = group;
+      tract.tract_id = int(tracts.size());
+      tract.blanking = piece.first < 0;
+      tracts.push_back(tract);
+    }
+    tracts.back().last_point = p + 1;
+  }
+  return tracts;
+}
+
+CenterlinePath build_path(const LumenShape& shape, const std::vector<Place>& places) {
+  CenterlinePath path;
+  const std::size_t count = places.size();
+  path.points.resize(count);
+  path.inscribed_radius.resize(count);
+  path.section_area.resize(count);
+  path.equivalent_radius.resize(count);
+  parallel_for(std::ptrdiff_t(count), [&](std::ptrdiff_t index) {
+    const std::size_t p = std::size_t(index);
+    const Branch& branch = shape.branches()[std::size_t(places[p].branch)];
+    const std::size_t s = std::size_t(places[p].sample);
+    path.points[p] = branch.center[s];
+    path.inscribed_radius[p] = branch.radius[s];
+    path.section_area[p] = section_area(shape, branch.center[s], branch.tangent(places[p].sample));
+    path.equivalent_radius[p] = std::sqrt(path.section_area[p] / units::kPi);
+  });
+  path.abscissa = arc_length(path.points);
+  return path;
+}
+
+void describe_lesion(const Anatomy& anatomy, const std::vector<std::vector<Place>>& places,
+                     PhantomTruth& truth) {
+  const LesionSite& site = *anatomy.lesion;
+  const Branch& branch = anatomy.shape.branches()[std::size_t(site.branch)];
+  const int narrowest = narrowest_sample(anatomy, site.branch);
+  truth.has_lesion = true;
+  truth.lesion_point = branch.center[std::size_t(narrowest)];
+  truth.mld_mm = 2.0 * branch.radius[std::size_t(narrowest)];
+  truth.reference_diameter_mm = 2.0 * branch.healthy_mm[std::size_t(narrowest)];
+  truth.diameter_stenosis_percent = 100.0 * (1.0 - truth.mld_mm / truth.reference_diameter_mm);
+  for (std::size_t path = 0; path < places.size(); ++path)
+    for (std::size_t p = 0; p < places[path].size(); ++p)
+      if (places[path][p].branch == site.branch && places[path][p].sample == narrowest) {
+        truth.lesion_path = int(path);
+        truth.lesion_abscissa_mm = truth.tree.paths[path].abscissa[p];
+        truth.mla_mm2 = truth.tree.paths[path].section_area[p];
+        return;
+      }
+}
+
+/// Without a stenosis the narrowest place of the tree is an end; its diameter is its own reference.
+void describe_healthy(PhantomTruth& truth) {
+  double least = std::numeric_limits<double>::max();
+  for (std::size_t path = 0; path < truth.tree.paths.size(); ++path) {
+    const CenterlinePath& line = truth.tree.paths[path];
+    for (std::size_t p = 0; p < line.points.size(); ++p)
+      if (line.inscribed_radius[p] < least) {
+        least = line.inscribed_radius[p];
+        truth.lesion_path = int(path);
+        truth.lesion_abscissa_mm = line.abscissa[p];
+        truth.lesion_point = line.points[p];
+        truth.mla_mm2 = line.section_area[p];
+      }
+  }
+  truth.mld_mm = truth.reference_diameter_mm = 2.0 * least;
+}
+
+}  // namespace
+
+PhantomTruth derive_truth(const Anatomy& anatomy) {
+  const std::vector<Branch>& branches = anatomy.shape.branches();
+  struct Line {
+    std::vector<Place> places;
+    CenterlinePath path;
+  };
+  std::vector<Line> lines;
+  for (std::size_t b = 0; b < branches.size(); ++b) {
+    lines.push_back({places_to(anatomy, int(b)), {}});
+    lines.back().path = build_path(anatomy.shape, lines.back().places);
+  }
+  std::stable_sort(lines.begin(), lines.end(), [](const Line& a, const Line& b) {
+    return a.path.abscissa.back() > b.path.abscissa.back();
+  });
+
+  PhantomTruth truth;
+  const std::vector<Fork> forks = find_forks(branches);
+  std::map<std::pair<int, int>, int> group_ids;
+  std::vector<std::vector<Place>> places;
+  for (Line& line : lines) {
+    line.path.id = int(truth.tree.paths.size());
+    line.path.tracts = cut_into_tracts(forks, line.places, group_ids);
+    truth.tree.paths.push_back(std::move(line.path));
+    places.push_back(std::move(line.places));
+  }
+  anatomy.lesion ? describe_lesion(anatomy, places, truth) : describe_healthy(truth);
+  return truth;
+}
+
+}  // namespace angio::datasets::detail

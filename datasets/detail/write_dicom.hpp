@@ -1,0 +1,24 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <string_view>
+
+#include "core/volume.hpp"
+
+namespace angio::datasets::detail {
+
+/// A UID under 2.25 (ISO/IEC 9834-8: a UUID as one decimal number) that depends on `text` alone.
+std::string uid_from(std::string_view text);
+
+/// Writes a volume as a series of CT Image Storage objects, IM0001.dcm ... along k: 16 bit signed,
+/// rounded to whole Hounsfield units, explicit VR little endian. Equal arguments give equal bytes.
+///
+/// @param name         patient's name is PHANTOM^NAME
+/// @param fingerprint  what the UIDs are made from
+/// @param folder       exists; files in it of these names are replaced
+/// @throws IoError
+void write_dicom_series(const Volume<float>& volume, std::string_view name,
+                        std::string_view fingerprint, const std::filesystem::path& folder);
+
+}  // namespace angio::datasets::detail

@@ -1,0 +1,103 @@
+#include "datasets/phantom.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+#include "core/error.hpp"
+#include "core/parallel.hpp"
+#include "datasets/detail/anatomy.hpp"
+#include "datasets/detail/lumen_surface.hpp"
+#include "datasets/detail/scan.hpp"
+#include "datasets/detail/truth.hpp"
+
+namespace angio::datasets {
+namespace {
+
+constexpr double kMarginMm = 6.0;
+constexpr double kDefaultBlurVoxels = 0.6;
+constexpr int kTubeVerticesPerRing = 48;
+constexpr std::size_t kLargestVoxelCount = 512u * 512u * 1024u;
+
+TriangleMesh surface_of(const detail::LumenShape& shape, const PhantomOptions& sized) {
+  if (shape.branches().size() == 1) return detail::tube_surface(shape, kTubeVerticesPerRing);
+  // A tenth of the inlet's radius, finer for a narrow stenosis but within reason.
+  const double wanted = shape.least_radius_mm() / 2.5;
+  const double cell = std::clamp(wanted, 0.025 * sized.radius_mm, 0.1 * sized.radius_mm);
+  return detail::net_surface(shape, cell);
+}
+
+Phantom make_cloth(const PhantomOptions& sized) {
+  Phantom phantom;
+  phantom.surface = detail::cloth_surface(sized.length_mm);
+  return phantom;
+}
+
+void add_noise(Volume<float>& volume, double sd, std::uint64_t seed) {
+  if (sd <= 0.0) return;
+  const std::ptrdiff_t slice = std::ptrdiff_t(volume.geometry.size[0]) * volume.geometry.size[1];
+  parallel_for(volume.geometry.size[2], [&](std::ptrdiff_t k) {
+    for (std::ptrdiff_t i = k * slice; i < (k + 1) * slice; ++i)
+      volume.values[std::size_t(i)] += float(sd * detail::normal_number(seed, std::uint64_t(i)));
+  });
+}
+
+void check_size(const VolumeGeometry& geometry, double spacing_mm) {
+  const double count =
+      double(geometry.size[0]) * double(geometry.size[1]) * double(geometry.size[2]);
+  if (count <= double(kLargestVoxelCount)) return;
+  const double enough = spacing_mm * std::cbrt(count / double(kLargestVoxelCount));
+  throw OptionError("phantom.spacing_mm = " + std::to_string(spacing_mm) + " makes " +
+                    std::to_string(count * 1e-6) +
+                    " million voxels (more than a computer holds). Use at least " +
+                    std::to_string(enough));
+}
+
+Volume<float> scan(const detail::LumenShape& shape, const PhantomOptions& sized,
+                   const Progress& progress) {
+  const VolumeGeometry geometry = detail::grid_around(shape, sized.spacing_mm, kMarginMm);
+  check_size(geometry, sized.spacing_mm);
+  const Progress first_part([&](double fraction, std::string_view) {
+    progress.report(0.3 + 0.4 * fraction, "scanning the phantom");
+  });
+  Volume<float> volume = detail::lumen_fraction(shape, geometry, first_part);
+  const double blur_voxels =
+      sized.blur_mm > 0.0 ? sized.blur_mm / sized.spacing_mm : kDefaultBlurVoxels;
+  detail::blur(volume, blur_voxels);
+  progress.report(0.9, "adding noise");
+  const float contrast = float(kLumenIntensity - kBackgroundIntensity);
+  for (float& value : volume.values) value = float(kBackgroundIntensity) + contrast * value;
+  add_noise(volume, sized.noise_sd * double(contrast), sized.seed);
+  return volume;
+}
+
+}  // namespace
+
+Phantom make_phantom_surface(const PhantomOptions& options) {
+  const PhantomOptions sized = detail::with_size(options);
+  if (sized.name == "cloth") return make_cloth(sized);
+  const detail::Anatomy anatomy = detail::make_anatomy(sized);
+  Phantom phantom;
+  phantom.truth = detail::derive_truth(anatomy);
+  phantom.surface = surface_of(anatomy.shape, sized);
+  return phantom;
+}
+
+Phantom make_phantom(const PhantomOptions& options, const Progress& progress) {
+  const PhantomOptions sized = detail::with_size(options);
+  if (sized.name == "cloth")
+    throw InputError(
+        "the phantom cloth cannot be scanned (it is a sheet without a lumen). "
+        "Use --format surface, or another phantom");
+  const detail::Anatomy anatomy = detail::make_anatomy(sized);
+  Phantom phantom;
+  progress.report(0.0, "deriving the truth");
+  phantom.truth = detail::derive_truth(anatomy);
+  progress.report(0.1, "meshing the surface");
+  phantom.surface = surface_of(anatomy.shape, sized);
+  phantom.volume = scan(anatomy.shape, sized, progress);
+  progress.report(1.0);
+  return phantom;
+}
+
+}  // namespace angio::datasets

@@ -1,0 +1,202 @@
+#include <unistd.h>
+
+#include <bit>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <iomanip>
+#include <nlohmann/json.hpp>
+#include <sstream>
+#include <string>
+#include <system_error>
+
+#include "core/atomic_file.hpp"
+#include "core/error.hpp"
+#include "datasets/detail/anatomy.hpp"
+#include "datasets/detail/write_dicom.hpp"
+#include "datasets/phantom.hpp"
+
+namespace angio::datasets {
+namespace {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::ordered_json;
+
+static_assert(std::endian::native == std::endian::little, "STL and NRRD are written little endian");
+
+/// Everything that the bytes of a phantom depend on.
+std::string fingerprint(const PhantomOptions& o, const VolumeGeometry& g) {
+  std::ostringstream out;
+  out << std::setprecision(17) << o.name << ' ' << o.stenosis_percent << ' ' << o.radius_mm << ' '
+      << o.length_mm << ' ' << o.spacing_mm << ' ' << o.noise_sd << ' ' << o.blur_mm << ' '
+      << o.seed;
+  for (int axis = 0; axis < 3; ++axis) {
+    out << ' ' << g.size[std::size_t(axis)] << ' ' << g.origin[axis];
+    for (int column = 0; column < 3; ++column) out << ' ' << g.direction(axis, column);
+  }
+  return out.str();
+}
+
+Json json_from(const Vec3& v) { return Json::array({v.x, v.y, v.z}); }
+
+Json json_from(const CenterlinePath& path) {
+  Json points = Json::array();
+  for (const Vec3& point : path.points) points.push_back(json_from(point));
+  Json tracts = Json::array();
+  for (const CenterlineTract& tract : path.tracts)
+    tracts.push_back({{"first_point", tract.first_point},
+                      {"last_point", tract.last_point},
+                      {"group_id", tract.group_id},
+                      {"tract_id", tract.tract_id},
+                      {"blanking", tract.blanking}});
+  return {{"id", path.id},
+          {"points_mm", points},
+          {"inscribed_radius_mm", path.inscribed_radius},
+          {"abscissa_mm", path.abscissa},
+          {"section_area_mm2", path.section_area},
+          {"equivalent_radius_mm", path.equivalent_radius},
+          {"tracts", tracts}};
+}
+
+Json json_from(const PhantomOptions& o) {
+  return {{"stenosis_percent", o.stenosis_percent},
+          {"radius_mm", o.radius_mm},
+          {"length_mm", o.length_mm},
+          {"spacing_mm", o.spacing_mm},
+          {"noise_sd", o.noise_sd},
+          {"blur_mm", o.blur_mm},
+          {"seed", o.seed}};
+}
+
+std::string truth_text(const Phantom& phantom, const PhantomOptions& sized) {
+  const PhantomTruth& truth = phantom.truth;
+  Json json;
+  json["phantom"] = sized.name;
+  json["space"] = "LPS";
+  json["units"] = {{"length", "mm"},
+                   {"area", "mm2"},
+                   {"stenosis", "percent"},
+                   {"noise_sd", "fraction of the contrast"}};
+  json["options"] = json_from(sized);
+  json["intensity"] = {{"lumen", kLumenIntensity}, {"background", kBackgroundIntensity}};
+  json["has_lesion"] = truth.has_lesion;
+  json["mld_mm"] = truth.mld_mm;
+  json["mla_mm2"] = truth.mla_mm2;
+  json["reference_diameter_mm"] = truth.reference_diameter_mm;
+  json["diameter_stenosis_percent"] = truth.diameter_stenosis_percent;
+  json["lesion_path"] = truth.lesion_path;
+  json["lesion_abscissa_mm"] = truth.lesion_abscissa_mm;
+  json["lesion_point_mm"] = json_from(truth.lesion_point);
+  if (const VolumeGeometry& g = phantom.volume.geometry; g.voxel_count() > 0)
+    json["volume"] = {
+        {"size", g.size}, {"spacing_mm", json_from(g.spacing)}, {"origin_mm", json_from(g.origin)}};
+  json["surface"] = {{"vertex_count", phantom.surface.vertices.size()},
+                     {"triangle_count", phantom.surface.triangles.size()}};
+  json["paths"] = Json::array();
+  for (const CenterlinePath& path : truth.tree.paths) json["paths"].push_back(json_from(path));
+  return json.dump(1) + "\n";
+}
+
+void write_bytes(const fs::path& path, const std::string& header, const char* bytes,
+                 std::size_t count) {
+  write_atomically(path, [&](const fs::path& temporary) {
+    std::ofstream out(temporary, std::ios::binary);
+    out.write(header.data(), std::streamsize(header.size()));
+    out.write(bytes, std::streamsize(count));
+    out.close();
+    if (!out) throw IoError("cannot write " + path.string() + ". Is the disk full?");
+  });
+}
+
+/// Raw little-endian NRRD (teem.sourceforge.net/nrrd/format.html).
+void write_nrrd(const Volume<float>& volume, const fs::path& path) {
+  const VolumeGeometry& g = volume.geometry;
+  std::ostringstream header;
+  header << std::setprecision(17) << "NRRD0004\ntype: float\ndimension: 3\n"
+         << "space: left-posterior-superior\nsizes: " << g.size[0] << ' ' << g.size[1] << ' '
+         << g.size[2] << "\nspace directions:";
+  for (int axis = 0; axis < 3; ++axis)
+    header << " (" << g.direction(0, axis) * g.spacing[axis] << ','
+           << g.direction(1, axis) * g.spacing[axis] << ','
+           << g.direction(2, axis) * g.spacing[axis] << ')';
+  header << "\nkinds: domain domain domain\nendian: little\nencoding: raw\nspace origin: ("
+         << g.origin.x << ',' << g.origin.y << ',' << g.origin.z << ")\n\n";
+  write_bytes(path, header.str(), reinterpret_cast<const char*>(volume.values.data()),
+              volume.values.size() * sizeof(float));
+}
+
+void write_stl(const TriangleMesh& mesh, const fs::path& path) {
+  std::string header = "SPACE=LPS";  // an STL header that begins with "solid" would mean text
+  header.resize(80, ' ');
+  const std::uint32_t count = std::uint32_t(mesh.triangles.size());
+  header.append(reinterpret_cast<const char*>(&count), sizeof count);
+  std::string body;
+  body.reserve(50 * mesh.triangles.size());
+  const auto append = [&](const Vec3& v) {
+    const float xyz[3] = {float(v.x), float(v.y), float(v.z)};
+    body.append(reinterpret_cast<const char*>(xyz), sizeof xyz);
+  };
+  for (const Triangle& triangle : mesh.triangles) {
+    append(normalized(area_vector_doubled(mesh, triangle)));
+    for (int corner : triangle) append(mesh.vertices[std::size_t(corner)]);
+    body.append(2, '\0');
+  }
+  write_bytes(path, header, body.data(), body.size());
+}
+
+/// A series is only whole with all its slices: they are written beside, then the folder is renamed.
+void write_series(const Phantom& phantom, const PhantomOptions& sized, const fs::path& folder) {
+  std::error_code ignored;
+  for (const fs::directory_entry& entry : fs::directory_iterator(folder, ignored))
+    if (entry.path().extension() != ".dcm")
+      throw IoError("cannot replace " + folder.string() +
+                        " (it holds files that are not a phantom's). Choose another output folder",
+                    ExitCode::cannot_create);
+  const fs::path temporary = folder.parent_path() / (".dicom.tmp-" + std::to_string(::getpid()));
+  make_folder(temporary);
+  try {
+    detail::write_dicom_series(phantom.volume, sized.name,
+                               fingerprint(sized, phantom.volume.geometry), temporary);
+    fs::remove_all(folder);
+    fs::rename(temporary, folder);
+  } catch (const fs::filesystem_error& error) {
+    fs::remove_all(temporary, ignored);
+    throw IoError("cannot create " + folder.string() + " (" + error.code().message() +
+                      "). Choose another output folder",
+                  ExitCode::cannot_create);
+  } catch (...) {
+    fs::remove_all(temporary, ignored);
+    throw;
+  }
+}
+
+}  // namespace
+
+fs::path write_phantom(const Phantom& phantom, const PhantomOptions& options, PhantomFormat format,
+                       const fs::path& folder) {
+  const PhantomOptions sized = detail::with_size(options);
+  if (format != PhantomFormat::surface && phantom.volume.values.empty())
+    throw InputError("the phantom " + sized.name +
+                     " has no volume to write (only its surface was made, or it is a sheet without "
+                     "a lumen). Use --format surface");
+  make_folder(folder);
+  fs::path written;
+  switch (format) {
+    case PhantomFormat::dicom:
+      written = folder / "dicom";
+      write_series(phantom, sized, written);
+      break;
+    case PhantomFormat::nrrd:
+      written = folder / "volume.nrrd";
+      write_nrrd(phantom.volume, written);
+      break;
+    case PhantomFormat::surface:
+      written = folder / "lumen.stl";
+      write_stl(phantom.surface, written);
+      break;
+  }
+  write_text_atomically(folder / "truth.json", truth_text(phantom, sized));
+  return written;
+}
+
+}  // namespace angio::datasets
