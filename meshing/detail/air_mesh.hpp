@@ -1,0 +1,55 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/tet_mesh.hpp"
+#include "core/triangle_mesh.hpp"
+
+namespace angio::meshing::detail {
+
+/// A closed surface between two bodies' vertices, ready for a tetrahedral mesh.
+struct GapBoundary {
+  TriangleMesh shell;  ///< the region and caps over its rims, closed, normals outward
+  int cap_first = 0;   ///< index of the first cap triangle in `shell`
+};
+
+/// Closes a region with caps over its rims, without new vertices.
+///
+/// @return nothing if a rim has no triangulation
+std::optional<GapBoundary> close_region(const TriangleMesh& region);
+
+struct TetrahedralizeResult {
+  std::vector<std::array<int, 4>> tets;  ///< over the input's vertices, then added ones
+  int added_vertex_count = 0;
+};
+
+/// Runs TetGen with unchanged boundary triangles on a closed shell around a closed inner body,
+/// whose inside stays empty. TetGen works in a child process, since it may crash.
+///
+/// Source: Si, "TetGen, a Delaunay-based quality tetrahedral mesh generator", ACM TOMS 41 (2015)
+/// @param vertices      of both bodies [mm]
+/// @param triangles     of both bodies
+/// @param hole          a point inside the inner body
+/// @throws InternalError if TetGen fails, crashes or takes longer than `limit_s` seconds
+TetrahedralizeResult tetrahedralize_gap(const std::vector<Vec3>& vertices,
+                                        const std::vector<Triangle>& triangles, const Vec3& hole,
+                                        double limit_s = 120.0);
+
+struct GapMesh {
+  TetMesh tets;
+  std::vector<std::string> warnings;
+};
+
+/// The air mesh: tetrahedra between an inner closed surface and a region of an outer one, over
+/// their vertices only, every one with positive volume.
+///
+/// Points of a regular balloon lie on common circles and spheres, for which TetGen would add
+/// points; it therefore sees them moved by at most 1e-4 mm (the same way on every run).
+/// @param inner   closed, inside the shell; must not touch it
+/// @param gap     from close_region
+/// @param hole    a point inside `inner`
+GapMesh mesh_gap(const TriangleMesh& inner, const GapBoundary& gap, const Vec3& hole);
+
+}  // namespace angio::meshing::detail

@@ -1,0 +1,267 @@
+#include "meshing/detail/contact_region.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+#include "core/error.hpp"
+#include "meshing/detail/nearest_line.hpp"
+#include "meshing/detail/remesh.hpp"
+
+namespace angio::meshing::detail {
+namespace {
+
+/// A section across a line: what lies past it is out.
+struct Section {
+  Plane plane;            ///< its normal leaves the region
+  double abscissa = 0.0;  ///< [mm] of its place on the line
+  double radius = 0.0;    ///< of the lumen there [mm]
+};
+
+Section section_at(const CenterlinePath& path, double abscissa, double direction) {
+  const CenterlineSample at = sample(path, abscissa);
+  // The mean direction over a radius: a section must not follow every kink of the line.
+  const double reach = 0.5 * at.inscribed_radius;
+  const Vec3 along =
+      normalized(sample(path, abscissa + reach).point - sample(path, abscissa - reach).point);
+  return {{at.point, direction * (norm_squared(along) > 0.0 ? along : at.tangent)},
+          abscissa,
+          at.inscribed_radius};
+}
+
+/// A path that leaves the main one inside the region, with the section that ends it.
+struct Branch {
+  double leaves_at = 0.0;  ///< abscissa of the last point shared with the main path [mm]
+  bool inside = false;     ///< does it leave between the sections?
+  Section end;
+};
+
+class RegionTest {
+ public:
+  RegionTest(const CenterlineTree& tree, const RegionExtent& extent)
+      : main_(section_at(*extent.path, extent.first_abscissa, -1.0)),
+        far_(section_at(*extent.path, extent.last_abscissa, 1.0)) {
+    for (const CenterlinePath& path : tree.paths) {
+      Branch branch;
+      const int shared = shared_point_count(path, *extent.path);
+      branch.leaves_at = shared > 0 ? path.abscissa[std::size_t(shared) - 1] : -1.0;
+      if (shared == int(path.points.size())) branch.leaves_at = path.abscissa.back() + 1.0;
+      branch.inside =
+          branch.leaves_at >= extent.first_abscissa && branch.leaves_at <= extent.last_abscissa;
+      if (branch.inside)
+        branch.end = section_at(path, branch_end(path, *extent.path, branch.leaves_at), 1.0);
+      branches_.push_back(branch);
+    }
+  }
+
+  [[nodiscard]] bool inside(const Vec3& point, const LinePlace& place) const {
+    const Branch& branch = branches_[std::size_t(place.path)];
+    const bool on_main = place.abscissa <= branch.leaves_at;
+    if (on_main)
+      return !past(main_, point, main_.abscissa - place.abscissa) &&
+             !past(far_, point, place.abscissa - far_.abscissa);
+    if (!branch.inside) return false;
+    return !past(branch.end, point, place.abscissa - branch.end.abscissa);
+  }
+
+ private:
+  /// @param ahead  how far the nearest place of the line lies past the section [mm]
+  static bool past(const Section& section, const Vec3& point, double ahead) {
+    const double near = 2.0 * section.radius;
+    if (std::abs(ahead) > near) return ahead > 0.0;
+    return section.plane.signed_distance(point) > 0.0;
+  }
+
+  /// One diameter past the place where the branch's line leaves the main lumen.
+  static double branch_end(const CenterlinePath& branch, const CenterlinePath& main,
+                           double leaves_at) {
+    const double last = branch.abscissa.back();
+    const double step = 0.1 * std::max(sample(branch, leaves_at).inscribed_radius, 1e-3);
+    double mouth = leaves_at;
+    for (; mouth < last; mouth += step) {
+      const Vec3 point = sample(branch, mouth).point;
+      const CenterlineSample on_main = sample(main, project(main, point));
+      if (distance(point, on_main.point) > on_main.inscribed_radius) break;
+    }
+    return std::min(last, mouth + 2.0 * sample(branch, mouth).inscribed_radius);
+  }
+
+  Section main_, far_;
+  std::vector<Branch> branches_;
+};
+
+using TriangleSet = std::vector<Triangle>;
+
+/// Triangles with two free edges make a border ragged; without them it is smooth.
+bool drop_ears(TriangleSet& triangles) {
+  std::map<std::array<int, 2>, int> count;
+  const auto edge = [](int a, int b) { return std::array{std::min(a, b), std::max(a, b)}; };
+  for (const Triangle& t : triangles)
+    for (std::size_t c = 0; c < 3; ++c) ++count[edge(t[c], t[(c + 1) % 3])];
+  const std::size_t before = triangles.size();
+  std::erase_if(triangles, [&](const Triangle& t) {
+    int free_count = 0;
+    for (std::size_t c = 0; c < 3; ++c) free_count += count[edge(t[c], t[(c + 1) % 3])] == 1;
+    return free_count >= 2;
+  });
+  return triangles.size() != before;
+}
+
+/// Where triangles meet in a vertex only, the smaller fan goes.
+bool drop_pinches(TriangleSet& triangles, std::size_t vertex_count) {
+  std::vector<std::vector<int>> around(vertex_count);
+  for (std::size_t t = 0; t < triangles.size(); ++t)
+    for (const int v : triangles[t]) around[std::size_t(v)].push_back(int(t));
+  std::vector<char> gone(triangles.size(), 0);
+  for (std::size_t v = 0; v < vertex_count; ++v) {
+    std::vector<int> rest = around[v];
+    std::vector<std::vector<int>> fans;
+    while (!rest.empty()) {
+      std::vector<int> fan{rest.back()};
+      rest.pop_back();
+      for (std::size_t i = 0; i < fan.size(); ++i)
+        for (std::size_t j = 0; j < rest.size();) {
+          int shared = 0;
+          for (const int a : triangles[std::size_t(fan[i])])
+            for (const int b : triangles[std::size_t(rest[j])]) shared += a == b;
+          if (shared < 2) {
+            ++j;
+            continue;
+          }
+          fan.push_back(rest[j]);
+          rest.erase(rest.begin() + std::ptrdiff_t(j));
+        }
+      fans.push_back(std::move(fan));
+    }
+    if (fans.size() < 2) continue;
+    std::stable_sort(fans.begin(), fans.end(),
+                     [](const auto& a, const auto& b) { return a.size() > b.size(); });
+    for (std::size_t f = 1; f < fans.size(); ++f)
+      for (const int t : fans[f]) gone[std::size_t(t)] = 1;
+  }
+  const std::size_t before = triangles.size();
+  std::size_t t = 0;
+  std::erase_if(triangles, [&](const Triangle&) { return gone[t++] != 0; });
+  return triangles.size() != before;
+}
+
+/// The connected piece with the most triangles.
+void keep_largest_piece(TriangleSet& triangles, std::size_t vertex_count) {
+  std::vector<int> parent(vertex_count);
+  for (std::size_t v = 0; v < vertex_count; ++v) parent[v] = int(v);
+  const auto root = [&](int v) {
+    while (parent[std::size_t(v)] != v)
+      v = parent[std::size_t(v)] = parent[std::size_t(parent[std::size_t(v)])];
+    return v;
+  };
+  for (const Triangle& t : triangles)
+    for (const int v : {t[1], t[2]}) parent[std::size_t(root(v))] = root(t[0]);
+  std::map<int, int> size;
+  for (const Triangle& t : triangles) ++size[root(t[0])];
+  const auto largest = std::max_element(
+      size.begin(), size.end(), [](const auto& a, const auto& b) { return a.second < b.second; });
+  if (largest == size.end()) return;
+  std::erase_if(triangles, [&](const Triangle& t) { return root(t[0]) != largest->first; });
+}
+
+void make_whole(TriangleSet& triangles, std::size_t vertex_count) {
+  bool changed = true;
+  while (changed && !triangles.empty()) {
+    changed = drop_ears(triangles);
+    changed |= drop_pinches(triangles, vertex_count);
+    keep_largest_piece(triangles, vertex_count);
+  }
+}
+
+/// Compacts the vertices that triangles use and copies their data from `source`.
+ContactRegion compact(const TriangleSet& triangles, const ContactRegion& source) {
+  std::vector<int> index(source.mesh.vertices.size(), -1);
+  for (const Triangle& t : triangles)
+    for (const int v : t) index[std::size_t(v)] = 0;
+  ContactRegion region;
+  for (std::size_t v = 0; v < index.size(); ++v) {
+    if (index[v] < 0) continue;
+    index[v] = int(region.mesh.vertices.size());
+    region.mesh.vertices.push_back(source.mesh.vertices[v]);
+    region.lumen_vertex.push_back(source.lumen_vertex[v]);
+    region.abscissa.push_back(source.abscissa[v]);
+    region.group.push_back(source.group[v]);
+  }
+  for (const Triangle& t : triangles)
+    region.mesh.triangles.push_back(
+        {index[std::size_t(t[0])], index[std::size_t(t[1])], index[std::size_t(t[2])]});
+  region.fixed.assign(region.mesh.vertices.size(), 0);
+  for (const auto& loop : boundary_loops(region.mesh))
+    for (const int v : loop) region.fixed[std::size_t(v)] = 1;
+  return region;
+}
+
+/// Vertices inside the sections that hang together with those nearest to the seeds.
+std::vector<char> propagate(const TriangleMesh& mesh, const std::vector<char>& inside,
+                            const std::vector<Vec3>& seeds) {
+  std::vector<char> reached(mesh.vertices.size(), 0);
+  std::vector<int> stack;
+  for (const Vec3& seed : seeds) {
+    int best = -1;
+    for (std::size_t v = 0; v < mesh.vertices.size(); ++v)
+      if (inside[v] && (best < 0 || norm_squared(mesh.vertices[v] - seed) <
+                                        norm_squared(mesh.vertices[std::size_t(best)] - seed)))
+        best = int(v);
+    if (best < 0 || reached[std::size_t(best)]) continue;
+    reached[std::size_t(best)] = 1;
+    stack.push_back(best);
+  }
+  const auto neighbors = vertex_neighbors(mesh);
+  while (!stack.empty()) {
+    const int v = stack.back();
+    stack.pop_back();
+    for (const int u : neighbors[std::size_t(v)]) {
+      if (!inside[std::size_t(u)] || reached[std::size_t(u)]) continue;
+      reached[std::size_t(u)] = 1;
+      stack.push_back(u);
+    }
+  }
+  return reached;
+}
+
+}  // namespace
+
+ContactRegion extract_region(const TriangleMesh& open_lumen, const CenterlineTree& tree,
+                             const RegionExtent& extent, const std::vector<Vec3>& seeds) {
+  const NearestLine lines(tree);
+  const RegionTest test(tree, extent);
+  ContactRegion whole;  // every vertex of the lumen, with its data
+  whole.mesh.vertices = open_lumen.vertices;
+  std::vector<char> inside;
+  for (std::size_t v = 0; v < open_lumen.vertices.size(); ++v) {
+    const LinePlace place = lines.find(open_lumen.vertices[v]);
+    inside.push_back(test.inside(open_lumen.vertices[v], place) ? 1 : 0);
+    whole.lumen_vertex.push_back(int(v));
+    whole.abscissa.push_back(0.0);
+    whole.group.push_back(place.group_id);
+  }
+  const std::vector<char> reached = propagate(open_lumen, inside, seeds);
+  TriangleSet triangles;
+  for (const Triangle& t : open_lumen.triangles)
+    if (reached[std::size_t(t[0])] && reached[std::size_t(t[1])] && reached[std::size_t(t[2])])
+      triangles.push_back(t);
+  make_whole(triangles, open_lumen.vertices.size());
+  if (triangles.empty())
+    throw InputError(
+        "there is no wall around the balloon (the line does not run inside the mesh "
+        "there). Run the stages centerline and meshing again");
+  ContactRegion region = compact(triangles, whole);
+  for (std::size_t v = 0; v < region.abscissa.size(); ++v)
+    region.abscissa[v] = project(*extent.path, region.mesh.vertices[v]);
+  return region;
+}
+
+ContactRegion without_triangles(const ContactRegion& region, const std::vector<char>& remove) {
+  TriangleSet triangles;
+  for (std::size_t t = 0; t < region.mesh.triangles.size(); ++t)
+    if (!remove[t]) triangles.push_back(region.mesh.triangles[t]);
+  make_whole(triangles, region.mesh.vertices.size());
+  return compact(triangles, region);
+}
+
+}  // namespace angio::meshing::detail

@@ -1,0 +1,196 @@
+#include "meshing/detail/surface_query.hpp"
+
+#include <CGAL/AABB_primitive.h>
+#include <CGAL/AABB_traits.h>
+#include <CGAL/AABB_tree.h>
+#include <CGAL/AABB_triangle_primitive.h>
+#include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
+#include <CGAL/Polygon_mesh_processing/orient_polygon_soup.h>
+#include <CGAL/Polygon_mesh_processing/orientation.h>
+#include <CGAL/Polygon_mesh_processing/polygon_soup_to_polygon_mesh.h>
+#include <CGAL/Polygon_mesh_processing/repair_polygon_soup.h>
+#include <CGAL/Polygon_mesh_processing/stitch_borders.h>
+#include <CGAL/Polygon_mesh_processing/triangulate_hole.h>
+#include <CGAL/Surface_mesh.h>
+#include <CGAL/box_intersection_d.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace angio::meshing::detail {
+namespace {
+
+using Kernel = CGAL::Exact_predicates_inexact_constructions_kernel;
+using Point = Kernel::Point_3;
+using Triangles = std::vector<Kernel::Triangle_3>;
+namespace pmp = CGAL::Polygon_mesh_processing;
+
+Point to_cgal(const Vec3& p) { return {p.x, p.y, p.z}; }
+Vec3 from_cgal(const Point& p) { return {p.x(), p.y(), p.z()}; }
+
+Triangles to_triangles(const TriangleMesh& mesh) {
+  Triangles triangles;
+  triangles.reserve(mesh.triangles.size());
+  for (const Triangle& t : mesh.triangles)
+    triangles.emplace_back(to_cgal(mesh.vertices[std::size_t(t[0])]),
+                           to_cgal(mesh.vertices[std::size_t(t[1])]),
+                           to_cgal(mesh.vertices[std::size_t(t[2])]));
+  return triangles;
+}
+
+using Box = CGAL::Box_intersection_d::Box_with_handle_d<double, 3, Triangles::const_iterator>;
+
+std::vector<Box> to_boxes(const Triangles& triangles) {
+  std::vector<Box> boxes;
+  boxes.reserve(triangles.size());
+  for (auto t = triangles.begin(); t != triangles.end(); ++t) boxes.emplace_back(t->bbox(), t);
+  return boxes;
+}
+
+/// Do two triangles of one mesh meet anywhere but in the corners they share?
+bool cross_beyond_shared(const Triangles& points, const Triangle& a, const Triangle& b,
+                         std::size_t index_a, std::size_t index_b) {
+  int shared_count = 0;
+  int corner_a = 0, corner_b = 0;  // the shared corner, when it is one
+  int other_a = 0, other_b = 0;    // the corner that is not shared, when two are
+  for (int i = 0; i < 3; ++i) {
+    bool shared = false;
+    for (int j = 0; j < 3; ++j)
+      if (a[std::size_t(i)] == b[std::size_t(j)]) {
+        shared = true;
+        ++shared_count;
+        corner_a = i;
+        corner_b = j;
+      }
+    if (!shared) other_a = i;
+  }
+  const Kernel::Triangle_3& ta = points[index_a];
+  const Kernel::Triangle_3& tb = points[index_b];
+  if (shared_count == 0) return CGAL::do_intersect(ta, tb);
+  if (shared_count == 3) return true;
+  if (shared_count == 1) {
+    // They meet elsewhere exactly if the far edge of one meets the other triangle.
+    const Kernel::Segment_3 far_a(ta[corner_a + 1], ta[corner_a + 2]);
+    const Kernel::Segment_3 far_b(tb[corner_b + 1], tb[corner_b + 2]);
+    return CGAL::do_intersect(ta, far_b) || CGAL::do_intersect(tb, far_a);
+  }
+  // Sharing an edge, they overlap only if they are folded flat onto each other.
+  for (int j = 0; j < 3; ++j) {
+    const int v = b[std::size_t(j)];
+    if (v != a[0] && v != a[1] && v != a[2]) other_b = j;
+  }
+  const Point& p = ta[other_a + 1];
+  const Point& q = ta[other_a + 2];
+  return CGAL::coplanar(p, q, ta[other_a], tb[other_b]) &&
+         CGAL::coplanar_orientation(p, q, ta[other_a], tb[other_b]) == CGAL::POSITIVE;
+}
+
+using SurfaceMesh = CGAL::Surface_mesh<Point>;
+using Primitive = CGAL::AABB_triangle_primitive<Kernel, Triangles::const_iterator>;
+using AabbTree = CGAL::AABB_tree<CGAL::AABB_traits<Kernel, Primitive>>;
+
+}  // namespace
+
+std::vector<std::array<int, 2>> self_intersections(const TriangleMesh& mesh) {
+  const Triangles triangles = to_triangles(mesh);
+  std::vector<std::array<int, 2>> pairs;
+  std::vector<Box> boxes = to_boxes(triangles);
+  for (std::size_t t = 0; t < triangles.size(); ++t)
+    if (triangles[t].is_degenerate()) pairs.push_back({int(t), int(t)});
+  CGAL::box_self_intersection_d(boxes.begin(), boxes.end(), [&](const Box& a, const Box& b) {
+    const auto i = std::size_t(a.handle() - triangles.begin());
+    const auto j = std::size_t(b.handle() - triangles.begin());
+    if (triangles[i].is_degenerate() || triangles[j].is_degenerate()) return;
+    if (cross_beyond_shared(triangles, mesh.triangles[i], mesh.triangles[j], i, j))
+      pairs.push_back({int(std::min(i, j)), int(std::max(i, j))});
+  });
+  std::sort(pairs.begin(), pairs.end());
+  return pairs;
+}
+
+std::vector<std::array<int, 2>> intersections(const TriangleMesh& mesh_a,
+                                              const TriangleMesh& mesh_b) {
+  const Triangles triangles_a = to_triangles(mesh_a);
+  const Triangles triangles_b = to_triangles(mesh_b);
+  std::vector<Box> boxes_a = to_boxes(triangles_a);
+  std::vector<Box> boxes_b = to_boxes(triangles_b);
+  std::vector<std::array<int, 2>> pairs;
+  CGAL::box_intersection_d(boxes_a.begin(), boxes_a.end(), boxes_b.begin(), boxes_b.end(),
+                           [&](const Box& a, const Box& b) {
+                             if (CGAL::do_intersect(*a.handle(), *b.handle()))
+                               pairs.push_back({int(a.handle() - triangles_a.begin()),
+                                                int(b.handle() - triangles_b.begin())});
+                           });
+  std::sort(pairs.begin(), pairs.end());
+  return pairs;
+}
+
+std::vector<Triangle> triangulate_loop(const std::vector<Vec3>& loop) {
+  std::vector<Point> points;
+  points.reserve(loop.size());
+  for (const Vec3& p : loop) points.push_back(to_cgal(p));
+  struct IndexTriple {
+    IndexTriple(int a, int b, int c) : corners{a, b, c} {}
+    Triangle corners;
+  };
+  std::vector<IndexTriple> patch;
+  pmp::triangulate_hole_polyline(points, std::back_inserter(patch));
+  std::vector<Triangle> triangles;
+  for (const IndexTriple& t : patch) triangles.push_back(t.corners);
+  // Turn as the loop does: the loop's first edge says which way the patch came out.
+  const int n = int(loop.size());
+  for (const Triangle& t : triangles)
+    for (std::size_t c = 0; c < 3; ++c) {
+      if (t[c] == 0 && t[(c + 1) % 3] == 1) return triangles;
+      if (t[c] == 1 % n && t[(c + 1) % 3] == 0) {
+        for (Triangle& flipped : triangles) std::swap(flipped[1], flipped[2]);
+        return triangles;
+      }
+    }
+  return triangles;
+}
+
+TriangleMesh repair_surface(const TriangleMesh& mesh) {
+  std::vector<Point> points;
+  std::vector<std::vector<std::size_t>> polygons;
+  for (const Vec3& p : mesh.vertices) points.push_back(to_cgal(p));
+  for (const Triangle& t : mesh.triangles)
+    polygons.push_back({std::size_t(t[0]), std::size_t(t[1]), std::size_t(t[2])});
+  pmp::repair_polygon_soup(points, polygons);
+  pmp::orient_polygon_soup(points, polygons);
+  SurfaceMesh surface;
+  pmp::polygon_soup_to_polygon_mesh(points, polygons, surface);
+  pmp::stitch_borders(surface);
+  surface.collect_garbage();
+  TriangleMesh result;
+  for (const auto v : surface.vertices()) result.vertices.push_back(from_cgal(surface.point(v)));
+  for (const auto f : surface.faces()) {
+    Triangle t{};
+    std::size_t c = 0;
+    for (const auto v : vertices_around_face(surface.halfedge(f), surface))
+      if (c < 3) t[c++] = int(v.idx());
+    result.triangles.push_back(t);
+  }
+  return result;
+}
+
+struct ClosestPoint::Tree {
+  Triangles triangles;
+  AabbTree tree;
+};
+
+ClosestPoint::ClosestPoint(const TriangleMesh& mesh) : tree_(std::make_unique<Tree>()) {
+  tree_->triangles = to_triangles(mesh);
+  tree_->tree.insert(tree_->triangles.cbegin(), tree_->triangles.cend());
+  tree_->tree.build();
+}
+
+ClosestPoint::~ClosestPoint() = default;
+
+ClosestPoint::Result ClosestPoint::find(const Vec3& point) const {
+  const auto [nearest, primitive] = tree_->tree.closest_point_and_primitive(to_cgal(point));
+  const Vec3 found = from_cgal(nearest);
+  return {found, int(primitive - tree_->triangles.cbegin()), distance(found, point)};
+}
+
+}  // namespace angio::meshing::detail

@@ -1,0 +1,50 @@
+#pragma once
+
+#include <array>
+#include <memory>
+#include <utility>
+#include <vector>
+
+#include "core/triangle_mesh.hpp"
+
+namespace angio::meshing::detail {
+
+/// Pairs of triangles of one mesh that cross (those that share a vertex or an edge only touch
+/// there and are left out unless they overlap), in ascending order. Exact predicates.
+std::vector<std::array<int, 2>> self_intersections(const TriangleMesh& mesh);
+
+/// Pairs (triangle of a, triangle of b) that meet, touching included, in ascending order. Exact.
+std::vector<std::array<int, 2>> intersections(const TriangleMesh& mesh_a,
+                                              const TriangleMesh& mesh_b);
+
+/// Triangles that close a loop of points without new points: as few sharp folds and as small an
+/// area as possible. Empty if there is none.
+///
+/// @param loop  at least three points [mm]
+/// @return indices into `loop`, turning as the loop does
+std::vector<Triangle> triangulate_loop(const std::vector<Vec3>& loop);
+
+/// A surface from anywhere made fit for use: polygon soup oriented, points merged, degenerate
+/// triangles dropped, borders stitched, normals outward.
+TriangleMesh repair_surface(const TriangleMesh& mesh);
+
+/// The nearest point of a surface.
+class ClosestPoint {
+ public:
+  struct Result {
+    Vec3 point;
+    int triangle = 0;
+    double distance = 0.0;
+  };
+  explicit ClosestPoint(const TriangleMesh& mesh);
+  ~ClosestPoint();
+  ClosestPoint(const ClosestPoint&) = delete;
+  ClosestPoint& operator=(const ClosestPoint&) = delete;
+  [[nodiscard]] Result find(const Vec3& point) const;
+
+ private:
+  struct Tree;
+  std::unique_ptr<Tree> tree_;
+};
+
+}  // namespace angio::meshing::detail

@@ -1,0 +1,183 @@
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <string>
+
+#include "core/error.hpp"
+#include "meshing/detail/air_mesh.hpp"
+#include "meshing/detail/balloon_shape.hpp"
+#include "meshing/detail/contact_region.hpp"
+#include "meshing/detail/surface_query.hpp"
+#include "meshing/meshing.hpp"
+
+namespace angio::meshing {
+namespace {
+
+using detail::BalloonPlan;
+
+constexpr double kShoulder = 3.0;          // [mm] the balloon's cylinder reaches past the lesion
+constexpr double kLeastCylinder = 8.0;     // [mm] by default
+constexpr double kShortestCylinder = 2.0;  // [mm] ever
+constexpr double kDiameterStep = 0.25;     // [mm] in which balloons are sold
+constexpr double kLeastDiameter = 1.0;     // [mm] by default
+constexpr double kCrossingProfile = 0.9;   // [mm] diameter of a folded balloon
+
+struct Lesion {
+  double abscissa, length, reference_diameter;
+};
+
+std::string millimetres(double value) {
+  std::string text = std::to_string(std::round(100.0 * value) / 100.0);
+  return text.substr(0, text.find('.') + 3) + " mm";
+}
+
+/// The part of the path inside the open lumen: from the inlet's cap to the outlet's.
+struct OpenStretch {
+  double first, last;
+};
+OpenStretch open_stretch(const LumenMesh& lumen, const CenterlineTree& tree,
+                         const CenterlinePath& path) {
+  OpenStretch stretch{path.abscissa.front(), path.abscissa.back()};
+  int outlet_id = -1;
+  for (std::size_t p = 0; p < tree.paths.size(); ++p)
+    if (tree.paths[p].id == path.id) outlet_id = int(p) + 2;
+  // The vertices after those of the open mesh lie inside the caps.
+  for (std::size_t v = lumen.open.vertices.size(); v < lumen.capped.vertices.size(); ++v) {
+    const double s = project(path, lumen.capped.vertices[v]);
+    if (lumen.inlet_outlet_id[v] == 1) stretch.first = s;
+    if (lumen.inlet_outlet_id[v] == outlet_id) stretch.last = s;
+  }
+  return stretch;
+}
+
+double default_diameter(double reference_diameter) {
+  return std::max(kLeastDiameter, kDiameterStep * std::round(reference_diameter / kDiameterStep));
+}
+
+/// Fills in the defaults and keeps the balloon a local diameter away from the open ends.
+BalloonPlan make_plan(const BalloonOptions& options, const Lesion& lesion,
+                      const OpenStretch& stretch, const CenterlinePath& path,
+                      std::vector<std::string>& warnings) {
+  BalloonPlan plan;
+  plan.ring_count = options.ring_count;
+  plan.ring_vertex_count = options.ring_vertex_count;
+  plan.guidewire_node_count = options.guidewire_node_count;
+  plan.nominal_radius =
+      0.5 * (options.nominal_diameter_mm > 0.0 ? options.nominal_diameter_mm
+                                               : default_diameter(lesion.reference_diameter));
+  plan.start_radius =
+      0.5 * (options.start_diameter_mm > 0.0 ? options.start_diameter_mm : kCrossingProfile);
+  const double wished =
+      options.length_mm > 0.0
+          ? options.length_mm
+          : std::max(kLeastCylinder, std::ceil(lesion.length + 2.0 * kShoulder - 1e-9));
+  const auto diameter_at = [&](double s) { return 2.0 * sample(path, s).inscribed_radius; };
+  const double first = stretch.first + diameter_at(stretch.first);
+  const double last = stretch.last - diameter_at(stretch.last);
+  // Near an end the balloon may move along the line as long as it covers the lesion.
+  const double play = std::max(0.0, 0.5 * (wished - lesion.length));
+  const double half = 0.5 * wished + plan.nominal_radius;
+  plan.middle_abscissa = lesion.abscissa;
+  if (lesion.abscissa - half < first)
+    plan.middle_abscissa = std::min(first + half, lesion.abscissa + play);
+  if (lesion.abscissa + half > last)
+    plan.middle_abscissa = std::max(last - half, lesion.abscissa - play);
+  const double room = 2.0 * std::min(plan.middle_abscissa - first, last - plan.middle_abscissa);
+  plan.cylinder_length = std::min(wished, room - 2.0 * plan.nominal_radius);
+  if (plan.cylinder_length < kShortestCylinder)
+    throw InputError("the line is too short for a balloon of " +
+                     millimetres(2.0 * plan.nominal_radius) + " diameter at abscissa " +
+                     millimetres(lesion.abscissa) +
+                     " (one lumen diameter must stay free to each open end). Choose another place, "
+                     "a smaller balloon (meshing.nominal_diameter_mm), or segment more of the "
+                     "vessel");
+  if (plan.cylinder_length < wished - 1e-9)
+    warnings.push_back("the balloon was shortened from " + millimetres(wished) + " to " +
+                       millimetres(plan.cylinder_length) +
+                       " to stay one diameter inside the open ends");
+  return plan;
+}
+
+/// Makes the start shape thinner until it is clear of the wall.
+void clear_wall(Balloon& balloon, const BalloonPlan& plan, const TriangleMesh& wall) {
+  constexpr int kAttempts = 5;
+  for (int attempt = 0; attempt < kAttempts; ++attempt) {
+    if (count_self_intersections(balloon.start) == 0 &&
+        count_intersections(balloon.start, wall) == 0)
+      return;
+    detail::shrink_start(balloon, plan, 0.85);
+  }
+  throw InputError(
+      "the balloon cannot be placed without touching the wall (the line bends too sharply there). "
+      "Choose another place, a shorter balloon (meshing.length_mm) or a smaller one "
+      "(meshing.nominal_diameter_mm)");
+}
+
+/// Closes the region with caps; wall triangles that a cap crosses are taken out of the region.
+detail::GapBoundary close_gap(ContactRegion& region) {
+  constexpr int kAttempts = 10;
+  for (int attempt = 0; attempt < kAttempts; ++attempt) {
+    const auto gap = detail::close_region(region.mesh);
+    if (!gap) break;
+    const auto pairs = detail::self_intersections(gap->shell);
+    if (pairs.empty()) return *gap;
+    std::vector<char> remove(region.mesh.triangles.size(), 0);
+    for (const auto& pair : pairs)
+      for (const int t : pair)
+        if (t < gap->cap_first) {
+          remove[std::size_t(t)] = 1;
+        } else {  // of a cap, the wall's triangles around its corners
+          for (std::size_t r = 0; r < remove.size(); ++r)
+            for (const int v : region.mesh.triangles[r])
+              for (const int corner : gap->shell.triangles[std::size_t(t)])
+                if (v == corner) remove[r] = 1;
+        }
+    region = detail::without_triangles(region, remove);
+    if (region.mesh.triangles.empty()) break;
+  }
+  throw InternalError("the ends of the contact region could not be closed");
+}
+
+}  // namespace
+
+BalloonSetup place_balloon(const LumenMesh& lumen, const CenterlineTree& tree,
+                           const CenterlinePath& path, double abscissa_mm, double lesion_length_mm,
+                           double reference_diameter_mm, const BalloonOptions& options,
+                           const Progress& progress) {
+  options.validate();
+  if (path.points.size() < 2)
+    throw InputError(
+        "the line for the balloon has less than two points. Run the stage centerline "
+        "again");
+  BalloonSetup setup;
+  progress.report(0.0, "balloon");
+  const BalloonPlan plan =
+      make_plan(options, {abscissa_mm, lesion_length_mm, reference_diameter_mm},
+                open_stretch(lumen, tree, path), path, setup.warnings);
+  const detail::MeshTarget wall(lumen.open);
+  setup.balloon = detail::shape_balloon(plan, path, wall);
+  clear_wall(setup.balloon, plan, lumen.open);
+
+  progress.report(0.3, "contact region");
+  const Vec3 proximal = setup.balloon.start.vertices[setup.balloon.start.vertices.size() - 2];
+  const Vec3 distal = setup.balloon.start.vertices.back();
+  const double first_pole = project(path, proximal);
+  const double last_pole = project(path, distal);
+  const detail::RegionExtent extent{&path,
+                                    first_pole - 2.0 * sample(path, first_pole).inscribed_radius,
+                                    last_pole + 2.0 * sample(path, last_pole).inscribed_radius};
+  setup.region = detail::extract_region(lumen.open, tree, extent, setup.balloon.guidewire);
+  const detail::GapBoundary gap = close_gap(setup.region);
+  if (count_intersections(setup.balloon.start, gap.shell) > 0)
+    throw InternalError("the balloon crosses an end of the contact region");
+
+  progress.report(0.6, "air mesh");
+  const Vec3 hole = setup.balloon.guidewire[setup.balloon.guidewire.size() / 2];
+  detail::GapMesh air = detail::mesh_gap(setup.balloon.start, gap, hole);
+  setup.air.tets = std::move(air.tets);
+  setup.warnings.insert(setup.warnings.end(), air.warnings.begin(), air.warnings.end());
+  progress.report(1.0);
+  return setup;
+}
+
+}  // namespace angio::meshing
