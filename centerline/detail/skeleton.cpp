@@ -143,10 +143,9 @@ double chain_length(const LumenVoxels& lumen, const std::vector<int>& chain) {
 
 void check_tubular(const LumenVoxels& lumen, int root, int tip) {
   double deepest = 0.0;
-  for (const int v : trace(march_centered(lumen, root), tip))
-    deepest = std::max(deepest, double(lumen.depth[std::size_t(v)]));
-  const double length = distance(lumen.position(root), lumen.position(tip));
-  if (length > 3.0 * deepest && lumen.count() >= 20) return;
+  const std::vector<int> chain = trace(march_centered(lumen, root), tip);
+  for (const int v : chain) deepest = std::max(deepest, double(lumen.depth[std::size_t(v)]));
+  if (chain_length(lumen, chain) > 3.0 * deepest && lumen.count() >= 20) return;
   throw InputError(
       "the largest piece of the lumen is not a vessel (it is no longer than wide, so no line runs "
       "through it). Check the segmentation, its seeds and its intensity range");

@@ -1,0 +1,201 @@
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <string>
+
+#include "centerline/centerline.hpp"
+#include "centerline/detail/reference.hpp"
+#include "core/error.hpp"
+
+namespace angio::centerline {
+
+void LesionOptions::validate() const {
+  if (!(min_stenosis_percent >= 10.0 && min_stenosis_percent <= 90.0))
+    throw OptionError("lesion.min_stenosis_percent is " + std::to_string(min_stenosis_percent) +
+                      ". Give 10 to 90 %");
+  if (centerline < -1)
+    throw OptionError("lesion.centerline is " + std::to_string(centerline) +
+                      ". Give the id of a path, or -1 for all of them");
+  if (!std::isfinite(abscissa_mm)) throw OptionError("lesion.abscissa_mm is not a number");
+}
+
+namespace {
+
+/// A lesion is as long as the stretch around its tightest place with at least this stenosis.
+constexpr double kShoulderPercent = 20.0;
+
+/// Relative to the reference: a vessel that does not come back to this on both sides of a dip is
+/// tapering or ending, not stenosed.
+constexpr double kRecovered = 0.80;
+
+double stenosis_percent(const CenterlinePath& path, const ReferenceDiameter& reference,
+                        std::size_t i) {
+  if (reference.segment[i] < 0) return 0.0;
+  return 100.0 * (1.0 - 2.0 * path.inscribed_radius[i] / reference.diameter[i]);
+}
+
+/// Points [first, last] of a segment around a place where the stenosis is at least the shoulder's.
+struct Dip {
+  std::size_t first, last, tightest;
+};
+
+Dip grow_dip(const CenterlinePath& path, const ReferenceDiameter& reference, std::size_t at) {
+  const auto narrow = [&](std::size_t i) {
+    return stenosis_percent(path, reference, i) >= kShoulderPercent;
+  };
+  Dip dip{at, at, at};
+  if (!narrow(at)) return dip;
+  while (dip.first > 0 && narrow(dip.first - 1)) --dip.first;
+  while (dip.last + 1 < path.points.size() && narrow(dip.last + 1)) ++dip.last;
+  for (std::size_t i = dip.first; i <= dip.last; ++i)
+    if (stenosis_percent(path, reference, i) > stenosis_percent(path, reference, dip.tightest))
+      dip.tightest = i;
+  return dip;
+}
+
+/// Abscissa between points a (narrow) and b (not) where the stenosis is the shoulder's.
+double shoulder(const CenterlinePath& path, const ReferenceDiameter& reference, std::size_t a,
+                std::size_t b) {
+  const double pa = stenosis_percent(path, reference, a);
+  const double pb = stenosis_percent(path, reference, b);
+  if (reference.segment[b] < 0 || pa - pb <= 0.0) return path.abscissa[a];
+  const double t = std::clamp((pa - kShoulderPercent) / (pa - pb), 0.0, 1.0);
+  return path.abscissa[a] + t * (path.abscissa[b] - path.abscissa[a]);
+}
+
+Lesion describe(const CenterlinePath& path, const ReferenceDiameter& reference, const Dip& dip) {
+  Lesion lesion;
+  lesion.path_id = path.id;
+  lesion.abscissa_mm = path.abscissa[dip.tightest];
+  lesion.mld_mm = 2.0 * path.inscribed_radius[dip.tightest];
+  lesion.mla_mm2 = path.section_area[dip.tightest];
+  for (std::size_t i = dip.first; i <= dip.last; ++i) {
+    lesion.mld_mm = std::min(lesion.mld_mm, 2.0 * path.inscribed_radius[i]);
+    lesion.mla_mm2 = std::min(lesion.mla_mm2, path.section_area[i]);
+  }
+  const bool has_reference = reference.segment[dip.tightest] >= 0;
+  lesion.reference_diameter_mm = has_reference ? reference.diameter[dip.tightest] : lesion.mld_mm;
+  lesion.reference_rule =
+      has_reference && reference.interpolated[dip.tightest] != 0 ? "interpolated" : "average";
+  lesion.diameter_stenosis_percent =
+      std::max(0.0, 100.0 * (1.0 - lesion.mld_mm / lesion.reference_diameter_mm));
+  if (stenosis_percent(path, reference, dip.tightest) >= kShoulderPercent) {
+    const double begin =
+        dip.first > 0 ? shoulder(path, reference, dip.first, dip.first - 1) : path.abscissa.front();
+    const double end = dip.last + 1 < path.points.size()
+                           ? shoulder(path, reference, dip.last, dip.last + 1)
+                           : path.abscissa.back();
+    lesion.length_mm = end - begin;
+  }
+  return lesion;
+}
+
+/// True when the vessel is wide again somewhere between `from` and the border of what was measured.
+bool recovers(const CenterlinePath& path, const ReferenceDiameter& reference, std::size_t from,
+              int direction) {
+  const double wanted = kRecovered * reference.diameter[from];
+  const double reach = 6.0 * reference.diameter[from];
+  for (std::size_t i = from; std::abs(path.abscissa[i] - path.abscissa[from]) <= reach;
+       i = direction > 0 ? i + 1 : i - 1) {
+    if (reference.segment[i] >= 0 && 2.0 * path.inscribed_radius[i] >= wanted) return true;
+    if ((direction < 0 && i == 0) || (direction > 0 && i + 1 == path.points.size())) break;
+  }
+  return false;
+}
+
+struct Found {
+  Lesion lesion;
+  Vec3 point;
+};
+
+void find_on_path(const CenterlinePath& path, const LesionOptions& options,
+                  std::vector<Found>& found) {
+  const ReferenceDiameter reference = find_reference(path);
+  for (std::size_t i = 0; i < path.points.size(); ++i) {
+    if (stenosis_percent(path, reference, i) < kShoulderPercent) continue;
+    const Dip dip = grow_dip(path, reference, i);
+    i = dip.last;
+    if (stenosis_percent(path, reference, dip.tightest) < options.min_stenosis_percent) continue;
+    if (!recovers(path, reference, dip.tightest, -1) ||
+        !recovers(path, reference, dip.tightest, +1))
+      continue;
+    const Found next{describe(path, reference, dip), path.points[dip.tightest]};
+    // Lines that share a stretch share its lesions: the longest path has been first.
+    const bool known = std::any_of(found.begin(), found.end(), [&](const Found& other) {
+      return distance(other.point, next.point) < 0.5 * next.lesion.reference_diameter_mm;
+    });
+    if (!known) found.push_back(next);
+  }
+}
+
+/// The tightest place, relative to the reference, that leaves room for a balloon on both sides.
+Lesion tightest_place(const CenterlinePath& path) {
+  const ReferenceDiameter reference = find_reference(path);
+  const double length = path.abscissa.back();
+  std::optional<std::size_t> best;
+  std::size_t middle = 0;
+  for (std::size_t i = 0; i < path.points.size(); ++i) {
+    const double s = path.abscissa[i];
+    if (s <= 0.5 * length) middle = i;
+    const double d = 2.0 * path.inscribed_radius[i];
+    // A balloon of a few mm with its cones, or two diameters.
+    const double margin = std::min(std::max(2.0 * d, 5.0 + d), 0.4 * length);
+    if (reference.segment[i] < 0 || s < margin || length - s < margin) continue;
+    if (!best || stenosis_percent(path, reference, i) > stenosis_percent(path, reference, *best))
+      best = i;
+  }
+  const std::size_t at = best.value_or(middle);
+  return describe(path, reference, {at, at, at});
+}
+
+const CenterlinePath& path_with_id(const CenterlineTree& tree, int id) {
+  for (const CenterlinePath& path : tree.paths)
+    if (path.id == id) return path;
+  throw OptionError("lesion.centerline is " + std::to_string(id) + ", but there are " +
+                    std::to_string(tree.paths.size()) + " paths, numbered from 0");
+}
+
+Lesion lesion_at(const CenterlinePath& path, const LesionOptions& options) {
+  if (options.abscissa_mm > path.abscissa.back())
+    throw OptionError("lesion.abscissa_mm is " + std::to_string(options.abscissa_mm) +
+                      ", but path " + std::to_string(path.id) + " is " +
+                      std::to_string(path.abscissa.back()) + " mm long");
+  const ReferenceDiameter reference = find_reference(path);
+  const auto above =
+      std::lower_bound(path.abscissa.begin(), path.abscissa.end(), options.abscissa_mm);
+  const auto at = std::size_t(above - path.abscissa.begin());
+  Lesion lesion = describe(path, reference, grow_dip(path, reference, at));
+  lesion.abscissa_mm = options.abscissa_mm;
+  lesion.is_stenosis = lesion.diameter_stenosis_percent >= options.min_stenosis_percent;
+  return lesion;
+}
+
+}  // namespace
+
+std::vector<Lesion> find_lesions(const CenterlineTree& tree, const LesionOptions& options) {
+  options.validate();
+  if (tree.paths.empty())
+    throw InputError("the tree has no paths, so no lesion can be on them. Run centerline first");
+  if (options.abscissa_mm >= 0.0)
+    return {lesion_at(path_with_id(tree, std::max(options.centerline, 0)), options)};
+  std::vector<Found> found;
+  if (options.centerline >= 0) {
+    find_on_path(path_with_id(tree, options.centerline), options, found);
+  } else {
+    for (const CenterlinePath& path : tree.paths) find_on_path(path, options, found);
+  }
+  std::stable_sort(found.begin(), found.end(), [](const Found& a, const Found& b) {
+    return a.lesion.diameter_stenosis_percent > b.lesion.diameter_stenosis_percent;
+  });
+  std::vector<Lesion> lesions;
+  for (Found& entry : found) {
+    entry.lesion.is_stenosis = true;
+    lesions.push_back(entry.lesion);
+  }
+  if (lesions.empty())
+    lesions.push_back(tightest_place(
+        options.centerline >= 0 ? path_with_id(tree, options.centerline) : tree.paths.front()));
+  return lesions;
+}
+
+}  // namespace angio::centerline
