@@ -6,6 +6,7 @@
 #include "centerline/detail/lines.hpp"
 #include "centerline/detail/lumen_voxels.hpp"
 #include "centerline/detail/skeleton.hpp"
+#include "centerline/detail/surface_wall.hpp"
 #include "centerline/detail/tracts.hpp"
 #include "centerline/detail/wall.hpp"
 #include "core/error.hpp"
@@ -21,17 +22,18 @@ void CenterlineOptions::validate() const {
                       ". Give 0 (by the radius) or more");
 }
 
-CenterlineResult extract_centerline(const Volume<float>& level_set,
-                                    const CenterlineOptions& options, const Progress& progress) {
-  options.validate();
-  progress.report(0.0, "finding the lumen");
+namespace {
+
+/// What level sets and surfaces have in common: the voxels tell where the lines run, the wall where
+/// exactly their middle is.
+CenterlineResult extract(const Volume<float>& level_set, const Wall& wall,
+                         const CenterlineOptions& options, const Progress& progress) {
   LumenVoxelsResult lumen = find_lumen_voxels(level_set);
   progress.report(0.2, "finding the ends");
   Skeleton skeleton = find_skeleton(lumen.voxels, options);
   progress.report(0.4, "centring lines");
   CenterlineResult result;
-  result.tree =
-      trace_lines(lumen.voxels, skeleton, LevelSetWall(level_set), options.step_mm, progress);
+  result.tree = trace_lines(lumen.voxels, skeleton, wall, options.step_mm, progress);
   assign_tracts(result.tree);
   result.warnings = std::move(skeleton.warnings);
   if (lumen.piece_count > 1)
@@ -41,6 +43,45 @@ CenterlineResult extract_centerline(const Volume<float>& level_set,
                               " % of the voxels)");
   progress.report(1.0);
   return result;
+}
+
+/// Voxels for a surface: a sixth of the thinnest vessels' diameter, but no more than memory and
+/// time allow.
+double choose_spacing(const SurfaceWall& wall) {
+  constexpr double kMostVoxels = 6e7, kMostInside = 4e6;
+  const std::vector<double> diameters = wall.diameters(5000);
+  if (diameters.empty())
+    throw InputError(
+        "the surface has no inside (no ray from its wall meets the wall again). Check its normals");
+  Vec3 low = wall.mesh().vertices.front(), high = low;
+  for (const Vec3& p : wall.mesh().vertices)
+    for (int axis = 0; axis < 3; ++axis) {
+      low[axis] = std::min(low[axis], p[axis]);
+      high[axis] = std::max(high[axis], p[axis]);
+    }
+  const Vec3 size = high - low;
+  const double thin = diameters[diameters.size() / 50];  // 2 %: caps' edges look thinner still
+  return std::max({thin / 6.0, std::cbrt(size.x * size.y * size.z / kMostVoxels),
+                   std::cbrt(enclosed_volume(wall.mesh()) / kMostInside)});
+}
+
+}  // namespace
+
+CenterlineResult extract_centerline(const Volume<float>& level_set,
+                                    const CenterlineOptions& options, const Progress& progress) {
+  options.validate();
+  progress.report(0.0, "finding the lumen");
+  return extract(level_set, LevelSetWall(level_set), options, progress);
+}
+
+CenterlineResult extract_centerline(const TriangleMesh& surface, const CenterlineOptions& options,
+                                    const Progress& progress) {
+  options.validate();
+  progress.report(0.0, "filling the surface");
+  TriangleMesh closed = close_surface(surface);
+  const double spacing = choose_spacing(SurfaceWall(closed));
+  const Volume<float> level_set = voxelize(closed, spacing);
+  return extract(level_set, SurfaceWall(std::move(closed), spacing), options, progress);
 }
 
 }  // namespace angio::centerline
