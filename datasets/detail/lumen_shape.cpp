@@ -8,7 +8,7 @@
 namespace angio::datasets::detail {
 namespace {
 
-constexpr int kChunkSamples = 32;
+constexpr int kChunkSamples = 16;
 
 /// Distance from x to the ball (or row of balls) of one sample.
 double distance_to_ball(const Vec3& x, const Vec3& center, double radius, const Vec3& half_width,
@@ -51,6 +51,10 @@ NearestWall refine(const Branch& branch, int sample, const Vec3& x) {
   wall.normal = norm_squared(from_center) > 0.0 ? normalized(from_center)
                                                 : any_perpendicular(branch.tangent(sample));
   wall.radius = radius;
+  // Between the ends of a row of balls the wall is flat.
+  const bool is_in_row =
+      norm_squared(width) > 0.0 && std::abs(dot(x - center, width)) < norm_squared(width);
+  wall.curvature = is_in_row ? 0.0 : 1.0 / radius;
   return wall;
 }
 
@@ -124,13 +128,19 @@ void LumenShape::measure_extent() {
 }
 
 NearestWall LumenShape::nearest_wall(const Vec3& x, Ends ends) const {
-  NearestWall wall = nearest_wall_of_branch(0, x, ends);
-  for (std::size_t b = 1; b < branches_.size(); ++b)
-    wall = smooth_union(wall, nearest_wall_of_branch(b, x, ends), branches_[b].blend_mm);
+  constexpr double kFar = std::numeric_limits<double>::max();
+  NearestWall wall = nearest_wall_of_branch(0, x, ends, kFar);
+  for (std::size_t b = 1; b < branches_.size(); ++b) {
+    const double blend = branches_[b].blend_mm;
+    const double farthest = wall.distance + blend;
+    const NearestWall other = nearest_wall_of_branch(b, x, ends, farthest);
+    if (other.distance < farthest) wall = smooth_union(wall, other, blend);
+  }
   return wall;
 }
 
-NearestWall LumenShape::nearest_wall_of_branch(std::size_t b, const Vec3& x, Ends ends) const {
+NearestWall LumenShape::nearest_wall_of_branch(std::size_t b, const Vec3& x, Ends ends,
+                                               double farthest) const {
   const Branch& branch = branches_[b];
   const Prepared& prepared = prepared_[b];
   // The most promising chunk goes first, so that most others need not be opened.
@@ -142,6 +152,11 @@ NearestWall LumenShape::nearest_wall_of_branch(std::size_t b, const Vec3& x, End
       least_bound = bound;
       first_chunk = &chunk;
     }
+  }
+  if (least_bound >= farthest) {
+    NearestWall far_away;
+    far_away.distance = farthest;
+    return far_away;
   }
   double best = std::numeric_limits<double>::max();
   int best_sample = 0;
@@ -168,6 +183,7 @@ NearestWall LumenShape::nearest_wall_of_branch(std::size_t b, const Vec3& x, End
     if (height > wall.distance && norm(from_cut) < cut.reach) {
       wall.distance = height;
       wall.normal = cut.outward;
+      wall.curvature = 0.0;
     }
   }
   return wall;

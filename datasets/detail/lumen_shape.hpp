@@ -30,9 +30,10 @@ struct Branch {
 
 /// The nearest place of the lumen's boundary.
 struct NearestWall {
-  double distance = 0.0;  ///< signed [mm], negative inside
-  Vec3 normal;            ///< unit, outward
-  double radius = 0.0;    ///< of the ball that it belongs to [mm]
+  double distance = 0.0;   ///< signed [mm], negative inside
+  Vec3 normal;             ///< unit, outward
+  double radius = 0.0;     ///< of the ball that it belongs to [mm]
+  double curvature = 0.0;  ///< of the wall across the vessel [1/mm]; 0 on flat parts
 };
 
 /// Union of tapered curved tubes.
@@ -83,8 +84,9 @@ class LumenShape {
 
   [[nodiscard]] static Prepared prepare(const Branch& branch);
   void measure_extent();
-  [[nodiscard]] NearestWall nearest_wall_of_branch(std::size_t branch, const Vec3& x,
-                                                   Ends ends) const;
+  /// @param farthest  [mm]: a branch that is farther away need not be looked at, and gets this
+  [[nodiscard]] NearestWall nearest_wall_of_branch(std::size_t branch, const Vec3& x, Ends ends,
+                                                   double farthest) const;
 
   std::vector<Branch> branches_;
   std::vector<Prepared> prepared_;

@@ -11,8 +11,11 @@
 namespace angio::datasets::detail {
 namespace {
 
-constexpr int kSpreadSteps = 12;
-constexpr int kProjectionSteps = 4;
+constexpr int kSpreadSteps = 8;
+constexpr int kProjectionSteps = 2;       ///< after each step of spreading
+constexpr int kFinalProjectionSteps = 8;  ///< where blended or cut, the distance is not exact
+
+constexpr double kOnWallMm = 1e-7;
 
 using Cell = std::array<int, 3>;
 
@@ -167,8 +170,10 @@ void spread_on_wall(const LumenShape& shape, TriangleMesh& mesh) {
         const Vec3 normal = shape.nearest_wall(x).normal;
         x += 0.5 * (move - dot(move, normal) * normal);
       }
-      for (int i = 0; i < kProjectionSteps; ++i) {
+      const int projections = step < kSpreadSteps ? kProjectionSteps : kFinalProjectionSteps;
+      for (int i = 0; i < projections; ++i) {
         const NearestWall wall = shape.nearest_wall(x);
+        if (std::abs(wall.distance) < kOnWallMm) break;
         x -= wall.distance * wall.normal;
       }
       next[v] = x;

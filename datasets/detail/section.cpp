@@ -9,7 +9,7 @@
 namespace angio::datasets::detail {
 namespace {
 
-constexpr int kRayCount = 256;
+constexpr int kRayCount = 128;
 constexpr double kToleranceMm = 1e-9;
 constexpr double kLeastStepMm = 1e-3;
 

@@ -134,22 +134,37 @@ std::vector<CenterlineTract> cut_into_tracts(const std::vector<Fork>& forks,
   return tracts;
 }
 
-CenterlinePath build_path(const LumenShape& shape, const std::vector<Place>& places) {
-  CenterlinePath path;
-  const std::size_t count = places.size();
-  path.points.resize(count);
-  path.inscribed_radius.resize(count);
-  path.section_area.resize(count);
-  path.equivalent_radius.resize(count);
-  parallel_for(std::ptrdiff_t(count), [&](std::ptrdiff_t index) {
-    const std::size_t p = std::size_t(index);
-    const Branch& branch = shape.branches()[std::size_t(places[p].branch)];
-    const std::size_t s = std::size_t(places[p].sample);
-    path.points[p] = branch.center[s];
-    path.inscribed_radius[p] = branch.radius[s];
-    path.section_area[p] = section_area(shape, branch.center[s], branch.tangent(places[p].sample));
-    path.equivalent_radius[p] = std::sqrt(path.section_area[p] / units::kPi);
+/// Section areas at the points of every branch, by branch and sample.
+std::map<std::pair<int, int>, double> measure_areas(const Anatomy& anatomy) {
+  const std::vector<Branch>& branches = anatomy.shape.branches();
+  std::vector<Place> places;
+  for (std::size_t b = 0; b < branches.size(); ++b)
+    for (int s : point_samples(anatomy, int(b))) places.push_back({int(b), s});
+  std::vector<double> area(places.size());
+  parallel_for_uneven(std::ptrdiff_t(places.size()), [&](std::ptrdiff_t p) {
+    const Place& place = places[std::size_t(p)];
+    const Branch& branch = branches[std::size_t(place.branch)];
+    area[std::size_t(p)] = section_area(anatomy.shape, branch.center[std::size_t(place.sample)],
+                                        branch.tangent(place.sample));
   });
+  std::map<std::pair<int, int>, double> areas;
+  for (std::size_t p = 0; p < places.size(); ++p)
+    areas[{places[p].branch, places[p].sample}] = area[p];
+  return areas;
+}
+
+CenterlinePath build_path(const LumenShape& shape,
+                          const std::map<std::pair<int, int>, double>& areas,
+                          const std::vector<Place>& places) {
+  CenterlinePath path;
+  for (const Place& place : places) {
+    const Branch& branch = shape.branches()[std::size_t(place.branch)];
+    const double area = areas.at({place.branch, place.sample});
+    path.points.push_back(branch.center[std::size_t(place.sample)]);
+    path.inscribed_radius.push_back(branch.radius[std::size_t(place.sample)]);
+    path.section_area.push_back(area);
+    path.equivalent_radius.push_back(std::sqrt(area / units::kPi));
+  }
   path.abscissa = arc_length(path.points);
   return path;
 }
@@ -199,10 +214,11 @@ PhantomTruth derive_truth(const Anatomy& anatomy) {
     std::vector<Place> places;
     CenterlinePath path;
   };
+  const auto areas = measure_areas(anatomy);
   std::vector<Line> lines;
   for (std::size_t b = 0; b < branches.size(); ++b) {
     lines.push_back({places_to(anatomy, int(b)), {}});
-    lines.back().path = build_path(anatomy.shape, lines.back().places);
+    lines.back().path = build_path(anatomy.shape, areas, lines.back().places);
   }
   std::stable_sort(lines.begin(), lines.end(), [](const Line& a, const Line& b) {
     return a.path.abscissa.back() > b.path.abscissa.back();
