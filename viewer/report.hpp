@@ -1,10 +1,8 @@
 #pragma once
 
-#include <cstdint>
 #include <filesystem>
 #include <optional>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "core/centerline.hpp"
@@ -38,11 +36,11 @@ struct Moment {
 struct ReportContent {
   std::string title;  ///< case name; no identity
   std::string version;
-  std::optional<Volume<float>> volume;  ///< unset when the input was a surface
-  std::optional<Volume<float>> level_set;
-  TriangleMesh lumen;  ///< open lumen mesh, whole tree
+  std::optional<Volume<float>> volume;     ///< unset when the input was a surface
+  std::optional<Volume<float>> level_set;  ///< signed distance [mm], on a grid of its own
+  TriangleMesh lumen;                      ///< open lumen mesh, whole tree
   CenterlineTree tree;
-  int lesion_path = 0;
+  int lesion_path = 0;  ///< CenterlineIds of the line through the lesion
   double lesion_abscissa_mm = 0.0;
   std::vector<Moment> moments;  ///< before, at peak, after
   DiameterProfile before, after;

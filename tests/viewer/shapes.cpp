@@ -10,6 +10,10 @@
 
 namespace angio::viewer::test {
 
+namespace {
+constexpr const char* kKeepVariable = "ANGIO_KEEP_TEST_FILES";
+}
+
 TriangleMesh make_cube(const Vec3& offset) {
   TriangleMesh mesh;
   for (int v = 0; v < 8; ++v)
@@ -125,12 +129,18 @@ TubeVolumes make_volumes(const TubeShape& shape) {
 }
 
 TemporaryFolder::TemporaryFolder() {
+  if (const char* kept = std::getenv(kKeepVariable)) {
+    path_ = kept;
+    std::filesystem::create_directories(path_);
+    return;
+  }
   std::string name = (std::filesystem::temp_directory_path() / "angio-viewer-XXXXXX").string();
   if (!mkdtemp(name.data())) throw std::system_error(errno, std::generic_category(), name);
   path_ = name;
 }
 
 TemporaryFolder::~TemporaryFolder() {
+  if (std::getenv(kKeepVariable)) return;
   std::error_code ignored;
   std::filesystem::remove_all(path_, ignored);
 }

@@ -41,7 +41,8 @@ struct TubeVolumes {
 };
 TubeVolumes make_volumes(const TubeShape& shape);
 
-/// A new empty folder, removed at the end.
+/// A new empty folder, removed at the end; or the folder $ANGIO_KEEP_TEST_FILES, which is kept, to
+/// look at what a single test makes.
 class TemporaryFolder {
  public:
   TemporaryFolder();

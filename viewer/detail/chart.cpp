@@ -1,0 +1,226 @@
+#include "viewer/detail/chart.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "viewer/detail/html.hpp"
+
+namespace angio::viewer::detail {
+namespace {
+
+constexpr double kLeft = 62, kRight = 16, kTop = 34, kBottom = 46;  // [px]
+constexpr std::size_t kMaxHoverPoints = 80;
+constexpr std::size_t kMaxLinePoints = 1200;
+
+/// Where data lie on the paper.
+struct Frame {
+  double x_low = 0, x_high = 1, y_low = 0, y_high = 1;
+  int decimals_x = 0, decimals_y = 0;
+  double width = 0, height = 0;
+
+  [[nodiscard]] double px(double x) const {
+    return kLeft + (x - x_low) / (x_high - x_low) * (width - kLeft - kRight);
+  }
+  [[nodiscard]] double py(double y) const {
+    return height - kBottom - (y - y_low) / (y_high - y_low) * (height - kTop - kBottom);
+  }
+};
+
+int decimals_of(double step) { return std::clamp(int(std::ceil(-std::log10(step) - 1e-9)), 0, 12); }
+
+std::string at(double value) { return fixed_text(value, 1); }
+
+/// The range of the finite values.
+struct Range {
+  double low = std::numeric_limits<double>::infinity();
+  double high = -std::numeric_limits<double>::infinity();
+  void add(double value) {
+    if (!std::isfinite(value)) return;
+    low = std::min(low, value);
+    high = std::max(high, value);
+  }
+  [[nodiscard]] bool is_empty() const { return low > high; }
+};
+
+bool can_be_drawn(const Chart& chart) {
+  return std::any_of(chart.series.begin(), chart.series.end(), [](const ChartSeries& s) {
+    int finite = 0;
+    for (std::size_t i = 0; i < s.x.size() && i < s.y.size(); ++i)
+      finite += std::isfinite(s.x[i]) && std::isfinite(s.y[i]) ? 1 : 0;
+    return finite >= 2;
+  });
+}
+
+Frame make_frame(const Chart& chart, std::vector<double>& x_ticks, std::vector<double>& y_ticks) {
+  Range x, y;
+  for (const ChartSeries& s : chart.series)
+    for (std::size_t i = 0; i < s.x.size() && i < s.y.size(); ++i) {
+      x.add(s.x[i]);
+      y.add(s.y[i]);
+    }
+  for (const ChartLevel& level : chart.levels) y.add(level.y);
+  y.add(0.0);
+  if (x.high - x.low <= 0.0) x.high = x.low + 1.0;
+  if (y.high - y.low <= 0.0) y.high = y.low + 1.0;
+  x_ticks = round_ticks(x.low, x.high, 8);
+  y_ticks = round_ticks(y.low, y.high, 5);
+  Frame frame;
+  frame.x_low = x.low;
+  frame.x_high = x.high;
+  frame.y_low = y_ticks.front();
+  frame.y_high = y_ticks.back();
+  frame.decimals_x = decimals_of(x_ticks[1] - x_ticks[0]);
+  frame.decimals_y = decimals_of(y_ticks[1] - y_ticks[0]);
+  frame.width = chart.width;
+  frame.height = chart.height;
+  return frame;
+}
+
+std::string text(double x, double y, const char* css, const std::string& words) {
+  return "<text x=\"" + at(x) + "\" y=\"" + at(y) + "\" class=\"" + css + "\">" +
+         escape_html(words) + "</text>";
+}
+
+std::string line(double x1, double y1, double x2, double y2, const char* css) {
+  return "<line x1=\"" + at(x1) + "\" y1=\"" + at(y1) + "\" x2=\"" + at(x2) + "\" y2=\"" + at(y2) +
+         "\" class=\"" + css + "\"/>";
+}
+
+std::string draw_axes(const Chart& chart, const Frame& frame, const std::vector<double>& x_ticks,
+                      const std::vector<double>& y_ticks) {
+  std::string out;
+  const double bottom = frame.height - kBottom, right = frame.width - kRight;
+  for (const double tick : y_ticks) {
+    const double y = frame.py(tick);
+    out += line(kLeft, y, right, y, "grid");
+    out += text(kLeft - 7, y + 4, "tick end", fixed_text(tick, frame.decimals_y));
+  }
+  for (const double tick : x_ticks) {
+    if (tick < frame.x_low - 1e-9 || tick > frame.x_high + 1e-9) continue;
+    const double x = frame.px(tick);
+    out += line(x, bottom, x, bottom + 4, "axis");
+    out += text(x, bottom + 17, "tick mid", fixed_text(tick, frame.decimals_x));
+  }
+  out += line(kLeft, bottom, right, bottom, "axis");
+  out += text(0.5 * (kLeft + right), frame.height - 10, "label mid", chart.x_label);
+  const std::string middle = at(0.5 * (kTop + bottom));
+  out += "<text transform=\"translate(16 " + middle + ") rotate(-90)\" class=\"label mid\">" +
+         escape_html(chart.y_label) + "</text>";
+  return out;
+}
+
+std::string draw_bands(const Chart& chart, const Frame& frame) {
+  std::string out;
+  bool shaded = false;
+  for (const ChartBand& band : chart.bands) {
+    const double x1 = frame.px(std::clamp(band.first, frame.x_low, frame.x_high));
+    const double x2 = frame.px(std::clamp(band.last, frame.x_low, frame.x_high));
+    if (shaded)
+      out += "<rect x=\"" + at(x1) + "\" y=\"" + at(kTop) + "\" width=\"" + at(x2 - x1) +
+             "\" height=\"" + at(frame.height - kTop - kBottom) + "\" class=\"band\"/>";
+    if (x2 - x1 > 6.5 * double(band.label.size()))
+      out += text(0.5 * (x1 + x2), kTop + 12, "tick mid", band.label);
+    shaded = !shaded;
+  }
+  return out;
+}
+
+/// Every stride-th point; a long series would only make the page heavy.
+std::string draw_series(const ChartSeries& series, const Frame& frame, const Chart& chart) {
+  const std::size_t count = std::min(series.x.size(), series.y.size());
+  const std::size_t line_stride = 1 + count / kMaxLinePoints;
+  const std::size_t hover_stride = 1 + count / kMaxHoverPoints;
+  const std::string css = "s" + std::to_string(series.color);
+  std::string path, hovers;
+  bool pen_down = false;
+  for (std::size_t i = 0; i < count; ++i) {
+    if (!std::isfinite(series.x[i]) || !std::isfinite(series.y[i])) {
+      pen_down = false;
+      continue;
+    }
+    const std::string x = at(frame.px(series.x[i])), y = at(frame.py(series.y[i]));
+    if (i % line_stride == 0 || i + 1 == count) {
+      path += (pen_down ? "L" : "M") + x + " " + y;
+      pen_down = true;
+    }
+    if (i % hover_stride == 0 || i + 1 == count)
+      hovers +=
+          "<circle cx=\"" + x + "\" cy=\"" + y + "\" r=\"6\" class=\"hover " + css + "\"><title>" +
+          escape_html(series.label + ": " + fixed_text(series.y[i], frame.decimals_y + 2) + " (" +
+                      chart.x_label + " " + fixed_text(series.x[i], frame.decimals_x + 1) + ")") +
+          "</title></circle>";
+  }
+  return "<path d=\"" + path + "\" class=\"line " + css + (series.dashed ? " dashed" : "") +
+         "\"/>" + hovers;
+}
+
+std::string draw_levels(const Chart& chart, const Frame& frame) {
+  std::string out;
+  for (const ChartLevel& level : chart.levels) {
+    const double y = frame.py(level.y);
+    out += line(kLeft, y, frame.width - kRight, y, "level");
+    out += text(frame.width - kRight - 4, y - 5, "tick end", level.label);
+  }
+  return out;
+}
+
+std::string draw_marks(const Chart& chart, const Frame& frame) {
+  std::string out;
+  for (const ChartMark& mark : chart.marks) {
+    if (!std::isfinite(mark.x) || !std::isfinite(mark.y)) continue;
+    const double x = frame.px(mark.x), y = frame.py(mark.y);
+    out += "<circle cx=\"" + at(x) + "\" cy=\"" + at(y) + "\" r=\"4.5\" class=\"mark s" +
+           std::to_string(mark.color) + "\"><title>" + escape_html(mark.label) +
+           "</title></circle>";
+    const bool is_right = x > 0.75 * frame.width;
+    out += text(x + (is_right ? -9 : 9), y + 14, is_right ? "note end" : "note", mark.label);
+  }
+  return out;
+}
+
+std::string draw_legend(const Chart& chart) {
+  std::string out;
+  double x = kLeft;
+  for (const ChartSeries& series : chart.series) {
+    const std::string css =
+        "line s" + std::to_string(series.color) + (series.dashed ? " dashed" : "");
+    out += line(x, 18, x + 22, 18, css.c_str());
+    out += text(x + 28, 22, "tick", series.label);
+    x += 46.0 + 6.6 * double(series.label.size());
+  }
+  return out;
+}
+
+}  // namespace
+
+std::vector<double> round_ticks(double low, double high, int wanted_count) {
+  const double rough = (high - low) / std::max(1, wanted_count);
+  const double power = std::pow(10.0, std::floor(std::log10(rough)));
+  double step = 10.0 * power;
+  for (const double digit : {5.0, 2.0, 1.0})
+    if (digit * power >= rough * (1.0 - 1e-9)) step = digit * power;
+  std::vector<double> ticks;
+  const auto first = std::llround(std::floor(low / step + 1e-9));
+  const auto last = std::llround(std::ceil(high / step - 1e-9));
+  for (auto i = first; i <= std::max(last, first + 1); ++i) ticks.push_back(double(i) * step);
+  return ticks;
+}
+
+std::string svg(const Chart& chart) {
+  if (!can_be_drawn(chart)) return {};
+  std::vector<double> x_ticks, y_ticks;
+  const Frame frame = make_frame(chart, x_ticks, y_ticks);
+  std::string out = "<svg class=\"chart\" viewBox=\"0 0 " + std::to_string(chart.width) + " " +
+                    std::to_string(chart.height) + "\" role=\"img\" aria-label=\"" +
+                    escape_html(chart.title) + "\">";
+  out += draw_bands(chart, frame);
+  out += draw_axes(chart, frame, x_ticks, y_ticks);
+  out += draw_levels(chart, frame);
+  for (const ChartSeries& series : chart.series) out += draw_series(series, frame, chart);
+  out += draw_marks(chart, frame);
+  out += draw_legend(chart);
+  return out + "</svg>";
+}
+
+}  // namespace angio::viewer::detail

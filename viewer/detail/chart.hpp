@@ -1,0 +1,56 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+namespace angio::viewer::detail {
+
+/// One line of a chart. Values that are not finite break it.
+struct ChartSeries {
+  std::string label;
+  std::vector<double> x;
+  std::vector<double> y;  ///< as many as x
+  int color = 1;          ///< 1 to 4, told apart in light, dark and print by the page's style
+  bool dashed = false;
+};
+
+struct ChartMark {
+  double x = 0.0;
+  double y = 0.0;
+  std::string label;
+  int color = 1;
+};
+
+/// A level across the whole chart.
+struct ChartLevel {
+  double y = 0.0;
+  std::string label;
+};
+
+/// A named stretch of the x axis.
+struct ChartBand {
+  double first = 0.0;
+  double last = 0.0;
+  std::string label;
+};
+
+struct Chart {
+  std::string title;
+  std::string x_label;  ///< with its unit
+  std::string y_label;  ///< with its unit
+  std::vector<ChartSeries> series;
+  std::vector<ChartMark> marks;
+  std::vector<ChartLevel> levels;
+  std::vector<ChartBand> bands;
+  int width = 760;   ///< [px]
+  int height = 280;  ///< [px]
+};
+
+/// The chart as an inline SVG element with axes, legend and hover titles; it scales with the page
+/// and takes its colours from the page's style. Empty if no series has two finite values.
+std::string svg(const Chart& chart);
+
+/// Round steps (1, 2 or 5 times a power of ten) from at or below `low` to at or above `high`.
+std::vector<double> round_ticks(double low, double high, int wanted_count);
+
+}  // namespace angio::viewer::detail

@@ -1,0 +1,24 @@
+#pragma once
+
+#include <string>
+
+#include "viewer/detail/picture.hpp"
+#include "viewer/report.hpp"
+
+namespace angio::viewer::detail {
+
+/// A picture of the report.
+struct Figure {
+  std::string file;     ///< name beside index.html, e.g. "tree.png"
+  std::string caption;  ///< plain text
+  Picture picture;
+};
+
+/// The line through the lesion; null if the tree has none of that id with at least two points.
+inline const CenterlinePath* lesion_path(const ReportContent& content) {
+  for (const CenterlinePath& path : content.tree.paths)
+    if (path.id == content.lesion_path && path.points.size() >= 2) return &path;
+  return nullptr;
+}
+
+}  // namespace angio::viewer::detail

@@ -1,0 +1,73 @@
+#pragma once
+
+namespace angio::viewer::detail {
+
+/// The report's style sheet: one column that fits paper and screens, light and dark.
+inline constexpr const char* kPageStyle = R"css(
+:root{color-scheme:light dark;--paper:#fff;--ink:#1d2128;--soft:#5b6472;--line:#d9dde3;
+--panel:#f5f6f8;--warn:#fff4dc;--warn-line:#e0a526;--c1:#1f6fc4;--c2:#d9690f;--c3:#23864a;
+--c4:#8a4fb8;--grid:#e6e8ec;--band:#f1f3f6}
+@media (prefers-color-scheme:dark){:root{--paper:#15181d;--ink:#e7eaef;--soft:#a3adba;
+--line:#353c47;--panel:#1e232b;--warn:#3a2f14;--warn-line:#c08a1a;--c1:#6cb2f7;--c2:#f7a35c;
+--c3:#6fd08f;--c4:#c79bea;--grid:#2b313a;--band:#1c2027}}
+*{box-sizing:border-box}
+body{margin:0 auto;max-width:1060px;padding:28px 24px 60px;background:var(--paper);
+color:var(--ink);font:15px/1.5 system-ui,"Segoe UI",Roboto,"Helvetica Neue",Arial,sans-serif}
+h1{font-size:27px;line-height:1.2;margin:0 0 2px;overflow-wrap:anywhere}
+h2{font-size:19px;margin:38px 0 10px;padding-top:14px;border-top:1px solid var(--line)}
+h3{font-size:15px;margin:0 0 6px}
+p{margin:6px 0}
+.sub{color:var(--soft)}
+.notice{border-left:4px solid var(--warn-line);background:var(--warn);padding:10px 14px;
+border-radius:4px;margin:14px 0}
+.notice ul{margin:4px 0 0;padding-left:20px}
+.cards{display:grid;grid-template-columns:repeat(auto-fit,minmax(290px,1fr));gap:12px;
+margin:18px 0}
+.card{background:var(--panel);border:1px solid var(--line);border-radius:8px;padding:13px 16px}
+.card .value{font-size:23px;font-weight:650;white-space:nowrap}
+.card .label{font-weight:600}
+.card .detail{color:var(--soft);font-size:13.5px}
+figure{margin:0 0 16px;break-inside:avoid}
+figcaption{color:var(--soft);font-size:13.5px;margin-top:5px}
+img{max-width:100%;height:auto;display:block;border:1px solid var(--line);border-radius:6px;
+background:#fff}
+.row{display:grid;gap:14px;grid-template-columns:repeat(3,1fr)}
+.row img{width:100%}
+.tree img{margin:0 auto;max-height:760px;width:auto}
+.stack img{width:100%}
+.charts{display:grid;gap:18px;grid-template-columns:repeat(auto-fit,minmax(430px,1fr))}
+.tables{display:grid;gap:22px;grid-template-columns:repeat(auto-fit,minmax(330px,1fr));
+align-items:start}
+.key{display:inline-block;width:22px;height:3px;vertical-align:middle;margin:0 5px 0 12px}
+table{border-collapse:collapse;width:100%;font-size:14px}
+th,td{border-bottom:1px solid var(--line);padding:4px 6px;text-align:left;vertical-align:top;
+overflow-wrap:anywhere}
+th{font-weight:400;color:var(--soft)}
+td.number{text-align:right;white-space:nowrap;font-variant-numeric:tabular-nums}
+svg.chart{width:100%;height:auto;display:block;font:12px system-ui,Arial,sans-serif}
+svg .grid{stroke:var(--grid)}
+svg .axis{stroke:var(--soft)}
+svg .band{fill:var(--band)}
+svg .level{stroke:var(--soft);stroke-dasharray:7 5}
+svg text{fill:var(--ink)}
+svg .tick{fill:var(--soft)}
+svg .note{font-weight:600;paint-order:stroke;stroke:var(--paper);stroke-width:3px}
+svg .mid{text-anchor:middle}
+svg .end{text-anchor:end}
+svg .line{fill:none;stroke-width:2;stroke-linejoin:round}
+svg .dashed{stroke-dasharray:3 4;stroke-width:1.4}
+svg .s1{stroke:var(--c1)}svg .s2{stroke:var(--c2)}svg .s3{stroke:var(--c3)}
+svg .s4{stroke:var(--c4)}
+svg .hover{fill:transparent;stroke:none}
+svg .hover:hover{fill:currentColor;fill-opacity:.35}
+svg .mark{stroke:var(--paper);stroke-width:1.5}
+svg .mark.s1{fill:var(--c1)}svg .mark.s2{fill:var(--c2)}
+@media (max-width:700px){.row{grid-template-columns:1fr}.charts{grid-template-columns:1fr}}
+@media print{:root{color-scheme:light;--paper:#fff;--ink:#000;--soft:#444;--line:#bbb;
+--panel:#fff;--warn:#fff;--grid:#ddd;--band:#f3f3f3;--c1:#1f6fc4;--c2:#d9690f}
+body{max-width:none;padding:0;font-size:11.5px}h2{break-after:avoid}
+.card,figure,.table{break-inside:avoid}.card .value{font-size:17px}
+.cards{grid-template-columns:repeat(3,1fr)}.charts{grid-template-columns:1fr 1fr}}
+)css";
+
+}  // namespace angio::viewer::detail

@@ -1,0 +1,29 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace angio::viewer::detail {
+
+using Rgb = std::array<std::uint8_t, 3>;
+
+/// A colour picture, rows from the top.
+struct Picture {
+  int width = 0;                  ///< [pixel]
+  int height = 0;                 ///< [pixel]
+  std::vector<std::uint8_t> rgb;  ///< shape [height, width, 3]
+};
+
+/// The mean of every factor x factor block: renders drawn larger become smooth.
+Picture shrink(const Picture& picture, int factor);
+
+/// A whole PNG file; no time stamp, so the same picture gives the same bytes.
+std::string png_bytes(const Picture& picture);
+
+/// The other way. @throws InputError if it is no picture
+Picture picture_from_png(const std::string& bytes);
+
+}  // namespace angio::viewer::detail

@@ -1,0 +1,273 @@
+#include "viewer/detail/pictures_2d.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <opencv2/imgproc.hpp>
+
+#include "viewer/detail/html.hpp"
+#include "viewer/detail/plane.hpp"
+#include "viewer/detail/projection.hpp"
+
+namespace angio::viewer::detail {
+namespace {
+
+constexpr Rgb kBefore{70, 200, 255};      // contour before the dilation
+constexpr Rgb kAfter{255, 160, 40};       // contour after it
+constexpr int kProjectionLongSide = 420;  // [pixel]
+constexpr int kSlicePixels = 380;
+constexpr int kTilePixels = 168;
+constexpr int kTileColumns = 6;
+constexpr int kTileRows = 2;
+constexpr int kShift = 6;  // OpenCV draws to 1/64 pixel
+
+cv::Scalar cv_color(const Rgb& color) {
+  return {double(color[0]), double(color[1]), double(color[2])};
+}
+
+cv::Point fixed_point(double x, double y) {
+  constexpr double kScale = 1 << kShift;
+  return {int(std::lround(x * kScale)), int(std::lround(y * kScale))};
+}
+
+/// What is shown as black and as white.
+struct GreyWindow {
+  float black = 0.0f;
+  float white = 1.0f;
+};
+
+/// Clips the darkest 1 % and the brightest 0.3 %, whatever the modality's units.
+GreyWindow window_of(const std::vector<float>& values) {
+  GreyWindow window{percentile(values, 0.01), percentile(values, 0.997)};
+  if (window.white <= window.black) window.white = window.black + 1.0f;
+  return window;
+}
+
+/// @param values  shape [height, width]
+cv::Mat grey_picture(const std::vector<float>& values, int width, int height,
+                     const GreyWindow& window) {
+  cv::Mat picture(height, width, CV_8UC3);
+  for (int y = 0; y < height; ++y)
+    for (int x = 0; x < width; ++x) {
+      const float value = values[std::size_t(y) * std::size_t(width) + std::size_t(x)];
+      const float shade = (value - window.black) / (window.white - window.black);
+      const auto level =
+          std::uint8_t(255.0f * std::clamp(std::isfinite(shade) ? shade : 0.0f, 0.0f, 1.0f));
+      picture.at<cv::Vec3b>(y, x) = {level, level, level};
+    }
+  return picture;
+}
+
+Picture to_picture(const cv::Mat& image) {
+  Picture picture{image.cols, image.rows, {}};
+  for (int row = 0; row < image.rows; ++row)
+    picture.rgb.insert(picture.rgb.end(), image.ptr(row), image.ptr(row) + 3 * image.cols);
+  return picture;
+}
+
+void draw_contour(cv::Mat& picture, const TriangleMesh& mesh, const PlaneWindow& window,
+                  const Rgb& color) {
+  const Vec3 normal = cross(window.right, window.down);
+  for (const Segment& segment : cut(mesh, window.center, normal)) {
+    const auto a = window.pixel_of(segment[0], picture.cols);
+    const auto b = window.pixel_of(segment[1], picture.cols);
+    const double far = 4.0 * picture.cols;
+    if (std::max({std::abs(a.x), std::abs(a.y), std::abs(b.x), std::abs(b.y)}) > far) continue;
+    cv::line(picture, fixed_point(a.x, a.y), fixed_point(b.x, b.y), cv_color(color), 1, cv::LINE_AA,
+             kShift);
+  }
+}
+
+/// Small text on a dark edge, so that it reads on any grey.
+void draw_text(cv::Mat& picture, const std::string& text, cv::Point at, double size) {
+  cv::putText(picture, text, at, cv::FONT_HERSHEY_SIMPLEX, size, {0, 0, 0}, 3, cv::LINE_AA);
+  cv::putText(picture, text, at, cv::FONT_HERSHEY_SIMPLEX, size, {255, 255, 255}, 1, cv::LINE_AA);
+}
+
+/// A bar of a round length at the lower left.
+void draw_scale(cv::Mat& picture, double mm_per_pixel) {
+  const double wanted = 0.3 * picture.cols * mm_per_pixel;
+  const double power = std::pow(10.0, std::floor(std::log10(wanted)));
+  const double digit = wanted >= 5.0 * power ? 5.0 : (wanted >= 2.0 * power ? 2.0 : 1.0);
+  const int length = int(std::lround(digit * power / mm_per_pixel));
+  const int y = picture.rows - 10;
+  cv::line(picture, {10, y}, {10 + length, y}, {0, 0, 0}, 4);
+  cv::line(picture, {10, y}, {10 + length, y}, {255, 255, 255}, 2);
+  draw_text(picture, number_text(digit * power) + " mm", {10, y - 7}, 0.42);
+}
+
+/// The letters of the patient's sides at the edges.
+void draw_sides(cv::Mat& picture, const std::string& name) {
+  const bool is_sagittal = name == "sagittal";
+  const char* left = is_sagittal ? "A" : "R";
+  const char* right = is_sagittal ? "P" : "L";
+  const char* top = name == "axial" ? "A" : "H";
+  draw_text(picture, left, {4, picture.rows / 2}, 0.5);
+  draw_text(picture, right, {picture.cols - 16, picture.rows / 2}, 0.5);
+  draw_text(picture, top, {picture.cols / 2 - 5, 16}, 0.5);
+}
+
+/// The outline of the lumen's shadow: every triangle filled, then the border of the whole.
+void draw_silhouette(cv::Mat& picture, const Projection& projection, const TriangleMesh& lumen,
+                     const VolumeGeometry& grid, double scale_x, double scale_y) {
+  cv::Mat shadow = cv::Mat::zeros(picture.rows, picture.cols, CV_8UC1);
+  std::vector<cv::Point> place(lumen.vertices.size());
+  for (std::size_t v = 0; v < place.size(); ++v) {
+    const auto pixel = projection.pixel_of(grid.index_from_lps(lumen.vertices[v]));
+    place[v] = fixed_point((pixel.x + 0.5) * scale_x - 0.5, (pixel.y + 0.5) * scale_y - 0.5);
+  }
+  for (const Triangle& t : lumen.triangles) {
+    const std::array<cv::Point, 3> corners{place[std::size_t(t[0])], place[std::size_t(t[1])],
+                                           place[std::size_t(t[2])]};
+    cv::fillConvexPoly(shadow, corners.data(), 3, 255, cv::LINE_8, kShift);
+  }
+  std::vector<std::vector<cv::Point>> outlines;
+  cv::findContours(shadow, outlines, cv::RETR_CCOMP, cv::CHAIN_APPROX_NONE);
+  cv::drawContours(picture, outlines, -1, cv_color(kBefore), 1, cv::LINE_AA);
+}
+
+Figure draw_projection(const Projection& projection, const ReportContent& content) {
+  const double width_mm = projection.width * projection.pixel_width_mm;
+  const double height_mm = projection.height * projection.pixel_height_mm;
+  const double per_mm = kProjectionLongSide / std::max(width_mm, height_mm);
+  const int width = std::max(1, int(std::lround(width_mm * per_mm)));
+  const int height = std::max(1, int(std::lround(height_mm * per_mm)));
+  cv::Mat picture = grey_picture(projection.values, projection.width, projection.height,
+                                 window_of(projection.values));
+  const bool is_larger = width >= projection.width && height >= projection.height;
+  cv::resize(picture, picture, {width, height}, 0, 0,
+             is_larger ? cv::INTER_LINEAR : cv::INTER_AREA);
+  draw_silhouette(picture, projection, content.lumen, content.volume->geometry,
+                  double(width) / projection.width, double(height) / projection.height);
+  draw_scale(picture, 1.0 / per_mm);
+  draw_sides(picture, projection.name);
+  return {"projection_" + projection.name + ".png", projection.name + " projection",
+          to_picture(picture)};
+}
+
+/// The widest radius within a distance of the lesion along its line [mm].
+double widest_near(const CenterlinePath& path, double abscissa_mm, double reach_mm) {
+  double radius = sample(path, abscissa_mm).equivalent_radius;
+  for (std::size_t i = 0; i < path.points.size(); ++i)
+    if (std::abs(path.abscissa[i] - abscissa_mm) <= reach_mm)
+      radius = std::max({radius, path.inscribed_radius[i], path.equivalent_radius[i]});
+  return std::max(radius, 0.1);
+}
+
+/// How far the sheet goes to each side: over what was measured before and after [mm].
+double sheet_reach(const ReportContent& content, const CenterlinePath& path) {
+  double reach = 5.0 * widest_near(path, content.lesion_abscissa_mm, 0.0);
+  const auto& measured = content.after.abscissa_mm;
+  if (!measured.empty())
+    reach = std::max(std::abs(measured.front() - content.lesion_abscissa_mm),
+                     std::abs(measured.back() - content.lesion_abscissa_mm));
+  return reach;
+}
+
+/// The planes of the contact sheet, with the up direction carried along the line so that
+/// neighbouring tiles are not turned against each other.
+std::vector<PlaneWindow> sheet_planes(const ReportContent& content, const CenterlinePath& path,
+                                      std::vector<double>& abscissas) {
+  constexpr int kTiles = kTileColumns * kTileRows;
+  const double reach = sheet_reach(content, path);
+  const double first = std::max(path.abscissa.front(), content.lesion_abscissa_mm - reach);
+  const double last = std::min(path.abscissa.back(), content.lesion_abscissa_mm + reach);
+  const double half_size = 1.7 * widest_near(path, content.lesion_abscissa_mm, reach);
+  std::vector<PlaneWindow> planes;
+  Vec3 right = any_perpendicular(sample(path, first).tangent);
+  for (int tile = 0; tile < kTiles; ++tile) {
+    const double abscissa = first + (last - first) * tile / (kTiles - 1);
+    const CenterlineSample place = sample(path, abscissa);
+    right = normalized(right - dot(right, place.tangent) * place.tangent);
+    planes.push_back({place.point, right, cross(place.tangent, right), half_size});
+    abscissas.push_back(abscissa);
+  }
+  return planes;
+}
+
+}  // namespace
+
+std::vector<Figure> draw_projections(const ReportContent& content) {
+  std::vector<Figure> figures;
+  if (!content.volume) return figures;
+  constexpr double kMarginMm = 10.0;
+  const VoxelBox box = box_around(content.volume->geometry, content.lumen.vertices, kMarginMm);
+  for (const Projection& projection : project_maximum(*content.volume, box))
+    figures.push_back(draw_projection(projection, content));
+  return figures;
+}
+
+std::vector<Figure> draw_slices(const ReportContent& content) {
+  const CenterlinePath* path = lesion_path(content);
+  if (!content.volume || !path) return {};
+  const CenterlineSample lesion = sample(*path, content.lesion_abscissa_mm);
+  const double reach = sheet_reach(content, *path);
+  const double half_size =
+      std::max(reach, 4.0 * widest_near(*path, content.lesion_abscissa_mm, reach));
+  struct Named {
+    const char* name;
+    Vec3 right, down;
+  };
+  const std::array<Named, 3> named{{{"axial", {1, 0, 0}, {0, 1, 0}},
+                                    {"coronal", {1, 0, 0}, {0, 0, -1}},
+                                    {"sagittal", {0, 1, 0}, {0, 0, -1}}}};
+  std::vector<PlaneWindow> windows;
+  std::vector<std::vector<float>> sampled;
+  std::vector<float> all;
+  const float outside = percentile(content.volume->values, 0.0);
+  for (const Named& slice : named) {
+    windows.push_back({lesion.point, slice.right, slice.down, half_size});
+    sampled.push_back(sample_plane(*content.volume, windows.back(), kSlicePixels, outside));
+    all.insert(all.end(), sampled.back().begin(), sampled.back().end());
+  }
+  const GreyWindow grey = window_of(all);
+  std::vector<Figure> figures;
+  for (std::size_t i = 0; i < named.size(); ++i) {
+    cv::Mat picture = grey_picture(sampled[i], kSlicePixels, kSlicePixels, grey);
+    draw_contour(picture, content.lumen, windows[i], kBefore);
+    draw_scale(picture, 2.0 * half_size / kSlicePixels);
+    draw_sides(picture, named[i].name);
+    figures.push_back({std::string("slice_") + named[i].name + ".png",
+                       std::string(named[i].name) + " slice through the lesion",
+                       to_picture(picture)});
+  }
+  return figures;
+}
+
+std::vector<Figure> draw_contact_sheet(const ReportContent& content) {
+  const CenterlinePath* path = lesion_path(content);
+  if (!path || content.lumen.triangles.empty()) return {};
+  std::vector<double> abscissas;
+  const std::vector<PlaneWindow> planes = sheet_planes(content, *path, abscissas);
+  std::vector<std::vector<float>> sampled;
+  std::vector<float> all;
+  if (content.volume) {
+    const float outside = percentile(content.volume->values, 0.0);
+    for (const PlaneWindow& plane : planes) {
+      sampled.push_back(sample_plane(*content.volume, plane, kTilePixels, outside));
+      all.insert(all.end(), sampled.back().begin(), sampled.back().end());
+    }
+  }
+  const GreyWindow grey = window_of(all);
+  constexpr int kGap = 3;
+  cv::Mat sheet(kTileRows * (kTilePixels + kGap) - kGap, kTileColumns * (kTilePixels + kGap) - kGap,
+                CV_8UC3, cv::Scalar(255, 255, 255));
+  for (std::size_t i = 0; i < planes.size(); ++i) {
+    cv::Mat tile = content.volume ? grey_picture(sampled[i], kTilePixels, kTilePixels, grey)
+                                  : cv::Mat(kTilePixels, kTilePixels, CV_8UC3, {24, 26, 30});
+    draw_contour(tile, content.lumen, planes[i], kBefore);
+    if (!content.moments.empty())
+      draw_contour(tile, content.moments.back().wall, planes[i], kAfter);
+    draw_text(tile, fixed_text(abscissas[i] - content.lesion_abscissa_mm, 1) + " mm", {6, 15},
+              0.42);
+    if (i == 0) draw_scale(tile, 2.0 * planes[i].half_size_mm / kTilePixels);
+    const int column = int(i) % kTileColumns, row = int(i) / kTileColumns;
+    tile.copyTo(sheet(cv::Rect(column * (kTilePixels + kGap), row * (kTilePixels + kGap),
+                               kTilePixels, kTilePixels)));
+  }
+  return {{"cross_sections.png",
+           "Cross-sections at right angles to the vessel, along the flow; the numbers are the "
+           "distance from the narrowest place.",
+           to_picture(sheet)}};
+}
+
+}  // namespace angio::viewer::detail

@@ -1,0 +1,136 @@
+#include "viewer/detail/pictures_3d.hpp"
+
+#include <vtkNew.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "viewer/detail/html.hpp"
+#include "viewer/detail/scene.hpp"
+
+namespace angio::viewer::detail {
+namespace {
+
+constexpr int kCloseUpWidth = 900;  // [pixel]
+constexpr int kTreeLongSide = 820;  // [pixel]
+
+/// A renderer on white paper with a scale bar.
+vtkSmartPointer<vtkRenderer> make_stage() {
+  auto renderer = vtkSmartPointer<vtkRenderer>::New();
+  renderer->SetBackground(1.0, 1.0, 1.0);
+  return renderer;
+}
+
+/// All moments' walls as one cloud, so that one frame holds them all.
+TriangleMesh all_walls(const ReportContent& content) {
+  TriangleMesh cloud;
+  for (const Moment& moment : content.moments) {
+    cloud.vertices.insert(cloud.vertices.end(), moment.wall.vertices.begin(),
+                          moment.wall.vertices.end());
+    cloud.vertices.insert(cloud.vertices.end(), moment.balloon.vertices.begin(),
+                          moment.balloon.vertices.end());
+  }
+  return cloud;
+}
+
+/// What every close-up shares.
+struct CloseUp {
+  ViewFrame frame;
+  TriangleMesh context;  ///< the lumen around the wall
+  int height = 0;        ///< of the picture [pixel]
+
+  explicit CloseUp(const ReportContent& content) {
+    const TriangleMesh walls = all_walls(content);
+    const Bounds around = bounds(walls);
+    const CenterlinePath* path = lesion_path(content);
+    context = surroundings(content.lumen, content.moments.front().wall, around.center,
+                           1.4 * around.radius_mm);
+    frame =
+        path ? frame_lesion(walls, context, *path, content.lesion_abscissa_mm) : frame_tree(walls);
+    const double aspect = frame.half_width_mm / frame.half_height_mm;
+    height = int(std::clamp(double(kCloseUpWidth) / aspect, 260.0, 620.0));
+  }
+  [[nodiscard]] double aspect() const { return double(kCloseUpWidth) / height; }
+};
+
+Picture render_close_up(vtkRenderer* renderer, const CloseUp& close_up) {
+  if (!close_up.context.triangles.empty())
+    renderer->AddActor(make_surface(close_up.context, {colors::kSurroundings, 0.25}));
+  aim(renderer, close_up.frame, close_up.aspect());
+  ScaleBar bar(renderer, kSupersampling, colors::kInk);
+  // The bar needs the picture's size, which only a window gives a renderer.
+  return render_offscreen({renderer}, kCloseUpWidth, close_up.height, [&] { bar.update(); });
+}
+
+double highest(const std::vector<double>& values) {
+  return values.empty() ? 0.0 : *std::max_element(values.begin(), values.end());
+}
+
+}  // namespace
+
+Figure draw_tree(const ReportContent& content) {
+  const ViewFrame frame = frame_tree(content.lumen);
+  const double shape = frame.half_width_mm / frame.half_height_mm;
+  const double aspect = std::clamp(shape, 0.7, 1.6);
+  const int width = aspect >= 1.0 ? kTreeLongSide : int(kTreeLongSide * aspect);
+  const int height = aspect >= 1.0 ? int(kTreeLongSide / aspect) : kTreeLongSide;
+  const double picture_aspect = double(width) / height;
+
+  const auto renderer = make_stage();
+  renderer->AddActor(make_surface(content.lumen, {colors::kLumen, 1.0}));
+  aim(renderer, frame, picture_aspect);
+  if (const CenterlinePath* path = lesion_path(content)) {
+    const CenterlineSample lesion = sample(*path, content.lesion_abscissa_mm);
+    const double shown_mm =
+        2.0 * std::max(frame.half_height_mm, frame.half_width_mm / picture_aspect);
+    const double radius = std::max(4.0 * lesion.inscribed_radius / shown_mm, 0.03);
+    add_mark(renderer, place_in_picture(frame, picture_aspect, lesion.point), radius, "lesion",
+             width * kSupersampling, height * kSupersampling, kSupersampling);
+  }
+  ScaleBar bar(renderer, kSupersampling, colors::kInk);
+  const auto axes = make_axes(renderer);
+  return {"tree.png",
+          "The vessel tree as segmented and meshed; the ring marks where the balloon is placed. "
+          "Arrows: L to the patient's left, P to the back, H to the head.",
+          render_offscreen({renderer, axes}, width, height, [&] { bar.update(); })};
+}
+
+std::vector<Figure> draw_moments(const ReportContent& content) {
+  std::vector<Figure> figures;
+  if (content.moments.empty()) return figures;
+  const CloseUp close_up(content);
+  for (const Moment& moment : content.moments) {
+    const auto renderer = make_stage();
+    if (!moment.balloon.triangles.empty())
+      renderer->AddActor(make_surface(moment.balloon, {colors::kBalloon, 1.0}));
+    renderer->AddActor(make_surface(moment.wall, {colors::kLumen, 0.32}));
+    figures.push_back({"close_up_" + std::to_string(figures.size() + 1) + ".png", moment.title,
+                       render_close_up(renderer, close_up)});
+  }
+  return figures;
+}
+
+std::vector<Figure> draw_contact(const ReportContent& content) {
+  const Moment* pressed = nullptr;
+  double high = 0.0;
+  for (const Moment& moment : content.moments)
+    if (moment.contact_pressure_kpa.size() == moment.wall.vertices.size() &&
+        highest(moment.contact_pressure_kpa) > high) {
+      high = highest(moment.contact_pressure_kpa);
+      pressed = &moment;
+    }
+  if (!pressed) return {};
+  const CloseUp close_up(content);
+  const auto renderer = make_stage();
+  const auto map = make_pressure_colors(high);
+  const auto wall = make_surface(pressed->wall, {colors::kLumen, 1.0});
+  color_by(wall, pressed->contact_pressure_kpa, map);
+  renderer->AddActor(wall);
+  renderer->AddActor2D(make_color_bar(map, "Contact pressure [kPa]", kSupersampling));
+  return {{"contact.png",
+           pressed->title + ": pressure of the balloon on the wall, highest " +
+               fixed_text(high, high < 10.0 ? 2 : 0) + " kPa (seen from outside).",
+           render_close_up(renderer, close_up)}};
+}
+
+}  // namespace angio::viewer::detail

@@ -1,0 +1,125 @@
+#include "viewer/detail/report_charts.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "viewer/detail/html.hpp"
+#include "viewer/detail/tokens.hpp"
+
+namespace angio::viewer::detail {
+namespace {
+
+std::size_t column_index(const TimeSeries& series, const std::string& name) {
+  return std::size_t(std::find(series.columns.begin(), series.columns.end(), name) -
+                     series.columns.begin());
+}
+
+/// The stretches of equal phase.
+std::vector<ChartBand> phase_bands(const TimeSeries& series, const std::vector<double>& time) {
+  const std::size_t phase = column_index(series, "phase");
+  std::vector<ChartBand> bands;
+  if (phase == series.columns.size()) return bands;
+  for (std::size_t r = 0; r < series.rows.size(); ++r) {
+    if (phase >= series.rows[r].size() || !std::isfinite(time[r])) continue;
+    const std::string& name = series.rows[r][phase];
+    if (bands.empty() || bands.back().label != name) {
+      if (!bands.empty()) bands.back().last = time[r];
+      bands.push_back({time[r], time[r], name});
+    }
+    bands.back().last = time[r];
+  }
+  return bands;
+}
+
+void add_profile(Chart& chart, const DiameterProfile& profile, const std::string& when, int color) {
+  if (profile.abscissa_mm.empty()) return;
+  chart.series.push_back({when + ", inscribed circle", profile.abscissa_mm,
+                          profile.inscribed_diameter_mm, color, false});
+  chart.series.push_back(
+      {when + ", from the area", profile.abscissa_mm, profile.equivalent_diameter_mm, color, true});
+}
+
+void add_mld_mark(Chart& chart, const DiameterProfile& profile, const std::string& when,
+                  int color) {
+  const auto& diameter = profile.inscribed_diameter_mm;
+  std::size_t least = diameter.size();
+  for (std::size_t i = 0; i < diameter.size(); ++i)
+    if (std::isfinite(diameter[i]) && (least == diameter.size() || diameter[i] < diameter[least]))
+      least = i;
+  if (least == diameter.size() || least >= profile.abscissa_mm.size()) return;
+  chart.marks.push_back({profile.abscissa_mm[least], diameter[least],
+                         "MLD " + when + " " + fixed_text(diameter[least], 2) + " mm", color});
+}
+
+struct Line {
+  const char* column;
+  const char* label;
+};
+
+/// A chart of the columns that are there; no series if none is.
+Chart time_chart(const TimeSeries& series, const std::string& title, const std::string& y_label,
+                 const std::vector<Line>& lines) {
+  Chart chart;
+  chart.title = title;
+  chart.x_label = "time [s]";
+  chart.y_label = y_label;
+  chart.width = 560;
+  chart.height = 240;
+  const std::vector<double> time = column(series, "time_s");
+  if (time.empty()) return chart;
+  int color = 1;
+  for (const Line& line : lines) {
+    const std::vector<double> values = column(series, line.column);
+    if (!values.empty()) chart.series.push_back({line.label, time, values, color, false});
+    ++color;
+  }
+  chart.bands = phase_bands(series, time);
+  return chart;
+}
+
+}  // namespace
+
+std::vector<double> column(const TimeSeries& series, const std::string& name) {
+  const std::size_t index = column_index(series, name);
+  std::vector<double> values;
+  if (index == series.columns.size()) return values;
+  for (const auto& row : series.rows) {
+    const auto number = index < row.size() ? parse_number<double>(row[index]) : std::nullopt;
+    values.push_back(number.value_or(std::numeric_limits<double>::quiet_NaN()));
+  }
+  return values;
+}
+
+Chart diameter_chart(const ReportContent& content, const Metrics& metrics) {
+  Chart chart;
+  chart.title = "Diameter along the vessel";
+  chart.x_label = "distance from the inlet [mm]";
+  chart.y_label = "diameter [mm]";
+  chart.width = 960;
+  chart.height = 320;
+  add_profile(chart, content.before, "before", 1);
+  add_profile(chart, content.after, "after", 2);
+  add_mld_mark(chart, content.before, "before", 1);
+  add_mld_mark(chart, content.after, "after", 2);
+  if (const auto reference = metrics.number("lesion", "reference_diameter_mm"))
+    chart.levels.push_back({*reference, "reference " + fixed_text(*reference, 2) + " mm"});
+  return chart;
+}
+
+std::vector<Chart> time_charts(const TimeSeries& series) {
+  std::vector<Chart> charts{
+      time_chart(series, "Balloon pressure", "pressure [atm]", {{"pressure_atm", "pressure"}}),
+      time_chart(series, "Diameters", "diameter [mm]",
+                 {{"balloon_diameter_mm", "balloon at the lesion"},
+                  {"lumen_mld_mm", "minimal lumen diameter"}}),
+      time_chart(series, "Balloon volume", "volume [mm³]", {{"balloon_volume_mm3", "volume"}}),
+      time_chart(series, "Contacts", "count", {{"contact_count", "contacts"}}),
+      time_chart(series, "Penetration of the surfaces", "depth [mm]",
+                 {{"max_penetration_mm", "deepest penetration"}}),
+      time_chart(series, "Corrections by friction and adhesion", "sum of lengths [mm]",
+                 {{"friction_delta_mm", "friction"}, {"viscous_delta_mm", "adhesion"}})};
+  return charts;
+}
+
+}  // namespace angio::viewer::detail

@@ -1,0 +1,23 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "viewer/detail/chart.hpp"
+#include "viewer/detail/tables.hpp"
+#include "viewer/report.hpp"
+
+namespace angio::viewer::detail {
+
+/// The lumen's diameter along the lesion's line, before and after, with the reference diameter and
+/// both narrowest places.
+Chart diameter_chart(const ReportContent& content, const Metrics& metrics);
+
+/// Pressure, diameters, volume, contact, penetration and corrections over time, as far as the
+/// columns are there; the phases are marked.
+std::vector<Chart> time_charts(const TimeSeries& series);
+
+/// A column as numbers; what is no number becomes NaN. Empty if there is no such column.
+std::vector<double> column(const TimeSeries& series, const std::string& name);
+
+}  // namespace angio::viewer::detail

@@ -1,0 +1,308 @@
+#include "viewer/detail/scene.hpp"
+
+#include <vtkAxesActor.h>
+#include <vtkCamera.h>
+#include <vtkCaptionActor2D.h>
+#include <vtkDoubleArray.h>
+#include <vtkImageData.h>
+#include <vtkNew.h>
+#include <vtkPointData.h>
+#include <vtkPolyDataMapper.h>
+#include <vtkPolyDataMapper2D.h>
+#include <vtkPolyDataNormals.h>
+#include <vtkProperty.h>
+#include <vtkProperty2D.h>
+#include <vtkRenderWindow.h>
+#include <vtkTextProperty.h>
+#include <vtkTubeFilter.h>
+#include <vtkUnsignedCharArray.h>
+#include <vtkWindowToImageFilter.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/error.hpp"
+#include "core/units.hpp"
+#include "viewer/detail/html.hpp"
+#include "viewer/detail/vtk_arrays.hpp"
+#include "viewer/detail/vtk_messages.hpp"
+
+namespace angio::viewer::detail {
+namespace {
+
+std::array<double, 3> unit_rgb(const Rgb& color) {
+  return {color[0] / 255.0, color[1] / 255.0, color[2] / 255.0};
+}
+
+void shade(vtkProperty* property, const Rgb& color) {
+  property->SetColor(unit_rgb(color).data());
+  property->SetAmbient(0.15);
+  property->SetDiffuse(0.85);
+  property->SetSpecular(0.2);
+  property->SetSpecularPower(25.0);
+}
+
+/// 1, 2 or 5 times a power of ten, at most `length`.
+double round_length(double length) {
+  const double power = std::pow(10.0, std::floor(std::log10(length)));
+  for (const double digit : {5.0, 2.0})
+    if (digit * power <= length) return digit * power;
+  return power;
+}
+
+/// A line strip in pixels over the scene.
+vtkSmartPointer<vtkActor2D> make_overlay_line(vtkPoints* points, const Rgb& color, float width) {
+  vtkNew<vtkCellArray> cells;
+  cells->InsertNextCell(int(points->GetNumberOfPoints()));
+  for (vtkIdType i = 0; i < points->GetNumberOfPoints(); ++i) cells->InsertCellPoint(i);
+  vtkNew<vtkPolyData> line;
+  line->SetPoints(points);
+  line->SetLines(cells);
+  vtkNew<vtkPolyDataMapper2D> mapper;
+  mapper->SetInputData(line);
+  auto actor = vtkSmartPointer<vtkActor2D>::New();
+  actor->SetMapper(mapper);
+  actor->GetProperty()->SetColor(unit_rgb(color).data());
+  actor->GetProperty()->SetLineWidth(width);
+  return actor;
+}
+
+double half_height(const ViewFrame& frame, double picture_aspect) {
+  return std::max(frame.half_height_mm, frame.half_width_mm / picture_aspect);
+}
+
+}  // namespace
+
+vtkSmartPointer<vtkActor> make_surface(const TriangleMesh& mesh, const SurfaceStyle& style) {
+  vtkNew<vtkPolyDataNormals> normals;
+  normals->SetInputData(to_vtk(mesh));
+  normals->SplittingOff();
+  normals->ConsistencyOff();
+  normals->Update();
+  vtkNew<vtkPolyDataMapper> mapper;
+  mapper->SetInputData(normals->GetOutput());
+  mapper->ScalarVisibilityOff();
+  auto actor = vtkSmartPointer<vtkActor>::New();
+  actor->SetMapper(mapper);
+  shade(actor->GetProperty(), style.color);
+  actor->GetProperty()->SetOpacity(style.opacity);
+  return actor;
+}
+
+void color_by(vtkActor* actor, const std::vector<double>& values, vtkColorTransferFunction* map) {
+  vtkNew<vtkDoubleArray> array;
+  array->SetName("shown");
+  for (const double value : values) array->InsertNextValue(value);
+  auto* mapper = vtkPolyDataMapper::SafeDownCast(actor->GetMapper());
+  mapper->GetInput()->GetPointData()->SetScalars(array);
+  mapper->SetLookupTable(map);
+  mapper->UseLookupTableScalarRangeOn();
+  mapper->InterpolateScalarsBeforeMappingOn();
+  mapper->ScalarVisibilityOn();
+}
+
+vtkSmartPointer<vtkActor> make_tube(const std::vector<Vec3>& points, double radius_mm,
+                                    const Rgb& color) {
+  std::vector<int> line(points.size());
+  for (std::size_t i = 0; i < line.size(); ++i) line[i] = int(i);
+  vtkNew<vtkPolyData> poly;
+  poly->SetPoints(to_vtk(points));
+  poly->SetLines(to_vtk_cells(std::vector<std::vector<int>>{line}));
+  vtkNew<vtkTubeFilter> tube;
+  tube->SetInputData(poly);
+  tube->SetRadius(radius_mm);
+  tube->SetNumberOfSides(12);
+  tube->CappingOn();
+  tube->Update();
+  vtkNew<vtkPolyDataMapper> mapper;
+  mapper->SetInputData(tube->GetOutput());
+  mapper->ScalarVisibilityOff();
+  auto actor = vtkSmartPointer<vtkActor>::New();
+  actor->SetMapper(mapper);
+  shade(actor->GetProperty(), color);
+  return actor;
+}
+
+vtkSmartPointer<vtkColorTransferFunction> make_pressure_colors(double high) {
+  auto map = vtkSmartPointer<vtkColorTransferFunction>::New();
+  map->SetColorSpaceToLab();
+  map->AddRGBPoint(0.0, 0.88, 0.88, 0.88);
+  map->AddRGBPoint(0.25 * high, 0.99, 0.83, 0.45);
+  map->AddRGBPoint(0.5 * high, 0.99, 0.55, 0.24);
+  map->AddRGBPoint(0.75 * high, 0.84, 0.18, 0.12);
+  map->AddRGBPoint(high, 0.42, 0.0, 0.05);
+  return map;
+}
+
+vtkSmartPointer<vtkTextActor> make_text(const std::string& text, int size, const Rgb& color) {
+  auto actor = vtkSmartPointer<vtkTextActor>::New();
+  actor->SetInput(text.c_str());
+  actor->GetTextProperty()->SetFontFamilyToArial();
+  actor->GetTextProperty()->SetFontSize(size);
+  actor->GetTextProperty()->SetColor(unit_rgb(color).data());
+  return actor;
+}
+
+vtkSmartPointer<vtkScalarBarActor> make_color_bar(vtkColorTransferFunction* map,
+                                                  const std::string& title, int scale) {
+  auto bar = vtkSmartPointer<vtkScalarBarActor>::New();
+  bar->SetLookupTable(map);
+  bar->SetTitle(title.c_str());
+  bar->SetNumberOfLabels(5);
+  bar->SetLabelFormat("%-#.3g");
+  bar->UnconstrainedFontSizeOn();
+  for (vtkTextProperty* property : {bar->GetTitleTextProperty(), bar->GetLabelTextProperty()}) {
+    property->SetFontFamilyToArial();
+    property->SetFontSize(14 * scale);
+    property->SetColor(unit_rgb(colors::kInk).data());
+    property->BoldOff();
+    property->ItalicOff();
+    property->ShadowOff();
+  }
+  bar->SetOrientationToHorizontal();
+  bar->SetTextPositionToPrecedeScalarBar();
+  bar->SetPosition(0.55, 0.03);
+  bar->SetWidth(0.42);
+  bar->SetHeight(0.16);
+  bar->SetBarRatio(0.25);
+  return bar;
+}
+
+ScaleBar::ScaleBar(vtkRenderer* renderer, int scale, const Rgb& color)
+    : renderer_(renderer),
+      scale_(scale),
+      points_(vtkSmartPointer<vtkPoints>::New()),
+      text_(make_text("", 14 * scale, color)) {
+  points_->SetNumberOfPoints(4);
+  for (vtkIdType i = 0; i < 4; ++i) points_->SetPoint(i, 0, 0, 0);
+  renderer_->AddActor2D(make_overlay_line(points_, color, float(2 * scale)));
+  renderer_->AddActor2D(text_);
+}
+
+void ScaleBar::update() {
+  const int* size = renderer_->GetSize();
+  if (size[0] <= 0 || size[1] <= 0) return;
+  const double mm_per_pixel =
+      2.0 * renderer_->GetActiveCamera()->GetParallelScale() / double(size[1]);
+  const double length_mm = round_length(0.25 * double(size[0]) * mm_per_pixel);
+  const double length = length_mm / mm_per_pixel;
+  const double left = 18.0 * scale_, bottom = 18.0 * scale_, tick = 5.0 * scale_;
+  points_->SetPoint(0, left, bottom + tick, 0);
+  points_->SetPoint(1, left, bottom, 0);
+  points_->SetPoint(2, left + length, bottom, 0);
+  points_->SetPoint(3, left + length, bottom + tick, 0);
+  points_->Modified();
+  text_->SetInput((number_text(length_mm) + " mm").c_str());
+  text_->SetPosition(left + 4.0 * scale_, bottom + 5.0 * scale_);
+}
+
+void aim(vtkRenderer* renderer, const ViewFrame& frame, double picture_aspect) {
+  vtkCamera* camera = renderer->GetActiveCamera();
+  const double reach = 4.0 * std::max(frame.half_width_mm, frame.half_height_mm);
+  const Vec3 eye = frame.focus - reach * frame.direction;
+  camera->ParallelProjectionOn();
+  camera->SetFocalPoint(frame.focus.x, frame.focus.y, frame.focus.z);
+  camera->SetPosition(eye.x, eye.y, eye.z);
+  camera->SetViewUp(frame.up.x, frame.up.y, frame.up.z);
+  camera->SetParallelScale(half_height(frame, picture_aspect));
+  renderer->ResetCameraClippingRange();
+}
+
+PicturePlace place_in_picture(const ViewFrame& frame, double picture_aspect, const Vec3& point) {
+  const double height = 2.0 * half_height(frame, picture_aspect);
+  const Vec3 d = point - frame.focus;
+  return {0.5 + dot(d, frame.right()) / (height * picture_aspect), 0.5 + dot(d, frame.up) / height};
+}
+
+void add_mark(vtkRenderer* renderer, const PicturePlace& place, double radius_fraction,
+              const std::string& label, int width, int height, int scale) {
+  const double x = place.x * width, y = place.y * height, radius = radius_fraction * height;
+  constexpr int kSides = 72;
+  vtkNew<vtkPoints> ring;
+  for (int side = 0; side <= kSides; ++side) {
+    const double angle = 2.0 * units::kPi * side / kSides;
+    ring->InsertNextPoint(x + radius * std::cos(angle), y + radius * std::sin(angle), 0.0);
+  }
+  renderer->AddActor2D(make_overlay_line(ring, colors::kInk, float(2 * scale)));
+  const auto text = make_text(label, 15 * scale, colors::kInk);
+  text->GetTextProperty()->BoldOn();
+  // Beside the ring, on the side that has more room.
+  const bool to_the_right = place.x < 0.6;
+  text->GetTextProperty()->SetJustification(to_the_right ? VTK_TEXT_LEFT : VTK_TEXT_RIGHT);
+  text->GetTextProperty()->SetVerticalJustificationToCentered();
+  text->SetPosition(x + (to_the_right ? 1.0 : -1.0) * (radius + 8.0 * scale), y);
+  renderer->AddActor2D(text);
+}
+
+vtkSmartPointer<vtkRenderer> make_axes(vtkRenderer* scene) {
+  vtkNew<vtkAxesActor> axes;
+  axes->SetXAxisLabelText("L");
+  axes->SetYAxisLabelText("P");
+  axes->SetZAxisLabelText("H");
+  for (vtkCaptionActor2D* caption : {axes->GetXAxisCaptionActor2D(), axes->GetYAxisCaptionActor2D(),
+                                     axes->GetZAxisCaptionActor2D()}) {
+    vtkTextProperty* text = caption->GetCaptionTextProperty();
+    text->SetColor(unit_rgb(colors::kInk).data());
+    text->ShadowOff();
+    text->ItalicOff();
+    caption->GetTextActor()->SetTextScaleModeToNone();
+    text->SetFontSize(13 * kSupersampling);
+  }
+  auto renderer = vtkSmartPointer<vtkRenderer>::New();
+  renderer->SetViewport(0.84, 0.0, 1.0, 0.22);
+  renderer->SetLayer(1);
+  renderer->InteractiveOff();
+  renderer->AddActor(axes);
+  vtkCamera* camera = renderer->GetActiveCamera();
+  vtkCamera* from = scene->GetActiveCamera();
+  double direction[3];
+  from->GetDirectionOfProjection(direction);
+  camera->ParallelProjectionOn();
+  camera->SetFocalPoint(0, 0, 0);
+  camera->SetPosition(-5 * direction[0], -5 * direction[1], -5 * direction[2]);
+  camera->SetViewUp(from->GetViewUp());
+  camera->SetParallelScale(1.5);
+  renderer->ResetCameraClippingRange();
+  return renderer;
+}
+
+Picture render_offscreen(const std::vector<vtkRenderer*>& layers, int width, int height,
+                         const std::function<void()>& before_drawing) {
+  const VtkMessages messages;
+  vtkNew<vtkRenderWindow> window;
+  window->SetOffScreenRendering(1);
+  window->SetMultiSamples(0);
+  window->SetAlphaBitPlanes(1);
+  window->SetNumberOfLayers(int(layers.size()));
+  window->SetSize(width * kSupersampling, height * kSupersampling);
+  for (vtkRenderer* layer : layers) {
+    layer->SetUseDepthPeeling(1);
+    layer->SetMaximumNumberOfPeels(12);
+    layer->SetOcclusionRatio(0.0);
+    window->AddRenderer(layer);
+  }
+  if (before_drawing) before_drawing();
+  window->Render();
+  vtkNew<vtkWindowToImageFilter> grabber;
+  grabber->SetInput(window);
+  grabber->SetInputBufferTypeToRGB();
+  grabber->ReadFrontBufferOff();
+  grabber->Update();
+  auto* pixels =
+      vtkUnsignedCharArray::SafeDownCast(grabber->GetOutput()->GetPointData()->GetScalars());
+  if (!pixels || messages.has_error())
+    throw Error(ExitCode::unavailable,
+                "cannot render pictures (OpenGL failed on this display). Install the packages "
+                "xvfb and libgl1-mesa-dri");
+  Picture large{width * kSupersampling, height * kSupersampling, {}};
+  const std::size_t row_bytes = std::size_t(large.width) * 3;
+  large.rgb.resize(row_bytes * std::size_t(large.height));
+  const unsigned char* source = pixels->GetPointer(0);
+  for (std::size_t row = 0; row < std::size_t(large.height); ++row)  // VTK counts from the bottom
+    std::copy_n(source + row * row_bytes, row_bytes,
+                large.rgb.data() + (std::size_t(large.height) - 1 - row) * row_bytes);
+  for (vtkRenderer* layer : layers) window->RemoveRenderer(layer);
+  return shrink(large, kSupersampling);
+}
+
+}  // namespace angio::viewer::detail

@@ -1,0 +1,101 @@
+#pragma once
+
+#include <vtkActor.h>
+#include <vtkActor2D.h>
+#include <vtkCellArray.h>
+#include <vtkColorTransferFunction.h>
+#include <vtkPoints.h>
+#include <vtkRenderer.h>
+#include <vtkScalarBarActor.h>
+#include <vtkSmartPointer.h>
+#include <vtkTextActor.h>
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "core/triangle_mesh.hpp"
+#include "viewer/detail/picture.hpp"
+#include "viewer/detail/view_frame.hpp"
+
+/// The parts of a 3D scene, for the report's pictures and for the window alike.
+namespace angio::viewer::detail {
+
+namespace colors {
+inline constexpr Rgb kLumen{196, 78, 70};
+inline constexpr Rgb kSurroundings{170, 160, 158};
+inline constexpr Rgb kLesion{240, 165, 30};
+inline constexpr Rgb kBalloon{38, 110, 190};
+inline constexpr Rgb kCenterline{30, 110, 70};
+inline constexpr Rgb kInk{40, 44, 52};
+inline constexpr Rgb kPaper{255, 255, 255};
+}  // namespace colors
+
+struct SurfaceStyle {
+  Rgb color = colors::kLumen;
+  double opacity = 1.0;  ///< (0, 1]
+};
+
+/// A surface with smooth shading.
+vtkSmartPointer<vtkActor> make_surface(const TriangleMesh& mesh, const SurfaceStyle& style);
+
+/// Colours a surface by a value per vertex.
+void color_by(vtkActor* actor, const std::vector<double>& values, vtkColorTransferFunction* map);
+
+/// A line drawn as a tube.
+vtkSmartPointer<vtkActor> make_tube(const std::vector<Vec3>& points, double radius_mm,
+                                    const Rgb& color);
+
+/// From light grey at 0 over yellow and red to dark red at `high`.
+vtkSmartPointer<vtkColorTransferFunction> make_pressure_colors(double high);
+
+/// @param title  with its unit
+/// @param scale  text size, 1 on a screen, more in a picture that is shrunk afterwards
+vtkSmartPointer<vtkScalarBarActor> make_color_bar(vtkColorTransferFunction* map,
+                                                  const std::string& title, int scale);
+
+vtkSmartPointer<vtkTextActor> make_text(const std::string& text, int size, const Rgb& color);
+
+/// A bar at the lower left as long as a round number of millimetres.
+class ScaleBar {
+ public:
+  ScaleBar(vtkRenderer* renderer, int scale, const Rgb& color);
+  /// Fits the bar to the camera; to be called before every rendering. Exact in parallel
+  /// projection, which is what the scenes use.
+  void update();
+
+ private:
+  vtkRenderer* renderer_;
+  int scale_;
+  vtkSmartPointer<vtkPoints> points_;
+  vtkSmartPointer<vtkTextActor> text_;
+};
+
+/// Points the renderer's camera.
+void aim(vtkRenderer* renderer, const ViewFrame& frame, double picture_aspect);
+
+/// Where a point lies in the picture, as fractions from the left and from the bottom.
+struct PicturePlace {
+  double x = 0.0;
+  double y = 0.0;
+};
+PicturePlace place_in_picture(const ViewFrame& frame, double picture_aspect, const Vec3& point);
+
+/// A ring with a label, drawn over the scene. @param place  of its middle
+void add_mark(vtkRenderer* renderer, const PicturePlace& place, double radius_fraction,
+              const std::string& label, int width, int height, int scale);
+
+/// Small arrows L, P, H (the axes of LPS) at the lower right, turned as the camera is.
+vtkSmartPointer<vtkRenderer> make_axes(vtkRenderer* scene);
+
+/// Scenes are drawn this many times larger and shrunk, which smooths edges the same way on every
+/// machine (multisampling is up to the driver).
+inline constexpr int kSupersampling = 2;
+
+/// Draws into memory. An OffscreenDisplay must live.
+/// @param width, height  of the result; the scene is drawn kSupersampling times larger
+/// @param before_drawing  called once the renderers know their size
+Picture render_offscreen(const std::vector<vtkRenderer*>& layers, int width, int height,
+                         const std::function<void()>& before_drawing = {});
+
+}  // namespace angio::viewer::detail

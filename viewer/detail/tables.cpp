@@ -1,0 +1,249 @@
+#include "viewer/detail/tables.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <string_view>
+
+#include "core/error.hpp"
+#include "viewer/detail/html.hpp"
+
+namespace angio::viewer::detail {
+namespace {
+
+using nlohmann::ordered_json;
+
+struct Wording {
+  const char* key;
+  const char* label;
+  const char* unit;
+  int decimals;
+};
+
+/// CONTRACT's keys, "group.key", in the order of the tables.
+constexpr std::array kWordings{
+    Wording{"lesion.centerline_id", "Centreline", "", 0},
+    Wording{"lesion.abscissa_mm", "Distance from the inlet", "mm", 1},
+    Wording{"lesion.mld_mm", "Minimal lumen diameter (MLD)", "mm", 2},
+    Wording{"lesion.mla_mm2", "Minimal lumen area (MLA)", "mm²", 2},
+    Wording{"lesion.reference_diameter_mm", "Reference diameter", "mm", 2},
+    Wording{"lesion.reference_rule", "Rule for the reference", "", 0},
+    Wording{"lesion.diameter_stenosis_percent", "Diameter stenosis", "%", 1},
+    Wording{"lesion.length_mm", "Length", "mm", 1},
+    Wording{"balloon.nominal_diameter_mm", "Nominal diameter", "mm", 2},
+    Wording{"balloon.length_mm", "Length", "mm", 1},
+    Wording{"balloon.material", "Material", "", 0},
+    Wording{"balloon.peak_pressure_atm", "Peak pressure", "atm", 2},
+    Wording{"balloon.peak_diameter_mm", "Diameter at peak", "mm", 2},
+    Wording{"balloon.balloon_to_artery_ratio", "Balloon-to-artery ratio", "", 2},
+    Wording{"result.mld_mm", "Minimal lumen diameter (MLD)", "mm", 2},
+    Wording{"result.mla_mm2", "Minimal lumen area (MLA)", "mm²", 2},
+    Wording{"result.diameter_stenosis_percent", "Residual diameter stenosis", "%", 1},
+    Wording{"result.acute_gain_mm", "Acute gain (MLD after − before)", "mm", 2},
+    Wording{"result.recoil_mm", "Recoil (balloon at peak − MLD after)", "mm", 2},
+    Wording{"result.recoil_percent", "Recoil, of the balloon's diameter", "%", 1},
+    Wording{"simulation.backend", "Backend", "", 0},
+    Wording{"simulation.device", "Device", "", 0},
+    Wording{"simulation.frame_count", "Frames", "", 0},
+    Wording{"simulation.simulated_s", "Simulated time", "s", 2},
+    Wording{"simulation.wall_s", "Computing time", "s", 1},
+    Wording{"simulation.frames_per_second", "Frames per second", "1/s", 1},
+    Wording{"simulation.real_time_factor", "Simulated / computing time", "", 2},
+    Wording{"simulation.max_penetration_mm", "Deepest penetration", "mm", 4},
+    Wording{"simulation.inverted_air_tets", "Inverted air tetrahedra, worst frame", "", 0},
+    Wording{"mesh.lumen_triangles", "Lumen triangles", "", 0},
+    Wording{"mesh.lumen_vertices", "Lumen vertices", "", 0},
+    Wording{"mesh.watertight", "Watertight when capped", "", 0},
+    Wording{"mesh.self_intersections", "Self-intersections", "", 0},
+    Wording{"mesh.min_angle_degrees", "Least angle", "°", 1},
+    Wording{"run.version", "Version", "", 0},
+    Wording{"run.backend", "Backend", "", 0},
+    Wording{"run.device", "Device", "", 0},
+    Wording{"run.input", "Input", "", 0},
+    Wording{"run.input_sha256", "Input SHA-256", "", 0},
+    Wording{"run.case", "Case", "", 0},
+    Wording{"run.program", "Program", "", 0},
+    Wording{"stage.status", "Status", "", 0},
+    Wording{"stage.seconds", "Time", "s", 1},
+    Wording{"stage.peak_memory_mib", "Peak memory", "MiB", 0},
+};
+
+constexpr std::array<std::array<const char*, 2>, 5> kGroupTitles{
+    {{"lesion", "Lesion, before"},
+     {"balloon", "Balloon"},
+     {"result", "Result, after deflation"},
+     {"simulation", "Simulation"},
+     {"mesh", "Surface mesh"}}};
+
+ordered_json parse_object(const std::string& json, const char* name) {
+  if (json.empty()) return ordered_json::object();
+  ordered_json parsed = ordered_json::parse(json, nullptr, false);
+  if (!parsed.is_object())
+    throw InputError(std::string(name) +
+                     " is damaged (not a JSON object). Run the simulation stage again");
+  return parsed;
+}
+
+const Wording* find_wording(const std::string& key) {
+  const auto found = std::find_if(kWordings.begin(), kWordings.end(),
+                                  [&](const Wording& w) { return key == w.key; });
+  return found == kWordings.end() ? nullptr : &*found;
+}
+
+/// A key that has no wording still has its unit at the end, by the naming rules.
+const char* unit_of(std::string_view key) {
+  constexpr std::array<std::array<const char*, 2>, 8> kUnits{{{"_mm", "mm"},
+                                                              {"_mm2", "mm²"},
+                                                              {"_mm3", "mm³"},
+                                                              {"_percent", "%"},
+                                                              {"_atm", "atm"},
+                                                              {"_kpa", "kPa"},
+                                                              {"_degrees", "°"},
+                                                              {"_s", "s"}}};
+  for (const auto& [suffix, unit] : kUnits)
+    if (key.ends_with(suffix)) return unit;
+  return "";
+}
+
+/// A value as people read it, unescaped.
+std::string value_text(const ordered_json& value, int decimals) {
+  if (value.is_null()) return "–";
+  if (value.is_boolean()) return value.get<bool>() ? "yes" : "no";
+  if (value.is_number_integer()) return std::to_string(value.get<long long>());
+  if (value.is_number()) return fixed_text(value.get<double>(), decimals);
+  if (value.is_string()) return value.get<std::string>();
+  return value.dump();
+}
+
+std::string row(const std::string& prefix, const std::string& key, const ordered_json& value) {
+  const Wording* wording = find_wording(prefix + "." + key);
+  const std::string label = wording ? wording->label : key;
+  const std::string unit = wording ? wording->unit : unit_of(key);
+  std::string shown = value_text(value, wording ? wording->decimals : 3);
+  if (!unit.empty() && !value.is_null()) shown += (unit == "°" ? "" : " ") + unit;
+  const char* css = value.is_number() || value.is_null() ? " class=\"number\"" : "";
+  return "<tr><th scope=\"row\">" + escape_html(label) + "</th><td" + css + ">" +
+         escape_html(shown) + "</td></tr>";
+}
+
+/// Known keys in the order of the wordings, then the others.
+std::string rows(const std::string& prefix, const ordered_json& object) {
+  std::string out;
+  for (const Wording& wording : kWordings) {
+    const std::string_view key = wording.key;
+    if (!key.starts_with(prefix + ".")) continue;
+    const std::string name(key.substr(prefix.size() + 1));
+    if (object.contains(name)) out += row(prefix, name, object[name]);
+  }
+  for (const auto& [key, value] : object.items())
+    if (!find_wording(prefix + "." + key) && value.is_primitive()) out += row(prefix, key, value);
+  return out;
+}
+
+std::string table(const std::string& title, const std::string& body) {
+  if (body.empty()) return {};
+  return "<div class=\"table\"><h3>" + escape_html(title) + "</h3><table>" + body +
+         "</table></div>";
+}
+
+std::string card(const std::string& value, const std::string& label, const std::string& detail) {
+  return "<div class=\"card\"><div class=\"value\">" + escape_html(value) +
+         "</div><div class=\"label\">" + escape_html(label) + "</div><div class=\"detail\">" +
+         escape_html(detail) + "</div></div>";
+}
+
+std::string shown(const std::optional<double>& value, int decimals, const char* unit) {
+  return value ? fixed_text(*value, decimals) + unit : "–";
+}
+
+std::string change(const std::optional<double>& before, const std::optional<double>& after,
+                   int decimals, const char* unit) {
+  return shown(before, decimals, "") + " → " + shown(after, decimals, unit);
+}
+
+}  // namespace
+
+struct Metrics::Content {
+  ordered_json root;
+};
+
+Metrics::Metrics(const std::string& json)
+    : content_(std::make_unique<Content>(Content{parse_object(json, "metrics.json")})) {}
+Metrics::~Metrics() = default;
+Metrics::Metrics(Metrics&&) noexcept = default;
+Metrics& Metrics::operator=(Metrics&&) noexcept = default;
+
+std::optional<double> Metrics::number(const char* group, const char* key) const {
+  const auto found = content_->root.find(group);
+  if (found == content_->root.end() || !found->is_object()) return std::nullopt;
+  const auto value = found->find(key);
+  if (value == found->end() || !value->is_number()) return std::nullopt;
+  const double number = value->get<double>();
+  return std::isfinite(number) ? std::optional<double>(number) : std::nullopt;
+}
+
+std::string Metrics::text(const char* group, const char* key) const {
+  const auto found = content_->root.find(group);
+  if (found == content_->root.end() || !found->is_object()) return {};
+  const auto value = found->find(key);
+  return value != found->end() && value->is_string() ? value->get<std::string>() : std::string();
+}
+
+std::string Metrics::tables() const {
+  std::string out;
+  for (const auto& [group, title] : kGroupTitles)
+    if (content_->root.contains(group) && content_->root[group].is_object())
+      out += table(title, rows(group, content_->root[group]));
+  return out;
+}
+
+std::string headline_cards(const Metrics& metrics) {
+  const auto lesion = [&](const char* key) { return metrics.number("lesion", key); };
+  const auto result = [&](const char* key) { return metrics.number("result", key); };
+  const auto balloon = [&](const char* key) { return metrics.number("balloon", key); };
+  std::string out;
+  out += card(
+      change(lesion("diameter_stenosis_percent"), result("diameter_stenosis_percent"), 0, " %"),
+      "Diameter stenosis",
+      "reference diameter " + shown(lesion("reference_diameter_mm"), 2, " mm"));
+  out += card(change(lesion("mld_mm"), result("mld_mm"), 2, " mm"), "Minimal lumen diameter",
+              "acute gain " + shown(result("acute_gain_mm"), 2, " mm"));
+  out += card(change(lesion("mla_mm2"), result("mla_mm2"), 2, " mm²"), "Minimal lumen area",
+              "before → after deflation");
+  out += card(shown(result("recoil_mm"), 2, " mm"), "Elastic recoil",
+              shown(result("recoil_percent"), 0, " %") + " of the balloon's diameter at peak");
+  out += card(
+      shown(balloon("nominal_diameter_mm"), 2, "") + " × " + shown(balloon("length_mm"), 0, " mm"),
+      "Balloon", "balloon-to-artery ratio " + shown(balloon("balloon_to_artery_ratio"), 2, ""));
+  out += card(shown(balloon("peak_pressure_atm"), 1, " atm"), "Peak pressure",
+              "diameter at peak " + shown(balloon("peak_diameter_mm"), 2, " mm"));
+  return out;
+}
+
+std::string run_tables(const std::string& json) {
+  const ordered_json run = parse_object(json, "run.json");
+  std::string out = table("Run", rows("run", run));
+  if (run.contains("stages") && run["stages"].is_object()) {
+    std::string body =
+        "<tr><th scope=\"col\">Stage</th><th scope=\"col\">Status</th><th scope=\"col\">Time</th>"
+        "<th scope=\"col\">Peak memory</th></tr>";
+    for (const auto& [name, stage] : run["stages"].items()) {
+      if (!stage.is_object()) continue;
+      body += "<tr><th scope=\"row\">" + escape_html(name) + "</th><td>" +
+              escape_html(stage.contains("status") ? value_text(stage["status"], 0) : "–") +
+              "</td>";
+      for (const auto& [key, unit, decimals] :
+           {std::tuple{"seconds", " s", 1}, std::tuple{"peak_memory_mib", " MiB", 0}}) {
+        const bool has = stage.contains(key) && stage[key].is_number();
+        body += "<td class=\"number\">" +
+                (has ? fixed_text(stage[key].get<double>(), decimals) + unit : "–") + "</td>";
+      }
+      body += "</tr>";
+    }
+    out += table("Stages", body);
+  }
+  return out;
+}
+
+}  // namespace angio::viewer::detail

@@ -1,0 +1,39 @@
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <string>
+
+/// What the report says in words and numbers, from metrics.json and run.json.
+namespace angio::viewer::detail {
+
+/// The numbers of metrics.json; anything missing or null is simply not there.
+class Metrics {
+ public:
+  /// @param json  the file's text; empty means no metrics
+  /// @throws InputError if it is no JSON object
+  explicit Metrics(const std::string& json);
+  ~Metrics();
+  Metrics(Metrics&&) noexcept;
+  Metrics& operator=(Metrics&&) noexcept;
+
+  /// @param group, key  as in CONTRACT: "lesion", "mld_mm"
+  [[nodiscard]] std::optional<double> number(const char* group, const char* key) const;
+  [[nodiscard]] std::string text(const char* group, const char* key) const;  ///< empty if missing
+
+  /// One HTML table a group, with names for people and units; unknown keys are shown as they are.
+  [[nodiscard]] std::string tables() const;
+
+ private:
+  struct Content;
+  std::unique_ptr<Content> content_;
+};
+
+/// The headline numbers as HTML cards.
+std::string headline_cards(const Metrics& metrics);
+
+/// The run as HTML: version, backend and so on, and a row per stage where run.json tells of them.
+/// Empty for an empty text. @throws InputError if it is no JSON object
+std::string run_tables(const std::string& json);
+
+}  // namespace angio::viewer::detail
