@@ -1,0 +1,24 @@
+#pragma once
+
+#include "core/volume.hpp"
+
+namespace angio::segmentation::detail {
+
+/// Signed Euclidean distance [mm] to the zero of a level function, negative where it is negative.
+///
+/// Beside the zero, the distance is that to the plane through the crossings d_x, d_y, d_z that
+/// linear interpolation finds on the voxel's grid lines; its foot is the closest point:
+///
+///     n = (s_x / d_x, s_y / d_y, s_z / d_z),    1 / d^2 = |n|^2,    foot = x + n / |n|^2
+///
+/// Further out every voxel takes over the best of its neighbours' closest points (raster passes
+/// to and fro), so that distances are to the interpolated surface and not to voxels.
+/// Source: Danielsson, "Euclidean distance mapping", CGIP 14, 1980,
+///         doi:10.1016/0146-664X(80)90054-4; the first layer is that of Adalsteinsson & Sethian,
+///         J. Comput. Phys. 148, 1999, doi:10.1006/jcph.1998.6090.
+///
+/// @param level  any continuous function, negative inside; without a zero, all of the result is
+///               infinite with the level's sign
+Volume<float> signed_distance(const Volume<float>& level);
+
+}  // namespace angio::segmentation::detail

@@ -1,0 +1,260 @@
+#include "segmentation/detail/vessel_tree.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "core/error.hpp"
+#include "core/parallel.hpp"
+#include "segmentation/detail/components.hpp"
+#include "segmentation/detail/fields.hpp"
+#include "segmentation/detail/format_number.hpp"
+#include "segmentation/detail/vesselness.hpp"
+
+namespace angio::segmentation::detail {
+namespace {
+
+constexpr float kWeakShare = 0.2f;     ///< of the typical contrast: counts for the half level
+constexpr float kBridgeShare = 0.3f;   ///< joins the tree even below the half level
+constexpr float kStrongShare = 0.5f;   ///< sure to be a vessel
+constexpr double kLevelSpacing = 1.0;  ///< [mm] grid of the half level
+constexpr double kLevelSigma = 2.5;    ///< [mm] reach of the half level
+constexpr double kLeastContrastToNoise = 2.5;
+constexpr double kSeedReach = 1.0;  ///< [mm] a seed may miss its vessel by this
+constexpr double kToleratedNoise = 0.04;
+
+const char* const kAdvice =
+    "Check that the vessels are filled with contrast and brighter than their surroundings, or give "
+    "seeds, intensity bounds or other vessel radii";
+
+/// Doubles in [smallest, largest] at even ratios.
+std::vector<double> scale_radii(const SegmentationOptions& options) {
+  std::vector<double> radii;
+  for (int s = 0; s < options.scale_count; ++s) {
+    const double t = options.scale_count > 1 ? double(s) / (options.scale_count - 1) : 0.5;
+    radii.push_back(options.smallest_radius_mm *
+                    std::pow(options.largest_radius_mm / options.smallest_radius_mm, t));
+  }
+  return radii;
+}
+
+/// The median of C weighted by C^2, which the many weak responses hardly move.
+double typical_contrast(const Volume<float>& contrast) {
+  constexpr std::size_t kBinCount = 4096;
+  const float highest = *std::max_element(contrast.values.begin(), contrast.values.end());
+  if (!(highest > 0.0f)) return 0.0;
+  std::vector<double> weight(kBinCount, 0.0);
+  double total = 0.0;
+  for (float c : contrast.values) {
+    const auto bin = std::min(kBinCount - 1, std::size_t(c / highest * float(kBinCount)));
+    const double w = double(c) * double(c);
+    weight[bin] += w;
+    total += w;
+  }
+  double sum = 0.0;
+  std::size_t bin = 0;
+  while (bin + 1 < kBinCount && (sum += weight[bin]) < 0.5 * total) ++bin;
+  return (double(bin) + 0.5) / double(kBinCount) * double(highest);
+}
+
+/// Averages of weight C^2, and of C^2 (I - C / 2), around each place.
+struct HalfLevel {
+  CoarseField weight;
+  CoarseField weighted_level;
+};
+
+HalfLevel half_level(const Volume<float>& smoothed, const Volume<float>& contrast, float typical) {
+  Volume<float> weight(smoothed.geometry);
+  Volume<float> level(smoothed.geometry);
+  const float weak = kWeakShare * typical;
+  parallel_for(smoothed.geometry.size[2], [&](std::ptrdiff_t k) {
+    const std::size_t slice = smoothed.values.size() / std::size_t(smoothed.geometry.size[2]);
+    for (std::size_t v = std::size_t(k) * slice; v < (std::size_t(k) + 1) * slice; ++v) {
+      const float c = contrast.values[v];
+      weight.values[v] = c < weak ? 0.0f : (c / typical) * (c / typical);
+      level.values[v] = weight.values[v] * (smoothed.values[v] - 0.5f * c);
+    }
+  });
+  const auto factor = block_size(smoothed.geometry, kLevelSpacing);
+  return {{smooth(block_average(weight, factor), kLevelSigma), factor},
+          {smooth(block_average(level, factor), kLevelSigma), factor}};
+}
+
+Volume<std::uint8_t> candidates(const Volume<float>& smoothed, const Volume<float>& contrast,
+                                float typical, const SegmentationOptions& options) {
+  constexpr float kLeastWeight = 1e-4f;  // farther than about four reaches from any tube
+  const HalfLevel half = half_level(smoothed, contrast, typical);
+  const auto lowest = float(options.intensity_min.value_or(-1e30));
+  const auto highest = float(options.intensity_max.value_or(1e30));
+  Volume<std::uint8_t> mask(smoothed.geometry, 0);
+  const auto [ni, nj, nk] = smoothed.geometry.size;
+  parallel_for(nk, [&, ni = ni, nj = nj](std::ptrdiff_t k) {
+    const auto width = std::size_t(ni);
+    std::vector<float> weight(width), level(width);
+    for (int j = 0; j < nj; ++j) {
+      half.weight.row(j, int(k), ni, weight.data());
+      half.weighted_level.row(j, int(k), ni, level.data());
+      for (int i = 0; i < ni; ++i) {
+        const float value = smoothed.at(i, j, int(k));
+        const float w = weight[std::size_t(i)];
+        const bool above = w > kLeastWeight && value * w > level[std::size_t(i)];
+        const bool tube = contrast.at(i, j, int(k)) > kBridgeShare * typical;
+        mask.at(i, j, int(k)) = (above || tube) && value >= lowest && value <= highest;
+      }
+    }
+  });
+  return mask;
+}
+
+/// The sum of C over each piece's strong voxels.
+std::vector<double> score_pieces(const Components& pieces, const Volume<float>& contrast,
+                                 float typical) {
+  std::vector<double> score(std::size_t(pieces.count()) + 1, 0.0);
+  for (std::size_t v = 0; v < pieces.label.size(); ++v)
+    if (pieces.label[v] > 0 && contrast.values[v] >= kStrongShare * typical)
+      score[std::size_t(pieces.label[v])] += double(contrast.values[v]);
+  return score;
+}
+
+/// The piece at a user's seed, or at the nearest voxel within reach.
+int piece_at_seed(const Components& pieces, const VolumeGeometry& geometry, const Vec3& seed) {
+  const Vec3 index = geometry.index_from_lps(seed);
+  const std::string where = "the seed at (" + format_number(seed.x) + ", " + format_number(seed.y) +
+                            ", " + format_number(seed.z) + ") mm";
+  const int i = int(std::lround(index.x)), j = int(std::lround(index.y)),
+            k = int(std::lround(index.z));
+  if (!geometry.contains(i, j, k))
+    throw InputError(where + " lies outside the volume (seeds are in LPS). Correct it");
+  int best = 0;
+  double best_distance = kSeedReach;
+  const auto reach = [&](int axis) { return int(std::ceil(kSeedReach / geometry.spacing[axis])); };
+  for (int c = k - reach(2); c <= k + reach(2); ++c)
+    for (int b = j - reach(1); b <= j + reach(1); ++b)
+      for (int a = i - reach(0); a <= i + reach(0); ++a) {
+        if (!geometry.contains(a, b, c)) continue;
+        const int label = pieces.label[geometry.offset(a, b, c)];
+        const double d = distance(geometry.lps_from_index({double(a), double(b), double(c)}), seed);
+        if (label > 0 && (d < best_distance || (a == i && b == j && c == k))) {
+          best = label;
+          best_distance = d;
+        }
+      }
+  if (best == 0)
+    throw InputError(where +
+                     " lies in no vessel (nothing tubular and bright is there). Move it, or leave "
+                     "seeds out");
+  return best;
+}
+
+/// The voxel of the piece with the greatest C: an automatic seed.
+Vec3 strongest_point(const Components& pieces, int piece, const Volume<float>& contrast) {
+  std::size_t best = 0;
+  float highest = -1.0f;
+  for (std::size_t v = 0; v < pieces.label.size(); ++v)
+    if (pieces.label[v] == piece && contrast.values[v] > highest) {
+      highest = contrast.values[v];
+      best = v;
+    }
+  const auto& size = contrast.geometry.size;
+  const std::size_t row = best / std::size_t(size[0]);
+  return contrast.geometry.lps_from_index({double(best % std::size_t(size[0])),
+                                           double(row % std::size_t(size[1])),
+                                           double(row / std::size_t(size[1]))});
+}
+
+double voxel_volume(const VolumeGeometry& geometry) {
+  return geometry.spacing.x * geometry.spacing.y * geometry.spacing.z;
+}
+
+void warn_of_dropped(const Components& pieces, const std::vector<double>& score,
+                     const std::vector<bool>& kept, const SegmentationOptions& options,
+                     VesselTree& tree) {
+  int count = 0;
+  double volume = 0.0;
+  for (std::size_t p = 1; p < kept.size(); ++p) {
+    const double piece = double(pieces.voxel_count[p]) * voxel_volume(tree.mask.geometry);
+    if (kept[p] || score[p] == 0.0 || piece < options.min_component_mm3) continue;
+    ++count;
+    volume += piece;
+  }
+  if (count > 0)
+    tree.warnings.push_back(std::to_string(count) + (count == 1 ? " piece" : " pieces") +
+                            " of vessel without a connection to the tree, " +
+                            format_number(volume) +
+                            " mm3 in all, were left out; give a seed in each that you want");
+}
+
+void keep_pieces(const Components& pieces, const Volume<float>& contrast,
+                 const SegmentationOptions& options, VesselTree& tree) {
+  const auto score = score_pieces(pieces, contrast, float(tree.contrast));
+  std::vector<bool> kept(score.size(), false);
+  for (const Vec3& seed : options.seeds_lps_mm) {
+    kept[std::size_t(piece_at_seed(pieces, contrast.geometry, seed))] = true;
+    tree.seeds_lps_mm.push_back(seed);
+  }
+  if (options.seeds_lps_mm.empty()) {
+    const auto best = std::max_element(score.begin(), score.end()) - score.begin();
+    const double volume =
+        double(pieces.voxel_count[std::size_t(best)]) * voxel_volume(contrast.geometry);
+    if (score[std::size_t(best)] <= 0.0 || volume < options.min_component_mm3)
+      throw InputError(std::string("no vessel was found (every bright piece is smaller than "
+                                   "segmentation.min_component_mm3 or not tubular). ") +
+                       kAdvice);
+    kept[std::size_t(best)] = true;
+    tree.seeds_lps_mm.push_back(strongest_point(pieces, int(best), contrast));
+  }
+  for (std::size_t v = 0; v < pieces.label.size(); ++v)
+    tree.mask.values[v] = kept[std::size_t(pieces.label[v])];
+  warn_of_dropped(pieces, score, kept, options, tree);
+}
+
+}  // namespace
+
+double noise_deviation(const Volume<float>& volume) {
+  constexpr double kFromMad = 1.4826;
+  const double second_difference = std::sqrt(6.0);  // of unit white noise
+  constexpr std::size_t kSampleCount = 300000;
+  const auto [ni, nj, nk] = volume.geometry.size;
+  const std::size_t step = std::max<std::size_t>(1, volume.values.size() / kSampleCount);
+  std::vector<float> sample;
+  for (std::size_t v = 0; v < volume.values.size(); v += step) {
+    const int i = int(v % std::size_t(ni)), j = int(v / std::size_t(ni) % std::size_t(nj)),
+              k = int(v / std::size_t(ni) / std::size_t(nj));
+    if (i < 1 || i + 1 >= ni || j < 0 || j >= nj || k >= nk) continue;
+    sample.push_back(
+        std::abs(volume.at(i - 1, j, k) - 2.0f * volume.at(i, j, k) + volume.at(i + 1, j, k)));
+  }
+  if (sample.empty()) return 0.0;
+  const auto middle = sample.begin() + std::ptrdiff_t(sample.size() / 2);
+  std::nth_element(sample.begin(), middle, sample.end());
+  return kFromMad * double(*middle) / second_difference;
+}
+
+double denoising_sigma(const Volume<float>& volume, double noise, double contrast) {
+  // White noise falls by (2 sqrt(pi) s)^(-3/2) under a Gaussian of s voxels.
+  const double excess = noise / (kToleratedNoise * contrast);
+  if (excess <= 1.0) return 0.0;
+  const double sigma_voxels =
+      std::min(1.2, std::pow(excess, 2.0 / 3.0) / (2.0 * std::sqrt(std::numbers::pi)));
+  const Vec3& h = volume.geometry.spacing;
+  return sigma_voxels * std::cbrt(h.x * h.y * h.z);
+}
+
+VesselTree find_vessel_tree(const Volume<float>& volume, const SegmentationOptions& options,
+                            const Progress& progress) {
+  const Volume<float> contrast = tube_contrast(volume, scale_radii(options), progress);
+  VesselTree tree;
+  tree.contrast = typical_contrast(contrast);
+  tree.noise = noise_deviation(volume);
+  if (tree.contrast <= 0.0 || tree.contrast < kLeastContrastToNoise * tree.noise)
+    throw InputError(
+        std::string("no vessel was found (nothing tubular stands out of the noise). ") + kAdvice);
+  const Volume<float> smoothed = smooth(volume, denoising_sigma(volume, tree.noise, tree.contrast));
+  tree.mask = candidates(smoothed, contrast, float(tree.contrast), options);
+  progress.report(0.45, "connecting vessels");
+  keep_pieces(label_components(tree.mask, Connectivity::faces), contrast, options, tree);
+  progress.report(0.55, "connecting vessels");
+  return tree;
+}
+
+}  // namespace angio::segmentation::detail

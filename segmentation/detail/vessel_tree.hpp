@@ -1,0 +1,41 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "core/progress.hpp"
+#include "core/volume.hpp"
+#include "segmentation/segmentation.hpp"
+
+namespace angio::segmentation::detail {
+
+/// Where the vessels are, voxel by voxel; the boundary is found later.
+struct VesselTree {
+  Volume<std::uint8_t> mask;       ///< 1 in the kept tree, on the input's grid
+  std::vector<Vec3> seeds_lps_mm;  ///< the seeds that were used
+  double contrast = 0.0;           ///< typical, of lumen against background [intensity]
+  double noise = 0.0;              ///< standard deviation from voxel to voxel [intensity]
+  std::vector<std::string> warnings;
+};
+
+/// Finds the connected tree of bright tubes.
+///
+/// A voxel belongs to it if it is above the half level of the tubes nearby, I - C / 2 averaged with
+/// weight C^2 (C: tube_contrast), or if C itself is high there, which bridges narrow places whose
+/// peak is below the half level. Of the connected pieces, the one with most contrast in it is
+/// kept, or those with a seed in them.
+///
+/// @throws InputError if there is no vessel, or a seed lies in none
+VesselTree find_vessel_tree(const Volume<float>& volume, const SegmentationOptions& options,
+                            const Progress& progress);
+
+/// Standard deviation [intensity] of the noise from voxel to voxel, from the median absolute
+/// second difference along i, j, k.
+double noise_deviation(const Volume<float>& volume);
+
+/// Standard deviation [mm] of the smoothing that brings noise to about 4 % of the contrast; 0 if
+/// it is below that already.
+double denoising_sigma(const Volume<float>& volume, double noise, double contrast);
+
+}  // namespace angio::segmentation::detail

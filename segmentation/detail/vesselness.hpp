@@ -1,0 +1,30 @@
+#pragma once
+
+#include <vector>
+
+#include "core/progress.hpp"
+#include "core/volume.hpp"
+
+namespace angio::segmentation::detail {
+
+/// Estimates at each voxel the contrast of a bright tube through it [intensity], the largest over
+/// all scales; 0 where there is none above the noise.
+///
+///     C = e s^2 max(0, -l2),    l1 <= l2 <= l3 eigenvalues of the Hessian at scale s
+///
+/// l2 is nearly 0 at plates and edges. On the axis of a tube of radius r and contrast 1,
+/// -s^2 l2 = x exp(-x) with x = r^2 / (2 s^2), which is at most 1/e, at s = r / sqrt(2): there C is
+/// the contrast. Responses under 4.5 standard deviations (from the median absolute deviation over
+/// the whole volume) of their scale count as noise.
+/// Source: Sato et al., "Three-dimensional multi-scale line filter", MedIA 2(2), 1998,
+///         doi:10.1016/S1361-8415(98)80009-1, whose line measure this is without the weight of l3.
+///
+/// @param radii_mm  one scale per radius
+Volume<float> tube_contrast(const Volume<float>& volume, const std::vector<double>& radii_mm,
+                            const Progress& progress);
+
+/// Eigenvalues of a symmetric matrix, ascending, in closed form.
+/// Source: Smith, "Eigenvalues of a symmetric 3 x 3 matrix", CACM 4(4), 1961.
+Vec3T<float> symmetric_eigenvalues(float xx, float yy, float zz, float xy, float xz, float yz);
+
+}  // namespace angio::segmentation::detail

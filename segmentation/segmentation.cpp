@@ -1,0 +1,91 @@
+#include "segmentation/segmentation.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+#include "core/error.hpp"
+#include "segmentation/detail/boundary.hpp"
+#include "segmentation/detail/components.hpp"
+#include "segmentation/detail/fields.hpp"
+#include "segmentation/detail/format_number.hpp"
+#include "segmentation/detail/vessel_tree.hpp"
+
+namespace angio::segmentation {
+namespace {
+
+constexpr double kMarginMm = 5.0;  ///< of background around the tree while its boundary is sought
+
+void check_range(const char* name, double value, double least, double most, const char* unit) {
+  if (value >= least && value <= most) return;
+  throw OptionError("segmentation." + std::string(name) + " is " + detail::format_number(value) +
+                    unit + " (it must be from " + detail::format_number(least) + " to " +
+                    detail::format_number(most) + ")");
+}
+
+void check_volume(const Volume<float>& volume) {
+  if (volume.values.empty() || volume.values.size() != volume.geometry.voxel_count())
+    throw InputError("the volume is empty. Give a volume with voxels");
+  for (int axis = 0; axis < 3; ++axis)
+    if (volume.geometry.size[std::size_t(axis)] < 3)
+      throw InputError(
+          "the volume has fewer than 3 voxels along an axis (no vessel can be seen in "
+          "it). Give a whole volume");
+  const auto [low, high] = std::minmax_element(volume.values.begin(), volume.values.end());
+  if (!(*low < *high))
+    throw InputError(
+        "every voxel has the same intensity (there is nothing in the volume). Check "
+        "the export, or choose another series");
+}
+
+Volume<std::uint8_t> mask_of(const Volume<float>& level_set) {
+  Volume<std::uint8_t> mask(level_set.geometry);
+  for (std::size_t v = 0; v < mask.values.size(); ++v) mask.values[v] = level_set.values[v] < 0.0f;
+  return mask;
+}
+
+}  // namespace
+
+void SegmentationOptions::validate() const {
+  check_range("smallest_radius_mm", smallest_radius_mm, 0.1, 20.0, " mm");
+  check_range("largest_radius_mm", largest_radius_mm, 0.2, 30.0, " mm");
+  check_range("scale_count", scale_count, 1, 8, "");
+  check_range("min_component_mm3", min_component_mm3, 0.0, 1e6, " mm3");
+  if (!(largest_radius_mm >= smallest_radius_mm))
+    throw OptionError(
+        "segmentation.largest_radius_mm is smaller than "
+        "segmentation.smallest_radius_mm (no vessel fits between). Exchange them");
+  if (intensity_min && intensity_max && !(*intensity_min < *intensity_max))
+    throw OptionError(
+        "segmentation.intensity_min is not below segmentation.intensity_max (no "
+        "intensity fits between). Exchange them");
+  for (const Vec3& seed : seeds_lps_mm)
+    if (!std::isfinite(seed.x) || !std::isfinite(seed.y) || !std::isfinite(seed.z))
+      throw OptionError("segmentation.seeds_lps_mm holds a value that is not a number");
+}
+
+Segmentation segment_vessels(const Volume<float>& volume, const SegmentationOptions& options,
+                             const Progress& progress) {
+  options.validate();
+  check_volume(volume);
+  detail::VesselTree tree = detail::find_vessel_tree(volume, options, progress);
+
+  const detail::VoxelBox box = detail::bounding_box(tree.mask, kMarginMm);
+  const Volume<float> around = detail::crop(volume, box);
+  const Volume<float> denoised =
+      detail::smooth(around, detail::denoising_sigma(volume, tree.noise, tree.contrast));
+  detail::Boundary boundary =
+      detail::find_boundary(denoised, detail::crop(tree.mask, box), options, progress);
+
+  Segmentation result;
+  result.level_set = std::move(boundary.level_set);
+  result.mask = mask_of(result.level_set);
+  result.seeds_lps_mm = std::move(tree.seeds_lps_mm);
+  result.lumen_intensity = boundary.lumen_intensity;
+  result.background_intensity = boundary.background_intensity;
+  result.warnings = std::move(tree.warnings);
+  progress.report(1.0, "vessels segmented");
+  return result;
+}
+
+}  // namespace angio::segmentation
