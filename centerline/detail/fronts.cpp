@@ -2,10 +2,8 @@
 
 #include <algorithm>
 #include <limits>
-#include <map>
 #include <numeric>
 #include <queue>
-#include <set>
 #include <utility>
 
 namespace angio::centerline {
@@ -131,107 +129,6 @@ std::vector<LumenEnd> find_maxima(const LumenVoxels& lumen, const Front& lengths
     return a.prominence != b.prominence ? a.prominence > b.prominence : a.voxel < b.voxel;
   });
   return ends;
-}
-
-namespace {
-
-/// The connected voxels around a maximum whose length is above `level`, and the layer below.
-struct Cap {
-  std::vector<int> voxels;
-  std::vector<int> layer;
-};
-
-Cap gather_cap(const LumenVoxels& lumen, const Front& lengths, int tip, double level) {
-  Cap cap;
-  std::set<int> seen{tip}, below;
-  cap.voxels.push_back(tip);
-  for (std::size_t next = 0; next < cap.voxels.size(); ++next)
-    for (int n = 0; n < kNeighborCount; ++n) {
-      const int w = lumen.neighbor(cap.voxels[next], n);
-      if (w < 0) continue;
-      if (lengths.cost[std::size_t(w)] <= level)
-        below.insert(w);
-      else if (seen.insert(w).second)
-        cap.voxels.push_back(w);
-    }
-  cap.layer.assign(below.begin(), below.end());
-  return cap;
-}
-
-/// The piece of the layer each of its voxels is in; the number of pieces.
-int label_layer(const LumenVoxels& lumen, const std::vector<int>& layer,
-                std::map<int, int>& piece_of) {
-  for (const int v : layer) piece_of[v] = -1;
-  int count = 0;
-  std::vector<int> stack;
-  for (const int seed : layer) {
-    if (piece_of[seed] >= 0) continue;
-    piece_of[seed] = count;
-    stack.assign(1, seed);
-    while (!stack.empty()) {
-      const int v = stack.back();
-      stack.pop_back();
-      for (int n = 0; n < kNeighborCount; ++n) {
-        const auto it = piece_of.find(lumen.neighbor(v, n));
-        if (it == piece_of.end() || it->second >= 0) continue;
-        it->second = count;
-        stack.push_back(it->first);
-      }
-    }
-    ++count;
-  }
-  return count;
-}
-
-/// Labels a cap's voxels by the piece of the layer that their shortest path came through.
-std::map<int, int> label_by_origin(const Front& lengths, const Cap& cap,
-                                   const std::map<int, int>& piece_of) {
-  std::vector<int> order = cap.voxels;
-  std::sort(order.begin(), order.end(), [&](int a, int b) {
-    const double la = lengths.cost[std::size_t(a)], lb = lengths.cost[std::size_t(b)];
-    return la != lb ? la < lb : a < b;
-  });
-  std::map<int, int> origin = piece_of;
-  for (const int v : order) {
-    const auto it = origin.find(lengths.previous[std::size_t(v)]);
-    origin[v] = it == origin.end() ? -1 : it->second;
-  }
-  return origin;
-}
-
-}  // namespace
-
-std::vector<int> cut_loops(LumenVoxels& lumen, const Front& lengths,
-                           const std::vector<LumenEnd>& maxima) {
-  std::vector<int> at_cut;
-  for (const LumenEnd& end : maxima) {
-    // The deepest voxel near the maximum tells how thick the vessel is there.
-    double radius = 0.0;
-    for (int v = end.voxel, steps = 0; v >= 0 && steps < 40; ++steps) {
-      radius = std::max(radius, double(lumen.depth[std::size_t(v)]));
-      v = lengths.previous[std::size_t(v)];
-      if (v >= 0 && lengths.cost[std::size_t(end.voxel)] - lengths.cost[std::size_t(v)] >
-                        0.5 * end.prominence)
-        break;
-    }
-    const double height = std::min(3.0 * radius, 0.5 * end.prominence);
-    const Cap cap =
-        gather_cap(lumen, lengths, end.voxel, lengths.cost[std::size_t(end.voxel)] - height);
-    std::map<int, int> piece_of;
-    if (label_layer(lumen, cap.layer, piece_of) < 2) continue;
-    const std::map<int, int> origin = label_by_origin(lengths, cap, piece_of);
-    for (const int v : cap.voxels)
-      for (int n = 0; n < kNeighborCount; ++n) {
-        const auto it = origin.find(lumen.neighbor(v, n));
-        if (it == origin.end() || it->second == origin.at(v)) continue;
-        at_cut.push_back(v);
-        at_cut.push_back(it->first);
-        lumen.cut(v, n);
-      }
-  }
-  std::sort(at_cut.begin(), at_cut.end());
-  at_cut.erase(std::unique(at_cut.begin(), at_cut.end()), at_cut.end());
-  return at_cut;
 }
 
 }  // namespace angio::centerline

@@ -43,14 +43,14 @@ struct LumenEnd {
 std::vector<LumenEnd> find_maxima(const LumenVoxels& lumen, const Front& lengths,
                                   double least_prominence);
 
-/// Finds the maxima that are no ends but places where two fronts met (a loop of vessels), and cuts
-/// the lumen there, so that both halves get an end.
+/// Finds loops of vessels and cuts the lumen there, so that every stretch of a loop gets an end.
 ///
-/// A maximum is such a place when the part of the lumen within a few radii of it was reached from
-/// two sides: the layer of voxels before it has two pieces.
+/// What the paths to the ends do not run through, though it is long and hangs on to them at two
+/// places or more, is the other way round a loop. It is cut off where it was reached last.
 ///
+/// @param paths  voxel paths from the source to the ends
 /// @return the voxels next to a cut
 std::vector<int> cut_loops(LumenVoxels& lumen, const Front& lengths,
-                           const std::vector<LumenEnd>& maxima);
+                           const std::vector<std::vector<int>>& paths);
 
 }  // namespace angio::centerline

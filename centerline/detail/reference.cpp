@@ -104,11 +104,25 @@ Fit fit_healthy(const Samples& samples) {
   return fit;
 }
 
+/// The radius of the vessel at an end of a path. The sections right at an oblique cap are cut off
+/// by it, so it is the greatest radius within two diameters.
+double tip_radius(const CenterlinePath& path, bool at_front) {
+  double radius = 0.0;
+  const double tip = at_front ? path.abscissa.front() : path.abscissa.back();
+  const std::size_t count = path.points.size();
+  for (std::size_t k = 0; k < count; ++k) {
+    const std::size_t i = at_front ? k : count - 1 - k;
+    if (std::abs(path.abscissa[i] - tip) > 4.0 * radius && k > 0) break;
+    radius = std::max(radius, path.inscribed_radius[i]);
+  }
+  return radius;
+}
+
 /// The samples of points [first, last], without the tips of the path.
 Samples take_samples(const CenterlinePath& path, int first, int last) {
   Samples samples;
-  const double begin = path.abscissa.front() + kTip * 2.0 * path.inscribed_radius.front();
-  const double end = path.abscissa.back() - kTip * 2.0 * path.inscribed_radius.back();
+  const double begin = path.abscissa.front() + kTip * 2.0 * tip_radius(path, true);
+  const double end = path.abscissa.back() - kTip * 2.0 * tip_radius(path, false);
   for (int index = first; index <= last; ++index) {
     const auto i = std::size_t(index);
     if (path.abscissa[i] < begin || path.abscissa[i] > end) continue;

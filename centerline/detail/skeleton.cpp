@@ -56,31 +56,34 @@ std::vector<LumenEnd> prune_spurs(const LumenVoxels& lumen, const Front& centere
 
 struct Ends {
   std::vector<LumenEnd> ends;
-  int loops = 0;
+  bool found_loop = false;
 };
 
 /// The ends seen from `source`, spurs left out, loops cut.
+/// @param near_cut  1 for the voxels next to a cut so far, shape [voxel]
 Ends find_ends(LumenVoxels& lumen, int source, double min_length, std::vector<char>& near_cut) {
   Ends result;
-  const Front lengths = march_lengths(lumen, source);
-  constexpr int kMostRounds = 8;  // a cut can lay open another loop; more than this is a sponge
+  constexpr int kMostRounds = 6;  // a cut can lay open another loop; more than this is a sponge
   for (int round = 0;; ++round) {
+    const Front lengths = march_lengths(lumen, source);
+    const Front centered = march_centered(lumen, source);
     const auto maxima = find_maxima(lumen, lengths, 2.0 * voxel_size(lumen));
-    result.ends = prune_spurs(lumen, march_centered(lumen, source), maxima, min_length);
-    if (round == kMostRounds) break;
-    const std::vector<int> cut = cut_loops(lumen, lengths, result.ends);
-    if (cut.empty()) break;
-    ++result.loops;
+    result.ends = prune_spurs(lumen, centered, maxima, min_length);
+    for (LumenEnd& end : result.ends) {
+      const double reach = 2.0 * voxel_size(lumen);
+      for (int v = end.voxel;
+           v >= 0 && distance(lumen.position(v), lumen.position(end.voxel)) <= reach;
+           v = lengths.previous[std::size_t(v)])
+        end.at_loop_cut = end.at_loop_cut || near_cut[std::size_t(v)] != 0;
+    }
+    if (round == kMostRounds) return result;
+    std::vector<std::vector<int>> paths;
+    for (const LumenEnd& end : result.ends) paths.push_back(trace(centered, end.voxel));
+    const std::vector<int> cut = cut_loops(lumen, lengths, paths);
+    if (cut.empty()) return result;
+    result.found_loop = true;
     for (const int v : cut) near_cut[std::size_t(v)] = 1;
   }
-  for (LumenEnd& end : result.ends) {
-    int v = end.voxel;
-    for (int back = 0; back < 4 && v >= 0; ++back) {
-      end.at_loop_cut = end.at_loop_cut || near_cut[std::size_t(v)] != 0;
-      v = lengths.previous[std::size_t(v)];
-    }
-  }
-  return result;
 }
 
 /// The vessel's radius a bit inside of an end: the mean depth over two diameters past its cap.
@@ -159,17 +162,20 @@ Skeleton find_skeleton(LumenVoxels& lumen, const CenterlineOptions& options) {
       int(std::max_element(lumen.depth.begin(), lumen.depth.end()) - lumen.depth.begin());
   const int root = farthest(march_lengths(lumen, deepest));
   std::vector<char> near_cut(std::size_t(lumen.count()), 0);
+  const std::vector<std::uint32_t> uncut = lumen.links;
   Ends ends = find_ends(lumen, root, options.min_branch_length_mm, near_cut);
   check_tubular(lumen, root, ends.ends.front().voxel);
-  int loops = ends.loops;
+  bool found_loop = ends.found_loop;
 
   std::vector<int> all_ends{root};
   for (const LumenEnd& end : ends.ends) all_ends.push_back(end.voxel);
   const int inlet = options.inlet_lps_mm ? snap(lumen, *options.inlet_lps_mm, all_ends)
                                          : widest_end(lumen, root, ends.ends);
   if (inlet != root) {
+    lumen.links = uncut;  // a loop is cut where the blood from the inlet meets, not from the root
+    near_cut.assign(near_cut.size(), 0);
     ends = find_ends(lumen, inlet, options.min_branch_length_mm, near_cut);
-    loops += ends.loops;
+    found_loop = ends.found_loop;
   }
   if (!options.outlets_lps_mm.empty()) {
     std::vector<int> found;
@@ -187,10 +193,10 @@ Skeleton find_skeleton(LumenVoxels& lumen, const CenterlineOptions& options) {
                    [&](const auto& a, const auto& b) {
                      return chain_length(lumen, a.voxels) > chain_length(lumen, b.voxels);
                    });
-  if (loops > 0)
+  if (found_loop)
     skeleton.warnings.push_back(
         "the vessels form a loop (for example the circle of Willis, or two vessels that touch); it "
-        "was cut half way round, and lines end there");
+        "was cut, and lines end there");
   return skeleton;
 }
 
