@@ -43,6 +43,16 @@ if(ANGIO_CUDA_ENABLED)
     message(FATAL_ERROR "CUDA ${CMAKE_CUDA_COMPILER_VERSION} is too old (it has no C++20). Install "
       "12.0 or newer, or configure with -DANGIO_CUDA=OFF")
   endif()
+  # The CUDA standard, in one place. CMake 3.25 does not know nvcc's flag for C++20 (3.26 does).
+  if(NOT CMAKE_CUDA20_STANDARD_COMPILE_OPTION)
+    set(CMAKE_CUDA20_STANDARD_COMPILE_OPTION "-std=c++20")
+    set(CMAKE_CUDA20_EXTENSION_COMPILE_OPTION "-std=c++20")
+    list(APPEND CMAKE_CUDA20_COMPILE_FEATURES "cuda_std_20")
+    list(APPEND CMAKE_CUDA_COMPILE_FEATURES "cuda_std_20")
+  endif()
+  set(CMAKE_CUDA_STANDARD 20)
+  set(CMAKE_CUDA_STANDARD_REQUIRED ON)
+  set(CMAKE_CUDA_EXTENSIONS OFF)
   message(STATUS "CUDA: nvcc ${CMAKE_CUDA_COMPILER_VERSION}, for ${ANGIO_CUDA_ARCHITECTURES}")
 elseif(angio_cuda_sources)
   message(STATUS "CUDA: not used (no nvcc, or ANGIO_CUDA is OFF)")
@@ -56,11 +66,8 @@ function(angio_add_cuda_sources target)
   endif()
   target_sources(${target} PRIVATE ${ARGN})
   target_compile_definitions(${target} PRIVATE ANGIO_HAS_CUDA)
-  set_target_properties(${target} PROPERTIES
-    CUDA_RUNTIME_LIBRARY Static
-    CUDA_STANDARD_REQUIRED OFF)
-  # CMake 3.25 does not know nvcc's C++20, so the flag is given by hand, here only.
+  set_target_properties(${target} PROPERTIES CUDA_RUNTIME_LIBRARY Static)
   target_compile_options(${target} PRIVATE
-    $<$<COMPILE_LANGUAGE:CUDA>:-std=c++20 -Xcompiler=-Wall,-Wextra>
+    $<$<COMPILE_LANGUAGE:CUDA>:-Xcompiler=-Wall,-Wextra>
     $<$<AND:$<COMPILE_LANGUAGE:CUDA>,$<BOOL:${ANGIO_WARNINGS_AS_ERRORS}>>:-Werror=all-warnings>)
 endfunction()
