@@ -64,7 +64,8 @@ Frame make_frame(const Chart& chart, std::vector<double>& x_ticks, std::vector<d
   if (x.high - x.low <= 0.0) x.high = x.low + 1.0;
   if (y.high - y.low <= 0.0) y.high = y.low + 1.0;
   x_ticks = round_ticks(x.low, x.high, 8);
-  y_ticks = round_ticks(y.low, y.high, 5);
+  constexpr double kHeadroom = 1.08;  // for the names of the bands
+  y_ticks = round_ticks(y.low, y.high * (y.high > 0.0 ? kHeadroom : 1.0), 5);
   Frame frame;
   frame.x_low = x.low;
   frame.x_high = x.high;

@@ -11,9 +11,9 @@
 namespace angio::viewer::detail {
 namespace {
 
-constexpr Rgb kBefore{70, 200, 255};      // contour before the dilation
-constexpr Rgb kAfter{255, 160, 40};       // contour after it
-constexpr int kProjectionLongSide = 420;  // [pixel]
+constexpr Rgb kBefore{70, 200, 255};  // contour before the dilation
+constexpr Rgb kAfter{255, 160, 40};   // contour after it
+constexpr int kProjectionPixels = 420;
 constexpr int kSlicePixels = 380;
 constexpr int kTilePixels = 168;
 constexpr int kTileColumns = 6;
@@ -125,23 +125,27 @@ void draw_silhouette(cv::Mat& picture, const Projection& projection, const Trian
   cv::drawContours(picture, outlines, -1, cv_color(kBefore), 1, cv::LINE_AA);
 }
 
-Figure draw_projection(const Projection& projection, const ReportContent& content) {
-  const double width_mm = projection.width * projection.pixel_width_mm;
-  const double height_mm = projection.height * projection.pixel_height_mm;
-  const double per_mm = kProjectionLongSide / std::max(width_mm, height_mm);
-  const int width = std::max(1, int(std::lround(width_mm * per_mm)));
-  const int height = std::max(1, int(std::lround(height_mm * per_mm)));
+/// A projection on a square; all three share one scale.
+Figure draw_projection(const Projection& projection, const ReportContent& content,
+                       double pixels_per_mm) {
+  const auto pixels = [&](double mm) {
+    return std::clamp(int(std::lround(mm * pixels_per_mm)), 1, kProjectionPixels);
+  };
+  const cv::Size size(pixels(projection.width * projection.pixel_width_mm),
+                      pixels(projection.height * projection.pixel_height_mm));
   cv::Mat picture = grey_picture(projection.values, projection.width, projection.height,
                                  window_of(projection.values));
-  const bool is_larger = width >= projection.width && height >= projection.height;
-  cv::resize(picture, picture, {width, height}, 0, 0,
-             is_larger ? cv::INTER_LINEAR : cv::INTER_AREA);
+  const bool is_larger = size.width >= projection.width && size.height >= projection.height;
+  cv::resize(picture, picture, size, 0, 0, is_larger ? cv::INTER_LINEAR : cv::INTER_AREA);
   draw_silhouette(picture, projection, content.lumen, content.volume->geometry,
-                  double(width) / projection.width, double(height) / projection.height);
-  draw_scale(picture, 1.0 / per_mm);
-  draw_sides(picture, projection.name);
+                  double(size.width) / projection.width, double(size.height) / projection.height);
+  cv::Mat square(kProjectionPixels, kProjectionPixels, CV_8UC3, cv::Scalar(0, 0, 0));
+  picture.copyTo(square(cv::Rect((kProjectionPixels - size.width) / 2,
+                                 (kProjectionPixels - size.height) / 2, size.width, size.height)));
+  draw_scale(square, 1.0 / pixels_per_mm);
+  draw_sides(square, projection.name);
   return {"projection_" + projection.name + ".png", projection.name + " projection",
-          to_picture(picture)};
+          to_picture(square)};
 }
 
 /// The widest radius within a distance of the lesion along its line [mm].
@@ -191,8 +195,13 @@ std::vector<Figure> draw_projections(const ReportContent& content) {
   if (!content.volume) return figures;
   constexpr double kMarginMm = 10.0;
   const VoxelBox box = box_around(content.volume->geometry, content.lumen.vertices, kMarginMm);
-  for (const Projection& projection : project_maximum(*content.volume, box))
-    figures.push_back(draw_projection(projection, content));
+  const std::vector<Projection> projections = project_maximum(*content.volume, box);
+  double longest_mm = 0.0;
+  for (const Projection& projection : projections)
+    longest_mm = std::max({longest_mm, projection.width * projection.pixel_width_mm,
+                           projection.height * projection.pixel_height_mm});
+  for (const Projection& projection : projections)
+    figures.push_back(draw_projection(projection, content, kProjectionPixels / longest_mm));
   return figures;
 }
 

@@ -48,18 +48,25 @@ struct CloseUp {
     frame =
         path ? frame_lesion(walls, context, *path, content.lesion_abscissa_mm) : frame_tree(walls);
     const double aspect = frame.half_width_mm / frame.half_height_mm;
-    height = int(std::clamp(double(kCloseUpWidth) / aspect, 260.0, 620.0));
+    height = int(std::clamp(double(kCloseUpWidth) / aspect, 240.0, 620.0));
+    // A tall frame must still fit: then the width shows more than asked for.
+    frame.half_width_mm =
+        std::max(frame.half_width_mm, frame.half_height_mm * kCloseUpWidth / height);
   }
-  [[nodiscard]] double aspect() const { return double(kCloseUpWidth) / height; }
 };
 
-Picture render_close_up(vtkRenderer* renderer, const CloseUp& close_up) {
+/// @param strip_height  free paper below the scene [pixel]
+Picture render_close_up(vtkRenderer* renderer, const CloseUp& close_up, int strip_height = 0) {
   if (!close_up.context.triangles.empty())
     renderer->AddActor(make_surface(close_up.context, {colors::kSurroundings, 0.25}));
-  aim(renderer, close_up.frame, close_up.aspect());
+  const int height = close_up.height + strip_height;
+  ViewFrame frame = close_up.frame;
+  frame.half_height_mm = frame.half_width_mm * height / kCloseUpWidth;
+  frame.focus -= (frame.half_width_mm * strip_height / kCloseUpWidth) * frame.up;
+  aim(renderer, frame, double(kCloseUpWidth) / height);
   ScaleBar bar(renderer, kSupersampling, colors::kInk);
   // The bar needs the picture's size, which only a window gives a renderer.
-  return render_offscreen({renderer}, kCloseUpWidth, close_up.height, [&] { bar.update(); });
+  return render_offscreen({renderer}, kCloseUpWidth, height, [&] { bar.update(); });
 }
 
 double highest(const std::vector<double>& values) {
@@ -88,7 +95,7 @@ Figure draw_tree(const ReportContent& content) {
              width * kSupersampling, height * kSupersampling, kSupersampling);
   }
   ScaleBar bar(renderer, kSupersampling, colors::kInk);
-  const auto axes = make_axes(renderer);
+  const auto axes = make_axes(renderer, width, height);
   return {"tree.png",
           "The vessel tree as segmented and meshed; the ring marks where the balloon is placed. "
           "Arrows: L to the patient's left, P to the back, H to the head.",
@@ -103,7 +110,7 @@ std::vector<Figure> draw_moments(const ReportContent& content) {
     const auto renderer = make_stage();
     if (!moment.balloon.triangles.empty())
       renderer->AddActor(make_surface(moment.balloon, {colors::kBalloon, 1.0}));
-    renderer->AddActor(make_surface(moment.wall, {colors::kLumen, 0.32}));
+    renderer->AddActor(make_surface(moment.wall, {colors::kLumen, 0.25}));
     figures.push_back({"close_up_" + std::to_string(figures.size() + 1) + ".png", moment.title,
                        render_close_up(renderer, close_up)});
   }
@@ -126,11 +133,15 @@ std::vector<Figure> draw_contact(const ReportContent& content) {
   const auto wall = make_surface(pressed->wall, {colors::kLumen, 1.0});
   color_by(wall, pressed->contact_pressure_kpa, map);
   renderer->AddActor(wall);
-  renderer->AddActor2D(make_color_bar(map, "Contact pressure [kPa]", kSupersampling));
+  constexpr int kStrip = 70;
+  add_color_bar(renderer, map, "contact pressure [kPa]",
+                {0.45 * kCloseUpWidth * kSupersampling, 24.0 * kSupersampling,
+                 0.5 * kCloseUpWidth * kSupersampling, 14.0 * kSupersampling},
+                kSupersampling);
   return {{"contact.png",
-           pressed->title + ": pressure of the balloon on the wall, highest " +
+           pressed->title + ": pressure of the balloon on the wall, at most " +
                fixed_text(high, high < 10.0 ? 2 : 0) + " kPa (seen from outside).",
-           render_close_up(renderer, close_up)}};
+           render_close_up(renderer, close_up, kStrip)}};
 }
 
 }  // namespace angio::viewer::detail

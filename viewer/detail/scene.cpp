@@ -23,6 +23,7 @@
 
 #include "core/error.hpp"
 #include "core/units.hpp"
+#include "viewer/detail/chart.hpp"
 #include "viewer/detail/html.hpp"
 #include "viewer/detail/vtk_arrays.hpp"
 #include "viewer/detail/vtk_messages.hpp"
@@ -36,9 +37,9 @@ std::array<double, 3> unit_rgb(const Rgb& color) {
 
 void shade(vtkProperty* property, const Rgb& color) {
   property->SetColor(unit_rgb(color).data());
-  property->SetAmbient(0.15);
-  property->SetDiffuse(0.85);
-  property->SetSpecular(0.2);
+  property->SetAmbient(0.28);
+  property->SetDiffuse(0.72);
+  property->SetSpecular(0.15);
   property->SetSpecularPower(25.0);
 }
 
@@ -143,29 +144,45 @@ vtkSmartPointer<vtkTextActor> make_text(const std::string& text, int size, const
   return actor;
 }
 
-vtkSmartPointer<vtkScalarBarActor> make_color_bar(vtkColorTransferFunction* map,
-                                                  const std::string& title, int scale) {
-  auto bar = vtkSmartPointer<vtkScalarBarActor>::New();
-  bar->SetLookupTable(map);
-  bar->SetTitle(title.c_str());
-  bar->SetNumberOfLabels(5);
-  bar->SetLabelFormat("%-#.3g");
-  bar->UnconstrainedFontSizeOn();
-  for (vtkTextProperty* property : {bar->GetTitleTextProperty(), bar->GetLabelTextProperty()}) {
-    property->SetFontFamilyToArial();
-    property->SetFontSize(14 * scale);
-    property->SetColor(unit_rgb(colors::kInk).data());
-    property->BoldOff();
-    property->ItalicOff();
-    property->ShadowOff();
+void add_color_bar(vtkRenderer* renderer, vtkColorTransferFunction* map, const std::string& title,
+                   const ColorBarPlace& place, int scale) {
+  constexpr int kSteps = 128;
+  const double high = map->GetRange()[1];
+  vtkNew<vtkPoints> points;
+  vtkNew<vtkCellArray> cells;
+  vtkNew<vtkDoubleArray> values;
+  for (int step = 0; step <= kSteps; ++step) {
+    const double x = place.left + place.width * step / kSteps;
+    points->InsertNextPoint(x, place.bottom, 0.0);
+    points->InsertNextPoint(x, place.bottom + place.height, 0.0);
+    for (int side = 0; side < 2; ++side) values->InsertNextValue(high * step / kSteps);
+    if (step == kSteps) break;
+    const vtkIdType corner = 2 * step;
+    cells->InsertNextCell({corner, corner + 2, corner + 3, corner + 1});
   }
-  bar->SetOrientationToHorizontal();
-  bar->SetTextPositionToPrecedeScalarBar();
-  bar->SetPosition(0.55, 0.03);
-  bar->SetWidth(0.42);
-  bar->SetHeight(0.16);
-  bar->SetBarRatio(0.25);
-  return bar;
+  vtkNew<vtkPolyData> strip;
+  strip->SetPoints(points);
+  strip->SetPolys(cells);
+  strip->GetPointData()->SetScalars(values);
+  vtkNew<vtkPolyDataMapper2D> mapper;
+  mapper->SetInputData(strip);
+  mapper->SetLookupTable(map);
+  mapper->UseLookupTableScalarRangeOn();
+  vtkNew<vtkActor2D> actor;
+  actor->SetMapper(mapper);
+  renderer->AddActor2D(actor);
+
+  const auto add_text = [&](const std::string& words, double x, double y) {
+    const auto text = make_text(words, 14 * scale, colors::kInk);
+    text->GetTextProperty()->SetJustificationToCentered();
+    text->SetPosition(x, y);
+    renderer->AddActor2D(text);
+  };
+  for (const double tick : round_ticks(0.0, high, 5))
+    if (tick <= high * (1.0 + 1e-9))
+      add_text(number_text(tick), place.left + place.width * tick / high,
+               place.bottom - 17.0 * scale);
+  add_text(title, place.left + 0.5 * place.width, place.bottom + place.height + 5.0 * scale);
 }
 
 ScaleBar::ScaleBar(vtkRenderer* renderer, int scale, const Rgb& color)
@@ -234,7 +251,7 @@ void add_mark(vtkRenderer* renderer, const PicturePlace& place, double radius_fr
   renderer->AddActor2D(text);
 }
 
-vtkSmartPointer<vtkRenderer> make_axes(vtkRenderer* scene) {
+vtkSmartPointer<vtkRenderer> make_axes(vtkRenderer* scene, int width, int height) {
   vtkNew<vtkAxesActor> axes;
   axes->SetXAxisLabelText("L");
   axes->SetYAxisLabelText("P");
@@ -249,7 +266,8 @@ vtkSmartPointer<vtkRenderer> make_axes(vtkRenderer* scene) {
     text->SetFontSize(13 * kSupersampling);
   }
   auto renderer = vtkSmartPointer<vtkRenderer>::New();
-  renderer->SetViewport(0.84, 0.0, 1.0, 0.22);
+  constexpr double kSide = 130.0;  // [pixel]
+  renderer->SetViewport(1.0 - kSide / width, 0.0, 1.0, kSide / height);
   renderer->SetLayer(1);
   renderer->InteractiveOff();
   renderer->AddActor(axes);
@@ -261,7 +279,7 @@ vtkSmartPointer<vtkRenderer> make_axes(vtkRenderer* scene) {
   camera->SetFocalPoint(0, 0, 0);
   camera->SetPosition(-5 * direction[0], -5 * direction[1], -5 * direction[2]);
   camera->SetViewUp(from->GetViewUp());
-  camera->SetParallelScale(1.5);
+  camera->SetParallelScale(1.45);
   renderer->ResetCameraClippingRange();
   return renderer;
 }

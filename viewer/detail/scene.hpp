@@ -6,7 +6,6 @@
 #include <vtkColorTransferFunction.h>
 #include <vtkPoints.h>
 #include <vtkRenderer.h>
-#include <vtkScalarBarActor.h>
 #include <vtkSmartPointer.h>
 #include <vtkTextActor.h>
 
@@ -25,7 +24,7 @@ namespace colors {
 inline constexpr Rgb kLumen{196, 78, 70};
 inline constexpr Rgb kSurroundings{170, 160, 158};
 inline constexpr Rgb kLesion{240, 165, 30};
-inline constexpr Rgb kBalloon{38, 110, 190};
+inline constexpr Rgb kBalloon{45, 130, 225};
 inline constexpr Rgb kCenterline{30, 110, 70};
 inline constexpr Rgb kInk{40, 44, 52};
 inline constexpr Rgb kPaper{255, 255, 255};
@@ -49,10 +48,19 @@ vtkSmartPointer<vtkActor> make_tube(const std::vector<Vec3>& points, double radi
 /// From light grey at 0 over yellow and red to dark red at `high`.
 vtkSmartPointer<vtkColorTransferFunction> make_pressure_colors(double high);
 
+/// A rectangle of the picture, from its lower left corner [drawn pixel].
+struct ColorBarPlace {
+  double left = 0.0;
+  double bottom = 0.0;
+  double width = 0.0;
+  double height = 0.0;
+};
+
+/// The colours with their values below and the title above.
 /// @param title  with its unit
 /// @param scale  text size, 1 on a screen, more in a picture that is shrunk afterwards
-vtkSmartPointer<vtkScalarBarActor> make_color_bar(vtkColorTransferFunction* map,
-                                                  const std::string& title, int scale);
+void add_color_bar(vtkRenderer* renderer, vtkColorTransferFunction* map, const std::string& title,
+                   const ColorBarPlace& place, int scale);
 
 vtkSmartPointer<vtkTextActor> make_text(const std::string& text, int size, const Rgb& color);
 
@@ -86,7 +94,8 @@ void add_mark(vtkRenderer* renderer, const PicturePlace& place, double radius_fr
               const std::string& label, int width, int height, int scale);
 
 /// Small arrows L, P, H (the axes of LPS) at the lower right, turned as the camera is.
-vtkSmartPointer<vtkRenderer> make_axes(vtkRenderer* scene);
+/// @param width, height  of the picture [pixel]
+vtkSmartPointer<vtkRenderer> make_axes(vtkRenderer* scene, int width, int height);
 
 /// Scenes are drawn this many times larger and shrunk, which smooths edges the same way on every
 /// machine (multisampling is up to the driver).
