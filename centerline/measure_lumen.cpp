@@ -38,6 +38,13 @@ LumenProfile measure_lumen(const TriangleMesh& surface, const CenterlinePath& pa
     profile.inscribed_radius.push_back(sections[k].inscribed_radius);
     profile.section_area.push_back(sections[k].area);
   }
+  if (profile.abscissa.empty()) return profile;
+  // As far as the triangles are large, and no farther than the vessel's own shape.
+  const double sd = std::min(
+      2.0 * wall.resolution(),
+      0.4 * *std::min_element(profile.inscribed_radius.begin(), profile.inscribed_radius.end()));
+  profile.inscribed_radius = smooth_along(profile.abscissa, profile.inscribed_radius, 0, sd);
+  profile.section_area = smooth_along(profile.abscissa, profile.section_area, 0, sd);
   return profile;
 }
 

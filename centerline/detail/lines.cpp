@@ -15,6 +15,7 @@ namespace {
 constexpr int kRounds = 12;          // of centring and smoothing
 constexpr double kWorkStep = 0.4;    // of the radius, while centring
 constexpr double kFinalStep = 0.25;  // of the radius
+constexpr double kNoiseReach = 2.0;  // of the data's resolution: measures are smoothed along it
 constexpr double kEndZone = 0.5;     // radii at a tip that are not centred: caps may be oblique
 
 /// A line of the tree; its points [0, shared) are those of its parent.
@@ -190,6 +191,9 @@ void measure(Line& work, const Wall& wall) {
   });
   work.line.radius = std::move(radius);
   fill_gaps(work);
+  const double sd = kNoiseReach * wall.resolution();
+  work.line.radius = smooth_along(s, work.line.radius, work.shared, sd);
+  work.area = smooth_along(s, work.area, work.shared, sd);
 }
 
 /// The first line, from the inlet to the farthest outlet.

@@ -10,18 +10,19 @@
 namespace angio::centerline {
 namespace {
 
-constexpr int kOrder = 4;
-constexpr int kTerms = 2 * kOrder + 1;
-using Coefficients = Eigen::Matrix<double, kTerms, 1>;
+constexpr int kMostOrder = 4;
+constexpr int kMostTerms = 2 * kMostOrder + 1;
+using Coefficients = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMostTerms, 1>;
+using Normal = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMostTerms, kMostTerms>;
 
 struct Point2 {
   double x = 0.0, y = 0.0;
 };
 
-Coefficients harmonics(double theta) {
-  Coefficients basis;
+Coefficients harmonics(int terms, double theta) {
+  Coefficients basis(terms);
   basis[0] = 1.0;
-  for (int m = 1; m <= kOrder; ++m) {
+  for (int m = 1; 2 * m < terms; ++m) {
     basis[2 * m - 1] = std::cos(m * theta);
     basis[2 * m] = std::sin(m * theta);
   }
@@ -38,27 +39,51 @@ double angle_of(std::size_t ray, std::size_t count) {
   return 2.0 * units::kPi * double(ray) / double(count);
 }
 
+struct RadiusFit {
+  Coefficients terms;
+  double noise = 0.0;  ///< sd of what is left [mm]
+};
+
 /// r(theta) as a short Fourier series, by least squares with Huber weights.
-Coefficients fit_radii(const std::vector<double>& radii) {
-  using Normal = Eigen::Matrix<double, kTerms, kTerms>;
+RadiusFit fit_radii(const std::vector<double>& radii, int terms) {
+  std::vector<Coefficients> basis;
+  for (std::size_t i = 0; i < radii.size(); ++i)
+    basis.push_back(harmonics(terms, angle_of(i, radii.size())));
   std::vector<double> weight(radii.size(), 1.0), residual(radii.size());
-  Coefficients fit = Coefficients::Zero();
+  RadiusFit fit;
   for (int pass = 0; pass < 3; ++pass) {
-    Normal left = Normal::Zero();
-    Coefficients right = Coefficients::Zero();
+    Normal left = Normal::Zero(terms, terms);
+    Coefficients right = Coefficients::Zero(terms);
     for (std::size_t i = 0; i < radii.size(); ++i) {
-      const Coefficients basis = harmonics(angle_of(i, radii.size()));
-      left += weight[i] * basis * basis.transpose();
-      right += weight[i] * radii[i] * basis;
+      left += weight[i] * basis[i] * basis[i].transpose();
+      right += weight[i] * radii[i] * basis[i];
     }
-    fit = left.ldlt().solve(right);
+    fit.terms = left.ldlt().solve(right);
     for (std::size_t i = 0; i < radii.size(); ++i)
-      residual[i] = std::abs(radii[i] - fit.dot(harmonics(angle_of(i, radii.size()))));
-    const double scale = std::max(1.4826 * median(residual), 1e-6 * radii[0]);
+      residual[i] = std::abs(radii[i] - fit.terms.dot(basis[i]));
+    fit.noise = 1.4826 * median(residual);
+    const double scale = std::max(fit.noise, 1e-6 * radii[0]);
     for (std::size_t i = 0; i < radii.size(); ++i)
       weight[i] = residual[i] > 1.5 * scale ? 1.5 * scale / residual[i] : 1.0;
   }
   return fit;
+}
+
+/// Shrinks each harmonic by what the noise is expected to add to it (positive-part James-Stein):
+/// a round vessel with a noisy wall stays round, a truly flat one stays flat.
+///
+/// @param samples  independent wall positions round the section
+Coefficients shrink_harmonics(RadiusFit fit, double samples) {
+  const auto terms = double(fit.terms.size());
+  const double left_over = std::max(1.0 - terms / samples, 0.25);
+  const double variance = 2.0 * fit.noise * fit.noise / left_over / samples;  // of one coefficient
+  for (int c = 1; c + 1 < fit.terms.size(); c += 2) {
+    const double power = fit.terms[c] * fit.terms[c] + fit.terms[c + 1] * fit.terms[c + 1];
+    const double keep = power > 0.0 ? std::max(0.0, 1.0 - 2.0 * variance / power) : 0.0;
+    fit.terms[c] *= keep;
+    fit.terms[c + 1] *= keep;
+  }
+  return fit.terms;
 }
 
 double clearance(const std::vector<Point2>& contour, const Point2& p) {
@@ -130,10 +155,13 @@ Section measure_section(const Wall& wall, const Vec3& point, const Vec3& normal,
       radii[i] = wall.ray(section.center, direction, kLongestRay * expected);
       if (radii[i] <= 0.0) return section;
     }
-    const Coefficients fit = fit_radii(clip_long(radii));
+    const double samples =
+        std::clamp(2.0 * units::kPi * median(radii) / wall.resolution(), 8.0, double(count));
+    const int order = std::clamp(int((samples - 1.0) / 5.0), 2, kMostOrder);
+    const Coefficients fit = shrink_harmonics(fit_radii(clip_long(radii), 2 * order + 1), samples);
     for (std::size_t i = 0; i < count; ++i) {
       const double theta = angle_of(i, count);
-      const double r = std::max(fit.dot(harmonics(theta)), 0.0);
+      const double r = std::max(fit.dot(harmonics(2 * order + 1, theta)), 0.0);
       contour[i] = {r * std::cos(theta), r * std::sin(theta)};
     }
     const Point2 shift =
