@@ -94,6 +94,92 @@ TriangleMesh component_of_lines(const TriangleMesh& mesh, const CenterlineTree& 
                  [&](const Triangle& t) { return component[std::size_t(t[0])] == most->first; });
 }
 
+/// An opening of a given surface.
+struct Opening {
+  std::vector<int> loop;
+  Vec3 centre;
+  double radius = 0.0;      ///< mean distance from the centre [mm]
+  Plane plane;              ///< its normal leaves the lumen
+  double unevenness = 0.0;  ///< largest distance from the plane [mm]
+};
+Opening describe_opening(const TriangleMesh& mesh, std::vector<int> loop) {
+  Opening opening;
+  const double share = 1.0 / double(loop.size());
+  const auto at = [&](std::size_t i) { return mesh.vertices[std::size_t(loop[i % loop.size()])]; };
+  for (std::size_t i = 0; i < loop.size(); ++i) opening.centre += share * at(i);
+  Vec3 area;
+  for (std::size_t i = 0; i < loop.size(); ++i) {
+    area += cross(at(i) - opening.centre, at(i + 1) - opening.centre);
+    opening.radius += share * distance(at(i), opening.centre);
+  }
+  opening.plane = {opening.centre, normalized(area)};
+  for (std::size_t i = 0; i < loop.size(); ++i)
+    opening.unevenness =
+        std::max(opening.unevenness, std::abs(opening.plane.signed_distance(at(i))));
+  opening.loop = std::move(loop);
+  return opening;
+}
+
+/// Fills every opening; where one has no filling, the surface cannot be used.
+void fill_opening(TriangleMesh& mesh, const std::vector<int>& loop) {
+  std::vector<Vec3> points;
+  for (const int v : loop) points.push_back(mesh.vertices[std::size_t(v)]);
+  const std::vector<Triangle> patch = detail::triangulate_loop(points);
+  if (patch.empty())
+    throw InputError("a hole of the surface cannot be filled (" + std::to_string(loop.size()) +
+                     " vertices on its border). Repair the surface first");
+  for (const Triangle& t : patch)
+    mesh.triangles.push_back(
+        {loop[std::size_t(t[0])], loop[std::size_t(t[1])], loop[std::size_t(t[2])]});
+}
+
+void turn_outward(TriangleMesh& mesh) {
+  TriangleMesh closed = mesh;
+  for (const auto& loop : boundary_loops(mesh)) fill_opening(closed, loop);
+  if (enclosed_volume(closed) > 0.0) return;
+  for (Triangle& t : mesh.triangles) std::swap(t[1], t[2]);
+}
+
+/// A given surface made manifold and outward; flat openings at line ends stay, others are filled.
+SurfaceDraft repaired_draft(const TriangleMesh& surface, const CenterlineTree& tree,
+                            const std::vector<LineEnd>& ends) {
+  SurfaceDraft draft;
+  draft.mesh = detail::repair_surface(surface);
+  if (draft.mesh.triangles.empty())
+    throw InputError("the surface has no triangles (nothing is left of it after repair)");
+  draft.mesh = component_of_lines(draft.mesh, tree);
+  turn_outward(draft.mesh);
+  draft.rim.assign(draft.mesh.vertices.size(), -1);
+  draft.rim_planes.resize(ends.size());
+  std::vector<char> taken(ends.size(), 0);
+  for (const auto& loop : boundary_loops(draft.mesh)) {
+    const Opening opening = describe_opening(draft.mesh, loop);
+    int nearest = -1;
+    for (std::size_t e = 0; e < ends.size(); ++e) {
+      const double reach = 1.5 * std::max(ends[e].radius, opening.radius);
+      const double d = distance(ends[e].tip, opening.centre);
+      if (!taken[e] && d < reach &&
+          (nearest < 0 || d < distance(ends[std::size_t(nearest)].tip, opening.centre)))
+        nearest = int(e);
+    }
+    constexpr double kFlat = 0.1;  // unevenness / radius of a rim that is straightened
+    const bool keep = nearest >= 0 && opening.unevenness < kFlat * opening.radius &&
+                      opening.radius > 0.5 * ends[std::size_t(nearest)].radius;
+    if (!keep) {
+      fill_opening(draft.mesh, loop);
+      continue;
+    }
+    taken[std::size_t(nearest)] = 1;
+    draft.rim_planes[std::size_t(nearest)] = opening.plane;
+    for (const int v : loop) {
+      Vec3& x = draft.mesh.vertices[std::size_t(v)];
+      x -= opening.plane.signed_distance(x) * opening.plane.normal;
+      draft.rim[std::size_t(v)] = nearest;
+    }
+  }
+  return draft;
+}
+
 /// Opens the lumen at every line end that is not open yet.
 void open_ends(SurfaceDraft& draft, const CenterlineTree& tree, const std::vector<LineEnd>& ends,
                std::vector<std::string>& warnings) {
@@ -256,6 +342,32 @@ LumenMesh mesh_lumen(const Volume<float>& level_set, const CenterlineTree& tree,
   open_ends(draft, tree, detail::line_ends(tree), warnings);
   set_edge_lengths(draft, tree, options, least_edge_length(padded.geometry), warnings);
   progress.report(0.2, "remeshing");
+  improve_surface(draft, target, options, progress);
+  progress.report(0.9, "caps and checks");
+  LumenMesh result = finish(std::move(draft), std::move(warnings));
+  progress.report(1.0);
+  return result;
+}
+
+LumenMesh mesh_lumen(const TriangleMesh& surface, const CenterlineTree& tree,
+                     const LumenMeshOptions& options, const Progress& progress) {
+  options.validate();
+  check_tree(tree);
+  progress.report(0.0, "repairing the surface");
+  std::vector<std::string> warnings;
+  const std::vector<LineEnd> ends = detail::line_ends(tree);
+  SurfaceDraft draft = repaired_draft(surface, tree, ends);
+  const TriangleMesh original = draft.mesh;
+  const detail::MeshTarget target(original);
+  progress.report(0.1, "opening the ends");
+  open_ends(draft, tree, ends, warnings);
+  // A given surface may have long triangles, which do not show where the lumen is narrow: the
+  // lengths are set again once there are vertices everywhere.
+  std::vector<std::string> first_warnings;
+  set_edge_lengths(draft, tree, options, 0.0, first_warnings);
+  progress.report(0.2, "remeshing");
+  detail::remesh(draft, target, 2);
+  set_edge_lengths(draft, tree, options, 0.0, warnings);
   improve_surface(draft, target, options, progress);
   progress.report(0.9, "caps and checks");
   LumenMesh result = finish(std::move(draft), std::move(warnings));

@@ -29,34 +29,82 @@ Section section_at(const CenterlinePath& path, double abscissa, double direction
           at.inscribed_radius};
 }
 
-/// A path that leaves the main one inside the region, with the section that ends it.
-struct Branch {
-  double leaves_at = 0.0;  ///< abscissa of the last point shared with the main path [mm]
-  bool inside = false;     ///< does it leave between the sections?
-  Section end;
+/// Where a path leaves the main one.
+struct Fork {
+  bool leaves = false;     ///< false: the path is the main one or has no point in common
+  double shared_to = 0.0;  ///< abscissa of the last shared point [mm], the same on both paths
+  double mouth = 0.0;      ///< on the branch: where its line leaves the main lumen [mm]
+  double zone_first = 0.0, zone_last = 0.0;  ///< on the main path: a section here cuts both [mm]
 };
+
+Fork find_fork(const CenterlinePath& branch, const CenterlinePath& main) {
+  Fork fork;
+  const int shared = shared_point_count(branch, main);
+  fork.leaves =
+      shared > 0 && shared < int(branch.points.size()) && shared < int(main.points.size());
+  if (shared > 0) fork.shared_to = branch.abscissa[std::size_t(shared) - 1];
+  if (!fork.leaves) return fork;
+  const double last = branch.abscissa.back();
+  const double radius = sample(main, fork.shared_to).inscribed_radius;
+  const double step = 0.1 * std::max(radius, 1e-3);
+  for (fork.mouth = fork.shared_to; fork.mouth < last; fork.mouth += step) {
+    const Vec3 point = sample(branch, fork.mouth).point;
+    const CenterlineSample on_main = sample(main, project(main, point));
+    if (distance(point, on_main.point) > on_main.inscribed_radius) break;
+  }
+  fork.mouth = std::min(fork.mouth, last);
+  const double mouth_on_main = project(main, sample(branch, fork.mouth).point);
+  fork.zone_first = fork.shared_to - 0.5 * radius;
+  fork.zone_last = mouth_on_main + sample(main, mouth_on_main).inscribed_radius;
+  return fork;
+}
+
+/// Moves the end sections out of forks, where no plane cuts across one vessel only.
+RegionExtent avoid_forks(RegionExtent extent, const std::vector<Fork>& forks) {
+  for (bool moved = true; moved;) {
+    moved = false;
+    for (const Fork& fork : forks) {
+      if (!fork.leaves) continue;
+      const auto in_zone = [&](double s) { return s > fork.zone_first && s < fork.zone_last; };
+      if (in_zone(extent.first_abscissa)) {
+        extent.first_abscissa = fork.zone_first;
+        moved = true;
+      }
+      if (in_zone(extent.last_abscissa)) {
+        extent.last_abscissa = fork.zone_last;
+        moved = true;
+      }
+    }
+  }
+  return extent;
+}
 
 class RegionTest {
  public:
-  RegionTest(const CenterlineTree& tree, const RegionExtent& extent)
-      : main_(section_at(*extent.path, extent.first_abscissa, -1.0)),
-        far_(section_at(*extent.path, extent.last_abscissa, 1.0)) {
-    for (const CenterlinePath& path : tree.paths) {
+  RegionTest(const CenterlineTree& tree, const RegionExtent& wished) {
+    for (const CenterlinePath& path : tree.paths) forks_.push_back(find_fork(path, *wished.path));
+    const RegionExtent extent = avoid_forks(wished, forks_);
+    main_ = section_at(*extent.path, extent.first_abscissa, -1.0);
+    far_ = section_at(*extent.path, extent.last_abscissa, 1.0);
+    for (std::size_t p = 0; p < tree.paths.size(); ++p) {
+      const CenterlinePath& path = tree.paths[p];
+      const Fork& fork = forks_[p];
       Branch branch;
-      const int shared = shared_point_count(path, *extent.path);
-      branch.leaves_at = shared > 0 ? path.abscissa[std::size_t(shared) - 1] : -1.0;
-      if (shared == int(path.points.size())) branch.leaves_at = path.abscissa.back() + 1.0;
-      branch.inside =
-          branch.leaves_at >= extent.first_abscissa && branch.leaves_at <= extent.last_abscissa;
-      if (branch.inside)
-        branch.end = section_at(path, branch_end(path, *extent.path, branch.leaves_at), 1.0);
+      branch.shared_to = fork.leaves ? fork.shared_to : path.abscissa.back() + 1.0;
+      branch.inside = fork.leaves && fork.shared_to >= extent.first_abscissa &&
+                      fork.shared_to <= extent.last_abscissa;
+      if (branch.inside) {
+        // One diameter past the mouth.
+        const double end = fork.mouth + 2.0 * sample(path, fork.mouth).inscribed_radius;
+        branch.end = section_at(path, std::min(end, path.abscissa.back()), 1.0);
+      }
       branches_.push_back(branch);
     }
   }
 
   [[nodiscard]] bool inside(const Vec3& point, const LinePlace& place) const {
     const Branch& branch = branches_[std::size_t(place.path)];
-    const bool on_main = place.abscissa <= branch.leaves_at;
+    const bool on_main = place.abscissa <= branch.shared_to;
     if (on_main)
       return !past(main_, point, main_.abscissa - place.abscissa) &&
              !past(far_, point, place.abscissa - far_.abscissa);
@@ -72,21 +120,14 @@ class RegionTest {
     return section.plane.signed_distance(point) > 0.0;
   }
 
-  /// One diameter past the place where the branch's line leaves the main lumen.
-  static double branch_end(const CenterlinePath& branch, const CenterlinePath& main,
-                           double leaves_at) {
-    const double last = branch.abscissa.back();
-    const double step = 0.1 * std::max(sample(branch, leaves_at).inscribed_radius, 1e-3);
-    double mouth = leaves_at;
-    for (; mouth < last; mouth += step) {
-      const Vec3 point = sample(branch, mouth).point;
-      const CenterlineSample on_main = sample(main, project(main, point));
-      if (distance(point, on_main.point) > on_main.inscribed_radius) break;
-    }
-    return std::min(last, mouth + 2.0 * sample(branch, mouth).inscribed_radius);
-  }
+  struct Branch {
+    double shared_to = 0.0;  ///< up to here the path is the main one [mm]
+    bool inside = false;     ///< does it leave between the sections?
+    Section end;
+  };
 
   Section main_, far_;
+  std::vector<Fork> forks_;
   std::vector<Branch> branches_;
 };
 
