@@ -13,6 +13,10 @@ namespace angio::simulation {
 
 enum class Backend { automatic, cpu, cuda };
 
+/// How the balloon's skin takes compression. `automatic` is `relaxed` where the start shape is
+/// folded (it differs from the rest shape), else `plain`.
+enum class MembraneModel { automatic, plain, relaxed };
+
 struct BalloonMaterial {
   std::string name = "pa12";   ///< "pa12" or "polyurethane" fill in the rest
   double c1_mpa = 0.0;         ///< Mooney-Rivlin C1 [MPa], >= 0; 0: the named material's
@@ -49,6 +53,7 @@ struct SimulationOptions {
   double contact_distance_mm = 0.03;  ///< contact acts below this gap, [1e-3, 1]
   double friction_static = 0.2;       ///< DOMAIN 2.5, [0, 2]
   double friction_kinetic = 0.15;     ///< [0, 2]
+  MembraneModel membrane = MembraneModel::automatic;
   Backend backend = Backend::automatic;
 
   void validate() const;

@@ -1,0 +1,51 @@
+#pragma once
+
+#include <vector>
+
+#include "simulation/detail/distance.hpp"
+#include "simulation/detail/scene.hpp"
+
+namespace angio::simulation::detail {
+
+/// A vertex of one surface near a triangle of the other, or an edge near an edge.
+struct ContactPair {
+  int vertex[4]{};         ///< vertex, triangle; or balloon edge, wall edge
+  bool edges = false;
+  double area = 0.0;       ///< that it stands for [mm^2]
+  Vec3 normal;             ///< at detection: unit, from side b to side a
+  double limit[4]{};       ///< how far each vertex may go against its side of the normal [mm]
+  // Below: at the last refresh.
+  GapWeights<double> weights;
+  Vec3 direction;          ///< unit gap direction
+  double weight = 0.0;     ///< area, faded out for parallel edges; 0: too far apart to matter
+};
+
+struct ContactRef {
+  int pair = 0, corner = 0;
+};
+
+/// All pairs within reach of each other, and for each vertex the pairs it is in.
+struct ContactSet {
+  std::vector<ContactPair> pairs;
+  std::vector<int> ref_begin;    ///< shape [vertex_count + 1]
+  std::vector<ContactRef> refs;
+  double travel = 0.0;           ///< how far any vertex may go before the next detection [mm]
+};
+
+/// Finds every vertex-triangle and edge-edge pair of balloon and wall nearer than `reach`.
+///
+/// Each vertex of a pair gets an a-priori bound: side a must stay beyond, and side b before, planes
+/// across the gap 0.1 d apart, so that no motion within the bounds can make the pair cross; pairs
+/// that are not listed are safe as long as no vertex moves further than `travel`
+/// <= (reach - contact distance) / 2. Source: Chen et al., "Offset Geometric Contact", ACM TOG 44
+/// (2025), section 3.4 (bounds by 0.45 of the distance); here with a plane across the gap instead
+/// of a ball, so that sliding and parting are free.
+///
+/// The order of the pairs does not depend on the number of threads.
+///
+/// @param x     [mm], shape [vertex]
+/// @param area  of each vertex [mm^2], shape [vertex]
+ContactSet find_contacts(const Scene& scene, const std::vector<Vec3>& x,
+                         const std::vector<double>& area, double reach, double travel);
+
+}  // namespace angio::simulation::detail

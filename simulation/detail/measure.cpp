@@ -1,0 +1,244 @@
+#include "simulation/detail/measure.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+
+#include "core/parallel.hpp"
+#include "core/units.hpp"
+
+namespace angio::simulation::detail {
+namespace {
+
+using Corners = std::array<Vec3, 3>;
+
+Corners corners_of(const std::vector<Vec3>& x, const Triangle& t) {
+  return {x[std::size_t(t[0])], x[std::size_t(t[1])], x[std::size_t(t[2])]};
+}
+
+// Does the segment (p, q) cross the triangle?
+bool segment_crosses(const Vec3& p, const Vec3& q, const Corners& t) {
+  const Vec3 n = cross(t[1] - t[0], t[2] - t[0]);
+  const double a = dot(n, p - t[0]), b = dot(n, q - t[0]);
+  if ((a > 0.0) == (b > 0.0) || a == b) return false;
+  const Vec3 d = q - p;
+  double sign = 0.0;
+  for (std::size_t k = 0; k < 3; ++k) {
+    const double side = dot(d, cross(t[k] - p, t[(k + 1) % 3] - p));
+    if (side == 0.0) continue;
+    if (sign != 0.0 && (side > 0.0) != (sign > 0.0)) return false;
+    sign = side;
+  }
+  return true;
+}
+
+bool triangles_cross(const Corners& a, const Corners& b) {
+  for (std::size_t k = 0; k < 3; ++k)
+    if (segment_crosses(a[k], a[(k + 1) % 3], b) || segment_crosses(b[k], b[(k + 1) % 3], a))
+      return true;
+  return false;
+}
+
+// The least shift along the plane normal of `b` that takes `a` to one side of it.
+double depth_along(const Corners& a, const Corners& b) {
+  const Vec3 n = normalized(cross(b[1] - b[0], b[2] - b[0]));
+  double above = 0.0, below = 0.0;
+  for (const Vec3& p : a) {
+    above = std::max(above, dot(n, p - b[0]));
+    below = std::max(below, -dot(n, p - b[0]));
+  }
+  return std::min(above, below);
+}
+
+struct Extent {
+  Vec3 low, high;
+};
+
+Extent extent_of(const Corners& c) {
+  Extent e{c[0], c[0]};
+  for (const Vec3& p : c)
+    for (int k = 0; k < 3; ++k) {
+      e.low[k] = std::min(e.low[k], p[k]);
+      e.high[k] = std::max(e.high[k], p[k]);
+    }
+  return e;
+}
+
+bool meet(const Extent& a, const Extent& b) {
+  for (int k = 0; k < 3; ++k)
+    if (a.low[k] > b.high[k] || a.high[k] < b.low[k]) return false;
+  return true;
+}
+
+// Points of a slab in its cross-section, from its centre.
+struct Section {
+  std::vector<std::array<double, 2>> points;
+};
+
+Section section_of(const Scene& scene, const std::vector<Vec3>& x, int cluster) {
+  const WallClusters& clusters = scene.clusters;
+  const auto c = std::size_t(cluster);
+  Vec3 centre;
+  const int begin = clusters.begin[c], end = clusters.begin[c + 1];
+  for (int e = begin; e < end; ++e)
+    centre += x[std::size_t(scene.balloon_count + clusters.vertex[std::size_t(e)])];
+  centre = centre / double(end - begin);
+  const Vec3 u = any_perpendicular(clusters.axis[c]), w = cross(clusters.axis[c], u);
+  Section section;
+  for (int e = begin; e < end; ++e) {
+    const Vec3 d =
+        x[std::size_t(scene.balloon_count + clusters.vertex[std::size_t(e)])] - centre;
+    section.points.push_back({dot(d, u), dot(d, w)});
+  }
+  return section;
+}
+
+double clearance(const Section& section, double a, double b) {
+  double least = std::numeric_limits<double>::max();
+  for (const auto& p : section.points)
+    least = std::min(least, (p[0] - a) * (p[0] - a) + (p[1] - b) * (p[1] - b));
+  return std::sqrt(least);
+}
+
+// The largest empty circle around the middle, by a pattern search.
+double inscribed_radius(const Section& section) {
+  double a = 0.0, b = 0.0, best = clearance(section, a, b), step = 0.5 * best;
+  while (step > 1e-3 * best && best > 0.0) {
+    bool better = false;
+    for (const auto& d : {std::array{1.0, 0.0}, {-1.0, 0.0}, {0.0, 1.0}, {0.0, -1.0}}) {
+      const double trial = clearance(section, a + step * d[0], b + step * d[1]);
+      if (trial <= best) continue;
+      best = trial;
+      a += step * d[0];
+      b += step * d[1];
+      better = true;
+      break;
+    }
+    if (!better) step *= 0.5;
+  }
+  return best;
+}
+
+}  // namespace
+
+double section_diameter(const Scene& scene, const std::vector<Vec3>& x, const Vec3& point,
+                        const Vec3& normal) {
+  const Vec3 u = any_perpendicular(normal), w = cross(normal, u);
+  double doubled = 0.0;
+  for (const Triangle& t : scene.balloon_triangles) {
+    Vec3 from, to;
+    bool has_from = false, has_to = false;
+    for (std::size_t k = 0; k < 3; ++k) {
+      const Vec3 p = x[std::size_t(t[k])] - point, q = x[std::size_t(t[(k + 1) % 3])] - point;
+      const double a = dot(normal, p), b = dot(normal, q);
+      if ((a >= 0.0) == (b >= 0.0)) continue;
+      (a < 0.0 ? from : to) = p + (a / (a - b)) * (q - p);
+      (a < 0.0 ? has_from : has_to) = true;
+    }
+    // Triangles turn the same way around the section, so the shoelace sum is the area.
+    if (has_from && has_to) doubled += dot(from, u) * dot(to, w) - dot(from, w) * dot(to, u);
+  }
+  return 2.0 * std::sqrt(std::abs(doubled) / (2.0 * units::kPi));
+}
+
+double lumen_mld(const Scene& scene, const std::vector<Vec3>& x) {
+  const int count = scene.clusters.count();
+  std::vector<double> radius(std::size_t(count), std::numeric_limits<double>::max());
+  parallel_for(count, [&](std::ptrdiff_t c) {
+    if (scene.clusters.ring[std::size_t(c)])
+      radius[std::size_t(c)] = inscribed_radius(section_of(scene, x, int(c)));
+  });
+  const auto least = std::min_element(radius.begin(), radius.end());
+  return least == radius.end() || *least == std::numeric_limits<double>::max() ? 0.0 : 2.0 * *least;
+}
+
+double max_penetration(const Scene& scene, const std::vector<Vec3>& x) {
+  const std::size_t balloon_count = scene.balloon_triangles.size();
+  std::vector<Extent> extents(balloon_count);
+  for (std::size_t b = 0; b < balloon_count; ++b)
+    extents[b] = extent_of(corners_of(x, scene.balloon_triangles[b]));
+  Extent all{{1e300, 1e300, 1e300}, {-1e300, -1e300, -1e300}};
+  for (const Extent& e : extents)
+    for (int k = 0; k < 3; ++k) {
+      all.low[k] = std::min(all.low[k], e.low[k]);
+      all.high[k] = std::max(all.high[k], e.high[k]);
+    }
+  std::vector<double> depth(scene.wall_triangles.size(), 0.0);
+  parallel_for(std::ptrdiff_t(depth.size()), [&](std::ptrdiff_t i) {
+    const Corners wall = corners_of(x, scene.wall_triangles[std::size_t(i)]);
+    const Extent extent = extent_of(wall);
+    if (!meet(extent, all)) return;
+    for (std::size_t b = 0; b < balloon_count; ++b) {
+      if (!meet(extent, extents[b])) continue;
+      const Corners balloon = corners_of(x, scene.balloon_triangles[b]);
+      if (triangles_cross(wall, balloon))
+        depth[std::size_t(i)] = std::max(
+            depth[std::size_t(i)], std::min(depth_along(wall, balloon), depth_along(balloon, wall)));
+    }
+  });
+  return depth.empty() ? 0.0 : *std::max_element(depth.begin(), depth.end());
+}
+
+AirState air_state(const std::vector<Tet>& air, const std::vector<Vec3>& x) {
+  AirState state;
+  if (air.empty()) return state;
+  state.min_volume = std::numeric_limits<double>::max();
+  for (const Tet& t : air) {
+    const double volume = tet_volume(x[std::size_t(t[0])], x[std::size_t(t[1])],
+                                     x[std::size_t(t[2])], x[std::size_t(t[3])]);
+    state.min_volume = std::min(state.min_volume, volume);
+    state.inverted_count += volume <= 0.0 ? 1 : 0;
+  }
+  return state;
+}
+
+SkinState skin_state(const Scene& scene, const std::vector<Vec3>& x) {
+  const auto count = std::size_t(scene.balloon_count);
+  SkinState state{std::vector<double>(count), std::vector<double>(count), std::vector<double>(count)};
+  parallel_for(scene.balloon_count, [&](std::ptrdiff_t i) {
+    const auto v = std::size_t(i);
+    double weight = 0.0, thickness = 0.0, first = 0.0, second = 0.0;
+    for (int c = scene.corner_begin[v]; c < scene.corner_begin[v + 1]; ++c) {
+      const Corner& corner = scene.corners[std::size_t(c)];
+      const Vec3& base = x[std::size_t(corner.next)];
+      const Invariants<double> k =
+          invariants(corner.rest, x[v] - base, x[std::size_t(corner.last)] - base);
+      const double d = std::sqrt(std::max(0.0, k.i1 * k.i1 - 4.0 * k.i3));
+      const double large = std::sqrt(0.5 * (k.i1 + d)), small = std::sqrt(k.i3) / large;
+      const double w = corner.rest.volume;
+      weight += w;
+      first += w * large;
+      second += w * small;
+      // A wrinkled or folded skin is as thick as its own tension makes it, not as its cover:
+      // uniaxial tension leaves l3 = l1^-1/2, no tension leaves l3 = 1.
+      const double taut = !scene.relaxed ? 1.0 / std::sqrt(k.i3)
+                          : large <= 1.0 ? 1.0
+                                         : std::min(1.0 / std::sqrt(k.i3), 1.0 / std::sqrt(large));
+      thickness += w * scene.wall_mm * taut;
+    }
+    state.thickness[v] = thickness / weight;
+    state.stretch_1[v] = first / weight;
+    state.stretch_2[v] = second / weight;
+  });
+  return state;
+}
+
+std::vector<double> plastic_strain(const Scene& scene, const State& state) {
+  std::vector<double> by_cluster(state.plastic.size());
+  for (std::size_t c = 0; c < by_cluster.size(); ++c) {
+    Mat3 strain = state.plastic[c];
+    for (int i = 0; i < 3; ++i) strain(i, i) -= 1.0;
+    by_cluster[c] = spectral_norm(strain);
+  }
+  std::vector<double> result(std::size_t(scene.wall_count), 0.0);
+  const WallClusters& clusters = scene.clusters;
+  for (std::size_t v = 0; v < result.size(); ++v) {
+    for (int n = clusters.entry_begin[v]; n < clusters.entry_begin[v + 1]; ++n)
+      result[v] += by_cluster[std::size_t(clusters.entry_cluster[std::size_t(clusters.entry[std::size_t(n)])])];
+    result[v] /= double(clusters.entry_begin[v + 1] - clusters.entry_begin[v]);
+  }
+  return result;
+}
+
+}  // namespace angio::simulation::detail

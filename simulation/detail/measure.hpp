@@ -1,0 +1,40 @@
+#pragma once
+
+#include <vector>
+
+#include "simulation/detail/scene.hpp"
+#include "simulation/detail/step.hpp"
+
+/// What a frame reports of the state.
+namespace angio::simulation::detail {
+
+/// 2 sqrt(area / pi) of the balloon's section by a plane [mm]: the area inside all of the plane's
+/// curves; 0 where the plane misses the balloon.
+double section_diameter(const Scene& scene, const std::vector<Vec3>& x, const Vec3& point,
+                        const Vec3& normal);
+
+/// Twice the inscribed radius of the narrowest slab that closes around the vessel [mm]; 0 without a
+/// wall. The radius is the distance from the slab's centre line to the wall, the centre moved to
+/// where it is greatest.
+double lumen_mld(const Scene& scene, const std::vector<Vec3>& x);
+
+/// How deep balloon and wall are in each other [mm], measured on the triangles: 0 when no two
+/// triangles cross; else the greatest depth, over crossing pairs, by which one must be moved along
+/// the other's normal to part them.
+double max_penetration(const Scene& scene, const std::vector<Vec3>& x);
+
+struct AirState {
+  double min_volume = 0.0;  ///< [mm^3]; 0 without tets
+  int inverted_count = 0;
+};
+AirState air_state(const std::vector<Tet>& air, const std::vector<Vec3>& x);
+
+struct SkinState {
+  std::vector<double> thickness, stretch_1, stretch_2;  ///< per balloon vertex, area-weighted
+};
+SkinState skin_state(const Scene& scene, const std::vector<Vec3>& x);
+
+/// |S^p - I|_2 of the clusters of each wall vertex, their mean.
+std::vector<double> plastic_strain(const Scene& scene, const State& state);
+
+}  // namespace angio::simulation::detail

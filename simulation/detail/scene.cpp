@@ -1,0 +1,184 @@
+#include "simulation/detail/scene.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+#include "core/error.hpp"
+#include "core/units.hpp"
+
+namespace angio::simulation::detail {
+namespace {
+
+// Share of the skin's stiffness that the folds have against being spread: it only shapes a slack
+// balloon (a pressure of the order of 0.1 atm at most).
+constexpr double kFoldShare = 1e-3;
+
+Coloring color_vertices(const TriangleMesh& mesh, const std::vector<char>& fixed, int first_vertex) {
+  const auto neighbors = vertex_neighbors(mesh);
+  std::vector<int> color(mesh.vertices.size(), -1);
+  std::vector<std::vector<int>> groups;
+  for (std::size_t v = 0; v < mesh.vertices.size(); ++v) {
+    if (fixed[v]) continue;
+    std::vector<char> used(groups.size() + 1, 0);
+    for (const int n : neighbors[v])
+      if (color[std::size_t(n)] >= 0) used[std::size_t(color[std::size_t(n)])] = 1;
+    const auto free = std::size_t(std::find(used.begin(), used.end(), 0) - used.begin());
+    if (free == groups.size()) groups.emplace_back();
+    color[v] = int(free);
+    groups[free].push_back(first_vertex + int(v));
+  }
+  Coloring coloring;
+  coloring.begin.push_back(0);
+  for (const auto& group : groups) {
+    coloring.vertices.insert(coloring.vertices.end(), group.begin(), group.end());
+    coloring.begin.push_back(int(coloring.vertices.size()));
+  }
+  return coloring;
+}
+
+void check_balloon(const SimulationModel& model) {
+  const std::size_t count = model.balloon.vertices.size();
+  if (count == 0 || model.balloon.triangles.empty())
+    throw InputError("the model has no balloon (nothing to inflate). Run the stage meshing again");
+  if (model.balloon_rest.size() != count || model.balloon_fixed.size() != count)
+    throw InputError(
+        "the balloon's rest shape or fixed flags do not match its vertices (the files belong to "
+        "different runs). Run the stage meshing again");
+  if (!surface_topology(model.balloon).is_closed() || enclosed_volume(model.balloon) <= 0.0)
+    throw InputError(
+        "the balloon is not a closed surface with normals outward (it could not hold gas). Run the "
+        "stage meshing again");
+}
+
+void check_wall(const SimulationModel& model) {
+  const std::size_t count = model.wall.vertices.size();
+  if (model.wall_fixed.size() != count || model.wall_abscissa.size() != count ||
+      model.wall_group.size() != count)
+    throw InputError(
+        "the wall's arrays do not match its vertices (the files belong to different runs). Run the "
+        "stage meshing again");
+}
+
+void check_air(const SimulationModel& model) {
+  const int count = int(model.balloon.vertices.size() + model.wall.vertices.size());
+  for (const Tet& tet : model.air)
+    for (const int v : tet)
+      if (v < 0 || v >= count)
+        throw InputError(
+            "the air mesh names a vertex that does not exist (the files belong to different runs). "
+            "Run the stage meshing again");
+}
+
+void add_corners(const SimulationModel& model, Scene& scene) {
+  const auto& mesh = model.balloon;
+  scene.corner_begin.assign(mesh.vertices.size() + 1, 0);
+  for (const Triangle& t : mesh.triangles)
+    for (const int v : t) ++scene.corner_begin[std::size_t(v) + 1];
+  for (std::size_t v = 0; v < mesh.vertices.size(); ++v)
+    scene.corner_begin[v + 1] += scene.corner_begin[v];
+  scene.corners.resize(3 * mesh.triangles.size());
+  std::vector<int> next(scene.corner_begin.begin(), scene.corner_begin.end() - 1);
+  for (const Triangle& t : mesh.triangles)
+    for (std::size_t k = 0; k < 3; ++k) {
+      const auto v = std::size_t(t[k]), n = std::size_t(t[(k + 1) % 3]), m = std::size_t(t[(k + 2) % 3]);
+      Corner corner;
+      corner.next = int(n);
+      corner.last = int(m);
+      corner.rest = corner_metric(model.balloon_rest[v], model.balloon_rest[n],
+                                  model.balloon_rest[m], scene.wall_mm);
+      corner.start = corner_metric(mesh.vertices[v], mesh.vertices[n], mesh.vertices[m],
+                                   scene.wall_mm);
+      if (!std::isfinite(corner.rest.k11) || !std::isfinite(corner.start.k11))
+        throw InputError(
+            "a triangle of the balloon has no area (its strain is undefined). Run the stage meshing "
+            "with other balloon options");
+      scene.corners[std::size_t(next[v]++)] = corner;
+    }
+}
+
+void add_balloon(const SimulationModel& model, const SimulationOptions& options, Scene& scene) {
+  scene.skin = moduli(options.balloon);
+  scene.wall_mm = options.balloon.wall_mm;
+  double size = 0.0, change = 0.0;
+  for (std::size_t v = 0; v < model.balloon_rest.size(); ++v) {
+    size = std::max(size, distance(model.balloon_rest[v], model.balloon_rest[0]));
+    change = std::max(change, distance(model.balloon_rest[v], model.balloon.vertices[v]));
+  }
+  scene.relaxed = options.membrane == MembraneModel::relaxed ||
+                  (options.membrane == MembraneModel::automatic && change > 1e-9 * size);
+  if (scene.relaxed) scene.folds = {kFoldShare * scene.skin.c1, kFoldShare * scene.skin.c2};
+  add_corners(model, scene);
+  TriangleMesh rest = model.balloon;
+  rest.vertices = model.balloon_rest;
+  const auto areas = vertex_areas(rest);
+  for (std::size_t v = 0; v < areas.size(); ++v)
+    scene.mass[v] = density(options.balloon) * scene.wall_mm * areas[v];
+  scene.balloon_triangles = model.balloon.triangles;
+  scene.balloon_edges = unique_edges(model.balloon);
+  scene.balloon_colors = color_vertices(model.balloon, model.balloon_fixed, 0);
+}
+
+void add_wall(const SimulationModel& model, const SimulationOptions& options, Scene& scene) {
+  scene.clusters = make_clusters(model, options.wall);
+  scene.wall_area = vertex_areas(model.wall);
+  const auto offset = std::size_t(scene.balloon_count);
+  const double ratio = options.wall.thickness_ratio;
+  const double thickness = 2.0 * model.reference_radius_mm * ratio / (1.0 - 2.0 * ratio);
+  const double foundation = units::pascal_from_kilopascal(options.wall.foundation_kpa_per_mm);
+  for (std::size_t v = 0; v < scene.wall_area.size(); ++v) {
+    scene.foundation.push_back(foundation * scene.wall_area[v]);
+    scene.mass[offset + v] = options.wall.density_g_mm3 * thickness * scene.wall_area[v];
+  }
+  scene.neighbor_begin.push_back(0);
+  for (const auto& ring : vertex_neighbors(model.wall)) {
+    for (const int n : ring) scene.neighbors.push_back(int(offset) + n);
+    scene.neighbor_begin.push_back(int(scene.neighbors.size()));
+  }
+  for (Triangle t : model.wall.triangles) {
+    for (int& v : t) v += int(offset);
+    scene.wall_triangles.push_back(t);
+  }
+  for (Edge e : unique_edges(model.wall)) {
+    for (int& v : e) v += int(offset);
+    scene.wall_edges.push_back(e);
+  }
+  scene.wall_colors = color_vertices(model.wall, model.wall_fixed, int(offset));
+}
+
+}  // namespace
+
+MooneyRivlin<double> moduli(const BalloonMaterial& material) {
+  MooneyRivlin<double> m{units::pascal_from_megapascal(material.c1_mpa),
+                         units::pascal_from_megapascal(material.c2_mpa)};
+  if (material.c1_mpa > 0.0) return m;
+  // PA-12: E = 900 MPa (DOMAIN sources: De Beule 2008, Gervaso 2008); an incompressible
+  // neo-Hookean solid has E = 6 C1. Polyurethane: seed paper, table 1, in MPa.
+  if (material.name == "polyurethane")
+    return {units::pascal_from_megapascal(1.031), units::pascal_from_megapascal(3.69)};
+  return {units::pascal_from_megapascal(150.0), 0.0};
+}
+
+double density(const BalloonMaterial& material) {
+  if (material.density_g_mm3 > 0.0) return material.density_g_mm3;
+  return material.name == "polyurethane" ? 1.07e-3 : 1.1e-3;
+}
+
+Scene make_scene(const SimulationModel& model, const SimulationOptions& options) {
+  check_balloon(model);
+  check_wall(model);
+  check_air(model);
+  Scene scene;
+  scene.balloon_count = int(model.balloon.vertices.size());
+  scene.wall_count = int(model.wall.vertices.size());
+  scene.start = model.balloon.vertices;
+  scene.start.insert(scene.start.end(), model.wall.vertices.begin(), model.wall.vertices.end());
+  scene.fixed = model.balloon_fixed;
+  scene.fixed.insert(scene.fixed.end(), model.wall_fixed.begin(), model.wall_fixed.end());
+  scene.mass.assign(scene.start.size(), 0.0);
+  add_balloon(model, options, scene);
+  add_wall(model, options, scene);
+  return scene;
+}
+
+}  // namespace angio::simulation::detail

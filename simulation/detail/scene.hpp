@@ -1,0 +1,61 @@
+#pragma once
+
+#include <array>
+#include <vector>
+
+#include "core/triangle_mesh.hpp"
+#include "simulation/detail/membrane.hpp"
+#include "simulation/detail/wall_clusters.hpp"
+#include "simulation/simulation.hpp"
+
+namespace angio::simulation::detail {
+
+using Edge = std::array<int, 2>;
+
+/// One triangle seen from one of its corners.
+struct Corner {
+  int next = 0, last = 0;      ///< the other corners, counter-clockwise
+  CornerMetric<double> rest;   ///< of the unloaded shape: the skin
+  CornerMetric<double> start;  ///< of the start shape: the folds
+};
+
+/// Vertices in groups that share no edge, hence no term of the energy, within their surface.
+struct Coloring {
+  std::vector<int> begin;     ///< shape [color_count + 1]
+  std::vector<int> vertices;  ///< shape [begin.back()]
+};
+
+/// All that does not change during a run. Vertices are numbered balloon first, then wall.
+struct Scene {
+  int balloon_count = 0, wall_count = 0;
+  std::vector<Vec3> start;            ///< [mm], shape [vertex]
+  std::vector<char> fixed;            ///< shape [vertex]
+  std::vector<double> mass;           ///< [g], shape [vertex]
+  std::vector<Triangle> balloon_triangles, wall_triangles;
+  std::vector<Edge> balloon_edges, wall_edges;
+  Coloring balloon_colors, wall_colors;
+
+  std::vector<int> corner_begin;  ///< shape [balloon_count + 1]
+  std::vector<Corner> corners;
+  MooneyRivlin<double> skin;   ///< [Pa]
+  MooneyRivlin<double> folds;  ///< [Pa]; zero when the skin needs no help
+  bool relaxed = false;        ///< the start shape is folded
+  double wall_mm = 0.0;        ///< membrane thickness H
+
+  WallClusters clusters;
+  std::vector<int> neighbor_begin;       ///< wall vertices, shape [wall_count + 1]
+  std::vector<int> neighbors;            ///< vertex numbers
+  std::vector<double> foundation;        ///< [uN/mm], shape [wall_count]
+  std::vector<double> wall_area;         ///< [mm^2] at the start, shape [wall_count]
+
+  [[nodiscard]] int vertex_count() const { return balloon_count + wall_count; }
+};
+
+/// @throws InputError if shapes do not match, the balloon is not closed, or a triangle is flat
+Scene make_scene(const SimulationModel& model, const SimulationOptions& options);
+
+/// The moduli in force: those given, or the named material's.
+MooneyRivlin<double> moduli(const BalloonMaterial& material);
+double density(const BalloonMaterial& material);
+
+}  // namespace angio::simulation::detail

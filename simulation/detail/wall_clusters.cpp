@@ -1,0 +1,230 @@
+#include "simulation/detail/wall_clusters.hpp"
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+
+#include "core/units.hpp"
+
+namespace angio::simulation::detail {
+namespace {
+
+using Members = std::vector<int>;
+
+// A slab shorter than this many edges has too few rings to have a shape.
+constexpr double kLeastEdgesPerSlab = 3.0;
+// In-plane spread of the normals over its greatest value: 0 for a flat piece, 1 for a full ring.
+constexpr double kRingSpread = 0.25;
+// Length of the mean normal: 0 for a full ring, 1 for a flat piece.
+constexpr double kRingMeanNormal = 0.35;
+
+struct Slab {
+  Vec3 centre, axis;
+  double radius = 0.0;
+  bool ring = false;
+};
+
+Slab measure_slab(const Members& members, const std::vector<Vec3>& x, const std::vector<Vec3>& normals,
+                  const std::vector<double>& areas) {
+  Slab slab;
+  double area = 0.0;
+  Vec3 mean_normal;
+  Eigen::Matrix3d spread = Eigen::Matrix3d::Zero();
+  for (const int v : members) {
+    const auto i = std::size_t(v);
+    area += areas[i];
+    slab.centre += areas[i] * x[i];
+    mean_normal += areas[i] * normals[i];
+    const Eigen::Vector3d n(normals[i].x, normals[i].y, normals[i].z);
+    spread += areas[i] * n * n.transpose();
+  }
+  slab.centre = slab.centre / area;
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(spread / area);
+  const Eigen::Vector3d a = eigen.eigenvectors().col(0);
+  slab.axis = normalized(Vec3{a.x(), a.y(), a.z()});
+  double radius = 0.0;
+  for (const int v : members) {
+    const Vec3 d = x[std::size_t(v)] - slab.centre;
+    radius += areas[std::size_t(v)] * norm(d - dot(d, slab.axis) * slab.axis);
+  }
+  slab.radius = radius / area;
+  slab.ring = eigen.eigenvalues()(1) > kRingSpread * eigen.eigenvalues()(2) &&
+              norm(mean_normal) < kRingMeanNormal * area;
+  return slab;
+}
+
+// Connected pieces of a set of vertices, each in ascending order.
+std::vector<Members> connected_pieces(const Members& set,
+                                      const std::vector<std::vector<int>>& neighbors) {
+  std::map<int, bool> open;
+  for (const int v : set) open[v] = true;
+  std::vector<Members> pieces;
+  for (const int seed : set) {
+    if (!open[seed]) continue;
+    Members piece{seed};
+    open[seed] = false;
+    for (std::size_t i = 0; i < piece.size(); ++i)
+      for (const int n : neighbors[std::size_t(piece[i])]) {
+        const auto found = open.find(n);
+        if (found == open.end() || !found->second) continue;
+        found->second = false;
+        piece.push_back(n);
+      }
+    std::sort(piece.begin(), piece.end());
+    pieces.push_back(std::move(piece));
+  }
+  return pieces;
+}
+
+Members with_one_ring(const Members& members, const std::vector<std::vector<int>>& neighbors) {
+  Members wide = members;
+  for (const int v : members)
+    wide.insert(wide.end(), neighbors[std::size_t(v)].begin(), neighbors[std::size_t(v)].end());
+  std::sort(wide.begin(), wide.end());
+  wide.erase(std::unique(wide.begin(), wide.end()), wide.end());
+  return wide;
+}
+
+double mean_edge(const TriangleMesh& mesh) {
+  double sum = 0.0;
+  const auto edges = unique_edges(mesh);
+  for (const auto& e : edges)
+    sum += distance(mesh.vertices[std::size_t(e[0])], mesh.vertices[std::size_t(e[1])]);
+  return edges.empty() ? 0.0 : sum / double(edges.size());
+}
+
+class SlabCutter {
+ public:
+  explicit SlabCutter(const SimulationModel& model)
+      : model_(model),
+        neighbors_(vertex_neighbors(model.wall)),
+        normals_(vertex_normals(model.wall)),
+        areas_(vertex_areas(model.wall)),
+        edge_(mean_edge(model.wall)) {}
+
+  // Walks along each group: a slab is as long as its own radius, and the next one begins half a
+  // slab further.
+  std::vector<Members> cut() const {
+    std::map<int, Members> groups;
+    for (std::size_t v = 0; v < model_.wall.vertices.size(); ++v)
+      groups[model_.wall_group[v]].push_back(int(v));
+    std::vector<Members> slabs;
+    for (const auto& [group, members] : groups) cut_group(members, slabs);
+    return slabs;
+  }
+
+  const std::vector<double>& areas() const { return areas_; }
+  Slab measure(const Members& members) const {
+    Slab slab = measure_slab(members, model_.wall.vertices, normals_, areas_);
+    // A piece of a ring lies too near its own centre, a flat piece too far: keep within reason.
+    slab.radius = std::clamp(slab.radius, 0.2 * model_.reference_radius_mm,
+                             3.0 * model_.reference_radius_mm);
+    return slab;
+  }
+
+ private:
+  Members window(const Members& members, double from, double to) const {
+    Members inside;
+    for (const int v : members) {
+      const double s = model_.wall_abscissa[std::size_t(v)];
+      if (s >= from && s <= to) inside.push_back(v);
+    }
+    return inside;
+  }
+
+  void cut_group(const Members& members, std::vector<Members>& slabs) const {
+    double low = std::numeric_limits<double>::max(), high = -low;
+    for (const int v : members) {
+      low = std::min(low, model_.wall_abscissa[std::size_t(v)]);
+      high = std::max(high, model_.wall_abscissa[std::size_t(v)]);
+    }
+    double from = low;
+    for (;;) {
+      double length = std::max(model_.reference_radius_mm, kLeastEdgesPerSlab * edge_);
+      const Members probe = window(members, from, from + length);
+      if (!probe.empty())
+        length = std::max(std::min(length, measure(probe).radius), kLeastEdgesPerSlab * edge_);
+      const bool last = from + length >= high;
+      const double begin = last ? std::max(low, high - length) : from;
+      for (const Members& piece : connected_pieces(window(members, begin, begin + length), neighbors_))
+        slabs.push_back(with_one_ring(piece, neighbors_));
+      if (last) return;
+      from += 0.5 * length;
+    }
+  }
+
+  const SimulationModel& model_;
+  std::vector<std::vector<int>> neighbors_;
+  std::vector<Vec3> normals_;
+  std::vector<double> areas_;
+  double edge_;
+};
+
+void index_by_vertex(std::size_t wall_count, WallClusters& clusters) {
+  clusters.entry_begin.assign(wall_count + 1, 0);
+  for (const int v : clusters.vertex) ++clusters.entry_begin[std::size_t(v) + 1];
+  for (std::size_t v = 0; v < wall_count; ++v)
+    clusters.entry_begin[v + 1] += clusters.entry_begin[v];
+  std::vector<int> next(clusters.entry_begin.begin(), clusters.entry_begin.end() - 1);
+  clusters.entry.resize(clusters.vertex.size());
+  for (std::size_t e = 0; e < clusters.vertex.size(); ++e)
+    clusters.entry[std::size_t(next[std::size_t(clusters.vertex[e])]++)] = int(e);
+}
+
+// Offsets from the stiffness-weighted centre, so that the fitted translation is the centre.
+void centre_offsets(const std::vector<Vec3>& x, WallClusters& clusters) {
+  for (int c = 0; c < clusters.count(); ++c) {
+    const int begin = clusters.begin[std::size_t(c)], end = clusters.begin[std::size_t(c) + 1];
+    Vec3 centre;
+    double weight = 0.0;
+    for (int e = begin; e < end; ++e) {
+      const auto i = std::size_t(e);
+      centre += clusters.stiffness[i] * x[std::size_t(clusters.vertex[i])];
+      weight += clusters.stiffness[i];
+    }
+    centre = centre / weight;
+    for (int e = begin; e < end; ++e)
+      clusters.offset[std::size_t(e)] = x[std::size_t(clusters.vertex[std::size_t(e)])] - centre;
+  }
+}
+
+}  // namespace
+
+WallClusters make_clusters(const SimulationModel& model, const WallMaterial& material) {
+  WallClusters clusters;
+  clusters.begin.push_back(0);
+  const std::size_t wall_count = model.wall.vertices.size();
+  if (wall_count == 0) {
+    clusters.entry_begin.push_back(0);
+    return clusters;
+  }
+  const SlabCutter cutter(model);
+  const double modulus = units::pascal_from_kilopascal(material.modulus_kpa);
+  const double ratio = material.thickness_ratio;
+  for (const Members& members : cutter.cut()) {
+    const Slab slab = cutter.measure(members);
+    const double thickness = 2.0 * slab.radius * ratio / (1.0 - 2.0 * ratio);
+    for (const int v : members) {
+      clusters.vertex.push_back(v);
+      clusters.entry_cluster.push_back(clusters.count());
+      clusters.stiffness.push_back(modulus * thickness * cutter.areas()[std::size_t(v)] /
+                                   (slab.radius * slab.radius));
+    }
+    clusters.radius.push_back(slab.radius);
+    clusters.axis.push_back(slab.axis);
+    clusters.ring.push_back(char(slab.ring));
+    clusters.begin.push_back(int(clusters.vertex.size()));
+  }
+  index_by_vertex(wall_count, clusters);
+  for (std::size_t e = 0; e < clusters.vertex.size(); ++e) {
+    const auto v = std::size_t(clusters.vertex[e]);
+    clusters.stiffness[e] /= double(clusters.entry_begin[v + 1] - clusters.entry_begin[v]);
+  }
+  clusters.offset.resize(clusters.vertex.size());
+  centre_offsets(model.wall.vertices, clusters);
+  return clusters;
+}
+
+}  // namespace angio::simulation::detail

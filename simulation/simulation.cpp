@@ -1,0 +1,216 @@
+#include "simulation/simulation.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+#include <fstream>
+#include <string>
+
+#include "core/error.hpp"
+#include "core/units.hpp"
+#include "simulation/detail/measure.hpp"
+#include "simulation/detail/schedule.hpp"
+#include "simulation/detail/step.hpp"
+
+namespace angio::simulation {
+namespace {
+
+using namespace detail;
+
+constexpr double kWarnResidual = 0.05;
+
+void check(const char* field, double value, double low, double high) {
+  if (value >= low && value <= high) return;
+  char text[200];
+  std::snprintf(text, sizeof text, "simulation.%s is %g (it must lie in [%g, %g])", field, value,
+                low, high);
+  throw OptionError(text);
+}
+
+std::string processor_name() {
+  std::ifstream info("/proc/cpuinfo");
+  std::string line;
+  while (std::getline(info, line))
+    if (line.rfind("model name", 0) == 0) return line.substr(line.find(':') + 2);
+  return "CPU";
+}
+
+// What the balloon is expected to enclose when full: its rest shape. A balloon that starts
+// unfolded is blown up like a rubber one, to the vessel's radius.
+double nominal_volume(const SimulationModel& model, const Scene& scene, double start_volume) {
+  TriangleMesh rest = model.balloon;
+  rest.vertices = model.balloon_rest;
+  const double rest_volume = enclosed_volume(rest);
+  if (scene.relaxed || scene.wall_count == 0) return std::max(rest_volume, start_volume);
+  const double radius = 0.5 * section_diameter(scene, scene.start, model.measure_point,
+                                               normalized(model.measure_tangent));
+  const double growth = radius > 0.0 ? std::max(1.0, model.reference_radius_mm / radius) : 1.0;
+  return growth * growth * start_volume;
+}
+
+SimulationFrame make_frame(const SimulationModel& model, const Scene& scene, const State& state,
+                           double outside) {
+  SimulationFrame frame;
+  frame.pressure_atm = units::atm_from_pascal(state.pressure - outside);
+  frame.balloon_volume_mm3 = state.volume;
+  frame.balloon_diameter_mm =
+      section_diameter(scene, state.x, model.measure_point, normalized(model.measure_tangent));
+  frame.lumen_mld_mm = lumen_mld(scene, state.x);
+  frame.max_penetration_mm = max_penetration(scene, state.x);
+  const AirState air = air_state(model.air, state.x);
+  frame.min_air_volume_mm3 = air.min_volume;
+  frame.air_tet_count = int(model.air.size());
+  frame.inverted_air_tet_count = air.inverted_count;
+  frame.balloon.assign(state.x.begin(), state.x.begin() + scene.balloon_count);
+  frame.wall.assign(state.x.begin() + scene.balloon_count, state.x.end());
+  SkinState skin = skin_state(scene, state.x);
+  frame.thickness_mm = std::move(skin.thickness);
+  frame.stretch_1 = std::move(skin.stretch_1);
+  frame.stretch_2 = std::move(skin.stretch_2);
+  frame.plastic_strain = plastic_strain(scene, state);
+  return frame;
+}
+
+void add_report(const StepReport& report, const StepSolver& solver, SimulationFrame& frame) {
+  frame.residual = report.residual;
+  frame.friction_delta_mm = report.friction_delta;
+  frame.contact_count = solver.contact_count();
+  for (const double p : solver.contact_pressure())
+    frame.contact_pressure_kpa.push_back(units::kilopascal_from_pascal(p));
+}
+
+void summarize(const SimulationFrame& frame, SimulationSummary& summary) {
+  ++summary.frame_count;
+  summary.simulated_s = frame.time_s;
+  if (frame.pressure_atm > summary.peak_pressure_atm || frame.frame == 0) {
+    summary.peak_pressure_atm = std::max(0.0, frame.pressure_atm);
+    summary.peak_diameter_mm = frame.balloon_diameter_mm;
+    summary.peak_frame = frame.frame;
+  }
+  summary.max_penetration_mm = std::max(summary.max_penetration_mm, frame.max_penetration_mm);
+  summary.inverted_air_tets = std::max(summary.inverted_air_tets, frame.inverted_air_tet_count);
+  summary.worst_residual = std::max(summary.worst_residual, frame.residual);
+}
+
+void add_warnings(const SimulationOptions& options, int slow_frames, SimulationSummary& summary) {
+  char text[300];
+  if (slow_frames > 0) {
+    std::snprintf(text, sizeof text,
+                  "the force balance is off by up to %.0f %% and by more than %.0f %% in %d of %d "
+                  "frames; more sweeps or a shorter frame_s would close it",
+                  100.0 * summary.worst_residual, 100.0 * kWarnResidual, slow_frames,
+                  summary.frame_count);
+    summary.warnings.emplace_back(text);
+  }
+  const double asked = options.inflation.peak_pressure_atm;
+  if (summary.peak_pressure_atm < 0.99 * asked) {
+    std::snprintf(text, sizeof text,
+                  "the balloon reached %.2f atm of the %.2f atm asked for: its wall of %.3f mm %s "
+                  "carries no more, or it was still filling; try a stiffer balloon or a longer "
+                  "inflate_s",
+                  summary.peak_pressure_atm, asked, options.balloon.wall_mm,
+                  options.balloon.name.c_str());
+    summary.warnings.emplace_back(text);
+  }
+  if (summary.max_penetration_mm > 0.0) {
+    std::snprintf(text, sizeof text, "balloon and wall cross by up to %.4f mm",
+                  summary.max_penetration_mm);
+    summary.warnings.emplace_back(text);
+  }
+}
+
+}  // namespace
+
+const char* name(Phase phase) {
+  switch (phase) {
+    case Phase::insert:
+      return "insert";
+    case Phase::inflate:
+      return "inflate";
+    case Phase::hold:
+      return "hold";
+    case Phase::deflate:
+      return "deflate";
+    case Phase::rest:
+      return "rest";
+  }
+  return "";
+}
+
+void SimulationOptions::validate() const {
+  if (balloon.name != "pa12" && balloon.name != "polyurethane" && !(balloon.c1_mpa > 0.0))
+    throw OptionError("simulation.balloon.name is \"" + balloon.name +
+                      "\" (unknown material). Use pa12 or polyurethane, or give c1_mpa and c2_mpa");
+  check("balloon.c1_mpa", balloon.c1_mpa, 0.0, 1e6);
+  check("balloon.c2_mpa", balloon.c2_mpa, 0.0, 1e6);
+  check("balloon.wall_mm", balloon.wall_mm, 0.001, 1.0);
+  check("balloon.density_g_mm3", balloon.density_g_mm3, 0.0, 1.0);
+  check("wall.modulus_kpa", wall.modulus_kpa, 1.0, 1e6);
+  check("wall.thickness_ratio", wall.thickness_ratio, 1e-6, 0.45);
+  check("wall.yield_strain", wall.yield_strain, 0.0, 10.0);
+  check("wall.creep_per_s", wall.creep_per_s, 0.0, 1000.0);
+  check("wall.max_plastic_strain", wall.max_plastic_strain, 0.0, 10.0);
+  check("wall.foundation_kpa_per_mm", wall.foundation_kpa_per_mm, 0.0, 1e5);
+  check("wall.density_g_mm3", wall.density_g_mm3, 0.0, 1.0);
+  check("inflation.inflate_s", inflation.inflate_s, 1e-6, 600.0);
+  check("inflation.hold_s", inflation.hold_s, 0.0, 600.0);
+  check("inflation.deflate_s", inflation.deflate_s, 1e-6, 600.0);
+  check("inflation.rest_s", inflation.rest_s, 0.0, 600.0);
+  check("inflation.peak_pressure_atm", inflation.peak_pressure_atm, 1e-6, 40.0);
+  check("inflation.outside_pressure_kpa", inflation.outside_pressure_kpa, 0.0, 50.0);
+  check("frame_s", frame_s, 1e-4, 1.0);
+  check("sweeps", double(sweeps), 1.0, 1000.0);
+  check("contact_distance_mm", contact_distance_mm, 1e-3, 1.0);
+  check("friction_static", friction_static, 0.0, 2.0);
+  check("friction_kinetic", friction_kinetic, 0.0, 2.0);
+}
+
+SimulationSummary simulate(const SimulationModel& model, const SimulationOptions& options,
+                           const std::function<void(const SimulationFrame&)>& on_frame,
+                           const Progress& progress) {
+  options.validate();
+  if (options.backend == Backend::cuda)
+    throw Error(ExitCode::unavailable,
+                "the CUDA backend was asked for, but this program was not built with CUDA. Use "
+                "--backend cpu");
+  const auto begin = std::chrono::steady_clock::now();
+  const Scene scene = make_scene(model, options);
+  const double outside = outside_pressure(options);
+  State state = start_state(scene, outside);
+  if (max_penetration(scene, state.x) > 0.0)
+    throw InputError(
+        "the balloon crosses the vessel wall before it is inflated (contact cannot part them). Try "
+        "a smaller mesh.balloon.start_diameter_mm");
+  Inflator inflator(options, state.volume, nominal_volume(model, scene, state.volume));
+  StepSolver solver(scene, options);
+
+  SimulationSummary summary;
+  summary.backend = "cpu";
+  summary.device = processor_name();
+  int slow_frames = 0;
+  for (int frame = 0; frame < inflator.frame_count(); ++frame) {
+    StepReport report;
+    if (frame > 0) {
+      const double gas = state.pressure * state.volume;
+      if (inflator.phase(frame) == Phase::deflate && inflator.phase(frame - 1) != Phase::deflate)
+        inflator.begin_deflation(gas);
+      report = solver.step(inflator.law(frame, gas), options.frame_s, state);
+    }
+    SimulationFrame output = make_frame(model, scene, state, outside);
+    output.frame = frame;
+    output.time_s = frame * options.frame_s;
+    output.phase = inflator.phase(frame);
+    add_report(report, solver, output);
+    slow_frames += output.residual > kWarnResidual ? 1 : 0;
+    summarize(output, summary);
+    if (on_frame) on_frame(output);
+    progress.report(double(frame + 1) / inflator.frame_count(), name(output.phase));
+  }
+  summary.wall_s =
+      std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  add_warnings(options, slow_frames, summary);
+  return summary;
+}
+
+}  // namespace angio::simulation
