@@ -137,7 +137,7 @@ std::string make_page(const ReportContent& content, const Figures& figures, cons
   page += section("Dilation",
                   album.block(figures.moments, "stack") + album.block(figures.contact, "stack"));
   page +=
-      section("Diameter along the vessel", chart_figure(detail::diameter_chart(content, metrics)));
+      section("Diameter along the vessel", detail::svg(detail::diameter_chart(content, metrics)));
   page += section("Course of the inflation", chart_grid(content.time_series));
   page += section("Images", image_section(album, figures, !content.moments.empty()));
   const std::string tables = metrics.tables() + detail::run_tables(content.run_json);

@@ -15,10 +15,10 @@ constexpr Rgb kBefore{70, 200, 255};  // contour before the dilation
 constexpr Rgb kAfter{255, 160, 40};   // contour after it
 constexpr int kProjectionPixels = 420;
 constexpr int kSlicePixels = 380;
-constexpr int kTilePixels = 168;
-constexpr int kTileColumns = 6;
-constexpr int kTileRows = 2;
-constexpr int kShift = 6;  // OpenCV draws to 1/64 pixel
+constexpr int kTilePixels = 202;
+constexpr int kTileColumns = 5;
+constexpr int kTileRows = 3;  // an odd number of tiles: the lesion is in the middle
+constexpr int kShift = 6;     // OpenCV draws to 1/64 pixel
 
 cv::Scalar cv_color(const Rgb& color) {
   return {double(color[0]), double(color[1]), double(color[2])};
@@ -173,13 +173,18 @@ std::vector<PlaneWindow> sheet_planes(const ReportContent& content, const Center
                                       std::vector<double>& abscissas) {
   constexpr int kTiles = kTileColumns * kTileRows;
   const double reach = sheet_reach(content, path);
-  const double first = std::max(path.abscissa.front(), content.lesion_abscissa_mm - reach);
-  const double last = std::min(path.abscissa.back(), content.lesion_abscissa_mm + reach);
-  const double half_size = 1.7 * widest_near(path, content.lesion_abscissa_mm, reach);
+  const double lesion =
+      std::clamp(content.lesion_abscissa_mm, path.abscissa.front(), path.abscissa.back());
+  const double first = std::max(path.abscissa.front(), lesion - reach);
+  const double last = std::min(path.abscissa.back(), lesion + reach);
+  const double half_size = 1.7 * widest_near(path, lesion, reach);
   std::vector<PlaneWindow> planes;
   Vec3 right = any_perpendicular(sample(path, first).tangent);
+  constexpr int kMiddle = kTiles / 2;
   for (int tile = 0; tile < kTiles; ++tile) {
-    const double abscissa = first + (last - first) * tile / (kTiles - 1);
+    const double part = double(tile - kMiddle) / kMiddle;  // -1 to 1
+    const double side = part < 0.0 ? lesion - first : last - lesion;
+    const double abscissa = lesion + part * side;
     const CenterlineSample place = sample(path, abscissa);
     right = normalized(right - dot(right, place.tangent) * place.tangent);
     planes.push_back({place.point, right, cross(place.tangent, right), half_size});

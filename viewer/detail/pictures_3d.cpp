@@ -91,8 +91,8 @@ Figure draw_tree(const ReportContent& content) {
     const double shown_mm =
         2.0 * std::max(frame.half_height_mm, frame.half_width_mm / picture_aspect);
     const double radius = std::max(4.0 * lesion.inscribed_radius / shown_mm, 0.03);
-    add_mark(renderer, place_in_picture(frame, picture_aspect, lesion.point), radius, "lesion",
-             width * kSupersampling, height * kSupersampling, kSupersampling);
+    add_mark(renderer, place_in_picture(frame, picture_aspect, lesion.point), radius,
+             "balloon site", width * kSupersampling, height * kSupersampling, kSupersampling);
   }
   ScaleBar bar(renderer, kSupersampling, colors::kInk);
   const auto axes = make_axes(renderer, width, height);

@@ -266,12 +266,17 @@ vtkSmartPointer<vtkRenderer> make_axes(vtkRenderer* scene, int width, int height
     text->SetFontSize(13 * kSupersampling);
   }
   auto renderer = vtkSmartPointer<vtkRenderer>::New();
-  constexpr double kSide = 130.0;  // [pixel]
-  renderer->SetViewport(1.0 - kSide / width, 0.0, 1.0, kSide / height);
   renderer->SetLayer(1);
   renderer->InteractiveOff();
   renderer->AddActor(axes);
-  vtkCamera* camera = renderer->GetActiveCamera();
+  turn_axes(renderer, scene, width, height);
+  return renderer;
+}
+
+void turn_axes(vtkRenderer* axes, vtkRenderer* scene, int width, int height) {
+  constexpr double kSide = 130.0;  // [pixel]
+  axes->SetViewport(1.0 - std::min(1.0, kSide / width), 0.0, 1.0, std::min(1.0, kSide / height));
+  vtkCamera* camera = axes->GetActiveCamera();
   vtkCamera* from = scene->GetActiveCamera();
   double direction[3];
   from->GetDirectionOfProjection(direction);
@@ -280,8 +285,7 @@ vtkSmartPointer<vtkRenderer> make_axes(vtkRenderer* scene, int width, int height
   camera->SetPosition(-5 * direction[0], -5 * direction[1], -5 * direction[2]);
   camera->SetViewUp(from->GetViewUp());
   camera->SetParallelScale(1.45);
-  renderer->ResetCameraClippingRange();
-  return renderer;
+  axes->ResetCameraClippingRange();
 }
 
 Picture render_offscreen(const std::vector<vtkRenderer*>& layers, int width, int height,

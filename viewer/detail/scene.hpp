@@ -97,6 +97,9 @@ void add_mark(vtkRenderer* renderer, const PicturePlace& place, double radius_fr
 /// @param width, height  of the picture [pixel]
 vtkSmartPointer<vtkRenderer> make_axes(vtkRenderer* scene, int width, int height);
 
+/// Turns and places them again, after the scene's camera moved or the window changed its size.
+void turn_axes(vtkRenderer* axes, vtkRenderer* scene, int width, int height);
+
 /// Scenes are drawn this many times larger and shrunk, which smooths edges the same way on every
 /// machine (multisampling is up to the driver).
 inline constexpr int kSupersampling = 2;

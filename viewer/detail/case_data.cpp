@@ -1,0 +1,181 @@
+#include "viewer/detail/case_data.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <map>
+
+#include "core/atomic_file.hpp"
+#include "core/error.hpp"
+#include "viewer/detail/html.hpp"
+#include "viewer/detail/nrrd.hpp"
+#include "viewer/detail/report_charts.hpp"
+#include "viewer/detail/tokens.hpp"
+#include "viewer/files.hpp"
+
+namespace angio::viewer::detail {
+namespace fs = std::filesystem;
+namespace {
+
+/// The value of an XML attribute, with its entities resolved; empty if it is not there.
+std::string attribute(std::string_view element, const std::string& name) {
+  const std::string key = " " + name + "=\"";
+  const auto at = element.find(key);
+  if (at == std::string_view::npos) return {};
+  const auto begin = at + key.size();
+  std::string value(element.substr(begin, element.find('"', begin) - begin));
+  for (const auto& [entity, letter] :
+       {std::pair{"&lt;", "<"}, {"&gt;", ">"}, {"&quot;", "\""}, {"&#39;", "'"}, {"&amp;", "&"}})
+    for (auto found = value.find(entity); found != std::string::npos;
+         found = value.find(entity, found + 1))
+      value.replace(found, std::string_view(entity).size(), letter);
+  return value;
+}
+
+/// The digits of "balloon_000120.vtp".
+int frame_number(const fs::path& file) {
+  const std::string stem = file.stem().string();
+  const auto digits = stem.find_last_not_of("0123456789");
+  const auto number = parse_number<int>(
+      std::string_view(stem).substr(digits == std::string::npos ? 0 : digits + 1));
+  return number.value_or(0);
+}
+
+std::vector<CenterlinePath> read_paths(const fs::path& file) {
+  const PolylineData data = read_polylines(file);
+  const DataArray& radius = find_array(data.point_arrays, "MaximumInscribedSphereRadius");
+  std::vector<CenterlinePath> paths;
+  for (const auto& line : data.lines) {
+    CenterlinePath path;
+    for (const int point : line) {
+      path.points.push_back(data.points[std::size_t(point)]);
+      path.inscribed_radius.push_back(radius.values[std::size_t(point)]);
+    }
+    path.equivalent_radius = path.inscribed_radius;
+    path.section_area.assign(path.points.size(), 0.0);
+    path.abscissa = arc_length(path.points);
+    path.id = int(paths.size());
+    if (path.points.size() >= 2) paths.push_back(std::move(path));
+  }
+  return paths;
+}
+
+/// The row of a frame in the table; nothing if it has none.
+std::optional<std::size_t> row_of(const TimeSeries& series, int frame) {
+  const std::vector<double> frames = column(series, "frame");
+  const auto found = std::find(frames.begin(), frames.end(), double(frame));
+  if (found == frames.end()) return std::nullopt;
+  return std::size_t(found - frames.begin());
+}
+
+}  // namespace
+
+CaseData read_case(const fs::path& folder) {
+  std::error_code ignored;
+  if (!fs::is_directory(folder, ignored))
+    throw InputError("no such case: " + folder.string(), ExitCode::no_input);
+  const fs::path lumen = folder / "meshing" / "lumen.vtp";
+  if (!fs::exists(lumen, ignored))
+    throw InputError(folder.string() +
+                         " has nothing to show yet (meshing/lumen.vtp is missing). Run `angio "
+                         "run INPUT -o " +
+                         folder.string() + "` first",
+                     ExitCode::no_input);
+  CaseData data;
+  data.lumen = read_surface(lumen).mesh;
+  const fs::path scan = folder / "segmentation" / "volume.nrrd";
+  if (fs::exists(scan, ignored)) data.scan = read_nrrd(scan);
+  const fs::path lines = folder / "centerline" / "centerlines.vtp";
+  if (fs::exists(lines, ignored)) data.paths = read_paths(lines);
+  const fs::path collection = folder / "simulation" / "simulation.pvd";
+  if (fs::exists(collection, ignored)) data.frames = read_frame_list(collection);
+  const fs::path table = folder / "simulation" / "timeseries.csv";
+  if (fs::exists(table, ignored)) data.series = read_time_series(table);
+  return data;
+}
+
+std::vector<FrameFiles> read_frame_list(const fs::path& collection) {
+  const std::string xml = read_text(collection);
+  std::map<int, FrameFiles> frames;
+  constexpr std::string_view kElement = "<DataSet";
+  for (auto at = xml.find(kElement); at != std::string::npos; at = xml.find(kElement, at + 1)) {
+    const auto element = std::string_view(xml).substr(at, xml.find('>', at) - at);
+    const fs::path file = attribute(element, "file");
+    const auto time = parse_number<double>(attribute(element, "timestep"));
+    const std::string name = file.filename().string();
+    if (file.empty() || !time)
+      throw InputError(collection.string() +
+                       " is damaged (a data set has no file or time). Run `angio simulate` again");
+    FrameFiles& frame = frames[frame_number(file)];
+    frame.frame = frame_number(file);
+    frame.time_s = *time;
+    if (name.starts_with("balloon")) frame.balloon = collection.parent_path() / file;
+    if (name.starts_with("vessel")) frame.vessel = collection.parent_path() / file;
+  }
+  std::vector<FrameFiles> list;
+  for (auto& [number, frame] : frames)
+    if (!frame.balloon.empty() && !frame.vessel.empty()) list.push_back(std::move(frame));
+  return list;
+}
+
+TimeSeries read_time_series(const fs::path& csv) {
+  const std::string text = read_text(csv);
+  TimeSeries series;
+  Lines lines(text);
+  while (const auto line = lines.next()) {
+    std::vector<std::string> cells;
+    for (std::size_t begin = 0; begin <= line->size();) {
+      const auto end = std::min(line->find(',', begin), line->size());
+      cells.emplace_back(line->substr(begin, end - begin));
+      begin = end + 1;
+    }
+    if (series.columns.empty())
+      series.columns = std::move(cells);
+    else
+      series.rows.push_back(std::move(cells));
+  }
+  return series;
+}
+
+std::size_t nearest_frame(const std::vector<FrameFiles>& frames, int frame) {
+  std::size_t nearest = 0;
+  for (std::size_t i = 1; i < frames.size(); ++i)
+    if (std::abs(frames[i].frame - frame) < std::abs(frames[nearest].frame - frame)) nearest = i;
+  return nearest;
+}
+
+std::size_t peak_frame(const CaseData& data) {
+  const std::vector<double> pressure = column(data.series, "pressure_atm");
+  std::size_t peak = 0;
+  double highest = -1.0;
+  for (std::size_t i = 0; i < data.frames.size(); ++i) {
+    const auto row = row_of(data.series, data.frames[i].frame);
+    if (row && *row < pressure.size() && pressure[*row] > highest) {
+      highest = pressure[*row];
+      peak = i;
+    }
+  }
+  return peak;
+}
+
+std::string describe_frame(const CaseData& data, const FrameFiles& files) {
+  std::string text =
+      "frame " + std::to_string(files.frame) + "    " + fixed_text(files.time_s, 3) + " s";
+  const auto row = row_of(data.series, files.frame);
+  if (!row) return text;
+  const auto phase = std::find(data.series.columns.begin(), data.series.columns.end(), "phase");
+  const auto phase_index = std::size_t(phase - data.series.columns.begin());
+  if (phase_index < data.series.rows[*row].size())
+    text += "    " + data.series.rows[*row][phase_index];
+  const auto add = [&](const char* name, const char* label, const char* unit, int decimals) {
+    const std::vector<double> values = column(data.series, name);
+    if (*row < values.size() && std::isfinite(values[*row]))
+      text += std::string("    ") + label + fixed_text(values[*row], decimals) + unit;
+  };
+  add("pressure_atm", "", " atm", 2);
+  add("balloon_diameter_mm", "balloon ", " mm", 2);
+  add("lumen_mld_mm", "MLD ", " mm", 2);
+  return text;
+}
+
+}  // namespace angio::viewer::detail

@@ -1,0 +1,50 @@
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/centerline.hpp"
+#include "core/triangle_mesh.hpp"
+#include "core/volume.hpp"
+#include "viewer/report.hpp"
+
+/// A case folder as the desktop viewer needs it.
+namespace angio::viewer::detail {
+
+/// The files of one written frame.
+struct FrameFiles {
+  int frame = 0;  ///< as in timeseries.csv
+  double time_s = 0.0;
+  std::filesystem::path balloon;
+  std::filesystem::path vessel;
+};
+
+struct CaseData {
+  std::optional<Volume<float>> scan;
+  TriangleMesh lumen;
+  std::vector<CenterlinePath> paths;  ///< points, radius and abscissa only
+  std::vector<FrameFiles> frames;     ///< in order of time; empty before the simulation has run
+  TimeSeries series;
+};
+
+/// Reads what is there; only the lumen must be.
+///
+/// @throws InputError (66) if the folder is no case, or has no lumen yet
+CaseData read_case(const std::filesystem::path& folder);
+
+/// The frames listed in a ParaView collection whose file names begin with "balloon" and "vessel".
+std::vector<FrameFiles> read_frame_list(const std::filesystem::path& collection);
+
+/// A table without quotes.
+TimeSeries read_time_series(const std::filesystem::path& csv);
+
+/// Places in `frames`: the one nearest to a frame number; the one of the highest pressure.
+std::size_t nearest_frame(const std::vector<FrameFiles>& frames, int frame);
+std::size_t peak_frame(const CaseData& data);
+
+/// "frame 120   3.000 s   inflate   5.2 atm ..."; what the table does not know is left out.
+std::string describe_frame(const CaseData& data, const FrameFiles& files);
+
+}  // namespace angio::viewer::detail

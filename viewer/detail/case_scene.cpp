@@ -1,0 +1,221 @@
+#include "viewer/detail/case_scene.hpp"
+
+#include <vtkFloatArray.h>
+#include <vtkImageData.h>
+#include <vtkImageProperty.h>
+#include <vtkImageSliceMapper.h>
+#include <vtkMatrix4x4.h>
+#include <vtkNew.h>
+#include <vtkPointData.h>
+#include <vtkProperty.h>
+#include <vtkTextProperty.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "viewer/detail/plane.hpp"
+#include "viewer/detail/view_frame.hpp"
+#include "viewer/files.hpp"
+
+namespace angio::viewer::detail {
+namespace {
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+/// The scan's voxels, shared, on an axis-aligned grid; the slices' matrix does the rest.
+vtkSmartPointer<vtkImageData> share_voxels(const Volume<float>& volume) {
+  const VolumeGeometry& grid = volume.geometry;
+  vtkNew<vtkFloatArray> values;
+  constexpr int kKeepOurs = 1;
+  values->SetArray(const_cast<float*>(volume.values.data()), vtkIdType(volume.values.size()),
+                   kKeepOurs);
+  auto image = vtkSmartPointer<vtkImageData>::New();
+  image->SetDimensions(grid.size.data());
+  image->SetSpacing(grid.spacing.x, grid.spacing.y, grid.spacing.z);
+  image->GetPointData()->SetScalars(values);
+  return image;
+}
+
+vtkSmartPointer<vtkMatrix4x4> lps_from_grid(const VolumeGeometry& grid) {
+  auto matrix = vtkSmartPointer<vtkMatrix4x4>::New();
+  for (int row = 0; row < 3; ++row) {
+    for (int column = 0; column < 3; ++column)
+      matrix->SetElement(row, column, grid.direction(row, column));
+    matrix->SetElement(row, 3, grid.origin[row]);
+  }
+  return matrix;
+}
+
+/// Every so-manyth voxel is enough to choose black and white.
+std::vector<float> thinned(const std::vector<float>& values) {
+  constexpr std::size_t kEnough = 500'000;
+  const std::size_t stride = 1 + values.size() / kEnough;
+  std::vector<float> few;
+  for (std::size_t i = 0; i < values.size(); i += stride) few.push_back(values[i]);
+  return few;
+}
+
+void move(vtkSmartPointer<vtkActor>& actor, vtkRenderer* renderer,
+          const vtkSmartPointer<vtkActor>& replacement) {
+  const bool was_visible = !actor || actor->GetVisibility();
+  if (actor) renderer->RemoveActor(actor);
+  actor = replacement;
+  actor->SetVisibility(was_visible ? 1 : 0);
+  renderer->AddActor(actor);
+}
+
+std::vector<double> pressure_of(const SurfaceData& vessel) {
+  const auto found =
+      std::find_if(vessel.point_arrays.begin(), vessel.point_arrays.end(),
+                   [](const DataArray& array) { return array.name == "contact_pressure"; });
+  return found == vessel.point_arrays.end() ? std::vector<double>() : found->values;
+}
+
+}  // namespace
+
+CaseScene::CaseScene(const CaseData& data, int scale)
+    : data_(data), scale_(scale), renderer_(vtkSmartPointer<vtkRenderer>::New()) {
+  renderer_->SetBackground(1.0, 1.0, 1.0);
+  still_lumen_ = data.lumen;
+  if (!data.frames.empty()) {
+    first_wall_ = read_surface(data.frames.front().vessel).mesh;
+    still_lumen_ = surroundings(data.lumen, first_wall_, {}, kInfinity);
+    highest_pressure_kpa_ = 0.0;
+    for (const double p : pressure_of(read_surface(data.frames[peak_frame(data)].vessel)))
+      highest_pressure_kpa_ = std::max(highest_pressure_kpa_, p);
+  }
+  if (data.scan) add_scan(point_of_interest());
+  lumen_ = make_surface(still_lumen_, {colors::kLumen, data.frames.empty() ? 0.45 : 0.25});
+  renderer_->AddActor(lumen_);
+  for (const CenterlinePath& path : data.paths) {
+    const double thickness =
+        0.06 * *std::max_element(path.inscribed_radius.begin(), path.inscribed_radius.end());
+    lines_.push_back(make_tube(path.points, std::max(thickness, 1e-3), colors::kCenterline));
+    renderer_->AddActor(lines_.back());
+  }
+  add_texts(scale);
+  look_at_tree(1.5);
+  constexpr int kAnySize = 1000;
+  axes_ = make_axes(renderer_, kAnySize, kAnySize);
+}
+
+void CaseScene::add_scan(const Vec3& center) {
+  const VolumeGeometry& grid = data_.scan->geometry;
+  const auto image = share_voxels(*data_.scan);
+  const auto matrix = lps_from_grid(grid);
+  const std::vector<float> few = thinned(data_.scan->values);
+  const double black = percentile(few, 0.01), white = percentile(few, 0.997);
+  const Vec3 index = grid.index_from_lps(center);
+  for (int axis = 0; axis < 3; ++axis) {
+    vtkNew<vtkImageSliceMapper> mapper;
+    mapper->SetInputData(image);
+    mapper->SetOrientation(axis);
+    mapper->SetSliceNumber(
+        int(std::clamp(std::round(index[axis]), 0.0, double(grid.size[std::size_t(axis)] - 1))));
+    auto slice = vtkSmartPointer<vtkImageSlice>::New();
+    slice->SetMapper(mapper);
+    slice->SetUserMatrix(matrix);
+    slice->GetProperty()->SetColorWindow(std::max(white - black, 1e-6));
+    slice->GetProperty()->SetColorLevel(0.5 * (white + black));
+    slice->GetProperty()->SetOpacity(0.55);
+    slices_.push_back(slice);
+    renderer_->AddViewProp(slice);
+  }
+}
+
+void CaseScene::add_texts(int scale) {
+  status_ = make_text("", 16 * scale, colors::kInk);
+  status_->GetPositionCoordinate()->SetCoordinateSystemToNormalizedViewport();
+  status_->SetPosition(0.012, 0.962);
+  renderer_->AddActor2D(status_);
+  const auto help = make_text(
+      "drag: rotate    wheel: zoom    space: play    arrows: step    s scan    l lumen    "
+      "c centreline    p contact pressure    b balloon    t whole tree    q quit",
+      12 * scale, colors::kInk);
+  help->GetPositionCoordinate()->SetCoordinateSystemToNormalizedViewport();
+  help->SetPosition(0.012, 0.935);
+  renderer_->AddActor2D(help);
+  scale_bar_ = std::make_unique<ScaleBar>(renderer_, scale, colors::kInk);
+}
+
+std::vector<vtkRenderer*> CaseScene::layers() const { return {renderer_, axes_}; }
+
+void CaseScene::show_frame(std::size_t index) {
+  if (index >= data_.frames.size()) return;
+  frame_ = index;
+  const FrameFiles& files = data_.frames[index];
+  const SurfaceData vessel = read_surface(files.vessel);
+  contact_pressure_kpa_ = pressure_of(vessel);
+  move(balloon_, renderer_,
+       make_surface(read_surface(files.balloon).mesh, {colors::kBalloon, 1.0}));
+  move(wall_, renderer_, make_surface(vessel.mesh, {colors::kLumen, 0.28}));
+  if (shows_pressure_) color_wall();
+  status_->SetInput(describe_frame(data_, files).c_str());
+}
+
+void CaseScene::color_wall() {
+  if (contact_pressure_kpa_.empty()) return;
+  color_by(wall_, contact_pressure_kpa_,
+           make_pressure_colors(std::max(highest_pressure_kpa_, 1e-9)));
+  wall_->GetProperty()->SetOpacity(1.0);
+}
+
+void CaseScene::toggle(ScenePart part) {
+  const auto flip = [](vtkProp* prop) { prop->SetVisibility(prop->GetVisibility() ? 0 : 1); };
+  switch (part) {
+    case ScenePart::scan:
+      for (const auto& slice : slices_) flip(slice);
+      break;
+    case ScenePart::lumen:
+      flip(lumen_);
+      if (wall_) flip(wall_);
+      break;
+    case ScenePart::centerline:
+      for (const auto& line : lines_) flip(line);
+      break;
+    case ScenePart::pressure:
+      shows_pressure_ = !shows_pressure_;
+      show_frame(frame_);
+      break;
+  }
+}
+
+Vec3 CaseScene::point_of_interest() const {
+  return bounds(first_wall_.vertices.empty() ? data_.lumen : first_wall_).center;
+}
+
+void CaseScene::look_at_lesion(double aspect) {
+  if (first_wall_.vertices.empty() || data_.paths.empty()) return look_at_tree(aspect);
+  const Vec3 point = point_of_interest();
+  const CenterlinePath* nearest = nullptr;
+  double nearest_distance = kInfinity;
+  for (const CenterlinePath& path : data_.paths) {
+    const double gap = distance(sample(path, project(path, point)).point, point);
+    if (gap < nearest_distance) {
+      nearest_distance = gap;
+      nearest = &path;
+    }
+  }
+  ViewFrame frame = frame_lesion(first_wall_, still_lumen_, *nearest, project(*nearest, point));
+  constexpr double kRoom = 1.35;
+  frame.half_width_mm *= kRoom;
+  frame.half_height_mm *= kRoom;
+  aim(renderer_, frame, aspect);
+}
+
+void CaseScene::look_at_tree(double aspect) {
+  ViewFrame frame = frame_tree(data_.lumen);
+  constexpr double kRoom = 1.15;
+  frame.half_width_mm *= kRoom;
+  frame.half_height_mm *= kRoom;
+  aim(renderer_, frame, aspect);
+}
+
+void CaseScene::update_overlays() {
+  scale_bar_->update();
+  const int* size = renderer_->GetSize();
+  if (size[0] > 0 && size[1] > 0) turn_axes(axes_, renderer_, size[0] / scale_, size[1] / scale_);
+}
+
+}  // namespace angio::viewer::detail
