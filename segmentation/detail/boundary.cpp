@@ -19,6 +19,10 @@ constexpr double kFieldReach[] = {16.0, 8.0, 4.0, 2.0};  ///< [mm] kernels, wide
 constexpr float kPriorWeight = 0.02f;  ///< of the wider kernel against a full narrow one
 constexpr double kEdgeVoxels = 2.0;    ///< half width of the blurred edge
 constexpr double kRingWidth = 3.0;     ///< [mm] of background looked at
+constexpr double kReachMm = 5.0;       ///< to which the level set tells distances outside
+constexpr float kLeastShare = 0.2f;    ///< of the contrast: T never goes below
+constexpr double kMostBlurVoxels = 1.5;
+constexpr double kVoxelBudget = 32e6;  ///< of the result
 constexpr float kPeakShare = 0.7f;     ///< T stays below this share of the local peak
 
 double mean_spacing(const VolumeGeometry& geometry) {
@@ -98,6 +102,16 @@ Volume<float> local_peak(const Volume<float>& volume) {
   return peak;
 }
 
+/// The inverse of the standard normal distribution, by bisection.
+double normal_quantile(double share) {
+  double low = -8.0, high = 8.0;
+  for (int step = 0; step < 60; ++step) {
+    const double middle = 0.5 * (low + high);
+    (0.5 * std::erfc(-middle / std::sqrt(2.0)) < share ? low : high) = middle;
+  }
+  return 0.5 * (low + high);
+}
+
 struct Levels {
   CoarseField lumen;
   CoarseField background;
@@ -144,7 +158,8 @@ Volume<float> level_function(const Volume<float>& volume, const Volume<float>& p
         const float contrast = std::max(lumen[std::size_t(i)] - b, least_contrast);
         const float half = b + 0.5f * contrast;
         const float below_peak = b + kPeakShare * (peak.at(i, j, int(k)) - b);
-        const float threshold = std::max(std::min(half, below_peak), lowest);
+        const float threshold =
+            std::max({std::min(half, below_peak), b + kLeastShare * contrast, lowest});
         const float value = volume.at(i, j, int(k));
         float excess = (value - threshold) / contrast;
         if (value > highest) excess = -0.5f;
@@ -155,19 +170,20 @@ Volume<float> level_function(const Volume<float>& volume, const Volume<float>& p
   return level;
 }
 
-/// Turns pieces that do not touch the tree into outside, and closed holes into inside.
-void keep_tree_only(Volume<float>& level, const Volume<std::uint8_t>& tree) {
+/// Turns all pieces but one into outside, and closed holes into inside.
+/// @param weight  the piece with most of it stays; shape [voxel_count]
+template <class Weight>
+void keep_piece(Volume<float>& level, const Weight& weight) {
   Volume<std::uint8_t> inside(level.geometry);
   for (std::size_t v = 0; v < level.values.size(); ++v) inside.values[v] = level.values[v] < 0.0f;
   const Components pieces = label_components(inside, Connectivity::faces);
   std::vector<std::size_t> overlap(std::size_t(pieces.count()) + 1, 0);
   for (std::size_t v = 0; v < level.values.size(); ++v)
-    if (tree.values[v]) ++overlap[std::size_t(pieces.label[v])];
-  overlap[0] = 0;
-  const auto main =
+    if (pieces.label[v] > 0 && weight(v)) ++overlap[std::size_t(pieces.label[v])];
+  const auto kept =
       std::int32_t(std::max_element(overlap.begin(), overlap.end()) - overlap.begin());
   for (std::size_t v = 0; v < level.values.size(); ++v) {
-    if (pieces.label[v] > 0 && pieces.label[v] != main) level.values[v] = -level.values[v];
+    if (pieces.label[v] > 0 && pieces.label[v] != kept) level.values[v] = -level.values[v];
     inside.values[v] = level.values[v] >= 0.0f;
   }
   const Components holes = label_components(inside, Connectivity::faces);
@@ -176,6 +192,72 @@ void keep_tree_only(Volume<float>& level, const Volume<std::uint8_t>& tree) {
   for (std::size_t v = 0; v < level.values.size(); ++v)
     if (holes.label[v] > 0 && holes.label[v] != outside)
       level.values[v] = -std::max(level.values[v], 1e-3f);
+}
+
+/// Standard deviation [mm] of the blur across the boundary: the level follows the blurred step
+/// u = Phi(-d / sigma), so that the normal quantile of its mean at each distance is a line in d.
+double blur_across(const Volume<float>& level, const Volume<float>& distance) {
+  constexpr int kBinCount = 41;
+  const double h = mean_spacing(level.geometry);
+  const double width = 2.0 * h / kBinCount;
+  std::vector<double> sum(kBinCount, 0.0), count(kBinCount, 0.0);
+  for (std::size_t v = 0; v < level.values.size(); ++v) {
+    const int bin = int(std::floor(double(distance.values[v]) / width + 0.5 * kBinCount));
+    if (bin < 0 || bin >= kBinCount) continue;
+    sum[std::size_t(bin)] += 0.5 - double(level.values[v]);
+    count[std::size_t(bin)] += 1.0;
+  }
+  double zd = 0.0, dd = 0.0;
+  for (std::size_t b = 0; b < sum.size(); ++b) {
+    if (count[b] < 10.0) continue;
+    const double share = sum[b] / count[b];
+    if (share < 0.2 || share > 0.8) continue;
+    const double d = (double(b) + 0.5 - 0.5 * kBinCount) * width;
+    zd += count[b] * normal_quantile(share) * d;
+    dd += count[b] * d * d;
+  }
+  const double slope = dd > 0.0 ? -zd / dd : 0.0;  // 1 / sigma
+  return std::clamp(slope > 0.0 ? 1.0 / slope : 0.0, 0.0, kMostBlurVoxels * h);
+}
+
+/// Undoes the inward shift of the half level of a blurred bent surface:
+///
+///     d <- d - sigma^2 / 2 (k1 + k2),    k1 + k2 = laplace d
+///
+/// which is its first order in sigma k; at most half of sigma is given back.
+Volume<float> undo_blur(const Volume<float>& distance, double sigma, double smoothing) {
+  const Volume<float> smoothed = smooth(distance, smoothing);
+  const auto [ni, nj, nk] = distance.geometry.size;
+  const Vec3 h = distance.geometry.spacing;
+  const auto band = float(3.0 * std::max({h.x, h.y, h.z}));
+  Volume<float> result = distance;
+  parallel_for(nk - 2, [&, ni = ni, nj = nj](std::ptrdiff_t slice) {
+    const int k = int(slice) + 1;
+    for (int j = 1; j + 1 < nj; ++j)
+      for (int i = 1; i + 1 < ni; ++i) {
+        if (std::abs(distance.at(i, j, k)) > band) continue;
+        const float twice = 2.0f * smoothed.at(i, j, k);
+        const double curvature =
+            double(smoothed.at(i - 1, j, k) + smoothed.at(i + 1, j, k) - twice) / (h.x * h.x) +
+            double(smoothed.at(i, j - 1, k) + smoothed.at(i, j + 1, k) - twice) / (h.y * h.y) +
+            double(smoothed.at(i, j, k - 1) + smoothed.at(i, j, k + 1) - twice) / (h.z * h.z);
+        result.at(i, j, k) -= float(0.5 * sigma * std::clamp(sigma * curvature, -1.0, 1.0));
+      }
+  });
+  return result;
+}
+
+/// The spacing of the result: even along all axes, and as fine as half the input's finest if that
+/// keeps the grid within a budget, so that narrow vessels keep their shape.
+Vec3 fine_spacing(const VolumeGeometry& geometry) {
+  const Vec3& h = geometry.spacing;
+  const double finest = std::min({h.x, h.y, h.z});
+  const double volume = double(geometry.voxel_count()) * h.x * h.y * h.z;
+  const double affordable = std::cbrt(volume / kVoxelBudget);
+  const double even = std::max(0.5 * finest, affordable);
+  return even < 0.8 * finest                                  ? Vec3{even, even, even}
+         : even < finest || h == Vec3{finest, finest, finest} ? Vec3{finest, finest, finest}
+                                                              : h;
 }
 
 }  // namespace
@@ -188,14 +270,21 @@ Boundary find_boundary(const Volume<float>& volume, const Volume<std::uint8_t>& 
   const Volume<float> peak = local_peak(volume);
   Boundary boundary;
   for (int iteration = 0; iteration < kIterationCount; ++iteration) {
-    const Levels levels = local_levels(volume, signed_distance(level));
+    const Levels levels = local_levels(volume, signed_distance(level, kReachMm));
     level = level_function(volume, peak, levels, options);
-    keep_tree_only(level, tree);
+    keep_piece(level, [&](std::size_t v) { return tree.values[v] != 0; });
     boundary.lumen_intensity = double(levels.lumen_overall);
     boundary.background_intensity = double(levels.background_overall);
     progress.report(0.6 + 0.1 * (iteration + 1), "finding the boundary");
   }
-  boundary.level_set = signed_distance(level);
+  const double blur = blur_across(level, signed_distance(level, kReachMm));
+  const double voxel = mean_spacing(level.geometry);
+  level = resample_cubic(level, fine_spacing(level.geometry));
+  keep_piece(level, [](std::size_t) { return true; });
+  level = undo_blur(signed_distance(level, kReachMm), blur, voxel);
+  progress.report(0.95, "finding the boundary");
+  boundary.level_set = signed_distance(level, kReachMm);
+  boundary.blur_mm = blur;
   return boundary;
 }
 

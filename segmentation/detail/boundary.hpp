@@ -14,6 +14,7 @@ struct Boundary {
   Volume<float> level_set;  ///< signed distance [mm], negative inside
   double lumen_intensity = 0.0;
   double background_intensity = 0.0;
+  double blur_mm = 0.0;  ///< standard deviation of the blur across the boundary, measured
 };
 
 /// Finds where a vessel's voxels are half lumen, half background, by local intensities:

@@ -3,51 +3,107 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdint>
 
 namespace angio::segmentation::detail {
 namespace {
 
-std::vector<std::array<int, 3>> neighbor_steps(Connectivity connectivity) {
-  std::vector<std::array<int, 3>> steps;
-  for (int dk = -1; dk <= 1; ++dk)
-    for (int dj = -1; dj <= 1; ++dj)
-      for (int di = -1; di <= 1; ++di) {
-        const int distance = std::abs(di) + std::abs(dj) + std::abs(dk);
-        if (distance == 1 || (distance > 1 && connectivity == Connectivity::corners))
-          steps.push_back({di, dj, dk});
+/// Set voxels [first, last) of one row.
+struct Run {
+  int first;
+  int last;
+  std::int32_t parent;  ///< another run of the same piece, or itself
+};
+
+std::int32_t root_of(std::vector<Run>& runs, std::int32_t run) {
+  while (runs[std::size_t(run)].parent != run) {
+    auto& parent = runs[std::size_t(run)].parent;
+    parent = runs[std::size_t(parent)].parent;
+    run = parent;
+  }
+  return run;
+}
+
+/// The runs of every row, row by row; row r's are [start[r], start[r + 1]).
+struct Runs {
+  std::vector<Run> runs;
+  std::vector<std::int32_t> start;
+};
+
+Runs find_runs(const Volume<std::uint8_t>& mask) {
+  const int ni = mask.geometry.size[0];
+  const auto row_count = mask.values.size() / std::size_t(ni);
+  Runs found;
+  found.start.reserve(row_count + 1);
+  for (std::size_t row = 0; row < row_count; ++row) {
+    found.start.push_back(std::int32_t(found.runs.size()));
+    const std::uint8_t* values = &mask.values[row * std::size_t(ni)];
+    for (int i = 0; i < ni;) {
+      if (!values[i]) {
+        ++i;
+        continue;
       }
-  return steps;
+      const int first = i;
+      while (i < ni && values[i]) ++i;
+      found.runs.push_back({first, i, std::int32_t(found.runs.size())});
+    }
+  }
+  found.start.push_back(std::int32_t(found.runs.size()));
+  return found;
+}
+
+/// Joins the runs of two rows that touch; `slack` is 1 if corners count.
+void join_rows(Runs& found, std::size_t row_a, std::size_t row_b, int slack) {
+  std::int32_t a = found.start[row_a], b = found.start[row_b];
+  const std::int32_t a_end = found.start[row_a + 1], b_end = found.start[row_b + 1];
+  while (a < a_end && b < b_end) {
+    const Run& run_a = found.runs[std::size_t(a)];
+    const Run& run_b = found.runs[std::size_t(b)];
+    if (run_a.first < run_b.last + slack && run_b.first < run_a.last + slack) {
+      const std::int32_t root_a = root_of(found.runs, a), root_b = root_of(found.runs, b);
+      // The smaller number wins, so that pieces keep the order of their first voxel.
+      found.runs[std::size_t(std::max(root_a, root_b))].parent = std::min(root_a, root_b);
+    }
+    if (run_a.last < run_b.last)
+      ++a;
+    else
+      ++b;
+  }
+}
+
+void join_all_rows(Runs& found, const VolumeGeometry& geometry, Connectivity connectivity) {
+  const int slack = connectivity == Connectivity::corners ? 1 : 0;
+  const int nj = geometry.size[1];
+  const auto row = [&](int j, int k) { return std::size_t(k) * std::size_t(nj) + std::size_t(j); };
+  for (int k = 0; k < geometry.size[2]; ++k)
+    for (int j = 0; j < nj; ++j) {
+      if (j > 0) join_rows(found, row(j, k), row(j - 1, k), slack);
+      if (k == 0) continue;
+      for (int dj = -slack; dj <= slack; ++dj)
+        if (j + dj >= 0 && j + dj < nj) join_rows(found, row(j, k), row(j + dj, k - 1), slack);
+    }
 }
 
 }  // namespace
 
 Components label_components(const Volume<std::uint8_t>& mask, Connectivity connectivity) {
-  const auto& geometry = mask.geometry;
-  const auto steps = neighbor_steps(connectivity);
-  Components components{std::vector<std::int32_t>(geometry.voxel_count(), 0), {0}};
-  std::vector<std::size_t> front;
-  const auto size_i = std::size_t(geometry.size[0]);
-  const auto size_ij = size_i * std::size_t(geometry.size[1]);
-  for (std::size_t start = 0; start < mask.values.size(); ++start) {
-    if (!mask.values[start] || components.label[start] != 0) continue;
-    components.voxel_count.push_back(0);
-    const auto label = std::int32_t(components.count());
-    components.label[start] = label;
-    front.push_back(start);
-    while (!front.empty()) {
-      const std::size_t v = front.back();
-      front.pop_back();
-      ++components.voxel_count.back();
-      const int i = int(v % size_i), j = int(v % size_ij / size_i), k = int(v / size_ij);
-      for (const auto& [di, dj, dk] : steps) {
-        if (!geometry.contains(i + di, j + dj, k + dk)) continue;
-        const std::size_t n = geometry.offset(i + di, j + dj, k + dk);
-        if (!mask.values[n] || components.label[n] != 0) continue;
-        components.label[n] = label;
-        front.push_back(n);
+  Runs found = find_runs(mask);
+  join_all_rows(found, mask.geometry, connectivity);
+  Components components{std::vector<std::int32_t>(mask.values.size(), 0), {0}};
+  std::vector<std::int32_t> label(found.runs.size(), 0);
+  const auto ni = std::ptrdiff_t(mask.geometry.size[0]);
+  for (std::size_t row = 0; row + 1 < found.start.size(); ++row)
+    for (std::int32_t r = found.start[row]; r < found.start[row + 1]; ++r) {
+      const auto root = std::size_t(root_of(found.runs, r));
+      if (label[root] == 0) {
+        components.voxel_count.push_back(0);
+        label[root] = std::int32_t(components.count());
       }
+      const Run& run = found.runs[std::size_t(r)];
+      const auto line = components.label.begin() + std::ptrdiff_t(row) * ni;
+      std::fill(line + run.first, line + run.last, label[root]);
+      components.voxel_count[std::size_t(label[root])] += std::size_t(run.last - run.first);
     }
-  }
   return components;
 }
 

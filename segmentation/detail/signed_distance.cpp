@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdint>
 #include <limits>
+#include <utility>
 #include <vector>
 
 #include "core/parallel.hpp"
@@ -36,9 +38,74 @@ float nearest_crossing(const Volume<float>& level, const std::array<int, 3>& vox
   return nearest;
 }
 
+/// Trilinear interpolation in index space with its border voxels repeated.
+class LevelSampler {
+ public:
+  explicit LevelSampler(const Volume<float>& level) : level_(level) {}
+  [[nodiscard]] float value(const Offset& index) const {
+    int low[3], high[3];
+    float t[3];
+    for (int axis = 0; axis < 3; ++axis) {
+      const int last = level_.geometry.size[std::size_t(axis)] - 1;
+      const float x = std::clamp(index[axis], 0.0f, float(last));
+      low[axis] = std::min(int(x), std::max(last - 1, 0));
+      high[axis] = std::min(low[axis] + 1, last);
+      t[axis] = x - float(low[axis]);
+    }
+    const auto line = [&](int j, int k) {
+      return (1.0f - t[0]) * level_.at(low[0], j, k) + t[0] * level_.at(high[0], j, k);
+    };
+    return (1.0f - t[2]) * ((1.0f - t[1]) * line(low[1], low[2]) + t[1] * line(high[1], low[2])) +
+           t[2] * ((1.0f - t[1]) * line(low[1], high[2]) + t[1] * line(high[1], high[2]));
+  }
+  /// Per mm along the axes, from points half a voxel to each side.
+  [[nodiscard]] Offset gradient(const Offset& index) const {
+    Offset g;
+    for (int axis = 0; axis < 3; ++axis) {
+      Offset a = index, b = index;
+      a[axis] -= 0.5f;
+      b[axis] += 0.5f;
+      g[axis] = (value(b) - value(a)) / float(level_.geometry.spacing[axis]);
+    }
+    return g;
+  }
+
+ private:
+  const Volume<float>& level_;
+};
+
+/// Way [mm] from a voxel to its closest point of the zero, by projecting the voxel onto the tangent
+/// plane at the last estimate, three times:
+///
+///     y <- x - (F(y) + g . (x - y)) g / |g|^2,    g = grad F(y)
+///
+/// @param start  a first estimate
+/// @return the start, where the iteration leaves the neighbourhood or does not reach the zero
+Offset refine_closest(const LevelSampler& sampler, const VolumeGeometry& geometry,
+                      const std::array<int, 3>& voxel, const Offset& start) {
+  const Offset h{float(geometry.spacing.x), float(geometry.spacing.y), float(geometry.spacing.z)};
+  const auto index = [&](const Offset& way) {
+    return Offset{float(voxel[0]) + way.x / h.x, float(voxel[1]) + way.y / h.y,
+                  float(voxel[2]) + way.z / h.z};
+  };
+  const float longest = 1.2f * norm(h);
+  const float value_here = std::abs(sampler.value(index({})));
+  Offset way = start;
+  for (int iteration = 0; iteration < 3; ++iteration) {
+    const Offset g = sampler.gradient(index(way));
+    const float squared = norm_squared(g);
+    if (!(squared > 0.0f)) return start;
+    way = (-(sampler.value(index(way)) - dot(g, way)) / squared) * g;
+    if (!(norm(way) < longest)) return start;
+  }
+  const float missed = std::abs(sampler.value(index(way)));
+  return missed < 0.02f + 0.1f * value_here ? way : start;
+}
+
 ClosestPoints first_layer(const Volume<float>& level) {
   ClosestPoints points{Volume<float>(level.geometry, kFar),
                        std::vector<Offset>(level.geometry.voxel_count())};
+  const LevelSampler sampler(level);
   const auto [ni, nj, nk] = level.geometry.size;
   parallel_for(nk, [&, ni = ni, nj = nj](std::ptrdiff_t k) {
     for (int j = 0; j < nj; ++j)
@@ -51,60 +118,94 @@ ClosestPoints first_layer(const Volume<float>& level) {
         const float squared = norm_squared(n);
         if (squared == 0.0f) continue;
         const std::size_t v = level.geometry.offset(i, j, int(k));
-        points.offset[v] = n / squared;
-        points.distance_squared.values[v] = 1.0f / squared;
+        const Offset way = refine_closest(sampler, level.geometry, {i, j, int(k)}, n / squared);
+        points.offset[v] = way;
+        points.distance_squared.values[v] = std::max(norm_squared(way), 1e-12f);
       }
   });
   return points;
 }
 
-/// One raster pass; `sign` is +1 to go from the first voxel to the last, -1 to go back. A voxel
-/// looks at the 13 neighbours that the pass has already seen, then once more along its row.
-void sweep(ClosestPoints& points, int sign) {
-  const auto& geometry = points.distance_squared.geometry;
-  const auto [ni, nj, nk] = geometry.size;
-  const Offset h{float(geometry.spacing.x), float(geometry.spacing.y), float(geometry.spacing.z)};
+/// The 26 voxels around one.
+struct Neighbor {
+  int di, dj, dk;
+  Offset step;  ///< [mm]
+};
+
+std::vector<Neighbor> neighbors_of(const VolumeGeometry& geometry) {
+  std::vector<Neighbor> neighbors;
+  for (int dk = -1; dk <= 1; ++dk)
+    for (int dj = -1; dj <= 1; ++dj)
+      for (int di = -1; di <= 1; ++di)
+        if (di != 0 || dj != 0 || dk != 0)
+          neighbors.push_back({di,
+                               dj,
+                               dk,
+                               {float(di * geometry.spacing.x), float(dj * geometry.spacing.y),
+                                float(dk * geometry.spacing.z)}});
+  return neighbors;
+}
+
+/// Voxels by distance, in steps of a fraction of a voxel; a voxel may wait in several steps.
+class Front {
+ public:
+  explicit Front(float step) : step_(step) {}
+  void push(std::size_t voxel, float distance_squared) {
+    const auto bucket = std::size_t(std::sqrt(distance_squared) / step_);
+    if (bucket >= buckets_.size()) buckets_.resize(bucket + 1);
+    buckets_[bucket].push_back(voxel);
+  }
+  [[nodiscard]] std::size_t bucket_count() const { return buckets_.size(); }
+  std::vector<std::size_t> take(std::size_t bucket) { return std::exchange(buckets_[bucket], {}); }
+
+ private:
+  float step_;
+  std::vector<std::vector<std::size_t>> buckets_;
+};
+
+/// Hands closest points on from near voxels to far ones, on each side of the surface by itself.
+void propagate(ClosestPoints& points, const Volume<float>& level, float reach) {
+  const auto& geometry = level.geometry;
+  const auto neighbors = neighbors_of(geometry);
   auto& best = points.distance_squared.values;
-  const auto take = [&](std::size_t v, std::size_t from, const Offset& step) {
-    if (best[from] == kFar) return;
-    const Offset offset = points.offset[from] + step;
-    const float squared = norm_squared(offset);
-    if (squared < best[v]) {
-      best[v] = squared;
-      points.offset[v] = offset;
+  const Vec3& h = geometry.spacing;
+  Front front(0.25f * float(std::min({h.x, h.y, h.z})));
+  std::vector<std::uint8_t> done(best.size(), 0);
+  for (std::size_t v = 0; v < best.size(); ++v)
+    if (best[v] != kFar) front.push(v, best[v]);
+
+  const auto hand_on = [&](std::size_t v) {
+    const auto ni = std::size_t(geometry.size[0]), nj = std::size_t(geometry.size[1]);
+    const int i = int(v % ni), j = int(v / ni % nj), k = int(v / ni / nj);
+    const bool inside = level.values[v] < 0.0f;
+    for (const auto& [di, dj, dk, step] : neighbors) {
+      if (!geometry.contains(i + di, j + dj, k + dk)) continue;
+      const std::size_t n = geometry.offset(i + di, j + dj, k + dk);
+      if (done[n] || (level.values[n] < 0.0f) != inside) continue;
+      const Offset offset = points.offset[v] - step;
+      const float squared = norm_squared(offset);
+      if (squared >= best[n] || (!inside && squared > reach * reach)) continue;
+      best[n] = squared;
+      points.offset[n] = offset;
+      front.push(n, squared);
     }
   };
-  for (int kk = 0; kk < nk; ++kk)
-    for (int jj = 0; jj < nj; ++jj) {
-      const int k = sign > 0 ? kk : nk - 1 - kk;
-      const int j = sign > 0 ? jj : nj - 1 - jj;
-      for (int ii = 0; ii < ni; ++ii) {
-        const int i = sign > 0 ? ii : ni - 1 - ii;
-        const std::size_t v = geometry.offset(i, j, k);
-        for (int n = 0; n < 13; ++n) {  // the first 13 of 27 cells come before the middle one
-          const int di = sign * (n % 3 - 1), dj = sign * (n / 3 % 3 - 1), dk = sign * (n / 9 - 1);
-          if (geometry.contains(i + di, j + dj, k + dk))
-            take(v, geometry.offset(i + di, j + dj, k + dk),
-                 {float(di) * h.x, float(dj) * h.y, float(dk) * h.z});
-        }
-      }
-      for (int ii = ni - 2; ii >= 0; --ii) {
-        const int i = sign > 0 ? ii : ni - 1 - ii;
-        take(geometry.offset(i, j, k), geometry.offset(i + sign, j, k),
-             {float(sign) * h.x, 0.0f, 0.0f});
-      }
-    }
+  for (std::size_t bucket = 0; bucket < front.bucket_count(); ++bucket)
+    for (auto voxels = front.take(bucket); !voxels.empty(); voxels = front.take(bucket))
+      for (std::size_t v : voxels)
+        if (!std::exchange(done[v], std::uint8_t{1})) hand_on(v);
 }
 
 }  // namespace
 
-Volume<float> signed_distance(const Volume<float>& level) {
+Volume<float> signed_distance(const Volume<float>& level, double reach_mm) {
   ClosestPoints points = first_layer(level);
-  for (int sign : {1, -1, 1, -1}) sweep(points, sign);
+  propagate(points, level, float(reach_mm));
   Volume<float> distance = std::move(points.distance_squared);
   for (std::size_t v = 0; v < distance.values.size(); ++v)
-    distance.values[v] =
-        std::copysign(std::sqrt(distance.values[v]), level.values[v] < 0.0f ? -1.0f : 1.0f);
+    distance.values[v] = level.values[v] < 0.0f
+                             ? -std::sqrt(distance.values[v])
+                             : std::min(std::sqrt(distance.values[v]), float(reach_mm));
   return distance;
 }
 

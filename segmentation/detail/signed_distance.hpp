@@ -11,14 +11,15 @@ namespace angio::segmentation::detail {
 ///
 ///     n = (s_x / d_x, s_y / d_y, s_z / d_z),    1 / d^2 = |n|^2,    foot = x + n / |n|^2
 ///
-/// Further out every voxel takes over the best of its neighbours' closest points (raster passes
-/// to and fro), so that distances are to the interpolated surface and not to voxels.
+/// Further out every voxel takes over the best of its neighbours' closest points, near ones first,
+/// so that distances are to the interpolated surface and not to voxels.
 /// Source: Danielsson, "Euclidean distance mapping", CGIP 14, 1980,
-///         doi:10.1016/0146-664X(80)90054-4; the first layer is that of Adalsteinsson & Sethian,
-///         J. Comput. Phys. 148, 1999, doi:10.1006/jcph.1998.6090.
+///         doi:10.1016/0146-664X(80)90054-4, for the handing on; the first layer is that of
+///         Adalsteinsson & Sethian, J. Comput. Phys. 148, 1999, doi:10.1006/jcph.1998.6090.
 ///
-/// @param level  any continuous function, negative inside; without a zero, all of the result is
-///               infinite with the level's sign
-Volume<float> signed_distance(const Volume<float>& level);
+/// @param level     any continuous function, negative inside
+/// @param reach_mm  outside, distances end at this value; inside there is no end
+/// @return -infinity everywhere if the level is negative everywhere
+Volume<float> signed_distance(const Volume<float>& level, double reach_mm);
 
 }  // namespace angio::segmentation::detail
