@@ -71,7 +71,7 @@ vtkSmartPointer<vtkSliderRepresentation2D> make_slider(const CaseData& data, int
   slider->GetTubeProperty()->SetColor(0.6, 0.62, 0.66);
   slider->GetCapProperty()->SetColor(0.6, 0.62, 0.66);
   for (vtkTextProperty* text : {slider->GetTitleProperty(), slider->GetLabelProperty()}) {
-    text->SetColor(0.16, 0.17, 0.2);
+    text->SetColor(0.87, 0.89, 0.91);
     text->ShadowOff();
     text->BoldOff();
     text->SetFontSize(14 * scale);

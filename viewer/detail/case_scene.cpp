@@ -1,16 +1,15 @@
 #include "viewer/detail/case_scene.hpp"
 
-#include <vtkFloatArray.h>
 #include <vtkImageData.h>
-#include <vtkImageProperty.h>
-#include <vtkImageSliceMapper.h>
-#include <vtkMatrix4x4.h>
 #include <vtkNew.h>
-#include <vtkPointData.h>
+#include <vtkPlaneSource.h>
+#include <vtkPolyDataMapper.h>
 #include <vtkProperty.h>
 #include <vtkTextProperty.h>
+#include <vtkTexture.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 
@@ -23,30 +22,6 @@ namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-/// The scan's voxels, shared, on an axis-aligned grid; the slices' matrix does the rest.
-vtkSmartPointer<vtkImageData> share_voxels(const Volume<float>& volume) {
-  const VolumeGeometry& grid = volume.geometry;
-  vtkNew<vtkFloatArray> values;
-  constexpr int kKeepOurs = 1;
-  values->SetArray(const_cast<float*>(volume.values.data()), vtkIdType(volume.values.size()),
-                   kKeepOurs);
-  auto image = vtkSmartPointer<vtkImageData>::New();
-  image->SetDimensions(grid.size.data());
-  image->SetSpacing(grid.spacing.x, grid.spacing.y, grid.spacing.z);
-  image->GetPointData()->SetScalars(values);
-  return image;
-}
-
-vtkSmartPointer<vtkMatrix4x4> lps_from_grid(const VolumeGeometry& grid) {
-  auto matrix = vtkSmartPointer<vtkMatrix4x4>::New();
-  for (int row = 0; row < 3; ++row) {
-    for (int column = 0; column < 3; ++column)
-      matrix->SetElement(row, column, grid.direction(row, column));
-    matrix->SetElement(row, 3, grid.origin[row]);
-  }
-  return matrix;
-}
-
 /// Every so-manyth voxel is enough to choose black and white.
 std::vector<float> thinned(const std::vector<float>& values) {
   constexpr std::size_t kEnough = 500'000;
@@ -54,6 +29,62 @@ std::vector<float> thinned(const std::vector<float>& values) {
   std::vector<float> few;
   for (std::size_t i = 0; i < values.size(); i += stride) few.push_back(values[i]);
   return few;
+}
+
+struct GreyRange {
+  double black = 0.0;
+  double white = 1.0;
+};
+
+/// One slice of the scan as a textured rectangle. Bright voxels are more opaque, so that the slices
+/// do not hide what lies behind air or dark tissue. (VTK's own image slices do not take part in
+/// depth peeling, and would hide the translucent lumen.)
+vtkSmartPointer<vtkActor> make_slice(const Volume<float>& volume, int axis, int index,
+                                     const GreyRange& range) {
+  const VolumeGeometry& grid = volume.geometry;
+  const int axis_u = (axis + 1) % 3, axis_v = (axis + 2) % 3;
+  const int size_u = grid.size[std::size_t(axis_u)], size_v = grid.size[std::size_t(axis_v)];
+  vtkNew<vtkImageData> image;
+  image->SetDimensions(size_u, size_v, 1);
+  image->AllocateScalars(VTK_UNSIGNED_CHAR, 4);
+  auto* pixel = static_cast<unsigned char*>(image->GetScalarPointer());
+  std::array<int, 3> voxel{};
+  voxel[std::size_t(axis)] = index;
+  for (int v = 0; v < size_v; ++v)
+    for (int u = 0; u < size_u; ++u) {
+      voxel[std::size_t(axis_u)] = u;
+      voxel[std::size_t(axis_v)] = v;
+      const double value = volume.at(voxel[0], voxel[1], voxel[2]);
+      const double shade =
+          std::clamp((value - range.black) / (range.white - range.black), 0.0, 1.0);
+      for (int c = 0; c < 3; ++c) *pixel++ = static_cast<unsigned char>(255.0 * shade);
+      *pixel++ = static_cast<unsigned char>(255.0 * (0.12 + 0.48 * shade));
+    }
+
+  const auto corner = [&](double u, double v) {  // the outer edges of the voxels
+    Vec3 place;
+    place[axis] = index;
+    place[axis_u] = u - 0.5;
+    place[axis_v] = v - 0.5;
+    return grid.lps_from_index(place);
+  };
+  const Vec3 origin = corner(0, 0), along_u = corner(size_u, 0), along_v = corner(0, size_v);
+  vtkNew<vtkPlaneSource> plane;
+  plane->SetOrigin(origin.x, origin.y, origin.z);
+  plane->SetPoint1(along_u.x, along_u.y, along_u.z);
+  plane->SetPoint2(along_v.x, along_v.y, along_v.z);
+  plane->Update();
+  vtkNew<vtkPolyDataMapper> mapper;
+  mapper->SetInputData(plane->GetOutput());
+  vtkNew<vtkTexture> texture;
+  texture->SetInputData(image);
+  texture->InterpolateOn();
+  auto actor = vtkSmartPointer<vtkActor>::New();
+  actor->SetMapper(mapper);
+  actor->SetTexture(texture);
+  actor->GetProperty()->LightingOff();
+  actor->ForceTranslucentOn();
+  return actor;
 }
 
 void move(vtkSmartPointer<vtkActor>& actor, vtkRenderer* renderer,
@@ -76,7 +107,7 @@ std::vector<double> pressure_of(const SurfaceData& vessel) {
 
 CaseScene::CaseScene(const CaseData& data, int scale)
     : data_(data), scale_(scale), renderer_(vtkSmartPointer<vtkRenderer>::New()) {
-  renderer_->SetBackground(1.0, 1.0, 1.0);
+  renderer_->SetBackground(0.075, 0.085, 0.105);
   still_lumen_ = data.lumen;
   if (!data.frames.empty()) {
     first_wall_ = read_surface(data.frames.front().vessel).mesh;
@@ -86,7 +117,7 @@ CaseScene::CaseScene(const CaseData& data, int scale)
       highest_pressure_kpa_ = std::max(highest_pressure_kpa_, p);
   }
   if (data.scan) add_scan(point_of_interest());
-  lumen_ = make_surface(still_lumen_, {colors::kLumen, data.frames.empty() ? 0.45 : 0.25});
+  lumen_ = make_surface(still_lumen_, {colors::kLumen, data.frames.empty() ? 0.5 : 0.35});
   renderer_->AddActor(lumen_);
   for (const CenterlinePath& path : data.paths) {
     const double thickness =
@@ -97,46 +128,36 @@ CaseScene::CaseScene(const CaseData& data, int scale)
   add_texts(scale);
   look_at_tree(1.5);
   constexpr int kAnySize = 1000;
-  axes_ = make_axes(renderer_, kAnySize, kAnySize);
+  axes_ = make_axes(renderer_, kAnySize, kAnySize, colors::kLightInk);
 }
 
 void CaseScene::add_scan(const Vec3& center) {
   const VolumeGeometry& grid = data_.scan->geometry;
-  const auto image = share_voxels(*data_.scan);
-  const auto matrix = lps_from_grid(grid);
   const std::vector<float> few = thinned(data_.scan->values);
-  const double black = percentile(few, 0.01), white = percentile(few, 0.997);
+  GreyRange range{percentile(few, 0.01), percentile(few, 0.997)};
+  if (range.white <= range.black) range.white = range.black + 1.0;
   const Vec3 index = grid.index_from_lps(center);
   for (int axis = 0; axis < 3; ++axis) {
-    vtkNew<vtkImageSliceMapper> mapper;
-    mapper->SetInputData(image);
-    mapper->SetOrientation(axis);
-    mapper->SetSliceNumber(
-        int(std::clamp(std::round(index[axis]), 0.0, double(grid.size[std::size_t(axis)] - 1))));
-    auto slice = vtkSmartPointer<vtkImageSlice>::New();
-    slice->SetMapper(mapper);
-    slice->SetUserMatrix(matrix);
-    slice->GetProperty()->SetColorWindow(std::max(white - black, 1e-6));
-    slice->GetProperty()->SetColorLevel(0.5 * (white + black));
-    slice->GetProperty()->SetOpacity(0.55);
-    slices_.push_back(slice);
-    renderer_->AddViewProp(slice);
+    const double last = double(grid.size[std::size_t(axis)] - 1);
+    const int slice = int(std::clamp(std::round(index[axis]), 0.0, last));
+    slices_.push_back(make_slice(*data_.scan, axis, slice, range));
+    renderer_->AddActor(slices_.back());
   }
 }
 
 void CaseScene::add_texts(int scale) {
-  status_ = make_text("", 16 * scale, colors::kInk);
+  status_ = make_text("", 16 * scale, colors::kLightInk);
   status_->GetPositionCoordinate()->SetCoordinateSystemToNormalizedViewport();
   status_->SetPosition(0.012, 0.962);
   renderer_->AddActor2D(status_);
   const auto help = make_text(
       "drag: rotate    wheel: zoom    space: play    arrows: step    s scan    l lumen    "
       "c centreline    p contact pressure    b balloon    t whole tree    q quit",
-      12 * scale, colors::kInk);
+      12 * scale, colors::kLightInk);
   help->GetPositionCoordinate()->SetCoordinateSystemToNormalizedViewport();
   help->SetPosition(0.012, 0.935);
   renderer_->AddActor2D(help);
-  scale_bar_ = std::make_unique<ScaleBar>(renderer_, scale, colors::kInk);
+  scale_bar_ = std::make_unique<ScaleBar>(renderer_, scale, colors::kLightInk);
 }
 
 std::vector<vtkRenderer*> CaseScene::layers() const { return {renderer_, axes_}; }
@@ -149,7 +170,7 @@ void CaseScene::show_frame(std::size_t index) {
   contact_pressure_kpa_ = pressure_of(vessel);
   move(balloon_, renderer_,
        make_surface(read_surface(files.balloon).mesh, {colors::kBalloon, 1.0}));
-  move(wall_, renderer_, make_surface(vessel.mesh, {colors::kLumen, 0.28}));
+  move(wall_, renderer_, make_surface(vessel.mesh, {colors::kLumen, 0.38}));
   if (shows_pressure_) color_wall();
   status_->SetInput(describe_frame(data_, files).c_str());
 }

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <vtkActor.h>
-#include <vtkImageSlice.h>
 #include <vtkRenderer.h>
 #include <vtkSmartPointer.h>
 #include <vtkTextActor.h>
@@ -19,7 +18,7 @@ enum class ScenePart { scan, lumen, centerline, pressure };
 /// What the desktop viewer shows, in a window or in a screenshot.
 class CaseScene {
  public:
-  /// @param data   lives longer than the scene, whose scan shares its voxels
+  /// @param data   lives longer than the scene
   /// @param scale  size of texts and lines, as kSupersampling for a screenshot
   CaseScene(const CaseData& data, int scale);
 
@@ -47,7 +46,7 @@ class CaseScene {
   vtkSmartPointer<vtkRenderer> renderer_;
   vtkSmartPointer<vtkRenderer> axes_;
   std::unique_ptr<ScaleBar> scale_bar_;
-  std::vector<vtkSmartPointer<vtkImageSlice>> slices_;
+  std::vector<vtkSmartPointer<vtkActor>> slices_;
   std::vector<vtkSmartPointer<vtkActor>> lines_;
   vtkSmartPointer<vtkActor> lumen_, wall_, balloon_;
   vtkSmartPointer<vtkTextActor> status_;

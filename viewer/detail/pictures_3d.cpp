@@ -95,7 +95,7 @@ Figure draw_tree(const ReportContent& content) {
              "balloon site", width * kSupersampling, height * kSupersampling, kSupersampling);
   }
   ScaleBar bar(renderer, kSupersampling, colors::kInk);
-  const auto axes = make_axes(renderer, width, height);
+  const auto axes = make_axes(renderer, width, height, colors::kInk);
   return {"tree.png",
           "The vessel tree as segmented and meshed; the ring marks where the balloon is placed. "
           "Arrows: L to the patient's left, P to the back, H to the head.",

@@ -251,7 +251,8 @@ void add_mark(vtkRenderer* renderer, const PicturePlace& place, double radius_fr
   renderer->AddActor2D(text);
 }
 
-vtkSmartPointer<vtkRenderer> make_axes(vtkRenderer* scene, int width, int height) {
+vtkSmartPointer<vtkRenderer> make_axes(vtkRenderer* scene, int width, int height,
+                                       const Rgb& color) {
   vtkNew<vtkAxesActor> axes;
   axes->SetXAxisLabelText("L");
   axes->SetYAxisLabelText("P");
@@ -259,7 +260,7 @@ vtkSmartPointer<vtkRenderer> make_axes(vtkRenderer* scene, int width, int height
   for (vtkCaptionActor2D* caption : {axes->GetXAxisCaptionActor2D(), axes->GetYAxisCaptionActor2D(),
                                      axes->GetZAxisCaptionActor2D()}) {
     vtkTextProperty* text = caption->GetCaptionTextProperty();
-    text->SetColor(unit_rgb(colors::kInk).data());
+    text->SetColor(unit_rgb(color).data());
     text->ShadowOff();
     text->ItalicOff();
     caption->GetTextActor()->SetTextScaleModeToNone();

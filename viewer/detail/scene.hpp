@@ -23,11 +23,10 @@ namespace angio::viewer::detail {
 namespace colors {
 inline constexpr Rgb kLumen{196, 78, 70};
 inline constexpr Rgb kSurroundings{170, 160, 158};
-inline constexpr Rgb kLesion{240, 165, 30};
 inline constexpr Rgb kBalloon{45, 130, 225};
-inline constexpr Rgb kCenterline{30, 110, 70};
+inline constexpr Rgb kCenterline{60, 190, 120};
 inline constexpr Rgb kInk{40, 44, 52};
-inline constexpr Rgb kPaper{255, 255, 255};
+inline constexpr Rgb kLightInk{222, 226, 232};
 }  // namespace colors
 
 struct SurfaceStyle {
@@ -95,7 +94,7 @@ void add_mark(vtkRenderer* renderer, const PicturePlace& place, double radius_fr
 
 /// Small arrows L, P, H (the axes of LPS) at the lower right, turned as the camera is.
 /// @param width, height  of the picture [pixel]
-vtkSmartPointer<vtkRenderer> make_axes(vtkRenderer* scene, int width, int height);
+vtkSmartPointer<vtkRenderer> make_axes(vtkRenderer* scene, int width, int height, const Rgb& color);
 
 /// Turns and places them again, after the scene's camera moved or the window changed its size.
 void turn_axes(vtkRenderer* axes, vtkRenderer* scene, int width, int height);
