@@ -207,8 +207,7 @@ SimulationSummary simulate(const SimulationModel& model, const SimulationOptions
     if (on_frame) on_frame(output);
     progress.report(double(frame + 1) / inflator.frame_count(), name(output.phase));
   }
-  summary.wall_s =
-      std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  summary.wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   add_warnings(options, slow_frames, summary);
   return summary;
 }

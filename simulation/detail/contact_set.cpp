@@ -66,7 +66,8 @@ class Grid {
     std::vector<int> next(begin_.begin(), begin_.end() - 1);
     items_.resize(std::size_t(begin_.back()));
     for (std::size_t b = 0; b < boxes_.size(); ++b)
-      for_cells(boxes_[b], [&](std::size_t c, int, int, int) { items_[std::size_t(next[c]++)] = int(b); });
+      for_cells(boxes_[b],
+                [&](std::size_t c, int, int, int) { items_[std::size_t(next[c]++)] = int(b); });
   }
 
   // Calls body(item) once for each box that meets the given one.
@@ -124,8 +125,8 @@ bool set_bounds(const std::vector<Vec3>& x, double reach, ContactPair& pair) {
   if (!(d < reach)) return false;
   pair.normal = normalized(gap);
   for (int i = 0; i < 4; ++i) {
-    const double beyond = i < side_a ? dot(pair.normal, p[i] - closest_b)
-                                     : dot(pair.normal, closest_a - p[i]);
+    const double beyond =
+        i < side_a ? dot(pair.normal, p[i] - closest_b) : dot(pair.normal, closest_a - p[i]);
     pair.limit[i] = std::max(0.0, beyond - (1.0 - kShareOfGap) * d);
   }
   return true;
@@ -160,7 +161,8 @@ struct Builder {
     // A point stands for half its own area (the other surface's points for the other half), an
     // edge pair for what is left between: a sixth of the mean area at its ends.
     pair.area = edges ? (area[std::size_t(a)] + area[std::size_t(b)] + area[std::size_t(c)] +
-                         area[std::size_t(d)]) / 24.0
+                         area[std::size_t(d)]) /
+                            24.0
                       : 0.5 * area[std::size_t(a)];
     pairs.push_back(pair);
   }
@@ -217,8 +219,7 @@ ContactSet find_contacts(const Scene& scene, const std::vector<Vec3>& x,
   grid.fill(boxes_of(x, points, reach));
   builder.gather(scene.wall_triangles.size(), set.pairs, [&](std::size_t i, auto& pairs) {
     const Triangle& t = scene.wall_triangles[i];
-    grid.query(box_of(x, t, 0.0),
-               [&](int v) { builder.add(pairs, v, t[0], t[1], t[2], false); });
+    grid.query(box_of(x, t, 0.0), [&](int v) { builder.add(pairs, v, t[0], t[1], t[2], false); });
   });
   grid.fill(boxes_of(x, scene.balloon_edges, reach));
   builder.gather(scene.wall_edges.size(), set.pairs, [&](std::size_t i, auto& pairs) {

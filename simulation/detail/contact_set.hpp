@@ -9,15 +9,15 @@ namespace angio::simulation::detail {
 
 /// A vertex of one surface near a triangle of the other, or an edge near an edge.
 struct ContactPair {
-  int vertex[4]{};         ///< vertex, triangle; or balloon edge, wall edge
+  int vertex[4]{};  ///< vertex, triangle; or balloon edge, wall edge
   bool edges = false;
-  double area = 0.0;       ///< that it stands for [mm^2]
-  Vec3 normal;             ///< at detection: unit, from side b to side a
-  double limit[4]{};       ///< how far each vertex may go against its side of the normal [mm]
+  double area = 0.0;  ///< that it stands for [mm^2]
+  Vec3 normal;        ///< at detection: unit, from side b to side a
+  double limit[4]{};  ///< how far each vertex may go against its side of the normal [mm]
   // Below: at the last refresh.
   GapWeights<double> weights;
-  Vec3 direction;          ///< unit gap direction
-  double weight = 0.0;     ///< area, faded out for parallel edges; 0: too far apart to matter
+  Vec3 direction;       ///< unit gap direction
+  double weight = 0.0;  ///< area, faded out for parallel edges; 0: too far apart to matter
 };
 
 struct ContactRef {
@@ -27,9 +27,9 @@ struct ContactRef {
 /// All pairs within reach of each other, and for each vertex the pairs it is in.
 struct ContactSet {
   std::vector<ContactPair> pairs;
-  std::vector<int> ref_begin;    ///< shape [vertex_count + 1]
+  std::vector<int> ref_begin;  ///< shape [vertex_count + 1]
   std::vector<ContactRef> refs;
-  double travel = 0.0;           ///< how far any vertex may go before the next detection [mm]
+  double travel = 0.0;  ///< how far any vertex may go before the next detection [mm]
 };
 
 /// Finds every vertex-triangle and edge-edge pair of balloon and wall nearer than `reach`.

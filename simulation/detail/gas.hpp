@@ -43,9 +43,8 @@ ANGIO_HOST_DEVICE inline Real meet_hyperbola(Real gas, Real shift, Real p0, Real
   const Real b = volume - compliance * (p0 - shift);
   const Real root = sqrt(b * b + Real(4) * compliance * gas);
   // The form without cancellation for either sign of b.
-  const Real above =
-      b >= Real(0) ? (b + root > Real(0) ? Real(2) * gas / (b + root) : Real(0))
-                   : (root - b) / (Real(2) * compliance);
+  const Real above = b >= Real(0) ? (b + root > Real(0) ? Real(2) * gas / (b + root) : Real(0))
+                                  : (root - b) / (Real(2) * compliance);
   return shift + above;
 }
 

@@ -87,8 +87,7 @@ Section section_of(const Scene& scene, const std::vector<Vec3>& x, int cluster) 
   const Vec3 u = any_perpendicular(clusters.axis[c]), w = cross(clusters.axis[c], u);
   Section section;
   for (int e = begin; e < end; ++e) {
-    const Vec3 d =
-        x[std::size_t(scene.balloon_count + clusters.vertex[std::size_t(e)])] - centre;
+    const Vec3 d = x[std::size_t(scene.balloon_count + clusters.vertex[std::size_t(e)])] - centre;
     section.points.push_back({dot(d, u), dot(d, w)});
   }
   return section;
@@ -173,8 +172,9 @@ double max_penetration(const Scene& scene, const std::vector<Vec3>& x) {
       if (!meet(extent, extents[b])) continue;
       const Corners balloon = corners_of(x, scene.balloon_triangles[b]);
       if (triangles_cross(wall, balloon))
-        depth[std::size_t(i)] = std::max(
-            depth[std::size_t(i)], std::min(depth_along(wall, balloon), depth_along(balloon, wall)));
+        depth[std::size_t(i)] =
+            std::max(depth[std::size_t(i)],
+                     std::min(depth_along(wall, balloon), depth_along(balloon, wall)));
     }
   });
   return depth.empty() ? 0.0 : *std::max_element(depth.begin(), depth.end());
@@ -195,7 +195,8 @@ AirState air_state(const std::vector<Tet>& air, const std::vector<Vec3>& x) {
 
 SkinState skin_state(const Scene& scene, const std::vector<Vec3>& x) {
   const auto count = std::size_t(scene.balloon_count);
-  SkinState state{std::vector<double>(count), std::vector<double>(count), std::vector<double>(count)};
+  SkinState state{std::vector<double>(count), std::vector<double>(count),
+                  std::vector<double>(count)};
   parallel_for(scene.balloon_count, [&](std::ptrdiff_t i) {
     const auto v = std::size_t(i);
     double weight = 0.0, thickness = 0.0, first = 0.0, second = 0.0;
@@ -235,7 +236,8 @@ std::vector<double> plastic_strain(const Scene& scene, const State& state) {
   const WallClusters& clusters = scene.clusters;
   for (std::size_t v = 0; v < result.size(); ++v) {
     for (int n = clusters.entry_begin[v]; n < clusters.entry_begin[v + 1]; ++n)
-      result[v] += by_cluster[std::size_t(clusters.entry_cluster[std::size_t(clusters.entry[std::size_t(n)])])];
+      result[v] += by_cluster[std::size_t(
+          clusters.entry_cluster[std::size_t(clusters.entry[std::size_t(n)])])];
     result[v] /= double(clusters.entry_begin[v + 1] - clusters.entry_begin[v]);
   }
   return result;

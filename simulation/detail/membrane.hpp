@@ -5,9 +5,9 @@
 #include "core/host_device.hpp"
 #include "core/vec3.hpp"
 
-/// The balloon's skin: an incompressible Mooney-Rivlin membrane on constant-strain triangles, written
-/// in the invariants I1, I3 of the in-plane right Cauchy-Green tensor C = F^T F, so that nothing is
-/// singular where both stretches are equal (every undeformed triangle).
+/// The balloon's skin: an incompressible Mooney-Rivlin membrane on constant-strain triangles,
+/// written in the invariants I1, I3 of the in-plane right Cauchy-Green tensor C = F^T F, so that
+/// nothing is singular where both stretches are equal (every undeformed triangle).
 namespace angio::simulation::detail {
 
 /// Mooney-Rivlin moduli [Pa].
@@ -47,9 +47,9 @@ ANGIO_HOST_DEVICE inline EnergyDensity<Real> plain_energy(const MooneyRivlin<Rea
 ///     wrinkled  l2 <  l1^-1/2, l1 > 1    Psi(l1, l1^-1/2), the energy of uniaxial tension
 ///     slack     l1 <= 1                  0
 ///
-/// l1^-1/2 is the natural width of an incompressible isotropic solid under uniaxial tension, so that
-/// the three pieces meet with equal value and slope.
-/// Source: Pipkin, IMA J. Appl. Math. 36 (1986) 85; Steigmann, Proc. R. Soc. A 429 (1990) 141.
+/// l1^-1/2 is the natural width of an incompressible isotropic solid under uniaxial tension, so
+/// that the three pieces meet with equal value and slope. Source: Pipkin, IMA J. Appl. Math. 36
+/// (1986) 85; Steigmann, Proc. R. Soc. A 429 (1990) 141.
 template <class Real>
 ANGIO_HOST_DEVICE inline EnergyDensity<Real> relaxed_energy(const MooneyRivlin<Real>& m, Real i1,
                                                             Real i3) {
@@ -63,11 +63,12 @@ ANGIO_HOST_DEVICE inline EnergyDensity<Real> relaxed_energy(const MooneyRivlin<R
   if (small * root >= Real(1)) return plain_energy(m, i1, i3);
   const Real s = Real(1) / (large * root);  // l1^-3
   EnergyDensity<Real> e;
-  e.value = m.c1 * (large + Real(2) / root - Real(3)) + m.c2 * (Real(1) / large + Real(2) * root - Real(3));
+  e.value = m.c1 * (large + Real(2) / root - Real(3)) +
+            m.c2 * (Real(1) / large + Real(2) * root - Real(3));
   const Real slope = m.c1 * (Real(1) - s) + m.c2 * (Real(1) / root - Real(1) / (large * large));
-  const Real curvature = m.c1 * Real(1.5) * s / large +
-                         m.c2 * (Real(2) / (large * large * large) - Real(0.5) * s);
-  const Real q = Real(1) / d;  // d > 0: here l2 < 1 < l1
+  const Real curvature =
+      m.c1 * Real(1.5) * s / large + m.c2 * (Real(2) / (large * large * large) - Real(0.5) * s);
+  const Real q = Real(1) / d;                                 // d > 0: here l2 < 1 < l1
   const Real by1 = Real(0.5) * (Real(1) + i1 * q), by3 = -q;  // of l1^2
   e.d1 = slope * by1;
   e.d3 = slope * by3;
@@ -81,13 +82,15 @@ ANGIO_HOST_DEVICE inline EnergyDensity<Real> relaxed_energy(const MooneyRivlin<R
 /// e1 = x_v - x_n, e2 = x_m - x_n.
 template <class Real>
 struct CornerMetric {
-  Real k11{}, k12{}, k22{};  ///< K = G^-1 of the unloaded metric G = [e1.e1 e1.e2; . e2.e2] [1/mm^2]
-  Real inverse_det{};        ///< 1 / det G = 1 / (4 A0^2) [1/mm^4]
-  Real volume{};             ///< H A0 = h A, constant by incompressibility [mm^3]
+  Real k11{}, k12{},
+      k22{};           ///< K = G^-1 of the unloaded metric G = [e1.e1 e1.e2; . e2.e2] [1/mm^2]
+  Real inverse_det{};  ///< 1 / det G = 1 / (4 A0^2) [1/mm^4]
+  Real volume{};       ///< H A0 = h A, constant by incompressibility [mm^3]
 };
 
 template <class Real>
-ANGIO_HOST_DEVICE inline CornerMetric<Real> corner_metric(const Vec3T<Real>& v, const Vec3T<Real>& n,
+ANGIO_HOST_DEVICE inline CornerMetric<Real> corner_metric(const Vec3T<Real>& v,
+                                                          const Vec3T<Real>& n,
                                                           const Vec3T<Real>& m, Real thickness) {
   using std::sqrt;
   const Vec3T<Real> e1 = v - n, e2 = m - n;
@@ -113,8 +116,7 @@ ANGIO_HOST_DEVICE inline Invariants<Real> invariants(const CornerMetric<Real>& k
                                                      const Vec3T<Real>& e1, const Vec3T<Real>& e2) {
   const Real a = dot(e1, e1), b = dot(e1, e2), c = dot(e2, e2);
   // a c - b^2 as a squared cross product: no cancellation in slivers.
-  return {k.k11 * a + Real(2) * k.k12 * b + k.k22 * c,
-          norm_squared(cross(e1, e2)) * k.inverse_det};
+  return {k.k11 * a + Real(2) * k.k12 * b + k.k22 * c, norm_squared(cross(e1, e2)) * k.inverse_det};
 }
 
 /// What one term of the energy asks of one vertex: gradient [uN] and Hessian [uN/mm].
@@ -151,7 +153,8 @@ ANGIO_HOST_DEVICE inline Symmetric2<Real> clamp_positive(const Symmetric2<Real>&
 /// set to zero.
 ///
 ///     dE/dx_v   = H A0 (2 Psi_a e1 + Psi_b e2),     a = e1.e1, b = e1.e2
-///     d2E/dx_v2 = H A0 (2 Psi_a I + 4 Psi_aa e1 e1^T + 2 Psi_ab (e1 e2^T + e2 e1^T) + Psi_bb e2 e2^T)
+///     d2E/dx_v2 = H A0 (2 Psi_a I + 4 Psi_aa e1 e1^T + 2 Psi_ab (e1 e2^T + e2 e1^T) + Psi_bb e2
+///     e2^T)
 ///
 /// Source: seed paper, Eqs. 15-19 with the reference volume H A0 (= h A). The block splits into the
 /// normal direction, with the stress 2 Psi_a as its eigenvalue, and a 2 x 2 block in the plane.
@@ -166,9 +169,10 @@ ANGIO_HOST_DEVICE inline VertexTerm<Real> membrane_term(const CornerMetric<Real>
   const Real i1a = k.k11, i1b = Real(2) * k.k12, i3a = c * s, i3b = Real(-2) * b * s;
   const Real by_a = k.volume * (psi.d1 * i1a + psi.d3 * i3a);
   const Real by_b = k.volume * (psi.d1 * i1b + psi.d3 * i3b);
-  const Real aa = k.volume * (psi.d11 * i1a * i1a + Real(2) * psi.d13 * i1a * i3a + psi.d33 * i3a * i3a);
-  const Real ab = k.volume * (psi.d11 * i1a * i1b + psi.d13 * (i1a * i3b + i1b * i3a) +
-                              psi.d33 * i3a * i3b);
+  const Real aa =
+      k.volume * (psi.d11 * i1a * i1a + Real(2) * psi.d13 * i1a * i3a + psi.d33 * i3a * i3a);
+  const Real ab =
+      k.volume * (psi.d11 * i1a * i1b + psi.d13 * (i1a * i3b + i1b * i3a) + psi.d33 * i3a * i3b);
   const Real bb = k.volume * (psi.d11 * i1b * i1b + Real(2) * psi.d13 * i1b * i3b +
                               psi.d33 * i3b * i3b - Real(2) * s * psi.d3);
   VertexTerm<Real> term;

@@ -14,7 +14,8 @@ namespace {
 // balloon (a pressure of the order of 0.1 atm at most).
 constexpr double kFoldShare = 1e-3;
 
-Coloring color_vertices(const TriangleMesh& mesh, const std::vector<char>& fixed, int first_vertex) {
+Coloring color_vertices(const TriangleMesh& mesh, const std::vector<char>& fixed,
+                        int first_vertex) {
   const auto neighbors = vertex_neighbors(mesh);
   std::vector<int> color(mesh.vertices.size(), -1);
   std::vector<std::vector<int>> groups;
@@ -81,17 +82,19 @@ void add_corners(const SimulationModel& model, Scene& scene) {
   std::vector<int> next(scene.corner_begin.begin(), scene.corner_begin.end() - 1);
   for (const Triangle& t : mesh.triangles)
     for (std::size_t k = 0; k < 3; ++k) {
-      const auto v = std::size_t(t[k]), n = std::size_t(t[(k + 1) % 3]), m = std::size_t(t[(k + 2) % 3]);
+      const auto v = std::size_t(t[k]), n = std::size_t(t[(k + 1) % 3]),
+                 m = std::size_t(t[(k + 2) % 3]);
       Corner corner;
       corner.next = int(n);
       corner.last = int(m);
       corner.rest = corner_metric(model.balloon_rest[v], model.balloon_rest[n],
                                   model.balloon_rest[m], scene.wall_mm);
-      corner.start = corner_metric(mesh.vertices[v], mesh.vertices[n], mesh.vertices[m],
-                                   scene.wall_mm);
+      corner.start =
+          corner_metric(mesh.vertices[v], mesh.vertices[n], mesh.vertices[m], scene.wall_mm);
       if (!std::isfinite(corner.rest.k11) || !std::isfinite(corner.start.k11))
         throw InputError(
-            "a triangle of the balloon has no area (its strain is undefined). Run the stage meshing "
+            "a triangle of the balloon has no area (its strain is undefined). Run the stage "
+            "meshing "
             "with other balloon options");
       scene.corners[std::size_t(next[v]++)] = corner;
     }

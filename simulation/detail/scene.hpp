@@ -28,9 +28,9 @@ struct Coloring {
 /// All that does not change during a run. Vertices are numbered balloon first, then wall.
 struct Scene {
   int balloon_count = 0, wall_count = 0;
-  std::vector<Vec3> start;            ///< [mm], shape [vertex]
-  std::vector<char> fixed;            ///< shape [vertex]
-  std::vector<double> mass;           ///< [g], shape [vertex]
+  std::vector<Vec3> start;   ///< [mm], shape [vertex]
+  std::vector<char> fixed;   ///< shape [vertex]
+  std::vector<double> mass;  ///< [g], shape [vertex]
   std::vector<Triangle> balloon_triangles, wall_triangles;
   std::vector<Edge> balloon_edges, wall_edges;
   Coloring balloon_colors, wall_colors;
@@ -43,10 +43,10 @@ struct Scene {
   double wall_mm = 0.0;        ///< membrane thickness H
 
   WallClusters clusters;
-  std::vector<int> neighbor_begin;       ///< wall vertices, shape [wall_count + 1]
-  std::vector<int> neighbors;            ///< vertex numbers
-  std::vector<double> foundation;        ///< [uN/mm], shape [wall_count]
-  std::vector<double> wall_area;         ///< [mm^2] at the start, shape [wall_count]
+  std::vector<int> neighbor_begin;  ///< wall vertices, shape [wall_count + 1]
+  std::vector<int> neighbors;       ///< vertex numbers
+  std::vector<double> foundation;   ///< [uN/mm], shape [wall_count]
+  std::vector<double> wall_area;    ///< [mm^2] at the start, shape [wall_count]
 
   [[nodiscard]] int vertex_count() const { return balloon_count + wall_count; }
 };

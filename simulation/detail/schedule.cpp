@@ -54,8 +54,8 @@ GasLaw<double> Inflator::law(int frame, double gas_before) const {
       law.slope_gas = (1.0 - share) * gas_before;
       law.slope_pressure = share * peak_;
       law.lower = law.slope_gas + share * gas_nominal_;
-      law.limit = gas_before + kGreatestRate * (gas_nominal_ - gas_end_) /
-                                   double(inflate_end_ - insert_end_);
+      law.limit = gas_before +
+                  kGreatestRate * (gas_nominal_ - gas_end_) / double(inflate_end_ - insert_end_);
       break;
     }
     case Phase::hold:

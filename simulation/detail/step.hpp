@@ -4,25 +4,25 @@
 
 #include "simulation/detail/contact_set.hpp"
 #include "simulation/detail/gas.hpp"
-#include "simulation/detail/schedule.hpp"
 #include "simulation/detail/scene.hpp"
+#include "simulation/detail/schedule.hpp"
 #include "simulation/detail/step_impl.hpp"
 
 namespace angio::simulation::detail {
 
 /// What moves.
 struct State {
-  std::vector<Vec3> x, velocity;      ///< [mm], [mm/s], shape [vertex]
-  std::vector<Mat3> rotation;         ///< of the clusters
-  std::vector<Mat3> plastic;          ///< S^p of the clusters
-  double pressure = 0.0;              ///< absolute [Pa]
-  double volume = 0.0;                ///< enclosed [mm^3]
+  std::vector<Vec3> x, velocity;  ///< [mm], [mm/s], shape [vertex]
+  std::vector<Mat3> rotation;     ///< of the clusters
+  std::vector<Mat3> plastic;      ///< S^p of the clusters
+  double pressure = 0.0;          ///< absolute [Pa]
+  double volume = 0.0;            ///< enclosed [mm^3]
 };
 
 State start_state(const Scene& scene, double pressure);
 
 struct StepReport {
-  double residual = 0.0;        ///< net force over load, root of sums of squares
+  double residual = 0.0;  ///< net force over load, root of sums of squares
   int sweeps = 0;
   int detections = 0;
   double friction_delta = 0.0;  ///< see README [mm]

@@ -139,9 +139,10 @@ void StepSolver::begin_step(double dt, State& state) {
   view_.x_inertial = x_inertial_.data();
   view_.cluster_rotation = state.rotation.data();
   view_.cluster_plastic = state.plastic.data();
-  // What "no load" is measured against when the balloon is slack: a thousandth of the peak.
+  // A slack balloon's forces are measured against a tenth of the peak pressure, not against
+  // nothing.
   load_floor_ = 0.0;
-  const double least = 1e-3 * units::pascal_from_atm(options_.inflation.peak_pressure_atm);
+  const double least = 0.1 * units::pascal_from_atm(options_.inflation.peak_pressure_atm);
   for (int v = 0; v < scene_.balloon_count; ++v) {
     const double f = least * area_[std::size_t(v)];
     load_floor_ += f * f;
@@ -204,8 +205,11 @@ void StepSolver::sweep_balloon(const GasLaw<double>& law, State& state) {
     const double change =
         meet(law, pressure, std::max(state.volume + grown, least), compliance) - pressure;
     parallel_for(count, [&](std::ptrdiff_t i) {
-      const Move& move = moves_[std::size_t(group[i])];
-      move_vertex(group[i], move.by_force + change * move.by_pressure);
+      const int v = group[i];
+      const Move& move = moves_[std::size_t(v)];
+      const Vec3 whole = move.by_force + change * move.by_pressure;
+      const double gauge = pressure + change - view_.outside_pressure;
+      move_vertex(v, scene_.relaxed ? balloon_line_search(view_, v, gauge, whole) * whole : whole);
     });
     state.volume = balloon_volume(scene_, state.x);
     state.pressure = pressure_at(law, state.volume);
@@ -259,8 +263,7 @@ void StepSolver::measure_contact(State& state) {
     if (v < scene_.balloon_count)
       contact_count_ += f.touching ? 1 : 0;
     else
-      contact_pressure_[std::size_t(v - scene_.balloon_count)] =
-          f.contact / area_[std::size_t(v)];
+      contact_pressure_[std::size_t(v - scene_.balloon_count)] = f.contact / area_[std::size_t(v)];
   }
   (void)state;
 }

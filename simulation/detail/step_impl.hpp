@@ -49,9 +49,9 @@ struct StepView {
   const Vec3* x_detected = nullptr;  // at the last contact detection
   Mat3* cluster_rotation = nullptr;  // [cluster]
   const Mat3* cluster_plastic = nullptr;
-  Mat3* cluster_map = nullptr;       // rotation * plastic
+  Mat3* cluster_map = nullptr;  // rotation * plastic
   Vec3* cluster_centre = nullptr;
-  Vec3* goal = nullptr;              // [wall vertex]
+  Vec3* goal = nullptr;                    // [wall vertex]
   const double* goal_stiffness = nullptr;  // [wall vertex]
   ContactPair* pairs = nullptr;
   const int* ref_begin = nullptr;
@@ -61,11 +61,11 @@ struct StepView {
 
 /// What a vertex's neighbours ask of it.
 struct VertexForces {
-  Vec3 force;       // without the gas [uN]
-  Mat3 hessian;     // [uN/mm]
-  Vec3 friction;    // the part of `force` that is friction
-  double contact = 0.0;   // sum of normal forces [uN]
-  double magnitude = 0.0; // sum of the lengths of the forces [uN]
+  Vec3 force;              // without the gas [uN]
+  Mat3 hessian;            // [uN/mm]
+  Vec3 friction;           // the part of `force` that is friction
+  double contact = 0.0;    // sum of normal forces [uN]
+  double magnitude = 0.0;  // sum of the lengths of the forces [uN]
   bool touching = false;
 };
 
@@ -88,8 +88,8 @@ ANGIO_HOST_DEVICE inline void refresh_pair(const StepView& s, int index) {
 
 /// Adds the barrier and the friction of all pairs of a vertex.
 ///
-/// Within a sweep a gap is taken along its last direction with its last weights, d = n . sum w_i x_i
-/// (exact to first order); refresh_pair renews both before each sweep.
+/// Within a sweep a gap is taken along its last direction with its last weights, d = n . sum w_i
+/// x_i (exact to first order); refresh_pair renews both before each sweep.
 ANGIO_HOST_DEVICE inline void add_contact(const StepView& s, int v, VertexForces& out) {
   for (int r = s.ref_begin[v]; r < s.ref_begin[v + 1]; ++r) {
     const ContactPair& pair = s.pairs[s.refs[r].pair];
@@ -122,7 +122,8 @@ ANGIO_HOST_DEVICE inline void add_contact(const StepView& s, int v, VertexForces
     out.friction += friction;
     for (int i = 0; i < 3; ++i)
       for (int j = 0; j < 3; ++j)
-        out.hessian(i, j) += stiffness * n[i] * n[j] + rub * w * w * ((i == j ? 1.0 : 0.0) - n[i] * n[j]);
+        out.hessian(i, j) +=
+            stiffness * n[i] * n[j] + rub * w * w * ((i == j ? 1.0 : 0.0) - n[i] * n[j]);
   }
 }
 
@@ -161,6 +162,32 @@ ANGIO_HOST_DEVICE inline VertexForces balloon_forces(const StepView& s, int v, V
   return out;
 }
 
+/// The share of a balloon vertex's move to be taken, in (0, 1]: a slack skin that goes taut within
+/// the move meets it with a far greater stiffness than the Hessian it began with.
+///
+/// If the energy's slope along the move, positive at its end, outweighs that at its start, the
+/// share is where the chord of the slope is zero. The slope is convex there, so the energy still
+/// falls.
+///
+/// @param gauge  pressure above the outside [Pa]
+ANGIO_HOST_DEVICE inline double balloon_line_search(const StepView& s, int v, double gauge,
+                                                    const Vec3& move) {
+  const Vec3 begin = s.x[v];
+  double share = 1.0;
+  Vec3 by_volume;
+  VertexForces at = balloon_forces(s, v, by_volume);
+  const double before = -dot(at.force + gauge * by_volume, move);
+  for (int trial = 0; trial < 3; ++trial) {
+    s.x[v] = begin + share * move;
+    at = balloon_forces(s, v, by_volume);
+    const double after = -dot(at.force + gauge * by_volume, move);
+    if (!(before < 0.0) || after <= -before) break;
+    share *= before / (before - after);
+  }
+  s.x[v] = begin;
+  return share;
+}
+
 /// Everything on a vertex of the wall.
 ANGIO_HOST_DEVICE inline VertexForces wall_forces(const StepView& s, int v) {
   VertexForces out;
@@ -172,8 +199,8 @@ ANGIO_HOST_DEVICE inline VertexForces wall_forces(const StepView& s, int v) {
   out.magnitude += norm(elastic);
   for (int n = s.neighbor_begin[i]; n < s.neighbor_begin[i + 1]; ++n) {
     const int u = s.neighbors[n];
-    const double spring = 0.5 * kWallSmoothing *
-                          (s.goal_stiffness[i] + s.goal_stiffness[u - s.balloon_count]);
+    const double spring =
+        0.5 * kWallSmoothing * (s.goal_stiffness[i] + s.goal_stiffness[u - s.balloon_count]);
     out.force -= spring * (off - (s.x[u] - s.goal[u - s.balloon_count]));
     k += spring;
   }
@@ -231,9 +258,9 @@ ANGIO_HOST_DEVICE inline void fit_cluster(const StepView& s, int c) {
   centre = centre / weight;
   Mat3 covariance;
   for (int e = s.cluster_begin[c]; e < s.cluster_begin[c + 1]; ++e)
-    covariance += outer(s.cluster_stiffness[e] *
-                            (s.x[s.balloon_count + s.cluster_vertex[e]] - centre),
-                        s.cluster_plastic[c] * s.cluster_offset[e]);
+    covariance +=
+        outer(s.cluster_stiffness[e] * (s.x[s.balloon_count + s.cluster_vertex[e]] - centre),
+              s.cluster_plastic[c] * s.cluster_offset[e]);
   s.cluster_rotation[c] = nearest_rotation(covariance, s.cluster_rotation[c]);
   s.cluster_map[c] = s.cluster_rotation[c] * s.cluster_plastic[c];
   s.cluster_centre[c] = centre;
@@ -258,8 +285,9 @@ ANGIO_HOST_DEVICE inline Mat3 cluster_stretch(const StepView& s, int c) {
   Mat3 pq, qq;
   for (int e = s.cluster_begin[c]; e < s.cluster_begin[c + 1]; ++e) {
     const Vec3 q = s.cluster_plastic[c] * s.cluster_offset[e];
-    pq += outer(s.cluster_stiffness[e] * (s.x[s.balloon_count + s.cluster_vertex[e]] -
-                                          s.cluster_centre[c]), q);
+    pq += outer(
+        s.cluster_stiffness[e] * (s.x[s.balloon_count + s.cluster_vertex[e]] - s.cluster_centre[c]),
+        q);
     qq += outer(s.cluster_stiffness[e] * q, q);
   }
   const double weight = 1e-6 * (qq(0, 0) + qq(1, 1) + qq(2, 2));

@@ -26,8 +26,8 @@ struct Slab {
   bool ring = false;
 };
 
-Slab measure_slab(const Members& members, const std::vector<Vec3>& x, const std::vector<Vec3>& normals,
-                  const std::vector<double>& areas) {
+Slab measure_slab(const Members& members, const std::vector<Vec3>& x,
+                  const std::vector<Vec3>& normals, const std::vector<double>& areas) {
   Slab slab;
   double area = 0.0;
   Vec3 mean_normal;
@@ -119,8 +119,8 @@ class SlabCutter {
   Slab measure(const Members& members) const {
     Slab slab = measure_slab(members, model_.wall.vertices, normals_, areas_);
     // A piece of a ring lies too near its own centre, a flat piece too far: keep within reason.
-    slab.radius = std::clamp(slab.radius, 0.2 * model_.reference_radius_mm,
-                             3.0 * model_.reference_radius_mm);
+    slab.radius =
+        std::clamp(slab.radius, 0.2 * model_.reference_radius_mm, 3.0 * model_.reference_radius_mm);
     return slab;
   }
 
@@ -148,7 +148,8 @@ class SlabCutter {
         length = std::max(std::min(length, measure(probe).radius), kLeastEdgesPerSlab * edge_);
       const bool last = from + length >= high;
       const double begin = last ? std::max(low, high - length) : from;
-      for (const Members& piece : connected_pieces(window(members, begin, begin + length), neighbors_))
+      for (const Members& piece :
+           connected_pieces(window(members, begin, begin + length), neighbors_))
         slabs.push_back(with_one_ring(piece, neighbors_));
       if (last) return;
       from += 0.5 * length;

@@ -10,16 +10,16 @@ namespace angio::simulation::detail {
 /// The wall cut into overlapping slabs across the vessel, each matched to its shape as a whole.
 /// Entries are (cluster, vertex) pairs, stored by cluster; every vertex has at least one.
 struct WallClusters {
-  std::vector<int> begin;         ///< entries of a cluster, shape [cluster_count + 1]
-  std::vector<int> vertex;        ///< wall vertex, shape [entry]
-  std::vector<double> stiffness;  ///< k [uN/mm], shape [entry]
-  std::vector<Vec3> offset;       ///< q: start position from the cluster's centre [mm]
-  std::vector<double> radius;     ///< local radius of the slab [mm], shape [cluster_count]
-  std::vector<Vec3> axis;         ///< unit, along the vessel
-  std::vector<char> ring;         ///< the slab closes around the vessel
-  std::vector<int> entry_begin;   ///< entries of a vertex, shape [wall_count + 1]
-  std::vector<int> entry;         ///< entry numbers, ascending in cluster
-  std::vector<int> entry_cluster; ///< cluster of an entry, shape [entry]
+  std::vector<int> begin;          ///< entries of a cluster, shape [cluster_count + 1]
+  std::vector<int> vertex;         ///< wall vertex, shape [entry]
+  std::vector<double> stiffness;   ///< k [uN/mm], shape [entry]
+  std::vector<Vec3> offset;        ///< q: start position from the cluster's centre [mm]
+  std::vector<double> radius;      ///< local radius of the slab [mm], shape [cluster_count]
+  std::vector<Vec3> axis;          ///< unit, along the vessel
+  std::vector<char> ring;          ///< the slab closes around the vessel
+  std::vector<int> entry_begin;    ///< entries of a vertex, shape [wall_count + 1]
+  std::vector<int> entry;          ///< entry numbers, ascending in cluster
+  std::vector<int> entry_cluster;  ///< cluster of an entry, shape [entry]
 
   [[nodiscard]] int count() const { return int(begin.size()) - 1; }
 };
