@@ -64,18 +64,18 @@ void set_option(PhantomOptions& options, std::string_view key, std::string_view 
     std::string_view key;
     double PhantomOptions::*field;
   };
-  constexpr std::array<Known, 6> known{{{"stenosis", &PhantomOptions::stenosis_percent},
-                                        {"radius", &PhantomOptions::radius_mm},
-                                        {"length", &PhantomOptions::length_mm},
-                                        {"spacing", &PhantomOptions::spacing_mm},
-                                        {"noise", &PhantomOptions::noise_sd},
-                                        {"blur", &PhantomOptions::blur_mm}}};
+  constexpr std::array<Known, 6> kKnown{{{"stenosis", &PhantomOptions::stenosis_percent},
+                                         {"radius", &PhantomOptions::radius_mm},
+                                         {"length", &PhantomOptions::length_mm},
+                                         {"spacing", &PhantomOptions::spacing_mm},
+                                         {"noise", &PhantomOptions::noise_sd},
+                                         {"blur", &PhantomOptions::blur_mm}}};
   if (key == "seed") {
     options.seed = parse_seed(value);
     return;
   }
   std::vector<std::string_view> names{"seed"};
-  for (const Known& k : known) {
+  for (const Known& k : kKnown) {
     if (k.key == key) {
       options.*k.field = parse_number(key, value);
       return;

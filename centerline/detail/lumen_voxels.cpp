@@ -12,7 +12,7 @@
 namespace angio::centerline {
 
 const std::array<std::array<int, 3>, kNeighborCount>& neighbor_offsets() {
-  static const auto offsets = [] {
+  static const auto kOffsets = [] {
     std::array<std::array<int, 3>, kNeighborCount> result{};
     int n = 0;
     for (int k = -1; k <= 1; ++k)
@@ -21,7 +21,7 @@ const std::array<std::array<int, 3>, kNeighborCount>& neighbor_offsets() {
           if (i != 0 || j != 0 || k != 0) result[std::size_t(n++)] = {i, j, k};
     return result;
   }();
-  return offsets;
+  return kOffsets;
 }
 
 std::array<double, kNeighborCount> neighbor_lengths(const VolumeGeometry& geometry) {

@@ -26,7 +26,9 @@ std::vector<float> gaussian_kernel(double sigma_voxels) {
 }
 
 void convolve_i(Volume<float>& volume, const std::vector<float>& kernel) {
-  const auto [ni, nj, nk] = volume.geometry.size;
+  const int ni = volume.geometry.size[0];
+  const int nj = volume.geometry.size[1];
+  const int nk = volume.geometry.size[2];
   const int reach = int(kernel.size()) - 1;
   parallel_for(nk, [&](std::ptrdiff_t k) {
     std::vector<float> padded(std::size_t(ni + 2 * reach));
@@ -45,7 +47,9 @@ void convolve_i(Volume<float>& volume, const std::vector<float>& kernel) {
 
 /// Convolves along j or k: the lines are `count` rows that lie `stride` rows apart.
 void convolve_rows(Volume<float>& volume, const std::vector<float>& kernel, int axis) {
-  const auto [ni, nj, nk] = volume.geometry.size;
+  const int ni = volume.geometry.size[0];
+  const int nj = volume.geometry.size[1];
+  const int nk = volume.geometry.size[2];
   const int reach = int(kernel.size()) - 1;
   const int count = axis == 1 ? nj : nk;
   const int lines = axis == 1 ? nk : nj;

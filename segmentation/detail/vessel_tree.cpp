@@ -157,9 +157,9 @@ Vec3 strongest_point(const Components& pieces, int piece, const Volume<float>& c
     }
   const auto& size = contrast.geometry.size;
   const std::size_t row = best / std::size_t(size[0]);
-  return contrast.geometry.lps_from_index({double(best % std::size_t(size[0])),
-                                           double(row % std::size_t(size[1])),
-                                           double(row / std::size_t(size[1]))});
+  const std::size_t slice = row / std::size_t(size[1]);
+  return contrast.geometry.lps_from_index(
+      {double(best % std::size_t(size[0])), double(row % std::size_t(size[1])), double(slice)});
 }
 
 double voxel_volume(const VolumeGeometry& geometry) {

@@ -7,7 +7,6 @@
 namespace angio::centerline {
 namespace {
 
-using test::Cut;
 using test::grid_around;
 using test::level_set_of;
 using test::make_tube;
