@@ -51,6 +51,7 @@ struct LesionOptions {
   int centerline = -1;                 ///< path id to look at; -1: the whole tree
   double abscissa_mm = -1.0;           ///< place on it; -1: the tightest stenosis
   double min_stenosis_percent = 30.0;  ///< less is no stenosis, [10, 90]
+  double min_reference_mm = 1.0;       ///< no balloon is made for thinner vessels, [0, 30]
 
   void validate() const;
 };
@@ -68,8 +69,8 @@ struct Lesion {
   double length_mm = 0.0;
 };
 
-/// Every stenosis of at least min_stenosis_percent, the most severe first; where there is none,
-/// one entry with is_stenosis = false.
+/// Every stenosis of at least min_stenosis_percent, the most severe first, each once though several
+/// paths run through it; where there is none, one entry with is_stenosis = false.
 std::vector<Lesion> find_lesions(const CenterlineTree& tree, const LesionOptions& options);
 
 }  // namespace angio::centerline

@@ -13,6 +13,9 @@ void LesionOptions::validate() const {
   if (!(min_stenosis_percent >= 10.0 && min_stenosis_percent <= 90.0))
     throw OptionError("lesion.min_stenosis_percent is " + std::to_string(min_stenosis_percent) +
                       ". Give 10 to 90 %");
+  if (!(min_reference_mm >= 0.0 && min_reference_mm <= 30.0))
+    throw OptionError("lesion.min_reference_mm is " + std::to_string(min_reference_mm) +
+                      ". Give 0 to 30 mm");
   if (centerline < -1)
     throw OptionError("lesion.centerline is " + std::to_string(centerline) +
                       ". Give the id of a path, or -1 for all of them");
@@ -116,6 +119,7 @@ void find_on_path(const CenterlinePath& path, const LesionOptions& options,
     const Dip dip = grow_dip(path, reference, i);
     i = dip.last;
     if (stenosis_percent(path, reference, dip.tightest) < options.min_stenosis_percent) continue;
+    if (reference.diameter[dip.tightest] < options.min_reference_mm) continue;
     if (!recovers(path, reference, dip.tightest, -1) ||
         !recovers(path, reference, dip.tightest, +1))
       continue;
@@ -128,21 +132,38 @@ void find_on_path(const CenterlinePath& path, const LesionOptions& options,
   }
 }
 
-/// The tightest place, relative to the reference, that leaves room for a balloon on both sides.
+/// Distance [mm] from a point to the nearest branching on its path.
+double distance_to_branching(const CenterlinePath& path, double s) {
+  double nearest = path.abscissa.back();
+  for (const CenterlineTract& tract : path.tracts) {
+    if (!tract.blanking) continue;
+    const double begin = path.abscissa[std::size_t(tract.first_point)];
+    const double end = path.abscissa[std::size_t(tract.last_point)];
+    nearest = std::min(nearest, std::max({begin - s, s - end, 0.0}));
+  }
+  return nearest;
+}
+
+/// The tightest place, relative to the reference, that leaves room for a balloon on both sides and
+/// is a diameter away from branchings, if there is one.
 Lesion tightest_place(const CenterlinePath& path) {
   const ReferenceDiameter reference = find_reference(path);
   const double length = path.abscissa.back();
   std::optional<std::size_t> best;
   std::size_t middle = 0;
-  for (std::size_t i = 0; i < path.points.size(); ++i) {
-    const double s = path.abscissa[i];
-    if (s <= 0.5 * length) middle = i;
-    const double d = 2.0 * path.inscribed_radius[i];
-    // A balloon of a few mm with its cones, or two diameters.
-    const double margin = std::min(std::max(2.0 * d, 5.0 + d), 0.4 * length);
-    if (reference.segment[i] < 0 || s < margin || length - s < margin) continue;
-    if (!best || stenosis_percent(path, reference, i) > stenosis_percent(path, reference, *best))
-      best = i;
+  for (const double diameters : {1.0, 0.0}) {
+    if (best) break;
+    for (std::size_t i = 0; i < path.points.size(); ++i) {
+      const double s = path.abscissa[i];
+      if (s <= 0.5 * length) middle = i;
+      const double d = 2.0 * path.inscribed_radius[i];
+      // A balloon of a few mm with its cones, or two diameters.
+      const double margin = std::min(std::max(2.0 * d, 5.0 + d), 0.4 * length);
+      if (reference.segment[i] < 0 || s < margin || length - s < margin) continue;
+      if (distance_to_branching(path, s) < diameters * d) continue;
+      if (!best || stenosis_percent(path, reference, i) > stenosis_percent(path, reference, *best))
+        best = i;
+    }
   }
   const std::size_t at = best.value_or(middle);
   return describe(path, reference, {at, at, at});

@@ -127,6 +127,30 @@ Point2 find_circle(const std::vector<Point2>& contour, double most_shift, double
   return best;
 }
 
+/// In a flat section many circles fit as well: of these, the one nearest to the section's middle,
+/// so that the line does not wander along the flat.
+Point2 pull_to_middle(const std::vector<Point2>& contour, const Point2& circle, double radius,
+                      double most_shift) {
+  constexpr double kAsWell = 0.985;
+  double area = 0.0;
+  Point2 middle;
+  for (std::size_t i = 0; i < contour.size(); ++i) {
+    const Point2 &a = contour[i], &b = contour[(i + 1) % contour.size()];
+    const double twice = a.x * b.y - a.y * b.x;
+    area += 0.5 * twice;
+    middle.x += twice * (a.x + b.x) / 6.0;
+    middle.y += twice * (a.y + b.y) / 6.0;
+  }
+  if (area <= 0.0) return circle;
+  middle = {middle.x / area, middle.y / area};
+  for (double t = 1.0; t > 0.0; t -= 0.1) {
+    const Point2 trial{circle.x + t * (middle.x - circle.x), circle.y + t * (middle.y - circle.y)};
+    if (std::hypot(trial.x, trial.y) <= most_shift && clearance(contour, trial) >= kAsWell * radius)
+      return trial;
+  }
+  return circle;
+}
+
 /// Rays that leave through a side branch say nothing about the circle: cut them short.
 std::vector<double> clip_long(std::vector<double> radii) {
   std::vector<double> sorted = radii;
@@ -164,8 +188,9 @@ Section measure_section(const Wall& wall, const Vec3& point, const Vec3& normal,
       const double r = std::max(fit.dot(harmonics(2 * order + 1, theta)), 0.0);
       contour[i] = {r * std::cos(theta), r * std::sin(theta)};
     }
-    const Point2 shift =
-        find_circle(contour, options.most_shift * expected, section.inscribed_radius);
+    const double most_shift = options.most_shift * expected;
+    const Point2 circle = find_circle(contour, most_shift, section.inscribed_radius);
+    const Point2 shift = pull_to_middle(contour, circle, section.inscribed_radius, most_shift);
     section.center += shift.x * u + shift.y * v;
     expected = std::max(section.inscribed_radius, 0.5 * wall.resolution());
   }
