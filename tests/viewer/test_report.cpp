@@ -1,22 +1,210 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <filesystem>
+#include <map>
 
 #include "core/atomic_file.hpp"
+#include "core/error.hpp"
 #include "tests/viewer/report_content.hpp"
 #include "tests/viewer/shapes.hpp"
+#include "viewer/detail/picture.hpp"
 #include "viewer/report.hpp"
 
 namespace angio::viewer {
 namespace {
+namespace fs = std::filesystem;
 using test::make_report_content;
 using test::TemporaryFolder;
 using testing::HasSubstr;
 
-TEST(Report, Look) {
+std::map<std::string, std::string> read_folder(const fs::path& folder) {
+  std::map<std::string, std::string> files;
+  for (const auto& entry : fs::directory_iterator(folder))
+    files[entry.path().filename().string()] = read_text(entry.path());
+  return files;
+}
+
+std::size_t count(const std::string& text, const std::string& word) {
+  std::size_t found = 0;
+  for (auto at = text.find(word); at != std::string::npos; at = text.find(word, at + 1)) ++found;
+  return found;
+}
+
+/// Whether a page holds some words; unlike gmock's matcher it does not print the page.
+bool has(const std::string& page, const std::string& words) {
+  return page.find(words) != std::string::npos;
+}
+
+/// A page without its pictures' bytes.
+std::string without_pictures(std::string page) {
+  const std::string begin = "src=\"data:image/png;base64,";
+  for (auto at = page.find(begin); at != std::string::npos; at = page.find(begin, at)) {
+    at += 5;
+    page.erase(at, page.find('"', at) - at);
+  }
+  return page;
+}
+
+using Files = std::map<std::string, std::string>;
+
+void expect_tells_what_a_reader_looks_for(const std::string& page) {
+  for (const char* words : {"Synthetic case",
+                            "angio 0.0.0-test",
+                            "Not for clinical use",
+                            "60 → 20 %",
+                            "1.20 → 2.40 mm",
+                            "acute gain 1.20 mm",
+                            "0.54 mm",
+                            "3.00 × 12 mm",
+                            "8.0 atm",
+                            "Before",
+                            "At peak, 8.0 atm",
+                            "After",
+                            "Diameter along the vessel",
+                            "reference 3.00 mm",
+                            "MLD before 1.20 mm",
+                            "MLD after 2.40 mm",
+                            "Balloon pressure",
+                            "pressure [atm]",
+                            "time [s]",
+                            "Minimal lumen area (MLA)",
+                            "4.52 mm²",
+                            "segmentation",
+                            "12.3 s",
+                            "512 MiB",
+                            "LPS",
+                            "240 kPa"})
+    EXPECT_TRUE(has(page, words)) << words;
+  EXPECT_LT(page.find("no stenosis over 30 % was found"), page.find("class=\"card\""));
+}
+
+void expect_needs_nothing_but_itself(const std::string& page) {
+  for (const char* reference : {"http:", "https:", "<link", "<script", "@import", "url("})
+    EXPECT_FALSE(has(without_pictures(page), reference)) << reference;
+  EXPECT_EQ(count(page, "src="), count(page, "src=\"data:image/png;base64,"));
+}
+
+void expect_shows_every_picture_beside_it(const Files& files) {
+  const std::string& page = files.at("index.html");
+  EXPECT_EQ(count(page, "<img "), files.size() - 1);
+  EXPECT_EQ(count(page, "<svg "), 7u);  // along the vessel, and six over time
+  for (const char* name :
+       {"tree.png", "close_up_1.png", "close_up_2.png", "close_up_3.png", "contact.png",
+        "projection_axial.png", "projection_coronal.png", "projection_sagittal.png",
+        "slice_axial.png", "slice_coronal.png", "slice_sagittal.png", "cross_sections.png"})
+    EXPECT_EQ(files.count(name), 1u) << name;
+}
+
+int count_blue(const std::string& png) {
+  const detail::Picture picture = detail::picture_from_png(png);
+  int blue = 0;
+  for (std::size_t i = 0; i < picture.rgb.size(); i += 3)
+    blue += picture.rgb[i + 2] > picture.rgb[i] + 30 ? 1 : 0;
+  return blue;
+}
+
+void expect_pictures_show_something(const Files& files) {
+  for (const auto& [name, bytes] : files) {
+    if (!name.ends_with(".png")) continue;
+    const detail::Picture picture = detail::picture_from_png(bytes);
+    const auto [low, high] = std::minmax_element(picture.rgb.begin(), picture.rgb.end());
+    EXPECT_GT(*high - *low, 100) << name;
+  }
+  // The balloon, blue, is seen through the lumen's wall, and is large at peak.
+  EXPECT_GT(count_blue(files.at("close_up_1.png")), 1000);
+  EXPECT_GT(count_blue(files.at("close_up_2.png")), 2 * count_blue(files.at("close_up_1.png")));
+}
+
+void expect_elements_close_in_order(const std::string& page) {
+  const std::string text = without_pictures(page);
+  std::vector<std::string> open;
+  for (auto at = text.find('<'); at != std::string::npos; at = text.find('<', at + 1)) {
+    const auto end = text.find('>', at);
+    ASSERT_NE(end, std::string::npos);
+    const std::string tag = text.substr(at + 1, end - at - 1);
+    const std::string name = tag.substr(0, tag.find_first_of(" \n"));
+    if (tag.ends_with("/") || name == "!DOCTYPE" || name == "meta" || name == "img") continue;
+    if (name.starts_with("/")) {
+      ASSERT_FALSE(open.empty()) << name;
+      ASSERT_EQ("/" + open.back(), name);
+      open.pop_back();
+    } else {
+      open.push_back(name);
+    }
+  }
+  EXPECT_TRUE(open.empty());
+}
+
+TEST(Report, IsOneCompletePageAndTheSameBytesEveryTime) {
+  const TemporaryFolder folder_a, folder_b;
+  ReportContent content = make_report_content();
+  content.warnings = {"no stenosis over 30 % was found"};
+  write_report(folder_a.path(), content);
+  const Files files = read_folder(folder_a.path());
+  expect_tells_what_a_reader_looks_for(files.at("index.html"));
+  expect_needs_nothing_but_itself(files.at("index.html"));
+  expect_shows_every_picture_beside_it(files);
+  expect_pictures_show_something(files);
+  expect_elements_close_in_order(files.at("index.html"));
+
+  write_report(folder_b.path(), content);
+  const Files again = read_folder(folder_b.path());
+  ASSERT_EQ(files.size(), again.size());
+  for (const auto& [name, bytes] : files) EXPECT_TRUE(bytes == again.at(name)) << name;
+}
+
+TEST(Report, EscapesEverythingThatItIsGiven) {
   const TemporaryFolder folder;
-  write_report(folder.path(), make_report_content());
+  const std::string evil = "<script>alert('1')</script> & \"co\"";
+  ReportContent content;
+  content.title = evil;
+  content.version = evil;
+  content.warnings = {evil};
+  content.lumen = test::make_tube({});
+  content.time_series = {{"time_s", "phase", "pressure_atm"},
+                         {{"0", evil, "1"}, {"9", evil, "2"}, {"10", "rest", "2"}}};
+  content.metrics_json = R"({"lesion":{"reference_rule":"<script>alert('1')</script>",
+      "<script>":1}, "balloon":{"material":"<script>"}})";
+  content.run_json = R"({"device":"<script>","stages":{"<script>":{"status":"<script>"}}})";
+  write_report(folder.path(), content);
+  const std::string page = read_text(folder / "index.html");
+  EXPECT_FALSE(has(page, "<script"));
+  EXPECT_FALSE(has(page, "alert('1')"));
+  EXPECT_GE(count(page, "&lt;script&gt;"), 8u);
+}
+
+TEST(Report, SurfaceWithoutScanStenosisOrDilationIsReportedToo) {
+  const TemporaryFolder folder;
+  write_text_atomically(folder / "contact.png", "of an earlier report");
+  ReportContent content;
+  content.title = "surface";
+  content.lumen = test::make_tube({.depth = 0.0});
+  content.tree.paths = {test::make_path({.depth = 0.0})};
+  content.lesion_abscissa_mm = 10.0;
+  content.metrics_json = R"({"lesion":{"mld_mm":3.0,"diameter_stenosis_percent":null}})";
+  write_report(folder.path(), content);
+  const auto files = read_folder(folder.path());
+  EXPECT_EQ(files.count("tree.png"), 1u);
+  EXPECT_EQ(files.count("cross_sections.png"), 1u);
+  EXPECT_EQ(files.count("contact.png"), 0u);
+  EXPECT_EQ(files.count("projection_axial.png"), 0u);
+  EXPECT_TRUE(has(files.at("index.html"), "3.00 → – mm"));
+}
+
+TEST(Report, DamagedMetricsAreRefusedByName) {
+  const TemporaryFolder folder;
+  ReportContent content;
+  content.lumen = test::make_tube({});
+  content.metrics_json = "{";
+  try {
+    write_report(folder.path(), content);
+    FAIL();
+  } catch (const InputError& error) {
+    EXPECT_THAT(error.what(), HasSubstr("metrics.json"));
+  }
+  EXPECT_FALSE(fs::exists(folder / "index.html"));
 }
 
 }  // namespace

@@ -159,7 +159,8 @@ std::string shown(const std::optional<double>& value, int decimals, const char* 
 
 std::string change(const std::optional<double>& before, const std::optional<double>& after,
                    int decimals, const char* unit) {
-  return shown(before, decimals, "") + " → " + shown(after, decimals, unit);
+  if (!before && !after) return "–";
+  return shown(before, decimals, "") + " → " + shown(after, decimals, "") + unit;
 }
 
 }  // namespace

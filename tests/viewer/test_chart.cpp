@@ -1,0 +1,119 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+
+#include "viewer/detail/chart.hpp"
+#include "viewer/detail/html.hpp"
+#include "viewer/detail/report_charts.hpp"
+
+namespace angio::viewer::detail {
+namespace {
+using testing::HasSubstr;
+using testing::Not;
+
+Chart make_chart() {
+  Chart chart;
+  chart.title = "a title";
+  chart.x_label = "x [mm]";
+  chart.y_label = "y [mm]";
+  chart.series = {{"line", {0, 1, 2, 3}, {1, 2, 1, 2}, 1, false}};
+  return chart;
+}
+
+TEST(RoundTicks, CoverTheRangeInEqualRoundSteps) {
+  for (const auto& [low, high] : std::vector<std::pair<double, double>>{
+           {0, 1}, {0, 8.3}, {-3.2, 0.001}, {1e-7, 3e-7}, {0, 12345}, {14.2, 14.9}}) {
+    const auto ticks = round_ticks(low, high, 6);
+    ASSERT_GE(ticks.size(), 2u);
+    EXPECT_LE(ticks.size(), 14u);
+    EXPECT_LE(ticks.front(), low + 1e-9 * std::abs(low));
+    EXPECT_GE(ticks.back(), high - 1e-9 * std::abs(high));
+    const double step = ticks[1] - ticks[0];
+    const double digit = step / std::pow(10.0, std::floor(std::log10(step) + 1e-9));
+    EXPECT_TRUE(std::abs(digit - 1) < 1e-6 || std::abs(digit - 2) < 1e-6 ||
+                std::abs(digit - 5) < 1e-6)
+        << digit;
+  }
+}
+
+TEST(Svg, HasAxesUnitsLegendAndHoverTitles) {
+  const std::string drawing = svg(make_chart());
+  for (const char* words : {"<svg", "x [mm]", "y [mm]", ">line</text>", "<title>line: 2", "</svg>"})
+    EXPECT_THAT(drawing, HasSubstr(words));
+}
+
+TEST(Svg, EscapesItsTexts) {
+  Chart chart = make_chart();
+  chart.title = chart.x_label = chart.series[0].label = "<b> & \"c\"";
+  chart.marks = {{1, 1, "<b>", 1}};
+  chart.levels = {{1, "<b>"}};
+  chart.bands = {{0, 3, "<b>"}};
+  EXPECT_THAT(svg(chart), Not(HasSubstr("<b>")));
+}
+
+TEST(Svg, WhatIsNotANumberBreaksTheLine) {
+  Chart chart = make_chart();
+  EXPECT_EQ(svg(chart).find("M", svg(chart).find("<path d=\"M") + 10), std::string::npos);
+  chart.series[0].y = {1, std::numeric_limits<double>::quiet_NaN(), 2, 2};
+  const std::string drawing = svg(chart);
+  const auto first = drawing.find("<path d=\"M") + 10;
+  EXPECT_LT(drawing.find("M", first), drawing.find("\"", first));
+  EXPECT_THAT(drawing, Not(HasSubstr("nan")));
+}
+
+TEST(Svg, NothingToDrawIsNothing) {
+  EXPECT_EQ(svg(Chart{}), "");
+  Chart chart = make_chart();
+  chart.series[0].y = {1};
+  EXPECT_EQ(svg(chart), "");
+}
+
+TEST(Svg, ConstantLinesAreDrawn) {
+  Chart chart = make_chart();
+  for (const double level : {0.0, -2.0, 1e6}) {
+    chart.series[0].y = {level, level, level, level};
+    EXPECT_THAT(svg(chart), Not(HasSubstr("nan"))) << level;
+    EXPECT_THAT(svg(chart), Not(HasSubstr("inf"))) << level;
+  }
+}
+
+TEST(Column, IsNumbersAndNotANumberWhereThereIsNone) {
+  const TimeSeries series{{"time_s", "phase"}, {{"0.5", "inflate"}, {"", "hold"}, {}}};
+  const auto time = column(series, "time_s");
+  ASSERT_EQ(time.size(), 3u);
+  EXPECT_EQ(time[0], 0.5);
+  EXPECT_TRUE(std::isnan(time[1]));
+  EXPECT_TRUE(std::isnan(time[2]));
+  EXPECT_TRUE(column(series, "none").empty());
+}
+
+TEST(Base64, GivesTheVectorsOfRfc4648) {
+  EXPECT_EQ(base64(""), "");
+  EXPECT_EQ(base64("f"), "Zg==");
+  EXPECT_EQ(base64("fo"), "Zm8=");
+  EXPECT_EQ(base64("foo"), "Zm9v");
+  EXPECT_EQ(base64("foob"), "Zm9vYg==");
+  EXPECT_EQ(base64("fooba"), "Zm9vYmE=");
+  EXPECT_EQ(base64("foobar"), "Zm9vYmFy");
+  EXPECT_EQ(base64("\xff\xfe\xfd"), "//79");
+}
+
+TEST(EscapeHtml, LeavesNothingThatEndsTextOrAttribute) {
+  EXPECT_EQ(escape_html("<a href=\"x\">'&'</a>"),
+            "&lt;a href=&quot;x&quot;&gt;&#39;&amp;&#39;&lt;/a&gt;");
+  EXPECT_EQ(escape_html(std::string("a\0b\x1f", 4)), "a b ");
+  EXPECT_EQ(escape_html("mm² → ü"), "mm² → ü");
+}
+
+TEST(FixedText, IsPlainAndKnowsNoMinusZero) {
+  EXPECT_EQ(fixed_text(1.005, 1), "1.0");
+  EXPECT_EQ(fixed_text(-0.04, 1), "0.0");
+  EXPECT_EQ(fixed_text(-0.06, 1), "-0.1");
+  EXPECT_EQ(fixed_text(1e300 * 1e300, 1), "–");
+  EXPECT_EQ(number_text(0.025), "0.025");
+}
+
+}  // namespace
+}  // namespace angio::viewer::detail
