@@ -1,0 +1,188 @@
+#include "meshing/detail/lumen_draft.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+
+#include "core/error.hpp"
+#include "meshing/detail/surface_query.hpp"
+
+namespace angio::meshing::detail {
+namespace {
+
+/// The connected piece of each vertex, numbered from 0 by its first vertex.
+std::vector<int> vertex_components(const TriangleMesh& mesh) {
+  std::vector<int> parent(mesh.vertices.size());
+  for (std::size_t v = 0; v < parent.size(); ++v) parent[v] = int(v);
+  const auto root = [&](int v) {
+    while (parent[std::size_t(v)] != v) {
+      parent[std::size_t(v)] = parent[std::size_t(parent[std::size_t(v)])];
+      v = parent[std::size_t(v)];
+    }
+    return v;
+  };
+  for (const Triangle& t : mesh.triangles) {
+    const int a = root(t[0]);
+    for (const int v : {root(t[1]), root(t[2])})
+      parent[std::size_t(std::max(a, v))] = std::min(a, v);
+  }
+  for (std::size_t v = 0; v < parent.size(); ++v) parent[v] = root(int(v));
+  return parent;
+}
+
+/// Keeps the triangles of which `keep` is true, and the vertices they use.
+TriangleMesh part_of(const TriangleMesh& mesh, const auto& keep) {
+  TriangleMesh part;
+  std::vector<int> index(mesh.vertices.size(), -1);
+  for (const Triangle& t : mesh.triangles) {
+    if (!keep(t)) continue;
+    Triangle renamed{};
+    for (std::size_t c = 0; c < 3; ++c) {
+      int& at = index[std::size_t(t[c])];
+      if (at < 0) {
+        at = int(part.vertices.size());
+        part.vertices.push_back(mesh.vertices[std::size_t(t[c])]);
+      }
+      renamed[c] = at;
+    }
+    part.triangles.push_back(renamed);
+  }
+  return part;
+}
+
+/// An opening of a given surface.
+struct Opening {
+  std::vector<int> loop;
+  Vec3 centre;
+  double radius = 0.0;      ///< mean distance from the centre [mm]
+  Plane plane;              ///< its normal leaves the lumen
+  double unevenness = 0.0;  ///< largest distance from the plane [mm]
+};
+Opening describe_opening(const TriangleMesh& mesh, std::vector<int> loop) {
+  Opening opening;
+  const double share = 1.0 / double(loop.size());
+  const auto at = [&](std::size_t i) { return mesh.vertices[std::size_t(loop[i % loop.size()])]; };
+  for (std::size_t i = 0; i < loop.size(); ++i) opening.centre += share * at(i);
+  Vec3 area;
+  for (std::size_t i = 0; i < loop.size(); ++i) {
+    area += cross(at(i) - opening.centre, at(i + 1) - opening.centre);
+    opening.radius += share * distance(at(i), opening.centre);
+  }
+  opening.plane = {opening.centre, normalized(area)};
+  for (std::size_t i = 0; i < loop.size(); ++i)
+    opening.unevenness =
+        std::max(opening.unevenness, std::abs(opening.plane.signed_distance(at(i))));
+  opening.loop = std::move(loop);
+  return opening;
+}
+
+/// Fills every opening; where one has no filling, the surface cannot be used.
+void fill_opening(TriangleMesh& mesh, const std::vector<int>& loop) {
+  std::vector<Vec3> points;
+  for (const int v : loop) points.push_back(mesh.vertices[std::size_t(v)]);
+  const std::vector<Triangle> patch = triangulate_loop(points);
+  if (patch.empty())
+    throw InputError("a hole of the surface cannot be filled (" + std::to_string(loop.size()) +
+                     " vertices on its border). Repair the surface first");
+  for (const Triangle& t : patch)
+    mesh.triangles.push_back(
+        {loop[std::size_t(t[0])], loop[std::size_t(t[1])], loop[std::size_t(t[2])]});
+}
+
+void turn_outward(TriangleMesh& mesh) {
+  TriangleMesh closed = mesh;
+  for (const auto& loop : boundary_loops(mesh)) fill_opening(closed, loop);
+  if (enclosed_volume(closed) > 0.0) return;
+  for (Triangle& t : mesh.triangles) std::swap(t[1], t[2]);
+}
+
+}  // namespace
+
+TriangleMesh component_of_lines(const TriangleMesh& mesh, const CenterlineTree& tree) {
+  const std::vector<int> component = vertex_components(mesh);
+  std::map<int, int> votes;
+  constexpr std::size_t kSamples = 16;  // a path
+  for (const CenterlinePath& path : tree.paths) {
+    const std::size_t stride = std::max<std::size_t>(1, path.points.size() / kSamples);
+    for (std::size_t i = 0; i < path.points.size(); i += stride) {
+      double best = std::numeric_limits<double>::infinity();
+      int owner = 0;
+      for (std::size_t v = 0; v < mesh.vertices.size(); ++v) {
+        const double squared = norm_squared(mesh.vertices[v] - path.points[i]);
+        if (squared >= best) continue;
+        best = squared;
+        owner = component[v];
+      }
+      ++votes[owner];
+    }
+  }
+  const auto most = std::max_element(
+      votes.begin(), votes.end(), [](const auto& a, const auto& b) { return a.second < b.second; });
+  return part_of(mesh,
+                 [&](const Triangle& t) { return component[std::size_t(t[0])] == most->first; });
+}
+
+SurfaceDraft repaired_draft(const TriangleMesh& surface, const CenterlineTree& tree,
+                            const std::vector<LineEnd>& ends) {
+  SurfaceDraft draft;
+  draft.mesh = repair_surface(surface);
+  if (draft.mesh.triangles.empty())
+    throw InputError("the surface has no triangles (nothing is left of it after repair)");
+  draft.mesh = component_of_lines(draft.mesh, tree);
+  turn_outward(draft.mesh);
+  draft.rim.assign(draft.mesh.vertices.size(), -1);
+  draft.rim_planes.resize(ends.size());
+  std::vector<char> taken(ends.size(), 0);
+  for (const auto& loop : boundary_loops(draft.mesh)) {
+    const Opening opening = describe_opening(draft.mesh, loop);
+    int nearest = -1;
+    for (std::size_t e = 0; e < ends.size(); ++e) {
+      const double reach = 1.5 * std::max(ends[e].radius, opening.radius);
+      const double d = distance(ends[e].tip, opening.centre);
+      if (!taken[e] && d < reach &&
+          (nearest < 0 || d < distance(ends[std::size_t(nearest)].tip, opening.centre)))
+        nearest = int(e);
+    }
+    constexpr double kFlat = 0.1;  // unevenness / radius of a rim that is straightened
+    const bool keep = nearest >= 0 && opening.unevenness < kFlat * opening.radius &&
+                      opening.radius > 0.5 * ends[std::size_t(nearest)].radius;
+    if (!keep) {
+      fill_opening(draft.mesh, loop);
+      continue;
+    }
+    taken[std::size_t(nearest)] = 1;
+    draft.rim_planes[std::size_t(nearest)] = opening.plane;
+    for (const int v : loop) {
+      Vec3& x = draft.mesh.vertices[std::size_t(v)];
+      x -= opening.plane.signed_distance(x) * opening.plane.normal;
+      draft.rim[std::size_t(v)] = nearest;
+    }
+  }
+  return draft;
+}
+
+void open_ends(SurfaceDraft& draft, const CenterlineTree& tree, const std::vector<LineEnd>& ends,
+               std::vector<std::string>& warnings) {
+  draft.rim_planes.resize(ends.size());
+  for (std::size_t e = 0; e < ends.size(); ++e) {
+    if (std::find(draft.rim.begin(), draft.rim.end(), int(e)) != draft.rim.end()) continue;
+    std::vector<Vec3> keep;
+    for (std::size_t other = 0; other < ends.size(); ++other)
+      if (other != e) keep.push_back(ends[other].tip);
+    const double inset = full_width_inset(tree, ends[e]);
+    bool done = false;
+    for (const double factor : {1.0, 1.4, 0.7, 2.0, 0.4, 3.0, 4.0, 0.1}) {
+      const Plane plane = plane_near_end(tree, ends[e], factor * inset);
+      draft.rim_planes[e] = plane;
+      done = open_end(draft.mesh, draft.rim, plane, ends[e].radius, int(e), keep);
+      if (done) break;
+    }
+    if (!done)
+      warnings.push_back((e == 0 ? std::string("the inlet") : "outlet " + std::to_string(e)) +
+                         " could not be opened (no plane across the line's end has a closed "
+                         "section there); it stays closed");
+  }
+}
+
+}  // namespace angio::meshing::detail

@@ -1,0 +1,325 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <numbers>
+#include <set>
+
+#include "core/error.hpp"
+#include "meshing/detail/remesh.hpp"
+#include "meshing/meshing.hpp"
+#include "tests/meshing/analytic_vessels.hpp"
+
+namespace angio::meshing {
+namespace {
+
+using std::numbers::pi;
+
+struct Case {
+  const char* name;
+  test::Vessel vessel;
+  double spacing;
+};
+void PrintTo(const Case& c, std::ostream* stream) { *stream << c.name; }
+
+std::vector<Case> cases() {
+  return {{"Tube", test::make_tube(20.0, 0.3, [](double) { return 1.5; }), 0.3},
+          {"StenosedTube", test::make_tube(24.0, 0.3, test::stenosis(1.5, 12.0, 5.0, 0.6)), 0.3},
+          {"CoarseTube", test::make_tube(20.0, 0.5, [](double) { return 1.0; }), 0.5},
+          {"Arc", test::make_arc(1.5, 8.0, 2.5, 0.3), 0.3},
+          // Inlet and outlet lie in one plane: a cut at one end must not touch the other.
+          {"HalfTurn", test::make_arc(1.5, 6.0, pi, 0.3), 0.3},
+          {"Fork", test::make_fork(1.5, 1.1, 12.0, 12.0, 0.6, 0.3), 0.3}};
+}
+
+class MeshLumen : public testing::TestWithParam<Case> {
+ protected:
+  const test::Vessel& vessel() const { return GetParam().vessel; }
+  LumenMesh mesh() const { return mesh_lumen(vessel().level_set, vessel().tree, {}); }
+};
+
+TEST_P(MeshLumen, IsClosedManifoldAndOnePieceWhenCapped) {
+  const LumenMesh lumen = mesh();
+  const SurfaceTopology topology = surface_topology(lumen.capped);
+  EXPECT_TRUE(topology.is_closed());
+  EXPECT_EQ(topology.component_count, 1);
+  EXPECT_EQ(topology.euler_number, 2);
+  EXPECT_TRUE(lumen.watertight);
+  EXPECT_GT(enclosed_volume(lumen.capped), 0.0);
+  EXPECT_THAT(lumen.warnings, testing::IsEmpty());
+}
+
+TEST_P(MeshLumen, HasNoSelfIntersections) {
+  const LumenMesh lumen = mesh();
+  EXPECT_EQ(lumen.self_intersection_count, 0);
+  EXPECT_EQ(count_self_intersections(lumen.capped), 0);
+}
+
+TEST_P(MeshLumen, IsOpenAtEveryLineEndWithPlanarRims) {
+  const LumenMesh lumen = mesh();
+  const auto loops = boundary_loops(lumen.open);
+  ASSERT_EQ(loops.size(), vessel().tree.paths.size() + 1);
+  for (const auto& loop : loops) {
+    const auto at = [&](std::size_t i) {
+      return lumen.open.vertices[std::size_t(loop[i % loop.size()])];
+    };
+    Vec3 area;
+    for (std::size_t i = 0; i < loop.size(); ++i) area += cross(at(i) - at(0), at(i + 1) - at(0));
+    for (std::size_t i = 0; i < loop.size(); ++i)
+      EXPECT_NEAR(dot(at(i) - at(0), normalized(area)), 0.0, 1e-9);
+  }
+}
+
+TEST_P(MeshLumen, TellsInletAndOutletsApart) {
+  const LumenMesh lumen = mesh();
+  ASSERT_EQ(lumen.inlet_outlet_id.size(), lumen.capped.vertices.size());
+  std::map<int, Vec3> sum;
+  std::map<int, double> count;
+  for (std::size_t v = 0; v < lumen.capped.vertices.size(); ++v) {
+    sum[lumen.inlet_outlet_id[v]] += lumen.capped.vertices[v];
+    ++count[lumen.inlet_outlet_id[v]];
+  }
+  const auto& paths = vessel().tree.paths;
+  ASSERT_EQ(count.size(), paths.size() + 2);  // wall, inlet, outlets
+  const double reach = 2.0 * paths[0].inscribed_radius.front();
+  EXPECT_LT(distance(sum[1] / count[1], paths[0].points.front()), reach);
+  for (std::size_t p = 0; p < paths.size(); ++p) {
+    const int id = int(p) + 2;
+    EXPECT_LT(distance(sum[id] / count[id], paths[p].points.back()), reach);
+  }
+  // A triangle is of a cap exactly if all its corners carry the cap's id.
+  std::size_t cap_triangles = 0;
+  for (const Triangle& t : lumen.capped.triangles) {
+    const int a = lumen.inlet_outlet_id[std::size_t(t[0])];
+    cap_triangles += a > 0 && a == lumen.inlet_outlet_id[std::size_t(t[1])] &&
+                     a == lumen.inlet_outlet_id[std::size_t(t[2])];
+  }
+  EXPECT_EQ(cap_triangles, lumen.capped.triangles.size() - lumen.open.triangles.size());
+}
+
+TEST_P(MeshLumen, HasNoTriangleBelowTwentyDegrees) {
+  const LumenMesh lumen = mesh();
+  double least = 180.0;
+  for (const Triangle& t : lumen.open.triangles)
+    least = std::min(least, detail::least_angle_degrees(lumen.open.vertices[std::size_t(t[0])],
+                                                        lumen.open.vertices[std::size_t(t[1])],
+                                                        lumen.open.vertices[std::size_t(t[2])]));
+  EXPECT_GT(least, 20.0);
+  EXPECT_DOUBLE_EQ(lumen.min_angle_degrees, least);
+}
+
+TEST_P(MeshLumen, LiesWithinAQuarterVoxelOfTheTruth) {
+  const LumenMesh lumen = mesh();
+  std::size_t near = 0;
+  for (const Vec3& p : lumen.open.vertices)
+    near += std::abs(vessel().signed_distance(p)) < 0.25 * GetParam().spacing;
+  EXPECT_GT(double(near), 0.95 * double(lumen.open.vertices.size()));
+}
+
+TEST_P(MeshLumen, GivesTheSameBytesTwice) {
+  const LumenMesh a = mesh();
+  const LumenMesh b = mesh();
+  EXPECT_EQ(a.capped.triangles, b.capped.triangles);
+  EXPECT_EQ(a.capped.vertices, b.capped.vertices);
+}
+
+INSTANTIATE_TEST_SUITE_P(Vessels, MeshLumen, testing::ValuesIn(cases()),
+                         [](const auto& test_case) { return std::string(test_case.param.name); });
+
+Vec3 cap_centre(const LumenMesh& lumen, int id) {
+  for (std::size_t v = lumen.open.vertices.size(); v < lumen.capped.vertices.size(); ++v)
+    if (lumen.inlet_outlet_id[v] == id) return lumen.capped.vertices[v];
+  ADD_FAILURE() << "no cap has the id " << id;
+  return {};
+}
+
+TEST(LumenVolume, OfATubeIsThatOfTheCylinder) {
+  for (const double radius : {0.8, 1.5, 3.0}) {
+    const auto vessel = test::make_tube(20.0, 0.35, [=](double) { return radius; });
+    const LumenMesh lumen = mesh_lumen(vessel.level_set, vessel.tree, {});
+    const double length = distance(cap_centre(lumen, 1), cap_centre(lumen, 2));
+    EXPECT_NEAR(enclosed_volume(lumen.capped) / (pi * radius * radius * length), 1.0, 0.01);
+  }
+}
+
+TEST(LumenVolume, OfABentTubeIsThatOfTheTorus) {
+  const auto vessel = test::make_arc(1.5, 8.0, 2.5, 0.3);
+  const LumenMesh lumen = mesh_lumen(vessel.level_set, vessel.tree, {});
+  const auto angle = [](const Vec3& p) { return std::atan2(p.z, p.x); };
+  const double length = 8.0 * (angle(cap_centre(lumen, 2)) - angle(cap_centre(lumen, 1)));
+  EXPECT_NEAR(enclosed_volume(lumen.capped) / (pi * 1.5 * 1.5 * length), 1.0, 0.01);
+}
+
+TEST(LumenMeshing, OpensNoMoreThanOneRadiusInside) {
+  const auto vessel = test::make_tube(20.0, 0.3, [](double) { return 1.5; });
+  const LumenMesh lumen = mesh_lumen(vessel.level_set, vessel.tree, {});
+  EXPECT_LT(cap_centre(lumen, 1).z, 1.5);
+  EXPECT_GT(cap_centre(lumen, 2).z, 20.0 - 1.5);
+}
+
+TEST(LumenMeshing, EdgesFollowTheLocalRadius) {
+  const auto vessel = test::make_tube(40.0, 0.3, test::stenosis(2.0, 20.0, 8.0, 0.6));
+  const LumenMesh lumen = mesh_lumen(vessel.level_set, vessel.tree, {});
+  const auto mean_edge_near = [&](double z) {
+    double sum = 0.0;
+    int count = 0;
+    for (const auto& [a, b] : unique_edges(lumen.open)) {
+      const Vec3& p = lumen.open.vertices[std::size_t(a)];
+      const Vec3& q = lumen.open.vertices[std::size_t(b)];
+      if (std::abs(p.z - z) > 1.0) continue;
+      sum += distance(p, q);
+      ++count;
+    }
+    return sum / count;
+  };
+  EXPECT_NEAR(mean_edge_near(20.0) / (2.0 * pi * 0.8 / 16.0), 1.0, 0.2);
+  EXPECT_NEAR(mean_edge_near(6.0) / (2.0 * pi * 2.0 / 16.0), 1.0, 0.2);
+}
+
+TEST(LumenMeshing, KeepsAGivenEdgeLength) {
+  const auto vessel = test::make_tube(20.0, 0.3, [](double) { return 1.5; });
+  LumenMeshOptions options;
+  options.edge_length_mm = 0.4;
+  const LumenMesh lumen = mesh_lumen(vessel.level_set, vessel.tree, options);
+  double sum = 0.0;
+  const auto edges = unique_edges(lumen.open);
+  for (const auto& [a, b] : edges)
+    sum += distance(lumen.open.vertices[std::size_t(a)], lumen.open.vertices[std::size_t(b)]);
+  EXPECT_NEAR(sum / double(edges.size()), 0.4, 0.08);
+}
+
+TEST(LumenMeshing, KeepsTheTriangleBudgetAndSaysSo) {
+  const auto vessel = test::make_tube(40.0, 0.3, [](double) { return 1.5; });
+  LumenMeshOptions options;
+  options.edges_per_circumference = 32.0;
+  options.triangle_budget = 2000;
+  const LumenMesh lumen = mesh_lumen(vessel.level_set, vessel.tree, options);
+  EXPECT_LE(lumen.open.triangles.size(), 2000U);
+  EXPECT_THAT(lumen.warnings, testing::Contains(testing::HasSubstr("budget")));
+}
+
+TEST(LumenMeshing, LeavesOutWhatTheLineDoesNotRunThrough) {
+  auto vessel = test::make_tube(20.0, 0.3, [](double) { return 1.5; });
+  const auto tube = vessel.signed_distance;
+  const auto with_ball = [tube](const Vec3& p) {
+    return std::min(tube(p), distance(p, Vec3{6.0, 0.0, 10.0}) - 2.0);
+  };
+  vessel.level_set = test::sample_level_set({-3.0, -3.0, -1.0}, {9.0, 3.0, 21.0}, 0.3, with_ball);
+  const LumenMesh lumen = mesh_lumen(vessel.level_set, vessel.tree, {});
+  for (const Vec3& p : lumen.open.vertices) EXPECT_LT(p.x, 2.0);
+}
+
+TEST(LumenMeshing, OpensAVesselThatLeavesTheVolume) {
+  auto vessel = test::make_tube(20.0, 0.3, [](double) { return 1.5; });
+  const auto endless = [](const Vec3& p) { return std::hypot(p.x, p.y) - 1.5; };
+  vessel.level_set = test::sample_level_set({-2.5, -2.5, 0.0}, {2.5, 2.5, 20.0}, 0.31, endless);
+  const LumenMesh lumen = mesh_lumen(vessel.level_set, vessel.tree, {});
+  EXPECT_EQ(boundary_loops(lumen.open).size(), 2U);
+  const double length = distance(cap_centre(lumen, 1), cap_centre(lumen, 2));
+  EXPECT_NEAR(enclosed_volume(lumen.capped) / (pi * 1.5 * 1.5 * length), 1.0, 0.01);
+}
+
+TEST(LumenMeshing, AnEmptyLevelSetIsAnInputError) {
+  auto vessel = test::make_tube(5.0, 0.5, [](double) { return 1.0; });
+  for (float& value : vessel.level_set.values) value = 1.0F;
+  EXPECT_THROW(mesh_lumen(vessel.level_set, vessel.tree, {}), InputError);
+}
+
+TEST(LumenMeshing, ATreeWithoutLinesIsAnInputError) {
+  const auto vessel = test::make_tube(5.0, 0.5, [](double) { return 1.0; });
+  EXPECT_THROW(mesh_lumen(vessel.level_set, CenterlineTree{}, {}), InputError);
+}
+
+/// A tube along z as rings of 24 vertices, open or closed by fans.
+TriangleMesh tube_surface(double radius, double length, bool closed) {
+  constexpr int kSides = 24;
+  const int rings = int(length / 0.4) + 1;
+  TriangleMesh mesh;
+  for (int i = 0; i < rings; ++i)
+    for (int k = 0; k < kSides; ++k) {
+      const double a = 2.0 * pi * k / kSides;
+      mesh.vertices.push_back(
+          {radius * std::cos(a), radius * std::sin(a), length * i / (rings - 1)});
+    }
+  for (int i = 0; i + 1 < rings; ++i)
+    for (int k = 0; k < kSides; ++k) {
+      const int a = i * kSides + k, b = i * kSides + (k + 1) % kSides;
+      mesh.triangles.push_back({a, b, b + kSides});
+      mesh.triangles.push_back({a, b + kSides, a + kSides});
+    }
+  if (!closed) return mesh;
+  const int first = int(mesh.vertices.size());
+  mesh.vertices.push_back({0.0, 0.0, 0.0});
+  mesh.vertices.push_back({0.0, 0.0, length});
+  const int top = (rings - 1) * kSides;
+  for (int k = 0; k < kSides; ++k) {
+    mesh.triangles.push_back({first, (k + 1) % kSides, k});
+    mesh.triangles.push_back({first + 1, top + k, top + (k + 1) % kSides});
+  }
+  return mesh;
+}
+
+CenterlineTree tube_tree() {
+  return test::make_tube(20.0, 0.5, [](double) { return 1.5; }).tree;
+}
+
+/// Area of the 24-gon of the surface over that of the circle.
+const double kPolygonArea = 12.0 * std::sin(2.0 * pi / 24.0) * 1.5 * 1.5;
+
+void expect_good_tube(const TriangleMesh& surface, double least_length) {
+  const LumenMesh lumen = mesh_lumen(surface, tube_tree(), {});
+  EXPECT_TRUE(lumen.watertight);
+  EXPECT_EQ(lumen.self_intersection_count, 0);
+  EXPECT_GT(lumen.min_angle_degrees, 20.0);
+  ASSERT_EQ(boundary_loops(lumen.open).size(), 2U);
+  const double length = distance(cap_centre(lumen, 1), cap_centre(lumen, 2));
+  EXPECT_GT(length, least_length);
+  EXPECT_NEAR(enclosed_volume(lumen.capped) / (kPolygonArea * length), 1.0, 0.01);
+}
+
+TEST(LumenFromSurface, OpensAClosedTube) { expect_good_tube(tube_surface(1.5, 20.0, true), 17.0); }
+
+TEST(LumenFromSurface, KeepsTheRimsOfAnOpenTube) {
+  expect_good_tube(tube_surface(1.5, 20.0, false), 20.0 - 1e-9);
+}
+
+TEST(LumenFromSurface, TurnsAnInsideOutTube) {
+  TriangleMesh surface = tube_surface(1.5, 20.0, true);
+  for (Triangle& t : surface.triangles) std::swap(t[0], t[1]);
+  expect_good_tube(surface, 17.0);
+}
+
+TEST(LumenFromSurface, MergesATriangleSoupAndFillsItsHole) {
+  const TriangleMesh whole = tube_surface(1.5, 20.0, true);
+  TriangleMesh soup;
+  for (std::size_t t = 0; t < whole.triangles.size(); ++t) {
+    if (t == whole.triangles.size() / 2) continue;
+    const int first = int(soup.vertices.size());
+    for (const int v : whole.triangles[t]) soup.vertices.push_back(whole.vertices[std::size_t(v)]);
+    soup.triangles.push_back(t % 3 == 0 ? Triangle{first, first + 2, first + 1}
+                                        : Triangle{first, first + 1, first + 2});
+  }
+  expect_good_tube(soup, 17.0);
+}
+
+TEST(LumenFromSurface, WithoutTrianglesIsAnInputError) {
+  EXPECT_THROW(mesh_lumen(TriangleMesh{}, tube_tree(), {}), InputError);
+}
+
+TEST(LumenMeshOptions, DefaultsAreValid) { EXPECT_NO_THROW(LumenMeshOptions{}.validate()); }
+
+TEST(LumenMeshOptions, NamesWhatIsOutOfRange) {
+  LumenMeshOptions options;
+  options.edges_per_circumference = 3.0;
+  try {
+    options.validate();
+    FAIL();
+  } catch (const OptionError& error) {
+    EXPECT_THAT(error.what(), testing::HasSubstr("edges_per_circumference"));
+  }
+}
+
+}  // namespace
+}  // namespace angio::meshing

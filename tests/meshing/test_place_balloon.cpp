@@ -1,0 +1,295 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <set>
+
+#include "core/error.hpp"
+#include "meshing/detail/air_mesh.hpp"
+#include "meshing/meshing.hpp"
+#include "tests/meshing/analytic_vessels.hpp"
+
+namespace angio::meshing {
+namespace {
+
+using std::numbers::pi;
+
+/// A vessel with its mesh and the balloon placed in it.
+struct Case {
+  test::Vessel vessel;
+  LumenMesh lumen;
+  BalloonSetup setup;
+};
+
+Case place(test::Vessel vessel, double abscissa, double lesion_length, double reference_diameter,
+           const BalloonOptions& options = {}) {
+  Case result{std::move(vessel), {}, {}};
+  result.lumen = mesh_lumen(result.vessel.level_set, result.vessel.tree, {});
+  result.setup = place_balloon(result.lumen, result.vessel.tree, result.vessel.tree.paths[0],
+                               abscissa, lesion_length, reference_diameter, options);
+  return result;
+}
+
+test::Vessel stenosed_tube(double severity = 0.6) {
+  return test::make_tube(36.0, 0.3, test::stenosis(1.5, 18.0, 5.0, severity));
+}
+/// Placed once; many tests look at it.
+const Case& stenosed() {
+  static const Case kCase = place(stenosed_tube(), 18.0, 8.0, 3.0);
+  return kCase;
+}
+const Case& bent() {
+  static const Case kCase = place(test::make_arc(1.5, 7.0, 2.8, 0.3), 9.8, 2.0, 3.0);
+  return kCase;
+}
+const Case& forked() {
+  static const Case kCase = place(test::make_fork(1.5, 1.2, 16.0, 16.0, 0.6, 0.3), 16.0, 2.0, 2.5);
+  return kCase;
+}
+
+double sum_of_tets(const TetMesh& mesh) {
+  double sum = 0.0;
+  for (const Tet& t : mesh.tets)
+    sum += tet_volume(mesh.vertices[std::size_t(t[0])], mesh.vertices[std::size_t(t[1])],
+                      mesh.vertices[std::size_t(t[2])], mesh.vertices[std::size_t(t[3])]);
+  return sum;
+}
+
+class PlacedBalloon : public testing::TestWithParam<const Case& (*)()> {
+ protected:
+  const Case& placed() const { return GetParam()(); }
+  const Balloon& balloon() const { return placed().setup.balloon; }
+  const ContactRegion& region() const { return placed().setup.region; }
+  const TetMesh& air() const { return placed().setup.air.tets; }
+};
+
+TEST_P(PlacedBalloon, HasTheCountsOfThePaper) {
+  EXPECT_EQ(balloon().start.vertices.size(), 522U);
+  EXPECT_EQ(balloon().start.triangles.size(), 1040U);
+  EXPECT_EQ(balloon().rest.size(), 522U);
+  EXPECT_EQ(balloon().guidewire.size(), 24U);
+}
+
+TEST_P(PlacedBalloon, IsAClosedSphereTopologically) {
+  const SurfaceTopology topology = surface_topology(balloon().start);
+  EXPECT_TRUE(topology.is_closed());
+  EXPECT_EQ(topology.component_count, 1);
+  EXPECT_EQ(topology.euler_number, 2);
+  EXPECT_GT(enclosed_volume(balloon().start), 0.0);
+  EXPECT_GT(enclosed_volume({balloon().rest, balloon().start.triangles}), 0.0);
+}
+
+TEST_P(PlacedBalloon, HasItsPolesLastAndTheGuidewireBetweenThem) {
+  const auto& x = balloon().start.vertices;
+  EXPECT_EQ(balloon().guidewire.front(), x[x.size() - 2]);
+  EXPECT_LT(distance(balloon().guidewire.back(), x.back()), 1e-9);
+  const CenterlinePath& path = placed().vessel.tree.paths[0];
+  EXPECT_LT(project(path, x[x.size() - 2]), project(path, x.back()));  // proximal first
+}
+
+TEST_P(PlacedBalloon, StaysClearOfTheWall) {
+  EXPECT_EQ(count_intersections(balloon().start, placed().lumen.capped), 0);
+  EXPECT_EQ(count_self_intersections(balloon().start), 0);
+  for (const Vec3& p : balloon().start.vertices)
+    EXPECT_LT(placed().vessel.signed_distance(p), -0.02);
+}
+
+TEST_P(PlacedBalloon, IsAsLongAtTheStartAsAtRest) {
+  const double start = arc_length(balloon().guidewire).back();
+  const auto& rest = balloon().rest;
+  const double length = distance(rest[rest.size() - 2], rest.back());
+  EXPECT_NEAR(start / length, 1.0, 0.01);  // the guidewire's 23 chords cut bends a little
+}
+
+TEST_P(PlacedBalloon, HasRestSectionsOfTheNominalArea) {
+  const int n = 20;
+  const int ring = 13;
+  double area = 0.0;
+  for (int k = 0; k < n; ++k) {
+    const Vec3& a = balloon().rest[std::size_t(ring * n + k)];
+    const Vec3& b = balloon().rest[std::size_t(ring * n + (k + 1) % n)];
+    area += 0.5 * (a.x * b.y - a.y * b.x);
+  }
+  const double radius = 0.5 * balloon().nominal_diameter_mm;
+  EXPECT_NEAR(area / (pi * radius * radius), 1.0, 1e-9);
+}
+
+TEST_P(PlacedBalloon, HasARegionInOnePieceWithAFixedRim) {
+  const SurfaceTopology topology = surface_topology(region().mesh);
+  EXPECT_EQ(topology.component_count, 1);
+  EXPECT_EQ(topology.nonmanifold_edge_count, 0);
+  const auto loops = boundary_loops(region().mesh);
+  // An open surface without handles: a sphere with one hole per loop.
+  EXPECT_EQ(topology.euler_number, 2 - int(loops.size()));
+  std::set<int> rim;
+  for (const auto& loop : loops) rim.insert(loop.begin(), loop.end());
+  for (std::size_t v = 0; v < region().mesh.vertices.size(); ++v)
+    EXPECT_EQ(region().fixed[v] != 0, rim.contains(int(v)));
+}
+
+TEST_P(PlacedBalloon, HasARegionMadeOfTheLumen) {
+  const ContactRegion& r = region();
+  ASSERT_EQ(r.lumen_vertex.size(), r.mesh.vertices.size());
+  ASSERT_EQ(r.group.size(), r.mesh.vertices.size());
+  for (std::size_t v = 0; v < r.lumen_vertex.size(); ++v) {
+    EXPECT_EQ(r.mesh.vertices[v], placed().lumen.open.vertices[std::size_t(r.lumen_vertex[v])]);
+    EXPECT_NEAR(r.abscissa[v], project(placed().vessel.tree.paths[0], r.mesh.vertices[v]), 1e-9);
+  }
+  const std::set<Triangle> all(placed().lumen.open.triangles.begin(),
+                               placed().lumen.open.triangles.end());
+  for (const Triangle& t : r.mesh.triangles)
+    EXPECT_TRUE(all.contains({r.lumen_vertex[std::size_t(t[0])], r.lumen_vertex[std::size_t(t[1])],
+                              r.lumen_vertex[std::size_t(t[2])]}));
+}
+
+TEST_P(PlacedBalloon, HasARegionThatReachesPastThePoles) {
+  const CenterlinePath& path = placed().vessel.tree.paths[0];
+  const auto& x = balloon().start.vertices;
+  const auto [low, high] = std::minmax_element(region().abscissa.begin(), region().abscissa.end());
+  EXPECT_LT(*low, project(path, x[x.size() - 2]) - 1.0);
+  EXPECT_GT(*high, project(path, x.back()) + 1.0);
+}
+
+TEST_P(PlacedBalloon, HasAirOverBalloonAndRegionVerticesOnly) {
+  ASSERT_EQ(air().vertices.size(), balloon().start.vertices.size() + region().mesh.vertices.size());
+  std::set<int> used;
+  for (const Tet& t : air().tets) used.insert(t.begin(), t.end());
+  EXPECT_EQ(used.size(), air().vertices.size());
+  EXPECT_EQ(air().vertices.front(), balloon().start.vertices.front());
+  EXPECT_EQ(air().vertices.back(), region().mesh.vertices.back());
+}
+
+TEST_P(PlacedBalloon, HasOnlyPositiveAir) {
+  for (const Tet& t : air().tets)
+    EXPECT_GT(tet_volume(air().vertices[std::size_t(t[0])], air().vertices[std::size_t(t[1])],
+                         air().vertices[std::size_t(t[2])], air().vertices[std::size_t(t[3])]),
+              0.0);
+}
+
+TEST_P(PlacedBalloon, FillsTheGapWithAir) {
+  const auto gap = detail::close_region(region().mesh);
+  ASSERT_TRUE(gap.has_value());
+  const double volume = enclosed_volume(gap->shell) - enclosed_volume(balloon().start);
+  EXPECT_NEAR(sum_of_tets(air()) / volume, 1.0, 1e-9);
+  EXPECT_THAT(placed().setup.warnings, testing::IsEmpty());
+}
+
+std::string vessel_name(const testing::TestParamInfo<const Case& (*)()>& vessel) {
+  constexpr const char* kNames[] = {"Stenosed", "Bent", "Forked"};
+  return kNames[vessel.index];
+}
+INSTANTIATE_TEST_SUITE_P(Vessels, PlacedBalloon, testing::Values(&stenosed, &bent, &forked),
+                         vessel_name);
+
+TEST(PlaceBalloon, IsThinnerWhereTheLumenIs) {
+  const Case tight = place(stenosed_tube(0.75), 18.0, 8.0, 3.0);
+  const auto ring_radius = [&](std::size_t ring) {
+    const auto& x = tight.setup.balloon.start.vertices;
+    return 0.5 * distance(x[20 * ring], x[20 * ring + 10]);
+  };
+  EXPECT_NEAR(ring_radius(4), 0.45, 0.01);
+  EXPECT_LT(ring_radius(13), 0.85 * 0.375 + 0.02);
+}
+
+TEST(PlaceBalloon, ReachesIntoTheSideBranch) {
+  EXPECT_EQ(boundary_loops(forked().setup.region.mesh).size(), 3U);
+  const std::set<int> groups(forked().setup.region.group.begin(),
+                             forked().setup.region.group.end());
+  EXPECT_EQ(groups, (std::set<int>{0, 1, 2}));
+}
+
+TEST(PlaceBalloon, TakesTheReferenceDiameterToTheNextQuarter) {
+  EXPECT_DOUBLE_EQ(stenosed().setup.balloon.nominal_diameter_mm, 3.0);
+  EXPECT_DOUBLE_EQ(place(stenosed_tube(), 18.0, 8.0, 2.85).setup.balloon.nominal_diameter_mm, 2.75);
+  EXPECT_DOUBLE_EQ(place(stenosed_tube(), 18.0, 8.0, 0.5).setup.balloon.nominal_diameter_mm, 1.0);
+}
+
+TEST(PlaceBalloon, CoversTheLesionByThreeMillimetres) {
+  EXPECT_DOUBLE_EQ(stenosed().setup.balloon.length_mm, 14.0);
+  EXPECT_DOUBLE_EQ(place(stenosed_tube(), 18.0, 6.3, 3.0).setup.balloon.length_mm, 13.0);
+  EXPECT_DOUBLE_EQ(place(stenosed_tube(), 18.0, 0.0, 3.0).setup.balloon.length_mm, 8.0);
+}
+
+TEST(PlaceBalloon, TakesAnySizeThatIsAskedFor) {
+  BalloonOptions options;
+  options.nominal_diameter_mm = 2.3;
+  options.length_mm = 9.0;
+  options.start_diameter_mm = 0.7;
+  options.ring_count = 41;
+  options.ring_vertex_count = 15;
+  options.guidewire_node_count = 7;
+  const Balloon balloon = place(stenosed_tube(), 18.0, 8.0, 3.0, options).setup.balloon;
+  EXPECT_EQ(balloon.start.vertices.size(), 41U * 15U + 2U);
+  EXPECT_EQ(balloon.guidewire.size(), 7U);
+  EXPECT_DOUBLE_EQ(balloon.nominal_diameter_mm, 2.3);
+  EXPECT_DOUBLE_EQ(balloon.length_mm, 9.0);
+  EXPECT_NEAR(balloon.start_diameter_mm, 0.7, 1e-9);
+  EXPECT_DOUBLE_EQ(distance(balloon.rest[balloon.rest.size() - 2], balloon.rest.back()), 11.3);
+}
+
+TEST(PlaceBalloon, IsShortenedWithAWarningWhereTheVesselIsShort) {
+  const Case tight =
+      place(test::make_tube(18.0, 0.3, test::stenosis(1.5, 9.0, 4.0, 0.5)), 9.0, 8.0, 3.0);
+  EXPECT_LT(tight.setup.balloon.length_mm, 14.0);
+  EXPECT_GT(tight.setup.balloon.length_mm, 2.0);
+  EXPECT_THAT(tight.setup.warnings, testing::Contains(testing::HasSubstr("shortened")));
+}
+
+TEST(PlaceBalloon, WhereNoneFitsIsAnInputError) {
+  const auto throat = test::make_tube(30.0, 0.1, test::stenosis(0.8, 15.0, 5.0, 0.8));
+  const LumenMesh lumen = mesh_lumen(throat.level_set, throat.tree, {});
+  EXPECT_THROW(place_balloon(lumen, throat.tree, throat.tree.paths[0], 15.0, 8.0, 1.6, {}),
+               InputError);
+  const auto shorty = test::make_tube(9.0, 0.3, [](double) { return 1.5; });
+  const LumenMesh short_lumen = mesh_lumen(shorty.level_set, shorty.tree, {});
+  EXPECT_THROW(place_balloon(short_lumen, shorty.tree, shorty.tree.paths[0], 4.5, 2.0, 3.0, {}),
+               InputError);
+}
+
+TEST(PlaceBalloon, GivesTheSameBytesTwice) {
+  const Case again = place(stenosed_tube(), 18.0, 8.0, 3.0);
+  EXPECT_EQ(again.setup.balloon.start.vertices, stenosed().setup.balloon.start.vertices);
+  EXPECT_EQ(again.setup.region.mesh.vertices, stenosed().setup.region.mesh.vertices);
+  EXPECT_EQ(again.setup.air.tets.tets, stenosed().setup.air.tets.tets);
+}
+
+TEST(TetrahedralizeGap, SurvivesInputThatCrossesItself) {
+  TriangleMesh balloon = stenosed().setup.balloon.start;
+  const auto gap = detail::close_region(stenosed().setup.region.mesh);
+  ASSERT_TRUE(gap.has_value());
+  for (Vec3& p : balloon.vertices) p += Vec3{1.0, 0.0, 0.0};  // through the wall of the throat
+  std::vector<Vec3> vertices = balloon.vertices;
+  vertices.insert(vertices.end(), gap->shell.vertices.begin(), gap->shell.vertices.end());
+  std::vector<Triangle> triangles = balloon.triangles;
+  for (const Triangle& t : gap->shell.triangles)
+    triangles.push_back({t[0] + 522, t[1] + 522, t[2] + 522});
+  EXPECT_THROW(detail::tetrahedralize_gap(vertices, triangles, {1.0, 0.0, 18.0}, 20.0),
+               InternalError);
+}
+
+TEST(TetrahedralizeGap, GivesUpWhenTimeIsUp) {
+  const TriangleMesh& balloon = stenosed().setup.balloon.start;
+  const auto gap = detail::close_region(stenosed().setup.region.mesh);
+  ASSERT_TRUE(gap.has_value());
+  EXPECT_THROW(detail::tetrahedralize_gap(gap->shell.vertices, gap->shell.triangles,
+                                          balloon.vertices.back(), 1e-6),
+               InternalError);
+}
+
+TEST(BalloonOptions, DefaultsAreValid) { EXPECT_NO_THROW(BalloonOptions{}.validate()); }
+
+TEST(BalloonOptions, NamesWhatIsOutOfRange) {
+  BalloonOptions options;
+  options.ring_count = 3;
+  try {
+    options.validate();
+    FAIL();
+  } catch (const OptionError& error) {
+    EXPECT_THAT(error.what(), testing::HasSubstr("ring_count"));
+  }
+}
+
+}  // namespace
+}  // namespace angio::meshing
