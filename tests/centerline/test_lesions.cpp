@@ -1,0 +1,144 @@
+#include <gtest/gtest.h>
+
+#include "centerline/centerline.hpp"
+#include "core/error.hpp"
+#include "tests/centerline/shapes.hpp"
+
+namespace angio::centerline {
+namespace {
+
+using test::grid_around;
+using test::level_set_of;
+using test::make_tube;
+using test::straight_tube;
+using test::Tube;
+
+/// A vessel of radius R (1 - taper t), narrowed by `severity` at t = at over +-half of its length:
+/// r = r0 (1 - severity (1 + cos(pi (t - at) / half)) / 2).
+std::function<double(double)> vessel(double radius, double taper, double at, double half,
+                                     double severity) {
+  return [=](double t) {
+    const double healthy = radius * (1.0 - taper * t);
+    const double x = (t - at) / half;
+    if (std::abs(x) >= 1.0) return healthy;
+    return healthy * (1.0 - 0.5 * severity * (1.0 + std::cos(units::kPi * x)));
+  };
+}
+
+CenterlineTree extract(const std::vector<Tube>& tubes, double noise = 0.0) {
+  Volume<float> level_set = level_set_of(tubes, grid_around(tubes, 0.3, 1.5));
+  if (noise > 0.0) test::add_noise(level_set, noise, 5);
+  return extract_centerline(level_set, {}).tree;
+}
+
+TEST(LesionOptions, DefaultsAreValid) { EXPECT_NO_THROW(LesionOptions{}.validate()); }
+
+TEST(LesionOptions, NamesTheBadField) {
+  LesionOptions options;
+  options.min_stenosis_percent = 5.0;
+  EXPECT_THROW(options.validate(), OptionError);
+}
+
+TEST(FindLesions, ReadsA60PercentStenosis) {
+  const auto tree = extract({straight_tube({0, 0, 0}, {3, 2, 30}, vessel(1.5, 0, 0.5, 0.2, 0.6))});
+  const auto lesions = find_lesions(tree, {});
+  ASSERT_EQ(lesions.size(), 1U);
+  const Lesion& lesion = lesions[0];
+  EXPECT_TRUE(lesion.is_stenosis);
+  EXPECT_EQ(lesion.reference_rule, "interpolated");
+  EXPECT_NEAR(lesion.mld_mm, 1.2, 0.03);
+  EXPECT_NEAR(lesion.mla_mm2, units::kPi * 0.36, 0.03);
+  EXPECT_NEAR(lesion.reference_diameter_mm, 3.0, 0.05);
+  EXPECT_NEAR(lesion.diameter_stenosis_percent, 60.0, 1.0);
+  const Vec3 middle = sample(tree.paths[0], lesion.abscissa_mm).point;
+  EXPECT_LT(distance(middle, {1.5, 1.0, 15.0}), 0.3);
+  // 0.6 (1 + cos(pi x)) / 2 = 0.2 at x = acos(-1/3) / pi = 0.608 of the half length.
+  EXPECT_NEAR(lesion.length_mm, 2.0 * 0.608 * 0.2 * norm(Vec3{3, 2, 30}), 0.4);
+}
+
+TEST(FindLesions, TakesTheReferenceOfATaperedVesselWhereTheLesionIs) {
+  const auto tree =
+      extract({straight_tube({0, 0, 0}, {3, 2, 40}, vessel(1.5, 0.4, 0.6, 0.15, 0.5))});
+  const auto lesions = find_lesions(tree, {});
+  ASSERT_EQ(lesions.size(), 1U);
+  EXPECT_NEAR(lesions[0].reference_diameter_mm, 3.0 * (1.0 - 0.4 * 0.6), 0.06);
+  EXPECT_NEAR(lesions[0].diameter_stenosis_percent, 50.0, 1.5);
+}
+
+TEST(FindLesions, ReadsAnEccentricStenosisThroughNoise) {
+  const auto radius = vessel(1.5, 0, 0.5, 0.2, 0.6);
+  const Tube tube = make_tube([&](double t) { return Vec3{1.5 - radius(t), 0, 30 * t}; }, radius);
+  for (const double noise : {0.0, 0.05, 0.1}) {
+    const auto lesions = find_lesions(extract({tube}, noise), {});
+    ASSERT_EQ(lesions.size(), 1U);
+    EXPECT_TRUE(lesions[0].is_stenosis);
+    EXPECT_NEAR(lesions[0].mld_mm, 1.2, 0.02 + noise);
+    EXPECT_NEAR(lesions[0].diameter_stenosis_percent, 60.0, 1.0 + 30.0 * noise);
+  }
+}
+
+TEST(FindLesions, InventsNoneInAHealthyTaperedVessel) {
+  for (const double noise : {0.0, 0.08}) {
+    const auto tree =
+        extract({straight_tube({0, 0, 0}, {3, 2, 40}, vessel(1.6, 0.6, 0.5, 0.1, 0.0))}, noise);
+    const auto lesions = find_lesions(tree, {});
+    ASSERT_EQ(lesions.size(), 1U);
+    EXPECT_FALSE(lesions[0].is_stenosis);
+    EXPECT_GT(lesions[0].abscissa_mm, 5.0);
+    EXPECT_LT(lesions[0].abscissa_mm, tree.paths[0].abscissa.back() - 5.0);
+  }
+}
+
+std::vector<Tube> y_shape(double trunk, double branch) {
+  return {straight_tube({0, 0, 0}, {0, 0, 30}, vessel(2.0, 0, 0.5, 0.2, trunk)),
+          straight_tube({0, 0, 30}, {8, 0, 52}, vessel(1.5, 0.1, 0.5, 0.2, 0.0)),
+          straight_tube({0, 0, 30}, {-10, 1, 56}, vessel(1.3, 0.1, 0.55, 0.2, branch))};
+}
+
+TEST(FindLesions, InventsNoneAtAHealthyBifurcation) {
+  const auto lesions = find_lesions(extract(y_shape(0.0, 0.0)), {});
+  ASSERT_EQ(lesions.size(), 1U);
+  EXPECT_FALSE(lesions[0].is_stenosis);
+  EXPECT_LT(lesions[0].diameter_stenosis_percent, 20.0);
+}
+
+TEST(FindLesions, ReportsALesionOfASharedTrunkOnce) {
+  const auto lesions = find_lesions(extract(y_shape(0.5, 0.0)), {});
+  ASSERT_EQ(lesions.size(), 1U);
+  EXPECT_TRUE(lesions[0].is_stenosis);
+  EXPECT_NEAR(lesions[0].diameter_stenosis_percent, 50.0, 2.0);
+  EXPECT_EQ(lesions[0].path_id, 0);
+}
+
+TEST(FindLesions, PutsTheMostSevereFirst) {
+  const auto lesions = find_lesions(extract(y_shape(0.4, 0.6)), {});
+  ASSERT_EQ(lesions.size(), 2U);
+  EXPECT_NEAR(lesions[0].diameter_stenosis_percent, 60.0, 2.5);
+  EXPECT_NEAR(lesions[1].diameter_stenosis_percent, 40.0, 2.5);
+}
+
+TEST(FindLesions, LooksWhereTheUserSays) {
+  const auto tree = extract({straight_tube({0, 0, 0}, {3, 2, 30}, vessel(1.5, 0, 0.5, 0.2, 0.6))});
+  LesionOptions options;
+  options.abscissa_mm = 6.0;
+  const auto lesions = find_lesions(tree, options);
+  ASSERT_EQ(lesions.size(), 1U);
+  EXPECT_FALSE(lesions[0].is_stenosis);
+  EXPECT_EQ(lesions[0].abscissa_mm, 6.0);
+  EXPECT_NEAR(lesions[0].mld_mm, 3.0, 0.05);
+  options.abscissa_mm = 500.0;
+  EXPECT_THROW(find_lesions(tree, options), OptionError);
+  options.abscissa_mm = -1.0;
+  options.centerline = 7;
+  EXPECT_THROW(find_lesions(tree, options), OptionError);
+}
+
+TEST(FindLesions, LeavesOutVesselsTooThinForABalloon) {
+  const auto tree = extract({straight_tube({0, 0, 0}, {3, 2, 30}, vessel(1.5, 0, 0.5, 0.2, 0.6))});
+  LesionOptions options;
+  options.min_reference_mm = 3.5;
+  EXPECT_FALSE(find_lesions(tree, options)[0].is_stenosis);
+}
+
+}  // namespace
+}  // namespace angio::centerline

@@ -1,0 +1,164 @@
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <string>
+
+#include "centerline/centerline.hpp"
+#include "core/error.hpp"
+#include "tests/centerline/shapes.hpp"
+
+namespace angio::centerline {
+namespace {
+
+/// The surface x = (a(z) cos, b(z) sin, z), z in [0, length]; triangles counter-clockwise seen from
+/// outside.
+TriangleMesh make_elliptic_tube(double length, int rings, int around,
+                                const std::function<double(double)>& a,
+                                const std::function<double(double)>& b, bool closed) {
+  TriangleMesh mesh;
+  for (int r = 0; r < rings; ++r) {
+    const double z = length * r / (rings - 1);
+    for (int i = 0; i < around; ++i) {
+      const double theta = 2.0 * units::kPi * i / around;
+      mesh.vertices.push_back({a(z) * std::cos(theta), b(z) * std::sin(theta), z});
+    }
+  }
+  const auto at = [&](int r, int i) { return r * around + i % around; };
+  for (int r = 0; r + 1 < rings; ++r)
+    for (int i = 0; i < around; ++i) {
+      mesh.triangles.push_back({at(r, i), at(r, i + 1), at(r + 1, i + 1)});
+      mesh.triangles.push_back({at(r, i), at(r + 1, i + 1), at(r + 1, i)});
+    }
+  if (!closed) return mesh;
+  const int bottom = int(mesh.vertices.size());
+  mesh.vertices.push_back({0, 0, 0});
+  mesh.vertices.push_back({0, 0, length});
+  for (int i = 0; i < around; ++i) {
+    mesh.triangles.push_back({at(0, i + 1), at(0, i), bottom});
+    mesh.triangles.push_back({at(rings - 1, i), at(rings - 1, i + 1), bottom + 1});
+  }
+  return mesh;
+}
+
+std::function<double(double)> constant(double value) {
+  return [value](double) { return value; };
+}
+
+/// 3 mm at the ends, 1.2 mm in the middle of 30 mm.
+double stenosed(double z) {
+  const double x = (z - 15.0) / 6.0;
+  return std::abs(x) >= 1.0 ? 1.5 : 1.5 * (1.0 - 0.3 * (1.0 + std::cos(units::kPi * x)));
+}
+
+TEST(ExtractFromSurface, MeasuresAClosedTube) {
+  const auto mesh = make_elliptic_tube(30, 101, 96, constant(1.5), constant(1.5), true);
+  ASSERT_GT(enclosed_volume(mesh), 0.0);
+  const auto result = extract_centerline(mesh, {});
+  ASSERT_EQ(result.tree.paths.size(), 1U);
+  const auto& path = result.tree.paths[0];
+  EXPECT_NEAR(path.abscissa.back(), 30.0, 0.1);
+  for (std::size_t i = 0; i < path.points.size(); ++i) {
+    EXPECT_LT(std::hypot(path.points[i].x, path.points[i].y), 0.01);
+    EXPECT_NEAR(path.inscribed_radius[i], 1.5, 0.01);
+    EXPECT_NEAR(path.section_area[i], units::kPi * 2.25, 0.03);
+  }
+}
+
+TEST(ExtractFromSurface, ClosesOpenRims) {
+  const auto open = make_elliptic_tube(30, 101, 48, stenosed, stenosed, false);
+  const auto result = extract_centerline(open, {});
+  ASSERT_EQ(result.tree.paths.size(), 1U);
+  const auto lesions = find_lesions(result.tree, {});
+  ASSERT_EQ(lesions.size(), 1U);
+  EXPECT_NEAR(lesions[0].mld_mm, 1.2, 0.02);
+  EXPECT_NEAR(lesions[0].diameter_stenosis_percent, 60.0, 1.0);
+}
+
+TEST(ExtractFromSurface, DoesNotCareHowTheTrianglesAreTurnedOrShared) {
+  TriangleMesh mesh = make_elliptic_tube(20, 61, 32, constant(1.5), constant(1.5), true);
+  const auto reference = extract_centerline(mesh, {});
+  TriangleMesh soup;  // as an STL file has it, inside out
+  for (const Triangle& t : mesh.triangles) {
+    const int first = int(soup.vertices.size());
+    for (const int v : t) soup.vertices.push_back(mesh.vertices[std::size_t(v)]);
+    soup.triangles.push_back({first, first + 2, first + 1});
+  }
+  const auto result = extract_centerline(soup, {});
+  ASSERT_EQ(result.tree.paths.size(), 1U);
+  EXPECT_NEAR(result.tree.paths[0].abscissa.back(), reference.tree.paths[0].abscissa.back(), 0.05);
+}
+
+TEST(ExtractFromSurface, RefusesAFlatOne) {
+  TriangleMesh flat;
+  flat.vertices = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
+  flat.triangles = {{0, 1, 2}};
+  EXPECT_THROW(extract_centerline(flat, {}), InputError);
+  EXPECT_THROW(extract_centerline(TriangleMesh{}, {}), InputError);
+}
+
+TEST(MeasureLumen, KnowsAnEllipse) {
+  // Inscribed circle: the short half axis. Area: pi a b.
+  const auto mesh = make_elliptic_tube(20, 61, 96, constant(1.8), constant(1.2), true);
+  const auto path = extract_centerline(mesh, {}).tree.paths[0];
+  const LumenProfile profile = measure_lumen(mesh, path, 5.0, 15.0);
+  ASSERT_GT(profile.abscissa.size(), 10U);
+  EXPECT_GE(profile.abscissa.front(), 5.0);
+  EXPECT_LE(profile.abscissa.back(), 15.0);
+  for (std::size_t i = 0; i < profile.abscissa.size(); ++i) {
+    EXPECT_NEAR(profile.inscribed_radius[i], 1.2, 0.02);
+    EXPECT_NEAR(profile.section_area[i], units::kPi * 1.8 * 1.2, 0.05);
+  }
+}
+
+TEST(MeasureLumen, SeesADilatedVesselOnTheOldLine) {
+  // Edges of a third of the radius, as the lumen mesh has them.
+  const auto before = make_elliptic_tube(30, 61, 19, stenosed, stenosed, false);
+  const auto path = extract_centerline(before, {}).tree.paths[0];
+  TriangleMesh after = make_elliptic_tube(30, 61, 19, constant(1.5), constant(1.5), false);
+  for (Vec3& p : after.vertices) p.x += 0.3;  // and pushed aside
+  const LumenProfile profile = measure_lumen(after, path, 3.0, 27.0);
+  // The polygon of 19 corners lies inside the circle: area n/2 sin(2 pi/n) R^2 = 0.982 pi R^2.
+  for (std::size_t i = 0; i < profile.abscissa.size(); ++i) {
+    EXPECT_NEAR(profile.inscribed_radius[i], 1.5, 0.04);
+    EXPECT_NEAR(profile.section_area[i], 0.982 * units::kPi * 2.25, 0.06);
+  }
+}
+
+TEST(MeasureLumen, AgreesWithTheLineItself) {
+  const auto mesh = make_elliptic_tube(30, 101, 48, stenosed, stenosed, false);
+  const auto path = extract_centerline(mesh, {}).tree.paths[0];
+  const LumenProfile profile = measure_lumen(mesh, path, 3.0, 27.0);
+  for (std::size_t i = 0; i < profile.abscissa.size(); ++i)
+    EXPECT_NEAR(profile.inscribed_radius[i], sample(path, profile.abscissa[i]).inscribed_radius,
+                0.02);
+}
+
+/// Text STL: only the corners matter.
+TriangleMesh read_text_stl(const std::filesystem::path& path) {
+  std::ifstream file(path);
+  TriangleMesh mesh;
+  for (std::string word; file >> word;) {
+    if (word != "vertex") continue;
+    Vec3 p;
+    file >> p.x >> p.y >> p.z;
+    mesh.vertices.push_back(p);
+    const int n = int(mesh.vertices.size());
+    if (n % 3 == 0) mesh.triangles.push_back({n - 3, n - 2, n - 1});
+  }
+  return mesh;
+}
+
+TEST(ExtractFromSurface, FindsOneInletAndSixOutletsOfARealCoronaryTree) {
+  const char* data = std::getenv("ANGIO_DATA");
+  if (data == nullptr) GTEST_SKIP() << "ANGIO_DATA is not set";
+  const auto path = std::filesystem::path(data) / "coronary-lumen-xra" / "lumen.stl";
+  if (!std::filesystem::exists(path)) GTEST_SKIP() << path << " is missing";
+  const auto result = extract_centerline(read_text_stl(path), {});
+  EXPECT_EQ(result.tree.paths.size(), 6U);
+  EXPECT_TRUE(result.warnings.empty());
+}
+
+}  // namespace
+}  // namespace angio::centerline

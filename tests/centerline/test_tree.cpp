@@ -1,0 +1,186 @@
+#include <gtest/gtest.h>
+
+#include <set>
+
+#include "centerline/centerline.hpp"
+#include "tests/centerline/shapes.hpp"
+
+namespace angio::centerline {
+namespace {
+
+using test::grid_around;
+using test::level_set_of;
+using test::make_tube;
+using test::straight_tube;
+using test::Tube;
+
+std::function<double(double)> constant(double radius) {
+  return [radius](double) { return radius; };
+}
+
+std::vector<Tube> y_shape() {
+  return {straight_tube({0, 0, 0}, {0, 0, 20}, constant(2.0)),
+          straight_tube({0, 0, 20}, {8, 0, 38}, constant(1.5)),
+          straight_tube({0, 0, 20}, {-9, 1, 36}, constant(1.2))};
+}
+
+CenterlineResult extract(const std::vector<Tube>& tubes, double noise = 0.0) {
+  Volume<float> level_set = level_set_of(tubes, grid_around(tubes, 0.3, 1.5));
+  if (noise > 0.0) test::add_noise(level_set, noise, 11);
+  return extract_centerline(level_set, {});
+}
+
+/// What holds for every tree: arrays of one length, rising abscissae, tracts that cover each line
+/// and share their borders, groups that mean the same points.
+void expect_consistent(const CenterlineTree& tree) {
+  for (std::size_t p = 0; p < tree.paths.size(); ++p) {
+    const CenterlinePath& path = tree.paths[p];
+    const std::size_t count = path.points.size();
+    EXPECT_EQ(path.id, int(p));
+    ASSERT_EQ(path.inscribed_radius.size(), count);
+    ASSERT_EQ(path.abscissa.size(), count);
+    ASSERT_EQ(path.section_area.size(), count);
+    ASSERT_EQ(path.equivalent_radius.size(), count);
+    for (std::size_t i = 0; i < count; ++i) {
+      EXPECT_TRUE(std::isfinite(path.section_area[i]));
+      EXPECT_GT(path.inscribed_radius[i], 0.0);
+      EXPECT_NEAR(units::kPi * path.equivalent_radius[i] * path.equivalent_radius[i],
+                  path.section_area[i], 1e-9);
+      if (i > 0) {
+        EXPECT_GT(path.abscissa[i], path.abscissa[i - 1]);
+      }
+    }
+    ASSERT_FALSE(path.tracts.empty());
+    EXPECT_EQ(path.tracts.front().first_point, 0);
+    EXPECT_EQ(path.tracts.back().last_point, int(count) - 1);
+    for (std::size_t t = 0; t < path.tracts.size(); ++t) {
+      EXPECT_EQ(path.tracts[t].tract_id, int(t));
+      EXPECT_LT(path.tracts[t].first_point, path.tracts[t].last_point);
+      if (t > 0) {
+        EXPECT_EQ(path.tracts[t].first_point, path.tracts[t - 1].last_point);
+      }
+    }
+    if (p > 0) {
+      EXPECT_LE(path.abscissa.back(), tree.paths[p - 1].abscissa.back());
+    }
+  }
+}
+
+TEST(CenterlineTree, OfAYHasTwoPathsThatShareTheirTrunk) {
+  const auto result = extract(y_shape());
+  ASSERT_EQ(result.tree.paths.size(), 2U);
+  expect_consistent(result.tree);
+  const auto &a = result.tree.paths[0], &b = result.tree.paths[1];
+  std::size_t shared = 0;
+  while (a.points[shared] == b.points[shared]) ++shared;
+  EXPECT_NEAR(a.points[shared].z, 20.0, 4.0);
+  for (std::size_t i = 0; i < shared; ++i) {
+    EXPECT_EQ(a.inscribed_radius[i], b.inscribed_radius[i]);
+    EXPECT_EQ(a.section_area[i], b.section_area[i]);
+  }
+}
+
+TEST(CenterlineTree, OfAYHasThreeBranchesAndOneBranching) {
+  const auto result = extract(y_shape());
+  ASSERT_EQ(result.tree.paths.size(), 2U);
+  const auto &a = result.tree.paths[0].tracts, &b = result.tree.paths[1].tracts;
+  ASSERT_EQ(a.size(), 3U);
+  ASSERT_EQ(b.size(), 3U);
+  for (const auto& tracts : {a, b}) {
+    EXPECT_FALSE(tracts[0].blanking);
+    EXPECT_TRUE(tracts[1].blanking);
+    EXPECT_FALSE(tracts[2].blanking);
+  }
+  EXPECT_EQ(a[0].group_id, b[0].group_id);
+  EXPECT_EQ(a[1].group_id, b[1].group_id);
+  EXPECT_NE(a[2].group_id, b[2].group_id);
+  EXPECT_EQ(a[0].last_point, b[0].last_point);
+}
+
+TEST(CenterlineTree, LeavesTheTubeOfTheOtherBranchAtTheEndOfTheBranching) {
+  const auto result = extract(y_shape());
+  for (int which = 0; which < 2; ++which) {
+    const CenterlinePath& path = result.tree.paths[std::size_t(which)];
+    const CenterlinePath& other = result.tree.paths[std::size_t(1 - which)];
+    for (int i = path.tracts[2].first_point; i <= path.tracts[2].last_point; ++i)
+      for (std::size_t m = 0; m < other.points.size(); ++m)
+        EXPECT_GE(distance(path.points[std::size_t(i)], other.points[m]),
+                  other.inscribed_radius[m]);
+  }
+}
+
+TEST(CenterlineTree, FindsASideBranchAtARightAngle) {
+  const std::vector<Tube> tubes{straight_tube({0, 0, 0}, {0, 0, 40}, constant(2.0)),
+                                straight_tube({0, 0, 20}, {18, 0, 20}, constant(0.8))};
+  const auto result = extract(tubes);
+  ASSERT_EQ(result.tree.paths.size(), 2U);
+  expect_consistent(result.tree);
+  for (std::size_t i = 0; i < result.tree.paths[1].points.size(); ++i) {
+    const Vec3& p = result.tree.paths[1].points[i];
+    if (p.x > 4.0) {
+      EXPECT_NEAR(result.tree.paths[1].inscribed_radius[i], p.x < 18 ? 0.8 : 0.5, 0.3);
+    }
+  }
+}
+
+TEST(CenterlineTree, InventsNoBranchesInNoise) {
+  EXPECT_EQ(extract(y_shape(), 0.1).tree.paths.size(), 2U);
+  const Tube wide = straight_tube({0, 0, 0}, {5, 0, 30}, constant(3.0));
+  EXPECT_EQ(extract({wide}, 0.15).tree.paths.size(), 1U);
+}
+
+TEST(CenterlineTree, InventsNoBranchesAtTheEdgesOfFlatCaps) {
+  const Tube tube = straight_tube({0, 0, -5}, {0, 0, 35}, constant(3.0));
+  const auto result =
+      extract_centerline(level_set_of({tube}, grid_around({tube}, 0.4, 1.5),
+                                      {{{0, 0, 1}, 28.0}, {normalized(Vec3{0.3, 0, -0.95}), -2.0}}),
+                         {});
+  ASSERT_EQ(result.tree.paths.size(), 1U);
+  for (const Vec3& p : result.tree.paths[0].points) EXPECT_LT(std::hypot(p.x, p.y), 0.3);
+}
+
+TEST(CenterlineTree, InventsNoBranchForAStub) {
+  // The stub stands out by half the vessel's diameter.
+  const std::vector<Tube> tubes{straight_tube({0, 0, 0}, {0, 0, 40}, constant(2.0)),
+                                straight_tube({0, 0, 20}, {3.2, 0, 20}, constant(0.8))};
+  EXPECT_EQ(extract(tubes).tree.paths.size(), 1U);
+}
+
+TEST(CenterlineTree, CoversALoopAndWarns) {
+  const Tube ring = make_tube(
+      [](double t) {
+        return Vec3{10 * std::cos(2 * units::kPi * t), 10 * std::sin(2 * units::kPi * t), 0.0};
+      },
+      constant(1.5));
+  const std::vector<Tube> tubes{ring, straight_tube({-10, 0, 0}, {-30, 0, 0}, constant(2.0)),
+                                straight_tube({10, 0, 0}, {25, 3, 0}, constant(1.2))};
+  const auto result = extract(tubes);
+  expect_consistent(result.tree);
+  ASSERT_EQ(result.warnings.size(), 1U);
+  EXPECT_NE(result.warnings[0].find("loop"), std::string::npos);
+  for (const Vec3& p : ring.points) {
+    double nearest = 1e9;
+    for (const auto& path : result.tree.paths)
+      for (const Vec3& q : path.points) nearest = std::min(nearest, distance(p, q));
+    EXPECT_LT(nearest, 3.0) << p.x << ' ' << p.y;
+  }
+}
+
+TEST(CenterlineTree, KeepsTouchingVesselsApart) {
+  // A hairpin whose legs are less than a voxel apart: the line must go round the bend.
+  const Tube hairpin = make_tube(
+      [](double t) {
+        const double x = 2.2 * std::cos(units::kPi * std::clamp(3 * t - 1, 0.0, 1.0));
+        const double y = 2.2 * std::sin(units::kPi * std::clamp(3 * t - 1, 0.0, 1.0));
+        const double leg =
+            t < 1.0 / 3 ? 60 * (1.0 / 3 - t) : (t > 2.0 / 3 ? 60 * (t - 2.0 / 3) : 0);
+        return Vec3{x, y - leg, 0.0};
+      },
+      constant(2.05));
+  const auto result = extract({hairpin});
+  ASSERT_EQ(result.tree.paths.size(), 1U);
+  EXPECT_GT(result.tree.paths[0].abscissa.back(), 40.0);
+}
+
+}  // namespace
+}  // namespace angio::centerline
