@@ -21,10 +21,12 @@ constexpr std::size_t kLargestVoxelCount = 512u * 512u * 1024u;
 
 TriangleMesh surface_of(const detail::LumenShape& shape, const PhantomOptions& sized) {
   if (shape.branches().size() == 1) return detail::tube_surface(shape, kTubeVerticesPerRing);
-  // A tenth of the inlet's radius, finer for a narrow stenosis but within reason.
-  const double wanted = shape.least_radius_mm() / 2.5;
-  const double cell = std::clamp(wanted, 0.025 * sized.radius_mm, 0.1 * sized.radius_mm);
-  return detail::net_surface(shape, cell);
+  // Fine enough for the narrowest place and for the gap at a carina, but within reason.
+  double cell = std::min(0.16 * sized.radius_mm, shape.least_radius_mm() / 1.3);
+  for (const detail::Branch& branch : shape.branches())
+    if (branch.parent >= 0) cell = std::min(cell, 0.35 * branch.blend_mm);
+  cell = std::max(cell, 0.04 * sized.radius_mm);
+  return detail::tree_surface(shape, cell);
 }
 
 Phantom make_cloth(const PhantomOptions& sized) {

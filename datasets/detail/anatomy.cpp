@@ -94,7 +94,7 @@ Branch leave(const std::vector<Branch>& branches, int parent, const VesselPlan& 
   Branch branch = sample_vessel(plan);
   branch.parent = parent;
   branch.parent_sample = sample;
-  branch.blend_mm = 0.5 * side.radius_at_start_mm;
+  branch.blend_mm = 0.8 * side.radius_at_start_mm;
   return branch;
 }
 
@@ -180,7 +180,7 @@ Anatomy make_coronary(const PhantomOptions& options) {
                             2.5 * radius,
                             lad_lcx.smaller,
                             0.68 * lad_lcx.smaller,
-                            {{7.0 * k, {0.68, 0.55, -0.48}},
+                            {{3.2 * radius, {0.68, 0.55, -0.48}},
                              {16.0 * k, {0.30, 0.85, -0.43}},
                              {28.0 * k, {-0.08, 0.80, -0.60}},
                              {42.0 * k, {-0.25, 0.45, -0.86}}}}));
@@ -189,7 +189,7 @@ Anatomy make_coronary(const PhantomOptions& options) {
                             2.5 * radius,
                             lad_diagonal.smaller,
                             0.75 * lad_diagonal.smaller,
-                            {{6.0 * k, {0.88, -0.08, -0.47}},
+                            {{2.8 * radius, {0.88, -0.08, -0.47}},
                              {15.0 * k, {0.72, 0.22, -0.66}},
                              {26.0 * k, {0.40, 0.42, -0.82}}}}));
   return {LumenShape(std::move(branches)), site};

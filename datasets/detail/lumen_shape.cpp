@@ -100,13 +100,13 @@ LumenShape::Prepared LumenShape::prepare(const Branch& branch) {
                                               branch.radius[i] + norm(branch.half_width[i]));
     prepared.chunks.push_back(chunk);
   }
-  const auto add_cut = [&](int sample, double sign) {
+  const auto add_end = [&](int sample, double sign) {
     const std::size_t i = std::size_t(sample);
-    prepared.cuts.push_back(
-        {branch.center[i], sign * branch.tangent(sample), 2.5 * branch.radius[i]});
+    prepared.ends.push_back({branch.center[i], sign * branch.tangent(sample), branch.radius[i],
+                             2.5 * branch.radius[i]});
   };
-  if (branch.cut_at_start) add_cut(branch.first_sample, -1.0);
-  add_cut(branch.last_sample, 1.0);
+  if (branch.cut_at_start) add_end(branch.first_sample, -1.0);
+  add_end(branch.last_sample, 1.0);
   return prepared;
 }
 
@@ -137,6 +137,13 @@ NearestWall LumenShape::nearest_wall(const Vec3& x, Ends ends) const {
     if (other.distance < farthest) wall = smooth_union(wall, other, blend);
   }
   return wall;
+}
+
+std::vector<FlatEnd> LumenShape::flat_ends() const {
+  std::vector<FlatEnd> ends;
+  for (const Prepared& prepared : prepared_)
+    ends.insert(ends.end(), prepared.ends.begin(), prepared.ends.end());
+  return ends;
 }
 
 NearestWall LumenShape::nearest_wall_of_branch(std::size_t b, const Vec3& x, Ends ends,
@@ -177,12 +184,12 @@ NearestWall LumenShape::nearest_wall_of_branch(std::size_t b, const Vec3& x, End
 
   NearestWall wall = refine(branch, best_sample, x);
   if (ends == Ends::continued) return wall;
-  for (const Cut& cut : prepared.cuts) {
-    const Vec3 from_cut = x - cut.point;
-    const double height = dot(from_cut, cut.outward);
-    if (height > wall.distance && norm(from_cut) < cut.reach) {
+  for (const FlatEnd& end : prepared.ends) {
+    const Vec3 from_end = x - end.point;
+    const double height = dot(from_end, end.outward);
+    if (height > wall.distance && norm(from_end) < end.reach) {
       wall.distance = height;
-      wall.normal = cut.outward;
+      wall.normal = end.outward;
       wall.curvature = 0.0;
     }
   }

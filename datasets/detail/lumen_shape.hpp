@@ -36,6 +36,14 @@ struct NearestWall {
   double curvature = 0.0;  ///< of the wall across the vessel [1/mm]; 0 on flat parts
 };
 
+/// A flat end of a vessel.
+struct FlatEnd {
+  Vec3 point;           ///< in its middle
+  Vec3 outward;         ///< unit
+  double radius = 0.0;  ///< of the vessel there [mm]
+  double reach = 0.0;   ///< it cuts the vessel within this distance of its middle [mm]
+};
+
 /// Union of tapered curved tubes.
 ///
 ///     f(x) = min_s ( |x - m(s)| - r(s) )
@@ -46,6 +54,7 @@ struct NearestWall {
 /// ends are half-spaces near the ends.
 class LumenShape {
  public:
+  /// Flat ends, or as if the vessel went on.
   enum class Ends { cut, continued };
 
   explicit LumenShape(std::vector<Branch> branches);
@@ -57,6 +66,8 @@ class LumenShape {
   [[nodiscard]] double signed_distance(const Vec3& x, Ends ends = Ends::cut) const {
     return nearest_wall(x, ends).distance;
   }
+
+  [[nodiscard]] std::vector<FlatEnd> flat_ends() const;
 
   /// How far the smooth union can lower the distance [mm].
   [[nodiscard]] double margin_mm() const { return margin_mm_; }
@@ -72,14 +83,9 @@ class LumenShape {
     Vec3 center;
     double reach = 0.0;
   };
-  struct Cut {
-    Vec3 point;
-    Vec3 outward;
-    double reach = 0.0;
-  };
   struct Prepared {
     std::vector<Chunk> chunks;
-    std::vector<Cut> cuts;
+    std::vector<FlatEnd> ends;
   };
 
   [[nodiscard]] static Prepared prepare(const Branch& branch);

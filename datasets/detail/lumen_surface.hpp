@@ -11,11 +11,12 @@ namespace angio::datasets::detail {
 /// @param vertices_per_ring  >= 8; rings lie as far apart as vertices on a healthy ring
 TriangleMesh tube_surface(const LumenShape& shape, int vertices_per_ring);
 
-/// The closed surface of any lumen: naive surface nets (Gibson, MICCAI 1998, LNCS 1496:888) over
-/// the cells of a grid that meet the wall, then vertices are spread evenly and drawn onto the wall.
+/// The closed surface of any lumen: marching tetrahedra on Kuhn's subdivision of a grid, which is
+/// always a manifold (Doi, Koide, IEICE Trans. E74:214, 1991), over the cells that meet the wall;
+/// then vertices are spread evenly and drawn onto the exact wall.
 ///
-/// @param cell_mm  edge of a cell, well below the least radius
-TriangleMesh net_surface(const LumenShape& shape, double cell_mm);
+/// @param cell_mm  edge of a cell, below the least radius; triangles get about 0.6 of it
+TriangleMesh tree_surface(const LumenShape& shape, double cell_mm);
 
 /// The sheet of the seed paper's first experiment: 51 x 51 vertices, 5000 triangles, in the x-y
 /// plane around the origin, normals towards +z.
