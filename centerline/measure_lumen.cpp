@@ -25,7 +25,6 @@ LumenProfile measure_lumen(const TriangleMesh& surface, const CenterlinePath& pa
     SectionOptions options;
     options.ray_count = 64;
     options.refinements = 2;
-    options.most_shift = 1.0;
     // The wall may have moved outward to several times the radius of the path.
     options.expected = 3.0 * path.inscribed_radius[i];
     sections[std::size_t(index)] = measure_section(

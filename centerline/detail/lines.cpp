@@ -80,17 +80,12 @@ void redo_end(Polyline& line, const Wall& wall, std::size_t least_kept) {
   cut_and_extend(line, wall, keep);
 }
 
-/// The first of a line's own points that is outside the spheres of its parent.
+/// The first of a line's own points that is outside the tube of its parent.
 std::size_t first_outside(const Line& branch, const Line* parent) {
   if (parent == nullptr) return 0;
   const std::vector<Vec3>& points = branch.line.points;
-  for (std::size_t i = branch.shared; i < points.size(); ++i) {
-    bool inside = false;
-    for (std::size_t m = 0; m < parent->line.points.size() && !inside; ++m)
-      inside = norm_squared(points[i] - parent->line.points[m]) <
-               parent->line.radius[m] * parent->line.radius[m];
-    if (!inside) return i;
-  }
+  for (std::size_t i = branch.shared; i < points.size(); ++i)
+    if (!inside_tube(parent->line.points, parent->line.radius, 0, points[i])) return i;
   return points.size() - 1;
 }
 

@@ -46,6 +46,19 @@ Vec3 end_tangent(const Polyline& line, double reach) {
   return normalized(line.points[last] - line.points[from]);
 }
 
+bool inside_tube(const std::vector<Vec3>& points, const std::vector<double>& radius,
+                 std::size_t from, const Vec3& point) {
+  for (std::size_t m = from; m + 1 < points.size(); ++m) {
+    const Vec3 along = points[m + 1] - points[m];
+    const double squared = norm_squared(along);
+    const double t =
+        squared > 0.0 ? std::clamp(dot(point - points[m], along) / squared, 0.0, 1.0) : 0.0;
+    const double r = (1.0 - t) * radius[m] + t * radius[m + 1];
+    if (norm_squared(point - (points[m] + t * along)) < r * r) return true;
+  }
+  return false;
+}
+
 void smooth(Polyline& line, std::size_t fixed, int passes) {
   const std::size_t first = std::max<std::size_t>(fixed, 1);
   for (int pass = 0; pass < passes; ++pass) {

@@ -22,6 +22,11 @@ Vec3 tangent_at(const Polyline& line, const std::vector<double>& s, std::size_t 
 /// Unit tangent at the last point, away from the line, over its last `reach` [mm].
 Vec3 end_tangent(const Polyline& line, double reach);
 
+/// True when a point is inside the tube round a line from point `from` on: the union of the cones
+/// between its spheres.
+bool inside_tube(const std::vector<Vec3>& points, const std::vector<double>& radius,
+                 std::size_t from, const Vec3& point);
+
 /// Moves points [fixed, last) half way to the middle of their neighbours, `passes` times.
 void smooth(Polyline& line, std::size_t fixed, int passes);
 

@@ -86,8 +86,10 @@ Ends find_ends(LumenVoxels& lumen, int source, double min_length, std::vector<ch
   }
 }
 
-/// The vessel's radius a bit inside of an end: the mean depth over two diameters past its cap.
-double radius_inside(const LumenVoxels& lumen, const std::vector<int>& tip_first) {
+/// How wide the vessel is that ends here: the median depth over ten radii past its cap, so that the
+/// sac of an aneurysm does not count for its vessel. Where the border of the volume cuts the vessel
+/// off, it counts by a quarter more: what feeds the lumen mostly comes from outside.
+double inlet_score(const LumenVoxels& lumen, const std::vector<int>& tip_first) {
   std::vector<Vec3> points;
   std::vector<double> depth;
   for (const int v : tip_first) {
@@ -95,28 +97,38 @@ double radius_inside(const LumenVoxels& lumen, const std::vector<int>& tip_first
     depth.push_back(double(lumen.depth[std::size_t(v)]));
   }
   const auto begin = std::size_t(end_of_cap(points, depth));
-  double sum = 0.0;
-  int count = 0;
-  for (std::size_t i = begin; i < points.size(); ++i) {
-    if (count > 0 && distance(points[i], points[begin]) > 4.0 * sum / count) break;
-    sum += depth[i];
-    ++count;
+  bool at_border = false;
+  for (std::size_t i = 0; i <= begin; ++i) {
+    const auto at = lumen.index(tip_first[i]);
+    for (std::size_t a = 0; a < 3; ++a)
+      at_border = at_border || at[a] + lumen.corner[a] == 0 ||
+                  at[a] + lumen.corner[a] == lumen.geometry.size[a] - 1;
   }
-  return count > 0 ? sum / count : 0.0;
+  std::vector<double> inside;
+  double sum = 0.0;
+  for (std::size_t i = begin; i < points.size(); ++i) {
+    if (!inside.empty() && distance(points[i], points[begin]) > 10.0 * sum / double(inside.size()))
+      break;
+    inside.push_back(depth[i]);
+    sum += depth[i];
+  }
+  const auto middle = inside.begin() + std::ptrdiff_t(inside.size() / 2);
+  std::nth_element(inside.begin(), middle, inside.end());
+  return (at_border ? 1.25 : 1.0) * *middle;
 }
 
 int widest_end(const LumenVoxels& lumen, int root, const std::vector<LumenEnd>& ends) {
   const Front centered = march_centered(lumen, root);
   std::vector<int> from_root = trace(centered, ends.front().voxel);
   int best = root;
-  double best_radius = radius_inside(lumen, from_root);
+  double best_score = inlet_score(lumen, from_root);
   for (const LumenEnd& end : ends) {
     if (end.at_loop_cut) continue;
     std::vector<int> chain = trace(centered, end.voxel);
     std::reverse(chain.begin(), chain.end());
-    const double radius = radius_inside(lumen, chain);
-    if (radius <= best_radius) continue;
-    best_radius = radius;
+    const double score = inlet_score(lumen, chain);
+    if (score <= best_score) continue;
+    best_score = score;
     best = end.voxel;
   }
   return best;

@@ -4,6 +4,8 @@
 #include <map>
 #include <tuple>
 
+#include "centerline/detail/polyline.hpp"
+
 namespace angio::centerline {
 namespace {
 
@@ -15,20 +17,15 @@ int count_shared(const CenterlinePath& a, const CenterlinePath& b) {
   return int(i);
 }
 
-bool inside_tube(const CenterlinePath& tube, const Vec3& point, std::size_t from) {
-  for (std::size_t m = from; m < tube.points.size(); ++m)
-    if (norm_squared(point - tube.points[m]) < tube.inscribed_radius[m] * tube.inscribed_radius[m])
-      return true;
-  return false;
-}
-
 /// The first point of `line` behind the shared ones that is outside the tube of `other`.
 int find_exit(const CenterlinePath& line, const CenterlinePath& other, int shared) {
   const int last = int(line.points.size()) - 1;
   // The tube begins well before the branching, so that points beside it still count as inside.
   const int from = std::max(0, shared - 40);
   for (int i = shared; i < last; ++i)
-    if (!inside_tube(other, line.points[std::size_t(i)], std::size_t(from))) return i;
+    if (!inside_tube(other.points, other.inscribed_radius, std::size_t(from),
+                     line.points[std::size_t(i)]))
+      return i;
   return last;
 }
 
