@@ -151,15 +151,20 @@ class Front {
  public:
   explicit Front(float step) : step_(step) {}
   void push(std::size_t voxel, float distance_squared) {
-    const auto bucket = std::size_t(std::sqrt(distance_squared) / step_);
+    // A voxel may turn out nearer than the step being worked on; it still has to be handed on.
+    const auto bucket = std::max(now_, std::size_t(std::sqrt(distance_squared) / step_));
     if (bucket >= buckets_.size()) buckets_.resize(bucket + 1);
     buckets_[bucket].push_back(voxel);
   }
-  [[nodiscard]] std::size_t bucket_count() const { return buckets_.size(); }
-  std::vector<std::size_t> take(std::size_t bucket) { return std::exchange(buckets_[bucket], {}); }
+  /// The voxels of the nearest step that has any; empty at the end.
+  std::vector<std::size_t> take() {
+    while (now_ < buckets_.size() && buckets_[now_].empty()) ++now_;
+    return now_ < buckets_.size() ? std::exchange(buckets_[now_], {}) : std::vector<std::size_t>();
+  }
 
  private:
   float step_;
+  std::size_t now_ = 0;
   std::vector<std::vector<std::size_t>> buckets_;
 };
 
@@ -190,10 +195,9 @@ void propagate(ClosestPoints& points, const Volume<float>& level, float reach) {
       front.push(n, squared);
     }
   };
-  for (std::size_t bucket = 0; bucket < front.bucket_count(); ++bucket)
-    for (auto voxels = front.take(bucket); !voxels.empty(); voxels = front.take(bucket))
-      for (std::size_t v : voxels)
-        if (!std::exchange(done[v], std::uint8_t{1})) hand_on(v);
+  for (auto voxels = front.take(); !voxels.empty(); voxels = front.take())
+    for (std::size_t v : voxels)
+      if (!std::exchange(done[v], std::uint8_t{1})) hand_on(v);
 }
 
 }  // namespace

@@ -11,7 +11,7 @@
 namespace angio::segmentation::detail {
 namespace {
 
-constexpr double kNoiseDeviations = 4.5;
+constexpr double kNoiseDeviations = 5.5;
 constexpr double kBlocksPerSigma = 1.5;     ///< coarse voxels per standard deviation
 constexpr double kLeastSigmaVoxels = 0.9;   ///< below it, differences stand for no derivative
 constexpr double kMadToDeviation = 1.4826;  ///< of a normal distribution

@@ -14,7 +14,7 @@ namespace angio::segmentation::detail {
 ///
 /// l2 is nearly 0 at plates and edges. On the axis of a tube of radius r and contrast 1,
 /// -s^2 l2 = x exp(-x) with x = r^2 / (2 s^2), which is at most 1/e, at s = r / sqrt(2): there C is
-/// the contrast. Responses under 4.5 standard deviations (from the median absolute deviation over
+/// the contrast. Responses under 5.5 standard deviations (from the median absolute deviation over
 /// the whole volume) of their scale count as noise.
 /// Source: Sato et al., "Three-dimensional multi-scale line filter", MedIA 2(2), 1998,
 ///         doi:10.1016/S1361-8415(98)80009-1, whose line measure this is without the weight of l3.
