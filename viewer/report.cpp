@@ -50,19 +50,21 @@ class Album {
   std::string block(const std::vector<Figure>& figures, const std::string& css) const {
     if (figures.empty()) return {};
     std::string out = "<div class=\"" + css + "\">";
-    for (const Figure& figure : figures) {
-      const std::string png = detail::png_bytes(figure.picture);
-      write_text_atomically(folder_ / figure.file, png);
-      const std::string caption = escape_html(figure.caption);
-      out += "<figure><img width=\"" + std::to_string(figure.picture.width) + "\" height=\"" +
-             std::to_string(figure.picture.height) + "\" alt=\"" + caption +
-             "\" src=\"data:image/png;base64," + detail::base64(png) + "\"><figcaption>" + caption +
-             "</figcaption></figure>\n";
-    }
+    for (const Figure& figure : figures) out += element(figure);
     return out + "</div>\n";
   }
 
  private:
+  [[nodiscard]] std::string element(const Figure& figure) const {
+    const std::string png = detail::png_bytes(figure.picture);
+    write_text_atomically(folder_ / figure.file, png);
+    const std::string caption = escape_html(figure.caption);
+    return "<figure><img width=\"" + std::to_string(figure.picture.width) + "\" height=\"" +
+           std::to_string(figure.picture.height) + "\" alt=\"" + caption +
+           "\" src=\"data:image/png;base64," + detail::base64(png) + "\"><figcaption>" + caption +
+           "</figcaption></figure>\n";
+  }
+
   fs::path folder_;
 };
 

@@ -127,6 +127,17 @@ std::string draw_bands(const Chart& chart, const Frame& frame) {
   return out;
 }
 
+/// An invisible dot that tells its value under the mouse.
+std::string hover_point(const ChartSeries& series, std::size_t i, const Chart& chart,
+                        const Frame& frame) {
+  const std::string words = series.label + ": " + fixed_text(series.y[i], frame.decimals_y + 2) +
+                            " (" + chart.x_label + " " +
+                            fixed_text(series.x[i], frame.decimals_x + 1) + ")";
+  return "<circle cx=\"" + at(frame.px(series.x[i])) + "\" cy=\"" + at(frame.py(series.y[i])) +
+         "\" r=\"6\" class=\"hover s" + std::to_string(series.color) + "\"><title>" +
+         escape_html(words) + "</title></circle>";
+}
+
 /// Every stride-th point; a long series would only make the page heavy.
 std::string draw_series(const ChartSeries& series, const Frame& frame, const Chart& chart) {
   const std::size_t count = std::min(series.x.size(), series.y.size());
@@ -142,15 +153,11 @@ std::string draw_series(const ChartSeries& series, const Frame& frame, const Cha
     }
     const std::string x = at(frame.px(series.x[i])), y = at(frame.py(series.y[i]));
     if (i % line_stride == 0 || i + 1 == count) {
-      path += (pen_down ? "L" : "M") + x + " " + y;
+      path.append(pen_down ? "L" : "M").append(x).append(" ").append(y);
       pen_down = true;
     }
     if (i % hover_stride == 0 || i + 1 == count)
-      hovers +=
-          "<circle cx=\"" + x + "\" cy=\"" + y + "\" r=\"6\" class=\"hover " + css + "\"><title>" +
-          escape_html(series.label + ": " + fixed_text(series.y[i], frame.decimals_y + 2) + " (" +
-                      chart.x_label + " " + fixed_text(series.x[i], frame.decimals_x + 1) + ")") +
-          "</title></circle>";
+      hovers.append(hover_point(series, i, chart, frame));
   }
   return "<path d=\"" + path + "\" class=\"line " + css + (series.dashed ? " dashed" : "") +
          "\"/>" + hovers;

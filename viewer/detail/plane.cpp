@@ -59,7 +59,7 @@ std::vector<float> sample_plane(const Volume<float>& volume, const PlaneWindow& 
 float percentile(std::vector<float> values, double fraction) {
   std::erase_if(values, [](float value) { return !std::isfinite(value); });
   if (values.empty()) return 0.0f;
-  const auto rank = std::ptrdiff_t(fraction * double(values.size() - 1) + 0.5);
+  const auto rank = std::ptrdiff_t(std::llround(fraction * double(values.size() - 1)));
   std::nth_element(values.begin(), values.begin() + rank, values.end());
   return values[std::size_t(rank)];
 }

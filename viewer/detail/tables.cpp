@@ -137,7 +137,8 @@ std::string rows(const std::string& prefix, const ordered_json& object) {
     if (object.contains(name)) out += row(prefix, name, object[name]);
   }
   for (const auto& [key, value] : object.items())
-    if (!find_wording(prefix + "." + key) && value.is_primitive()) out += row(prefix, key, value);
+    if (value.is_primitive() && !find_wording(std::string(prefix).append(".").append(key)))
+      out += row(prefix, key, value);
   return out;
 }
 

@@ -11,12 +11,12 @@ class VtkMessages::Window : public vtkOutputWindow {
   vtkTypeMacro(Window, vtkOutputWindow);
 
   void DisplayText(const char*) override {}
-  void DisplayErrorText(const char*) override { has_error_ = true; }
+  void DisplayErrorText(const char*) override { has_error = true; }
   void DisplayWarningText(const char*) override {}
   void DisplayGenericWarningText(const char*) override {}
   void DisplayDebugText(const char*) override {}
 
-  bool has_error_ = false;
+  bool has_error = false;
 };
 vtkStandardNewMacro(VtkMessages::Window);
 
@@ -29,6 +29,6 @@ VtkMessages::VtkMessages()
 
 VtkMessages::~VtkMessages() { vtkOutputWindow::SetInstance(previous_); }
 
-bool VtkMessages::has_error() const { return window_->has_error_; }
+bool VtkMessages::has_error() const { return window_->has_error; }
 
 }  // namespace angio::viewer::detail
