@@ -16,8 +16,7 @@ struct ContactPair {
   double limit[4]{};  ///< how far each vertex may go against its side of the normal [mm]
   // Below: at the last refresh.
   GapWeights<double> weights;
-  Vec3 direction;       ///< unit gap direction
-  double weight = 0.0;  ///< area, faded out for parallel edges; 0: too far apart to matter
+  Vec3 direction;  ///< unit gap direction
 };
 
 struct ContactRef {

@@ -20,6 +20,7 @@ struct MooneyRivlin {
 template <class Real>
 struct EnergyDensity {
   Real value{}, d1{}, d3{}, d11{}, d13{}, d33{};
+  bool taut = true;  ///< tension both ways (always so for plain_energy)
 };
 
 /// Psi = C1 (I1 + 1/I3 - 3) + C2 (I1/I3 + I3 - 3): Mooney-Rivlin with l3 = 1 / (l1 l2).
@@ -57,12 +58,13 @@ ANGIO_HOST_DEVICE inline EnergyDensity<Real> relaxed_energy(const MooneyRivlin<R
   const Real discriminant = i1 * i1 - Real(4) * i3;
   const Real d = discriminant > Real(0) ? sqrt(discriminant) : Real(0);
   const Real large = Real(0.5) * (i1 + d);  // l1^2
-  if (large <= Real(1)) return {};
+  EnergyDensity<Real> e;
+  e.taut = false;
+  if (large <= Real(1)) return e;
   const Real small = i3 / large;  // l2^2
   const Real root = sqrt(large);  // l1
   if (small * root >= Real(1)) return plain_energy(m, i1, i3);
   const Real s = Real(1) / (large * root);  // l1^-3
-  EnergyDensity<Real> e;
   e.value = m.c1 * (large + Real(2) / root - Real(3)) +
             m.c2 * (Real(1) / large + Real(2) * root - Real(3));
   const Real slope = m.c1 * (Real(1) - s) + m.c2 * (Real(1) / root - Real(1) / (large * large));
@@ -148,6 +150,20 @@ ANGIO_HOST_DEVICE inline Symmetric2<Real> clamp_positive(const Symmetric2<Real>&
 }
 
 }  // namespace membrane
+
+/// dE/dx_v = H A0 (2 Psi_a e1 + Psi_b e2) of E = H A0 Psi by the corner x_v, a = e1.e1, b = e1.e2.
+///
+/// Source: seed paper, Eqs. 15-19 with the reference volume H A0 (= h A).
+template <class Real>
+ANGIO_HOST_DEVICE inline Vec3T<Real> membrane_gradient(const CornerMetric<Real>& k,
+                                                       const EnergyDensity<Real>& psi,
+                                                       const Vec3T<Real>& e1,
+                                                       const Vec3T<Real>& e2) {
+  const Real b = dot(e1, e2), c = dot(e2, e2);
+  const Real by_a = k.volume * (psi.d1 * k.k11 + psi.d3 * c * k.inverse_det);
+  const Real by_b = k.volume * Real(2) * (psi.d1 * k.k12 - psi.d3 * b * k.inverse_det);
+  return Real(2) * by_a * e1 + by_b * e2;
+}
 
 /// Gradient and Hessian block of E = H A0 Psi by the corner x_v, the Hessian's negative eigenvalues
 /// set to zero.

@@ -51,6 +51,7 @@ class StepSolver {
     Vec3 by_volume, by_force, by_pressure;  ///< g, w H^-1 f, w H^-1 g
     Vec3 friction;                          ///< H^-1 of the friction
     double net = 0.0, load = 0.0;           ///< squared [uN^2]
+    bool taut = true;
   };
 
   void begin_step(double dt, State& state);
@@ -71,7 +72,7 @@ class StepSolver {
   ContactSet contacts_;
   std::vector<Vec3> x_before_, x_inertial_, x_detected_, goal_, cluster_centre_;
   std::vector<Mat3> cluster_map_;
-  std::vector<double> goal_stiffness_, area_, contact_pressure_;
+  std::vector<double> goal_stiffness_, area_, contact_pressure_, pair_weights_;
   std::vector<Move> moves_;
   std::vector<char> blocked_;
   double last_motion_ = 0.0, load_floor_ = 0.0;

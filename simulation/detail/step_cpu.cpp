@@ -10,8 +10,10 @@ namespace {
 
 constexpr double kRelaxation = 1.6;          // PHYSICS: fastest on an inflating capsule
 constexpr double kResidualTolerance = 0.01;  // sweeps go on above it,
-constexpr int kMaxSweepFactor = 6;           // up to this many times the number asked for
-constexpr double kStickSpeed = 0.02;         // slip speed below which contact sticks [mm/s]
+constexpr double kResidualAtRest = 1e-3;     // and end early below this one
+constexpr int kLeastSweeps = 4;
+constexpr int kMaxSweepFactor = 6;    // up to this many times the number asked for
+constexpr double kStickSpeed = 0.02;  // slip speed below which contact sticks [mm/s]
 
 }  // namespace
 
@@ -98,7 +100,8 @@ StepReport StepSolver::step(const GasLaw<double>& law, double dt, State& state) 
     report.residual = residual();
     ++since_detection;
     const bool blocked = any_blocked();
-    if (report.sweeps >= options_.sweeps && report.residual < kResidualTolerance && !blocked) break;
+    const double enough = report.sweeps >= options_.sweeps ? kResidualTolerance : kResidualAtRest;
+    if (report.sweeps >= kLeastSweeps && report.residual < enough && !blocked) break;
     if (blocked && since_detection >= 2 && report.sweeps < most) {
       detect(state);
       ++report.detections;
@@ -158,7 +161,9 @@ void StepSolver::detect(const State& state) {
   // Without a wall nothing bounds a motion; a vertex still may not jump over the balloon.
   if (scene_.wall_count == 0) contacts_.travel = 1e9;
   view_.travel = contacts_.travel;
+  pair_weights_.assign(contacts_.pairs.size(), 0.0);
   view_.pairs = contacts_.pairs.data();
+  view_.pair_weights = pair_weights_.data();
   view_.ref_begin = contacts_.ref_begin.data();
   view_.refs = contacts_.refs.data();
 }
@@ -192,6 +197,7 @@ void StepSolver::sweep_balloon(const GasLaw<double>& law, State& state) {
       move.by_force = relax * (inverse * (f.force + load));
       move.by_pressure = relax * (inverse * move.by_volume);
       move.friction = inverse * f.friction;
+      move.taut = f.taut;
       move.net = norm_squared(f.force + load);
       move.load = norm_squared(load) + f.contact * f.contact;
     });
@@ -209,7 +215,7 @@ void StepSolver::sweep_balloon(const GasLaw<double>& law, State& state) {
       const Move& move = moves_[std::size_t(v)];
       const Vec3 whole = move.by_force + change * move.by_pressure;
       const double gauge = pressure + change - view_.outside_pressure;
-      move_vertex(v, scene_.relaxed ? balloon_line_search(view_, v, gauge, whole) * whole : whole);
+      move_vertex(v, !move.taut ? balloon_line_search(view_, v, gauge, whole) * whole : whole);
     });
     state.volume = balloon_volume(scene_, state.x);
     state.pressure = pressure_at(law, state.volume);

@@ -54,6 +54,7 @@ struct StepView {
   Vec3* goal = nullptr;                    // [wall vertex]
   const double* goal_stiffness = nullptr;  // [wall vertex]
   ContactPair* pairs = nullptr;
+  double* pair_weights = nullptr;  // area, faded out for parallel edges; 0: out of contact
   const int* ref_begin = nullptr;
   const ContactRef* refs = nullptr;
   double travel = 0.0;
@@ -67,6 +68,7 @@ struct VertexForces {
   double contact = 0.0;    // sum of normal forces [uN]
   double magnitude = 0.0;  // sum of the lengths of the forces [uN]
   bool touching = false;
+  bool taut = true;  // the skin all around
 };
 
 /// Recomputes a pair's closest points and weight at the present positions.
@@ -80,10 +82,10 @@ ANGIO_HOST_DEVICE inline void refresh_pair(const StepView& s, int index) {
   for (int i = 0; i < 4; ++i) gap += pair.weights.w[i] * p[i];
   const double d = norm(gap);
   pair.direction = d > 0.0 ? gap / d : pair.normal;
-  // Wider than the contact distance by the motion of a sweep: keep the pair ready.
-  const bool near = d < s.contact_distance + s.travel;
+  // A pair just out of contact is kept ready for the motion of one sweep.
+  const bool near = d < 1.5 * s.contact_distance;
   const double fade = pair.edges ? sine_squared(p[1] - p[0], p[3] - p[2]) : 1.0;
-  pair.weight = near ? pair.area * fade : 0.0;
+  s.pair_weights[index] = near ? pair.area * fade : 0.0;
 }
 
 /// Adds the barrier and the friction of all pairs of a vertex.
@@ -92,8 +94,9 @@ ANGIO_HOST_DEVICE inline void refresh_pair(const StepView& s, int index) {
 /// x_i (exact to first order); refresh_pair renews both before each sweep.
 ANGIO_HOST_DEVICE inline void add_contact(const StepView& s, int v, VertexForces& out) {
   for (int r = s.ref_begin[v]; r < s.ref_begin[v + 1]; ++r) {
+    const double weight = s.pair_weights[s.refs[r].pair];
+    if (!(weight > 0.0)) continue;
     const ContactPair& pair = s.pairs[s.refs[r].pair];
-    if (!(pair.weight > 0.0)) continue;
     const double w = pair.weights.w[s.refs[r].corner];
     if (w == 0.0) continue;
     Vec3 gap, slip;
@@ -108,7 +111,7 @@ ANGIO_HOST_DEVICE inline void add_contact(const StepView& s, int v, VertexForces
     if (d >= s.contact_distance) continue;
     d = d > least ? d : (norm(gap) < least ? norm(gap) : least);
     const Barrier<double> b = barrier(d, s.contact_distance);
-    const double scale = s.contact_stiffness * pair.weight;
+    const double scale = s.contact_stiffness * weight;
     const double normal_force = -scale * b.slope;
     out.touching = true;
     out.contact += normal_force * std::abs(w);
@@ -133,27 +136,53 @@ ANGIO_HOST_DEVICE inline void add_inertia(const StepView& s, int v, VertexForces
   for (int i = 0; i < 3; ++i) out.hessian(i, i) += k;
 }
 
+ANGIO_HOST_DEVICE inline EnergyDensity<double> skin_energy(const StepView& s, const Corner& corner,
+                                                           const Vec3& e1, const Vec3& e2) {
+  const Invariants<double> i = invariants(corner.rest, e1, e2);
+  return s.relaxed ? relaxed_energy(s.skin, i.i1, i.i3) : plain_energy(s.skin, i.i1, i.i3);
+}
+
+ANGIO_HOST_DEVICE inline EnergyDensity<double> fold_energy(const StepView& s, const Corner& corner,
+                                                           const Vec3& e1, const Vec3& e2) {
+  const Invariants<double> i = invariants(corner.start, e1, e2);
+  return plain_energy(s.folds, i.i1, i.i3);
+}
+
+/// Skin, folds and gas on a vertex of the balloon, for the line search.
+ANGIO_HOST_DEVICE inline Vec3 skin_and_gas_force(const StepView& s, int v, const Vec3& x,
+                                                 double gauge) {
+  Vec3 force;
+  for (int c = s.corner_begin[v]; c < s.corner_begin[v + 1]; ++c) {
+    const Corner& corner = s.corners[c];
+    const Vec3 e1 = x - s.x[corner.next], e2 = s.x[corner.last] - s.x[corner.next];
+    force -= membrane_gradient(corner.rest, skin_energy(s, corner, e1, e2), e1, e2);
+    force -= membrane_gradient(corner.start, fold_energy(s, corner, e1, e2), e1, e2);
+    force += (gauge / 6.0) * cross(s.x[corner.next], s.x[corner.last]);
+  }
+  return force;
+}
+
 /// Everything but the gas on a vertex of the balloon, and dV/dx of the enclosed volume [mm^2].
 ANGIO_HOST_DEVICE inline VertexForces balloon_forces(const StepView& s, int v, Vec3& by_volume) {
   VertexForces out;
   by_volume = {};
-  const bool has_folds = s.folds.c1 + s.folds.c2 > 0.0;
   for (int c = s.corner_begin[v]; c < s.corner_begin[v + 1]; ++c) {
     const Corner& corner = s.corners[c];
     const Vec3 e1 = s.x[v] - s.x[corner.next], e2 = s.x[corner.last] - s.x[corner.next];
-    const Invariants<double> i = invariants(corner.rest, e1, e2);
-    const EnergyDensity<double> psi =
-        s.relaxed ? relaxed_energy(s.skin, i.i1, i.i3) : plain_energy(s.skin, i.i1, i.i3);
+    const EnergyDensity<double> psi = skin_energy(s, corner, e1, e2);
     const VertexTerm<double> term = membrane_term(corner.rest, psi, e1, e2);
     out.force -= term.gradient;
-    out.magnitude += norm(term.gradient);
     out.hessian += term.hessian;
-    if (has_folds) {
-      const Invariants<double> f = invariants(corner.start, e1, e2);
-      const VertexTerm<double> fold =
-          membrane_term(corner.start, plain_energy(s.folds, f.i1, f.i3), e1, e2);
-      out.force -= fold.gradient;
-      out.hessian += fold.hessian;
+    out.taut = out.taut && psi.taut;
+    if (s.relaxed) {
+      const EnergyDensity<double> fold = fold_energy(s, corner, e1, e2);
+      if (psi.taut) {  // a thousandth of the skin's stiffness need not be in the Hessian
+        out.force -= membrane_gradient(corner.start, fold, e1, e2);
+      } else {
+        const VertexTerm<double> fold_term = membrane_term(corner.start, fold, e1, e2);
+        out.force -= fold_term.gradient;
+        out.hessian += fold_term.hessian;
+      }
     }
     by_volume += (1.0 / 6.0) * cross(s.x[corner.next], s.x[corner.last]);
   }
@@ -172,19 +201,14 @@ ANGIO_HOST_DEVICE inline VertexForces balloon_forces(const StepView& s, int v, V
 /// @param gauge  pressure above the outside [Pa]
 ANGIO_HOST_DEVICE inline double balloon_line_search(const StepView& s, int v, double gauge,
                                                     const Vec3& move) {
-  const Vec3 begin = s.x[v];
   double share = 1.0;
-  Vec3 by_volume;
-  VertexForces at = balloon_forces(s, v, by_volume);
-  const double before = -dot(at.force + gauge * by_volume, move);
+  const double before = -dot(skin_and_gas_force(s, v, s.x[v], gauge), move);
+  if (!(before < 0.0)) return share;
   for (int trial = 0; trial < 3; ++trial) {
-    s.x[v] = begin + share * move;
-    at = balloon_forces(s, v, by_volume);
-    const double after = -dot(at.force + gauge * by_volume, move);
-    if (!(before < 0.0) || after <= -before) break;
+    const double after = -dot(skin_and_gas_force(s, v, s.x[v] + share * move, gauge), move);
+    if (after <= -before) break;
     share *= before / (before - after);
   }
-  s.x[v] = begin;
   return share;
 }
 
