@@ -1,6 +1,8 @@
 #include "centerline/detail/fronts.hpp"
 
 #include <algorithm>
+#include <cmath>
+#include <functional>
 #include <limits>
 #include <numeric>
 #include <queue>
@@ -8,32 +10,6 @@
 
 namespace angio::centerline {
 namespace {
-
-template <class EdgeCost>
-Front march(const LumenVoxels& lumen, int source, const EdgeCost& edge_cost) {
-  Front front;
-  front.cost.assign(std::size_t(lumen.count()), std::numeric_limits<double>::max());
-  front.previous.assign(std::size_t(lumen.count()), -1);
-  using Entry = std::pair<double, int>;
-  std::priority_queue<Entry, std::vector<Entry>, std::greater<>> queue;
-  front.cost[std::size_t(source)] = 0.0;
-  queue.emplace(0.0, source);
-  while (!queue.empty()) {
-    const auto [cost, v] = queue.top();
-    queue.pop();
-    if (cost > front.cost[std::size_t(v)]) continue;
-    for (int n = 0; n < kNeighborCount; ++n) {
-      const int w = lumen.neighbor(v, n);
-      if (w < 0) continue;
-      const double candidate = cost + edge_cost(v, w, n);
-      if (candidate >= front.cost[std::size_t(w)]) continue;
-      front.cost[std::size_t(w)] = candidate;
-      front.previous[std::size_t(w)] = v;
-      queue.emplace(candidate, w);
-    }
-  }
-  return front;
-}
 
 /// Union-find over voxels, by the maximum of each piece.
 class Pieces {
@@ -67,17 +43,34 @@ std::vector<int> in_falling_order(const std::vector<double>& values) {
 
 }  // namespace
 
-Front march_lengths(const LumenVoxels& lumen, int source) {
-  const auto length = neighbor_lengths(lumen.geometry);
-  return march(lumen, source, [&](int, int, int n) { return length[std::size_t(n)]; });
-}
-
-Front march_centered(const LumenVoxels& lumen, int source) {
-  const auto length = neighbor_lengths(lumen.geometry);
-  return march(lumen, source, [&](int v, int w, int n) {
-    const double depth = 0.5 * double(lumen.depth[std::size_t(v)] + lumen.depth[std::size_t(w)]);
-    return length[std::size_t(n)] / (depth * depth);
-  });
+Front march(const LumenVoxels& lumen, int source) {
+  const auto step = neighbor_lengths(lumen.geometry);
+  const double far = std::numeric_limits<double>::infinity();
+  Front front;
+  std::vector<double> cost(std::size_t(lumen.count()), far);
+  front.length.assign(std::size_t(lumen.count()), far);
+  front.previous.assign(std::size_t(lumen.count()), -1);
+  using Entry = std::pair<double, int>;
+  std::priority_queue<Entry, std::vector<Entry>, std::greater<>> queue;
+  cost[std::size_t(source)] = front.length[std::size_t(source)] = 0.0;
+  queue.emplace(0.0, source);
+  while (!queue.empty()) {
+    const auto [here, v] = queue.top();
+    queue.pop();
+    if (here > cost[std::size_t(v)]) continue;
+    for (int n = 0; n < kNeighborCount; ++n) {
+      const int w = lumen.neighbor(v, n);
+      if (w < 0) continue;
+      const double depth = 0.5 * double(lumen.depth[std::size_t(v)] + lumen.depth[std::size_t(w)]);
+      const double candidate = here + step[std::size_t(n)] / (depth * depth);
+      if (candidate >= cost[std::size_t(w)]) continue;
+      cost[std::size_t(w)] = candidate;
+      front.length[std::size_t(w)] = front.length[std::size_t(v)] + step[std::size_t(n)];
+      front.previous[std::size_t(w)] = v;
+      queue.emplace(candidate, w);
+    }
+  }
+  return front;
 }
 
 std::vector<int> trace(const Front& front, int target) {
@@ -87,12 +80,9 @@ std::vector<int> trace(const Front& front, int target) {
   return path;
 }
 
-std::vector<LumenEnd> find_maxima(const LumenVoxels& lumen, const Front& lengths,
+std::vector<LumenEnd> find_maxima(const LumenVoxels& lumen, const Front& front,
                                   double least_prominence) {
-  const std::vector<double>& length = lengths.cost;
-  const auto reached = [&](int v) {
-    return length[std::size_t(v)] < std::numeric_limits<double>::max();
-  };
+  const std::vector<double>& length = front.length;
   const std::vector<int> order = in_falling_order(length);
   const auto higher = [&](int a, int b) {
     const double la = length[std::size_t(a)], lb = length[std::size_t(b)];
@@ -102,7 +92,7 @@ std::vector<LumenEnd> find_maxima(const LumenVoxels& lumen, const Front& lengths
   std::vector<LumenEnd> ends;
   int farthest = -1;
   for (const int v : order) {
-    if (!reached(v)) continue;  // cut off by a loop's cut: cannot be, but costs nothing
+    if (std::isinf(length[std::size_t(v)])) continue;  // cut off all round
     if (farthest < 0) farthest = v;
     int home = -1;
     for (int n = 0; n < kNeighborCount; ++n) {

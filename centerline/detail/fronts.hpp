@@ -7,19 +7,19 @@
 
 namespace angio::centerline {
 
-/// Least costs from a source voxel, and the way back.
+/// Least-cost paths from a source voxel to all others.
 struct Front {
-  std::vector<double> cost;   ///< shape [voxel]
-  std::vector<int> previous;  ///< voxel before this one on its least path; -1 at the source
+  std::vector<double> length;  ///< of the least-cost path [mm], shape [voxel]; infinite: cut off
+  std::vector<int> previous;   ///< voxel before this one on its path; -1 at the source
 };
 
-/// Least path lengths inside the lumen [mm] (Dijkstra on the linked voxels).
-Front march_lengths(const LumenVoxels& lumen, int source);
-
-/// Least costs for lines in the middle of the vessel: integral of ds / depth^2.
+/// Paths in the middle of the vessel: least integral of ds / depth^2 (Dijkstra on linked voxels).
+///
 /// The cost of VMTK's minimal paths is 1/depth; the square keeps closer to the middle in bends and
-/// makes shortcuts along the wall dearer.
-Front march_centered(const LumenVoxels& lumen, int source);
+/// makes shortcuts along the wall dearer. Lengths are those of these paths: the shortest paths
+/// would run along the inner wall of a wide bend, where its end is hardly farther than its outer
+/// wall half way round.
+Front march(const LumenVoxels& lumen, int source);
 
 /// The voxels of the least path from the source to `target`, source first.
 std::vector<int> trace(const Front& front, int target);
@@ -31,7 +31,7 @@ struct LumenEnd {
   bool at_loop_cut = false;
 };
 
-/// The ends of the lumen: the maxima of the path length from `source`, each with its prominence.
+/// The ends of the lumen: the maxima of the path length from the source, each with its prominence.
 ///
 /// The voxels are added in falling order of length; a maximum starts a piece, and where two pieces
 /// meet, the one with the lower maximum ends: its prominence is the fall from its maximum to there
@@ -40,7 +40,7 @@ struct LumenEnd {
 ///
 /// @param least_prominence  [mm]; lower maxima are left out
 /// @return the most prominent first; the farthest voxel has its whole length as prominence
-std::vector<LumenEnd> find_maxima(const LumenVoxels& lumen, const Front& lengths,
+std::vector<LumenEnd> find_maxima(const LumenVoxels& lumen, const Front& front,
                                   double least_prominence);
 
 /// Finds loops of vessels and cuts the lumen there, so that every stretch of a loop gets an end.

@@ -83,18 +83,18 @@ std::vector<std::vector<int>> find_contacts(const LumenVoxels& lumen,
   return contacts;
 }
 
-double mean_length(const Front& lengths, const std::vector<int>& voxels) {
+double mean_length(const Front& front, const std::vector<int>& voxels) {
   double sum = 0.0;
-  for (const int v : voxels) sum += lengths.cost[std::size_t(v)];
+  for (const int v : voxels) sum += front.length[std::size_t(v)];
   return sum / double(voxels.size());
 }
 
 /// True when a piece is a vessel and no crumb between a path's tube and a ragged wall.
-bool is_long(const LumenVoxels& lumen, const Front& lengths, const std::vector<int>& piece) {
-  double nearest = lengths.cost[std::size_t(piece.front())], farthest = nearest, radius = 0.0;
+bool is_long(const LumenVoxels& lumen, const Front& front, const std::vector<int>& piece) {
+  double nearest = front.length[std::size_t(piece.front())], farthest = nearest, radius = 0.0;
   for (const int v : piece) {
-    nearest = std::min(nearest, lengths.cost[std::size_t(v)]);
-    farthest = std::max(farthest, lengths.cost[std::size_t(v)]);
+    nearest = std::min(nearest, front.length[std::size_t(v)]);
+    farthest = std::max(farthest, front.length[std::size_t(v)]);
     radius = std::max(radius, double(lumen.depth[std::size_t(v)]));
   }
   const Vec3 h = lumen.geometry.spacing;
@@ -103,7 +103,7 @@ bool is_long(const LumenVoxels& lumen, const Front& lengths, const std::vector<i
 
 }  // namespace
 
-std::vector<int> cut_loops(LumenVoxels& lumen, const Front& lengths,
+std::vector<int> cut_loops(LumenVoxels& lumen, const Front& front,
                            const std::vector<std::vector<int>>& paths) {
   const std::vector<char> covered = mark_covered(lumen, paths);
   std::vector<char> seen(std::size_t(lumen.count()), 0);
@@ -111,13 +111,13 @@ std::vector<int> cut_loops(LumenVoxels& lumen, const Front& lengths,
   for (int seed = 0; seed < lumen.count(); ++seed) {
     if (covered[std::size_t(seed)] != 0 || seen[std::size_t(seed)] != 0) continue;
     const std::vector<int> piece = gather(lumen, covered, seed, seen);
-    if (!is_long(lumen, lengths, piece)) continue;
+    if (!is_long(lumen, front, piece)) continue;
     const auto contacts = find_contacts(lumen, covered, piece);
     if (contacts.size() < 2) continue;
     // Only the contact that was reached first stays.
     std::size_t first = 0;
     for (std::size_t c = 1; c < contacts.size(); ++c)
-      if (mean_length(lengths, contacts[c]) < mean_length(lengths, contacts[first])) first = c;
+      if (mean_length(front, contacts[c]) < mean_length(front, contacts[first])) first = c;
     for (std::size_t c = 0; c < contacts.size(); ++c) {
       if (c == first) continue;
       for (const int v : contacts[c])

@@ -30,25 +30,24 @@ double voxel_size(const LumenVoxels& lumen) {
 }
 
 int farthest(const Front& front) {
-  return int(std::max_element(front.cost.begin(), front.cost.end()) - front.cost.begin());
+  return int(std::max_element(front.length.begin(), front.length.end()) - front.length.begin());
 }
 
 /// Leaves out maxima that are bumps of the wall: a side branch must stand out of its parent by
 /// about the parent's diameter.
-std::vector<LumenEnd> prune_spurs(const LumenVoxels& lumen, const Front& centered,
+std::vector<LumenEnd> prune_spurs(const LumenVoxels& lumen, const Front& front,
                                   const std::vector<LumenEnd>& maxima, double min_length) {
   std::vector<LumenEnd> kept;
   std::vector<char> in_tree(std::size_t(lumen.count()), 0);
   for (const LumenEnd& end : maxima) {
     int v = end.voxel;
-    while (v >= 0 && in_tree[std::size_t(v)] == 0) v = centered.previous[std::size_t(v)];
+    while (v >= 0 && in_tree[std::size_t(v)] == 0) v = front.previous[std::size_t(v)];
     const double parent = v >= 0 ? double(lumen.depth[std::size_t(v)]) : 0.0;
     const double least =
         min_length > 0.0 ? min_length : std::max(2.0 * parent, 4.0 * voxel_size(lumen));
     if (!kept.empty() && end.prominence < least) continue;
     kept.push_back(end);
-    for (v = end.voxel; v >= 0 && in_tree[std::size_t(v)] == 0;
-         v = centered.previous[std::size_t(v)])
+    for (v = end.voxel; v >= 0 && in_tree[std::size_t(v)] == 0; v = front.previous[std::size_t(v)])
       in_tree[std::size_t(v)] = 1;
   }
   return kept;
@@ -65,30 +64,30 @@ Ends find_ends(LumenVoxels& lumen, int source, double min_length, std::vector<ch
   Ends result;
   constexpr int kMostRounds = 6;  // a cut can lay open another loop; more than this is a sponge
   for (int round = 0;; ++round) {
-    const Front lengths = march_lengths(lumen, source);
-    const Front centered = march_centered(lumen, source);
-    const auto maxima = find_maxima(lumen, lengths, 2.0 * voxel_size(lumen));
-    result.ends = prune_spurs(lumen, centered, maxima, min_length);
+    const Front front = march(lumen, source);
+    const auto maxima = find_maxima(lumen, front, 2.0 * voxel_size(lumen));
+    result.ends = prune_spurs(lumen, front, maxima, min_length);
     for (LumenEnd& end : result.ends) {
       const double reach = 2.0 * voxel_size(lumen);
       for (int v = end.voxel;
            v >= 0 && distance(lumen.position(v), lumen.position(end.voxel)) <= reach;
-           v = lengths.previous[std::size_t(v)])
+           v = front.previous[std::size_t(v)])
         end.at_loop_cut = end.at_loop_cut || near_cut[std::size_t(v)] != 0;
     }
     if (round == kMostRounds) return result;
     std::vector<std::vector<int>> paths;
-    for (const LumenEnd& end : result.ends) paths.push_back(trace(centered, end.voxel));
-    const std::vector<int> cut = cut_loops(lumen, lengths, paths);
+    for (const LumenEnd& end : result.ends) paths.push_back(trace(front, end.voxel));
+    const std::vector<int> cut = cut_loops(lumen, front, paths);
     if (cut.empty()) return result;
     result.found_loop = true;
     for (const int v : cut) near_cut[std::size_t(v)] = 1;
   }
 }
 
-/// How wide the vessel is that ends here: the median depth over ten radii past its cap, so that the
-/// sac of an aneurysm does not count for its vessel. Where the border of the volume cuts the vessel
-/// off, it counts by a quarter more: what feeds the lumen mostly comes from outside.
+/// How wide the vessel is that ends here: the lower quartile of the depth over six radii past its
+/// cap, so that neither a narrow place nor the sac of an aneurysm counts for the vessel. Where the
+/// border of the volume cuts the vessel off, it counts by a quarter more: what feeds the lumen
+/// mostly comes from outside.
 double inlet_score(const LumenVoxels& lumen, const std::vector<int>& tip_first) {
   std::vector<Vec3> points;
   std::vector<double> depth;
@@ -105,26 +104,21 @@ double inlet_score(const LumenVoxels& lumen, const std::vector<int>& tip_first) 
                   at[a] + lumen.corner[a] == lumen.geometry.size[a] - 1;
   }
   std::vector<double> inside;
-  double sum = 0.0;
-  for (std::size_t i = begin; i < points.size(); ++i) {
-    if (!inside.empty() && distance(points[i], points[begin]) > 10.0 * sum / double(inside.size()))
-      break;
-    inside.push_back(depth[i]);
-    sum += depth[i];
-  }
-  const auto middle = inside.begin() + std::ptrdiff_t(inside.size() / 2);
-  std::nth_element(inside.begin(), middle, inside.end());
-  return (at_border ? 1.25 : 1.0) * *middle;
+  for (std::size_t i = begin; i < points.size(); ++i)
+    if (distance(points[i], points[begin]) <= 6.0 * depth[begin]) inside.push_back(depth[i]);
+  const auto quartile = inside.begin() + std::ptrdiff_t(inside.size() / 4);
+  std::nth_element(inside.begin(), quartile, inside.end());
+  return (at_border ? 1.25 : 1.0) * *quartile;
 }
 
 int widest_end(const LumenVoxels& lumen, int root, const std::vector<LumenEnd>& ends) {
-  const Front centered = march_centered(lumen, root);
-  std::vector<int> from_root = trace(centered, ends.front().voxel);
+  const Front front = march(lumen, root);
+  std::vector<int> from_root = trace(front, ends.front().voxel);
   int best = root;
   double best_score = inlet_score(lumen, from_root);
   for (const LumenEnd& end : ends) {
     if (end.at_loop_cut) continue;
-    std::vector<int> chain = trace(centered, end.voxel);
+    std::vector<int> chain = trace(front, end.voxel);
     std::reverse(chain.begin(), chain.end());
     const double score = inlet_score(lumen, chain);
     if (score <= best_score) continue;
@@ -158,7 +152,7 @@ double chain_length(const LumenVoxels& lumen, const std::vector<int>& chain) {
 
 void check_tubular(const LumenVoxels& lumen, int root, int tip) {
   double deepest = 0.0;
-  const std::vector<int> chain = trace(march_centered(lumen, root), tip);
+  const std::vector<int> chain = trace(march(lumen, root), tip);
   for (const int v : chain) deepest = std::max(deepest, double(lumen.depth[std::size_t(v)]));
   if (chain_length(lumen, chain) > 3.0 * deepest && lumen.count() >= 20) return;
   throw InputError(
@@ -172,7 +166,7 @@ Skeleton find_skeleton(LumenVoxels& lumen, const CenterlineOptions& options) {
   Skeleton skeleton;
   const int deepest =
       int(std::max_element(lumen.depth.begin(), lumen.depth.end()) - lumen.depth.begin());
-  const int root = farthest(march_lengths(lumen, deepest));
+  const int root = farthest(march(lumen, deepest));
   std::vector<char> near_cut(std::size_t(lumen.count()), 0);
   const std::vector<std::uint32_t> uncut = lumen.links;
   Ends ends = find_ends(lumen, root, options.min_branch_length_mm, near_cut);
@@ -197,10 +191,9 @@ Skeleton find_skeleton(LumenVoxels& lumen, const CenterlineOptions& options) {
       ends.ends.push_back({snap(lumen, point, found), 0.0, false});
   }
   skeleton.starts_at_end = std::find(all_ends.begin(), all_ends.end(), inlet) != all_ends.end();
-  const Front centered = march_centered(lumen, inlet);
+  const Front front = march(lumen, inlet);
   for (const LumenEnd& end : ends.ends)
-    if (end.voxel != inlet)
-      skeleton.chains.push_back({trace(centered, end.voxel), end.at_loop_cut});
+    if (end.voxel != inlet) skeleton.chains.push_back({trace(front, end.voxel), end.at_loop_cut});
   std::stable_sort(skeleton.chains.begin(), skeleton.chains.end(),
                    [&](const auto& a, const auto& b) {
                      return chain_length(lumen, a.voxels) > chain_length(lumen, b.voxels);
