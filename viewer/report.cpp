@@ -141,7 +141,7 @@ std::string make_page(const ReportContent& content, const Figures& figures, cons
   page +=
       section("Diameter along the vessel", detail::svg(detail::diameter_chart(content, metrics)));
   page += section("Course of the inflation", chart_grid(content.time_series));
-  page += section("Images", image_section(album, figures, !content.moments.empty()));
+  page += section("Images", image_section(album, figures, content.moments.size() > 1));
   const std::string tables = metrics.tables() + detail::run_tables(content.run_json);
   page += section("All numbers",
                   tables.empty() ? tables : "<div class=\"tables\">" + tables + "</div>\n");

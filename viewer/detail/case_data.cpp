@@ -4,6 +4,8 @@
 #include <cmath>
 #include <cstdlib>
 #include <map>
+#include <numeric>
+#include <utility>
 
 #include "core/atomic_file.hpp"
 #include "core/error.hpp"
@@ -41,20 +43,42 @@ int frame_number(const fs::path& file) {
   return number.value_or(0);
 }
 
+/// A value per line; 0, 1, ... where the file has no such array.
+std::vector<int> line_numbers(const PolylineData& data, const std::string& name) {
+  std::vector<int> numbers(data.lines.size());
+  std::iota(numbers.begin(), numbers.end(), 0);
+  for (const DataArray& array : data.cell_arrays)
+    if (array.name == name)
+      std::transform(array.values.begin(), array.values.end(), numbers.begin(),
+                     [](double value) { return int(value); });
+  return numbers;
+}
+
+/// The lines from the inlet to each outlet; in the file they are cut into tracts.
 std::vector<CenterlinePath> read_paths(const fs::path& file) {
   const PolylineData data = read_polylines(file);
   const DataArray& radius = find_array(data.point_arrays, "MaximumInscribedSphereRadius");
-  std::vector<CenterlinePath> paths;
-  for (const auto& line : data.lines) {
-    CenterlinePath path;
-    for (const int point : line) {
-      path.points.push_back(data.points[std::size_t(point)]);
-      path.inscribed_radius.push_back(radius.values[std::size_t(point)]);
+  const std::vector<int> ids = line_numbers(data, "CenterlineIds");
+  const std::vector<int> tracts = line_numbers(data, "TractIds");
+  std::map<std::pair<int, int>, std::size_t> order;
+  for (std::size_t line = 0; line < data.lines.size(); ++line)
+    order[{ids[line], tracts[line]}] = line;
+  std::map<int, CenterlinePath> joined;
+  for (const auto& [key, line] : order) {
+    CenterlinePath& path = joined[key.first];
+    path.id = key.first;
+    for (const int index : data.lines[line]) {
+      const Vec3& point = data.points[std::size_t(index)];
+      if (!path.points.empty() && point == path.points.back()) continue;  // shared by two tracts
+      path.points.push_back(point);
+      path.inscribed_radius.push_back(radius.values[std::size_t(index)]);
     }
+  }
+  std::vector<CenterlinePath> paths;
+  for (auto& [id, path] : joined) {
     path.equivalent_radius = path.inscribed_radius;
     path.section_area.assign(path.points.size(), 0.0);
     path.abscissa = arc_length(path.points);
-    path.id = int(paths.size());
     if (path.points.size() >= 2) paths.push_back(std::move(path));
   }
   return paths;

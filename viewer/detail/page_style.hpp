@@ -40,10 +40,10 @@ background:#fff}
 align-items:start}
 .key{display:inline-block;width:22px;height:3px;vertical-align:middle;margin:0 5px 0 12px}
 table{border-collapse:collapse;width:100%;font-size:14px}
-th,td{border-bottom:1px solid var(--line);padding:4px 6px;text-align:left;vertical-align:top;
-overflow-wrap:anywhere}
-th{font-weight:400;color:var(--soft)}
-td.number{text-align:right;white-space:nowrap;font-variant-numeric:tabular-nums}
+th,td{border-bottom:1px solid var(--line);padding:4px 6px;vertical-align:top}
+th{font-weight:400;color:var(--soft);text-align:left}
+td{text-align:right;overflow-wrap:anywhere;font-variant-numeric:tabular-nums}
+th[scope=col]:not(:first-child){text-align:right}
 svg.chart{width:100%;height:auto;display:block;font:12px system-ui,Arial,sans-serif}
 svg .grid{stroke:var(--grid)}
 svg .axis{stroke:var(--soft)}

@@ -1,6 +1,7 @@
 #include "viewer/detail/pictures_2d.hpp"
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
 #include <opencv2/imgproc.hpp>
 
@@ -125,6 +126,11 @@ void draw_silhouette(cv::Mat& picture, const Projection& projection, const Trian
   cv::drawContours(picture, outlines, -1, cv_color(kBefore), 1, cv::LINE_AA);
 }
 
+std::string capitalized(std::string word) {
+  if (!word.empty()) word[0] = char(std::toupper(static_cast<unsigned char>(word[0])));
+  return word;
+}
+
 /// A projection on a square; all three share one scale.
 Figure draw_projection(const Projection& projection, const ReportContent& content,
                        double pixels_per_mm) {
@@ -144,7 +150,7 @@ Figure draw_projection(const Projection& projection, const ReportContent& conten
                                  (kProjectionPixels - size.height) / 2, size.width, size.height)));
   draw_scale(square, 1.0 / pixels_per_mm);
   draw_sides(square, projection.name);
-  return {"projection_" + projection.name + ".png", projection.name + " projection",
+  return {"projection_" + projection.name + ".png", capitalized(projection.name) + " projection",
           to_picture(square)};
 }
 
@@ -159,7 +165,8 @@ double widest_near(const CenterlinePath& path, double abscissa_mm, double reach_
 
 /// How far the sheet goes to each side: over what was measured before and after [mm].
 double sheet_reach(const ReportContent& content, const CenterlinePath& path) {
-  double reach = 5.0 * widest_near(path, content.lesion_abscissa_mm, 0.0);
+  constexpr double kNearMm = 10.0;
+  double reach = 3.0 * widest_near(path, content.lesion_abscissa_mm, kNearMm);
   const auto& measured = content.after.abscissa_mm;
   if (!measured.empty())
     reach = std::max(std::abs(measured.front() - content.lesion_abscissa_mm),
@@ -241,7 +248,7 @@ std::vector<Figure> draw_slices(const ReportContent& content) {
     draw_scale(picture, 2.0 * half_size / kSlicePixels);
     draw_sides(picture, named[i].name);
     figures.push_back({std::string("slice_") + named[i].name + ".png",
-                       std::string(named[i].name) + " slice through the lesion",
+                       capitalized(named[i].name) + " slice through the balloon site",
                        to_picture(picture)});
   }
   return figures;
@@ -269,7 +276,7 @@ std::vector<Figure> draw_contact_sheet(const ReportContent& content) {
     cv::Mat tile = content.volume ? grey_picture(sampled[i], kTilePixels, kTilePixels, grey)
                                   : cv::Mat(kTilePixels, kTilePixels, CV_8UC3, {24, 26, 30});
     draw_contour(tile, content.lumen, planes[i], kBefore);
-    if (!content.moments.empty())
+    if (content.moments.size() > 1)
       draw_contour(tile, content.moments.back().wall, planes[i], kAfter);
     draw_text(tile, fixed_text(abscissas[i] - content.lesion_abscissa_mm, 1) + " mm", {6, 15},
               0.42);

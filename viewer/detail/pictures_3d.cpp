@@ -55,15 +55,23 @@ struct CloseUp {
   }
 };
 
+constexpr int kBarStrip = 46;  // free paper below a scene, for its scale bar [pixel]
+
+/// The same view with free paper below it.
+ViewFrame with_strip(ViewFrame frame, int width, int height, int strip_height) {
+  const double mm_per_pixel = 2.0 * frame.half_width_mm / width;
+  frame.half_height_mm = 0.5 * mm_per_pixel * (height + strip_height);
+  frame.focus -= (0.5 * mm_per_pixel * strip_height) * frame.up;
+  return frame;
+}
+
 /// @param strip_height  free paper below the scene [pixel]
-Picture render_close_up(vtkRenderer* renderer, const CloseUp& close_up, int strip_height = 0) {
+Picture render_close_up(vtkRenderer* renderer, const CloseUp& close_up, int strip_height) {
   if (!close_up.context.triangles.empty())
     renderer->AddActor(make_surface(close_up.context, {colors::kSurroundings, 0.25}));
   const int height = close_up.height + strip_height;
-  ViewFrame frame = close_up.frame;
-  frame.half_height_mm = frame.half_width_mm * height / kCloseUpWidth;
-  frame.focus -= (frame.half_width_mm * strip_height / kCloseUpWidth) * frame.up;
-  aim(renderer, frame, double(kCloseUpWidth) / height);
+  aim(renderer, with_strip(close_up.frame, kCloseUpWidth, close_up.height, strip_height),
+      double(kCloseUpWidth) / height);
   ScaleBar bar(renderer, kSupersampling, colors::kInk);
   // The bar needs the picture's size, which only a window gives a renderer.
   return render_offscreen({renderer}, kCloseUpWidth, height, [&] { bar.update(); });
@@ -76,11 +84,14 @@ double highest(const std::vector<double>& values) {
 }  // namespace
 
 Figure draw_tree(const ReportContent& content) {
-  const ViewFrame frame = frame_tree(content.lumen);
-  const double shape = frame.half_width_mm / frame.half_height_mm;
-  const double aspect = std::clamp(shape, 0.7, 1.6);
+  constexpr int kStrip = 120;  // for the scale bar and the axes
+  ViewFrame frame = frame_tree(content.lumen);
+  const double aspect = std::clamp(frame.half_width_mm / frame.half_height_mm, 0.6, 2.0);
   const int width = aspect >= 1.0 ? kTreeLongSide : int(kTreeLongSide * aspect);
-  const int height = aspect >= 1.0 ? int(kTreeLongSide / aspect) : kTreeLongSide;
+  const int scene_height = aspect >= 1.0 ? int(kTreeLongSide / aspect) : kTreeLongSide;
+  frame.half_width_mm = std::max(frame.half_width_mm, frame.half_height_mm * width / scene_height);
+  frame = with_strip(frame, width, scene_height, kStrip);
+  const int height = scene_height + kStrip;
   const double picture_aspect = double(width) / height;
 
   const auto renderer = make_stage();
@@ -88,11 +99,11 @@ Figure draw_tree(const ReportContent& content) {
   aim(renderer, frame, picture_aspect);
   if (const CenterlinePath* path = lesion_path(content)) {
     const CenterlineSample lesion = sample(*path, content.lesion_abscissa_mm);
-    const double shown_mm =
-        2.0 * std::max(frame.half_height_mm, frame.half_width_mm / picture_aspect);
-    const double radius = std::max(4.0 * lesion.inscribed_radius / shown_mm, 0.03);
-    add_mark(renderer, place_in_picture(frame, picture_aspect, lesion.point), radius,
-             "balloon site", width * kSupersampling, height * kSupersampling, kSupersampling);
+    constexpr double kLeastRing = 0.03;  // of the picture's height
+    const double ring =
+        std::max(4.0 * lesion.inscribed_radius / (2.0 * frame.half_height_mm), kLeastRing);
+    add_mark(renderer, place_in_picture(frame, picture_aspect, lesion.point), ring, "balloon site",
+             width * kSupersampling, height * kSupersampling, kSupersampling);
   }
   ScaleBar bar(renderer, kSupersampling, colors::kInk);
   const auto axes = make_axes(renderer, width, height, colors::kInk);
@@ -112,7 +123,7 @@ std::vector<Figure> draw_moments(const ReportContent& content) {
       renderer->AddActor(make_surface(moment.balloon, {colors::kBalloon, 1.0}));
     renderer->AddActor(make_surface(moment.wall, {colors::kLumen, 0.25}));
     figures.push_back({"close_up_" + std::to_string(figures.size() + 1) + ".png", moment.title,
-                       render_close_up(renderer, close_up)});
+                       render_close_up(renderer, close_up, kBarStrip)});
   }
   return figures;
 }
@@ -133,7 +144,7 @@ std::vector<Figure> draw_contact(const ReportContent& content) {
   const auto wall = make_surface(pressed->wall, {colors::kLumen, 1.0});
   color_by(wall, pressed->contact_pressure_kpa, map);
   renderer->AddActor(wall);
-  constexpr int kStrip = 70;
+  constexpr int kStrip = 70;  // for the colour bar
   add_color_bar(renderer, map, "contact pressure [kPa]",
                 {0.45 * kCloseUpWidth * kSupersampling, 24.0 * kSupersampling,
                  0.5 * kCloseUpWidth * kSupersampling, 14.0 * kSupersampling},

@@ -243,6 +243,8 @@ void add_mark(vtkRenderer* renderer, const PicturePlace& place, double radius_fr
   renderer->AddActor2D(make_overlay_line(ring, colors::kInk, float(2 * scale)));
   const auto text = make_text(label, 15 * scale, colors::kInk);
   text->GetTextProperty()->BoldOn();
+  text->GetTextProperty()->SetBackgroundColor(1.0, 1.0, 1.0);
+  text->GetTextProperty()->SetBackgroundOpacity(0.8);
   // Beside the ring, on the side that has more room.
   const bool to_the_right = place.x < 0.6;
   text->GetTextProperty()->SetJustification(to_the_right ? VTK_TEXT_LEFT : VTK_TEXT_RIGHT);

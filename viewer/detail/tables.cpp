@@ -61,6 +61,8 @@ constexpr std::array kWordings{
     Wording{"run.backend", "Backend", "", 0},
     Wording{"run.device", "Device", "", 0},
     Wording{"run.input", "Input", "", 0},
+    Wording{"run.input_description", "Input", "", 0},
+    Wording{"run.input_kind", "Input kind", "", 0},
     Wording{"run.input_sha256", "Input SHA-256", "", 0},
     Wording{"run.case", "Case", "", 0},
     Wording{"run.program", "Program", "", 0},
@@ -112,7 +114,7 @@ std::string value_text(const ordered_json& value, int decimals) {
   if (value.is_boolean()) return value.get<bool>() ? "yes" : "no";
   if (value.is_number_integer()) return std::to_string(value.get<long long>());
   if (value.is_number()) return fixed_text(value.get<double>(), decimals);
-  if (value.is_string()) return value.get<std::string>();
+  if (value.is_string()) return value == "" ? "–" : value.get<std::string>();
   return value.dump();
 }
 
@@ -122,9 +124,8 @@ std::string row(const std::string& prefix, const std::string& key, const ordered
   const std::string unit = wording ? wording->unit : unit_of(key);
   std::string shown = value_text(value, wording ? wording->decimals : 3);
   if (!unit.empty() && !value.is_null()) shown += (unit == "°" ? "" : " ") + unit;
-  const char* css = value.is_number() || value.is_null() ? " class=\"number\"" : "";
-  return "<tr><th scope=\"row\">" + escape_html(label) + "</th><td" + css + ">" +
-         escape_html(shown) + "</td></tr>";
+  return "<tr><th scope=\"row\">" + escape_html(label) + "</th><td>" + escape_html(shown) +
+         "</td></tr>";
 }
 
 /// Known keys in the order of the wordings, then the others.
@@ -134,12 +135,37 @@ std::string rows(const std::string& prefix, const ordered_json& object) {
     const std::string_view key = wording.key;
     if (!key.starts_with(prefix + ".")) continue;
     const std::string name(key.substr(prefix.size() + 1));
-    if (object.contains(name)) out += row(prefix, name, object[name]);
+    if (object.contains(name) && object[name].is_primitive())
+      out += row(prefix, name, object[name]);
   }
   for (const auto& [key, value] : object.items())
     if (value.is_primitive() && !find_wording(std::string(prefix).append(".").append(key)))
       out += row(prefix, key, value);
   return out;
+}
+
+std::string stage_row(const std::string& name, const ordered_json& stage) {
+  const auto number = [&](const char* key, int decimals, const char* unit) -> std::string {
+    const bool has = stage.contains(key) && stage[key].is_number();
+    return "<td>" + (has ? fixed_text(stage[key].get<double>(), decimals) + unit : "–") + "</td>";
+  };
+  return "<tr><th scope=\"row\">" + escape_html(name) + "</th><td>" +
+         escape_html(stage.contains("status") ? value_text(stage["status"], 0) : "–") + "</td>" +
+         number("seconds", 1, " s") + number("peak_memory_mib", 0, " MiB") + "</tr>";
+}
+
+/// The stages in the order in which they run, then any others.
+std::string stage_rows(const ordered_json& stages) {
+  constexpr std::array kOrder{"segmentation", "centerline", "meshing", "simulation", "report"};
+  std::string body =
+      "<tr><th scope=\"col\">Stage</th><th scope=\"col\">Status</th><th scope=\"col\">Time</th>"
+      "<th scope=\"col\">Peak memory</th></tr>";
+  for (const char* name : kOrder)
+    if (stages.contains(name) && stages[name].is_object()) body += stage_row(name, stages[name]);
+  for (const auto& [name, stage] : stages.items())
+    if (stage.is_object() && std::find(kOrder.begin(), kOrder.end(), name) == kOrder.end())
+      body += stage_row(name, stage);
+  return body;
 }
 
 std::string table(const std::string& title, const std::string& body) {
@@ -161,7 +187,8 @@ std::string shown(const std::optional<double>& value, int decimals, const char* 
 std::string change(const std::optional<double>& before, const std::optional<double>& after,
                    int decimals, const char* unit) {
   if (!before && !after) return "–";
-  return shown(before, decimals, "") + " → " + shown(after, decimals, "") + unit;
+  if (!after) return shown(before, decimals, unit);
+  return shown(before, decimals, "") + " → " + shown(after, decimals, unit);
 }
 
 }  // namespace
@@ -225,26 +252,15 @@ std::string headline_cards(const Metrics& metrics) {
 
 std::string run_tables(const std::string& json) {
   const ordered_json run = parse_object(json, "run.json");
-  std::string out = table("Run", rows("run", run));
-  if (run.contains("stages") && run["stages"].is_object()) {
-    std::string body =
-        "<tr><th scope=\"col\">Stage</th><th scope=\"col\">Status</th><th scope=\"col\">Time</th>"
-        "<th scope=\"col\">Peak memory</th></tr>";
-    for (const auto& [name, stage] : run["stages"].items()) {
-      if (!stage.is_object()) continue;
-      body += "<tr><th scope=\"row\">" + escape_html(name) + "</th><td>" +
-              escape_html(stage.contains("status") ? value_text(stage["status"], 0) : "–") +
-              "</td>";
-      for (const auto& [key, unit, decimals] :
-           {std::tuple{"seconds", " s", 1}, std::tuple{"peak_memory_mib", " MiB", 0}}) {
-        const bool has = stage.contains(key) && stage[key].is_number();
-        body += "<td class=\"number\">" +
-                (has ? fixed_text(stage[key].get<double>(), decimals) + unit : "–") + "</td>";
-      }
-      body += "</tr>";
-    }
-    out += table("Stages", body);
+  ordered_json flat = ordered_json::object();
+  for (const auto& [key, value] : run.items()) {
+    if (!value.is_object()) flat[key] = value;
+    if (value.is_object() && key != "stages")
+      for (const auto& [inner, inner_value] : value.items()) flat[key + "_" + inner] = inner_value;
   }
+  std::string out = table("Run", rows("run", flat));
+  if (run.contains("stages") && run["stages"].is_object())
+    out += table("Stages", stage_rows(run["stages"]));
   return out;
 }
 
