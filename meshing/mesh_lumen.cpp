@@ -2,6 +2,7 @@
 #include <cmath>
 
 #include "core/error.hpp"
+#include "meshing/detail/crossings.hpp"
 #include "meshing/detail/edge_lengths.hpp"
 #include "meshing/detail/isosurface.hpp"
 #include "meshing/detail/lumen_draft.hpp"
@@ -25,48 +26,21 @@ void check_tree(const CenterlineTree& tree) {
         "centerline again");
 }
 
-/// Halves the wanted lengths around triangles that cross.
-void refine_around(SurfaceDraft& draft, const std::vector<std::array<int, 2>>& pairs) {
-  std::vector<char> near(draft.mesh.vertices.size(), 0);
-  for (const auto& pair : pairs)
-    for (const int t : pair)
-      for (const int v : draft.mesh.triangles[std::size_t(t)]) near[std::size_t(v)] = 1;
-  const auto neighbors = vertex_neighbors(draft.mesh);
-  for (int ring = 0; ring < 3; ++ring) {
-    const std::vector<char> before = near;
-    for (std::size_t v = 0; v < near.size(); ++v)
-      for (const int u : neighbors[v]) near[v] |= before[std::size_t(u)];
-  }
-  for (std::size_t v = 0; v < near.size(); ++v)
-    if (near[v]) draft.edge_length[v] *= 0.5;
-  detail::limit_growth(draft.mesh, draft.edge_length);
-}
-
-/// Remeshes, smooths and balances; where triangles cross, tries again with finer ones.
+/// Remeshes, smooths and balances; where triangles cross, the surface is cut out and closed anew.
 void improve_surface(SurfaceDraft& draft, const SurfaceTarget& target,
-                     const LumenMeshOptions& options, const Progress& progress) {
+                     const LumenMeshOptions& options, const Progress& progress,
+                     std::vector<std::string>& warnings) {
   constexpr int kRounds = 6;
-  constexpr int kAttempts = 5;
   detail::remesh(draft, target, kRounds);
-  for (int attempt = 0; attempt < kAttempts; ++attempt) {
-    progress.report(0.6 + 0.3 * attempt / kAttempts, "smoothing");
-    SurfaceDraft smoothed = draft;
-    const double share = attempt < 2 ? 1.0 : attempt == 2 ? 0.5 : 0.0;
-    detail::smooth(smoothed, int(std::lround(share * options.smoothing_iterations)));
-    if (attempt < kAttempts - 1) detail::balance_volume(smoothed, target);
-    const auto pairs = detail::self_intersections(smoothed.mesh);
-    if (pairs.empty()) {
-      draft = std::move(smoothed);
-      return;
-    }
-    refine_around(smoothed, pairs);
-    draft.edge_length = smoothed.edge_length;
-    detail::remesh(draft, target, 2);
-  }
-  throw InternalError(
-      "the lumen's surface still crosses itself after " + std::to_string(kAttempts) +
-      " attempts (vessels that touch each other, or noise). Smooth the segmentation or mesh with "
-      "shorter edges (meshing.edges_per_circumference)");
+  progress.report(0.6, "smoothing");
+  detail::smooth(draft, int(std::lround(options.smoothing_iterations)));
+  detail::balance_volume(draft, target);
+  progress.report(0.75, "looking for crossings");
+  if (detail::self_intersections(draft.mesh).empty()) return;
+  const int count = detail::resolve_crossings(draft);
+  warnings.push_back("at " + std::to_string(count) +
+                     " places finer than the image can show, the lumen's surface crossed itself "
+                     "and was closed anew");
 }
 
 LumenMesh finish(SurfaceDraft draft, std::vector<std::string> warnings) {
@@ -115,7 +89,7 @@ LumenMesh mesh_lumen(const Volume<float>& level_set, const CenterlineTree& tree,
   detail::open_ends(draft, tree, detail::line_ends(tree), warnings);
   detail::set_edge_lengths(draft, tree, options, least_edge_length(padded.geometry), warnings);
   progress.report(0.2, "remeshing");
-  improve_surface(draft, target, options, progress);
+  improve_surface(draft, target, options, progress, warnings);
   progress.report(0.9, "caps and checks");
   LumenMesh result = finish(std::move(draft), std::move(warnings));
   progress.report(1.0);
@@ -141,7 +115,7 @@ LumenMesh mesh_lumen(const TriangleMesh& surface, const CenterlineTree& tree,
   progress.report(0.2, "remeshing");
   detail::remesh(draft, target, 2);
   detail::set_edge_lengths(draft, tree, options, 0.0, warnings);
-  improve_surface(draft, target, options, progress);
+  improve_surface(draft, target, options, progress, warnings);
   progress.report(0.9, "caps and checks");
   LumenMesh result = finish(std::move(draft), std::move(warnings));
   progress.report(1.0);

@@ -1,6 +1,6 @@
 #include <algorithm>
 #include <cmath>
-#include <limits>
+#include <optional>
 #include <string>
 
 #include "core/error.hpp"
@@ -114,28 +114,57 @@ void clear_wall(Balloon& balloon, const BalloonPlan& plan, const TriangleMesh& w
 }
 
 /// Closes the region with caps; wall triangles that a cap crosses are taken out of the region.
-detail::GapBoundary close_gap(ContactRegion& region) {
+///
+/// @return nothing if that comes to no end
+std::optional<detail::GapBoundary> close_gap(ContactRegion& region) {
   constexpr int kAttempts = 10;
   for (int attempt = 0; attempt < kAttempts; ++attempt) {
-    const auto gap = detail::close_region(region.mesh);
-    if (!gap) break;
+    auto gap = detail::close_region(region.mesh);
+    if (!gap) return std::nullopt;
     const auto pairs = detail::self_intersections(gap->shell);
-    if (pairs.empty()) return *gap;
+    if (pairs.empty()) return gap;
+    std::vector<char> touched(region.mesh.vertices.size(), 0);
     std::vector<char> remove(region.mesh.triangles.size(), 0);
     for (const auto& pair : pairs)
-      for (const int t : pair)
-        if (t < gap->cap_first) {
+      for (const int t : pair) {
+        if (t < gap->cap_first)
           remove[std::size_t(t)] = 1;
-        } else {  // of a cap, the wall's triangles around its corners
-          for (std::size_t r = 0; r < remove.size(); ++r)
-            for (const int v : region.mesh.triangles[r])
-              for (const int corner : gap->shell.triangles[std::size_t(t)])
-                if (v == corner) remove[r] = 1;
-        }
+        else  // of a cap, the wall's triangles around its corners
+          for (const int v : gap->shell.triangles[std::size_t(t)]) touched[std::size_t(v)] = 1;
+      }
+    for (std::size_t t = 0; t < remove.size(); ++t)
+      for (const int v : region.mesh.triangles[t])
+        if (touched[std::size_t(v)]) remove[t] = 1;
     region = detail::without_triangles(region, remove);
-    if (region.mesh.triangles.empty()) break;
+    if (region.mesh.triangles.empty()) return std::nullopt;
   }
-  throw InternalError("the ends of the contact region could not be closed");
+  return std::nullopt;
+}
+
+struct ClosedRegion {
+  ContactRegion region;
+  detail::GapBoundary gap;
+};
+/// The wall around the balloon, from about a diameter before it to a diameter past it; further
+/// where the ends there could not be closed clear of the balloon.
+ClosedRegion find_region(const LumenMesh& lumen, const CenterlineTree& tree,
+                         const CenterlinePath& path, const Balloon& balloon) {
+  const std::size_t last_vertex = balloon.start.vertices.size() - 1;
+  const double first_pole = project(path, balloon.start.vertices[last_vertex - 1]);
+  const double last_pole = project(path, balloon.start.vertices[last_vertex]);
+  for (const double diameters : {1.0, 1.4, 0.7, 2.0, 3.0}) {
+    const detail::RegionExtent extent{
+        &path, first_pole - diameters * 2.0 * sample(path, first_pole).inscribed_radius,
+        last_pole + diameters * 2.0 * sample(path, last_pole).inscribed_radius};
+    ContactRegion region = detail::extract_region(lumen.open, tree, extent, balloon.guidewire);
+    const auto gap = close_gap(region);
+    if (gap && count_intersections(balloon.start, gap->shell) == 0)
+      return {std::move(region), *gap};
+  }
+  throw InternalError(
+      "the ends of the wall around the balloon could not be closed clear of the balloon (a branch "
+      "or a kink lies there). Move the balloon along the line or make it shorter "
+      "(meshing.length_mm)");
 }
 
 }  // namespace
@@ -159,21 +188,12 @@ BalloonSetup place_balloon(const LumenMesh& lumen, const CenterlineTree& tree,
   clear_wall(setup.balloon, plan, lumen.open);
 
   progress.report(0.3, "contact region");
-  const Vec3 proximal = setup.balloon.start.vertices[setup.balloon.start.vertices.size() - 2];
-  const Vec3 distal = setup.balloon.start.vertices.back();
-  const double first_pole = project(path, proximal);
-  const double last_pole = project(path, distal);
-  const detail::RegionExtent extent{&path,
-                                    first_pole - 2.0 * sample(path, first_pole).inscribed_radius,
-                                    last_pole + 2.0 * sample(path, last_pole).inscribed_radius};
-  setup.region = detail::extract_region(lumen.open, tree, extent, setup.balloon.guidewire);
-  const detail::GapBoundary gap = close_gap(setup.region);
-  if (count_intersections(setup.balloon.start, gap.shell) > 0)
-    throw InternalError("the balloon crosses an end of the contact region");
+  ClosedRegion closed = find_region(lumen, tree, path, setup.balloon);
+  setup.region = std::move(closed.region);
 
   progress.report(0.6, "air mesh");
   const Vec3 hole = setup.balloon.guidewire[setup.balloon.guidewire.size() / 2];
-  detail::GapMesh air = detail::mesh_gap(setup.balloon.start, gap, hole);
+  detail::GapMesh air = detail::mesh_gap(setup.balloon.start, closed.gap, hole);
   setup.air.tets = std::move(air.tets);
   setup.warnings.insert(setup.warnings.end(), air.warnings.begin(), air.warnings.end());
   progress.report(1.0);

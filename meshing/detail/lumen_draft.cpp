@@ -165,24 +165,30 @@ SurfaceDraft repaired_draft(const TriangleMesh& surface, const CenterlineTree& t
 void open_ends(SurfaceDraft& draft, const CenterlineTree& tree, const std::vector<LineEnd>& ends,
                std::vector<std::string>& warnings) {
   draft.rim_planes.resize(ends.size());
+  std::vector<Vec3> tips;
+  for (const LineEnd& end : ends) tips.push_back(end.tip);
+  const TriangleMesh whole = std::move(draft.mesh);
+  EndOpener opener(whole, tips);
+  std::string closed;
   for (std::size_t e = 0; e < ends.size(); ++e) {
     if (std::find(draft.rim.begin(), draft.rim.end(), int(e)) != draft.rim.end()) continue;
-    std::vector<Vec3> keep;
-    for (std::size_t other = 0; other < ends.size(); ++other)
-      if (other != e) keep.push_back(ends[other].tip);
     const double inset = full_width_inset(tree, ends[e]);
     bool done = false;
     for (const double factor : {1.0, 1.4, 0.7, 2.0, 0.4, 3.0, 4.0, 0.1}) {
-      const Plane plane = plane_near_end(tree, ends[e], factor * inset);
-      draft.rim_planes[e] = plane;
-      done = open_end(draft.mesh, draft.rim, plane, ends[e].radius, int(e), keep);
+      draft.rim_planes[e] = plane_near_end(tree, ends[e], factor * inset);
+      done = opener.open(draft.rim_planes[e], ends[e].radius, int(e));
       if (done) break;
     }
     if (!done)
-      warnings.push_back((e == 0 ? std::string("the inlet") : "outlet " + std::to_string(e)) +
-                         " could not be opened (no plane across the line's end has a closed "
-                         "section there); it stays closed");
+      closed += (closed.empty() ? "" : ", ") +
+                (e == 0 ? std::string("the inlet") : "outlet " + std::to_string(e));
   }
+  opener.apply(draft.mesh, draft.rim);
+  if (!closed.empty())
+    warnings.push_back(
+        "these ends of lines stay closed, because no section across the line there "
+        "separates the vessel's end from the rest: " +
+        closed);
 }
 
 }  // namespace angio::meshing::detail

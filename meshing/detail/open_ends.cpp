@@ -5,6 +5,7 @@
 #include <limits>
 #include <map>
 #include <numbers>
+#include <set>
 
 #include "core/error.hpp"
 #include "meshing/detail/surface_query.hpp"
@@ -19,79 +20,6 @@ double abscissa_inside(const CenterlinePath& path, const LineEnd& end, double in
   return std::clamp(end.at_inlet ? first + inset : last - inset, first, last);
 }
 
-/// The crossing of a mesh's edges with a plane, as chains of crossed triangles.
-class PlaneSection {
- public:
-  PlaneSection(const TriangleMesh& mesh, const Plane& plane) : mesh_(mesh) {
-    side_.reserve(mesh.vertices.size());
-    for (const Vec3& p : mesh.vertices) {
-      const double d = plane.signed_distance(p);
-      side_.push_back(std::abs(d) < 1e-9 ? 1e-9 : d);  // no vertex lies on the plane
-    }
-    for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
-      for (std::size_t c = 0; c < 3; ++c) {
-        const int a = mesh.triangles[t][c];
-        const int b = mesh.triangles[t][(c + 1) % 3];
-        if (beyond(a) || !beyond(b)) continue;
-        // Each crossed triangle has one edge that leaves and one that enters.
-        leaving_[{std::min(a, b), std::max(a, b)}] = int(t);
-      }
-  }
-
-  [[nodiscard]] bool beyond(int v) const { return side_[std::size_t(v)] > 0.0; }
-  [[nodiscard]] Vec3 crossing(int a, int b) const {
-    if (a > b) std::swap(a, b);
-    const double da = side_[std::size_t(a)];
-    const double db = side_[std::size_t(b)];
-    return mesh_.vertices[std::size_t(a)] +
-           (da / (da - db)) * (mesh_.vertices[std::size_t(b)] - mesh_.vertices[std::size_t(a)]);
-  }
-
-  struct Loop {
-    std::vector<int> triangles;
-    std::vector<Vec3> points;
-  };
-  /// The closed sections; chains that end at a border are left out.
-  [[nodiscard]] std::vector<Loop> loops() const {
-    std::map<int, std::array<int, 2>> edge_of;  // leaving edge of each crossed triangle
-    for (const auto& [edge, t] : leaving_) edge_of[t] = edge;
-    std::vector<Loop> loops;
-    while (!edge_of.empty()) {
-      Loop loop;
-      const int first = edge_of.begin()->first;
-      int t = first;
-      bool closed = false;
-      for (auto at = edge_of.find(t); at != edge_of.end(); at = edge_of.find(t)) {
-        loop.triangles.push_back(t);
-        loop.points.push_back(crossing(at->second[0], at->second[1]));
-        edge_of.erase(at);
-        t = triangle_across_entering_edge(t);
-        if (t == first) closed = true;
-      }
-      if (closed) loops.push_back(std::move(loop));
-    }
-    return loops;
-  }
-
- private:
-  /// The neighbour that leaves through the edge by which triangle t enters.
-  [[nodiscard]] int triangle_across_entering_edge(int t) const {
-    const Triangle& corners = mesh_.triangles[std::size_t(t)];
-    for (std::size_t c = 0; c < 3; ++c) {
-      const int a = corners[c];
-      const int b = corners[(c + 1) % 3];
-      if (!beyond(a) || beyond(b)) continue;
-      const auto found = leaving_.find({std::min(a, b), std::max(a, b)});
-      return found == leaving_.end() ? -1 : found->second;
-    }
-    return -1;
-  }
-
-  const TriangleMesh& mesh_;
-  std::vector<double> side_;
-  std::map<std::array<int, 2>, int> leaving_;
-};
-
 /// How often a loop in a plane turns around the plane's origin (0: the origin lies outside).
 int winding_number(const std::vector<Vec3>& points, const Plane& plane) {
   double angle = 0.0;
@@ -103,33 +31,8 @@ int winding_number(const std::vector<Vec3>& points, const Plane& plane) {
   return int(std::lround(angle / (2.0 * std::numbers::pi)));
 }
 
-/// Vertices beyond the plane that hang on the loop's far side.
-std::vector<char> cut_off_part(const TriangleMesh& mesh, const PlaneSection& section,
-                               const PlaneSection::Loop& loop) {
-  std::vector<char> crossed(mesh.triangles.size(), 0);
-  for (const int t : loop.triangles) crossed[std::size_t(t)] = 1;
-  std::vector<std::vector<int>> triangles_of(mesh.vertices.size());
-  for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
-    if (!crossed[t])
-      for (const int v : mesh.triangles[t]) triangles_of[std::size_t(v)].push_back(int(t));
-  std::vector<char> gone(mesh.vertices.size(), 0);
-  std::vector<int> stack;
-  const auto visit = [&](int v) {
-    if (gone[std::size_t(v)]) return;
-    gone[std::size_t(v)] = 1;
-    stack.push_back(v);
-  };
-  for (const int t : loop.triangles)
-    for (const int v : mesh.triangles[std::size_t(t)])
-      if (section.beyond(v)) visit(v);
-  while (!stack.empty()) {
-    const int v = stack.back();
-    stack.pop_back();
-    for (const int t : triangles_of[std::size_t(v)])
-      for (const int u : mesh.triangles[std::size_t(t)]) visit(u);
-  }
-  return gone;
-}
+using EdgeKey = std::array<int, 2>;
+EdgeKey edge_key(int a, int b) { return {std::min(a, b), std::max(a, b)}; }
 
 int nearest_vertex(const TriangleMesh& mesh, const Vec3& point) {
   int best = 0;
@@ -141,55 +44,6 @@ int nearest_vertex(const TriangleMesh& mesh, const Vec3& point) {
     best = int(v);
   }
   return best;
-}
-
-/// Rebuilds the mesh without the part that is gone; crossed triangles keep their near piece.
-void rebuild(TriangleMesh& mesh, std::vector<int>& rim, const PlaneSection& section,
-             const PlaneSection::Loop& loop, const std::vector<char>& gone, int rim_index) {
-  std::vector<char> crossed(mesh.triangles.size(), 0);
-  for (const int t : loop.triangles) crossed[std::size_t(t)] = 1;
-  TriangleMesh result;
-  std::vector<int> result_rim;
-  std::vector<int> index(mesh.vertices.size(), -1);
-  std::map<std::array<int, 2>, int> cut_index;
-  const auto old_vertex = [&](int v) {
-    int& at = index[std::size_t(v)];
-    if (at < 0) {
-      at = int(result.vertices.size());
-      result.vertices.push_back(mesh.vertices[std::size_t(v)]);
-      result_rim.push_back(rim[std::size_t(v)]);
-    }
-    return at;
-  };
-  const auto cut_vertex = [&](int a, int b) {
-    const auto [at, is_new] =
-        cut_index.try_emplace({std::min(a, b), std::max(a, b)}, int(result.vertices.size()));
-    if (is_new) {
-      result.vertices.push_back(section.crossing(a, b));
-      result_rim.push_back(rim_index);
-    }
-    return at->second;
-  };
-  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
-    const Triangle& corners = mesh.triangles[t];
-    if (!crossed[t]) {
-      if (gone[std::size_t(corners[0])]) continue;
-      result.triangles.push_back(
-          {old_vertex(corners[0]), old_vertex(corners[1]), old_vertex(corners[2])});
-      continue;
-    }
-    std::vector<int> polygon;
-    for (std::size_t c = 0; c < 3; ++c) {
-      const int a = corners[c];
-      const int b = corners[(c + 1) % 3];
-      if (!section.beyond(a)) polygon.push_back(old_vertex(a));
-      if (section.beyond(a) != section.beyond(b)) polygon.push_back(cut_vertex(a, b));
-    }
-    for (std::size_t c = 1; c + 1 < polygon.size(); ++c)
-      result.triangles.push_back({polygon[0], polygon[c], polygon[c + 1]});
-  }
-  mesh = std::move(result);
-  rim = std::move(result_rim);
 }
 
 }  // namespace
@@ -243,25 +97,175 @@ double full_width_inset(const CenterlineTree& tree, const LineEnd& end) {
   return end.radius;
 }
 
-bool open_end(TriangleMesh& mesh, std::vector<int>& rim, const Plane& plane, double radius,
-              int rim_index, const std::vector<Vec3>& keep) {
-  const PlaneSection section(mesh, plane);
-  for (const PlaneSection::Loop& loop : section.loops()) {
+EndOpener::EndOpener(const TriangleMesh& mesh, const std::vector<Vec3>& tips)
+    : mesh_(mesh),
+      first_triangle_(mesh.vertices.size() + 1, 0),
+      cut_of_(mesh.triangles.size(), -1),
+      gone_(mesh.vertices.size(), 0) {
+  for (const Triangle& t : mesh.triangles)
+    for (const int v : t) ++first_triangle_[std::size_t(v) + 1];
+  for (std::size_t v = 0; v < mesh.vertices.size(); ++v)
+    first_triangle_[v + 1] += first_triangle_[v];
+  triangles_around_.resize(3 * mesh.triangles.size());
+  std::vector<int> next(first_triangle_.begin(), first_triangle_.end() - 1);
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
+    for (const int v : mesh.triangles[t])
+      triangles_around_[std::size_t(next[std::size_t(v)]++)] = int(t);
+  for (const Vec3& tip : tips) tip_vertex_.push_back(nearest_vertex(mesh, tip));
+}
+
+double EndOpener::side(const Plane& plane, int v) const {
+  const double d = plane.signed_distance(mesh_.vertices[std::size_t(v)]);
+  return std::abs(d) < 1e-9 ? 1e-9 : d;  // no vertex lies on the plane
+}
+
+Vec3 EndOpener::crossing(const Plane& plane, int a, int b) const {
+  if (a > b) std::swap(a, b);  // both triangles of an edge get the same bits
+  const double da = side(plane, a);
+  const double db = side(plane, b);
+  return mesh_.vertices[std::size_t(a)] +
+         (da / (da - db)) * (mesh_.vertices[std::size_t(b)] - mesh_.vertices[std::size_t(a)]);
+}
+
+std::vector<EndOpener::Loop> EndOpener::sections(const Plane& plane, double reach) const {
+  std::map<EdgeKey, int> leaving;  // edge by which a crossed triangle leaves for the far side
+  std::map<int, EdgeKey> edge_of;
+  for (std::size_t v = 0; v < mesh_.vertices.size(); ++v) {
+    if (norm_squared(mesh_.vertices[v] - plane.origin) > reach * reach) continue;
+    for (int i = first_triangle_[v]; i < first_triangle_[v + 1]; ++i) {
+      const int t = triangles_around_[std::size_t(i)];
+      const Triangle& corners = mesh_.triangles[std::size_t(t)];
+      for (std::size_t c = 0; c < 3; ++c) {
+        const int a = corners[c];
+        const int b = corners[(c + 1) % 3];
+        if (side(plane, a) > 0.0 || side(plane, b) < 0.0) continue;
+        leaving[edge_key(a, b)] = t;
+        edge_of[t] = edge_key(a, b);
+      }
+    }
+  }
+  const auto next_triangle = [&](int t) {  // across the edge by which t enters
+    const Triangle& corners = mesh_.triangles[std::size_t(t)];
+    for (std::size_t c = 0; c < 3; ++c) {
+      const int a = corners[c];
+      const int b = corners[(c + 1) % 3];
+      if (side(plane, a) < 0.0 || side(plane, b) > 0.0) continue;
+      const auto found = leaving.find(edge_key(a, b));
+      return found == leaving.end() ? -1 : found->second;
+    }
+    return -1;
+  };
+  std::vector<Loop> loops;
+  while (!edge_of.empty()) {
+    Loop loop;
+    const int first = edge_of.begin()->first;
+    int t = first;
+    for (auto at = edge_of.find(t); at != edge_of.end(); at = edge_of.find(t)) {
+      loop.triangles.push_back(t);
+      loop.points.push_back(crossing(plane, at->second[0], at->second[1]));
+      edge_of.erase(at);
+      t = next_triangle(t);
+    }
+    if (t == first) loops.push_back(std::move(loop));  // else it ends at a border
+  }
+  return loops;
+}
+
+std::vector<int> EndOpener::part_beyond(const Plane& plane, const Loop& loop) const {
+  std::set<int> crossed(loop.triangles.begin(), loop.triangles.end());
+  std::set<int> near;
+  std::vector<int> part;
+  std::set<int> seen;
+  const auto visit = [&](int v) {
+    if (seen.insert(v).second) part.push_back(v);
+  };
+  for (const int t : loop.triangles) {
+    if (cut_of_[std::size_t(t)] >= 0) return {};
+    for (const int v : mesh_.triangles[std::size_t(t)]) {
+      if (side(plane, v) > 0.0)
+        visit(v);
+      else
+        near.insert(v);
+    }
+  }
+  for (std::size_t i = 0; i < part.size(); ++i) {
+    const int v = part[i];
+    // Leading back to the near side, or into another cut, it separates nothing.
+    if (near.contains(v) || gone_[std::size_t(v)] || part.size() > mesh_.vertices.size() / 2)
+      return {};
+    for (int k = first_triangle_[std::size_t(v)]; k < first_triangle_[std::size_t(v) + 1]; ++k) {
+      const int t = triangles_around_[std::size_t(k)];
+      if (cut_of_[std::size_t(t)] >= 0) return {};
+      if (crossed.contains(t)) continue;
+      for (const int u : mesh_.triangles[std::size_t(t)]) visit(u);
+    }
+  }
+  return part;
+}
+
+bool EndOpener::open(const Plane& plane, double radius, int end) {
+  constexpr double kReach = 4.0;  // radii; a wider section is not that of this vessel
+  for (const Loop& loop : sections(plane, (kReach + 1.0) * radius)) {
     if (winding_number(loop.points, plane) == 0) continue;
     double reach = 0.0;
     for (const Vec3& p : loop.points) reach = std::max(reach, distance(p, plane.origin));
-    if (reach > 4.0 * radius) continue;
-    const std::vector<char> gone = cut_off_part(mesh, section, loop);
-    bool sound = true;
-    for (const int t : loop.triangles)  // the far side must not lead back to the near side
-      for (const int v : mesh.triangles[std::size_t(t)])
-        sound &= section.beyond(v) || !gone[std::size_t(v)];
-    for (const Vec3& p : keep) sound &= !gone[std::size_t(nearest_vertex(mesh, p))];
+    if (reach > kReach * radius) continue;
+    const std::vector<int> part = part_beyond(plane, loop);
+    bool sound = !part.empty();
+    const std::set<int> lost(part.begin(), part.end());
+    for (std::size_t tip = 0; tip < tip_vertex_.size(); ++tip)
+      sound = sound && (int(tip) == end || !lost.contains(tip_vertex_[tip]));
     if (!sound) continue;
-    rebuild(mesh, rim, section, loop, gone, rim_index);
+    for (const int v : part) gone_[std::size_t(v)] = 1;
+    for (const int t : loop.triangles) cut_of_[std::size_t(t)] = int(cuts_.size());
+    cuts_.push_back({plane, end});
     return true;
   }
   return false;
+}
+
+void EndOpener::apply(TriangleMesh& mesh, std::vector<int>& rim) const {
+  TriangleMesh result;
+  std::vector<int> result_rim;
+  std::vector<int> index(mesh_.vertices.size(), -1);
+  std::map<EdgeKey, int> cut_index;
+  const auto old_vertex = [&](int v) {
+    int& at = index[std::size_t(v)];
+    if (at < 0) {
+      at = int(result.vertices.size());
+      result.vertices.push_back(mesh_.vertices[std::size_t(v)]);
+      result_rim.push_back(rim[std::size_t(v)]);
+    }
+    return at;
+  };
+  for (std::size_t t = 0; t < mesh_.triangles.size(); ++t) {
+    const Triangle& corners = mesh_.triangles[t];
+    if (cut_of_[t] < 0) {
+      if (gone_[std::size_t(corners[0])]) continue;
+      result.triangles.push_back(
+          {old_vertex(corners[0]), old_vertex(corners[1]), old_vertex(corners[2])});
+      continue;
+    }
+    const Cut& cut = cuts_[std::size_t(cut_of_[t])];
+    std::vector<int> polygon;  // the near piece of a crossed triangle
+    for (std::size_t c = 0; c < 3; ++c) {
+      const int a = corners[c];
+      const int b = corners[(c + 1) % 3];
+      const bool far_a = side(cut.plane, a) > 0.0;
+      if (!far_a) polygon.push_back(old_vertex(a));
+      if (far_a == (side(cut.plane, b) > 0.0)) continue;
+      const auto [at, is_new] = cut_index.try_emplace(edge_key(a, b), int(result.vertices.size()));
+      if (is_new) {
+        result.vertices.push_back(crossing(cut.plane, a, b));
+        result_rim.push_back(cut.end);
+      }
+      polygon.push_back(at->second);
+    }
+    for (std::size_t c = 1; c + 1 < polygon.size(); ++c)
+      result.triangles.push_back({polygon[0], polygon[c], polygon[c + 1]});
+  }
+  mesh = std::move(result);
+  rim = std::move(result_rim);
 }
 
 CappedMesh cap_rims(const TriangleMesh& open, const std::vector<int>& rim) {

@@ -1,7 +1,5 @@
 #pragma once
 
-#include <optional>
-#include <string>
 #include <vector>
 
 #include "core/centerline.hpp"
@@ -26,16 +24,47 @@ Plane plane_near_end(const CenterlineTree& tree, const LineEnd& end, double inse
 /// no longer shrinks into a rounded or blind tip, at least a quarter of a radius.
 double full_width_inset(const CenterlineTree& tree, const LineEnd& end);
 
-/// Cuts an open end: the triangles beyond the section of the plane around its origin go, and only
-/// they; other branches that the plane meets stay whole.
-///
-/// @param rim         per vertex, -1 or the rim it belongs to; grows with the mesh
-/// @param rim_index   given to the new rim's vertices
-/// @param keep        a point of the lumen that must not be cut off, usually other line ends
-/// @return false, with nothing changed, if the plane has no closed section there or would cut off
-///         a part that is to be kept
-bool open_end(TriangleMesh& mesh, std::vector<int>& rim, const Plane& plane, double radius,
-              int rim_index, const std::vector<Vec3>& keep);
+/// Cuts vessels open near line ends: what lies beyond the section of a plane around its origin
+/// goes, and only that; other branches that the plane meets stay whole.
+class EndOpener {
+ public:
+  /// @param mesh  must outlive the opener and not change
+  /// @param tips  line ends; no cut but its own takes a tip away
+  EndOpener(const TriangleMesh& mesh, const std::vector<Vec3>& tips);
+
+  /// Plans a cut. @return false, with nothing planned, if the plane has no closed section there or
+  /// would take away what has to stay
+  ///
+  /// @param radius  of the lumen there [mm]
+  /// @param end     index in `tips`; becomes the rim's index
+  bool open(const Plane& plane, double radius, int end);
+
+  /// Carries out the cuts. @param rim  per vertex, -1 or the rim it belongs to; follows the mesh
+  void apply(TriangleMesh& mesh, std::vector<int>& rim) const;
+
+ private:
+  struct Loop {
+    std::vector<int> triangles;
+    std::vector<Vec3> points;
+  };
+  struct Cut {
+    Plane plane;
+    int end;
+  };
+  [[nodiscard]] double side(const Plane& plane, int v) const;
+  [[nodiscard]] Vec3 crossing(const Plane& plane, int a, int b) const;
+  [[nodiscard]] std::vector<Loop> sections(const Plane& plane, double reach) const;
+  /// Vertices on the far side of a section; none if it separates nothing.
+  [[nodiscard]] std::vector<int> part_beyond(const Plane& plane, const Loop& loop) const;
+
+  const TriangleMesh& mesh_;
+  std::vector<int> first_triangle_;    ///< shape [vertex_count + 1], into triangles_around_
+  std::vector<int> triangles_around_;  ///< of each vertex
+  std::vector<int> tip_vertex_;        ///< nearest to each tip
+  std::vector<int> cut_of_;            ///< per triangle, -1: not crossed
+  std::vector<char> gone_;             ///< per vertex
+  std::vector<Cut> cuts_;
+};
 
 /// A copy closed by a flat cap over each rim, with one new vertex inside each cap.
 struct CappedMesh {

@@ -24,21 +24,8 @@ constexpr double kGoodAngle = 30.0;  // [degrees] below it, the last rounds try 
 
 class Remesher {
  public:
-  Remesher(SurfaceDraft& draft, const SurfaceTarget& target) : draft_(draft), target_(target) {
-    for (const Vec3& p : draft.mesh.vertices) mesh_.add_vertex(to_point(p));
-    for (const Triangle& t : draft.mesh.triangles)
-      if (mesh_.add_face(Vertex(unsigned(t[0])), Vertex(unsigned(t[1])), Vertex(unsigned(t[2]))) ==
-          Mesh::null_face())
-        throw InternalError("remeshing got a surface that is not manifold");
-    length_ = mesh_.add_property_map<Vertex, double>("v:length", 0.0).first;
-    rim_ = mesh_.add_property_map<Vertex, int>("v:rim", -1).first;
-    normal_ = mesh_.add_property_map<Vertex, Vec3>("v:normal_lps", Vec3{}).first;
-    for (const Vertex v : mesh_.vertices()) {
-      length_[v] = draft.edge_length[v.idx()];
-      rim_[v] = draft.rim[v.idx()];
-      normal_[v] = target.evaluate(position(v)).normal;
-    }
-  }
+  Remesher(SurfaceDraft& draft, const SurfaceTarget& target) : Remesher(draft, &target, {}) {}
+  Remesher(SurfaceDraft& draft, const std::vector<char>& loose) : Remesher(draft, nullptr, loose) {}
 
   void run(int round_count) {
     collapse_short_edges();  // the raw surface is far too fine; thin it before anything else
@@ -62,6 +49,40 @@ class Remesher {
  private:
   using FlipRule = bool (Remesher::*)(Halfedge) const;
 
+  Remesher(SurfaceDraft& draft, const SurfaceTarget* target, const std::vector<char>& loose)
+      : draft_(draft), target_(target) {
+    for (const Vec3& p : draft.mesh.vertices) mesh_.add_vertex(to_point(p));
+    for (const Triangle& t : draft.mesh.triangles)
+      if (mesh_.add_face(Vertex(unsigned(t[0])), Vertex(unsigned(t[1])), Vertex(unsigned(t[2]))) ==
+          Mesh::null_face())
+        throw InternalError("remeshing got a surface that is not manifold");
+    length_ = mesh_.add_property_map<Vertex, double>("v:length", 0.0).first;
+    rim_ = mesh_.add_property_map<Vertex, int>("v:rim", -1).first;
+    free_ = mesh_.add_property_map<Vertex, char>("v:free", 1).first;
+    normal_ = mesh_.add_property_map<Vertex, Vec3>("v:normal_lps", Vec3{}).first;
+    for (const Vertex v : mesh_.vertices()) {
+      length_[v] = draft.edge_length[v.idx()];
+      rim_[v] = draft.rim[v.idx()];
+      if (!target) free_[v] = loose[v.idx()];
+    }
+    for (const Vertex v : mesh_.vertices()) normal_[v] = normal_at(v, position(v));
+  }
+
+  /// Of the target; of the surface itself where there is none.
+  [[nodiscard]] Vec3 normal_at(Vertex v, const Vec3& place) const {
+    if (target_) return target_->evaluate(place).normal;
+    Vec3 sum;
+    for (const Halfedge h : CGAL::halfedges_around_target(v, mesh_)) {
+      if (mesh_.is_border(h)) continue;
+      const Vec3 next = position(mesh_.target(mesh_.next(h)));
+      sum += cross(next - place, position(mesh_.source(h)) - place);
+    }
+    return normalized(sum);
+  }
+
+  [[nodiscard]] bool is_free(Edge e) const {
+    return free_[mesh_.vertex(e, 0)] || free_[mesh_.vertex(e, 1)];
+  }
   static Mesh::Point to_point(const Vec3& p) { return {p.x, p.y, p.z}; }
   [[nodiscard]] Vec3 position(Vertex v) const {
     const Mesh::Point& p = mesh_.point(v);
@@ -76,7 +97,7 @@ class Remesher {
   [[nodiscard]] std::vector<Edge> edges_where(auto&& condition) const {
     std::vector<Edge> edges;
     for (const Edge e : mesh_.edges())
-      if (condition(e)) edges.push_back(e);
+      if (is_free(e) && condition(e)) edges.push_back(e);
     return edges;
   }
 
@@ -108,6 +129,7 @@ class Remesher {
     mesh_.point(v) = to_point(middle);
     length_[v] = wanted;
     rim_[v] = rim;
+    free_[v] = 1;
     normal_[v] = normalized(normal_[a] + normal_[b]);
     if (!mesh_.is_border(incoming))
       CGAL::Euler::split_face(incoming, mesh_.next(mesh_.next(incoming)), mesh_);
@@ -157,14 +179,17 @@ class Remesher {
     const Vertex a = mesh_.source(h);
     const Vertex b = mesh_.target(h);
     if (rim_[a] >= 0 && rim_[b] >= 0 && !mesh_.is_border(e)) return false;
+    const bool stays_a = rim_[a] >= 0 || !free_[a];
+    const bool stays_b = rim_[b] >= 0 || !free_[b];
+    if (stays_a && stays_b && !(free_[a] && free_[b])) return false;
     if (!CGAL::Euler::does_satisfy_link_condition(e, mesh_)) return false;
     if (mesh_.is_border(e) && border_length_at_most(h, 6)) return false;
     const Vec3 pa = position(a);
     const Vec3 pb = position(b);
     std::vector<Vec3> places;
-    if (rim_[a] >= 0 && rim_[b] < 0)
+    if (stays_a && !stays_b)
       places = {pa};
-    else if (rim_[b] >= 0 && rim_[a] < 0)
+    else if (stays_b && !stays_a)
       places = {pb};
     else
       places = {0.5 * (pa + pb), pa, pb};
@@ -175,10 +200,12 @@ class Remesher {
           !star_stays_good(b, a, place, normal, length_limit))
         continue;
       const int rim = std::max(rim_[a], rim_[b]);
+      const char is_free_after = free_[a] && free_[b];
       const Vertex kept = CGAL::Euler::collapse_edge(e, mesh_);
       mesh_.point(kept) = to_point(place);
       length_[kept] = wanted;
       rim_[kept] = rim;
+      free_[kept] = is_free_after;
       normal_[kept] = normal;
       return true;
     }
@@ -221,7 +248,7 @@ class Remesher {
     for (int sweep = 0; sweep < 3; ++sweep) {
       int done = 0;
       for (const Edge e : mesh_.edges()) {
-        if (mesh_.is_border(e)) continue;
+        if (mesh_.is_border(e) || !is_free(e)) continue;
         const Halfedge h = mesh_.halfedge(e);
         if (!can_flip(h) || !(this->*rule)(h)) continue;
         CGAL::Euler::flip_edge(h, mesh_);
@@ -280,12 +307,12 @@ class Remesher {
 
   void relax() {
     for (const Vertex v : mesh_.vertices()) {
-      if (mesh_.is_isolated(v)) continue;
+      if (mesh_.is_isolated(v) || !free_[v]) continue;
       const Vec3 from = position(v);
       const Vec3 wish = rim_[v] >= 0 ? rim_wish(v) : inner_wish(v);
       for (const double part : {1.0, 0.4, 0.0}) {
         const Vec3 to = onto_target(v, from + part * (wish - from));
-        const Vec3 normal = target_.evaluate(to).normal;
+        const Vec3 normal = normal_at(v, to);
         if (!move_is_good(v, to, normal)) continue;
         mesh_.point(v) = to_point(to);
         normal_[v] = normal;
@@ -295,11 +322,12 @@ class Remesher {
   }
 
   [[nodiscard]] Vec3 onto_target(Vertex v, const Vec3& point) const {
+    if (!target_) return rim_[v] < 0 ? point : position(v);
     const double limit = 0.5 * length_[v];
-    if (rim_[v] < 0) return target_.project(point, limit);
+    if (rim_[v] < 0) return target_->project(point, limit);
     const Plane& plane = draft_.rim_planes[std::size_t(rim_[v])];
     const Vec3 flat = point - plane.signed_distance(point) * plane.normal;
-    return target_.project_in_plane(flat, plane.normal, limit);
+    return target_->project_in_plane(flat, plane.normal, limit);
   }
 
   [[nodiscard]] Vec3 inner_wish(Vertex v) const {
@@ -318,6 +346,7 @@ class Remesher {
     }
     if (!(weight_sum > 0.0)) return own;
     const Vec3 step = sum / weight_sum - own;
+    if (!target_) return own + step;  // a membrane moves along its normal as well
     return own + step - dot(step, normal_[v]) * normal_[v];
   }
 
@@ -375,11 +404,12 @@ class Remesher {
   }
 
   SurfaceDraft& draft_;
-  const SurfaceTarget& target_;
+  const SurfaceTarget* target_;  ///< none: a membrane
   Mesh mesh_;
   double kept_angle_ = 2.0;  ///< [degrees] no step goes below it but from a worse start
   Mesh::Property_map<Vertex, double> length_;
   Mesh::Property_map<Vertex, int> rim_;
+  Mesh::Property_map<Vertex, char> free_;  ///< may move
   Mesh::Property_map<Vertex, Vec3> normal_;
 };
 
@@ -411,6 +441,10 @@ double least_angle_degrees(const Vec3& a, const Vec3& b, const Vec3& c) {
 
 void remesh(SurfaceDraft& draft, const SurfaceTarget& target, int round_count) {
   Remesher(draft, target).run(round_count);
+}
+
+void remesh_membrane(SurfaceDraft& draft, const std::vector<char>& loose, int round_count) {
+  Remesher(draft, loose).run(round_count);
 }
 
 void smooth(SurfaceDraft& draft, int iteration_count) {

@@ -32,6 +32,11 @@ struct SurfaceDraft {
 /// move for the least angle; rim vertices stay in their planes.
 void remesh(SurfaceDraft& draft, const SurfaceTarget& target, int round_count);
 
+/// Remeshes some vertices only, as a membrane that need not lie on a target.
+///
+/// @param loose  per vertex; the others do not move
+void remesh_membrane(SurfaceDraft& draft, const std::vector<char>& loose, int round_count);
+
 /// Taubin's smoothing along the normals (lambda 0.5, mu -0.53): noise goes, volume stays. Rims
 /// move within their planes.
 ///
