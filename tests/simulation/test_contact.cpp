@@ -1,0 +1,172 @@
+#include <gtest/gtest.h>
+
+#include <random>
+
+#include "simulation/detail/contact_force.hpp"
+#include "simulation/detail/contact_set.hpp"
+#include "simulation/detail/distance.hpp"
+#include "simulation/detail/step_impl.hpp"
+#include "tests/simulation/models.hpp"
+
+namespace angio::simulation::detail {
+namespace {
+
+TEST(Barrier, SlopeAndCurvatureAreThoseOfTheValue) {
+  const double r = 0.03, h = 1e-7;
+  for (const double d : {0.001, 0.01, 0.02, 0.029}) {
+    const auto at = barrier(d, r), up = barrier(d + h, r), down = barrier(d - h, r);
+    EXPECT_NEAR(at.slope, (up.value - down.value) / (2 * h), 1e-6 * std::abs(at.slope) + 1e-9);
+    EXPECT_NEAR(at.curvature, (up.slope - down.slope) / (2 * h), 1e-5 * at.curvature);
+    EXPECT_LT(at.slope, 0.0);
+    EXPECT_GT(at.curvature, 0.0);
+  }
+  EXPECT_EQ(barrier(0.03, r).value, 0.0);
+  EXPECT_NEAR(barrier(0.03 - 1e-9, r).slope, 0.0, 1e-7);
+}
+
+TEST(Barrier, CarriesThePressureAtHalfTheDistance) {
+  const double pressure = 8e5, r = 0.03;
+  EXPECT_NEAR(-barrier_stiffness(pressure, r) * barrier(0.5 * r, r).slope, pressure,
+              1e-6 * pressure);
+}
+
+TEST(Friction, NeverExceedsTheLimitAndFallsToTheKineticOne) {
+  const Friction<double> f{0.3, 0.1, 1e-3};
+  double before = 0.0;
+  for (double y = 1e-6; y < 1e-2; y += 1e-6) {
+    const double mu = y * friction_per_slip(f, y);
+    EXPECT_LE(mu, 0.3 * (1 + 1e-12));
+    EXPECT_LT(std::abs(mu - before), 0.3 * 3e-3);  // no step
+    before = mu;
+  }
+  EXPECT_NEAR(f.stick_slip * friction_per_slip(f, f.stick_slip), 0.3, 1e-12);
+  EXPECT_NEAR(before, 0.1, 1e-12);
+}
+
+Vec3 random_point(std::mt19937& random) {
+  std::uniform_real_distribution<double> u(-1.0, 1.0);
+  return {u(random), u(random), u(random)};
+}
+
+double gap_of(const GapWeights<double>& g, const Vec3 (&p)[4]) {
+  Vec3 gap;
+  for (int i = 0; i < 4; ++i) gap += g.w[i] * p[i];
+  return norm(gap);
+}
+
+TEST(Distance, IsTheLeastOverSampledPoints) {
+  std::mt19937 random(3);
+  const int n = 60;
+  for (int trial = 0; trial < 200; ++trial) {
+    const Vec3 p[4] = {random_point(random), random_point(random), random_point(random),
+                       random_point(random)};
+    const GapWeights<double> face = point_triangle_gap(p[0], p[1], p[2], p[3]);
+    const GapWeights<double> edge = segment_segment_gap(p[0], p[1], p[2], p[3]);
+    double least_face = 1e9, least_edge = 1e9;
+    for (int i = 0; i <= n; ++i)
+      for (int j = 0; j <= n; ++j) {
+        const double s = double(i) / n, t = double(j) / n;
+        if (i + j <= n)
+          least_face =
+              std::min(least_face, distance(p[0], (1 - s - t) * p[1] + s * p[2] + t * p[3]));
+        least_edge =
+            std::min(least_edge, distance((1 - s) * p[0] + s * p[1], (1 - t) * p[2] + t * p[3]));
+      }
+    EXPECT_LE(gap_of(face, p), least_face + 1e-12);
+    EXPECT_LE(gap_of(edge, p), least_edge + 1e-12);
+    EXPECT_GT(gap_of(face, p), least_face - 0.06);
+    EXPECT_GT(gap_of(edge, p), least_edge - 0.06);
+    EXPECT_NEAR(face.w[0] + face.w[1] + face.w[2] + face.w[3], 0.0, 1e-12);
+    EXPECT_NEAR(edge.w[0] + edge.w[1] + edge.w[2] + edge.w[3], 0.0, 1e-12);
+  }
+}
+
+struct TubeInTube {
+  SimulationModel model;
+  Scene scene;
+  std::vector<double> area;
+
+  TubeInTube() {
+    testing::StenosedTube p;
+    p.start_radius = 0.7;
+    p.balloon_rings = 13;
+    p.balloon_around = 12;
+    p.wall_rings = 31;
+    p.wall_around = 12;
+    model = testing::make_model(p);
+    scene = make_scene(model, {});
+    area.assign(scene.start.size(), 0.1);
+  }
+};
+
+TEST(FindContacts, FindsEveryPairThatBruteForceFinds) {
+  const TubeInTube t;
+  const double reach = 0.3;
+  const ContactSet set = find_contacts(t.scene, t.scene.start, t.area, reach, 0.1);
+  int faces = 0, edges = 0;
+  const auto& x = t.scene.start;
+  const auto at = [&](int v) { return x[std::size_t(v)]; };
+  const auto near = [&](const GapWeights<double>& g, int a, int b, int c, int d) {
+    const Vec3 p[4] = {at(a), at(b), at(c), at(d)};
+    return gap_of(g, p) < reach;
+  };
+  const auto count_faces = [&](int v, const Triangle& f) {
+    faces += near(point_triangle_gap(at(v), at(f[0]), at(f[1]), at(f[2])), v, f[0], f[1], f[2]);
+  };
+  for (int v = 0; v < t.scene.balloon_count; ++v)
+    for (const Triangle& f : t.scene.wall_triangles) count_faces(v, f);
+  for (int v = t.scene.balloon_count; v < t.scene.vertex_count(); ++v)
+    for (const Triangle& f : t.scene.balloon_triangles) count_faces(v, f);
+  for (const Edge& a : t.scene.balloon_edges)
+    for (const Edge& b : t.scene.wall_edges)
+      edges +=
+          near(segment_segment_gap(at(a[0]), at(a[1]), at(b[0]), at(b[1])), a[0], a[1], b[0], b[1]);
+  int found_faces = 0, found_edges = 0;
+  for (const ContactPair& pair : set.pairs) (pair.edges ? found_edges : found_faces) += 1;
+  EXPECT_GT(faces, 100);
+  EXPECT_EQ(found_faces, faces);
+  EXPECT_EQ(found_edges, edges);
+}
+
+TEST(FindContacts, NoMotionWithinItsBoundsMakesAPairCross) {
+  const TubeInTube t;
+  const double travel = 0.2;
+  ContactSet set = find_contacts(t.scene, t.scene.start, t.area, 0.45, travel);
+  std::vector<Vec3> x = t.scene.start;
+  StepView view;
+  view.x = x.data();
+  view.x_detected = t.scene.start.data();
+  view.pairs = set.pairs.data();
+  view.ref_begin = set.ref_begin.data();
+  view.refs = set.refs.data();
+  view.travel = travel;
+  std::mt19937 random(5);
+  for (int round = 0; round < 4; ++round)  // several moves between two detections
+    for (int v = 0; v < t.scene.vertex_count(); ++v) {
+      const Vec3 radial = normalized(Vec3{x[std::size_t(v)].x, x[std::size_t(v)].y, 0.0});
+      const Vec3 towards = v < t.scene.balloon_count ? radial : -radial;
+      const Vec3 move = 0.5 * towards + 0.2 * random_point(random);
+      const double share = allowed_share(view, v, move);
+      EXPECT_GE(share, 0.0);
+      EXPECT_LE(share, 1.0);
+      x[std::size_t(v)] += share * move;
+      EXPECT_LE(distance(x[std::size_t(v)], t.scene.start[std::size_t(v)]), travel * (1 + 1e-9));
+    }
+  for (const ContactPair& pair : set.pairs) {
+    const Vec3 p[4] = {x[std::size_t(pair.vertex[0])], x[std::size_t(pair.vertex[1])],
+                       x[std::size_t(pair.vertex[2])], x[std::size_t(pair.vertex[3])]};
+    const int side_a = pair.edges ? 2 : 1;
+    double least_a = 1e9, most_b = -1e9;
+    for (int i = 0; i < 4; ++i) {
+      const double height = dot(pair.normal, p[i]);
+      if (i < side_a)
+        least_a = std::min(least_a, height);
+      else
+        most_b = std::max(most_b, height);
+    }
+    EXPECT_GT(least_a, most_b);  // a plane lies between the two
+  }
+}
+
+}  // namespace
+}  // namespace angio::simulation::detail
