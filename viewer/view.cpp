@@ -109,9 +109,11 @@ class CaseWindow {
     window_->SetNumberOfLayers(2);
     window_->SetSize(options.width, options.height);
     window_->SetWindowName("angio");
-    window_->SetMultiSamples(4);
+    window_->SetMultiSamples(0);  // with multisampling VTK would leave out what is peeled
+    window_->SetAlphaBitPlanes(1);
     for (vtkRenderer* layer : scene_.layers()) window_->AddRenderer(layer);
     vtkRenderer* front = scene_.layers().front();
+    front->SetUseFXAA(true);
     front->SetUseDepthPeeling(1);
     front->SetMaximumNumberOfPeels(8);
     front->SetOcclusionRatio(0.05);

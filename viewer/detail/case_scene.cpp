@@ -112,9 +112,7 @@ CaseScene::CaseScene(const CaseData& data, int scale)
   if (!data.frames.empty()) {
     first_wall_ = read_surface(data.frames.front().vessel).mesh;
     still_lumen_ = surroundings(data.lumen, first_wall_, {}, kInfinity);
-    highest_pressure_kpa_ = 0.0;
-    for (const double p : pressure_of(read_surface(data.frames[peak_frame(data)].vessel)))
-      highest_pressure_kpa_ = std::max(highest_pressure_kpa_, p);
+    add_pressure_colors();
   }
   if (data.scan) add_scan(point_of_interest());
   lumen_ = make_surface(still_lumen_, {colors::kLumen, data.frames.empty() ? 0.5 : 0.35});
@@ -127,8 +125,7 @@ CaseScene::CaseScene(const CaseData& data, int scale)
   }
   add_texts(scale);
   look_at_tree(1.5);
-  constexpr int kAnySize = 1000;
-  axes_ = make_axes(renderer_, kAnySize, kAnySize, colors::kLightInk);
+  axes_ = make_axes(scale, colors::kLightInk);
 }
 
 void CaseScene::add_scan(const Vec3& center) {
@@ -146,7 +143,7 @@ void CaseScene::add_scan(const Vec3& center) {
 }
 
 void CaseScene::add_texts(int scale) {
-  status_ = make_text("", 16 * scale, colors::kLightInk);
+  status_ = make_text(data_.frames.empty() ? "not dilated yet" : "", 16 * scale, colors::kLightInk);
   status_->GetPositionCoordinate()->SetCoordinateSystemToNormalizedViewport();
   status_->SetPosition(0.012, 0.962);
   renderer_->AddActor2D(status_);
@@ -177,9 +174,20 @@ void CaseScene::show_frame(std::size_t index) {
 
 void CaseScene::color_wall() {
   if (contact_pressure_kpa_.empty()) return;
-  color_by(wall_, contact_pressure_kpa_,
-           make_pressure_colors(std::max(highest_pressure_kpa_, 1e-9)));
+  color_by(wall_, contact_pressure_kpa_, pressure_colors_);
   wall_->GetProperty()->SetOpacity(1.0);
+}
+
+void CaseScene::add_pressure_colors() {
+  double highest = 0.0;
+  for (const double p : pressure_of(read_surface(data_.frames[peak_frame(data_)].vessel)))
+    highest = std::max(highest, p);
+  pressure_colors_ = make_pressure_colors(highest > 0.0 ? highest : 1.0);
+  const double unit = scale_;
+  color_bar_ = add_color_bar(renderer_, pressure_colors_, "contact pressure [kPa]",
+                             {24.0 * unit, 84.0 * unit, 250.0 * unit, 12.0 * unit}, scale_,
+                             colors::kLightInk);
+  for (const auto& part : color_bar_) part->VisibilityOff();
 }
 
 void CaseScene::toggle(ScenePart part) {
@@ -197,6 +205,7 @@ void CaseScene::toggle(ScenePart part) {
       break;
     case ScenePart::pressure:
       shows_pressure_ = !shows_pressure_;
+      for (const auto& part_of_bar : color_bar_) flip(part_of_bar);
       show_frame(frame_);
       break;
   }

@@ -40,6 +40,7 @@ class CaseScene {
   /// Where the balloon works; the middle of the lumen before the simulation has run.
   [[nodiscard]] Vec3 point_of_interest() const;
   void color_wall();
+  void add_pressure_colors();
 
   const CaseData& data_;
   int scale_;
@@ -50,10 +51,11 @@ class CaseScene {
   std::vector<vtkSmartPointer<vtkActor>> lines_;
   vtkSmartPointer<vtkActor> lumen_, wall_, balloon_;
   vtkSmartPointer<vtkTextActor> status_;
+  vtkSmartPointer<vtkColorTransferFunction> pressure_colors_;  ///< up to the highest at peak
+  std::vector<vtkSmartPointer<vtkProp>> color_bar_;
   TriangleMesh first_wall_;   ///< the wall before it moves
   TriangleMesh still_lumen_;  ///< the lumen without that wall
   std::vector<double> contact_pressure_kpa_;
-  double highest_pressure_kpa_ = 0.0;  ///< of the frames shown so far and of the peak
   bool shows_pressure_ = false;
   std::size_t frame_ = 0;
 };

@@ -106,7 +106,8 @@ Figure draw_tree(const ReportContent& content) {
              width * kSupersampling, height * kSupersampling, kSupersampling);
   }
   ScaleBar bar(renderer, kSupersampling, colors::kInk);
-  const auto axes = make_axes(renderer, width, height, colors::kInk);
+  const auto axes = make_axes(kSupersampling, colors::kInk);
+  turn_axes(axes, renderer, width, height);
   return {"tree.png",
           "The vessel tree as segmented and meshed; the ring marks where the balloon is placed. "
           "Arrows: L to the patient's left, P to the back, H to the head.",
@@ -148,7 +149,7 @@ std::vector<Figure> draw_contact(const ReportContent& content) {
   add_color_bar(renderer, map, "contact pressure [kPa]",
                 {0.45 * kCloseUpWidth * kSupersampling, 24.0 * kSupersampling,
                  0.5 * kCloseUpWidth * kSupersampling, 14.0 * kSupersampling},
-                kSupersampling);
+                kSupersampling, colors::kInk);
   return {{"contact.png",
            pressed->title + ": pressure of the balloon on the wall, at most " +
                fixed_text(high, high < 10.0 ? 2 : 0) + " kPa (seen from outside).",

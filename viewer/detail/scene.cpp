@@ -144,8 +144,11 @@ vtkSmartPointer<vtkTextActor> make_text(const std::string& text, int size, const
   return actor;
 }
 
-void add_color_bar(vtkRenderer* renderer, vtkColorTransferFunction* map, const std::string& title,
-                   const ColorBarPlace& place, int scale) {
+std::vector<vtkSmartPointer<vtkProp>> add_color_bar(vtkRenderer* renderer,
+                                                    vtkColorTransferFunction* map,
+                                                    const std::string& title,
+                                                    const ColorBarPlace& place, int scale,
+                                                    const Rgb& text_color) {
   constexpr int kSteps = 128;
   const double high = map->GetRange()[1];
   vtkNew<vtkPoints> points;
@@ -170,19 +173,21 @@ void add_color_bar(vtkRenderer* renderer, vtkColorTransferFunction* map, const s
   mapper->UseLookupTableScalarRangeOn();
   vtkNew<vtkActor2D> actor;
   actor->SetMapper(mapper);
-  renderer->AddActor2D(actor);
+  std::vector<vtkSmartPointer<vtkProp>> parts{actor.Get()};
 
   const auto add_text = [&](const std::string& words, double x, double y) {
-    const auto text = make_text(words, 14 * scale, colors::kInk);
+    const auto text = make_text(words, 14 * scale, text_color);
     text->GetTextProperty()->SetJustificationToCentered();
     text->SetPosition(x, y);
-    renderer->AddActor2D(text);
+    parts.push_back(text);
   };
   for (const double tick : round_ticks(0.0, high, 5))
     if (tick <= high * (1.0 + 1e-9))
       add_text(number_text(tick), place.left + place.width * tick / high,
                place.bottom - 17.0 * scale);
   add_text(title, place.left + 0.5 * place.width, place.bottom + place.height + 5.0 * scale);
+  for (const auto& part : parts) renderer->AddViewProp(part);
+  return parts;
 }
 
 ScaleBar::ScaleBar(vtkRenderer* renderer, int scale, const Rgb& color)
@@ -253,8 +258,7 @@ void add_mark(vtkRenderer* renderer, const PicturePlace& place, double radius_fr
   renderer->AddActor2D(text);
 }
 
-vtkSmartPointer<vtkRenderer> make_axes(vtkRenderer* scene, int width, int height,
-                                       const Rgb& color) {
+vtkSmartPointer<vtkRenderer> make_axes(int scale, const Rgb& color) {
   vtkNew<vtkAxesActor> axes;
   axes->SetXAxisLabelText("L");
   axes->SetYAxisLabelText("P");
@@ -266,13 +270,12 @@ vtkSmartPointer<vtkRenderer> make_axes(vtkRenderer* scene, int width, int height
     text->ShadowOff();
     text->ItalicOff();
     caption->GetTextActor()->SetTextScaleModeToNone();
-    text->SetFontSize(13 * kSupersampling);
+    text->SetFontSize(13 * scale);
   }
   auto renderer = vtkSmartPointer<vtkRenderer>::New();
   renderer->SetLayer(1);
   renderer->InteractiveOff();
   renderer->AddActor(axes);
-  turn_axes(renderer, scene, width, height);
   return renderer;
 }
 

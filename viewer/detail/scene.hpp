@@ -55,11 +55,15 @@ struct ColorBarPlace {
   double height = 0.0;
 };
 
-/// The colours with their values below and the title above.
+/// The colours with their values below and the title above. @return its parts, added to the
+/// renderer
 /// @param title  with its unit
 /// @param scale  text size, 1 on a screen, more in a picture that is shrunk afterwards
-void add_color_bar(vtkRenderer* renderer, vtkColorTransferFunction* map, const std::string& title,
-                   const ColorBarPlace& place, int scale);
+std::vector<vtkSmartPointer<vtkProp>> add_color_bar(vtkRenderer* renderer,
+                                                    vtkColorTransferFunction* map,
+                                                    const std::string& title,
+                                                    const ColorBarPlace& place, int scale,
+                                                    const Rgb& text_color);
 
 vtkSmartPointer<vtkTextActor> make_text(const std::string& text, int size, const Rgb& color);
 
@@ -93,10 +97,11 @@ void add_mark(vtkRenderer* renderer, const PicturePlace& place, double radius_fr
               const std::string& label, int width, int height, int scale);
 
 /// Small arrows L, P, H (the axes of LPS) at the lower right, turned as the camera is.
-/// @param width, height  of the picture [pixel]
-vtkSmartPointer<vtkRenderer> make_axes(vtkRenderer* scene, int width, int height, const Rgb& color);
+/// @param scale  text size, as above
+vtkSmartPointer<vtkRenderer> make_axes(int scale, const Rgb& color);
 
-/// Turns and places them again, after the scene's camera moved or the window changed its size.
+/// Turns and places them, when the scene's camera moved or the window changed its size.
+/// @param width, height  of the picture, in pixels of scale 1
 void turn_axes(vtkRenderer* axes, vtkRenderer* scene, int width, int height);
 
 /// Scenes are drawn this many times larger and shrunk, which smooths edges the same way on every
