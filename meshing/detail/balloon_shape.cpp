@@ -18,7 +18,12 @@ constexpr double kLeastStartRadius = 0.15;  // [mm] thinner than any deflated ba
 constexpr double kRingSlope = 0.4;          // by which neighbouring rings may differ
 constexpr double kBendLimit = 0.6;          // ring radius / radius of curvature
 
-/// The path between two abscissas, with straight pieces beyond its ends.
+std::string two_digits(double value) {
+  const std::string text = std::to_string(value + 0.005);
+  return text.substr(0, text.find('.') + 3);
+}
+
+/// A place on the path; beyond its ends it goes on straight.
 Vec3 extended_point(const CenterlinePath& path, double abscissa) {
   const double first = path.abscissa.front();
   const double last = path.abscissa.back();
@@ -27,17 +32,22 @@ Vec3 extended_point(const CenterlinePath& path, double abscissa) {
   return at.point + beyond * at.tangent;
 }
 
-/// Length of the axis on each side of its middle, with room for what smoothing takes.
-FramedAxis smooth_axis(const CenterlinePath& path, double middle, double half_length,
-                       double sigma) {
-  const double step = std::min(0.1, half_length / 100.0);
-  const double reach = 1.15 * half_length + 2.0 * step;
-  const int side = int(std::ceil(reach / step));
+/// The path around a place, smoothed by a Gaussian; longer than asked for on both sides.
+struct SmoothedPath {
+  std::vector<Vec3> points;
+  std::size_t middle = 0;
+  double step = 0.0;  ///< between points, about [mm]
+};
+SmoothedPath smooth_path(const CenterlinePath& path, double middle, double half_length,
+                         double sigma) {
+  SmoothedPath result;
+  result.step = std::min(0.1, half_length / 100.0);
+  const double step = result.step;
+  const int side = int(std::ceil((1.15 * half_length + 2.0 * step) / step));
   const int kernel = sigma > 0.0 ? int(std::ceil(3.0 * sigma / step)) : 0;
   std::vector<Vec3> raw;
   for (int i = -side - kernel; i <= side + kernel; ++i)
     raw.push_back(extended_point(path, middle + i * step));
-  FramedAxis axis;
   for (int i = 0; i <= 2 * side; ++i) {
     Vec3 sum;
     double weight_sum = 0.0;
@@ -47,12 +57,43 @@ FramedAxis smooth_axis(const CenterlinePath& path, double middle, double half_le
       sum += weight * raw[std::size_t(i + k)];
       weight_sum += weight;
     }
-    axis.points.push_back(sum / weight_sum);
+    result.points.push_back(sum / weight_sum);
   }
-  // Cut to the length on both sides of the middle.
-  std::vector<double> length = arc_length(axis.points);
-  const double centre = length[std::size_t(side)];
-  FramedAxis cut;
+  result.middle = std::size_t(side);
+  return result;
+}
+
+/// Pushes an axis away from the wall where there is less room than wanted, as an elastic band.
+void centre_in_lumen(SmoothedPath& axis, const SurfaceTarget& wall, double wanted_room) {
+  constexpr int kIterations = 60;
+  constexpr int kSmoothings = 4;  // each, so that the band stays smooth
+  std::vector<Vec3>& x = axis.points;
+  for (int iteration = 0; iteration < kIterations; ++iteration) {
+    std::vector<Vec3> pushed = x;
+    bool moved = false;
+    for (std::size_t i = 1; i + 1 < x.size(); ++i) {
+      const TargetSample at = wall.evaluate(x[i]);
+      const double lack = wanted_room + at.signed_distance;
+      if (lack <= 0.0) continue;
+      const Vec3 tangent = normalized(x[i + 1] - x[i - 1]);
+      const Vec3 away = -at.normal + dot(at.normal, tangent) * tangent;
+      pushed[i] += std::min(0.5 * lack, axis.step) * away;
+      moved = true;
+    }
+    if (!moved) return;
+    for (int pass = 0; pass < kSmoothings; ++pass) {
+      const std::vector<Vec3> before = pushed;
+      for (std::size_t i = 1; i + 1 < x.size(); ++i)
+        pushed[i] = 0.5 * before[i] + 0.25 * (before[i - 1] + before[i + 1]);
+    }
+    x = std::move(pushed);
+  }
+}
+
+/// The stretch of an axis within half a length on both sides of its middle, in equal steps.
+FramedAxis cut_to_length(const SmoothedPath& axis, double half_length) {
+  const std::vector<double> length = arc_length(axis.points);
+  const double centre = length[axis.middle];
   const auto point_at = [&](double s) {
     const auto above = std::upper_bound(length.begin(), length.end(), s);
     const auto b = std::size_t(
@@ -60,7 +101,8 @@ FramedAxis smooth_axis(const CenterlinePath& path, double middle, double half_le
     const double t = (s - length[b - 1]) / std::max(length[b] - length[b - 1], 1e-12);
     return axis.points[b - 1] + t * (axis.points[b] - axis.points[b - 1]);
   };
-  const int count = std::max(200, int(std::ceil(2.0 * half_length / step)));
+  FramedAxis cut;
+  const int count = std::max(200, int(std::ceil(2.0 * half_length / axis.step)));
   for (int i = 0; i <= count; ++i)
     cut.points.push_back(point_at(centre - half_length + 2.0 * half_length * i / count));
   return cut;
@@ -158,23 +200,28 @@ struct FittedAxis {
   FramedAxis axis;
   StartRings rings;
 };
-/// The least smoothed axis along which the rings can be as wide as wanted; else the roomiest.
+/// The first axis along which the rings can be as wide as wanted; else the roomiest.
 FittedAxis fit_axis(const BalloonPlan& plan, const CapsuleRings& rest, const CenterlinePath& path,
                     const SurfaceTarget& wall) {
   const double half_length = 0.5 * plan.total_length();
+  const double wanted_room =
+      std::max(plan.start_radius / (1.0 - kGapShare), plan.start_radius + kLeastGap);
   std::optional<FittedAxis> best;
-  for (const double share : {0.5, 1.0, 2.0, 0.25, 0.0}) {
-    FittedAxis candidate;
-    candidate.axis =
-        smooth_axis(path, plan.middle_abscissa, half_length, share * plan.nominal_radius);
-    add_frames(candidate.axis);
-    for (const Vec3& p : candidate.axis.points)
-      candidate.axis.wall_distance.push_back(-wall.evaluate(p).signed_distance);
-    candidate.rings = start_rings(plan, rest, candidate.axis);
-    const double narrowest = candidate.rings.narrowest;
-    if (!best || narrowest > 1.05 * best->rings.narrowest) best = std::move(candidate);
-    if (narrowest >= plan.start_radius) break;
-  }
+  for (const bool centred : {false, true})
+    for (const double share : {0.5, 1.0, 2.0, 0.25}) {
+      SmoothedPath smoothed =
+          smooth_path(path, plan.middle_abscissa, half_length, share * plan.nominal_radius);
+      if (centred) centre_in_lumen(smoothed, wall, wanted_room);
+      FittedAxis candidate;
+      candidate.axis = cut_to_length(smoothed, half_length);
+      add_frames(candidate.axis);
+      for (const Vec3& p : candidate.axis.points)
+        candidate.axis.wall_distance.push_back(-wall.evaluate(p).signed_distance);
+      candidate.rings = start_rings(plan, rest, candidate.axis);
+      const double narrowest = candidate.rings.narrowest;
+      if (!best || narrowest > 1.05 * best->rings.narrowest) best = std::move(candidate);
+      if (narrowest >= plan.start_radius) return *std::move(best);
+    }
   return *std::move(best);
 }
 
@@ -235,8 +282,8 @@ Balloon shape_balloon(const BalloonPlan& plan, const CenterlinePath& path,
   if (fitted.rings.narrowest < kLeastStartRadius)
     throw InputError(
         "the balloon does not fit through the lumen (at its narrowest place a radius of " +
-        std::to_string(std::max(0.0, fitted.rings.narrowest)) + " mm is free, " +
-        std::to_string(kLeastStartRadius) +
+        two_digits(std::max(0.0, fitted.rings.narrowest)) + " mm is free, " +
+        two_digits(kLeastStartRadius) +
         " mm is needed). Choose another place or a shorter balloon (meshing.length_mm), or check "
         "the segmentation there");
   Balloon balloon;
