@@ -27,8 +27,6 @@ struct Frame {
   }
 };
 
-int decimals_of(double step) { return std::clamp(int(std::ceil(-std::log10(step) - 1e-9)), 0, 12); }
-
 std::string at(double value) { return fixed_text(value, 1); }
 
 /// The range of the finite values.
@@ -71,8 +69,8 @@ Frame make_frame(const Chart& chart, std::vector<double>& x_ticks, std::vector<d
   frame.x_high = x.high;
   frame.y_low = y_ticks.front();
   frame.y_high = y_ticks.back();
-  frame.decimals_x = decimals_of(x_ticks[1] - x_ticks[0]);
-  frame.decimals_y = decimals_of(y_ticks[1] - y_ticks[0]);
+  frame.decimals_x = tick_decimals(x_ticks[1] - x_ticks[0]);
+  frame.decimals_y = tick_decimals(y_ticks[1] - y_ticks[0]);
   frame.width = chart.width;
   frame.height = chart.height;
   return frame;
@@ -213,6 +211,10 @@ std::vector<double> round_ticks(double low, double high, int wanted_count) {
   const auto last = std::llround(std::ceil(high / step - 1e-9));
   for (auto i = first; i <= std::max(last, first + 1); ++i) ticks.push_back(double(i) * step);
   return ticks;
+}
+
+int tick_decimals(double step) {
+  return std::clamp(int(std::ceil(-std::log10(step) - 1e-9)), 0, 12);
 }
 
 std::string svg(const Chart& chart) {

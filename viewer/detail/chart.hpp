@@ -53,4 +53,7 @@ std::string svg(const Chart& chart);
 /// Round steps (1, 2 or 5 times a power of ten) from at or below `low` to at or above `high`.
 std::vector<double> round_ticks(double low, double high, int wanted_count);
 
+/// Decimals that ticks with this step need.
+int tick_decimals(double step);
+
 }  // namespace angio::viewer::detail

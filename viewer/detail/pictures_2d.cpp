@@ -234,7 +234,7 @@ std::vector<Figure> draw_slices(const ReportContent& content) {
   std::vector<PlaneWindow> windows;
   std::vector<std::vector<float>> sampled;
   std::vector<float> all;
-  const float outside = percentile(content.volume->values, 0.0);
+  const float outside = lowest(content.volume->values);
   for (const Named& slice : named) {
     windows.push_back({lesion.point, slice.right, slice.down, half_size});
     sampled.push_back(sample_plane(*content.volume, windows.back(), kSlicePixels, outside));
@@ -262,7 +262,7 @@ std::vector<Figure> draw_contact_sheet(const ReportContent& content) {
   std::vector<std::vector<float>> sampled;
   std::vector<float> all;
   if (content.volume) {
-    const float outside = percentile(content.volume->values, 0.0);
+    const float outside = lowest(content.volume->values);
     for (const PlaneWindow& plane : planes) {
       sampled.push_back(sample_plane(*content.volume, plane, kTilePixels, outside));
       all.insert(all.end(), sampled.back().begin(), sampled.back().end());

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace angio::viewer::detail {
 
@@ -62,6 +63,13 @@ float percentile(std::vector<float> values, double fraction) {
   const auto rank = std::ptrdiff_t(std::llround(fraction * double(values.size() - 1)));
   std::nth_element(values.begin(), values.begin() + rank, values.end());
   return values[std::size_t(rank)];
+}
+
+float lowest(const std::vector<float>& values) {
+  float least = std::numeric_limits<float>::infinity();
+  for (const float value : values)
+    if (std::isfinite(value)) least = std::min(least, value);
+  return std::isfinite(least) ? least : 0.0f;
 }
 
 }  // namespace angio::viewer::detail

@@ -40,4 +40,7 @@ std::vector<float> sample_plane(const Volume<float>& volume, const PlaneWindow& 
 /// The value below which `fraction` of the finite values lie; 0 if there is none.
 float percentile(std::vector<float> values, double fraction);
 
+/// The least finite value; 0 if there is none.
+float lowest(const std::vector<float>& values);
+
 }  // namespace angio::viewer::detail

@@ -181,10 +181,11 @@ std::vector<vtkSmartPointer<vtkProp>> add_color_bar(vtkRenderer* renderer,
     text->SetPosition(x, y);
     parts.push_back(text);
   };
-  for (const double tick : round_ticks(0.0, high, 5))
+  const std::vector<double> ticks = round_ticks(0.0, high, 5);
+  for (const double tick : ticks)
     if (tick <= high * (1.0 + 1e-9))
-      add_text(number_text(tick), place.left + place.width * tick / high,
-               place.bottom - 17.0 * scale);
+      add_text(fixed_text(tick, tick_decimals(ticks[1] - ticks[0])),
+               place.left + place.width * tick / high, place.bottom - 17.0 * scale);
   add_text(title, place.left + 0.5 * place.width, place.bottom + place.height + 5.0 * scale);
   for (const auto& part : parts) renderer->AddViewProp(part);
   return parts;
