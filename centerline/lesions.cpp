@@ -150,6 +150,7 @@ Lesion tightest_place(const CenterlinePath& path) {
   const ReferenceDiameter reference = find_reference(path);
   const double length = path.abscissa.back();
   std::optional<std::size_t> best;
+  double best_score = 0.0;
   std::size_t middle = 0;
   for (const double diameters : {1.0, 0.0}) {
     if (best) break;
@@ -161,8 +162,11 @@ Lesion tightest_place(const CenterlinePath& path) {
       const double margin = std::min(std::max(2.0 * d, 5.0 + d), 0.4 * length);
       if (reference.segment[i] < 0 || s < margin || length - s < margin) continue;
       if (distance_to_branching(path, s) < diameters * d) continue;
-      if (!best || stenosis_percent(path, reference, i) > stenosis_percent(path, reference, *best))
-        best = i;
+      // Two points of %DS are no difference: then rather in the middle.
+      const double score = stenosis_percent(path, reference, i) - 4.0 * std::abs(s / length - 0.5);
+      if (best && score <= best_score) continue;
+      best = i;
+      best_score = score;
     }
   }
   const std::size_t at = best.value_or(middle);
