@@ -177,7 +177,7 @@ double SurfaceWall::first_hit(const Vec3& from, const Vec3& direction, double ne
 
 double SurfaceWall::ray(const Vec3& from, const Vec3& direction, double longest) const {
   int triangle = -1;
-  // Look a little further than asked: a point outside shows by the back of what is hit.
+  // A point outside shows by this: what it hits first turns its front to it.
   const double hit = first_hit(from, direction, 0.0, longest, triangle);
   if (triangle < 0) return longest;
   const Vec3 normal = area_vector_doubled(mesh_, mesh_.triangles[std::size_t(triangle)]);
