@@ -1,0 +1,113 @@
+#include "segmentation/detail/intensity_levels.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "core/parallel.hpp"
+#include "segmentation/detail/blur.hpp"
+
+namespace angio::segmentation::detail {
+namespace {
+
+constexpr double kFieldSpacing = 1.0;                    ///< [mm] grid of L and B
+constexpr double kFieldReach[] = {16.0, 8.0, 4.0, 2.0};  ///< [mm] kernels, widest first
+constexpr float kPriorWeight = 0.02f;  ///< of the wider kernel against a full narrow one
+constexpr double kEdgeVoxels = 2.0;    ///< half width of the blurred edge
+constexpr double kRingWidth = 3.0;     ///< [mm] of background looked at
+constexpr float kLeastShare = 0.5f;    ///< of lumen in a voxel that tells of L
+
+/// A mean of value(v) over the voxels where weight(v) > 0, told everywhere: near such voxels their
+/// local mean, far from them a wider one.
+template <class Value, class Weight>
+CoarseField local_mean(const VolumeGeometry& geometry, float everywhere, const Value& value,
+                       const Weight& weight) {
+  Volume<float> weights(geometry);
+  Volume<float> sums(geometry);
+  parallel_for(geometry.size[2], [&](std::ptrdiff_t k) {
+    const std::size_t slice = weights.values.size() / std::size_t(geometry.size[2]);
+    for (std::size_t v = std::size_t(k) * slice; v < (std::size_t(k) + 1) * slice; ++v) {
+      weights.values[v] = weight(v);
+      sums.values[v] = weights.values[v] > 0.0f ? weights.values[v] * value(v) : 0.0f;
+    }
+  });
+  const auto factor = block_size(geometry, kFieldSpacing);
+  const Volume<float> coarse_weights = block_average(weights, factor);
+  const Volume<float> coarse_sums = block_average(sums, factor);
+  Volume<float> mean(coarse_weights.geometry, everywhere);
+  for (double reach : kFieldReach) {
+    const Volume<float> w = smooth(coarse_weights, reach);
+    const Volume<float> s = smooth(coarse_sums, reach);
+    for (std::size_t v = 0; v < mean.values.size(); ++v)
+      mean.values[v] = (s.values[v] + kPriorWeight * mean.values[v]) / (w.values[v] + kPriorWeight);
+  }
+  return {std::move(mean), factor};
+}
+
+/// The mean of value(v) over all voxels where weight(v) > 0, or the fallback.
+template <class Value, class Weight>
+float overall_mean(std::size_t count, float fallback, const Value& value, const Weight& weight) {
+  double sum = 0.0, total = 0.0;
+  for (std::size_t v = 0; v < count; ++v) {
+    const double w = double(weight(v));
+    if (w <= 0.0) continue;
+    sum += w * double(value(v));
+    total += w;
+  }
+  return total > 0.0 ? float(sum / total) : fallback;
+}
+
+/// The value that a share of the voxels inside lies below.
+float quantile_inside(const Volume<float>& volume, const Volume<float>& distance, double share) {
+  std::vector<float> values;
+  for (std::size_t v = 0; v < distance.values.size(); ++v)
+    if (distance.values[v] < 0.0f) values.push_back(volume.values[v]);
+  if (values.empty()) return 0.0f;
+  const auto place = values.begin() + std::ptrdiff_t(share * double(values.size() - 1));
+  std::nth_element(values.begin(), place, values.end());
+  return *place;
+}
+
+/// The share of lumen in each voxel once blurred: S.
+Volume<float> blurred_inside(const Volume<float>& distance, double blur_mm) {
+  const double h = mean_spacing(distance.geometry);
+  Volume<float> inside(distance.geometry);
+  for (std::size_t v = 0; v < inside.values.size(); ++v)
+    inside.values[v] = std::clamp(0.5f - distance.values[v] / float(h), 0.0f, 1.0f);
+  // The clamp above is a voxel's own blur.
+  return smooth(inside, std::sqrt(std::max(blur_mm * blur_mm - h * h / 12.0, 0.0)));
+}
+
+}  // namespace
+
+IntensityLevels intensity_levels(const Volume<float>& volume, const Volume<float>& distance,
+                                 double blur_mm) {
+  const std::size_t count = volume.values.size();
+  const auto edge = float(kEdgeVoxels * mean_spacing(volume.geometry));
+  const auto& d = distance.values;
+  const auto intensity = [&](std::size_t v) { return volume.values[v]; };
+  const auto ring = [&](std::size_t v) {
+    return d[v] > edge && d[v] < edge + float(kRingWidth) ? 1.0f : 0.0f;
+  };
+  const float high = quantile_inside(volume, distance, 0.9);
+  const float mixed = overall_mean(count, quantile_inside(volume, distance, 0.0), intensity, ring);
+  const float half = 0.5f * (high + mixed);
+  // Other bright things nearby are no background.
+  const auto dark_ring = [&](std::size_t v) { return volume.values[v] < half ? ring(v) : 0.0f; };
+  const float background = overall_mean(count, mixed, intensity, dark_ring);
+
+  const Volume<float> share = blurred_inside(distance, blur_mm);
+  const auto weight = [&](std::size_t v) {
+    const float s = share.values[v];
+    const float s4 = s * s * s * s;
+    return s > kLeastShare ? s4 * s4 : 0.0f;
+  };
+  const auto unmixed = [&](std::size_t v) {
+    return background + (volume.values[v] - background) / share.values[v];
+  };
+  const float lumen = overall_mean(count, high, unmixed, weight);
+  return {local_mean(volume.geometry, lumen, unmixed, weight),
+          local_mean(volume.geometry, background, intensity, dark_ring), lumen, background};
+}
+
+}  // namespace angio::segmentation::detail

@@ -1,0 +1,33 @@
+#pragma once
+
+#include "core/volume.hpp"
+#include "segmentation/detail/fields.hpp"
+
+namespace angio::segmentation::detail {
+
+/// The intensity of pure lumen and of pure background around each place.
+struct IntensityLevels {
+  CoarseField lumen;
+  CoarseField background;
+  float lumen_overall = 0.0f;
+  float background_overall = 0.0f;
+};
+
+/// Tells both levels from a boundary that is roughly known.
+///
+/// The background B is the local mean of a ring around the vessel, other bright things left out.
+/// The lumen L is the local mean over voxels deep inside, each freed of what the blur mixed in:
+///
+///     L = B + (I - B) / S,    S = G_sigma * [d < 0],    weight S^8
+///
+/// Means are spread by normalised convolution, from wide kernels to narrow ones: a narrow vessel,
+/// where S never gets near 1, takes L from the wider vessel beside it.
+/// Source: Knutsson & Westin, "Normalized and differential convolution", CVPR 1993,
+///         doi:10.1109/CVPR.1993.341081.
+///
+/// @param distance  d [mm], signed, on the volume's grid
+/// @param blur_mm   sigma, of voxel and smoothing together
+IntensityLevels intensity_levels(const Volume<float>& volume, const Volume<float>& distance,
+                                 double blur_mm);
+
+}  // namespace angio::segmentation::detail
