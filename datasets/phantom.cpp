@@ -55,10 +55,8 @@ void check_size(const VolumeGeometry& geometry, double spacing_mm) {
                     std::to_string(enough));
 }
 
-Volume<float> scan(const detail::LumenShape& shape, const PhantomOptions& sized,
-                   const Progress& progress) {
-  const VolumeGeometry geometry = detail::grid_around(shape, sized.spacing_mm, kMarginMm);
-  check_size(geometry, sized.spacing_mm);
+Volume<float> scan(const detail::LumenShape& shape, const VolumeGeometry& geometry,
+                   const PhantomOptions& sized, const Progress& progress) {
   const Progress first_part([&](double fraction, std::string_view) {
     progress.report(0.3 + 0.4 * fraction, "scanning the phantom");
   });
@@ -92,12 +90,14 @@ Phantom make_phantom(const PhantomOptions& options, const Progress& progress) {
         "the phantom cloth cannot be scanned (it is a sheet without a lumen). "
         "Use --format surface, or another phantom");
   const detail::Anatomy anatomy = detail::make_anatomy(sized);
+  const VolumeGeometry geometry = detail::grid_around(anatomy.shape, sized.spacing_mm, kMarginMm);
+  check_size(geometry, sized.spacing_mm);
   Phantom phantom;
   progress.report(0.0, "deriving the truth");
   phantom.truth = detail::derive_truth(anatomy);
   progress.report(0.1, "meshing the surface");
   phantom.surface = surface_of(anatomy.shape, sized);
-  phantom.volume = scan(anatomy.shape, sized, progress);
+  phantom.volume = scan(anatomy.shape, geometry, sized, progress);
   progress.report(1.0);
   return phantom;
 }

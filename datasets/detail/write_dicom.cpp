@@ -99,7 +99,6 @@ class Series {
     put(dataset, DCM_Modality, "CT");
     put(dataset, DCM_SeriesInstanceUID, uid("series"));
     put(dataset, DCM_SeriesNumber, "1");
-    put(dataset, DCM_Laterality, "");
     put(dataset, DCM_BodyPartExamined, "HEART");
     put(dataset, DCM_SeriesDate, kDate);
     put(dataset, DCM_SeriesTime, kTime);

@@ -1,0 +1,78 @@
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+#include "core/units.hpp"
+#include "datasets/detail/anatomy.hpp"
+#include "datasets/detail/lumen_surface.hpp"
+#include "datasets/phantom.hpp"
+
+namespace angio::datasets {
+namespace {
+
+class PhantomSurface : public testing::TestWithParam<const char*> {};
+
+TEST_P(PhantomSurface, IsOneClosedManifoldOnTheWallThatDoesNotFold) {
+  const PhantomOptions options = parse_phantom(GetParam());
+  const TriangleMesh surface = make_phantom_surface(options).surface;
+  const SurfaceTopology topology = surface_topology(surface);
+  EXPECT_TRUE(topology.is_closed());
+  EXPECT_EQ(topology.component_count, 1);
+  EXPECT_EQ(topology.euler_number, 2);
+  EXPECT_GT(enclosed_volume(surface), 0.0);
+
+  const datasets::detail::Anatomy anatomy = datasets::detail::make_anatomy(options);
+  double farthest = 0.0, least_agreement = 1.0;
+  for (const Vec3& vertex : surface.vertices)
+    farthest = std::max(farthest, std::abs(anatomy.shape.signed_distance(vertex)));
+  for (const Triangle& triangle : surface.triangles) {
+    Vec3 middle;
+    for (int v : triangle) middle += surface.vertices[std::size_t(v)] / 3.0;
+    const Vec3 outward = anatomy.shape.nearest_wall(middle).normal;
+    least_agreement =
+        std::min(least_agreement, dot(outward, normalized(area_vector_doubled(surface, triangle))));
+  }
+  EXPECT_LT(farthest, 1e-4);
+  EXPECT_GT(least_agreement, 0.2);  // negative for a triangle that is turned over
+}
+
+INSTANTIATE_TEST_SUITE_P(Shapes, PhantomSurface,
+                         testing::Values("straight", "unilateral,stenosis=60",
+                                         "unilateral,stenosis=95", "bilateral,stenosis=75",
+                                         "ytype,stenosis=0", "ytype,stenosis=70",
+                                         "ytype,radius=1,length=30", "coronary",
+                                         "coronary,radius=1.5,stenosis=0"));
+
+TEST(TubeSurface, EnclosesThePrismOfItsRings) {
+  const int n = 48;
+  const double radius = 1.5, length = 40.0;
+  const TriangleMesh surface =
+      make_phantom_surface(parse_phantom("straight,radius=1.5,length=40")).surface;
+  const double section = 0.5 * n * std::sin(2 * units::kPi / n) * radius * radius;
+  EXPECT_NEAR(enclosed_volume(surface), section * length, 1e-6);
+}
+
+TEST(TreeSurface, TendsToTheCylinderWithFinerCells) {
+  const datasets::detail::Anatomy tube =
+      datasets::detail::make_anatomy(parse_phantom("straight,radius=1,length=10"));
+  const double volume = units::kPi * 10.0;
+  const double coarse = volume - enclosed_volume(datasets::detail::tree_surface(tube.shape, 0.3));
+  const double fine = volume - enclosed_volume(datasets::detail::tree_surface(tube.shape, 0.15));
+  EXPECT_GT(coarse, 0.0);
+  EXPECT_GT(fine, 0.0);
+  EXPECT_LT(fine, 0.4 * coarse);  // a quarter for second order
+}
+
+TEST(ClothSurface, IsThePapersSheet) {
+  const Phantom cloth = make_phantom_surface(parse_phantom("cloth,length=20"));
+  EXPECT_EQ(cloth.surface.vertices.size(), 51u * 51u);
+  EXPECT_EQ(cloth.surface.triangles.size(), 5000u);
+  EXPECT_NEAR(surface_area(cloth.surface), 400.0, 1e-9);
+  EXPECT_EQ(surface_topology(cloth.surface).euler_number, 1);
+  EXPECT_FALSE(cloth.truth.has_lesion);
+}
+
+}  // namespace
+}  // namespace angio::datasets
