@@ -93,11 +93,8 @@ class RegionTest {
       branch.shared_to = fork.leaves ? fork.shared_to : path.abscissa.back() + 1.0;
       branch.inside = fork.leaves && fork.shared_to >= extent.first_abscissa &&
                       fork.shared_to <= extent.last_abscissa;
-      if (branch.inside) {
-        // One diameter past the mouth.
-        const double end = fork.mouth + 2.0 * sample(path, fork.mouth).inscribed_radius;
-        branch.end = section_at(path, std::min(end, path.abscissa.back()), 1.0);
-      }
+      if (branch.inside)
+        branch.end = section_at(path, branch_end(tree, path, *wished.path, fork), 1.0);
       branches_.push_back(branch);
     }
   }
@@ -118,6 +115,25 @@ class RegionTest {
     const double near = 2.0 * section.radius;
     if (std::abs(ahead) > near) return ahead > 0.0;
     return section.plane.signed_distance(point) > 0.0;
+  }
+
+  /// One diameter past a branch's mouth, and past forks of its own there.
+  static double branch_end(const CenterlineTree& tree, const CenterlinePath& branch,
+                           const CenterlinePath& main, const Fork& fork) {
+    const int shared = shared_point_count(branch, main);
+    double end = fork.mouth + 2.0 * sample(branch, fork.mouth).inscribed_radius;
+    std::vector<Fork> own_forks;
+    for (const CenterlinePath& other : tree.paths)
+      if (shared_point_count(other, branch) > shared) own_forks.push_back(find_fork(other, branch));
+    for (bool moved = true; moved;) {
+      moved = false;
+      for (const Fork& own : own_forks)
+        if (own.leaves && end > own.zone_first && end < own.zone_last) {
+          end = own.zone_last;
+          moved = true;
+        }
+    }
+    return std::min(end, branch.abscissa.back());
   }
 
   struct Branch {

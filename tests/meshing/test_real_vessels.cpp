@@ -1,0 +1,104 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <string>
+
+#include "centerline/centerline.hpp"
+#include "datasets/phantom.hpp"
+#include "meshing/detail/air_mesh.hpp"
+#include "meshing/meshing.hpp"
+
+/// The stage on vessels as they come: phantoms, and a coronary tree from X-ray angiography.
+namespace angio::meshing {
+namespace {
+
+TriangleMesh read_ascii_stl(const std::filesystem::path& path) {
+  std::ifstream file(path);
+  TriangleMesh soup;
+  for (std::string word; file >> word;) {
+    if (word != "vertex") continue;
+    Vec3 p;
+    file >> p.x >> p.y >> p.z;
+    soup.vertices.push_back(p);
+  }
+  for (int v = 0; v + 2 < int(soup.vertices.size()); v += 3)
+    soup.triangles.push_back({v, v + 1, v + 2});
+  return soup;
+}
+
+void expect_sound_lumen(const LumenMesh& lumen, const CenterlineTree& tree) {
+  EXPECT_TRUE(lumen.watertight);
+  EXPECT_EQ(lumen.self_intersection_count, 0);
+  EXPECT_GT(lumen.min_angle_degrees, 20.0);
+  EXPECT_EQ(boundary_loops(lumen.open).size(), tree.paths.size() + 1);
+}
+
+void expect_sound_setup(const BalloonSetup& setup, const LumenMesh& lumen) {
+  EXPECT_EQ(count_intersections(setup.balloon.start, lumen.capped), 0);
+  EXPECT_EQ(surface_topology(setup.region.mesh).component_count, 1);
+  EXPECT_EQ(surface_topology(setup.region.mesh).nonmanifold_edge_count, 0);
+  const TetMesh& air = setup.air.tets;
+  ASSERT_EQ(air.vertices.size(),
+            setup.balloon.start.vertices.size() + setup.region.mesh.vertices.size());
+  double sum = 0.0;
+  for (const Tet& t : air.tets) {
+    const double volume =
+        tet_volume(air.vertices[std::size_t(t[0])], air.vertices[std::size_t(t[1])],
+                   air.vertices[std::size_t(t[2])], air.vertices[std::size_t(t[3])]);
+    EXPECT_GT(volume, 0.0);
+    sum += volume;
+  }
+  const auto gap = detail::close_region(setup.region.mesh);
+  ASSERT_TRUE(gap.has_value());
+  EXPECT_NEAR(sum / (enclosed_volume(gap->shell) - enclosed_volume(setup.balloon.start)), 1.0,
+              1e-6);
+}
+
+void expect_balloon_at_the_worst_lesion(const LumenMesh& lumen, const CenterlineTree& tree) {
+  const auto lesions = centerline::find_lesions(tree, {});
+  ASSERT_FALSE(lesions.empty());
+  const centerline::Lesion& lesion = lesions.front();
+  const auto path = std::find_if(tree.paths.begin(), tree.paths.end(),
+                                 [&](const auto& p) { return p.id == lesion.path_id; });
+  ASSERT_NE(path, tree.paths.end());
+  expect_sound_setup(place_balloon(lumen, tree, *path, lesion.abscissa_mm, lesion.length_mm,
+                                   lesion.reference_diameter_mm, {}),
+                     lumen);
+}
+
+class Phantoms : public testing::TestWithParam<const char*> {};
+
+TEST_P(Phantoms, AreMeshedAndTakeABalloon) {
+  const auto phantom = datasets::make_phantom_surface(datasets::parse_phantom(GetParam()));
+  const CenterlineTree& tree = phantom.truth.tree;
+  const LumenMesh lumen = mesh_lumen(phantom.surface, tree, {});
+  expect_sound_lumen(lumen, tree);
+  EXPECT_LT(enclosed_volume(lumen.capped), enclosed_volume(phantom.surface));
+  expect_balloon_at_the_worst_lesion(lumen, tree);
+}
+
+INSTANTIATE_TEST_SUITE_P(All, Phantoms,
+                         testing::Values("straight", "unilateral", "bilateral", "ytype",
+                                         "coronary"),
+                         [](const auto& phantom) { return std::string(phantom.param); });
+
+TEST(CoronaryFromXRay, IsMeshedAndTakesABalloon) {
+  const char* data = std::getenv("ANGIO_DATA");
+  if (!data) GTEST_SKIP() << "ANGIO_DATA is not set";
+  const TriangleMesh surface =
+      read_ascii_stl(std::filesystem::path(data) / "coronary-lumen-xra" / "lumen.stl");
+  ASSERT_GT(surface.triangles.size(), 10000U);
+  const CenterlineTree tree = centerline::extract_centerline(surface, {}).tree;
+  const LumenMesh lumen = mesh_lumen(surface, tree, {});
+  expect_sound_lumen(lumen, tree);
+  // The ends that are cut off hold about one radius of each outlet only.
+  EXPECT_NEAR(enclosed_volume(lumen.capped) / enclosed_volume(surface), 1.0, 0.03);
+  expect_balloon_at_the_worst_lesion(lumen, tree);
+}
+
+}  // namespace
+}  // namespace angio::meshing
