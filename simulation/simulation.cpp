@@ -192,10 +192,8 @@ SimulationSummary simulate(const SimulationModel& model, const SimulationOptions
   for (int frame = 0; frame < inflator.frame_count(); ++frame) {
     StepReport report;
     if (frame > 0) {
-      const double gas = state.pressure * state.volume;
-      if (inflator.phase(frame) == Phase::deflate && inflator.phase(frame - 1) != Phase::deflate)
-        inflator.begin_deflation(gas);
-      report = solver.step(inflator.law(frame, gas), options.frame_s, state);
+      const GasLaw<double> law = inflator.law(frame, state.pressure * state.volume, state.volume);
+      report = solver.step(law, options.frame_s, state);
     }
     SimulationFrame output = make_frame(model, scene, state, outside);
     output.frame = frame;

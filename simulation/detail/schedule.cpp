@@ -11,6 +11,8 @@ namespace {
 constexpr double kNoLimit = 1e300;
 // The inflator's greatest rate over the rate that fills the nominal volume in time.
 constexpr double kGreatestRate = 3.0;
+// The most that the volume is expected to grow yet, over what it is.
+constexpr double kGreatestGrowth = 1.5;
 
 int frames(double seconds, double frame_s) { return int(std::lround(seconds / frame_s)); }
 
@@ -26,7 +28,7 @@ Inflator::Inflator(const SimulationOptions& options, double start_volume, double
       outside_(outside_pressure(options)),
       peak_(outside_ + units::pascal_from_atm(options.inflation.peak_pressure_atm)),
       gas_end_(outside_ * start_volume),
-      gas_nominal_(peak_ * nominal_volume),
+      volume_nominal_(nominal_volume),
       insert_end_(1),
       inflate_end_(insert_end_ + std::max(1, frames(options.inflation.inflate_s, frame_s_))),
       hold_end_(inflate_end_ + frames(options.inflation.hold_s, frame_s_)),
@@ -41,35 +43,52 @@ Phase Inflator::phase(int frame) const {
   return Phase::rest;
 }
 
-GasLaw<double> Inflator::law(int frame, double gas_before) const {
+// The volume at the peak pressure: the nominal one until it is reached; then the line through the
+// last two states, V = volume + c (Q - gas), met with Q = peak V.
+double Inflator::expected_volume(double gas, double volume) const {
+  if (volume < volume_nominal_ || !(gas > gas_before_)) return std::max(volume, volume_nominal_);
+  const double c = (volume - volume_before_) / (gas - gas_before_);
+  const double left = 1.0 - peak_ * c;
+  const double most = kGreatestGrowth * volume;
+  return left > 0.0 ? std::clamp((volume - c * gas) / left, volume, most) : most;
+}
+
+GasLaw<double> Inflator::inflate(int frame, double gas, double volume) const {
+  GasLaw<double> law;
+  const int left = inflate_end_ - frame + 1;
+  law.lower = gas + (peak_ * expected_volume(gas, volume) - gas) / double(left);
+  law.slope_pressure = left == 1 ? peak_ : 0.0;
+  law.limit = gas + kGreatestRate * peak_ * volume_nominal_ / double(inflate_end_ - insert_end_);
+  law.top = peak_;
+  return law;
+}
+
+GasLaw<double> Inflator::law(int frame, double gas, double volume) {
   GasLaw<double> law;
   law.limit = kNoLimit;
-  law.top = peak_;
+  law.top = kNoLimit;
   switch (phase(frame)) {
     case Phase::insert:  // open to the outside
       law.slope_pressure = outside_;
       break;
-    case Phase::inflate: {
-      const double share = 1.0 / double(inflate_end_ - frame + 1);
-      law.slope_gas = (1.0 - share) * gas_before;
-      law.slope_pressure = share * peak_;
-      law.lower = law.slope_gas + share * gas_nominal_;
-      law.limit = gas_before +
-                  kGreatestRate * (gas_nominal_ - gas_end_) / double(inflate_end_ - insert_end_);
+    case Phase::inflate:
+      law = inflate(frame, gas, volume);
       break;
-    }
     case Phase::hold:
-      law.lower = gas_before;
+      law.lower = gas_held_ = phase(frame - 1) == Phase::hold ? gas_held_ : gas;
       break;
     case Phase::deflate: {
+      if (phase(frame - 1) == Phase::inflate) gas_held_ = gas;
       const double share = double(frame - hold_end_) / double(deflate_end_ - hold_end_);
-      law.lower = gas_peak_ * std::pow(gas_end_ / gas_peak_, share);
+      law.lower = gas_held_ * std::pow(gas_end_ / gas_held_, share);
       break;
     }
     case Phase::rest:
       law.lower = gas_end_;
       break;
   }
+  gas_before_ = gas;
+  volume_before_ = volume;
   return law;
 }
 

@@ -17,13 +17,16 @@ class Inflator {
 
   [[nodiscard]] int frame_count() const { return rest_end_ + 1; }
   [[nodiscard]] Phase phase(int frame) const;
-  /// The law during the step that ends at `frame`, from the gas Q = p V [Pa mm^3] before it.
-  [[nodiscard]] GasLaw<double> law(int frame, double gas_before) const;
-  /// Tells the inflator how much gas was in the balloon after the last step of the hold.
-  void begin_deflation(double gas) { gas_peak_ = gas; }
+  /// The law during the step that ends at `frame`, from the gas Q = p V [Pa mm^3] and the volume V
+  /// [mm^3] before it. To be called for one frame after the other.
+  [[nodiscard]] GasLaw<double> law(int frame, double gas, double volume);
 
  private:
-  double frame_s_, outside_, peak_, gas_end_, gas_nominal_, gas_peak_ = 0.0;
+  [[nodiscard]] double expected_volume(double gas, double volume) const;
+  [[nodiscard]] GasLaw<double> inflate(int frame, double gas, double volume) const;
+
+  double frame_s_, outside_, peak_, gas_end_, volume_nominal_;
+  double gas_before_ = 0.0, volume_before_ = 0.0, gas_held_ = 0.0;
   int insert_end_, inflate_end_, hold_end_, deflate_end_, rest_end_;
 };
 

@@ -181,9 +181,10 @@ TEST(AngioplastyRuns, GiveTheSameBitsForOneAndTwoThreads) {
   p.wall_around = 14;
   const SimulationModel model = testing::make_model(p);
   SimulationOptions options = quick();
-  options.inflation.inflate_s = 0.4;
+  options.sweeps = 5;
+  options.inflation.inflate_s = 0.24;
   options.inflation.hold_s = options.inflation.rest_s = 0.0;
-  options.inflation.deflate_s = 0.2;
+  options.inflation.deflate_s = 0.08;
   const int threads = omp_get_max_threads();
   omp_set_num_threads(1);
   const Course one = run(model, options);

@@ -57,8 +57,9 @@ TriangleMesh sphere(double radius, int rings, int around) {
 }
 
 TEST(FreeInflation, ASphereFollowsItsPressureRadiusCurve) {
-  const double radius = 1.5;
-  const SimulationModel model = alone(sphere(radius, 19, 24));
+  const SimulationModel model = alone(sphere(1.5, 19, 24));
+  // Of the sphere with the volume of the polyhedron.
+  const double radius = std::cbrt(0.75 * enclosed_volume(model.balloon) / units::kPi);
   for (const double l : {1.1, 1.2}) {
     const double p =
         4.0 * kWall / radius * (kC1 * (1.0 / l - std::pow(l, -7)) + kC2 * (l - std::pow(l, -5)));
@@ -115,7 +116,7 @@ TEST(FreeInflation, GoesPastALimitPointWithoutBursting) {
     for (const Vec3& v : f.balloon) ASSERT_TRUE(std::isfinite(norm_squared(v)));
     volumes.push_back(f.balloon_volume_mm3);
   });
-  EXPECT_LT(summary.peak_pressure_atm, 1.5);
+  EXPECT_LT(summary.peak_pressure_atm, 2.0);  // its ends help it
   ASSERT_FALSE(summary.warnings.empty());
   for (std::size_t i = 1; i < volumes.size(); ++i) {
     EXPECT_LT(volumes[i], 1.5 * volumes[i - 1]);  // no jump
@@ -123,11 +124,30 @@ TEST(FreeInflation, GoesPastALimitPointWithoutBursting) {
   }
 }
 
-// dD/D = dp R (1 - nu/2) / (E t) of a closed cylinder with nu = 1/2: 5.1 % for 20 um at R = 1.5 mm.
+// Hoop stretch of a closed neo-Hookean cylinder: dw/dl1 = p R l1 l2 / H, dw/dl2 = p R l1^2 / (2 H)
+// with w = C1 (l1^2 + l2^2 + (l1 l2)^-2 - 3), by nested bisection.
+double closed_cylinder_stretch(double pressure, double radius, double wall, double c1) {
+  const auto axial = [&](double l1) {
+    double low = 0.5, high = 1.5;
+    for (int i = 0; i < 60; ++i) {
+      const double l2 = 0.5 * (low + high);
+      const double slope = 2 * c1 * (l2 - std::pow(l1, -2) * std::pow(l2, -3));
+      (slope < 0.5 * pressure * radius / wall * l1 * l1 ? low : high) = l2;
+    }
+    return low;
+  };
+  double low = 1.0, high = 1.3;
+  for (int i = 0; i < 60; ++i) {
+    const double l1 = 0.5 * (low + high), l2 = axial(l1);
+    const double slope = 2 * c1 * (l1 - std::pow(l1, -3) * std::pow(l2, -2));
+    (slope < pressure * radius / wall * l1 * l2 ? low : high) = l1;
+  }
+  return low;
+}
+
 TEST(FreeInflation, AWrappedPa12BalloonIsSemiCompliant) {
   testing::StenosedTube p;
-  p.balloon_rings = 20;
-  p.balloon_around = 16;
+  p.balloon_rings = 24;
   SimulationModel model = testing::make_model(p);
   model.wall = {};
   model.wall_fixed.clear();
@@ -142,12 +162,14 @@ TEST(FreeInflation, AWrappedPa12BalloonIsSemiCompliant) {
     options.inflation.deflate_s = 0.025;
     options.inflation.rest_s = 0.0;
     diameter[atm] = peak_of(model, options).balloon_diameter_mm;
+    const double stretch = closed_cylinder_stretch(units::pascal_from_atm(atm), 1.5, 0.02, 150e6);
+    EXPECT_NEAR(diameter[atm], 3.0 * stretch, 0.01 * 3.0) << atm;
   }
-  const double growth = (diameter[14.0] - diameter[6.0]) / 3.0;
-  const double linear = 8.0 * 101325.0 * 1.5 * 0.75 / (900e6 * 0.02);
-  EXPECT_NEAR(growth, linear, 0.15 * linear);
-  // At 6 atm: the nominal diameter and the same line from zero.
-  EXPECT_NEAR(diameter[6.0], 3.0 * (1.0 + 0.75 * linear), 0.02 * 3.0);
+  // Real semi-compliant balloons grow by 4 to 8 % from nominal to rated pressure (Amstutz 2023;
+  // makers' charts).
+  const double growth = diameter[14.0] / diameter[6.0] - 1.0;
+  EXPECT_GT(growth, 0.04);
+  EXPECT_LT(growth, 0.08);
 }
 
 TEST(SimulationOptions, DefaultsAreValid) { EXPECT_NO_THROW(SimulationOptions{}.validate()); }
