@@ -147,11 +147,14 @@ void write_stl(const TriangleMesh& mesh, const fs::path& path) {
 /// A series is only whole with all its slices: they are written beside, then the folder is renamed.
 void write_series(const Phantom& phantom, const PhantomOptions& sized, const fs::path& folder) {
   std::error_code ignored;
+  bool is_ours = !fs::exists(folder) || fs::is_directory(folder);
   for (const fs::directory_entry& entry : fs::directory_iterator(folder, ignored))
-    if (entry.path().extension() != ".dcm")
-      throw IoError("cannot replace " + folder.string() +
-                        " (it holds files that are not a phantom's). Choose another output folder",
-                    ExitCode::cannot_create);
+    is_ours = is_ours && entry.path().extension() == ".dcm";
+  if (!is_ours)
+    throw IoError(
+        "cannot replace " + folder.string() +
+            " (it is not a phantom's, or holds other files too). Choose another output folder",
+        ExitCode::cannot_create);
   const fs::path temporary = folder.parent_path() / (".dicom.tmp-" + std::to_string(::getpid()));
   make_folder(temporary);
   try {
