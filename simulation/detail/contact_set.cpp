@@ -12,7 +12,8 @@ namespace {
 
 // Both sides together may use up this share of a gap before the next detection.
 constexpr double kShareOfGap = 0.45;
-constexpr int kChunks = 32;  // fixed, so that the order of the pairs is
+constexpr int kChunks = 32;                   // fixed, so that the order of the pairs is
+constexpr std::size_t kLeastParallel = 8192;  // fewer queries run on one thread
 
 struct Box {
   Vec3 low{std::numeric_limits<double>::max(), std::numeric_limits<double>::max(),
@@ -141,6 +142,10 @@ struct Builder {
   // Runs query(i, pairs) over [0, count) in chunks and appends the chunks in order.
   template <class Query>
   void gather(std::size_t count, std::vector<ContactPair>& pairs, const Query& query) const {
+    if (count < kLeastParallel) {
+      for (std::size_t i = 0; i < count; ++i) query(i, pairs);
+      return;
+    }
     std::vector<std::vector<ContactPair>> found(kChunks);
     parallel_for_uneven(kChunks, [&](std::ptrdiff_t chunk) {
       const std::size_t begin = count * std::size_t(chunk) / kChunks;

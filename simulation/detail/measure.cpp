@@ -144,10 +144,9 @@ double section_diameter(const Scene& scene, const std::vector<Vec3>& x, const Ve
 double lumen_mld(const Scene& scene, const std::vector<Vec3>& x) {
   const int count = scene.clusters.count();
   std::vector<double> radius(std::size_t(count), std::numeric_limits<double>::max());
-  parallel_for(count, [&](std::ptrdiff_t c) {
+  for (int c = 0; c < count; ++c)
     if (scene.clusters.ring[std::size_t(c)])
-      radius[std::size_t(c)] = inscribed_radius(section_of(scene, x, int(c)));
-  });
+      radius[std::size_t(c)] = inscribed_radius(section_of(scene, x, c));
   const auto least = std::min_element(radius.begin(), radius.end());
   return least == radius.end() || *least == std::numeric_limits<double>::max() ? 0.0 : 2.0 * *least;
 }
@@ -197,8 +196,7 @@ SkinState skin_state(const Scene& scene, const std::vector<Vec3>& x) {
   const auto count = std::size_t(scene.balloon_count);
   SkinState state{std::vector<double>(count), std::vector<double>(count),
                   std::vector<double>(count)};
-  parallel_for(scene.balloon_count, [&](std::ptrdiff_t i) {
-    const auto v = std::size_t(i);
+  for (std::size_t v = 0; v < count; ++v) {
     double weight = 0.0, thickness = 0.0, first = 0.0, second = 0.0;
     for (int c = scene.corner_begin[v]; c < scene.corner_begin[v + 1]; ++c) {
       const Corner& corner = scene.corners[std::size_t(c)];
@@ -221,7 +219,7 @@ SkinState skin_state(const Scene& scene, const std::vector<Vec3>& x) {
     state.thickness[v] = thickness / weight;
     state.stretch_1[v] = first / weight;
     state.stretch_2[v] = second / weight;
-  });
+  }
   return state;
 }
 

@@ -13,7 +13,18 @@ constexpr double kResidualTolerance = 0.01;  // sweeps go on above it,
 constexpr double kResidualAtRest = 1e-3;     // and end early below this one
 constexpr int kLeastSweeps = 4;
 constexpr int kMaxSweepFactor = 6;    // up to this many times the number asked for
+// Loops shorter than this run on one thread: they end before a second one is awake.
+constexpr std::ptrdiff_t kLeastParallel = 1024;
 constexpr double kStickSpeed = 0.02;  // slip speed below which contact sticks [mm/s]
+
+// parallel_for over `count` iterations of about equal cost, a microsecond each.
+template <class Body>
+void for_each(std::ptrdiff_t count, const Body& body) {
+  if (count >= kLeastParallel)
+    parallel_for(count, body);
+  else
+    for (std::ptrdiff_t i = 0; i < count; ++i) body(i);
+}
 
 }  // namespace
 
@@ -92,7 +103,7 @@ StepReport StepSolver::step(const GasLaw<double>& law, double dt, State& state) 
   const int most = kMaxSweepFactor * options_.sweeps;
   for (report.sweeps = 1; report.sweeps <= most; ++report.sweeps) {
     std::fill(blocked_.begin(), blocked_.end(), char(0));
-    parallel_for(std::ptrdiff_t(contacts_.pairs.size()),
+    for_each(std::ptrdiff_t(contacts_.pairs.size()),
                  [&](std::ptrdiff_t i) { refresh_pair(view_, int(i)); });
     fit_wall();
     sweep_balloon(law, state);
@@ -169,8 +180,8 @@ void StepSolver::detect(const State& state) {
 }
 
 void StepSolver::fit_wall() {
-  parallel_for(scene_.clusters.count(), [&](std::ptrdiff_t c) { fit_cluster(view_, int(c)); });
-  parallel_for(scene_.wall_count, [&](std::ptrdiff_t i) { set_goal(view_, int(i)); });
+  for_each(scene_.clusters.count(), [&](std::ptrdiff_t c) { fit_cluster(view_, int(c)); });
+  for_each(scene_.wall_count, [&](std::ptrdiff_t i) { set_goal(view_, int(i)); });
 }
 
 void StepSolver::move_vertex(int v, const Vec3& move) {
@@ -187,7 +198,7 @@ void StepSolver::sweep_balloon(const GasLaw<double>& law, State& state) {
     const int* group = colors.vertices.data() + colors.begin[color];
     const std::ptrdiff_t count = colors.begin[color + 1] - colors.begin[color];
     const double pressure = state.pressure;
-    parallel_for(count, [&](std::ptrdiff_t i) {
+    for_each(count, [&](std::ptrdiff_t i) {
       const int v = group[i];
       Move& move = moves_[std::size_t(v)];
       const VertexForces f = balloon_forces(view_, v, move.by_volume);
@@ -210,7 +221,7 @@ void StepSolver::sweep_balloon(const GasLaw<double>& law, State& state) {
     const double least = 1e-3 * state.volume;
     const double change =
         meet(law, pressure, std::max(state.volume + grown, least), compliance) - pressure;
-    parallel_for(count, [&](std::ptrdiff_t i) {
+    for_each(count, [&](std::ptrdiff_t i) {
       const int v = group[i];
       const Move& move = moves_[std::size_t(v)];
       const Vec3 whole = move.by_force + change * move.by_pressure;
@@ -226,7 +237,7 @@ void StepSolver::sweep_wall(State& state) {
   const Coloring& colors = scene_.wall_colors;
   for (std::size_t color = 0; color + 1 < colors.begin.size(); ++color) {
     const int* group = colors.vertices.data() + colors.begin[color];
-    parallel_for(colors.begin[color + 1] - colors.begin[color], [&](std::ptrdiff_t i) {
+    for_each(colors.begin[color + 1] - colors.begin[color], [&](std::ptrdiff_t i) {
       const int v = group[i];
       const VertexForces f = wall_forces(view_, v);
       Move& move = moves_[std::size_t(v)];
@@ -253,14 +264,14 @@ bool StepSolver::any_blocked() const {
 
 void StepSolver::flow_wall(double dt, State& state) {
   fit_wall();
-  parallel_for(scene_.clusters.count(), [&](std::ptrdiff_t i) {
+  for_each(scene_.clusters.count(), [&](std::ptrdiff_t i) {
     const auto c = std::size_t(i);
     state.plastic[c] = flow(plasticity_, cluster_stretch(view_, int(c)), state.plastic[c], dt);
   });
 }
 
 void StepSolver::measure_contact(State& state) {
-  parallel_for(std::ptrdiff_t(contacts_.pairs.size()),
+  for_each(std::ptrdiff_t(contacts_.pairs.size()),
                [&](std::ptrdiff_t i) { refresh_pair(view_, int(i)); });
   contact_count_ = 0;
   for (int v = 0; v < scene_.vertex_count(); ++v) {
