@@ -14,7 +14,7 @@ namespace {
 
 constexpr double kGapShare = 0.15;          // of the axis's distance from the wall
 constexpr double kLeastGap = 0.02;          // [mm]
-constexpr double kLeastStartRadius = 0.15;  // [mm] thinner than any deflated balloon
+constexpr double kLeastStartRadius = 0.10;  // [mm] thinner than any guidewire (0.18 mm)
 constexpr double kRingSlope = 0.4;          // by which neighbouring rings may differ
 constexpr double kBendLimit = 0.6;          // ring radius / radius of curvature
 

@@ -52,7 +52,7 @@ struct FramedAxis {
 /// lets it: the gap to the wall is at least 15 % of the axis's distance from the wall and 0.02 mm.
 ///
 /// @param wall  of the lumen
-/// @throws InputError if a ring would have to be thinner than 0.15 mm in radius
+/// @throws InputError if a ring would have to be thinner than 0.10 mm in radius
 Balloon shape_balloon(const BalloonPlan& plan, const CenterlinePath& path,
                       const SurfaceTarget& wall);
 

@@ -81,7 +81,7 @@ RegionExtent avoid_forks(RegionExtent extent, const std::vector<Fork>& forks) {
 
 class RegionTest {
  public:
-  RegionTest(const CenterlineTree& tree, const RegionExtent& wished) {
+  RegionTest(const CenterlineTree& tree, const RegionExtent& wished) : path_(wished.path) {
     for (const CenterlinePath& path : tree.paths) forks_.push_back(find_fork(path, *wished.path));
     const RegionExtent extent = avoid_forks(wished, forks_);
     main_ = section_at(*extent.path, extent.first_abscissa, -1.0);
@@ -105,7 +105,7 @@ class RegionTest {
     if (on_main)
       return !past(main_, point, main_.abscissa - place.abscissa) &&
              !past(far_, point, place.abscissa - far_.abscissa);
-    if (!branch.inside) return false;
+    if (!branch.inside) return is_fused_wall(point);
     return !past(branch.end, point, place.abscissa - branch.end.abscissa);
   }
 
@@ -115,6 +115,17 @@ class RegionTest {
     const double near = 2.0 * section.radius;
     if (std::abs(ahead) > near) return ahead > 0.0;
     return section.plane.signed_distance(point) > 0.0;
+  }
+
+  /// A vessel that leaves elsewhere may be fused with the main one here (by the scan's blur, or as
+  /// a loop). The wall ends then not halfway between the two lines, but out of the balloon's way.
+  [[nodiscard]] bool is_fused_wall(const Vec3& point) const {
+    constexpr double kReach = 1.5;  // radii from the line
+    const double abscissa = project(*path_, point);
+    const CenterlineSample at = sample(*path_, abscissa);
+    return distance(point, at.point) < kReach * at.inscribed_radius &&
+           !past(main_, point, main_.abscissa - abscissa) &&
+           !past(far_, point, abscissa - far_.abscissa);
   }
 
   /// One diameter past a branch's mouth, and past forks of its own there.
@@ -142,6 +153,7 @@ class RegionTest {
     Section end;
   };
 
+  const CenterlinePath* path_;
   Section main_, far_;
   std::vector<Fork> forks_;
   std::vector<Branch> branches_;

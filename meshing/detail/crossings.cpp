@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "core/error.hpp"
+#include "meshing/detail/fill_hole.hpp"
 #include "meshing/detail/surface_query.hpp"
 
 namespace angio::meshing::detail {
@@ -147,11 +148,12 @@ int close_holes(SurfaceDraft& draft) {
       throw InternalError(
           "the lumen's surface crosses itself at an open end. Cut the vessel "
           "elsewhere or smooth the segmentation there");
-    std::vector<Vec3> points;
-    for (const int v : loop) points.push_back(draft.mesh.vertices[std::size_t(v)]);
-    for (const Triangle& t : triangulate_loop(points))
-      draft.mesh.triangles.push_back(
-          {loop[std::size_t(t[0])], loop[std::size_t(t[1])], loop[std::size_t(t[2])]});
+    fill_hole(draft.mesh, loop);
+    if (draft.mesh.vertices.size() > draft.rim.size()) {
+      draft.rim.push_back(-1);
+      draft.edge_length.push_back(draft.edge_length[std::size_t(loop.front())]);
+      loose.push_back(1);
+    }
     for (const int v : loop) loose[std::size_t(v)] = 1;
     ++count;
   }

@@ -6,6 +6,7 @@
 #include <map>
 
 #include "core/error.hpp"
+#include "meshing/detail/fill_hole.hpp"
 #include "meshing/detail/surface_query.hpp"
 
 namespace angio::meshing::detail {
@@ -77,22 +78,9 @@ Opening describe_opening(const TriangleMesh& mesh, std::vector<int> loop) {
   return opening;
 }
 
-/// Fills every opening; where one has no filling, the surface cannot be used.
-void fill_opening(TriangleMesh& mesh, const std::vector<int>& loop) {
-  std::vector<Vec3> points;
-  for (const int v : loop) points.push_back(mesh.vertices[std::size_t(v)]);
-  const std::vector<Triangle> patch = triangulate_loop(points);
-  if (patch.empty())
-    throw InputError("a hole of the surface cannot be filled (" + std::to_string(loop.size()) +
-                     " vertices on its border). Repair the surface first");
-  for (const Triangle& t : patch)
-    mesh.triangles.push_back(
-        {loop[std::size_t(t[0])], loop[std::size_t(t[1])], loop[std::size_t(t[2])]});
-}
-
 void turn_outward(TriangleMesh& mesh) {
   TriangleMesh closed = mesh;
-  for (const auto& loop : boundary_loops(mesh)) fill_opening(closed, loop);
+  for (const auto& loop : boundary_loops(mesh)) fill_hole(closed, loop);
   if (enclosed_volume(closed) > 0.0) return;
   for (Triangle& t : mesh.triangles) std::swap(t[1], t[2]);
 }
@@ -148,7 +136,8 @@ SurfaceDraft repaired_draft(const TriangleMesh& surface, const CenterlineTree& t
     const bool keep = nearest >= 0 && opening.unevenness < kFlat * opening.radius &&
                       opening.radius > 0.5 * ends[std::size_t(nearest)].radius;
     if (!keep) {
-      fill_opening(draft.mesh, loop);
+      fill_hole(draft.mesh, loop);
+      draft.rim.resize(draft.mesh.vertices.size(), -1);
       continue;
     }
     taken[std::size_t(nearest)] = 1;

@@ -16,7 +16,7 @@ TriangleMesh component_of_lines(const TriangleMesh& mesh, const CenterlineTree& 
 /// A given surface made manifold and outward; flat openings at line ends stay open as rims, other
 /// openings are filled.
 ///
-/// @throws InputError if nothing is left of it, or a hole has no filling
+/// @throws InputError if nothing is left of it
 SurfaceDraft repaired_draft(const TriangleMesh& surface, const CenterlineTree& tree,
                             const std::vector<LineEnd>& ends);
 
