@@ -238,9 +238,9 @@ TEST(PlaceBalloon, IsShortenedWithAWarningWhereTheVesselIsShort) {
 }
 
 TEST(PlaceBalloon, WhereNoneFitsIsAnInputError) {
-  const auto throat = test::make_tube(30.0, 0.1, test::stenosis(0.8, 15.0, 5.0, 0.8));
+  const auto throat = test::make_tube(24.0, 0.08, test::stenosis(0.8, 12.0, 4.0, 0.86));
   const LumenMesh lumen = mesh_lumen(throat.level_set, throat.tree, {});
-  EXPECT_THROW(place_balloon(lumen, throat.tree, throat.tree.paths[0], 15.0, 8.0, 1.6, {}),
+  EXPECT_THROW(place_balloon(lumen, throat.tree, throat.tree.paths[0], 12.0, 4.0, 1.6, {}),
                InputError);
   const auto shorty = test::make_tube(9.0, 0.3, [](double) { return 1.5; });
   const LumenMesh short_lumen = mesh_lumen(shorty.level_set, shorty.tree, {});
