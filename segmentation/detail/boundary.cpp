@@ -141,6 +141,7 @@ Boundary find_boundary(const Volume<float>& volume, const Volume<std::uint8_t>& 
   level = resample_cubic(level, fine_spacing(level.geometry));
   keep_piece(level, [](std::size_t) { return true; });
   level = undo_blur(signed_distance(level, kReachMm), boundary.blur_mm, voxel);
+  keep_piece(level, [](std::size_t) { return true; });  // moving it may pinch a thread off
   progress.report(0.95, "finding the boundary");
   boundary.level_set = signed_distance(level, kReachMm);
   return boundary;

@@ -13,6 +13,7 @@
 namespace angio::segmentation::detail {
 namespace {
 
+constexpr double kRefinedVoxels = 4.0;  ///< distance to which closest points are exact
 constexpr float kFar = std::numeric_limits<float>::infinity();
 using Offset = Vec3T<float>;  ///< from a voxel's centre to its closest point, along the axes [mm]
 
@@ -88,18 +89,18 @@ Offset refine_closest(const LevelSampler& sampler, const VolumeGeometry& geometr
     return Offset{float(voxel[0]) + way.x / h.x, float(voxel[1]) + way.y / h.y,
                   float(voxel[2]) + way.z / h.z};
   };
-  const float longest = 1.2f * norm(h);
-  const float value_here = std::abs(sampler.value(index({})));
+  const float longest = norm(h);  ///< that the estimate may move
   Offset way = start;
   for (int iteration = 0; iteration < 3; ++iteration) {
     const Offset g = sampler.gradient(index(way));
     const float squared = norm_squared(g);
     if (!(squared > 0.0f)) return start;
     way = (-(sampler.value(index(way)) - dot(g, way)) / squared) * g;
-    if (!(norm(way) < longest)) return start;
+    if (!(norm(way - start) < longest)) return start;
   }
+  // Both are way-points of the zero; the better one lies nearer to it.
   const float missed = std::abs(sampler.value(index(way)));
-  return missed < 0.02f + 0.1f * value_here ? way : start;
+  return missed <= std::abs(sampler.value(index(start))) + 0.02f ? way : start;
 }
 
 ClosestPoints first_layer(const Volume<float>& level) {
@@ -200,11 +201,30 @@ void propagate(ClosestPoints& points, const Volume<float>& level, float reach) {
       if (!std::exchange(done[v], std::uint8_t{1})) hand_on(v);
 }
 
+/// A point handed on is the closest of a neighbour; near the surface it is moved to a voxel's own.
+void refine_near(ClosestPoints& points, const Volume<float>& level, float band) {
+  const LevelSampler sampler(level);
+  const auto [ni, nj, nk] = level.geometry.size;
+  parallel_for(nk, [&, ni = ni, nj = nj](std::ptrdiff_t k) {
+    for (int j = 0; j < nj; ++j)
+      for (int i = 0; i < ni; ++i) {
+        const std::size_t v = level.geometry.offset(i, j, int(k));
+        if (!(points.distance_squared.values[v] < band * band)) continue;
+        const Offset way =
+            refine_closest(sampler, level.geometry, {i, j, int(k)}, points.offset[v]);
+        points.distance_squared.values[v] =
+            std::min(points.distance_squared.values[v], norm_squared(way));
+      }
+  });
+}
+
 }  // namespace
 
 Volume<float> signed_distance(const Volume<float>& level, double reach_mm) {
   ClosestPoints points = first_layer(level);
   propagate(points, level, float(reach_mm));
+  const Vec3& h = level.geometry.spacing;
+  refine_near(points, level, float(kRefinedVoxels * std::max({h.x, h.y, h.z})));
   Volume<float> distance = std::move(points.distance_squared);
   for (std::size_t v = 0; v < distance.values.size(); ++v)
     distance.values[v] = level.values[v] < 0.0f

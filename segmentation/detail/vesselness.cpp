@@ -12,7 +12,7 @@ namespace angio::segmentation::detail {
 namespace {
 
 constexpr double kNoiseDeviations = 5.5;
-constexpr double kBlocksPerSigma = 1.5;     ///< coarse voxels per standard deviation
+constexpr double kBlocksPerSigma = 2.5;     ///< coarse voxels per standard deviation
 constexpr double kLeastSigmaVoxels = 0.9;   ///< below it, differences stand for no derivative
 constexpr double kMadToDeviation = 1.4826;  ///< of a normal distribution
 
@@ -67,10 +67,10 @@ CoarseField contrast_at_scale(const Volume<float>& volume, double sigma) {
   const auto factor = block_size(volume.geometry, sigma / kBlocksPerSigma);
   Volume<float> blocks = block_average(volume, factor);
   const Vec3 h = blocks.geometry.spacing;
-  // A block average blurs too: by h^2 / 12 beyond what a voxel already holds.
-  const double blurred =
-      (h.x * h.x + h.y * h.y + h.z * h.z - dot(volume.geometry.spacing, volume.geometry.spacing)) /
-      36.0;
+  // A block average blurs by h^2 / 12 beyond what a voxel holds already, a difference by h^2 / 6.
+  const double blurred = dot(h, h) / 36.0 -
+                         dot(volume.geometry.spacing, volume.geometry.spacing) / 36.0 +
+                         dot(h, h) / 18.0;
   Volume<float> l2 =
       middle_eigenvalue(smooth(blocks, std::sqrt(std::max(sigma * sigma - blurred, 0.0))));
   const double scale = std::numbers::e * sigma * sigma;

@@ -1,0 +1,335 @@
+#include <dcmtk/config/osconfig.h>
+#include <dcmtk/dcmdata/dctk.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <random>
+
+#include "core/atomic_file.hpp"
+#include "core/error.hpp"
+#include "segmentation/detail/dicom_pixels.hpp"
+#include "segmentation/read_volume.hpp"
+
+namespace angio::segmentation {
+namespace {
+namespace fs = std::filesystem;
+using testing::HasSubstr;
+
+/// What differs between the made-up slices of these tests.
+struct Slice {
+  double z = 0.0;
+  std::string series = "1.2.826.0.1.3680043.2.100";
+  std::string photometric = "MONOCHROME2";
+  std::string lossy = "00";
+  int rows = 6;
+  int columns = 5;
+  bool is_signed = false;
+  double slope = 1.0;
+  double intercept = 0.0;
+  Uint16 first_pixel = 100;  ///< the others count up from it
+  const char* sop_class = UID_CTImageStorage;
+  bool has_geometry = true;
+};
+
+void write_slice(const fs::path& path, const Slice& slice, E_TransferSyntax syntax) {
+  DcmFileFormat file;
+  DcmDataset& d = *file.getDataset();
+  const auto put = [&](const DcmTagKey& tag, const std::string& value) {
+    ASSERT_TRUE(d.putAndInsertString(tag, value.c_str()).good());
+  };
+  put(DCM_SOPClassUID, slice.sop_class);
+  put(DCM_SOPInstanceUID, slice.series + "." + std::to_string(int(1000 + 100 * slice.z)));
+  put(DCM_SeriesInstanceUID, slice.series);
+  put(DCM_PatientName, "SECRET^NAME");
+  put(DCM_PhotometricInterpretation, slice.photometric);
+  put(DCM_LossyImageCompression, slice.lossy);
+  put(DCM_RescaleSlope, std::to_string(slice.slope));
+  put(DCM_RescaleIntercept, std::to_string(slice.intercept));
+  if (slice.has_geometry) {
+    put(DCM_PixelSpacing, "0.6\\0.4");
+    put(DCM_ImageOrientationPatient, "1\\0\\0\\0\\1\\0");
+    put(DCM_ImagePositionPatient, "-1\\-2\\" + std::to_string(slice.z));
+  }
+  d.putAndInsertUint16(DCM_SamplesPerPixel, 1);
+  d.putAndInsertUint16(DCM_Rows, Uint16(slice.rows));
+  d.putAndInsertUint16(DCM_Columns, Uint16(slice.columns));
+  d.putAndInsertUint16(DCM_BitsAllocated, 16);
+  d.putAndInsertUint16(DCM_BitsStored, 12);
+  d.putAndInsertUint16(DCM_HighBit, 11);
+  d.putAndInsertUint16(DCM_PixelRepresentation, slice.is_signed ? 1 : 0);
+  std::vector<Uint16> pixels(std::size_t(slice.rows) * std::size_t(slice.columns));
+  for (std::size_t p = 0; p < pixels.size(); ++p)
+    pixels[p] = Uint16((slice.first_pixel + p) & 0x0fff);
+  d.putAndInsertUint16Array(DCM_PixelData, pixels.data(), pixels.size());
+  ASSERT_TRUE(file.saveFile(path.c_str(), syntax).good());
+}
+
+class ReadDicom : public testing::Test {
+ protected:
+  void SetUp() override {
+    folder_ =
+        fs::temp_directory_path() / ("angio-read-dicom-" + std::to_string(getpid()) + "-" +
+                                     testing::UnitTest::GetInstance()->current_test_info()->name());
+    fs::create_directories(folder_);
+  }
+  void TearDown() override { fs::remove_all(folder_); }
+  [[nodiscard]] const fs::path& folder() const { return folder_; }
+
+  /// Names in falling z, so that the order of files is not the order of slices.
+  void write_series(int count, Slice slice = {}, E_TransferSyntax syntax = EXS_LittleEndianExplicit,
+                    const std::string& prefix = "a") const {
+    for (int k = 0; k < count; ++k) {
+      slice.z = 0.5 * k;
+      write_slice(folder_ / (prefix + std::to_string(100 - k)), slice, syntax);
+    }
+  }
+  [[nodiscard]] std::string refusal(const ReadOptions& options = {}) const {
+    try {
+      read_volume(folder_, options);
+    } catch (const InputError& error) {
+      return error.what();
+    }
+    return {};
+  }
+
+ private:
+  fs::path folder_;
+};
+
+TEST_F(ReadDicom, KeepsGeometryAndValuesInEveryUncompressedSyntax) {
+  for (E_TransferSyntax syntax : {EXS_LittleEndianExplicit, EXS_LittleEndianImplicit,
+                                  EXS_BigEndianExplicit, EXS_DeflatedLittleEndianExplicit}) {
+    Slice slice;
+    slice.slope = 2.0;
+    slice.intercept = -1024.0;
+    write_series(4, slice, syntax);
+    const auto loaded = read_volume(folder(), {});
+    const auto& g = loaded.volume.geometry;
+    EXPECT_EQ(g.size, (std::array<int, 3>{5, 6, 4}));
+    EXPECT_DOUBLE_EQ(g.spacing.x, 0.4);
+    EXPECT_DOUBLE_EQ(g.spacing.y, 0.6);
+    EXPECT_DOUBLE_EQ(g.spacing.z, 0.5);
+    EXPECT_EQ(g.origin, (Vec3{-1, -2, 0}));
+    EXPECT_EQ(loaded.volume.at(0, 0, 0), 2.0f * 100.0f - 1024.0f);
+    EXPECT_EQ(loaded.volume.at(1, 2, 3), 2.0f * 111.0f - 1024.0f);
+  }
+}
+
+TEST_F(ReadDicom, ExtendsTheSignOfTwelveBits) {
+  Slice slice;
+  slice.is_signed = true;
+  slice.first_pixel = 0x0ffe;  // -2, then -1, 0, 1, ...
+  write_series(3, slice);
+  const auto volume = read_volume(folder(), {}).volume;
+  EXPECT_EQ(volume.at(0, 0, 0), -2.0f);
+  EXPECT_EQ(volume.at(3, 0, 0), 1.0f);
+}
+
+TEST_F(ReadDicom, AppliesEachSlicesOwnRescale) {
+  for (int k = 0; k < 3; ++k) {
+    Slice slice;
+    slice.z = 0.5 * k;
+    slice.slope = 1.0 + k;
+    write_slice(folder() / std::to_string(k), slice, EXS_LittleEndianExplicit);
+  }
+  const auto volume = read_volume(folder(), {}).volume;
+  for (int k = 0; k < 3; ++k) EXPECT_EQ(volume.at(0, 0, k), 100.0f * float(1 + k));
+}
+
+TEST_F(ReadDicom, InvertsMonochrome1AndSaysSo) {
+  Slice slice;
+  slice.photometric = "MONOCHROME1";
+  write_series(3, slice);
+  const auto loaded = read_volume(folder(), {});
+  EXPECT_EQ(loaded.volume.at(0, 0, 0), 4095.0f - 100.0f);
+  ASSERT_EQ(loaded.warnings.size(), 1u);
+  EXPECT_THAT(loaded.warnings[0], HasSubstr("MONOCHROME1"));
+}
+
+TEST_F(ReadDicom, RefusesLossyPixelsUnlessAllowed) {
+  Slice slice;
+  slice.lossy = "01";
+  write_series(3, slice);
+  EXPECT_THAT(refusal(), HasSubstr("--allow-lossy"));
+  EXPECT_NO_THROW(read_volume(folder(), {.series = "", .allow_lossy = true}));
+}
+
+TEST_F(ReadDicom, TakesTheLargestSeriesAndNamesTheOthers) {
+  write_series(3);
+  Slice large;
+  large.series = "1.2.826.0.1.3680043.2.200";
+  large.rows = 12;
+  write_series(4, large, EXS_LittleEndianExplicit, "b");
+  Slice run;
+  run.series = "1.2.826.0.1.3680043.2.300";
+  run.sop_class = UID_XRayAngiographicImageStorage;
+  run.rows = 40;
+  write_series(5, run, EXS_LittleEndianExplicit, "c");
+  const auto loaded = read_volume(folder(), {});
+  EXPECT_EQ(loaded.volume.geometry.size, (std::array<int, 3>{5, 12, 4}));
+  EXPECT_EQ(loaded.warnings.size(), 2u);
+  // Every series can be chosen by its number and by its key.
+  const auto listed = inspect(folder());
+  ASSERT_EQ(listed.size(), 3u);
+  EXPECT_FALSE(listed[0].usable);
+  EXPECT_EQ(read_volume(folder(), {.series = "3"}).volume.geometry.size[2], 3);
+  EXPECT_EQ(read_volume(folder(), {.series = listed[2].key}).volume.geometry.size[2], 3);
+  EXPECT_THAT(refusal({.series = "9"}), HasSubstr("there is no series"));
+}
+
+TEST_F(ReadDicom, RefusesASecondaryCaptureWithoutGeometryAndAnAnonymisedSeries) {
+  Slice slice;
+  slice.has_geometry = false;
+  write_series(3, slice);
+  EXPECT_THAT(refusal(), HasSubstr("is missing"));
+  slice.sop_class = UID_SecondaryCaptureImageStorage;
+  write_series(3, slice);
+  EXPECT_THAT(refusal(), HasSubstr("secondary capture without geometry"));
+}
+
+TEST_F(ReadDicom, RefusesADamagedSliceAtTheEndOfAStack) {
+  write_series(4);
+  const fs::path last = folder() / "a97";
+  fs::resize_file(last, fs::file_size(last) - 20);
+  const std::string text = refusal();
+  EXPECT_THAT(text, HasSubstr("a97"));
+  EXPECT_EQ(text.find('\n'), std::string::npos);
+}
+
+TEST_F(ReadDicom, TellsNoIdentityAnywhere) {
+  write_series(3);
+  write_slice(folder() / "double", Slice{}, EXS_LittleEndianExplicit);
+  const std::string text = refusal();
+  EXPECT_THAT(text, HasSubstr("repeats a position"));
+  for (const char* secret : {"SECRET", "1.2.826"})
+    EXPECT_EQ(text.find(secret), std::string::npos) << text;
+  for (const auto& series : inspect(folder()))
+    for (const auto& field : {series.key, series.kind, series.verdict})
+      EXPECT_EQ(field.find("1.2.826"), std::string::npos);
+}
+
+TEST_F(ReadDicom, ReadsFilesWithoutPreamble) {
+  write_series(3);
+  for (const auto& entry : fs::directory_iterator(folder())) {
+    DcmFileFormat file;
+    ASSERT_TRUE(file.loadFile(entry.path().c_str()).good());
+    file.getDataset()->loadAllDataIntoMemory();
+    ASSERT_TRUE(file.saveFile(entry.path().c_str(), EXS_LittleEndianImplicit, EET_ExplicitLength,
+                              EGL_recalcGL, EPD_withoutPadding, 0, 0, EWM_dataset)
+                    .good());
+  }
+  EXPECT_EQ(read_volume(folder(), {}).volume.geometry.size[2], 3);
+}
+
+TEST_F(ReadDicom, SurvivesTruncatedAndScrambledFiles) {
+  write_series(3);
+  const std::string whole = read_text(folder() / "a99");
+  std::mt19937 random(11);
+  for (int trial = 0; trial < 300; ++trial) {
+    std::string bytes = whole;
+    if (trial % 3 == 0) bytes.resize(random() % whole.size());
+    for (int b = 0; trial % 3 != 0 && b < 4; ++b)
+      bytes[132 + random() % (whole.size() - 132)] = char(random());
+    std::ofstream(folder() / "a99", std::ios::binary) << bytes;
+    try {
+      const auto loaded = read_volume(folder(), {});
+      EXPECT_GT(loaded.volume.values.size(), 0u);
+    } catch (const Error& error) {
+      EXPECT_NE(error.exit_code(), ExitCode::internal) << error.what();
+    }
+  }
+}
+
+/// Real and made-up objects that are not part of the repository.
+class ReadDicomData : public testing::Test {
+ protected:
+  void SetUp() override {
+    const char* data = std::getenv("ANGIO_DATA");
+    if (!data) GTEST_SKIP() << "ANGIO_DATA is not set";
+    data_ = data;
+  }
+  [[nodiscard]] fs::path data(const std::string& name) const { return data_ / name; }
+
+ private:
+  fs::path data_;
+};
+
+TEST_F(ReadDicomData, NoTrapGivesASilentlyWrongMillimetre) {
+  struct Trap {
+    const char* name;
+    double spacing_z;  ///< 0: it must be refused
+  };
+  for (const Trap& trap :
+       {Trap{"x3_ok.dcm", 0.3}, Trap{"x3_rev.dcm", 0.3}, Trap{"x3_jitter.dcm", 0.3},
+        Trap{"x3_framesc.dcm", 0.3}, Trap{"x3_nosc.dcm", 0.3}, Trap{"series_ok", 0.5},
+        Trap{"series_rescale_vary", 0.5}, Trap{"x3_gap.dcm", 0}, Trap{"series_missing_mid", 0},
+        Trap{"series_missing_second", 0}, Trap{"series_tilt", 0}, Trap{"series_dup", 0},
+        Trap{"enhxa.dcm", 0}, Trap{"xa_frametime.dcm", 0}, Trap{"xa_noptr.dcm", 0},
+        Trap{"xa_pixelspacing.dcm", 0}, Trap{"xa_ptr_missing.dcm", 0}, Trap{"xa_vector.dcm", 0}}) {
+    const fs::path path = data("dicom-traps") / trap.name;
+    if (trap.spacing_z == 0.0) {
+      EXPECT_THROW(read_volume(path, {}), InputError) << trap.name;
+      continue;
+    }
+    const auto volume = read_volume(path, {}).volume;
+    EXPECT_NEAR(volume.geometry.spacing.z, trap.spacing_z, 1e-9) << trap.name;
+    EXPECT_NEAR(determinant(volume.geometry.direction), 1.0, 1e-12) << trap.name;
+  }
+}
+
+TEST_F(ReadDicomData, ProjectionRunsAreNamedAsSuch) {
+  try {
+    read_volume(data("dicom-traps/xa_frametime.dcm"), {});
+    FAIL();
+  } catch (const InputError& error) {
+    EXPECT_THAT(error.what(), HasSubstr("projection run"));
+    EXPECT_EQ(error.exit_code(), ExitCode::bad_data);
+  }
+}
+
+TEST_F(ReadDicomData, LosslessCodecsDecodeToTheUncompressedPixels) {
+  const auto decoded = [&](const std::string& name) {
+    const auto header = detail::read_dicom_header(data("dicom-codecs") / name);
+    EXPECT_TRUE(header) << name;
+    return detail::decode_frames(*header);
+  };
+  const auto reference = decoded("XA1_UNC");
+  for (const char* name : {"XA1_RLE", "XA1_JPLL", "XA1_JLSL", "XA1_J2KR"})
+    EXPECT_EQ(decoded(name), reference) << name;
+}
+
+TEST_F(ReadDicomData, LossyCodecsAreKnownAsLossy) {
+  for (const char* name : {"XA1_J2KI", "XA1_JLSN", "XA1_JPLY"})
+    EXPECT_TRUE(detail::read_dicom_header(data("dicom-codecs") / name)->lossy) << name;
+  for (const char* name : {"XA1_UNC", "XA1_RLE", "XA1_JPLL", "XA1_JLSL", "XA1_J2KR"})
+    EXPECT_FALSE(detail::read_dicom_header(data("dicom-codecs") / name)->lossy) << name;
+}
+
+TEST_F(ReadDicomData, DamagedStreamsNeverTakeTheProgramDown) {
+  const fs::path file = fs::temp_directory_path() / ("angio-stream-" + std::to_string(getpid()));
+  std::mt19937 random(5);
+  for (const char* name : {"XA1_RLE", "XA1_JPLL", "XA1_JLSL", "XA1_J2KR"}) {
+    const std::string whole = read_text(data("dicom-codecs") / name);
+    for (int trial = 0; trial < 6; ++trial) {
+      std::string bytes = whole;
+      if (trial == 0) bytes.resize(whole.size() / 2);
+      for (int b = 0; trial > 0 && b < 20; ++b)
+        bytes[whole.size() / 4 + random() % (whole.size() / 2)] = char(random());
+      std::ofstream(file, std::ios::binary) << bytes;
+      const auto header = detail::read_dicom_header(file);
+      if (!header || !header->problem.empty()) continue;
+      try {
+        detail::decode_frames(*header);
+      } catch (const InputError&) {
+      }
+    }
+  }
+  fs::remove(file);
+}
+
+}  // namespace
+}  // namespace angio::segmentation

@@ -1,0 +1,230 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <omp.h>
+
+#include <algorithm>
+#include <cmath>
+#include <random>
+
+#include "core/error.hpp"
+#include "segmentation/detail/components.hpp"
+#include "segmentation/segmentation.hpp"
+#include "tests/segmentation/tube_volume.hpp"
+
+namespace angio::segmentation {
+namespace {
+
+using testing::HasSubstr;
+constexpr double kPi = 3.14159265358979323846;
+
+/// The mean radius of the zero of a level set around an axis along z, over the middle slices.
+double mean_radius(const Volume<float>& level_set, double x, double y, double half_length) {
+  double sum = 0.0;
+  int count = 0;
+  for (double z = -half_length; z <= half_length; z += 0.5)
+    for (int ray = 0; ray < 36; ++ray) {
+      const Vec3 along{std::cos(ray * kPi / 18), std::sin(ray * kPi / 18), 0.0};
+      double before = interpolate(level_set, {x, y, z});
+      for (double r = 0.05; r < 8.0; r += 0.05) {
+        const double here = interpolate(level_set, Vec3{x, y, z} + r * along);
+        if (here >= 0.0) {
+          sum += r - 0.05 * here / (here - before);
+          ++count;
+          break;
+        }
+        before = here;
+      }
+    }
+  return count > 0 ? sum / count : 0.0;
+}
+
+Volume<float> tube(const TubeImage& image, double radius) {
+  return image_of(image, [&](const Vec3& p) { return along_z(p, radius); });
+}
+
+std::string refusal(const Volume<float>& volume, const SegmentationOptions& options = {}) {
+  try {
+    segment_vessels(volume, options);
+  } catch (const Error& error) {
+    return error.what();
+  }
+  return {};
+}
+
+TEST(SegmentationOptions, DefaultsAreValid) { EXPECT_NO_THROW(SegmentationOptions{}.validate()); }
+
+TEST(SegmentationOptions, NameTheFieldThatIsWrong) {
+  SegmentationOptions options;
+  options.scale_count = 0;
+  try {
+    options.validate();
+    FAIL();
+  } catch (const OptionError& error) {
+    EXPECT_THAT(error.what(), HasSubstr("segmentation.scale_count"));
+  }
+  options = {};
+  options.smallest_radius_mm = 7.0;
+  EXPECT_THROW(options.validate(), OptionError);
+  options = {};
+  options.intensity_min = 3.0;
+  options.intensity_max = 3.0;
+  EXPECT_THROW(options.validate(), OptionError);
+}
+
+TEST(SegmentVessels, FindsTheRadiusOfATubeToATwentiethOfAVoxel) {
+  for (double radius : {1.0, 1.5, 2.5}) {
+    TubeImage image;
+    image.blur_mm = 0.1;
+    const auto result = segment_vessels(tube(image, radius), {});
+    EXPECT_NEAR(mean_radius(result.level_set, 0.07, -0.04, 5.0), radius, 0.015) << radius;
+    EXPECT_NEAR(result.lumen_intensity, 400.0, 15.0);
+    EXPECT_NEAR(result.background_intensity, 40.0, 4.0);
+  }
+}
+
+TEST(SegmentVessels, KeepsTheRadiusUnderNoise) {
+  for (double noise : {0.1, 0.2}) {
+    TubeImage image;
+    image.noise_sd = noise * 360.0;
+    const auto result = segment_vessels(tube(image, 1.5), {});
+    EXPECT_NEAR(mean_radius(result.level_set, 0.07, -0.04, 5.0), 1.5, 0.04) << noise;
+  }
+}
+
+TEST(SegmentVessels, KeepsTheRadiusOnAnisotropicVoxels) {
+  TubeImage image;
+  image.spacing = {0.3, 0.3, 0.6};
+  image.size = {48, 48, 40};
+  EXPECT_NEAR(mean_radius(segment_vessels(tube(image, 1.5), {}).level_set, 0.07, -0.04, 5.0), 1.5,
+              0.03);
+}
+
+TEST(SegmentVessels, DoesNotDependOnTheIntensityScale) {
+  TubeImage image;
+  image.noise_sd = 20.0;
+  const auto volume = tube(image, 1.2);
+  auto scaled = volume;
+  for (float& v : scaled.values) v = 0.25f * v - 1000.0f;
+  const auto a = segment_vessels(volume, {});
+  const auto b = segment_vessels(scaled, {});
+  ASSERT_EQ(a.level_set.geometry, b.level_set.geometry);
+  for (std::size_t v = 0; v < a.level_set.values.size(); ++v)
+    ASSERT_NEAR(a.level_set.values[v], b.level_set.values[v], 0.02);
+}
+
+TEST(SegmentVessels, WorksOnEightBits) {
+  TubeImage image;
+  image.lumen = 180;
+  image.background = 12;
+  image.noise_sd = 8;
+  auto volume = tube(image, 1.5);
+  for (float& v : volume.values) v = std::clamp(std::round(v), 0.0f, 255.0f);
+  EXPECT_NEAR(mean_radius(segment_vessels(volume, {}).level_set, 0.07, -0.04, 5.0), 1.5, 0.03);
+}
+
+TEST(SegmentVessels, FollowsALumenThatFadesAlongItsWay) {
+  TubeImage image;
+  const auto share = tube({image.size, image.spacing, 1.0, 0.0, image.blur_mm}, 1.5);
+  auto volume = share;
+  const auto& g = volume.geometry;
+  for (int k = 0; k < g.size[2]; ++k)
+    for (int j = 0; j < g.size[1]; ++j)
+      for (int i = 0; i < g.size[0]; ++i)
+        volume.at(i, j, k) = 40.0f + share.at(i, j, k) * (400.0f - 3.0f * float(k));
+  EXPECT_NEAR(mean_radius(segment_vessels(volume, {}).level_set, 0.07, -0.04, 7.0), 1.5, 0.03);
+}
+
+TEST(SegmentVessels, KeepsATightStenosisOpenAndItsDiameter) {
+  // Radius 1.5 mm with a throat of 0.6 mm: 60 % by diameter.
+  const auto radius_at = [](double z) {
+    return 1.5 - (std::abs(z) < 4.0 ? 0.45 * (1.0 + std::cos(kPi * z / 4.0)) : 0.0);
+  };
+  for (double noise : {0.0, 0.1}) {
+    TubeImage image;
+    image.size = {40, 40, 80};
+    image.noise_sd = 360.0 * noise;
+    const auto volume = image_of(image, [&](const Vec3& p) { return along_z(p, radius_at(p.z)); });
+    const auto result = segment_vessels(volume, {});
+    const double throat = mean_radius(result.level_set, 0.07, -0.04, 0.1);
+    EXPECT_NEAR(2.0 * throat, 1.2, 0.12) << noise;
+    EXPECT_EQ(detail::label_components(result.mask, detail::Connectivity::faces).count(), 1);
+  }
+}
+
+TEST(SegmentVessels, TakesTheTreeOfTheSeedAndTellsOfTheRest) {
+  TubeImage image;
+  image.size = {80, 40, 40};
+  const auto volume = image_of(image, [](const Vec3& p) {
+    return std::min(std::hypot(p.x + 6.0, p.y) - 2.0, std::hypot(p.x - 6.0, p.y) - 1.2);
+  });
+  const auto large = segment_vessels(volume, {});
+  EXPECT_LT(interpolate(large.level_set, {-6, 0, 0}), 0.0);
+  EXPECT_GT(interpolate(large.level_set, {6, 0, 0}), 0.0);
+  EXPECT_EQ(large.warnings.size(), 1u);
+  SegmentationOptions options;
+  options.seeds_lps_mm = {{6.1, 0.1, 0.5}};
+  const auto small = segment_vessels(volume, options);
+  EXPECT_LT(interpolate(small.level_set, {6, 0, 0}), 0.0);
+  EXPECT_GT(interpolate(small.level_set, {-6, 0, 0}), 0.0);
+  EXPECT_EQ(small.seeds_lps_mm.size(), 1u);
+  options.seeds_lps_mm = {{0.0, 0.0, 0.0}};
+  EXPECT_THAT(refusal(volume, options), HasSubstr("lies in no vessel"));
+  options.seeds_lps_mm = {{500.0, 0.0, 0.0}};
+  EXPECT_THAT(refusal(volume, options), HasSubstr("outside the volume"));
+}
+
+TEST(SegmentVessels, ClosesTheLevelSetAroundAVesselThatStaysInside) {
+  TubeImage image;
+  const auto volume = image_of(image, [](const Vec3& p) {
+    return std::hypot(std::hypot(p.x, p.y) - 4.0, p.z) - 1.0;  // a ring
+  });
+  const auto result = segment_vessels(volume, {});
+  const auto size = result.mask.geometry.size;
+  for (int k = 0; k < size[2]; ++k)
+    for (int j = 0; j < size[1]; ++j)
+      for (int i = 0; i < size[0]; ++i) {
+        const int margin = std::min({i, j, k, size[0] - 1 - i, size[1] - 1 - j, size[2] - 1 - k});
+        if (margin < 3) {
+          ASSERT_EQ(result.mask.at(i, j, k), 0);
+        }
+      }
+  for (std::size_t v = 0; v < result.mask.values.size(); ++v)
+    ASSERT_EQ(result.mask.values[v] != 0, result.level_set.values[v] < 0.0f);
+}
+
+TEST(SegmentVessels, RefusesAVolumeWithoutVessel) {
+  TubeImage image;
+  image.size = {40, 40, 40};
+  EXPECT_THAT(refusal(image_of(image, [](const Vec3&) { return 100.0; })),
+              HasSubstr("same intensity"));
+  image.noise_sd = 30.0;
+  EXPECT_THAT(refusal(image_of(image, [](const Vec3&) { return 100.0; })),
+              HasSubstr("no vessel was found"));
+  EXPECT_THAT(refusal(Volume<float>{}), HasSubstr("empty"));
+}
+
+TEST(SegmentVessels, GivesTheSameBytesForAnyNumberOfThreads) {
+  TubeImage image;
+  image.noise_sd = 30.0;
+  const auto volume = tube(image, 1.5);
+  const int threads = omp_get_max_threads();
+  omp_set_num_threads(1);
+  const auto a = segment_vessels(volume, {});
+  omp_set_num_threads(3);
+  const auto b = segment_vessels(volume, {});
+  omp_set_num_threads(threads);
+  EXPECT_EQ(a.level_set.values, b.level_set.values);
+  EXPECT_EQ(a.mask.values, b.mask.values);
+}
+
+TEST(SegmentVessels, CanBeInterrupted) {
+  TubeImage image;
+  EXPECT_THROW(
+      segment_vessels(tube(image, 1.5), {}, Progress([](double fraction, std::string_view) {
+                        if (fraction > 0.4) throw Interrupted();
+                      })),
+      Interrupted);
+}
+
+}  // namespace
+}  // namespace angio::segmentation
