@@ -21,12 +21,14 @@ struct LumenMeshOptions {
 };
 
 struct LumenMesh {
-  TriangleMesh open;                 ///< open at the inlet and outlets, planar rims
-  TriangleMesh capped;               ///< watertight; its first vertices are those of `open`
-  std::vector<int> inlet_outlet_id;  ///< per vertex of `capped`: 0 wall, 1 inlet, 2... outlets
-  bool watertight = false;           ///< of `capped`
-  int self_intersection_count = 0;   ///< pairs of triangles
-  double min_angle_degrees = 0.0;    ///< least angle of a triangle of `open`
+  TriangleMesh open;    ///< open at the inlet and outlets, planar rims
+  TriangleMesh capped;  ///< watertight; the vertices of `open`, then one inside each cap
+  /// Per vertex of `capped`: 0 wall, 1 inlet, 2... outlets in path order. A rim's vertices carry
+  /// the id of its cap: a triangle is of a cap exactly if its corners carry the same id above 0.
+  std::vector<int> inlet_outlet_id;
+  bool watertight = false;          ///< of `capped`
+  int self_intersection_count = 0;  ///< pairs of triangles
+  double min_angle_degrees = 0.0;   ///< least angle of a triangle of `open`
   std::vector<std::string> warnings;
 };
 
@@ -39,10 +41,11 @@ LumenMesh mesh_lumen(const TriangleMesh& surface, const CenterlineTree& tree,
 struct BalloonOptions {
   double nominal_diameter_mm = 0.0;  ///< [0.5, 30]; 0: the reference diameter, to the next 0.25 mm
   double length_mm = 0.0;  ///< cylindrical part, [2, 80]; 0: over the lesion by 3 mm each side
-  double start_diameter_mm = 0.0;  ///< crossing profile; 0: 0.9 mm, or less where it must pass
-  int ring_count = 26;             ///< rings of vertices, [6, 400]; 26 x 20 + 2 = the paper's 522
-  int ring_vertex_count = 20;      ///< vertices a ring, [6, 200]
-  int guidewire_node_count = 24;   ///< [2, 1000]
+  double start_diameter_mm =
+      0.0;                     ///< crossing profile, [0.3, 30]; 0: 0.9 mm; less where it must pass
+  int ring_count = 26;         ///< rings of vertices, [6, 400]; 26 x 20 + 2 = the paper's 522
+  int ring_vertex_count = 20;  ///< vertices a ring, [6, 200]
+  int guidewire_node_count = 24;  ///< [2, 1000]
 
   void validate() const;
 };
