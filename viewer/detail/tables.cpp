@@ -114,7 +114,10 @@ std::string value_text(const ordered_json& value, int decimals) {
   if (value.is_boolean()) return value.get<bool>() ? "yes" : "no";
   if (value.is_number_integer()) return std::to_string(value.get<long long>());
   if (value.is_number()) return fixed_text(value.get<double>(), decimals);
-  if (value.is_string()) return value == "" ? "–" : value.get<std::string>();
+  if (value.is_string()) {
+    const std::string words = value.get<std::string>();
+    return words.empty() ? "–" : words;
+  }
   return value.dump();
 }
 
@@ -256,7 +259,8 @@ std::string run_tables(const std::string& json) {
   for (const auto& [key, value] : run.items()) {
     if (!value.is_object()) flat[key] = value;
     if (value.is_object() && key != "stages")
-      for (const auto& [inner, inner_value] : value.items()) flat[key + "_" + inner] = inner_value;
+      for (const auto& [inner, inner_value] : value.items())
+        flat[std::string(key).append("_").append(inner)] = inner_value;
   }
   std::string out = table("Run", rows("run", flat));
   if (run.contains("stages") && run["stages"].is_object())
