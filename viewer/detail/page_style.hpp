@@ -66,7 +66,7 @@ svg .mark.s1{fill:var(--c1)}svg .mark.s2{fill:var(--c2)}
 @media print{:root{color-scheme:light;--paper:#fff;--ink:#000;--soft:#444;--line:#bbb;
 --panel:#fff;--warn:#fff;--grid:#ddd;--band:#f3f3f3;--c1:#1f6fc4;--c2:#d9690f}
 body{max-width:none;padding:0;font-size:11.5px}h2{break-after:avoid}
-.card,figure,.table{break-inside:avoid}.card .value{font-size:17px}
+.tree img{max-height:430px}.card,figure,.table{break-inside:avoid}.card .value{font-size:17px}
 .cards{grid-template-columns:repeat(3,1fr)}.charts{grid-template-columns:1fr 1fr}}
 )css";
 
