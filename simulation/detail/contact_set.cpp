@@ -192,6 +192,21 @@ void index_by_vertex(std::size_t vertex_count, ContactSet& set) {
       set.refs[std::size_t(next[std::size_t(set.pairs[p].vertex[corner])]++)] = {int(p), corner};
 }
 
+// The planes of a vertex's pairs that it can reach at all.
+void collect_bounds(std::size_t vertex_count, ContactSet& set) {
+  set.bound_begin.assign(1, 0);
+  for (std::size_t v = 0; v < vertex_count; ++v) {
+    for (int r = set.ref_begin[v]; r < set.ref_begin[v + 1]; ++r) {
+      const auto [index, corner] = set.refs[std::size_t(r)];
+      const ContactPair& pair = set.pairs[std::size_t(index)];
+      if (pair.limit[corner] >= set.travel) continue;
+      const bool side_a = corner < (pair.edges ? 2 : 1);
+      set.bounds.push_back({side_a ? pair.normal : -pair.normal, pair.limit[corner]});
+    }
+    set.bound_begin.push_back(int(set.bounds.size()));
+  }
+}
+
 }  // namespace
 
 ContactSet find_contacts(const Scene& scene, const std::vector<Vec3>& x,
@@ -200,6 +215,7 @@ ContactSet find_contacts(const Scene& scene, const std::vector<Vec3>& x,
   set.travel = travel;
   if (scene.wall_count == 0) {
     set.ref_begin.assign(x.size() + 1, 0);
+    set.bound_begin = set.ref_begin;
     return set;
   }
   const Builder builder{scene, x, area, reach};
@@ -235,6 +251,7 @@ ContactSet find_contacts(const Scene& scene, const std::vector<Vec3>& x,
     });
   });
   index_by_vertex(x.size(), set);
+  collect_bounds(x.size(), set);
   return set;
 }
 

@@ -23,12 +23,20 @@ struct ContactRef {
   int pair = 0, corner = 0;
 };
 
+/// A plane that a vertex may not pass until the next detection: n . (x - x_detected) >= -limit.
+struct MotionBound {
+  Vec3 normal;
+  double limit = 0.0;  ///< [mm], >= 0
+};
+
 /// All pairs within reach of each other, and for each vertex the pairs it is in.
 struct ContactSet {
   std::vector<ContactPair> pairs;
   std::vector<int> ref_begin;  ///< shape [vertex_count + 1]
   std::vector<ContactRef> refs;
-  double travel = 0.0;  ///< how far any vertex may go before the next detection [mm]
+  std::vector<int> bound_begin;     ///< shape [vertex_count + 1]
+  std::vector<MotionBound> bounds;  ///< those that bind before `travel` does
+  double travel = 0.0;              ///< how far any vertex may go before the next detection [mm]
 };
 
 /// Finds every vertex-triangle and edge-edge pair of balloon and wall nearer than `reach`.

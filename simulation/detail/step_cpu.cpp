@@ -12,9 +12,10 @@ constexpr double kRelaxation = 1.6;          // PHYSICS: fastest on an inflating
 constexpr double kResidualTolerance = 0.01;  // sweeps go on above it,
 constexpr double kResidualAtRest = 1e-3;     // and end early below this one
 constexpr int kLeastSweeps = 4;
-constexpr int kMaxSweepFactor = 6;    // up to this many times the number asked for
-// Loops shorter than this run on one thread: they end before a second one is awake.
-constexpr std::ptrdiff_t kLeastParallel = 1024;
+constexpr int kMaxSweepFactor = 6;  // up to this many times the number asked for
+// Loops shorter than this run on one thread: they take less than a millisecond, and on a busy
+// computer waking and awaiting a second thread for each of a step's hundreds of loops takes longer.
+constexpr std::ptrdiff_t kLeastParallel = 16384;
 constexpr double kStickSpeed = 0.02;  // slip speed below which contact sticks [mm/s]
 
 // parallel_for over `count` iterations of about equal cost, a microsecond each.
@@ -104,7 +105,7 @@ StepReport StepSolver::step(const GasLaw<double>& law, double dt, State& state) 
   for (report.sweeps = 1; report.sweeps <= most; ++report.sweeps) {
     std::fill(blocked_.begin(), blocked_.end(), char(0));
     for_each(std::ptrdiff_t(contacts_.pairs.size()),
-                 [&](std::ptrdiff_t i) { refresh_pair(view_, int(i)); });
+             [&](std::ptrdiff_t i) { refresh_pair(view_, int(i)); });
     fit_wall();
     sweep_balloon(law, state);
     sweep_wall(state);
@@ -177,6 +178,8 @@ void StepSolver::detect(const State& state) {
   view_.pair_weights = pair_weights_.data();
   view_.ref_begin = contacts_.ref_begin.data();
   view_.refs = contacts_.refs.data();
+  view_.bound_begin = contacts_.bound_begin.data();
+  view_.bounds = contacts_.bounds.data();
 }
 
 void StepSolver::fit_wall() {
@@ -272,7 +275,7 @@ void StepSolver::flow_wall(double dt, State& state) {
 
 void StepSolver::measure_contact(State& state) {
   for_each(std::ptrdiff_t(contacts_.pairs.size()),
-               [&](std::ptrdiff_t i) { refresh_pair(view_, int(i)); });
+           [&](std::ptrdiff_t i) { refresh_pair(view_, int(i)); });
   contact_count_ = 0;
   for (int v = 0; v < scene_.vertex_count(); ++v) {
     VertexForces f;

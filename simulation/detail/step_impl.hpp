@@ -57,6 +57,8 @@ struct StepView {
   double* pair_weights = nullptr;  // area, faded out for parallel edges; 0: out of contact
   const int* ref_begin = nullptr;
   const ContactRef* refs = nullptr;
+  const int* bound_begin = nullptr;
+  const MotionBound* bounds = nullptr;
   double travel = 0.0;
 };
 
@@ -99,12 +101,8 @@ ANGIO_HOST_DEVICE inline void add_contact(const StepView& s, int v, VertexForces
     const ContactPair& pair = s.pairs[s.refs[r].pair];
     const double w = pair.weights.w[s.refs[r].corner];
     if (w == 0.0) continue;
-    Vec3 gap, slip;
-    for (int i = 0; i < 4; ++i) {
-      const int u = pair.vertex[i];
-      gap += pair.weights.w[i] * s.x[u];
-      slip += pair.weights.w[i] * (s.x[u] - s.x_before[u]);
-    }
+    Vec3 gap, gap_before;
+    for (int i = 0; i < 4; ++i) gap += pair.weights.w[i] * s.x[pair.vertex[i]];
     const Vec3 n = pair.direction;
     const double least = 0.05 * s.contact_distance;
     double d = dot(n, gap);
@@ -118,6 +116,8 @@ ANGIO_HOST_DEVICE inline void add_contact(const StepView& s, int v, VertexForces
     out.force += (normal_force * w) * n;
     out.magnitude += normal_force * std::abs(w);
     const double stiffness = scale * b.curvature * w * w;
+    for (int i = 0; i < 4; ++i) gap_before += pair.weights.w[i] * s.x_before[pair.vertex[i]];
+    Vec3 slip = gap - gap_before;
     slip -= dot(slip, n) * n;
     const double rub = normal_force * friction_per_slip(s.friction, norm(slip));
     const Vec3 friction = (-rub * w) * slip;
@@ -248,12 +248,11 @@ ANGIO_HOST_DEVICE inline Mat3 inverse_block(Mat3 h) {
 ANGIO_HOST_DEVICE inline double allowed_share(const StepView& s, int v, const Vec3& move) {
   const Vec3 done = s.x[v] - s.x_detected[v];
   double share = 1.0;
-  for (int r = s.ref_begin[v]; r < s.ref_begin[v + 1]; ++r) {
-    const ContactPair& pair = s.pairs[s.refs[r].pair];
-    const int corner = s.refs[r].corner;
-    const double sign = corner < (pair.edges ? 2 : 1) ? -1.0 : 1.0;
-    const double now = sign * dot(pair.normal, done), more = sign * dot(pair.normal, move);
-    const double left = pair.limit[corner] - now;
+  for (int b = s.bound_begin[v]; b < s.bound_begin[v + 1]; ++b) {
+    const MotionBound& bound = s.bounds[b];
+    const double more = -dot(bound.normal, move);
+    if (!(more > 0.0)) continue;
+    const double left = bound.limit + dot(bound.normal, done);
     if (more > left) {
       const double part = left > 0.0 ? left / more : 0.0;
       share = part < share ? part : share;

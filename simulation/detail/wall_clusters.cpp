@@ -20,6 +20,9 @@ constexpr double kRingSpread = 0.25;
 // Length of the mean normal: 0 for a full ring, 1 for a flat piece.
 constexpr double kRingMeanNormal = 0.35;
 
+// What the outermost member of a slab still counts, against 1 for one in its middle.
+constexpr double kLeastShare = 0.02;
+
 struct Slab {
   Vec3 centre, axis;
   double radius = 0.0;
@@ -191,6 +194,33 @@ void centre_offsets(const std::vector<Vec3>& x, WallClusters& clusters) {
   }
 }
 
+// Each member's share of its vertex: falling from the middle of the slab to its ends along the
+// axis, so that the goals, a mean over slabs by share, have no jump where a slab ends.
+std::vector<double> shares_of(const Slab& slab, const Members& members,
+                              const std::vector<Vec3>& x) {
+  std::vector<double> shares;
+  double reach = 0.0;
+  for (const int v : members) {
+    shares.push_back(std::abs(dot(x[std::size_t(v)] - slab.centre, slab.axis)));
+    reach = std::max(reach, shares.back());
+  }
+  for (double& share : shares) share = kLeastShare + (reach > 0.0 ? 1.0 - share / reach : 0.0);
+  return shares;
+}
+
+// Divides each vertex's stiffness over its slabs, in proportion to the shares.
+void divide_stiffness(const std::vector<double>& shares, WallClusters& clusters) {
+  for (std::size_t v = 0; v + 1 < clusters.entry_begin.size(); ++v) {
+    double whole = 0.0;
+    for (int n = clusters.entry_begin[v]; n < clusters.entry_begin[v + 1]; ++n)
+      whole += shares[std::size_t(clusters.entry[std::size_t(n)])];
+    for (int n = clusters.entry_begin[v]; n < clusters.entry_begin[v + 1]; ++n) {
+      const auto e = std::size_t(clusters.entry[std::size_t(n)]);
+      clusters.stiffness[e] *= shares[e] / whole;
+    }
+  }
+}
+
 }  // namespace
 
 WallClusters make_clusters(const SimulationModel& model, const WallMaterial& material) {
@@ -204,9 +234,12 @@ WallClusters make_clusters(const SimulationModel& model, const WallMaterial& mat
   const SlabCutter cutter(model);
   const double modulus = units::pascal_from_kilopascal(material.modulus_kpa);
   const double ratio = material.thickness_ratio;
+  std::vector<double> shares;  // per entry
   for (const Members& members : cutter.cut()) {
     const Slab slab = cutter.measure(members);
     const double thickness = 2.0 * slab.radius * ratio / (1.0 - 2.0 * ratio);
+    const std::vector<double> slab_shares = shares_of(slab, members, model.wall.vertices);
+    shares.insert(shares.end(), slab_shares.begin(), slab_shares.end());
     for (const int v : members) {
       clusters.vertex.push_back(v);
       clusters.entry_cluster.push_back(clusters.count());
@@ -219,10 +252,7 @@ WallClusters make_clusters(const SimulationModel& model, const WallMaterial& mat
     clusters.begin.push_back(int(clusters.vertex.size()));
   }
   index_by_vertex(wall_count, clusters);
-  for (std::size_t e = 0; e < clusters.vertex.size(); ++e) {
-    const auto v = std::size_t(clusters.vertex[e]);
-    clusters.stiffness[e] /= double(clusters.entry_begin[v + 1] - clusters.entry_begin[v]);
-  }
+  divide_stiffness(shares, clusters);
   clusters.offset.resize(clusters.vertex.size());
   centre_offsets(model.wall.vertices, clusters);
   return clusters;

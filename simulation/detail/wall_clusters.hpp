@@ -30,6 +30,8 @@ struct WallClusters {
 ///
 ///     k_i = E t A_i / r^2, divided over the clusters of vertex i,   t = 2 r a / (1 - 2 a)
 ///
+/// The divisor falls from the middle of a slab to its ends (a hat function), so that neighbouring
+/// slabs pass into each other without a step,
 /// so that a tube widened evenly by dr carries the pressure E t dr / r^2 of a thin elastic ring (a:
 /// wall thickness / outer diameter).
 WallClusters make_clusters(const SimulationModel& model, const WallMaterial& material);

@@ -136,9 +136,8 @@ TEST(FindContacts, NoMotionWithinItsBoundsMakesAPairCross) {
   StepView view;
   view.x = x.data();
   view.x_detected = t.scene.start.data();
-  view.pairs = set.pairs.data();
-  view.ref_begin = set.ref_begin.data();
-  view.refs = set.refs.data();
+  view.bound_begin = set.bound_begin.data();
+  view.bounds = set.bounds.data();
   view.travel = travel;
   std::mt19937 random(5);
   for (int round = 0; round < 4; ++round)  // several moves between two detections
