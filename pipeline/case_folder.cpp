@@ -54,9 +54,13 @@ void add_file(Sha256& hash, const fs::path& file) {
 }
 
 json to_json(const StageRecord& record) {
-  return {{"status", record.status},    {"key", record.key},
-          {"seconds", record.seconds},  {"peak_memory_mib", record.peak_memory_mib},
-          {"inputs", record.inputs},    {"outputs", record.outputs},
+  return {{"status", record.status},
+          {"key", record.key},
+          {"seconds", record.seconds},
+          {"peak_memory_mib", record.peak_memory_mib},
+          {"solver_seconds", record.solver_seconds},
+          {"inputs", record.inputs},
+          {"outputs", record.outputs},
           {"warnings", record.warnings}};
 }
 
