@@ -44,6 +44,13 @@ Volume<std::uint8_t> mask_of(const Volume<float>& level_set) {
   return mask;
 }
 
+std::string narrow_place_warning(const Vec3& place) {
+  return "the vessel at (" + detail::format_number(place.x) + ", " +
+         detail::format_number(place.y) + ", " + detail::format_number(place.z) +
+         ") mm is narrower than the voxels can show (it was kept open, but its diameter there is "
+         "not measured)";
+}
+
 }  // namespace
 
 void SegmentationOptions::validate() const {
@@ -84,6 +91,8 @@ Segmentation segment_vessels(const Volume<float>& volume, const SegmentationOpti
   result.lumen_intensity = boundary.lumen_intensity;
   result.background_intensity = boundary.background_intensity;
   result.warnings = std::move(tree.warnings);
+  for (const Vec3& place : boundary.bridges_lps_mm)
+    result.warnings.push_back(narrow_place_warning(place));
   progress.report(1.0, "vessels segmented");
   return result;
 }

@@ -2,11 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <string>
 
 #include "core/error.hpp"
 #include "core/parallel.hpp"
 #include "segmentation/detail/blur.hpp"
+#include "segmentation/detail/bridge.hpp"
 #include "segmentation/detail/components.hpp"
 #include "segmentation/detail/fields.hpp"
 #include "segmentation/detail/intensity_levels.hpp"
@@ -78,20 +80,23 @@ Volume<float> level_function(const Volume<float>& volume, const Volume<float>& p
   return level;
 }
 
-/// Turns all pieces but one into outside, and closed holes into inside.
-/// @param weight  the piece with most of it stays; shape [voxel_count]
-template <class Weight>
-void keep_piece(Volume<float>& level, const Weight& weight) {
+/// Turns other pieces than the tree's into outside, and closed holes into inside.
+/// @param tree        the piece with most of it stays
+/// @param all_above   [mm^3] other pieces with as much of the tree in them stay too
+void keep_tree_only(Volume<float>& level, const Volume<std::uint8_t>& tree, double all_above) {
   Volume<std::uint8_t> inside(level.geometry);
   for (std::size_t v = 0; v < level.values.size(); ++v) inside.values[v] = level.values[v] < 0.0f;
   const Components pieces = label_components(inside, Connectivity::faces);
   std::vector<std::size_t> overlap(std::size_t(pieces.count()) + 1, 0);
   for (std::size_t v = 0; v < level.values.size(); ++v)
-    if (pieces.label[v] > 0 && weight(v)) ++overlap[std::size_t(pieces.label[v])];
-  const auto kept =
-      std::int32_t(std::max_element(overlap.begin(), overlap.end()) - overlap.begin());
+    if (pieces.label[v] > 0 && tree.values[v]) ++overlap[std::size_t(pieces.label[v])];
+  const Vec3& h = level.geometry.spacing;
+  std::vector<bool> kept;
+  for (std::size_t count : overlap) kept.push_back(double(count) * h.x * h.y * h.z > all_above);
+  kept[std::size_t(std::max_element(overlap.begin(), overlap.end()) - overlap.begin())] = true;
   for (std::size_t v = 0; v < level.values.size(); ++v) {
-    if (pieces.label[v] > 0 && pieces.label[v] != kept) level.values[v] = -level.values[v];
+    if (pieces.label[v] > 0 && !kept[std::size_t(pieces.label[v])])
+      level.values[v] = -level.values[v];
     inside.values[v] = level.values[v] >= 0.0f;
   }
   const Components holes = label_components(inside, Connectivity::faces);
@@ -124,13 +129,18 @@ Boundary find_boundary(const Volume<float>& volume, const Volume<std::uint8_t>& 
     level.values[v] = tree.values[v] ? -0.5f : 0.5f;
   const Volume<float> peak = local_peak(volume);
   const double voxel = mean_spacing(level.geometry);
+  // One seed or none gives one tree; with more, each may have its own.
+  const double all_above = options.seeds_lps_mm.size() > 1
+                               ? options.min_component_mm3
+                               : std::numeric_limits<double>::infinity();
   Volume<float> distance = signed_distance(level, kReachMm);
   Boundary boundary;
   boundary.blur_mm = kFirstBlurVoxels * voxel;
   for (int iteration = 0; iteration < kIterationCount; ++iteration) {
     const IntensityLevels levels = intensity_levels(volume, distance, boundary.blur_mm);
     level = level_function(volume, peak, levels, options);
-    keep_piece(level, [&](std::size_t v) { return tree.values[v] != 0; });
+    boundary.bridges_lps_mm = bridge_pieces(level, tree, options.min_component_mm3);
+    keep_tree_only(level, tree, all_above);
     distance = signed_distance(level, kReachMm);
     boundary.blur_mm = blur_across(level, distance);
     distance = undo_blur(distance, boundary.blur_mm, voxel);
@@ -139,9 +149,11 @@ Boundary find_boundary(const Volume<float>& volume, const Volume<std::uint8_t>& 
     progress.report(0.6 + 0.1 * (iteration + 1), "finding the boundary");
   }
   level = resample_cubic(level, fine_spacing(level.geometry));
-  keep_piece(level, [](std::size_t) { return true; });
+  const Volume<std::uint8_t> fine_tree = resample_nearest(tree, level.geometry);
+  bridge_pieces(level, fine_tree, options.min_component_mm3);
+  keep_tree_only(level, fine_tree, all_above);
   level = undo_blur(signed_distance(level, kReachMm), boundary.blur_mm, voxel);
-  keep_piece(level, [](std::size_t) { return true; });  // moving it may pinch a thread off
+  keep_tree_only(level, fine_tree, all_above);  // moving it may pinch a thread off
   progress.report(0.95, "finding the boundary");
   boundary.level_set = signed_distance(level, kReachMm);
   return boundary;

@@ -15,6 +15,7 @@ struct Boundary {
   double lumen_intensity = 0.0;
   double background_intensity = 0.0;
   double blur_mm = 0.0;  ///< standard deviation of the blur across the boundary, measured
+  std::vector<Vec3> bridges_lps_mm;  ///< places too narrow for the voxels, kept open
 };
 
 /// Finds where a vessel's voxels are half lumen, half background, by local intensities:

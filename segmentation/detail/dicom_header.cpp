@@ -227,25 +227,32 @@ std::string pixel_problem(DcmDataset& dataset, const DicomHeader& header, int fr
   return {};
 }
 
+/// DCMTK writes names without blanks: XRayAngiographicImageStorage.
+std::string in_words(const std::string& name) {
+  const auto is_upper = [](char c) { return c >= 'A' && c <= 'Z'; };
+  std::string words;
+  for (std::size_t i = 0; i < name.size(); ++i) {
+    const bool starts_word = i > 0 && is_upper(name[i]) &&
+                             (!is_upper(name[i - 1]) ||
+                              (i + 1 < name.size() && name[i + 1] >= 'a' && name[i + 1] <= 'z'));
+    if (starts_word && words.back() != ' ') words += ' ';
+    words += name[i];
+  }
+  for (const auto& [written, meant] :
+       {std::pair<std::string, std::string>{"X Ray3 D", "X-Ray 3D"}, {"X Ray", "X-Ray"}}) {
+    const auto place = words.find(written);
+    if (place != std::string::npos) words.replace(place, written.size(), meant);
+  }
+  return words;
+}
+
 void read_identifiers(DcmDataset& dataset, DicomHeader& header) {
   header.sop_class_uid = text(dataset, DCM_SOPClassUID);
   header.series_uid = text(dataset, DCM_SeriesInstanceUID);
   header.instance_uid = text(dataset, DCM_SOPInstanceUID);
   header.kind = kind_of(header.sop_class_uid);
   const char* name = dcmFindNameOfUID(header.sop_class_uid.c_str());
-  header.sop_class_name = name ? name : "an unknown kind of object";
-  // DCMTK writes names without blanks: CTImageStorage.
-  std::string words;
-  for (std::size_t i = 0; i < header.sop_class_name.size(); ++i) {
-    const char c = header.sop_class_name[i];
-    const bool upper = c >= 'A' && c <= 'Z';
-    const bool next_lower = i + 1 < header.sop_class_name.size() &&
-                            header.sop_class_name[i + 1] >= 'a' &&
-                            header.sop_class_name[i + 1] <= 'z';
-    if (name && upper && i > 0 && next_lower && words.back() != ' ') words += ' ';
-    words += c;
-  }
-  header.sop_class_name = words;
+  header.sop_class_name = name ? in_words(name) : "an unknown kind of object";
 }
 
 }  // namespace

@@ -29,9 +29,8 @@ namespace {
 constexpr rlim_t kDecodeSeconds = 600;  ///< CPU time after which a damaged stream is given up
 
 [[noreturn]] void fail(const DicomHeader& header, const std::string& why) {
-  throw InputError("cannot decode the pixels of " + header.path.filename().string() + " (" +
-                   header.transfer_syntax_name + ": " + why +
-                   "). Export the series uncompressed (Explicit VR Little Endian)");
+  throw InputError("cannot decode the pixels of a file (" + header.transfer_syntax_name + ": " +
+                   why + "). Export the series uncompressed (Explicit VR Little Endian)");
 }
 
 /// Registers DCMTK's own decoders, once.

@@ -98,7 +98,7 @@ std::map<std::string, DicomSeries> group_by_stack(std::vector<DicomHeader> heade
     if (!header.series_uid.empty() || stacks.empty())
       stacks[header.series_uid + "|damaged"].headers.push_back(std::move(header));
     else
-      warnings.push_back(header.path.filename().string() + " was left out: " + header.problem);
+      warnings.push_back("a file of no known series was left out: " + header.problem);
   }
   return stacks;
 }
@@ -126,8 +126,12 @@ std::string refusal_by_kind(const DicomHeader& header) {
 
 std::string refusal_by_objects(const DicomSeries& series) {
   const DicomHeader& first = series.headers.front();
-  for (const auto& header : series.headers) {
-    if (!header.problem.empty()) return header.path.filename().string() + ": " + header.problem;
+  for (std::size_t h = 0; h < series.headers.size(); ++h) {
+    const DicomHeader& header = series.headers[h];
+    // File names may hold a patient's name, so a file is told by its place.
+    if (!header.problem.empty())
+      return "in file " + std::to_string(h + 1) + " of " + std::to_string(series.headers.size()) +
+             " by name, " + header.problem;
     if (header.is_signed != first.is_signed || header.bits_allocated != first.bits_allocated ||
         header.is_monochrome1 != first.is_monochrome1)
       return "its slices have different pixel formats (two series may be mixed). Export it again";
@@ -138,6 +142,8 @@ std::string refusal_by_objects(const DicomSeries& series) {
 }
 
 void judge(DicomSeries& series) {
+  std::sort(series.headers.begin(), series.headers.end(),
+            [](const DicomHeader& a, const DicomHeader& b) { return a.path < b.path; });
   const DicomHeader& first = series.headers.front();
   series.is_volume_kind = first.kind == DicomKind::volume || first.kind == DicomKind::capture;
   series.verdict = refusal_by_kind(first);

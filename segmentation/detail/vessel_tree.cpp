@@ -21,7 +21,7 @@ constexpr double kLevelSpacing = 1.0;  ///< [mm] grid of the half level
 constexpr double kLevelSigma = 2.5;    ///< [mm] reach of the half level
 constexpr double kLeastContrastToNoise = 2.0;
 constexpr double kSeedReach = 1.0;  ///< [mm] a seed may miss its vessel by this
-constexpr double kToleratedNoise = 0.04;
+constexpr double kToleratedNoise = 0.05;
 
 const char* const kAdvice =
     "Check that the vessels are filled with contrast and brighter than their surroundings, or give "

@@ -34,7 +34,7 @@ VesselTree find_vessel_tree(const Volume<float>& volume, const SegmentationOptio
 /// second difference along i, j, k.
 double noise_deviation(const Volume<float>& volume);
 
-/// Standard deviation [mm] of the smoothing that brings noise to about 4 % of the contrast; 0 if
+/// Standard deviation [mm] of the smoothing that brings noise to about 5 % of the contrast; 0 if
 /// it is below that already.
 double denoising_sigma(const Volume<float>& volume, double noise, double contrast);
 

@@ -136,6 +136,20 @@ TEST_P(SegmentPhantom, IsWithinTheBar) {
   EXPECT_EQ(detail::label_components(result.mask, detail::Connectivity::faces).count(), 1);
 }
 
+TEST(SegmentNarrowPhantom, AThroatBelowAVoxelStaysOpenAndIsTold) {
+  datasets::PhantomOptions options;
+  options.name = "unilateral";
+  options.stenosis_percent = 90.0;  // 0.3 mm of 3 mm, on voxels of 0.3 mm
+  const auto phantom = datasets::make_phantom(options);
+  const auto result = segment_vessels(phantom.volume, {});
+  EXPECT_EQ(detail::label_components(result.mask, detail::Connectivity::faces).count(), 1);
+  const auto& path = phantom.truth.tree.paths.front();
+  EXPECT_LT(interpolate(result.level_set, sample(path, kEnd).point), -1.0);
+  EXPECT_LT(interpolate(result.level_set, sample(path, path.abscissa.back() - kEnd).point), -1.0);
+  ASSERT_EQ(result.warnings.size(), 1u);
+  EXPECT_NE(result.warnings[0].find("narrower than the voxels can show"), std::string::npos);
+}
+
 INSTANTIATE_TEST_SUITE_P(Bar, SegmentPhantom,
                          testing::Values(Case{"straight", 0.3, 0.1}, Case{"unilateral", 0.3, 0.1},
                                          Case{"bilateral", 0.3, 0.1}, Case{"ytype", 0.3, 0.1},

@@ -167,6 +167,10 @@ TEST(SegmentVessels, TakesTheTreeOfTheSeedAndTellsOfTheRest) {
   EXPECT_LT(interpolate(small.level_set, {6, 0, 0}), 0.0);
   EXPECT_GT(interpolate(small.level_set, {-6, 0, 0}), 0.0);
   EXPECT_EQ(small.seeds_lps_mm.size(), 1u);
+  options.seeds_lps_mm = {{6.1, 0.1, 0.5}, {-6.1, 0.1, 0.5}};
+  const auto both = segment_vessels(volume, options);
+  EXPECT_LT(interpolate(both.level_set, {6, 0, 0}), 0.0);
+  EXPECT_LT(interpolate(both.level_set, {-6, 0, 0}), 0.0);
   options.seeds_lps_mm = {{0.0, 0.0, 0.0}};
   EXPECT_THAT(refusal(volume, options), HasSubstr("lies in no vessel"));
   options.seeds_lps_mm = {{500.0, 0.0, 0.0}};

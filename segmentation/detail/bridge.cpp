@@ -1,0 +1,147 @@
+#include "segmentation/detail/bridge.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <functional>
+#include <limits>
+#include <queue>
+#include <unordered_map>
+#include <utility>
+
+#include "core/parallel.hpp"
+#include "segmentation/detail/components.hpp"
+
+namespace angio::segmentation::detail {
+namespace {
+
+constexpr double kLongestBridge = 5.0;  ///< [mm] a longer gap is no narrow place but a hole
+constexpr float kBridgeLevel = -0.1f;
+constexpr double kOutsideCost = 8.0;  ///< of a step through pure background, against lumen
+
+/// What the search knows of a voxel.
+struct Reached {
+  double cost;
+  double length;       ///< from the start [mm]
+  std::size_t before;  ///< the voxel it was reached from; itself at the start
+};
+
+/// The way from one piece to the nearest other one, through the tree.
+class BridgeSearch {
+ public:
+  BridgeSearch(const Volume<float>& level, const Volume<std::uint8_t>& tree,
+               const std::vector<std::int32_t>& label, const std::vector<bool>& worthy)
+      : level_(level), tree_(tree), label_(label), worthy_(worthy) {}
+
+  /// Voxels of the way, the two ends in the pieces included; empty if there is none.
+  std::vector<std::size_t> run(std::int32_t from) {
+    for (std::size_t v = 0; v < label_.size(); ++v)
+      if (label_[v] == from && tree_.values[v]) reach(v, {0.0, 0.0, v});
+    while (!queue_.empty()) {
+      const auto [cost, v] = queue_.top();
+      queue_.pop();
+      const Reached here = reached_.at(v);
+      if (cost > here.cost) continue;
+      const std::int32_t label = label_[v];
+      if (label > 0 && label != from && worthy_[std::size_t(label)]) return way_to(v);
+      step_on(v, here, from);
+    }
+    return {};
+  }
+
+ private:
+  using Entry = std::pair<double, std::size_t>;
+
+  void reach(std::size_t v, const Reached& reached) {
+    const auto [entry, is_new] = reached_.try_emplace(v, reached);
+    if (!is_new) {
+      if (entry->second.cost <= reached.cost) return;
+      entry->second = reached;
+    }
+    queue_.emplace(reached.cost, v);
+  }
+
+  void step_on(std::size_t v, const Reached& here, std::int32_t from) {
+    const auto& g = level_.geometry;
+    const auto ni = std::size_t(g.size[0]), nj = std::size_t(g.size[1]);
+    const std::array<int, 3> voxel{int(v % ni), int(v / ni % nj), int(v / ni / nj)};
+    for (int axis = 0; axis < 3; ++axis)
+      for (int side : {-1, 1}) {
+        auto next = voxel;
+        next[std::size_t(axis)] += side;
+        if (!g.contains(next[0], next[1], next[2])) continue;
+        const std::size_t n = g.offset(next[0], next[1], next[2]);
+        if (!tree_.values[n] || label_[n] == from) continue;
+        const double length = here.length + g.spacing[axis];
+        if (length > kLongestBridge) continue;
+        const double outside = std::max(double(level_.values[n]), 0.0);
+        reach(n, {here.cost + g.spacing[axis] * (1.0 + kOutsideCost * outside), length, v});
+      }
+  }
+
+  [[nodiscard]] std::vector<std::size_t> way_to(std::size_t v) const {
+    std::vector<std::size_t> way{v};
+    while (reached_.at(v).before != v) way.push_back(v = reached_.at(v).before);
+    return way;
+  }
+
+  const Volume<float>& level_;
+  const Volume<std::uint8_t>& tree_;
+  const std::vector<std::int32_t>& label_;
+  const std::vector<bool>& worthy_;
+  std::unordered_map<std::size_t, Reached> reached_;
+  std::priority_queue<Entry, std::vector<Entry>, std::greater<>> queue_;
+};
+
+}  // namespace
+
+std::vector<Vec3> bridge_pieces(Volume<float>& level, const Volume<std::uint8_t>& tree,
+                                double least_volume) {
+  Volume<std::uint8_t> inside(level.geometry);
+  for (std::size_t v = 0; v < level.values.size(); ++v) inside.values[v] = level.values[v] < 0.0f;
+  Components pieces = label_components(inside, Connectivity::faces);
+  const Vec3& h = level.geometry.spacing;
+  std::vector<std::size_t> overlap(std::size_t(pieces.count()) + 1, 0);
+  for (std::size_t v = 0; v < level.values.size(); ++v)
+    if (tree.values[v] && pieces.label[v] > 0) ++overlap[std::size_t(pieces.label[v])];
+  std::vector<bool> worthy;
+  for (std::size_t count : overlap)
+    worthy.push_back(count > 0 && double(count) * h.x * h.y * h.z >= least_volume);
+  const auto largest =
+      std::int32_t(std::max_element(overlap.begin(), overlap.end()) - overlap.begin());
+
+  std::vector<Vec3> middles;
+  for (auto left = std::count(worthy.begin(), worthy.end(), true); left > 1; --left) {
+    const auto way = BridgeSearch(level, tree, pieces.label, worthy).run(largest);
+    if (way.empty()) break;
+    const std::int32_t joined = pieces.label[way.front()];
+    for (std::size_t v : way) {
+      level.values[v] = std::min(level.values[v], kBridgeLevel);
+      pieces.label[v] = largest;
+    }
+    std::replace(pieces.label.begin(), pieces.label.end(), joined, largest);
+    const std::size_t middle = way[way.size() / 2];
+    const auto ni = std::size_t(level.geometry.size[0]), nj = std::size_t(level.geometry.size[1]);
+    middles.push_back(level.geometry.lps_from_index(
+        {double(middle % ni), double(middle / ni % nj), double(middle / ni / nj)}));
+  }
+  return middles;
+}
+
+Volume<std::uint8_t> resample_nearest(const Volume<std::uint8_t>& mask,
+                                      const VolumeGeometry& geometry) {
+  Volume<std::uint8_t> result(geometry);
+  const auto nearest = [&](int index, int axis) {
+    const double ratio = geometry.spacing[axis] / mask.geometry.spacing[axis];
+    return std::clamp(int(std::lround(index * ratio)), 0,
+                      mask.geometry.size[std::size_t(axis)] - 1);
+  };
+  parallel_for(geometry.size[2], [&](std::ptrdiff_t k) {
+    for (int j = 0; j < geometry.size[1]; ++j)
+      for (int i = 0; i < geometry.size[0]; ++i)
+        result.at(i, j, int(k)) = mask.at(nearest(i, 0), nearest(j, 1), nearest(int(k), 2));
+  });
+  return result;
+}
+
+}  // namespace angio::segmentation::detail
