@@ -25,6 +25,9 @@ void LesionOptions::validate() const {
 namespace {
 
 /// A lesion is as long as the stretch around its tightest place with at least this stenosis.
+// A neck shorter than this many reference diameters is no stenosis but a bridge of a few voxels
+// between two vessels that touch.
+constexpr double kLeastLength = 0.5;
 constexpr double kShoulderPercent = 20.0;
 
 /// Relative to the reference: a vessel that does not come back to this on both sides of a dip is
@@ -124,6 +127,7 @@ void find_on_path(const CenterlinePath& path, const LesionOptions& options,
         !recovers(path, reference, dip.tightest, +1))
       continue;
     const Found next{describe(path, reference, dip), path.points[dip.tightest]};
+    if (next.lesion.length_mm < kLeastLength * next.lesion.reference_diameter_mm) continue;
     // Lines that share a stretch share its lesions: the longest path has been first.
     const bool known = std::any_of(found.begin(), found.end(), [&](const Found& other) {
       return distance(other.point, next.point) < 0.5 * next.lesion.reference_diameter_mm;

@@ -34,17 +34,6 @@ json empty_metrics() {
                                     "self_intersections", "min_angle_degrees"})}};
 }
 
-json to_json(const centerline::Lesion& lesion) {
-  return {{"centerline_id", lesion.path_id},
-          {"abscissa_mm", lesion.abscissa_mm},
-          {"mld_mm", lesion.mld_mm},
-          {"mla_mm2", lesion.mla_mm2},
-          {"reference_diameter_mm", lesion.reference_diameter_mm},
-          {"reference_rule", lesion.reference_rule},
-          {"diameter_stenosis_percent", lesion.diameter_stenosis_percent},
-          {"length_mm", lesion.length_mm}};
-}
-
 void add_timing(json& simulation, const RunRecord& record) {
   const double wall_s = record.stages.at(Stage::simulation).solver_seconds;
   if (wall_s <= 0.0) return;
@@ -66,8 +55,15 @@ json read_json(const std::filesystem::path& file) {
   }
 }
 
-centerline::Lesion chosen_lesion(const CenterlineTree& tree, const Config& config) {
-  return centerline::find_lesions(tree, config.lesion).front();
+json lesion_metrics(const centerline::Lesion& lesion) {
+  return {{"centerline_id", lesion.path_id},
+          {"abscissa_mm", lesion.abscissa_mm},
+          {"mld_mm", lesion.mld_mm},
+          {"mla_mm2", lesion.mla_mm2},
+          {"reference_diameter_mm", lesion.reference_diameter_mm},
+          {"reference_rule", lesion.reference_rule},
+          {"diameter_stenosis_percent", lesion.diameter_stenosis_percent},
+          {"length_mm", lesion.length_mm}};
 }
 
 json collect_metrics(const CaseFolder& case_folder, const Config& config, const RunRecord& record) {
@@ -77,11 +73,13 @@ json collect_metrics(const CaseFolder& case_folder, const Config& config, const 
     return found != record.stages.end() && found->second.status == "done";
   };
   if (!is_done(Stage::centerline)) return metrics;
-  const CenterlineTree tree = read_centerlines(case_folder.path("centerline/centerlines.vtp"));
-  const centerline::Lesion lesion = chosen_lesion(tree, config);
-  metrics["lesion"].update(to_json(lesion));
-  if (!is_done(Stage::meshing)) return metrics;
+  if (!is_done(Stage::meshing)) {
+    const CenterlineTree tree = read_centerlines(case_folder.path("centerline/centerlines.vtp"));
+    metrics["lesion"].update(lesion_metrics(centerline::find_lesions(tree, config.lesion).front()));
+    return metrics;
+  }
   const json placement = read_json(case_folder.path("meshing/placement.json"));
+  metrics["lesion"].update(placement.at("lesion"));
   metrics["mesh"].update(placement.at("mesh"));
   metrics["balloon"].update(placement.at("balloon"));
   if (!is_done(Stage::simulation)) return metrics;

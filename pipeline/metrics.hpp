@@ -11,8 +11,8 @@ namespace angio::pipeline {
 nlohmann::json collect_metrics(const CaseFolder& case_folder, const Config& config,
                                const RunRecord& record);
 
-/// The lesion to treat: the first of find_lesions.
-centerline::Lesion chosen_lesion(const CenterlineTree& tree, const Config& config);
+/// A lesion under the names of metrics.json.
+nlohmann::json lesion_metrics(const centerline::Lesion& lesion);
 
 /// A JSON file of the case. @throws InputError naming the file if it is missing or damaged
 nlohmann::json read_json(const std::filesystem::path& file);

@@ -98,17 +98,8 @@ TriangleMesh read_given_surface(const StageWork& work) {
 
 json to_json(const std::vector<centerline::Lesion>& lesions) {
   json list = json::array();
-  for (const centerline::Lesion& lesion : lesions) {
-    if (!lesion.is_stenosis) continue;
-    list.push_back({{"centerline_id", lesion.path_id},
-                    {"abscissa_mm", lesion.abscissa_mm},
-                    {"mld_mm", lesion.mld_mm},
-                    {"mla_mm2", lesion.mla_mm2},
-                    {"reference_diameter_mm", lesion.reference_diameter_mm},
-                    {"reference_rule", lesion.reference_rule},
-                    {"diameter_stenosis_percent", lesion.diameter_stenosis_percent},
-                    {"length_mm", lesion.length_mm}});
-  }
+  for (const centerline::Lesion& lesion : lesions)
+    if (lesion.is_stenosis) list.push_back(lesion_metrics(lesion));
   return list;
 }
 
@@ -150,12 +141,9 @@ json placement_json(const centerline::Lesion& lesion, const CenterlinePath& path
                     const meshing::LumenMesh& lumen, const meshing::Balloon& balloon) {
   const CenterlineSample at = sample(path, lesion.abscissa_mm);
   return {
-      {"lesion",
-       {{"centerline_id", lesion.path_id},
-        {"abscissa_mm", lesion.abscissa_mm},
-        {"is_stenosis", lesion.is_stenosis},
-        {"reference_diameter_mm", lesion.reference_diameter_mm},
-        {"point", to_json(at.point)},
+      {"lesion", lesion_metrics(lesion)},
+      {"site",
+       {{"point", to_json(at.point)},
         {"tangent", to_json(at.tangent)},
         {"balloon_first_abscissa_mm", project(path, balloon.guidewire.front())},
         {"balloon_last_abscissa_mm", project(path, balloon.guidewire.back())}}},
@@ -170,17 +158,35 @@ json placement_json(const centerline::Lesion& lesion, const CenterlinePath& path
         {"min_angle_degrees", lumen.min_angle_degrees}}}};
 }
 
+struct Placement {
+  centerline::Lesion lesion;
+  meshing::BalloonSetup setup;
+};
+
+/// The balloon across the place that the user named, otherwise across the most severe lesion that
+/// one can be brought to.
+Placement place_on_a_lesion(StageWork& work, const CenterlineTree& tree,
+                            const meshing::LumenMesh& lumen) {
+  const std::vector<centerline::Lesion> lesions =
+      centerline::find_lesions(tree, work.config.lesion);
+  for (std::size_t i = 0;; ++i) {
+    const centerline::Lesion& lesion = lesions[i];
+    try {
+      return {lesion,
+              meshing::place_balloon(lumen, tree, path_of(tree, lesion.path_id), lesion.abscissa_mm,
+                                     lesion.length_mm, lesion.reference_diameter_mm,
+                                     work.config.balloon, part(work.progress, 0.7, 0.95))};
+    } catch (const InputError& error) {
+      if (work.config.lesion.abscissa_mm >= 0.0 || i + 1 == lesions.size()) throw;
+      work.warnings.push_back(fmt::format(
+          "the stenosis of {:.0f} % on line {}, {:.1f} mm from the inlet, is passed over: {}",
+          lesion.diameter_stenosis_percent, lesion.path_id, lesion.abscissa_mm, error.what()));
+    }
+  }
+}
+
 void do_meshing(StageWork& work) {
   const CenterlineTree tree = read_centerlines(work.case_folder.path("centerline/centerlines.vtp"));
-  const centerline::Lesion lesion = chosen_lesion(tree, work.config);
-  const CenterlinePath& path = path_of(tree, lesion.path_id);
-  if (!lesion.is_stenosis && work.config.lesion.abscissa_mm < 0.0)
-    work.warnings.push_back(fmt::format(
-        "no stenosis of {:.0f} % or more was found; the balloon is placed at the tightest place "
-        "of the longest vessel (line {}, {:.1f} mm from the inlet). --set lesion.centerline=N "
-        "lesion.abscissa_mm=S moves it",
-        work.config.lesion.min_stenosis_percent, lesion.path_id, lesion.abscissa_mm));
-
   const Progress lumen_progress = part(work.progress, 0.0, 0.7);
   const meshing::LumenMesh lumen =
       has_surface_input(work)
@@ -188,15 +194,21 @@ void do_meshing(StageWork& work) {
                                 lumen_progress)
           : meshing::mesh_lumen(read_level_set(work), tree, work.config.lumen_mesh, lumen_progress);
   keep(work.warnings, lumen.warnings);
-  const meshing::BalloonSetup setup = meshing::place_balloon(
-      lumen, tree, path, lesion.abscissa_mm, lesion.length_mm, lesion.reference_diameter_mm,
-      work.config.balloon, part(work.progress, 0.7, 0.95));
+
+  const auto [lesion, setup] = place_on_a_lesion(work, tree, lumen);
   keep(work.warnings, setup.warnings);
+  if (!lesion.is_stenosis && work.config.lesion.abscissa_mm < 0.0)
+    work.warnings.push_back(fmt::format(
+        "no stenosis of {:.0f} % or more was found; the balloon is placed at the tightest place "
+        "of the longest vessel (line {}, {:.1f} mm from the inlet). --set lesion.centerline=N "
+        "lesion.abscissa_mm=S moves it",
+        work.config.lesion.min_stenosis_percent, lesion.path_id, lesion.abscissa_mm));
 
   write_lumen(work.out, lumen);
   write_balloon_setup(work.out, setup);
-  write_text_atomically(work.out / "placement.json",
-                        placement_json(lesion, path, lumen, setup.balloon).dump(2) + "\n");
+  write_text_atomically(
+      work.out / "placement.json",
+      placement_json(lesion, path_of(tree, lesion.path_id), lumen, setup.balloon).dump(2) + "\n");
 }
 
 // ---- simulation --------------------------------------------------------------------------------
@@ -269,10 +281,10 @@ std::string profile_csv(const centerline::LumenProfile& before,
 
 /// What was reached: metrics.json's balloon, result and simulation, without the times that differ
 /// from run to run.
-json summary_json(const StageWork& work, const json& placement,
+json summary_json(const StageWork& work, const json& lesion,
                   const simulation::SimulationSummary& summary, const FrameWriter& frames,
-                  const centerline::LumenProfile& after, double mld_before_mm) {
-  const double reference = placement.at("lesion").at("reference_diameter_mm").get<double>();
+                  const centerline::LumenProfile& after) {
+  const double reference = lesion.at("reference_diameter_mm").get<double>();
   const double mld =
       2.0 * *std::min_element(after.inscribed_radius.begin(), after.inscribed_radius.end());
   const double mla = *std::min_element(after.section_area.begin(), after.section_area.end());
@@ -288,7 +300,7 @@ json summary_json(const StageWork& work, const json& placement,
            {{"mld_mm", mld},
             {"mla_mm2", mla},
             {"diameter_stenosis_percent", 100.0 * (1.0 - mld / reference)},
-            {"acute_gain_mm", mld - mld_before_mm},
+            {"acute_gain_mm", mld - lesion.at("mld_mm").get<double>()},
             {"recoil_mm", peak_diameter - mld},
             {"recoil_percent", 100.0 * (peak_diameter - mld) / peak_diameter}}},
           {"simulation",
@@ -304,10 +316,11 @@ void do_simulation(StageWork& work) {
   const fs::path meshing_folder = work.case_folder.folder(Stage::meshing);
   const json placement = read_json(meshing_folder / "placement.json");
   const json& lesion = placement.at("lesion");
+  const json& site = placement.at("site");
   simulation::SimulationModel model = read_simulation_model(meshing_folder);
   model.reference_radius_mm = 0.5 * lesion.at("reference_diameter_mm").get<double>();
-  model.measure_point = vec3_of(lesion.at("point"));
-  model.measure_tangent = vec3_of(lesion.at("tangent"));
+  model.measure_point = vec3_of(site.at("point"));
+  model.measure_tangent = vec3_of(site.at("tangent"));
 
   FrameWriter frames(work.out, model, work.config.write_every);
   const simulation::SimulationSummary summary = simulation::simulate(
@@ -325,16 +338,14 @@ void do_simulation(StageWork& work) {
   const TriangleMesh lumen = read_open_lumen(meshing_folder);
   const TriangleMesh lumen_after =
       moved_lumen(lumen, read_region_lumen_vertices(meshing_folder), frames.last().wall);
-  const double first = lesion.at("balloon_first_abscissa_mm").get<double>();
-  const double last = lesion.at("balloon_last_abscissa_mm").get<double>();
+  const double first = site.at("balloon_first_abscissa_mm").get<double>();
+  const double last = site.at("balloon_last_abscissa_mm").get<double>();
   const auto before = centerline::measure_lumen(lumen, path, first, last);
   const auto after = centerline::measure_lumen(lumen_after, path, first, last);
   write_text_atomically(work.out / "lumen_profile.csv", profile_csv(before, after));
   viewer::write_surface(work.out / "lumen_after.vtp", {lumen_after, {}, {}});
-  const double mld_before_mm = chosen_lesion(tree, work.config).mld_mm;
-  write_text_atomically(
-      work.out / "summary.json",
-      summary_json(work, placement, summary, frames, after, mld_before_mm).dump(2) + "\n");
+  write_text_atomically(work.out / "summary.json",
+                        summary_json(work, lesion, summary, frames, after).dump(2) + "\n");
 }
 
 // ---- report ------------------------------------------------------------------------------------
