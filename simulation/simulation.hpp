@@ -26,19 +26,21 @@ struct BalloonMaterial {
 };
 
 struct WallMaterial {
-  double modulus_kpa = 1000.0;      ///< circumferential modulus of the diseased wall, [1, 1e6]
-  double thickness_ratio = 0.189;   ///< wall thickness / outer diameter (Holzapfel 2005), (0, 0.45)
-  double yield_strain = 0.10;       ///< Mueller 2005 c_yield, [0, 10]
-  double creep_per_s = 5.0;         ///< Mueller 2005 c_creep, [0, 1000]
-  double max_plastic_strain = 3.0;  ///< Mueller 2005 c_max, [0, 10]
+  double modulus_kpa = 1000.0;     ///< circumferential modulus of the diseased wall, [1, 1e6]
+  double thickness_ratio = 0.189;  ///< wall thickness / outer diameter (Holzapfel 2005), (0, 0.45)
+  /// Mueller 2005 c_yield, [0, 10]: the strain that stays elastic, so that a widened lumen recoils
+  /// by about y / (1 + y). 0.3 gives the 20-35 % of diameter seen after plain balloons (README.md).
+  double yield_strain = 0.30;
+  double creep_per_s = 5.0;             ///< Mueller 2005 c_creep, [0, 1000]
+  double max_plastic_strain = 3.0;      ///< Mueller 2005 c_max, [0, 10]
   double foundation_kpa_per_mm = 10.0;  ///< surrounding tissue, [0, 1e5]
   double density_g_mm3 = 1.1e-3;
 };
 
 struct InflationSchedule {
-  double inflate_s = 4.0;              ///< gas is added at a constant rate, (0, 600]
-  double hold_s = 1.0;                 ///< [0, 600]
-  double deflate_s = 2.0;              ///< (0, 600]
+  double inflate_s = 4.0;              ///< gas is added at a near constant rate, (0, 600]
+  double hold_s = 1.0;                 ///< the gas stays, [0, 600]
+  double deflate_s = 2.0;              ///< gas is withdrawn to the start volume, (0, 600]
   double rest_s = 0.5;                 ///< [0, 600]
   double peak_pressure_atm = 8.0;      ///< above the outside, (0, 40]: the most that is applied
   double outside_pressure_kpa = 10.0;  ///< blood, [0, 50] (seed paper 5.1)
@@ -49,7 +51,8 @@ struct SimulationOptions {
   WallMaterial wall;
   InflationSchedule inflation;
   double frame_s = 0.025;             ///< time step, [1e-4, 1]
-  int sweeps = 20;                    ///< vertex block descent sweeps a frame, [1, 1000]
+  int sweeps = 20;                    ///< vertex block descent sweeps a frame, [1, 1000]; up to 6
+                                      ///< times as many while the force balance is open
   double contact_distance_mm = 0.03;  ///< contact acts below this gap, [1e-3, 1]
   double friction_static = 0.2;       ///< DOMAIN 2.5, [0, 2]
   double friction_kinetic = 0.15;     ///< [0, 2]
