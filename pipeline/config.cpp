@@ -295,7 +295,7 @@ void apply_table(Config& config, const toml::table& table, const std::string& wh
 }
 
 const std::map<std::string, std::vector<std::string>>& presets() {
-  static const std::map<std::string, std::vector<std::string>> table = {
+  static const std::map<std::string, std::vector<std::string>> kTable = {
       {"draft",
        {"mesh.edges_per_circumference=12", "simulation.frame_s=0.05", "simulation.write_every=8"}},
       {"fine",
@@ -303,7 +303,7 @@ const std::map<std::string, std::vector<std::string>>& presets() {
         "balloon.ring_vertex_count=40"}},
       {"hydrophilic", {"simulation.friction_static=0.05", "simulation.friction_kinetic=0.03"}},
   };
-  return table;
+  return kTable;
 }
 
 }  // namespace

@@ -89,7 +89,7 @@ RunRecord describe_input(const RunRequest& request, const CaseFolder& folder) {
 
 /// The record to go on from: what the case already has, if its input is the same.
 RunRecord take_up(const RunRequest& request, const CaseFolder& folder) {
-  const RunRecord wanted = describe_input(request, folder);
+  RunRecord wanted = describe_input(request, folder);
   folder.claim(wanted, request.force);
   if (request.force) return wanted;
   RunRecord record = folder.read_record();

@@ -34,7 +34,8 @@ inline Volume<float> sample_level_set(const Vec3& low, const Vec3& high, double 
   return volume;
 }
 
-inline CenterlinePath make_path(int id, std::vector<Vec3> points, std::vector<double> radii) {
+inline CenterlinePath make_path(int id, std::vector<Vec3> points,
+                                const std::vector<double>& radii) {
   CenterlinePath path;
   path.id = id;
   path.abscissa = arc_length(points);
