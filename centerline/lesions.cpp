@@ -6,6 +6,7 @@
 #include "centerline/centerline.hpp"
 #include "centerline/detail/reference.hpp"
 #include "core/error.hpp"
+#include "core/units.hpp"
 
 namespace angio::centerline {
 
@@ -25,10 +26,13 @@ void LesionOptions::validate() const {
 namespace {
 
 /// A lesion is as long as the stretch around its tightest place with at least this stenosis.
-// A neck shorter than this many reference diameters is no stenosis but a bridge of a few voxels
-// between two vessels that touch.
-constexpr double kLeastLength = 0.5;
 constexpr double kShoulderPercent = 20.0;
+
+/// Two vessels that touch are bridged by a few voxels, and a line that crosses such a bridge is
+/// narrow there. Unlike a stenosis, the bridge is shorter than this many reference diameters, or
+/// the line turns by more than this within a reference diameter to either side.
+constexpr double kLeastLength = 0.5;
+constexpr double kMostTurning = 0.5 * units::kPi;
 
 /// Relative to the reference: a vessel that does not come back to this on both sides of a dip is
 /// tapering or ending, not stenosed.
@@ -109,6 +113,24 @@ bool recovers(const CenterlinePath& path, const ReferenceDiameter& reference, st
   return false;
 }
 
+/// The angle [rad] by which a line turns, summed over [s - reach, s + reach].
+double turning(const CenterlinePath& path, double s, double reach) {
+  constexpr int kSteps = 6;
+  double sum = 0.0;
+  Vec3 before = sample(path, s - reach).tangent;
+  for (int i = 1; i <= kSteps; ++i) {
+    const Vec3 tangent = sample(path, s + reach * (2.0 * i / kSteps - 1.0)).tangent;
+    sum += std::acos(std::clamp(dot(before, tangent), -1.0, 1.0));
+    before = tangent;
+  }
+  return sum;
+}
+
+bool is_bridge(const CenterlinePath& path, const Lesion& lesion) {
+  return lesion.length_mm < kLeastLength * lesion.reference_diameter_mm ||
+         turning(path, lesion.abscissa_mm, lesion.reference_diameter_mm) > kMostTurning;
+}
+
 struct Found {
   Lesion lesion;
   Vec3 point;
@@ -127,7 +149,7 @@ void find_on_path(const CenterlinePath& path, const LesionOptions& options,
         !recovers(path, reference, dip.tightest, +1))
       continue;
     const Found next{describe(path, reference, dip), path.points[dip.tightest]};
-    if (next.lesion.length_mm < kLeastLength * next.lesion.reference_diameter_mm) continue;
+    if (is_bridge(path, next.lesion)) continue;
     // Lines that share a stretch share its lesions: the longest path has been first.
     const bool known = std::any_of(found.begin(), found.end(), [&](const Found& other) {
       return distance(other.point, next.point) < 0.5 * next.lesion.reference_diameter_mm;
@@ -148,15 +170,23 @@ double distance_to_branching(const CenterlinePath& path, double s) {
   return nearest;
 }
 
-/// The tightest place, relative to the reference, that leaves room for a balloon on both sides and
-/// is a diameter away from branchings, if there is one.
-Lesion tightest_place(const CenterlinePath& path) {
+/// Whether the narrowing at a point, if there is one, is but a bridge.
+bool is_on_bridge(const CenterlinePath& path, const ReferenceDiameter& reference, std::size_t i) {
+  const double s = path.abscissa[i];
+  if (stenosis_percent(path, reference, i) < kShoulderPercent)
+    return turning(path, s, reference.diameter[i]) > kMostTurning;
+  return is_bridge(path, describe(path, reference, grow_dip(path, reference, i)));
+}
+
+/// The tightest place, relative to the reference, that leaves room for a balloon on both sides, in
+/// a vessel that balloons are made for, and a diameter away from branchings, if there is one.
+Lesion tightest_place(const CenterlinePath& path, double min_reference_mm) {
   const ReferenceDiameter reference = find_reference(path);
   const double length = path.abscissa.back();
   std::optional<std::size_t> best;
   double best_score = 0.0;
   std::size_t middle = 0;
-  for (const double diameters : {1.0, 0.0}) {
+  for (const double diameters : {1.0, 0.0, -1.0}) {  // in the last resort, anywhere
     if (best) break;
     for (std::size_t i = 0; i < path.points.size(); ++i) {
       const double s = path.abscissa[i];
@@ -166,6 +196,9 @@ Lesion tightest_place(const CenterlinePath& path) {
       const double margin = std::min(std::max(2.0 * d, 5.0 + d), 0.4 * length);
       if (reference.segment[i] < 0 || s < margin || length - s < margin) continue;
       if (distance_to_branching(path, s) < diameters * d) continue;
+      if (diameters >= 0.0 &&
+          (reference.diameter[i] < min_reference_mm || is_on_bridge(path, reference, i)))
+        continue;
       // Two points of %DS are no difference: then rather in the middle.
       const double score = stenosis_percent(path, reference, i) - 4.0 * std::abs(s / length - 0.5);
       if (best && score <= best_score) continue;
@@ -223,7 +256,8 @@ std::vector<Lesion> find_lesions(const CenterlineTree& tree, const LesionOptions
   }
   if (lesions.empty())
     lesions.push_back(tightest_place(
-        options.centerline >= 0 ? path_with_id(tree, options.centerline) : tree.paths.front()));
+        options.centerline >= 0 ? path_with_id(tree, options.centerline) : tree.paths.front(),
+        options.min_reference_mm));
   return lesions;
 }
 
