@@ -144,6 +144,14 @@ void make_stage(Stage stage, const RunRequest& request, const CaseFolder& folder
     throw_if_interrupted();
     output.commit();
     entry.warnings = work.warnings;
+  } catch (const nlohmann::json::exception&) {
+    entry.status = "failed";
+    folder.write_record(record);
+    throw InputError(
+        fmt::format("the case's files do not fit this version for the stage {} (they "
+                    "are damaged, or another version wrote them). Add --force to "
+                    "`angio run`",
+                    name(stage)));
   } catch (...) {
     entry.status = "failed";
     entry.seconds = seconds();

@@ -28,10 +28,12 @@ struct BalloonMaterial {
 struct WallMaterial {
   double modulus_kpa = 1000.0;     ///< circumferential modulus of the diseased wall, [1, 1e6]
   double thickness_ratio = 0.189;  ///< wall thickness / outer diameter (Holzapfel 2005), (0, 0.45)
-  /// Mueller 2005 c_yield, [0, 10]: the strain that stays elastic, so that a widened lumen recoils
-  /// by about y / (1 + y). 0.3 gives the 20-35 % of diameter seen after plain balloons (README.md).
-  double yield_strain = 0.30;
-  double creep_per_s = 5.0;             ///< Mueller 2005 c_creep, [0, 1000]
+  /// Mueller 2005 c_yield, [0, 10]: strain below it stays elastic.
+  double yield_strain = 0.03;
+  /// Mueller 2005 c_creep [1/s], [0, 1000]: what is above yields at this rate, so that a lumen held
+  /// for a time T recoils by about exp(-T c) of its widening. 0.4 gives the 20-35 % of diameter
+  /// seen after plain balloons (README.md).
+  double creep_per_s = 0.4;
   double max_plastic_strain = 3.0;      ///< Mueller 2005 c_max, [0, 10]
   double foundation_kpa_per_mm = 10.0;  ///< surrounding tissue, [0, 1e5]
   double density_g_mm3 = 1.1e-3;
@@ -54,7 +56,7 @@ struct SimulationOptions {
   int sweeps = 20;                    ///< vertex block descent sweeps a frame, [1, 1000]; up to 6
                                       ///< times as many while the force balance is open
   double contact_distance_mm = 0.03;  ///< contact acts below this gap, [1e-3, 1]
-  double friction_static = 0.2;       ///< DOMAIN 2.5, [0, 2]
+  double friction_static = 0.2;       ///< the usual value in balloon models, [0, 2]
   double friction_kinetic = 0.15;     ///< [0, 2]
   MembraneModel membrane = MembraneModel::automatic;
   Backend backend = Backend::automatic;
