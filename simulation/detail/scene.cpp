@@ -155,7 +155,7 @@ MooneyRivlin<double> moduli(const BalloonMaterial& material) {
   MooneyRivlin<double> m{units::pascal_from_megapascal(material.c1_mpa),
                          units::pascal_from_megapascal(material.c2_mpa)};
   if (material.c1_mpa > 0.0) return m;
-  // PA-12: E = 900 MPa (DOMAIN sources: De Beule 2008, Gervaso 2008); an incompressible
+  // PA-12: E = 900 MPa (De Beule 2008, Gervaso 2008); an incompressible
   // neo-Hookean solid has E = 6 C1. Polyurethane: seed paper, table 1, in MPa.
   if (material.name == "polyurethane")
     return {units::pascal_from_megapascal(1.031), units::pascal_from_megapascal(3.69)};

@@ -8,8 +8,8 @@
 namespace angio::simulation::detail {
 namespace {
 
-constexpr double kRelaxation = 1.6;          // PHYSICS: fastest on an inflating capsule
-constexpr double kResidualTolerance = 0.01;  // sweeps go on above it,
+constexpr double kRelaxation = 1.6;          // fastest on an inflating capsule
+constexpr double kResidualTolerance = 0.02;  // sweeps go on above it,
 constexpr double kResidualAtRest = 1e-3;     // and end early below this one
 constexpr int kLeastSweeps = 4;
 constexpr int kMaxSweepFactor = 6;  // up to this many times the number asked for

@@ -22,7 +22,7 @@ Density relaxed() {
   return [](double i1, double i3) { return relaxed_energy(kPolyurethane, i1, i3); };
 }
 
-double w(double l1, double l2) {  // PHYSICS: Mooney-Rivlin in principal stretches, [Pa]
+double w(double l1, double l2) {  // Mooney-Rivlin in principal stretches [Pa]
   const double l3 = 1.0 / (l1 * l2);
   return kPolyurethane.c1 * (l1 * l1 + l2 * l2 + l3 * l3 - 3.0) +
          kPolyurethane.c2 * (1.0 / (l1 * l1) + 1.0 / (l2 * l2) + 1.0 / (l3 * l3) - 3.0);
