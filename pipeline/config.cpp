@@ -79,6 +79,18 @@ void read_field(const std::string& key, const toml::node& node, std::vector<Vec3
   for (const toml::node& element : *array) field.push_back(point_of(key, element));
 }
 
+constexpr const char* kMembraneModels[] = {"automatic", "plain", "relaxed"};
+
+void read_field(const std::string& key, const toml::node& node, simulation::MembraneModel& field) {
+  const std::string text = node.value_or(std::string());
+  for (int m = 0; m < 3; ++m)
+    if (text == kMembraneModels[m]) {
+      field = simulation::MembraneModel(m);
+      return;
+    }
+  refuse_value(key, text, "automatic, plain or relaxed");
+}
+
 std::string quoted(const std::string& text) {
   std::ostringstream out;
   out << toml::value<std::string>(text);
@@ -91,6 +103,9 @@ std::string write_field(double field) {
 std::string write_field(int field) { return fmt::format("{}", field); }
 std::string write_field(bool field) { return field ? "true" : "false"; }
 std::string write_field(const std::string& field) { return quoted(field); }
+std::string write_field(simulation::MembraneModel field) {
+  return quoted(kMembraneModels[int(field)]);
+}
 std::string write_field(const Vec3& field) {
   return fmt::format("[{}, {}, {}]", write_field(field.x), write_field(field.y),
                      write_field(field.z));
@@ -212,6 +227,9 @@ void add_simulation_settings(Config& c, std::vector<Setting>& table) {
                                "Mooney-Rivlin C1 [MPa]; 0: the material's"));
   table.push_back(make_setting("balloon.c2_mpa", sim, s.balloon.c2_mpa,
                                "Mooney-Rivlin C2 [MPa]; 0: the material's"));
+  table.push_back(make_setting("balloon.membrane", sim, s.membrane,
+                               "automatic (by the start shape), plain, or relaxed (wrinkles carry "
+                               "no compression)"));
   table.push_back(make_setting("balloon.wall_mm", sim, s.balloon.wall_mm,
                                "membrane thickness before inflation [mm], 0.001 to 1"));
   table.push_back(make_setting("balloon.density_g_mm3", sim, s.balloon.density_g_mm3,
