@@ -122,8 +122,9 @@ std::vector<Vec3> bridge_pieces(Volume<float>& level, const Volume<std::uint8_t>
     std::replace(pieces.label.begin(), pieces.label.end(), joined, largest);
     const std::size_t middle = way[way.size() / 2];
     const auto ni = std::size_t(level.geometry.size[0]), nj = std::size_t(level.geometry.size[1]);
+    const std::size_t slice = middle / ni / nj;
     middles.push_back(level.geometry.lps_from_index(
-        {double(middle % ni), double(middle / ni % nj), double(middle / ni / nj)}));
+        {double(middle % ni), double(middle / ni % nj), double(slice)}));
   }
   return middles;
 }
