@@ -55,11 +55,11 @@ TEST(Svg, EscapesItsTexts) {
 
 TEST(Svg, WhatIsNotANumberBreaksTheLine) {
   Chart chart = make_chart();
-  EXPECT_EQ(svg(chart).find("M", svg(chart).find("<path d=\"M") + 10), std::string::npos);
+  EXPECT_EQ(svg(chart).find('M', svg(chart).find("<path d=\"M") + 10), std::string::npos);
   chart.series[0].y = {1, std::numeric_limits<double>::quiet_NaN(), 2, 2};
   const std::string drawing = svg(chart);
   const auto first = drawing.find("<path d=\"M") + 10;
-  EXPECT_LT(drawing.find("M", first), drawing.find("\"", first));
+  EXPECT_LT(drawing.find('M', first), drawing.find('"', first));
   EXPECT_THAT(drawing, Not(HasSubstr("nan")));
 }
 
