@@ -71,7 +71,7 @@ struct Lesion {
 
 /// Every stenosis of at least min_stenosis_percent, the most severe first, each once though several
 /// paths run through it. A neck shorter than half its reference diameter, or across which the line
-/// turns by more than a right angle, is a bridge between vessels that touch and no stenosis. Where
+/// turns by more than 80 degrees, is a bridge between vessels that touch and no stenosis. Where
 /// there is none, one entry with is_stenosis = false.
 std::vector<Lesion> find_lesions(const CenterlineTree& tree, const LesionOptions& options);
 

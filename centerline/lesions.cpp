@@ -30,9 +30,9 @@ constexpr double kShoulderPercent = 20.0;
 
 /// Two vessels that touch are bridged by a few voxels, and a line that crosses such a bridge is
 /// narrow there. Unlike a stenosis, the bridge is shorter than this many reference diameters, or
-/// the line turns by more than this within a reference diameter to either side.
+/// the line turns by more than this (80 degrees) around it.
 constexpr double kLeastLength = 0.5;
-constexpr double kMostTurning = 0.5 * units::kPi;
+constexpr double kMostTurning = 80.0 / 180.0 * units::kPi;
 
 /// Relative to the reference: a vessel that does not come back to this on both sides of a dip is
 /// tapering or ending, not stenosed.
@@ -113,15 +113,16 @@ bool recovers(const CenterlinePath& path, const ReferenceDiameter& reference, st
   return false;
 }
 
-/// The angle [rad] by which a line turns, summed over [s - reach, s + reach].
-double turning(const CenterlinePath& path, double s, double reach) {
-  constexpr int kSteps = 6;
+/// The angle [rad] by which a line turns around s: between its chords over [-3/2, -1/2], [-1/2,
+/// 1/2] and [1/2, 3/2] diameters. Chords that long do not see how a line wanders in a flat lumen.
+double turning(const CenterlinePath& path, double s, double diameter) {
   double sum = 0.0;
-  Vec3 before = sample(path, s - reach).tangent;
-  for (int i = 1; i <= kSteps; ++i) {
-    const Vec3 tangent = sample(path, s + reach * (2.0 * i / kSteps - 1.0)).tangent;
-    sum += std::acos(std::clamp(dot(before, tangent), -1.0, 1.0));
-    before = tangent;
+  Vec3 before;
+  for (const double first : {-1.5, -0.5, 0.5}) {
+    const Vec3 chord = normalized(sample(path, s + (first + 1.0) * diameter).point -
+                                  sample(path, s + first * diameter).point);
+    sum += first > -1.0 ? std::acos(std::clamp(dot(before, chord), -1.0, 1.0)) : 0.0;
+    before = chord;
   }
   return sum;
 }

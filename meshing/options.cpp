@@ -8,18 +8,18 @@ namespace angio::meshing {
 namespace {
 
 void require(bool good, const std::string& key, const std::string& range) {
-  if (!good) throw OptionError("meshing." + key + " is out of range (allowed: " + range + ")");
+  if (!good) throw OptionError(key + " is out of range (allowed: " + range + ")");
 }
 
 }  // namespace
 
 void LumenMeshOptions::validate() const {
-  require(edge_length_mm >= 0.0 && edge_length_mm <= 5.0, "edge_length_mm", "0 to 5");
+  require(edge_length_mm >= 0.0 && edge_length_mm <= 5.0, "mesh.edge_length_mm", "0 to 5");
   require(edges_per_circumference >= 8.0 && edges_per_circumference <= 64.0,
-          "edges_per_circumference", "8 to 64");
-  require(triangle_budget >= 1000 && triangle_budget <= 5000000, "triangle_budget",
+          "mesh.edges_per_circumference", "8 to 64");
+  require(triangle_budget >= 1000 && triangle_budget <= 5000000, "mesh.triangle_budget",
           "1000 to 5000000");
-  require(smoothing_iterations >= 0.0 && smoothing_iterations <= 100.0, "smoothing_iterations",
+  require(smoothing_iterations >= 0.0 && smoothing_iterations <= 100.0, "mesh.smoothing_iterations",
           "0 to 100");
 }
 
@@ -27,14 +27,16 @@ void BalloonOptions::validate() const {
   const auto zero_or_within = [](double value, double low, double high) {
     return value == 0.0 || (value >= low && value <= high);
   };
-  require(zero_or_within(nominal_diameter_mm, 0.5, 30.0), "nominal_diameter_mm",
+  require(zero_or_within(nominal_diameter_mm, 0.5, 30.0), "balloon.nominal_diameter_mm",
           "0.5 to 30, or 0 for the reference diameter");
-  require(zero_or_within(length_mm, 2.0, 80.0), "length_mm", "2 to 80, or 0 for the lesion's");
-  require(zero_or_within(start_diameter_mm, 0.3, 30.0), "start_diameter_mm",
+  require(zero_or_within(length_mm, 2.0, 80.0), "balloon.length_mm",
+          "2 to 80, or 0 for the lesion's");
+  require(zero_or_within(start_diameter_mm, 0.3, 30.0), "balloon.start_diameter_mm",
           "0.3 to 30, or 0 for the usual crossing profile");
-  require(ring_count >= 6 && ring_count <= 400, "ring_count", "6 to 400");
-  require(ring_vertex_count >= 6 && ring_vertex_count <= 200, "ring_vertex_count", "6 to 200");
-  require(guidewire_node_count >= 2 && guidewire_node_count <= 1000, "guidewire_node_count",
+  require(ring_count >= 6 && ring_count <= 400, "balloon.ring_count", "6 to 400");
+  require(ring_vertex_count >= 6 && ring_vertex_count <= 200, "balloon.ring_vertex_count",
+          "6 to 200");
+  require(guidewire_node_count >= 2 && guidewire_node_count <= 1000, "balloon.guidewire_node_count",
           "2 to 1000");
 }
 

@@ -282,7 +282,11 @@ int do_phantom(const PhantomArguments& arguments) {
   const PhantomFormat format = arguments.format == "nrrd"      ? PhantomFormat::nrrd
                                : arguments.format == "surface" ? PhantomFormat::surface
                                                                : PhantomFormat::dicom;
-  arguments.options.validate();
+  try {
+    arguments.options.validate();
+  } catch (const OptionError& error) {  // on the command line, not in a configuration
+    throw Error(ExitCode::usage, error.what());
+  }
   const datasets::Phantom phantom = format == PhantomFormat::surface
                                         ? datasets::make_phantom_surface(arguments.options)
                                         : datasets::make_phantom(arguments.options);
@@ -340,11 +344,13 @@ int do_batch(BatchArguments& batch) {
 // ---- the program -------------------------------------------------------------------------------
 
 /// CLI11 writes several lines; CONTRACT wants one, with exit code 64.
-int report_usage_error(const CLI::App& app, const CLI::ParseError& error) {
+int report_usage_error(const CLI::App& app, const CLI::ParseError& error,
+                       const std::string& first_word) {
   if (error.get_exit_code() == 0) return app.exit(error);  // --help, --version
   std::string text = error.what();
   std::replace(text.begin(), text.end(), '\n', ' ');
   const std::vector<CLI::App*> used = app.get_subcommands();
+  if (used.empty() && !first_word.empty()) text = "there is no command " + first_word;
   std::vector<std::string> known;
   const CLI::App& scope = used.empty() ? app : *used.front();
   for (const CLI::Option* option : scope.get_options())
@@ -397,7 +403,7 @@ int dispatch(int argc, char** argv) {
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
-    return report_usage_error(app, error);
+    return report_usage_error(app, error, argc > 1 && argv[1][0] != '-' ? argv[1] : "");
   }
   if (app.got_subcommand("run")) return do_run(run);
   for (std::size_t i = 0; i < std::size(kStageCommands); ++i)

@@ -46,8 +46,7 @@ Volume<float> load_volume(StageWork& work) {
   if (work.input.empty())
     return segmentation::read_volume_file(work.case_folder.path("segmentation/volume.nrrd"));
   if (work.input.starts_with(kPhantomPrefix)) {
-    const auto options =
-        datasets::parse_phantom(work.input.substr(std::string_view(kPhantomPrefix).size()));
+    const auto options = datasets::parse_phantom(work.input);
     work.record.input_description = fmt::format("phantom {}", options.name);
     return datasets::make_phantom(options, part(work.progress, 0.0, 0.2)).volume;
   }
@@ -470,7 +469,14 @@ void do_stage(Stage stage, StageWork& work) {
 }
 
 InputKind input_kind(const std::string& input) {
-  if (input.starts_with(kPhantomPrefix)) return InputKind::phantom;
+  if (input.starts_with(kPhantomPrefix)) {
+    try {
+      datasets::parse_phantom(input);
+    } catch (const OptionError& error) {  // on the command line, not in a configuration
+      throw Error(ExitCode::usage, error.what());
+    }
+    return InputKind::phantom;
+  }
   if (!fs::exists(input))
     throw InputError(fmt::format("there is no {} (no such file or folder). Check the path", input),
                      ExitCode::no_input);

@@ -27,7 +27,8 @@ std::vector<std::string> stage_inputs(Stage stage);
 /// Does one stage's work. @throws Error, leaving `out` for the caller to remove
 void do_stage(Stage stage, StageWork& work);
 
-/// What kind of thing INPUT names. @throws InputError (66) if it does not exist
+/// What kind of thing INPUT names. @throws InputError (66) if it does not exist, Error (64) for a
+/// phantom that there is not
 enum class InputKind { volume, surface, phantom };
 InputKind input_kind(const std::string& input);
 const char* name(InputKind kind);

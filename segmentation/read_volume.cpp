@@ -20,8 +20,7 @@ void check_exists(const fs::path& path) {
     throw InputError("there is no " + path.string() + ". Check the path", ExitCode::no_input);
   if (fs::is_directory(path, error) ? fs::is_empty(path, error)
                                     : fs::file_size(path, error) == 0 && !error)
-    throw InputError(path.string() + " is empty. Give a DICOM folder or a volume file",
-                     ExitCode::no_input);
+    throw InputError(path.string() + " is empty. Give a DICOM folder or a volume file");
 }
 
 /// A DICOMDIR stands for the folder that it lies in.

@@ -23,8 +23,7 @@ constexpr double kWarnResidual = 0.05;
 void check(const char* field, double value, double low, double high) {
   if (value >= low && value <= high) return;
   char text[200];
-  std::snprintf(text, sizeof text, "simulation.%s is %g (it must lie in [%g, %g])", field, value,
-                low, high);
+  std::snprintf(text, sizeof text, "%s is %g (it must lie in [%g, %g])", field, value, low, high);
   throw OptionError(text);
 }
 
@@ -140,7 +139,7 @@ const char* name(Phase phase) {
 
 void SimulationOptions::validate() const {
   if (balloon.name != "pa12" && balloon.name != "polyurethane" && !(balloon.c1_mpa > 0.0))
-    throw OptionError("simulation.balloon.name is \"" + balloon.name +
+    throw OptionError("balloon.material is \"" + balloon.name +
                       "\" (unknown material). Use pa12 or polyurethane, or give c1_mpa and c2_mpa");
   check("balloon.c1_mpa", balloon.c1_mpa, 0.0, 1e6);
   check("balloon.c2_mpa", balloon.c2_mpa, 0.0, 1e6);
@@ -159,11 +158,11 @@ void SimulationOptions::validate() const {
   check("inflation.rest_s", inflation.rest_s, 0.0, 600.0);
   check("inflation.peak_pressure_atm", inflation.peak_pressure_atm, 1e-6, 40.0);
   check("inflation.outside_pressure_kpa", inflation.outside_pressure_kpa, 0.0, 50.0);
-  check("frame_s", frame_s, 1e-4, 1.0);
-  check("sweeps", double(sweeps), 1.0, 1000.0);
-  check("contact_distance_mm", contact_distance_mm, 1e-3, 1.0);
-  check("friction_static", friction_static, 0.0, 2.0);
-  check("friction_kinetic", friction_kinetic, 0.0, 2.0);
+  check("simulation.frame_s", frame_s, 1e-4, 1.0);
+  check("simulation.sweeps", double(sweeps), 1.0, 1000.0);
+  check("simulation.contact_distance_mm", contact_distance_mm, 1e-3, 1.0);
+  check("simulation.friction_static", friction_static, 0.0, 2.0);
+  check("simulation.friction_kinetic", friction_kinetic, 0.0, 2.0);
 }
 
 SimulationSummary simulate(const SimulationModel& model, const SimulationOptions& options,
@@ -181,7 +180,7 @@ SimulationSummary simulate(const SimulationModel& model, const SimulationOptions
   if (max_penetration(scene, state.x) > 0.0)
     throw InputError(
         "the balloon crosses the vessel wall before it is inflated (contact cannot part them). Try "
-        "a smaller mesh.balloon.start_diameter_mm");
+        "a smaller balloon.start_diameter_mm");
   Inflator inflator(options, state.volume, nominal_volume(model, scene, state.volume));
   StepSolver solver(scene, options);
 

@@ -175,10 +175,10 @@ TEST_F(VolumeFiles, VtiIsReadInItsSpace) {
   EXPECT_THAT(error_of(write("xyz.vti", "XYZ")).what(), HasSubstr("only LPS and RAS"));
 }
 
-TEST_F(VolumeFiles, NothingToReadIsExit66AndOtherThingsExit65) {
+TEST_F(VolumeFiles, AMissingFileIsExit66AndOtherThingsExit65) {
   EXPECT_EQ(error_of(file("missing")).exit_code(), ExitCode::no_input);
   fs::create_directories(file("empty"));
-  EXPECT_EQ(error_of(file("empty")).exit_code(), ExitCode::no_input);
+  EXPECT_EQ(error_of(file("empty")).exit_code(), ExitCode::bad_data);
   std::ofstream(file("notes.txt")) << "a text that is long enough to be looked at by the reader\n";
   EXPECT_EQ(error_of(file("notes.txt")).exit_code(), ExitCode::bad_data);
   fs::create_directories(file("texts"));
