@@ -55,7 +55,7 @@ void write_nrrd(const std::filesystem::path& path, const Volume<float>& volume) 
        << "sizes: " << grid.size[0] << ' ' << grid.size[1] << ' ' << grid.size[2]
        << "\nspace directions:";
   for (int axis = 0; axis < 3; ++axis) {
-    text << (axis == 0 ? " (" : " (");
+    text << " (";
     for (int row = 0; row < 3; ++row)
       text << (row ? "," : "") << grid.direction(row, axis) * grid.spacing[axis];
     text << ")";
