@@ -1,0 +1,276 @@
+#include <fmt/format.h>
+#include <toml++/toml.h>
+
+#include <cmath>
+#include <sstream>
+
+#include "core/error.hpp"
+#include "pipeline/config.hpp"
+
+// The table of all settings, and how each kind of field stands in TOML.
+namespace angio::pipeline {
+namespace {
+
+[[noreturn]] void refuse_value(const std::string& key, const std::string& value,
+                               const char* expected) {
+  throw OptionError(
+      fmt::format("{} = {} cannot be used (expected {}). See `angio run --print-config`", key,
+                  value, expected));
+}
+// ---- one field <-> TOML --------------------------------------------------------------------
+
+double number_of(const std::string& key, const toml::node& node) {
+  const auto value = node.value<double>();
+  if (!value || !std::isfinite(*value)) {
+    std::ostringstream text;
+    text << toml::node_view<const toml::node>(node);
+    refuse_value(key, text.str(), "a number");
+  }
+  return *value;
+}
+
+Vec3 point_of(const std::string& key, const toml::node& node) {
+  const toml::array* array = node.as_array();
+  if (!array || array->size() != 3) refuse_value(key, "this value", "a point [x, y, z] in LPS mm");
+  return {number_of(key, (*array)[0]), number_of(key, (*array)[1]), number_of(key, (*array)[2])};
+}
+
+void read_field(const std::string& key, const toml::node& node, double& field) {
+  field = number_of(key, node);
+}
+void read_field(const std::string& key, const toml::node& node, int& field) {
+  const double number = number_of(key, node);
+  if (number != std::floor(number) || std::abs(number) > 1e9)
+    refuse_value(key, fmt::format("{}", number), "a whole number");
+  field = int(number);
+}
+void read_field(const std::string& key, const toml::node& node, bool& field) {
+  if (!node.is_boolean()) refuse_value(key, "this value", "true or false");
+  field = node.as_boolean()->get();
+}
+void read_field(const std::string& key, const toml::node& node, std::string& field) {
+  if (!node.is_string()) refuse_value(key, "this value", "a text");
+  field = node.as_string()->get();
+}
+void read_field(const std::string& key, const toml::node& node, std::optional<double>& field) {
+  if (node.is_string() && node.as_string()->get() == "auto")
+    field.reset();
+  else
+    field = number_of(key, node);
+}
+void read_field(const std::string& key, const toml::node& node, std::optional<Vec3>& field) {
+  if (node.is_string() && node.as_string()->get() == "auto")
+    field.reset();
+  else
+    field = point_of(key, node);
+}
+void read_field(const std::string& key, const toml::node& node, std::vector<Vec3>& field) {
+  const toml::array* array = node.as_array();
+  if (!array) refuse_value(key, "this value", "a list of points [[x, y, z], ...] in LPS mm");
+  field.clear();
+  for (const toml::node& element : *array) field.push_back(point_of(key, element));
+}
+
+constexpr const char* kMembraneModels[] = {"automatic", "plain", "relaxed"};
+
+void read_field(const std::string& key, const toml::node& node, simulation::MembraneModel& field) {
+  const std::string text = node.value_or(std::string());
+  for (int m = 0; m < 3; ++m)
+    if (text == kMembraneModels[m]) {
+      field = simulation::MembraneModel(m);
+      return;
+    }
+  refuse_value(key, text, "automatic, plain or relaxed");
+}
+
+std::string quoted(const std::string& text) {
+  std::ostringstream out;
+  out << toml::value<std::string>(text);
+  return out.str();
+}
+std::string write_field(double field) {
+  const std::string text = fmt::format("{}", field);
+  return text.find_first_of(".e") == std::string::npos ? text + ".0" : text;
+}
+std::string write_field(int field) { return fmt::format("{}", field); }
+std::string write_field(bool field) { return field ? "true" : "false"; }
+std::string write_field(const std::string& field) { return quoted(field); }
+std::string write_field(simulation::MembraneModel field) {
+  return quoted(kMembraneModels[int(field)]);
+}
+std::string write_field(const Vec3& field) {
+  return fmt::format("[{}, {}, {}]", write_field(field.x), write_field(field.y),
+                     write_field(field.z));
+}
+template <class Value>
+std::string write_field(const std::optional<Value>& field) {
+  return field ? write_field(*field) : "\"auto\"";
+}
+std::string write_field(const std::vector<Vec3>& field) {
+  std::string text;
+  for (const Vec3& point : field) text += (text.empty() ? "" : ", ") + write_field(point);
+  return "[" + text + "]";
+}
+
+/// A bare word is a text: `--set balloon.material=pa12` needs no quotes.
+toml::table parse_value(const std::string& key, const std::string& value) {
+  try {
+    return toml::parse("value = " + value);
+  } catch (const toml::parse_error&) {
+  }
+  try {
+    return toml::parse("value = " + quoted(value));
+  } catch (const toml::parse_error&) {
+    refuse_value(key, value, "a TOML value");
+  }
+}
+
+template <class Field>
+Setting make_setting(std::string key, Stage stage, Field& field, std::string help) {
+  Setting setting{key, stage, std::move(help), nullptr, nullptr};
+  setting.get = [&field] { return write_field(field); };
+  setting.set = [&field, key](const std::string& value) {
+    const toml::table table = parse_value(key, value);
+    read_field(key, *table.get("value"), field);
+  };
+  return setting;
+}
+
+// ---- the table ---------------------------------------------------------------------------------
+
+void add_imaging_settings(Config& c, std::vector<Setting>& table) {
+  const auto seg = Stage::segmentation;
+  table.push_back(
+      make_setting("input.series", seg, c.input.series,
+                   "series of a DICOM folder: its number or key from `angio inspect`; \"\": "
+                   "the one with the most voxels"));
+  table.push_back(make_setting("input.allow_lossy", seg, c.input.allow_lossy,
+                               "measure on lossy-compressed pixels all the same"));
+  table.push_back(make_setting("segmentation.smallest_radius_mm", seg,
+                               c.segmentation.smallest_radius_mm,
+                               "thinnest vessel looked for [mm], 0.1 to 20"));
+  table.push_back(make_setting("segmentation.largest_radius_mm", seg,
+                               c.segmentation.largest_radius_mm,
+                               "widest vessel looked for by its shape [mm], 0.2 to 30"));
+  table.push_back(make_setting("segmentation.scale_count", seg, c.segmentation.scale_count,
+                               "scales of the vessel enhancement, 1 to 8"));
+  table.push_back(make_setting("segmentation.seeds_lps_mm", seg, c.segmentation.seeds_lps_mm,
+                               "points inside the vessel, LPS [mm]; []: found automatically"));
+  table.push_back(make_setting("segmentation.intensity_min", seg, c.segmentation.intensity_min,
+                               "lowest intensity of the lumen [the volume's unit]; \"auto\""));
+  table.push_back(
+      make_setting("segmentation.intensity_max", seg, c.segmentation.intensity_max,
+                   "highest intensity of the lumen; brighter is bone or metal; \"auto\""));
+  table.push_back(make_setting("segmentation.min_component_mm3", seg,
+                               c.segmentation.min_component_mm3,
+                               "smaller pieces are noise [mm3], 0 to 1e6"));
+  const auto line = Stage::centerline;
+  table.push_back(make_setting("centerline.inlet_lps_mm", line, c.centerline.inlet_lps_mm,
+                               "a point at the inlet, LPS [mm]; \"auto\": the widest end"));
+  table.push_back(make_setting("centerline.outlets_lps_mm", line, c.centerline.outlets_lps_mm,
+                               "points at the outlets, LPS [mm]; []: every other end"));
+  table.push_back(make_setting("centerline.step_mm", line, c.centerline.step_mm,
+                               "distance of points [mm], up to 5; 0: a quarter of the radius"));
+  table.push_back(make_setting("centerline.min_branch_length_mm", line,
+                               c.centerline.min_branch_length_mm,
+                               "shorter side branches are spurs [mm]; 0: by the parent's radius"));
+}
+
+void add_meshing_settings(Config& c, std::vector<Setting>& table) {
+  const auto mesh = Stage::meshing;
+  table.push_back(make_setting("lesion.centerline", mesh, c.lesion.centerline,
+                               "CenterlineIds of the line to treat; -1: the whole tree"));
+  table.push_back(
+      make_setting("lesion.abscissa_mm", mesh, c.lesion.abscissa_mm,
+                   "place on that line [mm from the inlet]; -1: the tightest stenosis"));
+  table.push_back(make_setting("lesion.min_stenosis_percent", mesh, c.lesion.min_stenosis_percent,
+                               "less is no stenosis [%], 10 to 90"));
+  table.push_back(
+      make_setting("mesh.edge_length_mm", mesh, c.lumen_mesh.edge_length_mm,
+                   "target edge length of the lumen [mm], up to 5; 0: by the local radius"));
+  table.push_back(make_setting("mesh.edges_per_circumference", mesh,
+                               c.lumen_mesh.edges_per_circumference,
+                               "edges around the lumen where edge_length_mm is 0, 8 to 64"));
+  table.push_back(make_setting("mesh.triangle_budget", mesh, c.lumen_mesh.triangle_budget,
+                               "most triangles of the lumen, 1000 to 5000000"));
+  table.push_back(make_setting("mesh.smoothing_iterations", mesh, c.lumen_mesh.smoothing_iterations,
+                               "volume-keeping smoothing steps, 0 to 100"));
+  table.push_back(make_setting("balloon.nominal_diameter_mm", mesh, c.balloon.nominal_diameter_mm,
+                               "[mm], 0.5 to 30; 0: the reference diameter, to the next 0.25 mm"));
+  table.push_back(
+      make_setting("balloon.length_mm", mesh, c.balloon.length_mm,
+                   "of the cylindrical part [mm], 2 to 80; 0: the lesion and 3 mm each side"));
+  table.push_back(make_setting("balloon.start_diameter_mm", mesh, c.balloon.start_diameter_mm,
+                               "crossing profile [mm]; 0: 0.9 mm, less where it must pass"));
+  table.push_back(make_setting("balloon.ring_count", mesh, c.balloon.ring_count,
+                               "rings of vertices, 6 to 400"));
+  table.push_back(make_setting("balloon.ring_vertex_count", mesh, c.balloon.ring_vertex_count,
+                               "vertices a ring, 6 to 200"));
+  table.push_back(make_setting("balloon.guidewire_node_count", mesh, c.balloon.guidewire_node_count,
+                               "nodes of the guidewire, 2 to 1000"));
+}
+
+void add_simulation_settings(Config& c, std::vector<Setting>& table) {
+  const auto sim = Stage::simulation;
+  auto& s = c.simulation;
+  table.push_back(make_setting("balloon.material", sim, s.balloon.name,
+                               "pa12 (semi-compliant) or polyurethane (the seed paper's)"));
+  table.push_back(make_setting("balloon.c1_mpa", sim, s.balloon.c1_mpa,
+                               "Mooney-Rivlin C1 [MPa]; 0: the material's"));
+  table.push_back(make_setting("balloon.c2_mpa", sim, s.balloon.c2_mpa,
+                               "Mooney-Rivlin C2 [MPa]; 0: the material's"));
+  table.push_back(make_setting("balloon.membrane", sim, s.membrane,
+                               "automatic (by the start shape), plain, or relaxed (wrinkles carry "
+                               "no compression)"));
+  table.push_back(make_setting("balloon.wall_mm", sim, s.balloon.wall_mm,
+                               "membrane thickness before inflation [mm], 0.001 to 1"));
+  table.push_back(make_setting("balloon.density_g_mm3", sim, s.balloon.density_g_mm3,
+                               "[g/mm3]; 0: the material's"));
+  table.push_back(make_setting("wall.modulus_kpa", sim, s.wall.modulus_kpa,
+                               "circumferential modulus of the diseased wall [kPa], 1 to 1e6"));
+  table.push_back(make_setting("wall.thickness_ratio", sim, s.wall.thickness_ratio,
+                               "wall thickness / outer diameter, up to 0.45"));
+  table.push_back(make_setting("wall.yield_strain", sim, s.wall.yield_strain,
+                               "strain at which plastic flow begins, 0 to 10"));
+  table.push_back(make_setting("wall.creep_per_s", sim, s.wall.creep_per_s,
+                               "rate of plastic flow [1/s], 0 to 1000"));
+  table.push_back(make_setting("wall.max_plastic_strain", sim, s.wall.max_plastic_strain,
+                               "most plastic strain, 0 to 10"));
+  table.push_back(make_setting("wall.foundation_kpa_per_mm", sim, s.wall.foundation_kpa_per_mm,
+                               "stiffness of the surrounding tissue [kPa/mm], 0 to 1e5"));
+  table.push_back(make_setting("wall.density_g_mm3", sim, s.wall.density_g_mm3, "[g/mm3]"));
+  table.push_back(
+      make_setting("inflation.inflate_s", sim, s.inflation.inflate_s, "[s], up to 600"));
+  table.push_back(make_setting("inflation.hold_s", sim, s.inflation.hold_s, "[s], 0 to 600"));
+  table.push_back(
+      make_setting("inflation.deflate_s", sim, s.inflation.deflate_s, "[s], up to 600"));
+  table.push_back(make_setting("inflation.rest_s", sim, s.inflation.rest_s, "[s], 0 to 600"));
+  table.push_back(make_setting("inflation.peak_pressure_atm", sim, s.inflation.peak_pressure_atm,
+                               "highest pressure above the outside [atm], up to 40"));
+  table.push_back(make_setting("inflation.outside_pressure_kpa", sim,
+                               s.inflation.outside_pressure_kpa,
+                               "blood pressure around the balloon [kPa], 0 to 50"));
+  table.push_back(make_setting("simulation.frame_s", sim, s.frame_s, "time step [s], 0.0001 to 1"));
+  table.push_back(make_setting("simulation.sweeps", sim, s.sweeps,
+                               "vertex block descent sweeps a frame, 1 to 1000"));
+  table.push_back(make_setting("simulation.contact_distance_mm", sim, s.contact_distance_mm,
+                               "contact acts below this gap [mm], 0.001 to 1"));
+  table.push_back(make_setting("simulation.friction_static", sim, s.friction_static, "0 to 2"));
+  table.push_back(make_setting("simulation.friction_kinetic", sim, s.friction_kinetic, "0 to 2"));
+  table.push_back(
+      make_setting("simulation.write_every", sim, c.write_every,
+                   "solver frames per frame written; first, peak and last always are, 1 to "
+                   "10000"));
+}
+
+}  // namespace
+
+std::vector<Setting> settings(Config& config) {
+  std::vector<Setting> table;
+  add_imaging_settings(config, table);
+  add_meshing_settings(config, table);
+  add_simulation_settings(config, table);
+  return table;
+}
+
+}  // namespace angio::pipeline

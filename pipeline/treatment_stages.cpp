@@ -1,0 +1,247 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+#include <tuple>
+
+#include "centerline/centerline.hpp"
+#include "core/atomic_file.hpp"
+#include "core/error.hpp"
+#include "core/units.hpp"
+#include "pipeline/case_files.hpp"
+#include "pipeline/csv.hpp"
+#include "pipeline/metrics.hpp"
+#include "pipeline/stage_parts.hpp"
+#include "pipeline/version.hpp"
+#include "segmentation/read_volume.hpp"
+#include "simulation/simulation.hpp"
+#include "viewer/files.hpp"
+#include "viewer/report.hpp"
+
+// From the meshes to the report.
+namespace angio::pipeline {
+namespace fs = std::filesystem;
+using nlohmann::json;
+namespace {
+
+Vec3 vec3_of(const json& node) {
+  return {node.at(0).get<double>(), node.at(1).get<double>(), node.at(2).get<double>()};
+}
+
+/// Writes frames as they come: every n-th, and in the end the peak and the last.
+class FrameWriter {
+ public:
+  FrameWriter(fs::path folder, const simulation::SimulationModel& model, int write_every)
+      : folder_(std::move(folder)), model_(model), write_every_(write_every) {}
+
+  void add(const simulation::SimulationFrame& frame) {
+    rows_ += time_series_row(frame) + "\n";
+    if (frame.frame % write_every_ == 0) write(frame);
+    if (peak_.balloon.empty() || frame.pressure_atm >= peak_.pressure_atm) peak_ = frame;
+    last_ = frame;
+  }
+
+  void finish() {
+    write(peak_);
+    write(last_);
+    std::sort(steps_.begin(), steps_.end(), [](const auto& a, const auto& b) {
+      return std::tie(a.time_s, a.part) < std::tie(b.time_s, b.part);
+    });
+    viewer::write_collection(folder_ / "simulation.pvd", steps_);
+    write_text_atomically(folder_ / "timeseries.csv",
+                          std::string(kTimeSeriesHeader) + "\n" + rows_);
+  }
+
+  [[nodiscard]] const simulation::SimulationFrame& peak() const { return peak_; }
+  [[nodiscard]] const simulation::SimulationFrame& last() const { return last_; }
+
+ private:
+  void write(const simulation::SimulationFrame& frame) {
+    if (!written_.insert(frame.frame).second) return;
+    write_frame(folder_ / "frames", model_, frame);
+    steps_.push_back({frame.time_s, 0, fmt::format("frames/balloon_{:06d}.vtp", frame.frame)});
+    steps_.push_back({frame.time_s, 1, fmt::format("frames/vessel_{:06d}.vtp", frame.frame)});
+  }
+
+  fs::path folder_;
+  const simulation::SimulationModel& model_;
+  int write_every_;
+  std::string rows_;
+  std::set<int> written_;
+  std::vector<viewer::TimeStep> steps_;
+  simulation::SimulationFrame peak_;
+  simulation::SimulationFrame last_;
+};
+
+/// The whole lumen with the region moved to where a frame has it.
+TriangleMesh moved_lumen(TriangleMesh lumen, const std::vector<int>& lumen_vertices,
+                         const std::vector<Vec3>& wall) {
+  for (std::size_t v = 0; v < wall.size(); ++v)
+    lumen.vertices[std::size_t(lumen_vertices[v])] = wall[v];
+  return lumen;
+}
+
+std::string profile_csv(const centerline::LumenProfile& before,
+                        const centerline::LumenProfile& after) {
+  std::string text =
+      "abscissa_mm,inscribed_diameter_before_mm,equivalent_diameter_before_mm,"
+      "inscribed_diameter_after_mm,equivalent_diameter_after_mm\n";
+  const auto equivalent = [](double area) { return 2.0 * std::sqrt(area / units::kPi); };
+  for (std::size_t i = 0; i < before.abscissa.size(); ++i)
+    text += fmt::format("{:.4f},{:.5f},{:.5f},{:.5f},{:.5f}\n", before.abscissa[i],
+                        2.0 * before.inscribed_radius[i], equivalent(before.section_area[i]),
+                        2.0 * after.inscribed_radius[i], equivalent(after.section_area[i]));
+  return text;
+}
+
+/// What was reached: metrics.json's balloon, result and simulation, without the times that differ
+/// from run to run.
+json summary_json(const StageWork& work, const json& lesion,
+                  const simulation::SimulationSummary& summary, const FrameWriter& frames,
+                  const centerline::LumenProfile& after) {
+  const double reference = lesion.at("reference_diameter_mm").get<double>();
+  const double mld =
+      2.0 * *std::min_element(after.inscribed_radius.begin(), after.inscribed_radius.end());
+  const double mla = *std::min_element(after.section_area.begin(), after.section_area.end());
+  const double peak_diameter = frames.peak().balloon_diameter_mm;
+  return {{"peak_frame", frames.peak().frame},
+          {"last_frame", frames.last().frame},
+          {"balloon",
+           {{"material", work.config.simulation.balloon.name},
+            {"peak_pressure_atm", frames.peak().pressure_atm},
+            {"peak_diameter_mm", peak_diameter},
+            {"balloon_to_artery_ratio", peak_diameter / reference}}},
+          {"result",
+           {{"mld_mm", mld},
+            {"mla_mm2", mla},
+            {"diameter_stenosis_percent", 100.0 * (1.0 - mld / reference)},
+            {"acute_gain_mm", mld - lesion.at("mld_mm").get<double>()},
+            {"recoil_mm", peak_diameter - mld},
+            {"recoil_percent", 100.0 * (peak_diameter - mld) / peak_diameter}}},
+          {"simulation",
+           {{"backend", summary.backend},
+            {"device", summary.device},
+            {"frame_count", summary.frame_count},
+            {"simulated_s", summary.simulated_s},
+            {"max_penetration_mm", summary.max_penetration_mm},
+            {"inverted_air_tets", summary.inverted_air_tets}}}};
+}
+
+/// A table that an earlier stage wrote; the first row is the header.
+std::vector<CsvRow> read_table(const fs::path& file) {
+  std::vector<CsvRow> rows = parse_csv(read_text(file));
+  if (rows.empty()) throw InputError(file.string() + " is empty. Run `angio simulate` again");
+  return rows;
+}
+
+void read_profiles(const fs::path& file, viewer::DiameterProfile& before,
+                   viewer::DiameterProfile& after) {
+  const auto rows = read_table(file);
+  for (std::size_t r = 1; r < rows.size(); ++r) {
+    const auto number = [&](std::size_t column) { return std::stod(rows[r].at(column)); };
+    before.abscissa_mm.push_back(number(0));
+    before.inscribed_diameter_mm.push_back(number(1));
+    before.equivalent_diameter_mm.push_back(number(2));
+    after.abscissa_mm.push_back(number(0));
+    after.inscribed_diameter_mm.push_back(number(3));
+    after.equivalent_diameter_mm.push_back(number(4));
+  }
+}
+
+std::vector<viewer::Moment> read_moments(const CaseFolder& case_folder, const json& summary) {
+  const fs::path frames = case_folder.path("simulation/frames");
+  const auto moment = [&](std::string title, int frame) {
+    FrameShape shape = read_frame(frames, frame);
+    return viewer::Moment{std::move(title), std::move(shape.balloon), std::move(shape.wall),
+                          std::move(shape.contact_pressure_kpa)};
+  };
+  const double peak_pressure = summary.at("balloon").at("peak_pressure_atm").get<double>();
+  return {moment("Before", 0),
+          moment(fmt::format("At peak, {:.1f} atm", peak_pressure),
+                 summary.at("peak_frame").get<int>()),
+          moment("After", summary.at("last_frame").get<int>())};
+}
+
+/// The metrics without the times, so that the same input gives the same report.
+json repeatable_metrics(const StageWork& work) {
+  json metrics = collect_metrics(work.case_folder, work.config, work.record);
+  for (const char* key : {"wall_s", "frames_per_second", "real_time_factor"})
+    metrics["simulation"].erase(key);
+  return metrics;
+}
+
+json repeatable_run(const StageWork& work) {
+  json run = {{"version", kVersion},
+              {"backend", work.record.backend},
+              {"device", work.record.device},
+              {"input", work.record.input_description},
+              {"input_sha256", work.record.input_sha256}};
+  return run;
+}
+
+}  // namespace
+
+void do_simulation(StageWork& work) {
+  const fs::path meshing_folder = work.case_folder.folder(Stage::meshing);
+  const json placement = read_json(meshing_folder / "placement.json");
+  const json& lesion = placement.at("lesion");
+  const json& site = placement.at("site");
+  simulation::SimulationModel model = read_simulation_model(meshing_folder);
+  model.reference_radius_mm = 0.5 * lesion.at("reference_diameter_mm").get<double>();
+  model.measure_point = vec3_of(site.at("point"));
+  model.measure_tangent = vec3_of(site.at("tangent"));
+
+  FrameWriter frames(work.out, model, work.config.write_every);
+  const simulation::SimulationSummary summary = simulation::simulate(
+      model, work.config.simulation,
+      [&](const simulation::SimulationFrame& frame) { frames.add(frame); },
+      part(work.progress, 0.0, 0.95));
+  frames.finish();
+  keep(work.warnings, summary.warnings);
+  work.record.backend = summary.backend;
+  work.record.device = summary.device;
+  work.record.stages[Stage::simulation].solver_seconds = summary.wall_s;
+
+  const CenterlineTree tree = read_centerlines(work.case_folder.path("centerline/centerlines.vtp"));
+  const CenterlinePath& path = path_of(tree, lesion.at("centerline_id").get<int>());
+  const TriangleMesh lumen = read_open_lumen(meshing_folder);
+  const TriangleMesh lumen_after =
+      moved_lumen(lumen, read_region_lumen_vertices(meshing_folder), frames.last().wall);
+  const double first = site.at("balloon_first_abscissa_mm").get<double>();
+  const double last = site.at("balloon_last_abscissa_mm").get<double>();
+  const auto before = centerline::measure_lumen(lumen, path, first, last);
+  const auto after = centerline::measure_lumen(lumen_after, path, first, last);
+  write_text_atomically(work.out / "lumen_profile.csv", profile_csv(before, after));
+  viewer::write_surface(work.out / "lumen_after.vtp", {lumen_after, {}, {}});
+  write_text_atomically(work.out / "summary.json",
+                        summary_json(work, lesion, summary, frames, after).dump(2) + "\n");
+}
+void do_report(StageWork& work) {
+  const CaseFolder& folder = work.case_folder;
+  const json summary = read_json(folder.path("simulation/summary.json"));
+  const json placement = read_json(folder.path("meshing/placement.json"));
+  viewer::ReportContent content;
+  content.title = work.record.case_name;
+  content.version = kVersion;
+  if (!has_surface_input(work)) {
+    content.volume = segmentation::read_volume_file(folder.path("segmentation/volume.nrrd"));
+    content.level_set = read_level_set(work);
+  }
+  content.lumen = read_open_lumen(folder.folder(Stage::meshing));
+  content.tree = read_centerlines(folder.path("centerline/centerlines.vtp"));
+  content.lesion_path = placement.at("lesion").at("centerline_id").get<int>();
+  content.lesion_abscissa_mm = placement.at("lesion").at("abscissa_mm").get<double>();
+  content.moments = read_moments(folder, summary);
+  read_profiles(folder.path("simulation/lumen_profile.csv"), content.before, content.after);
+  auto rows = read_table(folder.path("simulation/timeseries.csv"));
+  content.time_series.columns = rows.front();
+  content.time_series.rows.assign(rows.begin() + 1, rows.end());
+  content.metrics_json = repeatable_metrics(work).dump();
+  content.run_json = repeatable_run(work).dump();
+  for (const auto& [stage, record] : work.record.stages)
+    if (stage != Stage::report) keep(content.warnings, record.warnings);
+  viewer::write_report(work.out, content, work.progress);
+}
+
+}  // namespace angio::pipeline
