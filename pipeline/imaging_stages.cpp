@@ -90,7 +90,7 @@ struct Placement {
 Placement place_on_a_lesion(StageWork& work, const CenterlineTree& tree,
                             const meshing::LumenMesh& lumen) {
   const std::vector<centerline::Lesion> lesions =
-      centerline::find_lesions(tree, work.config.lesion);
+      lesions_to_treat(work.case_folder, work.config, tree);
   for (std::size_t i = 0;; ++i) {
     const centerline::Lesion& lesion = lesions[i];
     try {

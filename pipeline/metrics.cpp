@@ -2,11 +2,12 @@
 
 #include <fmt/format.h>
 
-#include <cmath>
+#include <algorithm>
 
 #include "core/atomic_file.hpp"
 #include "core/error.hpp"
 #include "pipeline/case_files.hpp"
+#include "segmentation/read_volume.hpp"
 
 namespace angio::pipeline {
 using nlohmann::json;
@@ -55,6 +56,19 @@ json read_json(const std::filesystem::path& file) {
   }
 }
 
+std::vector<centerline::Lesion> lesions_to_treat(const CaseFolder& case_folder,
+                                                 const Config& config, const CenterlineTree& tree) {
+  auto lesions = centerline::find_lesions(tree, config.lesion);
+  if (!case_folder.exists("segmentation/volume.nrrd")) return lesions;  // a surface has no voxels
+  const Vec3 spacing =
+      segmentation::read_volume_file(case_folder.path("segmentation/volume.nrrd")).geometry.spacing;
+  const double voxel_mm = std::max({spacing.x, spacing.y, spacing.z});
+  std::stable_partition(lesions.begin(), lesions.end(), [&](const centerline::Lesion& lesion) {
+    return lesion.mld_mm >= voxel_mm;
+  });
+  return lesions;
+}
+
 json lesion_metrics(const centerline::Lesion& lesion) {
   return {{"centerline_id", lesion.path_id},
           {"abscissa_mm", lesion.abscissa_mm},
@@ -75,7 +89,7 @@ json collect_metrics(const CaseFolder& case_folder, const Config& config, const 
   if (!is_done(Stage::centerline)) return metrics;
   if (!is_done(Stage::meshing)) {
     const CenterlineTree tree = read_centerlines(case_folder.path("centerline/centerlines.vtp"));
-    metrics["lesion"].update(lesion_metrics(centerline::find_lesions(tree, config.lesion).front()));
+    metrics["lesion"].update(lesion_metrics(lesions_to_treat(case_folder, config, tree).front()));
     return metrics;
   }
   const json placement = read_json(case_folder.path("meshing/placement.json"));

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <nlohmann/json.hpp>
+#include <vector>
 
 #include "centerline/centerline.hpp"
 #include "pipeline/case_folder.hpp"
@@ -10,6 +11,12 @@ namespace angio::pipeline {
 /// metrics.json (CONTRACT) from what the stages have left so far; null where it does not apply.
 nlohmann::json collect_metrics(const CaseFolder& case_folder, const Config& config,
                                const RunRecord& record);
+
+/// The lesions of find_lesions in the order in which they are to be treated: the most severe first,
+/// but those with a throat narrower than a voxel of the scan last. Their diameter is not measured,
+/// and many are but two vessels that touch.
+std::vector<centerline::Lesion> lesions_to_treat(const CaseFolder& case_folder,
+                                                 const Config& config, const CenterlineTree& tree);
 
 /// A lesion under the names of metrics.json.
 nlohmann::json lesion_metrics(const centerline::Lesion& lesion);

@@ -51,8 +51,8 @@ std::vector<std::string> stage_inputs(Stage stage) {
     case Stage::centerline:
       return {"segmentation/lumen_level_set.nrrd", "segmentation/lumen_surface.vtp"};
     case Stage::meshing:
-      return {"segmentation/lumen_level_set.nrrd", "segmentation/lumen_surface.vtp",
-              "centerline/centerlines.vtp"};
+      return {"segmentation/volume.nrrd", "segmentation/lumen_level_set.nrrd",
+              "segmentation/lumen_surface.vtp", "centerline/centerlines.vtp"};
     case Stage::simulation:
       return {"centerline/centerlines.vtp", "meshing/lumen.vtp",  "meshing/balloon.vtp",
               "meshing/guidewire.vtp",      "meshing/region.vtp", "meshing/air.vtu",
