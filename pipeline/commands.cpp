@@ -57,7 +57,8 @@ void add_run_options(CLI::App& command, SharedOptions& shared) {
   command
       .add_option("--preset", shared.presets,
                   fmt::format("a set of options: {}", fmt::join(preset_names(), ", ")))
-      ->type_name("NAME");
+      ->type_name("NAME")
+      ->allow_extra_args(false);  // else it takes INPUT for a second one
   command.add_option("--backend", shared.backend, "where the simulation runs: auto, cpu or cuda")
       ->check(CLI::IsMember({"auto", "cpu", "cuda"}))
       ->capture_default_str();
