@@ -38,6 +38,30 @@ int find_root(std::vector<int>& parent, int v) {
   return v;
 }
 
+/// Walks along directed edges until none is left. Where a walk meets itself, the round that it has
+/// closed is a loop of its own, so loops that share a vertex come apart.
+std::vector<std::vector<int>> take_simple_loops(std::multimap<int, int> next) {
+  std::vector<std::vector<int>> loops;
+  while (!next.empty()) {
+    std::vector<int> walk{next.begin()->first};
+    std::map<int, std::size_t> place{{walk.front(), 0}};  // of each vertex in the walk
+    for (auto step = next.find(walk.back()); step != next.end(); step = next.find(walk.back())) {
+      const int v = step->second;
+      next.erase(step);
+      const auto [met, is_new] = place.try_emplace(v, walk.size());
+      if (is_new) {
+        walk.push_back(v);
+        continue;
+      }
+      const auto first = walk.begin() + std::ptrdiff_t(met->second);
+      loops.emplace_back(first, walk.end());
+      for (auto u = first + 1; u != walk.end(); ++u) place.erase(*u);
+      walk.erase(first + 1, walk.end());
+    }
+  }
+  return loops;
+}
+
 }  // namespace
 
 Vec3 area_vector_doubled(const TriangleMesh& mesh, const Triangle& triangle) {
@@ -133,7 +157,7 @@ SurfaceTopology surface_topology(const TriangleMesh& mesh) {
 
 std::vector<std::vector<int>> boundary_loops(const TriangleMesh& mesh) {
   const std::vector<HalfEdge> edges = sorted_half_edges(mesh);
-  std::map<int, int> next;  // along the cap: against the triangles' own direction
+  std::multimap<int, int> next;  // along the cap: against the triangles' own direction
   for (std::size_t e = 0; e < edges.size(); ++e) {
     const auto same = [&](std::size_t other) {
       return other < edges.size() && edges[other].low == edges[e].low &&
@@ -141,21 +165,11 @@ std::vector<std::vector<int>> boundary_loops(const TriangleMesh& mesh) {
     };
     if (same(e + 1) || (e > 0 && same(e - 1))) continue;
     if (edges[e].reversed)
-      next[edges[e].low] = edges[e].high;
+      next.emplace(edges[e].low, edges[e].high);
     else
-      next[edges[e].high] = edges[e].low;
+      next.emplace(edges[e].high, edges[e].low);
   }
-  std::vector<std::vector<int>> loops;
-  while (!next.empty()) {
-    std::vector<int> loop;
-    int v = next.begin()->first;
-    for (auto step = next.find(v); step != next.end(); step = next.find(v)) {
-      loop.push_back(v);
-      v = step->second;
-      next.erase(step);
-    }
-    loops.push_back(std::move(loop));
-  }
+  std::vector<std::vector<int>> loops = take_simple_loops(std::move(next));
   const auto length = [&](const std::vector<int>& loop) {
     double sum = 0.0;
     for (std::size_t i = 0; i < loop.size(); ++i)

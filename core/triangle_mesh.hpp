@@ -50,7 +50,9 @@ struct SurfaceTopology {
 SurfaceTopology surface_topology(const TriangleMesh& mesh);
 
 /// The rims of an open surface: closed loops of vertices along its boundary edges, ordered so that
-/// a cap with the same order has an outward normal; the longest first.
+/// a cap with the same order has an outward normal; the longest first. No loop visits a vertex
+/// twice: rims that meet in one come apart there. Every boundary edge is in exactly one loop if the
+/// triangles agree in their orientation.
 std::vector<std::vector<int>> boundary_loops(const TriangleMesh& mesh);
 
 }  // namespace angio

@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <numeric>
+#include <set>
 
 #include "core/triangle_mesh.hpp"
 #include "core/units.hpp"
@@ -162,6 +163,40 @@ TEST(BoundaryLoops, ComeTheLongestFirst) {
   ASSERT_EQ(loops.size(), 2u);
   EXPECT_DOUBLE_EQ(cone.vertices[std::size_t(loops[0][0])].z, 4.0);
   EXPECT_DOUBLE_EQ(cone.vertices[std::size_t(loops[1][0])].z, 0.0);
+}
+
+TEST(BoundaryLoops, ThatShareAVertexKeepEveryEdge) {
+  // A grid of squares with two holes that meet in vertex 12 only.
+  TriangleMesh sheet;
+  for (int y = 0; y < 5; ++y)
+    for (int x = 0; x < 5; ++x) sheet.vertices.push_back({double(x), double(y), 0.0});
+  for (int y = 0; y < 4; ++y)
+    for (int x = 0; x < 4; ++x) {
+      if ((x == 1 && y == 1) || (x == 2 && y == 2)) continue;
+      const int v = 5 * y + x;
+      sheet.triangles.push_back({v, v + 1, v + 6});
+      sheet.triangles.push_back({v, v + 6, v + 5});
+    }
+  const auto loops = boundary_loops(sheet);
+  ASSERT_EQ(loops.size(), 3U);
+  std::size_t edge_count = 0;
+  for (const auto& loop : loops) {
+    edge_count += loop.size();
+    EXPECT_EQ(std::set<int>(loop.begin(), loop.end()).size(), loop.size());
+  }
+  EXPECT_EQ(int(edge_count), surface_topology(sheet).boundary_edge_count);
+  EXPECT_EQ(loops[1].size(), 4U);
+  EXPECT_EQ(loops[2].size(), 4U);
+}
+
+TEST(BoundaryLoops, OfTrianglesThatTouchInACornerAreOneForEach) {
+  TriangleMesh bow;
+  bow.vertices = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {-1, 0, 0}, {0, -1, 0}};
+  bow.triangles = {{0, 1, 2}, {0, 3, 4}};
+  const auto loops = boundary_loops(bow);
+  ASSERT_EQ(loops.size(), 2U);
+  EXPECT_EQ(loops[0].size(), 3U);
+  EXPECT_EQ(loops[1].size(), 3U);
 }
 
 TEST(BoundaryLoops, OfOneTriangleRunAgainstIt) {
