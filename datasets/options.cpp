@@ -64,12 +64,13 @@ void set_option(PhantomOptions& options, std::string_view key, std::string_view 
     std::string_view key;
     double PhantomOptions::*field;
   };
-  constexpr std::array<Known, 6> kKnown{{{"stenosis", &PhantomOptions::stenosis_percent},
+  constexpr std::array<Known, 7> kKnown{{{"stenosis", &PhantomOptions::stenosis_percent},
                                          {"radius", &PhantomOptions::radius_mm},
                                          {"length", &PhantomOptions::length_mm},
                                          {"spacing", &PhantomOptions::spacing_mm},
                                          {"noise", &PhantomOptions::noise_sd},
-                                         {"blur", &PhantomOptions::blur_mm}}};
+                                         {"blur", &PhantomOptions::blur_mm},
+                                         {"oblique", &PhantomOptions::oblique_degrees}}};
   if (key == "seed") {
     options.seed = parse_seed(value);
     return;
@@ -82,10 +83,11 @@ void set_option(PhantomOptions& options, std::string_view key, std::string_view 
     }
     names.push_back(k.key);
   }
-  throw OptionError("a phantom has no option \"" + std::string(key) +
-                    "\" (there are: stenosis, radius, length, spacing, noise, blur, seed). Did you "
-                    "mean \"" +
-                    std::string(detail::nearest_name(key, names)) + "\"?");
+  throw OptionError(
+      "a phantom has no option \"" + std::string(key) +
+      "\" (there are: stenosis, radius, length, spacing, noise, blur, oblique, seed). "
+      "Did you mean \"" +
+      std::string(detail::nearest_name(key, names)) + "\"?");
 }
 
 }  // namespace
@@ -101,6 +103,7 @@ void PhantomOptions::validate() const {
   check_range("noise_sd", noise_sd, 0.0, 1.0,
               " (it is a fraction of the contrast). 0.1 means 10 %");
   check_range("blur_mm", blur_mm, 0.0, 3.0);
+  check_range("oblique_degrees", oblique_degrees, 0.0, 90.0);
   check_proportions(*this);
 }
 

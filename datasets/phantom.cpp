@@ -6,6 +6,7 @@
 
 #include "core/error.hpp"
 #include "core/parallel.hpp"
+#include "core/units.hpp"
 #include "datasets/detail/anatomy.hpp"
 #include "datasets/detail/lumen_surface.hpp"
 #include "datasets/detail/scan.hpp"
@@ -19,8 +20,32 @@ constexpr double kDefaultBlurVoxels = 0.6;
 constexpr int kTubeVerticesPerRing = 48;
 constexpr std::size_t kLargestVoxelCount = 512u * 512u * 1024u;
 
+/// Whether rings across the axis can be stacked: they are parallel.
+bool is_straight(const detail::Branch& branch) {
+  const auto end = [&](int sample) { return branch.center[std::size_t(sample)]; };
+  const Vec3 chord = normalized(end(branch.last_sample) - end(branch.first_sample));
+  return dot(chord, branch.tangent(branch.first_sample)) > 1.0 - 1e-9 &&
+         dot(chord, branch.tangent(branch.last_sample)) > 1.0 - 1e-9;
+}
+
+/// A turn of the voxel grid around (1, 2, 3), so that no axis keeps its place (Rodrigues).
+Mat3 turn(double degrees) {
+  const double angle = degrees * units::kPi / 180.0;
+  const Vec3 axis = normalized(Vec3{1.0, 2.0, 3.0});
+  Mat3 rotation;
+  for (int column = 0; column < 3; ++column) {
+    Vec3 e;
+    e[column] = 1.0;
+    const Vec3 turned = std::cos(angle) * e + std::sin(angle) * cross(axis, e) +
+                        (1.0 - std::cos(angle)) * dot(axis, e) * axis;
+    for (int row = 0; row < 3; ++row) rotation(row, column) = turned[row];
+  }
+  return rotation;
+}
+
 TriangleMesh surface_of(const detail::LumenShape& shape, const PhantomOptions& sized) {
-  if (shape.branches().size() == 1) return detail::tube_surface(shape, kTubeVerticesPerRing);
+  if (shape.branches().size() == 1 && is_straight(shape.branches().front()))
+    return detail::tube_surface(shape, kTubeVerticesPerRing);
   // Fine enough for the narrowest place and for the gap at a carina, but within reason.
   double cell = std::min(0.16 * sized.radius_mm, shape.least_radius_mm() / 1.3);
   for (const detail::Branch& branch : shape.branches())
@@ -58,7 +83,7 @@ void check_size(const VolumeGeometry& geometry, double spacing_mm) {
 Volume<float> scan(const detail::LumenShape& shape, const VolumeGeometry& geometry,
                    const PhantomOptions& sized, const Progress& progress) {
   const Progress first_part([&](double fraction, std::string_view) {
-    progress.report(0.3 + 0.4 * fraction, "scanning the phantom");
+    progress.report(0.1 + 0.6 * fraction, "scanning the phantom");
   });
   Volume<float> volume = detail::lumen_fraction(shape, geometry, first_part);
   const double blur_voxels =
@@ -83,22 +108,28 @@ Phantom make_phantom_surface(const PhantomOptions& options) {
   return phantom;
 }
 
-Phantom make_phantom(const PhantomOptions& options, const Progress& progress) {
+Phantom make_phantom_scan(const PhantomOptions& options, const Progress& progress) {
   const PhantomOptions sized = detail::with_size(options);
   if (sized.name == "cloth")
     throw InputError(
         "the phantom cloth cannot be scanned (it is a sheet without a lumen). "
         "Use --format surface, or another phantom");
   const detail::Anatomy anatomy = detail::make_anatomy(sized);
-  const VolumeGeometry geometry = detail::grid_around(anatomy.shape, sized.spacing_mm, kMarginMm);
+  const VolumeGeometry geometry =
+      detail::grid_around(anatomy.shape, sized.spacing_mm, kMarginMm, turn(sized.oblique_degrees));
   check_size(geometry, sized.spacing_mm);
   Phantom phantom;
   progress.report(0.0, "deriving the truth");
   phantom.truth = detail::derive_truth(anatomy);
-  progress.report(0.1, "meshing the surface");
-  phantom.surface = surface_of(anatomy.shape, sized);
   phantom.volume = scan(anatomy.shape, geometry, sized, progress);
   progress.report(1.0);
+  return phantom;
+}
+
+Phantom make_phantom(const PhantomOptions& options, const Progress& progress) {
+  Phantom phantom = make_phantom_scan(options, progress);
+  const PhantomOptions sized = detail::with_size(options);
+  phantom.surface = surface_of(detail::make_anatomy(sized).shape, sized);
   return phantom;
 }
 

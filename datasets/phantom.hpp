@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "core/centerline.hpp"
 #include "core/progress.hpp"
@@ -15,9 +16,11 @@ namespace angio::datasets {
 inline constexpr double kLumenIntensity = 400.0;      ///< CT-like, like the background
 inline constexpr double kBackgroundIntensity = 40.0;  ///< [HU]
 
-/// straight: healthy tube; unilateral, bilateral: one- and two-sided stenosis; ytype: bifurcation
-/// with a stenosis; coronary: left coronary tree with taper, curvature, two bifurcations and one
-/// eccentric stenosis; cloth: the paper's sheet, a surface only.
+/// straight: healthy tube; concentric, unilateral, bilateral: a stenosis from all sides, one or
+/// two; tandem: two stenoses in a row; helix, torus: curved tubes with a stenosis; ytype,
+/// trifurcation: two or three daughters, one stenosed; aneurysm: a sac beside a tube with a
+/// stenosis; coronary: left coronary tree with taper, curvature, two bifurcations and one eccentric
+/// stenosis; cloth: the paper's sheet, a surface only.
 struct PhantomOptions {
   std::string name = "coronary";
   double stenosis_percent = 60.0;  ///< diameter stenosis, [0, 95]; 0 is a healthy vessel
@@ -26,14 +29,14 @@ struct PhantomOptions {
   double spacing_mm = 0.3;         ///< isotropic voxels, [0.05, 2]
   double noise_sd = 0.1;           ///< fraction of the contrast, [0, 1]; 0.1 is 10 %
   double blur_mm = 0.0;            ///< sd of the scanner's blur, [0, 3]; 0: 0.6 voxels
+  double oblique_degrees = 0.0;    ///< the voxel grid is turned by this around (1, 2, 3), [0, 90]
   std::uint64_t seed = 1;
 
   void validate() const;  ///< @throws OptionError naming the field
 };
 
-/// What is known exactly about a phantom; written as truth.json.
-struct PhantomTruth {
-  CenterlineTree tree;   ///< exact centre points and radii, inlet to each outlet
+/// A stenosis, or the narrowest place of a healthy vessel.
+struct LesionTruth {
   double mld_mm = 0.0;   ///< minimal lumen diameter (largest inscribed circle)
   double mla_mm2 = 0.0;  ///< minimal lumen area
   double reference_diameter_mm = 0.0;
@@ -41,7 +44,14 @@ struct PhantomTruth {
   Vec3 lesion_point;                ///< LPS [mm]
   double lesion_abscissa_mm = 0.0;  ///< on tree.paths[lesion_path]
   int lesion_path = 0;
+};
+
+/// What is known exactly about a phantom; written as truth.json. The stenosis it is, itself, is the
+/// most severe one.
+struct PhantomTruth : LesionTruth {
+  CenterlineTree tree;  ///< exact centre points and radii, inlet to each outlet
   bool has_lesion = false;
+  std::vector<LesionTruth> lesions;  ///< all stenoses, the most severe first; empty in health
 };
 
 struct Phantom {
@@ -51,12 +61,15 @@ struct Phantom {
 };
 
 /// Reads "NAME[,key=value...]", with or without "phantom:" before it; the keys are stenosis,
-/// radius, length, spacing, noise, blur and seed. @throws OptionError with the nearest name that
-/// there is
+/// radius, length, spacing, noise, blur, oblique and seed. @throws OptionError with the nearest
+/// name that there is
 PhantomOptions parse_phantom(std::string_view description);
 
 /// Makes the surface and the truth only (the volume stays empty).
 Phantom make_phantom_surface(const PhantomOptions& options);
+
+/// Makes the volume and the truth only (the surface stays empty).
+Phantom make_phantom_scan(const PhantomOptions& options, const Progress& progress = {});
 
 /// Makes the whole phantom: exact partial volume, blur, noise.
 Phantom make_phantom(const PhantomOptions& options, const Progress& progress = {});

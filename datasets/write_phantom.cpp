@@ -29,7 +29,7 @@ std::string fingerprint(const PhantomOptions& o, const VolumeGeometry& g) {
   std::ostringstream out;
   out << std::setprecision(17) << o.name << ' ' << o.stenosis_percent << ' ' << o.radius_mm << ' '
       << o.length_mm << ' ' << o.spacing_mm << ' ' << o.noise_sd << ' ' << o.blur_mm << ' '
-      << o.seed;
+      << o.oblique_degrees << ' ' << o.seed;
   for (int axis = 0; axis < 3; ++axis) {
     out << ' ' << g.size[std::size_t(axis)] << ' ' << g.origin[axis];
     for (int column = 0; column < 3; ++column) out << ' ' << g.direction(axis, column);
@@ -38,6 +38,12 @@ std::string fingerprint(const PhantomOptions& o, const VolumeGeometry& g) {
 }
 
 Json json_from(const Vec3& v) { return Json::array({v.x, v.y, v.z}); }
+
+Json json_rows(const Mat3& m) {
+  Json rows = Json::array();
+  for (int row = 0; row < 3; ++row) rows.push_back({m(row, 0), m(row, 1), m(row, 2)});
+  return rows;
+}
 
 Json json_from(const CenterlinePath& path) {
   Json points = Json::array();
@@ -65,7 +71,18 @@ Json json_from(const PhantomOptions& o) {
           {"spacing_mm", o.spacing_mm},
           {"noise_sd", o.noise_sd},
           {"blur_mm", o.blur_mm},
+          {"oblique_degrees", o.oblique_degrees},
           {"seed", o.seed}};
+}
+
+Json json_from(const LesionTruth& lesion) {
+  return {{"mld_mm", lesion.mld_mm},
+          {"mla_mm2", lesion.mla_mm2},
+          {"reference_diameter_mm", lesion.reference_diameter_mm},
+          {"diameter_stenosis_percent", lesion.diameter_stenosis_percent},
+          {"lesion_path", lesion.lesion_path},
+          {"lesion_abscissa_mm", lesion.lesion_abscissa_mm},
+          {"lesion_point_mm", json_from(lesion.lesion_point)}};
 }
 
 std::string truth_text(const Phantom& phantom, const PhantomOptions& sized) {
@@ -80,16 +97,14 @@ std::string truth_text(const Phantom& phantom, const PhantomOptions& sized) {
   json["options"] = json_from(sized);
   json["intensity"] = {{"lumen", kLumenIntensity}, {"background", kBackgroundIntensity}};
   json["has_lesion"] = truth.has_lesion;
-  json["mld_mm"] = truth.mld_mm;
-  json["mla_mm2"] = truth.mla_mm2;
-  json["reference_diameter_mm"] = truth.reference_diameter_mm;
-  json["diameter_stenosis_percent"] = truth.diameter_stenosis_percent;
-  json["lesion_path"] = truth.lesion_path;
-  json["lesion_abscissa_mm"] = truth.lesion_abscissa_mm;
-  json["lesion_point_mm"] = json_from(truth.lesion_point);
+  json.update(json_from(static_cast<const LesionTruth&>(truth)));
+  json["lesions"] = Json::array();
+  for (const LesionTruth& lesion : truth.lesions) json["lesions"].push_back(json_from(lesion));
   if (const VolumeGeometry& g = phantom.volume.geometry; g.voxel_count() > 0)
-    json["volume"] = {
-        {"size", g.size}, {"spacing_mm", json_from(g.spacing)}, {"origin_mm", json_from(g.origin)}};
+    json["volume"] = {{"size", g.size},
+                      {"spacing_mm", json_from(g.spacing)},
+                      {"origin_mm", json_from(g.origin)},
+                      {"direction_rows", json_rows(g.direction)}};
   json["surface"] = {{"vertex_count", phantom.surface.vertices.size()},
                      {"triangle_count", phantom.surface.triangles.size()}};
   json["paths"] = Json::array();

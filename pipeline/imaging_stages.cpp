@@ -24,7 +24,7 @@ Volume<float> load_volume(StageWork& work) {
   if (work.input.starts_with(kPhantomPrefix)) {
     const auto options = datasets::parse_phantom(work.input);
     work.record.input_description = fmt::format("phantom {}", options.name);
-    return datasets::make_phantom(options, part(work.progress, 0.0, 0.2)).volume;
+    return datasets::make_phantom_scan(options, part(work.progress, 0.0, 0.2)).volume;
   }
   segmentation::LoadedVolume loaded =
       segmentation::read_volume(work.input, work.config.input, part(work.progress, 0.0, 0.2));

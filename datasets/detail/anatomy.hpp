@@ -1,6 +1,5 @@
 #pragma once
 
-#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -21,7 +20,7 @@ struct LesionSite {
 
 struct Anatomy {
   LumenShape shape;
-  std::optional<LesionSite> lesion;
+  std::vector<LesionSite> lesions;
 };
 
 /// Sizes of a phantom where the user gives none.
@@ -45,6 +44,7 @@ PhantomOptions with_size(const PhantomOptions& options);
 ///
 /// Eccentric: the ball is shifted by R - r, so that it keeps touching the healthy wall on one side.
 /// Two-sided: it slides by +- (R - r), which leaves a stadium of area pi r^2 + 4 r (R - r).
+/// Concentric: it stays on the axis.
 Anatomy make_anatomy(const PhantomOptions& options);
 
 }  // namespace angio::datasets::detail

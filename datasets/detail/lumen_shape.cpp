@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <tuple>
 #include <utility>
 
 namespace angio::datasets::detail {
@@ -106,25 +107,34 @@ LumenShape::Prepared LumenShape::prepare(const Branch& branch) {
                              2.5 * branch.radius[i]});
   };
   if (branch.cut_at_start) add_end(branch.first_sample, -1.0);
-  add_end(branch.last_sample, 1.0);
+  if (branch.cut_at_end) add_end(branch.last_sample, 1.0);
   return prepared;
 }
 
 void LumenShape::measure_extent() {
+  least_radius_mm_ = std::numeric_limits<double>::max();
+  for (const Branch& branch : branches_)
+    for (int s = branch.first_sample; s <= branch.last_sample; ++s)
+      least_radius_mm_ = std::min(least_radius_mm_, branch.radius[std::size_t(s)]);
+  for (int axis = 0; axis < 3; ++axis) {
+    Vec3 direction;
+    direction[axis] = 1.0;
+    std::tie(lower_corner_[axis], upper_corner_[axis]) = extent_along(direction);
+  }
+}
+
+std::pair<double, double> LumenShape::extent_along(const Vec3& direction) const {
   constexpr double kFar = std::numeric_limits<double>::max();
-  least_radius_mm_ = kFar;
-  lower_corner_ = {kFar, kFar, kFar};
-  upper_corner_ = {-kFar, -kFar, -kFar};
+  double least = kFar, greatest = -kFar;
   for (const Branch& branch : branches_)
     for (int s = branch.first_sample; s <= branch.last_sample; ++s) {
       const std::size_t i = std::size_t(s);
-      least_radius_mm_ = std::min(least_radius_mm_, branch.radius[i]);
       const double reach = branch.radius[i] + norm(branch.half_width[i]);
-      for (int axis = 0; axis < 3; ++axis) {
-        lower_corner_[axis] = std::min(lower_corner_[axis], branch.center[i][axis] - reach);
-        upper_corner_[axis] = std::max(upper_corner_[axis], branch.center[i][axis] + reach);
-      }
+      const double middle = dot(branch.center[i], direction);
+      least = std::min(least, middle - reach);
+      greatest = std::max(greatest, middle + reach);
     }
+  return {least, greatest};
 }
 
 NearestWall LumenShape::nearest_wall(const Vec3& x, Ends ends) const {

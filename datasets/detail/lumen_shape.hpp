@@ -1,5 +1,6 @@
 #pragma once
 
+#include <utility>
 #include <vector>
 
 #include "core/vec3.hpp"
@@ -19,6 +20,7 @@ struct Branch {
   int first_sample = 0;  ///< the vessel is [first_sample, last_sample]; what lies beyond continues
   int last_sample = 0;   ///< it past its cut ends
   bool cut_at_start = false;  ///< flat end at first_sample; a side branch begins in its parent
+  bool cut_at_end = true;     ///< flat end at last_sample; false: the dome of an aneurysm's sac
   int parent = -1;            ///< branch it leaves, or -1
   int parent_sample = 0;      ///< where
 
@@ -74,6 +76,9 @@ class LumenShape {
   [[nodiscard]] double least_radius_mm() const { return least_radius_mm_; }
   [[nodiscard]] const Vec3& lower_corner() const { return lower_corner_; }
   [[nodiscard]] const Vec3& upper_corner() const { return upper_corner_; }
+
+  /// Least and greatest coordinate along a unit direction [mm].
+  [[nodiscard]] std::pair<double, double> extent_along(const Vec3& direction) const;
 
  private:
   /// Consecutive samples within one bounding ball.

@@ -18,19 +18,21 @@ constexpr double kCellOverRadius = 0.15;
 
 /// The part of a cube inside the lumen. The wall bends away from its tangent plane by k t^2 / 2 at
 /// a distance t; over a cell of edge e that is k e^2 / 24 on average, by which the plane is moved.
-double cube_fraction(const LumenShape& shape, const Vec3& center, double edge) {
+///
+/// @param axes  of the voxels: columns are i, j, k in LPS
+double cube_fraction(const LumenShape& shape, const Mat3& axes, const Vec3& center, double edge) {
   const NearestWall wall = shape.nearest_wall(center);
   const double reach = 0.5 * std::sqrt(3.0) * edge;
   if (wall.distance > reach + shape.margin_mm()) return 0.0;
   if (wall.distance < -reach - shape.margin_mm()) return 1.0;
   if (edge <= kCellOverRadius * wall.radius)
-    return fraction_below_plane(wall.normal,
+    return fraction_below_plane(transpose(axes) * wall.normal,
                                 (wall.distance + wall.curvature * edge * edge / 24.0) / edge);
   double sum = 0.0;
   for (int corner = 0; corner < 8; ++corner) {
     const Vec3 side{corner & 1 ? 0.25 : -0.25, corner & 2 ? 0.25 : -0.25,
                     corner & 4 ? 0.25 : -0.25};
-    sum += cube_fraction(shape, center + edge * side, 0.5 * edge);
+    sum += cube_fraction(shape, axes, center + edge * (axes * side), 0.5 * edge);
   }
   return 0.125 * sum;
 }
@@ -44,7 +46,8 @@ void fill_box(const LumenShape& shape, Volume<float>& volume, const std::array<i
                           0.5 * (lo[2] + hi[2] - 1)};
   const Vec3 center = volume.geometry.lps_from_index(center_index);
   if (width(0) == 1 && width(1) == 1 && width(2) == 1) {
-    volume.at(lo[0], lo[1], lo[2]) = float(cube_fraction(shape, center, spacing));
+    volume.at(lo[0], lo[1], lo[2]) =
+        float(cube_fraction(shape, volume.geometry.direction, center, spacing));
     return;
   }
   const double reach =
@@ -105,16 +108,19 @@ std::vector<float> half_kernel(double sd) {
 
 }  // namespace
 
-VolumeGeometry grid_around(const LumenShape& shape, double spacing_mm, double margin_mm) {
+VolumeGeometry grid_around(const LumenShape& shape, double spacing_mm, double margin_mm,
+                           const Mat3& direction) {
   VolumeGeometry geometry;
-  const Vec3 margin{margin_mm, margin_mm, margin_mm};
-  const Vec3 extent = shape.upper_corner() - shape.lower_corner() + 2.0 * margin;
-  const Vec3 middle = 0.5 * (shape.upper_corner() + shape.lower_corner());
+  geometry.direction = direction;
+  Vec3 origin_along_axes;
   for (int axis = 0; axis < 3; ++axis) {
-    const int count = int(std::ceil(extent[axis] / spacing_mm)) + 1;
+    const auto [least, greatest] =
+        shape.extent_along({direction(0, axis), direction(1, axis), direction(2, axis)});
+    const int count = int(std::ceil((greatest - least + 2.0 * margin_mm) / spacing_mm)) + 1;
     geometry.size[std::size_t(axis)] = count;
-    geometry.origin[axis] = middle[axis] - 0.5 * (count - 1) * spacing_mm;
+    origin_along_axes[axis] = 0.5 * (least + greatest) - 0.5 * (count - 1) * spacing_mm;
   }
+  geometry.origin = direction * origin_along_axes;
   geometry.spacing = {spacing_mm, spacing_mm, spacing_mm};
   return geometry;
 }

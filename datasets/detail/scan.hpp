@@ -10,7 +10,8 @@
 namespace angio::datasets::detail {
 
 /// The grid of isotropic voxels around a lumen with `margin_mm` of background on every side.
-VolumeGeometry grid_around(const LumenShape& shape, double spacing_mm, double margin_mm);
+VolumeGeometry grid_around(const LumenShape& shape, double spacing_mm, double margin_mm,
+                           const Mat3& direction = Mat3::identity());
 
 /// The part of each voxel inside the lumen, in [0, 1]. Cells at the wall are halved until they are
 /// small against the local radius; what is left is cut by the wall's tangent plane.

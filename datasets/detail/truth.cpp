@@ -22,8 +22,11 @@ struct Place {
   int sample = 0;
 };
 
-/// A fork: where a side branch leaves its parent, and from where on neither tube meets the other.
+/// A fork: where side branches leave their parent at one place, and from where on neither tube
+/// meets the other. A sac (a branch that ends as a dome) makes a fork too: no branch owns the lumen
+/// in front of its neck.
 struct Fork {
+  int id = 0;  ///< the first of the sides that leave there
   int side = 0;
   int parent = 0;
   int parent_sample = 0;
@@ -49,18 +52,32 @@ std::vector<Fork> find_forks(const std::vector<Branch>& branches) {
     const Branch& side = branches[b];
     if (side.parent < 0) continue;
     const Branch& parent = branches[std::size_t(side.parent)];
-    forks.push_back({int(b), side.parent, side.parent_sample,
-                     first_sample_apart(parent, side.parent_sample, side, side.first_sample),
-                     first_sample_apart(side, side.first_sample, parent, side.parent_sample)});
+    Fork fork{int(b), int(b), side.parent, side.parent_sample, 0, 0};
+    if (side.cut_at_end) {
+      fork.parent_apart_sample =
+          first_sample_apart(parent, side.parent_sample, side, side.first_sample);
+      fork.side_apart_sample =
+          first_sample_apart(side, side.first_sample, parent, side.parent_sample);
+    } else {
+      const double neck = side.radius.front() + side.blend_mm;
+      const int reach = int(std::ceil(neck / parent.step_mm));
+      fork.parent_sample = side.parent_sample - reach;
+      fork.parent_apart_sample = side.parent_sample + reach;
+    }
+    for (Fork& other : forks) {
+      if (other.parent != fork.parent || other.parent_sample != fork.parent_sample) continue;
+      fork.id = other.id;
+      fork.parent_apart_sample = other.parent_apart_sample =
+          std::max(fork.parent_apart_sample, other.parent_apart_sample);
+    }
+    forks.push_back(fork);
   }
   return forks;
 }
 
-/// The narrowest sample of the stenosed branch, or -1 on any other branch.
-int narrowest_sample(const Anatomy& anatomy, int b) {
-  if (!anatomy.lesion || anatomy.lesion->branch != b) return -1;
-  const Branch& branch = anatomy.shape.branches()[std::size_t(b)];
-  const LesionSite& site = *anatomy.lesion;
+/// The narrowest sample of a lesion on its branch.
+int narrowest_sample(const Anatomy& anatomy, const LesionSite& site) {
+  const Branch& branch = anatomy.shape.branches()[std::size_t(site.branch)];
   const auto first = branch.radius.begin() + sample_at(branch, site.center_mm - site.length_mm / 2);
   const auto last = branch.radius.begin() + sample_at(branch, site.center_mm + site.length_mm / 2);
   return int(std::min_element(first, last + 1) - branch.radius.begin());
@@ -74,8 +91,8 @@ std::vector<int> point_samples(const Anatomy& anatomy, int b) {
   std::vector<int> samples;
   for (int s = branch.first_sample; s < branch.last_sample; s += stride) samples.push_back(s);
   samples.push_back(branch.last_sample);
-  if (const int narrowest = narrowest_sample(anatomy, b); narrowest >= 0)
-    samples.push_back(narrowest);
+  for (const LesionSite& site : anatomy.lesions)
+    if (site.branch == b) samples.push_back(narrowest_sample(anatomy, site));
   for (const Branch& other : branches)
     if (other.parent == b) samples.push_back(other.parent_sample);
   std::sort(samples.begin(), samples.end());
@@ -100,15 +117,15 @@ std::vector<Place> places_to(const Anatomy& anatomy, int b) {
   return places;
 }
 
-/// Names the piece of the tree that a place belongs to: a fork's common lumen (first: -1 - side),
+/// Names the piece of the tree that a place belongs to: a fork's common lumen (first: -1 - its id),
 /// or a stretch of a branch between forks (first: the branch, second: forks passed on it).
 std::pair<int, int> piece_at(const std::vector<Fork>& forks, const Place& place) {
   int passed = 0;
   for (const Fork& fork : forks) {
     if (place.branch == fork.side && place.sample < fork.side_apart_sample)
-      return {-1 - fork.side, 0};
+      return {-1 - fork.id, 0};
     if (place.branch != fork.parent || place.sample < fork.parent_sample) continue;
-    if (place.sample < fork.parent_apart_sample) return {-1 - fork.side, 0};
+    if (place.sample < fork.parent_apart_sample) return {-1 - fork.id, 0};
     ++passed;
   }
   return {place.branch, passed};
@@ -139,7 +156,8 @@ std::map<std::pair<int, int>, double> measure_areas(const Anatomy& anatomy) {
   const std::vector<Branch>& branches = anatomy.shape.branches();
   std::vector<Place> places;
   for (std::size_t b = 0; b < branches.size(); ++b)
-    for (int s : point_samples(anatomy, int(b))) places.push_back({int(b), s});
+    for (int s : branches[b].cut_at_end ? point_samples(anatomy, int(b)) : std::vector<int>{})
+      places.push_back({int(b), s});
   std::vector<double> area(places.size());
   parallel_for_uneven(std::ptrdiff_t(places.size()), [&](std::ptrdiff_t p) {
     const Place& place = places[std::size_t(p)];
@@ -169,24 +187,36 @@ CenterlinePath build_path(const LumenShape& shape,
   return path;
 }
 
-void describe_lesion(const Anatomy& anatomy, const std::vector<std::vector<Place>>& places,
-                     PhantomTruth& truth) {
-  const LesionSite& site = *anatomy.lesion;
+LesionTruth describe_lesion(const Anatomy& anatomy, const LesionSite& site,
+                            const CenterlineTree& tree,
+                            const std::vector<std::vector<Place>>& places) {
   const Branch& branch = anatomy.shape.branches()[std::size_t(site.branch)];
-  const int narrowest = narrowest_sample(anatomy, site.branch);
-  truth.has_lesion = true;
-  truth.lesion_point = branch.center[std::size_t(narrowest)];
-  truth.mld_mm = 2.0 * branch.radius[std::size_t(narrowest)];
-  truth.reference_diameter_mm = 2.0 * branch.healthy_mm[std::size_t(narrowest)];
-  truth.diameter_stenosis_percent = 100.0 * (1.0 - truth.mld_mm / truth.reference_diameter_mm);
-  for (std::size_t path = 0; path < places.size(); ++path)
+  const int narrowest = narrowest_sample(anatomy, site);
+  LesionTruth lesion;
+  lesion.lesion_point = branch.center[std::size_t(narrowest)];
+  lesion.mld_mm = 2.0 * branch.radius[std::size_t(narrowest)];
+  lesion.reference_diameter_mm = 2.0 * branch.healthy_mm[std::size_t(narrowest)];
+  lesion.diameter_stenosis_percent = 100.0 * (1.0 - lesion.mld_mm / lesion.reference_diameter_mm);
+  for (std::size_t path = places.size(); path-- > 0;)  // the longest path through it comes last
     for (std::size_t p = 0; p < places[path].size(); ++p)
       if (places[path][p].branch == site.branch && places[path][p].sample == narrowest) {
-        truth.lesion_path = int(path);
-        truth.lesion_abscissa_mm = truth.tree.paths[path].abscissa[p];
-        truth.mla_mm2 = truth.tree.paths[path].section_area[p];
-        return;
+        lesion.lesion_path = int(path);
+        lesion.lesion_abscissa_mm = tree.paths[path].abscissa[p];
+        lesion.mla_mm2 = tree.paths[path].section_area[p];
       }
+  return lesion;
+}
+
+void describe_lesions(const Anatomy& anatomy, const std::vector<std::vector<Place>>& places,
+                      PhantomTruth& truth) {
+  for (const LesionSite& site : anatomy.lesions)
+    truth.lesions.push_back(describe_lesion(anatomy, site, truth.tree, places));
+  std::stable_sort(truth.lesions.begin(), truth.lesions.end(),
+                   [](const LesionTruth& a, const LesionTruth& b) {
+                     return a.diameter_stenosis_percent > b.diameter_stenosis_percent;
+                   });
+  truth.has_lesion = true;
+  static_cast<LesionTruth&>(truth) = truth.lesions.front();
 }
 
 /// Without a stenosis the narrowest place of the tree is an end; its diameter is its own reference.
@@ -217,6 +247,7 @@ PhantomTruth derive_truth(const Anatomy& anatomy) {
   const auto areas = measure_areas(anatomy);
   std::vector<Line> lines;
   for (std::size_t b = 0; b < branches.size(); ++b) {
+    if (!branches[b].cut_at_end) continue;  // a sac has no outlet
     lines.push_back({places_to(anatomy, int(b)), {}});
     lines.back().path = build_path(anatomy.shape, areas, lines.back().places);
   }
@@ -234,7 +265,7 @@ PhantomTruth derive_truth(const Anatomy& anatomy) {
     truth.tree.paths.push_back(std::move(line.path));
     places.push_back(std::move(line.places));
   }
-  anatomy.lesion ? describe_lesion(anatomy, places, truth) : describe_healthy(truth);
+  anatomy.lesions.empty() ? describe_healthy(truth) : describe_lesions(anatomy, places, truth);
   return truth;
 }
 

@@ -41,9 +41,11 @@ void add_sample(const VesselPlan& plan, double s, const Vec3& axis, Branch& bran
   const double healthy = plan.healthy_radius(s);
   Vec3 center = axis, half_width;
   double radius = healthy;
-  if (plan.lesion) {
-    const LesionPlan& lesion = *plan.lesion;
-    radius = healthy * (1.0 - lesion.depth * lesion_window(lesion, s));
+  for (const LesionPlan& lesion : plan.lesions) {
+    const double window = lesion_window(lesion, s);
+    if (window == 0.0) continue;
+    radius = healthy * (1.0 - lesion.depth * window);
+    if (lesion.shape == LesionShape::concentric) continue;
     const Vec3 tangent = plan.direction(s);
     const Vec3 toward = normalized(lesion.toward - dot(lesion.toward, tangent) * tangent);
     if (lesion.shape == LesionShape::eccentric)
@@ -61,7 +63,9 @@ double least_radius(const VesselPlan& plan) {
   double least = plan.radii.front().radius_at_start_mm;
   for (const RadiusStretch& stretch : plan.radii)
     least = std::min({least, stretch.radius_at_start_mm, stretch.radius_at_end_mm});
-  return plan.lesion ? least * (1.0 - plan.lesion->depth) : least;
+  double deepest = 0.0;
+  for (const LesionPlan& lesion : plan.lesions) deepest = std::max(deepest, lesion.depth);
+  return least * (1.0 - deepest);
 }
 
 }  // namespace
@@ -104,9 +108,11 @@ Branch sample_vessel(const VesselPlan& plan) {
     return int(std::ceil(1.2 * plan.healthy_radius(s) / branch.step_mm));
   };
   branch.cut_at_start = !plan.begins_in_parent;
+  branch.cut_at_end = !plan.ends_as_dome;
   branch.first_sample = branch.cut_at_start ? extension(0.0) : 0;
   branch.last_sample = branch.first_sample + step_count;
-  const int sample_count = branch.last_sample + extension(plan.length_mm) + 1;
+  const int sample_count =
+      branch.last_sample + (branch.cut_at_end ? extension(plan.length_mm) : 0) + 1;
 
   Vec3 axis = plan.start;
   for (int i = 0; i > -branch.first_sample; --i)

@@ -1,12 +1,11 @@
 #pragma once
 
-#include <optional>
 #include <vector>
 
 #include "core/vec3.hpp"
 #include "datasets/detail/lumen_shape.hpp"
 
-/// A vessel as it is designed: directions and radii along its axis, and a stenosis.
+/// A vessel as it is designed: directions and radii along its axis, and its stenoses.
 namespace angio::datasets::detail {
 
 /// Direction of the axis at an arc length; between keys it turns smoothly (Catmull-Rom).
@@ -25,7 +24,7 @@ struct RadiusStretch {
   double transition_mm = 0.0;
 };
 
-enum class LesionShape { eccentric, two_sided };
+enum class LesionShape { concentric, eccentric, two_sided };
 
 struct LesionPlan {
   double center_mm = 0.0;
@@ -40,8 +39,9 @@ struct VesselPlan {
   double length_mm = 0.0;
   std::vector<DirectionKey> directions;  ///< ascending
   std::vector<RadiusStretch> radii;      ///< ascending, without gaps
-  std::optional<LesionPlan> lesion;
-  bool begins_in_parent = false;  ///< no flat end at its start
+  std::vector<LesionPlan> lesions;       ///< do not overlap
+  bool begins_in_parent = false;         ///< no flat end at its start
+  bool ends_as_dome = false;             ///< no flat end at its end: an aneurysm's sac
 
   [[nodiscard]] Vec3 direction(double abscissa_mm) const;         ///< unit tangent of the axis
   [[nodiscard]] double healthy_radius(double abscissa_mm) const;  ///< [mm]

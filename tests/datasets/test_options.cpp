@@ -24,13 +24,15 @@ std::string refusal_of(std::string_view description) {
 TEST(PhantomOptions, DefaultsAreValid) { EXPECT_NO_THROW(PhantomOptions().validate()); }
 
 TEST(PhantomOptions, EveryNameOfTheContractIsKnown) {
-  for (const char* name : {"straight", "unilateral", "bilateral", "ytype", "coronary", "cloth"})
+  for (const char* name : {"straight", "unilateral", "bilateral", "ytype", "coronary", "cloth",
+                           "concentric", "tandem", "helix", "torus", "trifurcation", "aneurysm"})
     EXPECT_NO_THROW(parse_phantom(name)) << name;
 }
 
 TEST(PhantomOptions, ADescriptionFillsEveryField) {
   const PhantomOptions options = parse_phantom(
       "phantom:unilateral,stenosis=70,radius=1.25,length=35,spacing=0.25,noise=0.05,blur=0.4,"
+      "oblique=30,"
       "seed=18446744073709551615");
   EXPECT_EQ(options.name, "unilateral");
   EXPECT_EQ(options.stenosis_percent, 70.0);
@@ -39,6 +41,7 @@ TEST(PhantomOptions, ADescriptionFillsEveryField) {
   EXPECT_EQ(options.spacing_mm, 0.25);
   EXPECT_EQ(options.noise_sd, 0.05);
   EXPECT_EQ(options.blur_mm, 0.4);
+  EXPECT_EQ(options.oblique_degrees, 30.0);
   EXPECT_EQ(options.seed, 18446744073709551615ULL);
 }
 
@@ -60,7 +63,8 @@ TEST(PhantomOptions, WhatIsNotANumberOrOutOfRangeIsRefused) {
        {"coronary,stenosis=", "coronary,stenosis=abc", "coronary,stenosis=60x", "coronary,stenosis",
         "coronary,", "coronary,stenosis=96", "coronary,stenosis=-1", "coronary,stenosis=nan",
         "coronary,spacing=0", "coronary,spacing=inf", "coronary,radius=100", "coronary,length=1",
-        "coronary,seed=-1", "coronary,seed=1.5", "coronary,blur=9", "", "phantom:"})
+        "coronary,seed=-1", "coronary,seed=1.5", "coronary,blur=9", "coronary,oblique=91", "",
+        "phantom:"})
     EXPECT_NE(refusal_of(bad), "accepted") << bad;
 }
 
@@ -69,7 +73,8 @@ TEST(PhantomOptions, ALengthTooShortForTheRadiusIsRefusedWithTheLeastOne) {
 }
 
 TEST(PhantomOptions, AWideVesselAloneGetsALengthThatSuitsIt) {
-  for (const char* name : {"straight", "unilateral", "bilateral", "ytype", "coronary"})
+  for (const char* name : {"straight", "unilateral", "bilateral", "ytype", "coronary", "tandem",
+                           "helix", "torus", "trifurcation", "aneurysm"})
     for (const char* size : {",radius=6", ",length=20", ",radius=0.5", ",length=150"})
       EXPECT_NO_THROW(
           datasets::detail::make_anatomy(parse_phantom(std::string(name) + ",stenosis=30" + size)))

@@ -50,7 +50,8 @@ TEST(LumenFraction, SumsToTheVolumeOfACylinder) {
 }
 
 TEST(LumenFraction, SumsToTheVolumeInsideTheSurface) {
-  for (const char* name : {"unilateral", "bilateral", "ytype", "coronary"}) {
+  for (const char* name : {"unilateral", "bilateral", "ytype", "coronary", "concentric", "tandem",
+                           "helix", "torus", "trifurcation", "aneurysm"}) {
     const Phantom phantom = make_phantom_surface(parse_phantom(name));
     const parts::Anatomy anatomy = parts::make_anatomy(parse_phantom(name));
     const VolumeGeometry grid = parts::grid_around(anatomy.shape, 0.4, 1.0);
@@ -59,6 +60,24 @@ TEST(LumenFraction, SumsToTheVolumeInsideTheSurface) {
     // The surface's flat triangles lie inside the wall: up to 0.3 % for 48 vertices around.
     EXPECT_NEAR(sum * std::pow(0.4, 3) / enclosed_volume(phantom.surface), 1.0, 5e-3) << name;
   }
+}
+
+TEST(LumenFraction, KeepsTheVolumeOnATurnedGrid) {
+  PhantomOptions options = parse_phantom("helix,spacing=0.4,noise=0");
+  const Phantom straight = make_phantom(options);
+  options.oblique_degrees = 40.0;
+  const Phantom turned = make_phantom(options);
+  EXPECT_NEAR(norm(Vec3{turned.volume.geometry.direction(0, 0) - 1.0, 0.0, 0.0}), 0.0, 0.5);
+  EXPECT_NE(turned.volume.geometry.direction(1, 0), 0.0);
+  const auto lumen_sum = [](const Volume<float>& volume) {
+    double sum = 0.0;
+    for (float value : volume.values) sum += double(value) - kBackgroundIntensity;
+    return sum;
+  };
+  EXPECT_NEAR(lumen_sum(turned.volume) / lumen_sum(straight.volume), 1.0, 2e-3);
+  // What lies at a point of the patient does not depend on the grid.
+  for (const Vec3& point : straight.truth.tree.paths[0].points)
+    EXPECT_NEAR(interpolate(turned.volume, point), interpolate(straight.volume, point), 40.0);
 }
 
 TEST(LumenFraction, IsTheSameWithAnyNumberOfThreads) {

@@ -43,6 +43,8 @@ INSTANTIATE_TEST_SUITE_P(Shapes, PhantomSurface,
                                          "unilateral,stenosis=95", "bilateral,stenosis=75",
                                          "ytype,stenosis=0", "ytype,stenosis=70",
                                          "ytype,radius=1,length=30", "coronary",
+                                         "tandem,stenosis=80", "helix", "torus,stenosis=0",
+                                         "trifurcation", "aneurysm,stenosis=50", "concentric",
                                          "coronary,radius=1.5,stenosis=0"));
 
 TEST(TubeSurface, EnclosesThePrismOfItsRings) {

@@ -53,7 +53,8 @@ TEST(PhantomTruth, ATwoSidedStenosisLeavesAStadium) {
 }
 
 TEST(PhantomTruth, TheStenosisIsTheOneAskedForInEveryVessel) {
-  for (const char* name : {"unilateral", "bilateral", "ytype", "coronary"})
+  for (const char* name : {"unilateral", "bilateral", "ytype", "coronary", "concentric", "tandem",
+                           "helix", "torus", "trifurcation", "aneurysm"})
     for (const char* percent : {"30", "95"}) {
       const PhantomTruth truth = truth_of(std::string(name) + ",stenosis=" + percent);
       // Taper moves the narrowest place a little off the middle of the lesion.
@@ -66,7 +67,8 @@ TEST(PhantomTruth, TheStenosisIsTheOneAskedForInEveryVessel) {
 }
 
 TEST(PhantomTruth, NoStenosisIsNoLesion) {
-  for (const char* name : {"unilateral", "bilateral", "ytype", "coronary"})
+  for (const char* name : {"unilateral", "bilateral", "ytype", "coronary", "concentric", "tandem",
+                           "helix", "torus", "trifurcation", "aneurysm"})
     EXPECT_FALSE(truth_of(std::string(name) + ",stenosis=0").has_lesion) << name;
 }
 
@@ -112,7 +114,8 @@ TEST(PhantomTruth, PathsShareTheirBeginningsAndTractsCoverThem) {
 }
 
 TEST(PhantomTruth, InscribedRadiiAreDistancesToTheSurface) {
-  for (const char* name : {"unilateral", "bilateral", "ytype", "coronary"}) {
+  for (const char* name : {"unilateral", "bilateral", "ytype", "coronary", "concentric", "tandem",
+                           "helix", "torus", "trifurcation", "aneurysm"}) {
     const Phantom phantom = make_phantom_surface(parse_phantom(name));
     for (const CenterlinePath& path : phantom.truth.tree.paths)
       for (std::size_t p = 0; p < path.points.size(); p += 20) {
@@ -126,6 +129,49 @@ TEST(PhantomTruth, InscribedRadiiAreDistancesToTheSurface) {
             << name << " path " << path.id << " at " << path.abscissa[p] << " mm";
       }
   }
+}
+
+TEST(PhantomTruth, ATandemHasTwoLesionsTheSecondThreeQuartersAsDeep) {
+  const PhantomTruth truth = truth_of("tandem,stenosis=60");
+  ASSERT_EQ(truth.lesions.size(), 2u);
+  EXPECT_NEAR(truth.lesions[0].diameter_stenosis_percent, 60.0, 0.02);
+  EXPECT_NEAR(truth.lesions[1].diameter_stenosis_percent, 45.0, 0.02);
+  EXPECT_EQ(truth.mld_mm, truth.lesions[0].mld_mm);
+  EXPECT_NEAR(truth.lesions[1].lesion_abscissa_mm - truth.lesions[0].lesion_abscissa_mm, 50.0 / 3,
+              0.6);  // the line bends aside in both lesions and is a little longer
+}
+
+TEST(PhantomTruth, AHelixBendsEverywhereAlike) {
+  const PhantomTruth truth = truth_of("helix,stenosis=0,radius=1.5,length=60");
+  const std::vector<Vec3>& points = truth.tree.paths[0].points;
+  const double coil = 5.3 * 1.5, rise = coil / kPi;
+  const double curvature = coil / (coil * coil + rise * rise);
+  for (std::size_t p = 12; p + 12 < points.size(); p += 10) {
+    const Vec3 before = points[p] - points[p - 10], after = points[p + 10] - points[p];
+    const double turned = std::acos(dot(normalized(before), normalized(after)));
+    EXPECT_NEAR(turned / (0.5 * (norm(before) + norm(after))), curvature, 0.02 * curvature);
+  }
+}
+
+TEST(PhantomTruth, ATrifurcationIsOneBranchingWithThreeEqualDaughters) {
+  const PhantomTruth truth = truth_of("trifurcation,stenosis=0");
+  ASSERT_EQ(truth.tree.paths.size(), 3u);
+  double cubes = 0.0;
+  for (const CenterlinePath& path : truth.tree.paths) {
+    cubes += std::pow(path.inscribed_radius.back(), 3);
+    ASSERT_EQ(path.tracts.size(), 3u);
+    EXPECT_TRUE(path.tracts[1].blanking);
+    EXPECT_EQ(path.tracts[1].group_id, truth.tree.paths[0].tracts[1].group_id);
+  }
+  EXPECT_NEAR(cubes, std::pow(1.8, 3), 1e-6);
+}
+
+TEST(PhantomTruth, AnAneurysmHasNoLineAndItsNeckBelongsToNoBranch) {
+  const PhantomTruth truth = truth_of("aneurysm,stenosis=60");
+  ASSERT_EQ(truth.tree.paths.size(), 1u);
+  ASSERT_EQ(truth.tree.paths[0].tracts.size(), 3u);
+  EXPECT_TRUE(truth.tree.paths[0].tracts[1].blanking);
+  EXPECT_NEAR(truth.mld_mm, 1.2, 1e-3);  // no sample lies exactly in the middle
 }
 
 TEST(PhantomTruth, SectionAreasAreThoseOfTheSurface) {
