@@ -1,0 +1,465 @@
+// Prints how near the pipeline comes to phantoms whose truth is known: the tables of
+// docs/accuracy.md.
+//
+//     accuracy [image|surface] [phantoms=a,b] [spacings=0.3] [noises=0.1] [seeds=20]
+//              [oblique=0] [blur=0] [stenosis=60]
+//
+// image:   scan (exact partial volume, blur, noise) -> level set -> centreline -> lesions
+// surface: exact surface of about 30,000 triangles, its vertices moved along their normals by noise
+//          [mm] -> centreline -> lesions
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstdlib>
+#include <fstream>
+#include <iostream>
+#include <map>
+#include <optional>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include "centerline/centerline.hpp"
+#include "core/error.hpp"
+#include "core/parallel.hpp"
+#include "datasets/detail/anatomy.hpp"
+#include "datasets/detail/lumen_surface.hpp"
+#include "datasets/detail/scan.hpp"
+#include "datasets/phantom.hpp"
+#include "segmentation/segmentation.hpp"
+
+namespace angio {
+namespace {
+
+using datasets::PhantomOptions;
+using datasets::PhantomTruth;
+using datasets::detail::LumenShape;
+
+constexpr int kTriangleCount = 30000;
+
+/// What one run of one phantom gives; NaN where it does not apply.
+struct Accuracy {
+  std::vector<double> surface_mm;     ///< distance of points of the level set's zero from the wall
+  std::vector<double> line_mm;        ///< distance of line points from the true line
+  std::vector<double> radius_mm;      ///< signed errors of the inscribed radius
+  std::vector<double> equivalent_mm;  ///< the same of the radius from the section's area
+  std::vector<double> throat;         ///< relative errors of each lesion's least inscribed radius
+  std::vector<double> throat_area;    ///< relative errors of each lesion's least section area
+  double dice = NAN;
+  double volume = NAN;  ///< relative error
+  int branches_missed = 0;
+  int branches_invented = 0;
+  int lesions_missed = 0;
+  int lesions_invented = 0;
+  double segmentation_s = NAN;
+  double centerline_s = NAN;
+};
+
+double seconds_since(std::chrono::steady_clock::time_point start) {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+}
+
+// ---- surface --------------------------------------------------------------------------------
+
+/// Whether a point lies where a flat end, which blur rounds off, matters.
+bool is_near_end(const LumenShape& shape, const Vec3& x) {
+  for (const datasets::detail::FlatEnd& end : shape.flat_ends())
+    if (distance(x, end.point) < 2.0 * end.radius) return true;
+  return false;
+}
+
+/// Distances from the true wall of the points where grid edges meet the level set's zero.
+std::vector<double> surface_distances(const Volume<float>& level_set, const LumenShape& shape) {
+  const VolumeGeometry& g = level_set.geometry;
+  std::vector<std::vector<double>> of_slice(std::size_t(g.size[2]));
+  parallel_for_uneven(g.size[2], [&](std::ptrdiff_t k) {
+    for (int j = 0; j < g.size[1]; ++j)
+      for (int i = 0; i < g.size[0]; ++i)
+        for (int axis = 0; axis < 3; ++axis) {
+          const int a = i + (axis == 0), b = j + (axis == 1), c = int(k) + (axis == 2);
+          if (!g.contains(a, b, c)) continue;
+          const double here = level_set.at(i, j, int(k)), there = level_set.at(a, b, c);
+          if ((here < 0.0) == (there < 0.0)) continue;
+          Vec3 index{double(i), double(j), double(k)};
+          index[axis] += here / (here - there);
+          const Vec3 point = g.lps_from_index(index);
+          if (!is_near_end(shape, point))
+            of_slice[std::size_t(k)].push_back(std::abs(shape.signed_distance(point)));
+        }
+  });
+  std::vector<double> all;
+  for (const auto& part : of_slice) all.insert(all.end(), part.begin(), part.end());
+  return all;
+}
+
+/// Overlap and volume on the level set's grid. A voxel's part inside is that below the plane of its
+/// distance.
+void compare_volumes(const Volume<float>& level_set, const LumenShape& shape, Accuracy& accuracy) {
+  const VolumeGeometry& g = level_set.geometry;
+  struct Sums {
+    double found = 0.0, truth = 0.0, both = 0.0, found_volume = 0.0, true_volume = 0.0;
+  };
+  std::vector<Sums> of_slice(std::size_t(g.size[2]));
+  const double h = g.spacing.x;
+  parallel_for_uneven(g.size[2], [&](std::ptrdiff_t k) {
+    Sums& sums = of_slice[std::size_t(k)];
+    for (int j = 0; j < g.size[1]; ++j)
+      for (int i = 0; i < g.size[0]; ++i) {
+        const double found = level_set.at(i, j, int(k));
+        if (found > 3.0) continue;
+        const double truth =
+            shape.signed_distance(g.lps_from_index({double(i), double(j), double(k)}));
+        sums.found += found < 0.0;
+        sums.truth += truth < 0.0;
+        sums.both += found < 0.0 && truth < 0.0;
+        sums.found_volume += std::clamp(0.5 - found / h, 0.0, 1.0);
+        sums.true_volume += std::clamp(0.5 - truth / h, 0.0, 1.0);
+      }
+  });
+  Sums total;
+  for (const Sums& s : of_slice) {
+    total.found += s.found;
+    total.truth += s.truth;
+    total.both += s.both;
+    total.found_volume += s.found_volume;
+    total.true_volume += s.true_volume;
+  }
+  accuracy.dice = 2.0 * total.both / (total.found + total.truth);
+  accuracy.volume = total.found_volume / total.true_volume - 1.0;
+}
+
+// ---- line -----------------------------------------------------------------------------------
+
+/// The nearest place on the true tree.
+struct TruePlace {
+  double distance = 1e9;
+  double inscribed_radius = 0.0;
+  double equivalent_radius = 0.0;
+  bool counts = false;  ///< outside branchings and a diameter from the ends
+};
+
+bool is_blanked(const CenterlinePath& path, std::size_t point) {
+  for (const CenterlineTract& tract : path.tracts)
+    if (tract.blanking && int(point) >= tract.first_point && int(point) <= tract.last_point)
+      return true;
+  return false;
+}
+
+TruePlace nearest_true_place(const CenterlineTree& truth, const Vec3& point) {
+  TruePlace best;
+  for (const CenterlinePath& path : truth.paths) {
+    const double abscissa = project(path, point);
+    const CenterlineSample at = sample(path, abscissa);
+    if (distance(at.point, point) >= best.distance) continue;
+    const auto above = std::lower_bound(path.abscissa.begin(), path.abscissa.end(), abscissa);
+    const std::size_t index =
+        std::min(std::size_t(above - path.abscissa.begin()), path.points.size() - 1);
+    const double from_end = std::min(abscissa, path.abscissa.back() - abscissa);
+    best = {distance(at.point, point), at.inscribed_radius, at.equivalent_radius,
+            from_end > 2.0 * at.inscribed_radius && !is_blanked(path, index)};
+  }
+  return best;
+}
+
+void compare_lines(const CenterlineTree& found, const CenterlineTree& truth, Accuracy& accuracy) {
+  for (const CenterlinePath& path : found.paths)
+    for (std::size_t p = 0; p < path.points.size(); ++p) {
+      const TruePlace place = nearest_true_place(truth, path.points[p]);
+      if (!place.counts) continue;
+      accuracy.line_mm.push_back(place.distance);
+      accuracy.radius_mm.push_back(path.inscribed_radius[p] - place.inscribed_radius);
+      accuracy.equivalent_mm.push_back(path.equivalent_radius[p] - place.equivalent_radius);
+    }
+}
+
+/// A branch is found if a line ends near its outlet.
+void compare_branches(const CenterlineTree& found, const CenterlineTree& truth,
+                      Accuracy& accuracy) {
+  const auto has_end = [](const CenterlineTree& tree, const CenterlinePath& path) {
+    const double reach = 3.0 * path.inscribed_radius.back();
+    return std::any_of(tree.paths.begin(), tree.paths.end(), [&](const CenterlinePath& other) {
+      return std::min(distance(other.points.back(), path.points.back()),
+                      distance(other.points.front(), path.points.back())) < reach;
+    });
+  };
+  for (const CenterlinePath& path : truth.paths) accuracy.branches_missed += !has_end(found, path);
+  for (const CenterlinePath& path : found.paths) {
+    const bool is_true =
+        std::any_of(truth.paths.begin(), truth.paths.end(), [&](const CenterlinePath& other) {
+          return std::min(distance(other.points.back(), path.points.back()),
+                          distance(other.points.front(), path.points.back())) <
+                 3.0 * other.inscribed_radius.back();
+        });
+    accuracy.branches_invented += !is_true;
+  }
+}
+
+void compare_lesions(const CenterlineTree& found, const PhantomTruth& truth, Accuracy& accuracy) {
+  const std::vector<centerline::Lesion> lesions = centerline::find_lesions(found, {});
+  std::vector<char> matched(lesions.size(), 0);
+  for (const datasets::LesionTruth& lesion : truth.lesions) {
+    const double reach = 1.5 * lesion.reference_diameter_mm;
+    double least_radius = 1e9, least_area = 1e9;
+    for (const CenterlinePath& path : found.paths)
+      for (std::size_t p = 0; p < path.points.size(); ++p)
+        if (distance(path.points[p], lesion.lesion_point) < reach) {
+          least_radius = std::min(least_radius, path.inscribed_radius[p]);
+          least_area = std::min(least_area, path.section_area[p]);
+        }
+    accuracy.throat.push_back(2.0 * least_radius / lesion.mld_mm - 1.0);
+    accuracy.throat_area.push_back(least_area / lesion.mla_mm2 - 1.0);
+    bool is_listed = false;
+    for (std::size_t l = 0; l < lesions.size(); ++l) {
+      const CenterlinePath& path = found.paths[std::size_t(lesions[l].path_id)];
+      if (lesions[l].is_stenosis &&
+          distance(sample(path, lesions[l].abscissa_mm).point, lesion.lesion_point) < reach) {
+        is_listed = true;
+        matched[l] = 1;
+      }
+    }
+    accuracy.lesions_missed += !is_listed && lesion.diameter_stenosis_percent > 32.0;
+  }
+  for (std::size_t l = 0; l < lesions.size(); ++l)
+    accuracy.lesions_invented += lesions[l].is_stenosis && !matched[l];
+}
+
+void compare_trees(const CenterlineTree& found, const PhantomTruth& truth, Accuracy& accuracy) {
+  compare_lines(found, truth.tree, accuracy);
+  compare_branches(found, truth.tree, accuracy);
+  compare_lesions(found, truth, accuracy);
+}
+
+// ---- runs -----------------------------------------------------------------------------------
+
+Accuracy measure_image(const PhantomOptions& options) {
+  const datasets::Phantom phantom = datasets::make_phantom_scan(options);
+  const LumenShape shape = datasets::detail::make_anatomy(options).shape;
+  Accuracy accuracy;
+  auto start = std::chrono::steady_clock::now();
+  const segmentation::Segmentation lumen = segmentation::segment_vessels(phantom.volume, {});
+  accuracy.segmentation_s = seconds_since(start);
+  start = std::chrono::steady_clock::now();
+  const CenterlineTree tree = centerline::extract_centerline(lumen.level_set, {}).tree;
+  accuracy.centerline_s = seconds_since(start);
+  accuracy.surface_mm = surface_distances(lumen.level_set, shape);
+  compare_volumes(lumen.level_set, shape, accuracy);
+  compare_trees(tree, phantom.truth, accuracy);
+  return accuracy;
+}
+
+/// The exact surface of a phantom with about kTriangleCount triangles.
+TriangleMesh fine_surface(const LumenShape& shape) {
+  double coarse = 0.8 * shape.least_radius_mm(), fine = 0.1 * shape.least_radius_mm();
+  TriangleMesh mesh;
+  for (int round = 0; round < 8; ++round) {
+    const double cell = std::sqrt(coarse * fine);
+    mesh = datasets::detail::tree_surface(shape, cell);
+    const double ratio = double(mesh.triangles.size()) / kTriangleCount;
+    if (std::abs(ratio - 1.0) < 0.1) break;
+    (ratio > 1.0 ? fine : coarse) = cell;
+  }
+  return mesh;
+}
+
+void move_vertices(TriangleMesh& mesh, double noise_mm, std::uint64_t seed) {
+  if (noise_mm <= 0.0) return;
+  std::vector<Vec3> normals(mesh.vertices.size());
+  for (const Triangle& triangle : mesh.triangles)
+    for (int v : triangle) normals[std::size_t(v)] += area_vector_doubled(mesh, triangle);
+  for (std::size_t v = 0; v < normals.size(); ++v)
+    mesh.vertices[v] +=
+        noise_mm * datasets::detail::normal_number(seed, v) * normalized(normals[v]);
+}
+
+Accuracy measure_surface(const PhantomOptions& options) {
+  const datasets::detail::Anatomy anatomy = datasets::detail::make_anatomy(options);
+  static std::map<std::string, std::pair<TriangleMesh, PhantomTruth>> made;  // the same every seed
+  if (!made.count(options.name))
+    made[options.name] = {fine_surface(anatomy.shape),
+                          datasets::make_phantom_surface(options).truth};
+  TriangleMesh mesh = made[options.name].first;
+  move_vertices(mesh, options.noise_sd, options.seed);
+  Accuracy accuracy;
+  const auto start = std::chrono::steady_clock::now();
+  const CenterlineTree tree = centerline::extract_centerline(mesh, {}).tree;
+  accuracy.centerline_s = seconds_since(start);
+  compare_trees(tree, made[options.name].second, accuracy);
+  return accuracy;
+}
+
+// ---- tables ---------------------------------------------------------------------------------
+
+double mean(const std::vector<double>& values) {
+  double sum = 0.0;
+  for (double v : values) sum += v;
+  return values.empty() ? NAN : sum / double(values.size());
+}
+double standard_deviation(const std::vector<double>& values) {
+  const double middle = mean(values);
+  double sum = 0.0;
+  for (double v : values) sum += (v - middle) * (v - middle);
+  return values.size() < 2 ? NAN : std::sqrt(sum / double(values.size() - 1));
+}
+double quantile(std::vector<double> values, double q) {
+  if (values.empty()) return NAN;
+  const auto at = values.begin() + std::ptrdiff_t(q * double(values.size() - 1));
+  std::nth_element(values.begin(), at, values.end());
+  return *at;
+}
+
+void append(std::vector<double>& all, const std::vector<double>& part) {
+  all.insert(all.end(), part.begin(), part.end());
+}
+
+/// Runs of one phantom with several seeds, put together. The standard deviation at the throat is
+/// over the seeds, for each lesion by itself.
+struct Row {
+  std::string phantom;
+  double spacing_mm = 0.0;
+  double noise = 0.0;
+  int run_count = 0;
+  int failure_count = 0;
+  Accuracy pooled;
+  std::vector<double> dice, volume, seconds;
+  std::map<std::size_t, std::vector<double>> throat_of_lesion;
+
+  void add(const Accuracy& a) {
+    ++run_count;
+    append(pooled.surface_mm, a.surface_mm);
+    append(pooled.line_mm, a.line_mm);
+    append(pooled.radius_mm, a.radius_mm);
+    append(pooled.equivalent_mm, a.equivalent_mm);
+    append(pooled.throat, a.throat);
+    append(pooled.throat_area, a.throat_area);
+    for (std::size_t l = 0; l < a.throat.size(); ++l) throat_of_lesion[l].push_back(a.throat[l]);
+    pooled.branches_missed += a.branches_missed;
+    pooled.branches_invented += a.branches_invented;
+    pooled.lesions_missed += a.lesions_missed;
+    pooled.lesions_invented += a.lesions_invented;
+    dice.push_back(a.dice);
+    volume.push_back(a.volume);
+    seconds.push_back(a.centerline_s + (std::isnan(a.segmentation_s) ? 0.0 : a.segmentation_s));
+  }
+
+  [[nodiscard]] double throat_sd() const {
+    double worst = NAN;
+    for (const auto& [lesion, errors] : throat_of_lesion)
+      worst = std::isnan(worst) ? standard_deviation(errors)
+                                : std::max(worst, standard_deviation(errors));
+    return worst;
+  }
+};
+
+constexpr const char* kHeader =
+    "| phantom | voxel mm | noise | line mean / 95 % mm | radius bias mm | area radius bias mm | "
+    "throat bias / sd % | throat area % | surface mean / 95 % mm | Dice | volume % | "
+    "branches missed / invented | lesions missed / invented | time s | failed |\n"
+    "|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|\n";
+
+std::string text(const Row& r) {
+  const Accuracy& a = r.pooled;
+  return fmt::format(
+      "| {} | {} | {} | {:.4f} / {:.4f} | {:+.4f} | {:+.4f} | {:+.2f} / {:.2f} | {:+.2f} | "
+      "{:.4f} / {:.4f} | {:.4f} | {:+.2f} | {} / {} | {} / {} | {:.2f} | {} of {} |\n",
+      r.phantom, r.spacing_mm, r.noise, mean(a.line_mm), quantile(a.line_mm, 0.95),
+      mean(a.radius_mm), mean(a.equivalent_mm), 100.0 * mean(a.throat), 100.0 * r.throat_sd(),
+      100.0 * mean(a.throat_area), mean(a.surface_mm), quantile(a.surface_mm, 0.95), mean(r.dice),
+      100.0 * mean(r.volume), a.branches_missed, a.branches_invented, a.lesions_missed,
+      a.lesions_invented, quantile(r.seconds, 0.5), r.failure_count, r.run_count + r.failure_count);
+}
+
+struct Plan {
+  bool is_surface = false;
+  std::vector<std::string> phantoms{"straight", "concentric", "unilateral",  "bilateral",
+                                    "tandem",   "helix",      "torus",       "ytype",
+                                    "aneurysm", "coronary",   "trifurcation"};
+  std::vector<double> spacings{0.3}, noises{0.1};
+  int seed_count = 20;
+  double oblique_degrees = 0.0;
+  double blur_mm = 0.0;
+  double stenosis_percent = 60.0;
+};
+
+std::vector<std::string> split(const std::string& list) {
+  std::vector<std::string> parts;
+  std::istringstream in(list);
+  for (std::string part; std::getline(in, part, ',');) parts.push_back(part);
+  return parts;
+}
+std::vector<double> numbers(const std::string& list) {
+  std::vector<double> values;
+  for (const std::string& part : split(list)) values.push_back(std::stod(part));
+  return values;
+}
+
+Plan parse(int argc, char** argv) {
+  Plan plan;
+  for (int i = 1; i < argc; ++i) {
+    const std::string argument = argv[i];
+    const std::string key = argument.substr(0, argument.find('='));
+    const std::string value = argument.substr(std::min(argument.size(), key.size() + 1));
+    if (key == "surface")
+      plan.is_surface = true;
+    else if (key == "phantoms")
+      plan.phantoms = split(value);
+    else if (key == "spacings")
+      plan.spacings = numbers(value);
+    else if (key == "noises")
+      plan.noises = numbers(value);
+    else if (key == "seeds")
+      plan.seed_count = std::stoi(value);
+    else if (key == "oblique")
+      plan.oblique_degrees = std::stod(value);
+    else if (key == "blur")
+      plan.blur_mm = std::stod(value);
+    else if (key == "stenosis")
+      plan.stenosis_percent = std::stod(value);
+    else if (key != "image")
+      throw OptionError("no such option: " + argument);
+  }
+  if (plan.is_surface) plan.spacings = {0.0};
+  return plan;
+}
+
+Row measure_row(const Plan& plan, const std::string& phantom, double spacing, double noise) {
+  Row row{phantom, spacing, noise, 0, 0, {}, {}, {}, {}, {}};
+  const int seed_count = noise > 0.0 ? plan.seed_count : 1;
+  for (int seed = 1; seed <= seed_count; ++seed) {
+    PhantomOptions options;
+    options.name = phantom;
+    options.stenosis_percent = plan.stenosis_percent;
+    if (spacing > 0.0) options.spacing_mm = spacing;
+    options.noise_sd = noise;
+    options.blur_mm = plan.blur_mm;
+    options.oblique_degrees = plan.oblique_degrees;
+    options.seed = std::uint64_t(seed);
+    try {
+      row.add(plan.is_surface ? measure_surface(options) : measure_image(options));
+    } catch (const Error& error) {
+      ++row.failure_count;
+      fmt::print(stderr, "{} seed {}: {}\n", phantom, seed, error.what());
+    }
+  }
+  return row;
+}
+
+}  // namespace
+}  // namespace angio
+
+int main(int argc, char** argv) try {
+  const angio::Plan plan = angio::parse(argc, argv);
+  fmt::print("{}", angio::kHeader);
+  for (double spacing : plan.spacings)
+    for (double noise : plan.noises)
+      for (const std::string& phantom : plan.phantoms) {
+        fmt::print("{}", angio::text(angio::measure_row(plan, phantom, spacing, noise)));
+        std::fflush(stdout);
+      }
+  return EXIT_SUCCESS;
+} catch (const std::exception& error) {
+  fmt::print(stderr, "accuracy: {}\n", error.what());
+  return EXIT_FAILURE;
+}
