@@ -74,7 +74,8 @@ Phantom make_phantom_scan(const PhantomOptions& options, const Progress& progres
 /// Makes the whole phantom: exact partial volume, blur, noise.
 Phantom make_phantom(const PhantomOptions& options, const Progress& progress = {});
 
-enum class PhantomFormat { dicom, nrrd, surface };
+/// dicom: a series of CT Image Storage; xray_3d: one X-Ray 3D Angiographic Image Storage object.
+enum class PhantomFormat { dicom, xray_3d, nrrd, surface };
 
 /// Writes the phantom and its truth.json into `folder`: dicom/IM0001.dcm..., volume.nrrd, or
 /// lumen.stl. @return the path that `angio run` takes as its input.

@@ -160,7 +160,8 @@ void write_stl(const TriangleMesh& mesh, const fs::path& path) {
 }
 
 /// A series is only whole with all its slices: they are written beside, then the folder is renamed.
-void write_series(const Phantom& phantom, const PhantomOptions& sized, const fs::path& folder) {
+void write_dicom(const Phantom& phantom, const PhantomOptions& sized, PhantomFormat format,
+                 const fs::path& folder) {
   std::error_code ignored;
   bool is_ours = !fs::exists(folder) || fs::is_directory(folder);
   for (const fs::directory_entry& entry : fs::directory_iterator(folder, ignored))
@@ -173,8 +174,9 @@ void write_series(const Phantom& phantom, const PhantomOptions& sized, const fs:
   const fs::path temporary = folder.parent_path() / (".dicom.tmp-" + std::to_string(::getpid()));
   make_folder(temporary);
   try {
-    detail::write_dicom_series(phantom.volume, sized.name,
-                               fingerprint(sized, phantom.volume.geometry), temporary);
+    const auto write =
+        format == PhantomFormat::dicom ? detail::write_dicom_series : detail::write_dicom_xray_3d;
+    write(phantom.volume, sized.name, fingerprint(sized, phantom.volume.geometry), temporary);
     fs::remove_all(folder);
     fs::rename(temporary, folder);
   } catch (const fs::filesystem_error& error) {
@@ -201,8 +203,9 @@ fs::path write_phantom(const Phantom& phantom, const PhantomOptions& options, Ph
   fs::path written;
   switch (format) {
     case PhantomFormat::dicom:
+    case PhantomFormat::xray_3d:
       written = folder / "dicom";
-      write_series(phantom, sized, written);
+      write_dicom(phantom, sized, format, written);
       break;
     case PhantomFormat::nrrd:
       written = folder / "volume.nrrd";

@@ -76,15 +76,18 @@ int do_inspect(const std::string& input, bool as_json) {
 }
 
 void add_phantom_command(CLI::App& app, PhantomArguments& phantom) {
-  CLI::App& command =
-      *app.add_subcommand("phantom",
-                          "a phantom with its truth\n"
-                          "NAME: straight, unilateral, bilateral, ytype, coronary or cloth");
+  CLI::App& command = *app.add_subcommand(
+      "phantom",
+      "a phantom with its truth\n"
+      "NAME: straight, concentric, unilateral, bilateral, tandem, helix, torus,\n"
+      "ytype, trifurcation, aneurysm, coronary or cloth");
   auto& o = phantom.options;
   command.add_option("NAME", o.name, "which phantom")->required();
   command.add_option("-o,--output", phantom.folder, "folder to write into")->required();
-  command.add_option("--format", phantom.format, "dicom, nrrd or surface")
-      ->check(CLI::IsMember({"dicom", "nrrd", "surface"}))
+  command
+      .add_option("--format", phantom.format,
+                  "dicom (CT series), xray3d (X-Ray 3D Angiographic DICOM), nrrd or surface")
+      ->check(CLI::IsMember({"dicom", "xray3d", "nrrd", "surface"}))
       ->capture_default_str();
   command.add_option("--stenosis", o.stenosis_percent, "diameter stenosis [%], 0 to 95")
       ->capture_default_str();
@@ -99,12 +102,21 @@ void add_phantom_command(CLI::App& app, PhantomArguments& phantom) {
   command
       .add_option("--noise", o.noise_sd, "standard deviation as a fraction of the contrast, 0 to 1")
       ->capture_default_str();
+  command
+      .add_option("--blur", o.blur_mm,
+                  "standard deviation of the scanner's blur [mm], 0 to 3; 0: 0.6 voxels")
+      ->capture_default_str();
+  command
+      .add_option("--oblique", o.oblique_degrees,
+                  "turn of the voxel grid around (1, 2, 3) [degrees], 0 to 90")
+      ->capture_default_str();
   command.add_option("--seed", o.seed, "of the noise")->capture_default_str();
 }
 
 int do_phantom(const PhantomArguments& arguments) {
   using datasets::PhantomFormat;
   const PhantomFormat format = arguments.format == "nrrd"      ? PhantomFormat::nrrd
+                               : arguments.format == "xray3d"  ? PhantomFormat::xray_3d
                                : arguments.format == "surface" ? PhantomFormat::surface
                                                                : PhantomFormat::dicom;
   try {

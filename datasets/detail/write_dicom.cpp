@@ -42,46 +42,61 @@ std::string decimals(const Vec3& v) {
   return decimal(v.x) + "\\" + decimal(v.y) + "\\" + decimal(v.z);
 }
 
-class Series {
+/// Puts attributes into a dataset or a sequence item.
+void put(DcmItem& item, const DcmTagKey& tag, const std::string& value) {
+  if (item.putAndInsertString(tag, value.c_str()).bad())
+    throw InternalError("DCMTK refuses a value for " + std::string(tag.toString().c_str()));
+}
+void put(DcmItem& item, const DcmTagKey& tag, int value) {
+  if (item.putAndInsertUint16(tag, Uint16(value)).bad())
+    throw InternalError("DCMTK refuses a value for " + std::string(tag.toString().c_str()));
+}
+void put(DcmItem& item, const DcmTagKey& tag, const std::vector<Uint32>& values) {
+  for (std::size_t i = 0; i < values.size(); ++i)
+    if (item.putAndInsertUint32(tag, values[i], static_cast<unsigned long>(i)).bad())
+      throw InternalError("DCMTK refuses a value for " + std::string(tag.toString().c_str()));
+}
+
+/// A new item at the end of a sequence.
+DcmItem& add_item(DcmItem& parent, const DcmTagKey& sequence) {
+  DcmItem* item = nullptr;
+  if (parent.findOrCreateSequenceItem(sequence, item, -2).bad() || !item)
+    throw InternalError("DCMTK refuses an item of " + std::string(sequence.toString().c_str()));
+  return *item;
+}
+
+void put_code(DcmItem& parent, const DcmTagKey& sequence, const char* value, const char* scheme,
+              const char* meaning) {
+  DcmItem& code = add_item(parent, sequence);
+  put(code, DCM_CodeValue, value);
+  put(code, DCM_CodingSchemeDesignator, scheme);
+  put(code, DCM_CodeMeaning, meaning);
+}
+
+/// What the objects of a phantom have in common, whatever their class.
+class PhantomDicom {
  public:
-  Series(const Volume<float>& volume, std::string_view name, std::string_view fingerprint)
+  PhantomDicom(const Volume<float>& volume, std::string_view name, std::string_view fingerprint)
       : volume_(volume), fingerprint_(fingerprint) {
     for (char c : name) name_ += char(std::toupper(static_cast<unsigned char>(c)));
   }
 
-  void write_slice(int k, const std::filesystem::path& path) const {
-    DcmFileFormat file;
-    DcmDataset& dataset = *file.getDataset();
-    put_patient_and_study(dataset);
-    put_series_and_equipment(dataset);
-    put_image(dataset, k);
-    put_pixels(dataset, k);
-    write_atomically(path, [&](const std::filesystem::path& temporary) {
-      check(file.saveFile(temporary.c_str(), EXS_LittleEndianExplicit, EET_ExplicitLength,
-                          EGL_recalcGL, EPD_noChange),
-            path);
-    });
-  }
-
- private:
+ protected:
+  [[nodiscard]] const VolumeGeometry& geometry() const { return volume_.geometry; }
   [[nodiscard]] std::string uid(std::string_view what) const {
     return uid_from(fingerprint_ + "/" + std::string(what));
   }
-  static void check(const OFCondition& condition, const std::filesystem::path& path) {
-    if (condition.bad())
-      throw IoError("cannot write " + path.string() + " (" + condition.text() +
-                    "). Is the disk full?");
-  }
-  static void put(DcmDataset& dataset, const DcmTagKey& tag, const std::string& value) {
-    if (dataset.putAndInsertString(tag, value.c_str()).bad())
-      throw InternalError("DCMTK refuses a value for " + std::string(tag.toString().c_str()));
-  }
-  static void put(DcmDataset& dataset, const DcmTagKey& tag, int value) {
-    if (dataset.putAndInsertUint16(tag, Uint16(value)).bad())
-      throw InternalError("DCMTK refuses a value for " + std::string(tag.toString().c_str()));
+  static void save(DcmFileFormat& file, const std::filesystem::path& path) {
+    write_atomically(path, [&](const std::filesystem::path& temporary) {
+      const OFCondition condition = file.saveFile(temporary.c_str(), EXS_LittleEndianExplicit,
+                                                  EET_ExplicitLength, EGL_recalcGL, EPD_noChange);
+      if (condition.bad())
+        throw IoError("cannot write " + path.string() + " (" + condition.text() +
+                      "). Is the disk full?");
+    });
   }
 
-  void put_patient_and_study(DcmDataset& dataset) const {
+  void put_patient_and_study(DcmItem& dataset) const {
     put(dataset, DCM_PatientName, "PHANTOM^" + name_);
     put(dataset, DCM_PatientID, "PHANTOM-" + name_);
     put(dataset, DCM_PatientBirthDate, "");
@@ -95,8 +110,8 @@ class Series {
     put(dataset, DCM_StudyDescription, "angio phantom");
   }
 
-  void put_series_and_equipment(DcmDataset& dataset) const {
-    put(dataset, DCM_Modality, "CT");
+  void put_series_and_equipment(DcmItem& dataset, const char* modality) const {
+    put(dataset, DCM_Modality, modality);
     put(dataset, DCM_SeriesInstanceUID, uid("series"));
     put(dataset, DCM_SeriesNumber, "1");
     put(dataset, DCM_BodyPartExamined, "HEART");
@@ -110,10 +125,74 @@ class Series {
     put(dataset, DCM_ManufacturerModelName, "phantom");
   }
 
-  void put_image(DcmDataset& dataset, int k) const {
-    const VolumeGeometry& g = volume_.geometry;
-    const Vec3 row{g.direction(0, 0), g.direction(1, 0), g.direction(2, 0)};
-    const Vec3 column{g.direction(0, 1), g.direction(1, 1), g.direction(2, 1)};
+  [[nodiscard]] std::string pixel_spacing() const {
+    return decimal(geometry().spacing.y) + "\\" + decimal(geometry().spacing.x);
+  }
+  [[nodiscard]] std::string orientation() const {
+    const Mat3& m = geometry().direction;
+    return decimals({m(0, 0), m(1, 0), m(2, 0)}) + "\\" + decimals({m(0, 1), m(1, 1), m(2, 1)});
+  }
+  [[nodiscard]] std::string position(int k) const {
+    return decimals(geometry().lps_from_index({0.0, 0.0, double(k)}));
+  }
+  static void put_rescale(DcmItem& item) {
+    put(item, DCM_RescaleIntercept, decimal(kRescaleIntercept));
+    put(item, DCM_RescaleSlope, "1");
+    put(item, DCM_RescaleType, "HU");
+  }
+  static void put_window(DcmItem& item) {
+    put(item, DCM_WindowCenter, "220");
+    put(item, DCM_WindowWidth, "600");
+  }
+
+  /// Slices [first, last) as 16 bit numbers, rounded to whole Hounsfield units.
+  ///
+  /// @param is_signed  otherwise numbers below the intercept become it
+  void put_pixels(DcmItem& dataset, int first, int last, bool is_signed) const {
+    const VolumeGeometry& g = geometry();
+    put(dataset, DCM_SamplesPerPixel, 1);
+    put(dataset, DCM_PhotometricInterpretation, "MONOCHROME2");
+    put(dataset, DCM_Rows, g.size[1]);
+    put(dataset, DCM_Columns, g.size[0]);
+    put(dataset, DCM_BitsAllocated, 16);
+    put(dataset, DCM_BitsStored, 16);
+    put(dataset, DCM_HighBit, 15);
+    put(dataset, DCM_PixelRepresentation, is_signed ? 1 : 0);
+    const std::size_t count =
+        std::size_t(g.size[0]) * std::size_t(g.size[1]) * std::size_t(last - first);
+    const float* values = volume_.values.data() + g.offset(0, 0, first);
+    std::vector<Uint16> pixels(count);
+    const double least = is_signed ? double(std::numeric_limits<std::int16_t>::min()) : 0.0;
+    const double most = is_signed ? double(std::numeric_limits<std::int16_t>::max())
+                                  : double(std::numeric_limits<std::uint16_t>::max());
+    for (std::size_t i = 0; i < count; ++i) {
+      const double stored =
+          std::clamp(std::round(double(values[i]) - kRescaleIntercept), least, most);
+      pixels[i] = Uint16(std::int32_t(stored));
+    }
+    if (dataset
+            .putAndInsertUint16Array(DCM_PixelData, pixels.data(),
+                                     static_cast<unsigned long>(count))
+            .bad())
+      throw InternalError("DCMTK refuses the pixels of a phantom");
+  }
+
+ private:
+  const Volume<float>& volume_;
+  std::string name_;
+  std::string fingerprint_;
+};
+
+/// CT Image Storage, a slice an object.
+class CtSeries : PhantomDicom {
+ public:
+  using PhantomDicom::PhantomDicom;
+
+  void write_slice(int k, const std::filesystem::path& path) const {
+    DcmFileFormat file;
+    DcmDataset& dataset = *file.getDataset();
+    put_patient_and_study(dataset);
+    put_series_and_equipment(dataset, "CT");
     put(dataset, DCM_SOPClassUID, UID_CTImageStorage);
     put(dataset, DCM_SOPInstanceUID, uid("instance " + std::to_string(k + 1)));
     put(dataset, DCM_ImageType, "DERIVED\\SECONDARY\\AXIAL");
@@ -122,47 +201,114 @@ class Series {
     put(dataset, DCM_ContentTime, kTime);
     put(dataset, DCM_AcquisitionNumber, "1");
     put(dataset, DCM_KVP, "");
-    put(dataset, DCM_PixelSpacing, decimal(g.spacing.y) + "\\" + decimal(g.spacing.x));
-    put(dataset, DCM_SliceThickness, decimal(g.spacing.z));
-    put(dataset, DCM_ImageOrientationPatient, decimals(row) + "\\" + decimals(column));
-    put(dataset, DCM_ImagePositionPatient, decimals(g.lps_from_index({0.0, 0.0, double(k)})));
-    put(dataset, DCM_RescaleIntercept, decimal(kRescaleIntercept));
-    put(dataset, DCM_RescaleSlope, "1");
-    put(dataset, DCM_RescaleType, "HU");
-    put(dataset, DCM_WindowCenter, "220");
-    put(dataset, DCM_WindowWidth, "600");
+    put(dataset, DCM_PixelSpacing, pixel_spacing());
+    put(dataset, DCM_SliceThickness, decimal(geometry().spacing.z));
+    put(dataset, DCM_ImageOrientationPatient, orientation());
+    put(dataset, DCM_ImagePositionPatient, position(k));
+    put_rescale(dataset);
+    put_window(dataset);
+    put_pixels(dataset, k, k + 1, true);
+    save(file, path);
+  }
+};
+
+/// X-Ray 3D Angiographic Image Storage, the whole volume in one object (PS3.3, A.53).
+class XRay3DImage : PhantomDicom {
+ public:
+  using PhantomDicom::PhantomDicom;
+
+  void write(const std::filesystem::path& path) const {
+    DcmFileFormat file;
+    DcmDataset& dataset = *file.getDataset();
+    put_patient_and_study(dataset);
+    put_series_and_equipment(dataset, "XA");
+    put(dataset, DCM_DeviceSerialNumber, "1");
+    put(dataset, DCM_SoftwareVersions, "1");
+    put_image(dataset);
+    put_acquisition(dataset);
+    put_dimensions(dataset);
+    put_shared_groups(add_item(dataset, DCM_SharedFunctionalGroupsSequence));
+    for (int k = 0; k < geometry().size[2]; ++k)
+      put_frame_groups(add_item(dataset, DCM_PerFrameFunctionalGroupsSequence), k);
+    put(dataset, DCM_NumberOfFrames, std::to_string(geometry().size[2]));
+    put_pixels(dataset, 0, geometry().size[2], false);
+    save(file, path);
   }
 
-  void put_pixels(DcmDataset& dataset, int k) const {
-    const VolumeGeometry& g = volume_.geometry;
-    put(dataset, DCM_SamplesPerPixel, 1);
-    put(dataset, DCM_PhotometricInterpretation, "MONOCHROME2");
-    put(dataset, DCM_Rows, g.size[1]);
-    put(dataset, DCM_Columns, g.size[0]);
-    put(dataset, DCM_BitsAllocated, 16);
-    put(dataset, DCM_BitsStored, 16);
-    put(dataset, DCM_HighBit, 15);
-    put(dataset, DCM_PixelRepresentation, 1);
-    const std::size_t count = std::size_t(g.size[0]) * std::size_t(g.size[1]);
-    const float* values = volume_.values.data() + g.offset(0, 0, k);
-    std::vector<Uint16> pixels(count);
-    constexpr double kLeast = std::numeric_limits<std::int16_t>::min();
-    constexpr double kMost = std::numeric_limits<std::int16_t>::max();
-    for (std::size_t i = 0; i < count; ++i) {
-      const double stored =
-          std::clamp(std::round(double(values[i]) - kRescaleIntercept), kLeast, kMost);
-      pixels[i] = Uint16(std::int16_t(stored));
-    }
-    if (dataset
-            .putAndInsertUint16Array(DCM_PixelData, pixels.data(),
-                                     static_cast<unsigned long>(count))
-            .bad())
-      throw InternalError("DCMTK refuses the pixels of a phantom's slice");
+ private:
+  static constexpr const char* kImageType = "ORIGINAL\\PRIMARY\\VOLUME\\NONE";
+  static constexpr const char* kDateTime = "20000101120000";
+
+  void put_image(DcmItem& dataset) const {
+    put(dataset, DCM_SOPClassUID, UID_XRay3DAngiographicImageStorage);
+    put(dataset, DCM_SOPInstanceUID, uid("instance 1"));
+    put(dataset, DCM_ImageType, kImageType);
+    put(dataset, DCM_InstanceNumber, "1");
+    put(dataset, DCM_ContentDate, kDate);
+    put(dataset, DCM_ContentTime, kTime);
+    put(dataset, DCM_ContentQualification, "RESEARCH");
+    put(dataset, DCM_BurnedInAnnotation, "NO");
+    put(dataset, DCM_LossyImageCompression, "00");
+    put(dataset, DCM_PresentationLUTShape, "IDENTITY");
+    put(dataset, DCM_PixelPresentation, "MONOCHROME");
+    put(dataset, DCM_VolumetricProperties, "VOLUME");
+    put(dataset, DCM_VolumeBasedCalculationTechnique, "NONE");
+    if (dataset.insertEmptyElement(DCM_AcquisitionContextSequence).bad())
+      throw InternalError("DCMTK refuses an empty sequence");
   }
 
-  const Volume<float>& volume_;
-  std::string name_;
-  std::string fingerprint_;
+  static void put_acquisition(DcmItem& dataset) {
+    DcmItem& acquisition = add_item(dataset, DCM_XRay3DAcquisitionSequence);
+    put(acquisition, DCM_FieldOfViewShape, "RECTANGLE");
+    put(acquisition, DCM_DetectorType, "");
+    DcmItem& reconstruction = add_item(dataset, DCM_XRay3DReconstructionSequence);
+    put(reconstruction, DCM_ReconstructionDescription, "exact partial volume, blurred");
+    put(reconstruction, DCM_ApplicationName, "angio");
+    put(reconstruction, DCM_ApplicationVersion, "1");
+    put(reconstruction, DCM_ApplicationManufacturer, "angio");
+    put(reconstruction, DCM_AlgorithmType, "OTHER");
+    put(reconstruction, DCM_AcquisitionIndex, 1);
+  }
+
+  void put_dimensions(DcmItem& dataset) const {
+    put(add_item(dataset, DCM_DimensionOrganizationSequence), DCM_DimensionOrganizationUID,
+        uid("dimension"));
+    DcmItem& index = add_item(dataset, DCM_DimensionIndexSequence);
+    put(index, DCM_DimensionOrganizationUID, uid("dimension"));
+    if (index.putAndInsertTagKey(DCM_DimensionIndexPointer, DCM_InStackPositionNumber).bad() ||
+        index.putAndInsertTagKey(DCM_FunctionalGroupPointer, DCM_FrameContentSequence).bad())
+      throw InternalError("DCMTK refuses a dimension index");
+  }
+
+  void put_shared_groups(DcmItem& groups) const {
+    DcmItem& measures = add_item(groups, DCM_PixelMeasuresSequence);
+    put(measures, DCM_PixelSpacing, pixel_spacing());
+    put(measures, DCM_SliceThickness, decimal(geometry().spacing.z));
+    put(add_item(groups, DCM_PlaneOrientationSequence), DCM_ImageOrientationPatient, orientation());
+    DcmItem& anatomy = add_item(groups, DCM_FrameAnatomySequence);
+    put(anatomy, DCM_FrameLaterality, "U");
+    put_code(anatomy, DCM_AnatomicRegionSequence, "80891009", "SCT", "Heart");
+    DcmItem& type = add_item(groups, DCM_XRay3DFrameTypeSequence);
+    put(type, DCM_FrameType, kImageType);
+    put(type, DCM_PixelPresentation, "MONOCHROME");
+    put(type, DCM_VolumetricProperties, "VOLUME");
+    put(type, DCM_VolumeBasedCalculationTechnique, "NONE");
+    put(type, DCM_ReconstructionIndex, 1);
+    put_rescale(add_item(groups, DCM_PixelValueTransformationSequence));
+    put_window(add_item(groups, DCM_FrameVOILUTSequence));
+  }
+
+  void put_frame_groups(DcmItem& groups, int k) const {
+    DcmItem& content = add_item(groups, DCM_FrameContentSequence);
+    put(content, DCM_FrameReferenceDateTime, kDateTime);
+    put(content, DCM_FrameAcquisitionDateTime, kDateTime);
+    if (content.putAndInsertFloat64(DCM_FrameAcquisitionDuration, 0.0).bad())
+      throw InternalError("DCMTK refuses a duration");
+    put(content, DCM_StackID, "1");
+    put(content, DCM_InStackPositionNumber, std::vector<Uint32>{Uint32(k + 1)});
+    put(content, DCM_DimensionIndexValues, std::vector<Uint32>{Uint32(k + 1)});
+    put(add_item(groups, DCM_PlanePositionSequence), DCM_ImagePositionPatient, position(k));
+  }
 };
 
 }  // namespace
@@ -190,12 +336,17 @@ std::string uid_from(std::string_view text) {
 
 void write_dicom_series(const Volume<float>& volume, std::string_view name,
                         std::string_view fingerprint, const std::filesystem::path& folder) {
-  const Series series(volume, name, fingerprint);
+  const CtSeries series(volume, name, fingerprint);
   for (int k = 0; k < volume.geometry.size[2]; ++k) {
     std::array<char, 32> file{};
     std::snprintf(file.data(), file.size(), "IM%04d.dcm", k + 1);
     series.write_slice(k, folder / file.data());
   }
+}
+
+void write_dicom_xray_3d(const Volume<float>& volume, std::string_view name,
+                         std::string_view fingerprint, const std::filesystem::path& folder) {
+  XRay3DImage(volume, name, std::string(fingerprint) + " X-Ray 3D").write(folder / "IM0001.dcm");
 }
 
 }  // namespace angio::datasets::detail

@@ -21,4 +21,9 @@ std::string uid_from(std::string_view text);
 void write_dicom_series(const Volume<float>& volume, std::string_view name,
                         std::string_view fingerprint, const std::filesystem::path& folder);
 
+/// The same volume as one X-Ray 3D Angiographic Image Storage object, IM0001.dcm: unsigned 16 bit,
+/// geometry in functional groups. Values below -1024 become -1024.
+void write_dicom_xray_3d(const Volume<float>& volume, std::string_view name,
+                         std::string_view fingerprint, const std::filesystem::path& folder);
+
 }  // namespace angio::datasets::detail

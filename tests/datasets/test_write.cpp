@@ -1,8 +1,11 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdint>
+#include <cstdio>
 #include <cstring>
 #include <filesystem>
 #include <nlohmann/json.hpp>
@@ -49,6 +52,44 @@ std::string text(DcmDataset& dataset, const DcmTagKey& tag) {
   OFString value;
   EXPECT_TRUE(dataset.findAndGetOFStringArray(tag, value).good()) << tag.toString();
   return value.c_str();
+}
+
+TEST_F(WritePhantom, AsXRay3DHoldsTheFramesOfTheCtSeries) {
+  PhantomOptions options = small_options();
+  options.oblique_degrees = 25.0;
+  const Phantom phantom = make_phantom_scan(options);
+  const VolumeGeometry& grid = phantom.volume.geometry;
+  const fs::path slices = write_phantom(phantom, options, PhantomFormat::dicom, folder_ / "ct");
+  const fs::path volume = write_phantom(phantom, options, PhantomFormat::xray_3d, folder_ / "x3");
+  DcmFileFormat whole;
+  ASSERT_TRUE(whole.loadFile((volume / "IM0001.dcm").c_str()).good());
+  EXPECT_EQ(text(*whole.getDataset(), DCM_SOPClassUID), UID_XRay3DAngiographicImageStorage);
+  EXPECT_EQ(text(*whole.getDataset(), DCM_NumberOfFrames), std::to_string(grid.size[2]));
+  const Uint16* pixels = nullptr;
+  ASSERT_TRUE(whole.getDataset()->findAndGetUint16Array(DCM_PixelData, pixels).good());
+  const std::size_t count = std::size_t(grid.size[0]) * std::size_t(grid.size[1]);
+  for (int k : {0, grid.size[2] / 2, grid.size[2] - 1}) {
+    char name[32];
+    std::snprintf(name, sizeof name, "IM%04d.dcm", k + 1);
+    DcmFileFormat slice;
+    ASSERT_TRUE(slice.loadFile((slices / name).c_str()).good());
+    const Uint16* stored = nullptr;
+    ASSERT_TRUE(slice.getDataset()->findAndGetUint16Array(DCM_PixelData, stored).good());
+    for (std::size_t i = 0; i < count; ++i)
+      ASSERT_EQ(pixels[std::size_t(k) * count + i], std::max<int>(0, std::int16_t(stored[i])));
+    DcmItem* frame = nullptr;
+    DcmItem* position = nullptr;
+    ASSERT_TRUE(whole.getDataset()
+                    ->findAndGetSequenceItem(DCM_PerFrameFunctionalGroupsSequence, frame, k)
+                    .good());
+    ASSERT_TRUE(frame->findAndGetSequenceItem(DCM_PlanePositionSequence, position).good());
+    for (unsigned long axis = 0; axis < 3; ++axis) {
+      Float64 coordinate = 0.0;
+      ASSERT_TRUE(position->findAndGetFloat64(DCM_ImagePositionPatient, coordinate, axis).good());
+      EXPECT_NEAR(coordinate, triple(*slice.getDataset(), DCM_ImagePositionPatient)[int(axis)],
+                  1e-9);
+    }
+  }
 }
 
 TEST_F(WritePhantom, AsDicomReadsBackWithTheSameGeometryAndPixels) {
