@@ -90,7 +90,7 @@ void apply_options(Config& config, const SharedOptions& shared) {
 struct RunArguments {
   SharedOptions shared;
   RunRequest request;
-  std::string from, until, series;
+  std::string from, until, series, unit;
   bool allow_lossy = false;
   bool print_config = false;
 };
@@ -114,6 +114,9 @@ void add_run_command(CLI::App& app, RunArguments& run) {
       ->type_name("STAGE");
   command.add_option("--series", run.series, "series of a DICOM folder, from `angio inspect`");
   command.add_flag("--allow-lossy", run.allow_lossy, "measure on lossy-compressed pixels");
+  command.add_option("--unit", run.unit, "of a given lumen surface: mm (default), cm, m or inch")
+      ->check(CLI::IsMember(
+          std::vector<std::string>(std::begin(kLengthUnitNames), std::end(kLengthUnitNames))));
   command.add_flag("--force", run.request.force, "run everything again, into any folder");
   command.add_flag("--keep-link", run.request.keep_link,
                    "keep the input's path in source.private.json (mode 0600)");
@@ -124,6 +127,7 @@ void add_run_command(CLI::App& app, RunArguments& run) {
 int do_run(RunArguments& run) {
   apply_options(run.request.config, run.shared);
   if (!run.series.empty()) run.request.config.input.series = run.series;
+  if (!run.unit.empty()) apply_setting(run.request.config, "input.unit=" + run.unit);
   if (run.allow_lossy) run.request.config.input.allow_lossy = true;
   if (run.print_config) {
     fmt::print("{}", to_toml(run.request.config));

@@ -22,9 +22,15 @@ const char* name(Stage stage);
 /// @throws Error (64) naming the nearest stage
 Stage parse_stage(std::string_view text);
 
+/// What a lumen surface is measured in; STL, PLY and OBJ do not say.
+enum class LengthUnit { mm, cm, m, inch };
+inline constexpr const char* kLengthUnitNames[] = {"mm", "cm", "m", "inch"};
+inline constexpr double kMillimetresOf[] = {1.0, 10.0, 1000.0, 25.4};
+
 /// Every option of every stage; each default is the one of the stage's own struct.
 struct Config {
   segmentation::ReadOptions input;
+  LengthUnit surface_unit = LengthUnit::mm;
   segmentation::SegmentationOptions segmentation;
   centerline::CenterlineOptions centerline;
   centerline::LesionOptions lesion;

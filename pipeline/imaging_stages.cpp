@@ -1,5 +1,9 @@
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <iterator>
+#include <string>
+
 #include "centerline/centerline.hpp"
 #include "core/atomic_file.hpp"
 #include "core/error.hpp"
@@ -33,15 +37,43 @@ Volume<float> load_volume(StageWork& work) {
   return std::move(loaded.volume);
 }
 
+/// Scales a given surface to millimetres. @throws InputError if no vessel is that small or large
+void convert_to_mm(TriangleMesh& mesh, LengthUnit unit) {
+  // From one short coronary segment to an aorta with the arteries of both legs.
+  constexpr double kLeastMm = 3.0, kMostMm = 2000.0;
+  for (Vec3& vertex : mesh.vertices) vertex *= kMillimetresOf[int(unit)];
+  Vec3 low = mesh.vertices.front(), high = low;
+  for (const Vec3& vertex : mesh.vertices)
+    for (int axis = 0; axis < 3; ++axis) {
+      low[axis] = std::min(low[axis], vertex[axis]);
+      high[axis] = std::max(high[axis], vertex[axis]);
+    }
+  const double extent = std::max({high.x - low.x, high.y - low.y, high.z - low.z});
+  if (extent >= kLeastMm && extent <= kMostMm) return;
+  std::string fitting;
+  for (std::size_t u = 0; u < std::size(kLengthUnitNames); ++u) {
+    const double in_unit = extent / kMillimetresOf[int(unit)] * kMillimetresOf[u];
+    if (in_unit >= 10.0 && in_unit <= 500.0)
+      fitting += (fitting.empty() ? "--unit " : " or --unit ") + std::string(kLengthUnitNames[u]);
+  }
+  throw InputError(fmt::format(
+      "the surface is {:.3g} mm across, read in {} (vessels are {} to {} mm long; the file does "
+      "not say its unit). {}",
+      extent, kLengthUnitNames[int(unit)], kLeastMm, kMostMm,
+      fitting.empty() ? "Check what it was exported from" : "Try " + fitting));
+}
+
 /// A lumen surface needs no segmentation; it is kept as the later stages read it.
 void take_surface(StageWork& work) {
   const fs::path source = work.input.empty()
                               ? work.case_folder.path("segmentation/lumen_surface.vtp")
                               : fs::path(work.input);
-  const viewer::SurfaceData surface = viewer::read_surface(source);
-  if (!work.input.empty())
+  viewer::SurfaceData surface = viewer::read_surface(source);
+  if (!work.input.empty()) {
+    convert_to_mm(surface.mesh, work.config.surface_unit);
     work.record.input_description =
         fmt::format("lumen surface, {} triangles", surface.mesh.triangles.size());
+  }
   viewer::write_surface(work.out / "lumen_surface.vtp", {surface.mesh, {}, {}});
 }
 

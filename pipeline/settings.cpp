@@ -73,14 +73,26 @@ void read_field(const std::string& key, const toml::node& node, std::vector<Vec3
 
 constexpr const char* kMembraneModels[] = {"automatic", "plain", "relaxed"};
 
-void read_field(const std::string& key, const toml::node& node, simulation::MembraneModel& field) {
+/// One of an enumeration's names.
+template <class Enum, std::size_t kCount>
+void read_name(const std::string& key, const toml::node& node, const char* const (&names)[kCount],
+               Enum& field) {
   const std::string text = node.value_or(std::string());
-  for (int m = 0; m < 3; ++m)
-    if (text == kMembraneModels[m]) {
-      field = simulation::MembraneModel(m);
+  std::string expected;
+  for (std::size_t i = 0; i < kCount; ++i) {
+    if (text == names[i]) {
+      field = Enum(i);
       return;
     }
-  refuse_value(key, text, "automatic, plain or relaxed");
+    expected += (i == 0 ? "" : i + 1 == kCount ? " or " : ", ") + std::string(names[i]);
+  }
+  refuse_value(key, text, expected.c_str());
+}
+void read_field(const std::string& key, const toml::node& node, simulation::MembraneModel& field) {
+  read_name(key, node, kMembraneModels, field);
+}
+void read_field(const std::string& key, const toml::node& node, LengthUnit& field) {
+  read_name(key, node, kLengthUnitNames, field);
 }
 
 std::string quoted(const std::string& text) {
@@ -98,6 +110,7 @@ std::string write_field(const std::string& field) { return quoted(field); }
 std::string write_field(simulation::MembraneModel field) {
   return quoted(kMembraneModels[int(field)]);
 }
+std::string write_field(LengthUnit field) { return quoted(kLengthUnitNames[int(field)]); }
 std::string write_field(const Vec3& field) {
   return fmt::format("[{}, {}, {}]", write_field(field.x), write_field(field.y),
                      write_field(field.z));
@@ -146,6 +159,8 @@ void add_imaging_settings(Config& c, std::vector<Setting>& table) {
                    "the one with the most voxels"));
   table.push_back(make_setting("input.allow_lossy", seg, c.input.allow_lossy,
                                "measure on lossy-compressed pixels all the same"));
+  table.push_back(make_setting("input.unit", seg, c.surface_unit,
+                               "what a given lumen surface is measured in: mm, cm, m or inch"));
   table.push_back(make_setting("segmentation.smallest_radius_mm", seg,
                                c.segmentation.smallest_radius_mm,
                                "thinnest vessel looked for [mm], 0.1 to 20"));
