@@ -58,10 +58,15 @@ std::vector<std::string> stage_inputs(Stage stage) {
               "meshing/guidewire.vtp",      "meshing/region.vtp", "meshing/air.vtu",
               "meshing/placement.json"};
     case Stage::report:
-      return {"segmentation/volume.nrrd",   "segmentation/lumen_level_set.nrrd",
-              "centerline/centerlines.vtp", "meshing/lumen.vtp",
-              "meshing/placement.json",     "simulation/simulation.pvd",
-              "simulation/timeseries.csv",  "simulation/lumen_profile.csv",
+      return {"segmentation/volume.nrrd",
+              "segmentation/lumen_level_set.nrrd",
+              "centerline/centerlines.vtp",
+              "centerline/lesions.json",
+              "meshing/lumen.vtp",
+              "meshing/placement.json",
+              "simulation/simulation.pvd",
+              "simulation/timeseries.csv",
+              "simulation/lumen_profile.csv",
               "simulation/summary.json"};
   }
   throw InternalError("no such stage");

@@ -238,6 +238,7 @@ void do_report(StageWork& work) {
   content.time_series.columns = rows.front();
   content.time_series.rows.assign(rows.begin() + 1, rows.end());
   content.metrics_json = repeatable_metrics(work).dump();
+  content.lesions_json = read_json(folder.path("centerline/lesions.json")).dump();
   content.run_json = repeatable_run(work).dump();
   for (const auto& [stage, record] : work.record.stages)
     if (stage != Stage::report) keep(content.warnings, record.warnings);

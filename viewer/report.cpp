@@ -120,7 +120,10 @@ constexpr const char* kMethodNotes =
     "left, y to the back, z to the head.</p>"
     "<p>MLD is twice the largest inscribed radius at the narrowest place; MLA the least area of a "
     "section at right angles to the vessel. Diameter stenosis = 100 (1 − MLD / reference "
-    "diameter). Acute gain = MLD after − MLD before. Recoil = balloon diameter at peak − MLD "
+    "diameter); the interpolated reference is the healthy vessel's diameter at the narrowest "
+    "place, read off a line through the healthy stretches before and behind; the average reference "
+    "is the mean of the healthy diameters on both sides. Acute gain = MLD after − MLD before. "
+    "Recoil = balloon diameter at peak − MLD "
     "after. Pressures are above the outside.</p>\n";
 
 std::string make_page(const ReportContent& content, const Figures& figures, const Album& album) {
@@ -136,6 +139,7 @@ std::string make_page(const ReportContent& content, const Figures& figures, cons
   page += notices(content);
   page += "<div class=\"cards\">" + detail::headline_cards(metrics) + "</div>\n";
   page += section("Vessel tree", album.block(figures.tree, "tree"));
+  page += section("Stenoses", detail::lesion_table(content.lesions_json));
   page += section("Dilation",
                   album.block(figures.moments, "stack") + album.block(figures.contact, "stack"));
   page +=

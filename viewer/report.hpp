@@ -46,6 +46,7 @@ struct ReportContent {
   DiameterProfile before, after;
   TimeSeries time_series;
   std::string metrics_json;           ///< metrics.json, shown as tables
+  std::string lesions_json;           ///< lesions.json: a row per stenosis; may be empty
   std::string run_json;               ///< run.json: stages, seconds, memory
   std::vector<std::string> warnings;  ///< findings to tell first, e.g. "no stenosis over 30 %"
 };

@@ -10,6 +10,7 @@
 #include "tests/viewer/report_content.hpp"
 #include "tests/viewer/shapes.hpp"
 #include "viewer/detail/picture.hpp"
+#include "viewer/detail/tables.hpp"
 #include "viewer/report.hpp"
 
 namespace angio::viewer {
@@ -191,6 +192,22 @@ TEST(Report, SurfaceWithoutScanStenosisOrDilationIsReportedToo) {
   EXPECT_EQ(files.count("contact.png"), 0u);
   EXPECT_EQ(files.count("projection_axial.png"), 0u);
   EXPECT_TRUE(has(files.at("index.html"), ">3.00 mm<"));
+}
+
+TEST(Report, EveryStenosisIsARowInTheOrderGiven) {
+  const std::string table = detail::lesion_table(
+      R"([{"centerline_id":2,"mld_mm":1.1,"reference_interpolated_mm":3.0,
+           "diameter_stenosis_percent":63.3,"length_mm":9.0},
+          {"centerline_id":0,"mld_mm":1.6,"reference_interpolated_mm":null,
+           "diameter_stenosis_percent":45.0,"reference_rule":"<script>"}])");
+  EXPECT_EQ(count(table, "<tr>"), 3u);
+  EXPECT_LT(table.find("63.3"), table.find("45.0"));
+  EXPECT_TRUE(has(table, ">3.00<"));
+  EXPECT_TRUE(has(table, "–"));
+  EXPECT_FALSE(has(table, "<script"));
+  EXPECT_TRUE(has(detail::lesion_table("[]"), "No stenosis"));
+  EXPECT_EQ(detail::lesion_table(""), "");
+  EXPECT_THROW(detail::lesion_table("{"), InputError);
 }
 
 TEST(Report, DamagedMetricsAreRefusedByName) {

@@ -253,6 +253,41 @@ std::string headline_cards(const Metrics& metrics) {
   return out;
 }
 
+std::string lesion_table(const std::string& json) {
+  if (json.empty()) return {};
+  const ordered_json lesions = ordered_json::parse(json, nullptr, false);
+  if (!lesions.is_array())
+    throw InputError("lesions.json is damaged (not a JSON array). Run the centerline stage again");
+  if (lesions.empty()) return "<p class=\"sub\">No stenosis over the threshold.</p>\n";
+  constexpr std::array kColumns{
+      Wording{"centerline_id", "Centreline", "", 0},
+      Wording{"abscissa_mm", "From the inlet", "mm", 1},
+      Wording{"mld_mm", "MLD", "mm", 2},
+      Wording{"reference_interpolated_mm", "Reference, interpolated", "mm", 2},
+      Wording{"reference_average_mm", "Reference, average", "mm", 2},
+      Wording{"diameter_stenosis_percent", "Diameter stenosis", "%", 1},
+      Wording{"mla_mm2", "MLA", "mm²", 2},
+      Wording{"area_stenosis_percent", "Area stenosis", "%", 1},
+      Wording{"length_mm", "Length", "mm", 1},
+  };
+  std::string body = "<tr><th scope=\"col\">No.</th>";
+  for (const Wording& column : kColumns)
+    body += "<th scope=\"col\">" + escape_html(column.label) +
+            (*column.unit ? " [" + escape_html(column.unit) + "]" : "") + "</th>";
+  body += "</tr>";
+  for (std::size_t i = 0; i < lesions.size(); ++i) {
+    body += "<tr><th scope=\"row\">" + std::to_string(i + 1) + "</th>";
+    for (const Wording& column : kColumns)
+      body += "<td>" +
+              escape_html(lesions[i].contains(column.key)
+                              ? value_text(lesions[i][column.key], column.decimals)
+                              : "–") +
+              "</td>";
+    body += "</tr>";
+  }
+  return "<div class=\"table wide\"><table>" + body + "</table></div>\n";
+}
+
 std::string run_tables(const std::string& json) {
   const ordered_json run = parse_object(json, "run.json");
   ordered_json flat = ordered_json::object();

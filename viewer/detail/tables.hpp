@@ -32,6 +32,10 @@ class Metrics {
 /// The headline numbers as HTML cards.
 std::string headline_cards(const Metrics& metrics);
 
+/// The stenoses as one HTML table, a row each, the most severe first. Empty for an empty text.
+/// @throws InputError if it is no JSON array
+std::string lesion_table(const std::string& json);
+
 /// The run as HTML: version, backend and so on, and a row per stage where run.json tells of them.
 /// Empty for an empty text. @throws InputError if it is no JSON object
 std::string run_tables(const std::string& json);
