@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "core/error.hpp"
 #include "meshing/detail/crossings.hpp"
@@ -27,20 +28,22 @@ void check_tree(const CenterlineTree& tree) {
 }
 
 /// Remeshes, smooths and balances; where triangles cross, the surface is cut out and closed anew.
-void improve_surface(SurfaceDraft& draft, const SurfaceTarget& target,
+///
+/// @param tolerance  [mm] smoothing leaves the surface within this distance of the target
+void improve_surface(SurfaceDraft& draft, const SurfaceTarget& target, double tolerance,
                      const LumenMeshOptions& options, const Progress& progress,
                      std::vector<std::string>& warnings) {
   constexpr int kRounds = 6;
   detail::remesh(draft, target, kRounds);
   progress.report(0.6, "smoothing");
-  detail::smooth(draft, int(std::lround(options.smoothing_iterations)));
-  detail::balance_volume(draft, target);
+  detail::smooth(draft, target, int(std::lround(options.smoothing_iterations)), tolerance);
   progress.report(0.75, "looking for crossings");
-  if (detail::self_intersections(draft.mesh).empty()) return;
-  const int count = detail::resolve_crossings(draft);
-  warnings.push_back("at " + std::to_string(count) +
-                     " places finer than the image can show, the lumen's surface crossed itself "
-                     "and was closed anew");
+  const int count = detail::resolve_crossings(draft, target, warnings);
+  if (count > 0)
+    warnings.push_back("at " + std::to_string(count) +
+                       " places finer than the image can show, the lumen's surface crossed itself "
+                       "and was closed anew");
+  detail::improve_angles(draft, target);
 }
 
 LumenMesh finish(SurfaceDraft draft, std::vector<std::string> warnings) {
@@ -67,10 +70,11 @@ LumenMesh finish(SurfaceDraft draft, std::vector<std::string> warnings) {
   return result;
 }
 
-/// Wanted edges are not made much shorter than what the data can show.
-double least_edge_length(const VolumeGeometry& grid) {
-  return 0.35 * std::min({grid.spacing.x, grid.spacing.y, grid.spacing.z});
+double voxel_size(const VolumeGeometry& grid) {
+  return std::min({grid.spacing.x, grid.spacing.y, grid.spacing.z});
 }
+constexpr double kLeastEdge = 0.35;  // voxels; shorter edges would follow noise
+constexpr double kTolerance = 0.2;   // voxels that smoothing may move the surface
 
 }  // namespace
 
@@ -87,9 +91,11 @@ LumenMesh mesh_lumen(const Volume<float>& level_set, const CenterlineTree& tree,
   draft.rim.assign(draft.mesh.vertices.size(), -1);
   progress.report(0.1, "opening the ends");
   detail::open_ends(draft, tree, detail::line_ends(tree), warnings);
-  detail::set_edge_lengths(draft, tree, options, least_edge_length(padded.geometry), warnings);
+  detail::set_edge_lengths(draft, target, tree, options, kLeastEdge * voxel_size(padded.geometry),
+                           warnings);
   progress.report(0.2, "remeshing");
-  improve_surface(draft, target, options, progress, warnings);
+  improve_surface(draft, target, kTolerance * voxel_size(padded.geometry), options, progress,
+                  warnings);
   progress.report(0.9, "caps and checks");
   LumenMesh result = finish(std::move(draft), std::move(warnings));
   progress.report(1.0);
@@ -111,11 +117,12 @@ LumenMesh mesh_lumen(const TriangleMesh& surface, const CenterlineTree& tree,
   // A given surface may have long triangles, which do not show where the lumen is narrow: the
   // lengths are set again once there are vertices everywhere.
   std::vector<std::string> first_warnings;
-  detail::set_edge_lengths(draft, tree, options, 0.0, first_warnings);
+  detail::set_edge_lengths(draft, target, tree, options, 0.0, first_warnings);
   progress.report(0.2, "remeshing");
   detail::remesh(draft, target, 2);
-  detail::set_edge_lengths(draft, tree, options, 0.0, warnings);
-  improve_surface(draft, target, options, progress, warnings);
+  detail::set_edge_lengths(draft, target, tree, options, 0.0, warnings);
+  improve_surface(draft, target, std::numeric_limits<double>::infinity(), options, progress,
+                  warnings);
   progress.report(0.9, "caps and checks");
   LumenMesh result = finish(std::move(draft), std::move(warnings));
   progress.report(1.0);

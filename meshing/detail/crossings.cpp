@@ -2,68 +2,38 @@
 
 #include <algorithm>
 #include <array>
-#include <map>
+#include <set>
 #include <string>
 #include <vector>
 
 #include "core/error.hpp"
 #include "meshing/detail/fill_hole.hpp"
+#include "meshing/detail/open_ends.hpp"
+#include "meshing/detail/patch.hpp"
 #include "meshing/detail/surface_query.hpp"
 
 namespace angio::meshing::detail {
 namespace {
 
-std::vector<std::vector<int>> triangles_around(const TriangleMesh& mesh,
-                                               const std::vector<char>& gone) {
-  std::vector<std::vector<int>> around(mesh.vertices.size());
-  for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
-    if (!gone[t])
-      for (const int v : mesh.triangles[t]) around[std::size_t(v)].push_back(int(t));
-  return around;
-}
+using Pairs = std::vector<std::array<int, 2>>;
 
-/// Do a vertex's triangles form one fan? They do if all but one pair of neighbours are linked.
-bool is_one_fan(const TriangleMesh& mesh, int v, const std::vector<int>& triangles) {
-  if (triangles.empty()) return true;
-  std::vector<char> reached(triangles.size(), 0);
-  std::vector<std::size_t> stack{0};
-  reached[0] = 1;
-  std::size_t count = 1;
-  while (!stack.empty()) {
-    const Triangle& t = mesh.triangles[std::size_t(triangles[stack.back()])];
-    stack.pop_back();
-    for (std::size_t i = 0; i < triangles.size(); ++i) {
-      if (reached[i]) continue;
-      const Triangle& other = mesh.triangles[std::size_t(triangles[i])];
-      bool linked = false;
-      for (const int a : t)
-        for (const int b : other) linked |= a == b && a != v;
-      if (!linked) continue;
-      reached[i] = 1;
-      ++count;
-      stack.push_back(i);
-    }
-  }
-  return count == triangles.size();
-}
-
-/// Triangles within some rings of vertices around crossing ones; rims stay.
-std::vector<char> triangles_to_cut(const SurfaceDraft& draft,
-                                   const std::vector<std::array<int, 2>>& pairs, int ring_count) {
-  const TriangleMesh& mesh = draft.mesh;
-  std::vector<char> near(mesh.vertices.size(), 0);
+/// A rim with crossing triangles is given up: its vertices are of the wall from now on.
+void give_up_rims(SurfaceDraft& draft, const Pairs& pairs) {
+  std::vector<char> given_up(draft.rim_planes.size(), 0);
   for (const auto& pair : pairs)
     for (const int t : pair)
-      for (const int v : mesh.triangles[std::size_t(t)]) near[std::size_t(v)] = 1;
-  const auto grow = [&] {
-    const std::vector<char> before = near;
-    for (const Triangle& t : mesh.triangles)
-      for (const int v : t)
-        if (before[std::size_t(v)])
-          for (const int u : t) near[std::size_t(u)] = 1;
-  };
-  for (int ring = 1; ring < ring_count; ++ring) grow();
-  std::vector<char> gone(mesh.triangles.size(), 0);
+      for (const int v : draft.mesh.triangles[std::size_t(t)])
+        if (draft.rim[std::size_t(v)] >= 0) given_up[std::size_t(draft.rim[std::size_t(v)])] = 1;
+  for (int& rim : draft.rim)
+    if (rim >= 0 && given_up[std::size_t(rim)]) rim = -1;
+}
+
+/// Triangles within some rings of vertices around crossing ones; those at rims stay.
+std::vector<char> triangles_to_cut(const SurfaceDraft& draft, const Pairs& pairs, int ring_count) {
+  const TriangleMesh& mesh = draft.mesh;
+  std::vector<char> near = mark_corners(mesh, pairs);
+  grow(mesh, near, ring_count - 1);
+  std::vector<char> kept(mesh.triangles.size(), 1);
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
     bool cut = false;
     bool at_rim = false;
@@ -71,24 +41,29 @@ std::vector<char> triangles_to_cut(const SurfaceDraft& draft,
       cut |= near[std::size_t(v)] != 0;
       at_rim |= draft.rim[std::size_t(v)] >= 0;
     }
-    gone[t] = cut && !at_rim;
+    kept[t] = !cut || at_rim;
   }
-  // A hole's border must not meet itself in a vertex.
-  for (bool changed = true; changed;) {
+  for (bool changed = true; changed;) {  // a hole's border must not meet itself in a vertex
     changed = false;
-    const auto around = triangles_around(mesh, gone);
-    for (std::size_t v = 0; v < around.size(); ++v) {
-      if (is_one_fan(mesh, int(v), around[v])) continue;
-      changed = true;
-      for (const int t : around[v]) gone[std::size_t(t)] = 1;
-    }
+    const std::vector<char> broken = vertices_of_several_fans(mesh, kept);
+    for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
+      for (const int v : mesh.triangles[t])
+        if (broken[std::size_t(v)] && kept[t]) {
+          kept[t] = 0;
+          changed = true;
+        }
   }
+  std::vector<char> gone(kept.size());
+  for (std::size_t t = 0; t < kept.size(); ++t) gone[t] = !kept[t];
   return gone;
 }
 
 /// Marks the triangles outside the largest connected piece as gone as well.
 void keep_largest_piece(const TriangleMesh& mesh, std::vector<char>& gone) {
-  const auto around = triangles_around(mesh, gone);
+  std::vector<std::vector<int>> around(mesh.vertices.size());
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
+    if (!gone[t])
+      for (const int v : mesh.triangles[t]) around[std::size_t(v)].push_back(int(t));
   std::vector<int> piece(mesh.triangles.size(), -1);
   std::vector<double> area;
   for (std::size_t first = 0; first < mesh.triangles.size(); ++first) {
@@ -129,6 +104,7 @@ void remove_triangles(SurfaceDraft& draft, const std::vector<char>& gone) {
         rest.mesh.vertices.push_back(draft.mesh.vertices[v]);
         rest.edge_length.push_back(draft.edge_length[v]);
         rest.rim.push_back(draft.rim[v]);
+        rest.membrane.push_back(draft.membrane[v]);
       }
       renamed[c] = index[v];
     }
@@ -139,45 +115,85 @@ void remove_triangles(SurfaceDraft& draft, const std::vector<char>& gone) {
 
 /// Closes every hole that is no rim by a membrane. @return number of holes
 int close_holes(SurfaceDraft& draft) {
-  std::vector<char> loose(draft.mesh.vertices.size(), 0);
+  constexpr int kRings = 2;
+  constexpr int kRounds = 3;
   int count = 0;
+  std::vector<char> loose(draft.mesh.vertices.size(), 0);
   for (const std::vector<int>& loop : boundary_loops(draft.mesh)) {
     const auto on_rim = [&](int v) { return draft.rim[std::size_t(v)] >= 0; };
     if (std::all_of(loop.begin(), loop.end(), on_rim)) continue;
-    if (std::any_of(loop.begin(), loop.end(), on_rim))
-      throw InternalError(
-          "the lumen's surface crosses itself at an open end. Cut the vessel "
-          "elsewhere or smooth the segmentation there");
     fill_hole(draft.mesh, loop);
     if (draft.mesh.vertices.size() > draft.rim.size()) {
       draft.rim.push_back(-1);
+      draft.membrane.push_back(1);
       draft.edge_length.push_back(draft.edge_length[std::size_t(loop.front())]);
       loose.push_back(1);
     }
-    for (const int v : loop) loose[std::size_t(v)] = 1;
+    for (const int v : loop) {
+      loose[std::size_t(v)] = 1;
+      draft.membrane[std::size_t(v)] = 1;
+    }
     ++count;
   }
-  constexpr int kRounds = 3;
-  remesh_membrane(draft, loose, kRounds);
+  Patch patch = take_patch(draft, loose, kRings);
+  if (patch.empty()) return count;
+  for (std::size_t v = 0; v < patch.free.size(); ++v)
+    patch.free[v] = patch.free[v] && loose[std::size_t(patch.draft.origin[v])];
+  remesh_membrane(patch.draft, patch.free, kRounds);
+  put_back(draft, patch);
   return count;
+}
+
+/// Remeshes around crossing triangles. @return the pairs that are left
+Pairs remesh_crossings(SurfaceDraft& draft, const SurfaceTarget& target, const Pairs& pairs) {
+  constexpr int kRings = 5;
+  constexpr int kRounds = 3;
+  Patch patch = take_patch(draft, mark_corners(draft.mesh, pairs), kRings);
+  remesh_part(patch.draft, target, patch.free, kRounds);
+  put_back(draft, patch);
+  return self_intersections(draft.mesh);
+}
+
+std::set<int> rims_of(const SurfaceDraft& draft) {
+  std::set<int> rims(draft.rim.begin(), draft.rim.end());
+  rims.erase(-1);
+  return rims;
+}
+
+void warn_of_lost_rims(const std::set<int>& before, const std::set<int>& after,
+                       std::vector<std::string>& warnings) {
+  std::string lost;
+  for (const int rim : before)
+    if (!after.contains(rim)) lost += (lost.empty() ? "" : ", ") + name_of_end(rim);
+  if (!lost.empty())
+    warnings.push_back(
+        "these ends of lines stay closed, because the lumen there is finer than the image can "
+        "show: " +
+        lost);
 }
 
 }  // namespace
 
-int resolve_crossings(SurfaceDraft& draft) {
+int resolve_crossings(SurfaceDraft& draft, const SurfaceTarget& target,
+                      std::vector<std::string>& warnings) {
+  constexpr int kRemeshings = 2;
   constexpr int kAttempts = 8;
+  Pairs pairs = self_intersections(draft.mesh);
+  for (int attempt = 0; attempt < kRemeshings && !pairs.empty(); ++attempt)
+    pairs = remesh_crossings(draft, target, pairs);
+  const std::set<int> rims = rims_of(draft);
   int closed_count = 0;
-  for (int attempt = 0; attempt < kAttempts; ++attempt) {
-    const auto pairs = self_intersections(draft.mesh);
-    if (pairs.empty()) return closed_count;
+  for (int attempt = 0; attempt < kAttempts && !pairs.empty(); ++attempt) {
+    give_up_rims(draft, pairs);
     std::vector<char> gone = triangles_to_cut(draft, pairs, 1 + attempt);
     keep_largest_piece(draft.mesh, gone);
     remove_triangles(draft, gone);
     closed_count += close_holes(draft);
+    pairs = self_intersections(draft.mesh);
   }
-  const std::size_t left = self_intersections(draft.mesh).size();
-  if (left == 0) return closed_count;
-  throw InternalError("the lumen's surface still crosses itself (" + std::to_string(left) +
+  warn_of_lost_rims(rims, rims_of(draft), warnings);
+  if (pairs.empty()) return closed_count;
+  throw InternalError("the lumen's surface still crosses itself (" + std::to_string(pairs.size()) +
                       " pairs of triangles; vessels that touch each other, or noise). Smooth the "
                       "segmentation, or mesh with shorter edges (meshing.edges_per_circumference)");
 }

@@ -5,6 +5,7 @@
 #include <numbers>
 #include <queue>
 
+#include "core/parallel.hpp"
 #include "meshing/detail/nearest_line.hpp"
 
 namespace angio::meshing::detail {
@@ -29,17 +30,41 @@ void limit_growth(const TriangleMesh& mesh, std::vector<double>& lengths) {
   }
 }
 
-void set_edge_lengths(SurfaceDraft& draft, const CenterlineTree& tree,
+double greatest_curvature(const SurfaceTarget& target, const Vec3& point, double step) {
+  const Vec3 normal = target.evaluate(point).normal;
+  const Vec3 u = any_perpendicular(normal);
+  const Vec3 v = cross(normal, u);
+  const auto change = [&](const Vec3& along) {
+    return (target.evaluate(point + step * along).normal -
+            target.evaluate(point - step * along).normal) /
+           (2.0 * step);
+  };
+  const Vec3 du = change(u);
+  const Vec3 dv = change(v);
+  const double mean = 0.5 * (dot(du, u) + dot(dv, v));
+  const double half = 0.5 * (dot(du, u) - dot(dv, v));
+  const double mixed = 0.5 * (dot(du, v) + dot(dv, u));
+  return std::abs(mean) + std::hypot(half, mixed);
+}
+
+void set_edge_lengths(SurfaceDraft& draft, const SurfaceTarget& target, const CenterlineTree& tree,
                       const LumenMeshOptions& options, double least_length,
                       std::vector<std::string>& warnings) {
+  constexpr double kLeastShare = 0.4;  // of the length by the line's radius: noise is curved, too
+  constexpr double kSlack = 1.5;       // a round vessel is left to its radius
   const TriangleMesh& mesh = draft.mesh;
   draft.edge_length.assign(mesh.vertices.size(), options.edge_length_mm);
   if (options.edge_length_mm == 0.0) {
     const NearestLine lines(tree);
-    for (std::size_t v = 0; v < mesh.vertices.size(); ++v)
-      draft.edge_length[v] =
-          std::max(least_length, 2.0 * std::numbers::pi * lines.find(mesh.vertices[v]).radius /
-                                     options.edges_per_circumference);
+    const double per_radius = 2.0 * std::numbers::pi / options.edges_per_circumference;
+    parallel_for(std::ptrdiff_t(mesh.vertices.size()), [&](std::ptrdiff_t i) {
+      const Vec3& x = mesh.vertices[std::size_t(i)];
+      const double by_radius = per_radius * lines.find(x).radius;
+      const double step = std::max(0.5 * by_radius, least_length);
+      const double by_curvature = kSlack * per_radius / greatest_curvature(target, x, step);
+      draft.edge_length[std::size_t(i)] =
+          std::max(least_length, std::clamp(by_curvature, kLeastShare * by_radius, by_radius));
+    });
     limit_growth(mesh, draft.edge_length);
   }
   const std::vector<double> areas = vertex_areas(mesh);

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 #include <map>
+#include <numbers>
 
 #include "core/error.hpp"
 #include "meshing/detail/fill_hole.hpp"
@@ -151,6 +152,33 @@ SurfaceDraft repaired_draft(const TriangleMesh& surface, const CenterlineTree& t
   return draft;
 }
 
+namespace {
+
+/// Planes to try at a line's end, the most natural first: across the line at its full width, then
+/// nearer to the tip and further inside, then turned, for where a neighbour touches.
+std::vector<Plane> planes_to_try(const CenterlineTree& tree, const LineEnd& end) {
+  const double inset = full_width_inset(tree, end);
+  std::vector<Plane> planes;
+  for (const double factor : {1.0, 1.4, 0.7, 2.0, 0.4, 3.0, 4.0, 0.1, 6.0, 8.0})
+    planes.push_back(plane_near_end(tree, end, factor * inset));
+  const std::vector<Plane> across = planes;
+  constexpr int kTurns = 8;
+  for (const double tilt : {0.4, 0.8})  // [rad]
+    for (const Plane& straight : across) {
+      const Vec3 u = any_perpendicular(straight.normal);
+      const Vec3 v = cross(straight.normal, u);
+      for (int turn = 0; turn < kTurns; ++turn) {
+        const double angle = 2.0 * std::numbers::pi * turn / kTurns;
+        const Vec3 sideways = std::cos(angle) * u + std::sin(angle) * v;
+        planes.push_back(
+            {straight.origin, std::cos(tilt) * straight.normal + std::sin(tilt) * sideways});
+      }
+    }
+  return planes;
+}
+
+}  // namespace
+
 void open_ends(SurfaceDraft& draft, const CenterlineTree& tree, const std::vector<LineEnd>& ends,
                std::vector<std::string>& warnings) {
   draft.rim_planes.resize(ends.size());
@@ -158,25 +186,29 @@ void open_ends(SurfaceDraft& draft, const CenterlineTree& tree, const std::vecto
   for (const LineEnd& end : ends) tips.push_back(end.tip);
   const TriangleMesh whole = std::move(draft.mesh);
   EndOpener opener(whole, tips);
+  std::string joined;
   std::string closed;
   for (std::size_t e = 0; e < ends.size(); ++e) {
     if (std::find(draft.rim.begin(), draft.rim.end(), int(e)) != draft.rim.end()) continue;
-    const double inset = full_width_inset(tree, ends[e]);
-    bool done = false;
-    for (const double factor : {1.0, 1.4, 0.7, 2.0, 0.4, 3.0, 4.0, 0.1}) {
-      draft.rim_planes[e] = plane_near_end(tree, ends[e], factor * inset);
-      done = opener.open(draft.rim_planes[e], ends[e].radius, int(e));
-      if (done) break;
+    EndOpener::Cut cut = opener.best_cut(planes_to_try(tree, ends[e]), ends[e].radius, int(e));
+    if (cut.verdict == EndOpener::Verdict::sound) {
+      draft.rim_planes[e] = cut.plane;
+      opener.plan(std::move(cut));
+    } else {
+      std::string& list = cut.verdict == EndOpener::Verdict::no_end ? joined : closed;
+      list += (list.empty() ? "" : ", ") + name_of_end(int(e));
     }
-    if (!done)
-      closed += (closed.empty() ? "" : ", ") +
-                (e == 0 ? std::string("the inlet") : "outlet " + std::to_string(e));
   }
   opener.apply(draft.mesh, draft.rim);
+  if (!joined.empty())
+    warnings.push_back(
+        "these ends of lines are no ends of the lumen, which goes on beyond them and joins another "
+        "vessel (a loop, or vessels that touch); they stay closed: " +
+        joined);
   if (!closed.empty())
     warnings.push_back(
-        "these ends of lines stay closed, because no section across the line there "
-        "separates the vessel's end from the rest: " +
+        "these ends of lines stay closed, because no section across the line there is that of one "
+        "vessel: " +
         closed);
 }
 

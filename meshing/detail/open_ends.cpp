@@ -6,6 +6,7 @@
 #include <map>
 #include <numbers>
 #include <set>
+#include <unordered_set>
 
 #include "core/error.hpp"
 #include "meshing/detail/surface_query.hpp"
@@ -29,6 +30,20 @@ int winding_number(const std::vector<Vec3>& points, const Plane& plane) {
     angle += std::atan2(dot(cross(a, b), plane.normal), dot(a, b));
   }
   return int(std::lround(angle / (2.0 * std::numbers::pi)));
+}
+
+constexpr double kSectionReach = 4.0;  // radii; a wider section is not that of this vessel
+
+/// 4 pi area / perimeter^2 of a plane loop.
+double roundness(const std::vector<Vec3>& points) {
+  Vec3 area_doubled;
+  double perimeter = 0.0;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const Vec3& next = points[(i + 1) % points.size()];
+    area_doubled += cross(points[i] - points[0], next - points[0]);
+    perimeter += distance(points[i], next);
+  }
+  return 2.0 * std::numbers::pi * norm(area_doubled) / (perimeter * perimeter);
 }
 
 using EdgeKey = std::array<int, 2>;
@@ -79,6 +94,10 @@ std::vector<LineEnd> line_ends(const CenterlineTree& tree) {
   return ends;
 }
 
+std::string name_of_end(int end) {
+  return end == 0 ? "the inlet" : "outlet " + std::to_string(end);
+}
+
 Plane plane_near_end(const CenterlineTree& tree, const LineEnd& end, double inset) {
   const CenterlinePath& path = tree.paths[std::size_t(end.path)];
   const double reach = 0.5 * end.radius;
@@ -127,12 +146,12 @@ Vec3 EndOpener::crossing(const Plane& plane, int a, int b) const {
          (da / (da - db)) * (mesh_.vertices[std::size_t(b)] - mesh_.vertices[std::size_t(a)]);
 }
 
-std::vector<EndOpener::Loop> EndOpener::sections(const Plane& plane, double reach) const {
+std::vector<EndOpener::Loop> EndOpener::sections(const Plane& plane,
+                                                 const std::vector<int>& nearby) const {
   std::map<EdgeKey, int> leaving;  // edge by which a crossed triangle leaves for the far side
   std::map<int, EdgeKey> edge_of;
-  for (std::size_t v = 0; v < mesh_.vertices.size(); ++v) {
-    if (norm_squared(mesh_.vertices[v] - plane.origin) > reach * reach) continue;
-    for (int i = first_triangle_[v]; i < first_triangle_[v + 1]; ++i) {
+  for (const int v : nearby) {
+    for (int i = first_triangle_[std::size_t(v)]; i < first_triangle_[std::size_t(v) + 1]; ++i) {
       const int t = triangles_around_[std::size_t(i)];
       const Triangle& corners = mesh_.triangles[std::size_t(t)];
       for (std::size_t c = 0; c < 3; ++c) {
@@ -171,11 +190,11 @@ std::vector<EndOpener::Loop> EndOpener::sections(const Plane& plane, double reac
   return loops;
 }
 
-std::vector<int> EndOpener::part_beyond(const Plane& plane, const Loop& loop) const {
-  std::set<int> crossed(loop.triangles.begin(), loop.triangles.end());
+std::vector<int> EndOpener::part_beyond(const Plane& plane, const Loop& loop, double reach) const {
+  const std::set<int> crossed(loop.triangles.begin(), loop.triangles.end());
   std::set<int> near;
   std::vector<int> part;
-  std::set<int> seen;
+  std::unordered_set<int> seen;
   const auto visit = [&](int v) {
     if (seen.insert(v).second) part.push_back(v);
   };
@@ -190,8 +209,9 @@ std::vector<int> EndOpener::part_beyond(const Plane& plane, const Loop& loop) co
   }
   for (std::size_t i = 0; i < part.size(); ++i) {
     const int v = part[i];
-    // Leading back to the near side, or into another cut, it separates nothing.
-    if (near.contains(v) || gone_[std::size_t(v)] || part.size() > mesh_.vertices.size() / 2)
+    // Leading back to the near side, into another cut, or far away, it separates no end.
+    if (near.contains(v) || gone_[std::size_t(v)] ||
+        distance(mesh_.vertices[std::size_t(v)], plane.origin) > reach)
       return {};
     for (int k = first_triangle_[std::size_t(v)]; k < first_triangle_[std::size_t(v) + 1]; ++k) {
       const int t = triangles_around_[std::size_t(k)];
@@ -203,25 +223,63 @@ std::vector<int> EndOpener::part_beyond(const Plane& plane, const Loop& loop) co
   return part;
 }
 
-bool EndOpener::open(const Plane& plane, double radius, int end) {
-  constexpr double kReach = 4.0;  // radii; a wider section is not that of this vessel
-  for (const Loop& loop : sections(plane, (kReach + 1.0) * radius)) {
+EndOpener::Cut EndOpener::best_cut(const std::vector<Plane>& planes, double radius, int end) const {
+  constexpr double kRound = 0.7;   // an ellipse of 1 : 2.6
+  constexpr double kLeast = 0.25;  // less is a slit, whose cap would cross the wall
+  const Vec3 middle = planes.front().origin;
+  double reach = 0.0;
+  for (const Plane& plane : planes) reach = std::max(reach, distance(plane.origin, middle));
+  reach += (kSectionReach + 1.0) * radius;
+  std::vector<int> nearby;
+  for (std::size_t v = 0; v < mesh_.vertices.size(); ++v)
+    if (norm_squared(mesh_.vertices[v] - middle) <= reach * reach) nearby.push_back(int(v));
+  constexpr int kConvinced = 4;  // round sections that end nothing, until the search ends
+  int endless_count = 0;
+  Cut best;
+  for (const Plane& plane : planes) {
+    Cut cut = examine(plane, radius, end, nearby);
+    if (cut.verdict == Verdict::no_end && best.verdict != Verdict::sound) {
+      best.verdict = Verdict::no_end;
+      if (cut.roundness > kRound && ++endless_count == kConvinced) break;
+    }
+    if (cut.verdict != Verdict::sound || cut.roundness <= std::max(kLeast, best.roundness))
+      continue;
+    best = std::move(cut);
+    if (best.roundness > kRound) break;
+  }
+  return best;
+}
+
+EndOpener::Cut EndOpener::examine(const Plane& plane, double radius, int end,
+                                  const std::vector<int>& nearby) const {
+  constexpr double kBeyond = 16.0;  // radii; an end is not longer than this
+  Cut cut{plane, end, Verdict::no_section, 0.0, {}, {}};
+  for (Loop& loop : sections(plane, nearby)) {
     if (winding_number(loop.points, plane) == 0) continue;
     double reach = 0.0;
     for (const Vec3& p : loop.points) reach = std::max(reach, distance(p, plane.origin));
-    if (reach > kReach * radius) continue;
-    const std::vector<int> part = part_beyond(plane, loop);
+    if (reach > kSectionReach * radius) continue;
+    cut.verdict = Verdict::no_end;
+    cut.roundness = std::max(cut.roundness, roundness(loop.points));
+    std::vector<int> part = part_beyond(plane, loop, kBeyond * radius);
     bool sound = !part.empty();
-    const std::set<int> lost(part.begin(), part.end());
+    const std::unordered_set<int> lost(part.begin(), part.end());
     for (std::size_t tip = 0; tip < tip_vertex_.size(); ++tip)
       sound = sound && (int(tip) == end || !lost.contains(tip_vertex_[tip]));
     if (!sound) continue;
-    for (const int v : part) gone_[std::size_t(v)] = 1;
-    for (const int t : loop.triangles) cut_of_[std::size_t(t)] = int(cuts_.size());
-    cuts_.push_back({plane, end});
-    return true;
+    cut.verdict = Verdict::sound;
+    cut.roundness = roundness(loop.points);
+    cut.triangles = std::move(loop.triangles);
+    cut.beyond = std::move(part);
+    return cut;
   }
-  return false;
+  return cut;
+}
+
+void EndOpener::plan(Cut cut) {
+  for (const int v : cut.beyond) gone_[std::size_t(v)] = 1;
+  for (const int t : cut.triangles) cut_of_[std::size_t(t)] = int(cuts_.size());
+  cuts_.push_back(std::move(cut));
 }
 
 void EndOpener::apply(TriangleMesh& mesh, std::vector<int>& rim) const {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <string>
 #include <vector>
 
 #include "core/centerline.hpp"
@@ -17,6 +18,9 @@ struct LineEnd {
 };
 std::vector<LineEnd> line_ends(const CenterlineTree& tree);
 
+/// "the inlet", "outlet 1", ...
+std::string name_of_end(int end);
+
 /// The plane normal to the line at a distance [mm] inside its end; its normal leaves the lumen.
 Plane plane_near_end(const CenterlineTree& tree, const LineEnd& end, double inset);
 
@@ -32,12 +36,28 @@ class EndOpener {
   /// @param tips  line ends; no cut but its own takes a tip away
   EndOpener(const TriangleMesh& mesh, const std::vector<Vec3>& tips);
 
-  /// Plans a cut. @return false, with nothing planned, if the plane has no closed section there or
-  /// would take away what has to stay
-  ///
+  enum class Verdict {
+    sound,
+    no_section,  ///< no closed section of the vessel's size surrounds the plane's origin
+    no_end       ///< what lies beyond the section is joined with the rest elsewhere
+  };
+  /// What a cut would do.
+  struct Cut {
+    Plane plane;
+    int end = 0;
+    Verdict verdict = Verdict::no_section;
+    double roundness = 0.0;      ///< 4 pi area / perimeter^2 of the section, 1 for a circle
+    std::vector<int> triangles;  ///< crossed
+    std::vector<int> beyond;     ///< vertices that go
+  };
+  /// @param planes  to examine: origins inside the lumen, normals towards what goes
   /// @param radius  of the lumen there [mm]
   /// @param end     index in `tips`; becomes the rim's index
-  bool open(const Plane& plane, double radius, int end);
+  /// @return the first sound cut with a round section, otherwise the one with the roundest,
+  ///         otherwise a verdict only
+  [[nodiscard]] Cut best_cut(const std::vector<Plane>& planes, double radius, int end) const;
+  /// Plans a sound cut.
+  void plan(Cut cut);
 
   /// Carries out the cuts. @param rim  per vertex, -1 or the rim it belongs to; follows the mesh
   void apply(TriangleMesh& mesh, std::vector<int>& rim) const;
@@ -47,15 +67,16 @@ class EndOpener {
     std::vector<int> triangles;
     std::vector<Vec3> points;
   };
-  struct Cut {
-    Plane plane;
-    int end;
-  };
   [[nodiscard]] double side(const Plane& plane, int v) const;
   [[nodiscard]] Vec3 crossing(const Plane& plane, int a, int b) const;
-  [[nodiscard]] std::vector<Loop> sections(const Plane& plane, double reach) const;
-  /// Vertices on the far side of a section; none if it separates nothing.
-  [[nodiscard]] std::vector<int> part_beyond(const Plane& plane, const Loop& loop) const;
+  /// @param nearby  vertices among which the sections lie
+  [[nodiscard]] std::vector<Loop> sections(const Plane& plane,
+                                           const std::vector<int>& nearby) const;
+  [[nodiscard]] Cut examine(const Plane& plane, double radius, int end,
+                            const std::vector<int>& nearby) const;
+  /// Vertices on the far side of a section; none if it separates nothing within `reach`.
+  [[nodiscard]] std::vector<int> part_beyond(const Plane& plane, const Loop& loop,
+                                             double reach) const;
 
   const TriangleMesh& mesh_;
   std::vector<int> first_triangle_;    ///< shape [vertex_count + 1], into triangles_around_

@@ -18,6 +18,8 @@ struct SurfaceDraft {
   TriangleMesh mesh;
   std::vector<double> edge_length;  ///< wanted at each vertex [mm], shape [vertex_count]
   std::vector<int> rim;             ///< index into `rim_planes` of border vertices, -1 elsewhere
+  std::vector<char> membrane;       ///< vertices that need not lie on the target
+  std::vector<int> origin;          ///< vertex of a larger draft that it is, -1: new; or empty
   std::vector<Plane> rim_planes;
 };
 
@@ -32,21 +34,31 @@ struct SurfaceDraft {
 /// move for the least angle; rim vertices stay in their planes.
 void remesh(SurfaceDraft& draft, const SurfaceTarget& target, int round_count);
 
+/// The same for some vertices only.
+///
+/// @param free  per vertex; the others do not move
+void remesh_part(SurfaceDraft& draft, const SurfaceTarget& target, const std::vector<char>& free,
+                 int round_count);
+
 /// Remeshes some vertices only, as a membrane that need not lie on a target.
 ///
-/// @param loose  per vertex; the others do not move
-void remesh_membrane(SurfaceDraft& draft, const std::vector<char>& loose, int round_count);
+/// @param free  per vertex; the others do not move
+void remesh_membrane(SurfaceDraft& draft, const std::vector<char>& free, int round_count);
 
-/// Taubin's smoothing along the normals (lambda 0.5, mu -0.53): noise goes, volume stays. Rims
-/// move within their planes.
+/// Raises the least angles of a surface that is free of crossings and stays so: flips, moves,
+/// collapses and splits around triangles below 28 degrees, each only if the least angle there
+/// grows. Vertices keep their signed distance from the target.
+void improve_angles(SurfaceDraft& draft, const SurfaceTarget& target);
+
+/// Taubin's smoothing along the normals (lambda 0.5, mu -0.53): noise goes, volume stays. Then
+/// vertices move until triangles lie as much outside as inside the target, so that flat triangles
+/// enclose the volume of the curved surface. Rims move within their planes; where triangles would
+/// cross, vertices stay.
 ///
 /// Source: Taubin, "A signal processing approach to fair surface design", SIGGRAPH 1995, Eq. 5-8
-void smooth(SurfaceDraft& draft, int iteration_count);
-
-/// Moves vertices along their normals until triangles lie as much outside as inside the target, so
-/// that flat triangles enclose the volume of the curved surface. A regular n-gon in a circle would
-/// lose (2 pi / n)^2 / 6 of the area: 2.6 % at n = 16.
-void balance_volume(SurfaceDraft& draft, const SurfaceTarget& target);
+/// @param tolerance  [mm] distance from the target that Taubin's smoothing may reach; or infinite
+void smooth(SurfaceDraft& draft, const SurfaceTarget& target, int iteration_count,
+            double tolerance);
 
 /// Least angle of a triangle [degrees]; 0 if degenerate.
 double least_angle_degrees(const Vec3& a, const Vec3& b, const Vec3& c);

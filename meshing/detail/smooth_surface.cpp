@@ -1,7 +1,10 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/parallel.hpp"
+#include "meshing/detail/patch.hpp"
 #include "meshing/detail/remesh.hpp"
+#include "meshing/detail/surface_query.hpp"
 
 namespace angio::meshing::detail {
 namespace {
@@ -17,9 +20,8 @@ std::vector<Vec3> moving_directions(const SurfaceDraft& draft) {
   return normals;
 }
 
-}  // namespace
-
-void smooth(SurfaceDraft& draft, int iteration_count) {
+/// Taubin's two steps along the normals.
+void smooth_along_normals(SurfaceDraft& draft, int iteration_count) {
   const auto neighbors = vertex_neighbors(draft.mesh);
   std::vector<Vec3>& x = draft.mesh.vertices;
   std::vector<Vec3> step(x.size());
@@ -42,19 +44,54 @@ void smooth(SurfaceDraft& draft, int iteration_count) {
   }
 }
 
+/// Where smoothing left the target by more than the tolerance, vertices go back as far as needed.
+void keep_near(SurfaceDraft& draft, const SurfaceTarget& target, double tolerance) {
+  if (!std::isfinite(tolerance)) return;
+  std::vector<Vec3>& x = draft.mesh.vertices;
+  parallel_for(std::ptrdiff_t(x.size()), [&](std::ptrdiff_t i) {
+    const auto v = std::size_t(i);
+    const double off = target.evaluate(x[v]).signed_distance;
+    if (std::abs(off) <= tolerance) return;
+    const double level = std::copysign(tolerance, off);
+    const double step = 0.5 * draft.edge_length[v];
+    if (draft.rim[v] < 0) {
+      x[v] = target.project(x[v], step, level).point;
+    } else {
+      const Vec3& axis = draft.rim_planes[std::size_t(draft.rim[v])].normal;
+      x[v] = target.project_in_plane(x[v], axis, step, level).point;
+    }
+  });
+}
+
+/// Mean signed distance from the target over each triangle.
+std::vector<double> mean_distances(const TriangleMesh& mesh, const SurfaceTarget& target) {
+  const std::vector<Vec3>& x = mesh.vertices;
+  std::vector<double> means(mesh.triangles.size(), 0.0);
+  parallel_for(std::ptrdiff_t(means.size()), [&](std::ptrdiff_t i) {
+    const Triangle& t = mesh.triangles[std::size_t(i)];
+    // Edge middles integrate quadratics over a triangle exactly.
+    for (std::size_t c = 0; c < 3; ++c)
+      means[std::size_t(i)] +=
+          target.evaluate(0.5 * (x[std::size_t(t[c])] + x[std::size_t(t[(c + 1) % 3])]))
+              .signed_distance /
+          3.0;
+  });
+  return means;
+}
+
+/// Moves vertices along their normals until triangles lie as much outside as inside the target, so
+/// that flat triangles enclose the volume of the curved surface. A regular n-gon in a circle would
+/// lose (2 pi / n)^2 / 6 of the area: 2.6 % at n = 16.
 void balance_volume(SurfaceDraft& draft, const SurfaceTarget& target) {
   std::vector<Vec3>& x = draft.mesh.vertices;
   for (int pass = 0; pass < 3; ++pass) {
     const std::vector<Vec3> direction = moving_directions(draft);
     std::vector<double> sum(x.size(), 0.0);
     std::vector<double> weight(x.size(), 0.0);
-    for (const Triangle& t : draft.mesh.triangles) {
-      // Edge middles integrate quadratics over a triangle exactly.
-      double mean = 0.0;
-      for (std::size_t c = 0; c < 3; ++c)
-        mean += target.evaluate(0.5 * (x[std::size_t(t[c])] + x[std::size_t(t[(c + 1) % 3])]))
-                    .signed_distance /
-                3.0;
+    const std::vector<double> means = mean_distances(draft.mesh, target);
+    for (std::size_t i = 0; i < draft.mesh.triangles.size(); ++i) {
+      const Triangle& t = draft.mesh.triangles[i];
+      const double mean = means[i];
       const double area = norm(area_vector_doubled(draft.mesh, t));
       for (const int v : t) {
         sum[std::size_t(v)] += area * mean;
@@ -67,6 +104,35 @@ void balance_volume(SurfaceDraft& draft, const SurfaceTarget& target) {
       x[v] -= std::clamp(sum[v] / weight[v], -limit, limit) * direction[v];
     }
   }
+}
+
+/// Vertices around crossing triangles go back to where they were. What crossed before is left.
+void undo_crossings(SurfaceDraft& draft, const std::vector<Vec3>& before) {
+  constexpr int kPasses = 3;
+  for (int pass = 0; pass < kPasses; ++pass) {
+    const auto pairs = self_intersections(draft.mesh);
+    if (pairs.empty()) return;
+    std::vector<char> near = mark_corners(draft.mesh, pairs);
+    grow(draft.mesh, near, 1 + pass);
+    bool changed = false;
+    for (std::size_t v = 0; v < near.size(); ++v) {
+      if (!near[v] || draft.mesh.vertices[v] == before[v]) continue;
+      draft.mesh.vertices[v] = before[v];
+      changed = true;
+    }
+    if (!changed) return;
+  }
+}
+
+}  // namespace
+
+void smooth(SurfaceDraft& draft, const SurfaceTarget& target, int iteration_count,
+            double tolerance) {
+  const std::vector<Vec3> before = draft.mesh.vertices;
+  smooth_along_normals(draft, iteration_count);
+  keep_near(draft, target, tolerance);
+  balance_volume(draft, target);
+  undo_crossings(draft, before);
 }
 
 }  // namespace angio::meshing::detail

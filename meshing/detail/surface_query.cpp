@@ -85,6 +85,20 @@ bool cross_beyond_shared(const Triangles& points, const Triangle& a, const Trian
          CGAL::coplanar_orientation(p, q, ta[other_a], tb[other_b]) == CGAL::POSITIVE;
 }
 
+/// Only triangles that are all but flat need the exact answer.
+std::vector<char> degenerate_triangles(const TriangleMesh& mesh, const Triangles& triangles) {
+  constexpr double kFlat = 1e-18;  // squared sine of an angle
+  std::vector<char> degenerate(triangles.size(), 0);
+  for (std::size_t t = 0; t < triangles.size(); ++t) {
+    const Triangle& c = mesh.triangles[t];
+    const Vec3 u = mesh.vertices[std::size_t(c[1])] - mesh.vertices[std::size_t(c[0])];
+    const Vec3 v = mesh.vertices[std::size_t(c[2])] - mesh.vertices[std::size_t(c[0])];
+    if (norm_squared(cross(u, v)) > kFlat * norm_squared(u) * norm_squared(v)) continue;
+    degenerate[t] = triangles[t].is_degenerate() ? 1 : 0;
+  }
+  return degenerate;
+}
+
 using SurfaceMesh = CGAL::Surface_mesh<Point>;
 using Primitive = CGAL::AABB_triangle_primitive<Kernel, Triangles::const_iterator>;
 using AabbTree = CGAL::AABB_tree<CGAL::AABB_traits<Kernel, Primitive>>;
@@ -93,18 +107,55 @@ using AabbTree = CGAL::AABB_tree<CGAL::AABB_traits<Kernel, Primitive>>;
 
 std::vector<std::array<int, 2>> self_intersections(const TriangleMesh& mesh) {
   const Triangles triangles = to_triangles(mesh);
+  const std::vector<char> degenerate = degenerate_triangles(mesh, triangles);
   std::vector<std::array<int, 2>> pairs;
-  std::vector<Box> boxes = to_boxes(triangles);
   for (std::size_t t = 0; t < triangles.size(); ++t)
-    if (triangles[t].is_degenerate()) pairs.push_back({int(t), int(t)});
+    if (degenerate[t]) pairs.push_back({int(t), int(t)});
+  std::vector<Box> boxes = to_boxes(triangles);
   CGAL::box_self_intersection_d(boxes.begin(), boxes.end(), [&](const Box& a, const Box& b) {
     const auto i = std::size_t(a.handle() - triangles.begin());
     const auto j = std::size_t(b.handle() - triangles.begin());
-    if (triangles[i].is_degenerate() || triangles[j].is_degenerate()) return;
+    if (degenerate[i] || degenerate[j]) return;
     if (cross_beyond_shared(triangles, mesh.triangles[i], mesh.triangles[j], i, j))
       pairs.push_back({int(std::min(i, j)), int(std::max(i, j))});
   });
   std::sort(pairs.begin(), pairs.end());
+  return pairs;
+}
+
+std::vector<std::array<int, 2>> self_intersections_of(const TriangleMesh& mesh,
+                                                      const std::vector<char>& marked) {
+  // Only triangles in the box around the marked ones can meet them.
+  Vec3 low{1e300, 1e300, 1e300};
+  Vec3 high = -low;
+  for (std::size_t t = 0; t < marked.size(); ++t)
+    if (marked[t])
+      for (const int v : mesh.triangles[t])
+        for (int axis = 0; axis < 3; ++axis) {
+          low[axis] = std::min(low[axis], mesh.vertices[std::size_t(v)][axis]);
+          high[axis] = std::max(high[axis], mesh.vertices[std::size_t(v)][axis]);
+        }
+  TriangleMesh near{mesh.vertices, {}};
+  std::vector<int> index;
+  for (std::size_t t = 0; t < marked.size(); ++t) {
+    bool apart = false;
+    for (int axis = 0; axis < 3; ++axis) {
+      const auto at = [&](std::size_t c) {
+        return mesh.vertices[std::size_t(mesh.triangles[t][c])][axis];
+      };
+      apart |= std::max({at(0), at(1), at(2)}) < low[axis] ||
+               std::min({at(0), at(1), at(2)}) > high[axis];
+    }
+    if (apart) continue;
+    near.triangles.push_back(mesh.triangles[t]);
+    index.push_back(int(t));
+  }
+  std::vector<std::array<int, 2>> pairs;
+  for (const auto& [a, b] : self_intersections(near)) {
+    const int i = index[std::size_t(a)];
+    const int j = index[std::size_t(b)];
+    if (marked[std::size_t(i)] || marked[std::size_t(j)]) pairs.push_back({i, j});
+  }
   return pairs;
 }
 

@@ -25,27 +25,27 @@ CubicWeights cubic_weights(double t) {
 
 }  // namespace
 
-Vec3 SurfaceTarget::project(Vec3 point, double step_limit) const {
+SurfaceTarget::Place SurfaceTarget::project(Vec3 point, double step_limit, double level) const {
   for (int step = 0; step < kNewtonSteps; ++step) {
     const TargetSample here = evaluate(point);
-    if (std::abs(here.signed_distance) < kTolerance * step_limit) break;
-    point -= std::clamp(here.signed_distance, -step_limit, step_limit) * here.normal;
+    const double off = here.signed_distance - level;
+    if (std::abs(off) < kTolerance * step_limit) return {point, here.normal};
+    point -= std::clamp(off, -step_limit, step_limit) * here.normal;
   }
-  return point;
+  return {point, evaluate(point).normal};
 }
 
-Vec3 SurfaceTarget::project_in_plane(Vec3 point, const Vec3& plane_normal,
-                                     double step_limit) const {
+SurfaceTarget::Place SurfaceTarget::project_in_plane(Vec3 point, const Vec3& plane_normal,
+                                                     double step_limit, double level) const {
   for (int step = 0; step < kNewtonSteps; ++step) {
     const TargetSample here = evaluate(point);
-    if (std::abs(here.signed_distance) < kTolerance * step_limit) break;
+    const double off = here.signed_distance - level;
     const Vec3 in_plane = here.normal - dot(here.normal, plane_normal) * plane_normal;
     const double sine = norm(in_plane);
-    if (sine < 0.3) break;
-    point -=
-        std::clamp(here.signed_distance / sine, -step_limit, step_limit) * normalized(in_plane);
+    if (std::abs(off) < kTolerance * step_limit || sine < 0.3) return {point, here.normal};
+    point -= std::clamp(off / sine, -step_limit, step_limit) * normalized(in_plane);
   }
-  return point;
+  return {point, evaluate(point).normal};
 }
 
 TargetSample LevelSetTarget::evaluate(const Vec3& point) const {

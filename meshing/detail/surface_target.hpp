@@ -20,11 +20,15 @@ class SurfaceTarget {
   virtual ~SurfaceTarget() = default;
   [[nodiscard]] virtual TargetSample evaluate(const Vec3& point) const = 0;
 
-  /// The zero nearest to a point, by at most four Newton steps.
-  [[nodiscard]] Vec3 project(Vec3 point, double step_limit) const;
+  /// A place of the target's level, and the normal there.
+  struct Place {
+    Vec3 point, normal;
+  };
+  /// The place of a given signed distance nearest to a point, by at most four Newton steps.
+  [[nodiscard]] Place project(Vec3 point, double step_limit, double level = 0.0) const;
   /// The same within the plane through the point; the point itself where the surface runs along it.
-  [[nodiscard]] Vec3 project_in_plane(Vec3 point, const Vec3& plane_normal,
-                                      double step_limit) const;
+  [[nodiscard]] Place project_in_plane(Vec3 point, const Vec3& plane_normal, double step_limit,
+                                       double level = 0.0) const;
 };
 
 /// The zero of a level set that is tricubic between voxels (Catmull-Rom). A trilinear one cuts the

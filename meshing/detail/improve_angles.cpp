@@ -1,0 +1,228 @@
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "meshing/detail/patch.hpp"
+#include "meshing/detail/remesh.hpp"
+#include "meshing/detail/surface_editor.hpp"
+#include "meshing/detail/surface_query.hpp"
+
+namespace angio::meshing::detail {
+namespace {
+
+using Vertex = SurfaceEditor::Vertex;
+using Edge = SurfaceEditor::Edge;
+using Halfedge = SurfaceEditor::Halfedge;
+using Face = SurfaceEditor::Face;
+using Place = SurfaceEditor::Place;
+
+constexpr double kWanted = sine_squared_of_degrees(28.0);
+constexpr double kLeast = sine_squared_of_degrees(21.0);
+constexpr double kGain = 1.02;  // a step must raise the least squared sine around it by this
+
+/// Raises the least angles of a finished surface one poor triangle at a time.
+class AngleImprover {
+ public:
+  AngleImprover(SurfaceDraft& draft, const SurfaceTarget* target, const std::vector<char>& free)
+      : editor_(draft, target, free), mesh_(editor_.mesh()) {
+    editor_.keep_levels();
+    editor_.keep_angle(0.0);
+  }
+
+  void run() {
+    constexpr int kRounds = 12;
+    for (int round = 0; round < kRounds; ++round) {
+      std::vector<Face> poor;
+      for (const Face f : mesh_.faces())
+        if (editor_.least_sine_squared(f) < kWanted) poor.push_back(f);
+      int done = 0;
+      for (const Face f : poor)
+        if (!mesh_.is_removed(f) && editor_.least_sine_squared(f) < kWanted)
+          done += improve(f) ? 1 : 0;
+      if (done == 0) break;
+    }
+    editor_.store();
+  }
+
+ private:
+  bool improve(Face f) {
+    bool done = false;
+    for (const Halfedge h : CGAL::halfedges_around_face(mesh_.halfedge(f), mesh_))
+      if (flip_if_better(h)) return true;
+    for (const Halfedge h : CGAL::halfedges_around_face(mesh_.halfedge(f), mesh_))
+      done |= move_if_better(mesh_.target(h));
+    if (done && editor_.least_sine_squared(f) >= kWanted) return true;
+    return collapse_if_better(f) || split_if_better(f) || done;
+  }
+
+  bool flip_if_better(Halfedge h) {
+    const Edge e = mesh_.edge(h);
+    if (mesh_.is_border(e) || !editor_.is_free(e)) return false;
+    const auto [before, after] = editor_.flip_shapes(h);
+    return after > kGain * before && editor_.flip(h);
+  }
+
+  /// The best of places around a vertex, in the tangent plane.
+  bool move_if_better(Vertex v) {
+    if (!editor_.is_free(v)) return false;
+    const Vec3 from = editor_.position(v);
+    const double before = editor_.least_sine_squared_around(v, from);
+    if (before >= kWanted) return false;
+    const Vec3 u = any_perpendicular(editor_.normal(v));
+    const Vec3 w = cross(editor_.normal(v), u);
+    double best = kGain * before;
+    bool found = false;
+    Place best_place{};
+    constexpr int kTurns = 12;
+    for (const double part : {0.05, 0.12, 0.25, 0.4})
+      for (int turn = 0; turn < kTurns; ++turn) {
+        const double angle = 2.0 * std::numbers::pi * turn / kTurns;
+        const double step = part * editor_.wanted_length(v);
+        const Vec3 wish = from + step * (std::cos(angle) * u + std::sin(angle) * w);
+        if (editor_.rim(v) < 0 && editor_.least_sine_squared_around(v, wish) < 0.9 * best) continue;
+        const Place place = editor_.place_near(v, wish);
+        const double after = editor_.least_sine_squared_around(v, place.point);
+        if (after <= best || !editor_.may_move(v, place)) continue;
+        best = after;
+        best_place = place;
+        found = true;
+      }
+    if (found) editor_.move(v, best_place);
+    return found;
+  }
+
+  [[nodiscard]] Halfedge shortest(Face f) const {
+    Halfedge best = mesh_.halfedge(f);
+    for (const Halfedge h : CGAL::halfedges_around_face(mesh_.halfedge(f), mesh_))
+      if (editor_.length(mesh_.edge(h)) < editor_.length(mesh_.edge(best))) best = h;
+    return best;
+  }
+  [[nodiscard]] Halfedge longest(Face f) const {
+    Halfedge best = mesh_.halfedge(f);
+    for (const Halfedge h : CGAL::halfedges_around_face(mesh_.halfedge(f), mesh_))
+      if (editor_.length(mesh_.edge(h)) > editor_.length(mesh_.edge(best))) best = h;
+    return best;
+  }
+
+  /// Without its shortest edge, the triangle is gone.
+  bool collapse_if_better(Face f) {
+    const Edge e = mesh_.edge(shortest(f));
+    if (!editor_.is_free(e)) return false;
+    const double before = editor_.least_sine_squared(f);
+    return editor_.collapse(e, 2.0, kGain * before);
+  }
+
+  /// A flat triangle over a long edge gets a vertex in that edge; flips and moves then round it.
+  bool split_if_better(Face f) {
+    const Halfedge h = longest(f);
+    const Edge e = mesh_.edge(h);
+    if (!editor_.is_free(mesh_.source(h)) || !editor_.is_free(mesh_.target(h))) return false;
+    if (editor_.length(e) < 1.1 * editor_.wanted_length(e)) return false;
+    editor_.split(e);
+    return true;
+  }
+
+  SurfaceEditor editor_;
+  const SurfaceEditor::Mesh& mesh_;
+};
+
+double least_sine_squared_of(const TriangleMesh& mesh, const Triangle& t) {
+  return least_sine_squared(mesh.vertices[std::size_t(t[0])], mesh.vertices[std::size_t(t[1])],
+                            mesh.vertices[std::size_t(t[2])]);
+}
+
+std::vector<char> corners_of_poor(const TriangleMesh& mesh, double sine_squared) {
+  std::vector<char> marked(mesh.vertices.size(), 0);
+  for (const Triangle& t : mesh.triangles)
+    if (least_sine_squared_of(mesh, t) < sine_squared)
+      for (const int v : t) marked[std::size_t(v)] = 1;
+  return marked;
+}
+
+/// Improves all poor triangles at once; where that makes triangles cross, the surface is left.
+void improve_everywhere(SurfaceDraft& draft, const SurfaceTarget& target) {
+  constexpr int kAttempts = 3;
+  constexpr int kRings = 4;
+  std::vector<Vec3> untouchable;
+  for (int attempt = 0; attempt < kAttempts; ++attempt) {
+    Patch patch = take_patch(draft, corners_of_poor(draft.mesh, kWanted), kRings);
+    if (patch.empty()) return;
+    for (std::size_t v = 0; v < patch.free.size(); ++v)
+      for (const Vec3& place : untouchable)
+        if (distance(patch.draft.mesh.vertices[v], place) < 3.0 * patch.draft.edge_length[v])
+          patch.free[v] = 0;
+    AngleImprover(patch.draft, &target, patch.free).run();
+    SurfaceDraft improved = draft;
+    const std::vector<char> changed = put_back(improved, patch);
+    const auto pairs = self_intersections_of(improved.mesh, changed);
+    if (pairs.empty()) {
+      draft = std::move(improved);
+      return;
+    }
+    for (const auto& pair : pairs)
+      for (const int t : pair)
+        for (const int c : improved.mesh.triangles[std::size_t(t)])
+          untouchable.push_back(improved.mesh.vertices[std::size_t(c)]);
+  }
+}
+
+/// Improves the patch around one place on its own, as stiffly as that goes: with the target first,
+/// then as a membrane. @return false if nothing helps
+bool improve_place(SurfaceDraft& draft, const SurfaceTarget& target, const Vec3& place) {
+  std::vector<char> marked(draft.mesh.vertices.size(), 0);
+  for (std::size_t v = 0; v < marked.size(); ++v)
+    marked[v] = distance(draft.mesh.vertices[v], place) < 1.5 * draft.edge_length[v] ? 1 : 0;
+  struct Way {
+    int ring_count;
+    bool as_membrane;
+  };
+  for (const Way way :
+       {Way{3, false}, Way{1, false}, Way{1, true}, Way{2, true}, Way{4, true}, Way{7, true}}) {
+    Patch patch = take_patch(draft, marked, way.ring_count);
+    if (patch.empty()) return false;
+    double before = 1.0;
+    for (const Triangle& t : patch.draft.mesh.triangles)
+      before = std::min(before, least_sine_squared_of(patch.draft.mesh, t));
+    if (way.as_membrane) {
+      constexpr int kRounds = 3;
+      for (std::size_t v = 0; v < patch.free.size(); ++v)
+        if (patch.free[v]) patch.draft.membrane[v] = 1;
+      remesh_membrane(patch.draft, patch.free, kRounds);
+    }
+    AngleImprover(patch.draft, &target, patch.free).run();
+    double after = 1.0;
+    for (const Triangle& t : patch.draft.mesh.triangles)
+      after = std::min(after, least_sine_squared_of(patch.draft.mesh, t));
+    if (after < kLeast && after <= kGain * before) continue;
+    SurfaceDraft improved = draft;
+    const std::vector<char> changed = put_back(improved, patch);
+    if (!self_intersections_of(improved.mesh, changed).empty()) continue;
+    draft = std::move(improved);
+    return true;
+  }
+  return false;
+}
+
+}  // namespace
+
+void improve_angles(SurfaceDraft& draft, const SurfaceTarget& target) {
+  improve_everywhere(draft, target);
+  constexpr int kPlaces = 200;
+  std::vector<Vec3> hopeless;
+  for (int i = 0; i < kPlaces; ++i) {
+    const auto is_due = [&](const Triangle& t) {
+      return least_sine_squared_of(draft.mesh, t) < kLeast &&
+             std::none_of(hopeless.begin(), hopeless.end(), [&](const Vec3& place) {
+               return distance(place, draft.mesh.vertices[std::size_t(t[0])]) <
+                      draft.edge_length[std::size_t(t[0])];
+             });
+    };
+    const auto poor =
+        std::find_if(draft.mesh.triangles.begin(), draft.mesh.triangles.end(), is_due);
+    if (poor == draft.mesh.triangles.end()) return;
+    const Vec3 place = draft.mesh.vertices[std::size_t((*poor)[0])];
+    if (!improve_place(draft, target, place)) hopeless.push_back(place);
+  }
+}
+
+}  // namespace angio::meshing::detail
