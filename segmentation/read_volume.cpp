@@ -2,11 +2,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <system_error>
 
 #include "core/error.hpp"
+#include "segmentation/detail/available_memory.hpp"
 #include "segmentation/detail/dicom_pixels.hpp"
 #include "segmentation/detail/dicom_series.hpp"
+#include "segmentation/detail/projection_angles.hpp"
 #include "segmentation/detail/volume_file.hpp"
 
 namespace angio::segmentation {
@@ -18,24 +21,34 @@ void check_exists(const fs::path& path) {
   std::error_code error;
   if (!fs::exists(path, error))
     throw InputError("there is no " + path.string() + ". Check the path", ExitCode::no_input);
-  if (fs::is_directory(path, error) ? fs::is_empty(path, error)
-                                    : fs::file_size(path, error) == 0 && !error)
+  if (fs::is_directory(path, error)) {
+    const bool empty = fs::is_empty(path, error);
+    if (error)
+      throw InputError("the folder " + path.string() + " cannot be opened (" + error.message() +
+                           "). Check its permissions",
+                       ExitCode::no_input);
+    if (empty) throw InputError(path.string() + " is empty. Give a DICOM folder or a volume file");
+    return;
+  }
+  if (!fs::is_regular_file(path, error))
+    throw InputError(path.string() +
+                     " is neither a file nor a folder (a pipe or a device cannot be read twice). "
+                     "Give a DICOM folder or a volume file");
+  if (fs::file_size(path, error) == 0 && !error)
     throw InputError(path.string() + " is empty. Give a DICOM folder or a volume file");
 }
 
-/// A DICOMDIR stands for the folder that it lies in.
-fs::path dicom_root(const fs::path& path) {
-  if (path.filename() == "DICOMDIR" && fs::is_regular_file(path))
-    return path.has_parent_path() ? path.parent_path() : fs::path(".");
-  return path;
+bool is_volume_file(const fs::path& path) {
+  return detail::is_volume_file_name(path) && !fs::is_directory(path);
 }
 
 std::vector<fs::path> volume_files_in(const fs::path& path) {
-  if (detail::is_volume_file_name(path) && fs::is_regular_file(path)) return {path};
+  if (is_volume_file(path)) return {path};
   std::vector<fs::path> files;
+  std::error_code ignored;
   if (fs::is_directory(path))
     for (const auto& entry : fs::directory_iterator(path))
-      if (entry.is_regular_file() && detail::is_volume_file_name(entry.path()))
+      if (entry.is_regular_file(ignored) && detail::is_volume_file_name(entry.path()))
         files.push_back(entry.path());
   std::sort(files.begin(), files.end());
   return files;
@@ -44,8 +57,8 @@ std::vector<fs::path> volume_files_in(const fs::path& path) {
 [[noreturn]] void fail_without_dicom(const fs::path& path) {
   if (!fs::is_directory(path))
     throw InputError(path.filename().string() +
-                     " is neither DICOM nor a volume file (.nrrd .nhdr .mha .mhd .nii .nii.gz "
-                     ".vti). Give one of these");
+                     " holds no DICOM, and is no volume file (.nrrd .nhdr .mha .mhd .nii .nii.gz "
+                     ".vti). Give one of these, or a zip archive of DICOM files");
   const auto files = volume_files_in(path);
   if (!files.empty())
     throw InputError("the folder " + path.string() + " holds no DICOM, but " +
@@ -53,72 +66,48 @@ std::vector<fs::path> volume_files_in(const fs::path& path) {
   throw InputError("the folder " + path.string() + " holds no DICOM. Give the folder of a series");
 }
 
-std::string describe(const DicomSeries& series, std::size_t number) {
-  const auto& first = series.headers.front();
-  return "series " + std::to_string(number + 1) + " (" + series.key + ", " + first.sop_class_name +
-         ", " + std::to_string(series.headers.size()) +
-         (series.headers.size() == 1 ? " file" : " files") + ")";
-}
-
-std::size_t find_wanted(const std::vector<DicomSeries>& all, const std::string& wanted) {
-  for (std::size_t s = 0; s < all.size(); ++s)
-    if (all[s].key == wanted || std::to_string(s + 1) == wanted) return s;
-  std::string known;
-  for (std::size_t s = 0; s < all.size(); ++s)
-    known += (s > 0 ? ", " : "") + std::to_string(s + 1) + " (" + all[s].key + ")";
-  throw InputError("there is no series \"" + wanted + "\". Choose one of " + known);
-}
-
-/// By rule: the largest of a kind that could be a volume, even if it is then refused; a smaller
-/// one must not stand in for it unasked.
-std::size_t choose(const std::vector<DicomSeries>& all, const ReadOptions& options) {
-  if (!options.series.empty()) return find_wanted(all, options.series);
-  for (std::size_t s = 0; s < all.size(); ++s)
-    if (all[s].is_volume_kind) return s;
-  return 0;
-}
-
-void check_usable(const std::vector<DicomSeries>& all, std::size_t chosen,
-                  const ReadOptions& options) {
-  const DicomSeries& series = all[chosen];
-  if (!series.usable) {
-    std::string other;
-    for (std::size_t s = 0; s < all.size() && other.empty(); ++s)
-      if (all[s].usable) other = ". Or choose " + describe(all[s], s) + " with --series";
-    throw InputError(describe(series, chosen) + " cannot be used: " + series.verdict + other);
-  }
-  const bool lossy = std::any_of(series.headers.begin(), series.headers.end(),
-                                 [](const auto& header) { return header.lossy; });
-  if (lossy && !options.allow_lossy)
-    throw InputError(describe(series, chosen) +
-                     " was compressed with loss (edges may have moved, and so would every "
-                     "diameter). Export it without loss, or measure all the same with "
-                     "--allow-lossy");
-}
-
 void warn_of_others(const std::vector<DicomSeries>& all, std::size_t chosen,
                     std::vector<std::string>& warnings) {
   for (std::size_t s = 0; s < all.size(); ++s)
     if (s != chosen)
       warnings.push_back(
-          describe(all[s], s) + " was left out: " +
+          detail::describe(all[s], s) + " was left out: " +
           (all[s].usable ? "it has fewer voxels, or another was asked for" : all[s].verdict));
+}
+
+/// Slices as floats, their resampled copy with as much again in between, and the largest object
+/// as it is stored and as it is decoded.
+std::uint64_t memory_needed(const DicomSeries& series) {
+  std::uint64_t largest = 0;
+  for (const auto& header : series.headers)
+    largest = std::max<std::uint64_t>(
+        largest, std::uint64_t(header.pixels_per_frame()) * header.frames.size());
+  const std::uint64_t slices = std::uint64_t(series.pixel_count()) * sizeof(float);
+  const std::uint64_t resampled =
+      series.stack.places.empty() ? 0 : 2 * series.stack.geometry.voxel_count() * sizeof(float);
+  return slices + resampled + 2 * largest * sizeof(std::uint16_t);
 }
 
 LoadedVolume read_dicom(const fs::path& path, const ReadOptions& options,
                         const Progress& progress) {
   LoadedVolume loaded;
-  const auto all = detail::find_series(dicom_root(path), loaded.warnings, progress);
-  if (all.empty()) fail_without_dicom(path);
-  const std::size_t chosen = choose(all, options);
-  check_usable(all, chosen, options);
-  const DicomSeries& series = all[chosen];
-  warn_of_others(all, chosen, loaded.warnings);
+  const detail::FoundSeries found = detail::find_series(path, options, progress);
+  if (found.all.empty()) fail_without_dicom(path);
+  const std::size_t chosen = detail::choose_series(found.all, options);
+  const DicomSeries& series = found.all[chosen];
+  const detail::DicomHeader& first = series.headers.front();
+  loaded.warnings = found.warnings;
+  warn_of_others(found.all, chosen, loaded.warnings);
   loaded.warnings.insert(loaded.warnings.end(), series.warnings.begin(), series.warnings.end());
-  loaded.volume.geometry = series.geometry;
-  loaded.volume.values = detail::decode_series(series, progress);
-  loaded.source_description = series.headers.front().sop_class_name + ", " +
-                              std::to_string(series.slices.size()) + " slices";
+  detail::check_memory(memory_needed(series), options.max_memory_gib,
+                       detail::describe(series, chosen));
+  loaded.volume.geometry = series.stack.geometry;
+  loaded.volume.values = detail::decode_frames(series.headers, series.slices, progress);
+  if (!series.stack.places.empty())
+    loaded.volume.values =
+        detail::resample_stack(loaded.volume.values, first.columns, first.rows, series.stack);
+  loaded.source_description =
+      first.sop_class_name + ", " + std::to_string(series.slices.size()) + " slices";
   return loaded;
 }
 
@@ -143,36 +132,50 @@ void replace_non_finite(LoadedVolume& loaded) {
                             " voxels were not numbers; they were set to the lowest value");
 }
 
-SeriesSummary summarize(const DicomSeries& series) {
+std::string pixel_format(const detail::DicomHeader& header) {
+  if (header.bits_allocated == 0) return {};
+  return std::to_string(header.bits_allocated) + " bits, " + std::to_string(header.bits_stored) +
+         " stored, " + (header.is_signed ? "signed" : "unsigned") + ", MONOCHROME" +
+         (header.is_monochrome1 ? "1" : "2");
+}
+
+SeriesSummary summarize(const DicomSeries& series, const ReadOptions& options) {
   const auto& first = series.headers.front();
   SeriesSummary summary;
   summary.key = series.key;
   summary.kind = first.sop_class_name;
   summary.transfer_syntax = first.transfer_syntax_name;
-  summary.geometry = series.geometry;
+  summary.pixel_format = pixel_format(first);
+  summary.geometry = series.stack.geometry;
   summary.file_count = int(series.headers.size());
-  for (const auto& header : series.headers) {
-    summary.frame_count += int(header.frames.size());
-    if (header.lossy && series.usable)
-      summary.verdict = "regular grid, but compressed with loss; needs --allow-lossy";
-  }
+  summary.frame_count = int(series.members.size());
   summary.usable = series.usable;
-  if (summary.verdict.empty()) summary.verdict = series.verdict;
+  summary.lossy = series.lossy();
+  summary.resampled = !series.stack.places.empty();
+  summary.tilt_degrees = series.stack.tilt_degrees;
+  summary.verdict = series.verdict;
+  if (summary.usable && summary.lossy && !options.allow_lossy)
+    summary.verdict += ", but compressed with loss; needs --allow-lossy";
+  summary.warnings = series.warnings;
+  summary.projection = first.projection;
+  if (summary.projection)
+    detail::settle_angles(*summary.projection, int(first.frames.size()), options.angles);
   return summary;
 }
 
-SeriesSummary summarize(const fs::path& path) {
+SeriesSummary summarize(const fs::path& path, const ReadOptions& options) {
   SeriesSummary summary;
   summary.key = detail::volume_file_format(path);
   summary.kind = "volume file";
   summary.transfer_syntax = "none";
   summary.file_count = 1;
   try {
-    const auto file = detail::load_volume_file(path, detail::VolumePart::header);
+    const auto file = detail::load_volume_file(path, detail::VolumePart::header, options);
     summary.geometry = file.volume.geometry;
     summary.frame_count = summary.geometry.size[2];
     summary.usable = true;
     summary.verdict = "regular grid";
+    summary.warnings = file.warnings;
   } catch (const InputError& error) {
     summary.verdict = error.what();
   }
@@ -181,12 +184,23 @@ SeriesSummary summarize(const fs::path& path) {
 
 }  // namespace
 
+void ReadOptions::validate() const {
+  const bool none = spacing_mm == std::array<double, 3>{0.0, 0.0, 0.0};
+  for (const double spacing : spacing_mm)
+    if (!none && !(spacing > 1e-4 && spacing < 100.0))
+      throw OptionError(
+          "input.spacing_mm: each of the three must be above 0.0001 and below 100 mm");
+  if (!(max_memory_gib >= 0.0 && max_memory_gib <= 65536.0))
+    throw OptionError("input.max_memory_gib: must be in [0, 65536]; 0 is what the computer has");
+}
+
 LoadedVolume read_volume(const fs::path& path, const ReadOptions& options,
                          const Progress& progress) {
+  options.validate();
   check_exists(path);
   LoadedVolume loaded;
-  if (detail::is_volume_file_name(path) && !fs::is_directory(path)) {
-    auto file = detail::load_volume_file(path, detail::VolumePart::whole);
+  if (is_volume_file(path)) {
+    auto file = detail::load_volume_file(path, detail::VolumePart::whole, options);
     loaded = {std::move(file.volume), detail::volume_file_format(path) + " file",
               std::move(file.warnings)};
   } else {
@@ -197,23 +211,21 @@ LoadedVolume read_volume(const fs::path& path, const ReadOptions& options,
   return loaded;
 }
 
-std::vector<SeriesSummary> inspect(const fs::path& path) {
+std::vector<SeriesSummary> inspect(const fs::path& path, const ReadOptions& options) {
+  options.validate();
   check_exists(path);
   std::vector<SeriesSummary> summaries;
-  const bool one_volume_file = detail::is_volume_file_name(path) && !fs::is_directory(path);
-  if (!one_volume_file) {
-    std::vector<std::string> ignored;
-    for (const auto& series : detail::find_series(dicom_root(path), ignored))
-      summaries.push_back(summarize(series));
-  }
-  for (const auto& file : volume_files_in(path)) summaries.push_back(summarize(file));
+  if (!is_volume_file(path))
+    for (const auto& series : detail::find_series(path, options).all)
+      summaries.push_back(summarize(series, options));
+  for (const auto& file : volume_files_in(path)) summaries.push_back(summarize(file, options));
   if (summaries.empty()) fail_without_dicom(path);
   return summaries;
 }
 
 Volume<float> read_volume_file(const fs::path& path) {
   check_exists(path);
-  return detail::load_volume_file(path, detail::VolumePart::whole).volume;
+  return detail::load_volume_file(path, detail::VolumePart::whole, {}).volume;
 }
 
 }  // namespace angio::segmentation

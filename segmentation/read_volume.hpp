@@ -1,7 +1,9 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -10,9 +12,25 @@
 
 namespace angio::segmentation {
 
+/// How a projection run's angle increments are meant.
+enum class AngleIncrements {
+  from_base,   ///< angle_i = base + increment_i, as the standard says (DICOM PS3.3 C.8.7.5.1.3)
+  cumulative,  ///< angle_i = angle_(i-1) + increment_i, as some writers mean it
+};
+
 struct ReadOptions {
   std::string series;        ///< number (1...) or hash from `inspect`; empty: by rule (most voxels)
   bool allow_lossy = false;  ///< measure on lossy-compressed pixels all the same
+  /// For a series or file that states none (anonymised): voxel size between columns, rows and
+  /// slices [mm], in (1e-4, 100); zeros: refuse such a series. Never overrules what a file states.
+  std::array<double, 3> spacing_mm{0.0, 0.0, 0.0};
+  bool resample = false;  ///< bring unevenly spaced or missing slices onto an even grid
+  AngleIncrements angles = AngleIncrements::from_base;
+  double max_memory_gib =
+      0.0;  ///< refuse what needs more, [0, 65536]; 0: what the computer has free
+
+  /// @throws OptionError naming the bad field
+  void validate() const;
 };
 
 struct LoadedVolume {
@@ -21,25 +39,62 @@ struct LoadedVolume {
   std::vector<std::string> warnings;  ///< e.g. series that were left out, and why
 };
 
-/// Reads a DICOM folder or file, .nrrd .nhdr .mha .mhd .nii .nii.gz .vti.
+/// Reads a DICOM folder, file, DICOMDIR or zip archive, .nrrd .nhdr .mha .mhd .nii .nii.gz .vti.
+/// Whatever the input holds, the program survives it: files are parsed in a child process.
+///
 /// @throws InputError (65, or 66 if there is nothing) with the reason and what to do
 LoadedVolume read_volume(const std::filesystem::path& path, const ReadOptions& options,
                          const Progress& progress = {});
+
+/// Where lengths on a projection hold.
+enum class SpacingPlane {
+  unknown,
+  detector,    ///< nothing in the patient has this size: it is magnified
+  isocentre,   ///< scaled by source-isocentre / source-detector
+  calibrated,  ///< of the object that the picture was calibrated on
+};
+
+/// What a run of X-ray projections (XA, XRF) says of itself.
+struct ProjectionRun {
+  std::vector<double> primary_angles_degrees;           ///< one, or one per frame; RAO to LAO grows
+  std::vector<double> secondary_angles_degrees;         ///< one, or one per frame; CAU to CRA grows
+  std::array<double, 2> base_angles_degrees{0.0, 0.0};  ///< primary, secondary
+  std::optional<double> source_to_detector_mm;
+  std::optional<double> source_to_isocentre_mm;
+  std::optional<double> magnification;         ///< at the isocentre
+  std::array<double, 2> spacing_mm{0.0, 0.0};  ///< between columns, rows; 0: not stated
+  SpacingPlane spacing_plane = SpacingPlane::unknown;
+  std::optional<double> frame_time_ms;  ///< mean
+  std::vector<int> mask_frames;         ///< numbered from 1; digital subtraction
+  std::string mask_operation;           ///< e.g. "AVG_SUB", "NONE"; empty: no subtraction
+  /// Columns first, last, rows first, last, numbered from 1, that shutter and collimator leave
+  /// open.
+  std::optional<std::array<int, 4>> open_field;
+  bool burned_in_text = false;
+  std::vector<std::string> notes;  ///< what is doubtful, and how the spacing was told
+};
 
 /// One series (or volume file) as `angio inspect` lists it. Nothing in it identifies a patient.
 struct SeriesSummary {
   std::string key;   ///< short hash of the series UID, or the file's format
   std::string kind;  ///< SOP class in words, e.g. "CT Image Storage"
   std::string transfer_syntax;
-  VolumeGeometry geometry;  ///< meaningful if usable
+  std::string pixel_format;  ///< e.g. "16 bits, 12 stored, unsigned, MONOCHROME2"
+  VolumeGeometry geometry;   ///< meaningful if usable
   int file_count = 0;
   int frame_count = 0;
   bool usable = false;
-  std::string verdict;  ///< "regular grid", or why it is refused and what to do
+  bool lossy = false;
+  bool resampled = false;     ///< the slices do not lie on a grid; they will be interpolated
+  double tilt_degrees = 0.0;  ///< of the stack against its slices (gantry tilt)
+  std::string verdict;        ///< "regular grid", or why it is refused and what to do
+  std::vector<std::string> warnings;
+  std::optional<ProjectionRun> projection;  ///< of a run of projections
 };
 
 /// Reads headers only.
-std::vector<SeriesSummary> inspect(const std::filesystem::path& path);
+std::vector<SeriesSummary> inspect(const std::filesystem::path& path,
+                                   const ReadOptions& options = {});
 
 /// Writes .nrrd (LPS, gzip), atomically.
 void write_volume(const std::filesystem::path& path, const Volume<float>& volume);

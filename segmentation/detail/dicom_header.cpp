@@ -1,15 +1,10 @@
-#include "segmentation/detail/dicom_header.hpp"
-
-#include <dcmtk/config/osconfig.h>
-#include <dcmtk/dcmdata/dctk.h>
 #include <dcmtk/dcmdata/dcuid.h>
-#include <dcmtk/oflog/oflog.h>
 
-#include <array>
-#include <cmath>
-#include <cstring>
-#include <fstream>
-#include <mutex>
+#include <algorithm>
+#include <cstdint>
+#include <utility>
+
+#include "segmentation/detail/dicom_parse.hpp"
 
 namespace angio::segmentation::detail {
 namespace {
@@ -17,133 +12,6 @@ namespace {
 /// Elements longer than this stay on disk while headers are read.
 constexpr Uint32 kReadLimitBytes = 4096;
 constexpr int kMaxFrameCount = 1 << 16;
-
-void silence_dcmtk() {
-  // Its log could print attribute values, hence identity.
-  static std::once_flag once;
-  std::call_once(once, [] { OFLog::configure(OFLogger::OFF_LOG_LEVEL); });
-}
-
-/// Cheap test before the parser sees a file: a preamble, or a first group of 0002 or 0008.
-bool may_be_dicom(const std::filesystem::path& path) {
-  std::ifstream file(path, std::ios::binary);
-  std::array<char, 132> head{};
-  file.read(head.data(), head.size());
-  const auto count = file.gcount();
-  if (count == 132 && std::memcmp(head.data() + 128, "DICM", 4) == 0) return true;
-  if (count < 8) return false;
-  const auto byte = [&](int i) { return static_cast<unsigned char>(head[std::size_t(i)]); };
-  const bool little = (byte(0) == 0x02 || byte(0) == 0x08) && byte(1) == 0;
-  const bool big = byte(0) == 0 && (byte(1) == 0x02 || byte(1) == 0x08);
-  return (little && byte(3) == 0) || (big && byte(2) == 0);
-}
-
-std::string text(DcmItem& item, const DcmTagKey& tag) {
-  OFString value;
-  return item.findAndGetOFString(tag, value).good() ? std::string(value.c_str()) : std::string();
-}
-
-std::optional<double> number(DcmItem& item, const DcmTagKey& tag, unsigned long position = 0) {
-  Float64 value = 0.0;
-  if (item.findAndGetFloat64(tag, value, position).bad() || !std::isfinite(value)) return {};
-  return value;
-}
-
-int integer(DcmItem& item, const DcmTagKey& tag) {
-  Uint16 value = 0;
-  return item.findAndGetUint16(tag, value).good() ? int(value) : 0;
-}
-
-std::optional<Vec3> vector(DcmItem& item, const DcmTagKey& tag, unsigned long first = 0) {
-  Vec3 v;
-  for (unsigned long axis = 0; axis < 3; ++axis) {
-    const auto value = number(item, tag, first + axis);
-    if (!value) return {};
-    v[int(axis)] = *value;
-  }
-  return v;
-}
-
-void read_position(DcmItem& item, DicomFrame& frame) {
-  if (const auto position = vector(item, DCM_ImagePositionPatient)) {
-    frame.position = *position;
-    frame.has_position = true;
-  }
-}
-
-void read_orientation(DcmItem& item, DicomFrame& frame) {
-  const auto i = vector(item, DCM_ImageOrientationPatient, 0);
-  const auto j = vector(item, DCM_ImageOrientationPatient, 3);
-  if (!i || !j) return;
-  frame.axis_i = *i;
-  frame.axis_j = *j;
-  frame.has_orientation = true;
-}
-
-void read_spacing(DcmItem& item, DicomFrame& frame) {
-  // DICOM gives the distance between rows first.
-  const auto j = number(item, DCM_PixelSpacing, 0);
-  const auto i = number(item, DCM_PixelSpacing, 1);
-  if (!i || !j) return;
-  frame.spacing_i = *i;
-  frame.spacing_j = *j;
-  frame.has_spacing = true;
-}
-
-void read_rescale(DcmItem& item, DicomFrame& frame) {
-  const auto slope = number(item, DCM_RescaleSlope);
-  const auto intercept = number(item, DCM_RescaleIntercept);
-  if (!slope || !intercept || *slope == 0.0) return;
-  frame.slope = *slope;
-  frame.intercept = *intercept;
-}
-
-/// Calls read(item, frame) on the item of a functional group's one-item sequence, if it is there.
-template <class Read>
-void read_group(DcmItem& groups, const DcmTagKey& sequence, DicomFrame& frame, const Read& read) {
-  DcmItem* item = nullptr;
-  if (groups.findAndGetSequenceItem(sequence, item, 0).good() && item) read(*item, frame);
-}
-
-void read_functional_groups(DcmItem& groups, DicomFrame& frame) {
-  read_group(groups, DCM_PlanePositionSequence, frame, read_position);
-  read_group(groups, DCM_PlaneOrientationSequence, frame, read_orientation);
-  read_group(groups, DCM_PixelMeasuresSequence, frame, read_spacing);
-  read_group(groups, DCM_PixelValueTransformationSequence, frame, read_rescale);
-}
-
-void read_frames(DcmDataset& dataset, int frame_count, DicomHeader& header) {
-  DicomFrame common;
-  // Some 3D angiography systems keep the rescale with the reconstruction only.
-  read_group(dataset, DCM_XRay3DReconstructionSequence, common, read_rescale);
-  read_position(dataset, common);
-  read_orientation(dataset, common);
-  read_spacing(dataset, common);
-  read_rescale(dataset, common);
-
-  DcmItem* shared = nullptr;
-  if (dataset.findAndGetSequenceItem(DCM_SharedFunctionalGroupsSequence, shared, 0).good() &&
-      shared)
-    read_functional_groups(*shared, common);
-  header.frames.assign(std::size_t(frame_count), common);
-
-  DcmSequenceOfItems* per_frame = nullptr;
-  if (dataset.findAndGetSequence(DCM_PerFrameFunctionalGroupsSequence, per_frame).bad() ||
-      !per_frame)
-    return;
-  header.multi_frame_object = true;
-  if (per_frame->card() != unsigned(frame_count)) {
-    header.problem = "the object lists " + std::to_string(per_frame->card()) +
-                     " frame descriptions for " + std::to_string(frame_count) +
-                     " frames (it is damaged). Export the series again";
-    return;
-  }
-  DcmObject* item = nullptr;
-  for (auto& frame : header.frames) {
-    item = per_frame->nextInContainer(item);
-    if (auto* groups = dynamic_cast<DcmItem*>(item)) read_functional_groups(*groups, frame);
-  }
-}
 
 DicomKind kind_of(const std::string& sop_class) {
   for (const char* uid :
@@ -168,7 +36,6 @@ DicomKind kind_of(const std::string& sop_class) {
 
 void read_transfer_syntax(DcmDataset& dataset, DicomHeader& header) {
   const DcmXfer syntax(dataset.getOriginalXfer());
-  header.transfer_syntax_uid = syntax.getXferID() ? syntax.getXferID() : "";
   header.transfer_syntax_name = syntax.getXferName() ? syntax.getXferName() : "unknown";
   header.compressed = syntax.isEncapsulated();
   const E_TransferSyntax xfer = syntax.getXfer();
@@ -182,6 +49,18 @@ void read_transfer_syntax(DcmDataset& dataset, DicomHeader& header) {
                                         !(header.jpeg_2000 && lossy_flag == "00"));
 }
 
+/// A stored pixel value, which writers give as US or SS whatever the sign of the pixels.
+std::optional<int> stored_number(DcmDataset& dataset, const DcmTagKey& tag, bool is_signed) {
+  Uint16 as_unsigned = 0;
+  Sint16 as_signed = 0;
+  if (is_signed && dataset.findAndGetSint16(tag, as_signed).good()) return int(as_signed);
+  if (dataset.findAndGetUint16(tag, as_unsigned).good())
+    return is_signed ? int(std::int16_t(as_unsigned)) : int(as_unsigned);
+  if (dataset.findAndGetSint16(tag, as_signed).good())
+    return is_signed ? int(as_signed) : int(std::uint16_t(as_signed));
+  return {};
+}
+
 void read_pixel_format(DcmDataset& dataset, DicomHeader& header) {
   header.rows = integer(dataset, DCM_Rows);
   header.columns = integer(dataset, DCM_Columns);
@@ -191,17 +70,20 @@ void read_pixel_format(DcmDataset& dataset, DicomHeader& header) {
   header.is_signed = integer(dataset, DCM_PixelRepresentation) == 1;
   header.is_monochrome1 = text(dataset, DCM_PhotometricInterpretation) == "MONOCHROME1";
   header.has_modality_lut = dataset.tagExists(DCM_ModalityLUTSequence);
-  Uint16 padding_unsigned = 0;
-  Sint16 padding_signed = 0;
-  if (header.is_signed && dataset.findAndGetSint16(DCM_PixelPaddingValue, padding_signed).good())
-    header.padding_value = padding_signed;
-  else if (dataset.findAndGetUint16(DCM_PixelPaddingValue, padding_unsigned).good())
-    header.padding_value =
-        header.is_signed ? int(std::int16_t(padding_unsigned)) : int(padding_unsigned);
+  header.burned_in = text(dataset, DCM_BurnedInAnnotation) == "YES";
+  const auto padding = stored_number(dataset, DCM_PixelPaddingValue, header.is_signed);
+  if (!padding) return;
+  const auto limit = stored_number(dataset, DCM_PixelPaddingRangeLimit, header.is_signed);
+  header.has_padding = true;
+  header.padding_first = std::min(*padding, limit.value_or(*padding));
+  header.padding_last = std::max(*padding, limit.value_or(*padding));
 }
 
 /// Why the pixels cannot be read, or nothing.
 std::string pixel_problem(DcmDataset& dataset, const DicomHeader& header, int frame_count) {
+  if (dataset.tagExists(DCM_FloatPixelData) || dataset.tagExists(DCM_DoubleFloatPixelData))
+    return "its pixels are floating-point numbers (which this program does not read from DICOM). "
+           "Convert it to NRRD or NIfTI";
   DcmElement* pixels = nullptr;
   if (dataset.findAndGetElement(DCM_PixelData, pixels).bad() || !pixels)
     return "the object has no pixel data (truncated, or not an image). Export the series again";
@@ -250,45 +132,62 @@ void read_identifiers(DcmDataset& dataset, DicomHeader& header) {
   header.sop_class_uid = text(dataset, DCM_SOPClassUID);
   header.series_uid = text(dataset, DCM_SeriesInstanceUID);
   header.instance_uid = text(dataset, DCM_SOPInstanceUID);
+  header.concatenation_uid = text(dataset, DCM_ConcatenationUID);
+  header.instance_number = int(number(dataset, DCM_InstanceNumber).value_or(0.0));
   header.kind = kind_of(header.sop_class_uid);
   const char* name = dcmFindNameOfUID(header.sop_class_uid.c_str());
   header.sop_class_name = name ? in_words(name) : "an unknown kind of object";
 }
 
-}  // namespace
+bool has_known_class(const DicomHeader& header) { return header.sop_class_uid.starts_with("1."); }
 
-std::optional<DicomHeader> read_dicom_header(const std::filesystem::path& path) {
-  silence_dcmtk();
-  if (!may_be_dicom(path)) return {};
-  DcmFileFormat file;
-  const OFCondition status =
-      file.loadFile(path.c_str(), EXS_Unknown, EGL_noChange, kReadLimitBytes, ERM_autoDetect);
-  DcmDataset& dataset = *file.getDataset();
-  DicomHeader header;
-  header.path = path;
-  read_identifiers(dataset, header);
-  const bool has_class = header.sop_class_uid.starts_with("1.");
-  if (header.sop_class_uid == UID_MediaStorageDirectoryStorage ||
-      (file.getMetaInfo() &&
-       text(*file.getMetaInfo(), DCM_MediaStorageSOPClassUID) == UID_MediaStorageDirectoryStorage))
-    return {};
-  if (status.bad() || !has_class) {
-    header.problem =
-        "the file is truncated or damaged (its header cannot be read to the end). "
-        "Copy or export it again";
-    return header;
-  }
+bool is_directory(DcmFileFormat& file, const DicomHeader& header) {
+  return header.sop_class_uid == UID_MediaStorageDirectoryStorage ||
+         (file.getMetaInfo() && text(*file.getMetaInfo(), DCM_MediaStorageSOPClassUID) ==
+                                    UID_MediaStorageDirectoryStorage);
+}
+
+/// Why the file could not be parsed to its end.
+std::string parse_problem(DcmFileFormat& file) {
+  const std::string syntax =
+      file.getMetaInfo() ? text(*file.getMetaInfo(), DCM_TransferSyntaxUID) : std::string();
+  if (!syntax.empty() && DcmXfer(syntax.c_str()).getXfer() == EXS_Unknown)
+    return "its transfer syntax is not known here (a newer or a private compression). Export the "
+           "series uncompressed (Explicit VR Little Endian)";
+  return "the file is truncated or damaged (its header cannot be read to the end). Copy or export "
+         "it again";
+}
+
+void read_object(DcmDataset& dataset, DicomHeader& header) {
   read_transfer_syntax(dataset, header);
   read_pixel_format(dataset, header);
   Sint32 frame_count = 1;
   if (dataset.findAndGetSint32(DCM_NumberOfFrames, frame_count).bad()) frame_count = 1;
   if (frame_count < 1 || frame_count > kMaxFrameCount) {
     header.problem = "the number of frames is impossible (the header is damaged). Export it again";
-    return header;
+    return;
   }
   header.problem = pixel_problem(dataset, header, frame_count);
-  read_frames(dataset, frame_count, header);
+  parse_frames(dataset, frame_count, header);
   header.multi_frame_object = header.multi_frame_object || frame_count > 1;
+  if (header.kind == DicomKind::projection)
+    header.projection = parse_projection_run(dataset, frame_count);
+}
+
+}  // namespace
+
+std::optional<DicomHeader> parse_header(DicomLoader& loader, const DicomSource& source) {
+  if (!loader.may_be_dicom(source)) return {};
+  DcmFileFormat file;
+  const OFCondition status = loader.load(source, kReadLimitBytes, file);
+  DicomHeader header;
+  header.source = source;
+  read_identifiers(*file.getDataset(), header);
+  if (is_directory(file, header)) return {};
+  if (status.bad() || !has_known_class(header))
+    header.problem = parse_problem(file);
+  else
+    read_object(*file.getDataset(), header);
   return header;
 }
 

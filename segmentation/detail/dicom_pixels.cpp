@@ -1,32 +1,25 @@
 #include "segmentation/detail/dicom_pixels.hpp"
 
-#include <dcmtk/config/osconfig.h>
 #include <dcmtk/dcmdata/dcpixel.h>
 #include <dcmtk/dcmdata/dcpixseq.h>
 #include <dcmtk/dcmdata/dcpxitem.h>
 #include <dcmtk/dcmdata/dcrledrg.h>
-#include <dcmtk/dcmdata/dctk.h>
 #include <dcmtk/dcmjpeg/djdecode.h>
 #include <dcmtk/dcmjpls/djdecode.h>
-#include <sys/mman.h>
-#include <sys/resource.h>
-#include <sys/wait.h>
-#include <unistd.h>
 
 #include <algorithm>
-#include <cerrno>
 #include <cstdint>
-#include <cstring>
 #include <limits>
 #include <mutex>
+#include <system_error>
 
 #include "core/error.hpp"
+#include "segmentation/detail/dicom_load.hpp"
+#include "segmentation/detail/guarded_child.hpp"
 #include "segmentation/detail/jpeg_2000.hpp"
 
 namespace angio::segmentation::detail {
 namespace {
-
-constexpr rlim_t kDecodeSeconds = 600;  ///< CPU time after which a damaged stream is given up
 
 [[noreturn]] void fail(const DicomHeader& header, const std::string& why) {
   throw InputError("cannot decode the pixels of a file (" + header.transfer_syntax_name + ": " +
@@ -43,30 +36,33 @@ void register_decoders() {
   });
 }
 
-std::size_t frame_size(const DicomHeader& header) {
-  return std::size_t(header.rows) * std::size_t(header.columns);
+/// What the frames of an object take as they are stored, one number per pixel [bytes].
+std::size_t stored_bytes(const DicomHeader& header) {
+  return header.pixels_per_frame() * header.frames.size() * sizeof(std::uint16_t);
 }
 
-/// Stored pixels as they lie in the file, one number per pixel, not yet masked or signed.
-void copy_native(DcmDataset& dataset, const DicomHeader& header, std::uint16_t* out) {
-  const std::size_t count = frame_size(header) * header.frames.size();
-  unsigned long available = 0;
-  if (header.bits_allocated == 8) {
-    const Uint8* pixels = nullptr;
-    if (dataset.findAndGetUint8Array(DCM_PixelData, pixels, &available).bad() || !pixels ||
-        available < count)
-      fail(header, "the pixel data are truncated or damaged");
-    std::copy(pixels, pixels + count, out);
-  } else {
-    const Uint16* pixels = nullptr;
-    if (dataset.findAndGetUint16Array(DCM_PixelData, pixels, &available).bad() || !pixels ||
-        available < count)
-      fail(header, "the pixel data are truncated or damaged");
-    std::copy(pixels, pixels + count, out);
-  }
+/// The frames of one object as they are stored, not yet masked or signed.
+class StoredFrames {
+ public:
+  StoredFrames(DicomLoader& loader, const DicomHeader& header);
+  /// Fills `out` with one frame.
+  void get(int frame, std::vector<std::uint16_t>& out) const;
+
+ private:
+  const DicomHeader* header_;
+  DcmFileFormat file_;
+  const Uint8* bytes_ = nullptr;                    ///< of all frames, if they have 8 bits
+  const Uint16* words_ = nullptr;                   ///< of all frames, if they have 16
+  std::vector<std::vector<std::uint8_t>> streams_;  ///< of JPEG 2000, one per frame
+};
+
+/// Whether a fragment begins a JPEG 2000 code stream or file.
+bool begins_jpeg_2000(const Uint8* bytes, Uint32 size) {
+  return size > 12 && ((bytes[0] == 0xff && bytes[1] == 0x4f) ||
+                       (bytes[4] == 'j' && bytes[5] == 'P' && bytes[6] == ' '));
 }
 
-/// The bytes of each frame's compressed stream. One item per frame, or all items one frame.
+/// The bytes of each frame's JPEG 2000 stream, which may be cut into several fragments.
 std::vector<std::vector<std::uint8_t>> frame_streams(DcmDataset& dataset,
                                                      const DicomHeader& header) {
   DcmElement* element = nullptr;
@@ -79,34 +75,28 @@ std::vector<std::vector<std::uint8_t>> frame_streams(DcmDataset& dataset,
   if (!pixels || pixels->getEncapsulatedRepresentation(syntax, parameter, sequence).bad() ||
       !sequence)
     fail(header, "no compressed stream was found");
-  const std::size_t item_count = sequence->card() > 0 ? sequence->card() - 1 : 0;
-  const std::size_t frame_count = header.frames.size();
-  if (item_count != frame_count && frame_count != 1)
-    fail(header, "its frames are cut into fragments");
-  std::vector<std::vector<std::uint8_t>> streams(frame_count);
-  for (std::size_t item = 0; item < item_count; ++item) {
+  std::vector<std::vector<std::uint8_t>> streams;
+  for (unsigned long item = 1; item < sequence->card(); ++item) {  // the first is a table
     DcmPixelItem* fragment = nullptr;
     Uint8* bytes = nullptr;
-    if (sequence->getItem(fragment, static_cast<unsigned long>(item + 1)).bad() || !fragment ||
+    if (sequence->getItem(fragment, item).bad() || !fragment ||
         fragment->getUint8Array(bytes).bad() || !bytes)
       fail(header, "a fragment cannot be read");
-    auto& stream = streams[frame_count == 1 ? 0 : item];
-    stream.insert(stream.end(), bytes, bytes + fragment->getLength());
+    if (streams.empty() || begins_jpeg_2000(bytes, fragment->getLength())) streams.emplace_back();
+    streams.back().insert(streams.back().end(), bytes, bytes + fragment->getLength());
   }
+  if (streams.size() != header.frames.size())
+    fail(header, "it holds " + std::to_string(streams.size()) + " streams for " +
+                     std::to_string(header.frames.size()) + " frames");
   return streams;
 }
 
-void decode_stored(const DicomHeader& header, std::uint16_t* out) {
-  DcmFileFormat file;
-  if (file.loadFile(header.path.c_str()).bad()) fail(header, "the file is truncated or damaged");
-  DcmDataset& dataset = *file.getDataset();
+StoredFrames::StoredFrames(DicomLoader& loader, const DicomHeader& header) : header_(&header) {
+  if (loader.load(header.source, DCM_MaxReadLength, file_).bad())
+    fail(header, "the file is truncated or damaged");
+  DcmDataset& dataset = *file_.getDataset();
   if (header.jpeg_2000) {
-    const auto streams = frame_streams(dataset, header);
-    for (std::size_t f = 0; f < streams.size(); ++f) {
-      const std::string problem =
-          decode_jpeg_2000(streams[f], header.columns, header.rows, out + f * frame_size(header));
-      if (!problem.empty()) fail(header, problem);
-    }
+    streams_ = frame_streams(dataset, header);
     return;
   }
   if (header.compressed) {
@@ -114,7 +104,28 @@ void decode_stored(const DicomHeader& header, std::uint16_t* out) {
     if (dataset.chooseRepresentation(EXS_LittleEndianExplicit, nullptr).bad())
       fail(header, "the stream is damaged, or of a kind that is not supported");
   }
-  copy_native(dataset, header, out);
+  unsigned long count = 0;
+  const OFCondition status = header.bits_allocated == 8
+                                 ? dataset.findAndGetUint8Array(DCM_PixelData, bytes_, &count)
+                                 : dataset.findAndGetUint16Array(DCM_PixelData, words_, &count);
+  if (status.bad() || (!bytes_ && !words_) ||
+      count < header.pixels_per_frame() * header.frames.size())
+    fail(header, "the pixel data are truncated or damaged");
+}
+
+void StoredFrames::get(int frame, std::vector<std::uint16_t>& out) const {
+  const std::size_t count = header_->pixels_per_frame();
+  const std::size_t first = std::size_t(frame) * count;
+  out.resize(count);
+  if (bytes_) {
+    std::copy_n(bytes_ + first, count, out.begin());
+  } else if (words_) {
+    std::copy_n(words_ + first, count, out.begin());
+  } else {
+    const std::string problem =
+        decode_jpeg_2000(streams_[std::size_t(frame)], header_->columns, header_->rows, out.data());
+    if (!problem.empty()) fail(*header_, problem);
+  }
 }
 
 /// Takes the stored bits out of a pixel, with their sign.
@@ -126,137 +137,117 @@ int stored_value(std::uint16_t raw, const DicomHeader& header) {
   return header.is_signed && (value & sign) ? value - mask - 1 : value;
 }
 
-void rescale(const DicomHeader& header, const std::uint16_t* raw, float* out) {
+/// value = slope * stored + intercept, with MONOCHROME1 inverted first and what lies outside the
+/// scanned field set to the least other value of the frame.
+void rescale(const DicomHeader& header, const DicomFrame& frame,
+             const std::vector<std::uint16_t>& raw, float* out) {
   const int least = header.is_signed ? -(1 << (header.bits_stored - 1)) : 0;
   const int most = least + (1 << header.bits_stored) - 1;
-  const std::size_t count = frame_size(header);
-  for (std::size_t f = 0; f < header.frames.size(); ++f) {
-    const DicomFrame& frame = header.frames[f];
-    float lowest = std::numeric_limits<float>::infinity();
-    std::vector<std::size_t> padded;
-    for (std::size_t p = f * count; p < (f + 1) * count; ++p) {
-      const int stored = stored_value(raw[p], header);
-      const int shown = header.is_monochrome1 ? least + most - stored : stored;
-      out[p] = float(frame.slope * double(shown) + frame.intercept);
-      if (header.padding_value && stored == *header.padding_value)
-        padded.push_back(p);
-      else
-        lowest = std::min(lowest, out[p]);
-    }
-    if (padded.size() < count)
-      for (std::size_t p : padded) out[p] = lowest;
+  float lowest = std::numeric_limits<float>::infinity();
+  std::vector<std::size_t> padded;
+  for (std::size_t p = 0; p < raw.size(); ++p) {
+    const int stored = stored_value(raw[p], header);
+    const int shown = header.is_monochrome1 ? least + most - stored : stored;
+    out[p] = float(frame.slope * double(shown) + frame.intercept);
+    if (header.has_padding && stored >= header.padding_first && stored <= header.padding_last)
+      padded.push_back(p);
+    else
+      lowest = std::min(lowest, out[p]);
+  }
+  if (padded.size() < raw.size())
+    for (std::size_t p : padded) out[p] = lowest;
+}
+
+/// Time and memory that decoding takes at the worst, with much to spare.
+ChildLimits decode_limits(const std::vector<DicomHeader>& headers) {
+  std::size_t total = 0;
+  std::size_t largest = 0;
+  for (const auto& header : headers) {
+    std::error_code ignored;
+    const auto file_size = std::filesystem::file_size(header.source.path, ignored);
+    const std::size_t packed = ignored || header.source.entry >= 0 ? 0 : std::size_t(file_size);
+    total += stored_bytes(header);
+    largest = std::max(largest, 8 * stored_bytes(header) + 2 * packed);
+  }
+  constexpr std::size_t kBytesPerSecond = std::size_t(1) << 20;
+  const int seconds = 60 + int(std::min<std::size_t>(total / kBytesPerSecond, 86400));
+  return {(std::size_t(512) << 20) + largest, seconds, seconds};
+}
+
+[[noreturn]] void fail_by(const ChildResult& result, const DicomHeader& header) {
+  switch (result.end) {
+    case ChildEnd::refused:
+      throw InputError(result.message);
+    case ChildEnd::out_of_memory:
+      fail(header, "a damaged stream asks for more memory than its pixels could take");
+    case ChildEnd::timed_out:
+      fail(header, "a damaged stream, or one on a very slow disk, takes too long");
+    default:
+      fail(header, "the decoder broke down on a damaged stream in this series");
   }
 }
 
-/// Memory that a child process fills for its parent.
-class SharedMemory {
- public:
-  explicit SharedMemory(std::size_t size)
-      : size_(size),
-        memory_(mmap(nullptr, size, PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0)) {
-    if (memory_ == MAP_FAILED)
-      throw IoError("not enough memory to decode the pixels. Crop the series, or close programs");
-  }
-  ~SharedMemory() { munmap(memory_, size_); }
-  SharedMemory(const SharedMemory&) = delete;
-  SharedMemory& operator=(const SharedMemory&) = delete;
-  [[nodiscard]] void* data() const { return memory_; }
+using UseFrame = std::function<void(std::size_t member, const std::vector<std::uint16_t>& raw)>;
 
- private:
-  std::size_t size_;
-  void* memory_;
-};
-
-/// Runs decode_stored on each object in one child process; out is shared memory.
-void decode_in_child(const std::vector<const DicomHeader*>& headers, std::uint16_t* out) {
-  constexpr std::size_t kMessageSize = 512;
-  SharedMemory message(kMessageSize);
-  auto* text = static_cast<char*>(message.data());
-  const pid_t child = fork();
-  if (child < 0) throw IoError("cannot start the decoder (" + std::string(strerror(errno)) + ")");
-  if (child == 0) {
-    const rlimit cpu{kDecodeSeconds, kDecodeSeconds};
-    setrlimit(RLIMIT_CPU, &cpu);
-    const rlimit no_core{0, 0};
-    setrlimit(RLIMIT_CORE, &no_core);
-    int status = 0;
-    try {
-      for (const DicomHeader* header : headers) {
-        decode_stored(*header, out);
-        out += frame_size(*header) * header->frames.size();
-      }
-    } catch (const std::exception& error) {
-      std::strncpy(text, error.what(), kMessageSize - 1);
-      status = 1;
-    }
-    _exit(status);  // no destructors: they belong to the parent
-  }
-  int status = 0;
-  while (waitpid(child, &status, 0) < 0 && errno == EINTR) {
-  }
-  if (WIFEXITED(status) && WEXITSTATUS(status) == 0) return;
-  if (text[0] != '\0') throw InputError(text);
-  fail(*headers.front(), "the decoder broke down on a damaged stream in this series");
-}
-
-/// Stored pixels of some objects, one after another.
-template <class Use>
-void decode_objects(const std::vector<const DicomHeader*>& headers, const Use& use) {
-  std::size_t count = 0;
-  for (const DicomHeader* header : headers) count += frame_size(*header) * header->frames.size();
-  const bool compressed = std::any_of(headers.begin(), headers.end(),
-                                      [](const DicomHeader* header) { return header->compressed; });
-  if (compressed) {
-    SharedMemory memory(count * sizeof(std::uint16_t));
-    auto* raw = static_cast<std::uint16_t*>(memory.data());
-    decode_in_child(headers, raw);
+/// Decodes some frames in a child process and hands each to `use`, object by object.
+void stream_frames(const std::vector<DicomHeader>& headers,
+                   const std::vector<SliceReference>& members, const UseFrame& use) {
+  std::vector<std::vector<std::size_t>> wanted(headers.size());
+  for (std::size_t m = 0; m < members.size(); ++m)
+    wanted[std::size_t(members[m].header)].push_back(m);
+  const auto decode = [&](ChildOutput& output) {
+    DicomLoader loader;
+    std::vector<std::uint16_t> raw;
     for (std::size_t h = 0; h < headers.size(); ++h) {
-      use(h, raw);
-      raw += frame_size(*headers[h]) * headers[h]->frames.size();
+      if (wanted[h].empty()) continue;
+      const StoredFrames frames(loader, headers[h]);
+      for (std::size_t m : wanted[h]) {
+        frames.get(members[m].frame, raw);
+        output.write(raw.data(), raw.size() * sizeof(std::uint16_t));
+      }
     }
-    return;
-  }
-  std::vector<std::uint16_t> raw;
-  for (std::size_t h = 0; h < headers.size(); ++h) {
-    raw.resize(frame_size(*headers[h]) * headers[h]->frames.size());
-    decode_stored(*headers[h], raw.data());
-    use(h, raw.data());
-  }
+  };
+  const auto take = [&](ChildInput& input) {
+    std::vector<std::uint16_t> raw;
+    for (std::size_t h = 0; h < headers.size(); ++h)
+      for (std::size_t m : wanted[h]) {
+        raw.resize(headers[h].pixels_per_frame());
+        input.read(raw.data(), raw.size() * sizeof(std::uint16_t));
+        use(m, raw);
+      }
+  };
+  const ChildResult result = run_guarded(decode_limits(headers), decode, take);
+  if (result.end != ChildEnd::done) fail_by(result, headers.front());
 }
 
 }  // namespace
 
-std::vector<float> decode_frames(const DicomHeader& header) {
-  std::vector<float> values(frame_size(header) * header.frames.size());
-  decode_objects({&header}, [&](std::size_t, const std::uint16_t* raw) {
-    rescale(header, raw, values.data());
+std::vector<float> decode_frames(const std::vector<DicomHeader>& headers,
+                                 const std::vector<SliceReference>& members,
+                                 const Progress& progress) {
+  if (members.empty()) return {};
+  const std::size_t slice_size = headers[std::size_t(members.front().header)].pixels_per_frame();
+  std::vector<float> values(slice_size * members.size());
+  std::size_t done = 0;
+  stream_frames(headers, members, [&](std::size_t m, const std::vector<std::uint16_t>& raw) {
+    const auto [h, f] = members[m];
+    const DicomHeader& header = headers[std::size_t(h)];
+    rescale(header, header.frames[std::size_t(f)], raw, values.data() + m * slice_size);
+    if (++done % 16 == 0)
+      progress.report(0.5 + 0.5 * double(done) / double(members.size()), "reading pixels");
   });
   return values;
 }
 
-std::vector<float> decode_series(const DicomSeries& series, const Progress& progress) {
-  std::vector<const DicomHeader*> headers;
-  for (const auto& header : series.headers) headers.push_back(&header);
-  std::vector<std::vector<std::size_t>> slice_of(series.headers.size());
-  for (std::size_t h = 0; h < slice_of.size(); ++h)
-    slice_of[h].resize(series.headers[h].frames.size());
-  for (std::size_t k = 0; k < series.slices.size(); ++k) {
-    const auto [h, f] = series.slices[k];
-    slice_of[std::size_t(h)][std::size_t(f)] = k;
-  }
-  const std::size_t slice_size = frame_size(series.headers.front());
-  std::vector<float> values(slice_size * series.slices.size());
-  std::vector<float> object;
-  decode_objects(headers, [&](std::size_t h, const std::uint16_t* raw) {
-    object.resize(slice_size * slice_of[h].size());
-    rescale(*headers[h], raw, object.data());
-    for (std::size_t f = 0; f < slice_of[h].size(); ++f)
-      std::copy_n(object.begin() + std::ptrdiff_t(f * slice_size), slice_size,
-                  values.begin() + std::ptrdiff_t(slice_of[h][f] * slice_size));
-    if (h % 16 == 0)
-      progress.report(0.5 + 0.5 * double(h) / double(headers.size()), "reading pixels");
+std::vector<std::uint64_t> hash_frames(const std::vector<DicomHeader>& headers,
+                                       const std::vector<SliceReference>& members) {
+  std::vector<std::uint64_t> hashes(members.size());
+  stream_frames(headers, members, [&](std::size_t m, const std::vector<std::uint16_t>& raw) {
+    std::uint64_t hash = 14695981039346656037u;  // FNV-1a
+    for (const std::uint16_t pixel : raw) hash = (hash ^ pixel) * 1099511628211u;
+    hashes[m] = hash;
   });
-  return values;
+  return hashes;
 }
 
 }  // namespace angio::segmentation::detail

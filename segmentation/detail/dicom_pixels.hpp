@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <vector>
 
 #include "core/progress.hpp"
@@ -7,17 +8,21 @@
 
 namespace angio::segmentation::detail {
 
-/// Decodes every frame of one object: value = slope * stored + intercept, frame by frame, with
-/// MONOCHROME1 inverted first and padding set to the least other value of the frame.
+/// Decodes some frames: value = slope * stored + intercept, frame by frame, with MONOCHROME1
+/// inverted first and padding set to the least other value of the frame.
 ///
-/// Compressed pixels are decoded in a child process, so that a damaged stream cannot take the
+/// The pixels are read and decoded in a child process, so that a damaged file cannot take the
 /// program down with it.
 ///
-/// @return shape [frame_count, rows, columns]
+/// @param members  all of the same size
+/// @return shape [member count, rows, columns]
 /// @throws InputError if the pixels are truncated or damaged
-std::vector<float> decode_frames(const DicomHeader& header);
+std::vector<float> decode_frames(const std::vector<DicomHeader>& headers,
+                                 const std::vector<SliceReference>& members,
+                                 const Progress& progress = {});
 
-/// The voxels of a usable series, in the order of its slices, shape [size k, size j, size i].
-std::vector<float> decode_series(const DicomSeries& series, const Progress& progress);
+/// A number per frame that is the same for the same stored pixels, and hardly ever otherwise.
+std::vector<std::uint64_t> hash_frames(const std::vector<DicomHeader>& headers,
+                                       const std::vector<SliceReference>& members);
 
 }  // namespace angio::segmentation::detail

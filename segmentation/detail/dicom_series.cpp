@@ -7,9 +7,12 @@
 #include <cmath>
 #include <cstdio>
 #include <map>
-#include <system_error>
+#include <utility>
 
 #include "core/error.hpp"
+#include "segmentation/detail/dicom_repeats.hpp"
+#include "segmentation/detail/format_number.hpp"
+#include "segmentation/detail/given_spacing.hpp"
 
 namespace angio::segmentation::detail {
 namespace fs = std::filesystem;
@@ -31,41 +34,21 @@ std::string short_hash(const std::string& text) {
   return hash;
 }
 
-std::vector<fs::path> list_files(const fs::path& path) {
-  if (fs::is_regular_file(path)) return {path};
-  std::vector<fs::path> files;
-  std::error_code error;
-  auto entry =
-      fs::recursive_directory_iterator(path, fs::directory_options::skip_permission_denied, error);
-  for (; !error && entry != fs::recursive_directory_iterator(); entry.increment(error)) {
-    std::error_code ignored;
-    if (entry->is_regular_file(ignored)) files.push_back(entry->path());
-  }
-  if (error)
-    throw IoError("cannot read the folder " + path.string() + " (" + error.message() + ")");
-  std::sort(files.begin(), files.end());  // the order of a folder is the file system's whim
-  return files;
-}
-
-std::vector<DicomHeader> read_headers(const std::vector<fs::path>& files,
-                                      const Progress& progress) {
-  std::vector<DicomHeader> headers;
-  for (std::size_t f = 0; f < files.size(); ++f) {
-    if (f % 16 == 0) progress.report(0.5 * double(f) / double(files.size()), "reading headers");
-    if (auto header = read_dicom_header(files[f])) headers.push_back(std::move(*header));
-  }
-  return headers;
-}
-
-/// Objects of one stack share this. A multi-frame object is a stack by itself.
-std::string stack_key(const DicomHeader& header) {
+/// Objects whose frames may form one stack share this. A multi-frame object is a stack by itself,
+/// or with the other parts of its concatenation.
+std::string object_key(const DicomHeader& header) {
   std::string key = header.series_uid + "|" + header.sop_class_uid + "|" +
                     std::to_string(header.columns) + "x" + std::to_string(header.rows);
-  if (header.multi_frame_object)
-    return key.append("|").append(header.instance_uid).append(header.path.string());
-  if (header.frames.empty() || !header.frames.front().has_orientation) return key;
-  // Localisers share the series now and then but not the orientation: 0.01 tells them apart.
-  const DicomFrame& frame = header.frames.front();
+  if (!header.multi_frame_object) return key;
+  if (!header.concatenation_uid.empty()) return key + "|" + header.concatenation_uid;
+  if (!header.instance_uid.empty()) return key + "|" + header.instance_uid;
+  return key + "|" + header.source.path.string() + "|" + std::to_string(header.source.entry);
+}
+
+/// Localisers share the series now and then but not the orientation: 0.01 tells them apart.
+std::string orientation_key(const DicomFrame& frame) {
+  std::string key;
+  if (!frame.has_orientation) return key;
   for (const Vec3& axis : {frame.axis_i, frame.axis_j})
     for (int c = 0; c < 3; ++c)
       key.append("|").append(
@@ -73,41 +56,57 @@ std::string stack_key(const DicomHeader& header) {
   return key;
 }
 
-/// Damaged objects join the stack of their series, so that a hole cannot go unseen.
-std::map<std::string, DicomSeries> group_by_stack(std::vector<DicomHeader> headers,
-                                                  std::vector<std::string>& warnings) {
+bool is_damaged(const DicomHeader& header) { return header.rows == 0 && !header.problem.empty(); }
+
+void add_header(DicomSeries& series, const DicomHeader& header, const std::vector<int>& frames) {
+  series.headers.push_back(header);
+  for (int f : frames) series.members.push_back({int(series.headers.size()) - 1, f});
+}
+
+/// Damaged objects join every stack of their series, so that a hole cannot go unseen.
+void add_damaged(const DicomHeader& header, std::map<std::string, DicomSeries>& stacks,
+                 std::vector<std::string>& warnings) {
+  bool placed = false;
+  for (auto& [key, stack] : stacks) {
+    if (header.series_uid.empty() || stack.headers.front().series_uid != header.series_uid)
+      continue;
+    add_header(stack, header, {});
+    placed = true;
+  }
+  if (placed) return;
+  if (!header.series_uid.empty() || stacks.empty())
+    add_header(stacks[header.series_uid + "|damaged"], header, {});
+  else
+    warnings.push_back("a file of no known series was left out: " + header.problem);
+}
+
+std::vector<DicomSeries> group_by_stack(const std::vector<DicomHeader>& headers,
+                                        std::vector<std::string>& warnings) {
   std::map<std::string, DicomSeries> stacks;
-  std::vector<DicomHeader> damaged;
-  for (auto& header : headers) {
-    if (header.rows == 0 && !header.problem.empty()) {
-      damaged.push_back(std::move(header));
-    } else {
-      auto key = stack_key(header);
-      stacks[std::move(key)].headers.push_back(std::move(header));
-    }
+  for (const auto& header : headers) {
+    if (is_damaged(header)) continue;
+    std::map<std::string, std::vector<int>> frames;
+    for (std::size_t f = 0; f < header.frames.size(); ++f)
+      frames[orientation_key(header.frames[f])].push_back(int(f));
+    const std::string key = object_key(header);
+    if (frames.empty()) frames[""] = {};  // an object that could not be understood
+    for (const auto& [orientation, members] : frames)
+      add_header(stacks[key + orientation], header, members);
   }
-  for (auto& header : damaged) {
-    bool placed = false;
-    for (auto& [key, stack] : stacks) {
-      if (header.series_uid.empty() || stack.headers.front().series_uid != header.series_uid)
-        continue;
-      stack.headers.push_back(header);
-      placed = true;
-    }
-    if (placed) continue;
-    if (!header.series_uid.empty() || stacks.empty())
-      stacks[header.series_uid + "|damaged"].headers.push_back(std::move(header));
-    else
-      warnings.push_back("a file of no known series was left out: " + header.problem);
-  }
-  return stacks;
+  for (const auto& header : headers)
+    if (is_damaged(header)) add_damaged(header, stacks, warnings);
+  std::vector<DicomSeries> found;
+  for (auto& [key, series] : stacks) found.push_back(std::move(series));
+  return found;
 }
 
 std::string refusal_by_kind(const DicomHeader& header) {
   switch (header.kind) {
     case DicomKind::projection:
       return "it is a projection run (" + header.sop_class_name +
-             "), not a volume: its third axis is time. Give the reconstructed 3D series";
+             "), not a volume: its third axis is time, not a length. Give the 3D reconstruction "
+             "that the workstation made of it (a CT or X-Ray 3D Angiographic series); `angio "
+             "inspect` shows the run's angles and distances";
     case DicomKind::unsupported:
       return "its kind (" + header.sop_class_name +
              ") is not a volume of intensities. Give a CT, MR or X-Ray 3D series";
@@ -141,68 +140,149 @@ std::string refusal_by_objects(const DicomSeries& series) {
   return {};
 }
 
-void judge(DicomSeries& series) {
-  std::sort(series.headers.begin(), series.headers.end(),
-            [](const DicomHeader& a, const DicomHeader& b) { return a.path < b.path; });
-  const DicomHeader& first = series.headers.front();
-  series.is_volume_kind = first.kind == DicomKind::volume || first.kind == DicomKind::capture;
-  series.verdict = refusal_by_kind(first);
-  if (!series.verdict.empty()) {
-    series.is_volume_kind = false;
-    return;
-  }
-  series.verdict = refusal_by_objects(series);
-  if (!series.verdict.empty()) return;
+std::string verdict_on(const StackGeometry& stack) {
+  if (!stack.problem.empty()) return stack.problem;
+  if (stack.places.empty()) return "regular grid";
+  return stack.tilt_degrees > 0.0 && stack.even_heights
+             ? "tilted by " + format_number(stack.tilt_degrees) +
+                   " degrees; resampled onto an upright grid"
+             : "no regular grid; resampled onto one";
+}
 
-  std::vector<DicomFrame> frames;
-  std::vector<SliceReference> references;
-  for (std::size_t h = 0; h < series.headers.size(); ++h)
-    for (std::size_t f = 0; f < series.headers[h].frames.size(); ++f) {
-      frames.push_back(series.headers[h].frames[f]);
-      references.push_back({int(h), int(f)});
-    }
-  StackGeometry stack = stack_geometry(frames, first.columns, first.rows);
-  series.verdict = stack.problem.empty() ? "regular grid" : stack.problem;
-  series.usable = stack.problem.empty();
-  if (!series.usable) return;
-  series.geometry = stack.geometry;
-  series.warnings = stack.warnings;
-  for (int f : stack.order) series.slices.push_back(references[std::size_t(f)]);
+void warn_of_pixels(DicomSeries& series) {
+  const DicomHeader& first = series.headers.front();
+  const auto any = [&](bool DicomHeader::*field) {
+    return std::any_of(series.headers.begin(), series.headers.end(),
+                       [&](const DicomHeader& header) { return header.*field; });
+  };
   if (first.kind == DicomKind::capture)
     series.warnings.push_back("the series is a secondary capture: its intensities may be edited");
   if (first.is_monochrome1)
     series.warnings.push_back("the pixels are MONOCHROME1 (bright is low); they were inverted");
-  if (first.has_modality_lut)
+  if (any(&DicomHeader::has_modality_lut))
     series.warnings.push_back("the modality look-up table was not applied");
+  if (any(&DicomHeader::burned_in))
+    series.warnings.push_back(
+        "text is burned into the pixels (it may be taken for a vessel, and may name the patient)");
+}
+
+/// Whether the members form a volume, and where they lie.
+void judge_stack(DicomSeries& series, const ReadOptions& options) {
+  series.verdict = refusal_by_objects(series);
+  if (!series.verdict.empty()) return;
+  std::vector<DicomFrame> frames;
+  for (const auto& member : series.members) frames.push_back(series.frame(member));
+  const DicomHeader& first = series.headers.front();
+  series.stack = stack_geometry(frames, first.columns, first.rows,
+                                options.resample ? UnevenSlices::resample : UnevenSlices::refuse);
+  if (series.stack.problem.empty())
+    series.stack.problem = contradiction(series.stack.geometry, options);
+  series.verdict = verdict_on(series.stack);
+  series.usable = series.stack.problem.empty();
+  if (!series.usable) return;
+  for (int f : series.stack.order) series.slices.push_back(series.members[std::size_t(f)]);
+  series.warnings.insert(series.warnings.end(), series.stack.warnings.begin(),
+                         series.stack.warnings.end());
+  warn_of_pixels(series);
+}
+
+/// The volumes that a stack of objects holds: usually itself.
+std::vector<DicomSeries> judge(DicomSeries series, const ReadOptions& options) {
+  std::sort(series.headers.begin(), series.headers.end(), [](const auto& a, const auto& b) {
+    return std::tie(a.source.path, a.source.entry) < std::tie(b.source.path, b.source.entry);
+  });
+  const DicomHeader& first = series.headers.front();
+  series.is_volume_kind = first.kind == DicomKind::volume || first.kind == DicomKind::capture;
+  series.verdict = give_spacing(series, options);
+  if (series.verdict.empty()) series.verdict = refusal_by_kind(first);
+  if (!series.verdict.empty()) {
+    series.is_volume_kind = series.is_volume_kind && first.kind == DicomKind::volume;
+    return {std::move(series)};
+  }
+  if (refusal_by_objects(series).empty()) {
+    std::vector<DicomSeries> parts = settle_repeats(std::move(series));
+    for (auto& part : parts) judge_stack(part, options);
+    return parts;
+  }
+  judge_stack(series, options);
+  return {std::move(series)};
+}
+
+std::size_t find_wanted(const std::vector<DicomSeries>& all, const std::string& wanted) {
+  for (std::size_t s = 0; s < all.size(); ++s)
+    if (all[s].key == wanted || std::to_string(s + 1) == wanted) return s;
+  std::string known;
+  for (std::size_t s = 0; s < all.size(); ++s)
+    known += (s > 0 ? ", " : "") + std::to_string(s + 1) + " (" + all[s].key + ")";
+  throw InputError("there is no series \"" + wanted + "\". Choose one of " + known);
+}
+
+void check_usable(const std::vector<DicomSeries>& all, std::size_t chosen,
+                  const ReadOptions& options) {
+  const DicomSeries& series = all[chosen];
+  if (!series.usable) {
+    std::string other;
+    for (std::size_t s = 0; s < all.size() && other.empty(); ++s)
+      if (all[s].usable) other = ". Or choose " + describe(all[s], s) + " with --series";
+    throw InputError(describe(series, chosen) + " cannot be used: " + series.verdict + other);
+  }
+  if (series.lossy() && !options.allow_lossy)
+    throw InputError(describe(series, chosen) +
+                     " was compressed with loss (edges may have moved, and so would every "
+                     "diameter). Export it without loss, or measure all the same with "
+                     "--allow-lossy");
 }
 
 }  // namespace
 
 std::size_t DicomSeries::pixel_count() const {
   std::size_t count = 0;
-  for (const auto& header : headers)
-    count += std::size_t(header.rows) * std::size_t(header.columns) * header.frames.size();
+  for (const auto& member : members)
+    count += headers[std::size_t(member.header)].pixels_per_frame();
   return count;
 }
 
-std::vector<DicomSeries> find_series(const fs::path& path, std::vector<std::string>& warnings,
-                                     const Progress& progress) {
-  auto stacks = group_by_stack(read_headers(list_files(path), progress), warnings);
-  std::vector<DicomSeries> found;
-  for (auto& [key, series] : stacks) {
-    judge(series);
-    found.push_back(std::move(series));
-  }
-  std::stable_sort(found.begin(), found.end(), [](const DicomSeries& a, const DicomSeries& b) {
-    return a.pixel_count() > b.pixel_count();
-  });
+bool DicomSeries::lossy() const {
+  return std::any_of(headers.begin(), headers.end(),
+                     [](const DicomHeader& header) { return header.lossy; });
+}
+
+FoundSeries find_series(const fs::path& path, const ReadOptions& options,
+                        const Progress& progress) {
+  FoundSeries found;
+  DicomInput input = list_dicom_input(path);
+  found.warnings = std::move(input.warnings);
+  for (auto& stack : group_by_stack(read_dicom_headers(input.files, progress), found.warnings))
+    for (auto& series : judge(std::move(stack), options)) found.all.push_back(std::move(series));
+  std::stable_sort(
+      found.all.begin(), found.all.end(),
+      [](const DicomSeries& a, const DicomSeries& b) { return a.pixel_count() > b.pixel_count(); });
   std::map<std::string, int> seen;
-  for (auto& series : found) {
+  for (auto& series : found.all) {
     const std::string hash = short_hash(series.headers.front().series_uid);
     const int number = ++seen[hash];
     series.key = number == 1 ? hash : hash + "-" + std::to_string(number);
   }
   return found;
+}
+
+std::size_t choose_series(const std::vector<DicomSeries>& all, const ReadOptions& options) {
+  std::size_t chosen = 0;
+  if (!options.series.empty()) {
+    chosen = find_wanted(all, options.series);
+  } else {
+    const auto first = std::find_if(
+        all.begin(), all.end(), [](const DicomSeries& series) { return series.is_volume_kind; });
+    if (first != all.end()) chosen = std::size_t(first - all.begin());
+  }
+  check_usable(all, chosen, options);
+  return chosen;
+}
+
+std::string describe(const DicomSeries& series, std::size_t index) {
+  return "series " + std::to_string(index + 1) + " (" + series.key + ", " +
+         series.headers.front().sop_class_name + ", " + std::to_string(series.headers.size()) +
+         (series.headers.size() == 1 ? " file" : " files") + ")";
 }
 
 }  // namespace angio::segmentation::detail

@@ -7,6 +7,7 @@
 #include "core/progress.hpp"
 #include "core/volume.hpp"
 #include "segmentation/detail/dicom_header.hpp"
+#include "segmentation/detail/stack_geometry.hpp"
 
 namespace angio::segmentation::detail {
 
@@ -20,39 +21,36 @@ struct SliceReference {
 struct DicomSeries {
   std::string key;  ///< short hash of the series UID; -2, -3, ... for further stacks of a series
   std::vector<DicomHeader> headers;
-  std::vector<SliceReference> slices;  ///< in the order of growing k
-  VolumeGeometry geometry;             ///< LPS, right-handed; meaningful if usable
-  bool is_volume_kind = false;         ///< of a kind that could be a volume, even if damaged
+  std::vector<SliceReference> members;  ///< the frames of the headers that belong to it
+  std::vector<SliceReference> slices;   ///< those of the volume, in the order of growing k
+  StackGeometry stack;                  ///< meaningful if usable
+  bool is_volume_kind = false;          ///< of a kind that could be a volume, even if damaged
   bool usable = false;
   std::string verdict;                ///< "regular grid", or why not and what to do
   std::vector<std::string> warnings;  ///< about a usable series
 
   [[nodiscard]] std::size_t pixel_count() const;
+  [[nodiscard]] bool lossy() const;
+  [[nodiscard]] const DicomFrame& frame(const SliceReference& slice) const {
+    return headers[std::size_t(slice.header)].frames[std::size_t(slice.frame)];
+  }
 };
 
-/// Where the slices of a stack lie, or why they form no regular grid.
-struct StackGeometry {
-  VolumeGeometry geometry;
-  std::vector<int> order;             ///< the given frames in the order of growing k
-  std::string problem;                ///< empty if the grid is regular
-  std::vector<std::string> warnings;  ///< e.g. an unevenness that was tolerated
+struct FoundSeries {
+  std::vector<DicomSeries> all;       ///< by falling pixel count
+  std::vector<std::string> warnings;  ///< files that are damaged and of no known series, or locked
 };
 
-/// The grid of a stack of parallel slices, told from positions and orientations alone.
-///
-///     n = i x j,   z_k = p_k . n ascending,   spacing_k = (z_last - z_0) / (count - 1)
-///
-/// A slice may lie off its place by 1 % of the spacing; up to 5 % is told in a warning. Refused are
-/// one slice alone, different orientations, duplicate positions, missing slices, uneven spacing,
-/// and a path of slices not along n (gantry tilt).
-/// Source: DICOM PS3.3 C.7.6.2.1.1 (Eq. C.7.6.2.1-1).
-StackGeometry stack_geometry(const std::vector<DicomFrame>& frames, int columns, int rows);
+/// Every series under a folder, or in one file, an archive or a DICOMDIR.
+FoundSeries find_series(const std::filesystem::path& path, const ReadOptions& options,
+                        const Progress& progress = {});
 
-/// Every series under a folder, or in one file, by falling pixel count.
-///
-/// @param warnings  gets a line per file that is damaged and of no known series
-std::vector<DicomSeries> find_series(const std::filesystem::path& path,
-                                     std::vector<std::string>& warnings,
-                                     const Progress& progress = {});
+/// The one that is read: the one that is asked for, or by rule the largest of a kind that could be
+/// a volume, even if it is then refused; a smaller one must not stand in for it unasked.
+/// @throws InputError if there is no such series, or it cannot be used
+std::size_t choose_series(const std::vector<DicomSeries>& all, const ReadOptions& options);
+
+/// A series in words, for messages.
+std::string describe(const DicomSeries& series, std::size_t index);
 
 }  // namespace angio::segmentation::detail

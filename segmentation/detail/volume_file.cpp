@@ -3,14 +3,19 @@
 #include <algorithm>
 #include <cctype>
 #include <cmath>
+#include <cstdint>
+#include <system_error>
 
 #include "core/error.hpp"
+#include "segmentation/detail/available_memory.hpp"
 #include "segmentation/detail/format_number.hpp"
+#include "segmentation/detail/guarded_child.hpp"
 
 namespace angio::segmentation::detail {
 namespace {
 
 constexpr double kOrthogonalTolerance = 1e-3;
+constexpr double kRoundedDecimals = 1e-5;  ///< skew that needs no word
 constexpr std::size_t kMaxVoxelCount = std::size_t(1) << 31;
 
 std::string lower_name(const std::filesystem::path& path) {
@@ -60,11 +65,67 @@ std::string volume_file_format(const std::filesystem::path& path) {
   return {};
 }
 
-VolumeFile load_volume_file(const std::filesystem::path& path, VolumePart part) {
-  VolumeFile file =
-      volume_file_format(path) == "VTK image" ? load_vti(path, part) : load_with_itk(path, part);
+namespace {
+
+VolumeFile parse(const std::filesystem::path& path, VolumePart part, const ReadOptions& options) {
+  VolumeFile file = volume_file_format(path) == "VTK image" ? load_vti(path, part)
+                                                            : load_with_itk(path, part, options);
   make_right_handed(file, path.filename().string());
   return file;
+}
+
+/// A header of VTK's holds the whole image, so it may take as much as the file.
+ChildLimits limits_for(const std::filesystem::path& path, std::uint64_t voxel_count) {
+  std::error_code ignored;
+  const auto size = std::size_t(std::filesystem::file_size(path, ignored));
+  constexpr std::size_t kWorstBytesPerVoxel = 24;  // doubles, converted and copied
+  constexpr std::size_t kBytesPerSecond = std::size_t(1) << 20;
+  const int seconds = 120 + int(std::min<std::size_t>(size / kBytesPerSecond, 86400));
+  return {(std::size_t(2) << 30) + 32 * std::min(size, std::size_t(1) << 38) +
+              kWorstBytesPerVoxel * std::size_t(voxel_count),
+          seconds, seconds};
+}
+
+VolumeFile load_guarded(const std::filesystem::path& path, VolumePart part,
+                        const ReadOptions& options, std::uint64_t voxel_count) {
+  VolumeFile file;
+  const ChildResult result = run_guarded(
+      limits_for(path, voxel_count),
+      [&](ChildOutput& output) {
+        const VolumeFile parsed = parse(path, part, options);
+        output.put(parsed.volume.geometry);
+        output.put(std::uint64_t(parsed.warnings.size()));
+        for (const auto& warning : parsed.warnings) output.put(warning);
+        output.put(parsed.volume.values);
+      },
+      [&](ChildInput& input) {
+        input.get(file.volume.geometry);
+        std::uint64_t warning_count = 0;
+        input.get(warning_count);
+        for (std::uint64_t w = 0; w < warning_count; ++w) input.get(file.warnings.emplace_back());
+        input.get(file.volume.values);
+      });
+  if (result.end == ChildEnd::refused) throw InputError(result.message);
+  if (result.end != ChildEnd::done)
+    throw InputError("cannot read " + path.filename().string() +
+                     (result.end == ChildEnd::timed_out
+                          ? " (it takes minutes: damaged, or on a slow disk). Copy it again"
+                      : result.end == ChildEnd::out_of_memory
+                          ? " (it asks for more memory than its voxels could take; it is damaged, "
+                            "or memory is short). Copy it again, or close programs"
+                          : " (it is damaged). Copy or export it again"));
+  return file;
+}
+
+}  // namespace
+
+VolumeFile load_volume_file(const std::filesystem::path& path, VolumePart part,
+                            const ReadOptions& options) {
+  VolumeFile header = load_guarded(path, VolumePart::header, options, 0);
+  if (part == VolumePart::header) return header;
+  const std::uint64_t voxel_count = header.volume.geometry.voxel_count();
+  check_memory(3 * voxel_count * sizeof(float), options.max_memory_gib, path.filename().string());
+  return load_guarded(path, part, options, voxel_count);
 }
 
 void make_right_handed(VolumeFile& file, const std::string& name) {
@@ -78,6 +139,9 @@ void make_right_handed(VolumeFile& file, const std::string& name) {
     throw InputError(name +
                      " has axes that are not at right angles (lengths would be wrong). "
                      "Resample it to a regular grid");
+  if (skew > kRoundedDecimals)
+    file.warnings.push_back("the axes were off the right angle by " + format_number(skew) +
+                            "; they were made orthogonal");
   const Vec3 third = normalized(cross(i, j));
   const Vec3 second = cross(third, i);
   set_columns(geometry.direction, i, second, third);

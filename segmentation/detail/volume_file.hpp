@@ -1,10 +1,12 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "core/volume.hpp"
+#include "segmentation/read_volume.hpp"
 
 namespace angio::segmentation::detail {
 
@@ -21,16 +23,28 @@ struct VolumeFile {
 
 enum class VolumePart { whole, header };
 
-/// Reads a volume file other than DICOM.
+/// Reads a volume file other than DICOM, in a child process: ITK and VTK trust what they read.
 /// @throws InputError if it is damaged, has no spacing, is not three-dimensional, or is sheared
-VolumeFile load_volume_file(const std::filesystem::path& path, VolumePart part);
+VolumeFile load_volume_file(const std::filesystem::path& path, VolumePart part,
+                            const ReadOptions& options);
 
 /// ITK's part of load_volume_file: NRRD, MetaImage, NIfTI.
-VolumeFile load_with_itk(const std::filesystem::path& path, VolumePart part);
+VolumeFile load_with_itk(const std::filesystem::path& path, VolumePart part,
+                         const ReadOptions& options);
 /// VTK's part: .vti.
 VolumeFile load_vti(const std::filesystem::path& path, VolumePart part);
 
-/// Makes the axes orthonormal and right-handed, reversing the order of slices if it must.
+/// The grid that a NIfTI-1 header states, in LPS [mm]: by the sform, else the qform, else the voxel
+/// size alone. ITK makes sheared axes orthogonal without a word, so it is not asked.
+///
+/// @param warnings  e.g. that it states no patient space
+/// @return nothing if the file is no NIfTI-1
+/// @throws InputError if it states two voxel sizes, or none
+std::optional<VolumeGeometry> read_nifti_geometry(const std::filesystem::path& path,
+                                                  std::vector<std::string>& warnings);
+
+/// Makes the axes orthonormal and right-handed, reversing the order of slices if it must. Axes off
+/// the right angle by up to 0.001 are set right, which moves no voxel by more than half its size.
 /// @throws InputError if the axes are not at right angles, or a size or spacing is impossible
 void make_right_handed(VolumeFile& file, const std::string& name);
 

@@ -39,9 +39,11 @@ std::string header_text(const std::filesystem::path& path, const std::string& fo
 }
 
 /// ITK takes a missing spacing for 1 mm and any unit for mm; both are refused here.
-void check_header_text(const std::filesystem::path& path, const std::string& format,
-                       std::vector<std::string>& warnings) {
-  if (format == "NIfTI") return;
+///
+/// @return whether it states a spacing; if not, the user has to
+bool check_header_text(const std::filesystem::path& path, const std::string& format,
+                       const ReadOptions& options, std::vector<std::string>& warnings) {
+  if (format == "NIfTI") return true;
   const std::string text = header_text(path, format);
   const std::string name = path.filename().string();
   const bool nrrd = format == "NRRD";
@@ -49,10 +51,11 @@ void check_header_text(const std::filesystem::path& path, const std::string& for
                                       text.find("\nspacings:") != std::string::npos
                                 : text.find("elementspacing") != std::string::npos ||
                                       text.find("elementsize") != std::string::npos;
-  if (!has_spacing)
+  if (!has_spacing && options.spacing_mm[0] <= 0.0)
     throw InputError(name + " states no voxel spacing (no length can be measured). Add " +
-                     (nrrd ? "\"space directions\"" : "\"ElementSpacing\"") + " to its header");
-  if (!nrrd) return;
+                     (nrrd ? "\"space directions\"" : "\"ElementSpacing\"") +
+                     " to its header, or give --spacing");
+  if (!nrrd) return has_spacing;
   const auto units = text.find("\nspace units:");
   if (units != std::string::npos) {
     const std::string line = text.substr(units + 1, text.find('\n', units + 1) - units - 1);
@@ -62,6 +65,7 @@ void check_header_text(const std::filesystem::path& path, const std::string& for
   }
   if (text.find("\nspace:") == std::string::npos)
     warnings.push_back("the file names no patient space; its axes were taken as LPS");
+  return has_spacing;
 }
 
 void check_image_information(const itk::ImageIOBase& io, const std::string& name) {
@@ -89,6 +93,21 @@ VolumeGeometry geometry_of(const itk::ImageIOBase& io) {
   return geometry;
 }
 
+void take_nifti_geometry(const std::filesystem::path& path, VolumeFile& file) {
+  const auto stated = read_nifti_geometry(path, file.warnings);
+  if (!stated) return;
+  const auto size = file.volume.geometry.size;
+  file.volume.geometry = *stated;
+  file.volume.geometry.size = size;
+}
+
+void take_given_spacing(const ReadOptions& options, VolumeFile& file) {
+  for (int axis = 0; axis < 3; ++axis)
+    file.volume.geometry.spacing[axis] = options.spacing_mm[std::size_t(axis)];
+  file.warnings.push_back(
+      "the file states no voxel size; the one you gave was taken, and every length rests on that");
+}
+
 [[noreturn]] void fail(const std::string& name, const std::string& format) {
   throw InputError("cannot read " + name + " (truncated, damaged, or not a " + format +
                    " file). Copy or export it again");
@@ -96,11 +115,12 @@ VolumeGeometry geometry_of(const itk::ImageIOBase& io) {
 
 }  // namespace
 
-VolumeFile load_with_itk(const std::filesystem::path& path, VolumePart part) {
+VolumeFile load_with_itk(const std::filesystem::path& path, VolumePart part,
+                         const ReadOptions& options) {
   const std::string name = path.filename().string();
   const std::string format = volume_file_format(path);
   VolumeFile file;
-  check_header_text(path, format, file.warnings);
+  const bool has_spacing = check_header_text(path, format, options, file.warnings);
   itk::ImageIOBase::Pointer io = make_io(format);
   try {
     if (!io->CanReadFile(path.c_str())) fail(name, format);
@@ -108,6 +128,8 @@ VolumeFile load_with_itk(const std::filesystem::path& path, VolumePart part) {
     io->ReadImageInformation();
     check_image_information(*io, name);
     file.volume.geometry = geometry_of(*io);
+    if (format == "NIfTI") take_nifti_geometry(path, file);
+    if (!has_spacing) take_given_spacing(options, file);
     if (part == VolumePart::header) return file;
 
     auto reader = itk::ImageFileReader<Image>::New();

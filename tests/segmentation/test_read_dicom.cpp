@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <cmath>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
@@ -11,6 +12,7 @@
 
 #include "core/atomic_file.hpp"
 #include "core/error.hpp"
+#include "core/units.hpp"
 #include "segmentation/detail/dicom_pixels.hpp"
 #include "segmentation/read_volume.hpp"
 
@@ -203,7 +205,9 @@ TEST_F(ReadDicom, RefusesADamagedSliceAtTheEndOfAStack) {
 
 TEST_F(ReadDicom, TellsNoIdentityAnywhere) {
   write_series(3);
-  write_slice(folder() / "double", Slice{}, EXS_LittleEndianExplicit);
+  Slice other;
+  other.first_pixel = 7;
+  write_slice(folder() / "double", other, EXS_LittleEndianExplicit);
   const std::string text = refusal();
   EXPECT_THAT(text, HasSubstr("repeats a position"));
   for (const char* secret : {"SECRET", "1.2.826"})
@@ -245,6 +249,21 @@ TEST_F(ReadDicom, SurvivesTruncatedAndScrambledFiles) {
   }
 }
 
+detail::DicomHeader header_of(const fs::path& path) {
+  const auto headers = detail::read_dicom_headers({{path, -1}});
+  EXPECT_EQ(headers.size(), 1u);
+  return headers.empty() ? detail::DicomHeader{} : headers.front();
+}
+
+/// Every pixel of an object, whatever its kind.
+std::vector<float> decode_all(const fs::path& path) {
+  const auto header = header_of(path);
+  if (!header.problem.empty()) throw InputError(header.problem);
+  std::vector<detail::SliceReference> members;
+  for (int f = 0; f < int(header.frames.size()); ++f) members.push_back({0, f});
+  return detail::decode_frames({header}, members);
+}
+
 /// Real and made-up objects that are not part of the repository.
 class ReadDicomData : public testing::Test {
  protected:
@@ -268,7 +287,8 @@ TEST_F(ReadDicomData, NoTrapGivesASilentlyWrongMillimetre) {
        {Trap{"x3_ok.dcm", 0.3}, Trap{"x3_rev.dcm", 0.3}, Trap{"x3_jitter.dcm", 0.3},
         Trap{"x3_framesc.dcm", 0.3}, Trap{"x3_nosc.dcm", 0.3}, Trap{"series_ok", 0.5},
         Trap{"series_rescale_vary", 0.5}, Trap{"x3_gap.dcm", 0}, Trap{"series_missing_mid", 0},
-        Trap{"series_missing_second", 0}, Trap{"series_tilt", 0}, Trap{"series_dup", 0},
+        Trap{"series_missing_second", 0},
+        Trap{"series_tilt", 0.5 * std::cos(20.0 * units::kPi / 180.0)}, Trap{"series_dup", 0.5},
         Trap{"enhxa.dcm", 0}, Trap{"xa_frametime.dcm", 0}, Trap{"xa_noptr.dcm", 0},
         Trap{"xa_pixelspacing.dcm", 0}, Trap{"xa_ptr_missing.dcm", 0}, Trap{"xa_vector.dcm", 0}}) {
     const fs::path path = data("dicom-traps") / trap.name;
@@ -277,7 +297,7 @@ TEST_F(ReadDicomData, NoTrapGivesASilentlyWrongMillimetre) {
       continue;
     }
     const auto volume = read_volume(path, {}).volume;
-    EXPECT_NEAR(volume.geometry.spacing.z, trap.spacing_z, 1e-9) << trap.name;
+    EXPECT_NEAR(volume.geometry.spacing.z, trap.spacing_z, 2e-4) << trap.name;
     EXPECT_NEAR(determinant(volume.geometry.direction), 1.0, 1e-12) << trap.name;
   }
 }
@@ -294,9 +314,7 @@ TEST_F(ReadDicomData, ProjectionRunsAreNamedAsSuch) {
 
 TEST_F(ReadDicomData, LosslessCodecsDecodeToTheUncompressedPixels) {
   const auto decoded = [&](const std::string& name) {
-    const auto header = detail::read_dicom_header(data("dicom-codecs") / name);
-    EXPECT_TRUE(header) << name;
-    return detail::decode_frames(*header);
+    return decode_all(data("dicom-codecs") / name);
   };
   const auto reference = decoded("XA1_UNC");
   for (const char* name : {"XA1_RLE", "XA1_JPLL", "XA1_JLSL", "XA1_J2KR"})
@@ -305,9 +323,9 @@ TEST_F(ReadDicomData, LosslessCodecsDecodeToTheUncompressedPixels) {
 
 TEST_F(ReadDicomData, LossyCodecsAreKnownAsLossy) {
   for (const char* name : {"XA1_J2KI", "XA1_JLSN", "XA1_JPLY"})
-    EXPECT_TRUE(detail::read_dicom_header(data("dicom-codecs") / name)->lossy) << name;
+    EXPECT_TRUE(header_of(data("dicom-codecs") / name).lossy) << name;
   for (const char* name : {"XA1_UNC", "XA1_RLE", "XA1_JPLL", "XA1_JLSL", "XA1_J2KR"})
-    EXPECT_FALSE(detail::read_dicom_header(data("dicom-codecs") / name)->lossy) << name;
+    EXPECT_FALSE(header_of(data("dicom-codecs") / name).lossy) << name;
 }
 
 TEST_F(ReadDicomData, DamagedStreamsNeverTakeTheProgramDown) {
@@ -321,10 +339,8 @@ TEST_F(ReadDicomData, DamagedStreamsNeverTakeTheProgramDown) {
       for (int b = 0; trial > 0 && b < 20; ++b)
         bytes[whole.size() / 4 + random() % (whole.size() / 2)] = char(random());
       std::ofstream(file, std::ios::binary) << bytes;
-      const auto header = detail::read_dicom_header(file);
-      if (!header || !header->problem.empty()) continue;
       try {
-        detail::decode_frames(*header);
+        decode_all(file);
       } catch (const InputError&) {
       }
     }

@@ -3,7 +3,7 @@
 
 #include <cmath>
 
-#include "segmentation/detail/dicom_series.hpp"
+#include "segmentation/detail/stack_geometry.hpp"
 
 namespace angio::segmentation::detail {
 namespace {
@@ -93,10 +93,6 @@ TEST(StackGeometry, RefusesWhatIsNoRegularGrid) {
   auto twice = straight_stack(8, 0.5);
   twice.push_back(twice[2]);
   EXPECT_THAT(stack_geometry(twice, 8, 8).problem, HasSubstr("repeats a position"));
-
-  auto tilted = straight_stack(8, 0.5);
-  for (std::size_t k = 0; k < tilted.size(); ++k) tilted[k].position.y += 0.1 * double(k);
-  EXPECT_THAT(stack_geometry(tilted, 8, 8).problem, HasSubstr("gantry tilt"));
 
   auto turned = straight_stack(8, 0.5);
   turned[5].axis_i = {0, 1, 0};

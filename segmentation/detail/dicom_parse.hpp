@@ -1,0 +1,60 @@
+#pragma once
+
+#include <dcmtk/config/osconfig.h>
+#include <dcmtk/dcmdata/dctk.h>
+
+#include <cmath>
+#include <optional>
+#include <string>
+
+#include "core/vec3.hpp"
+#include "segmentation/detail/dicom_header.hpp"
+#include "segmentation/detail/dicom_load.hpp"
+
+/// DICOM attributes as plain values; only for what runs in a guarded child.
+namespace angio::segmentation::detail {
+
+inline std::string text(DcmItem& item, const DcmTagKey& tag, unsigned long position = 0) {
+  OFString value;
+  if (item.findAndGetOFString(tag, value, position).bad()) return {};
+  return {value.c_str()};
+}
+
+inline std::optional<double> number(DcmItem& item, const DcmTagKey& tag,
+                                    unsigned long position = 0) {
+  Float64 value = 0.0;
+  if (item.findAndGetFloat64(tag, value, position).bad() || !std::isfinite(value)) return {};
+  return value;
+}
+
+inline int integer(DcmItem& item, const DcmTagKey& tag) {
+  Uint16 value = 0;
+  return item.findAndGetUint16(tag, value).good() ? int(value) : 0;
+}
+
+inline std::optional<Vec3> vector(DcmItem& item, const DcmTagKey& tag, unsigned long first = 0) {
+  Vec3 v;
+  for (unsigned long axis = 0; axis < 3; ++axis) {
+    const auto value = number(item, tag, first + axis);
+    if (!value) return {};
+    v[int(axis)] = *value;
+  }
+  return v;
+}
+
+/// The first item of a sequence, or null.
+inline DcmItem* first_item(DcmItem& item, const DcmTagKey& sequence) {
+  DcmItem* found = nullptr;
+  return item.findAndGetSequenceItem(sequence, found, 0).good() ? found : nullptr;
+}
+
+/// One file's header, or nothing if it is not DICOM (or is a DICOMDIR).
+std::optional<DicomHeader> parse_header(DicomLoader& loader, const DicomSource& source);
+
+/// Geometry, rescale and phase of every frame.
+void parse_frames(DcmDataset& dataset, int frame_count, DicomHeader& header);
+
+/// Angles, distances, spacing and field of a run of projections.
+ProjectionRun parse_projection_run(DcmDataset& dataset, int frame_count);
+
+}  // namespace angio::segmentation::detail

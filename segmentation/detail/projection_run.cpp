@@ -1,0 +1,206 @@
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "segmentation/detail/dicom_parse.hpp"
+#include "segmentation/detail/format_number.hpp"
+
+namespace angio::segmentation::detail {
+namespace {
+
+constexpr double kSameSpacing = 1e-3;        ///< relative
+constexpr double kSameMagnification = 0.01;  ///< relative
+constexpr std::size_t kMaxValueCount = std::size_t(1) << 16;
+
+/// Every value of an attribute of decimal numbers.
+std::vector<double> numbers(DcmItem& item, const DcmTagKey& tag) {
+  DcmElement* element = nullptr;
+  item.findAndGetElement(tag, element);
+  auto* decimals = dynamic_cast<DcmDecimalString*>(element);
+  OFVector<Float64> values;
+  if (!decimals || decimals->getFloat64Vector(values).bad() || values.size() > kMaxValueCount ||
+      !std::all_of(values.begin(), values.end(), [](double value) { return std::isfinite(value); }))
+    return {};
+  return {values.begin(), values.end()};
+}
+
+/// A value anywhere in an object, also in its functional groups.
+std::optional<double> deep_number(DcmItem& item, const DcmTagKey& tag, unsigned long place = 0) {
+  Float64 value = 0.0;
+  if (item.findAndGetFloat64(tag, value, place, OFTrue).bad() || !std::isfinite(value)) return {};
+  return value;
+}
+
+/// base + increment per frame; one angle if the object has no increments.
+std::vector<double> angles_by_increments(DcmDataset& dataset, const DcmTagKey& base_tag,
+                                         const DcmTagKey& increment_tag, double& base) {
+  const auto stated = number(dataset, base_tag);
+  std::vector<double> angles = numbers(dataset, increment_tag);
+  if (!stated && angles.empty()) return {};
+  base = stated.value_or(0.0);
+  if (angles.empty()) return {base};
+  for (double& angle : angles) angle += base;
+  return angles;
+}
+
+/// Of an enhanced object, frame by frame; the angle against the table where the one against the
+/// patient is not said.
+std::vector<double> angles_by_frames(DcmDataset& dataset, const DcmTagKey& tag,
+                                     const DcmTagKey& isocentre_tag) {
+  std::vector<double> angles;
+  DcmItem* shared = first_item(dataset, DCM_SharedFunctionalGroupsSequence);
+  DcmSequenceOfItems* per_frame = nullptr;
+  dataset.findAndGetSequence(DCM_PerFrameFunctionalGroupsSequence, per_frame);
+  DcmObject* object = nullptr;
+  while (per_frame && (object = per_frame->nextInContainer(object)) != nullptr) {
+    auto* groups = dynamic_cast<DcmItem*>(object);
+    std::optional<double> angle;
+    for (DcmItem* item : {groups, shared})
+      for (const DcmTagKey& which : {tag, isocentre_tag})
+        if (!angle && item) angle = deep_number(*item, which);
+    if (!angle) return {};
+    angles.push_back(*angle);
+  }
+  if (!angles.empty() && std::all_of(angles.begin(), angles.end(),
+                                     [&](double angle) { return angle == angles.front(); }))
+    angles.erase(angles.begin() + 1, angles.end());
+  return angles;
+}
+
+void parse_angles(DcmDataset& dataset, ProjectionRun& run) {
+  run.primary_angles_degrees =
+      angles_by_frames(dataset, DCM_PositionerPrimaryAngle, DCM_PositionerIsocenterPrimaryAngle);
+  run.secondary_angles_degrees = angles_by_frames(dataset, DCM_PositionerSecondaryAngle,
+                                                  DCM_PositionerIsocenterSecondaryAngle);
+  if (run.primary_angles_degrees.empty())
+    run.primary_angles_degrees =
+        angles_by_increments(dataset, DCM_PositionerPrimaryAngle,
+                             DCM_PositionerPrimaryAngleIncrement, run.base_angles_degrees[0]);
+  if (run.secondary_angles_degrees.empty())
+    run.secondary_angles_degrees =
+        angles_by_increments(dataset, DCM_PositionerSecondaryAngle,
+                             DCM_PositionerSecondaryAngleIncrement, run.base_angles_degrees[1]);
+}
+
+void parse_distances(DcmDataset& dataset, ProjectionRun& run) {
+  const auto positive = [&](const DcmTagKey& tag) {
+    const auto value = deep_number(dataset, tag);
+    return value && *value > 0.0 ? value : std::nullopt;
+  };
+  run.source_to_detector_mm = positive(DCM_DistanceSourceToDetector);
+  run.source_to_isocentre_mm = positive(DCM_DistanceSourceToIsocenter);
+  if (!run.source_to_isocentre_mm)
+    run.source_to_isocentre_mm = positive(DCM_DistanceSourceToPatient);
+  run.magnification = positive(DCM_EstimatedRadiographicMagnificationFactor);
+  if (!run.source_to_detector_mm || !run.source_to_isocentre_mm) return;
+  const double by_distances = *run.source_to_detector_mm / *run.source_to_isocentre_mm;
+  if (run.magnification &&
+      std::abs(*run.magnification - by_distances) > kSameMagnification * by_distances)
+    run.notes.push_back("the stated magnification of " + format_number(*run.magnification) +
+                        " is not that of the distances, " + format_number(by_distances) +
+                        "; the distances were taken");
+  run.magnification = by_distances;
+}
+
+/// Between columns and rows, which DICOM gives the other way round.
+std::array<double, 2> spacing_by(DcmDataset& dataset, const DcmTagKey& tag) {
+  const double rows = deep_number(dataset, tag, 0).value_or(0.0);
+  const double columns = deep_number(dataset, tag, 1).value_or(rows);
+  return rows > 0.0 && columns > 0.0 ? std::array{columns, rows} : std::array{0.0, 0.0};
+}
+
+/// DICOM PS3.3 C.8.7.5 and 10.7.1.3: a calibrated spacing is finer than the detector's; one that is
+/// not was copied from it.
+void parse_spacing(DcmDataset& dataset, ProjectionRun& run) {
+  const auto in_beam = spacing_by(dataset, DCM_ObjectPixelSpacingInCenterOfBeam);
+  const auto detector = spacing_by(dataset, DCM_ImagerPixelSpacing);
+  const auto stated = spacing_by(dataset, DCM_PixelSpacing);
+  const auto set = [&](const std::array<double, 2>& spacing, SpacingPlane plane,
+                       const std::string& note) {
+    run.spacing_mm = spacing;
+    run.spacing_plane = plane;
+    run.notes.push_back(note);
+  };
+  if (in_beam[0] > 0.0)
+    return set(in_beam, SpacingPlane::calibrated,
+               "spacing: of the object in the centre of the beam, as the file says");
+  if (detector[0] <= 0.0 && stated[0] <= 0.0)
+    return set({0.0, 0.0}, SpacingPlane::unknown, "spacing: none is stated");
+  if (detector[0] <= 0.0)
+    return set(stated, SpacingPlane::unknown,
+               "spacing: stated without the detector's, so that its plane is not known");
+  if (stated[0] > 0.0 && stated[0] < detector[0] * (1.0 - kSameSpacing))
+    return set(stated, SpacingPlane::calibrated,
+               "spacing: calibrated on an object in the picture (PixelSpacing is finer than the "
+               "detector's " +
+                   format_number(detector[0]) + " mm)");
+  if (!run.magnification)
+    return set(detector, SpacingPlane::detector,
+               "spacing: of the detector; the patient is smaller by a magnification that the file "
+               "does not state");
+  set({detector[0] / *run.magnification, detector[1] / *run.magnification}, SpacingPlane::isocentre,
+      "spacing: the detector's " + format_number(detector[0]) +
+          " mm divided by the magnification " + format_number(*run.magnification) +
+          " at the isocentre");
+}
+
+void parse_times(DcmDataset& dataset, ProjectionRun& run) {
+  const std::vector<double> steps = numbers(dataset, DCM_FrameTimeVector);
+  const auto rate = number(dataset, DCM_CineRate);
+  double sum = 0.0;
+  for (const double step : steps) sum += step;
+  if (const auto time = number(dataset, DCM_FrameTime))
+    run.frame_time_ms = time;
+  else if (steps.size() > 1)
+    run.frame_time_ms =
+        sum / double(steps.size() - 1);  // the first step is 0: before it is nothing
+  else if (rate && *rate > 0.0)
+    run.frame_time_ms = 1000.0 / *rate;
+}
+
+void parse_mask(DcmDataset& dataset, int frame_count, ProjectionRun& run) {
+  DcmItem* mask = first_item(dataset, DCM_MaskSubtractionSequence);
+  if (!mask) return;
+  run.mask_operation = text(*mask, DCM_MaskOperation);
+  Uint16 frame = 0;
+  for (unsigned long place = 0; mask->findAndGetUint16(DCM_MaskFrameNumbers, frame, place).good();
+       ++place)
+    if (frame >= 1 && int(frame) <= frame_count) run.mask_frames.push_back(int(frame));
+}
+
+/// The part of the picture inside both the shutter and the collimator, where they are rectangles.
+void parse_field(DcmDataset& dataset, ProjectionRun& run) {
+  std::array<int, 4> open = {1, integer(dataset, DCM_Columns), 1, integer(dataset, DCM_Rows)};
+  bool any = false;
+  const auto close_in = [&](const DcmTagKey& tag, std::size_t side, bool is_least) {
+    const auto edge = deep_number(dataset, tag);
+    if (!edge || !(std::abs(*edge) < 65536.0)) return;
+    any = true;
+    open[side] = is_least ? std::max(open[side], int(*edge)) : std::min(open[side], int(*edge));
+  };
+  for (const DcmTagKey& tag : {DCM_ShutterLeftVerticalEdge, DCM_CollimatorLeftVerticalEdge})
+    close_in(tag, 0, true);
+  for (const DcmTagKey& tag : {DCM_ShutterRightVerticalEdge, DCM_CollimatorRightVerticalEdge})
+    close_in(tag, 1, false);
+  for (const DcmTagKey& tag : {DCM_ShutterUpperHorizontalEdge, DCM_CollimatorUpperHorizontalEdge})
+    close_in(tag, 2, true);
+  for (const DcmTagKey& tag : {DCM_ShutterLowerHorizontalEdge, DCM_CollimatorLowerHorizontalEdge})
+    close_in(tag, 3, false);
+  if (any && open[0] <= open[1] && open[2] <= open[3]) run.open_field = open;
+}
+
+}  // namespace
+
+ProjectionRun parse_projection_run(DcmDataset& dataset, int frame_count) {
+  ProjectionRun run;
+  parse_angles(dataset, run);
+  parse_distances(dataset, run);
+  parse_spacing(dataset, run);
+  parse_times(dataset, run);
+  parse_mask(dataset, frame_count, run);
+  parse_field(dataset, run);
+  run.burned_in_text = text(dataset, DCM_BurnedInAnnotation) == "YES";
+  return run;
+}
+
+}  // namespace angio::segmentation::detail
