@@ -38,12 +38,20 @@ void improve_surface(SurfaceDraft& draft, const SurfaceTarget& target, double to
   progress.report(0.6, "smoothing");
   detail::smooth(draft, target, int(std::lround(options.smoothing_iterations)), tolerance);
   progress.report(0.75, "looking for crossings");
-  const int count = detail::resolve_crossings(draft, target, warnings);
-  if (count > 0)
-    warnings.push_back("at " + std::to_string(count) +
+  constexpr int kPasses = 3;
+  int closed_count = 0;
+  std::vector<std::array<int, 2>> poor;
+  for (int pass = 0; pass < kPasses; ++pass) {
+    closed_count += detail::resolve_crossings(draft, target, poor, warnings);
+    poor = detail::improve_angles(draft, target);
+    const auto at_caps = detail::faults_of_caps(draft);
+    poor.insert(poor.end(), at_caps.begin(), at_caps.end());
+    if (poor.empty()) break;
+  }
+  if (closed_count > 0)
+    warnings.push_back("at " + std::to_string(closed_count) +
                        " places finer than the image can show, the lumen's surface crossed itself "
                        "and was closed anew");
-  detail::improve_angles(draft, target);
 }
 
 LumenMesh finish(SurfaceDraft draft, std::vector<std::string> warnings) {

@@ -17,6 +17,14 @@ namespace {
 
 using Pairs = std::vector<std::array<int, 2>>;
 
+/// What has to be mended: crossing triangles and sharp folds.
+Pairs find_faults(const TriangleMesh& mesh) {
+  Pairs pairs = self_intersections(mesh);
+  const Pairs folds = sharp_folds(mesh);
+  pairs.insert(pairs.end(), folds.begin(), folds.end());
+  return pairs;
+}
+
 /// A rim with crossing triangles is given up: its vertices are of the wall from now on.
 void give_up_rims(SurfaceDraft& draft, const Pairs& pairs) {
   std::vector<char> given_up(draft.rim_planes.size(), 0);
@@ -151,7 +159,7 @@ Pairs remesh_crossings(SurfaceDraft& draft, const SurfaceTarget& target, const P
   Patch patch = take_patch(draft, mark_corners(draft.mesh, pairs), kRings);
   remesh_part(patch.draft, target, patch.free, kRounds);
   put_back(draft, patch);
-  return self_intersections(draft.mesh);
+  return find_faults(draft.mesh);
 }
 
 std::set<int> rims_of(const SurfaceDraft& draft) {
@@ -175,12 +183,16 @@ void warn_of_lost_rims(const std::set<int>& before, const std::set<int>& after,
 }  // namespace
 
 int resolve_crossings(SurfaceDraft& draft, const SurfaceTarget& target,
+                      const std::vector<std::array<int, 2>>& others,
                       std::vector<std::string>& warnings) {
   constexpr int kRemeshings = 2;
   constexpr int kAttempts = 8;
-  Pairs pairs = self_intersections(draft.mesh);
-  for (int attempt = 0; attempt < kRemeshings && !pairs.empty(); ++attempt)
-    pairs = remesh_crossings(draft, target, pairs);
+  Pairs pairs = find_faults(draft.mesh);
+  if (others.empty()) {
+    for (int attempt = 0; attempt < kRemeshings && !pairs.empty(); ++attempt)
+      pairs = remesh_crossings(draft, target, pairs);
+  }
+  pairs.insert(pairs.end(), others.begin(), others.end());
   const std::set<int> rims = rims_of(draft);
   int closed_count = 0;
   for (int attempt = 0; attempt < kAttempts && !pairs.empty(); ++attempt) {
@@ -189,13 +201,35 @@ int resolve_crossings(SurfaceDraft& draft, const SurfaceTarget& target,
     keep_largest_piece(draft.mesh, gone);
     remove_triangles(draft, gone);
     closed_count += close_holes(draft);
-    pairs = self_intersections(draft.mesh);
+    pairs = find_faults(draft.mesh);
   }
   warn_of_lost_rims(rims, rims_of(draft), warnings);
-  if (pairs.empty()) return closed_count;
-  throw InternalError("the lumen's surface still crosses itself (" + std::to_string(pairs.size()) +
+  const std::size_t left = pairs.empty() ? 0 : self_intersections(draft.mesh).size();
+  if (left == 0) return closed_count;
+  throw InternalError("the lumen's surface still crosses itself (" + std::to_string(left) +
                       " pairs of triangles; vessels that touch each other, or noise). Smooth the "
                       "segmentation, or mesh with shorter edges (meshing.edges_per_circumference)");
+}
+
+std::vector<std::array<int, 2>> faults_of_caps(const SurfaceDraft& draft) {
+  const CappedMesh capped = cap_rims(draft.mesh, draft.rim);
+  const std::size_t wall_count = draft.mesh.triangles.size();
+  std::vector<char> is_cap(capped.mesh.triangles.size(), 0);
+  std::fill(is_cap.begin() + std::ptrdiff_t(wall_count), is_cap.end(), char(1));
+  Pairs pairs = self_intersections_of(capped.mesh, is_cap);
+  for (const auto& pair : sharp_folds(capped.mesh))
+    if (is_cap[std::size_t(pair[0])] || is_cap[std::size_t(pair[1])]) pairs.push_back(pair);
+  std::set<int> rims;
+  for (const auto& pair : pairs)
+    for (const int t : pair)
+      if (is_cap[std::size_t(t)])
+        rims.insert(capped.id[std::size_t(capped.mesh.triangles[std::size_t(t)][0])] - 1);
+  Pairs at_rims;
+  for (std::size_t t = 0; t < wall_count; ++t)
+    for (const int v : draft.mesh.triangles[t])
+      if (draft.rim[std::size_t(v)] >= 0 && rims.contains(draft.rim[std::size_t(v)]))
+        at_rims.push_back({int(t), int(t)});
+  return at_rims;
 }
 
 }  // namespace angio::meshing::detail

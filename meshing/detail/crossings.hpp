@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <string>
 #include <vector>
 
@@ -7,14 +8,20 @@
 
 namespace angio::meshing::detail {
 
-/// Rids a surface of crossing triangles. First it is remeshed around them. What still crosses,
-/// necks and pockets that the data cannot resolve, is cut out with the triangles around it, the
-/// largest piece is kept, and the holes are closed by membranes; then again, wider. A rim that is
-/// hit, or lost with a piece, is no rim any more, and named in a warning.
+/// Rids a surface of crossing triangles and sharp folds. First it is remeshed around them. What is
+/// left, necks and pockets that the data cannot resolve, is cut out with the triangles around it,
+/// the largest piece is kept, and the holes are closed by membranes; then again, wider. A rim that
+/// is hit, or lost with a piece, is no rim any more, and named in a warning.
 ///
+/// @param others  more pairs of triangles (or of a triangle and itself) to cut out
 /// @return number of places that were closed anew
 /// @throws InternalError if crossings remain
 int resolve_crossings(SurfaceDraft& draft, const SurfaceTarget& target,
+                      const std::vector<std::array<int, 2>>& others,
                       std::vector<std::string>& warnings);
+
+/// Triangles of the wall at rims whose caps would cross the wall or fold onto it, each as a pair
+/// with itself.
+std::vector<std::array<int, 2>> faults_of_caps(const SurfaceDraft& draft);
 
 }  // namespace angio::meshing::detail

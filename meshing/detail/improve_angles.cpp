@@ -139,6 +139,15 @@ std::vector<char> corners_of_poor(const TriangleMesh& mesh, double sine_squared)
   return marked;
 }
 
+/// Crossings and sharp folds with a marked triangle.
+std::vector<std::array<int, 2>> faults_of(const TriangleMesh& mesh,
+                                          const std::vector<char>& marked) {
+  auto pairs = self_intersections_of(mesh, marked);
+  for (const auto& pair : sharp_folds(mesh))
+    if (marked[std::size_t(pair[0])] || marked[std::size_t(pair[1])]) pairs.push_back(pair);
+  return pairs;
+}
+
 /// Improves all poor triangles at once; where that makes triangles cross, the surface is left.
 void improve_everywhere(SurfaceDraft& draft, const SurfaceTarget& target) {
   constexpr int kAttempts = 3;
@@ -154,7 +163,7 @@ void improve_everywhere(SurfaceDraft& draft, const SurfaceTarget& target) {
     AngleImprover(patch.draft, &target, patch.free).run();
     SurfaceDraft improved = draft;
     const std::vector<char> changed = put_back(improved, patch);
-    const auto pairs = self_intersections_of(improved.mesh, changed);
+    const auto pairs = faults_of(improved.mesh, changed);
     if (pairs.empty()) {
       draft = std::move(improved);
       return;
@@ -196,7 +205,7 @@ bool improve_place(SurfaceDraft& draft, const SurfaceTarget& target, const Vec3&
     if (after < kLeast && after <= kGain * before) continue;
     SurfaceDraft improved = draft;
     const std::vector<char> changed = put_back(improved, patch);
-    if (!self_intersections_of(improved.mesh, changed).empty()) continue;
+    if (!faults_of(improved.mesh, changed).empty()) continue;
     draft = std::move(improved);
     return true;
   }
@@ -205,7 +214,7 @@ bool improve_place(SurfaceDraft& draft, const SurfaceTarget& target, const Vec3&
 
 }  // namespace
 
-void improve_angles(SurfaceDraft& draft, const SurfaceTarget& target) {
+std::vector<std::array<int, 2>> improve_angles(SurfaceDraft& draft, const SurfaceTarget& target) {
   improve_everywhere(draft, target);
   constexpr int kPlaces = 200;
   std::vector<Vec3> hopeless;
@@ -219,10 +228,15 @@ void improve_angles(SurfaceDraft& draft, const SurfaceTarget& target) {
     };
     const auto poor =
         std::find_if(draft.mesh.triangles.begin(), draft.mesh.triangles.end(), is_due);
-    if (poor == draft.mesh.triangles.end()) return;
+    if (poor == draft.mesh.triangles.end()) break;
     const Vec3 place = draft.mesh.vertices[std::size_t((*poor)[0])];
     if (!improve_place(draft, target, place)) hopeless.push_back(place);
   }
+  std::vector<std::array<int, 2>> left;
+  for (std::size_t t = 0; t < draft.mesh.triangles.size(); ++t)
+    if (least_sine_squared_of(draft.mesh, draft.mesh.triangles[t]) < kLeast)
+      left.push_back({int(t), int(t)});
+  return left;
 }
 
 }  // namespace angio::meshing::detail

@@ -250,6 +250,15 @@ EndOpener::Cut EndOpener::best_cut(const std::vector<Plane>& planes, double radi
   return best;
 }
 
+double EndOpener::upright_share(const Plane& plane, const std::vector<int>& triangles) const {
+  constexpr double kLeaning = -0.6;  // cosine: less than 53 degrees between wall and cap
+  std::size_t upright_count = 0;
+  for (const int t : triangles)
+    upright_count += dot(normalized(area_vector_doubled(mesh_, mesh_.triangles[std::size_t(t)])),
+                         plane.normal) > kLeaning;
+  return double(upright_count) / double(triangles.size());
+}
+
 EndOpener::Cut EndOpener::examine(const Plane& plane, double radius, int end,
                                   const std::vector<int>& nearby) const {
   constexpr double kBeyond = 16.0;  // radii; an end is not longer than this
@@ -268,7 +277,7 @@ EndOpener::Cut EndOpener::examine(const Plane& plane, double radius, int end,
       sound = sound && (int(tip) == end || !lost.contains(tip_vertex_[tip]));
     if (!sound) continue;
     cut.verdict = Verdict::sound;
-    cut.roundness = roundness(loop.points);
+    cut.roundness = roundness(loop.points) * upright_share(plane, loop.triangles);
     cut.triangles = std::move(loop.triangles);
     cut.beyond = std::move(part);
     return cut;

@@ -46,7 +46,7 @@ class EndOpener {
     Plane plane;
     int end = 0;
     Verdict verdict = Verdict::no_section;
-    double roundness = 0.0;      ///< 4 pi area / perimeter^2 of the section, 1 for a circle
+    double roundness = 0.0;      ///< of the section, 1 for a circle; less if the wall leans over it
     std::vector<int> triangles;  ///< crossed
     std::vector<int> beyond;     ///< vertices that go
   };
@@ -74,6 +74,8 @@ class EndOpener {
                                            const std::vector<int>& nearby) const;
   [[nodiscard]] Cut examine(const Plane& plane, double radius, int end,
                             const std::vector<int>& nearby) const;
+  /// Share of the section where the wall does not lean over the cap-to-be.
+  [[nodiscard]] double upright_share(const Plane& plane, const std::vector<int>& triangles) const;
   /// Vertices on the far side of a section; none if it separates nothing within `reach`.
   [[nodiscard]] std::vector<int> part_beyond(const Plane& plane, const Loop& loop,
                                              double reach) const;

@@ -33,7 +33,7 @@ std::vector<char> mark_corners(const TriangleMesh& mesh,
 /// Marks the neighbours of marked vertices as well, ring by ring.
 void grow(const TriangleMesh& mesh, std::vector<char>& marked, int ring_count);
 
-/// Are the triangles of a vertex, without those that are not `kept`, one fan (or none)?
+/// Vertices around which the kept triangles are more than one fan, per vertex.
 std::vector<char> vertices_of_several_fans(const TriangleMesh& mesh, const std::vector<char>& kept);
 
 }  // namespace angio::meshing::detail

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <vector>
 
 #include "core/triangle_mesh.hpp"
@@ -47,8 +48,11 @@ void remesh_membrane(SurfaceDraft& draft, const std::vector<char>& free, int rou
 
 /// Raises the least angles of a surface that is free of crossings and stays so: flips, moves,
 /// collapses and splits around triangles below 28 degrees, each only if the least angle there
-/// grows. Vertices keep their signed distance from the target.
-void improve_angles(SurfaceDraft& draft, const SurfaceTarget& target);
+/// grows. Vertices keep their signed distance from the target; where that cannot be, a few become
+/// parts of a membrane.
+///
+/// @return triangles that stay below 21 degrees, each as a pair with itself
+std::vector<std::array<int, 2>> improve_angles(SurfaceDraft& draft, const SurfaceTarget& target);
 
 /// Taubin's smoothing along the normals (lambda 0.5, mu -0.53): noise goes, volume stays. Then
 /// vertices move until triangles lie as much outside as inside the target, so that flat triangles

@@ -16,6 +16,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <tuple>
 
 namespace angio::meshing::detail {
 namespace {
@@ -155,6 +156,33 @@ std::vector<std::array<int, 2>> self_intersections_of(const TriangleMesh& mesh,
     const int i = index[std::size_t(a)];
     const int j = index[std::size_t(b)];
     if (marked[std::size_t(i)] || marked[std::size_t(j)]) pairs.push_back({i, j});
+  }
+  return pairs;
+}
+
+std::vector<std::array<int, 2>> sharp_folds(const TriangleMesh& mesh) {
+  constexpr double kCosine = -0.82;  // of the angle between the normals: 145 degrees
+  struct Side {
+    int low, high, triangle;
+  };
+  std::vector<Side> sides;
+  sides.reserve(3 * mesh.triangles.size());
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
+    for (std::size_t c = 0; c < 3; ++c) {
+      const int a = mesh.triangles[t][c];
+      const int b = mesh.triangles[t][(c + 1) % 3];
+      sides.push_back({std::min(a, b), std::max(a, b), int(t)});
+    }
+  std::sort(sides.begin(), sides.end(), [](const Side& a, const Side& b) {
+    return std::tie(a.low, a.high, a.triangle) < std::tie(b.low, b.high, b.triangle);
+  });
+  std::vector<std::array<int, 2>> pairs;
+  for (std::size_t i = 0; i + 1 < sides.size(); ++i) {
+    if (sides[i].low != sides[i + 1].low || sides[i].high != sides[i + 1].high) continue;
+    const Vec3 a = area_vector_doubled(mesh, mesh.triangles[std::size_t(sides[i].triangle)]);
+    const Vec3 b = area_vector_doubled(mesh, mesh.triangles[std::size_t(sides[i + 1].triangle)]);
+    if (dot(a, b) < kCosine * norm(a) * norm(b))
+      pairs.push_back({sides[i].triangle, sides[i + 1].triangle});
   }
   return pairs;
 }

@@ -1,0 +1,237 @@
+#include "meshing/lumen_volume.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <map>
+
+#include "core/error.hpp"
+#include "meshing/detail/improve_tets.hpp"
+#include "meshing/detail/remesh.hpp"
+#include "meshing/detail/tetgen_child.hpp"
+
+namespace angio::meshing {
+namespace {
+
+/// The lumen's closed surface, with caps whose triangles are like the wall's.
+struct Shell {
+  TriangleMesh mesh;           ///< the open lumen's vertices and triangles first
+  std::vector<int> entity_id;  ///< per triangle
+};
+
+/// A cap remeshed between its rim's vertices.
+TriangleMesh remeshed_cap(const TriangleMesh& cap, const std::vector<char>& on_rim) {
+  constexpr int kRounds = 8;
+  detail::SurfaceDraft draft;
+  draft.mesh = cap;
+  draft.rim.assign(cap.vertices.size(), -1);
+  std::vector<char> free(cap.vertices.size());
+  double rim_length = 0.0;
+  int rim_count = 0;
+  for (const auto& [a, b] : unique_edges(cap)) {
+    if (!on_rim[std::size_t(a)] || !on_rim[std::size_t(b)]) continue;
+    rim_length += distance(cap.vertices[std::size_t(a)], cap.vertices[std::size_t(b)]);
+    ++rim_count;
+  }
+  draft.edge_length.assign(cap.vertices.size(), rim_length / std::max(1, rim_count));
+  for (std::size_t v = 0; v < free.size(); ++v) {
+    free[v] = on_rim[v] ? 0 : 1;
+    draft.origin.push_back(int(v));
+  }
+  detail::remesh_membrane(draft, free, kRounds);
+  // The rim's vertices keep their order and come first.
+  TriangleMesh result;
+  std::vector<int> index(draft.mesh.vertices.size(), -1);
+  std::vector<int> of_origin(cap.vertices.size(), -1);
+  for (std::size_t v = 0; v < index.size(); ++v)
+    if (draft.origin[v] >= 0) of_origin[std::size_t(draft.origin[v])] = int(v);
+  const auto take = [&](int v) {
+    if (index[std::size_t(v)] >= 0) return;
+    index[std::size_t(v)] = int(result.vertices.size());
+    result.vertices.push_back(draft.mesh.vertices[std::size_t(v)]);
+  };
+  for (std::size_t v = 0; v < on_rim.size(); ++v)
+    if (on_rim[v]) take(of_origin[v]);
+  for (std::size_t v = 0; v < index.size(); ++v) take(int(v));
+  for (const Triangle& t : draft.mesh.triangles)
+    result.triangles.push_back(
+        {index[std::size_t(t[0])], index[std::size_t(t[1])], index[std::size_t(t[2])]});
+  return result;
+}
+
+void add_cap(Shell& shell, const LumenMesh& lumen, int id) {
+  TriangleMesh cap;
+  std::vector<int> whole;  // vertex of the shell for each rim vertex of the cap
+  std::vector<char> on_rim;
+  std::map<int, int> index;
+  const auto open_count = int(lumen.open.vertices.size());
+  for (const bool rims : {true, false})  // rim vertices first
+    for (std::size_t v = 0; v < lumen.capped.vertices.size(); ++v) {
+      if (lumen.inlet_outlet_id[v] != id || (int(v) < open_count) != rims) continue;
+      index[int(v)] = int(cap.vertices.size());
+      cap.vertices.push_back(lumen.capped.vertices[v]);
+      on_rim.push_back(rims ? 1 : 0);
+      if (rims) whole.push_back(int(v));
+    }
+  for (std::size_t t = lumen.open.triangles.size(); t < lumen.capped.triangles.size(); ++t) {
+    const Triangle& c = lumen.capped.triangles[t];
+    if (lumen.inlet_outlet_id[std::size_t(c[0])] == id)
+      cap.triangles.push_back({index.at(c[0]), index.at(c[1]), index.at(c[2])});
+  }
+  cap = remeshed_cap(cap, on_rim);
+  for (std::size_t v = whole.size(); v < cap.vertices.size(); ++v) {
+    whole.push_back(int(shell.mesh.vertices.size()));
+    shell.mesh.vertices.push_back(cap.vertices[v]);
+  }
+  for (const Triangle& t : cap.triangles) {
+    shell.mesh.triangles.push_back(
+        {whole[std::size_t(t[0])], whole[std::size_t(t[1])], whole[std::size_t(t[2])]});
+    shell.entity_id.push_back(kWallEntityId + id);
+  }
+}
+
+Shell make_shell(const LumenMesh& lumen) {
+  Shell shell{lumen.open, std::vector<int>(lumen.open.triangles.size(), kWallEntityId)};
+  int last = 0;
+  for (const int id : lumen.inlet_outlet_id) last = std::max(last, id);
+  for (int id = 1; id <= last; ++id)
+    if (std::find(lumen.inlet_outlet_id.begin(), lumen.inlet_outlet_id.end(), id) !=
+        lumen.inlet_outlet_id.end())
+      add_cap(shell, lumen, id);
+  return shell;
+}
+
+/// Mean length of the edges at each vertex [mm].
+std::vector<double> edge_lengths(const TriangleMesh& mesh) {
+  std::vector<double> sum(mesh.vertices.size(), 0.0);
+  std::vector<int> count(mesh.vertices.size(), 0);
+  for (const auto& [a, b] : unique_edges(mesh))
+    for (const int v : {a, b}) {
+      sum[std::size_t(v)] += distance(mesh.vertices[std::size_t(a)], mesh.vertices[std::size_t(b)]);
+      ++count[std::size_t(v)];
+    }
+  for (std::size_t v = 0; v < sum.size(); ++v) sum[v] /= std::max(1, count[v]);
+  return sum;
+}
+
+/// TetGen's mesh, right-handed, with the shell's own vertices bit for bit.
+TetMesh fill_shell(const Shell& shell, const LumenVolumeOptions& options,
+                   std::vector<std::string>& warnings) {
+  constexpr double kLimit = 300.0;  // [s]
+  constexpr int kAttempts = 4;
+  Vec3 centre;
+  for (const Vec3& p : shell.mesh.vertices)
+    centre += (1.0 / double(shell.mesh.vertices.size())) * p;
+  detail::TetgenInput input;
+  for (const Vec3& p : shell.mesh.vertices) input.vertices.push_back(p - centre);
+  input.triangles = shell.mesh.triangles;
+  input.switches = "pYYq1.4/14mQ";
+  input.what = "the lumen";
+  double ratio = options.edge_ratio;
+  TetMesh mesh;
+  for (int attempt = 0; attempt < kAttempts; ++attempt) {
+    input.edge_lengths = edge_lengths(shell.mesh);
+    for (double& length : input.edge_lengths) length *= ratio;
+    mesh = detail::run_tetgen(input, kLimit);
+    const double excess = double(mesh.tets.size()) / options.tet_budget;
+    if (excess <= 1.0) break;
+    ratio *= 1.1 * std::cbrt(excess);
+  }
+  if (ratio > options.edge_ratio)
+    warnings.push_back("the edges inside the lumen were lengthened by " +
+                       std::to_string(std::lround(100.0 * (ratio / options.edge_ratio - 1.0))) +
+                       " % to keep the budget of tetrahedra");
+  for (std::size_t v = 0; v < mesh.vertices.size(); ++v)
+    mesh.vertices[v] =
+        v < shell.mesh.vertices.size() ? shell.mesh.vertices[v] : mesh.vertices[v] + centre;
+  for (Tet& t : mesh.tets)
+    if (tet_volume(mesh.vertices[std::size_t(t[0])], mesh.vertices[std::size_t(t[1])],
+                   mesh.vertices[std::size_t(t[2])], mesh.vertices[std::size_t(t[3])]) < 0.0)
+      std::swap(t[2], t[3]);
+  return mesh;
+}
+
+std::vector<Triangle> sorted_outer_faces(const TetMesh& mesh) {
+  std::vector<Triangle> faces;
+  for (const Tet& t : mesh.tets)
+    for (std::size_t lacks = 0; lacks < 4; ++lacks) {
+      Triangle face{t[(lacks + 1) % 4], t[(lacks + 2) % 4], t[(lacks + 3) % 4]};
+      std::sort(face.begin(), face.end());
+      faces.push_back(face);
+    }
+  std::sort(faces.begin(), faces.end());
+  std::vector<Triangle> outer;
+  for (std::size_t i = 0; i < faces.size(); ++i) {
+    if (i + 1 < faces.size() && faces[i] == faces[i + 1])
+      ++i;
+    else
+      outer.push_back(faces[i]);
+  }
+  return outer;
+}
+
+/// Every triangle of the shell is a face of one tetrahedron, and no other face is.
+void check_conformity(const TetMesh& mesh, const Shell& shell) {
+  std::vector<Triangle> wanted = shell.mesh.triangles;
+  for (Triangle& t : wanted) std::sort(t.begin(), t.end());
+  std::sort(wanted.begin(), wanted.end());
+  if (sorted_outer_faces(mesh) != wanted)
+    throw InternalError("the lumen's tetrahedra do not keep the triangles of its wall");
+}
+
+void measure(LumenVolume& volume) {
+  detail::DihedralRange range;
+  for (const Tet& t : volume.mesh.tets) {
+    const auto at = [&](std::size_t c) -> const Vec3& {
+      return volume.mesh.vertices[std::size_t(t[c])];
+    };
+    const detail::DihedralRange own = detail::dihedral_range(at(0), at(1), at(2), at(3));
+    range.least = std::min(range.least, own.least);
+    range.greatest = std::max(range.greatest, own.greatest);
+    const double size = tet_volume(at(0), at(1), at(2), at(3));
+    if (!(size > 0.0)) throw InternalError("a tetrahedron of the lumen is flat or turned over");
+    volume.volume_mm3 += size;
+  }
+  volume.min_dihedral_degrees = range.least;
+  volume.max_dihedral_degrees = range.greatest;
+}
+
+}  // namespace
+
+void LumenVolumeOptions::validate() const {
+  const auto check = [](bool valid, const std::string& message) {
+    if (!valid) throw OptionError(message);
+  };
+  check(edge_ratio >= 0.5 && edge_ratio <= 5.0,
+        "lumen_volume.edge_ratio must lie in [0.5, 5] (inner edges over those of the wall)");
+  check(tet_budget >= 1000 && tet_budget <= 50000000,
+        "lumen_volume.tet_budget must lie in [1000, 5e7]");
+  check(least_dihedral_degrees >= 5.0 && least_dihedral_degrees <= 25.0,
+        "lumen_volume.least_dihedral_degrees must lie in [5, 25] (more cannot be reached)");
+}
+
+LumenVolume mesh_lumen_volume(const LumenMesh& lumen, const LumenVolumeOptions& options,
+                              const Progress& progress) {
+  options.validate();
+  if (!lumen.watertight || lumen.self_intersection_count > 0)
+    throw InputError(
+        "the lumen's surface is not watertight or crosses itself (it has no inside to fill). Mesh "
+        "the lumen again");
+  LumenVolume volume;
+  progress.report(0.0, "caps");
+  Shell shell = make_shell(lumen);
+  progress.report(0.1, "tetrahedra");
+  volume.mesh = fill_shell(shell, options, volume.warnings);
+  progress.report(0.5, "improving tetrahedra");
+  detail::improve_tets(volume.mesh, int(shell.mesh.vertices.size()),
+                       options.least_dihedral_degrees);
+  progress.report(0.9, "checks");
+  check_conformity(volume.mesh, shell);
+  volume.boundary = std::move(shell.mesh.triangles);
+  volume.boundary_entity_id = std::move(shell.entity_id);
+  measure(volume);
+  progress.report(1.0);
+  return volume;
+}
+
+}  // namespace angio::meshing
