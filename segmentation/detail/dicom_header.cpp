@@ -147,15 +147,12 @@ bool is_directory(DcmFileFormat& file, const DicomHeader& header) {
                                     UID_MediaStorageDirectoryStorage);
 }
 
-/// Why the file could not be parsed to its end.
-std::string parse_problem(DcmFileFormat& file) {
+/// DCMTK guesses where it does not know the syntax, and would take compressed pixels for plain
+/// ones.
+bool has_unknown_syntax(DcmFileFormat& file) {
   const std::string syntax =
       file.getMetaInfo() ? text(*file.getMetaInfo(), DCM_TransferSyntaxUID) : std::string();
-  if (!syntax.empty() && DcmXfer(syntax.c_str()).getXfer() == EXS_Unknown)
-    return "its transfer syntax is not known here (a newer or a private compression). Export the "
-           "series uncompressed (Explicit VR Little Endian)";
-  return "the file is truncated or damaged (its header cannot be read to the end). Copy or export "
-         "it again";
+  return !syntax.empty() && DcmXfer(syntax.c_str()).getXfer() == EXS_Unknown;
 }
 
 void read_object(DcmDataset& dataset, DicomHeader& header) {
@@ -184,8 +181,14 @@ std::optional<DicomHeader> parse_header(DicomLoader& loader, const DicomSource& 
   header.source = source;
   read_identifiers(*file.getDataset(), header);
   if (is_directory(file, header)) return {};
-  if (status.bad() || !has_known_class(header))
-    header.problem = parse_problem(file);
+  if (has_unknown_syntax(file))
+    header.problem =
+        "its transfer syntax is not known here (a newer or a private compression). Export the "
+        "series uncompressed (Explicit VR Little Endian)";
+  else if (status.bad() || !has_known_class(header))
+    header.problem =
+        "the file is truncated or damaged (its header cannot be read to the end). Copy or export "
+        "it again";
   else
     read_object(*file.getDataset(), header);
   return header;

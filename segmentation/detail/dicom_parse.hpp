@@ -20,11 +20,20 @@ inline std::string text(DcmItem& item, const DcmTagKey& tag, unsigned long posit
   return {value.c_str()};
 }
 
-inline std::optional<double> number(DcmItem& item, const DcmTagKey& tag,
-                                    unsigned long position = 0) {
+/// A number of whatever representation (DS, IS, US, UL, FL, FD).
+///
+/// @param deep  look also into the sequences of the item
+inline std::optional<double> number(DcmItem& item, const DcmTagKey& tag, unsigned long position = 0,
+                                    bool deep = false) {
   Float64 value = 0.0;
-  if (item.findAndGetFloat64(tag, value, position).bad() || !std::isfinite(value)) return {};
-  return value;
+  if (item.findAndGetFloat64(tag, value, position, deep).bad()) {
+    OFString written;
+    OFBool ok = OFFalse;
+    if (item.findAndGetOFString(tag, written, position, deep).bad()) return {};
+    value = OFStandard::atof(written.c_str(), &ok);
+    if (!ok) return {};
+  }
+  return std::isfinite(value) ? std::optional<double>(value) : std::nullopt;
 }
 
 inline int integer(DcmItem& item, const DcmTagKey& tag) {

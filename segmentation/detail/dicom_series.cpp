@@ -192,7 +192,9 @@ std::vector<DicomSeries> judge(DicomSeries series, const ReadOptions& options) {
     return std::tie(a.source.path, a.source.entry) < std::tie(b.source.path, b.source.entry);
   });
   const DicomHeader& first = series.headers.front();
-  series.is_volume_kind = first.kind == DicomKind::volume || first.kind == DicomKind::capture;
+  const bool is_slice_alone = series.headers.size() == 1 && series.members.size() == 1;
+  series.is_volume_kind =
+      !is_slice_alone && (first.kind == DicomKind::volume || first.kind == DicomKind::capture);
   series.verdict = give_spacing(series, options);
   if (series.verdict.empty()) series.verdict = refusal_by_kind(first);
   if (!series.verdict.empty()) {

@@ -26,9 +26,7 @@ std::vector<double> numbers(DcmItem& item, const DcmTagKey& tag) {
 
 /// A value anywhere in an object, also in its functional groups.
 std::optional<double> deep_number(DcmItem& item, const DcmTagKey& tag, unsigned long place = 0) {
-  Float64 value = 0.0;
-  if (item.findAndGetFloat64(tag, value, place, OFTrue).bad() || !std::isfinite(value)) return {};
-  return value;
+  return number(item, tag, place, true);
 }
 
 /// base + increment per frame; one angle if the object has no increments.

@@ -1,5 +1,3 @@
-#include <dcmtk/config/osconfig.h>
-#include <dcmtk/dcmdata/dctk.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <unistd.h>
@@ -15,92 +13,13 @@
 #include "core/units.hpp"
 #include "segmentation/detail/dicom_pixels.hpp"
 #include "segmentation/read_volume.hpp"
+#include "tests/segmentation/dicom_objects.hpp"
 
 namespace angio::segmentation {
 namespace {
-namespace fs = std::filesystem;
 using testing::HasSubstr;
 
-/// What differs between the made-up slices of these tests.
-struct Slice {
-  double z = 0.0;
-  std::string series = "1.2.826.0.1.3680043.2.100";
-  std::string photometric = "MONOCHROME2";
-  std::string lossy = "00";
-  int rows = 6;
-  int columns = 5;
-  bool is_signed = false;
-  double slope = 1.0;
-  double intercept = 0.0;
-  Uint16 first_pixel = 100;  ///< the others count up from it
-  const char* sop_class = UID_CTImageStorage;
-  bool has_geometry = true;
-};
-
-void write_slice(const fs::path& path, const Slice& slice, E_TransferSyntax syntax) {
-  DcmFileFormat file;
-  DcmDataset& d = *file.getDataset();
-  const auto put = [&](const DcmTagKey& tag, const std::string& value) {
-    ASSERT_TRUE(d.putAndInsertString(tag, value.c_str()).good());
-  };
-  put(DCM_SOPClassUID, slice.sop_class);
-  put(DCM_SOPInstanceUID, slice.series + "." + std::to_string(int(1000 + 100 * slice.z)));
-  put(DCM_SeriesInstanceUID, slice.series);
-  put(DCM_PatientName, "SECRET^NAME");
-  put(DCM_PhotometricInterpretation, slice.photometric);
-  put(DCM_LossyImageCompression, slice.lossy);
-  put(DCM_RescaleSlope, std::to_string(slice.slope));
-  put(DCM_RescaleIntercept, std::to_string(slice.intercept));
-  if (slice.has_geometry) {
-    put(DCM_PixelSpacing, "0.6\\0.4");
-    put(DCM_ImageOrientationPatient, "1\\0\\0\\0\\1\\0");
-    put(DCM_ImagePositionPatient, "-1\\-2\\" + std::to_string(slice.z));
-  }
-  d.putAndInsertUint16(DCM_SamplesPerPixel, 1);
-  d.putAndInsertUint16(DCM_Rows, Uint16(slice.rows));
-  d.putAndInsertUint16(DCM_Columns, Uint16(slice.columns));
-  d.putAndInsertUint16(DCM_BitsAllocated, 16);
-  d.putAndInsertUint16(DCM_BitsStored, 12);
-  d.putAndInsertUint16(DCM_HighBit, 11);
-  d.putAndInsertUint16(DCM_PixelRepresentation, slice.is_signed ? 1 : 0);
-  std::vector<Uint16> pixels(std::size_t(slice.rows) * std::size_t(slice.columns));
-  for (std::size_t p = 0; p < pixels.size(); ++p)
-    pixels[p] = Uint16((slice.first_pixel + p) & 0x0fff);
-  d.putAndInsertUint16Array(DCM_PixelData, pixels.data(), pixels.size());
-  ASSERT_TRUE(file.saveFile(path.c_str(), syntax).good());
-}
-
-class ReadDicom : public testing::Test {
- protected:
-  void SetUp() override {
-    folder_ =
-        fs::temp_directory_path() / ("angio-read-dicom-" + std::to_string(getpid()) + "-" +
-                                     testing::UnitTest::GetInstance()->current_test_info()->name());
-    fs::create_directories(folder_);
-  }
-  void TearDown() override { fs::remove_all(folder_); }
-  [[nodiscard]] const fs::path& folder() const { return folder_; }
-
-  /// Names in falling z, so that the order of files is not the order of slices.
-  void write_series(int count, Slice slice = {}, E_TransferSyntax syntax = EXS_LittleEndianExplicit,
-                    const std::string& prefix = "a") const {
-    for (int k = 0; k < count; ++k) {
-      slice.z = 0.5 * k;
-      write_slice(folder_ / (prefix + std::to_string(100 - k)), slice, syntax);
-    }
-  }
-  [[nodiscard]] std::string refusal(const ReadOptions& options = {}) const {
-    try {
-      read_volume(folder_, options);
-    } catch (const InputError& error) {
-      return error.what();
-    }
-    return {};
-  }
-
- private:
-  fs::path folder_;
-};
+using ReadDicom = DicomFolder;
 
 TEST_F(ReadDicom, KeepsGeometryAndValuesInEveryUncompressedSyntax) {
   for (E_TransferSyntax syntax : {EXS_LittleEndianExplicit, EXS_LittleEndianImplicit,
@@ -124,7 +43,7 @@ TEST_F(ReadDicom, KeepsGeometryAndValuesInEveryUncompressedSyntax) {
 TEST_F(ReadDicom, ExtendsTheSignOfTwelveBits) {
   Slice slice;
   slice.is_signed = true;
-  slice.first_pixel = 0x0ffe;  // -2, then -1, 0, 1, ...
+  slice.pixel = [](int i, int) { return i - 2; };
   write_series(3, slice);
   const auto volume = read_volume(folder(), {}).volume;
   EXPECT_EQ(volume.at(0, 0, 0), -2.0f);
@@ -134,9 +53,9 @@ TEST_F(ReadDicom, ExtendsTheSignOfTwelveBits) {
 TEST_F(ReadDicom, AppliesEachSlicesOwnRescale) {
   for (int k = 0; k < 3; ++k) {
     Slice slice;
-    slice.z = 0.5 * k;
+    slice.position.z = 0.5 * k;
     slice.slope = 1.0 + k;
-    write_slice(folder() / std::to_string(k), slice, EXS_LittleEndianExplicit);
+    write_slice(file(std::to_string(k)), slice);
   }
   const auto volume = read_volume(folder(), {}).volume;
   for (int k = 0; k < 3; ++k) EXPECT_EQ(volume.at(0, 0, k), 100.0f * float(1 + k));
@@ -206,7 +125,7 @@ TEST_F(ReadDicom, RefusesADamagedSliceAtTheEndOfAStack) {
 TEST_F(ReadDicom, TellsNoIdentityAnywhere) {
   write_series(3);
   Slice other;
-  other.first_pixel = 7;
+  other.pixel = [](int, int) { return 7; };
   write_slice(folder() / "double", other, EXS_LittleEndianExplicit);
   const std::string text = refusal();
   EXPECT_THAT(text, HasSubstr("repeats a position"));

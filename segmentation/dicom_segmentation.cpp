@@ -1,0 +1,128 @@
+#include "segmentation/dicom_segmentation.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <system_error>
+
+#include "core/atomic_file.hpp"
+#include "core/error.hpp"
+#include "core/parallel.hpp"
+#include "segmentation/detail/dicom_series.hpp"
+#include "segmentation/detail/guarded_child.hpp"
+#include "segmentation/detail/segmentation_object.hpp"
+#include "segmentation/detail/volume_file.hpp"
+
+namespace angio::segmentation {
+namespace fs = std::filesystem;
+namespace {
+
+/// The box of voxels below zero and one voxel around it, in continuous indices.
+struct IndexBox {
+  Vec3 least{1e30, 1e30, 1e30};
+  Vec3 most{-1e30, -1e30, -1e30};
+
+  [[nodiscard]] bool contains(const Vec3& index) const {
+    return index.x >= least.x && index.y >= least.y && index.z >= least.z && index.x <= most.x &&
+           index.y <= most.y && index.z <= most.z;
+  }
+};
+
+IndexBox lumen_box(const Volume<float>& level_set) {
+  IndexBox box;
+  const auto& size = level_set.geometry.size;
+  for (int k = 0; k < size[2]; ++k)
+    for (int j = 0; j < size[1]; ++j)
+      for (int i = 0; i < size[0]; ++i) {
+        if (!(level_set.at(i, j, k) < 0.0f)) continue;
+        const Vec3 index{double(i), double(j), double(k)};
+        for (int axis = 0; axis < 3; ++axis) {
+          box.least[axis] = std::min(box.least[axis], index[axis] - 1.0);
+          box.most[axis] = std::max(box.most[axis], index[axis] + 1.0);
+        }
+      }
+  for (int axis = 0; axis < 3; ++axis) {  // half a voxel beyond the grid belongs to its last voxel
+    box.least[axis] = std::max(box.least[axis], -0.5);
+    box.most[axis] = std::min(box.most[axis], double(size[std::size_t(axis)]) - 0.5);
+  }
+  return box;
+}
+
+/// The lumen on one source slice, 1 inside; empty if there is none of it.
+std::vector<std::uint8_t> mask_on_slice(const Volume<float>& level_set, const IndexBox& box,
+                                        const detail::DicomFrame& frame, int columns, int rows) {
+  const VolumeGeometry& grid = level_set.geometry;
+  const Vec3 origin = grid.index_from_lps(frame.position);
+  const Vec3 step_i = grid.index_from_lps(frame.position + frame.spacing_i * frame.axis_i) - origin;
+  const Vec3 step_j = grid.index_from_lps(frame.position + frame.spacing_j * frame.axis_j) - origin;
+  std::vector<std::uint8_t> mask(std::size_t(columns) * std::size_t(rows), 0);
+  bool any = false;
+  for (int j = 0; j < rows; ++j)
+    for (int i = 0; i < columns; ++i) {
+      const Vec3 index = origin + double(i) * step_i + double(j) * step_j;
+      if (!box.contains(index) || !(interpolate(level_set, grid.lps_from_index(index)) < 0.0))
+        continue;
+      mask[std::size_t(j) * std::size_t(columns) + std::size_t(i)] = 1;
+      any = true;
+    }
+  if (!any) mask.clear();
+  return mask;
+}
+
+detail::SegmentationFrames resample_to(const detail::DicomSeries& series,
+                                       const Volume<float>& level_set) {
+  const IndexBox box = lumen_box(level_set);
+  const detail::DicomHeader& first = series.headers.front();
+  std::vector<std::vector<std::uint8_t>> masks(series.slices.size());
+  parallel_for(std::ptrdiff_t(masks.size()), [&](std::ptrdiff_t k) {
+    masks[std::size_t(k)] = mask_on_slice(
+        level_set, box, series.frame(series.slices[std::size_t(k)]), first.columns, first.rows);
+  });
+  detail::SegmentationFrames frames;
+  for (std::size_t k = 0; k < masks.size(); ++k) {
+    if (masks[k].empty()) continue;
+    frames.slices.push_back(series.slices[k]);
+    frames.masks.push_back(std::move(masks[k]));
+  }
+  return frames;
+}
+
+detail::DicomSeries source_series(const fs::path& source, const ReadOptions& options) {
+  if (detail::is_volume_file_name(source) && !fs::is_directory(source))
+    throw InputError("a DICOM segmentation needs a DICOM source (" + source.filename().string() +
+                     " has no UIDs to refer to). Take lumen_mask.nrrd instead");
+  detail::FoundSeries found = detail::find_series(source, options);
+  if (found.all.empty())
+    throw InputError(
+        "the source of the segmentation holds no DICOM. Give the folder of its series");
+  return std::move(found.all[detail::choose_series(found.all, options)]);
+}
+
+}  // namespace
+
+void write_dicom_segmentation(const fs::path& path, const Volume<float>& level_set,
+                              const fs::path& source, const ReadOptions& source_options,
+                              const DicomSegmentationOptions& options) {
+  const detail::DicomSeries series = source_series(source, source_options);
+  const detail::SegmentationFrames frames = resample_to(series, level_set);
+  if (frames.masks.empty())
+    throw InputError(
+        "the lumen holds no pixel centre of the source (it lies elsewhere, or is thinner than a "
+        "pixel). Check that the segmentation was made from this source");
+  write_atomically(path, [&](const fs::path& temporary) {
+    const std::size_t frame_bytes = frames.masks.front().size() * frames.masks.size();
+    const detail::ChildResult result = detail::run_guarded(
+        {(std::size_t(1) << 30) + 8 * frame_bytes, 600, 600},
+        [&](detail::ChildOutput&) {
+          detail::write_segmentation_object(temporary, series, frames, options);
+        },
+        [](detail::ChildInput&) {});
+    if (result.end == detail::ChildEnd::refused) throw IoError(result.message);
+    if (result.end != detail::ChildEnd::done)
+      throw IoError("could not write " + path.string() +
+                    " (the source's headers are damaged, or memory is short). Is the disk full?");
+    fs::permissions(temporary, fs::perms::owner_read | fs::perms::owner_write);
+  });
+}
+
+}  // namespace angio::segmentation

@@ -1,0 +1,198 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+
+#include "segmentation/detail/projection_angles.hpp"
+#include "tests/segmentation/dicom_objects.hpp"
+
+namespace angio::segmentation {
+namespace {
+using testing::Contains;
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
+
+using ProjectionRuns = DicomFolder;
+
+/// A cine of four frames with what `more` adds.
+Slice run_of_four(const std::function<void(DcmDataset&)>& more) {
+  Slice slice;
+  slice.sop_class = UID_XRayAngiographicImageStorage;
+  slice.has_geometry = false;
+  slice.rows = 24;
+  slice.more = [more](DcmDataset& d) {
+    put(d, DCM_NumberOfFrames, "4");
+    d.putAndInsertUint16(DCM_Rows, 6);
+    put(d, DCM_FrameTime, "40");
+    more(d);
+  };
+  return slice;
+}
+
+ProjectionRun inspect_run(const fs::path& folder, const ReadOptions& options = {}) {
+  const auto all = inspect(folder, options);
+  EXPECT_EQ(all.size(), 1u);
+  EXPECT_FALSE(all[0].usable);
+  EXPECT_TRUE(all[0].projection);
+  return all[0].projection.value_or(ProjectionRun{});
+}
+
+TEST_F(ProjectionRuns, AreNamedForWhatTheyAre) {
+  write_slice(file("a"), run_of_four([](DcmDataset&) {}));
+  EXPECT_THAT(refusal(), HasSubstr("it is a projection run (X-Ray Angiographic Image Storage), not "
+                                   "a volume: its third axis is time"));
+  const auto all = inspect(folder());
+  EXPECT_EQ(all[0].frame_count, 4);
+  EXPECT_EQ(all[0].projection->frame_time_ms, 40.0);
+  EXPECT_EQ(all[0].projection->spacing_plane, SpacingPlane::unknown);
+}
+
+TEST_F(ProjectionRuns, TellThePlaneInWhichTheirSpacingHolds) {
+  const auto spacing = [&](const std::function<void(DcmDataset&)>& more) {
+    write_slice(file("a"), run_of_four(more));
+    return inspect_run(folder());
+  };
+  const auto detector_only = [](DcmDataset& d) { put(d, DCM_ImagerPixelSpacing, "0.4\\0.3"); };
+  auto run = spacing(detector_only);
+  EXPECT_EQ(run.spacing_plane, SpacingPlane::detector);
+  EXPECT_THAT(run.spacing_mm, ElementsAre(0.3, 0.4));
+
+  const auto with_distances = [&](DcmDataset& d) {
+    detector_only(d);
+    put(d, DCM_DistanceSourceToDetector, "1000");
+    put(d, DCM_DistanceSourceToPatient, "750");
+  };
+  run = spacing(with_distances);
+  EXPECT_EQ(run.spacing_plane, SpacingPlane::isocentre);
+  EXPECT_NEAR(run.spacing_mm[0], 0.3 * 750 / 1000, 1e-12);
+  EXPECT_NEAR(run.magnification.value_or(0), 1000.0 / 750.0, 1e-12);
+
+  run = spacing([&](DcmDataset& d) {  // a finer spacing was calibrated
+    with_distances(d);
+    put(d, DCM_PixelSpacing, "0.25\\0.2");
+  });
+  EXPECT_EQ(run.spacing_plane, SpacingPlane::calibrated);
+  EXPECT_THAT(run.spacing_mm, ElementsAre(0.2, 0.25));
+
+  run = spacing([&](DcmDataset& d) {  // the same one was copied
+    with_distances(d);
+    put(d, DCM_PixelSpacing, "0.4\\0.3");
+  });
+  EXPECT_EQ(run.spacing_plane, SpacingPlane::isocentre);
+
+  run = spacing([](DcmDataset& d) { put(d, DCM_PixelSpacing, "0.4\\0.3"); });
+  EXPECT_EQ(run.spacing_plane, SpacingPlane::unknown);
+}
+
+TEST_F(ProjectionRuns, AMagnificationThatContradictsTheDistancesIsTold) {
+  write_slice(file("a"), run_of_four([](DcmDataset& d) {
+                put(d, DCM_DistanceSourceToDetector, "1000");
+                put(d, DCM_DistanceSourceToPatient, "750");
+                put(d, DCM_EstimatedRadiographicMagnificationFactor, "1.2");
+              }));
+  const auto run = inspect_run(folder());
+  EXPECT_NEAR(run.magnification.value_or(0), 4.0 / 3.0, 1e-12);
+  EXPECT_THAT(run.notes, Contains(HasSubstr("is not that of the distances")));
+}
+
+TEST_F(ProjectionRuns, AnglesAreBasePlusIncrementAndNoRunningSum) {
+  write_slice(file("a"), run_of_four([](DcmDataset& d) {
+                put(d, DCM_PositionerPrimaryAngle, "-30");
+                put(d, DCM_PositionerSecondaryAngle, "5");
+                put(d, DCM_PositionerPrimaryAngleIncrement, "0\\10\\20\\30");
+              }));
+  const auto run = inspect_run(folder());
+  EXPECT_THAT(run.primary_angles_degrees, ElementsAre(-30, -20, -10, 0));
+  EXPECT_THAT(run.secondary_angles_degrees, ElementsAre(5));
+}
+
+TEST_F(ProjectionRuns, IncrementsThatAreAllAlikeAskForTheOtherMeaning) {
+  write_slice(file("a"), run_of_four([](DcmDataset& d) {
+                put(d, DCM_PositionerPrimaryAngle, "-30");
+                put(d, DCM_PositionerPrimaryAngleIncrement, "2\\2\\2\\2");
+              }));
+  EXPECT_THAT(inspect_run(folder()).notes, Contains(HasSubstr("--angles cumulative")));
+  const auto run = inspect_run(folder(), {.angles = AngleIncrements::cumulative});
+  EXPECT_THAT(run.primary_angles_degrees, ElementsAre(-28, -26, -24, -22));
+}
+
+TEST_F(ProjectionRuns, ImplausibleAnglesAreTold) {
+  const auto notes = [](std::vector<double> angles, int frames) {
+    ProjectionRun run;
+    run.primary_angles_degrees = std::move(angles);
+    run.secondary_angles_degrees = {0.0};
+    detail::settle_angles(run, frames, AngleIncrements::from_base);
+    return run.notes;
+  };
+  EXPECT_THAT(notes({-30, -20, -10, 0}, 4), IsEmpty());
+  EXPECT_THAT(notes({-30, -20, -10}, 4), Contains(HasSubstr("3 for 4 frames")));
+  EXPECT_THAT(notes({0, 200, 400}, 3), Contains(HasSubstr("more than a turn")));
+  EXPECT_THAT(notes({0, 20, 10, 30}, 4), Contains(HasSubstr("back and forth")));
+  EXPECT_THAT(notes({0, 10, 20, 70, 80}, 5), Contains(HasSubstr("uneven")));
+}
+
+TEST_F(ProjectionRuns, MaskFramesAndTheOpenFieldAreShown) {
+  write_slice(file("a"), run_of_four([](DcmDataset& d) {
+                DcmItem& mask = group(d, DCM_MaskSubtractionSequence);
+                put(mask, DCM_MaskOperation, "AVG_SUB");
+                const Uint16 frames[] = {1, 2};
+                mask.putAndInsertUint16Array(DCM_MaskFrameNumbers, frames, 2);
+                put(d, DCM_ShutterLeftVerticalEdge, "2");
+                put(d, DCM_ShutterRightVerticalEdge, "5");
+                put(d, DCM_CollimatorUpperHorizontalEdge, "3");
+                put(d, DCM_CollimatorLowerHorizontalEdge, "9");
+              }));
+  const auto run = inspect_run(folder());
+  EXPECT_EQ(run.mask_operation, "AVG_SUB");
+  EXPECT_THAT(run.mask_frames, ElementsAre(1, 2));
+  ASSERT_TRUE(run.open_field);
+  EXPECT_THAT(*run.open_field, ElementsAre(2, 5, 3, 6));
+}
+
+TEST_F(ProjectionRuns, AnEnhancedRunStatesItsGeometryInFunctionalGroups) {
+  EnhancedObject object;
+  for (int f = 0; f < 3; ++f) {
+    Slice slice;
+    slice.sop_class = UID_EnhancedXAImageStorage;
+    object.frames.push_back(slice);
+  }
+  object.more_groups = [](DcmItem& groups, int frame) {
+    DcmItem& positioner = group(groups, DCM_PositionerPositionSequence);
+    put(positioner, DCM_PositionerPrimaryAngle, decimals({10.0 + frame}));
+    put(positioner, DCM_PositionerSecondaryAngle, "-5");
+    DcmItem& geometry = group(groups, DCM_XRayGeometrySequence);
+    put(geometry, DCM_DistanceSourceToDetector, "1200");
+    put(geometry, DCM_DistanceSourceToIsocenter, "800");
+  };
+  object.more = [](DcmDataset& d) { put(d, DCM_ImagerPixelSpacing, "0.3\\0.3"); };
+  write_enhanced(file("a"), object);
+  EXPECT_THAT(refusal(), HasSubstr("projection run"));
+  const auto run = inspect_run(folder());
+  EXPECT_THAT(run.primary_angles_degrees, ElementsAre(10, 11, 12));
+  EXPECT_THAT(run.secondary_angles_degrees, ElementsAre(-5));
+  EXPECT_NEAR(run.magnification.value_or(0), 1.5, 1e-9);
+}
+
+TEST_F(ProjectionRuns, OfARealSystemAreUnderstood) {
+  const char* data = std::getenv("ANGIO_DATA");
+  if (!data) GTEST_SKIP() << "ANGIO_DATA is not set";
+  const auto all = inspect(fs::path(data) / "xa-coronary-phantom");
+  ASSERT_FALSE(all.empty());
+  for (const auto& series : all) {
+    if (!series.projection) continue;
+    const ProjectionRun& run = *series.projection;
+    ASSERT_EQ(run.primary_angles_degrees.size(), 1u);
+    ASSERT_EQ(run.secondary_angles_degrees.size(), 1u);
+    // 200 mm of field on 512 pixels, seen from 720 mm: the patient's pixel follows from that.
+    if (run.spacing_plane == SpacingPlane::isocentre)
+      EXPECT_NEAR(run.spacing_mm[0], 200.0 / 512.0 * 720.0 / run.source_to_detector_mm.value_or(0),
+                  1e-6);
+    else
+      EXPECT_EQ(run.spacing_plane, SpacingPlane::unknown);
+    EXPECT_TRUE(run.open_field);
+  }
+}
+
+}  // namespace
+}  // namespace angio::segmentation
