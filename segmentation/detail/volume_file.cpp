@@ -68,8 +68,10 @@ std::string volume_file_format(const std::filesystem::path& path) {
 namespace {
 
 VolumeFile parse(const std::filesystem::path& path, VolumePart part, const ReadOptions& options) {
-  VolumeFile file = volume_file_format(path) == "VTK image" ? load_vti(path, part)
-                                                            : load_with_itk(path, part, options);
+  const std::string format = volume_file_format(path);
+  VolumeFile file = format == "VTK image" ? load_vti(path, part)
+                    : format == "NIfTI"   ? load_nifti(path, part)
+                                          : load_with_itk(path, part, options);
   make_right_handed(file, path.filename().string());
   return file;
 }

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <filesystem>
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -28,20 +27,14 @@ enum class VolumePart { whole, header };
 VolumeFile load_volume_file(const std::filesystem::path& path, VolumePart part,
                             const ReadOptions& options);
 
-/// ITK's part of load_volume_file: NRRD, MetaImage, NIfTI.
+/// ITK's part of load_volume_file: NRRD, MetaImage.
 VolumeFile load_with_itk(const std::filesystem::path& path, VolumePart part,
                          const ReadOptions& options);
+/// NIfTI-1 and -2, read here: ITK refuses axes that are off by rounding. The
+/// grid is that of the sform, else of the qform, else of the voxel sizes alone.
+VolumeFile load_nifti(const std::filesystem::path& path, VolumePart part);
 /// VTK's part: .vti.
 VolumeFile load_vti(const std::filesystem::path& path, VolumePart part);
-
-/// The grid that a NIfTI-1 header states, in LPS [mm]: by the sform, else the qform, else the voxel
-/// size alone. ITK makes sheared axes orthogonal without a word, so it is not asked.
-///
-/// @param warnings  e.g. that it states no patient space
-/// @return nothing if the file is no NIfTI-1
-/// @throws InputError if it states two voxel sizes, or none
-std::optional<VolumeGeometry> read_nifti_geometry(const std::filesystem::path& path,
-                                                  std::vector<std::string>& warnings);
 
 /// Makes the axes orthonormal and right-handed, reversing the order of slices if it must. Axes off
 /// the right angle by up to 0.001 are set right, which moves no voxel by more than half its size.

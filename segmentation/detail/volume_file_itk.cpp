@@ -1,7 +1,6 @@
 #include <itkImage.h>
 #include <itkImageFileReader.h>
 #include <itkMetaImageIO.h>
-#include <itkNiftiImageIO.h>
 #include <itkNrrdImageIO.h>
 
 #include <algorithm>
@@ -18,8 +17,7 @@ using Image = itk::Image<float, 3>;
 
 itk::ImageIOBase::Pointer make_io(const std::string& format) {
   if (format == "NRRD") return itk::NrrdImageIO::New().GetPointer();
-  if (format == "MetaImage") return itk::MetaImageIO::New().GetPointer();
-  return itk::NiftiImageIO::New().GetPointer();
+  return itk::MetaImageIO::New().GetPointer();
 }
 
 /// The text head of a NRRD or MetaImage file, in lower case, up to its end mark.
@@ -43,7 +41,6 @@ std::string header_text(const std::filesystem::path& path, const std::string& fo
 /// @return whether it states a spacing; if not, the user has to
 bool check_header_text(const std::filesystem::path& path, const std::string& format,
                        const ReadOptions& options, std::vector<std::string>& warnings) {
-  if (format == "NIfTI") return true;
   const std::string text = header_text(path, format);
   const std::string name = path.filename().string();
   const bool nrrd = format == "NRRD";
@@ -93,14 +90,6 @@ VolumeGeometry geometry_of(const itk::ImageIOBase& io) {
   return geometry;
 }
 
-void take_nifti_geometry(const std::filesystem::path& path, VolumeFile& file) {
-  const auto stated = read_nifti_geometry(path, file.warnings);
-  if (!stated) return;
-  const auto size = file.volume.geometry.size;
-  file.volume.geometry = *stated;
-  file.volume.geometry.size = size;
-}
-
 void take_given_spacing(const ReadOptions& options, VolumeFile& file) {
   for (int axis = 0; axis < 3; ++axis)
     file.volume.geometry.spacing[axis] = options.spacing_mm[std::size_t(axis)];
@@ -128,7 +117,6 @@ VolumeFile load_with_itk(const std::filesystem::path& path, VolumePart part,
     io->ReadImageInformation();
     check_image_information(*io, name);
     file.volume.geometry = geometry_of(*io);
-    if (format == "NIfTI") take_nifti_geometry(path, file);
     if (!has_spacing) take_given_spacing(options, file);
     if (part == VolumePart::header) return file;
 
