@@ -6,6 +6,7 @@
 #include <map>
 
 #include "core/error.hpp"
+#include "meshing/detail/edge_lengths.hpp"
 #include "meshing/detail/improve_tets.hpp"
 #include "meshing/detail/remesh.hpp"
 #include "meshing/detail/tetgen_child.hpp"
@@ -101,19 +102,6 @@ Shell make_shell(const LumenMesh& lumen) {
   return shell;
 }
 
-/// Mean length of the edges at each vertex [mm].
-std::vector<double> edge_lengths(const TriangleMesh& mesh) {
-  std::vector<double> sum(mesh.vertices.size(), 0.0);
-  std::vector<int> count(mesh.vertices.size(), 0);
-  for (const auto& [a, b] : unique_edges(mesh))
-    for (const int v : {a, b}) {
-      sum[std::size_t(v)] += distance(mesh.vertices[std::size_t(a)], mesh.vertices[std::size_t(b)]);
-      ++count[std::size_t(v)];
-    }
-  for (std::size_t v = 0; v < sum.size(); ++v) sum[v] /= std::max(1, count[v]);
-  return sum;
-}
-
 /// TetGen's mesh, right-handed, with the shell's own vertices bit for bit.
 TetMesh fill_shell(const Shell& shell, const LumenVolumeOptions& options,
                    std::vector<std::string>& warnings) {
@@ -130,7 +118,7 @@ TetMesh fill_shell(const Shell& shell, const LumenVolumeOptions& options,
   double ratio = options.edge_ratio;
   TetMesh mesh;
   for (int attempt = 0; attempt < kAttempts; ++attempt) {
-    input.edge_lengths = edge_lengths(shell.mesh);
+    input.edge_lengths = detail::mean_edge_lengths(shell.mesh);
     for (double& length : input.edge_lengths) length *= ratio;
     mesh = detail::run_tetgen(input, kLimit);
     const double excess = double(mesh.tets.size()) / options.tet_budget;

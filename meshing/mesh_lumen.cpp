@@ -117,7 +117,7 @@ LumenMesh mesh_lumen(const TriangleMesh& surface, const CenterlineTree& tree,
   progress.report(0.0, "repairing the surface");
   std::vector<std::string> warnings;
   const std::vector<LineEnd> ends = detail::line_ends(tree);
-  SurfaceDraft draft = detail::repaired_draft(surface, tree, ends);
+  SurfaceDraft draft = detail::repaired_draft(surface, tree, ends, warnings);
   const TriangleMesh original = draft.mesh;
   const detail::MeshTarget target(original);
   progress.report(0.1, "opening the ends");

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "core/error.hpp"
+#include "meshing/detail/edge_lengths.hpp"
 #include "meshing/detail/fill_hole.hpp"
 #include "meshing/detail/open_ends.hpp"
 #include "meshing/detail/patch.hpp"
@@ -180,20 +181,9 @@ void warn_of_lost_rims(const std::set<int>& before, const std::set<int>& after,
         lost);
 }
 
-}  // namespace
-
-int resolve_crossings(SurfaceDraft& draft, const SurfaceTarget& target,
-                      const std::vector<std::array<int, 2>>& others,
-                      std::vector<std::string>& warnings) {
-  constexpr int kRemeshings = 2;
+/// Cuts out and closes anew, wider each time, until no fault is left. @return number of places
+int cut_and_close(SurfaceDraft& draft, Pairs pairs, Pairs (*find)(const TriangleMesh&)) {
   constexpr int kAttempts = 8;
-  Pairs pairs = find_faults(draft.mesh);
-  if (others.empty()) {
-    for (int attempt = 0; attempt < kRemeshings && !pairs.empty(); ++attempt)
-      pairs = remesh_crossings(draft, target, pairs);
-  }
-  pairs.insert(pairs.end(), others.begin(), others.end());
-  const std::set<int> rims = rims_of(draft);
   int closed_count = 0;
   for (int attempt = 0; attempt < kAttempts && !pairs.empty(); ++attempt) {
     give_up_rims(draft, pairs);
@@ -201,14 +191,48 @@ int resolve_crossings(SurfaceDraft& draft, const SurfaceTarget& target,
     keep_largest_piece(draft.mesh, gone);
     remove_triangles(draft, gone);
     closed_count += close_holes(draft);
-    pairs = find_faults(draft.mesh);
+    pairs = find(draft.mesh);
   }
+  return closed_count;
+}
+
+}  // namespace
+
+int resolve_crossings(SurfaceDraft& draft, const SurfaceTarget& target,
+                      const std::vector<std::array<int, 2>>& others,
+                      std::vector<std::string>& warnings) {
+  constexpr int kRemeshings = 2;
+  Pairs pairs = find_faults(draft.mesh);
+  if (others.empty()) {
+    for (int attempt = 0; attempt < kRemeshings && !pairs.empty(); ++attempt)
+      pairs = remesh_crossings(draft, target, pairs);
+  }
+  pairs.insert(pairs.end(), others.begin(), others.end());
+  if (pairs.empty()) return 0;
+  const std::set<int> rims = rims_of(draft);
+  const int closed_count = cut_and_close(draft, pairs, &find_faults);
   warn_of_lost_rims(rims, rims_of(draft), warnings);
-  const std::size_t left = pairs.empty() ? 0 : self_intersections(draft.mesh).size();
+  const std::size_t left = self_intersections(draft.mesh).size();
   if (left == 0) return closed_count;
   throw InternalError("the lumen's surface still crosses itself (" + std::to_string(left) +
                       " pairs of triangles; vessels that touch each other, or noise). Smooth the "
                       "segmentation, or mesh with shorter edges (meshing.edges_per_circumference)");
+}
+
+int close_crossings(TriangleMesh& mesh) {
+  SurfaceDraft draft;
+  draft.rim.assign(mesh.vertices.size(), -1);
+  draft.membrane.assign(mesh.vertices.size(), 0);
+  draft.edge_length = mean_edge_lengths(mesh);
+  for (const std::vector<int>& loop : boundary_loops(mesh)) {
+    for (const int v : loop) draft.rim[std::size_t(v)] = int(draft.rim_planes.size());
+    draft.rim_planes.push_back({mesh.vertices[std::size_t(loop[0])], {0.0, 0.0, 1.0}});
+  }
+  draft.mesh = std::move(mesh);
+  const int closed_count =
+      cut_and_close(draft, self_intersections(draft.mesh), &self_intersections);
+  mesh = std::move(draft.mesh);
+  return closed_count;
 }
 
 std::vector<std::array<int, 2>> faults_of_caps(const SurfaceDraft& draft) {

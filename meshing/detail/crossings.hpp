@@ -20,6 +20,11 @@ int resolve_crossings(SurfaceDraft& draft, const SurfaceTarget& target,
                       const std::vector<std::array<int, 2>>& others,
                       std::vector<std::string>& warnings);
 
+/// The same for a surface without a target, by cutting and closing alone; its openings stay.
+///
+/// @return number of places that were closed anew; crossings may remain
+int close_crossings(TriangleMesh& mesh);
+
 /// Triangles of the wall at rims whose caps would cross the wall or fold onto it, each as a pair
 /// with itself.
 std::vector<std::array<int, 2>> faults_of_caps(const SurfaceDraft& draft);

@@ -10,6 +10,18 @@
 
 namespace angio::meshing::detail {
 
+std::vector<double> mean_edge_lengths(const TriangleMesh& mesh) {
+  std::vector<double> sum(mesh.vertices.size(), 0.0);
+  std::vector<int> count(mesh.vertices.size(), 0);
+  for (const auto& [a, b] : unique_edges(mesh))
+    for (const int v : {a, b}) {
+      sum[std::size_t(v)] += distance(mesh.vertices[std::size_t(a)], mesh.vertices[std::size_t(b)]);
+      ++count[std::size_t(v)];
+    }
+  for (std::size_t v = 0; v < sum.size(); ++v) sum[v] /= std::max(1, count[v]);
+  return sum;
+}
+
 void limit_growth(const TriangleMesh& mesh, std::vector<double>& lengths) {
   constexpr double kGrowth = 0.2;
   const auto neighbors = vertex_neighbors(mesh);

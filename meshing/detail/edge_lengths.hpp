@@ -9,6 +9,9 @@
 
 namespace angio::meshing::detail {
 
+/// Mean length of the edges at each vertex [mm], shape [vertex_count].
+std::vector<double> mean_edge_lengths(const TriangleMesh& mesh);
+
 /// Lets wanted lengths grow by a fifth of the way only, so that neighbouring triangles are alike.
 void limit_growth(const TriangleMesh& mesh, std::vector<double>& lengths);
 

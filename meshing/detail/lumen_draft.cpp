@@ -8,50 +8,11 @@
 
 #include "core/error.hpp"
 #include "meshing/detail/fill_hole.hpp"
-#include "meshing/detail/surface_query.hpp"
+#include "meshing/detail/soup.hpp"
+#include "meshing/repair_surface.hpp"
 
 namespace angio::meshing::detail {
 namespace {
-
-/// The connected piece of each vertex, numbered from 0 by its first vertex.
-std::vector<int> vertex_components(const TriangleMesh& mesh) {
-  std::vector<int> parent(mesh.vertices.size());
-  for (std::size_t v = 0; v < parent.size(); ++v) parent[v] = int(v);
-  const auto root = [&](int v) {
-    while (parent[std::size_t(v)] != v) {
-      parent[std::size_t(v)] = parent[std::size_t(parent[std::size_t(v)])];
-      v = parent[std::size_t(v)];
-    }
-    return v;
-  };
-  for (const Triangle& t : mesh.triangles) {
-    const int a = root(t[0]);
-    for (const int v : {root(t[1]), root(t[2])})
-      parent[std::size_t(std::max(a, v))] = std::min(a, v);
-  }
-  for (std::size_t v = 0; v < parent.size(); ++v) parent[v] = root(int(v));
-  return parent;
-}
-
-/// Keeps the triangles of which `keep` is true, and the vertices they use.
-TriangleMesh part_of(const TriangleMesh& mesh, const auto& keep) {
-  TriangleMesh part;
-  std::vector<int> index(mesh.vertices.size(), -1);
-  for (const Triangle& t : mesh.triangles) {
-    if (!keep(t)) continue;
-    Triangle renamed{};
-    for (std::size_t c = 0; c < 3; ++c) {
-      int& at = index[std::size_t(t[c])];
-      if (at < 0) {
-        at = int(part.vertices.size());
-        part.vertices.push_back(mesh.vertices[std::size_t(t[c])]);
-      }
-      renamed[c] = at;
-    }
-    part.triangles.push_back(renamed);
-  }
-  return part;
-}
 
 /// An opening of a given surface.
 struct Opening {
@@ -79,13 +40,6 @@ Opening describe_opening(const TriangleMesh& mesh, std::vector<int> loop) {
   return opening;
 }
 
-void turn_outward(TriangleMesh& mesh) {
-  TriangleMesh closed = mesh;
-  for (const auto& loop : boundary_loops(mesh)) fill_hole(closed, loop);
-  if (enclosed_volume(closed) > 0.0) return;
-  for (Triangle& t : mesh.triangles) std::swap(t[1], t[2]);
-}
-
 }  // namespace
 
 TriangleMesh component_of_lines(const TriangleMesh& mesh, const CenterlineTree& tree) {
@@ -108,18 +62,19 @@ TriangleMesh component_of_lines(const TriangleMesh& mesh, const CenterlineTree& 
   }
   const auto most = std::max_element(
       votes.begin(), votes.end(), [](const auto& a, const auto& b) { return a.second < b.second; });
-  return part_of(mesh,
-                 [&](const Triangle& t) { return component[std::size_t(t[0])] == most->first; });
+  std::vector<char> keep(mesh.triangles.size());
+  for (std::size_t t = 0; t < keep.size(); ++t)
+    keep[t] = component[std::size_t(mesh.triangles[t][0])] == most->first;
+  return part_of(mesh, keep);
 }
 
 SurfaceDraft repaired_draft(const TriangleMesh& surface, const CenterlineTree& tree,
-                            const std::vector<LineEnd>& ends) {
+                            const std::vector<LineEnd>& ends, std::vector<std::string>& warnings) {
   SurfaceDraft draft;
-  draft.mesh = repair_surface(surface);
-  if (draft.mesh.triangles.empty())
-    throw InputError("the surface has no triangles (nothing is left of it after repair)");
-  draft.mesh = component_of_lines(draft.mesh, tree);
-  turn_outward(draft.mesh);
+  RepairedSurface repaired = repair_surface(surface, {.keep_all_pieces = true});
+  for (const SurfaceRepair& repair : repaired.repairs)
+    warnings.push_back("the given surface was repaired: " + to_text(repair));
+  draft.mesh = component_of_lines(repaired.mesh, tree);
   draft.rim.assign(draft.mesh.vertices.size(), -1);
   draft.rim_planes.resize(ends.size());
   std::vector<char> taken(ends.size(), 0);

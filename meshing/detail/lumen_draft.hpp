@@ -14,11 +14,11 @@ namespace angio::meshing::detail {
 TriangleMesh component_of_lines(const TriangleMesh& mesh, const CenterlineTree& tree);
 
 /// A given surface made manifold and outward; flat openings at line ends stay open as rims, other
-/// openings are filled.
+/// openings are filled. What was repaired is a warning.
 ///
 /// @throws InputError if nothing is left of it
 SurfaceDraft repaired_draft(const TriangleMesh& surface, const CenterlineTree& tree,
-                            const std::vector<LineEnd>& ends);
+                            const std::vector<LineEnd>& ends, std::vector<std::string>& warnings);
 
 /// Opens the lumen at every line end that is not open yet; what cannot be opened is a warning.
 void open_ends(SurfaceDraft& draft, const CenterlineTree& tree, const std::vector<LineEnd>& ends,

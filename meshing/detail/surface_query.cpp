@@ -5,13 +5,7 @@
 #include <CGAL/AABB_tree.h>
 #include <CGAL/AABB_triangle_primitive.h>
 #include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
-#include <CGAL/Polygon_mesh_processing/orient_polygon_soup.h>
-#include <CGAL/Polygon_mesh_processing/orientation.h>
-#include <CGAL/Polygon_mesh_processing/polygon_soup_to_polygon_mesh.h>
-#include <CGAL/Polygon_mesh_processing/repair_polygon_soup.h>
-#include <CGAL/Polygon_mesh_processing/stitch_borders.h>
 #include <CGAL/Polygon_mesh_processing/triangulate_hole.h>
-#include <CGAL/Surface_mesh.h>
 #include <CGAL/box_intersection_d.h>
 
 #include <algorithm>
@@ -100,7 +94,6 @@ std::vector<char> degenerate_triangles(const TriangleMesh& mesh, const Triangles
   return degenerate;
 }
 
-using SurfaceMesh = CGAL::Surface_mesh<Point>;
 using Primitive = CGAL::AABB_triangle_primitive<Kernel, Triangles::const_iterator>;
 using AabbTree = CGAL::AABB_tree<CGAL::AABB_traits<Kernel, Primitive>>;
 
@@ -227,30 +220,6 @@ std::vector<Triangle> triangulate_loop(const std::vector<Vec3>& loop) {
       }
     }
   return triangles;
-}
-
-TriangleMesh repair_surface(const TriangleMesh& mesh) {
-  std::vector<Point> points;
-  std::vector<std::vector<std::size_t>> polygons;
-  for (const Vec3& p : mesh.vertices) points.push_back(to_cgal(p));
-  for (const Triangle& t : mesh.triangles)
-    polygons.push_back({std::size_t(t[0]), std::size_t(t[1]), std::size_t(t[2])});
-  pmp::repair_polygon_soup(points, polygons);
-  pmp::orient_polygon_soup(points, polygons);
-  SurfaceMesh surface;
-  pmp::polygon_soup_to_polygon_mesh(points, polygons, surface);
-  pmp::stitch_borders(surface);
-  surface.collect_garbage();
-  TriangleMesh result;
-  for (const auto v : surface.vertices()) result.vertices.push_back(from_cgal(surface.point(v)));
-  for (const auto f : surface.faces()) {
-    Triangle t{};
-    std::size_t c = 0;
-    for (const auto v : vertices_around_face(surface.halfedge(f), surface))
-      if (c < 3) t[c++] = int(v.idx());
-    result.triangles.push_back(t);
-  }
-  return result;
 }
 
 struct ClosestPoint::Tree {

@@ -32,10 +32,6 @@ std::vector<std::array<int, 2>> intersections(const TriangleMesh& mesh_a,
 /// @return indices into `loop`, turning as the loop does
 std::vector<Triangle> triangulate_loop(const std::vector<Vec3>& loop);
 
-/// A surface from anywhere made fit for use: polygon soup oriented, points merged, degenerate
-/// triangles dropped, borders stitched, normals outward.
-TriangleMesh repair_surface(const TriangleMesh& mesh);
-
 /// The nearest point of a surface.
 class ClosestPoint {
  public:

@@ -1,0 +1,51 @@
+#pragma once
+
+#include "core/triangle_mesh.hpp"
+#include "meshing/repair_surface.hpp"
+
+/// Steps that make a manifold mesh of triangles from anywhere. Each returns how often it was needed
+/// and one of the places.
+namespace angio::meshing::detail {
+
+struct Count {
+  int count = 0;
+  Vec3 where;
+  void add(const Vec3& place) {
+    if (count++ == 0) where = place;
+  }
+};
+
+double median_edge_length(const TriangleMesh& mesh);
+
+/// Merges vertices within a distance of each other; drops those that no triangle uses.
+Count merge_points(TriangleMesh& mesh, double tolerance);
+
+/// Drops triangles with a repeated corner or without area.
+Count drop_degenerate(TriangleMesh& mesh, double tolerance);
+
+/// Drops triangles with the same corners as an earlier one.
+Count drop_duplicates(TriangleMesh& mesh);
+
+/// Splits open edges at open vertices that lie on them.
+Count join_t_junctions(TriangleMesh& mesh, double tolerance);
+
+/// Cuts off the smaller sheets with a free border that meet others in edges of three and more
+/// triangles.
+Count cut_off_fins(TriangleMesh& mesh);
+
+/// Turns triangles like most of their neighbours.
+///
+/// @throws InputError if the surface is one-sided
+Count turn_alike(TriangleMesh& mesh);
+
+/// Gives every sheet its own vertices where several meet in an edge or in a corner. In an edge,
+/// those two triangles stay together between which the inside lies.
+Count take_sheets_apart(TriangleMesh& mesh);
+
+/// The connected piece of each vertex, numbered by its first vertex.
+std::vector<int> vertex_components(const TriangleMesh& mesh);
+
+/// The triangles of which `keep` is true, and the vertices that they use.
+TriangleMesh part_of(const TriangleMesh& mesh, const std::vector<char>& keep);
+
+}  // namespace angio::meshing::detail
