@@ -1,14 +1,19 @@
 #include "centerline/centerline.hpp"
 
+#include <algorithm>
 #include <cmath>
+#include <optional>
 #include <string>
+#include <utility>
 
 #include "centerline/detail/lines.hpp"
 #include "centerline/detail/lumen_voxels.hpp"
 #include "centerline/detail/skeleton.hpp"
+#include "centerline/detail/smooth_surface.hpp"
 #include "centerline/detail/surface_wall.hpp"
 #include "centerline/detail/tracts.hpp"
 #include "centerline/detail/wall.hpp"
+#include "centerline/detail/wall_points.hpp"
 #include "core/error.hpp"
 
 namespace angio::centerline {
@@ -24,16 +29,20 @@ void CenterlineOptions::validate() const {
 
 namespace {
 
-/// What level sets and surfaces have in common: the voxels tell where the lines run, the wall where
-/// exactly their middle is.
-CenterlineResult extract(const Volume<float>& level_set, const Wall& wall,
+/// What level sets and surfaces have in common: the voxels tell where the lines run, the points of
+/// the wall where exactly their middle is.
+/// @param vertices  of the surface that was filled; none: the level set's own wall is measured
+CenterlineResult extract(const Volume<float>& level_set, std::optional<std::vector<Vec3>> vertices,
                          const CenterlineOptions& options, const Progress& progress) {
   LumenVoxelsResult lumen = find_lumen_voxels(level_set);
+  const LevelSetWall wall(level_set);
+  const WallPoints points =
+      vertices ? WallPoints(std::move(*vertices)) : WallPoints(level_set, lumen.voxels);
   progress.report(0.2, "finding the ends");
   Skeleton skeleton = find_skeleton(lumen.voxels, options);
   progress.report(0.4, "centring lines");
   CenterlineResult result;
-  result.tree = trace_lines(lumen.voxels, skeleton, wall, options.step_mm, progress);
+  result.tree = trace_lines(lumen.voxels, skeleton, wall, points, options.step_mm, progress);
   assign_tracts(result.tree);
   result.warnings = std::move(skeleton.warnings);
   if (lumen.piece_count > 1)
@@ -71,17 +80,20 @@ CenterlineResult extract_centerline(const Volume<float>& level_set,
                                     const CenterlineOptions& options, const Progress& progress) {
   options.validate();
   progress.report(0.0, "finding the lumen");
-  return extract(level_set, LevelSetWall(level_set), options, progress);
+  return extract(level_set, std::nullopt, options, progress);
 }
 
 CenterlineResult extract_centerline(const TriangleMesh& surface, const CenterlineOptions& options,
                                     const Progress& progress) {
   options.validate();
   progress.report(0.0, "filling the surface");
-  TriangleMesh closed = close_surface(surface);
-  const double spacing = choose_spacing(SurfaceWall(closed));
-  const Volume<float> level_set = voxelize(closed, spacing);
-  return extract(level_set, SurfaceWall(std::move(closed), spacing), options, progress);
+  ClosedSurface closed = close_surface(surface);
+  std::vector<Vec3> vertices = closed.mesh.vertices;
+  vertices.resize(std::size_t(closed.wall_vertex_count));
+  constexpr double kRough = 0.1;
+  if (roughness(closed.mesh) > kRough) smooth_surface(closed.mesh, 15);
+  const Volume<float> level_set = voxelize(closed.mesh, choose_spacing(SurfaceWall(closed.mesh)));
+  return extract(level_set, std::move(vertices), options, progress);
 }
 
 }  // namespace angio::centerline

@@ -6,16 +6,18 @@
 
 #include "centerline/detail/polyline.hpp"
 #include "centerline/detail/section.hpp"
+#include "centerline/detail/tube_model.hpp"
 #include "core/parallel.hpp"
 #include "core/units.hpp"
 
 namespace angio::centerline {
 namespace {
 
-constexpr int kRounds = 12;          // of centring and smoothing
+constexpr int kRounds = 8;           // of centring by rays and smoothing
+constexpr int kFitRounds = 3;        // of centring by the tube model
 constexpr double kWorkStep = 0.4;    // of the radius, while centring
 constexpr double kFinalStep = 0.25;  // of the radius
-constexpr double kNoiseReach = 2.0;  // of the data's resolution: measures are smoothed along it
+constexpr double kCurveReach = 1.2;  // of the extent: a line's direction is that of this stretch
 constexpr double kEndZone = 0.5;     // radii at a tip that are not centred: caps may be oblique
 
 /// A line of the tree; its points [0, shared) are those of its parent.
@@ -30,10 +32,7 @@ struct Line {
 
 Polyline from_voxels(const LumenVoxels& lumen, const std::vector<int>& voxels) {
   Polyline line;
-  for (const int v : voxels) {
-    line.points.push_back(lumen.position(v));
-    line.radius.push_back(double(lumen.depth[std::size_t(v)]));
-  }
+  for (const int v : voxels) line.push_back(lumen.position(v), double(lumen.depth[std::size_t(v)]));
   return line;
 }
 
@@ -41,7 +40,7 @@ Polyline from_voxels(const LumenVoxels& lumen, const std::vector<int>& voxels) {
 void extend_to_wall(Polyline& line, const Wall& wall, double dropped) {
   const double radius = line.radius.back();
   const Vec3 tip = line.points.back();
-  const Vec3 direction = end_tangent(line, 2.0 * radius);
+  const Vec3 direction = end_tangent(line, radius);
   const double longest = dropped + 2.0 * radius;
   const double step = 0.25 * wall.resolution();
   double reach = wall.ray(tip, direction, longest);
@@ -49,17 +48,13 @@ void extend_to_wall(Polyline& line, const Wall& wall, double dropped) {
   while (reach > 0.0 && wall.beyond_data(tip + reach * direction)) reach -= step;
   if (reach <= step) return;
   const int count = std::max(1, int(std::ceil(reach / std::max(kWorkStep * radius, step))));
-  for (int i = 1; i <= count; ++i) {
-    line.points.push_back(tip + (reach * i / count) * direction);
-    line.radius.push_back(radius);
-  }
+  for (int i = 1; i <= count; ++i) line.push_back(tip + (reach * i / count) * direction, radius);
 }
 
 void cut_and_extend(Polyline& line, const Wall& wall, std::size_t keep) {
   if (keep < 2 || keep >= line.points.size()) return;
   const double dropped = distance(line.points.back(), line.points[keep - 1]);
-  line.points.resize(keep);
-  line.radius.resize(keep);
+  line.resize(keep);
   extend_to_wall(line, wall, dropped);
 }
 
@@ -95,7 +90,7 @@ void center_points(Line& work, const Line* parent, const Wall& wall) {
   const std::vector<double> s = arc_length(line.points);
   const std::size_t first = std::max(work.shared, first_outside(work, parent));
   std::vector<Vec3> moved = line.points;
-  std::vector<double> radius = line.radius;
+  std::vector<double> radius = line.radius, extent = line.extent;
   parallel_for_uneven(std::ptrdiff_t(line.points.size() - first), [&](std::ptrdiff_t index) {
     const std::size_t i = first + std::size_t(index);
     if (work.free_start && s[i] < kEndZone * line.radius[i]) return;
@@ -104,13 +99,44 @@ void center_points(Line& work, const Line* parent, const Wall& wall) {
     options.expected = std::max(line.radius[i], wall.resolution());
     options.refinements = 0;
     const Section section =
-        measure_section(wall, line.points[i], tangent_at(line, s, i, line.radius[i]), options);
+        measure_section(wall, line.points[i], tangent_at(line, s, i, line.extent[i]), options);
     if (!section.valid) return;
     moved[i] += 0.8 * (section.center - moved[i]);
     radius[i] = section.inscribed_radius;
+    extent[i] = section.extent;
   });
   line.points = std::move(moved);
   line.radius = std::move(radius);
+  line.extent = std::move(extent);
+}
+
+/// Moves each own point that is out of the parent's lumen to the middle of the tube fitted to the
+/// wall round it, and takes its radius (and, when measuring, its area) from there.
+/// @return which points were fitted
+std::vector<char> fit_points(Line& work, const Line* parent, const Wall& wall,
+                             const WallPoints& points, TubeEffort effort) {
+  Polyline& line = work.line;
+  const std::vector<double> s = arc_length(line.points);
+  const std::size_t first = std::max(work.shared, first_outside(work, parent));
+  std::vector<TubeSection> sections(line.points.size());
+  parallel_for_uneven(std::ptrdiff_t(line.points.size() - first), [&](std::ptrdiff_t index) {
+    const std::size_t i = first + std::size_t(index);
+    const LocalCurve curve = fit_curve(line, s, i, kCurveReach * line.extent[i]);
+    sections[i] = fit_tube(points, curve, line.radius[i], &wall, effort);
+  });
+  std::vector<char> fitted(line.points.size(), 0);
+  for (std::size_t i = first; i < line.points.size(); ++i) {
+    if (!sections[i].valid) continue;
+    fitted[i] = 1;
+    // While a line moves, its tips are left alone, so that they cannot creep along the cap.
+    const double zone = effort == TubeEffort::measure ? 0.0 : kEndZone * line.radius[i];
+    if (!(work.free_start && s[i] < zone) && !(work.free_end && s.back() - s[i] < zone))
+      line.points[i] = sections[i].center;
+    line.radius[i] = sections[i].inscribed_radius;
+    line.extent[i] = sections[i].extent;
+    if (effort == TubeEffort::measure) work.area[i] = sections[i].area;
+  }
+  return fitted;
 }
 
 /// Leaves the parent by a smooth curve from the last shared point to the mouth of the branch.
@@ -130,7 +156,8 @@ void bridge_mouth(Line& work, const Line& parent, const Wall& wall) {
   std::copy(curve.begin(), curve.end(), line.points.begin() + std::ptrdiff_t(work.shared));
 }
 
-void refine(Line& work, const Line* parent, const Wall& wall, double step_mm) {
+void refine(Line& work, const Line* parent, const Wall& wall, const WallPoints& points,
+            double step_mm) {
   const auto work_step = [&](double r) { return std::max(kWorkStep * r, 0.4 * wall.resolution()); };
   const std::size_t least_kept = work.shared + 2;
   for (int round = 0; round < kRounds; ++round) {
@@ -138,7 +165,10 @@ void refine(Line& work, const Line* parent, const Wall& wall, double step_mm) {
     smooth(work.line, work.shared, 2);
     center_points(work, parent, wall);
   }
-  smooth(work.line, work.shared, 1);
+  for (int round = 0; round < kFitRounds; ++round) {
+    resample(work.line, work.shared, work_step);
+    fit_points(work, parent, wall, points, TubeEffort::center);
+  }
   if (parent != nullptr) bridge_mouth(work, *parent, wall);
   if (work.free_end) redo_end(work.line, wall, least_kept);
   if (work.free_start) {
@@ -168,27 +198,28 @@ void fill_gaps(Line& work) {
     if (work.area[i] <= 0.0) work.area[i] = units::kPi * work.line.radius[i] * work.line.radius[i];
 }
 
-void measure(Line& work, const Wall& wall) {
+/// The numbers that are kept: by the tube model, and where it sees too little wall (in branchings,
+/// at ragged ends) by rays.
+void measure(Line& work, const Line* parent, const Wall& wall, const WallPoints& points) {
+  work.area.resize(work.line.points.size(), 0.0);
+  const std::vector<char> fitted = fit_points(work, parent, wall, points, TubeEffort::measure);
   const Polyline& line = work.line;
   const std::vector<double> s = arc_length(line.points);
-  work.area.resize(line.points.size(), 0.0);
   std::vector<double> radius = line.radius;
   parallel_for_uneven(std::ptrdiff_t(line.points.size() - work.shared), [&](std::ptrdiff_t index) {
     const std::size_t i = work.shared + std::size_t(index);
+    if (fitted[i] != 0) return;
     SectionOptions options;
     options.ray_count = 64;
     options.expected = std::max(line.radius[i], wall.resolution());
     const Section section =
-        measure_section(wall, line.points[i], tangent_at(line, s, i, line.radius[i]), options);
+        measure_section(wall, line.points[i], tangent_at(line, s, i, line.extent[i]), options);
     if (!section.valid) return;
     radius[i] = section.inscribed_radius;
     work.area[i] = section.area;
   });
   work.line.radius = std::move(radius);
   fill_gaps(work);
-  const double sd = kNoiseReach * wall.resolution();
-  work.line.radius = smooth_along(s, work.line.radius, work.shared, sd);
-  work.area = smooth_along(s, work.area, work.shared, sd);
 }
 
 /// The first line, from the inlet to the farthest outlet.
@@ -223,18 +254,14 @@ Line start_branch(const LumenVoxels& lumen, const Skeleton::Chain& chain, std::s
   work.shared = leave + 1;
   work.free_end = !chain.ends_at_cut;
   const auto take = std::ptrdiff_t(work.shared);
-  work.line.points.assign(parent.line.points.begin(), parent.line.points.begin() + take);
-  work.line.radius.assign(parent.line.radius.begin(), parent.line.radius.begin() + take);
+  work.line = parent.line;
+  work.line.resize(work.shared);
   work.area.assign(parent.area.begin(), parent.area.begin() + take);
-  for (std::size_t i = first_own; i < chain.voxels.size(); ++i) {
-    work.line.points.push_back(lumen.position(chain.voxels[i]));
-    work.line.radius.push_back(double(lumen.depth[std::size_t(chain.voxels[i])]));
-  }
+  for (std::size_t i = first_own; i < chain.voxels.size(); ++i)
+    work.line.push_back(lumen.position(chain.voxels[i]),
+                        double(lumen.depth[std::size_t(chain.voxels[i])]));
   // The voxels inside the parent run along its middle, maybe past the mouth: go straight instead.
-  const auto mouth =
-      std::ptrdiff_t(std::min(first_outside(work, &parent), work.line.points.size() - 1));
-  work.line.points.erase(work.line.points.begin() + take, work.line.points.begin() + mouth);
-  work.line.radius.erase(work.line.radius.begin() + take, work.line.radius.begin() + mouth);
+  work.line.erase(work.shared, std::min(first_outside(work, &parent), work.line.points.size() - 1));
   if (work.free_end) straighten_end(work.line, wall, work.shared + 1);
   return work;
 }
@@ -254,7 +281,7 @@ CenterlinePath to_path(const Line& line, int id) {
 }  // namespace
 
 CenterlineTree trace_lines(const LumenVoxels& lumen, const Skeleton& skeleton, const Wall& wall,
-                           double step_mm, const Progress& progress) {
+                           const WallPoints& points, double step_mm, const Progress& progress) {
   std::vector<int> owner(std::size_t(lumen.count()), -1);
   std::vector<Line> lines;
   for (const Skeleton::Chain& chain : skeleton.chains) {
@@ -271,8 +298,8 @@ CenterlineTree trace_lines(const LumenVoxels& lumen, const Skeleton& skeleton, c
     Line work = parent_line == nullptr
                     ? start_line(lumen, skeleton, wall)
                     : start_branch(lumen, chain, first_own, parent, *parent_line, wall);
-    refine(work, parent_line, wall, step_mm);
-    measure(work, wall);
+    refine(work, parent_line, wall, points, step_mm);
+    measure(work, parent_line, wall, points);
     lines.push_back(std::move(work));
     progress.report(0.4 + 0.6 * double(lines.size()) / double(skeleton.chains.size()),
                     "centring lines");

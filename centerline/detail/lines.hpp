@@ -4,6 +4,7 @@
 
 #include "centerline/detail/skeleton.hpp"
 #include "centerline/detail/wall.hpp"
+#include "centerline/detail/wall_points.hpp"
 #include "core/centerline.hpp"
 
 namespace angio::centerline {
@@ -16,6 +17,6 @@ namespace angio::centerline {
 ///
 /// @param step_mm  distance of points; 0: a quarter of the radius
 CenterlineTree trace_lines(const LumenVoxels& lumen, const Skeleton& skeleton, const Wall& wall,
-                           double step_mm, const Progress& progress);
+                           const WallPoints& points, double step_mm, const Progress& progress);
 
 }  // namespace angio::centerline

@@ -26,9 +26,17 @@ Vec3 catmull_rom(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& d, dou
 
 }  // namespace
 
+void Polyline::erase(std::size_t first, std::size_t last) {
+  const auto f = std::ptrdiff_t(first), l = std::ptrdiff_t(last);
+  points.erase(points.begin() + f, points.begin() + l);
+  radius.erase(radius.begin() + f, radius.begin() + l);
+  extent.erase(extent.begin() + f, extent.begin() + l);
+}
+
 void reverse(Polyline& line) {
   std::reverse(line.points.begin(), line.points.end());
   std::reverse(line.radius.begin(), line.radius.end());
+  std::reverse(line.extent.begin(), line.extent.end());
 }
 
 Vec3 tangent_at(const Polyline& line, const std::vector<double>& s, std::size_t i, double reach) {
@@ -66,6 +74,7 @@ void smooth(Polyline& line, std::size_t fixed, int passes) {
     for (std::size_t i = first; i + 1 < line.points.size(); ++i) {
       line.points[i] = 0.5 * old.points[i] + 0.25 * (old.points[i - 1] + old.points[i + 1]);
       line.radius[i] = 0.5 * old.radius[i] + 0.25 * (old.radius[i - 1] + old.radius[i + 1]);
+      line.extent[i] = 0.5 * old.extent[i] + 0.25 * (old.extent[i - 1] + old.extent[i + 1]);
     }
   }
 }
@@ -82,9 +91,8 @@ void resample(Polyline& line, std::size_t fixed, const std::function<double(doub
   }
   if (at.size() > 2 && at.back() - s.back() > 0.5 * (at.back() - at[at.size() - 2])) at.pop_back();
   const double stretch = (s.back() - s[anchor]) / (at.back() - s[anchor]);
-  Polyline result;
-  result.points.assign(line.points.begin(), line.points.begin() + std::ptrdiff_t(anchor) + 1);
-  result.radius.assign(line.radius.begin(), line.radius.begin() + std::ptrdiff_t(anchor) + 1);
+  Polyline result = line;
+  result.resize(anchor + 1);
   segment = anchor;
   for (std::size_t k = 1; k + 1 < at.size(); ++k) {
     const double target = s[anchor] + stretch * (at[k] - s[anchor]);
@@ -95,11 +103,12 @@ void resample(Polyline& line, std::size_t fixed, const std::function<double(doub
     const Vec3& c = line.points[segment + 1];
     const Vec3 a = segment > 0 ? line.points[segment - 1] : 2.0 * b - c;
     const Vec3 d = segment + 2 < s.size() ? line.points[segment + 2] : 2.0 * c - b;
-    result.points.push_back(catmull_rom(a, b, c, d, t));
-    result.radius.push_back((1.0 - t) * line.radius[segment] + t * line.radius[segment + 1]);
+    result.push_back(catmull_rom(a, b, c, d, t),
+                     (1.0 - t) * line.radius[segment] + t * line.radius[segment + 1]);
+    result.extent.back() = (1.0 - t) * line.extent[segment] + t * line.extent[segment + 1];
   }
-  result.points.push_back(line.points.back());
-  result.radius.push_back(line.radius.back());
+  result.push_back(line.points.back(), line.radius.back());
+  result.extent.back() = line.extent.back();
   line = std::move(result);
 }
 

@@ -7,10 +7,24 @@
 
 namespace angio::centerline {
 
-/// Points with a radius each.
+/// Points with the size of the vessel at each.
 struct Polyline {
   std::vector<Vec3> points;    ///< LPS [mm]
-  std::vector<double> radius;  ///< [mm]
+  std::vector<double> radius;  ///< inscribed [mm]
+  std::vector<double> extent;  ///< half the section's width where it is widest [mm]: the radius of
+                               ///< a round vessel; how far along the line a direction is taken
+
+  void push_back(const Vec3& point, double r) {
+    points.push_back(point);
+    radius.push_back(r);
+    extent.push_back(r);
+  }
+  void resize(std::size_t count) {
+    points.resize(count);
+    radius.resize(count);
+    extent.resize(count);
+  }
+  void erase(std::size_t first, std::size_t last);  ///< points [first, last)
 };
 
 void reverse(Polyline& line);

@@ -2,9 +2,9 @@
 
 #include <Eigen/Dense>
 #include <algorithm>
-#include <array>
 #include <cmath>
 
+#include "centerline/detail/contour.hpp"
 #include "core/units.hpp"
 
 namespace angio::centerline {
@@ -14,10 +14,6 @@ constexpr int kMostOrder = 4;
 constexpr int kMostTerms = 2 * kMostOrder + 1;
 using Coefficients = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMostTerms, 1>;
 using Normal = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMostTerms, kMostTerms>;
-
-struct Point2 {
-  double x = 0.0, y = 0.0;
-};
 
 Coefficients harmonics(int terms, double theta) {
   Coefficients basis(terms);
@@ -86,71 +82,6 @@ Coefficients shrink_harmonics(RadiusFit fit, double samples) {
   return fit.terms;
 }
 
-double clearance(const std::vector<Point2>& contour, const Point2& p) {
-  double least = 1e300;
-  for (const Point2& q : contour)
-    least = std::min(least, (q.x - p.x) * (q.x - p.x) + (q.y - p.y) * (q.y - p.y));
-  return std::sqrt(least);
-}
-
-/// The largest circle inside a contour, by a compass search from the origin.
-Point2 find_circle(const std::vector<Point2>& contour, double most_shift, double& radius) {
-  Point2 best;
-  radius = clearance(contour, best);
-  constexpr std::array<Point2, 8> kDirections{{{1, 0},
-                                               {0, 1},
-                                               {-1, 0},
-                                               {0, -1},
-                                               {0.7071, 0.7071},
-                                               {-0.7071, 0.7071},
-                                               {-0.7071, -0.7071},
-                                               {0.7071, -0.7071}}};
-  for (double step = 0.25 * radius; step > 2e-3 * radius;) {
-    Point2 better = best;
-    double better_radius = radius;
-    for (const Point2& d : kDirections) {
-      const Point2 trial{best.x + step * d.x, best.y + step * d.y};
-      if (std::hypot(trial.x, trial.y) > most_shift) continue;
-      const double r = clearance(contour, trial);
-      if (r > better_radius) {
-        better_radius = r;
-        better = trial;
-      }
-    }
-    if (better_radius > radius) {
-      best = better;
-      radius = better_radius;
-    } else {
-      step *= 0.5;
-    }
-  }
-  return best;
-}
-
-/// In a flat section many circles fit as well: of these, the one nearest to the section's middle,
-/// so that the line does not wander along the flat.
-Point2 pull_to_middle(const std::vector<Point2>& contour, const Point2& circle, double radius,
-                      double most_shift) {
-  constexpr double kAsWell = 0.985;
-  double area = 0.0;
-  Point2 middle;
-  for (std::size_t i = 0; i < contour.size(); ++i) {
-    const Point2 &a = contour[i], &b = contour[(i + 1) % contour.size()];
-    const double twice = a.x * b.y - a.y * b.x;
-    area += 0.5 * twice;
-    middle.x += twice * (a.x + b.x) / 6.0;
-    middle.y += twice * (a.y + b.y) / 6.0;
-  }
-  if (area <= 0.0) return circle;
-  middle = {middle.x / area, middle.y / area};
-  for (double t = 1.0; t > 0.0; t -= 0.1) {
-    const Point2 trial{circle.x + t * (middle.x - circle.x), circle.y + t * (middle.y - circle.y)};
-    if (std::hypot(trial.x, trial.y) <= most_shift && clearance(contour, trial) >= kAsWell * radius)
-      return trial;
-  }
-  return circle;
-}
-
 /// Rays that leave through a side branch say nothing about the circle: cut them short.
 std::vector<double> clip_long(std::vector<double> radii) {
   std::vector<double> sorted = radii;
@@ -170,7 +101,7 @@ Section measure_section(const Wall& wall, const Vec3& point, const Vec3& normal,
   const Vec3 v = cross(normal, u);
   const auto count = std::size_t(options.ray_count);
   std::vector<double> radii(count);
-  std::vector<Point2> contour(count);
+  Contour contour(count);
   double expected = options.expected;
   for (int pass = 0; pass <= options.refinements; ++pass) {
     for (std::size_t i = 0; i < count; ++i) {
@@ -189,8 +120,10 @@ Section measure_section(const Wall& wall, const Vec3& point, const Vec3& normal,
       contour[i] = {r * std::cos(theta), r * std::sin(theta)};
     }
     const double most_shift = options.most_shift * expected;
-    const Point2 circle = find_circle(contour, most_shift, section.inscribed_radius);
-    const Point2 shift = pull_to_middle(contour, circle, section.inscribed_radius, most_shift);
+    const Circle circle = largest_circle(contour, most_shift);
+    section.inscribed_radius = circle.radius;
+    const Point2 shift = section_middle(contour, circle, most_shift);
+    section.extent = contour_extent(contour, shift);
     section.center += shift.x * u + shift.y * v;
     expected = std::max(section.inscribed_radius, 0.5 * wall.resolution());
   }

@@ -11,6 +11,7 @@ struct Section {
   bool valid = false;             ///< false when the centre is outside the lumen
   Vec3 center;                    ///< of the largest circle near the point that was asked for
   double inscribed_radius = 0.0;  ///< of that circle [mm]
+  double extent = 0.0;            ///< half the width where it is widest [mm]
   double area = 0.0;              ///< [mm^2]
 };
 

@@ -43,8 +43,11 @@ void close_rims(TriangleMesh& mesh) {
 
 }  // namespace
 
-TriangleMesh close_surface(const TriangleMesh& surface) {
-  TriangleMesh mesh = join_vertices(surface);
+ClosedSurface close_surface(const TriangleMesh& surface) {
+  ClosedSurface closed;
+  TriangleMesh& mesh = closed.mesh;
+  mesh = join_vertices(surface);
+  closed.wall_vertex_count = int(mesh.vertices.size());
   close_rims(mesh);
   const double volume = enclosed_volume(mesh);
   if (!(std::abs(volume) > 0.0))
@@ -53,7 +56,7 @@ TriangleMesh close_surface(const TriangleMesh& surface) {
         "surface of a vessel");
   if (volume < 0.0)
     for (Triangle& t : mesh.triangles) std::swap(t[1], t[2]);
-  return mesh;
+  return closed;
 }
 
 SurfaceWall::SurfaceWall(TriangleMesh closed, double resolution)
@@ -195,7 +198,13 @@ std::vector<double> SurfaceWall::diameters(int most) const {
     if (norm_squared(inward) == 0.0) continue;
     int triangle = -1;
     const double hit = first_hit(middle_[t], inward, 1e-6 * huge, huge, triangle);
-    if (triangle >= 0) result.push_back(hit);
+    // Folds of a noisy wall face each other at less than an edge; a vessel is wider than that.
+    const auto& [a, b, c] = mesh_.triangles[t];
+    const double edge = (distance(mesh_.vertices[std::size_t(a)], mesh_.vertices[std::size_t(b)]) +
+                         distance(mesh_.vertices[std::size_t(b)], mesh_.vertices[std::size_t(c)]) +
+                         distance(mesh_.vertices[std::size_t(c)], mesh_.vertices[std::size_t(a)])) /
+                        3.0;
+    if (triangle >= 0 && hit > 1.2 * edge) result.push_back(hit);
   }
   std::sort(result.begin(), result.end());
   return result;

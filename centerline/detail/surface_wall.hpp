@@ -9,10 +9,16 @@
 
 namespace angio::centerline {
 
-/// A surface made ready for measuring: vertices at the same place are joined, degenerate triangles
-/// dropped, rims closed by fans around their middle, normals turned outward.
+/// A surface made ready for measuring.
+struct ClosedSurface {
+  TriangleMesh mesh;
+  int wall_vertex_count = 0;  ///< the vertices after these are the middles of caps
+};
+
+/// Vertices at the same place are joined, degenerate triangles dropped, rims closed by fans around
+/// their middle, normals turned outward.
 /// @throws InputError  when it encloses nothing
-TriangleMesh close_surface(const TriangleMesh& surface);
+ClosedSurface close_surface(const TriangleMesh& surface);
 
 /// A closed triangle surface as a wall: rays are traced through a tree of boxes.
 class SurfaceWall final : public Wall {
@@ -21,6 +27,7 @@ class SurfaceWall final : public Wall {
   /// @param resolution  size of the detail to look at [mm]; 0: half the mean edge
   explicit SurfaceWall(TriangleMesh closed, double resolution = 0.0);
   [[nodiscard]] double ray(const Vec3& from, const Vec3& direction, double longest) const override;
+  [[nodiscard]] bool inside(const Vec3&) const override { return true; }
   [[nodiscard]] bool beyond_data(const Vec3&) const override { return false; }
   [[nodiscard]] double resolution() const override { return resolution_; }
   [[nodiscard]] const TriangleMesh& mesh() const { return mesh_; }

@@ -10,6 +10,10 @@ LevelSetWall::LevelSetWall(const Volume<float>& level_set)
       step_(std::min({level_set.geometry.spacing.x, level_set.geometry.spacing.y,
                       level_set.geometry.spacing.z})) {}
 
+bool LevelSetWall::inside(const Vec3& point) const {
+  return linear(level_set_.geometry.index_from_lps(point)) < 0.0;
+}
+
 bool LevelSetWall::beyond_data(const Vec3& point) const {
   const Vec3 index = level_set_.geometry.index_from_lps(point);
   for (int axis = 0; axis < 3; ++axis)

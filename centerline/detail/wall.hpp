@@ -15,6 +15,7 @@ class Wall {
   /// 0 when the point is outside.
   [[nodiscard]] virtual double ray(const Vec3& from, const Vec3& direction,
                                    double longest) const = 0;
+  [[nodiscard]] virtual bool inside(const Vec3& point) const = 0;
   /// True where the data end (the border of the volume), not the lumen.
   [[nodiscard]] virtual bool beyond_data(const Vec3& point) const = 0;
   /// The detail the data can show [mm].
@@ -28,6 +29,7 @@ class LevelSetWall final : public Wall {
  public:
   explicit LevelSetWall(const Volume<float>& level_set);
   [[nodiscard]] double ray(const Vec3& from, const Vec3& direction, double longest) const override;
+  [[nodiscard]] bool inside(const Vec3& point) const override;
   [[nodiscard]] bool beyond_data(const Vec3& point) const override;
   [[nodiscard]] double resolution() const override { return step_; }
 

@@ -1,0 +1,70 @@
+#pragma once
+
+#include <array>
+#include <vector>
+
+#include "centerline/detail/polyline.hpp"
+#include "centerline/detail/wall.hpp"
+#include "centerline/detail/wall_points.hpp"
+
+namespace angio::centerline {
+
+/// A line around one of its points: c(s) = origin + c1 s + c2 s^2 + c3 s^3, least squares through
+/// the neighbouring points, so that single points do not turn the section.
+struct LocalCurve {
+  Vec3 origin, c1, c2, c3;
+  double first = 0.0, last = 0.0;  ///< where the line begins and ends [mm], 0 is the origin
+  Vec3 u, v;                       ///< span the section's plane at s = 0
+
+  [[nodiscard]] Vec3 at(double s) const { return origin + s * (c1 + s * (c2 + s * c3)); }
+  [[nodiscard]] Vec3 tangent(double s) const {
+    return normalized(c1 + s * (2.0 * c2 + (3.0 * s) * c3));
+  }
+};
+
+/// @param s  arc lengths of the line's points
+/// @param reach  how far to each side points count [mm]
+LocalCurve fit_curve(const Polyline& line, const std::vector<double>& s, std::size_t i,
+                     double reach);
+
+/// What the wall round a point of a line says.
+struct TubeSection {
+  bool valid = false;             ///< false: too little wall is seen
+  Vec3 center;                    ///< the section's middle [mm]
+  double inscribed_radius = 0.0;  ///< of the largest sphere near the middle [mm]
+  double extent = 0.0;            ///< half the section's width where it is widest [mm]
+  double area = 0.0;              ///< of the plane section [mm^2]
+  double noise = 0.0;             ///< sd of the wall points round the model [mm]
+  double window = 0.0;            ///< half length of the stretch that was used [mm]
+};
+
+/// How carefully to look.
+enum class TubeEffort {
+  center,  ///< a fixed window and low order: to move a line to the middle
+  measure  ///< window and order by the noise: for the numbers that are kept
+};
+
+/// Fits a smooth tube to the wall points round one place of a line and measures its section there.
+///
+///     r(theta, s) = sum_m sum_k (a_mk cos m theta + b_mk sin m theta) s^k,  m <= M, k <= 2
+///
+/// in the frame of the line (s: foot of the point on the line, theta and r: round it), by least
+/// squares with weights 1 - (s / h)^2 along the line and Tukey's biweight against points of other
+/// walls (Huber, Robust Statistics, 1981). Flat sections are stretched to round ones first.
+///
+/// The window h is the longest whose estimates agree with those of all shorter ones within their
+/// errors (intersection of confidence intervals: Goldenshluger, Nemirovski, Math. Methods Stat. 6,
+/// 1997; Katkovnik, IEEE TSP 47(9), 1999, doi:10.1109/78.782208), so an exact surface is measured
+/// where it is and a noisy one is averaged as far as its shape allows. The order M is that of the
+/// least corrected AIC; what noise adds to a harmonic is taken off again (James-Stein).
+///
+/// @param radius  of the vessel so far [mm]
+/// @param wall    to leave out points behind another wall; may be null
+TubeSection fit_tube(const WallPoints& points, const LocalCurve& curve, double radius,
+                     const Wall* wall, TubeEffort effort);
+
+/// How far away the wall is round a place: the lower third of its sectors, within `widest` [mm]; 0
+/// when no wall is seen.
+double look_for_wall(const WallPoints& points, const LocalCurve& curve, double widest);
+
+}  // namespace angio::centerline

@@ -1,0 +1,126 @@
+#include "centerline/detail/wall_points.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+namespace angio::centerline {
+namespace {
+
+/// Where along [0, 1] the cubic through values at -1, 0, 1, 2 is zero; value[1] < 0 <= value[2].
+double cubic_root(const double value[4]) {
+  double low = 0.0, high = 1.0, t = value[1] / (value[1] - value[2]);
+  const auto cubic = [&](double x) {
+    return value[1] + x * ((-2.0 * value[0] - 3.0 * value[1] + 6.0 * value[2] - value[3]) / 6.0 +
+                           x * (0.5 * (value[0] - 2.0 * value[1] + value[2]) +
+                                x * (value[3] - 3.0 * value[2] + 3.0 * value[1] - value[0]) / 6.0));
+  };
+  for (int pass = 0; pass < 40; ++pass) {
+    const double f = cubic(t);
+    (f < 0.0 ? low : high) = t;
+    if (high - low < 1e-7 || f == 0.0) break;
+    const double slope = (cubic(t + 1e-4) - f) * 1e4;
+    const double next = slope > 0.0 ? t - f / slope : -1.0;
+    t = next > low && next < high ? next : 0.5 * (low + high);
+  }
+  return t;
+}
+
+/// The crossing between an inside voxel and its outside neighbour `side` (-1, +1) along an axis.
+double crossing(const Volume<float>& level_set, const std::array<int, 3>& at, std::size_t axis,
+                int side) {
+  double value[4];
+  bool smooth = true;
+  for (int m = -1; m <= 2; ++m) {
+    std::array<int, 3> to = at;
+    to[axis] += m * side;
+    if (!level_set.geometry.contains(to[0], to[1], to[2])) {
+      smooth = false;
+      value[m + 1] = 0.0;
+      continue;
+    }
+    value[m + 1] = double(level_set.at(to[0], to[1], to[2]));
+  }
+  // Beyond a thin wall or across a narrow lumen the values turn round: there the line must do.
+  smooth = smooth && value[0] < value[1] && value[2] < value[3];
+  return smooth ? cubic_root(value) : value[1] / (value[1] - value[2]);
+}
+
+}  // namespace
+
+WallPoints::WallPoints(const Volume<float>& level_set, const LumenVoxels& lumen) {
+  const VolumeGeometry& grid = level_set.geometry;
+  for (int v = 0; v < lumen.count(); ++v) {
+    auto at = lumen.index(v);
+    for (std::size_t a = 0; a < 3; ++a) at[a] += lumen.corner[a];
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      for (const int side : {-1, 1}) {
+        std::array<int, 3> to = at;
+        to[axis] += side;
+        if (!grid.contains(to[0], to[1], to[2]) || level_set.at(to[0], to[1], to[2]) < 0.0F)
+          continue;
+        Vec3 index{double(at[0]), double(at[1]), double(at[2])};
+        index[int(axis)] += side * crossing(level_set, at, axis, side);
+        points_.push_back(grid.lps_from_index(index));
+      }
+  }
+  const Vec3 h = grid.spacing;
+  correlation_length_ = std::max({h.x, h.y, h.z});
+  build_grid(3.0 * correlation_length_);
+}
+
+WallPoints::WallPoints(std::vector<Vec3> vertices) : points_(std::move(vertices)) {
+  // Cells of about thirty points, as if they lay on the box's sides: only speed depends on it.
+  const double count = std::max(1.0, double(points_.size()));
+  Vec3 low = points_.empty() ? Vec3{} : points_.front(), high = low;
+  for (const Vec3& p : points_)
+    for (int axis = 0; axis < 3; ++axis) {
+      low[axis] = std::min(low[axis], p[axis]);
+      high[axis] = std::max(high[axis], p[axis]);
+    }
+  const Vec3 d = high - low;
+  const double area = 2.0 * (d.x * d.y + d.y * d.z + d.z * d.x);
+  build_grid(std::max(std::sqrt(10.0 * area / count), 1e-6));
+}
+
+WallPoints::Key WallPoints::key_of(const Vec3& p) const {
+  return {int(std::floor(p.x / cell_)), int(std::floor(p.y / cell_)), int(std::floor(p.z / cell_))};
+}
+
+void WallPoints::build_grid(double cell) {
+  cell_ = cell;
+  std::vector<Key> key;
+  key.reserve(points_.size());
+  for (const Vec3& p : points_) key.push_back(key_of(p));
+  order_.resize(points_.size());
+  std::iota(order_.begin(), order_.end(), 0);
+  std::sort(order_.begin(), order_.end(), [&](int a, int b) {
+    const Key &ka = key[std::size_t(a)], &kb = key[std::size_t(b)];
+    return ka != kb ? ka < kb : a < b;
+  });
+  for (int begin = 0; begin < int(order_.size());) {
+    const Key& here = key[std::size_t(order_[std::size_t(begin)])];
+    int end = begin;
+    while (end < int(order_.size()) && key[std::size_t(order_[std::size_t(end)])] == here) ++end;
+    cells_.emplace(here, std::pair{begin, end});
+    begin = end;
+  }
+}
+
+void WallPoints::collect(const Vec3& center, double reach, std::vector<int>& found) const {
+  found.clear();
+  const Vec3 r{reach, reach, reach};
+  const Key low = key_of(center - r), high = key_of(center + r);
+  for (int k = low[2]; k <= high[2]; ++k)
+    for (int j = low[1]; j <= high[1]; ++j)
+      for (int i = low[0]; i <= high[0]; ++i) {
+        const auto cell = cells_.find({i, j, k});
+        if (cell == cells_.end()) continue;
+        for (int n = cell->second.first; n < cell->second.second; ++n) {
+          const int p = order_[std::size_t(n)];
+          if (norm_squared(points_[std::size_t(p)] - center) <= reach * reach) found.push_back(p);
+        }
+      }
+}
+
+}  // namespace angio::centerline

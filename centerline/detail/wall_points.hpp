@@ -1,0 +1,51 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <unordered_map>
+#include <vector>
+
+#include "centerline/detail/lumen_voxels.hpp"
+#include "core/volume.hpp"
+
+namespace angio::centerline {
+
+/// Points on the wall of a lumen, found by their place: what a level set and a surface have in
+/// common when they are measured.
+///
+/// A surface gives its vertices, not its flat triangles: these lie inside the round wall between
+/// them, by 1 - cos(pi / n) of the radius where n vertices stand round the vessel.
+class WallPoints {
+ public:
+  /// The zero crossings of a level set along the grid lines that leave the lumen, by the cubic
+  /// through four voxels (the straight line through two is wrong by h^2 / 12 r and more).
+  WallPoints(const Volume<float>& level_set, const LumenVoxels& lumen);
+  /// The vertices of a surface.
+  explicit WallPoints(std::vector<Vec3> vertices);
+
+  [[nodiscard]] const Vec3& point(int index) const { return points_[std::size_t(index)]; }
+  [[nodiscard]] int count() const { return int(points_.size()); }
+  /// Points within `reach` [mm] of a place, in a fixed order.
+  void collect(const Vec3& center, double reach, std::vector<int>& found) const;
+  /// Errors of points nearer than this [mm] go together.
+  [[nodiscard]] double correlation_length() const { return correlation_length_; }
+
+ private:
+  using Key = std::array<int, 3>;
+  struct KeyHash {
+    std::size_t operator()(const Key& key) const {
+      return std::size_t(key[0]) * 73856093U ^ std::size_t(key[1]) * 19349663U ^
+             std::size_t(key[2]) * 83492791U;
+    }
+  };
+  void build_grid(double cell);
+  [[nodiscard]] Key key_of(const Vec3& p) const;
+
+  std::vector<Vec3> points_;
+  std::vector<int> order_;                                       ///< points, cell by cell
+  std::unordered_map<Key, std::pair<int, int>, KeyHash> cells_;  ///< range of order_
+  double cell_ = 1.0;
+  double correlation_length_ = 0.0;
+};
+
+}  // namespace angio::centerline
