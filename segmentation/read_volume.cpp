@@ -139,12 +139,24 @@ std::string pixel_format(const detail::DicomHeader& header) {
          (header.is_monochrome1 ? "1" : "2");
 }
 
+/// Every syntax in the series, in the order of its files.
+std::string transfer_syntaxes(const DicomSeries& series) {
+  std::vector<std::string> names;
+  for (const auto& header : series.headers)
+    if (!header.transfer_syntax_name.empty() &&
+        std::find(names.begin(), names.end(), header.transfer_syntax_name) == names.end())
+      names.push_back(header.transfer_syntax_name);
+  std::string text;
+  for (const auto& name : names) text += (text.empty() ? "" : "; ") + name;
+  return text.empty() ? "unknown" : text;
+}
+
 SeriesSummary summarize(const DicomSeries& series, const ReadOptions& options) {
   const auto& first = series.headers.front();
   SeriesSummary summary;
   summary.key = series.key;
   summary.kind = first.sop_class_name;
-  summary.transfer_syntax = first.transfer_syntax_name;
+  summary.transfer_syntax = transfer_syntaxes(series);
   summary.pixel_format = pixel_format(first);
   summary.geometry = series.stack.geometry;
   summary.file_count = int(series.headers.size());

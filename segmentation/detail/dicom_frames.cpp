@@ -11,7 +11,7 @@ namespace {
 double as_number(const std::string& written) {
   if (written.empty()) return 0.0;
   std::uint64_t hash = 14695981039346656037u;
-  for (const unsigned char c : written) hash = (hash ^ c) * 1099511628211u;
+  for (const char c : written) hash = (hash ^ static_cast<unsigned char>(c)) * 1099511628211u;
   return double((hash >> 12) | 1u);
 }
 

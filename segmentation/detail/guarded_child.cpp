@@ -228,7 +228,7 @@ ChildResult run_guarded(const ChildLimits& limits, const std::function<void(Chil
     ended_early = true;
   }
   from.close();
-  const ChildResult result = judge(child.wait(), page.text());
+  ChildResult result = judge(child.wait(), page.text());
   if (ended_early && result.end == ChildEnd::done) return {ChildEnd::broke_down, {}};
   return result;
 }
