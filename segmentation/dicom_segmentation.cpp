@@ -87,7 +87,11 @@ detail::SegmentationFrames resample_to(const detail::DicomSeries& series,
   return frames;
 }
 
-detail::DicomSeries source_series(const fs::path& source, const ReadOptions& options) {
+/// @param options  of reading; a voxel size that the user gave is no place in the patient, so that
+/// a
+///                 source without one is refused
+detail::DicomSeries source_series(const fs::path& source, ReadOptions options) {
+  options.spacing_mm = {};
   if (detail::is_volume_file_name(source) && !fs::is_directory(source))
     throw InputError("a DICOM segmentation needs a DICOM source (" + source.filename().string() +
                      " has no UIDs to refer to). Take lumen_mask.nrrd instead");

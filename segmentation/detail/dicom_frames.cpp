@@ -117,7 +117,6 @@ void parse_frames(DcmDataset& dataset, int frame_count, DicomHeader& header) {
   if (dataset.findAndGetSequence(DCM_PerFrameFunctionalGroupsSequence, per_frame).bad() ||
       !per_frame)
     return;
-  header.multi_frame_object = true;
   if (per_frame->card() != unsigned(frame_count)) {
     header.problem = "the object lists " + std::to_string(per_frame->card()) +
                      " frame descriptions for " + std::to_string(frame_count) +

@@ -1,8 +1,13 @@
+#include <dcmtk/dcmdata/dcpixel.h>
+#include <dcmtk/dcmdata/dcpixseq.h>
+#include <dcmtk/dcmdata/dcpxitem.h>
 #include <dcmtk/dcmdata/dcuid.h>
 
 #include <algorithm>
+#include <array>
 #include <cstdint>
 #include <utility>
+#include <vector>
 
 #include "segmentation/detail/dicom_parse.hpp"
 
@@ -77,6 +82,29 @@ void read_pixel_format(DcmDataset& dataset, DicomHeader& header) {
   header.has_padding = true;
   header.padding_first = std::min(*padding, limit.value_or(*padding));
   header.padding_last = std::max(*padding, limit.value_or(*padding));
+}
+
+/// Whether the first JPEG 2000 stream uses the irreversible transform, whatever the header says of
+/// loss. Source: ISO/IEC 15444-1, A.6.1 (COD marker segment) and Table A.20.
+bool is_irreversible_jpeg_2000(DcmDataset& dataset) {
+  constexpr std::array<unsigned char, 2> kCodMarker = {0xff, 0x52};
+  constexpr std::ptrdiff_t kTransformOffset = 13;  // from the marker
+  DcmElement* element = nullptr;
+  dataset.findAndGetElement(DCM_PixelData, element);
+  auto* pixels = dynamic_cast<DcmPixelData*>(element);
+  E_TransferSyntax syntax = EXS_Unknown;
+  const DcmRepresentationParameter* parameter = nullptr;
+  DcmPixelSequence* sequence = nullptr;
+  DcmPixelItem* fragment = nullptr;
+  if (pixels) pixels->getOriginalRepresentationKey(syntax, parameter);
+  if (!pixels || pixels->getEncapsulatedRepresentation(syntax, parameter, sequence).bad() ||
+      !sequence || sequence->getItem(fragment, 1).bad() || !fragment)
+    return false;
+  std::vector<unsigned char> head(std::min<Uint32>(fragment->getLength(), 2048));
+  if (head.empty() || fragment->getPartialValue(head.data(), 0, Uint32(head.size())).bad())
+    return false;
+  const auto marker = std::search(head.begin(), head.end(), kCodMarker.begin(), kCodMarker.end());
+  return head.end() - marker > kTransformOffset && marker[kTransformOffset] == 0;
 }
 
 /// Why the pixels cannot be read, or nothing.
@@ -165,8 +193,9 @@ void read_object(DcmDataset& dataset, DicomHeader& header) {
     return;
   }
   header.problem = pixel_problem(dataset, header, frame_count);
+  header.lossy = header.lossy || (header.jpeg_2000 && is_irreversible_jpeg_2000(dataset));
   parse_frames(dataset, frame_count, header);
-  header.multi_frame_object = header.multi_frame_object || frame_count > 1;
+  header.multi_frame_object = frame_count > 1;
   if (header.kind == DicomKind::projection)
     header.projection = parse_projection_run(dataset, frame_count);
 }

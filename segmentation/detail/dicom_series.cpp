@@ -103,6 +103,10 @@ std::vector<DicomSeries> group_by_stack(const std::vector<DicomHeader>& headers,
 std::string refusal_by_kind(const DicomHeader& header) {
   switch (header.kind) {
     case DicomKind::projection:
+      if (header.frames.size() < 2)
+        return "it is a projection (" + header.sop_class_name +
+               "), not a volume: one picture holds no third axis. Give the 3D reconstruction that "
+               "the workstation made (a CT or X-Ray 3D Angiographic series)";
       return "it is a projection run (" + header.sop_class_name +
              "), not a volume: its third axis is time, not a length. Give the 3D reconstruction "
              "that the workstation made of it (a CT or X-Ray 3D Angiographic series); `angio "

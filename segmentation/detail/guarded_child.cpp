@@ -21,6 +21,7 @@ namespace {
 
 constexpr std::size_t kMessageSize = 1024;
 constexpr std::size_t kGatherBytes = std::size_t(1) << 16;
+constexpr std::uint64_t kMaxCountedBytes = std::uint64_t(1) << 28;  ///< pixels come uncounted
 constexpr int kRefusedStatus = 1;
 constexpr int kMemoryStatus = 2;
 constexpr int kOtherStatus = 3;
@@ -157,8 +158,11 @@ ChildResult judge(int status, const char* message) {
 
 void ChildOutput::write(const void* bytes, std::size_t size) {
   const auto* begin = static_cast<const char*>(bytes);
-  gathered_.insert(gathered_.end(), begin, begin + size);
-  if (gathered_.size() >= kGatherBytes) flush();
+  if (gathered_.size() + size >= kGatherBytes) flush();
+  if (size >= kGatherBytes)
+    send(begin, size);
+  else
+    gathered_.insert(gathered_.end(), begin, begin + size);
 }
 
 void ChildOutput::put(const std::string& text) {
@@ -167,12 +171,18 @@ void ChildOutput::put(const std::string& text) {
 }
 
 void ChildOutput::flush() {
-  for (std::size_t sent = 0; sent < gathered_.size();) {
-    const ssize_t count = ::write(file_, gathered_.data() + sent, gathered_.size() - sent);
-    if (count < 0 && errno != EINTR) _exit(kOtherStatus);  // nobody listens any more
-    if (count > 0) sent += std::size_t(count);
-  }
+  send(gathered_.data(), gathered_.size());
   gathered_.clear();
+}
+
+void ChildOutput::send(const char* bytes, std::size_t size) const {
+  while (size > 0) {
+    const ssize_t count = ::write(file_, bytes, size);
+    if (count < 0 && errno != EINTR) _exit(kOtherStatus);  // nobody listens any more
+    if (count <= 0) continue;
+    bytes += count;
+    size -= std::size_t(count);
+  }
 }
 
 void ChildInput::read(void* bytes, std::size_t size) {
@@ -193,8 +203,8 @@ void ChildInput::read(void* bytes, std::size_t size) {
 std::size_t ChildInput::count_of(std::size_t item_size) {
   std::uint64_t count = 0;
   get(count);
-  // A child that a hostile file has taken over must not make the parent ask for any memory.
-  if (count > (std::uint64_t(1) << 34) / item_size) throw EndOfChild{false};
+  // A child that a hostile file has taken over must not make the parent take any memory.
+  if (count > kMaxCountedBytes / item_size) throw EndOfChild{false};
   return std::size_t(count);
 }
 

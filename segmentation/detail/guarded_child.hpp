@@ -50,6 +50,8 @@ class ChildOutput {
   void flush();
 
  private:
+  void send(const char* bytes, std::size_t size) const;
+
   int file_;
   std::vector<char> gathered_;
 };

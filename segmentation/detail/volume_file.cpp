@@ -98,14 +98,16 @@ VolumeFile load_guarded(const std::filesystem::path& path, VolumePart part,
         output.put(parsed.volume.geometry);
         output.put(std::uint64_t(parsed.warnings.size()));
         for (const auto& warning : parsed.warnings) output.put(warning);
-        output.put(parsed.volume.values);
+        output.write(parsed.volume.values.data(), parsed.volume.values.size() * sizeof(float));
       },
       [&](ChildInput& input) {
         input.get(file.volume.geometry);
         std::uint64_t warning_count = 0;
         input.get(warning_count);
         for (std::uint64_t w = 0; w < warning_count; ++w) input.get(file.warnings.emplace_back());
-        input.get(file.volume.values);
+        if (file.volume.geometry.voxel_count() != voxel_count) return;  // changed while it was read
+        file.volume.values.resize(voxel_count);
+        input.read(file.volume.values.data(), voxel_count * sizeof(float));
       });
   if (result.end == ChildEnd::refused) throw InputError(result.message);
   if (result.end != ChildEnd::done)
@@ -126,8 +128,12 @@ VolumeFile load_volume_file(const std::filesystem::path& path, VolumePart part,
   VolumeFile header = load_guarded(path, VolumePart::header, options, 0);
   if (part == VolumePart::header) return header;
   const std::uint64_t voxel_count = header.volume.geometry.voxel_count();
-  check_memory(3 * voxel_count * sizeof(float), options.max_memory_gib, path.filename().string());
-  return load_guarded(path, part, options, voxel_count);
+  const std::string name = path.filename().string();
+  check_memory(3 * voxel_count * sizeof(float), options.max_memory_gib, name);
+  VolumeFile whole = load_guarded(path, part, options, voxel_count);
+  if (whole.volume.values.size() != voxel_count)
+    throw InputError("cannot read " + name + " (it changed while it was read). Try again");
+  return whole;
 }
 
 void make_right_handed(VolumeFile& file, const std::string& name) {

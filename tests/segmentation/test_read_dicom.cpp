@@ -247,6 +247,17 @@ TEST_F(ReadDicomData, LossyCodecsAreKnownAsLossy) {
     EXPECT_FALSE(header_of(data("dicom-codecs") / name).lossy) << name;
 }
 
+TEST_F(ReadDicomData, AStreamThatLostSomethingIsKnownEvenIfItsHeaderDeniesIt) {
+  const fs::path file = fs::temp_directory_path() / ("angio-denied-" + std::to_string(getpid()));
+  DcmFileFormat object;
+  ASSERT_TRUE(object.loadFile(data("dicom-codecs/XA1_J2KI").c_str()).good());
+  object.loadAllDataIntoMemory();
+  put(*object.getDataset(), DCM_LossyImageCompression, "00");
+  ASSERT_TRUE(object.saveFile(file.c_str(), object.getDataset()->getOriginalXfer()).good());
+  EXPECT_TRUE(header_of(file).lossy);
+  fs::remove(file);
+}
+
 TEST_F(ReadDicomData, DamagedStreamsNeverTakeTheProgramDown) {
   const fs::path file = fs::temp_directory_path() / ("angio-stream-" + std::to_string(getpid()));
   std::mt19937 random(5);

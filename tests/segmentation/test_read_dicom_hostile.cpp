@@ -1,6 +1,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <unistd.h>
+#include <zip.h>
 
 #include <csignal>
 #include <cstdlib>
@@ -244,6 +245,46 @@ TEST_F(HostileDicom, MutatedCompressedFilesAreReadOrRefused) {
         fuzz(file("seed"), file("in"), std::max(4, trials_per_seed() / 10), unsigned(++seed_count));
     total.read += count.read;
     total.refused += count.refused;
+  }
+  std::cout << total.read << " mutated files read, " << total.refused << " refused\n";
+}
+
+TEST_F(HostileDicom, MutatedArchivesAndDirectoriesAreReadOrRefused) {
+  fs::create_directories(file("in"));
+  write_series(3, {}, EXS_LittleEndianExplicit, "in/s");
+  int error = 0;
+  zip_t* zip = zip_open(file("seed.zip").c_str(), ZIP_CREATE, &error);
+  ASSERT_TRUE(zip);
+  DcmFileFormat dicomdir;
+  put(*dicomdir.getDataset(), DCM_SOPClassUID, UID_MediaStorageDirectoryStorage);
+  put(*dicomdir.getDataset(), DCM_SOPInstanceUID, "1.2.3");
+  for (const char* name : {"s100", "s99", "s98"}) {
+    zip_source_t* source = zip_source_file(zip, file(std::string("in/") + name).c_str(), 0, -1);
+    ASSERT_GE(zip_file_add(zip, name, source, 0), 0);
+    DcmItem* record = nullptr;
+    ASSERT_TRUE(dicomdir.getDataset()
+                    ->findOrCreateSequenceItem(DCM_DirectoryRecordSequence, record, -2)
+                    .good());
+    put(*record, DCM_DirectoryRecordType, "IMAGE");
+    std::string id = std::string("S") + (name + 1);
+    put(*record, DCM_ReferencedFileID, id);
+  }
+  ASSERT_EQ(zip_close(zip), 0);
+  ASSERT_TRUE(dicomdir.saveFile(file("DICOMDIR").c_str(), EXS_LittleEndianExplicit).good());
+  FuzzCount total;
+  for (const auto& [seed, victim] :
+       {std::pair{"seed.zip", "victim.zip"}, std::pair{"DICOMDIR", "in/DICOMDIR"}}) {
+    const std::string whole = read_text(file(seed));
+    std::mt19937 random(5);
+    for (int trial = 0; trial < trials_per_seed(); ++trial) {
+      std::ofstream(file(victim), std::ios::binary) << mutate(whole, random);
+      try {
+        read_volume(file(victim), {});
+        ++total.read;
+      } catch (const InputError&) {
+        ++total.refused;
+      }
+    }
   }
   std::cout << total.read << " mutated files read, " << total.refused << " refused\n";
 }

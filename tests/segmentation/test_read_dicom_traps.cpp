@@ -325,6 +325,17 @@ TEST_F(DicomTraps, FramesOfDifferentOrientationsAreDifferentStacks) {
   EXPECT_EQ(read_volume(folder(), {}).volume.at(1, 1, 3), 306.0f);
 }
 
+TEST_F(DicomTraps, EnhancedObjectsOfOneFrameEachFormAStack) {
+  for (int k = 0; k < 5; ++k) {
+    EnhancedObject object = xray_3d(1, 0.3);
+    object.frames[0].position.z = 0.3 * k;
+    write_enhanced(file(std::to_string(9 - k)), object);
+  }
+  const auto volume = read_volume(folder(), {}).volume;
+  EXPECT_EQ(volume.geometry.size[2], 5);
+  EXPECT_NEAR(volume.geometry.spacing.z, 0.3, 1e-9);
+}
+
 TEST_F(DicomTraps, APaddedRimTakesTheLowestValue) {
   Slice slice;
   slice.pixel = [](int i, int j) { return i == 0 ? 4000 + j % 3 : 50 + i; };
