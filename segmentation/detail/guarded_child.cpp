@@ -22,9 +22,10 @@ namespace {
 constexpr std::size_t kMessageSize = 1024;
 constexpr std::size_t kGatherBytes = std::size_t(1) << 16;
 constexpr std::uint64_t kMaxCountedBytes = std::uint64_t(1) << 28;  ///< pixels come uncounted
-constexpr int kRefusedStatus = 1;
-constexpr int kMemoryStatus = 2;
-constexpr int kOtherStatus = 3;
+// Not 1 and 2, with which libraries end a program.
+constexpr int kRefusedStatus = 101;
+constexpr int kMemoryStatus = 102;
+constexpr int kOtherStatus = 103;
 
 /// The child has sent all that it will.
 struct EndOfChild {
