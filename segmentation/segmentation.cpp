@@ -79,10 +79,11 @@ Segmentation segment_vessels(const Volume<float>& volume, const SegmentationOpti
 
   const detail::VoxelBox box = detail::bounding_box(tree.mask, kMarginMm);
   const Volume<float> around = detail::crop(volume, box);
-  const Volume<float> denoised =
-      detail::smooth(around, detail::denoising_sigma(volume, tree.noise, tree.contrast));
-  detail::Boundary boundary =
-      detail::find_boundary(denoised, detail::crop(tree.mask, box), options, progress);
+  const double denoising_mm = detail::denoising_sigma(volume, tree.noise, tree.contrast);
+  const Volume<float> denoised = detail::smooth(around, denoising_mm);
+  detail::Boundary boundary = detail::find_boundary(
+      {around, denoised, detail::crop(tree.mask, box), denoising_mm, tree.noise / tree.contrast},
+      options, progress);
 
   Segmentation result;
   result.level_set = std::move(boundary.level_set);
@@ -90,6 +91,8 @@ Segmentation segment_vessels(const Volume<float>& volume, const SegmentationOpti
   result.seeds_lps_mm = std::move(tree.seeds_lps_mm);
   result.lumen_intensity = boundary.lumen_intensity;
   result.background_intensity = boundary.background_intensity;
+  result.blur_sd_mm =
+      std::cbrt(boundary.blur_sd_mm.x * boundary.blur_sd_mm.y * boundary.blur_sd_mm.z);
   result.warnings = std::move(tree.warnings);
   for (const Vec3& place : boundary.bridges_lps_mm)
     result.warnings.push_back(narrow_place_warning(place));

@@ -28,6 +28,7 @@ struct Segmentation {
   std::vector<Vec3> seeds_lps_mm;  ///< the seeds that were used
   double lumen_intensity = 0.0;    ///< typical, in the volume's unit
   double background_intensity = 0.0;
+  double blur_sd_mm = 0.0;  ///< standard deviation of the scanner's blur, told from the image
   std::vector<std::string> warnings;
 };
 

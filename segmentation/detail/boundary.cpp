@@ -7,9 +7,9 @@
 
 #include "core/error.hpp"
 #include "core/parallel.hpp"
-#include "segmentation/detail/blur.hpp"
 #include "segmentation/detail/bridge.hpp"
 #include "segmentation/detail/components.hpp"
+#include "segmentation/detail/edge_fit.hpp"
 #include "segmentation/detail/fields.hpp"
 #include "segmentation/detail/intensity_levels.hpp"
 #include "segmentation/detail/signed_distance.hpp"
@@ -17,12 +17,18 @@
 namespace angio::segmentation::detail {
 namespace {
 
-constexpr int kIterationCount = 3;
+constexpr int kRoughIterations = 2;
 constexpr double kFirstBlurVoxels = 0.8;  ///< assumed until it is measured
-constexpr double kReachMm = 5.0;          ///< to which the level set tells distances outside
-constexpr float kLeastShare = 0.2f;       ///< of the contrast: T never goes below
-constexpr double kVoxelBudget = 32e6;     ///< of the result
-constexpr float kPeakShare = 0.7f;        ///< T stays below this share of the local peak
+constexpr double kEdgeBlurs = 3.0;        ///< half width of a blurred edge, in standard deviations
+constexpr double kRingMm = 3.0;           ///< of background looked at
+constexpr double kRoughnessVoxels = 0.7;  ///< that noise leaves on the rough boundary
+constexpr int kFitRounds = 3;             ///< between which intensities are told anew
+constexpr int kFitSteps = 3;
+constexpr double kBandVoxels = 2.5;    ///< of distance that the fit looks at
+constexpr double kReachMm = 5.0;       ///< to which the level set tells distances outside
+constexpr float kLeastShare = 0.2f;    ///< of the contrast: T never goes below
+constexpr double kVoxelBudget = 64e6;  ///< of the result
+constexpr float kPeakShare = 0.7f;     ///< T stays below this share of the local peak
 
 /// The highest value within one voxel.
 Volume<float> local_peak(const Volume<float>& volume) {
@@ -107,55 +113,124 @@ void keep_tree_only(Volume<float>& level, const Volume<std::uint8_t>& tree, doub
       level.values[v] = -std::max(level.values[v], 1e-3f);
 }
 
-/// The spacing of the result: even along all axes, and as fine as half the input's finest if that
-/// keeps the grid within a budget, so that narrow vessels keep their shape.
-Vec3 fine_spacing(const VolumeGeometry& geometry) {
-  const Vec3& h = geometry.spacing;
+/// Steps that keep the result's grid even along all axes, half the finest voxel edge wide if the
+/// grid stays within a budget, so that narrow vessels keep their shape.
+FineGrid fine_grid(const VolumeGeometry& voxels) {
+  const Vec3& h = voxels.spacing;
   const double finest = std::min({h.x, h.y, h.z});
-  const double volume = double(geometry.voxel_count()) * h.x * h.y * h.z;
-  const double affordable = std::cbrt(volume / kVoxelBudget);
-  const double even = std::max(0.5 * finest, affordable);
-  return even < 0.8 * finest                                  ? Vec3{even, even, even}
-         : even < finest || h == Vec3{finest, finest, finest} ? Vec3{finest, finest, finest}
-                                                              : h;
+  FineGrid fine;
+  for (double wanted : {0.5 * finest, finest}) {
+    for (std::size_t a = 0; a < 3; ++a)
+      fine.ratio[a] = std::max(1, int(std::lround(h[int(a)] / wanted)));
+    if (double(fine.geometry(voxels).voxel_count()) <= kVoxelBudget) return fine;
+  }
+  return {};
+}
+
+/// The boundary to within a part of a voxel.
+struct RoughBoundary {
+  Volume<float> distance;           ///< [mm]
+  Volume<std::uint8_t> is_foreign;  ///< voxels of other bright things
+  std::vector<Vec3> bridges_lps_mm;
+};
+
+RoughBoundary rough_boundary(const BoundaryInput& input, const SegmentationOptions& options,
+                             double all_above, double blur_voxels) {
+  const double voxel = mean_spacing(input.image.geometry);
+  const double edge = kEdgeBlurs * blur_voxels * voxel;
+  const double reach = edge + kRingMm;
+  const Volume<float> peak = local_peak(input.denoised);
+  Volume<float> level(input.image.geometry);
+  for (std::size_t v = 0; v < level.values.size(); ++v)
+    level.values[v] = input.tree.values[v] ? -0.5f : 0.5f;
+  RoughBoundary rough;
+  rough.distance = signed_distance(level, reach);
+  for (int iteration = 0; iteration < kRoughIterations; ++iteration) {
+    const Volume<float> share = blurred_share(rough.distance, {}, level.geometry,
+                                              {{blur_voxels, blur_voxels, blur_voxels}});
+    const IntensityLevels levels = intensity_levels(input.denoised, rough.distance, share, edge);
+    level = level_function(input.denoised, peak, levels, options);
+    rough.bridges_lps_mm = bridge_pieces(level, input.tree, options.min_component_mm3);
+    rough.is_foreign = Volume<std::uint8_t>(level.geometry);
+    for (std::size_t v = 0; v < level.values.size(); ++v)
+      rough.is_foreign.values[v] = level.values[v] < 0.0f;
+    keep_tree_only(level, input.tree, all_above);
+    for (std::size_t v = 0; v < level.values.size(); ++v)
+      rough.is_foreign.values[v] = rough.is_foreign.values[v] && level.values[v] >= 0.0f;
+    rough.distance = signed_distance(level, reach);
+  }
+  return rough;
+}
+
+/// Where a vessel is thinner than the smoothing, its axis stays inside.
+bool is_ridge(const Volume<float>& distance, int i, int j, int k) {
+  const float here = distance.at(i, j, k);
+  int axes = 0;
+  for (int axis = 0; axis < 3; ++axis) {
+    const int a[3] = {axis == 0, axis == 1, axis == 2};
+    if (!distance.geometry.contains(i - a[0], j - a[1], k - a[2]) ||
+        !distance.geometry.contains(i + a[0], j + a[1], k + a[2]))
+      continue;
+    axes += here <= distance.at(i - a[0], j - a[1], k - a[2]) &&
+            here <= distance.at(i + a[0], j + a[1], k + a[2]);
+  }
+  return axes >= 2;
+}
+
+/// The boundary without the roughness of noise; what the smoothing shrinks the fit gives back.
+Volume<float> without_roughness(const Volume<float>& distance) {
+  const double voxel = mean_spacing(distance.geometry);
+  Volume<float> smoothed = smooth(distance, kRoughnessVoxels * voxel);
+  const auto deep = float(-0.3 * voxel);
+  for (int k = 0; k < distance.geometry.size[2]; ++k)
+    for (int j = 0; j < distance.geometry.size[1]; ++j)
+      for (int i = 0; i < distance.geometry.size[0]; ++i) {
+        const float d = distance.at(i, j, k);
+        if (d < 0.0f && smoothed.at(i, j, k) > deep && is_ridge(distance, i, j, k))
+          smoothed.at(i, j, k) = std::min(smoothed.at(i, j, k), std::max(d, deep));
+      }
+  return smoothed;
 }
 
 }  // namespace
 
-Boundary find_boundary(const Volume<float>& volume, const Volume<std::uint8_t>& tree,
-                       const SegmentationOptions& options, const Progress& progress) {
-  Volume<float> level(volume.geometry);
-  for (std::size_t v = 0; v < level.values.size(); ++v)
-    level.values[v] = tree.values[v] ? -0.5f : 0.5f;
-  const Volume<float> peak = local_peak(volume);
-  const double voxel = mean_spacing(level.geometry);
+Boundary find_boundary(const BoundaryInput& input, const SegmentationOptions& options,
+                       const Progress& progress) {
+  const VolumeGeometry& voxels = input.image.geometry;
+  const double voxel = mean_spacing(voxels);
   // One seed or none gives one tree; with more, each may have its own.
   const double all_above = options.seeds_lps_mm.size() > 1
                                ? options.min_component_mm3
                                : std::numeric_limits<double>::infinity();
-  Volume<float> distance = signed_distance(level, kReachMm);
+  const RoughBoundary rough = rough_boundary(input, options, all_above, kFirstBlurVoxels);
+  progress.report(0.7, "finding the boundary");
+  const FineGrid fine = fine_grid(voxels);
+  Volume<float> phi =
+      resample_cubic(without_roughness(rough.distance), fine.geometry(voxels).spacing);
   Boundary boundary;
-  boundary.blur_mm = kFirstBlurVoxels * voxel;
-  for (int iteration = 0; iteration < kIterationCount; ++iteration) {
-    const IntensityLevels levels = intensity_levels(volume, distance, boundary.blur_mm);
-    level = level_function(volume, peak, levels, options);
-    boundary.bridges_lps_mm = bridge_pieces(level, tree, options.min_component_mm3);
-    keep_tree_only(level, tree, all_above);
-    distance = signed_distance(level, kReachMm);
-    boundary.blur_mm = blur_across(level, distance);
-    distance = undo_blur(distance, boundary.blur_mm, voxel);
+  Blur blur;
+  for (int round = 0; round < kFitRounds; ++round) {
+    phi = signed_distance_band(phi, kBandVoxels * voxel);
+    const Volume<float> share = blurred_share(phi, fine, voxels, blur);
+    const double sd = std::hypot(blur.sd_voxels.x, 0.3);
+    const IntensityLevels levels =
+        intensity_levels(input.image, rough.distance, share, kEdgeBlurs * sd * voxel);
+    const float least = 0.1f * (levels.lumen_overall - levels.background_overall);
+    const EdgeModel model{input.image,       levels, rough.is_foreign,
+                          input.noise_share, least,  float(options.intensity_min.value_or(-1e30))};
+    fit_edges(phi, fine, model, blur, kFitSteps);
     boundary.lumen_intensity = double(levels.lumen_overall);
     boundary.background_intensity = double(levels.background_overall);
-    progress.report(0.6 + 0.1 * (iteration + 1), "finding the boundary");
+    progress.report(0.7 + 0.08 * (round + 1), "fitting the boundary");
   }
-  level = resample_cubic(level, fine_spacing(level.geometry));
-  const Volume<std::uint8_t> fine_tree = resample_nearest(tree, level.geometry);
-  bridge_pieces(level, fine_tree, options.min_component_mm3);
-  keep_tree_only(level, fine_tree, all_above);
-  level = undo_blur(signed_distance(level, kReachMm), boundary.blur_mm, voxel);
-  keep_tree_only(level, fine_tree, all_above);  // moving it may pinch a thread off
-  progress.report(0.95, "finding the boundary");
-  boundary.level_set = signed_distance(level, kReachMm);
+  const Volume<std::uint8_t> fine_tree = resample_nearest(input.tree, phi.geometry);
+  boundary.bridges_lps_mm = rough.bridges_lps_mm;
+  for (const Vec3& place : bridge_pieces(phi, fine_tree, options.min_component_mm3))
+    boundary.bridges_lps_mm.push_back(place);
+  keep_tree_only(phi, fine_tree, all_above);
+  boundary.level_set = signed_distance(phi, kReachMm);
+  for (int a = 0; a < 3; ++a) boundary.blur_sd_mm[a] = blur.sd_voxels[a] * voxels.spacing[a];
+  boundary.blur_is_told = blur.is_told;
   return boundary;
 }
 

@@ -91,6 +91,10 @@ Volume<float> smooth(const Volume<float>& volume, double sigma_mm) {
   return result;
 }
 
+double mean_spacing(const VolumeGeometry& geometry) {
+  return std::cbrt(geometry.spacing.x * geometry.spacing.y * geometry.spacing.z);
+}
+
 std::array<int, 3> block_size(const VolumeGeometry& geometry, double spacing_mm) {
   std::array<int, 3> factor{};
   for (int axis = 0; axis < 3; ++axis)

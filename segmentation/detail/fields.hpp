@@ -12,6 +12,9 @@ namespace angio::segmentation::detail {
 /// @param sigma_mm  standard deviation; an axis with spacing above 5 sigma is left as it is
 Volume<float> smooth(const Volume<float>& volume, double sigma_mm);
 
+/// The geometric mean of a voxel's edges [mm].
+double mean_spacing(const VolumeGeometry& geometry);
+
 /// Averages blocks of voxels; incomplete blocks at the far border are averaged as they are.
 Volume<float> block_average(const Volume<float>& volume, const std::array<int, 3>& factor);
 

@@ -5,7 +5,6 @@
 #include <vector>
 
 #include "core/parallel.hpp"
-#include "segmentation/detail/blur.hpp"
 
 namespace angio::segmentation::detail {
 namespace {
@@ -13,7 +12,6 @@ namespace {
 constexpr double kFieldSpacing = 1.0;                    ///< [mm] grid of L and B
 constexpr double kFieldReach[] = {16.0, 8.0, 4.0, 2.0};  ///< [mm] kernels, widest first
 constexpr float kPriorWeight = 0.02f;  ///< of the wider kernel against a full narrow one
-constexpr double kEdgeVoxels = 2.0;    ///< half width of the blurred edge
 constexpr double kRingWidth = 3.0;     ///< [mm] of background looked at
 constexpr float kLeastShare = 0.5f;    ///< of lumen in a voxel that tells of L
 
@@ -68,22 +66,12 @@ float quantile_inside(const Volume<float>& volume, const Volume<float>& distance
   return *place;
 }
 
-/// The share of lumen in each voxel once blurred: S.
-Volume<float> blurred_inside(const Volume<float>& distance, double blur_mm) {
-  const double h = mean_spacing(distance.geometry);
-  Volume<float> inside(distance.geometry);
-  for (std::size_t v = 0; v < inside.values.size(); ++v)
-    inside.values[v] = std::clamp(0.5f - distance.values[v] / float(h), 0.0f, 1.0f);
-  // The clamp above is a voxel's own blur.
-  return smooth(inside, std::sqrt(std::max(blur_mm * blur_mm - h * h / 12.0, 0.0)));
-}
-
 }  // namespace
 
 IntensityLevels intensity_levels(const Volume<float>& volume, const Volume<float>& distance,
-                                 double blur_mm) {
+                                 const Volume<float>& share, double edge_mm) {
   const std::size_t count = volume.values.size();
-  const auto edge = float(kEdgeVoxels * mean_spacing(volume.geometry));
+  const auto edge = float(edge_mm);
   const auto& d = distance.values;
   const auto intensity = [&](std::size_t v) { return volume.values[v]; };
   const auto ring = [&](std::size_t v) {
@@ -96,11 +84,11 @@ IntensityLevels intensity_levels(const Volume<float>& volume, const Volume<float
   const auto dark_ring = [&](std::size_t v) { return volume.values[v] < half ? ring(v) : 0.0f; };
   const float background = overall_mean(count, mixed, intensity, dark_ring);
 
-  const Volume<float> share = blurred_inside(distance, blur_mm);
   const auto weight = [&](std::size_t v) {
     const float s = share.values[v];
     const float s4 = s * s * s * s;
-    return s > kLeastShare ? s4 * s4 : 0.0f;
+    const float s8 = s4 * s4;
+    return s > kLeastShare ? s8 * s8 * s8 : 0.0f;
   };
   const auto unmixed = [&](std::size_t v) {
     return background + (volume.values[v] - background) / share.values[v];

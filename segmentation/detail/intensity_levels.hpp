@@ -18,16 +18,18 @@ struct IntensityLevels {
 /// The background B is the local mean of a ring around the vessel, other bright things left out.
 /// The lumen L is the local mean over voxels deep inside, each freed of what the blur mixed in:
 ///
-///     L = B + (I - B) / S,    S = G_sigma * [d < 0],    weight S^8
+///     L = B + (I - B) / S,    weight S^8
 ///
 /// Means are spread by normalised convolution, from wide kernels to narrow ones: a narrow vessel,
 /// where S never gets near 1, takes L from the wider vessel beside it.
 /// Source: Knutsson & Westin, "Normalized and differential convolution", CVPR 1993,
 ///         doi:10.1109/CVPR.1993.341081.
 ///
-/// @param distance  d [mm], signed, on the volume's grid
-/// @param blur_mm   sigma, of voxel and smoothing together
+/// @param distance  d [mm], signed, on the volume's grid; its ends at both sides may lie as near as
+///                  edge_mm + 3 mm
+/// @param share     S: the part of each voxel inside, blurred
+/// @param edge_mm   half the width of the blurred edge
 IntensityLevels intensity_levels(const Volume<float>& volume, const Volume<float>& distance,
-                                 double blur_mm);
+                                 const Volume<float>& share, double edge_mm);
 
 }  // namespace angio::segmentation::detail

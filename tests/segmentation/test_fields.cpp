@@ -2,7 +2,6 @@
 
 #include <cmath>
 
-#include "segmentation/detail/blur.hpp"
 #include "segmentation/detail/fields.hpp"
 #include "tests/segmentation/tube_volume.hpp"
 
@@ -79,33 +78,6 @@ TEST(Crop, KeepsEveryVoxelWhereItLies) {
     const Vec3 p = part.geometry.lps_from_index({1.0, 1.0, double(k)});
     EXPECT_NEAR(double(part.at(1, 1, k)), p.x + 10 * p.z, 1e-5);
   }
-}
-
-TEST(Blur, IsMeasuredFromABlurredPlane) {
-  for (double sigma : {0.2, 0.3}) {
-    TubeImage image{{30, 30, 30}, {0.3, 0.3, 0.3}, 0.5, -0.5, sigma};
-    const auto inside = [](const Vec3& p) { return p.x + 0.3 * p.y + 0.04; };
-    auto level = image_of(image, [&](const Vec3& p) { return inside(p) / std::hypot(1.0, 0.3); });
-    Volume<float> distance(level.geometry);
-    for (int k = 0; k < 30; ++k)
-      for (int j = 0; j < 30; ++j)
-        for (int i = 0; i < 30; ++i)
-          distance.at(i, j, k) =
-              float(inside(level.geometry.lps_from_index({double(i), double(j), double(k)})) /
-                    std::hypot(1.0, 0.3));
-    for (float& v : level.values) v = -v;
-    EXPECT_NEAR(blur_across(level, distance), sigma, 0.03 * sigma);
-  }
-}
-
-TEST(Blur, IsUndoneOnACylinderByHalfSigmaSquaredOverItsRadius) {
-  const double radius = 2.0, sigma = 0.4;
-  const auto distance = field({60, 60, 12}, {0.2, 0.2, 0.2}, [&](const Vec3& p) {
-    return std::hypot(p.x - 5.9, p.y - 5.9) - radius;
-  });
-  const auto undone = undo_blur(distance, sigma, 0.2);
-  const double moved = double(distance.at(39, 29, 6)) - double(undone.at(39, 29, 6));
-  EXPECT_NEAR(moved, sigma * sigma / (2.0 * radius), 0.1 * sigma * sigma / (2.0 * radius));
 }
 
 }  // namespace
