@@ -115,7 +115,9 @@ std::string pixel_problem(DcmDataset& dataset, const DicomHeader& header, int fr
   DcmElement* pixels = nullptr;
   if (dataset.findAndGetElement(DCM_PixelData, pixels).bad() || !pixels)
     return "the object has no pixel data (truncated, or not an image). Export the series again";
-  if (integer(dataset, DCM_SamplesPerPixel) != 1)
+  const std::string photometric = text(dataset, DCM_PhotometricInterpretation);
+  if (integer(dataset, DCM_SamplesPerPixel) != 1 ||
+      (!photometric.empty() && !photometric.starts_with("MONOCHROME")))
     return "the pixels are in colour (a rendered view, not measured intensities). Export the "
            "original series";
   if (header.rows < 1 || header.columns < 1)

@@ -113,9 +113,9 @@ void apply(const ChildLimits& limits) {
   setrlimit(RLIMIT_CORE, &no_core);
 #if !defined(__SANITIZE_ADDRESS__)  // its shadow memory takes terabytes, and it has to be heard
   silence();
-  const auto memory = rlim_t(address_space_bytes() + limits.memory_bytes);
-  const rlimit space{memory, memory};
-  setrlimit(RLIMIT_AS, &space);
+  const std::size_t held = address_space_bytes();
+  const rlimit space{held + limits.memory_bytes, held + limits.memory_bytes};
+  if (held > 0) setrlimit(RLIMIT_AS, &space);
 #endif
 }
 

@@ -1,6 +1,7 @@
 #include <itkImage.h>
 #include <itkImageFileReader.h>
 #include <itkMetaImageIO.h>
+#include <itkMultiThreaderBase.h>
 #include <itkNrrdImageIO.h>
 
 #include <algorithm>
@@ -110,6 +111,8 @@ VolumeFile load_with_itk(const std::filesystem::path& path, VolumePart part,
   const std::string format = volume_file_format(path);
   VolumeFile file;
   const bool has_spacing = check_header_text(path, format, options, file.warnings);
+  // A thread per core would take more address space than the child may have; none is of use here.
+  itk::MultiThreaderBase::SetGlobalDefaultNumberOfThreads(1);
   itk::ImageIOBase::Pointer io = make_io(format);
   try {
     if (!io->CanReadFile(path.c_str())) fail(name, format);

@@ -130,6 +130,32 @@ TEST_F(DicomSegmentation, RefersToTheFramesOfAMultiFrameSource) {
   EXPECT_EQ(frames[0], 16 - 4);
 }
 
+TEST_F(DicomSegmentation, LiesOnTheSlicesOfATiltedSeriesAsTheyAre) {
+  fs::create_directories(file("tilted"));
+  for (int k = 0; k < 16; ++k) {
+    Slice slice = source_slice(k);
+    slice.position.y = 0.2 * k - 1.0;
+    write_slice(file("tilted/" + std::to_string(k)), slice);
+  }
+  ASSERT_TRUE(inspect(file("tilted"))[0].resampled);
+  write_dicom_segmentation(file("seg.dcm"), ball(), file("tilted"), {});
+  const auto object = read_back();
+  ASSERT_TRUE(object);
+  expect_ball(*object, 0.4, 0.6);
+}
+
+TEST_F(DicomSegmentation, RefusesASourceWhosePlaceInThePatientIsNotKnown) {
+  fs::create_directories(file("ct"));
+  for (int k = 0; k < 16; ++k) {
+    Slice slice = source_slice(k);
+    slice.has_geometry = false;
+    write_slice(file("ct/" + std::to_string(k)), slice);
+  }
+  EXPECT_THROW(write_dicom_segmentation(file("seg.dcm"), ball(), file("ct"),
+                                        {.spacing_mm = {0.4, 0.6, 0.5}}),
+               InputError);
+}
+
 TEST_F(DicomSegmentation, HoldsTheSourcesUidsAndNoPatient) {
   write_ct();
   write_dicom_segmentation(file("seg.dcm"), ball(), file("ct"), {});

@@ -336,6 +336,24 @@ TEST_F(DicomTraps, EnhancedObjectsOfOneFrameEachFormAStack) {
   EXPECT_NEAR(volume.geometry.spacing.z, 0.3, 1e-9);
 }
 
+TEST_F(DicomTraps, PaletteColoursAreNoIntensities) {
+  Slice slice;
+  slice.photometric = "PALETTE COLOR";
+  write_series(3, slice);
+  EXPECT_THAT(refusal(), HasSubstr("in colour"));
+}
+
+TEST_F(DicomTraps, AnOverlayInTheUnusedBitsIsNoIntensity) {
+  Slice slice;
+  slice.more = [&](DcmDataset& d) {
+    std::vector<Uint16> pixels = pixels_of(slice);
+    for (std::size_t p = 0; p < pixels.size(); p += 2) pixels[p] = Uint16(pixels[p] | 0xf000);
+    d.putAndInsertUint16Array(DCM_PixelData, pixels.data(), pixels.size());
+  };
+  write_series(3, slice);
+  EXPECT_EQ(read_volume(folder(), {}).volume.at(0, 0, 0), 100.0f);
+}
+
 TEST_F(DicomTraps, APaddedRimTakesTheLowestValue) {
   Slice slice;
   slice.pixel = [](int i, int j) { return i == 0 ? 4000 + j % 3 : 50 + i; };
