@@ -72,6 +72,8 @@ void parse_classic_phases(DcmItem& item, DicomFrame& frame) {
   phase(frame, Phase::trigger_time) = number(item, DCM_TriggerTime).value_or(0.0);
   phase(frame, Phase::echo) = number(item, DCM_EchoNumbers).value_or(0.0);
   phase(frame, Phase::acquisition) = number(item, DCM_AcquisitionNumber).value_or(0.0);
+  phase(frame, Phase::time) = number(item, DCM_AcquisitionTime).value_or(0.0);
+  phase(frame, Phase::content_time) = number(item, DCM_ContentTime).value_or(0.0);
   OFString type;
   if (item.findAndGetOFStringArray(DCM_ImageType, type).good())
     phase(frame, Phase::image_type) = as_number(type.c_str());

@@ -14,8 +14,17 @@
 namespace angio::segmentation::detail {
 
 /// What can tell slices at the same place apart, in the order in which it is asked.
-enum class Phase { stack, temporal, trigger_time, echo, acquisition, image_type };
-constexpr int kPhaseCount = 6;
+enum class Phase {
+  stack,
+  temporal,
+  trigger_time,
+  echo,
+  acquisition,
+  image_type,
+  time,
+  content_time
+};
+constexpr int kPhaseCount = 8;
 
 /// What a DICOM object says of one frame (a single-frame object has one).
 struct DicomFrame {

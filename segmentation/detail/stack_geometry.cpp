@@ -14,6 +14,7 @@ constexpr double kOrthogonalTolerance = 1e-3;  ///< dot product of axes that are
 constexpr double kParallelTolerance = 1e-4;    ///< difference of two slices' axes
 constexpr double kPlaceTolerance = 0.01;       ///< of the spacing: counts as regular
 constexpr double kPlaceLimit = 0.05;           ///< of the spacing: usable, with a warning
+constexpr double kTiltedPlaceLimit = 0.5;      ///< of a pixel, sideways
 constexpr double kTiltLimitDegrees = 0.1;
 constexpr double kTiltMostDegrees = 45.0;  ///< gantries tilt by 30
 constexpr double kLateralLimit = 0.1;      ///< of a pixel
@@ -223,7 +224,8 @@ void place(const SortedSlices& slices, double pixel, UnevenSlices uneven, StackG
                       "even spacing, or interpolate with --resample";
     return;
   }
-  if (worst.across > kPlaceLimit && !wanted) {
+  // A leaning slice is shifted to where it says it lies; there, rounded decimals do no harm.
+  if (worst.across > (tilted ? kTiltedPlaceLimit : kPlaceLimit) && !wanted) {
     stack.problem = "a slice is shifted sideways by " + format_number(worst.across) +
                     " pixels against the others (lengths across it would be wrong). Export the "
                     "series again, or shift it back with --resample";

@@ -158,11 +158,12 @@ TEST_F(DicomTraps, SlicesThatDifferAtTheSamePlaceAreRefused) {
 }
 
 TEST_F(DicomTraps, PhasesOfASeriesBecomeSeriesOfTheirOwn) {
-  for (const DcmTagKey& tag : {DCM_TemporalPositionIdentifier, DCM_AcquisitionNumber}) {
+  for (const DcmTagKey& tag : {DCM_TemporalPositionIdentifier, DCM_AcquisitionNumber,
+                               DCM_EchoNumbers, DCM_AcquisitionTime}) {
     for (int phase = 1; phase <= 3; ++phase) {
       Slice slice;
       slice.pixel = [phase](int, int) { return phase; };
-      slice.more = [&](DcmDataset& d) { put(d, tag, std::to_string(phase)); };
+      slice.more = [&](DcmDataset& d) { put(d, tag, "10000" + std::to_string(phase)); };
       write_series(4, slice, EXS_LittleEndianExplicit, "p" + std::to_string(phase));
     }
     const auto all = inspect(folder());
