@@ -54,10 +54,10 @@ CenterlineResult extract(const Volume<float>& level_set, std::optional<std::vect
   return result;
 }
 
-/// Voxels for a surface: a sixth of the thinnest vessels' diameter, but no more than memory and
+/// Voxels for a surface: a fifth of the thinnest vessels' diameter, but no more than memory and
 /// time allow.
 double choose_spacing(const SurfaceWall& wall) {
-  constexpr double kMostVoxels = 6e7, kMostInside = 4e6;
+  constexpr double kMostVoxels = 3e7, kMostInside = 1e6;
   const std::vector<double> diameters = wall.diameters(5000);
   if (diameters.empty())
     throw InputError(
@@ -70,7 +70,7 @@ double choose_spacing(const SurfaceWall& wall) {
     }
   const Vec3 size = high - low;
   const double thin = diameters[diameters.size() / 50];  // 2 %: caps' edges look thinner still
-  return std::max({thin / 6.0, std::cbrt(size.x * size.y * size.z / kMostVoxels),
+  return std::max({thin / 5.0, std::cbrt(size.x * size.y * size.z / kMostVoxels),
                    std::cbrt(enclosed_volume(wall.mesh()) / kMostInside)});
 }
 

@@ -13,11 +13,11 @@
 namespace angio::centerline {
 namespace {
 
-constexpr int kRounds = 8;           // of centring by rays and smoothing
-constexpr int kFitRounds = 3;        // of centring by the tube model
+constexpr int kRounds = 6;           // of centring by rays and smoothing
+constexpr int kFitRounds = 5;        // of centring by the tube model, at most
+constexpr double kSettled = 0.02;    // of the extent: a line that moves less (rms) has settled
 constexpr double kWorkStep = 0.4;    // of the radius, while centring
 constexpr double kFinalStep = 0.25;  // of the radius
-constexpr double kCurveReach = 1.2;  // of the extent: a line's direction is that of this stretch
 constexpr double kEndZone = 0.5;     // radii at a tip that are not centred: caps may be oblique
 
 /// A line of the tree; its points [0, shared) are those of its parent.
@@ -34,6 +34,13 @@ Polyline from_voxels(const LumenVoxels& lumen, const std::vector<int>& voxels) {
   Polyline line;
   for (const int v : voxels) line.push_back(lumen.position(v), double(lumen.depth[std::size_t(v)]));
   return line;
+}
+
+/// The stretch whose direction counts for that of a point: a radius to each side, and more where
+/// the lumen is flat, because there a line that turns a little within the flat moves its own
+/// sections, and turns more.
+double direction_reach(const Polyline& line, std::size_t i) {
+  return line.extent[i] + 1.5 * std::max(line.extent[i] - line.radius[i], 0.0);
 }
 
 /// Goes straight on from the last point to the wall, or to the border of the data.
@@ -98,8 +105,8 @@ void center_points(Line& work, const Line* parent, const Wall& wall) {
     SectionOptions options;
     options.expected = std::max(line.radius[i], wall.resolution());
     options.refinements = 0;
-    const Section section =
-        measure_section(wall, line.points[i], tangent_at(line, s, i, line.extent[i]), options);
+    const Section section = measure_section(
+        wall, line.points[i], tangent_at(line, s, i, direction_reach(line, i)), options);
     if (!section.valid) return;
     moved[i] += 0.8 * (section.center - moved[i]);
     radius[i] = section.inscribed_radius;
@@ -112,31 +119,41 @@ void center_points(Line& work, const Line* parent, const Wall& wall) {
 
 /// Moves each own point that is out of the parent's lumen to the middle of the tube fitted to the
 /// wall round it, and takes its radius (and, when measuring, its area) from there.
-/// @return which points were fitted
-std::vector<char> fit_points(Line& work, const Line* parent, const Wall& wall,
-                             const WallPoints& points, TubeEffort effort) {
+struct FitRound {
+  std::vector<char> fitted;  ///< 1: the model saw enough wall
+  double shift = 0.0;        ///< rms of the points' moves, in extents
+};
+
+FitRound fit_points(Line& work, const Line* parent, const Wall& wall, const WallPoints& points,
+                    TubeEffort effort) {
   Polyline& line = work.line;
   const std::vector<double> s = arc_length(line.points);
   const std::size_t first = std::max(work.shared, first_outside(work, parent));
   std::vector<TubeSection> sections(line.points.size());
   parallel_for_uneven(std::ptrdiff_t(line.points.size() - first), [&](std::ptrdiff_t index) {
     const std::size_t i = first + std::size_t(index);
-    const LocalCurve curve = fit_curve(line, s, i, kCurveReach * line.extent[i]);
+    const LocalCurve curve = fit_curve(line, s, i, 1.2 * direction_reach(line, i));
     sections[i] = fit_tube(points, curve, line.radius[i], &wall, effort);
   });
-  std::vector<char> fitted(line.points.size(), 0);
+  FitRound round;
+  round.fitted.assign(line.points.size(), 0);
+  double squares = 0.0;
   for (std::size_t i = first; i < line.points.size(); ++i) {
     if (!sections[i].valid) continue;
-    fitted[i] = 1;
+    round.fitted[i] = 1;
     // While a line moves, its tips are left alone, so that they cannot creep along the cap.
     const double zone = effort == TubeEffort::measure ? 0.0 : kEndZone * line.radius[i];
-    if (!(work.free_start && s[i] < zone) && !(work.free_end && s.back() - s[i] < zone))
+    if (!(work.free_start && s[i] < zone) && !(work.free_end && s.back() - s[i] < zone)) {
+      squares += norm_squared(sections[i].center - line.points[i]) /
+                 (sections[i].extent * sections[i].extent);
       line.points[i] = sections[i].center;
+    }
     line.radius[i] = sections[i].inscribed_radius;
     line.extent[i] = sections[i].extent;
     if (effort == TubeEffort::measure) work.area[i] = sections[i].area;
   }
-  return fitted;
+  round.shift = std::sqrt(squares / double(line.points.size() - first));
+  return round;
 }
 
 /// Leaves the parent by a smooth curve from the last shared point to the mouth of the branch.
@@ -167,7 +184,8 @@ void refine(Line& work, const Line* parent, const Wall& wall, const WallPoints& 
   }
   for (int round = 0; round < kFitRounds; ++round) {
     resample(work.line, work.shared, work_step);
-    fit_points(work, parent, wall, points, TubeEffort::center);
+    if (fit_points(work, parent, wall, points, TubeEffort::center).shift < kSettled && round > 0)
+      break;
   }
   if (parent != nullptr) bridge_mouth(work, *parent, wall);
   if (work.free_end) redo_end(work.line, wall, least_kept);
@@ -202,7 +220,8 @@ void fill_gaps(Line& work) {
 /// at ragged ends) by rays.
 void measure(Line& work, const Line* parent, const Wall& wall, const WallPoints& points) {
   work.area.resize(work.line.points.size(), 0.0);
-  const std::vector<char> fitted = fit_points(work, parent, wall, points, TubeEffort::measure);
+  const std::vector<char> fitted =
+      fit_points(work, parent, wall, points, TubeEffort::measure).fitted;
   const Polyline& line = work.line;
   const std::vector<double> s = arc_length(line.points);
   std::vector<double> radius = line.radius;
@@ -212,14 +231,26 @@ void measure(Line& work, const Line* parent, const Wall& wall, const WallPoints&
     SectionOptions options;
     options.ray_count = 64;
     options.expected = std::max(line.radius[i], wall.resolution());
-    const Section section =
-        measure_section(wall, line.points[i], tangent_at(line, s, i, line.extent[i]), options);
+    const Section section = measure_section(
+        wall, line.points[i], tangent_at(line, s, i, direction_reach(line, i)), options);
     if (!section.valid) return;
     radius[i] = section.inscribed_radius;
     work.area[i] = section.area;
   });
   work.line.radius = std::move(radius);
   fill_gaps(work);
+}
+
+/// A tip that was centred after it had been drawn to the border of the data may lie beyond it.
+void stay_in_data(Line& work, const Wall& wall) {
+  std::size_t keep = work.line.points.size(), drop = 0;
+  while (keep > work.shared + 2 && wall.beyond_data(work.line.points[keep - 1])) --keep;
+  work.line.resize(keep);
+  work.area.resize(keep);
+  if (work.parent >= 0) return;
+  while (drop + 2 < keep && wall.beyond_data(work.line.points[drop])) ++drop;
+  work.line.erase(0, drop);
+  work.area.erase(work.area.begin(), work.area.begin() + std::ptrdiff_t(drop));
 }
 
 /// The first line, from the inlet to the farthest outlet.
@@ -300,6 +331,7 @@ CenterlineTree trace_lines(const LumenVoxels& lumen, const Skeleton& skeleton, c
                     : start_branch(lumen, chain, first_own, parent, *parent_line, wall);
     refine(work, parent_line, wall, points, step_mm);
     measure(work, parent_line, wall, points);
+    stay_in_data(work, wall);
     lines.push_back(std::move(work));
     progress.report(0.4 + 0.6 * double(lines.size()) / double(skeleton.chains.size()),
                     "centring lines");

@@ -197,6 +197,14 @@ double predict(const Fit& fit, const Sample& sample) {
   return row.dot(fit.terms);
 }
 
+/// Of a positive definite matrix given by its lower half.
+Eigen::VectorXd inverse_diagonal(const Eigen::MatrixXd& lower) {
+  const Eigen::LLT<Eigen::MatrixXd> factor(lower);
+  const Eigen::MatrixXd root =
+      factor.matrixL().solve(Eigen::MatrixXd::Identity(lower.rows(), lower.cols()));
+  return root.colwise().squaredNorm().transpose();
+}
+
 /// Weighted least squares, reweighted by Tukey's biweight. The sample weights go in and out.
 Fit fit_window(std::vector<Sample>& samples, double window, int order, int passes,
                double correlation, double radius) {
@@ -225,12 +233,14 @@ Fit fit_window(std::vector<Sample>& samples, double window, int order, int passe
       const Sample& sample = samples[inside[std::size_t(n)]];
       total += weight[n] = sample.weight * kernel(sample, window);
     }
-    const Eigen::MatrixXd weighted = rows * weight.asDiagonal();
-    normal.noalias() = weighted * rows.transpose();
+    const Eigen::MatrixXd weighted = rows * weight.cwiseSqrt().asDiagonal();
+    normal.setZero(terms, terms);
+    normal.selfadjointView<Eigen::Lower>().rankUpdate(weighted);
     // Rings of vertices far apart do not tell a bend from a level: then there is no bend.
     for (int c = 0; c < terms; ++c)
       normal(c, c) += total * (c % (kDegree + 1) > 0 ? 1e-6 : (c > 0 ? 1e-9 : 0.0));
-    fit.terms = normal.ldlt().solve(weighted * value);
+    fit.terms =
+        normal.selfadjointView<Eigen::Lower>().ldlt().solve(rows * weight.cwiseProduct(value));
     const Eigen::VectorXd left = value - rows.transpose() * fit.terms;
     for (Eigen::Index n = 0; n < count; ++n) residual[std::size_t(n)] = std::abs(left[n]);
     std::vector<double> sorted;
@@ -257,7 +267,7 @@ Fit fit_window(std::vector<Sample>& samples, double window, int order, int passe
   const double patch = std::max(1.0, density * 1.4 * correlation * correlation);
   fit.samples = kish / patch;
   const double variance = fit.noise * fit.noise * patch;
-  fit.error = (variance * normal.inverse().diagonal()).cwiseMax(0.0).cwiseSqrt();
+  fit.error = (variance * inverse_diagonal(normal)).cwiseMax(0.0).cwiseSqrt();
   const double free = std::max(fit.samples - terms - 1.0, 0.5);
   fit.score = fit.samples * std::log(std::max(rss / sum, 1e-18 * radius * radius)) +
               2.0 * terms * fit.samples / free;
