@@ -88,7 +88,8 @@ void expect_ball(DcmSegmentation& object, double spacing_i, double spacing_j) {
     const DcmIODTypes::Frame* packed = object.getFrame(f);
     for (std::size_t n = 0; n < pixel_count; ++n) {
       const bool lumen = (packed->pixData[n / 8] >> (n % 8)) & 1;
-      const Vec3 at = p + Vec3{spacing_i * double(n % 30), spacing_j * double(n / 30), 0.0};
+      const std::size_t row = n / 30;
+      const Vec3 at = p + Vec3{spacing_i * double(n % 30), spacing_j * double(row), 0.0};
       const double off = distance(at, kCentre) - kRadius;
       inside += lumen ? 1 : 0;
       if (std::abs(off) > 0.01) {  // what the finer grid's interpolation may be off

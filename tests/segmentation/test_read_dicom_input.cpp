@@ -22,7 +22,6 @@ namespace angio::segmentation {
 namespace {
 using testing::Contains;
 using testing::HasSubstr;
-using testing::IsEmpty;
 
 using DicomInput = DicomFolder;
 
@@ -163,7 +162,7 @@ TEST_F(DicomInput, LinksPipesAndLoopsInAFolderDoNotStopIt) {
   fs::create_directory_symlink(file("series"), file("in/linked"));
   fs::create_directory_symlink(file("in"), file("in/loop"));
   fs::create_symlink(file("nowhere"), file("in/broken"));
-  std::ofstream(file("in/empty"));
+  std::ofstream(file("in/empty")).close();
   ASSERT_EQ(mkfifo(file("in/pipe").c_str(), 0600), 0);
   EXPECT_EQ(read_volume(file("in"), {}).volume.geometry.size[2], 3);
   EXPECT_THAT(refusal_of(file("in/pipe")), HasSubstr("pipe"));

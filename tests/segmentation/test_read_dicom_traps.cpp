@@ -10,10 +10,8 @@
 /// refused with what to do.
 namespace angio::segmentation {
 namespace {
-using testing::AnyOf;
 using testing::Contains;
 using testing::HasSubstr;
-using testing::IsEmpty;
 using testing::SizeIs;
 
 constexpr double kFieldSlope = 0.01;
