@@ -9,6 +9,7 @@
 #include "meshing/detail/edge_lengths.hpp"
 #include "meshing/detail/improve_tets.hpp"
 #include "meshing/detail/remesh.hpp"
+#include "meshing/detail/tet_shape.hpp"
 #include "meshing/detail/tetgen_child.hpp"
 
 namespace angio::meshing {
@@ -185,18 +186,6 @@ void measure(LumenVolume& volume) {
 }
 
 }  // namespace
-
-void LumenVolumeOptions::validate() const {
-  const auto check = [](bool valid, const std::string& message) {
-    if (!valid) throw OptionError(message);
-  };
-  check(edge_ratio >= 0.5 && edge_ratio <= 5.0,
-        "lumen_volume.edge_ratio must lie in [0.5, 5] (inner edges over those of the wall)");
-  check(tet_budget >= 1000 && tet_budget <= 50000000,
-        "lumen_volume.tet_budget must lie in [1000, 5e7]");
-  check(least_dihedral_degrees >= 5.0 && least_dihedral_degrees <= 25.0,
-        "lumen_volume.least_dihedral_degrees must lie in [5, 25] (more cannot be reached)");
-}
 
 LumenVolume mesh_lumen_volume(const LumenMesh& lumen, const LumenVolumeOptions& options,
                               const Progress& progress) {

@@ -5,8 +5,10 @@
 #include "core/error.hpp"
 #include "meshing/detail/crossings.hpp"
 #include "meshing/detail/edge_lengths.hpp"
+#include "meshing/detail/extend_rims.hpp"
 #include "meshing/detail/isosurface.hpp"
 #include "meshing/detail/lumen_draft.hpp"
+#include "meshing/detail/mesh_quality.hpp"
 #include "meshing/detail/open_ends.hpp"
 #include "meshing/detail/remesh.hpp"
 #include "meshing/detail/surface_query.hpp"
@@ -54,8 +56,12 @@ void improve_surface(SurfaceDraft& draft, const SurfaceTarget& target, double to
                        "and was closed anew");
 }
 
-LumenMesh finish(SurfaceDraft draft, std::vector<std::string> warnings) {
+LumenMesh finish(SurfaceDraft draft, const SurfaceTarget& target, const LumenMeshOptions& options,
+                 std::vector<std::string> warnings) {
   LumenMesh result;
+  result.quality = detail::measure_quality(draft, target);
+  detail::set_volume(result.quality, detail::cap_rims(draft.mesh, draft.rim).mesh);
+  detail::extend_rims(draft, options.extension_diameters, warnings);
   result.open = std::move(draft.mesh);
   detail::CappedMesh capped = detail::cap_rims(result.open, draft.rim);
   result.capped = std::move(capped.mesh);
@@ -105,7 +111,7 @@ LumenMesh mesh_lumen(const Volume<float>& level_set, const CenterlineTree& tree,
   improve_surface(draft, target, kTolerance * voxel_size(padded.geometry), options, progress,
                   warnings);
   progress.report(0.9, "caps and checks");
-  LumenMesh result = finish(std::move(draft), std::move(warnings));
+  LumenMesh result = finish(std::move(draft), target, options, std::move(warnings));
   progress.report(1.0);
   return result;
 }
@@ -132,7 +138,7 @@ LumenMesh mesh_lumen(const TriangleMesh& surface, const CenterlineTree& tree,
   improve_surface(draft, target, std::numeric_limits<double>::infinity(), options, progress,
                   warnings);
   progress.report(0.9, "caps and checks");
-  LumenMesh result = finish(std::move(draft), std::move(warnings));
+  LumenMesh result = finish(std::move(draft), target, options, std::move(warnings));
   progress.report(1.0);
   return result;
 }

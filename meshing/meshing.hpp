@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <string>
 #include <vector>
 
@@ -16,8 +17,33 @@ struct LumenMeshOptions {
   double edges_per_circumference = 16.0;  ///< where edge_length_mm is 0, [8, 64]
   int triangle_budget = 200000;      ///< upper bound, [1000, 5e6]; edges are lengthened to keep it
   double smoothing_iterations = 10;  ///< volume-keeping smoothing, [0, 100]
+  double extension_diameters = 0.0;  ///< straight tubes on the inlet and outlets, [0, 20]; 0: none
 
   void validate() const;
+};
+
+/// What the open lumen is like, before extensions.
+struct LumenQuality {
+  int triangle_count = 0;
+  int vertex_count = 0;
+  double area_mm2 = 0.0;
+  double volume_mm3 = 0.0;                  ///< between the rims
+  double min_angle_degrees = 0.0;           ///< of a triangle
+  double min_angle_off_rims_degrees = 0.0;  ///< of a triangle without a rim's vertex
+  double angle_percentile_1_degrees = 0.0;  ///< of the triangles' least angles
+  double angle_median_degrees = 0.0;
+  std::array<int, 12> angle_histogram{};  ///< triangles with a least angle from 5 i to 5 i + 5
+  int below_20_degrees = 0;               ///< triangles off the rims
+  int below_20_degrees_at_rims = 0;
+  double edge_min_mm = 0.0;
+  double edge_mean_mm = 0.0;
+  double edge_max_mm = 0.0;
+  double distance_mean_mm = 0.0;  ///< from the level set's zero (from the given surface if there is
+                                  ///< one), of vertices and middles of triangles
+  double distance_percentile_95_mm = 0.0;
+  double distance_max_mm = 0.0;
+  double volume_change_mm3 = 0.0;  ///< volume more than that of the level set's zero
+  double volume_change_percent = 0.0;
 };
 
 struct LumenMesh {
@@ -29,6 +55,7 @@ struct LumenMesh {
   bool watertight = false;          ///< of `capped`
   int self_intersection_count = 0;  ///< pairs of triangles
   double min_angle_degrees = 0.0;   ///< least angle of a triangle of `open`
+  LumenQuality quality;
   std::vector<std::string> warnings;
 };
 

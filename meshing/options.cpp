@@ -2,6 +2,7 @@
 #include <string>
 
 #include "core/error.hpp"
+#include "meshing/lumen_volume.hpp"
 #include "meshing/meshing.hpp"
 
 namespace angio::meshing {
@@ -21,6 +22,15 @@ void LumenMeshOptions::validate() const {
           "1000 to 5000000");
   require(smoothing_iterations >= 0.0 && smoothing_iterations <= 100.0, "mesh.smoothing_iterations",
           "0 to 100");
+  require(extension_diameters >= 0.0 && extension_diameters <= 20.0, "mesh.extension_diameters",
+          "0 to 20");
+}
+
+void LumenVolumeOptions::validate() const {
+  require(edge_ratio >= 0.5 && edge_ratio <= 5.0, "volume.edge_ratio", "0.5 to 5");
+  require(tet_budget >= 1000 && tet_budget <= 50000000, "volume.tet_budget", "1000 to 50000000");
+  require(least_dihedral_degrees >= 5.0 && least_dihedral_degrees <= 25.0,
+          "volume.least_dihedral_degrees", "5 to 25");
 }
 
 void BalloonOptions::validate() const {

@@ -6,20 +6,10 @@
 #include <limits>
 #include <numbers>
 
+#include "meshing/detail/tet_shape.hpp"
+
 namespace angio::meshing::detail {
 namespace {
-
-/// Faces of a right-handed tetrahedron, seen from outside counter-clockwise; face i lacks corner i.
-constexpr int kFaces[4][3] = {{1, 2, 3}, {0, 3, 2}, {0, 1, 3}, {0, 2, 1}};
-
-std::array<Vec3, 4> outward_normals(const std::array<Vec3, 4>& x) {
-  std::array<Vec3, 4> normals;
-  for (std::size_t f = 0; f < 4; ++f) {
-    const Vec3& a = x[std::size_t(kFaces[f][0])];
-    normals[f] = cross(x[std::size_t(kFaces[f][1])] - a, x[std::size_t(kFaces[f][2])] - a);
-  }
-  return normals;
-}
 
 class TetImprover {
  public:
@@ -72,7 +62,7 @@ class TetImprover {
   void collect_boundary_edges() {
     std::vector<std::array<int, 3>> faces;
     for (const Tet& t : tets_)
-      for (const auto& f : kFaces) {
+      for (const auto& f : kTetFaces) {
         std::array<int, 3> face{t[std::size_t(f[0])], t[std::size_t(f[1])], t[std::size_t(f[2])]};
         std::sort(face.begin(), face.end());
         faces.push_back(face);
@@ -258,9 +248,9 @@ class TetImprover {
   bool remove_face(int t, std::size_t face) {
     const Tet corners = tets_[std::size_t(t)];
     const int tip = corners[face];
-    const int a = corners[std::size_t(kFaces[face][0])];
-    const int b = corners[std::size_t(kFaces[face][1])];
-    const int c = corners[std::size_t(kFaces[face][2])];
+    const int a = corners[std::size_t(kTetFaces[face][0])];
+    const int b = corners[std::size_t(kTetFaces[face][1])];
+    const int c = corners[std::size_t(kTetFaces[face][2])];
     for (const int other : around_[std::size_t(a)]) {
       const Tet& far = tets_[std::size_t(other)];
       if (other == t || !holds(far, b) || !holds(far, c)) continue;
@@ -359,40 +349,6 @@ class TetImprover {
 };
 
 }  // namespace
-
-double least_dihedral_sine(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& d) {
-  // sin of the angle at an edge of length L between faces of areas A, B: 3 V L / (2 A B).
-  const std::array<Vec3, 4> x{a, b, c, d};
-  const std::array<Vec3, 4> normals = outward_normals(x);
-  const double six_volumes = dot(cross(b - a, c - a), d - a);
-  double squared[4];
-  for (std::size_t f = 0; f < 4; ++f) squared[f] = norm_squared(normals[f]);
-  double least = std::numeric_limits<double>::infinity();
-  for (std::size_t i = 0; i < 4; ++i)
-    for (std::size_t j = i + 1; j < 4; ++j) {
-      // Faces i and j meet in the edge between the other two corners.
-      const std::size_t p = i == 0 ? (j == 1 ? 2 : 1) : 0;
-      const std::size_t q = 6 - i - j - p;
-      const double product = squared[i] * squared[j];
-      if (!(product > 0.0)) return six_volumes > 0.0 ? 0.0 : -1.0;
-      least = std::min(least, norm_squared(x[p] - x[q]) / product);
-    }
-  return six_volumes * std::sqrt(least);
-}
-
-DihedralRange dihedral_range(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& d) {
-  const std::array<Vec3, 4> normals = outward_normals({a, b, c, d});
-  DihedralRange range;
-  for (std::size_t i = 0; i < 4; ++i)
-    for (std::size_t j = i + 1; j < 4; ++j) {
-      const double angle =
-          std::atan2(norm(cross(normals[i], normals[j])), -dot(normals[i], normals[j])) * 180.0 /
-          std::numbers::pi;
-      range.least = std::min(range.least, angle);
-      range.greatest = std::max(range.greatest, angle);
-    }
-  return range;
-}
 
 void improve_tets(TetMesh& mesh, int fixed_count, double goal_degrees) {
   TetImprover(mesh, fixed_count, goal_degrees).run();

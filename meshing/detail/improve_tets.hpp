@@ -6,17 +6,6 @@
 
 namespace angio::meshing::detail {
 
-/// Least sine of a tetrahedron's six dihedral angles, negative if it is turned over: it falls
-/// towards 0 both for sharp and for blunt angles.
-double least_dihedral_sine(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& d);
-
-/// Smallest and largest dihedral angle of a tetrahedron [degrees].
-struct DihedralRange {
-  double least = 180.0;
-  double greatest = 0.0;
-};
-DihedralRange dihedral_range(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& d);
-
 /// Raises the least dihedral sines of a tetrahedral mesh around its poor tetrahedra, one step at a
 /// time: inner vertices move, edges and faces are swapped, inner edges are contracted and split.
 /// A step is taken only if the least sine of the tetrahedra that it touches grows.

@@ -93,12 +93,15 @@ inline Vessel make_arc(double radius, double bend, double angle, double spacing)
     points.push_back({bend * std::cos(a), 0.0, bend * std::sin(a)});
   }
   vessel.signed_distance = [=](const Vec3& p) {
-    const double a = std::clamp(std::atan2(p.z, p.x), 0.0, angle);
+    double a = std::atan2(p.z, p.x);
+    if (a < 0.5 * angle - std::numbers::pi) a += 2.0 * std::numbers::pi;
+    a = std::clamp(a, 0.0, angle);
     const Vec3 axis{bend * std::cos(a), 0.0, bend * std::sin(a)};
     return distance(p, axis) - radius;
   };
   const double m = radius + 3.0 * spacing;
-  vessel.level_set = sample_level_set({-bend - m + 0.013, -m - 0.007, -m + 0.011},
+  const double low = angle > std::numbers::pi ? -bend - m : -m;
+  vessel.level_set = sample_level_set({-bend - m + 0.013, -m - 0.007, low + 0.011},
                                       {bend + m, m, bend + m}, spacing, vessel.signed_distance);
   vessel.tree.paths = {make_path(0, points, std::vector<double>(points.size(), radius))};
   return vessel;
@@ -110,22 +113,28 @@ inline double distance_to_segment(const Vec3& p, const Vec3& a, const Vec3& b) {
   return distance(p, a + t * along);
 }
 
-/// A trunk along z that forks in the plane y = 0 into two branches at +-`half_angle`.
-inline Vessel make_fork(double trunk_radius, double branch_radius, double trunk_length,
-                        double branch_length, double half_angle, double spacing) {
+/// A trunk along z that ends in branches at `half_angle` to it, evenly around it; two lie in the
+/// plane y = 0.
+inline Vessel make_branching(int branch_count, double trunk_radius, double branch_radius,
+                             double trunk_length, double branch_length, double half_angle,
+                             double spacing) {
   Vessel vessel;
   const Vec3 start{0.0, 0.0, 0.0};
   const Vec3 fork{0.0, 0.0, trunk_length};
   std::vector<Vec3> tips;
-  for (const double side : {-1.0, 1.0})
-    tips.push_back(fork +
-                   branch_length * Vec3{side * std::sin(half_angle), 0.0, std::cos(half_angle)});
+  for (int b = 0; b < branch_count; ++b) {
+    const double turn = std::numbers::pi * (1.0 + 2.0 * b / branch_count);
+    const Vec3 direction{std::cos(turn) * std::sin(half_angle),
+                         std::sin(turn) * std::sin(half_angle), std::cos(half_angle)};
+    tips.push_back(fork + branch_length * direction);
+  }
   vessel.signed_distance = [=](const Vec3& p) {
-    return std::min({distance_to_segment(p, start, fork) - trunk_radius,
-                     distance_to_segment(p, fork, tips[0]) - branch_radius,
-                     distance_to_segment(p, fork, tips[1]) - branch_radius});
+    double least = distance_to_segment(p, start, fork) - trunk_radius;
+    for (const Vec3& tip : tips)
+      least = std::min(least, distance_to_segment(p, fork, tip) - branch_radius);
+    return least;
   };
-  for (int b = 0; b < 2; ++b) {
+  for (int b = 0; b < branch_count; ++b) {
     std::vector<Vec3> points;
     std::vector<double> radii;
     const int trunk_count = int(std::ceil(trunk_length / 0.25));
@@ -133,9 +142,9 @@ inline Vessel make_fork(double trunk_radius, double branch_radius, double trunk_
       points.push_back(start + (double(i) / trunk_count) * (fork - start));
       radii.push_back(trunk_radius);
     }
-    const int branch_count = int(std::ceil(branch_length / 0.25));
-    for (int i = 0; i <= branch_count; ++i) {
-      const double t = double(i) / branch_count;
+    const int point_count = int(std::ceil(branch_length / 0.25));
+    for (int i = 0; i <= point_count; ++i) {
+      const double t = double(i) / point_count;
       points.push_back(fork + t * (tips[std::size_t(b)] - fork));
       const double from_fork = t * branch_length;
       radii.push_back(std::max(branch_radius, trunk_radius - from_fork));
@@ -147,11 +156,18 @@ inline Vessel make_fork(double trunk_radius, double branch_radius, double trunk_
   }
   const double m = trunk_radius + 3.0 * spacing;
   const double wide = branch_length * std::sin(half_angle) + m;
+  const double deep = branch_count > 2 ? wide : m;
   vessel.level_set =
-      sample_level_set({-wide + 0.013, -m - 0.007, -m + 0.011},
-                       {wide, m, trunk_length + branch_length * std::cos(half_angle) + m}, spacing,
-                       vessel.signed_distance);
+      sample_level_set({-wide + 0.013, -deep - 0.007, -m + 0.011},
+                       {wide, deep, trunk_length + branch_length * std::cos(half_angle) + m},
+                       spacing, vessel.signed_distance);
   return vessel;
+}
+
+inline Vessel make_fork(double trunk_radius, double branch_radius, double trunk_length,
+                        double branch_length, double half_angle, double spacing) {
+  return make_branching(2, trunk_radius, branch_radius, trunk_length, branch_length, half_angle,
+                        spacing);
 }
 
 }  // namespace angio::meshing::test

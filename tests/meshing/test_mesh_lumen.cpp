@@ -5,6 +5,7 @@
 #include <cmath>
 #include <map>
 #include <numbers>
+#include <numeric>
 #include <set>
 
 #include "core/error.hpp"
@@ -31,17 +32,24 @@ std::vector<Case> cases() {
           {"Arc", test::make_arc(1.5, 8.0, 2.5, 0.3), 0.3},
           // Inlet and outlet lie in one plane: a cut at one end must not touch the other.
           {"HalfTurn", test::make_arc(1.5, 6.0, pi, 0.3), 0.3},
-          {"Fork", test::make_fork(1.5, 1.1, 12.0, 12.0, 0.6, 0.3), 0.3}};
+          {"Fork", test::make_fork(1.5, 1.1, 12.0, 12.0, 0.6, 0.3), 0.3},
+          {"Trifurcation", test::make_branching(3, 1.5, 1.0, 8.0, 9.0, 0.9, 0.3), 0.3}};
 }
 
 class MeshLumen : public testing::TestWithParam<Case> {
  protected:
   const test::Vessel& vessel() const { return GetParam().vessel; }
-  LumenMesh mesh() const { return mesh_lumen(vessel().level_set, vessel().tree, {}); }
+  /// Made once for all tests of a vessel.
+  const LumenMesh& mesh() const {
+    static std::map<std::string, LumenMesh> made;
+    const auto [at, is_new] = made.try_emplace(GetParam().name);
+    if (is_new) at->second = mesh_lumen(vessel().level_set, vessel().tree, {});
+    return at->second;
+  }
 };
 
 TEST_P(MeshLumen, IsClosedManifoldAndOnePieceWhenCapped) {
-  const LumenMesh lumen = mesh();
+  const LumenMesh& lumen = mesh();
   const SurfaceTopology topology = surface_topology(lumen.capped);
   EXPECT_TRUE(topology.is_closed());
   EXPECT_EQ(topology.component_count, 1);
@@ -52,13 +60,13 @@ TEST_P(MeshLumen, IsClosedManifoldAndOnePieceWhenCapped) {
 }
 
 TEST_P(MeshLumen, HasNoSelfIntersections) {
-  const LumenMesh lumen = mesh();
+  const LumenMesh& lumen = mesh();
   EXPECT_EQ(lumen.self_intersection_count, 0);
   EXPECT_EQ(count_self_intersections(lumen.capped), 0);
 }
 
 TEST_P(MeshLumen, IsOpenAtEveryLineEndWithPlanarRims) {
-  const LumenMesh lumen = mesh();
+  const LumenMesh& lumen = mesh();
   const auto loops = boundary_loops(lumen.open);
   ASSERT_EQ(loops.size(), vessel().tree.paths.size() + 1);
   for (const auto& loop : loops) {
@@ -73,7 +81,7 @@ TEST_P(MeshLumen, IsOpenAtEveryLineEndWithPlanarRims) {
 }
 
 TEST_P(MeshLumen, TellsInletAndOutletsApart) {
-  const LumenMesh lumen = mesh();
+  const LumenMesh& lumen = mesh();
   ASSERT_EQ(lumen.inlet_outlet_id.size(), lumen.capped.vertices.size());
   std::map<int, Vec3> sum;
   std::map<int, double> count;
@@ -100,7 +108,7 @@ TEST_P(MeshLumen, TellsInletAndOutletsApart) {
 }
 
 TEST_P(MeshLumen, HasNoTriangleBelowTwentyDegrees) {
-  const LumenMesh lumen = mesh();
+  const LumenMesh& lumen = mesh();
   double least = 180.0;
   for (const Triangle& t : lumen.open.triangles)
     least = std::min(least, detail::least_angle_degrees(lumen.open.vertices[std::size_t(t[0])],
@@ -111,16 +119,41 @@ TEST_P(MeshLumen, HasNoTriangleBelowTwentyDegrees) {
 }
 
 TEST_P(MeshLumen, LiesWithinAQuarterVoxelOfTheTruth) {
-  const LumenMesh lumen = mesh();
+  const LumenMesh& lumen = mesh();
   std::size_t near = 0;
-  for (const Vec3& p : lumen.open.vertices)
+  const auto count = [&](const Vec3& p) {
     near += std::abs(vessel().signed_distance(p)) < 0.25 * GetParam().spacing;
-  EXPECT_GT(double(near), 0.95 * double(lumen.open.vertices.size()));
+  };
+  for (const Vec3& p : lumen.open.vertices) count(p);
+  for (const Triangle& t : lumen.open.triangles)
+    count((lumen.open.vertices[std::size_t(t[0])] + lumen.open.vertices[std::size_t(t[1])] +
+           lumen.open.vertices[std::size_t(t[2])]) /
+          3.0);
+  EXPECT_GT(double(near), 0.95 * double(lumen.open.vertices.size() + lumen.open.triangles.size()));
+}
+
+TEST_P(MeshLumen, MeasuresItsOwnQuality) {
+  const LumenMesh& lumen = mesh();
+  const LumenQuality& quality = lumen.quality;
+  EXPECT_EQ(quality.triangle_count, int(lumen.open.triangles.size()));
+  EXPECT_EQ(quality.vertex_count, int(lumen.open.vertices.size()));
+  EXPECT_DOUBLE_EQ(quality.volume_mm3, enclosed_volume(lumen.capped));
+  EXPECT_DOUBLE_EQ(quality.min_angle_degrees, lumen.min_angle_degrees);
+  EXPECT_GE(quality.min_angle_off_rims_degrees, quality.min_angle_degrees);
+  EXPECT_EQ(quality.below_20_degrees + quality.below_20_degrees_at_rims, 0);
+  EXPECT_EQ(std::accumulate(quality.angle_histogram.begin(), quality.angle_histogram.end(), 0),
+            quality.triangle_count);
+  EXPECT_LT(quality.angle_percentile_1_degrees, quality.angle_median_degrees);
+  EXPECT_LT(quality.edge_min_mm, quality.edge_mean_mm);
+  EXPECT_LT(quality.edge_mean_mm, quality.edge_max_mm);
+  EXPECT_LT(quality.distance_percentile_95_mm, 0.25 * GetParam().spacing);
+  EXPECT_LE(quality.distance_mean_mm, quality.distance_max_mm);
+  EXPECT_LT(std::abs(quality.volume_change_percent), 1.0);
 }
 
 TEST_P(MeshLumen, GivesTheSameBytesTwice) {
-  const LumenMesh a = mesh();
-  const LumenMesh b = mesh();
+  const LumenMesh& a = mesh();
+  const LumenMesh b = mesh_lumen(vessel().level_set, vessel().tree, {});
   EXPECT_EQ(a.capped.triangles, b.capped.triangles);
   EXPECT_EQ(a.capped.vertices, b.capped.vertices);
 }
@@ -152,6 +185,16 @@ TEST(LumenVolume, OfABentTubeIsThatOfTheTorus) {
   EXPECT_NEAR(enclosed_volume(lumen.capped) / (pi * 1.5 * 1.5 * length), 1.0, 0.01);
 }
 
+TEST(LumenVolume, ChangeIsThatOfAShiftedLevelSet) {
+  // A level set that is wrong by d moves the zero by d: the surface then encloses d * area more.
+  auto vessel = test::make_tube(20.0, 0.3, [](double) { return 1.5; });
+  const LumenMesh lumen = mesh_lumen(vessel.level_set, vessel.tree, {});
+  const double length = distance(cap_centre(lumen, 1), cap_centre(lumen, 2));
+  const double truth = pi * 1.5 * 1.5 * length;
+  EXPECT_NEAR(lumen.quality.volume_change_mm3 / truth, (lumen.quality.volume_mm3 - truth) / truth,
+              0.004);
+}
+
 TEST(LumenMeshing, OpensNoMoreThanOneRadiusInside) {
   const auto vessel = test::make_tube(20.0, 0.3, [](double) { return 1.5; });
   const LumenMesh lumen = mesh_lumen(vessel.level_set, vessel.tree, {});
@@ -176,6 +219,89 @@ TEST(LumenMeshing, EdgesFollowTheLocalRadius) {
   };
   EXPECT_NEAR(mean_edge_near(20.0) / (2.0 * pi * 0.8 / 16.0), 1.0, 0.2);
   EXPECT_NEAR(mean_edge_near(6.0) / (2.0 * pi * 2.0 / 16.0), 1.0, 0.2);
+}
+
+TEST(LumenMeshing, EdgesFollowTheSurfacesOwnCurvature) {
+  // An oval tube: its tips are curved four times as much as its flat sides.
+  constexpr double kWide = 3.0;
+  constexpr double kNarrow = 1.2;
+  auto vessel = test::make_tube(20.0, 0.3, [](double) { return kNarrow; });
+  const auto oval = [](const Vec3& p) {
+    const double ring = std::hypot(p.x / kWide, p.y / kNarrow);
+    const double slope = std::hypot(p.x / (kWide * kWide), p.y / (kNarrow * kNarrow));
+    const double wall = slope > 0.0 ? (ring - 1.0) * ring / slope : -kNarrow;
+    return std::max({wall, -p.z, p.z - 20.0});
+  };
+  vessel.level_set = test::sample_level_set({-4.0, -2.4, -1.0}, {4.0, 2.4, 21.0}, 0.3, oval);
+  LumenMeshOptions options;
+  options.edges_per_circumference = 24.0;
+  const LumenMesh lumen = mesh_lumen(vessel.level_set, vessel.tree, options);
+  double tips = 0.0, sides = 0.0;
+  int tip_count = 0, side_count = 0;
+  for (const auto& [a, b] : unique_edges(lumen.open)) {
+    const Vec3& p = lumen.open.vertices[std::size_t(a)];
+    const Vec3& q = lumen.open.vertices[std::size_t(b)];
+    if (std::abs(p.x) > 2.7) {
+      tips += distance(p, q);
+      ++tip_count;
+    } else if (std::abs(p.x) < 1.0) {
+      sides += distance(p, q);
+      ++side_count;
+    }
+  }
+  EXPECT_LT(tips / tip_count, 0.9 * sides / side_count);
+}
+
+double edge_sum(const LumenMesh& lumen, const std::vector<int>& loop) {
+  double sum = 0.0;
+  for (std::size_t i = 0; i < loop.size(); ++i)
+    sum += distance(lumen.open.vertices[std::size_t(loop[i])],
+                    lumen.open.vertices[std::size_t(loop[(i + 1) % loop.size()])]);
+  return sum;
+}
+
+TEST(LumenExtensions, AreStraightTubesOfTheAskedLength) {
+  const auto vessel = test::make_fork(1.5, 1.1, 12.0, 12.0, 0.6, 0.3);
+  LumenMeshOptions options;
+  const LumenMesh plain = mesh_lumen(vessel.level_set, vessel.tree, options);
+  options.extension_diameters = 3.0;
+  const LumenMesh extended = mesh_lumen(vessel.level_set, vessel.tree, options);
+  EXPECT_TRUE(extended.watertight);
+  EXPECT_EQ(extended.self_intersection_count, 0);
+  EXPECT_GT(extended.min_angle_degrees, 20.0);
+  EXPECT_EQ(boundary_loops(extended.open).size(), 3U);
+  EXPECT_THAT(extended.warnings, testing::IsEmpty());
+  const double radii[3] = {1.5, 1.1, 1.1};
+  double added = 0.0;
+  for (int id = 1; id <= 3; ++id) {
+    const double radius = radii[id - 1];
+    EXPECT_NEAR(distance(cap_centre(plain, id), cap_centre(extended, id)), 6.0 * radius,
+                0.02 * 6.0 * radius);
+    added += pi * radius * radius * 6.0 * radius;
+  }
+  EXPECT_NEAR(enclosed_volume(extended.capped) - enclosed_volume(plain.capped), added,
+              0.03 * added);
+  // The new rims are round: the perimeter is that of the regular polygon with the circle's area.
+  for (const auto& loop : boundary_loops(extended.open)) {
+    const auto n = double(loop.size());
+    const double radius = radii[extended.inlet_outlet_id[std::size_t(loop[0])] - 1];
+    const double perimeter = 2.0 * radius * std::sqrt(pi * n * std::tan(pi / n));
+    EXPECT_NEAR(edge_sum(extended, loop) / perimeter, 1.0, 0.02);
+  }
+  // The lumen's own vertices stay what they were.
+  for (std::size_t v = 0; v < plain.open.vertices.size(); ++v)
+    EXPECT_EQ(plain.open.vertices[v], extended.open.vertices[v]);
+}
+
+TEST(LumenExtensions, ThatWouldCrossTheLumenAreLeftOutWithAWarning) {
+  // A hook: its end points back at its own beginning.
+  const auto vessel = test::make_arc(1.0, 4.0, 1.5 * pi, 0.3);
+  LumenMeshOptions options;
+  options.extension_diameters = 6.0;
+  const LumenMesh lumen = mesh_lumen(vessel.level_set, vessel.tree, options);
+  EXPECT_TRUE(lumen.watertight);
+  EXPECT_EQ(lumen.self_intersection_count, 0);
+  EXPECT_THAT(lumen.warnings, testing::Contains(testing::HasSubstr("no extension")));
 }
 
 TEST(LumenMeshing, KeepsAGivenEdgeLength) {
