@@ -1,6 +1,7 @@
 #include <algorithm>
 
 #include "core/error.hpp"
+#include "segmentation/detail/available_memory.hpp"
 #include "segmentation/detail/dicom_parse.hpp"
 #include "segmentation/detail/guarded_child.hpp"
 
@@ -10,7 +11,11 @@ namespace {
 constexpr std::size_t kBatchSize = 512;  ///< files per child, whose time is limited
 constexpr int kMaxTimeouts = 5;  ///< after which the input is given up: each costs the user minutes
 /// A header takes little, but a packed file is unpacked for it as a whole.
-constexpr ChildLimits kHeaderLimits{std::size_t(4) << 30, 300, 60};
+ChildLimits header_limits() {
+  constexpr std::uint64_t kLeast = std::uint64_t(1) << 28;
+  constexpr std::uint64_t kMost = std::uint64_t(1) << 32;
+  return {std::size_t(std::clamp(available_memory_bytes() / 2, kLeast, kMost)), 300, 60};
+}
 
 /// Every field that crosses from the child; `side` puts or gets one.
 template <class Run, class Side>
@@ -95,7 +100,9 @@ DicomHeader broken_header(const DicomSource& source, const ChildResult& result) 
       break;
     case ChildEnd::out_of_memory:
       header.problem =
-          "its header asks for gigabytes of memory (it is damaged). Copy or export it again";
+          source.entry < 0
+              ? "its header asks for gigabytes of memory (it is damaged). Copy or export it again"
+              : "it is too large to be unpacked in memory. Unpack the archive, and give the folder";
       break;
     case ChildEnd::timed_out:
       header.problem =
@@ -112,6 +119,7 @@ DicomHeader broken_header(const DicomSource& source, const ChildResult& result) 
 std::vector<DicomHeader> read_dicom_headers(const std::vector<DicomSource>& sources,
                                             const Progress& progress) {
   std::vector<DicomHeader> headers;
+  const ChildLimits limits = header_limits();
   std::size_t next = 0;
   int timeouts = 0;
   while (next < sources.size()) {
@@ -137,7 +145,7 @@ std::vector<DicomHeader> read_dicom_headers(const std::vector<DicomSource>& sour
         headers.back().source = sources[next];
       }
     };
-    const ChildResult result = run_guarded(kHeaderLimits, parse_all, take_all);
+    const ChildResult result = run_guarded(limits, parse_all, take_all);
     if (next == end) continue;
     if (result.end == ChildEnd::timed_out && ++timeouts == kMaxTimeouts)
       throw InputError(

@@ -158,8 +158,11 @@ std::string in_words(const std::string& name) {
   return words;
 }
 
-void read_identifiers(DcmDataset& dataset, DicomHeader& header) {
+void read_identifiers(DcmFileFormat& file, DicomHeader& header) {
+  DcmDataset& dataset = *file.getDataset();
   header.sop_class_uid = text(dataset, DCM_SOPClassUID);
+  if (header.sop_class_uid.empty() && file.getMetaInfo())
+    header.sop_class_uid = text(*file.getMetaInfo(), DCM_MediaStorageSOPClassUID);
   header.series_uid = text(dataset, DCM_SeriesInstanceUID);
   header.instance_uid = text(dataset, DCM_SOPInstanceUID);
   header.concatenation_uid = text(dataset, DCM_ConcatenationUID);
@@ -170,12 +173,6 @@ void read_identifiers(DcmDataset& dataset, DicomHeader& header) {
 }
 
 bool has_known_class(const DicomHeader& header) { return header.sop_class_uid.starts_with("1."); }
-
-bool is_directory(DcmFileFormat& file, const DicomHeader& header) {
-  return header.sop_class_uid == UID_MediaStorageDirectoryStorage ||
-         (file.getMetaInfo() && text(*file.getMetaInfo(), DCM_MediaStorageSOPClassUID) ==
-                                    UID_MediaStorageDirectoryStorage);
-}
 
 /// DCMTK guesses where it does not know the syntax, and would take compressed pixels for plain
 /// ones.
@@ -210,8 +207,8 @@ std::optional<DicomHeader> parse_header(DicomLoader& loader, const DicomSource& 
   const OFCondition status = loader.load(source, kReadLimitBytes, file);
   DicomHeader header;
   header.source = source;
-  read_identifiers(*file.getDataset(), header);
-  if (is_directory(file, header)) return {};
+  read_identifiers(file, header);
+  if (header.sop_class_uid == UID_MediaStorageDirectoryStorage) return {};
   if (has_unknown_syntax(file))
     header.problem =
         "its transfer syntax is not known here (a newer or a private compression). Export the "
