@@ -45,7 +45,9 @@ void check_numbers(const TriangleMesh& mesh) {
 void make_manifold(Work& work) {
   constexpr double kSame = 1e-5;  // of the median edge
   const double tolerance = kSame * detail::median_edge_length(work.mesh);
-  work.note("points that coincide merged", detail::merge_points(work.mesh, tolerance));
+  work.note("corners at the same point merged", detail::merge_points(work.mesh, 0.0));
+  if (!work.repairs.empty()) work.repairs.back().is_routine = true;
+  work.note("points that all but coincide merged", detail::merge_points(work.mesh, tolerance));
   work.note("triangles without area dropped", detail::drop_degenerate(work.mesh, tolerance));
   work.note("repeated triangles dropped", detail::drop_duplicates(work.mesh));
   work.note("T-junctions joined", detail::join_t_junctions(work.mesh, 100.0 * tolerance));

@@ -13,9 +13,10 @@ struct SurfaceRepairOptions {
 
 /// One kind of repair that was made.
 struct SurfaceRepair {
-  std::string what;  ///< "holes in the wall filled", ...
-  int count = 0;     ///< how often
-  Vec3 where;        ///< one of the places [mm]
+  std::string what;         ///< "holes in the wall filled", ...
+  int count = 0;            ///< how often
+  Vec3 where;               ///< one of the places [mm]
+  bool is_routine = false;  ///< comes with the file's format: a vertex of its own for each corner
 };
 /// "3 holes in the wall filled, one at (1.0, 2.0, 3.0) mm"
 std::string to_text(const SurfaceRepair& repair);

@@ -159,8 +159,11 @@ Pairs remesh_crossings(SurfaceDraft& draft, const SurfaceTarget& target, const P
   constexpr int kRounds = 3;
   Patch patch = take_patch(draft, mark_corners(draft.mesh, pairs), kRings);
   remesh_part(patch.draft, target, patch.free, kRounds);
-  put_back(draft, patch);
-  return find_faults(draft.mesh);
+  const std::vector<char> changed = put_back(draft, patch);  // holds all triangles that crossed
+  Pairs left = self_intersections_of(draft.mesh, changed);
+  const Pairs folds = sharp_folds_of(draft.mesh, changed);
+  left.insert(left.end(), folds.begin(), folds.end());
+  return left;
 }
 
 std::set<int> rims_of(const SurfaceDraft& draft) {
@@ -241,8 +244,7 @@ std::vector<std::array<int, 2>> faults_of_caps(const SurfaceDraft& draft) {
   std::vector<char> is_cap(capped.mesh.triangles.size(), 0);
   std::fill(is_cap.begin() + std::ptrdiff_t(wall_count), is_cap.end(), char(1));
   Pairs pairs = self_intersections_of(capped.mesh, is_cap);
-  for (const auto& pair : sharp_folds(capped.mesh))
-    if (is_cap[std::size_t(pair[0])] || is_cap[std::size_t(pair[1])]) pairs.push_back(pair);
+  for (const auto& pair : sharp_folds_of(capped.mesh, is_cap)) pairs.push_back(pair);
   std::set<int> rims;
   for (const auto& pair : pairs)
     for (const int t : pair)

@@ -59,19 +59,37 @@ double greatest_curvature(const SurfaceTarget& target, const Vec3& point, double
   return std::abs(mean) + std::hypot(half, mixed);
 }
 
+namespace {
+
+double median_radius(const CenterlineTree& tree) {
+  std::vector<double> radii;
+  for (const CenterlinePath& path : tree.paths)
+    radii.insert(radii.end(), path.inscribed_radius.begin(), path.inscribed_radius.end());
+  const auto middle = radii.begin() + std::ptrdiff_t(radii.size() / 2);
+  std::nth_element(radii.begin(), middle, radii.end());
+  return *middle;
+}
+
+}  // namespace
+
 void set_edge_lengths(SurfaceDraft& draft, const SurfaceTarget& target, const CenterlineTree& tree,
                       const LumenMeshOptions& options, double least_length,
                       std::vector<std::string>& warnings) {
-  constexpr double kLeastShare = 0.4;  // of the length by the line's radius: noise is curved, too
-  constexpr double kSlack = 1.5;       // a round vessel is left to its radius
+  constexpr double kLeastShare = 0.4;    // of the length by the line's radius: noise is curved, too
+  constexpr double kLeastRadius = 0.02;  // of the median
+  constexpr double kSlack = 1.5;         // a round vessel is left to its radius
   const TriangleMesh& mesh = draft.mesh;
   draft.edge_length.assign(mesh.vertices.size(), options.edge_length_mm);
   if (options.edge_length_mm == 0.0) {
     const NearestLine lines(tree);
+    const double least_radius = kLeastRadius * median_radius(tree);
     const double per_radius = 2.0 * std::numbers::pi / options.edges_per_circumference;
     parallel_for(std::ptrdiff_t(mesh.vertices.size()), [&](std::ptrdiff_t i) {
       const Vec3& x = mesh.vertices[std::size_t(i)];
-      const double by_radius = per_radius * lines.find(x).radius;
+      const LinePlace place = lines.find(x);
+      // Where a line ends on a cap its inscribed radius is none.
+      const double radius = std::max({place.radius, 0.3 * place.distance, least_radius});
+      const double by_radius = per_radius * radius;
       const double step = std::max(0.5 * by_radius, least_length);
       const double by_curvature = kSlack * per_radius / greatest_curvature(target, x, step);
       draft.edge_length[std::size_t(i)] =

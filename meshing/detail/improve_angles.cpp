@@ -143,8 +143,8 @@ std::vector<char> corners_of_poor(const TriangleMesh& mesh, double sine_squared)
 std::vector<std::array<int, 2>> faults_of(const TriangleMesh& mesh,
                                           const std::vector<char>& marked) {
   auto pairs = self_intersections_of(mesh, marked);
-  for (const auto& pair : sharp_folds(mesh))
-    if (marked[std::size_t(pair[0])] || marked[std::size_t(pair[1])]) pairs.push_back(pair);
+  const auto folds = sharp_folds_of(mesh, marked);
+  pairs.insert(pairs.end(), folds.begin(), folds.end());
   return pairs;
 }
 

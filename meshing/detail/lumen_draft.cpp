@@ -44,6 +44,10 @@ Opening describe_opening(const TriangleMesh& mesh, std::vector<int> loop) {
 
 TriangleMesh component_of_lines(const TriangleMesh& mesh, const CenterlineTree& tree) {
   const std::vector<int> component = vertex_components(mesh);
+  if (std::all_of(mesh.triangles.begin(), mesh.triangles.end(), [&](const Triangle& t) {
+        return component[std::size_t(t[0])] == component[std::size_t(mesh.triangles[0][0])];
+      }))
+    return mesh;
   std::map<int, int> votes;
   constexpr std::size_t kSamples = 16;  // a path
   for (const CenterlinePath& path : tree.paths) {
@@ -73,7 +77,8 @@ SurfaceDraft repaired_draft(const TriangleMesh& surface, const CenterlineTree& t
   SurfaceDraft draft;
   RepairedSurface repaired = repair_surface(surface, {.keep_all_pieces = true});
   for (const SurfaceRepair& repair : repaired.repairs)
-    warnings.push_back("the given surface was repaired: " + to_text(repair));
+    if (!repair.is_routine)
+      warnings.push_back("the given surface was repaired: " + to_text(repair));
   draft.mesh = component_of_lines(repaired.mesh, tree);
   draft.rim.assign(draft.mesh.vertices.size(), -1);
   draft.rim_planes.resize(ends.size());

@@ -91,7 +91,7 @@ double median_edge_length(const TriangleMesh& mesh) {
 
 Count merge_points(TriangleMesh& mesh, double tolerance) {
   Count merged;
-  PointGrid grid(4.0 * tolerance);
+  PointGrid grid(std::max(4.0 * tolerance, 0.25 * median_edge_length(mesh)));
   std::vector<int> index(mesh.vertices.size(), -1);
   std::vector<char> used(mesh.vertices.size(), 0);
   for (const Triangle& t : mesh.triangles)

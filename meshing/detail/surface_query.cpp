@@ -9,8 +9,12 @@
 #include <CGAL/box_intersection_d.h>
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
+#include <cstdint>
 #include <tuple>
+
+#include "core/parallel.hpp"
 
 namespace angio::meshing::detail {
 namespace {
@@ -94,76 +98,159 @@ std::vector<char> degenerate_triangles(const TriangleMesh& mesh, const Triangles
   return degenerate;
 }
 
+/// Marked triangles in cubic cells by their boxes.
+class TriangleGrid {
+ public:
+  TriangleGrid(const TriangleMesh& mesh, const std::vector<char>& marked)
+      : boxes_(mesh.triangles.size()) {
+    for (std::size_t t = 0; t < boxes_.size(); ++t) boxes_[t] = box_of(mesh, mesh.triangles[t]);
+    double sum = 0.0;
+    std::size_t count = 0;
+    for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+      if (!marked[t]) continue;
+      const Range& box = boxes_[t];
+      sum += std::max({box.high.x - box.low.x, box.high.y - box.low.y, box.high.z - box.low.z});
+      ++count;
+    }
+    cell_ = count > 0 && sum > 0.0 ? 1.5 * sum / double(count) : 1.0;
+    bits_ = int(std::bit_width(2 * count + 16));
+    std::vector<std::uint32_t> keys;
+    for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
+      if (marked[t]) {
+        for_cells(boxes_[t], [&](std::uint32_t key) { keys.push_back(key); });
+      }
+    first_.assign((std::size_t(1) << bits_) + 1, 0);
+    for (const std::uint32_t key : keys) ++first_[key + 1];
+    for (std::size_t k = 0; k + 1 < first_.size(); ++k) first_[k + 1] += first_[k];
+    triangles_.resize(keys.size());
+    std::vector<int> next(first_.begin(), first_.end() - 1);
+    std::size_t at = 0;
+    for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
+      if (marked[t]) {
+        for_cells(boxes_[t],
+                  [&](std::uint32_t) { triangles_[std::size_t(next[keys[at++]]++)] = int(t); });
+      }
+  }
+
+  /// Marked triangles whose boxes overlap that of a triangle, ascending, each once.
+  void near(int t, std::vector<int>& found) const {
+    found.clear();
+    const Range& box = boxes_[std::size_t(t)];
+    for_cells(box, [&](std::uint32_t key) {
+      for (int i = first_[key]; i < first_[key + 1]; ++i) {
+        const int other = triangles_[std::size_t(i)];
+        const Range& far = boxes_[std::size_t(other)];
+        bool overlaps = true;
+        for (int axis = 0; axis < 3; ++axis)
+          overlaps = overlaps && far.low[axis] <= box.high[axis] && box.low[axis] <= far.high[axis];
+        if (overlaps) found.push_back(other);
+      }
+    });
+    std::sort(found.begin(), found.end());
+    found.erase(std::unique(found.begin(), found.end()), found.end());
+  }
+
+ private:
+  struct Range {
+    Vec3 low, high;
+  };
+  static Range box_of(const TriangleMesh& mesh, const Triangle& c) {
+    Range box{mesh.vertices[std::size_t(c[0])], mesh.vertices[std::size_t(c[0])]};
+    for (const int v : {c[1], c[2]})
+      for (int axis = 0; axis < 3; ++axis) {
+        const double x = mesh.vertices[std::size_t(v)][axis];
+        box.low[axis] = std::min(box.low[axis], x);
+        box.high[axis] = std::max(box.high[axis], x);
+      }
+    return box;
+  }
+  /// Cells that share a key are looked at in vain only.
+  void for_cells(const Range& box, const auto& visit) const {
+    std::int64_t low[3];
+    std::int64_t high[3];
+    for (int axis = 0; axis < 3; ++axis) {
+      low[axis] = std::int64_t(std::floor(box.low[axis] / cell_));
+      high[axis] = std::int64_t(std::floor(box.high[axis] / cell_));
+    }
+    for (std::int64_t k = low[2]; k <= high[2]; ++k)
+      for (std::int64_t j = low[1]; j <= high[1]; ++j)
+        for (std::int64_t i = low[0]; i <= high[0]; ++i) {
+          const std::uint64_t mixed =
+              (std::uint64_t(i) * 0x9E3779B97F4A7C15ULL + std::uint64_t(j)) *
+                  0xBF58476D1CE4E5B9ULL +
+              std::uint64_t(k);
+          visit(std::uint32_t((mixed * 0x94D049BB133111EBULL) >> (64 - bits_)));
+        }
+  }
+
+  std::vector<Range> boxes_;  ///< of every triangle
+  double cell_ = 1.0;
+  int bits_ = 4;
+  std::vector<int> first_;  ///< of each key, into triangles_
+  std::vector<int> triangles_;
+};
+
 using Primitive = CGAL::AABB_triangle_primitive<Kernel, Triangles::const_iterator>;
 using AabbTree = CGAL::AABB_tree<CGAL::AABB_traits<Kernel, Primitive>>;
 
 }  // namespace
 
 std::vector<std::array<int, 2>> self_intersections(const TriangleMesh& mesh) {
-  const Triangles triangles = to_triangles(mesh);
-  const std::vector<char> degenerate = degenerate_triangles(mesh, triangles);
-  std::vector<std::array<int, 2>> pairs;
-  for (std::size_t t = 0; t < triangles.size(); ++t)
-    if (degenerate[t]) pairs.push_back({int(t), int(t)});
-  std::vector<Box> boxes = to_boxes(triangles);
-  CGAL::box_self_intersection_d(boxes.begin(), boxes.end(), [&](const Box& a, const Box& b) {
-    const auto i = std::size_t(a.handle() - triangles.begin());
-    const auto j = std::size_t(b.handle() - triangles.begin());
-    if (degenerate[i] || degenerate[j]) return;
-    if (cross_beyond_shared(triangles, mesh.triangles[i], mesh.triangles[j], i, j))
-      pairs.push_back({int(std::min(i, j)), int(std::max(i, j))});
-  });
-  std::sort(pairs.begin(), pairs.end());
-  return pairs;
+  return self_intersections_of(mesh, std::vector<char>(mesh.triangles.size(), 1));
 }
 
 std::vector<std::array<int, 2>> self_intersections_of(const TriangleMesh& mesh,
                                                       const std::vector<char>& marked) {
-  // Only triangles in the box around the marked ones can meet them.
-  Vec3 low{1e300, 1e300, 1e300};
-  Vec3 high = -low;
-  for (std::size_t t = 0; t < marked.size(); ++t)
-    if (marked[t])
-      for (const int v : mesh.triangles[t])
-        for (int axis = 0; axis < 3; ++axis) {
-          low[axis] = std::min(low[axis], mesh.vertices[std::size_t(v)][axis]);
-          high[axis] = std::max(high[axis], mesh.vertices[std::size_t(v)][axis]);
-        }
-  TriangleMesh near{mesh.vertices, {}};
-  std::vector<int> index;
-  for (std::size_t t = 0; t < marked.size(); ++t) {
-    bool apart = false;
-    for (int axis = 0; axis < 3; ++axis) {
-      const auto at = [&](std::size_t c) {
-        return mesh.vertices[std::size_t(mesh.triangles[t][c])][axis];
-      };
-      apart |= std::max({at(0), at(1), at(2)}) < low[axis] ||
-               std::min({at(0), at(1), at(2)}) > high[axis];
+  const TriangleGrid grid(mesh, marked);
+  const Triangles triangles = to_triangles(mesh);
+  const std::vector<char> degenerate = degenerate_triangles(mesh, triangles);
+  constexpr std::size_t kBlock = 1024;  // triangles; a block's pairs are gathered by one thread
+  std::vector<std::vector<std::array<int, 2>>> found((triangles.size() + kBlock - 1) / kBlock);
+  parallel_for_uneven(std::ptrdiff_t(found.size()), [&](std::ptrdiff_t block) {
+    std::vector<int> candidates;
+    const std::size_t first = std::size_t(block) * kBlock;
+    for (std::size_t i = first; i < std::min(first + kBlock, triangles.size()); ++i) {
+      auto& pairs = found[std::size_t(block)];
+      if (degenerate[i]) {
+        if (marked[i]) pairs.push_back({int(i), int(i)});
+        continue;
+      }
+      grid.near(int(i), candidates);
+      for (const int other : candidates) {
+        const auto j = std::size_t(other);
+        // Two marked triangles meet each other twice; one of these times counts.
+        if (i == j || degenerate[j] || (marked[i] && j < i)) continue;
+        if (cross_beyond_shared(triangles, mesh.triangles[i], mesh.triangles[j], i, j))
+          pairs.push_back({int(std::min(i, j)), int(std::max(i, j))});
+      }
     }
-    if (apart) continue;
-    near.triangles.push_back(mesh.triangles[t]);
-    index.push_back(int(t));
-  }
+  });
   std::vector<std::array<int, 2>> pairs;
-  for (const auto& [a, b] : self_intersections(near)) {
-    const int i = index[std::size_t(a)];
-    const int j = index[std::size_t(b)];
-    if (marked[std::size_t(i)] || marked[std::size_t(j)]) pairs.push_back({i, j});
-  }
+  for (const auto& part : found) pairs.insert(pairs.end(), part.begin(), part.end());
+  std::sort(pairs.begin(), pairs.end());
   return pairs;
 }
 
 std::vector<std::array<int, 2>> sharp_folds(const TriangleMesh& mesh) {
+  return sharp_folds_of(mesh, std::vector<char>(mesh.triangles.size(), 1));
+}
+
+std::vector<std::array<int, 2>> sharp_folds_of(const TriangleMesh& mesh,
+                                               const std::vector<char>& marked) {
   constexpr double kCosine = -0.82;  // of the angle between the normals: 145 degrees
   struct Side {
     int low, high, triangle;
   };
+  std::vector<char> of_marked(mesh.vertices.size(), 0);
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
+    if (marked[t])
+      for (const int v : mesh.triangles[t]) of_marked[std::size_t(v)] = 1;
   std::vector<Side> sides;
-  sides.reserve(3 * mesh.triangles.size());
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
     for (std::size_t c = 0; c < 3; ++c) {
       const int a = mesh.triangles[t][c];
       const int b = mesh.triangles[t][(c + 1) % 3];
+      if (!of_marked[std::size_t(a)] || !of_marked[std::size_t(b)]) continue;
       sides.push_back({std::min(a, b), std::max(a, b), int(t)});
     }
   std::sort(sides.begin(), sides.end(), [](const Side& a, const Side& b) {
@@ -172,6 +259,8 @@ std::vector<std::array<int, 2>> sharp_folds(const TriangleMesh& mesh) {
   std::vector<std::array<int, 2>> pairs;
   for (std::size_t i = 0; i + 1 < sides.size(); ++i) {
     if (sides[i].low != sides[i + 1].low || sides[i].high != sides[i + 1].high) continue;
+    if (!marked[std::size_t(sides[i].triangle)] && !marked[std::size_t(sides[i + 1].triangle)])
+      continue;
     const Vec3 a = area_vector_doubled(mesh, mesh.triangles[std::size_t(sides[i].triangle)]);
     const Vec3 b = area_vector_doubled(mesh, mesh.triangles[std::size_t(sides[i + 1].triangle)]);
     if (dot(a, b) < kCosine * norm(a) * norm(b))

@@ -20,6 +20,9 @@ std::vector<std::array<int, 2>> self_intersections_of(const TriangleMesh& mesh,
 /// Pairs of triangles that share an edge and all but fold onto each other: less than 35 degrees
 /// between them, on either side. What lies between cannot be filled with sound tetrahedra.
 std::vector<std::array<int, 2>> sharp_folds(const TriangleMesh& mesh);
+/// The same, only the pairs with a triangle that is marked.
+std::vector<std::array<int, 2>> sharp_folds_of(const TriangleMesh& mesh,
+                                               const std::vector<char>& marked);
 
 /// Pairs (triangle of a, triangle of b) that meet, touching included, in ascending order. Exact.
 std::vector<std::array<int, 2>> intersections(const TriangleMesh& mesh_a,

@@ -122,43 +122,46 @@ void remove_wall_patch(TriangleMesh& mesh, int half_width) {
   mesh.triangles = kept;
 }
 
-std::vector<Defect> defects() {
+std::vector<Defect> defects_of_triangles() {
+  return {{"UnstitchedSoup", to_soup, "merged"},
+          {"SoupRoundedInHalf", round_to_single_in_one_half, "merged", 1e-6},
+          {"InsideOut",
+           [](TriangleMesh& mesh) {
+             for (Triangle& t : mesh.triangles) std::swap(t[0], t[1]);
+           },
+           "inside out"},
+          {"SomeTrianglesFlipped",
+           [](TriangleMesh& mesh) {
+             for (std::size_t t = 0; t < mesh.triangles.size(); t += 7)
+               std::swap(mesh.triangles[t][0], mesh.triangles[t][1]);
+           },
+           "turned like their neighbours"},
+          {"RepeatedTriangles",
+           [](TriangleMesh& mesh) {
+             for (std::size_t t = 0; t < 30; ++t) mesh.triangles.push_back(mesh.triangles[10 * t]);
+           },
+           "repeated"},
+          {"TrianglesWithoutArea",
+           [](TriangleMesh& mesh) {
+             const Triangle t = mesh.triangles[kMiddle];
+             mesh.triangles.push_back({t[0], t[0], t[1]});
+             mesh.triangles.push_back({t[0], t[1], t[1]});
+           },
+           "without area"},
+          {"TJunction",
+           [](TriangleMesh& mesh) {  // one triangle is split at an edge, its neighbour is not
+             const Triangle t = mesh.triangles[kMiddle];
+             const int v = int(mesh.vertices.size());
+             mesh.vertices.push_back(
+                 0.5 * (mesh.vertices[std::size_t(t[0])] + mesh.vertices[std::size_t(t[1])]));
+             mesh.triangles[kMiddle] = {t[0], v, t[2]};
+             mesh.triangles.push_back({v, t[1], t[2]});
+           },
+           "T-junction"}};
+}
+
+std::vector<Defect> defects_of_walls() {
   return {
-      {"UnstitchedSoup", to_soup, "merged"},
-      {"SoupRoundedInHalf", round_to_single_in_one_half, "merged", 1e-6},
-      {"InsideOut",
-       [](TriangleMesh& mesh) {
-         for (Triangle& t : mesh.triangles) std::swap(t[0], t[1]);
-       },
-       "inside out"},
-      {"SomeTrianglesFlipped",
-       [](TriangleMesh& mesh) {
-         for (std::size_t t = 0; t < mesh.triangles.size(); t += 7)
-           std::swap(mesh.triangles[t][0], mesh.triangles[t][1]);
-       },
-       "turned like their neighbours"},
-      {"RepeatedTriangles",
-       [](TriangleMesh& mesh) {
-         for (std::size_t t = 0; t < 30; ++t) mesh.triangles.push_back(mesh.triangles[10 * t]);
-       },
-       "repeated"},
-      {"TrianglesWithoutArea",
-       [](TriangleMesh& mesh) {
-         const Triangle t = mesh.triangles[kMiddle];
-         mesh.triangles.push_back({t[0], t[0], t[1]});
-         mesh.triangles.push_back({t[0], t[1], t[1]});
-       },
-       "without area"},
-      {"TJunction",
-       [](TriangleMesh& mesh) {  // one triangle is split at an edge, its neighbour is not
-         const Triangle t = mesh.triangles[kMiddle];
-         const int v = int(mesh.vertices.size());
-         mesh.vertices.push_back(
-             0.5 * (mesh.vertices[std::size_t(t[0])] + mesh.vertices[std::size_t(t[1])]));
-         mesh.triangles[kMiddle] = {t[0], v, t[2]};
-         mesh.triangles.push_back({v, t[1], t[2]});
-       },
-       "T-junction"},
       {"MissingTriangle",
        [](TriangleMesh& mesh) {
          mesh.triangles.erase(mesh.triangles.begin() + std::ptrdiff_t(kMiddle));
@@ -199,6 +202,12 @@ std::vector<Defect> defects() {
        },
        "crossed itself", 0.02},
   };
+}
+
+std::vector<Defect> defects() {
+  std::vector<Defect> all = defects_of_triangles();
+  for (const Defect& defect : defects_of_walls()) all.push_back(defect);
+  return all;
 }
 
 class RepairDefect : public testing::TestWithParam<Defect> {};
