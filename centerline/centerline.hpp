@@ -61,18 +61,29 @@ struct Lesion {
                              ///< vessel (or where the user said)
   int path_id = 0;
   double abscissa_mm = 0.0;
-  double mld_mm = 0.0;   ///< 2 x the least inscribed radius
-  double mla_mm2 = 0.0;  ///< least section area
-  double reference_diameter_mm = 0.0;
-  std::string reference_rule;  ///< "interpolated" or "average"
-  double diameter_stenosis_percent = 0.0;
-  double length_mm = 0.0;
+  double proximal_mm = 0.0;  ///< abscissas of the lesion's edges: where the stenosis is 20 %;
+  double distal_mm = 0.0;    ///< both abscissa_mm when it is less everywhere
+  double mld_mm = 0.0;       ///< 2 x the least inscribed radius
+  double mla_mm2 = 0.0;      ///< least section area
+  double reference_diameter_mm = 0.0;  ///< by reference_rule
+  std::string reference_rule;          ///< "interpolated" or "average"
+  /// A straight line through the healthy vessel, at the tightest place; 0 where less than two
+  /// diameters of the segment are healthy.
+  double reference_interpolated_mm = 0.0;
+  /// Mean of the healthy diameters within three diameters proximal and distal of the edges, or of
+  /// the one side that has any (ostial lesions); 0 when neither has.
+  double reference_average_mm = 0.0;
+  double diameter_stenosis_percent = 0.0;  ///< 100 (1 - mld / reference)
+  double area_stenosis_percent = 0.0;      ///< 100 (1 - mla / (pi / 4 reference^2))
+  double length_mm = 0.0;                  ///< distal_mm - proximal_mm
 };
 
 /// Every stenosis of at least min_stenosis_percent, the most severe first, each once though several
 /// paths run through it. A neck shorter than half its reference diameter, or across which the line
-/// turns by more than 80 degrees, is a bridge between vessels that touch and no stenosis. Where
-/// there is none, one entry with is_stenosis = false.
+/// turns by more than 80 degrees, is a bridge between vessels that touch and no stenosis. Stenoses
+/// are apart where the vessel between them is back above the edges' 20 %. Inside a branching the
+/// reference is that of the smaller of the vessels before and behind it, so that lesions at an
+/// ostium or a carina are found. Where there is none, one entry with is_stenosis = false.
 std::vector<Lesion> find_lesions(const CenterlineTree& tree, const LesionOptions& options);
 
 }  // namespace angio::centerline

@@ -73,29 +73,75 @@ double shoulder(const CenterlinePath& path, const ReferenceDiameter& reference, 
   return path.abscissa[a] + t * (path.abscissa[b] - path.abscissa[a]);
 }
 
+/// The least value of a measure over a dip: of the parabola through its lowest point and the points
+/// beside it, because the throat lies between points.
+double least_of(const CenterlinePath& path, const std::vector<double>& values, const Dip& dip) {
+  const auto begin = values.begin() + std::ptrdiff_t(dip.first);
+  const auto lowest = std::min_element(begin, values.begin() + std::ptrdiff_t(dip.last) + 1);
+  const auto i = std::size_t(lowest - values.begin());
+  if (i == dip.first || i == dip.last) return *lowest;
+  const double a = path.abscissa[i] - path.abscissa[i - 1];
+  const double b = path.abscissa[i + 1] - path.abscissa[i];
+  const double before = (values[i - 1] - values[i]) / a, after = (values[i + 1] - values[i]) / b;
+  const double bend = (before + after) / (a + b);
+  const double slope = (after * a - before * b) / (a + b);
+  return bend > 0.0 ? *lowest - 0.25 * slope * slope / bend : *lowest;
+}
+
+/// The healthy diameter just outside an edge of a lesion: the median within three diameters; 0 when
+/// no healthy vessel is there before the next branching.
+double healthy_beside(const CenterlinePath& path, const ReferenceDiameter& reference,
+                      std::size_t edge, int direction) {
+  constexpr double kReach = 3.0;
+  std::vector<double> diameters;
+  const double most = kReach * reference.diameter[edge];
+  const auto count = std::ptrdiff_t(path.points.size());
+  for (auto i = std::ptrdiff_t(edge) + direction; i >= 0 && i < count; i += direction) {
+    const auto at = std::size_t(i);
+    if (std::abs(path.abscissa[at] - path.abscissa[edge]) > most) break;
+    if (reference.healthy[at] != 0) diameters.push_back(2.0 * path.inscribed_radius[at]);
+  }
+  if (diameters.size() < 2) return 0.0;
+  const auto middle = diameters.begin() + std::ptrdiff_t(diameters.size() / 2);
+  std::nth_element(diameters.begin(), middle, diameters.end());
+  return *middle;
+}
+
+void set_references(const CenterlinePath& path, const ReferenceDiameter& reference, const Dip& dip,
+                    Lesion& lesion) {
+  const std::size_t at = dip.tightest;
+  lesion.reference_diameter_mm = lesion.mld_mm;
+  lesion.reference_rule = "average";
+  if (reference.segment[at] < 0) return;
+  const double proximal = healthy_beside(path, reference, dip.first, -1);
+  const double distal = healthy_beside(path, reference, dip.last, +1);
+  const int sides = int(proximal > 0.0) + int(distal > 0.0);
+  if (sides > 0) lesion.reference_average_mm = (proximal + distal) / sides;
+  lesion.reference_diameter_mm = reference.diameter[at];
+  if (reference.interpolated[at] == 0) return;
+  lesion.reference_rule = "interpolated";
+  lesion.reference_interpolated_mm = reference.diameter[at];
+}
+
 Lesion describe(const CenterlinePath& path, const ReferenceDiameter& reference, const Dip& dip) {
   Lesion lesion;
   lesion.path_id = path.id;
   lesion.abscissa_mm = path.abscissa[dip.tightest];
-  lesion.mld_mm = 2.0 * path.inscribed_radius[dip.tightest];
-  lesion.mla_mm2 = path.section_area[dip.tightest];
-  for (std::size_t i = dip.first; i <= dip.last; ++i) {
-    lesion.mld_mm = std::min(lesion.mld_mm, 2.0 * path.inscribed_radius[i]);
-    lesion.mla_mm2 = std::min(lesion.mla_mm2, path.section_area[i]);
-  }
-  const bool has_reference = reference.segment[dip.tightest] >= 0;
-  lesion.reference_diameter_mm = has_reference ? reference.diameter[dip.tightest] : lesion.mld_mm;
-  lesion.reference_rule =
-      has_reference && reference.interpolated[dip.tightest] != 0 ? "interpolated" : "average";
-  lesion.diameter_stenosis_percent =
-      std::max(0.0, 100.0 * (1.0 - lesion.mld_mm / lesion.reference_diameter_mm));
+  lesion.mld_mm = 2.0 * least_of(path, path.inscribed_radius, dip);
+  lesion.mla_mm2 = least_of(path, path.section_area, dip);
+  set_references(path, reference, dip, lesion);
+  const double diameter = lesion.reference_diameter_mm;
+  lesion.diameter_stenosis_percent = std::max(0.0, 100.0 * (1.0 - lesion.mld_mm / diameter));
+  lesion.area_stenosis_percent =
+      std::max(0.0, 100.0 * (1.0 - lesion.mla_mm2 / (0.25 * units::kPi * diameter * diameter)));
+  lesion.proximal_mm = lesion.distal_mm = lesion.abscissa_mm;
   if (stenosis_percent(path, reference, dip.tightest) >= kShoulderPercent) {
-    const double begin =
+    lesion.proximal_mm =
         dip.first > 0 ? shoulder(path, reference, dip.first, dip.first - 1) : path.abscissa.front();
-    const double end = dip.last + 1 < path.points.size()
+    lesion.distal_mm = dip.last + 1 < path.points.size()
                            ? shoulder(path, reference, dip.last, dip.last + 1)
                            : path.abscissa.back();
-    lesion.length_mm = end - begin;
+    lesion.length_mm = lesion.distal_mm - lesion.proximal_mm;
   }
   return lesion;
 }

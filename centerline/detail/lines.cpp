@@ -13,12 +13,13 @@
 namespace angio::centerline {
 namespace {
 
-constexpr int kRounds = 6;           // of centring by rays and smoothing
-constexpr int kFitRounds = 5;        // of centring by the tube model, at most
-constexpr double kSettled = 0.02;    // of the extent: a line that moves less (rms) has settled
-constexpr double kWorkStep = 0.4;    // of the radius, while centring
-constexpr double kFinalStep = 0.25;  // of the radius
-constexpr double kEndZone = 0.5;     // radii at a tip that are not centred: caps may be oblique
+constexpr int kRounds = 6;              // of centring by rays and smoothing
+constexpr int kFitRounds = 5;           // of centring by the tube model, at most
+constexpr double kSettled = 0.02;       // of the extent: a line that moves less (rms) has settled
+constexpr double kWorkStep = 0.4;       // of the radius, while centring
+constexpr double kFinalStep = 0.25;     // of the radius
+constexpr double kMostLastMove = 0.15;  // of the extent, when the numbers are taken
+constexpr double kEndZone = 0.5;        // radii at a tip that are not centred: caps may be oblique
 
 /// A line of the tree; its points [0, shared) are those of its parent.
 struct Line {
@@ -140,6 +141,10 @@ FitRound fit_points(Line& work, const Line* parent, const Wall& wall, const Wall
   double squares = 0.0;
   for (std::size_t i = first; i < line.points.size(); ++i) {
     if (!sections[i].valid) continue;
+    // A settled line moves little; what still jumps, at a ragged mouth, would become a hook.
+    if (effort == TubeEffort::measure &&
+        distance(sections[i].center, line.points[i]) > kMostLastMove * sections[i].extent)
+      continue;
     round.fitted[i] = 1;
     // While a line moves, its tips are left alone, so that they cannot creep along the cap.
     const double zone = effort == TubeEffort::measure ? 0.0 : kEndZone * line.radius[i];
@@ -184,6 +189,7 @@ void refine(Line& work, const Line* parent, const Wall& wall, const WallPoints& 
   }
   for (int round = 0; round < kFitRounds; ++round) {
     resample(work.line, work.shared, work_step);
+    smooth(work.line, work.shared, 2);  // against hooks at mouths; the fit centres again
     if (fit_points(work, parent, wall, points, TubeEffort::center).shift < kSettled && round > 0)
       break;
   }
@@ -216,6 +222,19 @@ void fill_gaps(Line& work) {
     if (work.area[i] <= 0.0) work.area[i] = units::kPi * work.line.radius[i] * work.line.radius[i];
 }
 
+/// Inside its parent's tube a branch's line is a curve from one vessel to the other and in the
+/// middle of neither, so the room around it says nothing of the vessel: at least, it is as wide as
+/// on the way from the one radius to the other.
+void widen_mouth(Line& work, const Line& parent, const std::vector<double>& s) {
+  const std::size_t anchor = work.shared - 1, mouth = first_outside(work, &parent);
+  std::vector<double>& radius = work.line.radius;
+  for (std::size_t i = work.shared; i < mouth; ++i) {
+    const double t = (s[i] - s[anchor]) / (s[mouth] - s[anchor]);
+    radius[i] = std::max(radius[i], (1.0 - t) * radius[anchor] + t * radius[mouth]);
+    work.area[i] = std::max(work.area[i], units::kPi * radius[i] * radius[i]);
+  }
+}
+
 /// The numbers that are kept: by the tube model, and where it sees too little wall (in branchings,
 /// at ragged ends) by rays.
 void measure(Line& work, const Line* parent, const Wall& wall, const WallPoints& points) {
@@ -239,6 +258,7 @@ void measure(Line& work, const Line* parent, const Wall& wall, const WallPoints&
   });
   work.line.radius = std::move(radius);
   fill_gaps(work);
+  if (parent != nullptr) widen_mouth(work, *parent, s);
 }
 
 /// A tip that was centred after it had been drawn to the border of the data may lie beyond it.

@@ -11,6 +11,7 @@ constexpr double kSameVessel = 0.12;   // relative change of diameter across a s
 constexpr double kTip = 1.0;           // diameters left out at the inlet and at the outlet
 constexpr double kLeastHealthy = 2.0;  // diameters of healthy vessel that a fit needs
 constexpr double kDiseased = 0.05;     // relative: smaller dips count as healthy
+constexpr double kDilated = 0.15;      // relative: wider is ectasia or an aneurysm's neck
 
 struct Samples {
   std::vector<std::size_t> point;    ///< index on the path
@@ -88,7 +89,7 @@ Fit fit_healthy(const Samples& samples) {
     fit.healthy_length = 0.0;
     for (std::size_t i = 0; i < samples.s.size(); ++i) {
       const double e = samples.d[i] / fit.line(samples.s[i]) - 1.0;
-      if (e < -diseased) continue;
+      if (e < -diseased || (pass > 0 && e > kDilated)) continue;
       fit.healthy[i] = 1;
       fit.healthy_length += samples.weight[i];
       weight[i] = samples.weight[i] * std::min(1.0, diseased / std::max(e, 1e-9));
@@ -189,6 +190,26 @@ std::vector<Samples> find_segments(const CenterlinePath& path) {
   return segments;
 }
 
+/// Gives the points of branchings the smaller of the references before and behind.
+void bridge_branchings(const CenterlinePath& path, ReferenceDiameter& reference) {
+  const std::size_t count = path.points.size();
+  for (const CenterlineTract& tract : path.tracts) {
+    if (!tract.blanking) continue;
+    auto before = std::size_t(tract.first_point), after = std::size_t(tract.last_point);
+    while (before > 0 && reference.segment[before] < 0) --before;
+    while (after + 1 < count && reference.segment[after] < 0) ++after;
+    if (reference.segment[before] < 0 || reference.segment[after] < 0) continue;
+    const std::size_t smaller =
+        reference.diameter[before] < reference.diameter[after] ? before : after;
+    for (std::size_t i = before + 1; i < after; ++i) {
+      if (reference.segment[i] >= 0) continue;
+      reference.diameter[i] = reference.diameter[smaller];
+      reference.interpolated[i] = reference.interpolated[smaller];
+      reference.segment[i] = reference.segment[smaller];
+    }
+  }
+}
+
 }  // namespace
 
 ReferenceDiameter find_reference(const CenterlinePath& path) {
@@ -196,6 +217,7 @@ ReferenceDiameter find_reference(const CenterlinePath& path) {
   const std::size_t count = path.points.size();
   reference.diameter.assign(count, 0.0);
   reference.interpolated.assign(count, 0);
+  reference.healthy.assign(count, 0);
   reference.segment.assign(count, -1);
   const std::vector<Samples> segments = find_segments(path);
   std::vector<Fit> fits;
@@ -218,11 +240,13 @@ ReferenceDiameter find_reference(const CenterlinePath& path) {
     }
     for (std::size_t i = 0; i < segments[k].s.size(); ++i) {
       const std::size_t p = segments[k].point[i];
+      reference.healthy[p] = fits[k].healthy[i];
       reference.diameter[p] = average ? *average : fits[k].line(segments[k].s[i]);
       reference.interpolated[p] = average ? 0 : 1;
       reference.segment[p] = int(k);
     }
   }
+  bridge_branchings(path, reference);
   return reference;
 }
 

@@ -20,6 +20,7 @@ constexpr int kContourPoints = 96;
 constexpr double kWindows[] = {0.4, 0.6, 0.9, 1.35, 2.0};  // half lengths, in radii
 constexpr double kCenterWindow = 0.9;
 constexpr double kConfidence = 2.5;  // standard errors
+constexpr double kSteepest = 0.82;   // cosine: a wall steeper than 35 degrees is a mouth, no taper
 
 /// A wall point in the frame of the line.
 struct Sample {
@@ -480,8 +481,8 @@ TubeSection fit_tube(const WallPoints& points, const LocalCurve& curve, double r
   section.center += middle.x * curve.u + middle.y * curve.v;
   section.inscribed_radius = circle.radius;
   if (measure)
-    section.inscribed_radius =
-        std::min(circle.radius, sphere_radius(fit, stretch, curve, circle.center));
+    section.inscribed_radius = std::clamp(sphere_radius(fit, stretch, curve, circle.center),
+                                          kSteepest * circle.radius, circle.radius);
   section.area = contour_moments(contour).area * step / std::sin(step);
   section.extent = contour_extent(contour, middle);
   section.noise = fit.noise;
