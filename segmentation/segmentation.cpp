@@ -31,6 +31,11 @@ void check_volume(const Volume<float>& volume) {
       throw InputError(
           "the volume has fewer than 3 voxels along an axis (no vessel can be seen in "
           "it). Give a whole volume");
+  if (const auto bad = std::count_if(volume.values.begin(), volume.values.end(),
+                                     [](float value) { return !std::isfinite(value); }))
+    throw InputError("the volume holds " + std::to_string(bad) +
+                     " voxels that are not a number (nothing can be measured beside them). Export "
+                     "it again, or replace them by the background's intensity");
   const auto [low, high] = std::minmax_element(volume.values.begin(), volume.values.end());
   if (!(*low < *high))
     throw InputError(
@@ -44,6 +49,32 @@ Volume<std::uint8_t> mask_of(const Volume<float>& level_set) {
   return mask;
 }
 
+/// The voxels of a region of interest.
+Volume<float> part_in_region(const Volume<float>& volume, const LpsBox& region) {
+  const VolumeGeometry& grid = volume.geometry;
+  Vec3 low{1e30, 1e30, 1e30}, high{-1e30, -1e30, -1e30};
+  for (int corner = 0; corner < 8; ++corner) {
+    const Vec3 index = grid.index_from_lps({corner & 1 ? region.high.x : region.low.x,
+                                            corner & 2 ? region.high.y : region.low.y,
+                                            corner & 4 ? region.high.z : region.low.z});
+    for (int a = 0; a < 3; ++a) {
+      low[a] = std::min(low[a], index[a]);
+      high[a] = std::max(high[a], index[a]);
+    }
+  }
+  detail::VoxelBox box;
+  for (std::size_t a = 0; a < 3; ++a) {
+    const double last = grid.size[a] - 1;
+    box.first[a] = int(std::ceil(std::clamp(low[int(a)], 0.0, last)));
+    box.size[a] = int(std::floor(std::clamp(high[int(a)], 0.0, last))) - box.first[a] + 1;
+    if (box.size[a] < 3)
+      throw InputError(
+          "segmentation.region_lps_mm holds fewer than 3 voxels along an axis (it lies outside the "
+          "volume, or is too thin). Corners are in LPS mm: compare with angio inspect");
+  }
+  return detail::crop(volume, box);
+}
+
 std::string narrow_place_warning(const Vec3& place) {
   return "the vessel at (" + detail::format_number(place.x) + ", " +
          detail::format_number(place.y) + ", " + detail::format_number(place.z) +
@@ -51,30 +82,8 @@ std::string narrow_place_warning(const Vec3& place) {
          "not measured)";
 }
 
-}  // namespace
-
-void SegmentationOptions::validate() const {
-  check_range("smallest_radius_mm", smallest_radius_mm, 0.1, 20.0, " mm");
-  check_range("largest_radius_mm", largest_radius_mm, 0.2, 30.0, " mm");
-  check_range("scale_count", scale_count, 1, 8, "");
-  check_range("min_component_mm3", min_component_mm3, 0.0, 1e6, " mm3");
-  if (!(largest_radius_mm >= smallest_radius_mm))
-    throw OptionError(
-        "segmentation.largest_radius_mm is smaller than "
-        "segmentation.smallest_radius_mm (no vessel fits between). Exchange them");
-  if (intensity_min && intensity_max && !(*intensity_min < *intensity_max))
-    throw OptionError(
-        "segmentation.intensity_min is not below segmentation.intensity_max (no "
-        "intensity fits between). Exchange them");
-  for (const Vec3& seed : seeds_lps_mm)
-    if (!std::isfinite(seed.x) || !std::isfinite(seed.y) || !std::isfinite(seed.z))
-      throw OptionError("segmentation.seeds_lps_mm holds a value that is not a number");
-}
-
-Segmentation segment_vessels(const Volume<float>& volume, const SegmentationOptions& options,
-                             const Progress& progress) {
-  options.validate();
-  check_volume(volume);
+Segmentation segment_all(const Volume<float>& volume, const SegmentationOptions& options,
+                         const Progress& progress) {
   detail::VesselTree tree = detail::find_vessel_tree(volume, options, progress);
 
   const detail::VoxelBox box = detail::bounding_box(tree.mask, kMarginMm);
@@ -96,8 +105,46 @@ Segmentation segment_vessels(const Volume<float>& volume, const SegmentationOpti
   result.warnings = std::move(tree.warnings);
   for (const Vec3& place : boundary.bridges_lps_mm)
     result.warnings.push_back(narrow_place_warning(place));
+  if (!boundary.blur_is_told)
+    result.warnings.push_back(
+        "the scanner's blur could not be told from the image (0.6 voxels were assumed; radii of "
+        "vessels under 3 voxels may be off by some percent)");
   progress.report(1.0, "vessels segmented");
   return result;
+}
+
+}  // namespace
+
+void SegmentationOptions::validate() const {
+  check_range("smallest_radius_mm", smallest_radius_mm, 0.1, 20.0, " mm");
+  check_range("largest_radius_mm", largest_radius_mm, 0.2, 30.0, " mm");
+  check_range("scale_count", scale_count, 1, 8, "");
+  check_range("min_component_mm3", min_component_mm3, 0.0, 1e6, " mm3");
+  if (!(largest_radius_mm >= smallest_radius_mm))
+    throw OptionError(
+        "segmentation.largest_radius_mm is smaller than "
+        "segmentation.smallest_radius_mm (no vessel fits between). Exchange them");
+  if (intensity_min && intensity_max && !(*intensity_min < *intensity_max))
+    throw OptionError(
+        "segmentation.intensity_min is not below segmentation.intensity_max (no "
+        "intensity fits between). Exchange them");
+  if (region_lps_mm)
+    for (int axis = 0; axis < 3; ++axis)
+      if (!(region_lps_mm->low[axis] < region_lps_mm->high[axis]))
+        throw OptionError(
+            "segmentation.region_lps_mm is empty along an axis (its low corner must be below its "
+            "high corner). Exchange them");
+  for (const Vec3& seed : seeds_lps_mm)
+    if (!std::isfinite(seed.x) || !std::isfinite(seed.y) || !std::isfinite(seed.z))
+      throw OptionError("segmentation.seeds_lps_mm holds a value that is not a number");
+}
+
+Segmentation segment_vessels(const Volume<float>& volume, const SegmentationOptions& options,
+                             const Progress& progress) {
+  options.validate();
+  check_volume(volume);
+  if (!options.region_lps_mm) return segment_all(volume, options, progress);
+  return segment_all(part_in_region(volume, *options.region_lps_mm), options, progress);
 }
 
 }  // namespace angio::segmentation

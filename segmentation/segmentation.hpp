@@ -10,6 +10,12 @@
 
 namespace angio::segmentation {
 
+/// A box along the patient's axes.
+struct LpsBox {
+  Vec3 low;   ///< LPS [mm]
+  Vec3 high;  ///< LPS [mm], above low along each axis
+};
+
 struct SegmentationOptions {
   double smallest_radius_mm = 0.4;      ///< thinnest vessel looked for, [0.1, 20]
   double largest_radius_mm = 6.0;       ///< widest vessel looked for by shape, [0.2, 30]
@@ -17,6 +23,8 @@ struct SegmentationOptions {
   std::vector<Vec3> seeds_lps_mm;       ///< points inside the vessel; empty: found automatically
   std::optional<double> intensity_min;  ///< lowest intensity of the lumen; unset: automatic
   std::optional<double> intensity_max;  ///< highest intensity of the lumen (bone, metal); unset
+  std::optional<LpsBox> region_lps_mm;  ///< only vessels in it are looked for; unset: everywhere.
+                                        ///< In a turned volume: the voxel box around it
   double min_component_mm3 = 5.0;       ///< smaller pieces are noise, [0, 1e6]
 
   void validate() const;  ///< @throws OptionError naming the field

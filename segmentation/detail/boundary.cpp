@@ -22,7 +22,7 @@ constexpr double kFirstBlurVoxels = 0.8;  ///< assumed until it is measured
 constexpr double kEdgeBlurs = 3.0;        ///< half width of a blurred edge, in standard deviations
 constexpr double kRingMm = 3.0;           ///< of background looked at
 constexpr double kRoughnessVoxels = 0.7;  ///< that noise leaves on the rough boundary
-constexpr int kFitRounds = 3;             ///< between which intensities are told anew
+constexpr int kFitRounds = 2;             ///< between which intensities are told anew
 constexpr int kFitSteps = 3;
 constexpr double kBandVoxels = 2.5;    ///< of distance that the fit looks at
 constexpr double kReachMm = 5.0;       ///< to which the level set tells distances outside
@@ -86,31 +86,41 @@ Volume<float> level_function(const Volume<float>& volume, const Volume<float>& p
   return level;
 }
 
+Volume<std::uint8_t> sign_mask(const Volume<float>& level, bool inside) {
+  Volume<std::uint8_t> mask(level.geometry);
+  const std::size_t slice = mask.values.size() / std::size_t(level.geometry.size[2]);
+  parallel_for(level.geometry.size[2], [&](std::ptrdiff_t k) {
+    for (std::size_t v = std::size_t(k) * slice; v < (std::size_t(k) + 1) * slice; ++v)
+      mask.values[v] = (level.values[v] < 0.0f) == inside;
+  });
+  return mask;
+}
+
 /// Turns other pieces than the tree's into outside, and closed holes into inside.
+/// @param ratio       steps of the level's grid for each voxel of the tree
 /// @param tree        the piece with most of it stays
 /// @param all_above   [mm^3] other pieces with as much of the tree in them stay too
-void keep_tree_only(Volume<float>& level, const Volume<std::uint8_t>& tree, double all_above) {
-  Volume<std::uint8_t> inside(level.geometry);
-  for (std::size_t v = 0; v < level.values.size(); ++v) inside.values[v] = level.values[v] < 0.0f;
-  const Components pieces = label_components(inside, Connectivity::faces);
-  std::vector<std::size_t> overlap(std::size_t(pieces.count()) + 1, 0);
-  for (std::size_t v = 0; v < level.values.size(); ++v)
-    if (pieces.label[v] > 0 && tree.values[v]) ++overlap[std::size_t(pieces.label[v])];
+void keep_tree_only(Volume<float>& level, const Volume<std::uint8_t>& tree,
+                    const std::array<int, 3>& ratio, double all_above) {
+  const Pieces pieces = find_pieces(sign_mask(level, true), Connectivity::faces);
+  const auto overlap = tree_in_pieces(pieces, tree, ratio);
   const Vec3& h = level.geometry.spacing;
   std::vector<bool> kept;
   for (std::size_t count : overlap) kept.push_back(double(count) * h.x * h.y * h.z > all_above);
   kept[std::size_t(std::max_element(overlap.begin(), overlap.end()) - overlap.begin())] = true;
-  for (std::size_t v = 0; v < level.values.size(); ++v) {
-    if (pieces.label[v] > 0 && !kept[std::size_t(pieces.label[v])])
-      level.values[v] = -level.values[v];
-    inside.values[v] = level.values[v] >= 0.0f;
-  }
-  const Components holes = label_components(inside, Connectivity::faces);
+  const auto change = [&](const Pieces::Run& run, const auto& to) {
+    for (int i = run.first; i < run.last; ++i) {
+      float& value = level.at(i, run.j, run.k);
+      value = to(value);
+    }
+  };
+  for (const Pieces::Run& run : pieces.runs)
+    if (!kept[std::size_t(run.label)]) change(run, [](float value) { return -value; });
+  const Pieces holes = find_pieces(sign_mask(level, false), Connectivity::faces);
   const auto outside = std::max_element(holes.voxel_count.begin(), holes.voxel_count.end()) -
                        holes.voxel_count.begin();
-  for (std::size_t v = 0; v < level.values.size(); ++v)
-    if (holes.label[v] > 0 && holes.label[v] != outside)
-      level.values[v] = -std::max(level.values[v], 1e-3f);
+  for (const Pieces::Run& run : holes.runs)
+    if (run.label != outside) change(run, [](float value) { return -std::max(value, 1e-3f); });
 }
 
 /// Steps that keep the result's grid even along all axes, half the finest voxel edge wide if the
@@ -154,7 +164,7 @@ RoughBoundary rough_boundary(const BoundaryInput& input, const SegmentationOptio
     rough.is_foreign = Volume<std::uint8_t>(level.geometry);
     for (std::size_t v = 0; v < level.values.size(); ++v)
       rough.is_foreign.values[v] = level.values[v] < 0.0f;
-    keep_tree_only(level, input.tree, all_above);
+    keep_tree_only(level, input.tree, {1, 1, 1}, all_above);
     for (std::size_t v = 0; v < level.values.size(); ++v)
       rough.is_foreign.values[v] = rough.is_foreign.values[v] && level.values[v] >= 0.0f;
     rough.distance = signed_distance(level, reach);
@@ -192,6 +202,21 @@ Volume<float> without_roughness(const Volume<float>& distance) {
   return smoothed;
 }
 
+/// The fit may have closed a place that is too narrow for the grid.
+void join_pieces(Volume<float>& phi, const FineGrid& fine, const Volume<std::uint8_t>& tree,
+                 const SegmentationOptions& options, Boundary& boundary) {
+  const auto overlap =
+      tree_in_pieces(find_pieces(sign_mask(phi, true), Connectivity::faces), tree, fine.ratio);
+  const Vec3& h = phi.geometry.spacing;
+  if (std::count_if(overlap.begin(), overlap.end(), [&](std::size_t count) {
+        return count > 0 && double(count) * h.x * h.y * h.z >= options.min_component_mm3;
+      }) < 2)
+    return;
+  const auto fine_tree = refine_mask(tree, phi.geometry, fine.ratio);
+  for (const Vec3& place : bridge_pieces(phi, fine_tree, options.min_component_mm3))
+    boundary.bridges_lps_mm.push_back(place);
+}
+
 }  // namespace
 
 Boundary find_boundary(const BoundaryInput& input, const SegmentationOptions& options,
@@ -223,11 +248,9 @@ Boundary find_boundary(const BoundaryInput& input, const SegmentationOptions& op
     boundary.background_intensity = double(levels.background_overall);
     progress.report(0.7 + 0.08 * (round + 1), "fitting the boundary");
   }
-  const Volume<std::uint8_t> fine_tree = resample_nearest(input.tree, phi.geometry);
   boundary.bridges_lps_mm = rough.bridges_lps_mm;
-  for (const Vec3& place : bridge_pieces(phi, fine_tree, options.min_component_mm3))
-    boundary.bridges_lps_mm.push_back(place);
-  keep_tree_only(phi, fine_tree, all_above);
+  join_pieces(phi, fine, input.tree, options, boundary);
+  keep_tree_only(phi, input.tree, fine.ratio, all_above);
   boundary.level_set = signed_distance(phi, kReachMm);
   for (int a = 0; a < 3; ++a) boundary.blur_sd_mm[a] = blur.sd_voxels[a] * voxels.spacing[a];
   boundary.blur_is_told = blur.is_told;

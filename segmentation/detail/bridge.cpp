@@ -129,18 +129,28 @@ std::vector<Vec3> bridge_pieces(Volume<float>& level, const Volume<std::uint8_t>
   return middles;
 }
 
-Volume<std::uint8_t> resample_nearest(const Volume<std::uint8_t>& mask,
-                                      const VolumeGeometry& geometry) {
+std::vector<std::size_t> tree_in_pieces(const Pieces& pieces, const Volume<std::uint8_t>& tree,
+                                        const std::array<int, 3>& ratio) {
+  std::vector<std::size_t> count(std::size_t(pieces.count()) + 1, 0);
+  for (const Pieces::Run& run : pieces.runs) {
+    const std::uint8_t* row =
+        &tree.at(0, (run.j + ratio[1] / 2) / ratio[1], (run.k + ratio[2] / 2) / ratio[2]);
+    for (int i = run.first; i < run.last; ++i)
+      count[std::size_t(run.label)] += row[(i + ratio[0] / 2) / ratio[0]];
+  }
+  return count;
+}
+
+Volume<std::uint8_t> refine_mask(const Volume<std::uint8_t>& mask, const VolumeGeometry& geometry,
+                                 const std::array<int, 3>& ratio) {
   Volume<std::uint8_t> result(geometry);
-  const auto nearest = [&](int index, int axis) {
-    const double ratio = geometry.spacing[axis] / mask.geometry.spacing[axis];
-    return std::clamp(int(std::lround(index * ratio)), 0,
-                      mask.geometry.size[std::size_t(axis)] - 1);
-  };
   parallel_for(geometry.size[2], [&](std::ptrdiff_t k) {
-    for (int j = 0; j < geometry.size[1]; ++j)
-      for (int i = 0; i < geometry.size[0]; ++i)
-        result.at(i, j, int(k)) = mask.at(nearest(i, 0), nearest(j, 1), nearest(int(k), 2));
+    for (int j = 0; j < geometry.size[1]; ++j) {
+      const std::uint8_t* row =
+          &mask.at(0, (j + ratio[1] / 2) / ratio[1], (int(k) + ratio[2] / 2) / ratio[2]);
+      std::uint8_t* out = &result.at(0, j, int(k));
+      for (int i = 0; i < geometry.size[0]; ++i) out[i] = row[(i + ratio[0] / 2) / ratio[0]];
+    }
   });
   return result;
 }

@@ -1,9 +1,11 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <vector>
 
 #include "core/volume.hpp"
+#include "segmentation/detail/components.hpp"
 
 namespace angio::segmentation::detail {
 
@@ -18,8 +20,15 @@ namespace angio::segmentation::detail {
 std::vector<Vec3> bridge_pieces(Volume<float>& level, const Volume<std::uint8_t>& tree,
                                 double least_volume);
 
-/// The value of the nearest voxel at each voxel of another grid with the same axes.
-Volume<std::uint8_t> resample_nearest(const Volume<std::uint8_t>& mask,
-                                      const VolumeGeometry& geometry);
+/// The share of the tree in each piece of a finer grid's inside.
+///
+/// @param ratio  steps of the pieces' grid for each voxel of the tree
+/// @return voxels of the pieces' grid, shape [piece_count + 1]
+std::vector<std::size_t> tree_in_pieces(const Pieces& pieces, const Volume<std::uint8_t>& tree,
+                                        const std::array<int, 3>& ratio);
+
+/// The value of the nearest voxel at each step of a finer grid.
+Volume<std::uint8_t> refine_mask(const Volume<std::uint8_t>& mask, const VolumeGeometry& geometry,
+                                 const std::array<int, 3>& ratio);
 
 }  // namespace angio::segmentation::detail

@@ -86,24 +86,35 @@ void join_all_rows(Runs& found, const VolumeGeometry& geometry, Connectivity con
 
 }  // namespace
 
-Components label_components(const Volume<std::uint8_t>& mask, Connectivity connectivity) {
+Pieces find_pieces(const Volume<std::uint8_t>& mask, Connectivity connectivity) {
   Runs found = find_runs(mask);
   join_all_rows(found, mask.geometry, connectivity);
-  Components components{std::vector<std::int32_t>(mask.values.size(), 0), {0}};
+  Pieces pieces;
+  pieces.runs.reserve(found.runs.size());
   std::vector<std::int32_t> label(found.runs.size(), 0);
-  const auto ni = std::ptrdiff_t(mask.geometry.size[0]);
+  const auto nj = std::size_t(mask.geometry.size[1]);
   for (std::size_t row = 0; row + 1 < found.start.size(); ++row)
     for (std::int32_t r = found.start[row]; r < found.start[row + 1]; ++r) {
       const auto root = std::size_t(root_of(found.runs, r));
       if (label[root] == 0) {
-        components.voxel_count.push_back(0);
-        label[root] = std::int32_t(components.count());
+        pieces.voxel_count.push_back(0);
+        label[root] = std::int32_t(pieces.count());
       }
-      const Run& run = found.runs[std::size_t(r)];
-      const auto line = components.label.begin() + std::ptrdiff_t(row) * ni;
-      std::fill(line + run.first, line + run.last, label[root]);
-      components.voxel_count[std::size_t(label[root])] += std::size_t(run.last - run.first);
+      const auto& [first, last, parent] = found.runs[std::size_t(r)];
+      pieces.runs.push_back({first, last, int(row % nj), int(row / nj), label[root]});
+      pieces.voxel_count[std::size_t(label[root])] += std::size_t(last - first);
     }
+  return pieces;
+}
+
+Components label_components(const Volume<std::uint8_t>& mask, Connectivity connectivity) {
+  Pieces pieces = find_pieces(mask, connectivity);
+  Components components{std::vector<std::int32_t>(mask.values.size(), 0),
+                        std::move(pieces.voxel_count)};
+  for (const Pieces::Run& run : pieces.runs)
+    std::fill_n(
+        components.label.begin() + std::ptrdiff_t(mask.geometry.offset(run.first, run.j, run.k)),
+        run.last - run.first, run.label);
   return components;
 }
 

@@ -17,7 +17,20 @@ struct Components {
 
 enum class Connectivity { faces = 6, corners = 26 };
 
+/// The same as runs of voxels along i, which need far less memory.
+struct Pieces {
+  struct Run {
+    int first, last;  ///< voxels [first, last) of row (j, k)
+    int j, k;
+    std::int32_t label;
+  };
+  std::vector<Run> runs;                    ///< row by row
+  std::vector<std::size_t> voxel_count{0};  ///< shape [piece_count + 1]; [0] is unused
+  [[nodiscard]] int count() const { return int(voxel_count.size()) - 1; }
+};
+
 /// Labels in the order of each piece's first voxel.
+Pieces find_pieces(const Volume<std::uint8_t>& mask, Connectivity connectivity);
 Components label_components(const Volume<std::uint8_t>& mask, Connectivity connectivity);
 
 /// The smallest box around the set voxels, grown by a margin and clipped to the grid.

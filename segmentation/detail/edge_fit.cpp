@@ -16,6 +16,8 @@ constexpr double kBandVoxels = 2.0;    ///< beside the boundary that are moved w
 constexpr float kMostResidual = 0.5f;  ///< more is something that the model does not know
 constexpr float kLeastEdge = 0.03f;    ///< of the information a flat boundary holds
 constexpr double kMostBlurVoxels = 3.0;
+constexpr double kUpsampledVoxels =
+    3.5;  ///< beside the boundary; further out the nearest voxel does
 
 /// Weights at 0, 1, ... voxels of a Gaussian sampled there, as narrow as gives the weights the
 /// variance asked for: far below a voxel, samples of that variance itself would have next to none.
@@ -190,7 +192,9 @@ void BrickFit::explain(const std::array<int, 3>& size, int border, BlurSums& sum
   const Vec3T<float> h{float(grid.spacing.x), float(grid.spacing.y), float(grid.spacing.z)};
   pull_.resize(share_.first, share_.size);
   hold_.resize(share_.first, share_.size);
-  std::vector<float> lumen(std::size_t(grid.size[0])), background(lumen.size());
+  const int left = std::max(share_.first[0], 0);
+  const int width = std::min(share_.first[0] + ni, grid.size[0]) - left;
+  std::vector<float> lumen(std::size_t(std::max(width, 0))), background(lumen.size());
   for (int k = 1; k + 1 < nk; ++k)
     for (int j = 1; j + 1 < nj; ++j) {
       const int vj = share_.first[1] + j, vk = share_.first[2] + k;
@@ -208,13 +212,13 @@ void BrickFit::explain(const std::array<int, 3>& size, int border, BlurSums& sum
         const std::size_t v = grid.offset(vi, vj, vk);
         if (model_.is_foreign.values[v]) continue;
         if (!has_levels) {
-          model_.levels.lumen.row(vj, vk, grid.size[0], lumen.data());
-          model_.levels.background.row(vj, vk, grid.size[0], background.data());
+          model_.levels.lumen.row(left, vj, vk, width, lumen.data());
+          model_.levels.background.row(left, vj, vk, width, background.data());
           has_levels = true;
         }
-        const float b = background[std::size_t(vi)];
-        const float contrast = std::max(
-            {lumen[std::size_t(vi)] - b, model_.least_contrast, 2.0f * (model_.intensity_min - b)});
+        const float b = background[std::size_t(vi - left)];
+        const float contrast = std::max({lumen[std::size_t(vi - left)] - b, model_.least_contrast,
+                                         2.0f * (model_.intensity_min - b)});
         const float e = std::clamp((model_.image.values[v] - b) / contrast - m[i], -kMostResidual,
                                    kMostResidual);
         pull_.row(j, k)[i] = std::sqrt(squared) * e;
@@ -328,6 +332,21 @@ void improve_blur(Blur& blur, const BlurSums& sums, const Vec3& spacing) {
   }
 }
 
+/// Where a step of the fine grid lies between voxels: four of them and Catmull-Rom's weights.
+struct CubicPlace {
+  int nearest;
+  std::array<int, 4> index{};
+  std::array<float, 4> weight{};
+  CubicPlace(int step, int ratio, int count)
+      : nearest(std::min((step + ratio / 2) / ratio, count - 1)) {
+    const int cell = step / ratio;
+    const float t = float(step % ratio) / float(ratio);
+    for (std::size_t s = 0; s < 4; ++s) index[s] = std::clamp(cell - 1 + int(s), 0, count - 1);
+    weight = {0.5f * t * (-1.0f + t * (2.0f - t)), 1.0f + 0.5f * t * t * (3.0f * t - 5.0f),
+              0.5f * t * (1.0f + t * (4.0f - 3.0f * t)), 0.5f * t * t * (t - 1.0f)};
+  }
+};
+
 }  // namespace
 
 VolumeGeometry FineGrid::geometry(const VolumeGeometry& voxels) const {
@@ -336,6 +355,38 @@ VolumeGeometry FineGrid::geometry(const VolumeGeometry& voxels) const {
     result.size[a] = (voxels.size[a] - 1) * ratio[a] + 1;
     result.spacing[int(a)] = voxels.spacing[int(a)] / ratio[a];
   }
+  return result;
+}
+
+Volume<float> refine_distance(const Volume<float>& distance, const FineGrid& fine) {
+  Volume<float> result(fine.geometry(distance.geometry));
+  const Vec3& h = distance.geometry.spacing;
+  const auto band = float(kUpsampledVoxels * std::max({h.x, h.y, h.z}));
+  const auto& size = distance.geometry.size;
+  parallel_for_uneven(result.geometry.size[2], [&](std::ptrdiff_t fk) {
+    for (int fj = 0; fj < result.geometry.size[1]; ++fj) {
+      const CubicPlace z(int(fk), fine.ratio[2], size[2]), y(fj, fine.ratio[1], size[1]);
+      const float* nearest = &distance.at(0, y.nearest, z.nearest);
+      float* out = &result.at(0, fj, int(fk));
+      for (int fi = 0; fi < result.geometry.size[0]; ++fi) {
+        const CubicPlace x(fi, fine.ratio[0], size[0]);
+        out[fi] = nearest[x.nearest];
+        if (std::abs(out[fi]) > band) continue;
+        float sum = 0.0f;
+        for (std::size_t c = 0; c < 4; ++c) {
+          if (z.weight[c] == 0.0f) continue;
+          for (std::size_t b = 0; b < 4; ++b) {
+            if (y.weight[b] == 0.0f) continue;
+            const float* row = &distance.at(0, y.index[b], z.index[c]);
+            sum += z.weight[c] * y.weight[b] *
+                   (x.weight[0] * row[x.index[0]] + x.weight[1] * row[x.index[1]] +
+                    x.weight[2] * row[x.index[2]] + x.weight[3] * row[x.index[3]]);
+          }
+        }
+        out[fi] = sum;
+      }
+    }
+  });
   return result;
 }
 

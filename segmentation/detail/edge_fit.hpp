@@ -31,6 +31,9 @@ struct FineGrid {
   [[nodiscard]] VolumeGeometry geometry(const VolumeGeometry& voxels) const;
 };
 
+/// A distance on the finer grid: by cubic interpolation beside the boundary.
+Volume<float> refine_distance(const Volume<float>& distance, const FineGrid& fine);
+
 /// Moves a boundary until the image that it would give is the image that was scanned.
 ///
 ///     I(x) = B + (L - B) S(x),    S = G * P(phi)

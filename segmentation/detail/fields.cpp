@@ -206,7 +206,7 @@ VolumeGeometry cropped_geometry(const VolumeGeometry& geometry, const VoxelBox& 
 CoarseField::CoarseField(Volume<float> coarse, const std::array<int, 3>& factor)
     : coarse_(std::move(coarse)), factor_(factor) {}
 
-void CoarseField::row(int j, int k, int count, float* out) const {
+void CoarseField::row(int first, int j, int k, int count, float* out) const {
   const auto& size = coarse_.geometry.size;
   const auto place = [&](int index, std::size_t axis) {
     const float x = (float(index) + 0.5f) / float(factor_[axis]) - 0.5f;
@@ -226,7 +226,7 @@ void CoarseField::row(int j, int k, int count, float* out) const {
            fz * ((1.0f - fy) * r01[c] + fy * r11[c]);
   };
   for (int i = 0; i < count; ++i) {
-    const float x = place(i, 0);
+    const float x = place(first + i, 0);
     const int i0 = int(x);
     const float fx = x - float(i0);
     const float a = column(i0);

@@ -52,7 +52,9 @@ class CoarseField {
  public:
   CoarseField(Volume<float> coarse, const std::array<int, 3>& factor);
   /// Reads a row of fine voxels (., j, k) into out, shape [count].
-  void row(int j, int k, int count, float* out) const;
+  void row(int j, int k, int count, float* out) const { row(0, j, k, count, out); }
+  /// The same from voxel (first, j, k) on.
+  void row(int first, int j, int k, int count, float* out) const;
   [[nodiscard]] const Volume<float>& coarse() const { return coarse_; }
 
  private:

@@ -248,6 +248,15 @@ struct CoarsePoints {
   std::vector<float> squared;
   std::vector<Offset> offset;
   std::vector<std::uint8_t> is_inside;
+  /// Whether there is none at the eight corners of a cell.
+  [[nodiscard]] bool is_far(int i, int j, int k) const {
+    for (int c = 0; c < 2; ++c)
+      for (int b = 0; b < 2; ++b) {
+        const std::size_t v = geometry.offset(i, j + b, k + c);
+        if (squared[v] != kFar || squared[v + 1] != kFar) return false;
+      }
+    return true;
+  }
 };
 
 CoarsePoints coarse_points(const Volume<float>& band, double band_mm) {
@@ -332,9 +341,12 @@ void fill_beyond(Volume<float>& distance, const CoarsePoints& points, float band
     for (int j = 0; j < fine.size[1]; ++j) {
       float* row = &distance.at(0, j, int(k));
       const int ck = int(k) / kCoarse, cj = j / kCoarse;
+      bool is_far = false;
       for (int i = 0; i < fine.size[0]; ++i) {
-        if (std::abs(row[i]) < band) continue;
         const int ci = i / kCoarse;
+        if (i % kCoarse == 0) is_far = points.is_far(ci, cj, ck);
+        if (is_far && row[i] > 0.0f) row[i] = reach;
+        if (is_far || std::abs(row[i]) < band) continue;
         float best = kFar;
         for (int corner = 0; corner < 8; ++corner) {
           const int a = ci + (corner & 1), b = cj + (corner >> 1 & 1), c = ck + (corner >> 2);

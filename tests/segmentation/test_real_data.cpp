@@ -55,7 +55,7 @@ TEST_F(RealData, AortaAgreesWithVmtksSurfaceOfIt) {
             << " points within 4 mm, mean distance " << sum / count << " mm, signed "
             << signed_sum / count << " mm\n";
   EXPECT_GT(count, 0.9 * double(surface.GetNumberOfPoints()));
-  EXPECT_LT(sum / count, 0.88);  // a voxel in the plane of the slices
+  EXPECT_LT(sum / count, 0.5);  // voxels: 0.88 mm in the slices, 1.5 mm across
 }
 
 TEST_F(RealData, RotationalAngiographyGivesOneTree) {

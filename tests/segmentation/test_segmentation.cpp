@@ -207,6 +207,40 @@ TEST(SegmentVessels, RefusesAVolumeWithoutVessel) {
   EXPECT_THAT(refusal(Volume<float>{}), HasSubstr("empty"));
 }
 
+TEST(SegmentVessels, TakesTheVesselOfTheRegionOfInterest) {
+  TubeImage image;
+  image.size = {80, 40, 40};
+  const auto volume = image_of(image, [](const Vec3& p) {
+    return std::min(std::hypot(p.x + 6.0, p.y) - 2.0, std::hypot(p.x - 6.0, p.y) - 1.2);
+  });
+  SegmentationOptions options;
+  options.region_lps_mm = LpsBox{{1, -100, -100}, {100, 100, 100}};
+  const auto result = segment_vessels(volume, options);
+  EXPECT_LT(interpolate(result.level_set, {6, 0, 0}), -1.0);
+  EXPECT_TRUE(result.warnings.empty());
+  options.region_lps_mm = LpsBox{{100, 100, 100}, {200, 200, 200}};
+  EXPECT_THAT(refusal(volume, options), HasSubstr("region_lps_mm"));
+  options.region_lps_mm = LpsBox{{1, 0, 0}, {0, 1, 1}};
+  EXPECT_THROW(options.validate(), OptionError);
+}
+
+TEST(SegmentVessels, TellsTheScannersBlur) {
+  TubeImage image;
+  for (double blur_voxels : {0.6, 1.0}) {
+    // The test image has no voxel's own blur, h^2 / 12, which the model adds.
+    image.blur_mm = 0.3 * std::sqrt(blur_voxels * blur_voxels + 1.0 / 12.0);
+    const auto result = segment_vessels(tube(image, 3.0), {});
+    EXPECT_NEAR(result.blur_sd_mm, 0.3 * blur_voxels, 0.02) << blur_voxels;
+  }
+}
+
+TEST(SegmentVessels, RefusesVoxelsThatAreNotNumbers) {
+  TubeImage image;
+  auto volume = tube(image, 1.5);
+  volume.values[17] = std::nanf("");
+  EXPECT_THAT(refusal(volume), HasSubstr("not a number"));
+}
+
 TEST(SegmentVessels, GivesTheSameBytesForAnyNumberOfThreads) {
   TubeImage image;
   image.noise_sd = 30.0;
