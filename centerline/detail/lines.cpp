@@ -252,7 +252,9 @@ void measure(Line& work, const Line* parent, const Wall& wall, const WallPoints&
     options.expected = std::max(line.radius[i], wall.resolution());
     const Section section = measure_section(
         wall, line.points[i], tangent_at(line, s, i, direction_reach(line, i)), options);
-    if (!section.valid) return;
+    // From beside the middle, the wall that is near says nothing of the vessel's width.
+    if (!section.valid || distance(section.center, line.points[i]) > 0.5 * section.inscribed_radius)
+      return;
     radius[i] = section.inscribed_radius;
     work.area[i] = section.area;
   });

@@ -3,9 +3,11 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdint>
 #include <limits>
 #include <map>
 #include <numeric>
+#include <string>
 #include <utility>
 
 #include "core/error.hpp"
@@ -13,21 +15,85 @@
 namespace angio::centerline {
 namespace {
 
+void check_numbers(const TriangleMesh& surface) {
+  const int count = int(surface.vertices.size());
+  for (const Triangle& t : surface.triangles)
+    for (const int v : t)
+      if (v < 0 || v >= count)
+        throw InputError("a triangle of the surface names vertex " + std::to_string(v) + " of " +
+                         std::to_string(count) +
+                         " (so the file is broken). Export the surface again");
+  for (const Vec3& p : surface.vertices)
+    if (!std::isfinite(p.x) || !std::isfinite(p.y) || !std::isfinite(p.z))
+      throw InputError(
+          "a vertex of the surface is not a number (so the file is broken). Export the surface "
+          "again");
+}
+
+/// Vertices within a millionth of the surface's size are one: writers of STL round each triangle on
+/// its own.
 TriangleMesh join_vertices(const TriangleMesh& surface) {
+  double size = 0.0;
+  for (const Vec3& p : surface.vertices)
+    size = std::max(size, distance(p, surface.vertices.front()));
+  const double cell = std::max(1e-6 * size, 1e-300);
   TriangleMesh joined;
-  std::map<std::array<double, 3>, int> index_of;
+  std::map<std::array<std::int64_t, 3>, int> index_of;
   std::vector<int> index(surface.vertices.size());
   for (std::size_t v = 0; v < surface.vertices.size(); ++v) {
-    const Vec3& p = surface.vertices[v];
-    const auto [it, is_new] = index_of.try_emplace({p.x, p.y, p.z}, int(joined.vertices.size()));
-    if (is_new) joined.vertices.push_back(p);
-    index[v] = it->second;
+    const Vec3 p = (surface.vertices[v] - surface.vertices.front()) / (2.0 * cell);
+    index[v] = -1;
+    // The vertex is in one of the eight cells round it when it is within half a cell.
+    for (int corner = 0; corner < 8 && index[v] < 0; ++corner) {
+      const auto key = [&](int axis) {
+        return std::int64_t(std::floor(p[axis] + ((corner >> axis & 1) != 0 ? 0.25 : -0.25)));
+      };
+      const auto found = index_of.find({key(0), key(1), key(2)});
+      if (found != index_of.end()) index[v] = found->second;
+    }
+    if (index[v] >= 0) continue;
+    index[v] = int(joined.vertices.size());
+    index_of[{std::int64_t(std::floor(p.x)), std::int64_t(std::floor(p.y)),
+              std::int64_t(std::floor(p.z))}] = index[v];
+    joined.vertices.push_back(surface.vertices[v]);
   }
   for (const Triangle& t : surface.triangles) {
     const Triangle u{index[std::size_t(t[0])], index[std::size_t(t[1])], index[std::size_t(t[2])]};
     if (u[0] != u[1] && u[1] != u[2] && u[2] != u[0]) joined.triangles.push_back(u);
   }
   return joined;
+}
+
+/// Turns the triangles of each piece the way of its first one.
+void turn_alike(TriangleMesh& mesh) {
+  std::map<std::array<int, 2>, std::vector<int>> triangles_of;  // by edge
+  const auto edge = [](int a, int b) { return std::array<int, 2>{std::min(a, b), std::max(a, b)}; };
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
+    for (std::size_t c = 0; c < 3; ++c)
+      triangles_of[edge(mesh.triangles[t][c], mesh.triangles[t][(c + 1) % 3])].push_back(int(t));
+  std::vector<char> seen(mesh.triangles.size(), 0);
+  const auto runs = [&](const Triangle& t, int a, int b) {
+    return (t[0] == a && t[1] == b) || (t[1] == a && t[2] == b) || (t[2] == a && t[0] == b);
+  };
+  for (std::size_t seed = 0; seed < mesh.triangles.size(); ++seed) {
+    if (seen[seed] != 0) continue;
+    seen[seed] = 1;
+    std::vector<int> queue{int(seed)};
+    for (std::size_t next = 0; next < queue.size(); ++next) {
+      const Triangle t = mesh.triangles[std::size_t(queue[next])];
+      for (std::size_t c = 0; c < 3; ++c) {
+        const int a = t[c], b = t[(c + 1) % 3];
+        const std::vector<int>& sharing = triangles_of[edge(a, b)];
+        if (sharing.size() != 2) continue;
+        const int other = sharing[0] == queue[next] ? sharing[1] : sharing[0];
+        if (seen[std::size_t(other)] != 0) continue;
+        seen[std::size_t(other)] = 1;
+        Triangle& u = mesh.triangles[std::size_t(other)];
+        if (runs(u, a, b)) std::swap(u[1], u[2]);
+        queue.push_back(other);
+      }
+    }
+  }
 }
 
 void close_rims(TriangleMesh& mesh) {
@@ -46,7 +112,9 @@ void close_rims(TriangleMesh& mesh) {
 ClosedSurface close_surface(const TriangleMesh& surface) {
   ClosedSurface closed;
   TriangleMesh& mesh = closed.mesh;
+  check_numbers(surface);
   mesh = join_vertices(surface);
+  turn_alike(mesh);
   closed.wall_vertex_count = int(mesh.vertices.size());
   close_rims(mesh);
   const double volume = enclosed_volume(mesh);
@@ -188,7 +256,7 @@ double SurfaceWall::ray(const Vec3& from, const Vec3& direction, double longest)
 }
 
 std::vector<double> SurfaceWall::diameters(int most) const {
-  std::vector<double> result;
+  std::vector<double> result, short_ones;
   const std::size_t count = mesh_.triangles.size();
   const std::size_t stride = std::max<std::size_t>(1, count / std::size_t(most));
   double huge = 0.0;
@@ -204,8 +272,9 @@ std::vector<double> SurfaceWall::diameters(int most) const {
                          distance(mesh_.vertices[std::size_t(b)], mesh_.vertices[std::size_t(c)]) +
                          distance(mesh_.vertices[std::size_t(c)], mesh_.vertices[std::size_t(a)])) /
                         3.0;
-    if (triangle >= 0 && hit > 1.2 * edge) result.push_back(hit);
+    if (triangle >= 0) (hit > 1.2 * edge ? result : short_ones).push_back(hit);
   }
+  if (result.empty()) result = std::move(short_ones);
   std::sort(result.begin(), result.end());
   return result;
 }

@@ -16,8 +16,8 @@ struct ClosedSurface {
 };
 
 /// Vertices at the same place are joined, degenerate triangles dropped, rims closed by fans around
-/// their middle, normals turned outward.
-/// @throws InputError  when it encloses nothing
+/// their middle, triangles turned alike within each piece, normals outward.
+/// @throws InputError  when it encloses nothing, or indices or coordinates are broken
 ClosedSurface close_surface(const TriangleMesh& surface);
 
 /// A closed triangle surface as a wall: rays are traced through a tree of boxes.

@@ -369,7 +369,7 @@ double lowest(const std::vector<double>& values) {
   if (at == values.begin() || at + 1 == values.end()) return *at;
   const double before = *(at - 1), after = *(at + 1);
   const double bend = before - 2.0 * *at + after, slope = 0.5 * (after - before);
-  return bend > 0.0 ? *at - 0.5 * slope * slope / bend : *at;
+  return bend > 0.0 ? std::max(*at - 0.5 * slope * slope / bend, 0.5 * *at) : *at;
 }
 
 /// The distance from a place in the section to the model's wall, in space: where the vessel tapers,

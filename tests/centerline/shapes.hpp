@@ -7,6 +7,7 @@
 #include <random>
 #include <vector>
 
+#include "core/triangle_mesh.hpp"
 #include "core/units.hpp"
 #include "core/volume.hpp"
 
@@ -138,6 +139,41 @@ inline Nearest nearest_on(const Tube& tube, const Vec3& p) {
               (double(s) + t) / double(tube.points.size() - 1)};
   }
   return best;
+}
+
+/// A closed surface whose vertices stand in rings round a tube's middle line, exactly on its wall;
+/// every other ring is turned by half a step.
+inline TriangleMesh surface_of(const Tube& tube, int rings, int around) {
+  TriangleMesh mesh;
+  const int count = int(tube.points.size());
+  Vec3 u;
+  for (int r = 0; r < rings; ++r) {
+    const auto i = std::size_t(std::lround(double(r) / (rings - 1) * (count - 1)));
+    const std::size_t before = i > 0 ? i - 1 : i, after = std::min(i + 1, tube.points.size() - 1);
+    const Vec3 along = normalized(tube.points[after] - tube.points[before]);
+    u = r == 0 ? any_perpendicular(along) : normalized(u - dot(u, along) * along);
+    const Vec3 v = cross(along, u);
+    for (int k = 0; k < around; ++k) {
+      const double theta = 2.0 * units::kPi * (k + 0.5 * (r % 2)) / around;
+      mesh.vertices.push_back(tube.points[i] +
+                              tube.radius[i] * (std::cos(theta) * u + std::sin(theta) * v));
+    }
+  }
+  const auto at = [&](int r, int k) { return r * around + k % around; };
+  for (int r = 0; r + 1 < rings; ++r)
+    for (int k = 0; k < around; ++k) {
+      const int lean = r % 2;  // towards the nearer vertex of the next ring
+      mesh.triangles.push_back({at(r, k), at(r, k + 1), at(r + 1, k + lean)});
+      mesh.triangles.push_back({at(r, k + 1 - lean), at(r + 1, k + 1), at(r + 1, k)});
+    }
+  const int first = int(mesh.vertices.size());
+  mesh.vertices.push_back(tube.points.front());
+  mesh.vertices.push_back(tube.points.back());
+  for (int k = 0; k < around; ++k) {
+    mesh.triangles.push_back({at(0, k + 1), at(0, k), first});
+    mesh.triangles.push_back({at(rings - 1, k), at(rings - 1, k + 1), first + 1});
+  }
+  return mesh;
 }
 
 }  // namespace angio::test

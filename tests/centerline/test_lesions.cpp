@@ -2,6 +2,7 @@
 
 #include "centerline/centerline.hpp"
 #include "core/error.hpp"
+#include "tests/centerline/random_trees.hpp"
 #include "tests/centerline/shapes.hpp"
 
 namespace angio::centerline {
@@ -138,6 +139,67 @@ TEST(FindLesions, LeavesOutVesselsTooThinForABalloon) {
   LesionOptions options;
   options.min_reference_mm = 3.5;
   EXPECT_FALSE(find_lesions(tree, options)[0].is_stenosis);
+}
+
+TEST(FindLesions, ListsTandemLesionsApart) {
+  const auto first = vessel(1.5, 0, 0.35, 0.12, 0.6), second = vessel(1.5, 0, 0.65, 0.12, 0.45);
+  const auto tree = extract({straight_tube(
+      {0, 0, 0}, {0, 0, 50}, [&](double t) { return std::min(first(t), second(t)); })});
+  const auto lesions = find_lesions(tree, {});
+  ASSERT_EQ(lesions.size(), 2U);
+  EXPECT_NEAR(lesions[0].diameter_stenosis_percent, 60.0, 1.0);
+  EXPECT_NEAR(lesions[1].diameter_stenosis_percent, 45.0, 1.0);
+  // Either end may be the inlet.
+  EXPECT_TRUE(lesions[0].distal_mm < lesions[1].proximal_mm ||
+              lesions[1].distal_mm < lesions[0].proximal_mm);
+}
+
+TEST(FindLesions, StatesBothReferencesEdgesAndArea) {
+  // The reference at the lesion, 1.5 (1 - 0.4 t): by the line 2.28 mm at t = 0.6; the average of
+  // both sides is the same, as the taper is even.
+  const auto tree =
+      extract({straight_tube({0, 0, 0}, {3, 2, 40}, vessel(1.5, 0.4, 0.6, 0.15, 0.5))});
+  const Lesion lesion = find_lesions(tree, {}).at(0);
+  EXPECT_EQ(lesion.reference_rule, "interpolated");
+  EXPECT_EQ(lesion.reference_interpolated_mm, lesion.reference_diameter_mm);
+  EXPECT_NEAR(lesion.reference_interpolated_mm, 2.28, 0.05);
+  EXPECT_NEAR(lesion.reference_average_mm, 2.28, 0.05);
+  EXPECT_NEAR(lesion.area_stenosis_percent, 75.0, 2.0);  // round: 1 - (1 - 0.5)^2
+  EXPECT_LT(lesion.proximal_mm, lesion.abscissa_mm);
+  EXPECT_GT(lesion.distal_mm, lesion.abscissa_mm);
+  EXPECT_NEAR(lesion.length_mm, lesion.distal_mm - lesion.proximal_mm, 1e-12);
+}
+
+TEST(FindLesions, TakesNoEctasiaForTheReference) {
+  const auto narrow = vessel(1.5, 0, 0.7, 0.12, 0.5), wide = vessel(1.5, 0, 0.35, 0.12, -0.6);
+  const auto tree = extract({straight_tube(
+      {0, 0, 0}, {0, 0, 50}, [&](double t) { return t < 0.5 ? wide(t) : narrow(t); })});
+  const auto lesions = find_lesions(tree, {});
+  ASSERT_EQ(lesions.size(), 1U);
+  EXPECT_NEAR(lesions[0].reference_diameter_mm, 3.0, 0.05);
+  EXPECT_NEAR(lesions[0].diameter_stenosis_percent, 50.0, 1.5);
+}
+
+TEST(FindLesions, FindsALesionAtTheOstiumOfADaughter) {
+  std::vector<Tube> tubes = y_shape(0.0, 0.0);
+  // Right behind the carina, which is about 5 mm from where the daughter's axis begins.
+  tubes[1] = straight_tube({0, 0, 30}, {8, 0, 52}, vessel(1.5, 0.0, 0.27, 0.12, 0.6));
+  const auto lesions = find_lesions(extract(tubes), {});
+  ASSERT_EQ(lesions.size(), 1U);
+  EXPECT_TRUE(lesions[0].is_stenosis);
+  EXPECT_NEAR(lesions[0].mld_mm, 1.2, 0.06);
+  EXPECT_NEAR(lesions[0].reference_diameter_mm, 3.0, 0.15);
+}
+
+TEST(FindLesions, InventsNoneInHealthyTrees) {
+  // A quarter has an ectasia, a fifth an aneurysm, half of them noisy walls.
+  for (unsigned seed = 0; seed < 30; ++seed) {
+    const test::RandomTree tree = test::healthy_tree(seed);
+    Volume<float> level_set = level_set_of(tree.tubes, grid_around(tree.tubes, 0.4, 1.5));
+    if (seed % 2 == 1) test::add_noise(level_set, 0.06, seed);
+    const auto lesions = find_lesions(extract_centerline(level_set, {}).tree, {});
+    EXPECT_FALSE(lesions[0].is_stenosis) << "seed " << seed;
+  }
 }
 
 }  // namespace

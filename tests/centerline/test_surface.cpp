@@ -98,6 +98,33 @@ TEST(ExtractFromSurface, RefusesAFlatOne) {
   EXPECT_THROW(extract_centerline(TriangleMesh{}, {}), InputError);
 }
 
+TEST(ExtractFromSurface, TurnsTrianglesAlikeAndJoinsWhatWasRoundedApart) {
+  const TriangleMesh mesh = make_elliptic_tube(20, 61, 32, constant(1.5), constant(1.5), false);
+  std::mt19937 random(4);
+  std::uniform_real_distribution<double> rounding(-1e-6, 1e-6);
+  TriangleMesh soup;
+  for (const Triangle& t : mesh.triangles) {
+    const int first = int(soup.vertices.size());
+    for (const int v : t)
+      soup.vertices.push_back(mesh.vertices[std::size_t(v)] +
+                              Vec3{rounding(random), rounding(random), rounding(random)});
+    const bool turned = random() % 2 == 0;
+    soup.triangles.push_back({first, first + (turned ? 2 : 1), first + (turned ? 1 : 2)});
+  }
+  const auto result = extract_centerline(soup, {});
+  ASSERT_EQ(result.tree.paths.size(), 1U);
+  EXPECT_NEAR(result.tree.paths[0].abscissa.back(), 20.0, 0.2);
+}
+
+TEST(ExtractFromSurface, RefusesBrokenNumbers) {
+  TriangleMesh mesh = make_elliptic_tube(20, 61, 32, constant(1.5), constant(1.5), false);
+  mesh.triangles[5][1] = 1000000;
+  EXPECT_THROW(extract_centerline(mesh, {}), InputError);
+  mesh.triangles.erase(mesh.triangles.begin() + 5);
+  mesh.vertices[7].x = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_THROW(extract_centerline(mesh, {}), InputError);
+}
+
 TEST(MeasureLumen, KnowsAnEllipse) {
   // Inscribed circle: the short half axis. Area: pi a b.
   const auto mesh = make_elliptic_tube(20, 61, 96, constant(1.8), constant(1.2), true);

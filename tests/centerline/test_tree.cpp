@@ -182,5 +182,41 @@ TEST(CenterlineTree, KeepsTouchingVesselsApart) {
   EXPECT_GT(result.tree.paths[0].abscissa.back(), 40.0);
 }
 
+TEST(CenterlineTree, OfATrifurcationHasOneBranchingWithThreeDaughters) {
+  // VMTK's convention: each line has the tracts 0, 1, 2, blanked in the branching; trunk and
+  // branching are one group each for all lines, every daughter is a group of its own.
+  const std::vector<Tube> tubes{straight_tube({0, 0, 0}, {0, 0, 20}, constant(2.0)),
+                                straight_tube({0, 0, 20}, {12, 0, 38}, constant(1.4)),
+                                straight_tube({0, 0, 20}, {-12, 1, 37}, constant(1.3)),
+                                straight_tube({0, 0, 20}, {0, 12, 37.5}, constant(1.2))};
+  const auto result = extract(tubes);
+  ASSERT_EQ(result.tree.paths.size(), 3U);
+  expect_consistent(result.tree);
+  std::set<int> trunks, branchings, daughters;
+  for (const CenterlinePath& path : result.tree.paths) {
+    ASSERT_EQ(path.tracts.size(), 3U);
+    EXPECT_FALSE(path.tracts[0].blanking);
+    EXPECT_TRUE(path.tracts[1].blanking);
+    EXPECT_FALSE(path.tracts[2].blanking);
+    trunks.insert(path.tracts[0].group_id);
+    branchings.insert(path.tracts[1].group_id);
+    daughters.insert(path.tracts[2].group_id);
+  }
+  EXPECT_EQ(trunks.size(), 1U);
+  EXPECT_EQ(branchings.size(), 1U);
+  EXPECT_EQ(daughters.size(), 3U);
+}
+
+TEST(CenterlineTree, OfAClosedRingIsCutWithAWarning) {
+  const Tube ring = make_tube(
+      [](double t) {
+        return Vec3{10 * std::cos(2 * units::kPi * t), 10 * std::sin(2 * units::kPi * t), 0.0};
+      },
+      constant(1.5));
+  const auto result = extract({ring});
+  expect_consistent(result.tree);
+  EXPECT_EQ(result.warnings.size(), 1U);
+}
+
 }  // namespace
 }  // namespace angio::centerline
