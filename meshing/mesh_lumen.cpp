@@ -27,6 +27,14 @@ void check_tree(const CenterlineTree& tree) {
     throw InputError(
         "the centreline has no line (nothing says which lumen to mesh). Run the stage "
         "centerline again");
+  for (const CenterlinePath& path : tree.paths)
+    for (std::size_t i = 0; i < path.points.size(); ++i) {
+      const Vec3& p = path.points[i];
+      if (!std::isfinite(p.x + p.y + p.z + path.abscissa[i] + path.inscribed_radius[i]))
+        throw InputError("line " + std::to_string(path.id) +
+                         " of the centreline has a place or a radius that is not a number (point " +
+                         std::to_string(i) + "). Run the stage centerline again");
+    }
 }
 
 /// Remeshes, smooths and balances; where triangles cross, the surface is cut out and closed anew.

@@ -18,10 +18,10 @@ namespace {
 
 using Pairs = std::vector<std::array<int, 2>>;
 
-/// What has to be mended: crossing triangles and sharp folds.
-Pairs find_faults(const TriangleMesh& mesh) {
-  Pairs pairs = self_intersections(mesh);
-  const Pairs folds = sharp_folds(mesh);
+/// What has to be mended: crossing triangles and sharp folds, with one of the marked triangles.
+Pairs find_faults(const TriangleMesh& mesh, const std::vector<char>& marked) {
+  Pairs pairs = self_intersections_of(mesh, marked);
+  const Pairs folds = sharp_folds_of(mesh, marked);
   pairs.insert(pairs.end(), folds.begin(), folds.end());
   return pairs;
 }
@@ -122,8 +122,12 @@ void remove_triangles(SurfaceDraft& draft, const std::vector<char>& gone) {
   draft = std::move(rest);
 }
 
-/// Closes every hole that is no rim by a membrane. @return number of holes
-int close_holes(SurfaceDraft& draft) {
+struct Closed {
+  int count = 0;              ///< holes
+  std::vector<char> changed;  ///< per triangle
+};
+/// Closes every hole that is no rim by a membrane.
+Closed close_holes(SurfaceDraft& draft) {
   constexpr int kRings = 2;
   constexpr int kRounds = 3;
   int count = 0;
@@ -145,12 +149,11 @@ int close_holes(SurfaceDraft& draft) {
     ++count;
   }
   Patch patch = take_patch(draft, loose, kRings);
-  if (patch.empty()) return count;
+  if (patch.empty()) return {count, std::vector<char>(draft.mesh.triangles.size(), 0)};
   for (std::size_t v = 0; v < patch.free.size(); ++v)
     patch.free[v] = patch.free[v] && loose[std::size_t(patch.draft.origin[v])];
   remesh_membrane(patch.draft, patch.free, kRounds);
-  put_back(draft, patch);
-  return count;
+  return {count, put_back(draft, patch)};
 }
 
 /// Remeshes around crossing triangles. @return the pairs that are left
@@ -159,11 +162,7 @@ Pairs remesh_crossings(SurfaceDraft& draft, const SurfaceTarget& target, const P
   constexpr int kRounds = 3;
   Patch patch = take_patch(draft, mark_corners(draft.mesh, pairs), kRings);
   remesh_part(patch.draft, target, patch.free, kRounds);
-  const std::vector<char> changed = put_back(draft, patch);  // holds all triangles that crossed
-  Pairs left = self_intersections_of(draft.mesh, changed);
-  const Pairs folds = sharp_folds_of(draft.mesh, changed);
-  left.insert(left.end(), folds.begin(), folds.end());
-  return left;
+  return find_faults(draft.mesh, put_back(draft, patch));  // the patch holds all that crossed
 }
 
 std::set<int> rims_of(const SurfaceDraft& draft) {
@@ -185,7 +184,8 @@ void warn_of_lost_rims(const std::set<int>& before, const std::set<int>& after,
 }
 
 /// Cuts out and closes anew, wider each time, until no fault is left. @return number of places
-int cut_and_close(SurfaceDraft& draft, Pairs pairs, Pairs (*find)(const TriangleMesh&)) {
+int cut_and_close(SurfaceDraft& draft, Pairs pairs,
+                  Pairs (*find)(const TriangleMesh&, const std::vector<char>&)) {
   constexpr int kAttempts = 8;
   int closed_count = 0;
   for (int attempt = 0; attempt < kAttempts && !pairs.empty(); ++attempt) {
@@ -193,8 +193,9 @@ int cut_and_close(SurfaceDraft& draft, Pairs pairs, Pairs (*find)(const Triangle
     std::vector<char> gone = triangles_to_cut(draft, pairs, 1 + attempt);
     keep_largest_piece(draft.mesh, gone);
     remove_triangles(draft, gone);
-    closed_count += close_holes(draft);
-    pairs = find(draft.mesh);
+    const Closed closed = close_holes(draft);
+    closed_count += closed.count;
+    pairs = find(draft.mesh, closed.changed);
   }
   return closed_count;
 }
@@ -205,12 +206,12 @@ int resolve_crossings(SurfaceDraft& draft, const SurfaceTarget& target,
                       const std::vector<std::array<int, 2>>& others,
                       std::vector<std::string>& warnings) {
   constexpr int kRemeshings = 2;
-  Pairs pairs = find_faults(draft.mesh);
+  Pairs pairs = others;
   if (others.empty()) {
+    pairs = find_faults(draft.mesh, std::vector<char>(draft.mesh.triangles.size(), 1));
     for (int attempt = 0; attempt < kRemeshings && !pairs.empty(); ++attempt)
       pairs = remesh_crossings(draft, target, pairs);
   }
-  pairs.insert(pairs.end(), others.begin(), others.end());
   if (pairs.empty()) return 0;
   const std::set<int> rims = rims_of(draft);
   const int closed_count = cut_and_close(draft, pairs, &find_faults);
@@ -233,7 +234,7 @@ int close_crossings(TriangleMesh& mesh) {
   }
   draft.mesh = std::move(mesh);
   const int closed_count =
-      cut_and_close(draft, self_intersections(draft.mesh), &self_intersections);
+      cut_and_close(draft, self_intersections(draft.mesh), &self_intersections_of);
   mesh = std::move(draft.mesh);
   return closed_count;
 }

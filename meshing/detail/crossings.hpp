@@ -13,7 +13,8 @@ namespace angio::meshing::detail {
 /// the largest piece is kept, and the holes are closed by membranes; then again, wider. A rim that
 /// is hit, or lost with a piece, is no rim any more, and named in a warning.
 ///
-/// @param others  more pairs of triangles (or of a triangle and itself) to cut out
+/// @param others  pairs of triangles (or of a triangle and itself) to cut out of a surface that has
+///                no faults besides; none: faults are searched
 /// @return number of places that were closed anew
 /// @throws InternalError if crossings remain
 int resolve_crossings(SurfaceDraft& draft, const SurfaceTarget& target,

@@ -109,18 +109,20 @@ void balance_volume(SurfaceDraft& draft, const SurfaceTarget& target) {
 /// Vertices around crossing triangles go back to where they were. What crossed before is left.
 void undo_crossings(SurfaceDraft& draft, const std::vector<Vec3>& before) {
   constexpr int kPasses = 3;
+  std::vector<char> changed(draft.mesh.triangles.size(), 1);
   for (int pass = 0; pass < kPasses; ++pass) {
-    const auto pairs = self_intersections(draft.mesh);
+    const auto pairs = self_intersections_of(draft.mesh, changed);
     if (pairs.empty()) return;
     std::vector<char> near = mark_corners(draft.mesh, pairs);
     grow(draft.mesh, near, 1 + pass);
-    bool changed = false;
     for (std::size_t v = 0; v < near.size(); ++v) {
-      if (!near[v] || draft.mesh.vertices[v] == before[v]) continue;
-      draft.mesh.vertices[v] = before[v];
-      changed = true;
+      near[v] = near[v] && !(draft.mesh.vertices[v] == before[v]);
+      if (near[v]) draft.mesh.vertices[v] = before[v];
     }
-    if (!changed) return;
+    for (std::size_t t = 0; t < changed.size(); ++t) {
+      const Triangle& c = draft.mesh.triangles[t];
+      changed[t] = near[std::size_t(c[0])] || near[std::size_t(c[1])] || near[std::size_t(c[2])];
+    }
   }
 }
 

@@ -111,6 +111,10 @@ class TriangleGrid {
       const Range& box = boxes_[t];
       sum += std::max({box.high.x - box.low.x, box.high.y - box.low.y, box.high.z - box.low.z});
       ++count;
+      for (int axis = 0; axis < 3; ++axis) {
+        all_.low[axis] = std::min(all_.low[axis], box.low[axis]);
+        all_.high[axis] = std::max(all_.high[axis], box.high[axis]);
+      }
     }
     cell_ = count > 0 && sum > 0.0 ? 1.5 * sum / double(count) : 1.0;
     bits_ = int(std::bit_width(2 * count + 16));
@@ -132,6 +136,9 @@ class TriangleGrid {
       }
   }
 
+  /// Does a triangle's box overlap the box around all marked triangles?
+  [[nodiscard]] bool may_meet(int t) const { return overlap(boxes_[std::size_t(t)], all_); }
+
   /// Marked triangles whose boxes overlap that of a triangle, ascending, each once.
   void near(int t, std::vector<int>& found) const {
     found.clear();
@@ -139,11 +146,7 @@ class TriangleGrid {
     for_cells(box, [&](std::uint32_t key) {
       for (int i = first_[key]; i < first_[key + 1]; ++i) {
         const int other = triangles_[std::size_t(i)];
-        const Range& far = boxes_[std::size_t(other)];
-        bool overlaps = true;
-        for (int axis = 0; axis < 3; ++axis)
-          overlaps = overlaps && far.low[axis] <= box.high[axis] && box.low[axis] <= far.high[axis];
-        if (overlaps) found.push_back(other);
+        if (overlap(boxes_[std::size_t(other)], box)) found.push_back(other);
       }
     });
     std::sort(found.begin(), found.end());
@@ -183,7 +186,15 @@ class TriangleGrid {
         }
   }
 
-  std::vector<Range> boxes_;  ///< of every triangle
+  static bool overlap(const Range& a, const Range& b) {
+    bool overlaps = true;
+    for (int axis = 0; axis < 3; ++axis)
+      overlaps = overlaps && a.low[axis] <= b.high[axis] && b.low[axis] <= a.high[axis];
+    return overlaps;
+  }
+
+  std::vector<Range> boxes_;                                    ///< of every triangle
+  Range all_{{1e300, 1e300, 1e300}, {-1e300, -1e300, -1e300}};  ///< around the marked ones
   double cell_ = 1.0;
   int bits_ = 4;
   std::vector<int> first_;  ///< of each key, into triangles_
@@ -211,6 +222,7 @@ std::vector<std::array<int, 2>> self_intersections_of(const TriangleMesh& mesh,
     const std::size_t first = std::size_t(block) * kBlock;
     for (std::size_t i = first; i < std::min(first + kBlock, triangles.size()); ++i) {
       auto& pairs = found[std::size_t(block)];
+      if (!grid.may_meet(int(i))) continue;
       if (degenerate[i]) {
         if (marked[i]) pairs.push_back({int(i), int(i)});
         continue;

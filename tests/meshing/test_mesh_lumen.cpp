@@ -358,6 +358,12 @@ TEST(LumenMeshing, ATreeWithoutLinesIsAnInputError) {
   EXPECT_THROW(mesh_lumen(vessel.level_set, CenterlineTree{}, {}), InputError);
 }
 
+TEST(LumenMeshing, ALineThatIsNotANumberIsAnInputError) {
+  auto vessel = test::make_tube(5.0, 0.5, [](double) { return 1.0; });
+  vessel.tree.paths[0].inscribed_radius[3] = std::nan("");
+  EXPECT_THROW(mesh_lumen(vessel.level_set, vessel.tree, {}), InputError);
+}
+
 /// A tube along z as rings of 24 vertices, open or closed by fans.
 TriangleMesh tube_surface(double radius, double length, bool closed) {
   constexpr int kSides = 24;

@@ -291,5 +291,17 @@ TEST(BalloonOptions, NamesWhatIsOutOfRange) {
   }
 }
 
+TEST(PlaceBalloon, InALumenWithExtensionsIsWhatItIsWithout) {
+  const test::Vessel vessel = stenosed_tube();
+  LumenMeshOptions options;
+  options.extension_diameters = 3.0;
+  const LumenMesh lumen = mesh_lumen(vessel.level_set, vessel.tree, options);
+  const BalloonSetup setup =
+      place_balloon(lumen, vessel.tree, vessel.tree.paths[0], 18.0, 8.0, 3.0, {});
+  EXPECT_EQ(count_intersections(setup.balloon.start, lumen.capped), 0);
+  EXPECT_EQ(setup.balloon.start.vertices, stenosed().setup.balloon.start.vertices);
+  EXPECT_EQ(setup.region.lumen_vertex, stenosed().setup.region.lumen_vertex);
+}
+
 }  // namespace
 }  // namespace angio::meshing
