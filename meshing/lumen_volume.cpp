@@ -175,12 +175,19 @@ void measure(LumenVolume& volume) {
       return volume.mesh.vertices[std::size_t(t[c])];
     };
     const detail::DihedralRange own = detail::dihedral_range(at(0), at(1), at(2), at(3));
+    constexpr double kSharp = 12.0;  // [degrees]
+    volume.sharp_tet_count += own.least < kSharp ? 1 : 0;
     range.least = std::min(range.least, own.least);
     range.greatest = std::max(range.greatest, own.greatest);
     const double size = tet_volume(at(0), at(1), at(2), at(3));
     if (!(size > 0.0)) throw InternalError("a tetrahedron of the lumen is flat or turned over");
     volume.volume_mm3 += size;
   }
+  if (volume.sharp_tet_count > 0)
+    volume.warnings.push_back(
+        std::to_string(volume.sharp_tet_count) +
+        " tetrahedra of the lumen keep a dihedral angle below 12 degrees (the "
+        "wall is too narrow or too sharply bent there)");
   volume.min_dihedral_degrees = range.least;
   volume.max_dihedral_degrees = range.greatest;
 }

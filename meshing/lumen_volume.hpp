@@ -31,6 +31,7 @@ struct LumenVolume {
   std::vector<int> boundary_entity_id;  ///< of each boundary face
   double min_dihedral_degrees = 0.0;
   double max_dihedral_degrees = 0.0;
+  int sharp_tet_count = 0;  ///< tetrahedra with a dihedral angle below 12 degrees
   double volume_mm3 = 0.0;
   std::vector<std::string> warnings;
 };

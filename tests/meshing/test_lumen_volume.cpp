@@ -130,6 +130,8 @@ TEST_P(FilledLumen, HasNoSharpTetrahedra) {
                                                    volume_.mesh.vertices[std::size_t(t[3])])
                                 .least);
   EXPECT_GE(least, 12.0);
+  EXPECT_EQ(volume_.sharp_tet_count, 0);
+  EXPECT_THAT(volume_.warnings, testing::IsEmpty());
   EXPECT_DOUBLE_EQ(volume_.min_dihedral_degrees, least);
   EXPECT_LE(volume_.max_dihedral_degrees, 168.0);
 }
