@@ -49,7 +49,7 @@ std::vector<float> sampled_gaussian(double variance) {
 /// Convolves along one axis; values beyond the patch repeat its border.
 void convolve(Patch& patch, const std::vector<float>& kernel, int axis,
               std::vector<float>& scratch) {
-  const auto [ni, nj, nk] = patch.size;
+  const int ni = patch.size[0], nj = patch.size[1], nk = patch.size[2];
   const int reach = int(kernel.size()) - 1;
   scratch.resize(patch.values.size());
   std::copy(patch.values.begin(), patch.values.end(), scratch.begin());

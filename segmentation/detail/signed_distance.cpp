@@ -247,6 +247,7 @@ struct CoarsePoints {
   VolumeGeometry geometry;
   std::vector<float> squared;
   std::vector<Offset> offset;
+  std::vector<Offset> normal;  ///< of the surface there
   std::vector<std::uint8_t> is_inside;
   /// Whether there is none at the eight corners of a cell.
   [[nodiscard]] bool is_far(int i, int j, int k) const {
@@ -269,6 +270,7 @@ CoarsePoints coarse_points(const Volume<float>& band, double band_mm) {
   }
   points.squared.assign(points.geometry.voxel_count(), kFar);
   points.offset.resize(points.squared.size());
+  points.normal.resize(points.squared.size());
   points.is_inside.assign(points.squared.size(), 0);
   parallel_for(points.geometry.size[2], [&](std::ptrdiff_t k) {
     for (int j = 0; j < points.geometry.size[1]; ++j)
@@ -289,7 +291,8 @@ CoarsePoints coarse_points(const Volume<float>& band, double band_mm) {
                     float(fine.spacing[axis] * (high[a] - low[a]));
         }
         if (!(norm_squared(g) > 0.25f)) continue;
-        points.offset[v] = (-d / norm(g)) * g;
+        points.normal[v] = normalized(g);
+        points.offset[v] = -d * points.normal[v];
         points.squared[v] = d * d;
       }
   });
@@ -328,6 +331,7 @@ void propagate(CoarsePoints& points, float reach) {
             if (!points.is_inside[other] && squared > reach * reach) continue;
             points.squared[other] = squared;
             points.offset[other] = way;
+            points.normal[other] = points.normal[v];
             push(other, now);
           }
     }
@@ -347,7 +351,7 @@ void fill_beyond(Volume<float>& distance, const CoarsePoints& points, float band
         if (i % kCoarse == 0) is_far = points.is_far(ci, cj, ck);
         if (is_far && row[i] > 0.0f) row[i] = reach;
         if (is_far || std::abs(row[i]) < band) continue;
-        float best = kFar;
+        float best = kFar, along = kFar;
         for (int corner = 0; corner < 8; ++corner) {
           const int a = ci + (corner & 1), b = cj + (corner >> 1 & 1), c = ck + (corner >> 2);
           const std::size_t v = points.geometry.offset(a, b, c);
@@ -355,9 +359,11 @@ void fill_beyond(Volume<float>& distance, const CoarsePoints& points, float band
           const Offset way =
               points.offset[v] + Offset{float(a * kCoarse - i) * h.x, float(b * kCoarse - j) * h.y,
                                         float(c * kCoarse - int(k)) * h.z};
-          best = std::min(best, norm_squared(way));
+          if (norm_squared(way) >= best) continue;
+          best = norm_squared(way);
+          along = std::abs(dot(way, points.normal[v]));  // the surface goes on beside the point
         }
-        const float d = std::max(std::sqrt(best), band);
+        const float d = std::max(along, band);
         row[i] = row[i] < 0.0f ? -d : std::min(d, reach);
       }
     }

@@ -14,7 +14,8 @@ namespace angio::segmentation::detail {
 ///
 /// Further out every voxel takes over the best of its neighbours' closest points, near ones first,
 /// so that distances are to the interpolated surface and not to voxels. Beyond four voxels this is
-/// done on every other voxel, and those between take the nearest of the points around them.
+/// done on every other voxel, and those between take the surface's tangent plane at the nearest of
+/// the points around them.
 /// Source: Danielsson, "Euclidean distance mapping", CGIP 14, 1980,
 ///         doi:10.1016/0146-664X(80)90054-4, for the handing on; the first layer is that of
 ///         Adalsteinsson & Sethian, J. Comput. Phys. 148, 1999, doi:10.1006/jcph.1998.6090.

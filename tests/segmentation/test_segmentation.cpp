@@ -207,6 +207,68 @@ TEST(SegmentVessels, RefusesAVolumeWithoutVessel) {
   EXPECT_THAT(refusal(Volume<float>{}), HasSubstr("empty"));
 }
 
+TEST(SegmentVessels, FindsAWideAndAThinVesselInOneVolume) {
+  TubeImage image;
+  image.size = {110, 90, 60};
+  image.spacing = {0.6, 0.6, 0.6};
+  image.blur_mm = 0.4;
+  image.noise_sd = 36.0;
+  const auto volume = image_of(image, [](const Vec3& p) {
+    const double wide = std::hypot(p.x + 8.0, p.y) - 12.5;
+    const double thin = p.x > -8.0 ? std::hypot(p.y, p.z) - 0.9 : 100.0;
+    return std::min(wide, thin);
+  });
+  const auto result = segment_vessels(volume, {});
+  EXPECT_LT(interpolate(result.level_set, {-8, 0, 5}), -12.0);
+  EXPECT_NEAR(interpolate(result.level_set, {-8, 12.5, 5}), 0.0, 0.1);
+  EXPECT_LT(interpolate(result.level_set, {15, 0, 0}), -0.6);
+  EXPECT_EQ(detail::label_components(result.mask, detail::Connectivity::faces).count(), 1);
+}
+
+TEST(SegmentVessels, DoesNotCareForTheBackgroundsLevelAndSign) {
+  for (double background : {-1000.0, 0.0, 30000.0}) {
+    TubeImage image;
+    image.background = background;
+    image.lumen = background + 300.0;
+    image.noise_sd = 30.0;
+    const auto result = segment_vessels(tube(image, 1.5), {});
+    EXPECT_NEAR(mean_radius(result.level_set, 0.07, -0.04, 5.0), 1.5, 0.03) << background;
+  }
+}
+
+TEST(SegmentVessels, KeepsAnAneurysmAndDropsNoiseIslands) {
+  TubeImage image;
+  image.size = {70, 70, 60};
+  image.noise_sd = 36.0;
+  const auto volume = image_of(image, [](const Vec3& p) {
+    const double sac = norm(p - Vec3{4.5, 0.0, 0.0}) - 3.5;
+    const double island = norm(p - Vec3{-7.0, 7.0, 3.0}) - 0.6;
+    return std::min({along_z(p, 1.2), sac, island});
+  });
+  const auto result = segment_vessels(volume, {});
+  EXPECT_LT(interpolate(result.level_set, {4.5, 0, 0}), -3.0);
+  EXPECT_NEAR(interpolate(result.level_set, {8.0, 0, 0}), 0.0, 0.1);
+  EXPECT_GT(interpolate(result.level_set, {-7, 7, 3}), 1.0);
+}
+
+TEST(SegmentVessels, KeepsVesselsThatNearlyTouchApart) {
+  // Two tubes a voxel and a half apart, which the blur half fills.
+  TubeImage image;
+  image.size = {60, 40, 60};
+  image.noise_sd = 18.0;
+  const auto share = [&](double x) {
+    TubeImage alone = image;
+    alone.noise_sd = 0.0;
+    return image_of(alone, [&](const Vec3& p) { return std::hypot(p.x - x, p.y) - 1.5; });
+  };
+  auto volume = image_of(image, [](const Vec3&) { return 100.0; });
+  const auto a = share(-1.725), b = share(1.725);
+  for (std::size_t v = 0; v < volume.values.size(); ++v)
+    volume.values[v] += a.values[v] + b.values[v] - 80.0f;
+  const auto result = segment_vessels(volume, {});
+  EXPECT_GT(interpolate(result.level_set, {0, 0, 0}), 0.0);
+}
+
 TEST(SegmentVessels, TakesTheVesselOfTheRegionOfInterest) {
   TubeImage image;
   image.size = {80, 40, 40};
