@@ -45,8 +45,8 @@ struct Fit {
   int order = 0;
   double window = 0.0;
   double noise = 0.0;     // robust sd of the residuals
-  double score = 0.0;     // corrected AIC
-  double samples = 0.0;   // independent ones
+  double score = 0.0;     // penalised, as of AIC
+  double count = 0.0;     // independent ones
   Eigen::VectorXd terms;  // m, then cos and sin, then powers of s / window
   Eigen::VectorXd error;  // standard errors of the terms
 };
@@ -206,6 +206,25 @@ Eigen::VectorXd inverse_diagonal(const Eigen::MatrixXd& lower) {
   return root.colwise().squaredNorm().transpose();
 }
 
+/// Standard errors of the terms and the score of the fit. Errors go together within a patch of the
+/// correlation length, so there are fewer independent samples than points.
+void set_errors(Fit& fit, const std::vector<double>& residual, const Eigen::VectorXd& weight,
+                const Eigen::VectorXd& robust, const Eigen::MatrixXd& normal, double correlation,
+                double radius) {
+  double rss = 0.0;
+  for (Eigen::Index n = 0; n < weight.size(); ++n)
+    rss += robust[n] * weight[n] * residual[std::size_t(n)] * residual[std::size_t(n)];
+  const double sum = weight.sum();
+  fit.count = sum * sum / weight.squaredNorm();
+  const double density = fit.count / (2.0 * units::kPi * radius * 1.3 * fit.window);
+  const double patch = std::max(1.0, density * 1.4 * correlation * correlation);
+  const double samples = fit.count / patch, terms = double(fit.terms.size());
+  const double variance = fit.noise * fit.noise * patch;
+  fit.error = (variance * inverse_diagonal(normal)).cwiseMax(0.0).cwiseSqrt();
+  fit.score = samples * std::log(std::max(rss / sum, 1e-18 * radius * radius)) +
+              2.0 * terms * (1.0 + terms / samples);
+}
+
 /// Weighted least squares, reweighted by Tukey's biweight. The sample weights go in and out.
 Fit fit_window(std::vector<Sample>& samples, double window, int order, int passes,
                double correlation, double radius) {
@@ -219,7 +238,7 @@ Fit fit_window(std::vector<Sample>& samples, double window, int order, int passe
   const auto count = Eigen::Index(inside.size());
   if (count < std::max(12, terms)) return fit;
   Eigen::MatrixXd rows(terms, count);
-  Eigen::VectorXd value(count), weight(count);
+  Eigen::VectorXd value(count), weight(count), robust(count);
   for (Eigen::Index n = 0; n < count; ++n) {
     const Sample& sample = samples[inside[std::size_t(n)]];
     fill_row(order, sample.cos, sample.sin, sample.s / window, 1.0,
@@ -252,26 +271,11 @@ Fit fit_window(std::vector<Sample>& samples, double window, int order, int passe
     const double cut = 4.685 * std::max(fit.noise, 2e-3 * radius);
     for (std::size_t n = 0; n < residual.size(); ++n) {
       const double t = residual[n] / cut;
-      samples[inside[n]].weight = t < 1.0 ? (1.0 - t * t) * (1.0 - t * t) : 0.0;
+      const double keep = t < 1.0 ? (1.0 - t * t) * (1.0 - t * t) : 0.0;
+      samples[inside[n]].weight = robust[Eigen::Index(n)] = keep;
     }
   }
-  double sum = 0.0, squares = 0.0, rss = 0.0;
-  for (Eigen::Index n = 0; n < count; ++n) {
-    const double w = samples[inside[std::size_t(n)]].weight * weight[n];
-    sum += weight[n];
-    squares += weight[n] * weight[n];
-    rss += w * residual[std::size_t(n)] * residual[std::size_t(n)];
-  }
-  const double kish = sum * sum / squares;  // samples that count
-  // Errors go together within a patch of the correlation length.
-  const double density = kish / (2.0 * units::kPi * radius * 1.3 * window);
-  const double patch = std::max(1.0, density * 1.4 * correlation * correlation);
-  fit.samples = kish / patch;
-  const double variance = fit.noise * fit.noise * patch;
-  fit.error = (variance * inverse_diagonal(normal)).cwiseMax(0.0).cwiseSqrt();
-  const double free = std::max(fit.samples - terms - 1.0, 0.5);
-  fit.score = fit.samples * std::log(std::max(rss / sum, 1e-18 * radius * radius)) +
-              2.0 * terms * fit.samples / free;
+  set_errors(fit, residual, weight, robust, normal, correlation, radius);
   fit.valid = fit.terms.allFinite() && fit.terms[0] > 0.0;
   return fit;
 }
@@ -341,7 +345,7 @@ Fit choose_window(std::vector<Sample>& samples, double radius, double correlatio
   std::vector<Fit> kept;
   for (const double factor : kWindows) {
     Fit fit = fit_window(samples, factor * radius, 2, 2, correlation, radius);
-    if (!fit.valid || fit.samples < 2.0 * term_count(2)) continue;
+    if (!fit.valid || fit.count < 2.0 * term_count(2)) continue;
     for (const Fit& shorter : kept)
       if (!agrees(shorter, fit)) return kept.back();
     kept.push_back(std::move(fit));

@@ -65,8 +65,9 @@ WallPoints::WallPoints(const Volume<float>& level_set, const LumenVoxels& lumen)
       }
   }
   const Vec3 h = grid.spacing;
-  correlation_length_ = std::max({h.x, h.y, h.z});
-  build_grid(3.0 * correlation_length_);
+  // The scanner's blur spreads the noise over about two voxels.
+  correlation_length_ = 2.0 * std::max({h.x, h.y, h.z});
+  build_grid(1.5 * correlation_length_);
 }
 
 WallPoints::WallPoints(std::vector<Vec3> vertices) : points_(std::move(vertices)) {

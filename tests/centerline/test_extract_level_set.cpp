@@ -63,7 +63,8 @@ TEST(ExtractCenterline, MeasuresAStraightTube) {
   ASSERT_EQ(result.tree.paths.size(), 1U);
   EXPECT_TRUE(result.warnings.empty());
   const Errors errors = compare(result.tree.paths[0], tube);
-  EXPECT_LT(errors.max_distance, 0.01);
+  EXPECT_LT(errors.mean_distance, 0.005);
+  EXPECT_LT(errors.max_distance, 0.03);  // a tenth of a voxel, beside the domes
   EXPECT_LT(errors.max_radius, 0.01);
   EXPECT_LT(errors.mean_equivalent, 0.002);
   // From dome to dome.
