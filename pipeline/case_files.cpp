@@ -146,6 +146,14 @@ void write_lumen(const fs::path& folder, const meshing::LumenMesh& lumen) {
   viewer::write_surface(folder / "lumen_capped.stl", capped);
 }
 
+void write_lumen_volume(const fs::path& folder, const meshing::LumenVolume& volume) {
+  std::vector<int> entity(volume.mesh.tets.size(), 0);
+  entity.insert(entity.end(), volume.boundary_entity_id.begin(), volume.boundary_entity_id.end());
+  viewer::write_tets(
+      folder / "lumen.vtu",
+      {volume.mesh, {}, {integers("CellEntityIds", entity, ArrayType::int32)}, volume.boundary});
+}
+
 TriangleMesh read_open_lumen(const fs::path& meshing_folder) {
   return viewer::read_surface(meshing_folder / "lumen.vtp").mesh;
 }
@@ -174,7 +182,7 @@ void write_balloon_setup(const fs::path& folder, const meshing::BalloonSetup& se
         integers("GroupIds", region.group, ArrayType::int32)},
        {}});
 
-  viewer::TetData air{setup.air.tets, {}, {}};
+  viewer::TetData air{setup.air.tets, {}, {}, {}};
   std::vector<int> body(air.mesh.vertices.size(), 1);
   std::fill_n(body.begin(), balloon.start.vertices.size(), 0);
   air.point_arrays = {integers("BodyIds", body, ArrayType::int32)};  // 0 balloon, 1 vessel

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "core/centerline.hpp"
+#include "meshing/lumen_volume.hpp"
 #include "meshing/meshing.hpp"
 #include "simulation/simulation.hpp"
 
@@ -16,6 +17,10 @@ CenterlineTree read_centerlines(const std::filesystem::path& file);
 
 /// lumen.vtp, lumen.stl, lumen_capped.stl, lumen_capped.vtp (with InletOutletId)
 void write_lumen(const std::filesystem::path& folder, const meshing::LumenMesh& lumen);
+/// lumen.vtu: tetrahedra, then the faces of the boundary as triangles; the cell array
+/// CellEntityIds, VMTK's name, is 0 in the volume, 1 on the wall, 2 at the inlet, 3... at the
+/// outlets.
+void write_lumen_volume(const std::filesystem::path& folder, const meshing::LumenVolume& volume);
 TriangleMesh read_open_lumen(const std::filesystem::path& meshing_folder);
 
 /// balloon.vtp, guidewire.vtp, region.vtp, air.vtu

@@ -90,8 +90,8 @@ void apply_options(Config& config, const SharedOptions& shared) {
 struct RunArguments {
   SharedOptions shared;
   RunRequest request;
-  std::string from, until, series, unit;
-  bool allow_lossy = false;
+  std::string from, until, unit;
+  ReadArguments read;
   bool print_config = false;
 };
 
@@ -112,23 +112,23 @@ void add_run_command(CLI::App& app, RunArguments& run) {
       .add_option("--until", run.until,
                   "last stage: segmentation, centerline, meshing, simulation or report")
       ->type_name("STAGE");
-  command.add_option("--series", run.series, "series of a DICOM folder, from `angio inspect`");
-  command.add_flag("--allow-lossy", run.allow_lossy, "measure on lossy-compressed pixels");
+  add_read_options(command, run.read);
   command.add_option("--unit", run.unit, "of a given lumen surface: mm (default), cm, m or inch")
       ->check(CLI::IsMember(
           std::vector<std::string>(std::begin(kLengthUnitNames), std::end(kLengthUnitNames))));
   command.add_flag("--force", run.request.force, "run everything again, into any folder");
-  command.add_flag("--keep-link", run.request.keep_link,
-                   "keep the input's path in source.private.json (mode 0600)");
+  command.add_flag(
+      "--keep-link", run.request.keep_link,
+      "keep the input's path in source.private.json and, of a DICOM scan, the lumen as\n"
+      "DICOM SEG in segmentation.private.dcm (mode 0600)");
   command.add_flag("--print-config", run.print_config, "print every option in force and end");
   add_run_options(command, run.shared);
 }
 
 int do_run(RunArguments& run) {
   apply_options(run.request.config, run.shared);
-  if (!run.series.empty()) run.request.config.input.series = run.series;
+  apply_read_options(run.request.config, run.read);
   if (!run.unit.empty()) apply_setting(run.request.config, "input.unit=" + run.unit);
-  if (run.allow_lossy) run.request.config.input.allow_lossy = true;
   if (run.print_config) {
     fmt::print("{}", to_toml(run.request.config));
     return int(ExitCode::done);
@@ -269,12 +269,8 @@ int dispatch(int argc, char** argv) {
     command.add_option("CASE", case_folder, "the case's folder")->required();
     add_run_options(command, stage_options[i]);
   }
-  std::string inspect_input;
-  bool inspect_json = false;
-  CLI::App& inspect = *app.add_subcommand(
-      "inspect", "what is there, whether it can be used, and why not; reads headers only");
-  inspect.add_option("INPUT", inspect_input, "a folder or file")->required();
-  inspect.add_flag("--json", inspect_json, "as JSON");
+  InspectArguments inspect_arguments;
+  CLI::App& inspect = add_inspect_command(app, inspect_arguments);
   viewer::ViewOptions view_options;
   CLI::App& view = *app.add_subcommand("view", "the desktop viewer");
   view.add_option("CASE", case_folder, "the case's folder")->required();
@@ -298,7 +294,7 @@ int dispatch(int argc, char** argv) {
   for (std::size_t i = 0; i < std::size(kStageCommands); ++i)
     if (app.got_subcommand(kStageCommands[i].verb))
       return do_stage_again(kStageCommands[i], stage_options[i], case_folder);
-  if (app.got_subcommand(&inspect)) return do_inspect(inspect_input, inspect_json);
+  if (app.got_subcommand(&inspect)) return do_inspect(inspect_arguments);
   if (app.got_subcommand(&view)) {
     viewer::view_case(case_folder, view_options);
     return int(ExitCode::done);

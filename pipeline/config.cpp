@@ -87,10 +87,12 @@ Stage parse_stage(std::string_view text) {
 }
 
 void Config::validate() const {
+  input.validate();
   segmentation.validate();
   centerline.validate();
   lesion.validate();
   lumen_mesh.validate();
+  lumen_volume.validate();
   balloon.validate();
   simulation.validate();
   if (write_every < 1 || write_every > 10000)

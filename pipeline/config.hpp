@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "centerline/centerline.hpp"
+#include "meshing/lumen_volume.hpp"
 #include "meshing/meshing.hpp"
 #include "segmentation/read_volume.hpp"
 #include "segmentation/segmentation.hpp"
@@ -35,6 +36,8 @@ struct Config {
   centerline::CenterlineOptions centerline;
   centerline::LesionOptions lesion;
   meshing::LumenMeshOptions lumen_mesh;
+  bool fill_lumen = true;  ///< also make the tetrahedral lumen mesh
+  meshing::LumenVolumeOptions lumen_volume;
   meshing::BalloonOptions balloon;
   simulation::SimulationOptions simulation;
   int write_every = 4;  ///< solver frames per frame written, [1, 10000]

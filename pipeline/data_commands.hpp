@@ -5,12 +5,29 @@
 #include <string>
 
 #include "datasets/phantom.hpp"
+#include "pipeline/config.hpp"
 
 /// The commands about data alone: what is there, and phantoms.
 namespace angio::pipeline {
 
+/// How an input is to be read, as it stands on the command line; empty: as configured.
+struct ReadArguments {
+  std::string series, spacing, angles, max_memory;
+  bool allow_lossy = false;
+  bool resample = false;
+};
+void add_read_options(CLI::App& command, ReadArguments& read);
+void apply_read_options(Config& config, const ReadArguments& read);
+
+struct InspectArguments {
+  std::string input;
+  ReadArguments read;
+  bool as_json = false;
+};
+CLI::App& add_inspect_command(CLI::App& app, InspectArguments& inspect);
+
 /// Lists a folder's series, or describes a volume or surface. @return the exit code
-int do_inspect(const std::string& input, bool as_json);
+int do_inspect(const InspectArguments& arguments);
 
 struct PhantomArguments {
   datasets::PhantomOptions options;

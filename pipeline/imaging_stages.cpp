@@ -2,13 +2,16 @@
 
 #include <algorithm>
 #include <iterator>
+#include <optional>
 #include <string>
 
 #include "centerline/centerline.hpp"
 #include "core/atomic_file.hpp"
 #include "core/error.hpp"
 #include "datasets/phantom.hpp"
+#include "meshing/lumen_volume.hpp"
 #include "meshing/meshing.hpp"
+#include "meshing/repair_surface.hpp"
 #include "pipeline/case_files.hpp"
 #include "pipeline/metrics.hpp"
 #include "pipeline/stage_parts.hpp"
@@ -73,6 +76,10 @@ void take_surface(StageWork& work) {
     convert_to_mm(surface.mesh, work.config.surface_unit);
     work.record.input_description =
         fmt::format("lumen surface, {} triangles", surface.mesh.triangles.size());
+    meshing::RepairedSurface repaired = meshing::repair_surface(surface.mesh);
+    for (const meshing::SurfaceRepair& repair : repaired.repairs)
+      if (!repair.is_routine) work.warnings.push_back("repaired: " + to_text(repair));
+    surface.mesh = std::move(repaired.mesh);
   }
   viewer::write_surface(work.out / "lumen_surface.vtp", {surface.mesh, {}, {}});
 }
@@ -92,7 +99,9 @@ json to_json(const Vec3& v) { return json::array({v.x, v.y, v.z}); }
 
 /// What the simulation and the metrics must know of the placement beyond the meshes.
 json placement_json(const centerline::Lesion& lesion, const CenterlinePath& path,
-                    const meshing::LumenMesh& lumen, const meshing::Balloon& balloon) {
+                    const meshing::LumenMesh& lumen,
+                    const std::optional<meshing::LumenVolume>& volume,
+                    const meshing::Balloon& balloon) {
   const CenterlineSample at = sample(path, lesion.abscissa_mm);
   return {
       {"lesion", lesion_metrics(lesion)},
@@ -104,12 +113,21 @@ json placement_json(const centerline::Lesion& lesion, const CenterlinePath& path
       {"balloon",
        {{"nominal_diameter_mm", balloon.nominal_diameter_mm}, {"length_mm", balloon.length_mm}}},
       {"balloon_start_diameter_mm", balloon.start_diameter_mm},
-      {"mesh",
-       {{"lumen_triangles", lumen.open.triangles.size()},
-        {"lumen_vertices", lumen.open.vertices.size()},
-        {"watertight", lumen.watertight},
-        {"self_intersections", lumen.self_intersection_count},
-        {"min_angle_degrees", lumen.min_angle_degrees}}}};
+      {"mesh", mesh_metrics(lumen, volume)}};
+}
+
+/// The tetrahedral lumen mesh is for other programs: without it, the run goes on.
+std::optional<meshing::LumenVolume> fill_lumen(StageWork& work, const meshing::LumenMesh& lumen) {
+  if (!work.config.fill_lumen) return std::nullopt;
+  try {
+    meshing::LumenVolume volume =
+        meshing::mesh_lumen_volume(lumen, work.config.lumen_volume, part(work.progress, 0.5, 0.7));
+    keep(work.warnings, volume.warnings);
+    return volume;
+  } catch (const InputError& error) {
+    work.warnings.push_back(fmt::format("there is no lumen.vtu: {}", error.what()));
+    return std::nullopt;
+  }
 }
 
 struct Placement {
@@ -167,13 +185,14 @@ void do_centerline(StageWork& work) {
 }
 void do_meshing(StageWork& work) {
   const CenterlineTree tree = read_centerlines(work.case_folder.path("centerline/centerlines.vtp"));
-  const Progress lumen_progress = part(work.progress, 0.0, 0.7);
+  const Progress lumen_progress = part(work.progress, 0.0, 0.5);
   const meshing::LumenMesh lumen =
       has_surface_input(work)
           ? meshing::mesh_lumen(read_given_surface(work), tree, work.config.lumen_mesh,
                                 lumen_progress)
           : meshing::mesh_lumen(read_level_set(work), tree, work.config.lumen_mesh, lumen_progress);
   keep(work.warnings, lumen.warnings);
+  const std::optional<meshing::LumenVolume> volume = fill_lumen(work, lumen);
 
   const auto [lesion, setup] = place_on_a_lesion(work, tree, lumen);
   keep(work.warnings, setup.warnings);
@@ -185,10 +204,12 @@ void do_meshing(StageWork& work) {
         work.config.lesion.min_stenosis_percent, lesion.path_id, lesion.abscissa_mm));
 
   write_lumen(work.out, lumen);
+  if (volume) write_lumen_volume(work.out, *volume);
   write_balloon_setup(work.out, setup);
   write_text_atomically(
       work.out / "placement.json",
-      placement_json(lesion, path_of(tree, lesion.path_id), lumen, setup.balloon).dump(2) + "\n");
+      placement_json(lesion, path_of(tree, lesion.path_id), lumen, volume, setup.balloon).dump(2) +
+          "\n");
 }
 
 }  // namespace angio::pipeline

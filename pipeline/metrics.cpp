@@ -35,6 +35,9 @@ json empty_metrics() {
                                     "self_intersections", "min_angle_degrees"})}};
 }
 
+/// 0 stands for "not known" in a lesion.
+json positive_or_null(double value) { return value > 0.0 ? json(value) : json(nullptr); }
+
 void add_timing(json& simulation, const RunRecord& record) {
   const double wall_s = record.stages.at(Stage::simulation).solver_seconds;
   if (wall_s <= 0.0) return;
@@ -69,6 +72,32 @@ std::vector<centerline::Lesion> lesions_to_treat(const CaseFolder& case_folder,
   return lesions;
 }
 
+json mesh_metrics(const meshing::LumenMesh& lumen,
+                  const std::optional<meshing::LumenVolume>& volume) {
+  const meshing::LumenQuality& quality = lumen.quality;
+  json mesh = {{"lumen_triangles", lumen.open.triangles.size()},
+               {"lumen_vertices", lumen.open.vertices.size()},
+               {"watertight", lumen.watertight},
+               {"self_intersections", lumen.self_intersection_count},
+               {"min_angle_degrees", lumen.min_angle_degrees},
+               {"min_angle_off_rims_degrees", quality.min_angle_off_rims_degrees},
+               {"triangles_below_20_degrees", quality.below_20_degrees},
+               {"mean_edge_mm", quality.edge_mean_mm},
+               {"distance_mean_mm", quality.distance_mean_mm},
+               {"distance_percentile_95_mm", quality.distance_percentile_95_mm},
+               {"volume_mm3", quality.volume_mm3},
+               {"volume_change_percent", quality.volume_change_percent},
+               {"tets", nullptr},
+               {"min_dihedral_degrees", nullptr},
+               {"max_dihedral_degrees", nullptr}};
+  if (volume) {
+    mesh["tets"] = volume->mesh.tets.size();
+    mesh["min_dihedral_degrees"] = volume->min_dihedral_degrees;
+    mesh["max_dihedral_degrees"] = volume->max_dihedral_degrees;
+  }
+  return mesh;
+}
+
 json lesion_metrics(const centerline::Lesion& lesion) {
   return {{"centerline_id", lesion.path_id},
           {"abscissa_mm", lesion.abscissa_mm},
@@ -76,7 +105,12 @@ json lesion_metrics(const centerline::Lesion& lesion) {
           {"mla_mm2", lesion.mla_mm2},
           {"reference_diameter_mm", lesion.reference_diameter_mm},
           {"reference_rule", lesion.reference_rule},
+          {"reference_interpolated_mm", positive_or_null(lesion.reference_interpolated_mm)},
+          {"reference_average_mm", positive_or_null(lesion.reference_average_mm)},
           {"diameter_stenosis_percent", lesion.diameter_stenosis_percent},
+          {"area_stenosis_percent", lesion.area_stenosis_percent},
+          {"proximal_mm", lesion.proximal_mm},
+          {"distal_mm", lesion.distal_mm},
           {"length_mm", lesion.length_mm}};
 }
 

@@ -1,9 +1,12 @@
 #pragma once
 
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <vector>
 
 #include "centerline/centerline.hpp"
+#include "meshing/lumen_volume.hpp"
+#include "meshing/meshing.hpp"
 #include "pipeline/case_folder.hpp"
 
 namespace angio::pipeline {
@@ -18,6 +21,9 @@ nlohmann::json collect_metrics(const CaseFolder& case_folder, const Config& conf
 std::vector<centerline::Lesion> lesions_to_treat(const CaseFolder& case_folder,
                                                  const Config& config, const CenterlineTree& tree);
 
+/// metrics.json's mesh part, with more of the surface and, if it was filled, of the tetrahedra.
+nlohmann::json mesh_metrics(const meshing::LumenMesh& lumen,
+                            const std::optional<meshing::LumenVolume>& volume);
 /// A lesion under the names of metrics.json.
 nlohmann::json lesion_metrics(const centerline::Lesion& lesion);
 

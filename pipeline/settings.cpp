@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 #include <toml++/toml.h>
 
+#include <array>
 #include <cmath>
 #include <sstream>
 
@@ -64,6 +65,18 @@ void read_field(const std::string& key, const toml::node& node, std::optional<Ve
   else
     field = point_of(key, node);
 }
+void read_field(const std::string& key, const toml::node& node, std::array<double, 3>& field) {
+  const Vec3 values = point_of(key, node);
+  field = {values.x, values.y, values.z};
+}
+void read_field(const std::string& key, const toml::node& node,
+                std::optional<segmentation::LpsBox>& field) {
+  if (node.is_string() && node.as_string()->get() == "auto") return field.reset();
+  const toml::array* array = node.as_array();
+  if (!array || array->size() != 2)
+    refuse_value(key, "this value", "two corners [[x, y, z], [x, y, z]] in LPS mm, or \"auto\"");
+  field = {point_of(key, (*array)[0]), point_of(key, (*array)[1])};
+}
 void read_field(const std::string& key, const toml::node& node, std::vector<Vec3>& field) {
   const toml::array* array = node.as_array();
   if (!array) refuse_value(key, "this value", "a list of points [[x, y, z], ...] in LPS mm");
@@ -91,6 +104,11 @@ void read_name(const std::string& key, const toml::node& node, const char* const
 void read_field(const std::string& key, const toml::node& node, simulation::MembraneModel& field) {
   read_name(key, node, kMembraneModels, field);
 }
+constexpr const char* kAngleNames[] = {"from-base", "cumulative"};
+void read_field(const std::string& key, const toml::node& node,
+                segmentation::AngleIncrements& field) {
+  read_name(key, node, kAngleNames, field);
+}
 void read_field(const std::string& key, const toml::node& node, LengthUnit& field) {
   read_name(key, node, kLengthUnitNames, field);
 }
@@ -114,6 +132,15 @@ std::string write_field(LengthUnit field) { return quoted(kLengthUnitNames[int(f
 std::string write_field(const Vec3& field) {
   return fmt::format("[{}, {}, {}]", write_field(field.x), write_field(field.y),
                      write_field(field.z));
+}
+std::string write_field(segmentation::AngleIncrements field) {
+  return quoted(kAngleNames[int(field)]);
+}
+std::string write_field(const std::array<double, 3>& field) {
+  return write_field(Vec3{field[0], field[1], field[2]});
+}
+std::string write_field(const segmentation::LpsBox& field) {
+  return fmt::format("[{}, {}]", write_field(field.low), write_field(field.high));
 }
 template <class Value>
 std::string write_field(const std::optional<Value>& field) {
@@ -159,6 +186,15 @@ void add_imaging_settings(Config& c, std::vector<Setting>& table) {
                    "the one with the most voxels"));
   table.push_back(make_setting("input.allow_lossy", seg, c.input.allow_lossy,
                                "measure on lossy-compressed pixels all the same"));
+  table.push_back(make_setting("input.spacing_mm", seg, c.input.spacing_mm,
+                               "voxel size between columns, rows and slices [mm] for a scan that "
+                               "states none; zeros: refuse it"));
+  table.push_back(make_setting("input.resample", seg, c.input.resample,
+                               "interpolate missing or unevenly spaced slices"));
+  table.push_back(make_setting("input.angles", seg, c.input.angles,
+                               "a projection run's angle increments: from-base or cumulative"));
+  table.push_back(make_setting("input.max_memory_gib", seg, c.input.max_memory_gib,
+                               "refuse a scan that needs more [GiB]; 0: what is free"));
   table.push_back(make_setting("input.unit", seg, c.surface_unit,
                                "what a given lumen surface is measured in: mm, cm, m or inch"));
   table.push_back(make_setting("segmentation.smallest_radius_mm", seg,
@@ -176,6 +212,9 @@ void add_imaging_settings(Config& c, std::vector<Setting>& table) {
   table.push_back(
       make_setting("segmentation.intensity_max", seg, c.segmentation.intensity_max,
                    "highest intensity of the lumen; brighter is bone or metal; \"auto\""));
+  table.push_back(make_setting("segmentation.region_lps_mm", seg, c.segmentation.region_lps_mm,
+                               "box [[x, y, z], [x, y, z]] in LPS [mm] in which vessels are looked "
+                               "for; \"auto\": everywhere"));
   table.push_back(make_setting("segmentation.min_component_mm3", seg,
                                c.segmentation.min_component_mm3,
                                "smaller pieces are noise [mm3], 0 to 1e6"));
@@ -210,6 +249,17 @@ void add_meshing_settings(Config& c, std::vector<Setting>& table) {
                                "most triangles of the lumen, 1000 to 5000000"));
   table.push_back(make_setting("mesh.smoothing_iterations", mesh, c.lumen_mesh.smoothing_iterations,
                                "volume-keeping smoothing steps, 0 to 100"));
+  table.push_back(make_setting("mesh.extension_diameters", mesh, c.lumen_mesh.extension_diameters,
+                               "straight tubes on inlet and outlets [diameters], 0 to 20"));
+  table.push_back(make_setting("volume.fill", mesh, c.fill_lumen,
+                               "also fill the lumen with tetrahedra (meshing/lumen.vtu)"));
+  table.push_back(make_setting("volume.edge_ratio", mesh, c.lumen_volume.edge_ratio,
+                               "edges inside over those of the wall, 0.5 to 5"));
+  table.push_back(make_setting("volume.tet_budget", mesh, c.lumen_volume.tet_budget,
+                               "most tetrahedra of the lumen, 1000 to 50000000"));
+  table.push_back(make_setting("volume.least_dihedral_degrees", mesh,
+                               c.lumen_volume.least_dihedral_degrees,
+                               "sharper tetrahedra are worked on [degrees], 5 to 25"));
   table.push_back(make_setting("balloon.nominal_diameter_mm", mesh, c.balloon.nominal_diameter_mm,
                                "[mm], 0.5 to 30; 0: the reference diameter, to the next 0.25 mm"));
   table.push_back(

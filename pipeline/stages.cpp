@@ -4,14 +4,18 @@
 #include <malloc.h>
 #include <sys/stat.h>
 
+#include <algorithm>
 #include <chrono>
 #include <fstream>
+#include <iterator>
 
 #include "core/atomic_file.hpp"
 #include "core/error.hpp"
 #include "pipeline/metrics.hpp"
 #include "pipeline/stage_work.hpp"
 #include "pipeline/version.hpp"
+#include "segmentation/dicom_segmentation.hpp"
+#include "segmentation/read_volume.hpp"
 
 namespace angio::pipeline {
 namespace fs = std::filesystem;
@@ -65,6 +69,14 @@ void write_private_link(const CaseFolder& folder, const std::string& input) {
   write_text_atomically(folder.path("source.private.json"),
                         nlohmann::json{{"input", fs::absolute(input).string()}}.dump(2) + "\n");
   umask(former);
+}
+
+bool is_dicom(const std::string& input) {
+  if (input.empty() || input_kind(input) != InputKind::volume) return false;
+  constexpr const char* kVolumeFiles[] = {".nrrd", ".nhdr", ".mha", ".mhd", ".nii", ".gz", ".vti"};
+  const std::string extension = fs::path(input).extension().string();
+  return fs::is_directory(input) || std::find(std::begin(kVolumeFiles), std::end(kVolumeFiles),
+                                              extension) == std::end(kVolumeFiles);
 }
 
 RunRecord describe_input(const RunRequest& request, const CaseFolder& folder) {
@@ -201,6 +213,11 @@ fs::path run_case(const RunRequest& request, Reporter& reporter) {
     const bool forced = request.force || (request.from && s >= int(*request.from));
     run_stage(Stage(s), request, forced, folder, record, reporter);
     new_case.keep();
+    if (Stage(s) == Stage::segmentation && request.keep_link && is_dicom(request.input))
+      segmentation::write_dicom_segmentation(
+          folder.path("segmentation.private.dcm"),
+          segmentation::read_volume_file(folder.path("segmentation/lumen_level_set.nrrd")),
+          request.input, request.config.input);
   }
   return request.until == Stage::report ? folder.path("report/index.html")
                                         : folder.folder(request.until);

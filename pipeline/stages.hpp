@@ -19,7 +19,7 @@ struct RunRequest {
   std::optional<Stage> from;  ///< this stage and those after it run again
   Stage until = Stage::report;
   bool force = false;      ///< run everything again, into any folder
-  bool keep_link = false;  ///< write source.private.json (mode 0600)
+  bool keep_link = false;  ///< write source.private.json and, of DICOM, segmentation.private.dcm
 };
 
 /// Runs the stages whose inputs or options have changed, in order, and keeps run.json and

@@ -32,7 +32,8 @@ struct PolylineData {
 struct TetData {
   TetMesh mesh;
   std::vector<DataArray> point_arrays;
-  std::vector<DataArray> cell_arrays;
+  std::vector<DataArray> cell_arrays;   ///< a tuple per tetrahedron, then one per boundary face
+  std::vector<Triangle> boundary = {};  ///< faces that are cells of their own; may be empty
 };
 
 /// The array of that name. @throws InputError if it is missing

@@ -82,8 +82,11 @@ vtkSmartPointer<vtkPoints> to_vtk(const std::vector<Vec3>& points) {
 vtkSmartPointer<vtkCellArray> to_vtk_cells(const std::vector<Triangle>& triangles) {
   return make_cells(triangles);
 }
-vtkSmartPointer<vtkCellArray> to_vtk_cells(const std::vector<Tet>& tets) {
-  return make_cells(tets);
+vtkSmartPointer<vtkCellArray> to_vtk_cells(const std::vector<Tet>& tets,
+                                           const std::vector<Triangle>& triangles) {
+  auto cells = make_cells(tets);
+  cells->Append(make_cells(triangles));
+  return cells;
 }
 vtkSmartPointer<vtkCellArray> to_vtk_cells(const std::vector<std::vector<int>>& lines) {
   return make_cells(lines);

@@ -19,7 +19,9 @@ namespace angio::viewer::detail {
 
 vtkSmartPointer<vtkPoints> to_vtk(const std::vector<Vec3>& points);  ///< float64
 vtkSmartPointer<vtkCellArray> to_vtk_cells(const std::vector<Triangle>& triangles);
-vtkSmartPointer<vtkCellArray> to_vtk_cells(const std::vector<Tet>& tets);
+/// Tetrahedra, then triangles.
+vtkSmartPointer<vtkCellArray> to_vtk_cells(const std::vector<Tet>& tets,
+                                           const std::vector<Triangle>& triangles);
 vtkSmartPointer<vtkCellArray> to_vtk_cells(const std::vector<std::vector<int>>& lines);
 vtkSmartPointer<vtkPolyData> to_vtk(const TriangleMesh& mesh);
 

@@ -162,9 +162,11 @@ void write_vtp(const std::filesystem::path& path, const PolylineData& data) {
 void write_vtu(const std::filesystem::path& path, const TetData& data) {
   vtkNew<vtkUnstructuredGrid> grid;
   grid->SetPoints(to_vtk(data.mesh.vertices));
-  grid->SetCells(VTK_TETRA, to_vtk_cells(data.mesh.tets));
+  std::vector<int> types(data.mesh.tets.size(), VTK_TETRA);
+  types.resize(types.size() + data.boundary.size(), VTK_TRIANGLE);
+  grid->SetCells(types.data(), to_vtk_cells(data.mesh.tets, data.boundary));
   add_arrays(grid->GetPointData(), data.point_arrays, data.mesh.vertices.size());
-  add_arrays(grid->GetCellData(), data.cell_arrays, data.mesh.tets.size());
+  add_arrays(grid->GetCellData(), data.cell_arrays, types.size());
   write_xml<vtkXMLUnstructuredGridWriter>(path, grid.Get());
 }
 
@@ -211,13 +213,19 @@ TetData read_vtu(const std::filesystem::path& path) {
   result.mesh.vertices = from_vtk(grid->GetPoints());
   require_finite(result.mesh.vertices, name);
   for (const auto& cell : read_cells(grid->GetCells(), result.mesh.vertices.size(), name)) {
-    if (cell.size() != 4)
-      throw InputError(name + " holds cells that are not tetrahedra. Give a tetrahedral mesh");
-    result.mesh.tets.push_back({cell[0], cell[1], cell[2], cell[3]});
+    if (cell.size() == 4 && result.boundary.empty())
+      result.mesh.tets.push_back({cell[0], cell[1], cell[2], cell[3]});
+    else if (cell.size() == 3)
+      result.boundary.push_back({cell[0], cell[1], cell[2]});
+    else
+      throw InputError(name +
+                       " holds other cells than tetrahedra and, after them, triangles. Give a "
+                       "tetrahedral mesh");
   }
   if (is_tagged_ras(grid)) swap_ras_lps(result.mesh.vertices);
   result.point_arrays = from_vtk(grid->GetPointData(), 0, result.mesh.vertices.size(), name);
-  result.cell_arrays = from_vtk(grid->GetCellData(), 0, result.mesh.tets.size(), name);
+  result.cell_arrays =
+      from_vtk(grid->GetCellData(), 0, result.mesh.tets.size() + result.boundary.size(), name);
   return result;
 }
 
