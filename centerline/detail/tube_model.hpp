@@ -1,31 +1,13 @@
 #pragma once
 
-#include <array>
 #include <vector>
 
 #include "centerline/detail/polyline.hpp"
+#include "centerline/detail/tube_samples.hpp"
 #include "centerline/detail/wall.hpp"
 #include "centerline/detail/wall_points.hpp"
 
 namespace angio::centerline {
-
-/// A line around one of its points: c(s) = origin + c1 s + c2 s^2 + c3 s^3, least squares through
-/// the neighbouring points, so that single points do not turn the section.
-struct LocalCurve {
-  Vec3 origin, c1, c2, c3;
-  double first = 0.0, last = 0.0;  ///< where the line begins and ends [mm], 0 is the origin
-  Vec3 u, v;                       ///< span the section's plane at s = 0
-
-  [[nodiscard]] Vec3 at(double s) const { return origin + s * (c1 + s * (c2 + s * c3)); }
-  [[nodiscard]] Vec3 tangent(double s) const {
-    return normalized(c1 + s * (2.0 * c2 + (3.0 * s) * c3));
-  }
-};
-
-/// @param s  arc lengths of the line's points
-/// @param reach  how far to each side points count [mm]
-LocalCurve fit_curve(const Polyline& line, const std::vector<double>& s, std::size_t i,
-                     double reach);
 
 /// What the wall round a point of a line says.
 struct TubeSection {

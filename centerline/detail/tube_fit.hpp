@@ -1,0 +1,47 @@
+#pragma once
+
+#include <Eigen/Dense>
+#include <vector>
+
+#include "centerline/detail/tube_samples.hpp"
+
+namespace angio::centerline {
+
+inline constexpr double kWindows[] = {0.4, 0.6, 0.9, 1.35, 2.0};  ///< half lengths, in radii
+inline constexpr int kMostOrder = 8;                              ///< of the harmonics
+
+/// Harmonics round the line times powers along it, fitted to samples of the wall.
+struct Fit {
+  bool valid = false;
+  int order = 0;
+  double window = 0.0;
+  double noise = 0.0;     // robust sd of the residuals
+  double score = 0.0;     // penalised, as of AIC
+  double count = 0.0;     // independent ones
+  Eigen::VectorXd terms;  // m, then cos and sin, then powers of s / window
+  Eigen::VectorXd error;  // standard errors of the terms
+};
+
+/// Where a harmonic begins in the terms; harmonic 0 has no sine.
+int first_term(int harmonic, bool sine);
+
+/// The radius of the fitted wall at a sample's place (its s and its angle).
+double predict(const Fit& fit, const Sample& sample);
+
+/// Weighted least squares, reweighted by Tukey's biweight. The sample weights go in and out.
+/// @param correlation  samples nearer than this err together [mm]
+Fit fit_window(std::vector<Sample>& samples, double window, int order, int passes,
+               double correlation, double radius);
+
+/// The fit of order 2 in the longest window that agrees with all shorter ones.
+Fit choose_window(std::vector<Sample>& samples, double radius, double correlation);
+
+/// More harmonics as long as they say more than noise.
+Fit choose_order(std::vector<Sample>& samples, Fit best, int most_order, double correlation,
+                 double radius);
+
+/// Shrinks each harmonic, with its course along the line, by what noise is expected to add to it
+/// (positive-part James-Stein): a round vessel with a noisy wall stays round, a flat one flat.
+void shrink_harmonics(Fit& fit);
+
+}  // namespace angio::centerline

@@ -1,0 +1,173 @@
+#include "centerline/detail/tube_samples.hpp"
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+#include "core/units.hpp"
+
+namespace angio::centerline {
+namespace {
+
+/// The foot of a point on the curve by Newton's method; nothing when there is none nearby.
+std::optional<double> find_foot(const LocalCurve& curve, const Vec3& p) {
+  double s = dot(p - curve.origin, curve.c1) / norm_squared(curve.c1);
+  for (int pass = 0; pass < 4; ++pass) {
+    const Vec3 d = p - curve.at(s);
+    const Vec3 first = curve.c1 + s * (2.0 * curve.c2 + (3.0 * s) * curve.c3);
+    const Vec3 second = 2.0 * curve.c2 + (6.0 * s) * curve.c3;
+    const double slope = norm_squared(first) - dot(d, second);
+    if (slope <= 0.1 * norm_squared(first)) return std::nullopt;  // beyond the bend's own centre
+    s += dot(d, first) / slope;
+  }
+  return s;
+}
+
+int sector_of(const Sample& sample) {
+  const double turn = std::atan2(sample.sin, sample.cos) / (2.0 * units::kPi);
+  return std::clamp(int((turn - std::floor(turn)) * kSectors), 0, kSectors - 1);
+}
+
+}  // namespace
+
+LocalCurve fit_curve(const Polyline& line, const std::vector<double>& s, std::size_t i,
+                     double reach) {
+  LocalCurve curve;
+  const std::size_t count = line.points.size();
+  std::size_t low = i, high = i;
+  while (low > 0 && (s[i] - s[low - 1] < reach || i - low < 2)) --low;
+  while (high + 1 < count && (s[high + 1] - s[i] < reach || high - i < 2)) ++high;
+  const int degree = std::min<int>(3, int(high - low) - 1);
+  Eigen::Matrix4d left = Eigen::Matrix4d::Zero();
+  Eigen::Matrix<double, 4, 3> right = Eigen::Matrix<double, 4, 3>::Zero();
+  const double scale = std::max({reach, s[i] - s[low], s[high] - s[i]});
+  for (std::size_t k = low; k <= high; ++k) {
+    const double x = (s[k] - s[i]) / scale;
+    // Points stand for the length around them.
+    const double length = 0.5 * (s[std::min(k + 1, count - 1)] - s[k > 0 ? k - 1 : 0]);
+    const double w = length * (1.05 - x * x);
+    const Eigen::Vector4d powers(1.0, x, degree > 1 ? x * x : 0.0, degree > 2 ? x * x * x : 0.0);
+    left += w * powers * powers.transpose();
+    for (int axis = 0; axis < 3; ++axis) right.col(axis) += w * line.points[k][axis] * powers;
+  }
+  for (int c = 0; c < 4; ++c) left(c, c) += left(0, 0) * 1e-10;
+  const Eigen::Matrix<double, 4, 3> solved = left.ldlt().solve(right);
+  const auto row = [&](int c) { return Vec3{solved(c, 0), solved(c, 1), solved(c, 2)}; };
+  curve.origin = row(0);
+  curve.c1 = row(1) / scale;
+  curve.c2 = row(2) / (scale * scale);
+  curve.c3 = row(3) / (scale * scale * scale);
+  curve.first = -s[i];
+  curve.last = s.back() - s[i];
+  const Vec3 tangent = curve.tangent(0.0);
+  curve.u = any_perpendicular(tangent);
+  curve.v = cross(tangent, curve.u);
+  return curve;
+}
+
+double quantile(std::vector<double>& values, double q) {
+  const auto at = values.begin() + std::ptrdiff_t(q * double(values.size() - 1));
+  std::nth_element(values.begin(), at, values.end());
+  return *at;
+}
+
+void set_polar(Sample& sample, const Stretch& stretch) {
+  const Point2 p = stretch.apply({sample.x, sample.y});
+  sample.radius = std::hypot(p.x, p.y);
+  sample.cos = sample.radius > 0.0 ? p.x / sample.radius : 1.0;
+  sample.sin = sample.radius > 0.0 ? p.y / sample.radius : 0.0;
+}
+
+std::vector<Sample> gather(const WallPoints& points, const LocalCurve& curve, double radius,
+                           double reach, double widest) {
+  std::vector<int> found;
+  points.collect(curve.origin, std::hypot(reach, widest), found);
+  const double margin = std::max(0.1 * radius, 0.5 * points.correlation_length());
+  std::vector<Sample> samples;
+  samples.reserve(found.size());
+  for (const int index : found) {
+    const Vec3& p = points.point(index);
+    const std::optional<double> s = find_foot(curve, p);
+    // Behind the ends of the line is the cap, no wall.
+    if (!s || std::abs(*s) >= reach || *s < curve.first + margin || *s > curve.last - margin)
+      continue;
+    const Vec3 t = curve.tangent(*s);
+    const Vec3 u = normalized(curve.u - dot(curve.u, t) * t);
+    const Vec3 d = p - curve.at(*s);
+    Sample sample;
+    sample.s = *s;
+    sample.x = dot(d, u);
+    sample.y = dot(d, cross(t, u));
+    set_polar(sample, {});
+    if (sample.radius > widest || sample.radius <= 0.0) continue;
+    samples.push_back(sample);
+  }
+  return samples;
+}
+
+Coarse look_round(const std::vector<Sample>& samples, double window) {
+  std::array<std::vector<double>, kSectors> seen;
+  for (const Sample& sample : samples)
+    if (std::abs(sample.s) <= window) seen[std::size_t(sector_of(sample))].push_back(sample.radius);
+  Coarse coarse;
+  std::vector<double> all;
+  for (std::size_t k = 0; k < kSectors; ++k)
+    if (!seen[k].empty()) all.push_back(coarse.radius[k] = quantile(seen[k], 0.25));
+  if (all.empty()) return coarse;
+  coarse.typical = quantile(all, 0.35);
+  coarse.gap = 0;
+  int run = 0;
+  for (int k = 0; k < 2 * kSectors; ++k) {
+    const double r = coarse.radius[std::size_t(k % kSectors)];
+    run = r > 0.0 && r < 2.5 * coarse.typical ? 0 : run + 1;
+    coarse.gap = std::max(coarse.gap, std::min(run, kSectors));
+  }
+  return coarse;
+}
+
+void keep_first_wall(std::vector<Sample>& samples, const Coarse& coarse) {
+  std::erase_if(samples, [&](const Sample& sample) {
+    const auto k = std::size_t(sector_of(sample));
+    double nearest = coarse.radius[k];
+    if (nearest <= 0.0) nearest = coarse.typical;
+    return sample.radius > 1.4 * std::min(nearest, 2.5 * coarse.typical);
+  });
+}
+
+void keep_visible(std::vector<Sample>& samples, const LocalCurve& curve, const Wall& wall) {
+  std::erase_if(samples, [&](const Sample& sample) {
+    const Vec3 t = curve.tangent(sample.s);
+    const Vec3 u = normalized(curve.u - dot(curve.u, t) * t);
+    const Vec3 across = sample.x * u + sample.y * cross(t, u);
+    const double least = wall.resolution();  // nearer to the wall than this, nothing can be told
+    for (const double part : {0.3, 0.5, 0.7, 0.85, 0.93})
+      if ((1.0 - part) * norm(across) > least && !wall.inside(curve.at(sample.s) + part * across))
+        return true;
+    return false;
+  });
+}
+
+Stretch find_stretch(const Coarse& coarse) {
+  constexpr double kFlat = 1.2;
+  Contour contour;
+  for (std::size_t k = 0; k < kSectors; ++k) {
+    const double theta = 2.0 * units::kPi * (double(k) + 0.5) / kSectors;
+    const double seen = coarse.radius[k] > 0.0 ? coarse.radius[k] : coarse.typical;
+    const double r = std::min(seen, 2.5 * coarse.typical);
+    contour.push_back({r * std::cos(theta), r * std::sin(theta)});
+  }
+  const ContourMoments m = contour_moments(contour);
+  const double det = m.xx * m.yy - m.xy * m.xy;
+  if (m.area <= 0.0 || det <= 0.0) return {};
+  const double root = std::sqrt(det), trace = m.xx + m.yy;
+  const double gap = std::sqrt(std::max(0.25 * trace * trace - det, 0.0));
+  const double ratio = (0.5 * trace + gap) / (0.5 * trace - gap);
+  if (ratio < kFlat * kFlat) return {};
+  // The square root of [xx xy; xy yy] is ([..] + root) / t with t^2 = trace + 2 root; its inverse
+  // times root(root), so that the determinant is 1.
+  const double t = std::sqrt(trace + 2.0 * root) * std::sqrt(root);
+  return {(m.yy + root) / t, -m.xy / t, (m.xx + root) / t};
+}
+
+}  // namespace angio::centerline
