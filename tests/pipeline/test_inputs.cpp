@@ -1,0 +1,140 @@
+#include <gtest/gtest.h>
+#include <sys/stat.h>
+
+#include <cstdlib>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <set>
+#include <string>
+#include <utility>
+
+#include "datasets/phantom.hpp"
+#include "tests/pipeline/run_program.hpp"
+#include "viewer/files.hpp"
+
+// What people bring: each way in leads to the same numbers, or to one clear line.
+namespace angio::pipeline {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+using test::file_text;
+using test::ProgramResult;
+using test::run_program;
+using test::TemporaryFolder;
+
+constexpr const char* kSmallPhantom =
+    "phantom concentric --length 20 --spacing 0.4 --noise 0.05 --oblique 20 ";
+
+json lesions_of(const fs::path& case_folder) {
+  return json::parse(file_text(case_folder / "centerline/lesions.json"));
+}
+
+TEST(Inputs, CtSeriesAndXRay3DGiveTheSameLumen) {
+  TemporaryFolder folder;
+  ASSERT_EQ(run_program(std::string(kSmallPhantom) + "-o '" + folder / "ct" + "'").exit_code, 0);
+  ASSERT_EQ(run_program(std::string(kSmallPhantom) + "--format xray3d -o '" + folder / "x3" + "'")
+                .exit_code,
+            0);
+  for (const char* kind : {"ct", "x3"}) {
+    const ProgramResult run = run_program(
+        "run '" + folder / kind + "/dicom' --until centerline -o '" + folder / kind + "_case'");
+    ASSERT_EQ(run.exit_code, 0) << run.error;
+  }
+  for (const char* file : {"segmentation/lumen_level_set.nrrd", "centerline/centerlines.vtp"})
+    EXPECT_EQ(file_text(folder.path() / "ct_case" / file),
+              file_text(folder.path() / "x3_case" / file))
+        << file;
+  const json lesions = lesions_of(folder.path() / "ct_case");
+  ASSERT_EQ(lesions.size(), 1u);
+  EXPECT_NEAR(lesions[0].at("mld_mm").get<double>(), 1.2, 0.12);
+  EXPECT_NEAR(lesions[0].at("reference_interpolated_mm").get<double>(), 3.0, 0.1);
+  EXPECT_NEAR(lesions[0].at("reference_average_mm").get<double>(), 3.0, 0.1);
+  EXPECT_NEAR(lesions[0].at("area_stenosis_percent").get<double>(), 84.0, 4.0);
+}
+
+TEST(Inputs, WhatLinksACaseToItsSourceIsWrittenOnRequestOnlyAndForItsOwnerOnly) {
+  TemporaryFolder folder;
+  ASSERT_EQ(run_program(std::string(kSmallPhantom) + "-o '" + folder / "ct" + "'").exit_code, 0);
+  const std::string run =
+      "run '" + folder / "ct" + "/dicom' --until segmentation -o '" + folder / "case" + "' ";
+  ASSERT_EQ(run_program(run).exit_code, 0);
+  for (const char* file : {"source.private.json", "segmentation.private.dcm"})
+    EXPECT_FALSE(fs::exists(folder.path() / "case" / file)) << file;
+  ASSERT_EQ(run_program(run + "--keep-link").exit_code, 0);
+  for (const char* file : {"source.private.json", "segmentation.private.dcm"}) {
+    struct stat status {};
+    ASSERT_EQ(::stat((folder.path() / "case" / file).c_str(), &status), 0) << file;
+    EXPECT_EQ(status.st_mode & 0777, 0600u) << file;
+  }
+}
+
+TEST(Inputs, ASurfaceInMetresIsRefusedByNameAndTakenWithItsUnit) {
+  TemporaryFolder folder;
+  TriangleMesh mesh = datasets::make_phantom_surface(datasets::parse_phantom("unilateral")).surface;
+  for (Vec3& vertex : mesh.vertices) vertex *= 1e-3;
+  viewer::write_surface(folder.path() / "metres.stl", {mesh, {}, {}});
+  const std::string run =
+      "run '" + folder / "metres.stl" + "' --until centerline -o '" + folder / "case" + "' ";
+  const ProgramResult refused = run_program(run);
+  EXPECT_EQ(refused.exit_code, 65);
+  EXPECT_EQ(refused.error_line_count(), 1) << refused.error;
+  EXPECT_NE(refused.error.find("--unit m"), std::string::npos) << refused.error;
+  ASSERT_EQ(run_program(run + "--unit m").exit_code, 0);
+  EXPECT_NEAR(lesions_of(folder.path() / "case")[0].at("mld_mm").get<double>(), 1.2, 0.02);
+}
+
+TEST(Inputs, ABrokenSurfaceIsRepairedAndEveryRepairTold) {
+  TemporaryFolder folder;
+  TriangleMesh mesh = datasets::make_phantom_surface(datasets::parse_phantom("unilateral")).surface;
+  mesh.triangles.erase(mesh.triangles.begin() + 500, mesh.triangles.begin() + 504);  // a hole
+  for (std::size_t t = 1000; t < 1010; ++t) std::swap(mesh.triangles[t][0], mesh.triangles[t][1]);
+  viewer::write_surface(folder.path() / "broken.ply", {mesh, {}, {}});
+  const ProgramResult run = run_program("run '" + folder / "broken.ply" +
+                                        "' --until centerline -o '" + folder / "case" + "'");
+  ASSERT_EQ(run.exit_code, 0) << run.error;
+  EXPECT_NE(run.error.find("repaired: "), std::string::npos) << run.error;
+  EXPECT_NEAR(lesions_of(folder.path() / "case")[0].at("mld_mm").get<double>(), 1.2, 0.02);
+}
+
+TEST(Inputs, TheLumenIsFilledWithTetrahedraThatKnowTheirBoundary) {
+  TemporaryFolder folder;
+  const ProgramResult run =
+      run_program("run phantom:ytype,noise=0.05 --until meshing -o '" + folder / "case" + "'");
+  ASSERT_EQ(run.exit_code, 0) << run.error;
+  const viewer::TetData lumen = viewer::read_tets(folder.path() / "case/meshing/lumen.vtu");
+  EXPECT_GT(lumen.mesh.tets.size(), 1000u);
+  std::set<double> on_boundary;
+  const auto& ids = viewer::find_array(lumen.cell_arrays, "CellEntityIds").values;
+  ASSERT_EQ(ids.size(), lumen.mesh.tets.size() + lumen.boundary.size());
+  for (std::size_t c = 0; c < ids.size(); ++c) {
+    if (c < lumen.mesh.tets.size())
+      ASSERT_EQ(ids[c], 0.0);
+    else
+      on_boundary.insert(ids[c]);
+  }
+  EXPECT_EQ(on_boundary, (std::set<double>{1, 2, 3, 4}));  // wall, inlet, two outlets
+  const json mesh = json::parse(file_text(folder.path() / "case/metrics.json")).at("mesh");
+  EXPECT_EQ(mesh.at("tets").get<std::size_t>(), lumen.mesh.tets.size());
+  EXPECT_GE(mesh.at("min_dihedral_degrees").get<double>(), 12.0);
+  EXPECT_GE(mesh.at("min_angle_off_rims_degrees").get<double>(), 20.0);
+}
+
+TEST(Inputs, AProjectionRunIsDescribedAndRefused) {
+  const char* data = std::getenv("ANGIO_DATA");
+  if (data == nullptr) GTEST_SKIP() << "ANGIO_DATA is not set";
+  const std::string run = std::string("'") + data + "/dicom-traps/xa_frametime.dcm'";
+  const ProgramResult described = run_program("inspect --json " + run);
+  ASSERT_EQ(described.exit_code, 0) << described.error;
+  const json series = json::parse(described.out).at("series").at(0);
+  EXPECT_FALSE(series.at("usable").get<bool>());
+  EXPECT_NEAR(series.at("projection").at("frame_time_ms").get<double>(), 33.33, 0.01);
+  TemporaryFolder folder;
+  const ProgramResult refused = run_program("run " + run + " -o '" + folder / "case" + "'");
+  EXPECT_EQ(refused.exit_code, 65);
+  EXPECT_NE(refused.error.find("projection run"), std::string::npos) << refused.error;
+  EXPECT_FALSE(fs::exists(folder.path() / "case"));
+}
+
+}  // namespace
+}  // namespace angio::pipeline
