@@ -79,8 +79,9 @@ struct Lesion {
 };
 
 /// Every stenosis of at least min_stenosis_percent, the most severe first, each once though several
-/// paths run through it. A neck shorter than half its reference diameter, or across which the line
-/// turns by more than 80 degrees, is a bridge between vessels that touch and no stenosis. Stenoses
+/// paths run through it. A neck shorter than half its reference diameter, across which the line turns
+/// by more than 80 degrees, or whose area falls by less than half the percentage that its diameter
+/// does, is a bridge between vessels that touch and no stenosis. Stenoses
 /// are apart where the vessel between them is back above the edges' 20 %. Inside a branching the
 /// reference is that of the smaller of the vessels before and behind it, so that lesions at an
 /// ostium or a carina are found. Where there is none, one entry with is_stenosis = false.

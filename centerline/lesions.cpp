@@ -34,6 +34,11 @@ constexpr double kShoulderPercent = 20.0;
 constexpr double kLeastLength = 0.5;
 constexpr double kMostTurning = 80.0 / 180.0 * units::kPi;
 
+/// A stenosis narrows the section, too. Even a slit as wide as the healthy vessel, left by plaque
+/// on two sides, has an area stenosis of more than 0.8 times its diameter stenosis; where the area
+/// falls by less than half of it, the line runs off the middle or the section holds two vessels.
+constexpr double kLeastAreaShare = 0.5;
+
 /// Relative to the reference: a vessel that does not come back to this on both sides of a dip is
 /// tapering or ending, not stenosed.
 constexpr double kRecovered = 0.80;
@@ -175,6 +180,7 @@ double turning(const CenterlinePath& path, double s, double diameter) {
 
 bool is_bridge(const CenterlinePath& path, const Lesion& lesion) {
   return lesion.length_mm < kLeastLength * lesion.reference_diameter_mm ||
+         lesion.area_stenosis_percent < kLeastAreaShare * lesion.diameter_stenosis_percent ||
          turning(path, lesion.abscissa_mm, lesion.reference_diameter_mm) > kMostTurning;
 }
 
