@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <string>
+#include <utility>
 
 #include "centerline/detail/fronts.hpp"
 #include "core/error.hpp"
@@ -29,34 +30,68 @@ double voxel_size(const LumenVoxels& lumen) {
   return std::max({h.x, h.y, h.z});
 }
 
+/// Whether a voxel is one of the volume's last.
+bool at_border(const LumenVoxels& lumen, int voxel) {
+  const auto at = lumen.index(voxel);
+  for (std::size_t a = 0; a < 3; ++a)
+    if (at[a] + lumen.corner[a] == 0 || at[a] + lumen.corner[a] == lumen.geometry.size[a] - 1)
+      return true;
+  return false;
+}
+
 int farthest(const Front& front) {
   return int(std::max_element(front.length.begin(), front.length.end()) - front.length.begin());
 }
 
+struct Ends {
+  std::vector<LumenEnd> ends;
+  std::vector<LumenEnd> sacs;  ///< stand out like branches, but end without an outlet
+  bool found_loop = false;
+};
+
+/// Whether a branch is the sac of an aneurysm: wider inside than at its mouth, and beyond its
+/// parent's wall not much longer than wide. One that the border of the volume cuts off is a vessel.
+/// @param own  the branch's voxels, tip first
+/// @param junction  the parent's voxel that it leaves
+bool is_sac(const LumenVoxels& lumen, const std::vector<int>& own, int junction) {
+  constexpr double kWider = 1.2, kLonger = 1.5;
+  if (own.empty() || junction < 0 || at_border(lumen, own.front())) return false;
+  double narrowest = 1e300, mouth = 1e300, widest = 0.0, length = 0.0;
+  for (std::size_t i = own.size(); i-- > 0;) {
+    if (distance(lumen.position(own[i]), lumen.position(junction)) <
+        double(lumen.depth[std::size_t(junction)]))
+      continue;  // within the parent
+    if (i + 1 < own.size()) length += distance(lumen.position(own[i]), lumen.position(own[i + 1]));
+    const double depth = double(lumen.depth[std::size_t(own[i])]);
+    narrowest = std::min(narrowest, depth);
+    if (depth <= widest) continue;
+    widest = depth;
+    mouth = narrowest;  // the narrowest place before the widest
+  }
+  return widest > kWider * mouth && length < kLonger * 2.0 * widest;
+}
+
 /// Leaves out maxima that are bumps of the wall: a side branch must stand out of its parent by
 /// about the parent's diameter.
-std::vector<LumenEnd> prune_spurs(const LumenVoxels& lumen, const Front& front,
-                                  const std::vector<LumenEnd>& maxima, double min_length) {
-  std::vector<LumenEnd> kept;
+Ends prune_spurs(const LumenVoxels& lumen, const Front& front, const std::vector<LumenEnd>& maxima,
+                 double min_length) {
+  Ends result;
   std::vector<char> in_tree(std::size_t(lumen.count()), 0);
   for (const LumenEnd& end : maxima) {
+    std::vector<int> own;
     int v = end.voxel;
-    while (v >= 0 && in_tree[std::size_t(v)] == 0) v = front.previous[std::size_t(v)];
+    for (; v >= 0 && in_tree[std::size_t(v)] == 0; v = front.previous[std::size_t(v)])
+      own.push_back(v);
     const double parent = v >= 0 ? double(lumen.depth[std::size_t(v)]) : 0.0;
     const double least =
         min_length > 0.0 ? min_length : std::max(2.0 * parent, 4.0 * voxel_size(lumen));
-    if (!kept.empty() && end.prominence < least) continue;
-    kept.push_back(end);
-    for (v = end.voxel; v >= 0 && in_tree[std::size_t(v)] == 0; v = front.previous[std::size_t(v)])
-      in_tree[std::size_t(v)] = 1;
+    if (!result.ends.empty() && end.prominence < least) continue;
+    const bool sac = !result.ends.empty() && is_sac(lumen, own, v);
+    (sac ? result.sacs : result.ends).push_back(end);
+    for (const int w : own) in_tree[std::size_t(w)] = 1;
   }
-  return kept;
+  return result;
 }
-
-struct Ends {
-  std::vector<LumenEnd> ends;
-  bool found_loop = false;
-};
 
 /// The ends seen from `source`, spurs left out, loops cut.
 /// @param near_cut  1 for the voxels next to a cut so far, shape [voxel]
@@ -66,7 +101,9 @@ Ends find_ends(LumenVoxels& lumen, int source, double min_length, std::vector<ch
   for (int round = 0;; ++round) {
     const Front front = march(lumen, source);
     const auto maxima = find_maxima(lumen, front, 2.0 * voxel_size(lumen));
-    result.ends = prune_spurs(lumen, front, maxima, min_length);
+    Ends found = prune_spurs(lumen, front, maxima, min_length);
+    result.ends = std::move(found.ends);
+    result.sacs = std::move(found.sacs);
     for (LumenEnd& end : result.ends) {
       const double reach = 2.0 * voxel_size(lumen);
       for (int v = end.voxel;
@@ -76,7 +113,8 @@ Ends find_ends(LumenVoxels& lumen, int source, double min_length, std::vector<ch
     }
     if (round == kMostRounds) return result;
     std::vector<std::vector<int>> paths;
-    for (const LumenEnd& end : result.ends) paths.push_back(trace(front, end.voxel));
+    for (const auto* some : {&result.ends, &result.sacs})
+      for (const LumenEnd& end : *some) paths.push_back(trace(front, end.voxel));
     const std::vector<int> cut = cut_loops(lumen, front, paths);
     if (cut.empty()) return result;
     result.found_loop = true;
@@ -96,19 +134,14 @@ double inlet_score(const LumenVoxels& lumen, const std::vector<int>& tip_first) 
     depth.push_back(double(lumen.depth[std::size_t(v)]));
   }
   const auto begin = std::size_t(end_of_cap(points, depth));
-  bool at_border = false;
-  for (std::size_t i = 0; i <= begin; ++i) {
-    const auto at = lumen.index(tip_first[i]);
-    for (std::size_t a = 0; a < 3; ++a)
-      at_border = at_border || at[a] + lumen.corner[a] == 0 ||
-                  at[a] + lumen.corner[a] == lumen.geometry.size[a] - 1;
-  }
+  const bool cut_off = std::any_of(tip_first.begin(), tip_first.begin() + std::ptrdiff_t(begin) + 1,
+                                   [&](int v) { return at_border(lumen, v); });
   std::vector<double> inside;
   for (std::size_t i = begin; i < points.size(); ++i)
     if (distance(points[i], points[begin]) <= 6.0 * depth[begin]) inside.push_back(depth[i]);
   const auto quartile = inside.begin() + std::ptrdiff_t(inside.size() / 4);
   std::nth_element(inside.begin(), quartile, inside.end());
-  return (at_border ? 1.25 : 1.0) * *quartile;
+  return (cut_off ? 1.25 : 1.0) * *quartile;
 }
 
 int widest_end(const LumenVoxels& lumen, int root, const std::vector<LumenEnd>& ends) {
@@ -148,6 +181,12 @@ double chain_length(const LumenVoxels& lumen, const std::vector<int>& chain) {
   for (std::size_t i = 1; i < chain.size(); ++i)
     length += distance(lumen.position(chain[i]), lumen.position(chain[i - 1]));
   return length;
+}
+
+std::string sac_warning(const Vec3& tip) {
+  const auto mm = [](double value) { return std::to_string(std::lround(value)); };
+  return "a sac (aneurysm?) at (" + mm(tip.x) + ", " + mm(tip.y) + ", " + mm(tip.z) +
+         ") mm has no line, because it ends without an outlet";
 }
 
 void check_tubular(const LumenVoxels& lumen, int root, int tip) {
@@ -198,6 +237,8 @@ Skeleton find_skeleton(LumenVoxels& lumen, const CenterlineOptions& options) {
                    [&](const auto& a, const auto& b) {
                      return chain_length(lumen, a.voxels) > chain_length(lumen, b.voxels);
                    });
+  for (const LumenEnd& sac : ends.sacs)
+    skeleton.warnings.push_back(sac_warning(lumen.position(sac.voxel)));
   if (found_loop)
     skeleton.warnings.push_back(
         "the vessels form a loop (for example the circle of Willis, or two vessels that touch); it "

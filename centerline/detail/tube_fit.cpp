@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
+#include <map>
 #include <utility>
 
 #include "core/units.hpp"
@@ -10,8 +11,9 @@
 namespace angio::centerline {
 namespace {
 
-constexpr int kDegree = 2;           // of the polynomial along the line
-constexpr double kConfidence = 2.5;  // standard errors
+constexpr int kDegree = 2;            // of the polynomial along the line
+constexpr double kConfidence = 2.5;   // standard errors
+constexpr double kSignificant = 3.0;  // -log 5 %: noise alone rarely has more times its mean power
 
 int term_count(int order) { return (2 * order + 1) * (kDegree + 1); }
 /// Harmonics 1, cos, sin, cos 2, ... of an angle times powers of s, one row of the fit.
@@ -46,11 +48,36 @@ Eigen::VectorXd inverse_diagonal(const Eigen::MatrixXd& lower) {
   return root.colwise().squaredNorm().transpose();
 }
 
+/// How many samples err together, as seen: the square of a cell's sum of residuals over the sum of
+/// their squares, on average over cells of two correlation lengths, longer than what errs
+/// together.
+double samples_per_error(const std::vector<Sample>& samples, const std::vector<std::size_t>& inside,
+                         const Eigen::VectorXd& residual, double length, double radius) {
+  const double turn = 2.0 * units::kPi;
+  const int around = std::max(3, int(turn * radius / length));
+  std::map<std::pair<int, int>, std::pair<double, double>> cells;  // sum, sum of squares
+  for (std::size_t n = 0; n < inside.size(); ++n) {
+    const Sample& sample = samples[inside[n]];
+    const double r = sample.weight * residual[Eigen::Index(n)];
+    const double part = std::atan2(sample.sin, sample.cos) / turn + 0.5;
+    auto& [sum, squares] =
+        cells[{int(std::floor(sample.s / length)), std::min(int(part * around), around - 1)}];
+    sum += r;
+    squares += r * r;
+  }
+  double together = 0.0, alone = 0.0;
+  for (const auto& [key, cell] : cells) {
+    together += cell.first * cell.first;
+    alone += cell.second;
+  }
+  return alone > 0.0 ? together / alone : 1.0;
+}
+
 /// Standard errors of the terms and the score of the fit. Errors go together within a patch of the
 /// correlation length, so there are fewer independent samples than points.
-void set_errors(Fit& fit, const std::vector<double>& residual, const Eigen::VectorXd& weight,
-                const Eigen::VectorXd& robust, const Eigen::MatrixXd& normal, double correlation,
-                double radius) {
+void set_errors(Fit& fit, double seen_together, const std::vector<double>& residual,
+                const Eigen::VectorXd& weight, const Eigen::VectorXd& robust,
+                const Eigen::MatrixXd& normal, double correlation, double radius) {
   double rss = 0.0;
   for (Eigen::Index n = 0; n < weight.size(); ++n)
     rss += robust[n] * weight[n] * residual[std::size_t(n)] * residual[std::size_t(n)];
@@ -59,7 +86,7 @@ void set_errors(Fit& fit, const std::vector<double>& residual, const Eigen::Vect
   const double density = fit.count / (2.0 * units::kPi * radius * 1.3 * fit.window);
   const double patch = std::max(1.0, density * 1.4 * correlation * correlation);
   const double samples = fit.count / patch, terms = double(fit.terms.size());
-  const double variance = fit.noise * fit.noise * patch;
+  const double variance = fit.noise * fit.noise * std::max(patch, seen_together);
   fit.error = (variance * inverse_diagonal(normal)).cwiseMax(0.0).cwiseSqrt();
   fit.score = samples * std::log(std::max(rss / sum, 1e-18 * radius * radius)) +
               2.0 * terms * (1.0 + terms / samples);
@@ -107,6 +134,7 @@ Fit fit_window(std::vector<Sample>& samples, double window, int order, int passe
     value[n] = sample.radius;
   }
   std::vector<double> residual(inside.size());
+  Eigen::VectorXd left;
   Eigen::MatrixXd normal;
   for (int pass = 0; pass < passes; ++pass) {
     double total = 0.0;
@@ -122,7 +150,7 @@ Fit fit_window(std::vector<Sample>& samples, double window, int order, int passe
       normal(c, c) += total * (c % (kDegree + 1) > 0 ? 1e-6 : (c > 0 ? 1e-9 : 0.0));
     fit.terms =
         normal.selfadjointView<Eigen::Lower>().ldlt().solve(rows * weight.cwiseProduct(value));
-    const Eigen::VectorXd left = value - rows.transpose() * fit.terms;
+    left = value - rows.transpose() * fit.terms;
     for (Eigen::Index n = 0; n < count; ++n) residual[std::size_t(n)] = std::abs(left[n]);
     std::vector<double> sorted;
     for (std::size_t n = 0; n < residual.size(); ++n)
@@ -136,22 +164,27 @@ Fit fit_window(std::vector<Sample>& samples, double window, int order, int passe
       samples[inside[n]].weight = robust[Eigen::Index(n)] = keep;
     }
   }
-  set_errors(fit, residual, weight, robust, normal, correlation, radius);
+  const double together =
+      correlation > 0.0 ? samples_per_error(samples, inside, left, 2.0 * correlation, radius) : 1.0;
+  set_errors(fit, together, residual, weight, robust, normal, correlation, radius);
   fit.valid = fit.terms.allFinite() && fit.terms[0] > 0.0;
   return fit;
 }
 
 void shrink_harmonics(Fit& fit) {
-  for (int m = 2; m <= fit.order; ++m) {
-    const int c = first_term(m, false), d = first_term(m, true);
-    const double power = fit.terms[c] * fit.terms[c] + fit.terms[d] * fit.terms[d];
-    const double expected = fit.error[c] * fit.error[c] + fit.error[d] * fit.error[d];
-    const double keep = power > 0.0 ? std::max(0.0, 1.0 - expected / power) : 0.0;
-    for (int k = 0; k <= kDegree; ++k) {
-      fit.terms[c + k] *= keep;
-      fit.terms[d + k] *= keep;
+  for (int m = 0; m <= fit.order; ++m)
+    for (int k = m < 2 ? 1 : 0; k <= kDegree; ++k) {
+      const int c = first_term(m, false) + k, d = first_term(m, true) + k;
+      double power = fit.terms[c] * fit.terms[c], expected = fit.error[c] * fit.error[c];
+      if (m > 0) {
+        power += fit.terms[d] * fit.terms[d];
+        expected += fit.error[d] * fit.error[d];
+      }
+      const double part = power > 0.0 ? kSignificant * expected / power : 0.0;
+      const double keep = std::max(0.0, 1.0 - part * part);
+      fit.terms[c] *= keep;
+      if (m > 0) fit.terms[d] *= keep;
     }
-  }
 }
 
 Fit choose_window(std::vector<Sample>& samples, double radius, double correlation) {

@@ -40,8 +40,9 @@ Fit choose_window(std::vector<Sample>& samples, double radius, double correlatio
 Fit choose_order(std::vector<Sample>& samples, Fit best, int most_order, double correlation,
                  double radius);
 
-/// Shrinks each harmonic, with its course along the line, by what noise is expected to add to it
-/// (positive-part James-Stein): a round vessel with a noisy wall stays round, a flat one flat.
+/// Shrinks each harmonic, with its course along the line, by the noise's part in its power
+/// (garrote, Breiman, Technometrics 37(4), 1995): a round vessel with a noisy wall stays round, a
+/// flat one flat.
 void shrink_harmonics(Fit& fit);
 
 }  // namespace angio::centerline

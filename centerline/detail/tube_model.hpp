@@ -38,7 +38,7 @@ enum class TubeEffort {
 /// errors (intersection of confidence intervals: Goldenshluger, Nemirovski, Math. Methods Stat. 6,
 /// 1997; Katkovnik, IEEE TSP 47(9), 1999, doi:10.1109/78.782208), so an exact surface is measured
 /// where it is and a noisy one is averaged as far as its shape allows. The order M is that of the
-/// least score of Akaike; what noise adds to a harmonic is taken off again (James-Stein).
+/// least score of Akaike; harmonics that noise explains are shrunk away (garrote).
 ///
 /// @param radius  of the vessel so far [mm]
 /// @param wall    to leave out points behind another wall; may be null

@@ -1,6 +1,8 @@
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <set>
+#include <string>
 
 #include "centerline/centerline.hpp"
 #include "tests/centerline/shapes.hpp"
@@ -144,6 +146,42 @@ TEST(CenterlineTree, InventsNoBranchForAStub) {
   const std::vector<Tube> tubes{straight_tube({0, 0, 0}, {0, 0, 40}, constant(2.0)),
                                 straight_tube({0, 0, 20}, {3.2, 0, 20}, constant(0.8))};
   EXPECT_EQ(extract(tubes).tree.paths.size(), 1U);
+}
+
+std::size_t count_sacs(const CenterlineResult& result) {
+  return std::size_t(std::count_if(
+      result.warnings.begin(), result.warnings.end(),
+      [](const std::string& text) { return text.find("a sac") != std::string::npos; }));
+}
+
+TEST(CenterlineTree, RunsPastASacAndNamesIt) {
+  for (const double noise : {0.0, 0.05}) {
+    const auto result = extract({straight_tube({0, 0, 0}, {0, 0, 30}, constant(1.5)),
+                                 straight_tube({0, 0, 15}, {4.5, 0, 15}, constant(1.05)),
+                                 straight_tube({4.9, 0, 15}, {5.1, 0, 15}, constant(3.0))},
+                                noise);
+    EXPECT_EQ(result.tree.paths.size(), 1U);
+    EXPECT_EQ(count_sacs(result), 1U);
+  }
+}
+
+TEST(CenterlineTree, KeepsTheLineOfAShortBranchThatDoesNotWiden) {
+  const auto taper = [](double t) { return 1.0 - 0.2 * t; };
+  for (const double noise : {0.0, 0.05}) {
+    const auto result = extract({straight_tube({0, 0, 0}, {0, 0, 30}, constant(1.5)),
+                                 straight_tube({0, 0, 15}, {5.5, 0, 15}, taper)},
+                                noise);
+    EXPECT_EQ(result.tree.paths.size(), 2U);
+    EXPECT_EQ(count_sacs(result), 0U);
+  }
+}
+
+TEST(CenterlineTree, KeepsTheLineOfAVesselThatLeavesASac) {
+  const auto result = extract({straight_tube({0, 0, 0}, {0, 0, 30}, constant(1.5)),
+                               straight_tube({0, 0, 15}, {4.5, 0, 15}, constant(1.05)),
+                               straight_tube({4.9, 0, 15}, {5.1, 0, 15}, constant(3.0)),
+                               straight_tube({5, 0, 15}, {20, 0, 15}, constant(1.0))});
+  EXPECT_EQ(result.tree.paths.size(), 2U);
 }
 
 TEST(CenterlineTree, CoversALoopAndWarns) {
