@@ -6,6 +6,7 @@
 
 #include "core/error.hpp"
 #include "segmentation/detail/boundary.hpp"
+#include "segmentation/detail/bright_objects.hpp"
 #include "segmentation/detail/components.hpp"
 #include "segmentation/detail/fields.hpp"
 #include "segmentation/detail/format_number.hpp"
@@ -82,8 +83,12 @@ std::string narrow_place_warning(const Vec3& place) {
          "not measured)";
 }
 
-Segmentation segment_all(const Volume<float>& volume, const SegmentationOptions& options,
+Segmentation segment_all(const Volume<float>& scanned, const SegmentationOptions& options,
                          const Progress& progress) {
+  detail::BrightObjects bright;
+  if (options.exclude_bone && !options.intensity_max)
+    bright = detail::find_bright_objects(scanned, options);
+  const Volume<float>& volume = bright.count > 0 ? bright.image_without : scanned;
   detail::VesselTree tree = detail::find_vessel_tree(volume, options, progress);
 
   const detail::VoxelBox box = detail::bounding_box(tree.mask, kMarginMm);
@@ -103,6 +108,7 @@ Segmentation segment_all(const Volume<float>& volume, const SegmentationOptions&
   result.blur_sd_mm =
       std::cbrt(boundary.blur_sd_mm.x * boundary.blur_sd_mm.y * boundary.blur_sd_mm.z);
   result.warnings = std::move(tree.warnings);
+  if (bright.count > 0) result.warnings.push_back(std::move(bright.warning));
   for (const Vec3& place : boundary.bridges_lps_mm)
     result.warnings.push_back(narrow_place_warning(place));
   if (!boundary.blur_is_told)

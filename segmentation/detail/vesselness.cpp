@@ -7,11 +7,11 @@
 
 #include "core/parallel.hpp"
 #include "segmentation/detail/fields.hpp"
+#include "segmentation/detail/hessian.hpp"
 
 namespace angio::segmentation::detail {
 namespace {
 
-constexpr double kNoiseDeviations = 5.5;
 constexpr double kBlocksPerSigma = 2.5;     ///< coarse voxels per standard deviation
 constexpr double kLeastSigmaVoxels = 0.9;   ///< below it, differences stand for no derivative
 constexpr double kMadToDeviation = 1.4826;  ///< of a normal distribution
@@ -19,27 +19,12 @@ constexpr double kMadToDeviation = 1.4826;  ///< of a normal distribution
 /// l2 at each voxel [intensity / mm^2], from central differences of a smoothed volume.
 Volume<float> middle_eigenvalue(const Volume<float>& smoothed) {
   const auto [ni, nj, nk] = smoothed.geometry.size;
-  const Vec3T<float> h{float(smoothed.geometry.spacing.x), float(smoothed.geometry.spacing.y),
-                       float(smoothed.geometry.spacing.z)};
   Volume<float> result(smoothed.geometry);
-  parallel_for(nk, [&, ni = ni, nj = nj, nk = nk](std::ptrdiff_t slice) {
-    const int k = int(slice), k0 = std::max(k - 1, 0), k1 = std::min(k + 1, nk - 1);
+  parallel_for(nk, [&, ni = ni, nj = nj](std::ptrdiff_t k) {
     for (int j = 0; j < nj; ++j) {
-      const int j0 = std::max(j - 1, 0), j1 = std::min(j + 1, nj - 1);
-      const auto row = [&](int b, int c) { return &smoothed.at(0, b, c); };
-      const float *m = row(j, k), *y0 = row(j0, k), *y1 = row(j1, k), *z0 = row(j, k0),
-                  *z1 = row(j, k1), *y0z0 = row(j0, k0), *y1z0 = row(j1, k0), *y0z1 = row(j0, k1),
-                  *y1z1 = row(j1, k1);
-      for (int i = 0; i < ni; ++i) {
-        const int i0 = std::max(i - 1, 0), i1 = std::min(i + 1, ni - 1);
-        const float xx = (m[i0] - 2.0f * m[i] + m[i1]) / (h.x * h.x);
-        const float yy = (y0[i] - 2.0f * m[i] + y1[i]) / (h.y * h.y);
-        const float zz = (z0[i] - 2.0f * m[i] + z1[i]) / (h.z * h.z);
-        const float xy = (y1[i1] - y1[i0] - y0[i1] + y0[i0]) / (4.0f * h.x * h.y);
-        const float xz = (z1[i1] - z1[i0] - z0[i1] + z0[i0]) / (4.0f * h.x * h.z);
-        const float yz = (y1z1[i] - y1z0[i] - y0z1[i] + y0z0[i]) / (4.0f * h.y * h.z);
-        result.at(i, j, k) = symmetric_eigenvalues(xx, yy, zz, xy, xz, yz).y;
-      }
+      const RowDifferences differences(smoothed, j, int(k));
+      float* out = &result.at(0, j, int(k));
+      for (int i = 0; i < ni; ++i) out[i] = differences.eigenvalues(i).y;
     }
   });
   return result;
@@ -51,7 +36,22 @@ float median(std::vector<float>& values) {
   return *middle;
 }
 
-/// Standard deviation of the bulk of the values, from every n-th of them.
+/// C at one scale, on a grid as coarse as the scale allows.
+CoarseField contrast_at_scale(const Volume<float>& volume, double sigma) {
+  ScaleView view = view_at_scale(volume, sigma);
+  Volume<float> l2 = middle_eigenvalue(view.smoothed);
+  const double scale = std::numbers::e * sigma * sigma;
+  const auto noise = float(kNoiseDeviations * robust_deviation(l2.values));
+  parallel_for(l2.geometry.size[2], [&](std::ptrdiff_t k) {
+    const std::size_t slice = l2.values.size() / std::size_t(l2.geometry.size[2]);
+    for (std::size_t v = std::size_t(k) * slice; v < (std::size_t(k) + 1) * slice; ++v)
+      l2.values[v] = -l2.values[v] > noise ? float(scale) * -l2.values[v] : 0.0f;
+  });
+  return {std::move(l2), view.factor};
+}
+
+}  // namespace
+
 double robust_deviation(std::span<const float> values) {
   constexpr std::size_t kSampleCount = 200000;
   const std::size_t step = std::max<std::size_t>(1, values.size() / kSampleCount);
@@ -62,28 +62,16 @@ double robust_deviation(std::span<const float> values) {
   return kMadToDeviation * double(median(sample));
 }
 
-/// C at one scale, on a grid as coarse as the scale allows.
-CoarseField contrast_at_scale(const Volume<float>& volume, double sigma) {
+ScaleView view_at_scale(const Volume<float>& volume, double sigma) {
   const auto factor = block_size(volume.geometry, sigma / kBlocksPerSigma);
-  Volume<float> blocks = block_average(volume, factor);
+  const Volume<float> blocks = block_average(volume, factor);
   const Vec3 h = blocks.geometry.spacing;
   // A block average blurs by h^2 / 12 beyond what a voxel holds already, a difference by h^2 / 6.
   const double blurred = dot(h, h) / 36.0 -
                          dot(volume.geometry.spacing, volume.geometry.spacing) / 36.0 +
                          dot(h, h) / 18.0;
-  Volume<float> l2 =
-      middle_eigenvalue(smooth(blocks, std::sqrt(std::max(sigma * sigma - blurred, 0.0))));
-  const double scale = std::numbers::e * sigma * sigma;
-  const auto noise = float(kNoiseDeviations * robust_deviation(l2.values));
-  parallel_for(l2.geometry.size[2], [&](std::ptrdiff_t k) {
-    const std::size_t slice = l2.values.size() / std::size_t(l2.geometry.size[2]);
-    for (std::size_t v = std::size_t(k) * slice; v < (std::size_t(k) + 1) * slice; ++v)
-      l2.values[v] = -l2.values[v] > noise ? float(scale) * -l2.values[v] : 0.0f;
-  });
-  return {std::move(l2), factor};
+  return {smooth(blocks, std::sqrt(std::max(sigma * sigma - blurred, 0.0))), factor};
 }
-
-}  // namespace
 
 Vec3T<float> symmetric_eigenvalues(float xx, float yy, float zz, float xy, float xz, float yz) {
   const float mean = (xx + yy + zz) / 3.0f;

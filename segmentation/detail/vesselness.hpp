@@ -1,5 +1,7 @@
 #pragma once
 
+#include <array>
+#include <span>
 #include <vector>
 
 #include "core/progress.hpp"
@@ -22,6 +24,21 @@ namespace angio::segmentation::detail {
 /// @param radii_mm  one scale per radius
 Volume<float> tube_contrast(const Volume<float>& volume, const std::vector<double>& radii_mm,
                             const Progress& progress);
+
+/// Responses under so many robust deviations of their scale count as noise.
+inline constexpr double kNoiseDeviations = 5.5;
+
+/// Standard deviation of the bulk of the values, from every n-th of them.
+double robust_deviation(std::span<const float> values);
+
+/// A volume as it looks at one scale, on a grid as coarse as that allows.
+struct ScaleView {
+  Volume<float> smoothed;
+  std::array<int, 3> factor;  ///< voxels in each of its blocks
+};
+
+/// @param sigma  standard deviation of the scale [mm], what blocks and differences add counted in
+ScaleView view_at_scale(const Volume<float>& volume, double sigma);
 
 /// Eigenvalues of a symmetric matrix, ascending, in closed form.
 /// Source: Smith, "Eigenvalues of a symmetric 3 x 3 matrix", CACM 4(4), 1961.

@@ -10,6 +10,7 @@
 #include <iostream>
 
 #include "core/frames.hpp"
+#include "segmentation/detail/bright_objects.hpp"
 #include "segmentation/detail/components.hpp"
 #include "segmentation/read_volume.hpp"
 #include "segmentation/segmentation.hpp"
@@ -70,6 +71,13 @@ TEST_F(RealData, RotationalAngiographyGivesOneTree) {
   EXPECT_GT(size[2] * h.z, 0.6 * 256 * 0.32);
   EXPECT_GT(lumen, 1000.0);
   EXPECT_LT(lumen, 0.01 * std::pow(256 * 0.32, 3));
+}
+
+TEST_F(RealData, NothingIsTakenForBoneWhereThereIsNone) {
+  for (const char* name : {"mra-aorta-vmtk/aorta.mha", "3dra-aneurism/dicom"}) {
+    const auto volume = read_volume(data(name), {}).volume;
+    EXPECT_EQ(detail::find_bright_objects(volume, {}).warning, "") << name;
+  }
 }
 
 }  // namespace

@@ -1,0 +1,30 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "core/volume.hpp"
+#include "segmentation/segmentation.hpp"
+
+namespace angio::segmentation::detail {
+
+/// Bone, calcification and metal brighter than the vessels.
+struct BrightObjects {
+  int count = 0;                ///< 0: none, and the volumes are empty
+  Volume<std::uint8_t> mask;    ///< 1 in them and in their blurred shells
+  Volume<float> image_without;  ///< the image with the local background in their place
+  std::string warning;
+};
+
+/// Finds objects that are brighter than the tubes of the volume by half their contrast and are no
+/// tubes themselves.
+///
+/// L and C are the 0.9 quantiles of intensity and contrast on tube axes, by length times C^2.
+/// Pieces above L + 0.35 C that reach L + C / 2 count, unless a tube axis runs through half their
+/// extent or a seed lies in them. From each, the shell of partial volume is taken off: voxels
+/// within two blurs and a voxel (2.6 voxels) that are reached on a falling way, which ends at the
+/// valley before a vessel. Without a tube that voxels show in full, nothing is taken for bright.
+BrightObjects find_bright_objects(const Volume<float>& volume, const SegmentationOptions& options);
+
+}  // namespace angio::segmentation::detail
