@@ -319,6 +319,33 @@ Line start_branch(const LumenVoxels& lumen, const Skeleton::Chain& chain, std::s
   return work;
 }
 
+/// Which voxels are a line's own, and whose branch it is.
+struct Plan {
+  const Skeleton::Chain* chain = nullptr;
+  std::size_t first_own = 0;
+  int parent = -1;
+  int generation = 0;
+};
+
+std::vector<Plan> plan_lines(const LumenVoxels& lumen, const Skeleton& skeleton) {
+  std::vector<int> owner(std::size_t(lumen.count()), -1);
+  std::vector<Plan> plans;
+  for (const Skeleton::Chain& chain : skeleton.chains) {
+    const int index = int(plans.size());
+    Plan plan;
+    plan.chain = &chain;
+    std::size_t& own = plan.first_own;
+    while (own < chain.voxels.size() && owner[std::size_t(chain.voxels[own])] >= 0) ++own;
+    if (index > 0 && own == chain.voxels.size()) continue;  // an outlet on another line
+    plan.parent = own > 0 ? owner[std::size_t(chain.voxels[own - 1])] : (index > 0 ? 0 : -1);
+    if (plan.parent >= 0) plan.generation = plans[std::size_t(plan.parent)].generation + 1;
+    for (std::size_t i = own; i < chain.voxels.size(); ++i)
+      owner[std::size_t(chain.voxels[i])] = index;
+    plans.push_back(plan);
+  }
+  return plans;
+}
+
 CenterlinePath to_path(const Line& line, int id) {
   CenterlinePath path;
   path.id = id;
@@ -335,28 +362,32 @@ CenterlinePath to_path(const Line& line, int id) {
 
 CenterlineTree trace_lines(const LumenVoxels& lumen, const Skeleton& skeleton, const Wall& wall,
                            const WallPoints& points, double step_mm, const Progress& progress) {
-  std::vector<int> owner(std::size_t(lumen.count()), -1);
-  std::vector<Line> lines;
-  for (const Skeleton::Chain& chain : skeleton.chains) {
-    const int index = int(lines.size());
-    std::size_t first_own = 0;
-    while (first_own < chain.voxels.size() && owner[std::size_t(chain.voxels[first_own])] >= 0)
-      ++first_own;
-    if (index > 0 && first_own == chain.voxels.size()) continue;  // an outlet on another line
-    const int parent =
-        first_own > 0 ? owner[std::size_t(chain.voxels[first_own - 1])] : (index > 0 ? 0 : -1);
-    for (std::size_t i = first_own; i < chain.voxels.size(); ++i)
-      owner[std::size_t(chain.voxels[i])] = index;
-    const Line* parent_line = parent >= 0 ? &lines[std::size_t(parent)] : nullptr;
-    Line work = parent_line == nullptr
+  const std::vector<Plan> plans = plan_lines(lumen, skeleton);
+  std::vector<Line> lines(plans.size());
+  const auto trace_line = [&](std::size_t index) {
+    const Plan& plan = plans[index];
+    const Line* parent = plan.parent >= 0 ? &lines[std::size_t(plan.parent)] : nullptr;
+    Line work = parent == nullptr
                     ? start_line(lumen, skeleton, wall)
-                    : start_branch(lumen, chain, first_own, parent, *parent_line, wall);
-    refine(work, parent_line, wall, points, step_mm);
-    measure(work, parent_line, wall, points);
+                    : start_branch(lumen, *plan.chain, plan.first_own, plan.parent, *parent, wall);
+    refine(work, parent, wall, points, step_mm);
+    measure(work, parent, wall, points);
     stay_in_data(work, wall);
-    lines.push_back(std::move(work));
-    progress.report(0.4 + 0.6 * double(lines.size()) / double(skeleton.chains.size()),
-                    "centring lines");
+    lines[index] = std::move(work);
+  };
+  // Lines need their parent's only: those of one generation are traced at once.
+  std::size_t done = 0;
+  for (int generation = 0; done < plans.size(); ++generation) {
+    std::vector<std::size_t> now;
+    for (std::size_t i = 0; i < plans.size(); ++i)
+      if (plans[i].generation == generation) now.push_back(i);
+    if (now.size() == 1)
+      trace_line(now.front());  // its points are fitted in parallel
+    else
+      parallel_for_uneven(std::ptrdiff_t(now.size()),
+                          [&](std::ptrdiff_t i) { trace_line(now[std::size_t(i)]); });
+    done += now.size();
+    progress.report(0.4 + 0.6 * double(done) / double(plans.size()), "centring lines");
   }
   std::vector<CenterlinePath> paths;
   for (const Line& line : lines) paths.push_back(to_path(line, 0));
