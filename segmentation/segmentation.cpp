@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <string>
+#include <utility>
 
 #include "core/error.hpp"
 #include "segmentation/detail/boundary.hpp"
@@ -83,6 +84,22 @@ std::string narrow_place_warning(const Vec3& place) {
          "not measured)";
 }
 
+/// Why the blur that was fitted should not be trusted; empty if it can be.
+std::string blur_warning(const detail::Boundary& boundary, const Vec3& spacing) {
+  constexpr double kLeast = 0.25, kMost = 2.9;  // [voxels] the fit ends at 0.1 and 3
+  if (!boundary.blur_is_told)
+    return "the scanner's blur could not be told from the image (0.6 voxels were assumed; radii of "
+           "vessels under 3 voxels may be off by some percent)";
+  for (int a = 0; a < 3; ++a) {
+    const double voxels = boundary.blur_sd_mm[a] / spacing[a];
+    if (voxels < kLeast || voxels > kMost)
+      return "the scanner's blur was fitted as " + detail::format_number(voxels) +
+             " voxels, which is not reliable (sharpened, oversmoothed or resampled image?); radii "
+             "of vessels under 3 voxels may be off by some percent";
+  }
+  return {};
+}
+
 Segmentation segment_all(const Volume<float>& scanned, const SegmentationOptions& options,
                          const Progress& progress) {
   detail::BrightObjects bright;
@@ -111,10 +128,8 @@ Segmentation segment_all(const Volume<float>& scanned, const SegmentationOptions
   if (bright.count > 0) result.warnings.push_back(std::move(bright.warning));
   for (const Vec3& place : boundary.bridges_lps_mm)
     result.warnings.push_back(narrow_place_warning(place));
-  if (!boundary.blur_is_told)
-    result.warnings.push_back(
-        "the scanner's blur could not be told from the image (0.6 voxels were assumed; radii of "
-        "vessels under 3 voxels may be off by some percent)");
+  if (std::string warning = blur_warning(boundary, around.geometry.spacing); !warning.empty())
+    result.warnings.push_back(std::move(warning));
   progress.report(1.0, "vessels segmented");
   return result;
 }

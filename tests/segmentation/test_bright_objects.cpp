@@ -72,8 +72,7 @@ TEST(ExcludeBone, KeepsABonePlateBesideAVesselOut) {
       EXPECT_GT(interpolate(result.level_set, {x + 1.5, 0, 0}), 0.5) << gap << ' ' << noise;
       EXPECT_NEAR(mean_radius(result.level_set, -5, 5, 0, 36), kRadius, 0.05 * kRadius)
           << gap << ' ' << noise;
-      ASSERT_FALSE(result.warnings.empty());
-      EXPECT_THAT(result.warnings.back(), HasSubstr("segmentation.exclude_bone"));
+      ASSERT_THAT(result.warnings, testing::Contains(HasSubstr("segmentation.exclude_bone")));
     }
 }
 
