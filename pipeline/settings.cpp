@@ -209,9 +209,10 @@ void add_imaging_settings(Config& c, std::vector<Setting>& table) {
                                "points inside the vessel, LPS [mm]; []: found automatically"));
   table.push_back(make_setting("segmentation.intensity_min", seg, c.segmentation.intensity_min,
                                "lowest intensity of the lumen [the volume's unit]; \"auto\""));
-  table.push_back(
-      make_setting("segmentation.intensity_max", seg, c.segmentation.intensity_max,
-                   "highest intensity of the lumen; brighter is bone or metal; \"auto\""));
+  table.push_back(make_setting("segmentation.intensity_max", seg, c.segmentation.intensity_max,
+                               "highest intensity of the lumen; \"auto\""));
+  table.push_back(make_setting("segmentation.exclude_bone", seg, c.segmentation.exclude_bone,
+                               "keep out bone, calcification and metal brighter than the vessels"));
   table.push_back(make_setting("segmentation.region_lps_mm", seg, c.segmentation.region_lps_mm,
                                "box [[x, y, z], [x, y, z]] in LPS [mm] in which vessels are looked "
                                "for; \"auto\": everywhere"));

@@ -174,7 +174,9 @@ void warn_of_dropped(const Components& pieces, const std::vector<double>& score,
   double volume = 0.0;
   for (std::size_t p = 1; p < kept.size(); ++p) {
     const double piece = double(pieces.voxel_count[p]) * voxel_volume(tree.mask.geometry);
-    if (kept[p] || score[p] == 0.0 || piece < options.min_component_mm3) continue;
+    // A vessel is tubular all along; a cloud of noise holds a voxel or two that look so.
+    const double tubular = score[p] / tree.contrast * voxel_volume(tree.mask.geometry);
+    if (kept[p] || tubular < options.min_component_mm3) continue;
     ++count;
     volume += piece;
   }
