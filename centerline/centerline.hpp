@@ -79,12 +79,12 @@ struct Lesion {
 };
 
 /// Every stenosis of at least min_stenosis_percent, the most severe first, each once though several
-/// paths run through it. A neck shorter than half its reference diameter, across which the line turns
-/// by more than 80 degrees, or whose area falls by less than half the percentage that its diameter
-/// does, is a bridge between vessels that touch and no stenosis. Stenoses
-/// are apart where the vessel between them is back above the edges' 20 %. Inside a branching the
-/// reference is that of the smaller of the vessels before and behind it, so that lesions at an
-/// ostium or a carina are found. Where there is none, one entry with is_stenosis = false.
+/// paths run through it. A neck shorter than half its reference diameter, across which the line
+/// turns by more than 80 degrees, or whose area falls by less than half the percentage that its
+/// diameter does, is a bridge between vessels that touch and no stenosis. Stenoses are apart where
+/// the vessel between them is back above the edges' 20 %. Inside a branching the reference is that
+/// of the smaller of the vessels before and behind it, so that lesions at an ostium or a carina are
+/// found. Where there is none, one entry with is_stenosis = false.
 std::vector<Lesion> find_lesions(const CenterlineTree& tree, const LesionOptions& options);
 
 }  // namespace angio::centerline
