@@ -17,7 +17,6 @@
 #include <fstream>
 #include <iostream>
 #include <map>
-#include <optional>
 #include <sstream>
 #include <string>
 #include <vector>
@@ -28,6 +27,7 @@
 #include "datasets/detail/anatomy.hpp"
 #include "datasets/detail/lumen_surface.hpp"
 #include "datasets/detail/scan.hpp"
+#include "datasets/detail/truth.hpp"
 #include "datasets/phantom.hpp"
 #include "segmentation/segmentation.hpp"
 
@@ -274,19 +274,25 @@ void move_vertices(TriangleMesh& mesh, double noise_mm, std::uint64_t seed) {
         noise_mm * datasets::detail::normal_number(seed, v) * normalized(normals[v]);
 }
 
-Accuracy measure_surface(const PhantomOptions& options) {
+/// A surface and its truth, the same for every seed of the noise.
+struct ExactSurface {
+  TriangleMesh mesh;
+  PhantomTruth truth;
+};
+
+ExactSurface make_exact_surface(const PhantomOptions& options) {
   const datasets::detail::Anatomy anatomy = datasets::detail::make_anatomy(options);
-  static std::map<std::string, std::pair<TriangleMesh, PhantomTruth>> made;  // the same every seed
-  if (!made.count(options.name))
-    made[options.name] = {fine_surface(anatomy.shape),
-                          datasets::make_phantom_surface(options).truth};
-  TriangleMesh mesh = made[options.name].first;
-  move_vertices(mesh, options.noise_sd, options.seed);
+  return {fine_surface(anatomy.shape), datasets::detail::derive_truth(anatomy)};
+}
+
+Accuracy measure_surface(const ExactSurface& exact, double noise_mm, std::uint64_t seed) {
+  TriangleMesh mesh = exact.mesh;
+  move_vertices(mesh, noise_mm, seed);
   Accuracy accuracy;
   const auto start = std::chrono::steady_clock::now();
   const CenterlineTree tree = centerline::extract_centerline(mesh, {}).tree;
   accuracy.centerline_s = seconds_since(start);
-  compare_trees(tree, made[options.name].second, accuracy);
+  compare_trees(tree, exact.truth, accuracy);
   return accuracy;
 }
 
@@ -426,23 +432,30 @@ Plan parse(int argc, char** argv) {
   return plan;
 }
 
+PhantomOptions options_of(const Plan& plan, const std::string& phantom, double spacing,
+                          double noise) {
+  PhantomOptions options;
+  options.name = phantom;
+  options.stenosis_percent = plan.stenosis_percent;
+  if (spacing > 0.0) options.spacing_mm = spacing;
+  options.noise_sd = noise;
+  options.blur_mm = plan.blur_mm;
+  options.oblique_degrees = plan.oblique_degrees;
+  return options;
+}
+
 Row measure_row(const Plan& plan, const std::string& phantom, double spacing, double noise) {
   Row row{phantom, spacing, noise, 0, 0, {}, {}, {}, {}, {}, {}};
+  PhantomOptions options = options_of(plan, phantom, spacing, noise);
+  const ExactSurface exact = plan.is_surface ? make_exact_surface(options) : ExactSurface{};
   const int seed_count = noise > 0.0 ? plan.seed_count : 1;
-  for (int seed = 1; seed <= seed_count; ++seed) {
-    PhantomOptions options;
-    options.name = phantom;
-    options.stenosis_percent = plan.stenosis_percent;
-    if (spacing > 0.0) options.spacing_mm = spacing;
-    options.noise_sd = noise;
-    options.blur_mm = plan.blur_mm;
-    options.oblique_degrees = plan.oblique_degrees;
-    options.seed = std::uint64_t(seed);
+  for (options.seed = 1; options.seed <= std::uint64_t(seed_count); ++options.seed) {
     try {
-      row.add(plan.is_surface ? measure_surface(options) : measure_image(options));
+      row.add(plan.is_surface ? measure_surface(exact, noise, options.seed)
+                              : measure_image(options));
     } catch (const Error& error) {
       ++row.failure_count;
-      fmt::print(stderr, "{} seed {}: {}\n", phantom, seed, error.what());
+      fmt::print(stderr, "{} seed {}: {}\n", phantom, options.seed, error.what());
     }
   }
   return row;
