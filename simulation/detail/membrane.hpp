@@ -7,7 +7,8 @@
 
 /// The balloon's skin: an incompressible Mooney-Rivlin membrane on constant-strain triangles,
 /// written in the invariants I1, I3 of the in-plane right Cauchy-Green tensor C = F^T F, so that
-/// nothing is singular where both stretches are equal (every undeformed triangle).
+/// nothing is singular where both stretches are equal (every undeformed triangle); with fibres
+/// around the balloon, an energy of their squared stretch I4 = f . C f.
 namespace angio::simulation::detail {
 
 /// Mooney-Rivlin moduli [Pa].
@@ -16,11 +17,35 @@ struct MooneyRivlin {
   Real c1{}, c2{};
 };
 
-/// Energy density Psi [Pa] and its derivatives by I1 and I3.
+/// Energy density Psi [Pa] and its derivatives by I1, I3 and I4.
 template <class Real>
 struct EnergyDensity {
   Real value{}, d1{}, d3{}, d11{}, d13{}, d33{};
+  Real d4{}, d44{};  ///< of the fibres: they share no term with I1 and I3
   bool taut = true;  ///< tension both ways (always so for plain_energy)
+};
+
+inline constexpr int kMostFibreNodes = 32;
+
+/// The fibres' energy g(I4) [Pa]: g' is a cubic Hermite curve through a few nodes, zero before the
+/// first and straight after the last. With slope[0] = 0 the energy has a continuous Hessian; with
+/// slope and curvature >= 0 it is convex in the deformation and only ever pulls. No node: no
+/// fibres.
+template <class Real>
+struct FibreLaw {
+  int count = 0;
+  Real i4[kMostFibreNodes]{};         ///< increasing; the first is 1, the unloaded length
+  Real value[kMostFibreNodes]{};      ///< g at the nodes [Pa]
+  Real slope[kMostFibreNodes]{};      ///< g' [Pa]
+  Real curvature[kMostFibreNodes]{};  ///< g'' [Pa]
+};
+
+/// What the balloon's skin is made of.
+template <class Real>
+struct SkinLaw {
+  MooneyRivlin<Real> base;
+  FibreLaw<Real> fibre;
+  bool relaxed = false;  ///< the base carries no compression: it wrinkles (relaxed_energy)
 };
 
 /// Psi = C1 (I1 + 1/I3 - 3) + C2 (I1/I3 + I3 - 3): Mooney-Rivlin with l3 = 1 / (l1 l2).
@@ -80,6 +105,31 @@ ANGIO_HOST_DEVICE inline EnergyDensity<Real> relaxed_energy(const MooneyRivlin<R
   return e;
 }
 
+/// Adds g(I4), g' and g'' of the fibres to an energy density.
+template <class Real>
+ANGIO_HOST_DEVICE inline void add_fibres(const FibreLaw<Real>& law, Real i4,
+                                         EnergyDensity<Real>& e) {
+  if (law.count < 1 || !(i4 > law.i4[0])) return;
+  int low = 0, high = law.count;  // the node at or before i4, by bisection
+  while (high - low > 1) {
+    const int middle = (low + high) / 2;
+    (law.i4[middle] <= i4 ? low : high) = middle;
+  }
+  const Real u = i4 - law.i4[low], s0 = law.slope[low], c0 = law.curvature[low];
+  // g' = s0 + c0 u + q u^2 + r u^3
+  Real q{}, r{};
+  if (low + 1 < law.count) {
+    const Real h = law.i4[low + 1] - law.i4[low], rise = (law.slope[low + 1] - s0) / h;
+    const Real c1 = law.curvature[low + 1];
+    q = (Real(3) * rise - Real(2) * c0 - c1) / h;
+    r = (c0 + c1 - Real(2) * rise) / (h * h);
+  }
+  e.value +=
+      law.value[low] + u * (s0 + u * (Real(0.5) * c0 + u * (q / Real(3) + u * Real(0.25) * r)));
+  e.d4 += s0 + u * (c0 + u * (q + u * r));
+  e.d44 += c0 + u * (Real(2) * q + u * Real(3) * r);
+}
+
 /// The unloaded shape of a triangle seen from one corner v, with n and m the next corners:
 /// e1 = x_v - x_n, e2 = x_m - x_n.
 template <class Real>
@@ -88,29 +138,51 @@ struct CornerMetric {
       k22{};           ///< K = G^-1 of the unloaded metric G = [e1.e1 e1.e2; . e2.e2] [1/mm^2]
   Real inverse_det{};  ///< 1 / det G = 1 / (4 A0^2) [1/mm^4]
   Real volume{};       ///< H A0 = h A, constant by incompressibility [mm^3]
+  /// The fibres' unit direction in the unloaded triangle is f1 e1 + f2 e2 [1/mm]; 0, 0: no fibres.
+  Real f1{}, f2{};
 };
 
+/// @param fibre  direction of the fibres in the unloaded shape, of any length: what lies in the
+///               triangle's plane counts; zero, or normal to the plane: no fibres here
 template <class Real>
 ANGIO_HOST_DEVICE inline CornerMetric<Real> corner_metric(const Vec3T<Real>& v,
                                                           const Vec3T<Real>& n,
-                                                          const Vec3T<Real>& m, Real thickness) {
+                                                          const Vec3T<Real>& m, Real thickness,
+                                                          const Vec3T<Real>& fibre = {}) {
   using std::sqrt;
   const Vec3T<Real> e1 = v - n, e2 = m - n;
   const Real a = dot(e1, e1), b = dot(e1, e2), c = dot(e2, e2);
-  const Real det = a * c - b * b;
+  const Real det = norm_squared(cross(e1, e2));  // a c - b^2 would cancel in slivers
   CornerMetric<Real> k;
   k.inverse_det = Real(1) / det;
   k.k11 = c * k.inverse_det;
   k.k12 = -b * k.inverse_det;
   k.k22 = a * k.inverse_det;
   k.volume = thickness * Real(0.5) * sqrt(det);
+  const Real p = dot(fibre, e1), q = dot(fibre, e2);
+  const Real f1 = k.k11 * p + k.k12 * q, f2 = k.k12 * p + k.k22 * q;
+  const Real squared = f1 * p + f2 * q;  // of the fibre's part in the plane
+  if (squared > Real(1e-6) * norm_squared(fibre)) {
+    k.f1 = f1 / sqrt(squared);
+    k.f2 = f2 / sqrt(squared);
+  }
   return k;
 }
 
-/// I1 and I3 of C for the edges e1, e2 of the deformed triangle.
+/// The direction around an axis at a point: the hoop fibres' (zero on the axis itself).
+///
+/// @param axis  unit vector
+template <class Real>
+ANGIO_HOST_DEVICE inline Vec3T<Real> hoop_direction(const Vec3T<Real>& point,
+                                                    const Vec3T<Real>& origin,
+                                                    const Vec3T<Real>& axis) {
+  return normalized(cross(axis, point - origin));
+}
+
+/// I1, I3 of C and the fibres' squared stretch I4 for the edges e1, e2 of the deformed triangle.
 template <class Real>
 struct Invariants {
-  Real i1{}, i3{};
+  Real i1{}, i3{}, i4{};
 };
 
 template <class Real>
@@ -118,7 +190,25 @@ ANGIO_HOST_DEVICE inline Invariants<Real> invariants(const CornerMetric<Real>& k
                                                      const Vec3T<Real>& e1, const Vec3T<Real>& e2) {
   const Real a = dot(e1, e1), b = dot(e1, e2), c = dot(e2, e2);
   // a c - b^2 as a squared cross product: no cancellation in slivers.
-  return {k.k11 * a + Real(2) * k.k12 * b + k.k22 * c, norm_squared(cross(e1, e2)) * k.inverse_det};
+  return {k.k11 * a + Real(2) * k.k12 * b + k.k22 * c, norm_squared(cross(e1, e2)) * k.inverse_det,
+          norm_squared(k.f1 * e1 + k.f2 * e2)};
+}
+
+/// Psi of the skin for the edges e1, e2 of the deformed triangle: base plus fibres.
+///
+/// With `relaxed` only the base is relaxed. The fibres' g is convex and rising in I4 = |F f|^2,
+/// hence convex in F, and only pulls; so the sum stays quasiconvex and without compression, equals
+/// the full energy where the base is taut, and is nowhere above the sum's own relaxation.
+template <class Real>
+ANGIO_HOST_DEVICE inline EnergyDensity<Real> skin_energy(const SkinLaw<Real>& law,
+                                                         const CornerMetric<Real>& k,
+                                                         const Vec3T<Real>& e1,
+                                                         const Vec3T<Real>& e2) {
+  const Invariants<Real> i = invariants(k, e1, e2);
+  EnergyDensity<Real> e =
+      law.relaxed ? relaxed_energy(law.base, i.i1, i.i3) : plain_energy(law.base, i.i1, i.i3);
+  add_fibres(law.fibre, i.i4, e);
+  return e;
 }
 
 /// What one term of the energy asks of one vertex: gradient [uN] and Hessian [uN/mm].
@@ -151,6 +241,42 @@ ANGIO_HOST_DEVICE inline Symmetric2<Real> clamp_positive(const Symmetric2<Real>&
 
 }  // namespace membrane
 
+/// First and second derivatives of E = H A0 Psi by a = e1.e1, b = e1.e2 and c = e2.e2.
+template <class Real>
+struct MetricSlopes {
+  Real a{}, b{}, c{};                       ///< [uN/mm]
+  Real aa{}, ab{}, ac{}, bb{}, bc{}, cc{};  ///< [uN/mm^3]
+};
+
+template <class Real>
+ANGIO_HOST_DEVICE inline MetricSlopes<Real> metric_slopes(const CornerMetric<Real>& k,
+                                                          const EnergyDensity<Real>& psi,
+                                                          const Vec3T<Real>& e1,
+                                                          const Vec3T<Real>& e2) {
+  const Real s = k.inverse_det, a = dot(e1, e1), b = dot(e1, e2), c = dot(e2, e2);
+  const Real one[3] = {k.k11, Real(2) * k.k12, k.k22};                     // of I1
+  const Real three[3] = {c * s, Real(-2) * b * s, a * s};                  // of I3
+  const Real four[3] = {k.f1 * k.f1, Real(2) * k.f1 * k.f2, k.f2 * k.f2};  // of I4
+  Real first[3], second[3][3];
+  for (int i = 0; i < 3; ++i) {
+    first[i] = k.volume * (psi.d1 * one[i] + psi.d3 * three[i] + psi.d4 * four[i]);
+    for (int j = i; j < 3; ++j)
+      second[i][j] = k.volume * (psi.d11 * one[i] * one[j] +
+                                 psi.d13 * (one[i] * three[j] + three[i] * one[j]) +
+                                 psi.d33 * three[i] * three[j] + psi.d44 * four[i] * four[j]);
+  }
+  const Real bend = k.volume * psi.d3 * s;  // I3_ac = s, I3_bb = -2 s
+  return {first[0],
+          first[1],
+          first[2],
+          second[0][0],
+          second[0][1],
+          second[0][2] + bend,
+          second[1][1] - Real(2) * bend,
+          second[1][2],
+          second[2][2]};
+}
+
 /// dE/dx_v = H A0 (2 Psi_a e1 + Psi_b e2) of E = H A0 Psi by the corner x_v, a = e1.e1, b = e1.e2.
 ///
 /// Source: seed paper, Eqs. 15-19 with the reference volume H A0 (= h A).
@@ -159,10 +285,8 @@ ANGIO_HOST_DEVICE inline Vec3T<Real> membrane_gradient(const CornerMetric<Real>&
                                                        const EnergyDensity<Real>& psi,
                                                        const Vec3T<Real>& e1,
                                                        const Vec3T<Real>& e2) {
-  const Real b = dot(e1, e2), c = dot(e2, e2);
-  const Real by_a = k.volume * (psi.d1 * k.k11 + psi.d3 * c * k.inverse_det);
-  const Real by_b = k.volume * Real(2) * (psi.d1 * k.k12 - psi.d3 * b * k.inverse_det);
-  return Real(2) * by_a * e1 + by_b * e2;
+  const MetricSlopes<Real> s = metric_slopes(k, psi, e1, e2);
+  return Real(2) * s.a * e1 + s.b * e2;
 }
 
 /// Gradient and Hessian block of E = H A0 Psi by the corner x_v, the Hessian's negative eigenvalues
@@ -181,18 +305,9 @@ ANGIO_HOST_DEVICE inline VertexTerm<Real> membrane_term(const CornerMetric<Real>
                                                         const EnergyDensity<Real>& psi,
                                                         const Vec3T<Real>& e1,
                                                         const Vec3T<Real>& e2) {
-  const Real s = k.inverse_det, b = dot(e1, e2), c = dot(e2, e2);
-  const Real i1a = k.k11, i1b = Real(2) * k.k12, i3a = c * s, i3b = Real(-2) * b * s;
-  const Real by_a = k.volume * (psi.d1 * i1a + psi.d3 * i3a);
-  const Real by_b = k.volume * (psi.d1 * i1b + psi.d3 * i3b);
-  const Real aa =
-      k.volume * (psi.d11 * i1a * i1a + Real(2) * psi.d13 * i1a * i3a + psi.d33 * i3a * i3a);
-  const Real ab =
-      k.volume * (psi.d11 * i1a * i1b + psi.d13 * (i1a * i3b + i1b * i3a) + psi.d33 * i3a * i3b);
-  const Real bb = k.volume * (psi.d11 * i1b * i1b + Real(2) * psi.d13 * i1b * i3b +
-                              psi.d33 * i3b * i3b - Real(2) * s * psi.d3);
+  const MetricSlopes<Real> s = metric_slopes(k, psi, e1, e2);
   VertexTerm<Real> term;
-  term.gradient = Real(2) * by_a * e1 + by_b * e2;
+  term.gradient = Real(2) * s.a * e1 + s.b * e2;
 
   // In the plane: t1 along e2, t2 at right angles; e1 = p t1 + q t2, e2 = r t1.
   const Vec3T<Real> t1 = normalized(e2);
@@ -200,16 +315,52 @@ ANGIO_HOST_DEVICE inline VertexTerm<Real> membrane_term(const CornerMetric<Real>
   const Vec3T<Real> rest = e1 - p * t1;
   const Real q = norm(rest);
   const Vec3T<Real> t2 = q > Real(0) ? rest / q : any_perpendicular(t1);
-  const Real stress = Real(2) * by_a;
+  const Real stress = Real(2) * s.a;
   const membrane::Symmetric2<Real> block = membrane::clamp_positive<Real>(
-      {stress + Real(4) * aa * p * p + Real(4) * ab * p * r + bb * r * r,
-       Real(4) * aa * p * q + Real(2) * ab * q * r, stress + Real(4) * aa * q * q});
+      {stress + Real(4) * s.aa * p * p + Real(4) * s.ab * p * r + s.bb * r * r,
+       Real(4) * s.aa * p * q + Real(2) * s.ab * q * r, stress + Real(4) * s.aa * q * q});
   const Real normal = stress > Real(0) ? stress : Real(0);
   for (int i = 0; i < 3; ++i)
     for (int j = 0; j < 3; ++j)
       term.hessian(i, j) = (i == j ? normal : Real(0)) + (block.p - normal) * t1[i] * t1[j] +
                            block.q * (t1[i] * t2[j] + t2[i] * t1[j]) +
                            (block.r - normal) * t2[i] * t2[j];
+  return term;
+}
+
+/// Gradient and exact Hessian of a triangle's E = H A0 Psi by its edges e1 and e2.
+///
+///     dE/de1 = 2 E_a e1 + E_b e2,    dE/de2 = E_b e1 + 2 E_c e2
+///
+/// By the corners, with e1 = x_v - x_n and e2 = x_m - x_n, it is the first for x_v, the second for
+/// x_m, and minus their sum for x_n.
+template <class Real>
+struct EdgeTerm {
+  Vec3T<Real> gradient[2];
+  Mat3T<Real> hessian[2][2];  ///< not clamped; [1][0] is the transpose of [0][1]
+};
+
+template <class Real>
+ANGIO_HOST_DEVICE inline EdgeTerm<Real> membrane_element(const CornerMetric<Real>& k,
+                                                         const EnergyDensity<Real>& psi,
+                                                         const Vec3T<Real>& e1,
+                                                         const Vec3T<Real>& e2) {
+  const MetricSlopes<Real> s = metric_slopes(k, psi, e1, e2);
+  EdgeTerm<Real> term;
+  term.gradient[0] = Real(2) * s.a * e1 + s.b * e2;
+  term.gradient[1] = s.b * e1 + Real(2) * s.c * e2;
+  for (int i = 0; i < 3; ++i)
+    for (int j = 0; j < 3; ++j) {
+      const Real pp = e1[i] * e1[j], pq = e1[i] * e2[j], qp = e2[i] * e1[j], qq = e2[i] * e2[j];
+      const Real same = i == j ? Real(1) : Real(0);
+      term.hessian[0][0](i, j) =
+          Real(2) * s.a * same + Real(4) * s.aa * pp + Real(2) * s.ab * (pq + qp) + s.bb * qq;
+      term.hessian[0][1](i, j) =
+          s.b * same + Real(2) * s.ab * pp + Real(4) * s.ac * pq + s.bb * qp + Real(2) * s.bc * qq;
+      term.hessian[1][1](i, j) =
+          Real(2) * s.c * same + Real(4) * s.cc * qq + Real(2) * s.bc * (pq + qp) + s.bb * pp;
+      term.hessian[1][0](j, i) = term.hessian[0][1](i, j);
+    }
   return term;
 }
 
