@@ -1,0 +1,249 @@
+#pragma once
+
+#include "core/host_device.hpp"
+#include "core/vec3.hpp"
+#include "simulation/detail/membrane.hpp"
+#include "simulation/detail/solid_law.hpp"
+#include "simulation/detail/symmetric3.hpp"
+
+/// Six-node wedges of the wall's solid: corners 0 1 2 on the lumen's side, 3 4 5 above them.
+///
+///     N_a = L_a (1 - z)/2,  N_a+3 = L_a (1 + z)/2,   L the triangle's barycentric coordinates
+///     E   = sum_q w_q Psi(F_q) + V U(v / V)
+///
+/// Two points q at the triangle's centre, z = +- 1/sqrt(3). They integrate the volume v and the
+/// gradients of N exactly for any positions of the corners (in the triangle v's integrand is
+/// linear, through the thickness quadratic), so that the patch test is passed; and they leave one
+/// strainless mode besides the rigid ones, the twist of one triangle against the other, which
+/// neighbours sharing vertices do not have in common. The volumetric energy sees the mean
+/// dilatation v / V only: one constraint a wedge, where a surface has two triangles a vertex, hence
+/// 1.5 free coordinates a constraint (linear tets: 0.6).
+/// Source: Simo, Taylor, Pister, Comput. Methods Appl. Mech. Eng. 51 (1985) 177 (mean dilatation).
+///
+/// A pre-stress F0 (Gee, Foerster, Wall, Int. J. Numer. Methods Biomed. Eng. 26 (2010) 52) and a
+/// plastic stretch Fp act at a point as F = dx/dX F0 Fp^-1; they are multiplied into the gradients
+/// g_a = (F0 Fp^-1)^T dN_a/dX, so that F = sum_a x_a g_a^T costs the same with them.
+namespace angio::simulation::detail {
+
+inline constexpr int kWedgePoints = 2;
+
+/// What a quadrature point keeps.
+template <class Real>
+struct SolidPoint {
+  Vec3T<Real> g[6];  ///< gradients of the shape functions [1/mm]
+  Real weight{};     ///< unloaded volume that it stands for [mm^3]
+};
+
+/// One wedge; pointers into the arrays of a SolidView.
+template <class Real>
+struct SolidWedge {
+  const SolidPoint<Real>* points = nullptr;  ///< shape [kWedgePoints]
+  const Vec3T<Real>* fiber = nullptr;        ///< unit, shape [2]
+  SolidLaw<Real> law;
+  Real volume{};  ///< V, unloaded [mm^3]
+};
+
+/// The solid's arrays. Vertices are the solid's own numbers; x may point into a larger array.
+template <class Real>
+struct SolidView {
+  const Vec3T<Real>* x = nullptr;            ///< [vertex]
+  const int* corners = nullptr;              ///< [wedge][6]
+  const SolidPoint<Real>* points = nullptr;  ///< [wedge][kWedgePoints]
+  const Vec3T<Real>* fibers = nullptr;       ///< [wedge][2]
+  const Real* volume = nullptr;              ///< [wedge]
+  const int* region = nullptr;               ///< [wedge]
+  const SolidLaw<Real>* laws = nullptr;      ///< [region]
+  const int* entry_begin = nullptr;          ///< [vertex + 1]
+  const int* entries = nullptr;              ///< 6 wedge + corner
+
+  ANGIO_HOST_DEVICE SolidWedge<Real> wedge(int w) const {
+    return {points + kWedgePoints * w, fibers + 2 * w, laws[region[w]], volume[w]};
+  }
+};
+
+namespace solid {
+
+/// dN_a/d(r, s, z) at point q.
+template <class Real>
+ANGIO_HOST_DEVICE inline Vec3T<Real> parametric_gradient(int corner, int q) {
+  constexpr Real kAbscissa = Real(0.57735026918962576);
+  const bool top = corner >= 3;
+  const int a = top ? corner - 3 : corner;
+  const Real z = q == 0 ? -kAbscissa : kAbscissa;
+  const Real share = Real(0.5) * (top ? Real(1) + z : Real(1) - z);
+  const Real by_r = a == 0 ? Real(-1) : (a == 1 ? Real(1) : Real(0));
+  const Real by_s = a == 0 ? Real(-1) : (a == 2 ? Real(1) : Real(0));
+  return {by_r * share, by_s * share, (top ? Real(0.5) : Real(-0.5)) / Real(3)};
+}
+
+/// Of the parameter space that a point stands for.
+template <class Real>
+ANGIO_HOST_DEVICE constexpr Real parametric_weight() {
+  return Real(0.5);
+}
+
+/// dx/d(r, s, z) at point q, columns by parameter.
+template <class Real>
+ANGIO_HOST_DEVICE inline Mat3T<Real> jacobian(const Vec3T<Real>* x, int q) {
+  Mat3T<Real> j;
+  for (int a = 0; a < 6; ++a) j += outer(x[a], parametric_gradient<Real>(a, q));
+  return j;
+}
+
+/// The cofactor matrix, d det(A) / dA.
+template <class Real>
+ANGIO_HOST_DEVICE inline Mat3T<Real> cofactor(const Mat3T<Real>& a) {
+  Mat3T<Real> c;
+  for (int i = 0; i < 3; ++i)
+    for (int j = 0; j < 3; ++j) {
+      const int i1 = (i + 1) % 3, i2 = (i + 2) % 3, j1 = (j + 1) % 3, j2 = (j + 2) % 3;
+      c(i, j) = a(i1, j1) * a(i2, j2) - a(i1, j2) * a(i2, j1);
+    }
+  return c;
+}
+
+/// F = sum_a x_a g_a^T
+template <class Real>
+ANGIO_HOST_DEVICE inline Mat3T<Real> deformation(const SolidPoint<Real>& point,
+                                                 const Vec3T<Real>* x) {
+  Mat3T<Real> f;
+  for (int a = 0; a < 6; ++a) f += outer(x[a], point.g[a]);
+  return f;
+}
+
+}  // namespace solid
+
+/// The wedge's volume, exact for its curved sides [mm^3].
+template <class Real>
+ANGIO_HOST_DEVICE inline Real wedge_volume(const Vec3T<Real>* x) {
+  Real v = 0;
+  for (int q = 0; q < kWedgePoints; ++q)
+    v += solid::parametric_weight<Real>() * determinant(solid::jacobian(x, q));
+  return v;
+}
+
+/// dv/dx_a [mm^2]
+template <class Real>
+ANGIO_HOST_DEVICE inline Vec3T<Real> wedge_volume_gradient(const Vec3T<Real>* x, int corner) {
+  Vec3T<Real> by;
+  for (int q = 0; q < kWedgePoints; ++q)
+    by += solid::parametric_weight<Real>() *
+          (solid::cofactor(solid::jacobian(x, q)) * solid::parametric_gradient<Real>(corner, q));
+  return by;
+}
+
+/// The points of an unloaded wedge without pre-stress, in the shape X.
+template <class Real>
+ANGIO_HOST_DEVICE inline SolidPoint<Real> make_solid_point(const Vec3T<Real>* corners, int q) {
+  const Mat3T<Real> j = solid::jacobian(corners, q);
+  const Mat3T<Real> t = transpose(inverse(j));
+  SolidPoint<Real> point;
+  for (int a = 0; a < 6; ++a) point.g[a] = t * solid::parametric_gradient<Real>(a, q);
+  point.weight = solid::parametric_weight<Real>() * determinant(j);
+  return point;
+}
+
+/// The point with pre-stress and plastic stretch, S = F0 Fp^-1, multiplied in.
+template <class Real>
+ANGIO_HOST_DEVICE inline SolidPoint<Real> prestressed(const SolidPoint<Real>& point,
+                                                      const Mat3T<Real>& s) {
+  const Mat3T<Real> t = transpose(s);
+  SolidPoint<Real> out;
+  for (int a = 0; a < 6; ++a) out.g[a] = t * point.g[a];
+  out.weight = point.weight / determinant(s);
+  return out;
+}
+
+/// E of a wedge [nJ]; infinite where it is inside out.
+template <class Real>
+ANGIO_HOST_DEVICE inline Real wedge_energy(const SolidWedge<Real>& wedge, const Vec3T<Real>* x) {
+  Real energy = wedge.volume * volume_energy(wedge.law.bulk, wedge_volume(x) / wedge.volume).value;
+  SolidTangent<Real> tangent;
+  for (int q = 0; q < kWedgePoints; ++q) {
+    const SolidPoint<Real>& point = wedge.points[q];
+    energy += point.weight *
+              solid_stress(wedge.law, wedge.fiber, solid::deformation(point, x), tangent).value;
+  }
+  return energy;
+}
+
+/// dE/dx_a of a wedge, shape [6] [uN]; zero of a point that is inside out.
+template <class Real>
+ANGIO_HOST_DEVICE inline void wedge_gradient(const SolidWedge<Real>& wedge, const Vec3T<Real>* x,
+                                             Vec3T<Real>* gradient) {
+  const Real pressure = volume_energy(wedge.law.bulk, wedge_volume(x) / wedge.volume).d1;
+  for (int a = 0; a < 6; ++a) gradient[a] = pressure * wedge_volume_gradient(x, a);
+  SolidTangent<Real> tangent;
+  for (int q = 0; q < kWedgePoints; ++q) {
+    const SolidPoint<Real>& point = wedge.points[q];
+    const SolidStress<Real> s =
+        solid_stress(wedge.law, wedge.fiber, solid::deformation(point, x), tangent);
+    for (int a = 0; a < 6; ++a) gradient[a] += point.weight * (s.p * point.g[a]);
+  }
+}
+
+/// d2E/dx_a dx_b of a wedge, shape [6][6] [uN/mm], not clamped.
+///
+///     sum_q w_q A_q : (g_a, g_b) + U' d2v/dx_a dx_b + U''/V dv/dx_a dv/dx_b^T
+///     (d2v/dx_a dx_b)_ik = sum_q w e_ikm (J (n_a x n_b))_m,  n the gradients by parameter
+template <class Real>
+ANGIO_HOST_DEVICE inline void wedge_hessian(const SolidWedge<Real>& wedge, const Vec3T<Real>* x,
+                                            Mat3T<Real> (*hessian)[6]) {
+  const VolumeEnergy<Real> u = volume_energy(wedge.law.bulk, wedge_volume(x) / wedge.volume);
+  Vec3T<Real> by[6];
+  for (int a = 0; a < 6; ++a) by[a] = wedge_volume_gradient(x, a);
+  for (int a = 0; a < 6; ++a)
+    for (int b = 0; b < 6; ++b) hessian[a][b] = (u.d2 / wedge.volume) * outer(by[a], by[b]);
+  for (int q = 0; q < kWedgePoints; ++q) {
+    const SolidPoint<Real>& point = wedge.points[q];
+    const Mat3T<Real> j = solid::jacobian(x, q);
+    SolidTangent<Real> tangent;
+    const bool valid =
+        solid_stress(wedge.law, wedge.fiber, solid::deformation(point, x), tangent).valid;
+    for (int a = 0; a < 6; ++a)
+      for (int b = 0; b < 6; ++b) {
+        const Vec3T<Real> c = (u.d1 * solid::parametric_weight<Real>()) *
+                              (j * cross(solid::parametric_gradient<Real>(a, q),
+                                         solid::parametric_gradient<Real>(b, q)));
+        Mat3T<Real>& h = hessian[a][b];
+        if (valid) h += point.weight * solid_block(tangent, point.g[a], point.g[b]);
+        h(0, 1) += c.z;
+        h(1, 0) -= c.z;
+        h(0, 2) -= c.y;
+        h(2, 0) += c.y;
+        h(1, 2) += c.x;
+        h(2, 1) -= c.x;
+      }
+  }
+}
+
+/// Gradient and Hessian block of all wedges around a vertex, the block's negative eigenvalues set
+/// to zero: what vertex block descent needs. v is linear in one vertex, so the volume adds U''/V
+/// dv dv^T only.
+template <class Real>
+ANGIO_HOST_DEVICE inline VertexTerm<Real> solid_vertex_term(const SolidView<Real>& view, int v) {
+  VertexTerm<Real> term;
+  for (int e = view.entry_begin[v]; e < view.entry_begin[v + 1]; ++e) {
+    const int w = view.entries[e] / 6, a = view.entries[e] % 6;
+    const SolidWedge<Real> wedge = view.wedge(w);
+    Vec3T<Real> x[6];
+    for (int b = 0; b < 6; ++b) x[b] = view.x[view.corners[6 * w + b]];
+    const VolumeEnergy<Real> u = volume_energy(wedge.law.bulk, wedge_volume(x) / wedge.volume);
+    const Vec3T<Real> by = wedge_volume_gradient(x, a);
+    term.gradient += u.d1 * by;
+    term.hessian += (u.d2 / wedge.volume) * outer(by, by);
+    for (int q = 0; q < kWedgePoints; ++q) {
+      const SolidPoint<Real>& point = wedge.points[q];
+      SolidTangent<Real> tangent;
+      const SolidStress<Real> s =
+          solid_stress(wedge.law, wedge.fiber, solid::deformation(point, x), tangent);
+      if (!s.valid) continue;
+      term.gradient += point.weight * (s.p * point.g[a]);
+      term.hessian += point.weight * solid_block(tangent, point.g[a], point.g[a]);
+    }
+  }
+  term.hessian = clamp_positive(term.hessian);
+  return term;
+}
+
+}  // namespace angio::simulation::detail

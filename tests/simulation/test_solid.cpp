@@ -1,0 +1,208 @@
+#include <gtest/gtest.h>
+
+#include <Eigen/Dense>
+#include <random>
+
+#include "simulation/detail/solid.hpp"
+
+namespace angio::simulation::detail {
+namespace {
+
+using Corners = std::array<Vec3, 6>;
+
+SolidLaw<double> neo_hookean(double ratio = 50.0) { return {.shear = 2e4, .bulk = ratio * 2e4}; }
+SolidLaw<double> fibered(double share) {
+  return {.shear = 5.6e4, .bulk = 2e6, .k1 = 2.6e5, .k2 = 17.0, .share = share};
+}
+
+// A wedge: unloaded corners, what a point keeps, fibres.
+struct Element {
+  Corners rest, x;
+  SolidPoint<double> points[kWedgePoints];
+  Vec3 fiber[2];
+  SolidWedge<double> wedge;
+};
+
+Mat3 rotation(unsigned seed) {
+  std::mt19937 random(seed);
+  std::normal_distribution<double> n;
+  const Eigen::Quaterniond q =
+      Eigen::Quaterniond(n(random), n(random), n(random), n(random)).normalized();
+  const Eigen::Matrix3d r = q.toRotationMatrix();
+  Mat3 out;
+  for (int i = 0; i < 3; ++i)
+    for (int j = 0; j < 3; ++j) out(i, j) = r(i, j);
+  return out;
+}
+
+struct Case {
+  const char* what;
+  double share;      // of the fibres' own stretch; < 0: no fibres
+  double thickness;  // of the wedge, relative
+  double noise;      // of the deformed corners
+  double stretch;    // along z
+  bool prestress;
+};
+
+class Wedges : public ::testing::TestWithParam<Case> {
+ protected:
+  void SetUp() override {
+    const Case& c = GetParam();
+    std::mt19937 random(11u);
+    std::uniform_real_distribution<double> u(-1.0, 1.0);
+    const double h = 0.3 * c.thickness;
+    e.rest = {Vec3{0, 0, 0},       Vec3{0.4, 0.05, 0},        Vec3{0.1, 0.35, 0},
+              Vec3{0.02, 0.01, h}, Vec3{0.43, 0.04, 1.1 * h}, Vec3{0.1, 0.38, 0.95 * h}};
+    const Mat3 turn = rotation(3u);
+    for (int a = 0; a < 6; ++a) {
+      Vec3 p = e.rest[static_cast<std::size_t>(a)];
+      p.z *= c.stretch;
+      p.x /= std::sqrt(c.stretch);
+      p.y /= std::sqrt(c.stretch);
+      p += c.noise * std::min(1.0, c.thickness) * Vec3{u(random), u(random), u(random)};
+      e.x[static_cast<std::size_t>(a)] = turn * p + Vec3{1, -2, 0.5};
+    }
+    Mat3 s = Mat3::identity();
+    if (c.prestress) s.m[0][0] = 1.05, s.m[0][1] = 0.04, s.m[1][1] = 0.97, s.m[2][1] = -0.03;
+    e.wedge.volume = 0.0;
+    for (int q = 0; q < kWedgePoints; ++q) {
+      e.points[q] = prestressed(make_solid_point(e.rest.data(), q), s);
+      e.wedge.volume += e.points[q].weight;
+    }
+    e.fiber[0] = normalized(Vec3{0.6, 0.8, 0.1});
+    e.fiber[1] = normalized(Vec3{0.6, -0.8, 0.0});
+    e.wedge.points = e.points;
+    e.wedge.fiber = e.fiber;
+    e.wedge.law = c.share < 0.0 ? neo_hookean() : fibered(c.share);
+  }
+
+  Eigen::Matrix<double, 18, 1> gradient(const Corners& x) const {
+    Vec3 g[6];
+    wedge_gradient(e.wedge, x.data(), g);
+    Eigen::Matrix<double, 18, 1> out;
+    for (int a = 0; a < 6; ++a)
+      for (int i = 0; i < 3; ++i) out[3 * a + i] = g[a][i];
+    return out;
+  }
+  Eigen::Matrix<double, 18, 18> hessian(const Corners& x) const {
+    Mat3 h[6][6];
+    wedge_hessian(e.wedge, x.data(), h);
+    Eigen::Matrix<double, 18, 18> out;
+    for (int a = 0; a < 18; ++a)
+      for (int b = 0; b < 18; ++b) out(a, b) = h[a / 3][b / 3](a % 3, b % 3);
+    return out;
+  }
+  Corners moved(int k, double by) const {
+    Corners x = e.x;
+    x[static_cast<std::size_t>(k / 3)][k % 3] += by;
+    return x;
+  }
+  double step() const { return 2e-5 * std::min(1.0, GetParam().thickness); }
+
+  Element e;
+};
+
+// Central differences of fourth order: their own error is far below the bar.
+template <class Value, class Function>
+Value slope(const Function& f, double h) {
+  return Value((8.0 * (f(h) - f(-h)) - (f(2 * h) - f(-2 * h))) / (12.0 * h));
+}
+
+TEST_P(Wedges, GradientIsTheSlopeOfTheEnergy) {
+  const auto g = gradient(e.x);
+  const auto energy = [&](int k) {
+    return [this, k](double by) { return wedge_energy(e.wedge, moved(k, by).data()); };
+  };
+  // At rest the gradient is zero: the scale is then a force of 1 % strain.
+  const double scale = std::max(g.norm(), 0.01 * step() / 2e-5 * hessian(e.x).norm() * 0.3);
+  for (int k = 0; k < 18; ++k)
+    EXPECT_NEAR(g[k], slope<double>(energy(k), step()), 1e-6 * scale) << k;
+}
+
+TEST_P(Wedges, HessianIsTheSlopeOfTheGradientAndSymmetric) {
+  const auto h = hessian(e.x);
+  EXPECT_LT((h - h.transpose()).norm(), 1e-12 * h.norm());
+  for (int k = 0; k < 18; ++k) {
+    const auto f = [&](double by) { return gradient(moved(k, by)); };
+    const auto column = slope<Eigen::Matrix<double, 18, 1>>(f, step());
+    EXPECT_LT((h.col(k) - column).norm(), 1e-6 * h.norm()) << k;
+  }
+}
+
+TEST_P(Wedges, ExertNoNetForceAndNoTorque) {
+  const auto g = gradient(e.x);
+  Vec3 force, torque;
+  double size = 0.0;
+  for (int a = 0; a < 6; ++a) {
+    const Vec3 f{g[3 * a], g[3 * a + 1], g[3 * a + 2]};
+    force += f;
+    torque += cross(e.x[static_cast<std::size_t>(a)], f);
+    size += norm(f);
+  }
+  size = std::max(size, 1e-2 * hessian(e.x).norm());
+  EXPECT_LT(norm(force), 1e-10 * size);
+  EXPECT_LT(norm(torque), 1e-10 * size);
+}
+
+TEST_P(Wedges, EnergyDoesNotChangeAndForcesTurnWhenTurned) {
+  const Mat3 turn = rotation(5u);
+  Corners x = e.x;
+  for (Vec3& p : x) p = turn * p;
+  const double energy = wedge_energy(e.wedge, e.x.data());
+  EXPECT_NEAR(wedge_energy(e.wedge, x.data()), energy, 1e-10 * std::max(energy, 1.0));
+  const auto before = gradient(e.x), after = gradient(x);
+  const double size = std::max(before.norm(), 1e-2 * hessian(e.x).norm());
+  for (int a = 0; a < 6; ++a) {
+    const Vec3 f = turn * Vec3{before[3 * a], before[3 * a + 1], before[3 * a + 2]};
+    for (int i = 0; i < 3; ++i) EXPECT_NEAR(after[3 * a + i], f[i], 1e-10 * size);
+  }
+}
+
+TEST_P(Wedges, VertexTermIsTheClampedDiagonalBlock) {
+  const int corners[6] = {0, 1, 2, 3, 4, 5}, begin[7] = {0, 1, 2, 3, 4, 5, 6},
+            entries[6] = {0, 1, 2, 3, 4, 5}, region[1] = {0};
+  SolidView<double> view;
+  view.x = e.x.data();
+  view.corners = corners;
+  view.points = e.points;
+  view.fibers = e.fiber;
+  view.volume = &e.wedge.volume;
+  view.region = region;
+  view.laws = &e.wedge.law;
+  view.entry_begin = begin;
+  view.entries = entries;
+  const auto g = gradient(e.x);
+  const auto h = hessian(e.x);
+  for (int v = 0; v < 6; ++v) {
+    const VertexTerm<double> term = solid_vertex_term(view, v);
+    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(
+        Eigen::Matrix3d(h.block<3, 3>(3 * v, 3 * v)));
+    const Eigen::Matrix3d clamped = eigen.eigenvectors() *
+                                    eigen.eigenvalues().cwiseMax(0.0).asDiagonal() *
+                                    eigen.eigenvectors().transpose();
+    for (int i = 0; i < 3; ++i) {
+      EXPECT_NEAR(term.gradient[i], g[3 * v + i], 1e-12 * std::max(g.norm(), h.norm()));
+      for (int j = 0; j < 3; ++j)
+        EXPECT_NEAR(term.hessian(i, j), clamped(i, j), 1e-10 * clamped.norm());
+    }
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(States, Wedges,
+                         ::testing::Values(Case{"rest", -1.0, 1.0, 0.0, 1.0, false},
+                                           Case{"random", -1.0, 1.0, 0.03, 1.0, false},
+                                           Case{"sliver", -1.0, 0.02, 0.5, 1.0, false},
+                                           Case{"prestressed", -1.0, 1.0, 0.02, 1.1, true},
+                                           Case{"crushed", -1.0, 1.0, 0.01, 0.3, false},
+                                           Case{"fibers_hair_taut", 1.0, 1.0, 0.0, 0.999, false},
+                                           Case{"fibers_hair_slack", 1.0, 1.0, 0.0, 1.001, false},
+                                           Case{"fibers_taut", 1.0, 1.0, 0.02, 0.8, false},
+                                           Case{"fibers_slack", 1.0, 1.0, 0.02, 1.3, false},
+                                           Case{"fibers_sliver", 1.0, 0.02, 0.5, 0.9, false},
+                                           Case{"dispersed_hair_taut", 0.5, 1.0, 0.0, 0.999, false},
+                                           Case{"dispersed_taut", 0.5, 1.0, 0.02, 0.85, true},
+                                           Case{"dispersed_slack", 0.5, 1.0, 0.02, 1.2, false}),
+                         [](const auto& test) { return std::string(test.param.what); });
+
+}  // namespace
+}  // namespace angio::simulation::detail
