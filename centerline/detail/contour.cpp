@@ -70,7 +70,7 @@ Circle largest_circle(const Contour& contour, double most_shift) {
 }
 
 Point2 section_middle(const Contour& contour, const Circle& largest, double most_shift) {
-  constexpr double kAsWell = 0.985;
+  constexpr double kAsWell = 0.95;
   const ContourMoments moments = contour_moments(contour);
   if (moments.area <= 0.0) return largest.center;
   const auto on_way = [&](double t) {

@@ -290,9 +290,31 @@ Line start_line(const LumenVoxels& lumen, const Skeleton& skeleton, const Wall& 
   return work;
 }
 
+/// Paths through neighbouring voxels may run side by side in one vessel: a branch begins behind the
+/// last of its voxels that is still on its parent's line, and not where the paths part.
+/// @return the first voxel that is the branch's own
+std::size_t leaves_line(const LumenVoxels& lumen, const Skeleton::Chain& chain,
+                        std::size_t first_own, const Line& parent) {
+  const Vec3 h = lumen.geometry.spacing;
+  const double voxel = std::max({h.x, h.y, h.z});
+  const Polyline& line = parent.line;
+  std::size_t own = first_own;
+  for (std::size_t i = first_own; i < chain.voxels.size(); ++i) {
+    const Vec3 p = lumen.position(chain.voxels[i]);
+    std::size_t nearest = 0;
+    for (std::size_t k = 1; k < line.points.size(); ++k)
+      if (norm_squared(line.points[k] - p) < norm_squared(line.points[nearest] - p)) nearest = k;
+    const double away = distance(line.points[nearest], p);
+    if (away > line.radius[nearest]) break;
+    if (away < std::max(0.25 * line.radius[nearest], voxel)) own = i + 1;
+  }
+  return std::min(own, chain.voxels.size() - 1);
+}
+
 /// A later line: the parent's points up to a little before the branching, then its own voxels.
-Line start_branch(const LumenVoxels& lumen, const Skeleton::Chain& chain, std::size_t first_own,
+Line start_branch(const LumenVoxels& lumen, const Skeleton::Chain& chain, std::size_t parts_at,
                   int parent_index, const Line& parent, const Wall& wall) {
+  const std::size_t first_own = leaves_line(lumen, chain, parts_at, parent);
   const Vec3 junction = lumen.position(chain.voxels[first_own > 0 ? first_own - 1 : 0]);
   std::size_t nearest = 0;
   for (std::size_t i = 1; i < parent.line.points.size(); ++i)
