@@ -73,18 +73,29 @@ struct BalloonOptions {
   int ring_count = 26;         ///< rings of vertices, [6, 400]; 26 x 20 + 2 = the paper's 522
   int ring_vertex_count = 20;  ///< vertices a ring, [6, 200]
   int guidewire_node_count = 24;  ///< [2, 1000]
+  /// Flaps wrapped around the shaft at the start, {0, 2, 3, 5}; 0: a tube of the start diameter,
+  /// whose folds are not meshed. Folds need more vertices: the ring counts are then the least.
+  int folds = 0;
+  double shaft_diameter_mm = 0.6;  ///< of the shaft inside the folds, [0.2, 10]
+  double fold_gap_mm = 0.02;  ///< between layers, at least the membrane's thickness, [0.005, 0.5]
 
   void validate() const;
 };
 
 struct Balloon {
   TriangleMesh start;  ///< closed, on the guidewire inside the lumen; poles are the last 2 vertices
-  std::vector<Vec3>
-      rest;  ///< unloaded shape: straight, of the nominal diameter, shape [vertex_count]
+  /// Unloaded shape: straight, of the nominal diameter, shape [vertex_count]. Folded, the edges of
+  /// the cylinder's rings are as long at the start, and every crease is one of its meridians.
+  std::vector<Vec3> rest;
+  std::vector<char> fixed;      ///< tied to the shaft: the poles, and rings no wider than the shaft
   std::vector<Vec3> guidewire;  ///< nodes from pole to pole
   double nominal_diameter_mm = 0.0;
   double length_mm = 0.0;
   double start_diameter_mm = 0.0;
+  double shaft_diameter_mm = 0.0;  ///< inside the folds; 0 unfolded
+  int fold_count = 0;
+  int ring_count = 0;
+  int ring_vertex_count = 0;
 };
 
 /// The part of the wall that the balloon can touch.

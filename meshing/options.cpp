@@ -48,6 +48,10 @@ void BalloonOptions::validate() const {
           "6 to 200");
   require(guidewire_node_count >= 2 && guidewire_node_count <= 1000, "balloon.guidewire_node_count",
           "2 to 1000");
+  require(folds == 0 || folds == 2 || folds == 3 || folds == 5, "balloon.folds", "0, 2, 3 or 5");
+  require(shaft_diameter_mm >= 0.2 && shaft_diameter_mm <= 10.0, "balloon.shaft_diameter_mm",
+          "0.2 to 10");
+  require(fold_gap_mm >= 0.005 && fold_gap_mm <= 0.5, "balloon.fold_gap_mm", "0.005 to 0.5");
 }
 
 }  // namespace angio::meshing

@@ -62,6 +62,9 @@ BalloonPlan make_plan(const BalloonOptions& options, const Lesion& lesion,
   plan.ring_count = options.ring_count;
   plan.ring_vertex_count = options.ring_vertex_count;
   plan.guidewire_node_count = options.guidewire_node_count;
+  plan.fold_count = options.folds;
+  plan.shaft_radius = options.folds > 0 ? 0.5 * options.shaft_diameter_mm : 0.0;
+  plan.fold_gap = options.fold_gap_mm;
   plan.nominal_radius =
       0.5 * (options.nominal_diameter_mm > 0.0 ? options.nominal_diameter_mm
                                                : default_diameter(lesion.reference_diameter));
@@ -98,14 +101,21 @@ BalloonPlan make_plan(const BalloonOptions& options, const Lesion& lesion,
   return plan;
 }
 
-/// Makes the start shape thinner until it is clear of the wall.
-void clear_wall(Balloon& balloon, const BalloonPlan& plan, const TriangleMesh& wall) {
+/// The start shape; thinner until it is clear of the wall, with more rings until it is of itself.
+detail::ShapedBalloon shape_clear(BalloonPlan plan, const CenterlinePath& path,
+                                  const TriangleMesh& lumen) {
   constexpr int kAttempts = 5;
+  const detail::MeshTarget wall(lumen);
   for (int attempt = 0; attempt < kAttempts; ++attempt) {
-    if (count_self_intersections(balloon.start) == 0 &&
-        count_intersections(balloon.start, wall) == 0)
-      return;
-    detail::shrink_start(balloon, plan, 0.85);
+    detail::ShapedBalloon shaped = detail::shape_balloon(plan, path, wall);
+    const Balloon& balloon = shaped.balloon;
+    const bool crosses_itself = count_self_intersections(balloon.start) > 0;
+    if (!crosses_itself && count_intersections(balloon.start, lumen) == 0) return shaped;
+    // Folds that run out cross where they turn too far from one ring to the next.
+    if (crosses_itself && plan.fold_count > 0)
+      plan.ring_count = balloon.ring_count * 4 / 3;
+    else
+      plan.slimness *= 0.85;
   }
   throw InputError(
       "the balloon cannot be placed without touching the wall (the line bends too sharply there). "
@@ -183,9 +193,9 @@ BalloonSetup place_balloon(const LumenMesh& lumen, const CenterlineTree& tree,
   const BalloonPlan plan =
       make_plan(options, {abscissa_mm, lesion_length_mm, reference_diameter_mm},
                 open_stretch(lumen, tree, path), path, setup.warnings);
-  const detail::MeshTarget wall(lumen.open);
-  setup.balloon = detail::shape_balloon(plan, path, wall);
-  clear_wall(setup.balloon, plan, lumen.open);
+  detail::ShapedBalloon shaped = shape_clear(plan, path, lumen.open);
+  setup.balloon = std::move(shaped.balloon);
+  setup.warnings.insert(setup.warnings.end(), shaped.warnings.begin(), shaped.warnings.end());
 
   progress.report(0.3, "contact region");
   ClosedRegion closed = find_region(lumen, tree, path, setup.balloon);

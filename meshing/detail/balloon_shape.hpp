@@ -1,5 +1,6 @@
 #pragma once
 
+#include <string>
 #include <vector>
 
 #include "core/centerline.hpp"
@@ -13,10 +14,14 @@ namespace angio::meshing::detail {
 struct BalloonPlan {
   double nominal_radius = 0.0;   ///< [mm]
   double cylinder_length = 0.0;  ///< [mm]
-  double start_radius = 0.0;     ///< [mm] not exceeded
+  double start_radius = 0.0;     ///< [mm] not exceeded where folds are not meshed
   double middle_abscissa = 0.0;  ///< [mm] on the path
-  int ring_count = 0;
-  int ring_vertex_count = 0;
+  double slimness = 1.0;         ///< share of the room around the axis that is used, (0, 1]
+  int fold_count = 0;            ///< 0: a tube of the start radius, folds not meshed
+  double shaft_radius = 0.0;     ///< [mm] inside the folds
+  double fold_gap = 0.0;         ///< [mm] at least between layers, and to the shaft
+  int ring_count = 0;            ///< folds may ask for more
+  int ring_vertex_count = 0;     ///< folds may ask for more
   int guidewire_node_count = 0;
 
   /// From pole to pole: each end is a hemisphere. [mm]
@@ -27,6 +32,7 @@ struct BalloonPlan {
 struct CapsuleRings {
   std::vector<double> position;  ///< along the axis from the proximal pole [mm]
   std::vector<double> radius;    ///< of the vertices [mm]
+  std::vector<double> past_end;  ///< meridian beyond the cylinder's end, 0 on it [mm]
 };
 /// The polygon of a ring has the area of the circle it stands for:
 ///
@@ -37,26 +43,19 @@ CapsuleRings capsule_rings(const BalloonPlan& plan);
 /// is i * ring_vertex_count + k; then the proximal and the distal pole.
 std::vector<Triangle> capsule_triangles(int ring_count, int ring_vertex_count);
 
-/// A curve with a frame that turns as little as possible along it.
-struct FramedAxis {
-  std::vector<Vec3> points;
-  std::vector<Vec3> tangents, normals;  ///< unit, at right angles
-  std::vector<double> abscissa;         ///< arc length from the first point [mm]
-  std::vector<double> wall_distance;    ///< to the wall, positive inside the lumen [mm]
+struct ShapedBalloon {
+  Balloon balloon;
+  std::vector<std::string> warnings;
 };
 
-/// Places the balloon along a path inside a lumen.
-///
-/// The axis is the path smoothed by a Gaussian as far as the balloon's rings ask for (they must not
-/// cross at bends) while it stays inside the lumen. Each ring is as wide as wanted, or as the wall
-/// lets it: the gap to the wall is at least 15 % of the axis's distance from the wall and 0.02 mm.
+/// Places the balloon along a path inside a lumen; see fit_axis for the axis and the gap to the
+/// wall. Unfolded, each ring is as wide as wanted, or as the wall lets it. Folded, the section is
+/// the same along the whole cylinder, wound more tightly if the wall asks for it, and opens towards
+/// the poles.
 ///
 /// @param wall  of the lumen
-/// @throws InputError if a ring would have to be thinner than 0.10 mm in radius
-Balloon shape_balloon(const BalloonPlan& plan, const CenterlinePath& path,
-                      const SurfaceTarget& wall);
-
-/// The start shape again with every ring thinner by a factor.
-void shrink_start(Balloon& balloon, const BalloonPlan& plan, double factor);
+/// @throws InputError if there is not enough room
+ShapedBalloon shape_balloon(const BalloonPlan& plan, const CenterlinePath& path,
+                            const SurfaceTarget& wall);
 
 }  // namespace angio::meshing::detail

@@ -9,32 +9,17 @@
 #include "core/error.hpp"
 #include "meshing/detail/air_mesh.hpp"
 #include "meshing/meshing.hpp"
-#include "tests/meshing/analytic_vessels.hpp"
+#include "tests/meshing/placed_balloon.hpp"
 
 namespace angio::meshing {
 namespace {
 
 using std::numbers::pi;
 
-/// A vessel with its mesh and the balloon placed in it.
-struct Case {
-  test::Vessel vessel;
-  LumenMesh lumen;
-  BalloonSetup setup;
-};
+using test::place;
+using test::stenosed_tube;
+using Case = test::PlacedCase;
 
-Case place(test::Vessel vessel, double abscissa, double lesion_length, double reference_diameter,
-           const BalloonOptions& options = {}) {
-  Case result{std::move(vessel), {}, {}};
-  result.lumen = mesh_lumen(result.vessel.level_set, result.vessel.tree, {});
-  result.setup = place_balloon(result.lumen, result.vessel.tree, result.vessel.tree.paths[0],
-                               abscissa, lesion_length, reference_diameter, options);
-  return result;
-}
-
-test::Vessel stenosed_tube(double severity = 0.6) {
-  return test::make_tube(36.0, 0.3, test::stenosis(1.5, 18.0, 5.0, severity));
-}
 /// Placed once; many tests look at it.
 const Case& stenosed() {
   static const Case kCase = place(stenosed_tube(), 18.0, 8.0, 3.0);
@@ -47,14 +32,6 @@ const Case& bent() {
 const Case& forked() {
   static const Case kCase = place(test::make_fork(1.5, 1.2, 16.0, 16.0, 0.6, 0.3), 16.0, 2.0, 2.5);
   return kCase;
-}
-
-double sum_of_tets(const TetMesh& mesh) {
-  double sum = 0.0;
-  for (const Tet& t : mesh.tets)
-    sum += tet_volume(mesh.vertices[std::size_t(t[0])], mesh.vertices[std::size_t(t[1])],
-                      mesh.vertices[std::size_t(t[2])], mesh.vertices[std::size_t(t[3])]);
-  return sum;
 }
 
 class PlacedBalloon : public testing::TestWithParam<const Case& (*)()> {
@@ -172,7 +149,7 @@ TEST_P(PlacedBalloon, FillsTheGapWithAir) {
   const auto gap = detail::close_region(region().mesh);
   ASSERT_TRUE(gap.has_value());
   const double volume = enclosed_volume(gap->shell) - enclosed_volume(balloon().start);
-  EXPECT_NEAR(sum_of_tets(air()) / volume, 1.0, 1e-9);
+  EXPECT_NEAR(test::sum_of_tets(air()) / volume, 1.0, 1e-9);
   EXPECT_THAT(placed().setup.warnings, testing::IsEmpty());
 }
 

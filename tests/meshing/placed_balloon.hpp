@@ -1,0 +1,37 @@
+#pragma once
+
+#include <utility>
+
+#include "meshing/meshing.hpp"
+#include "tests/meshing/analytic_vessels.hpp"
+
+namespace angio::meshing::test {
+
+/// A vessel with its mesh and the balloon placed in it.
+struct PlacedCase {
+  Vessel vessel;
+  LumenMesh lumen;
+  BalloonSetup setup;
+};
+
+inline PlacedCase place(Vessel vessel, double abscissa, double lesion_length,
+                        double reference_diameter, const BalloonOptions& options = {}) {
+  PlacedCase result{std::move(vessel), {}, {}};
+  result.lumen = mesh_lumen(result.vessel.level_set, result.vessel.tree, {});
+  result.setup = place_balloon(result.lumen, result.vessel.tree, result.vessel.tree.paths[0],
+                               abscissa, lesion_length, reference_diameter, options);
+  return result;
+}
+
+inline Vessel stenosed_tube(double severity = 0.6) {
+  return make_tube(36.0, 0.3, stenosis(1.5, 18.0, 5.0, severity));
+}
+inline double sum_of_tets(const TetMesh& mesh) {
+  double sum = 0.0;
+  for (const Tet& t : mesh.tets)
+    sum += tet_volume(mesh.vertices[std::size_t(t[0])], mesh.vertices[std::size_t(t[1])],
+                      mesh.vertices[std::size_t(t[2])], mesh.vertices[std::size_t(t[3])]);
+  return sum;
+}
+
+}  // namespace angio::meshing::test
