@@ -9,6 +9,7 @@
 
 #include "core/error.hpp"
 #include "core/units.hpp"
+#include "simulation/detail/material.hpp"
 #include "simulation/detail/measure.hpp"
 #include "simulation/detail/schedule.hpp"
 #include "simulation/detail/step.hpp"
@@ -138,9 +139,11 @@ const char* name(Phase phase) {
 }
 
 void SimulationOptions::validate() const {
-  if (balloon.name != "pa12" && balloon.name != "polyurethane" && !(balloon.c1_mpa > 0.0))
+  if (!is_named_material(balloon.name) && !(balloon.c1_mpa > 0.0))
     throw OptionError("balloon.material is \"" + balloon.name +
-                      "\" (unknown material). Use pa12 or polyurethane, or give c1_mpa and c2_mpa");
+                      "\" (unknown material). Use pa12, pet or polyurethane, or give c1_mpa and "
+                      "c2_mpa");
+  if (!balloon.chart.empty()) validate_chart(balloon.chart, balloon.name);
   check("balloon.c1_mpa", balloon.c1_mpa, 0.0, 1e6);
   check("balloon.c2_mpa", balloon.c2_mpa, 0.0, 1e6);
   check("balloon.wall_mm", balloon.wall_mm, 0.001, 1.0);

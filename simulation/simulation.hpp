@@ -8,6 +8,7 @@
 #include "core/progress.hpp"
 #include "core/tet_mesh.hpp"
 #include "core/triangle_mesh.hpp"
+#include "simulation/chart.hpp"
 
 namespace angio::simulation {
 
@@ -18,11 +19,14 @@ enum class Backend { automatic, cpu, cuda };
 enum class MembraneModel { automatic, plain, relaxed };
 
 struct BalloonMaterial {
-  std::string name = "pa12";   ///< "pa12" or "polyurethane" fill in the rest
+  std::string name = "pa12";   ///< "pa12", "pet" or "polyurethane" fill in the rest
   double c1_mpa = 0.0;         ///< Mooney-Rivlin C1 [MPa], >= 0; 0: the named material's
   double c2_mpa = 0.0;         ///< Mooney-Rivlin C2 [MPa], >= 0
   double wall_mm = 0.02;       ///< membrane thickness H before inflation, [0.001, 1]
   double density_g_mm3 = 0.0;  ///< 0: the named material's
+  /// Compliance chart that the balloon alone is to reproduce, by fibres around it; its unloaded
+  /// diameter is rest_diameter_mm(chart). Empty: the material as it is.
+  std::vector<ChartPoint> chart;
 };
 
 struct WallMaterial {

@@ -6,6 +6,7 @@
 
 #include "core/error.hpp"
 #include "core/units.hpp"
+#include "simulation/detail/material.hpp"
 
 namespace angio::simulation::detail {
 namespace {
@@ -150,22 +151,6 @@ void add_wall(const SimulationModel& model, const SimulationOptions& options, Sc
 }
 
 }  // namespace
-
-MooneyRivlin<double> moduli(const BalloonMaterial& material) {
-  MooneyRivlin<double> m{units::pascal_from_megapascal(material.c1_mpa),
-                         units::pascal_from_megapascal(material.c2_mpa)};
-  if (material.c1_mpa > 0.0) return m;
-  // PA-12: E = 900 MPa (De Beule 2008, Gervaso 2008); an incompressible
-  // neo-Hookean solid has E = 6 C1. Polyurethane: seed paper, table 1, in MPa.
-  if (material.name == "polyurethane")
-    return {units::pascal_from_megapascal(1.031), units::pascal_from_megapascal(3.69)};
-  return {units::pascal_from_megapascal(150.0), 0.0};
-}
-
-double density(const BalloonMaterial& material) {
-  if (material.density_g_mm3 > 0.0) return material.density_g_mm3;
-  return material.name == "polyurethane" ? 1.07e-3 : 1.1e-3;
-}
 
 Scene make_scene(const SimulationModel& model, const SimulationOptions& options) {
   check_balloon(model);

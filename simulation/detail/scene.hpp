@@ -54,8 +54,4 @@ struct Scene {
 /// @throws InputError if shapes do not match, the balloon is not closed, or a triangle is flat
 Scene make_scene(const SimulationModel& model, const SimulationOptions& options);
 
-/// The moduli in force: those given, or the named material's.
-MooneyRivlin<double> moduli(const BalloonMaterial& material);
-double density(const BalloonMaterial& material);
-
 }  // namespace angio::simulation::detail
