@@ -1,7 +1,7 @@
 #pragma once
 
 #include <array>
-#include <string>
+#include <functional>
 #include <vector>
 
 #include "core/triangle_mesh.hpp"
@@ -29,7 +29,8 @@ struct LayeredWall {
   std::vector<Vec3> axial;         ///< the vessel's direction there, unit, shape [wedge]
   std::vector<Triangle> lumen_triangles;  ///< normals leave the lumen
   std::vector<Triangle> outer_triangles;  ///< normals leave the wall
-  std::vector<char> fixed;                ///< held in place (the region's rims), shape [vertex]
+  /// Held in place (the region's rims): 1 all, or the sum of 2, 4, 8 along x, y, z; shape [vertex].
+  std::vector<char> fixed;
 };
 
 /// The law of one region: nearly incompressible, with two families of fibres at +- angle from the
@@ -60,5 +61,81 @@ const char* name(Plaque plaque);
 
 /// The human left anterior descending artery's layers and the named plaque (README: sources).
 std::array<WallRegionMaterial, kWallRegionCount> wall_materials(Plaque plaque = Plaque::fibrous);
+
+struct WallOptions {
+  std::array<WallRegionMaterial, kWallRegionCount> materials = wall_materials();
+  double blood_pressure_kpa = 10.0;  ///< under which the wall was seen, [0, 50]
+  double axial_stretch = 1.044;  ///< in place, of the unloaded wall (Holzapfel 2005), [0.9, 1.5]
+  double foundation_kpa_per_mm = 10.0;  ///< surrounding tissue on the outer surface, [0, 1e5]
+
+  void validate() const;
+};
+
+/// Where the wall is and what it remembers. Two quadrature points a wedge, the inner one first.
+struct WallState {
+  std::vector<Vec3> vertices;          ///< [mm]
+  std::vector<Mat3> prestress;         ///< F0 at each point: unloaded to seen, shape [2 wedge]
+  std::vector<Mat3> plastic;           ///< Fp at each point, det 1, shape [2 wedge]
+  std::vector<double> plastic_strain;  ///< gathered equivalent log strain, shape [2 wedge]
+};
+
+struct WallSolution {
+  WallState state;
+  /// Of the shape from the wall's vertices, the largest [mm].
+  double displacement_mm = 0.0;
+  double residual = 0.0;  ///< unbalanced force over the forces that balance
+  int iterations = 0;     ///< of Newton's method, all in all
+  bool converged = false;
+};
+
+/// @throws InputError naming the vertex or wedge: not finite, out of range, inside out, flat,
+///         without thickness, in pieces, nothing that holds it
+void check_wall(const LayeredWall& wall, const WallOptions& options);
+
+/// The unloaded wall: no pre-stress, no plastic strain, in the shape of the mesh.
+WallState unloaded_state(const LayeredWall& wall);
+
+/// Finds the stresses with which the wall is in balance in the shape of the mesh, under the blood
+/// pressure and the axial stretch.
+WallSolution prestress_wall(const LayeredWall& wall, const WallOptions& options);
+
+/// The balance under another pressure in the lumen, from a state.
+///
+/// @param pressure_kpa  above that around the wall
+/// @param time_s        for which regions that creep do so; 0: they only yield, as those without
+///                      creep
+WallSolution solve_wall(const LayeredWall& wall, const WallOptions& options, const WallState& start,
+                        double pressure_kpa, double time_s = 0.0);
+
+/// Stress and strain of one wedge or around one vertex.
+struct WallStress {
+  double principal_kpa = 0.0;        ///< largest principal Cauchy stress
+  double circumferential_kpa = 0.0;  ///< Cauchy stress along the circumference
+  double axial_kpa = 0.0;            ///< along the vessel
+  double von_mises_kpa = 0.0;
+  double log_strain = 0.0;      ///< largest principal, from the shape of the mesh
+  double plastic_strain = 0.0;  ///< gathered equivalent log strain
+  double volume_ratio = 1.0;    ///< J
+};
+
+struct WallFields {
+  std::vector<WallStress> wedges;    ///< shape [wedge]
+  std::vector<WallStress> vertices;  ///< means over the wedges around, by volume, shape [vertex]
+};
+WallFields wall_fields(const LayeredWall& wall, const WallOptions& options, const WallState& state);
+
+/// A wall around a straight lumen along z, for tests and validation.
+struct TubeWall {
+  double length_mm = 2.0;
+  int around = 24;  ///< vertices of a ring, >= 3
+  int along = 4;    ///< rings less one, >= 1
+  std::function<double(double angle, double z)> inner_radius_mm;
+  std::function<double(double angle, double z)> outer_radius_mm;
+  std::vector<double> layer_shares = {0.27, 0.36, 0.40};  ///< of the thickness, inside first
+  std::vector<WallRegion> layer_regions = {WallRegion::intima, WallRegion::media,
+                                           WallRegion::adventitia};
+  char rim = 8;  ///< of LayeredWall::fixed for the first and last ring: held along z
+};
+LayeredWall make_tube_wall(const TubeWall& tube);
 
 }  // namespace angio::simulation
