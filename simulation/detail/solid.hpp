@@ -82,11 +82,12 @@ ANGIO_HOST_DEVICE constexpr Real parametric_weight() {
   return Real(0.5);
 }
 
-/// dx/d(r, s, z) at point q, columns by parameter.
+/// dx/d(r, s, z) at point q, columns by parameter. The gradients' sum is zero: differences to one
+/// corner keep the digits far from the origin.
 template <class Real>
 ANGIO_HOST_DEVICE inline Mat3T<Real> jacobian(const Vec3T<Real>* x, int q) {
   Mat3T<Real> j;
-  for (int a = 0; a < 6; ++a) j += outer(x[a], parametric_gradient<Real>(a, q));
+  for (int a = 1; a < 6; ++a) j += outer(x[a] - x[0], parametric_gradient<Real>(a, q));
   return j;
 }
 
@@ -107,7 +108,7 @@ template <class Real>
 ANGIO_HOST_DEVICE inline Mat3T<Real> deformation(const SolidPoint<Real>& point,
                                                  const Vec3T<Real>* x) {
   Mat3T<Real> f;
-  for (int a = 0; a < 6; ++a) f += outer(x[a], point.g[a]);
+  for (int a = 1; a < 6; ++a) f += outer(x[a] - x[0], point.g[a]);
   return f;
 }
 

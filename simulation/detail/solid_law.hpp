@@ -174,10 +174,12 @@ struct VolumeEnergy {
 
 template <class Real>
 ANGIO_HOST_DEVICE inline VolumeEnergy<Real> volume_energy(Real bulk, Real j) {
-  using std::log;
+  using std::log1p;
   if (!(j > Real(0))) return {Real(INFINITY), Real(0), Real(0)};
-  return {Real(0.5) * bulk * (Real(0.5) * (j * j - Real(1)) - log(j)),
-          Real(0.5) * bulk * (j - Real(1) / j), Real(0.5) * bulk * (Real(1) + Real(1) / (j * j))};
+  const Real d = j - Real(1);  // small: formed first, so that its digits are kept
+  return {Real(0.5) * bulk * (d + Real(0.5) * d * d - log1p(d)),
+          Real(0.5) * bulk * d * (Real(1) + Real(1) / j),
+          Real(0.5) * bulk * (Real(1) + Real(1) / (j * j))};
 }
 
 }  // namespace angio::simulation::detail

@@ -4,6 +4,7 @@
 #include <random>
 
 #include "simulation/detail/solid.hpp"
+#include "simulation/detail/solid_flow.hpp"
 
 namespace angio::simulation::detail {
 namespace {
@@ -203,6 +204,96 @@ INSTANTIATE_TEST_SUITE_P(States, Wedges,
                                            Case{"dispersed_taut", 0.5, 1.0, 0.02, 0.85, true},
                                            Case{"dispersed_slack", 0.5, 1.0, 0.02, 1.2, false}),
                          [](const auto& test) { return std::string(test.param.what); });
+
+// Isochoric extension along a turned axis.
+Mat3 extension(double stretch, unsigned seed) {
+  const Mat3 turn = rotation(seed);
+  Mat3 f;
+  f(0, 0) = stretch;
+  f(1, 1) = f(2, 2) = 1.0 / std::sqrt(stretch);
+  return turn * f * transpose(rotation(seed + 1));
+}
+
+// The stretch at which an incompressible neo-Hookean bar bears a stress: G (l^2 - 1/l) = s.
+double bar_stretch(double shear, double stress) {
+  double low = 1.0, high = 10.0;
+  for (int i = 0; i < 200; ++i) {
+    const double l = 0.5 * (low + high);
+    (shear * (l * l - 1.0 / l) < stress ? low : high) = l;
+  }
+  return low;
+}
+
+TEST(SolidFlow, IsPerfectlyPlasticInABarAsTheClosedForm) {
+  SolidLaw<double> law = neo_hookean();
+  law.yield = 1.5e4;
+  const double elastic = bar_stretch(law.shear, law.yield);
+  for (const double stretch : {1.05, 1.3, 2.0}) {
+    const Mat3 f = extension(stretch, 21u);
+    const FlowStep<double> step = flow_solid<double>(law, nullptr, f, 0.0);
+    if (stretch <= elastic) {
+      EXPECT_EQ(step.strain, 0.0);
+      continue;
+    }
+    EXPECT_NEAR(step.strain, std::log(stretch / elastic), 1e-6);
+    EXPECT_NEAR(determinant(step.growth), 1.0, 1e-12);
+    // What is left is the elastic stretch, along the same axis.
+    const Mat3 left = f * inverse(step.growth);
+    EXPECT_NEAR(yield_stress<double>(law, nullptr, left).von_mises, law.yield, 1e-6 * law.yield);
+    const Vec3 stretches = eigen_decomposition(transpose(left) * left).value;
+    EXPECT_NEAR(std::max({stretches.x, stretches.y, stretches.z}), elastic * elastic, 1e-6);
+  }
+}
+
+TEST(SolidFlow, CreepsTowardsTheYieldStressAsAnExponential) {
+  SolidLaw<double> law = neo_hookean();
+  law.yield = 1.5e4;
+  law.creep = 0.8;
+  const Mat3 f = extension(1.5, 23u);
+  const double trial = law.shear * (1.5 * 1.5 - 1.0 / 1.5), dt = 0.3;
+  const double stress = law.yield + (trial - law.yield) * std::exp(-law.creep * dt);
+  const FlowStep<double> step = flow_solid<double>(law, nullptr, f, dt);
+  EXPECT_NEAR(step.strain, std::log(1.5 / bar_stretch(law.shear, stress)), 1e-6);
+  // Two half steps are one whole step.
+  const FlowStep<double> first = flow_solid<double>(law, nullptr, f, 0.5 * dt);
+  const FlowStep<double> second =
+      flow_solid<double>(law, nullptr, f * inverse(first.growth), 0.5 * dt);
+  EXPECT_NEAR(first.strain + second.strain, step.strain, 1e-6);
+}
+
+TEST(SolidFlow, BringsFibersToTheYieldStressAndKeepsTheVolume) {
+  SolidLaw<double> law = fibered(0.5);
+  law.yield = 4e5;
+  const Vec3 fiber[2] = {normalized(Vec3{0.8, 0.6, 0}), normalized(Vec3{0.8, -0.6, 0})};
+  for (const double stretch : {1.2, 1.5, 2.5}) {
+    const Mat3 f = extension(stretch, 25u);
+    if (yield_stress(law, fiber, f).von_mises <= law.yield) continue;
+    const FlowStep<double> step = flow_solid(law, fiber, f, 0.0);
+    EXPECT_GT(step.strain, 0.0);
+    EXPECT_NEAR(determinant(step.growth), 1.0, 1e-10);
+    EXPECT_NEAR(yield_stress(law, fiber, f * inverse(step.growth)).von_mises, law.yield,
+                1e-6 * law.yield)
+        << stretch;
+  }
+}
+
+TEST(SolidLaw, IsNeoHookeanAndHolzapfelInABar) {
+  // Uniaxial tension of an incompressible bar with fibres along it: s = l dPsi/dl.
+  SolidLaw<double> law = fibered(1.0);
+  const Vec3 fiber[2] = {{1, 0, 0}, {1, 0, 0}};
+  const double l = 1.2;
+  Mat3 f;
+  f(0, 0) = l;
+  f(1, 1) = f(2, 2) = 1.0 / std::sqrt(l);
+  SolidTangent<double> tangent;
+  const Mat3 p = solid_stress(law, fiber, f, tangent).p;
+  const double stress = p(0, 0) * l - p(1, 1) / std::sqrt(l);
+  const double over = l * l - 1.0;
+  EXPECT_NEAR(
+      stress,
+      law.shear * (l * l - 1.0 / l) + 4.0 * law.k1 * l * l * over * std::exp(law.k2 * over * over),
+      1e-9 * stress);
+}
 
 }  // namespace
 }  // namespace angio::simulation::detail

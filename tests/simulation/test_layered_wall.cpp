@@ -1,0 +1,373 @@
+#include <gtest/gtest.h>
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+#include "core/error.hpp"
+#include "simulation/detail/wall_terms.hpp"
+#include "simulation/wall.hpp"
+
+namespace angio::simulation {
+namespace {
+
+WallRegionMaterial neo_hookean(double shear_kpa, double bulk_ratio) {
+  return {.shear_kpa = shear_kpa, .bulk_kpa = bulk_ratio * shear_kpa};
+}
+
+WallOptions of_one_material(const WallRegionMaterial& m) {
+  WallOptions options;
+  options.materials.fill(m);
+  options.foundation_kpa_per_mm = 0.0;
+  options.axial_stretch = 1.0;
+  return options;
+}
+
+TubeWall round_tube(double inner, double outer, int around, int along, double length) {
+  TubeWall tube;
+  tube.around = around;
+  tube.along = along;
+  tube.length_mm = length;
+  tube.inner_radius_mm = [=](double, double) { return inner; };
+  tube.outer_radius_mm = [=](double, double) { return outer; };
+  return tube;
+}
+
+// Mean distance from the z axis of the lumen's or the outer surface's vertices.
+double mean_radius(const std::vector<Triangle>& surface, const std::vector<Vec3>& x) {
+  double sum = 0.0;
+  for (const Triangle& t : surface)
+    for (const int v : t) {
+      const Vec3 p = x[static_cast<std::size_t>(v)];
+      sum += std::hypot(p.x, p.y);
+    }
+  return sum / static_cast<double>(3 * surface.size());
+}
+
+// Psi of an incompressible tube wall in the circumferential and axial stretch [kPa].
+double energy(const WallRegionMaterial& m, double around, double along) {
+  const double across = 1.0 / (around * along);
+  const double i1 = around * around + along * along + across * across - 3.0;
+  const double c = std::cos(m.fiber_angle_deg * std::numbers::pi / 180.0);
+  const double over = c * c * around * around + (1.0 - c * c) * along * along - 1.0;
+  const double taut = std::max(over, 0.0);
+  double psi = 0.5 * m.shear_kpa * i1;
+  if (m.fiber_k1_kpa > 0.0)
+    psi += m.fiber_k1_kpa / m.fiber_k2 *
+           (std::exp(m.fiber_k2 * ((1.0 - m.fiber_share) * i1 * i1 + m.fiber_share * taut * taut)) -
+            1.0);
+  return psi;
+}
+
+// The pressure that holds an incompressible tube of unloaded radii A, B at the inner radius a:
+// p = integral of l dPsi/dl dr / r (Holzapfel, Gasser, Ogden 2000, Eq. 35), l = r / R.
+double tube_pressure(const WallRegionMaterial& m, double unloaded_inner, double unloaded_outer,
+                     double inner, double along) {
+  const auto radius = [&](double unloaded) {
+    return std::sqrt(inner * inner +
+                     (unloaded * unloaded - unloaded_inner * unloaded_inner) / along);
+  };
+  const int steps = 2000;
+  double sum = 0.0;
+  for (int i = 0; i < steps; ++i) {
+    const double big = unloaded_inner + (unloaded_outer - unloaded_inner) * (i + 0.5) / steps;
+    const double width = (unloaded_outer - unloaded_inner) / steps;
+    const double r = radius(big), l = r / big, h = 1e-6;
+    const double slope = (energy(m, l + h, along) - energy(m, l - h, along)) / (2.0 * h);
+    sum += l * slope * (big / (along * r)) * width / r;  // dr = R dR / (l_z r)
+  }
+  return sum;
+}
+
+struct TubeError {
+  double inner = 0.0, outer = 0.0;  // of the displacement, relative
+};
+
+TubeError tube_error(const WallRegionMaterial& m, double inner, int around,
+                     std::vector<double> layers) {
+  constexpr double kA = 1.0, kB = 1.6;
+  TubeWall shape = round_tube(kA, kB, around, 2, 2.0 * std::numbers::pi / around * 1.7);
+  shape.layer_regions.assign(layers.size(), WallRegion::media);
+  shape.layer_shares = std::move(layers);
+  const LayeredWall wall = make_tube_wall(shape);
+  const WallOptions options = of_one_material(m);
+  const double pressure = tube_pressure(m, kA, kB, inner, 1.0);
+  const WallSolution solution = solve_wall(wall, options, unloaded_state(wall), pressure);
+  EXPECT_TRUE(solution.converged);
+  const double outer = std::sqrt(inner * inner + kB * kB - kA * kA);
+  return {(mean_radius(wall.lumen_triangles, solution.state.vertices) - inner) / (inner - kA),
+          (mean_radius(wall.outer_triangles, solution.state.vertices) - outer) / (outer - kB)};
+}
+
+const WallRegionMaterial kFibered{.shear_kpa = 20.0,
+                                  .bulk_kpa = 20000.0,
+                                  .fiber_k1_kpa = 30.0,
+                                  .fiber_k2 = 5.0,
+                                  .fiber_angle_deg = 30.0};
+
+// Net force on each vertex of a solid at x [uN].
+std::vector<Vec3> forces(const detail::SolidModel& model, const std::vector<Vec3>& x) {
+  std::vector<Vec3> sum(x.size());
+  for (int w = 0; w < model.wedge_count(); ++w) {
+    Vec3 g[6];
+    wedge_gradient(model.view(nullptr).wedge(w), corners_of(model, w, x).data(), g);
+    for (std::size_t a = 0; a < 6; ++a)
+      sum[static_cast<std::size_t>(model.corners[6 * static_cast<std::size_t>(w) + a])] += g[a];
+  }
+  return sum;
+}
+
+TEST(SolidMesh, PassesThePatchTest) {
+  // An even deformation of crooked wedges is a balance: no force on a vertex inside.
+  TubeWall shape = round_tube(1.0, 1.8, 9, 4, 1.5);
+  shape.inner_radius_mm = [](double a, double z) {
+    return 1.0 + 0.1 * std::cos(3.0 * a + 5.0 * z);
+  };
+  const LayeredWall wall = make_tube_wall(shape);
+  const detail::SolidModel model =
+      make_solid_model(wall, of_one_material(neo_hookean(20.0, 100.0)));
+  Mat3 map;
+  map.m[0][0] = 1.2, map.m[0][1] = 0.1, map.m[1][1] = 0.9, map.m[2][0] = -0.2, map.m[2][2] = 0.95;
+  std::vector<Vec3> x = wall.vertices;
+  for (Vec3& p : x) p = map * p;
+  const std::vector<Vec3> f = forces(model, x);
+  double most = 0.0, inside = 0.0;
+  const std::size_t surface = wall.vertices.size() / 4;
+  for (std::size_t v = 0; v < f.size(); ++v) {
+    most = std::max(most, norm(f[v]));
+    if (wall.fixed[v] == 0 && v >= surface && v < 3 * surface)
+      inside = std::max(inside, norm(f[v]));
+  }
+  EXPECT_LT(inside, 1e-10 * most);
+}
+
+TEST(SolidMesh, MovesFreelyOnlyAsARigidBody) {
+  // The twist of a wedge strains nothing at its points; no mesh can have it everywhere.
+  const LayeredWall wall = make_tube_wall(round_tube(1.0, 1.5, 8, 2, 1.2));
+  const detail::SolidModel model =
+      make_solid_model(wall, of_one_material(neo_hookean(20.0, 100.0)));
+  const auto size = static_cast<Eigen::Index>(3 * wall.vertices.size());
+  Eigen::MatrixXd h = Eigen::MatrixXd::Zero(size, size);
+  for (int w = 0; w < model.wedge_count(); ++w) {
+    Mat3 block[6][6];
+    wedge_hessian(model.view(nullptr).wedge(w), corners_of(model, w, wall.vertices).data(), block);
+    const int* corner = &model.corners[6 * static_cast<std::size_t>(w)];
+    for (int a = 0; a < 18; ++a)
+      for (int b = 0; b < 18; ++b)
+        h(3 * corner[a / 3] + a % 3, 3 * corner[b / 3] + b % 3) +=
+            block[a / 3][b / 3](a % 3, b % 3);
+  }
+  const Eigen::VectorXd values = Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(h).eigenvalues();
+  EXPECT_NEAR(values[5] / values[size - 1], 0.0, 1e-12);
+  EXPECT_GT(values[6] / values[size - 1], 1e-5);
+}
+
+TEST(ThickTube, NeoHookeanWidensAsTheClosedFormInThreeLayers) {
+  for (const double inner : {1.1, 1.4}) {
+    const TubeError e = tube_error(neo_hookean(20.0, 1000.0), inner, 48, {1.0, 1.0, 1.0});
+    EXPECT_NEAR(e.inner, 0.0, 0.01);
+    EXPECT_NEAR(e.outer, 0.0, 0.01);
+  }
+}
+
+TEST(ThickTube, FiberReinforcedWidensAsTheIntegralAlongTheRadiusInThreeLayers) {
+  WallRegionMaterial dispersed = kFibered;
+  dispersed.fiber_share = 0.6;
+  for (const WallRegionMaterial& m : {kFibered, dispersed})
+    for (const double inner : {1.1, 1.3}) {
+      const TubeError e = tube_error(m, inner, 36, {1.0, 1.0, 1.0});
+      EXPECT_NEAR(e.inner, 0.0, 0.01);
+      EXPECT_NEAR(e.outer, 0.0, 0.01);
+    }
+}
+
+// A tube as seen under blood pressure: even, narrowed to one side, or crooked.
+LayeredWall seen_tube(const std::string& kind) {
+  TubeWall shape = round_tube(1.2, 1.75, 20, 10, 4.0);
+  shape.rim = kind == "even" ? char(8) : char(1);
+  if (kind == "stenosed")
+    shape.inner_radius_mm = [](double a, double z) {
+      return 1.2 - 0.6 * std::exp(-2.0 * (z - 2.0) * (z - 2.0)) * (1.0 + 0.3 * std::cos(a));
+    };
+  if (kind == "crooked") {
+    shape.inner_radius_mm = [](double a, double z) {
+      return 1.2 + 0.12 * std::cos(3.0 * a + 2.0 * z) + 0.1 * std::sin(2.0 * z + a);
+    };
+    shape.outer_radius_mm = [](double a, double z) {
+      return 1.75 + 0.1 * std::cos(2.0 * a - z) + 0.1 * std::sin(2.0 * z + a);
+    };
+  }
+  LayeredWall wall = make_tube_wall(shape);
+  if (kind == "stenosed")
+    for (std::size_t w = 0; w < wall.wedges.size(); ++w) {
+      const double z = wall.vertices[static_cast<std::size_t>(wall.wedges[w][0])].z;
+      if (wall.layer[w] == 0 && std::abs(z - 2.0) < 1.0) wall.region[w] = WallRegion::plaque;
+    }
+  return wall;
+}
+
+class Prestress : public ::testing::TestWithParam<const char*> {};
+
+TEST_P(Prestress, KeepsTheShapeThatWasSeenUnderBloodPressure) {
+  const LayeredWall wall = seen_tube(GetParam());
+  const WallOptions options;
+  const WallSolution seen = prestress_wall(wall, options);
+  EXPECT_TRUE(seen.converged);
+  EXPECT_LT(seen.displacement_mm, 0.01);
+  // It is a balance of its own, not an iteration cut short.
+  WallState moved = seen.state;
+  moved.vertices = wall.vertices;
+  const WallSolution again = solve_wall(wall, options, moved, options.blood_pressure_kpa);
+  EXPECT_TRUE(again.converged);
+  EXPECT_LT(again.displacement_mm, 0.01);
+  // Without the pressure the lumen narrows, with more it widens.
+  const double inner = mean_radius(wall.lumen_triangles, wall.vertices);
+  const WallSolution empty = solve_wall(wall, options, seen.state, 0.0);
+  const WallSolution full = solve_wall(wall, options, seen.state, 20.0);
+  EXPECT_TRUE(empty.converged && full.converged);
+  EXPECT_LT(mean_radius(wall.lumen_triangles, empty.state.vertices), inner - 0.01);
+  EXPECT_GT(mean_radius(wall.lumen_triangles, full.state.vertices), inner + 0.01);
+}
+
+INSTANTIATE_TEST_SUITE_P(Tubes, Prestress, ::testing::Values("even", "stenosed", "crooked"),
+                         [](const auto& test) { return std::string(test.param); });
+
+TEST(PrestressedTube, ReturnsToTheShapeFromWhichItWasLoaded) {
+  LayeredWall wall = make_tube_wall(round_tube(1.2, 1.7, 24, 2, 0.5));
+  const WallOptions options = of_one_material(kFibered);
+  const WallSolution loaded = solve_wall(wall, options, unloaded_state(wall), 10.0);
+  const std::vector<Vec3> unloaded = wall.vertices;
+  wall.vertices = loaded.state.vertices;
+  const WallSolution seen = prestress_wall(wall, options);
+  const WallSolution empty = solve_wall(wall, options, seen.state, 0.0);
+  ASSERT_TRUE(loaded.converged && seen.converged && empty.converged);
+  EXPECT_GT(loaded.displacement_mm, 0.1);
+  for (std::size_t v = 0; v < unloaded.size(); ++v)
+    EXPECT_LT(distance(empty.state.vertices[v], unloaded[v]), 0.01);
+}
+
+TEST(PrestressedTube, CarriesThePressureByItsCircumferentialStress) {
+  // Half a tube: the sum of the stress over the wall's section holds p times the lumen's diameter.
+  const LayeredWall wall = make_tube_wall(round_tube(1.2, 1.75, 48, 2, 0.3));
+  WallOptions options;
+  options.foundation_kpa_per_mm = 0.0;
+  const WallSolution seen = prestress_wall(wall, options);
+  ASSERT_TRUE(seen.converged);
+  const WallFields fields = wall_fields(wall, options, seen.state);
+  std::vector<double> sum(3, 0.0);
+  for (std::size_t w = 0; w < wall.wedges.size(); ++w)
+    sum[static_cast<std::size_t>(wall.layer[w])] +=
+        fields.wedges[w].circumferential_kpa / (static_cast<double>(wall.wedges.size()) / 3.0);
+  const double total = 0.27 + 0.36 + 0.40;
+  const double force = 0.55 * (0.27 * sum[0] + 0.36 * sum[1] + 0.40 * sum[2]) / total;
+  EXPECT_NEAR(force, options.blood_pressure_kpa * 1.2, 0.01 * options.blood_pressure_kpa * 1.2);
+}
+
+TEST(WallFlow, WidensAYieldingTubeAsTheElasticPlasticSolution) {
+  // Incompressible, plane strain, von Mises with k = yield / sqrt(3): plastic up to the radius c at
+  // p = 2 k ln(c/a) + k (1 - c^2/b^2); the inner radius has then moved by k c^2 / (2 G a).
+  // Source: Hill, "The Mathematical Theory of Plasticity" (1950), section V.2, for small strains.
+  constexpr double kA = 1.0, kB = 1.6, kC = 1.3, kShear = 2e4, kK = 40.0;
+  WallRegionMaterial m = neo_hookean(kShear, 500.0);
+  m.yield_kpa = kK * std::sqrt(3.0);
+  TubeWall shape = round_tube(kA, kB, 30, 1, 0.25);
+  shape.layer_shares.assign(5, 1.0);
+  shape.layer_regions.assign(5, WallRegion::media);
+  const LayeredWall wall = make_tube_wall(shape);
+  const double pressure = 2.0 * kK * std::log(kC / kA) + kK * (1.0 - kC * kC / (kB * kB));
+  const WallSolution s = solve_wall(wall, of_one_material(m), unloaded_state(wall), pressure);
+  EXPECT_TRUE(s.converged);
+  const double moved = mean_radius(wall.lumen_triangles, s.state.vertices) - kA;
+  EXPECT_NEAR(moved, kK * kC * kC / (2.0 * kShear * kA), 0.02 * moved);
+}
+
+TEST(WallFlow, LeavesAWidenedWallWider) {
+  const LayeredWall wall = make_tube_wall(round_tube(1.2, 1.75, 16, 2, 0.5));
+  WallOptions options;
+  options.materials[0].yield_kpa = options.materials[1].yield_kpa = 60.0;
+  options.materials[0].creep_per_s = options.materials[1].creep_per_s = 2.0;
+  const WallSolution seen = prestress_wall(wall, options);
+  WallSolution s = seen;
+  for (int step = 0; step < 10; ++step) s = solve_wall(wall, options, s.state, 40.0, 0.1);
+  ASSERT_TRUE(s.converged);
+  s = solve_wall(wall, options, s.state, options.blood_pressure_kpa);
+  ASSERT_TRUE(s.converged);
+  EXPECT_GT(mean_radius(wall.lumen_triangles, s.state.vertices), 1.2 + 0.01);
+  const WallFields fields = wall_fields(wall, options, s.state);
+  double most = 0.0;
+  for (const WallStress& v : fields.vertices) most = std::max(most, v.plastic_strain);
+  EXPECT_GT(most, 0.01);
+}
+
+std::string complaint(const LayeredWall& wall, const WallOptions& options = {}) {
+  try {
+    prestress_wall(wall, options);
+  } catch (const Error& e) {
+    return e.what();
+  }
+  return "";
+}
+
+bool says(const std::string& text, const std::string& part) {
+  return text.find(part) != std::string::npos;
+}
+
+TEST(BadWall, IsRefusedWithItsElementNamed) {
+  const LayeredWall good = make_tube_wall(round_tube(1.2, 1.75, 8, 2, 1.0));
+  EXPECT_EQ(complaint(good), "");
+
+  LayeredWall bad = good;
+  std::swap(bad.wedges[5][1], bad.wedges[5][2]);
+  std::swap(bad.wedges[5][4], bad.wedges[5][5]);
+  EXPECT_TRUE(says(complaint(bad), "wedge 5 (layer 0, intima) is inside out")) << complaint(bad);
+
+  bad = good;
+  const Wedge& thin = bad.wedges[40];
+  bad.vertices[static_cast<std::size_t>(thin[3])] = bad.vertices[static_cast<std::size_t>(thin[0])];
+  EXPECT_TRUE(says(complaint(bad), "has no thickness at vertex")) << complaint(bad);
+
+  bad = good;
+  bad.vertices[7].y = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_TRUE(says(complaint(bad), "vertex 7 ")) << complaint(bad);
+
+  bad = good;
+  bad.vertices.push_back({9, 9, 9});
+  bad.fixed.push_back(1);
+  EXPECT_TRUE(says(complaint(bad), "in pieces: vertex " + std::to_string(good.vertices.size())))
+      << complaint(bad);
+
+  bad = good;
+  bad.wedges[3][4] = 12345;
+  EXPECT_TRUE(says(complaint(bad), "wedge 3 ") && says(complaint(bad), "12345"));
+
+  bad = good;
+  bad.axial[9] = {0, 0, 0};
+  EXPECT_TRUE(says(complaint(bad), "wedge 9 "));
+
+  bad = good;
+  bad.fixed.assign(bad.fixed.size(), 0);
+  WallOptions loose;
+  loose.foundation_kpa_per_mm = 0.0;
+  EXPECT_TRUE(says(complaint(bad, loose), "nothing holds"));
+
+  WallOptions nonsense;
+  nonsense.materials[1].shear_kpa = -3.0;
+  EXPECT_TRUE(says(complaint(good, nonsense), "wall.media.shear_kpa"));
+  nonsense = {};
+  nonsense.materials[3].bulk_kpa = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_TRUE(says(complaint(good, nonsense), "wall.plaque.bulk_kpa"));
+}
+
+TEST(WallOptions, DefaultsAreValid) { EXPECT_NO_THROW(WallOptions{}.validate()); }
+
+TEST(WallSolutions, DoNotDependOnTheRun) {
+  const LayeredWall wall = seen_tube("stenosed");
+  const WallState a = solve_wall(wall, {}, unloaded_state(wall), 3.0).state;
+  const WallState b = solve_wall(wall, {}, unloaded_state(wall), 3.0).state;
+  EXPECT_EQ(a.vertices, b.vertices);
+}
+
+}  // namespace
+}  // namespace angio::simulation
