@@ -127,7 +127,7 @@ TEST(SolidMesh, PassesThePatchTest) {
   };
   const LayeredWall wall = make_tube_wall(shape);
   const detail::SolidModel model =
-      make_solid_model(wall, of_one_material(neo_hookean(20.0, 100.0)));
+      detail::make_solid_model(wall, of_one_material(neo_hookean(20.0, 100.0)));
   Mat3 map;
   map.m[0][0] = 1.2, map.m[0][1] = 0.1, map.m[1][1] = 0.9, map.m[2][0] = -0.2, map.m[2][2] = 0.95;
   std::vector<Vec3> x = wall.vertices;
@@ -147,7 +147,7 @@ TEST(SolidMesh, MovesFreelyOnlyAsARigidBody) {
   // The twist of a wedge strains nothing at its points; no mesh can have it everywhere.
   const LayeredWall wall = make_tube_wall(round_tube(1.0, 1.5, 8, 2, 1.2));
   const detail::SolidModel model =
-      make_solid_model(wall, of_one_material(neo_hookean(20.0, 100.0)));
+      detail::make_solid_model(wall, of_one_material(neo_hookean(20.0, 100.0)));
   const auto size = static_cast<Eigen::Index>(3 * wall.vertices.size());
   Eigen::MatrixXd h = Eigen::MatrixXd::Zero(size, size);
   for (int w = 0; w < model.wedge_count(); ++w) {
