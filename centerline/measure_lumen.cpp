@@ -12,19 +12,57 @@ namespace angio::centerline {
 
 namespace {
 
-/// The section at a point of a line that was found before the wall moved: from where the wall is
-/// now, once more from the section's new middle.
-TubeSection measure_at(const WallPoints& points, const Polyline& line,
-                       const std::vector<double>& abscissa, std::size_t i) {
+/// Points [first, last) of a line.
+struct Range {
+  std::size_t first = 0, last = 0;
+};
+
+/// With the points to both sides whose directions count for those at the ends.
+Range widened(const CenterlinePath& path, Range range) {
+  constexpr double kMargin = 4.0;  // radii
+  const double first = path.abscissa[range.first] - kMargin * path.equivalent_radius[range.first];
+  const double last =
+      path.abscissa[range.last - 1] + kMargin * path.equivalent_radius[range.last - 1];
+  while (range.first > 0 && path.abscissa[range.first - 1] >= first) --range.first;
+  while (range.last < path.points.size() && path.abscissa[range.last] <= last) ++range.last;
+  return range;
+}
+
+/// Sections at some points of a line, whose widths are known from elsewhere or not yet.
+std::vector<TubeSection> fit_sections(const WallPoints& points, const Polyline& line, Range stretch,
+                                      bool look, TubeEffort effort) {
   // The wall may have moved outward to several times the radius of the path.
   constexpr double kMostGrowth = 4.0;
-  LocalCurve curve = fit_curve(line, abscissa, i, std::max(line.extent[i], 1.2 * line.radius[i]));
-  const double radius = look_for_wall(points, curve, kMostGrowth * line.radius[i]);
-  if (radius <= 0.0) return {};
-  const TubeSection rough = fit_tube(points, curve, radius, nullptr, TubeEffort::center);
-  if (!rough.valid) return rough;
-  curve.origin = rough.center;
-  return fit_tube(points, curve, rough.inscribed_radius, nullptr, TubeEffort::measure);
+  const std::vector<double> s = arc_length(line.points);
+  std::vector<TubeSection> sections(line.points.size());
+  parallel_for_uneven(std::ptrdiff_t(stretch.last - stretch.first), [&](std::ptrdiff_t index) {
+    const std::size_t i = stretch.first + std::size_t(index);
+    const LocalCurve curve = fit_curve(line, s, i, 1.2 * direction_reach(line, i));
+    double radius = line.radius[i], extent = line.extent[i];
+    if (look) {
+      radius = look_for_wall(points, curve, kMostGrowth * radius);
+      extent = std::max(extent, radius);
+    }
+    if (radius > 0.0) sections[i] = fit_tube(points, curve, radius, extent, nullptr, effort);
+  });
+  return sections;
+}
+
+/// The line in the middle of the wall as it is now. @param line  found before the wall moved
+Polyline center_again(const WallPoints& points, Polyline line, Range stretch) {
+  constexpr int kRounds = 3;
+  for (int round = 0; round < kRounds; ++round) {
+    const std::vector<TubeSection> sections =
+        fit_sections(points, line, stretch, round == 0, TubeEffort::center);
+    for (std::size_t i = stretch.first; i < stretch.last; ++i) {
+      if (!sections[i].valid) continue;
+      line.points[i] = sections[i].center;
+      line.radius[i] = sections[i].inscribed_radius;
+      line.extent[i] = sections[i].extent;
+    }
+    smooth(line, 0, 2);
+  }
+  return line;
 }
 
 }  // namespace
@@ -36,21 +74,21 @@ LumenProfile measure_lumen(const TriangleMesh& surface, const CenterlinePath& pa
   ClosedSurface closed = close_surface(surface);
   closed.mesh.vertices.resize(std::size_t(closed.wall_vertex_count));
   const WallPoints points(std::move(closed.mesh.vertices));
-  const Polyline line{path.points, path.inscribed_radius, path.equivalent_radius};
   const auto begin = std::lower_bound(path.abscissa.begin(), path.abscissa.end(), first_abscissa);
   const auto end = std::upper_bound(begin, path.abscissa.end(), last_abscissa);
-  const auto first = std::size_t(begin - path.abscissa.begin());
-  std::vector<TubeSection> sections(std::size_t(end - begin));
-  parallel_for_uneven(std::ptrdiff_t(sections.size()), [&](std::ptrdiff_t index) {
-    const std::size_t i = first + std::size_t(index);
-    sections[std::size_t(index)] = measure_at(points, line, path.abscissa, i);
-  });
+  const Range stretch{std::size_t(begin - path.abscissa.begin()),
+                      std::size_t(end - path.abscissa.begin())};
+  if (stretch.first >= stretch.last) return {};
+  const Polyline line = center_again(
+      points, {path.points, path.inscribed_radius, path.equivalent_radius}, widened(path, stretch));
+  const std::vector<TubeSection> sections =
+      fit_sections(points, line, stretch, false, TubeEffort::measure);
   LumenProfile profile;
-  for (std::size_t k = 0; k < sections.size(); ++k) {
-    if (!sections[k].valid) continue;  // the plane misses the lumen: at a rim
-    profile.abscissa.push_back(path.abscissa[first + k]);
-    profile.inscribed_radius.push_back(sections[k].inscribed_radius);
-    profile.section_area.push_back(sections[k].area);
+  for (std::size_t i = stretch.first; i < stretch.last; ++i) {
+    if (!sections[i].valid) continue;  // the plane misses the lumen: at a rim
+    profile.abscissa.push_back(path.abscissa[i]);
+    profile.inscribed_radius.push_back(sections[i].inscribed_radius);
+    profile.section_area.push_back(sections[i].area);
   }
   return profile;
 }

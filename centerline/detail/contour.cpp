@@ -69,7 +69,8 @@ Circle largest_circle(const Contour& contour, double most_shift) {
   return best;
 }
 
-Point2 section_middle(const Contour& contour, const Circle& largest, double most_shift) {
+Point2 section_middle(const Contour& contour, const Circle& largest, double most_shift,
+                      double uncertainty) {
   constexpr double kAsWell = 0.95;
   const ContourMoments moments = contour_moments(contour);
   if (moments.area <= 0.0) return largest.center;
@@ -80,7 +81,7 @@ Point2 section_middle(const Contour& contour, const Circle& largest, double most
   const auto fits = [&](double t) {
     const Point2 trial = on_way(t);
     return std::hypot(trial.x, trial.y) <= most_shift &&
-           clearance(contour, trial) >= kAsWell * largest.radius;
+           clearance(contour, trial) >= kAsWell * largest.radius - uncertainty;
   };
   if (fits(1.0)) return on_way(1.0);
   double low = 0.0, high = 1.0;

@@ -37,6 +37,9 @@ Circle largest_circle(const Contour& contour, double most_shift);
 /// the way from the largest circle's centre. In a round section both are the same, in a flat one
 /// (where many circles fit as well) the line does not wander along the flat, and in a crescent it
 /// stays inside.
-Point2 section_middle(const Contour& contour, const Circle& largest, double most_shift);
+///
+/// @param uncertainty  of the contour [mm]: circles are as large when they differ by less
+Point2 section_middle(const Contour& contour, const Circle& largest, double most_shift,
+                      double uncertainty = 0.0);
 
 }  // namespace angio::centerline

@@ -15,6 +15,8 @@ namespace {
 
 constexpr int kRounds = 6;              // of centring by rays and smoothing
 constexpr int kFitRounds = 5;           // of centring by the tube model, at most
+constexpr int kFlatFitRounds = 15;      // where the lumen is flat: each goes some way along it
+constexpr double kFlat = 2.0;           // extent over radius
 constexpr double kSettled = 0.02;       // of the extent: a line that moves less (rms) has settled
 constexpr double kWorkStep = 0.4;       // of the radius, while centring
 constexpr double kFinalStep = 0.25;     // of the radius
@@ -35,13 +37,6 @@ Polyline from_voxels(const LumenVoxels& lumen, const std::vector<int>& voxels) {
   Polyline line;
   for (const int v : voxels) line.push_back(lumen.position(v), double(lumen.depth[std::size_t(v)]));
   return line;
-}
-
-/// The stretch whose direction counts for that of a point: a radius to each side, and more where
-/// the lumen is flat, because there a line that turns a little within the flat moves its own
-/// sections, and turns more.
-double direction_reach(const Polyline& line, std::size_t i) {
-  return line.extent[i] + 1.5 * std::max(line.extent[i] - line.radius[i], 0.0);
 }
 
 /// Goes straight on from the last point to the wall, or to the border of the data.
@@ -105,6 +100,7 @@ void center_points(Line& work, const Line* parent, const Wall& wall) {
     if (work.free_end && s.back() - s[i] < kEndZone * line.radius[i]) return;
     SectionOptions options;
     options.expected = std::max(line.radius[i], wall.resolution());
+    options.extent = line.extent[i];
     options.refinements = 0;
     const Section section = measure_section(
         wall, line.points[i], tangent_at(line, s, i, direction_reach(line, i)), options);
@@ -123,6 +119,7 @@ void center_points(Line& work, const Line* parent, const Wall& wall) {
 struct FitRound {
   std::vector<char> fitted;  ///< 1: the model saw enough wall
   double shift = 0.0;        ///< rms of the points' moves, in extents
+  double flat_shift = 0.0;   ///< the same where the lumen is flat
 };
 
 FitRound fit_points(Line& work, const Line* parent, const Wall& wall, const WallPoints& points,
@@ -134,11 +131,12 @@ FitRound fit_points(Line& work, const Line* parent, const Wall& wall, const Wall
   parallel_for_uneven(std::ptrdiff_t(line.points.size() - first), [&](std::ptrdiff_t index) {
     const std::size_t i = first + std::size_t(index);
     const LocalCurve curve = fit_curve(line, s, i, 1.2 * direction_reach(line, i));
-    sections[i] = fit_tube(points, curve, line.radius[i], &wall, effort);
+    sections[i] = fit_tube(points, curve, line.radius[i], line.extent[i], &wall, effort);
   });
   FitRound round;
   round.fitted.assign(line.points.size(), 0);
-  double squares = 0.0;
+  double squares = 0.0, flat_squares = 0.0;
+  int flat_count = 0;
   for (std::size_t i = first; i < line.points.size(); ++i) {
     if (!sections[i].valid) continue;
     // A settled line moves little; what still jumps, at a ragged mouth, would become a hook.
@@ -149,8 +147,13 @@ FitRound fit_points(Line& work, const Line* parent, const Wall& wall, const Wall
     // While a line moves, its tips are left alone, so that they cannot creep along the cap.
     const double zone = effort == TubeEffort::measure ? 0.0 : kEndZone * line.radius[i];
     if (!(work.free_start && s[i] < zone) && !(work.free_end && s.back() - s[i] < zone)) {
-      squares += norm_squared(sections[i].center - line.points[i]) /
-                 (sections[i].extent * sections[i].extent);
+      const double square = norm_squared(sections[i].center - line.points[i]) /
+                            (sections[i].extent * sections[i].extent);
+      squares += square;
+      if (sections[i].extent > kFlat * sections[i].inscribed_radius) {
+        flat_squares += square;
+        ++flat_count;
+      }
       line.points[i] = sections[i].center;
     }
     line.radius[i] = sections[i].inscribed_radius;
@@ -158,6 +161,7 @@ FitRound fit_points(Line& work, const Line* parent, const Wall& wall, const Wall
     if (effort == TubeEffort::measure) work.area[i] = sections[i].area;
   }
   round.shift = std::sqrt(squares / double(line.points.size() - first));
+  if (flat_count > 0) round.flat_shift = std::sqrt(flat_squares / flat_count);
   return round;
 }
 
@@ -187,11 +191,12 @@ void refine(Line& work, const Line* parent, const Wall& wall, const WallPoints& 
     smooth(work.line, work.shared, 2);
     center_points(work, parent, wall);
   }
-  for (int round = 0; round < kFitRounds; ++round) {
+  for (int round = 1; round <= kFlatFitRounds; ++round) {
     resample(work.line, work.shared, work_step);
     smooth(work.line, work.shared, 2);  // against hooks at mouths; the fit centres again
-    if (fit_points(work, parent, wall, points, TubeEffort::center).shift < kSettled && round > 0)
-      break;
+    const FitRound fit = fit_points(work, parent, wall, points, TubeEffort::center);
+    if (round > 1 && fit.shift < kSettled) break;
+    if (round >= kFitRounds && fit.flat_shift < kSettled) break;
   }
   if (parent != nullptr) bridge_mouth(work, *parent, wall);
   if (work.free_end) redo_end(work.line, wall, least_kept);

@@ -39,6 +39,10 @@ void reverse(Polyline& line) {
   std::reverse(line.extent.begin(), line.extent.end());
 }
 
+double direction_reach(const Polyline& line, std::size_t i) {
+  return line.extent[i] + 1.5 * std::max(line.extent[i] - line.radius[i], 0.0);
+}
+
 Vec3 tangent_at(const Polyline& line, const std::vector<double>& s, std::size_t i, double reach) {
   // The same reach to both sides, or the tangent of a bend would turn near the ends of the line.
   const double room = std::min(s[i], s.back() - s[i]);

@@ -29,6 +29,11 @@ struct Polyline {
 
 void reverse(Polyline& line);
 
+/// The stretch whose direction counts for that of a point: a radius to each side, and more where
+/// the lumen is flat, because there a line that turns a little within the flat moves its own
+/// sections, and turns more.
+double direction_reach(const Polyline& line, std::size_t i);
+
 /// Unit tangent at point i: the chord from `reach` [mm] before it to `reach` after it.
 /// @param s  arc lengths of the points
 Vec3 tangent_at(const Polyline& line, const std::vector<double>& s, std::size_t i, double reach);

@@ -83,12 +83,15 @@ Coefficients shrink_harmonics(RadiusFit fit, double samples) {
 }
 
 /// Rays that leave through a side branch say nothing about the circle: cut them short.
-std::vector<double> clip_long(std::vector<double> radii) {
-  std::vector<double> sorted = radii;
+std::vector<double> clip_long(const std::vector<double>& radii) {
+  std::vector<double> sorted = radii, clipped = radii;
   std::sort(sorted.begin(), sorted.end());
   const double longest = 2.5 * sorted[sorted.size() / 5];
-  for (double& r : radii) r = std::min(r, longest);
-  return radii;
+  // A slit is long to both sides, the mouth of a branch to one.
+  for (std::size_t i = 0; i < radii.size(); ++i)
+    clipped[i] =
+        std::min(radii[i], std::max(longest, 1.5 * radii[(i + radii.size() / 2) % radii.size()]));
+  return clipped;
 }
 
 }  // namespace
@@ -107,7 +110,8 @@ Section measure_section(const Wall& wall, const Vec3& point, const Vec3& normal,
     for (std::size_t i = 0; i < count; ++i) {
       const double theta = angle_of(i, count);
       const Vec3 direction = std::cos(theta) * u + std::sin(theta) * v;
-      radii[i] = wall.ray(section.center, direction, kLongestRay * expected);
+      radii[i] = wall.ray(section.center, direction,
+                          kLongestRay * std::max(expected, 0.5 * options.extent));
       if (radii[i] <= 0.0) return section;
     }
     const double samples =
@@ -119,7 +123,7 @@ Section measure_section(const Wall& wall, const Vec3& point, const Vec3& normal,
       const double r = std::max(fit.dot(harmonics(2 * order + 1, theta)), 0.0);
       contour[i] = {r * std::cos(theta), r * std::sin(theta)};
     }
-    const double most_shift = options.most_shift * expected;
+    const double most_shift = options.most_shift * std::max(expected, 0.5 * options.extent);
     const Circle circle = largest_circle(contour, most_shift);
     section.inscribed_radius = circle.radius;
     const Point2 shift = section_middle(contour, circle, most_shift);

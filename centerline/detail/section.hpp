@@ -19,6 +19,7 @@ struct SectionOptions {
   int ray_count = 32;
   int refinements = 1;      ///< how often the rays are sent again from the new centre
   double expected = 1.0;    ///< the radius so far [mm]; rays end at kLongestRay times this
+  double extent = 0.0;      ///< half the width so far [mm], where it is more than the radius
   double most_shift = 0.5;  ///< of the centre, in radii
 };
 

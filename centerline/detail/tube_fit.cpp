@@ -12,7 +12,6 @@ namespace angio::centerline {
 namespace {
 
 constexpr int kDegree = 2;            // of the polynomial along the line
-constexpr double kConfidence = 2.5;   // standard errors
 constexpr double kSignificant = 3.0;  // -log 5 %: noise alone rarely has more times its mean power
 
 int term_count(int order) { return (2 * order + 1) * (kDegree + 1); }

@@ -29,6 +29,17 @@ Contour contour_of(const Fit& fit, const Stretch& stretch) {
   return contour;
 }
 
+/// Standard error of the contour, the mean all round [mm].
+double contour_error(const Fit& fit) {
+  double squares = fit.error[0] * fit.error[0];
+  for (int m = 1; m <= fit.order; ++m)
+    for (const bool sine : {false, true}) {
+      const double error = fit.error[first_term(m, sine)];
+      squares += 0.5 * error * error;
+    }
+  return std::sqrt(squares);
+}
+
 /// The least value of a smooth function given at even steps: a parabola through the lowest three.
 double lowest(const std::vector<double>& values) {
   const auto at = std::min_element(values.begin(), values.end());
@@ -77,14 +88,20 @@ double look_for_wall(const WallPoints& points, const LocalCurve& curve, double w
 }
 
 TubeSection fit_tube(const WallPoints& points, const LocalCurve& curve, double radius,
-                     const Wall* wall, TubeEffort effort) {
+                     double extent, const Wall* wall, TubeEffort effort) {
   TubeSection section;
   section.center = curve.origin;
   const bool measure = effort == TubeEffort::measure;
   const double reach = (measure ? kWindows[std::size(kWindows) - 1] : kCenterWindow) * radius;
-  std::vector<Sample> samples = gather(points, curve, radius, reach, 3.0 * radius);
-  if (wall != nullptr && measure) keep_visible(samples, curve, *wall);
-  const Coarse coarse = look_round(samples, kCenterWindow * radius);
+  std::vector<Sample> samples;
+  Coarse coarse;
+  // Beyond three radii there are other vessels; but so are the ends of a slit.
+  for (const double widest : {3.0 * radius, 1.5 * extent}) {
+    samples = gather(points, curve, radius, reach, widest);
+    if (wall != nullptr && measure) keep_visible(samples, curve, *wall);
+    coarse = look_round(samples, kCenterWindow * radius);
+    if (extent <= 2.0 * radius || !is_open_to_both_sides(coarse)) break;
+  }
   if (coarse.gap > kSectors / 2) return section;  // less than half of the wall
   keep_first_wall(samples, coarse);
   // Harmonics finer than the widest gap are not seen.
@@ -104,10 +121,12 @@ TubeSection fit_tube(const WallPoints& points, const LocalCurve& curve, double r
   }
   shrink_harmonics(fit);
   const Contour contour = contour_of(fit, stretch);
-  const double most_shift = 0.5 * radius;
+  const double most_shift = 0.5 * std::max(radius, 0.5 * extent);
   const Circle circle = largest_circle(contour, most_shift);
   if (circle.radius <= 0.0) return section;
-  const Point2 middle = section_middle(contour, circle, most_shift);
+  const Point2 middle =
+      section_middle(contour, circle, most_shift,
+                     std::min(kConfidence * contour_error(fit), 0.05 * circle.radius));
   const double step = 2.0 * units::kPi / kContourPoints;
   section.center += middle.x * curve.u + middle.y * curve.v;
   section.inscribed_radius = circle.radius;

@@ -41,9 +41,10 @@ enum class TubeEffort {
 /// least score of Akaike; harmonics that noise explains are shrunk away (garrote).
 ///
 /// @param radius  of the vessel so far [mm]
+/// @param extent  half its width where it is widest, so far [mm]
 /// @param wall    to leave out points behind another wall; may be null
 TubeSection fit_tube(const WallPoints& points, const LocalCurve& curve, double radius,
-                     const Wall* wall, TubeEffort effort);
+                     double extent, const Wall* wall, TubeEffort effort);
 
 /// How far away the wall is round a place: the lower third of its sectors, within `widest` [mm]; 0
 /// when no wall is seen.

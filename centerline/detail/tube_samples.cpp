@@ -116,14 +116,27 @@ Coarse look_round(const std::vector<Sample>& samples, double window) {
     if (!seen[k].empty()) all.push_back(coarse.radius[k] = quantile(seen[k], 0.25));
   if (all.empty()) return coarse;
   coarse.typical = quantile(all, 0.35);
+  // A slit is long to both sides, the mouth of a branch to one.
+  for (std::size_t k = 0; k < kSectors; ++k)
+    coarse.longest[k] =
+        std::max(2.5 * coarse.typical, 1.5 * coarse.radius[(k + kSectors / 2) % kSectors]);
   coarse.gap = 0;
   int run = 0;
-  for (int k = 0; k < 2 * kSectors; ++k) {
-    const double r = coarse.radius[std::size_t(k % kSectors)];
-    run = r > 0.0 && r < 2.5 * coarse.typical ? 0 : run + 1;
+  for (std::size_t k = 0; k < 2 * kSectors; ++k) {
+    const double r = coarse.radius[k % kSectors];
+    run = r > 0.0 && r < coarse.longest[k % kSectors] ? 0 : run + 1;
     coarse.gap = std::max(coarse.gap, std::min(run, kSectors));
   }
   return coarse;
+}
+
+bool is_open_to_both_sides(const Coarse& coarse) {
+  for (std::size_t k = 0; k < kSectors; ++k) {
+    const double opposite = coarse.radius[(k + kSectors / 2) % kSectors];
+    if (coarse.radius[k] <= 0.0 && (opposite <= 0.0 || opposite > 2.0 * coarse.typical))
+      return true;
+  }
+  return false;
 }
 
 void keep_first_wall(std::vector<Sample>& samples, const Coarse& coarse) {
@@ -131,7 +144,7 @@ void keep_first_wall(std::vector<Sample>& samples, const Coarse& coarse) {
     const auto k = std::size_t(sector_of(sample));
     double nearest = coarse.radius[k];
     if (nearest <= 0.0) nearest = coarse.typical;
-    return sample.radius > 1.4 * std::min(nearest, 2.5 * coarse.typical);
+    return sample.radius > 1.4 * std::min(nearest, coarse.longest[k]);
   });
 }
 
@@ -154,7 +167,7 @@ Stretch find_stretch(const Coarse& coarse) {
   for (std::size_t k = 0; k < kSectors; ++k) {
     const double theta = 2.0 * units::kPi * (double(k) + 0.5) / kSectors;
     const double seen = coarse.radius[k] > 0.0 ? coarse.radius[k] : coarse.typical;
-    const double r = std::min(seen, 2.5 * coarse.typical);
+    const double r = std::min(seen, coarse.longest[k]);
     contour.push_back({r * std::cos(theta), r * std::sin(theta)});
   }
   const ContourMoments m = contour_moments(contour);

@@ -57,12 +57,16 @@ std::vector<Sample> gather(const WallPoints& points, const LocalCurve& curve, do
 
 /// How far away the wall is all round, sector by sector.
 struct Coarse {
-  std::array<double, kSectors> radius{};  // lower quartile; 0 where nothing is seen
+  std::array<double, kSectors> radius{};   // lower quartile; 0 where nothing is seen
+  std::array<double, kSectors> longest{};  // what lies farther is seen through an opening
   double typical = 0.0;
   int gap = kSectors;  // longest run of sectors without wall
 };
 
 Coarse look_round(const std::vector<Sample>& samples, double window);
+
+/// Whether no wall is seen to one side and none near to the other, as from within a slit.
+bool is_open_to_both_sides(const Coarse& coarse);
 
 /// Leaves out what lies behind the first wall: other vessels, and the far side of a branching.
 void keep_first_wall(std::vector<Sample>& samples, const Coarse& coarse);

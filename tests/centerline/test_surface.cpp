@@ -163,6 +163,40 @@ TEST(MeasureLumen, AgreesWithTheLineItself) {
                 0.02);
 }
 
+TEST(MeasureLumen, OfAFlatVesselDoesNotDependOnALineThatWandersAlongIt) {
+  const auto mesh = make_elliptic_tube(30, 121, 64, constant(1.8), constant(0.6), false);
+  CenterlinePath path;
+  for (int i = 0; i <= 120; ++i) {
+    const double z = 0.25 * i;
+    path.points.push_back(
+        {0.4 * std::sin(2.0 * units::kPi * z / 2.5), 0.0, z});  // up to 45 degrees
+  }
+  path.abscissa = arc_length(path.points);
+  path.inscribed_radius.assign(path.points.size(), 0.6);
+  path.equivalent_radius.assign(path.points.size(), std::sqrt(1.8 * 0.6));
+  path.section_area.assign(path.points.size(), units::kPi * 1.8 * 0.6);
+  const double length = path.abscissa.back();
+  const LumenProfile profile = measure_lumen(mesh, path, 0.2 * length, 0.8 * length);
+  ASSERT_GT(profile.abscissa.size(), 50U);
+  for (std::size_t i = 0; i < profile.abscissa.size(); ++i) {
+    EXPECT_NEAR(profile.inscribed_radius[i], 0.6, 0.015);
+    EXPECT_NEAR(profile.section_area[i], units::kPi * 1.8 * 0.6, 0.03 * units::kPi * 1.8 * 0.6);
+  }
+}
+
+TEST(ExtractFromSurface, RunsThroughTheMiddleOfASlit) {
+  // A throat five times as wide as high.
+  const auto mesh = make_elliptic_tube(
+      30, 151, 64, constant(1.5), [](double z) { return 0.3 + (stenosed(z) - 0.6) * 1.2 / 0.9; },
+      false);
+  const auto result = extract_centerline(mesh, {});
+  ASSERT_EQ(result.tree.paths.size(), 1U);
+  for (const Vec3& p : result.tree.paths[0].points)
+    if (p.z > 3.0 && p.z < 27.0) {
+      EXPECT_LT(std::hypot(p.x, p.y), 0.01);
+    }
+}
+
 /// Text STL: only the corners matter.
 TriangleMesh read_text_stl(const std::filesystem::path& path) {
   std::ifstream file(path);
