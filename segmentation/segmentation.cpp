@@ -9,6 +9,7 @@
 #include "segmentation/detail/boundary.hpp"
 #include "segmentation/detail/bright_objects.hpp"
 #include "segmentation/detail/components.hpp"
+#include "segmentation/detail/edge_image.hpp"
 #include "segmentation/detail/fields.hpp"
 #include "segmentation/detail/format_number.hpp"
 #include "segmentation/detail/vessel_tree.hpp"
@@ -86,16 +87,23 @@ std::string narrow_place_warning(const Vec3& place) {
 
 /// Why the blur that was fitted should not be trusted; empty if it can be.
 std::string blur_warning(const detail::Boundary& boundary, const Vec3& spacing) {
-  constexpr double kLeast = 0.25, kMost = 2.9;  // [voxels] the fit ends at 0.1 and 3
+  constexpr double kClipped = 0.1;  ///< of the lumen
+  const std::string effect = " radii of vessels under 3 voxels may be off by some percent";
   if (!boundary.blur_is_told)
-    return "the scanner's blur could not be told from the image (0.6 voxels were assumed; radii of "
-           "vessels under 3 voxels may be off by some percent)";
+    return "the scanner's blur could not be told from the image (0.6 voxels were assumed;" +
+           effect + ")";
   for (int a = 0; a < 3; ++a) {
     const double voxels = boundary.blur_sd_mm[a] / spacing[a];
-    if (voxels < kLeast || voxels > kMost)
-      return "the scanner's blur was fitted as " + detail::format_number(voxels) +
-             " voxels, which is not reliable (sharpened, oversmoothed or resampled image?); radii "
-             "of vessels under 3 voxels may be off by some percent";
+    if (voxels > 1.03 * detail::kLeastBlurVoxels && voxels < 0.97 * detail::kMostBlurVoxels)
+      continue;
+    const std::string cause =
+        boundary.clipped_share > kClipped
+            ? detail::format_number(std::round(100.0 * boundary.clipped_share)) +
+                  " % of the lumen's voxels have the highest value of the volume: clipped? Export "
+                  "it with its full range"
+            : "sharpened, oversmoothed or resampled image?";
+    return "the scanner's blur was fitted as " + detail::format_number(voxels) +
+           " voxels, the end of its range (" + cause + ");" + effect;
   }
   return {};
 }

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <limits>
 #include <map>
 #include <numbers>
@@ -137,6 +138,16 @@ std::vector<Plane> planes_to_try(const CenterlineTree& tree, const LineEnd& end)
   return planes;
 }
 
+std::string place_in_words(const Vec3& place) {
+  std::string text = " (";
+  for (int a = 0; a < 3; ++a) {
+    char number[32];
+    std::snprintf(number, sizeof number, "%s%.1f", a > 0 ? ", " : "", place[a]);
+    text += number;
+  }
+  return text + ") mm";
+}
+
 }  // namespace
 
 void open_ends(SurfaceDraft& draft, const CenterlineTree& tree, const std::vector<LineEnd>& ends,
@@ -156,7 +167,7 @@ void open_ends(SurfaceDraft& draft, const CenterlineTree& tree, const std::vecto
       opener.plan(std::move(cut));
     } else {
       std::string& list = cut.verdict == EndOpener::Verdict::no_end ? joined : closed;
-      list += (list.empty() ? "" : ", ") + name_of_end(int(e));
+      list += (list.empty() ? "" : ", ") + name_of_end(int(e)) + place_in_words(ends[e].tip);
     }
   }
   opener.apply(draft.mesh, draft.rim);

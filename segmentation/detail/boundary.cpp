@@ -172,6 +172,18 @@ RoughBoundary rough_boundary(const BoundaryInput& input, const SegmentationOptio
   return rough;
 }
 
+/// The part of the voxels inside that have the highest value of all.
+double share_at_highest(const Volume<float>& image, const Volume<float>& distance) {
+  const float highest = *std::max_element(image.values.begin(), image.values.end());
+  std::size_t inside = 0, at_highest = 0;
+  for (std::size_t v = 0; v < image.values.size(); ++v) {
+    if (distance.values[v] >= 0.0f) continue;
+    ++inside;
+    at_highest += image.values[v] == highest;
+  }
+  return inside > 0 ? double(at_highest) / double(inside) : 0.0;
+}
+
 /// Where a vessel is thinner than the smoothing, its axis stays inside.
 bool is_ridge(const Volume<float>& distance, int i, int j, int k) {
   const float here = distance.at(i, j, k);
@@ -249,6 +261,7 @@ Boundary find_boundary(const BoundaryInput& input, const SegmentationOptions& op
     progress.report(0.7 + 0.08 * (round + 1), "fitting the boundary");
   }
   boundary.bridges_lps_mm = rough.bridges_lps_mm;
+  boundary.clipped_share = share_at_highest(input.image, rough.distance);
   join_pieces(phi, fine, input.tree, options, boundary);
   keep_tree_only(phi, input.tree, fine.ratio, all_above);
   boundary.level_set = signed_distance(phi, kReachMm);

@@ -16,6 +16,7 @@ struct Boundary {
   double background_intensity = 0.0;
   Vec3 blur_sd_mm;                   ///< of the scanner's blur along i, j, k
   bool blur_is_told = false;         ///< false: the image did not tell it
+  double clipped_share = 0.0;        ///< of the lumen's voxels: as bright as any can be
   std::vector<Vec3> bridges_lps_mm;  ///< places too narrow for the voxels, kept open
 };
 

@@ -3,147 +3,23 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <utility>
 
 #include "core/parallel.hpp"
+#include "segmentation/detail/fields.hpp"
 #include "segmentation/detail/patch.hpp"
 
 namespace angio::segmentation::detail {
 namespace {
 
-constexpr int kBrick = 24;             ///< voxels along each side that are worked on at once
-constexpr double kMostShift = 0.5;     ///< voxels that a step may move the boundary by
-constexpr double kBandVoxels = 2.0;    ///< beside the boundary that are moved with it
-constexpr float kMostResidual = 0.5f;  ///< more is something that the model does not know
-constexpr float kLeastEdge = 0.03f;    ///< of the information a flat boundary holds
-constexpr double kMostBlurVoxels = 3.0;
-constexpr double kUpsampledVoxels =
-    3.5;  ///< beside the boundary; further out the nearest voxel does
-
-/// Weights at 0, 1, ... voxels of a Gaussian sampled there, as narrow as gives the weights the
-/// variance asked for: far below a voxel, samples of that variance itself would have next to none.
-std::vector<float> sampled_gaussian(double variance) {
-  const int reach = std::max(1, int(std::ceil(3.5 * std::sqrt(variance))));
-  const auto weights_of = [&](double v) {
-    std::vector<double> weights;
-    double sum = 0.0;
-    for (int n = 0; n <= reach; ++n) {
-      weights.push_back(std::exp(-0.5 * n * n / v));
-      sum += (n == 0 ? 1.0 : 2.0) * weights.back();
-    }
-    for (double& w : weights) w /= sum;
-    return weights;
-  };
-  double low = 1e-3, high = variance + 1.0;
-  for (int step = 0; step < 40; ++step) {
-    const double middle = 0.5 * (low + high);
-    const auto weights = weights_of(middle);
-    double reached = 0.0;
-    for (std::size_t n = 1; n < weights.size(); ++n) reached += 2.0 * double(n * n) * weights[n];
-    (reached < variance ? low : high) = middle;
-  }
-  std::vector<float> kernel;
-  for (double w : weights_of(0.5 * (low + high))) kernel.push_back(float(w));
-  return kernel;
-}
-
-/// Convolves along one axis; values beyond the patch repeat its border.
-void convolve(Patch& patch, const std::vector<float>& kernel, int axis,
-              std::vector<float>& scratch) {
-  const int ni = patch.size[0], nj = patch.size[1], nk = patch.size[2];
-  const int reach = int(kernel.size()) - 1;
-  scratch.resize(patch.values.size());
-  std::copy(patch.values.begin(), patch.values.end(), scratch.begin());
-  const auto source = [&](int j, int k) {
-    return scratch.data() + (std::size_t(k) * std::size_t(nj) + std::size_t(j)) * std::size_t(ni);
-  };
-  for (int k = 0; k < nk; ++k)
-    for (int j = 0; j < nj; ++j) {
-      float* out = patch.row(j, k);
-      const float* middle = source(j, k);
-      for (int i = 0; i < ni; ++i) out[i] = kernel[0] * middle[i];
-      for (int t = 1; t <= reach; ++t) {
-        const float w = kernel[std::size_t(t)];
-        if (axis == 0) {
-          for (int i = t; i < ni - t; ++i) out[i] += w * (middle[i - t] + middle[i + t]);
-          for (int i = 0; i < ni; ++i)
-            if (i < t || i >= ni - t)
-              out[i] += w * (middle[std::max(i - t, 0)] + middle[std::min(i + t, ni - 1)]);
-          continue;
-        }
-        const float* a = axis == 1 ? source(std::max(j - t, 0), k) : source(j, std::max(k - t, 0));
-        const float* b =
-            axis == 1 ? source(std::min(j + t, nj - 1), k) : source(j, std::min(k + t, nk - 1));
-        for (int i = 0; i < ni; ++i) out[i] += w * (a[i] + b[i]);
-      }
-    }
-}
-
-/// The part of a box on the inner side of a plane at a signed distance from its centre.
-///
-///     V = (a^3 - sum_i (a - m_i)^3 + sum_ij (a - m_i - m_j)^3) / (6 m_0 m_1 m_2),
-///     m_i = |n_i| h_i,    a = (m_0 + m_1 + m_2) / 2 - d,    negative brackets count as 0
-///
-/// Source: Scardovelli & Zaleski, J. Comput. Phys. 164, 2000, doi:10.1006/jcph.2000.6567.
-float part_behind_plane(double distance, Vec3 m) {
-  const double least = 0.02 * (m.x + m.y + m.z);  // keeps the quotient well-conditioned
-  for (int a = 0; a < 3; ++a) m[a] = std::max(m[a], least);
-  const double half = 0.5 * (m.x + m.y + m.z);
-  const auto cube = [](double x) { return x > 0.0 ? x * x * x : 0.0; };
-  const double a = half - std::abs(distance);
-  if (a <= 0.0) return distance < 0.0 ? 1.0f : 0.0f;
-  const double cut = (cube(a) - cube(a - m.x) - cube(a - m.y) - cube(a - m.z) +
-                      cube(a - m.x - m.y) + cube(a - m.x - m.z) + cube(a - m.y - m.z)) /
-                     (6.0 * m.x * m.y * m.z);
-  return float(distance < 0.0 ? 1.0 - cut : cut);
-}
-
-/// P: the part of each voxel inside, from the distances at the voxels' centres.
-void part_inside(Patch& part, const Patch& distance, const Vec3& spacing) {
-  const auto [ni, nj, nk] = distance.size;
-  const Vec3 h = spacing;
-  const auto widest = float(std::max({h.x, h.y, h.z}));
-  const auto farthest = float(0.55 * norm(h));
-  part.resize(distance.first, distance.size);
-  for (int k = 0; k < nk; ++k)
-    for (int j = 0; j < nj; ++j) {
-      float* out = part.row(j, k);
-      const float* m = distance.row(j, k);
-      const float* y0 = distance.row(std::max(j - 1, 0), k);
-      const float* y1 = distance.row(std::min(j + 1, nj - 1), k);
-      const float* z0 = distance.row(j, std::max(k - 1, 0));
-      const float* z1 = distance.row(j, std::min(k + 1, nk - 1));
-      for (int i = 0; i < ni; ++i) {
-        const float d = m[i];
-        if (std::abs(d) > farthest) {
-          out[i] = d < 0.0f ? 1.0f : 0.0f;
-          continue;
-        }
-        const float x0 = m[std::max(i - 1, 0)], x1 = m[std::min(i + 1, ni - 1)];
-        const Vec3 g{double(x1 - x0) / h.x, double(y1[i] - y0[i]) / h.y,
-                     double(z1[i] - z0[i]) / h.z};
-        const double length = std::max(norm(g), 1e-6);
-        // h_a^2 d_aa, summed: what the bend takes from the box beyond its tangent plane.
-        const float bend = (x0 + x1 + y0[i] + y1[i] + z0[i] + z1[i] - 6.0f * d) / 24.0f;
-        const double moved = double(d + std::clamp(bend, -0.1f * widest, 0.1f * widest));
-        out[i] =
-            part_behind_plane(moved, {std::abs(g.x) * h.x / length, std::abs(g.y) * h.y / length,
-                                      std::abs(g.z) * h.z / length});
-      }
-    }
-}
-
-std::array<std::vector<float>, 3> blur_kernels(const Blur& blur) {
-  std::array<std::vector<float>, 3> kernels;
-  for (int axis = 0; axis < 3; ++axis)
-    kernels[std::size_t(axis)] = sampled_gaussian(blur.sd_voxels[axis] * blur.sd_voxels[axis]);
-  return kernels;
-}
-
-int longest_reach(const std::array<std::vector<float>, 3>& kernels) {
-  std::size_t most = 0;
-  for (const auto& kernel : kernels) most = std::max(most, kernel.size());
-  return int(most) - 1;
-}
+constexpr double kMostShift = 0.5;         ///< voxels that a step may move the boundary by
+constexpr double kBandVoxels = 2.0;        ///< beside the boundary that are moved with it
+constexpr float kMostResidual = 0.5f;      ///< more is something that the model does not know
+constexpr float kLeastEdge = 0.03f;        ///< of the information a flat boundary holds
+constexpr int kBlock = 6;                  ///< voxels along each side that share a misfit
+constexpr double kNoiseOfOneVoxel = 0.04;  ///< of the contrast: asks for a window of one voxel
+constexpr double kNarrowestWindow = 0.25;  ///< [voxels^2] variance
+constexpr double kWidestWindow = 4.0;      ///< likewise
 
 /// Sums over voxels for the blur's next value.
 struct BlurSums {
@@ -151,42 +27,95 @@ struct BlurSums {
   Vec3 right;            ///< of e q_a
 };
 
+/// What the image holds beside the model, in blocks of voxels: sums of |grad S|^2 e^2 and of
+/// |grad S|^2.
+struct Misfit {
+  Volume<float> sum, weight;
+  explicit Misfit(const VolumeGeometry& voxels) {
+    VolumeGeometry blocks = voxels;
+    for (std::size_t a = 0; a < 3; ++a) {
+      blocks.size[a] = (voxels.size[a] + kBlock - 1) / kBlock;
+      blocks.spacing[int(a)] *= kBlock;
+    }
+    sum = weight = Volume<float>(blocks);
+  }
+};
+
+/// How the steps are smoothed along the surface: by the Gaussian that noise asks for, and in part
+/// by a wide one where the image holds more than noise beside the model.
+struct Windows {
+  double narrow_variance;  ///< [voxels^2]
+  std::vector<float> narrow, wide = sampled_gaussian(kWidestWindow);
+  CoarseField wide_part;  ///< in [0, 1]
+
+  Windows(double noise_share, const VolumeGeometry& voxels)
+      : narrow_variance(
+            std::clamp(noise_share / kNoiseOfOneVoxel, kNarrowestWindow, kWidestWindow)),
+        narrow(sampled_gaussian(narrow_variance)),
+        wide_part(Volume<float>(Misfit(voxels).sum.geometry, 1.0f), {kBlock, kBlock, kBlock}) {}
+};
+
 /// The work on one brick, and its memory.
 class BrickFit {
  public:
   BrickFit(const Volume<float>& phi, const FineGrid& fine, const EdgeModel& model,
-           const std::array<std::vector<float>, 3>& blur, const std::vector<float>& window)
-      : phi_(phi), fine_(fine), model_(model), blur_(blur), window_(window) {}
+           const BlurKernels& blur, const Windows& windows)
+      : phi_(phi), fine_(fine), model_(model), blur_(blur), windows_(windows) {}
 
-  /// The shift [mm] at the voxels of a brick and one beyond along each axis, and the blur's sums.
-  std::vector<float> run(const Brick& brick, BlurSums& sums) {
-    const int border = longest_reach(blur_) + int(window_.size()) + 1;
+  /// The shift [mm] at the voxels of a brick and one beyond along each axis, the blur's sums, and
+  /// the misfit in the brick's own blocks.
+  std::vector<float> run(const Brick& brick, BlurSums& sums, Misfit& misfit) {
+    read_wide_part(brick);
+    const std::size_t reach = is_wide_ ? windows_.wide.size() : windows_.narrow.size();
+    const int border = longest_reach(blur_) + int(reach) + 1;
     const Brick wider{brick.first, {brick.size[0] + 1, brick.size[1] + 1, brick.size[2] + 1}};
     gather(distance_, phi_, fine_.ratio, wider, border);
     part_inside(share_, distance_, model_.image.geometry.spacing);
     for (int axis = 0; axis < 3; ++axis) convolve(share_, blur_[std::size_t(axis)], axis, scratch_);
-    explain(brick.size, border, sums);
-    for (int axis = 0; axis < 3; ++axis) {
-      convolve(pull_, window_, axis, scratch_);
-      convolve(hold_, window_, axis, scratch_);
+    explain(brick, border, sums, misfit);
+    if (is_wide_) {
+      wide_pull_ = pull_;
+      wide_hold_ = hold_;
+      look_through(windows_.wide, wide_pull_, wide_hold_);
     }
+    look_through(windows_.narrow, pull_, hold_);
     return shifts(brick.size, border);
   }
 
  private:
-  void explain(const std::array<int, 3>& size, int border, BlurSums& sums);
+  void read_wide_part(const Brick& brick);
+  void explain(const Brick& brick, int border, BlurSums& sums, Misfit& misfit);
+  void look_through(const std::vector<float>& window, Patch& pull, Patch& hold) {
+    for (int axis = 0; axis < 3; ++axis) {
+      convolve(pull, window, axis, scratch_);
+      convolve(hold, window, axis, scratch_);
+    }
+  }
   [[nodiscard]] std::vector<float> shifts(const std::array<int, 3>& size, int border) const;
 
   const Volume<float>& phi_;
   const FineGrid& fine_;
   const EdgeModel& model_;
-  const std::array<std::vector<float>, 3>& blur_;
-  const std::vector<float>& window_;
-  Patch distance_, share_, pull_, hold_;
+  const BlurKernels& blur_;
+  const Windows& windows_;
+  bool is_wide_ = false;
+  std::vector<float> wide_part_;  ///< as the shifts
+  Patch distance_, share_, pull_, hold_, wide_pull_, wide_hold_;
   std::vector<float> scratch_;
 };
 
-void BrickFit::explain(const std::array<int, 3>& size, int border, BlurSums& sums) {
+void BrickFit::read_wide_part(const Brick& brick) {
+  const int width = brick.size[0] + 1;
+  wide_part_.resize(std::size_t(width * (brick.size[1] + 1) * (brick.size[2] + 1)));
+  float* row = wide_part_.data();
+  for (int k = 0; k <= brick.size[2]; ++k)
+    for (int j = 0; j <= brick.size[1]; ++j, row += width)
+      windows_.wide_part.row(brick.first[0], brick.first[1] + j, brick.first[2] + k, width, row);
+  is_wide_ = std::any_of(wide_part_.begin(), wide_part_.end(), [](float w) { return w > 0.0f; });
+}
+
+void BrickFit::explain(const Brick& brick, int border, BlurSums& sums, Misfit& misfit) {
+  const auto& size = brick.size;
   const int ni = share_.size[0], nj = share_.size[1], nk = share_.size[2];
   const auto& grid = model_.image.geometry;
   const Vec3T<float> h{float(grid.spacing.x), float(grid.spacing.y), float(grid.spacing.z)};
@@ -226,6 +155,9 @@ void BrickFit::explain(const std::array<int, 3>& size, int border, BlurSums& sum
         if (i < border || i >= border + size[0] || j < border || j >= border + size[1] ||
             k < border || k >= border + size[2])
           continue;
+        const std::size_t block = misfit.sum.geometry.offset(vi / kBlock, vj / kBlock, vk / kBlock);
+        misfit.sum.values[block] += squared * e * e;
+        misfit.weight.values[block] += squared;
         const double twice = 2.0 * double(m[i]);
         const Vec3 q{0.5 * (double(m[i - 1] + m[i + 1]) - twice),
                      0.5 * (double(y0[i] + y1[i]) - twice), 0.5 * (double(z0[i] + z1[i]) - twice)};
@@ -251,33 +183,20 @@ std::vector<float> BrickFit::shifts(const std::array<int, 3>& size, int border) 
   }
   const auto least = float(kLeastEdge / (2.0 * 3.1416 * spread * voxel * voxel));
   const auto most = float(kMostShift * voxel);
-  std::vector<float> shift;
-  shift.reserve(std::size_t((size[0] + 1) * (size[1] + 1) * (size[2] + 1)));
+  std::vector<float> shift(wide_part_.size());
+  std::size_t n = 0;
   for (int k = 0; k <= size[2]; ++k)
     for (int j = 0; j <= size[1]; ++j)
-      for (int i = 0; i <= size[0]; ++i) {
-        const float u = pull_.row(j + border, k + border)[i + border] /
-                        (hold_.row(j + border, k + border)[i + border] + least);
-        shift.push_back(std::clamp(u, -most, most));
+      for (int i = 0; i <= size[0]; ++i, ++n) {
+        const std::size_t v = pull_.offset(i + border, j + border, k + border);
+        float pull = pull_.values[v], hold = hold_.values[v];
+        if (is_wide_) {
+          pull += wide_part_[n] * (wide_pull_.values[v] - pull);
+          hold += wide_part_[n] * (wide_hold_.values[v] - hold);
+        }
+        shift[n] = std::clamp(pull / (hold + least), -most, most);
       }
   return shift;
-}
-
-/// Bricks with voxels that lie within a band beside the boundary.
-std::vector<Brick> bricks_at_boundary(const Volume<float>& phi, const FineGrid& fine,
-                                      const VolumeGeometry& voxels, float band_voxels) {
-  const Vec3& h = voxels.spacing;
-  const float band = band_voxels * float(std::max({h.x, h.y, h.z}));
-  return bricks_with(voxels, kBrick, [&](const Brick& brick) {
-    for (int k = 0; k < brick.size[2]; ++k)
-      for (int j = 0; j < brick.size[1]; ++j)
-        for (int i = 0; i < brick.size[0]; ++i)
-          if (std::abs(phi.at((brick.first[0] + i) * fine.ratio[0],
-                              (brick.first[1] + j) * fine.ratio[1],
-                              (brick.first[2] + k) * fine.ratio[2])) < band)
-            return true;
-    return false;
-  });
 }
 
 /// Moves the boundary inside one brick by shifts given at its voxels.
@@ -327,88 +246,96 @@ void improve_blur(Blur& blur, const BlurSums& sums, const Vec3& spacing) {
     const double variance = blur.sd_voxels[a] * blur.sd_voxels[a];
     const double better =
         std::clamp(variance + right / left, 0.25 * variance + 1e-3, 4.0 * variance + 0.1);
-    blur.sd_voxels[a] = std::sqrt(std::clamp(better, 0.01, kMostBlurVoxels * kMostBlurVoxels));
+    blur.sd_voxels[a] = std::sqrt(
+        std::clamp(better, kLeastBlurVoxels * kLeastBlurVoxels, kMostBlurVoxels * kMostBlurVoxels));
     blur.is_told = true;
   }
 }
 
-/// Where a step of the fine grid lies between voxels: four of them and Catmull-Rom's weights.
-struct CubicPlace {
-  int nearest;
-  std::array<int, 4> index{};
-  std::array<float, 4> weight{};
-  CubicPlace(int step, int ratio, int count)
-      : nearest(std::min((step + ratio / 2) / ratio, count - 1)) {
-    const int cell = step / ratio;
-    const float t = float(step % ratio) / float(ratio);
-    for (std::size_t s = 0; s < 4; ++s) index[s] = std::clamp(cell - 1 + int(s), 0, count - 1);
-    weight = {0.5f * t * (-1.0f + t * (2.0f - t)), 1.0f + 0.5f * t * t * (3.0f * t - 5.0f),
-              0.5f * t * (1.0f + t * (4.0f - 3.0f * t)), 0.5f * t * t * (t - 1.0f)};
+/// What the model leaves unexplained beyond the noise counts as noise of its own. Beginning with
+/// the widest, a place's window narrows as far as its steps bring the model nearer to the image:
+/// nothing is followed that the model does not know (clipped values, walls that touch).
+CoarseField wide_part_for(Misfit misfit, const Windows& windows, double noise_share) {
+  constexpr double kCertain = 1.25;  // times the noise: less may be chance
+  const double reach = mean_spacing(misfit.sum.geometry);
+  const Volume<float> sum = smooth(misfit.sum, reach), weight = smooth(misfit.weight, reach);
+  for (std::size_t v = 0; v < sum.values.size(); ++v) {
+    const double found =
+        weight.values[v] > 0.0f ? std::sqrt(double(sum.values[v] / weight.values[v])) : 0.0;
+    const double part = (found / kNoiseOfOneVoxel - windows.narrow_variance) /
+                        std::max(kWidestWindow - windows.narrow_variance, 1e-3);
+    misfit.sum.values[v] =
+        found > kCertain * noise_share ? float(std::clamp(part, 0.0, 1.0)) : 0.0f;
   }
-};
+  return {std::move(misfit.sum), {kBlock, kBlock, kBlock}};
+}
+
+/// Takes roughness finer than a voxel off the boundary where the wide window is used; what that
+/// shrinks, the next step gives back.
+void smooth_unexplained(Volume<float>& phi, const FineGrid& fine, const std::vector<Brick>& bricks,
+                        const Windows& windows, float band) {
+  constexpr double kVariance = 0.25;  // [voxels^2]
+  const Volume<float> before = phi;
+  BlurKernels kernels;
+  int border = 1;
+  for (std::size_t a = 0; a < 3; ++a) {
+    kernels[a] = sampled_gaussian(kVariance * fine.ratio[a] * fine.ratio[a]);
+    border = std::max(border, int(kernels[a].size()));
+  }
+  parallel_for_uneven(std::ptrdiff_t(bricks.size()), [&](std::ptrdiff_t b) {
+    const Brick& coarse = bricks[std::size_t(b)];
+    Brick brick;
+    for (std::size_t a = 0; a < 3; ++a) {
+      brick.first[a] = coarse.first[a] * fine.ratio[a];
+      brick.size[a] =
+          std::min(coarse.size[a] * fine.ratio[a], phi.geometry.size[a] - brick.first[a]);
+    }
+    std::vector<float> part(std::size_t(coarse.size[0]));
+    Patch patch;
+    std::vector<float> scratch;
+    for (int k = 0; k < brick.size[2]; ++k)
+      for (int j = 0; j < brick.size[1]; ++j) {
+        windows.wide_part.row(coarse.first[0], coarse.first[1] + j / fine.ratio[1],
+                              coarse.first[2] + k / fine.ratio[2], coarse.size[0], part.data());
+        if (*std::max_element(part.begin(), part.end()) <= 0.0f) continue;
+        if (patch.values.empty()) {
+          gather(patch, before, {1, 1, 1}, brick, border);
+          for (int axis = 0; axis < 3; ++axis)
+            convolve(patch, kernels[std::size_t(axis)], axis, scratch);
+        }
+        float* row = &phi.at(brick.first[0], brick.first[1] + j, brick.first[2] + k);
+        const float* smoothed = patch.row(j + border, k + border) + border;
+        for (int i = 0; i < brick.size[0]; ++i)
+          if (std::abs(row[i]) < band)
+            row[i] += part[std::size_t(i / fine.ratio[0])] * (smoothed[i] - row[i]);
+      }
+  });
+}
 
 }  // namespace
 
-VolumeGeometry FineGrid::geometry(const VolumeGeometry& voxels) const {
-  VolumeGeometry result = voxels;
-  for (std::size_t a = 0; a < 3; ++a) {
-    result.size[a] = (voxels.size[a] - 1) * ratio[a] + 1;
-    result.spacing[int(a)] = voxels.spacing[int(a)] / ratio[a];
-  }
-  return result;
-}
-
-Volume<float> refine_distance(const Volume<float>& distance, const FineGrid& fine) {
-  Volume<float> result(fine.geometry(distance.geometry));
-  const Vec3& h = distance.geometry.spacing;
-  const auto band = float(kUpsampledVoxels * std::max({h.x, h.y, h.z}));
-  const auto& size = distance.geometry.size;
-  parallel_for_uneven(result.geometry.size[2], [&](std::ptrdiff_t fk) {
-    for (int fj = 0; fj < result.geometry.size[1]; ++fj) {
-      const CubicPlace z(int(fk), fine.ratio[2], size[2]), y(fj, fine.ratio[1], size[1]);
-      const float* nearest = &distance.at(0, y.nearest, z.nearest);
-      float* out = &result.at(0, fj, int(fk));
-      for (int fi = 0; fi < result.geometry.size[0]; ++fi) {
-        const CubicPlace x(fi, fine.ratio[0], size[0]);
-        out[fi] = nearest[x.nearest];
-        if (std::abs(out[fi]) > band) continue;
-        float sum = 0.0f;
-        for (std::size_t c = 0; c < 4; ++c) {
-          if (z.weight[c] == 0.0f) continue;
-          for (std::size_t b = 0; b < 4; ++b) {
-            if (y.weight[b] == 0.0f) continue;
-            const float* row = &distance.at(0, y.index[b], z.index[c]);
-            sum += z.weight[c] * y.weight[b] *
-                   (x.weight[0] * row[x.index[0]] + x.weight[1] * row[x.index[1]] +
-                    x.weight[2] * row[x.index[2]] + x.weight[3] * row[x.index[3]]);
-          }
-        }
-        out[fi] = sum;
-      }
-    }
-  });
-  return result;
-}
-
 void fit_edges(Volume<float>& phi, const FineGrid& fine, const EdgeModel& model, Blur& blur,
                int steps) {
-  const Vec3& h = model.image.geometry.spacing;
+  const VolumeGeometry& voxels = model.image.geometry;
+  const Vec3& h = voxels.spacing;
   const auto band = float(kBandVoxels * std::max({h.x, h.y, h.z}));
-  const double window_sd = std::clamp(std::sqrt(model.noise_share / 0.04), 0.5, 2.0);
-  const auto window = sampled_gaussian(window_sd * window_sd);
+  Windows windows(model.noise_share, voxels);
   for (int step = 0; step < steps; ++step) {
-    const auto bricks = bricks_at_boundary(phi, fine, model.image.geometry, 1.0f);
+    const auto bricks = bricks_at_boundary(phi, fine, voxels, 1.0f);
+    if (step > 0) smooth_unexplained(phi, fine, bricks, windows, band);
     const auto kernels = blur_kernels(blur);
     std::vector<std::vector<float>> shift(bricks.size());
     std::vector<BlurSums> sums(bricks.size());
+    Misfit misfit(voxels);
     parallel_for_uneven(std::ptrdiff_t(bricks.size()), [&](std::ptrdiff_t b) {
       const auto n = std::size_t(b);
-      BrickFit fit(phi, fine, model, kernels, window);
-      shift[n] = fit.run(bricks[n], sums[n]);
+      BrickFit fit(phi, fine, model, kernels, windows);
+      shift[n] = fit.run(bricks[n], sums[n], misfit);
     });
     parallel_for_uneven(std::ptrdiff_t(bricks.size()), [&](std::ptrdiff_t b) {
       move(phi, fine, bricks[std::size_t(b)], shift[std::size_t(b)], band);
     });
+    windows.wide_part = wide_part_for(std::move(misfit), windows, model.noise_share);
     BlurSums total;
     for (const BlurSums& part : sums)
       for (int a = 0; a < 3; ++a) {
@@ -417,35 +344,6 @@ void fit_edges(Volume<float>& phi, const FineGrid& fine, const EdgeModel& model,
       }
     improve_blur(blur, total, h);
   }
-}
-
-Volume<float> blurred_share(const Volume<float>& phi, const FineGrid& fine,
-                            const VolumeGeometry& voxels, const Blur& blur) {
-  Volume<float> share(voxels);
-  parallel_for(voxels.size[2], [&](std::ptrdiff_t k) {
-    for (int j = 0; j < voxels.size[1]; ++j) {
-      const float* from = &phi.at(0, j * fine.ratio[1], int(k) * fine.ratio[2]);
-      float* out = &share.at(0, j, int(k));
-      for (int i = 0; i < voxels.size[0]; ++i)
-        out[i] = from[i * fine.ratio[0]] < 0.0f ? 1.0f : 0.0f;
-    }
-  });
-  const auto kernels = blur_kernels(blur);
-  const int border = longest_reach(kernels) + 1;
-  const auto bricks = bricks_at_boundary(phi, fine, voxels, float(border));
-  parallel_for_uneven(std::ptrdiff_t(bricks.size()), [&](std::ptrdiff_t b) {
-    const Brick& brick = bricks[std::size_t(b)];
-    Patch distance, part;
-    std::vector<float> scratch;
-    gather(distance, phi, fine.ratio, brick, border);
-    part_inside(part, distance, voxels.spacing);
-    for (int axis = 0; axis < 3; ++axis) convolve(part, kernels[std::size_t(axis)], axis, scratch);
-    for (int k = 0; k < brick.size[2]; ++k)
-      for (int j = 0; j < brick.size[1]; ++j)
-        std::copy_n(part.row(j + border, k + border) + border, brick.size[0],
-                    &share.at(brick.first[0], brick.first[1] + j, brick.first[2] + k));
-  });
-  return share;
 }
 
 }  // namespace angio::segmentation::detail

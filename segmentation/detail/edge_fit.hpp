@@ -4,15 +4,10 @@
 #include <vector>
 
 #include "core/volume.hpp"
+#include "segmentation/detail/edge_image.hpp"
 #include "segmentation/detail/intensity_levels.hpp"
 
 namespace angio::segmentation::detail {
-
-/// The scanner's blur: a Gaussian whose standard deviation is told for each axis of the voxels.
-struct Blur {
-  Vec3 sd_voxels{0.6, 0.6, 0.6};
-  bool is_told = false;  ///< false: too few edges, or none that fits; the values are assumed
-};
 
 /// What the image is explained by, apart from the boundary.
 struct EdgeModel {
@@ -23,16 +18,6 @@ struct EdgeModel {
   float least_contrast = 0.0f;             ///< L - B counts as no less
   float intensity_min = -1e30f;            ///< the boundary lies at no lower intensity
 };
-
-/// The finer grid on which the boundary is kept: `ratio` steps for each voxel, along each axis, so
-/// that every voxel's centre is one of its points.
-struct FineGrid {
-  std::array<int, 3> ratio{1, 1, 1};
-  [[nodiscard]] VolumeGeometry geometry(const VolumeGeometry& voxels) const;
-};
-
-/// A distance on the finer grid: by cubic interpolation beside the boundary.
-Volume<float> refine_distance(const Volume<float>& distance, const FineGrid& fine);
 
 /// Moves a boundary until the image that it would give is the image that was scanned.
 ///
@@ -47,18 +32,16 @@ Volume<float> refine_distance(const Volume<float>& distance, const FineGrid& fin
 ///     u = K * (|grad S| e) / K * |grad S|^2,    phi <- phi - u,
 ///     sd_a^2 <- sd_a^2 + sum(e q_a) / sum(q_a^2),    q_a = second difference of S along a / 2
 ///
-/// The steps, not the surface, are smoothed (K: one voxel at 10 % noise), so that they bring no
+/// The steps, not the surface, are smoothed (K: one voxel at 4 % noise), so that they bring no
 /// noise in and the surface does not shrink: wherever it comes to rest, the image holds nothing
 /// more to tell it at that scale. Bias from blur and curvature is undone to all orders that way.
+/// Where more than noise is left unexplained (values that were clipped, walls that touch), K is as
+/// wide as that much noise would ask for, and the surface is smoothed between the steps.
 ///
 /// @param phi    signed distance [mm] on the fine grid, valid for three voxels to each side; moved
 /// @param blur   starting value; improved
 /// @param steps  to take
 void fit_edges(Volume<float>& phi, const FineGrid& fine, const EdgeModel& model, Blur& blur,
                int steps);
-
-/// The part of each voxel inside the boundary, blurred: S.
-Volume<float> blurred_share(const Volume<float>& phi, const FineGrid& fine,
-                            const VolumeGeometry& voxels, const Blur& blur);
 
 }  // namespace angio::segmentation::detail

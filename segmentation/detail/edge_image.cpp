@@ -1,0 +1,191 @@
+#include "segmentation/detail/edge_image.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/parallel.hpp"
+
+namespace angio::segmentation::detail {
+namespace {
+
+constexpr int kBrick = 24;  ///< voxels along each side that are worked on at once
+
+/// The part of a box on the inner side of a plane at a signed distance from its centre.
+///
+///     V = (a^3 - sum_i (a - m_i)^3 + sum_ij (a - m_i - m_j)^3) / (6 m_0 m_1 m_2),
+///     m_i = |n_i| h_i,    a = (m_0 + m_1 + m_2) / 2 - d,    negative brackets count as 0
+///
+/// Source: Scardovelli & Zaleski, J. Comput. Phys. 164, 2000, doi:10.1006/jcph.2000.6567.
+float part_behind_plane(double distance, Vec3 m) {
+  const double least = 0.02 * (m.x + m.y + m.z);  // keeps the quotient well-conditioned
+  for (int a = 0; a < 3; ++a) m[a] = std::max(m[a], least);
+  const double half = 0.5 * (m.x + m.y + m.z);
+  const auto cube = [](double x) { return x > 0.0 ? x * x * x : 0.0; };
+  const double a = half - std::abs(distance);
+  if (a <= 0.0) return distance < 0.0 ? 1.0f : 0.0f;
+  const double cut = (cube(a) - cube(a - m.x) - cube(a - m.y) - cube(a - m.z) +
+                      cube(a - m.x - m.y) + cube(a - m.x - m.z) + cube(a - m.y - m.z)) /
+                     (6.0 * m.x * m.y * m.z);
+  return float(distance < 0.0 ? 1.0 - cut : cut);
+}
+
+}  // namespace
+
+std::vector<float> sampled_gaussian(double variance) {
+  const int reach = std::max(1, int(std::ceil(3.5 * std::sqrt(variance))));
+  const auto weights_of = [&](double v) {
+    std::vector<double> weights;
+    double sum = 0.0;
+    for (int n = 0; n <= reach; ++n) {
+      weights.push_back(std::exp(-0.5 * n * n / v));
+      sum += (n == 0 ? 1.0 : 2.0) * weights.back();
+    }
+    for (double& w : weights) w /= sum;
+    return weights;
+  };
+  double low = 1e-3, high = variance + 1.0;
+  for (int step = 0; step < 40; ++step) {
+    const double middle = 0.5 * (low + high);
+    const auto weights = weights_of(middle);
+    double reached = 0.0;
+    for (std::size_t n = 1; n < weights.size(); ++n) reached += 2.0 * double(n * n) * weights[n];
+    (reached < variance ? low : high) = middle;
+  }
+  std::vector<float> kernel;
+  for (double w : weights_of(0.5 * (low + high))) kernel.push_back(float(w));
+  return kernel;
+}
+
+void convolve(Patch& patch, const std::vector<float>& kernel, int axis,
+              std::vector<float>& scratch) {
+  const int ni = patch.size[0], nj = patch.size[1], nk = patch.size[2];
+  const int reach = int(kernel.size()) - 1;
+  scratch.resize(patch.values.size());
+  std::copy(patch.values.begin(), patch.values.end(), scratch.begin());
+  const auto source = [&](int j, int k) {
+    return scratch.data() + (std::size_t(k) * std::size_t(nj) + std::size_t(j)) * std::size_t(ni);
+  };
+  for (int k = 0; k < nk; ++k)
+    for (int j = 0; j < nj; ++j) {
+      float* out = patch.row(j, k);
+      const float* middle = source(j, k);
+      for (int i = 0; i < ni; ++i) out[i] = kernel[0] * middle[i];
+      for (int t = 1; t <= reach; ++t) {
+        const float w = kernel[std::size_t(t)];
+        if (axis == 0) {
+          for (int i = t; i < ni - t; ++i) out[i] += w * (middle[i - t] + middle[i + t]);
+          for (int i = 0; i < ni; ++i)
+            if (i < t || i >= ni - t)
+              out[i] += w * (middle[std::max(i - t, 0)] + middle[std::min(i + t, ni - 1)]);
+          continue;
+        }
+        const float* a = axis == 1 ? source(std::max(j - t, 0), k) : source(j, std::max(k - t, 0));
+        const float* b =
+            axis == 1 ? source(std::min(j + t, nj - 1), k) : source(j, std::min(k + t, nk - 1));
+        for (int i = 0; i < ni; ++i) out[i] += w * (a[i] + b[i]);
+      }
+    }
+}
+
+void part_inside(Patch& part, const Patch& distance, const Vec3& spacing) {
+  const auto [ni, nj, nk] = distance.size;
+  const Vec3 h = spacing;
+  const auto widest = float(std::max({h.x, h.y, h.z}));
+  const auto farthest = float(0.55 * norm(h));
+  part.resize(distance.first, distance.size);
+  for (int k = 0; k < nk; ++k)
+    for (int j = 0; j < nj; ++j) {
+      float* out = part.row(j, k);
+      const float* m = distance.row(j, k);
+      const float* y0 = distance.row(std::max(j - 1, 0), k);
+      const float* y1 = distance.row(std::min(j + 1, nj - 1), k);
+      const float* z0 = distance.row(j, std::max(k - 1, 0));
+      const float* z1 = distance.row(j, std::min(k + 1, nk - 1));
+      for (int i = 0; i < ni; ++i) {
+        const float d = m[i];
+        if (std::abs(d) > farthest) {
+          out[i] = d < 0.0f ? 1.0f : 0.0f;
+          continue;
+        }
+        const float x0 = m[std::max(i - 1, 0)], x1 = m[std::min(i + 1, ni - 1)];
+        const Vec3 g{double(x1 - x0) / h.x, double(y1[i] - y0[i]) / h.y,
+                     double(z1[i] - z0[i]) / h.z};
+        const double length = std::max(norm(g), 1e-6);
+        // h_a^2 d_aa, summed: what the bend takes from the box beyond its tangent plane.
+        const float bend = (x0 + x1 + y0[i] + y1[i] + z0[i] + z1[i] - 6.0f * d) / 24.0f;
+        const double moved = double(d + std::clamp(bend, -0.1f * widest, 0.1f * widest));
+        out[i] =
+            part_behind_plane(moved, {std::abs(g.x) * h.x / length, std::abs(g.y) * h.y / length,
+                                      std::abs(g.z) * h.z / length});
+      }
+    }
+}
+
+BlurKernels blur_kernels(const Blur& blur) {
+  BlurKernels kernels;
+  for (int axis = 0; axis < 3; ++axis)
+    kernels[std::size_t(axis)] = sampled_gaussian(blur.sd_voxels[axis] * blur.sd_voxels[axis]);
+  return kernels;
+}
+
+int longest_reach(const BlurKernels& kernels) {
+  std::size_t most = 0;
+  for (const auto& kernel : kernels) most = std::max(most, kernel.size());
+  return int(most) - 1;
+}
+
+std::vector<Brick> bricks_at_boundary(const Volume<float>& phi, const FineGrid& fine,
+                                      const VolumeGeometry& voxels, float band_voxels) {
+  const Vec3& h = voxels.spacing;
+  const float band = band_voxels * float(std::max({h.x, h.y, h.z}));
+  return bricks_with(voxels, kBrick, [&](const Brick& brick) {
+    for (int k = 0; k < brick.size[2]; ++k)
+      for (int j = 0; j < brick.size[1]; ++j)
+        for (int i = 0; i < brick.size[0]; ++i)
+          if (std::abs(phi.at((brick.first[0] + i) * fine.ratio[0],
+                              (brick.first[1] + j) * fine.ratio[1],
+                              (brick.first[2] + k) * fine.ratio[2])) < band)
+            return true;
+    return false;
+  });
+}
+
+VolumeGeometry FineGrid::geometry(const VolumeGeometry& voxels) const {
+  VolumeGeometry result = voxels;
+  for (std::size_t a = 0; a < 3; ++a) {
+    result.size[a] = (voxels.size[a] - 1) * ratio[a] + 1;
+    result.spacing[int(a)] = voxels.spacing[int(a)] / ratio[a];
+  }
+  return result;
+}
+
+Volume<float> blurred_share(const Volume<float>& phi, const FineGrid& fine,
+                            const VolumeGeometry& voxels, const Blur& blur) {
+  Volume<float> share(voxels);
+  parallel_for(voxels.size[2], [&](std::ptrdiff_t k) {
+    for (int j = 0; j < voxels.size[1]; ++j) {
+      const float* from = &phi.at(0, j * fine.ratio[1], int(k) * fine.ratio[2]);
+      float* out = &share.at(0, j, int(k));
+      for (int i = 0; i < voxels.size[0]; ++i)
+        out[i] = from[i * fine.ratio[0]] < 0.0f ? 1.0f : 0.0f;
+    }
+  });
+  const auto kernels = blur_kernels(blur);
+  const int border = longest_reach(kernels) + 1;
+  const auto bricks = bricks_at_boundary(phi, fine, voxels, float(border));
+  parallel_for_uneven(std::ptrdiff_t(bricks.size()), [&](std::ptrdiff_t b) {
+    const Brick& brick = bricks[std::size_t(b)];
+    Patch distance, part;
+    std::vector<float> scratch;
+    gather(distance, phi, fine.ratio, brick, border);
+    part_inside(part, distance, voxels.spacing);
+    for (int axis = 0; axis < 3; ++axis) convolve(part, kernels[std::size_t(axis)], axis, scratch);
+    for (int k = 0; k < brick.size[2]; ++k)
+      for (int j = 0; j < brick.size[1]; ++j)
+        std::copy_n(part.row(j + border, k + border) + border, brick.size[0],
+                    &share.at(brick.first[0], brick.first[1] + j, brick.first[2] + k));
+  });
+  return share;
+}
+
+}  // namespace angio::segmentation::detail
