@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstddef>
 
+#include "centerline/detail/line_starts.hpp"
 #include "centerline/detail/polyline.hpp"
 #include "centerline/detail/section.hpp"
 #include "centerline/detail/tube_model.hpp"
@@ -18,74 +19,8 @@ constexpr int kFitRounds = 5;           // of centring by the tube model, at mos
 constexpr int kFlatFitRounds = 15;      // where the lumen is flat: each goes some way along it
 constexpr double kFlat = 2.0;           // extent over radius
 constexpr double kSettled = 0.02;       // of the extent: a line that moves less (rms) has settled
-constexpr double kWorkStep = 0.4;       // of the radius, while centring
 constexpr double kFinalStep = 0.25;     // of the radius
 constexpr double kMostLastMove = 0.15;  // of the extent, when the numbers are taken
-constexpr double kEndZone = 0.5;        // radii at a tip that are not centred: caps may be oblique
-
-/// A line of the tree; its points [0, shared) are those of its parent.
-struct Line {
-  Polyline line;  ///< the radius is the inscribed one once measured
-  std::vector<double> area;
-  int parent = -1;
-  std::size_t shared = 0;
-  bool free_start = false;  ///< begins at a wall or at the border of the data
-  bool free_end = false;
-};
-
-Polyline from_voxels(const LumenVoxels& lumen, const std::vector<int>& voxels) {
-  Polyline line;
-  for (const int v : voxels) line.push_back(lumen.position(v), double(lumen.depth[std::size_t(v)]));
-  return line;
-}
-
-/// Goes straight on from the last point to the wall, or to the border of the data.
-void extend_to_wall(Polyline& line, const Wall& wall, double dropped) {
-  const double radius = line.radius.back();
-  const Vec3 tip = line.points.back();
-  const Vec3 direction = end_tangent(line, radius);
-  const double longest = dropped + 2.0 * radius;
-  const double step = 0.25 * wall.resolution();
-  double reach = wall.ray(tip, direction, longest);
-  if (reach >= longest && !wall.beyond_data(tip + reach * direction)) reach = dropped;
-  while (reach > 0.0 && wall.beyond_data(tip + reach * direction)) reach -= step;
-  if (reach <= step) return;
-  const int count = std::max(1, int(std::ceil(reach / std::max(kWorkStep * radius, step))));
-  for (int i = 1; i <= count; ++i) line.push_back(tip + (reach * i / count) * direction, radius);
-}
-
-void cut_and_extend(Polyline& line, const Wall& wall, std::size_t keep) {
-  if (keep < 2 || keep >= line.points.size()) return;
-  const double dropped = distance(line.points.back(), line.points[keep - 1]);
-  line.resize(keep);
-  extend_to_wall(line, wall, dropped);
-}
-
-/// A voxel path runs into the edge of the cap: replace its end by a straight piece.
-void straighten_end(Polyline& line, const Wall& wall, std::size_t least_kept) {
-  Polyline tip_first = line;
-  reverse(tip_first);
-  const auto cap = std::size_t(end_of_cap(tip_first.points, tip_first.radius));
-  cut_and_extend(line, wall, std::max(line.points.size() - cap, least_kept));
-}
-
-/// The points next to a tip were smoothed only, not centred.
-void redo_end(Polyline& line, const Wall& wall, std::size_t least_kept) {
-  const std::vector<double> s = arc_length(line.points);
-  const double zone = std::max(kEndZone * line.radius.back(), wall.resolution());
-  std::size_t keep = line.points.size();
-  while (keep > least_kept && s.back() - s[keep - 1] < zone) --keep;
-  cut_and_extend(line, wall, keep);
-}
-
-/// The first of a line's own points that is outside the tube of its parent.
-std::size_t first_outside(const Line& branch, const Line* parent) {
-  if (parent == nullptr) return 0;
-  const std::vector<Vec3>& points = branch.line.points;
-  for (std::size_t i = branch.shared; i < points.size(); ++i)
-    if (!inside_tube(parent->line.points, parent->line.radius, 0, points[i])) return i;
-  return points.size() - 1;
-}
 
 /// Moves each own point that is out of the parent's lumen towards the centre of its section.
 void center_points(Line& work, const Line* parent, const Wall& wall) {
@@ -280,99 +215,6 @@ void stay_in_data(Line& work, const Wall& wall) {
   work.area.erase(work.area.begin(), work.area.begin() + std::ptrdiff_t(drop));
 }
 
-/// The first line, from the inlet to the farthest outlet.
-Line start_line(const LumenVoxels& lumen, const Skeleton& skeleton, const Wall& wall) {
-  Line work;
-  work.line = from_voxels(lumen, skeleton.chains.front().voxels);
-  work.free_start = skeleton.starts_at_end;
-  work.free_end = !skeleton.chains.front().ends_at_cut;
-  if (work.free_end) straighten_end(work.line, wall, 2);
-  if (work.free_start) {
-    reverse(work.line);
-    straighten_end(work.line, wall, 2);
-    reverse(work.line);
-  }
-  return work;
-}
-
-/// Paths through neighbouring voxels may run side by side in one vessel: a branch begins behind the
-/// last of its voxels that is still on its parent's line, and not where the paths part.
-/// @return the first voxel that is the branch's own
-std::size_t leaves_line(const LumenVoxels& lumen, const Skeleton::Chain& chain,
-                        std::size_t first_own, const Line& parent) {
-  const Vec3 h = lumen.geometry.spacing;
-  const double voxel = std::max({h.x, h.y, h.z});
-  const Polyline& line = parent.line;
-  std::size_t own = first_own;
-  for (std::size_t i = first_own; i < chain.voxels.size(); ++i) {
-    const Vec3 p = lumen.position(chain.voxels[i]);
-    std::size_t nearest = 0;
-    for (std::size_t k = 1; k < line.points.size(); ++k)
-      if (norm_squared(line.points[k] - p) < norm_squared(line.points[nearest] - p)) nearest = k;
-    const double away = distance(line.points[nearest], p);
-    if (away > line.radius[nearest]) break;
-    if (away < std::max(0.25 * line.radius[nearest], voxel)) own = i + 1;
-  }
-  return std::min(own, chain.voxels.size() - 1);
-}
-
-/// A later line: the parent's points up to a little before the branching, then its own voxels.
-Line start_branch(const LumenVoxels& lumen, const Skeleton::Chain& chain, std::size_t parts_at,
-                  int parent_index, const Line& parent, const Wall& wall) {
-  const std::size_t first_own = leaves_line(lumen, chain, parts_at, parent);
-  const Vec3 junction = lumen.position(chain.voxels[first_own > 0 ? first_own - 1 : 0]);
-  std::size_t nearest = 0;
-  for (std::size_t i = 1; i < parent.line.points.size(); ++i)
-    if (distance(parent.line.points[i], junction) < distance(parent.line.points[nearest], junction))
-      nearest = i;
-  std::size_t leave = nearest;
-  while (leave > 0 && distance(parent.line.points[leave], parent.line.points[nearest]) <
-                          0.5 * parent.line.radius[nearest])
-    --leave;
-  Line work;
-  work.parent = parent_index;
-  work.shared = leave + 1;
-  work.free_end = !chain.ends_at_cut;
-  const auto take = std::ptrdiff_t(work.shared);
-  work.line = parent.line;
-  work.line.resize(work.shared);
-  work.area.assign(parent.area.begin(), parent.area.begin() + take);
-  for (std::size_t i = first_own; i < chain.voxels.size(); ++i)
-    work.line.push_back(lumen.position(chain.voxels[i]),
-                        double(lumen.depth[std::size_t(chain.voxels[i])]));
-  // The voxels inside the parent run along its middle, maybe past the mouth: go straight instead.
-  work.line.erase(work.shared, std::min(first_outside(work, &parent), work.line.points.size() - 1));
-  if (work.free_end) straighten_end(work.line, wall, work.shared + 1);
-  return work;
-}
-
-/// Which voxels are a line's own, and whose branch it is.
-struct Plan {
-  const Skeleton::Chain* chain = nullptr;
-  std::size_t first_own = 0;
-  int parent = -1;
-  int generation = 0;
-};
-
-std::vector<Plan> plan_lines(const LumenVoxels& lumen, const Skeleton& skeleton) {
-  std::vector<int> owner(std::size_t(lumen.count()), -1);
-  std::vector<Plan> plans;
-  for (const Skeleton::Chain& chain : skeleton.chains) {
-    const int index = int(plans.size());
-    Plan plan;
-    plan.chain = &chain;
-    std::size_t& own = plan.first_own;
-    while (own < chain.voxels.size() && owner[std::size_t(chain.voxels[own])] >= 0) ++own;
-    if (index > 0 && own == chain.voxels.size()) continue;  // an outlet on another line
-    plan.parent = own > 0 ? owner[std::size_t(chain.voxels[own - 1])] : (index > 0 ? 0 : -1);
-    if (plan.parent >= 0) plan.generation = plans[std::size_t(plan.parent)].generation + 1;
-    for (std::size_t i = own; i < chain.voxels.size(); ++i)
-      owner[std::size_t(chain.voxels[i])] = index;
-    plans.push_back(plan);
-  }
-  return plans;
-}
-
 CenterlinePath to_path(const Line& line, int id) {
   CenterlinePath path;
   path.id = id;
@@ -394,9 +236,8 @@ CenterlineTree trace_lines(const LumenVoxels& lumen, const Skeleton& skeleton, c
   const auto trace_line = [&](std::size_t index) {
     const Plan& plan = plans[index];
     const Line* parent = plan.parent >= 0 ? &lines[std::size_t(plan.parent)] : nullptr;
-    Line work = parent == nullptr
-                    ? start_line(lumen, skeleton, wall)
-                    : start_branch(lumen, *plan.chain, plan.first_own, plan.parent, *parent, wall);
+    Line work = parent == nullptr ? start_line(lumen, skeleton, wall)
+                                  : start_branch(lumen, plan, *parent, wall);
     refine(work, parent, wall, points, step_mm);
     measure(work, parent, wall, points);
     stay_in_data(work, wall);

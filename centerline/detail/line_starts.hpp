@@ -1,0 +1,51 @@
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+#include "centerline/detail/lumen_voxels.hpp"
+#include "centerline/detail/polyline.hpp"
+#include "centerline/detail/skeleton.hpp"
+#include "centerline/detail/wall.hpp"
+
+/// Lines as they begin, along voxels, before they are moved to the middle.
+namespace angio::centerline {
+
+inline constexpr double kWorkStep = 0.4;  ///< of the radius, while centring
+/// Radii at a tip that are not centred: caps may be oblique.
+inline constexpr double kEndZone = 0.5;
+
+/// A line of the tree; its points [0, shared) are those of its parent.
+struct Line {
+  Polyline line;  ///< the radius is the inscribed one once measured
+  std::vector<double> area;
+  int parent = -1;
+  std::size_t shared = 0;
+  bool free_start = false;  ///< begins at a wall or at the border of the data
+  bool free_end = false;
+};
+
+/// Which voxels are a line's own, and whose branch it is.
+struct Plan {
+  const Skeleton::Chain* chain = nullptr;
+  std::size_t first_own = 0;
+  int parent = -1;
+  int generation = 0;
+};
+
+/// The parents of a plan come before it.
+std::vector<Plan> plan_lines(const LumenVoxels& lumen, const Skeleton& skeleton);
+
+/// The first line, from the inlet to the farthest outlet.
+Line start_line(const LumenVoxels& lumen, const Skeleton& skeleton, const Wall& wall);
+
+/// A later line: the parent's points up to a little before the branching, then its own voxels.
+Line start_branch(const LumenVoxels& lumen, const Plan& plan, const Line& parent, const Wall& wall);
+
+/// The points next to a tip were smoothed only, not centred.
+void redo_end(Polyline& line, const Wall& wall, std::size_t least_kept);
+
+/// The first of a line's own points that is outside the tube of its parent.
+std::size_t first_outside(const Line& branch, const Line* parent);
+
+}  // namespace angio::centerline
