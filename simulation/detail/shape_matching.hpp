@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cmath>
+#include <limits>
 
 #include "core/host_device.hpp"
 #include "core/vec3.hpp"
@@ -8,6 +9,11 @@
 /// The wall's law: shape matching with plastic flow. Mueller, Heidelberger, Teschner, Gross,
 /// "Meshless Deformations Based on Shape Matching", ACM TOG 24 (2005), sections 3.3 to 4.4.
 namespace angio::simulation::detail {
+
+template <class Real>
+inline constexpr Real kTiny = std::numeric_limits<Real>::min();
+template <class Real>
+inline constexpr Real kEpsilon = std::numeric_limits<Real>::epsilon();
 
 /// The rotation nearest to A (the polar decomposition's R), starting from a guess.
 ///
@@ -32,9 +38,9 @@ ANGIO_HOST_DEVICE inline Mat3T<Real> nearest_rotation(const Mat3T<Real>& a, Mat3
       trace += dot(r, c);
       scale += norm(c);
     }
-    omega *= Real(1) / (abs(trace) + Real(1e-9) * scale + Real(1e-300));
+    omega *= Real(1) / (abs(trace) + Real(1e-9) * scale + kTiny<Real>);
     const Real angle = norm(omega);
-    if (angle < Real(1e-12)) break;
+    if (angle < Real(4) * kEpsilon<Real>) break;
     const Vec3T<Real> u = omega / angle;
     const Real c = cos(angle), s = sin(angle);
     Mat3T<Real> turn;
@@ -68,7 +74,7 @@ ANGIO_HOST_DEVICE inline Real spectral_norm(const Mat3T<Real>& s) {
       spread += d * d;
     }
   spread = sqrt(spread / Real(6));
-  if (spread <= Real(1e-15) * (abs(mean) + Real(1e-300))) return abs(mean);
+  if (spread <= Real(4) * kEpsilon<Real> * (abs(mean) + kTiny<Real>)) return abs(mean);
   Mat3T<Real> b = s;
   for (int i = 0; i < 3; ++i) b(i, i) -= mean;
   Real half = determinant((Real(1) / spread) * b) / Real(2);

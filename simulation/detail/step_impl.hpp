@@ -4,189 +4,299 @@
 
 #include "core/host_device.hpp"
 #include "simulation/detail/contact_force.hpp"
-#include "simulation/detail/contact_set.hpp"
-#include "simulation/detail/scene.hpp"
+#include "simulation/detail/distance.hpp"
+#include "simulation/detail/membrane.hpp"
 #include "simulation/detail/shape_matching.hpp"
 
-/// One step's inner loops as functions of an index over plain views: step_cpu.cpp loops over them.
-/// Nothing here allocates or knows of threads.
+/// One step's inner loops as functions of an index over plain views; step_program.hpp puts them
+/// into the step. Nothing here allocates or knows of threads. `lanes` are the threads that share
+/// the index (launch.hpp).
 namespace angio::simulation::detail {
 
 /// A smoothing spring's share of its vertices' wall stiffness: the wall bends rather than being
 /// pierced by a single vertex. A tube of 16 edges around gets 2 % stiffer by it.
 inline constexpr double kWallSmoothing = 0.1;
 
-/// Pointers into the scene and the state of a step; see there for units and shapes.
+/// The other corners of one triangle seen from one of its corners, counter-clockwise.
+struct CornerLink {
+  int next = 0, last = 0;
+};
+
+/// A vertex of one surface near a triangle of the other, or an edge near an edge.
+template <class Real>
+struct NearPair {
+  int vertex[4]{};  ///< vertex, triangle; or balloon edge, wall edge
+  bool edges = false;
+  Real area{};         ///< that it stands for [mm^2]
+  Vec3T<Real> normal;  ///< at detection: unit, from side b to side a
+  // Below: at the last refresh.
+  GapWeights<Real> weights;
+  Vec3T<Real> direction;  ///< unit gap direction
+  Real weight{};          ///< area, faded out for parallel edges; 0: out of contact
+};
+
+struct ContactRef {
+  int pair = 0, corner = 0;
+};
+
+/// A plane that a vertex may not pass until the next detection: n . (x - x_detected) >= -limit.
+template <class Real>
+struct MotionBound {
+  Vec3T<Real> normal;
+  Real limit{};  ///< [mm], >= 0
+};
+
+/// What a balloon vertex is about to do within its colour.
+template <class Real>
+struct Move {
+  Vec3T<Real> by_volume, by_force, by_pressure;  ///< g, w H^-1 f, w H^-1 g
+  Real friction{};                               ///< |H^-1 f_friction| [mm]
+  bool taut = true;
+};
+
+/// Pointers into the scene and the state of a step; see there for units and shapes. Positions are
+/// relative to the scene's origin.
+template <class Real>
 struct StepView {
-  int balloon_count = 0;
-  double dt = 0.0;
-  double outside_pressure = 0.0;   // [Pa], absolute
-  double contact_distance = 0.0;   // [mm]
-  double contact_stiffness = 0.0;  // [Pa/mm]
-  double relaxation = 1.6;         // of vertices without contact
-  Friction<double> friction;
-  MooneyRivlin<double> skin, folds;
+  using Vec = Vec3T<Real>;
+  using Mat = Mat3T<Real>;
+
+  int balloon_count = 0, wall_count = 0, cluster_count = 0, pair_count = 0, triangle_count = 0;
+  int balloon_colors = 0, wall_colors = 0;
+  Real dt = 0;
+  Real outside_pressure = 0;   // [Pa], absolute
+  Real contact_distance = 0;   // [mm]
+  Real contact_stiffness = 0;  // [Pa/mm]
+  Real relaxation = Real(1.6);  // of vertices without contact
+  Friction<Real> friction;
+  MooneyRivlin<Real> skin, folds;
   bool relaxed = false;
   // Scene
-  const Vec3* start = nullptr;
-  const double* mass = nullptr;
+  const int* balloon_color_begin = nullptr;  // first vertex of a color
+  const int* wall_color_begin = nullptr;
+  const int* triangles = nullptr;  // of the balloon, three vertices each
+  const Vec* start = nullptr;
+  const Real* mass = nullptr;
   const int* corner_begin = nullptr;
-  const Corner* corners = nullptr;
+  const CornerLink* corners = nullptr;
+  const CornerMetric<Real>* rest = nullptr;        // [corner]
+  const CornerMetric<Real>* start_rest = nullptr;  // [corner], of the start shape: the folds
   const int* cluster_begin = nullptr;
   const int* cluster_vertex = nullptr;
-  const double* cluster_stiffness = nullptr;
-  const Vec3* cluster_offset = nullptr;
+  const Real* cluster_stiffness = nullptr;
+  const Vec* cluster_offset = nullptr;
+  const Vec* cluster_start = nullptr;  // centre at the start
   const int* entry_begin = nullptr;
   const int* entry = nullptr;
   const int* entry_cluster = nullptr;
   const int* neighbor_begin = nullptr;
   const int* neighbors = nullptr;
-  const double* foundation = nullptr;
+  const Real* foundation = nullptr;
+  const Real* goal_stiffness = nullptr;  // [wall vertex]
   // State
-  Vec3* x = nullptr;                 // [vertex]
-  const Vec3* x_before = nullptr;    // at the start of the step
-  const Vec3* x_inertial = nullptr;  // x_before + dt velocity
-  const Vec3* x_detected = nullptr;  // at the last contact detection
-  Mat3* cluster_rotation = nullptr;  // [cluster]
-  const Mat3* cluster_plastic = nullptr;
-  Mat3* cluster_map = nullptr;  // rotation * plastic
-  Vec3* cluster_centre = nullptr;
-  Vec3* goal = nullptr;                    // [wall vertex]
-  const double* goal_stiffness = nullptr;  // [wall vertex]
-  ContactPair* pairs = nullptr;
-  double* pair_weights = nullptr;  // area, faded out for parallel edges; 0: out of contact
+  Vec* x = nullptr;  // [vertex]
+  Vec* velocity = nullptr;
+  Vec* x_before = nullptr;          // at the start of the step
+  Vec* x_inertial = nullptr;        // x_before + dt velocity
+  const Vec* x_detected = nullptr;  // at the last contact detection
+  Move<Real>* moves = nullptr;      // [balloon vertex]
+  Real* contact_force = nullptr;    // [wall vertex]
+  Mat* cluster_rotation = nullptr;  // [cluster]
+  Mat* cluster_plastic = nullptr;
+  Mat* cluster_map = nullptr;  // rotation * plastic
+  Vec* cluster_centre = nullptr;
+  Vec* goal = nullptr;  // [wall vertex]
+  NearPair<Real>* pairs = nullptr;
   const int* ref_begin = nullptr;
   const ContactRef* refs = nullptr;
   const int* bound_begin = nullptr;
-  const MotionBound* bounds = nullptr;
-  double travel = 0.0;
+  const MotionBound<Real>* bounds = nullptr;
+  Real travel = 0;
 };
 
 /// What a vertex's neighbours ask of it.
+template <class Real>
 struct VertexForces {
-  Vec3 force;              // without the gas [uN]
-  Mat3 hessian;            // [uN/mm]
-  Vec3 friction;           // the part of `force` that is friction
-  double contact = 0.0;    // sum of normal forces [uN]
-  double magnitude = 0.0;  // sum of the lengths of the forces [uN]
+  Vec3T<Real> force;     // without the gas [uN]
+  Mat3T<Real> hessian;   // [uN/mm]
+  Vec3T<Real> friction;  // the part of `force` that is friction
+  Real contact{};        // sum of normal forces [uN]
+  Real magnitude{};      // sum of the lengths of the forces [uN]
   bool touching = false;
   bool taut = true;  // the skin all around
 };
 
-/// Recomputes a pair's closest points and weight at the present positions.
-ANGIO_HOST_DEVICE inline void refresh_pair(const StepView& s, int index) {
-  ContactPair& pair = s.pairs[index];
-  const Vec3 p[4] = {s.x[pair.vertex[0]], s.x[pair.vertex[1]], s.x[pair.vertex[2]],
-                     s.x[pair.vertex[3]]};
-  pair.weights = pair.edges ? segment_segment_gap(p[0], p[1], p[2], p[3])
-                            : point_triangle_gap(p[0], p[1], p[2], p[3]);
-  Vec3 gap;
-  for (int i = 0; i < 4; ++i) gap += pair.weights.w[i] * p[i];
-  const double d = norm(gap);
-  pair.direction = d > 0.0 ? gap / d : pair.normal;
-  // A pair just out of contact is kept ready for the motion of one sweep.
-  const bool near = d < 1.5 * s.contact_distance;
-  const double fade = pair.edges ? sine_squared(p[1] - p[0], p[3] - p[2]) : 1.0;
-  s.pair_weights[index] = near ? pair.area * fade : 0.0;
+template <class Real, class Lanes>
+ANGIO_HOST_DEVICE inline Vec3T<Real> sum_over(const Lanes& lanes, const Vec3T<Real>& v) {
+  return {lanes.sum(v.x), lanes.sum(v.y), lanes.sum(v.z)};
 }
 
-/// Adds the barrier and the friction of all pairs of a vertex.
+template <class Real, class Lanes>
+ANGIO_HOST_DEVICE inline Mat3T<Real> sum_over_symmetric(const Lanes& lanes, const Mat3T<Real>& a) {
+  Mat3T<Real> b;
+  for (int i = 0; i < 3; ++i)
+    for (int j = 0; j <= i; ++j) b(i, j) = b(j, i) = lanes.sum(a(i, j));
+  return b;
+}
+
+template <class Real, class Lanes>
+ANGIO_HOST_DEVICE inline Mat3T<Real> sum_over(const Lanes& lanes, const Mat3T<Real>& a) {
+  Mat3T<Real> b;
+  for (int i = 0; i < 3; ++i)
+    for (int j = 0; j < 3; ++j) b(i, j) = lanes.sum(a(i, j));
+  return b;
+}
+
+/// Recomputes a pair's closest points and weight at the present positions.
+template <class Real>
+ANGIO_HOST_DEVICE inline void refresh_pair(const StepView<Real>& s, int index) {
+  NearPair<Real>& pair = s.pairs[index];
+  const Vec3T<Real> p[4] = {s.x[pair.vertex[0]], s.x[pair.vertex[1]], s.x[pair.vertex[2]],
+                            s.x[pair.vertex[3]]};
+  pair.weights = pair.edges ? segment_segment_gap(p[0], p[1], p[2], p[3])
+                            : point_triangle_gap(p[0], p[1], p[2], p[3]);
+  Vec3T<Real> gap;
+  for (int i = 1; i < 4; ++i) gap += pair.weights.w[i] * (p[i] - p[0]);  // the weights sum to 0
+  const Real d = norm(gap);
+  pair.direction = d > Real(0) ? gap / d : pair.normal;
+  // A pair just out of contact is kept ready for the motion of one sweep.
+  const bool near = d < Real(1.5) * s.contact_distance;
+  const Real fade = pair.edges ? sine_squared(p[1] - p[0], p[3] - p[2]) : Real(1);
+  pair.weight = near ? pair.area * fade : Real(0);
+}
+
+/// Adds the barrier and the friction of a vertex's pairs, each lane its share of them.
 ///
 /// Within a sweep a gap is taken along its last direction with its last weights, d = n . sum w_i
 /// x_i (exact to first order); refresh_pair renews both before each sweep.
-ANGIO_HOST_DEVICE inline void add_contact(const StepView& s, int v, VertexForces& out) {
-  for (int r = s.ref_begin[v]; r < s.ref_begin[v + 1]; ++r) {
-    const double weight = s.pair_weights[s.refs[r].pair];
-    if (!(weight > 0.0)) continue;
-    const ContactPair& pair = s.pairs[s.refs[r].pair];
-    const double w = pair.weights.w[s.refs[r].corner];
-    if (w == 0.0) continue;
-    Vec3 gap, gap_before;
-    for (int i = 0; i < 4; ++i) gap += pair.weights.w[i] * s.x[pair.vertex[i]];
-    const Vec3 n = pair.direction;
-    const double least = 0.05 * s.contact_distance;
-    double d = dot(n, gap);
+template <class Real, class Lanes>
+ANGIO_HOST_DEVICE inline void add_contact(const StepView<Real>& s, int v, const Lanes& lanes,
+                                          VertexForces<Real>& out) {
+  for (int r = s.ref_begin[v] + lanes.rank(); r < s.ref_begin[v + 1]; r += lanes.size()) {
+    const NearPair<Real>& pair = s.pairs[s.refs[r].pair];
+    const Real w = pair.weights.w[s.refs[r].corner];
+    if (!(pair.weight > Real(0)) || w == Real(0)) continue;
+    const Vec3T<Real> n = pair.direction, base = s.x[pair.vertex[0]];
+    Vec3T<Real> gap;
+    for (int i = 1; i < 4; ++i) gap += pair.weights.w[i] * (s.x[pair.vertex[i]] - base);
+    const Real least = Real(0.05) * s.contact_distance;
+    Real d = dot(n, gap);
     if (d >= s.contact_distance) continue;
     d = d > least ? d : (norm(gap) < least ? norm(gap) : least);
-    const Barrier<double> b = barrier(d, s.contact_distance);
-    const double scale = s.contact_stiffness * weight;
-    const double normal_force = -scale * b.slope;
+    const Barrier<Real> b = barrier(d, s.contact_distance);
+    const Real scale = s.contact_stiffness * pair.weight;
+    const Real normal_force = -scale * b.slope, share = w < Real(0) ? -w : w;
     out.touching = true;
-    out.contact += normal_force * std::abs(w);
+    out.contact += normal_force * share;
     out.force += (normal_force * w) * n;
-    out.magnitude += normal_force * std::abs(w);
-    const double stiffness = scale * b.curvature * w * w;
-    for (int i = 0; i < 4; ++i) gap_before += pair.weights.w[i] * s.x_before[pair.vertex[i]];
-    Vec3 slip = gap - gap_before;
+    out.magnitude += normal_force * share;
+    const Real stiffness = scale * b.curvature * w * w;
+    const Vec3T<Real> base_before = s.x_before[pair.vertex[0]];
+    Vec3T<Real> slip = gap;
+    for (int i = 1; i < 4; ++i)
+      slip -= pair.weights.w[i] * (s.x_before[pair.vertex[i]] - base_before);
     slip -= dot(slip, n) * n;
-    const double rub = normal_force * friction_per_slip(s.friction, norm(slip));
-    const Vec3 friction = (-rub * w) * slip;
+    const Real rub = normal_force * friction_per_slip(s.friction, norm(slip));
+    const Vec3T<Real> friction = (-rub * w) * slip;
     out.force += friction;
     out.friction += friction;
     for (int i = 0; i < 3; ++i)
       for (int j = 0; j < 3; ++j)
-        out.hessian(i, j) +=
-            stiffness * n[i] * n[j] + rub * w * w * ((i == j ? 1.0 : 0.0) - n[i] * n[j]);
+        out.hessian(i, j) += stiffness * n[i] * n[j] +
+                             rub * w * w * ((i == j ? Real(1) : Real(0)) - n[i] * n[j]);
   }
 }
 
-ANGIO_HOST_DEVICE inline void add_inertia(const StepView& s, int v, VertexForces& out) {
-  const double k = s.mass[v] / (s.dt * s.dt);
+template <class Real>
+ANGIO_HOST_DEVICE inline void add_inertia(const StepView<Real>& s, int v,
+                                          VertexForces<Real>& out) {
+  const Real k = s.mass[v] / (s.dt * s.dt);
   out.force += k * (s.x_inertial[v] - s.x[v]);
   for (int i = 0; i < 3; ++i) out.hessian(i, i) += k;
 }
 
-ANGIO_HOST_DEVICE inline EnergyDensity<double> skin_energy(const StepView& s, const Corner& corner,
-                                                           const Vec3& e1, const Vec3& e2) {
-  const Invariants<double> i = invariants(corner.rest, e1, e2);
+/// Adds what the lanes have gathered. Only force and Hessian where nothing can touch.
+template <class Real, class Lanes>
+ANGIO_HOST_DEVICE inline void gather(const StepView<Real>& s, const Lanes& lanes,
+                                     VertexForces<Real>& out) {
+  out.force = sum_over(lanes, out.force);
+  out.hessian = sum_over_symmetric(lanes, out.hessian);
+  out.taut = lanes.sum(out.taut ? 0 : 1) == 0;
+  if (s.pair_count == 0) return;
+  out.friction = sum_over(lanes, out.friction);
+  out.contact = lanes.sum(out.contact);
+  out.magnitude = lanes.sum(out.magnitude);
+  out.touching = lanes.sum(out.touching ? 1 : 0) > 0;
+}
+
+template <class Real>
+ANGIO_HOST_DEVICE inline EnergyDensity<Real> skin_energy(const StepView<Real>& s,
+                                                         const CornerMetric<Real>& rest,
+                                                         const Vec3T<Real>& e1,
+                                                         const Vec3T<Real>& e2) {
+  const Invariants<Real> i = invariants(rest, e1, e2);
   return s.relaxed ? relaxed_energy(s.skin, i.i1, i.i3) : plain_energy(s.skin, i.i1, i.i3);
 }
 
-ANGIO_HOST_DEVICE inline EnergyDensity<double> fold_energy(const StepView& s, const Corner& corner,
-                                                           const Vec3& e1, const Vec3& e2) {
-  const Invariants<double> i = invariants(corner.start, e1, e2);
+template <class Real>
+ANGIO_HOST_DEVICE inline EnergyDensity<Real> fold_energy(const StepView<Real>& s,
+                                                         const CornerMetric<Real>& start,
+                                                         const Vec3T<Real>& e1,
+                                                         const Vec3T<Real>& e2) {
+  const Invariants<Real> i = invariants(start, e1, e2);
   return plain_energy(s.folds, i.i1, i.i3);
 }
 
 /// Skin, folds and gas on a vertex of the balloon, for the line search.
-ANGIO_HOST_DEVICE inline Vec3 skin_and_gas_force(const StepView& s, int v, const Vec3& x,
-                                                 double gauge) {
-  Vec3 force;
-  for (int c = s.corner_begin[v]; c < s.corner_begin[v + 1]; ++c) {
-    const Corner& corner = s.corners[c];
-    const Vec3 e1 = x - s.x[corner.next], e2 = s.x[corner.last] - s.x[corner.next];
-    force -= membrane_gradient(corner.rest, skin_energy(s, corner, e1, e2), e1, e2);
-    force -= membrane_gradient(corner.start, fold_energy(s, corner, e1, e2), e1, e2);
-    force += (gauge / 6.0) * cross(s.x[corner.next], s.x[corner.last]);
+template <class Real, class Lanes>
+ANGIO_HOST_DEVICE inline Vec3T<Real> skin_and_gas_force(const StepView<Real>& s, int v,
+                                                        const Lanes& lanes, const Vec3T<Real>& x,
+                                                        Real gauge) {
+  Vec3T<Real> force;
+  for (int c = s.corner_begin[v] + lanes.rank(); c < s.corner_begin[v + 1]; c += lanes.size()) {
+    const Vec3T<Real> next = s.x[s.corners[c].next], last = s.x[s.corners[c].last];
+    const Vec3T<Real> e1 = x - next, e2 = last - next;
+    force -= membrane_gradient(s.rest[c], skin_energy(s, s.rest[c], e1, e2), e1, e2);
+    if (s.relaxed)
+      force -= membrane_gradient(s.start_rest[c], fold_energy(s, s.start_rest[c], e1, e2), e1, e2);
+    force += (gauge / Real(6)) * cross(e2, e1);
   }
-  return force;
+  return sum_over(lanes, force);
 }
 
 /// Everything but the gas on a vertex of the balloon, and dV/dx of the enclosed volume [mm^2].
-ANGIO_HOST_DEVICE inline VertexForces balloon_forces(const StepView& s, int v, Vec3& by_volume) {
-  VertexForces out;
+template <class Real, class Lanes>
+ANGIO_HOST_DEVICE inline VertexForces<Real> balloon_forces(const StepView<Real>& s, int v,
+                                                           const Lanes& lanes,
+                                                           Vec3T<Real>& by_volume) {
+  VertexForces<Real> out;
   by_volume = {};
-  for (int c = s.corner_begin[v]; c < s.corner_begin[v + 1]; ++c) {
-    const Corner& corner = s.corners[c];
-    const Vec3 e1 = s.x[v] - s.x[corner.next], e2 = s.x[corner.last] - s.x[corner.next];
-    const EnergyDensity<double> psi = skin_energy(s, corner, e1, e2);
-    const VertexTerm<double> term = membrane_term(corner.rest, psi, e1, e2);
+  const Vec3T<Real> x = s.x[v];
+  for (int c = s.corner_begin[v] + lanes.rank(); c < s.corner_begin[v + 1]; c += lanes.size()) {
+    const Vec3T<Real> next = s.x[s.corners[c].next], last = s.x[s.corners[c].last];
+    const Vec3T<Real> e1 = x - next, e2 = last - next;
+    const EnergyDensity<Real> psi = skin_energy(s, s.rest[c], e1, e2);
+    const VertexTerm<Real> term = membrane_term(s.rest[c], psi, e1, e2);
     out.force -= term.gradient;
     out.hessian += term.hessian;
     out.taut = out.taut && psi.taut;
     if (s.relaxed) {
-      const EnergyDensity<double> fold = fold_energy(s, corner, e1, e2);
+      const EnergyDensity<Real> fold = fold_energy(s, s.start_rest[c], e1, e2);
       if (psi.taut) {  // a thousandth of the skin's stiffness need not be in the Hessian
-        out.force -= membrane_gradient(corner.start, fold, e1, e2);
+        out.force -= membrane_gradient(s.start_rest[c], fold, e1, e2);
       } else {
-        const VertexTerm<double> fold_term = membrane_term(corner.start, fold, e1, e2);
+        const VertexTerm<Real> fold_term = membrane_term(s.start_rest[c], fold, e1, e2);
         out.force -= fold_term.gradient;
         out.hessian += fold_term.hessian;
       }
     }
-    by_volume += (1.0 / 6.0) * cross(s.x[corner.next], s.x[corner.last]);
+    // The ring of edges around the vertex is closed: any origin gives the same sum, and the vertex
+    // itself the one with the least rounding.
+    by_volume += (Real(1) / Real(6)) * cross(e2, e1);
   }
-  add_contact(s, v, out);
+  if (s.pair_count > 0) add_contact(s, v, lanes, out);
+  gather(s, lanes, out);
+  by_volume = sum_over(lanes, by_volume);
   add_inertia(s, v, out);
   return out;
 }
@@ -199,13 +309,16 @@ ANGIO_HOST_DEVICE inline VertexForces balloon_forces(const StepView& s, int v, V
 /// falls.
 ///
 /// @param gauge  pressure above the outside [Pa]
-ANGIO_HOST_DEVICE inline double balloon_line_search(const StepView& s, int v, double gauge,
-                                                    const Vec3& move) {
-  double share = 1.0;
-  const double before = -dot(skin_and_gas_force(s, v, s.x[v], gauge), move);
-  if (!(before < 0.0)) return share;
+template <class Real, class Lanes>
+ANGIO_HOST_DEVICE inline Real balloon_line_search(const StepView<Real>& s, int v,
+                                                  const Lanes& lanes, Real gauge,
+                                                  const Vec3T<Real>& move) {
+  Real share = Real(1);
+  const Real before = -dot(skin_and_gas_force(s, v, lanes, s.x[v], gauge), move);
+  if (!(before < Real(0))) return share;
   for (int trial = 0; trial < 3; ++trial) {
-    const double after = -dot(skin_and_gas_force(s, v, s.x[v] + share * move, gauge), move);
+    const Real after =
+        -dot(skin_and_gas_force(s, v, lanes, s.x[v] + share * move, gauge), move);
     if (after <= -before) break;
     share *= before / (before - after);
   }
@@ -213,57 +326,67 @@ ANGIO_HOST_DEVICE inline double balloon_line_search(const StepView& s, int v, do
 }
 
 /// Everything on a vertex of the wall.
-ANGIO_HOST_DEVICE inline VertexForces wall_forces(const StepView& s, int v) {
-  VertexForces out;
+template <class Real, class Lanes>
+ANGIO_HOST_DEVICE inline VertexForces<Real> wall_forces(const StepView<Real>& s, int v,
+                                                        const Lanes& lanes) {
+  VertexForces<Real> out;
   const int i = v - s.balloon_count;
-  const Vec3 off = s.x[v] - s.goal[i];
-  double k = s.goal_stiffness[i];
-  const Vec3 elastic = -k * off;
-  out.force += elastic;
-  out.magnitude += norm(elastic);
-  for (int n = s.neighbor_begin[i]; n < s.neighbor_begin[i + 1]; ++n) {
-    const int u = s.neighbors[n];
-    const double spring =
-        0.5 * kWallSmoothing * (s.goal_stiffness[i] + s.goal_stiffness[u - s.balloon_count]);
-    out.force -= spring * (off - (s.x[u] - s.goal[u - s.balloon_count]));
+  const Vec3T<Real> off = s.x[v] - s.goal[i];
+  Real k = 0;
+  for (int n = s.neighbor_begin[i] + lanes.rank(); n < s.neighbor_begin[i + 1];
+       n += lanes.size()) {
+    const int u = s.neighbors[n], j = u - s.balloon_count;
+    const Real spring =
+        Real(0.5 * kWallSmoothing) * (s.goal_stiffness[i] + s.goal_stiffness[j]);
+    out.force -= spring * (off - (s.x[u] - s.goal[j]));
     k += spring;
   }
+  for (int a = 0; a < 3; ++a) out.hessian(a, a) = k;
+  if (s.pair_count > 0) add_contact(s, v, lanes, out);
+  gather(s, lanes, out);
+  const Vec3T<Real> elastic = -s.goal_stiffness[i] * off;
+  out.force += elastic;
+  out.magnitude += norm(elastic);
   out.force += s.foundation[i] * (s.start[v] - s.x[v]);
-  k += s.foundation[i];
-  for (int a = 0; a < 3; ++a) out.hessian(a, a) += k;
-  add_contact(s, v, out);
+  for (int a = 0; a < 3; ++a) out.hessian(a, a) += s.goal_stiffness[i] + s.foundation[i];
   add_inertia(s, v, out);
   return out;
 }
 
 /// H^-1 b of a symmetric positive definite 3 x 3 block.
-ANGIO_HOST_DEVICE inline Mat3 inverse_block(Mat3 h) {
-  const double trace = h(0, 0) + h(1, 1) + h(2, 2);
-  for (int i = 0; i < 3; ++i) h(i, i) += 1e-9 * trace;
-  return inverse(h);
+template <class Real>
+ANGIO_HOST_DEVICE inline Mat3T<Real> inverse_block(Mat3T<Real> h) {
+  const Real trace = h(0, 0) + h(1, 1) + h(2, 2);
+  const Real scale = trace > Real(0) ? Real(1) / trace : Real(0);  // no overflow in the determinant
+  h = scale * h;
+  for (int i = 0; i < 3; ++i) h(i, i) += Real(sizeof(Real) < 8 ? 1e-6 : 1e-9);
+  return scale * inverse(h);
 }
 
 /// The longest part of a move that keeps the vertex within its bounds since the last detection.
 /// @return share in [0, 1]
-ANGIO_HOST_DEVICE inline double allowed_share(const StepView& s, int v, const Vec3& move) {
-  const Vec3 done = s.x[v] - s.x_detected[v];
-  double share = 1.0;
+template <class Real>
+ANGIO_HOST_DEVICE inline Real allowed_share(const StepView<Real>& s, int v,
+                                            const Vec3T<Real>& move) {
+  using std::sqrt;
+  const Vec3T<Real> done = s.x[v] - s.x_detected[v];
+  Real share = Real(1);
   for (int b = s.bound_begin[v]; b < s.bound_begin[v + 1]; ++b) {
-    const MotionBound& bound = s.bounds[b];
-    const double more = -dot(bound.normal, move);
-    if (!(more > 0.0)) continue;
-    const double left = bound.limit + dot(bound.normal, done);
+    const MotionBound<Real>& bound = s.bounds[b];
+    const Real more = -dot(bound.normal, move);
+    if (!(more > Real(0))) continue;
+    const Real left = bound.limit + dot(bound.normal, done);
     if (more > left) {
-      const double part = left > 0.0 ? left / more : 0.0;
+      const Real part = left > Real(0) ? left / more : Real(0);
       share = part < share ? part : share;
     }
   }
   // |done + t move| <= travel
-  const double a = dot(move, move), b = dot(done, move), c = dot(done, done) - s.travel * s.travel;
-  if (a + 2.0 * b + c > 0.0) {
-    const double root = b * b - a * c;
-    double part = root > 0.0 && a > 0.0 ? (-b + std::sqrt(root)) / a : 0.0;
-    part = part > 0.0 ? part : 0.0;
+  const Real a = dot(move, move), b = dot(done, move), c = dot(done, done) - s.travel * s.travel;
+  if (a + Real(2) * b + c > Real(0)) {
+    const Real root = b * b - a * c;
+    Real part = root > Real(0) && a > Real(0) ? (-b + sqrt(root)) / a : Real(0);
+    part = part > Real(0) ? part : Real(0);
     share = part < share ? part : share;
   }
   return share;
@@ -271,28 +394,35 @@ ANGIO_HOST_DEVICE inline double allowed_share(const StepView& s, int v, const Ve
 
 /// Fits a cluster's translation and rotation (Mueller 2005, section 3.3) and prepares its goals,
 /// g = R S^p q + centre. The fit is weighted by stiffness, so that R minimises the energy.
-ANGIO_HOST_DEVICE inline void fit_cluster(const StepView& s, int c) {
-  Vec3 centre;
-  double weight = 0.0;
-  for (int e = s.cluster_begin[c]; e < s.cluster_begin[c + 1]; ++e) {
-    centre += s.cluster_stiffness[e] * s.x[s.balloon_count + s.cluster_vertex[e]];
+template <class Real, class Lanes>
+ANGIO_HOST_DEVICE inline void fit_cluster(const StepView<Real>& s, int c, const Lanes& lanes) {
+  Vec3T<Real> shift;  // of the centre from its start: small numbers, little rounding
+  Real weight = 0;
+  for (int e = s.cluster_begin[c] + lanes.rank(); e < s.cluster_begin[c + 1]; e += lanes.size()) {
+    const int v = s.balloon_count + s.cluster_vertex[e];
+    shift += s.cluster_stiffness[e] * (s.x[v] - s.start[v]);
     weight += s.cluster_stiffness[e];
   }
-  centre = centre / weight;
-  Mat3 covariance;
-  for (int e = s.cluster_begin[c]; e < s.cluster_begin[c + 1]; ++e)
+  const Vec3T<Real> centre =
+      s.cluster_start[c] + sum_over(lanes, shift) / lanes.sum(weight);
+  Mat3T<Real> covariance;
+  for (int e = s.cluster_begin[c] + lanes.rank(); e < s.cluster_begin[c + 1]; e += lanes.size())
     covariance +=
         outer(s.cluster_stiffness[e] * (s.x[s.balloon_count + s.cluster_vertex[e]] - centre),
               s.cluster_plastic[c] * s.cluster_offset[e]);
-  s.cluster_rotation[c] = nearest_rotation(covariance, s.cluster_rotation[c]);
-  s.cluster_map[c] = s.cluster_rotation[c] * s.cluster_plastic[c];
+  const Mat3T<Real> rotation =
+      nearest_rotation(sum_over(lanes, covariance), s.cluster_rotation[c]);
+  if (lanes.rank() > 0) return;
+  s.cluster_rotation[c] = rotation;
+  s.cluster_map[c] = rotation * s.cluster_plastic[c];
   s.cluster_centre[c] = centre;
 }
 
 /// The stiffness-weighted mean of a wall vertex's goals.
-ANGIO_HOST_DEVICE inline void set_goal(const StepView& s, int i) {
-  Vec3 sum;
-  double weight = 0.0;
+template <class Real>
+ANGIO_HOST_DEVICE inline void set_goal(const StepView<Real>& s, int i) {
+  Vec3T<Real> sum;
+  Real weight = 0;
   for (int n = s.entry_begin[i]; n < s.entry_begin[i + 1]; ++n) {
     const int e = s.entry[n], c = s.entry_cluster[e];
     sum += s.cluster_stiffness[e] * (s.cluster_map[c] * s.cluster_offset[e] + s.cluster_centre[c]);
@@ -304,20 +434,26 @@ ANGIO_HOST_DEVICE inline void set_goal(const StepView& s, int i) {
 /// A cluster's stretch S = R^T A relative to its plastic shape, symmetric part, with A the best
 /// linear map (Mueller 2005, Eq. 7). A flat cluster leaves A open in the flat direction: there the
 /// rotation's own value (no strain) is taken, by a small weight towards it.
-ANGIO_HOST_DEVICE inline Mat3 cluster_stretch(const StepView& s, int c) {
-  Mat3 pq, qq;
-  for (int e = s.cluster_begin[c]; e < s.cluster_begin[c + 1]; ++e) {
-    const Vec3 q = s.cluster_plastic[c] * s.cluster_offset[e];
+template <class Real, class Lanes>
+ANGIO_HOST_DEVICE inline Mat3T<Real> cluster_stretch(const StepView<Real>& s, int c,
+                                                     const Lanes& lanes) {
+  Mat3T<Real> pq, qq;
+  for (int e = s.cluster_begin[c] + lanes.rank(); e < s.cluster_begin[c + 1]; e += lanes.size()) {
+    const Vec3T<Real> q = s.cluster_plastic[c] * s.cluster_offset[e];
     pq += outer(
         s.cluster_stiffness[e] * (s.x[s.balloon_count + s.cluster_vertex[e]] - s.cluster_centre[c]),
         q);
     qq += outer(s.cluster_stiffness[e] * q, q);
   }
-  const double weight = 1e-6 * (qq(0, 0) + qq(1, 1) + qq(2, 2));
-  pq += weight * s.cluster_rotation[c];
+  pq = sum_over(lanes, pq);
+  qq = sum_over_symmetric(lanes, qq);
+  const Real trace = qq(0, 0) + qq(1, 1) + qq(2, 2), scale = Real(1) / trace;
+  const Real weight = Real(sizeof(Real) < 8 ? 1e-5 : 1e-6);
+  pq = scale * pq + weight * s.cluster_rotation[c];
+  qq = scale * qq;
   for (int i = 0; i < 3; ++i) qq(i, i) += weight;
-  const Mat3 a = transpose(s.cluster_rotation[c]) * (pq * inverse(qq));
-  return 0.5 * (a + transpose(a));
+  const Mat3T<Real> a = transpose(s.cluster_rotation[c]) * (pq * inverse(qq));
+  return Real(0.5) * (a + transpose(a));
 }
 
 }  // namespace angio::simulation::detail
