@@ -4,7 +4,6 @@
 #include <chrono>
 #include <cmath>
 #include <cstdio>
-#include <fstream>
 #include <string>
 
 #include "core/error.hpp"
@@ -28,12 +27,13 @@ void check(const char* field, double value, double low, double high) {
   throw OptionError(text);
 }
 
-std::string processor_name() {
-  std::ifstream info("/proc/cpuinfo");
-  std::string line;
-  while (std::getline(info, line))
-    if (line.rfind("model name", 0) == 0) return line.substr(line.find(':') + 2);
-  return "CPU";
+// From the scene's order of vertices to the caller's; `first` is the surface's first vertex.
+template <class Value>
+std::vector<Value> for_caller(const Scene& scene, int first, const std::vector<Value>& values) {
+  std::vector<Value> result(values.size());
+  for (std::size_t i = 0; i < values.size(); ++i)
+    result[std::size_t(scene.caller_vertex[std::size_t(first) + i])] = values[i];
+  return result;
 }
 
 // What the balloon is expected to enclose when full: its rest shape. A balloon that starts
@@ -42,7 +42,7 @@ double nominal_volume(const SimulationModel& model, const Scene& scene, double s
   TriangleMesh rest = model.balloon;
   rest.vertices = model.balloon_rest;
   const double rest_volume = enclosed_volume(rest);
-  if (scene.relaxed || scene.wall_count == 0) return std::max(rest_volume, start_volume);
+  if (scene.skin.relaxed || scene.wall_count == 0) return std::max(rest_volume, start_volume);
   const double radius = 0.5 * section_diameter(scene, scene.start, model.measure_point,
                                                normalized(model.measure_tangent));
   const double growth = radius > 0.0 ? std::max(1.0, model.reference_radius_mm / radius) : 1.0;
@@ -58,26 +58,27 @@ SimulationFrame make_frame(const SimulationModel& model, const Scene& scene, con
       section_diameter(scene, state.x, model.measure_point, normalized(model.measure_tangent));
   frame.lumen_mld_mm = lumen_mld(scene, state.x);
   frame.max_penetration_mm = max_penetration(scene, state.x);
-  const AirState air = air_state(model.air, state.x);
+  const AirState air = air_state(scene.air, state.x);
   frame.min_air_volume_mm3 = air.min_volume;
   frame.air_tet_count = int(model.air.size());
   frame.inverted_air_tet_count = air.inverted_count;
-  frame.balloon.assign(state.x.begin(), state.x.begin() + scene.balloon_count);
-  frame.wall.assign(state.x.begin() + scene.balloon_count, state.x.end());
-  SkinState skin = skin_state(scene, state.x);
-  frame.thickness_mm = std::move(skin.thickness);
-  frame.stretch_1 = std::move(skin.stretch_1);
-  frame.stretch_2 = std::move(skin.stretch_2);
-  frame.plastic_strain = plastic_strain(scene, state);
-  return frame;
-}
-
-void add_report(const StepReport& report, const StepSolver& solver, SimulationFrame& frame) {
-  frame.residual = report.residual;
-  frame.friction_delta_mm = report.friction_delta;
-  frame.contact_count = solver.contact_count();
-  for (const double p : solver.contact_pressure())
+  const int wall = scene.balloon_count;
+  const auto middle = state.x.begin() + wall;
+  frame.balloon = for_caller(scene, 0, std::vector<Vec3>(state.x.begin(), middle));
+  frame.wall = for_caller(scene, wall, std::vector<Vec3>(middle, state.x.end()));
+  const SkinState skin = skin_state(scene, state.x);
+  frame.thickness_mm = for_caller(scene, 0, skin.thickness);
+  frame.stretch_1 = for_caller(scene, 0, skin.stretch_1);
+  frame.stretch_2 = for_caller(scene, 0, skin.stretch_2);
+  frame.plastic_strain = for_caller(scene, wall, plastic_strain(scene, state));
+  for (const double p : for_caller(scene, wall, state.contact_pressure))
     frame.contact_pressure_kpa.push_back(units::kilopascal_from_pascal(p));
+  frame.residual = state.report.residual;
+  frame.lag = state.report.lag;
+  frame.sweep_count = state.report.sweeps;
+  frame.friction_delta_mm = state.report.friction_delta;
+  frame.contact_count = state.report.contact_count;
+  return frame;
 }
 
 void summarize(const SimulationFrame& frame, SimulationSummary& summary) {
@@ -91,6 +92,21 @@ void summarize(const SimulationFrame& frame, SimulationSummary& summary) {
   summary.max_penetration_mm = std::max(summary.max_penetration_mm, frame.max_penetration_mm);
   summary.inverted_air_tets = std::max(summary.inverted_air_tets, frame.inverted_air_tet_count);
   summary.worst_residual = std::max(summary.worst_residual, frame.residual);
+  summary.mean_sweeps += frame.sweep_count;
+}
+
+std::unique_ptr<StepSolver> make_solver(const Scene& scene, const SimulationOptions& options,
+                                        SimulationSummary& summary) {
+  std::unique_ptr<StepSolver> solver;
+  if (options.backend == Backend::cuda) {
+    solver = make_cuda_solver(scene, options);
+    summary.backend = "cuda";
+  } else {
+    solver = make_cpu_solver(scene, options);
+    summary.backend = "cpu";
+  }
+  summary.device = solver->device();
+  return solver;
 }
 
 void add_warnings(const SimulationOptions& options, int slow_frames, SimulationSummary& summary) {
@@ -161,8 +177,11 @@ void SimulationOptions::validate() const {
   check("inflation.rest_s", inflation.rest_s, 0.0, 600.0);
   check("inflation.peak_pressure_atm", inflation.peak_pressure_atm, 1e-6, 40.0);
   check("inflation.outside_pressure_kpa", inflation.outside_pressure_kpa, 0.0, 50.0);
+  check("inflation.deflate_pressure_atm", inflation.deflate_pressure_atm, -1.0, 0.0);
+  check("inflation.peak_volume_mm3", inflation.peak_volume_mm3, 0.0, 1e6);
   check("simulation.frame_s", frame_s, 1e-4, 1.0);
-  check("simulation.sweeps", double(sweeps), 1.0, 1000.0);
+  check("simulation.tolerance", tolerance, 1e-6, 0.1);
+  check("simulation.sweeps", double(sweeps), 0.0, 1000.0);
   check("simulation.contact_distance_mm", contact_distance_mm, 1e-3, 1.0);
   check("simulation.friction_static", friction_static, 0.0, 2.0);
   check("simulation.friction_kinetic", friction_kinetic, 0.0, 2.0);
@@ -172,41 +191,29 @@ SimulationSummary simulate(const SimulationModel& model, const SimulationOptions
                            const std::function<void(const SimulationFrame&)>& on_frame,
                            const Progress& progress) {
   options.validate();
-  if (options.backend == Backend::cuda)
-    throw Error(ExitCode::unavailable,
-                "the CUDA backend was asked for, but this program was not built with CUDA. Use "
-                "--backend cpu");
   const auto begin = std::chrono::steady_clock::now();
   const Scene scene = make_scene(model, options);
   const double outside = outside_pressure(options);
-  State state = start_state(scene, outside);
-  if (max_penetration(scene, state.x) > 0.0)
+  if (max_penetration(scene, scene.start) > 0.0)
     throw InputError(
         "the balloon crosses the vessel wall before it is inflated (contact cannot part them). Try "
         "a smaller balloon.start_diameter_mm");
-  Inflator inflator(options, state.volume, nominal_volume(model, scene, state.volume));
-  StepSolver solver(scene, options);
-
   SimulationSummary summary;
-  summary.backend = "cpu";
-  summary.device = processor_name();
+  const std::unique_ptr<StepSolver> solver = make_solver(scene, options, summary);
+  const double start_volume = balloon_volume(scene, scene.start);
+  const Inflator inflator(options, start_volume, nominal_volume(model, scene, start_volume));
   int slow_frames = 0;
-  for (int frame = 0; frame < inflator.frame_count(); ++frame) {
-    StepReport report;
-    if (frame > 0) {
-      const GasLaw<double> law = inflator.law(frame, state.pressure * state.volume, state.volume);
-      report = solver.step(law, options.frame_s, state);
-    }
+  solver->run(inflator, [&](int frame, const State& state) {
     SimulationFrame output = make_frame(model, scene, state, outside);
     output.frame = frame;
     output.time_s = frame * options.frame_s;
     output.phase = inflator.phase(frame);
-    add_report(report, solver, output);
     slow_frames += output.residual > kWarnResidual ? 1 : 0;
     summarize(output, summary);
     if (on_frame) on_frame(output);
     progress.report(double(frame + 1) / inflator.frame_count(), name(output.phase));
-  }
+  });
+  summary.mean_sweeps /= std::max(1, summary.frame_count - 1);
   summary.wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   add_warnings(options, slow_frames, summary);
   return summary;

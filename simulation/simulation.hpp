@@ -43,22 +43,33 @@ struct WallMaterial {
   double density_g_mm3 = 1.1e-3;
 };
 
+/// What the inflator prescribes: `gas` adds and withdraws gas, as a hand pump does, up to the peak
+/// pressure; `pressure` ramps the pressure, as an inflation device's gauge shows it; `volume` ramps
+/// the volume, with the pressure as the answer. Gas and volume are stable past a limit point.
+enum class InflationControl { gas, pressure, volume };
+
 struct InflationSchedule {
-  double inflate_s = 4.0;              ///< gas is added at a near constant rate, (0, 600]
-  double hold_s = 1.0;                 ///< the gas stays, [0, 600]
-  double deflate_s = 2.0;              ///< gas is withdrawn to the start volume, (0, 600]
+  InflationControl control = InflationControl::gas;
+  double inflate_s = 4.0;              ///< at a near constant rate, (0, 600]
+  double hold_s = 1.0;                 ///< gas, pressure or volume stays, [0, 600]
+  double deflate_s = 2.0;              ///< back to the start volume, (0, 600]
   double rest_s = 0.5;                 ///< [0, 600]
   double peak_pressure_atm = 8.0;      ///< above the outside, (0, 40]: the most that is applied
   double outside_pressure_kpa = 10.0;  ///< blood, [0, 50] (seed paper 5.1)
+  double deflate_pressure_atm = 0.0;   ///< above the outside at the end, `pressure` only, [-1, 0]
+  double peak_volume_mm3 = 0.0;        ///< `volume` only, [0, 1e6]; 0: the nominal volume
 };
 
 struct SimulationOptions {
   BalloonMaterial balloon;
   WallMaterial wall;
   InflationSchedule inflation;
-  double frame_s = 0.025;             ///< time step, [1e-4, 1]
-  int sweeps = 20;                    ///< vertex block descent sweeps a frame, [1, 1000]; up to 6
-                                      ///< times as many while the force balance is open
+  double frame_s = 0.025;    ///< time step, [1e-4, 1]
+  double tolerance = 0.005;  ///< distance from equilibrium that ends a frame's sweeps, as a
+                             ///< share of the balloon's start radius, [1e-6, 0.1]
+  int sweeps = 0;            ///< vertex block descent sweeps a frame, [0, 1000]. 0: from the
+                             ///< tolerance; else at least these, up to 6 times as many
+                             ///< while the force balance is open
   double contact_distance_mm = 0.03;  ///< contact acts below this gap, [1e-3, 1]
   double friction_static = 0.2;       ///< the usual value in balloon models, [0, 2]
   double friction_kinetic = 0.15;     ///< [0, 2]
@@ -105,7 +116,9 @@ struct SimulationFrame {
   int air_tet_count = 0;
   int inverted_air_tet_count = 0;
   int flip_count = 0;
-  double residual = 0.0;      ///< of the force balance, relative
+  double residual = 0.0;  ///< of the force balance, relative
+  double lag = 0.0;       ///< estimated distance from equilibrium over the start radius
+  int sweep_count = 0;
   std::vector<Vec3> balloon;  ///< positions [mm]
   std::vector<Vec3> wall;
   std::vector<double> thickness_mm, stretch_1, stretch_2;    ///< balloon, per vertex
@@ -124,6 +137,8 @@ struct SimulationSummary {
   double max_penetration_mm = 0.0;
   int inverted_air_tets = 0;  ///< in the worst frame
   double worst_residual = 0.0;
+  double mean_sweeps = 0.0;  ///< a frame
+  int open_frames = 0;       ///< that ended before they had converged
   std::vector<std::string> warnings;
 };
 

@@ -2,31 +2,14 @@
 
 #include <vector>
 
-#include "simulation/detail/distance.hpp"
 #include "simulation/detail/scene.hpp"
+#include "simulation/detail/step_impl.hpp"
 
 namespace angio::simulation::detail {
 
-/// A vertex of one surface near a triangle of the other, or an edge near an edge.
-struct ContactPair {
-  int vertex[4]{};  ///< vertex, triangle; or balloon edge, wall edge
-  bool edges = false;
-  double area = 0.0;  ///< that it stands for [mm^2]
-  Vec3 normal;        ///< at detection: unit, from side b to side a
+/// A pair as it is found.
+struct ContactPair : NearPair<double> {
   double limit[4]{};  ///< how far each vertex may go against its side of the normal [mm]
-  // Below: at the last refresh.
-  GapWeights<double> weights;
-  Vec3 direction;  ///< unit gap direction
-};
-
-struct ContactRef {
-  int pair = 0, corner = 0;
-};
-
-/// A plane that a vertex may not pass until the next detection: n . (x - x_detected) >= -limit.
-struct MotionBound {
-  Vec3 normal;
-  double limit = 0.0;  ///< [mm], >= 0
 };
 
 /// All pairs within reach of each other, and for each vertex the pairs it is in.
@@ -34,9 +17,9 @@ struct ContactSet {
   std::vector<ContactPair> pairs;
   std::vector<int> ref_begin;  ///< shape [vertex_count + 1]
   std::vector<ContactRef> refs;
-  std::vector<int> bound_begin;     ///< shape [vertex_count + 1]
-  std::vector<MotionBound> bounds;  ///< those that bind before `travel` does
-  double travel = 0.0;              ///< how far any vertex may go before the next detection [mm]
+  std::vector<int> bound_begin;             ///< shape [vertex_count + 1]
+  std::vector<MotionBound<double>> bounds;  ///< those that bind before `travel` does
+  double travel = 0.0;  ///< how far any vertex may go before the next detection [mm]
 };
 
 /// Finds every vertex-triangle and edge-edge pair of balloon and wall nearer than `reach`.

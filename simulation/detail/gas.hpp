@@ -1,17 +1,18 @@
 #pragma once
 
-#include <algorithm>
 #include <cmath>
 
 #include "core/host_device.hpp"
 
-/// The gas in the balloon: p V = Q with p absolute and Q = n R T.
+/// What drives the balloon: gas, p V = Q with p absolute and Q = n R T, a pressure, or a volume.
 namespace angio::simulation::detail {
 
 /// What the inflator does within one step, as p(V) [Pa] of the enclosed volume V [mm^3]:
 ///
 ///     p = min(max(lower / V, slope_gas / V + slope_pressure), limit / V, top)
 ///
+/// or, with `spring` > 0, p = slope_pressure - spring (V - volume): a prescribed volume whose
+/// multiplier slope_pressure the solver moves, sweep by sweep, until V = volume.
 /// Every part falls (or is flat) in V, so that it meets the balloon's rising V(p) once.
 template <class Real>
 struct GasLaw {
@@ -20,10 +21,20 @@ struct GasLaw {
   Real slope_pressure{};  ///< [Pa]
   Real limit{};           ///< the most gas that can be in the balloon now [Pa mm^3]
   Real top{};             ///< the greatest pressure [Pa]
+  Real volume{};          ///< prescribed [mm^3]; 0: none
+  Real spring{};          ///< [Pa/mm^3]
 };
+
+/// The same law in another precision.
+template <class To, class From>
+ANGIO_HOST_DEVICE inline GasLaw<To> converted(const GasLaw<From>& law) {
+  return {To(law.lower), To(law.slope_gas), To(law.slope_pressure), To(law.limit),
+          To(law.top),   To(law.volume),    To(law.spring)};
+}
 
 template <class Real>
 ANGIO_HOST_DEVICE inline Real pressure_at(const GasLaw<Real>& law, Real volume) {
+  if (law.spring > Real(0)) return law.slope_pressure - law.spring * (volume - law.volume);
   Real p = law.lower / volume;
   const Real raised = law.slope_gas / volume + law.slope_pressure;
   if (raised > p) p = raised;
@@ -51,6 +62,9 @@ ANGIO_HOST_DEVICE inline Real meet_hyperbola(Real gas, Real shift, Real p0, Real
 /// The pressure [Pa] where the law meets V(p) = volume + compliance (p - p0).
 template <class Real>
 ANGIO_HOST_DEVICE inline Real meet(const GasLaw<Real>& law, Real p0, Real volume, Real compliance) {
+  if (law.spring > Real(0))
+    return p0 + (law.slope_pressure - law.spring * (volume - law.volume) - p0) /
+                    (Real(1) + law.spring * compliance);
   Real p = meet_hyperbola(law.lower, Real(0), p0, volume, compliance);
   const Real raised = meet_hyperbola(law.slope_gas, law.slope_pressure, p0, volume, compliance);
   if (raised > p) p = raised;

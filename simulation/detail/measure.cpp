@@ -211,7 +211,7 @@ SkinState skin_state(const Scene& scene, const std::vector<Vec3>& x) {
       second += w * small;
       // A wrinkled or folded skin is as thick as its own tension makes it, not as its cover:
       // uniaxial tension leaves l3 = l1^-1/2, no tension leaves l3 = 1.
-      const double taut = !scene.relaxed ? 1.0 / std::sqrt(k.i3)
+      const double taut = !scene.skin.relaxed ? 1.0 / std::sqrt(k.i3)
                           : large <= 1.0 ? 1.0
                                          : std::min(1.0 / std::sqrt(k.i3), 1.0 / std::sqrt(large));
       thickness += w * scene.wall_mm * taut;

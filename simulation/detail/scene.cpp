@@ -7,6 +7,7 @@
 #include "core/error.hpp"
 #include "core/units.hpp"
 #include "simulation/detail/material.hpp"
+#include "simulation/detail/numbering.hpp"
 
 namespace angio::simulation::detail {
 namespace {
@@ -14,30 +15,6 @@ namespace {
 // Share of the skin's stiffness that the folds have against being spread: it only shapes a slack
 // balloon (a pressure of the order of 0.1 atm at most).
 constexpr double kFoldShare = 1e-3;
-
-Coloring color_vertices(const TriangleMesh& mesh, const std::vector<char>& fixed,
-                        int first_vertex) {
-  const auto neighbors = vertex_neighbors(mesh);
-  std::vector<int> color(mesh.vertices.size(), -1);
-  std::vector<std::vector<int>> groups;
-  for (std::size_t v = 0; v < mesh.vertices.size(); ++v) {
-    if (fixed[v]) continue;
-    std::vector<char> used(groups.size() + 1, 0);
-    for (const int n : neighbors[v])
-      if (color[std::size_t(n)] >= 0) used[std::size_t(color[std::size_t(n)])] = 1;
-    const auto free = std::size_t(std::find(used.begin(), used.end(), 0) - used.begin());
-    if (free == groups.size()) groups.emplace_back();
-    color[v] = int(free);
-    groups[free].push_back(first_vertex + int(v));
-  }
-  Coloring coloring;
-  coloring.begin.push_back(0);
-  for (const auto& group : groups) {
-    coloring.vertices.insert(coloring.vertices.end(), group.begin(), group.end());
-    coloring.begin.push_back(int(coloring.vertices.size()));
-  }
-  return coloring;
-}
 
 void check_balloon(const SimulationModel& model) {
   const std::size_t count = model.balloon.vertices.size();
@@ -81,15 +58,19 @@ void add_corners(const SimulationModel& model, Scene& scene) {
     scene.corner_begin[v + 1] += scene.corner_begin[v];
   scene.corners.resize(3 * mesh.triangles.size());
   std::vector<int> next(scene.corner_begin.begin(), scene.corner_begin.end() - 1);
-  for (const Triangle& t : mesh.triangles)
+  std::vector<Vec3> fibres(mesh.triangles.size());
+  if (scene.skin.fibre.count > 0)
+    fibres = hoop_fibres(mesh.triangles, model.balloon_rest, model.guidewire);
+  for (std::size_t i = 0; i < mesh.triangles.size(); ++i)
     for (std::size_t k = 0; k < 3; ++k) {
+      const Triangle& t = mesh.triangles[i];
       const auto v = std::size_t(t[k]), n = std::size_t(t[(k + 1) % 3]),
                  m = std::size_t(t[(k + 2) % 3]);
       Corner corner;
       corner.next = int(n);
       corner.last = int(m);
       corner.rest = corner_metric(model.balloon_rest[v], model.balloon_rest[n],
-                                  model.balloon_rest[m], scene.wall_mm);
+                                  model.balloon_rest[m], scene.wall_mm, fibres[i]);
       corner.start =
           corner_metric(mesh.vertices[v], mesh.vertices[n], mesh.vertices[m], scene.wall_mm);
       if (!std::isfinite(corner.rest.k11) || !std::isfinite(corner.start.k11))
@@ -102,16 +83,17 @@ void add_corners(const SimulationModel& model, Scene& scene) {
 }
 
 void add_balloon(const SimulationModel& model, const SimulationOptions& options, Scene& scene) {
-  scene.skin = moduli(options.balloon);
+  scene.skin = skin_law(options.balloon);
   scene.wall_mm = options.balloon.wall_mm;
   double size = 0.0, change = 0.0;
   for (std::size_t v = 0; v < model.balloon_rest.size(); ++v) {
     size = std::max(size, distance(model.balloon_rest[v], model.balloon_rest[0]));
     change = std::max(change, distance(model.balloon_rest[v], model.balloon.vertices[v]));
   }
-  scene.relaxed = options.membrane == MembraneModel::relaxed ||
-                  (options.membrane == MembraneModel::automatic && change > 1e-9 * size);
-  if (scene.relaxed) scene.folds = {kFoldShare * scene.skin.c1, kFoldShare * scene.skin.c2};
+  scene.skin.relaxed = options.membrane == MembraneModel::relaxed ||
+                       (options.membrane == MembraneModel::automatic && change > 1e-9 * size);
+  if (scene.skin.relaxed)
+    scene.folds = {kFoldShare * scene.skin.base.c1, kFoldShare * scene.skin.base.c2};
   add_corners(model, scene);
   TriangleMesh rest = model.balloon;
   rest.vertices = model.balloon_rest;
@@ -120,7 +102,6 @@ void add_balloon(const SimulationModel& model, const SimulationOptions& options,
     scene.mass[v] = density(options.balloon) * scene.wall_mm * areas[v];
   scene.balloon_triangles = model.balloon.triangles;
   scene.balloon_edges = unique_edges(model.balloon);
-  scene.balloon_colors = color_vertices(model.balloon, model.balloon_fixed, 0);
 }
 
 void add_wall(const SimulationModel& model, const SimulationOptions& options, Scene& scene) {
@@ -147,16 +128,34 @@ void add_wall(const SimulationModel& model, const SimulationOptions& options, Sc
     for (int& v : e) v += int(offset);
     scene.wall_edges.push_back(e);
   }
-  scene.wall_colors = color_vertices(model.wall, model.wall_fixed, int(offset));
+}
+
+Vec3 middle_of_box(const std::vector<Vec3>& points) {
+  Vec3 low = points[0], high = points[0];
+  for (const Vec3& p : points)
+    for (int k = 0; k < 3; ++k) {
+      low[k] = std::min(low[k], p[k]);
+      high[k] = std::max(high[k], p[k]);
+    }
+  return 0.5 * (low + high);
 }
 
 }  // namespace
 
-Scene make_scene(const SimulationModel& model, const SimulationOptions& options) {
-  check_balloon(model);
-  check_wall(model);
-  check_air(model);
+Scene make_scene(const SimulationModel& given, const SimulationOptions& options) {
+  check_balloon(given);
+  check_wall(given);
+  check_air(given);
+  const Numbering balloon = number_vertices(given.balloon, given.balloon_fixed);
+  const Numbering wall = number_vertices(given.wall, given.wall_fixed);
+  const SimulationModel model = renumbered(given, balloon, wall);
   Scene scene;
+  scene.caller_vertex = balloon.order;
+  scene.caller_vertex.insert(scene.caller_vertex.end(), wall.order.begin(), wall.order.end());
+  scene.balloon_color_begin = balloon.begin;
+  scene.wall_color_begin = wall.begin;
+  for (int& v : scene.wall_color_begin) v += int(balloon.order.size());
+  scene.air = model.air;
   scene.balloon_count = int(model.balloon.vertices.size());
   scene.wall_count = int(model.wall.vertices.size());
   scene.start = model.balloon.vertices;
@@ -164,6 +163,7 @@ Scene make_scene(const SimulationModel& model, const SimulationOptions& options)
   scene.fixed = model.balloon_fixed;
   scene.fixed.insert(scene.fixed.end(), model.wall_fixed.begin(), model.wall_fixed.end());
   scene.mass.assign(scene.start.size(), 0.0);
+  scene.origin = middle_of_box(model.balloon.vertices);
   add_balloon(model, options, scene);
   add_wall(model, options, scene);
   return scene;

@@ -19,13 +19,8 @@ struct Corner {
   CornerMetric<double> start;  ///< of the start shape: the folds
 };
 
-/// Vertices in groups that share no edge, hence no term of the energy, within their surface.
-struct Coloring {
-  std::vector<int> begin;     ///< shape [color_count + 1]
-  std::vector<int> vertices;  ///< shape [begin.back()]
-};
-
-/// All that does not change during a run. Vertices are numbered balloon first, then wall.
+/// All that does not change during a run. Vertices are numbered balloon first, then wall, each
+/// surface as in numbering.hpp: colour by colour, then those that do not move.
 struct Scene {
   int balloon_count = 0, wall_count = 0;
   std::vector<Vec3> start;   ///< [mm], shape [vertex]
@@ -33,13 +28,16 @@ struct Scene {
   std::vector<double> mass;  ///< [g], shape [vertex]
   std::vector<Triangle> balloon_triangles, wall_triangles;
   std::vector<Edge> balloon_edges, wall_edges;
-  Coloring balloon_colors, wall_colors;
+  std::vector<Tet> air;
+  std::vector<int> balloon_color_begin, wall_color_begin;  ///< vertex, shape [color_count + 1]
+  std::vector<int> caller_vertex;  ///< of a vertex of the balloon or the wall, in the caller's
+                                   ///< numbering of that surface, shape [vertex]
+  Vec3 origin;                     ///< the middle of the balloon's box at the start [mm]
 
   std::vector<int> corner_begin;  ///< shape [balloon_count + 1]
   std::vector<Corner> corners;
-  MooneyRivlin<double> skin;   ///< [Pa]
+  SkinLaw<double> skin;        ///< [Pa]
   MooneyRivlin<double> folds;  ///< [Pa]; zero when the skin needs no help
-  bool relaxed = false;        ///< the start shape is folded
   double wall_mm = 0.0;        ///< membrane thickness H
 
   WallClusters clusters;

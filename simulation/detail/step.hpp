@@ -1,85 +1,63 @@
 #pragma once
 
+#include <functional>
+#include <memory>
+#include <string>
 #include <vector>
 
-#include "simulation/detail/contact_set.hpp"
-#include "simulation/detail/gas.hpp"
 #include "simulation/detail/scene.hpp"
 #include "simulation/detail/schedule.hpp"
-#include "simulation/detail/step_impl.hpp"
+#include "simulation/detail/step_program.hpp"
 
 namespace angio::simulation::detail {
 
-/// What moves.
+/// What a frame ends with, in the scene's numbering.
 struct State {
-  std::vector<Vec3> x, velocity;  ///< [mm], [mm/s], shape [vertex]
-  std::vector<Mat3> rotation;     ///< of the clusters
-  std::vector<Mat3> plastic;      ///< S^p of the clusters
-  double pressure = 0.0;          ///< absolute [Pa]
-  double volume = 0.0;            ///< enclosed [mm^3]
+  std::vector<Vec3> x;                   ///< [mm], shape [vertex]
+  std::vector<Mat3> plastic;             ///< S^p of the clusters
+  std::vector<double> contact_pressure;  ///< [Pa], shape [wall vertex]
+  double pressure = 0.0;                 ///< absolute [Pa]
+  double volume = 0.0;                   ///< enclosed [mm^3]
+  StepReport report;
 };
 
 State start_state(const Scene& scene, double pressure);
 
-struct StepReport {
-  double residual = 0.0;  ///< net force over load, root of sums of squares
-  int sweeps = 0;
-  int detections = 0;
-  double friction_delta = 0.0;  ///< see README [mm]
-};
-
-/// Takes implicit Euler steps by vertex block descent: sweeps over the vertices, colour by colour,
-/// each vertex taking a Newton step in its own 3 x 3 block.
-///
-/// Source: Chen, Liu, Yang, Yuksel, "Vertex Block Descent", ACM TOG 43 (2024), Eqs. 4-9; here with
-/// over-relaxation in place of the Chebyshev acceleration, and with the enclosed gas, which couples
-/// all vertices through one number, met exactly once a colour: the volume is linear in the vertices
-/// of a colour, V(p) = V + sum g . H^-1 (f + (p - p_0) g), and the gas law is solved against it.
-class StepSolver {
- public:
-  StepSolver(const Scene& scene, const SimulationOptions& options);
-
-  StepReport step(const GasLaw<double>& law, double dt, State& state);
-
-  /// Pressure of the wall's contact forces at the end of the last step [Pa], shape [wall].
-  [[nodiscard]] const std::vector<double>& contact_pressure() const { return contact_pressure_; }
-  /// Vertices of the balloon in contact at the end of the last step.
-  [[nodiscard]] int contact_count() const { return contact_count_; }
-
- private:
-  struct Move {
-    Vec3 by_volume, by_force, by_pressure;  ///< g, w H^-1 f, w H^-1 g
-    Vec3 friction;                          ///< H^-1 of the friction
-    double net = 0.0, load = 0.0;           ///< squared [uN^2]
-    bool taut = true;
-  };
-
-  void begin_step(double dt, State& state);
-  void detect(const State& state);
-  void fit_wall();
-  void sweep_balloon(const GasLaw<double>& law, State& state);
-  void sweep_wall(State& state);
-  double residual() const;
-  void flow_wall(double dt, State& state);
-  void measure_contact(State& state);
-  void move_vertex(int v, const Vec3& move);
-  bool any_blocked() const;
-
-  const Scene& scene_;
-  SimulationOptions options_;
-  PlasticFlow<double> plasticity_;
-  StepView view_;
-  ContactSet contacts_;
-  std::vector<Vec3> x_before_, x_inertial_, x_detected_, goal_, cluster_centre_;
-  std::vector<Mat3> cluster_map_;
-  std::vector<double> goal_stiffness_, area_, contact_pressure_, pair_weights_;
-  std::vector<Move> moves_;
-  std::vector<char> blocked_;
-  double last_motion_ = 0.0, load_floor_ = 0.0;
-  int contact_count_ = 0;
-};
-
 /// Enclosed volume of the balloon [mm^3].
 double balloon_volume(const Scene& scene, const std::vector<Vec3>& x);
+
+enum class Precision { automatic, single, twofold };
+
+/// Single, unless the rounding of single positions would outweigh the force balance: the noise of
+/// an edge's strain, the spacing of floats across the scene over the edge, against the strain that
+/// the peak pressure asks for, must stay below half the residual that ends the sweeps.
+Precision precision_for(const Scene& scene, const SimulationOptions& options);
+
+/// Takes the steps of a run on one backend: step_program.hpp.
+class StepSolver {
+ public:
+  virtual ~StepSolver() = default;
+
+  /// Goes through the inflator's frames, from the start state (frame 0) on; `on_state` gets each
+  /// in order. A backend may be some frames ahead of it.
+  virtual void run(const Inflator& inflator,
+                   const std::function<void(int frame, const State& state)>& on_state) = 0;
+
+  /// The equilibrium under a law, without a wall, found from the last one.
+  ///
+  /// @param tolerance  of the remaining distance, as a share of the radius
+  virtual State settle(const GasLaw<double>& law, double tolerance, int most_sweeps) = 0;
+
+  [[nodiscard]] virtual std::string device() const = 0;
+};
+
+/// @param threads  0: as many as pay
+std::unique_ptr<StepSolver> make_cpu_solver(const Scene& scene, const SimulationOptions& options,
+                                            Precision precision = Precision::automatic,
+                                            int threads = 0);
+
+/// @throws Error (unavailable) if the program was built without CUDA or there is no usable GPU
+std::unique_ptr<StepSolver> make_cuda_solver(const Scene& scene, const SimulationOptions& options,
+                                             Precision precision = Precision::automatic);
 
 }  // namespace angio::simulation::detail

@@ -64,13 +64,13 @@ struct StepView {
   int balloon_count = 0, wall_count = 0, cluster_count = 0, pair_count = 0, triangle_count = 0;
   int balloon_colors = 0, wall_colors = 0;
   Real dt = 0;
-  Real outside_pressure = 0;   // [Pa], absolute
-  Real contact_distance = 0;   // [mm]
-  Real contact_stiffness = 0;  // [Pa/mm]
+  Real outside_pressure = 0;    // [Pa], absolute
+  Real contact_distance = 0;    // [mm]
+  Real contact_stiffness = 0;   // [Pa/mm]
   Real relaxation = Real(1.6);  // of vertices without contact
   Friction<Real> friction;
-  MooneyRivlin<Real> skin, folds;
-  bool relaxed = false;
+  SkinLaw<Real> skin;
+  MooneyRivlin<Real> folds;
   // Scene
   const int* balloon_color_begin = nullptr;  // first vertex of a color
   const int* wall_color_begin = nullptr;
@@ -202,14 +202,13 @@ ANGIO_HOST_DEVICE inline void add_contact(const StepView<Real>& s, int v, const 
     out.friction += friction;
     for (int i = 0; i < 3; ++i)
       for (int j = 0; j < 3; ++j)
-        out.hessian(i, j) += stiffness * n[i] * n[j] +
-                             rub * w * w * ((i == j ? Real(1) : Real(0)) - n[i] * n[j]);
+        out.hessian(i, j) +=
+            stiffness * n[i] * n[j] + rub * w * w * ((i == j ? Real(1) : Real(0)) - n[i] * n[j]);
   }
 }
 
 template <class Real>
-ANGIO_HOST_DEVICE inline void add_inertia(const StepView<Real>& s, int v,
-                                          VertexForces<Real>& out) {
+ANGIO_HOST_DEVICE inline void add_inertia(const StepView<Real>& s, int v, VertexForces<Real>& out) {
   const Real k = s.mass[v] / (s.dt * s.dt);
   out.force += k * (s.x_inertial[v] - s.x[v]);
   for (int i = 0; i < 3; ++i) out.hessian(i, i) += k;
@@ -230,15 +229,6 @@ ANGIO_HOST_DEVICE inline void gather(const StepView<Real>& s, const Lanes& lanes
 }
 
 template <class Real>
-ANGIO_HOST_DEVICE inline EnergyDensity<Real> skin_energy(const StepView<Real>& s,
-                                                         const CornerMetric<Real>& rest,
-                                                         const Vec3T<Real>& e1,
-                                                         const Vec3T<Real>& e2) {
-  const Invariants<Real> i = invariants(rest, e1, e2);
-  return s.relaxed ? relaxed_energy(s.skin, i.i1, i.i3) : plain_energy(s.skin, i.i1, i.i3);
-}
-
-template <class Real>
 ANGIO_HOST_DEVICE inline EnergyDensity<Real> fold_energy(const StepView<Real>& s,
                                                          const CornerMetric<Real>& start,
                                                          const Vec3T<Real>& e1,
@@ -256,8 +246,8 @@ ANGIO_HOST_DEVICE inline Vec3T<Real> skin_and_gas_force(const StepView<Real>& s,
   for (int c = s.corner_begin[v] + lanes.rank(); c < s.corner_begin[v + 1]; c += lanes.size()) {
     const Vec3T<Real> next = s.x[s.corners[c].next], last = s.x[s.corners[c].last];
     const Vec3T<Real> e1 = x - next, e2 = last - next;
-    force -= membrane_gradient(s.rest[c], skin_energy(s, s.rest[c], e1, e2), e1, e2);
-    if (s.relaxed)
+    force -= membrane_gradient(s.rest[c], skin_energy(s.skin, s.rest[c], e1, e2), e1, e2);
+    if (s.skin.relaxed)
       force -= membrane_gradient(s.start_rest[c], fold_energy(s, s.start_rest[c], e1, e2), e1, e2);
     force += (gauge / Real(6)) * cross(e2, e1);
   }
@@ -275,12 +265,12 @@ ANGIO_HOST_DEVICE inline VertexForces<Real> balloon_forces(const StepView<Real>&
   for (int c = s.corner_begin[v] + lanes.rank(); c < s.corner_begin[v + 1]; c += lanes.size()) {
     const Vec3T<Real> next = s.x[s.corners[c].next], last = s.x[s.corners[c].last];
     const Vec3T<Real> e1 = x - next, e2 = last - next;
-    const EnergyDensity<Real> psi = skin_energy(s, s.rest[c], e1, e2);
+    const EnergyDensity<Real> psi = skin_energy(s.skin, s.rest[c], e1, e2);
     const VertexTerm<Real> term = membrane_term(s.rest[c], psi, e1, e2);
     out.force -= term.gradient;
     out.hessian += term.hessian;
     out.taut = out.taut && psi.taut;
-    if (s.relaxed) {
+    if (s.skin.relaxed) {
       const EnergyDensity<Real> fold = fold_energy(s, s.start_rest[c], e1, e2);
       if (psi.taut) {  // a thousandth of the skin's stiffness need not be in the Hessian
         out.force -= membrane_gradient(s.start_rest[c], fold, e1, e2);
@@ -317,8 +307,7 @@ ANGIO_HOST_DEVICE inline Real balloon_line_search(const StepView<Real>& s, int v
   const Real before = -dot(skin_and_gas_force(s, v, lanes, s.x[v], gauge), move);
   if (!(before < Real(0))) return share;
   for (int trial = 0; trial < 3; ++trial) {
-    const Real after =
-        -dot(skin_and_gas_force(s, v, lanes, s.x[v] + share * move, gauge), move);
+    const Real after = -dot(skin_and_gas_force(s, v, lanes, s.x[v] + share * move, gauge), move);
     if (after <= -before) break;
     share *= before / (before - after);
   }
@@ -333,11 +322,9 @@ ANGIO_HOST_DEVICE inline VertexForces<Real> wall_forces(const StepView<Real>& s,
   const int i = v - s.balloon_count;
   const Vec3T<Real> off = s.x[v] - s.goal[i];
   Real k = 0;
-  for (int n = s.neighbor_begin[i] + lanes.rank(); n < s.neighbor_begin[i + 1];
-       n += lanes.size()) {
+  for (int n = s.neighbor_begin[i] + lanes.rank(); n < s.neighbor_begin[i + 1]; n += lanes.size()) {
     const int u = s.neighbors[n], j = u - s.balloon_count;
-    const Real spring =
-        Real(0.5 * kWallSmoothing) * (s.goal_stiffness[i] + s.goal_stiffness[j]);
+    const Real spring = Real(0.5 * kWallSmoothing) * (s.goal_stiffness[i] + s.goal_stiffness[j]);
     out.force -= spring * (off - (s.x[u] - s.goal[j]));
     k += spring;
   }
@@ -403,15 +390,13 @@ ANGIO_HOST_DEVICE inline void fit_cluster(const StepView<Real>& s, int c, const 
     shift += s.cluster_stiffness[e] * (s.x[v] - s.start[v]);
     weight += s.cluster_stiffness[e];
   }
-  const Vec3T<Real> centre =
-      s.cluster_start[c] + sum_over(lanes, shift) / lanes.sum(weight);
+  const Vec3T<Real> centre = s.cluster_start[c] + sum_over(lanes, shift) / lanes.sum(weight);
   Mat3T<Real> covariance;
   for (int e = s.cluster_begin[c] + lanes.rank(); e < s.cluster_begin[c + 1]; e += lanes.size())
     covariance +=
         outer(s.cluster_stiffness[e] * (s.x[s.balloon_count + s.cluster_vertex[e]] - centre),
               s.cluster_plastic[c] * s.cluster_offset[e]);
-  const Mat3T<Real> rotation =
-      nearest_rotation(sum_over(lanes, covariance), s.cluster_rotation[c]);
+  const Mat3T<Real> rotation = nearest_rotation(sum_over(lanes, covariance), s.cluster_rotation[c]);
   if (lanes.rank() > 0) return;
   s.cluster_rotation[c] = rotation;
   s.cluster_map[c] = rotation * s.cluster_plastic[c];

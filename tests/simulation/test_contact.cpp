@@ -133,7 +133,7 @@ TEST(FindContacts, NoMotionWithinItsBoundsMakesAPairCross) {
   const double travel = 0.2;
   ContactSet set = find_contacts(t.scene, t.scene.start, t.area, 0.45, travel);
   std::vector<Vec3> x = t.scene.start;
-  StepView view;
+  StepView<double> view;
   view.x = x.data();
   view.x_detected = t.scene.start.data();
   view.bound_begin = set.bound_begin.data();

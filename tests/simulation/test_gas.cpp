@@ -11,7 +11,7 @@ namespace {
 TEST(GasLaw, MeetsTheBalloonWhereBothAgree) {
   for (const double lower : {0.0, 3e6, 8e6})
     for (const double compliance : {0.0, 1e-7, 1e-4, 10.0}) {
-      const GasLaw<double> law{lower, 2e6, 5e4, 7e6, 9e5};
+      const GasLaw<double> law{lower, 2e6, 5e4, 7e6, 9e5, 0, 0};
       const double p0 = 1.1e5, volume = 9.0;
       const double p = meet(law, p0, volume, compliance);
       const double v = volume + compliance * (p - p0);
@@ -21,7 +21,7 @@ TEST(GasLaw, MeetsTheBalloonWhereBothAgree) {
 }
 
 TEST(GasLaw, NeverPassesTheTopPressure) {
-  const GasLaw<double> law{1e9, 1e9, 1e6, 1e12, 8e5};
+  const GasLaw<double> law{1e9, 1e9, 1e6, 1e12, 8e5, 0, 0};
   for (const double volume : {0.1, 1.0, 100.0}) {
     EXPECT_LE(pressure_at(law, volume), 8e5);
     EXPECT_LE(meet(law, 1e5, volume, 1e-5), 8e5);

@@ -1,7 +1,8 @@
 #include <gtest/gtest.h>
 
 #include "core/units.hpp"
-#include "simulation/detail/step_impl.hpp"
+#include "simulation/detail/launch.hpp"
+#include "simulation/detail/step_view.hpp"
 #include "tests/simulation/models.hpp"
 
 namespace angio::simulation::detail {
@@ -12,11 +13,9 @@ struct Wall {
   SimulationModel model;
   SimulationOptions options;
   Scene scene;
-  std::vector<Vec3> x, goal, centre;
-  std::vector<Mat3> rotation, plastic, map;
-  std::vector<double> stiffness;
-  ContactSet contacts;
-  StepView view;
+  std::vector<Vec3> x;  // the scene's origin is zero
+  HostMemory memory;
+  StepView<double> view;
 
   explicit Wall(int around = 32) {
     testing::StenosedTube p;
@@ -27,47 +26,14 @@ struct Wall {
     options.wall.foundation_kpa_per_mm = 0.0;
     scene = make_scene(model, options);
     x = scene.start;
-    const auto count = std::size_t(scene.clusters.count());
-    goal.resize(std::size_t(scene.wall_count));
-    centre.resize(count);
-    rotation.assign(count, Mat3::identity());
-    plastic = map = rotation;
-    stiffness.assign(std::size_t(scene.wall_count), 0.0);
-    for (std::size_t e = 0; e < scene.clusters.vertex.size(); ++e)
-      stiffness[std::size_t(scene.clusters.vertex[e])] += scene.clusters.stiffness[e];
-    contacts.ref_begin.assign(x.size() + 1, 0);
-    set_view();
+    view = make_view<double>(scene, options, memory);
+    view.dt = 1e6;  // no inertia
+    view.x = view.x_inertial = x.data();
   }
   Wall(const Wall&) = delete;
 
-  void set_view() {
-    view.balloon_count = scene.balloon_count;
-    view.dt = 1e6;  // no inertia
-    view.start = scene.start.data();
-    view.mass = scene.mass.data();
-    view.cluster_begin = scene.clusters.begin.data();
-    view.cluster_vertex = scene.clusters.vertex.data();
-    view.cluster_stiffness = scene.clusters.stiffness.data();
-    view.cluster_offset = scene.clusters.offset.data();
-    view.entry_begin = scene.clusters.entry_begin.data();
-    view.entry = scene.clusters.entry.data();
-    view.entry_cluster = scene.clusters.entry_cluster.data();
-    view.neighbor_begin = scene.neighbor_begin.data();
-    view.neighbors = scene.neighbors.data();
-    view.foundation = scene.foundation.data();
-    view.x = x.data();
-    view.x_inertial = x.data();
-    view.cluster_rotation = rotation.data();
-    view.cluster_plastic = plastic.data();
-    view.cluster_map = map.data();
-    view.cluster_centre = centre.data();
-    view.goal = goal.data();
-    view.goal_stiffness = stiffness.data();
-    view.ref_begin = contacts.ref_begin.data();
-  }
-
   void fit() {
-    for (int c = 0; c < scene.clusters.count(); ++c) fit_cluster(view, c);
+    for (int c = 0; c < scene.clusters.count(); ++c) fit_cluster(view, c, OneLane{});
     for (int i = 0; i < scene.wall_count; ++i) set_goal(view, i);
   }
 };
@@ -102,7 +68,7 @@ TEST(Wall, CarriesTheThinRingsPressureWhenWidened) {
   for (int i = 0; i < wall.scene.wall_count; ++i) {
     const int v = wall.scene.balloon_count + i;
     const Vec3 outward = normalized(Vec3{wall.x[std::size_t(v)].x, wall.x[std::size_t(v)].y, 0.0});
-    force -= dot(wall_forces(wall.view, v).force, outward);
+    force -= dot(wall_forces(wall.view, v, OneLane{}).force, outward);
     area += wall.scene.wall_area[std::size_t(i)];
   }
   const double expected = 1e6 * thickness * dr / (r * r);  // E t dr / r^2, E = 1 MPa
@@ -118,8 +84,8 @@ TEST(Wall, FeelsNothingOfARigidMotion) {
   }
   wall.fit();
   for (int i = 0; i < wall.scene.wall_count; ++i) {
-    const VertexForces f = wall_forces(wall.view, wall.scene.balloon_count + i);
-    EXPECT_LT(norm(f.force), 1e-6 * wall.stiffness[std::size_t(i)]);
+    const VertexForces<double> f = wall_forces(wall.view, wall.scene.balloon_count + i, OneLane{});
+    EXPECT_LT(norm(f.force), 1e-6 * wall.view.goal_stiffness[i]);
   }
 }
 
@@ -130,7 +96,7 @@ TEST(Wall, StretchOfAWidenedSlabIsItsWidening) {
     wall.x[v].y *= 1.3;
   }
   wall.fit();
-  const Mat3 stretch = cluster_stretch(wall.view, wall.scene.clusters.count() / 2);
+  const Mat3 stretch = cluster_stretch(wall.view, wall.scene.clusters.count() / 2, OneLane{});
   EXPECT_NEAR(stretch(0, 0), 1.3, 1e-4);
   EXPECT_NEAR(stretch(1, 1), 1.3, 1e-4);
   EXPECT_NEAR(stretch(2, 2), 1.0, 1e-4);

@@ -1,0 +1,14 @@
+#include "core/error.hpp"
+#include "simulation/detail/step.hpp"
+
+#ifndef ANGIO_HAS_CUDA
+namespace angio::simulation::detail {
+
+std::unique_ptr<StepSolver> make_cuda_solver(const Scene&, const SimulationOptions&, Precision) {
+  throw Error(ExitCode::unavailable,
+              "the CUDA backend was asked for, but this program was not built with CUDA. Use "
+              "--backend cpu");
+}
+
+}  // namespace angio::simulation::detail
+#endif

@@ -1,0 +1,337 @@
+#pragma once
+
+#include "simulation/detail/gas.hpp"
+#include "simulation/detail/step_impl.hpp"
+
+/// The step as a program for a team of threads (launch.hpp), the same source for every backend.
+///
+/// An implicit Euler step by vertex block descent: sweeps over the vertices, colour by colour, each
+/// vertex taking a Newton step in its own 3 x 3 block.
+///
+/// Source: Chen, Liu, Yang, Yuksel, "Vertex Block Descent", ACM TOG 43 (2024), Eqs. 4-9; here with
+/// over-relaxation in place of the Chebyshev acceleration, and with the enclosed gas, which couples
+/// all vertices through one number, met exactly once a colour: the volume is linear in the vertices
+/// of a colour, V(p) = V + sum g . H^-1 (f + (p - p_0) g), and the gas law is solved against it.
+namespace angio::simulation::detail {
+
+inline constexpr int kVertexLanes = 4;    // a vertex has 6 triangles, two rounds of a lane or fewer
+inline constexpr int kClusterLanes = 32;  // a slab has hundreds of members
+
+/// When a step's sweeps end.
+struct StepRules {
+  int least_sweeps = 0;      ///< unless nothing is to be done
+  int most_sweeps = 120;     ///< while the force balance is open
+  double tolerance = 0.005;  ///< lag that ends the sweeps, as a share of the balloon's radius
+  double radius = 1.0;       ///< of the balloon [mm]
+  double residual = 0.02;    ///< sweeps go on above it
+  double rest = 1e-3;        ///< residual below which nothing is to be done: sweeps end early
+  double least_load = 0.0;   ///< pressure [Pa] against which a slack balloon's forces are measured
+  bool still = false;        ///< no inertia, no prediction: equilibria
+};
+
+/// What a step tells.
+struct StepReport {
+  double residual = 0.0;        ///< net force over load, root of sums of squares
+  double lag = 0.0;             ///< estimated distance from equilibrium over the radius
+  double friction_delta = 0.0;  ///< see README [mm]
+  int sweeps = 0;
+  int detections = 0;
+  int contact_count = 0;  ///< balloon vertices in contact
+};
+
+/// The numbers of a step that outlive a launch.
+struct StepStatus {
+  double pressure = 0.0, volume = 0.0;  ///< absolute [Pa], enclosed [mm^3]
+  double load_floor = 0.0;              ///< squared [uN^2]
+  double compliance = 0.0;              ///< dV/dp of all colours in the last sweep [mm^3/Pa]
+  double moved[4]{};                    ///< of the last sweeps, root mean square, newest first [mm]
+  GasLaw<double> law;
+  StepReport report;
+  int since_detection = 0;
+  bool wants_detection = false;
+};
+
+enum StepParts { kBegin = 1, kSweeps = 2, kEnd = 4 };
+
+/// Stiffness of the spring that leads to a prescribed volume, times the balloon's dV/dp.
+inline constexpr double kVolumeSpring = 1.0;
+/// A step is begun with this share of the last one's motion: balloon and wall then go on together,
+/// which sweeps alone, moving one against the other, do slowly. Below 1, so that errors die out.
+inline constexpr double kForesight = 0.9;
+inline constexpr int kLeastSweeps = 3;
+
+template <class Real>
+ANGIO_HOST_DEVICE inline int last_of_balloon(const StepView<Real>& s) {
+  return s.balloon_color_begin[s.balloon_colors];
+}
+
+/// Moves a vertex as far as its bounds let it. @return the part taken
+template <class Real>
+ANGIO_HOST_DEVICE inline Real bounded_share(const StepView<Real>& s, int v,
+                                            const Vec3T<Real>& move) {
+  return s.wall_count > 0 ? allowed_share(s, v, move) : Real(1);
+}
+
+/// Six times the volume of the tetrahedron of a balloon triangle and the origin [mm^3].
+template <class Real>
+ANGIO_HOST_DEVICE inline double six_volumes(const StepView<Real>& s, int t) {
+  const Vec3T<Real>&a = s.x[s.triangles[3 * t]], &b = s.x[s.triangles[3 * t + 1]],
+        &c = s.x[s.triangles[3 * t + 2]];
+  const Vec3T<double> p{a.x, a.y, a.z}, q{b.x, b.y, b.z}, r{c.x, c.y, c.z};
+  return dot(p, cross(q, r));
+}
+
+template <class Real, class Team>
+ANGIO_HOST_DEVICE inline double enclosed_volume(Team& team, const StepView<Real>& s) {
+  double total[1];
+  team.template sum<1, 1>(
+      s.triangle_count, [&](int t, const auto&, auto* part) { part[0] += six_volumes(s, t); },
+      total);
+  return total[0] / 6.0;
+}
+
+template <class Real, class Team>
+ANGIO_HOST_DEVICE inline void begin_step(Team& team, const StepView<Real>& s,
+                                         const StepRules& rules, StepStatus& status) {
+  const int count = s.balloon_count + s.wall_count, movable = last_of_balloon(s);
+  team.template for_each<1>(count, [&](int v, const auto&) {
+    s.x_before[v] = s.x[v];
+    s.x_inertial[v] = rules.still ? s.x[v] : s.x[v] + s.dt * s.velocity[v];
+  });
+  double total[1];
+  team.template sum<1, 1>(
+      s.balloon_count,
+      [&](int v, const auto&, auto* part) {
+        Real area = 0;
+        for (int c = s.corner_begin[v]; c < s.corner_begin[v + 1]; ++c) {
+          const Vec3T<Real> next = s.x[s.corners[c].next], last = s.x[s.corners[c].last];
+          area += norm(cross(s.x[v] - next, last - next)) / Real(6);
+        }
+        const double load = rules.least_load * double(area);
+        part[0] += load * load;
+      },
+      total);
+  status.load_floor = total[0];
+  if (!rules.still) {
+    const int first_wall = s.balloon_count,
+              walls = s.wall_colors > 0 ? s.wall_color_begin[s.wall_colors] : s.balloon_count;
+    team.template for_each<1>(movable + walls - first_wall, [&](int i, const auto&) {
+      const int v = i < movable ? i : first_wall + i - movable;
+      const Vec3T<Real> move = Real(kForesight) * (s.x_inertial[v] - s.x_before[v]);
+      s.x[v] += bounded_share(s, v, move) * move;
+    });
+    team.barrier();
+  }
+  status.volume = enclosed_volume(team, s);
+  status.pressure = pressure_at(status.law, status.volume);
+  for (double& moved : status.moved) moved = 0.0;
+  status.report = {};
+  status.since_detection = 0;
+}
+
+/// Fits the wall's slabs and its goals, and renews the contact pairs.
+template <class Real, class Team>
+ANGIO_HOST_DEVICE inline void refresh(Team& team, const StepView<Real>& s) {
+  if (s.wall_count == 0) return;
+  team.template for_each<1>(s.pair_count, [&](int i, const auto&) { refresh_pair(s, i); });
+  team.template for_each<kClusterLanes>(
+      s.cluster_count, [&](int c, const auto& lanes) { fit_cluster(s, c, lanes); });
+  team.barrier();
+  team.template for_each<1>(s.wall_count, [&](int i, const auto&) { set_goal(s, i); });
+  team.barrier();
+}
+
+/// Sums of a sweep.
+struct SweepSums {
+  double net = 0.0, load = 0.0;  ///< squared [uN^2]
+  double moved = 0.0;            ///< squared [mm^2], of the balloon
+  double compliance = 0.0;       ///< [mm^3/Pa]
+  bool blocked = false;          ///< a vertex has met its bound
+};
+
+/// A colour's moves at the present pressure, and how its volume answers to pressure.
+template <class Real, class Team>
+ANGIO_HOST_DEVICE inline void propose_moves(Team& team, const StepView<Real>& s, int first,
+                                            int count, Real gauge, double (&total)[4]) {
+  team.template sum<kVertexLanes, 4>(
+      count,
+      [&](int i, const auto& lanes, auto* part) {
+        const int v = first + i;
+        Move<Real> move;
+        const VertexForces<Real> f = balloon_forces(s, v, lanes, move.by_volume);
+        const Mat3T<Real> inverse = inverse_block(f.hessian);
+        const Vec3T<Real> load = gauge * move.by_volume;
+        const Real relax = f.touching ? Real(1) : s.relaxation;
+        move.by_force = relax * (inverse * (f.force + load));
+        move.by_pressure = relax * (inverse * move.by_volume);
+        if (s.pair_count > 0) move.friction = norm(inverse * f.friction);
+        move.taut = f.taut;
+        part[0] += dot(move.by_volume, move.by_force);
+        part[1] += dot(move.by_volume, move.by_pressure);
+        part[2] += norm_squared(f.force + load);
+        part[3] += norm_squared(load) + f.contact * f.contact;
+        if (lanes.rank() == 0) s.moves[v] = move;
+      },
+      total);
+}
+
+/// Takes the moves with the change of pressure; total: volume gained, squared motion, blocked.
+template <class Real, class Team>
+ANGIO_HOST_DEVICE inline void take_moves(Team& team, const StepView<Real>& s, int first, int count,
+                                         Real change, Real gauge, double (&total)[3]) {
+  team.template sum<kVertexLanes, 3>(
+      count,
+      [&](int i, const auto& lanes, auto* part) {
+        const int v = first + i;
+        const Move<Real> move = s.moves[v];
+        Vec3T<Real> by = move.by_force + change * move.by_pressure;
+        if (!move.taut) by *= balloon_line_search(s, v, lanes, gauge, by);
+        const Real share = bounded_share(s, v, by);
+        by *= share;
+        part[0] += dot(move.by_volume, by);
+        part[1] += norm_squared(by);
+        part[2] += share < Real(1) ? Real(1) : Real(0);
+        if (lanes.rank() == 0) s.x[v] += by;
+      },
+      total);
+}
+
+template <class Real, class Team>
+ANGIO_HOST_DEVICE inline void sweep_balloon(Team& team, const StepView<Real>& s, StepStatus& status,
+                                            SweepSums& sums) {
+  GasLaw<double>& law = status.law;
+  for (int color = 0; color < s.balloon_colors; ++color) {
+    const int first = s.balloon_color_begin[color],
+              count = s.balloon_color_begin[color + 1] - first;
+    const Real p = Real(status.pressure);
+    double proposed[4], taken[3];
+    propose_moves(team, s, first, count, p - s.outside_pressure, proposed);
+    if (law.volume > 0.0) {
+      const double whole =
+          status.compliance > 0.0 ? status.compliance : s.balloon_colors * proposed[1];
+      law.spring = kVolumeSpring / whole;
+    }
+    const double least = 1e-3 * status.volume, grown = status.volume + proposed[0];
+    const Real change =
+        meet(converted<Real>(law), p, Real(grown > least ? grown : least), Real(proposed[1])) - p;
+    take_moves(team, s, first, count, change, p + change - s.outside_pressure, taken);
+    status.volume += taken[0];
+    status.pressure = pressure_at(law, status.volume);
+    sums.net += proposed[2];
+    sums.load += proposed[3];
+    sums.compliance += proposed[1];
+    sums.moved += taken[1];
+    sums.blocked = sums.blocked || taken[2] > 0.0;
+  }
+  status.compliance = sums.compliance;
+  if (law.volume > 0.0) law.slope_pressure = status.pressure;
+}
+
+template <class Real, class Team>
+ANGIO_HOST_DEVICE inline void sweep_wall(Team& team, const StepView<Real>& s, SweepSums& sums) {
+  for (int color = 0; color < s.wall_colors; ++color) {
+    const int first = s.wall_color_begin[color];
+    double total[3];
+    team.template sum<kVertexLanes, 3>(
+        s.wall_color_begin[color + 1] - first,
+        [&](int i, const auto& lanes, auto* part) {
+          const int v = first + i;
+          const VertexForces<Real> f = wall_forces(s, v, lanes);
+          const Real net = norm_squared(f.force);
+          part[0] += net;
+          part[1] += f.magnitude * f.magnitude;
+          if (!(net > Real(0))) return;
+          const Vec3T<Real> move = inverse_block(f.hessian) * f.force;
+          const Real share = bounded_share(s, v, move);
+          part[2] += share < Real(1) ? Real(1) : Real(0);
+          if (lanes.rank() == 0) s.x[v] += share * move;
+        },
+        total);
+    sums.net += total[0];
+    sums.load += total[1];
+    sums.blocked = sums.blocked || total[2] > 0.0;
+  }
+}
+
+/// The distance still to go, from how the last sweeps' motions m shrink: m q / (1 - q) [mm].
+ANGIO_HOST_DEVICE inline double estimated_lag(const double (&moved)[4]) {
+  if (!(moved[3] > 0.0)) return moved[0] > 0.0 ? 1e30 : 0.0;  // too few sweeps to tell
+  double q = std::cbrt(moved[0] / moved[3]);
+  q = q < 0.98 ? q : 0.98;
+  return moved[0] * q / (1.0 - q);
+}
+
+/// Sweeps until the step has converged, has had its sweeps, or wants a new contact detection.
+template <class Real, class Team>
+ANGIO_HOST_DEVICE inline void run_sweeps(Team& team, const StepView<Real>& s,
+                                         const StepRules& rules, StepStatus& status) {
+  status.wants_detection = false;
+  StepReport& report = status.report;
+  while (report.sweeps < rules.most_sweeps) {
+    SweepSums sums;
+    refresh(team, s);
+    sweep_balloon(team, s, status, sums);
+    sweep_wall(team, s, sums);
+    ++report.sweeps;
+    ++status.since_detection;
+    report.residual = std::sqrt(sums.net / (sums.load + status.load_floor));
+    for (int i = 3; i > 0; --i) status.moved[i] = status.moved[i - 1];
+    status.moved[0] = std::sqrt(sums.moved / s.balloon_count);
+    report.lag = estimated_lag(status.moved) / rules.radius;
+    const bool near = report.sweeps >= rules.least_sweeps && report.lag < rules.tolerance &&
+                      report.residual < rules.residual;
+    const bool rests = report.residual < rules.rest;
+    if (report.sweeps >= kLeastSweeps && !sums.blocked && (near || rests)) break;
+    if (sums.blocked && status.since_detection >= 2 && report.sweeps < rules.most_sweeps) {
+      status.wants_detection = true;
+      return;
+    }
+  }
+}
+
+/// Measures the contact, lets the wall flow, and takes the velocities.
+template <class Real, class Team>
+ANGIO_HOST_DEVICE inline void end_step(Team& team, const StepView<Real>& s,
+                                       const PlasticFlow<Real>& plasticity, StepStatus& status) {
+  status.volume = enclosed_volume(team, s);
+  if (!(status.law.volume > 0.0)) status.pressure = pressure_at(status.law, status.volume);
+  team.template for_each<1>(s.balloon_count + s.wall_count, [&](int v, const auto&) {
+    s.velocity[v] = (s.x[v] - s.x_before[v]) / s.dt;
+  });
+  if (s.wall_count == 0) return;
+  refresh(team, s);
+  double total[2];
+  team.template sum<1, 2>(
+      s.balloon_count + s.wall_count,
+      [&](int v, const auto& lanes, auto* part) {
+        VertexForces<Real> f;
+        add_contact(s, v, lanes, f);
+        if (v >= s.balloon_count) {
+          s.contact_force[v - s.balloon_count] = f.contact;
+          return;
+        }
+        part[0] += f.touching ? Real(1) : Real(0);
+        if (v < last_of_balloon(s)) part[1] += s.moves[v].friction;
+      },
+      total);
+  status.report.contact_count = int(total[0]);
+  status.report.friction_delta = total[1];
+  team.template for_each<kClusterLanes>(s.cluster_count, [&](int c, const auto& lanes) {
+    const Mat3T<Real> stretch = cluster_stretch(s, c, lanes);
+    const Mat3T<Real> plastic = flow(plasticity, stretch, s.cluster_plastic[c], s.dt);
+    if (lanes.rank() == 0) s.cluster_plastic[c] = plastic;
+  });
+  team.barrier();
+}
+
+/// Runs the parts of one step that are asked for.
+template <class Real, class Team>
+ANGIO_HOST_DEVICE inline void run_step(Team& team, const StepView<Real>& s, const StepRules& rules,
+                                       const PlasticFlow<Real>& plasticity, int parts,
+                                       StepStatus& status) {
+  if (parts & kBegin) begin_step(team, s, rules, status);
+  if (parts & kSweeps) run_sweeps(team, s, rules, status);
+  if ((parts & kEnd) && !status.wants_detection) end_step(team, s, plasticity, status);
+}
+
+}  // namespace angio::simulation::detail

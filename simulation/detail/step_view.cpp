@@ -1,0 +1,79 @@
+#include "simulation/detail/step_view.hpp"
+
+#include <cmath>
+#include <limits>
+
+namespace angio::simulation::detail {
+
+double balloon_volume(const Scene& scene, const std::vector<Vec3>& x) {
+  double volume = 0.0;
+  const Vec3 origin = x[0];
+  for (const Triangle& t : scene.balloon_triangles)
+    volume += dot(x[std::size_t(t[0])] - origin,
+                  cross(x[std::size_t(t[1])] - origin, x[std::size_t(t[2])] - origin));
+  return volume / 6.0;
+}
+
+State start_state(const Scene& scene, double pressure) {
+  State state;
+  state.x = scene.start;
+  state.plastic.assign(std::size_t(scene.clusters.count()), Mat3::identity());
+  state.contact_pressure.assign(std::size_t(scene.wall_count), 0.0);
+  state.pressure = pressure;
+  state.volume = balloon_volume(scene, state.x);
+  return state;
+}
+
+Precision precision_for(const Scene& scene, const SimulationOptions& options) {
+  double reach = 0.0, edge = 0.0;
+  for (int v = 0; v < scene.balloon_count; ++v)
+    reach = std::max(reach, norm(scene.start[std::size_t(v)] - scene.origin));
+  for (const Edge& e : scene.balloon_edges)
+    edge += distance(scene.start[std::size_t(e[0])], scene.start[std::size_t(e[1])]);
+  edge /= double(scene.balloon_edges.size());
+  // On a vertex: the skin's force for a strain s is about E h s edge, the load p edge^2, E = 6 (C1
+  // + C2); rounding errors of half a spacing in six triangles largely cancel.
+  const double strain = 0.25 * double(std::numeric_limits<float>::epsilon()) * reach / edge;
+  const double stiffness = 6.0 * (scene.skin.base.c1 + scene.skin.base.c2) * scene.wall_mm;
+  const double load = units::pascal_from_atm(options.inflation.peak_pressure_atm) * edge;
+  return stiffness * strain < 0.5 * StepRules{}.residual * load ? Precision::single
+                                                                : Precision::twofold;
+}
+
+StepRules make_rules(const Scene& scene, const SimulationOptions& options) {
+  constexpr int kMostSweeps = 120;
+  constexpr int kMostFactor = 6;  // up to this many times the number asked for
+  StepRules rules;
+  rules.least_sweeps = options.sweeps;
+  rules.most_sweeps = options.sweeps > 0 ? kMostFactor * options.sweeps : kMostSweeps;
+  rules.tolerance = options.tolerance;
+  // Of a cylinder of the balloon's volume and length.
+  double length = 0.0;
+  for (std::size_t v = 0; v < std::size_t(scene.balloon_count); ++v)
+    length = std::max(length, norm(scene.start[v] - scene.origin));
+  const double volume = balloon_volume(scene, scene.start);
+  rules.radius = std::sqrt(volume / (units::kPi * 2.0 * length));
+  rules.least_load = 0.1 * units::pascal_from_atm(options.inflation.peak_pressure_atm);
+  return rules;
+}
+
+void ContactFinder::begin(const std::vector<Vec3>& x) {
+  last_motion_ = 0.0;
+  for (std::size_t v = 0; v < x_before_.size(); ++v)
+    last_motion_ = std::max(last_motion_, angio::distance(x[v], x_before_[v]));
+  x_before_ = x;
+  area_.assign(x.size(), 0.0);
+  for (const auto* triangles : {&scene_.balloon_triangles, &scene_.wall_triangles})
+    for (const Triangle& t : *triangles) {
+      const Vec3& a = x[std::size_t(t[0])];
+      const double third = norm(cross(x[std::size_t(t[1])] - a, x[std::size_t(t[2])] - a)) / 6.0;
+      for (const int v : t) area_[std::size_t(v)] += third;
+    }
+}
+
+ContactSet ContactFinder::find(const std::vector<Vec3>& x) const {
+  const double travel = std::clamp(1.5 * last_motion_, 0.5 * distance_, 2.0 * distance_);
+  return find_contacts(scene_, x, area_, distance_ + 2.0 * travel, travel);
+}
+
+}  // namespace angio::simulation::detail

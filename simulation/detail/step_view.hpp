@@ -1,0 +1,255 @@
+#pragma once
+
+#include <algorithm>
+#include <memory>
+#include <vector>
+
+#include "core/units.hpp"
+#include "simulation/detail/contact_set.hpp"
+#include "simulation/detail/step.hpp"
+
+/// From a scene in double precision to the arrays of a step, in a backend's memory.
+namespace angio::simulation::detail {
+
+template <class Real>
+CornerMetric<Real> converted(const CornerMetric<double>& k) {
+  return {Real(k.k11),    Real(k.k12), Real(k.k22), Real(k.inverse_det),
+          Real(k.volume), Real(k.f1),  Real(k.f2)};
+}
+
+template <class Real>
+MooneyRivlin<Real> converted(const MooneyRivlin<double>& m) {
+  return {Real(m.c1), Real(m.c2)};
+}
+
+template <class Real>
+SkinLaw<Real> converted(const SkinLaw<double>& law) {
+  SkinLaw<Real> result;
+  result.base = converted<Real>(law.base);
+  result.relaxed = law.relaxed;
+  result.fibre.count = law.fibre.count;
+  for (int i = 0; i < law.fibre.count; ++i) {
+    result.fibre.i4[i] = Real(law.fibre.i4[i]);
+    result.fibre.value[i] = Real(law.fibre.value[i]);
+    result.fibre.slope[i] = Real(law.fibre.slope[i]);
+    result.fibre.curvature[i] = Real(law.fibre.curvature[i]);
+  }
+  return result;
+}
+
+template <class To, class From>
+Vec3T<To> converted(const Vec3T<From>& v) {
+  return {To(v.x), To(v.y), To(v.z)};
+}
+
+template <class To, class From>
+Mat3T<To> converted(const Mat3T<From>& a) {
+  Mat3T<To> b;
+  for (int i = 0; i < 3; ++i)
+    for (int j = 0; j < 3; ++j) b(i, j) = To(a(i, j));
+  return b;
+}
+
+template <class Real, class Value>
+auto converted_all(const std::vector<Value>& values) {
+  std::vector<decltype(converted<Real>(values[0]))> result;
+  result.reserve(values.size());
+  for (const Value& value : values) result.push_back(converted<Real>(value));
+  return result;
+}
+
+template <class Real>
+std::vector<Real> converted_all(const std::vector<double>& values) {
+  return {values.begin(), values.end()};
+}
+
+/// Keeps a step's arrays in the computer's own memory.
+class HostMemory {
+ public:
+  template <class Value>
+  Value* store(std::vector<Value> values) {
+    auto block = std::make_shared<std::vector<Value>>(std::move(values));
+    blocks_.push_back(block);
+    return block->data();
+  }
+  template <class Value>
+  Value* allocate(std::size_t count) {
+    return store(std::vector<Value>(count));
+  }
+
+ private:
+  std::vector<std::shared_ptr<void>> blocks_;
+};
+
+/// Positions relative to the scene's origin: single precision needs small numbers.
+template <class Real>
+std::vector<Vec3T<Real>> local(const Scene& scene, const std::vector<Vec3>& x) {
+  std::vector<Vec3T<Real>> result;
+  result.reserve(x.size());
+  for (const Vec3& p : x) result.push_back(converted<Real>(p - scene.origin));
+  return result;
+}
+
+/// Back to patient space: the start in double precision and how far a vertex has gone from it.
+template <class Real>
+std::vector<Vec3> global(const Scene& scene, const Vec3T<Real>* start, const Vec3T<Real>* x) {
+  std::vector<Vec3> result(scene.start.size());
+  for (std::size_t v = 0; v < result.size(); ++v)
+    result[v] = scene.start[v] + (converted<double>(x[v]) - converted<double>(start[v]));
+  return result;
+}
+
+inline std::vector<int> flattened(const std::vector<Triangle>& triangles) {
+  std::vector<int> result;
+  for (const Triangle& t : triangles) result.insert(result.end(), t.begin(), t.end());
+  return result;
+}
+
+template <class Real, class Memory>
+void add_balloon_view(const Scene& scene, Memory& memory, StepView<Real>& view) {
+  view.balloon_count = scene.balloon_count;
+  view.triangle_count = int(scene.balloon_triangles.size());
+  view.balloon_colors = int(scene.balloon_color_begin.size()) - 1;
+  view.balloon_color_begin = memory.store(scene.balloon_color_begin);
+  view.triangles = memory.store(flattened(scene.balloon_triangles));
+  view.corner_begin = memory.store(scene.corner_begin);
+  std::vector<CornerLink> links;
+  std::vector<CornerMetric<Real>> rest, start;
+  for (const Corner& corner : scene.corners) {
+    links.push_back({corner.next, corner.last});
+    rest.push_back(converted<Real>(corner.rest));
+    if (scene.skin.relaxed) start.push_back(converted<Real>(corner.start));
+  }
+  view.corners = memory.store(links);
+  view.rest = memory.store(rest);
+  view.start_rest = memory.store(start);
+  view.skin = converted<Real>(scene.skin);
+  view.folds = converted<Real>(scene.folds);
+  view.moves = memory.template allocate<Move<Real>>(std::size_t(scene.balloon_count));
+}
+
+template <class Real, class Memory>
+void add_wall_view(const Scene& scene, Memory& memory, StepView<Real>& view) {
+  const WallClusters& clusters = scene.clusters;
+  const auto count = std::size_t(clusters.count());
+  view.wall_count = scene.wall_count;
+  view.cluster_count = clusters.count();
+  view.wall_colors = int(scene.wall_color_begin.size()) - 1;
+  view.wall_color_begin = memory.store(scene.wall_color_begin);
+  view.cluster_begin = memory.store(clusters.begin);
+  view.cluster_vertex = memory.store(clusters.vertex);
+  view.cluster_stiffness = memory.store(converted_all<Real>(clusters.stiffness));
+  view.cluster_offset = memory.store(converted_all<Real>(clusters.offset));
+  std::vector<Vec3> centres(count);
+  std::vector<double> goal_stiffness(std::size_t(scene.wall_count), 0.0);
+  for (std::size_t c = 0; c < count; ++c) {
+    double weight = 0.0;
+    for (int e = clusters.begin[c]; e < clusters.begin[c + 1]; ++e) {
+      const auto i = std::size_t(e);
+      const auto v = std::size_t(clusters.vertex[i]);
+      centres[c] += clusters.stiffness[i] * scene.start[std::size_t(scene.balloon_count) + v];
+      weight += clusters.stiffness[i];
+      goal_stiffness[v] += clusters.stiffness[i];
+    }
+    centres[c] = centres[c] / weight;
+  }
+  view.cluster_start = memory.store(local<Real>(scene, centres));
+  view.entry_begin = memory.store(clusters.entry_begin);
+  view.entry = memory.store(clusters.entry);
+  view.entry_cluster = memory.store(clusters.entry_cluster);
+  view.neighbor_begin = memory.store(scene.neighbor_begin);
+  view.neighbors = memory.store(scene.neighbors);
+  view.foundation = memory.store(converted_all<Real>(scene.foundation));
+  view.goal_stiffness = memory.store(converted_all<Real>(goal_stiffness));
+  const std::vector<Mat3T<Real>> identity(count, Mat3T<Real>::identity());
+  view.cluster_rotation = memory.store(identity);
+  view.cluster_plastic = memory.store(identity);
+  view.cluster_map = memory.store(identity);
+  view.cluster_centre = memory.template allocate<Vec3T<Real>>(count);
+  view.goal = memory.template allocate<Vec3T<Real>>(std::size_t(scene.wall_count));
+  view.contact_force = memory.template allocate<Real>(std::size_t(scene.wall_count));
+}
+
+template <class Real, class Memory>
+StepView<Real> make_view(const Scene& scene, const SimulationOptions& options, Memory& memory) {
+  constexpr double kRelaxation = 1.6;   // fastest on an inflating capsule
+  constexpr double kStickSpeed = 0.02;  // slip speed below which contact sticks [mm/s]
+  const double peak = units::pascal_from_atm(options.inflation.peak_pressure_atm);
+  StepView<Real> view;
+  add_balloon_view(scene, memory, view);
+  add_wall_view(scene, memory, view);
+  view.dt = Real(options.frame_s);
+  view.outside_pressure = Real(outside_pressure(options));
+  view.contact_distance = Real(options.contact_distance_mm);
+  view.contact_stiffness = Real(barrier_stiffness(peak, options.contact_distance_mm));
+  view.relaxation = Real(kRelaxation);
+  view.friction = {Real(options.friction_static), Real(options.friction_kinetic),
+                   Real(kStickSpeed * options.frame_s)};
+  const std::size_t count = scene.start.size();
+  view.start = memory.store(local<Real>(scene, scene.start));
+  view.x = memory.store(local<Real>(scene, scene.start));
+  view.x_before = memory.template allocate<Vec3T<Real>>(count);
+  view.x_inertial = memory.template allocate<Vec3T<Real>>(count);
+  view.velocity = memory.template allocate<Vec3T<Real>>(count);
+  view.mass = memory.store(converted_all<Real>(scene.mass));
+  return view;
+}
+
+template <class Real>
+PlasticFlow<Real> plastic_flow(const WallMaterial& wall) {
+  return {Real(wall.yield_strain), Real(wall.creep_per_s), Real(wall.max_plastic_strain)};
+}
+
+StepRules make_rules(const Scene& scene, const SimulationOptions& options);
+
+/// A contact set in the step's precision.
+template <class Real>
+struct ContactArrays {
+  std::vector<NearPair<Real>> pairs;
+  std::vector<int> ref_begin, bound_begin;
+  std::vector<ContactRef> refs;
+  std::vector<MotionBound<Real>> bounds;
+  Real travel = 0;
+};
+
+template <class Real>
+ContactArrays<Real> converted(ContactSet&& set) {
+  ContactArrays<Real> arrays;
+  arrays.pairs.resize(set.pairs.size());
+  for (std::size_t i = 0; i < set.pairs.size(); ++i) {
+    const ContactPair& pair = set.pairs[i];
+    NearPair<Real>& to = arrays.pairs[i];
+    std::copy(pair.vertex, pair.vertex + 4, to.vertex);
+    to.edges = pair.edges;
+    to.area = Real(pair.area);
+    to.normal = converted<Real>(pair.normal);
+  }
+  for (const MotionBound<double>& bound : set.bounds)
+    arrays.bounds.push_back({converted<Real>(bound.normal), Real(bound.limit)});
+  arrays.ref_begin = std::move(set.ref_begin);
+  arrays.refs = std::move(set.refs);
+  arrays.bound_begin = std::move(set.bound_begin);
+  arrays.travel = Real(set.travel);
+  return arrays;
+}
+
+/// Finds a run's contacts, on the host, from positions relative to the scene's origin.
+class ContactFinder {
+ public:
+  ContactFinder(const Scene& scene, const SimulationOptions& options)
+      : scene_(scene), distance_(options.contact_distance_mm) {}
+
+  /// To be called with the positions at the start of each step.
+  void begin(const std::vector<Vec3>& x);
+  [[nodiscard]] ContactSet find(const std::vector<Vec3>& x) const;
+
+  [[nodiscard]] double area(int vertex) const { return area_[std::size_t(vertex)]; }
+
+ private:
+  const Scene& scene_;
+  double distance_, last_motion_ = 0.0;
+  std::vector<double> area_;
+  std::vector<Vec3> x_before_;
+};
+
+}  // namespace angio::simulation::detail
