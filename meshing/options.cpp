@@ -4,6 +4,7 @@
 #include "core/error.hpp"
 #include "meshing/lumen_volume.hpp"
 #include "meshing/meshing.hpp"
+#include "meshing/wall_layers.hpp"
 
 namespace angio::meshing {
 namespace {
@@ -52,6 +53,14 @@ void BalloonOptions::validate() const {
   require(shaft_diameter_mm >= 0.2 && shaft_diameter_mm <= 10.0, "balloon.shaft_diameter_mm",
           "0.2 to 10");
   require(fold_gap_mm >= 0.005 && fold_gap_mm <= 0.5, "balloon.fold_gap_mm", "0.005 to 0.5");
+}
+
+void WallLayerOptions::validate() const {
+  require(thickness_ratio >= 0.02 && thickness_ratio <= 0.4, "wall.thickness_ratio", "0.02 to 0.4");
+  for (const double fraction : layer_fractions)
+    require(fraction > 0.0 && fraction <= 1e3, "wall.layer_fractions", "above 0, up to 1000");
+  require(elements_per_layer >= 1 && elements_per_layer <= 8, "wall.elements_per_layer", "1 to 8");
+  require(plaque_elements >= 2 && plaque_elements <= 16, "wall.plaque_elements", "2 to 16");
 }
 
 }  // namespace angio::meshing

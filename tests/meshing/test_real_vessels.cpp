@@ -11,6 +11,7 @@
 #include "datasets/phantom.hpp"
 #include "meshing/detail/air_mesh.hpp"
 #include "meshing/meshing.hpp"
+#include "meshing/wall_layers.hpp"
 
 /// The stage on vessels as they come: phantoms, and a coronary tree from X-ray angiography.
 namespace angio::meshing {
@@ -58,6 +59,24 @@ void expect_sound_setup(const BalloonSetup& setup, const LumenMesh& lumen) {
               1e-6);
 }
 
+/// Right-handed wedges, an outside that does not cross itself, and plaque where there is a lesion.
+void expect_sound_wall(const ContactRegion& region, const CenterlineTree& tree,
+                       const std::vector<centerline::Lesion>& lesions) {
+  std::vector<NarrowStretch> stretches;
+  for (const centerline::Lesion& lesion : lesions)
+    if (lesion.is_stenosis)
+      stretches.push_back(
+          {lesion.path_id, lesion.proximal_mm, lesion.distal_mm, lesion.reference_diameter_mm});
+  const WallLayers wall = build_wall_layers(region, tree, stretches, {});
+  double least = 1.0;
+  for (const auto& wedge : wall.wedges)
+    least = std::min(least, least_corner_determinant(wall.vertices, wedge));
+  EXPECT_GT(least, 0.0);
+  EXPECT_EQ(count_self_intersections({wall.vertices, wall.outer_triangles}), 0);
+  EXPECT_EQ(std::count(wall.tissue.begin(), wall.tissue.end(), WallTissue::plaque) > 0,
+            !stretches.empty());
+}
+
 void expect_balloon_at_the_worst_lesion(const LumenMesh& lumen, const CenterlineTree& tree) {
   const auto lesions = centerline::find_lesions(tree, {});
   ASSERT_FALSE(lesions.empty());
@@ -65,9 +84,10 @@ void expect_balloon_at_the_worst_lesion(const LumenMesh& lumen, const Centerline
   const auto path = std::find_if(tree.paths.begin(), tree.paths.end(),
                                  [&](const auto& p) { return p.id == lesion.path_id; });
   ASSERT_NE(path, tree.paths.end());
-  expect_sound_setup(place_balloon(lumen, tree, *path, lesion.abscissa_mm, lesion.length_mm,
-                                   lesion.reference_diameter_mm, {}),
-                     lumen);
+  const BalloonSetup setup = place_balloon(lumen, tree, *path, lesion.abscissa_mm, lesion.length_mm,
+                                           lesion.reference_diameter_mm, {});
+  expect_sound_setup(setup, lumen);
+  expect_sound_wall(setup.region, tree, lesions);
 }
 
 class Phantoms : public testing::TestWithParam<const char*> {};
@@ -79,6 +99,21 @@ TEST_P(Phantoms, AreMeshedAndTakeABalloon) {
   expect_sound_lumen(lumen, tree);
   EXPECT_LT(enclosed_volume(lumen.capped), enclosed_volume(phantom.surface));
   expect_balloon_at_the_worst_lesion(lumen, tree);
+}
+
+TEST(FoldedBalloon, GoesIntoACoronary) {
+  const auto phantom = datasets::make_phantom_surface(datasets::parse_phantom("coronary"));
+  const CenterlineTree& tree = phantom.truth.tree;
+  const LumenMesh lumen = mesh_lumen(phantom.surface, tree, {});
+  const centerline::Lesion lesion = centerline::find_lesions(tree, {}).front();
+  const auto path = std::find_if(tree.paths.begin(), tree.paths.end(),
+                                 [&](const auto& p) { return p.id == lesion.path_id; });
+  BalloonOptions options;
+  options.folds = 3;
+  const BalloonSetup setup = place_balloon(lumen, tree, *path, lesion.abscissa_mm, lesion.length_mm,
+                                           lesion.reference_diameter_mm, options);
+  EXPECT_EQ(count_self_intersections(setup.balloon.start), 0);
+  expect_sound_setup(setup, lumen);
 }
 
 INSTANTIATE_TEST_SUITE_P(All, Phantoms,

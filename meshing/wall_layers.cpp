@@ -1,0 +1,186 @@
+#include "meshing/wall_layers.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numeric>
+
+#include "core/error.hpp"
+#include "core/parallel.hpp"
+#include "meshing/detail/healthy_vessel.hpp"
+#include "meshing/detail/untangle_wedges.hpp"
+#include "meshing/detail/wall_columns.hpp"
+
+namespace angio::meshing {
+namespace {
+
+using detail::WallColumn;
+
+constexpr double kLeastShare = 0.02;   // of a straight wedge's determinant
+constexpr double kLimitedShare = 0.9;  // of the wanted thickness; less is told
+
+/// The layers of elements, from the lumen outward. Where there is no plaque, its elements are the
+/// innermost of the intima, so that every column has as many.
+struct ElementLayers {
+  int plaque = 0;                 ///< elements
+  int per_layer = 1;              ///< elements
+  std::array<double, 3> share{};  ///< of the wall's thickness, to the outside of each layer
+
+  [[nodiscard]] int count() const { return plaque + 3 * per_layer; }
+  /// The thickness that the plaque's elements have as intima.
+  [[nodiscard]] double least_plaque(const WallColumn& column) const {
+    return share[0] * column.thickness * plaque / (plaque + per_layer);
+  }
+  [[nodiscard]] double depth(const WallColumn& column, int level) const {
+    const double inner = std::max(column.plaque, least_plaque(column));
+    if (level <= plaque) return plaque > 0 ? inner * level / plaque : 0.0;
+    const auto layer = std::size_t((level - plaque - 1) / per_layer);
+    const double t = double(level - plaque - int(layer) * per_layer) / per_layer;
+    const auto outside = [&](std::size_t of) {
+      return column.plaque + share[of] * column.thickness;
+    };
+    const double from = layer == 0 ? inner : outside(layer - 1);
+    return (1.0 - t) * from + t * outside(layer);
+  }
+};
+
+ElementLayers element_layers(const WallLayerOptions& options, bool has_plaque) {
+  ElementLayers layers;
+  layers.plaque = has_plaque ? options.plaque_elements : 0;
+  layers.per_layer = options.elements_per_layer;
+  const auto& f = options.layer_fractions;
+  const double sum = f[0] + f[1] + f[2];
+  layers.share = {f[0] / sum, (f[0] + f[1]) / sum, 1.0};
+  return layers;
+}
+
+/// Plaque that is no thicker than the part of the intima that would stand for it is none.
+bool has_plaque(const std::vector<WallColumn>& columns, const WallLayerOptions& options) {
+  const ElementLayers layers = element_layers(options, true);
+  return std::any_of(columns.begin(), columns.end(), [&](const WallColumn& column) {
+    return column.plaque > layers.least_plaque(column);
+  });
+}
+
+WallTissue tissue_at(const ElementLayers& layers, const std::vector<WallColumn>& columns,
+                     const Triangle& triangle, int layer) {
+  if (layer >= layers.plaque) return WallTissue((layer - layers.plaque) / layers.per_layer);
+  double excess = 0.0;
+  for (const int v : triangle) {
+    const WallColumn& column = columns[std::size_t(v)];
+    excess += column.plaque - layers.least_plaque(column);
+  }
+  return excess > 0.0 ? WallTissue::plaque : WallTissue::intima;
+}
+
+WallLayers stack_wedges(const ContactRegion& region, const std::vector<WallColumn>& columns,
+                        const ElementLayers& layers, const detail::HealthyVessel& healthy) {
+  const TriangleMesh& lumen = region.mesh;
+  const int count = int(lumen.vertices.size());
+  WallLayers wall;
+  wall.lumen_vertex_count = count;
+  wall.element_layer_count = layers.count();
+  for (int level = 0; level <= layers.count(); ++level)
+    for (int v = 0; v < count; ++v) {
+      const WallColumn& column = columns[std::size_t(v)];
+      wall.vertices.push_back(level == 0 ? lumen.vertices[std::size_t(v)]
+                                         : place_at(column, layers.depth(column, level)));
+      wall.fixed.push_back(region.fixed[std::size_t(v)]);
+    }
+  std::vector<Vec3> axial(lumen.triangles.size());
+  parallel_for(std::ptrdiff_t(axial.size()), [&](std::ptrdiff_t t) {
+    Vec3 centre;
+    for (const int v : lumen.triangles[std::size_t(t)])
+      centre += (1.0 / 3.0) * lumen.vertices[std::size_t(v)];
+    axial[std::size_t(t)] = healthy.evaluate(centre).tangent;
+  });
+  for (int layer = 0; layer < layers.count(); ++layer)
+    for (std::size_t t = 0; t < lumen.triangles.size(); ++t) {
+      const Triangle& corner = lumen.triangles[t];
+      const int a = layer * count, b = a + count;
+      wall.wedges.push_back({corner[0] + a, corner[1] + a, corner[2] + a, corner[0] + b,
+                             corner[1] + b, corner[2] + b});
+      wall.layer.push_back(layer);
+      wall.tissue.push_back(tissue_at(layers, columns, corner, layer));
+      wall.axial.push_back(axial[t]);
+    }
+  for (const Triangle& t : lumen.triangles) {
+    const int top = layers.count() * count;
+    wall.outer_triangles.push_back({t[0] + top, t[1] + top, t[2] + top});
+  }
+  return wall;
+}
+
+detail::Box box_of(const std::vector<Vec3>& points) {
+  detail::Box box{points.front(), points.front()};
+  for (const Vec3& p : points)
+    for (int axis = 0; axis < 3; ++axis) {
+      box.low[axis] = std::min(box.low[axis], p[axis]);
+      box.high[axis] = std::max(box.high[axis], p[axis]);
+    }
+  return box;
+}
+
+std::string share_of(std::size_t part, std::size_t whole) {
+  const std::string text = std::to_string(100.0 * double(part) / double(whole) + 0.05);
+  return text.substr(0, text.find('.') + 2) + " %";
+}
+
+/// Tells where the wall is thinner than wanted.
+void warn_of_limits(WallLayers& wall, const std::vector<WallColumn>& columns) {
+  const auto count = std::size_t(wall.lumen_vertex_count);
+  std::size_t limited = 0;
+  for (std::size_t v = 0; v < count; ++v) {
+    const WallColumn& column = columns[v];
+    const double wanted = column.plaque + column.thickness + column.missing;
+    const Vec3& outside = wall.vertices[std::size_t(wall.element_layer_count) * count + v];
+    if (distance(wall.vertices[v], outside) < kLimitedShare * wanted) ++limited;
+  }
+  if (limited > 0)
+    wall.warnings.push_back("the wall is more than a tenth thinner than wanted around " +
+                            share_of(limited, count) +
+                            " of the lumen's vertices (there is no room for it in creases between "
+                            "branches and sharp bends)");
+}
+
+}  // namespace
+
+double least_corner_determinant(const std::vector<Vec3>& vertices,
+                                const std::array<int, 6>& wedge) {
+  const auto at = [&](std::size_t c) { return vertices[std::size_t(wedge[c])]; };
+  double least = std::numeric_limits<double>::infinity();
+  for (std::size_t side = 0; side < 6; side += 3)
+    for (std::size_t c = 0; c < 3; ++c) {
+      const Vec3 here = at(side + c);
+      const Vec3 up = at(3 + c) - at(c);
+      least = std::min(
+          least, dot(cross(at(side + (c + 1) % 3) - here, at(side + (c + 2) % 3) - here), up));
+    }
+  return least;
+}
+
+WallLayers build_wall_layers(const ContactRegion& region, const CenterlineTree& tree,
+                             const std::vector<NarrowStretch>& stretches,
+                             const WallLayerOptions& options) {
+  options.validate();
+  if (region.mesh.triangles.empty())
+    throw InputError(
+        "the wall has no surface (the contact region is empty). Run the stage meshing "
+        "again");
+  const detail::HealthyVessel healthy(tree, stretches, box_of(region.mesh.vertices));
+  const double q = options.thickness_ratio;
+  const auto columns = grow_columns(region.mesh, healthy, 2.0 * q / (1.0 - 2.0 * q));
+  const ElementLayers layers = element_layers(options, has_plaque(columns, options));
+  WallLayers wall = stack_wedges(region, columns, layers, healthy);
+  const detail::Untangled untangled = detail::untangle(wall, region.mesh, kLeastShare);
+  if (untangled.left_count > 0)
+    throw InputError("the wall around the lumen folds over itself at " +
+                     std::to_string(untangled.left_count) +
+                     " vertices (the surface is too rough or branches too sharply there). Choose a "
+                     "thinner wall (wall.thickness_ratio), or smooth the lumen more "
+                     "(mesh.smoothing_iterations)");
+  warn_of_limits(wall, columns);
+  return wall;
+}
+
+}  // namespace angio::meshing

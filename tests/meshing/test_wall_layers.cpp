@@ -1,0 +1,281 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <map>
+#include <numbers>
+#include <string>
+
+#include "core/error.hpp"
+#include "meshing/wall_layers.hpp"
+#include "tests/meshing/placed_balloon.hpp"
+#include "tests/support/shapes.hpp"
+
+namespace angio::meshing {
+namespace {
+
+using std::numbers::pi;
+
+constexpr double kRatio = 0.189;
+constexpr double kOuter = 1.0 / (1.0 - 2.0 * kRatio);  // outer radius / lumen radius
+
+/// A surface taken whole as the wall's inside.
+ContactRegion region_of(const TriangleMesh& mesh) {
+  ContactRegion region;
+  region.mesh = mesh;
+  region.fixed.assign(mesh.vertices.size(), 0);
+  for (const auto& loop : boundary_loops(mesh))
+    for (const int v : loop) region.fixed[std::size_t(v)] = 1;
+  return region;
+}
+
+/// The sum over the tetrahedra around the wedge's centre: its quadrilaterals count as two triangles
+/// each, seen from both diagonals.
+double volume_of(const std::vector<Vec3>& x, const std::array<int, 6>& wedge) {
+  const auto at = [&](std::size_t c) { return x[std::size_t(wedge[c])]; };
+  Vec3 centre;
+  for (std::size_t c = 0; c < 6; ++c) centre += at(c) / 6.0;
+  const auto cone = [&](std::size_t a, std::size_t b, std::size_t c) {
+    return dot(cross(at(b) - at(a), at(c) - at(a)), at(a) - centre) / 6.0;
+  };
+  double volume = cone(0, 2, 1) + cone(3, 4, 5);
+  for (std::size_t a = 0; a < 3; ++a) {
+    const std::size_t b = (a + 1) % 3;
+    volume += 0.5 * (cone(a, b, b + 3) + cone(a, b + 3, a + 3));
+    volume += 0.5 * (cone(a, b, a + 3) + cone(b, b + 3, a + 3));
+  }
+  return volume;
+}
+
+std::map<WallTissue, double> volumes_of(const WallLayers& wall) {
+  std::map<WallTissue, double> volumes;
+  for (std::size_t w = 0; w < wall.wedges.size(); ++w)
+    volumes[wall.tissue[w]] += volume_of(wall.vertices, wall.wedges[w]);
+  return volumes;
+}
+
+CenterlineTree straight_line(double radius, double first, double last) {
+  std::vector<Vec3> points;
+  for (int i = 0; i <= 100; ++i) points.push_back({0.0, 0.0, first + (last - first) * 0.01 * i});
+  CenterlineTree tree;
+  tree.paths = {test::make_path(0, points, std::vector<double>(points.size(), radius))};
+  return tree;
+}
+
+void expect_sound(const WallLayers& wall, const ContactRegion& region) {
+  const std::size_t count = region.mesh.vertices.size();
+  ASSERT_EQ(wall.lumen_vertex_count, int(count));
+  ASSERT_EQ(wall.vertices.size(), count * std::size_t(wall.element_layer_count + 1));
+  ASSERT_EQ(wall.fixed.size(), wall.vertices.size());
+  const std::size_t wedge_count =
+      region.mesh.triangles.size() * std::size_t(wall.element_layer_count);
+  ASSERT_EQ(wall.wedges.size(), wedge_count);
+  ASSERT_EQ(wall.layer.size(), wedge_count);
+  ASSERT_EQ(wall.tissue.size(), wedge_count);
+  ASSERT_EQ(wall.axial.size(), wedge_count);
+  for (std::size_t v = 0; v < wall.vertices.size(); ++v)
+    EXPECT_EQ(wall.fixed[v], region.fixed[v % count]);
+  EXPECT_TRUE(
+      std::equal(region.mesh.vertices.begin(), region.mesh.vertices.end(), wall.vertices.begin()));
+  double least = 1.0;
+  for (const auto& wedge : wall.wedges)
+    least = std::min(least, least_corner_determinant(wall.vertices, wedge));
+  EXPECT_GT(least, 0.0);
+  for (const Vec3& axis : wall.axial) EXPECT_NEAR(norm(axis), 1.0, 1e-9);
+  EXPECT_EQ(count_self_intersections({wall.vertices, wall.outer_triangles}), 0);
+}
+
+TEST(WallLayers, OfATubeHaveTheirVolumes) {
+  const double radius = 1.5, length = 10.0;
+  const ContactRegion region = region_of(tests::make_tube(radius, length, 60, 48));
+  const WallLayers wall = build_wall_layers(region, straight_line(radius, -5.0, 15.0), {}, {});
+  expect_sound(wall, region);
+  EXPECT_EQ(wall.element_layer_count, 3);
+  EXPECT_THAT(wall.warnings, testing::IsEmpty());
+  const auto volumes = volumes_of(wall);
+  const double thickness = radius * (kOuter - 1.0);
+  const std::array<double, 3> shares{0.27 / 1.03, 0.36 / 1.03, 0.40 / 1.03};
+  double inside = radius;
+  for (const WallTissue tissue : {WallTissue::intima, WallTissue::media, WallTissue::adventitia}) {
+    const double outside = inside + shares[std::size_t(tissue)] * thickness;
+    const double volume = pi * (outside * outside - inside * inside) * length;
+    EXPECT_NEAR(volumes.at(tissue) / volume, 1.0, 0.01);
+    inside = outside;
+  }
+  EXPECT_NEAR(thickness / (2.0 * (radius + thickness)), kRatio, 1e-12);
+}
+
+TEST(WallLayers, HaveAsManyElementsAsAskedFor) {
+  const ContactRegion region = region_of(tests::make_tube(1.5, 10.0, 20, 16));
+  WallLayerOptions options;
+  options.elements_per_layer = 2;
+  const WallLayers wall = build_wall_layers(region, straight_line(1.5, -5.0, 15.0), {}, options);
+  expect_sound(wall, region);
+  EXPECT_EQ(wall.element_layer_count, 6);
+  for (std::size_t w = 0; w < wall.wedges.size(); ++w)
+    EXPECT_EQ(int(wall.tissue[w]), wall.layer[w] / 2);
+}
+
+/// The wall around a balloon, with the lesion that the vessel has.
+struct Walled {
+  test::PlacedCase placed;
+  WallLayers wall;
+};
+Walled around_stenosis(const WallLayerOptions& options = {}) {
+  Walled walled{test::place(test::stenosed_tube(), 18.0, 8.0, 3.0), {}};
+  walled.wall = build_wall_layers(walled.placed.setup.region, walled.placed.vessel.tree,
+                                  {{0, 14.5, 21.5, 3.0}}, options);
+  return walled;
+}
+/// Built once; several tests look at it.
+const Walled& stenosed() {
+  static const Walled kWalled = around_stenosis();
+  return kWalled;
+}
+
+TEST(WallLayers, AroundAStenosisHaveTheHealthyOutside) {
+  const auto& [placed, wall] = stenosed();
+  expect_sound(wall, placed.setup.region);
+  EXPECT_EQ(wall.element_layer_count, 5);
+  const std::size_t first = wall.vertices.size() - std::size_t(wall.lumen_vertex_count);
+  for (std::size_t v = first; v < wall.vertices.size(); ++v)
+    EXPECT_NEAR(std::hypot(wall.vertices[v].x, wall.vertices[v].y) / (1.5 * kOuter), 1.0, 0.01);
+}
+
+TEST(WallLayers, FillANarrowLumenWithPlaque) {
+  const auto& [placed, wall] = stenosed();
+  const TriangleMesh& inside = placed.setup.region.mesh;
+  const auto count = std::size_t(wall.lumen_vertex_count);
+  for (std::size_t v = 0; v < count; ++v) {
+    if (std::abs(inside.vertices[v].z - 18.0) > 2.0) continue;  // the throat
+    const Vec3& healthy = wall.vertices[2 * count + v];         // outside of the plaque's elements
+    EXPECT_NEAR(std::hypot(healthy.x, healthy.y), 1.5, 0.02);
+  }
+  for (std::size_t w = 0; w < wall.wedges.size(); ++w) {
+    const double z = wall.vertices[std::size_t(wall.wedges[w][0])].z;
+    if (wall.layer[w] >= 2) {
+      EXPECT_EQ(int(wall.tissue[w]), wall.layer[w] - 2);
+    } else if (std::abs(z - 18.0) < 2.0) {
+      EXPECT_EQ(wall.tissue[w], WallTissue::plaque);
+    } else if (std::abs(z - 18.0) > 5.5) {
+      EXPECT_EQ(wall.tissue[w], WallTissue::intima);
+    }
+  }
+}
+
+TEST(WallLayers, HaveThePlaqueElementsAskedFor) {
+  WallLayerOptions options;
+  options.plaque_elements = 4;
+  const auto [placed, wall] = around_stenosis(options);
+  expect_sound(wall, placed.setup.region);
+  EXPECT_EQ(wall.element_layer_count, 7);
+}
+
+TEST(WallLayers, WithoutALesionHaveNoPlaque) {
+  const test::PlacedCase& placed = stenosed().placed;
+  const WallLayers wall = build_wall_layers(placed.setup.region, placed.vessel.tree, {}, {});
+  expect_sound(wall, placed.setup.region);
+  EXPECT_EQ(wall.element_layer_count, 3);
+}
+
+TEST(WallLayers, PointAlongTheVessel) {
+  const auto& [placed, wall] = stenosed();
+  for (const Vec3& axis : wall.axial) EXPECT_GT(axis.z, 0.999);
+}
+
+/// A narrowing on one side: circles that touch the healthy one from inside at +x.
+test::Vessel one_sided(double severity) {
+  const auto radius = test::stenosis(1.5, 18.0, 5.0, severity);
+  test::Vessel vessel = test::make_tube(36.0, 0.3, radius);
+  const auto shift = [radius](double z) { return 1.5 - radius(z); };
+  vessel.signed_distance = [radius, shift](const Vec3& p) {
+    const double z = std::clamp(p.z, 0.0, 36.0);
+    return std::max({std::hypot(p.x - shift(z), p.y) - radius(z), -p.z, p.z - 36.0});
+  };
+  vessel.level_set =
+      test::sample_level_set({-2.4, -2.41, -0.89}, {2.4, 2.4, 36.9}, 0.3, vessel.signed_distance);
+  for (Vec3& p : vessel.tree.paths[0].points) p.x = shift(p.z);
+  vessel.tree.paths[0].abscissa = arc_length(vessel.tree.paths[0].points);
+  return vessel;
+}
+
+TEST(WallLayers, AroundAOneSidedStenosisKeepToTheHealthyAxis) {
+  const test::Vessel vessel = one_sided(0.5);
+  const LumenMesh lumen = mesh_lumen(vessel.level_set, vessel.tree, {});
+  const ContactRegion region = region_of(lumen.open);
+  const double middle = 0.5 * vessel.tree.paths[0].abscissa.back();
+  const WallLayers wall =
+      build_wall_layers(region, vessel.tree, {{0, middle - 3.0, middle + 3.0, 3.0}}, {});
+  expect_sound(wall, region);
+  const auto count = std::size_t(wall.lumen_vertex_count);
+  double thin = 10.0, thick = 0.0;
+  for (std::size_t v = 0; v < count; ++v) {
+    const Vec3& outside = wall.vertices[wall.vertices.size() - count + v];
+    EXPECT_NEAR(std::hypot(outside.x, outside.y), 1.5 * kOuter, 0.06);
+    if (std::abs(wall.vertices[v].z - 18.0) > 1.0) continue;
+    thin = std::min(thin, distance(wall.vertices[v], outside));
+    thick = std::max(thick, distance(wall.vertices[v], outside));
+  }
+  // The healthy wall on the one side; on the other, the lumen's lost diameter more.
+  EXPECT_NEAR(thin, 1.5 * (kOuter - 1.0), 0.06);
+  EXPECT_NEAR(thick, 1.5 * (kOuter - 1.0) + 1.5, 0.1);
+}
+
+struct Vessel {
+  const char* name;
+  test::Vessel (*make)();
+  bool has_room;  ///< for the whole wall everywhere
+};
+class WallAround : public testing::TestWithParam<Vessel> {};
+
+TEST_P(WallAround, IsSoundEverywhere) {
+  const test::Vessel vessel = GetParam().make();
+  const LumenMesh lumen = mesh_lumen(vessel.level_set, vessel.tree, {});
+  const ContactRegion region = region_of(lumen.open);
+  const WallLayers wall = build_wall_layers(region, vessel.tree, {}, {});
+  expect_sound(wall, region);
+  EXPECT_EQ(wall.warnings.empty(), GetParam().has_room);
+  const WallLayers again = build_wall_layers(region, vessel.tree, {}, {});
+  EXPECT_EQ(wall.vertices, again.vertices);
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Vessels, WallAround,
+    testing::Values(
+        Vessel{"Bend", [] { return test::make_arc(1.5, 7.0, 2.8, 0.3); }, true},
+        // The outside of the wall, at 1.6 radii, lies beyond the bend's centre.
+        Vessel{"SharpBend", [] { return test::make_arc(1.5, 2.0, 2.8, 0.2); }, true},
+        Vessel{"Fork", [] { return test::make_fork(1.5, 1.2, 12.0, 10.0, 0.6, 0.3); }, false},
+        Vessel{"NarrowFork", [] { return test::make_fork(1.5, 1.2, 12.0, 14.0, 0.35, 0.3); },
+               false},
+        Vessel{"Trifurcation",
+               [] { return test::make_branching(3, 1.5, 1.0, 10.0, 10.0, 0.7, 0.3); }, false}),
+    [](const testing::TestParamInfo<Vessel>& vessel) { return std::string(vessel.param.name); });
+
+TEST(WallLayers, OfNothingAreAnInputError) {
+  EXPECT_THROW(build_wall_layers({}, straight_line(1.5, 0.0, 10.0), {}, {}), InputError);
+}
+
+TEST(LeastCornerDeterminant, TellsARightHandedWedge) {
+  const std::vector<Vec3> x{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 2}, {1, 0, 2}, {0, 1, 2}};
+  EXPECT_DOUBLE_EQ(least_corner_determinant(x, {0, 1, 2, 3, 4, 5}), 2.0);
+  EXPECT_DOUBLE_EQ(least_corner_determinant(x, {3, 4, 5, 0, 1, 2}), -2.0);
+  EXPECT_DOUBLE_EQ(volume_of(x, {0, 1, 2, 3, 4, 5}), 1.0);
+}
+
+TEST(WallLayerOptions, DefaultsAreValid) { EXPECT_NO_THROW(WallLayerOptions{}.validate()); }
+
+TEST(WallLayerOptions, NamesWhatIsOutOfRange) {
+  WallLayerOptions options;
+  options.thickness_ratio = 0.5;
+  EXPECT_THAT([&] { options.validate(); },
+              testing::ThrowsMessage<OptionError>(testing::HasSubstr("thickness_ratio")));
+  options = {};
+  options.plaque_elements = 1;
+  EXPECT_THROW(options.validate(), OptionError);
+}
+
+}  // namespace
+}  // namespace angio::meshing
