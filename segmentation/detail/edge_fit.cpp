@@ -73,12 +73,12 @@ class BrickFit {
     part_inside(share_, distance_, model_.image.geometry.spacing);
     for (int axis = 0; axis < 3; ++axis) convolve(share_, blur_[std::size_t(axis)], axis, scratch_);
     explain(brick, border, sums, misfit);
-    if (is_wide_) {
+    if (is_wide_ && is_narrow_) {
       wide_pull_ = pull_;
       wide_hold_ = hold_;
       look_through(windows_.wide, wide_pull_, wide_hold_);
     }
-    look_through(windows_.narrow, pull_, hold_);
+    look_through(is_narrow_ ? windows_.narrow : windows_.wide, pull_, hold_);
     return shifts(brick.size, border);
   }
 
@@ -98,8 +98,8 @@ class BrickFit {
   const EdgeModel& model_;
   const BlurKernels& blur_;
   const Windows& windows_;
-  bool is_wide_ = false;
-  std::vector<float> wide_part_;  ///< as the shifts
+  bool is_wide_ = false, is_narrow_ = true;  ///< windows that have a part
+  std::vector<float> wide_part_;             ///< as the shifts
   Patch distance_, share_, pull_, hold_, wide_pull_, wide_hold_;
   std::vector<float> scratch_;
 };
@@ -112,6 +112,7 @@ void BrickFit::read_wide_part(const Brick& brick) {
     for (int j = 0; j <= brick.size[1]; ++j, row += width)
       windows_.wide_part.row(brick.first[0], brick.first[1] + j, brick.first[2] + k, width, row);
   is_wide_ = std::any_of(wide_part_.begin(), wide_part_.end(), [](float w) { return w > 0.0f; });
+  is_narrow_ = std::any_of(wide_part_.begin(), wide_part_.end(), [](float w) { return w < 1.0f; });
 }
 
 void BrickFit::explain(const Brick& brick, int border, BlurSums& sums, Misfit& misfit) {
@@ -190,7 +191,7 @@ std::vector<float> BrickFit::shifts(const std::array<int, 3>& size, int border) 
       for (int i = 0; i <= size[0]; ++i, ++n) {
         const std::size_t v = pull_.offset(i + border, j + border, k + border);
         float pull = pull_.values[v], hold = hold_.values[v];
-        if (is_wide_) {
+        if (is_wide_ && is_narrow_) {
           pull += wide_part_[n] * (wide_pull_.values[v] - pull);
           hold += wide_part_[n] * (wide_hold_.values[v] - hold);
         }
@@ -275,6 +276,8 @@ CoarseField wide_part_for(Misfit misfit, const Windows& windows, double noise_sh
 void smooth_unexplained(Volume<float>& phi, const FineGrid& fine, const std::vector<Brick>& bricks,
                         const Windows& windows, float band) {
   constexpr double kVariance = 0.25;  // [voxels^2]
+  const auto& parts = windows.wide_part.coarse().values;
+  if (*std::max_element(parts.begin(), parts.end()) <= 0.0f) return;
   const Volume<float> before = phi;
   BlurKernels kernels;
   int border = 1;
