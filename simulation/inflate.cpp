@@ -7,19 +7,12 @@
 
 #include "core/error.hpp"
 #include "core/units.hpp"
-#include "simulation/detail/capsule.hpp"
-#include "simulation/detail/material.hpp"
-#include "simulation/detail/membrane_term.hpp"
+#include "simulation/detail/free_states.hpp"
 
 namespace angio::simulation {
 namespace {
 
 using namespace detail;
-using Control = Enclosure::Control;
-
-constexpr double kMostGrowth = 1.25;  // of the volume in one step; more may be a jump
-constexpr double kLeastStep = 1e-4;   // of a target, before a limit point is believed
-constexpr int kMostIterations = 40;   // of a step: what takes longer is better halved
 
 void check(const char* field, double value, double low, double high) {
   if (value >= low && value <= high) return;
@@ -28,152 +21,60 @@ void check(const char* field, double value, double low, double high) {
   throw OptionError(text);
 }
 
-// A spring that holds the end of a piece of tube plane, over the membrane's stiffness: the ends are
-// out of plane by its inverse.
-constexpr double kPlaneStiffness = 1e3;
-
-Capsule mesh_of(const FreeBalloon& balloon, int around) {
-  return balloon.ends == BalloonEnds::hemispheres
-             ? make_capsule(balloon.radius_mm, balloon.length_mm, around)
-             : make_tube_piece(balloon.radius_mm, around);
+// The balloon's enclosed volume over that of what is meshed, unloaded: facets lie around the
+// circle, and a piece of tube is short.
+double smooth_volume(const FreeBalloon& balloon, const Capsule& capsule) {
+  const double r = balloon.radius_mm;
+  const double caps = balloon.ends == BalloonEnds::hemispheres ? 4.0 / 3.0 * r : 0.0;
+  return units::kPi * r * r * (balloon.length_mm + caps) / enclosed_volume(capsule.mesh);
 }
 
-std::vector<char> fixed_of(const Capsule& capsule, BalloonEnds ends) {
-  std::vector<char> fixed = detail::without_rigid_motion(capsule);
-  if (ends == BalloonEnds::hemispheres) return fixed;
-  // The poles hold nothing here: three vertices on the axes x and y do, against shift and turn.
-  const int first = capsule.middle_ring * capsule.around;
-  fixed[std::size_t(first)] = fixed[std::size_t(first + capsule.around / 2)] = kFixedY;
-  fixed[std::size_t(first + capsule.around / 4)] = kFixedX;
-  const auto hold = [&](int ring, int pole) {
-    for (int k = 0; k < capsule.around; ++k)
-      fixed[std::size_t(ring * capsule.around + k)] |= kFixedZ;
-    fixed[std::size_t(pole)] |= kFixedZ;
+double mean_z(const Capsule& capsule, const std::vector<Vec3>& x, int ring) {
+  double sum = 0.0;
+  for (int k = 0; k < capsule.around; ++k) sum += x[std::size_t(ring * capsule.around + k)].z;
+  return sum / capsule.around;
+}
+
+// Of the middle ring's vertices from their centre.
+double mean_radius(const Capsule& capsule, const std::vector<Vec3>& x) {
+  const auto ring = x.begin() + std::ptrdiff_t(capsule.middle_ring) * capsule.around;
+  Vec3 centre;
+  double sum = 0.0;
+  for (int k = 0; k < capsule.around; ++k) centre += (1.0 / capsule.around) * ring[k];
+  for (int k = 0; k < capsule.around; ++k) sum += distance(ring[k], centre);
+  return sum / capsule.around;
+}
+
+// H / sqrt(I3) of the triangles on both sides of the middle ring.
+double thickness_at_middle(const Capsule& capsule, const std::vector<Vec3>& x, double wall) {
+  const auto area = [](const std::vector<Vec3>& at, const Triangle& t) {
+    const Vec3& a = at[std::size_t(t[0])];
+    return norm(cross(at[std::size_t(t[1])] - a, at[std::size_t(t[2])] - a));
   };
-  hold(capsule.first_ring, capsule.low_pole);
-  if (ends == BalloonEnds::fixed_length) hold(capsule.last_ring, capsule.high_pole);
-  return fixed;
+  double before = 0.0, now = 0.0;
+  const int first = capsule.middle_ring * capsule.around, last = first + capsule.around;
+  for (const Triangle& t : capsule.skin)
+    if (std::any_of(t.begin(), t.end(), [&](int v) { return v >= first && v < last; })) {
+      before += area(capsule.mesh.vertices, t);
+      now += area(x, t);
+    }
+  return wall * before / now;
 }
 
-// A balloon at rest, on its way through states of rest.
-class Bench {
- public:
-  Bench(const FreeBalloon& balloon, const InflateOptions& options)
-      : capsule_(mesh_of(balloon, options.around)),
-        wall_mm_(balloon.material.wall_mm),
-        skin_(skin_law(balloon.material), capsule_.skin, capsule_.mesh.vertices, wall_mm_,
-              hoop_fibres(capsule_.skin, capsule_.mesh.vertices, {{0, 0, 0}, {0, 0, 1}})),
-        plane_(capsule_, kPlaneStiffness *
-                             (moduli(balloon.material).c1 + moduli(balloon.material).c2) *
-                             wall_mm_),
-        terms_{&skin_},
-        fixed_(fixed_of(capsule_, balloon.ends)),
-        x_(capsule_.mesh.vertices),
-        lengths_(balloon.length_mm / capsule_.length) {
-    if (balloon.ends == BalloonEnds::tube) terms_.push_back(&plane_);
-    newton_.tolerance = options.tolerance;
-    newton_.most_iterations = kMostIterations;
-    state_.volume = enclosed_volume(capsule_.mesh);
-    const double r = balloon.radius_mm, caps = balloon.ends == BalloonEnds::hemispheres ? r : 0.0;
-    smooth_volume_ = units::kPi * r * r * (balloon.length_mm + 4.0 / 3.0 * caps) / state_.volume;
-  }
-  Bench(const Bench&) = delete;  // terms_ points into it
-  Bench& operator=(const Bench&) = delete;
-
-  // The balloon's enclosed volume over that of what is meshed, unloaded: facets lie around the
-  // circle, and a piece of tube is short.
-  [[nodiscard]] double smooth_volume() const { return smooth_volume_; }
-  [[nodiscard]] double volume() const { return smooth_volume_ * state_.volume; }
-
-  // Goes on to a pressure [Pa] or volume [mm^3] that is no less than the present one.
-  // @return false if there is no state of rest on the way; the last one is kept
-  bool advance(Control control, double target) {
-    double at = control == Control::pressure ? state_.pressure : state_.volume;
-    double step = control == Control::pressure ? target - at
-                                               : std::min(target - at, (kMostGrowth - 1.0) * at);
-    while (step > 0.0) {
-      const double next = target - at <= 1.001 * step ? target : at + step;
-      if (try_state(control, next)) {
-        at = next;
-        step = std::min(2.0 * step, target - at);
-        if (control == Control::volume) step = std::min(step, (kMostGrowth - 1.0) * at);
-      } else {
-        step = 0.5 * (next - at);
-        if (step < kLeastStep * target) return false;
-      }
-    }
-    return true;
-  }
-
-  [[nodiscard]] InflationPoint measure() const {
-    InflationPoint point;
-    point.pressure_atm = units::atm_from_pascal(state_.pressure);
-    point.volume_mm3 = volume();
-    point.energy_mj = 1e-6 * lengths_ * state_.energy;
-    point.residual = state_.residual;
-    point.length_mm = lengths_ * (mean_z(capsule_.last_ring) - mean_z(capsule_.first_ring));
-    point.diameter_mm = 2.0 * mean_radius(capsule_.middle_ring) / capsule_.circle_factor;
-    point.wall_mm = thickness_at_middle();
-    return point;
-  }
-
- private:
-  bool try_state(Control control, double target) {
-    std::vector<Vec3> x = x_;
-    const NewtonResult result =
-        minimize(terms_, fixed_, x, newton_,
-                 {capsule_.mesh.triangles, control, target, 0.0, state_.pressure});
-    if (!result.converged || result.volume > kMostGrowth * state_.volume ||
-        !(result.volume > state_.volume))
-      return false;
-    x_ = std::move(x);
-    state_ = result;
-    return true;
-  }
-
-  [[nodiscard]] double mean_z(int ring) const {
-    double sum = 0.0;
-    for (int k = 0; k < capsule_.around; ++k) sum += x_[std::size_t(ring * capsule_.around + k)].z;
-    return sum / capsule_.around;
-  }
-
-  [[nodiscard]] double mean_radius(int ring) const {
-    double sum = 0.0;
-    for (int k = 0; k < capsule_.around; ++k) {
-      const Vec3& p = x_[std::size_t(ring * capsule_.around + k)];
-      sum += std::hypot(p.x, p.y);
-    }
-    return sum / capsule_.around;
-  }
-
-  // H / sqrt(I3) of the triangles on both sides of the middle ring.
-  [[nodiscard]] double thickness_at_middle() const {
-    const auto area = [](const std::vector<Vec3>& x, const Triangle& t) {
-      const Vec3& a = x[std::size_t(t[0])];
-      return norm(cross(x[std::size_t(t[1])] - a, x[std::size_t(t[2])] - a));
-    };
-    double before = 0.0, now = 0.0;
-    const int first = capsule_.middle_ring * capsule_.around, last = first + capsule_.around;
-    for (const Triangle& t : capsule_.skin)
-      if (std::any_of(t.begin(), t.end(), [&](int v) { return v >= first && v < last; })) {
-        before += area(capsule_.mesh.vertices, t);
-        now += area(x_, t);
-      }
-    return wall_mm_ * before / now;
-  }
-
-  Capsule capsule_;
-  double wall_mm_;
-  MembraneTerm skin_;
-  PlaneTerm plane_;
-  std::vector<const EnergyTerm*> terms_;
-  std::vector<char> fixed_;
-  NewtonOptions newton_;
-  std::vector<Vec3> x_;
-  NewtonResult state_;
-  double lengths_;  // of what is meshed in the balloon
-  double smooth_volume_ = 1.0;
-};
+InflationPoint measure(const FreeBalloon& balloon, const Capsule& capsule, const FreeState& state) {
+  const double lengths = balloon.length_mm / capsule.length;
+  InflationPoint point;
+  point.pressure_atm = units::atm_from_pascal(state.pressure);
+  point.volume_mm3 = smooth_volume(balloon, capsule) * state.volume;
+  point.energy_mj = 1e-6 * lengths * skin_of(balloon, capsule).value(state.x);
+  point.residual = state.residual;
+  point.converged = state.converged;
+  point.length_mm = lengths * (mean_z(capsule, state.x, capsule.last_ring) -
+                               mean_z(capsule, state.x, capsule.first_ring));
+  point.diameter_mm = 2.0 * mean_radius(capsule, state.x) / capsule.circle_factor;
+  point.wall_mm = thickness_at_middle(capsule, state.x, balloon.material.wall_mm);
+  return point;
+}
 
 void check_volumes(const std::vector<double>& volumes, double unloaded) {
   for (const double v : volumes) {
@@ -187,7 +88,26 @@ void check_volumes(const std::vector<double>& volumes, double unloaded) {
   }
 }
 
+void check_solver(const FreeBalloon& balloon, const InflateOptions& options) {
+  if (options.solver == InflateSolver::newton) return;
+  if (balloon.ends != BalloonEnds::hemispheres)
+    throw OptionError(
+        "a piece of a tube is asked for (only the solver newton knows how its ends move). Use "
+        "newton, or hemispherical ends");
+  if (options.solver == InflateSolver::paper && !options.volumes_mm3.empty())
+    throw OptionError(
+        "the solver paper is asked to hold a volume (it takes pressures only). Use vbd or newton");
+  if (options.solver == InflateSolver::paper && !balloon.material.chart.empty())
+    throw OptionError(
+        "the solver paper is asked to follow a chart (it knows no fibres). Use vbd or newton");
+}
+
 }  // namespace
+
+double InflateOptions::tolerance_in_force() const {
+  if (tolerance > 0.0) return tolerance;
+  return solver == InflateSolver::newton ? 1e-8 : 1e-4;
+}
 
 void FreeBalloon::validate() const {
   check("balloon.radius_mm", radius_mm, 0.1, 50.0);
@@ -211,7 +131,7 @@ void InflateOptions::validate() const {
   if (around % 4 != 0)
     throw OptionError("inflate.around is " + std::to_string(around) +
                       " (it must be a multiple of 4)");
-  check("inflate.tolerance", tolerance, 1e-12, 1e-3);
+  check("inflate.tolerance", tolerance, 0.0, 1e-2);
 }
 
 FreeBalloon free_balloon(const CatalogueBalloon& balloon) {
@@ -229,24 +149,24 @@ std::vector<InflationPoint> inflate(const FreeBalloon& balloon, const InflateOpt
                                     const Progress& progress) {
   balloon.validate();
   options.validate();
-  Bench bench(balloon, options);
-  const Control control = options.volumes_mm3.empty() ? Control::pressure : Control::volume;
-  check_volumes(options.volumes_mm3, bench.volume());
-  std::vector<double> targets;
-  for (const double v : options.volumes_mm3) targets.push_back(v / bench.smooth_volume());
-  for (const double p : options.pressures_atm) targets.push_back(units::pascal_from_atm(p));
-  std::vector<std::size_t> order(targets.size());
+  check_solver(balloon, options);
+  const Capsule capsule = mesh_of(balloon, options.around);
+  const double smooth = smooth_volume(balloon, capsule);
+  check_volumes(options.volumes_mm3, smooth * enclosed_volume(capsule.mesh));
+  const Hold hold = options.volumes_mm3.empty() ? Hold::pressure : Hold::volume;
+  std::vector<double> asked;
+  for (const double v : options.volumes_mm3) asked.push_back(v / smooth);
+  for (const double p : options.pressures_atm) asked.push_back(units::pascal_from_atm(p));
+  std::vector<std::size_t> order(asked.size());
   std::iota(order.begin(), order.end(), std::size_t(0));
   std::stable_sort(order.begin(), order.end(),
-                   [&](std::size_t a, std::size_t b) { return targets[a] < targets[b]; });
-  std::vector<InflationPoint> points(targets.size());
-  bool found = true;
-  for (std::size_t i = 0; i < order.size(); ++i) {
-    found = found && bench.advance(control, targets[order[i]]);
-    points[order[i]] = bench.measure();
-    points[order[i]].converged = found;
-    progress.report(double(i + 1) / double(order.size()), "inflate");
-  }
+                   [&](std::size_t a, std::size_t b) { return asked[a] < asked[b]; });
+  std::vector<double> rising;
+  for (const std::size_t i : order) rising.push_back(asked[i]);
+  const auto states = find_states(balloon, capsule, options, hold, rising, progress);
+  std::vector<InflationPoint> points(asked.size());
+  for (std::size_t i = 0; i < order.size(); ++i)
+    points[order[i]] = measure(balloon, capsule, states[i]);
   return points;
 }
 

@@ -37,13 +37,25 @@ struct FreeBalloon {
 /// half of its rest_diameter_mm, else half of the nominal diameter.
 FreeBalloon free_balloon(const CatalogueBalloon& balloon);
 
+enum class InflateSolver {
+  newton,  ///< sparse Newton's method on the CPU: the reference
+  vbd,     ///< vertex block descent, the solver of simulate(), in single precision
+  paper,   ///< the seed paper's position based dynamics: not convergent, for comparison only
+};
+
 struct InflateOptions {
   std::vector<double> pressures_atm;  ///< above the outside, each in [0, 100]
   std::vector<double> volumes_mm3;    ///< enclosed, no less than the unloaded volume; either these
                                       ///< or the pressures are given
-  int around = 24;          ///< vertices around the balloon, 8, 12, .. 256: the error of the
-                            ///< diameter falls with its square
-  double tolerance = 1e-8;  ///< of NewtonResult's residual, [1e-12, 1e-3]
+  int around = 24;  ///< vertices around the balloon, 8, 12, .. 256: the error of the
+                    ///< diameter falls with its square
+  /// Of the unbalanced force, relative, [0, 0.01]; vbd: also of the way still to go. 0: 1e-8 for
+  /// newton, 1e-4 for vbd.
+  double tolerance = 0.0;
+  InflateSolver solver = InflateSolver::newton;
+  Backend backend = Backend::automatic;  ///< of vbd
+
+  [[nodiscard]] double tolerance_in_force() const;
 
   void validate() const;
 };
@@ -58,15 +70,16 @@ struct InflationPoint {
   double energy_mj = 0.0;     ///< stored in the membrane [mJ]
   double residual = 0.0;      ///< unbalanced force over the forces that balance
   /// False: no state of rest was found. Under pressure the balloon then is past its limit point,
-  /// and the other values are those of the last state before it.
+  /// and the other values are those of the last state before it (newton) or of where the solver
+  /// stopped (vbd). The solver paper never is at rest.
   bool converged = false;
 };
 
-/// Finds the balloon's state of rest for every pressure or volume that is asked for, in that order,
-/// by the sparse Newton solver (detail/newton.hpp).
+/// Finds the balloon's state of rest for every pressure or volume that is asked for, in that order.
 ///
-/// Each state is reached from the unloaded one through states of rest, so that under pressure it is
-/// the one that a slow inflation meets first. Volumes go past a limit point, pressures do not.
+/// Newton's method reaches each from the unloaded one through states of rest, so that under
+/// pressure it is the one that a slow inflation meets first. Volumes go past a limit point,
+/// pressures do not.
 std::vector<InflationPoint> inflate(const FreeBalloon& balloon, const InflateOptions& options,
                                     const Progress& progress = {});
 

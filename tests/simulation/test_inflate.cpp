@@ -32,6 +32,18 @@ double atm_of_load(double load_mpa) {  // p R / H
   return units::atm_from_pascal(units::pascal_from_megapascal(load_mpa) * kWall / kRadius);
 }
 
+InflateOptions at_pressures(std::vector<double> pressures_atm) {
+  InflateOptions options;
+  options.pressures_atm = std::move(pressures_atm);
+  return options;
+}
+
+InflateOptions at_volumes(std::vector<double> volumes_mm3) {
+  InflateOptions options;
+  options.volumes_mm3 = std::move(volumes_mm3);
+  return options;
+}
+
 InflateOptions at_loads(const std::vector<double>& loads_mpa) {
   InflateOptions options;
   for (const double load : loads_mpa) options.pressures_atm.push_back(atm_of_load(load));
@@ -114,7 +126,7 @@ TEST(Inflate, ATubeOfFixedLengthFollowsItsClosedForm) {
 
 TEST(Inflate, AStiffBalloonGrowsAsTheLinearElasticCylinder) {
   FreeBalloon balloon;  // dD / D = p R (1 - nu / 2) / (E t) for small strains
-  const auto points = inflate(balloon, {.pressures_atm = {0.5}, .volumes_mm3 = {}});
+  const auto points = inflate(balloon, at_pressures({0.5}));
   const double strain = units::pascal_from_atm(0.5) * 1.5 * 0.75 / (900e6 * 0.02);
   EXPECT_NEAR(points[0].diameter_mm / 3.0 - 1.0, strain, 0.01 * strain);
 }
@@ -151,8 +163,7 @@ TEST(Inflate, ChartedBalloonsGrowLongerByNoMoreThanMeasuredOnes) {
     balloon.material.wall_mm = charted.wall_mm;
     balloon.material.chart = charted.chart;
     balloon.radius_mm = 0.5 * rest_diameter_mm(charted.chart);
-    const auto points =
-        inflate(balloon, {.pressures_atm = {charted.chart.back().pressure_atm}, .volumes_mm3 = {}});
+    const auto points = inflate(balloon, at_pressures({charted.chart.back().pressure_atm}));
     EXPECT_GT(points[0].length_mm, 20.0) << charted.name;
     EXPECT_LT(points[0].length_mm, 22.0) << charted.name;
   }
@@ -170,9 +181,37 @@ TEST(Inflate, WorkOfThePressureIsTheEnergyStored) {
   EXPECT_NEAR(work, points.back().energy_mj, 0.01 * work);
 }
 
+TEST(Inflate, VertexBlockDescentFindsTheStatesOfNewton) {
+  FreeBalloon balloon = rubber(BalloonEnds::hemispheres);
+  balloon.length_mm = 8.0;
+  InflateOptions options = at_loads({1.5, 3.0, 4.5});
+  options.around = 16;
+  const auto newton = inflate(balloon, options);
+  options.solver = InflateSolver::vbd;
+  options.backend = Backend::cpu;
+  const auto descent = inflate(balloon, options);
+  for (std::size_t i = 0; i < newton.size(); ++i) {
+    EXPECT_TRUE(descent[i].converged);
+    EXPECT_NEAR(descent[i].diameter_mm, newton[i].diameter_mm, 5e-4 * newton[i].diameter_mm);
+    EXPECT_NEAR(descent[i].volume_mm3, newton[i].volume_mm3, 1e-3 * newton[i].volume_mm3);
+    EXPECT_NEAR(descent[i].energy_mj, newton[i].energy_mj, 5e-3 * newton[i].energy_mj);
+  }
+}
+
+TEST(Inflate, ThePapersSolverIsNeverAtRestAndSaysSo) {
+  FreeBalloon balloon = rubber(BalloonEnds::hemispheres);
+  balloon.length_mm = 4.0;
+  InflateOptions options = at_loads({3.0});
+  options.around = 12;
+  options.solver = InflateSolver::paper;
+  const auto points = inflate(balloon, options);
+  EXPECT_FALSE(points[0].converged);
+  EXPECT_GT(points[0].residual, 0.01);
+  EXPECT_TRUE(std::isfinite(points[0].diameter_mm));
+}
+
 TEST(Inflate, PointsComeInTheOrderAskedFor) {
-  const auto points =
-      inflate(rubber(BalloonEnds::tube), {.pressures_atm = {0.3, 0.0, 0.6}, .volumes_mm3 = {}});
+  const auto points = inflate(rubber(BalloonEnds::tube), at_pressures({0.3, 0.0, 0.6}));
   EXPECT_LT(points[1].diameter_mm, points[0].diameter_mm);
   EXPECT_LT(points[0].diameter_mm, points[2].diameter_mm);
   EXPECT_NEAR(points[1].diameter_mm, 2.0 * kRadius, 1e-9);
@@ -182,23 +221,28 @@ TEST(Inflate, PointsComeInTheOrderAskedFor) {
 
 TEST(Inflate, RefusesNonsense) {
   const FreeBalloon good = rubber(BalloonEnds::tube);
+  InflateOptions both = at_pressures({1.0});
+  both.volumes_mm3 = {100.0};
   EXPECT_THROW(inflate(good, {}), OptionError);
-  EXPECT_THROW(inflate(good, {.pressures_atm = {1.0}, .volumes_mm3 = {100.0}}), OptionError);
-  EXPECT_THROW(inflate(good, {.pressures_atm = {-1.0}, .volumes_mm3 = {}}), OptionError);
-  EXPECT_THROW(inflate(good, {.pressures_atm = {std::nan("")}, .volumes_mm3 = {}}), OptionError);
-  EXPECT_THROW(inflate(good, {.pressures_atm = {}, .volumes_mm3 = {1.0}}), InputError);
+  EXPECT_THROW(inflate(good, both), OptionError);
+  EXPECT_THROW(inflate(good, at_pressures({-1.0})), OptionError);
+  EXPECT_THROW(inflate(good, at_pressures({std::nan("")})), OptionError);
+  EXPECT_THROW(inflate(good, at_volumes({1.0})), InputError);
+  InflateOptions piece = at_loads({1.0});
+  piece.solver = InflateSolver::vbd;  // knows no moving end planes
+  EXPECT_THROW(inflate(good, piece), OptionError);
   FreeBalloon bad = good;
   bad.material.wall_mm = 0.0;
-  EXPECT_THROW(inflate(bad, {.pressures_atm = {1.0}, .volumes_mm3 = {}}), OptionError);
+  EXPECT_THROW(inflate(bad, at_pressures({1.0})), OptionError);
   bad = good;
   bad.material.name = "paper";
-  EXPECT_THROW(inflate(bad, {.pressures_atm = {1.0}, .volumes_mm3 = {}}), OptionError);
+  EXPECT_THROW(inflate(bad, at_pressures({1.0})), OptionError);
   bad = good;
   bad.radius_mm = std::nan("");
-  EXPECT_THROW(inflate(bad, {.pressures_atm = {1.0}, .volumes_mm3 = {}}), OptionError);
+  EXPECT_THROW(inflate(bad, at_pressures({1.0})), OptionError);
   bad = good;
   bad.material.chart = {{4, 2.85}, {6, 2.93}};  // another radius
-  EXPECT_THROW(inflate(bad, {.pressures_atm = {1.0}, .volumes_mm3 = {}}), OptionError);
+  EXPECT_THROW(inflate(bad, at_pressures({1.0})), OptionError);
 }
 
 CatalogueBalloon entry() {
