@@ -1,6 +1,8 @@
 #include "simulation/detail/solid_model.hpp"
 
+#include <algorithm>
 #include <cmath>
+#include <map>
 #include <numbers>
 
 #include "core/parallel.hpp"
@@ -55,15 +57,75 @@ void set_entries(const LayeredWall& wall, SolidModel& model) {
   for (std::size_t c = 0; c < model.corners.size(); ++c)
     model.entries[static_cast<std::size_t>(next[static_cast<std::size_t>(model.corners[c])]++)] =
         static_cast<int>(c);
+  for (std::size_t v = 0; v < wall.vertices.size(); ++v)
+    std::stable_sort(model.entries.begin() + model.entry_begin[v],
+                     model.entries.begin() + model.entry_begin[v + 1], [&](int a, int b) {
+                       return model.patch[static_cast<std::size_t>(a / 6)] <
+                              model.patch[static_cast<std::size_t>(b / 6)];
+                     });
+}
+
+// A side that two wedges of a layer share, by its edge on the lumen's side.
+struct Side {
+  double length = 0.0;
+  std::size_t a = 0, b = 0;  // the wedges
+};
+
+std::vector<Side> shared_sides(const LayeredWall& wall) {
+  std::map<std::pair<int, int>, std::size_t> open;
+  std::vector<Side> sides;
+  for (std::size_t w = 0; w < wall.wedges.size(); ++w)
+    for (std::size_t a = 0; a < 3; ++a) {
+      const int i = wall.wedges[w][a], j = wall.wedges[w][(a + 1) % 3];
+      const auto [other, is_new] = open.insert({std::minmax(i, j), w});
+      if (is_new || wall.region[other->second] != wall.region[w]) continue;
+      sides.push_back({distance(wall.vertices[static_cast<std::size_t>(i)],
+                                wall.vertices[static_cast<std::size_t>(j)]),
+                       other->second, w});
+    }
+  std::stable_sort(sides.begin(), sides.end(),
+                   [](const Side& a, const Side& b) { return a.length > b.length; });
+  return sides;
+}
+
+// Wedges in twos across their longest sides; what is left over joins a neighbour's two.
+void set_patches(const LayeredWall& wall, SolidModel& model) {
+  const std::vector<Side> sides = shared_sides(wall);
+  std::vector<int> size;
+  model.patch.assign(wall.wedges.size(), -1);
+  for (const Side& side : sides)
+    if (model.patch[side.a] < 0 && model.patch[side.b] < 0) {
+      model.patch[side.a] = model.patch[side.b] = static_cast<int>(size.size());
+      size.push_back(2);
+    }
+  for (const Side& side : sides)
+    for (const auto& [one, other] : {std::pair{side.a, side.b}, std::pair{side.b, side.a}})
+      if (const int p = model.patch[other];
+          model.patch[one] < 0 && p >= 0 && size[static_cast<std::size_t>(p)] < kMostPatchWedges) {
+        model.patch[one] = p;
+        ++size[static_cast<std::size_t>(p)];
+      }
+  for (int& p : model.patch)
+    if (p < 0) {
+      p = static_cast<int>(size.size());
+      size.push_back(1);
+    }
+  model.patch_begin.assign(1, 0);
+  for (const int n : size) model.patch_begin.push_back(model.patch_begin.back() + n);
+  std::vector<int> next(model.patch_begin.begin(), model.patch_begin.end() - 1);
+  model.patch_wedges.resize(wall.wedges.size());
+  for (std::size_t w = 0; w < wall.wedges.size(); ++w)
+    model.patch_wedges[static_cast<std::size_t>(next[static_cast<std::size_t>(model.patch[w])]++)] =
+        static_cast<int>(w);
 }
 
 WallStress stress_of(const SolidModel& model, std::size_t w, const std::array<Vec3, 6>& x,
                      const WallState& state, const LayeredWall& wall) {
-  const SolidView<double> view = model.view(nullptr);
+  const SolidView<double> view = model.view(state.vertices.data());
   const SolidWedge<double> wedge = view.wedge(static_cast<int>(w));
   WallStress out;
-  out.volume_ratio = wedge_volume(x.data()) / wedge.volume;
-  const double pressure = volume_energy(wedge.law.bulk, out.volume_ratio).d1;
+  out.volume_ratio = wedge_volume(x.data()) / model.volume[w];
+  const double pressure = patch_energy(view, model.patch[w]).d1;
   Mat3 sum, seen;
   for (std::size_t q = 0; q < kWedgePoints; ++q) {
     const Mat3 f = solid::deformation(wedge.points[q], x.data());
@@ -105,7 +167,10 @@ SolidView<double> SolidModel::view(const Vec3* x) const {
   out.corners = corners.data();
   out.points = points.data();
   out.fibers = fibers.data();
-  out.volume = volume.data();
+  out.patch = patch.data();
+  out.patch_begin = patch_begin.data();
+  out.patch_wedges = patch_wedges.data();
+  out.patch_volume = patch_volume.data();
   out.region = region.data();
   out.laws = laws.data();
   out.entry_begin = entry_begin.data();
@@ -136,6 +201,7 @@ SolidModel make_solid_model(const LayeredWall& wall, const WallOptions& options)
       model.mass[static_cast<std::size_t>(v)] += density * wedge_volume(x.data()) / 6.0;
   }
   set_directions(wall, options, model);
+  set_patches(wall, model);
   set_entries(wall, model);
   model.foundation.assign(wall.vertices.size(), 0.0);
   for (const Triangle& t : wall.outer_triangles) {
@@ -153,10 +219,13 @@ SolidModel make_solid_model(const LayeredWall& wall, const WallOptions& options)
 void set_memory(const WallState& state, SolidModel& model) {
   model.points.resize(model.mesh_points.size());
   model.volume.assign(model.region.size(), 0.0);
+  model.patch_volume.assign(model.patch_begin.size() - 1, 0.0);
   for (std::size_t p = 0; p < model.points.size(); ++p) {
     model.points[p] =
         prestressed(model.mesh_points[p], state.prestress[p] * inverse(state.plastic[p]));
     model.volume[p / kWedgePoints] += model.points[p].weight;
+    model.patch_volume[static_cast<std::size_t>(model.patch[p / kWedgePoints])] +=
+        model.points[p].weight;
   }
 }
 

@@ -11,9 +11,12 @@ namespace angio::simulation::detail {
 struct SolidModel {
   std::vector<int> corners;                     ///< [wedge][6]
   std::vector<int> region;                      ///< [wedge]
-  std::vector<int> entry_begin, entries;        ///< wedges around a vertex: 6 wedge + corner
+  std::vector<int> entry_begin, entries;        ///< around a vertex: 6 wedge + corner, by patch
   std::vector<SolidPoint<double>> mesh_points;  ///< of the mesh's shape, shape [2 wedge]
   std::vector<SolidPoint<double>> points;       ///< with pre-stress and plastic stretch
+  std::vector<int> patch;                       ///< shape [wedge]
+  std::vector<int> patch_begin, patch_wedges;   ///< wedges that share one dilatation
+  std::vector<double> patch_volume;             ///< unloaded [mm^3]
   std::vector<double> volume;                   ///< unloaded [mm^3], shape [wedge]
   std::vector<Vec3> fibers;                     ///< [wedge][2], unit
   std::vector<Vec3> around;                     ///< the circumference's direction, shape [wedge]
@@ -23,6 +26,7 @@ struct SolidModel {
 
   [[nodiscard]] SolidView<double> view(const Vec3* x) const;
   [[nodiscard]] int wedge_count() const { return static_cast<int>(region.size()); }
+  [[nodiscard]] int patch_count() const { return static_cast<int>(patch_volume.size()); }
 };
 
 /// @param wall  as check_wall takes it

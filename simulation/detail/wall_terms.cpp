@@ -22,19 +22,31 @@ void clamp_wedge(Mat3 (*hessian)[6]) {
     for (int b = 0; b < 18; ++b) hessian[a / 3][b / 3](a % 3, b % 3) = h(a, b);
 }
 
+// What a patch gives, kept until it is its turn.
 struct Share {
-  Vec3 gradient[6];
-  Mat3 hessian[6][6];
+  struct Block {
+    int i, j;
+    Mat3 value;
+  };
+  std::vector<std::pair<int, Vec3>> gradient;
+  std::vector<Block> blocks;
+  void add_gradient(int v, const Vec3& slope) { gradient.emplace_back(v, slope); }
+  void add_block(int i, int j, const Mat3& value) { blocks.push_back({i, j, value}); }
 };
 
 }  // namespace
 
 double SolidTerm::value(const std::vector<Vec3>& x) const {
-  std::vector<double> energy(model_.region.size());
-  parallel_for(model_.wedge_count(), [&](std::ptrdiff_t w) {
-    const std::array<Vec3, 6> corners = corners_of(model_, static_cast<int>(w), x);
-    energy[static_cast<std::size_t>(w)] =
-        wedge_energy(model_.view(nullptr).wedge(static_cast<int>(w)), corners.data());
+  const SolidView<double> view = model_.view(x.data());
+  std::vector<double> energy(model_.patch_volume.size());
+  parallel_for(model_.patch_count(), [&](std::ptrdiff_t index) {
+    const int patch = static_cast<int>(index);
+    double sum =
+        model_.patch_volume[static_cast<std::size_t>(index)] * patch_energy(view, patch).value;
+    for (int m = view.patch_begin[patch]; m < view.patch_begin[patch + 1]; ++m)
+      sum += wedge_energy(view.wedge(view.patch_wedges[m]),
+                          corners_of(model_, view.patch_wedges[m], x).data());
+    energy[static_cast<std::size_t>(index)] = sum;
   });
   double sum = 0.0;
   for (const double e : energy) sum += e;
@@ -42,22 +54,18 @@ double SolidTerm::value(const std::vector<Vec3>& x) const {
 }
 
 void SolidTerm::add(const std::vector<Vec3>& x, bool clamp, Assembly& out) const {
-  std::vector<Share> shares(model_.region.size());
-  parallel_for(model_.wedge_count(), [&](std::ptrdiff_t w) {
-    const std::array<Vec3, 6> corners = corners_of(model_, static_cast<int>(w), x);
-    const SolidWedge<double> wedge = model_.view(nullptr).wedge(static_cast<int>(w));
-    Share& share = shares[static_cast<std::size_t>(w)];
-    wedge_gradient(wedge, corners.data(), share.gradient);
-    wedge_hessian(wedge, corners.data(), share.hessian);
-    if (clamp) clamp_wedge(share.hessian);
+  const SolidView<double> view = model_.view(x.data());
+  std::vector<Share> shares(model_.patch_volume.size());
+  parallel_for(model_.patch_count(), [&](std::ptrdiff_t patch) {
+    add_patch(view, static_cast<int>(patch), shares[static_cast<std::size_t>(patch)],
+              [clamp](Mat3(*hessian)[6]) {
+                if (clamp) clamp_wedge(hessian);
+              });
   });
-  for (std::size_t w = 0; w < shares.size(); ++w)
-    for (std::size_t a = 0; a < 6; ++a) {
-      out.add_gradient(model_.corners[6 * w + a], shares[w].gradient[a]);
-      for (std::size_t b = a; b < 6; ++b)
-        out.add_block(model_.corners[6 * w + a], model_.corners[6 * w + b],
-                      shares[w].hessian[a][b]);
-    }
+  for (const Share& share : shares) {
+    for (const auto& [v, slope] : share.gradient) out.add_gradient(v, slope);
+    for (const Share::Block& block : share.blocks) out.add_block(block.i, block.j, block.value);
+  }
 }
 
 double FoundationTerm::value(const std::vector<Vec3>& x) const {

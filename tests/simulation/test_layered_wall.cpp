@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <random>
 
 #include "core/error.hpp"
 #include "simulation/detail/wall_terms.hpp"
@@ -16,6 +17,12 @@ namespace {
 WallRegionMaterial neo_hookean(double shear_kpa, double bulk_ratio) {
   return {.shear_kpa = shear_kpa, .bulk_kpa = bulk_ratio * shear_kpa};
 }
+
+const WallRegionMaterial kFibered{.shear_kpa = 20.0,
+                                  .bulk_kpa = 20000.0,
+                                  .fiber_k1_kpa = 30.0,
+                                  .fiber_k2 = 5.0,
+                                  .fiber_angle_deg = 30.0};
 
 WallOptions of_one_material(const WallRegionMaterial& m) {
   WallOptions options;
@@ -101,22 +108,73 @@ TubeError tube_error(const WallRegionMaterial& m, double inner, int around,
           (mean_radius(wall.outer_triangles, solution.state.vertices) - outer) / (outer - kB)};
 }
 
-const WallRegionMaterial kFibered{.shear_kpa = 20.0,
-                                  .bulk_kpa = 20000.0,
-                                  .fiber_k1_kpa = 30.0,
-                                  .fiber_k2 = 5.0,
-                                  .fiber_angle_deg = 30.0};
-
-// Net force on each vertex of a solid at x [uN].
-std::vector<Vec3> forces(const detail::SolidModel& model, const std::vector<Vec3>& x) {
-  std::vector<Vec3> sum(x.size());
-  for (int w = 0; w < model.wedge_count(); ++w) {
-    Vec3 g[6];
-    wedge_gradient(model.view(nullptr).wedge(w), corners_of(model, w, x).data(), g);
-    for (std::size_t a = 0; a < 6; ++a)
-      sum[static_cast<std::size_t>(model.corners[6 * static_cast<std::size_t>(w) + a])] += g[a];
+// Gradient and Hessian of a whole solid [uN, uN/mm].
+struct Sum {
+  explicit Sum(std::size_t count)
+      : gradient(Eigen::VectorXd::Zero(static_cast<Eigen::Index>(3 * count))),
+        hessian(Eigen::MatrixXd::Zero(gradient.size(), gradient.size())) {}
+  void add_gradient(int v, const Vec3& slope) {
+    for (int i = 0; i < 3; ++i) gradient[3 * v + i] += slope[i];
   }
+  void add_block(int i, int j, const Mat3& block) {
+    for (int a = 0; a < 3; ++a)
+      for (int b = 0; b < 3; ++b) {
+        hessian(3 * i + a, 3 * j + b) += block(a, b);
+        if (i != j) hessian(3 * j + b, 3 * i + a) += block(a, b);
+      }
+  }
+  Eigen::VectorXd gradient;
+  Eigen::MatrixXd hessian;
+};
+
+Sum sum_of(const detail::SolidModel& model, const std::vector<Vec3>& x) {
+  Sum sum(x.size());
+  for (int p = 0; p < model.patch_count(); ++p)
+    add_patch(model.view(x.data()), p, sum, [](Mat3(*)[6]) {});
   return sum;
+}
+
+TEST(SolidMesh, HasTheSlopesOfItsEnergy) {
+  for (const WallRegionMaterial& m : {neo_hookean(20.0, 100.0), kFibered}) {
+    const LayeredWall wall = make_tube_wall(round_tube(1.0, 1.5, 4, 1, 1.2));
+    const detail::SolidModel model = detail::make_solid_model(wall, of_one_material(m));
+    const detail::SolidTerm term(model);
+    std::mt19937 random(3u);
+    std::uniform_real_distribution<double> u(-0.03, 0.03);
+    std::vector<Vec3> x = wall.vertices;
+    for (Vec3& p : x) p += Vec3{u(random), u(random), u(random)};
+    const Sum at = sum_of(model, x);
+    EXPECT_LT((at.hessian - at.hessian.transpose()).norm(), 1e-12 * at.hessian.norm());
+    const double h = 2e-5;
+    const auto moved = [&](Eigen::Index k, double by) {
+      std::vector<Vec3> y = x;
+      y[static_cast<std::size_t>(k / 3)][static_cast<int>(k % 3)] += by;
+      return y;
+    };
+    for (Eigen::Index k = 0; k < at.gradient.size(); ++k) {
+      const auto e = [&](double by) { return term.value(moved(k, by)); };
+      const auto g = [&](double by) { return sum_of(model, moved(k, by)).gradient; };
+      EXPECT_NEAR((8.0 * (e(h) - e(-h)) - (e(2 * h) - e(-2 * h))) / (12.0 * h), at.gradient[k],
+                  1e-6 * at.gradient.norm());
+      const Eigen::VectorXd column = (8.0 * (g(h) - g(-h)) - (g(2 * h) - g(-2 * h))) / (12.0 * h);
+      EXPECT_LT((column - at.hessian.col(k)).norm(), 1e-6 * at.hessian.norm());
+    }
+    // Vertex block descent sees the same gradient and the diagonal blocks, clamped.
+    for (std::size_t v = 0; v < x.size(); ++v) {
+      const auto one = solid_vertex_term(model.view(x.data()), static_cast<int>(v));
+      const auto k = static_cast<Eigen::Index>(3 * v);
+      const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(
+          Eigen::Matrix3d(at.hessian.block<3, 3>(k, k)));
+      const Eigen::Matrix3d clamped = eigen.eigenvectors() *
+                                      eigen.eigenvalues().cwiseMax(0.0).asDiagonal() *
+                                      eigen.eigenvectors().transpose();
+      for (int i = 0; i < 3; ++i) {
+        EXPECT_NEAR(one.gradient[i], at.gradient[k + i], 1e-10 * at.gradient.norm());
+        for (int j = 0; j < 3; ++j)
+          EXPECT_NEAR(one.hessian(i, j), clamped(i, j), 1e-10 * clamped.norm());
+      }
+    }
+  }
 }
 
 TEST(SolidMesh, PassesThePatchTest) {
@@ -132,13 +190,13 @@ TEST(SolidMesh, PassesThePatchTest) {
   map.m[0][0] = 1.2, map.m[0][1] = 0.1, map.m[1][1] = 0.9, map.m[2][0] = -0.2, map.m[2][2] = 0.95;
   std::vector<Vec3> x = wall.vertices;
   for (Vec3& p : x) p = map * p;
-  const std::vector<Vec3> f = forces(model, x);
+  const Eigen::VectorXd f = sum_of(model, x).gradient;
   double most = 0.0, inside = 0.0;
   const std::size_t surface = wall.vertices.size() / 4;
-  for (std::size_t v = 0; v < f.size(); ++v) {
-    most = std::max(most, norm(f[v]));
-    if (wall.fixed[v] == 0 && v >= surface && v < 3 * surface)
-      inside = std::max(inside, norm(f[v]));
+  for (std::size_t v = 0; v < x.size(); ++v) {
+    const double force = f.segment<3>(static_cast<Eigen::Index>(3 * v)).norm();
+    most = std::max(most, force);
+    if (wall.fixed[v] == 0 && v >= surface && v < 3 * surface) inside = std::max(inside, force);
   }
   EXPECT_LT(inside, 1e-10 * most);
 }
@@ -148,20 +206,10 @@ TEST(SolidMesh, MovesFreelyOnlyAsARigidBody) {
   const LayeredWall wall = make_tube_wall(round_tube(1.0, 1.5, 8, 2, 1.2));
   const detail::SolidModel model =
       detail::make_solid_model(wall, of_one_material(neo_hookean(20.0, 100.0)));
-  const auto size = static_cast<Eigen::Index>(3 * wall.vertices.size());
-  Eigen::MatrixXd h = Eigen::MatrixXd::Zero(size, size);
-  for (int w = 0; w < model.wedge_count(); ++w) {
-    Mat3 block[6][6];
-    wedge_hessian(model.view(nullptr).wedge(w), corners_of(model, w, wall.vertices).data(), block);
-    const int* corner = &model.corners[6 * static_cast<std::size_t>(w)];
-    for (int a = 0; a < 18; ++a)
-      for (int b = 0; b < 18; ++b)
-        h(3 * corner[a / 3] + a % 3, 3 * corner[b / 3] + b % 3) +=
-            block[a / 3][b / 3](a % 3, b % 3);
-  }
+  const Eigen::MatrixXd h = sum_of(model, wall.vertices).hessian;
   const Eigen::VectorXd values = Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(h).eigenvalues();
-  EXPECT_NEAR(values[5] / values[size - 1], 0.0, 1e-12);
-  EXPECT_GT(values[6] / values[size - 1], 1e-5);
+  EXPECT_NEAR(values[5] / values[values.size() - 1], 0.0, 1e-12);
+  EXPECT_GT(values[6] / values[values.size() - 1], 1e-5);
 }
 
 TEST(ThickTube, NeoHookeanWidensAsTheClosedFormInThreeLayers) {
