@@ -22,14 +22,16 @@ constexpr double kPressureKpa = 10.0, kShearKpa = 40.0, kBulkRatio = 50.0;
 
 LayeredWall segment() {
   TubeWall tube;
-  tube.around = 32;
-  tube.along = 14;
-  tube.length_mm = 5.0;
+  tube.around = 36;
+  tube.along = 18;
+  tube.length_mm = 4.0;
   tube.rim = 1;
   tube.inner_radius_mm = [](double angle, double z) {
-    return 1.2 - 0.5 * std::exp(-2.0 * (z - 2.5) * (z - 2.5)) * (1.0 + 0.4 * std::cos(angle));
+    return 1.2 - 0.3 * std::exp(-2.0 * (z - 2.0) * (z - 2.0)) * (1.0 + 0.4 * std::cos(angle));
   };
   tube.outer_radius_mm = [](double, double) { return 1.75; };
+  tube.layer_shares.assign(4, 1.0);
+  tube.layer_regions.assign(4, WallRegion::media);
   return make_tube_wall(tube);
 }
 

@@ -27,7 +27,7 @@ const WallRegionMaterial kFibered{.shear_kpa = 20.0,
 WallOptions of_one_material(const WallRegionMaterial& m) {
   WallOptions options;
   options.materials.fill(m);
-  options.foundation_kpa_per_mm = 0.0;
+  options.foundation_kpa_per_mm = 1e-3;  // only against rigid motion
   options.axial_stretch = 1.0;
   return options;
 }
@@ -212,6 +212,32 @@ TEST(SolidMesh, MovesFreelyOnlyAsARigidBody) {
   EXPECT_GT(values[6] / values[values.size() - 1], 1e-5);
 }
 
+// By how much a narrowed tube's lumen grows under pressure, relative.
+double lumen_growth(double bulk_ratio, int around, int along, int layers) {
+  TubeWall shape = round_tube(1.2, 1.75, around, along, 5.0);
+  shape.rim = 1;
+  shape.inner_radius_mm = [](double a, double z) {
+    return 1.2 - 0.5 * std::exp(-2.0 * (z - 2.5) * (z - 2.5)) * (1.0 + 0.4 * std::cos(a));
+  };
+  shape.layer_shares.assign(static_cast<std::size_t>(layers), 1.0);
+  shape.layer_regions.assign(static_cast<std::size_t>(layers), WallRegion::media);
+  const LayeredWall wall = make_tube_wall(shape);
+  const WallSolution s =
+      solve_wall(wall, of_one_material(neo_hookean(40.0, bulk_ratio)), unloaded_state(wall), 10.0);
+  EXPECT_TRUE(s.converged);
+  return enclosed_volume({s.state.vertices, wall.lumen_triangles}) /
+             enclosed_volume({wall.vertices, wall.lumen_triangles}) -
+         1.0;
+}
+
+TEST(SolidMesh, DoesNotLockWhereItIsNearlyIncompressible) {
+  // A coarse mesh is no stiffer against a finer one at K/G = 1000 (nu 0.4995) than at 5 (nu 0.41).
+  const double soft = lumen_growth(5.0, 16, 7, 2) / lumen_growth(5.0, 24, 10, 3);
+  const double stiff = lumen_growth(1000.0, 16, 7, 2) / lumen_growth(1000.0, 24, 10, 3);
+  EXPECT_GT(soft, 0.95);
+  EXPECT_GT(stiff, soft - 0.02);
+}
+
 TEST(ThickTube, NeoHookeanWidensAsTheClosedFormInThreeLayers) {
   for (const double inner : {1.1, 1.4}) {
     const TubeError e = tube_error(neo_hookean(20.0, 1000.0), inner, 48, {1.0, 1.0, 1.0});
@@ -292,15 +318,17 @@ TEST(PrestressedTube, ReturnsToTheShapeFromWhichItWasLoaded) {
   const WallSolution empty = solve_wall(wall, options, seen.state, 0.0);
   ASSERT_TRUE(loaded.converged && seen.converged && empty.converged);
   EXPECT_GT(loaded.displacement_mm, 0.1);
+  double most = 0.0;
   for (std::size_t v = 0; v < unloaded.size(); ++v)
-    EXPECT_LT(distance(empty.state.vertices[v], unloaded[v]), 0.01);
+    most = std::max(most, distance(empty.state.vertices[v], unloaded[v]));
+  EXPECT_LT(most, 0.01);
 }
 
 TEST(PrestressedTube, CarriesThePressureByItsCircumferentialStress) {
   // Half a tube: the sum of the stress over the wall's section holds p times the lumen's diameter.
   const LayeredWall wall = make_tube_wall(round_tube(1.2, 1.75, 48, 2, 0.3));
   WallOptions options;
-  options.foundation_kpa_per_mm = 0.0;
+  options.foundation_kpa_per_mm = 1e-3;
   const WallSolution seen = prestress_wall(wall, options);
   ASSERT_TRUE(seen.converged);
   const WallFields fields = wall_fields(wall, options, seen.state);
