@@ -16,7 +16,8 @@ namespace {
 
 using detail::WallColumn;
 
-constexpr double kLeastShare = 0.02;   // of a straight wedge's determinant
+constexpr double kGoodShape = 0.05;    // of a wedge, see untangle
+constexpr double kLeastShape = 1e-4;   // right-handed, with room for rounding
 constexpr double kLimitedShare = 0.9;  // of the wanted thickness; less is told
 
 /// The layers of elements, from the lumen outward. Where there is no plaque, its elements are the
@@ -126,6 +127,21 @@ std::string share_of(std::size_t part, std::size_t whole) {
   return text.substr(0, text.find('.') + 2) + " %";
 }
 
+/// Well-shaped wedges if it can be, right-handed ones in any case.
+void make_sound(WallLayers& wall, const TriangleMesh& lumen) {
+  if (detail::untangle(wall, lumen, kGoodShape) == 0) return;
+  const int left_count = detail::untangle(wall, lumen, kLeastShape);
+  if (left_count > 0)
+    throw InputError("the wall around the lumen folds over itself at " +
+                     std::to_string(left_count) +
+                     " vertices (the surface is too rough or branches too sharply there). Choose a "
+                     "thinner wall (wall.thickness_ratio), or smooth the lumen more "
+                     "(mesh.smoothing_iterations)");
+  wall.warnings.push_back(
+      "some wedges of the wall are all but flat at a corner (branches part too "
+      "sharply there); a thinner wall (wall.thickness_ratio) avoids it");
+}
+
 /// Tells where the wall is thinner than wanted.
 void warn_of_limits(WallLayers& wall, const std::vector<WallColumn>& columns) {
   const auto count = std::size_t(wall.lumen_vertex_count);
@@ -172,13 +188,7 @@ WallLayers build_wall_layers(const ContactRegion& region, const CenterlineTree& 
   const auto columns = grow_columns(region.mesh, healthy, 2.0 * q / (1.0 - 2.0 * q));
   const ElementLayers layers = element_layers(options, has_plaque(columns, options));
   WallLayers wall = stack_wedges(region, columns, layers, healthy);
-  const detail::Untangled untangled = detail::untangle(wall, region.mesh, kLeastShare);
-  if (untangled.left_count > 0)
-    throw InputError("the wall around the lumen folds over itself at " +
-                     std::to_string(untangled.left_count) +
-                     " vertices (the surface is too rough or branches too sharply there). Choose a "
-                     "thinner wall (wall.thickness_ratio), or smooth the lumen more "
-                     "(mesh.smoothing_iterations)");
+  make_sound(wall, region.mesh);
   warn_of_limits(wall, columns);
   return wall;
 }

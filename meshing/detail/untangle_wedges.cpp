@@ -18,48 +18,52 @@ constexpr double kLeastRise = 0.2;    // sine of the angle between a way and the
 
 class Untangler {
  public:
-  Untangler(WallLayers& wall, const TriangleMesh& lumen, double least_share)
+  Untangler(WallLayers& wall, const TriangleMesh& lumen, double least_shape)
       : wall_(wall),
         neighbors_(vertex_neighbors(lumen)),
         count_(lumen.vertices.size()),
-        least_share_(least_share) {
-    result_.moved.assign(count_, 0);
+        least_shape_(least_shape) {
     normals_around_.resize(count_);
     for (const Triangle& t : lumen.triangles)
       for (const int v : t)
         normals_around_[std::size_t(v)].push_back(normalized(area_vector_doubled(lumen, t)));
   }
 
-  Untangled run() {
+  int run() {
     int checks = 0;
-    for (int attempt = 0; attempt < kAttempts; ++attempt) {
-      std::vector<char> wrong = corners_of_wrong_wedges();
-      if (std::find(wrong.begin(), wrong.end(), 1) == wrong.end()) {
-        // Crossings are worth a search only where all wedges are right.
+    std::vector<char> wrong;
+    for (int attempt = 0; attempt < kAttempts && checks < kCrossingChecks; ++attempt) {
+      wrong = corners_of_wrong_wedges();
+      if (!any(wrong)) {  // crossings are worth a search only where all wedges are right
         wrong = corners_of_crossings();
-        if (std::find(wrong.begin(), wrong.end(), 1) == wrong.end()) return result_;
-        if (++checks == kCrossingChecks) break;
+        if (!any(wrong)) return 0;
+        ++checks;
       }
       for (int ring = 0; ring <= attempt / kAttemptsPerRing; ++ring) wrong = widen(wrong);
       relax_around(wrong);
     }
-    const auto wrong = corners_of_wrong_wedges();
-    result_.left_count = int(std::count(wrong.begin(), wrong.end(), 1));
-    if (result_.left_count == 0) {
-      const auto crossing = corners_of_crossings();
-      result_.left_count = int(std::count(crossing.begin(), crossing.end(), 1));
-    }
-    return result_;
+    wrong = corners_of_wrong_wedges();
+    if (!any(wrong)) wrong = corners_of_crossings();
+    return int(std::count(wrong.begin(), wrong.end(), 1));
   }
 
  private:
+  static bool any(const std::vector<char>& marked) {
+    return std::find(marked.begin(), marked.end(), 1) != marked.end();
+  }
+
+  /// By the sharpest of its six corners: the determinant over the product of the three edges.
   [[nodiscard]] bool is_wrong(const std::array<int, 6>& wedge) const {
-    const auto& x = wall_.vertices;
-    const auto at = [&](std::size_t c) { return x[std::size_t(wedge[c])]; };
-    const double area = norm(cross(at(1) - at(0), at(2) - at(0)));
-    const double height =
-        (distance(at(0), at(3)) + distance(at(1), at(4)) + distance(at(2), at(5))) / 3.0;
-    return least_corner_determinant(x, wedge) <= least_share_ * area * height;
+    const auto at = [&](std::size_t c) { return wall_.vertices[std::size_t(wedge[c])]; };
+    for (std::size_t side = 0; side < 6; side += 3)
+      for (std::size_t c = 0; c < 3; ++c) {
+        const Vec3 next = at(side + (c + 1) % 3) - at(side + c);
+        const Vec3 last = at(side + (c + 2) % 3) - at(side + c);
+        const Vec3 up = at(3 + c) - at(c);
+        if (dot(cross(next, last), up) <= least_shape_ * norm(next) * norm(last) * norm(up))
+          return true;
+      }
+    return false;
   }
 
   [[nodiscard]] std::vector<char> corners_of_wrong_wedges() const {
@@ -98,7 +102,6 @@ class Untangler {
     const std::size_t levels = before.size() / count_;
     for (std::size_t v = 0; v < count_; ++v) {
       if (!marked[v] || neighbors_[v].empty()) continue;
-      result_.moved[v] = 1;
       for (std::size_t level = 1; level < levels; ++level) {
         const auto way = [&](std::size_t u) { return before[level * count_ + u] - before[u]; };
         Vec3 mean;
@@ -123,14 +126,13 @@ class Untangler {
   std::vector<std::vector<int>> neighbors_;
   std::size_t count_;
   std::vector<std::vector<Vec3>> normals_around_;  ///< of the lumen's triangles at each vertex
-  double least_share_;
-  Untangled result_;
+  double least_shape_;
 };
 
 }  // namespace
 
-Untangled untangle(WallLayers& wall, const TriangleMesh& lumen, double least_share) {
-  return Untangler(wall, lumen, least_share).run();
+int untangle(WallLayers& wall, const TriangleMesh& lumen, double least_shape) {
+  return Untangler(wall, lumen, least_shape).run();
 }
 
 }  // namespace angio::meshing::detail
