@@ -127,6 +127,31 @@ std::string share_of(std::size_t part, std::size_t whole) {
   return text.substr(0, text.find('.') + 2) + " %";
 }
 
+void check_input(const ContactRegion& region, const CenterlineTree& tree,
+                 const std::vector<NarrowStretch>& stretches) {
+  if (region.mesh.triangles.empty() || region.fixed.size() != region.mesh.vertices.size())
+    throw InputError(
+        "the wall has no surface, or its fixed flags do not match its vertices (the contact region "
+        "is empty or of another run). Run the stage meshing again");
+  for (const CenterlinePath& path : tree.paths)
+    for (const double radius : path.inscribed_radius)
+      if (!(radius > 0.0) || !std::isfinite(radius))
+        throw InputError("line " + std::to_string(path.id) +
+                         " of the centreline has a point without a radius (the wall's thickness "
+                         "goes by it). Run the stage centerline again");
+  for (const NarrowStretch& stretch : stretches) {
+    const bool on_a_line = std::any_of(tree.paths.begin(), tree.paths.end(), [&](const auto& path) {
+      return path.id == stretch.path_id;
+    });
+    if (!on_a_line || !(stretch.distal_mm >= stretch.proximal_mm) ||
+        !(stretch.reference_diameter_mm > 0.0) || !std::isfinite(stretch.reference_diameter_mm))
+      throw InputError(
+          "a narrow stretch of the vessel is on no line of the centreline, ends before "
+          "it begins or has no reference diameter (line " +
+          std::to_string(stretch.path_id) + "). Run the stage centerline again");
+  }
+}
+
 /// Well-shaped wedges if it can be, right-handed ones in any case.
 void make_sound(WallLayers& wall, const TriangleMesh& lumen) {
   if (detail::untangle(wall, lumen, kGoodShape) == 0) return;
@@ -179,10 +204,7 @@ WallLayers build_wall_layers(const ContactRegion& region, const CenterlineTree& 
                              const std::vector<NarrowStretch>& stretches,
                              const WallLayerOptions& options) {
   options.validate();
-  if (region.mesh.triangles.empty())
-    throw InputError(
-        "the wall has no surface (the contact region is empty). Run the stage meshing "
-        "again");
+  check_input(region, tree, stretches);
   const detail::HealthyVessel healthy(tree, stretches, box_of(region.mesh.vertices));
   const double q = options.thickness_ratio;
   const auto columns = grow_columns(region.mesh, healthy, 2.0 * q / (1.0 - 2.0 * q));

@@ -8,10 +8,11 @@
 namespace angio::meshing::detail {
 namespace {
 
-constexpr double kStepShare = 1.0 / 32.0;  // of the wall's thickness
-constexpr double kTurnShare = 0.5;         // of it, over which a way turns to the gradient
-constexpr double kReach = 4.0;             // healthy radii, after which a way is given up
-constexpr double kDescent = 0.25;          // of the thickness, by which a way may lead back
+constexpr double kStepShare = 1.0 / 32.0;   // of the wall's thickness
+constexpr double kLeastStep = 1.0 / 200.0;  // of the healthy radius
+constexpr double kTurnShare = 0.5;          // of it, over which a way turns to the gradient
+constexpr double kReach = 3.0;              // outer radii, after which a way is given up
+constexpr double kDescent = 0.25;           // of the thickness, by which a way may lead back
 constexpr int kSmoothings = 8;
 
 /// Normals without their part along the vessel, unless the surface faces along it (as a carina
@@ -76,7 +77,7 @@ class Walk {
     };
     HealthyPlace at = place(start);
     append(column, start, at.distance);
-    const double reach = kReach * at.radius;
+    const double reach = kReach * (1.0 + thickness_per_radius_) * at.radius;
     const double base = std::max(0.0, at.distance);
     Vec3 along = direction;
     double highest = at.distance;
@@ -94,7 +95,8 @@ class Walk {
         along = normalized((1.0 - turn) * direction + turn * up);
         if (dot(along, up) <= 0.0) along = up;
       }
-      const Vec3 next = column.points.back() + (kStepShare * wanted) * along;
+      const double step = std::max(kStepShare * wanted, kLeastStep * at.radius);
+      const Vec3 next = column.points.back() + step * along;
       at = place(next);
       append(column, next, at.distance);
     }

@@ -258,6 +258,29 @@ TEST(WallLayers, OfNothingAreAnInputError) {
   EXPECT_THROW(build_wall_layers({}, straight_line(1.5, 0.0, 10.0), {}, {}), InputError);
 }
 
+TEST(WallLayers, OfNonsenseAreAnInputError) {
+  const ContactRegion region = region_of(tests::make_tube(1.5, 10.0, 20, 16));
+  const CenterlineTree tree = straight_line(1.5, -5.0, 15.0);
+  const NarrowStretch good{0, 4.0, 6.0, 3.0};
+  EXPECT_NO_THROW(build_wall_layers(region, tree, {good}, {}));
+  for (const NarrowStretch& bad : {NarrowStretch{7, 4.0, 6.0, 3.0}, NarrowStretch{0, 6.0, 4.0, 3.0},
+                                   NarrowStretch{0, 4.0, 6.0, 0.0}})
+    EXPECT_THROW(build_wall_layers(region, tree, {bad}, {}), InputError);
+  EXPECT_THROW(build_wall_layers(region, straight_line(0.0, -5.0, 15.0), {}, {}), InputError);
+}
+
+TEST(WallLayers, MayBeAsThinOrThickAsTheRangeSays) {
+  const ContactRegion region = region_of(tests::make_tube(1.5, 10.0, 20, 16));
+  for (const double ratio : {0.02, 0.4}) {
+    WallLayerOptions options;
+    options.thickness_ratio = ratio;
+    const WallLayers wall = build_wall_layers(region, straight_line(1.5, -5.0, 15.0), {}, options);
+    expect_sound(wall, region);
+    const Vec3& outside = wall.vertices.back();
+    EXPECT_NEAR(std::hypot(outside.x, outside.y), 1.5 / (1.0 - 2.0 * ratio), 1e-3);
+  }
+}
+
 TEST(LeastCornerDeterminant, TellsARightHandedWedge) {
   const std::vector<Vec3> x{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 2}, {1, 0, 2}, {0, 1, 2}};
   EXPECT_DOUBLE_EQ(least_corner_determinant(x, {0, 1, 2, 3, 4, 5}), 2.0);
