@@ -92,7 +92,7 @@ BalloonPlan make_plan(const BalloonOptions& options, const Lesion& lesion,
                      millimetres(2.0 * plan.nominal_radius) + " diameter at abscissa " +
                      millimetres(lesion.abscissa) +
                      " (one lumen diameter must stay free to each open end). Choose another place, "
-                     "a smaller balloon (meshing.nominal_diameter_mm), or segment more of the "
+                     "a smaller balloon (balloon.nominal_diameter_mm), or segment more of the "
                      "vessel");
   if (plan.cylinder_length < wished - 1e-9)
     warnings.push_back("the balloon was shortened from " + millimetres(wished) + " to " +
@@ -119,8 +119,8 @@ detail::ShapedBalloon shape_clear(BalloonPlan plan, const CenterlinePath& path,
   }
   throw InputError(
       "the balloon cannot be placed without touching the wall (the line bends too sharply there). "
-      "Choose another place, a shorter balloon (meshing.length_mm) or a smaller one "
-      "(meshing.nominal_diameter_mm)");
+      "Choose another place, a shorter balloon (balloon.length_mm) or a smaller one "
+      "(balloon.nominal_diameter_mm)");
 }
 
 /// Closes the region with caps; wall triangles that a cap crosses are taken out of the region.
@@ -174,7 +174,7 @@ ClosedRegion find_region(const LumenMesh& lumen, const CenterlineTree& tree,
   throw InternalError(
       "the ends of the wall around the balloon could not be closed clear of the balloon (a branch "
       "or a kink lies there). Move the balloon along the line or make it shorter "
-      "(meshing.length_mm)");
+      "(balloon.length_mm)");
 }
 
 }  // namespace

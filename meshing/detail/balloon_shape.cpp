@@ -111,7 +111,7 @@ ShapedBalloon shape_tube(const BalloonPlan& plan, const CenterlinePath& path,
         "the balloon does not fit through the lumen (at its narrowest place a radius of " +
         two_digits(std::max(0.0, axis.narrowest())) + " mm is free, " +
         two_digits(kLeastStartRadius) +
-        " mm is needed). Choose another place or a shorter balloon (meshing.length_mm), or check "
+        " mm is needed). Choose another place or a shorter balloon (balloon.length_mm), or check "
         "the segmentation there");
   const std::vector<double> radii = tube_radii(plan, rest, axis);
   StartShape shape;
