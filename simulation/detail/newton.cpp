@@ -90,8 +90,8 @@ Mat3 cross_matrix(double s, const Vec3& a) {
 }
 
 bool moves(char fixed, int axis) {
-  const int own = axis == 0 ? kFixedX : (axis == 1 ? kFixedY : kFixedZ);
-  return (fixed & (kFixedAll | own)) == 0;
+  const char own = axis == 0 ? kFixedX : (axis == 1 ? kFixedY : kFixedZ);
+  return (fixed & char(kFixedAll | own)) == 0;
 }
 
 }  // namespace

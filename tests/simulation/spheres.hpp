@@ -46,10 +46,11 @@ inline TriangleMesh icosphere(double radius, int n) {
     if (is_new) mesh.vertices.push_back(radius * p);
     return at->second;
   };
-  for (const auto& [a, b, c] : faces) {
+  for (const Triangle& face : faces) {
     const auto at = [&](int i, int j) {
-      return vertex((double(n - i - j) * corner[std::size_t(a)] +
-                     double(i) * corner[std::size_t(b)] + double(j) * corner[std::size_t(c)]));
+      return vertex((double(n - i - j) * corner[std::size_t(face[0])] +
+                     double(i) * corner[std::size_t(face[1])] +
+                     double(j) * corner[std::size_t(face[2])]));
     };
     for (int i = 0; i < n; ++i)
       for (int j = 0; i + j < n; ++j) {
