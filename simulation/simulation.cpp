@@ -95,20 +95,6 @@ void summarize(const SimulationFrame& frame, SimulationSummary& summary) {
   summary.mean_sweeps += frame.sweep_count;
 }
 
-std::unique_ptr<StepSolver> make_solver(const Scene& scene, const SimulationOptions& options,
-                                        SimulationSummary& summary) {
-  std::unique_ptr<StepSolver> solver;
-  if (options.backend == Backend::cuda) {
-    solver = make_cuda_solver(scene, options);
-    summary.backend = "cuda";
-  } else {
-    solver = make_cpu_solver(scene, options);
-    summary.backend = "cpu";
-  }
-  summary.device = solver->device();
-  return solver;
-}
-
 void add_warnings(const SimulationOptions& options, int slow_frames, SimulationSummary& summary) {
   char text[300];
   if (slow_frames > 0) {
@@ -133,6 +119,73 @@ void add_warnings(const SimulationOptions& options, int slow_frames, SimulationS
     std::snprintf(text, sizeof text, "balloon and wall cross by up to %.4f mm",
                   summary.max_penetration_mm);
     summary.warnings.emplace_back(text);
+  }
+}
+
+// A run on one backend, from the start.
+class Run {
+ public:
+  Run(const SimulationModel& model, const SimulationOptions& options,
+      const std::function<void(const SimulationFrame&)>& on_frame, const Progress& progress)
+      : model_(model),
+        options_(options),
+        on_frame_(on_frame),
+        progress_(progress),
+        scene_(make_scene(model, options)) {
+    if (max_penetration(scene_, scene_.start) > 0.0)
+      throw InputError(
+          "the balloon crosses the vessel wall before it is inflated (contact cannot part them). "
+          "Try a smaller balloon.start_diameter_mm");
+  }
+
+  SimulationSummary on(Backend backend) {
+    const bool gpu = backend == Backend::cuda;
+    const auto solver =
+        gpu ? make_cuda_solver(scene_, options_) : make_cpu_solver(scene_, options_);
+    SimulationSummary summary;
+    summary.backend = gpu ? "cuda" : "cpu";
+    summary.device = solver->device();
+    const double outside = outside_pressure(options_),
+                 volume = balloon_volume(scene_, scene_.start);
+    const Inflator inflator(options_, volume, nominal_volume(model_, scene_, volume));
+    int slow_frames = 0;
+    solver->run(inflator, [&](int frame, const State& state) {
+      SimulationFrame output = make_frame(model_, scene_, state, outside);
+      output.frame = frame;
+      output.time_s = frame * options_.frame_s;
+      output.phase = inflator.phase(frame);
+      slow_frames += output.residual > kWarnResidual ? 1 : 0;
+      summarize(output, summary);
+      if (frame < delivered_) return;  // by a backend that failed later
+      ++delivered_;
+      if (on_frame_) on_frame_(output);
+      progress_.report(double(frame + 1) / inflator.frame_count(), name(output.phase));
+    });
+    summary.mean_sweeps /= std::max(1, summary.frame_count - 1);
+    add_warnings(options_, slow_frames, summary);
+    return summary;
+  }
+
+ private:
+  const SimulationModel& model_;
+  const SimulationOptions& options_;
+  const std::function<void(const SimulationFrame&)>& on_frame_;
+  const Progress& progress_;
+  Scene scene_;
+  int delivered_ = 0;
+};
+
+// The GPU where there is one that works, else the CPU: with a notice if a GPU has failed.
+SimulationSummary run_anywhere(Run& run) {
+  if (!has_cuda_device()) return run.on(Backend::cpu);
+  try {
+    return run.on(Backend::cuda);
+  } catch (const Error& error) {
+    if (error.exit_code() != ExitCode::unavailable) throw;
+    SimulationSummary summary = run.on(Backend::cpu);
+    summary.warnings.insert(summary.warnings.begin(),
+                            "the CPU was used instead: " + std::string(error.what()));
+    return summary;
   }
 }
 
@@ -192,30 +245,10 @@ SimulationSummary simulate(const SimulationModel& model, const SimulationOptions
                            const Progress& progress) {
   options.validate();
   const auto begin = std::chrono::steady_clock::now();
-  const Scene scene = make_scene(model, options);
-  const double outside = outside_pressure(options);
-  if (max_penetration(scene, scene.start) > 0.0)
-    throw InputError(
-        "the balloon crosses the vessel wall before it is inflated (contact cannot part them). Try "
-        "a smaller balloon.start_diameter_mm");
-  SimulationSummary summary;
-  const std::unique_ptr<StepSolver> solver = make_solver(scene, options, summary);
-  const double start_volume = balloon_volume(scene, scene.start);
-  const Inflator inflator(options, start_volume, nominal_volume(model, scene, start_volume));
-  int slow_frames = 0;
-  solver->run(inflator, [&](int frame, const State& state) {
-    SimulationFrame output = make_frame(model, scene, state, outside);
-    output.frame = frame;
-    output.time_s = frame * options.frame_s;
-    output.phase = inflator.phase(frame);
-    slow_frames += output.residual > kWarnResidual ? 1 : 0;
-    summarize(output, summary);
-    if (on_frame) on_frame(output);
-    progress.report(double(frame + 1) / inflator.frame_count(), name(output.phase));
-  });
-  summary.mean_sweeps /= std::max(1, summary.frame_count - 1);
+  Run run(model, options, on_frame, progress);
+  SimulationSummary summary =
+      options.backend == Backend::automatic ? run_anywhere(run) : run.on(options.backend);
   summary.wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
-  add_warnings(options, slow_frames, summary);
   return summary;
 }
 

@@ -15,15 +15,19 @@
 ///     sum<L, N>(count, body, total)   the same with body(i, lanes, part), part[N] to be added to;
 ///                                     total[N] is the sum, the same bits for every thread; it ends
 ///                                     with a barrier
+///     quick_sum<L, N>                 the same, N <= 4, when single precision will do for the sum
+///     kVertexLanes, kClusterLanes     the L that suits a vertex's triangles, a slab's members
 ///
 /// `lanes` are the threads that share one i, up to L of them: the body strides by lanes.size() from
-/// lanes.rank(), and lanes.sum(x) adds over them. What is added to `part` counts once per i.
+/// lanes.rank(), and lanes.sum(x) adds over them, and lanes.sync() comes before
+/// one of them writes what all have read. What is added to `part` counts once per i.
 namespace angio::simulation::detail {
 
 /// A single thread has an index to itself.
 struct OneLane {
   static constexpr int rank() { return 0; }
   static constexpr int size() { return 1; }
+  static constexpr void sync() {}
   template <class Value>
   static constexpr Value sum(Value value) {
     return value;
@@ -34,7 +38,8 @@ struct OneLane {
 /// depend on the number of threads.
 class CpuTeam {
  public:
-  static constexpr int kMostSums = 8;
+  static constexpr int kVertexLanes = 1, kClusterLanes = 1;
+  static constexpr int kMostSums = 4;
 
   /// What the threads of a team share.
   struct Shared {
@@ -75,6 +80,11 @@ class CpuTeam {
     for (int n = 0; n < N; ++n) total[n] = 0.0;
     for (int piece = 0; piece < pieces; ++piece)
       for (int n = 0; n < N; ++n) total[n] += parts[N * piece + n];
+  }
+
+  template <int L, int N, class Body>
+  void quick_sum(int count, const Body& body, double (&total)[N]) {
+    sum<L>(count, body, total);
   }
 
  private:

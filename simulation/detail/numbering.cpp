@@ -8,7 +8,7 @@
 namespace angio::simulation::detail {
 namespace {
 
-constexpr int kRecolorings = 20;
+constexpr int kEnoughColors = 4;
 
 using Neighbors = std::vector<std::vector<int>>;
 
@@ -63,16 +63,41 @@ std::vector<int> color_vertices(const Neighbors& neighbors, const std::vector<ch
   return color;
 }
 
-// Colours again, class after class from the last to the first: never more colours, often fewer
-// (Culberson's iterated greedy).
-std::vector<int> recolored(const Neighbors& neighbors, const std::vector<int>& color) {
-  std::vector<int> order, next(color.size(), -1);
+// The part of the surface in the colours a and b that hangs together with the vertices given.
+std::vector<int> kempe_chain(const Neighbors& neighbors, const std::vector<int>& color,
+                             std::vector<int> chain, int a, int b) {
+  std::set<int> seen(chain.begin(), chain.end());
+  for (std::size_t i = 0; i < chain.size(); ++i)
+    for (const int n : neighbors[std::size_t(chain[i])]) {
+      const int c = color[std::size_t(n)];
+      if ((c == a || c == b) && seen.insert(n).second) chain.push_back(n);
+    }
+  return chain;
+}
+
+// Frees the colour a around v by exchanging a and b in a chain (Kempe 1879); false if the chain
+// comes back to v.
+bool free_color(const Neighbors& neighbors, int v, int a, int b, std::vector<int>& color) {
+  std::vector<int> chain, others;
+  for (const int n : neighbors[std::size_t(v)]) {
+    if (color[std::size_t(n)] == a) chain.push_back(n);
+    if (color[std::size_t(n)] == b) others.push_back(n);
+  }
+  chain = kempe_chain(neighbors, color, std::move(chain), a, b);
+  for (const int other : others)
+    if (std::find(chain.begin(), chain.end(), other) != chain.end()) return false;
+  for (const int n : chain) color[std::size_t(n)] = a + b - color[std::size_t(n)];
+  color[std::size_t(v)] = a;
+  return true;
+}
+
+// Takes the last colours, of a few vertices, apart: each costs a pass, and four are enough for
+// every closed surface without handles.
+void drop_small_colors(const Neighbors& neighbors, std::vector<int>& color) {
   for (std::size_t v = 0; v < color.size(); ++v)
-    if (color[v] >= 0) order.push_back(int(v));
-  std::stable_sort(order.begin(), order.end(),
-                   [&](int a, int b) { return color[std::size_t(a)] > color[std::size_t(b)]; });
-  for (const int v : order) next[std::size_t(v)] = least_free(neighbors[std::size_t(v)], next);
-  return next;
+    for (int a = 0; a < kEnoughColors && color[v] >= kEnoughColors; ++a)
+      for (int b = 0; b < kEnoughColors && color[v] >= kEnoughColors; ++b)
+        if (a != b) free_color(neighbors, int(v), a, b, color);
 }
 
 std::vector<int> inverse_of(const std::vector<int>& order) {
@@ -104,7 +129,7 @@ Numbering number_vertices(const TriangleMesh& mesh, const std::vector<char>& fix
   const Neighbors neighbors = vertex_neighbors(mesh);
   const std::vector<int> rank = breadth_first_rank(neighbors);
   std::vector<int> color = color_vertices(neighbors, fixed, rank);
-  for (int round = 0; round < kRecolorings; ++round) color = recolored(neighbors, color);
+  drop_small_colors(neighbors, color);
   Numbering numbering;
   numbering.order.resize(mesh.vertices.size());
   std::iota(numbering.order.begin(), numbering.order.end(), 0);

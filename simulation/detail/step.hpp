@@ -56,8 +56,15 @@ std::unique_ptr<StepSolver> make_cpu_solver(const Scene& scene, const Simulation
                                             Precision precision = Precision::automatic,
                                             int threads = 0);
 
+/// Is there a GPU that this program can use?
+bool has_cuda_device();
+
+/// How a scene is spread over a GPU: one block, or all of it.
+enum class Spread { automatic, block, grid };
+
 /// @throws Error (unavailable) if the program was built without CUDA or there is no usable GPU
 std::unique_ptr<StepSolver> make_cuda_solver(const Scene& scene, const SimulationOptions& options,
-                                             Precision precision = Precision::automatic);
+                                             Precision precision = Precision::automatic,
+                                             Spread spread = Spread::automatic);
 
 }  // namespace angio::simulation::detail

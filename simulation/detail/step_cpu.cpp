@@ -7,7 +7,7 @@ namespace angio::simulation::detail {
 namespace {
 
 // Vertices a thread must have to be worth waking.
-constexpr int kVerticesPerThread = 250;
+constexpr int kVerticesPerThread = 3000;
 
 std::string processor_name() {
   std::ifstream info("/proc/cpuinfo");

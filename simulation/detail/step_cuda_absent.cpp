@@ -4,7 +4,10 @@
 #ifndef ANGIO_HAS_CUDA
 namespace angio::simulation::detail {
 
-std::unique_ptr<StepSolver> make_cuda_solver(const Scene&, const SimulationOptions&, Precision) {
+bool has_cuda_device() { return false; }
+
+std::unique_ptr<StepSolver> make_cuda_solver(const Scene&, const SimulationOptions&, Precision,
+                                             Spread) {
   throw Error(ExitCode::unavailable,
               "the CUDA backend was asked for, but this program was not built with CUDA. Use "
               "--backend cpu");

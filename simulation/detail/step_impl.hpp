@@ -397,6 +397,7 @@ ANGIO_HOST_DEVICE inline void fit_cluster(const StepView<Real>& s, int c, const 
         outer(s.cluster_stiffness[e] * (s.x[s.balloon_count + s.cluster_vertex[e]] - centre),
               s.cluster_plastic[c] * s.cluster_offset[e]);
   const Mat3T<Real> rotation = nearest_rotation(sum_over(lanes, covariance), s.cluster_rotation[c]);
+  lanes.sync();
   if (lanes.rank() > 0) return;
   s.cluster_rotation[c] = rotation;
   s.cluster_map[c] = rotation * s.cluster_plastic[c];

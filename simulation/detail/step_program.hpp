@@ -14,9 +14,6 @@
 /// of a colour, V(p) = V + sum g . H^-1 (f + (p - p_0) g), and the gas law is solved against it.
 namespace angio::simulation::detail {
 
-inline constexpr int kVertexLanes = 4;    // a vertex has 6 triangles, two rounds of a lane or fewer
-inline constexpr int kClusterLanes = 32;  // a slab has hundreds of members
-
 /// When a step's sweeps end.
 struct StepRules {
   int least_sweeps = 0;      ///< unless nothing is to be done
@@ -58,7 +55,8 @@ inline constexpr double kVolumeSpring = 1.0;
 /// A step is begun with this share of the last one's motion: balloon and wall then go on together,
 /// which sweeps alone, moving one against the other, do slowly. Below 1, so that errors die out.
 inline constexpr double kForesight = 0.9;
-inline constexpr int kLeastSweeps = 3;
+inline constexpr int kLeastSweeps = 3;   // for what rests
+inline constexpr int kSweepsToTell = 4;  // for the lag to be known
 
 template <class Real>
 ANGIO_HOST_DEVICE inline int last_of_balloon(const StepView<Real>& s) {
@@ -134,7 +132,7 @@ template <class Real, class Team>
 ANGIO_HOST_DEVICE inline void refresh(Team& team, const StepView<Real>& s) {
   if (s.wall_count == 0) return;
   team.template for_each<1>(s.pair_count, [&](int i, const auto&) { refresh_pair(s, i); });
-  team.template for_each<kClusterLanes>(
+  team.template for_each<Team::kClusterLanes>(
       s.cluster_count, [&](int c, const auto& lanes) { fit_cluster(s, c, lanes); });
   team.barrier();
   team.template for_each<1>(s.wall_count, [&](int i, const auto&) { set_goal(s, i); });
@@ -153,7 +151,7 @@ struct SweepSums {
 template <class Real, class Team>
 ANGIO_HOST_DEVICE inline void propose_moves(Team& team, const StepView<Real>& s, int first,
                                             int count, Real gauge, double (&total)[4]) {
-  team.template sum<kVertexLanes, 4>(
+  team.template quick_sum<Team::kVertexLanes, 4>(
       count,
       [&](int i, const auto& lanes, auto* part) {
         const int v = first + i;
@@ -170,6 +168,7 @@ ANGIO_HOST_DEVICE inline void propose_moves(Team& team, const StepView<Real>& s,
         part[1] += dot(move.by_volume, move.by_pressure);
         part[2] += norm_squared(f.force + load);
         part[3] += norm_squared(load) + f.contact * f.contact;
+        lanes.sync();
         if (lanes.rank() == 0) s.moves[v] = move;
       },
       total);
@@ -179,7 +178,7 @@ ANGIO_HOST_DEVICE inline void propose_moves(Team& team, const StepView<Real>& s,
 template <class Real, class Team>
 ANGIO_HOST_DEVICE inline void take_moves(Team& team, const StepView<Real>& s, int first, int count,
                                          Real change, Real gauge, double (&total)[3]) {
-  team.template sum<kVertexLanes, 3>(
+  team.template quick_sum<Team::kVertexLanes, 3>(
       count,
       [&](int i, const auto& lanes, auto* part) {
         const int v = first + i;
@@ -191,6 +190,7 @@ ANGIO_HOST_DEVICE inline void take_moves(Team& team, const StepView<Real>& s, in
         part[0] += dot(move.by_volume, by);
         part[1] += norm_squared(by);
         part[2] += share < Real(1) ? Real(1) : Real(0);
+        lanes.sync();
         if (lanes.rank() == 0) s.x[v] += by;
       },
       total);
@@ -232,7 +232,7 @@ ANGIO_HOST_DEVICE inline void sweep_wall(Team& team, const StepView<Real>& s, Sw
   for (int color = 0; color < s.wall_colors; ++color) {
     const int first = s.wall_color_begin[color];
     double total[3];
-    team.template sum<kVertexLanes, 3>(
+    team.template quick_sum<Team::kVertexLanes, 3>(
         s.wall_color_begin[color + 1] - first,
         [&](int i, const auto& lanes, auto* part) {
           const int v = first + i;
@@ -244,6 +244,7 @@ ANGIO_HOST_DEVICE inline void sweep_wall(Team& team, const StepView<Real>& s, Sw
           const Vec3T<Real> move = inverse_block(f.hessian) * f.force;
           const Real share = bounded_share(s, v, move);
           part[2] += share < Real(1) ? Real(1) : Real(0);
+          lanes.sync();
           if (lanes.rank() == 0) s.x[v] += share * move;
         },
         total);
@@ -255,7 +256,7 @@ ANGIO_HOST_DEVICE inline void sweep_wall(Team& team, const StepView<Real>& s, Sw
 
 /// The distance still to go, from how the last sweeps' motions m shrink: m q / (1 - q) [mm].
 ANGIO_HOST_DEVICE inline double estimated_lag(const double (&moved)[4]) {
-  if (!(moved[3] > 0.0)) return moved[0] > 0.0 ? 1e30 : 0.0;  // too few sweeps to tell
+  if (!(moved[3] > 0.0)) return moved[0];  // too few sweeps to tell
   double q = std::cbrt(moved[0] / moved[3]);
   q = q < 0.98 ? q : 0.98;
   return moved[0] * q / (1.0 - q);
@@ -278,8 +279,8 @@ ANGIO_HOST_DEVICE inline void run_sweeps(Team& team, const StepView<Real>& s,
     for (int i = 3; i > 0; --i) status.moved[i] = status.moved[i - 1];
     status.moved[0] = std::sqrt(sums.moved / s.balloon_count);
     report.lag = estimated_lag(status.moved) / rules.radius;
-    const bool near = report.sweeps >= rules.least_sweeps && report.lag < rules.tolerance &&
-                      report.residual < rules.residual;
+    const bool near = report.sweeps >= kSweepsToTell && report.sweeps >= rules.least_sweeps &&
+                      report.lag < rules.tolerance && report.residual < rules.residual;
     const bool rests = report.residual < rules.rest;
     if (report.sweeps >= kLeastSweeps && !sums.blocked && (near || rests)) break;
     if (sums.blocked && status.since_detection >= 2 && report.sweeps < rules.most_sweeps) {
@@ -301,7 +302,7 @@ ANGIO_HOST_DEVICE inline void end_step(Team& team, const StepView<Real>& s,
   if (s.wall_count == 0) return;
   refresh(team, s);
   double total[2];
-  team.template sum<1, 2>(
+  team.template quick_sum<1, 2>(
       s.balloon_count + s.wall_count,
       [&](int v, const auto& lanes, auto* part) {
         VertexForces<Real> f;
@@ -316,9 +317,10 @@ ANGIO_HOST_DEVICE inline void end_step(Team& team, const StepView<Real>& s,
       total);
   status.report.contact_count = int(total[0]);
   status.report.friction_delta = total[1];
-  team.template for_each<kClusterLanes>(s.cluster_count, [&](int c, const auto& lanes) {
+  team.template for_each<Team::kClusterLanes>(s.cluster_count, [&](int c, const auto& lanes) {
     const Mat3T<Real> stretch = cluster_stretch(s, c, lanes);
     const Mat3T<Real> plastic = flow(plasticity, stretch, s.cluster_plastic[c], s.dt);
+    lanes.sync();
     if (lanes.rank() == 0) s.cluster_plastic[c] = plastic;
   });
   team.barrier();

@@ -5,6 +5,7 @@
 
 #include "core/error.hpp"
 #include "core/units.hpp"
+#include "simulation/detail/step.hpp"
 #include "tests/simulation/models.hpp"
 
 /// A balloon alone, against closed forms.
@@ -188,6 +189,7 @@ TEST(SimulationOptions, NamesTheFieldThatIsOutOfRange) {
 }
 
 TEST(Simulate, SaysWhenCudaIsNotThere) {
+  if (detail::has_cuda_device()) GTEST_SKIP() << "there is a GPU";
   SimulationOptions options;
   options.backend = Backend::cuda;
   try {

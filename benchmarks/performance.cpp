@@ -1,0 +1,361 @@
+#include <omp.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+#include <cstring>
+#include <string>
+#include <vector>
+
+#include "core/error.hpp"
+#include "core/units.hpp"
+#include "simulation/detail/measure.hpp"
+#include "simulation/detail/step.hpp"
+#include "tests/simulation/models.hpp"
+
+/// Prints how fast the solver is, on the CPU and on a GPU if there is one: docs/performance.md.
+/// Needs the simulation library alone.
+///
+///     performance [free] [size] [wall] [compare]      all of them without a word
+namespace angio::simulation {
+namespace {
+
+using namespace detail;
+
+double now() {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
+
+bool has_gpu() {
+  static const bool found = [] {
+    try {
+      SimulationModel model;
+      model.balloon = testing::closed_tube(2.0, 5, 6, [](double) { return 0.5; });
+      model.balloon_rest = model.balloon.vertices;
+      model.balloon_fixed.assign(model.balloon.vertices.size(), 0);
+      const Scene scene = make_scene(model, {});
+      std::printf("GPU: %s\n", make_cuda_solver(scene, {})->device().c_str());
+      return true;
+    } catch (const Error& error) {
+      std::printf("no GPU: %s\n", error.what());
+      return false;
+    }
+  }();
+  return found;
+}
+
+// The seed paper's balloon (Table 2) of its rubber, 0.5 mm x 10 mm, by rings and vertices around.
+SimulationModel paper_balloon(int rings = 26, int around = 20) {
+  SimulationModel model;
+  model.balloon = testing::closed_tube(10.0, rings, around, [](double) { return 0.5; });
+  model.balloon_rest = model.balloon.vertices;
+  model.balloon_fixed.assign(model.balloon.vertices.size(), 0);
+  model.measure_point = {0, 0, 1e-3};
+  model.measure_tangent = {0, 0, 1};
+  return model;
+}
+
+// 0 to 0.48 MPa in 100 frames of 25 ms, to a hoop stretch of about 1.3, held for 20.
+SimulationOptions ramp() {
+  SimulationOptions options;
+  options.balloon.name = "polyurethane";
+  options.balloon.wall_mm = 0.04;
+  options.inflation.control = InflationControl::pressure;
+  options.inflation.peak_pressure_atm = units::atm_from_pascal(0.48e6);
+  options.inflation.inflate_s = 2.5;
+  options.inflation.hold_s = 0.5;
+  options.inflation.deflate_s = 0.025;
+  options.inflation.rest_s = 0.0;
+  return options;
+}
+
+struct Course {
+  double seconds = 0.0;
+  int frames = 0;
+  long sweeps = 0;
+  double worst_residual = 0.0;
+  std::vector<double> diameter;
+  std::vector<std::vector<Vec3>> x;
+};
+
+Course go(const Scene& scene, const SimulationModel& model, const SimulationOptions& options,
+          StepSolver& solver, int loaded_frames = 120) {
+  Course course;
+  const double volume = balloon_volume(scene, scene.start);
+  const Inflator inflator(options, volume, volume);
+  std::vector<State> states;
+  const double begin = now();
+  solver.run(inflator, [&](int frame, const State& state) {
+    if (frame == 0 || frame > loaded_frames) return;
+    ++course.frames;
+    course.sweeps += state.report.sweeps;
+    course.worst_residual = std::max(course.worst_residual, state.report.residual);
+    states.push_back(state);
+  });
+  course.seconds = (now() - begin) * course.frames / double(inflator.frame_count() - 1);
+  for (State& state : states) {
+    course.diameter.push_back(
+        section_diameter(scene, state.x, model.measure_point, model.measure_tangent));
+    course.x.push_back(std::move(state.x));
+  }
+  return course;
+}
+
+double worst_lag(const Course& course, const Course& exact) {
+  double worst = 0.0;
+  for (std::size_t i = 0; i < course.diameter.size(); ++i)
+    worst = std::max(worst, std::abs(course.diameter[i] / exact.diameter[i] - 1.0));
+  return worst;
+}
+
+Course best_of(int rounds, const Scene& scene, const SimulationModel& model,
+               const SimulationOptions& options, bool gpu, Precision precision, int threads) {
+  Course best;
+  for (int round = 0; round < rounds; ++round) {
+    const auto solver = gpu ? make_cuda_solver(scene, options, precision)
+                            : make_cpu_solver(scene, options, precision, threads);
+    Course course = go(scene, model, options, *solver);
+    if (round == 0 || course.seconds < best.seconds) best = std::move(course);
+  }
+  return best;
+}
+
+void free_balloon() {
+  const SimulationModel model = paper_balloon();
+  SimulationOptions options = ramp(), tight = ramp();
+  tight.tolerance = 1e-5;
+  tight.sweeps = 300;
+  const Scene scene = make_scene(model, options);
+  const Course exact = best_of(1, scene, model, tight, false, Precision::twofold, 0);
+  std::printf(
+      "\nfree balloon of the paper, %d vertices, %zu triangles, %zu colours: 0 to 0.48 MPa\n",
+      scene.balloon_count, scene.balloon_triangles.size(), scene.balloon_color_begin.size() - 1);
+  if (has_gpu()) {
+    options.tolerance = 0.005;
+    for (const Spread spread : {Spread::block, Spread::grid}) {
+      const auto solver = make_cuda_solver(scene, options, Precision::single, spread);
+      const Course c = go(scene, model, options, *solver);
+      std::printf("cuda %s: %.0f frames/s\n", spread == Spread::block ? "block" : "grid",
+                  c.frames / c.seconds);
+    }
+  }
+  std::printf(
+      "backend  precision threads tolerance  frames/s  sweeps/frame  us/sweep  worst lag "
+      "of the diameter\n");
+  for (const double tolerance : {0.02, 0.005, 0.001})
+    for (const Precision precision : {Precision::single, Precision::twofold})
+      for (const int threads : {1, 2, 0}) {
+        const bool gpu = threads == 0;
+        if (gpu && !has_gpu()) continue;
+        if (tolerance != 0.005 && threads == 1) continue;
+        options.tolerance = tolerance;
+        const Course c = best_of(gpu ? 5 : 3, scene, model, options, gpu, precision, threads);
+        std::printf("%-8s %-9s %7d %9g %9.0f %13.1f %9.2f %9.3f %%\n", gpu ? "cuda" : "cpu",
+                    precision == Precision::single ? "float" : "double", threads, tolerance,
+                    c.frames / c.seconds, double(c.sweeps) / c.frames,
+                    1e6 * c.seconds / double(c.sweeps), 100.0 * worst_lag(c, exact));
+      }
+}
+
+// Bytes that a sweep must move at least: each corner's constants once, each vertex's state once.
+double bytes_per_sweep(const Scene& scene, std::size_t real) {
+  const double corner = double(sizeof(CornerLink) + 7 * real);
+  const double vertex = double(2 * 3 * real + 3 * real + real + sizeof(int) + 2 * 11 * real);
+  return corner * double(scene.corners.size()) + vertex * scene.balloon_count;
+}
+
+double seconds_per_sweep(StepSolver& solver, const SimulationOptions& options, int sweeps) {
+  GasLaw<double> law;
+  law.limit = law.top = 1e30;
+  law.slope_pressure = outside_pressure(options) + 0.2e6;
+  double best = 1e30;
+  for (int round = 0; round < 3; ++round) {
+    double begin = now();
+    solver.settle(law, 1e-30, 1);
+    const double one = now() - begin;
+    begin = now();
+    solver.settle(law, 1e-30, 1 + sweeps);
+    best = std::min(best, (now() - begin - one) / sweeps);
+  }
+  return best;
+}
+
+void sizes() {
+  std::printf("\ncost of a sweep against size (float)\n");
+  std::printf("triangles  vertices colours  backend    us/sweep  ns/triangle  MB/sweep   GB/s\n");
+  for (const int scale : {1, 2, 4, 8, 16, 22}) {
+    const SimulationModel model = paper_balloon(26 * scale, 20 * scale);
+    const SimulationOptions options = ramp();
+    const Scene scene = make_scene(model, options);
+    const double bytes = bytes_per_sweep(scene, sizeof(float));
+    for (const int way : {0, 1, 2}) {
+      const bool gpu = way > 0;
+      if ((gpu && !has_gpu()) || (way == 1 && scale > 2)) continue;
+      const auto solver = gpu ? make_cuda_solver(scene, options, Precision::single,
+                                                 way == 1 ? Spread::block : Spread::grid)
+                              : make_cpu_solver(scene, options, Precision::single, 2);
+      const int sweeps = std::max(5, gpu ? 400 / scale : 60 / (scale * scale));
+      const double seconds = seconds_per_sweep(*solver, options, sweeps);
+      std::printf("%9zu %9d %7zu  %-8s %10.1f %12.2f %9.3f %6.1f\n", scene.balloon_triangles.size(),
+                  scene.balloon_count, scene.balloon_color_begin.size() - 1,
+                  way == 0   ? "cpu, 2"
+                  : way == 1 ? "block"
+                             : "grid",
+                  1e6 * seconds, 1e9 * seconds / double(scene.balloon_triangles.size()),
+                  1e-6 * bytes, 1e-9 * bytes / seconds);
+    }
+  }
+}
+
+SimulationModel small_stenosis() {
+  testing::StenosedTube p;
+  p.length = 18.0;
+  p.lesion_length = 6.0;
+  p.balloon_length = 9.0;
+  p.balloon_rings = 20;
+  p.balloon_around = 16;
+  p.wall_rings = 45;
+  return testing::make_model(p);
+}
+
+void angioplasty() {
+  std::printf("\nwhole course (insert, inflate, hold, deflate, rest), frames of 25 ms\n");
+  std::printf("wall vertices  backend  frames/s  sweeps/frame  worst residual\n");
+  for (const int around : {20, 40}) {
+    testing::StenosedTube p;
+    p.wall_around = around;
+    p.wall_rings = 61 * around / 20;
+    const SimulationModel model = testing::make_model(p);
+    for (const Backend backend : {Backend::cpu, Backend::cuda}) {
+      if (backend == Backend::cuda && !has_gpu()) continue;
+      SimulationOptions options;
+      options.backend = backend;
+      const SimulationSummary s = simulate(model, options, {});
+      std::printf("%13zu  %-7s %9.1f %13.1f %15.3f\n", model.wall.vertices.size(),
+                  s.backend.c_str(), s.frame_count / s.wall_s, s.mean_sweeps, s.worst_residual);
+    }
+  }
+}
+
+using Frames = std::vector<std::vector<Vec3>>;
+
+Frames frames_of(const SimulationModel& model, const SimulationOptions& options, bool gpu,
+                 Precision precision) {
+  const Scene scene = make_scene(model, options);
+  const double volume = balloon_volume(scene, scene.start);
+  TriangleMesh rest = model.balloon;
+  rest.vertices = model.balloon_rest;
+  const Inflator inflator(options, volume, std::max(volume, enclosed_volume(rest)));
+  const auto solver = gpu ? make_cuda_solver(scene, options, precision)
+                          : make_cpu_solver(scene, options, precision);
+  Frames frames;
+  solver->run(inflator, [&](int, const State& state) { frames.push_back(state.x); });
+  return frames;
+}
+
+// A few frames of small scenes, for tools that watch a program's memory.
+void check() {
+  if (!has_gpu()) return;
+  SimulationOptions options = ramp();
+  options.inflation.inflate_s = 0.3;
+  options.inflation.hold_s = 0.0;
+  testing::StenosedTube p;
+  p.length = 18.0;
+  p.balloon_length = 9.0;
+  p.balloon_rings = 13;
+  p.balloon_around = 12;
+  p.wall_rings = 31;
+  p.wall_around = 14;
+  p.start_radius = 0.7;
+  SimulationOptions lesion;
+  lesion.inflation.inflate_s = 0.25;
+  lesion.inflation.hold_s = lesion.inflation.rest_s = 0.0;
+  lesion.inflation.deflate_s = 0.05;
+  for (const Spread spread : {Spread::block, Spread::grid})
+    for (const bool wall : {false, true}) {
+      const SimulationModel model = wall ? testing::make_model(p) : paper_balloon(7, 8);
+      const Scene scene = make_scene(model, wall ? lesion : options);
+      const double volume = balloon_volume(scene, scene.start);
+      const Inflator inflator(wall ? lesion : options, volume, 4.0 * volume);
+      const auto solver =
+          make_cuda_solver(scene, wall ? lesion : options, Precision::single, spread);
+      const auto reference = make_cpu_solver(scene, wall ? lesion : options, Precision::single);
+      std::vector<std::vector<Vec3>> expected;
+      reference->run(inflator, [&](int, const State& s) { expected.push_back(s.x); });
+      double worst = 0.0;
+      int contacts = 0;
+      solver->run(inflator, [&](int f, const State& s) {
+        for (std::size_t v = 0; v < s.x.size(); ++v)
+          worst = std::max(worst, distance(s.x[v], expected[std::size_t(f)][v]));
+        contacts = std::max(contacts, s.report.contact_count);
+      });
+      std::printf("check %s %s: differs from the CPU by %.2e mm, contacts %d\n",
+                  spread == Spread::grid ? "grid" : "block", wall ? "wall" : "free", worst,
+                  contacts);
+    }
+}
+
+void report_difference(const char* what, const Frames& a, const Frames& b) {
+  double worst = 0.0, mean = 0.0;
+  std::size_t at = 0, count = 0;
+  for (std::size_t f = 0; f < std::min(a.size(), b.size()); ++f)
+    for (std::size_t v = 0; v < a[f].size(); ++v) {
+      const double d = distance(a[f][v], b[f][v]);
+      mean += d;
+      ++count;
+      if (d > worst) worst = d, at = f;
+    }
+  std::printf("%-46s worst %.2e mm (frame %zu of %zu), mean %.2e mm\n", what, worst, at, a.size(),
+              mean / double(count));
+}
+
+void compare() {
+  std::printf("\ndifferences over 200 frames\n");
+  SimulationOptions free_options = ramp();
+  free_options.inflation.hold_s = 1.5;
+  free_options.inflation.deflate_s = 0.975;
+  SimulationModel pinned = paper_balloon();  // or it drifts
+  pinned.balloon_fixed[pinned.balloon_fixed.size() - 1] = 1;
+  pinned.balloon_fixed[pinned.balloon_fixed.size() - 2] = 1;
+  SimulationOptions lesion;
+  lesion.frame_s = 0.02;
+  lesion.inflation.inflate_s = 2.0;
+  lesion.inflation.hold_s = 0.5;
+  lesion.inflation.deflate_s = 1.2;
+  lesion.inflation.rest_s = 0.28;
+  for (const bool wall : {false, true}) {
+    const SimulationModel model = wall ? small_stenosis() : pinned;
+    const SimulationOptions& options = wall ? lesion : free_options;
+    const std::string name = wall ? "small stenosis: " : "free balloon: ";
+    const Frames single = frames_of(model, options, false, Precision::single);
+    const Frames twofold = frames_of(model, options, false, Precision::twofold);
+    report_difference((name + "cpu float, cpu double").c_str(), single, twofold);
+    if (!has_gpu()) continue;
+    const Frames gpu = frames_of(model, options, true, Precision::single);
+    const Frames again = frames_of(model, options, true, Precision::single);
+    const Frames gpu_twofold = frames_of(model, options, true, Precision::twofold);
+    report_difference((name + "cuda float, again").c_str(), gpu, again);
+    report_difference((name + "cpu float, cuda float").c_str(), single, gpu);
+    report_difference((name + "cpu double, cuda double").c_str(), twofold, gpu_twofold);
+  }
+}
+
+}  // namespace
+}  // namespace angio::simulation
+
+int main(int argc, char** argv) {
+  using namespace angio::simulation;
+  const auto asked = [&](const char* name) {
+    for (int i = 1; i < argc; ++i)
+      if (std::strcmp(argv[i], name) == 0) return true;
+    return argc < 2;
+  };
+  std::setvbuf(stdout, nullptr, _IOLBF, 0);
+  if (argc > 1 && asked("check")) check();
+  if (asked("free")) free_balloon();
+  if (asked("size")) sizes();
+  if (asked("compare")) compare();
+  if (asked("wall")) angioplasty();
+  return 0;
+}
