@@ -225,14 +225,19 @@ Rows inflation() {
       {"limit point 8.253 MPa H / R under volume control", limit_error(), 0.5, "%"}};
 }
 
+FreeBalloon charted_balloon(const testing::Charted& charted) {
+  FreeBalloon balloon;
+  balloon.material.name = charted.material;
+  balloon.material.wall_mm = charted.wall_mm;
+  balloon.material.chart = charted.chart;
+  balloon.radius_mm = 0.5 * rest_diameter_mm(charted.chart);
+  return balloon;
+}
+
 Rows charts() {
   Rows rows;
   for (const testing::Charted& charted : testing::charted_balloons()) {
-    FreeBalloon balloon;
-    balloon.material.name = charted.material;
-    balloon.material.wall_mm = charted.wall_mm;
-    balloon.material.chart = charted.chart;
-    balloon.radius_mm = 0.5 * rest_diameter_mm(charted.chart);
+    const FreeBalloon balloon = charted_balloon(charted);
     InflateOptions options;
     for (const ChartPoint& point : charted.chart)
       options.pressures_atm.push_back(point.pressure_atm);
@@ -249,11 +254,40 @@ Rows charts() {
   return rows;
 }
 
-const std::vector<std::pair<std::string, Rows (*)()>> kGroups{{"membrane", membrane},
-                                                              {"sphere", sphere},
-                                                              {"gas", gas},
-                                                              {"inflate", inflation},
-                                                              {"chart", charts}};
+// Vertex block descent against Newton's method.
+Rows descent() {
+  Rows rows;
+  std::vector<std::pair<std::string, FreeBalloon>> balloons{
+      {"polyurethane, to a stretch of 1.2", rubber(BalloonEnds::hemispheres)}};
+  std::vector<InflateOptions> loads(1);
+  for (const double load : {1.66, 2.945, 4.751})
+    loads[0].pressures_atm.push_back(atm_of_load(balloons[0].second, load));
+  for (const testing::Charted& charted : testing::charted_balloons()) {
+    if (std::string(charted.name).find("_compliant") == std::string::npos) continue;
+    balloons.emplace_back(charted.name, charted_balloon(charted));
+    loads.emplace_back();
+    for (const ChartPoint& point : charted.chart)
+      loads.back().pressures_atm.push_back(point.pressure_atm);
+  }
+  for (std::size_t i = 0; i < balloons.size(); ++i) {
+    const auto newton = inflate(balloons[i].second, loads[i]);
+    loads[i].solver = InflateSolver::vbd;
+    loads[i].backend = Backend::cpu;
+    const auto vbd = inflate(balloons[i].second, loads[i]);
+    double worst = 0.0;
+    for (std::size_t k = 0; k < vbd.size(); ++k)
+      worst = std::max(worst, vbd[k].converged
+                                  ? std::abs(vbd[k].diameter_mm / newton[k].diameter_mm - 1.0)
+                                  : 1.0);
+    rows.push_back(
+        {"vbd against newton, " + balloons[i].first + ": diameter", 100.0 * worst, 0.1, "%"});
+  }
+  return rows;
+}
+
+const std::vector<std::pair<std::string, Rows (*)()>> kGroups{
+    {"membrane", membrane}, {"sphere", sphere}, {"gas", gas},
+    {"inflate", inflation}, {"chart", charts},  {"vbd", descent}};
 
 int print_groups(const std::vector<std::string>& names) {
   int failures = 0;
@@ -280,7 +314,7 @@ int main(int count, char** arguments) {
     for (const std::string& name : names)
       if (std::none_of(angio::simulation::kGroups.begin(), angio::simulation::kGroups.end(),
                        [&](const auto& group) { return group.first == name; })) {
-        std::fprintf(stderr, "no group \"%s\". Use membrane, sphere, gas, inflate or chart\n",
+        std::fprintf(stderr, "no group \"%s\". Use membrane, sphere, gas, inflate, chart or vbd\n",
                      name.c_str());
         return 64;
       }

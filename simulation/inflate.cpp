@@ -45,34 +45,39 @@ double mean_radius(const Capsule& capsule, const std::vector<Vec3>& x) {
   return sum / capsule.around;
 }
 
-// H / sqrt(I3) of the triangles on both sides of the middle ring.
-double thickness_at_middle(const Capsule& capsule, const std::vector<Vec3>& x, double wall) {
-  const auto area = [](const std::vector<Vec3>& at, const Triangle& t) {
-    const Vec3& a = at[std::size_t(t[0])];
-    return norm(cross(at[std::size_t(t[1])] - a, at[std::size_t(t[2])] - a));
-  };
-  double before = 0.0, now = 0.0;
+// Thickness and stress of the triangles on both sides of the middle ring, by area.
+void measure_skin(const Capsule& capsule, const MembraneTerm& skin, const std::vector<Vec3>& x,
+                  double wall, InflationPoint& point) {
+  double whole = 0.0, thickness = 0.0, stress = 0.0;
   const int first = capsule.middle_ring * capsule.around, last = first + capsule.around;
-  for (const Triangle& t : capsule.skin)
-    if (std::any_of(t.begin(), t.end(), [&](int v) { return v >= first && v < last; })) {
-      before += area(capsule.mesh.vertices, t);
-      now += area(x, t);
-    }
-  return wall * before / now;
+  for (std::size_t t = 0; t < capsule.skin.size(); ++t) {
+    const Triangle& corner = capsule.skin[t];
+    if (std::none_of(corner.begin(), corner.end(), [&](int v) { return v >= first && v < last; }))
+      continue;
+    const Vec3& a = x[std::size_t(corner[0])];
+    const double area = norm(cross(x[std::size_t(corner[1])] - a, x[std::size_t(corner[2])] - a));
+    const SkinStress<double> here = skin.stress(t, x);
+    whole += area;
+    thickness += area * wall * here.thickness_ratio;
+    stress += area * here.stress[0];
+  }
+  point.wall_mm = thickness / whole;
+  point.stress_mpa = stress / whole / units::kPascalPerMegapascal;
 }
 
 InflationPoint measure(const FreeBalloon& balloon, const Capsule& capsule, const FreeState& state) {
   const double lengths = balloon.length_mm / capsule.length;
+  const MembraneTerm skin = skin_of(balloon, capsule);
   InflationPoint point;
   point.pressure_atm = units::atm_from_pascal(state.pressure);
   point.volume_mm3 = smooth_volume(balloon, capsule) * state.volume;
-  point.energy_mj = 1e-6 * lengths * skin_of(balloon, capsule).value(state.x);
+  point.energy_mj = 1e-6 * lengths * skin.value(state.x);
   point.residual = state.residual;
   point.converged = state.converged;
   point.length_mm = lengths * (mean_z(capsule, state.x, capsule.last_ring) -
                                mean_z(capsule, state.x, capsule.first_ring));
   point.diameter_mm = 2.0 * mean_radius(capsule, state.x) / capsule.circle_factor;
-  point.wall_mm = thickness_at_middle(capsule, state.x, balloon.material.wall_mm);
+  measure_skin(capsule, skin, state.x, balloon.material.wall_mm, point);
   return point;
 }
 

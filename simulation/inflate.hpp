@@ -67,6 +67,7 @@ struct InflationPoint {
   double length_mm = 0.0;     ///< of the cylindrical part, between its ends' rings
   double volume_mm3 = 0.0;    ///< enclosed; the facets' times what it is in excess unloaded
   double wall_mm = 0.0;       ///< thickness of the membrane at the middle
+  double stress_mpa = 0.0;    ///< greatest principal Cauchy stress at the middle, mean of the ring
   double energy_mj = 0.0;     ///< stored in the membrane [mJ]
   double residual = 0.0;      ///< unbalanced force over the forces that balance
   /// False: no state of rest was found. Under pressure the balloon then is past its limit point,

@@ -241,6 +241,51 @@ ANGIO_HOST_DEVICE inline Symmetric2<Real> clamp_positive(const Symmetric2<Real>&
 
 }  // namespace membrane
 
+/// What a triangle of the skin carries.
+template <class Real>
+struct SkinStress {
+  Real stretch[2]{};       ///< principal, the larger first
+  Real stress[2]{};        ///< principal Cauchy stress [Pa], the larger first
+  Real thickness_ratio{};  ///< h / H
+  Real energy{};           ///< per unloaded volume [Pa]
+};
+
+/// Stretches, stress, thickness and energy for the edges e1, e2 of the deformed triangle.
+///
+///     sigma = F S F^T,   S = 2 (Psi_1 K + Psi_3 I3 C^-1 + Psi_4 f f^T),   J = 1
+///
+/// Its eigenvalues are those of S C, written in the edges' components. The stretches' squares are
+/// those of K C.
+template <class Real>
+ANGIO_HOST_DEVICE inline SkinStress<Real> skin_stress(const SkinLaw<Real>& law,
+                                                      const CornerMetric<Real>& k,
+                                                      const Vec3T<Real>& e1,
+                                                      const Vec3T<Real>& e2) {
+  using std::sqrt;
+  const Invariants<Real> i = invariants(k, e1, e2);
+  const EnergyDensity<Real> psi = skin_energy(law, k, e1, e2);
+  const Real a = dot(e1, e1), b = dot(e1, e2), c = dot(e2, e2);
+  const auto roots = [](Real trace, Real det, Real out[2]) {
+    const Real square = trace * trace - Real(4) * det;
+    const Real root = square > Real(0) ? sqrt(square) : Real(0);
+    out[0] = Real(0.5) * (trace + root);
+    out[1] = Real(0.5) * (trace - root);
+  };
+  SkinStress<Real> out;
+  roots(i.i1, i.i3, out.stretch);
+  for (Real& l : out.stretch) l = sqrt(l > Real(0) ? l : Real(0));
+  const Real s11 = Real(2) * (psi.d1 * k.k11 + psi.d4 * k.f1 * k.f1);
+  const Real s12 = Real(2) * (psi.d1 * k.k12 + psi.d4 * k.f1 * k.f2);
+  const Real s22 = Real(2) * (psi.d1 * k.k22 + psi.d4 * k.f2 * k.f2);
+  const Real even = Real(2) * psi.d3 * i.i3;  // of S C: C^-1 C = I
+  const Real m11 = s11 * a + s12 * b + even, m12 = s11 * b + s12 * c;
+  const Real m21 = s12 * a + s22 * b, m22 = s12 * b + s22 * c + even;
+  roots(m11 + m22, m11 * m22 - m12 * m21, out.stress);
+  out.thickness_ratio = Real(1) / sqrt(i.i3);
+  out.energy = psi.value;
+  return out;
+}
+
 /// First and second derivatives of E = H A0 Psi by a = e1.e1, b = e1.e2 and c = e2.e2.
 template <class Real>
 struct MetricSlopes {

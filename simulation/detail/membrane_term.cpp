@@ -50,6 +50,13 @@ double MembraneTerm::value(const std::vector<Vec3>& x) const {
   return sum;
 }
 
+SkinStress<double> MembraneTerm::stress(std::size_t triangle, const std::vector<Vec3>& x) const {
+  const auto& [v, n, m] = triangles_[triangle];
+  const Vec3& middle = x[std::size_t(n)];
+  return skin_stress(law_, metric_[triangle], x[std::size_t(v)] - middle,
+                     x[std::size_t(m)] - middle);
+}
+
 void MembraneTerm::add(const std::vector<Vec3>& x, bool clamp, Assembly& out) const {
   for (std::size_t t = 0; t < triangles_.size(); ++t) {
     const auto& [v, n, m] = triangles_[t];

@@ -18,6 +18,7 @@ class MembraneTerm final : public EnergyTerm {
 
   [[nodiscard]] double value(const std::vector<Vec3>& x) const override;
   void add(const std::vector<Vec3>& x, bool clamp, Assembly& out) const override;
+  [[nodiscard]] SkinStress<double> stress(std::size_t triangle, const std::vector<Vec3>& x) const;
 
  private:
   SkinLaw<double> law_;

@@ -81,6 +81,10 @@ TEST(Inflate, APieceOfTubeFollowsItsClosedFormAtEveryStretch) {
     EXPECT_NEAR(points[i].pressure_atm, atm_of_load(exact.load_mpa),
                 2e-3 * atm_of_load(exact.load_mpa));
     EXPECT_NEAR(points[i].volume_mm3, options.volumes_mm3[i], 1e-6 * options.volumes_mm3[i]);
+    EXPECT_NEAR(points[i].stress_mpa,  // p r / h
+                units::pascal_from_atm(points[i].pressure_atm) * 0.5e-6 * points[i].diameter_mm /
+                    points[i].wall_mm,
+                2e-3 * points[i].stress_mpa);
   }
 }
 

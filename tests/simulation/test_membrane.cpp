@@ -227,6 +227,29 @@ TEST(RelaxedEnergy, IsConvexAlongEveryFoldWithFibres) {
   }
 }
 
+TEST(SkinStress, IsThatOfThePrincipalStretches) {
+  // sigma_i = l_i dw/dl_i of an incompressible sheet; fibres along the first stretch add 2 l1^2 g'.
+  const auto t = stretched(1.4, 0.95, 1.0, 7u);
+  const CornerMetric<double> k = metric_of(t, 1);
+  const Vec3 e1 = t.x[1] - t.x[2], e2 = t.x[0] - t.x[2];
+  const SkinStress<double> at = skin_stress(law_of<double>(false, false), k, e1, e2);
+  const double h = 1e-6, scale = polyurethane<double>().c2;
+  EXPECT_NEAR(at.stretch[0], 1.4, 1e-12);
+  EXPECT_NEAR(at.stretch[1], 0.95, 1e-12);
+  EXPECT_NEAR(at.thickness_ratio, 1.0 / (1.4 * 0.95), 1e-12);
+  EXPECT_NEAR(at.energy, w(1.4, 0.95), 1e-9 * scale);
+  EXPECT_NEAR(at.stress[0], 1.4 * (w(1.4 + h, 0.95) - w(1.4 - h, 0.95)) / (2 * h), 1e-6 * scale);
+  EXPECT_NEAR(at.stress[1], 0.95 * (w(1.4, 0.95 + h) - w(1.4, 0.95 - h)) / (2 * h), 1e-6 * scale);
+
+  const SkinLaw<double> law = law_of<double>(false, true);
+  const CornerMetric<double> unit{1.0, 0.0, 1.0, 1.0, 1.0, 1.0, 0.0};
+  EnergyDensity<double> fibre;
+  add_fibres(law.fibre, 1.4 * 1.4, fibre);
+  const SkinStress<double> both = skin_stress(law, unit, Vec3{1.4, 0, 0}, Vec3{0, 0.95, 0});
+  EXPECT_NEAR(both.stress[0], at.stress[0] + 2.0 * 1.4 * 1.4 * fibre.d4, 1e-9 * scale);
+  EXPECT_NEAR(both.stress[1], at.stress[1], 1e-9 * scale);
+}
+
 TEST(FibreLaw, IsSmoothAcrossItsNodesAndStraightPastTheLast) {
   const FibreLaw<double> law = fibres<double>();
   const auto at = [&](double i4) {
