@@ -217,6 +217,7 @@ void SimulationOptions::validate() const {
   check("balloon.c2_mpa", balloon.c2_mpa, 0.0, 1e6);
   check("balloon.wall_mm", balloon.wall_mm, 0.001, 1.0);
   check("balloon.density_g_mm3", balloon.density_g_mm3, 0.0, 1.0);
+  check("wall.shape_beta", wall.shape_beta, 0.0, 1.0);
   check("wall.modulus_kpa", wall.modulus_kpa, 1.0, 1e6);
   check("wall.thickness_ratio", wall.thickness_ratio, 1e-6, 0.45);
   check("wall.yield_strain", wall.yield_strain, 0.0, 10.0);

@@ -29,7 +29,17 @@ struct BalloonMaterial {
   std::vector<ChartPoint> chart;
 };
 
+/// What a slab of wall can keep as its plastic shape (Mueller 2005, sections 4.2 and 4.3).
+enum class WallShape {
+  linear,     ///< a stretched one: one 3 x 3 map
+  quadratic,  ///< also a bent, twisted or unevenly widened one: one 3 x 9 map
+};
+
 struct WallMaterial {
+  WallShape shape = WallShape::linear;
+  /// Mueller 2005 beta, quadratic only, [0, 1]: share of bending, twist and uneven widening, at the
+  /// scale of a slab, that costs nothing.
+  double shape_beta = 0.0;
   double modulus_kpa = 1000.0;     ///< circumferential modulus of the diseased wall, [1, 1e6]
   double thickness_ratio = 0.189;  ///< wall thickness / outer diameter (Holzapfel 2005), (0, 0.45)
   /// Mueller 2005 c_yield, [0, 10]: strain below it stays elastic.

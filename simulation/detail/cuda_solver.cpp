@@ -196,6 +196,8 @@ class CudaSolver final : public StepSolver {
     x_detected_ = memory_.allocate<Vec>(count);
     program_.view.x_detected = x_detected_;
     plastic_ = PinnedBlock(std::size_t(scene.clusters.count()) * sizeof(Mat));
+    if (program_.view.entry_modes)
+      plastic_modes_ = PinnedBlock(std::size_t(scene.clusters.count()) * kShapeModes * sizeof(Vec));
     contact_force_ = PinnedBlock(std::size_t(scene.wall_count) * sizeof(Real));
   }
 
@@ -341,20 +343,26 @@ class CudaSolver final : public StepSolver {
           "working");
   }
 
+  template <class Value>
+  void bring(Value* to, const Value* from, std::size_t count) {
+    if (count == 0) return;
+    check(cudaMemcpyAsync(to, from, count * sizeof(Value), cudaMemcpyDeviceToHost, stream_),
+          "copying results");
+  }
+
   State wall_state() {
     const auto clusters = std::size_t(scene_.clusters.count());
-    check(cudaMemcpyAsync(plastic_.as<Mat>(), program_.view.cluster_plastic, clusters * sizeof(Mat),
-                          cudaMemcpyDeviceToHost, stream_),
-          "copying results");
-    check(cudaMemcpyAsync(contact_force_.as<Real>(), program_.view.contact_force,
-                          std::size_t(scene_.wall_count) * sizeof(Real), cudaMemcpyDeviceToHost,
-                          stream_),
-          "copying results");
+    const std::size_t modes = program_.view.entry_modes ? clusters * kShapeModes : 0;
+    bring(plastic_.as<Mat>(), program_.view.cluster_plastic, clusters);
+    bring(plastic_modes_.as<Vec>(), program_.view.cluster_plastic_modes, modes);
+    bring(contact_force_.as<Real>(), program_.view.contact_force, std::size_t(scene_.wall_count));
     stream_.wait("copying results");
     State state = state_of(batches_[0], 0);
     state.report = status_.report;
     for (std::size_t c = 0; c < clusters; ++c)
       state.plastic.push_back(converted<double>(plastic_.as<Mat>()[c]));
+    for (std::size_t k = 0; k < modes; ++k)
+      state.plastic_modes.push_back(converted<double>(plastic_modes_.as<Vec>()[k]));
     for (int i = 0; i < scene_.wall_count; ++i)
       state.contact_pressure.push_back(double(contact_force_.as<Real>()[i]) /
                                        finder_.area(scene_.balloon_count + i));
@@ -385,7 +393,7 @@ class CudaSolver final : public StepSolver {
   Vec* x_detected_ = nullptr;
   Stream stream_, copies_;
   std::array<Batch, 2> batches_;
-  PinnedBlock plastic_, contact_force_;
+  PinnedBlock plastic_, plastic_modes_, contact_force_;
   Upload<NearPair<Real>> pairs_;
   Upload<int> ref_begin_, bound_begin_;
   Upload<ContactRef> refs_;

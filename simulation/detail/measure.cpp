@@ -212,7 +212,7 @@ SkinState skin_state(const Scene& scene, const std::vector<Vec3>& x) {
       // A wrinkled or folded skin is as thick as its own tension makes it, not as its cover:
       // uniaxial tension leaves l3 = l1^-1/2, no tension leaves l3 = 1.
       const double taut = !scene.skin.relaxed ? 1.0 / std::sqrt(k.i3)
-                          : large <= 1.0 ? 1.0
+                          : large <= 1.0      ? 1.0
                                          : std::min(1.0 / std::sqrt(k.i3), 1.0 / std::sqrt(large));
       thickness += w * scene.wall_mm * taut;
     }
@@ -226,9 +226,12 @@ SkinState skin_state(const Scene& scene, const std::vector<Vec3>& x) {
 std::vector<double> plastic_strain(const Scene& scene, const State& state) {
   std::vector<double> by_cluster(state.plastic.size());
   for (std::size_t c = 0; c < by_cluster.size(); ++c) {
-    Mat3 strain = state.plastic[c];
-    for (int i = 0; i < 3; ++i) strain(i, i) -= 1.0;
-    by_cluster[c] = spectral_norm(strain);
+    ShapeMap<double> plastic;
+    plastic.linear = state.plastic[c];
+    if (!state.plastic_modes.empty())
+      std::copy_n(state.plastic_modes.begin() + std::ptrdiff_t(c) * kShapeModes, kShapeModes,
+                  plastic.modes);
+    by_cluster[c] = strain_size(plastic);
   }
   std::vector<double> result(std::size_t(scene.wall_count), 0.0);
   const WallClusters& clusters = scene.clusters;

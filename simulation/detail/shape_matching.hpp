@@ -93,34 +93,70 @@ struct PlasticFlow {
   Real max{};    ///< c_max [1]
 };
 
-/// One step of plastic flow of a cluster: the new S^p.
+/// Functions of a cluster's members beside x, y, z: shape_modes.hpp.
+inline constexpr int kShapeModes = 6;
+
+/// A map of a cluster's shape: q -> linear q + sum_k modes_k phi_k.
+template <class Real>
+struct ShapeMap {
+  Mat3T<Real> linear = Mat3T<Real>::identity();
+  Vec3T<Real> modes[kShapeModes];
+};
+
+/// How far a map is from the identity: |(linear - I, modes)|_2, the greatest singular value of the
+/// 3 x 9 matrix. Of a symmetric linear map alone it is Mueller's |S - I|_2.
+template <class Real>
+ANGIO_HOST_DEVICE inline Real strain_size(const ShapeMap<Real>& map) {
+  using std::sqrt;
+  Mat3T<Real> strain = map.linear;
+  for (int i = 0; i < 3; ++i) strain(i, i) -= Real(1);
+  Mat3T<Real> uneven;
+  for (const Vec3T<Real>& mode : map.modes) uneven += outer(mode, mode);
+  if (!(uneven(0, 0) + uneven(1, 1) + uneven(2, 2) > Real(0))) return spectral_norm(strain);
+  return sqrt(spectral_norm(strain * transpose(strain) + uneven));
+}
+
+/// One step of plastic flow of a cluster: the new plastic map (S^p, N^p).
 ///
-///     |S - I|_2 > c_yield:   S^p <- [I + (1 - exp(-dt c_creep)) (S - I)] S^p
-///     |S^p - I|_2 > c_max:   S^p <- I + c_max (S^p - I) / |S^p - I|_2
+///     |(S - I, E)|_2 > c_yield:      S^p <- [I + (1 - exp(-dt c_creep)) (S - I)] S^p
+///                                    N^p <- N^p + (1 - exp(-dt c_creep)) E
+///     |(S^p - I, N^p)|_2 > c_max:    (S^p - I, N^p) <- c_max (S^p - I, N^p) / |(S^p - I, N^p)|_2
 ///
-/// Source: Mueller 2005, section 4.4, with two departures. (1) The paper divides S^p by det^(1/3)
+/// Source: Mueller 2005, section 4.4, which has no N^p; where S and S^p have the same axes the
+/// first line is S^p + (1 - exp(-dt c)) (S S^p - S^p), and the second is its like. Two departures.
+/// (1) The paper divides S^p by det^(1/3)
 /// to keep a solid's volume; a slab of vessel wall is a hollow ring whose lumen may grow while the
 /// tissue thins, and the division would shorten a widened slab along the vessel and tear it from
 /// its neighbours: left out. (2) 1 - exp(-dt c) in place of dt c: the same to first order, and it
-/// cannot overshoot at long steps.
+/// cannot overshoot at long steps. A stretch l held for a time T above yield so leaves
+/// S^p = l - (l - 1) exp(-T c), whatever the step.
 ///
-/// @param stretch  S, the symmetric part of the cluster's best linear map, relative to S^p
+/// @param elastic  S, the symmetric part of the cluster's best linear map, relative to S^p; E, the
+///                 best coefficients of the modes less N^p
 template <class Real>
-ANGIO_HOST_DEVICE inline Mat3T<Real> flow(const PlasticFlow<Real>& law, const Mat3T<Real>& stretch,
-                                          const Mat3T<Real>& plastic, Real dt) {
+ANGIO_HOST_DEVICE inline ShapeMap<Real> flow(const PlasticFlow<Real>& law,
+                                             const ShapeMap<Real>& elastic,
+                                             const ShapeMap<Real>& plastic, Real dt) {
   using std::exp;
-  Mat3T<Real> strain = stretch;
-  for (int i = 0; i < 3; ++i) strain(i, i) -= Real(1);
-  if (!(spectral_norm(strain) > law.yield)) return plastic;
-  Mat3T<Real> next = (Real(1) - exp(-dt * law.creep)) * strain;
-  for (int i = 0; i < 3; ++i) next(i, i) += Real(1);
-  next = next * plastic;
+  if (!(strain_size(elastic) > law.yield)) return plastic;
+  const Real share = Real(1) - exp(-dt * law.creep);
+  ShapeMap<Real> next = plastic;
+  Mat3T<Real> by = elastic.linear;
+  for (int i = 0; i < 3; ++i) by(i, i) -= Real(1);
+  by = share * by;
+  for (int i = 0; i < 3; ++i) by(i, i) += Real(1);
+  by = by * plastic.linear;
   // S S^p is not symmetric where their axes differ; its symmetric part keeps a pure stretch.
-  next = Real(0.5) * (next + transpose(next));
-  for (int i = 0; i < 3; ++i) next(i, i) -= Real(1);
-  const Real size = spectral_norm(next);
-  if (size > law.max) next = (law.max / size) * next;
-  for (int i = 0; i < 3; ++i) next(i, i) += Real(1);
+  next.linear = Real(0.5) * (by + transpose(by));
+  for (int k = 0; k < kShapeModes; ++k) next.modes[k] += share * elastic.modes[k];
+  const Real size = strain_size(next);
+  if (size > law.max) {
+    const Real kept = law.max / size;
+    for (int i = 0; i < 3; ++i) next.linear(i, i) -= Real(1);
+    next.linear = kept * next.linear;
+    for (int i = 0; i < 3; ++i) next.linear(i, i) += Real(1);
+    for (Vec3T<Real>& mode : next.modes) mode *= kept;
+  }
   return next;
 }
 

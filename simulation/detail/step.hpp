@@ -15,6 +15,7 @@ namespace angio::simulation::detail {
 struct State {
   std::vector<Vec3> x;                   ///< [mm], shape [vertex]
   std::vector<Mat3> plastic;             ///< S^p of the clusters
+  std::vector<Vec3> plastic_modes;       ///< N^p, shape [cluster][kShapeModes]; or empty
   std::vector<double> contact_pressure;  ///< [Pa], shape [wall vertex]
   double pressure = 0.0;                 ///< absolute [Pa]
   double volume = 0.0;                   ///< enclosed [mm^3]

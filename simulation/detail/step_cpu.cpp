@@ -102,6 +102,8 @@ class CpuSolver final : public StepSolver {
     state.x = global(scene_, view_.start, view_.x);
     for (int c = 0; c < view_.cluster_count; ++c)
       state.plastic.push_back(converted<double>(view_.cluster_plastic[c]));
+    for (int i = 0; view_.cluster_plastic_modes && i < view_.cluster_count * kShapeModes; ++i)
+      state.plastic_modes.push_back(converted<double>(view_.cluster_plastic_modes[i]));
     for (int i = 0; i < view_.wall_count; ++i)
       state.contact_pressure.push_back(double(view_.contact_force[i]) /
                                        finder_.area(scene_.balloon_count + i));

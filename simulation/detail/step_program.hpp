@@ -317,12 +317,8 @@ ANGIO_HOST_DEVICE inline void end_step(Team& team, const StepView<Real>& s,
       total);
   status.report.contact_count = int(total[0]);
   status.report.friction_delta = total[1];
-  team.template for_each<Team::kClusterLanes>(s.cluster_count, [&](int c, const auto& lanes) {
-    const Mat3T<Real> stretch = cluster_stretch(s, c, lanes);
-    const Mat3T<Real> plastic = flow(plasticity, stretch, s.cluster_plastic[c], s.dt);
-    lanes.sync();
-    if (lanes.rank() == 0) s.cluster_plastic[c] = plastic;
-  });
+  team.template for_each<Team::kClusterLanes>(
+      s.cluster_count, [&](int c, const auto& lanes) { flow_cluster(s, plasticity, c, lanes); });
   team.barrier();
 }
 

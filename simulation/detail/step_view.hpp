@@ -129,7 +129,8 @@ void add_balloon_view(const Scene& scene, Memory& memory, StepView<Real>& view) 
 }
 
 template <class Real, class Memory>
-void add_wall_view(const Scene& scene, Memory& memory, StepView<Real>& view) {
+void add_wall_view(const Scene& scene, const WallMaterial& wall, Memory& memory,
+                   StepView<Real>& view) {
   const WallClusters& clusters = scene.clusters;
   const auto count = std::size_t(clusters.count());
   view.wall_count = scene.wall_count;
@@ -141,16 +142,19 @@ void add_wall_view(const Scene& scene, Memory& memory, StepView<Real>& view) {
   view.cluster_stiffness = memory.store(converted_all<Real>(clusters.stiffness));
   view.cluster_offset = memory.store(converted_all<Real>(clusters.offset));
   std::vector<Vec3> centres(count);
+  std::vector<double> mode_scale(count, 0.0);
   std::vector<double> goal_stiffness(std::size_t(scene.wall_count), 0.0);
   for (std::size_t c = 0; c < count; ++c) {
-    double weight = 0.0;
+    double weight = 0.0, spread = 0.0;
     for (int e = clusters.begin[c]; e < clusters.begin[c + 1]; ++e) {
       const auto i = std::size_t(e);
       const auto v = std::size_t(clusters.vertex[i]);
       centres[c] += clusters.stiffness[i] * scene.start[std::size_t(scene.balloon_count) + v];
       weight += clusters.stiffness[i];
       goal_stiffness[v] += clusters.stiffness[i];
+      spread += clusters.stiffness[i] * norm_squared(clusters.offset[i]);
     }
+    mode_scale[c] = 1.0 / spread;
     centres[c] = centres[c] / weight;
   }
   view.cluster_start = memory.store(local<Real>(scene, centres));
@@ -165,6 +169,14 @@ void add_wall_view(const Scene& scene, Memory& memory, StepView<Real>& view) {
   view.cluster_rotation = memory.store(identity);
   view.cluster_plastic = memory.store(identity);
   view.cluster_map = memory.store(identity);
+  if (!clusters.modes.empty()) {
+    view.entry_modes = memory.store(converted_all<Real>(clusters.modes));
+    view.mode_scale = memory.store(converted_all<Real>(mode_scale));
+    view.mode_freedom = Real(wall.shape_beta);
+    const std::vector<Vec3T<Real>> flat(count * kShapeModes);
+    view.cluster_plastic_modes = memory.store(flat);
+    view.cluster_map_modes = memory.store(flat);
+  }
   view.cluster_centre = memory.template allocate<Vec3T<Real>>(count);
   view.goal = memory.template allocate<Vec3T<Real>>(std::size_t(scene.wall_count));
   view.contact_force = memory.template allocate<Real>(std::size_t(scene.wall_count));
@@ -177,7 +189,7 @@ StepView<Real> make_view(const Scene& scene, const SimulationOptions& options, M
   const double peak = units::pascal_from_atm(options.inflation.peak_pressure_atm);
   StepView<Real> view;
   add_balloon_view(scene, memory, view);
-  add_wall_view(scene, memory, view);
+  add_wall_view(scene, options.wall, memory, view);
   view.dt = Real(options.frame_s);
   view.outside_pressure = Real(outside_pressure(options));
   view.contact_distance = Real(options.contact_distance_mm);

@@ -7,6 +7,7 @@
 #include <map>
 
 #include "core/units.hpp"
+#include "simulation/detail/shape_modes.hpp"
 
 namespace angio::simulation::detail {
 namespace {
@@ -194,6 +195,17 @@ void centre_offsets(const std::vector<Vec3>& x, WallClusters& clusters) {
   }
 }
 
+// The quadratic columns of every cluster's map.
+void add_modes(WallClusters& clusters) {
+  for (int c = 0; c < clusters.count(); ++c) {
+    const auto begin = clusters.begin[std::size_t(c)], end = clusters.begin[std::size_t(c) + 1];
+    const std::vector<double> modes =
+        quadratic_modes({clusters.offset.begin() + begin, clusters.offset.begin() + end},
+                        {clusters.stiffness.begin() + begin, clusters.stiffness.begin() + end});
+    clusters.modes.insert(clusters.modes.end(), modes.begin(), modes.end());
+  }
+}
+
 // Each member's share of its vertex: falling from the middle of the slab to its ends along the
 // axis, so that the goals, a mean over slabs by share, have no jump where a slab ends.
 std::vector<double> shares_of(const Slab& slab, const Members& members,
@@ -255,6 +267,7 @@ WallClusters make_clusters(const SimulationModel& model, const WallMaterial& mat
   divide_stiffness(shares, clusters);
   clusters.offset.resize(clusters.vertex.size());
   centre_offsets(model.wall.vertices, clusters);
+  if (material.shape == WallShape::quadratic) add_modes(clusters);
   return clusters;
 }
 

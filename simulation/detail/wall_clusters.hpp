@@ -14,6 +14,7 @@ struct WallClusters {
   std::vector<int> vertex;         ///< wall vertex, shape [entry]
   std::vector<double> stiffness;   ///< k [uN/mm], shape [entry]
   std::vector<Vec3> offset;        ///< q: start position from the cluster's centre [mm]
+  std::vector<double> modes;       ///< phi [mm], shape [entry][kShapeModes]; empty: linear
   std::vector<double> radius;      ///< local radius of the slab [mm], shape [cluster_count]
   std::vector<Vec3> axis;          ///< unit, along the vessel
   std::vector<char> ring;          ///< the slab closes around the vessel

@@ -17,9 +17,11 @@ struct Wall {
   HostMemory memory;
   StepView<double> view;
 
-  explicit Wall(int around = 32) {
+  explicit Wall(int around = 32, WallMaterial material = {}, double stenosis = 0.0) {
     testing::StenosedTube p;
-    p.stenosis = 0.0;
+    p.stenosis = stenosis;
+    p.eccentric = stenosis > 0.0;
+    options.wall = material;
     p.wall_around = around;
     p.wall_rings = 4 * around;
     model = testing::make_model(p);
@@ -32,6 +34,28 @@ struct Wall {
   }
   Wall(const Wall&) = delete;
 
+  template <class Map>
+  void shape(const Map& map) {
+    for (std::size_t v = std::size_t(scene.balloon_count); v < x.size(); ++v) x[v] = map(x[v]);
+  }
+  void let_flow(const PlasticFlow<double>& law, double time) {
+    fit();
+    view.dt = time;
+    for (int c = 0; c < scene.clusters.count(); ++c) flow_cluster(view, law, c, OneLane{});
+    view.dt = 1e6;
+  }
+  // Long enough for all strain to flow, and for the rotations to follow.
+  void let_all_flow() {
+    for (int step = 0; step < 100; ++step) let_flow({0.0, 100.0, 10.0}, 10.0);
+    fit();
+  }
+  // The farthest that a vertex is from its goal [mm].
+  double most_off() const {
+    double most = 0.0;
+    for (int i = 0; i < scene.wall_count; ++i)
+      most = std::max(most, distance(x[std::size_t(scene.balloon_count + i)], view.goal[i]));
+    return most;
+  }
   void fit() {
     for (int c = 0; c < scene.clusters.count(); ++c) fit_cluster(view, c, OneLane{});
     for (int i = 0; i < scene.wall_count; ++i) set_goal(view, i);
@@ -91,15 +115,119 @@ TEST(Wall, FeelsNothingOfARigidMotion) {
 
 TEST(Wall, StretchOfAWidenedSlabIsItsWidening) {
   Wall wall(16);
-  for (std::size_t v = std::size_t(wall.scene.balloon_count); v < wall.x.size(); ++v) {
-    wall.x[v].x *= 1.3;
-    wall.x[v].y *= 1.3;
-  }
+  wall.shape([](const Vec3& p) { return Vec3{1.3 * p.x, 1.3 * p.y, p.z}; });
   wall.fit();
-  const Mat3 stretch = cluster_stretch(wall.view, wall.scene.clusters.count() / 2, OneLane{});
-  EXPECT_NEAR(stretch(0, 0), 1.3, 1e-4);
-  EXPECT_NEAR(stretch(1, 1), 1.3, 1e-4);
-  EXPECT_NEAR(stretch(2, 2), 1.0, 1e-4);
+  const Mat3 stretch = elastic_map(wall.view, wall.scene.clusters.count() / 2, OneLane{}).linear;
+  EXPECT_NEAR(stretch(0, 0), 1.3, 1e-6);
+  EXPECT_NEAR(stretch(1, 1), 1.3, 1e-6);
+  EXPECT_NEAR(stretch(2, 2), 1.0, 1e-6);
+}
+
+// Mueller 2005, figure 4: what the quadratic columns are for.
+struct Deformation {
+  const char* name;
+  Vec3 (*of)(const Vec3&);
+};
+const Deformation kQuadratic[]{{"bent",
+                                [](const Vec3& p) {
+                                  return Vec3{p.x + 0.02 * p.z * p.z, p.y, p.z - 0.04 * p.x * p.z};
+                                }},
+                               {"twisted",
+                                [](const Vec3& p) {
+                                  return Vec3{p.x - 0.05 * p.y * p.z, p.y + 0.05 * p.x * p.z, p.z};
+                                }},
+                               {"sheared in length",
+                                [](const Vec3& p) {
+                                  return Vec3{p.x, p.y + 0.03 * p.z * p.z, p.z};
+                                }},
+                               {"conical",
+                                [](const Vec3& p) {
+                                  return (1.0 + 0.04 * p.z) * Vec3{p.x, p.y, 0.0} + Vec3{0, 0, p.z};
+                                }},
+                               {"widened on one side", [](const Vec3& p) {
+                                  return Vec3{p.x + 0.1 * p.x * p.x, p.y + 0.1 * p.x * p.y, p.z};
+                                }}};
+
+TEST(QuadraticWall, FeelsNothingOfARigidMotion) {
+  WallMaterial material;
+  material.shape = WallShape::quadratic;
+  for (const double beta : {0.0, 0.5, 1.0}) {
+    material.shape_beta = beta;
+    Wall wall(16, material, 0.4);
+    const double c = std::cos(0.4), s = std::sin(0.4);
+    wall.shape([&](const Vec3& p) {
+      return Vec3{p.x + 0.3, c * p.y - s * p.z - 1.0, s * p.y + c * p.z};
+    });
+    for (int i = 0; i < 5; ++i) wall.fit();  // the rotation goes on from the last one
+    EXPECT_LT(wall.most_off(), 1e-9);
+  }
+}
+
+TEST(QuadraticWall, ResistsUnevenShapesByOneLessBeta) {
+  WallMaterial material;
+  material.shape = WallShape::quadratic;
+  for (const double beta : {0.0, 0.3, 1.0}) {
+    material.shape_beta = beta;
+    Wall wall(16, material, 0.4);
+    wall.shape(kQuadratic[4].of);
+    wall.fit();
+    // What the goals of a cluster leave of its modes.
+    const int c = wall.scene.clusters.count() / 2;
+    double most = 0.0;
+    for (int k = 0; k < kShapeModes; ++k) {
+      const Vec3 all = best_mode(wall.view, c, k, wall.view.cluster_centre[c], OneLane{});
+      const Vec3 left = all - wall.view.cluster_map_modes[c * kShapeModes + k];
+      EXPECT_LT(norm(left - (1.0 - beta) * all), 1e-12);
+      most = std::max(most, norm(all));
+    }
+    EXPECT_GT(most, 0.01);
+  }
+}
+
+TEST(QuadraticWall, KeepsABentTwistedOrShearedShapeAsItsPlasticShape) {
+  WallMaterial material;
+  material.shape = WallShape::quadratic;
+  for (const Deformation& d : kQuadratic) {
+    Wall wall(16, material, 0.4), linear(16, {}, 0.4);
+    for (Wall* each : {&wall, &linear}) {
+      each->shape(d.of);
+      each->let_all_flow();
+    }
+    EXPECT_LT(wall.most_off(), 1e-9) << d.name;
+    EXPECT_GT(linear.most_off(), 1e-3) << d.name;  // springs back
+  }
+}
+
+TEST(Wall, KeepsTheSetOfAHeldStretchThatTheFormulaGives) {
+  // S^p = l - (l - 1) exp(-T c) above yield; none below.
+  const double held = 1.4, time = 0.5, creep = 2.0;
+  for (const WallShape shape : {WallShape::linear, WallShape::quadratic}) {
+    WallMaterial material;
+    material.shape = shape;
+    for (const double yield : {0.05, 0.5}) {
+      Wall wall(16, material);
+      wall.shape([&](const Vec3& p) { return Vec3{held * p.x, held * p.y, p.z}; });
+      for (int step = 0; step < 20; ++step) wall.let_flow({yield, creep, 3.0}, time / 20);
+      const double set = yield < held - 1.0 ? held - (held - 1.0) * std::exp(-time * creep) : 1.0;
+      for (int c = 0; c < wall.scene.clusters.count(); ++c) {
+        const Mat3& plastic = wall.view.cluster_plastic[c];
+        EXPECT_NEAR(plastic(0, 0), set, 1e-6);
+        EXPECT_NEAR(plastic(1, 1), set, 1e-6);
+        EXPECT_NEAR(plastic(2, 2), 1.0, 1e-6);
+      }
+    }
+  }
+}
+
+TEST(Wall, IsAtRestInItsPlasticShape) {
+  const double held = 1.4, yield = 0.05;
+  Wall wall(16);
+  wall.shape([&](const Vec3& p) { return Vec3{held * p.x, held * p.y, p.z}; });
+  for (int step = 0; step < 20; ++step) wall.let_flow({yield, 2.0, 3.0}, 0.025);
+  const double set = held - (held - 1.0) * std::exp(-0.5 * 2.0);
+  wall.shape([&](const Vec3& p) { return Vec3{set / held * p.x, set / held * p.y, p.z}; });
+  wall.fit();
+  EXPECT_LT(wall.most_off(), 1e-6);
 }
 
 }  // namespace
