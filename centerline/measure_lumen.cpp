@@ -37,7 +37,7 @@ std::vector<TubeSection> fit_sections(const WallPoints& points, const Polyline& 
   std::vector<TubeSection> sections(line.points.size());
   parallel_for_uneven(std::ptrdiff_t(stretch.last - stretch.first), [&](std::ptrdiff_t index) {
     const std::size_t i = stretch.first + std::size_t(index);
-    const LocalCurve curve = fit_curve(line, s, i, 1.2 * direction_reach(line, i));
+    const LocalCurve curve = fit_curve(line, s, i, course_reach(effort) * direction_reach(line, i));
     double radius = line.radius[i], extent = line.extent[i];
     if (look) {
       radius = look_for_wall(points, curve, kMostGrowth * radius);

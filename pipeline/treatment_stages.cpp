@@ -95,15 +95,40 @@ std::string profile_csv(const centerline::LumenProfile& before,
   return text;
 }
 
+/// The tightest place of a stretch of a lumen; of the place nearest to it, where it has none.
+struct Tightest {
+  double mld_mm = 0.0, mla_mm2 = 0.0;
+};
+
+Tightest tightest_between(const centerline::LumenProfile& profile, double first, double last) {
+  if (profile.abscissa.empty())
+    throw InputError(
+        "no section of the lumen was found along the balloon (the line runs outside the mesh). Run "
+        "angio centerline and the stages behind it again");
+  const auto away = [&](std::size_t i) {
+    return std::max({first - profile.abscissa[i], profile.abscissa[i] - last, 0.0});
+  };
+  double nearest = away(0);
+  for (std::size_t i = 1; i < profile.abscissa.size(); ++i) nearest = std::min(nearest, away(i));
+  Tightest least{1e9, 1e9};
+  for (std::size_t i = 0; i < profile.abscissa.size(); ++i) {
+    if (away(i) > nearest) continue;
+    least.mld_mm = std::min(least.mld_mm, 2.0 * profile.inscribed_radius[i]);
+    least.mla_mm2 = std::min(least.mla_mm2, profile.section_area[i]);
+  }
+  return least;
+}
+
 /// What was reached: metrics.json's balloon, result and simulation, without the times that differ
-/// from run to run.
+/// from run to run. The result is that of the lesion, between its edges; what else lies along the
+/// balloon (the next lesion, a neighbour that touches) is the segment's.
 json summary_json(const StageWork& work, const json& lesion,
                   const simulation::SimulationSummary& summary, const FrameWriter& frames,
                   const centerline::LumenProfile& after) {
   const double reference = lesion.at("reference_diameter_mm").get<double>();
-  const double mld =
-      2.0 * *std::min_element(after.inscribed_radius.begin(), after.inscribed_radius.end());
-  const double mla = *std::min_element(after.section_area.begin(), after.section_area.end());
+  const auto [mld, mla] = tightest_between(after, lesion.at("proximal_mm").get<double>(),
+                                           lesion.at("distal_mm").get<double>());
+  const Tightest segment = tightest_between(after, -1e9, 1e9);
   const double peak_diameter = frames.peak().balloon_diameter_mm;
   return {{"peak_frame", frames.peak().frame},
           {"last_frame", frames.last().frame},
@@ -118,7 +143,9 @@ json summary_json(const StageWork& work, const json& lesion,
             {"diameter_stenosis_percent", 100.0 * (1.0 - mld / reference)},
             {"acute_gain_mm", mld - lesion.at("mld_mm").get<double>()},
             {"recoil_mm", peak_diameter - mld},
-            {"recoil_percent", 100.0 * (peak_diameter - mld) / peak_diameter}}},
+            {"recoil_percent", 100.0 * (peak_diameter - mld) / peak_diameter},
+            {"segment_mld_mm", segment.mld_mm},
+            {"segment_mla_mm2", segment.mla_mm2}}},
           {"simulation",
            {{"backend", summary.backend},
             {"device", summary.device},
@@ -208,8 +235,11 @@ void do_simulation(StageWork& work) {
   const TriangleMesh lumen = read_open_lumen(meshing_folder);
   const TriangleMesh lumen_after =
       moved_lumen(lumen, read_region_lumen_vertices(meshing_folder), frames.last().wall);
-  const double first = site.at("balloon_first_abscissa_mm").get<double>();
-  const double last = site.at("balloon_last_abscissa_mm").get<double>();
+  // The lesion and, beside it, what the balloon reaches.
+  const double first = std::min(site.at("balloon_first_abscissa_mm").get<double>(),
+                                lesion.at("proximal_mm").get<double>());
+  const double last = std::max(site.at("balloon_last_abscissa_mm").get<double>(),
+                               lesion.at("distal_mm").get<double>());
   const auto before = centerline::measure_lumen(lumen, path, first, last);
   const auto after = centerline::measure_lumen(lumen_after, path, first, last);
   write_text_atomically(work.out / "lumen_profile.csv", profile_csv(before, after));

@@ -16,7 +16,7 @@ namespace {
 
 constexpr int kRounds = 6;              // of centring by rays and smoothing
 constexpr int kFitRounds = 5;           // of centring by the tube model, at most
-constexpr int kFlatFitRounds = 15;      // where the lumen is flat: each goes some way along it
+constexpr int kFlatFitRounds = 10;      // more where the lumen is flat
 constexpr double kFlat = 2.0;           // extent over radius
 constexpr double kSettled = 0.02;       // of the extent: a line that moves less (rms) has settled
 constexpr double kFinalStep = 0.25;     // of the radius
@@ -49,29 +49,37 @@ void center_points(Line& work, const Line* parent, const Wall& wall) {
   line.extent = std::move(extent);
 }
 
-/// Moves each own point that is out of the parent's lumen to the middle of the tube fitted to the
-/// wall round it, and takes its radius (and, when measuring, its area) from there.
+/// What a round of fitting did to each point of a line.
 struct FitRound {
-  std::vector<char> fitted;  ///< 1: the model saw enough wall
-  double shift = 0.0;        ///< rms of the points' moves, in extents
-  double flat_shift = 0.0;   ///< the same where the lumen is flat
+  std::vector<char> fitted;   ///< 1: the model saw enough wall
+  std::vector<double> shift;  ///< how far the point was moved, in extents
 };
 
+/// Whether points [first, last) hardly moved any more, as a whole.
+bool has_settled(const std::vector<double>& shift, std::size_t first, std::size_t last) {
+  double squares = 0.0;
+  for (std::size_t i = first; i < last; ++i) squares += shift[i] * shift[i];
+  return squares <= kSettled * kSettled * double(last - first);
+}
+
+/// Moves each own point that is out of the parent's lumen to the middle of the tube fitted to the
+/// wall round it, and takes its radius (and, when measuring, its area) from there.
+/// @param only  where it is not empty: the points to look at
 FitRound fit_points(Line& work, const Line* parent, const Wall& wall, const WallPoints& points,
-                    TubeEffort effort) {
+                    TubeEffort effort, const std::vector<char>& only = {}) {
   Polyline& line = work.line;
   const std::vector<double> s = arc_length(line.points);
   const std::size_t first = std::max(work.shared, first_outside(work, parent));
   std::vector<TubeSection> sections(line.points.size());
   parallel_for_uneven(std::ptrdiff_t(line.points.size() - first), [&](std::ptrdiff_t index) {
     const std::size_t i = first + std::size_t(index);
-    const LocalCurve curve = fit_curve(line, s, i, 1.2 * direction_reach(line, i));
+    if (!only.empty() && only[i] == 0) return;
+    const LocalCurve curve = fit_curve(line, s, i, course_reach(effort) * direction_reach(line, i));
     sections[i] = fit_tube(points, curve, line.radius[i], line.extent[i], &wall, effort);
   });
   FitRound round;
   round.fitted.assign(line.points.size(), 0);
-  double squares = 0.0, flat_squares = 0.0;
-  int flat_count = 0;
+  round.shift.assign(line.points.size(), 0.0);
   for (std::size_t i = first; i < line.points.size(); ++i) {
     if (!sections[i].valid) continue;
     // A settled line moves little; what still jumps, at a ragged mouth, would become a hook.
@@ -82,22 +90,46 @@ FitRound fit_points(Line& work, const Line* parent, const Wall& wall, const Wall
     // While a line moves, its tips are left alone, so that they cannot creep along the cap.
     const double zone = effort == TubeEffort::measure ? 0.0 : kEndZone * line.radius[i];
     if (!(work.free_start && s[i] < zone) && !(work.free_end && s.back() - s[i] < zone)) {
-      const double square = norm_squared(sections[i].center - line.points[i]) /
-                            (sections[i].extent * sections[i].extent);
-      squares += square;
-      if (sections[i].extent > kFlat * sections[i].inscribed_radius) {
-        flat_squares += square;
-        ++flat_count;
-      }
+      round.shift[i] = distance(sections[i].center, line.points[i]) / sections[i].extent;
       line.points[i] = sections[i].center;
     }
     line.radius[i] = sections[i].inscribed_radius;
     line.extent[i] = sections[i].extent;
     if (effort == TubeEffort::measure) work.area[i] = sections[i].area;
   }
-  round.shift = std::sqrt(squares / double(line.points.size() - first));
-  if (flat_count > 0) round.flat_shift = std::sqrt(flat_squares / flat_count);
   return round;
+}
+
+/// The flat stretches of a line that have not settled, and a little beside them.
+std::vector<char> unsettled_flats(const Polyline& line, const std::vector<double>& shift) {
+  constexpr std::size_t kBeside = 2;  // as far as smoothing draws on
+  const std::size_t count = line.points.size();
+  const auto is_flat = [&](std::size_t i) { return line.extent[i] > kFlat * line.radius[i]; };
+  std::vector<char> marked(count, 0);
+  for (std::size_t begin = 0; begin < count; ++begin) {
+    if (!is_flat(begin)) continue;
+    std::size_t end = begin;
+    while (end < count && is_flat(end)) ++end;
+    if (!has_settled(shift, begin, end))
+      std::fill(marked.begin() + std::ptrdiff_t(begin - std::min(begin, kBeside)),
+                marked.begin() + std::ptrdiff_t(std::min(end + kBeside, count)), 1);
+    begin = end;
+  }
+  return marked;
+}
+
+/// Where the lumen is flat each round goes some way along it only, so it takes more of them.
+void settle_flats(Line& work, const Line* parent, const Wall& wall, const WallPoints& points,
+                  std::vector<double> shift) {
+  for (int round = 0; round < kFlatFitRounds; ++round) {
+    const std::vector<char> only = unsettled_flats(work.line, shift);
+    if (std::find(only.begin(), only.end(), 1) == only.end()) return;
+    const Polyline before = work.line;
+    smooth(work.line, work.shared, 2);
+    for (std::size_t i = 0; i < only.size(); ++i)
+      if (only[i] == 0) work.line.points[i] = before.points[i];
+    shift = fit_points(work, parent, wall, points, TubeEffort::center, only).shift;
+  }
 }
 
 /// Leaves the parent by a smooth curve from the last shared point to the mouth of the branch.
@@ -126,13 +158,14 @@ void refine(Line& work, const Line* parent, const Wall& wall, const WallPoints& 
     smooth(work.line, work.shared, 2);
     center_points(work, parent, wall);
   }
-  for (int round = 1; round <= kFlatFitRounds; ++round) {
+  std::vector<double> shift;
+  for (int round = 1; round <= kFitRounds; ++round) {
     resample(work.line, work.shared, work_step);
     smooth(work.line, work.shared, 2);  // against hooks at mouths; the fit centres again
-    const FitRound fit = fit_points(work, parent, wall, points, TubeEffort::center);
-    if (round > 1 && fit.shift < kSettled) break;
-    if (round >= kFitRounds && fit.flat_shift < kSettled) break;
+    shift = fit_points(work, parent, wall, points, TubeEffort::center).shift;
+    if (round > 1 && has_settled(shift, first_outside(work, parent), shift.size())) break;
   }
+  settle_flats(work, parent, wall, points, std::move(shift));
   if (parent != nullptr) bridge_mouth(work, *parent, wall);
   if (work.free_end) redo_end(work.line, wall, least_kept);
   if (work.free_start) {

@@ -116,31 +116,6 @@ void resample(Polyline& line, std::size_t fixed, const std::function<double(doub
   line = std::move(result);
 }
 
-std::vector<double> smooth_along(const std::vector<double>& s, const std::vector<double>& values,
-                                 std::size_t first, double sd) {
-  std::vector<double> result = values;
-  std::size_t low = 0;
-  for (std::size_t i = first; i < s.size(); ++i) {
-    // A parabola c0 + c1 x + c2 x^2 by the normal equations of its moments.
-    Mat3 left;
-    Vec3 right;
-    while (s[low] < s[i] - 3.0 * sd) ++low;
-    int count = 0;
-    for (std::size_t k = low; k < s.size() && s[k] <= s[i] + 3.0 * sd; ++k) {
-      const double x = (s[k] - s[i]) / sd;
-      const double w = std::exp(-0.5 * x * x);
-      const Vec3 powers{1.0, x, x * x};
-      left += outer(powers, w * powers);
-      right += (w * values[k]) * powers;
-      ++count;
-    }
-    if (count < 4 || std::abs(determinant(left)) < 1e-9) continue;
-    const double smoothed = (inverse(left) * right).x;
-    if (smoothed > 0.0) result[i] = smoothed;
-  }
-  return result;
-}
-
 std::vector<Vec3> bridge(const Vec3& from, const Vec3& from_tangent, const Vec3& to,
                          const Vec3& to_tangent, int count) {
   const double chord = distance(from, to);

@@ -53,11 +53,6 @@ void smooth(Polyline& line, std::size_t fixed, int passes);
 /// curve through the points. The first `fixed` points and the last one stay.
 void resample(Polyline& line, std::size_t fixed, const std::function<double(double)>& step);
 
-/// The value at each of points [first, last] of the parabola fitted to the values around it, with
-/// Gaussian weights of `sd` [mm] along the line: noise falls, a minimum keeps its depth.
-std::vector<double> smooth_along(const std::vector<double>& s, const std::vector<double>& values,
-                                 std::size_t first, double sd);
-
 /// A cubic Hermite curve between two points, without them. Tangents are scaled to the chord.
 std::vector<Vec3> bridge(const Vec3& from, const Vec3& from_tangent, const Vec3& to,
                          const Vec3& to_tangent, int count);

@@ -7,8 +7,8 @@
 
 namespace angio::centerline {
 
-inline constexpr double kWindows[] = {0.4, 0.6, 0.9, 1.35, 2.0};  ///< half lengths, in radii
-inline constexpr int kMostOrder = 8;                              ///< of the harmonics
+inline constexpr double kWindows[] = {0.4, 0.6, 0.9, 1.35, 2.0, 3.0};  ///< half lengths, in radii
+inline constexpr int kMostOrder = 8;                                   ///< of the harmonics
 inline constexpr double kConfidence = 2.5;  ///< standard errors that are noise
 
 /// Harmonics round the line times powers along it, fitted to samples of the wall.

@@ -26,6 +26,10 @@ enum class TubeEffort {
   measure  ///< window and order by the noise: for the numbers that are kept
 };
 
+/// How far beside a point the line's course counts when a section is fitted there, in direction
+/// reaches: longer windows need more of it.
+inline double course_reach(TubeEffort effort) { return effort == TubeEffort::measure ? 1.8 : 1.2; }
+
 /// Fits a smooth tube to the wall points round one place of a line and measures its section there.
 ///
 ///     r(theta, s) = sum_m sum_k (a_mk cos m theta + b_mk sin m theta) s^k,  m <= M, k <= 2

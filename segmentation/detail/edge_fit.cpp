@@ -72,26 +72,26 @@ class BrickFit {
     gather(distance_, phi_, fine_.ratio, wider, border);
     part_inside(share_, distance_, model_.image.geometry.spacing);
     for (int axis = 0; axis < 3; ++axis) convolve(share_, blur_[std::size_t(axis)], axis, scratch_);
-    explain(brick, border, sums, misfit);
+    explain(brick, sums, misfit);
     if (is_wide_ && is_narrow_) {
       wide_pull_ = pull_;
       wide_hold_ = hold_;
       look_through(windows_.wide, wide_pull_, wide_hold_);
     }
     look_through(is_narrow_ ? windows_.narrow : windows_.wide, pull_, hold_);
-    return shifts(brick.size, border);
+    return shifts(brick);
   }
 
  private:
   void read_wide_part(const Brick& brick);
-  void explain(const Brick& brick, int border, BlurSums& sums, Misfit& misfit);
+  void explain(const Brick& brick, BlurSums& sums, Misfit& misfit);
   void look_through(const std::vector<float>& window, Patch& pull, Patch& hold) {
     for (int axis = 0; axis < 3; ++axis) {
       convolve(pull, window, axis, scratch_);
       convolve(hold, window, axis, scratch_);
     }
   }
-  [[nodiscard]] std::vector<float> shifts(const std::array<int, 3>& size, int border) const;
+  [[nodiscard]] std::vector<float> shifts(const Brick& brick) const;
 
   const Volume<float>& phi_;
   const FineGrid& fine_;
@@ -115,8 +115,10 @@ void BrickFit::read_wide_part(const Brick& brick) {
   is_narrow_ = std::any_of(wide_part_.begin(), wide_part_.end(), [](float w) { return w < 1.0f; });
 }
 
-void BrickFit::explain(const Brick& brick, int border, BlurSums& sums, Misfit& misfit) {
-  const auto& size = brick.size;
+void BrickFit::explain(const Brick& brick, BlurSums& sums, Misfit& misfit) {
+  const auto is_own = [&](int voxel, std::size_t axis) {
+    return voxel >= brick.first[axis] && voxel < brick.first[axis] + brick.size[axis];
+  };
   const int ni = share_.size[0], nj = share_.size[1], nk = share_.size[2];
   const auto& grid = model_.image.geometry;
   const Vec3T<float> h{float(grid.spacing.x), float(grid.spacing.y), float(grid.spacing.z)};
@@ -153,9 +155,7 @@ void BrickFit::explain(const Brick& brick, int border, BlurSums& sums, Misfit& m
                                    kMostResidual);
         pull_.row(j, k)[i] = std::sqrt(squared) * e;
         hold_.row(j, k)[i] = squared;
-        if (i < border || i >= border + size[0] || j < border || j >= border + size[1] ||
-            k < border || k >= border + size[2])
-          continue;
+        if (!is_own(vi, 0) || !is_own(vj, 1) || !is_own(vk, 2)) continue;
         const std::size_t block = misfit.sum.geometry.offset(vi / kBlock, vj / kBlock, vk / kBlock);
         misfit.sum.values[block] += squared * e * e;
         misfit.weight.values[block] += squared;
@@ -170,7 +170,7 @@ void BrickFit::explain(const Brick& brick, int border, BlurSums& sums, Misfit& m
     }
 }
 
-std::vector<float> BrickFit::shifts(const std::array<int, 3>& size, int border) const {
+std::vector<float> BrickFit::shifts(const Brick& brick) const {
   const Vec3& h = model_.image.geometry.spacing;
   const double voxel = std::cbrt(h.x * h.y * h.z);
   // |grad S|^2 on a flat boundary, seen through the window.
@@ -186,17 +186,22 @@ std::vector<float> BrickFit::shifts(const std::array<int, 3>& size, int border) 
   const auto most = float(kMostShift * voxel);
   std::vector<float> shift(wide_part_.size());
   std::size_t n = 0;
-  for (int k = 0; k <= size[2]; ++k)
-    for (int j = 0; j <= size[1]; ++j)
-      for (int i = 0; i <= size[0]; ++i, ++n) {
-        const std::size_t v = pull_.offset(i + border, j + border, k + border);
-        float pull = pull_.values[v], hold = hold_.values[v];
-        if (is_wide_ && is_narrow_) {
-          pull += wide_part_[n] * (wide_pull_.values[v] - pull);
-          hold += wide_part_[n] * (wide_hold_.values[v] - hold);
+  for (int k = 0; k <= brick.size[2]; ++k)
+    for (int j = 0; j <= brick.size[1]; ++j) {
+      const int vi = brick.first[0], vj = brick.first[1] + j, vk = brick.first[2] + k;
+      const float *pulls = pull_.at(vi, vj, vk), *holds = hold_.at(vi, vj, vk);
+      const bool is_mixed = is_wide_ && is_narrow_;
+      const float* wide_pulls = is_mixed ? wide_pull_.at(vi, vj, vk) : nullptr;
+      const float* wide_holds = is_mixed ? wide_hold_.at(vi, vj, vk) : nullptr;
+      for (int i = 0; i <= brick.size[0]; ++i, ++n) {
+        float pull = pulls[i], hold = holds[i];
+        if (is_mixed) {
+          pull += wide_part_[n] * (wide_pulls[i] - pull);
+          hold += wide_part_[n] * (wide_holds[i] - hold);
         }
         shift[n] = std::clamp(pull / (hold + least), -most, most);
       }
+    }
   return shift;
 }
 
@@ -307,7 +312,7 @@ void smooth_unexplained(Volume<float>& phi, const FineGrid& fine, const std::vec
             convolve(patch, kernels[std::size_t(axis)], axis, scratch);
         }
         float* row = &phi.at(brick.first[0], brick.first[1] + j, brick.first[2] + k);
-        const float* smoothed = patch.row(j + border, k + border) + border;
+        const float* smoothed = patch.at(brick.first[0], brick.first[1] + j, brick.first[2] + k);
         for (int i = 0; i < brick.size[0]; ++i)
           if (std::abs(row[i]) < band)
             row[i] += part[std::size_t(i / fine.ratio[0])] * (smoothed[i] - row[i]);

@@ -58,31 +58,32 @@ std::vector<float> sampled_gaussian(double variance) {
 
 void convolve(Patch& patch, const std::vector<float>& kernel, int axis,
               std::vector<float>& scratch) {
-  const int ni = patch.size[0], nj = patch.size[1], nk = patch.size[2];
   const int reach = int(kernel.size()) - 1;
-  scratch.resize(patch.values.size());
-  std::copy(patch.values.begin(), patch.values.end(), scratch.begin());
+  const auto a = std::size_t(axis);
+  std::swap(scratch, patch.values);
+  const auto from_size = patch.size;
   const auto source = [&](int j, int k) {
-    return scratch.data() + (std::size_t(k) * std::size_t(nj) + std::size_t(j)) * std::size_t(ni);
+    return scratch.data() + (std::size_t(k) * std::size_t(from_size[1]) + std::size_t(j)) *
+                                std::size_t(from_size[0]);
   };
+  patch.first[a] += reach;
+  patch.size[a] -= 2 * reach;
+  const auto [ni, nj, nk] = patch.size;
+  patch.values.resize(std::size_t(ni) * std::size_t(nj) * std::size_t(nk));
   for (int k = 0; k < nk; ++k)
     for (int j = 0; j < nj; ++j) {
       float* out = patch.row(j, k);
-      const float* middle = source(j, k);
+      // The values t steps beside those of the row.
+      const auto beside = [&](int t) {
+        if (axis == 0) return source(j, k) + reach + t;
+        return axis == 1 ? source(j + reach + t, k) : source(j, k + reach + t);
+      };
+      const float* middle = beside(0);
       for (int i = 0; i < ni; ++i) out[i] = kernel[0] * middle[i];
       for (int t = 1; t <= reach; ++t) {
         const float w = kernel[std::size_t(t)];
-        if (axis == 0) {
-          for (int i = t; i < ni - t; ++i) out[i] += w * (middle[i - t] + middle[i + t]);
-          for (int i = 0; i < ni; ++i)
-            if (i < t || i >= ni - t)
-              out[i] += w * (middle[std::max(i - t, 0)] + middle[std::min(i + t, ni - 1)]);
-          continue;
-        }
-        const float* a = axis == 1 ? source(std::max(j - t, 0), k) : source(j, std::max(k - t, 0));
-        const float* b =
-            axis == 1 ? source(std::min(j + t, nj - 1), k) : source(j, std::min(k + t, nk - 1));
-        for (int i = 0; i < ni; ++i) out[i] += w * (a[i] + b[i]);
+        const float *before = beside(-t), *behind = beside(t);
+        for (int i = 0; i < ni; ++i) out[i] += w * (before[i] + behind[i]);
       }
     }
 }
@@ -182,7 +183,7 @@ Volume<float> blurred_share(const Volume<float>& phi, const FineGrid& fine,
     for (int axis = 0; axis < 3; ++axis) convolve(part, kernels[std::size_t(axis)], axis, scratch);
     for (int k = 0; k < brick.size[2]; ++k)
       for (int j = 0; j < brick.size[1]; ++j)
-        std::copy_n(part.row(j + border, k + border) + border, brick.size[0],
+        std::copy_n(part.at(brick.first[0], brick.first[1] + j, brick.first[2] + k), brick.size[0],
                     &share.at(brick.first[0], brick.first[1] + j, brick.first[2] + k));
   });
   return share;

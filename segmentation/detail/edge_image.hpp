@@ -30,7 +30,7 @@ struct FineGrid {
 /// variance asked for: far below a voxel, samples of that variance itself would have next to none.
 std::vector<float> sampled_gaussian(double variance);
 
-/// Convolves along one axis; values beyond the patch repeat its border.
+/// Convolves along one axis; the patch shrinks to the values whose neighbours it holds.
 void convolve(Patch& patch, const std::vector<float>& kernel, int axis,
               std::vector<float>& scratch);
 

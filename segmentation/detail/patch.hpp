@@ -58,6 +58,10 @@ struct Patch {
     return (std::size_t(k) * std::size_t(size[1]) + std::size_t(j)) * std::size_t(size[0]) +
            std::size_t(i);
   }
+  /// The value at a voxel of the grid; those behind it along the row follow.
+  [[nodiscard]] const float* at(int i, int j, int k) const {
+    return values.data() + offset(i - first[0], j - first[1], k - first[2]);
+  }
   [[nodiscard]] float* row(int j, int k) { return values.data() + offset(0, j, k); }
   [[nodiscard]] const float* row(int j, int k) const { return values.data() + offset(0, j, k); }
 };

@@ -52,7 +52,7 @@ class BrickDistance {
     gather(patch_, level_, {1, 1, 1}, brick, border_);
     if (!find_first_layer()) return;
     propagate();
-    refine_near();
+    refine_near(brick);
     for (int k = 0; k < brick.size[2]; ++k)
       for (int j = 0; j < brick.size[1]; ++j) {
         float* out = &result.at(brick.first[0], brick.first[1] + j, brick.first[2] + k);
@@ -74,7 +74,7 @@ class BrickDistance {
   [[nodiscard]] Offset refine(const std::array<int, 3>& voxel, const Offset& start) const;
   bool find_first_layer();
   void propagate();
-  void refine_near();
+  void refine_near(const Brick& brick);
 
   const Volume<float>& level_;
   float reach_;
@@ -208,10 +208,10 @@ void BrickDistance::propagate() {
 }
 
 /// A point handed on is the closest of a neighbour; near the surface it is moved to a voxel's own.
-void BrickDistance::refine_near() {
-  for (int k = 2; k + 2 < patch_.size[2]; ++k)
-    for (int j = 2; j + 2 < patch_.size[1]; ++j)
-      for (int i = 2; i + 2 < patch_.size[0]; ++i) {
+void BrickDistance::refine_near(const Brick& brick) {
+  for (int k = border_; k < border_ + brick.size[2]; ++k)
+    for (int j = border_; j < border_ + brick.size[1]; ++j)
+      for (int i = border_; i < border_ + brick.size[0]; ++i) {
         const std::size_t v = patch_.offset(i, j, k);
         if (!(squared_[v] < refined_ * refined_)) continue;
         const Offset way = refine({i, j, k}, offset_[v]);

@@ -50,6 +50,25 @@ CoarseField contrast_at_scale(const Volume<float>& volume, double sigma) {
   return {std::move(l2), view.factor};
 }
 
+struct CosineSine {
+  float cosine, sine;
+};
+
+/// Cosine and sine of acos(r) / 3 for r in [0, 1], to 1e-7, without the library's calls.
+///
+/// acos r = sqrt(1 - r) times a polynomial: Abramowitz & Stegun, Handbook of Mathematical
+/// Functions, 4.4.46; the angle is at most pi / 6, so short series do for the rest.
+CosineSine third_of_arc_cosine(float r) {
+  float polynomial = -0.0012624911f;
+  for (const float c : {0.0066700901f, -0.0170881256f, 0.0308918810f, -0.0501743046f, 0.0889789874f,
+                        -0.2145988016f, 1.5707963050f})
+    polynomial = polynomial * r + c;
+  const float angle = std::sqrt(1.0f - r) * polynomial / 3.0f;
+  const float a = angle * angle;
+  return {1.0f + a * (-0.5f + a * (1.0f / 24.0f + a * (-1.0f / 720.0f + a / 40320.0f))),
+          angle * (1.0f + a * (-1.0f / 6.0f + a * (1.0f / 120.0f - a / 5040.0f)))};
+}
+
 }  // namespace
 
 double robust_deviation(std::span<const float> values) {
@@ -82,10 +101,12 @@ Vec3T<float> symmetric_eigenvalues(float xx, float yy, float zz, float xy, float
   const float half_determinant =
       0.5f * (a * (b * c - yz * yz) - xy * (xy * c - yz * xz) + xz * (xy * yz - b * xz));
   const float r = std::clamp(half_determinant / (p * p * p), -1.0f, 1.0f);
-  const float angle = std::acos(r) / 3.0f;
-  const float highest = mean + 2.0f * p * std::cos(angle);
-  const float lowest = mean + 2.0f * p * std::cos(angle + 2.0943951f);
-  return {lowest, 3.0f * mean - highest - lowest, highest};
+  // With angle = acos|r| / 3 in [0, pi / 6] they lie at 2 p cos(angle + 2 n pi / 3), or mirrored.
+  const auto [cosine, sine] = third_of_arc_cosine(std::abs(r));
+  const float far = 2.0f * p * cosine;
+  const float near = p * (cosine - std::numbers::sqrt3_v<float> * sine);
+  if (r < 0.0f) return {mean - far, mean + near, mean + far - near};
+  return {mean - far + near, mean - near, mean + far};
 }
 
 Volume<float> tube_contrast(const Volume<float>& volume, const std::vector<double>& radii_mm,
