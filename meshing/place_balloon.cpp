@@ -171,7 +171,7 @@ ClosedRegion find_region(const LumenMesh& lumen, const CenterlineTree& tree,
     if (gap && count_intersections(balloon.start, gap->shell) == 0)
       return {std::move(region), *gap};
   }
-  throw InternalError(
+  throw InputError(
       "the ends of the wall around the balloon could not be closed clear of the balloon (a branch "
       "or a kink lies there). Move the balloon along the line or make it shorter "
       "(balloon.length_mm)");
