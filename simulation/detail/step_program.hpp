@@ -97,15 +97,16 @@ ANGIO_HOST_DEVICE inline void begin_step(Team& team, const StepView<Real>& s,
     s.x_inertial[v] = rules.still ? s.x[v] : s.x[v] + s.dt * s.velocity[v];
   });
   double total[1];
-  team.template sum<1, 1>(
+  team.template quick_sum<Team::kVertexLanes, 1>(
       s.balloon_count,
-      [&](int v, const auto&, auto* part) {
+      [&](int v, const auto& lanes, auto* part) {
         Real area = 0;
-        for (int c = s.corner_begin[v]; c < s.corner_begin[v + 1]; ++c) {
+        for (int c = s.corner_begin[v] + lanes.rank(); c < s.corner_begin[v + 1];
+             c += lanes.size()) {
           const Vec3T<Real> next = s.x[s.corners[c].next], last = s.x[s.corners[c].last];
           area += norm(cross(s.x[v] - next, last - next)) / Real(6);
         }
-        const double load = rules.least_load * double(area);
+        const Real load = Real(rules.least_load) * lanes.sum(area);
         part[0] += load * load;
       },
       total);

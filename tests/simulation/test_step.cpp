@@ -45,6 +45,91 @@ TEST(Numbering, ColoursNeighboursDifferently) {
   EXPECT_EQ(n.begin.back(), int(n.order.size()));
 }
 
+// With its poles held, or it would drift.
+SimulationModel held_capsule() {
+  SimulationModel model = capsule();
+  model.balloon_fixed.back() = model.balloon_fixed.end()[-2] = 1;
+  return model;
+}
+
+SimulationOptions quick(InflationControl control) {
+  SimulationOptions options = rubber();
+  options.balloon.wall_mm = 0.04;
+  options.inflation.control = control;
+  options.inflation.inflate_s = 0.5;
+  options.inflation.hold_s = 0.1;
+  options.inflation.deflate_s = 0.3;
+  options.inflation.rest_s = 0.1;
+  return options;
+}
+
+std::vector<State> frames_of(StepSolver& solver, const Scene& scene,
+                             const SimulationOptions& options) {
+  const double volume = balloon_volume(scene, scene.start);
+  std::vector<State> states;
+  solver.run(Inflator(options, volume, 1.3 * volume),
+             [&](int, const State& state) { states.push_back(state); });
+  return states;
+}
+
+TEST(StepSolver, SinglePrecisionFollowsDouble) {
+  SimulationModel model = held_capsule();
+  for (Vec3& v : model.balloon.vertices) v += Vec3{210.0, -180.0, 290.0};  // as in a scan
+  model.balloon_rest = model.balloon.vertices;
+  const SimulationOptions options = quick(InflationControl::gas);
+  const Scene scene = make_scene(model, options);
+  EXPECT_EQ(precision_for(scene, options), Precision::single);
+  const auto one = frames_of(*make_cpu_solver(scene, options, Precision::single), scene, options);
+  const auto two = frames_of(*make_cpu_solver(scene, options, Precision::twofold), scene, options);
+  ASSERT_EQ(one.size(), two.size());
+  for (std::size_t f = 0; f < one.size(); ++f) {
+    EXPECT_NEAR(one[f].pressure, two[f].pressure, 1e-4 * two[f].pressure);
+    for (std::size_t v = 0; v < one[f].x.size(); ++v)
+      EXPECT_LT(distance(one[f].x[v], two[f].x[v]), 1e-4) << f;
+  }
+}
+
+TEST(StepSolver, GivesTheSameBitsForAnyNumberOfThreads) {
+  const SimulationOptions options = quick(InflationControl::gas);
+  const Scene scene = make_scene(held_capsule(), options);
+  const auto automatic = Precision::automatic;
+  const auto one = frames_of(*make_cpu_solver(scene, options, automatic, 1), scene, options);
+  const auto three = frames_of(*make_cpu_solver(scene, options, automatic, 3), scene, options);
+  for (std::size_t f = 0; f < one.size(); ++f) EXPECT_EQ(one[f].x, three[f].x) << f;
+}
+
+TEST(Simulate, PressureControlFollowsTheInflationDevice) {
+  const SimulationOptions options = quick(InflationControl::pressure);
+  const double peak = options.inflation.peak_pressure_atm;
+  double before = 0.0, last = 1.0;
+  simulate(held_capsule(), options, [&](const SimulationFrame& f) {
+    if (f.phase == Phase::inflate) {
+      EXPECT_NEAR(f.pressure_atm - before, peak / 20.0, 1e-6);  // 20 frames
+    }
+    if (f.phase == Phase::hold) {
+      EXPECT_NEAR(f.pressure_atm, peak, 1e-6);
+    }
+    before = last = f.pressure_atm;
+  });
+  EXPECT_NEAR(last, 0.0, 1e-3);
+}
+
+TEST(Simulate, VolumeControlReachesItsVolumeAndComesBack) {
+  SimulationOptions options = quick(InflationControl::volume);
+  const SimulationModel model = held_capsule();
+  const double start = enclosed_volume(model.balloon);
+  options.inflation.peak_volume_mm3 = 1.5 * start;
+  double last = 0.0;
+  simulate(model, options, [&](const SimulationFrame& f) {
+    if (f.phase == Phase::hold) {
+      EXPECT_NEAR(f.balloon_volume_mm3, 1.5 * start, 0.005 * start);
+      EXPECT_GT(f.pressure_atm, 0.5);
+    }
+    last = f.balloon_volume_mm3;
+  });
+  EXPECT_NEAR(last, start, 0.01 * start);
+}
+
 TEST(Equilibria, VolumeControlAnswersWithThePressureThatGivesThatVolume) {
   const SimulationModel model = capsule();
   const SimulationOptions options = rubber();
