@@ -1,7 +1,7 @@
 #include <benchmark/benchmark.h>
 
+#include "simulation/detail/contact_set.hpp"
 #include "simulation/detail/measure.hpp"
-#include "simulation/detail/step.hpp"
 #include "tests/simulation/models.hpp"
 
 /// The solver on the seed paper's sizes: a balloon of 522 vertices in walls of 1220 vertices

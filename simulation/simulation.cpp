@@ -12,6 +12,7 @@
 #include "simulation/detail/measure.hpp"
 #include "simulation/detail/schedule.hpp"
 #include "simulation/detail/step.hpp"
+#include "simulation/detail/step_view.hpp"
 
 namespace angio::simulation {
 namespace {
@@ -148,6 +149,7 @@ class Run {
     const double outside = outside_pressure(options_),
                  volume = balloon_volume(scene_, scene_.start);
     const Inflator inflator(options_, volume, nominal_volume(model_, scene_, volume));
+    const int most_sweeps = make_rules(scene_, options_).most_sweeps;
     int slow_frames = 0;
     solver->run(inflator, [&](int frame, const State& state) {
       SimulationFrame output = make_frame(model_, scene_, state, outside);
@@ -155,6 +157,7 @@ class Run {
       output.time_s = frame * options_.frame_s;
       output.phase = inflator.phase(frame);
       slow_frames += output.residual > kWarnResidual ? 1 : 0;
+      summary.open_frames += output.sweep_count >= most_sweeps ? 1 : 0;
       summarize(output, summary);
       if (frame < delivered_) return;  // by a backend that failed later
       ++delivered_;
