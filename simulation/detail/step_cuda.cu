@@ -248,7 +248,7 @@ CudaShape cuda_shape(const StepView<Real>& view, int device, bool grid) {
 
 template <class Real>
 CudaShape cuda_shape(const StepView<Real>& view, int device) {
-  constexpr int kMostForOneBlock = 1500;  // vertices: more are faster on the whole GPU
+  constexpr int kMostForOneBlock = 800;  // vertices: more are faster on the whole GPU
   int shared = 0;
   cudaDeviceGetAttribute(&shared, cudaDevAttrMaxSharedMemoryPerBlockOptin, device);
   const bool fits = block_bytes(view) + sizeof(BlockShared) <= std::size_t(shared);

@@ -48,7 +48,8 @@ struct StepStatus {
   bool wants_detection = false;
 };
 
-enum StepParts { kBegin = 1, kSweeps = 2, kEnd = 4 };
+/// Parts of a step.
+inline constexpr int kBegin = 1, kSweeps = 2, kEnd = 4;
 
 /// Stiffness of the spring that leads to a prescribed volume, times the balloon's dV/dp.
 inline constexpr double kVolumeSpring = 1.0;
