@@ -84,10 +84,14 @@ std::vector<Sample> gather(const WallPoints& points, const LocalCurve& curve, do
   std::vector<int> found;
   points.collect(curve.origin, std::hypot(reach, widest), found);
   const double margin = std::max(0.1 * radius, 0.5 * points.correlation_length());
+  // Points that err together say little more than one of them.
+  constexpr std::size_t kEnough = 2000;
+  const std::size_t step =
+      points.correlation_length() > 0.0 ? std::max<std::size_t>(found.size() / kEnough, 1) : 1;
   std::vector<Sample> samples;
-  samples.reserve(found.size());
-  for (const int index : found) {
-    const Vec3& p = points.point(index);
+  samples.reserve(found.size() / step + 1);
+  for (std::size_t n = 0; n < found.size(); n += step) {
+    const Vec3& p = points.point(found[n]);
     const std::optional<double> s = find_foot(curve, p);
     // Behind the ends of the line is the cap, no wall.
     if (!s || std::abs(*s) >= reach || *s < curve.first + margin || *s > curve.last - margin)
