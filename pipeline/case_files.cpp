@@ -160,12 +160,11 @@ TriangleMesh read_open_lumen(const fs::path& meshing_folder) {
 
 void write_balloon_setup(const fs::path& folder, const meshing::BalloonSetup& setup) {
   const meshing::Balloon& balloon = setup.balloon;
-  std::vector<char> tied(balloon.start.vertices.size(), 0);
-  std::fill(tied.end() - 2, tied.end(), char(1));  // the poles sit on the shaft
-  viewer::write_surface(folder / "balloon.vtp", {balloon.start,
-                                                 {vectors("RestPosition", balloon.rest),
-                                                  integers("Fixed", tied, ArrayType::uint8)},
-                                                 {}});
+  viewer::write_surface(
+      folder / "balloon.vtp",
+      {balloon.start,
+       {vectors("RestPosition", balloon.rest), integers("Fixed", balloon.fixed, ArrayType::uint8)},
+       {}});
 
   viewer::PolylineData wire;
   wire.points = balloon.guidewire;

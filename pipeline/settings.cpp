@@ -268,6 +268,13 @@ void add_meshing_settings(Config& c, std::vector<Setting>& table) {
                    "of the cylindrical part [mm], 2 to 80; 0: the lesion and 3 mm each side"));
   table.push_back(make_setting("balloon.start_diameter_mm", mesh, c.balloon.start_diameter_mm,
                                "crossing profile [mm]; 0: 0.9 mm, less where it must pass"));
+  table.push_back(make_setting("balloon.folds", mesh, c.balloon.folds,
+                               "flaps wrapped around the shaft at the start: 2, 3 or 5; 0: folds "
+                               "are not meshed"));
+  table.push_back(make_setting("balloon.shaft_diameter_mm", mesh, c.balloon.shaft_diameter_mm,
+                               "of the shaft inside the folds [mm], 0.2 to 10"));
+  table.push_back(make_setting("balloon.fold_gap_mm", mesh, c.balloon.fold_gap_mm,
+                               "between the folds' layers [mm], 0.005 to 0.5"));
   table.push_back(make_setting("balloon.ring_count", mesh, c.balloon.ring_count,
                                "rings of vertices, 6 to 400"));
   table.push_back(make_setting("balloon.ring_vertex_count", mesh, c.balloon.ring_vertex_count,
