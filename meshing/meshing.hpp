@@ -67,6 +67,9 @@ LumenMesh mesh_lumen(const TriangleMesh& surface, const CenterlineTree& tree,
 
 struct BalloonOptions {
   double nominal_diameter_mm = 0.0;  ///< [0.5, 30]; 0: the reference diameter, to the next 0.25 mm
+  /// Of the unloaded balloon, [0.5, 30]; 0: the nominal one. A balloon with a compliance chart is
+  /// smaller when empty.
+  double rest_diameter_mm = 0.0;
   double length_mm = 0.0;  ///< cylindrical part, [2, 80]; 0: over the lesion by 3 mm each side
   double start_diameter_mm =
       0.0;                     ///< crossing profile, [0.3, 30]; 0: 0.9 mm; less where it must pass
@@ -84,7 +87,7 @@ struct BalloonOptions {
 
 struct Balloon {
   TriangleMesh start;  ///< closed, on the guidewire inside the lumen; poles are the last 2 vertices
-  /// Unloaded shape: straight, of the nominal diameter, shape [vertex_count]. Folded, the edges of
+  /// Unloaded shape: straight, of the rest diameter, shape [vertex_count]. Folded, the edges of
   /// the cylinder's rings are as long at the start, and every crease is one of its meridians.
   std::vector<Vec3> rest;
   std::vector<char> fixed;      ///< tied to the shaft: the poles, and rings no wider than the shaft

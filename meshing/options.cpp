@@ -40,6 +40,8 @@ void BalloonOptions::validate() const {
   };
   require(zero_or_within(nominal_diameter_mm, 0.5, 30.0), "balloon.nominal_diameter_mm",
           "0.5 to 30, or 0 for the reference diameter");
+  require(zero_or_within(rest_diameter_mm, 0.5, 30.0), "balloon.rest_diameter_mm",
+          "0 or 0.5 to 30");
   require(zero_or_within(length_mm, 2.0, 80.0), "balloon.length_mm",
           "2 to 80, or 0 for the lesion's");
   require(zero_or_within(start_diameter_mm, 0.3, 30.0), "balloon.start_diameter_mm",

@@ -65,9 +65,11 @@ BalloonPlan make_plan(const BalloonOptions& options, const Lesion& lesion,
   plan.fold_count = options.folds;
   plan.shaft_radius = options.folds > 0 ? 0.5 * options.shaft_diameter_mm : 0.0;
   plan.fold_gap = options.fold_gap_mm;
-  plan.nominal_radius =
-      0.5 * (options.nominal_diameter_mm > 0.0 ? options.nominal_diameter_mm
-                                               : default_diameter(lesion.reference_diameter));
+  plan.nominal_diameter = options.nominal_diameter_mm > 0.0
+                              ? options.nominal_diameter_mm
+                              : default_diameter(lesion.reference_diameter);
+  plan.rest_radius =
+      0.5 * (options.rest_diameter_mm > 0.0 ? options.rest_diameter_mm : plan.nominal_diameter);
   plan.start_radius =
       0.5 * (options.start_diameter_mm > 0.0 ? options.start_diameter_mm : kCrossingProfile);
   const double wished =
@@ -79,17 +81,17 @@ BalloonPlan make_plan(const BalloonOptions& options, const Lesion& lesion,
   const double last = stretch.last - diameter_at(stretch.last);
   // Near an end the balloon may move along the line as long as it covers the lesion.
   const double play = std::max(0.0, 0.5 * (wished - lesion.length));
-  const double half = 0.5 * wished + plan.nominal_radius;
+  const double half = 0.5 * wished + plan.rest_radius;
   plan.middle_abscissa = lesion.abscissa;
   if (lesion.abscissa - half < first)
     plan.middle_abscissa = std::min(first + half, lesion.abscissa + play);
   if (lesion.abscissa + half > last)
     plan.middle_abscissa = std::max(last - half, lesion.abscissa - play);
   const double room = 2.0 * std::min(plan.middle_abscissa - first, last - plan.middle_abscissa);
-  plan.cylinder_length = std::min(wished, room - 2.0 * plan.nominal_radius);
+  plan.cylinder_length = std::min(wished, room - 2.0 * plan.rest_radius);
   if (plan.cylinder_length < kShortestCylinder)
     throw InputError("the line is too short for a balloon of " +
-                     millimetres(2.0 * plan.nominal_radius) + " diameter at abscissa " +
+                     millimetres(plan.nominal_diameter) + " diameter at abscissa " +
                      millimetres(lesion.abscissa) +
                      " (one lumen diameter must stay free to each open end). Choose another place, "
                      "a smaller balloon (balloon.nominal_diameter_mm), or segment more of the "

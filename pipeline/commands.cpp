@@ -13,10 +13,12 @@
 
 #include "core/error.hpp"
 #include "core/parallel.hpp"
+#include "pipeline/balloon_file.hpp"
 #include "pipeline/batch.hpp"
 #include "pipeline/config.hpp"
 #include "pipeline/data_commands.hpp"
 #include "pipeline/doctor.hpp"
+#include "pipeline/inflate_command.hpp"
 #include "pipeline/reporter.hpp"
 #include "pipeline/stage_work.hpp"
 #include "pipeline/stages.hpp"
@@ -32,6 +34,7 @@ struct SharedOptions {
   std::string config_file;
   std::vector<std::string> presets;
   std::vector<std::string> settings;
+  std::string balloon, catalogue;
   std::string backend = "auto";
   int threads = 0;
   bool quiet = false;
@@ -59,6 +62,14 @@ void add_run_options(CLI::App& command, SharedOptions& shared) {
                   fmt::format("a set of options: {}", fmt::join(preset_names(), ", ")))
       ->type_name("NAME")
       ->allow_extra_args(false);  // else it takes INPUT for a second one
+  command
+      .add_option("--balloon", shared.balloon,
+                  "a balloon of the catalogue (`angio inflate --list`): its size, skin, chart and "
+                  "nominal pressure")
+      ->type_name("NAME");
+  command
+      .add_option("--catalogue", shared.catalogue, "balloons of your own, TOML as balloons.toml")
+      ->type_name("FILE");
   command.add_option("--backend", shared.backend, "where the simulation runs: auto, cpu or cuda")
       ->check(CLI::IsMember({"auto", "cpu", "cuda"}))
       ->capture_default_str();
@@ -68,7 +79,7 @@ void add_run_options(CLI::App& command, SharedOptions& shared) {
       ->capture_default_str();
 }
 
-/// Files first, then presets, then single settings, so that the more special wins.
+/// Files first, then presets, the balloon, and single settings, so that the more special wins.
 void apply_options(Config& config, const SharedOptions& shared) {
   if (!shared.config_file.empty()) {
     if (!fs::exists(shared.config_file))
@@ -78,6 +89,8 @@ void apply_options(Config& config, const SharedOptions& shared) {
     load_config(config, shared.config_file);
   }
   for (const std::string& preset : shared.presets) apply_preset(config, preset);
+  if (!shared.balloon.empty())
+    apply_balloon(config, find_balloon(balloon_catalogue(shared.catalogue), shared.balloon));
   for (const std::string& setting : shared.settings) apply_setting(config, setting);
   config.simulation.backend = shared.backend == "cpu"    ? simulation::Backend::cpu
                               : shared.backend == "cuda" ? simulation::Backend::cuda
@@ -219,6 +232,9 @@ int do_batch(BatchArguments& batch) {
     words.insert(words.end(), {"--config", batch.shared.config_file});
   for (const std::string& preset : batch.shared.presets)
     words.insert(words.end(), {"--preset", preset});
+  if (!batch.shared.balloon.empty()) words.insert(words.end(), {"--balloon", batch.shared.balloon});
+  if (!batch.shared.catalogue.empty())
+    words.insert(words.end(), {"--catalogue", batch.shared.catalogue});
   for (const std::string& setting : batch.shared.settings)
     words.insert(words.end(), {"--set", setting});
   words.insert(words.end(), {"--backend", batch.shared.backend, "--quiet"});
@@ -279,6 +295,8 @@ int dispatch(int argc, char** argv) {
       ->capture_default_str();
   PhantomArguments phantom;
   add_phantom_command(app, phantom);
+  InflateArguments inflate;
+  add_inflate_command(app, inflate);
   BatchArguments batch;
   add_batch_command(app, batch);
   bool doctor_json = false;
@@ -300,6 +318,7 @@ int dispatch(int argc, char** argv) {
     return int(ExitCode::done);
   }
   if (app.got_subcommand("phantom")) return do_phantom(phantom);
+  if (app.got_subcommand("inflate")) return do_inflate(inflate);
   if (app.got_subcommand("batch")) return do_batch(batch);
   fmt::print("{}", examine_computer(doctor_json));
   return int(ExitCode::done);

@@ -84,6 +84,19 @@ void read_field(const std::string& key, const toml::node& node, std::vector<Vec3
   for (const toml::node& element : *array) field.push_back(point_of(key, element));
 }
 
+void read_field(const std::string& key, const toml::node& node,
+                std::vector<simulation::ChartPoint>& field) {
+  constexpr const char* kExpected = "a list of points [[atm, mm], ...]";
+  const toml::array* array = node.as_array();
+  if (!array) refuse_value(key, "this value", kExpected);
+  field.clear();
+  for (const toml::node& element : *array) {
+    const toml::array* point = element.as_array();
+    if (!point || point->size() != 2) refuse_value(key, "this value", kExpected);
+    field.push_back({number_of(key, (*point)[0]), number_of(key, (*point)[1])});
+  }
+}
+
 constexpr const char* kMembraneModels[] = {"automatic", "plain", "relaxed"};
 
 /// One of an enumeration's names.
@@ -129,6 +142,9 @@ std::string write_field(simulation::MembraneModel field) {
   return quoted(kMembraneModels[int(field)]);
 }
 std::string write_field(LengthUnit field) { return quoted(kLengthUnitNames[int(field)]); }
+std::string write_field(const simulation::ChartPoint& field) {
+  return fmt::format("[{}, {}]", write_field(field.pressure_atm), write_field(field.diameter_mm));
+}
 std::string write_field(const Vec3& field) {
   return fmt::format("[{}, {}, {}]", write_field(field.x), write_field(field.y),
                      write_field(field.z));
@@ -146,9 +162,10 @@ template <class Value>
 std::string write_field(const std::optional<Value>& field) {
   return field ? write_field(*field) : "\"auto\"";
 }
-std::string write_field(const std::vector<Vec3>& field) {
+template <class Value>
+std::string write_field(const std::vector<Value>& field) {
   std::string text;
-  for (const Vec3& point : field) text += (text.empty() ? "" : ", ") + write_field(point);
+  for (const Value& point : field) text += (text.empty() ? "" : ", ") + write_field(point);
   return "[" + text + "]";
 }
 
@@ -263,6 +280,8 @@ void add_meshing_settings(Config& c, std::vector<Setting>& table) {
                                "sharper tetrahedra are worked on [degrees], 5 to 25"));
   table.push_back(make_setting("balloon.nominal_diameter_mm", mesh, c.balloon.nominal_diameter_mm,
                                "[mm], 0.5 to 30; 0: the reference diameter, to the next 0.25 mm"));
+  table.push_back(make_setting("balloon.rest_diameter_mm", mesh, c.balloon.rest_diameter_mm,
+                               "of the unloaded balloon [mm], 0.5 to 30; 0: the nominal one"));
   table.push_back(
       make_setting("balloon.length_mm", mesh, c.balloon.length_mm,
                    "of the cylindrical part [mm], 2 to 80; 0: the lesion and 3 mm each side"));
@@ -286,8 +305,13 @@ void add_meshing_settings(Config& c, std::vector<Setting>& table) {
 void add_simulation_settings(Config& c, std::vector<Setting>& table) {
   const auto sim = Stage::simulation;
   auto& s = c.simulation;
-  table.push_back(make_setting("balloon.material", sim, s.balloon.name,
-                               "pa12 (semi-compliant) or polyurethane (the seed paper's)"));
+  table.push_back(
+      make_setting("balloon.material", sim, s.balloon.name,
+                   "pa12 (semi-compliant), pet (non-compliant) or polyurethane (the seed "
+                   "paper's)"));
+  table.push_back(make_setting("balloon.chart", sim, s.balloon.chart,
+                               "compliance chart [[atm, mm], ...] that the skin is made to follow; "
+                               "[]: the material as it is"));
   table.push_back(make_setting("balloon.c1_mpa", sim, s.balloon.c1_mpa,
                                "Mooney-Rivlin C1 [MPa]; 0: the material's"));
   table.push_back(make_setting("balloon.c2_mpa", sim, s.balloon.c2_mpa,
@@ -320,6 +344,8 @@ void add_simulation_settings(Config& c, std::vector<Setting>& table) {
   table.push_back(make_setting("inflation.rest_s", sim, s.inflation.rest_s, "[s], 0 to 600"));
   table.push_back(make_setting("inflation.peak_pressure_atm", sim, s.inflation.peak_pressure_atm,
                                "highest pressure above the outside [atm], up to 40"));
+  table.push_back(make_setting("inflation.rated_burst_atm", sim, s.inflation.rated_burst_atm,
+                               "a higher peak is warned about [atm], up to 100; 0: not known"));
   table.push_back(make_setting("inflation.outside_pressure_kpa", sim,
                                s.inflation.outside_pressure_kpa,
                                "blood pressure around the balloon [kPa], 0 to 50"));

@@ -107,6 +107,14 @@ void add_warnings(const SimulationOptions& options, int slow_frames, SimulationS
     summary.warnings.emplace_back(text);
   }
   const double asked = options.inflation.peak_pressure_atm;
+  const double rated = options.inflation.rated_burst_atm;
+  if (rated > 0.0 && summary.peak_pressure_atm > rated) {
+    std::snprintf(text, sizeof text,
+                  "the peak pressure, %.2f atm, is above the balloon's rated burst pressure, %.2f "
+                  "atm",
+                  summary.peak_pressure_atm, rated);
+    summary.warnings.emplace_back(text);
+  }
   if (summary.peak_pressure_atm < 0.99 * asked) {
     std::snprintf(text, sizeof text,
                   "the balloon reached %.2f atm of the %.2f atm asked for: its wall of %.3f mm %s "
@@ -233,6 +241,7 @@ void SimulationOptions::validate() const {
   check("inflation.deflate_s", inflation.deflate_s, 1e-6, 600.0);
   check("inflation.rest_s", inflation.rest_s, 0.0, 600.0);
   check("inflation.peak_pressure_atm", inflation.peak_pressure_atm, 1e-6, 40.0);
+  check("inflation.rated_burst_atm", inflation.rated_burst_atm, 0.0, 100.0);
   check("inflation.outside_pressure_kpa", inflation.outside_pressure_kpa, 0.0, 50.0);
   check("inflation.deflate_pressure_atm", inflation.deflate_pressure_atm, -1.0, 0.0);
   check("inflation.peak_volume_mm3", inflation.peak_volume_mm3, 0.0, 1e6);

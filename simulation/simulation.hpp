@@ -60,11 +60,13 @@ enum class InflationControl { gas, pressure, volume };
 
 struct InflationSchedule {
   InflationControl control = InflationControl::gas;
-  double inflate_s = 4.0;              ///< at a near constant rate, (0, 600]
-  double hold_s = 1.0;                 ///< gas, pressure or volume stays, [0, 600]
-  double deflate_s = 2.0;              ///< back to the start volume, (0, 600]
-  double rest_s = 0.5;                 ///< [0, 600]
-  double peak_pressure_atm = 8.0;      ///< above the outside, (0, 40]: the most that is applied
+  double inflate_s = 4.0;          ///< at a near constant rate, (0, 600]
+  double hold_s = 1.0;             ///< gas, pressure or volume stays, [0, 600]
+  double deflate_s = 2.0;          ///< back to the start volume, (0, 600]
+  double rest_s = 0.5;             ///< [0, 600]
+  double peak_pressure_atm = 8.0;  ///< above the outside, (0, 40]: the most that is applied
+  /// What the balloon is rated for, [0, 100]; a higher peak is warned about. 0: not known.
+  double rated_burst_atm = 0.0;
   double outside_pressure_kpa = 10.0;  ///< blood, [0, 50] (seed paper 5.1)
   double deflate_pressure_atm = 0.0;   ///< above the outside at the end, `pressure` only, [-1, 0]
   double peak_volume_mm3 = 0.0;        ///< `volume` only, [0, 1e6]; 0: the nominal volume

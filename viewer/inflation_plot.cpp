@@ -48,6 +48,7 @@ void write_inflation_plot(const std::filesystem::path& path, const InflationPlot
   chart.title = plot.title;
   chart.x_label = "pressure above the outside [atm]";
   chart.y_label = "diameter [mm]";
+  chart.y_from_zero = false;
   chart.width = 760;
   chart.height = 420;
   chart.series.push_back({"computed", plot.pressure_atm, plot.diameter_mm, 1, false});

@@ -39,7 +39,7 @@ struct StartShape {
 Balloon assemble(const BalloonPlan& plan, const FramedAxis& axis, const StartShape& shape) {
   const CapsuleRings rest = capsule_rings(plan);
   Balloon balloon;
-  balloon.nominal_diameter_mm = 2.0 * plan.nominal_radius;
+  balloon.nominal_diameter_mm = plan.nominal_diameter;
   balloon.length_mm = plan.cylinder_length;
   balloon.fold_count = plan.fold_count;
   balloon.ring_count = plan.ring_count;
@@ -72,7 +72,7 @@ Balloon assemble(const BalloonPlan& plan, const FramedAxis& axis, const StartSha
 }
 
 AxisWish axis_wish(const BalloonPlan& plan, double radius) {
-  return {plan.middle_abscissa, plan.total_length(), 0.5 * plan.nominal_radius, radius};
+  return {plan.middle_abscissa, plan.total_length(), 0.5 * plan.rest_radius, radius};
 }
 
 // === Folds not meshed ===
@@ -129,7 +129,7 @@ ShapedBalloon shape_tube(const BalloonPlan& plan, const CenterlinePath& path,
 ///
 /// @param room  radius that must not be exceeded [mm]; the start radius is not, where it can be
 std::optional<FoldPack> pack_in(const BalloonPlan& plan, double room) {
-  const double perimeter = 2.0 * pi * plan.nominal_radius;
+  const double perimeter = 2.0 * pi * plan.rest_radius;
   const double wished = std::min(room, plan.start_radius);
   constexpr int kSteps = 8;
   for (int step = 0; step <= kSteps; ++step) {
@@ -144,11 +144,11 @@ std::optional<FoldPack> pack_in(const BalloonPlan& plan, double room) {
 
 /// Enough vertices for the folds.
 void refine_for_folds(BalloonPlan& plan, const FoldPack& pack) {
-  const double perimeter = 2.0 * pi * plan.nominal_radius;
+  const double perimeter = 2.0 * pi * plan.rest_radius;
   const int step = 2 * plan.fold_count;
   plan.ring_vertex_count = std::max(folded_ring_vertex_count(pack, perimeter),
                                     (plan.ring_vertex_count + step - 1) / step * step);
-  const double meridian = plan.cylinder_length + pi * plan.nominal_radius;
+  const double meridian = plan.cylinder_length + pi * plan.rest_radius;
   const double spacing = kQuadAspect * perimeter / plan.ring_vertex_count;
   plan.ring_count = std::max(plan.ring_count, int(std::ceil(meridian / spacing)) - 1);
 }
@@ -159,7 +159,7 @@ void refine_for_folds(BalloonPlan& plan, const FoldPack& pack) {
 /// steps.
 StartShape fold_rings(const BalloonPlan& plan, const FoldPack& pack) {
   const CapsuleRings rest = capsule_rings(plan);
-  const double r = plan.nominal_radius;
+  const double r = plan.rest_radius;
   const double widest = *std::max_element(rest.radius.begin(), rest.radius.end());
   const FoldedSection section = fold_section(pack, widest, plan.ring_vertex_count);
   const double open_past = r * std::acos(std::min(1.0, pack.core_radius / widest));
@@ -188,8 +188,8 @@ ShapedBalloon shape_folded(BalloonPlan plan, const CenterlinePath& path,
                            const SurfaceTarget& wall) {
   const auto loosest = pack_in(plan, 1e3);
   if (!loosest)
-    throw InputError("a balloon of " + two_digits(2.0 * plan.nominal_radius) +
-                     " mm is too small for " + std::to_string(plan.fold_count) +
+    throw InputError("a balloon of " + two_digits(plan.nominal_diameter) + " mm is too small for " +
+                     std::to_string(plan.fold_count) +
                      " folds (its circumference is little more than the shaft's). Choose fewer "
                      "folds (balloon.folds) or a thinner shaft (balloon.shaft_diameter_mm)");
   const FramedAxis axis = fit_axis(axis_wish(plan, loosest->outer_radius()), path, wall);
@@ -223,7 +223,7 @@ ShapedBalloon shape_folded(BalloonPlan plan, const CenterlinePath& path,
 }  // namespace
 
 CapsuleRings capsule_rings(const BalloonPlan& plan) {
-  const double r = plan.nominal_radius;
+  const double r = plan.rest_radius;
   const double meridian = plan.cylinder_length + pi * r;
   const double angle = 2.0 * pi / plan.ring_vertex_count;
   const double polygon = std::sqrt(angle / std::sin(angle));

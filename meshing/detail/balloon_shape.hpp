@@ -12,20 +12,21 @@ namespace angio::meshing::detail {
 
 /// What is asked of a balloon, with every default filled in.
 struct BalloonPlan {
-  double nominal_radius = 0.0;   ///< [mm]
-  double cylinder_length = 0.0;  ///< [mm]
-  double start_radius = 0.0;     ///< [mm] not exceeded where folds are not meshed
-  double middle_abscissa = 0.0;  ///< [mm] on the path
-  double slimness = 1.0;         ///< share of the room around the axis that is used, (0, 1]
-  int fold_count = 0;            ///< 0: a tube of the start radius, folds not meshed
-  double shaft_radius = 0.0;     ///< [mm] inside the folds
-  double fold_gap = 0.0;         ///< [mm] at least between layers, and to the shaft
-  int ring_count = 0;            ///< folds may ask for more
-  int ring_vertex_count = 0;     ///< folds may ask for more
+  double nominal_diameter = 0.0;  ///< [mm] its name
+  double rest_radius = 0.0;       ///< [mm] of the unloaded cylinder
+  double cylinder_length = 0.0;   ///< [mm]
+  double start_radius = 0.0;      ///< [mm] not exceeded where folds are not meshed
+  double middle_abscissa = 0.0;   ///< [mm] on the path
+  double slimness = 1.0;          ///< share of the room around the axis that is used, (0, 1]
+  int fold_count = 0;             ///< 0: a tube of the start radius, folds not meshed
+  double shaft_radius = 0.0;      ///< [mm] inside the folds
+  double fold_gap = 0.0;          ///< [mm] at least between layers, and to the shaft
+  int ring_count = 0;             ///< folds may ask for more
+  int ring_vertex_count = 0;      ///< folds may ask for more
   int guidewire_node_count = 0;
 
   /// From pole to pole: each end is a hemisphere. [mm]
-  [[nodiscard]] double total_length() const { return cylinder_length + 2.0 * nominal_radius; }
+  [[nodiscard]] double total_length() const { return cylinder_length + 2.0 * rest_radius; }
 };
 
 /// Rings of a capsule at equal steps along its meridian, from pole to pole.

@@ -52,7 +52,7 @@ double curvature(Line line) {
 
 detail::BalloonPlan folded_plan(int folds) {
   detail::BalloonPlan plan;
-  plan.nominal_radius = 1.5;
+  plan.rest_radius = 1.5;
   plan.cylinder_length = 14.0;
   plan.start_radius = 0.45;
   plan.middle_abscissa = 15.0;

@@ -58,12 +58,13 @@ Frame make_frame(const Chart& chart, std::vector<double>& x_ticks, std::vector<d
       y.add(s.y[i]);
     }
   for (const ChartLevel& level : chart.levels) y.add(level.y);
-  y.add(0.0);
+  if (chart.y_from_zero) y.add(0.0);
   if (x.high - x.low <= 0.0) x.high = x.low + 1.0;
   if (y.high - y.low <= 0.0) y.high = y.low + 1.0;
   x_ticks = round_ticks(x.low, x.high, 8);
   constexpr double kHeadroom = 1.08;  // for the names of the bands
-  y_ticks = round_ticks(y.low, y.high * (y.high > 0.0 ? kHeadroom : 1.0), 5);
+  const double headroom = chart.bands.empty() || y.high <= 0.0 ? 1.0 : kHeadroom;
+  y_ticks = round_ticks(y.low, y.high * headroom, 5);
   Frame frame;
   frame.x_low = x.low;
   frame.x_high = x.high;

@@ -42,6 +42,7 @@ struct Chart {
   std::vector<ChartMark> marks;
   std::vector<ChartLevel> levels;
   std::vector<ChartBand> bands;
+  bool y_from_zero = true;
   int width = 760;   ///< [px]
   int height = 280;  ///< [px]
 };
