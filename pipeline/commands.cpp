@@ -92,9 +92,7 @@ void apply_options(Config& config, const SharedOptions& shared) {
   if (!shared.balloon.empty())
     apply_balloon(config, find_balloon(balloon_catalogue(shared.catalogue), shared.balloon));
   for (const std::string& setting : shared.settings) apply_setting(config, setting);
-  config.simulation.backend = shared.backend == "cpu"    ? simulation::Backend::cpu
-                              : shared.backend == "cuda" ? simulation::Backend::cuda
-                                                         : simulation::Backend::automatic;
+  config.simulation.backend = backend_of(shared.backend);
   if (shared.threads > 0) omp_set_num_threads(shared.threads);
 }
 

@@ -99,6 +99,11 @@ void Config::validate() const {
     throw OptionError("simulation.write_every must be from 1 to 10000");
 }
 
+simulation::Backend backend_of(std::string_view name) {
+  if (name == "cpu") return simulation::Backend::cpu;
+  return name == "cuda" ? simulation::Backend::cuda : simulation::Backend::automatic;
+}
+
 void load_config(Config& config, const std::filesystem::path& file) {
   toml::table table;
   try {

@@ -23,6 +23,9 @@ const char* name(Stage stage);
 /// @throws Error (64) naming the nearest stage
 Stage parse_stage(std::string_view text);
 
+/// Of --backend: "cpu", "cuda", else automatic.
+simulation::Backend backend_of(std::string_view name);
+
 /// What a lumen surface is measured in; STL, PLY and OBJ do not say.
 enum class LengthUnit { mm, cm, m, inch };
 inline constexpr const char* kLengthUnitNames[] = {"mm", "cm", "m", "inch"};

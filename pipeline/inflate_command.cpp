@@ -33,15 +33,16 @@ struct Subject {
 };
 
 Subject subject_of(const InflateArguments& a) {
-  const bool has_measures =
-      a.radius_mm != 0.0 || a.length_mm != 0.0 || a.wall_mm != 0.0 || !a.material.empty();
+  const bool has_measures = a.radius_mm != 0.0 || a.length_mm != 0.0 || a.wall_mm != 0.0 ||
+                            !a.material.empty() || a.ends != "hemispheres";
   Subject subject;
   if (!a.balloon.empty()) {
     if (has_measures)
-      throw Error(ExitCode::usage,
-                  "--radius, --length, --wall and --material describe a balloon of your own: leave "
-                  "them out, or the name " +
-                      a.balloon);
+      throw Error(
+          ExitCode::usage,
+          "--radius, --length, --wall, --material and --ends describe a balloon of your own: leave "
+          "them out, or the name " +
+              a.balloon);
     subject.entry = find_balloon(balloon_catalogue(a.catalogue), a.balloon);
     subject.balloon = free_balloon(*subject.entry);
     subject.title =
@@ -56,6 +57,9 @@ Subject subject_of(const InflateArguments& a) {
   subject.balloon.length_mm = a.length_mm;
   subject.balloon.material.wall_mm = a.wall_mm;
   subject.balloon.material.name = a.material;
+  subject.balloon.ends = a.ends == "tube"           ? simulation::BalloonEnds::tube
+                         : a.ends == "fixed_length" ? simulation::BalloonEnds::fixed_length
+                                                    : simulation::BalloonEnds::hemispheres;
   subject.balloon.validate();
   subject.title = fmt::format("{}, radius {} mm, length {} mm, wall {} mm", a.material, a.radius_mm,
                               a.length_mm, a.wall_mm);
@@ -83,23 +87,36 @@ double chart_diameter(const Subject& subject, double pressure_atm) {
 /// A number, or an empty cell.
 std::string cell(double value) { return std::isfinite(value) ? fmt::format("{:.6g}", value) : ""; }
 
-std::string inflation_csv(const Subject& subject, const std::vector<InflationPoint>& points) {
+/// A row is empty where the balloon has no such state; the paper's solver never is at rest, and its
+/// rows are what it came to.
+bool has_values(const InflationPoint& p, const simulation::InflateOptions& options) {
+  return p.converged || options.solver == simulation::InflateSolver::paper;
+}
+
+std::string inflation_csv(const Subject& subject, const simulation::InflateOptions& options,
+                          const std::vector<InflationPoint>& points) {
   std::string text = "pressure_atm,diameter_mm,length_mm,volume_mm3,wall_mm,chart_diameter_mm\n";
-  constexpr double kNothing = std::numeric_limits<double>::quiet_NaN();
-  for (const InflationPoint& p : points) {
-    const auto found = [&](double value) { return cell(p.converged ? value : kNothing); };
-    text += fmt::format("{},{},{},{},{},{}\n", cell(p.pressure_atm), found(p.diameter_mm),
-                        found(p.length_mm), found(p.volume_mm3), found(p.wall_mm),
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const InflationPoint& p = points[i];
+    const bool by_pressure = !options.pressures_atm.empty();
+    if (!has_values(p, options)) {
+      text += by_pressure ? fmt::format("{},,,,,\n", cell(options.pressures_atm[i]))
+                          : fmt::format(",,,{},,\n", cell(options.volumes_mm3[i]));
+      continue;
+    }
+    text += fmt::format("{},{},{},{},{},{}\n", cell(p.pressure_atm), cell(p.diameter_mm),
+                        cell(p.length_mm), cell(p.volume_mm3), cell(p.wall_mm),
                         cell(chart_diameter(subject, p.pressure_atm)));
   }
   return text;
 }
 
-void plot(const fs::path& file, const Subject& subject, const std::vector<InflationPoint>& points) {
+void plot(const fs::path& file, const Subject& subject, const simulation::InflateOptions& options,
+          const std::vector<InflationPoint>& points) {
   viewer::InflationPlot content;
   content.title = subject.title;
   for (const InflationPoint& p : points) {
-    if (!p.converged) continue;
+    if (!has_values(p, options)) continue;
     content.pressure_atm.push_back(p.pressure_atm);
     content.diameter_mm.push_back(p.diameter_mm);
   }
@@ -115,22 +132,28 @@ void plot(const fs::path& file, const Subject& subject, const std::vector<Inflat
   viewer::write_inflation_plot(file, content);
 }
 
-void warn_of_points(const Subject& subject, bool by_pressure,
+void warn_of_points(const Subject& subject, const simulation::InflateOptions& options,
                     const std::vector<InflationPoint>& points, Reporter& reporter) {
+  if (options.solver == simulation::InflateSolver::paper)
+    reporter.warn("inflate",
+                  "the seed paper's solver does not converge: its answer depends on the number of "
+                  "iterations, and is there for comparison only");
+  const bool by_pressure = !options.pressures_atm.empty();
   std::vector<std::string> lost;
   double highest = 0.0;
-  for (const InflationPoint& p : points) {
-    highest = std::max(highest, p.converged ? p.pressure_atm : 0.0);
-    if (!p.converged)
-      lost.push_back(by_pressure ? fmt::format("{:g} atm", p.pressure_atm)
-                                 : fmt::format("{:g} mm3", p.volume_mm3));
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    if (has_values(points[i], options))
+      highest = std::max(highest, points[i].pressure_atm);
+    else
+      lost.push_back(by_pressure ? fmt::format("{:g} atm", options.pressures_atm[i])
+                                 : fmt::format("{:g} mm3", options.volumes_mm3[i]));
   }
   if (!lost.empty())
     reporter.warn("inflate",
                   fmt::format("no state of rest was found at {} (their rows are empty){}",
                               fmt::join(lost, ", "),
-                              by_pressure ? ": the balloon carries less than that, past its limit "
-                                            "point. Use --volumes"
+                              by_pressure ? ": the balloon carries less, past its limit point it "
+                                            "goes on only by --volumes"
                                           : ""));
   if (subject.entry && highest > subject.entry->rated_burst_pressure_atm)
     reporter.warn("inflate", fmt::format("{:g} atm is above the rated burst pressure, {:g} atm",
@@ -176,6 +199,21 @@ CLI::App& add_inflate_command(CLI::App& app, InflateArguments& a) {
   command.add_option("--volumes", a.volumes_mm3, "enclosed volumes instead of pressures")
       ->type_name("MM3,...")
       ->delimiter(',');
+  command
+      .add_option("--ends", a.ends,
+                  "hemispheres, or a piece of an endless tube: tube (closed somewhere, free to "
+                  "lengthen) or fixed_length")
+      ->check(CLI::IsMember({"hemispheres", "tube", "fixed_length"}))
+      ->capture_default_str();
+  command
+      .add_option("--solver", a.solver,
+                  "newton (exact), vbd (the simulation's) or paper (the seed paper's, not "
+                  "convergent)")
+      ->check(CLI::IsMember({"newton", "vbd", "paper"}))
+      ->capture_default_str();
+  command.add_option("--backend", a.backend, "of vbd: auto, cpu or cuda")
+      ->check(CLI::IsMember({"auto", "cpu", "cuda"}))
+      ->capture_default_str();
   command.add_option("--around", a.around, "vertices around the balloon, 8, 12, .. 256; 0: 24")
       ->capture_default_str();
   command.add_option("--threads", a.threads, "CPU threads, 1 to 1024; 0: as many as there are")
@@ -197,6 +235,10 @@ int do_inflate(const InflateArguments& a) {
   simulation::InflateOptions options;
   options.pressures_atm = a.pressures_atm;
   options.volumes_mm3 = a.volumes_mm3;
+  options.solver = a.solver == "vbd"     ? simulation::InflateSolver::vbd
+                   : a.solver == "paper" ? simulation::InflateSolver::paper
+                                         : simulation::InflateSolver::newton;
+  options.backend = backend_of(a.backend);
   if (a.around != 0) options.around = a.around;
   if (options.pressures_atm.empty() && options.volumes_mm3.empty()) {
     if (!subject.entry)
@@ -210,9 +252,9 @@ int do_inflate(const InflateArguments& a) {
                            : (a.quiet ? ReportStyle::quiet : ReportStyle::automatic));
   reporter.begin_stage("inflate");
   const auto points = simulation::inflate(subject.balloon, options, reporter.progress());
-  write_text_atomically(a.folder / "inflation.csv", inflation_csv(subject, points));
-  plot(a.folder / "inflation.svg", subject, points);
-  warn_of_points(subject, !options.pressures_atm.empty(), points, reporter);
+  write_text_atomically(a.folder / "inflation.csv", inflation_csv(subject, options, points));
+  plot(a.folder / "inflation.svg", subject, options, points);
+  warn_of_points(subject, options, points, reporter);
   reporter.result((a.folder / "inflation.csv").string());
   return int(ExitCode::done);
 }

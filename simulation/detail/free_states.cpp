@@ -16,8 +16,10 @@ using Control = Enclosure::Control;
 const std::vector<Vec3> kAxis{{0, 0, -1}, {0, 0, 1}};
 
 constexpr double kMostGrowth = 1.25;  // of the volume in one step; more may be a jump
-constexpr double kLeastStep = 1e-4;   // of a target, before a limit point is believed
-constexpr int kMostIterations = 40;   // of a step: what takes longer is better halved
+constexpr double kVolumeStep = 0.05;  // of the volume, in search of a pressure
+constexpr double kSameVolume = 1e-6;
+constexpr double kLeastStep = 1e-4;  // of a target, before a limit point is believed
+constexpr int kMostIterations = 40;  // of a step: what takes longer is better halved
 // A spring that holds the end of a piece of tube plane, over the membrane's stiffness: the ends are
 // out of plane by its inverse.
 constexpr double kPlaneStiffness = 1e3;
@@ -68,19 +70,37 @@ class NewtonStates {
  private:
   // @return false if there is no state of rest on the way; the last one is kept
   bool reach(Control control, double target) {
-    double at = control == Control::pressure ? state_.pressure : state_.volume;
-    const auto room = [&] {  // a volume may grow by so much, a pressure is tried first
-      return control == Control::pressure ? target - at : (kMostGrowth - 1.0) * at;
-    };
-    double step = std::min(target - at, room());
-    while (step > 0.0) {
-      const double next = target - at <= 1.001 * step ? target : at + step;
-      if (try_state(control, next)) {
-        at = next;
-        step = std::min({2.0 * step, target - at, room()});
-      } else {
-        step = 0.5 * (next - at);
-        if (step < kLeastStep * target) return false;
+    return control == Control::pressure ? reach_pressure(target) : walk(target);
+  }
+
+  // At once where the balloon is stiff. Where it is soft, near a limit point, by volumes: these
+  // always have a state of rest, and a pressure that falls tells the limit.
+  bool reach_pressure(double target) {
+    if (target <= state_.pressure || try_state(Control::pressure, target)) return true;
+    for (double growth = kVolumeStep; growth > kLeastStep;) {
+      const FreeState before = state_;
+      if (!walk((1.0 + growth) * before.volume)) return false;
+      const double risen = state_.pressure - before.pressure;
+      if (state_.pressure >= target || risen <= 0.0) {
+        state_ = before;  // the state asked for, or the limit, lies between
+        if (state_.pressure + 2.0 * std::abs(risen) >= target &&
+            try_state(Control::pressure, target))
+          return true;
+        growth *= 0.5;
+      } else if (target - state_.pressure < risen && try_state(Control::pressure, target)) {
+        return true;
+      }
+    }
+    return false;
+  }
+
+  // By volumes, each near enough to the last to be found from it.
+  bool walk(double target) {
+    while (state_.volume < (1.0 - kSameVolume) * target) {
+      double next = std::min(target, kMostGrowth * state_.volume);
+      while (!try_state(Control::volume, next)) {
+        next = 0.5 * (state_.volume + next);
+        if (next - state_.volume < kLeastStep * target) return false;
       }
     }
     return true;

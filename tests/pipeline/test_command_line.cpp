@@ -33,7 +33,7 @@ TEST(CommandLine, HelpAndVersionAreResults) {
 
 TEST(CommandLine, EveryCommandOfTheContractHasHelp) {
   for (const char* command : {"run", "inspect", "segment", "centerline", "mesh", "simulate",
-                              "report", "view", "phantom", "batch", "doctor"})
+                              "report", "view", "phantom", "batch", "doctor", "inflate"})
     EXPECT_EQ(run_program(std::string(command) + " --help").exit_code, 0) << command;
 }
 
