@@ -117,6 +117,15 @@ void read_name(const std::string& key, const toml::node& node, const char* const
 void read_field(const std::string& key, const toml::node& node, simulation::MembraneModel& field) {
   read_name(key, node, kMembraneModels, field);
 }
+constexpr const char* kWallShapes[] = {"linear", "quadratic"};
+void read_field(const std::string& key, const toml::node& node, simulation::WallShape& field) {
+  read_name(key, node, kWallShapes, field);
+}
+constexpr const char* kControls[] = {"gas", "pressure", "volume"};
+void read_field(const std::string& key, const toml::node& node,
+                simulation::InflationControl& field) {
+  read_name(key, node, kControls, field);
+}
 constexpr const char* kAngleNames[] = {"from-base", "cumulative"};
 void read_field(const std::string& key, const toml::node& node,
                 segmentation::AngleIncrements& field) {
@@ -140,6 +149,10 @@ std::string write_field(bool field) { return field ? "true" : "false"; }
 std::string write_field(const std::string& field) { return quoted(field); }
 std::string write_field(simulation::MembraneModel field) {
   return quoted(kMembraneModels[int(field)]);
+}
+std::string write_field(simulation::WallShape field) { return quoted(kWallShapes[int(field)]); }
+std::string write_field(simulation::InflationControl field) {
+  return quoted(kControls[int(field)]);
 }
 std::string write_field(LengthUnit field) { return quoted(kLengthUnitNames[int(field)]); }
 std::string write_field(const simulation::ChartPoint& field) {
@@ -336,6 +349,19 @@ void add_simulation_settings(Config& c, std::vector<Setting>& table) {
   table.push_back(make_setting("wall.foundation_kpa_per_mm", sim, s.wall.foundation_kpa_per_mm,
                                "stiffness of the surrounding tissue [kPa/mm], 0 to 1e5"));
   table.push_back(make_setting("wall.density_g_mm3", sim, s.wall.density_g_mm3, "[g/mm3]"));
+  table.push_back(make_setting("wall.shape", sim, s.wall.shape,
+                               "what a slab of wall keeps as its plastic shape: linear (stretched) "
+                               "or quadratic (also bent, twisted, unevenly widened)"));
+  table.push_back(make_setting("wall.shape_beta", sim, s.wall.shape_beta,
+                               "quadratic only: share of bending and twist that costs nothing, 0 "
+                               "to 1"));
+  table.push_back(make_setting("inflation.control", sim, s.inflation.control,
+                               "what the inflator prescribes: gas, pressure or volume"));
+  table.push_back(make_setting("inflation.deflate_pressure_atm", sim,
+                               s.inflation.deflate_pressure_atm,
+                               "pressure control: at the end of the deflation [atm], -1 to 0"));
+  table.push_back(make_setting("inflation.peak_volume_mm3", sim, s.inflation.peak_volume_mm3,
+                               "volume control: at the peak [mm3]; 0: the nominal volume"));
   table.push_back(
       make_setting("inflation.inflate_s", sim, s.inflation.inflate_s, "[s], up to 600"));
   table.push_back(make_setting("inflation.hold_s", sim, s.inflation.hold_s, "[s], 0 to 600"));
@@ -350,8 +376,12 @@ void add_simulation_settings(Config& c, std::vector<Setting>& table) {
                                s.inflation.outside_pressure_kpa,
                                "blood pressure around the balloon [kPa], 0 to 50"));
   table.push_back(make_setting("simulation.frame_s", sim, s.frame_s, "time step [s], 0.0001 to 1"));
+  table.push_back(make_setting("simulation.tolerance", sim, s.tolerance,
+                               "distance from equilibrium that ends a frame, over the balloon's "
+                               "start radius, 1e-6 to 0.1"));
   table.push_back(make_setting("simulation.sweeps", sim, s.sweeps,
-                               "vertex block descent sweeps a frame, 1 to 1000"));
+                               "vertex block descent sweeps a frame, 1 to 1000; 0: by the "
+                               "tolerance"));
   table.push_back(make_setting("simulation.contact_distance_mm", sim, s.contact_distance_mm,
                                "contact acts below this gap [mm], 0.001 to 1"));
   table.push_back(make_setting("simulation.friction_static", sim, s.friction_static, "0 to 2"));
