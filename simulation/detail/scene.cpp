@@ -2,12 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <string>
 
-#include "core/error.hpp"
 #include "core/units.hpp"
 #include "simulation/detail/material.hpp"
 #include "simulation/detail/numbering.hpp"
+#include "simulation/detail/scene_check.hpp"
 
 namespace angio::simulation::detail {
 namespace {
@@ -15,39 +14,6 @@ namespace {
 // Share of the skin's stiffness that the folds have against being spread: it only shapes a slack
 // balloon (a pressure of the order of 0.1 atm at most).
 constexpr double kFoldShare = 1e-3;
-
-void check_balloon(const SimulationModel& model) {
-  const std::size_t count = model.balloon.vertices.size();
-  if (count == 0 || model.balloon.triangles.empty())
-    throw InputError("the model has no balloon (nothing to inflate). Run the stage meshing again");
-  if (model.balloon_rest.size() != count || model.balloon_fixed.size() != count)
-    throw InputError(
-        "the balloon's rest shape or fixed flags do not match its vertices (the files belong to "
-        "different runs). Run the stage meshing again");
-  if (!surface_topology(model.balloon).is_closed() || enclosed_volume(model.balloon) <= 0.0)
-    throw InputError(
-        "the balloon is not a closed surface with normals outward (it could not hold gas). Run the "
-        "stage meshing again");
-}
-
-void check_wall(const SimulationModel& model) {
-  const std::size_t count = model.wall.vertices.size();
-  if (model.wall_fixed.size() != count || model.wall_abscissa.size() != count ||
-      model.wall_group.size() != count)
-    throw InputError(
-        "the wall's arrays do not match its vertices (the files belong to different runs). Run the "
-        "stage meshing again");
-}
-
-void check_air(const SimulationModel& model) {
-  const int count = int(model.balloon.vertices.size() + model.wall.vertices.size());
-  for (const Tet& tet : model.air)
-    for (const int v : tet)
-      if (v < 0 || v >= count)
-        throw InputError(
-            "the air mesh names a vertex that does not exist (the files belong to different runs). "
-            "Run the stage meshing again");
-}
 
 void add_corners(const SimulationModel& model, Scene& scene) {
   const auto& mesh = model.balloon;
@@ -73,11 +39,6 @@ void add_corners(const SimulationModel& model, Scene& scene) {
                                   model.balloon_rest[m], scene.wall_mm, fibres[i]);
       corner.start =
           corner_metric(mesh.vertices[v], mesh.vertices[n], mesh.vertices[m], scene.wall_mm);
-      if (!std::isfinite(corner.rest.k11) || !std::isfinite(corner.start.k11))
-        throw InputError(
-            "a triangle of the balloon has no area (its strain is undefined). Run the stage "
-            "meshing "
-            "with other balloon options");
       scene.corners[std::size_t(next[v]++)] = corner;
     }
 }
@@ -143,9 +104,7 @@ Vec3 middle_of_box(const std::vector<Vec3>& points) {
 }  // namespace
 
 Scene make_scene(const SimulationModel& given, const SimulationOptions& options) {
-  check_balloon(given);
-  check_wall(given);
-  check_air(given);
+  check_model(given, options.wall);
   const Numbering balloon = number_vertices(given.balloon, given.balloon_fixed);
   const Numbering wall = number_vertices(given.wall, given.wall_fixed);
   const SimulationModel model = renumbered(given, balloon, wall);
