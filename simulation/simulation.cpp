@@ -50,6 +50,20 @@ double nominal_volume(const SimulationModel& model, const Scene& scene, double s
   return growth * growth * start_volume;
 }
 
+// A layered wall's shape, stress and plastic strain.
+void add_solid(const Scene& scene, const State& state, SimulationFrame& frame) {
+  const WallFields fields = solid_fields(scene, state);
+  frame.wall_stress = fields.wedges;
+  frame.layered_wall.resize(scene.solid.caller_vertex.size());
+  std::vector<double> plastic;
+  for (std::size_t v = 0; v < frame.layered_wall.size(); ++v) {
+    frame.layered_wall[std::size_t(scene.solid.caller_vertex[v])] =
+        state.x[std::size_t(scene.balloon_count) + v];
+    if (v < std::size_t(scene.wall_count)) plastic.push_back(fields.vertices[v].plastic_strain);
+  }
+  frame.plastic_strain = for_caller(scene, scene.balloon_count, plastic);
+}
+
 SimulationFrame make_frame(const SimulationModel& model, const Scene& scene, const State& state,
                            double outside) {
   SimulationFrame frame;
@@ -66,12 +80,15 @@ SimulationFrame make_frame(const SimulationModel& model, const Scene& scene, con
   const int wall = scene.balloon_count;
   const auto middle = state.x.begin() + wall;
   frame.balloon = for_caller(scene, 0, std::vector<Vec3>(state.x.begin(), middle));
-  frame.wall = for_caller(scene, wall, std::vector<Vec3>(middle, state.x.end()));
+  frame.wall = for_caller(scene, wall, std::vector<Vec3>(middle, middle + scene.wall_count));
   const SkinState skin = skin_state(scene, state.x);
   frame.thickness_mm = for_caller(scene, 0, skin.thickness);
   frame.stretch_1 = for_caller(scene, 0, skin.stretch_1);
   frame.stretch_2 = for_caller(scene, 0, skin.stretch_2);
-  frame.plastic_strain = for_caller(scene, wall, plastic_strain(scene, state));
+  if (scene.solid.levels > 0)
+    add_solid(scene, state, frame);
+  else
+    frame.plastic_strain = for_caller(scene, wall, plastic_strain(scene, state));
   for (const double p : for_caller(scene, wall, state.contact_pressure))
     frame.contact_pressure_kpa.push_back(units::kilopascal_from_pascal(p));
   frame.residual = state.report.residual;
@@ -236,6 +253,7 @@ void SimulationOptions::validate() const {
   check("wall.max_plastic_strain", wall.max_plastic_strain, 0.0, 10.0);
   check("wall.foundation_kpa_per_mm", wall.foundation_kpa_per_mm, 0.0, 1e5);
   check("wall.density_g_mm3", wall.density_g_mm3, 0.0, 1.0);
+  if (wall_model == WallModel::layered) layered_wall.validate();
   check("inflation.inflate_s", inflation.inflate_s, 1e-6, 600.0);
   check("inflation.hold_s", inflation.hold_s, 0.0, 600.0);
   check("inflation.deflate_s", inflation.deflate_s, 1e-6, 600.0);

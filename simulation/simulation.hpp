@@ -9,6 +9,7 @@
 #include "core/tet_mesh.hpp"
 #include "core/triangle_mesh.hpp"
 #include "simulation/chart.hpp"
+#include "simulation/wall.hpp"
 
 namespace angio::simulation {
 
@@ -58,6 +59,10 @@ struct WallMaterial {
 /// the volume, with the pressure as the answer. Gas and volume are stable past a limit point.
 enum class InflationControl { gas, pressure, volume };
 
+/// How the wall answers: the paper's shape matching on the lumen's surface, or the layered solid of
+/// SimulationModel::layered_wall.
+enum class WallModel { shape_matching, layered };
+
 struct InflationSchedule {
   InflationControl control = InflationControl::gas;
   double inflate_s = 4.0;          ///< at a near constant rate, (0, 600]
@@ -74,7 +79,9 @@ struct InflationSchedule {
 
 struct SimulationOptions {
   BalloonMaterial balloon;
-  WallMaterial wall;
+  WallModel wall_model = WallModel::shape_matching;
+  WallMaterial wall;         ///< of shape matching
+  WallOptions layered_wall;  ///< of the layered wall
   InflationSchedule inflation;
   double frame_s = 0.025;    ///< time step, [1e-4, 1]
   double tolerance = 0.005;  ///< distance from equilibrium that ends a frame's sweeps, as a
@@ -97,8 +104,11 @@ struct SimulationModel {
   std::vector<Vec3> balloon_rest;   ///< unloaded shape, shape [balloon vertex]
   std::vector<char> balloon_fixed;  ///< tied to the shaft
   std::vector<Vec3> guidewire;
-  TriangleMesh wall;                  ///< contact region, normals leave the lumen
-  std::vector<char> wall_fixed;       ///< shape [wall vertex]
+  TriangleMesh wall;             ///< contact region, normals leave the lumen
+  std::vector<char> wall_fixed;  ///< shape [wall vertex]
+  /// The wall as a solid, for WallModel::layered: its first vertices are those of `wall`, further
+  /// out follow whole copies of them. A column of copies with a held vertex does not move.
+  LayeredWall layered_wall;
   std::vector<double> wall_abscissa;  ///< along the lesion's line [mm], shape [wall vertex]
   std::vector<int> wall_group;        ///< branch, shape [wall vertex]
   std::vector<Tet> air;               ///< over balloon vertices, then wall vertices
@@ -135,6 +145,8 @@ struct SimulationFrame {
   std::vector<Vec3> wall;
   std::vector<double> thickness_mm, stretch_1, stretch_2;    ///< balloon, per vertex
   std::vector<double> plastic_strain, contact_pressure_kpa;  ///< wall, per vertex
+  std::vector<Vec3> layered_wall;       ///< positions of the solid's vertices [mm]
+  std::vector<WallStress> wall_stress;  ///< of the solid's wedges
 };
 
 struct SimulationSummary {

@@ -9,7 +9,8 @@
 #include "core/error.hpp"
 #include "simulation/wall.hpp"
 
-/// A narrowed wall segment of neo-Hookean layers under pressure, rims held, here and in CalculiX.
+/// A narrowed wall segment of neo-Hookean layers under pressure, rims held along the vessel, here
+/// and in CalculiX.
 /// wall_segment.sh runs both:  wall_segment write FILE.inp;  ccx FILE;  wall_segment compare
 /// FILE.dat. CalculiX gets the same wedges with a node in the middle of every edge (C3D15): its
 /// linear wedge locks where the solid is nearly incompressible.
@@ -18,21 +19,25 @@ namespace {
 using namespace angio;
 using namespace angio::simulation;
 
-constexpr double kPressureKpa = 10.0, kShearKpa = 40.0, kBulkRatio = 50.0;
+constexpr double kPressureKpa = 4.0, kShearKpa = 40.0, kBulkRatio = 50.0;
 
 LayeredWall segment() {
   TubeWall tube;
   tube.around = 36;
   tube.along = 18;
   tube.length_mm = 4.0;
-  tube.rim = 1;
   tube.inner_radius_mm = [](double angle, double z) {
     return 1.2 - 0.3 * std::exp(-2.0 * (z - 2.0) * (z - 2.0)) * (1.0 + 0.4 * std::cos(angle));
   };
   tube.outer_radius_mm = [](double, double) { return 1.75; };
   tube.layer_shares.assign(4, 1.0);
   tube.layer_regions.assign(4, WallRegion::media);
-  return make_tube_wall(tube);
+  LayeredWall wall = make_tube_wall(tube);
+  // Two vertices of the outer rim keep the segment from moving as a rigid body; they carry no load.
+  const std::size_t rim = wall.vertices.size() / 5 * 4;
+  wall.fixed[rim] = 2 + 4 + 8;
+  wall.fixed[rim + static_cast<std::size_t>(tube.around / 2)] = 4 + 8;
+  return wall;
 }
 
 WallOptions options() {
@@ -59,7 +64,7 @@ void write_calculix(const LayeredWall& wall, const std::string& path) {
     if (is_new) {
       const auto i = static_cast<std::size_t>(a), j = static_cast<std::size_t>(b);
       nodes.push_back(0.5 * (nodes[i] + nodes[j]));
-      fixed.push_back(fixed[i] != 0 && fixed[j] != 0 && nodes[i].z == nodes[j].z ? 1 : 0);
+      fixed.push_back(fixed[i] != 0 && fixed[j] != 0 && nodes[i].z == nodes[j].z ? 8 : 0);
     }
     return place->second;
   };
@@ -85,7 +90,8 @@ void write_calculix(const LayeredWall& wall, const std::string& path) {
       << 0.5 * kShearKpa << ", " << 2.0 / (kBulkRatio * kShearKpa)
       << "\n*SOLID SECTION, ELSET=EALL, MATERIAL=WALL\n*BOUNDARY\n";
   for (std::size_t v = 0; v < fixed.size(); ++v)
-    if (fixed[v] != 0) out << v + 1 << ", 1, 3\n";
+    for (int axis = 1; axis <= 3; ++axis)
+      if ((fixed[v] >> axis & 1) != 0) out << v + 1 << ", " << axis << '\n';
   out << "*STEP, NLGEOM, INC=200\n*STATIC\n0.1, 1.0\n*DLOAD\n"
       << loads.str() << "*NODE PRINT, NSET=NALL, FREQUENCY=1000\nU\n*END STEP\n";
   if (!out.flush()) throw IoError("cannot write " + path + ". Check the folder and the disk");

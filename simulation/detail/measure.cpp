@@ -244,4 +244,13 @@ std::vector<double> plastic_strain(const Scene& scene, const State& state) {
   return result;
 }
 
+WallFields solid_fields(const Scene& scene, const State& state) {
+  SolidModel model = scene.solid.model;
+  model.points = state.solid_points;
+  WallState wall;
+  wall.vertices.assign(state.x.begin() + scene.balloon_count, state.x.end());
+  wall.plastic_strain = state.solid_plastic_strain;
+  return fields(model, scene.solid.wall, wall);
+}
+
 }  // namespace angio::simulation::detail

@@ -125,8 +125,13 @@ void renumber_mesh(const std::vector<int>& order, TriangleMesh& mesh) {
 
 }  // namespace
 
-Numbering number_vertices(const TriangleMesh& mesh, const std::vector<char>& fixed) {
-  const Neighbors neighbors = vertex_neighbors(mesh);
+Numbering number_vertices(const TriangleMesh& mesh, const std::vector<char>& fixed,
+                          const std::vector<std::array<int, 2>>& partners) {
+  Neighbors neighbors = vertex_neighbors(mesh);
+  for (const auto& [a, b] : partners) {
+    neighbors[std::size_t(a)].push_back(b);
+    neighbors[std::size_t(b)].push_back(a);
+  }
   const std::vector<int> rank = breadth_first_rank(neighbors);
   std::vector<int> color = color_vertices(neighbors, fixed, rank);
   drop_small_colors(neighbors, color);

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <vector>
 
 #include "simulation/simulation.hpp"
@@ -17,7 +18,10 @@ struct Numbering {
 /// Colours by largest saturation first (Brelaz, CACM 22 (1979)): a triangulation that has a
 /// 3-colouring, as every one whose inner vertices have an even number of triangles, gets one.
 /// Within a colour, in breadth-first order from the surface's first vertex.
-Numbering number_vertices(const TriangleMesh& mesh, const std::vector<char>& fixed);
+///
+/// @param partners  further pairs of vertices that may not share a colour
+Numbering number_vertices(const TriangleMesh& mesh, const std::vector<char>& fixed,
+                          const std::vector<std::array<int, 2>>& partners = {});
 
 /// The model with its balloon and wall vertices in the given orders.
 SimulationModel renumbered(const SimulationModel& model, const Numbering& balloon,

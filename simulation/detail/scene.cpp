@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/error.hpp"
 #include "core/units.hpp"
 #include "simulation/detail/material.hpp"
 #include "simulation/detail/numbering.hpp"
@@ -14,6 +15,26 @@ namespace {
 // Share of the skin's stiffness that the folds have against being spread: it only shapes a slack
 // balloon (a pressure of the order of 0.1 atm at most).
 constexpr double kFoldShare = 1e-3;
+
+void check_layered(const SimulationModel& model, const SimulationOptions& options) {
+  simulation::check_wall(model.layered_wall, options.layered_wall);
+  const std::size_t count = model.wall.vertices.size();
+  bool same = model.layered_wall.vertices.size() > count;
+  for (std::size_t v = 0; v < count && same; ++v)
+    same = distance(model.layered_wall.vertices[v], model.wall.vertices[v]) < 1e-6;
+  if (!same)
+    throw InputError(
+        "the layered wall's first vertices are not those of the lumen's wall (the files belong to "
+        "different runs). Run the stage meshing again");
+}
+
+// A column of the solid does not move where one of its vertices is held.
+std::vector<char> held_columns(const SimulationModel& model) {
+  std::vector<char> held = model.wall_fixed;
+  for (std::size_t v = 0; v < model.layered_wall.fixed.size(); ++v)
+    if (model.layered_wall.fixed[v] != 0) held[v % held.size()] = 1;
+  return held;
+}
 
 void add_corners(const SimulationModel& model, Scene& scene) {
   const auto& mesh = model.balloon;
@@ -91,6 +112,17 @@ void add_wall(const SimulationModel& model, const SimulationOptions& options, Sc
   }
 }
 
+void add_solid(const SimulationOptions& options, const LayeredWall& layered, const Numbering& wall,
+               Scene& scene) {
+  scene.solid = make_wall_solid(layered, wall.order, options.layered_wall);
+  const auto first = std::size_t(scene.wall_count);
+  const std::vector<Vec3>& x = scene.solid.wall.vertices;
+  scene.start.insert(scene.start.end(), x.begin() + std::ptrdiff_t(first), x.end());
+  scene.mass.resize(std::size_t(scene.balloon_count));
+  scene.mass.insert(scene.mass.end(), scene.solid.model.mass.begin(), scene.solid.model.mass.end());
+  scene.fixed.resize(scene.start.size(), 0);
+}
+
 Vec3 middle_of_box(const std::vector<Vec3>& points) {
   Vec3 low = points[0], high = points[0];
   for (const Vec3& p : points)
@@ -106,7 +138,11 @@ Vec3 middle_of_box(const std::vector<Vec3>& points) {
 Scene make_scene(const SimulationModel& given, const SimulationOptions& options) {
   check_model(given, options.wall);
   const Numbering balloon = number_vertices(given.balloon, given.balloon_fixed);
-  const Numbering wall = number_vertices(given.wall, given.wall_fixed);
+  const bool layered = options.wall_model == WallModel::layered;
+  if (layered) check_layered(given, options);
+  const Numbering wall =
+      layered ? number_vertices(given.wall, held_columns(given), patch_partners(given.layered_wall))
+              : number_vertices(given.wall, given.wall_fixed);
   const SimulationModel model = renumbered(given, balloon, wall);
   Scene scene;
   scene.caller_vertex = balloon.order;
@@ -125,6 +161,7 @@ Scene make_scene(const SimulationModel& given, const SimulationOptions& options)
   scene.origin = middle_of_box(model.balloon.vertices);
   add_balloon(model, options, scene);
   add_wall(model, options, scene);
+  if (layered) add_solid(options, given.layered_wall, wall, scene);
   return scene;
 }
 

@@ -6,6 +6,7 @@
 #include "core/triangle_mesh.hpp"
 #include "simulation/detail/membrane.hpp"
 #include "simulation/detail/wall_clusters.hpp"
+#include "simulation/detail/wall_solid.hpp"
 #include "simulation/simulation.hpp"
 
 namespace angio::simulation::detail {
@@ -46,7 +47,10 @@ struct Scene {
   std::vector<double> foundation;   ///< [uN/mm], shape [wall_count]
   std::vector<double> wall_area;    ///< [mm^2] at the start, shape [wall_count]
 
-  [[nodiscard]] int vertex_count() const { return balloon_count + wall_count; }
+  WallSolid solid;  ///< of a layered wall; without one it has no levels
+
+  /// The wall's copies further out follow the wall, level by level.
+  [[nodiscard]] int vertex_count() const { return int(start.size()); }
 };
 
 /// @throws InputError if shapes do not match, the balloon is not closed, or a triangle is flat

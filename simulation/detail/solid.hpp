@@ -209,13 +209,15 @@ ANGIO_HOST_DEVICE inline void wedge_hessian(const SolidWedge<Real>& wedge, const
     SolidTangent<Real> tangent;
     const bool valid =
         solid_stress(wedge.law, wedge.fiber, solid::deformation(point, x), tangent).valid;
+    SeenGradient<Real> seen[6];
+    for (int a = 0; a < 6 && valid; ++a) seen[a] = seen_gradient(tangent, point.g[a]);
     for (int a = 0; a < 6; ++a)
       for (int b = 0; b < 6; ++b) {
         const Vec3T<Real> c = (pressure * solid::parametric_weight<Real>()) *
                               (j * cross(solid::parametric_gradient<Real>(a, q),
                                          solid::parametric_gradient<Real>(b, q)));
         Mat3T<Real>& h = hessian[a][b];
-        if (valid) h += point.weight * solid_block(tangent, point.g[a], point.g[b]);
+        if (valid) h += point.weight * solid_block(tangent, seen[a], seen[b]);
         h(0, 1) += c.z;
         h(1, 0) -= c.z;
         h(0, 2) -= c.y;
@@ -309,7 +311,8 @@ ANGIO_HOST_DEVICE inline VertexTerm<Real> solid_vertex_term(const SolidView<Real
           solid_stress(wedge.law, wedge.fiber, solid::deformation(point, x), tangent);
       if (!s.valid) continue;
       term.gradient += point.weight * (s.p * point.g[a]);
-      term.hessian += point.weight * solid_block(tangent, point.g[a], point.g[a]);
+      const SeenGradient<Real> seen = seen_gradient(tangent, point.g[a]);
+      term.hessian += point.weight * solid_block(tangent, seen, seen);
     }
   }
   term.hessian = clamp_positive(term.hessian);

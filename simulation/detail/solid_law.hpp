@@ -130,37 +130,50 @@ ANGIO_HOST_DEVICE inline SolidStress<Real> solid_stress(const SolidLaw<Real>& la
   return out;
 }
 
+/// A corner's gradient as the tangent sees it: F g, F^-T g, (dI1'/dF) g, a_i . g.
+template <class Real>
+struct SeenGradient {
+  Vec3T<Real> g, f, t, dev;
+  Real along[2]{};
+};
+
+template <class Real>
+ANGIO_HOST_DEVICE inline SeenGradient<Real> seen_gradient(const SolidTangent<Real>& k,
+                                                          const Vec3T<Real>& g) {
+  SeenGradient<Real> s{g, k.f * g, k.t * g, k.dev * g, {}};
+  for (int i = 0; i < 2; ++i)
+    s.along[i] = k.d4[i] > Real(0) || k.d44[i] > Real(0) ? dot(k.fiber[i], g) : Real(0);
+  return s;
+}
+
 /// The block H_ik = sum_JL d2 Psi / dF_iJ dF_kL g_J h_L: what the corners with gradients g and h
 /// ask of each other at this point [Pa/mm^2]. With T = F^-T, u = F g, v = F h, p = T g, q = T h:
 ///
 ///     d2 I1'/dF2 : (g, h) = 2 J^(-2/3) [(g.h) I - 2/3 (p v^T + u q^T) + I1 (2/9 p q^T + 1/3 q
 ///     p^T)] d2 I4_i/dF2 : (g, h) = 2 (a_i.g) (a_i.h) I
 template <class Real>
-ANGIO_HOST_DEVICE inline Mat3T<Real> solid_block(const SolidTangent<Real>& k, const Vec3T<Real>& g,
-                                                 const Vec3T<Real>& h) {
-  const Vec3T<Real> u = k.f * g, v = k.f * h, p = k.t * g, q = k.t * h;
-  const Vec3T<Real> dg = k.dev * g, dh = k.dev * h;
+ANGIO_HOST_DEVICE inline Mat3T<Real> solid_block(const SolidTangent<Real>& k,
+                                                 const SeenGradient<Real>& g,
+                                                 const SeenGradient<Real>& h) {
   const Real s = Real(2) * k.scale * k.d1;
-  const Real gh = dot(g, h);
-  Real along[2], beside[2];
-  Real diagonal = s * gh;
+  Real diagonal = s * dot(g.g, h.g);
+  // Rows of the outer products with v, q and p, gathered so that each entry takes few products.
+  const Vec3T<Real> by_v = (Real(-2) / Real(3) * s) * g.t;
+  const Vec3T<Real> by_q = s * (Real(-2) / Real(3) * g.f + Real(2) / Real(9) * k.i1 * g.t);
+  const Vec3T<Real> by_p = (s * k.i1 / Real(3)) * h.t;
+  Vec3T<Real> by_dev = k.d11 * g.dev, by_pushed[2];
   for (int i = 0; i < 2; ++i) {
-    along[i] = k.d4[i] > Real(0) || k.d44[i] > Real(0) ? dot(k.fiber[i], g) : Real(0);
-    beside[i] = k.d4[i] > Real(0) || k.d44[i] > Real(0) ? dot(k.fiber[i], h) : Real(0);
-    diagonal += Real(2) * k.d4[i] * along[i] * beside[i];
+    diagonal += Real(2) * k.d4[i] * g.along[i] * h.along[i];
+    by_dev += (Real(2) * k.d14[i] * g.along[i]) * k.pushed[i];
+    by_pushed[i] = (Real(2) * k.d14[i] * h.along[i]) * g.dev +
+                   (Real(4) * k.d44[i] * g.along[i] * h.along[i]) * k.pushed[i];
   }
   Mat3T<Real> out;
   for (int a = 0; a < 3; ++a)
-    for (int b = 0; b < 3; ++b) {
-      Real sum = k.d11 * dg[a] * dh[b] + (a == b ? diagonal : Real(0));
-      sum += s * (Real(-2) / Real(3) * (p[a] * v[b] + u[a] * q[b]) +
-                  k.i1 * (Real(2) / Real(9) * p[a] * q[b] + Real(1) / Real(3) * q[a] * p[b]));
-      for (int i = 0; i < 2; ++i)
-        sum += Real(2) * k.d14[i] *
-                   (beside[i] * dg[a] * k.pushed[i][b] + along[i] * k.pushed[i][a] * dh[b]) +
-               Real(4) * k.d44[i] * along[i] * beside[i] * k.pushed[i][a] * k.pushed[i][b];
-      out(a, b) = sum;
-    }
+    for (int b = 0; b < 3; ++b)
+      out(a, b) = by_v[a] * h.f[b] + by_q[a] * h.t[b] + by_p[a] * g.t[b] + by_dev[a] * h.dev[b] +
+                  by_pushed[0][a] * k.pushed[0][b] + by_pushed[1][a] * k.pushed[1][b] +
+                  (a == b ? diagonal : Real(0));
   return out;
 }
 

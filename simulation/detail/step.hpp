@@ -13,12 +13,14 @@ namespace angio::simulation::detail {
 
 /// What a frame ends with, in the scene's numbering.
 struct State {
-  std::vector<Vec3> x;                   ///< [mm], shape [vertex]
-  std::vector<Mat3> plastic;             ///< S^p of the clusters
-  std::vector<Vec3> plastic_modes;       ///< N^p, shape [cluster][kShapeModes]; or empty
-  std::vector<double> contact_pressure;  ///< [Pa], shape [wall vertex]
-  double pressure = 0.0;                 ///< absolute [Pa]
-  double volume = 0.0;                   ///< enclosed [mm^3]
+  std::vector<Vec3> x;                           ///< [mm], shape [vertex]
+  std::vector<Mat3> plastic;                     ///< S^p of the clusters
+  std::vector<Vec3> plastic_modes;               ///< N^p, shape [cluster][kShapeModes]; or empty
+  std::vector<double> contact_pressure;          ///< [Pa], shape [wall vertex]
+  std::vector<SolidPoint<double>> solid_points;  ///< of a layered wall, with what has flowed
+  std::vector<double> solid_plastic_strain;      ///< gathered there
+  double pressure = 0.0;                         ///< absolute [Pa]
+  double volume = 0.0;                           ///< enclosed [mm^3]
   StepReport report;
 };
 

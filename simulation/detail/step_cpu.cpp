@@ -107,6 +107,10 @@ class CpuSolver final : public StepSolver {
     for (int i = 0; i < view_.wall_count; ++i)
       state.contact_pressure.push_back(double(view_.contact_force[i]) /
                                        finder_.area(scene_.balloon_count + i));
+    for (int p = 0; p < kWedgePoints * view_.wedge_count; ++p) {
+      state.solid_points.push_back(converted<double>(view_.solid_points[p]));
+      state.solid_plastic_strain.push_back(double(view_.solid_plastic_strain[p]));
+    }
     state.pressure = status_.pressure;
     state.volume = status_.volume;
     state.report = status_.report;

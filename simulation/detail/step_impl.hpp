@@ -7,6 +7,7 @@
 #include "simulation/detail/distance.hpp"
 #include "simulation/detail/membrane.hpp"
 #include "simulation/detail/shape_matching.hpp"
+#include "simulation/detail/solid_column.hpp"
 
 /// One step's inner loops as functions of an index over plain views; step_program.hpp puts them
 /// into the step. Nothing here allocates or knows of threads. `lanes` are the threads that share
@@ -62,6 +63,7 @@ struct StepView {
   using Mat = Mat3T<Real>;
 
   int balloon_count = 0, wall_count = 0, cluster_count = 0, pair_count = 0, triangle_count = 0;
+  int vertex_count = 0;  // with the copies of the wall further out
   int balloon_colors = 0, wall_colors = 0;
   Real dt = 0;
   Real outside_pressure = 0;    // [Pa], absolute
@@ -96,6 +98,15 @@ struct StepView {
   const int* neighbors = nullptr;
   const Real* foundation = nullptr;
   const Real* goal_stiffness = nullptr;  // [wall vertex]
+  // Layered wall: solid vertex u is the step's vertex balloon_count + u
+  SolidView<Real> solid;
+  SolidColumns<Real> columns;
+  const int* lumen_begin = nullptr;           // lumen triangles around a column
+  const CornerLink* lumen_corners = nullptr;  // columns
+  Real blood_pressure = 0;                    // [Pa]
+  int wedge_count = 0;
+  SolidPoint<Real>* solid_points = nullptr;  // those of `solid`
+  Real* solid_plastic_strain = nullptr;      // [point]
   // State
   Vec* x = nullptr;  // [vertex]
   Vec* velocity = nullptr;

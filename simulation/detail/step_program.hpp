@@ -1,7 +1,7 @@
 #pragma once
 
 #include "simulation/detail/gas.hpp"
-#include "simulation/detail/step_impl.hpp"
+#include "simulation/detail/solid_step.hpp"
 
 /// The step as a program for a team of threads (launch.hpp), the same source for every backend.
 ///
@@ -92,8 +92,8 @@ ANGIO_HOST_DEVICE inline double enclosed_volume(Team& team, const StepView<Real>
 template <class Real, class Team>
 ANGIO_HOST_DEVICE inline void begin_step(Team& team, const StepView<Real>& s,
                                          const StepRules& rules, StepStatus& status) {
-  const int count = s.balloon_count + s.wall_count, movable = last_of_balloon(s);
-  team.template for_each<1>(count, [&](int v, const auto&) {
+  const int movable = last_of_balloon(s);
+  team.template for_each<1>(s.vertex_count, [&](int v, const auto&) {
     s.x_before[v] = s.x[v];
     s.x_inertial[v] = rules.still ? s.x[v] : s.x[v] + s.dt * s.velocity[v];
   });
@@ -118,7 +118,12 @@ ANGIO_HOST_DEVICE inline void begin_step(Team& team, const StepView<Real>& s,
     team.template for_each<1>(movable + walls - first_wall, [&](int i, const auto&) {
       const int v = i < movable ? i : first_wall + i - movable;
       const Vec3T<Real> move = Real(kForesight) * (s.x_inertial[v] - s.x_before[v]);
-      s.x[v] += bounded_share(s, v, move) * move;
+      const Real share = bounded_share(s, v, move);
+      s.x[v] += share * move;
+      for (int l = 1; i >= movable && l < s.columns.levels; ++l) {  // a wall's column goes along
+        const int u = v + l * s.columns.stride;
+        s.x[u] += share * (Real(kForesight) * (s.x_inertial[u] - s.x_before[u]));
+      }
     });
     team.barrier();
   }
@@ -137,16 +142,18 @@ ANGIO_HOST_DEVICE inline void refresh(Team& team, const StepView<Real>& s) {
   team.template for_each<Team::kClusterLanes>(
       s.cluster_count, [&](int c, const auto& lanes) { fit_cluster(s, c, lanes); });
   team.barrier();
+  if (s.cluster_count == 0) return;
   team.template for_each<1>(s.wall_count, [&](int i, const auto&) { set_goal(s, i); });
   team.barrier();
 }
 
 /// Sums of a sweep.
 struct SweepSums {
-  double net = 0.0, load = 0.0;  ///< squared [uN^2]
-  double moved = 0.0;            ///< squared [mm^2], of the balloon
-  double compliance = 0.0;       ///< [mm^3/Pa]
-  bool blocked = false;          ///< a vertex has met its bound
+  double net = 0.0, load = 0.0;            ///< squared [uN^2]
+  double moved = 0.0;                      ///< squared [mm^2], of the balloon
+  double compliance = 0.0;                 ///< [mm^3/Pa]
+  bool blocked = false;                    ///< a vertex has met its bound
+  double wall_net = 0.0, wall_load = 0.0;  ///< the wall's part of net and load
 };
 
 /// A colour's moves at the present pressure, and how its volume answers to pressure.
@@ -231,6 +238,7 @@ ANGIO_HOST_DEVICE inline void sweep_balloon(Team& team, const StepView<Real>& s,
 
 template <class Real, class Team>
 ANGIO_HOST_DEVICE inline void sweep_wall(Team& team, const StepView<Real>& s, SweepSums& sums) {
+  const double net_before = sums.net, load_before = sums.load;
   for (int color = 0; color < s.wall_colors; ++color) {
     const int first = s.wall_color_begin[color];
     double total[3];
@@ -238,6 +246,13 @@ ANGIO_HOST_DEVICE inline void sweep_wall(Team& team, const StepView<Real>& s, Sw
         s.wall_color_begin[color + 1] - first,
         [&](int i, const auto& lanes, auto* part) {
           const int v = first + i;
+          if (s.columns.levels > 0) {
+            const ColumnMove<Real> column = propose_column(s, v, lanes);
+            part[0] += column.net;
+            part[1] += column.load;
+            part[2] += take_column(s, v, lanes, column) < Real(1) ? 1.0 : 0.0;
+            return;
+          }
           const VertexForces<Real> f = wall_forces(s, v, lanes);
           const Real net = norm_squared(f.force);
           part[0] += net;
@@ -254,6 +269,8 @@ ANGIO_HOST_DEVICE inline void sweep_wall(Team& team, const StepView<Real>& s, Sw
     sums.load += total[1];
     sums.blocked = sums.blocked || total[2] > 0.0;
   }
+  sums.wall_net = sums.net - net_before;
+  sums.wall_load = sums.load - load_before;
 }
 
 /// The distance still to go, from how the last sweeps' motions m shrink: m q / (1 - q) [mm].
@@ -270,11 +287,15 @@ ANGIO_HOST_DEVICE inline void run_sweeps(Team& team, const StepView<Real>& s,
                                          const StepRules& rules, StepStatus& status) {
   status.wants_detection = false;
   StepReport& report = status.report;
+  bool wall_rests = false;
   while (report.sweeps < rules.most_sweeps) {
     SweepSums sums;
     refresh(team, s);
     sweep_balloon(team, s, status, sums);
-    sweep_wall(team, s, sums);
+    if (!wall_rests) sweep_wall(team, s, sums);
+    // A solid that is in balance and that no pair can reach stays there.
+    wall_rests = wall_rests || (s.columns.levels > 0 && s.pair_count == 0 &&
+                                sums.wall_net <= rules.rest * rules.rest * sums.wall_load);
     ++report.sweeps;
     ++status.since_detection;
     report.residual = std::sqrt(sums.net / (sums.load + status.load_floor));
@@ -298,9 +319,8 @@ ANGIO_HOST_DEVICE inline void end_step(Team& team, const StepView<Real>& s,
                                        const PlasticFlow<Real>& plasticity, StepStatus& status) {
   status.volume = enclosed_volume(team, s);
   if (!(status.law.volume > 0.0)) status.pressure = pressure_at(status.law, status.volume);
-  team.template for_each<1>(s.balloon_count + s.wall_count, [&](int v, const auto&) {
-    s.velocity[v] = (s.x[v] - s.x_before[v]) / s.dt;
-  });
+  team.template for_each<1>(
+      s.vertex_count, [&](int v, const auto&) { s.velocity[v] = (s.x[v] - s.x_before[v]) / s.dt; });
   if (s.wall_count == 0) return;
   refresh(team, s);
   double total[2];
@@ -321,6 +341,7 @@ ANGIO_HOST_DEVICE inline void end_step(Team& team, const StepView<Real>& s,
   status.report.friction_delta = total[1];
   team.template for_each<Team::kClusterLanes>(
       s.cluster_count, [&](int c, const auto& lanes) { flow_cluster(s, plasticity, c, lanes); });
+  team.template for_each<1>(s.wedge_count, [&](int w, const auto&) { flow_wedge(s, w); });
   team.barrier();
 }
 

@@ -19,12 +19,15 @@ State start_state(const Scene& scene, double pressure) {
   state.x = scene.start;
   state.plastic.assign(std::size_t(scene.clusters.count()), Mat3::identity());
   state.contact_pressure.assign(std::size_t(scene.wall_count), 0.0);
+  state.solid_points = scene.solid.model.points;
+  state.solid_plastic_strain.assign(state.solid_points.size(), 0.0);
   state.pressure = pressure;
   state.volume = balloon_volume(scene, state.x);
   return state;
 }
 
 Precision precision_for(const Scene& scene, const SimulationOptions& options) {
+  if (scene.solid.levels > 0) return Precision::twofold;  // thin, nearly incompressible layers
   double reach = 0.0, edge = 0.0;
   for (int v = 0; v < scene.balloon_count; ++v)
     reach = std::max(reach, norm(scene.start[std::size_t(v)] - scene.origin));

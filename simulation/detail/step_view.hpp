@@ -182,6 +182,55 @@ void add_wall_view(const Scene& scene, const WallMaterial& wall, Memory& memory,
   view.contact_force = memory.template allocate<Real>(std::size_t(scene.wall_count));
 }
 
+template <class To, class From>
+SolidPoint<To> converted(const SolidPoint<From>& point) {
+  SolidPoint<To> result;
+  for (int a = 0; a < 6; ++a) result.g[a] = converted<To>(point.g[a]);
+  result.weight = To(point.weight);
+  return result;
+}
+
+template <class Real>
+SolidLaw<Real> converted(const SolidLaw<double>& law) {
+  return {Real(law.shear), Real(law.bulk),  Real(law.k1),   Real(law.k2),
+          Real(law.share), Real(law.yield), Real(law.creep)};
+}
+
+/// The layered wall in place of the slabs; to be called when view.x and the wall are there.
+template <class Real, class Memory>
+void add_solid_view(const Scene& scene, Memory& memory, StepView<Real>& view) {
+  const WallSolid& wall = scene.solid;
+  const SolidModel& model = wall.model;
+  view.cluster_count = 0;
+  view.wedge_count = model.wedge_count();
+  view.solid_points = memory.store(converted_all<Real>(model.points));
+  view.solid_plastic_strain = memory.store(std::vector<Real>(model.points.size()));
+  SolidView<Real>& solid = view.solid;
+  solid.x = view.x + scene.balloon_count;
+  solid.corners = memory.store(model.corners);
+  solid.points = view.solid_points;
+  solid.fibers = memory.store(converted_all<Real>(model.fibers));
+  solid.region = memory.store(model.region);
+  solid.laws = memory.store(converted_all<Real>(model.laws));
+  solid.patch = memory.store(model.patch);
+  solid.patch_begin = memory.store(model.patch_begin);
+  solid.patch_wedges = memory.store(model.patch_wedges);
+  solid.patch_volume = memory.store(converted_all<Real>(model.patch_volume));
+  view.columns.levels = wall.levels;
+  view.columns.stride = scene.wall_count;
+  view.columns.layer = memory.store(wall.wall.layer);
+  view.columns.patch_begin = memory.store(wall.patch_begin);
+  view.columns.patches = memory.store(wall.patches);
+  std::vector<CornerLink> corners;
+  for (const auto& [next, last] : wall.corners) corners.push_back({next, last});
+  view.lumen_begin = memory.store(wall.corner_begin);
+  view.lumen_corners = memory.store(corners);
+  view.blood_pressure = Real(wall.blood_pressure);
+  const auto outer = model.foundation.end() - scene.wall_count;
+  view.foundation =
+      memory.store(converted_all<Real>(std::vector<double>(outer, model.foundation.end())));
+}
+
 template <class Real, class Memory>
 StepView<Real> make_view(const Scene& scene, const SimulationOptions& options, Memory& memory) {
   constexpr double kRelaxation = 1.6;   // fastest on an inflating capsule
@@ -204,6 +253,8 @@ StepView<Real> make_view(const Scene& scene, const SimulationOptions& options, M
   view.x_inertial = memory.template allocate<Vec3T<Real>>(count);
   view.velocity = memory.template allocate<Vec3T<Real>>(count);
   view.mass = memory.store(converted_all<Real>(scene.mass));
+  view.vertex_count = scene.vertex_count();
+  if (scene.solid.levels > 0) add_solid_view(scene, memory, view);
   return view;
 }
 

@@ -1,0 +1,126 @@
+#include "simulation/detail/wall_solid.hpp"
+
+#include <algorithm>
+#include <string>
+
+#include "core/error.hpp"
+#include "core/units.hpp"
+
+namespace angio::simulation::detail {
+namespace {
+
+std::size_t at(int i) { return static_cast<std::size_t>(i); }
+
+int column_count(const LayeredWall& wall) {
+  int last = 0;
+  for (const Triangle& t : wall.lumen_triangles) last = std::max({last, t[0], t[1], t[2]});
+  return last + 1;
+}
+
+// Wedges join a level's copies to the next level's copies of the same columns.
+void check_columns(const LayeredWall& wall, int columns) {
+  const int levels = static_cast<int>(wall.vertices.size()) / columns;
+  if (static_cast<int>(wall.vertices.size()) != levels * columns || levels < 2 ||
+      levels > kMostColumnLevels)
+    throw InputError("the layered wall has " + std::to_string(wall.vertices.size()) +
+                     " vertices over a lumen of " + std::to_string(columns) +
+                     " (whole copies of the lumen are needed, 1 to " +
+                     std::to_string(kMostColumnLevels - 1) + " layers). Build it again");
+  for (std::size_t w = 0; w < wall.wedges.size(); ++w)
+    for (std::size_t a = 0; a < 3; ++a)
+      if (wall.wedges[w][a + 3] != wall.wedges[w][a] + columns ||
+          wall.wedges[w][a] / columns != wall.layer[w])
+        throw InputError("wedge " + std::to_string(w) +
+                         " of the layered wall does not join a vertex to its own copy further out "
+                         "(the solver moves columns of copies). Build the wall again");
+}
+
+LayeredWall renumbered(const LayeredWall& wall, const std::vector<int>& new_vertex) {
+  LayeredWall result = wall;
+  for (std::size_t v = 0; v < wall.vertices.size(); ++v) {
+    result.vertices[at(new_vertex[v])] = wall.vertices[v];
+    result.fixed[at(new_vertex[v])] = wall.fixed[v];
+  }
+  for (Wedge& wedge : result.wedges)
+    for (int& v : wedge) v = new_vertex[at(v)];
+  for (auto* surface : {&result.lumen_triangles, &result.outer_triangles})
+    for (Triangle& t : *surface)
+      for (int& v : t) v = new_vertex[at(v)];
+  return result;
+}
+
+void set_columns(int columns, WallSolid& solid) {
+  std::vector<std::vector<int>> patches(at(columns));
+  for (int w = 0; w < solid.model.wedge_count(); ++w)
+    for (int a = 0; a < 3; ++a)
+      patches[at(solid.model.corners[at(6 * w + a)] % columns)].push_back(solid.model.patch[at(w)]);
+  solid.patch_begin.assign(1, 0);
+  for (std::vector<int>& list : patches) {
+    std::sort(list.begin(), list.end());
+    list.erase(std::unique(list.begin(), list.end()), list.end());
+    solid.patches.insert(solid.patches.end(), list.begin(), list.end());
+    solid.patch_begin.push_back(static_cast<int>(solid.patches.size()));
+  }
+  std::vector<std::vector<std::array<int, 2>>> corners(at(columns));
+  for (const Triangle& t : solid.wall.lumen_triangles)
+    for (std::size_t k = 0; k < 3; ++k)
+      corners[at(t[k])].push_back({t[(k + 1) % 3], t[(k + 2) % 3]});
+  solid.corner_begin.assign(1, 0);
+  for (const auto& list : corners) {
+    solid.corners.insert(solid.corners.end(), list.begin(), list.end());
+    solid.corner_begin.push_back(static_cast<int>(solid.corners.size()));
+  }
+}
+
+}  // namespace
+
+std::vector<std::array<int, 2>> patch_partners(const LayeredWall& wall) {
+  const int columns = column_count(wall);
+  const SolidModel model = make_solid_model(wall, {});
+  std::vector<std::array<int, 2>> partners;
+  for (int p = 0; p < model.patch_count(); ++p) {
+    std::vector<int> members;
+    for (int m = model.patch_begin[at(p)]; m < model.patch_begin[at(p) + 1]; ++m)
+      for (int a = 0; a < 3; ++a)
+        members.push_back(model.corners[at(6 * model.patch_wedges[at(m)] + a)] % columns);
+    std::sort(members.begin(), members.end());
+    members.erase(std::unique(members.begin(), members.end()), members.end());
+    for (std::size_t i = 0; i < members.size(); ++i)
+      for (std::size_t j = i + 1; j < members.size(); ++j)
+        partners.push_back({members[i], members[j]});
+  }
+  std::sort(partners.begin(), partners.end());
+  partners.erase(std::unique(partners.begin(), partners.end()), partners.end());
+  return partners;
+}
+
+WallSolid make_wall_solid(const LayeredWall& wall, const std::vector<int>& order,
+                          const WallOptions& options) {
+  const int columns = static_cast<int>(order.size());
+  check_columns(wall, columns);
+  WallSolid solid;
+  solid.levels = static_cast<int>(wall.vertices.size()) / columns;
+  std::vector<int> new_vertex(wall.vertices.size());
+  solid.caller_vertex.resize(wall.vertices.size());
+  for (int level = 0; level < solid.levels; ++level)
+    for (int i = 0; i < columns; ++i) {
+      const int caller = level * columns + order[at(i)];
+      new_vertex[at(caller)] = level * columns + i;
+      solid.caller_vertex[at(level * columns + i)] = caller;
+    }
+  solid.wall = renumbered(wall, new_vertex);
+  const WallSolution seen = prestress_wall(solid.wall, options);
+  if (!seen.converged)
+    throw InputError(
+        "the layered wall found no balance under its blood pressure (a layer is too thin or too "
+        "soft there). Make the wall thicker or its materials stiffer");
+  solid.seen = seen.state;
+  solid.seen.vertices = solid.wall.vertices;
+  solid.model = make_solid_model(solid.wall, options);
+  set_memory(solid.seen, solid.model);
+  set_columns(columns, solid);
+  solid.blood_pressure = units::pascal_from_kilopascal(options.blood_pressure_kpa);
+  return solid;
+}
+
+}  // namespace angio::simulation::detail

@@ -1,0 +1,32 @@
+#pragma once
+
+#include <array>
+#include <vector>
+
+#include "simulation/detail/solid_column.hpp"
+#include "simulation/detail/solid_model.hpp"
+
+/// The layered wall within a scene: renumbered as its lumen, pre-stressed, and sorted by columns.
+namespace angio::simulation::detail {
+
+struct WallSolid {
+  LayeredWall wall;  ///< vertex of column i at a level: level * column_count + i
+  SolidModel model;  ///< of `wall`
+  WallState seen;    ///< with its pre-stress
+  int levels = 0;    ///< vertices of a column; 0: there is no solid
+  std::vector<int> patch_begin, patches;    ///< as SolidColumns
+  std::vector<int> corner_begin;            ///< lumen triangles around a column
+  std::vector<std::array<int, 2>> corners;  ///< the other two columns, counter-clockwise
+  std::vector<int> caller_vertex;           ///< of a vertex, in the caller's numbering
+  double blood_pressure = 0.0;              ///< [Pa]
+};
+
+/// Pairs of columns that share a patch: they may not be moved at the same time.
+std::vector<std::array<int, 2>> patch_partners(const LayeredWall& wall);
+
+/// @param wall   copies of the lumen's vertices, level by level; otherwise InputError
+/// @param order  the caller's lumen vertex of each column
+WallSolid make_wall_solid(const LayeredWall& wall, const std::vector<int>& order,
+                          const WallOptions& options);
+
+}  // namespace angio::simulation::detail
