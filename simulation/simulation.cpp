@@ -166,6 +166,10 @@ class Run {
 
   SimulationSummary on(Backend backend) {
     const bool gpu = backend == Backend::cuda;
+    if (gpu && options_.wall_model == WallModel::layered)
+      throw Error(ExitCode::unavailable,
+                  "the layered wall runs on the CPU only (the GPU keeps just the balloon's and the "
+                  "lumen's vertices). Use --backend cpu");
     const auto solver =
         gpu ? make_cuda_solver(scene_, options_) : make_cpu_solver(scene_, options_);
     SimulationSummary summary;
