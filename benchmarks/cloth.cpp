@@ -13,7 +13,6 @@
 namespace {
 
 using angio::Triangle;
-using angio::TriangleMesh;
 using angio::Vec3;
 using angio::simulation::Cloth;
 using angio::simulation::ClothOptions;

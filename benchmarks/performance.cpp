@@ -30,7 +30,7 @@ double now() {
 }
 
 bool has_gpu() {
-  static const bool found = [] {
+  static const bool kFound = [] {
     try {
       SimulationModel model;
       model.balloon = testing::closed_tube(2.0, 5, 6, [](double) { return 0.5; });
@@ -44,7 +44,7 @@ bool has_gpu() {
       return false;
     }
   }();
-  return found;
+  return kFound;
 }
 
 // The seed paper's balloon (Table 2) of its rubber, 0.5 mm x 10 mm, by rings and vertices around.

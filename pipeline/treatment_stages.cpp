@@ -227,8 +227,9 @@ void do_simulation(StageWork& work) {
   frames.finish();
   keep(work.warnings, summary.warnings);
   if (work.config.balloon.folds > 0)
-    keep(work.warnings, {"the folds' lobes may pass through each other: contact of the balloon with "
-                         "itself is not computed"});
+    keep(work.warnings,
+         {"the folds' lobes may pass through each other: contact of the balloon with "
+          "itself is not computed"});
   work.record.backend = summary.backend;
   work.record.device = summary.device;
   work.record.stages[Stage::simulation].solver_seconds = summary.wall_s;
