@@ -315,7 +315,7 @@ void add_meshing_settings(Config& c, std::vector<Setting>& table) {
                                "nodes of the guidewire, 2 to 1000"));
 }
 
-void add_simulation_settings(Config& c, std::vector<Setting>& table) {
+void add_material_settings(Config& c, std::vector<Setting>& table) {
   const auto sim = Stage::simulation;
   auto& s = c.simulation;
   table.push_back(
@@ -355,6 +355,11 @@ void add_simulation_settings(Config& c, std::vector<Setting>& table) {
   table.push_back(make_setting("wall.shape_beta", sim, s.wall.shape_beta,
                                "quadratic only: share of bending and twist that costs nothing, 0 "
                                "to 1"));
+}
+
+void add_simulation_settings(Config& c, std::vector<Setting>& table) {
+  const auto sim = Stage::simulation;
+  auto& s = c.simulation;
   table.push_back(make_setting("inflation.control", sim, s.inflation.control,
                                "what the inflator prescribes: gas, pressure or volume"));
   table.push_back(make_setting("inflation.deflate_pressure_atm", sim,
@@ -398,6 +403,7 @@ std::vector<Setting> settings(Config& config) {
   std::vector<Setting> table;
   add_imaging_settings(config, table);
   add_meshing_settings(config, table);
+  add_material_settings(config, table);
   add_simulation_settings(config, table);
   return table;
 }

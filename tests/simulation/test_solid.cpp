@@ -87,43 +87,43 @@ class Wedges : public ::testing::TestWithParam<Case> {
     std::mt19937 random(11u);
     std::uniform_real_distribution<double> u(-1.0, 1.0);
     const double h = 0.3 * c.thickness;
-    e.rest = {Vec3{0, 0, 0},       Vec3{0.4, 0.05, 0},        Vec3{0.1, 0.35, 0},
-              Vec3{0.02, 0.01, h}, Vec3{0.43, 0.04, 1.1 * h}, Vec3{0.1, 0.38, 0.95 * h}};
+    element_.rest = {Vec3{0, 0, 0},       Vec3{0.4, 0.05, 0},        Vec3{0.1, 0.35, 0},
+                     Vec3{0.02, 0.01, h}, Vec3{0.43, 0.04, 1.1 * h}, Vec3{0.1, 0.38, 0.95 * h}};
     const Mat3 turn = rotation(3u);
     for (int a = 0; a < 6; ++a) {
-      Vec3 p = e.rest[static_cast<std::size_t>(a)];
+      Vec3 p = element_.rest[static_cast<std::size_t>(a)];
       p.z *= c.stretch;
       p.x /= std::sqrt(c.stretch);
       p.y /= std::sqrt(c.stretch);
       p += c.noise * std::min(1.0, c.thickness) * Vec3{u(random), u(random), u(random)};
-      e.x[static_cast<std::size_t>(a)] = turn * p + Vec3{1, -2, 0.5};
+      element_.x[static_cast<std::size_t>(a)] = turn * p + Vec3{1, -2, 0.5};
     }
     Mat3 s = Mat3::identity();
     if (c.prestress) s.m[0][0] = 1.05, s.m[0][1] = 0.04, s.m[1][1] = 0.97, s.m[2][1] = -0.03;
     for (int q = 0; q < kWedgePoints; ++q) {
-      e.points[q] = prestressed(make_solid_point(e.rest.data(), q), s);
-      e.volume += e.points[q].weight;
+      element_.points[q] = prestressed(make_solid_point(element_.rest.data(), q), s);
+      element_.volume += element_.points[q].weight;
     }
-    e.fiber[0] = normalized(Vec3{0.6, 0.8, 0.1});
-    e.fiber[1] = normalized(Vec3{0.6, -0.8, 0.0});
-    e.law = c.share < 0.0 ? neo_hookean() : fibered(c.share);
+    element_.fiber[0] = normalized(Vec3{0.6, 0.8, 0.1});
+    element_.fiber[1] = normalized(Vec3{0.6, -0.8, 0.0});
+    element_.law = c.share < 0.0 ? neo_hookean() : fibered(c.share);
   }
 
   Sum sum(const Corners& x) const {
     Sum out;
-    add_patch(e.view(x), 0, out, [](Mat3(*)[6]) {});
+    add_patch(element_.view(x), 0, out, [](Mat3(*)[6]) {});
     return out;
   }
   Eigen::Matrix<double, 18, 1> gradient(const Corners& x) const { return sum(x).gradient; }
   Eigen::Matrix<double, 18, 18> hessian(const Corners& x) const { return sum(x).hessian; }
   Corners moved(int k, double by) const {
-    Corners x = e.x;
+    Corners x = element_.x;
     x[static_cast<std::size_t>(k / 3)][k % 3] += by;
     return x;
   }
   double step() const { return 2e-5 * std::min(1.0, GetParam().thickness); }
 
-  Element e;
+  Element element_;
 };
 
 // Central differences of fourth order: their own error is far below the bar.
@@ -133,18 +133,18 @@ Value slope(const Function& f, double h) {
 }
 
 TEST_P(Wedges, GradientIsTheSlopeOfTheEnergy) {
-  const auto g = gradient(e.x);
+  const auto g = gradient(element_.x);
   const auto energy = [&](int k) {
-    return [this, k](double by) { return e.energy(moved(k, by)); };
+    return [this, k](double by) { return element_.energy(moved(k, by)); };
   };
   // At rest the gradient is zero: the scale is then a force of 1 % strain.
-  const double scale = std::max(g.norm(), 0.01 * step() / 2e-5 * hessian(e.x).norm() * 0.3);
+  const double scale = std::max(g.norm(), 0.01 * step() / 2e-5 * hessian(element_.x).norm() * 0.3);
   for (int k = 0; k < 18; ++k)
     EXPECT_NEAR(g[k], slope<double>(energy(k), step()), 1e-6 * scale) << k;
 }
 
 TEST_P(Wedges, HessianIsTheSlopeOfTheGradientAndSymmetric) {
-  const auto h = hessian(e.x);
+  const auto h = hessian(element_.x);
   EXPECT_LT((h - h.transpose()).norm(), 1e-12 * h.norm());
   for (int k = 0; k < 18; ++k) {
     const auto f = [&](double by) { return gradient(moved(k, by)); };
@@ -154,28 +154,28 @@ TEST_P(Wedges, HessianIsTheSlopeOfTheGradientAndSymmetric) {
 }
 
 TEST_P(Wedges, ExertNoNetForceAndNoTorque) {
-  const auto g = gradient(e.x);
+  const auto g = gradient(element_.x);
   Vec3 force, torque;
   double size = 0.0;
   for (int a = 0; a < 6; ++a) {
     const Vec3 f{g[3 * a], g[3 * a + 1], g[3 * a + 2]};
     force += f;
-    torque += cross(e.x[static_cast<std::size_t>(a)], f);
+    torque += cross(element_.x[static_cast<std::size_t>(a)], f);
     size += norm(f);
   }
-  size = std::max(size, 1e-2 * hessian(e.x).norm());
+  size = std::max(size, 1e-2 * hessian(element_.x).norm());
   EXPECT_LT(norm(force), 1e-10 * size);
   EXPECT_LT(norm(torque), 1e-10 * size);
 }
 
 TEST_P(Wedges, EnergyDoesNotChangeAndForcesTurnWhenTurned) {
   const Mat3 turn = rotation(5u);
-  Corners x = e.x;
+  Corners x = element_.x;
   for (Vec3& p : x) p = turn * p;
-  const double energy = e.energy(e.x);
-  EXPECT_NEAR(e.energy(x), energy, 1e-10 * std::max(energy, 1.0));
-  const auto before = gradient(e.x), after = gradient(x);
-  const double size = std::max(before.norm(), 1e-2 * hessian(e.x).norm());
+  const double energy = element_.energy(element_.x);
+  EXPECT_NEAR(element_.energy(x), energy, 1e-10 * std::max(energy, 1.0));
+  const auto before = gradient(element_.x), after = gradient(x);
+  const double size = std::max(before.norm(), 1e-2 * hessian(element_.x).norm());
   for (int a = 0; a < 6; ++a) {
     const Vec3 f = turn * Vec3{before[3 * a], before[3 * a + 1], before[3 * a + 2]};
     for (int i = 0; i < 3; ++i) EXPECT_NEAR(after[3 * a + i], f[i], 1e-10 * size);
@@ -183,9 +183,9 @@ TEST_P(Wedges, EnergyDoesNotChangeAndForcesTurnWhenTurned) {
 }
 
 TEST_P(Wedges, VertexTermIsTheClampedDiagonalBlock) {
-  const SolidView<double> view = e.view(e.x);
-  const auto g = gradient(e.x);
-  const auto h = hessian(e.x);
+  const SolidView<double> view = element_.view(element_.x);
+  const auto g = gradient(element_.x);
+  const auto h = hessian(element_.x);
   for (int v = 0; v < 6; ++v) {
     const VertexTerm<double> term = solid_vertex_term(view, v);
     const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(
