@@ -36,7 +36,7 @@ std::string said_of(const Change& change, bool of_balloon = true,
     }
     return "nothing";
   };
-  const std::string said = message([&] { simulate(model, options, {}); });
+  std::string said = message([&] { simulate(model, options, {}); });
   if (of_balloon) {
     EXPECT_EQ(message([&] { detail::find_equilibria(model, options, {}); }), said);
   }
