@@ -108,6 +108,18 @@ Phantom make_phantom_surface(const PhantomOptions& options) {
   return phantom;
 }
 
+TriangleMesh make_paper_surface(const PhantomOptions& options) {
+  constexpr int kTubeRing = 20, kTubeRings = 61, kForkRing = 40, kForkRows = 220;
+  const PhantomOptions sized = detail::with_size(options);
+  const bool is_fork = sized.name == "ytype";
+  if (!is_fork && sized.name != "unilateral" && sized.name != "bilateral")
+    throw OptionError("the paper gives no mesh that the phantom " + sized.name +
+                      " could have (it does for unilateral, bilateral and ytype)");
+  const detail::Anatomy anatomy = detail::make_anatomy(sized);
+  return is_fork ? detail::fork_wall(anatomy.shape, kForkRing, kForkRows)
+                 : detail::tube_wall(anatomy.shape, kTubeRing, kTubeRings);
+}
+
 Phantom make_phantom_scan(const PhantomOptions& options, const Progress& progress) {
   const PhantomOptions sized = detail::with_size(options);
   if (sized.name == "cloth")

@@ -68,6 +68,11 @@ PhantomOptions parse_phantom(std::string_view description);
 /// Makes the surface and the truth only (the volume stays empty).
 Phantom make_phantom_surface(const PhantomOptions& options);
 
+/// The wall of a phantom in the seed paper's own mesh (its Table 2), open at the ends: unilateral
+/// and bilateral 61 rings of 20 vertices (2400 triangles, 1220 vertices), ytype three tubes of 40
+/// vertices a ring and 220 rows (17600, 8859). @throws OptionError for other phantoms
+TriangleMesh make_paper_surface(const PhantomOptions& options);
+
 /// Makes the volume and the truth only (the surface stays empty).
 Phantom make_phantom_scan(const PhantomOptions& options, const Progress& progress = {});
 

@@ -1,9 +1,34 @@
 #pragma once
 
+#include <vector>
+
 #include "core/triangle_mesh.hpp"
 #include "datasets/detail/lumen_shape.hpp"
 
 namespace angio::datasets::detail {
+
+/// The wall of one straight branch, open at both ends: rings of vertices on the exact wall, in
+/// planes across the axis, at equal distances.
+///
+/// @param ring_count  >= 2
+TriangleMesh tube_wall(const LumenShape& shape, int vertices_per_ring, int ring_count);
+
+/// The wall of a trunk and two daughters, open at all three ends: three tubes of equal rings, whose
+/// innermost rings are joined half by half in three arcs between two points in front of and behind
+/// the plane of the fork. With n vertices a ring and m rows in all it has 2 n m triangles and
+/// n m + 3 n / 2 - 1 vertices, on the exact wall; only in the bifurcation rows lean.
+///
+/// @param vertices_per_ring  even, >= 8
+/// @param row_count          of triangles' pairs along the three tubes together, shared out by
+///                           their lengths; >= 12
+TriangleMesh fork_wall(const LumenShape& shape, int vertices_per_ring, int row_count);
+
+/// Moves vertices towards the middle of their neighbours along the wall, then onto the wall.
+///
+/// @param held   vertices that stay where they are, shape [vertex_count]; empty: none
+/// @param steps  >= 0; with none, vertices are drawn onto the wall only
+void spread_on_wall(const LumenShape& shape, TriangleMesh& mesh, const std::vector<char>& held,
+                    int steps);
 
 /// The closed surface of one straight branch: rings of vertices on the exact wall, in planes across
 /// the axis, and flat caps.

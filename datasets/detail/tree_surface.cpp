@@ -190,15 +190,19 @@ TriangleMesh march_tets(const LumenShape& shape, const Grid& grid) {
   return marcher.take();
 }
 
-/// Moves vertices towards the middle of their neighbours along the wall, then onto the wall.
-void spread_on_wall(const LumenShape& shape, TriangleMesh& mesh) {
+}  // namespace
+
+void spread_on_wall(const LumenShape& shape, TriangleMesh& mesh, const std::vector<char>& held,
+                    int steps) {
   const std::vector<std::vector<int>> neighbors = vertex_neighbors(mesh);
   std::vector<Vec3> next(mesh.vertices.size());
-  for (int step = 0; step <= kSpreadSteps; ++step) {
-    const int projections = step < kSpreadSteps ? kProjectionSteps : kFinalProjectionSteps;
+  for (int step = 0; step <= steps; ++step) {
+    const int projections = step < steps ? kProjectionSteps : kFinalProjectionSteps;
     parallel_for(std::ptrdiff_t(mesh.vertices.size()), [&](std::ptrdiff_t index) {
       const std::size_t v = std::size_t(index);
       Vec3 x = mesh.vertices[v];
+      next[v] = x;
+      if (!held.empty() && held[v]) return;
       if (step > 0) {  // first onto the wall as they are
         Vec3 mean;
         for (int w : neighbors[v])
@@ -217,11 +221,9 @@ void spread_on_wall(const LumenShape& shape, TriangleMesh& mesh) {
   }
 }
 
-}  // namespace
-
 TriangleMesh tree_surface(const LumenShape& shape, double cell_mm) {
   TriangleMesh mesh = march_tets(shape, grid_over(shape, cell_mm));
-  spread_on_wall(shape, mesh);
+  spread_on_wall(shape, mesh, {}, kSpreadSteps);
   return cut_ends(shape, std::move(mesh));
 }
 

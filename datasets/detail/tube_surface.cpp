@@ -17,13 +17,10 @@ void add_quad(TriangleMesh& mesh, int a, int b, int c, int d) {
 
 }  // namespace
 
-TriangleMesh tube_surface(const LumenShape& shape, int vertices_per_ring) {
-  ANGIO_EXPECT(shape.branches().size() == 1);
+TriangleMesh tube_wall(const LumenShape& shape, int vertices_per_ring, int ring_count) {
+  ANGIO_EXPECT(shape.branches().size() == 1 && ring_count >= 2);
   const Branch& branch = shape.branches().front();
   const int n = vertices_per_ring;
-  const double length = (branch.last_sample - branch.first_sample) * branch.step_mm;
-  const double edge = 2.0 * units::kPi * branch.healthy_mm.front() / n;
-  const int ring_count = 1 + std::max(8, int(std::lround(length / edge)));
   // Rings are plane and parallel, so triangles never cross.
   const Vec3 axis = branch.tangent(branch.first_sample);
   const Vec3 u = any_perpendicular(axis);
@@ -43,13 +40,26 @@ TriangleMesh tube_surface(const LumenShape& shape, int vertices_per_ring) {
       mesh.vertices.push_back(center + distance_to_wall(shape, center, direction) * direction);
     }
   }
+  for (int k = 0; k < n; ++k)
+    for (int ring = 0; ring + 1 < ring_count; ++ring) {
+      const int next = (k + 1) % n;
+      add_quad(mesh, ring * n + k, ring * n + next, (ring + 1) * n + next, (ring + 1) * n + k);
+    }
+  return mesh;
+}
+
+TriangleMesh tube_surface(const LumenShape& shape, int vertices_per_ring) {
+  const Branch& branch = shape.branches().front();
+  const int n = vertices_per_ring;
+  const double length = (branch.last_sample - branch.first_sample) * branch.step_mm;
+  const double edge = 2.0 * units::kPi * branch.healthy_mm.front() / n;
+  const int ring_count = 1 + std::max(8, int(std::lround(length / edge)));
+  TriangleMesh mesh = tube_wall(shape, n, ring_count);
   const int first_pole = int(mesh.vertices.size());
   mesh.vertices.push_back(branch.center[std::size_t(branch.first_sample)]);
   mesh.vertices.push_back(branch.center[std::size_t(branch.last_sample)]);
   for (int k = 0; k < n; ++k) {
     const int next = (k + 1) % n;
-    for (int ring = 0; ring + 1 < ring_count; ++ring)
-      add_quad(mesh, ring * n + k, ring * n + next, (ring + 1) * n + next, (ring + 1) * n + k);
     mesh.triangles.push_back({first_pole, next, k});
     const int last = (ring_count - 1) * n;
     mesh.triangles.push_back({first_pole + 1, last + k, last + next});
