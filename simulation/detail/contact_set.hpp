@@ -3,7 +3,7 @@
 #include <vector>
 
 #include "simulation/detail/scene.hpp"
-#include "simulation/detail/step_impl.hpp"
+#include "simulation/detail/step_state.hpp"
 
 namespace angio::simulation::detail {
 

@@ -1,7 +1,7 @@
 #pragma once
 
 #include "simulation/detail/solid_flow.hpp"
-#include "simulation/detail/step_impl.hpp"
+#include "simulation/detail/step_contact.hpp"
 
 /// The layered wall within a step: a column of the solid is moved at once (solid_column.hpp), with
 /// the contact and the blood's pressure on its lumen vertex and the surrounding tissue on its last.

@@ -2,6 +2,8 @@
 
 #include "simulation/detail/gas.hpp"
 #include "simulation/detail/solid_step.hpp"
+#include "simulation/detail/step_balloon.hpp"
+#include "simulation/detail/step_wall.hpp"
 
 /// The step as a program for a team of threads (launch.hpp), the same source for every backend.
 ///

@@ -5,7 +5,7 @@
 #include "simulation/detail/contact_force.hpp"
 #include "simulation/detail/contact_set.hpp"
 #include "simulation/detail/distance.hpp"
-#include "simulation/detail/step_impl.hpp"
+#include "simulation/detail/step_contact.hpp"
 #include "tests/simulation/models.hpp"
 
 namespace angio::simulation::detail {

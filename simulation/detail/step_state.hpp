@@ -1,0 +1,193 @@
+#pragma once
+
+#include <cmath>
+
+#include "core/host_device.hpp"
+#include "simulation/detail/contact_force.hpp"
+#include "simulation/detail/distance.hpp"
+#include "simulation/detail/membrane.hpp"
+#include "simulation/detail/shape_matching.hpp"
+#include "simulation/detail/solid_column.hpp"
+
+/// A step's arrays as plain views. The inner loops on them, in step_contact.hpp, step_balloon.hpp
+/// and step_wall.hpp, are functions of an index; step_program.hpp puts them into the step. Nothing
+/// there allocates or knows of threads. `lanes` are the threads that share the index (launch.hpp).
+namespace angio::simulation::detail {
+
+/// The other corners of one triangle seen from one of its corners, counter-clockwise.
+struct CornerLink {
+  int next = 0, last = 0;
+};
+
+/// A vertex of one surface near a triangle of the other, or an edge near an edge.
+template <class Real>
+struct NearPair {
+  int vertex[4]{};  ///< vertex, triangle; or balloon edge, wall edge
+  bool edges = false;
+  Real area{};         ///< that it stands for [mm^2]
+  Vec3T<Real> normal;  ///< at detection: unit, from side b to side a
+  // Below: at the last refresh.
+  GapWeights<Real> weights;
+  Vec3T<Real> direction;  ///< unit gap direction
+  Real weight{};          ///< area, faded out for parallel edges; 0: out of contact
+};
+
+struct ContactRef {
+  int pair = 0, corner = 0;
+};
+
+/// A plane that a vertex may not pass until the next detection: n . (x - x_detected) >= -limit.
+template <class Real>
+struct MotionBound {
+  Vec3T<Real> normal;
+  Real limit{};  ///< [mm], >= 0
+};
+
+/// What a balloon vertex is about to do within its colour.
+template <class Real>
+struct Move {
+  Vec3T<Real> by_volume, by_force, by_pressure;  ///< g, w H^-1 f, w H^-1 g
+  Real friction{};                               ///< |H^-1 f_friction| [mm]
+  bool taut = true;
+};
+
+/// Pointers into the scene and the state of a step; see there for units and shapes. Positions are
+/// relative to the scene's origin.
+template <class Real>
+struct StepView {
+  using Vec = Vec3T<Real>;
+  using Mat = Mat3T<Real>;
+
+  int balloon_count = 0, wall_count = 0, cluster_count = 0, pair_count = 0, triangle_count = 0;
+  int vertex_count = 0;  // with the copies of the wall further out
+  int balloon_colors = 0, wall_colors = 0;
+  Real dt = 0;
+  Real outside_pressure = 0;    // [Pa], absolute
+  Real contact_distance = 0;    // [mm]
+  Real contact_stiffness = 0;   // [Pa/mm]
+  Real relaxation = Real(1.6);  // of vertices without contact
+  Friction<Real> friction;
+  SkinLaw<Real> skin;
+  MooneyRivlin<Real> folds;
+  // Scene
+  const int* balloon_color_begin = nullptr;  // first vertex of a color
+  const int* wall_color_begin = nullptr;
+  const int* triangles = nullptr;  // of the balloon, three vertices each
+  const Vec* start = nullptr;
+  const Real* mass = nullptr;
+  const int* corner_begin = nullptr;
+  const CornerLink* corners = nullptr;
+  const CornerMetric<Real>* rest = nullptr;        // [corner]
+  const CornerMetric<Real>* start_rest = nullptr;  // [corner], of the start shape: the folds
+  const int* cluster_begin = nullptr;
+  const int* cluster_vertex = nullptr;
+  const Real* cluster_stiffness = nullptr;
+  const Vec* cluster_offset = nullptr;
+  const Vec* cluster_start = nullptr;  // centre at the start
+  const Real* entry_modes = nullptr;   // phi [mm], [entry][kShapeModes]; null: linear maps only
+  const Real* mode_scale = nullptr;    // 1 / sum k phi^2 [1/uN/mm], [cluster]
+  Real mode_freedom = 0;               // beta
+  const int* entry_begin = nullptr;
+  const int* entry = nullptr;
+  const int* entry_cluster = nullptr;
+  const int* neighbor_begin = nullptr;
+  const int* neighbors = nullptr;
+  const Real* foundation = nullptr;
+  const Real* goal_stiffness = nullptr;  // [wall vertex]
+  // Layered wall: solid vertex u is the step's vertex balloon_count + u
+  SolidView<Real> solid;
+  SolidColumns<Real> columns;
+  const int* lumen_begin = nullptr;           // lumen triangles around a column
+  const CornerLink* lumen_corners = nullptr;  // columns
+  Real blood_pressure = 0;                    // [Pa]
+  int wedge_count = 0;
+  SolidPoint<Real>* solid_points = nullptr;  // those of `solid`
+  Real* solid_plastic_strain = nullptr;      // [point]
+  // State
+  Vec* x = nullptr;  // [vertex]
+  Vec* velocity = nullptr;
+  Vec* x_before = nullptr;          // at the start of the step
+  Vec* x_inertial = nullptr;        // x_before + dt velocity
+  const Vec* x_detected = nullptr;  // at the last contact detection
+  Move<Real>* moves = nullptr;      // [balloon vertex]
+  Real* contact_force = nullptr;    // [wall vertex]
+  Mat* cluster_rotation = nullptr;  // [cluster]
+  Mat* cluster_plastic = nullptr;
+  Mat* cluster_map = nullptr;            // rotation * plastic
+  Vec* cluster_plastic_modes = nullptr;  // [cluster][kShapeModes]
+  Vec* cluster_map_modes = nullptr;      // rotation * plastic, and beta's share of the best fit
+  Vec* cluster_centre = nullptr;
+  Vec* goal = nullptr;  // [wall vertex]
+  NearPair<Real>* pairs = nullptr;
+  const int* ref_begin = nullptr;
+  const ContactRef* refs = nullptr;
+  const int* bound_begin = nullptr;
+  const MotionBound<Real>* bounds = nullptr;
+  Real travel = 0;
+};
+
+/// What a vertex's neighbours ask of it.
+template <class Real>
+struct VertexForces {
+  Vec3T<Real> force;     // without the gas [uN]
+  Mat3T<Real> hessian;   // [uN/mm]
+  Vec3T<Real> friction;  // the part of `force` that is friction
+  Real contact{};        // sum of normal forces [uN]
+  Real magnitude{};      // sum of the lengths of the forces [uN]
+  bool touching = false;
+  bool taut = true;  // the skin all around
+};
+
+template <class Real, class Lanes>
+ANGIO_HOST_DEVICE inline Vec3T<Real> sum_over(const Lanes& lanes, const Vec3T<Real>& v) {
+  return {lanes.sum(v.x), lanes.sum(v.y), lanes.sum(v.z)};
+}
+
+template <class Real, class Lanes>
+ANGIO_HOST_DEVICE inline Mat3T<Real> sum_over_symmetric(const Lanes& lanes, const Mat3T<Real>& a) {
+  Mat3T<Real> b;
+  for (int i = 0; i < 3; ++i)
+    for (int j = 0; j <= i; ++j) b(i, j) = b(j, i) = lanes.sum(a(i, j));
+  return b;
+}
+
+template <class Real, class Lanes>
+ANGIO_HOST_DEVICE inline Mat3T<Real> sum_over(const Lanes& lanes, const Mat3T<Real>& a) {
+  Mat3T<Real> b;
+  for (int i = 0; i < 3; ++i)
+    for (int j = 0; j < 3; ++j) b(i, j) = lanes.sum(a(i, j));
+  return b;
+}
+
+template <class Real>
+ANGIO_HOST_DEVICE inline void add_inertia(const StepView<Real>& s, int v, VertexForces<Real>& out) {
+  const Real k = s.mass[v] / (s.dt * s.dt);
+  out.force += k * (s.x_inertial[v] - s.x[v]);
+  for (int i = 0; i < 3; ++i) out.hessian(i, i) += k;
+}
+
+/// Adds what the lanes have gathered. Only force and Hessian where nothing can touch.
+template <class Real, class Lanes>
+ANGIO_HOST_DEVICE inline void gather(const StepView<Real>& s, const Lanes& lanes,
+                                     VertexForces<Real>& out) {
+  out.force = sum_over(lanes, out.force);
+  out.hessian = sum_over_symmetric(lanes, out.hessian);
+  out.taut = lanes.sum(out.taut ? 0 : 1) == 0;
+  if (s.pair_count == 0) return;
+  out.friction = sum_over(lanes, out.friction);
+  out.contact = lanes.sum(out.contact);
+  out.magnitude = lanes.sum(out.magnitude);
+  out.touching = lanes.sum(out.touching ? 1 : 0) > 0;
+}
+
+/// H^-1 b of a symmetric positive definite 3 x 3 block.
+template <class Real>
+ANGIO_HOST_DEVICE inline Mat3T<Real> inverse_block(Mat3T<Real> h) {
+  const Real trace = h(0, 0) + h(1, 1) + h(2, 2);
+  const Real scale = trace > Real(0) ? Real(1) / trace : Real(0);  // no overflow in the determinant
+  h = scale * h;
+  for (int i = 0; i < 3; ++i) h(i, i) += Real(sizeof(Real) < 8 ? 1e-6 : 1e-9);
+  return scale * inverse(h);
+}
+
+}  // namespace angio::simulation::detail
