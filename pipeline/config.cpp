@@ -94,6 +94,7 @@ void Config::validate() const {
   lumen_mesh.validate();
   lumen_volume.validate();
   balloon.validate();
+  wall_layers.validate();
   simulation.validate();
   if (write_every < 1 || write_every > 10000)
     throw OptionError("simulation.write_every must be from 1 to 10000");

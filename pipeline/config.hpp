@@ -9,6 +9,7 @@
 #include "centerline/centerline.hpp"
 #include "meshing/lumen_volume.hpp"
 #include "meshing/meshing.hpp"
+#include "meshing/wall_layers.hpp"
 #include "segmentation/read_volume.hpp"
 #include "segmentation/segmentation.hpp"
 #include "simulation/simulation.hpp"
@@ -42,6 +43,8 @@ struct Config {
   bool fill_lumen = true;  ///< also make the tetrahedral lumen mesh
   meshing::LumenVolumeOptions lumen_volume;
   meshing::BalloonOptions balloon;
+  meshing::WallLayerOptions wall_layers;  ///< of the layered wall
+  simulation::Plaque plaque = simulation::Plaque::fibrous;
   simulation::SimulationOptions simulation;
   int write_every = 4;  ///< solver frames per frame written, [1, 10000]
 

@@ -13,6 +13,7 @@
 #include "meshing/meshing.hpp"
 #include "meshing/repair_surface.hpp"
 #include "pipeline/case_files.hpp"
+#include "pipeline/layered_wall.hpp"
 #include "pipeline/metrics.hpp"
 #include "pipeline/stage_parts.hpp"
 #include "segmentation/read_volume.hpp"
@@ -203,6 +204,11 @@ void do_meshing(StageWork& work) {
         "lesion.abscissa_mm=S moves it",
         work.config.lesion.min_stenosis_percent, lesion.path_id, lesion.abscissa_mm));
 
+  if (work.config.simulation.wall_model == simulation::WallModel::layered) {
+    const meshing::WallLayers wall = layer_wall(setup.region, tree, lesion, work.config);
+    keep(work.warnings, wall.warnings);
+    write_layered_wall(work.out, wall);
+  }
   write_lumen(work.out, lumen);
   if (volume) write_lumen_volume(work.out, *volume);
   write_balloon_setup(work.out, setup);

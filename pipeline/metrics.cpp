@@ -136,6 +136,7 @@ json collect_metrics(const CaseFolder& case_folder, const Config& config, const 
   metrics["balloon"].update(summary.at("balloon"));
   metrics["result"].update(summary.at("result"));
   metrics["simulation"].update(summary.at("simulation"));
+  if (summary.contains("wall")) metrics["wall"] = summary.at("wall");
   add_timing(metrics["simulation"], record);
   return metrics;
 }

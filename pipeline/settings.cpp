@@ -121,6 +121,14 @@ constexpr const char* kWallShapes[] = {"linear", "quadratic"};
 void read_field(const std::string& key, const toml::node& node, simulation::WallShape& field) {
   read_name(key, node, kWallShapes, field);
 }
+constexpr const char* kWallModels[] = {"shape_matching", "layered"};
+void read_field(const std::string& key, const toml::node& node, simulation::WallModel& field) {
+  read_name(key, node, kWallModels, field);
+}
+constexpr const char* kPlaques[] = {"fibrous", "hypocellular", "calcified"};
+void read_field(const std::string& key, const toml::node& node, simulation::Plaque& field) {
+  read_name(key, node, kPlaques, field);
+}
 constexpr const char* kControls[] = {"gas", "pressure", "volume"};
 void read_field(const std::string& key, const toml::node& node,
                 simulation::InflationControl& field) {
@@ -150,6 +158,8 @@ std::string write_field(const std::string& field) { return quoted(field); }
 std::string write_field(simulation::MembraneModel field) {
   return quoted(kMembraneModels[int(field)]);
 }
+std::string write_field(simulation::WallModel field) { return quoted(kWallModels[int(field)]); }
+std::string write_field(simulation::Plaque field) { return quoted(kPlaques[int(field)]); }
 std::string write_field(simulation::WallShape field) { return quoted(kWallShapes[int(field)]); }
 std::string write_field(simulation::InflationControl field) {
   return quoted(kControls[int(field)]);
@@ -336,9 +346,25 @@ void add_material_settings(Config& c, std::vector<Setting>& table) {
                                "membrane thickness before inflation [mm], 0.001 to 1"));
   table.push_back(make_setting("balloon.density_g_mm3", sim, s.balloon.density_g_mm3,
                                "[g/mm3]; 0: the material's"));
+  table.push_back(make_setting("wall.model", Stage::meshing, s.wall_model,
+                               "shape_matching (the lumen's surface, plastic), or layered (a solid "
+                               "of intima, media, adventitia and plaque, on the CPU)"));
+  table.push_back(make_setting("wall.plaque", sim, c.plaque,
+                               "layered: what it is made of: fibrous, hypocellular or calcified"));
+  table.push_back(make_setting("wall.axial_stretch", sim, s.layered_wall.axial_stretch,
+                               "layered: in place, of the unloaded wall, 0.9 to 1.5"));
+  table.push_back(make_setting("wall.layer_fractions", Stage::meshing,
+                               c.wall_layers.layer_fractions,
+                               "layered: shares of intima, media and adventitia in its thickness"));
+  table.push_back(make_setting("wall.elements_per_layer", Stage::meshing,
+                               c.wall_layers.elements_per_layer,
+                               "layered: elements through each layer, 1 to 8"));
+  table.push_back(make_setting("wall.plaque_elements", Stage::meshing,
+                               c.wall_layers.plaque_elements,
+                               "layered: elements through the plaque, 2 to 16"));
   table.push_back(make_setting("wall.modulus_kpa", sim, s.wall.modulus_kpa,
                                "circumferential modulus of the diseased wall [kPa], 1 to 1e6"));
-  table.push_back(make_setting("wall.thickness_ratio", sim, s.wall.thickness_ratio,
+  table.push_back(make_setting("wall.thickness_ratio", Stage::meshing, s.wall.thickness_ratio,
                                "wall thickness / outer diameter, up to 0.45"));
   table.push_back(make_setting("wall.yield_strain", sim, s.wall.yield_strain,
                                "strain at which plastic flow begins, 0 to 10"));

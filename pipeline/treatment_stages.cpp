@@ -11,6 +11,7 @@
 #include "core/units.hpp"
 #include "pipeline/case_files.hpp"
 #include "pipeline/csv.hpp"
+#include "pipeline/layered_wall.hpp"
 #include "pipeline/metrics.hpp"
 #include "pipeline/stage_parts.hpp"
 #include "pipeline/version.hpp"
@@ -62,6 +63,9 @@ class FrameWriter {
     write_frame(folder_ / "frames", model_, frame);
     steps_.push_back({frame.time_s, 0, fmt::format("frames/balloon_{:06d}.vtp", frame.frame)});
     steps_.push_back({frame.time_s, 1, fmt::format("frames/vessel_{:06d}.vtp", frame.frame)});
+    if (frame.layered_wall.empty()) return;
+    steps_.push_back({frame.time_s, 2, fmt::format("frames/wall_{:06d}.vtu", frame.frame)});
+    write_wall_frame(folder_ / steps_.back().file, model_.layered_wall, frame);
   }
 
   fs::path folder_;
@@ -218,10 +222,11 @@ void do_simulation(StageWork& work) {
   model.reference_radius_mm = 0.5 * lesion.at("reference_diameter_mm").get<double>();
   model.measure_point = vec3_of(site.at("point"));
   model.measure_tangent = vec3_of(site.at("tangent"));
+  model.layered_wall = read_layered_wall(meshing_folder, model.wall);
 
   FrameWriter frames(work.out, model, work.config.write_every);
   const simulation::SimulationSummary summary = simulation::simulate(
-      model, work.config.simulation,
+      model, solver_options(work.config),
       [&](const simulation::SimulationFrame& frame) { frames.add(frame); },
       part(work.progress, 0.0, 0.95));
   frames.finish();
@@ -248,9 +253,12 @@ void do_simulation(StageWork& work) {
   const auto after = centerline::measure_lumen(lumen_after, path, first, last);
   write_text_atomically(work.out / "lumen_profile.csv", profile_csv(before, after));
   viewer::write_surface(work.out / "lumen_after.vtp", {lumen_after, {}, {}});
-  write_text_atomically(work.out / "summary.json",
-                        summary_json(work, lesion, summary, frames, after).dump(2) + "\n");
+  json reached = summary_json(work, lesion, summary, frames, after);
+  if (!frames.last().wall_stress.empty())
+    reached["wall"] = wall_summary(model.layered_wall, frames.peak(), frames.last());
+  write_text_atomically(work.out / "summary.json", reached.dump(2) + "\n");
 }
+
 void do_report(StageWork& work) {
   const CaseFolder& folder = work.case_folder;
   const json summary = read_json(folder.path("simulation/summary.json"));

@@ -65,6 +65,10 @@ void write_tets(const fs::path& path, const TetData& data) {
   write_atomically(path, [&](const fs::path& temporary) { detail::write_vtu(temporary, data); });
 }
 
+void write_wedges(const fs::path& path, const WedgeData& data) {
+  write_atomically(path, [&](const fs::path& temporary) { detail::write_vtu(temporary, data); });
+}
+
 SurfaceData read_surface(const fs::path& path) {
   detail::ParsedSurface parsed = parse_surface(path);
   detail::require_usable(parsed.data, path.string());
@@ -76,7 +80,9 @@ SurfaceData read_surface(const fs::path& path) {
 
 PolylineData read_polylines(const fs::path& path) { return detail::read_vtp_polylines(path); }
 
-TetData read_tets(const fs::path& path) { return detail::read_vtu(path); }
+TetData read_tets(const fs::path& path) { return detail::read_vtu_tets(path); }
+
+WedgeData read_wedges(const fs::path& path) { return detail::read_vtu_wedges(path); }
 
 void write_collection(const fs::path& path, const std::vector<TimeStep>& steps) {
   std::string xml =

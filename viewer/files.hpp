@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <filesystem>
 #include <string>
 #include <vector>
@@ -8,12 +9,12 @@
 #include "core/tet_mesh.hpp"
 #include "core/triangle_mesh.hpp"
 
-/// Surfaces, lines and tetrahedra in files, LPS [mm]. VTK's XML files carry the field-data string
-/// array SPACE = LPS, STL and PLY headers SPACE=LPS. All writers are atomic and give the same bytes
-/// for the same input. In .vtp, .vtu and .ply points are float64, so that a stage that is run again
-/// from its files gets exactly the numbers that it got in memory; STL's format has float32 only.
-/// Readers throw InputError naming the file: missing (66), empty, cut short, of another kind, with
-/// a point that is not a number, or of an absurd size (65).
+/// Surfaces, lines, tetrahedra and wedges in files, LPS [mm]. VTK's XML files carry the field-data
+/// string array SPACE = LPS, STL and PLY headers SPACE=LPS. All writers are atomic and give the
+/// same bytes for the same input. In .vtp, .vtu and .ply points are float64, so that a stage that
+/// is run again from its files gets exactly the numbers that it got in memory; STL's format has
+/// float32 only. Readers throw InputError naming the file: missing (66), empty, cut short, of
+/// another kind, with a point that is not a number, or of an absurd size (65).
 namespace angio::viewer {
 
 struct SurfaceData {
@@ -36,6 +37,14 @@ struct TetData {
   std::vector<Triangle> boundary = {};  ///< faces that are cells of their own; may be empty
 };
 
+/// Triangular prisms: a triangle, then the one that its normal points to.
+struct WedgeData {
+  std::vector<Vec3> points;  ///< LPS [mm]
+  std::vector<std::array<int, 6>> wedges;
+  std::vector<DataArray> point_arrays;
+  std::vector<DataArray> cell_arrays;
+};
+
 /// The array of that name. @throws InputError if it is missing
 const DataArray& find_array(const std::vector<DataArray>& arrays, const std::string& name);
 
@@ -43,6 +52,7 @@ const DataArray& find_array(const std::vector<DataArray>& arrays, const std::str
 void write_surface(const std::filesystem::path& path, const SurfaceData& data);
 void write_polylines(const std::filesystem::path& path, const PolylineData& data);  ///< .vtp
 void write_tets(const std::filesystem::path& path, const TetData& data);            ///< .vtu
+void write_wedges(const std::filesystem::path& path, const WedgeData& data);        ///< .vtu
 
 /// .vtp, .stl (ASCII or binary), .ply, .obj. Polygons are cut into triangles. Points of the same
 /// coordinates become one (an STL has three of its own per triangle), and triangles that lose a
@@ -51,6 +61,7 @@ void write_tets(const std::filesystem::path& path, const TetData& data);        
 SurfaceData read_surface(const std::filesystem::path& path);
 PolylineData read_polylines(const std::filesystem::path& path);
 TetData read_tets(const std::filesystem::path& path);
+WedgeData read_wedges(const std::filesystem::path& path);
 
 /// A ParaView collection.
 struct TimeStep {

@@ -178,6 +178,31 @@ TEST(Run, ALumenSurfaceBeginsAtTheCenterline) {
   EXPECT_NEAR(metrics.at("lesion").at("diameter_stenosis_percent").get<double>(), 50.0, 5.0);
 }
 
+TEST(Run, TheWallCanBeASolidOfLayers) {
+  TemporaryFolder folder;
+  ASSERT_EQ(run_program("phantom unilateral --format surface --length 16 --stenosis 50 -o '" +
+                        folder / "p" + "'")
+                .exit_code,
+            0);
+  const ProgramResult run =
+      run_program("run '" + folder / "p/lumen.stl" + "' --preset draft -o '" + folder / "c" +
+                  "' --set wall.model=layered balloon.length_mm=4 inflation.inflate_s=0.4 "
+                  "inflation.hold_s=0.05 inflation.deflate_s=0.2 inflation.rest_s=0");
+  ASSERT_EQ(run.exit_code, 0) << run.error;
+  const json metrics = read_json_file(folder.path() / "c/metrics.json");
+  const json& regions = metrics.at("wall").at("regions");
+  for (const char* region : {"intima", "media", "adventitia", "plaque"})
+    EXPECT_GT(regions.at(region).at("peak_principal_stress_median_kpa").get<double>(), 0.0);
+
+  const fs::path frames = folder.path() / "c/simulation/frames";
+  const auto wall = viewer::read_wedges(frames / "wall_000000.vtu");
+  const auto lumen = viewer::read_surface(frames / "vessel_000000.vtp").mesh;
+  ASSERT_GT(wall.points.size(), lumen.vertices.size());
+  EXPECT_TRUE(std::equal(lumen.vertices.begin(), lumen.vertices.end(), wall.points.begin()));
+  for (const double j : viewer::find_array(wall.cell_arrays, "volume_ratio").values)
+    EXPECT_NEAR(j, 1.0, 0.05);
+}
+
 TEST(Batch, GoesOnPastAFailureAndSumsUp) {
   TemporaryFolder folder;
   std::ofstream(folder / "m.csv") << "case,input,balloon.length_mm\n"

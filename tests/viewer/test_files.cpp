@@ -124,6 +124,22 @@ TEST(Vtu, TetrahedraComeBackExactlyAndKeepTheirVolume) {
   expect_equal(back.cell_arrays, data.cell_arrays);
 }
 
+TEST(Files, WedgesReadBackAsTheyWereWritten) {
+  const TemporaryFolder folder;
+  WedgeData data;
+  data.points = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {1, 0, 1}, {1.0 / 3.0, 1, 1}};
+  data.wedges = {{0, 1, 2, 3, 4, 5}};
+  data.point_arrays = make_arrays(6);
+  data.cell_arrays = make_arrays(1);
+  write_wedges(folder / "a.vtu", data);
+  const WedgeData back = read_wedges(folder / "a.vtu");
+  EXPECT_EQ(back.points, data.points);
+  EXPECT_EQ(back.wedges, data.wedges);
+  expect_equal(back.point_arrays, data.point_arrays);
+  expect_equal(back.cell_arrays, data.cell_arrays);
+  EXPECT_THROW(read_tets(folder / "a.vtu"), InputError);
+}
+
 TEST(Files, SayTheirSpace) {
   const TemporaryFolder folder;
   const SurfaceData data = make_surface();

@@ -132,6 +132,13 @@ bool has_triangles_only(vtkPolyData* data) {
          (data->GetNumberOfPolys() == 0 || data->GetPolys()->IsHomogeneous() == 3);
 }
 
+/// From our order of a wedge's corners to VTK's, or back: there the first triangle's normal points
+/// out of the wedge.
+template <class Corners>
+std::vector<int> turned_wedge(const Corners& wedge) {
+  return {wedge[0], wedge[2], wedge[1], wedge[3], wedge[5], wedge[4]};
+}
+
 vtkSmartPointer<vtkPolyData> triangulated(vtkPolyData* data) {
   vtkNew<vtkTriangleFilter> filter;
   filter->SetInputData(data);
@@ -139,6 +146,24 @@ vtkSmartPointer<vtkPolyData> triangulated(vtkPolyData* data) {
   filter->PassLinesOff();
   filter->Update();
   return filter->GetOutput();
+}
+
+/// Calls take(cell) for each cell of a grid. @return the points
+template <class Take>
+std::vector<Vec3> read_grid(const std::filesystem::path& path, const Take& take,
+                            std::vector<DataArray>& point_arrays,
+                            std::vector<DataArray>& cell_arrays) {
+  const std::string name = path.string();
+  const auto grid =
+      read_xml<vtkXMLUnstructuredGridReader, vtkUnstructuredGrid>(path, "UnstructuredGrid");
+  std::vector<Vec3> points = from_vtk(grid->GetPoints());
+  require_finite(points, name);
+  const auto cells = read_cells(grid->GetCells(), points.size(), name);
+  for (const std::vector<int>& cell : cells) take(cell);
+  if (is_tagged_ras(grid)) swap_ras_lps(points);
+  point_arrays = from_vtk(grid->GetPointData(), 0, points.size(), name);
+  cell_arrays = from_vtk(grid->GetCellData(), 0, cells.size(), name);
+  return points;
 }
 
 }  // namespace
@@ -167,6 +192,18 @@ void write_vtu(const std::filesystem::path& path, const TetData& data) {
   grid->SetCells(types.data(), to_vtk_cells(data.mesh.tets, data.boundary));
   add_arrays(grid->GetPointData(), data.point_arrays, data.mesh.vertices.size());
   add_arrays(grid->GetCellData(), data.cell_arrays, types.size());
+  write_xml<vtkXMLUnstructuredGridWriter>(path, grid.Get());
+}
+
+void write_vtu(const std::filesystem::path& path, const WedgeData& data) {
+  vtkNew<vtkUnstructuredGrid> grid;
+  grid->SetPoints(to_vtk(data.points));
+  std::vector<std::vector<int>> cells;
+  cells.reserve(data.wedges.size());
+  for (const auto& wedge : data.wedges) cells.push_back(turned_wedge(wedge));
+  grid->SetCells(VTK_WEDGE, to_vtk_cells(cells));
+  add_arrays(grid->GetPointData(), data.point_arrays, data.points.size());
+  add_arrays(grid->GetCellData(), data.cell_arrays, data.wedges.size());
   write_xml<vtkXMLUnstructuredGridWriter>(path, grid.Get());
 }
 
@@ -205,27 +242,37 @@ PolylineData read_vtp_polylines(const std::filesystem::path& path) {
   return result;
 }
 
-TetData read_vtu(const std::filesystem::path& path) {
+TetData read_vtu_tets(const std::filesystem::path& path) {
   const std::string name = path.string();
-  const auto grid =
-      read_xml<vtkXMLUnstructuredGridReader, vtkUnstructuredGrid>(path, "UnstructuredGrid");
   TetData result;
-  result.mesh.vertices = from_vtk(grid->GetPoints());
-  require_finite(result.mesh.vertices, name);
-  for (const auto& cell : read_cells(grid->GetCells(), result.mesh.vertices.size(), name)) {
-    if (cell.size() == 4 && result.boundary.empty())
-      result.mesh.tets.push_back({cell[0], cell[1], cell[2], cell[3]});
-    else if (cell.size() == 3)
-      result.boundary.push_back({cell[0], cell[1], cell[2]});
-    else
-      throw InputError(name +
-                       " holds other cells than tetrahedra and, after them, triangles. Give a "
-                       "tetrahedral mesh");
-  }
-  if (is_tagged_ras(grid)) swap_ras_lps(result.mesh.vertices);
-  result.point_arrays = from_vtk(grid->GetPointData(), 0, result.mesh.vertices.size(), name);
-  result.cell_arrays =
-      from_vtk(grid->GetCellData(), 0, result.mesh.tets.size() + result.boundary.size(), name);
+  result.mesh.vertices = read_grid(
+      path,
+      [&](const std::vector<int>& cell) {
+        if (cell.size() == 4 && result.boundary.empty())
+          result.mesh.tets.push_back({cell[0], cell[1], cell[2], cell[3]});
+        else if (cell.size() == 3)
+          result.boundary.push_back({cell[0], cell[1], cell[2]});
+        else
+          throw InputError(name +
+                           " holds other cells than tetrahedra and, after them, triangles. Give a "
+                           "tetrahedral mesh");
+      },
+      result.point_arrays, result.cell_arrays);
+  return result;
+}
+
+WedgeData read_vtu_wedges(const std::filesystem::path& path) {
+  const std::string name = path.string();
+  WedgeData result;
+  result.points = read_grid(
+      path,
+      [&](const std::vector<int>& cell) {
+        if (cell.size() != 6)
+          throw InputError(name + " holds other cells than wedges. Give a mesh of a layered wall");
+        const std::vector<int> c = turned_wedge(cell);
+        result.wedges.push_back({c[0], c[1], c[2], c[3], c[4], c[5]});
+      },
+      result.point_arrays, result.cell_arrays);
   return result;
 }
 

@@ -12,10 +12,12 @@ namespace angio::viewer::detail {
 void write_vtp(const std::filesystem::path& path, const SurfaceData& data);
 void write_vtp(const std::filesystem::path& path, const PolylineData& data);
 void write_vtu(const std::filesystem::path& path, const TetData& data);
+void write_vtu(const std::filesystem::path& path, const WedgeData& data);
 
 /// Polygons and strips are cut into triangles.
 ParsedSurface read_vtp_surface(const std::filesystem::path& path);
 PolylineData read_vtp_polylines(const std::filesystem::path& path);
-TetData read_vtu(const std::filesystem::path& path);
+TetData read_vtu_tets(const std::filesystem::path& path);
+WedgeData read_vtu_wedges(const std::filesystem::path& path);
 
 }  // namespace angio::viewer::detail
