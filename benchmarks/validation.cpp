@@ -14,6 +14,7 @@
 #include "tests/simulation/charts.hpp"
 #include "tests/simulation/closed_forms.hpp"
 #include "tests/simulation/spheres.hpp"
+#include "tests/simulation/thick_tubes.hpp"
 #include "tests/simulation/triangles.hpp"
 
 /// The laws of docs/validation.md, a row each: `validation [GROUP ...]`.
@@ -285,9 +286,42 @@ Rows descent() {
   return rows;
 }
 
+// The layered wall alone
+// ----------------------
+
+double worst_tube(const WallRegionMaterial& material, const std::vector<double>& inner_radii) {
+  double worst = 0.0;
+  for (const double inner : inner_radii) {
+    const testing::TubeError e = testing::tube_error(material, inner, 48, {1.0, 1.0, 1.0});
+    if (!(std::isfinite(e.inner) && std::isfinite(e.outer))) return e.inner;
+    worst = std::max({worst, std::abs(e.inner), std::abs(e.outer)});
+  }
+  return 100.0 * worst;
+}
+
+// A stenosed tube of the coronary's layers: how far from the shape that was seen it comes to rest.
+double prestressed_distance() {
+  TubeWall shape = testing::round_tube(1.2, 1.75, 20, 10, 4.0);
+  shape.rim = 1;
+  shape.inner_radius_mm = [](double a, double z) {
+    return 1.2 - 0.6 * std::exp(-2.0 * (z - 2.0) * (z - 2.0)) * (1.0 + 0.3 * std::cos(a));
+  };
+  const WallSolution seen = prestress_wall(make_tube_wall(shape), WallOptions{});
+  return seen.converged ? seen.displacement_mm : std::nan("");
+}
+
+Rows layered_wall() {
+  return {{"thick tube, neo-Hookean, 3 elements, to 1.1 and 1.4 radii: displacement",
+           worst_tube(testing::neo_hookean(20.0, 1000.0), {1.1, 1.4}), 1.0, "%"},
+          {"thick tube, Holzapfel-Gasser-Ogden, 3 elements, to 1.1 and 1.3 radii: displacement",
+           worst_tube(testing::kFibered, {1.1, 1.3}), 1.0, "%"},
+          {"pre-stress: the loaded shape off the one that was seen", prestressed_distance(), 0.01,
+           "mm"}};
+}
+
 const std::vector<std::pair<std::string, Rows (*)()>> kGroups{
-    {"membrane", membrane}, {"sphere", sphere}, {"gas", gas},
-    {"inflate", inflation}, {"chart", charts},  {"vbd", descent}};
+    {"membrane", membrane}, {"sphere", sphere}, {"gas", gas},          {"inflate", inflation},
+    {"chart", charts},      {"vbd", descent},   {"wall", layered_wall}};
 
 int print_groups(const std::vector<std::string>& names) {
   int failures = 0;
@@ -314,7 +348,8 @@ int main(int count, char** arguments) {
     for (const std::string& name : names)
       if (std::none_of(angio::simulation::kGroups.begin(), angio::simulation::kGroups.end(),
                        [&](const auto& group) { return group.first == name; })) {
-        std::fprintf(stderr, "no group \"%s\". Use membrane, sphere, gas, inflate, chart or vbd\n",
+        std::fprintf(stderr,
+                     "no group \"%s\". Use membrane, sphere, gas, inflate, chart, vbd or wall\n",
                      name.c_str());
         return 64;
       }
