@@ -95,6 +95,7 @@ SimulationFrame make_frame(const SimulationModel& model, const Scene& scene, con
   frame.lag = state.report.lag;
   frame.sweep_count = state.report.sweeps;
   frame.friction_delta_mm = state.report.friction_delta;
+  frame.viscous_delta_mm = state.report.viscous_delta;
   frame.contact_count = state.report.contact_count;
   return frame;
 }
@@ -273,6 +274,9 @@ void SimulationOptions::validate() const {
   check("simulation.contact_distance_mm", contact_distance_mm, 1e-3, 1.0);
   check("simulation.friction_static", friction_static, 0.0, 2.0);
   check("simulation.friction_kinetic", friction_kinetic, 0.0, 2.0);
+  check("simulation.adhesion_traction_kpa", adhesion_traction_kpa, 0.0, 100.0);
+  check("simulation.adhesion_gap_1_mm", adhesion_gap_1_mm, 0.0, 1.0);
+  check("simulation.adhesion_gap_2_mm", adhesion_gap_2_mm, adhesion_gap_1_mm + 1e-3, 2.0);
 }
 
 SimulationSummary simulate(const SimulationModel& model, const SimulationOptions& options,

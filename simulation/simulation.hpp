@@ -92,6 +92,12 @@ struct SimulationOptions {
   double contact_distance_mm = 0.03;  ///< contact acts below this gap, [1e-3, 1]
   double friction_static = 0.2;       ///< the usual value in balloon models, [0, 2]
   double friction_kinetic = 0.15;     ///< [0, 2]
+  /// Adhesion of the wet surfaces: the most that a film of blood holds [kPa], [0, 100]; 0: none.
+  /// 2.5 is the capillary pressure 2 s / h of a film of h = 0.045 mm, the middle of its gaps, with
+  /// the surface tension of blood, s = 55.89 mN/m (Hrncir, Rosina, Physiol. Res. 46 (1997) 319).
+  double adhesion_traction_kpa = 2.5;
+  double adhesion_gap_1_mm = 0.03;  ///< surfaces nearer than this have touched, [0, 1]
+  double adhesion_gap_2_mm = 0.06;  ///< the film breaks here, above gap 1, up to 2
   MembraneModel membrane = MembraneModel::automatic;
   Backend backend = Backend::automatic;
 

@@ -17,13 +17,55 @@ ANGIO_HOST_DEVICE inline void refresh_pair(const StepView<Real>& s, int index) {
   for (int i = 1; i < 4; ++i) gap += pair.weights.w[i] * (p[i] - p[0]);  // the weights sum to 0
   const Real d = norm(gap);
   pair.direction = d > Real(0) ? gap / d : pair.normal;
+  pair.gap = d;
+  pair.film = Real(0);
   // A pair just out of contact is kept ready for the motion of one sweep.
   const bool near = d < Real(1.5) * s.contact_distance;
   const Real fade = pair.edges ? sine_squared(p[1] - p[0], p[3] - p[2]) : Real(1);
   pair.weight = near ? pair.area * fade : Real(0);
 }
 
-/// Adds the barrier and the friction of a vertex's pairs, each lane its share of them.
+/// The nearest triangle before a vertex, among its pairs; null: there is none.
+template <class Real>
+ANGIO_HOST_DEVICE inline NearPair<Real>* nearest_face(const StepView<Real>& s, int v) {
+  NearPair<Real>* nearest = nullptr;
+  for (int r = s.ref_begin[v]; r < s.ref_begin[v + 1]; ++r) {
+    NearPair<Real>& pair = s.pairs[s.refs[r].pair];
+    if (s.refs[r].corner != 0 || pair.edges) continue;
+    if (!nearest || pair.gap < nearest->gap) nearest = &pair;
+  }
+  return nearest;
+}
+
+/// Puts a wet vertex's film before the nearest triangle; after all pairs are renewed.
+template <class Real>
+ANGIO_HOST_DEVICE inline void refresh_film(const StepView<Real>& s, int v) {
+  if (!s.wet[v]) return;
+  NearPair<Real>* nearest = nearest_face(s, v);
+  if (nearest) nearest->film = nearest->area;
+}
+
+/// Wets or dries a vertex at the end of a step.
+template <class Real>
+ANGIO_HOST_DEVICE inline void flow_film(const StepView<Real>& s, int v) {
+  const NearPair<Real>* nearest = nearest_face(s, v);
+  s.wet[v] = nearest && stays_wet(s.adhesion, s.wet[v] != 0, nearest->gap) ? 1 : 0;
+}
+
+/// Adds a pair's film to its corner with weight w, at a gap d along n. Where the film gives way its
+/// stiffness is negative and left out: the step is then short, never the wrong way.
+template <class Real>
+ANGIO_HOST_DEVICE inline void add_film(const StepView<Real>& s, const NearPair<Real>& pair, Real w,
+                                       const Vec3T<Real>& n, Real d, VertexForces<Real>& out) {
+  const FilmPull<Real> pull = film_pull(s.adhesion, d);
+  const Vec3T<Real> force = (-pull.traction * pair.film * w) * n;
+  out.force += force;
+  out.adhesion += force;
+  out.magnitude += norm(force);
+  if (pull.stiffness > Real(0)) out.hessian += outer((pull.stiffness * pair.film * w * w) * n, n);
+}
+
+/// Adds the barrier, the friction and the film of a vertex's pairs, each lane its share of them.
 ///
 /// Within a sweep a gap is taken along its last direction with its last weights, d = n . sum w_i
 /// x_i (exact to first order); refresh_pair renews both before each sweep.
@@ -33,13 +75,14 @@ ANGIO_HOST_DEVICE inline void add_contact(const StepView<Real>& s, int v, const 
   for (int r = s.ref_begin[v] + lanes.rank(); r < s.ref_begin[v + 1]; r += lanes.size()) {
     const NearPair<Real>& pair = s.pairs[s.refs[r].pair];
     const Real w = pair.weights.w[s.refs[r].corner];
-    if (!(pair.weight > Real(0)) || w == Real(0)) continue;
+    if (!(pair.weight + pair.film > Real(0)) || w == Real(0)) continue;
     const Vec3T<Real> n = pair.direction, base = s.x[pair.vertex[0]];
     Vec3T<Real> gap;
     for (int i = 1; i < 4; ++i) gap += pair.weights.w[i] * (s.x[pair.vertex[i]] - base);
     const Real least = Real(0.05) * s.contact_distance;
     Real d = dot(n, gap);
-    if (d >= s.contact_distance) continue;
+    if (pair.film > Real(0)) add_film(s, pair, w, n, d, out);
+    if (!(pair.weight > Real(0)) || d >= s.contact_distance) continue;
     d = d > least ? d : (norm(gap) < least ? norm(gap) : least);
     const Barrier<Real> b = barrier(d, s.contact_distance);
     const Real scale = s.contact_stiffness * pair.weight;

@@ -33,6 +33,7 @@ struct StepReport {
   double residual = 0.0;        ///< net force over load, root of sums of squares
   double lag = 0.0;             ///< estimated distance from equilibrium over the radius
   double friction_delta = 0.0;  ///< see README [mm]
+  double viscous_delta = 0.0;   ///< see README [mm]
   int sweeps = 0;
   int detections = 0;
   int contact_count = 0;  ///< balloon vertices in contact
@@ -144,8 +145,11 @@ ANGIO_HOST_DEVICE inline void refresh(Team& team, const StepView<Real>& s) {
   team.template for_each<Team::kClusterLanes>(
       s.cluster_count, [&](int c, const auto& lanes) { fit_cluster(s, c, lanes); });
   team.barrier();
-  if (s.cluster_count == 0) return;
-  team.template for_each<1>(s.wall_count, [&](int i, const auto&) { set_goal(s, i); });
+  if (s.cluster_count > 0)
+    team.template for_each<1>(s.wall_count, [&](int i, const auto&) { set_goal(s, i); });
+  if (s.wet && s.pair_count > 0)
+    team.template for_each<1>(s.balloon_count + s.wall_count,
+                              [&](int v, const auto&) { refresh_film(s, v); });
   team.barrier();
 }
 
@@ -170,10 +174,14 @@ ANGIO_HOST_DEVICE inline void propose_moves(Team& team, const StepView<Real>& s,
         const VertexForces<Real> f = balloon_forces(s, v, lanes, move.by_volume);
         const Mat3T<Real> inverse = inverse_block(f.hessian);
         const Vec3T<Real> load = gauge * move.by_volume;
-        const Real relax = f.touching ? Real(1) : s.relaxation;
+        const bool held = f.touching || norm_squared(f.adhesion) > Real(0);
+        const Real relax = held ? Real(1) : s.relaxation;
         move.by_force = relax * (inverse * (f.force + load));
         move.by_pressure = relax * (inverse * move.by_volume);
-        if (s.pair_count > 0) move.friction = norm(inverse * f.friction);
+        if (s.pair_count > 0) {
+          move.friction = norm(inverse * f.friction);
+          move.adhesion = norm(inverse * f.adhesion);
+        }
         move.taut = f.taut;
         part[0] += dot(move.by_volume, move.by_force);
         part[1] += dot(move.by_volume, move.by_pressure);
@@ -325,8 +333,8 @@ ANGIO_HOST_DEVICE inline void end_step(Team& team, const StepView<Real>& s,
       s.vertex_count, [&](int v, const auto&) { s.velocity[v] = (s.x[v] - s.x_before[v]) / s.dt; });
   if (s.wall_count == 0) return;
   refresh(team, s);
-  double total[2];
-  team.template quick_sum<1, 2>(
+  double total[3];
+  team.template quick_sum<1, 3>(
       s.balloon_count + s.wall_count,
       [&](int v, const auto& lanes, auto* part) {
         VertexForces<Real> f;
@@ -336,11 +344,17 @@ ANGIO_HOST_DEVICE inline void end_step(Team& team, const StepView<Real>& s,
           return;
         }
         part[0] += f.touching ? Real(1) : Real(0);
-        if (v < last_of_balloon(s)) part[1] += s.moves[v].friction;
+        if (v >= last_of_balloon(s)) return;
+        part[1] += s.moves[v].friction;
+        part[2] += s.moves[v].adhesion;
       },
       total);
   status.report.contact_count = int(total[0]);
   status.report.friction_delta = total[1];
+  status.report.viscous_delta = total[2];
+  if (s.wet)
+    team.template for_each<1>(s.balloon_count + s.wall_count,
+                              [&](int v, const auto&) { flow_film(s, v); });
   team.template for_each<Team::kClusterLanes>(
       s.cluster_count, [&](int c, const auto& lanes) { flow_cluster(s, plasticity, c, lanes); });
   team.template for_each<1>(s.wedge_count, [&](int w, const auto&) { flow_wedge(s, w); });

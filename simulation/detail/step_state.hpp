@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "core/host_device.hpp"
+#include "simulation/detail/adhesion.hpp"
 #include "simulation/detail/contact_force.hpp"
 #include "simulation/detail/distance.hpp"
 #include "simulation/detail/membrane.hpp"
@@ -30,6 +31,8 @@ struct NearPair {
   GapWeights<Real> weights;
   Vec3T<Real> direction;  ///< unit gap direction
   Real weight{};          ///< area, faded out for parallel edges; 0: out of contact
+  Real gap{};             ///< [mm]
+  Real film{};            ///< area of the film that holds vertex and triangle together [mm^2]
 };
 
 struct ContactRef {
@@ -48,6 +51,7 @@ template <class Real>
 struct Move {
   Vec3T<Real> by_volume, by_force, by_pressure;  ///< g, w H^-1 f, w H^-1 g
   Real friction{};                               ///< |H^-1 f_friction| [mm]
+  Real adhesion{};                               ///< |H^-1 f_adhesion| [mm]
   bool taut = true;
 };
 
@@ -67,6 +71,7 @@ struct StepView {
   Real contact_stiffness = 0;   // [Pa/mm]
   Real relaxation = Real(1.6);  // of vertices without contact
   Friction<Real> friction;
+  Adhesion<Real> adhesion;
   SkinLaw<Real> skin;
   MooneyRivlin<Real> folds;
   // Scene
@@ -118,6 +123,7 @@ struct StepView {
   Vec* cluster_map_modes = nullptr;      // rotation * plastic, and beta's share of the best fit
   Vec* cluster_centre = nullptr;
   Vec* goal = nullptr;  // [wall vertex]
+  char* wet = nullptr;  // [vertex of balloon or wall]: adhesion.hpp; null: no adhesion
   NearPair<Real>* pairs = nullptr;
   const int* ref_begin = nullptr;
   const ContactRef* refs = nullptr;
@@ -132,6 +138,7 @@ struct VertexForces {
   Vec3T<Real> force;     // without the gas [uN]
   Mat3T<Real> hessian;   // [uN/mm]
   Vec3T<Real> friction;  // the part of `force` that is friction
+  Vec3T<Real> adhesion;  // the part of `force` that is adhesion
   Real contact{};        // sum of normal forces [uN]
   Real magnitude{};      // sum of the lengths of the forces [uN]
   bool touching = false;
@@ -175,6 +182,7 @@ ANGIO_HOST_DEVICE inline void gather(const StepView<Real>& s, const Lanes& lanes
   out.taut = lanes.sum(out.taut ? 0 : 1) == 0;
   if (s.pair_count == 0) return;
   out.friction = sum_over(lanes, out.friction);
+  if (s.wet) out.adhesion = sum_over(lanes, out.adhesion);
   out.contact = lanes.sum(out.contact);
   out.magnitude = lanes.sum(out.magnitude);
   out.touching = lanes.sum(out.touching ? 1 : 0) > 0;

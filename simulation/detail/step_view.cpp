@@ -76,7 +76,7 @@ void ContactFinder::begin(const std::vector<Vec3>& x) {
 
 ContactSet ContactFinder::find(const std::vector<Vec3>& x) const {
   const double travel = std::clamp(1.5 * last_motion_, 0.5 * distance_, 2.0 * distance_);
-  return find_contacts(scene_, x, area_, distance_ + 2.0 * travel, travel);
+  return find_contacts(scene_, x, area_, std::max(distance_, film_) + 2.0 * travel, travel);
 }
 
 }  // namespace angio::simulation::detail

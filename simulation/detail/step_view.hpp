@@ -246,6 +246,11 @@ StepView<Real> make_view(const Scene& scene, const SimulationOptions& options, M
   view.relaxation = Real(kRelaxation);
   view.friction = {Real(options.friction_static), Real(options.friction_kinetic),
                    Real(kStickSpeed * options.frame_s)};
+  if (options.adhesion_traction_kpa > 0.0 && scene.wall_count > 0) {
+    view.adhesion = {Real(units::pascal_from_kilopascal(options.adhesion_traction_kpa)),
+                     Real(options.adhesion_gap_1_mm), Real(options.adhesion_gap_2_mm)};
+    view.wet = memory.store(std::vector<char>(scene.start.size(), 0));
+  }
   const std::size_t count = scene.start.size();
   view.start = memory.store(local<Real>(scene, scene.start));
   view.x = memory.store(local<Real>(scene, scene.start));
@@ -300,7 +305,9 @@ ContactArrays<Real> converted(ContactSet&& set) {
 class ContactFinder {
  public:
   ContactFinder(const Scene& scene, const SimulationOptions& options)
-      : scene_(scene), distance_(options.contact_distance_mm) {}
+      : scene_(scene),
+        distance_(options.contact_distance_mm),
+        film_(options.adhesion_traction_kpa > 0.0 ? options.adhesion_gap_2_mm : 0.0) {}
 
   /// To be called with the positions at the start of each step.
   void begin(const std::vector<Vec3>& x);
@@ -310,7 +317,7 @@ class ContactFinder {
 
  private:
   const Scene& scene_;
-  double distance_, last_motion_ = 0.0;
+  double distance_, film_, last_motion_ = 0.0;
   std::vector<double> area_;
   std::vector<Vec3> x_before_;
 };

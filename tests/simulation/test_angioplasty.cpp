@@ -165,12 +165,25 @@ TEST_F(Angioplasty, FrictionAndContactAreThereOnlyWhileTheyTouch) {
   double most = 0.0;
   for (const SimulationFrame& f : course_->frames) {
     most = std::max(most, f.friction_delta_mm);
-    EXPECT_EQ(f.viscous_delta_mm, 0.0);
     if (f.contact_count == 0 && f.phase == Phase::rest) {
       EXPECT_EQ(f.friction_delta_mm, 0.0);
     }
   }
   EXPECT_GT(most, 0.0);
+}
+
+TEST_F(Angioplasty, AdhesionActsAfterTheFirstTouchAndMostWhileTheSurfacesPart) {
+  double before_touch = 0.0, pressed = 0.0, parting = 0.0;
+  bool touched = false;
+  for (const SimulationFrame& f : course_->frames) {
+    if (!touched) before_touch = std::max(before_touch, f.viscous_delta_mm);
+    touched = touched || f.contact_count > 0;
+    if (f.phase == Phase::hold) pressed = std::max(pressed, f.viscous_delta_mm);
+    if (f.phase == Phase::deflate) parting = std::max(parting, f.viscous_delta_mm);
+  }
+  EXPECT_EQ(before_touch, 0.0);
+  EXPECT_GT(parting, 2.0 * pressed);
+  EXPECT_LT(course_->frames.back().viscous_delta_mm, parting);
 }
 
 TEST(AngioplastyRuns, GiveTheSameBitsForOneAndTwoThreads) {
