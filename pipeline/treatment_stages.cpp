@@ -86,16 +86,21 @@ TriangleMesh moved_lumen(TriangleMesh lumen, const std::vector<int>& lumen_verti
   return lumen;
 }
 
+/// The places that both profiles have: near a rim a section may be had before or after only.
 std::string profile_csv(const centerline::LumenProfile& before,
                         const centerline::LumenProfile& after) {
   std::string text =
       "abscissa_mm,inscribed_diameter_before_mm,equivalent_diameter_before_mm,"
       "inscribed_diameter_after_mm,equivalent_diameter_after_mm\n";
   const auto equivalent = [](double area) { return 2.0 * std::sqrt(area / units::kPi); };
-  for (std::size_t i = 0; i < before.abscissa.size(); ++i)
+  std::size_t j = 0;
+  for (std::size_t i = 0; i < before.abscissa.size(); ++i) {
+    while (j < after.abscissa.size() && after.abscissa[j] < before.abscissa[i]) ++j;
+    if (j == after.abscissa.size() || after.abscissa[j] != before.abscissa[i]) continue;
     text += fmt::format("{:.4f},{:.5f},{:.5f},{:.5f},{:.5f}\n", before.abscissa[i],
                         2.0 * before.inscribed_radius[i], equivalent(before.section_area[i]),
-                        2.0 * after.inscribed_radius[i], equivalent(after.section_area[i]));
+                        2.0 * after.inscribed_radius[j], equivalent(after.section_area[j]));
+  }
   return text;
 }
 

@@ -40,14 +40,24 @@ void add_profile(Chart& chart, const DiameterProfile& profile, const std::string
       {when + ", from the area", profile.abscissa_mm, profile.equivalent_diameter_mm, color, true});
 }
 
-void add_mld_mark(Chart& chart, const DiameterProfile& profile, const std::string& when,
-                  int color) {
+/// The edges of the lesion along the line [mm]; everything where they are not told.
+struct Stretch {
+  double first = -std::numeric_limits<double>::infinity();
+  double last = std::numeric_limits<double>::infinity();
+};
+
+void add_mld_mark(Chart& chart, const DiameterProfile& profile, const Stretch& lesion,
+                  const std::string& when, int color) {
   const auto& diameter = profile.inscribed_diameter_mm;
-  std::size_t least = diameter.size();
-  for (std::size_t i = 0; i < diameter.size(); ++i)
-    if (std::isfinite(diameter[i]) && (least == diameter.size() || diameter[i] < diameter[least]))
+  const std::size_t count = std::min(diameter.size(), profile.abscissa_mm.size());
+  std::size_t least = count;
+  for (std::size_t i = 0; i < count; ++i) {
+    const bool inside =
+        profile.abscissa_mm[i] >= lesion.first && profile.abscissa_mm[i] <= lesion.last;
+    if (inside && std::isfinite(diameter[i]) && (least == count || diameter[i] < diameter[least]))
       least = i;
-  if (least == diameter.size() || least >= profile.abscissa_mm.size()) return;
+  }
+  if (least == count) return;
   chart.marks.push_back({profile.abscissa_mm[least], diameter[least],
                          "MLD " + when + " " + fixed_text(diameter[least], 2) + " mm", color});
 }
@@ -100,8 +110,11 @@ Chart diameter_chart(const ReportContent& content, const Metrics& metrics) {
   chart.height = 320;
   add_profile(chart, content.before, "before", 1);
   add_profile(chart, content.after, "after", 2);
-  add_mld_mark(chart, content.before, "before", 1);
-  add_mld_mark(chart, content.after, "after", 2);
+  Stretch lesion;
+  lesion.first = metrics.number("lesion", "proximal_mm").value_or(lesion.first);
+  lesion.last = metrics.number("lesion", "distal_mm").value_or(lesion.last);
+  add_mld_mark(chart, content.before, lesion, "before", 1);
+  add_mld_mark(chart, content.after, lesion, "after", 2);
   if (const auto reference = metrics.number("lesion", "reference_diameter_mm"))
     chart.levels.push_back({*reference, "reference " + fixed_text(*reference, 2) + " mm"});
   return chart;
