@@ -1,5 +1,6 @@
 #include "viewer/report.hpp"
 
+#include <algorithm>
 #include <array>
 
 #include "core/atomic_file.hpp"
@@ -126,6 +127,13 @@ constexpr const char* kMethodNotes =
     "Recoil = balloon diameter at peak − MLD "
     "after. Pressures are above the outside.</p>\n";
 
+/// Of the scan's voxels [mm]; 0 without a scan.
+double largest_spacing(const ReportContent& content) {
+  if (!content.volume) return 0.0;
+  const Vec3& spacing = content.volume->geometry.spacing;
+  return std::max({spacing.x, spacing.y, spacing.z});
+}
+
 std::string make_page(const ReportContent& content, const Figures& figures, const Album& album) {
   const detail::Metrics metrics(content.metrics_json);
   const std::string title = escape_html(content.title);
@@ -139,7 +147,7 @@ std::string make_page(const ReportContent& content, const Figures& figures, cons
   page += notices(content);
   page += "<div class=\"cards\">" + detail::headline_cards(metrics) + "</div>\n";
   page += section("Vessel tree", album.block(figures.tree, "tree"));
-  page += section("Stenoses", detail::lesion_table(content.lesions_json));
+  page += section("Stenoses", detail::lesion_table(content.lesions_json, largest_spacing(content)));
   page += section("Dilation",
                   album.block(figures.moments, "stack") + album.block(figures.contact, "stack"));
   page +=

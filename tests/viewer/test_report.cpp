@@ -205,6 +205,10 @@ TEST(Report, EveryStenosisIsARowInTheOrderGiven) {
   EXPECT_TRUE(has(table, ">3.00<"));
   EXPECT_TRUE(has(table, "–"));
   EXPECT_FALSE(has(table, "<script"));
+  const std::string coarse = detail::lesion_table(
+      R"([{"mld_mm": 0.1, "diameter_stenosis_percent": 95, "reference_diameter_mm": 2.0}])", 0.5);
+  EXPECT_TRUE(has(coarse, "&lt; 0.50"));
+  EXPECT_TRUE(has(coarse, "&gt; 75"));
   EXPECT_TRUE(has(detail::lesion_table("[]"), "No stenosis"));
   EXPECT_EQ(detail::lesion_table(""), "");
   EXPECT_THROW(detail::lesion_table("{"), InputError);

@@ -255,7 +255,28 @@ std::string headline_cards(const Metrics& metrics) {
   return out;
 }
 
-std::string lesion_table(const std::string& json) {
+namespace {
+
+/// A lesion's value; a lumen narrower than a voxel is seen, but not measured.
+std::string lesion_value(const ordered_json& lesion, const Wording& column, double voxel_mm) {
+  const std::string key = column.key;
+  if (!lesion.contains(key)) return "–";
+  const auto number = [&](const char* name) {
+    return lesion.contains(name) && lesion[name].is_number() ? lesion[name].get<double>() : 0.0;
+  };
+  if (lesion.contains("mld_mm") && number("mld_mm") < voxel_mm) {
+    if (key == "mld_mm") return "< " + fixed_text(voxel_mm, column.decimals);
+    if (key == "mla_mm2" || key == "area_stenosis_percent") return "–";
+    const double reference = number("reference_diameter_mm");
+    if (key == "diameter_stenosis_percent" && reference > voxel_mm)
+      return "> " + fixed_text(100.0 * (1.0 - voxel_mm / reference), 0);
+  }
+  return value_text(lesion[key], column.decimals);
+}
+
+}  // namespace
+
+std::string lesion_table(const std::string& json, double voxel_mm) {
   if (json.empty()) return {};
   const ordered_json lesions = ordered_json::parse(json, nullptr, false);
   if (!lesions.is_array())
@@ -280,11 +301,7 @@ std::string lesion_table(const std::string& json) {
   for (std::size_t i = 0; i < lesions.size(); ++i) {
     body += "<tr><th scope=\"row\">" + std::to_string(i + 1) + "</th>";
     for (const Wording& column : kColumns)
-      body += "<td>" +
-              escape_html(lesions[i].contains(column.key)
-                              ? value_text(lesions[i][column.key], column.decimals)
-                              : "–") +
-              "</td>";
+      body += "<td>" + escape_html(lesion_value(lesions[i], column, voxel_mm)) + "</td>";
     body += "</tr>";
   }
   return "<div class=\"table wide\"><table>" + body + "</table></div>\n";
