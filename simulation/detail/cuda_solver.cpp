@@ -1,151 +1,18 @@
 #include <algorithm>
 #include <array>
-#include <cstring>
 
-#include "core/error.hpp"
+#include "simulation/detail/cuda_memory.hpp"
 #include "simulation/detail/step_cuda.hpp"
 #include "simulation/detail/step_view.hpp"
 
 namespace angio::simulation::detail {
 namespace {
 
-// Frames in one launch of a scene that needs no contact detection.
-constexpr int kFramesPerLaunch = 16;
+// Frames in one launch: without a wall, and with one, where new candidates come between launches.
+constexpr int kFreeFrames = 16, kWallFrames = 4;
+// New candidates are found once a vertex has used this share of the room that the last ones leave.
+constexpr double kUsed = 0.35;
 constexpr int kLeastCapability = 75;
-
-[[noreturn]] void fail(cudaError_t error, const char* doing) {
-  std::string text =
-      "the GPU failed while " + std::string(doing) + " (" + cudaGetErrorString(error) + "). ";
-  text += error == cudaErrorMemoryAllocation
-              ? "Close other programs that use it, take a smaller model, or use --backend cpu"
-              : "Check the driver with nvidia-smi, or use --backend cpu";
-  throw Error(ExitCode::unavailable, text);
-}
-
-void check(cudaError_t error, const char* doing) {
-  if (error != cudaSuccess) fail(error, doing);
-}
-
-/// A block of the device's memory.
-class DeviceBlock {
- public:
-  DeviceBlock() = default;
-  explicit DeviceBlock(std::size_t bytes) {
-    check(cudaMalloc(&data_, std::max<std::size_t>(bytes, 16)), "taking its memory");
-    const cudaError_t cleared = cudaMemset(data_, 0, std::max<std::size_t>(bytes, 16));
-    if (cleared != cudaSuccess) {
-      cudaFree(data_);
-      fail(cleared, "clearing its memory");
-    }
-  }
-  DeviceBlock(DeviceBlock&& other) noexcept : data_(std::exchange(other.data_, nullptr)) {}
-  DeviceBlock& operator=(DeviceBlock&& other) noexcept {
-    std::swap(data_, other.data_);
-    return *this;
-  }
-  ~DeviceBlock() { cudaFree(data_); }
-
-  template <class Value>
-  Value* as() const {
-    return static_cast<Value*>(data_);
-  }
-
- private:
-  void* data_ = nullptr;
-};
-
-/// Memory of the computer that the GPU copies from and to by itself.
-class PinnedBlock {
- public:
-  PinnedBlock() = default;
-  explicit PinnedBlock(std::size_t bytes) {
-    check(cudaMallocHost(&data_, std::max<std::size_t>(bytes, 16)), "taking pinned memory");
-  }
-  PinnedBlock(PinnedBlock&& other) noexcept : data_(std::exchange(other.data_, nullptr)) {}
-  PinnedBlock& operator=(PinnedBlock&& other) noexcept {
-    std::swap(data_, other.data_);
-    return *this;
-  }
-  ~PinnedBlock() { cudaFreeHost(data_); }
-
-  template <class Value>
-  Value* as() const {
-    return static_cast<Value*>(data_);
-  }
-
- private:
-  void* data_ = nullptr;
-};
-
-/// As HostMemory, on the device: taken once, when the solver is made.
-class DeviceMemory {
- public:
-  template <class Value>
-  Value* store(const std::vector<Value>& values) {
-    Value* data = allocate<Value>(values.size());
-    if (!values.empty())
-      check(cudaMemcpy(data, values.data(), values.size() * sizeof(Value), cudaMemcpyHostToDevice),
-            "copying the scene");
-    return data;
-  }
-  template <class Value>
-  Value* allocate(std::size_t count) {
-    blocks_.emplace_back(count * sizeof(Value));
-    return blocks_.back().as<Value>();
-  }
-
- private:
-  std::vector<DeviceBlock> blocks_;
-};
-
-class Stream {
- public:
-  Stream() { check(cudaStreamCreateWithFlags(&stream_, cudaStreamNonBlocking), "starting"); }
-  Stream(const Stream&) = delete;
-  ~Stream() { cudaStreamDestroy(stream_); }
-  operator cudaStream_t() const { return stream_; }
-  void wait(const char* doing) const { check(cudaStreamSynchronize(stream_), doing); }
-
- private:
-  cudaStream_t stream_ = nullptr;
-};
-
-class Event {
- public:
-  Event() { check(cudaEventCreateWithFlags(&event_, cudaEventDisableTiming), "starting"); }
-  Event(const Event&) = delete;
-  ~Event() { cudaEventDestroy(event_); }
-  operator cudaEvent_t() const { return event_; }
-
- private:
-  cudaEvent_t event_ = nullptr;
-};
-
-/// An array that is sent to the device now and then, and may grow.
-template <class Value>
-class Upload {
- public:
-  Value* send(const std::vector<Value>& values, cudaStream_t stream) {
-    if (values.size() > capacity_) {
-      check(cudaStreamSynchronize(stream), "working");
-      capacity_ = values.size() + values.size() / 2;
-      device_ = DeviceBlock(capacity_ * sizeof(Value));
-      host_ = PinnedBlock(capacity_ * sizeof(Value));
-    }
-    const std::size_t bytes = values.size() * sizeof(Value);
-    if (bytes == 0) return device_.as<Value>();
-    std::memcpy(host_.as<Value>(), values.data(), bytes);
-    check(cudaMemcpyAsync(device_.as<Value>(), host_.as<Value>(), bytes, cudaMemcpyHostToDevice,
-                          stream),
-          "copying contacts");
-    return device_.as<Value>();
-  }
-
- private:
-  std::size_t capacity_ = 0;
-  DeviceBlock device_;
-  PinnedBlock host_;
-};
 
 int use_device() {
   int count = 0;
@@ -166,15 +33,66 @@ int use_device() {
   return device;
 }
 
+/// A set of candidates on the device.
+template <class Real>
+class CandidateUpload {
+ public:
+  CandidateView<Real> send(const CandidateSet& set, const std::vector<Vec3T<Real>>& x,
+                           cudaStream_t stream) {
+    return {candidates_.send(set.candidates, stream),
+            owned_begin_.send(set.owned_begin, stream),
+            ref_begin_.send(set.ref_begin, stream),
+            refs_.send(set.refs, stream),
+            x_.send(x, stream),
+            gap_.send(converted_all<Real>(set.gap), stream),
+            Real(set.reach),
+            int(set.candidates.size())};
+  }
+
+ private:
+  Upload<Candidate> candidates_;
+  Upload<int> owned_begin_, ref_begin_;
+  Upload<ContactRef> refs_;
+  Upload<Vec3T<Real>> x_;
+  Upload<Real> gap_;
+};
+
+/// What a step makes of its candidates.
+template <class Real>
+struct PairMemory {
+  Upload<NearPair<Real>> pairs;
+  Upload<int> pair_of;
+  Upload<ContactRef> refs;
+  Upload<MotionBound<Real>> bounds;
+
+  void hold(const CandidateSet& set, cudaStream_t stream, StepView<Real>& view) {
+    if (set.candidates.size() > size_) {
+      check(cudaStreamSynchronize(stream), "working");  // the old arrays are in use until then
+      size_ = set.candidates.size();
+    }
+    pairs.reserve(size_);
+    pair_of.reserve(size_);
+    refs.reserve(4 * size_);
+    bounds.reserve(4 * size_);
+    view.pairs = pairs.data();
+    view.pair_of = pair_of.data();
+    view.refs = refs.data();
+    view.bounds = bounds.data();
+  }
+
+ private:
+  std::size_t size_ = 0;
+};
+
 template <class Real>
 class CudaSolver final : public StepSolver {
  public:
   CudaSolver(const Scene& scene, const SimulationOptions& options, Spread spread)
       : scene_(scene),
         device_(use_device()),
-        finder_(scene, options),
+        finder_(scene, options, 3 * kWallFrames),
         start_(local<Real>(scene, scene.start)),
-        frames_(scene.wall_count > 0 ? 1 : kFramesPerLaunch) {
+        frames_(scene.wall_count > 0 ? kWallFrames : kFreeFrames) {
     program_.view = make_view<Real>(scene, options, memory_);
     program_.rules = make_rules(scene, options);
     program_.plasticity = plastic_flow<Real>(options.wall);
@@ -186,27 +104,41 @@ class CudaSolver final : public StepSolver {
     shape_ = spread == Spread::automatic
                  ? cuda_shape(program_.view, device_)
                  : cuda_shape(program_.view, device_, spread == Spread::grid);
-    const std::size_t count = scene.start.size();
-    for (Batch& batch : batches_) {
-      batch.device_x = memory_.allocate<Vec>(std::size_t(frames_) * count);
-      batch.device_status = memory_.allocate<StepStatus>(std::size_t(frames_));
-      batch.x = PinnedBlock(std::size_t(frames_) * count * sizeof(Vec));
-      batch.status = PinnedBlock(std::size_t(frames_) * sizeof(StepStatus));
-    }
-    x_detected_ = memory_.allocate<Vec>(count);
-    program_.view.x_detected = x_detected_;
-    plastic_ = PinnedBlock(std::size_t(scene.clusters.count()) * sizeof(Mat));
-    if (program_.view.entry_modes)
-      plastic_modes_ = PinnedBlock(std::size_t(scene.clusters.count()) * kShapeModes * sizeof(Vec));
-    contact_force_ = PinnedBlock(std::size_t(scene.wall_count) * sizeof(Real));
+    for (Batch& batch : batches_) make_batch(batch);
   }
 
   void run(const Inflator& inflator,
            const std::function<void(int frame, const State& state)>& on_state) override {
-    if (scene_.wall_count > 0)
-      run_with_wall(inflator, on_state);
-    else
-      run_free(inflator, on_state);
+    CudaProgram<Real> program = program_;
+    program.last_frame = inflator.frame_count() - 1;
+    program.inflator = inflator_;
+    status_.frame = 0;
+    send_status();
+    check(cudaMemcpyAsync(inflator_, &inflator, sizeof inflator, cudaMemcpyHostToDevice, stream_),
+          "working");
+    if (scene_.wall_count > 0) renew_candidates(start_, 0);
+    for (Batch& batch : batches_) submit(program, batch, frames_);
+    on_state(0, start_state(scene_, status_.pressure));
+    // While a launch runs and another waits for it, the one before them is handed out.
+    int frame = 0, turn = 0, begun_with_set = 0;
+    while (frame < program.last_frame) {
+      Batch& batch = batches_[std::size_t(turn)];
+      turn = 1 - turn;
+      check(cudaEventSynchronize(batch.copied), "solving");
+      const StepStatus& end = status_of(batch, frames_);
+      const int ended = end.stage == StepStage::begin ? end.frame : end.frame - 1;
+      begun_with_set += ended - frame;
+      if (scene_.wall_count > 0 && ((end.halted && batch.set == set_count_) || used_up(batch))) {
+        renew_candidates(positions_of(batch, frames_), begun_with_set);
+        begun_with_set = 0;
+      }
+      std::vector<State> states;
+      for (int k = 0; k < ended - frame; ++k) states.push_back(state_of(batch, k));
+      if (ended < program.last_frame) submit(program, batch, frames_);
+      for (const State& state : states) on_state(++frame, state);
+    }
+    stream_.wait("solving");
+    copies_.wait("solving");
   }
 
   State settle(const GasLaw<double>& law, double tolerance, int most_sweeps) override {
@@ -215,11 +147,13 @@ class CudaSolver final : public StepSolver {
     program.rules.rest = 0.0;
     program.rules.most_sweeps = most_sweeps;
     program.rules.still = true;
+    program.last_frame = 1;
     status_.law = law;
+    status_.frame = 0;
     send_status();
-    submit(program, batches_[0], 0, 1);
+    submit(program, batches_[0], 1);
     copies_.wait("solving");
-    status_ = batches_[0].status.template as<StepStatus>()[0];
+    status_ = status_of(batches_[0], 0);
     return state_of(batches_[0], 0);
   }
 
@@ -233,14 +167,34 @@ class CudaSolver final : public StepSolver {
   using Vec = Vec3T<Real>;
   using Mat = Mat3T<Real>;
 
-  // Where the frames of a launch end up.
+  // Where the frames of a launch end up, on the device and here.
   struct Batch {
-    Vec* device_x = nullptr;
-    StepStatus* device_status = nullptr;
-    PinnedBlock x, status;
+    CudaFrames<Real> device;
+    PinnedBlock status, x, contact_pressure, plastic, plastic_modes;
     Event computed, copied;
-    int first_frame = 0, frame_count = 0;
+    int set = 0;  // of candidates that it uses
   };
+
+  [[nodiscard]] std::size_t clusters() const { return std::size_t(program_.view.cluster_count); }
+  [[nodiscard]] std::size_t modes() const {
+    return program_.view.entry_modes ? clusters() * kShapeModes : 0;
+  }
+
+  template <class Value>
+  void make_place(std::size_t count, Value*& device, PinnedBlock& host) {
+    const std::size_t size = std::size_t(frames_ + 1) * count;
+    device = memory_.allocate<Value>(size);
+    host = PinnedBlock(size * sizeof(Value));
+  }
+
+  void make_batch(Batch& batch) {
+    make_place(1, batch.device.status, batch.status);
+    make_place(scene_.start.size(), batch.device.x, batch.x);
+    make_place(std::size_t(scene_.wall_count), batch.device.contact_pressure,
+               batch.contact_pressure);
+    make_place(clusters(), batch.device.plastic, batch.plastic);
+    make_place(modes(), batch.device.plastic_modes, batch.plastic_modes);
+  }
 
   void send_status() {
     check(
@@ -248,156 +202,102 @@ class CudaSolver final : public StepSolver {
         "working");
   }
 
+  template <class Value>
+  void bring(const PinnedBlock& to, const Value* from, std::size_t count) {
+    if (count == 0) return;
+    check(cudaMemcpyAsync(to.as<Value>(), from, count * sizeof(Value), cudaMemcpyDeviceToHost,
+                          copies_),
+          "copying results");
+  }
+
   // Launches frames and, once they are computed, their way back.
-  void submit(CudaProgram<Real> program, Batch& batch, int first_frame, int frame_count) {
-    program.first_frame = batch.first_frame = first_frame;
-    program.frame_count = batch.frame_count = frame_count;
-    program.frame_x = batch.device_x;
-    program.frame_status = batch.device_status;
+  void submit(CudaProgram<Real> program, Batch& batch, int frame_count) {
+    program.view = program_.view;
+    program.frame_count = frame_count;
+    program.frames = batch.device;
+    batch.set = set_count_;
     check(launch(program, shape_, stream_), "being given work");
     check(cudaEventRecord(batch.computed, stream_), "working");
     check(cudaStreamWaitEvent(copies_, batch.computed, 0), "working");
-    const std::size_t count = std::size_t(frame_count);
-    check(
-        cudaMemcpyAsync(batch.x.template as<Vec>(), batch.device_x,
-                        count * scene_.start.size() * sizeof(Vec), cudaMemcpyDeviceToHost, copies_),
-        "copying results");
-    check(cudaMemcpyAsync(batch.status.template as<StepStatus>(), batch.device_status,
-                          count * sizeof(StepStatus), cudaMemcpyDeviceToHost, copies_),
-          "copying results");
+    const std::size_t count = std::size_t(frame_count + 1);
+    bring(batch.status, batch.device.status, count);
+    bring(batch.x, batch.device.x, count * scene_.start.size());
+    bring(batch.contact_pressure, batch.device.contact_pressure,
+          count * std::size_t(scene_.wall_count));
+    bring(batch.plastic, batch.device.plastic, count * clusters());
+    bring(batch.plastic_modes, batch.device.plastic_modes, count * modes());
     check(cudaEventRecord(batch.copied, copies_), "working");
   }
 
-  // All frames stay on the device; while a launch runs, the one before it is handed out.
-  void run_free(const Inflator& inflator,
-                const std::function<void(int frame, const State& state)>& on_state) {
-    send_status();
-    check(cudaMemcpyAsync(inflator_, &inflator, sizeof inflator, cudaMemcpyHostToDevice, stream_),
-          "working");
-    CudaProgram<Real> program = program_;
-    program.inflator = inflator_;
-    int next = 1, turn = 0;
-    const auto submit_next = [&] {
-      const int count = std::min(frames_, inflator.frame_count() - next);
-      batches_[std::size_t(turn)].frame_count = 0;
-      if (count <= 0) return;
-      submit(program, batches_[std::size_t(turn)], next, count);
-      next += count;
-    };
-    submit_next();
-    on_state(0, start_state(scene_, status_.pressure));
-    for (;;) {
-      Batch& batch = batches_[std::size_t(turn)];
-      turn = 1 - turn;
-      submit_next();
-      if (batch.frame_count == 0) break;
-      check(cudaEventSynchronize(batch.copied), "solving");
-      for (int k = 0; k < batch.frame_count; ++k)
-        on_state(batch.first_frame + k, state_of(batch, k));
-    }
-    stream_.wait("solving");
+  // Candidates at positions that the device has left behind by a launch or two. The set that the
+  // waiting launch uses and the one before it stay as they are.
+  void renew_candidates(const std::vector<Vec>& x, int lasted) {
+    std::vector<Vec3> points(x.size());
+    for (std::size_t v = 0; v < x.size(); ++v) points[v] = converted<double>(x[v]);
+    const CandidateSet set = finder_.find(points, lasted);
+    pairs_.hold(set, stream_, program_.view);
+    use(sets_[std::size_t(set_count_) % sets_.size()].send(set, x, stream_), program_.view);
+    ++set_count_;
+    x_candidates_ = x;
+    room_ = 0.5 * double(set.reach - program_.view.contact_range) -
+            2.0 * double(program_.view.contact_distance);
   }
 
-  // Contacts are found on the host, from the positions at a frame's start and wherever a vertex has
-  // met its bound. While the GPU sweeps, the frame before is handed out.
-  void run_with_wall(const Inflator& inflator,
-                     const std::function<void(int frame, const State& state)>& on_state) {
-    Inflator schedule = inflator;
-    State last = start_state(scene_, status_.pressure);
-    std::vector<Vec3> x(start_.size());
-    for (std::size_t v = 0; v < x.size(); ++v) x[v] = converted<double>(start_[v]);
-    for (int frame = 1; frame < schedule.frame_count(); ++frame) {
-      status_.law = schedule.law(frame, status_.pressure * status_.volume, status_.volume);
-      CudaProgram<Real> program = program_;
-      finder_.begin(x);
-      int detections = 0;
-      do {
-        detect(finder_.find(x), program.view);
-        status_.since_detection = 0;
-        send_status();
-        submit(program, batches_[0], frame, 1);
-        if (detections++ == 0) on_state(frame - 1, last);
-        check(cudaEventSynchronize(batches_[0].copied), "solving");
-        status_ = *batches_[0].status.template as<StepStatus>();
-        const Vec* reached = batches_[0].x.template as<Vec>();
-        for (std::size_t v = 0; v < x.size(); ++v) x[v] = converted<double>(reached[v]);
-        program.parts = kSweeps | kEnd;
-      } while (status_.wants_detection);
-      status_.report.detections = detections;
-      last = wall_state();
-    }
-    on_state(schedule.frame_count() - 1, last);
+  // Has a vertex gone far since the last candidates were found?
+  bool used_up(const Batch& batch) const {
+    const Vec* x = x_of(batch, frames_);
+    for (std::size_t v = 0; v < x_candidates_.size(); ++v)
+      if (distance(x[v], x_candidates_[v]) > Real(kUsed * room_)) return true;
+    return false;
   }
 
-  void detect(ContactSet&& set, StepView<Real>& view) {
-    const ContactArrays<Real> contacts = converted<Real>(std::move(set));
-    view.pair_count = int(contacts.pairs.size());
-    view.pairs = pairs_.send(contacts.pairs, stream_);
-    view.ref_begin = ref_begin_.send(contacts.ref_begin, stream_);
-    view.refs = refs_.send(contacts.refs, stream_);
-    view.bound_begin = bound_begin_.send(contacts.bound_begin, stream_);
-    view.bounds = bounds_.send(contacts.bounds, stream_);
-    view.travel = contacts.travel;
-    check(cudaMemcpyAsync(x_detected_, view.x, scene_.start.size() * sizeof(Vec),
-                          cudaMemcpyDeviceToDevice, stream_),
-          "working");
+  static const StepStatus& status_of(const Batch& batch, int k) {
+    return batch.status.template as<StepStatus>()[k];
   }
 
-  template <class Value>
-  void bring(Value* to, const Value* from, std::size_t count) {
-    if (count == 0) return;
-    check(cudaMemcpyAsync(to, from, count * sizeof(Value), cudaMemcpyDeviceToHost, stream_),
-          "copying results");
+  const Vec* x_of(const Batch& batch, int k) const {
+    return batch.x.template as<Vec>() + std::size_t(k) * scene_.start.size();
   }
 
-  State wall_state() {
-    const auto clusters = std::size_t(scene_.clusters.count());
-    const std::size_t modes = program_.view.entry_modes ? clusters * kShapeModes : 0;
-    bring(plastic_.as<Mat>(), program_.view.cluster_plastic, clusters);
-    bring(plastic_modes_.as<Vec>(), program_.view.cluster_plastic_modes, modes);
-    bring(contact_force_.as<Real>(), program_.view.contact_force, std::size_t(scene_.wall_count));
-    stream_.wait("copying results");
-    State state = state_of(batches_[0], 0);
-    state.report = status_.report;
-    for (std::size_t c = 0; c < clusters; ++c)
-      state.plastic.push_back(converted<double>(plastic_.as<Mat>()[c]));
-    for (std::size_t k = 0; k < modes; ++k)
-      state.plastic_modes.push_back(converted<double>(plastic_modes_.as<Vec>()[k]));
-    for (int i = 0; i < scene_.wall_count; ++i)
-      state.contact_pressure.push_back(double(contact_force_.as<Real>()[i]) /
-                                       finder_.area(scene_.balloon_count + i));
-    return state;
+  std::vector<Vec> positions_of(const Batch& batch, int k) const {
+    return {x_of(batch, k), x_of(batch, k) + scene_.start.size()};
   }
 
   State state_of(const Batch& batch, int k) const {
-    const StepStatus& status = batch.status.template as<StepStatus>()[k];
+    const StepStatus& status = status_of(batch, k);
     State state;
-    state.x = global(scene_, start_.data(),
-                     batch.x.template as<Vec>() + std::size_t(k) * scene_.start.size());
+    state.x = global(scene_, start_.data(), x_of(batch, k));
     state.pressure = status.pressure;
     state.volume = status.volume;
     state.report = status.report;
+    const Mat* plastic = batch.plastic.template as<Mat>() + std::size_t(k) * clusters();
+    for (std::size_t c = 0; c < clusters(); ++c)
+      state.plastic.push_back(converted<double>(plastic[c]));
+    const Vec* mode = batch.plastic_modes.template as<Vec>() + std::size_t(k) * modes();
+    for (std::size_t m = 0; m < modes(); ++m)
+      state.plastic_modes.push_back(converted<double>(mode[m]));
+    const Real* pressure = batch.contact_pressure.template as<Real>() +
+                           std::size_t(k) * std::size_t(scene_.wall_count);
+    state.contact_pressure.assign(pressure, pressure + scene_.wall_count);
     return state;
   }
 
   const Scene& scene_;
   int device_;
   DeviceMemory memory_;
-  ContactFinder finder_;
-  std::vector<Vec> start_;
+  CandidateFinder finder_;
+  std::vector<Vec> start_, x_candidates_;
   int frames_;
   CudaProgram<Real> program_;
   CudaShape shape_;
   StepStatus status_;
   Inflator* inflator_ = nullptr;
-  Vec* x_detected_ = nullptr;
   Stream stream_, copies_;
   std::array<Batch, 2> batches_;
-  PinnedBlock plastic_, plastic_modes_, contact_force_;
-  Upload<NearPair<Real>> pairs_;
-  Upload<int> ref_begin_, bound_begin_;
-  Upload<ContactRef> refs_;
-  Upload<MotionBound<Real>> bounds_;
+  std::array<CandidateUpload<Real>, 3> sets_;
+  PairMemory<Real> pairs_;
+  int set_count_ = 0;
+  double room_ = 0.0;
 };
 
 }  // namespace

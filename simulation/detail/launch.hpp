@@ -16,6 +16,8 @@
 ///                                     total[N] is the sum, the same bits for every thread; it ends
 ///                                     with a barrier
 ///     quick_sum<L, N>                 the same, N <= 4, when single precision will do for the sum
+///     now()                           a clock [s]
+///     kSolids                         can it move a layered wall?
 ///     kVertexLanes, kClusterLanes     the L that suits a vertex's triangles, a slab's members
 ///
 /// `lanes` are the threads that share one i, up to L of them: the body strides by lanes.size() from
@@ -38,6 +40,7 @@ struct OneLane {
 /// depend on the number of threads.
 class CpuTeam {
  public:
+  static constexpr bool kSolids = true;
   static constexpr int kVertexLanes = 1, kClusterLanes = 1;
   static constexpr int kMostSums = 4;
 
@@ -50,6 +53,7 @@ class CpuTeam {
       : rank_(rank), size_(size), parts_(shared.parts.data()) {}
 
   [[nodiscard]] bool leader() const { return rank_ == 0; }
+  [[nodiscard]] static double now() { return omp_get_wtime(); }
 
   void barrier() const {
     if (size_ > 1) {

@@ -18,9 +18,8 @@ template <class Real>
 ANGIO_HOST_DEVICE inline Vec3T<Real> blood_force(const StepView<Real>& s, int column) {
   Vec3T<Real> doubled_area;
   const Vec3T<Real> x = s.x[column_vertex(s, column, 0)];
-  for (int c = s.lumen_begin[column]; c < s.lumen_begin[column + 1]; ++c)
-    doubled_area += cross(s.x[column_vertex(s, s.lumen_corners[c].next, 0)] - x,
-                          s.x[column_vertex(s, s.lumen_corners[c].last, 0)] - x);
+  for (int c = s.wall_corner_begin[column]; c < s.wall_corner_begin[column + 1]; ++c)
+    doubled_area += cross(s.x[s.wall_corners[c].next] - x, s.x[s.wall_corners[c].last] - x);
   return (s.blood_pressure / Real(6)) * doubled_area;
 }
 
@@ -38,7 +37,7 @@ ANGIO_HOST_DEVICE inline ColumnMove<Real> propose_column(const StepView<Real>& s
   ColumnTerm<Real> term;
   add_solid_column(s.solid, s.columns, column, term);
   VertexForces<Real> lumen;
-  if (s.pair_count > 0) add_contact(s, v, lanes, lumen);
+  if (s.candidate_count > 0) add_contact(s, v, lanes, lumen);
   gather(s, lanes, lumen);
   const Real load = norm(term.gradient[0]) + lumen.magnitude;
   term.gradient[0] -= lumen.force + blood_force(s, column);
@@ -78,10 +77,10 @@ ANGIO_HOST_DEVICE inline Real upright_share(const StepView<Real>& s, int column,
 /// Moves a column. @return the part that its bounds left of the move
 template <class Real, class Lanes>
 ANGIO_HOST_DEVICE inline Real take_column(const StepView<Real>& s, int v, const Lanes& lanes,
-                                          const ColumnMove<Real>& proposed) {
+                                          const ColumnMove<Real>& proposed, Real travel) {
   const int column = v - s.balloon_count;
   const Real upright = upright_share(s, column, proposed.move);
-  const Real bounded = allowed_share(s, v, upright * proposed.move[0]);
+  const Real bounded = allowed_share(s, v, upright * proposed.move[0], travel);
   if (lanes.rank() == 0)
     for (int l = 0; l < s.columns.levels; ++l)
       s.x[column_vertex(s, column, l)] += (bounded * upright) * proposed.move[l];

@@ -61,7 +61,7 @@ ANGIO_HOST_DEVICE inline VertexForces<Real> balloon_forces(const StepView<Real>&
     // itself the one with the least rounding.
     by_volume += (Real(1) / Real(6)) * cross(e2, e1);
   }
-  if (s.pair_count > 0) add_contact(s, v, lanes, out);
+  if (s.candidate_count > 0) add_contact(s, v, lanes, out);
   gather(s, lanes, out);
   by_volume = sum_over(lanes, by_volume);
   add_inertia(s, v, out);

@@ -2,8 +2,109 @@
 
 #include "simulation/detail/step_state.hpp"
 
-/// The step's contact: pairs, their forces, and how far a vertex may go.
+/// The step's contact: near pairs, their forces, and how far a vertex may go.
+///
+/// Contact is found on two levels. The host lists candidates, all primitives that face each other
+/// nearer than `candidate_reach`, rarely. A search among them, on the device, names the near pairs,
+/// those within `reach`, and bounds each vertex's motion until the next search:
+///
+///  - it may not pass a plane across the gap of any of its near pairs; the planes of a pair's two
+///    sides are 0.1 of the gap apart;
+///  - it may not go further than `travel` = (reach - contact distance) / 2, so that pairs that are
+///    not near stay out of contact;
+///  - a search counts only while no vertex has gone further than (candidate_reach - reach) / 2
+///  since
+///    the candidates were found: then all that is nearer than `reach` is among them.
+///
+/// So no motion within the bounds takes one surface through the other, at any step of the sweeps.
+/// Source: Chen et al., "Offset Geometric Contact", ACM TOG 44 (2025), section 3.4 (bounds by 0.45
+/// of the distance); here with a plane across the gap instead of a ball, so that sliding and
+/// parting are free.
 namespace angio::simulation::detail {
+
+/// Both sides together may use up twice this share of a gap before the next search.
+inline constexpr double kShareOfGap = 0.45;
+
+/// A candidate at the present positions. @return false if it is not nearer than `reach`
+template <class Real>
+ANGIO_HOST_DEVICE inline bool approach(const StepView<Real>& s, const Candidate& candidate,
+                                       Real reach, NearPair<Real>& pair) {
+  const Vec3T<Real> base = s.x[candidate.vertex[0]];
+  Vec3T<Real> p[4];  // from the first vertex
+  for (int i = 1; i < 4; ++i) p[i] = s.x[candidate.vertex[i]] - base;
+  const GapWeights<Real> weights = candidate.edges ? segment_segment_gap(p[0], p[1], p[2], p[3])
+                                                   : point_triangle_gap(p[0], p[1], p[2], p[3]);
+  Vec3T<Real> gap, closest_a;
+  const int side_a = candidate.edges ? 2 : 1;
+  for (int i = 1; i < 4; ++i) gap += weights.w[i] * p[i];
+  for (int i = 1; i < side_a; ++i) closest_a += weights.w[i] * p[i];
+  const Real d = norm(gap);
+  if (!(d < reach)) return false;
+  pair.edges = candidate.edges;
+  pair.normal = d > Real(0) ? gap / d : Vec3T<Real>{};
+  // A point stands for half its own area (the other surface's points for the other half), an edge
+  // pair for what is left between: a sixth of the mean area at its ends.
+  pair.area = Real(0.5) * s.area[candidate.vertex[0]];
+  if (candidate.edges) {
+    Real sum = 0;
+    for (const int v : candidate.vertex) sum += s.area[v];
+    pair.area = sum / Real(24);
+  }
+  const Real height = dot(pair.normal, closest_a);
+  for (int i = 0; i < 4; ++i) {
+    pair.vertex[i] = candidate.vertex[i];
+    const Real beyond = i < side_a ? dot(pair.normal, p[i]) - height + d  // of the other side
+                                   : height - dot(pair.normal, p[i]);
+    const Real limit = beyond - Real(1.0 - kShareOfGap) * d;
+    pair.limit[i] = limit > Real(0) ? limit : Real(0);
+  }
+  return true;
+}
+
+/// May the candidate be nearer than `reach` by now?
+template <class Real>
+ANGIO_HOST_DEVICE inline bool may_be_near(const StepView<Real>& s, int c, Real reach) {
+  const Candidate& candidate = s.candidates[c];
+  Real a = s.gone[candidate.vertex[0]], b = s.gone[candidate.vertex[3]];
+  for (int i = 1; i < 3; ++i) {
+    Real& side = candidate.edges && i == 1 ? a : b;
+    const Real gone = s.gone[candidate.vertex[i]];
+    side = gone > side ? gone : side;
+  }
+  return s.candidate_gap[c] - Real(1.001) * (a + b) < reach;
+}
+
+/// Names the near ones of the candidates that a vertex owns. @return their number
+template <class Real>
+ANGIO_HOST_DEVICE inline int search_owned(const StepView<Real>& s, int v, Real reach) {
+  int end = s.owned_begin[v];
+  for (int c = end; c < s.owned_begin[v + 1]; ++c) {
+    NearPair<Real> pair;
+    const bool near = may_be_near(s, c, reach) && approach(s, s.candidates[c], reach, pair);
+    s.pair_of[c] = near ? end : -1;
+    if (near) s.pairs[end++] = pair;
+  }
+  s.owned_end[v] = end;
+  return end - s.owned_begin[v];
+}
+
+/// Lists a vertex's near pairs, and the planes among them that it can reach at all.
+template <class Real>
+ANGIO_HOST_DEVICE inline void list_pairs(const StepView<Real>& s, int v, Real travel) {
+  int refs = s.ref_begin[v], bounds = refs;
+  for (int r = refs; r < s.ref_begin[v + 1]; ++r) {
+    const ContactRef ref = s.candidate_refs[r];
+    const int index = s.pair_of[ref.pair];
+    if (index < 0) continue;
+    s.refs[refs++] = {index, ref.corner};
+    const NearPair<Real>& pair = s.pairs[index];
+    if (pair.limit[ref.corner] >= travel) continue;
+    const bool side_a = ref.corner < (pair.edges ? 2 : 1);
+    s.bounds[bounds++] = {side_a ? pair.normal : -pair.normal, pair.limit[ref.corner]};
+  }
+  s.ref_end[v] = refs;
+  s.bound_end[v] = bounds;
+}
 
 /// Recomputes a pair's closest points and weight at the present positions.
 template <class Real>
@@ -29,7 +130,7 @@ ANGIO_HOST_DEVICE inline void refresh_pair(const StepView<Real>& s, int index) {
 template <class Real>
 ANGIO_HOST_DEVICE inline NearPair<Real>* nearest_face(const StepView<Real>& s, int v) {
   NearPair<Real>* nearest = nullptr;
-  for (int r = s.ref_begin[v]; r < s.ref_begin[v + 1]; ++r) {
+  for (int r = s.ref_begin[v]; r < s.ref_end[v]; ++r) {
     NearPair<Real>& pair = s.pairs[s.refs[r].pair];
     if (s.refs[r].corner != 0 || pair.edges) continue;
     if (!nearest || pair.gap < nearest->gap) nearest = &pair;
@@ -65,58 +166,82 @@ ANGIO_HOST_DEVICE inline void add_film(const StepView<Real>& s, const NearPair<R
   if (pull.stiffness > Real(0)) out.hessian += outer((pull.stiffness * pair.film * w * w) * n, n);
 }
 
-/// Adds the barrier, the friction and the film of a vertex's pairs, each lane its share of them.
-///
+/// What acts between the two sides of a pair.
+template <class Real>
+struct PairForces {
+  bool touching = false;
+  Real gap{};        // along the pair's direction [mm]
+  Real normal{};     // that parts them [uN]
+  Real stiffness{};  // along the gap [uN/mm]
+  Real rub{};        // friction per slip [uN/mm]
+  Vec3T<Real> slip;  // in this step, of side a against side b [mm]
+};
+
 /// Within a sweep a gap is taken along its last direction with its last weights, d = n . sum w_i
 /// x_i (exact to first order); refresh_pair renews both before each sweep.
+template <class Real>
+ANGIO_HOST_DEVICE inline PairForces<Real> pair_forces(const StepView<Real>& s,
+                                                      const NearPair<Real>& pair) {
+  PairForces<Real> out;
+  const Vec3T<Real> n = pair.direction, base = s.x[pair.vertex[0]];
+  Vec3T<Real> gap;
+  for (int i = 1; i < 4; ++i) gap += pair.weights.w[i] * (s.x[pair.vertex[i]] - base);
+  const Real least = Real(0.05) * s.contact_distance;
+  Real d = out.gap = dot(n, gap);
+  if (!(pair.weight > Real(0)) || d >= s.contact_distance) return out;
+  d = d > least ? d : (norm(gap) < least ? norm(gap) : least);
+  const Barrier<Real> b = barrier(d, s.contact_distance);
+  const Real scale = s.contact_stiffness * pair.weight;
+  out.touching = true;
+  out.normal = -scale * b.slope;
+  out.stiffness = scale * b.curvature;
+  const Vec3T<Real> base_before = s.x_before[pair.vertex[0]];
+  out.slip = gap;
+  for (int i = 1; i < 4; ++i)
+    out.slip -= pair.weights.w[i] * (s.x_before[pair.vertex[i]] - base_before);
+  out.slip -= dot(out.slip, n) * n;
+  out.rub = out.normal * friction_per_slip(s.friction, norm(out.slip));
+  return out;
+}
+
+/// Adds the barrier, the friction and the film of a vertex's pairs, each lane its share of them.
 template <class Real, class Lanes>
 ANGIO_HOST_DEVICE inline void add_contact(const StepView<Real>& s, int v, const Lanes& lanes,
                                           VertexForces<Real>& out) {
-  for (int r = s.ref_begin[v] + lanes.rank(); r < s.ref_begin[v + 1]; r += lanes.size()) {
+  for (int r = s.ref_begin[v] + lanes.rank(); r < s.ref_end[v]; r += lanes.size()) {
     const NearPair<Real>& pair = s.pairs[s.refs[r].pair];
     const Real w = pair.weights.w[s.refs[r].corner];
     if (!(pair.weight + pair.film > Real(0)) || w == Real(0)) continue;
-    const Vec3T<Real> n = pair.direction, base = s.x[pair.vertex[0]];
-    Vec3T<Real> gap;
-    for (int i = 1; i < 4; ++i) gap += pair.weights.w[i] * (s.x[pair.vertex[i]] - base);
-    const Real least = Real(0.05) * s.contact_distance;
-    Real d = dot(n, gap);
-    if (pair.film > Real(0)) add_film(s, pair, w, n, d, out);
-    if (!(pair.weight > Real(0)) || d >= s.contact_distance) continue;
-    d = d > least ? d : (norm(gap) < least ? norm(gap) : least);
-    const Barrier<Real> b = barrier(d, s.contact_distance);
-    const Real scale = s.contact_stiffness * pair.weight;
-    const Real normal_force = -scale * b.slope, share = w < Real(0) ? -w : w;
+    const PairForces<Real> forces = pair_forces(s, pair);
+    const Vec3T<Real> n = pair.direction;
+    if (pair.film > Real(0)) add_film(s, pair, w, n, forces.gap, out);
+    if (!forces.touching) continue;
+    const Real share = forces.normal * (w < Real(0) ? -w : w);
     out.touching = true;
-    out.contact += normal_force * share;
-    out.force += (normal_force * w) * n;
-    out.magnitude += normal_force * share;
-    const Real stiffness = scale * b.curvature * w * w;
-    const Vec3T<Real> base_before = s.x_before[pair.vertex[0]];
-    Vec3T<Real> slip = gap;
-    for (int i = 1; i < 4; ++i)
-      slip -= pair.weights.w[i] * (s.x_before[pair.vertex[i]] - base_before);
-    slip -= dot(slip, n) * n;
-    const Real rub = normal_force * friction_per_slip(s.friction, norm(slip));
-    const Vec3T<Real> friction = (-rub * w) * slip;
-    out.force += friction;
+    out.contact += share;
+    out.magnitude += share;
+    const Vec3T<Real> friction = (-forces.rub * w) * forces.slip;
+    out.force += (forces.normal * w) * n + friction;
     out.friction += friction;
+    const Real along = forces.stiffness * w * w, across = forces.rub * w * w;
     for (int i = 0; i < 3; ++i)
       for (int j = 0; j < 3; ++j)
         out.hessian(i, j) +=
-            stiffness * n[i] * n[j] + rub * w * w * ((i == j ? Real(1) : Real(0)) - n[i] * n[j]);
+            along * n[i] * n[j] + across * ((i == j ? Real(1) : Real(0)) - n[i] * n[j]);
   }
 }
 
-/// The longest part of a move that keeps the vertex within its bounds since the last detection.
+/// The longest part of a move that keeps the vertex within its bounds since the last search.
+///
+/// @param travel  [mm]
 /// @return share in [0, 1]
 template <class Real>
-ANGIO_HOST_DEVICE inline Real allowed_share(const StepView<Real>& s, int v,
-                                            const Vec3T<Real>& move) {
+ANGIO_HOST_DEVICE inline Real allowed_share(const StepView<Real>& s, int v, const Vec3T<Real>& move,
+                                            Real travel) {
   using std::sqrt;
-  const Vec3T<Real> done = s.x[v] - s.x_detected[v];
+  const Vec3T<Real> done = s.x[v] - s.x_searched[v];
   Real share = Real(1);
-  for (int b = s.bound_begin[v]; b < s.bound_begin[v + 1]; ++b) {
+  for (int b = s.ref_begin[v]; b < s.bound_end[v]; ++b) {
     const MotionBound<Real>& bound = s.bounds[b];
     const Real more = -dot(bound.normal, move);
     if (!(more > Real(0))) continue;
@@ -127,7 +252,7 @@ ANGIO_HOST_DEVICE inline Real allowed_share(const StepView<Real>& s, int v,
     }
   }
   // |done + t move| <= travel
-  const Real a = dot(move, move), b = dot(done, move), c = dot(done, done) - s.travel * s.travel;
+  const Real a = dot(move, move), b = dot(done, move), c = dot(done, done) - travel * travel;
   if (a + Real(2) * b + c > Real(0)) {
     const Real root = b * b - a * c;
     Real part = root > Real(0) && a > Real(0) ? (-b + sqrt(root)) / a : Real(0);

@@ -6,6 +6,8 @@
 namespace angio::simulation::detail {
 namespace {
 
+// Frames that a set of contact candidates should last.
+constexpr int kFramesToLast = 8;
 // Vertices a thread must have to be worth waking.
 constexpr int kVerticesPerThread = 3000;
 
@@ -25,7 +27,7 @@ class CpuSolver final : public StepSolver {
         view_(make_view<Real>(scene, options, memory_)),
         rules_(make_rules(scene, options)),
         plasticity_(plastic_flow<Real>(options.wall)),
-        finder_(scene, options),
+        finder_(scene, options, kFramesToLast),
         threads_(threads > 0 ? threads
                              : std::clamp(scene.vertex_count() / kVerticesPerThread, 1,
                                           omp_get_max_threads())) {
@@ -59,35 +61,39 @@ class CpuSolver final : public StepSolver {
 
  private:
   void step(const StepRules& rules) {
-    int parts = kBegin | kSweeps | kEnd, detections = 0;
-    if (scene_.wall_count > 0) finder_.begin(positions());
+    if (scene_.wall_count > 0 && view_.candidates == nullptr) renew_candidates();
+    ++frames_lasted_;
+    bool done = false;
     do {
-      detect();
       run_on_cpu(threads_, shared_, [&](CpuTeam& team) {
         StepStatus status = status_;
-        run_step(team, view_, rules, plasticity_, parts, status);
+        const bool ended = run_step(team, view_, rules, plasticity_, status);
         team.barrier();
-        if (team.leader()) status_ = status;
+        if (!team.leader()) return;
+        status_ = status;
+        done = ended;
       });
-      parts = kSweeps | kEnd;
-      ++detections;
-    } while (status_.wants_detection);
-    status_.report.detections = detections;
+      if (!done) renew_candidates();
+    } while (!done);
   }
 
-  void detect() {
-    if (scene_.wall_count == 0) return;
-    status_.since_detection = 0;
-    contacts_ = converted<Real>(finder_.find(positions()));
-    x_detected_.assign(view_.x, view_.x + scene_.vertex_count());
-    view_.x_detected = x_detected_.data();
-    view_.pair_count = int(contacts_.pairs.size());
-    view_.pairs = contacts_.pairs.data();
-    view_.ref_begin = contacts_.ref_begin.data();
-    view_.refs = contacts_.refs.data();
-    view_.bound_begin = contacts_.bound_begin.data();
-    view_.bounds = contacts_.bounds.data();
-    view_.travel = contacts_.travel;
+  void renew_candidates() {
+    set_ = finder_.find(positions(), frames_lasted_);
+    frames_lasted_ = 0;
+    x_candidates_.assign(view_.x, view_.x + scene_.vertex_count());
+    candidate_gap_ = converted_all<Real>(set_.gap);
+    pairs_.resize(set_.candidates.size());
+    pair_of_.resize(set_.candidates.size());
+    refs_.resize(set_.refs.size());
+    bounds_.resize(set_.refs.size());
+    use<Real>(
+        {set_.candidates.data(), set_.owned_begin.data(), set_.ref_begin.data(), set_.refs.data(),
+         x_candidates_.data(), candidate_gap_.data(), Real(set_.reach), int(set_.candidates.size())},
+        view_);
+    view_.pairs = pairs_.data();
+    view_.pair_of = pair_of_.data();
+    view_.refs = refs_.data();
+    view_.bounds = bounds_.data();
   }
 
   // Relative to the origin.
@@ -105,8 +111,7 @@ class CpuSolver final : public StepSolver {
     for (int i = 0; view_.cluster_plastic_modes && i < view_.cluster_count * kShapeModes; ++i)
       state.plastic_modes.push_back(converted<double>(view_.cluster_plastic_modes[i]));
     for (int i = 0; i < view_.wall_count; ++i)
-      state.contact_pressure.push_back(double(view_.contact_force[i]) /
-                                       finder_.area(scene_.balloon_count + i));
+      state.contact_pressure.push_back(double(view_.contact_pressure[i]));
     for (int p = 0; p < kWedgePoints * view_.wedge_count; ++p) {
       state.solid_points.push_back(converted<double>(view_.solid_points[p]));
       state.solid_plastic_strain.push_back(double(view_.solid_plastic_strain[p]));
@@ -122,9 +127,15 @@ class CpuSolver final : public StepSolver {
   StepView<Real> view_;
   StepRules rules_;
   PlasticFlow<Real> plasticity_;
-  ContactFinder finder_;
-  ContactArrays<Real> contacts_;
-  std::vector<Vec3T<Real>> x_detected_;
+  CandidateFinder finder_;
+  CandidateSet set_;
+  int frames_lasted_ = 0;
+  std::vector<Vec3T<Real>> x_candidates_;
+  std::vector<Real> candidate_gap_;
+  std::vector<NearPair<Real>> pairs_;
+  std::vector<int> pair_of_;
+  std::vector<ContactRef> refs_;
+  std::vector<MotionBound<Real>> bounds_;
   StepStatus status_;
   CpuTeam::Shared shared_;
   int threads_;

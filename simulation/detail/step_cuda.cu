@@ -71,9 +71,18 @@ __device__ void add_parts(int count, int thread, int threads, const Body& body, 
     for (int k = 0; k < n; ++k) part[k] = Real(0);
 }
 
+struct DeviceClock {
+  static __device__ double now() {
+    unsigned long long t;
+    asm volatile("mov.u64 %0, %globaltimer;" : "=l"(t));
+    return 1e-9 * double(t);
+  }
+};
+
 template <class Real>
-class BlockTeam {
+class BlockTeam : public DeviceClock {
  public:
+  static constexpr bool kSolids = false;
   static constexpr int kVertexLanes = 4, kClusterLanes = 32;
 
   __device__ explicit BlockTeam(BlockShared& shared) : shared_(shared) {}
@@ -108,8 +117,9 @@ class BlockTeam {
 };
 
 template <class Real>
-class GridTeam {
+class GridTeam : public DeviceClock {
  public:
+  static constexpr bool kSolids = false;
   static constexpr int kVertexLanes = 4, kClusterLanes = 32;
 
   __device__ GridTeam(BlockShared& shared, void* sums)
@@ -165,23 +175,39 @@ class GridTeam {
   int turn_ = 0, grid_turn_ = 0;
 };
 
+// Puts the state into place k of the launch's frames.
+template <class Real, class Team>
+__device__ void keep(Team& team, const StepView<Real>& view, const StepStatus& status,
+                     const CudaFrames<Real>& frames, int k) {
+  const auto copy = [&](auto* to, const auto* from, int count) {
+    team.template for_each<1>(
+        count, [&](int i, const auto&) { to[std::ptrdiff_t(k) * count + i] = from[i]; });
+  };
+  copy(frames.x, view.x, view.vertex_count);
+  copy(frames.contact_pressure, view.contact_pressure, view.wall_count);
+  copy(frames.plastic, view.cluster_plastic, view.cluster_count);
+  if (view.entry_modes)
+    copy(frames.plastic_modes, view.cluster_plastic_modes, view.cluster_count * kShapeModes);
+  if (team.leader()) frames.status[k] = status;
+}
+
 template <class Real, class Team>
 __device__ void run_program(Team& team, const CudaProgram<Real>& program,
                             const StepView<Real>& view) {
   StepStatus status = *program.status;
   Inflator inflator;
   if (program.inflator) inflator = *program.inflator;
-  const int count = view.balloon_count + view.wall_count;
   for (int k = 0; k < program.frame_count; ++k) {
-    if (program.inflator && (program.parts & kBegin))
-      status.law =
-          inflator.law(program.first_frame + k, status.pressure * status.volume, status.volume);
-    run_step(team, view, program.rules, program.plasticity, program.parts, status);
-    team.template for_each<1>(count, [&](int v, const auto&) {
-      program.frame_x[std::ptrdiff_t(k) * count + v] = view.x[v];
-    });
-    if (team.leader()) program.frame_status[k] = status;
+    if (status.stage == StepStage::begin) {
+      if (status.frame == program.last_frame) break;
+      ++status.frame;
+      if (program.inflator)
+        status.law = inflator.law(status.frame, status.pressure * status.volume, status.volume);
+    }
+    if (!run_step(team, view, program.rules, program.plasticity, status)) break;
+    keep(team, view, status, program.frames, k);
   }
+  keep(team, view, status, program.frames, program.frame_count);
   team.barrier();
   if (!team.leader()) return;
   *program.status = status;

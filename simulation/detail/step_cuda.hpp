@@ -8,19 +8,30 @@
 /// Launching step_program.hpp on a GPU. Only step_cuda.cu and cuda_solver.cpp include this.
 namespace angio::simulation::detail {
 
-/// Some frames of a step, or parts of one, in one launch. Pointers are the device's.
+/// What a launch leaves of a frame or, in the place after its last frame, of the state it ends
+/// with. Shapes [frame_count + 1, ...].
+template <class Real>
+struct CudaFrames {
+  StepStatus* status = nullptr;
+  Vec3T<Real>* x = nullptr;              ///< [vertex]
+  Real* contact_pressure = nullptr;      ///< [wall vertex]
+  Mat3T<Real>* plastic = nullptr;        ///< [cluster]
+  Vec3T<Real>* plastic_modes = nullptr;  ///< [cluster][kShapeModes]
+};
+
+/// Some frames in one launch, from where the last launch has ended: it may have halted within a
+/// frame for want of candidates. Pointers are the device's.
 template <class Real>
 struct CudaProgram {
   StepView<Real> view;
   StepRules rules;
   PlasticFlow<Real> plasticity;
-  int parts = kBegin | kSweeps | kEnd;
-  int first_frame = 0, frame_count = 1;
-  Inflator* inflator = nullptr;        ///< nullptr: the law is in the status
-  StepStatus* status = nullptr;        ///< before, and after the last frame
-  StepStatus* frame_status = nullptr;  ///< after each, shape [frame_count]
-  Vec3T<Real>* frame_x = nullptr;      ///< positions after each, shape [frame_count, vertex]
-  void* sums = nullptr;                ///< kCudaSumBytes for the sums of a grid
+  int frame_count = 1;           ///< at most
+  int last_frame = 1;            ///< of the run
+  Inflator* inflator = nullptr;  ///< nullptr: the law is in the status
+  StepStatus* status = nullptr;  ///< before, and at the end
+  CudaFrames<Real> frames;       ///< of this launch
+  void* sums = nullptr;          ///< kCudaSumBytes for the sums of a grid
 };
 
 inline constexpr std::size_t kCudaSumBytes = 2 * 1024 * 4 * sizeof(double);

@@ -28,6 +28,14 @@ struct StepRules {
   bool still = false;        ///< no inertia, no prediction: equilibria
 };
 
+/// Where the time of a step goes [s].
+struct StepTimes {
+  double search = 0.0;               ///< of near pairs
+  double refresh = 0.0;              ///< of pairs, slabs and goals
+  double balloon = 0.0, wall = 0.0;  ///< sweeps
+  double rest = 0.0;                 ///< begin and end of the step
+};
+
 /// What a step tells.
 struct StepReport {
   double residual = 0.0;        ///< net force over load, root of sums of squares
@@ -35,9 +43,14 @@ struct StepReport {
   double friction_delta = 0.0;  ///< see README [mm]
   double viscous_delta = 0.0;   ///< see README [mm]
   int sweeps = 0;
-  int detections = 0;
+  int searches = 0;       ///< of near pairs
+  int pair_count = 0;     ///< near in the last one
   int contact_count = 0;  ///< balloon vertices in contact
+  StepTimes times;
 };
+
+/// Where a step goes on: it halts where new candidates are needed.
+enum class StepStage { begin, foresight, sweeps };
 
 /// The numbers of a step that outlive a launch.
 struct StepStatus {
@@ -47,12 +60,13 @@ struct StepStatus {
   double moved[4]{};                    ///< of the last sweeps, root mean square, newest first [mm]
   GasLaw<double> law;
   StepReport report;
-  int since_detection = 0;
-  bool wants_detection = false;
+  double travel = 0.0;   ///< see step_contact.hpp [mm]
+  int since_search = 0;  ///< sweeps
+  bool blocked = false;  ///< a vertex has met its bound in the last sweep
+  bool halted = false;   ///< for want of candidates
+  StepStage stage = StepStage::begin;
+  int frame = 0;  ///< that is under way or has ended
 };
-
-/// Parts of a step.
-inline constexpr int kBegin = 1, kSweeps = 2, kEnd = 4;
 
 /// Stiffness of the spring that leads to a prescribed volume, times the balloon's dV/dp.
 inline constexpr double kVolumeSpring = 1.0;
@@ -69,9 +83,9 @@ ANGIO_HOST_DEVICE inline int last_of_balloon(const StepView<Real>& s) {
 
 /// Moves a vertex as far as its bounds let it. @return the part taken
 template <class Real>
-ANGIO_HOST_DEVICE inline Real bounded_share(const StepView<Real>& s, int v,
-                                            const Vec3T<Real>& move) {
-  return s.wall_count > 0 ? allowed_share(s, v, move) : Real(1);
+ANGIO_HOST_DEVICE inline Real bounded_share(const StepView<Real>& s, int v, const Vec3T<Real>& move,
+                                            Real travel) {
+  return s.wall_count > 0 ? allowed_share(s, v, move, travel) : Real(1);
 }
 
 /// Six times the volume of the tetrahedron of a balloon triangle and the origin [mm^3].
@@ -92,38 +106,111 @@ ANGIO_HOST_DEVICE inline double enclosed_volume(Team& team, const StepView<Real>
   return total[0] / 6.0;
 }
 
+/// A third of the triangles around each vertex of the surfaces.
+template <class Real, class Team>
+ANGIO_HOST_DEVICE inline void measure_areas(Team& team, const StepView<Real>& s) {
+  team.template for_each<1>(s.balloon_count + s.wall_count, [&](int v, const auto&) {
+    const bool balloon = v < s.balloon_count;
+    const int* begin = balloon ? s.corner_begin + v : s.wall_corner_begin + (v - s.balloon_count);
+    const CornerLink* corners = balloon ? s.corners : s.wall_corners;
+    Real area = 0;
+    for (int c = begin[0]; c < begin[1]; ++c)
+      area += norm(cross(s.x[corners[c].next] - s.x[v], s.x[corners[c].last] - s.x[v])) / Real(6);
+    s.area[v] = area;
+  });
+}
+
+/// How far a vertex may go between two searches: by how far the fastest went in the last step.
+template <class Real, class Team>
+ANGIO_HOST_DEVICE inline double useful_travel(Team& team, const StepView<Real>& s) {
+  const double distance = s.contact_distance, kSteps[] = {0.5, 1.0, 2.0};
+  double faster[2];
+  team.template quick_sum<1, 2>(
+      s.balloon_count + s.wall_count,
+      [&](int v, const auto&, auto* part) {
+        const Real motion = Real(1.5) * s.dt * norm(s.velocity[v]);
+        for (int k = 0; k < 2; ++k)
+          part[k] += motion > Real(kSteps[k]) * s.contact_distance ? Real(1) : Real(0);
+      },
+      faster);
+  return (faster[0] == 0.0 ? kSteps[0] : faster[1] == 0.0 ? kSteps[1] : kSteps[2]) * distance;
+}
+
 template <class Real, class Team>
 ANGIO_HOST_DEVICE inline void begin_step(Team& team, const StepView<Real>& s,
                                          const StepRules& rules, StepStatus& status) {
-  const int movable = last_of_balloon(s);
   team.template for_each<1>(s.vertex_count, [&](int v, const auto&) {
     s.x_before[v] = s.x[v];
     s.x_inertial[v] = rules.still ? s.x[v] : s.x[v] + s.dt * s.velocity[v];
   });
+  measure_areas(team, s);
+  team.barrier();
+  if (s.wall_count > 0) status.travel = useful_travel(team, s);
   double total[1];
-  team.template quick_sum<Team::kVertexLanes, 1>(
+  team.template quick_sum<1, 1>(
       s.balloon_count,
-      [&](int v, const auto& lanes, auto* part) {
-        Real area = 0;
-        for (int c = s.corner_begin[v] + lanes.rank(); c < s.corner_begin[v + 1];
-             c += lanes.size()) {
-          const Vec3T<Real> next = s.x[s.corners[c].next], last = s.x[s.corners[c].last];
-          area += norm(cross(s.x[v] - next, last - next)) / Real(6);
-        }
-        const Real load = Real(rules.least_load) * lanes.sum(area);
+      [&](int v, const auto&, auto* part) {
+        const Real load = Real(rules.least_load) * s.area[v];
         part[0] += load * load;
       },
       total);
   status.load_floor = total[0];
+  for (double& moved : status.moved) moved = 0.0;
+  status.report = {};
+  status.blocked = false;
+}
+
+/// Searches the candidates for near pairs (step_contact.hpp). @return false if the candidates are
+/// used up and new ones are needed
+template <class Real, class Team>
+ANGIO_HOST_DEVICE inline bool search_pairs(Team& team, const StepView<Real>& s,
+                                           StepStatus& status) {
+  if (s.wall_count == 0) return true;
+  const double begin = team.now();
+  const Real reach = s.contact_range + Real(2.0 * status.travel);
+  // A thousandth for rounding.
+  const Real far = Real(0.4995) * (s.candidate_reach - reach);
+  const int count = s.balloon_count + s.wall_count;
+  double total[1];
+  team.template quick_sum<1, 1>(
+      count,
+      [&](int v, const auto&, auto* part) {
+        s.gone[v] = norm(s.x[v] - s.x_candidates[v]);
+        part[0] += s.gone[v] < far ? Real(0) : Real(1);
+      },
+      total);
+  status.halted = total[0] > 0.0;
+  if (status.halted) return false;
+  team.template quick_sum<1, 1>(
+      count, [&](int v, const auto&, auto* part) { part[0] += Real(search_owned(s, v, reach)); },
+      total);
+  team.template for_each<1>(count, [&](int v, const auto&) {
+    list_pairs(s, v, Real(status.travel));
+    s.x_searched[v] = s.x[v];
+  });
+  team.barrier();
+  status.report.pair_count = int(total[0]);
+  ++status.report.searches;
+  status.since_search = 0;
+  status.report.times.search += team.now() - begin;
+  return true;
+}
+
+/// Goes on with the last step's motion.
+template <class Real, class Team>
+ANGIO_HOST_DEVICE inline void foresee(Team& team, const StepView<Real>& s, const StepRules& rules,
+                                      StepStatus& status) {
+  const int movable = last_of_balloon(s);
   if (!rules.still) {
     const int first_wall = s.balloon_count,
               walls = s.wall_colors > 0 ? s.wall_color_begin[s.wall_colors] : s.balloon_count;
     team.template for_each<1>(movable + walls - first_wall, [&](int i, const auto&) {
       const int v = i < movable ? i : first_wall + i - movable;
       const Vec3T<Real> move = Real(kForesight) * (s.x_inertial[v] - s.x_before[v]);
-      const Real share = bounded_share(s, v, move);
+      const Real share = bounded_share(s, v, move, Real(status.travel));
       s.x[v] += share * move;
-      for (int l = 1; i >= movable && l < s.columns.levels; ++l) {  // a wall's column goes along
+      for (int l = 1; Team::kSolids && i >= movable && l < s.columns.levels;
+           ++l) {  // a wall's column goes along
         const int u = v + l * s.columns.stride;
         s.x[u] += share * (Real(kForesight) * (s.x_inertial[u] - s.x_before[u]));
       }
@@ -132,22 +219,23 @@ ANGIO_HOST_DEVICE inline void begin_step(Team& team, const StepView<Real>& s,
   }
   status.volume = enclosed_volume(team, s);
   status.pressure = pressure_at(status.law, status.volume);
-  for (double& moved : status.moved) moved = 0.0;
-  status.report = {};
-  status.since_detection = 0;
 }
 
 /// Fits the wall's slabs and its goals, and renews the contact pairs.
 template <class Real, class Team>
 ANGIO_HOST_DEVICE inline void refresh(Team& team, const StepView<Real>& s) {
   if (s.wall_count == 0) return;
-  team.template for_each<1>(s.pair_count, [&](int i, const auto&) { refresh_pair(s, i); });
+  team.template for_each<Team::kVertexLanes>(
+      s.candidate_count > 0 ? s.balloon_count + s.wall_count : 0, [&](int v, const auto& lanes) {
+        for (int p = s.owned_begin[v] + lanes.rank(); p < s.owned_end[v]; p += lanes.size())
+          refresh_pair(s, p);
+      });
   team.template for_each<Team::kClusterLanes>(
       s.cluster_count, [&](int c, const auto& lanes) { fit_cluster(s, c, lanes); });
   team.barrier();
   if (s.cluster_count > 0)
     team.template for_each<1>(s.wall_count, [&](int i, const auto&) { set_goal(s, i); });
-  if (s.wet && s.pair_count > 0)
+  if (s.wet && s.candidate_count > 0)
     team.template for_each<1>(s.balloon_count + s.wall_count,
                               [&](int v, const auto&) { refresh_film(s, v); });
   team.barrier();
@@ -178,7 +266,7 @@ ANGIO_HOST_DEVICE inline void propose_moves(Team& team, const StepView<Real>& s,
         const Real relax = held ? Real(1) : s.relaxation;
         move.by_force = relax * (inverse * (f.force + load));
         move.by_pressure = relax * (inverse * move.by_volume);
-        if (s.pair_count > 0) {
+        if (s.candidate_count > 0) {
           move.friction = norm(inverse * f.friction);
           move.adhesion = norm(inverse * f.adhesion);
         }
@@ -196,7 +284,7 @@ ANGIO_HOST_DEVICE inline void propose_moves(Team& team, const StepView<Real>& s,
 /// Takes the moves with the change of pressure; total: volume gained, squared motion, blocked.
 template <class Real, class Team>
 ANGIO_HOST_DEVICE inline void take_moves(Team& team, const StepView<Real>& s, int first, int count,
-                                         Real change, Real gauge, double (&total)[3]) {
+                                         Real change, Real gauge, Real travel, double (&total)[3]) {
   team.template quick_sum<Team::kVertexLanes, 3>(
       count,
       [&](int i, const auto& lanes, auto* part) {
@@ -204,7 +292,7 @@ ANGIO_HOST_DEVICE inline void take_moves(Team& team, const StepView<Real>& s, in
         const Move<Real> move = s.moves[v];
         Vec3T<Real> by = move.by_force + change * move.by_pressure;
         if (!move.taut) by *= balloon_line_search(s, v, lanes, gauge, by);
-        const Real share = bounded_share(s, v, by);
+        const Real share = bounded_share(s, v, by, travel);
         by *= share;
         part[0] += dot(move.by_volume, by);
         part[1] += norm_squared(by);
@@ -233,7 +321,8 @@ ANGIO_HOST_DEVICE inline void sweep_balloon(Team& team, const StepView<Real>& s,
     const double least = 1e-3 * status.volume, grown = status.volume + proposed[0];
     const Real change =
         meet(converted<Real>(law), p, Real(grown > least ? grown : least), Real(proposed[1])) - p;
-    take_moves(team, s, first, count, change, p + change - s.outside_pressure, taken);
+    take_moves(team, s, first, count, change, p + change - s.outside_pressure, Real(status.travel),
+               taken);
     status.volume += taken[0];
     status.pressure = pressure_at(law, status.volume);
     sums.net += proposed[2];
@@ -247,7 +336,8 @@ ANGIO_HOST_DEVICE inline void sweep_balloon(Team& team, const StepView<Real>& s,
 }
 
 template <class Real, class Team>
-ANGIO_HOST_DEVICE inline void sweep_wall(Team& team, const StepView<Real>& s, SweepSums& sums) {
+ANGIO_HOST_DEVICE inline void sweep_wall(Team& team, const StepView<Real>& s, Real travel,
+                                         SweepSums& sums) {
   const double net_before = sums.net, load_before = sums.load;
   for (int color = 0; color < s.wall_colors; ++color) {
     const int first = s.wall_color_begin[color];
@@ -256,20 +346,21 @@ ANGIO_HOST_DEVICE inline void sweep_wall(Team& team, const StepView<Real>& s, Sw
         s.wall_color_begin[color + 1] - first,
         [&](int i, const auto& lanes, auto* part) {
           const int v = first + i;
-          if (s.columns.levels > 0) {
-            const ColumnMove<Real> column = propose_column(s, v, lanes);
-            part[0] += column.net;
-            part[1] += column.load;
-            part[2] += take_column(s, v, lanes, column) < Real(1) ? 1.0 : 0.0;
-            return;
-          }
+          if constexpr (Team::kSolids)
+            if (s.columns.levels > 0) {
+              const ColumnMove<Real> column = propose_column(s, v, lanes);
+              part[0] += column.net;
+              part[1] += column.load;
+              part[2] += take_column(s, v, lanes, column, travel) < Real(1) ? 1.0 : 0.0;
+              return;
+            }
           const VertexForces<Real> f = wall_forces(s, v, lanes);
           const Real net = norm_squared(f.force);
           part[0] += net;
           part[1] += f.magnitude * f.magnitude;
           if (!(net > Real(0))) return;
           const Vec3T<Real> move = inverse_block(f.hessian) * f.force;
-          const Real share = bounded_share(s, v, move);
+          const Real share = bounded_share(s, v, move, travel);
           part[2] += share < Real(1) ? Real(1) : Real(0);
           lanes.sync();
           if (lanes.rank() == 0) s.x[v] += share * move;
@@ -291,23 +382,40 @@ ANGIO_HOST_DEVICE inline double estimated_lag(const double (&moved)[4]) {
   return moved[0] * q / (1.0 - q);
 }
 
-/// Sweeps until the step has converged, has had its sweeps, or wants a new contact detection.
+/// One sweep over balloon and wall.
 template <class Real, class Team>
-ANGIO_HOST_DEVICE inline void run_sweeps(Team& team, const StepView<Real>& s,
+ANGIO_HOST_DEVICE inline SweepSums sweep(Team& team, const StepView<Real>& s, bool wall,
+                                         StepStatus& status) {
+  SweepSums sums;
+  StepTimes& times = status.report.times;
+  const double begin = team.now();
+  refresh(team, s);
+  const double refreshed = team.now();
+  sweep_balloon(team, s, status, sums);
+  const double swept = team.now();
+  if (wall) sweep_wall(team, s, Real(status.travel), sums);
+  times.refresh += refreshed - begin;
+  times.balloon += swept - refreshed;
+  times.wall += team.now() - swept;
+  return sums;
+}
+
+/// Sweeps until the step has converged or has had its sweeps. @return false if it must halt for new
+/// candidates; to be called again when they are there
+template <class Real, class Team>
+ANGIO_HOST_DEVICE inline bool run_sweeps(Team& team, const StepView<Real>& s,
                                          const StepRules& rules, StepStatus& status) {
-  status.wants_detection = false;
   StepReport& report = status.report;
   bool wall_rests = false;
   while (report.sweeps < rules.most_sweeps) {
-    SweepSums sums;
-    refresh(team, s);
-    sweep_balloon(team, s, status, sums);
-    if (!wall_rests) sweep_wall(team, s, sums);
+    if (status.blocked && status.since_search >= 2 && !search_pairs(team, s, status)) return false;
+    const SweepSums sums = sweep(team, s, !wall_rests, status);
     // A solid that is in balance and that no pair can reach stays there.
-    wall_rests = wall_rests || (s.columns.levels > 0 && s.pair_count == 0 &&
+    wall_rests = wall_rests || (s.columns.levels > 0 && report.pair_count == 0 &&
                                 sums.wall_net <= rules.rest * rules.rest * sums.wall_load);
     ++report.sweeps;
-    ++status.since_detection;
+    ++status.since_search;
+    status.blocked = sums.blocked;
     report.residual = std::sqrt(sums.net / (sums.load + status.load_floor));
     for (int i = 3; i > 0; --i) status.moved[i] = status.moved[i - 1];
     status.moved[0] = std::sqrt(sums.moved / s.balloon_count);
@@ -316,11 +424,8 @@ ANGIO_HOST_DEVICE inline void run_sweeps(Team& team, const StepView<Real>& s,
                       report.lag < rules.tolerance && report.residual < rules.residual;
     const bool rests = report.residual < rules.rest;
     if (report.sweeps >= kLeastSweeps && !sums.blocked && (near || rests)) break;
-    if (sums.blocked && status.since_detection >= 2 && report.sweeps < rules.most_sweeps) {
-      status.wants_detection = true;
-      return;
-    }
   }
+  return true;
 }
 
 /// Measures the contact, lets the wall flow, and takes the velocities.
@@ -340,7 +445,7 @@ ANGIO_HOST_DEVICE inline void end_step(Team& team, const StepView<Real>& s,
         VertexForces<Real> f;
         add_contact(s, v, lanes, f);
         if (v >= s.balloon_count) {
-          s.contact_force[v - s.balloon_count] = f.contact;
+          s.contact_pressure[v - s.balloon_count] = f.contact / s.area[v];
           return;
         }
         part[0] += f.touching ? Real(1) : Real(0);
@@ -357,18 +462,34 @@ ANGIO_HOST_DEVICE inline void end_step(Team& team, const StepView<Real>& s,
                               [&](int v, const auto&) { flow_film(s, v); });
   team.template for_each<Team::kClusterLanes>(
       s.cluster_count, [&](int c, const auto& lanes) { flow_cluster(s, plasticity, c, lanes); });
-  team.template for_each<1>(s.wedge_count, [&](int w, const auto&) { flow_wedge(s, w); });
+  if constexpr (Team::kSolids)
+    team.template for_each<1>(s.wedge_count, [&](int w, const auto&) { flow_wedge(s, w); });
   team.barrier();
 }
 
-/// Runs the parts of one step that are asked for.
+/// Takes a step, or goes on with one that has halted. @return false if it halts for new candidates
 template <class Real, class Team>
-ANGIO_HOST_DEVICE inline void run_step(Team& team, const StepView<Real>& s, const StepRules& rules,
-                                       const PlasticFlow<Real>& plasticity, int parts,
-                                       StepStatus& status) {
-  if (parts & kBegin) begin_step(team, s, rules, status);
-  if (parts & kSweeps) run_sweeps(team, s, rules, status);
-  if ((parts & kEnd) && !status.wants_detection) end_step(team, s, plasticity, status);
+ANGIO_HOST_DEVICE inline bool run_step(Team& team, const StepView<Real>& s, const StepRules& rules,
+                                       const PlasticFlow<Real>& plasticity, StepStatus& status) {
+  const double begin = team.now();
+  StepTimes& times = status.report.times;
+  if (status.stage == StepStage::begin) {
+    begin_step(team, s, rules, status);
+    status.stage = StepStage::foresight;
+  }
+  const bool begun = status.stage == StepStage::foresight;
+  if (begun) {
+    if (!search_pairs(team, s, status)) return false;
+    foresee(team, s, rules, status);
+    status.stage = StepStage::sweeps;
+  }
+  if (begun) times.rest += team.now() - begin - times.search;
+  if (!run_sweeps(team, s, rules, status)) return false;
+  const double swept = team.now();
+  end_step(team, s, plasticity, status);
+  times.rest += team.now() - swept;
+  status.stage = StepStage::begin;
+  return true;
 }
 
 }  // namespace angio::simulation::detail

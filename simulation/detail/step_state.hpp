@@ -20,13 +20,20 @@ struct CornerLink {
   int next = 0, last = 0;
 };
 
-/// A vertex of one surface near a triangle of the other, or an edge near an edge.
+/// A vertex and a triangle, or two edges, that face each other and may come near.
+struct Candidate {
+  int vertex[4]{};  ///< vertex, triangle; or edge, edge
+  bool edges = false;
+};
+
+/// A candidate that is near, and since when.
 template <class Real>
 struct NearPair {
-  int vertex[4]{};  ///< vertex, triangle; or balloon edge, wall edge
+  int vertex[4]{};  ///< as in Candidate
   bool edges = false;
   Real area{};         ///< that it stands for [mm^2]
-  Vec3T<Real> normal;  ///< at detection: unit, from side b to side a
+  Vec3T<Real> normal;  ///< at the search: unit, from side b to side a
+  Real limit[4]{};     ///< how far each vertex may go against its side of the normal [mm]
   // Below: at the last refresh.
   GapWeights<Real> weights;
   Vec3T<Real> direction;  ///< unit gap direction
@@ -35,11 +42,12 @@ struct NearPair {
   Real film{};            ///< area of the film that holds vertex and triangle together [mm^2]
 };
 
+/// A vertex's place in a candidate or a pair.
 struct ContactRef {
   int pair = 0, corner = 0;
 };
 
-/// A plane that a vertex may not pass until the next detection: n . (x - x_detected) >= -limit.
+/// A plane that a vertex may not pass until the next search: n . (x - x_searched) >= -limit.
 template <class Real>
 struct MotionBound {
   Vec3T<Real> normal;
@@ -62,12 +70,14 @@ struct StepView {
   using Vec = Vec3T<Real>;
   using Mat = Mat3T<Real>;
 
-  int balloon_count = 0, wall_count = 0, cluster_count = 0, pair_count = 0, triangle_count = 0;
+  int balloon_count = 0, wall_count = 0, cluster_count = 0, triangle_count = 0;
+  int candidate_count = 0;
   int vertex_count = 0;  // with the copies of the wall further out
   int balloon_colors = 0, wall_colors = 0;
   Real dt = 0;
   Real outside_pressure = 0;    // [Pa], absolute
   Real contact_distance = 0;    // [mm]
+  Real contact_range = 0;       // gap beyond which nothing acts [mm]
   Real contact_stiffness = 0;   // [Pa/mm]
   Real relaxation = Real(1.6);  // of vertices without contact
   Friction<Real> friction;
@@ -98,38 +108,50 @@ struct StepView {
   const int* neighbor_begin = nullptr;
   const int* neighbors = nullptr;
   const Real* foundation = nullptr;
-  const Real* goal_stiffness = nullptr;  // [wall vertex]
+  const Real* goal_stiffness = nullptr;    // [wall vertex]
+  const int* wall_corner_begin = nullptr;  // triangles around a wall vertex
+  const CornerLink* wall_corners = nullptr;
   // Layered wall: solid vertex u is the step's vertex balloon_count + u
   SolidView<Real> solid;
   SolidColumns<Real> columns;
-  const int* lumen_begin = nullptr;           // lumen triangles around a column
-  const CornerLink* lumen_corners = nullptr;  // columns
-  Real blood_pressure = 0;                    // [Pa]
+  Real blood_pressure = 0;  // [Pa]
   int wedge_count = 0;
   SolidPoint<Real>* solid_points = nullptr;  // those of `solid`
   Real* solid_plastic_strain = nullptr;      // [point]
   // State
   Vec* x = nullptr;  // [vertex]
   Vec* velocity = nullptr;
-  Vec* x_before = nullptr;          // at the start of the step
-  Vec* x_inertial = nullptr;        // x_before + dt velocity
-  const Vec* x_detected = nullptr;  // at the last contact detection
-  Move<Real>* moves = nullptr;      // [balloon vertex]
-  Real* contact_force = nullptr;    // [wall vertex]
-  Mat* cluster_rotation = nullptr;  // [cluster]
+  Vec* x_before = nullptr;           // at the start of the step
+  Vec* x_inertial = nullptr;         // x_before + dt velocity
+  Vec* x_searched = nullptr;         // at the last search for near pairs
+  Move<Real>* moves = nullptr;       // [balloon vertex]
+  Real* contact_pressure = nullptr;  // [wall vertex]
+  Mat* cluster_rotation = nullptr;   // [cluster]
   Mat* cluster_plastic = nullptr;
   Mat* cluster_map = nullptr;            // rotation * plastic
   Vec* cluster_plastic_modes = nullptr;  // [cluster][kShapeModes]
   Vec* cluster_map_modes = nullptr;      // rotation * plastic, and beta's share of the best fit
   Vec* cluster_centre = nullptr;
-  Vec* goal = nullptr;  // [wall vertex]
-  char* wet = nullptr;  // [vertex of balloon or wall]: adhesion.hpp; null: no adhesion
+  Vec* goal = nullptr;   // [wall vertex]
+  char* wet = nullptr;   // [vertex of balloon or wall]: adhesion.hpp; null: no adhesion
+  Real* area = nullptr;  // [vertex] of the two surfaces, at the start of the step [mm^2]
+  // Candidates, owned by their first vertex and in its order; from the host now and then
+  const Candidate* candidates = nullptr;
+  const int* owned_begin = nullptr;  // [vertex + 1] first candidate
+  const int* ref_begin = nullptr;    // [vertex + 1] candidates that it is in
+  const ContactRef* candidate_refs = nullptr;
+  const Vec* x_candidates = nullptr;    // positions when they were found
+  const Real* candidate_gap = nullptr;  // then [mm]
+  Real* gone = nullptr;                 // [vertex] since then [mm]
+  Real candidate_reach = 0;             // pairs nearer than this were candidates then [mm]
+  // Near pairs, each owner's and each vertex's from where its candidates begin
   NearPair<Real>* pairs = nullptr;
-  const int* ref_begin = nullptr;
-  const ContactRef* refs = nullptr;
-  const int* bound_begin = nullptr;
-  const MotionBound<Real>* bounds = nullptr;
-  Real travel = 0;
+  int* owned_end = nullptr;
+  int* pair_of = nullptr;  // of a candidate; -1: not near
+  ContactRef* refs = nullptr;
+  int* ref_end = nullptr;
+  MotionBound<Real>* bounds = nullptr;
+  int* bound_end = nullptr;
 };
 
 /// What a vertex's neighbours ask of it.
@@ -180,7 +202,7 @@ ANGIO_HOST_DEVICE inline void gather(const StepView<Real>& s, const Lanes& lanes
   out.force = sum_over(lanes, out.force);
   out.hessian = sum_over_symmetric(lanes, out.hessian);
   out.taut = lanes.sum(out.taut ? 0 : 1) == 0;
-  if (s.pair_count == 0) return;
+  if (s.candidate_count == 0) return;
   out.friction = sum_over(lanes, out.friction);
   if (s.wet) out.adhesion = sum_over(lanes, out.adhesion);
   out.contact = lanes.sum(out.contact);

@@ -60,23 +60,13 @@ StepRules make_rules(const Scene& scene, const SimulationOptions& options) {
   return rules;
 }
 
-void ContactFinder::begin(const std::vector<Vec3>& x) {
-  last_motion_ = 0.0;
-  for (std::size_t v = 0; v < x_before_.size(); ++v)
-    last_motion_ = std::max(last_motion_, angio::distance(x[v], x_before_[v]));
-  x_before_ = x;
-  area_.assign(x.size(), 0.0);
-  for (const auto* triangles : {&scene_.balloon_triangles, &scene_.wall_triangles})
-    for (const Triangle& t : *triangles) {
-      const Vec3& a = x[std::size_t(t[0])];
-      const double third = norm(cross(x[std::size_t(t[1])] - a, x[std::size_t(t[2])] - a)) / 6.0;
-      for (const int v : t) area_[std::size_t(v)] += third;
-    }
-}
-
-ContactSet ContactFinder::find(const std::vector<Vec3>& x) const {
-  const double travel = std::clamp(1.5 * last_motion_, 0.5 * distance_, 2.0 * distance_);
-  return find_contacts(scene_, x, area_, std::max(distance_, film_) + 2.0 * travel, travel);
+CandidateSet CandidateFinder::find(const std::vector<Vec3>& x, int lasted) {
+  if (!first_ && lasted < frames_) slack_ = std::min(1.5 * slack_, kMostSlack);
+  if (!first_ && lasted > 2 * frames_) slack_ = std::max(slack_ / 1.5, kLeastSlack);
+  first_ = false;
+  // A search reaches 2 x 2 contact distances beyond the range at most (useful_travel).
+  const double reach = range_ + (4.0 + 2.0 * slack_) * distance_;
+  return index_candidates(x, find_candidates(scene_, x, reach), reach);
 }
 
 }  // namespace angio::simulation::detail

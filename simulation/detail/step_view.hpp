@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "core/units.hpp"
-#include "simulation/detail/contact_set.hpp"
+#include "simulation/detail/candidates.hpp"
 #include "simulation/detail/step.hpp"
 
 /// From a scene in double precision to the arrays of a step, in a backend's memory.
@@ -179,7 +179,19 @@ void add_wall_view(const Scene& scene, const WallMaterial& wall, Memory& memory,
   }
   view.cluster_centre = memory.template allocate<Vec3T<Real>>(count);
   view.goal = memory.template allocate<Vec3T<Real>>(std::size_t(scene.wall_count));
-  view.contact_force = memory.template allocate<Real>(std::size_t(scene.wall_count));
+  std::vector<std::vector<CornerLink>> corners(std::size_t(scene.wall_count));
+  for (const Triangle& t : scene.wall_triangles)
+    for (std::size_t k = 0; k < 3; ++k)
+      corners[std::size_t(t[k] - scene.balloon_count)].push_back({t[(k + 1) % 3], t[(k + 2) % 3]});
+  std::vector<CornerLink> links;
+  std::vector<int> corner_begin{0};
+  for (const std::vector<CornerLink>& list : corners) {
+    links.insert(links.end(), list.begin(), list.end());
+    corner_begin.push_back(int(links.size()));
+  }
+  view.wall_corner_begin = memory.store(corner_begin);
+  view.wall_corners = memory.store(links);
+  view.contact_pressure = memory.template allocate<Real>(std::size_t(scene.wall_count));
 }
 
 template <class To, class From>
@@ -221,14 +233,17 @@ void add_solid_view(const Scene& scene, Memory& memory, StepView<Real>& view) {
   view.columns.layer = memory.store(wall.wall.layer);
   view.columns.patch_begin = memory.store(wall.patch_begin);
   view.columns.patches = memory.store(wall.patches);
-  std::vector<CornerLink> corners;
-  for (const auto& [next, last] : wall.corners) corners.push_back({next, last});
-  view.lumen_begin = memory.store(wall.corner_begin);
-  view.lumen_corners = memory.store(corners);
   view.blood_pressure = Real(wall.blood_pressure);
   const auto outer = model.foundation.end() - scene.wall_count;
   view.foundation =
       memory.store(converted_all<Real>(std::vector<double>(outer, model.foundation.end())));
+}
+
+/// The gap beyond which nothing acts between two surfaces [mm].
+inline double contact_range(const SimulationOptions& options) {
+  return options.adhesion_traction_kpa > 0.0
+             ? std::max(options.contact_distance_mm, options.adhesion_gap_2_mm)
+             : options.contact_distance_mm;
 }
 
 template <class Real, class Memory>
@@ -246,6 +261,7 @@ StepView<Real> make_view(const Scene& scene, const SimulationOptions& options, M
   view.relaxation = Real(kRelaxation);
   view.friction = {Real(options.friction_static), Real(options.friction_kinetic),
                    Real(kStickSpeed * options.frame_s)};
+  view.contact_range = Real(contact_range(options));
   if (options.adhesion_traction_kpa > 0.0 && scene.wall_count > 0) {
     view.adhesion = {Real(units::pascal_from_kilopascal(options.adhesion_traction_kpa)),
                      Real(options.adhesion_gap_1_mm), Real(options.adhesion_gap_2_mm)};
@@ -257,6 +273,12 @@ StepView<Real> make_view(const Scene& scene, const SimulationOptions& options, M
   view.x_before = memory.template allocate<Vec3T<Real>>(count);
   view.x_inertial = memory.template allocate<Vec3T<Real>>(count);
   view.velocity = memory.template allocate<Vec3T<Real>>(count);
+  view.area = memory.template allocate<Real>(count);
+  view.x_searched = memory.template allocate<Vec3T<Real>>(count);
+  view.gone = memory.template allocate<Real>(count);
+  view.owned_end = memory.template allocate<int>(count);
+  view.ref_end = memory.template allocate<int>(count);
+  view.bound_end = memory.template allocate<int>(count);
   view.mass = memory.store(converted_all<Real>(scene.mass));
   view.vertex_count = scene.vertex_count();
   if (scene.solid.levels > 0) add_solid_view(scene, memory, view);
@@ -270,56 +292,52 @@ PlasticFlow<Real> plastic_flow(const WallMaterial& wall) {
 
 StepRules make_rules(const Scene& scene, const SimulationOptions& options);
 
-/// A contact set in the step's precision.
-template <class Real>
-struct ContactArrays {
-  std::vector<NearPair<Real>> pairs;
-  std::vector<int> ref_begin, bound_begin;
-  std::vector<ContactRef> refs;
-  std::vector<MotionBound<Real>> bounds;
-  Real travel = 0;
-};
-
-template <class Real>
-ContactArrays<Real> converted(ContactSet&& set) {
-  ContactArrays<Real> arrays;
-  arrays.pairs.resize(set.pairs.size());
-  for (std::size_t i = 0; i < set.pairs.size(); ++i) {
-    const ContactPair& pair = set.pairs[i];
-    NearPair<Real>& to = arrays.pairs[i];
-    std::copy(pair.vertex, pair.vertex + 4, to.vertex);
-    to.edges = pair.edges;
-    to.area = Real(pair.area);
-    to.normal = converted<Real>(pair.normal);
-  }
-  for (const MotionBound<double>& bound : set.bounds)
-    arrays.bounds.push_back({converted<Real>(bound.normal), Real(bound.limit)});
-  arrays.ref_begin = std::move(set.ref_begin);
-  arrays.refs = std::move(set.refs);
-  arrays.bound_begin = std::move(set.bound_begin);
-  arrays.travel = Real(set.travel);
-  return arrays;
-}
-
-/// Finds a run's contacts, on the host, from positions relative to the scene's origin.
-class ContactFinder {
+/// Finds a run's candidates, on the host, from positions relative to the scene's origin.
+class CandidateFinder {
  public:
-  ContactFinder(const Scene& scene, const SimulationOptions& options)
+  /// @param frames  that a set of candidates should last: their reach follows from how long the
+  ///                last set did
+  CandidateFinder(const Scene& scene, const SimulationOptions& options, int frames)
       : scene_(scene),
         distance_(options.contact_distance_mm),
-        film_(options.adhesion_traction_kpa > 0.0 ? options.adhesion_gap_2_mm : 0.0) {}
+        range_(contact_range(options)),
+        frames_(frames) {}
 
-  /// To be called with the positions at the start of each step.
-  void begin(const std::vector<Vec3>& x);
-  [[nodiscard]] ContactSet find(const std::vector<Vec3>& x) const;
-
-  [[nodiscard]] double area(int vertex) const { return area_[std::size_t(vertex)]; }
+  /// @param lasted  frames that were begun with the last set
+  CandidateSet find(const std::vector<Vec3>& x, int lasted);
 
  private:
+  static constexpr double kLeastSlack = 1.0, kMostSlack = 20.0;  // over the contact distance
+
   const Scene& scene_;
-  double distance_, film_, last_motion_ = 0.0;
-  std::vector<double> area_;
-  std::vector<Vec3> x_before_;
+  double distance_, range_, slack_ = 4.0;
+  int frames_;
+  bool first_ = true;
 };
+
+/// What a step reads of a set of candidates, in a backend's memory.
+template <class Real>
+struct CandidateView {
+  const Candidate* candidates = nullptr;
+  const int* owned_begin = nullptr;
+  const int* ref_begin = nullptr;
+  const ContactRef* refs = nullptr;
+  const Vec3T<Real>* x = nullptr;
+  const Real* gap = nullptr;
+  Real reach = 0;
+  int count = 0;
+};
+
+template <class Real>
+void use(const CandidateView<Real>& set, StepView<Real>& view) {
+  view.candidates = set.candidates;
+  view.owned_begin = set.owned_begin;
+  view.ref_begin = set.ref_begin;
+  view.candidate_refs = set.refs;
+  view.x_candidates = set.x;
+  view.candidate_gap = set.gap;
+  view.candidate_reach = set.reach;
+  view.candidate_count = set.count;
+}
 
 }  // namespace angio::simulation::detail

@@ -24,7 +24,7 @@ ANGIO_HOST_DEVICE inline VertexForces<Real> wall_forces(const StepView<Real>& s,
     k += spring;
   }
   for (int a = 0; a < 3; ++a) out.hessian(a, a) = k;
-  if (s.pair_count > 0) add_contact(s, v, lanes, out);
+  if (s.candidate_count > 0) add_contact(s, v, lanes, out);
   gather(s, lanes, out);
   const Vec3T<Real> elastic = -s.goal_stiffness[i] * off;
   out.force += elastic;

@@ -61,15 +61,6 @@ void set_columns(int columns, WallSolid& solid) {
     solid.patches.insert(solid.patches.end(), list.begin(), list.end());
     solid.patch_begin.push_back(static_cast<int>(solid.patches.size()));
   }
-  std::vector<std::vector<std::array<int, 2>>> corners(at(columns));
-  for (const Triangle& t : solid.wall.lumen_triangles)
-    for (std::size_t k = 0; k < 3; ++k)
-      corners[at(t[k])].push_back({t[(k + 1) % 3], t[(k + 2) % 3]});
-  solid.corner_begin.assign(1, 0);
-  for (const auto& list : corners) {
-    solid.corners.insert(solid.corners.end(), list.begin(), list.end());
-    solid.corner_begin.push_back(static_cast<int>(solid.corners.size()));
-  }
 }
 
 }  // namespace

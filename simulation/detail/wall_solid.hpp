@@ -14,11 +14,9 @@ struct WallSolid {
   SolidModel model;  ///< of `wall`
   WallState seen;    ///< with its pre-stress
   int levels = 0;    ///< vertices of a column; 0: there is no solid
-  std::vector<int> patch_begin, patches;    ///< as SolidColumns
-  std::vector<int> corner_begin;            ///< lumen triangles around a column
-  std::vector<std::array<int, 2>> corners;  ///< the other two columns, counter-clockwise
-  std::vector<int> caller_vertex;           ///< of a vertex, in the caller's numbering
-  double blood_pressure = 0.0;              ///< [Pa]
+  std::vector<int> patch_begin, patches;  ///< as SolidColumns
+  std::vector<int> caller_vertex;         ///< of a vertex, in the caller's numbering
+  double blood_pressure = 0.0;            ///< [Pa]
 };
 
 /// Pairs of columns that share a patch: they may not be moved at the same time.

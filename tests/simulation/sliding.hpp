@@ -62,8 +62,9 @@ class Slide {
     view_.x_inertial = inertial_.data();
     view_.mass = mass_.data();
     view_.pairs = &pair_;
-    view_.pair_count = 1;
+    view_.candidate_count = 1;
     view_.ref_begin = ref_begin_.data();
+    view_.ref_end = ref_begin_.data() + 1;
     view_.refs = refs_.data();
   }
 

@@ -2,10 +2,12 @@
 
 #include <random>
 
+#include "simulation/detail/candidates.hpp"
 #include "simulation/detail/contact_force.hpp"
-#include "simulation/detail/contact_set.hpp"
 #include "simulation/detail/distance.hpp"
-#include "simulation/detail/step_contact.hpp"
+#include "simulation/detail/launch.hpp"
+#include "simulation/detail/step_program.hpp"
+#include "simulation/detail/step_view.hpp"
 #include "tests/simulation/models.hpp"
 
 namespace angio::simulation::detail {
@@ -84,7 +86,6 @@ TEST(Distance, IsTheLeastOverSampledPoints) {
 struct TubeInTube {
   SimulationModel model;
   Scene scene;
-  std::vector<double> area;
 
   TubeInTube() {
     testing::StenosedTube p;
@@ -95,14 +96,13 @@ struct TubeInTube {
     p.wall_around = 12;
     model = testing::make_model(p);
     scene = make_scene(model, {});
-    area.assign(scene.start.size(), 0.1);
   }
 };
 
-TEST(FindContacts, FindsEveryPairThatBruteForceFinds) {
+TEST(Candidates, AreAllThatBruteForceFinds) {
   const TubeInTube t;
   const double reach = 0.3;
-  const ContactSet set = find_contacts(t.scene, t.scene.start, t.area, reach, 0.1);
+  const std::vector<Candidate> found = find_candidates(t.scene, t.scene.start, reach);
   int faces = 0, edges = 0;
   const auto& x = t.scene.start;
   const auto at = [&](int v) { return x[std::size_t(v)]; };
@@ -122,42 +122,98 @@ TEST(FindContacts, FindsEveryPairThatBruteForceFinds) {
       edges +=
           near(segment_segment_gap(at(a[0]), at(a[1]), at(b[0]), at(b[1])), a[0], a[1], b[0], b[1]);
   int found_faces = 0, found_edges = 0;
-  for (const ContactPair& pair : set.pairs) (pair.edges ? found_edges : found_faces) += 1;
+  for (const Candidate& pair : found) (pair.edges ? found_edges : found_faces) += 1;
   EXPECT_GT(faces, 100);
   EXPECT_EQ(found_faces, faces);
   EXPECT_EQ(found_edges, edges);
 }
 
-TEST(FindContacts, NoMotionWithinItsBoundsMakesAPairCross) {
-  const TubeInTube t;
+// A step's view of the tubes, with candidates found at the start positions.
+struct Search {
+  TubeInTube t;
+  HostMemory memory;
+  StepView<double> view = make_view<double>(t.scene, {}, memory);
+  StepStatus status;
+
+  explicit Search(double reach, double travel) {
+    const CandidateSet set =
+        index_candidates(start(), find_candidates(t.scene, start(), reach), reach);
+    use<double>({memory.store(set.candidates), memory.store(set.owned_begin),
+                 memory.store(set.ref_begin), memory.store(set.refs), memory.store(start()),
+                 memory.store(set.gap), reach, int(set.candidates.size())},
+                view);
+    view.pairs = memory.allocate<NearPair<double>>(set.candidates.size());
+    view.pair_of = memory.allocate<int>(set.candidates.size());
+    view.refs = memory.allocate<ContactRef>(set.refs.size());
+    view.bounds = memory.allocate<MotionBound<double>>(set.refs.size());
+    status.travel = travel;
+  }
+
+  std::vector<Vec3> start() const { return local<double>(t.scene, t.scene.start); }
+
+  bool run() {
+    CpuTeam::Shared shared;
+    CpuTeam team(0, 1, shared);
+    return search_pairs(team, view, status);
+  }
+
+  std::vector<NearPair<double>> pairs() const {
+    std::vector<NearPair<double>> result;
+    for (int v = 0; v < t.scene.vertex_count(); ++v)
+      result.insert(result.end(), view.pairs + view.owned_begin[v], view.pairs + view.owned_end[v]);
+    return result;
+  }
+};
+
+TEST(SearchPairs, NamesTheCandidatesThatAreNearAfterAMotion) {
+  Search search(0.6, 0.1);
+  std::mt19937 random(7);
+  for (int v = 0; v < search.t.scene.vertex_count(); ++v)
+    search.view.x[v] += 0.07 * random_point(random);
+  ASSERT_TRUE(search.run());
+  const std::vector<Vec3> x(search.view.x, search.view.x + search.t.scene.vertex_count());
+  const double reach = search.view.contact_distance + 2.0 * search.status.travel;
+  const std::vector<Candidate> expected = find_candidates(search.t.scene, x, reach);
+  const std::vector<NearPair<double>> found = search.pairs();
+  ASSERT_GT(expected.size(), 20U);
+  ASSERT_EQ(found.size(), expected.size());
+  for (std::size_t i = 0; i < found.size(); ++i)
+    EXPECT_TRUE(std::equal(found[i].vertex, found[i].vertex + 4, expected[i].vertex)) << i;
+}
+
+TEST(SearchPairs, AsksForNewCandidatesWhenAVertexHasGoneTooFar) {
+  const double reach = 0.6, travel = 0.1;
+  Search search(reach, travel);
+  const double room = 0.5 * (reach - search.view.contact_distance - 2.0 * travel);
+  search.view.x[3].z += 0.99 * room;
+  EXPECT_TRUE(search.run());
+  search.view.x[3].z += 0.02 * room;
+  EXPECT_FALSE(search.run());
+}
+
+TEST(SearchPairs, NoMotionWithinItsBoundsMakesAPairCross) {
   const double travel = 0.2;
-  ContactSet set = find_contacts(t.scene, t.scene.start, t.area, 0.45, travel);
-  std::vector<Vec3> x = t.scene.start;
-  StepView<double> view;
-  view.x = x.data();
-  view.x_detected = t.scene.start.data();
-  view.bound_begin = set.bound_begin.data();
-  view.bounds = set.bounds.data();
-  view.travel = travel;
+  Search search(0.6, travel);
+  ASSERT_TRUE(search.run());
+  const std::vector<Vec3> start = search.start();
+  Vec3* x = search.view.x;
   std::mt19937 random(5);
-  for (int round = 0; round < 4; ++round)  // several moves between two detections
-    for (int v = 0; v < t.scene.vertex_count(); ++v) {
-      const Vec3 radial = normalized(Vec3{x[std::size_t(v)].x, x[std::size_t(v)].y, 0.0});
-      const Vec3 towards = v < t.scene.balloon_count ? radial : -radial;
+  for (int round = 0; round < 4; ++round)  // several moves between two searches
+    for (int v = 0; v < search.t.scene.vertex_count(); ++v) {
+      const Vec3 radial = normalized(Vec3{x[v].x, x[v].y, 0.0});
+      const Vec3 towards = v < search.t.scene.balloon_count ? radial : -radial;
       const Vec3 move = 0.5 * towards + 0.2 * random_point(random);
-      const double share = allowed_share(view, v, move);
+      const double share = allowed_share(search.view, v, move, travel);
       EXPECT_GE(share, 0.0);
       EXPECT_LE(share, 1.0);
-      x[std::size_t(v)] += share * move;
-      EXPECT_LE(distance(x[std::size_t(v)], t.scene.start[std::size_t(v)]), travel * (1 + 1e-9));
+      x[v] += share * move;
+      EXPECT_LE(distance(x[v], start[std::size_t(v)]), travel * (1 + 1e-9));
     }
-  for (const ContactPair& pair : set.pairs) {
-    const Vec3 p[4] = {x[std::size_t(pair.vertex[0])], x[std::size_t(pair.vertex[1])],
-                       x[std::size_t(pair.vertex[2])], x[std::size_t(pair.vertex[3])]};
+  for (const NearPair<double>& pair : search.pairs()) {
     const int side_a = pair.edges ? 2 : 1;
     double least_a = 1e9, most_b = -1e9;
     for (int i = 0; i < 4; ++i) {
-      const double height = dot(pair.normal, p[i]);
+      const double height = dot(pair.normal, x[pair.vertex[i]]);
       if (i < side_a)
         least_a = std::min(least_a, height);
       else

@@ -1,18 +1,18 @@
-#include "simulation/detail/contact_set.hpp"
+#include "simulation/detail/candidates.hpp"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>
+#include <tuple>
 
 #include "core/parallel.hpp"
+#include "simulation/detail/distance.hpp"
 
 namespace angio::simulation::detail {
 namespace {
 
-// Both sides together may use up this share of a gap before the next detection.
-constexpr double kShareOfGap = 0.45;
-constexpr int kChunks = 32;                   // fixed, so that the order of the pairs is
+constexpr int kChunks = 32;
 constexpr std::size_t kLeastParallel = 8192;  // fewer queries run on one thread
 
 struct Box {
@@ -110,66 +110,38 @@ class Grid {
   std::vector<int> begin_, items_;
 };
 
-// Fills a pair's gap and bounds; false if the gap is wider than reach.
-bool set_bounds(const std::vector<Vec3>& x, double reach, ContactPair& pair) {
-  const Vec3 p[4] = {x[std::size_t(pair.vertex[0])], x[std::size_t(pair.vertex[1])],
-                     x[std::size_t(pair.vertex[2])], x[std::size_t(pair.vertex[3])]};
-  pair.weights = pair.edges ? segment_segment_gap(p[0], p[1], p[2], p[3])
-                            : point_triangle_gap(p[0], p[1], p[2], p[3]);
-  Vec3 gap, closest_a, closest_b;
-  const int side_a = pair.edges ? 2 : 1;
-  for (int i = 0; i < 4; ++i) {
-    gap += pair.weights.w[i] * p[i];
-    (i < side_a ? closest_a : closest_b) += std::abs(pair.weights.w[i]) * p[i];
-  }
-  const double d = norm(gap);
-  if (!(d < reach)) return false;
-  pair.normal = normalized(gap);
-  for (int i = 0; i < 4; ++i) {
-    const double beyond =
-        i < side_a ? dot(pair.normal, p[i] - closest_b) : dot(pair.normal, closest_a - p[i]);
-    pair.limit[i] = std::max(0.0, beyond - (1.0 - kShareOfGap) * d);
-  }
-  return true;
+double gap_of(const std::vector<Vec3>& x, const Candidate& c) {
+  const Vec3 p[4] = {x[std::size_t(c.vertex[0])], x[std::size_t(c.vertex[1])],
+                     x[std::size_t(c.vertex[2])], x[std::size_t(c.vertex[3])]};
+  const GapWeights<double> weights = c.edges ? segment_segment_gap(p[0], p[1], p[2], p[3])
+                                             : point_triangle_gap(p[0], p[1], p[2], p[3]);
+  Vec3 gap;
+  for (int i = 0; i < 4; ++i) gap += weights.w[i] * p[i];
+  return norm(gap);
 }
 
 struct Builder {
-  const Scene& scene;
   const std::vector<Vec3>& x;
-  const std::vector<double>& area;
   double reach;
 
-  // Runs query(i, pairs) over [0, count) in chunks and appends the chunks in order.
+  // Runs query(i, found) over [0, count) in chunks and appends the chunks in order.
   template <class Query>
-  void gather(std::size_t count, std::vector<ContactPair>& pairs, const Query& query) const {
+  void gather(std::size_t count, std::vector<Candidate>& candidates, const Query& query) const {
     if (count < kLeastParallel) {
-      for (std::size_t i = 0; i < count; ++i) query(i, pairs);
+      for (std::size_t i = 0; i < count; ++i) query(i, candidates);
       return;
     }
-    std::vector<std::vector<ContactPair>> found(kChunks);
+    std::vector<std::vector<Candidate>> found(kChunks);
     parallel_for_uneven(kChunks, [&](std::ptrdiff_t chunk) {
       const std::size_t begin = count * std::size_t(chunk) / kChunks;
       const std::size_t end = count * std::size_t(chunk + 1) / kChunks;
       for (std::size_t i = begin; i < end; ++i) query(i, found[std::size_t(chunk)]);
     });
-    for (const auto& part : found) pairs.insert(pairs.end(), part.begin(), part.end());
+    for (const auto& part : found) candidates.insert(candidates.end(), part.begin(), part.end());
   }
 
-  void add(std::vector<ContactPair>& pairs, int a, int b, int c, int d, bool edges) const {
-    ContactPair pair;
-    pair.vertex[0] = a;
-    pair.vertex[1] = b;
-    pair.vertex[2] = c;
-    pair.vertex[3] = d;
-    pair.edges = edges;
-    if (!set_bounds(x, reach, pair)) return;
-    // A point stands for half its own area (the other surface's points for the other half), an
-    // edge pair for what is left between: a sixth of the mean area at its ends.
-    pair.area = edges ? (area[std::size_t(a)] + area[std::size_t(b)] + area[std::size_t(c)] +
-                         area[std::size_t(d)]) /
-                            24.0
-                      : 0.5 * area[std::size_t(a)];
-    pairs.push_back(pair);
+  void add(std::vector<Candidate>& candidates, const Candidate& candidate) const {
+    if (gap_of(x, candidate) < reach) candidates.push_back(candidate);
   }
 };
 
@@ -180,45 +152,13 @@ std::vector<Box> boxes_of(const std::vector<Vec3>& x, const Primitives& primitiv
   return boxes;
 }
 
-void index_by_vertex(std::size_t vertex_count, ContactSet& set) {
-  set.ref_begin.assign(vertex_count + 1, 0);
-  for (const ContactPair& pair : set.pairs)
-    for (const int v : pair.vertex) ++set.ref_begin[std::size_t(v) + 1];
-  for (std::size_t v = 0; v < vertex_count; ++v) set.ref_begin[v + 1] += set.ref_begin[v];
-  std::vector<int> next(set.ref_begin.begin(), set.ref_begin.end() - 1);
-  set.refs.resize(4 * set.pairs.size());
-  for (std::size_t p = 0; p < set.pairs.size(); ++p)
-    for (int corner = 0; corner < 4; ++corner)
-      set.refs[std::size_t(next[std::size_t(set.pairs[p].vertex[corner])]++)] = {int(p), corner};
-}
-
-// The planes of a vertex's pairs that it can reach at all.
-void collect_bounds(std::size_t vertex_count, ContactSet& set) {
-  set.bound_begin.assign(1, 0);
-  for (std::size_t v = 0; v < vertex_count; ++v) {
-    for (int r = set.ref_begin[v]; r < set.ref_begin[v + 1]; ++r) {
-      const auto [index, corner] = set.refs[std::size_t(r)];
-      const ContactPair& pair = set.pairs[std::size_t(index)];
-      if (pair.limit[corner] >= set.travel) continue;
-      const bool side_a = corner < (pair.edges ? 2 : 1);
-      set.bounds.push_back({side_a ? pair.normal : -pair.normal, pair.limit[corner]});
-    }
-    set.bound_begin.push_back(int(set.bounds.size()));
-  }
-}
-
 }  // namespace
 
-ContactSet find_contacts(const Scene& scene, const std::vector<Vec3>& x,
-                         const std::vector<double>& area, double reach, double travel) {
-  ContactSet set;
-  set.travel = travel;
-  if (scene.wall_count == 0) {
-    set.ref_begin.assign(x.size() + 1, 0);
-    set.bound_begin = set.ref_begin;
-    return set;
-  }
-  const Builder builder{scene, x, area, reach};
+std::vector<Candidate> find_candidates(const Scene& scene, const std::vector<Vec3>& x,
+                                       double reach) {
+  std::vector<Candidate> candidates;
+  if (scene.wall_count == 0) return candidates;
+  const Builder builder{x, reach};
   Box space;
   for (int v = 0; v < scene.balloon_count; ++v) space.add(x[std::size_t(v)]);
   space.grow(reach);
@@ -228,30 +168,64 @@ ContactSet find_contacts(const Scene& scene, const std::vector<Vec3>& x,
   Grid grid(space, std::max(edge / double(scene.balloon_edges.size()), reach));
 
   grid.fill(boxes_of(x, scene.balloon_triangles, reach));
-  builder.gather(std::size_t(scene.wall_count), set.pairs, [&](std::size_t i, auto& pairs) {
+  builder.gather(std::size_t(scene.wall_count), candidates, [&](std::size_t i, auto& found) {
     const int v = scene.balloon_count + int(i);
     grid.query(box_of(x, std::array{v}, 0.0), [&](int t) {
       const Triangle& b = scene.balloon_triangles[std::size_t(t)];
-      builder.add(pairs, v, b[0], b[1], b[2], false);
+      builder.add(found, {{v, b[0], b[1], b[2]}, false});
     });
   });
   std::vector<std::array<int, 1>> points(std::size_t(scene.balloon_count));
   for (int v = 0; v < scene.balloon_count; ++v) points[std::size_t(v)] = {v};
   grid.fill(boxes_of(x, points, reach));
-  builder.gather(scene.wall_triangles.size(), set.pairs, [&](std::size_t i, auto& pairs) {
+  builder.gather(scene.wall_triangles.size(), candidates, [&](std::size_t i, auto& found) {
     const Triangle& t = scene.wall_triangles[i];
-    grid.query(box_of(x, t, 0.0), [&](int v) { builder.add(pairs, v, t[0], t[1], t[2], false); });
+    grid.query(box_of(x, t, 0.0), [&](int v) {
+      builder.add(found, {{v, t[0], t[1], t[2]}, false});
+    });
   });
   grid.fill(boxes_of(x, scene.balloon_edges, reach));
-  builder.gather(scene.wall_edges.size(), set.pairs, [&](std::size_t i, auto& pairs) {
+  builder.gather(scene.wall_edges.size(), candidates, [&](std::size_t i, auto& found) {
     const Edge& e = scene.wall_edges[i];
     grid.query(box_of(x, e, 0.0), [&](int b) {
       const Edge& other = scene.balloon_edges[std::size_t(b)];
-      builder.add(pairs, other[0], other[1], e[0], e[1], true);
+      builder.add(found, {{other[0], other[1], e[0], e[1]}, true});
     });
   });
-  index_by_vertex(x.size(), set);
-  collect_bounds(x.size(), set);
+  sort_candidates(candidates);
+  return candidates;
+}
+
+void sort_candidates(std::vector<Candidate>& candidates) {
+  const auto key = [](const Candidate& c) {
+    return std::tuple(c.vertex[0], c.edges, c.vertex[1], c.vertex[2], c.vertex[3]);
+  };
+  std::sort(candidates.begin(), candidates.end(),
+            [&](const Candidate& a, const Candidate& b) { return key(a) < key(b); });
+}
+
+CandidateSet index_candidates(const std::vector<Vec3>& x, std::vector<Candidate> candidates,
+                              double reach) {
+  const std::size_t vertex_count = x.size();
+  CandidateSet set;
+  set.reach = reach;
+  set.owned_begin.assign(vertex_count + 1, 0);
+  set.ref_begin.assign(vertex_count + 1, 0);
+  for (const Candidate& candidate : candidates) {
+    set.gap.push_back(gap_of(x, candidate));
+    ++set.owned_begin[std::size_t(candidate.vertex[0]) + 1];
+    for (const int v : candidate.vertex) ++set.ref_begin[std::size_t(v) + 1];
+  }
+  for (std::size_t v = 0; v < vertex_count; ++v) {
+    set.owned_begin[v + 1] += set.owned_begin[v];
+    set.ref_begin[v + 1] += set.ref_begin[v];
+  }
+  std::vector<int> next(set.ref_begin.begin(), set.ref_begin.end() - 1);
+  set.refs.resize(4 * candidates.size());
+  for (std::size_t c = 0; c < candidates.size(); ++c)
+    for (int corner = 0; corner < 4; ++corner)
+      set.refs[std::size_t(next[std::size_t(candidates[c].vertex[corner])]++)] = {int(c), corner};
+  set.candidates = std::move(candidates);
   return set;
 }
 

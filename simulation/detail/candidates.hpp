@@ -1,0 +1,37 @@
+#pragma once
+
+#include <vector>
+
+#include "simulation/detail/scene.hpp"
+#include "simulation/detail/step_state.hpp"
+
+/// The wide level of contact: which primitives of balloon and wall face each other; see
+/// step_contact.hpp for what the step makes of them.
+namespace angio::simulation::detail {
+
+/// Every vertex-triangle and edge-edge pair of balloon and wall nearer than `reach`, by vertices.
+/// Their order depends neither on the search nor on the number of threads.
+///
+/// @param x  [mm], shape [vertex]
+std::vector<Candidate> find_candidates(const Scene& scene, const std::vector<Vec3>& x,
+                                       double reach);
+
+/// Puts candidates, however they were found, into their order.
+void sort_candidates(std::vector<Candidate>& candidates);
+
+/// Candidates as a step takes them.
+struct CandidateSet {
+  std::vector<Candidate> candidates;
+  std::vector<int> owned_begin;  ///< by first vertex, shape [vertex + 1]
+  std::vector<int> ref_begin;    ///< shape [vertex + 1]
+  std::vector<ContactRef> refs;  ///< candidates that a vertex is in
+  std::vector<double> gap;       ///< [mm], shape [candidate]
+  double reach = 0.0;            ///< [mm]
+};
+
+/// @param x           where they were found [mm], shape [vertex]
+/// @param candidates  all pairs nearer than `reach`, sorted
+CandidateSet index_candidates(const std::vector<Vec3>& x, std::vector<Candidate> candidates,
+                              double reach);
+
+}  // namespace angio::simulation::detail
