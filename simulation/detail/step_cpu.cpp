@@ -83,14 +83,16 @@ class CpuSolver final : public StepSolver {
     x_candidates_.assign(view_.x, view_.x + scene_.vertex_count());
     candidate_gap_ = converted_all<Real>(set_.gap);
     pairs_.resize(set_.candidates.size());
+    pair_tangents_.resize(set_.candidates.size());
     pair_of_.resize(set_.candidates.size());
     refs_.resize(set_.refs.size());
     bounds_.resize(set_.refs.size());
-    use<Real>(
-        {set_.candidates.data(), set_.owned_begin.data(), set_.ref_begin.data(), set_.refs.data(),
-         x_candidates_.data(), candidate_gap_.data(), Real(set_.reach), int(set_.candidates.size())},
-        view_);
+    use<Real>({set_.candidates.data(), set_.owned_begin.data(), set_.ref_begin.data(),
+               set_.refs.data(), x_candidates_.data(), candidate_gap_.data(), Real(set_.reach),
+               int(set_.candidates.size())},
+              view_);
     view_.pairs = pairs_.data();
+    view_.pair_tangents = pair_tangents_.data();
     view_.pair_of = pair_of_.data();
     view_.refs = refs_.data();
     view_.bounds = bounds_.data();
@@ -133,6 +135,7 @@ class CpuSolver final : public StepSolver {
   std::vector<Vec3T<Real>> x_candidates_;
   std::vector<Real> candidate_gap_;
   std::vector<NearPair<Real>> pairs_;
+  std::vector<PairTangent<Real>> pair_tangents_;
   std::vector<int> pair_of_;
   std::vector<ContactRef> refs_;
   std::vector<MotionBound<Real>> bounds_;

@@ -166,13 +166,13 @@ struct Search {
 };
 
 TEST(SearchPairs, NamesTheCandidatesThatAreNearAfterAMotion) {
-  Search search(0.6, 0.1);
+  Search search(0.9, 0.1);
   std::mt19937 random(7);
   for (int v = 0; v < search.t.scene.vertex_count(); ++v)
     search.view.x[v] += 0.07 * random_point(random);
   ASSERT_TRUE(search.run());
   const std::vector<Vec3> x(search.view.x, search.view.x + search.t.scene.vertex_count());
-  const double reach = search.view.contact_distance + 2.0 * search.status.travel;
+  const double reach = search.view.contact_range + 2.0 * search.status.travel;
   const std::vector<Candidate> expected = find_candidates(search.t.scene, x, reach);
   const std::vector<NearPair<double>> found = search.pairs();
   ASSERT_GT(expected.size(), 20U);
@@ -182,9 +182,9 @@ TEST(SearchPairs, NamesTheCandidatesThatAreNearAfterAMotion) {
 }
 
 TEST(SearchPairs, AsksForNewCandidatesWhenAVertexHasGoneTooFar) {
-  const double reach = 0.6, travel = 0.1;
+  const double reach = 0.9, travel = 0.1;
   Search search(reach, travel);
-  const double room = 0.5 * (reach - search.view.contact_distance - 2.0 * travel);
+  const double room = 0.5 * (reach - search.view.contact_range - 2.0 * travel);
   search.view.x[3].z += 0.99 * room;
   EXPECT_TRUE(search.run());
   search.view.x[3].z += 0.02 * room;
@@ -193,7 +193,7 @@ TEST(SearchPairs, AsksForNewCandidatesWhenAVertexHasGoneTooFar) {
 
 TEST(SearchPairs, NoMotionWithinItsBoundsMakesAPairCross) {
   const double travel = 0.2;
-  Search search(0.6, travel);
+  Search search(0.9, travel);
   ASSERT_TRUE(search.run());
   const std::vector<Vec3> start = search.start();
   Vec3* x = search.view.x;
