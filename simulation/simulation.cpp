@@ -98,6 +98,7 @@ SimulationFrame make_frame(const SimulationModel& model, const Scene& scene, con
   frame.friction_delta_mm = state.report.friction_delta;
   frame.viscous_delta_mm = state.report.viscous_delta;
   frame.contact_count = state.report.contact_count;
+  frame.contact_area_mm2 = contact_area(scene, state);
   return frame;
 }
 
@@ -273,6 +274,7 @@ void SimulationOptions::validate() const {
   check("simulation.tolerance", tolerance, 1e-6, 0.1);
   check("simulation.sweeps", double(sweeps), 0.0, 1000.0);
   check("simulation.contact_distance_mm", contact_distance_mm, 1e-3, 1.0);
+  check("simulation.contact_stiffness", contact_stiffness, 0.01, 100.0);
   check("simulation.friction_static", friction_static, 0.0, 2.0);
   check("simulation.friction_kinetic", friction_kinetic, 0.0, 2.0);
   check("simulation.adhesion_traction_kpa", adhesion_traction_kpa, 0.0, 100.0);

@@ -90,8 +90,11 @@ struct SimulationOptions {
                              ///< tolerance; else at least these, up to 6 times as many
                              ///< while the force balance is open
   double contact_distance_mm = 0.03;  ///< contact acts below this gap, [1e-3, 1]
-  double friction_static = 0.2;       ///< the usual value in balloon models, [0, 2]
-  double friction_kinetic = 0.15;     ///< [0, 2]
+  /// Of the barrier, times that which carries the peak pressure at half the contact distance,
+  /// [0.01, 100].
+  double contact_stiffness = 1.0;
+  double friction_static = 0.2;    ///< the usual value in balloon models, [0, 2]
+  double friction_kinetic = 0.15;  ///< [0, 2]
   /// Adhesion of the wet surfaces: the most that a film of blood holds [kPa], [0, 100]; 0: none.
   /// 2.5 is the capillary pressure 2 s / h of a film of h = 0.045 mm, the middle of its gaps, with
   /// the surface tension of blood, s = 55.89 mN/m (Hrncir, Rosina, Physiol. Res. 46 (1997) 319).
@@ -144,7 +147,8 @@ struct SimulationFrame {
   double lumen_mld_mm = 0.0;  ///< of the region: narrowest section, see the README
   double friction_delta_mm = 0.0;
   double viscous_delta_mm = 0.0;
-  int contact_count = 0;
+  int contact_count = 0;          ///< balloon vertices in contact
+  double contact_area_mm2 = 0.0;  ///< of the wall, by its vertices under contact pressure
   double min_air_volume_mm3 = 0.0;
   double max_penetration_mm = 0.0;
   int air_tet_count = 0;

@@ -179,6 +179,19 @@ double max_penetration(const Scene& scene, const std::vector<Vec3>& x) {
   return depth.empty() ? 0.0 : *std::max_element(depth.begin(), depth.end());
 }
 
+double contact_area(const Scene& scene, const State& state) {
+  double area = 0.0;
+  for (const Triangle& t : scene.wall_triangles) {
+    int pressed = 0;
+    for (const int v : t)
+      pressed += state.contact_pressure[std::size_t(v - scene.balloon_count)] > 0.0 ? 1 : 0;
+    if (pressed == 0) continue;
+    const Corners c = corners_of(state.x, t);
+    area += pressed * norm(cross(c[1] - c[0], c[2] - c[0])) / 6.0;
+  }
+  return area;
+}
+
 AirState air_state(const std::vector<Tet>& air, const std::vector<Vec3>& x) {
   AirState state;
   if (air.empty()) return state;

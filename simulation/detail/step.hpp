@@ -52,6 +52,11 @@ class StepSolver {
   virtual State settle(const GasLaw<double>& law, double tolerance, int most_sweeps) = 0;
 
   [[nodiscard]] virtual std::string device() const = 0;
+
+  /// A hand on the vertices, for tests: changes the velocities [mm/s] before each step, given the
+  /// positions [mm]. On the CPU only.
+  using Push = std::function<void(int frame, const std::vector<Vec3>& x, std::vector<Vec3>& v)>;
+  virtual void set_push(Push) {}
 };
 
 /// @param threads  0: as many as pay

@@ -41,6 +41,7 @@ class CpuSolver final : public StepSolver {
     on_state(0, start_state(scene_, status_.pressure));
     for (int frame = 1; frame < schedule.frame_count(); ++frame) {
       status_.law = schedule.law(frame, status_.pressure * status_.volume, status_.volume);
+      if (push_) push(frame);
       step(rules_);
       on_state(frame, state());
     }
@@ -59,7 +60,18 @@ class CpuSolver final : public StepSolver {
 
   [[nodiscard]] std::string device() const override { return processor_name(); }
 
+  void set_push(Push push) override { push_ = std::move(push); }
+
  private:
+  void push(int frame) {
+    std::vector<Vec3> velocity(scene_.start.size());
+    for (std::size_t v = 0; v < velocity.size(); ++v)
+      velocity[v] = converted<double>(view_.velocity[v]);
+    push_(frame, global(scene_, view_.start, view_.x), velocity);
+    for (std::size_t v = 0; v < velocity.size(); ++v)
+      view_.velocity[v] = converted<Real>(velocity[v]);
+  }
+
   void step(const StepRules& rules) {
     if (scene_.wall_count > 0 && view_.candidates == nullptr) renew_candidates();
     ++frames_lasted_;
@@ -140,6 +152,7 @@ class CpuSolver final : public StepSolver {
   std::vector<ContactRef> refs_;
   std::vector<MotionBound<Real>> bounds_;
   StepStatus status_;
+  Push push_;
   CpuTeam::Shared shared_;
   int threads_;
 };

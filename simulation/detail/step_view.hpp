@@ -273,7 +273,8 @@ StepView<Real> make_view(const Scene& scene, const SimulationOptions& options, M
   view.dt = Real(options.frame_s);
   view.outside_pressure = Real(outside_pressure(options));
   view.contact_distance = Real(options.contact_distance_mm);
-  view.contact_stiffness = Real(barrier_stiffness(peak, options.contact_distance_mm));
+  view.contact_stiffness =
+      Real(options.contact_stiffness * barrier_stiffness(peak, options.contact_distance_mm));
   view.relaxation = Real(kRelaxation);
   view.friction = {Real(options.friction_static), Real(options.friction_kinetic),
                    Real(kStickSpeed * options.frame_s)};

@@ -88,7 +88,7 @@ inline Gaps measure_gaps(const std::vector<Vec3>& x, const std::vector<Triangle>
 /// What a frame's contact is worth.
 struct ContactCheck {
   double least_gap = std::numeric_limits<double>::max();  ///< [mm]
-  int active = 0;      ///< wall vertices with contact pressure
+  int active = 0;                                         ///< wall vertices with contact pressure
   int false_ones = 0;  ///< those with nothing of the balloon nearer than 0.05 mm
 };
 

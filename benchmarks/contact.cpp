@@ -1,0 +1,495 @@
+#include <unistd.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <exception>
+#include <fstream>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "core/units.hpp"
+#include "simulation/detail/contact_force.hpp"
+#include "simulation/detail/material.hpp"
+#include "simulation/detail/membrane_term.hpp"
+#include "simulation/simulation.hpp"
+#include "tests/simulation/gaps.hpp"
+#include "tests/simulation/models.hpp"
+#include "tests/simulation/pushed.hpp"
+#include "tests/simulation/sliding.hpp"
+
+/// The laws of docs/contact.md, a row each: `contact [GROUP ...] [soak=N]`.
+namespace angio::simulation {
+namespace {
+
+struct Row {
+  std::string law;
+  double value;
+  double bar;
+  const char* unit;
+  bool at_least = false;  ///< the bar is a floor
+};
+using Rows = std::vector<Row>;
+
+// Friction
+// -----------------------------------------------------------------------------------------
+
+const char* name_of(testing::Touch touch) {
+  switch (touch) {
+    case testing::Touch::vertex_on_face:
+      return "1 + 3";
+    case testing::Touch::edge_on_edge:
+      return "2 + 2";
+    case testing::Touch::face_on_vertex:
+      return "3 + 1";
+  }
+  return "";
+}
+
+void add_friction(testing::Touch touch, Rows& rows) {
+  using testing::kGravity;
+  testing::SlideSetup setup;
+  setup.touch = touch;
+  const std::string kind = std::string("friction ") + name_of(touch) + ": ";
+  const double coulomb = std::atan(setup.mu_static);
+  rows.push_back({kind + "angle of repose",
+                  100.0 * std::abs(testing::angle_of_repose(setup) / coulomb - 1.0), 1.0, "%"});
+
+  testing::SlideSetup push = setup;
+  push.dt = 1e-4;
+  push.acceleration = {0.0, 0.0, -kGravity};
+  push.velocity = {60.0, 80.0, 0.0};
+  testing::Slide pushed(push);
+  const Vec3 start = pushed.block();
+  pushed.run(0.1);
+  const Vec3 gone = pushed.block() - start;
+  const double law = 1e4 / (2.0 * setup.mu_kinetic * kGravity);
+  rows.push_back({kind + "slip after a push",
+                  100.0 * std::abs(std::hypot(gone.x, gone.y) / law - 1.0), 1.0, "%"});
+
+  testing::SlideSetup both = setup;
+  both.base_is_free = true;
+  both.velocity = {20.0, -10.0, -5.0};
+  testing::Slide hit(both);
+  const Vec3 before = hit.momentum();
+  hit.run(0.05);
+  rows.push_back(
+      {kind + "momentum, relative", norm(hit.momentum() - before) / norm(before), 1e-6, ""});
+}
+
+Rows friction() {
+  Rows rows;
+  for (const auto touch : {testing::Touch::vertex_on_face, testing::Touch::edge_on_edge,
+                           testing::Touch::face_on_vertex})
+    add_friction(touch, rows);
+  return rows;
+}
+
+// Motion in a lumen
+// -----------------------------------------------------------------------------------------
+
+Rows motion() {
+  constexpr double kDegree = units::kPi / 180.0;
+  const SimulationModel loose = testing::loose_balloon(0.9, 1.0);
+  const SimulationOptions quiet = testing::led_options(90 * 0.025);
+  testing::Screw turn, pull;
+  turn.turn = 2.0 * kDegree;
+  turn.frames = 90;
+  pull.shift = 0.05;
+  pull.turn = 1.0 * kDegree;
+  pull.frames = 90;
+  Rows rows;
+  rows.push_back({"turned by 180 degrees, 0.1 mm from the wall: strays from free space by",
+                  100.0 * testing::hindrance(loose, quiet, turn), 1.0, "%"});
+  rows.push_back({"pulled by 4.5 mm and turned, 0.1 mm from the wall: strays by",
+                  100.0 * testing::hindrance(loose, quiet, pull), 1.0, "%"});
+
+  // Pressed against the wall, without friction or film, and turned.
+  SimulationOptions pressed = testing::led_options(100 * 0.025);
+  pressed.balloon.name = "polyurethane";
+  pressed.inflation.peak_pressure_atm = 2.0;
+  pressed.inflation.inflate_s = 0.25;
+  pressed.friction_static = pressed.friction_kinetic = pressed.adhesion_traction_kpa = 0.0;
+  turn.from_frame = 11;
+  const testing::Led led = testing::lead(loose, pressed, turn);
+  testing::ContactCheck check;
+  for (std::size_t f = 11; f < led.frames.size() - 1; ++f)
+    testing::check_contact(loose, led.frames[f], check);
+  const auto& before = led.frames[10].balloon[0];
+  const auto& after = led.frames[100].balloon[0];
+  const double angle = std::abs(
+      std::atan2(before.x * after.y - before.y * after.x, before.x * after.x + before.y * after.y));
+  rows.push_back(
+      {"pressed and turned: wall vertices in contact", double(check.active), 1.0, "", true});
+  rows.push_back({"pressed and turned: false contacts", double(check.false_ones), 0.0, ""});
+  rows.push_back({"pressed and turned: least gap", 1e3 * check.least_gap, 0.5, "um", true});
+  rows.push_back({"pressed and turned: angle reached", angle / kDegree, 170.0, "deg", true});
+  return rows;
+}
+
+// Angioplasty of phantoms
+// -----------------------------------------------------------------------------------------
+
+testing::StenosedTube small_tube() {
+  testing::StenosedTube p;
+  p.length = 18.0;
+  p.lesion_length = 6.0;
+  p.balloon_length = 9.0;
+  p.balloon_rings = 20;
+  p.balloon_around = 16;
+  p.wall_rings = 45;
+  p.wall_around = 20;
+  return p;
+}
+
+SimulationOptions schedule() {
+  SimulationOptions options;
+  options.inflation.inflate_s = 1.2;
+  options.inflation.hold_s = 0.4;
+  options.inflation.deflate_s = 1.0;
+  options.inflation.rest_s = 0.1;
+  return options;
+}
+
+struct Phantom {
+  std::string name;
+  SimulationModel model;
+  SimulationOptions options;
+};
+
+// The paper's way: a rubber balloon that starts unfolded.
+void make_rubber(Phantom& phantom) {
+  phantom.model.balloon_rest = phantom.model.balloon.vertices;
+  phantom.options.balloon.name = "polyurethane";
+  phantom.options.balloon.wall_mm = 0.1;
+  phantom.options.inflation.peak_pressure_atm = 8.0;
+}
+
+std::vector<Phantom> phantoms() {
+  std::vector<Phantom> list;
+  for (const bool eccentric : {false, true})
+    for (const double stenosis : {0.3, eccentric ? 0.35 : 0.6}) {
+      testing::StenosedTube p = small_tube();
+      p.eccentric = eccentric;
+      p.stenosis = stenosis;
+      p.start_radius = 0.35;
+      char name[80];
+      std::snprintf(name, sizeof name, "%.0f %% %s", 100.0 * stenosis,
+                    eccentric ? "on one side" : "around");
+      list.push_back({name, testing::make_model(p), schedule()});
+    }
+  Phantom rubber{"60 % around, rubber", list[1].model, schedule()};
+  make_rubber(rubber);
+  list.push_back(rubber);
+  return list;
+}
+
+Rows phantom_rows() {
+  Rows rows;
+  for (const Phantom& phantom : phantoms()) {
+    testing::ContactCheck check;
+    double crossings = 0.0;
+    simulate(phantom.model, phantom.options, [&](const SimulationFrame& frame) {
+      testing::check_contact(phantom.model, frame, check);
+      crossings += frame.max_penetration_mm > 0.0 ? 1.0 : 0.0;
+    });
+    const std::string what = "phantom, " + phantom.name + ": ";
+    rows.push_back({what + "frames with crossing triangles", crossings, 0.0, ""});
+    rows.push_back({what + "least gap", 1e3 * check.least_gap, 0.5, "um", true});
+    rows.push_back({what + "false contacts",
+                    check.active > 0 ? 100.0 * check.false_ones / check.active : 100.0, 1.0, "%"});
+  }
+  return rows;
+}
+
+// Mean radius of the ring of the wall that is narrowest at the start.
+class Throat {
+ public:
+  Throat(const std::vector<Vec3>& wall, int around) : around_(std::size_t(around)) {
+    double least = 1e9;
+    for (std::size_t ring = 0; ring < wall.size(); ring += around_) {
+      const double here = mean(wall, ring);
+      if (here < least) first_ = ring;
+      least = std::min(least, here);
+    }
+  }
+  [[nodiscard]] double radius(const std::vector<Vec3>& wall) const { return mean(wall, first_); }
+
+ private:
+  [[nodiscard]] double mean(const std::vector<Vec3>& wall, std::size_t ring) const {
+    double sum = 0.0;
+    for (std::size_t k = 0; k < around_; ++k)
+      sum += std::hypot(wall[ring + k].x, wall[ring + k].y);
+    return sum / double(around_);
+  }
+  std::size_t around_, first_ = 0;
+};
+
+// The throat when the balloon has been held.
+double throat(const SimulationModel& model, SimulationOptions options, double* sweeps = nullptr) {
+  options.inflation.deflate_s = options.frame_s;
+  options.inflation.rest_s = 0.0;
+  const Throat ring(model.wall.vertices, 20);
+  double radius = 0.0;
+  const SimulationSummary summary = simulate(model, options, [&](const SimulationFrame& f) {
+    if (f.phase == Phase::hold) radius = ring.radius(f.wall);
+  });
+  if (sweeps) *sweeps = summary.mean_sweeps;
+  return 2.0 * radius;
+}
+
+Rows throat_rows() {
+  const SimulationModel model = testing::make_model(small_tube());
+  const SimulationOptions base = schedule();
+  double sweeps = 0.0;
+  const double reference = throat(model, base, &sweeps);
+  Rows rows;
+  const auto add = [&](const char* what, const SimulationOptions& options) {
+    rows.push_back({std::string("throat after the hold: ") + what,
+                    100.0 * std::abs(throat(model, options) / reference - 1.0), 1.0, "%"});
+  };
+  SimulationOptions changed = base;
+  changed.contact_stiffness = 4.0;
+  add("penalty x 4", changed);
+  changed = base;
+  changed.sweeps = int(std::lround(4.0 * sweeps));
+  add("sweeps x 4", changed);
+  changed = base;
+  changed.frame_s = 0.5 * base.frame_s;
+  add("time step / 2", changed);
+  changed = base;
+  changed.contact_distance_mm = 0.5 * base.contact_distance_mm;
+  add("contact distance / 2", changed);
+  return rows;
+}
+
+// Against Newton's method with exact distances
+// -----------------------------------------------------------------------------------------
+
+/// Four planes |x| = |y| = a as the wall of a square channel: a point's distance to them is exact,
+/// no pair of primitives is searched, no area is shared out.
+class ChannelTerm final : public detail::EnergyTerm {
+ public:
+  ChannelTerm(double half, double reach, double stiffness, std::vector<double> area)
+      : half_(half), reach_(reach), stiffness_(stiffness), area_(std::move(area)) {}
+
+  [[nodiscard]] double value(const std::vector<Vec3>& x) const override {
+    double sum = 0.0;
+    each(x, [&](std::size_t v, int, double, double gap) {
+      sum += gap > 0.0 ? stiffness_ * area_[v] * detail::barrier(gap, reach_).value
+                       : std::numeric_limits<double>::infinity();
+    });
+    return sum;
+  }
+  void add(const std::vector<Vec3>& x, bool, detail::Assembly& out) const override {
+    std::vector<Mat3> blocks(x.size());
+    each(x, [&](std::size_t v, int axis, double side, double gap) {
+      const auto b = detail::barrier(gap, reach_);
+      Vec3 slope;
+      slope[axis] = -side * stiffness_ * area_[v] * b.slope;
+      out.add_gradient(int(v), slope);
+      blocks[v](axis, axis) += stiffness_ * area_[v] * b.curvature;
+    });
+    for (std::size_t v = 0; v < x.size(); ++v) out.add_block(int(v), int(v), blocks[v]);
+  }
+  /// Sum of the forces on all four planes [uN].
+  [[nodiscard]] double force(const std::vector<Vec3>& x) const {
+    double sum = 0.0;
+    each(x, [&](std::size_t v, int, double, double gap) {
+      sum -= stiffness_ * area_[v] * detail::barrier(gap, reach_).slope;
+    });
+    return sum;
+  }
+
+ private:
+  template <class Body>
+  void each(const std::vector<Vec3>& x, const Body& body) const {
+    for (std::size_t v = 0; v < x.size(); ++v)
+      for (int axis = 0; axis < 2; ++axis)
+        for (const double side : {-1.0, 1.0}) body(v, axis, side, half_ - side * x[v][axis]);
+  }
+  double half_, reach_, stiffness_;
+  std::vector<double> area_;
+};
+
+Rows against_newton() {
+  constexpr double kHalf = 0.6, kPressure = 4.0;
+  testing::StenosedTube p;
+  p.start_radius = 0.5;
+  p.stenosis = 0.0;
+  p.length = 14.0;
+  p.lesion_length = 4.0;
+  p.balloon_length = 6.0;
+  p.balloon_rings = 19;
+  p.balloon_around = 20;
+  SimulationModel model = testing::make_model(p);
+  model.balloon_rest = model.balloon.vertices;
+  for (std::size_t v = 0; v < model.balloon_fixed.size(); ++v)  // the end rings too: no free spin
+    if (std::abs(model.balloon.vertices[v].z) > 0.44 * p.balloon_length) model.balloon_fixed[v] = 1;
+  model.wall = testing::open_tube(p.length, 57, 32, [&](double, double angle) {
+    return kHalf / std::max(std::abs(std::cos(angle)), std::abs(std::sin(angle)));
+  });
+  model.wall_fixed.assign(model.wall.vertices.size(), 1);
+  model.wall_abscissa.clear();
+  for (const Vec3& v : model.wall.vertices) model.wall_abscissa.push_back(v.z + 0.5 * p.length);
+  model.wall_group.assign(model.wall.vertices.size(), 0);
+  SimulationOptions options;
+  options.balloon.name = "polyurethane";
+  options.inflation.control = InflationControl::pressure;
+  options.inflation.peak_pressure_atm = kPressure;
+  options.inflation.inflate_s = 0.5;
+  options.inflation.hold_s = 0.5;
+  options.inflation.deflate_s = options.frame_s;
+  options.inflation.rest_s = 0.0;
+  options.tolerance = 1e-4;
+  options.friction_static = options.friction_kinetic = options.adhesion_traction_kpa = 0.0;
+  double volume = 0.0, force = 0.0;
+  std::vector<Vec3> shape;
+  simulate(model, options, [&](const SimulationFrame& f) {
+    if (f.phase != Phase::hold) return;
+    volume = f.balloon_volume_mm3;
+    shape = f.balloon;
+    TriangleMesh wall = model.wall;
+    wall.vertices = f.wall;
+    const auto areas = vertex_areas(wall);
+    force = 0.0;
+    for (std::size_t v = 0; v < areas.size(); ++v)
+      force += units::pascal_from_kilopascal(f.contact_pressure_kpa[v]) * areas[v];
+  });
+
+  const double pressure = units::pascal_from_atm(kPressure);
+  TriangleMesh now = model.balloon;
+  now.vertices = shape;
+  const detail::MembraneTerm skin(detail::skin_law(options.balloon), model.balloon.triangles,
+                                  model.balloon_rest, options.balloon.wall_mm);
+  const ChannelTerm channel(kHalf, options.contact_distance_mm,
+                            detail::barrier_stiffness(pressure, options.contact_distance_mm),
+                            vertex_areas(now));
+  std::vector<char> fixed(shape.size(), 0);
+  for (std::size_t v = 0; v < fixed.size(); ++v)
+    fixed[v] = model.balloon_fixed[v] ? detail::kFixedAll : char(0);
+  std::vector<Vec3> x = model.balloon.vertices;
+  detail::NewtonResult result;
+  detail::NewtonOptions newton;
+  newton.longest_move = 0.02;
+  newton.most_iterations = 500;
+  for (int step = 1; step <= 10; ++step) {
+    detail::Enclosure gas;
+    gas.triangles = model.balloon.triangles;
+    gas.target = 0.1 * step * pressure;
+    result = detail::minimize({&skin, &channel}, fixed, x, newton, gas);
+  }
+  double apart = 0.0;
+  for (std::size_t v = 0; v < x.size(); ++v) apart = std::max(apart, distance(x[v], shape[v]));
+  return {
+      {"newton with exact distances: it has converged", result.converged ? 1.0 : 0.0, 1.0, "",
+       true},
+      {"newton: enclosed volume", 100.0 * std::abs(volume / result.volume - 1.0), 1.0, "%"},
+      {"newton: force on the wall", 100.0 * std::abs(force / channel.force(x) - 1.0), 1.0, "%"},
+      {"newton: farthest vertex, of the channel's half width", 100.0 * apart / kHalf, 1.0, "%"}};
+}
+
+// Soak
+// -----------------------------------------------------------------------------------------
+
+double resident_mb() {
+  long pages = 0, resident = 0;
+  std::ifstream("/proc/self/statm") >> pages >> resident;
+  return double(resident) * double(sysconf(_SC_PAGESIZE)) / 1048576.0;
+}
+
+// FNV-1a over the bytes of all frames.
+std::size_t fingerprint(const SimulationModel& model, const SimulationOptions& options) {
+  std::size_t hash = 1469598103934665603ULL;
+  const auto add = [&](const void* data, std::size_t size) {
+    const auto* bytes = static_cast<const unsigned char*>(data);
+    for (std::size_t i = 0; i < size; ++i) hash = (hash ^ bytes[i]) * 1099511628211ULL;
+  };
+  simulate(model, options, [&](const SimulationFrame& f) {
+    add(f.balloon.data(), f.balloon.size() * sizeof(Vec3));
+    add(f.wall.data(), f.wall.size() * sizeof(Vec3));
+    add(&f.viscous_delta_mm, sizeof(double));
+  });
+  return hash;
+}
+
+Rows soak(int count) {
+  testing::StenosedTube p = small_tube();
+  p.balloon_rings = 13;
+  p.balloon_around = 12;
+  p.wall_rings = 31;
+  p.wall_around = 14;
+  const SimulationModel model = testing::make_model(p);
+  SimulationOptions options = schedule();
+  options.inflation.inflate_s = 0.3;
+  options.inflation.hold_s = options.inflation.rest_s = 0.025;
+  options.inflation.deflate_s = 0.2;
+  const std::size_t first = fingerprint(model, options);
+  double before = 0.0;
+  int different = 0;
+  for (int i = 1; i < count; ++i) {
+    different += fingerprint(model, options) == first ? 0 : 1;
+    if (i == std::min(10, count - 1)) before = resident_mb();
+  }
+  char name[80];
+  std::snprintf(name, sizeof name, "soak, %d inflations: ", count);
+  return {
+      {std::string(name) + "runs with other bytes", double(different), 0.0, ""},
+      {std::string(name) + "growth of memory after the tenth", resident_mb() - before, 1.0, "MB"}};
+}
+
+// ------------------------------------------------------------------------------------------
+
+int print(const Rows& rows) {
+  int failed = 0;
+  for (const Row& row : rows) {
+    const bool good = row.at_least ? row.value >= row.bar : row.value <= row.bar;
+    failed += good ? 0 : 1;
+    std::printf("%-75s %11.4g %s %-8.3g %-4s %s\n", row.law.c_str(), row.value,
+                row.at_least ? ">=" : "<=", row.bar, row.unit, good ? "" : "MISSED");
+  }
+  std::fflush(stdout);
+  return failed;
+}
+
+int run(const std::vector<std::string>& asked) {
+  int soak_count = 10;
+  const std::vector<std::pair<std::string, std::function<Rows()>>> groups = {
+      {"friction", friction},     {"motion", motion},
+      {"newton", against_newton}, {"throat", throat_rows},
+      {"phantoms", phantom_rows}, {"soak", [&] { return soak(soak_count); }},
+  };
+  std::vector<std::string> names;
+  for (const std::string& a : asked) {
+    const bool count = a.rfind("soak=", 0) == 0;
+    if (count) soak_count = std::max(2, std::atoi(a.c_str() + 5));
+    names.push_back(count ? "soak" : a);
+    if (std::none_of(groups.begin(), groups.end(),
+                     [&](const auto& g) { return g.first == names.back(); })) {
+      std::fprintf(stderr,
+                   "no group \"%s\". Use friction, motion, newton, throat, phantoms or soak=N\n",
+                   a.c_str());
+      return 64;
+    }
+  }
+  int failed = 0;
+  for (const auto& [name, rows] : groups)
+    if (names.empty() || std::find(names.begin(), names.end(), name) != names.end())
+      failed += print(rows());
+  return failed == 0 ? 0 : 1;
+}
+
+}  // namespace
+}  // namespace angio::simulation
+
+int main(int count, char** arguments) {
+  try {
+    return angio::simulation::run({arguments + 1, arguments + count});
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "%s\n", error.what());
+    return 70;
+  }
+}
