@@ -8,6 +8,7 @@
 #include <exception>
 #include <fstream>
 #include <functional>
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -108,25 +109,27 @@ Rows motion() {
                   100.0 * testing::hindrance(loose, quiet, pull), 1.0, "%"});
 
   // Pressed against the wall, without friction or film, and turned.
-  SimulationOptions pressed = testing::led_options(100 * 0.025);
+  SimulationOptions pressed = testing::led_options(170 * 0.025);
   pressed.balloon.name = "polyurethane";
   pressed.inflation.peak_pressure_atm = 2.0;
   pressed.inflation.inflate_s = 0.25;
   pressed.friction_static = pressed.friction_kinetic = pressed.adhesion_traction_kpa = 0.0;
   turn.from_frame = 11;
+  turn.frames = 160;
   const testing::Led led = testing::lead(loose, pressed, turn);
   testing::ContactCheck check;
   for (std::size_t f = 11; f < led.frames.size() - 1; ++f)
     testing::check_contact(loose, led.frames[f], check);
-  const auto& before = led.frames[10].balloon[0];
-  const auto& after = led.frames[100].balloon[0];
-  const double angle = std::abs(
-      std::atan2(before.x * after.y - before.y * after.x, before.x * after.x + before.y * after.y));
+  double angle = 0.0;
+  for (std::size_t f = 11; f < led.frames.size() - 1; ++f) {
+    const Vec3 &from = led.frames[f - 1].balloon[0], &to = led.frames[f].balloon[0];
+    angle += std::atan2(from.x * to.y - from.y * to.x, from.x * to.x + from.y * to.y);
+  }
   rows.push_back(
       {"pressed and turned: wall vertices in contact", double(check.active), 1.0, "", true});
   rows.push_back({"pressed and turned: false contacts", double(check.false_ones), 0.0, ""});
   rows.push_back({"pressed and turned: least gap", 1e3 * check.least_gap, 0.5, "um", true});
-  rows.push_back({"pressed and turned: angle reached", angle / kDegree, 170.0, "deg", true});
+  rows.push_back({"pressed and turned: angle reached", angle / kDegree, 180.0, "deg", true});
   return rows;
 }
 
@@ -221,8 +224,7 @@ class Throat {
  private:
   [[nodiscard]] double mean(const std::vector<Vec3>& wall, std::size_t ring) const {
     double sum = 0.0;
-    for (std::size_t k = 0; k < around_; ++k)
-      sum += std::hypot(wall[ring + k].x, wall[ring + k].y);
+    for (std::size_t k = 0; k < around_; ++k) sum += std::hypot(wall[ring + k].x, wall[ring + k].y);
     return sum / double(around_);
   }
   std::size_t around_, first_ = 0;
@@ -269,8 +271,8 @@ Rows throat_rows() {
 // Against Newton's method with exact distances
 // -----------------------------------------------------------------------------------------
 
-/// Four planes |x| = |y| = a as the wall of a square channel: a point's distance to them is exact,
-/// no pair of primitives is searched, no area is shared out.
+/// Two planes |x| = a as the walls of a flat channel: a point's distance to them is exact, no pair
+/// of primitives is searched, no area is shared out.
 class ChannelTerm final : public detail::EnergyTerm {
  public:
   ChannelTerm(double half, double reach, double stiffness, std::vector<double> area)
@@ -278,7 +280,7 @@ class ChannelTerm final : public detail::EnergyTerm {
 
   [[nodiscard]] double value(const std::vector<Vec3>& x) const override {
     double sum = 0.0;
-    each(x, [&](std::size_t v, int, double, double gap) {
+    each(x, [&](std::size_t v, double, double gap) {
       sum += gap > 0.0 ? stiffness_ * area_[v] * detail::barrier(gap, reach_).value
                        : std::numeric_limits<double>::infinity();
     });
@@ -286,19 +288,19 @@ class ChannelTerm final : public detail::EnergyTerm {
   }
   void add(const std::vector<Vec3>& x, bool, detail::Assembly& out) const override {
     std::vector<Mat3> blocks(x.size());
-    each(x, [&](std::size_t v, int axis, double side, double gap) {
+    each(x, [&](std::size_t v, double side, double gap) {
       const auto b = detail::barrier(gap, reach_);
       Vec3 slope;
-      slope[axis] = -side * stiffness_ * area_[v] * b.slope;
+      slope.x = -side * stiffness_ * area_[v] * b.slope;
       out.add_gradient(int(v), slope);
-      blocks[v](axis, axis) += stiffness_ * area_[v] * b.curvature;
+      blocks[v](0, 0) += stiffness_ * area_[v] * b.curvature;
     });
     for (std::size_t v = 0; v < x.size(); ++v) out.add_block(int(v), int(v), blocks[v]);
   }
-  /// Sum of the forces on all four planes [uN].
+  /// Sum of the forces on both planes [uN].
   [[nodiscard]] double force(const std::vector<Vec3>& x) const {
     double sum = 0.0;
-    each(x, [&](std::size_t v, int, double, double gap) {
+    each(x, [&](std::size_t v, double, double gap) {
       sum -= stiffness_ * area_[v] * detail::barrier(gap, reach_).slope;
     });
     return sum;
@@ -308,17 +310,16 @@ class ChannelTerm final : public detail::EnergyTerm {
   template <class Body>
   void each(const std::vector<Vec3>& x, const Body& body) const {
     for (std::size_t v = 0; v < x.size(); ++v)
-      for (int axis = 0; axis < 2; ++axis)
-        for (const double side : {-1.0, 1.0}) body(v, axis, side, half_ - side * x[v][axis]);
+      for (const double side : {-1.0, 1.0}) body(v, side, half_ - side * x[v].x);
   }
   double half_, reach_, stiffness_;
   std::vector<double> area_;
 };
 
 Rows against_newton() {
-  constexpr double kHalf = 0.6, kPressure = 4.0;
+  constexpr double kHalf = 0.44, kFarHalf = 0.9, kPressure = 2.5;
   testing::StenosedTube p;
-  p.start_radius = 0.5;
+  p.start_radius = 0.4;
   p.stenosis = 0.0;
   p.length = 14.0;
   p.lesion_length = 4.0;
@@ -330,7 +331,8 @@ Rows against_newton() {
   for (std::size_t v = 0; v < model.balloon_fixed.size(); ++v)  // the end rings too: no free spin
     if (std::abs(model.balloon.vertices[v].z) > 0.44 * p.balloon_length) model.balloon_fixed[v] = 1;
   model.wall = testing::open_tube(p.length, 57, 32, [&](double, double angle) {
-    return kHalf / std::max(std::abs(std::cos(angle)), std::abs(std::sin(angle)));
+    return std::min(kHalf / std::max(1e-9, std::abs(std::cos(angle))),
+                    kFarHalf / std::max(1e-9, std::abs(std::sin(angle))));
   });
   model.wall_fixed.assign(model.wall.vertices.size(), 1);
   model.wall_abscissa.clear();
@@ -345,6 +347,7 @@ Rows against_newton() {
   options.inflation.deflate_s = options.frame_s;
   options.inflation.rest_s = 0.0;
   options.tolerance = 1e-4;
+  options.contact_distance_mm = 0.01;  // as 0.03 to an artery
   options.friction_static = options.friction_kinetic = options.adhesion_traction_kpa = 0.0;
   double volume = 0.0, force = 0.0;
   std::vector<Vec3> shape;
@@ -382,14 +385,21 @@ Rows against_newton() {
     gas.target = 0.1 * step * pressure;
     result = detail::minimize({&skin, &channel}, fixed, x, newton, gas);
   }
-  double apart = 0.0;
-  for (std::size_t v = 0; v < x.size(); ++v) apart = std::max(apart, distance(x[v], shape[v]));
-  return {
-      {"newton with exact distances: it has converged", result.converged ? 1.0 : 0.0, 1.0, "",
-       true},
-      {"newton: enclosed volume", 100.0 * std::abs(volume / result.volume - 1.0), 1.0, "%"},
-      {"newton: force on the wall", 100.0 * std::abs(force / channel.force(x) - 1.0), 1.0, "%"},
-      {"newton: farthest vertex, of the channel's half width", 100.0 * apart / kHalf, 1.0, "%"}};
+  double apart = 0.0;  // of the shapes: sliding along the planes costs next to nothing
+  for (const Vec3& v : shape) {
+    double here = std::numeric_limits<double>::max();
+    for (const Triangle& f : model.balloon.triangles) {
+      const Vec3 &a = x[std::size_t(f[0])], &b = x[std::size_t(f[1])], &c = x[std::size_t(f[2])];
+      here = std::min(here, testing::length_of(detail::point_triangle_gap(v, a, b, c), v, a, b, c));
+    }
+    apart = std::max(apart, here);
+  }
+  return {{"newton with exact distances: it has converged", result.converged ? 1.0 : 0.0, 1.0, "",
+           true},
+          {"newton: enclosed volume", 100.0 * std::abs(volume / result.volume - 1.0), 1.0, "%"},
+          {"newton: force on the wall", 100.0 * std::abs(force / channel.force(x) - 1.0), 1.0, "%"},
+          {"newton: distance of the shapes, of the channel's half width", 100.0 * apart / kHalf,
+           1.0, "%"}};
 }
 
 // Soak

@@ -575,7 +575,9 @@ ANGIO_HOST_DEVICE inline void end_step(Team& team, const StepView<Real>& s,
         VertexForces<Real> f;
         add_contact(s, v, lanes, f);
         if (v >= s.balloon_count) {
-          s.contact_pressure[v - s.balloon_count] = f.contact / s.area[v];
+          // Pairs across an edge pull aside against each other: what is left of them.
+          s.contact_pressure[v - s.balloon_count] =
+              norm(f.force - f.friction - f.adhesion) / s.area[v];
           return;
         }
         part[0] += f.touching ? Real(1) : Real(0);
