@@ -8,6 +8,7 @@
 
 #include "core/error.hpp"
 #include "core/units.hpp"
+#include "simulation/detail/adaptive_air.hpp"
 #include "simulation/detail/material.hpp"
 #include "simulation/detail/measure.hpp"
 #include "simulation/detail/schedule.hpp"
@@ -73,10 +74,6 @@ SimulationFrame make_frame(const SimulationModel& model, const Scene& scene, con
       section_diameter(scene, state.x, model.measure_point, normalized(model.measure_tangent));
   frame.lumen_mld_mm = lumen_mld(scene, state.x);
   frame.max_penetration_mm = max_penetration(scene, state.x);
-  const AirState air = air_state(scene.air, state.x);
-  frame.min_air_volume_mm3 = air.min_volume;
-  frame.air_tet_count = int(model.air.size());
-  frame.inverted_air_tet_count = air.inverted_count;
   const int wall = scene.balloon_count;
   const auto middle = state.x.begin() + wall;
   frame.balloon = for_caller(scene, 0, std::vector<Vec3>(state.x.begin(), middle));
@@ -102,6 +99,16 @@ SimulationFrame make_frame(const SimulationModel& model, const Scene& scene, con
   return frame;
 }
 
+void add_air(AdaptiveAir& air, SimulationFrame& frame) {
+  const AirReport report = air.take_report();
+  frame.min_air_volume_mm3 = report.min_volume;
+  frame.air_tet_count = report.tet_count;
+  frame.inverted_air_tet_count = report.inverted_count;
+  frame.flip_count = report.flip_count;
+  frame.air_rebuild_count = report.rebuild_count;
+  frame.air_point_count = report.point_count;
+}
+
 void summarize(const SimulationFrame& frame, SimulationSummary& summary) {
   ++summary.frame_count;
   summary.simulated_s = frame.time_s;
@@ -112,6 +119,8 @@ void summarize(const SimulationFrame& frame, SimulationSummary& summary) {
   }
   summary.max_penetration_mm = std::max(summary.max_penetration_mm, frame.max_penetration_mm);
   summary.inverted_air_tets = std::max(summary.inverted_air_tets, frame.inverted_air_tet_count);
+  summary.flip_count += frame.flip_count;
+  summary.air_rebuild_count += frame.air_rebuild_count;
   summary.worst_residual = std::max(summary.worst_residual, frame.residual);
   summary.mean_sweeps += frame.sweep_count;
 }
@@ -183,8 +192,12 @@ class Run {
     const Inflator inflator(options_, volume, nominal_volume(model_, scene_, volume));
     const int most_sweeps = make_rules(scene_, options_).most_sweeps;
     int slow_frames = 0;
+    AdaptiveAir air = make_air(model_, scene_);
     solver->run(inflator, [&](int frame, const State& state) {
       SimulationFrame output = make_frame(model_, scene_, state, outside);
+      air.follow(state.x);
+      add_air(air, output);
+      summary.frames_without_air += scene_.air.empty() || air.is_whole() ? 0 : 1;
       output.frame = frame;
       output.time_s = frame * options_.frame_s;
       output.phase = inflator.phase(frame);

@@ -121,8 +121,12 @@ struct SimulationModel {
   std::vector<double> wall_abscissa;  ///< along the lesion's line [mm], shape [wall vertex]
   std::vector<int> wall_group;        ///< branch, shape [wall vertex]
   std::vector<Tet> air;               ///< over balloon vertices, then wall vertices
-  double reference_radius_mm = 1.5;   ///< of the healthy vessel at the lesion
-  Vec3 measure_point;                 ///< where balloon_diameter_mm and lumen_mld_mm are watched
+  /// Meshes the air anew between moved surfaces: the vertices of the balloon, those of the wall,
+  /// then points in the air; without tets where it cannot. Empty: there is no other way than flips.
+  std::function<TetMesh(const std::vector<Vec3>& balloon, const std::vector<Vec3>& wall)>
+      rebuild_air;
+  double reference_radius_mm = 1.5;  ///< of the healthy vessel at the lesion
+  Vec3 measure_point;                ///< where balloon_diameter_mm and lumen_mld_mm are watched
   Vec3 measure_tangent;
 };
 
@@ -153,9 +157,11 @@ struct SimulationFrame {
   double max_penetration_mm = 0.0;
   int air_tet_count = 0;
   int inverted_air_tet_count = 0;
-  int flip_count = 0;
-  double residual = 0.0;  ///< of the force balance, relative
-  double lag = 0.0;       ///< estimated distance from equilibrium over the start radius
+  int flip_count = 0;         ///< edges and faces of the air mesh removed since the last frame
+  int air_rebuild_count = 0;  ///< whole air meshes built since the last frame
+  int air_point_count = 0;    ///< points in the air that the mesh needs now
+  double residual = 0.0;      ///< of the force balance, relative
+  double lag = 0.0;           ///< estimated distance from equilibrium over the start radius
   int sweep_count = 0;
   std::vector<Vec3> balloon;  ///< positions [mm]
   std::vector<Vec3> wall;
@@ -176,7 +182,10 @@ struct SimulationSummary {
   double peak_diameter_mm = 0.0;
   int peak_frame = 0;
   double max_penetration_mm = 0.0;
-  int inverted_air_tets = 0;  ///< in the worst frame
+  int inverted_air_tets = 0;   ///< in the worst frame
+  int frames_without_air = 0;  ///< without a whole air mesh
+  int flip_count = 0;          ///< of the air mesh, in all frames
+  int air_rebuild_count = 0;
   double worst_residual = 0.0;
   double mean_sweeps = 0.0;  ///< a frame
   int open_frames = 0;       ///< that ended before they had converged

@@ -192,19 +192,6 @@ double contact_area(const Scene& scene, const State& state) {
   return area;
 }
 
-AirState air_state(const std::vector<Tet>& air, const std::vector<Vec3>& x) {
-  AirState state;
-  if (air.empty()) return state;
-  state.min_volume = std::numeric_limits<double>::max();
-  for (const Tet& t : air) {
-    const double volume = tet_volume(x[std::size_t(t[0])], x[std::size_t(t[1])],
-                                     x[std::size_t(t[2])], x[std::size_t(t[3])]);
-    state.min_volume = std::min(state.min_volume, volume);
-    state.inverted_count += volume <= 0.0 ? 1 : 0;
-  }
-  return state;
-}
-
 SkinState skin_state(const Scene& scene, const std::vector<Vec3>& x) {
   const auto count = std::size_t(scene.balloon_count);
   SkinState state{std::vector<double>(count), std::vector<double>(count),

@@ -26,12 +26,6 @@ double max_penetration(const Scene& scene, const std::vector<Vec3>& x);
 /// Of the wall, a third of each triangle for each corner under contact pressure [mm^2].
 double contact_area(const Scene& scene, const State& state);
 
-struct AirState {
-  double min_volume = 0.0;  ///< [mm^3]; 0 without tets
-  int inverted_count = 0;
-};
-AirState air_state(const std::vector<Tet>& air, const std::vector<Vec3>& x);
-
 struct SkinState {
   std::vector<double> thickness, stretch_1, stretch_2;  ///< per balloon vertex, area-weighted
 };

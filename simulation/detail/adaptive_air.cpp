@@ -1,0 +1,413 @@
+#include "simulation/detail/adaptive_air.hpp"
+
+#include <algorithm>
+#include <limits>
+#include <map>
+
+#include "simulation/detail/air_cavity.hpp"
+#include "simulation/detail/air_flips.hpp"
+#include "simulation/detail/air_points.hpp"
+
+namespace angio::simulation::detail {
+namespace {
+
+constexpr double kGood = 0.3;       // quality that needs no work
+constexpr double kFallen = 0.7;     // share of the quality at the last work: to be worked on again
+constexpr double kLeastStep = 0.3;  // of a motion
+constexpr int kMostRounds = 4;      // of mending
+constexpr int kMostHollow = 30;     // tets taken out to be filled over the same vertices
+constexpr int kMostSteps = 300;     // of that search
+constexpr int kMostAround = 80;     // tets taken out around a new point
+constexpr int kEnough = 3;          // places for a point, of which the best is taken
+constexpr int kLongestPause = 32;   // motions without mending, after it has failed
+constexpr int kMostMends = 16;      // places a round
+constexpr int kPatience = 8;        // motions between two attempts to do without a point
+
+Triangle ascending(Triangle t) {
+  std::sort(t.begin(), t.end());
+  return t;
+}
+
+}  // namespace
+
+AdaptiveAir::AdaptiveAir(const std::vector<Tet>& tets, const std::vector<Vec3>& x,
+                         std::vector<Triangle> surfaces, Rebuild rebuild)
+    : air_(tets),
+      surfaces_(std::move(surfaces)),
+      rebuild_(std::move(rebuild)),
+      x_(x),
+      surface_count_(x.size()) {
+  for (Triangle& t : surfaces_) t = ascending(t);
+  std::sort(surfaces_.begin(), surfaces_.end());
+  closed_ = !tets.empty() && covers_surfaces(air_);
+  measure();
+  tried_ = quality_;
+  count_volumes();
+}
+
+double AdaptiveAir::quality_of(const Tet& t) const {
+  return tet_quality(x_[std::size_t(t[0])], x_[std::size_t(t[1])], x_[std::size_t(t[2])],
+                     x_[std::size_t(t[3])]);
+}
+
+bool AdaptiveAir::covers_surfaces(const AirTopology& air) const {
+  std::vector<Triangle> outer;
+  for (const AirFace& f : air.boundary()) outer.push_back(ascending(air.face(f.tet, f.corner)));
+  std::sort(outer.begin(), outer.end());
+  if (!std::includes(outer.begin(), outer.end(), surfaces_.begin(), surfaces_.end())) return false;
+  // What is left are caps: polygons over the surfaces' rims, without vertices of their own.
+  std::map<std::array<int, 2>, int> edges;
+  for (const Triangle& t : surfaces_)
+    for (const auto& [a, b] : {std::array{t[0], t[1]}, {t[1], t[2]}, {t[0], t[2]}}) ++edges[{a, b}];
+  std::map<int, std::vector<int>> along;
+  for (const auto& [edge, count] : edges)
+    if (count == 1) {
+      along[edge[0]].push_back(edge[1]);
+      along[edge[1]].push_back(edge[0]);
+    }
+  std::size_t loops = 0;
+  std::map<int, char> seen;
+  for (const auto& entry : along) {
+    if (seen[entry.first] != 0) continue;
+    ++loops;
+    std::vector<int> stack{entry.first};
+    while (!stack.empty()) {
+      const int v = stack.back();
+      stack.pop_back();
+      if (seen[v] != 0) continue;
+      seen[v] = 1;
+      for (const int u : along[v]) stack.push_back(u);
+    }
+  }
+  return outer.size() == surfaces_.size() + along.size() - 2 * loops;
+}
+
+void AdaptiveAir::measure() {
+  quality_.resize(std::size_t(air_.slot_count()), 1.0);
+  tried_.resize(quality_.size(), 1.0);
+  for (int t = 0; t < air_.slot_count(); ++t)
+    if (air_.alive(t)) quality_[std::size_t(t)] = quality_of(air_.tet(t));
+}
+
+void AdaptiveAir::follow(const std::vector<Vec3>& x) {
+  if (x_.empty()) return;
+  ++turn_;
+  const bool mends = turn_ >= resume_;
+  const std::vector<Vec3> from(x_.begin(), x_.begin() + std::ptrdiff_t(surface_count_));
+  // Straight to the end; where that leaves an inverted tet, in steps.
+  double done = 0.0, step = 1.0;
+  while (done < 1.0) {
+    const double next = std::min(1.0, done + step);
+    std::vector<Vec3> target(surface_count_);
+    for (std::size_t v = 0; v < surface_count_; ++v)
+      target[v] = next == 1.0 ? x[v] : from[v] + next * (x[v] - from[v]);
+    if (move_to(target, mends, mends && step > kLeastStep))
+      done = next;
+    else
+      step *= 0.5;
+  }
+  remove_points();
+  count_volumes();
+  if (report_.inverted_count > 0 && mends && rebuild_) rebuild_whole();
+  if (report_.inverted_count == 0) {
+    pause_ = 1;
+  } else if (mends) {  // the surfaces may cross: it is left alone for a while
+    resume_ = turn_ + pause_;
+    pause_ = std::min(2 * pause_, kLongestPause);
+  }
+}
+
+// false, with nothing changed, if a tet stays inverted and `may_fail`.
+bool AdaptiveAir::move_to(const std::vector<Vec3>& x, bool mends, bool may_fail) {
+  const std::vector<Vec3> before = x_;
+  const std::vector<Point> points = points_;
+  std::copy(x.begin(), x.end(), x_.begin());
+  move_points(before);
+  measure();
+  queue_fallen();
+  if (queue_.empty() || queue_.front().quality > 0.0) {
+    improve();
+    return true;
+  }
+  const AirTopology air = air_;
+  const std::vector<double> quality = quality_, tried = tried_;
+  const AirReport report = report_;
+  improve();
+  if (mends) mend_inverted();
+  if (!may_fail || !has_inverted()) return true;
+  air_ = air;
+  x_ = before;
+  points_ = points;
+  quality_ = quality;
+  tried_ = tried;
+  report_ = report;
+  return false;
+}
+
+bool AdaptiveAir::has_inverted() const {
+  for (int t = 0; t < air_.slot_count(); ++t)
+    if (air_.alive(t) && quality_[std::size_t(t)] <= 0.0) return true;
+  return false;
+}
+
+AirReport AdaptiveAir::take_report() {
+  const AirReport result = report_;
+  report_.flip_count = report_.refill_count = report_.rebuild_count = 0;
+  return result;
+}
+
+void AdaptiveAir::count_volumes() {
+  report_.tet_count = air_.tet_count();
+  report_.inverted_count = 0;
+  report_.min_volume = 0.0;
+  bool first = true;
+  for (int t = 0; t < air_.slot_count(); ++t) {
+    if (!air_.alive(t)) continue;
+    const Tet& v = air_.tet(t);
+    const double volume = tet_volume(x_[std::size_t(v[0])], x_[std::size_t(v[1])],
+                                     x_[std::size_t(v[2])], x_[std::size_t(v[3])]);
+    if (first || volume < report_.min_volume) report_.min_volume = volume;
+    first = false;
+    report_.inverted_count += volume <= 0.0 ? 1 : 0;
+  }
+  report_.point_count = 0;
+  for (const Point& point : points_) report_.point_count += point.tet >= 0 ? 1 : 0;
+}
+
+// A point goes with the vertices around it, and back to the middle where that brings it near the
+// outside of its star.
+void AdaptiveAir::move_points(const std::vector<Vec3>& before) {
+  constexpr double kNear = 0.8;
+  for (std::size_t i = 0; i < points_.size(); ++i) {
+    Point& point = points_[i];
+    if (point.tet < 0) continue;
+    const std::vector<Triangle> faces =
+        outside_of(air_, star_of(air_, point.tet, int(surface_count_ + i)));
+    Vec3 motion;
+    for (const Triangle& f : faces)
+      for (const int v : f)
+        if (std::size_t(v) < surface_count_) motion += x_[std::size_t(v)] - before[std::size_t(v)];
+    Vec3& at = x_[surface_count_ + i];
+    at += motion / double(3 * faces.size());
+    double height = point.height;
+    for (const Triangle& f : faces) {
+      const Vec3& a = x_[std::size_t(f[0])];
+      const Vec3 n = normalized(cross(x_[std::size_t(f[1])] - a, x_[std::size_t(f[2])] - a));
+      height = std::min(height, dot(n, at - a));
+    }
+    if (height >= kNear * point.height) continue;
+    const InnerPoint inner = find_inner_point(faces, x_, at);
+    at = inner.point;
+    point.height = inner.height;
+  }
+}
+
+void AdaptiveAir::queue_fallen() {
+  queue_.clear();
+  for (int t = 0; t < air_.slot_count(); ++t) {
+    const double q = quality_[std::size_t(t)];
+    if (air_.alive(t) && (q <= 0.0 || (q < kGood && q < kFallen * tried_[std::size_t(t)])))
+      queue_.push_back({q, t});
+  }
+  std::sort(queue_.begin(), queue_.end(), [](const Work& a, const Work& b) {
+    return a.quality != b.quality ? a.quality < b.quality : a.slot < b.slot;
+  });
+}
+
+void AdaptiveAir::improve() {
+  // New tets queue up behind; each flip raises a least quality, so that it ends.
+  for (std::size_t i = 0; i < queue_.size(); ++i) {
+    const int t = queue_[i].slot;
+    if (!air_.alive(t) || quality_[std::size_t(t)] != queue_[i].quality) continue;  // replaced
+    tried_[std::size_t(t)] = quality_[std::size_t(t)];
+    flip(t);
+  }
+  queue_.clear();
+}
+
+bool AdaptiveAir::flip(int t) {
+  const Flip best = best_flip(air_, x_, t);
+  if (best.old_count == 0 ||
+      !put_in_place(best.old.data(), best.old_count, best.fresh.data(), best.fresh_count))
+    return false;
+  ++report_.flip_count;
+  return true;
+}
+
+bool AdaptiveAir::put_in_place(const int* old, int old_count, const Tet* fresh, int fresh_count) {
+  std::vector<int> gone;  // points of the air
+  for (int i = 0; i < old_count; ++i)
+    for (const int v : air_.tet(old[i]))
+      if (std::size_t(v) >= surface_count_) gone.push_back(v);
+  std::vector<int> slots(std::size_t(fresh_count), 0);
+  if (!air_.replace(old, old_count, fresh, fresh_count, slots.data())) return false;
+  for (const int v : gone) points_[std::size_t(v) - surface_count_].tet = -1;
+  quality_.resize(std::size_t(air_.slot_count()));
+  tried_.resize(quality_.size());
+  for (const int slot : slots) {
+    const double q = quality_of(air_.tet(slot));
+    quality_[std::size_t(slot)] = tried_[std::size_t(slot)] = q;
+    if (q < kGood) queue_.push_back({q, slot});
+    for (const int v : air_.tet(slot))
+      if (std::size_t(v) >= surface_count_) points_[std::size_t(v) - surface_count_].tet = slot;
+  }
+  return true;
+}
+
+void AdaptiveAir::mend_inverted() {
+  for (int round = 0; round < kMostRounds; ++round) {
+    int places = 0;
+    bool changed = false;
+    for (int t = 0; t < air_.slot_count() && places < kMostMends; ++t) {
+      if (!air_.alive(t) || quality_[std::size_t(t)] > 0.0) continue;
+      ++places;
+      changed |= refill_around(t) || add_point(t);
+    }
+    if (!changed) return;
+    improve();
+  }
+}
+
+bool AdaptiveAir::refill_around(int t) {
+  std::vector<int> hollow{t};
+  const auto has = [&](int s) {
+    return std::find(hollow.begin(), hollow.end(), s) != hollow.end();
+  };
+  while (true) {
+    const std::size_t layer = hollow.size();
+    for (std::size_t i = 0; i < layer; ++i)
+      for (int c = 0; c < 4; ++c) {
+        const int next = air_.across(hollow[i], c).tet;
+        if (next >= 0 && !has(next)) hollow.push_back(next);
+      }
+    if (hollow.size() == layer || hollow.size() > std::size_t(kMostHollow)) return false;
+    const std::vector<Tet> filling = refill(air_, x_, hollow, kMostSteps);
+    if (filling.empty() ||
+        !put_in_place(hollow.data(), int(hollow.size()), filling.data(), int(filling.size())))
+      continue;
+    ++report_.refill_count;
+    return true;
+  }
+}
+
+std::vector<int> AdaptiveAir::inverted_around(int t) const {
+  std::vector<int> found{t};
+  for (std::size_t i = 0; i < found.size(); ++i)
+    for (int c = 0; c < 4; ++c) {
+      const int next = air_.across(found[i], c).tet;
+      if (next >= 0 && quality_[std::size_t(next)] <= 0.0 &&
+          std::find(found.begin(), found.end(), next) == found.end())
+        found.push_back(next);
+    }
+  return found;
+}
+
+bool AdaptiveAir::add_point(int t) {
+  const std::vector<int> seeds = inverted_around(t);
+  InnerPoint best;
+  std::vector<int> best_hollow;
+  int successes = 0;
+  HollowSearch search(air_, x_, seeds);
+  for (const Vec3& place : places_around(air_, x_, seeds)) {
+    SeenHollow hollow = search.find(place, kMostAround);
+    if (hollow.tets.empty()) continue;
+    const std::vector<Triangle> outside = outside_of(air_, hollow.tets);
+    if (outside.empty())  // tets that cancel each other
+      return put_in_place(hollow.tets.data(), int(hollow.tets.size()), nullptr, 0);
+    const InnerPoint inner = find_inner_point(outside, x_, hollow.point);
+    if (inner.height <= best.height) continue;
+    best = inner;
+    best_hollow = std::move(hollow.tets);
+    if (++successes == kEnough) break;
+  }
+  if (best_hollow.empty()) return false;
+  std::size_t index = 0;
+  while (index < points_.size() && points_[index].tet >= 0) ++index;
+  if (index == points_.size()) {
+    points_.emplace_back();
+    x_.emplace_back();
+  }
+  const int vertex = int(surface_count_ + index);
+  std::vector<Tet> fresh;
+  for (const Triangle& f : outside_of(air_, best_hollow))
+    fresh.push_back({f[0], f[1], f[2], vertex});
+  x_[std::size_t(vertex)] = best.point;
+  points_[index].height = best.height;
+  return put_in_place(best_hollow.data(), int(best_hollow.size()), fresh.data(), int(fresh.size()));
+}
+
+void AdaptiveAir::remove_points() {
+  for (std::size_t i = 0; i < points_.size(); ++i) {
+    if (points_[i].tet < 0 || (turn_ + int(i)) % kPatience != 0) continue;
+    const std::vector<int> star = star_of(air_, points_[i].tet, int(surface_count_ + i));
+    std::vector<Tet> filling = refill(air_, x_, star, kMostSteps, int(surface_count_ + i));
+    if (filling.empty()) continue;
+    if (put_in_place(star.data(), int(star.size()), filling.data(), int(filling.size())))
+      ++report_.refill_count;
+  }
+  improve();
+}
+
+void AdaptiveAir::rebuild_whole() {
+  const TetMesh mesh = rebuild_({x_.begin(), x_.begin() + std::ptrdiff_t(surface_count_)});
+  const auto is_right = [&](const Tet& t) {
+    const std::vector<Vec3>& x = mesh.vertices;
+    return tet_volume(x[std::size_t(t[0])], x[std::size_t(t[1])], x[std::size_t(t[2])],
+                      x[std::size_t(t[3])]) > 0.0;
+  };
+  if (mesh.tets.empty() || !std::all_of(mesh.tets.begin(), mesh.tets.end(), is_right) ||
+      !covers_surfaces(AirTopology(mesh.tets)))
+    return;
+  ++report_.rebuild_count;
+  take(mesh);
+  count_volumes();
+}
+
+// Goes on with another mesh of the gap: the surfaces' vertices, then points in the air.
+void AdaptiveAir::take(const TetMesh& mesh) {
+  air_ = AirTopology(mesh.tets);
+  x_.resize(surface_count_);
+  x_.insert(x_.end(), mesh.vertices.begin() + std::ptrdiff_t(surface_count_), mesh.vertices.end());
+  points_.assign(x_.size() - surface_count_, {});
+  for (int t = 0; t < air_.slot_count(); ++t)
+    for (const int v : air_.tet(t))
+      if (std::size_t(v) >= surface_count_) points_[std::size_t(v) - surface_count_].tet = t;
+  quality_.clear();
+  tried_.clear();
+  measure();
+  queue_fallen();
+  improve();
+}
+
+AdaptiveAir make_air(const SimulationModel& model, const Scene& scene) {
+  const auto balloon_count = std::size_t(scene.balloon_count);
+  const std::size_t count = balloon_count + std::size_t(scene.wall_count);
+  std::vector<Triangle> surfaces = scene.balloon_triangles;
+  surfaces.insert(surfaces.end(), scene.wall_triangles.begin(), scene.wall_triangles.end());
+  // In the caller's numbering of both surfaces, one after the other.
+  std::vector<int> given(count), ours(count);
+  for (std::size_t v = 0; v < count; ++v) {
+    given[v] = scene.caller_vertex[v] + (v < balloon_count ? 0 : scene.balloon_count);
+    ours[std::size_t(given[v])] = int(v);
+  }
+  AdaptiveAir::Rebuild rebuild;
+  if (model.rebuild_air)
+    rebuild = [mesh_again = model.rebuild_air, balloon_count, given,
+               ours](const std::vector<Vec3>& x) {
+      std::vector<Vec3> theirs(x.size());
+      for (std::size_t v = 0; v < x.size(); ++v) theirs[std::size_t(given[v])] = x[v];
+      const auto middle = theirs.begin() + std::ptrdiff_t(balloon_count);
+      TetMesh mesh = mesh_again({theirs.begin(), middle}, {middle, theirs.end()});
+      for (Tet& t : mesh.tets)
+        for (int& v : t)
+          if (std::size_t(v) < ours.size()) v = ours[std::size_t(v)];
+      if (!mesh.tets.empty()) std::copy(x.begin(), x.end(), mesh.vertices.begin());
+      return mesh;
+    };
+  return {scene.air,
+          {scene.start.begin(), scene.start.begin() + std::ptrdiff_t(count)},
+          std::move(surfaces),
+          std::move(rebuild)};
+}
+
+}  // namespace angio::simulation::detail

@@ -1,0 +1,27 @@
+#pragma once
+
+#include <vector>
+
+#include "simulation/detail/air_mesh.hpp"
+
+namespace angio::simulation::detail {
+
+/// Fills the hollow that a set of tetrahedra leaves with right-handed ones over its own vertices,
+/// by a search with back-tracking: the outer face with the fewest possible tets is filled first,
+/// with the best of them.
+///
+/// A closed filling by right-handed tets with the hollow's own outer faces covers it once, so that
+/// nothing but the closing has to be checked; crossings with the hollow's outside only prune.
+///
+/// Source: after Liu, Chen, Sun, "Small polyhedron reconnection", 16th International Meshing
+/// Roundtable (2007).
+///
+/// @param old      tets, each once
+/// @param x        [mm], shape [vertex]
+/// @param without  a vertex that is to go
+/// @return empty if there is none or the search was given up (most_steps tets tried, or too many
+///         vertices)
+std::vector<Tet> refill(const AirTopology& air, const std::vector<Vec3>& x,
+                        const std::vector<int>& old, int most_steps, int without = -1);
+
+}  // namespace angio::simulation::detail

@@ -1,0 +1,51 @@
+#pragma once
+
+#include "core/tet_mesh.hpp"
+#include "tests/simulation/models.hpp"
+
+/// The gap between two closed tubes of the same connectivity, meshed by prisms.
+namespace angio::simulation::testing {
+
+struct Gap {
+  TriangleMesh inner, outer;
+  std::vector<Vec3> x;             ///< of the inner, then of the outer
+  std::vector<Triangle> surfaces;  ///< of both
+  std::vector<Tet> tets;
+
+  [[nodiscard]] int inner_count() const { return int(inner.vertices.size()); }
+  [[nodiscard]] double volume(const std::vector<Vec3>& at) const {
+    TriangleMesh in = inner, out = outer;
+    const auto middle = at.begin() + std::ptrdiff_t(in.vertices.size());
+    in.vertices.assign(at.begin(), middle);
+    out.vertices.assign(middle, middle + std::ptrdiff_t(out.vertices.size()));
+    return enclosed_volume(out) - enclosed_volume(in);
+  }
+};
+
+/// A tube of `length` and radius `inner` in one that is longer by `margin` at each end.
+template <class Radius>
+Gap make_gap(double length, double inner, const Radius& outer, double margin, int rings,
+             int around) {
+  Gap gap;
+  gap.inner = closed_tube(length, rings, around, [&](double) { return inner; });
+  gap.outer = closed_tube(length + 2.0 * margin, rings, around, outer);
+  gap.x = gap.inner.vertices;
+  gap.x.insert(gap.x.end(), gap.outer.vertices.begin(), gap.outer.vertices.end());
+  gap.surfaces = gap.inner.triangles;
+  const int n = gap.inner_count();
+  for (const Triangle& t : gap.outer.triangles)
+    gap.surfaces.push_back({t[0] + n, t[1] + n, t[2] + n});
+  for (Triangle t : gap.inner.triangles) {
+    // The same diagonal from both sides of a prism's side.
+    std::sort(t.begin(), t.end());
+    const auto [a, b, c] = t;
+    for (Tet tet : {Tet{a, b, c, c + n}, Tet{a, b, b + n, c + n}, Tet{a, a + n, b + n, c + n}}) {
+      const auto at = [&](std::size_t i) { return gap.x[std::size_t(tet[i])]; };
+      if (tet_volume(at(0), at(1), at(2), at(3)) < 0.0) std::swap(tet[2], tet[3]);
+      gap.tets.push_back(tet);
+    }
+  }
+  return gap;
+}
+
+}  // namespace angio::simulation::testing

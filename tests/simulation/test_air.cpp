@@ -1,0 +1,313 @@
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <random>
+
+#include "simulation/detail/adaptive_air.hpp"
+#include "simulation/detail/air_cavity.hpp"
+#include "simulation/detail/air_flips.hpp"
+#include "simulation/detail/air_points.hpp"
+#include "tests/simulation/meshed_gap.hpp"
+
+namespace angio::simulation::detail {
+namespace {
+
+using testing::Gap;
+using testing::make_gap;
+
+Gap straight_gap() {
+  return make_gap(
+      8.0, 0.5, [](double) { return 1.3; }, 0.8, 15, 12);
+}
+
+double volume_of(const std::vector<Tet>& tets, const std::vector<Vec3>& x) {
+  double sum = 0.0;
+  for (const Tet& t : tets)
+    sum += tet_volume(x[std::size_t(t[0])], x[std::size_t(t[1])], x[std::size_t(t[2])],
+                      x[std::size_t(t[3])]);
+  return sum;
+}
+
+double quality_of(const Tet& t, const std::vector<Vec3>& x) {
+  return tet_quality(x[std::size_t(t[0])], x[std::size_t(t[1])], x[std::size_t(t[2])],
+                     x[std::size_t(t[3])]);
+}
+
+std::vector<Triangle> outer_faces(const AirTopology& air) {
+  std::vector<Triangle> faces;
+  for (const AirFace& f : air.boundary()) {
+    faces.push_back(air.face(f.tet, f.corner));
+    std::sort(faces.back().begin(), faces.back().end());
+  }
+  std::sort(faces.begin(), faces.end());
+  return faces;
+}
+
+// The gap is covered once by right-handed tets, and its outside is what it was.
+void expect_whole(const AdaptiveAir& air, const Gap& gap, const std::vector<Vec3>& x) {
+  EXPECT_TRUE(air.is_whole());
+  const std::vector<Tet> tets = air.topology().tets();
+  for (const Tet& t : tets) EXPECT_GT(quality_of(t, air.positions()), 0.0);
+  EXPECT_NEAR(volume_of(tets, air.positions()) / gap.volume(x), 1.0, 1e-9);
+  EXPECT_EQ(outer_faces(air.topology()), outer_faces(AirTopology(gap.tets)));
+}
+
+// What a frame of a motion does to the mesh, summed up.
+struct Course {
+  int flips = 0, inverted_frames = 0, rebuilds = 0;
+};
+template <class Motion>
+Course run(AdaptiveAir& air, const Gap& gap, int frames, const Motion& motion) {
+  Course course;
+  for (int f = 1; f <= frames; ++f) {
+    std::vector<Vec3> x = gap.x;
+    for (std::size_t v = 0; v < x.size(); ++v)
+      x[v] = motion(gap.x[v], int(v) < gap.inner_count(), f);
+    air.follow(x);
+    const AirReport report = air.take_report();
+    course.flips += report.flip_count;
+    course.rebuilds += report.rebuild_count;
+    course.inverted_frames += report.inverted_count > 0 ? 1 : 0;
+    EXPECT_NEAR(volume_of(air.topology().tets(), air.positions()) / gap.volume(x), 1.0, 1e-9);
+  }
+  return course;
+}
+
+Vec3 turned(const Vec3& p, double angle) {
+  return {p.x * std::cos(angle) - p.y * std::sin(angle),
+          p.x * std::sin(angle) + p.y * std::cos(angle), p.z};
+}
+
+constexpr double kDegree = units::kPi / 180.0;
+
+TEST(TetQuality, IsOneForTheRegularTetAndHasTheSignOfTheVolume) {
+  const Vec3 a{1, 1, 1}, b{1, -1, -1}, c{-1, 1, -1}, d{-1, -1, 1};
+  EXPECT_NEAR(std::abs(tet_quality(a, b, c, d)), 1.0, 1e-12);
+  EXPECT_EQ(tet_quality(a, b, c, d), -tet_quality(b, a, c, d));
+  EXPECT_EQ(tet_quality({0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {1, 1, 0}), 0.0);
+  EXPECT_NEAR(tet_quality(a, b, c, d), tet_quality(3.0 * a, 3.0 * b, 3.0 * c, 3.0 * d), 1e-12);
+}
+
+TEST(AirTopology, EveryFaceLeadsBackToItself) {
+  const Gap gap = straight_gap();
+  const AirTopology air(gap.tets);
+  EXPECT_EQ(air.boundary().size(), gap.surfaces.size());
+  for (int t = 0; t < air.slot_count(); ++t)
+    for (int c = 0; c < 4; ++c) {
+      const AirFace other = air.across(t, c);
+      if (other.tet < 0) continue;
+      EXPECT_EQ(air.across(other).tet, t);
+      EXPECT_EQ(air.across(other).corner, c);
+    }
+}
+
+TEST(AirTopology, RefusesAReplacementWithAnotherOutside) {
+  const Gap gap = straight_gap();
+  AirTopology air(gap.tets);
+  Tet other = gap.tets[0];
+  other[3] = other[3] == gap.tets[5][3] ? gap.tets[6][3] : gap.tets[5][3];
+  const int old = 0;
+  int slot = -1;
+  EXPECT_FALSE(air.replace(&old, 1, &other, 1, &slot));
+  EXPECT_EQ(air.tets(), gap.tets);
+}
+
+TEST(Flips, RaiseTheLeastQualityAndKeepVolumeAndOutside) {
+  const Gap gap = straight_gap();
+  std::vector<Vec3> x = gap.x;
+  for (int v = 0; v < gap.inner_count(); ++v) x[std::size_t(v)] = turned(x[std::size_t(v)], 0.15);
+  AirTopology air(gap.tets);
+  int edges = 0, faces = 0;
+  for (int t = 0; t < air.slot_count(); ++t) {
+    if (!air.alive(t) || quality_of(air.tet(t), x) > 0.4) continue;
+    const Flip flip = best_flip(air, x, t);
+    if (flip.old_count == 0) continue;
+    std::vector<Tet> before, after(flip.fresh.begin(), flip.fresh.begin() + flip.fresh_count);
+    for (int i = 0; i < flip.old_count; ++i) before.push_back(air.tet(flip.old[std::size_t(i)]));
+    const auto least = [&](const std::vector<Tet>& tets) {
+      double q = 1.0;
+      for (const Tet& tet : tets) q = std::min(q, quality_of(tet, x));
+      return q;
+    };
+    EXPECT_DOUBLE_EQ(least(before), flip.before);
+    EXPECT_DOUBLE_EQ(least(after), flip.after);
+    EXPECT_GT(flip.after, flip.before);
+    EXPECT_NEAR(volume_of(before, x), volume_of(after, x), 1e-12);
+    std::vector<int> slots(after.size());
+    ASSERT_TRUE(
+        air.replace(flip.old.data(), flip.old_count, after.data(), flip.fresh_count, slots.data()));
+    (flip.fresh_count > flip.old_count ? faces : edges) += 1;
+  }
+  EXPECT_GT(edges, 20);
+  EXPECT_GT(faces, 0);
+  EXPECT_NEAR(volume_of(air.tets(), x) / gap.volume(x), 1.0, 1e-9);
+  EXPECT_EQ(outer_faces(air), outer_faces(AirTopology(gap.tets)));
+}
+
+// A convex prism whose square sides' diagonals turn about it; `twist` turns its top. Between 0 and
+// 60 degrees it is Schoenhardt's polyhedron, which no tets over its six corners fill. It is given
+// as tets around a middle point, the last vertex.
+struct Prism {
+  std::vector<Vec3> x;
+  std::vector<Tet> tets;
+};
+Prism make_prism(double twist) {
+  Prism prism;
+  for (int level = 0; level < 2; ++level)
+    for (int k = 0; k < 3; ++k) {
+      const double angle = 120.0 * kDegree * k + (level == 1 ? twist : 0.0);
+      prism.x.push_back({std::cos(angle), std::sin(angle), double(level)});
+    }
+  prism.x.push_back({0.0, 0.0, 0.5});
+  std::vector<Triangle> outside{{0, 1, 2}, {3, 5, 4}};
+  for (int k = 0; k < 3; ++k) {
+    const int a = k, b = (k + 1) % 3, c = a + 3, d = b + 3;
+    outside.push_back({a, c, b});
+    outside.push_back({b, c, d});
+  }
+  for (const Triangle& f : outside) prism.tets.push_back({f[0], f[1], f[2], 6});
+  return prism;
+}
+
+std::vector<int> all_of(const AirTopology& air) {
+  std::vector<int> tets(std::size_t(air.slot_count()));
+  for (int t = 0; t < air.slot_count(); ++t) tets[std::size_t(t)] = t;
+  return tets;
+}
+
+TEST(Refill, FillsAPrismThatIsTwistedOutward) {
+  const Prism prism = make_prism(20.0 * kDegree);
+  const AirTopology air(prism.tets);
+  for (const Tet& t : prism.tets) ASSERT_GT(quality_of(t, prism.x), 0.0);
+  const std::vector<Tet> filling = refill(air, prism.x, all_of(air), 1000, 6);
+  ASSERT_FALSE(filling.empty());
+  EXPECT_NEAR(volume_of(filling, prism.x), volume_of(prism.tets, prism.x), 1e-12);
+  for (const Tet& t : filling) EXPECT_GT(quality_of(t, prism.x), 0.0);
+}
+
+TEST(Refill, FindsThatSchoenhardtsPolyhedronHasNoFilling) {
+  const Prism prism = make_prism(-20.0 * kDegree);
+  const AirTopology air(prism.tets);
+  for (const Tet& t : prism.tets) ASSERT_GT(quality_of(t, prism.x), 0.0);
+  EXPECT_TRUE(refill(air, prism.x, all_of(air), 1000, 6).empty());
+  EXPECT_EQ(volume_of(refill(air, prism.x, all_of(air), 1000), prism.x),
+            volume_of(prism.tets, prism.x));
+}
+
+TEST(InnerPoint, LiesFarthestFromTheNearestFaceOfACube) {
+  std::vector<Vec3> x;
+  for (int i = 0; i < 8; ++i) x.push_back({double(i & 1), double(i >> 1 & 1), double(i >> 2 & 1)});
+  const std::vector<Triangle> faces{{0, 1, 2}, {4, 6, 5}, {0, 4, 1},
+                                    {2, 3, 6}, {0, 2, 4}, {1, 5, 3}};
+  const InnerPoint inner = find_inner_point(faces, x, {0.2, 0.9, 0.3});
+  EXPECT_NEAR(inner.height, 0.5, 0.02);
+  EXPECT_LT(distance(inner.point, {0.5, 0.5, 0.5}), 0.05);
+}
+
+TEST(HollowSearch, GivesAHollowThatThePointSees) {
+  const Gap gap = straight_gap();
+  const AirTopology air(gap.tets);
+  HollowSearch search(air, gap.x, {100});
+  const Vec3 place = gap.x[std::size_t(gap.tets[100][0])] + Vec3{0.1, 0.1, 0.2};
+  const SeenHollow hollow = search.find(place, 80);
+  ASSERT_FALSE(hollow.tets.empty());
+  double volume = 0.0;
+  for (const Triangle& f : outside_of(air, hollow.tets)) {
+    const double v = tet_volume(gap.x[std::size_t(f[0])], gap.x[std::size_t(f[1])],
+                                gap.x[std::size_t(f[2])], hollow.point);
+    EXPECT_GT(v, 0.0);
+    volume += v;
+  }
+  std::vector<Tet> old;
+  for (const int t : hollow.tets) old.push_back(air.tet(t));
+  EXPECT_NEAR(volume, volume_of(old, gap.x), 1e-12);
+}
+
+TEST(AdaptiveAir, StaysWholeWhileTheBalloonTurnsTwoDegreesAFrame) {
+  const Gap gap = straight_gap();
+  AdaptiveAir air(gap.tets, gap.x, gap.surfaces);
+  const Course course = run(air, gap, 90, [](const Vec3& p, bool inner, int f) {
+    return inner ? turned(p, 2.0 * kDegree * f) : p;
+  });
+  EXPECT_EQ(course.inverted_frames, 0);
+  EXPECT_GT(course.flips, 1000);
+  std::vector<Vec3> end = gap.x;
+  for (int v = 0; v < gap.inner_count(); ++v)
+    end[std::size_t(v)] = turned(end[std::size_t(v)], 180.0 * kDegree);
+  expect_whole(air, gap, end);
+}
+
+TEST(AdaptiveAir, StaysWholeWhileTheBalloonIsPulledAlong) {
+  const Gap gap = make_gap(
+      6.0, 0.5, [](double z) { return 1.2 - 0.5 * std::exp(-z * z); }, 2.5, 15, 12);
+  AdaptiveAir air(gap.tets, gap.x, gap.surfaces);
+  const Course course = run(air, gap, 60, [](const Vec3& p, bool inner, int f) {
+    return inner ? p + Vec3{0.0, 0.0, 0.025 * f} : p;
+  });
+  EXPECT_EQ(course.inverted_frames, 0);
+}
+
+TEST(AdaptiveAir, StaysWholeWhileTheBalloonGrowsToFiveTimesItsVolume) {
+  const Gap gap = straight_gap();
+  AdaptiveAir air(gap.tets, gap.x, gap.surfaces);
+  const Course course = run(air, gap, 100, [](const Vec3& p, bool inner, int f) {
+    const double growth = std::sqrt(1.0 + 0.04 * f);
+    return inner ? turned({growth * p.x, growth * p.y, p.z}, 0.5 * kDegree * f) : p;
+  });
+  EXPECT_EQ(course.inverted_frames, 0);
+  EXPECT_TRUE(air.is_whole());
+}
+
+TEST(AdaptiveAir, StaysWholeInAGapOfAHundredthOfAMillimetre) {
+  const Gap gap = straight_gap();
+  AdaptiveAir air(gap.tets, gap.x, gap.surfaces);
+  // Both sides have flat facets: turned against each other, corners face facets.
+  const Course course = run(air, gap, 160, [](const Vec3& p, bool inner, int f) {
+    if (!inner) return p;
+    const double widest = 1.3 * std::cos(15.0 * kDegree) - 0.01;
+    const double growth = 1.0 + (widest / 0.5 / 1.0235 - 1.0) * std::min(1.0, f / 100.0);
+    return turned({growth * p.x, growth * p.y, p.z}, 0.25 * kDegree * std::max(0, f - 100));
+  });
+  EXPECT_EQ(course.inverted_frames, 0);
+}
+
+TEST(AdaptiveAir, MakesTheSameFlipsTwice) {
+  const Gap gap = straight_gap();
+  std::vector<Tet> first;
+  for (int round = 0; round < 2; ++round) {
+    AdaptiveAir air(gap.tets, gap.x, gap.surfaces);
+    run(air, gap, 20,
+        [](const Vec3& p, bool inner, int f) { return inner ? turned(p, 4.0 * kDegree * f) : p; });
+    if (round == 0) first = air.topology().tets();
+    EXPECT_EQ(air.topology().tets(), first);
+  }
+}
+
+TEST(AdaptiveAir, IsBuiltAnewWhereNothingElseHelps) {
+  const Gap gap = straight_gap();
+  int asked = 0;
+  AdaptiveAir air(gap.tets, gap.x, gap.surfaces, [&](const std::vector<Vec3>& x) {
+    ++asked;
+    return TetMesh{x, gap.tets};
+  });
+  // Through the wall and back: no mesh on the way is whole.
+  std::vector<Vec3> away = gap.x;
+  std::mt19937 random(7);
+  std::uniform_real_distribution<double> jump(-1.0, 1.0);
+  for (Vec3& p : away) p += Vec3{jump(random), jump(random), jump(random)};
+  air.follow(away);
+  EXPECT_FALSE(air.is_whole());
+  for (int f = 0; f < 40 && !air.is_whole(); ++f) air.follow(gap.x);
+  EXPECT_TRUE(air.is_whole());
+  EXPECT_GT(asked, 0);
+  expect_whole(air, gap, gap.x);
+}
+
+TEST(AdaptiveAir, IsNotWholeWithAHoleInIt) {
+  Gap gap = straight_gap();
+  gap.tets.pop_back();
+  EXPECT_FALSE(AdaptiveAir(gap.tets, gap.x, gap.surfaces).is_whole());
+}
+
+}  // namespace
+}  // namespace angio::simulation::detail
