@@ -167,7 +167,7 @@ struct Phantom {
 void make_rubber(Phantom& phantom) {
   phantom.model.balloon_rest = phantom.model.balloon.vertices;
   phantom.options.balloon.name = "polyurethane";
-  phantom.options.balloon.wall_mm = 0.1;
+  phantom.options.balloon.wall_mm = 0.03;
   phantom.options.inflation.peak_pressure_atm = 8.0;
 }
 

@@ -127,6 +127,10 @@ void summarize(const SimulationFrame& frame, SimulationSummary& summary) {
 
 void add_warnings(const SimulationOptions& options, int slow_frames, SimulationSummary& summary) {
   char text[300];
+  if (options.contact_model == ContactModel::paper)
+    summary.warnings.emplace_back(
+        "contact.model paper does not converge (its result depends on the number of sweeps): for "
+        "comparison only");
   if (slow_frames > 0) {
     std::snprintf(text, sizeof text,
                   "the force balance is off by up to %.0f %% and by more than %.0f %% in %d of %d "
@@ -182,6 +186,10 @@ class Run {
       throw Error(ExitCode::unavailable,
                   "the layered wall runs on the CPU only (the GPU keeps just the balloon's and the "
                   "lumen's vertices). Use --backend cpu");
+    if (gpu && options_.contact_model == ContactModel::paper)
+      throw Error(ExitCode::unavailable,
+                  "the paper's contact runs on the CPU only (its tets are projected one after the "
+                  "other). Use --backend cpu, or --contact barrier");
     const auto solver =
         gpu ? make_cuda_solver(scene_, options_) : make_cpu_solver(scene_, options_);
     SimulationSummary summary;
@@ -292,6 +300,8 @@ void SimulationOptions::validate() const {
   check("simulation.friction_kinetic", friction_kinetic, 0.0, 2.0);
   check("simulation.adhesion_traction_kpa", adhesion_traction_kpa, 0.0, 100.0);
   check("simulation.adhesion_gap_1_mm", adhesion_gap_1_mm, 0.0, 1.0);
+  check("simulation.paper_volume_1_mm3", paper_volume_1_mm3, 0.0, 100.0);
+  check("simulation.paper_volume_2_mm3", paper_volume_2_mm3, 0.0, 100.0);
   check("simulation.adhesion_gap_2_mm", adhesion_gap_2_mm, adhesion_gap_1_mm + 1e-3, 2.0);
 }
 

@@ -63,6 +63,10 @@ enum class InflationControl { gas, pressure, volume };
 /// SimulationModel::layered_wall.
 enum class WallModel { shape_matching, layered };
 
+/// How balloon and wall touch: a barrier on exact distances, or the paper's projections of air tets
+/// (sections 4.2, 4.3; on the CPU, not convergent, for comparison only).
+enum class ContactModel { barrier, paper };
+
 struct InflationSchedule {
   InflationControl control = InflationControl::gas;
   double inflate_s = 4.0;          ///< at a near constant rate, (0, 600]
@@ -89,6 +93,7 @@ struct SimulationOptions {
   int sweeps = 0;            ///< vertex block descent sweeps a frame, [0, 1000]. 0: from the
                              ///< tolerance; else at least these, up to 6 times as many
                              ///< while the force balance is open
+  ContactModel contact_model = ContactModel::barrier;
   double contact_distance_mm = 0.03;  ///< contact acts below this gap, [1e-3, 1]
   /// Of the barrier, times that which carries the peak pressure at half the contact distance,
   /// [0.01, 100].
@@ -101,6 +106,9 @@ struct SimulationOptions {
   double adhesion_traction_kpa = 2.5;
   double adhesion_gap_1_mm = 0.03;  ///< surfaces nearer than this have touched, [0, 1]
   double adhesion_gap_2_mm = 0.06;  ///< the film breaks here, above gap 1, up to 2
+  /// V_th1 and V_th2 of ContactModel::paper [mm^3], [0, 100]; the paper does not give them. Second
+  /// 0: a mean wall triangle's area times a third of the two gaps above.
+  double paper_volume_1_mm3 = 0.0, paper_volume_2_mm3 = 0.0;
   MembraneModel membrane = MembraneModel::automatic;
   Backend backend = Backend::automatic;
 

@@ -13,7 +13,7 @@
 /// open by what the projections move.
 namespace angio::simulation::detail {
 
-/// A tet of the gap with the vertices of one surface first.
+/// What a projection does to a tet whose first vertices are of one surface.
 template <class Real>
 struct AirProjection {
   Vec3T<Real> by[4];  ///< moves [mm]
@@ -33,7 +33,8 @@ ANGIO_HOST_DEVICE inline Real signed_volume(const Vec3T<Real> (&x)[4]) {
 }
 
 /// The moves that take a tet's volume to `target` [mm^3], to first order, in the directions of its
-/// gradient weighted by the inverse masses: Eq. 20 as a projection.
+/// gradient weighted by the inverse masses: Eq. 20 as a projection. None further than a tenth of an
+/// edge.
 template <class Real>
 ANGIO_HOST_DEVICE inline AirProjection<Real> project_volume(const TetState<Real>& t, Real target) {
   const Vec3T<Real> b = t.x[1] - t.x[0], c = t.x[2] - t.x[0], d = t.x[3] - t.x[0];
@@ -44,7 +45,15 @@ ANGIO_HOST_DEVICE inline AirProjection<Real> project_volume(const TetState<Real>
   AirProjection<Real> out;
   if (!(weight > Real(0))) return out;
   const Real scale = (target - dot(b, slope[1])) / weight;
-  for (int i = 0; i < 4; ++i) out.by[i] = (scale * t.inverse_mass[i]) * slope[i];
+  Real farthest = 0, edge = 0;
+  for (int i = 0; i < 4; ++i) {
+    out.by[i] = (scale * t.inverse_mass[i]) * slope[i];
+    farthest = norm(out.by[i]) > farthest ? norm(out.by[i]) : farthest;
+    edge = norm(t.x[i] - t.x[0]) > edge ? norm(t.x[i] - t.x[0]) : edge;
+  }
+  // A sliver's volume hardly answers to motion: it would be thrown away.
+  const Real most = Real(0.1) * edge;
+  for (int i = 0; i < 4 && farthest > most; ++i) out.by[i] *= most / farthest;
   out.acts = true;
   return out;
 }
@@ -80,6 +89,27 @@ ANGIO_HOST_DEVICE inline TetGap<Real> tet_gap(const Vec3T<Real> (&x)[4], int sid
   return gap;
 }
 
+/// The viscous item: vertex and triangle drawn together along the triangle's normal, shared by the
+/// inverse masses, until the volume is `target` [mm^3] (the paper's section 4.3).
+template <class Real>
+ANGIO_HOST_DEVICE inline AirProjection<Real> project_together(const TetState<Real>& t,
+                                                              const TetGap<Real>& gap,
+                                                              Real target) {
+  const Real volume = signed_volume(t.x);
+  Real weight = 0, height = 0;
+  for (int i = 0; i < 4; ++i) {
+    weight += gap.w[i] * gap.w[i] * t.inverse_mass[i];
+    height += gap.w[i] * dot(t.x[i] - t.x[0], gap.normal);
+  }
+  AirProjection<Real> out;
+  if (!(weight > Real(0)) || !(volume > Real(0))) return out;
+  const Real change = height * (target / volume - Real(1));
+  for (int i = 0; i < 4; ++i)
+    out.by[i] = (change * gap.w[i] * t.inverse_mass[i] / weight) * gap.normal;
+  out.acts = true;
+  return out;
+}
+
 /// Friction as a projection: Eqs. 23-27 with the errata of README.md,
 ///
 ///     t = P sum_i w_i (x_i - x_before_i),  P across the normal
@@ -113,5 +143,25 @@ ANGIO_HOST_DEVICE inline AirProjection<Real> project_friction(const TetState<Rea
   out.acts = taken > Real(0);
   return out;
 }
+
+/// What the projections of a sweep have done.
+template <class Real>
+struct PaperDeltas {
+  Real friction{}, viscous{};  ///< how far they moved the balloon's vertices, in sum [mm]
+  int contacts = 0;            ///< tets that had turned inside out
+};
+
+/// The tets of the gap that touch both surfaces, and what is kept of them; balloon vertices first,
+/// right-handed.
+template <class Real>
+struct PaperContact {
+  int tet_count = 0;                     ///< 0: this contact is off
+  const int* tets = nullptr;             ///< four vertices each
+  const int* balloon_corners = nullptr;  ///< [tet] 1, 2 or 3
+  const Real* inverse_mass = nullptr;    ///< [vertex] [1/g]; 0: held
+  char* triggered = nullptr;             ///< [tet] its viscous item
+  Real volume_1{}, volume_2{};           ///< the paper's thresholds [mm^3]
+  PaperDeltas<Real>* deltas = nullptr;   ///< of the last sweep
+};
 
 }  // namespace angio::simulation::detail

@@ -73,7 +73,7 @@ class CpuSolver final : public StepSolver {
   }
 
   void step(const StepRules& rules) {
-    if (scene_.wall_count > 0 && view_.candidates == nullptr) renew_candidates();
+    if (has_pairs(view_) && view_.candidates == nullptr) renew_candidates();
     ++frames_lasted_;
     bool done = false;
     do {

@@ -4,6 +4,7 @@
 #include "simulation/detail/solid_step.hpp"
 #include "simulation/detail/step_balloon.hpp"
 #include "simulation/detail/step_correction.hpp"
+#include "simulation/detail/step_paper.hpp"
 #include "simulation/detail/step_wall.hpp"
 
 /// The step as a program for a team of threads (launch.hpp), the same source for every backend.
@@ -86,11 +87,17 @@ ANGIO_HOST_DEVICE inline int last_of_balloon(const StepView<Real>& s) {
   return s.balloon_color_begin[s.balloon_colors];
 }
 
+/// Are near pairs searched, and motions bounded by them?
+template <class Real>
+ANGIO_HOST_DEVICE inline bool has_pairs(const StepView<Real>& s) {
+  return s.wall_count > 0 && s.paper.tet_count == 0;
+}
+
 /// Moves a vertex as far as its bounds let it. @return the part taken
 template <class Real>
 ANGIO_HOST_DEVICE inline Real bounded_share(const StepView<Real>& s, int v, const Vec3T<Real>& move,
                                             Real travel) {
-  return s.wall_count > 0 ? allowed_share(s, v, move, travel) : Real(1);
+  return has_pairs(s) ? allowed_share(s, v, move, travel) : Real(1);
 }
 
 /// Six times the volume of the tetrahedron of a balloon triangle and the origin [mm^3].
@@ -170,7 +177,7 @@ ANGIO_HOST_DEVICE inline void begin_step(Team& team, const StepView<Real>& s,
 template <class Real, class Team>
 ANGIO_HOST_DEVICE inline bool search_pairs(Team& team, const StepView<Real>& s,
                                            StepStatus& status) {
-  if (s.wall_count == 0) return true;
+  if (!has_pairs(s)) return true;
   const double begin = team.now();
   const Real reach = s.contact_range + Real(2.0 * status.travel);
   // A thousandth for rounding.
@@ -512,6 +519,17 @@ ANGIO_HOST_DEVICE inline void correct(Team& team, const StepView<Real>& s, StepS
   status.report.times.correction += team.now() - begin;
 }
 
+/// The paper's contact after a sweep (step_paper.hpp).
+template <class Real, class Team>
+ANGIO_HOST_DEVICE inline void project_contact(Team& team, const StepView<Real>& s,
+                                              StepStatus& status) {
+  team.barrier();
+  if (team.leader()) project_air(s);
+  team.barrier();
+  status.volume = enclosed_volume(team, s);
+  status.pressure = pressure_at(status.law, status.volume);
+}
+
 /// One sweep over balloon and wall.
 template <class Real, class Team>
 ANGIO_HOST_DEVICE inline SweepSums sweep(Team& team, const StepView<Real>& s, bool wall,
@@ -524,6 +542,8 @@ ANGIO_HOST_DEVICE inline SweepSums sweep(Team& team, const StepView<Real>& s, bo
   sweep_balloon(team, s, status, sums);
   const double swept = team.now();
   if (wall) sweep_wall(team, s, Real(status.travel), sums);
+  if constexpr (Team::kSolids)
+    if (s.paper.tet_count > 0) project_contact(team, s, status);
   times.refresh += refreshed - begin;
   times.balloon += swept - refreshed;
   times.wall += team.now() - swept;
@@ -573,7 +593,7 @@ ANGIO_HOST_DEVICE inline void end_step(Team& team, const StepView<Real>& s,
       s.balloon_count + s.wall_count,
       [&](int v, const auto& lanes, auto* part) {
         VertexForces<Real> f;
-        add_contact(s, v, lanes, f);
+        if (has_pairs(s)) add_contact(s, v, lanes, f);
         if (v >= s.balloon_count) {
           // Pairs across an edge pull aside against each other: what is left of them.
           s.contact_pressure[v - s.balloon_count] =
@@ -589,6 +609,11 @@ ANGIO_HOST_DEVICE inline void end_step(Team& team, const StepView<Real>& s,
   status.report.contact_count = int(total[0]);
   status.report.friction_delta = total[1];
   status.report.viscous_delta = total[2];
+  if (s.paper.tet_count > 0) {
+    status.report.contact_count = s.paper.deltas->contacts;
+    status.report.friction_delta = s.paper.deltas->friction;
+    status.report.viscous_delta = s.paper.deltas->viscous;
+  }
   if (s.wet)
     team.template for_each<1>(s.balloon_count + s.wall_count,
                               [&](int v, const auto&) { flow_film(s, v); });

@@ -7,6 +7,7 @@
 #include "simulation/detail/contact_force.hpp"
 #include "simulation/detail/distance.hpp"
 #include "simulation/detail/membrane.hpp"
+#include "simulation/detail/paper_contact.hpp"
 #include "simulation/detail/shape_matching.hpp"
 #include "simulation/detail/solid_column.hpp"
 
@@ -96,6 +97,7 @@ struct StepView {
   Real relaxation = Real(1.6);  // of vertices without contact
   Friction<Real> friction;
   Adhesion<Real> adhesion;
+  PaperContact<Real> paper;
   SkinLaw<Real> skin;
   MooneyRivlin<Real> folds;
   // Scene

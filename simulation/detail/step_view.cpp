@@ -1,7 +1,10 @@
 #include "simulation/detail/step_view.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
+
+#include "core/error.hpp"
 
 namespace angio::simulation::detail {
 
@@ -43,12 +46,46 @@ Precision precision_for(const Scene& scene, const SimulationOptions& options) {
                                                                 : Precision::twofold;
 }
 
+PaperTets paper_tets(const Scene& scene, const SimulationOptions& options) {
+  PaperTets result;
+  for (const Tet& t : scene.air) {
+    std::vector<int> order;  // those of the balloon first
+    for (const bool balloon : {true, false})
+      for (const int v : t)
+        if (v < scene.vertex_count() && (v < scene.balloon_count) == balloon) order.push_back(v);
+    const auto corners =
+        std::count_if(t.begin(), t.end(), [&](int v) { return v < scene.balloon_count; });
+    if (order.size() < 4 || corners == 0 || corners == 4) continue;
+    const auto at = [&](std::size_t i) { return scene.start[std::size_t(order[i])]; };
+    if (tet_volume(at(0), at(1), at(2), at(3)) < 0.0)  // within a side the order is free
+      corners == 1 ? std::swap(order[2], order[3]) : std::swap(order[0], order[1]);
+    result.vertices.insert(result.vertices.end(), order.begin(), order.end());
+    result.balloon_corners.push_back(int(corners));
+  }
+  if (result.balloon_corners.empty())
+    throw InputError(
+        "contact.model paper needs an air mesh between balloon and wall, and there is none. Run "
+        "the stage meshing again, or use contact.model barrier");
+  for (std::size_t v = 0; v < scene.mass.size(); ++v)
+    result.inverse_mass.push_back(scene.fixed[v] ? 0.0 : 1.0 / scene.mass[v]);
+  double area = 0.0;
+  for (const double a : scene.wall_area) area += a;
+  const double face = area / double(scene.wall_triangles.size());
+  const bool given = options.paper_volume_2_mm3 > 0.0;
+  result.volume_1 = given ? options.paper_volume_1_mm3 : face * options.adhesion_gap_1_mm / 3.0;
+  result.volume_2 = given ? options.paper_volume_2_mm3 : face * options.adhesion_gap_2_mm / 3.0;
+  return result;
+}
+
 StepRules make_rules(const Scene& scene, const SimulationOptions& options) {
   constexpr int kMostSweeps = 120;
-  constexpr int kMostFactor = 6;  // up to this many times the number asked for
+  constexpr int kPaperSweeps = 20;  // the paper's contact never balances: a count, no tolerance
+  constexpr int kMostFactor = 6;    // up to this many times the number asked for
   StepRules rules;
   rules.least_sweeps = options.sweeps;
   rules.most_sweeps = options.sweeps > 0 ? kMostFactor * options.sweeps : kMostSweeps;
+  if (options.contact_model == ContactModel::paper)
+    rules.least_sweeps = rules.most_sweeps = options.sweeps > 0 ? options.sweeps : kPaperSweeps;
   rules.tolerance = options.tolerance;
   // Of a cylinder of the balloon's volume and length.
   double length = 0.0;

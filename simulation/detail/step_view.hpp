@@ -262,6 +262,33 @@ inline double contact_range(const SimulationOptions& options) {
              : options.contact_distance_mm;
 }
 
+/// What the paper's contact projects.
+struct PaperTets {
+  std::vector<int> vertices;  ///< four a tet, those of the balloon first, right-handed
+  std::vector<int> balloon_corners;
+  std::vector<double> inverse_mass;       ///< [1/g], shape [vertex]; 0: held
+  double volume_1 = 0.0, volume_2 = 0.0;  ///< [mm^3]
+};
+
+/// @throws InputError if no air tet lies between balloon and wall
+PaperTets paper_tets(const Scene& scene, const SimulationOptions& options);
+
+/// The paper's contact: the air tets between the surfaces, balloon vertices first.
+template <class Real, class Memory>
+void add_paper_view(const Scene& scene, const SimulationOptions& options, Memory& memory,
+                    StepView<Real>& view) {
+  const PaperTets tets = paper_tets(scene, options);
+  PaperContact<Real>& paper = view.paper;
+  paper.tet_count = int(tets.balloon_corners.size());
+  paper.tets = memory.store(tets.vertices);
+  paper.balloon_corners = memory.store(tets.balloon_corners);
+  paper.inverse_mass = memory.store(converted_all<Real>(tets.inverse_mass));
+  paper.triggered = memory.store(std::vector<char>(tets.balloon_corners.size(), 0));
+  paper.volume_1 = Real(tets.volume_1);
+  paper.volume_2 = Real(tets.volume_2);
+  paper.deltas = memory.store(std::vector<PaperDeltas<Real>>(1));
+}
+
 template <class Real, class Memory>
 StepView<Real> make_view(const Scene& scene, const SimulationOptions& options, Memory& memory) {
   constexpr double kRelaxation = 1.6;   // fastest on an inflating capsule
@@ -279,7 +306,9 @@ StepView<Real> make_view(const Scene& scene, const SimulationOptions& options, M
   view.friction = {Real(options.friction_static), Real(options.friction_kinetic),
                    Real(kStickSpeed * options.frame_s)};
   view.contact_range = Real(contact_range(options));
-  if (options.adhesion_traction_kpa > 0.0 && scene.wall_count > 0) {
+  const bool paper = options.contact_model == ContactModel::paper;
+  if (paper && scene.wall_count > 0) add_paper_view(scene, options, memory, view);
+  if (!paper && options.adhesion_traction_kpa > 0.0 && scene.wall_count > 0) {
     view.adhesion = {Real(units::pascal_from_kilopascal(options.adhesion_traction_kpa)),
                      Real(options.adhesion_gap_1_mm), Real(options.adhesion_gap_2_mm)};
     view.wet = memory.store(std::vector<char>(scene.start.size(), 0));

@@ -2,7 +2,9 @@
 
 #include <random>
 
+#include "core/error.hpp"
 #include "simulation/detail/paper_contact.hpp"
+#include "tests/simulation/matched.hpp"
 
 /// The seed paper's projections, with its errata.
 namespace angio::simulation::detail {
@@ -36,6 +38,26 @@ TEST(PaperContact, ProjectingTheVolumeReachesItsTargetAndKeepsTheMomentum) {
     }
     EXPECT_NEAR(signed_volume(t.x), 0.01, 1e-9);
   }
+}
+
+TEST(PaperContact, TheViscousItemDrawsAVertexAndItsTriangleTogether) {
+  std::mt19937 random(5);
+  TetState<double> t = random_tet(random);
+  t.x[0] = {0.1, 0.2, 0.5};
+  t.x[1] = {-1, -1, 0};
+  t.x[2] = {0, 2, 0};
+  t.x[3] = {2, -1, 0};
+  ASSERT_GT(signed_volume(t.x), 0.0);
+  const double target = 0.3 * signed_volume(t.x);
+  const auto p = project_together(t, tet_gap(t.x, 1), target);
+  EXPECT_LT(norm(moved_mass(t, p)), 1e-12);
+  double height = 0.0;
+  const TetGap<double> gap = tet_gap(t.x, 1);
+  for (int i = 0; i < 4; ++i) {
+    EXPECT_NEAR(norm(cross(p.by[i], gap.normal)), 0.0, 1e-12);
+    height += gap.w[i] * (t.x[i] + p.by[i]).z;
+  }
+  EXPECT_NEAR(height, 0.3 * 0.5, 1e-12);
 }
 
 TEST(PaperContact, FrictionKeepsTheMomentumForAllKindsOfTets) {
@@ -93,6 +115,49 @@ TEST(PaperContact, AHeldVertexDoesNotMove) {
   t.inverse_mass[2] = 0.0;
   EXPECT_EQ(project_volume(t, 0.0).by[2], Vec3{});
   EXPECT_EQ(norm(project_friction(t, tet_gap(t.x, 1), 0.3, 0.2, 1.0).by[2]), 0.0);
+}
+
+SimulationOptions paper_options() {
+  SimulationOptions options;
+  options.contact_model = ContactModel::paper;
+  options.balloon.name = "polyurethane";
+  options.backend = Backend::cpu;
+  options.inflation.control = InflationControl::pressure;
+  options.inflation.peak_pressure_atm = 2.0;
+  options.inflation.inflate_s = 0.75;
+  options.inflation.hold_s = 0.1;
+  options.inflation.deflate_s = 0.75;
+  options.inflation.rest_s = 0.1;
+  return options;
+}
+
+TEST(PaperContact, TheCurvesOfABalloonThatTouchesAndPartsAreThePapers) {
+  const SimulationModel model = testing::matched_model(0.5, 0.62);
+  double before = 0.0, rubbed = 0.0, drawn = 0.0, deflating = 0.0;
+  bool touched = false;
+  const SimulationSummary summary = simulate(model, paper_options(), [&](const auto& f) {
+    touched = touched || f.contact_count > 0;
+    if (!touched) before = std::max(before, f.friction_delta_mm);
+    rubbed = std::max(rubbed, f.friction_delta_mm);
+    if (f.phase == Phase::deflate) deflating = std::max(deflating, f.viscous_delta_mm);
+    drawn = std::max(drawn, f.viscous_delta_mm);
+    for (const Vec3& v : f.balloon) {
+      ASSERT_TRUE(std::isfinite(v.x + v.y + v.z)) << f.frame;
+      EXPECT_LT(std::hypot(v.x, v.y), 0.9) << f.frame;  // the wall holds it, somehow
+    }
+  });
+  EXPECT_TRUE(touched);
+  EXPECT_EQ(before, 0.0);
+  EXPECT_GT(rubbed, 0.0);
+  EXPECT_GT(deflating, 0.0);
+  EXPECT_EQ(drawn, deflating);  // the film pulls most while they part
+  EXPECT_NE(summary.warnings[0].find("does not converge"), std::string::npos);
+}
+
+TEST(PaperContact, NeedsAnAirMesh) {
+  SimulationModel model = testing::matched_model(0.5, 0.62);
+  model.air.clear();
+  EXPECT_THROW(simulate(model, paper_options(), {}), InputError);
 }
 
 }  // namespace
