@@ -205,6 +205,7 @@ class Run {
       SimulationFrame output = make_frame(model_, scene_, state, outside);
       air.follow(state.x);
       add_air(air, output);
+      solver->set_air(air.topology().tets());
       summary.frames_without_air += scene_.air.empty() || air.is_whole() ? 0 : 1;
       output.frame = frame;
       output.time_s = frame * options_.frame_s;

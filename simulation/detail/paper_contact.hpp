@@ -155,7 +155,8 @@ struct PaperDeltas {
 /// right-handed.
 template <class Real>
 struct PaperContact {
-  int tet_count = 0;                     ///< 0: this contact is off
+  bool is_on = false;
+  int tet_count = 0;
   const int* tets = nullptr;             ///< four vertices each
   const int* balloon_corners = nullptr;  ///< [tet] 1, 2 or 3
   const Real* inverse_mass = nullptr;    ///< [vertex] [1/g]; 0: held

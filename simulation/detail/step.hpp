@@ -53,6 +53,9 @@ class StepSolver {
 
   [[nodiscard]] virtual std::string device() const = 0;
 
+  /// The air mesh as it is after a frame, right-handed, for the paper's contact in the next one.
+  virtual void set_air(const std::vector<Tet>&) {}
+
   /// A hand on the vertices, for tests: changes the velocities [mm/s] before each step, given the
   /// positions [mm]. On the CPU only.
   using Push = std::function<void(int frame, const std::vector<Vec3>& x, std::vector<Vec3>& v)>;

@@ -1,4 +1,5 @@
 #include <fstream>
+#include <set>
 
 #include "simulation/detail/launch.hpp"
 #include "simulation/detail/step_view.hpp"
@@ -25,6 +26,7 @@ class CpuSolver final : public StepSolver {
   CpuSolver(const Scene& scene, const SimulationOptions& options, int threads)
       : scene_(scene),
         view_(make_view<Real>(scene, options, memory_)),
+        options_(options),
         rules_(make_rules(scene, options)),
         plasticity_(plastic_flow<Real>(options.wall)),
         finder_(scene, options, kFramesToLast),
@@ -59,6 +61,28 @@ class CpuSolver final : public StepSolver {
   }
 
   [[nodiscard]] std::string device() const override { return processor_name(); }
+
+  // A tet that stays keeps its viscous item.
+  void set_air(const std::vector<Tet>& air) override {
+    PaperContact<Real>& paper = view_.paper;
+    if (!paper.is_on || air.empty()) return;
+    std::set<Tet> triggered;
+    const auto corners = [](const int* v) {
+      Tet t{v[0], v[1], v[2], v[3]};
+      std::sort(t.begin(), t.end());
+      return t;
+    };
+    for (int t = 0; t < paper.tet_count; ++t)
+      if (paper.triggered[t]) triggered.insert(corners(paper.tets + 4 * t));
+    air_ = paper_tets(scene_, options_, air);
+    triggered_.clear();
+    for (std::size_t t = 0; t < air_.balloon_corners.size(); ++t)
+      triggered_.push_back(triggered.count(corners(&air_.vertices[4 * t])) > 0 ? 1 : 0);
+    paper.tet_count = int(triggered_.size());
+    paper.tets = air_.vertices.data();
+    paper.balloon_corners = air_.balloon_corners.data();
+    paper.triggered = triggered_.data();
+  }
 
   void set_push(Push push) override { push_ = std::move(push); }
 
@@ -139,6 +163,9 @@ class CpuSolver final : public StepSolver {
   const Scene& scene_;
   HostMemory memory_;
   StepView<Real> view_;
+  SimulationOptions options_;
+  PaperTets air_;  // of the paper's contact, once the mesh has followed
+  std::vector<char> triggered_;
   StepRules rules_;
   PlasticFlow<Real> plasticity_;
   CandidateFinder finder_;

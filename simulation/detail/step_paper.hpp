@@ -32,7 +32,7 @@ ANGIO_HOST_DEVICE inline Real take(const StepView<Real>& s, const int* v, int si
 /// Share of its way to the first threshold that a sweep draws a viscous tet. The paper's constraint
 /// goes all of it: a bond without bound, which a deflating balloon never leaves but tears itself
 /// at.
-inline constexpr double kBond = 0.1;
+inline constexpr double kBond = 0.03;
 
 /// A tet that has turned inside out is made flat, with friction by how far that moved its sides;
 /// one of a balloon vertex and a wall triangle that has been flatter than the first threshold is

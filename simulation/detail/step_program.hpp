@@ -90,7 +90,7 @@ ANGIO_HOST_DEVICE inline int last_of_balloon(const StepView<Real>& s) {
 /// Are near pairs searched, and motions bounded by them?
 template <class Real>
 ANGIO_HOST_DEVICE inline bool has_pairs(const StepView<Real>& s) {
-  return s.wall_count > 0 && s.paper.tet_count == 0;
+  return s.wall_count > 0 && !s.paper.is_on;
 }
 
 /// Moves a vertex as far as its bounds let it. @return the part taken
@@ -543,7 +543,7 @@ ANGIO_HOST_DEVICE inline SweepSums sweep(Team& team, const StepView<Real>& s, bo
   const double swept = team.now();
   if (wall) sweep_wall(team, s, Real(status.travel), sums);
   if constexpr (Team::kSolids)
-    if (s.paper.tet_count > 0) project_contact(team, s, status);
+    if (s.paper.is_on) project_contact(team, s, status);
   times.refresh += refreshed - begin;
   times.balloon += swept - refreshed;
   times.wall += team.now() - swept;
@@ -609,7 +609,7 @@ ANGIO_HOST_DEVICE inline void end_step(Team& team, const StepView<Real>& s,
   status.report.contact_count = int(total[0]);
   status.report.friction_delta = total[1];
   status.report.viscous_delta = total[2];
-  if (s.paper.tet_count > 0) {
+  if (s.paper.is_on) {
     status.report.contact_count = s.paper.deltas->contacts;
     status.report.friction_delta = s.paper.deltas->friction;
     status.report.viscous_delta = s.paper.deltas->viscous;

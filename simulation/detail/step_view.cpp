@@ -46,23 +46,27 @@ Precision precision_for(const Scene& scene, const SimulationOptions& options) {
                                                                 : Precision::twofold;
 }
 
-PaperTets paper_tets(const Scene& scene, const SimulationOptions& options) {
+PaperTets paper_tets(const Scene& scene, const SimulationOptions& options,
+                     const std::vector<Tet>& air) {
   PaperTets result;
-  for (const Tet& t : scene.air) {
-    std::vector<int> order;  // those of the balloon first
-    for (const bool balloon : {true, false})
-      for (const int v : t)
-        if (v < scene.vertex_count() && (v < scene.balloon_count) == balloon) order.push_back(v);
-    const auto corners =
-        std::count_if(t.begin(), t.end(), [&](int v) { return v < scene.balloon_count; });
-    if (order.size() < 4 || corners == 0 || corners == 4) continue;
-    const auto at = [&](std::size_t i) { return scene.start[std::size_t(order[i])]; };
-    if (tet_volume(at(0), at(1), at(2), at(3)) < 0.0)  // within a side the order is free
-      corners == 1 ? std::swap(order[2], order[3]) : std::swap(order[0], order[1]);
-    result.vertices.insert(result.vertices.end(), order.begin(), order.end());
+  for (Tet t : air) {
+    const auto of_balloon = [&](int v) { return v < scene.balloon_count; };
+    const auto corners = std::count_if(t.begin(), t.end(), of_balloon);
+    if (*std::max_element(t.begin(), t.end()) >= scene.vertex_count()) continue;  // in the air
+    if (corners == 0 || corners == 4) continue;
+    bool even = true;
+    for (std::size_t i = 0; i < 4; ++i)  // those of the balloon first
+      for (std::size_t k = 3; k > i; --k)
+        if (of_balloon(t[k]) && !of_balloon(t[k - 1])) {
+          std::swap(t[k], t[k - 1]);
+          even = !even;
+        }
+    if (!even)  // within a side the order is free
+      corners == 1 ? std::swap(t[2], t[3]) : std::swap(t[0], t[1]);
+    result.vertices.insert(result.vertices.end(), t.begin(), t.end());
     result.balloon_corners.push_back(int(corners));
   }
-  if (result.balloon_corners.empty())
+  if (air.empty())
     throw InputError(
         "contact.model paper needs an air mesh between balloon and wall, and there is none. Run "
         "the stage meshing again, or use contact.model barrier");

@@ -270,15 +270,22 @@ struct PaperTets {
   double volume_1 = 0.0, volume_2 = 0.0;  ///< [mm^3]
 };
 
-/// @throws InputError if no air tet lies between balloon and wall
-PaperTets paper_tets(const Scene& scene, const SimulationOptions& options);
+/// @param air  right-handed tets
+/// @throws InputError if there are none
+PaperTets paper_tets(const Scene& scene, const SimulationOptions& options,
+                     const std::vector<Tet>& air);
 
 /// The paper's contact: the air tets between the surfaces, balloon vertices first.
 template <class Real, class Memory>
 void add_paper_view(const Scene& scene, const SimulationOptions& options, Memory& memory,
                     StepView<Real>& view) {
-  const PaperTets tets = paper_tets(scene, options);
+  std::vector<Tet> air = scene.air;
+  const auto at = [&](int v) { return scene.start[std::size_t(v)]; };
+  for (Tet& t : air)
+    if (tet_volume(at(t[0]), at(t[1]), at(t[2]), at(t[3])) < 0.0) std::swap(t[0], t[1]);
+  const PaperTets tets = paper_tets(scene, options, air);
   PaperContact<Real>& paper = view.paper;
+  paper.is_on = true;
   paper.tet_count = int(tets.balloon_corners.size());
   paper.tets = memory.store(tets.vertices);
   paper.balloon_corners = memory.store(tets.balloon_corners);
