@@ -45,6 +45,7 @@ CenterlineResult extract(const Volume<float>& level_set, std::optional<std::vect
   result.tree = trace_lines(lumen.voxels, skeleton, wall, points, options.step_mm, progress);
   assign_tracts(result.tree);
   result.warnings = std::move(skeleton.warnings);
+  result.left_out = 1.0 - lumen.largest_fraction;
   if (lumen.piece_count > 1)
     result.warnings.push_back("the lumen has " + std::to_string(lumen.piece_count) +
                               " separate pieces; lines were found in the largest (" +

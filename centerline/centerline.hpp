@@ -22,6 +22,7 @@ struct CenterlineOptions {
 
 struct CenterlineResult {
   CenterlineTree tree;                ///< with radii, sections, tracts; at least one path
+  double left_out = 0.0;              ///< share of the lumen in pieces without a line, [0, 1)
   std::vector<std::string> warnings;  ///< loops that were cut, pieces that were left out
 };
 

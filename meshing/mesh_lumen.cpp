@@ -6,6 +6,7 @@
 #include "meshing/detail/crossings.hpp"
 #include "meshing/detail/edge_lengths.hpp"
 #include "meshing/detail/extend_rims.hpp"
+#include "meshing/detail/fixed_count.hpp"
 #include "meshing/detail/isosurface.hpp"
 #include "meshing/detail/lumen_draft.hpp"
 #include "meshing/detail/mesh_quality.hpp"
@@ -64,6 +65,25 @@ void improve_surface(SurfaceDraft& draft, const SurfaceTarget& target, double to
                        "and was closed anew");
 }
 
+/// The wall with exactly the triangles asked for, less those of the caps to come.
+void fit_triangle_count(SurfaceDraft& draft, const SurfaceTarget& target, double tolerance,
+                        const LumenMeshOptions& options, std::vector<std::string>& warnings) {
+  constexpr int kAttempts = 4;
+  constexpr double kNear = 0.01;  // of the triangles may be split or collapsed one by one
+  for (int attempt = 0; attempt < kAttempts; ++attempt) {
+    const int wanted = options.triangle_count - detail::closing_triangle_count(draft.mesh);
+    const double ratio = double(draft.mesh.triangles.size()) / wanted;
+    if (std::abs(ratio - 1.0) < kNear) break;
+    for (double& length : draft.edge_length) length *= std::sqrt(ratio);
+    improve_surface(draft, target, tolerance, options, {}, warnings);
+  }
+  detail::fit_count(draft, target,
+                    options.triangle_count - detail::closing_triangle_count(draft.mesh));
+  if (!detail::self_intersections(draft.mesh).empty())
+    throw InputError(
+        "the lumen crosses itself with so few triangles. Raise or leave out mesh.triangle_count");
+}
+
 LumenMesh finish(SurfaceDraft draft, const SurfaceTarget& target, const LumenMeshOptions& options,
                  std::vector<std::string> warnings) {
   LumenMesh result;
@@ -74,6 +94,7 @@ LumenMesh finish(SurfaceDraft draft, const SurfaceTarget& target, const LumenMes
   detail::CappedMesh capped = detail::cap_rims(result.open, draft.rim);
   result.capped = std::move(capped.mesh);
   result.inlet_outlet_id = std::move(capped.id);
+  if (options.triangle_count > 0) detail::close_but_inlet(result);
   const SurfaceTopology topology = surface_topology(result.capped);
   result.watertight = topology.is_closed() && topology.component_count == 1;
   result.self_intersection_count = int(detail::self_intersections(result.capped).size());
@@ -98,6 +119,33 @@ double voxel_size(const VolumeGeometry& grid) {
 constexpr double kLeastEdge = 0.35;  // voxels; shorter edges would follow noise
 constexpr double kTolerance = 0.2;   // voxels that smoothing may move the surface
 
+/// A surface that is open at the lines' ends, as it is.
+LumenMesh keep_surface(const TriangleMesh& surface, const CenterlineTree& tree,
+                       const LumenMeshOptions& options) {
+  SurfaceDraft draft;
+  draft.mesh = surface;
+  draft.rim.assign(surface.vertices.size(), -1);
+  draft.membrane.assign(surface.vertices.size(), 0);
+  const std::vector<LineEnd> ends = detail::line_ends(tree);
+  const auto loops = boundary_loops(surface);
+  for (const std::vector<int>& loop : loops) {
+    Vec3 middle;
+    for (const int v : loop) middle += surface.vertices[std::size_t(v)] / double(loop.size());
+    const auto nearest =
+        std::min_element(ends.begin(), ends.end(), [&](const auto& a, const auto& b) {
+          return distance(a.tip, middle) < distance(b.tip, middle);
+        });
+    for (const int v : loop) draft.rim[std::size_t(v)] = int(nearest - ends.begin());
+  }
+  if (loops.size() != ends.size() || surface_topology(surface).nonmanifold_edge_count > 0)
+    throw InputError("the given surface cannot be kept as it is (it has " +
+                     std::to_string(loops.size()) + " open ends where its lines have " +
+                     std::to_string(ends.size()) + "). Leave out mesh.keep");
+  for (const LineEnd& end : ends)
+    draft.rim_planes.push_back(detail::plane_near_end(tree, end, 0.0));
+  return finish(std::move(draft), detail::MeshTarget(surface), options, {});
+}
+
 }  // namespace
 
 LumenMesh mesh_lumen(const Volume<float>& level_set, const CenterlineTree& tree,
@@ -116,8 +164,10 @@ LumenMesh mesh_lumen(const Volume<float>& level_set, const CenterlineTree& tree,
   detail::set_edge_lengths(draft, target, tree, options, kLeastEdge * voxel_size(padded.geometry),
                            warnings);
   progress.report(0.2, "remeshing");
-  improve_surface(draft, target, kTolerance * voxel_size(padded.geometry), options, progress,
-                  warnings);
+  if (options.triangle_count > 0) detail::aim_at_count(draft, options.triangle_count);
+  const double tolerance = kTolerance * voxel_size(padded.geometry);
+  improve_surface(draft, target, tolerance, options, progress, warnings);
+  if (options.triangle_count > 0) fit_triangle_count(draft, target, tolerance, options, warnings);
   progress.report(0.9, "caps and checks");
   LumenMesh result = finish(std::move(draft), target, options, std::move(warnings));
   progress.report(1.0);
@@ -128,6 +178,7 @@ LumenMesh mesh_lumen(const TriangleMesh& surface, const CenterlineTree& tree,
                      const LumenMeshOptions& options, const Progress& progress) {
   options.validate();
   check_tree(tree);
+  if (options.keep) return keep_surface(surface, tree, options);
   progress.report(0.0, "repairing the surface");
   std::vector<std::string> warnings;
   const std::vector<LineEnd> ends = detail::line_ends(tree);
@@ -143,8 +194,11 @@ LumenMesh mesh_lumen(const TriangleMesh& surface, const CenterlineTree& tree,
   progress.report(0.2, "remeshing");
   detail::remesh(draft, target, 2);
   detail::set_edge_lengths(draft, target, tree, options, 0.0, warnings);
-  improve_surface(draft, target, std::numeric_limits<double>::infinity(), options, progress,
-                  warnings);
+  if (options.triangle_count > 0) detail::aim_at_count(draft, options.triangle_count);
+  constexpr double kNoTolerance = std::numeric_limits<double>::infinity();
+  improve_surface(draft, target, kNoTolerance, options, progress, warnings);
+  if (options.triangle_count > 0)
+    fit_triangle_count(draft, target, kNoTolerance, options, warnings);
   progress.report(0.9, "caps and checks");
   LumenMesh result = finish(std::move(draft), target, options, std::move(warnings));
   progress.report(1.0);

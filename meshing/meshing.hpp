@@ -15,7 +15,12 @@ namespace angio::meshing {
 struct LumenMeshOptions {
   double edge_length_mm = 0.0;            ///< target, (0, 5]; 0: by the local radius
   double edges_per_circumference = 16.0;  ///< where edge_length_mm is 0, [8, 64]
-  int triangle_budget = 200000;      ///< upper bound, [1000, 5e6]; edges are lengthened to keep it
+  int triangle_budget = 200000;  ///< upper bound, [1000, 5e6]; edges are lengthened to keep it
+  /// Exact number of triangles, 0 or [1000, 1e6], even: edges are scaled to it. The outlets are
+  /// then closed by caps, and the inlet by one with an octagonal opening, which counts as a part of
+  /// the open lumen; see detail/fixed_count.hpp. 0: by the edge lengths.
+  int triangle_count = 0;
+  bool keep = false;  ///< a given surface's triangles are kept; it must be open at its ends
   double smoothing_iterations = 10;  ///< volume-keeping smoothing, [0, 100]
   double extension_diameters = 0.0;  ///< straight tubes on the inlet and outlets, [0, 20]; 0: none
 
@@ -120,6 +125,10 @@ struct BalloonSetup {
   AirMesh air;
   std::vector<std::string> warnings;
 };
+
+/// The least diameter of a lumen [mm] that a balloon crosses, whatever its profile: the thinnest
+/// start shape and the gap around it.
+double least_lumen_to_cross_mm();
 
 /// Places the balloon across a lesion and meshes the gap to the wall that it can touch.
 ///

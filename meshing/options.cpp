@@ -21,6 +21,9 @@ void LumenMeshOptions::validate() const {
           "mesh.edges_per_circumference", "8 to 64");
   require(triangle_budget >= 1000 && triangle_budget <= 5000000, "mesh.triangle_budget",
           "1000 to 5000000");
+  require(triangle_count == 0 ||
+              (triangle_count >= 1000 && triangle_count <= 1000000 && triangle_count % 2 == 0),
+          "mesh.triangle_count", "0, or even from 1000 to 1000000");
   require(smoothing_iterations >= 0.0 && smoothing_iterations <= 100.0, "mesh.smoothing_iterations",
           "0 to 100");
   require(extension_diameters >= 0.0 && extension_diameters <= 20.0, "mesh.extension_diameters",

@@ -5,6 +5,7 @@
 
 #include "core/error.hpp"
 #include "meshing/detail/air_mesh.hpp"
+#include "meshing/detail/balloon_axis.hpp"
 #include "meshing/detail/balloon_shape.hpp"
 #include "meshing/detail/contact_region.hpp"
 #include "meshing/detail/surface_query.hpp"
@@ -79,6 +80,12 @@ BalloonPlan make_plan(const BalloonOptions& options, const Lesion& lesion,
   const auto diameter_at = [&](double s) { return 2.0 * sample(path, s).inscribed_radius; };
   const double first = stretch.first + diameter_at(stretch.first);
   const double last = stretch.last - diameter_at(stretch.last);
+  if (lesion.abscissa < first || lesion.abscissa > last)
+    throw InputError("the place for the balloon, abscissa " + millimetres(lesion.abscissa) +
+                     ", lies within one lumen diameter of an open end (the wall is held there, and "
+                     "the balloon would reach out of the vessel). Choose a place from " +
+                     millimetres(first) + " to " + millimetres(last) +
+                     " (lesion.abscissa_mm), or segment more of the vessel");
   // Near an end the balloon may move along the line as long as it covers the lesion.
   const double play = std::max(0.0, 0.5 * (wished - lesion.length));
   const double half = 0.5 * wished + plan.rest_radius;
@@ -87,6 +94,7 @@ BalloonPlan make_plan(const BalloonOptions& options, const Lesion& lesion,
     plan.middle_abscissa = std::min(first + half, lesion.abscissa + play);
   if (lesion.abscissa + half > last)
     plan.middle_abscissa = std::max(last - half, lesion.abscissa - play);
+  if (2.0 * half > last - first) plan.middle_abscissa = 0.5 * (first + last);
   const double room = 2.0 * std::min(plan.middle_abscissa - first, last - plan.middle_abscissa);
   plan.cylinder_length = std::min(wished, room - 2.0 * plan.rest_radius);
   if (plan.cylinder_length < kShortestCylinder)
@@ -180,6 +188,8 @@ ClosedRegion find_region(const LumenMesh& lumen, const CenterlineTree& tree,
 }
 
 }  // namespace
+
+double least_lumen_to_cross_mm() { return 2.0 * detail::room_for(detail::kLeastStartRadius); }
 
 BalloonSetup place_balloon(const LumenMesh& lumen, const CenterlineTree& tree,
                            const CenterlinePath& path, double abscissa_mm, double lesion_length_mm,

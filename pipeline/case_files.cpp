@@ -54,18 +54,6 @@ std::vector<double> subtract(const std::vector<Vec3>& a, const std::vector<Vec3>
   return difference;
 }
 
-std::vector<DataArray> stress_arrays(const std::vector<simulation::BalloonStress>& triangles) {
-  std::vector<DataArray> arrays = {scalar("stress_1", {}, ArrayType::float32),
-                                   scalar("stress_2", {}, ArrayType::float32),
-                                   scalar("energy_density", {}, ArrayType::float32)};
-  for (const simulation::BalloonStress& t : triangles) {
-    arrays[0].values.push_back(t.stress_1_mpa);
-    arrays[1].values.push_back(t.stress_2_mpa);
-    arrays[2].values.push_back(t.energy_mpa);
-  }
-  return arrays;
-}
-
 std::string frame_file(const char* body, int frame) {
   return fmt::format("{}_{:06d}.vtp", body, frame);
 }
@@ -232,7 +220,7 @@ void write_frame(const fs::path& frames_folder, const simulation::SimulationMode
                           scalar("thickness", frame.thickness_mm, f32),
                           scalar("stretch_1", frame.stretch_1, f32),
                           scalar("stretch_2", frame.stretch_2, f32)},
-                         stress_arrays(frame.balloon_stress)});
+                         {}});
   viewer::write_surface(frames_folder / frame_file("vessel", frame.frame),
                         {{frame.wall, model.wall.triangles},
                          {{"displacement", subtract(frame.wall, model.wall.vertices), 3, f32},

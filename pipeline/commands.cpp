@@ -18,6 +18,7 @@
 #include "pipeline/config.hpp"
 #include "pipeline/data_commands.hpp"
 #include "pipeline/doctor.hpp"
+#include "pipeline/experiment.hpp"
 #include "pipeline/inflate_command.hpp"
 #include "pipeline/reporter.hpp"
 #include "pipeline/stage_work.hpp"
@@ -57,9 +58,8 @@ void add_run_options(CLI::App& command, SharedOptions& shared) {
   command.add_option("--set", shared.settings, "one option or more; --print-config lists them all")
       ->type_name("SECTION.KEY=VALUE")
       ->expected(1, -1);
-  command
-      .add_option("--preset", shared.presets,
-                  fmt::format("a set of options: {}", fmt::join(preset_names(), ", ")))
+  command.add_option("--preset", shared.presets,
+                     preset_help())
       ->type_name("NAME")
       ->allow_extra_args(false);  // else it takes INPUT for a second one
   command
@@ -111,7 +111,8 @@ void add_run_command(CLI::App& app, RunArguments& run) {
       "run",
       "every stage, from the input to the report\n"
       "INPUT: a DICOM folder or file, a volume (.nrrd .nhdr .mha .mhd .nii .nii.gz .vti), a\n"
-      "lumen surface (.stl .vtp .ply .obj), or phantom:NAME[,key=value...]");
+      "lumen surface (.stl .vtp .ply .obj), or phantom:NAME[,key=value...]; none with a preset of\n"
+      "the seed paper's experiments (paper-...)");
   command.add_option("INPUT", run.request.input, "scan, surface or phantom");
   command.add_option("-o,--output", run.request.case_folder, "the case's folder")
       ->type_name("CASE");
@@ -144,10 +145,12 @@ int do_run(RunArguments& run) {
     fmt::print("{}", to_toml(run.request.config));
     return int(ExitCode::done);
   }
+  if (run.request.input.empty()) run.request.input = default_input(run.request.config);
   if (run.request.input.empty() || run.request.case_folder.empty())
     throw Error(ExitCode::usage,
                 "`angio run` needs an INPUT, before any --set, and -o CASE. See "
                 "`angio run --help`");
+  check_experiment_input(run.request.config, run.request.input);
   if (!run.from.empty()) run.request.from = parse_stage(run.from);
   if (!run.until.empty()) run.request.until = parse_stage(run.until);
   if (run.request.from && *run.request.from > run.request.until)

@@ -59,18 +59,6 @@ void apply_table(Config& config, const toml::table& table, const std::string& wh
   }
 }
 
-const std::map<std::string, std::vector<std::string>>& presets() {
-  static const std::map<std::string, std::vector<std::string>> kTable = {
-      {"draft",
-       {"mesh.edges_per_circumference=12", "simulation.frame_s=0.05", "simulation.write_every=8"}},
-      {"fine",
-       {"mesh.edges_per_circumference=24", "balloon.ring_count=52",
-        "balloon.ring_vertex_count=40"}},
-      {"hydrophilic", {"simulation.friction_static=0.05", "simulation.friction_kinetic=0.03"}},
-  };
-  return kTable;
-}
-
 }  // namespace
 
 const char* name(Stage stage) { return kStageNames[int(stage)]; }
@@ -90,7 +78,15 @@ void Config::validate() const {
   input.validate();
   segmentation.validate();
   centerline.validate();
+  constexpr const char* kExperiments[] = {"",          "cloth", "unilateral",
+                                          "bilateral", "ytype", "coronary"};
+  if (std::find(std::begin(kExperiments), std::end(kExperiments), experiment) ==
+      std::end(kExperiments))
+    throw OptionError(fmt::format(
+        "input.experiment = {} is none (there are: cloth, unilateral, bilateral, ytype, coronary)",
+        experiment));
   lesion.validate();
+  narrowing.validate();
   lumen_mesh.validate();
   lumen_volume.validate();
   balloon.validate();
@@ -126,20 +122,6 @@ void apply_setting(Config& config, std::string_view assignment) {
         std::string(assignment.substr(equals + 1)), "--set");
 }
 
-std::vector<std::string> preset_names() {
-  std::vector<std::string> names;
-  for (const auto& [preset, unused] : presets()) names.push_back(preset);
-  return names;
-}
-
-void apply_preset(Config& config, std::string_view preset) {
-  const auto found = presets().find(std::string(preset));
-  if (found == presets().end())
-    throw OptionError(fmt::format("no preset is called {} (there are: {})", preset,
-                                  fmt::join(preset_names(), ", ")));
-  for (const std::string& assignment : found->second) apply_setting(config, assignment);
-}
-
 std::string to_toml(const Config& config) {
   Config copy = config;
   std::vector<Setting> table = settings(copy);
@@ -162,8 +144,12 @@ std::string to_toml(const Config& config) {
 std::string stage_settings(const Config& config, Stage stage) {
   Config copy = config;
   std::string text;
+  // A narrowing is made before the centreline is found, where the lesion's settings say.
+  const bool narrows = stage == Stage::centerline && config.narrowing.percent > 0.0;
   for (const Setting& setting : settings(copy))
-    if (setting.stage == stage) text += fmt::format("{} = {}\n", setting.key, setting.get());
+    if (setting.stage == stage ||
+        (narrows && setting.stage == Stage::meshing && setting.key.starts_with("lesion.")))
+      text += fmt::format("{} = {}\n", setting.key, setting.get());
   return text;
 }
 

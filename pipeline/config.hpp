@@ -9,9 +9,11 @@
 #include "centerline/centerline.hpp"
 #include "meshing/lumen_volume.hpp"
 #include "meshing/meshing.hpp"
+#include "meshing/narrow_lumen.hpp"
 #include "meshing/wall_layers.hpp"
 #include "segmentation/read_volume.hpp"
 #include "segmentation/segmentation.hpp"
+#include "simulation/cloth.hpp"
 #include "simulation/simulation.hpp"
 
 namespace angio::pipeline {
@@ -34,11 +36,14 @@ inline constexpr double kMillimetresOf[] = {1.0, 10.0, 1000.0, 25.4};
 
 /// Every option of every stage; each default is the one of the stage's own struct.
 struct Config {
+  /// The seed paper's: "cloth", "unilateral", "bilateral", "ytype", "coronary"; "": none.
+  std::string experiment;
   segmentation::ReadOptions input;
   LengthUnit surface_unit = LengthUnit::mm;
   segmentation::SegmentationOptions segmentation;
   centerline::CenterlineOptions centerline;
   centerline::LesionOptions lesion;
+  meshing::NarrowingOptions narrowing;
   meshing::LumenMeshOptions lumen_mesh;
   bool fill_lumen = true;  ///< also make the tetrahedral lumen mesh
   meshing::LumenVolumeOptions lumen_volume;
@@ -46,6 +51,7 @@ struct Config {
   meshing::WallLayerOptions wall_layers;  ///< of the layered wall
   simulation::Plaque plaque = simulation::Plaque::fibrous;
   simulation::SimulationOptions simulation;
+  simulation::ClothOptions cloth;
   int write_every = 4;  ///< solver frames per frame written, [1, 10000]
 
   void validate() const;  ///< @throws OptionError naming section.key
@@ -69,9 +75,11 @@ void load_config(Config& config, const std::filesystem::path& file);
 /// Applies "section.key=value".
 void apply_setting(Config& config, std::string_view assignment);
 
-/// Names of the presets, and the settings of one.
+/// Names of the presets; what each is for, a line each; and the settings of one.
 std::vector<std::string> preset_names();
-void apply_preset(Config& config, std::string_view preset);
+std::string preset_help();
+/// @throws OptionError (78) naming the presets that there are
+void apply_preset(Config& config, std::string_view name);
 
 /// The configuration as TOML, each key with its meaning and unit as a comment.
 std::string to_toml(const Config& config);

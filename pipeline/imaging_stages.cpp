@@ -11,8 +11,10 @@
 #include "datasets/phantom.hpp"
 #include "meshing/lumen_volume.hpp"
 #include "meshing/meshing.hpp"
+#include "meshing/narrow_lumen.hpp"
 #include "meshing/repair_surface.hpp"
 #include "pipeline/case_files.hpp"
+#include "pipeline/experiment.hpp"
 #include "pipeline/layered_wall.hpp"
 #include "pipeline/metrics.hpp"
 #include "pipeline/stage_parts.hpp"
@@ -69,6 +71,9 @@ void convert_to_mm(TriangleMesh& mesh, LengthUnit unit) {
 
 /// A lumen surface needs no segmentation; it is kept as the later stages read it.
 void take_surface(StageWork& work) {
+  if (work.input.starts_with(kPhantomPrefix))
+    return viewer::write_surface(work.out / "lumen_surface.vtp",
+                                 {experiment_surface(work), {}, {}});
   const fs::path source = work.input.empty()
                               ? work.case_folder.path("segmentation/lumen_surface.vtp")
                               : fs::path(work.input);
@@ -85,8 +90,70 @@ void take_surface(StageWork& work) {
   viewer::write_surface(work.out / "lumen_surface.vtp", {surface.mesh, {}, {}});
 }
 
+/// A lumen in pieces has no way through for a balloon: refused where a surface in one piece is so
+/// narrow that its lines cannot pass; told where a scan shows pieces, which may be other vessels.
+void check_for_occlusion(StageWork& work, const centerline::CenterlineResult& result,
+                         const TriangleMesh* surface) {
+  constexpr double kSpeck = 0.02;  // of the lumen
+  if (result.left_out < kSpeck) return;
+  const std::string needed = fmt::format("a balloon crosses a lumen of at least {:.2f} mm",
+                                         meshing::least_lumen_to_cross_mm());
+  if (surface && surface_topology(*surface).component_count == 1)
+    throw InputError(fmt::format(
+        "the vessel is shut: {:.0f} % of the lumen cannot be reached from the rest ({}). Open it "
+        "there, or give the part to be treated as a vessel of its own",
+        100.0 * result.left_out, needed));
+  work.warnings.push_back(
+      fmt::format("if the lumen's pieces are one vessel, it is shut between them ({})", needed));
+}
+
+constexpr const char* kNarrowedLumen = "centerline/narrowed_lumen.vtp";
+
 TriangleMesh read_given_surface(const StageWork& work) {
   return viewer::read_surface(work.case_folder.path("segmentation/lumen_surface.vtp")).mesh;
+}
+
+/// The lumen with a narrowing at the place that the lesion's settings name, or in the middle of
+/// its longest suitable branch. Nothing where there is a stenosis already and no place is named.
+std::optional<TriangleMesh> narrowed_lumen(StageWork& work, const CenterlineTree& tree,
+                                           const Progress& progress) {
+  const Config& config = work.config;
+  if (config.narrowing.percent <= 0.0) return std::nullopt;
+  const auto lesions =
+      centerline::find_lesions(tree, {.min_stenosis_percent = config.lesion.min_stenosis_percent});
+  if (lesions.front().is_stenosis && config.lesion.abscissa_mm < 0.0) {
+    work.warnings.push_back(
+        fmt::format("nothing was narrowed: there is a stenosis of {:.0f} % already. --set "
+                    "lesion.centerline=N lesion.abscissa_mm=S names a place to narrow all the same",
+                    lesions.front().diameter_stenosis_percent));
+    return std::nullopt;
+  }
+  const meshing::Narrowing narrowing = meshing::choose_narrowing(
+      tree, config.narrowing, config.lesion.centerline, config.lesion.abscissa_mm);
+  // Against the healthy diameter, as a stenosis is measured; some of it may be there already.
+  const centerline::Lesion before =
+      centerline::find_lesions(tree, {.centerline = narrowing.path_id,
+                                      .abscissa_mm = narrowing.abscissa_mm,
+                                      .min_stenosis_percent = config.lesion.min_stenosis_percent})
+          .front();
+  const double wanted = before.reference_diameter_mm * (1.0 - 0.01 * config.narrowing.percent);
+  if (wanted < meshing::least_lumen_to_cross_mm())
+    throw InputError(
+        fmt::format("a stenosis of {:.0f} % of {:.2f} mm would leave {:.2f} mm (a balloon crosses "
+                    "a lumen of at "
+                    "least {:.2f} mm). Lower lesion.narrow_percent",
+                    config.narrowing.percent, before.reference_diameter_mm, wanted,
+                    meshing::least_lumen_to_cross_mm()));
+  const double percent = std::max(0.0, 100.0 * (1.0 - wanted / narrowing.diameter_mm));
+  const meshing::LumenMesh lumen =
+      has_surface_input(work) ? meshing::mesh_lumen(read_given_surface(work), tree, {}, progress)
+                              : meshing::mesh_lumen(read_level_set(work), tree, {}, progress);
+  work.warnings.push_back(fmt::format(
+      "the vessel was narrowed by {:.0f} % over {:.1f} mm on line {}, {:.1f} mm from the inlet "
+      "(of {:.2f} mm): this lesion is made, not the patient's",
+      config.narrowing.percent, narrowing.length_mm, narrowing.path_id, narrowing.abscissa_mm,
+      before.reference_diameter_mm));
+  return meshing::narrow_lumen(lumen.capped, path_of(tree, narrowing.path_id), narrowing, percent);
 }
 
 json to_json(const std::vector<centerline::Lesion>& lesions) {
@@ -172,12 +239,19 @@ void do_segmentation(StageWork& work) {
   segmentation::write_volume(work.out / "lumen_level_set.nrrd", result.level_set);
 }
 void do_centerline(StageWork& work) {
-  const Progress progress = part(work.progress, 0.0, 0.95);
-  const centerline::CenterlineResult result =
-      has_surface_input(work)
-          ? centerline::extract_centerline(read_given_surface(work), work.config.centerline,
-                                           progress)
+  const Progress progress = part(work.progress, 0.0, 0.4);
+  const std::optional<TriangleMesh> given =
+      has_surface_input(work) ? std::optional(read_given_surface(work)) : std::nullopt;
+  centerline::CenterlineResult result =
+      given
+          ? centerline::extract_centerline(*given, work.config.centerline, progress)
           : centerline::extract_centerline(read_level_set(work), work.config.centerline, progress);
+  check_for_occlusion(work, result, given ? &*given : nullptr);
+  if (const auto narrowed = narrowed_lumen(work, result.tree, part(work.progress, 0.4, 0.6))) {
+    result = centerline::extract_centerline(*narrowed, work.config.centerline,
+                                            part(work.progress, 0.6, 0.95));
+    viewer::write_surface(work.out / fs::path(kNarrowedLumen).filename(), {*narrowed, {}, {}});
+  }
   keep(work.warnings, result.warnings);
   write_centerlines(work.out / "centerlines.vtp", result.tree);
   const auto lesions = centerline::find_lesions(
@@ -188,7 +262,10 @@ void do_meshing(StageWork& work) {
   const CenterlineTree tree = read_centerlines(work.case_folder.path("centerline/centerlines.vtp"));
   const Progress lumen_progress = part(work.progress, 0.0, 0.5);
   const meshing::LumenMesh lumen =
-      has_surface_input(work)
+      work.case_folder.exists(kNarrowedLumen)
+          ? meshing::mesh_lumen(viewer::read_surface(work.case_folder.path(kNarrowedLumen)).mesh,
+                                tree, work.config.lumen_mesh, lumen_progress)
+      : has_surface_input(work)
           ? meshing::mesh_lumen(read_given_surface(work), tree, work.config.lumen_mesh,
                                 lumen_progress)
           : meshing::mesh_lumen(read_level_set(work), tree, work.config.lumen_mesh, lumen_progress);

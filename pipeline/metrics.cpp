@@ -117,6 +117,10 @@ json lesion_metrics(const centerline::Lesion& lesion) {
 
 json collect_metrics(const CaseFolder& case_folder, const Config& config, const RunRecord& record) {
   json metrics = empty_metrics();
+  if (case_folder.exists("simulation/cloth.csv")) {
+    metrics["cloth"] = read_json(case_folder.path("simulation/summary.json"));
+    return metrics;
+  }
   const auto is_done = [&](Stage stage) {
     const auto found = record.stages.find(stage);
     return found != record.stages.end() && found->second.status == "done";

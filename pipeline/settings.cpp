@@ -220,6 +220,9 @@ Setting make_setting(std::string key, Stage stage, Field& field, std::string hel
 
 void add_imaging_settings(Config& c, std::vector<Setting>& table) {
   const auto seg = Stage::segmentation;
+  table.push_back(make_setting("input.experiment", seg, c.experiment,
+                               "the seed paper's experiment whose mesh a phantom input gives: "
+                               "cloth, unilateral, bilateral, ytype or coronary; \"\": none"));
   table.push_back(
       make_setting("input.series", seg, c.input.series,
                    "series of a DICOM folder: its number or key from `angio inspect`; \"\": "
@@ -269,6 +272,11 @@ void add_imaging_settings(Config& c, std::vector<Setting>& table) {
   table.push_back(make_setting("centerline.min_branch_length_mm", line,
                                c.centerline.min_branch_length_mm,
                                "shorter side branches are spurs [mm]; 0: by the parent's radius"));
+  table.push_back(make_setting("lesion.narrow_percent", line, c.narrowing.percent,
+                               "narrow a vessel without a stenosis (or the place named) by so much "
+                               "of its healthy diameter [%], 5 to 100; 0: leave it"));
+  table.push_back(make_setting("lesion.narrow_length_mm", line, c.narrowing.length_mm,
+                               "of that narrowing [mm], 1 to 100; 0: three diameters"));
 }
 
 void add_meshing_settings(Config& c, std::vector<Setting>& table) {
@@ -288,6 +296,11 @@ void add_meshing_settings(Config& c, std::vector<Setting>& table) {
                                "edges around the lumen where edge_length_mm is 0, 8 to 64"));
   table.push_back(make_setting("mesh.triangle_budget", mesh, c.lumen_mesh.triangle_budget,
                                "most triangles of the lumen, 1000 to 5000000"));
+  table.push_back(make_setting("mesh.triangle_count", mesh, c.lumen_mesh.triangle_count,
+                               "exact number of triangles, with caps on the outlets, even, 1000 to "
+                               "1000000; 0: by the edge length"));
+  table.push_back(make_setting("mesh.keep", mesh, c.lumen_mesh.keep,
+                               "keep a given surface's triangles; it must be open at its ends"));
   table.push_back(make_setting("mesh.smoothing_iterations", mesh, c.lumen_mesh.smoothing_iterations,
                                "volume-keeping smoothing steps, 0 to 100"));
   table.push_back(make_setting("mesh.extension_diameters", mesh, c.lumen_mesh.extension_diameters,
@@ -423,6 +436,19 @@ void add_simulation_settings(Config& c, std::vector<Setting>& table) {
                    "10000"));
 }
 
+void add_cloth_settings(Config& c, std::vector<Setting>& table) {
+  const auto mesh = Stage::meshing, sim = Stage::simulation;
+  table.push_back(make_setting("cloth.side_mm", mesh, c.cloth.side_mm, "of the square [mm]"));
+  table.push_back(
+      make_setting("cloth.cells", mesh, c.cloth.cells, "along a side, even, 2 to 1000"));
+  table.push_back(
+      make_setting("cloth.thickness_mm", sim, c.cloth.thickness_mm, "before it is pulled [mm]"));
+  table.push_back(make_setting("cloth.stretch", sim, c.cloth.stretch,
+                               "growth of the corners' distance in the end, up to 3"));
+  table.push_back(
+      make_setting("cloth.steps", sim, c.cloth.steps, "in which it is pulled, 1 to 10000"));
+}
+
 }  // namespace
 
 std::vector<Setting> settings(Config& config) {
@@ -431,6 +457,7 @@ std::vector<Setting> settings(Config& config) {
   add_meshing_settings(config, table);
   add_material_settings(config, table);
   add_simulation_settings(config, table);
+  add_cloth_settings(config, table);
   return table;
 }
 

@@ -14,6 +14,7 @@ namespace angio::pipeline {
 
 inline constexpr const char* kPhantomPrefix = "phantom:";
 
+void do_cloth_stage(Stage stage, StageWork& work);
 void do_segmentation(StageWork& work);
 void do_centerline(StageWork& work);
 void do_meshing(StageWork& work);
@@ -28,6 +29,9 @@ Progress part(const Progress& whole, double first, double last);
 
 bool has_surface_input(const StageWork& work);
 Volume<float> read_level_set(const StageWork& work);
+
+/// What the report shows of run.json: without the times, so that the same input gives the same one.
+nlohmann::json repeatable_run(const StageWork& work);
 
 /// @throws OptionError if no line has that id
 const CenterlinePath& path_of(const CenterlineTree& tree, int path_id);

@@ -8,7 +8,9 @@
 
 #include "core/error.hpp"
 #include "datasets/phantom.hpp"
+#include "pipeline/experiment.hpp"
 #include "pipeline/stage_parts.hpp"
+#include "pipeline/version.hpp"
 #include "segmentation/read_volume.hpp"
 
 namespace angio::pipeline {
@@ -33,6 +35,14 @@ Volume<float> read_level_set(const StageWork& work) {
   return segmentation::read_volume_file(work.case_folder.path("segmentation/lumen_level_set.nrrd"));
 }
 
+nlohmann::json repeatable_run(const StageWork& work) {
+  return {{"version", kVersion},
+          {"backend", work.record.backend},
+          {"device", work.record.device},
+          {"input", work.record.input_description},
+          {"input_sha256", work.record.input_sha256}};
+}
+
 const CenterlinePath& path_of(const CenterlineTree& tree, int path_id) {
   const auto found = std::find_if(tree.paths.begin(), tree.paths.end(),
                                   [&](const CenterlinePath& path) { return path.id == path_id; });
@@ -52,11 +62,12 @@ std::vector<std::string> stage_inputs(Stage stage) {
       return {"segmentation/lumen_level_set.nrrd", "segmentation/lumen_surface.vtp"};
     case Stage::meshing:
       return {"segmentation/volume.nrrd", "segmentation/lumen_level_set.nrrd",
-              "segmentation/lumen_surface.vtp", "centerline/centerlines.vtp"};
+              "segmentation/lumen_surface.vtp", "centerline/centerlines.vtp",
+              "centerline/narrowed_lumen.vtp"};
     case Stage::simulation:
       return {"centerline/centerlines.vtp", "meshing/lumen.vtp",  "meshing/balloon.vtp",
               "meshing/guidewire.vtp",      "meshing/region.vtp", "meshing/air.vtu",
-              "meshing/placement.json"};
+              "meshing/placement.json",     "meshing/cloth.vtp"};
     case Stage::report:
       return {"segmentation/volume.nrrd",
               "segmentation/lumen_level_set.nrrd",
@@ -72,7 +83,14 @@ std::vector<std::string> stage_inputs(Stage stage) {
   throw InternalError("no such stage");
 }
 
+void do_cloth_stage(Stage stage, StageWork& work) {
+  if (stage == Stage::meshing) return do_cloth_meshing(work);
+  if (stage == Stage::simulation) return do_cloth_simulation(work);
+  do_cloth_report(work);
+}
+
 void do_stage(Stage stage, StageWork& work) {
+  if (is_cloth(work.config)) return do_cloth_stage(stage, work);
   switch (stage) {
     case Stage::segmentation:
       return do_segmentation(work);

@@ -11,6 +11,7 @@
 
 #include "core/atomic_file.hpp"
 #include "core/error.hpp"
+#include "pipeline/experiment.hpp"
 #include "pipeline/metrics.hpp"
 #include "pipeline/stage_work.hpp"
 #include "pipeline/version.hpp"
@@ -91,7 +92,8 @@ RunRecord describe_input(const RunRequest& request, const CaseFolder& folder) {
   }
   RunRecord record;
   const InputKind kind = input_kind(request.input);
-  record.input_kind = name(kind);
+  const bool is_exact = kind == InputKind::phantom && !request.config.experiment.empty();
+  record.input_kind = name(is_exact ? InputKind::surface : kind);
   record.input_sha256 =
       kind == InputKind::phantom ? sha256_of_text(request.input) : sha256_of_path(request.input);
   record.case_name =
@@ -114,15 +116,16 @@ std::string stage_key(Stage stage, const RunRequest& request, const RunRecord& r
                       const std::map<std::string, std::string>& inputs) {
   std::string text =
       fmt::format("{}\n{}\n{}", kVersion, name(stage), stage_settings(request.config, stage));
-  if (stage == Stage::segmentation) text += record.input_sha256;
+  if (stage == first_stage(request.config)) text += record.input_sha256;
   if (stage == Stage::report) text += record.case_name;
   for (const auto& [file, hash] : inputs) text += file + " " + hash + "\n";
   return sha256_of_text(text);
 }
 
-std::map<std::string, std::string> gather_inputs(Stage stage, const CaseFolder& folder) {
+std::map<std::string, std::string> gather_inputs(Stage stage, const Config& config,
+                                                 const CaseFolder& folder) {
   auto inputs = folder.hashes(stage_inputs(stage));
-  if (inputs.empty() && stage != Stage::segmentation)
+  if (inputs.empty() && stage != first_stage(config))
     throw InputError(fmt::format("{} has nothing for the stage {} to work on. Run the stages "
                                  "before it: `angio run INPUT -o {}`",
                                  folder.root().string(), name(stage), folder.root().string()),
@@ -180,9 +183,15 @@ void make_stage(Stage stage, const RunRequest& request, const CaseFolder& folder
 
 void run_stage(Stage stage, const RunRequest& request, bool forced, const CaseFolder& folder,
                RunRecord& record, Reporter& reporter) {
-  const auto inputs = gather_inputs(stage, folder);
-  const std::string key = stage_key(stage, request, record, inputs);
   reporter.begin_stage(name(stage));
+  if (is_skipped(stage, request.config)) {
+    record.stages[stage].status = "skipped";
+    folder.write_record(record);
+    reporter.end_stage(name(stage), "skipped", 0.0);
+    return;
+  }
+  const auto inputs = gather_inputs(stage, request.config, folder);
+  const std::string key = stage_key(stage, request, record, inputs);
   if (!forced && folder.is_up_to_date(record.stages[stage], key)) {
     reporter.end_stage(name(stage), "up to date", 0.0);
     return;

@@ -199,21 +199,38 @@ std::vector<viewer::Moment> read_moments(const CaseFolder& case_folder, const js
           moment("After", summary.at("last_frame").get<int>())};
 }
 
+/// Nine written frames from the first to the last, as in the seed paper's figures: the start, five
+/// steps to the peak, and three to the end.
+std::vector<viewer::Moment> read_sequence(const CaseFolder& case_folder, const json& summary) {
+  const std::vector<viewer::FrameTime> frames =
+      viewer::read_frame_times(case_folder.path("simulation/simulation.pvd"));
+  const auto place_of = [&](int frame) {
+    return double(std::find_if(frames.begin(), frames.end(),
+                               [&](const auto& f) { return f.frame == frame; }) -
+                  frames.begin());
+  };
+  const double peak = place_of(summary.at("peak_frame").get<int>());
+  const double last = double(frames.size()) - 1.0;
+  std::vector<viewer::Moment> sequence;
+  constexpr int kToPeak = 5, kToEnd = 3;
+  for (int i = 0; i <= kToPeak + kToEnd; ++i) {
+    const double place =
+        i <= kToPeak ? peak * i / kToPeak : peak + (last - peak) * (i - kToPeak) / kToEnd;
+    const viewer::FrameTime& at = frames[std::size_t(std::lround(place))];
+    FrameShape shape = read_frame(case_folder.path("simulation/frames"), at.frame);
+    sequence.push_back({fmt::format("({}) {:.3f} s", char('a' + i), at.time_s),
+                        std::move(shape.balloon), std::move(shape.wall),
+                        std::move(shape.contact_pressure_kpa)});
+  }
+  return sequence;
+}
+
 /// The metrics without the times, so that the same input gives the same report.
 json repeatable_metrics(const StageWork& work) {
   json metrics = collect_metrics(work.case_folder, work.config, work.record);
   for (const char* key : {"wall_s", "frames_per_second", "real_time_factor"})
     metrics["simulation"].erase(key);
   return metrics;
-}
-
-json repeatable_run(const StageWork& work) {
-  json run = {{"version", kVersion},
-              {"backend", work.record.backend},
-              {"device", work.record.device},
-              {"input", work.record.input_description},
-              {"input_sha256", work.record.input_sha256}};
-  return run;
 }
 
 }  // namespace
@@ -280,6 +297,7 @@ void do_report(StageWork& work) {
   content.lesion_path = placement.at("lesion").at("centerline_id").get<int>();
   content.lesion_abscissa_mm = placement.at("lesion").at("abscissa_mm").get<double>();
   content.moments = read_moments(folder, summary);
+  content.sequence = read_sequence(folder, summary);
   read_profiles(folder.path("simulation/lumen_profile.csv"), content.before, content.after);
   auto rows = read_table(folder.path("simulation/timeseries.csv"));
   content.time_series.columns = rows.front();

@@ -54,10 +54,14 @@ std::vector<double> thickness(const TriangleMesh& rest, const std::vector<Vec3>&
 
 }  // namespace
 
-Cloth pull_cloth(const ClothOptions& options) {
+TriangleMesh cloth_mesh(const ClothOptions& options) {
   check(options);
+  return square(options.side_mm, options.cells);
+}
+
+Cloth pull_cloth(const ClothOptions& options) {
   Cloth cloth;
-  cloth.rest = square(options.side_mm, options.cells);
+  cloth.rest = cloth_mesh(options);
   const auto& rest = cloth.rest.vertices;
   SkinLaw<double> law;
   law.base = {units::pascal_from_megapascal(options.c1_mpa),

@@ -29,6 +29,9 @@ struct Cloth {
   std::vector<ClothState> states;  ///< the start, then one after each step
 };
 
+/// The cloth before it is pulled; only its side and cells count. @throws OptionError
+TriangleMesh cloth_mesh(const ClothOptions& options);
+
 /// The equilibrium in the plane after each step, by Newton's method. The cells' diagonals
 /// alternate, so that the mesh has the square's eight symmetries.
 /// @throws OptionError

@@ -82,7 +82,6 @@ SimulationFrame make_frame(const SimulationModel& model, const Scene& scene, con
   frame.thickness_mm = for_caller(scene, 0, skin.thickness);
   frame.stretch_1 = for_caller(scene, 0, skin.stretch_1);
   frame.stretch_2 = for_caller(scene, 0, skin.stretch_2);
-  frame.balloon_stress = balloon_stress(scene, state.x);
   if (scene.solid.levels > 0)
     add_solid(scene, state, frame);
   else

@@ -141,12 +141,6 @@ struct SimulationModel {
 enum class Phase { insert, inflate, hold, deflate, rest };
 const char* name(Phase phase);
 
-/// What a triangle of the balloon's skin carries.
-struct BalloonStress {
-  double stress_1_mpa = 0.0, stress_2_mpa = 0.0;  ///< principal Cauchy stress, the larger first
-  double energy_mpa = 0.0;                        ///< per unloaded volume
-};
-
 /// One row of timeseries.csv and the state behind it.
 struct SimulationFrame {
   int frame = 0;
@@ -174,7 +168,6 @@ struct SimulationFrame {
   std::vector<Vec3> balloon;  ///< positions [mm]
   std::vector<Vec3> wall;
   std::vector<double> thickness_mm, stretch_1, stretch_2;    ///< balloon, per vertex
-  std::vector<BalloonStress> balloon_stress;                 ///< per triangle
   std::vector<double> plastic_strain, contact_pressure_kpa;  ///< wall, per vertex
   std::vector<Vec3> layered_wall;       ///< positions of the solid's vertices [mm]
   std::vector<WallStress> wall_stress;  ///< of the solid's wedges

@@ -69,6 +69,12 @@ struct TimeStep {
   int part = 0;
   std::string file;  ///< relative to the .pvd
 };
+/// A frame that a collection lists, by the number in its files' names.
+struct FrameTime {
+  int frame = 0;
+  double time_s = 0.0;
+};
+std::vector<FrameTime> read_frame_times(const std::filesystem::path& path);  ///< ascending
 void write_collection(const std::filesystem::path& path, const std::vector<TimeStep>& steps);
 
 }  // namespace angio::viewer

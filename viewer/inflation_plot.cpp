@@ -6,25 +6,11 @@
 #include "core/atomic_file.hpp"
 #include "core/error.hpp"
 #include "viewer/detail/chart.hpp"
-#include "viewer/detail/html.hpp"
 
 namespace angio::viewer {
 namespace {
 
 using namespace detail;
-
-// Plain colours: programs that are no browsers know no style variables.
-constexpr const char* kStyle = R"css(
-.grid{stroke:#e6e8ec}.axis{stroke:#5b6472}.band{fill:#f1f3f6}
-.level{stroke:#5b6472;stroke-dasharray:7 5}
-text{fill:#1d2128;font:12px system-ui,Arial,sans-serif}.tick{fill:#5b6472}
-.title{font-weight:600;font-size:15px}.note{font-weight:600}
-.mid{text-anchor:middle}.end{text-anchor:end}
-.line{fill:none;stroke-width:2;stroke-linejoin:round}
-.dashed{stroke-dasharray:3 4;stroke-width:1.4}
-.s1{stroke:#1f6fc4}.s2{stroke:#d9690f}.s3{stroke:#23864a}.s4{stroke:#8a4fb8}
-.mark{fill:#fff;stroke-width:2}.hover{fill:transparent;stroke:none}
-)css";
 
 /// A pressure with a name, marked on the computed curve.
 void mark_pressure(const InflationPlot& plot, double pressure, const std::string& name,
@@ -61,22 +47,12 @@ void write_inflation_plot(const std::filesystem::path& path, const InflationPlot
     mark_pressure(plot, plot.nominal_pressure_atm, "nominal", chart);
   if (plot.rated_burst_pressure_atm > 0.0)
     mark_pressure(plot, plot.rated_burst_pressure_atm, "rated burst", chart);
-  const std::string body = svg(chart);
-  if (body.empty())
+  const std::string file = svg_file(chart);
+  if (file.empty())
     throw InputError(
         "the inflation has fewer than two points (nothing to plot). Give two "
         "pressures or volumes, or more");
-  constexpr int kTitleHeight = 34;
-  const std::string width = std::to_string(chart.width);
-  const std::string height = std::to_string(chart.height + kTitleHeight);
-  write_text_atomically(
-      path, "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"" + width + "\" height=\"" + height +
-                "\" viewBox=\"0 0 " + width + " " + height + "\"><style>" + kStyle +
-                "</style><rect width=\"100%\" height=\"100%\" fill=\"#fff\"/>"
-                "<text x=\"20\" y=\"24\" class=\"title\">" +
-                escape_html(plot.title) + "</text><svg y=\"" + std::to_string(kTitleHeight) +
-                "\" width=\"" + width + "\" height=\"" + std::to_string(chart.height) + "\" " +
-                body.substr(std::string("<svg ").size()) + "</svg>\n");
+  write_text_atomically(path, file);
 }
 
 }  // namespace angio::viewer

@@ -22,7 +22,7 @@ namespace {
 
 /// Every picture of the report.
 struct Figures {
-  std::vector<Figure> tree, moments, contact, projections, slices, sections;
+  std::vector<Figure> tree, sequence, cloth, moments, contact, projections, slices, sections;
 };
 
 Figures draw_all(const ReportContent& content, const Progress& progress) {
@@ -33,6 +33,8 @@ Figures draw_all(const ReportContent& content, const Progress& progress) {
     if (!content.lumen.triangles.empty()) figures.tree.push_back(detail::draw_tree(content));
     progress.report(0.25, "close-ups");
     figures.moments = detail::draw_moments(content);
+    figures.sequence = detail::draw_sequence(content);
+    figures.cloth = detail::draw_cloth(content);
     progress.report(0.55, "contact pressure");
     figures.contact = detail::draw_contact(content);
   }
@@ -145,11 +147,14 @@ std::string make_page(const ReportContent& content, const Figures& figures, cons
       "</h1><p class=\"sub\">Simulated balloon angioplasty · angio " +
       escape_html(content.version) + "</p></header>\n<main>\n";
   page += notices(content);
-  page += "<div class=\"cards\">" + detail::headline_cards(metrics) + "</div>\n";
+  if (content.cloth.empty())
+    page += "<div class=\"cards\">" + detail::headline_cards(metrics) + "</div>\n";
+  page += section("The cloth", album.block(figures.cloth, "stack"));
   page += section("Vessel tree", album.block(figures.tree, "tree"));
   page += section("Stenoses", detail::lesion_table(content.lesions_json, largest_spacing(content)));
-  page += section("Dilation",
-                  album.block(figures.moments, "stack") + album.block(figures.contact, "stack"));
+  page += section("Dilation", album.block(figures.moments, "stack") +
+                                  album.block(figures.contact, "stack") +
+                                  album.block(figures.sequence, "stack"));
   page +=
       section("Diameter along the vessel", detail::svg(detail::diameter_chart(content, metrics)));
   page += section("Course of the inflation", chart_grid(content.time_series));
@@ -164,6 +169,9 @@ std::string make_page(const ReportContent& content, const Figures& figures, cons
 /// Pictures of an earlier report that this one does not have would tell of another state.
 void remove_old_pictures(const fs::path& folder) {
   constexpr std::array kNames{"tree.png",
+                              "sequence.png",
+                              "cloth.png",
+                              "corrections.svg",
                               "contact.png",
                               "cross_sections.png",
                               "close_up_1.png",
@@ -188,6 +196,8 @@ void write_report(const fs::path& folder, const ReportContent& content, const Pr
   remove_old_pictures(folder);
   progress.report(0.9, "page");
   const std::string page = make_page(content, figures, Album(folder));
+  const std::string corrections = detail::svg_file(detail::corrections_chart(content.time_series));
+  if (!corrections.empty()) write_text_atomically(folder / "corrections.svg", corrections);
   write_text_atomically(folder / "index.html", page);
   progress.report(1.0);
 }

@@ -33,6 +33,13 @@ struct Moment {
   std::vector<double> contact_pressure_kpa;  ///< per wall vertex
 };
 
+/// A state of the seed paper's cloth, which lies in the plane z = 0.
+struct ClothMoment {
+  std::string title;  ///< "+35 %"
+  TriangleMesh mesh;
+  std::vector<double> thickness_mm;  ///< per vertex
+};
+
 struct ReportContent {
   std::string title;  ///< case name; no identity
   std::string version;
@@ -42,7 +49,9 @@ struct ReportContent {
   CenterlineTree tree;
   int lesion_path = 0;  ///< CenterlineIds of the line through the lesion
   double lesion_abscissa_mm = 0.0;
-  std::vector<Moment> moments;  ///< before, at peak, after
+  std::vector<Moment> moments;     ///< before, at peak, after
+  std::vector<Moment> sequence;    ///< the whole course, for one picture; may be empty
+  std::vector<ClothMoment> cloth;  ///< instead of a vessel; the first is the cloth at rest
   DiameterProfile before, after;
   TimeSeries time_series;
   std::string metrics_json;           ///< metrics.json, shown as tables
@@ -52,7 +61,8 @@ struct ReportContent {
 };
 
 /// Renders the pictures and writes the report: index.html, one file, opens offline; every picture
-/// and chart (SVG) is inside. Also leaves the pictures as PNG beside it.
+/// and chart (SVG) is inside. Also leaves the pictures as PNG beside it, and the chart of friction
+/// and adhesion as corrections.svg.
 /// @throws Error (69) if nothing can render here, saying what to install
 void write_report(const std::filesystem::path& folder, const ReportContent& content,
                   const Progress& progress = {});

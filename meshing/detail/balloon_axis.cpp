@@ -151,9 +151,11 @@ AxisFrame frame_at(const FramedAxis& axis, double abscissa) {
   return {(1.0 - t) * axis.points[a] + t * axis.points[a + 1], tangent, normal};
 }
 
+double room_for(double radius) { return std::max(radius / (1.0 - kGapShare), radius + kLeastGap); }
+
 FramedAxis fit_axis(const AxisWish& wish, const CenterlinePath& path, const SurfaceTarget& wall) {
   const double half_length = 0.5 * wish.length;
-  const double wanted_room = std::max(wish.radius / (1.0 - kGapShare), wish.radius + kLeastGap);
+  const double wanted_room = room_for(wish.radius);
   std::optional<FramedAxis> best;
   for (const bool centred : {false, true})
     for (const double share : {1.0, 2.0, 4.0, 0.5}) {

@@ -26,6 +26,9 @@ struct AxisFrame {
 };
 AxisFrame frame_at(const FramedAxis& axis, double abscissa);
 
+/// The distance from the wall that a ring's axis needs, with the gap [mm].
+double room_for(double radius);
+
 /// What an axis is wanted for.
 struct AxisWish {
   double middle_abscissa = 0.0;  ///< on the path [mm]

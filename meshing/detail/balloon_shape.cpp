@@ -15,11 +15,10 @@ namespace {
 
 using std::numbers::pi;
 
-constexpr double kLeastStartRadius = 0.10;  // [mm] thinner than any guidewire (0.18 mm)
-constexpr double kGuidewireRadius = 0.18;   // [mm] of a 0.014 inch wire, the thinnest shaft
-constexpr double kRingSlope = 0.4;          // by which neighbouring rings may differ
-constexpr double kPitchPerGap = 1.25;       // chords take a fifth of the pitch, see fold_section
-constexpr double kQuadAspect = 2.5;         // of the folded rings' quadrilaterals
+constexpr double kGuidewireRadius = 0.18;  // [mm] of a 0.014 inch wire, the thinnest shaft
+constexpr double kRingSlope = 0.4;         // by which neighbouring rings may differ
+constexpr double kPitchPerGap = 1.25;      // chords take a fifth of the pitch, see fold_section
+constexpr double kQuadAspect = 2.5;        // of the folded rings' quadrilaterals
 
 std::string two_digits(double value) {
   const std::string text = std::to_string(value + 0.005);
@@ -110,9 +109,10 @@ ShapedBalloon shape_tube(const BalloonPlan& plan, const CenterlinePath& path,
     throw InputError(
         "the balloon does not fit through the lumen (at its narrowest place a radius of " +
         two_digits(std::max(0.0, axis.narrowest())) + " mm is free, " +
-        two_digits(kLeastStartRadius) +
-        " mm is needed). Choose another place or a shorter balloon (balloon.length_mm), or check "
-        "the segmentation there");
+        two_digits(kLeastStartRadius) + " mm is needed: a lumen of at least " +
+        two_digits(least_lumen_to_cross_mm()) +
+        " mm in diameter for the crossing profile). Choose another place or a shorter balloon "
+        "(balloon.length_mm), or check the segmentation there");
   const std::vector<double> radii = tube_radii(plan, rest, axis);
   StartShape shape;
   for (int k = 0; k < plan.ring_vertex_count; ++k)

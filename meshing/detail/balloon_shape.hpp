@@ -10,6 +10,8 @@
 
 namespace angio::meshing::detail {
 
+inline constexpr double kLeastStartRadius = 0.10;  ///< [mm] thinner than any guidewire (0.18 mm)
+
 /// What is asked of a balloon, with every default filled in.
 struct BalloonPlan {
   double nominal_diameter = 0.0;  ///< [mm] its name

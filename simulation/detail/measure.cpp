@@ -223,22 +223,6 @@ SkinState skin_state(const Scene& scene, const std::vector<Vec3>& x) {
   return state;
 }
 
-std::vector<BalloonStress> balloon_stress(const Scene& scene, const std::vector<Vec3>& x) {
-  constexpr double kMegapascal = 1e-6;
-  std::vector<BalloonStress> result;
-  result.reserve(scene.balloon_triangles.size());
-  for (const auto& [a, b, c] : scene.balloon_triangles) {
-    auto corner = scene.corners.begin() + scene.corner_begin[std::size_t(a)];
-    while (corner->next != b) ++corner;
-    const Vec3& base = x[std::size_t(b)];
-    const SkinStress<double> skin =
-        skin_stress(scene.skin, corner->rest, x[std::size_t(a)] - base, x[std::size_t(c)] - base);
-    result.push_back(
-        {kMegapascal * skin.stress[0], kMegapascal * skin.stress[1], kMegapascal * skin.energy});
-  }
-  return result;
-}
-
 std::vector<double> plastic_strain(const Scene& scene, const State& state) {
   std::vector<double> by_cluster(state.plastic.size());
   for (std::size_t c = 0; c < by_cluster.size(); ++c) {

@@ -30,8 +30,6 @@ struct SkinState {
   std::vector<double> thickness, stretch_1, stretch_2;  ///< per balloon vertex, area-weighted
 };
 SkinState skin_state(const Scene& scene, const std::vector<Vec3>& x);
-/// Shape [triangle].
-std::vector<BalloonStress> balloon_stress(const Scene& scene, const std::vector<Vec3>& x);
 
 /// |S^p - I|_2 of the clusters of each wall vertex, their mean.
 std::vector<double> plastic_strain(const Scene& scene, const State& state);

@@ -203,3 +203,14 @@ std::string describe_frame(const CaseData& data, const FrameFiles& files) {
 }
 
 }  // namespace angio::viewer::detail
+
+namespace angio::viewer {
+
+std::vector<FrameTime> read_frame_times(const std::filesystem::path& path) {
+  std::vector<FrameTime> times;
+  for (const detail::FrameFiles& files : detail::read_frame_list(path))
+    times.push_back({files.frame, files.time_s});
+  return times;
+}
+
+}  // namespace angio::viewer

@@ -199,6 +199,19 @@ std::string draw_legend(const Chart& chart) {
   return out;
 }
 
+// Plain colours: programs that are no browsers know no style variables.
+constexpr const char* kFileStyle = R"css(
+.grid{stroke:#e6e8ec}.axis{stroke:#5b6472}.band{fill:#f1f3f6}
+.level{stroke:#5b6472;stroke-dasharray:7 5}
+text{fill:#1d2128;font:12px system-ui,Arial,sans-serif}.tick{fill:#5b6472}
+.title{font-weight:600;font-size:15px}.note{font-weight:600}
+.mid{text-anchor:middle}.end{text-anchor:end}
+.line{fill:none;stroke-width:2;stroke-linejoin:round}
+.dashed{stroke-dasharray:3 4;stroke-width:1.4}
+.s1{stroke:#1f6fc4}.s2{stroke:#d9690f}.s3{stroke:#23864a}.s4{stroke:#8a4fb8}
+.mark{fill:#fff;stroke-width:2}.hover{fill:transparent;stroke:none}
+)css";
+
 }  // namespace
 
 std::vector<double> round_ticks(double low, double high, int wanted_count) {
@@ -232,6 +245,21 @@ std::string svg(const Chart& chart) {
   out += draw_marks(chart, frame);
   out += draw_legend(chart);
   return out + "</svg>";
+}
+
+std::string svg_file(const Chart& chart) {
+  constexpr int kTitleHeight = 34;
+  const std::string body = svg(chart);
+  if (body.empty()) return {};
+  const std::string width = std::to_string(chart.width);
+  const std::string height = std::to_string(chart.height + kTitleHeight);
+  return "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"" + width + "\" height=\"" + height +
+         "\" viewBox=\"0 0 " + width + " " + height + "\"><style>" + kFileStyle +
+         "</style><rect width=\"100%\" height=\"100%\" fill=\"#fff\"/>"
+         "<text x=\"20\" y=\"24\" class=\"title\">" +
+         escape_html(chart.title) + "</text><svg y=\"" + std::to_string(kTitleHeight) +
+         "\" width=\"" + width + "\" height=\"" + std::to_string(chart.height) + "\" " +
+         body.substr(std::string("<svg ").size()) + "</svg>\n";
 }
 
 }  // namespace angio::viewer::detail

@@ -1,5 +1,6 @@
 #include "viewer/detail/picture.hpp"
 
+#include <algorithm>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
@@ -34,6 +35,21 @@ Picture shrink(const Picture& picture, int factor) {
             std::uint8_t((sum + half) / (factor * factor));
       }
   return small;
+}
+
+Picture blank_picture(int width, int height) {
+  return {width, height,
+          std::vector<std::uint8_t>(std::size_t(width) * std::size_t(height) * 3, 255)};
+}
+
+void paste(const Picture& picture, int left, int top, Picture& onto) {
+  ANGIO_EXPECT(left >= 0 && top >= 0 && left + picture.width <= onto.width &&
+               top + picture.height <= onto.height);
+  const std::size_t row_bytes = std::size_t(picture.width) * 3;
+  for (int row = 0; row < picture.height; ++row)
+    std::copy_n(picture.rgb.data() + std::size_t(row) * row_bytes, row_bytes,
+                onto.rgb.data() +
+                    (std::size_t(top + row) * std::size_t(onto.width) + std::size_t(left)) * 3);
 }
 
 std::string png_bytes(const Picture& picture) {

@@ -20,6 +20,12 @@ struct Picture {
 /// The mean of every factor x factor block: renders drawn larger become smooth.
 Picture shrink(const Picture& picture, int factor);
 
+/// White paper.
+Picture blank_picture(int width, int height);
+
+/// Copies a picture onto another, its upper left corner at (left, top); it must fit.
+void paste(const Picture& picture, int left, int top, Picture& onto);
+
 /// A whole PNG file; no time stamp, so the same picture gives the same bytes.
 std::string png_bytes(const Picture& picture);
 

@@ -130,9 +130,13 @@ std::vector<Chart> time_charts(const TimeSeries& series) {
       time_chart(series, "Contacts", "count", {{"contact_count", "contacts"}}),
       time_chart(series, "Penetration of the surfaces", "depth [mm]",
                  {{"max_penetration_mm", "deepest penetration"}}),
-      time_chart(series, "Corrections by friction and adhesion", "sum of lengths [mm]",
-                 {{"friction_delta_mm", "friction"}, {"viscous_delta_mm", "adhesion"}})};
+      corrections_chart(series)};
   return charts;
+}
+
+Chart corrections_chart(const TimeSeries& series) {
+  return time_chart(series, "Corrections by friction and adhesion", "sum of lengths [mm]",
+                    {{"friction_delta_mm", "friction"}, {"viscous_delta_mm", "adhesion"}});
 }
 
 }  // namespace angio::viewer::detail

@@ -135,6 +135,22 @@ vtkSmartPointer<vtkColorTransferFunction> make_pressure_colors(double high) {
   return map;
 }
 
+vtkSmartPointer<vtkColorTransferFunction> make_thickness_colors(double low, double high) {
+  auto map = vtkSmartPointer<vtkColorTransferFunction>::New();
+  const auto at = [&](double share) { return low + share * (high - low); };
+  map->AddRGBPoint(at(0.0), 0.27, 0.0, 0.33);
+  map->AddRGBPoint(at(0.25), 0.23, 0.32, 0.55);
+  map->AddRGBPoint(at(0.5), 0.13, 0.57, 0.55);
+  map->AddRGBPoint(at(0.75), 0.37, 0.79, 0.38);
+  map->AddRGBPoint(at(1.0), 0.99, 0.91, 0.14);
+  return map;
+}
+
+void show_edges(vtkActor* actor) {
+  actor->GetProperty()->EdgeVisibilityOn();
+  actor->GetProperty()->SetEdgeColor(unit_rgb(colors::kInk).data());
+}
+
 vtkSmartPointer<vtkTextActor> make_text(const std::string& text, int size, const Rgb& color) {
   auto actor = vtkSmartPointer<vtkTextActor>::New();
   actor->SetInput(text.c_str());
@@ -150,7 +166,7 @@ std::vector<vtkSmartPointer<vtkProp>> add_color_bar(vtkRenderer* renderer,
                                                     const ColorBarPlace& place, int scale,
                                                     const Rgb& text_color) {
   constexpr int kSteps = 128;
-  const double high = map->GetRange()[1];
+  const double low = map->GetRange()[0], high = map->GetRange()[1];
   vtkNew<vtkPoints> points;
   vtkNew<vtkCellArray> cells;
   vtkNew<vtkDoubleArray> values;
@@ -158,7 +174,8 @@ std::vector<vtkSmartPointer<vtkProp>> add_color_bar(vtkRenderer* renderer,
     const double x = place.left + place.width * step / kSteps;
     points->InsertNextPoint(x, place.bottom, 0.0);
     points->InsertNextPoint(x, place.bottom + place.height, 0.0);
-    for (int side = 0; side < 2; ++side) values->InsertNextValue(high * step / kSteps);
+    for (int side = 0; side < 2; ++side)
+      values->InsertNextValue(low + (high - low) * step / kSteps);
     if (step == kSteps) break;
     const vtkIdType corner = 2 * step;
     cells->InsertNextCell({corner, corner + 2, corner + 3, corner + 1});
@@ -181,11 +198,11 @@ std::vector<vtkSmartPointer<vtkProp>> add_color_bar(vtkRenderer* renderer,
     text->SetPosition(x, y);
     parts.push_back(text);
   };
-  const std::vector<double> ticks = round_ticks(0.0, high, 5);
+  const std::vector<double> ticks = round_ticks(low, high, 5);
   for (const double tick : ticks)
-    if (tick <= high * (1.0 + 1e-9))
+    if (tick <= high * (1.0 + 1e-9) && tick >= low * (1.0 - 1e-9))
       add_text(fixed_text(tick, tick_decimals(ticks[1] - ticks[0])),
-               place.left + place.width * tick / high, place.bottom - 17.0 * scale);
+               place.left + place.width * (tick - low) / (high - low), place.bottom - 17.0 * scale);
   add_text(title, place.left + 0.5 * place.width, place.bottom + place.height + 5.0 * scale);
   for (const auto& part : parts) renderer->AddViewProp(part);
   return parts;

@@ -24,6 +24,7 @@ namespace colors {
 inline constexpr Rgb kLumen{196, 78, 70};
 inline constexpr Rgb kSurroundings{170, 160, 158};
 inline constexpr Rgb kBalloon{45, 130, 225};
+inline constexpr Rgb kCloth{214, 222, 232};
 inline constexpr Rgb kCenterline{60, 190, 120};
 inline constexpr Rgb kInk{40, 44, 52};
 inline constexpr Rgb kLightInk{222, 226, 232};
@@ -46,6 +47,12 @@ vtkSmartPointer<vtkActor> make_tube(const std::vector<Vec3>& points, double radi
 
 /// From light grey at 0 over yellow and red to dark red at `high`.
 vtkSmartPointer<vtkColorTransferFunction> make_pressure_colors(double high);
+
+/// From purple where thin over green to yellow where thick.
+vtkSmartPointer<vtkColorTransferFunction> make_thickness_colors(double low, double high);
+
+/// Draws the triangles' edges.
+void show_edges(vtkActor* actor);
 
 /// A rectangle of the picture, from its lower left corner [drawn pixel].
 struct ColorBarPlace {
