@@ -189,8 +189,8 @@ std::vector<Figure> draw_sequence(const ReportContent& content) {
   for (const Moment& moment : content.sequence) {
     const auto renderer = make_stage();
     renderer->AddActor(make_surface(moment.balloon, {colors::kBalloon, 1.0}));
-    const auto wall = make_surface(moment.wall, {colors::kLumen, 0.45});
-    color_by(wall, moment.contact_pressure_kpa, map);
+    const auto wall = make_surface(moment.wall, {colors::kLumen, 1.0});
+    color_by_translucent(wall, moment.contact_pressure_kpa, map);
     renderer->AddActor(wall);
     if (!close_up.context.triangles.empty())
       renderer->AddActor(make_surface(close_up.context, {colors::kSurroundings, 0.25}));

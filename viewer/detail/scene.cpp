@@ -102,6 +102,28 @@ void color_by(vtkActor* actor, const std::vector<double>& values, vtkColorTransf
   mapper->ScalarVisibilityOn();
 }
 
+void color_by_translucent(vtkActor* actor, const std::vector<double>& values,
+                          vtkColorTransferFunction* map) {
+  constexpr double kLeastOpacity = 0.38, kMostOpacity = 0.97;
+  constexpr double kOpaqueFrom = 0.2;  // of the highest value
+  const double high = map->GetRange()[1];
+  vtkNew<vtkUnsignedCharArray> array;
+  array->SetName("shown");
+  array->SetNumberOfComponents(4);
+  for (const double value : values) {
+    double rgb[3];
+    map->GetColor(value, rgb);
+    const double share = std::clamp(value / (kOpaqueFrom * high), 0.0, 1.0);
+    const double opacity = kLeastOpacity + share * (kMostOpacity - kLeastOpacity);
+    array->InsertNextTuple4(255.0 * rgb[0], 255.0 * rgb[1], 255.0 * rgb[2], 255.0 * opacity);
+  }
+  auto* mapper = vtkPolyDataMapper::SafeDownCast(actor->GetMapper());
+  mapper->GetInput()->GetPointData()->SetScalars(array);
+  mapper->SetColorModeToDirectScalars();
+  mapper->ScalarVisibilityOn();
+  actor->ForceTranslucentOn();
+}
+
 vtkSmartPointer<vtkActor> make_tube(const std::vector<Vec3>& points, double radius_mm,
                                     const Rgb& color) {
   std::vector<int> line(points.size());

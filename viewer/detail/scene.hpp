@@ -41,6 +41,11 @@ vtkSmartPointer<vtkActor> make_surface(const TriangleMesh& mesh, const SurfaceSt
 /// Colours a surface by a value per vertex.
 void color_by(vtkActor* actor, const std::vector<double>& values, vtkColorTransferFunction* map);
 
+/// The same, translucent where the value is low: what presses on the wall shows, and what lies
+/// behind the rest of it.
+void color_by_translucent(vtkActor* actor, const std::vector<double>& values,
+                          vtkColorTransferFunction* map);
+
 /// A line drawn as a tube.
 vtkSmartPointer<vtkActor> make_tube(const std::vector<Vec3>& points, double radius_mm,
                                     const Rgb& color);
