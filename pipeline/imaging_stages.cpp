@@ -274,6 +274,12 @@ void do_meshing(StageWork& work) {
 
   const auto [lesion, setup] = place_on_a_lesion(work, tree, lumen);
   keep(work.warnings, setup.warnings);
+  constexpr double kMuchTooLarge = 1.5;
+  const double to_artery = setup.balloon.nominal_diameter_mm / lesion.reference_diameter_mm;
+  if (to_artery > kMuchTooLarge)
+    work.warnings.push_back(fmt::format(
+        "the balloon's nominal diameter, {:.2f} mm, is {:.1f} times the vessel's at the lesion",
+        setup.balloon.nominal_diameter_mm, to_artery));
   if (!lesion.is_stenosis && work.config.lesion.abscissa_mm < 0.0)
     work.warnings.push_back(fmt::format(
         "no stenosis of {:.0f} % or more was found; the balloon is placed at the tightest place "

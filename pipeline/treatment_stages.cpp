@@ -11,6 +11,7 @@
 #include "core/units.hpp"
 #include "pipeline/case_files.hpp"
 #include "pipeline/csv.hpp"
+#include "pipeline/fine_surface.hpp"
 #include "pipeline/layered_wall.hpp"
 #include "pipeline/metrics.hpp"
 #include "pipeline/stage_parts.hpp"
@@ -271,8 +272,14 @@ void do_simulation(StageWork& work) {
                                 lesion.at("proximal_mm").get<double>());
   const double last = std::max(site.at("balloon_last_abscissa_mm").get<double>(),
                                lesion.at("distal_mm").get<double>());
-  const auto before = centerline::measure_lumen(lumen, path, first, last);
-  const auto after = centerline::measure_lumen(lumen_after, path, first, last);
+  const double radius = 0.5 * lesion.at("mld_mm").get<double>();
+  const bool keep_mesh = work.config.lumen_mesh.keep;
+  const auto measure = [&](const TriangleMesh& mesh) {
+    return centerline::measure_lumen(keep_mesh ? fine_enough(mesh, radius) : mesh, path, first,
+                                     last);
+  };
+  const auto before = measure(lumen);
+  const auto after = measure(lumen_after);
   write_text_atomically(work.out / "lumen_profile.csv", profile_csv(before, after));
   viewer::write_surface(work.out / "lumen_after.vtp", {lumen_after, {}, {}});
   json reached = summary_json(work, lesion, summary, frames, after);

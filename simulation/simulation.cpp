@@ -38,17 +38,21 @@ std::vector<Value> for_caller(const Scene& scene, int first, const std::vector<V
   return result;
 }
 
+constexpr double kTaperInRadii = 4.0;
+
 // What the balloon is expected to enclose when full: its rest shape. A balloon that starts
-// unfolded is blown up like a rubber one, to the vessel's radius.
+// unfolded is blown up like a rubber one, to the vessel's radius in its middle; towards its poles,
+// which stay, it tapers like an ellipsoid over four radii.
 double nominal_volume(const SimulationModel& model, const Scene& scene, double start_volume) {
   TriangleMesh rest = model.balloon;
   rest.vertices = model.balloon_rest;
   const double rest_volume = enclosed_volume(rest);
   if (scene.skin.relaxed || scene.wall_count == 0) return std::max(rest_volume, start_volume);
-  const double radius = 0.5 * section_diameter(scene, scene.start, model.measure_point,
-                                               normalized(model.measure_tangent));
-  const double growth = radius > 0.0 ? std::max(1.0, model.reference_radius_mm / radius) : 1.0;
-  return growth * growth * start_volume;
+  const double radius = 2.0 * start_volume / surface_area(model.balloon);  // a tube's
+  const double length = start_volume / (units::kPi * radius * radius);
+  const double full = std::max(radius, model.reference_radius_mm);
+  const double taper = std::min(0.5 * length, kTaperInRadii * full);
+  return std::max(start_volume, units::kPi * full * full * (length - 2.0 / 3.0 * taper));
 }
 
 // A layered wall's shape, stress and plastic strain.

@@ -1,6 +1,7 @@
 #include "viewer/detail/pictures_3d.hpp"
 
 #include <vtkNew.h>
+#include <vtkTextProperty.h>
 
 #include <algorithm>
 #include <cmath>
@@ -81,10 +82,27 @@ double highest(const std::vector<double>& values) {
   return values.empty() ? 0.0 : *std::max_element(values.begin(), values.end());
 }
 
+/// The pressure that all but a fiftieth of the pressed vertices stay below, at the moment where it
+/// is highest: a few sharp corners would otherwise leave one colour to the rest.
+double usual_peak(const std::vector<Moment>& moments) {
+  double peak = 1e-3;
+  for (const Moment& moment : moments) {
+    std::vector<double> pressed;
+    for (const double p : moment.contact_pressure_kpa)
+      if (p > 0.0) pressed.push_back(p);
+    if (pressed.empty()) continue;
+    std::sort(pressed.begin(), pressed.end());
+    peak = std::max(peak, pressed[(pressed.size() - 1) * 49 / 50]);
+  }
+  return peak;
+}
+
 /// The title in a panel's upper left corner.
 void add_panel_title(vtkRenderer* renderer, const std::string& title, int panel_height) {
   const auto text = make_text(title, 13 * kSupersampling, colors::kInk);
   text->SetPosition(8.0 * kSupersampling, (panel_height - 20.0) * kSupersampling);
+  text->GetTextProperty()->SetBackgroundColor(1.0, 1.0, 1.0);
+  text->GetTextProperty()->SetBackgroundOpacity(0.85);
   renderer->AddActor2D(text);
 }
 
@@ -179,10 +197,7 @@ std::vector<Figure> draw_sequence(const ReportContent& content) {
   constexpr int kColumns = 3, kPanelWidth = 460, kStrip = 74, kTitle = 24;
   CloseUp close_up(content);
   const int height = std::max(96, close_up.height * kPanelWidth / kCloseUpWidth) + kTitle;
-  double high = 0.0;
-  for (const Moment& moment : content.sequence)
-    high = std::max(high, highest(moment.contact_pressure_kpa));
-  const auto map = make_pressure_colors(std::max(high, 1e-3));
+  const auto map = make_pressure_colors(usual_peak(content.sequence));
   Sheet sheet(kColumns, content.sequence.size(), kPanelWidth, height, kStrip);
   const int panel_width = kPanelWidth - Sheet::kGutter, panel_height = height - Sheet::kGutter;
   const double aspect = double(panel_width) / panel_height;
