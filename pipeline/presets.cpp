@@ -43,7 +43,7 @@ const std::vector<Preset>& presets() {
         "balloon.rest_diameter_mm=0.9", "balloon.folds=0", "balloon.membrane=plain",
         "balloon.wall_mm=0.03", "balloon.ring_count=26", "balloon.ring_vertex_count=20",
         "balloon.guidewire_node_count=24", "inflation.control=gas",
-        "inflation.outside_pressure_kpa=10.0", "inflation.peak_pressure_atm=6.8",
+        "inflation.outside_pressure_kpa=10.0", "inflation.peak_pressure_atm=6.6",
         "wall.shape=quadratic", "wall.creep_per_s=2.0", "inflation.hold_s=0.0",
         "inflation.deflate_s=2.0", "inflation.rest_s=0.5", "volume.fill=false"}},
       {"paper-cloth", "section 6.1, Figure 5", {}, {"input.experiment=cloth"}},
