@@ -59,7 +59,7 @@ class StepSolver {
   /// A hand on the vertices, for tests: changes the velocities [mm/s] before each step, given the
   /// positions [mm]. On the CPU only.
   using Push = std::function<void(int frame, const std::vector<Vec3>& x, std::vector<Vec3>& v)>;
-  virtual void set_push(Push) {}
+  virtual void set_push(const Push&) {}
 };
 
 /// @param threads  0: as many as pay

@@ -84,7 +84,7 @@ class CpuSolver final : public StepSolver {
     paper.triggered = triggered_.data();
   }
 
-  void set_push(Push push) override { push_ = std::move(push); }
+  void set_push(const Push& push) override { push_ = push; }
 
  private:
   void push(int frame) {
