@@ -110,16 +110,6 @@ class Grid {
   std::vector<int> begin_, items_;
 };
 
-double gap_of(const std::vector<Vec3>& x, const Candidate& c) {
-  const Vec3 p[4] = {x[std::size_t(c.vertex[0])], x[std::size_t(c.vertex[1])],
-                     x[std::size_t(c.vertex[2])], x[std::size_t(c.vertex[3])]};
-  const GapWeights<double> weights = c.edges ? segment_segment_gap(p[0], p[1], p[2], p[3])
-                                             : point_triangle_gap(p[0], p[1], p[2], p[3]);
-  Vec3 gap;
-  for (int i = 0; i < 4; ++i) gap += weights.w[i] * p[i];
-  return norm(gap);
-}
-
 struct Builder {
   const std::vector<Vec3>& x;
   double reach;
@@ -202,6 +192,16 @@ void sort_candidates(std::vector<Candidate>& candidates) {
   };
   std::sort(candidates.begin(), candidates.end(),
             [&](const Candidate& a, const Candidate& b) { return key(a) < key(b); });
+}
+
+double gap_of(const std::vector<Vec3>& x, const Candidate& c) {
+  const Vec3 p[4] = {x[std::size_t(c.vertex[0])], x[std::size_t(c.vertex[1])],
+                     x[std::size_t(c.vertex[2])], x[std::size_t(c.vertex[3])]};
+  const GapWeights<double> weights = c.edges ? segment_segment_gap(p[0], p[1], p[2], p[3])
+                                             : point_triangle_gap(p[0], p[1], p[2], p[3]);
+  Vec3 gap;
+  for (int i = 0; i < 4; ++i) gap += weights.w[i] * p[i];
+  return norm(gap);
 }
 
 CandidateSet index_candidates(const std::vector<Vec3>& x, std::vector<Candidate> candidates,

@@ -19,6 +19,9 @@ std::vector<Candidate> find_candidates(const Scene& scene, const std::vector<Vec
 /// Puts candidates, however they were found, into their order.
 void sort_candidates(std::vector<Candidate>& candidates);
 
+/// Distance of a candidate's two primitives [mm].
+double gap_of(const std::vector<Vec3>& x, const Candidate& candidate);
+
 /// Candidates as a step takes them.
 struct CandidateSet {
   std::vector<Candidate> candidates;

@@ -4,6 +4,7 @@
 #include <random>
 
 #include "simulation/detail/adaptive_air.hpp"
+#include "simulation/detail/air_candidates.hpp"
 #include "simulation/detail/air_cavity.hpp"
 #include "simulation/detail/air_flips.hpp"
 #include "simulation/detail/air_points.hpp"
@@ -307,6 +308,47 @@ TEST(AdaptiveAir, IsNotWholeWithAHoleInIt) {
   Gap gap = straight_gap();
   gap.tets.pop_back();
   EXPECT_FALSE(AdaptiveAir(gap.tets, gap.x, gap.surfaces).is_whole());
+}
+
+// What the search for candidates reads of a scene.
+Scene scene_of(const Gap& gap) {
+  Scene scene;
+  scene.balloon_count = gap.inner_count();
+  scene.wall_count = int(gap.outer.vertices.size());
+  scene.start = gap.x;
+  scene.balloon_triangles = gap.inner.triangles;
+  scene.balloon_edges = unique_edges(gap.inner);
+  TriangleMesh wall{gap.x, {}};
+  wall.triangles.assign(gap.surfaces.begin() + std::ptrdiff_t(gap.inner.triangles.size()),
+                        gap.surfaces.end());
+  scene.wall_triangles = wall.triangles;
+  scene.wall_edges = unique_edges(wall);
+  return scene;
+}
+
+TEST(CandidatesInAir, AreThoseOfTheGrid) {
+  const Gap gap = make_gap(
+      8.0, 0.5, [](double z) { return 1.3 - 0.7 * std::exp(-z * z); }, 0.8, 21, 14);
+  const Scene scene = scene_of(gap);
+  AdaptiveAir air(gap.tets, gap.x, gap.surfaces);
+  std::vector<Vec3> x = gap.x;
+  for (int f = 0; f <= 20; ++f) {
+    for (int v = 0; v < gap.inner_count(); ++v)
+      x[std::size_t(v)] = turned(gap.x[std::size_t(v)], 3.0 * kDegree * f) + Vec3{0, 0, 0.02 * f};
+    air.follow(x);
+    ASSERT_TRUE(air.is_whole());
+    if (f % 10 != 0) continue;
+    for (const double reach : {0.1, 0.3}) {
+      const auto by_grid = find_candidates(scene, x, reach);
+      const auto in_air = find_candidates_in_air(air, scene, x, reach);
+      EXPECT_GT(by_grid.size(), 50U);
+      ASSERT_EQ(in_air.size(), by_grid.size());
+      for (std::size_t c = 0; c < in_air.size(); ++c) {
+        EXPECT_EQ(in_air[c].edges, by_grid[c].edges);
+        for (int i = 0; i < 4; ++i) EXPECT_EQ(in_air[c].vertex[i], by_grid[c].vertex[i]);
+      }
+    }
+  }
 }
 
 }  // namespace
