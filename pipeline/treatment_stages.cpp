@@ -9,6 +9,7 @@
 #include "core/atomic_file.hpp"
 #include "core/error.hpp"
 #include "core/units.hpp"
+#include "meshing/meshing.hpp"
 #include "pipeline/case_files.hpp"
 #include "pipeline/csv.hpp"
 #include "pipeline/fine_surface.hpp"
@@ -162,7 +163,10 @@ json summary_json(const StageWork& work, const json& lesion,
             {"frame_count", summary.frame_count},
             {"simulated_s", summary.simulated_s},
             {"max_penetration_mm", summary.max_penetration_mm},
-            {"inverted_air_tets", summary.inverted_air_tets}}}};
+            {"inverted_air_tets", summary.inverted_air_tets},
+            {"air_flips", summary.flip_count},
+            {"air_rebuilds", summary.air_rebuild_count},
+            {"frames_without_air", summary.frames_without_air}}}};
 }
 
 /// A table that an earlier stage wrote; the first row is the header.
@@ -234,6 +238,15 @@ json repeatable_metrics(const StageWork& work) {
   return metrics;
 }
 
+// Where flips do not keep up with the balloon, meshing builds the air anew.
+void let_air_be_rebuilt(simulation::SimulationModel& model) {
+  model.rebuild_air = [start = model.balloon, region = model.wall,
+                       inside = model.guidewire[model.guidewire.size() / 2]](
+                          const std::vector<Vec3>& balloon, const std::vector<Vec3>& wall) {
+    return meshing::mesh_air({balloon, start.triangles}, {wall, region.triangles}, inside);
+  };
+}
+
 }  // namespace
 
 void do_simulation(StageWork& work) {
@@ -246,6 +259,7 @@ void do_simulation(StageWork& work) {
   model.measure_point = vec3_of(site.at("point"));
   model.measure_tangent = vec3_of(site.at("tangent"));
   model.layered_wall = read_layered_wall(meshing_folder, model.wall);
+  let_air_be_rebuilt(model);
 
   FrameWriter frames(work.out, model, work.config.write_every);
   const simulation::SimulationSummary summary = simulation::simulate(

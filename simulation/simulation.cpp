@@ -204,6 +204,7 @@ class Run {
     const int most_sweeps = make_rules(scene_, options_).most_sweeps;
     int slow_frames = 0;
     AdaptiveAir air = make_air(model_, scene_);
+    solver->search_in(air);
     solver->run(inflator, [&](int frame, const State& state) {
       SimulationFrame output = make_frame(model_, scene_, state, outside);
       air.follow(state.x);

@@ -39,6 +39,32 @@ std::vector<Vec3> jittered(const std::vector<Vec3>& points, int attempt) {
   return moved;
 }
 
+struct Surfaces {
+  std::vector<Vec3> vertices;
+  std::vector<Triangle> triangles;
+};
+Surfaces surfaces_of(const TriangleMesh& inner, const GapBoundary& gap) {
+  Surfaces both{inner.vertices, inner.triangles};
+  both.vertices.insert(both.vertices.end(), gap.shell.vertices.begin(), gap.shell.vertices.end());
+  const int offset = int(inner.vertices.size());
+  for (const Triangle& t : gap.shell.triangles)
+    both.triangles.push_back({t[0] + offset, t[1] + offset, t[2] + offset});
+  return both;
+}
+
+// Turns the tets right; false if one is flat.
+bool make_positive(TetMesh& mesh) {
+  const auto volume = [&](const Tet& t) {
+    return tet_volume(mesh.vertices[std::size_t(t[0])], mesh.vertices[std::size_t(t[1])],
+                      mesh.vertices[std::size_t(t[2])], mesh.vertices[std::size_t(t[3])]);
+  };
+  for (Tet& t : mesh.tets) {
+    if (volume(t) < 0.0) std::swap(t[2], t[3]);
+    if (volume(t) < kLeastTetVolume) return false;
+  }
+  return true;
+}
+
 struct Kept {
   std::vector<Tet> tets;
   int added_point_count = 0;  ///< tets left out because TetGen added one of their points
@@ -81,21 +107,43 @@ std::optional<GapBoundary> close_region(const TriangleMesh& region) {
   return gap;
 }
 
+TetMesh run_on_gap(const std::vector<Vec3>& vertices, const std::vector<Triangle>& triangles,
+                   const Vec3& hole, double limit_s) {
+  return run_tetgen({vertices, triangles, {hole}, {}, "pYYQ", "the gap between balloon and wall"},
+                    limit_s);
+}
+
 TetrahedralizeResult tetrahedralize_gap(const std::vector<Vec3>& vertices,
                                         const std::vector<Triangle>& triangles, const Vec3& hole,
                                         double limit_s) {
-  TetMesh mesh = run_tetgen(
-      {vertices, triangles, {hole}, {}, "pYYQ", "the gap between balloon and wall"}, limit_s);
+  TetMesh mesh = run_on_gap(vertices, triangles, hole, limit_s);
   return {std::move(mesh.tets), int(mesh.vertices.size()) - int(vertices.size())};
 }
 
+TetMesh mesh_gap_with_points(const TriangleMesh& inner, const GapBoundary& gap, const Vec3& hole) {
+  constexpr double kLimit = 20.0;  // [s]
+  const Surfaces surfaces = surfaces_of(inner, gap);
+  for (int attempt = 0; attempt < kJitterAttempts; ++attempt) {
+    std::vector<Vec3> with_hole = surfaces.vertices;
+    with_hole.push_back(hole);
+    std::vector<Vec3> moved = jittered(with_hole, attempt);
+    const Vec3 shift = moved.back() - hole;
+    const Vec3 moved_hole = moved.back();
+    moved.pop_back();
+    try {
+      TetMesh mesh = run_on_gap(moved, surfaces.triangles, moved_hole, kLimit);
+      for (std::size_t v = 0; v < mesh.vertices.size(); ++v)
+        mesh.vertices[v] =
+            v < surfaces.vertices.size() ? surfaces.vertices[v] : mesh.vertices[v] - shift;
+      if (make_positive(mesh)) return mesh;
+    } catch (const InternalError&) {  // the next one may do
+    }
+  }
+  return {};
+}
+
 GapMesh mesh_gap(const TriangleMesh& inner, const GapBoundary& gap, const Vec3& hole) {
-  std::vector<Vec3> vertices = inner.vertices;
-  vertices.insert(vertices.end(), gap.shell.vertices.begin(), gap.shell.vertices.end());
-  std::vector<Triangle> triangles = inner.triangles;
-  const int offset = int(inner.vertices.size());
-  for (const Triangle& t : gap.shell.triangles)
-    triangles.push_back({t[0] + offset, t[1] + offset, t[2] + offset});
+  auto [vertices, triangles] = surfaces_of(inner, gap);
 
   // The first jitter without added points and flat tets wins; else the one with the fewest.
   Kept best;

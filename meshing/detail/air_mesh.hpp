@@ -52,4 +52,7 @@ struct GapMesh {
 /// @param hole    a point inside `inner`
 GapMesh mesh_gap(const TriangleMesh& inner, const GapBoundary& gap, const Vec3& hole);
 
+/// The same with points added in the air where there is no mesh without; no tets if there is none.
+TetMesh mesh_gap_with_points(const TriangleMesh& inner, const GapBoundary& gap, const Vec3& hole);
+
 }  // namespace angio::meshing::detail

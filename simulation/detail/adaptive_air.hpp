@@ -45,6 +45,7 @@ class AdaptiveAir {
   /// Is the gap covered once, by right-handed tets whose outer faces are the surfaces' triangles
   /// and caps?
   [[nodiscard]] bool is_whole() const { return closed_ && report_.inverted_count == 0; }
+  [[nodiscard]] bool has_air() const { return closed_; }
   [[nodiscard]] const AirTopology& topology() const { return air_; }
   /// Of the surfaces' vertices, then of the points in the air, shape [>= vertex].
   [[nodiscard]] const std::vector<Vec3>& positions() const { return x_; }

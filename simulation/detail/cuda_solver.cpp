@@ -160,6 +160,12 @@ class CudaSolver final : public StepSolver {
     return state_of(batches_[0], 0);
   }
 
+  // A copy: frames are ahead of those that are delivered.
+  void search_in(AdaptiveAir& air) override {
+    air_ = air;
+    finder_.use(air_);
+  }
+
   [[nodiscard]] std::string device() const override {
     cudaDeviceProp properties;
     if (cudaGetDeviceProperties(&properties, device_) != cudaSuccess) return "GPU";
@@ -289,6 +295,7 @@ class CudaSolver final : public StepSolver {
   int device_;
   DeviceMemory memory_;
   CandidateFinder finder_;
+  AdaptiveAir air_;
   std::vector<Vec> start_, x_candidates_;
   int frames_;
   CudaProgram<Real> program_;

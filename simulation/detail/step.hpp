@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "simulation/detail/adaptive_air.hpp"
 #include "simulation/detail/scene.hpp"
 #include "simulation/detail/schedule.hpp"
 #include "simulation/detail/step_program.hpp"
@@ -50,6 +51,10 @@ class StepSolver {
   ///
   /// @param tolerance  of the remaining distance, as a share of the radius
   virtual State settle(const GasLaw<double>& law, double tolerance, int most_sweeps) = 0;
+
+  /// Candidates for contact are searched for in this air from now on, as long as it is whole; else
+  /// on a grid. The solver moves it, or a copy, to where it searches.
+  virtual void search_in(AdaptiveAir& air) = 0;
 
   [[nodiscard]] virtual std::string device() const = 0;
 

@@ -60,6 +60,8 @@ class CpuSolver final : public StepSolver {
     return state();
   }
 
+  void search_in(AdaptiveAir& air) override { finder_.use(air); }
+
   [[nodiscard]] std::string device() const override { return processor_name(); }
 
   // A tet that stays keeps its viscous item.

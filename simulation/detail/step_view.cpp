@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "core/error.hpp"
+#include "simulation/detail/air_candidates.hpp"
 
 namespace angio::simulation::detail {
 
@@ -107,7 +108,16 @@ CandidateSet CandidateFinder::find(const std::vector<Vec3>& x, int lasted) {
   first_ = false;
   // A search reaches 2 x 2 contact distances beyond the range at most (useful_travel).
   const double reach = range_ + (4.0 + 2.0 * slack_) * distance_;
-  return index_candidates(x, find_candidates(scene_, x, reach), reach);
+  return index_candidates(x, search(x, reach), reach);
+}
+
+std::vector<Candidate> CandidateFinder::search(const std::vector<Vec3>& x, double reach) {
+  if (air_ == nullptr || !air_->has_air()) return find_candidates(scene_, x, reach);
+  std::vector<Vec3> global = x;
+  for (Vec3& p : global) p += scene_.origin;
+  air_->follow(global);
+  return air_->is_whole() ? find_candidates_in_air(*air_, scene_, global, reach)
+                          : find_candidates(scene_, x, reach);
 }
 
 }  // namespace angio::simulation::detail

@@ -360,10 +360,16 @@ class CandidateFinder {
   /// @param lasted  frames that were begun with the last set
   CandidateSet find(const std::vector<Vec3>& x, int lasted);
 
+  /// To search in from now on, as long as it is whole.
+  void use(AdaptiveAir& air) { air_ = &air; }
+
  private:
   static constexpr double kLeastSlack = 1.0, kMostSlack = 20.0;  // over the contact distance
 
+  [[nodiscard]] std::vector<Candidate> search(const std::vector<Vec3>& x, double reach);
+
   const Scene& scene_;
+  AdaptiveAir* air_ = nullptr;
   double distance_, range_, slack_ = 4.0;
   int frames_;
   bool first_ = true;
