@@ -47,7 +47,7 @@ void write_inflation_plot(const std::filesystem::path& path, const InflationPlot
     mark_pressure(plot, plot.nominal_pressure_atm, "nominal", chart);
   if (plot.rated_burst_pressure_atm > 0.0)
     mark_pressure(plot, plot.rated_burst_pressure_atm, "rated burst", chart);
-  const std::string file = svg_file(chart);
+  const std::string file = svg_file({chart});
   if (file.empty())
     throw InputError(
         "the inflation has fewer than two points (nothing to plot). Give two "

@@ -196,7 +196,7 @@ void write_report(const fs::path& folder, const ReportContent& content, const Pr
   remove_old_pictures(folder);
   progress.report(0.9, "page");
   const std::string page = make_page(content, figures, Album(folder));
-  const std::string corrections = detail::svg_file(detail::corrections_chart(content.time_series));
+  const std::string corrections = detail::svg_file(detail::correction_charts(content.time_series));
   if (!corrections.empty()) write_text_atomically(folder / "corrections.svg", corrections);
   write_text_atomically(folder / "index.html", page);
   progress.report(1.0);

@@ -90,7 +90,7 @@ void expect_needs_nothing_but_itself(const std::string& page) {
 void expect_shows_every_picture_beside_it(const Files& files) {
   const std::string& page = files.at("index.html");
   EXPECT_EQ(count(page, "<img "), files.size() - 2);  // all but the page and corrections.svg
-  EXPECT_EQ(count(page, "<svg "), 7u);                // along the vessel, and six over time
+  EXPECT_EQ(count(page, "<svg "), 8u);                // along the vessel, and seven over time
   for (const char* name :
        {"tree.png", "close_up_1.png", "close_up_2.png", "close_up_3.png", "contact.png",
         "projection_axial.png", "projection_coronal.png", "projection_sagittal.png",

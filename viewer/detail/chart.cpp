@@ -247,19 +247,25 @@ std::string svg(const Chart& chart) {
   return out + "</svg>";
 }
 
-std::string svg_file(const Chart& chart) {
+std::string svg_file(const std::vector<Chart>& charts) {
   constexpr int kTitleHeight = 34;
-  const std::string body = svg(chart);
-  if (body.empty()) return {};
-  const std::string width = std::to_string(chart.width);
-  const std::string height = std::to_string(chart.height + kTitleHeight);
-  return "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"" + width + "\" height=\"" + height +
-         "\" viewBox=\"0 0 " + width + " " + height + "\"><style>" + kFileStyle +
-         "</style><rect width=\"100%\" height=\"100%\" fill=\"#fff\"/>"
-         "<text x=\"20\" y=\"24\" class=\"title\">" +
-         escape_html(chart.title) + "</text><svg y=\"" + std::to_string(kTitleHeight) +
-         "\" width=\"" + width + "\" height=\"" + std::to_string(chart.height) + "\" " +
-         body.substr(std::string("<svg ").size()) + "</svg>\n";
+  int width = 0, height = 0;
+  std::string parts;
+  for (const Chart& chart : charts) {
+    const std::string body = svg(chart);
+    if (body.empty()) continue;
+    parts += "<text x=\"20\" y=\"" + std::to_string(height + 24) + "\" class=\"title\">" +
+             escape_html(chart.title) + "</text><svg y=\"" + std::to_string(height + kTitleHeight) +
+             "\" width=\"" + std::to_string(chart.width) + "\" height=\"" +
+             std::to_string(chart.height) + "\" " + body.substr(std::string("<svg ").size());
+    height += kTitleHeight + chart.height;
+    width = std::max(width, chart.width);
+  }
+  if (parts.empty()) return {};
+  const std::string size = std::to_string(width) + "\" height=\"" + std::to_string(height);
+  return "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"" + size + "\" viewBox=\"0 0 " +
+         std::to_string(width) + " " + std::to_string(height) + "\"><style>" + kFileStyle +
+         "</style><rect width=\"100%\" height=\"100%\" fill=\"#fff\"/>" + parts + "</svg>\n";
 }
 
 }  // namespace angio::viewer::detail

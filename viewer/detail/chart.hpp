@@ -51,9 +51,9 @@ struct Chart {
 /// and takes its colours from the page's style. Empty if no series has two finite values.
 std::string svg(const Chart& chart);
 
-/// The chart with its title as a file of its own, for programs that are no browsers. Empty if the
-/// chart is.
-std::string svg_file(const Chart& chart);
+/// Charts below each other, each with its title, as a file of its own, for programs that are no
+/// browsers; those that are empty are left out. Empty if all are.
+std::string svg_file(const std::vector<Chart>& charts);
 
 /// Round steps (1, 2 or 5 times a power of ten) from at or below `low` to at or above `high`.
 std::vector<double> round_ticks(double low, double high, int wanted_count);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "viewer/detail/html.hpp"
 #include "viewer/detail/tokens.hpp"
@@ -129,14 +130,16 @@ std::vector<Chart> time_charts(const TimeSeries& series) {
       time_chart(series, "Balloon volume", "volume [mm³]", {{"balloon_volume_mm3", "volume"}}),
       time_chart(series, "Contacts", "count", {{"contact_count", "contacts"}}),
       time_chart(series, "Penetration of the surfaces", "depth [mm]",
-                 {{"max_penetration_mm", "deepest penetration"}}),
-      corrections_chart(series)};
+                 {{"max_penetration_mm", "deepest penetration"}})};
+  for (Chart& chart : correction_charts(series)) charts.push_back(std::move(chart));
   return charts;
 }
 
-Chart corrections_chart(const TimeSeries& series) {
-  return time_chart(series, "Corrections by friction and adhesion", "sum of lengths [mm]",
-                    {{"friction_delta_mm", "friction"}, {"viscous_delta_mm", "adhesion"}});
+std::vector<Chart> correction_charts(const TimeSeries& series) {
+  return {time_chart(series, "Corrections by friction", "sum of lengths [mm]",
+                     {{"friction_delta_mm", "friction"}}),
+          time_chart(series, "Corrections by adhesion", "sum of lengths [mm]",
+                     {{"viscous_delta_mm", "adhesion"}})};
 }
 
 }  // namespace angio::viewer::detail

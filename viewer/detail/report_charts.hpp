@@ -18,7 +18,7 @@ Chart diameter_chart(const ReportContent& content, const Metrics& metrics);
 std::vector<Chart> time_charts(const TimeSeries& series);
 
 /// The position corrections by friction and adhesion, the seed paper's Figures 7, 9, 11 and 12.
-Chart corrections_chart(const TimeSeries& series);
+std::vector<Chart> correction_charts(const TimeSeries& series);
 
 /// A column as numbers; what is no number becomes NaN. Empty if there is no such column.
 std::vector<double> column(const TimeSeries& series, const std::string& name);
