@@ -11,8 +11,9 @@
 namespace angio::meshing::detail {
 namespace {
 
-constexpr double kJitter = 1e-4;           // [mm]
-constexpr int kJitterAttempts = 6;         // with other jitters
+// [mm] One after the other: folded balloons need none, and some regular ones do.
+constexpr std::array<double, 7> kJitters{0.0, 1e-4, 1e-4, 1e-5, 1e-4, 1e-3, 1e-5};
+constexpr int kJitterAttempts = int(kJitters.size());
 constexpr double kLeastTetVolume = 1e-12;  // [mm^3] less is flat in double precision
 
 /// A number in [-1, 1) that depends on its arguments only (splitmix64).
@@ -32,7 +33,7 @@ std::vector<Vec3> jittered(const std::vector<Vec3>& points, int attempt) {
   moved.reserve(points.size());
   for (std::size_t i = 0; i < points.size(); ++i) {
     const auto hash = [&](std::uint64_t axis) {
-      return kJitter * hashed_unit(3 * i + axis, std::uint64_t(attempt));
+      return kJitters[std::size_t(attempt)] * hashed_unit(3 * i + axis, std::uint64_t(attempt));
     };
     moved.push_back(points[i] - centre + Vec3{hash(0), hash(1), hash(2)});
   }
@@ -105,6 +106,15 @@ std::optional<GapBoundary> close_region(const TriangleMesh& region) {
           {loop[std::size_t(t[0])], loop[std::size_t(t[1])], loop[std::size_t(t[2])]});
   }
   return gap;
+}
+
+TriangleMesh shaken(TriangleMesh surface) {
+  constexpr double kBy = 1e-4;  // [mm]
+  constexpr std::uint64_t kSeed = 77;
+  for (std::size_t i = 0; i < surface.vertices.size(); ++i)
+    for (int axis = 0; axis < 3; ++axis)
+      surface.vertices[i][axis] += kBy * hashed_unit(3 * i + std::uint64_t(axis), kSeed);
+  return surface;
 }
 
 TetMesh run_on_gap(const std::vector<Vec3>& vertices, const std::vector<Triangle>& triangles,

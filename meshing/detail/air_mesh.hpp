@@ -46,11 +46,15 @@ struct GapMesh {
 /// their vertices only, every one with positive volume.
 ///
 /// Points of a regular balloon lie on common circles and spheres, for which TetGen would add
-/// points; it therefore sees them moved by at most 1e-4 mm (the same way on every run).
+/// points; if it does, it sees them moved by 1e-5 to 1e-3 mm (the same way on every run).
 /// @param inner   closed, inside the shell; must not touch it
 /// @param gap     from close_region
 /// @param hole    a point inside `inner`
 GapMesh mesh_gap(const TriangleMesh& inner, const GapBoundary& gap, const Vec3& hole);
+
+/// A surface whose vertices are moved by up to 1e-4 mm (the same way on every run), so that none
+/// lies exactly in a plane of others.
+TriangleMesh shaken(TriangleMesh surface);
 
 /// The same with points added in the air where there is no mesh without; no tets if there is none.
 TetMesh mesh_gap_with_points(const TriangleMesh& inner, const GapBoundary& gap, const Vec3& hole);
