@@ -18,7 +18,6 @@
 #include "viewer/report.hpp"
 
 namespace angio::pipeline {
-namespace fs = std::filesystem;
 using nlohmann::json;
 namespace {
 
