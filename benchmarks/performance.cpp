@@ -221,22 +221,88 @@ SimulationModel small_stenosis() {
   return testing::make_model(p);
 }
 
+// A course with a wall: the tubes of the seed paper's vessels, by their number of vertices.
+struct WallCase {
+  const char* name;
+  int rings, around;
+  bool folded;
+};
+
+// The paper's rubber balloon, blown up unfolded, or a wrapped balloon of PA-12.
+SimulationModel wall_model(const WallCase& c, SimulationOptions& options) {
+  testing::StenosedTube p;
+  p.wall_rings = c.rings;
+  p.wall_around = c.around;
+  SimulationModel model = testing::make_model(p);
+  if (c.folded) return model;
+  model.balloon_rest = model.balloon.vertices;
+  options.balloon.name = "polyurethane";
+  options.inflation.peak_pressure_atm = 7.0;
+  return model;
+}
+
+void print_split(const WallCase& c, const SimulationModel& model, const SimulationOptions& options,
+                 bool gpu, int threads) {
+  const Scene scene = make_scene(model, options);
+  const double volume = balloon_volume(scene, scene.start);
+  TriangleMesh rest = model.balloon;
+  rest.vertices = model.balloon_rest;
+  const Inflator inflator(options, volume, std::max(volume, enclosed_volume(rest)));
+  const auto solver = gpu ? make_cuda_solver(scene, options)
+                          : make_cpu_solver(scene, options, Precision::automatic, threads);
+  StepTimes times;
+  long sweeps = 0, searches = 0;
+  double pairs = 0.0;
+  const double begin = now();
+  solver->run(inflator, [&](int, const State& state) {
+    const StepReport& r = state.report;
+    times.search += r.times.search;
+    times.refresh += r.times.refresh;
+    times.balloon += r.times.balloon;
+    times.wall += r.times.wall;
+    times.rest += r.times.rest;
+    sweeps += r.sweeps;
+    searches += r.searches;
+    pairs += r.pair_count;
+  });
+  const double whole = now() - begin;
+  const int frames = inflator.frame_count() - 1;
+  const auto ms = [&](double seconds) { return 1e3 * seconds / frames; };
+  const double inside = times.search + times.refresh + times.balloon + times.wall + times.rest;
+  std::printf("%-8s %6d %-7s %8.1f %7.1f %8.2f %8.0f | %7.3f %7.3f %7.3f %7.3f %7.3f %7.3f\n",
+              c.name, scene.wall_count,
+              gpu            ? "cuda"
+              : threads == 1 ? "cpu, 1"
+                             : "cpu, 2",
+              frames / whole, double(sweeps) / frames, double(searches) / frames, pairs / frames,
+              ms(times.search), ms(times.refresh), ms(times.balloon), ms(times.wall),
+              ms(times.rest), ms(whole - inside));
+}
+
+// The solver alone; what makes the frames' outputs comes on top and is given last.
 void angioplasty() {
-  std::printf("\nwhole course (insert, inflate, hold, deflate, rest), frames of 25 ms\n");
-  std::printf("wall vertices  backend  frames/s  sweeps/frame  worst residual\n");
-  for (const int around : {20, 40}) {
-    testing::StenosedTube p;
-    p.wall_around = around;
-    p.wall_rings = 61 * around / 20;
-    const SimulationModel model = testing::make_model(p);
-    for (const Backend backend : {Backend::cpu, Backend::cuda}) {
-      if (backend == Backend::cuda && !has_gpu()) continue;
-      SimulationOptions options;
-      options.backend = backend;
-      const SimulationSummary s = simulate(model, options, {});
-      std::printf("%13zu  %-7s %9.1f %13.1f %15.3f\n", model.wall.vertices.size(),
-                  s.backend.c_str(), s.frame_count / s.wall_s, s.mean_sweeps, s.worst_residual);
-    }
+  std::printf(
+      "\nwhole course (insert, inflate, hold, deflate, rest), frames of 25 ms; ms a frame by part\n"
+      "balloon    wall backend frames/s  sweeps searches    pairs |  search refresh "
+      "balloon "
+      "   wall    rest    host\n");
+  const WallCase cases[] = {{"rubber", 61, 20, false},
+                            {"rubber", 148, 60, false},
+                            {"rubber", 190, 80, false},
+                            {"folded", 61, 20, true}};
+  for (const WallCase& c : cases) {
+    SimulationOptions options;
+    const SimulationModel model = wall_model(c, options);
+    for (const int threads : {1, 2, 0})
+      if (threads > 0 || has_gpu()) print_split(c, model, options, threads == 0, threads);
+    const Scene scene = make_scene(model, options);
+    double begin = now();
+    const double crossing = max_penetration(scene, scene.start);
+    const double measured = now() - begin;
+    begin = now();
+    const double lumen = lumen_mld(scene, scene.start);
+    std::printf("  outputs: penetration (%.3f mm) %.2f ms, lumen (%.2f mm) %.2f ms\n", crossing,
+                1e3 * measured, lumen, 1e3 * (now() - begin));
   }
 }
 

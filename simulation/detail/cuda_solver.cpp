@@ -61,7 +61,6 @@ class CandidateUpload {
 template <class Real>
 struct PairMemory {
   Upload<NearPair<Real>> pairs;
-  Upload<PairTangent<Real>> tangents;
   Upload<int> pair_of;
   Upload<ContactRef> refs;
   Upload<MotionBound<Real>> bounds;
@@ -72,12 +71,10 @@ struct PairMemory {
       size_ = set.candidates.size();
     }
     pairs.reserve(size_);
-    tangents.reserve(size_);
     pair_of.reserve(size_);
     refs.reserve(4 * size_);
     bounds.reserve(4 * size_);
     view.pairs = pairs.data();
-    view.pair_tangents = tangents.data();
     view.pair_of = pair_of.data();
     view.refs = refs.data();
     view.bounds = bounds.data();

@@ -21,7 +21,8 @@
 ///     kVertexLanes, kClusterLanes     the L that suits a vertex's triangles, a slab's members
 ///
 /// `lanes` are the threads that share one i, up to L of them: the body strides by lanes.size() from
-/// lanes.rank(), and lanes.sum(x) adds over them, and lanes.sync() comes before
+/// lanes.rank(), and lanes.sum(x) adds over them, lanes.before(yes) counts
+/// those before this one that say yes, and lanes.sync() comes before
 /// one of them writes what all have read. What is added to `part` counts once per i.
 namespace angio::simulation::detail {
 
@@ -30,6 +31,7 @@ struct OneLane {
   static constexpr int rank() { return 0; }
   static constexpr int size() { return 1; }
   static constexpr void sync() {}
+  static constexpr int before(bool) { return 0; }
   template <class Value>
   static constexpr Value sum(Value value) {
     return value;

@@ -75,34 +75,48 @@ ANGIO_HOST_DEVICE inline bool may_be_near(const StepView<Real>& s, int c, Real r
   return s.candidate_gap[c] - Real(1.001) * (a + b) < reach;
 }
 
-/// Names the near ones of the candidates that a vertex owns. @return their number
-template <class Real>
-ANGIO_HOST_DEVICE inline int search_owned(const StepView<Real>& s, int v, Real reach) {
-  int end = s.owned_begin[v];
-  for (int c = end; c < s.owned_begin[v + 1]; ++c) {
+/// Names the near ones of the candidates that a vertex owns, in their order. @return their number
+template <class Real, class Lanes>
+ANGIO_HOST_DEVICE inline int search_owned(const StepView<Real>& s, int v, Real reach,
+                                          const Lanes& lanes) {
+  const int first = s.owned_begin[v], last = s.owned_begin[v + 1];
+  int end = first;
+  for (int round = first; round < last; round += lanes.size()) {
+    const int c = round + lanes.rank();
     NearPair<Real> pair;
-    const bool near = may_be_near(s, c, reach) && approach(s, s.candidates[c], reach, pair);
-    s.pair_of[c] = near ? end : -1;
-    if (near) s.pairs[end++] = pair;
+    const bool near =
+        c < last && may_be_near(s, c, reach) && approach(s, s.candidates[c], reach, pair);
+    const int place = end + lanes.before(near);
+    if (c < last) s.pair_of[c] = near ? place : -1;
+    if (near) s.pairs[place] = pair;
+    end += lanes.sum(near ? 1 : 0);
   }
-  s.owned_end[v] = end;
-  return end - s.owned_begin[v];
+  if (lanes.rank() == 0) s.owned_end[v] = end;
+  return end - first;
 }
 
 /// Lists a vertex's near pairs, and the planes among them that it can reach at all.
-template <class Real>
-ANGIO_HOST_DEVICE inline void list_pairs(const StepView<Real>& s, int v, Real travel) {
-  int refs = s.ref_begin[v], bounds = refs;
-  for (int r = refs; r < s.ref_begin[v + 1]; ++r) {
-    const ContactRef ref = s.candidate_refs[r];
-    const int index = s.pair_of[ref.pair];
-    if (index < 0) continue;
-    s.refs[refs++] = {index, ref.corner};
-    const NearPair<Real>& pair = s.pairs[index];
-    if (pair.limit[ref.corner] >= travel) continue;
-    const bool side_a = ref.corner < (pair.edges ? 2 : 1);
-    s.bounds[bounds++] = {side_a ? pair.normal : -pair.normal, pair.limit[ref.corner]};
+template <class Real, class Lanes>
+ANGIO_HOST_DEVICE inline void list_pairs(const StepView<Real>& s, int v, Real travel,
+                                         const Lanes& lanes) {
+  const int first = s.ref_begin[v], last = s.ref_begin[v + 1];
+  int refs = first, bounds = first;
+  for (int round = first; round < last; round += lanes.size()) {
+    const int r = round + lanes.rank();
+    const int index = r < last ? s.pair_of[s.candidate_refs[r].pair] : -1;
+    const int corner = index < 0 ? 0 : s.candidate_refs[r].corner;
+    const bool binds = index >= 0 && s.pairs[index].limit[corner] < travel;
+    const int place = refs + lanes.before(index >= 0), plane = bounds + lanes.before(binds);
+    if (index >= 0) s.refs[place] = {index, corner};
+    if (binds) {
+      const NearPair<Real>& pair = s.pairs[index];
+      const bool side_a = corner < (pair.edges ? 2 : 1);
+      s.bounds[plane] = {side_a ? pair.normal : -pair.normal, pair.limit[corner]};
+    }
+    refs += lanes.sum(index >= 0 ? 1 : 0);
+    bounds += lanes.sum(binds ? 1 : 0);
   }
+  if (lanes.rank() > 0) return;
   s.ref_end[v] = refs;
   s.bound_end[v] = bounds;
 }

@@ -121,7 +121,6 @@ class CpuSolver final : public StepSolver {
     x_candidates_.assign(view_.x, view_.x + scene_.vertex_count());
     candidate_gap_ = converted_all<Real>(set_.gap);
     pairs_.resize(set_.candidates.size());
-    pair_tangents_.resize(set_.candidates.size());
     pair_of_.resize(set_.candidates.size());
     refs_.resize(set_.refs.size());
     bounds_.resize(set_.refs.size());
@@ -130,7 +129,6 @@ class CpuSolver final : public StepSolver {
                int(set_.candidates.size())},
               view_);
     view_.pairs = pairs_.data();
-    view_.pair_tangents = pair_tangents_.data();
     view_.pair_of = pair_of_.data();
     view_.refs = refs_.data();
     view_.bounds = bounds_.data();
@@ -176,7 +174,6 @@ class CpuSolver final : public StepSolver {
   std::vector<Vec3T<Real>> x_candidates_;
   std::vector<Real> candidate_gap_;
   std::vector<NearPair<Real>> pairs_;
-  std::vector<PairTangent<Real>> pair_tangents_;
   std::vector<int> pair_of_;
   std::vector<ContactRef> refs_;
   std::vector<MotionBound<Real>> bounds_;

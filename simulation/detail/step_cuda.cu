@@ -22,6 +22,9 @@ struct WarpLanes {
   __device__ int rank() const { return int(threadIdx.x) % L; }
   static constexpr __device__ int size() { return L; }
   __device__ void sync() const { __syncwarp(mask); }
+  __device__ int before(bool yes) const {
+    return __popc(__ballot_sync(mask, yes) & mask & ((1U << (threadIdx.x % kWarp)) - 1U));
+  }
   // Pairs are added the same way in both, so every lane gets the same bits.
   template <class Value>
   __device__ Value sum(Value value) const {

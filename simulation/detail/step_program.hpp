@@ -3,7 +3,6 @@
 #include "simulation/detail/gas.hpp"
 #include "simulation/detail/solid_step.hpp"
 #include "simulation/detail/step_balloon.hpp"
-#include "simulation/detail/step_correction.hpp"
 #include "simulation/detail/step_paper.hpp"
 #include "simulation/detail/step_wall.hpp"
 
@@ -32,7 +31,6 @@ struct StepRules {
 
 /// Where the time of a step goes [s].
 struct StepTimes {
-  double correction = 0.0;
   double search = 0.0;               ///< of near pairs
   double refresh = 0.0;              ///< of pairs, slabs and goals
   double balloon = 0.0, wall = 0.0;  ///< sweeps
@@ -46,7 +44,6 @@ struct StepReport {
   double friction_delta = 0.0;  ///< see README [mm]
   double viscous_delta = 0.0;   ///< see README [mm]
   int sweeps = 0;
-  int iterations = 0;     ///< of the joint corrections
   int searches = 0;       ///< of near pairs
   int pair_count = 0;     ///< near in the last one
   int contact_count = 0;  ///< balloon vertices in contact
@@ -77,9 +74,7 @@ inline constexpr double kVolumeSpring = 1.0;
 /// A step is begun with this share of the last one's motion: balloon and wall then go on together,
 /// which sweeps alone, moving one against the other, do slowly. Below 1, so that errors die out.
 inline constexpr double kForesight = 0.9;
-inline constexpr int kLeastSweeps = 3;  // for what rests
-inline constexpr int kMostIterations = 40;
-inline constexpr double kLinearTolerance = 0.03;
+inline constexpr int kLeastSweeps = 3;   // for what rests
 inline constexpr int kSweepsToTell = 4;  // for the lag to be known
 
 template <class Real>
@@ -193,12 +188,15 @@ ANGIO_HOST_DEVICE inline bool search_pairs(Team& team, const StepView<Real>& s,
       total);
   status.halted = total[0] > 0.0;
   if (status.halted) return false;
-  team.template quick_sum<1, 1>(
-      count, [&](int v, const auto&, auto* part) { part[0] += Real(search_owned(s, v, reach)); },
+  team.template quick_sum<Team::kClusterLanes, 1>(
+      count,
+      [&](int v, const auto& lanes, auto* part) {
+        part[0] += Real(search_owned(s, v, reach, lanes));
+      },
       total);
-  team.template for_each<1>(count, [&](int v, const auto&) {
-    list_pairs(s, v, Real(status.travel));
-    s.x_searched[v] = s.x[v];
+  team.template for_each<Team::kClusterLanes>(count, [&](int v, const auto& lanes) {
+    list_pairs(s, v, Real(status.travel), lanes);
+    if (lanes.rank() == 0) s.x_searched[v] = s.x[v];
   });
   team.barrier();
   status.report.pair_count = int(total[0]);
@@ -392,131 +390,6 @@ ANGIO_HOST_DEVICE inline double estimated_lag(const double (&moved)[4]) {
   double q = std::cbrt(moved[0] / moved[3]);
   q = q < 0.98 ? q : 0.98;
   return moved[0] * q / (1.0 - q);
-}
-
-/// Vertices that a joint correction moves: the i-th of the balloon's, then of the wall's.
-template <class Real>
-ANGIO_HOST_DEVICE inline int movable_count(const StepView<Real>& s) {
-  return last_of_balloon(s) +
-         (s.wall_colors > 0 ? s.wall_color_begin[s.wall_colors] - s.balloon_count : 0);
-}
-template <class Real>
-ANGIO_HOST_DEVICE inline int movable_vertex(const StepView<Real>& s, int i) {
-  const int balloon = last_of_balloon(s);
-  return i < balloon ? i : s.balloon_count + (i - balloon);
-}
-
-/// The linear system at the present positions: tangents, forces, blocks.
-template <class Real, class Team>
-ANGIO_HOST_DEVICE inline void linearize(Team& team, const StepView<Real>& s, Real gauge) {
-  team.template for_each<Team::kVertexLanes>(
-      s.candidate_count > 0 ? s.balloon_count + s.wall_count : 0, [&](int v, const auto& lanes) {
-        for (int p = s.owned_begin[v] + lanes.rank(); p < s.owned_end[v]; p += lanes.size()) {
-          const PairForces<Real> forces = pair_forces(s, s.pairs[p]);
-          s.pair_tangents[p] = {forces.stiffness, forces.rub, {}};
-        }
-      });
-  team.template for_each<Team::kClusterLanes>(
-      s.cluster_count, [&](int c, const auto& lanes) { prepare_slab(s, c, lanes); });
-  team.template for_each<Team::kVertexLanes>(movable_count(s), [&](int i, const auto& lanes) {
-    const int v = movable_vertex(s, i);
-    Vec3T<Real> by_volume;
-    const bool balloon = v < s.balloon_count;
-    const VertexForces<Real> f =
-        balloon ? balloon_forces(s, v, lanes, by_volume) : wall_forces(s, v, lanes);
-    for (int c = balloon ? s.corner_begin[v] + lanes.rank() : 0;
-         balloon && c < s.corner_begin[v + 1]; c += lanes.size())
-      s.skin_tangents[c] = skin_tangent(s, v, c);
-    if (lanes.rank() > 0) return;
-    s.by_volume[v] = by_volume;
-    s.residual[v] = f.force + gauge * by_volume;
-    s.blocks[v] = inverse_block(f.hessian);
-    s.preconditioned[v] = s.blocks[v] * s.residual[v];
-    s.correction[v] = s.search[v] = s.search_image[v] = {};
-  });
-  team.barrier();
-}
-
-/// Stiffness times the preconditioned residual, but for the gas. @return sums r.z, z.Az, z.dV/dx
-template <class Real, class Team>
-ANGIO_HOST_DEVICE inline void multiply(Team& team, const StepView<Real>& s, double (&total)[3]) {
-  const Vec3T<Real>* z = s.preconditioned;
-  team.template for_each<Team::kVertexLanes>(
-      s.candidate_count > 0 ? s.balloon_count + s.wall_count : 0, [&](int v, const auto& lanes) {
-        for (int p = s.owned_begin[v] + lanes.rank(); p < s.owned_end[v]; p += lanes.size())
-          move_pair(s, p, z);
-      });
-  team.template for_each<Team::kClusterLanes>(
-      s.cluster_count, [&](int c, const auto& lanes) { move_slab(s, c, z, lanes); });
-  team.barrier();
-  team.template quick_sum<Team::kVertexLanes, 3>(
-      movable_count(s),
-      [&](int i, const auto& lanes, auto* part) {
-        const int v = movable_vertex(s, i);
-        const Vec3T<Real> image =
-            v < s.balloon_count ? balloon_product(s, v, z, lanes) : wall_product(s, v, z, lanes);
-        part[0] += dot(s.residual[v], z[v]);
-        part[1] += dot(z[v], image);
-        part[2] += dot(z[v], s.by_volume[v]);
-        if (lanes.rank() == 0) s.image[v] = image;
-      },
-      total);
-}
-
-/// Moves balloon and wall together towards their equilibrium.
-template <class Real, class Team>
-ANGIO_HOST_DEVICE inline void correct(Team& team, const StepView<Real>& s, StepStatus& status,
-                                      SweepSums& sums) {
-  const double begin = team.now();
-  refresh(team, s);
-  linearize(team, s, Real(status.pressure) - s.outside_pressure);
-  const double h = 1e-3 * status.volume;
-  const double fall =
-      (pressure_at(status.law, status.volume - h) - pressure_at(status.law, status.volume + h)) /
-      (2.0 * h);
-  const Real gas = fall > 0.0 ? Real(fall) : Real(0);
-  double first = 0.0, before = 0.0, alpha = 0.0;
-  int iteration = 0;
-  for (; iteration < kMostIterations; ++iteration) {
-    double total[3];
-    multiply(team, s, total);
-    const double gamma = total[0], along = total[2];
-    const double delta = total[1] + gas * along * along;
-    if (iteration == 0) first = gamma;
-    if (!(gamma > kLinearTolerance * kLinearTolerance * first)) break;
-    const double beta = iteration > 0 ? gamma / before : 0.0;
-    const double curvature = iteration > 0 ? delta - beta * gamma / alpha : delta;
-    if (!(curvature > 0.0)) break;
-    alpha = gamma / curvature;
-    before = gamma;
-    team.template for_each<1>(movable_count(s), [&](int i, const auto&) {
-      const int v = movable_vertex(s, i);
-      const Vec3T<Real> image = s.image[v] + (gas * Real(along)) * s.by_volume[v];
-      s.search[v] = s.preconditioned[v] + Real(beta) * s.search[v];
-      s.search_image[v] = image + Real(beta) * s.search_image[v];
-      s.correction[v] += Real(alpha) * s.search[v];
-      s.residual[v] -= Real(alpha) * s.search_image[v];
-      s.preconditioned[v] = s.blocks[v] * s.residual[v];
-    });
-    team.barrier();
-  }
-  double total[2];
-  team.template quick_sum<1, 2>(
-      movable_count(s),
-      [&](int i, const auto&, auto* part) {
-        const int v = movable_vertex(s, i);
-        const Real share = bounded_share(s, v, s.correction[v], Real(status.travel));
-        s.x[v] += share * s.correction[v];
-        part[0] += v < s.balloon_count ? norm_squared(s.correction[v]) : Real(0);
-        part[1] += share < Real(1) ? Real(1) : Real(0);
-      },
-      total);
-  sums.moved = total[0];
-  sums.blocked = total[1] > 0.0;
-  status.volume = enclosed_volume(team, s);
-  status.pressure = pressure_at(status.law, status.volume);
-  status.report.iterations += iteration;
-  status.report.times.correction += team.now() - begin;
 }
 
 /// The paper's contact after a sweep (step_paper.hpp).

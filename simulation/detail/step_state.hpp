@@ -64,20 +64,6 @@ struct Move {
   bool taut = true;
 };
 
-/// How a triangle's energy answers to a motion, seen from a corner: derivatives by a = e1.e1, b =
-/// e1.e2 and c = e2.e2.
-template <class Real>
-struct SkinTangent {
-  Real a{}, b{}, aa{}, ab{}, ac{}, bb{}, bc{};
-};
-
-/// How a pair answers to a motion.
-template <class Real>
-struct PairTangent {
-  Real along{}, across{};  ///< stiffness along and across the gap [uN/mm]; 0: no contact
-  Vec3T<Real> product;     ///< with the motion at hand
-};
-
 /// Pointers into the scene and the state of a step; see there for units and shapes. Positions are
 /// relative to the scene's origin.
 template <class Real>
@@ -168,21 +154,6 @@ struct StepView {
   int* ref_end = nullptr;
   MotionBound<Real>* bounds = nullptr;
   int* bound_end = nullptr;
-  // Joint correction (step_correction.hpp); null: none
-  SkinTangent<Real>* skin_tangents = nullptr;  // [corner]
-  PairTangent<Real>* pair_tangents = nullptr;  // [pair]
-  Mat* blocks = nullptr;                       // [vertex] inverse of its own stiffness
-  Vec* by_volume = nullptr;                    // [vertex] dV/dx; zero on the wall
-  Vec* residual = nullptr;                     // [vertex], and all below
-  Vec* preconditioned = nullptr;
-  Vec* search = nullptr;
-  Vec* image = nullptr;
-  Vec* search_image = nullptr;
-  Vec* correction = nullptr;
-  Mat* slab_inertia = nullptr;  // [cluster], inverse
-  Real* slab_weight = nullptr;
-  Vec* slab_shift = nullptr;
-  Vec* slab_spin = nullptr;
 };
 
 /// What a vertex's neighbours ask of it.

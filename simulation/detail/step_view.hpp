@@ -239,22 +239,6 @@ void add_solid_view(const Scene& scene, Memory& memory, StepView<Real>& view) {
       memory.store(converted_all<Real>(std::vector<double>(outer, model.foundation.end())));
 }
 
-/// What joint corrections need; without it there are none.
-template <class Real, class Memory>
-void add_correction_view(const Scene& scene, Memory& memory, StepView<Real>& view) {
-  using Vec = Vec3T<Real>;
-  const std::size_t count = scene.start.size(), slabs = std::size_t(scene.clusters.count());
-  view.skin_tangents = memory.template allocate<SkinTangent<Real>>(scene.corners.size());
-  view.blocks = memory.template allocate<Mat3T<Real>>(count);
-  for (Vec** array : {&view.by_volume, &view.residual, &view.preconditioned, &view.search,
-                      &view.image, &view.search_image, &view.correction})
-    *array = memory.template allocate<Vec>(count);
-  view.slab_inertia = memory.template allocate<Mat3T<Real>>(slabs);
-  view.slab_weight = memory.template allocate<Real>(slabs);
-  view.slab_shift = memory.template allocate<Vec>(slabs);
-  view.slab_spin = memory.template allocate<Vec>(slabs);
-}
-
 /// The gap beyond which nothing acts between two surfaces [mm].
 inline double contact_range(const SimulationOptions& options) {
   return options.adhesion_traction_kpa > 0.0
@@ -334,7 +318,6 @@ StepView<Real> make_view(const Scene& scene, const SimulationOptions& options, M
   view.bound_end = memory.template allocate<int>(count);
   view.mass = memory.store(converted_all<Real>(scene.mass));
   view.vertex_count = scene.vertex_count();
-  if (scene.wall_count > 0 && scene.solid.levels == 0) add_correction_view(scene, memory, view);
   if (scene.solid.levels > 0) add_solid_view(scene, memory, view);
   return view;
 }
