@@ -130,17 +130,17 @@ ANGIO_HOST_DEVICE inline void measure_areas(Team& team, const StepView<Real>& s)
 /// How far a vertex may go between two searches: by how far the fastest went in the last step.
 template <class Real, class Team>
 ANGIO_HOST_DEVICE inline double useful_travel(Team& team, const StepView<Real>& s) {
-  const double distance = s.contact_distance, kSteps[] = {0.5, 1.0, 2.0};
+  const double distance = s.contact_distance, steps[] = {0.5, 1.0, 2.0};
   double faster[2];
   team.template quick_sum<1, 2>(
       s.balloon_count + s.wall_count,
       [&](int v, const auto&, auto* part) {
         const Real motion = Real(1.5) * s.dt * norm(s.velocity[v]);
         for (int k = 0; k < 2; ++k)
-          part[k] += motion > Real(kSteps[k]) * s.contact_distance ? Real(1) : Real(0);
+          part[k] += motion > Real(steps[k]) * s.contact_distance ? Real(1) : Real(0);
       },
       faster);
-  return (faster[0] == 0.0 ? kSteps[0] : faster[1] == 0.0 ? kSteps[1] : kSteps[2]) * distance;
+  return (faster[0] == 0.0 ? steps[0] : faster[1] == 0.0 ? steps[1] : steps[2]) * distance;
 }
 
 template <class Real, class Team>

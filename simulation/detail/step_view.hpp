@@ -128,6 +128,23 @@ void add_balloon_view(const Scene& scene, Memory& memory, StepView<Real>& view) 
   view.moves = memory.template allocate<Move<Real>>(std::size_t(scene.balloon_count));
 }
 
+/// The triangles around each vertex of the wall.
+template <class Real, class Memory>
+void add_wall_corners(const Scene& scene, Memory& memory, StepView<Real>& view) {
+  std::vector<std::vector<CornerLink>> corners(std::size_t(scene.wall_count));
+  for (const Triangle& t : scene.wall_triangles)
+    for (std::size_t k = 0; k < 3; ++k)
+      corners[std::size_t(t[k] - scene.balloon_count)].push_back({t[(k + 1) % 3], t[(k + 2) % 3]});
+  std::vector<CornerLink> links;
+  std::vector<int> corner_begin{0};
+  for (const std::vector<CornerLink>& list : corners) {
+    links.insert(links.end(), list.begin(), list.end());
+    corner_begin.push_back(int(links.size()));
+  }
+  view.wall_corner_begin = memory.store(corner_begin);
+  view.wall_corners = memory.store(links);
+}
+
 template <class Real, class Memory>
 void add_wall_view(const Scene& scene, const WallMaterial& wall, Memory& memory,
                    StepView<Real>& view) {
@@ -179,18 +196,7 @@ void add_wall_view(const Scene& scene, const WallMaterial& wall, Memory& memory,
   }
   view.cluster_centre = memory.template allocate<Vec3T<Real>>(count);
   view.goal = memory.template allocate<Vec3T<Real>>(std::size_t(scene.wall_count));
-  std::vector<std::vector<CornerLink>> corners(std::size_t(scene.wall_count));
-  for (const Triangle& t : scene.wall_triangles)
-    for (std::size_t k = 0; k < 3; ++k)
-      corners[std::size_t(t[k] - scene.balloon_count)].push_back({t[(k + 1) % 3], t[(k + 2) % 3]});
-  std::vector<CornerLink> links;
-  std::vector<int> corner_begin{0};
-  for (const std::vector<CornerLink>& list : corners) {
-    links.insert(links.end(), list.begin(), list.end());
-    corner_begin.push_back(int(links.size()));
-  }
-  view.wall_corner_begin = memory.store(corner_begin);
-  view.wall_corners = memory.store(links);
+  add_wall_corners(scene, memory, view);
   view.contact_pressure = memory.template allocate<Real>(std::size_t(scene.wall_count));
 }
 
