@@ -212,8 +212,8 @@ TEST(AngioplastyRuns, GiveTheSameBitsForOneAndTwoThreads) {
   }
 }
 
-// Mean radius of the ring that was the narrowest at the start: the narrowest of all may later be one
-// that nothing touches.
+// Mean radius of the ring that was the narrowest at the start: the narrowest of all may later be
+// one that nothing touches.
 double stretched_radius(const Course& course, int around) {
   const auto mean = [&](const SimulationFrame& f, std::size_t ring) {
     double sum = 0.0;
