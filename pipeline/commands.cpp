@@ -36,6 +36,7 @@ struct SharedOptions {
   std::vector<std::string> presets;
   std::vector<std::string> settings;
   std::string balloon, catalogue;
+  std::string contact;
   std::string backend = "auto";
   int threads = 0;
   bool quiet = false;
@@ -70,6 +71,10 @@ void add_run_options(CLI::App& command, SharedOptions& shared) {
   command
       .add_option("--catalogue", shared.catalogue, "balloons of your own, TOML as balloons.toml")
       ->type_name("FILE");
+  command
+      .add_option("--contact", shared.contact,
+                  "how balloon and wall touch: barrier (default), or paper (for comparison)")
+      ->check(CLI::IsMember({"barrier", "paper"}));
   command.add_option("--backend", shared.backend, "where the simulation runs: auto, cpu or cuda")
       ->check(CLI::IsMember({"auto", "cpu", "cuda"}))
       ->capture_default_str();
@@ -91,6 +96,7 @@ void apply_options(Config& config, const SharedOptions& shared) {
   for (const std::string& preset : shared.presets) apply_preset(config, preset);
   if (!shared.balloon.empty())
     apply_balloon(config, find_balloon(balloon_catalogue(shared.catalogue), shared.balloon));
+  if (!shared.contact.empty()) apply_setting(config, "simulation.contact_model=" + shared.contact);
   for (const std::string& setting : shared.settings) apply_setting(config, setting);
   config.simulation.backend = backend_of(shared.backend);
   if (shared.threads > 0) omp_set_num_threads(shared.threads);
@@ -236,6 +242,7 @@ int do_batch(BatchArguments& batch) {
   if (!batch.shared.balloon.empty()) words.insert(words.end(), {"--balloon", batch.shared.balloon});
   if (!batch.shared.catalogue.empty())
     words.insert(words.end(), {"--catalogue", batch.shared.catalogue});
+  if (!batch.shared.contact.empty()) words.insert(words.end(), {"--contact", batch.shared.contact});
   for (const std::string& setting : batch.shared.settings)
     words.insert(words.end(), {"--set", setting});
   words.insert(words.end(), {"--backend", batch.shared.backend, "--quiet"});

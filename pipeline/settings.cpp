@@ -129,6 +129,10 @@ constexpr const char* kPlaques[] = {"fibrous", "hypocellular", "calcified"};
 void read_field(const std::string& key, const toml::node& node, simulation::Plaque& field) {
   read_name(key, node, kPlaques, field);
 }
+constexpr const char* kContactModels[] = {"barrier", "paper"};
+void read_field(const std::string& key, const toml::node& node, simulation::ContactModel& field) {
+  read_name(key, node, kContactModels, field);
+}
 constexpr const char* kControls[] = {"gas", "pressure", "volume"};
 void read_field(const std::string& key, const toml::node& node,
                 simulation::InflationControl& field) {
@@ -157,6 +161,9 @@ std::string write_field(bool field) { return field ? "true" : "false"; }
 std::string write_field(const std::string& field) { return quoted(field); }
 std::string write_field(simulation::MembraneModel field) {
   return quoted(kMembraneModels[int(field)]);
+}
+std::string write_field(simulation::ContactModel field) {
+  return quoted(kContactModels[int(field)]);
 }
 std::string write_field(simulation::WallModel field) { return quoted(kWallModels[int(field)]); }
 std::string write_field(simulation::Plaque field) { return quoted(kPlaques[int(field)]); }
@@ -430,6 +437,22 @@ void add_simulation_settings(Config& c, std::vector<Setting>& table) {
                                "contact acts below this gap [mm], 0.001 to 1"));
   table.push_back(make_setting("simulation.friction_static", sim, s.friction_static, "0 to 2"));
   table.push_back(make_setting("simulation.friction_kinetic", sim, s.friction_kinetic, "0 to 2"));
+  table.push_back(make_setting("simulation.contact_model", sim, s.contact_model,
+                               "barrier, or paper (the seed paper's projections, for comparison: "
+                               "CPU only, does not converge)"));
+  table.push_back(make_setting("simulation.contact_stiffness", sim, s.contact_stiffness,
+                               "factor on the barrier's stiffness, 0.01 to 100"));
+  table.push_back(make_setting("simulation.adhesion_traction_kpa", sim, s.adhesion_traction_kpa,
+                               "most that the film between wet surfaces holds [kPa], 0 to 100; 0: "
+                               "none"));
+  table.push_back(make_setting("simulation.adhesion_gap_1_mm", sim, s.adhesion_gap_1_mm,
+                               "surfaces nearer than this have touched [mm], 0 to 1"));
+  table.push_back(make_setting("simulation.adhesion_gap_2_mm", sim, s.adhesion_gap_2_mm,
+                               "the film breaks here [mm], above gap 1, up to 2"));
+  table.push_back(make_setting("simulation.paper_volume_1_mm3", sim, s.paper_volume_1_mm3,
+                               "contact_model paper: V_th1 [mm3], 0 to 100; 0: from the gaps"));
+  table.push_back(make_setting("simulation.paper_volume_2_mm3", sim, s.paper_volume_2_mm3,
+                               "contact_model paper: V_th2 [mm3], 0 to 100; 0: from the gaps"));
   table.push_back(
       make_setting("simulation.write_every", sim, c.write_every,
                    "solver frames per frame written; first, peak and last always are, 1 to "

@@ -186,8 +186,8 @@ TEST(Run, TheWallCanBeASolidOfLayers) {
             0);
   const ProgramResult run =
       run_program("run '" + folder / "p/lumen.stl" + "' --preset draft -o '" + folder / "c" +
-                  "' --set wall.model=layered balloon.length_mm=4 inflation.inflate_s=0.4 "
-                  "inflation.hold_s=0.05 inflation.deflate_s=0.2 inflation.rest_s=0");
+                  "' --set wall.model=layered balloon.length_mm=4 inflation.inflate_s=0.15 "
+                  "inflation.hold_s=0 inflation.deflate_s=0.1 inflation.rest_s=0");
   ASSERT_EQ(run.exit_code, 0) << run.error;
   const json metrics = read_json_file(folder.path() / "c/metrics.json");
   const json& regions = metrics.at("wall").at("regions");
