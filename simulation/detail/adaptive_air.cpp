@@ -94,14 +94,17 @@ void AdaptiveAir::follow(const std::vector<Vec3>& x) {
   ++turn_;
   const bool mends = turn_ >= resume_;
   const std::vector<Vec3> from(x_.begin(), x_.begin() + std::ptrdiff_t(surface_count_));
-  // Straight to the end; where that leaves an inverted tet, in steps.
+  // Straight to the end; where that leaves an inverted tet, in steps, and after some of them
+  // straight to the end whatever it leaves: a rebuild then costs less.
+  constexpr int kMostTries = 6;
   double done = 0.0, step = 1.0;
-  while (done < 1.0) {
+  for (int tries = 1; done < 1.0; ++tries) {
+    if (tries >= kMostTries) step = 1.0;
     const double next = std::min(1.0, done + step);
     std::vector<Vec3> target(surface_count_);
     for (std::size_t v = 0; v < surface_count_; ++v)
       target[v] = next == 1.0 ? x[v] : from[v] + next * (x[v] - from[v]);
-    if (move_to(target, mends, mends && step > kLeastStep))
+    if (move_to(target, mends, mends && step > kLeastStep && tries < kMostTries))
       done = next;
     else
       step *= 0.5;
