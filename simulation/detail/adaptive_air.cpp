@@ -96,7 +96,7 @@ void AdaptiveAir::follow(const std::vector<Vec3>& x) {
   const std::vector<Vec3> from(x_.begin(), x_.begin() + std::ptrdiff_t(surface_count_));
   // Straight to the end; where that leaves an inverted tet, in steps, and after some of them
   // straight to the end whatever it leaves: a rebuild then costs less.
-  constexpr int kMostTries = 6;
+  constexpr int kMostTries = 3;
   double done = 0.0, step = 1.0;
   for (int tries = 1; done < 1.0; ++tries) {
     if (tries >= kMostTries) step = 1.0;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <unordered_set>
 
 namespace angio::simulation::detail {
 namespace {
@@ -35,11 +36,12 @@ Vec3 in_front_of(const std::vector<Vec3>& x, const Triangle& f, const Vec3& poin
 
 std::vector<int> star_of(const AirTopology& air, int tet, int vertex) {
   std::vector<int> star{tet};
+  std::unordered_set<int> seen{tet};
   for (std::size_t i = 0; i < star.size(); ++i)
     for (int c = 0; c < 4; ++c) {
       if (air.tet(star[i])[std::size_t(c)] == vertex) continue;
       const int next = air.across(star[i], c).tet;
-      if (next >= 0 && !contains(star, next)) star.push_back(next);
+      if (next >= 0 && seen.insert(next).second) star.push_back(next);
     }
   return star;
 }
