@@ -5,6 +5,7 @@
 #include <cstdint>
 
 #include "core/error.hpp"
+#include "meshing/detail/lift_points.hpp"
 #include "meshing/detail/surface_query.hpp"
 #include "meshing/detail/tetgen_child.hpp"
 
@@ -53,17 +54,9 @@ Surfaces surfaces_of(const TriangleMesh& inner, const GapBoundary& gap) {
   return both;
 }
 
-// Turns the tets right; false if one is flat.
-bool make_positive(TetMesh& mesh) {
-  const auto volume = [&](const Tet& t) {
-    return tet_volume(mesh.vertices[std::size_t(t[0])], mesh.vertices[std::size_t(t[1])],
-                      mesh.vertices[std::size_t(t[2])], mesh.vertices[std::size_t(t[3])]);
-  };
-  for (Tet& t : mesh.tets) {
-    if (volume(t) < 0.0) std::swap(t[2], t[3]);
-    if (volume(t) < kLeastTetVolume) return false;
-  }
-  return true;
+double volume_of(const Tet& t, const std::vector<Vec3>& x) {
+  return tet_volume(x[std::size_t(t[0])], x[std::size_t(t[1])], x[std::size_t(t[2])],
+                    x[std::size_t(t[3])]);
 }
 
 struct Kept {
@@ -79,12 +72,8 @@ Kept keep_positive(const TetrahedralizeResult& raw, const std::vector<Vec3>& ver
       ++kept.added_point_count;
       continue;
     }
-    const auto volume = [&](const std::vector<Vec3>& x) {
-      return tet_volume(x[std::size_t(t[0])], x[std::size_t(t[1])], x[std::size_t(t[2])],
-                        x[std::size_t(t[3])]);
-    };
-    if (volume(moved) < 0.0) std::swap(t[2], t[3]);
-    if (volume(vertices) > kLeastTetVolume)
+    if (volume_of(t, moved) < 0.0) std::swap(t[2], t[3]);
+    if (volume_of(t, vertices) > kLeastTetVolume)
       kept.tets.push_back(t);
     else
       ++kept.flat_count;
@@ -142,10 +131,15 @@ TetMesh mesh_gap_with_points(const TriangleMesh& inner, const GapBoundary& gap, 
     moved.pop_back();
     try {
       TetMesh mesh = run_on_gap(moved, surfaces.triangles, moved_hole, kLimit);
+      for (Tet& t : mesh.tets)
+        if (volume_of(t, mesh.vertices) < 0.0) std::swap(t[2], t[3]);
+      if (!lift_off_surfaces(mesh, int(surfaces.vertices.size()))) continue;
       for (std::size_t v = 0; v < mesh.vertices.size(); ++v)
         mesh.vertices[v] =
             v < surfaces.vertices.size() ? surfaces.vertices[v] : mesh.vertices[v] - shift;
-      if (make_positive(mesh)) return mesh;
+      if (std::all_of(mesh.tets.begin(), mesh.tets.end(),
+                      [&](const Tet& t) { return volume_of(t, mesh.vertices) > kLeastTetVolume; }))
+        return mesh;
     } catch (const InternalError&) {  // the next one may do
     }
   }

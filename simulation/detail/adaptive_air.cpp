@@ -19,8 +19,9 @@ constexpr int kMostHollow = 30;     // tets taken out to be filled over the same
 constexpr int kMostSteps = 300;     // of that search
 constexpr int kMostAround = 80;     // tets taken out around a new point
 constexpr int kEnough = 3;          // places for a point, of which the best is taken
-constexpr int kLongestPause = 32;   // motions without mending, after it has failed
+constexpr int kLongestPause = 32;   // motions without a mesh, after building one has failed
 constexpr int kMostMends = 16;      // places a round
+constexpr int kMostTries = 3;       // steps of a motion
 constexpr int kPatience = 8;        // motions between two attempts to do without a point
 
 Triangle ascending(Triangle t) {
@@ -92,36 +93,55 @@ void AdaptiveAir::measure() {
 void AdaptiveAir::follow(const std::vector<Vec3>& x) {
   if (x_.empty()) return;
   ++turn_;
-  const bool mends = turn_ >= resume_;
+  if (closed_)
+    adapt(x);
+  else
+    x_ = x;
+  if (is_whole() || turn_ < resume_ || !rebuild_) return;
+  rebuild_whole();
+  if (is_whole()) {
+    pause_ = 1;
+    return;
+  }
+  // The surfaces may cross: it is left alone for a while. Flips in a tangled mesh would not end.
+  drop();
+  resume_ = turn_ + pause_;
+  pause_ = std::min(2 * pause_, kLongestPause);
+}
+
+// Straight to the end; where that leaves an inverted tet, in steps, and after some of them straight
+// to the end whatever it leaves. Where a mesh can be built anew that costs less than steps.
+void AdaptiveAir::adapt(const std::vector<Vec3>& x) {
+  const int most_tries = rebuild_ ? 1 : kMostTries;
   const std::vector<Vec3> from(x_.begin(), x_.begin() + std::ptrdiff_t(surface_count_));
-  // Straight to the end; where that leaves an inverted tet, in steps, and after some of them
-  // straight to the end whatever it leaves: a rebuild then costs less.
-  constexpr int kMostTries = 3;
   double done = 0.0, step = 1.0;
   for (int tries = 1; done < 1.0; ++tries) {
-    if (tries >= kMostTries) step = 1.0;
+    if (tries >= most_tries) step = 1.0;
     const double next = std::min(1.0, done + step);
     std::vector<Vec3> target(surface_count_);
     for (std::size_t v = 0; v < surface_count_; ++v)
       target[v] = next == 1.0 ? x[v] : from[v] + next * (x[v] - from[v]);
-    if (move_to(target, mends, mends && step > kLeastStep && tries < kMostTries))
+    if (move_to(target, step > kLeastStep && tries < most_tries))
       done = next;
     else
       step *= 0.5;
   }
   remove_points();
   count_volumes();
-  if (report_.inverted_count > 0 && mends && rebuild_) rebuild_whole();
-  if (report_.inverted_count == 0) {
-    pause_ = 1;
-  } else if (mends) {  // the surfaces may cross: it is left alone for a while
-    resume_ = turn_ + pause_;
-    pause_ = std::min(2 * pause_, kLongestPause);
-  }
+}
+
+void AdaptiveAir::drop() {
+  air_ = AirTopology();
+  x_.resize(surface_count_);
+  points_.clear();
+  quality_.clear();
+  tried_.clear();
+  closed_ = false;
+  count_volumes();
 }
 
 // false, with nothing changed, if a tet stays inverted and `may_fail`.
-bool AdaptiveAir::move_to(const std::vector<Vec3>& x, bool mends, bool may_fail) {
+bool AdaptiveAir::move_to(const std::vector<Vec3>& x, bool may_fail) {
   const std::vector<Vec3> before = x_;
   const std::vector<Point> points = points_;
   std::copy(x.begin(), x.end(), x_.begin());
@@ -136,7 +156,7 @@ bool AdaptiveAir::move_to(const std::vector<Vec3>& x, bool mends, bool may_fail)
   const std::vector<double> quality = quality_, tried = tried_;
   const AirReport report = report_;
   improve();
-  if (mends) mend_inverted();
+  mend_inverted();
   if (!may_fail || !has_inverted()) return true;
   air_ = air;
   x_ = before;
@@ -230,7 +250,7 @@ void AdaptiveAir::improve() {
 
 bool AdaptiveAir::flip(int t) {
   const Flip best = best_flip(air_, x_, t);
-  if (best.old_count == 0 ||
+  if (best.old_count == 0 || (best.after <= 0.0 && best.fresh_count > best.old_count) ||
       !put_in_place(best.old.data(), best.old_count, best.fresh.data(), best.fresh_count))
     return false;
   ++report_.flip_count;
@@ -362,6 +382,7 @@ void AdaptiveAir::rebuild_whole() {
       !covers_surfaces(AirTopology(mesh.tets)))
     return;
   ++report_.rebuild_count;
+  closed_ = true;
   take(mesh);
   count_volumes();
 }

@@ -45,7 +45,8 @@ class AdaptiveAir {
   /// Is the gap covered once, by right-handed tets whose outer faces are the surfaces' triangles
   /// and caps?
   [[nodiscard]] bool is_whole() const { return closed_ && report_.inverted_count == 0; }
-  [[nodiscard]] bool has_air() const { return closed_; }
+  /// Is there a mesh, or may one be built?
+  [[nodiscard]] bool can_be_whole() const { return closed_ || rebuild_; }
   [[nodiscard]] const AirTopology& topology() const { return air_; }
   /// Of the surfaces' vertices, then of the points in the air, shape [>= vertex].
   [[nodiscard]] const std::vector<Vec3>& positions() const { return x_; }
@@ -62,7 +63,9 @@ class AdaptiveAir {
     int tet = -1;         ///< one around it; -1: not in use
     double height = 0.0;  ///< over the nearest of the faces around it, when it was placed [mm]
   };
-  bool move_to(const std::vector<Vec3>& x, bool mends, bool may_fail);
+  void adapt(const std::vector<Vec3>& x);
+  void drop();
+  bool move_to(const std::vector<Vec3>& x, bool may_fail);
   [[nodiscard]] bool has_inverted() const;
   void move_points(const std::vector<Vec3>& before);
   void measure();
@@ -92,7 +95,7 @@ class AdaptiveAir {
   std::vector<Work> queue_;
   bool closed_ = false;
   int turn_ = 0;    ///< motions so far
-  int resume_ = 0;  ///< until then only flips are made
+  int resume_ = 0;  ///< until then no mesh is built anew
   int pause_ = 1;   ///< after the next failure
   AirReport report_;
 };

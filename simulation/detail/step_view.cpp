@@ -112,7 +112,7 @@ CandidateSet CandidateFinder::find(const std::vector<Vec3>& x, int lasted) {
 }
 
 std::vector<Candidate> CandidateFinder::search(const std::vector<Vec3>& x, double reach) {
-  if (air_ == nullptr || !air_->has_air()) return find_candidates(scene_, x, reach);
+  if (air_ == nullptr || !air_->can_be_whole()) return find_candidates(scene_, x, reach);
   std::vector<Vec3> global = x;
   for (Vec3& p : global) p += scene_.origin;
   air_->follow(global);
