@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <numeric>
 #include <tuple>
 
 #include "core/parallel.hpp"
@@ -206,13 +207,21 @@ double gap_of(const std::vector<Vec3>& x, const Candidate& c) {
 
 CandidateSet index_candidates(const std::vector<Vec3>& x, std::vector<Candidate> candidates,
                               double reach) {
-  const std::size_t vertex_count = x.size();
+  const std::size_t vertex_count = x.size(), count = candidates.size();
+  std::vector<double> gap(count);
+  for (std::size_t c = 0; c < count; ++c) gap[c] = gap_of(x, candidates[c]);
+  std::vector<int> by_gap(count);
+  std::iota(by_gap.begin(), by_gap.end(), 0);
+  std::sort(by_gap.begin(), by_gap.end(), [&](int a, int b) {
+    const double gap_a = gap[std::size_t(a)], gap_b = gap[std::size_t(b)];
+    return gap_a != gap_b ? gap_a < gap_b : a < b;
+  });
+
   CandidateSet set;
   set.reach = reach;
   set.owned_begin.assign(vertex_count + 1, 0);
   set.ref_begin.assign(vertex_count + 1, 0);
   for (const Candidate& candidate : candidates) {
-    set.gap.push_back(gap_of(x, candidate));
     ++set.owned_begin[std::size_t(candidate.vertex[0]) + 1];
     for (const int v : candidate.vertex) ++set.ref_begin[std::size_t(v) + 1];
   }
@@ -220,12 +229,21 @@ CandidateSet index_candidates(const std::vector<Vec3>& x, std::vector<Candidate>
     set.owned_begin[v + 1] += set.owned_begin[v];
     set.ref_begin[v + 1] += set.ref_begin[v];
   }
-  std::vector<int> next(set.ref_begin.begin(), set.ref_begin.end() - 1);
-  set.refs.resize(4 * candidates.size());
-  for (std::size_t c = 0; c < candidates.size(); ++c)
-    for (int corner = 0; corner < 4; ++corner)
-      set.refs[std::size_t(next[std::size_t(candidates[c].vertex[corner])]++)] = {int(c), corner};
-  set.candidates = std::move(candidates);
+  std::vector<int> next_owned(set.owned_begin.begin(), set.owned_begin.end() - 1);
+  std::vector<int> next_ref(set.ref_begin.begin(), set.ref_begin.end() - 1);
+  set.candidates.resize(count);
+  set.gap.resize(count);
+  set.refs.resize(4 * count);
+  for (const int c : by_gap) {
+    const Candidate& candidate = candidates[std::size_t(c)];
+    const int place = next_owned[std::size_t(candidate.vertex[0])]++;
+    set.candidates[std::size_t(place)] = candidate;
+    set.gap[std::size_t(place)] = gap[std::size_t(c)];
+    for (int corner = 0; corner < 4; ++corner) {
+      int& next = next_ref[std::size_t(candidate.vertex[corner])];
+      set.refs[std::size_t(next++)] = {place, corner};
+    }
+  }
   return set;
 }
 

@@ -22,12 +22,12 @@ void sort_candidates(std::vector<Candidate>& candidates);
 /// Distance of a candidate's two primitives [mm].
 double gap_of(const std::vector<Vec3>& x, const Candidate& candidate);
 
-/// Candidates as a step takes them.
+/// Candidates as a step takes them: those of a vertex by ascending gap.
 struct CandidateSet {
   std::vector<Candidate> candidates;
   std::vector<int> owned_begin;  ///< by first vertex, shape [vertex + 1]
   std::vector<int> ref_begin;    ///< shape [vertex + 1]
-  std::vector<ContactRef> refs;  ///< candidates that a vertex is in
+  std::vector<ContactRef> refs;  ///< candidates that a vertex is in, by ascending gap
   std::vector<double> gap;       ///< [mm], shape [candidate]
   double reach = 0.0;            ///< [mm]
 };

@@ -16,6 +16,9 @@
 ///                                     total[N] is the sum, the same bits for every thread; it ends
 ///                                     with a barrier
 ///     quick_sum<L, N>                 the same, N <= 4, when single precision will do for the sum
+///     most<N>(count, body, total)     as quick_sum<1, N>, but total[N] is the largest of the
+///     parts,
+///                                     which are not negative
 ///     now()                           a clock [s]
 ///     kSolids                         can it move a layered wall?
 ///     kVertexLanes, kClusterLanes     the L that suits a vertex's triangles, a slab's members
@@ -72,6 +75,22 @@ class CpuTeam {
 
   template <int L, int N, class Body>
   void sum(int count, const Body& body, double (&total)[N]) {
+    gather(count, body, total, [](double a, double b) { return a + b; });
+  }
+
+  template <int L, int N, class Body>
+  void quick_sum(int count, const Body& body, double (&total)[N]) {
+    sum<L>(count, body, total);
+  }
+
+  template <int N, class Body>
+  void most(int count, const Body& body, double (&total)[N]) {
+    gather(count, body, total, [](double a, double b) { return std::max(a, b); });
+  }
+
+ private:
+  template <int N, class Body, class Combine>
+  void gather(int count, const Body& body, double (&total)[N], const Combine& combine) {
     static_assert(N <= kMostSums);
     const int pieces = pieces_of(count);
     double* parts = parts_ + turn_ * kPieces * kMostSums;
@@ -85,15 +104,9 @@ class CpuTeam {
     barrier();
     for (int n = 0; n < N; ++n) total[n] = 0.0;
     for (int piece = 0; piece < pieces; ++piece)
-      for (int n = 0; n < N; ++n) total[n] += parts[N * piece + n];
+      for (int n = 0; n < N; ++n) total[n] = combine(total[n], parts[N * piece + n]);
   }
 
-  template <int L, int N, class Body>
-  void quick_sum(int count, const Body& body, double (&total)[N]) {
-    sum<L>(count, body, total);
-  }
-
- private:
   static constexpr int kPieces = 256;    // at most
   static constexpr int kLeastPiece = 8;  // iterations
 

@@ -12,9 +12,9 @@
 ///    sides are 0.1 of the gap apart;
 ///  - it may not go further than `travel` = (reach - contact distance) / 2, so that pairs that are
 ///    not near stay out of contact;
-///  - a search counts only while no vertex has gone further than (candidate_reach - reach) / 2
-///  since
-///    the candidates were found: then all that is nearer than `reach` is among them.
+///  - a search counts only while what the balloon's vertices have gone since the candidates were
+///    found, at most, and what the wall's have, are together less than candidate_reach - reach:
+///    then all that is nearer than `reach` is among them.
 ///
 /// So no motion within the bounds takes one surface through the other, at any step of the sweeps.
 /// Source: Chen et al., "Offset Geometric Contact", ACM TOG 44 (2025), section 3.4 (bounds by 0.45
@@ -75,13 +75,17 @@ ANGIO_HOST_DEVICE inline bool may_be_near(const StepView<Real>& s, int c, Real r
   return s.candidate_gap[c] - Real(1.001) * (a + b) < reach;
 }
 
-/// Names the near ones of the candidates that a vertex owns, in their order. @return their number
+/// Names the near ones of the candidates that a vertex owns, in their order.
+///
+/// @param known  candidates that were found with this gap or a larger one are not near by now
+/// @return their number
 template <class Real, class Lanes>
-ANGIO_HOST_DEVICE inline int search_owned(const StepView<Real>& s, int v, Real reach,
+ANGIO_HOST_DEVICE inline int search_owned(const StepView<Real>& s, int v, Real reach, Real known,
                                           const Lanes& lanes) {
   const int first = s.owned_begin[v], last = s.owned_begin[v + 1];
   int end = first;
-  for (int round = first; round < last; round += lanes.size()) {
+  // By ascending gap.
+  for (int round = first; round < last && s.candidate_gap[round] < known; round += lanes.size()) {
     const int c = round + lanes.rank();
     NearPair<Real> pair;
     const bool near =
@@ -97,13 +101,16 @@ ANGIO_HOST_DEVICE inline int search_owned(const StepView<Real>& s, int v, Real r
 
 /// Lists a vertex's near pairs, and the planes among them that it can reach at all.
 template <class Real, class Lanes>
-ANGIO_HOST_DEVICE inline void list_pairs(const StepView<Real>& s, int v, Real travel,
+ANGIO_HOST_DEVICE inline void list_pairs(const StepView<Real>& s, int v, Real known, Real travel,
                                          const Lanes& lanes) {
   const int first = s.ref_begin[v], last = s.ref_begin[v + 1];
   int refs = first, bounds = first;
-  for (int round = first; round < last; round += lanes.size()) {
+  const auto may_be_named = [&](int r) {
+    return r < last && s.candidate_gap[s.candidate_refs[r].pair] < known;
+  };
+  for (int round = first; may_be_named(round); round += lanes.size()) {  // by ascending gap
     const int r = round + lanes.rank();
-    const int index = r < last ? s.pair_of[s.candidate_refs[r].pair] : -1;
+    const int index = may_be_named(r) ? s.pair_of[s.candidate_refs[r].pair] : -1;
     const int corner = index < 0 ? 0 : s.candidate_refs[r].corner;
     const bool binds = index >= 0 && s.pairs[index].limit[corner] < travel;
     const int place = refs + lanes.before(index >= 0), plane = bounds + lanes.before(binds);

@@ -43,15 +43,30 @@ struct BlockShared {
   Quad<double> quads[2][kWarp];
 };
 
-/// The sum over a block's threads, the same bits for each of them; `turn` alternates, so that no
-/// thread writes the next sum's parts while another still reads this one's.
-template <int N, class Real>
+struct Plus {
+  template <class Real>
+  __device__ Real operator()(Real a, Real b) const {
+    return a + b;
+  }
+};
+
+struct Most {
+  template <class Real>
+  __device__ Real operator()(Real a, Real b) const {
+    return a > b ? a : b;
+  }
+};
+
+/// The sum (or the like, from 0) over a block's threads, the same bits for each of them; `turn`
+/// alternates, so that no thread writes the next sum's parts while another still reads this one's.
+template <class Combine, int N, class Real>
 __device__ void block_sum(Real (&value)[N], BlockShared& shared, int& turn) {
+  const Combine combine;
   Quad<Real>* quads = reinterpret_cast<Quad<Real>*>(shared.quads[turn]);
   turn = 1 - turn;
   for (int n = 0; n < N; ++n)
     for (int step = kWarp / 2; step > 0; step /= 2)
-      value[n] += __shfl_xor_sync(~0U, value[n], step);
+      value[n] = combine(value[n], __shfl_xor_sync(~0U, value[n], step));
   if (threadIdx.x % kWarp == 0) {
     Quad<Real> quad{};
     for (int n = 0; n < N; ++n) quad.v[n] = value[n];
@@ -61,7 +76,7 @@ __device__ void block_sum(Real (&value)[N], BlockShared& shared, int& turn) {
   for (int n = 0; n < N; ++n) value[n] = Real(0);
   for (int warp = 0; warp < int(blockDim.x) / kWarp; ++warp) {
     const Quad<Real> quad = quads[warp];
-    for (int n = 0; n < N; ++n) value[n] += quad.v[n];
+    for (int n = 0; n < N; ++n) value[n] = combine(value[n], quad.v[n]);
   }
 }
 
@@ -99,19 +114,23 @@ class BlockTeam : public DeviceClock {
   }
   template <int L, int N, class Body>
   __device__ void sum(int count, const Body& body, double (&total)[N]) {
-    add_up<L, N, double>(count, body, total);
+    add_up<Plus, L, N, double>(count, body, total);
   }
   template <int L, int N, class Body>
   __device__ void quick_sum(int count, const Body& body, double (&total)[N]) {
-    add_up<L, N, Real>(count, body, total);
+    add_up<Plus, L, N, Real>(count, body, total);
+  }
+  template <int N, class Body>
+  __device__ void most(int count, const Body& body, double (&total)[N]) {
+    add_up<Most, 1, N, Real>(count, body, total);
   }
 
  private:
-  template <int L, int N, class Part, class Body>
+  template <class Combine, int L, int N, class Part, class Body>
   __device__ void add_up(int count, const Body& body, double (&total)[N]) {
     Part part[N] = {};
     add_parts<L>(count, int(threadIdx.x), int(blockDim.x), body, part, N);
-    block_sum(part, shared_, turn_);
+    block_sum<Combine>(part, shared_, turn_);
     for (int n = 0; n < N; ++n) total[n] = double(part[n]);
   }
 
@@ -137,11 +156,15 @@ class GridTeam : public DeviceClock {
   }
   template <int L, int N, class Body>
   __device__ void sum(int count, const Body& body, double (&total)[N]) {
-    add_up<L, N, double>(count, body, total);
+    add_up<Plus, L, N, double>(count, body, total);
   }
   template <int L, int N, class Body>
   __device__ void quick_sum(int count, const Body& body, double (&total)[N]) {
-    add_up<L, N, Real>(count, body, total);
+    add_up<Plus, L, N, Real>(count, body, total);
+  }
+  template <int N, class Body>
+  __device__ void most(int count, const Body& body, double (&total)[N]) {
+    add_up<Most, 1, N, Real>(count, body, total);
   }
 
  private:
@@ -150,11 +173,12 @@ class GridTeam : public DeviceClock {
   __device__ int rank() const { return int(blockIdx.x * blockDim.x + threadIdx.x); }
   __device__ int size() const { return int(gridDim.x * blockDim.x); }
 
-  template <int L, int N, class Part, class Body>
+  template <class Combine, int L, int N, class Part, class Body>
   __device__ void add_up(int count, const Body& body, double (&total)[N]) {
     Part part[N] = {};
     add_parts<L>(count, rank(), size(), body, part, N);
-    block_sum(part, shared_, turn_);
+    block_sum<Combine>(part, shared_, turn_);
+    const Combine combine;
     Quad<Part>* quads = static_cast<Quad<Part>*>(sums_) + grid_turn_ * kMostBlocks;
     grid_turn_ = 1 - grid_turn_;
     if (threadIdx.x == 0) {
@@ -166,9 +190,9 @@ class GridTeam : public DeviceClock {
     for (int n = 0; n < N; ++n) part[n] = Part(0);
     for (int b = int(threadIdx.x); b < int(gridDim.x); b += int(blockDim.x)) {
       const Quad<Part> quad = quads[b];
-      for (int n = 0; n < N; ++n) part[n] += quad.v[n];
+      for (int n = 0; n < N; ++n) part[n] = combine(part[n], quad.v[n]);
     }
-    block_sum(part, shared_, turn_);
+    block_sum<Combine>(part, shared_, turn_);
     for (int n = 0; n < N; ++n) total[n] = double(part[n]);
   }
 

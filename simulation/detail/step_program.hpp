@@ -3,6 +3,7 @@
 #include "simulation/detail/gas.hpp"
 #include "simulation/detail/solid_step.hpp"
 #include "simulation/detail/step_balloon.hpp"
+#include "simulation/detail/step_leap.hpp"
 #include "simulation/detail/step_paper.hpp"
 #include "simulation/detail/step_wall.hpp"
 
@@ -61,6 +62,7 @@ struct StepStatus {
   double moved[4]{};                    ///< of the last sweeps, root mean square, newest first [mm]
   GasLaw<double> law;
   StepReport report;
+  LeapStatus leap;
   double travel = 0.0;   ///< see step_contact.hpp [mm]
   int since_search = 0;  ///< sweeps
   bool blocked = false;  ///< a vertex has met its bound in the last sweep
@@ -163,6 +165,7 @@ ANGIO_HOST_DEVICE inline void begin_step(Team& team, const StepView<Real>& s,
       total);
   status.load_floor = total[0];
   for (double& moved : status.moved) moved = 0.0;
+  status.leap = {};
   status.report = {};
   status.blocked = false;
 }
@@ -175,27 +178,30 @@ ANGIO_HOST_DEVICE inline bool search_pairs(Team& team, const StepView<Real>& s,
   if (!has_pairs(s)) return true;
   const double begin = team.now();
   const Real reach = s.contact_range + Real(2.0 * status.travel);
-  // A thousandth for rounding.
-  const Real far = Real(0.4995) * (s.candidate_reach - reach);
   const int count = s.balloon_count + s.wall_count;
-  double total[1];
-  team.template quick_sum<1, 1>(
+  double gone[2];  // of balloon and wall: the two sides of a candidate
+  team.template most<2>(
       count,
       [&](int v, const auto&, auto* part) {
-        s.gone[v] = norm(s.x[v] - s.x_candidates[v]);
-        part[0] += s.gone[v] < far ? Real(0) : Real(1);
+        const Real far = s.gone[v] = norm(s.x[v] - s.x_candidates[v]);
+        auto& side = part[v < s.balloon_count ? 0 : 1];
+        side = far > side ? far : side;
       },
-      total);
-  status.halted = total[0] > 0.0;
+      gone);
+  // A thousandth for rounding.
+  const Real closer = Real(1.001 * (gone[0] + gone[1]));
+  status.halted = !(closer < s.candidate_reach - reach);
   if (status.halted) return false;
+  const Real known = reach + closer;
+  double total[1];
   team.template quick_sum<Team::kClusterLanes, 1>(
       count,
       [&](int v, const auto& lanes, auto* part) {
-        part[0] += Real(search_owned(s, v, reach, lanes));
+        part[0] += Real(search_owned(s, v, reach, known, lanes));
       },
       total);
   team.template for_each<Team::kClusterLanes>(count, [&](int v, const auto& lanes) {
-    list_pairs(s, v, Real(status.travel), lanes);
+    list_pairs(s, v, known, Real(status.travel), lanes);
     if (lanes.rank() == 0) s.x_searched[v] = s.x[v];
   });
   team.barrier();
@@ -206,29 +212,87 @@ ANGIO_HOST_DEVICE inline bool search_pairs(Team& team, const StepView<Real>& s,
   return true;
 }
 
+/// Vertices that move: the balloon's, then those of the wall's inside.
+template <class Real>
+ANGIO_HOST_DEVICE inline int moving_count(const StepView<Real>& s) {
+  return last_of_balloon(s) +
+         (s.wall_colors > 0 ? s.wall_color_begin[s.wall_colors] - s.balloon_count : 0);
+}
+template <class Real>
+ANGIO_HOST_DEVICE inline int moving_vertex(const StepView<Real>& s, int i) {
+  const int movable = last_of_balloon(s);
+  return i < movable ? i : s.balloon_count + i - movable;
+}
+
+/// Moves every vertex v by by(v) as far as its bounds let it, and the column behind a wall's vertex
+/// along. @return is a vertex held by its bounds?
+template <class Real, class Team, class By>
+ANGIO_HOST_DEVICE inline bool move_all(Team& team, const StepView<Real>& s, double travel,
+                                       const By& by) {
+  double held[1];
+  team.template quick_sum<1, 1>(
+      moving_count(s),
+      [&](int i, const auto&, auto* part) {
+        const int v = moving_vertex(s, i);
+        const Vec3T<Real> move = by(v);
+        const Real share = bounded_share(s, v, move, Real(travel));
+        s.x[v] += share * move;
+        for (int l = 1; Team::kSolids && v >= s.balloon_count && l < s.columns.levels; ++l) {
+          const int u = v + l * s.columns.stride;
+          s.x[u] += share * by(u);
+        }
+        part[0] += share < Real(1) ? Real(1) : Real(0);
+      },
+      held);
+  return held[0] > 0.0;
+}
+
+template <class Real, class Team>
+ANGIO_HOST_DEVICE inline void measure_gas(Team& team, const StepView<Real>& s, StepStatus& status) {
+  status.volume = enclosed_volume(team, s);
+  status.pressure = pressure_at(status.law, status.volume);
+}
+
 /// Goes on with the last step's motion.
 template <class Real, class Team>
 ANGIO_HOST_DEVICE inline void foresee(Team& team, const StepView<Real>& s, const StepRules& rules,
                                       StepStatus& status) {
-  const int movable = last_of_balloon(s);
-  if (!rules.still) {
-    const int first_wall = s.balloon_count,
-              walls = s.wall_colors > 0 ? s.wall_color_begin[s.wall_colors] : s.balloon_count;
-    team.template for_each<1>(movable + walls - first_wall, [&](int i, const auto&) {
-      const int v = i < movable ? i : first_wall + i - movable;
-      const Vec3T<Real> move = Real(kForesight) * (s.x_inertial[v] - s.x_before[v]);
-      const Real share = bounded_share(s, v, move, Real(status.travel));
-      s.x[v] += share * move;
-      for (int l = 1; Team::kSolids && i >= movable && l < s.columns.levels;
-           ++l) {  // a wall's column goes along
-        const int u = v + l * s.columns.stride;
-        s.x[u] += share * (Real(kForesight) * (s.x_inertial[u] - s.x_before[u]));
-      }
-    });
-    team.barrier();
-  }
-  status.volume = enclosed_volume(team, s);
-  status.pressure = pressure_at(status.law, status.volume);
+  if (!rules.still)
+    move_all(team, s, status.travel,
+             [&](int v) { return Real(kForesight) * (s.x_inertial[v] - s.x_before[v]); });
+  measure_gas(team, s, status);
+}
+
+/// To be called before a sweep that leaps are to take into account.
+template <class Real, class Team>
+ANGIO_HOST_DEVICE inline void mark_positions(Team& team, const StepView<Real>& s) {
+  team.template for_each<1>(s.vertex_count, [&](int v, const auto&) { s.x_swept[v] = s.x[v]; });
+}
+
+/// After a sweep: leaps to where the sweeps lead, if they go on in one direction (step_leap.hpp).
+template <class Real, class Team>
+ANGIO_HOST_DEVICE inline void leap(Team& team, const StepView<Real>& s, StepStatus& status) {
+  double total[3];
+  team.template quick_sum<1, 3>(
+      s.vertex_count,
+      [&](int v, const auto&, auto* part) {
+        const Vec3T<Real> before = s.swept_by[v], now = s.x[v] - s.x_swept[v];
+        part[0] += dot(before, now);
+        part[1] += norm_squared(before);
+        part[2] += norm_squared(now);
+        s.swept_by[v] = now;
+        s.x_swept[v] = s.x[v];
+      },
+      total);
+  const double length = leap_length(status.leap, total);
+  if (!(length > 0.0)) return;
+  const bool held =
+      move_all(team, s, status.travel, [&](int v) { return Real(length) * s.swept_by[v]; });
+  status.blocked = status.blocked || held;
+  status.leap = {};
+  for (double& moved : status.moved) moved = 0.0;
+  mark_positions(team, s);
+  measure_gas(team, s, status);
 }
 
 /// Fits the wall's slabs and its goals, and renews the contact pairs.
@@ -399,8 +463,7 @@ ANGIO_HOST_DEVICE inline void project_contact(Team& team, const StepView<Real>& 
   team.barrier();
   if (team.leader()) project_air(s);
   team.barrier();
-  status.volume = enclosed_volume(team, s);
-  status.pressure = pressure_at(status.law, status.volume);
+  measure_gas(team, s, status);
 }
 
 /// One sweep over balloon and wall.
@@ -430,6 +493,7 @@ ANGIO_HOST_DEVICE inline bool run_sweeps(Team& team, const StepView<Real>& s,
                                          const StepRules& rules, StepStatus& status) {
   StepReport& report = status.report;
   bool wall_rests = false;
+  mark_positions(team, s);
   while (report.sweeps < rules.most_sweeps) {
     if (status.blocked && status.since_search >= 2 && !search_pairs(team, s, status)) return false;
     const SweepSums sums = sweep(team, s, !wall_rests, status);
@@ -443,10 +507,12 @@ ANGIO_HOST_DEVICE inline bool run_sweeps(Team& team, const StepView<Real>& s,
     for (int i = 3; i > 0; --i) status.moved[i] = status.moved[i - 1];
     status.moved[0] = std::sqrt(sums.moved / s.balloon_count);
     report.lag = estimated_lag(status.moved) / rules.radius;
-    const bool near = report.sweeps >= kSweepsToTell && report.sweeps >= rules.least_sweeps &&
-                      report.lag < rules.tolerance && report.residual < rules.residual;
+    const bool near = status.leap.sweeps + 1 >= kSweepsToTell &&
+                      report.sweeps >= rules.least_sweeps && report.lag < rules.tolerance &&
+                      report.residual < rules.residual;
     const bool rests = report.residual < rules.rest;
     if (report.sweeps >= kLeastSweeps && !sums.blocked && (near || rests)) break;
+    leap(team, s, status);
   }
   return true;
 }

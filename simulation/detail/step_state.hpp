@@ -126,6 +126,8 @@ struct StepView {
   Vec* x_before = nullptr;           // at the start of the step
   Vec* x_inertial = nullptr;         // x_before + dt velocity
   Vec* x_searched = nullptr;         // at the last search for near pairs
+  Vec* x_swept = nullptr;            // before the sweep
+  Vec* swept_by = nullptr;           // motion of the last sweep
   Move<Real>* moves = nullptr;       // [balloon vertex]
   Real* contact_pressure = nullptr;  // [wall vertex]
   Mat* cluster_rotation = nullptr;   // [cluster]

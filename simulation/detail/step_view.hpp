@@ -318,6 +318,8 @@ StepView<Real> make_view(const Scene& scene, const SimulationOptions& options, M
   view.velocity = memory.template allocate<Vec3T<Real>>(count);
   view.area = memory.template allocate<Real>(count);
   view.x_searched = memory.template allocate<Vec3T<Real>>(count);
+  view.x_swept = memory.template allocate<Vec3T<Real>>(count);
+  view.swept_by = memory.template allocate<Vec3T<Real>>(count);
   view.gone = memory.template allocate<Real>(count);
   view.owned_end = memory.template allocate<int>(count);
   view.ref_end = memory.template allocate<int>(count);

@@ -59,7 +59,6 @@ SimulationOptions layered_options() {
   SimulationOptions options;
   options.wall_model = WallModel::layered;
   options.frame_s = 0.1;
-  options.sweeps = 5;
   options.inflation.inflate_s = 1.0;
   options.inflation.hold_s = 0.1;
   options.inflation.deflate_s = 0.6;

@@ -1,0 +1,44 @@
+#pragma once
+
+#include <cmath>
+
+#include "core/host_device.hpp"
+
+/// Sweeps go on with the leap: what a slow mode has left is added up at once.
+///
+/// Sweeps move one body after the other, so that a motion which balloon and wall share shrinks by
+/// a factor q near 1 from sweep to sweep. Once the motions m, m' of two sweeps in a row lie along
+/// each other the sum of all that would follow is m' q / (1 - q), q = m . m' / m . m.
+///
+/// Source: Lyusternik's acceleration, as in Faddeev, Faddeeva, "Computational Methods of Linear
+/// Algebra" (1963), section 33; on vectors it is Aitken's.
+namespace angio::simulation::detail {
+
+/// What the leap remembers from sweep to sweep.
+struct LeapStatus {
+  int sweeps = 0;          ///< since the last leap, or the begin of the step
+  double shrinkage = 0.0;  ///< q of the last two sweeps
+};
+
+inline constexpr double kAlong = 0.97;   // cosine of the two motions, at least
+inline constexpr double kSlow = 0.6;     // q below which sweeps do as well
+inline constexpr double kSteady = 0.15;  // change of 1 - q from sweep to sweep, at most, as a share
+inline constexpr double kFarthestLeap = 25.0;  // q / (1 - q), at most
+inline constexpr int kSweepsBeforeLeap = 3;
+
+/// Are the last motions one slow mode? @param total  m . m', m . m, m' . m'
+/// @return q / (1 - q); 0: no leap
+ANGIO_HOST_DEVICE inline double leap_length(LeapStatus& leap, const double (&total)[3]) {
+  ++leap.sweeps;
+  const double before = leap.shrinkage;
+  leap.shrinkage = total[1] > 0.0 ? total[0] / total[1] : 0.0;
+  const double q = leap.shrinkage;
+  if (leap.sweeps < kSweepsBeforeLeap || !(q > kSlow) ||
+      total[0] < kAlong * std::sqrt(total[1] * total[2]))
+    return 0.0;
+  if (std::abs(q - before) > kSteady * (1.0 - before) && q < 1.0) return 0.0;
+  const double longest = q < 1.0 ? q / (1.0 - q) : kFarthestLeap;
+  return longest < kFarthestLeap ? longest : kFarthestLeap;
+}
+
+}  // namespace angio::simulation::detail
