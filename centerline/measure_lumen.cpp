@@ -30,20 +30,22 @@ Range widened(const CenterlinePath& path, Range range) {
 
 /// Sections at some points of a line, whose widths are known from elsewhere or not yet.
 std::vector<TubeSection> fit_sections(const WallPoints& points, const Polyline& line, Range stretch,
-                                      bool look, TubeEffort effort) {
+                                      bool look) {
   // The wall may have moved outward to several times the radius of the path.
   constexpr double kMostGrowth = 4.0;
   const std::vector<double> s = arc_length(line.points);
   std::vector<TubeSection> sections(line.points.size());
   parallel_for_uneven(std::ptrdiff_t(stretch.last - stretch.first), [&](std::ptrdiff_t index) {
     const std::size_t i = stretch.first + std::size_t(index);
-    const LocalCurve curve = fit_curve(line, s, i, course_reach(effort) * direction_reach(line, i));
+    const LocalCurve curve =
+        fit_curve(line, s, i, course_reach(TubeEffort::center) * direction_reach(line, i));
     double radius = line.radius[i], extent = line.extent[i];
     if (look) {
       radius = look_for_wall(points, curve, kMostGrowth * radius);
       extent = std::max(extent, radius);
     }
-    if (radius > 0.0) sections[i] = fit_tube(points, curve, radius, extent, nullptr, effort);
+    if (radius > 0.0)
+      sections[i] = fit_tube(points, curve, radius, extent, nullptr, TubeEffort::center);
   });
   return sections;
 }
@@ -52,8 +54,7 @@ std::vector<TubeSection> fit_sections(const WallPoints& points, const Polyline& 
 Polyline center_again(const WallPoints& points, Polyline line, Range stretch) {
   constexpr int kRounds = 3;
   for (int round = 0; round < kRounds; ++round) {
-    const std::vector<TubeSection> sections =
-        fit_sections(points, line, stretch, round == 0, TubeEffort::center);
+    const std::vector<TubeSection> sections = fit_sections(points, line, stretch, round == 0);
     for (std::size_t i = stretch.first; i < stretch.last; ++i) {
       if (!sections[i].valid) continue;
       line.points[i] = sections[i].center;
@@ -82,7 +83,7 @@ LumenProfile measure_lumen(const TriangleMesh& surface, const CenterlinePath& pa
   const Polyline line = center_again(
       points, {path.points, path.inscribed_radius, path.equivalent_radius}, widened(path, stretch));
   const std::vector<TubeSection> sections =
-      fit_sections(points, line, stretch, false, TubeEffort::measure);
+      measure_tube(points, line, stretch.first, stretch.last, nullptr);
   LumenProfile profile;
   for (std::size_t i = stretch.first; i < stretch.last; ++i) {
     if (!sections[i].valid) continue;  // the plane misses the lumen: at a rim

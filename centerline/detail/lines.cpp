@@ -71,12 +71,16 @@ FitRound fit_points(Line& work, const Line* parent, const Wall& wall, const Wall
   const std::vector<double> s = arc_length(line.points);
   const std::size_t first = std::max(work.shared, first_outside(work, parent));
   std::vector<TubeSection> sections(line.points.size());
-  parallel_for_uneven(std::ptrdiff_t(line.points.size() - first), [&](std::ptrdiff_t index) {
-    const std::size_t i = first + std::size_t(index);
-    if (!only.empty() && only[i] == 0) return;
-    const LocalCurve curve = fit_curve(line, s, i, course_reach(effort) * direction_reach(line, i));
-    sections[i] = fit_tube(points, curve, line.radius[i], line.extent[i], &wall, effort);
-  });
+  if (effort == TubeEffort::measure)
+    sections = measure_tube(points, line, first, line.points.size(), &wall);
+  else
+    parallel_for_uneven(std::ptrdiff_t(line.points.size() - first), [&](std::ptrdiff_t index) {
+      const std::size_t i = first + std::size_t(index);
+      if (!only.empty() && only[i] == 0) return;
+      const LocalCurve curve =
+          fit_curve(line, s, i, course_reach(effort) * direction_reach(line, i));
+      sections[i] = fit_tube(points, curve, line.radius[i], line.extent[i], &wall, effort);
+    });
   FitRound round;
   round.fitted.assign(line.points.size(), 0);
   round.shift.assign(line.points.size(), 0.0);

@@ -85,17 +85,27 @@ void set_errors(Fit& fit, double seen_together, const std::vector<double>& resid
   const double density = fit.count / (2.0 * units::kPi * radius * 1.3 * fit.window);
   const double patch = std::max(1.0, density * 1.4 * correlation * correlation);
   const double samples = fit.count / patch, terms = double(fit.terms.size());
-  const double variance = fit.noise * fit.noise * std::max(patch, seen_together);
+  // What the terms took up is missing in the residuals.
+  const double left_over = std::max(1.0 - terms / fit.count, 0.25);
+  const double variance = fit.noise * fit.noise / left_over * std::max(patch, seen_together);
   fit.error = (variance * inverse_diagonal(normal)).cwiseMax(0.0).cwiseSqrt();
   fit.score = samples * std::log(std::max(rss / sum, 1e-18 * radius * radius)) +
               2.0 * terms * (1.0 + terms / samples);
 }
 
-bool agrees(const Fit& a, const Fit& b) {
+/// Whether a longer window changes nothing but noise. It holds the shorter one's samples: where
+/// each errs by itself, the variance of the change is the difference of the variances (Hausman,
+/// Econometrica 46(6), 1978); where errors go together it is not known and bounded by the sum.
+bool agrees(const Fit& shorter, const Fit& longer, bool is_independent) {
+  const auto error_of_change = [&](int c) {
+    const double a = shorter.error[c], b = longer.error[c];
+    return is_independent ? std::sqrt(std::max(a * a - b * b, 1e-3 * a * a)) : a + b;
+  };
   // Level, middle and flatness.
   for (const int c :
        {0, first_term(1, false), first_term(1, true), first_term(2, false), first_term(2, true)})
-    if (std::abs(a.terms[c] - b.terms[c]) > kConfidence * (a.error[c] + b.error[c])) return false;
+    if (std::abs(shorter.terms[c] - longer.terms[c]) > kConfidence * error_of_change(c))
+      return false;
   return true;
 }
 
@@ -187,12 +197,13 @@ void shrink_harmonics(Fit& fit) {
 }
 
 Fit choose_window(std::vector<Sample>& samples, double radius, double correlation) {
+  constexpr double kSamplesPerTerm = 3.0;  // with fewer the errors are not known
   std::vector<Fit> kept;
   for (const double factor : kWindows) {
     Fit fit = fit_window(samples, factor * radius, 2, 2, correlation, radius);
-    if (!fit.valid || fit.count < 2.0 * term_count(2)) continue;
+    if (!fit.valid || fit.count < kSamplesPerTerm * term_count(2)) continue;
     for (const Fit& shorter : kept)
-      if (!agrees(shorter, fit)) return kept.back();
+      if (!agrees(shorter, fit, correlation <= 0.0)) return kept.back();
     kept.push_back(std::move(fit));
   }
   if (kept.empty())

@@ -6,6 +6,8 @@
 
 #include "centerline/detail/contour.hpp"
 #include "centerline/detail/tube_fit.hpp"
+#include "core/centerline.hpp"
+#include "core/parallel.hpp"
 #include "core/units.hpp"
 
 namespace angio::centerline {
@@ -88,7 +90,7 @@ double look_for_wall(const WallPoints& points, const LocalCurve& curve, double w
 }
 
 TubeSection fit_tube(const WallPoints& points, const LocalCurve& curve, double radius,
-                     double extent, const Wall* wall, TubeEffort effort) {
+                     double extent, const Wall* wall, TubeEffort effort, TubeScale scale) {
   TubeSection section;
   section.center = curve.origin;
   const bool measure = effort == TubeEffort::measure;
@@ -114,10 +116,16 @@ TubeSection fit_tube(const WallPoints& points, const LocalCurve& curve, double r
   if (!fit.valid) fit = fit_window(samples, reach, std::min(1, most_order), 3, correlation, radius);
   if (!fit.valid) return section;
   if (fit.order >= 2) {
-    if (measure) fit = choose_window(samples, radius, correlation);
-    if (!fit.valid) return section;
-    fit = choose_order(samples, std::move(fit), measure ? most_order : std::min(4, most_order),
+    if (scale.window > 0.0) {
+      fit = fit_window(samples, scale.window * radius, std::min(scale.order, most_order), 2,
                        correlation, radius);
+    } else {
+      if (measure) fit = choose_window(samples, radius, correlation);
+      if (fit.valid)
+        fit = choose_order(samples, std::move(fit), measure ? most_order : std::min(4, most_order),
+                           correlation, radius);
+    }
+    if (!fit.valid) return section;
   }
   shrink_harmonics(fit);
   const Contour contour = contour_of(fit, stretch);
@@ -136,9 +144,57 @@ TubeSection fit_tube(const WallPoints& points, const LocalCurve& curve, double r
   section.area = contour_moments(contour).area * step / std::sin(step);
   section.extent = contour_extent(contour, middle);
   section.noise = fit.noise;
-  section.window = fit.window;
+  section.scale = {fit.window / radius, fit.order};
   section.valid = true;
   return section;
+}
+
+namespace {
+
+/// The middle of what the points near each one chose.
+std::vector<TubeScale> settle_scales(const std::vector<TubeSection>& sections, const Polyline& line,
+                                     const std::vector<double>& s) {
+  constexpr double kNear = 2.0;  // radii
+  std::vector<TubeScale> scales(sections.size());
+  std::vector<double> windows, orders;
+  for (std::size_t i = 0; i < sections.size(); ++i) {
+    if (!sections[i].valid) continue;
+    const double near = kNear * line.radius[i];
+    std::size_t begin = i, end = i + 1;
+    while (begin > 0 && s[i] - s[begin - 1] < near) --begin;
+    while (end < sections.size() && s[end] - s[i] < near) ++end;
+    windows.clear();
+    orders.clear();
+    for (std::size_t k = begin; k < end; ++k)
+      if (sections[k].valid) {
+        windows.push_back(sections[k].scale.window);
+        orders.push_back(sections[k].scale.order);
+      }
+    scales[i] = {quantile(windows, 0.5), int(quantile(orders, 0.5))};
+  }
+  return scales;
+}
+
+}  // namespace
+
+std::vector<TubeSection> measure_tube(const WallPoints& points, const Polyline& line,
+                                      std::size_t first, std::size_t last, const Wall* wall) {
+  const std::vector<double> s = arc_length(line.points);
+  std::vector<TubeSection> sections(line.points.size());
+  std::vector<TubeScale> scales(line.points.size());
+  const auto measure = [&](std::ptrdiff_t index) {
+    const std::size_t i = first + std::size_t(index);
+    const double reach = course_reach(TubeEffort::measure) * direction_reach(line, i);
+    sections[i] = fit_tube(points, fit_curve(line, s, i, reach), line.radius[i], line.extent[i],
+                           wall, TubeEffort::measure, scales[i]);
+  };
+  parallel_for_uneven(std::ptrdiff_t(last - first), measure);
+  if (points.correlation_length() > 0.0) return sections;
+  scales = settle_scales(sections, line, s);
+  parallel_for_uneven(std::ptrdiff_t(last - first), [&](std::ptrdiff_t index) {
+    if (sections[first + std::size_t(index)].valid) measure(index);
+  });
+  return sections;
 }
 
 }  // namespace angio::centerline

@@ -9,6 +9,12 @@
 
 namespace angio::centerline {
 
+/// What a fit resolves.
+struct TubeScale {
+  double window = 0.0;  ///< half length of the stretch that is used, in radii; 0: by the noise
+  int order = 0;        ///< of the harmonics; 0: by the noise
+};
+
 /// What the wall round a point of a line says.
 struct TubeSection {
   bool valid = false;             ///< false: too little wall is seen
@@ -17,7 +23,7 @@ struct TubeSection {
   double extent = 0.0;            ///< half the section's width where it is widest [mm]
   double area = 0.0;              ///< of the plane section [mm^2]
   double noise = 0.0;             ///< sd of the wall points round the model [mm]
-  double window = 0.0;            ///< half length of the stretch that was used [mm]
+  TubeScale scale;                ///< that was used
 };
 
 /// How carefully to look.
@@ -48,7 +54,16 @@ inline double course_reach(TubeEffort effort) { return effort == TubeEffort::mea
 /// @param extent  half its width where it is widest, so far [mm]
 /// @param wall    to leave out points behind another wall; may be null
 TubeSection fit_tube(const WallPoints& points, const LocalCurve& curve, double radius,
-                     double extent, const Wall* wall, TubeEffort effort);
+                     double extent, const Wall* wall, TubeEffort effort, TubeScale scale = {});
+
+/// Measures the sections at points [first, last) of a line; the others stay invalid.
+///
+/// Where every wall point errs by itself (a surface), each point of the line first chooses window
+/// and order for itself and is then measured with the median of what its neighbours within two
+/// radii chose: a choice by the noise scatters, and the least radius along a line would be that of
+/// the worst one. On a level set, whose errors go together, neighbours choose alike.
+std::vector<TubeSection> measure_tube(const WallPoints& points, const Polyline& line,
+                                      std::size_t first, std::size_t last, const Wall* wall);
 
 /// How far away the wall is round a place: the lower third of its sectors, within `widest` [mm]; 0
 /// when no wall is seen.

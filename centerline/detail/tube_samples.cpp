@@ -29,6 +29,21 @@ int sector_of(const Sample& sample) {
   return std::clamp(int((turn - std::floor(turn)) * kSectors), 0, kSectors - 1);
 }
 
+/// Places along the line and radii of the samples of a sector.
+using Sector = std::vector<std::pair<double, double>>;
+
+/// The noise of the wall, from differences of samples that follow each other along the line: what
+/// the wall's course and other walls add to some of them does not count.
+double noise_of_neighbors(std::array<Sector, kSectors>& sectors) {
+  std::vector<double> steps;
+  for (Sector& sector : sectors) {
+    std::sort(sector.begin(), sector.end());
+    for (std::size_t n = 1; n < sector.size(); ++n)
+      steps.push_back(std::abs(sector[n].second - sector[n - 1].second));
+  }
+  return steps.empty() ? 0.0 : 1.4826 / std::sqrt(2.0) * quantile(steps, 0.5);
+}
+
 }  // namespace
 
 LocalCurve fit_curve(const Polyline& line, const std::vector<double>& s, std::size_t i,
@@ -111,10 +126,15 @@ std::vector<Sample> gather(const WallPoints& points, const LocalCurve& curve, do
 }
 
 Coarse look_round(const std::vector<Sample>& samples, double window) {
-  std::array<std::vector<double>, kSectors> seen;
+  std::array<Sector, kSectors> sectors;
   for (const Sample& sample : samples)
-    if (std::abs(sample.s) <= window) seen[std::size_t(sector_of(sample))].push_back(sample.radius);
+    if (std::abs(sample.s) <= window)
+      sectors[std::size_t(sector_of(sample))].emplace_back(sample.s, sample.radius);
   Coarse coarse;
+  coarse.noise = noise_of_neighbors(sectors);
+  std::array<std::vector<double>, kSectors> seen;
+  for (std::size_t k = 0; k < kSectors; ++k)
+    for (const auto& [at, radius] : sectors[k]) seen[k].push_back(radius);
   std::vector<double> all;
   for (std::size_t k = 0; k < kSectors; ++k)
     if (!seen[k].empty()) all.push_back(coarse.radius[k] = quantile(seen[k], 0.25));
@@ -148,7 +168,9 @@ void keep_first_wall(std::vector<Sample>& samples, const Coarse& coarse) {
     const auto k = std::size_t(sector_of(sample));
     double nearest = coarse.radius[k];
     if (nearest <= 0.0) nearest = coarse.typical;
-    return sample.radius > 1.4 * std::min(nearest, coarse.longest[k]);
+    nearest = std::min(nearest, coarse.longest[k]);
+    // A cut within the noise would leave out the outer half of it, and the radius would be low.
+    return sample.radius > nearest + std::max(0.4 * nearest, 4.0 * coarse.noise);
   });
 }
 

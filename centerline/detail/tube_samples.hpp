@@ -60,6 +60,7 @@ struct Coarse {
   std::array<double, kSectors> radius{};   // lower quartile; 0 where nothing is seen
   std::array<double, kSectors> longest{};  // what lies farther is seen through an opening
   double typical = 0.0;
+  double noise = 0.0;  // sd of the points about the wall [mm]
   int gap = kSectors;  // longest run of sectors without wall
 };
 

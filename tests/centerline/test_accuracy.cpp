@@ -120,6 +120,20 @@ TEST(Accuracy, IsNotEatenByNoiseOfTheVertices) {
   }
 }
 
+TEST(Accuracy, IsNotEatenByNoiseOfAFifthOfTheRadius) {
+  // What looks like a second wall behind the first one is still the outer half of the noise.
+  const double radius = 0.5;
+  const Tube thin = make_tube(
+      [](double t) {
+        return Vec3{0, 0, 20.0 * t};
+      },
+      [&](double) { return radius; }, 15001);
+  const Measured m = measure("thin, noisy", thin, with_noise(surface_of(thin, 151, 50), 0.1, 3));
+  EXPECT_LT(std::abs(m.equivalent), 0.02 * radius);
+  EXPECT_LT(std::abs(m.inscribed), 0.02 * radius);
+  EXPECT_NEAR(m.throat, radius, 0.05 * radius);
+}
+
 TEST(Accuracy, HoldsWithFewVertices) {
   // 2,500 vertices.
   const Measured m = measure("few", helix(), surface_of(helix(), 101, 25));
