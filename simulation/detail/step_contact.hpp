@@ -48,6 +48,7 @@ ANGIO_HOST_DEVICE inline bool approach(const StepView<Real>& s, const Candidate&
   const Real d = norm(gap);
   if (!(d < reach)) return false;
   pair.edges = candidate.edges;
+  pair.gap_searched = d;
   pair.normal = d > Real(0) ? gap / d : Vec3T<Real>{};
   pair.area = candidate.edges ? Real(kEdgeShare) * norm(p[1]) * norm(p[3] - p[2])
                               : Real(0.5) * Real(1.0 - kEdgesOfArea) * s.area[candidate.vertex[0]];
@@ -62,17 +63,16 @@ ANGIO_HOST_DEVICE inline bool approach(const StepView<Real>& s, const Candidate&
   return true;
 }
 
-/// May the candidate be nearer than `reach` by now?
-template <class Real>
-ANGIO_HOST_DEVICE inline bool may_be_near(const StepView<Real>& s, int c, Real reach) {
-  const Candidate& candidate = s.candidates[c];
-  Real a = s.gone[candidate.vertex[0]], b = s.gone[candidate.vertex[3]];
+/// How much the gap of a candidate or pair may have closed by what its vertices have `gone` [mm].
+template <class Real, class Primitives>
+ANGIO_HOST_DEVICE inline Real closed_at_most(const StepView<Real>& s, const Primitives& c) {
+  Real a = s.gone[c.vertex[0]], b = s.gone[c.vertex[3]];
   for (int i = 1; i < 3; ++i) {
-    Real& side = candidate.edges && i == 1 ? a : b;
-    const Real gone = s.gone[candidate.vertex[i]];
+    Real& side = c.edges && i == 1 ? a : b;
+    const Real gone = s.gone[c.vertex[i]];
     side = gone > side ? gone : side;
   }
-  return s.candidate_gap[c] - Real(1.001) * (a + b) < reach;
+  return Real(1.001) * (a + b);
 }
 
 /// Names the near ones of the candidates that a vertex owns, in their order.
@@ -88,8 +88,8 @@ ANGIO_HOST_DEVICE inline int search_owned(const StepView<Real>& s, int v, Real r
   for (int round = first; round < last && s.candidate_gap[round] < known; round += lanes.size()) {
     const int c = round + lanes.rank();
     NearPair<Real> pair;
-    const bool near =
-        c < last && may_be_near(s, c, reach) && approach(s, s.candidates[c], reach, pair);
+    const bool near = c < last && s.candidate_gap[c] - closed_at_most(s, s.candidates[c]) < reach &&
+                      approach(s, s.candidates[c], reach, pair);
     const int place = end + lanes.before(near);
     if (c < last) s.pair_of[c] = near ? place : -1;
     if (near) s.pairs[place] = pair;
@@ -128,10 +128,16 @@ ANGIO_HOST_DEVICE inline void list_pairs(const StepView<Real>& s, int v, Real kn
   s.bound_end[v] = bounds;
 }
 
-/// Recomputes a pair's closest points and weight at the present positions.
+/// Recomputes a pair's closest points and weight at the present positions, `gone` from the last
+/// search, unless it is too far for anything to act.
 template <class Real>
 ANGIO_HOST_DEVICE inline void refresh_pair(const StepView<Real>& s, int index) {
   NearPair<Real>& pair = s.pairs[index];
+  // A pair just out of contact is kept ready for the motion of one sweep.
+  const Real ready = Real(1.5) * s.contact_distance;
+  pair.film = pair.weight = Real(0);
+  pair.gap = pair.gap_searched - closed_at_most(s, pair);
+  if (pair.gap >= (ready > s.contact_range ? ready : s.contact_range)) return;
   const Vec3T<Real> p[4] = {s.x[pair.vertex[0]], s.x[pair.vertex[1]], s.x[pair.vertex[2]],
                             s.x[pair.vertex[3]]};
   pair.weights = pair.edges ? segment_segment_gap(p[0], p[1], p[2], p[3])
@@ -141,11 +147,8 @@ ANGIO_HOST_DEVICE inline void refresh_pair(const StepView<Real>& s, int index) {
   const Real d = norm(gap);
   pair.direction = d > Real(0) ? gap / d : pair.normal;
   pair.gap = d;
-  pair.film = Real(0);
-  // A pair just out of contact is kept ready for the motion of one sweep.
-  const bool near = d < Real(1.5) * s.contact_distance;
-  const Real fade = pair.edges ? sine_squared(p[1] - p[0], p[3] - p[2]) : Real(1);
-  pair.weight = near ? pair.area * fade : Real(0);
+  if (d < ready)
+    pair.weight = pair.area * (pair.edges ? sine_squared(p[1] - p[0], p[3] - p[2]) : Real(1));
 }
 
 /// The nearest triangle before a vertex, among its pairs; null: there is none.
@@ -165,7 +168,7 @@ template <class Real>
 ANGIO_HOST_DEVICE inline void refresh_film(const StepView<Real>& s, int v) {
   if (!s.wet[v]) return;
   NearPair<Real>* nearest = nearest_face(s, v);
-  if (nearest) nearest->film = nearest->area;
+  if (nearest && nearest->gap < s.contact_range) nearest->film = nearest->area;
 }
 
 /// Wets or dries a vertex at the end of a step.

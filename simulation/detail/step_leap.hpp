@@ -26,19 +26,20 @@ inline constexpr double kSteady = 0.15;  // change of 1 - q from sweep to sweep,
 inline constexpr double kFarthestLeap = 25.0;  // q / (1 - q), at most
 inline constexpr int kSweepsBeforeLeap = 3;
 
-/// Are the last motions one slow mode? @param total  m . m', m . m, m' . m'
-/// @return q / (1 - q); 0: no leap
+/// How far to leap along the last motion, as a multiple of it; 0: the motions are not one slow
+/// mode.
+///
+/// @param total  m . m', m . m, m' . m' of the last two sweeps' motions
 ANGIO_HOST_DEVICE inline double leap_length(LeapStatus& leap, const double (&total)[3]) {
   ++leap.sweeps;
   const double before = leap.shrinkage;
-  leap.shrinkage = total[1] > 0.0 ? total[0] / total[1] : 0.0;
-  const double q = leap.shrinkage;
-  if (leap.sweeps < kSweepsBeforeLeap || !(q > kSlow) ||
-      total[0] < kAlong * std::sqrt(total[1] * total[2]))
+  const double q = leap.shrinkage = total[1] > 0.0 ? total[0] / total[1] : 0.0;
+  const bool lies_along = total[0] > kAlong * std::sqrt(total[1] * total[2]);
+  const bool is_steady = std::abs(q - before) < kSteady * (1.0 - before);
+  if (leap.sweeps < kSweepsBeforeLeap || !(q > kSlow && q < 1.0) || !lies_along || !is_steady)
     return 0.0;
-  if (std::abs(q - before) > kSteady * (1.0 - before) && q < 1.0) return 0.0;
-  const double longest = q < 1.0 ? q / (1.0 - q) : kFarthestLeap;
-  return longest < kFarthestLeap ? longest : kFarthestLeap;
+  const double length = q / (1.0 - q);
+  return length < kFarthestLeap ? length : kFarthestLeap;
 }
 
 }  // namespace angio::simulation::detail

@@ -299,6 +299,12 @@ ANGIO_HOST_DEVICE inline void leap(Team& team, const StepView<Real>& s, StepStat
 template <class Real, class Team>
 ANGIO_HOST_DEVICE inline void refresh(Team& team, const StepView<Real>& s) {
   if (s.wall_count == 0) return;
+  if (s.candidate_count > 0) {
+    team.template for_each<1>(s.balloon_count + s.wall_count, [&](int v, const auto&) {
+      s.gone[v] = norm(s.x[v] - s.x_searched[v]);
+    });
+    team.barrier();
+  }
   team.template for_each<Team::kVertexLanes>(
       s.candidate_count > 0 ? s.balloon_count + s.wall_count : 0, [&](int v, const auto& lanes) {
         for (int p = s.owned_begin[v] + lanes.rank(); p < s.owned_end[v]; p += lanes.size())

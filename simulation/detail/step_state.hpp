@@ -32,14 +32,15 @@ template <class Real>
 struct NearPair {
   int vertex[4]{};  ///< as in Candidate
   bool edges = false;
-  Real area{};         ///< that it stands for [mm^2]
-  Vec3T<Real> normal;  ///< at the search: unit, from side b to side a
-  Real limit[4]{};     ///< how far each vertex may go against its side of the normal [mm]
+  Real area{};          ///< that it stands for [mm^2]
+  Vec3T<Real> normal;   ///< at the search: unit, from side b to side a
+  Real limit[4]{};      ///< how far each vertex may go against its side of the normal [mm]
+  Real gap_searched{};  ///< at the search [mm]
   // Below: at the last refresh.
   GapWeights<Real> weights;
   Vec3T<Real> direction;  ///< unit gap direction
   Real weight{};          ///< area, faded out for parallel edges; 0: out of contact
-  Real gap{};             ///< [mm]
+  Real gap{};             ///< or, where nothing can act, a bound of it [mm]
   Real film{};            ///< area of the film that holds vertex and triangle together [mm^2]
 };
 
@@ -146,7 +147,7 @@ struct StepView {
   const ContactRef* candidate_refs = nullptr;
   const Vec* x_candidates = nullptr;    // positions when they were found
   const Real* candidate_gap = nullptr;  // then [mm]
-  Real* gone = nullptr;                 // [vertex] since then [mm]
+  Real* gone = nullptr;                 // [vertex] since then, or since the last search [mm]
   Real candidate_reach = 0;             // pairs nearer than this were candidates then [mm]
   // Near pairs, each owner's and each vertex's from where its candidates begin
   NearPair<Real>* pairs = nullptr;

@@ -6,6 +6,7 @@
 #include "simulation/detail/equilibria.hpp"
 #include "simulation/detail/numbering.hpp"
 #include "simulation/detail/step.hpp"
+#include "simulation/detail/step_leap.hpp"
 #include "tests/simulation/models.hpp"
 
 /// The solver's parts: numbering, precision, threads, ways to drive a balloon.
@@ -141,6 +142,33 @@ TEST(Equilibria, VolumeControlAnswersWithThePressureThatGivesThatVolume) {
   ASSERT_TRUE(by_volume[0].converged);
   EXPECT_NEAR(by_volume[0].volume, by_pressure[0].volume, 1e-4 * by_pressure[0].volume);
   EXPECT_NEAR(by_volume[0].pressure, p, 0.01 * p);
+}
+
+// The lengths that leap_length gives for motions q^n e + r^n f of sweeps in a row.
+std::vector<double> leaps_for(double q, double r, int sweeps) {
+  LeapStatus leap;
+  std::vector<double> lengths;
+  for (int n = 1; n <= sweeps; ++n) {
+    const double a[2] = {std::pow(q, n - 1), std::pow(r, n - 1)}, b[2] = {q * a[0], r * a[1]};
+    lengths.push_back(leap_length(
+        leap, {a[0] * b[0] + a[1] * b[1], a[0] * a[0] + a[1] * a[1], b[0] * b[0] + b[1] * b[1]}));
+  }
+  return lengths;
+}
+
+TEST(Leap, IsAllThatAGeometricSequenceHasLeft) {
+  for (const double q : {0.7, 0.9, 0.95}) {
+    const std::vector<double> lengths = leaps_for(q, 0.0, 6);
+    double rest = 0.0;
+    for (int n = 1; n < 2000; ++n) rest += std::pow(q, n);
+    EXPECT_NEAR(lengths.back(), rest, 1e-9 * rest);
+  }
+}
+
+TEST(Leap, IsNotTakenWhileMotionsTurnGrowOrShrinkFast) {
+  for (const double length : leaps_for(0.9, -0.9, 6)) EXPECT_EQ(length, 0.0);
+  for (const double length : leaps_for(1.05, 0.0, 6)) EXPECT_EQ(length, 0.0);
+  for (const double length : leaps_for(0.5, 0.0, 6)) EXPECT_EQ(length, 0.0);
 }
 
 TEST(Equilibria, VolumeControlGoesPastTheLimitPoint) {
