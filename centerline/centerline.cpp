@@ -6,6 +6,7 @@
 #include <string>
 #include <utility>
 
+#include "centerline/detail/contacts.hpp"
 #include "centerline/detail/lines.hpp"
 #include "centerline/detail/lumen_voxels.hpp"
 #include "centerline/detail/skeleton.hpp"
@@ -45,6 +46,8 @@ CenterlineResult extract(const Volume<float>& level_set, std::optional<std::vect
   result.tree = trace_lines(lumen.voxels, skeleton, wall, points, options.step_mm, progress);
   assign_tracts(result.tree);
   result.warnings = std::move(skeleton.warnings);
+  for (std::string& contact : find_contacts(result.tree))
+    result.warnings.push_back(std::move(contact));
   result.left_out = 1.0 - lumen.largest_fraction;
   if (lumen.piece_count > 1)
     result.warnings.push_back("the lumen has " + std::to_string(lumen.piece_count) +

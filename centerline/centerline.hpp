@@ -23,7 +23,7 @@ struct CenterlineOptions {
 struct CenterlineResult {
   CenterlineTree tree;                ///< with radii, sections, tracts; at least one path
   double left_out = 0.0;              ///< share of the lumen in pieces without a line, [0, 1)
-  std::vector<std::string> warnings;  ///< loops that were cut, pieces that were left out
+  std::vector<std::string> warnings;  ///< loops that were cut, contacts, pieces left out
 };
 
 /// The tree of lines of a segmented lumen. @param level_set signed distance [mm], negative inside

@@ -46,7 +46,7 @@ int farthest(const Front& front) {
 struct Ends {
   std::vector<LumenEnd> ends;
   std::vector<LumenEnd> sacs;  ///< stand out like branches, but end without an outlet
-  bool found_loop = false;
+  std::vector<int> loop_cuts;  ///< a voxel next to each round's first cut
 };
 
 /// Whether a branch is the sac of an aneurysm: wider inside than at its mouth, and beyond its
@@ -117,7 +117,7 @@ Ends find_ends(LumenVoxels& lumen, int source, double min_length, std::vector<ch
       for (const LumenEnd& end : *some) paths.push_back(trace(front, end.voxel));
     const std::vector<int> cut = cut_loops(lumen, front, paths);
     if (cut.empty()) return result;
-    result.found_loop = true;
+    result.loop_cuts.push_back(cut.front());
     for (const int v : cut) near_cut[std::size_t(v)] = 1;
   }
 }
@@ -183,10 +183,22 @@ double chain_length(const LumenVoxels& lumen, const std::vector<int>& chain) {
   return length;
 }
 
-std::string sac_warning(const Vec3& tip) {
+std::string text(const Vec3& place) {
   const auto mm = [](double value) { return std::to_string(std::lround(value)); };
-  return "a sac (aneurysm?) at (" + mm(tip.x) + ", " + mm(tip.y) + ", " + mm(tip.z) +
-         ") mm has no line, because it ends without an outlet";
+  return "(" + mm(place.x) + ", " + mm(place.y) + ", " + mm(place.z) + ") mm";
+}
+
+std::string sac_warning(const Vec3& tip) {
+  return "a sac (aneurysm?) at " + text(tip) + " has no line, because it ends without an outlet";
+}
+
+std::string loop_warning(const LumenVoxels& lumen, const std::vector<int>& cuts) {
+  std::string places;
+  for (const int voxel : cuts) places += (places.empty() ? "" : ", ") + text(lumen.position(voxel));
+  return "the vessels form a loop (for example the circle of Willis, or two vessels that touch); "
+         "it "
+         "was cut at " +
+         places + ", and lines end there";
 }
 
 void check_tubular(const LumenVoxels& lumen, int root, int tip) {
@@ -210,7 +222,6 @@ Skeleton find_skeleton(LumenVoxels& lumen, const CenterlineOptions& options) {
   const std::vector<std::uint32_t> uncut = lumen.links;
   Ends ends = find_ends(lumen, root, options.min_branch_length_mm, near_cut);
   check_tubular(lumen, root, ends.ends.front().voxel);
-  bool found_loop = ends.found_loop;
 
   std::vector<int> all_ends{root};
   for (const LumenEnd& end : ends.ends) all_ends.push_back(end.voxel);
@@ -220,7 +231,6 @@ Skeleton find_skeleton(LumenVoxels& lumen, const CenterlineOptions& options) {
     lumen.links = uncut;  // a loop is cut where the blood from the inlet meets, not from the root
     near_cut.assign(near_cut.size(), 0);
     ends = find_ends(lumen, inlet, options.min_branch_length_mm, near_cut);
-    found_loop = ends.found_loop;
   }
   if (!options.outlets_lps_mm.empty()) {
     std::vector<int> found;
@@ -239,10 +249,7 @@ Skeleton find_skeleton(LumenVoxels& lumen, const CenterlineOptions& options) {
                    });
   for (const LumenEnd& sac : ends.sacs)
     skeleton.warnings.push_back(sac_warning(lumen.position(sac.voxel)));
-  if (found_loop)
-    skeleton.warnings.push_back(
-        "the vessels form a loop (for example the circle of Willis, or two vessels that touch); it "
-        "was cut, and lines end there");
+  if (!ends.loop_cuts.empty()) skeleton.warnings.push_back(loop_warning(lumen, ends.loop_cuts));
   return skeleton;
 }
 

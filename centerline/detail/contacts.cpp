@@ -1,0 +1,121 @@
+#include "centerline/detail/contacts.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+#include "centerline/detail/polyline.hpp"
+
+namespace angio::centerline {
+namespace {
+
+constexpr double kAsWide = 1.35;      // ratio of radii
+constexpr double kStraight = 0.87;    // cosine: 30 degrees
+constexpr double kBeside = 0.5;       // of the parent's radius
+constexpr double kClear = 1.0;        // radii past the mouth before a branch runs its own way
+constexpr double kCourse = 5.0;       // radii of its course that count
+constexpr double kLeastCourse = 2.5;  // shorter branches have no direction
+
+/// How a branch leaves another line.
+struct Leaving {
+  Vec3 mouth;              ///< where it leaves the tube
+  Vec3 middle, direction;  ///< of its straight course beyond, away from the mouth
+  double radius = 0.0;     ///< there
+};
+
+double median_radius(const CenterlinePath& path, std::size_t first, std::size_t last) {
+  std::vector<double> radii(path.inscribed_radius.begin() + std::ptrdiff_t(first),
+                            path.inscribed_radius.begin() + std::ptrdiff_t(last));
+  const auto middle = radii.begin() + std::ptrdiff_t(radii.size() / 2);
+  std::nth_element(radii.begin(), middle, radii.end());
+  return *middle;
+}
+
+std::optional<Leaving> leave(const CenterlinePath& branch, const CenterlinePath& parent) {
+  std::size_t mouth = 0;
+  const std::size_t count = std::min(branch.points.size(), parent.points.size());
+  while (mouth < count && distance(branch.points[mouth], parent.points[mouth]) == 0.0) ++mouth;
+  while (mouth < branch.points.size() &&
+         inside_tube(parent.points, parent.inscribed_radius, 0, branch.points[mouth]))
+    ++mouth;
+  if (mouth + 1 >= branch.points.size()) return std::nullopt;
+  const auto index_at = [&](double abscissa) {
+    const auto at = std::lower_bound(branch.abscissa.begin(), branch.abscissa.end() - 1, abscissa);
+    return std::size_t(at - branch.abscissa.begin());
+  };
+  const double start = branch.abscissa[mouth];
+  const double guess = branch.inscribed_radius[index_at(start + branch.inscribed_radius[mouth])];
+  const std::size_t first = index_at(start + kClear * guess);
+  const std::size_t last = index_at(start + (kClear + kCourse) * guess);
+  const double length = distance(branch.points[first], branch.points[last]);
+  if (last <= first + 1 || length < kLeastCourse * guess) return std::nullopt;
+  Vec3 middle;
+  for (std::size_t i = first; i < last; ++i) middle += branch.points[i] / double(last - first);
+  return Leaving{branch.points[mouth], middle,
+                 (branch.points[last] - branch.points[first]) / length,
+                 median_radius(branch, first, last)};
+}
+
+/// The place on a parent line beside which the common line of two branches runs; nothing where they
+/// are branches of their own.
+std::optional<Vec3> touching_place(const Leaving& a, const Leaving& b,
+                                   const CenterlinePath& parent) {
+  if (std::max(a.radius, b.radius) > kAsWide * std::min(a.radius, b.radius)) return std::nullopt;
+  const double chord = distance(a.middle, b.middle);
+  if (chord <= 0.0) return std::nullopt;
+  const Vec3 along = (b.middle - a.middle) / chord;
+  if (-dot(along, a.direction) < kStraight || dot(along, b.direction) < kStraight)
+    return std::nullopt;
+  // Where the parent is nearest to the common line, between the two.
+  double nearest = 1e300, radius = 0.0;
+  Vec3 place;
+  for (std::size_t i = 0; i < parent.points.size(); ++i) {
+    const Vec3 from = parent.points[i] - a.middle;
+    const double t = dot(from, along);
+    if (t <= 0.0 || t >= chord) continue;
+    const double away = norm(from - t * along);
+    if (away >= nearest) continue;
+    nearest = away;
+    radius = parent.inscribed_radius[i];
+    place = parent.points[i];
+  }
+  if (nearest > 1e299 || nearest < kBeside * radius || nearest > radius + 1.5 * a.radius)
+    return std::nullopt;
+  return place;
+}
+
+std::string warning_at(const Vec3& place) {
+  const auto mm = [](double value) { return std::to_string(std::lround(value)); };
+  return "two vessels seem to touch at (" + mm(place.x) + ", " + mm(place.y) + ", " + mm(place.z) +
+         ") mm (two branches lie on one line that runs past the vessel they leave); the lines go "
+         "through the contact. Check the place, and name the outlets that are wanted";
+}
+
+}  // namespace
+
+std::vector<std::string> find_contacts(const CenterlineTree& tree) {
+  const std::size_t count = tree.paths.size();
+  std::vector<Vec3> places;
+  std::vector<std::string> warnings;
+  for (std::size_t p = 0; p < count; ++p) {
+    const CenterlinePath& parent = tree.paths[p];
+    std::vector<Leaving> leavings;
+    for (std::size_t a = 0; a < count; ++a)
+      if (a != p)
+        if (const auto leaving = leave(tree.paths[a], parent)) leavings.push_back(*leaving);
+    for (std::size_t a = 0; a < leavings.size(); ++a)
+      for (std::size_t b = a + 1; b < leavings.size(); ++b) {
+        const auto place = touching_place(leavings[a], leavings[b], parent);
+        if (!place) continue;
+        const double same = 6.0 * std::max(leavings[a].radius, leavings[b].radius);
+        if (std::any_of(places.begin(), places.end(),
+                        [&](const Vec3& other) { return distance(other, *place) < same; }))
+          continue;
+        places.push_back(*place);
+        warnings.push_back(warning_at(*place));
+      }
+  }
+  return warnings;
+}
+
+}  // namespace angio::centerline
