@@ -188,11 +188,23 @@ std::vector<Candidate> find_candidates(const Scene& scene, const std::vector<Vec
 }
 
 void sort_candidates(std::vector<Candidate>& candidates) {
+  int owners = 0;
+  for (const Candidate& c : candidates) owners = std::max(owners, c.vertex[0] + 1);
+  std::vector<int> begin(std::size_t(owners) + 1, 0);
+  for (const Candidate& c : candidates) ++begin[std::size_t(c.vertex[0]) + 1];
+  std::partial_sum(begin.begin(), begin.end(), begin.begin());
+  std::vector<int> next(begin.begin(), begin.end() - 1);
+  std::vector<Candidate> by_owner(candidates.size());
+  for (const Candidate& c : candidates) by_owner[std::size_t(next[std::size_t(c.vertex[0])]++)] = c;
   const auto key = [](const Candidate& c) {
-    return std::tuple(c.vertex[0], c.edges, c.vertex[1], c.vertex[2], c.vertex[3]);
+    return std::tuple(c.edges, c.vertex[1], c.vertex[2], c.vertex[3]);
   };
-  std::sort(candidates.begin(), candidates.end(),
-            [&](const Candidate& a, const Candidate& b) { return key(a) < key(b); });
+  parallel_for_uneven(owners, [&](std::ptrdiff_t v) {
+    std::sort(by_owner.begin() + begin[std::size_t(v)],
+              by_owner.begin() + begin[std::size_t(v) + 1],
+              [&](const Candidate& a, const Candidate& b) { return key(a) < key(b); });
+  });
+  candidates = std::move(by_owner);
 }
 
 double gap_of(const std::vector<Vec3>& x, const Candidate& c) {
@@ -208,15 +220,6 @@ double gap_of(const std::vector<Vec3>& x, const Candidate& c) {
 CandidateSet index_candidates(const std::vector<Vec3>& x, std::vector<Candidate> candidates,
                               double reach) {
   const std::size_t vertex_count = x.size(), count = candidates.size();
-  std::vector<double> gap(count);
-  for (std::size_t c = 0; c < count; ++c) gap[c] = gap_of(x, candidates[c]);
-  std::vector<int> by_gap(count);
-  std::iota(by_gap.begin(), by_gap.end(), 0);
-  std::sort(by_gap.begin(), by_gap.end(), [&](int a, int b) {
-    const double gap_a = gap[std::size_t(a)], gap_b = gap[std::size_t(b)];
-    return gap_a != gap_b ? gap_a < gap_b : a < b;
-  });
-
   CandidateSet set;
   set.reach = reach;
   set.owned_begin.assign(vertex_count + 1, 0);
@@ -225,25 +228,40 @@ CandidateSet index_candidates(const std::vector<Vec3>& x, std::vector<Candidate>
     ++set.owned_begin[std::size_t(candidate.vertex[0]) + 1];
     for (const int v : candidate.vertex) ++set.ref_begin[std::size_t(v) + 1];
   }
-  for (std::size_t v = 0; v < vertex_count; ++v) {
-    set.owned_begin[v + 1] += set.owned_begin[v];
-    set.ref_begin[v + 1] += set.ref_begin[v];
+  std::partial_sum(set.owned_begin.begin(), set.owned_begin.end(), set.owned_begin.begin());
+  std::partial_sum(set.ref_begin.begin(), set.ref_begin.end(), set.ref_begin.begin());
+
+  std::vector<double> gap(count);
+  parallel_for(std::ptrdiff_t(count), [&](std::ptrdiff_t c) {
+    gap[std::size_t(c)] = gap_of(x, candidates[std::size_t(c)]);
+  });
+  std::vector<int> order(count);
+  std::iota(order.begin(), order.end(), 0);
+  parallel_for_uneven(std::ptrdiff_t(vertex_count), [&](std::ptrdiff_t v) {
+    std::sort(order.begin() + set.owned_begin[std::size_t(v)],
+              order.begin() + set.owned_begin[std::size_t(v) + 1], [&](int a, int b) {
+                return std::pair(gap[std::size_t(a)], a) < std::pair(gap[std::size_t(b)], b);
+              });
+  });
+  for (const int c : order) {
+    set.candidates.push_back(candidates[std::size_t(c)]);
+    set.gap.push_back(gap[std::size_t(c)]);
   }
-  std::vector<int> next_owned(set.owned_begin.begin(), set.owned_begin.end() - 1);
-  std::vector<int> next_ref(set.ref_begin.begin(), set.ref_begin.end() - 1);
-  set.candidates.resize(count);
-  set.gap.resize(count);
+
+  std::vector<int> next(set.ref_begin.begin(), set.ref_begin.end() - 1);
   set.refs.resize(4 * count);
-  for (const int c : by_gap) {
-    const Candidate& candidate = candidates[std::size_t(c)];
-    const int place = next_owned[std::size_t(candidate.vertex[0])]++;
-    set.candidates[std::size_t(place)] = candidate;
-    set.gap[std::size_t(place)] = gap[std::size_t(c)];
-    for (int corner = 0; corner < 4; ++corner) {
-      int& next = next_ref[std::size_t(candidate.vertex[corner])];
-      set.refs[std::size_t(next++)] = {place, corner};
-    }
-  }
+  for (std::size_t c = 0; c < count; ++c)
+    for (int corner = 0; corner < 4; ++corner)
+      set.refs[std::size_t(next[std::size_t(set.candidates[c].vertex[corner])]++)] = {int(c),
+                                                                                      corner};
+  parallel_for_uneven(std::ptrdiff_t(vertex_count), [&](std::ptrdiff_t v) {
+    std::sort(set.refs.begin() + set.ref_begin[std::size_t(v)],
+              set.refs.begin() + set.ref_begin[std::size_t(v) + 1],
+              [&](const ContactRef& a, const ContactRef& b) {
+                return std::pair(set.gap[std::size_t(a.pair)], a.pair) <
+                       std::pair(set.gap[std::size_t(b.pair)], b.pair);
+              });
+  });
   return set;
 }
 

@@ -10,8 +10,9 @@ namespace {
 
 // Frames in one launch: without a wall, and with one, where new candidates come between launches.
 constexpr int kFreeFrames = 16, kWallFrames = 4;
-// New candidates are found once a vertex has used this share of the room that the last ones leave.
-constexpr double kUsed = 0.35;
+// New candidates are found once balloon and wall have used this share of the room that the last
+// ones leave.
+constexpr double kUsed = 0.5;
 constexpr int kLeastCapability = 75;
 
 int use_device() {
@@ -245,16 +246,19 @@ class CudaSolver final : public StepSolver {
     use(sets_[std::size_t(set_count_) % sets_.size()].send(set, x, stream_), program_.view);
     ++set_count_;
     x_candidates_ = x;
-    room_ = 0.5 * double(set.reach - program_.view.contact_range) -
-            2.0 * double(program_.view.contact_distance);
+    room_ = double(set.reach - program_.view.contact_range) -
+            4.0 * double(program_.view.contact_distance);
   }
 
-  // Has a vertex gone far since the last candidates were found?
+  // Have balloon and wall together gone far since the last candidates were found?
   bool used_up(const Batch& batch) const {
     const Vec* x = x_of(batch, frames_);
-    for (std::size_t v = 0; v < x_candidates_.size(); ++v)
-      if (distance(x[v], x_candidates_[v]) > Real(kUsed * room_)) return true;
-    return false;
+    double gone[2] = {0.0, 0.0};
+    for (std::size_t v = 0; v < x_candidates_.size(); ++v) {
+      double& side = gone[int(v) < scene_.balloon_count ? 0 : 1];
+      side = std::max(side, double(distance(x[v], x_candidates_[v])));
+    }
+    return gone[0] + gone[1] > kUsed * room_;
   }
 
   static const StepStatus& status_of(const Batch& batch, int k) {
