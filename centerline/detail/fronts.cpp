@@ -1,7 +1,10 @@
 #include "centerline/detail/fronts.hpp"
 
 #include <algorithm>
+#include <array>
+#include <bit>
 #include <cmath>
+#include <cstdint>
 #include <functional>
 #include <limits>
 #include <numeric>
@@ -45,6 +48,11 @@ std::vector<int> in_falling_order(const std::vector<double>& values) {
 
 Front march(const LumenVoxels& lumen, int source) {
   const auto step = neighbor_lengths(lumen.geometry);
+  std::array<int, kNeighborCount> to{};  // cells between neighbours
+  for (std::size_t n = 0; n < to.size(); ++n) {
+    const auto& o = neighbor_offsets()[n];
+    to[n] = (o[2] * lumen.size[1] + o[1]) * lumen.size[0] + o[0];
+  }
   const double far = std::numeric_limits<double>::infinity();
   Front front;
   std::vector<double> cost(std::size_t(lumen.count()), far);
@@ -58,14 +66,16 @@ Front march(const LumenVoxels& lumen, int source) {
     const auto [here, v] = queue.top();
     queue.pop();
     if (here > cost[std::size_t(v)]) continue;
-    for (int n = 0; n < kNeighborCount; ++n) {
-      const int w = lumen.neighbor(v, n);
-      if (w < 0) continue;
-      const double depth = 0.5 * double(lumen.depth[std::size_t(v)] + lumen.depth[std::size_t(w)]);
-      const double candidate = here + step[std::size_t(n)] / (depth * depth);
+    const float own_depth = lumen.depth[std::size_t(v)];
+    const double own_length = front.length[std::size_t(v)];
+    for (std::uint32_t links = lumen.links[std::size_t(v)]; links != 0; links &= links - 1) {
+      const auto n = std::size_t(std::countr_zero(links));
+      const int w = lumen.voxel_of_cell[std::size_t(lumen.cell[std::size_t(v)] + to[n])];
+      const double depth = 0.5 * double(own_depth + lumen.depth[std::size_t(w)]);
+      const double candidate = here + step[n] / (depth * depth);
       if (candidate >= cost[std::size_t(w)]) continue;
       cost[std::size_t(w)] = candidate;
-      front.length[std::size_t(w)] = front.length[std::size_t(v)] + step[std::size_t(n)];
+      front.length[std::size_t(w)] = own_length + step[n];
       front.previous[std::size_t(w)] = v;
       queue.emplace(candidate, w);
     }

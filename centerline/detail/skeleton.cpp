@@ -46,6 +46,7 @@ int farthest(const Front& front) {
 struct Ends {
   std::vector<LumenEnd> ends;
   std::vector<LumenEnd> sacs;  ///< stand out like branches, but end without an outlet
+  Front front;                 ///< from the source, behind the last cut
   std::vector<int> loop_cuts;  ///< a voxel next to each round's first cut
 };
 
@@ -99,7 +100,8 @@ Ends find_ends(LumenVoxels& lumen, int source, double min_length, std::vector<ch
   Ends result;
   constexpr int kMostRounds = 6;  // a cut can lay open another loop; more than this is a sponge
   for (int round = 0;; ++round) {
-    const Front front = march(lumen, source);
+    result.front = march(lumen, source);
+    const Front& front = result.front;
     const auto maxima = find_maxima(lumen, front, 2.0 * voxel_size(lumen));
     Ends found = prune_spurs(lumen, front, maxima, min_length);
     result.ends = std::move(found.ends);
@@ -144,8 +146,9 @@ double inlet_score(const LumenVoxels& lumen, const std::vector<int>& tip_first) 
   return (cut_off ? 1.25 : 1.0) * *quartile;
 }
 
-int widest_end(const LumenVoxels& lumen, int root, const std::vector<LumenEnd>& ends) {
-  const Front front = march(lumen, root);
+/// @param front  from the root
+int widest_end(const LumenVoxels& lumen, int root, const Front& front,
+               const std::vector<LumenEnd>& ends) {
   std::vector<int> from_root = trace(front, ends.front().voxel);
   int best = root;
   double best_score = inlet_score(lumen, from_root);
@@ -201,9 +204,8 @@ std::string loop_warning(const LumenVoxels& lumen, const std::vector<int>& cuts)
          places + ", and lines end there";
 }
 
-void check_tubular(const LumenVoxels& lumen, int root, int tip) {
+void check_tubular(const LumenVoxels& lumen, const std::vector<int>& chain) {
   double deepest = 0.0;
-  const std::vector<int> chain = trace(march(lumen, root), tip);
   for (const int v : chain) deepest = std::max(deepest, double(lumen.depth[std::size_t(v)]));
   if (chain_length(lumen, chain) > 3.0 * deepest && lumen.count() >= 20) return;
   throw InputError(
@@ -221,12 +223,12 @@ Skeleton find_skeleton(LumenVoxels& lumen, const CenterlineOptions& options) {
   std::vector<char> near_cut(std::size_t(lumen.count()), 0);
   const std::vector<std::uint32_t> uncut = lumen.links;
   Ends ends = find_ends(lumen, root, options.min_branch_length_mm, near_cut);
-  check_tubular(lumen, root, ends.ends.front().voxel);
+  check_tubular(lumen, trace(ends.front, ends.ends.front().voxel));
 
   std::vector<int> all_ends{root};
   for (const LumenEnd& end : ends.ends) all_ends.push_back(end.voxel);
   const int inlet = options.inlet_lps_mm ? snap(lumen, *options.inlet_lps_mm, all_ends)
-                                         : widest_end(lumen, root, ends.ends);
+                                         : widest_end(lumen, root, ends.front, ends.ends);
   if (inlet != root) {
     lumen.links = uncut;  // a loop is cut where the blood from the inlet meets, not from the root
     near_cut.assign(near_cut.size(), 0);
@@ -240,9 +242,9 @@ Skeleton find_skeleton(LumenVoxels& lumen, const CenterlineOptions& options) {
       ends.ends.push_back({snap(lumen, point, found), 0.0, false});
   }
   skeleton.starts_at_end = std::find(all_ends.begin(), all_ends.end(), inlet) != all_ends.end();
-  const Front front = march(lumen, inlet);
   for (const LumenEnd& end : ends.ends)
-    if (end.voxel != inlet) skeleton.chains.push_back({trace(front, end.voxel), end.at_loop_cut});
+    if (end.voxel != inlet)
+      skeleton.chains.push_back({trace(ends.front, end.voxel), end.at_loop_cut});
   std::stable_sort(skeleton.chains.begin(), skeleton.chains.end(),
                    [&](const auto& a, const auto& b) {
                      return chain_length(lumen, a.voxels) > chain_length(lumen, b.voxels);
