@@ -7,3 +7,11 @@
 #else
 #define ANGIO_HOST_DEVICE
 #endif
+
+/// Keeps a function that one thread of many runs out of its callers, so that its registers are not
+/// theirs.
+#if defined(__CUDACC__)
+#define ANGIO_OUT_OF_LINE __noinline__
+#else
+#define ANGIO_OUT_OF_LINE
+#endif

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <map>
+#include <numeric>
 
 #include "core/error.hpp"
 #include "viewer/files.hpp"
@@ -56,6 +57,14 @@ std::vector<double> subtract(const std::vector<Vec3>& a, const std::vector<Vec3>
 
 std::string frame_file(const char* body, int frame) {
   return fmt::format("{}_{:06d}.vtp", body, frame);
+}
+
+void write_line(const fs::path& file, const std::vector<Vec3>& points) {
+  viewer::PolylineData line;
+  line.points = points;
+  line.lines.emplace_back(points.size());
+  std::iota(line.lines[0].begin(), line.lines[0].end(), 0);
+  viewer::write_polylines(file, line);
 }
 
 }  // namespace
@@ -166,11 +175,7 @@ void write_balloon_setup(const fs::path& folder, const meshing::BalloonSetup& se
        {vectors("RestPosition", balloon.rest), integers("Fixed", balloon.fixed, ArrayType::uint8)},
        {}});
 
-  viewer::PolylineData wire;
-  wire.points = balloon.guidewire;
-  wire.lines.emplace_back();
-  for (int p = 0; p < int(wire.points.size()); ++p) wire.lines[0].push_back(p);
-  viewer::write_polylines(folder / "guidewire.vtp", wire);
+  write_line(folder / "guidewire.vtp", balloon.guidewire);
 
   const meshing::ContactRegion& region = setup.region;
   viewer::write_surface(
@@ -227,6 +232,8 @@ void write_frame(const fs::path& frames_folder, const simulation::SimulationMode
                           scalar("plastic_strain", frame.plastic_strain, f32),
                           scalar("contact_pressure", frame.contact_pressure_kpa, f32)},
                          {}});
+  if (!frame.guidewire.empty())
+    write_line(frames_folder / frame_file("guidewire", frame.frame), frame.guidewire);
 }
 
 FrameShape read_frame(const fs::path& frames_folder, int frame) {

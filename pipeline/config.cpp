@@ -11,6 +11,7 @@
 
 #include "core/atomic_file.hpp"
 #include "core/error.hpp"
+#include "pipeline/layered_wall.hpp"
 
 namespace angio::pipeline {
 namespace {
@@ -91,7 +92,7 @@ void Config::validate() const {
   lumen_volume.validate();
   balloon.validate();
   wall_layers.validate();
-  simulation.validate();
+  solver_options(*this).validate();
   if (write_every < 1 || write_every > 10000)
     throw OptionError("simulation.write_every must be from 1 to 10000");
 }

@@ -104,6 +104,7 @@ simulation::LayeredWall read_layered_wall(const fs::path& meshing_folder,
 
 simulation::SimulationOptions solver_options(const Config& config) {
   simulation::SimulationOptions options = config.simulation;
+  options.guidewire.shaft_diameter_mm = config.balloon.shaft_diameter_mm;
   options.layered_wall.materials = simulation::wall_materials(config.plaque);
   options.layered_wall.foundation_kpa_per_mm = options.wall.foundation_kpa_per_mm;
   options.layered_wall.blood_pressure_kpa = options.inflation.outside_pressure_kpa;

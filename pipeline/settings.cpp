@@ -133,6 +133,22 @@ constexpr const char* kContactModels[] = {"barrier", "paper"};
 void read_field(const std::string& key, const toml::node& node, simulation::ContactModel& field) {
   read_name(key, node, kContactModels, field);
 }
+constexpr const char* kGasModels[] = {"enclosed", "per_tet"};
+void read_field(const std::string& key, const toml::node& node, simulation::GasModel& field) {
+  read_name(key, node, kGasModels, field);
+}
+constexpr const char* kGuidewires[] = {"none", "rod"};
+void read_field(const std::string& key, const toml::node& node, simulation::GuidewireModel& field) {
+  read_name(key, node, kGuidewires, field);
+}
+constexpr const char* kGuidewireRests[] = {"straight", "placed"};
+void read_field(const std::string& key, const toml::node& node, simulation::GuidewireRest& field) {
+  read_name(key, node, kGuidewireRests, field);
+}
+constexpr const char* kGuidewireTips[] = {"held", "free"};
+void read_field(const std::string& key, const toml::node& node, simulation::GuidewireTip& field) {
+  read_name(key, node, kGuidewireTips, field);
+}
 constexpr const char* kControls[] = {"gas", "pressure", "volume"};
 void read_field(const std::string& key, const toml::node& node,
                 simulation::InflationControl& field) {
@@ -164,6 +180,16 @@ std::string write_field(simulation::MembraneModel field) {
 }
 std::string write_field(simulation::ContactModel field) {
   return quoted(kContactModels[int(field)]);
+}
+std::string write_field(simulation::GasModel field) { return quoted(kGasModels[int(field)]); }
+std::string write_field(simulation::GuidewireModel field) {
+  return quoted(kGuidewires[int(field)]);
+}
+std::string write_field(simulation::GuidewireRest field) {
+  return quoted(kGuidewireRests[int(field)]);
+}
+std::string write_field(simulation::GuidewireTip field) {
+  return quoted(kGuidewireTips[int(field)]);
 }
 std::string write_field(simulation::WallModel field) { return quoted(kWallModels[int(field)]); }
 std::string write_field(simulation::Plaque field) { return quoted(kPlaques[int(field)]); }
@@ -403,6 +429,27 @@ void add_material_settings(Config& c, std::vector<Setting>& table) {
                                "to 1"));
 }
 
+void add_guidewire_settings(Config& c, std::vector<Setting>& table) {
+  const auto sim = Stage::simulation;
+  simulation::GuidewireOptions& g = c.simulation.guidewire;
+  table.push_back(
+      make_setting("guidewire.model", sim, g.model,
+                   "none (it holds the balloon's ends), or rod (elastic, it bends in the "
+                   "balloon and meets it)"));
+  table.push_back(make_setting("guidewire.rest", sim, g.rest,
+                               "rod: its unloaded shape, straight or placed (as it lies)"));
+  table.push_back(
+      make_setting("guidewire.tip", sim, g.tip, "rod: held in its place and direction, or free"));
+  table.push_back(make_setting("guidewire.shaft_modulus_mpa", sim, g.shaft_modulus_mpa,
+                               "rod: of the shaft around the wire [MPa], 1 to 1e6"));
+  table.push_back(make_setting("guidewire.wire_diameter_mm", sim, g.wire_diameter_mm,
+                               "rod: and of the shaft's bore [mm], 0.05 to 0.95 of the shaft"));
+  table.push_back(make_setting("guidewire.wire_modulus_mpa", sim, g.wire_modulus_mpa,
+                               "rod: of the wire in bending [MPa], 0 to 1e6"));
+  table.push_back(make_setting("guidewire.density_g_mm3", sim, g.density_g_mm3,
+                               "rod: of wire and shaft [g/mm3], 1e-5 to 0.1"));
+}
+
 void add_simulation_settings(Config& c, std::vector<Setting>& table) {
   const auto sim = Stage::simulation;
   auto& s = c.simulation;
@@ -440,6 +487,9 @@ void add_simulation_settings(Config& c, std::vector<Setting>& table) {
   table.push_back(make_setting("simulation.contact_model", sim, s.contact_model,
                                "barrier, or paper (the seed paper's projections, for comparison: "
                                "CPU only, does not converge)"));
+  table.push_back(make_setting("simulation.gas_model", sim, s.gas_model,
+                               "enclosed, or per_tet (the seed paper's, for comparison: volume "
+                               "control, CPU only, no balance of forces)"));
   table.push_back(make_setting("simulation.contact_stiffness", sim, s.contact_stiffness,
                                "factor on the barrier's stiffness, 0.01 to 100"));
   table.push_back(make_setting("simulation.adhesion_traction_kpa", sim, s.adhesion_traction_kpa,
@@ -479,6 +529,7 @@ std::vector<Setting> settings(Config& config) {
   add_imaging_settings(config, table);
   add_meshing_settings(config, table);
   add_material_settings(config, table);
+  add_guidewire_settings(config, table);
   add_simulation_settings(config, table);
   add_cloth_settings(config, table);
   return table;

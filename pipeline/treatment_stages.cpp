@@ -65,6 +65,8 @@ class FrameWriter {
     write_frame(folder_ / "frames", model_, frame);
     steps_.push_back({frame.time_s, 0, fmt::format("frames/balloon_{:06d}.vtp", frame.frame)});
     steps_.push_back({frame.time_s, 1, fmt::format("frames/vessel_{:06d}.vtp", frame.frame)});
+    if (!frame.guidewire.empty())
+      steps_.push_back({frame.time_s, 3, fmt::format("frames/guidewire_{:06d}.vtp", frame.frame)});
     if (frame.layered_wall.empty()) return;
     steps_.push_back({frame.time_s, 2, fmt::format("frames/wall_{:06d}.vtu", frame.frame)});
     write_wall_frame(folder_ / steps_.back().file, model_.layered_wall, frame);

@@ -82,6 +82,8 @@ SimulationFrame make_frame(const SimulationModel& model, const Scene& scene, con
   const auto middle = state.x.begin() + wall;
   frame.balloon = for_caller(scene, 0, std::vector<Vec3>(state.x.begin(), middle));
   frame.wall = for_caller(scene, wall, std::vector<Vec3>(middle, middle + scene.wall_count));
+  const auto wire = state.x.begin() + scene.rod.first;
+  if (scene.rod.count > 0) frame.guidewire.assign(wire, wire + scene.rod.count);
   const SkinState skin = skin_state(scene, state.x);
   frame.thickness_mm = for_caller(scene, 0, skin.thickness);
   frame.stretch_1 = for_caller(scene, 0, skin.stretch_1);
@@ -134,6 +136,10 @@ void add_warnings(const SimulationOptions& options, int slow_frames, SimulationS
     summary.warnings.emplace_back(
         "contact.model paper does not converge (its result depends on the number of sweeps): for "
         "comparison only");
+  if (options.gas_model == GasModel::per_tet)
+    summary.warnings.emplace_back(
+        "simulation.gas_model per_tet sets volumes without a balance of forces (its result depends "
+        "on the number of sweeps): for comparison only");
   if (slow_frames > 0) {
     std::snprintf(text, sizeof text,
                   "the force balance is off by up to %.0f %% and by more than %.0f %% in %d of %d "
@@ -193,6 +199,10 @@ class Run {
       throw Error(ExitCode::unavailable,
                   "the paper's contact runs on the CPU only (its tets are projected one after the "
                   "other). Use --backend cpu, or --contact barrier");
+    if (gpu && options_.gas_model == GasModel::per_tet)
+      throw Error(ExitCode::unavailable,
+                  "the paper's gas runs on the CPU only (its tets are projected one after the "
+                  "other). Use --backend cpu, or simulation.gas_model = enclosed");
     const auto solver =
         gpu ? make_cuda_solver(scene_, options_) : make_cpu_solver(scene_, options_);
     SimulationSummary summary;
@@ -268,6 +278,14 @@ const char* name(Phase phase) {
   return "";
 }
 
+void GuidewireOptions::validate() const {
+  check("guidewire.shaft_diameter_mm", shaft_diameter_mm, 0.2, 10.0);
+  check("guidewire.shaft_modulus_mpa", shaft_modulus_mpa, 1.0, 1e6);
+  check("guidewire.wire_diameter_mm", wire_diameter_mm, 0.05, 0.95 * shaft_diameter_mm);
+  check("guidewire.wire_modulus_mpa", wire_modulus_mpa, 0.0, 1e6);
+  check("guidewire.density_g_mm3", density_g_mm3, 1e-5, 0.1);
+}
+
 void SimulationOptions::validate() const {
   if (!is_named_material(balloon.name) && !(balloon.c1_mpa > 0.0))
     throw OptionError("balloon.material is \"" + balloon.name +
@@ -296,6 +314,16 @@ void SimulationOptions::validate() const {
   check("inflation.outside_pressure_kpa", inflation.outside_pressure_kpa, 0.0, 50.0);
   check("inflation.deflate_pressure_atm", inflation.deflate_pressure_atm, -1.0, 0.0);
   check("inflation.peak_volume_mm3", inflation.peak_volume_mm3, 0.0, 1e6);
+  if (gas_model == GasModel::per_tet && inflation.control != InflationControl::volume)
+    throw OptionError(
+        "simulation.gas_model is per_tet, and inflation.control is not volume (the paper's gas is "
+        "a "
+        "command for volumes and knows no pressure). Use inflation.control = volume");
+  if (gas_model == GasModel::per_tet && guidewire.model == GuidewireModel::rod)
+    throw OptionError(
+        "simulation.gas_model is per_tet, and guidewire.model is rod (the paper's tetrahedra stand "
+        "on a guidewire that does not move). Use guidewire.model = none");
+  if (guidewire.model == GuidewireModel::rod) guidewire.validate();
   check("simulation.frame_s", frame_s, 1e-4, 1.0);
   check("simulation.tolerance", tolerance, 1e-6, 0.1);
   check("simulation.sweeps", double(sweeps), 0.0, 1000.0);

@@ -67,6 +67,44 @@ enum class WallModel { shape_matching, layered };
 /// (sections 4.2, 4.3; on the CPU, not convergent, for comparison only).
 enum class ContactModel { barrier, paper };
 
+/// Does the guidewire, in the shaft of the balloon's catheter, bend and meet the balloon?
+enum class GuidewireModel {
+  none,  ///< it is not there: the balloon's fixed vertices stay where they are
+  rod,   ///< an elastic rod inside the balloon, to which its fixed vertices are tied
+};
+
+/// A guidewire's unloaded shape.
+enum class GuidewireRest {
+  straight,  ///< it resists being bent into the vessel
+  placed,    ///< as it lies at the start: it has settled there
+};
+
+/// What holds a guidewire's far end.
+enum class GuidewireTip {
+  held,  ///< both ends stay in their places and directions
+  free,  ///< the near end does, the tip goes where the balloon takes it
+};
+
+struct GuidewireOptions {
+  GuidewireModel model = GuidewireModel::none;
+  GuidewireRest rest = GuidewireRest::straight;
+  GuidewireTip tip = GuidewireTip::held;
+  double shaft_diameter_mm = 0.6;    ///< 0.59 to 0.69 (Amstutz 2023), [0.2, 10]
+  double shaft_modulus_mpa = 900.0;  ///< a polyamide's (De Beule 2008, Gervaso 2008), [1, 1e6]
+  double wire_diameter_mm = 0.36;    ///< 0.014 inch, in the shaft's bore; [0.05, 0.95 shaft]
+  /// In bending, [0, 1e6]: 9500 is the flexural modulus of a plain wire (Harrison 2011, J Endovasc
+  /// Ther 18:797, on 0.035 inch wires).
+  double wire_modulus_mpa = 9500.0;
+  double density_g_mm3 = 1.1e-3;  ///< of both, [1e-5, 0.1]
+
+  void validate() const;
+};
+
+/// What fills the balloon: one gas in the volume it encloses, or the paper's gas of each
+/// tetrahedron between its triangles and the guidewire's nodes (section 5.1; volume control, on the
+/// CPU, not convergent, for comparison only).
+enum class GasModel { enclosed, per_tet };
+
 struct InflationSchedule {
   InflationControl control = InflationControl::gas;
   double inflate_s = 4.0;          ///< at a near constant rate, (0, 600]
@@ -87,6 +125,8 @@ struct SimulationOptions {
   WallMaterial wall;         ///< of shape matching
   WallOptions layered_wall;  ///< of the layered wall
   InflationSchedule inflation;
+  GasModel gas_model = GasModel::enclosed;
+  GuidewireOptions guidewire;
   double frame_s = 0.025;    ///< time step, [1e-4, 1]
   double tolerance = 0.005;  ///< distance from equilibrium that ends a frame's sweeps, as a
                              ///< share of the balloon's start radius, [1e-6, 0.1]
@@ -120,9 +160,9 @@ struct SimulationModel {
   TriangleMesh balloon;             ///< start shape, closed
   std::vector<Vec3> balloon_rest;   ///< unloaded shape, shape [balloon vertex]
   std::vector<char> balloon_fixed;  ///< tied to the shaft
-  std::vector<Vec3> guidewire;
-  TriangleMesh wall;             ///< contact region, normals leave the lumen
-  std::vector<char> wall_fixed;  ///< shape [wall vertex]
+  std::vector<Vec3> guidewire;      ///< nodes from the near end to the tip, inside the balloon
+  TriangleMesh wall;                ///< contact region, normals leave the lumen
+  std::vector<char> wall_fixed;     ///< shape [wall vertex]
   /// The wall as a solid, for WallModel::layered: its first vertices are those of `wall`, further
   /// out follow whole copies of them. A column of copies with a held vertex does not move.
   LayeredWall layered_wall;
@@ -167,6 +207,7 @@ struct SimulationFrame {
   int sweep_count = 0;
   std::vector<Vec3> balloon;  ///< positions [mm]
   std::vector<Vec3> wall;
+  std::vector<Vec3> guidewire;                               ///< of GuidewireModel::rod
   std::vector<double> thickness_mm, stretch_1, stretch_2;    ///< balloon, per vertex
   std::vector<double> plastic_strain, contact_pressure_kpa;  ///< wall, per vertex
   std::vector<Vec3> layered_wall;       ///< positions of the solid's vertices [mm]

@@ -9,6 +9,7 @@
 
 #include "core/parallel.hpp"
 #include "simulation/detail/distance.hpp"
+#include "simulation/detail/step_contact.hpp"
 
 namespace angio::simulation::detail {
 namespace {
@@ -143,7 +144,56 @@ std::vector<Box> boxes_of(const std::vector<Vec3>& x, const Primitives& primitiv
   return boxes;
 }
 
+// The shaft keeps the room that the folded or slender balloon has left it, so that it touches
+// nothing at the start; within a contact distance of each other the two are tied.
+bool take_radius(const Scene& scene, double contact_distance, Candidate& candidate) {
+  const double room = gap_of(scene.start, candidate) - contact_distance;
+  candidate.inner = true;
+  candidate.radius = float(std::min(scene.rod.radius, room));
+  return room > 0.0;
+}
+
 }  // namespace
+
+void add_rod_candidates(const Scene& scene, const std::vector<Vec3>& x, double contact_distance,
+                        double reach, std::vector<Candidate>& candidates) {
+  if (scene.rod.count == 0) return;
+  const int first = scene.rod.first;
+  std::vector<Edge> segments;
+  std::vector<std::array<int, 1>> nodes;
+  Box space;
+  for (int i = 0; i < scene.rod.count; ++i) {
+    nodes.push_back({first + i});
+    if (i > 0) segments.push_back({first + i - 1, first + i});
+    space.add(x[std::size_t(first + i)]);
+  }
+  const double far = reach + scene.rod.radius;
+  space.grow(far);
+  const Builder builder{x, reach};
+  const auto add = [&](std::vector<Candidate>& found, Candidate candidate) {
+    if (take_radius(scene, contact_distance, candidate)) builder.add(found, candidate);
+  };
+  Grid grid(space, 2.0 * far);
+  grid.fill(boxes_of(x, segments, far));
+  builder.gather(std::size_t(scene.balloon_count), candidates, [&](std::size_t v, auto& found) {
+    grid.query(box_of(x, std::array{int(v)}, 0.0), [&](int i) {
+      const Edge& s = segments[std::size_t(i)];
+      add(found, {{int(v), s[0], s[1], s[1]}});
+    });
+  });
+  builder.gather(scene.balloon_edges.size(), candidates, [&](std::size_t e, auto& found) {
+    const Edge& edge = scene.balloon_edges[e];
+    grid.query(box_of(x, edge, 0.0), [&](int i) {
+      const Edge& s = segments[std::size_t(i)];
+      add(found, {{edge[0], edge[1], s[0], s[1]}, true});
+    });
+  });
+  grid.fill(boxes_of(x, nodes, far));
+  builder.gather(scene.balloon_triangles.size(), candidates, [&](std::size_t t, auto& found) {
+    const Triangle& b = scene.balloon_triangles[t];
+    grid.query(box_of(x, b, 0.0), [&](int i) { add(found, {{first + i, b[0], b[1], b[2]}}); });
+  });
+}
 
 std::vector<Candidate> find_candidates(const Scene& scene, const std::vector<Vec3>& x,
                                        double reach) {
@@ -210,11 +260,10 @@ void sort_candidates(std::vector<Candidate>& candidates) {
 double gap_of(const std::vector<Vec3>& x, const Candidate& c) {
   const Vec3 p[4] = {x[std::size_t(c.vertex[0])], x[std::size_t(c.vertex[1])],
                      x[std::size_t(c.vertex[2])], x[std::size_t(c.vertex[3])]};
-  const GapWeights<double> weights = c.edges ? segment_segment_gap(p[0], p[1], p[2], p[3])
-                                             : point_triangle_gap(p[0], p[1], p[2], p[3]);
+  const GapWeights<double> weights = closest_points(c, p);
   Vec3 gap;
   for (int i = 0; i < 4; ++i) gap += weights.w[i] * p[i];
-  return norm(gap);
+  return norm(gap) - double(c.radius);
 }
 
 CandidateSet index_candidates(const std::vector<Vec3>& x, std::vector<Candidate> candidates,

@@ -16,10 +16,18 @@ namespace angio::simulation::detail {
 std::vector<Candidate> find_candidates(const Scene& scene, const std::vector<Vec3>& x,
                                        double reach);
 
+/// Adds every pair of the balloon and the guidewire's shaft nearer than `reach`: vertices and
+/// edges of the balloon against segments, triangles against nodes; in no order.
+///
+/// @param x                 [mm], shape [vertex]
+/// @param contact_distance  what starts nearer than this to the shaft is no pair
+void add_rod_candidates(const Scene& scene, const std::vector<Vec3>& x, double contact_distance,
+                        double reach, std::vector<Candidate>& candidates);
+
 /// Puts candidates, however they were found, into their order.
 void sort_candidates(std::vector<Candidate>& candidates);
 
-/// Distance of a candidate's two primitives [mm].
+/// Distance of a candidate's two primitives, less its radius [mm].
 double gap_of(const std::vector<Vec3>& x, const Candidate& candidate);
 
 /// Candidates as a step takes them: those of a vertex by ascending gap.

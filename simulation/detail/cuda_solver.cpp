@@ -8,7 +8,8 @@
 namespace angio::simulation::detail {
 namespace {
 
-// Frames in one launch: without a wall, and with one, where new candidates come between launches.
+// Frames in one launch: where nothing can touch, and where something can, and new candidates come
+// between launches.
 constexpr int kFreeFrames = 16, kWallFrames = 4;
 // New candidates are found once balloon and wall have used this share of the room that the last
 // ones leave.
@@ -93,7 +94,7 @@ class CudaSolver final : public StepSolver {
         device_(use_device()),
         finder_(scene, options, 3 * kWallFrames),
         start_(local<Real>(scene, scene.start)),
-        frames_(scene.wall_count > 0 ? kWallFrames : kFreeFrames) {
+        frames_(touches() ? kWallFrames : kFreeFrames) {
     program_.view = make_view<Real>(scene, options, memory_);
     program_.rules = make_rules(scene, options);
     program_.plasticity = plastic_flow<Real>(options.wall);
@@ -117,7 +118,7 @@ class CudaSolver final : public StepSolver {
     send_status();
     check(cudaMemcpyAsync(inflator_, &inflator, sizeof inflator, cudaMemcpyHostToDevice, stream_),
           "working");
-    if (scene_.wall_count > 0) renew_candidates(start_, 0);
+    if (touches()) renew_candidates(start_, 0);
     for (Batch& batch : batches_) submit(program, batch, frames_);
     on_state(0, start_state(scene_, status_.pressure));
     // While a launch runs and another waits for it, the one before them is handed out.
@@ -129,7 +130,7 @@ class CudaSolver final : public StepSolver {
       const StepStatus& end = status_of(batch, frames_);
       const int ended = end.stage == StepStage::begin ? end.frame : end.frame - 1;
       begun_with_set += ended - frame;
-      if (scene_.wall_count > 0 && ((end.halted && batch.set == set_count_) || used_up(batch))) {
+      if (touches() && ((end.halted && batch.set == set_count_) || used_up(batch))) {
         renew_candidates(positions_of(batch, frames_), begun_with_set);
         begun_with_set = 0;
       }
@@ -182,6 +183,7 @@ class CudaSolver final : public StepSolver {
     int set = 0;  // of candidates that it uses
   };
 
+  [[nodiscard]] bool touches() const { return scene_.wall_count > 0 || scene_.rod.count > 0; }
   [[nodiscard]] std::size_t clusters() const { return std::size_t(program_.view.cluster_count); }
   [[nodiscard]] std::size_t modes() const {
     return program_.view.entry_modes ? clusters() * kShapeModes : 0;

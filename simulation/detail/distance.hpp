@@ -51,6 +51,17 @@ ANGIO_HOST_DEVICE inline GapWeights<Real> point_triangle_gap(const Vec3T<Real>& 
   return {{1, v + w - 1, -v, -w}};
 }
 
+/// Closest point of the segment (a, b) to p, as weights {1, t - 1, -t, 0}; of no length: a.
+template <class Real>
+ANGIO_HOST_DEVICE inline GapWeights<Real> point_segment_gap(const Vec3T<Real>& p,
+                                                            const Vec3T<Real>& a,
+                                                            const Vec3T<Real>& b) {
+  const Vec3T<Real> ab = b - a;
+  const Real along = dot(ab, p - a), whole = dot(ab, ab);
+  const Real t = !(along > Real(0)) ? Real(0) : along < whole ? along / whole : Real(1);
+  return {{1, t - 1, -t, 0}};
+}
+
 /// Closest points of the segments (p0, p1) and (q0, q1), as weights {1-s, s, t-1, -t}.
 ///
 /// Source: Ericson, Real-Time Collision Detection (2005), section 5.1.9. Parallel segments give one

@@ -38,7 +38,9 @@ std::vector<Equilibrium> find_equilibria(const SimulationModel& model,
                                          const std::vector<Load>& loads, double tolerance,
                                          int most_sweeps) {
   options.validate();
-  const Scene scene = make_scene(without_wall(model), options);
+  SimulationOptions free = options;
+  free.guidewire.model = GuidewireModel::none;
+  const Scene scene = make_scene(without_wall(model), free);
   const double outside = outside_pressure(options);
   const auto solver = options.backend == Backend::cuda ? make_cuda_solver(scene, options)
                                                        : make_cpu_solver(scene, options);

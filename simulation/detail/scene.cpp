@@ -123,6 +123,15 @@ void add_solid(const SimulationOptions& options, const LayeredWall& layered, con
   scene.fixed.resize(scene.start.size(), 0);
 }
 
+void add_rod(const SimulationModel& model, const GuidewireOptions& options, Scene& scene) {
+  scene.rod = make_rod(model, options);
+  if (scene.rod.count == 0) return;
+  scene.rod.first = scene.vertex_count();
+  scene.start.insert(scene.start.end(), model.guidewire.begin(), model.guidewire.end());
+  scene.mass.insert(scene.mass.end(), scene.rod.mass.begin(), scene.rod.mass.end());
+  scene.fixed.resize(scene.start.size(), 0);
+}
+
 Vec3 middle_of_box(const std::vector<Vec3>& points) {
   Vec3 low = points[0], high = points[0];
   for (const Vec3& p : points)
@@ -151,6 +160,7 @@ Scene make_scene(const SimulationModel& given, const SimulationOptions& options)
   scene.wall_color_begin = wall.begin;
   for (int& v : scene.wall_color_begin) v += int(balloon.order.size());
   scene.air = model.air;
+  scene.guidewire = model.guidewire;
   scene.balloon_count = int(model.balloon.vertices.size());
   scene.wall_count = int(model.wall.vertices.size());
   scene.start = model.balloon.vertices;
@@ -162,6 +172,7 @@ Scene make_scene(const SimulationModel& given, const SimulationOptions& options)
   add_balloon(model, options, scene);
   add_wall(model, options, scene);
   if (layered) add_solid(options, given.layered_wall, wall, scene);
+  add_rod(model, options.guidewire, scene);
   return scene;
 }
 

@@ -5,6 +5,7 @@
 
 #include "core/triangle_mesh.hpp"
 #include "simulation/detail/membrane.hpp"
+#include "simulation/detail/scene_rod.hpp"
 #include "simulation/detail/wall_clusters.hpp"
 #include "simulation/detail/wall_solid.hpp"
 #include "simulation/simulation.hpp"
@@ -21,7 +22,8 @@ struct Corner {
 };
 
 /// All that does not change during a run. Vertices are numbered balloon first, then wall, each
-/// surface as in numbering.hpp: colour by colour, then those that do not move.
+/// surface as in numbering.hpp: colour by colour, then those that do not move; at last the
+/// guidewire's nodes.
 struct Scene {
   int balloon_count = 0, wall_count = 0;
   std::vector<Vec3> start;   ///< [mm], shape [vertex]
@@ -46,6 +48,9 @@ struct Scene {
   std::vector<int> neighbors;       ///< vertex numbers
   std::vector<double> foundation;   ///< [uN/mm], shape [wall_count]
   std::vector<double> wall_area;    ///< [mm^2] at the start, shape [wall_count]
+
+  std::vector<Vec3> guidewire;  ///< nodes as they are given
+  SceneRod rod;                 ///< the guidewire; its nodes are the last vertices
 
   WallSolid solid;  ///< of a layered wall; without one it has no levels
 

@@ -32,6 +32,40 @@ inline constexpr double kShareOfGap = 0.45;
 /// 0.02 |e_a| |e_b| for each, whatever the two sizes.
 inline constexpr double kEdgesOfArea = 0.1, kEdgeShare = 0.02;
 
+/// What an inner pair stands for: of a vertex's area, of the square of an edge's length, of a
+/// triangle's area. The three count an inner surface once to twice.
+inline constexpr double kInnerVertex = 0.5, kInnerEdge = 0.15, kInnerFace = 0.25;
+
+/// The vertices that pairs may be of: those of the surfaces, then the guidewire's.
+template <class Real>
+ANGIO_HOST_DEVICE inline int contact_vertex_count(const StepView<Real>& s) {
+  return s.balloon_count + s.wall_count + s.rod.shape.count;
+}
+template <class Real>
+ANGIO_HOST_DEVICE inline int contact_vertex(const StepView<Real>& s, int i) {
+  const int surfaces = s.balloon_count + s.wall_count;
+  return i < surfaces ? i : s.rod.first + i - surfaces;
+}
+
+/// Weights of the closest points of a candidate or a pair.
+template <class Pair, class Real>
+ANGIO_HOST_DEVICE inline GapWeights<Real> closest_points(const Pair& pair,
+                                                         const Vec3T<Real> (&p)[4]) {
+  if (pair.edges) return segment_segment_gap(p[0], p[1], p[2], p[3]);
+  return pair.vertex[2] == pair.vertex[3] ? point_segment_gap(p[0], p[1], p[2])
+                                          : point_triangle_gap(p[0], p[1], p[2], p[3]);
+}
+
+/// The area that an inner candidate stands for; p from its first vertex.
+template <class Real>
+ANGIO_HOST_DEVICE inline Real inner_area(const StepView<Real>& s, const Candidate& candidate,
+                                         const Vec3T<Real> (&p)[4]) {
+  if (candidate.edges) return Real(kInnerEdge) * norm_squared(p[1]);
+  if (candidate.vertex[2] == candidate.vertex[3])
+    return Real(kInnerVertex) * s.area[candidate.vertex[0]];
+  return Real(0.5 * kInnerFace) * norm(cross(p[2] - p[1], p[3] - p[1]));
+}
+
 /// A candidate at the present positions. @return false if it is not nearer than `reach`
 template <class Real>
 ANGIO_HOST_DEVICE inline bool approach(const StepView<Real>& s, const Candidate& candidate,
@@ -39,25 +73,28 @@ ANGIO_HOST_DEVICE inline bool approach(const StepView<Real>& s, const Candidate&
   const Vec3T<Real> base = s.x[candidate.vertex[0]];
   Vec3T<Real> p[4];  // from the first vertex
   for (int i = 1; i < 4; ++i) p[i] = s.x[candidate.vertex[i]] - base;
-  const GapWeights<Real> weights = candidate.edges ? segment_segment_gap(p[0], p[1], p[2], p[3])
-                                                   : point_triangle_gap(p[0], p[1], p[2], p[3]);
+  const GapWeights<Real> weights = closest_points(candidate, p);
   Vec3T<Real> gap, closest_a;
   const int side_a = candidate.edges ? 2 : 1;
   for (int i = 1; i < 4; ++i) gap += weights.w[i] * p[i];
   for (int i = 1; i < side_a; ++i) closest_a += weights.w[i] * p[i];
-  const Real d = norm(gap);
-  if (!(d < reach)) return false;
+  const Real d = norm(gap), room = d - Real(candidate.radius);
+  if (!(room < reach)) return false;
   pair.edges = candidate.edges;
-  pair.gap_searched = d;
+  pair.inner = candidate.inner;
+  pair.radius = Real(candidate.radius);
+  pair.gap_searched = room;
   pair.normal = d > Real(0) ? gap / d : Vec3T<Real>{};
-  pair.area = candidate.edges ? Real(kEdgeShare) * norm(p[1]) * norm(p[3] - p[2])
-                              : Real(0.5) * Real(1.0 - kEdgesOfArea) * s.area[candidate.vertex[0]];
+  pair.area = candidate.inner ? inner_area(s, candidate, p)
+              : candidate.edges
+                  ? Real(kEdgeShare) * norm(p[1]) * norm(p[3] - p[2])
+                  : Real(0.5) * Real(1.0 - kEdgesOfArea) * s.area[candidate.vertex[0]];
   const Real height = dot(pair.normal, closest_a);
   for (int i = 0; i < 4; ++i) {
     pair.vertex[i] = candidate.vertex[i];
     const Real beyond = i < side_a ? dot(pair.normal, p[i]) - height + d  // of the other side
                                    : height - dot(pair.normal, p[i]);
-    const Real limit = beyond - Real(1.0 - kShareOfGap) * d;
+    const Real limit = beyond - d + Real(kShareOfGap) * room;
     pair.limit[i] = limit > Real(0) ? limit : Real(0);
   }
   return true;
@@ -140,14 +177,13 @@ ANGIO_HOST_DEVICE inline void refresh_pair(const StepView<Real>& s, int index) {
   if (pair.gap >= (ready > s.contact_range ? ready : s.contact_range)) return;
   const Vec3T<Real> p[4] = {s.x[pair.vertex[0]], s.x[pair.vertex[1]], s.x[pair.vertex[2]],
                             s.x[pair.vertex[3]]};
-  pair.weights = pair.edges ? segment_segment_gap(p[0], p[1], p[2], p[3])
-                            : point_triangle_gap(p[0], p[1], p[2], p[3]);
+  pair.weights = closest_points(pair, p);
   Vec3T<Real> gap;
   for (int i = 1; i < 4; ++i) gap += pair.weights.w[i] * (p[i] - p[0]);  // the weights sum to 0
   const Real d = norm(gap);
   pair.direction = d > Real(0) ? gap / d : pair.normal;
-  pair.gap = d;
-  if (d < ready)
+  pair.gap = d - pair.radius;
+  if (pair.gap < ready)
     pair.weight = pair.area * (pair.edges ? sine_squared(p[1] - p[0], p[3] - p[2]) : Real(1));
 }
 
@@ -157,7 +193,7 @@ ANGIO_HOST_DEVICE inline NearPair<Real>* nearest_face(const StepView<Real>& s, i
   NearPair<Real>* nearest = nullptr;
   for (int r = s.ref_begin[v]; r < s.ref_end[v]; ++r) {
     NearPair<Real>& pair = s.pairs[s.refs[r].pair];
-    if (s.refs[r].corner != 0 || pair.edges) continue;
+    if (s.refs[r].corner != 0 || pair.edges || pair.inner) continue;
     if (!nearest || pair.gap < nearest->gap) nearest = &pair;
   }
   return nearest;
@@ -212,14 +248,18 @@ ANGIO_HOST_DEVICE inline PairForces<Real> pair_forces(const StepView<Real>& s,
   Vec3T<Real> gap;
   for (int i = 1; i < 4; ++i) gap += pair.weights.w[i] * (s.x[pair.vertex[i]] - base);
   const Real least = Real(0.05) * s.contact_distance;
-  Real d = out.gap = dot(n, gap);
+  Real d = out.gap = dot(n, gap) - pair.radius;
   if (!(pair.weight > Real(0)) || d >= s.contact_distance) return out;
-  d = d > least ? d : (norm(gap) < least ? norm(gap) : least);
+  if (!(d > least)) {
+    const Real true_gap = norm(gap) - pair.radius, tiny = Real(1e-3) * least;
+    d = true_gap < least ? (true_gap > tiny ? true_gap : tiny) : least;
+  }
   const Barrier<Real> b = barrier(d, s.contact_distance);
   const Real scale = s.contact_stiffness * pair.weight;
   out.touching = true;
   out.normal = -scale * b.slope;
   out.stiffness = scale * b.curvature;
+  if (pair.inner) return out;  // a shaft slides in its balloon
   const Vec3T<Real> base_before = s.x_before[pair.vertex[0]];
   out.slip = gap;
   for (int i = 1; i < 4; ++i)
@@ -243,6 +283,7 @@ ANGIO_HOST_DEVICE inline void add_contact(const StepView<Real>& s, int v, const 
     if (!forces.touching) continue;
     const Real share = forces.normal * (w < Real(0) ? -w : w);
     out.touching = true;
+    out.touching_wall = out.touching_wall || !pair.inner;
     out.contact += share;
     out.magnitude += share;
     const Vec3T<Real> friction = (-forces.rub * w) * forces.slip;

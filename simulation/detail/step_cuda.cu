@@ -243,7 +243,7 @@ __device__ void run_program(Team& team, const CudaProgram<Real>& program,
 
 template <class Real>
 __host__ __device__ std::size_t block_bytes(const StepView<Real>& view) {
-  return std::size_t(view.balloon_count + view.wall_count) * sizeof(Vec3T<Real>) +
+  return std::size_t(view.vertex_count) * sizeof(Vec3T<Real>) +
          std::size_t(view.balloon_count) * sizeof(Move<Real>);
 }
 
@@ -255,7 +255,7 @@ __global__ void __launch_bounds__(kBlockThreads, 1)
   BlockTeam<Real> team(shared);
   __shared__ __align__(16) unsigned char view_memory[sizeof(StepView<Real>)];
   StepView<Real>& view = reinterpret_cast<StepView<Real>&>(view_memory);
-  const int count = program.view.balloon_count + program.view.wall_count;
+  const int count = program.view.vertex_count;
   if (threadIdx.x == 0) {
     view = program.view;
     view.moves = reinterpret_cast<Move<Real>*>(memory);

@@ -5,6 +5,7 @@
 #include "simulation/detail/step_balloon.hpp"
 #include "simulation/detail/step_leap.hpp"
 #include "simulation/detail/step_paper.hpp"
+#include "simulation/detail/step_rod.hpp"
 #include "simulation/detail/step_wall.hpp"
 
 /// The step as a program for a team of threads (launch.hpp), the same source for every backend.
@@ -87,7 +88,7 @@ ANGIO_HOST_DEVICE inline int last_of_balloon(const StepView<Real>& s) {
 /// Are near pairs searched, and motions bounded by them?
 template <class Real>
 ANGIO_HOST_DEVICE inline bool has_pairs(const StepView<Real>& s) {
-  return s.wall_count > 0 && !s.paper.is_on;
+  return (s.wall_count > 0 && !s.paper.is_on) || s.rod.shape.count > 0;
 }
 
 /// Moves a vertex as far as its bounds let it. @return the part taken
@@ -135,9 +136,9 @@ ANGIO_HOST_DEVICE inline double useful_travel(Team& team, const StepView<Real>& 
   const double distance = s.contact_distance, steps[] = {0.5, 1.0, 2.0};
   double faster[2];
   team.template quick_sum<1, 2>(
-      s.balloon_count + s.wall_count,
-      [&](int v, const auto&, auto* part) {
-        const Real motion = Real(1.5) * s.dt * norm(s.velocity[v]);
+      contact_vertex_count(s),
+      [&](int i, const auto&, auto* part) {
+        const Real motion = Real(1.5) * s.dt * norm(s.velocity[contact_vertex(s, i)]);
         for (int k = 0; k < 2; ++k)
           part[k] += motion > Real(steps[k]) * s.contact_distance ? Real(1) : Real(0);
       },
@@ -154,7 +155,7 @@ ANGIO_HOST_DEVICE inline void begin_step(Team& team, const StepView<Real>& s,
   });
   measure_areas(team, s);
   team.barrier();
-  if (s.wall_count > 0) status.travel = useful_travel(team, s);
+  if (has_pairs(s)) status.travel = useful_travel(team, s);
   double total[1];
   team.template quick_sum<1, 1>(
       s.balloon_count,
@@ -178,11 +179,12 @@ ANGIO_HOST_DEVICE inline bool search_pairs(Team& team, const StepView<Real>& s,
   if (!has_pairs(s)) return true;
   const double begin = team.now();
   const Real reach = s.contact_range + Real(2.0 * status.travel);
-  const int count = s.balloon_count + s.wall_count;
-  double gone[2];  // of balloon and wall: the two sides of a candidate
+  const int count = contact_vertex_count(s);
+  double gone[2];  // of the balloon, and of wall and guidewire: the two sides of a candidate
   team.template most<2>(
       count,
-      [&](int v, const auto&, auto* part) {
+      [&](int i, const auto&, auto* part) {
+        const int v = contact_vertex(s, i);
         const Real far = s.gone[v] = norm(s.x[v] - s.x_candidates[v]);
         auto& side = part[v < s.balloon_count ? 0 : 1];
         side = far > side ? far : side;
@@ -196,11 +198,12 @@ ANGIO_HOST_DEVICE inline bool search_pairs(Team& team, const StepView<Real>& s,
   double total[1];
   team.template quick_sum<Team::kClusterLanes, 1>(
       count,
-      [&](int v, const auto& lanes, auto* part) {
-        part[0] += Real(search_owned(s, v, reach, known, lanes));
+      [&](int i, const auto& lanes, auto* part) {
+        part[0] += Real(search_owned(s, contact_vertex(s, i), reach, known, lanes));
       },
       total);
-  team.template for_each<Team::kClusterLanes>(count, [&](int v, const auto& lanes) {
+  team.template for_each<Team::kClusterLanes>(count, [&](int i, const auto& lanes) {
+    const int v = contact_vertex(s, i);
     list_pairs(s, v, known, Real(status.travel), lanes);
     if (lanes.rank() == 0) s.x_searched[v] = s.x[v];
   });
@@ -253,6 +256,35 @@ ANGIO_HOST_DEVICE inline void measure_gas(Team& team, const StepView<Real>& s, S
   status.pressure = pressure_at(status.law, status.volume);
 }
 
+/// Takes the rod's moves: nodes and ties by one share, that of the least room.
+/// @return volume gained [mm^3]
+template <class Real, class Team>
+ANGIO_HOST_DEVICE inline double take_rod(Team& team, const StepView<Real>& s, Real travel) {
+  const RodView<Real>& rod = s.rod;
+  const int parts = rod_part_count(rod);
+  team.template for_each<1>(parts, [&](int i, const auto&) {
+    rod.share[i] = bounded_share(s, rod_part_vertex(rod, i), rod_move(rod, i), travel);
+  });
+  team.barrier();
+  if (team.leader()) {
+    Real least = Real(1);
+    for (int i = 0; i < parts; ++i) least = rod.share[i] < least ? rod.share[i] : least;
+    rod.report->share = double(least);
+  }
+  team.barrier();
+  const Real share = Real(rod.report->share);
+  double total[1];
+  team.template sum<1, 1>(
+      parts,
+      [&](int i, const auto&, auto* part) {
+        const Vec3T<Real> move = share * rod_move(rod, i);
+        s.x[rod_part_vertex(rod, i)] += move;
+        if (i >= rod.shape.count) part[0] += dot(rod.loads[i].by_volume, move);
+      },
+      total);
+  return total[0];
+}
+
 /// Goes on with the last step's motion.
 template <class Real, class Team>
 ANGIO_HOST_DEVICE inline void foresee(Team& team, const StepView<Real>& s, const StepRules& rules,
@@ -260,6 +292,14 @@ ANGIO_HOST_DEVICE inline void foresee(Team& team, const StepView<Real>& s, const
   if (!rules.still)
     move_all(team, s, status.travel,
              [&](int v) { return Real(kForesight) * (s.x_inertial[v] - s.x_before[v]); });
+  if (!rules.still && s.rod.shape.count > 0) {
+    team.template for_each<1>(s.rod.shape.count, [&](int i, const auto&) {
+      const int v = s.rod.first + i;
+      s.rod.rows[i].force = kForesight * in_double(s.x_inertial[v] - s.x_before[v]);
+    });
+    team.barrier();
+    take_rod(team, s, Real(status.travel));
+  }
   measure_gas(team, s, status);
 }
 
@@ -298,15 +338,17 @@ ANGIO_HOST_DEVICE inline void leap(Team& team, const StepView<Real>& s, StepStat
 /// Fits the wall's slabs and its goals, and renews the contact pairs.
 template <class Real, class Team>
 ANGIO_HOST_DEVICE inline void refresh(Team& team, const StepView<Real>& s) {
-  if (s.wall_count == 0) return;
+  if (!has_pairs(s) && s.wall_count == 0) return;
   if (s.candidate_count > 0) {
-    team.template for_each<1>(s.balloon_count + s.wall_count, [&](int v, const auto&) {
+    team.template for_each<1>(contact_vertex_count(s), [&](int i, const auto&) {
+      const int v = contact_vertex(s, i);
       s.gone[v] = norm(s.x[v] - s.x_searched[v]);
     });
     team.barrier();
   }
   team.template for_each<Team::kVertexLanes>(
-      s.candidate_count > 0 ? s.balloon_count + s.wall_count : 0, [&](int v, const auto& lanes) {
+      s.candidate_count > 0 ? contact_vertex_count(s) : 0, [&](int i, const auto& lanes) {
+        const int v = contact_vertex(s, i);
         for (int p = s.owned_begin[v] + lanes.rank(); p < s.owned_end[v]; p += lanes.size())
           refresh_pair(s, p);
       });
@@ -415,6 +457,25 @@ ANGIO_HOST_DEVICE inline void sweep_balloon(Team& team, const StepView<Real>& s,
   if (law.volume > 0.0) law.slope_pressure = status.pressure;
 }
 
+/// Moves the guidewire and what is tied to it.
+template <class Real, class Team>
+ANGIO_HOST_DEVICE inline void sweep_rod(Team& team, const StepView<Real>& s, StepStatus& status,
+                                        SweepSums& sums) {
+  const Real gauge = Real(status.pressure) - s.outside_pressure;
+  team.template for_each<Team::kVertexLanes>(rod_part_count(s.rod), [&](int i, const auto& lanes) {
+    gather_rod_load(s, i, lanes, gauge);
+  });
+  team.barrier();
+  if (team.leader()) propose_rod(s);
+  team.barrier();
+  status.volume += take_rod(team, s, Real(status.travel));
+  status.pressure = pressure_at(status.law, status.volume);
+  sums.net += s.rod.report->net;
+  sums.load += s.rod.report->load;
+  sums.blocked = sums.blocked || s.rod.report->share < 1.0;
+  team.barrier();
+}
+
 template <class Real, class Team>
 ANGIO_HOST_DEVICE inline void sweep_wall(Team& team, const StepView<Real>& s, Real travel,
                                          SweepSums& sums) {
@@ -462,12 +523,14 @@ ANGIO_HOST_DEVICE inline double estimated_lag(const double (&moved)[4]) {
   return moved[0] * q / (1.0 - q);
 }
 
-/// The paper's contact after a sweep (step_paper.hpp).
+/// The paper's gas and contact after a sweep (paper_gas.hpp, step_paper.hpp).
 template <class Real, class Team>
-ANGIO_HOST_DEVICE inline void project_contact(Team& team, const StepView<Real>& s,
-                                              StepStatus& status) {
+ANGIO_HOST_DEVICE inline void project_paper(Team& team, const StepView<Real>& s,
+                                            StepStatus& status) {
+  if (!s.paper.is_on && !s.paper_gas.is_on) return;
   team.barrier();
-  if (team.leader()) project_air(s);
+  if (team.leader() && s.paper_gas.is_on) project_paper_gas(s.paper_gas, s.x);
+  if (team.leader() && s.paper.is_on) project_air(s);
   team.barrier();
   measure_gas(team, s, status);
 }
@@ -482,10 +545,10 @@ ANGIO_HOST_DEVICE inline SweepSums sweep(Team& team, const StepView<Real>& s, bo
   refresh(team, s);
   const double refreshed = team.now();
   sweep_balloon(team, s, status, sums);
+  if (s.rod.shape.count > 0) sweep_rod(team, s, status, sums);
   const double swept = team.now();
   if (wall) sweep_wall(team, s, Real(status.travel), sums);
-  if constexpr (Team::kSolids)
-    if (s.paper.is_on) project_contact(team, s, status);
+  if constexpr (Team::kSolids) project_paper(team, s, status);
   times.refresh += refreshed - begin;
   times.balloon += swept - refreshed;
   times.wall += team.now() - swept;
@@ -518,7 +581,7 @@ ANGIO_HOST_DEVICE inline bool run_sweeps(Team& team, const StepView<Real>& s,
                       report.residual < rules.residual;
     const bool rests = report.residual < rules.rest;
     if (report.sweeps >= kLeastSweeps && !sums.blocked && (near || rests)) break;
-    leap(team, s, status);
+    if (!s.paper_gas.is_on) leap(team, s, status);
   }
   return true;
 }
@@ -545,7 +608,7 @@ ANGIO_HOST_DEVICE inline void end_step(Team& team, const StepView<Real>& s,
               norm(f.force - f.friction - f.adhesion) / s.area[v];
           return;
         }
-        part[0] += f.touching ? Real(1) : Real(0);
+        part[0] += f.touching_wall ? Real(1) : Real(0);
         if (v >= last_of_balloon(s)) return;
         part[1] += s.moves[v].friction;
         part[2] += s.moves[v].adhesion;

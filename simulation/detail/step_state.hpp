@@ -8,6 +8,8 @@
 #include "simulation/detail/distance.hpp"
 #include "simulation/detail/membrane.hpp"
 #include "simulation/detail/paper_contact.hpp"
+#include "simulation/detail/paper_gas.hpp"
+#include "simulation/detail/rod.hpp"
 #include "simulation/detail/shape_matching.hpp"
 #include "simulation/detail/solid_column.hpp"
 
@@ -21,26 +23,30 @@ struct CornerLink {
   int next = 0, last = 0;
 };
 
-/// A vertex and a triangle, or two edges, that face each other and may come near.
+/// A vertex and a triangle, or two edges, that face each other and may come near. A triangle whose
+/// last two corners are one vertex is a segment of the guidewire.
 struct Candidate {
   int vertex[4]{};  ///< vertex, triangle; or edge, edge
   bool edges = false;
+  bool inner = false;  ///< of the balloon and the shaft inside it
+  float radius = 0;    ///< of the shaft there [mm]: it is taken off the gap
 };
 
 /// A candidate that is near, and since when.
 template <class Real>
 struct NearPair {
-  int vertex[4]{};  ///< as in Candidate
-  bool edges = false;
-  Real area{};          ///< that it stands for [mm^2]
-  Vec3T<Real> normal;   ///< at the search: unit, from side b to side a
+  int vertex[4]{};                    ///< as in Candidate
+  bool edges = false, inner = false;  ///< as in Candidate
+  Real radius{};                      ///< as in Candidate
+  Real area{};                        ///< that it stands for [mm^2]
+  Vec3T<Real> normal;                 ///< at the search: unit, from side b to side a
   Real limit[4]{};      ///< how far each vertex may go against its side of the normal [mm]
-  Real gap_searched{};  ///< at the search [mm]
+  Real gap_searched{};  ///< at the search, less the radius [mm]
   // Below: at the last refresh.
   GapWeights<Real> weights;
   Vec3T<Real> direction;  ///< unit gap direction
   Real weight{};          ///< area, faded out for parallel edges; 0: out of contact
-  Real gap{};             ///< or, where nothing can act, a bound of it [mm]
+  Real gap{};             ///< less the radius; or, where nothing can act, a bound of it [mm]
   Real film{};            ///< area of the film that holds vertex and triangle together [mm^2]
 };
 
@@ -65,6 +71,47 @@ struct Move {
   bool taut = true;
 };
 
+/// A vertex of the balloon that is tied to the shaft, between the rod's nodes `node` and the next:
+/// it moves by (1 - share) and share of theirs.
+struct RodTie {
+  int vertex = 0, node = 0;
+  double share = 0.0;
+};
+
+/// What acts on a rod's node or on a tied vertex, apart from the rod itself.
+template <class Real>
+struct RodLoad {
+  Vec3T<Real> force;      ///< [uN]
+  Mat3T<Real> hessian;    ///< [uN/mm]
+  Vec3T<Real> by_volume;  ///< of a tied vertex [mm^2]
+  Real magnitude{};       ///< [uN]
+};
+
+/// What a step tells the team of its rod.
+struct RodReport {
+  double net = 0.0, load = 0.0;  ///< squared [uN^2]
+  double share = 1.0;            ///< of the moves that the bounds let it take
+};
+
+/// The guidewire: vertices `first` to `first + shape.count` of the step, moved all at once
+/// (step_rod.hpp). Its own arithmetic is in double precision: it is far stiffer than the balloon.
+template <class Real>
+struct RodView {
+  int first = 0;
+  RodShape<double> shape;  ///< without nodes: no guidewire
+  RodSection<double> section;
+  const char* held = nullptr;  ///< [node]
+  int tie_count = 0;
+  const RodTie* ties = nullptr;
+  // Work space of a sweep
+  RodLoad<Real>* loads = nullptr;  ///< [node, then tie]
+  Vec3T<double>* x = nullptr;      ///< [2][node]
+  RodRow<double>* external = nullptr;
+  RodRow<double>* rows = nullptr;  ///< `force` ends as the move of a node [mm]
+  Real* share = nullptr;           ///< [node, then tie]
+  RodReport* report = nullptr;
+};
+
 /// Pointers into the scene and the state of a step; see there for units and shapes. Positions are
 /// relative to the scene's origin.
 template <class Real>
@@ -85,6 +132,7 @@ struct StepView {
   Friction<Real> friction;
   Adhesion<Real> adhesion;
   PaperContact<Real> paper;
+  PaperGas<Real> paper_gas;
   SkinLaw<Real> skin;
   MooneyRivlin<Real> folds;
   // Scene
@@ -121,6 +169,7 @@ struct StepView {
   int wedge_count = 0;
   SolidPoint<Real>* solid_points = nullptr;  // those of `solid`
   Real* solid_plastic_strain = nullptr;      // [point]
+  RodView<Real> rod;
   // State
   Vec* x = nullptr;  // [vertex]
   Vec* velocity = nullptr;
@@ -169,6 +218,7 @@ struct VertexForces {
   Real contact{};        // sum of normal forces [uN]
   Real magnitude{};      // sum of the lengths of the forces [uN]
   bool touching = false;
+  bool touching_wall = false;
   bool taut = true;  // the skin all around
 };
 

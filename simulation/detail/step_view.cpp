@@ -82,14 +82,37 @@ PaperTets paper_tets(const Scene& scene, const SimulationOptions& options,
   return result;
 }
 
+PaperGasTets paper_gas_tets(const Scene& scene) {
+  if (scene.guidewire.empty())
+    throw InputError(
+        "simulation.gas_model per_tet needs a guidewire in the balloon, and there is none. Run the "
+        "stage meshing again, or use simulation.gas_model = enclosed");
+  PaperGasTets tets;
+  tets.whole = balloon_volume(scene, scene.start);
+  for (const Triangle& t : scene.balloon_triangles) {
+    const Vec3 &a = scene.start[std::size_t(t[0])], &b = scene.start[std::size_t(t[1])],
+               &c = scene.start[std::size_t(t[2])];
+    const Vec3 middle = (a + b + c) / 3.0;
+    const Vec3 apex = *std::min_element(
+        scene.guidewire.begin(), scene.guidewire.end(),
+        [&](const Vec3& p, const Vec3& q) { return distance(p, middle) < distance(q, middle); });
+    const double volume = tet_volume(apex, a, b, c);
+    if (!(volume > 1e-9 * tets.whole)) continue;
+    tets.apex.push_back(apex);
+    tets.triangles.insert(tets.triangles.end(), t.begin(), t.end());
+    tets.volume.push_back(volume);
+  }
+  return tets;
+}
+
 StepRules make_rules(const Scene& scene, const SimulationOptions& options) {
   constexpr int kMostSweeps = 120;
-  constexpr int kPaperSweeps = 20;  // the paper's contact never balances: a count, no tolerance
+  constexpr int kPaperSweeps = 20;  // what the paper projects never balances: a count, no tolerance
   constexpr int kMostFactor = 6;    // up to this many times the number asked for
   StepRules rules;
   rules.least_sweeps = options.sweeps;
   rules.most_sweeps = options.sweeps > 0 ? kMostFactor * options.sweeps : kMostSweeps;
-  if (options.contact_model == ContactModel::paper)
+  if (options.contact_model == ContactModel::paper || options.gas_model == GasModel::per_tet)
     rules.least_sweeps = rules.most_sweeps = options.sweeps > 0 ? options.sweeps : kPaperSweeps;
   rules.tolerance = options.tolerance;
   // Of a cylinder of the balloon's volume and length.
@@ -108,7 +131,13 @@ CandidateSet CandidateFinder::find(const std::vector<Vec3>& x, int lasted) {
   first_ = false;
   // A search reaches 2 x 2 contact distances beyond the range at most (useful_travel).
   const double reach = range_ + (4.0 + 2.0 * slack_) * distance_;
-  return index_candidates(x, search(x, reach), reach);
+  std::vector<Candidate> candidates;
+  if (of_wall_) candidates = search(x, reach);
+  if (scene_.rod.count > 0) {
+    add_rod_candidates(scene_, x, distance_, reach, candidates);
+    sort_candidates(candidates);
+  }
+  return index_candidates(x, std::move(candidates), reach);
 }
 
 std::vector<Candidate> CandidateFinder::search(const std::vector<Vec3>& x, double reach) {

@@ -245,6 +245,27 @@ void add_solid_view(const Scene& scene, Memory& memory, StepView<Real>& view) {
       memory.store(converted_all<Real>(std::vector<double>(outer, model.foundation.end())));
 }
 
+/// The guidewire, if there is one.
+template <class Real, class Memory>
+void add_rod_view(const Scene& scene, Memory& memory, StepView<Real>& view) {
+  const SceneRod& rod = scene.rod;
+  if (rod.count == 0) return;
+  const auto count = std::size_t(rod.count), parts = count + rod.ties.size();
+  RodView<Real>& out = view.rod;
+  out.first = rod.first;
+  out.shape = {rod.count, memory.store(rod.rest), memory.store(rod.bend)};
+  out.section = rod.section;
+  out.held = memory.store(rod.held);
+  out.tie_count = int(rod.ties.size());
+  out.ties = memory.store(rod.ties);
+  out.loads = memory.template allocate<RodLoad<Real>>(parts);
+  out.x = memory.template allocate<Vec3>(2 * count);
+  out.external = memory.template allocate<RodRow<double>>(count);
+  out.rows = memory.template allocate<RodRow<double>>(count);
+  out.share = memory.template allocate<Real>(parts);
+  out.report = memory.template allocate<RodReport>(1);
+}
+
 /// The gap beyond which nothing acts between two surfaces [mm].
 inline double contact_range(const SimulationOptions& options) {
   return options.adhesion_traction_kpa > 0.0
@@ -264,6 +285,36 @@ struct PaperTets {
 /// @throws InputError if there are none
 PaperTets paper_tets(const Scene& scene, const SimulationOptions& options,
                      const std::vector<Tet>& air);
+
+/// The tets of the paper's gas: each triangle of the balloon with the guidewire's nearest node.
+/// Those that enclose nothing at the start, at the ends, get no gas.
+struct PaperGasTets {
+  std::vector<Vec3> apex;      ///< [mm], shape [tet]
+  std::vector<int> triangles;  ///< three vertices a tet
+  std::vector<double> volume;  ///< at the start [mm^3], > 0
+  double whole = 0.0;          ///< what the balloon encloses then [mm^3]
+};
+
+/// @throws InputError if there is no guidewire
+PaperGasTets paper_gas_tets(const Scene& scene);
+
+/// The paper's gas. @return the tets' targets [mm^3], for the solver to set
+template <class Real, class Memory>
+Real* add_paper_gas_view(const Scene& scene, const PaperGasTets& tets, Memory& memory,
+                         StepView<Real>& view) {
+  PaperGas<Real>& gas = view.paper_gas;
+  gas.is_on = true;
+  gas.tet_count = int(tets.volume.size());
+  gas.apex = memory.store(local<Real>(scene, tets.apex));
+  gas.triangles = memory.store(tets.triangles);
+  std::vector<Real> inverse_mass;
+  for (std::size_t v = 0; v < scene.mass.size(); ++v)
+    inverse_mass.push_back(scene.fixed[v] ? Real(0) : Real(1.0 / scene.mass[v]));
+  gas.inverse_mass = memory.store(inverse_mass);
+  Real* target = memory.store(converted_all<Real>(tets.volume));
+  gas.target = target;
+  return target;
+}
 
 /// The paper's contact: the air tets between the surfaces, balloon vertices first.
 template <class Real, class Memory>
@@ -327,6 +378,7 @@ StepView<Real> make_view(const Scene& scene, const SimulationOptions& options, M
   view.mass = memory.store(converted_all<Real>(scene.mass));
   view.vertex_count = scene.vertex_count();
   if (scene.solid.levels > 0) add_solid_view(scene, memory, view);
+  add_rod_view(scene, memory, view);
   return view;
 }
 
@@ -346,6 +398,7 @@ class CandidateFinder {
       : scene_(scene),
         distance_(options.contact_distance_mm),
         range_(contact_range(options)),
+        of_wall_(options.contact_model == ContactModel::barrier),
         frames_(frames) {}
 
   /// @param lasted  frames that were begun with the last set
@@ -362,6 +415,7 @@ class CandidateFinder {
   const Scene& scene_;
   AdaptiveAir* air_ = nullptr;
   double distance_, range_, slack_ = 4.0;
+  bool of_wall_;  // else only the guidewire's: the paper's contact has none
   int frames_;
   bool first_ = true;
 };
