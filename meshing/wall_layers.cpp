@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <limits>
 #include <numeric>
 
@@ -170,18 +171,28 @@ void make_sound(WallLayers& wall, const TriangleMesh& lumen) {
 /// Tells where the wall is thinner than wanted.
 void warn_of_limits(WallLayers& wall, const std::vector<WallColumn>& columns) {
   const auto count = std::size_t(wall.lumen_vertex_count);
-  std::size_t limited = 0;
+  std::size_t limited = 0, worst = 0;
+  double least_share = 1.0;
   for (std::size_t v = 0; v < count; ++v) {
     const WallColumn& column = columns[v];
     const double wanted = column.plaque + column.thickness + column.missing;
     const Vec3& outside = wall.vertices[std::size_t(wall.element_layer_count) * count + v];
-    if (distance(wall.vertices[v], outside) < kLimitedShare * wanted) ++limited;
+    const double share = distance(wall.vertices[v], outside) / wanted;
+    if (share < kLimitedShare) ++limited;
+    if (share >= least_share) continue;
+    least_share = share;
+    worst = v;
   }
-  if (limited > 0)
-    wall.warnings.push_back("the wall is more than a tenth thinner than wanted around " +
-                            share_of(limited, count) +
-                            " of the lumen's vertices (there is no room for it in creases between "
-                            "branches and sharp bends)");
+  if (limited == 0) return;
+  const Vec3& place = wall.vertices[worst];
+  char where[100];
+  std::snprintf(where, sizeof where, ", least around %.1f %.1f %.1f mm, where it has %.0f %% of it",
+                place.x, place.y, place.z, 100.0 * least_share);
+  wall.warnings.push_back("the wall is more than a tenth thinner than wanted around " +
+                          share_of(limited, count) +
+                          " of the lumen's vertices (there is no room for it in creases between "
+                          "branches and sharp bends)" +
+                          where);
 }
 
 }  // namespace

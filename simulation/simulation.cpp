@@ -233,6 +233,7 @@ class Run {
       progress_.report(double(frame + 1) / inflator.frame_count(), name(output.phase));
     });
     summary.mean_sweeps /= std::max(1, summary.frame_count - 1);
+    summary.warnings = scene_.solid.warnings;
     add_warnings(options_, slow_frames, summary);
     return summary;
   }

@@ -12,12 +12,6 @@ using namespace detail;
 
 constexpr double kPaPerKpa = 1e3;
 
-// The law with which a region behaves while it is found where the wall is seen.
-Mat3 axial_stretch(const Vec3& axial, double stretch) {
-  const double across = 1.0 / std::sqrt(stretch);
-  return across * Mat3::identity() + (stretch - across) * outer(axial, axial);
-}
-
 // Newton's method for the balance under a pressure [Pa]; x is moved.
 NewtonResult balance(const LayeredWall& wall, const SolidModel& model, double pressure,
                      std::vector<Vec3>& x) {
@@ -38,22 +32,6 @@ double largest_distance(const std::vector<Vec3>& a, const std::vector<Vec3>& b) 
   return most;
 }
 
-// F0 <- dx/dX F0 with one dilatation per wedge, as its energy sees it.
-void gather_prestress(const SolidModel& model, const std::vector<Vec3>& x,
-                      const std::vector<Vec3>& mesh, std::vector<Mat3>& prestress) {
-  for (std::size_t w = 0; w < model.region.size(); ++w) {
-    const std::array<Vec3, 6> now = corners_of(model, static_cast<int>(w), x);
-    const std::array<Vec3, 6> seen = corners_of(model, static_cast<int>(w), mesh);
-    const double ratio = wedge_volume(now.data()) / wedge_volume(seen.data());
-    for (std::size_t q = 0; q < kWedgePoints; ++q) {
-      Mat3& f0 = prestress[kWedgePoints * w + q];
-      const double volume = ratio * determinant(f0);
-      f0 = solid::deformation(model.mesh_points[kWedgePoints * w + q], now.data()) * f0;
-      f0 = std::cbrt(volume / determinant(f0)) * f0;
-    }
-  }
-}
-
 }  // namespace
 
 WallState unloaded_state(const LayeredWall& wall) {
@@ -63,33 +41,6 @@ WallState unloaded_state(const LayeredWall& wall) {
   state.plastic = state.prestress;
   state.plastic_strain.assign(state.plastic.size(), 0.0);
   return state;
-}
-
-WallSolution prestress_wall(const LayeredWall& wall, const WallOptions& options) {
-  constexpr int kSteps = 5, kMostRounds = 60;
-  constexpr double kClose = 1e-4;  // [mm]
-  options.validate();
-  check_wall(wall, options);
-  SolidModel model = make_solid_model(wall, options);
-  WallSolution out;
-  out.state = unloaded_state(wall);
-  for (std::size_t p = 0; p < out.state.prestress.size(); ++p)
-    out.state.prestress[p] = axial_stretch(wall.axial[p / kWedgePoints], options.axial_stretch);
-  for (int round = 1; round <= kMostRounds; ++round) {
-    const double share = std::min(1.0, static_cast<double>(round) / kSteps);
-    set_memory(out.state, model);
-    std::vector<Vec3> x = wall.vertices;
-    const NewtonResult result =
-        balance(wall, model, share * kPaPerKpa * options.blood_pressure_kpa, x);
-    out.iterations += result.iterations;
-    out.residual = result.residual;
-    out.displacement_mm = largest_distance(x, wall.vertices);
-    out.state.vertices = std::move(x);
-    out.converged = result.converged && share == 1.0 && out.displacement_mm <= kClose;
-    if (!result.converged || out.converged) break;
-    gather_prestress(model, out.state.vertices, wall.vertices, out.state.prestress);
-  }
-  return out;
 }
 
 WallSolution solve_wall(const LayeredWall& wall, const WallOptions& options, const WallState& start,

@@ -83,6 +83,8 @@ struct WallSolution {
   WallState state;
   /// Of the shape from the wall's vertices, the largest [mm].
   double displacement_mm = 0.0;
+  Vec3 place;             ///< of the vertex that has it, in the mesh's shape (prestress_wall only)
+  double load = 1.0;      ///< share of the pressure that was reached (prestress_wall only)
   double residual = 0.0;  ///< unbalanced force over the forces that balance
   int iterations = 0;     ///< of Newton's method, all in all
   bool converged = false;
@@ -96,7 +98,8 @@ void check_wall(const LayeredWall& wall, const WallOptions& options);
 WallState unloaded_state(const LayeredWall& wall);
 
 /// Finds the stresses with which the wall is in balance in the shape of the mesh, under the blood
-/// pressure and the axial stretch.
+/// pressure and the axial stretch, without the surrounding tissue's help and nowhere above the
+/// yield stress. It has converged if the wall leaves that shape by no more than 0.01 mm.
 WallSolution prestress_wall(const LayeredWall& wall, const WallOptions& options);
 
 /// The balance under another pressure in the lumen, from a state.

@@ -1,9 +1,10 @@
 #include "simulation/detail/newton.hpp"
 
-#include <Eigen/SparseCholesky>
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+
+#include "simulation/detail/sparse_ldlt.hpp"
 
 namespace angio::simulation::detail {
 
@@ -17,7 +18,7 @@ class NewtonSystem {
                 double pressure, bool clamp);
   // LDL^T of the matrix + shift * its mean diagonal.
   // @return the number of negative eigenvalues; -1 where the factorisation broke down
-  int factorize(double shift);
+  int factorize(double shift) { return solver_.factorize(matrix_, shift * mean_diagonal()); }
 
   [[nodiscard]] Eigen::VectorXd solve(const Eigen::VectorXd& right) const {
     return solver_.solve(right);
@@ -38,8 +39,8 @@ class NewtonSystem {
   [[nodiscard]] double mean_diagonal() const;  // [uN/mm]
   [[nodiscard]] Eigen::VectorXd free_part(const std::vector<Vec3>& a) const;
   [[nodiscard]] int unknown(int v, int axis) const { return unknown_[std::size_t(3 * v + axis)]; }
-  // Row and column in the lower triangle of entry (r, c) of a block; row -1: it has no place.
-  [[nodiscard]] std::pair<int, int> place(const Assembly::Block& block, int r, int c) const;
+  // Row and column in the lower triangle of entry (r, c) of block (i, j); row -1: it has no place.
+  [[nodiscard]] std::pair<int, int> place(int i, int j, int r, int c) const;
 
   const Enclosure& enclosure_;
   std::vector<int> unknown_;  // of each vertex and axis; -1: it does not move
@@ -49,7 +50,7 @@ class NewtonSystem {
   std::vector<int> slots_;                    // 9 a block, into the matrix's values
   std::vector<int> diagonal_slots_;
   Eigen::SparseMatrix<double> matrix_;
-  Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>, Eigen::Lower> solver_;
+  SparseLdlt solver_;
 };
 
 namespace {
@@ -166,9 +167,9 @@ void NewtonSystem::add_volume(const std::vector<Vec3>& x, double pressure) {
   volume_slope = free_part(slope);
 }
 
-std::pair<int, int> NewtonSystem::place(const Assembly::Block& block, int r, int c) const {
-  const int row = unknown(block.i, r), column = unknown(block.j, c);
-  if (row < 0 || column < 0 || (block.i == block.j && r < c)) return {-1, -1};
+std::pair<int, int> NewtonSystem::place(int i, int j, int r, int c) const {
+  const int row = unknown(i, r), column = unknown(j, c);
+  if (row < 0 || column < 0 || (i == j && r < c)) return {-1, -1};
   return {std::max(row, column), std::min(row, column)};
 }
 
@@ -182,33 +183,39 @@ void NewtonSystem::find_pattern() {
   };
   if (!pattern_.empty() && same()) return;
   pattern_.clear();
+  for (const auto& block : blocks) pattern_.emplace_back(block.i, block.j);
+  std::vector<std::pair<int, int>> pairs;
+  for (const auto& [i, j] : pattern_) pairs.emplace_back(std::minmax(i, j));
+  const auto sort_out = [](std::vector<std::pair<int, int>>& list) {
+    std::sort(list.begin(), list.end());
+    list.erase(std::unique(list.begin(), list.end()), list.end());
+  };
+  sort_out(pairs);
   std::vector<std::pair<int, int>> entries;  // column, row
   for (int u = 0; u < unknown_count_; ++u) entries.emplace_back(u, u);
-  for (const auto& block : blocks) {
-    pattern_.emplace_back(block.i, block.j);
+  for (const auto& [i, j] : pairs)
     for (int k = 0; k < 9; ++k)
-      if (const auto [row, column] = place(block, k / 3, k % 3); row >= 0)
+      if (const auto [row, column] = place(i, j, k / 3, k % 3); row >= 0)
         entries.emplace_back(column, row);
-  }
-  std::sort(entries.begin(), entries.end());
-  entries.erase(std::unique(entries.begin(), entries.end()), entries.end());
+  sort_out(entries);
   std::vector<Eigen::Triplet<double>> triplets;
   triplets.reserve(entries.size());
   for (const auto& [column, row] : entries) triplets.emplace_back(row, column, 1.0);
   matrix_.resize(unknown_count_, unknown_count_);
-  matrix_.setFromTriplets(triplets.begin(), triplets.end());  // in the order of `entries`
+  matrix_.setFromTriplets(triplets.begin(), triplets.end());
   const auto slot = [&](int row, int column) {
-    return int(std::lower_bound(entries.begin(), entries.end(), std::pair(column, row)) -
-               entries.begin());
+    const int* rows = matrix_.innerIndexPtr();
+    const int* begin = matrix_.outerIndexPtr() + column;
+    return int(std::lower_bound(rows + begin[0], rows + begin[1], row) - rows);
   };
   slots_.assign(9 * blocks.size(), -1);
   for (std::size_t b = 0; b < blocks.size(); ++b)
     for (int k = 0; k < 9; ++k)
-      if (const auto [row, column] = place(blocks[b], k / 3, k % 3); row >= 0)
+      if (const auto [row, column] = place(blocks[b].i, blocks[b].j, k / 3, k % 3); row >= 0)
         slots_[9 * b + std::size_t(k)] = slot(row, column);
   diagonal_slots_.clear();
   for (int u = 0; u < unknown_count_; ++u) diagonal_slots_.push_back(slot(u, u));
-  solver_.analyzePattern(matrix_);
+  solver_.analyze(matrix_);
 }
 
 void NewtonSystem::fill_matrix() {
@@ -219,19 +226,6 @@ void NewtonSystem::fill_matrix() {
     for (int k = 0; k < 9; ++k)
       if (const int s = slots_[9 * b + std::size_t(k)]; s >= 0)
         values[s] += blocks[b].value(k / 3, k % 3);
-}
-
-int NewtonSystem::factorize(double shift) {
-  solver_.setShift(shift * mean_diagonal());
-  solver_.factorize(matrix_);
-  if (solver_.info() != Eigen::Success) return -1;
-  int negative = 0;
-  for (Eigen::Index i = 0; i < solver_.vectorD().size(); ++i) {
-    const double d = solver_.vectorD()(i);
-    if (!std::isfinite(d) || d == 0.0) return -1;
-    negative += d < 0.0 ? 1 : 0;
-  }
-  return negative;
 }
 
 namespace {
@@ -247,11 +241,13 @@ class Newton {
     NewtonResult result;
     pressure_ = enclosure_.control == Enclosure::Control::pressure ? enclosure_.target
                                                                    : enclosure_.pressure_start;
+    double enough = options_.tolerance;
     for (;; ++result.iterations) {
       set_gas_pressure(enclosed(enclosure_.triangles, x));
       system_.assemble(terms_, x, pressure_, false);
       result.residual = residual();
-      result.converged = result.residual <= options_.tolerance;
+      if (result.iterations == 0) enough = std::max(enough, options_.reduction * result.residual);
+      result.converged = result.residual <= enough;
       if (result.converged || result.iterations >= options_.most_iterations) break;
       if (!find_step(x) || !move(x)) break;
     }

@@ -71,6 +71,7 @@ struct NewtonOptions {
   int most_iterations = 100;
   /// Of the unbalanced force, relative to the forces that balance (NewtonResult::residual).
   double tolerance = 1e-9;
+  double reduction = 0.0;  ///< or relative to what that was at the start
   /// The longest move of a vertex in one iteration [mm], > 0.
   double longest_move = std::numeric_limits<double>::infinity();
 };

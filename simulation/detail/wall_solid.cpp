@@ -1,6 +1,7 @@
 #include "simulation/detail/wall_solid.hpp"
 
 #include <algorithm>
+#include <cstdio>
 #include <string>
 
 #include "core/error.hpp"
@@ -63,6 +64,25 @@ void set_columns(int columns, WallSolid& solid) {
   }
 }
 
+// Without a balance there is no wall; one that is not quite the shape that was seen is told.
+void check_balance(const WallSolution& seen, std::vector<std::string>& warnings) {
+  if (seen.converged) return;
+  char text[300];
+  if (seen.load < 1.0) {
+    std::snprintf(text, sizeof text,
+                  "the layered wall carries no more than %.0f %% of its blood pressure (it gives "
+                  "way around %.1f %.1f %.1f mm: a layer is too thin or too soft there). Make the "
+                  "wall thicker (wall.thickness_ratio) or its materials stiffer",
+                  100.0 * seen.load, seen.place.x, seen.place.y, seen.place.z);
+    throw InputError(text);
+  }
+  std::snprintf(text, sizeof text,
+                "the layered wall leaves the shape that was seen by up to %.3f mm under its blood "
+                "pressure, around %.1f %.1f %.1f mm",
+                seen.displacement_mm, seen.place.x, seen.place.y, seen.place.z);
+  warnings.emplace_back(text);
+}
+
 }  // namespace
 
 std::vector<std::array<int, 2>> patch_partners(const LayeredWall& wall) {
@@ -101,10 +121,7 @@ WallSolid make_wall_solid(const LayeredWall& wall, const std::vector<int>& order
     }
   solid.wall = renumbered(wall, new_vertex);
   const WallSolution seen = prestress_wall(solid.wall, options);
-  if (!seen.converged)
-    throw InputError(
-        "the layered wall found no balance under its blood pressure (a layer is too thin or too "
-        "soft there). Make the wall thicker or its materials stiffer");
+  check_balance(seen, solid.warnings);
   solid.seen = seen.state;
   solid.seen.vertices = solid.wall.vertices;
   solid.model = make_solid_model(solid.wall, options);

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <string>
 #include <vector>
 
 #include "simulation/detail/solid_column.hpp"
@@ -17,6 +18,7 @@ struct WallSolid {
   std::vector<int> patch_begin, patches;  ///< as SolidColumns
   std::vector<int> caller_vertex;         ///< of a vertex, in the caller's numbering
   double blood_pressure = 0.0;            ///< [Pa]
+  std::vector<std::string> warnings;
 };
 
 /// Pairs of columns that share a patch: they may not be moved at the same time.

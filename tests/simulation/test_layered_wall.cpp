@@ -172,7 +172,19 @@ TEST(ThickTube, FiberReinforcedWidensAsTheIntegralAlongTheRadiusInThreeLayers) {
     }
 }
 
-// A tube as seen under blood pressure: even, narrowed to one side, or crooked.
+// Bends a tube along z to an arc.
+void bend(double radius, LayeredWall& wall) {
+  for (Vec3& p : wall.vertices) {
+    const double angle = p.z / radius, out = radius + p.x;
+    p = {out * std::cos(angle) - radius, p.y, out * std::sin(angle)};
+  }
+  for (std::size_t w = 0; w < wall.wedges.size(); ++w) {
+    const Vec3 p = wall.vertices[static_cast<std::size_t>(wall.wedges[w][0])] + Vec3{radius, 0, 0};
+    wall.axial[w] = normalized(Vec3{-p.z, 0, p.x});
+  }
+}
+
+// A tube as seen under blood pressure: even, narrowed to one side, crooked, or bent.
 LayeredWall seen_tube(const std::string& kind) {
   TubeWall shape = round_tube(1.2, 1.75, 20, 10, 4.0);
   shape.rim = kind == "even" ? char(8) : char(1);
@@ -194,6 +206,7 @@ LayeredWall seen_tube(const std::string& kind) {
       const double z = wall.vertices[static_cast<std::size_t>(wall.wedges[w][0])].z;
       if (wall.layer[w] == 0 && std::abs(z - 2.0) < 1.0) wall.region[w] = WallRegion::plaque;
     }
+  if (kind == "bent") bend(5.0, wall);
   return wall;
 }
 
@@ -220,7 +233,7 @@ TEST_P(Prestress, KeepsTheShapeThatWasSeenUnderBloodPressure) {
   EXPECT_GT(mean_radius(wall.lumen_triangles, full.state.vertices), inner + 0.01);
 }
 
-INSTANTIATE_TEST_SUITE_P(Tubes, Prestress, ::testing::Values("even", "stenosed", "crooked"),
+INSTANTIATE_TEST_SUITE_P(Tubes, Prestress, ::testing::Values("even", "stenosed", "crooked", "bent"),
                          [](const auto& test) { return std::string(test.param); });
 
 TEST(PrestressedTube, ReturnsToTheShapeFromWhichItWasLoaded) {
@@ -254,6 +267,23 @@ TEST(PrestressedTube, CarriesThePressureByItsCircumferentialStress) {
   const double total = 0.27 + 0.36 + 0.40;
   const double force = 0.55 * (0.27 * sum[0] + 0.36 * sum[1] + 0.40 * sum[2]) / total;
   EXPECT_NEAR(force, options.blood_pressure_kpa * 1.2, 0.01 * options.blood_pressure_kpa * 1.2);
+}
+
+TEST(PrestressedTube, IsNowhereAboveItsYieldStress) {
+  const LayeredWall wall = seen_tube("stenosed");
+  WallOptions options;
+  options.materials[0].yield_kpa = options.materials[3].yield_kpa = 70.0;
+  const WallSolution elastic = prestress_wall(wall, WallOptions{});
+  const WallSolution seen = prestress_wall(wall, options);
+  ASSERT_TRUE(elastic.converged && seen.converged);
+  const auto most = [&](const WallSolution& s) {
+    double stress = 0.0;
+    for (const WallStress& w : wall_fields(wall, options, s.state).wedges)
+      stress = std::max(stress, w.von_mises_kpa);
+    return stress;
+  };
+  EXPECT_GT(most(elastic), 80.0);
+  EXPECT_LT(most(seen), 1.05 * 70.0);  // at rest to 0.001 mm
 }
 
 TEST(WallFlow, WidensAYieldingTubeAsTheElasticPlasticSolution) {

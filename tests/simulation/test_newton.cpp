@@ -1,8 +1,11 @@
 #include <gtest/gtest.h>
 
+#include <Eigen/Dense>
 #include <cmath>
+#include <random>
 
 #include "simulation/detail/newton.hpp"
+#include "simulation/detail/sparse_ldlt.hpp"
 #include "tests/simulation/spheres.hpp"
 
 namespace angio::simulation::detail {
@@ -148,6 +151,51 @@ TEST(Newton, InertiaMakesImplicitEulerSteps) {
   const auto result = minimize({&spring, &inertia}, {kFixedAll, 0}, x, {});
   EXPECT_TRUE(result.converged);
   EXPECT_NEAR(x[1].x - 1.0, (u + dt * v) / (1.0 + k * dt * dt / m), 1e-9);
+}
+
+// A grid of points with three unknowns each, joined to their neighbours.
+Eigen::SparseMatrix<double> grid_matrix(int side, double diagonal) {
+  std::mt19937 random(5u);
+  std::uniform_real_distribution<double> u(-1.0, 1.0);
+  std::vector<Eigen::Triplet<double>> entries;
+  for (int i = 0; i < 3 * side * side; ++i)
+    for (int j = 0; j <= i; ++j) {
+      const int a = i / 3, b = j / 3;
+      if (std::abs(a / side - b / side) <= 1 && std::abs(a % side - b % side) <= 1)
+        entries.emplace_back(i, j, i == j ? diagonal + u(random) : u(random));
+    }
+  Eigen::SparseMatrix<double> lower(3 * side * side, 3 * side * side);
+  lower.setFromTriplets(entries.begin(), entries.end());
+  return lower;
+}
+
+TEST(SparseLdlt, SolvesAndCountsTheNegativeEigenvalues) {
+  for (const double diagonal : {0.3, 2.0, 30.0}) {
+    const Eigen::SparseMatrix<double> lower = grid_matrix(9, diagonal);
+    const Eigen::SparseMatrix<double> both = lower.selfadjointView<Eigen::Lower>();
+    const Eigen::MatrixXd whole(both);
+    SparseLdlt ldlt;
+    ldlt.analyze(lower);
+    for (const double shift : {0.0, 1.5}) {
+      const Eigen::MatrixXd shifted =
+          whole + shift * Eigen::MatrixXd::Identity(whole.rows(), whole.cols());
+      const Eigen::VectorXd eigenvalues =
+          Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(shifted).eigenvalues();
+      EXPECT_EQ(ldlt.factorize(lower, shift), (eigenvalues.array() < 0.0).count());
+      const Eigen::VectorXd x = Eigen::VectorXd::LinSpaced(whole.rows(), -1.0, 2.0);
+      EXPECT_LT((ldlt.solve(shifted * x) - x).norm(), 1e-8 * x.norm()) << diagonal << " " << shift;
+    }
+  }
+}
+
+TEST(SparseLdlt, TellsThatAPivotIsZero) {
+  Eigen::SparseMatrix<double> lower(2, 2);
+  lower.insert(0, 0) = 0.0;
+  lower.insert(1, 0) = 1.0;
+  lower.insert(1, 1) = 0.0;
+  SparseLdlt ldlt;
+  ldlt.analyze(lower);
+  EXPECT_EQ(ldlt.factorize(lower, 0.0), -1);
 }
 
 TEST(Newton, ReportsThatItDidNotConverge) {
