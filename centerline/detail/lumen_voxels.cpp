@@ -89,7 +89,21 @@ bool inside_half_way(const Volume<float>& level_set, const Index& at, const Inde
   return sum < 0.0;
 }
 
+/// Whether a voxel and its 26 neighbours are inside: then so is all that lies between them.
+bool is_deep(const Volume<float>& level_set, const Index& at) {
+  for (std::size_t axis = 0; axis < 3; ++axis)
+    if (at[axis] < 1 || at[axis] + 1 >= level_set.geometry.size[axis]) return false;
+  for (int k = at[2] - 1; k <= at[2] + 1; ++k)
+    for (int j = at[1] - 1; j <= at[1] + 1; ++j) {
+      const float* row = &level_set.at(at[0] - 1, j, k);
+      if (!(row[0] < 0.0F && row[1] < 0.0F && row[2] < 0.0F)) return false;
+    }
+  return true;
+}
+
 std::uint32_t find_links(const Volume<float>& level_set, const Index& at) {
+  constexpr std::uint32_t kAll = (1U << kNeighborCount) - 1U;
+  if (is_deep(level_set, at)) return kAll;
   std::uint32_t bits = 0;
   for (int n = 0; n < kNeighborCount; ++n) {
     const auto& o = neighbor_offsets()[std::size_t(n)];
@@ -236,10 +250,13 @@ void find_depth(const Volume<float>& level_set, LumenVoxels& lumen) {
     const auto [d, v] = queue.top();
     queue.pop();
     if (d > depth[std::size_t(v)]) continue;
+    const auto at = lumen.index(v);
     for (int n = 0; n < kNeighborCount; ++n) {
       const int w = lumen.neighbor(v, n);
       if (w < 0) continue;
-      const double candidate = distance(local(w), wall[std::size_t(v)]);
+      const auto& o = neighbor_offsets()[std::size_t(n)];
+      const Vec3 place{(at[0] + o[0]) * h.x, (at[1] + o[1]) * h.y, (at[2] + o[2]) * h.z};
+      const double candidate = distance(place, wall[std::size_t(v)]);
       if (candidate >= depth[std::size_t(w)]) continue;
       depth[std::size_t(w)] = candidate;
       wall[std::size_t(w)] = wall[std::size_t(v)];
