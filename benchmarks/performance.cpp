@@ -379,6 +379,20 @@ void report_difference(const char* what, const Frames& a, const Frames& b) {
               mean / double(count));
 }
 
+void compare(const std::string& name, const SimulationModel& model,
+             const SimulationOptions& options) {
+  const Frames single = frames_of(model, options, false, Precision::single);
+  const Frames twofold = frames_of(model, options, false, Precision::twofold);
+  report_difference((name + "cpu float, cpu double").c_str(), single, twofold);
+  if (!has_gpu()) return;
+  const Frames gpu = frames_of(model, options, true, Precision::single);
+  const Frames again = frames_of(model, options, true, Precision::single);
+  const Frames gpu_twofold = frames_of(model, options, true, Precision::twofold);
+  report_difference((name + "cuda float, again").c_str(), gpu, again);
+  report_difference((name + "cpu float, cuda float").c_str(), single, gpu);
+  report_difference((name + "cpu double, cuda double").c_str(), twofold, gpu_twofold);
+}
+
 void compare() {
   std::printf("\ndifferences over 200 frames\n");
   SimulationOptions free_options = ramp();
@@ -393,21 +407,11 @@ void compare() {
   lesion.inflation.hold_s = 0.5;
   lesion.inflation.deflate_s = 1.2;
   lesion.inflation.rest_s = 0.28;
-  for (const bool wall : {false, true}) {
-    const SimulationModel model = wall ? small_stenosis() : pinned;
-    const SimulationOptions& options = wall ? lesion : free_options;
-    const std::string name = wall ? "small stenosis: " : "free balloon: ";
-    const Frames single = frames_of(model, options, false, Precision::single);
-    const Frames twofold = frames_of(model, options, false, Precision::twofold);
-    report_difference((name + "cpu float, cpu double").c_str(), single, twofold);
-    if (!has_gpu()) continue;
-    const Frames gpu = frames_of(model, options, true, Precision::single);
-    const Frames again = frames_of(model, options, true, Precision::single);
-    const Frames gpu_twofold = frames_of(model, options, true, Precision::twofold);
-    report_difference((name + "cuda float, again").c_str(), gpu, again);
-    report_difference((name + "cpu float, cuda float").c_str(), single, gpu);
-    report_difference((name + "cpu double, cuda double").c_str(), twofold, gpu_twofold);
-  }
+  SimulationOptions rubber = lesion;
+  const SimulationModel in_tube = wall_model({"rubber", 61, 20, false}, rubber);
+  compare("free balloon: ", pinned, free_options);
+  compare("rubber in a stenosis: ", in_tube, rubber);
+  compare("folded in a stenosis: ", small_stenosis(), lesion);
 }
 
 // The seed paper's cloth by its own solver, 20 iterations a step, one core: median of 51 steps.

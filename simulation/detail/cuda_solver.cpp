@@ -11,9 +11,11 @@ namespace {
 // Frames in one launch: where nothing can touch, and where something can, and new candidates come
 // between launches.
 constexpr int kFreeFrames = 16, kWallFrames = 4;
+// Launches that run or wait, so that the device goes on while new candidates are found.
+constexpr int kLaunches = 4;
 // New candidates are found once balloon and wall have used this share of the room that the last
 // ones leave.
-constexpr double kUsed = 0.5;
+constexpr double kUsed = 0.4;
 constexpr int kLeastCapability = 75;
 
 int use_device() {
@@ -92,7 +94,7 @@ class CudaSolver final : public StepSolver {
   CudaSolver(const Scene& scene, const SimulationOptions& options, Spread spread)
       : scene_(scene),
         device_(use_device()),
-        finder_(scene, options, 3 * kWallFrames),
+        finder_(scene, options, (kLaunches + 2) * kWallFrames),
         start_(local<Real>(scene, scene.start)),
         frames_(touches() ? kWallFrames : kFreeFrames) {
     program_.view = make_view<Real>(scene, options, memory_);
@@ -121,11 +123,11 @@ class CudaSolver final : public StepSolver {
     if (touches()) renew_candidates(start_, 0);
     for (Batch& batch : batches_) submit(program, batch, frames_);
     on_state(0, start_state(scene_, status_.pressure));
-    // While a launch runs and another waits for it, the one before them is handed out.
+    // While a launch runs and others wait for it, the one before them is handed out.
     int frame = 0, turn = 0, begun_with_set = 0;
     while (frame < program.last_frame) {
       Batch& batch = batches_[std::size_t(turn)];
-      turn = 1 - turn;
+      turn = (turn + 1) % kLaunches;
       check(cudaEventSynchronize(batch.copied), "solving");
       const StepStatus& end = status_of(batch, frames_);
       const int ended = end.stage == StepStage::begin ? end.frame : end.frame - 1;
@@ -238,8 +240,8 @@ class CudaSolver final : public StepSolver {
     check(cudaEventRecord(batch.copied, copies_), "working");
   }
 
-  // Candidates at positions that the device has left behind by a launch or two. The set that the
-  // waiting launch uses and the one before it stay as they are.
+  // Candidates at positions that the device has left behind by some launches. The sets that the
+  // waiting launches use stay as they are.
   void renew_candidates(const std::vector<Vec>& x, int lasted) {
     std::vector<Vec3> points(x.size());
     for (std::size_t v = 0; v < x.size(); ++v) points[v] = converted<double>(x[v]);
@@ -306,8 +308,8 @@ class CudaSolver final : public StepSolver {
   StepStatus status_;
   Inflator* inflator_ = nullptr;
   Stream stream_, copies_;
-  std::array<Batch, 2> batches_;
-  std::array<CandidateUpload<Real>, 3> sets_;
+  std::array<Batch, kLaunches> batches_;
+  std::array<CandidateUpload<Real>, kLaunches + 1> sets_;
   PairMemory<Real> pairs_;
   int set_count_ = 0;
   double room_ = 0.0;

@@ -31,7 +31,6 @@ inline constexpr int kSweepsBeforeLeap = 3;
 ///
 /// @param total  m . m', m . m, m' . m' of the last two sweeps' motions
 ANGIO_HOST_DEVICE inline double leap_length(LeapStatus& leap, const double (&total)[3]) {
-  ++leap.sweeps;
   const double before = leap.shrinkage;
   const double q = leap.shrinkage = total[1] > 0.0 ? total[0] / total[1] : 0.0;
   const bool lies_along = total[0] > kAlong * std::sqrt(total[1] * total[2]);

@@ -562,7 +562,8 @@ ANGIO_HOST_DEVICE inline bool run_sweeps(Team& team, const StepView<Real>& s,
                                          const StepRules& rules, StepStatus& status) {
   StepReport& report = status.report;
   bool wall_rests = false;
-  mark_positions(team, s);
+  const bool leaps = s.wall_count > 0;  // a balloon alone has no mode that is slow
+  if (leaps) mark_positions(team, s);
   while (report.sweeps < rules.most_sweeps) {
     if (status.blocked && status.since_search >= 2 && !search_pairs(team, s, status)) return false;
     const SweepSums sums = sweep(team, s, !wall_rests, status);
@@ -570,15 +571,15 @@ ANGIO_HOST_DEVICE inline bool run_sweeps(Team& team, const StepView<Real>& s,
     wall_rests = wall_rests || (s.columns.levels > 0 && report.pair_count == 0 &&
                                 sums.wall_net <= rules.rest * rules.rest * sums.wall_load);
     ++report.sweeps;
+    ++status.leap.sweeps;
     ++status.since_search;
     status.blocked = sums.blocked;
     report.residual = std::sqrt(sums.net / (sums.load + status.load_floor));
     for (int i = 3; i > 0; --i) status.moved[i] = status.moved[i - 1];
     status.moved[0] = std::sqrt(sums.moved / s.balloon_count);
     report.lag = estimated_lag(status.moved) / rules.radius;
-    const bool near = status.leap.sweeps + 1 >= kSweepsToTell &&
-                      report.sweeps >= rules.least_sweeps && report.lag < rules.tolerance &&
-                      report.residual < rules.residual;
+    const bool near = status.leap.sweeps >= kSweepsToTell && report.sweeps >= rules.least_sweeps &&
+                      report.lag < rules.tolerance && report.residual < rules.residual;
     const bool rests = report.residual < rules.rest;
     if (report.sweeps >= kLeastSweeps && !sums.blocked && (near || rests)) break;
     if (!s.paper_gas.is_on) leap(team, s, status);

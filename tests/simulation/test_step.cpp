@@ -149,6 +149,7 @@ std::vector<double> leaps_for(double q, double r, int sweeps) {
   LeapStatus leap;
   std::vector<double> lengths;
   for (int n = 1; n <= sweeps; ++n) {
+    ++leap.sweeps;
     const double a[2] = {std::pow(q, n - 1), std::pow(r, n - 1)}, b[2] = {q * a[0], r * a[1]};
     lengths.push_back(leap_length(
         leap, {a[0] * b[0] + a[1] * b[1], a[0] * a[0] + a[1] * a[1], b[0] * b[0] + b[1] * b[1]}));
