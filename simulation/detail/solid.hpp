@@ -92,12 +92,22 @@ ANGIO_HOST_DEVICE constexpr Real parametric_weight() {
   return Real(0.5);
 }
 
-/// dx/d(r, s, z) at point q, columns by parameter. The gradients' sum is zero: differences to one
-/// corner keep the digits far from the origin.
+/// dx/d(r, s, z) at point q, columns by parameter. Of differences between corners: they keep the
+/// digits far from the origin.
 template <class Real>
 ANGIO_HOST_DEVICE inline Mat3T<Real> jacobian(const Vec3T<Real>* x, int q) {
+  constexpr Real kAbscissa = Real(0.57735026918962576);
+  const Real z = q == 0 ? -kAbscissa : kAbscissa;
+  const Real low = Real(0.5) * (Real(1) - z), high = Real(0.5) * (Real(1) + z);
+  const Vec3T<Real> by_r = low * (x[1] - x[0]) + high * (x[4] - x[3]);
+  const Vec3T<Real> by_s = low * (x[2] - x[0]) + high * (x[5] - x[3]);
+  const Vec3T<Real> by_z = (Real(0.5) / Real(3)) * ((x[3] - x[0]) + (x[4] - x[1]) + (x[5] - x[2]));
   Mat3T<Real> j;
-  for (int a = 1; a < 6; ++a) j += outer(x[a] - x[0], parametric_gradient<Real>(a, q));
+  for (int i = 0; i < 3; ++i) {
+    j(i, 0) = by_r[i];
+    j(i, 1) = by_s[i];
+    j(i, 2) = by_z[i];
+  }
   return j;
 }
 
