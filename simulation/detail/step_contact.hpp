@@ -9,7 +9,8 @@
 /// those within `reach`, and bounds each vertex's motion until the next search:
 ///
 ///  - it may not pass a plane across the gap of any of its near pairs; the planes of a pair's two
-///    sides are 0.1 of the gap apart;
+///    sides are 0.1 of the gap apart, and never less than kLeastGap of the contact distance, far
+///    above rounding: no gap becomes smaller;
 ///  - it may not go further than `travel` = (reach - contact distance) / 2, so that pairs that are
 ///    not near stay out of contact;
 ///  - a search counts only while what the balloon's vertices have gone since the candidates were
@@ -24,6 +25,9 @@ namespace angio::simulation::detail {
 
 /// Both sides together may use up twice this share of a gap before the next search.
 inline constexpr double kShareOfGap = 0.45;
+
+/// The gap that motions leave, as a share of the contact distance.
+inline constexpr double kLeastGap = 0.005;
 
 /// What pairs stand for, so that two surfaces that lie on each other count once: the points of
 /// either surface for half its area each, less a tenth that the edge pairs stand for. Two meshes of
@@ -90,11 +94,13 @@ ANGIO_HOST_DEVICE inline bool approach(const StepView<Real>& s, const Candidate&
                   ? Real(kEdgeShare) * norm(p[1]) * norm(p[3] - p[2])
                   : Real(0.5) * Real(1.0 - kEdgesOfArea) * s.area[candidate.vertex[0]];
   const Real height = dot(pair.normal, closest_a);
+  const Real spare = Real(0.5) * (room - Real(kLeastGap) * s.contact_distance);
+  const Real share = Real(kShareOfGap) * room < spare ? Real(kShareOfGap) * room : spare;
   for (int i = 0; i < 4; ++i) {
     pair.vertex[i] = candidate.vertex[i];
     const Real beyond = i < side_a ? dot(pair.normal, p[i]) - height + d  // of the other side
                                    : height - dot(pair.normal, p[i]);
-    const Real limit = beyond - d + Real(kShareOfGap) * room;
+    const Real limit = beyond - d + share;
     pair.limit[i] = limit > Real(0) ? limit : Real(0);
   }
   return true;
