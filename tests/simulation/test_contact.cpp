@@ -197,6 +197,26 @@ TEST(SearchPairs, AsksForNewCandidatesWhenBalloonAndWallHaveGoneTooFarTogether) 
   EXPECT_FALSE(search.run());
 }
 
+TEST(SearchPairs, NoNumberOfMotionsUsesUpAGap) {
+  Search search(0.9, 0.05);
+  Vec3* x = search.view.x;
+  for (int round = 0; round < 200; ++round) {
+    ASSERT_TRUE(search.run());
+    for (int v = 0; v < search.t.scene.vertex_count(); ++v) {
+      if (search.view.ref_end[v] == search.view.ref_begin[v]) continue;  // nothing stops it
+      const Vec3 radial = normalized(Vec3{x[v].x, x[v].y, 0.0});
+      const Vec3 move = (v < search.t.scene.balloon_count ? 0.01 : -0.01) * radial;
+      x[v] += allowed_share(search.view, v, move, search.status.travel) * move;
+    }
+  }
+  ASSERT_TRUE(search.run());
+  double least = 1e9;
+  for (const NearPair<double>& pair : search.pairs()) least = std::min(least, pair.gap_searched);
+  const double floor = kLeastGap * search.view.contact_distance;
+  EXPECT_GT(least, 0.999 * floor);
+  EXPECT_LT(least, 2.0 * floor);  // the motions went as far as they may
+}
+
 TEST(SearchPairs, NoMotionWithinItsBoundsMakesAPairCross) {
   const double travel = 0.2;
   Search search(0.9, travel);
