@@ -14,7 +14,7 @@
 #include "simulation/detail/measure.hpp"
 #include "simulation/detail/paper_solver.hpp"
 #include "simulation/detail/step.hpp"
-#include "tests/simulation/models.hpp"
+#include "tests/simulation/matched.hpp"
 
 /// Prints how fast the solver is, on the CPU and on a GPU if there is one: docs/performance.md.
 /// Needs the simulation library alone.
@@ -306,6 +306,39 @@ void angioplasty() {
   }
 }
 
+// Frames a second of everything that a frame is: solver, air mesh, outputs.
+SimulationSummary whole_run(SimulationModel model, SimulationOptions options, bool gpu, bool air) {
+  if (!air) model.air.clear();
+  options.backend = gpu ? Backend::cuda : Backend::cpu;
+  return simulate(model, options, {});
+}
+
+// The paper's balloon against a straight tube of its own pattern, where an air mesh needs no
+// mesher.
+void air_mesh() {
+  std::printf(
+      "\nwhole course with an air mesh that flips, and with what a frame reports\n"
+      "vertices backend  frames/s  without air mesh   tets  flips/frame  frames without whole "
+      "air\n");
+  for (const auto& [rings, around] : {std::pair{61, 20}, std::pair{148, 60}}) {
+    const SimulationModel model =
+        testing::matched_model(0.8, 1.3, rings, around, rings > 100 ? 0.15 : 0.375);
+    SimulationOptions options;
+    options.balloon.name = "polyurethane";
+    options.inflation.peak_pressure_atm = 7.0;
+    for (const bool gpu : {false, true}) {
+      if (gpu && !has_gpu()) continue;
+      const SimulationSummary with = whole_run(model, options, gpu, true),
+                              without = whole_run(model, options, gpu, false);
+      std::printf("%8zu %7s %9.1f %17.1f %6zu %12.1f %24d\n",
+                  model.balloon.vertices.size() + model.wall.vertices.size(), with.backend.c_str(),
+                  with.frame_count / with.wall_s, without.frame_count / without.wall_s,
+                  model.air.size(), double(with.flip_count) / with.frame_count,
+                  with.frames_without_air);
+    }
+  }
+}
+
 using Frames = std::vector<std::vector<Vec3>>;
 
 Frames frames_of(const SimulationModel& model, const SimulationOptions& options, bool gpu,
@@ -452,6 +485,7 @@ int main(int argc, char** argv) {
   if (asked("size")) sizes();
   if (asked("compare")) compare();
   if (asked("wall")) angioplasty();
+  if (asked("air")) air_mesh();
   if (asked("cloth")) cloth();
   return 0;
 }

@@ -17,16 +17,16 @@
 ///                                     with a barrier
 ///     quick_sum<L, N>                 the same, N <= 4, when single precision will do for the sum
 ///     most<N>(count, body, total)     as quick_sum<1, N>, but total[N] is the largest of the
-///     parts,
-///                                     which are not negative
+///                                     parts, which are not negative
 ///     now()                           a clock [s]
+///     kSurroundings                   can there be anything beside the balloon?
 ///     kSolids                         can it move a layered wall?
 ///     kVertexLanes, kClusterLanes     the L that suits a vertex's triangles, a slab's members
 ///
 /// `lanes` are the threads that share one i, up to L of them: the body strides by lanes.size() from
-/// lanes.rank(), and lanes.sum(x) adds over them, lanes.before(yes) counts
-/// those before this one that say yes, and lanes.sync() comes before
-/// one of them writes what all have read. What is added to `part` counts once per i.
+/// lanes.rank(), and lanes.sum(x) adds over them, lanes.before(yes) counts those before this one
+/// that say yes, and lanes.sync() comes before one of them writes what all have read. What is added
+/// to `part` counts once per i.
 namespace angio::simulation::detail {
 
 /// A single thread has an index to itself.
@@ -45,7 +45,7 @@ struct OneLane {
 /// depend on the number of threads.
 class CpuTeam {
  public:
-  static constexpr bool kSolids = true;
+  static constexpr bool kSurroundings = true, kSolids = true;
   static constexpr int kVertexLanes = 1, kClusterLanes = 1;
   static constexpr int kMostSums = 4;
 

@@ -75,7 +75,7 @@ std::unique_ptr<StepSolver> make_cpu_solver(const Scene& scene, const Simulation
 /// Is there a GPU that this program can use?
 bool has_cuda_device();
 
-/// How a scene is spread over a GPU: one block, or all of it.
+/// How a balloon alone is spread over a GPU: one block, or all of it, as anything else is.
 enum class Spread { automatic, block, grid };
 
 /// @throws Error (unavailable) if the program was built without CUDA or there is no usable GPU

@@ -32,7 +32,7 @@ ANGIO_HOST_DEVICE inline Vec3T<Real> skin_and_gas_force(const StepView<Real>& s,
 }
 
 /// Everything but the gas on a vertex of the balloon, and dV/dx of the enclosed volume [mm^2].
-template <class Real, class Lanes>
+template <bool kSurroundings, class Real, class Lanes>
 ANGIO_HOST_DEVICE inline VertexForces<Real> balloon_forces(const StepView<Real>& s, int v,
                                                            const Lanes& lanes,
                                                            Vec3T<Real>& by_volume) {
@@ -61,7 +61,7 @@ ANGIO_HOST_DEVICE inline VertexForces<Real> balloon_forces(const StepView<Real>&
     // itself the one with the least rounding.
     by_volume += (Real(1) / Real(6)) * cross(e2, e1);
   }
-  if (s.candidate_count > 0) add_contact(s, v, lanes, out);
+  if (kSurroundings && s.candidate_count > 0) add_contact(s, v, lanes, out);
   gather(s, lanes, out);
   by_volume = sum_over(lanes, by_volume);
   add_inertia(s, v, out);

@@ -126,7 +126,7 @@ class CpuSolver final : public StepSolver {
   }
 
   void step(const StepRules& rules) {
-    if (has_pairs(view_) && view_.candidates == nullptr) renew_candidates();
+    if (has_pairs<CpuTeam>(view_) && view_.candidates == nullptr) renew_candidates();
     ++frames_lasted_;
     bool done = false;
     do {

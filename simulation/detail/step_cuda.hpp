@@ -36,15 +36,16 @@ struct CudaProgram {
 
 inline constexpr std::size_t kCudaSumBytes = 2 * 1024 * 4 * sizeof(double);
 
-/// How a program is spread over the GPU: one block whose positions lie in its shared memory, with
-/// barriers of a fifth of a microsecond; or all of the GPU, with barriers of more than one.
+/// How a program is spread over the GPU: a balloon alone over one block, whose positions lie in its
+/// shared memory, with barriers of a fifth of a microsecond; or over all of the GPU, with barriers
+/// of more than one.
 struct CudaShape {
   bool grid = false;
   int blocks = 1, threads = 0;
   std::size_t shared_bytes = 0;
 };
 
-/// The shape that suits a scene, or the one that is asked for.
+/// The shape that suits a scene, or the one that is asked for, which counts for a balloon alone.
 template <class Real>
 CudaShape cuda_shape(const StepView<Real>& view, int device);
 template <class Real>

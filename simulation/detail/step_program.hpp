@@ -86,16 +86,16 @@ ANGIO_HOST_DEVICE inline int last_of_balloon(const StepView<Real>& s) {
 }
 
 /// Are near pairs searched, and motions bounded by them?
-template <class Real>
+template <class Team, class Real>
 ANGIO_HOST_DEVICE inline bool has_pairs(const StepView<Real>& s) {
-  return (s.wall_count > 0 && !s.paper.is_on) || s.rod.shape.count > 0;
+  return Team::kSurroundings && ((s.wall_count > 0 && !s.paper.is_on) || s.rod.shape.count > 0);
 }
 
 /// Moves a vertex as far as its bounds let it. @return the part taken
-template <class Real>
+template <class Team, class Real>
 ANGIO_HOST_DEVICE inline Real bounded_share(const StepView<Real>& s, int v, const Vec3T<Real>& move,
                                             Real travel) {
-  return has_pairs(s) ? allowed_share(s, v, move, travel) : Real(1);
+  return has_pairs<Team>(s) ? allowed_share(s, v, move, travel) : Real(1);
 }
 
 /// Six times the volume of the tetrahedron of a balloon triangle and the origin [mm^3].
@@ -155,7 +155,7 @@ ANGIO_HOST_DEVICE inline void begin_step(Team& team, const StepView<Real>& s,
   });
   measure_areas(team, s);
   team.barrier();
-  if (has_pairs(s)) status.travel = useful_travel(team, s);
+  if (has_pairs<Team>(s)) status.travel = useful_travel(team, s);
   double total[1];
   team.template quick_sum<1, 1>(
       s.balloon_count,
@@ -176,7 +176,7 @@ ANGIO_HOST_DEVICE inline void begin_step(Team& team, const StepView<Real>& s,
 template <class Real, class Team>
 ANGIO_HOST_DEVICE inline bool search_pairs(Team& team, const StepView<Real>& s,
                                            StepStatus& status) {
-  if (!has_pairs(s)) return true;
+  if (!has_pairs<Team>(s)) return true;
   const double begin = team.now();
   const Real reach = s.contact_range + Real(2.0 * status.travel);
   const int count = contact_vertex_count(s);
@@ -238,7 +238,7 @@ ANGIO_HOST_DEVICE inline bool move_all(Team& team, const StepView<Real>& s, doub
       [&](int i, const auto&, auto* part) {
         const int v = moving_vertex(s, i);
         const Vec3T<Real> move = by(v);
-        const Real share = bounded_share(s, v, move, Real(travel));
+        const Real share = bounded_share<Team>(s, v, move, Real(travel));
         s.x[v] += share * move;
         for (int l = 1; Team::kSolids && v >= s.balloon_count && l < s.columns.levels; ++l) {
           const int u = v + l * s.columns.stride;
@@ -263,7 +263,7 @@ ANGIO_HOST_DEVICE inline double take_rod(Team& team, const StepView<Real>& s, Re
   const RodView<Real>& rod = s.rod;
   const int parts = rod_part_count(rod);
   team.template for_each<1>(parts, [&](int i, const auto&) {
-    rod.share[i] = bounded_share(s, rod_part_vertex(rod, i), rod_move(rod, i), travel);
+    rod.share[i] = bounded_share<Team>(s, rod_part_vertex(rod, i), rod_move(rod, i), travel);
   });
   team.barrier();
   if (team.leader()) {
@@ -292,7 +292,7 @@ ANGIO_HOST_DEVICE inline void foresee(Team& team, const StepView<Real>& s, const
   if (!rules.still)
     move_all(team, s, status.travel,
              [&](int v) { return Real(kForesight) * (s.x_inertial[v] - s.x_before[v]); });
-  if (!rules.still && s.rod.shape.count > 0) {
+  if (Team::kSurroundings && !rules.still && s.rod.shape.count > 0) {
     team.template for_each<1>(s.rod.shape.count, [&](int i, const auto&) {
       const int v = s.rod.first + i;
       s.rod.rows[i].force = kForesight * in_double(s.x_inertial[v] - s.x_before[v]);
@@ -338,7 +338,7 @@ ANGIO_HOST_DEVICE inline void leap(Team& team, const StepView<Real>& s, StepStat
 /// Fits the wall's slabs and its goals, and renews the contact pairs.
 template <class Real, class Team>
 ANGIO_HOST_DEVICE inline void refresh(Team& team, const StepView<Real>& s) {
-  if (!has_pairs(s) && s.wall_count == 0) return;
+  if (!Team::kSurroundings || (!has_pairs<Team>(s) && s.wall_count == 0)) return;
   if (s.candidate_count > 0) {
     team.template for_each<1>(contact_vertex_count(s), [&](int i, const auto&) {
       const int v = contact_vertex(s, i);
@@ -381,14 +381,15 @@ ANGIO_HOST_DEVICE inline void propose_moves(Team& team, const StepView<Real>& s,
       [&](int i, const auto& lanes, auto* part) {
         const int v = first + i;
         Move<Real> move;
-        const VertexForces<Real> f = balloon_forces(s, v, lanes, move.by_volume);
+        const VertexForces<Real> f =
+            balloon_forces<Team::kSurroundings>(s, v, lanes, move.by_volume);
         const Mat3T<Real> inverse = inverse_block(f.hessian);
         const Vec3T<Real> load = gauge * move.by_volume;
         const bool held = f.touching || norm_squared(f.adhesion) > Real(0);
         const Real relax = held ? Real(1) : s.relaxation;
         move.by_force = relax * (inverse * (f.force + load));
         move.by_pressure = relax * (inverse * move.by_volume);
-        if (s.candidate_count > 0) {
+        if (Team::kSurroundings && s.candidate_count > 0) {
           move.friction = norm(inverse * f.friction);
           move.adhesion = norm(inverse * f.adhesion);
         }
@@ -414,7 +415,7 @@ ANGIO_HOST_DEVICE inline void take_moves(Team& team, const StepView<Real>& s, in
         const Move<Real> move = s.moves[v];
         Vec3T<Real> by = move.by_force + change * move.by_pressure;
         if (!move.taut) by *= balloon_line_search(s, v, lanes, gauge, by);
-        const Real share = bounded_share(s, v, by, travel);
+        const Real share = bounded_share<Team>(s, v, by, travel);
         by *= share;
         part[0] += dot(move.by_volume, by);
         part[1] += norm_squared(by);
@@ -501,7 +502,7 @@ ANGIO_HOST_DEVICE inline void sweep_wall(Team& team, const StepView<Real>& s, Re
           part[1] += f.magnitude * f.magnitude;
           if (!(net > Real(0))) return;
           const Vec3T<Real> move = inverse_block(f.hessian) * f.force;
-          const Real share = bounded_share(s, v, move, travel);
+          const Real share = bounded_share<Team>(s, v, move, travel);
           part[2] += share < Real(1) ? Real(1) : Real(0);
           lanes.sync();
           if (lanes.rank() == 0) s.x[v] += share * move;
@@ -545,9 +546,9 @@ ANGIO_HOST_DEVICE inline SweepSums sweep(Team& team, const StepView<Real>& s, bo
   refresh(team, s);
   const double refreshed = team.now();
   sweep_balloon(team, s, status, sums);
-  if (s.rod.shape.count > 0) sweep_rod(team, s, status, sums);
+  if (Team::kSurroundings && s.rod.shape.count > 0) sweep_rod(team, s, status, sums);
   const double swept = team.now();
-  if (wall) sweep_wall(team, s, Real(status.travel), sums);
+  if (Team::kSurroundings && wall) sweep_wall(team, s, Real(status.travel), sums);
   if constexpr (Team::kSolids) project_paper(team, s, status);
   times.refresh += refreshed - begin;
   times.balloon += swept - refreshed;
@@ -562,7 +563,8 @@ ANGIO_HOST_DEVICE inline bool run_sweeps(Team& team, const StepView<Real>& s,
                                          const StepRules& rules, StepStatus& status) {
   StepReport& report = status.report;
   bool wall_rests = false;
-  const bool leaps = s.wall_count > 0;  // a balloon alone has no mode that is slow
+  // A balloon alone has no mode that is slow.
+  const bool leaps = Team::kSurroundings && s.wall_count > 0 && !s.paper_gas.is_on;
   if (leaps) mark_positions(team, s);
   while (report.sweeps < rules.most_sweeps) {
     if (status.blocked && status.since_search >= 2 && !search_pairs(team, s, status)) return false;
@@ -582,7 +584,7 @@ ANGIO_HOST_DEVICE inline bool run_sweeps(Team& team, const StepView<Real>& s,
                       report.lag < rules.tolerance && report.residual < rules.residual;
     const bool rests = report.residual < rules.rest;
     if (report.sweeps >= kLeastSweeps && !sums.blocked && (near || rests)) break;
-    if (!s.paper_gas.is_on) leap(team, s, status);
+    if (leaps) leap(team, s, status);
   }
   return true;
 }
@@ -595,14 +597,14 @@ ANGIO_HOST_DEVICE inline void end_step(Team& team, const StepView<Real>& s,
   if (!(status.law.volume > 0.0)) status.pressure = pressure_at(status.law, status.volume);
   team.template for_each<1>(
       s.vertex_count, [&](int v, const auto&) { s.velocity[v] = (s.x[v] - s.x_before[v]) / s.dt; });
-  if (s.wall_count == 0) return;
+  if (!Team::kSurroundings || s.wall_count == 0) return;
   refresh(team, s);
   double total[3];
   team.template quick_sum<1, 3>(
       s.balloon_count + s.wall_count,
       [&](int v, const auto& lanes, auto* part) {
         VertexForces<Real> f;
-        if (has_pairs(s)) add_contact(s, v, lanes, f);
+        if (has_pairs<Team>(s)) add_contact(s, v, lanes, f);
         if (v >= s.balloon_count) {
           // Pairs across an edge pull aside against each other: what is left of them.
           s.contact_pressure[v - s.balloon_count] =

@@ -33,7 +33,7 @@ ANGIO_HOST_DEVICE inline void gather_rod_load(const StepView<Real>& s, int part,
     gather(s, lanes, f);
     add_inertia(s, v, f);
   } else {
-    f = balloon_forces(s, v, lanes, load.by_volume);
+    f = balloon_forces<true>(s, v, lanes, load.by_volume);
     f.force += gauge * load.by_volume;
   }
   load.force = f.force;

@@ -31,18 +31,18 @@ inline std::vector<Tet> prisms_between(const TriangleMesh& inner, const Triangle
   return tets;
 }
 
-/// A rubber balloon, unfolded, in a straight tube, with the air mesh between them.
-inline SimulationModel matched_model(double start_radius, double lumen_radius) {
-  constexpr int kRings = 15, kAround = 14;
-  constexpr double kLength = 6.0, kStep = kLength / (kRings + 1);
+/// A rubber balloon, unfolded, in a straight tube whose rings are `step` mm apart, with the air
+/// mesh between them.
+inline SimulationModel matched_model(double start_radius, double lumen_radius, int rings = 15,
+                                     int around = 14, double step = 0.375) {
   StenosedTube p;
   p.radius = lumen_radius;
-  p.length = (kRings - 1) * kStep;
+  p.length = (rings - 1) * step;
   p.stenosis = 0.0;
   p.start_radius = start_radius;
-  p.balloon_length = kLength;
-  p.balloon_rings = p.wall_rings = kRings;
-  p.balloon_around = p.wall_around = kAround;
+  p.balloon_length = (rings + 1) * step;
+  p.balloon_rings = p.wall_rings = rings;
+  p.balloon_around = p.wall_around = around;
   SimulationModel model = make_model(p);
   model.balloon_rest = model.balloon.vertices;
   model.air = prisms_between(model.balloon, model.wall, model.wall.triangles.size());

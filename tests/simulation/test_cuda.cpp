@@ -1,7 +1,7 @@
 #include <gtest/gtest.h>
 
 #include "simulation/detail/step.hpp"
-#include "tests/simulation/models.hpp"
+#include "tests/simulation/matched.hpp"
 
 /// The GPU against the CPU; skipped where there is none.
 namespace angio::simulation::detail {
@@ -47,6 +47,49 @@ TEST_P(Cuda, TwoRunsGiveTheSameBits) {
   const auto one = frames(*make_cuda_solver(scene, options_, Precision::single, GetParam()), scene);
   const auto two = frames(*make_cuda_solver(scene, options_, Precision::single, GetParam()), scene);
   for (std::size_t f = 0; f < one.size(); ++f) EXPECT_EQ(one[f].x, two[f].x) << f;
+}
+
+// A balloon that is blown up against a wall and let go, with the air mesh between them.
+std::vector<SimulationFrame> frames_in_a_vessel(Backend backend) {
+  SimulationOptions options;
+  options.balloon.name = "polyurethane";
+  options.balloon.wall_mm = 0.04;
+  options.inflation.peak_pressure_atm = 4.0;
+  options.inflation.inflate_s = options.inflation.deflate_s = 0.5;
+  options.inflation.hold_s = options.inflation.rest_s = 0.1;
+  options.backend = backend;
+  std::vector<SimulationFrame> frames;
+  simulate(testing::matched_model(0.5, 0.62), options,
+           [&](const SimulationFrame& frame) { frames.push_back(frame); });
+  return frames;
+}
+
+TEST(CudaInAVessel, BalloonWallAndAirAreTheCpus) {
+  if (!has_cuda_device()) GTEST_SKIP() << "no GPU";
+  const auto cpu = frames_in_a_vessel(Backend::cpu), gpu = frames_in_a_vessel(Backend::cuda);
+  ASSERT_EQ(cpu.size(), gpu.size());
+  int contacts = 0;
+  for (std::size_t f = 0; f < cpu.size(); ++f) {
+    for (std::size_t v = 0; v < cpu[f].balloon.size(); ++v)
+      EXPECT_LT(distance(cpu[f].balloon[v], gpu[f].balloon[v]), 1e-3) << f;
+    for (std::size_t v = 0; v < cpu[f].wall.size(); ++v)
+      EXPECT_LT(distance(cpu[f].wall[v], gpu[f].wall[v]), 1e-3) << f;
+    EXPECT_GT(gpu[f].air_tet_count, 0) << f;
+    EXPECT_EQ(gpu[f].inverted_air_tet_count, 0) << f;
+    EXPECT_EQ(gpu[f].max_penetration_mm, 0.0) << f;
+    contacts = std::max(contacts, gpu[f].contact_count);
+  }
+  EXPECT_GT(contacts, 0);
+}
+
+TEST(CudaInAVessel, TwoRunsGiveTheSameBits) {
+  if (!has_cuda_device()) GTEST_SKIP() << "no GPU";
+  const auto one = frames_in_a_vessel(Backend::cuda), two = frames_in_a_vessel(Backend::cuda);
+  ASSERT_EQ(one.size(), two.size());
+  for (std::size_t f = 0; f < one.size(); ++f) {
+    EXPECT_EQ(one[f].balloon, two[f].balloon) << f;
+    EXPECT_EQ(one[f].wall, two[f].wall) << f;
+  }
 }
 
 INSTANTIATE_TEST_SUITE_P(Spreads, Cuda, ::testing::Values(Spread::block, Spread::grid));
