@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "core/error.hpp"
+#include "core/parallel.hpp"
 #include "segmentation/detail/boundary.hpp"
 #include "segmentation/detail/bright_objects.hpp"
 #include "segmentation/detail/components.hpp"
@@ -48,7 +49,11 @@ void check_volume(const Volume<float>& volume) {
 
 Volume<std::uint8_t> mask_of(const Volume<float>& level_set) {
   Volume<std::uint8_t> mask(level_set.geometry);
-  for (std::size_t v = 0; v < mask.values.size(); ++v) mask.values[v] = level_set.values[v] < 0.0f;
+  const std::size_t slice = mask.values.size() / std::size_t(mask.geometry.size[2]);
+  parallel_for(mask.geometry.size[2], [&](std::ptrdiff_t k) {
+    for (std::size_t v = std::size_t(k) * slice; v < std::size_t(k + 1) * slice; ++v)
+      mask.values[v] = level_set.values[v] < 0.0f;
+  });
   return mask;
 }
 

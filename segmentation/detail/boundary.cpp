@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 #include <string>
+#include <utility>
 
 #include "core/error.hpp"
 #include "core/parallel.hpp"
@@ -32,26 +33,25 @@ constexpr float kPeakShare = 0.7f;     ///< T stays below this share of the loca
 
 /// The highest value within one voxel.
 Volume<float> local_peak(const Volume<float>& volume) {
-  constexpr int kReach = 1;
-  Volume<float> peak = volume;
-  const auto size = volume.geometry.size;
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    const Volume<float> before = peak;
-    parallel_for(size[2], [&](std::ptrdiff_t k) {
-      for (int j = 0; j < size[1]; ++j)
-        for (int i = 0; i < size[0]; ++i) {
-          std::array<int, 3> voxel{i, j, int(k)};
-          const int middle = voxel[axis];
-          float highest = before.at(i, j, int(k));
-          for (int t = std::max(0, middle - kReach); t <= std::min(size[axis] - 1, middle + kReach);
-               ++t) {
-            voxel[axis] = t;
-            highest = std::max(highest, before.at(voxel[0], voxel[1], voxel[2]));
-          }
-          peak.at(i, j, int(k)) = highest;
+  const auto [ni, nj, nk] = volume.geometry.size;
+  Volume<float> peak(volume.geometry);
+  parallel_for(nk, [&, ni = ni, nj = nj, nk = nk](std::ptrdiff_t slice) {
+    const auto k = int(slice);
+    auto highest = std::vector<float>(static_cast<std::size_t>(ni));  // over the rows beside
+    for (int j = 0; j < nj; ++j) {
+      std::copy_n(&volume.at(0, j, k), ni, highest.begin());
+      for (int c = std::max(k - 1, 0); c <= std::min(k + 1, nk - 1); ++c)
+        for (int b = std::max(j - 1, 0); b <= std::min(j + 1, nj - 1); ++b) {
+          const float* row = &volume.at(0, b, c);
+          for (std::size_t i = 0; i < highest.size(); ++i)
+            highest[i] = std::max(highest[i], row[i]);
         }
-    });
-  }
+      float* out = &peak.at(0, j, k);
+      for (int i = 0; i < ni; ++i)
+        out[i] = std::max({highest[std::size_t(std::max(i - 1, 0))], highest[std::size_t(i)],
+                           highest[std::size_t(std::min(i + 1, ni - 1))]});
+    }
+  });
   return peak;
 }
 
@@ -86,23 +86,31 @@ Volume<float> level_function(const Volume<float>& volume, const Volume<float>& p
   return level;
 }
 
-Volume<std::uint8_t> sign_mask(const Volume<float>& level, bool inside) {
-  Volume<std::uint8_t> mask(level.geometry);
-  const std::size_t slice = mask.values.size() / std::size_t(level.geometry.size[2]);
-  parallel_for(level.geometry.size[2], [&](std::ptrdiff_t k) {
-    for (std::size_t v = std::size_t(k) * slice; v < (std::size_t(k) + 1) * slice; ++v)
-      mask.values[v] = (level.values[v] < 0.0f) == inside;
-  });
-  return mask;
+/// Calls body(first, last) for the values of each slice.
+template <class Body>
+void for_each_slice(const VolumeGeometry& grid, const Body& body) {
+  const std::size_t slice = grid.voxel_count() / std::size_t(grid.size[2]);
+  parallel_for(grid.size[2],
+               [&](std::ptrdiff_t k) { body(std::size_t(k) * slice, std::size_t(k + 1) * slice); });
+}
+
+/// Whether several pieces of the inside hold as much of the tree as is worth a bridge.
+bool is_broken(const Pieces& inside, const Volume<std::uint8_t>& tree,
+               const std::array<int, 3>& ratio, const Vec3& spacing, double least_mm3) {
+  const auto overlap = tree_in_pieces(inside, tree, ratio);
+  const double voxel = spacing.x * spacing.y * spacing.z;
+  return std::count_if(overlap.begin(), overlap.end(), [&](std::size_t count) {
+           return count > 0 && double(count) * voxel >= least_mm3;
+         }) > 1;
 }
 
 /// Turns other pieces than the tree's into outside, and closed holes into inside.
+/// @param pieces      of the inside
 /// @param ratio       steps of the level's grid for each voxel of the tree
 /// @param tree        the piece with most of it stays
 /// @param all_above   [mm^3] other pieces with as much of the tree in them stay too
-void keep_tree_only(Volume<float>& level, const Volume<std::uint8_t>& tree,
+void keep_tree_only(Volume<float>& level, const Pieces& pieces, const Volume<std::uint8_t>& tree,
                     const std::array<int, 3>& ratio, double all_above) {
-  const Pieces pieces = find_pieces(sign_mask(level, true), Connectivity::faces);
   const auto overlap = tree_in_pieces(pieces, tree, ratio);
   const Vec3& h = level.geometry.spacing;
   std::vector<bool> kept;
@@ -116,7 +124,7 @@ void keep_tree_only(Volume<float>& level, const Volume<std::uint8_t>& tree,
   };
   for (const Pieces::Run& run : pieces.runs)
     if (!kept[std::size_t(run.label)]) change(run, [](float value) { return -value; });
-  const Pieces holes = find_pieces(sign_mask(level, false), Connectivity::faces);
+  const Pieces holes = find_pieces_outside(level);
   const auto outside = std::max_element(holes.voxel_count.begin(), holes.voxel_count.end()) -
                        holes.voxel_count.begin();
   for (const Pieces::Run& run : holes.runs)
@@ -151,23 +159,35 @@ RoughBoundary rough_boundary(const BoundaryInput& input, const SegmentationOptio
   const double reach = edge + kRingMm;
   const Volume<float> peak = local_peak(input.denoised);
   Volume<float> level(input.image.geometry);
-  for (std::size_t v = 0; v < level.values.size(); ++v)
-    level.values[v] = input.tree.values[v] ? -0.5f : 0.5f;
+  const VolumeGeometry& grid = input.image.geometry;
+  for_each_slice(grid, [&](std::size_t first, std::size_t last) {
+    for (std::size_t v = first; v < last; ++v)
+      level.values[v] = input.tree.values[v] ? -0.5f : 0.5f;
+  });
   RoughBoundary rough;
-  rough.distance = signed_distance(level, reach);
+  rough.distance = signed_distance(std::move(level), reach);
   for (int iteration = 0; iteration < kRoughIterations; ++iteration) {
-    const Volume<float> share = blurred_share(rough.distance, {}, level.geometry,
-                                              {{blur_voxels, blur_voxels, blur_voxels}});
+    const Volume<float> share =
+        blurred_share(rough.distance, {}, grid, {{blur_voxels, blur_voxels, blur_voxels}});
     const IntensityLevels levels = intensity_levels(input.denoised, rough.distance, share, edge);
     level = level_function(input.denoised, peak, levels, options);
-    rough.bridges_lps_mm = bridge_pieces(level, input.tree, options.min_component_mm3);
-    rough.is_foreign = Volume<std::uint8_t>(level.geometry);
-    for (std::size_t v = 0; v < level.values.size(); ++v)
-      rough.is_foreign.values[v] = level.values[v] < 0.0f;
-    keep_tree_only(level, input.tree, {1, 1, 1}, all_above);
-    for (std::size_t v = 0; v < level.values.size(); ++v)
-      rough.is_foreign.values[v] = rough.is_foreign.values[v] && level.values[v] >= 0.0f;
-    rough.distance = signed_distance(level, reach);
+    rough.bridges_lps_mm.clear();
+    Pieces inside = find_pieces_inside(level);
+    if (is_broken(inside, input.tree, {1, 1, 1}, grid.spacing, options.min_component_mm3)) {
+      rough.bridges_lps_mm = bridge_pieces(level, input.tree, options.min_component_mm3);
+      inside = find_pieces_inside(level);
+    }
+    rough.is_foreign = Volume<std::uint8_t>(grid);
+    for_each_slice(grid, [&](std::size_t first, std::size_t last) {
+      for (std::size_t v = first; v < last; ++v)
+        rough.is_foreign.values[v] = level.values[v] < 0.0f;
+    });
+    keep_tree_only(level, inside, input.tree, {1, 1, 1}, all_above);
+    for_each_slice(grid, [&](std::size_t first, std::size_t last) {
+      for (std::size_t v = first; v < last; ++v)
+        rough.is_foreign.values[v] = rough.is_foreign.values[v] && level.values[v] >= 0.0f;
+    });
+    rough.distance = signed_distance(std::move(level), reach);
   }
   return rough;
 }
@@ -204,29 +224,29 @@ Volume<float> without_roughness(const Volume<float>& distance) {
   const double voxel = mean_spacing(distance.geometry);
   Volume<float> smoothed = smooth(distance, kRoughnessVoxels * voxel);
   const auto deep = float(-0.3 * voxel);
-  for (int k = 0; k < distance.geometry.size[2]; ++k)
+  parallel_for(distance.geometry.size[2], [&](std::ptrdiff_t slice) {
+    const auto k = int(slice);
     for (int j = 0; j < distance.geometry.size[1]; ++j)
       for (int i = 0; i < distance.geometry.size[0]; ++i) {
         const float d = distance.at(i, j, k);
         if (d < 0.0f && smoothed.at(i, j, k) > deep && is_ridge(distance, i, j, k))
           smoothed.at(i, j, k) = std::min(smoothed.at(i, j, k), std::max(d, deep));
       }
+  });
   return smoothed;
 }
 
 /// The fit may have closed a place that is too narrow for the grid.
-void join_pieces(Volume<float>& phi, const FineGrid& fine, const Volume<std::uint8_t>& tree,
-                 const SegmentationOptions& options, Boundary& boundary) {
-  const auto overlap =
-      tree_in_pieces(find_pieces(sign_mask(phi, true), Connectivity::faces), tree, fine.ratio);
-  const Vec3& h = phi.geometry.spacing;
-  if (std::count_if(overlap.begin(), overlap.end(), [&](std::size_t count) {
-        return count > 0 && double(count) * h.x * h.y * h.z >= options.min_component_mm3;
-      }) < 2)
-    return;
+/// @return the pieces of the inside
+Pieces join_pieces(Volume<float>& phi, const FineGrid& fine, const Volume<std::uint8_t>& tree,
+                   const SegmentationOptions& options, Boundary& boundary) {
+  Pieces inside = find_pieces_inside(phi);
+  if (!is_broken(inside, tree, fine.ratio, phi.geometry.spacing, options.min_component_mm3))
+    return inside;
   const auto fine_tree = refine_mask(tree, phi.geometry, fine.ratio);
   for (const Vec3& place : bridge_pieces(phi, fine_tree, options.min_component_mm3))
     boundary.bridges_lps_mm.push_back(place);
+  return find_pieces_inside(phi);
 }
 
 }  // namespace
@@ -235,6 +255,7 @@ Boundary find_boundary(const BoundaryInput& input, const SegmentationOptions& op
                        const Progress& progress) {
   const VolumeGeometry& voxels = input.image.geometry;
   const double voxel = mean_spacing(voxels);
+  const double widest = std::max({voxels.spacing.x, voxels.spacing.y, voxels.spacing.z});
   // One seed or none gives one tree; with more, each may have its own.
   const double all_above = options.seeds_lps_mm.size() > 1
                                ? options.min_component_mm3
@@ -243,11 +264,11 @@ Boundary find_boundary(const BoundaryInput& input, const SegmentationOptions& op
   progress.report(0.7, "finding the boundary");
   const FineGrid fine = fine_grid(voxels);
   Volume<float> phi =
-      resample_cubic(without_roughness(rough.distance), fine.geometry(voxels).spacing);
+      refine_near_zero(without_roughness(rough.distance), fine, float(kBandVoxels * widest));
   Boundary boundary;
   Blur blur;
   for (int round = 0; round < kFitRounds; ++round) {
-    phi = signed_distance_band(phi, kBandVoxels * voxel);
+    keep_distance_band(phi, kBandVoxels * voxel);
     const Volume<float> share = blurred_share(phi, fine, voxels, blur);
     const double sd = std::hypot(blur.sd_voxels.x, 0.3);
     const IntensityLevels levels =
@@ -262,9 +283,9 @@ Boundary find_boundary(const BoundaryInput& input, const SegmentationOptions& op
   }
   boundary.bridges_lps_mm = rough.bridges_lps_mm;
   boundary.clipped_share = share_at_highest(input.image, rough.distance);
-  join_pieces(phi, fine, input.tree, options, boundary);
-  keep_tree_only(phi, input.tree, fine.ratio, all_above);
-  boundary.level_set = signed_distance(phi, kReachMm);
+  const Pieces inside = join_pieces(phi, fine, input.tree, options, boundary);
+  keep_tree_only(phi, inside, input.tree, fine.ratio, all_above);
+  boundary.level_set = signed_distance(std::move(phi), kReachMm);
   for (int a = 0; a < 3; ++a) boundary.blur_sd_mm[a] = blur.sd_voxels[a] * voxels.spacing[a];
   boundary.blur_is_told = blur.is_told;
   return boundary;

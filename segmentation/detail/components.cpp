@@ -5,6 +5,8 @@
 #include <cmath>
 #include <cstdint>
 
+#include "core/parallel.hpp"
+
 namespace angio::segmentation::detail {
 namespace {
 
@@ -30,26 +32,36 @@ struct Runs {
   std::vector<std::int32_t> start;
 };
 
-Runs find_runs(const Volume<std::uint8_t>& mask) {
-  const int ni = mask.geometry.size[0];
-  const auto row_count = mask.values.size() / std::size_t(ni);
-  Runs found;
-  found.start.reserve(row_count + 1);
-  for (std::size_t row = 0; row < row_count; ++row) {
-    found.start.push_back(std::int32_t(found.runs.size()));
-    const std::uint8_t* values = &mask.values[row * std::size_t(ni)];
-    for (int i = 0; i < ni;) {
-      if (!values[i]) {
-        ++i;
-        continue;
+/// The runs of values for which is_set(value).
+template <class Value, class IsSet>
+Runs find_runs(const Volume<Value>& volume, const IsSet& is_set) {
+  const auto [ni, nj, nk] = volume.geometry.size;
+  std::vector<Runs> slices(std::size_t(nk), Runs{});
+  parallel_for(nk, [&, ni = ni, nj = nj](std::ptrdiff_t k) {
+    Runs& found = slices[std::size_t(k)];
+    for (int j = 0; j < nj; ++j) {
+      found.start.push_back(std::int32_t(found.runs.size()));
+      const Value* values = &volume.at(0, j, int(k));
+      for (int i = 0; i < ni;) {
+        if (!is_set(values[i])) {
+          ++i;
+          continue;
+        }
+        const int first = i;
+        while (i < ni && is_set(values[i])) ++i;
+        found.runs.push_back({first, i, 0});
       }
-      const int first = i;
-      while (i < ni && values[i]) ++i;
-      found.runs.push_back({first, i, std::int32_t(found.runs.size())});
     }
+  });
+  Runs all;
+  for (const Runs& slice : slices) {
+    const auto before = std::int32_t(all.runs.size());
+    for (std::int32_t start : slice.start) all.start.push_back(before + start);
+    all.runs.insert(all.runs.end(), slice.runs.begin(), slice.runs.end());
   }
-  found.start.push_back(std::int32_t(found.runs.size()));
-  return found;
+  all.start.push_back(std::int32_t(all.runs.size()));
+  for (std::size_t r = 0; r < all.runs.size(); ++r) all.runs[r].parent = std::int32_t(r);
+  return all;
 }
 
 /// Joins the runs of two rows that touch; `slack` is 1 if corners count.
@@ -84,15 +96,12 @@ void join_all_rows(Runs& found, const VolumeGeometry& geometry, Connectivity con
     }
 }
 
-}  // namespace
-
-Pieces find_pieces(const Volume<std::uint8_t>& mask, Connectivity connectivity) {
-  Runs found = find_runs(mask);
-  join_all_rows(found, mask.geometry, connectivity);
+Pieces pieces_of(Runs found, const VolumeGeometry& geometry, Connectivity connectivity) {
+  join_all_rows(found, geometry, connectivity);
   Pieces pieces;
   pieces.runs.reserve(found.runs.size());
   std::vector<std::int32_t> label(found.runs.size(), 0);
-  const auto nj = std::size_t(mask.geometry.size[1]);
+  const auto nj = std::size_t(geometry.size[1]);
   for (std::size_t row = 0; row + 1 < found.start.size(); ++row)
     for (std::int32_t r = found.start[row]; r < found.start[row + 1]; ++r) {
       const auto root = std::size_t(root_of(found.runs, r));
@@ -105,6 +114,23 @@ Pieces find_pieces(const Volume<std::uint8_t>& mask, Connectivity connectivity) 
       pieces.voxel_count[std::size_t(label[root])] += std::size_t(last - first);
     }
   return pieces;
+}
+
+}  // namespace
+
+Pieces find_pieces(const Volume<std::uint8_t>& mask, Connectivity connectivity) {
+  return pieces_of(find_runs(mask, [](std::uint8_t value) { return value != 0; }), mask.geometry,
+                   connectivity);
+}
+
+Pieces find_pieces_inside(const Volume<float>& level) {
+  return pieces_of(find_runs(level, [](float value) { return value < 0.0f; }), level.geometry,
+                   Connectivity::faces);
+}
+
+Pieces find_pieces_outside(const Volume<float>& level) {
+  return pieces_of(find_runs(level, [](float value) { return !(value < 0.0f); }), level.geometry,
+                   Connectivity::faces);
 }
 
 Components label_components(const Volume<std::uint8_t>& mask, Connectivity connectivity) {

@@ -31,6 +31,9 @@ struct Pieces {
 
 /// Labels in the order of each piece's first voxel.
 Pieces find_pieces(const Volume<std::uint8_t>& mask, Connectivity connectivity);
+/// Of where a level is negative, or is not; joined by faces.
+Pieces find_pieces_inside(const Volume<float>& level);
+Pieces find_pieces_outside(const Volume<float>& level);
 Components label_components(const Volume<std::uint8_t>& mask, Connectivity connectivity);
 
 /// The smallest box around the set voxels, grown by a margin and clipped to the grid.

@@ -276,6 +276,17 @@ CoarseField wide_part_for(Misfit misfit, const Windows& windows, double noise_sh
   return {std::move(misfit.sum), {kBlock, kBlock, kBlock}};
 }
 
+bool has_wide_part(const Windows& windows, const Brick& brick) {
+  std::vector<float> part(std::size_t(brick.size[0]));
+  for (int k = 0; k < brick.size[2]; ++k)
+    for (int j = 0; j < brick.size[1]; ++j) {
+      windows.wide_part.row(brick.first[0], brick.first[1] + j, brick.first[2] + k, brick.size[0],
+                            part.data());
+      if (*std::max_element(part.begin(), part.end()) > 0.0f) return true;
+    }
+  return false;
+}
+
 /// Takes roughness finer than a voxel off the boundary where the wide window is used; what that
 /// shrinks, the next step gives back.
 void smooth_unexplained(Volume<float>& phi, const FineGrid& fine, const std::vector<Brick>& bricks,
@@ -283,39 +294,45 @@ void smooth_unexplained(Volume<float>& phi, const FineGrid& fine, const std::vec
   constexpr double kVariance = 0.25;  // [voxels^2]
   const auto& parts = windows.wide_part.coarse().values;
   if (*std::max_element(parts.begin(), parts.end()) <= 0.0f) return;
-  const Volume<float> before = phi;
   BlurKernels kernels;
   int border = 1;
   for (std::size_t a = 0; a < 3; ++a) {
     kernels[a] = sampled_gaussian(kVariance * fine.ratio[a] * fine.ratio[a]);
     border = std::max(border, int(kernels[a].size()));
   }
-  parallel_for_uneven(std::ptrdiff_t(bricks.size()), [&](std::ptrdiff_t b) {
-    const Brick& coarse = bricks[std::size_t(b)];
+  const auto fine_brick = [&](const Brick& coarse) {
     Brick brick;
     for (std::size_t a = 0; a < 3; ++a) {
       brick.first[a] = coarse.first[a] * fine.ratio[a];
       brick.size[a] =
           std::min(coarse.size[a] * fine.ratio[a], phi.geometry.size[a] - brick.first[a]);
     }
-    std::vector<float> part(std::size_t(coarse.size[0]));
-    Patch patch;
+    return brick;
+  };
+  std::vector<Patch> smoothed(bricks.size());  // all of them before one is changed
+  parallel_for_uneven(std::ptrdiff_t(bricks.size()), [&](std::ptrdiff_t b) {
+    const Brick& coarse = bricks[std::size_t(b)];
+    if (!has_wide_part(windows, coarse)) return;
+    Patch& patch = smoothed[std::size_t(b)];
     std::vector<float> scratch;
+    gather(patch, phi, {1, 1, 1}, fine_brick(coarse), border);
+    for (int axis = 0; axis < 3; ++axis) convolve(patch, kernels[std::size_t(axis)], axis, scratch);
+  });
+  parallel_for_uneven(std::ptrdiff_t(bricks.size()), [&](std::ptrdiff_t b) {
+    const Brick& coarse = bricks[std::size_t(b)];
+    const Patch& patch = smoothed[std::size_t(b)];
+    if (patch.values.empty()) return;
+    const Brick brick = fine_brick(coarse);
+    std::vector<float> part(std::size_t(coarse.size[0]));
     for (int k = 0; k < brick.size[2]; ++k)
       for (int j = 0; j < brick.size[1]; ++j) {
         windows.wide_part.row(coarse.first[0], coarse.first[1] + j / fine.ratio[1],
                               coarse.first[2] + k / fine.ratio[2], coarse.size[0], part.data());
-        if (*std::max_element(part.begin(), part.end()) <= 0.0f) continue;
-        if (patch.values.empty()) {
-          gather(patch, before, {1, 1, 1}, brick, border);
-          for (int axis = 0; axis < 3; ++axis)
-            convolve(patch, kernels[std::size_t(axis)], axis, scratch);
-        }
         float* row = &phi.at(brick.first[0], brick.first[1] + j, brick.first[2] + k);
-        const float* smoothed = patch.at(brick.first[0], brick.first[1] + j, brick.first[2] + k);
+        const float* to = patch.at(brick.first[0], brick.first[1] + j, brick.first[2] + k);
         for (int i = 0; i < brick.size[0]; ++i)
           if (std::abs(row[i]) < band)
-            row[i] += part[std::size_t(i / fine.ratio[0])] * (smoothed[i] - row[i]);
+            row[i] += part[std::size_t(i / fine.ratio[0])] * (to[i] - row[i]);
       }
   });
 }
@@ -328,8 +345,14 @@ void fit_edges(Volume<float>& phi, const FineGrid& fine, const EdgeModel& model,
   const Vec3& h = voxels.spacing;
   const auto band = float(kBandVoxels * std::max({h.x, h.y, h.z}));
   Windows windows(model.noise_share, voxels);
+  const auto edge = float(std::max({h.x, h.y, h.z}));
+  // No step comes to others: each moves the boundary by part of a voxel.
+  const auto candidates =
+      bricks_at_boundary(phi, fine, voxels, 1.0f + float(kMostShift * std::max(steps - 1, 0)));
   for (int step = 0; step < steps; ++step) {
-    const auto bricks = bricks_at_boundary(phi, fine, voxels, 1.0f);
+    std::vector<Brick> bricks;
+    for (const Brick& brick : candidates)
+      if (is_at_boundary(phi, fine, brick, edge)) bricks.push_back(brick);
     if (step > 0) smooth_unexplained(phi, fine, bricks, windows, band);
     const auto kernels = blur_kernels(blur);
     std::vector<std::vector<float>> shift(bricks.size());

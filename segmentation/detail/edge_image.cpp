@@ -29,7 +29,72 @@ float part_behind_plane(double distance, Vec3 m) {
   return float(distance < 0.0 ? 1.0 - cut : cut);
 }
 
+/// Catmull-Rom's weights at the steps between two voxels.
+std::vector<std::array<float, 4>> cubic_weights(int ratio) {
+  std::vector<std::array<float, 4>> weights;
+  for (int step = 0; step < ratio; ++step) {
+    const auto t = float(double(step) / ratio);
+    weights.push_back({0.5f * t * (-1.0f + t * (2.0f - t)), 1.0f + 0.5f * t * t * (3.0f * t - 5.0f),
+                       0.5f * t * (1.0f + t * (4.0f - 3.0f * t)), 0.5f * t * t * (t - 1.0f)});
+  }
+  return weights;
+}
+
+/// Refines a patch along one axis; of the voxels one is left out at the front and two behind.
+void refine_axis(Patch& patch, int ratio, std::size_t axis, Patch& scratch) {
+  std::swap(patch, scratch);
+  const auto weights = cubic_weights(ratio);
+  std::array<int, 3> size = scratch.size;
+  size[axis] = (size[axis] - 3) * ratio;
+  patch.resize(scratch.first, size);
+  const std::array<std::ptrdiff_t, 3> stride{1, scratch.size[0],
+                                             std::ptrdiff_t(scratch.size[0]) * scratch.size[1]};
+  const std::ptrdiff_t one = stride[axis];
+  for (int k = 0; k < size[2]; ++k)
+    for (int j = 0; j < size[1]; ++j) {
+      float* out = patch.row(j, k);
+      for (int i = 0; i < size[0]; ++i) {
+        std::array<int, 3> at{i, j, k};
+        const auto& w = weights[std::size_t(at[axis] % ratio)];
+        at[axis] /= ratio;
+        const float* from = scratch.row(at[1], at[2]) + at[0];
+        out[i] = w[0] * from[0] + w[1] * from[one] + w[2] * from[2 * one] + w[3] * from[3 * one];
+      }
+    }
+}
+
 }  // namespace
+
+Volume<float> refine_near_zero(const Volume<float>& distance, const FineGrid& fine, float far_mm) {
+  Volume<float> result(fine.geometry(distance.geometry));
+  const auto bricks = bricks_with(distance.geometry, kBrick, [](const Brick&) { return true; });
+  parallel_for_uneven(std::ptrdiff_t(bricks.size()), [&](std::ptrdiff_t b) {
+    const Brick& brick = bricks[std::size_t(b)];
+    Patch patch, scratch;
+    gather(patch, distance, {1, 1, 1},
+           {brick.first, {brick.size[0] + 1, brick.size[1] + 1, brick.size[2] + 1}}, 1);
+    const bool is_near = std::any_of(patch.values.begin(), patch.values.end(),
+                                     [&](float d) { return std::abs(d) < far_mm; });
+    std::array<int, 3> first{}, size{};
+    for (std::size_t a = 0; a < 3; ++a) {
+      first[a] = brick.first[a] * fine.ratio[a];
+      size[a] = std::min(brick.size[a] * fine.ratio[a], result.geometry.size[a] - first[a]);
+      if (is_near) refine_axis(patch, fine.ratio[a], a, scratch);
+    }
+    for (int k = 0; k < size[2]; ++k)
+      for (int j = 0; j < size[1]; ++j) {
+        float* out = &result.at(first[0], first[1] + j, first[2] + k);
+        if (is_near) {
+          std::copy_n(patch.row(j, k), size[0], out);
+          continue;
+        }
+        const float* from = patch.row(1 + j / fine.ratio[1], 1 + k / fine.ratio[2]) + 1;
+        for (int i = 0; i < size[0]; ++i)
+          out[i] = from[i / fine.ratio[0]] < 0.0f ? -far_mm : far_mm;
+      }
+  });
+  return result;
+}
 
 std::vector<float> sampled_gaussian(double variance) {
   const int reach = std::max(1, int(std::ceil(3.5 * std::sqrt(variance))));
@@ -135,20 +200,25 @@ int longest_reach(const BlurKernels& kernels) {
   return int(most) - 1;
 }
 
+bool is_at_boundary(const Volume<float>& phi, const FineGrid& fine, const Brick& brick,
+                    float band_mm) {
+  for (int k = 0; k < brick.size[2]; ++k)
+    for (int j = 0; j < brick.size[1]; ++j) {
+      const float* row =
+          &phi.at(brick.first[0] * fine.ratio[0], (brick.first[1] + j) * fine.ratio[1],
+                  (brick.first[2] + k) * fine.ratio[2]);
+      for (int i = 0; i < brick.size[0]; ++i)
+        if (std::abs(row[i * fine.ratio[0]]) < band_mm) return true;
+    }
+  return false;
+}
+
 std::vector<Brick> bricks_at_boundary(const Volume<float>& phi, const FineGrid& fine,
                                       const VolumeGeometry& voxels, float band_voxels) {
   const Vec3& h = voxels.spacing;
   const float band = band_voxels * float(std::max({h.x, h.y, h.z}));
-  return bricks_with(voxels, kBrick, [&](const Brick& brick) {
-    for (int k = 0; k < brick.size[2]; ++k)
-      for (int j = 0; j < brick.size[1]; ++j)
-        for (int i = 0; i < brick.size[0]; ++i)
-          if (std::abs(phi.at((brick.first[0] + i) * fine.ratio[0],
-                              (brick.first[1] + j) * fine.ratio[1],
-                              (brick.first[2] + k) * fine.ratio[2])) < band)
-            return true;
-    return false;
-  });
+  return bricks_with(voxels, kBrick,
+                     [&](const Brick& brick) { return is_at_boundary(phi, fine, brick, band); });
 }
 
 VolumeGeometry FineGrid::geometry(const VolumeGeometry& voxels) const {

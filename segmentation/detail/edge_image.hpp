@@ -26,6 +26,13 @@ struct FineGrid {
   [[nodiscard]] VolumeGeometry geometry(const VolumeGeometry& voxels) const;
 };
 
+/// A distance on the fine grid, by Catmull-Rom cubics where it is near zero.
+///
+/// @param far_mm  farther than this the result holds this value, with the distance's sign; well
+/// over
+///                a voxel, or cubics could turn signs there
+Volume<float> refine_near_zero(const Volume<float>& distance, const FineGrid& fine, float far_mm);
+
 /// Weights at 0, 1, ... voxels of a Gaussian sampled there, as narrow as gives the weights the
 /// variance asked for: far below a voxel, samples of that variance itself would have next to none.
 std::vector<float> sampled_gaussian(double variance);
@@ -42,7 +49,11 @@ using BlurKernels = std::array<std::vector<float>, 3>;
 BlurKernels blur_kernels(const Blur& blur);
 int longest_reach(const BlurKernels& kernels);
 
-/// Bricks with voxels that lie within a band beside the boundary.
+/// Whether voxels of a brick lie within a band beside the boundary.
+bool is_at_boundary(const Volume<float>& phi, const FineGrid& fine, const Brick& brick,
+                    float band_mm);
+
+/// The bricks that do.
 std::vector<Brick> bricks_at_boundary(const Volume<float>& phi, const FineGrid& fine,
                                       const VolumeGeometry& voxels, float band_voxels);
 

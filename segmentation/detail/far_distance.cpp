@@ -88,27 +88,35 @@ void propagate(CoarsePoints& points, float reach) {
   for (std::size_t v = 0; v < points.squared.size(); ++v)
     if (points.squared[v] != kFar) push(v, 0);
   std::vector<std::uint8_t> is_done(points.squared.size(), 0);
+  const auto ni = std::size_t(grid.size[0]), nj = std::size_t(grid.size[1]);
+  const float reach_squared = reach * reach;
   for (std::size_t now = 0; now < front.size(); ++now)
     for (std::size_t n = 0; n < front[now].size(); ++n) {
       const std::size_t v = front[now][n];
       if (std::exchange(is_done[v], std::uint8_t{1})) continue;
-      const auto ni = std::size_t(grid.size[0]), nj = std::size_t(grid.size[1]);
       const std::array<int, 3> at{int(v % ni), int(v / ni % nj), int(v / ni / nj)};
-      for (int dk = -1; dk <= 1; ++dk)
-        for (int dj = -1; dj <= 1; ++dj)
-          for (int di = -1; di <= 1; ++di) {
-            if (!grid.contains(at[0] + di, at[1] + dj, at[2] + dk)) continue;
-            const std::size_t other = grid.offset(at[0] + di, at[1] + dj, at[2] + dk);
-            const Offset way =
-                points.offset[v] - Offset{float(di) * h.x, float(dj) * h.y, float(dk) * h.z};
+      std::array<int, 3> low{}, high{};
+      for (std::size_t a = 0; a < 3; ++a) {
+        low[a] = at[a] > 0 ? -1 : 0;
+        high[a] = at[a] + 1 < grid.size[a] ? 1 : 0;
+      }
+      const Offset here = points.offset[v], normal = points.normal[v];
+      for (int dk = low[2]; dk <= high[2]; ++dk)
+        for (int dj = low[1]; dj <= high[1]; ++dj) {
+          const std::size_t row = grid.offset(at[0], at[1] + dj, at[2] + dk);
+          const float y = here.y - float(dj) * h.y, z = here.z - float(dk) * h.z;
+          for (int di = low[0]; di <= high[0]; ++di) {
+            const auto other = std::size_t(std::ptrdiff_t(row) + di);
+            const Offset way{here.x - float(di) * h.x, y, z};
             const float squared = norm_squared(way);
-            if (is_done[other] || squared >= points.squared[other]) continue;
-            if (!points.is_inside[other] && squared > reach * reach) continue;
+            if (squared >= points.squared[other] || is_done[other]) continue;
+            if (squared > reach_squared && !points.is_inside[other]) continue;
             points.squared[other] = squared;
             points.offset[other] = way;
-            points.normal[other] = points.normal[v];
+            points.normal[other] = normal;
             push(other, now);
           }
+        }
     }
 }
 

@@ -134,67 +134,6 @@ Volume<float> block_average(const Volume<float>& volume, const std::array<int, 3
   return result;
 }
 
-namespace {
-
-/// Where a resampled voxel lies between the old ones: four of them and their weights.
-struct CubicStencil {
-  std::array<int, 4> index;
-  std::array<float, 4> weight;
-};
-
-std::vector<CubicStencil> cubic_stencils(int old_count, int new_count, double ratio) {
-  std::vector<CubicStencil> stencils;
-  for (int n = 0; n < new_count; ++n) {
-    const double x = n * ratio;
-    const int cell = std::clamp(int(std::floor(x + 1e-9)), 0, std::max(old_count - 2, 0));
-    const auto t = float(x - cell);
-    CubicStencil stencil{};
-    for (int s = 0; s < 4; ++s)
-      stencil.index[std::size_t(s)] = std::clamp(cell - 1 + s, 0, old_count - 1);
-    stencil.weight = {0.5f * t * (-1.0f + t * (2.0f - t)), 1.0f + 0.5f * t * t * (3.0f * t - 5.0f),
-                      0.5f * t * (1.0f + t * (4.0f - 3.0f * t)), 0.5f * t * t * (t - 1.0f)};
-    stencils.push_back(stencil);
-  }
-  return stencils;
-}
-
-Volume<float> resample_axis(const Volume<float>& volume, int axis, double spacing) {
-  const auto a = std::size_t(axis);
-  VolumeGeometry geometry = volume.geometry;
-  const double ratio = spacing / geometry.spacing[axis];
-  geometry.size[a] = int(std::floor((geometry.size[a] - 1) / ratio + 1e-6)) + 1;
-  geometry.spacing[axis] = spacing;
-  const auto stencils = cubic_stencils(volume.geometry.size[a], geometry.size[a], ratio);
-  Volume<float> result(geometry);
-  parallel_for(geometry.size[2], [&](std::ptrdiff_t k) {
-    for (int j = 0; j < geometry.size[1]; ++j) {
-      float* out = &result.at(0, j, int(k));
-      for (int i = 0; axis == 0 && i < geometry.size[0]; ++i) {
-        const auto& [index, weight] = stencils[std::size_t(i)];
-        const float* row = &volume.at(0, j, int(k));
-        out[i] = weight[0] * row[index[0]] + weight[1] * row[index[1]] + weight[2] * row[index[2]] +
-                 weight[3] * row[index[3]];
-      }
-      if (axis == 0) continue;
-      const auto& [index, weight] = stencils[std::size_t(axis == 1 ? j : int(k))];
-      std::array<const float*, 4> rows{};
-      for (std::size_t s = 0; s < 4; ++s)
-        rows[s] = axis == 1 ? &volume.at(0, index[s], int(k)) : &volume.at(0, j, index[s]);
-      for (int i = 0; i < geometry.size[0]; ++i)
-        out[i] = weight[0] * rows[0][i] + weight[1] * rows[1][i] + weight[2] * rows[2][i] +
-                 weight[3] * rows[3][i];
-    }
-  });
-  return result;
-}
-
-}  // namespace
-
-Volume<float> resample_cubic(const Volume<float>& volume, const Vec3& spacing) {
-  return resample_axis(resample_axis(resample_axis(volume, 0, spacing.x), 1, spacing.y), 2,
-                       spacing.z);
-}
-
 VolumeGeometry cropped_geometry(const VolumeGeometry& geometry, const VoxelBox& box) {
   VolumeGeometry part = geometry;
   part.size = box.size;

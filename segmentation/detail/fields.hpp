@@ -21,11 +21,6 @@ Volume<float> block_average(const Volume<float>& volume, const std::array<int, 3
 /// The block size that brings every spacing near `spacing_mm`, at least 1.
 std::array<int, 3> block_size(const VolumeGeometry& geometry, double spacing_mm);
 
-/// Resamples along the same axes, from the same first voxel, by Catmull-Rom cubics.
-///
-/// @param spacing  of the result [mm]; its last voxel is the last that lies inside the grid
-Volume<float> resample_cubic(const Volume<float>& volume, const Vec3& spacing);
-
 /// A box of voxels, [first, first + size).
 struct VoxelBox {
   std::array<int, 3> first{0, 0, 0};

@@ -47,21 +47,24 @@ class BrickDistance {
     border_ = 1 + int(std::ceil(reach_mm / std::min({h.x, h.y, h.z})));
   }
 
-  /// Writes the brick's distances into the result.
-  void run(const Brick& brick, Volume<float>& result) {
+  /// The brick's distances, row by row; empty if the zero does not come near it.
+  std::vector<float> run(const Brick& brick) {
     gather(patch_, level_, {1, 1, 1}, brick, border_);
-    if (!find_first_layer()) return;
-    propagate();
+    if (!find_first_layer()) return {};
+    propagate(brick);
     refine_near(brick);
+    std::vector<float> result;
+    result.reserve(std::size_t(brick.size[0]) * std::size_t(brick.size[1]) *
+                   std::size_t(brick.size[2]));
     for (int k = 0; k < brick.size[2]; ++k)
       for (int j = 0; j < brick.size[1]; ++j) {
-        float* out = &result.at(brick.first[0], brick.first[1] + j, brick.first[2] + k);
         const std::size_t from = patch_.offset(border_, j + border_, k + border_);
-        for (int i = 0; i < brick.size[0]; ++i) {
-          const float d = std::min(std::sqrt(squared_[from + std::size_t(i)]), reach_);
-          out[i] = patch_.values[from + std::size_t(i)] < 0.0f ? -d : d;
+        for (std::size_t v = from; v < from + std::size_t(brick.size[0]); ++v) {
+          const float d = std::min(std::sqrt(squared_[v]), reach_);
+          result.push_back(is_inside(v) ? -d : d);
         }
       }
+    return result;
   }
 
  private:
@@ -73,7 +76,7 @@ class BrickDistance {
   [[nodiscard]] Slope sample(const std::array<int, 3>& voxel, const Offset& way) const;
   [[nodiscard]] Offset refine(const std::array<int, 3>& voxel, const Offset& start) const;
   bool find_first_layer();
-  void propagate();
+  void propagate(const Brick& brick);
   void refine_near(const Brick& brick);
 
   const Volume<float>& level_;
@@ -85,6 +88,7 @@ class BrickDistance {
   std::vector<float> squared_;
   std::vector<Offset> offset_;
   std::vector<std::vector<std::uint32_t>> front_;
+  std::vector<std::uint8_t> is_done_;
 };
 
 /// The cubic interpolant at a way [mm] from a voxel.
@@ -172,38 +176,60 @@ bool BrickDistance::find_first_layer() {
   return is_any;
 }
 
-/// Hands closest points on from near voxels to far ones, on each side of the surface by itself.
-void BrickDistance::propagate() {
+/// Hands closest points on from near voxels to far ones, on each side of the surface by itself; not
+/// from where the brick is farther than the reach.
+void BrickDistance::propagate(const Brick& brick) {
   const float step = 0.25f * std::min({h_.x, h_.y, h_.z});
-  front_.assign(std::size_t(reach_ / step) + 2, {});
+  front_.resize(std::size_t(reach_ / step) + 2);
+  for (auto& bucket : front_) bucket.clear();
   const auto push = [&](std::size_t v, std::size_t now) {
     const auto bucket = std::max(now, std::size_t(std::sqrt(squared_[v]) / step));
     if (bucket < front_.size()) front_[bucket].push_back(std::uint32_t(v));
   };
   for (std::size_t v = 0; v < squared_.size(); ++v)
     if (squared_[v] != kFar) push(v, 0);
-  std::vector<std::uint8_t> is_done(squared_.size(), 0);
+  is_done_.assign(squared_.size(), 0);
+  // What a voxel hands on has come this far, and has the way to the brick before it.
+  const auto is_of_use = [&](const std::array<int, 3>& at, float squared) {
+    Offset way;
+    for (std::size_t a = 0; a < 3; ++a) {
+      const int beside = std::max({border_ - at[a], at[a] - (border_ + brick.size[a] - 1), 0});
+      way[int(a)] = float(beside) * h_[int(a)];
+    }
+    return norm(way) + std::sqrt(squared) < reach_ + norm(h_);
+  };
+  struct Neighbor {
+    std::ptrdiff_t stride;
+    Offset way;
+  };
+  std::vector<Neighbor> neighbors;
+  const std::ptrdiff_t nj = patch_.size[0], nk = nj * patch_.size[1];
+  for (int dk = -1; dk <= 1; ++dk)
+    for (int dj = -1; dj <= 1; ++dj)
+      for (int di = -1; di <= 1; ++di)
+        if (di != 0 || dj != 0 || dk != 0)
+          neighbors.push_back(
+              {di + dj * nj + dk * nk, {float(di) * h_.x, float(dj) * h_.y, float(dk) * h_.z}});
   for (std::size_t now = 0; now < front_.size(); ++now)
     for (std::size_t n = 0; n < front_[now].size(); ++n) {
       const std::size_t v = front_[now][n];
-      if (std::exchange(is_done[v], std::uint8_t{1})) continue;
+      if (std::exchange(is_done_[v], std::uint8_t{1})) continue;
       const auto at = place(v);
       if (at[0] < 1 || at[1] < 1 || at[2] < 1 || at[0] + 1 >= patch_.size[0] ||
           at[1] + 1 >= patch_.size[1] || at[2] + 1 >= patch_.size[2])
         continue;
-      for (int dk = -1; dk <= 1; ++dk)
-        for (int dj = -1; dj <= 1; ++dj)
-          for (int di = -1; di <= 1; ++di) {
-            const std::size_t other = patch_.offset(at[0] + di, at[1] + dj, at[2] + dk);
-            if (is_done[other] || is_inside(other) != is_inside(v)) continue;
-            const Offset way =
-                offset_[v] - Offset{float(di) * h_.x, float(dj) * h_.y, float(dk) * h_.z};
-            const float squared = norm_squared(way);
-            if (squared >= squared_[other]) continue;
-            squared_[other] = squared;
-            offset_[other] = way;
-            push(other, now);
-          }
+      if (!is_of_use(at, squared_[v])) continue;
+      const Offset here = offset_[v];
+      const bool inside = is_inside(v);
+      for (const Neighbor& neighbor : neighbors) {
+        const auto other = std::size_t(std::ptrdiff_t(v) + neighbor.stride);
+        const Offset way = here - neighbor.way;
+        const float squared = norm_squared(way);
+        if (squared >= squared_[other] || is_done_[other] || is_inside(other) != inside) continue;
+        squared_[other] = squared;
+        offset_[other] = way;
+        push(other, now);
+      }
     }
 }
 
@@ -223,59 +249,100 @@ void BrickDistance::refine_near(const Brick& brick) {
       }
 }
 
-/// Whether a level has both signs, or is near its zero, in a brick or within the reach beside it.
-bool has_zero_near(const Volume<float>& level, const Brick& brick, int border) {
-  const auto& size = level.geometry.size;
-  std::array<int, 3> low{}, high{};
-  for (std::size_t a = 0; a < 3; ++a) {
-    low[a] = std::max(brick.first[a] - border, 0);
-    high[a] = std::min(brick.first[a] + brick.size[a] + border, size[a]);
+/// Which signs a level has, in cells of a grid.
+class SignCells {
+ public:
+  explicit SignCells(const Volume<float>& level) : size_(level.geometry.size) {
+    for (std::size_t a = 0; a < 3; ++a) count_[a] = (size_[a] + kEdge - 1) / kEdge;
+    signs_.assign(std::size_t(count_[0]) * std::size_t(count_[1]) * std::size_t(count_[2]), 0);
+    parallel_for(count_[2], [&](std::ptrdiff_t c) {
+      for (int k = int(c) * kEdge; k < std::min((int(c) + 1) * kEdge, size_[2]); ++k)
+        for (int j = 0; j < size_[1]; ++j) {
+          const float* row = &level.at(0, j, k);
+          std::uint8_t* cells = &signs_[offset(0, j / kEdge, int(c))];
+          for (int i = 0; i < size_[0]; i += kEdge, ++cells) {
+            const int end = std::min(i + kEdge, size_[0]);
+            int inside = 0;
+            for (int n = i; n < end; ++n) inside += int(row[n] < 0.0f);
+            *cells = std::uint8_t(*cells | (inside > 0 ? 1 : 0) | (inside < end - i ? 2 : 0));
+          }
+        }
+    });
   }
-  const bool inside = level.at(low[0], low[1], low[2]) < 0.0f;
-  for (int k = low[2]; k < high[2]; ++k)
-    for (int j = low[1]; j < high[1]; ++j) {
-      const float* row = &level.at(0, j, k);
-      int other = 0;
-      for (int i = low[0]; i < high[0]; ++i) other += int((row[i] < 0.0f) != inside);
-      if (other > 0) return true;
+  /// Whether there are both in a brick or beside it (by up to a cell more than the border).
+  [[nodiscard]] bool has_both_near(const Brick& brick, int border) const {
+    std::array<int, 3> low{}, high{};
+    for (std::size_t a = 0; a < 3; ++a) {
+      low[a] = std::max(brick.first[a] - border, 0) / kEdge;
+      high[a] = std::min(brick.first[a] + brick.size[a] + border, size_[a]) - 1;
+      high[a] /= kEdge;
     }
-  return false;
-}
+    std::uint8_t signs = 0;
+    for (int k = low[2]; k <= high[2]; ++k)
+      for (int j = low[1]; j <= high[1]; ++j)
+        for (int i = low[0]; i <= high[0]; ++i)
+          signs = std::uint8_t(signs | signs_[offset(i, j, k)]);
+    return signs == 3;
+  }
+
+ private:
+  static constexpr int kEdge = 8;
+  [[nodiscard]] std::size_t offset(int i, int j, int k) const {
+    return (std::size_t(k) * std::size_t(count_[1]) + std::size_t(j)) * std::size_t(count_[0]) +
+           std::size_t(i);
+  }
+  std::array<int, 3> size_;
+  std::array<int, 3> count_{};
+  std::vector<std::uint8_t> signs_;  ///< 1: inside, 2: outside, 3: both
+};
 
 double band_of(const VolumeGeometry& geometry) {
   return kBandVoxels * std::max({geometry.spacing.x, geometry.spacing.y, geometry.spacing.z});
 }
 
-/// Distances that end at the reach on both sides.
-Volume<float> banded(const Volume<float>& level, double reach_mm, double refined_mm) {
-  Volume<float> result(level.geometry);
-  const std::size_t slice = result.values.size() / std::size_t(level.geometry.size[2]);
-  parallel_for(level.geometry.size[2], [&](std::ptrdiff_t k) {
-    for (std::size_t v = std::size_t(k) * slice; v < (std::size_t(k) + 1) * slice; ++v)
-      result.values[v] = level.values[v] < 0.0f ? -float(reach_mm) : float(reach_mm);
-  });
+/// Turns a level into distances that end at the reach on both sides.
+void end_at_band(Volume<float>& level, double reach_mm, double refined_mm) {
   const Vec3& h = level.geometry.spacing;
   const int border = 1 + int(std::ceil(reach_mm / std::min({h.x, h.y, h.z})));
-  const auto bricks = bricks_with(level.geometry, kBrick, [&](const Brick& brick) {
-    return has_zero_near(level, brick, border);
-  });
+  const SignCells cells(level);
+  const auto bricks = bricks_with(level.geometry, kBrick, [](const Brick&) { return true; });
+  std::vector<std::vector<float>> near(bricks.size());
+  constexpr std::size_t kTogether = 4;  // share their memory
+  parallel_for_uneven(
+      std::ptrdiff_t((bricks.size() + kTogether - 1) / kTogether), [&](std::ptrdiff_t group) {
+        BrickDistance work(level, reach_mm, refined_mm);
+        const std::size_t first = std::size_t(group) * kTogether;
+        for (std::size_t b = first; b < std::min(first + kTogether, bricks.size()); ++b)
+          if (cells.has_both_near(bricks[b], border)) near[b] = work.run(bricks[b]);
+      });
+  const auto far = float(reach_mm);
   parallel_for_uneven(std::ptrdiff_t(bricks.size()), [&](std::ptrdiff_t b) {
-    BrickDistance(level, reach_mm, refined_mm).run(bricks[std::size_t(b)], result);
+    const Brick& brick = bricks[std::size_t(b)];
+    const float* from = near[std::size_t(b)].empty() ? nullptr : near[std::size_t(b)].data();
+    for (int k = 0; k < brick.size[2]; ++k)
+      for (int j = 0; j < brick.size[1]; ++j) {
+        float* out = &level.at(brick.first[0], brick.first[1] + j, brick.first[2] + k);
+        if (from != nullptr) {
+          std::copy_n(from, brick.size[0], out);
+          from += brick.size[0];
+        } else {
+          for (int i = 0; i < brick.size[0]; ++i) out[i] = out[i] < 0.0f ? -far : far;
+        }
+      }
   });
-  return result;
 }
 
 }  // namespace
 
-Volume<float> signed_distance_band(const Volume<float>& level, double reach_mm) {
-  return banded(level, reach_mm, 0.4 * reach_mm);
+void keep_distance_band(Volume<float>& level, double reach_mm) {
+  end_at_band(level, reach_mm, 0.4 * reach_mm);
 }
 
-Volume<float> signed_distance(const Volume<float>& level, double reach_mm) {
+Volume<float> signed_distance(Volume<float> level, double reach_mm) {
   const double band = band_of(level.geometry);
-  Volume<float> distance = banded(level, band, band);
-  continue_distance(distance, band, reach_mm);
-  return distance;
+  end_at_band(level, band, band);
+  continue_distance(level, band, reach_mm);
+  return level;
 }
 
 }  // namespace angio::segmentation::detail

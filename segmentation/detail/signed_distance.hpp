@@ -23,10 +23,10 @@ namespace angio::segmentation::detail {
 /// @param level     any continuous function, negative inside
 /// @param reach_mm  outside, distances end at this value; inside there is no end
 /// @return -infinity everywhere if the level is negative everywhere
-Volume<float> signed_distance(const Volume<float>& level, double reach_mm);
+Volume<float> signed_distance(Volume<float> level, double reach_mm);
 
-/// The same near the zero only: values end at `reach_mm` on both sides.
+/// Puts the same in place of the level, near the zero only: values end at `reach_mm` on both sides.
 /// @param reach_mm  a few voxels
-Volume<float> signed_distance_band(const Volume<float>& level, double reach_mm);
+void keep_distance_band(Volume<float>& level, double reach_mm);
 
 }  // namespace angio::segmentation::detail
