@@ -1,9 +1,10 @@
 #include "centerline/detail/tube_fit.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdlib>
 #include <iterator>
-#include <map>
 #include <utility>
 
 #include "core/units.hpp"
@@ -14,37 +15,91 @@ namespace {
 constexpr int kDegree = 2;            // of the polynomial along the line
 constexpr double kSignificant = 3.0;  // -log 5 %: noise alone rarely has more times its mean power
 
-int term_count(int order) { return (2 * order + 1) * (kDegree + 1); }
-/// Harmonics 1, cos, sin, cos 2, ... of an angle times powers of s, one row of the fit.
-template <class Row>
-void fill_row(int order, double cosine, double sine, double s, double scale, Row&& row) {
-  double c = 1.0, d = 0.0;
-  int at = 0;
-  const auto put = [&](double value) {
-    double power = scale * value;
-    for (int k = 0; k <= kDegree; ++k, power *= s) row(at++) = power;
-  };
-  put(1.0);
-  for (int m = 1; m <= order; ++m) {
-    const double next = c * cosine - d * sine;
-    d = d * cosine + c * sine;
-    c = next;
-    put(c);
-    put(d);
+constexpr int kPowers = kDegree + 1;
+
+int term_count(int order) { return (2 * order + 1) * kPowers; }
+
+/// 1, cos, sin, cos 2, sin 2, ... of a sample's angle.
+template <int Order>
+struct Harmonics {
+  std::array<double, 2 * Order + 1> value;
+  Harmonics(const Sample& sample, int order) {
+    double c = 1.0, d = 0.0;
+    value[0] = 1.0;
+    for (std::size_t m = 1; m <= std::size_t(order); ++m) {
+      const double next = c * sample.cos - d * sample.sin;
+      d = d * sample.cos + c * sample.sin;
+      c = next;
+      value[2 * m - 1] = c;
+      value[2 * m] = d;
+    }
   }
-}
+};
+
+/// The weighted normal equations of the harmonics times powers of s. Products of two harmonics are
+/// sums of two others, so few sums over the samples tell the whole matrix:
+///
+///     2 cos m cos n = cos(m - n) + cos(m + n),  2 sin m sin n = cos(m - n) - cos(m + n),
+///     2 sin m cos n = sin(m + n) + sin(m - n)
+class NormalEquations {
+ public:
+  NormalEquations(int order, double window) : order_(order), window_(window) {}
+
+  void add(const Sample& sample, double weight) {
+    const Harmonics<2 * kMostOrder> harmonics(sample, 2 * order_);
+    const double s = sample.s / window_;
+    std::array<double, kSums> powers{};
+    double power = weight;
+    for (std::size_t k = 0; k <= 2 * kDegree; ++k, power *= s) powers[k] = power;
+    for (std::size_t f = 0; f <= 4 * std::size_t(order_); ++f)
+      for (std::size_t k = 0; k < kSums; ++k) sums_[f][k] += harmonics.value[f] * powers[k];
+    for (std::size_t f = 0; f <= 2 * std::size_t(order_); ++f)
+      for (std::size_t k = 0; k < kPowers; ++k)
+        right_[f][k] += harmonics.value[f] * (powers[k] * sample.radius);
+  }
+
+  [[nodiscard]] Eigen::MatrixXd matrix() const {
+    Eigen::MatrixXd normal(term_count(order_), term_count(order_));
+    for (int f = 0; f <= 2 * order_; ++f)
+      for (int g = 0; g <= f; ++g)
+        for (int k = 0; k < kPowers; ++k)
+          for (int l = 0; l < kPowers; ++l)
+            normal(f * kPowers + k, g * kPowers + l) = product(f, g, std::size_t(k + l));
+    return normal;
+  }
+  [[nodiscard]] Eigen::VectorXd right() const {
+    Eigen::VectorXd values(term_count(order_));
+    for (int c = 0; c < values.size(); ++c)
+      values[c] = right_[std::size_t(c / kPowers)][std::size_t(c % kPowers)];
+    return values;
+  }
+
+ private:
+  static constexpr std::size_t kSums = 2 * kDegree + 2;  // one more than needed: an even number
+  [[nodiscard]] double cosine(int m, std::size_t power) const {
+    return sums_[m == 0 ? 0 : std::size_t(2 * m - 1)][power];
+  }
+  [[nodiscard]] double sine(int m, std::size_t power) const {
+    return m == 0 ? 0.0 : (m < 0 ? -1.0 : 1.0) * sums_[std::size_t(2 * std::abs(m))][power];
+  }
+  /// Of harmonics number f >= g.
+  [[nodiscard]] double product(int f, int g, std::size_t power) const {
+    const int m = (f + 1) / 2, n = (g + 1) / 2;
+    const bool is_sine_f = f > 0 && f % 2 == 0, is_sine_g = g > 0 && g % 2 == 0;
+    if (is_sine_f != is_sine_g)
+      return 0.5 * (sine(m + n, power) + (is_sine_f ? sine(m - n, power) : sine(n - m, power)));
+    return 0.5 * (cosine(m - n, power) + (is_sine_f ? -1.0 : 1.0) * cosine(m + n, power));
+  }
+
+  int order_;
+  double window_;
+  std::array<std::array<double, kSums>, 4 * kMostOrder + 1> sums_{};
+  std::array<std::array<double, kPowers>, 2 * kMostOrder + 1> right_{};
+};
 
 double kernel(const Sample& sample, double window) {
   const double t = sample.s / window;
   return t * t < 1.0 ? 1.0 - t * t : 0.0;
-}
-
-/// Of a positive definite matrix given by its lower half.
-Eigen::VectorXd inverse_diagonal(const Eigen::MatrixXd& lower) {
-  const Eigen::LLT<Eigen::MatrixXd> factor(lower);
-  const Eigen::MatrixXd root =
-      factor.matrixL().solve(Eigen::MatrixXd::Identity(lower.rows(), lower.cols()));
-  return root.colwise().squaredNorm().transpose();
 }
 
 /// How many samples err together, as seen: the square of a cell's sum of residuals over the sum of
@@ -54,20 +109,26 @@ double samples_per_error(const std::vector<Sample>& samples, const std::vector<s
                          const Eigen::VectorXd& residual, double length, double radius) {
   const double turn = 2.0 * units::kPi;
   const int around = std::max(3, int(turn * radius / length));
-  std::map<std::pair<int, int>, std::pair<double, double>> cells;  // sum, sum of squares
+  const auto along = [&](const Sample& sample) { return int(std::floor(sample.s / length)); };
+  int first = 0, last = 0;
+  for (std::size_t n : inside) {
+    first = std::min(first, along(samples[n]));
+    last = std::max(last, along(samples[n]));
+  }
+  std::vector<std::pair<double, double>> cells(std::size_t((last - first + 1) * around));
   for (std::size_t n = 0; n < inside.size(); ++n) {
     const Sample& sample = samples[inside[n]];
     const double r = sample.weight * residual[Eigen::Index(n)];
-    const double part = std::atan2(sample.sin, sample.cos) / turn + 0.5;
-    auto& [sum, squares] =
-        cells[{int(std::floor(sample.s / length)), std::min(int(part * around), around - 1)}];
+    const double part = sample.angle / turn + 0.5;
+    auto& [sum, squares] = cells[std::size_t((along(sample) - first) * around +
+                                             std::min(int(part * around), around - 1))];
     sum += r;
     squares += r * r;
   }
   double together = 0.0, alone = 0.0;
-  for (const auto& [key, cell] : cells) {
-    together += cell.first * cell.first;
-    alone += cell.second;
+  for (const auto& [sum, squares] : cells) {
+    together += sum * sum;
+    alone += squares;
   }
   return alone > 0.0 ? together / alone : 1.0;
 }
@@ -76,7 +137,7 @@ double samples_per_error(const std::vector<Sample>& samples, const std::vector<s
 /// correlation length, so there are fewer independent samples than points.
 void set_errors(Fit& fit, double seen_together, const std::vector<double>& residual,
                 const Eigen::VectorXd& weight, const Eigen::VectorXd& robust,
-                const Eigen::MatrixXd& normal, double correlation, double radius) {
+                const Eigen::VectorXd& inverse_diagonal, double correlation, double radius) {
   double rss = 0.0;
   for (Eigen::Index n = 0; n < weight.size(); ++n)
     rss += robust[n] * weight[n] * residual[std::size_t(n)] * residual[std::size_t(n)];
@@ -88,7 +149,7 @@ void set_errors(Fit& fit, double seen_together, const std::vector<double>& resid
   // What the terms took up is missing in the residuals.
   const double left_over = std::max(1.0 - terms / fit.count, 0.25);
   const double variance = fit.noise * fit.noise / left_over * std::max(patch, seen_together);
-  fit.error = (variance * inverse_diagonal(normal)).cwiseMax(0.0).cwiseSqrt();
+  fit.error = (variance * inverse_diagonal).cwiseMax(0.0).cwiseSqrt();
   fit.score = samples * std::log(std::max(rss / sum, 1e-18 * radius * radius)) +
               2.0 * terms * (1.0 + terms / samples);
 }
@@ -116,11 +177,16 @@ int first_term(int harmonic, bool sine) {  // harmonic 0 has no sine
 }
 
 double predict(const Fit& fit, const Sample& sample) {
-  Eigen::Matrix<double, Eigen::Dynamic, 1, 0, (2 * kMostOrder + 1) * (kDegree + 1), 1> row(
-      fit.terms.size());
-  fill_row(fit.order, sample.cos, sample.sin, sample.s / fit.window, 1.0,
-           [&](int c) -> double& { return row(c); });
-  return row.dot(fit.terms);
+  const Harmonics<kMostOrder> harmonics(sample, fit.order);
+  const double s = sample.s / fit.window;
+  double radius = 0.0;
+  for (int f = 0; f <= 2 * fit.order; ++f) {
+    const double* terms = fit.terms.data() + f * kPowers;
+    double power = 0.0;
+    for (int k = kDegree; k >= 0; --k) power = power * s + terms[k];
+    radius += harmonics.value[std::size_t(f)] * power;
+  }
+  return radius;
 }
 
 Fit fit_window(std::vector<Sample>& samples, double window, int order, int passes,
@@ -134,33 +200,29 @@ Fit fit_window(std::vector<Sample>& samples, double window, int order, int passe
     if (std::abs(samples[i].s) < window) inside.push_back(i);
   const auto count = Eigen::Index(inside.size());
   if (count < std::max(12, terms)) return fit;
-  Eigen::MatrixXd rows(terms, count);
-  Eigen::VectorXd value(count), weight(count), robust(count);
-  for (Eigen::Index n = 0; n < count; ++n) {
-    const Sample& sample = samples[inside[std::size_t(n)]];
-    fill_row(order, sample.cos, sample.sin, sample.s / window, 1.0,
-             [&](int c) -> double& { return rows(c, n); });
-    value[n] = sample.radius;
-  }
+  Eigen::VectorXd weight(count), robust(count), left(count);
   std::vector<double> residual(inside.size());
-  Eigen::VectorXd left;
-  Eigen::MatrixXd normal;
+  Eigen::LLT<Eigen::MatrixXd> factor;
   for (int pass = 0; pass < passes; ++pass) {
     double total = 0.0;
+    NormalEquations equations(order, window);
     for (Eigen::Index n = 0; n < count; ++n) {
       const Sample& sample = samples[inside[std::size_t(n)]];
       total += weight[n] = sample.weight * kernel(sample, window);
+      if (weight[n] > 0.0) equations.add(sample, weight[n]);
     }
-    const Eigen::MatrixXd weighted = rows * weight.cwiseSqrt().asDiagonal();
-    normal.setZero(terms, terms);
-    normal.selfadjointView<Eigen::Lower>().rankUpdate(weighted);
+    Eigen::MatrixXd normal = equations.matrix();
     // Rings of vertices far apart do not tell a bend from a level: then there is no bend.
     for (int c = 0; c < terms; ++c)
-      normal(c, c) += total * (c % (kDegree + 1) > 0 ? 1e-6 : (c > 0 ? 1e-9 : 0.0));
-    fit.terms =
-        normal.selfadjointView<Eigen::Lower>().ldlt().solve(rows * weight.cwiseProduct(value));
-    left = value - rows.transpose() * fit.terms;
-    for (Eigen::Index n = 0; n < count; ++n) residual[std::size_t(n)] = std::abs(left[n]);
+      normal(c, c) += total * (c % kPowers > 0 ? 1e-6 : (c > 0 ? 1e-9 : 0.0));
+    factor.compute(normal);
+    if (factor.info() != Eigen::Success) return fit;
+    fit.terms = factor.solve(equations.right());
+    for (Eigen::Index n = 0; n < count; ++n) {
+      const Sample& sample = samples[inside[std::size_t(n)]];
+      left[n] = sample.radius - predict(fit, sample);
+      residual[std::size_t(n)] = std::abs(left[n]);
+    }
     std::vector<double> sorted;
     for (std::size_t n = 0; n < residual.size(); ++n)
       if (weight[Eigen::Index(n)] > 0.0) sorted.push_back(residual[n]);
@@ -175,7 +237,9 @@ Fit fit_window(std::vector<Sample>& samples, double window, int order, int passe
   }
   const double together =
       correlation > 0.0 ? samples_per_error(samples, inside, left, 2.0 * correlation, radius) : 1.0;
-  set_errors(fit, together, residual, weight, robust, normal, correlation, radius);
+  const Eigen::MatrixXd root = factor.matrixL().solve(Eigen::MatrixXd::Identity(terms, terms));
+  set_errors(fit, together, residual, weight, robust, root.colwise().squaredNorm().transpose(),
+             correlation, radius);
   fit.valid = fit.terms.allFinite() && fit.terms[0] > 0.0;
   return fit;
 }

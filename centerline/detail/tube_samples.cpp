@@ -19,13 +19,15 @@ std::optional<double> find_foot(const LocalCurve& curve, const Vec3& p) {
     const Vec3 second = 2.0 * curve.c2 + (6.0 * s) * curve.c3;
     const double slope = norm_squared(first) - dot(d, second);
     if (slope <= 0.1 * norm_squared(first)) return std::nullopt;  // beyond the bend's own centre
-    s += dot(d, first) / slope;
+    const double step = dot(d, first) / slope;
+    s += step;
+    if (std::abs(step) < 1e-9) break;
   }
   return s;
 }
 
 int sector_of(const Sample& sample) {
-  const double turn = std::atan2(sample.sin, sample.cos) / (2.0 * units::kPi);
+  const double turn = sample.angle / (2.0 * units::kPi);
   return std::clamp(int((turn - std::floor(turn)) * kSectors), 0, kSectors - 1);
 }
 
@@ -92,6 +94,7 @@ void set_polar(Sample& sample, const Stretch& stretch) {
   sample.radius = std::hypot(p.x, p.y);
   sample.cos = sample.radius > 0.0 ? p.x / sample.radius : 1.0;
   sample.sin = sample.radius > 0.0 ? p.y / sample.radius : 0.0;
+  sample.angle = std::atan2(sample.sin, sample.cos);
 }
 
 std::vector<Sample> gather(const WallPoints& points, const LocalCurve& curve, double radius,

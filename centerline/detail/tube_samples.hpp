@@ -34,6 +34,7 @@ inline constexpr int kSectors = 24;  ///< of the coarse look at the wall
 struct Sample {
   double s = 0.0, x = 0.0, y = 0.0;  // along and across the line [mm]
   double radius = 0.0, cos = 1.0, sin = 0.0;
+  double angle = 0.0;   // whose cosine and sine these are, in [-pi, pi]
   double weight = 1.0;  // robust
 };
 

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
+#include <utility>
 
 namespace angio::centerline {
 namespace {
@@ -90,20 +90,18 @@ WallPoints::Key WallPoints::key_of(const Vec3& p) const {
 
 void WallPoints::build_grid(double cell) {
   cell_ = cell;
-  std::vector<Key> key;
-  key.reserve(points_.size());
-  for (const Vec3& p : points_) key.push_back(key_of(p));
-  order_.resize(points_.size());
-  std::iota(order_.begin(), order_.end(), 0);
-  std::sort(order_.begin(), order_.end(), [&](int a, int b) {
-    const Key &ka = key[std::size_t(a)], &kb = key[std::size_t(b)];
-    return ka != kb ? ka < kb : a < b;
-  });
-  for (int begin = 0; begin < int(order_.size());) {
-    const Key& here = key[std::size_t(order_[std::size_t(begin)])];
-    int end = begin;
-    while (end < int(order_.size()) && key[std::size_t(order_[std::size_t(end)])] == here) ++end;
-    cells_.emplace(here, std::pair{begin, end});
+  std::vector<std::pair<Key, int>> order;
+  order.reserve(points_.size());
+  for (const Vec3& p : points_) order.emplace_back(key_of(p), int(order.size()));
+  std::sort(order.begin(), order.end());
+  std::vector<Vec3> sorted;
+  sorted.reserve(points_.size());
+  for (const auto& [key, index] : order) sorted.push_back(points_[std::size_t(index)]);
+  points_ = std::move(sorted);
+  for (std::size_t begin = 0; begin < order.size();) {
+    std::size_t end = begin;
+    while (end < order.size() && order[end].first == order[begin].first) ++end;
+    cells_.emplace(order[begin].first, std::pair{int(begin), int(end)});
     begin = end;
   }
 }
@@ -117,10 +115,8 @@ void WallPoints::collect(const Vec3& center, double reach, std::vector<int>& fou
       for (int i = low[0]; i <= high[0]; ++i) {
         const auto cell = cells_.find({i, j, k});
         if (cell == cells_.end()) continue;
-        for (int n = cell->second.first; n < cell->second.second; ++n) {
-          const int p = order_[std::size_t(n)];
-          if (norm_squared(points_[std::size_t(p)] - center) <= reach * reach) found.push_back(p);
-        }
+        for (int n = cell->second.first; n < cell->second.second; ++n)
+          if (norm_squared(points_[std::size_t(n)] - center) <= reach * reach) found.push_back(n);
       }
 }
 

@@ -41,9 +41,8 @@ class WallPoints {
   void build_grid(double cell);
   [[nodiscard]] Key key_of(const Vec3& p) const;
 
-  std::vector<Vec3> points_;
-  std::vector<int> order_;                                       ///< points, cell by cell
-  std::unordered_map<Key, std::pair<int, int>, KeyHash> cells_;  ///< range of order_
+  std::vector<Vec3> points_;                                     ///< cell by cell
+  std::unordered_map<Key, std::pair<int, int>, KeyHash> cells_;  ///< range of points_
   double cell_ = 1.0;
   double correlation_length_ = 0.0;
 };

@@ -49,10 +49,13 @@ Volume<std::uint8_t> axis_mask(const ScaleView& view, double sigma, Volume<float
   Volume<float> l2(u.geometry);
   Volume<std::uint8_t> mask(u.geometry);
   parallel_for(u.geometry.size[2], [&](std::ptrdiff_t k) {
+    RowEigenvalues eigenvalues(u.geometry.size[0]);
     for (int j = 0; j < u.geometry.size[1]; ++j) {
       const RowDifferences differences(u, j, int(k));
+      differences.find(eigenvalues);
       for (int i = 0; i < u.geometry.size[0]; ++i) {
-        const auto l = differences.eigenvalues(i);
+        const auto n = std::size_t(i);
+        const Vec3T<float> l{eigenvalues.low[n], eigenvalues.middle[n], eigenvalues.high[n]};
         l2.at(i, j, int(k)) = l.y;
         if (!(l.y < 0.0f) || -l.x > kRoundness * -l.y || std::abs(l.z) > kStraightness * -l.y)
           continue;

@@ -21,10 +21,10 @@ Volume<float> middle_eigenvalue(const Volume<float>& smoothed) {
   const auto [ni, nj, nk] = smoothed.geometry.size;
   Volume<float> result(smoothed.geometry);
   parallel_for(nk, [&, ni = ni, nj = nj](std::ptrdiff_t k) {
+    RowEigenvalues eigenvalues(ni);
     for (int j = 0; j < nj; ++j) {
-      const RowDifferences differences(smoothed, j, int(k));
-      float* out = &result.at(0, j, int(k));
-      for (int i = 0; i < ni; ++i) out[i] = differences.eigenvalues(i).y;
+      RowDifferences(smoothed, j, int(k)).find(eigenvalues);
+      std::copy(eigenvalues.middle.begin(), eigenvalues.middle.end(), &result.at(0, j, int(k)));
     }
   });
   return result;
@@ -50,25 +50,6 @@ CoarseField contrast_at_scale(const Volume<float>& volume, double sigma) {
   return {std::move(l2), view.factor};
 }
 
-struct CosineSine {
-  float cosine, sine;
-};
-
-/// Cosine and sine of acos(r) / 3 for r in [0, 1], to 1e-7, without the library's calls.
-///
-/// acos r = sqrt(1 - r) times a polynomial: Abramowitz & Stegun, Handbook of Mathematical
-/// Functions, 4.4.46; the angle is at most pi / 6, so short series do for the rest.
-CosineSine third_of_arc_cosine(float r) {
-  float polynomial = -0.0012624911f;
-  for (const float c : {0.0066700901f, -0.0170881256f, 0.0308918810f, -0.0501743046f, 0.0889789874f,
-                        -0.2145988016f, 1.5707963050f})
-    polynomial = polynomial * r + c;
-  const float angle = std::sqrt(1.0f - r) * polynomial / 3.0f;
-  const float a = angle * angle;
-  return {1.0f + a * (-0.5f + a * (1.0f / 24.0f + a * (-1.0f / 720.0f + a / 40320.0f))),
-          angle * (1.0f + a * (-1.0f / 6.0f + a * (1.0f / 120.0f - a / 5040.0f)))};
-}
-
 }  // namespace
 
 double robust_deviation(std::span<const float> values) {
@@ -90,23 +71,6 @@ ScaleView view_at_scale(const Volume<float>& volume, double sigma) {
                          dot(volume.geometry.spacing, volume.geometry.spacing) / 36.0 +
                          dot(h, h) / 18.0;
   return {smooth(blocks, std::sqrt(std::max(sigma * sigma - blurred, 0.0))), factor};
-}
-
-Vec3T<float> symmetric_eigenvalues(float xx, float yy, float zz, float xy, float xz, float yz) {
-  const float mean = (xx + yy + zz) / 3.0f;
-  const float a = xx - mean, b = yy - mean, c = zz - mean;
-  const float off = xy * xy + xz * xz + yz * yz;
-  const float p = std::sqrt((a * a + b * b + c * c + 2.0f * off) / 6.0f);
-  if (!(p > 0.0f)) return {mean, mean, mean};
-  const float half_determinant =
-      0.5f * (a * (b * c - yz * yz) - xy * (xy * c - yz * xz) + xz * (xy * yz - b * xz));
-  const float r = std::clamp(half_determinant / (p * p * p), -1.0f, 1.0f);
-  // With angle = acos|r| / 3 in [0, pi / 6] they lie at 2 p cos(angle + 2 n pi / 3), or mirrored.
-  const auto [cosine, sine] = third_of_arc_cosine(std::abs(r));
-  const float far = 2.0f * p * cosine;
-  const float near = p * (cosine - std::numbers::sqrt3_v<float> * sine);
-  if (r < 0.0f) return {mean - far, mean + near, mean + far - near};
-  return {mean - far + near, mean - near, mean + far};
 }
 
 Volume<float> tube_contrast(const Volume<float>& volume, const std::vector<double>& radii_mm,

@@ -40,8 +40,4 @@ struct ScaleView {
 /// @param sigma  standard deviation of the scale [mm], what blocks and differences add counted in
 ScaleView view_at_scale(const Volume<float>& volume, double sigma);
 
-/// Eigenvalues of a symmetric matrix, ascending, in closed form.
-/// Source: Smith, "Eigenvalues of a symmetric 3 x 3 matrix", CACM 4(4), 1961.
-Vec3T<float> symmetric_eigenvalues(float xx, float yy, float zz, float xy, float xz, float yz);
-
 }  // namespace angio::segmentation::detail

@@ -4,6 +4,7 @@
 #include <numbers>
 #include <random>
 
+#include "segmentation/detail/hessian.hpp"
 #include "segmentation/detail/vesselness.hpp"
 #include "tests/segmentation/tube_volume.hpp"
 
