@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "core/error.hpp"
+#include "core/parallel.hpp"
 
 namespace angio::centerline {
 
@@ -115,19 +116,43 @@ std::uint32_t find_links(const Volume<float>& level_set, const Index& at) {
   return bits;
 }
 
+/// A box of voxels; empty while low is above high.
+struct Box {
+  Index low, high;
+  void add(const Index& other_low, const Index& other_high) {
+    for (std::size_t a = 0; a < 3; ++a) {
+      low[a] = std::min(low[a], other_low[a]);
+      high[a] = std::max(high[a], other_high[a]);
+    }
+  }
+};
+
+/// The box around the inside.
+Box box_of_inside(const Volume<float>& level_set) {
+  const Index n = level_set.geometry.size;
+  std::vector<Box> slices(std::size_t(n[2]), {n, {-1, -1, -1}});
+  parallel_for(n[2], [&](std::ptrdiff_t slice) {
+    const auto k = int(slice);
+    const auto is_inside = [](float d) { return d < 0.0F; };
+    for (int j = 0; j < n[1]; ++j) {
+      const float* row = &level_set.at(0, j, k);
+      const float* first = std::find_if(row, row + n[0], is_inside);
+      if (first == row + n[0]) continue;
+      const float* last = row + n[0] - 1;
+      while (!is_inside(*last)) --last;
+      slices[std::size_t(k)].add({int(first - row), j, k}, {int(last - row), j, k});
+    }
+  });
+  Box box{n, {-1, -1, -1}};
+  for (const Box& slice : slices) box.add(slice.low, slice.high);
+  return box;
+}
+
 /// All inside voxels with links, in the box around them.
 LumenVoxels collect(const Volume<float>& level_set) {
   LumenVoxels lumen;
   lumen.geometry = level_set.geometry;
-  const Index n = level_set.geometry.size;
-  Index low = n, high{-1, -1, -1};
-  for (int k = 0; k < n[2]; ++k)
-    for (int j = 0; j < n[1]; ++j)
-      for (int i = 0; i < n[0]; ++i)
-        if (level_set.at(i, j, k) < 0.0F) {
-          low = {std::min(low[0], i), std::min(low[1], j), std::min(low[2], k)};
-          high = {std::max(high[0], i), std::max(high[1], j), std::max(high[2], k)};
-        }
+  const auto [low, high] = box_of_inside(level_set);
   if (high[0] < 0)
     throw InputError(
         "the level set has no inside (no voxel is negative, so there is no lumen to find a line "
@@ -139,15 +164,22 @@ LumenVoxels collect(const Volume<float>& level_set) {
   if (cells > std::size_t(std::numeric_limits<int>::max()))
     throw InputError("the lumen's box has more than 2^31 voxels. Crop or resample the volume");
   lumen.voxel_of_cell.assign(cells, -1);
-  for (int k = low[2]; k <= high[2]; ++k)
-    for (int j = low[1]; j <= high[1]; ++j)
-      for (int i = low[0]; i <= high[0]; ++i) {
-        if (!(level_set.at(i, j, k) < 0.0F)) continue;
-        const int c = ((k - low[2]) * lumen.size[1] + (j - low[1])) * lumen.size[0] + (i - low[0]);
-        lumen.voxel_of_cell[std::size_t(c)] = lumen.count();
-        lumen.cell.push_back(c);
-        lumen.links.push_back(find_links(level_set, {i, j, k}));
+  for (int k = 0; k < lumen.size[2]; ++k)
+    for (int j = 0; j < lumen.size[1]; ++j) {
+      const float* row = &level_set.at(low[0], low[1] + j, low[2] + k);
+      const int first = (k * lumen.size[1] + j) * lumen.size[0];
+      for (int i = 0; i < lumen.size[0]; ++i) {
+        if (!(row[i] < 0.0F)) continue;
+        lumen.voxel_of_cell[std::size_t(first + i)] = lumen.count();
+        lumen.cell.push_back(first + i);
       }
+    }
+  lumen.links.resize(lumen.cell.size());
+  parallel_for(std::ptrdiff_t(lumen.links.size()), [&](std::ptrdiff_t v) {
+    Index at = lumen.index(int(v));
+    for (std::size_t a = 0; a < 3; ++a) at[a] += lumen.corner[a];
+    lumen.links[std::size_t(v)] = find_links(level_set, at);
+  });
   return lumen;
 }
 

@@ -104,6 +104,7 @@ std::array<int, 3> block_size(const VolumeGeometry& geometry, double spacing_mm)
 }
 
 Volume<float> block_average(const Volume<float>& volume, const std::array<int, 3>& factor) {
+  if (factor == std::array<int, 3>{1, 1, 1}) return volume;
   const auto& fine = volume.geometry;
   VolumeGeometry coarse = fine;
   Vec3 first_centre;
@@ -164,12 +165,23 @@ void CoarseField::row(int first, int j, int k, int count, float* out) const {
     return (1.0f - fz) * ((1.0f - fy) * r00[c] + fy * r10[c]) +
            fz * ((1.0f - fy) * r01[c] + fy * r11[c]);
   };
+  int cell = -1;
+  float here = 0.0f, next = 0.0f;  // the columns before and behind the voxel
+  bool has_next = false;
   for (int i = 0; i < count; ++i) {
     const float x = place(first + i, 0);
     const int i0 = int(x);
     const float fx = x - float(i0);
-    const float a = column(i0);
-    out[i] = fx > 0.0f ? (1.0f - fx) * a + fx * column(std::min(i0 + 1, size[0] - 1)) : a;
+    if (i0 != cell) {
+      here = has_next && i0 == cell + 1 ? next : column(i0);
+      has_next = false;
+      cell = i0;
+    }
+    if (fx > 0.0f && !has_next) {
+      next = column(std::min(i0 + 1, size[0] - 1));
+      has_next = true;
+    }
+    out[i] = fx > 0.0f ? (1.0f - fx) * here + fx * next : here;
   }
 }
 

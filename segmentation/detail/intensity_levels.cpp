@@ -4,6 +4,7 @@
 #include <cmath>
 #include <vector>
 
+#include "core/parallel.hpp"
 #include "segmentation/detail/local_mean.hpp"
 
 namespace angio::segmentation::detail {
@@ -14,22 +15,40 @@ constexpr float kLeastShare = 0.5f;  ///< of lumen in a voxel that tells of L
 
 /// The mean of value(v) over all voxels where weight(v) > 0, or the fallback.
 template <class Value, class Weight>
-float overall_mean(std::size_t count, float fallback, const Value& value, const Weight& weight) {
-  double sum = 0.0, total = 0.0;
-  for (std::size_t v = 0; v < count; ++v) {
-    const double w = double(weight(v));
-    if (w <= 0.0) continue;
-    sum += w * double(value(v));
-    total += w;
+float overall_mean(const VolumeGeometry& grid, float fallback, const Value& value,
+                   const Weight& weight) {
+  struct Sums {
+    double sum = 0.0, total = 0.0;
+  };
+  std::vector<Sums> slices(std::size_t(grid.size[2]), Sums{});
+  const std::size_t slice = grid.voxel_count() / slices.size();
+  parallel_for(grid.size[2], [&](std::ptrdiff_t k) {
+    Sums part;
+    for (std::size_t v = std::size_t(k) * slice; v < std::size_t(k + 1) * slice; ++v) {
+      const double w = double(weight(v));
+      if (w <= 0.0) continue;
+      part.sum += w * double(value(v));
+      part.total += w;
+    }
+    slices[std::size_t(k)] = part;
+  });
+  Sums all;
+  for (const Sums& part : slices) {
+    all.sum += part.sum;
+    all.total += part.total;
   }
-  return total > 0.0 ? float(sum / total) : fallback;
+  return all.total > 0.0 ? float(all.sum / all.total) : fallback;
 }
 
-/// The value that a share of the voxels inside lies below.
-float quantile_inside(const Volume<float>& volume, const Volume<float>& distance, double share) {
+std::vector<float> values_inside(const Volume<float>& volume, const Volume<float>& distance) {
   std::vector<float> values;
   for (std::size_t v = 0; v < distance.values.size(); ++v)
     if (distance.values[v] < 0.0f) values.push_back(volume.values[v]);
+  return values;
+}
+
+/// The value that a share of the values lies below.
+float quantile(std::vector<float>& values, double share) {
   if (values.empty()) return 0.0f;
   const auto place = values.begin() + std::ptrdiff_t(share * double(values.size() - 1));
   std::nth_element(values.begin(), place, values.end());
@@ -40,19 +59,20 @@ float quantile_inside(const Volume<float>& volume, const Volume<float>& distance
 
 IntensityLevels intensity_levels(const Volume<float>& volume, const Volume<float>& distance,
                                  const Volume<float>& share, double edge_mm) {
-  const std::size_t count = volume.values.size();
+  const VolumeGeometry& grid = volume.geometry;
   const auto edge = float(edge_mm);
   const auto& d = distance.values;
   const auto intensity = [&](std::size_t v) { return volume.values[v]; };
   const auto ring = [&](std::size_t v) {
     return d[v] > edge && d[v] < edge + float(kRingWidth) ? 1.0f : 0.0f;
   };
-  const float high = quantile_inside(volume, distance, 0.9);
-  const float mixed = overall_mean(count, quantile_inside(volume, distance, 0.0), intensity, ring);
+  std::vector<float> inside = values_inside(volume, distance);
+  const float high = quantile(inside, 0.9);
+  const float mixed = overall_mean(grid, quantile(inside, 0.0), intensity, ring);
   const float half = 0.5f * (high + mixed);
   // Other bright things nearby are no background.
   const auto dark_ring = [&](std::size_t v) { return volume.values[v] < half ? ring(v) : 0.0f; };
-  const float background = overall_mean(count, mixed, intensity, dark_ring);
+  const float background = overall_mean(grid, mixed, intensity, dark_ring);
 
   const auto weight = [&](std::size_t v) {
     const float s = share.values[v];
@@ -63,7 +83,7 @@ IntensityLevels intensity_levels(const Volume<float>& volume, const Volume<float
   const auto unmixed = [&](std::size_t v) {
     return background + (volume.values[v] - background) / share.values[v];
   };
-  const float lumen = overall_mean(count, high, unmixed, weight);
+  const float lumen = overall_mean(grid, high, unmixed, weight);
   return {local_mean(volume.geometry, lumen, unmixed, weight),
           local_mean(volume.geometry, background, intensity, dark_ring), lumen, background};
 }

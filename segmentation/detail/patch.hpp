@@ -84,8 +84,16 @@ inline void gather(Patch& patch, const Volume<float>& volume, const std::array<i
       const float* from = &volume.at(0, std::clamp((corner[1] + j) * ratio[1], 0, size[1] - 1),
                                      std::clamp((corner[2] + k) * ratio[2], 0, size[2] - 1));
       float* out = patch.row(j, k);
-      for (int i = 0; i < extent[0]; ++i)
-        out[i] = from[std::clamp((corner[0] + i) * ratio[0], 0, size[0] - 1)];
+      const int step = ratio[0];
+      const int low = std::clamp(-corner[0], 0, extent[0]);
+      const int high = std::clamp((size[0] - 1) / step + 1 - corner[0], low, extent[0]);
+      std::fill_n(out, low, from[0]);
+      const float* inner = from + std::ptrdiff_t(corner[0] + low) * step;
+      if (step == 1)
+        std::copy_n(inner, high - low, out + low);
+      else
+        for (int i = 0; i < high - low; ++i) out[low + i] = inner[i * step];
+      std::fill(out + high, out + extent[0], from[size[0] - 1]);
     }
 }
 

@@ -75,6 +75,7 @@ class BrickDistance {
   }
   [[nodiscard]] Slope sample(const std::array<int, 3>& voxel, const Offset& way) const;
   [[nodiscard]] Offset refine(const std::array<int, 3>& voxel, const Offset& start) const;
+  bool find_changes(const float* row, std::ptrdiff_t nj, std::ptrdiff_t nk);
   bool find_first_layer();
   void propagate(const Brick& brick);
   void refine_near(const Brick& brick);
@@ -88,7 +89,7 @@ class BrickDistance {
   std::vector<float> squared_;
   std::vector<Offset> offset_;
   std::vector<std::vector<std::uint32_t>> front_;
-  std::vector<std::uint8_t> is_done_;
+  std::vector<std::uint8_t> is_done_, changes_;
 };
 
 /// The cubic interpolant at a way [mm] from a voxel.
@@ -141,6 +142,24 @@ Offset BrickDistance::refine(const std::array<int, 3>& voxel, const Offset& star
   return way;
 }
 
+/// Marks the values of a row with others of the other sign beside them. @return whether there are
+/// any
+bool BrickDistance::find_changes(const float* row, std::ptrdiff_t nj, std::ptrdiff_t nk) {
+  const int count = patch_.size[0];
+  changes_.assign(std::size_t(count), 0);
+  std::uint8_t any = 0;
+  for (int i = 1; i + 1 < count; ++i) {
+    const float* at = row + i;
+    const int inside = at[0] < 0.0f;
+    const int changes = (inside ^ int(at[-1] < 0.0f)) | (inside ^ int(at[1] < 0.0f)) |
+                        (inside ^ int(at[-nj] < 0.0f)) | (inside ^ int(at[nj] < 0.0f)) |
+                        (inside ^ int(at[-nk] < 0.0f)) | (inside ^ int(at[nk] < 0.0f));
+    changes_[std::size_t(i)] = std::uint8_t(changes);
+    any = std::uint8_t(any | changes);
+  }
+  return any != 0;
+}
+
 /// @return false if the zero does not come near the brick
 bool BrickDistance::find_first_layer() {
   squared_.assign(patch_.values.size(), kFar);
@@ -151,7 +170,9 @@ bool BrickDistance::find_first_layer() {
   for (int k = 1; k + 1 < nk; ++k)
     for (int j = 1; j + 1 < nj; ++j) {
       const float* row = patch_.row(j, k);
+      if (!find_changes(row, stride[1], stride[2])) continue;
       for (int i = 1; i + 1 < ni; ++i) {
+        if (!changes_[std::size_t(i)]) continue;
         const float* at = row + i;
         const bool inside = *at < 0.0f;
         Offset n;

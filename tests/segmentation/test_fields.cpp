@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "segmentation/detail/edge_image.hpp"
 #include "segmentation/detail/fields.hpp"
 #include "tests/segmentation/tube_volume.hpp"
 
@@ -46,6 +47,26 @@ TEST(Smooth, SpreadsAnImpulseToTheVarianceAskedForAlongEachAxis) {
 TEST(Smooth, LeavesAConstantAlone) {
   const auto volume = field({9, 8, 7}, {1, 1, 1}, [](const Vec3&) { return 3.0; });
   for (float v : smooth(volume, 2.0).values) EXPECT_NEAR(v, 3.0f, 1e-5f);
+}
+
+TEST(RefineNearZero, ReproducesQuadraticsAwayFromTheBorder) {
+  const auto f = [](const Vec3& p) { return 1.0 + 0.3 * p.x * p.x - 0.2 * p.y * p.z + p.z; };
+  const auto volume = field({30, 10, 10}, {1.0, 1.0, 2.0}, f);
+  const auto fine = refine_near_zero(volume, {{2, 3, 4}}, 1e9f);
+  EXPECT_NEAR(fine.geometry.spacing.z, 0.5, 1e-12);
+  for (int k = 4; k < 32; ++k)
+    for (int j = 3; j < 24; ++j)
+      for (int i = 2; i < 56; ++i) {
+        const Vec3 p = fine.geometry.lps_from_index({double(i), double(j), double(k)});
+        EXPECT_NEAR(double(fine.at(i, j, k)), f(p), 1e-4 * (1.0 + std::abs(f(p))));
+      }
+}
+
+TEST(RefineNearZero, KeepsTheSignFarAway) {
+  const auto volume = field({60, 5, 5}, {1, 1, 1}, [](const Vec3& p) { return p.x - 40.0; });
+  const auto fine = refine_near_zero(volume, {{2, 1, 1}}, 3.0f);
+  EXPECT_EQ(fine.at(0, 2, 2), -3.0f);
+  EXPECT_NEAR(double(fine.at(79, 2, 2)), -0.5, 1e-5);
 }
 
 TEST(CoarseField, ReproducesALinearFieldBetweenBlockCentres) {
