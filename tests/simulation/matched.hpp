@@ -1,51 +1,57 @@
 #pragma once
 
-#include <algorithm>
-#include <array>
+#include <cmath>
 
-#include "tests/simulation/models.hpp"
+#include "tests/simulation/meshed_gap.hpp"
 
-/// A balloon in a tube of the same pattern of triangles: the gap is a layer of prisms, three air
-/// tets each.
+/// A balloon in a vessel of the same pattern of triangles, so that an air mesh needs no mesher.
 namespace angio::simulation::testing {
 
-/// The tets between triangles i of two surfaces; `offset` is the second one's first vertex.
-inline std::vector<Tet> prisms_between(const TriangleMesh& inner, const TriangleMesh& outer,
-                                       std::size_t triangle_count) {
-  const int offset = int(inner.vertices.size());
-  const auto at = [&](int v) {
-    return v < offset ? inner.vertices[std::size_t(v)] : outer.vertices[std::size_t(v - offset)];
-  };
-  std::vector<Tet> tets;
-  for (std::size_t i = 0; i < triangle_count; ++i) {
-    Triangle t = inner.triangles[i];
-    std::sort(t.begin(), t.end());  // the diagonals of neighbours then agree
-    for (Tet tet :
-         {Tet{t[0], t[1], t[2], t[2] + offset}, Tet{t[0], t[1], t[1] + offset, t[2] + offset},
-          Tet{t[0], t[0] + offset, t[1] + offset, t[2] + offset}}) {
-      if (tet_volume(at(tet[0]), at(tet[1]), at(tet[2]), at(tet[3])) < 0.0)
-        std::swap(tet[0], tet[1]);
-      tets.push_back(tet);
-    }
-  }
-  return tets;
-}
-
-/// A rubber balloon, unfolded, in a straight tube whose rings are `step` mm apart, with the air
-/// mesh between them.
-inline SimulationModel matched_model(double start_radius, double lumen_radius, int rings = 15,
-                                     int around = 14, double step = 0.375) {
+/// A rubber balloon, unfolded, in a straight tube, with air tets between those triangles that face
+/// each other: the balloon's ends have none, so that the mesh is not whole.
+inline SimulationModel matched_model(double start_radius, double lumen_radius) {
+  constexpr int kRings = 15, kAround = 14;
+  constexpr double kLength = 6.0, kStep = kLength / (kRings + 1);
   StenosedTube p;
   p.radius = lumen_radius;
-  p.length = (rings - 1) * step;
+  p.length = (kRings - 1) * kStep;
   p.stenosis = 0.0;
   p.start_radius = start_radius;
-  p.balloon_length = (rings + 1) * step;
-  p.balloon_rings = p.wall_rings = rings;
-  p.balloon_around = p.wall_around = around;
+  p.balloon_length = kLength;
+  p.balloon_rings = p.wall_rings = kRings;
+  p.balloon_around = p.wall_around = kAround;
   SimulationModel model = make_model(p);
   model.balloon_rest = model.balloon.vertices;
-  model.air = prisms_between(model.balloon, model.wall, model.wall.triangles.size());
+  std::vector<Vec3> x = model.balloon.vertices;
+  x.insert(x.end(), model.wall.vertices.begin(), model.wall.vertices.end());
+  const auto first = model.balloon.triangles.begin();
+  model.air = prisms_behind({first, first + std::ptrdiff_t(model.wall.triangles.size())},
+                            int(model.balloon.vertices.size()), x);
+  return model;
+}
+
+/// A rubber balloon, unfolded, in a vessel of the same pattern of triangles, `step` mm a ring, that
+/// is closed and held at its ends; the gap between them is an air mesh of prisms.
+inline SimulationModel model_in_a_bag(double start_radius, double lumen_radius, int rings = 15,
+                                      int around = 14, double step = 0.375) {
+  const Gap gap = make_gap((rings + 1) * step, start_radius, [&](double) { return lumen_radius; },
+                           0.5 * step, rings, around);
+  SimulationModel model;
+  model.balloon = gap.inner;
+  model.balloon_rest = gap.inner.vertices;
+  model.balloon_fixed.assign(gap.inner.vertices.size(), 0);
+  model.balloon_fixed.back() = model.balloon_fixed.end()[-2] = 1;
+  model.wall = gap.outer;
+  model.air = gap.tets;
+  const double end = std::abs(gap.outer.vertices.front().z);
+  for (const Vec3& v : gap.outer.vertices) {
+    model.wall_fixed.push_back(std::abs(v.z) > end - 1e-6);
+    model.wall_abscissa.push_back(v.z + end);
+    model.wall_group.push_back(0);
+  }
+  model.guidewire = {gap.inner.vertices.end()[-2], gap.inner.vertices.back()};
+  model.reference_radius_mm = lumen_radius;
+  model.measure_tangent = {0, 0, 1};
   return model;
 }
 

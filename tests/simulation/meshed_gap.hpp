@@ -1,10 +1,33 @@
 #pragma once
 
+#include <algorithm>
+
 #include "core/tet_mesh.hpp"
 #include "tests/simulation/models.hpp"
 
-/// The gap between two closed tubes of the same connectivity, meshed by prisms.
+/// The gap between two tubes of the same pattern of triangles, meshed by prisms.
 namespace angio::simulation::testing {
+
+/// The prism of three tets behind each of an inner surface's triangles.
+///
+/// @param x       vertices of the inner surface, then those of the outer one
+/// @param offset  the outer surface's first vertex
+inline std::vector<Tet> prisms_behind(const std::vector<Triangle>& triangles, int offset,
+                                      const std::vector<Vec3>& x) {
+  const auto at = [&](int v) { return x[std::size_t(v)]; };
+  std::vector<Tet> tets;
+  for (Triangle t : triangles) {
+    std::sort(t.begin(), t.end());  // the same diagonal from both sides of a prism's side
+    const auto [a, b, c] = t;
+    for (Tet tet : {Tet{a, b, c, c + offset}, Tet{a, b, b + offset, c + offset},
+                    Tet{a, a + offset, b + offset, c + offset}}) {
+      if (tet_volume(at(tet[0]), at(tet[1]), at(tet[2]), at(tet[3])) < 0.0)
+        std::swap(tet[2], tet[3]);
+      tets.push_back(tet);
+    }
+  }
+  return tets;
+}
 
 struct Gap {
   TriangleMesh inner, outer;
@@ -35,16 +58,7 @@ Gap make_gap(double length, double inner, const Radius& outer, double margin, in
   const int n = gap.inner_count();
   for (const Triangle& t : gap.outer.triangles)
     gap.surfaces.push_back({t[0] + n, t[1] + n, t[2] + n});
-  for (Triangle t : gap.inner.triangles) {
-    // The same diagonal from both sides of a prism's side.
-    std::sort(t.begin(), t.end());
-    const auto [a, b, c] = t;
-    for (Tet tet : {Tet{a, b, c, c + n}, Tet{a, b, b + n, c + n}, Tet{a, a + n, b + n, c + n}}) {
-      const auto at = [&](std::size_t i) { return gap.x[std::size_t(tet[i])]; };
-      if (tet_volume(at(0), at(1), at(2), at(3)) < 0.0) std::swap(tet[2], tet[3]);
-      gap.tets.push_back(tet);
-    }
-  }
+  gap.tets = prisms_behind(gap.inner.triangles, n, gap.x);
   return gap;
 }
 

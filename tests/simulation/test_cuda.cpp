@@ -59,7 +59,7 @@ std::vector<SimulationFrame> frames_in_a_vessel(Backend backend) {
   options.inflation.hold_s = options.inflation.rest_s = 0.1;
   options.backend = backend;
   std::vector<SimulationFrame> frames;
-  simulate(testing::matched_model(0.5, 0.62), options,
+  simulate(testing::model_in_a_bag(0.5, 0.62), options,
            [&](const SimulationFrame& frame) { frames.push_back(frame); });
   return frames;
 }
