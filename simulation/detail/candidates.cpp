@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <cmath>
 #include <limits>
 #include <numeric>
@@ -129,6 +130,9 @@ struct Builder {
       const std::size_t end = count * std::size_t(chunk + 1) / kChunks;
       for (std::size_t i = begin; i < end; ++i) query(i, found[std::size_t(chunk)]);
     });
+    std::size_t total = candidates.size();
+    for (const auto& part : found) total += part.size();
+    candidates.reserve(total);
     for (const auto& part : found) candidates.insert(candidates.end(), part.begin(), part.end());
   }
 
@@ -136,6 +140,12 @@ struct Builder {
     if (gap_of(x, candidate) < reach) candidates.push_back(candidate);
   }
 };
+
+// counts[i]++ by any thread. What is put in order by it must be sorted afterwards.
+std::size_t take_next(std::vector<int>& counts, int i) {
+  return std::size_t(
+      std::atomic_ref(counts[std::size_t(i)]).fetch_add(1, std::memory_order_relaxed));
+}
 
 template <class Primitives>
 std::vector<Box> boxes_of(const std::vector<Vec3>& x, const Primitives& primitives, double grow) {
@@ -240,12 +250,17 @@ std::vector<Candidate> find_candidates(const Scene& scene, const std::vector<Vec
 void sort_candidates(std::vector<Candidate>& candidates) {
   int owners = 0;
   for (const Candidate& c : candidates) owners = std::max(owners, c.vertex[0] + 1);
+  const auto count = std::ptrdiff_t(candidates.size());
   std::vector<int> begin(std::size_t(owners) + 1, 0);
-  for (const Candidate& c : candidates) ++begin[std::size_t(c.vertex[0]) + 1];
+  parallel_for(
+      count, [&](std::ptrdiff_t c) { take_next(begin, candidates[std::size_t(c)].vertex[0] + 1); });
   std::partial_sum(begin.begin(), begin.end(), begin.begin());
-  std::vector<int> next(begin.begin(), begin.end() - 1);
+  std::vector<int> next = begin;
   std::vector<Candidate> by_owner(candidates.size());
-  for (const Candidate& c : candidates) by_owner[std::size_t(next[std::size_t(c.vertex[0])]++)] = c;
+  parallel_for(count, [&](std::ptrdiff_t c) {
+    const Candidate& candidate = candidates[std::size_t(c)];
+    by_owner[take_next(next, candidate.vertex[0])] = candidate;
+  });
   const auto key = [](const Candidate& c) {
     return std::tuple(c.edges, c.vertex[1], c.vertex[2], c.vertex[3]);
   };
@@ -273,17 +288,18 @@ CandidateSet index_candidates(const std::vector<Vec3>& x, std::vector<Candidate>
   set.reach = reach;
   set.owned_begin.assign(vertex_count + 1, 0);
   set.ref_begin.assign(vertex_count + 1, 0);
-  for (const Candidate& candidate : candidates) {
-    ++set.owned_begin[std::size_t(candidate.vertex[0]) + 1];
-    for (const int v : candidate.vertex) ++set.ref_begin[std::size_t(v) + 1];
-  }
+  const auto for_candidates = [count](const auto& body) {
+    parallel_for(std::ptrdiff_t(count), [&](std::ptrdiff_t c) { body(std::size_t(c)); });
+  };
+  for_candidates([&](std::size_t c) {
+    take_next(set.owned_begin, candidates[c].vertex[0] + 1);
+    for (const int v : candidates[c].vertex) take_next(set.ref_begin, v + 1);
+  });
   std::partial_sum(set.owned_begin.begin(), set.owned_begin.end(), set.owned_begin.begin());
   std::partial_sum(set.ref_begin.begin(), set.ref_begin.end(), set.ref_begin.begin());
 
   std::vector<double> gap(count);
-  parallel_for(std::ptrdiff_t(count), [&](std::ptrdiff_t c) {
-    gap[std::size_t(c)] = gap_of(x, candidates[std::size_t(c)]);
-  });
+  for_candidates([&](std::size_t c) { gap[c] = gap_of(x, candidates[c]); });
   std::vector<int> order(count);
   std::iota(order.begin(), order.end(), 0);
   parallel_for_uneven(std::ptrdiff_t(vertex_count), [&](std::ptrdiff_t v) {
@@ -292,24 +308,23 @@ CandidateSet index_candidates(const std::vector<Vec3>& x, std::vector<Candidate>
                 return std::pair(gap[std::size_t(a)], a) < std::pair(gap[std::size_t(b)], b);
               });
   });
-  for (const int c : order) {
-    set.candidates.push_back(candidates[std::size_t(c)]);
-    set.gap.push_back(gap[std::size_t(c)]);
-  }
-
-  std::vector<int> next(set.ref_begin.begin(), set.ref_begin.end() - 1);
+  std::vector<int> next = set.ref_begin;
+  set.candidates.resize(count);
+  set.gap.resize(count);
   set.refs.resize(4 * count);
-  for (std::size_t c = 0; c < count; ++c)
+  for_candidates([&](std::size_t c) {
+    set.candidates[c] = candidates[std::size_t(order[c])];
+    set.gap[c] = gap[std::size_t(order[c])];
     for (int corner = 0; corner < 4; ++corner)
-      set.refs[std::size_t(next[std::size_t(set.candidates[c].vertex[corner])]++)] = {int(c),
-                                                                                      corner};
+      set.refs[take_next(next, set.candidates[c].vertex[corner])] = {int(c), corner};
+  });
+  const auto key = [&](const ContactRef& ref) {
+    return std::tuple(set.gap[std::size_t(ref.pair)], ref.pair, ref.corner);
+  };
   parallel_for_uneven(std::ptrdiff_t(vertex_count), [&](std::ptrdiff_t v) {
     std::sort(set.refs.begin() + set.ref_begin[std::size_t(v)],
               set.refs.begin() + set.ref_begin[std::size_t(v) + 1],
-              [&](const ContactRef& a, const ContactRef& b) {
-                return std::pair(set.gap[std::size_t(a.pair)], a.pair) <
-                       std::pair(set.gap[std::size_t(b.pair)], b.pair);
-              });
+              [&](const ContactRef& a, const ContactRef& b) { return key(a) < key(b); });
   });
   return set;
 }

@@ -21,7 +21,8 @@
 ///     now()                           a clock [s]
 ///     kSurroundings                   can there be anything beside the balloon?
 ///     kSolids                         can it move a layered wall?
-///     kVertexLanes, kClusterLanes     the L that suits a vertex's triangles, a slab's members
+///     kBalloonLanes, kVertexLanes, kClusterLanes  the L that suits a balloon's vertex (with a wall
+///                                     there are many pairs), a wall's vertex, a slab's members
 ///
 /// `lanes` are the threads that share one i, up to L of them: the body strides by lanes.size() from
 /// lanes.rank(), and lanes.sum(x) adds over them, lanes.before(yes) counts those before this one
@@ -46,7 +47,7 @@ struct OneLane {
 class CpuTeam {
  public:
   static constexpr bool kSurroundings = true, kSolids = true;
-  static constexpr int kVertexLanes = 1, kClusterLanes = 1;
+  static constexpr int kBalloonLanes = 1, kVertexLanes = 1, kClusterLanes = 1;
   static constexpr int kMostSums = 4;
 
   /// What the threads of a team share.

@@ -101,7 +101,7 @@ template <class Real>
 class BlockTeam : public DeviceClock {
  public:
   static constexpr bool kSurroundings = false, kSolids = false;
-  static constexpr int kVertexLanes = 4, kClusterLanes = 32;
+  static constexpr int kBalloonLanes = 4, kVertexLanes = 4, kClusterLanes = 32;
 
   __device__ explicit BlockTeam(BlockShared& shared) : shared_(shared) {}
   __device__ bool leader() const { return threadIdx.x == 0; }
@@ -142,7 +142,7 @@ template <class Real, bool Surroundings>
 class GridTeam : public DeviceClock {
  public:
   static constexpr bool kSurroundings = Surroundings, kSolids = false;
-  static constexpr int kVertexLanes = 4, kClusterLanes = 32;
+  static constexpr int kBalloonLanes = Surroundings ? 32 : 4, kVertexLanes = 4, kClusterLanes = 32;
 
   __device__ GridTeam(BlockShared& shared, void* sums)
       : shared_(shared), sums_(sums), grid_(cooperative_groups::this_grid()) {}
@@ -304,9 +304,10 @@ CudaShape cuda_shape(const StepView<Real>& view, int device, bool grid) {
   cudaDeviceGetAttribute(&processors, cudaDevAttrMultiProcessorCount, device);
   cudaOccupancyMaxActiveBlocksPerMultiprocessor(&resident, kernel_of(view, true), kGridThreads, 0);
   // No more blocks than a colour has work for: they would only lengthen the barrier.
-  const int colors = std::max(1, view.balloon_colors + view.wall_colors);
+  using Team = GridTeam<Real, true>;
   const int work =
-      (view.balloon_count + view.wall_count) / colors * GridTeam<Real, true>::kVertexLanes;
+      std::max(view.balloon_count / std::max(1, view.balloon_colors) * Team::kBalloonLanes,
+               view.wall_count / std::max(1, view.wall_colors) * Team::kVertexLanes);
   shape.threads = kGridThreads;
   shape.blocks = std::clamp((work + kGridThreads - 1) / kGridThreads, 1,
                             std::clamp(processors * resident, 1, 1024));

@@ -376,7 +376,7 @@ struct SweepSums {
 template <class Real, class Team>
 ANGIO_HOST_DEVICE inline void propose_moves(Team& team, const StepView<Real>& s, int first,
                                             int count, Real gauge, double (&total)[4]) {
-  team.template quick_sum<Team::kVertexLanes, 4>(
+  team.template quick_sum<Team::kBalloonLanes, 4>(
       count,
       [&](int i, const auto& lanes, auto* part) {
         const int v = first + i;
@@ -408,7 +408,7 @@ ANGIO_HOST_DEVICE inline void propose_moves(Team& team, const StepView<Real>& s,
 template <class Real, class Team>
 ANGIO_HOST_DEVICE inline void take_moves(Team& team, const StepView<Real>& s, int first, int count,
                                          Real change, Real gauge, Real travel, double (&total)[3]) {
-  team.template quick_sum<Team::kVertexLanes, 3>(
+  team.template quick_sum<Team::kBalloonLanes, 3>(
       count,
       [&](int i, const auto& lanes, auto* part) {
         const int v = first + i;
