@@ -9,6 +9,7 @@
 #include "centerline/detail/contacts.hpp"
 #include "centerline/detail/lines.hpp"
 #include "centerline/detail/lumen_voxels.hpp"
+#include "centerline/detail/side_by_side.hpp"
 #include "centerline/detail/skeleton.hpp"
 #include "centerline/detail/smooth_surface.hpp"
 #include "centerline/detail/surface_wall.hpp"
@@ -48,6 +49,8 @@ CenterlineResult extract(const Volume<float>& level_set, std::optional<std::vect
   result.warnings = std::move(skeleton.warnings);
   for (std::string& contact : find_contacts(result.tree))
     result.warnings.push_back(std::move(contact));
+  for (std::string& pair : find_vessels_side_by_side(result.tree, level_set))
+    result.warnings.push_back(std::move(pair));
   result.left_out = 1.0 - lumen.largest_fraction;
   if (lumen.piece_count > 1)
     result.warnings.push_back("the lumen has " + std::to_string(lumen.piece_count) +

@@ -21,8 +21,9 @@ using detail::Count;
 struct Work {
   TriangleMesh mesh;
   std::vector<SurfaceRepair> repairs;
-  void note(const std::string& what, const Count& count) {
-    if (count.count > 0) repairs.push_back({what, count.count, count.where});
+  void note(const char* one, const char* many, const Count& count) {
+    if (count.count > 0)
+      repairs.push_back({count.count == 1 ? one : many, count.count, count.where});
   }
 };
 
@@ -45,17 +46,25 @@ void check_numbers(const TriangleMesh& mesh) {
 void make_manifold(Work& work) {
   constexpr double kSame = 1e-5;  // of the median edge
   const double tolerance = kSame * detail::median_edge_length(work.mesh);
-  work.note("corners at the same point merged", detail::merge_points(work.mesh, 0.0));
+  work.note("corner at the same point as another merged", "corners at the same point merged",
+            detail::merge_points(work.mesh, 0.0));
   if (!work.repairs.empty()) work.repairs.back().is_routine = true;
-  work.note("points that all but coincide merged", detail::merge_points(work.mesh, tolerance));
-  work.note("triangles without area dropped", detail::drop_degenerate(work.mesh, tolerance));
-  work.note("repeated triangles dropped", detail::drop_duplicates(work.mesh));
-  work.note("T-junctions joined", detail::join_t_junctions(work.mesh, 100.0 * tolerance));
-  work.note("triangles of sheets that hang on the wall cut off", detail::cut_off_fins(work.mesh));
+  work.note("point that all but coincides with another merged",
+            "points that all but coincide merged", detail::merge_points(work.mesh, tolerance));
+  work.note("triangle without area dropped", "triangles without area dropped",
+            detail::drop_degenerate(work.mesh, tolerance));
+  work.note("repeated triangle dropped", "repeated triangles dropped",
+            detail::drop_duplicates(work.mesh));
+  work.note("T-junction joined", "T-junctions joined",
+            detail::join_t_junctions(work.mesh, 100.0 * tolerance));
+  work.note("triangle of a sheet that hangs on the wall cut off",
+            "triangles of sheets that hang on the wall cut off", detail::cut_off_fins(work.mesh));
   if (work.mesh.triangles.empty())
     throw InputError("nothing is left of the surface (its triangles have no area). Check its unit");
-  work.note("triangles turned like their neighbours", detail::turn_alike(work.mesh));
-  work.note("corners where several sheets meet taken apart", detail::take_sheets_apart(work.mesh));
+  work.note("triangle turned like its neighbours", "triangles turned like their neighbours",
+            detail::turn_alike(work.mesh));
+  work.note("corner where several sheets meet taken apart",
+            "corners where several sheets meet taken apart", detail::take_sheets_apart(work.mesh));
 }
 
 /// How much of a wall runs across the axis of its opening: 0 at the end of a vessel, 1 at a hole.
@@ -106,7 +115,7 @@ void fill_holes(Work& work) {
     filled.add(work.mesh.vertices[std::size_t(loop[0])]);
     detail::fill_hole_fair(work.mesh, loop);
   }
-  work.note("holes in the wall filled", filled);
+  work.note("hole in the wall filled", "holes in the wall filled", filled);
 }
 
 /// Volume inside, openings closed by the shortest way.
@@ -133,7 +142,7 @@ std::vector<TriangleMesh> pieces_outward(Work& work) {
     for (Triangle& t : pieces.back().triangles) std::swap(t[1], t[2]);
     turned.add(pieces.back().vertices.front());
   }
-  work.note("pieces turned inside out", turned);
+  work.note("inside-out piece turned outward", "inside-out pieces turned outward", turned);
   std::stable_sort(pieces.begin(), pieces.end(),
                    [](const auto& a, const auto& b) { return surface_area(a) > surface_area(b); });
   return pieces;
@@ -156,7 +165,8 @@ void settle_pieces(Work& work, const SurfaceRepairOptions& options) {
       pieces.erase(pieces.begin() + std::ptrdiff_t(j));
       j = i + 1;
     }
-  work.note("pieces that cross united with the largest", united);
+  work.note("piece that crosses the largest united with it",
+            "pieces that cross united with the largest", united);
   Count left_out;
   work.mesh = pieces.front();
   for (std::size_t i = 1; i < pieces.size(); ++i) {
@@ -170,7 +180,7 @@ void settle_pieces(Work& work, const SurfaceRepairOptions& options) {
     for (const Triangle& t : pieces[i].triangles)
       work.mesh.triangles.push_back({t[0] + offset, t[1] + offset, t[2] + offset});
   }
-  work.note("smaller pieces left out", left_out);
+  work.note("smaller piece left out", "smaller pieces left out", left_out);
 }
 
 void close_crossings(Work& work) {
@@ -191,7 +201,8 @@ void close_crossings(Work& work) {
   closed.where =
       work.mesh.vertices[std::size_t(work.mesh.triangles[std::size_t(pairs.front()[0])][0])];
   closed.count = detail::close_crossings(work.mesh);
-  work.note("places where the surface crossed itself closed anew", closed);
+  work.note("place where the surface crossed itself closed anew",
+            "places where the surface crossed itself closed anew", closed);
 }
 
 void check_result(const TriangleMesh& mesh) {

@@ -85,7 +85,7 @@ WallPoints::WallPoints(std::vector<Vec3> vertices) : points_(std::move(vertices)
 }
 
 WallPoints::Key WallPoints::key_of(const Vec3& p) const {
-  return {int(std::floor(p.x / cell_)), int(std::floor(p.y / cell_)), int(std::floor(p.z / cell_))};
+  return {int(std::floor(p.z / cell_)), int(std::floor(p.y / cell_)), int(std::floor(p.x / cell_))};
 }
 
 void WallPoints::build_grid(double cell) {
@@ -96,28 +96,36 @@ void WallPoints::build_grid(double cell) {
   std::sort(order.begin(), order.end());
   std::vector<Vec3> sorted;
   sorted.reserve(points_.size());
-  for (const auto& [key, index] : order) sorted.push_back(points_[std::size_t(index)]);
-  points_ = std::move(sorted);
-  for (std::size_t begin = 0; begin < order.size();) {
-    std::size_t end = begin;
-    while (end < order.size() && order[end].first == order[begin].first) ++end;
-    cells_.emplace(order[begin].first, std::pair{int(begin), int(end)});
-    begin = end;
+  for (const auto& [key, index] : order) {
+    const int place = int(sorted.size());
+    sorted.push_back(points_[std::size_t(index)]);
+    const bool is_new = rows_.empty() || rows_.back().k != key[0] || rows_.back().j != key[1];
+    if (is_new) rows_.push_back({key[0], key[1], int(cells_.size()), 0});
+    if (is_new || cells_.back().i != key[2]) cells_.push_back({key[2], place});
+    rows_.back().end = int(cells_.size());
   }
+  cells_.push_back({0, int(sorted.size())});
+  points_ = std::move(sorted);
 }
 
 void WallPoints::collect(const Vec3& center, double reach, std::vector<int>& found) const {
   found.clear();
   const Vec3 r{reach, reach, reach};
   const Key low = key_of(center - r), high = key_of(center + r);
-  for (int k = low[2]; k <= high[2]; ++k)
-    for (int j = low[1]; j <= high[1]; ++j)
-      for (int i = low[0]; i <= high[0]; ++i) {
-        const auto cell = cells_.find({i, j, k});
-        if (cell == cells_.end()) continue;
-        for (int n = cell->second.first; n < cell->second.second; ++n)
-          if (norm_squared(points_[std::size_t(n)] - center) <= reach * reach) found.push_back(n);
-      }
+  const auto is_row_before = [](const Row& row, const std::pair<int, int>& kj) {
+    return std::pair{row.k, row.j} < kj;
+  };
+  const auto is_cell_before = [](const Cell& cell, int i) { return cell.i < i; };
+  for (int k = low[0]; k <= high[0]; ++k) {
+    auto row = std::lower_bound(rows_.begin(), rows_.end(), std::pair{k, low[1]}, is_row_before);
+    for (; row != rows_.end() && row->k == k && row->j <= high[1]; ++row) {
+      const auto begin = cells_.begin() + row->begin, end = cells_.begin() + row->end;
+      const int first = std::lower_bound(begin, end, low[2], is_cell_before)->first;
+      const int last = std::lower_bound(begin, end, high[2] + 1, is_cell_before)->first;
+      for (int n = first; n < last; ++n)
+        if (norm_squared(points_[std::size_t(n)] - center) <= reach * reach) found.push_back(n);
+    }
+  }
 }
 
 }  // namespace angio::centerline

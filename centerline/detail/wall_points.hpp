@@ -2,7 +2,6 @@
 
 #include <array>
 #include <cstdint>
-#include <unordered_map>
 #include <vector>
 
 #include "centerline/detail/lumen_voxels.hpp"
@@ -31,18 +30,20 @@ class WallPoints {
   [[nodiscard]] double correlation_length() const { return correlation_length_; }
 
  private:
-  using Key = std::array<int, 3>;
-  struct KeyHash {
-    std::size_t operator()(const Key& key) const {
-      return std::size_t(key[0]) * 73856093U ^ std::size_t(key[1]) * 19349663U ^
-             std::size_t(key[2]) * 83492791U;
-    }
+  using Key = std::array<int, 3>;  ///< of a cell: k, j, i
+  struct Cell {
+    int i, first;  ///< of its points; the next cell's first ends them
+  };
+  struct Row {
+    int k, j;
+    int begin, end;  ///< of its cells
   };
   void build_grid(double cell);
   [[nodiscard]] Key key_of(const Vec3& p) const;
 
-  std::vector<Vec3> points_;                                     ///< cell by cell
-  std::unordered_map<Key, std::pair<int, int>, KeyHash> cells_;  ///< range of points_
+  std::vector<Vec3> points_;  ///< cell by cell, row by row
+  std::vector<Cell> cells_;   ///< of all rows, and one behind
+  std::vector<Row> rows_;
   double cell_ = 1.0;
   double correlation_length_ = 0.0;
 };

@@ -120,6 +120,12 @@ void propagate(CoarsePoints& points, float reach) {
     }
 }
 
+/// A row of the coarse grid beside one of the fine grid.
+struct CoarseRow {
+  std::size_t first = 0;  ///< of its points
+  Offset way;             ///< to it, across the rows [mm]
+};
+
 /// Where the band ends: the nearest of the closest points around each voxel.
 void fill_beyond(Volume<float>& distance, const CoarsePoints& points, float band, float reach) {
   const auto& fine = distance.geometry;
@@ -128,6 +134,13 @@ void fill_beyond(Volume<float>& distance, const CoarsePoints& points, float band
     for (int j = 0; j < fine.size[1]; ++j) {
       float* row = &distance.at(0, j, int(k));
       const int ck = int(k) / kCoarse, cj = j / kCoarse;
+      std::array<CoarseRow, 4> rows;
+      for (int corner = 0; corner < 4; ++corner) {
+        const int b = cj + (corner & 1), c = ck + (corner >> 1);
+        rows[std::size_t(corner)] = {
+            points.geometry.offset(0, b, c),
+            {0.0f, float(b * kCoarse - j) * h.y, float(c * kCoarse - int(k)) * h.z}};
+      }
       bool is_far = false;
       for (int i = 0; i < fine.size[0]; ++i) {
         const int ci = i / kCoarse;
@@ -135,13 +148,13 @@ void fill_beyond(Volume<float>& distance, const CoarsePoints& points, float band
         if (is_far && row[i] > 0.0f) row[i] = reach;
         if (is_far || std::abs(row[i]) < band) continue;
         float best = kFar, along = kFar;
-        for (int corner = 0; corner < 8; ++corner) {
-          const int a = ci + (corner & 1), b = cj + (corner >> 1 & 1), c = ck + (corner >> 2);
-          const std::size_t v = points.geometry.offset(a, b, c);
+        for (std::size_t corner = 0; corner < 8; ++corner) {
+          const std::size_t v = rows[corner >> 1].first + std::size_t(ci) + (corner & 1);
           if (points.squared[v] == kFar) continue;
+          const Offset& from = rows[corner >> 1].way;
           const Offset way =
-              points.offset[v] + Offset{float(a * kCoarse - i) * h.x, float(b * kCoarse - j) * h.y,
-                                        float(c * kCoarse - int(k)) * h.z};
+              points.offset[v] +
+              Offset{float((ci + int(corner & 1)) * kCoarse - i) * h.x, from.y, from.z};
           if (norm_squared(way) >= best) continue;
           best = norm_squared(way);
           along = std::abs(dot(way, points.normal[v]));  // the surface goes on beside the point

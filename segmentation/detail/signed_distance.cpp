@@ -89,7 +89,7 @@ class BrickDistance {
   std::vector<float> squared_;
   std::vector<Offset> offset_;
   std::vector<std::vector<std::uint32_t>> front_;
-  std::vector<std::uint8_t> is_done_, changes_;
+  std::vector<std::uint8_t> state_, changes_;
 };
 
 /// The cubic interpolant at a way [mm] from a voxel.
@@ -209,7 +209,9 @@ void BrickDistance::propagate(const Brick& brick) {
   };
   for (std::size_t v = 0; v < squared_.size(); ++v)
     if (squared_[v] != kFar) push(v, 0);
-  is_done_.assign(squared_.size(), 0);
+  constexpr std::uint8_t kDone = 2;  // else 1 inside, 0 outside
+  state_.resize(squared_.size());
+  for (std::size_t v = 0; v < state_.size(); ++v) state_[v] = is_inside(v) ? 1 : 0;
   // What a voxel hands on has come this far, and has the way to the brick before it.
   const auto is_of_use = [&](const std::array<int, 3>& at, float squared) {
     Offset way;
@@ -234,19 +236,20 @@ void BrickDistance::propagate(const Brick& brick) {
   for (std::size_t now = 0; now < front_.size(); ++now)
     for (std::size_t n = 0; n < front_[now].size(); ++n) {
       const std::size_t v = front_[now][n];
-      if (std::exchange(is_done_[v], std::uint8_t{1})) continue;
+      const std::uint8_t state = std::exchange(state_[v], kDone);
+      if (state == kDone) continue;
       const auto at = place(v);
       if (at[0] < 1 || at[1] < 1 || at[2] < 1 || at[0] + 1 >= patch_.size[0] ||
           at[1] + 1 >= patch_.size[1] || at[2] + 1 >= patch_.size[2])
         continue;
       if (!is_of_use(at, squared_[v])) continue;
       const Offset here = offset_[v];
-      const bool inside = is_inside(v);
       for (const Neighbor& neighbor : neighbors) {
         const auto other = std::size_t(std::ptrdiff_t(v) + neighbor.stride);
+        if (state_[other] != state) continue;
         const Offset way = here - neighbor.way;
         const float squared = norm_squared(way);
-        if (squared >= squared_[other] || is_done_[other] || is_inside(other) != inside) continue;
+        if (squared >= squared_[other]) continue;
         squared_[other] = squared;
         offset_[other] = way;
         push(other, now);

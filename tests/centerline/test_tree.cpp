@@ -252,6 +252,34 @@ TEST(CenterlineTree, DoesNotJoinCrossingVesselsHalfAVoxelApart) {
   EXPECT_GT(result.left_out, 0.2);
 }
 
+TEST(CenterlineTree, NamesVesselsThatRunSideBySideAsOne) {
+  // From what overlaps by little to two thirds of a radius; alike and unlike.
+  for (const auto& [radius, apart] : {std::pair{1.5, 2.7}, {1.5, 2.0}, {1.0, 2.2}}) {
+    const auto result = extract({straight_tube({0, 0, -15}, {0, 0, 15}, constant(1.5)),
+                                 straight_tube({apart, 0, -15}, {apart, 0, 15}, constant(radius))});
+    EXPECT_TRUE(warns_of(result, "side by side", "")) << radius << " " << apart;
+  }
+}
+
+TEST(CenterlineTree, NamesAHairpinWhoseLegsTouch) {
+  const Tube hairpin = make_tube(
+      [](double t) {
+        const double turn = units::kPi * std::clamp(3 * t - 1, 0.0, 1.0);
+        const double leg = t < 1.0 / 3 ? 60 * (1.0 / 3 - t) : std::max(60 * (t - 2.0 / 3), 0.0);
+        return Vec3{1.7 * std::cos(turn), 1.7 * std::sin(turn) - leg, 0.0};
+      },
+      constant(1.9));
+  EXPECT_TRUE(warns_of(extract({hairpin}), "side by side", ""));
+}
+
+TEST(CenterlineTree, TakesANarrowBranchingForABranching) {
+  const auto result = extract({straight_tube({0, 0, -15}, {0, 0, 0}, constant(2.0)),
+                               straight_tube({0, 0, 0}, {4.2, 0, 24}, constant(1.5)),
+                               straight_tube({0, 0, 0}, {-4.2, 0, 24}, constant(1.5))});
+  EXPECT_EQ(result.tree.paths.size(), 2U);
+  EXPECT_TRUE(result.warnings.empty());
+}
+
 TEST(CenterlineTree, TakesOppositeBranchesForBranches) {
   const auto result = extract({straight_tube({0, 0, -20}, {0, 0, 20}, constant(2.5)),
                                straight_tube({0, 0, 0}, {15, 0, 4}, constant(1.0)),

@@ -129,7 +129,7 @@ std::vector<Defect> defects_of_triangles() {
            [](TriangleMesh& mesh) {
              for (Triangle& t : mesh.triangles) std::swap(t[0], t[1]);
            },
-           "inside out"},
+           "turned outward"},
           {"SomeTrianglesFlipped",
            [](TriangleMesh& mesh) {
              for (std::size_t t = 0; t < mesh.triangles.size(); t += 7)
@@ -166,16 +166,16 @@ std::vector<Defect> defects_of_walls() {
        [](TriangleMesh& mesh) {
          mesh.triangles.erase(mesh.triangles.begin() + std::ptrdiff_t(kMiddle));
        },
-       "holes in the wall filled"},
-      {"LargeHole", [](TriangleMesh& mesh) { remove_wall_patch(mesh, 3); },
-       "holes in the wall filled", 0.01},
+       "in the wall filled"},
+      {"LargeHole", [](TriangleMesh& mesh) { remove_wall_patch(mesh, 3); }, "in the wall filled",
+       0.01},
       {"FinInside",
        [](TriangleMesh& mesh) {  // a sheet that hangs on an edge of the wall
          const Triangle t = mesh.triangles[kMiddle];
          mesh.vertices.push_back({0.3, 0.1, 0.5 * kLength});
          mesh.triangles.push_back({t[0], t[1], int(mesh.vertices.size()) - 1});
        },
-       "hang on the wall"},
+       "on the wall cut off"},
       {"Septum",
        [](TriangleMesh& mesh) {  // a wall across the lumen
          const int ring = kRings / 2 * kSides;
@@ -184,7 +184,7 @@ std::vector<Defect> defects_of_walls() {
          for (int k = 0; k < kSides; ++k)
            mesh.triangles.push_back({ring + k, ring + (k + 1) % kSides, centre});
        },
-       "hang on the wall"},
+       "on the wall cut off"},
       {"Island",
        [](TriangleMesh& mesh) {
          const TriangleMesh ball = tests::make_sphere({6.0, 0.0, 3.0}, 0.5, 2);
