@@ -10,12 +10,12 @@ namespace {
 
 // Frames in one launch: where nothing can touch, and where something can, and new candidates come
 // between launches.
-constexpr int kFreeFrames = 16, kWallFrames = 4;
+constexpr int kFreeFrames = 16, kWallFrames = 2;
 // Launches that run or wait, so that the device goes on while new candidates are found.
-constexpr int kLaunches = 4;
+constexpr int kLaunches = 5;
 // New candidates are found once balloon and wall have used this share of the room that the last
 // ones leave.
-constexpr double kUsed = 0.4;
+constexpr double kUsed = 0.65;
 constexpr int kLeastCapability = 75;
 
 int use_device() {
