@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
+#include <ctime>
 #include <exception>
 #include <fstream>
 #include <functional>
@@ -15,8 +16,10 @@
 #include "core/units.hpp"
 #include "simulation/detail/contact_force.hpp"
 #include "simulation/detail/material.hpp"
+#include "simulation/detail/measure.hpp"
 #include "simulation/detail/membrane_term.hpp"
 #include "simulation/simulation.hpp"
+#include "tests/simulation/folded.hpp"
 #include "tests/simulation/gaps.hpp"
 #include "tests/simulation/matched.hpp"
 #include "tests/simulation/models.hpp"
@@ -506,6 +509,63 @@ Rows paper() {
            true}};
 }
 
+// The balloon against itself
+// -----------------------------------------------------------------------------------------
+
+struct Unfolding {
+  int crossings = 0;         ///< of the skin with itself, in all frames
+  double diameter_mm = 0.0;  ///< at the peak pressure
+  double open = 0.0;         ///< share of the frames
+  double seconds = 0.0;      ///< of the processor
+};
+
+Unfolding unfold(const SimulationModel& model, bool self_contact) {
+  SimulationOptions options;
+  options.backend = Backend::cpu;
+  options.self_contact = self_contact;
+  options.inflation.inflate_s = 1.0;
+  options.inflation.hold_s = options.inflation.rest_s = 0.1;
+  options.inflation.deflate_s = 0.5;
+  Unfolding result;
+  std::vector<std::vector<Vec3>> frames;
+  const std::clock_t begin = std::clock();
+  const SimulationSummary summary = simulate(
+      model, options, [&](const SimulationFrame& frame) { frames.push_back(frame.balloon); });
+  result.seconds = double(std::clock() - begin) / CLOCKS_PER_SEC;
+  for (const auto& x : frames)
+    result.crossings += detail::self_crossing_count(model.balloon.triangles, x);
+  result.diameter_mm = summary.peak_diameter_mm;
+  result.open = double(summary.open_frames) / double(frames.size());
+  return result;
+}
+
+void add_folds(const char* name, const testing::FoldedBalloon& balloon, Rows& rows) {
+  const SimulationModel model = testing::folded_model(balloon);
+  const Unfolding with = unfold(model, true), without = unfold(model, false);
+  const std::string part = std::string("folds, ") + name + ": ";
+  rows.push_back({part + "crossings of the skin with itself", double(with.crossings), 0.0, ""});
+  rows.push_back({part + "diameter at the peak, against no self-contact",
+                  100.0 * std::abs(with.diameter_mm / without.diameter_mm - 1.0), 0.5, "%"});
+  rows.push_back({part + "crossings without (no bar)", double(without.crossings), 0.0, "", true});
+  rows.push_back(
+      {part + "time over that without (no bar)", with.seconds / without.seconds, 0.0, "", true});
+  rows.push_back({part + "frames left open (no bar)", 100.0 * with.open, 0.0, "%", true});
+  rows.push_back(
+      {part + "frames left open without (no bar)", 100.0 * without.open, 0.0, "%", true});
+}
+
+Rows folds() {
+  Rows rows;
+  add_folds("loose", {}, rows);
+  testing::FoldedBalloon tight;
+  tight.pitch = 0.03;
+  tight.wrap = 2.2;
+  tight.outer_edges = 16;
+  tight.inner_edges = 8;
+  add_folds("tight", tight, rows);
+  return rows;
+}
+
 // Soak
 // -----------------------------------------------------------------------------------------
 
@@ -572,10 +632,15 @@ int print(const Rows& rows) {
 int run(const std::vector<std::string>& asked) {
   int soak_count = 10;
   const std::vector<std::pair<std::string, std::function<Rows()>>> groups = {
-      {"friction", friction},     {"motion", motion},
-      {"newton", against_newton}, {"throat", throat_rows},
-      {"phantoms", phantom_rows}, {"adhesion", adhesion},
-      {"paper", paper},           {"soak", [&] { return soak(soak_count); }},
+      {"friction", friction},
+      {"motion", motion},
+      {"newton", against_newton},
+      {"throat", throat_rows},
+      {"phantoms", phantom_rows},
+      {"adhesion", adhesion},
+      {"folds", folds},
+      {"paper", paper},
+      {"soak", [&] { return soak(soak_count); }},
   };
   std::vector<std::string> names;
   for (const std::string& a : asked) {
@@ -586,8 +651,8 @@ int run(const std::vector<std::string>& asked) {
                      [&](const auto& g) { return g.first == names.back(); })) {
       std::fprintf(
           stderr,
-          "no group \"%s\". Use friction, motion, newton, throat, phantoms, adhesion, paper or "
-          "soak=N\n",
+          "no group \"%s\". Use friction, motion, newton, throat, phantoms, adhesion, folds, "
+          "paper or soak=N\n",
           a.c_str());
       return 64;
     }

@@ -270,10 +270,10 @@ void do_simulation(StageWork& work) {
       part(work.progress, 0.0, 0.95));
   frames.finish();
   keep(work.warnings, summary.warnings);
-  if (work.config.balloon.folds > 0)
+  if (work.config.balloon.folds > 0 && !work.config.simulation.self_contact)
     keep(work.warnings,
          {"the folds' lobes may pass through each other: contact of the balloon with "
-          "itself is not computed"});
+          "itself is not computed (simulation.self_contact)"});
   work.record.backend = summary.backend;
   work.record.device = summary.device;
   work.record.stages[Stage::simulation].solver_seconds = summary.wall_s;

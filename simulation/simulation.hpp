@@ -138,6 +138,9 @@ struct SimulationOptions {
   /// Of the barrier, times that which carries the peak pressure at half the contact distance,
   /// [0.01, 100].
   double contact_stiffness = 1.0;
+  /// Contact of the balloon with itself, where it starts in folds that are meshed: without
+  /// friction, barrier only. It makes a run several times as long (README.md).
+  bool self_contact = false;
   double friction_static = 0.2;    ///< the usual value in balloon models, [0, 2]
   double friction_kinetic = 0.15;  ///< [0, 2]
   /// Adhesion of the wet surfaces: the most that a film of blood holds [kPa], [0, 100]; 0: none.

@@ -18,6 +18,13 @@ namespace {
 constexpr int kChunks = 32;
 constexpr std::size_t kLeastParallel = 8192;  // fewer queries run on one thread
 
+// Contact of the skin with itself acts below this share of the gap that a pair starts with: so it
+// pushes nothing in the start shape, however near its layers, and however fine the mesh. A smooth
+// skin's neighbours keep about their start gap, and never meet.
+constexpr double kShareOfStartGap = 0.9;
+
+constexpr double kFacing = -0.5;  // cosine of normals that are opposed
+
 struct Box {
   Vec3 low{std::numeric_limits<double>::max(), std::numeric_limits<double>::max(),
            std::numeric_limits<double>::max()};
@@ -154,6 +161,20 @@ std::vector<Box> boxes_of(const std::vector<Vec3>& x, const Primitives& primitiv
   return boxes;
 }
 
+Box balloon_space(const Scene& scene, const std::vector<Vec3>& x, double grow) {
+  Box space;
+  for (int v = 0; v < scene.balloon_count; ++v) space.add(x[std::size_t(v)]);
+  space.grow(grow);
+  return space;
+}
+
+double mean_edge(const Scene& scene, const std::vector<Vec3>& x) {
+  double sum = 0.0;
+  for (const Edge& e : scene.balloon_edges)
+    sum += distance(x[std::size_t(e[0])], x[std::size_t(e[1])]);
+  return sum / double(scene.balloon_edges.size());
+}
+
 // The shaft keeps the room that the folded or slender balloon has left it, so that it touches
 // nothing at the start; within a contact distance of each other the two are tied.
 bool take_radius(const Scene& scene, double contact_distance, Candidate& candidate) {
@@ -205,18 +226,68 @@ void add_rod_candidates(const Scene& scene, const std::vector<Vec3>& x, double c
   });
 }
 
+void add_skin_candidates(const Scene& scene, const std::vector<Vec3>& x, double reach,
+                         std::vector<Candidate>& candidates) {
+  const Builder builder{x, reach};
+  const auto add = [&](std::vector<Candidate>& found, Candidate candidate) {
+    const auto& v = candidate.vertex;
+    if (std::all_of(v, v + 4, [&](int i) { return scene.fixed[std::size_t(i)] != 0; })) return;
+    if (!(gap_of(x, candidate) < reach)) return;
+    candidate.skin = true;
+    candidate.distance =
+        float(std::min(scene.self_distance, kShareOfStartGap * gap_of(scene.start, candidate)));
+    found.push_back(candidate);
+  };
+  Grid grid(balloon_space(scene, x, reach), std::max(mean_edge(scene, x), reach));
+  grid.fill(boxes_of(x, scene.balloon_triangles, reach));
+  builder.gather(std::size_t(scene.balloon_count), candidates, [&](std::size_t v, auto& found) {
+    grid.query(box_of(x, std::array{int(v)}, 0.0), [&](int i) {
+      const Triangle& t = scene.balloon_triangles[std::size_t(i)];
+      if (std::find(t.begin(), t.end(), int(v)) == t.end())
+        add(found, {{int(v), t[0], t[1], t[2]}});
+    });
+  });
+  grid.fill(boxes_of(x, scene.balloon_edges, reach));
+  builder.gather(scene.balloon_edges.size(), candidates, [&](std::size_t e, auto& found) {
+    const Edge& a = scene.balloon_edges[e];
+    grid.query(box_of(x, a, 0.0), [&](int i) {
+      const Edge& b = scene.balloon_edges[std::size_t(i)];
+      const bool apart = a[0] != b[0] && a[0] != b[1] && a[1] != b[0] && a[1] != b[1];
+      if (std::size_t(i) > e && apart) add(found, {{a[0], a[1], b[0], b[1]}, true});
+    });
+  });
+}
+
+bool has_facing_layers(const TriangleMesh& skin, double within) {
+  const std::vector<Vec3>& x = skin.vertices;
+  const std::vector<Vec3> normals = vertex_normals(skin);
+  Box space;
+  for (const Vec3& p : x) space.add(p);
+  space.grow(within);
+  Grid grid(space, within);
+  grid.fill(boxes_of(x, skin.triangles, within));
+  const auto faces = [&](std::size_t v, const Triangle& t) {
+    const auto at = [&](std::size_t k) { return x[std::size_t(t[k])]; };
+    const Vec3 normal = normalized(cross(at(1) - at(0), at(2) - at(0)));
+    return dot(normal, normals[v]) < kFacing && gap_of(x, {{int(v), t[0], t[1], t[2]}}) < within;
+  };
+  for (std::size_t v = 0; v < x.size(); ++v) {
+    bool found = false;
+    grid.query(box_of(x, std::array{int(v)}, 0.0), [&](int i) {
+      const Triangle& t = skin.triangles[std::size_t(i)];
+      if (std::find(t.begin(), t.end(), int(v)) == t.end()) found = found || faces(v, t);
+    });
+    if (found) return true;
+  }
+  return false;
+}
+
 std::vector<Candidate> find_candidates(const Scene& scene, const std::vector<Vec3>& x,
                                        double reach) {
   std::vector<Candidate> candidates;
   if (scene.wall_count == 0) return candidates;
   const Builder builder{x, reach};
-  Box space;
-  for (int v = 0; v < scene.balloon_count; ++v) space.add(x[std::size_t(v)]);
-  space.grow(reach);
-  double edge = 0.0;
-  for (const Edge& e : scene.balloon_edges)
-    edge += distance(x[std::size_t(e[0])], x[std::size_t(e[1])]);
-  Grid grid(space, std::max(edge / double(scene.balloon_edges.size()), reach));
+  Grid grid(balloon_space(scene, x, reach), std::max(mean_edge(scene, x), reach));
 
   grid.fill(boxes_of(x, scene.balloon_triangles, reach));
   builder.gather(std::size_t(scene.wall_count), candidates, [&](std::size_t i, auto& found) {

@@ -24,6 +24,16 @@ std::vector<Candidate> find_candidates(const Scene& scene, const std::vector<Vec
 void add_rod_candidates(const Scene& scene, const std::vector<Vec3>& x, double contact_distance,
                         double reach, std::vector<Candidate>& candidates);
 
+/// Adds every pair of the balloon and itself nearer than `reach` that can come nearer or part: they
+/// share no vertex, and not all of theirs are fixed. In no order.
+///
+/// @param x  [mm], shape [vertex]
+void add_skin_candidates(const Scene& scene, const std::vector<Vec3>& x, double reach,
+                         std::vector<Candidate>& candidates);
+
+/// Has a closed surface layers nearer than `within` whose normals are opposed?
+bool has_facing_layers(const TriangleMesh& skin, double within);
+
 /// Puts candidates, however they were found, into their order.
 void sort_candidates(std::vector<Candidate>& candidates);
 
@@ -38,6 +48,7 @@ struct CandidateSet {
   std::vector<ContactRef> refs;  ///< candidates that a vertex is in, by ascending gap
   std::vector<double> gap;       ///< [mm], shape [candidate]
   double reach = 0.0;            ///< [mm]
+  double skin_reach = 0.0;       ///< of the balloon with itself [mm]
 };
 
 /// @param x           where they were found [mm], shape [vertex]

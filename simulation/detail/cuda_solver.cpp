@@ -50,7 +50,8 @@ class CandidateUpload {
             x_.send(x, stream),
             gap_.send(converted_all<Real>(set.gap), stream),
             Real(set.reach),
-            int(set.candidates.size())};
+            int(set.candidates.size()),
+            Real(set.skin_reach)};
   }
 
  private:
@@ -185,7 +186,9 @@ class CudaSolver final : public StepSolver {
     int set = 0;  // of candidates that it uses
   };
 
-  [[nodiscard]] bool touches() const { return scene_.wall_count > 0 || scene_.rod.count > 0; }
+  [[nodiscard]] bool touches() const {
+    return scene_.wall_count > 0 || scene_.rod.count > 0 || scene_.self_distance > 0.0;
+  }
   [[nodiscard]] std::size_t clusters() const { return std::size_t(program_.view.cluster_count); }
   [[nodiscard]] std::size_t modes() const {
     return program_.view.entry_modes ? clusters() * kShapeModes : 0;
@@ -250,8 +253,11 @@ class CudaSolver final : public StepSolver {
     use(sets_[std::size_t(set_count_) % sets_.size()].send(set, x, stream_), program_.view);
     ++set_count_;
     x_candidates_ = x;
-    room_ = double(set.reach - program_.view.contact_range) -
-            4.0 * double(program_.view.contact_distance);
+    const double distance = double(program_.view.contact_distance);
+    const bool folds = scene_.self_distance > 0.0;
+    room_ = set.reach - double(program_.view.contact_range) -
+            (folds ? 2.0 * kFoldsTravel : 4.0) * distance;
+    skin_room_ = set.skin_reach - scene_.self_distance - 2.0 * kFoldsTravel * distance;
   }
 
   // Have balloon and wall together gone far since the last candidates were found?
@@ -262,7 +268,8 @@ class CudaSolver final : public StepSolver {
       double& side = gone[int(v) < scene_.balloon_count ? 0 : 1];
       side = std::max(side, double(distance(x[v], x_candidates_[v])));
     }
-    return gone[0] + gone[1] > kUsed * room_;
+    return gone[0] + gone[1] > kUsed * room_ ||
+           (scene_.self_distance > 0.0 && 2.0 * gone[0] > kUsed * skin_room_);
   }
 
   static const StepStatus& status_of(const Batch& batch, int k) {
@@ -312,7 +319,7 @@ class CudaSolver final : public StepSolver {
   std::array<CandidateUpload<Real>, kLaunches + 1> sets_;
   PairMemory<Real> pairs_;
   int set_count_ = 0;
-  double room_ = 0.0;
+  double room_ = 0.0, skin_room_ = 0.0;
 };
 
 }  // namespace

@@ -4,6 +4,8 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <numeric>
+#include <utility>
 
 #include "core/parallel.hpp"
 #include "core/units.hpp"
@@ -177,6 +179,38 @@ double max_penetration(const Scene& scene, const std::vector<Vec3>& x) {
     }
   });
   return depth.empty() ? 0.0 : *std::max_element(depth.begin(), depth.end());
+}
+
+int self_crossing_count(const std::vector<Triangle>& triangles, const std::vector<Vec3>& x) {
+  std::vector<std::size_t> order(triangles.size());
+  std::iota(order.begin(), order.end(), std::size_t(0));
+  std::vector<Extent> extents;
+  for (const Triangle& t : triangles) extents.push_back(extent_of(corners_of(x, t)));
+  Extent all = extents.front();
+  for (const Extent& e : extents)
+    for (int k = 0; k < 3; ++k) {
+      all.low[k] = std::min(all.low[k], e.low[k]);
+      all.high[k] = std::max(all.high[k], e.high[k]);
+    }
+  int axis = 0;  // along the longest side of the box, few overlap
+  for (int k = 1; k < 3; ++k)
+    if (all.high[k] - all.low[k] > all.high[axis] - all.low[axis]) axis = k;
+  std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
+    return std::pair(extents[a].low[axis], a) < std::pair(extents[b].low[axis], b);
+  });
+  std::vector<int> count(order.size(), 0);
+  parallel_for_uneven(std::ptrdiff_t(order.size()), [&](std::ptrdiff_t i) {
+    const std::size_t a = order[std::size_t(i)];
+    for (std::size_t k = std::size_t(i) + 1; k < order.size(); ++k) {
+      const std::size_t b = order[k];
+      if (extents[b].low[axis] > extents[a].high[axis]) break;
+      if (!meet(extents[a], extents[b])) continue;
+      const Triangle &s = triangles[a], &t = triangles[b];
+      if (std::find_first_of(s.begin(), s.end(), t.begin(), t.end()) != s.end()) continue;
+      if (triangles_cross(corners_of(x, s), corners_of(x, t))) ++count[std::size_t(i)];
+    }
+  });
+  return std::accumulate(count.begin(), count.end(), 0);
 }
 
 double contact_area(const Scene& scene, const State& state) {

@@ -23,6 +23,9 @@ double lumen_mld(const Scene& scene, const std::vector<Vec3>& x);
 /// the other's normal to part them.
 double max_penetration(const Scene& scene, const std::vector<Vec3>& x);
 
+/// Pairs of triangles of a surface that share no vertex and cross.
+int self_crossing_count(const std::vector<Triangle>& triangles, const std::vector<Vec3>& x);
+
 /// Of the wall, a third of each triangle for each corner under contact pressure [mm^2].
 double contact_area(const Scene& scene, const State& state);
 

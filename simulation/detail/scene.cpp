@@ -5,9 +5,12 @@
 
 #include "core/error.hpp"
 #include "core/units.hpp"
+#include "simulation/detail/candidates.hpp"
 #include "simulation/detail/material.hpp"
+#include "simulation/detail/measure.hpp"
 #include "simulation/detail/numbering.hpp"
 #include "simulation/detail/scene_check.hpp"
+#include "simulation/detail/step_contact.hpp"
 
 namespace angio::simulation::detail {
 namespace {
@@ -132,6 +135,37 @@ void add_rod(const SimulationModel& model, const GuidewireOptions& options, Scen
   scene.fixed.resize(scene.start.size(), 0);
 }
 
+// Do layers of the skin lie on each other? On the two sides of a tube they are a diameter apart.
+bool starts_in_folds(const Scene& scene) {
+  const TriangleMesh skin{{scene.start.begin(), scene.start.begin() + scene.balloon_count},
+                          scene.balloon_triangles};
+  double half_length = 0.0;
+  for (const Vec3& p : skin.vertices) half_length = std::max(half_length, norm(p - scene.origin));
+  const double radius = std::sqrt(enclosed_volume(skin) / (2.0 * units::kPi * half_length));
+  return has_facing_layers(skin, 0.5 * radius);
+}
+
+// Contact of the balloon with itself keeps gaps, it cannot make them.
+void check_folds(const Scene& scene, double least_gap) {
+  std::vector<Candidate> near;
+  add_skin_candidates(scene, scene.start, least_gap, near);
+  if (near.empty() && self_crossing_count(scene.balloon_triangles, scene.start) == 0) return;
+  throw InputError(
+      "the balloon crosses or touches itself before it is inflated (contact of its folds cannot "
+      "part them). Mesh again with another balloon.fold_gap_mm or balloon.folds, or use "
+      "simulation.self_contact = false");
+}
+
+void add_self_contact(const SimulationOptions& options, Scene& scene) {
+  if (!options.self_contact) return;
+  // Layers touch where their middles are a thickness apart.
+  scene.self_distance = std::min(options.contact_distance_mm, scene.wall_mm);
+  if (starts_in_folds(scene))
+    check_folds(scene, 2.0 * kLeastGap * options.contact_distance_mm);
+  else
+    scene.self_distance = 0.0;
+}
+
 Vec3 middle_of_box(const std::vector<Vec3>& points) {
   Vec3 low = points[0], high = points[0];
   for (const Vec3& p : points)
@@ -173,6 +207,7 @@ Scene make_scene(const SimulationModel& given, const SimulationOptions& options)
   add_wall(model, options, scene);
   if (layered) add_solid(options, given.layered_wall, wall, scene);
   add_rod(model, options.guidewire, scene);
+  add_self_contact(options, scene);
   return scene;
 }
 

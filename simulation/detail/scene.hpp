@@ -42,6 +42,8 @@ struct Scene {
   SkinLaw<double> skin;        ///< [Pa]
   MooneyRivlin<double> folds;  ///< [Pa]; zero when the skin needs no help
   double wall_mm = 0.0;        ///< membrane thickness H
+  /// The balloon's contact with itself acts below this gap [mm]; 0: it is not looked for.
+  double self_distance = 0.0;
 
   WallClusters clusters;
   std::vector<int> neighbor_begin;  ///< wall vertices, shape [wall_count + 1]

@@ -26,6 +26,11 @@ namespace angio::simulation::detail {
 /// Both sides together may use up twice this share of a gap before the next search.
 inline constexpr double kShareOfGap = 0.45;
 
+template <class Real>
+ANGIO_HOST_DEVICE inline Real abs_of(Real x) {
+  return x < Real(0) ? -x : x;
+}
+
 /// The gap that motions leave, as a share of the contact distance.
 inline constexpr double kLeastGap = 0.005;
 
@@ -35,6 +40,16 @@ inline constexpr double kLeastGap = 0.005;
 /// (Buffon), faded out by the squared sine of their angle, 2/3 in the mean: hence a tenth is
 /// 0.02 |e_a| |e_b| for each, whatever the two sizes.
 inline constexpr double kEdgesOfArea = 0.1, kEdgeShare = 0.02;
+
+/// The gaps below which candidates are near pairs, of the balloon with itself and of all else.
+template <class Real>
+struct PairReach {
+  Real others{}, skin{};
+
+  ANGIO_HOST_DEVICE Real of(const Candidate& candidate) const {
+    return candidate.skin ? skin : others;
+  }
+};
 
 /// What an inner pair stands for: of a vertex's area, of the square of an edge's length, of a
 /// triangle's area. The three count an inner surface once to twice.
@@ -70,6 +85,30 @@ ANGIO_HOST_DEVICE inline Real inner_area(const StepView<Real>& s, const Candidat
   return Real(0.5 * kInnerFace) * norm(cross(p[2] - p[1], p[3] - p[1]));
 }
 
+/// A vertex's colour; those that do not move have none, -1.
+template <class Real>
+ANGIO_HOST_DEVICE inline int balloon_color(const StepView<Real>& s, int v) {
+  if (v >= s.balloon_color_begin[s.balloon_colors]) return -1;
+  int color = 0;
+  while (v >= s.balloon_color_begin[color + 1]) ++color;
+  return color;
+}
+
+/// Finds the corners of a pair's two sides that move at the same time.
+template <class Real>
+ANGIO_HOST_DEVICE inline void find_twins(const StepView<Real>& s, NearPair<Real>& pair) {
+  const int side_a = pair.edges ? 2 : 1;
+  for (int i = 0; i < 4; ++i) pair.twin[i] = -1;
+  for (int i = 0; i < side_a; ++i) {
+    const int color = balloon_color(s, pair.vertex[i]);
+    for (int k = side_a; k < 4 && color >= 0; ++k) {
+      if (balloon_color(s, pair.vertex[k]) != color) continue;
+      pair.twin[i] = short(k);
+      pair.twin[k] = short(i);
+    }
+  }
+}
+
 /// A candidate at the present positions. @return false if it is not nearer than `reach`
 template <class Real>
 ANGIO_HOST_DEVICE inline bool approach(const StepView<Real>& s, const Candidate& candidate,
@@ -86,7 +125,9 @@ ANGIO_HOST_DEVICE inline bool approach(const StepView<Real>& s, const Candidate&
   if (!(room < reach)) return false;
   pair.edges = candidate.edges;
   pair.inner = candidate.inner;
+  pair.skin = candidate.skin;
   pair.radius = Real(candidate.radius);
+  pair.distance = candidate.skin ? Real(candidate.distance) : s.contact_distance;
   pair.gap_searched = room;
   pair.normal = d > Real(0) ? gap / d : Vec3T<Real>{};
   pair.area = candidate.inner ? inner_area(s, candidate, p)
@@ -103,6 +144,7 @@ ANGIO_HOST_DEVICE inline bool approach(const StepView<Real>& s, const Candidate&
     const Real limit = beyond - d + share;
     pair.limit[i] = limit > Real(0) ? limit : Real(0);
   }
+  if (pair.skin) find_twins(s, pair);
   return true;
 }
 
@@ -123,7 +165,8 @@ ANGIO_HOST_DEVICE inline Real closed_at_most(const StepView<Real>& s, const Prim
 /// @param known  candidates that were found with this gap or a larger one are not near by now
 /// @return their number
 template <class Real, class Lanes>
-ANGIO_HOST_DEVICE inline int search_owned(const StepView<Real>& s, int v, Real reach, Real known,
+ANGIO_HOST_DEVICE inline int search_owned(const StepView<Real>& s, int v,
+                                          const PairReach<Real>& reach, Real known,
                                           const Lanes& lanes) {
   const int first = s.owned_begin[v], last = s.owned_begin[v + 1];
   int end = first;
@@ -131,8 +174,9 @@ ANGIO_HOST_DEVICE inline int search_owned(const StepView<Real>& s, int v, Real r
   for (int round = first; round < last && s.candidate_gap[round] < known; round += lanes.size()) {
     const int c = round + lanes.rank();
     NearPair<Real> pair;
-    const bool near = c < last && s.candidate_gap[c] - closed_at_most(s, s.candidates[c]) < reach &&
-                      approach(s, s.candidates[c], reach, pair);
+    const Real limit = c < last ? reach.of(s.candidates[c]) : Real(0);
+    const bool near = c < last && s.candidate_gap[c] - closed_at_most(s, s.candidates[c]) < limit &&
+                      approach(s, s.candidates[c], limit, pair);
     const int place = end + lanes.before(near);
     if (c < last) s.pair_of[c] = near ? place : -1;
     if (near) s.pairs[place] = pair;
@@ -177,10 +221,10 @@ template <class Real>
 ANGIO_HOST_DEVICE inline void refresh_pair(const StepView<Real>& s, int index) {
   NearPair<Real>& pair = s.pairs[index];
   // A pair just out of contact is kept ready for the motion of one sweep.
-  const Real ready = Real(1.5) * s.contact_distance;
+  const Real ready = Real(1.5) * pair.distance;
   pair.film = pair.weight = Real(0);
   pair.gap = pair.gap_searched - closed_at_most(s, pair);
-  if (pair.gap >= (ready > s.contact_range ? ready : s.contact_range)) return;
+  if (pair.gap >= (pair.skin || ready > s.contact_range ? ready : s.contact_range)) return;
   const Vec3T<Real> p[4] = {s.x[pair.vertex[0]], s.x[pair.vertex[1]], s.x[pair.vertex[2]],
                             s.x[pair.vertex[3]]};
   pair.weights = closest_points(pair, p);
@@ -199,7 +243,7 @@ ANGIO_HOST_DEVICE inline NearPair<Real>* nearest_face(const StepView<Real>& s, i
   NearPair<Real>* nearest = nullptr;
   for (int r = s.ref_begin[v]; r < s.ref_end[v]; ++r) {
     NearPair<Real>& pair = s.pairs[s.refs[r].pair];
-    if (s.refs[r].corner != 0 || pair.edges || pair.inner) continue;
+    if (s.refs[r].corner != 0 || pair.edges || pair.inner || pair.skin) continue;
     if (!nearest || pair.gap < nearest->gap) nearest = &pair;
   }
   return nearest;
@@ -253,19 +297,21 @@ ANGIO_HOST_DEVICE inline PairForces<Real> pair_forces(const StepView<Real>& s,
   const Vec3T<Real> n = pair.direction, base = s.x[pair.vertex[0]];
   Vec3T<Real> gap;
   for (int i = 1; i < 4; ++i) gap += pair.weights.w[i] * (s.x[pair.vertex[i]] - base);
-  const Real least = Real(0.05) * s.contact_distance;
+  const Real least = Real(0.05) * pair.distance;
   Real d = out.gap = dot(n, gap) - pair.radius;
-  if (!(pair.weight > Real(0)) || d >= s.contact_distance) return out;
+  if (!(pair.weight > Real(0)) || d >= pair.distance) return out;
   if (!(d > least)) {
     const Real true_gap = norm(gap) - pair.radius, tiny = Real(1e-3) * least;
     d = true_gap < least ? (true_gap > tiny ? true_gap : tiny) : least;
   }
-  const Barrier<Real> b = barrier(d, s.contact_distance);
-  const Real scale = s.contact_stiffness * pair.weight;
+  const Barrier<Real> b = barrier(d, pair.distance);
+  // The slope goes with the distance: any carries the same pressure at its half.
+  const Real scale = s.contact_stiffness * (s.contact_distance / pair.distance) * pair.weight;
   out.touching = true;
   out.normal = -scale * b.slope;
   out.stiffness = scale * b.curvature;
-  if (pair.inner) return out;  // a shaft slides in its balloon
+  if (pair.inner || pair.skin)
+    return out;  // a shaft slides in its balloon, wet folds on each other
   const Vec3T<Real> base_before = s.x_before[pair.vertex[0]];
   out.slip = gap;
   for (int i = 1; i < 4; ++i)
@@ -287,15 +333,18 @@ ANGIO_HOST_DEVICE inline void add_contact(const StepView<Real>& s, int v, const 
     const Vec3T<Real> n = pair.direction;
     if (pair.film > Real(0)) add_film(s, pair, w, n, forces.gap, out);
     if (!forces.touching) continue;
-    const Real share = forces.normal * (w < Real(0) ? -w : w);
+    const Real share = forces.normal * abs_of(w);
     out.touching = true;
-    out.touching_wall = out.touching_wall || !pair.inner;
+    out.touching_wall = out.touching_wall || !(pair.inner || pair.skin);
     out.contact += share;
     out.magnitude += share;
     const Vec3T<Real> friction = (-forces.rub * w) * forces.slip;
     out.force += (forces.normal * w) * n + friction;
     out.friction += friction;
-    const Real along = forces.stiffness * w * w, across = forces.rub * w * w;
+    // With a twin that moves at the same time: (a u + b v)^2 <= (|a| + |b|) (|a| u^2 + |b| v^2).
+    const int twin = pair.twin[s.refs[r].corner];
+    const Real both = w * w + (twin < 0 ? Real(0) : abs_of(w * pair.weights.w[twin]));
+    const Real along = forces.stiffness * both, across = forces.rub * w * w;
     for (int i = 0; i < 3; ++i)
       for (int j = 0; j < 3; ++j)
         out.hessian(i, j) +=

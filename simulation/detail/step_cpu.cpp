@@ -153,7 +153,7 @@ class CpuSolver final : public StepSolver {
     bounds_.resize(set_.refs.size());
     use<Real>({set_.candidates.data(), set_.owned_begin.data(), set_.ref_begin.data(),
                set_.refs.data(), x_candidates_.data(), candidate_gap_.data(), Real(set_.reach),
-               int(set_.candidates.size())},
+               int(set_.candidates.size()), Real(set_.skin_reach)},
               view_);
     view_.pairs = pairs_.data();
     view_.pair_of = pair_of_.data();

@@ -278,7 +278,7 @@ __global__ void __launch_bounds__(kGridThreads)
 
 template <class Real>
 bool is_alone(const StepView<Real>& view) {
-  return view.wall_count == 0 && view.rod.shape.count == 0;
+  return view.wall_count == 0 && view.rod.shape.count == 0 && !(view.self_distance > Real(0));
 }
 
 /// A balloon alone has its own kernels: without the registers for contact they are a tenth faster.

@@ -77,8 +77,12 @@ inline constexpr double kVolumeSpring = 1.0;
 /// A step is begun with this share of the last one's motion: balloon and wall then go on together,
 /// which sweeps alone, moving one against the other, do slowly. Below 1, so that errors die out.
 inline constexpr double kForesight = 0.9;
-inline constexpr int kLeastSweeps = 3;   // for what rests
-inline constexpr int kSweepsToTell = 4;  // for the lag to be known
+inline constexpr int kLeastSweeps = 3;  // for what rests
+/// A vertex that has met its bound waits for so many sweeps for the next search. Layers of folds
+/// are near each other everywhere: searches are dear there, and the less travel the fewer pairs.
+inline constexpr int kPatience = 2, kFoldsPatience = 4;
+inline constexpr double kFoldsTravel = 0.25;  ///< of the contact distance
+inline constexpr int kSweepsToTell = 4;       // for the lag to be known
 
 template <class Real>
 ANGIO_HOST_DEVICE inline int last_of_balloon(const StepView<Real>& s) {
@@ -88,7 +92,8 @@ ANGIO_HOST_DEVICE inline int last_of_balloon(const StepView<Real>& s) {
 /// Are near pairs searched, and motions bounded by them?
 template <class Team, class Real>
 ANGIO_HOST_DEVICE inline bool has_pairs(const StepView<Real>& s) {
-  return Team::kSurroundings && ((s.wall_count > 0 && !s.paper.is_on) || s.rod.shape.count > 0);
+  return Team::kSurroundings && ((s.wall_count > 0 && !s.paper.is_on) || s.rod.shape.count > 0 ||
+                                 s.self_distance > Real(0));
 }
 
 /// Moves a vertex as far as its bounds let it. @return the part taken
@@ -134,6 +139,7 @@ ANGIO_HOST_DEVICE inline void measure_areas(Team& team, const StepView<Real>& s)
 template <class Real, class Team>
 ANGIO_HOST_DEVICE inline double useful_travel(Team& team, const StepView<Real>& s) {
   const double distance = s.contact_distance, steps[] = {0.5, 1.0, 2.0};
+  if (s.self_distance > Real(0)) return kFoldsTravel * distance;
   double faster[2];
   team.template quick_sum<1, 2>(
       contact_vertex_count(s),
@@ -178,7 +184,8 @@ ANGIO_HOST_DEVICE inline bool search_pairs(Team& team, const StepView<Real>& s,
                                            StepStatus& status) {
   if (!has_pairs<Team>(s)) return true;
   const double begin = team.now();
-  const Real reach = s.contact_range + Real(2.0 * status.travel);
+  const Real motion = Real(2.0 * status.travel);
+  const PairReach<Real> reach{s.contact_range + motion, s.self_distance + motion};
   const int count = contact_vertex_count(s);
   double gone[2];  // of the balloon, and of wall and guidewire: the two sides of a candidate
   team.template most<2>(
@@ -190,11 +197,14 @@ ANGIO_HOST_DEVICE inline bool search_pairs(Team& team, const StepView<Real>& s,
         side = far > side ? far : side;
       },
       gone);
-  // A thousandth for rounding.
-  const Real closer = Real(1.001 * (gone[0] + gone[1]));
-  status.halted = !(closer < s.candidate_reach - reach);
+  // A thousandth for rounding. Both sides of the balloon's contact with itself are the balloon's.
+  const Real closer = Real(1.001 * (gone[0] + gone[1])), folds = Real(1.001 * 2.0 * gone[0]);
+  const bool has_skin = s.self_distance > Real(0);
+  status.halted = !(closer < s.candidate_reach - reach.others) ||
+                  (has_skin && !(folds < s.skin_reach - reach.skin));
   if (status.halted) return false;
-  const Real known = reach + closer;
+  const Real known_others = reach.others + closer, known_skin = reach.skin + folds;
+  const Real known = has_skin && known_skin > known_others ? known_skin : known_others;
   double total[1];
   team.template quick_sum<Team::kClusterLanes, 1>(
       count,
@@ -566,8 +576,10 @@ ANGIO_HOST_DEVICE inline bool run_sweeps(Team& team, const StepView<Real>& s,
   // A balloon alone has no mode that is slow.
   const bool leaps = Team::kSurroundings && s.wall_count > 0 && !s.paper_gas.is_on;
   if (leaps) mark_positions(team, s);
+  const int patience = s.self_distance > Real(0) ? kFoldsPatience : kPatience;
   while (report.sweeps < rules.most_sweeps) {
-    if (status.blocked && status.since_search >= 2 && !search_pairs(team, s, status)) return false;
+    if (status.blocked && status.since_search >= patience && !search_pairs(team, s, status))
+      return false;
     const SweepSums sums = sweep(team, s, !wall_rests, status);
     // A solid that is in balance and that no pair can reach stays there.
     wall_rests = wall_rests || (s.columns.levels > 0 && report.pair_count == 0 &&

@@ -29,17 +29,22 @@ struct Candidate {
   int vertex[4]{};  ///< vertex, triangle; or edge, edge
   bool edges = false;
   bool inner = false;  ///< of the balloon and the shaft inside it
+  bool skin = false;   ///< of the balloon and itself
   float radius = 0;    ///< of the shaft there [mm]: it is taken off the gap
+  float distance = 0;  ///< skin: contact acts below this gap [mm]
 };
 
 /// A candidate that is near, and since when.
 template <class Real>
 struct NearPair {
-  int vertex[4]{};                    ///< as in Candidate
-  bool edges = false, inner = false;  ///< as in Candidate
-  Real radius{};                      ///< as in Candidate
-  Real area{};                        ///< that it stands for [mm^2]
-  Vec3T<Real> normal;                 ///< at the search: unit, from side b to side a
+  int vertex[4]{};                                  ///< as in Candidate
+  bool edges = false, inner = false, skin = false;  ///< as in Candidate
+  /// Of the other side, the corner that moves at the same time, by its colour; -1: none.
+  short twin[4] = {-1, -1, -1, -1};
+  Real radius{};        ///< as in Candidate
+  Real distance{};      ///< contact acts below this gap [mm]
+  Real area{};          ///< that it stands for [mm^2]
+  Vec3T<Real> normal;   ///< at the search: unit, from side b to side a
   Real limit[4]{};      ///< how far each vertex may go against its side of the normal [mm]
   Real gap_searched{};  ///< at the search, less the radius [mm]
   // Below: at the last refresh.
@@ -127,6 +132,7 @@ struct StepView {
   Real outside_pressure = 0;    // [Pa], absolute
   Real contact_distance = 0;    // [mm]
   Real contact_range = 0;       // gap beyond which nothing acts [mm]
+  Real self_distance = 0;       // of the balloon with itself [mm]; 0: not looked for
   Real contact_stiffness = 0;   // [Pa/mm]
   Real relaxation = Real(1.6);  // of vertices without contact
   Friction<Real> friction;
@@ -198,6 +204,7 @@ struct StepView {
   const Real* candidate_gap = nullptr;  // then [mm]
   Real* gone = nullptr;                 // [vertex] since then, or since the last search [mm]
   Real candidate_reach = 0;             // pairs nearer than this were candidates then [mm]
+  Real skin_reach = 0;                  // the same of the balloon with itself
   // Near pairs, each owner's and each vertex's from where its candidates begin
   NearPair<Real>* pairs = nullptr;
   int* owned_end = nullptr;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <limits>
 
 #include "core/error.hpp"
@@ -126,18 +127,50 @@ StepRules make_rules(const Scene& scene, const SimulationOptions& options) {
 }
 
 CandidateSet CandidateFinder::find(const std::vector<Vec3>& x, int lasted) {
-  if (!first_ && lasted < frames_) slack_ = std::min(1.5 * slack_, kMostSlack);
-  if (!first_ && lasted > 2 * frames_) slack_ = std::max(slack_ / 1.5, kLeastSlack);
-  first_ = false;
-  // A search reaches 2 x 2 contact distances beyond the range at most (useful_travel).
-  const double reach = range_ + (4.0 + 2.0 * slack_) * distance_;
+  lasted_ += lasted;
+  if (!(scene_.self_distance > 0.0)) {
+    std::vector<Candidate> candidates = find_others(x);
+    return index_candidates(x, std::move(candidates), reach_);
+  }
+  // Folds use up their candidates far sooner than what is around them: of that a wide set is kept.
+  const double room = 2.0 * (kFoldsTravel + kFoldsSlack) * distance_, reach = range_ + room;
+  if (first_ || !(reach < reach_ - closed_at_most(x))) {
+    others_ = find_others(x);
+    x_others_ = x;
+  }
   std::vector<Candidate> candidates;
-  if (of_wall_) candidates = search(x, reach);
+  std::copy_if(others_.begin(), others_.end(), std::back_inserter(candidates),
+               [&](const Candidate& c) { return gap_of(x, c) < reach; });
+  add_skin_candidates(scene_, x, scene_.self_distance + room, candidates);
+  sort_candidates(candidates);
+  CandidateSet set = index_candidates(x, std::move(candidates), reach);
+  set.skin_reach = scene_.self_distance + room;
+  return set;
+}
+
+std::vector<Candidate> CandidateFinder::find_others(const std::vector<Vec3>& x) {
+  if (!first_ && lasted_ < frames_) slack_ = std::min(1.5 * slack_, kMostSlack);
+  if (!first_ && lasted_ > 2 * frames_) slack_ = std::max(slack_ / 1.5, kLeastSlack);
+  first_ = false;
+  lasted_ = 0;
+  // A search reaches 2 x 2 contact distances beyond the range at most (useful_travel).
+  reach_ = range_ + (4.0 + 2.0 * slack_) * distance_;
+  std::vector<Candidate> candidates;
+  if (of_wall_) candidates = search(x, reach_);
   if (scene_.rod.count > 0) {
-    add_rod_candidates(scene_, x, distance_, reach, candidates);
+    add_rod_candidates(scene_, x, distance_, reach_, candidates);
     sort_candidates(candidates);
   }
-  return index_candidates(x, std::move(candidates), reach);
+  return candidates;
+}
+
+double CandidateFinder::closed_at_most(const std::vector<Vec3>& x) const {
+  double gone[2] = {0.0, 0.0};
+  for (std::size_t v = 0; v < x.size(); ++v) {
+    double& side = gone[int(v) < scene_.balloon_count ? 0 : 1];
+    side = std::max(side, distance(x[v], x_others_[v]));
+  }
+  return gone[0] + gone[1];
 }
 
 std::vector<Candidate> CandidateFinder::search(const std::vector<Vec3>& x, double reach) {

@@ -354,6 +354,7 @@ StepView<Real> make_view(const Scene& scene, const SimulationOptions& options, M
   view.friction = {Real(options.friction_static), Real(options.friction_kinetic),
                    Real(kStickSpeed * options.frame_s)};
   view.contact_range = Real(contact_range(options));
+  view.self_distance = Real(scene.self_distance);
   const bool paper = options.contact_model == ContactModel::paper;
   if (paper && scene.wall_count > 0) add_paper_view(scene, options, memory, view);
   if (!paper && options.adhesion_traction_kpa > 0.0 && scene.wall_count > 0) {
@@ -409,15 +410,22 @@ class CandidateFinder {
 
  private:
   static constexpr double kLeastSlack = 1.0, kMostSlack = 20.0;  // over the contact distance
+  static constexpr double kFoldsSlack = 1.5;  // layers are near each other everywhere
 
+  /// Pairs of the balloon with the wall and the guidewire, within `reach_`.
+  [[nodiscard]] std::vector<Candidate> find_others(const std::vector<Vec3>& x);
+  [[nodiscard]] double closed_at_most(const std::vector<Vec3>& x) const;
   [[nodiscard]] std::vector<Candidate> search(const std::vector<Vec3>& x, double reach);
 
   const Scene& scene_;
   AdaptiveAir* air_ = nullptr;
-  double distance_, range_, slack_ = 4.0;
+  double distance_, range_, slack_ = 4.0, reach_ = 0.0;
   bool of_wall_;  // else only the guidewire's: the paper's contact has none
-  int frames_;
+  int frames_, lasted_ = 0;
   bool first_ = true;
+  // With folds: the others as they were found last.
+  std::vector<Candidate> others_;
+  std::vector<Vec3> x_others_;
 };
 
 /// What a step reads of a set of candidates, in a backend's memory.
@@ -431,6 +439,7 @@ struct CandidateView {
   const Real* gap = nullptr;
   Real reach = 0;
   int count = 0;
+  Real skin_reach = 0;
 };
 
 template <class Real>
@@ -443,6 +452,7 @@ void use(const CandidateView<Real>& set, StepView<Real>& view) {
   view.candidate_gap = set.gap;
   view.candidate_reach = set.reach;
   view.candidate_count = set.count;
+  view.skin_reach = set.skin_reach;
 }
 
 }  // namespace angio::simulation::detail

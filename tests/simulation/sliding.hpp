@@ -47,6 +47,7 @@ class Slide {
     pair_.edges = setup.touch == Touch::edge_on_edge;
     for (int i = 0; i < 4; ++i) pair_.vertex[i] = i;
     pair_.area = 1.0;
+    pair_.distance = kReach;
     for (std::size_t i = 0; i < 4; ++i) {
       const auto side = std::count(block_.begin(), block_.end(), block_[i]);
       mass_[i] = kMass / double(side);

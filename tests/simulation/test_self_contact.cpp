@@ -1,0 +1,252 @@
+#include <gtest/gtest.h>
+
+#include <random>
+
+#include "core/error.hpp"
+#include "simulation/detail/candidates.hpp"
+#include "simulation/detail/launch.hpp"
+#include "simulation/detail/measure.hpp"
+#include "simulation/detail/step_program.hpp"
+#include "simulation/detail/step_view.hpp"
+#include "tests/simulation/folded.hpp"
+#include "tests/simulation/models.hpp"
+
+namespace angio::simulation::detail {
+namespace {
+
+SimulationOptions with_self_contact() {
+  SimulationOptions options;
+  options.self_contact = true;
+  options.backend = Backend::cpu;
+  return options;
+}
+
+// A step's view of a balloon alone, with candidates found at the start positions.
+struct Folds {
+  static constexpr double kReach = 0.12;
+
+  SimulationModel model;
+  Scene scene;
+  HostMemory memory;
+  StepView<double> view;
+  StepStatus status;
+  CpuTeam::Shared shared;
+  CpuTeam team{0, 1, shared};
+
+  /// @param self_distance  0: that of the scene
+  explicit Folds(const SimulationModel& balloon, double self_distance = 0.0)
+      : model(balloon), scene(make_scene(model, with_self_contact())) {
+    if (self_distance > 0.0) scene.self_distance = self_distance;
+    view = make_view<double>(scene, with_self_contact(), memory);
+    const std::vector<Vec3> x = positions();
+    std::vector<Candidate> found;
+    add_skin_candidates(scene, scene.start, kReach, found);
+    sort_candidates(found);
+    const CandidateSet set = index_candidates(x, found, kReach);
+    use<double>({memory.store(set.candidates), memory.store(set.owned_begin),
+                 memory.store(set.ref_begin), memory.store(set.refs), memory.store(x),
+                 memory.store(set.gap), 1.0, int(set.candidates.size()), kReach},
+                view);
+    view.pairs = memory.allocate<NearPair<double>>(found.size());
+    view.pair_of = memory.allocate<int>(found.size());
+    view.refs = memory.allocate<ContactRef>(set.refs.size());
+    view.bounds = memory.allocate<MotionBound<double>>(set.refs.size());
+    status.travel = 0.01;
+    measure_areas(team, view);
+  }
+
+  [[nodiscard]] std::vector<Vec3> positions() const {
+    return {view.x, view.x + scene.vertex_count()};
+  }
+  bool search() {
+    const bool done = search_pairs(team, view, status);
+    if (done) refresh(team, view);
+    return done;
+  }
+  /// Of all vertices, and what each side of each pair gives [uN].
+  [[nodiscard]] VertexForces<double> forces() const {
+    VertexForces<double> sum;
+    for (int v = 0; v < scene.balloon_count; ++v) add_contact(view, v, OneLane{}, sum);
+    return sum;
+  }
+};
+
+TEST(SelfContact, HasAllCandidatesThatShareNoVertex) {
+  const Folds folds(testing::folded_model({}));
+  const Scene& scene = folds.scene;
+  const auto& x = scene.start;
+  const auto at = [&](int v) { return x[std::size_t(v)]; };
+  const auto near = [&](const GapWeights<double>& g, int a, int b, int c, int d) {
+    return norm(g.w[0] * at(a) + g.w[1] * at(b) + g.w[2] * at(c) + g.w[3] * at(d)) < 0.06;
+  };
+  int faces = 0, edges = 0;
+  for (int v = 0; v < scene.balloon_count; ++v)
+    for (const Triangle& t : scene.balloon_triangles)
+      if (std::find(t.begin(), t.end(), v) == t.end())
+        faces += near(point_triangle_gap(at(v), at(t[0]), at(t[1]), at(t[2])), v, t[0], t[1], t[2]);
+  for (std::size_t i = 0; i < scene.balloon_edges.size(); ++i)
+    for (std::size_t k = 0; k < i; ++k) {
+      const Edge &a = scene.balloon_edges[i], &b = scene.balloon_edges[k];
+      if (std::find_first_of(a.begin(), a.end(), b.begin(), b.end()) == a.end())
+        edges += near(segment_segment_gap(at(a[0]), at(a[1]), at(b[0]), at(b[1])), a[0], a[1], b[0],
+                      b[1]);
+    }
+  std::vector<Candidate> found;
+  add_skin_candidates(scene, x, 0.06, found);
+  const auto found_edges =
+      std::count_if(found.begin(), found.end(), [](const Candidate& c) { return c.edges; });
+  EXPECT_GT(faces, 100);
+  EXPECT_EQ(found_edges, edges);
+  EXPECT_EQ(std::ptrdiff_t(found.size()) - found_edges, faces);
+}
+
+TEST(SelfContact, PushesNothingInTheStartShape) {
+  Folds folds(testing::folded_model({}));
+  ASSERT_TRUE(folds.search());
+  EXPECT_GT(folds.status.report.pair_count, 100);
+  EXPECT_FALSE(folds.forces().touching);
+}
+
+TEST(SelfContact, IsNotLookedForWhereNoLayersLieOnEachOther) {
+  testing::StenosedTube p;
+  p.wall_rings = 3;
+  for (const int around : {12, 96}) {
+    p.balloon_around = around;
+    SimulationModel model = testing::make_model(p);
+    model.wall = {};
+    model.wall_fixed.clear();
+    model.wall_abscissa.clear();
+    model.wall_group.clear();
+    EXPECT_EQ(make_scene(model, with_self_contact()).self_distance, 0.0) << around;
+  }
+}
+
+TEST(SelfContact, NeighboursOnASmoothBalloonDoNotMeet) {
+  testing::StenosedTube p;
+  p.balloon_around = 64;  // edges of 0.04 mm: nearer than contact acts elsewhere
+  p.balloon_length = 1.0;
+  p.balloon_rings = 20;
+  SimulationModel model = testing::make_model(p);
+  model.wall = {};
+  model.wall_fixed.clear();
+  model.wall_abscissa.clear();
+  model.wall_group.clear();
+  Folds folds(model, 0.05);
+  for (const double grown : {1.0, 1.03, 0.97}) {
+    for (int v = 0; v < folds.scene.balloon_count; ++v)
+      folds.view.x[v] = grown * (folds.scene.start[std::size_t(v)] - folds.scene.origin);
+    ASSERT_TRUE(folds.search());
+    EXPECT_GT(folds.status.report.pair_count, 1000);
+    EXPECT_FALSE(folds.forces().touching) << grown;
+  }
+}
+
+TEST(SelfContact, KeepsMomentum) {
+  Folds folds(testing::folded_model({}));
+  std::mt19937 random(3);
+  std::uniform_real_distribution<double> u(-1.0, 1.0);
+  ASSERT_TRUE(folds.search());
+  for (int v = 0; v < folds.scene.balloon_count; ++v) {
+    const Vec3 x = folds.view.x[v];  // layers pressed on each other
+    const Vec3 move =
+        -0.04 * normalized(Vec3{x.x, x.y, 0.0}) + 0.02 * Vec3{u(random), u(random), u(random)};
+    folds.view.x[v] += allowed_share(folds.view, v, move, folds.status.travel) * move;
+  }
+  ASSERT_TRUE(folds.search());
+  const VertexForces<double> sum = folds.forces();
+  EXPECT_GT(sum.magnitude, 1.0);
+  EXPECT_LT(norm(sum.force), 1e-12 * sum.magnitude);
+}
+
+TEST(SelfContact, NoMotionWithinItsBoundsTakesTheSkinThroughItself) {
+  Folds folds(testing::folded_model({}));
+  std::mt19937 random(5);
+  std::uniform_real_distribution<double> u(-1.0, 1.0);
+  const double room = Folds::kReach - folds.scene.self_distance - 2.0 * folds.status.travel;
+  const auto is_spent = [&] {
+    double gone = 0.0;
+    for (int v = 0; v < folds.scene.balloon_count; ++v)
+      gone = std::max(gone, distance(folds.view.x[v], folds.view.x_candidates[v]));
+    return 2.0 * gone > 0.99 * room;
+  };
+  int rounds = 0;
+  while (folds.search()) {
+    ASSERT_LT(++rounds, 200);
+    for (int v = 0; v < folds.scene.balloon_count; ++v) {
+      const Vec3 move = 0.02 * Vec3{u(random), u(random), u(random)};
+      folds.view.x[v] += allowed_share(folds.view, v, move, folds.status.travel) * move;
+    }
+    ASSERT_EQ(self_crossing_count(folds.scene.balloon_triangles, folds.positions()), 0) << rounds;
+  }
+  EXPECT_TRUE(is_spent());  // both sides are of the balloon: twice its motion counts
+}
+
+struct Unfolding {
+  int crossings = 0;                             ///< of triangles with each other, in all frames
+  double diameter_mm = 0.0, pressure_atm = 0.0;  ///< at the peak
+};
+
+Unfolding unfold(bool self_contact) {
+  testing::FoldedBalloon balloon;
+  balloon.outer_edges = 8;
+  balloon.inner_edges = 4;
+  balloon.rings = 9;
+  balloon.length = 2.6;
+  const SimulationModel model = testing::folded_model(balloon);
+  SimulationOptions options = with_self_contact();
+  options.self_contact = self_contact;
+  options.inflation.inflate_s = 0.3;
+  options.inflation.hold_s = 0.05;
+  options.inflation.deflate_s = options.frame_s;
+  options.inflation.rest_s = 0.0;
+  Unfolding result;
+  const SimulationSummary summary = simulate(model, options, [&](const SimulationFrame& frame) {
+    result.crossings += self_crossing_count(model.balloon.triangles, frame.balloon);
+  });
+  result.diameter_mm = summary.peak_diameter_mm;
+  result.pressure_atm = summary.peak_pressure_atm;
+  return result;
+}
+
+TEST(SelfContact, LetsABalloonUnfoldWithoutACrossing) {
+  const Unfolding with = unfold(true), without = unfold(false);
+  EXPECT_GT(without.crossings, 100);
+  EXPECT_EQ(with.crossings, 0);
+  EXPECT_NEAR(with.pressure_atm, without.pressure_atm, 0.01 * without.pressure_atm);
+  EXPECT_NEAR(with.diameter_mm, without.diameter_mm, 0.005 * without.diameter_mm);
+}
+
+TEST(SelfContact, IsNotForThePapersProjections) {
+  SimulationOptions contact = with_self_contact(), gas = with_self_contact();
+  EXPECT_NO_THROW(contact.validate());
+  contact.contact_model = ContactModel::paper;
+  EXPECT_THROW(contact.validate(), OptionError);
+  gas.gas_model = GasModel::per_tet;
+  gas.inflation.control = InflationControl::volume;
+  EXPECT_THROW(gas.validate(), OptionError);
+}
+
+TEST(SelfContact, RefusesAStartShapeThatCrossesOrTouchesItself) {
+  SimulationModel model = testing::folded_model({});
+  const std::vector<Vec3> start = model.balloon.vertices;
+  // A vertex of an outer layer goes through the inner layer outside of it, or onto it.
+  const Scene scene = make_scene(model, with_self_contact());
+  std::vector<Candidate> near;
+  add_skin_candidates(scene, scene.start, 0.07, near);
+  const auto face = std::find_if(near.begin(), near.end(), [&](const Candidate& c) {
+    return !c.edges && std::abs(scene.start[std::size_t(c.vertex[0])].z) < 0.5 &&
+           gap_of(scene.start, c) > 0.04;
+  });
+  ASSERT_NE(face, near.end());
+  Vec3 middle;
+  for (int i = 1; i < 4; ++i) middle += scene.start[std::size_t(face->vertex[i])] / 3.0;
+  const auto v = std::size_t(scene.caller_vertex[std::size_t(face->vertex[0])]);
+  for (const double way : {1.0, 1.2}) {
+    model.balloon.vertices[v] = start[v] + way * (middle - start[v]);
+    EXPECT_THROW(make_scene(model, with_self_contact()), InputError) << way;
+    EXPECT_NO_THROW(make_scene(model, {}));
+  }
+}
+
+}  // namespace
+}  // namespace angio::simulation::detail
