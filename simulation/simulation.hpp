@@ -139,7 +139,7 @@ struct SimulationOptions {
   /// [0.01, 100].
   double contact_stiffness = 1.0;
   /// Contact of the balloon with itself, where it starts in folds that are meshed: without
-  /// friction, barrier only. It makes a run several times as long (README.md).
+  /// friction, barrier only. What it costs is in docs/contact.md.
   bool self_contact = false;
   double friction_static = 0.2;    ///< the usual value in balloon models, [0, 2]
   double friction_kinetic = 0.15;  ///< [0, 2]
