@@ -3,8 +3,10 @@
 #ifndef TETLIBRARY
 #define TETLIBRARY
 #endif
+#include <fcntl.h>
 #include <poll.h>
 #include <signal.h>
+#include <sys/resource.h>
 #include <sys/wait.h>
 #include <tetgen.h>
 #include <unistd.h>
@@ -64,10 +66,20 @@ void write_all(int descriptor, const void* data, std::size_t size) {
   }
 }
 
+/// A failed assertion of TetGen's is a mesh that it did not make, which the parent says in its way.
+void be_silent() {
+  const int nowhere = open("/dev/null", O_WRONLY);
+  dup2(nowhere, STDOUT_FILENO);
+  dup2(nowhere, STDERR_FILENO);
+  const rlimit no_core{0, 0};
+  setrlimit(RLIMIT_CORE, &no_core);
+}
+
 /// What the child does: TetGen, then point count, tet count, points and tets into the pipe.
 [[noreturn]] void run_child(int descriptor, const TetgenInput& input) {
   for (const int crash : {SIGSEGV, SIGABRT, SIGBUS, SIGFPE}) signal(crash, SIG_DFL);
   alarm(600);  // never outlives a parent that died
+  be_silent();
   try {
     tetgenio in;
     tetgenio out;
