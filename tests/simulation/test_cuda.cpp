@@ -1,6 +1,8 @@
 #include <gtest/gtest.h>
 
+#include "simulation/detail/measure.hpp"
 #include "simulation/detail/step.hpp"
+#include "tests/simulation/folded.hpp"
 #include "tests/simulation/matched.hpp"
 
 /// The GPU against the CPU; skipped where there is none.
@@ -90,6 +92,22 @@ TEST(CudaInAVessel, TwoRunsGiveTheSameBits) {
     EXPECT_EQ(one[f].balloon, two[f].balloon) << f;
     EXPECT_EQ(one[f].wall, two[f].wall) << f;
   }
+}
+
+TEST(CudaFolds, DoNotPassThroughEachOther) {
+  if (!has_cuda_device()) GTEST_SKIP() << "no GPU";
+  const SimulationModel model = testing::folded_model({});
+  SimulationOptions options;
+  options.self_contact = true;
+  options.backend = Backend::cuda;
+  options.inflation.inflate_s = 0.3;
+  options.inflation.hold_s = 0.05;
+  options.inflation.deflate_s = 0.1;
+  options.inflation.rest_s = 0.0;
+  const SimulationSummary summary = simulate(model, options, [&](const SimulationFrame& frame) {
+    EXPECT_EQ(self_crossing_count(model.balloon.triangles, frame.balloon), 0) << frame.frame;
+  });
+  EXPECT_GT(summary.peak_pressure_atm, 0.9 * options.inflation.peak_pressure_atm);
 }
 
 INSTANTIATE_TEST_SUITE_P(Spreads, Cuda, ::testing::Values(Spread::block, Spread::grid));
