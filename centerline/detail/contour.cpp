@@ -90,4 +90,27 @@ Point2 section_middle(const Contour& contour, const Circle& largest, double most
   return on_way(low);
 }
 
+std::vector<double> polar_bias(const Contour& contour, double sd) {
+  constexpr double kLeastCosine = 0.5, kMost = 0.1;  // of the radius: small errors are meant
+  const std::size_t count = contour.size();
+  std::vector<double> bias(count, 0.0);
+  for (std::size_t i = 0; i < count; ++i) {
+    const Point2 &a = contour[(i + count - 1) % count], &p = contour[i],
+                 &b = contour[(i + 1) % count];
+    const Point2 first{p.x - a.x, p.y - a.y}, second{b.x - p.x, b.y - p.y};
+    const double chord = std::hypot(b.x - a.x, b.y - a.y), r = std::hypot(p.x, p.y);
+    const double length = 0.5 * (std::hypot(first.x, first.y) + std::hypot(second.x, second.y));
+    if (r <= 0.0 || chord <= 0.0 || length <= 0.0) continue;
+    const double bend = std::atan2(first.x * second.y - first.y * second.x,
+                                   first.x * second.x + first.y * second.y) /
+                        length;
+    const double cosine =
+        std::max((p.x * (b.y - a.y) - p.y * (b.x - a.x)) / (r * chord), kLeastCosine);
+    const double square = cosine * cosine;
+    const double sum = (1.0 / r - bend / cosine - 0.5 * bend * (1.0 - square) / cosine) / square;
+    bias[i] = std::clamp(sd * sd * sum, -kMost * r, kMost * r);
+  }
+  return bias;
+}
+
 }  // namespace angio::centerline

@@ -42,4 +42,16 @@ Circle largest_circle(const Contour& contour, double most_shift);
 Point2 section_middle(const Contour& contour, const Circle& largest, double most_shift,
                       double uncertainty = 0.0);
 
+/// What errors of single vertices along the wall's normal add to the radii of a fit in polar
+/// coordinates, with alpha from the radius to the normal and the contour's curvature k:
+///
+///     sd^2 (1 / (r cos^2 a) - k / cos^3 a - k tan^2 a / (2 cos a))
+///
+/// The third term is the bend of r with the error; the others come from what is seen at an angle: a
+/// vertex that errs outwards on a flat wall has come from nearer to the middle, where an angle
+/// holds more of the wall. On a circle round the origin it is 0, on a flat wall sd^2 / (r cos^2 a).
+///
+/// @param sd  [mm]
+std::vector<double> polar_bias(const Contour& contour, double sd);
+
 }  // namespace angio::centerline

@@ -31,6 +31,17 @@ Contour contour_of(const Fit& fit, const Stretch& stretch) {
   return contour;
 }
 
+/// Takes off what the noise of vertices adds. @return the part of each radius that is kept
+std::vector<double> take_off_bias(Contour& contour, double sd) {
+  std::vector<double> keep = polar_bias(contour, sd);
+  for (std::size_t i = 0; i < contour.size(); ++i) {
+    const double r = std::hypot(contour[i].x, contour[i].y);
+    keep[i] = r > 0.0 ? 1.0 - keep[i] / r : 1.0;
+    contour[i] = {keep[i] * contour[i].x, keep[i] * contour[i].y};
+  }
+  return keep;
+}
+
 /// Standard error of the contour, the mean all round [mm].
 double contour_error(const Fit& fit) {
   double squares = fit.error[0] * fit.error[0];
@@ -53,8 +64,9 @@ double lowest(const std::vector<double>& values) {
 
 /// The distance from a place in the section to the model's wall, in space: where the vessel tapers,
 /// the nearest wall is not in the section.
+/// @param keep  parts of the radii in each direction
 double sphere_radius(const Fit& fit, const Stretch& stretch, const LocalCurve& curve,
-                     const Point2& center) {
+                     const Point2& center, const std::vector<double>& keep) {
   constexpr int kSteps = 4;  // to each side
   const Vec3 q = curve.origin + center.x * curve.u + center.y * curve.v;
   std::vector<double> squared;
@@ -70,7 +82,7 @@ double sphere_radius(const Fit& fit, const Stretch& stretch, const LocalCurve& c
       if (at.s < curve.first || at.s > curve.last) continue;
       const Vec3 t = curve.tangent(at.s);
       const Vec3 u = normalized(curve.u - dot(curve.u, t) * t);
-      const double r = std::max(predict(fit, at), 0.0);
+      const double r = std::max(predict(fit, at), 0.0) * keep[std::size_t(i)];
       const Point2 p = stretch.undo({r * at.cos, r * at.sin});
       squared.push_back(norm_squared(curve.at(at.s) + p.x * u + p.y * cross(t, u) - q));
     }
@@ -128,7 +140,10 @@ TubeSection fit_tube(const WallPoints& points, const LocalCurve& curve, double r
     if (!fit.valid) return section;
   }
   shrink_harmonics(fit);
-  const Contour contour = contour_of(fit, stretch);
+  Contour contour = contour_of(fit, stretch);
+  std::vector<double> keep(contour.size(), 1.0);
+  // Of level sets the errors go together. Both deviations hold some of the wall's shape too.
+  if (correlation <= 0.0) keep = take_off_bias(contour, std::min(coarse.noise, fit.noise));
   const double most_shift = 0.5 * std::max(radius, 0.5 * extent);
   const Circle circle = largest_circle(contour, most_shift);
   if (circle.radius <= 0.0) return section;
@@ -139,7 +154,7 @@ TubeSection fit_tube(const WallPoints& points, const LocalCurve& curve, double r
   section.center += middle.x * curve.u + middle.y * curve.v;
   section.inscribed_radius = circle.radius;
   if (measure)
-    section.inscribed_radius = std::clamp(sphere_radius(fit, stretch, curve, circle.center),
+    section.inscribed_radius = std::clamp(sphere_radius(fit, stretch, curve, circle.center, keep),
                                           kSteepest * circle.radius, circle.radius);
   section.area = contour_moments(contour).area * step / std::sin(step);
   section.extent = contour_extent(contour, middle);

@@ -6,6 +6,7 @@
 #include <string>
 
 #include "centerline/centerline.hpp"
+#include "centerline/detail/contour.hpp"
 #include "core/error.hpp"
 #include "tests/centerline/shapes.hpp"
 
@@ -50,6 +51,22 @@ std::function<double(double)> constant(double value) {
 double stenosed(double z) {
   const double x = (z - 15.0) / 6.0;
   return std::abs(x) >= 1.0 ? 1.5 : 1.5 * (1.0 - 0.3 * (1.0 + std::cos(units::kPi * x)));
+}
+
+TEST(PolarBias, IsNothingOnACircleAndTheVarianceOverTheDistanceOnAFlatWall) {
+  Contour circle, slit;  // the slit: 1.2 by 4, its sides flat
+  for (int i = 0; i < 360; ++i) {
+    const double c = std::cos(units::kPi * i / 180.0), d = std::sin(units::kPi * i / 180.0);
+    circle.push_back({1.5 * c, 1.5 * d});
+    const double r = std::min(2.0 / std::max(std::abs(c), 1e-9), 0.6 / std::max(std::abs(d), 1e-9));
+    slit.push_back({r * c, r * d});
+  }
+  for (const double bias : polar_bias(circle, 0.1)) EXPECT_NEAR(bias, 0.0, 1e-5);
+  const std::vector<double> bias = polar_bias(slit, 0.05);
+  for (const std::size_t degrees : {60U, 90U, 270U}) {
+    const double sine = std::sin(units::kPi * double(degrees) / 180.0);
+    EXPECT_NEAR(bias[degrees], 0.05 * 0.05 / 0.6 / std::abs(sine), 1e-6) << degrees;
+  }
 }
 
 TEST(ExtractFromSurface, MeasuresAClosedTube) {
