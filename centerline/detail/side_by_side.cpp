@@ -202,7 +202,18 @@ struct Looked {
   std::vector<double> widths;
 };
 
-Looked look_along(const CenterlinePath& path, const Volume<float>& level_set) {
+/// How many points two lines begin with alike.
+std::size_t shared_count(const CenterlinePath& a, const CenterlinePath& b) {
+  const std::size_t count = std::min(a.points.size(), b.points.size());
+  std::size_t shared = 0;
+  while (shared < count && a.points[shared] == b.points[shared]) ++shared;
+  return shared;
+}
+
+/// @param known   what was seen along another line
+/// @param shared  points that both begin with; there it is not looked again
+Looked look_along(const CenterlinePath& path, const Volume<float>& level_set, const Looked& known,
+                  std::size_t shared) {
   Looked looked;
   double next = 0.0;
   for (std::size_t i = 0; i < path.points.size(); ++i) {
@@ -212,7 +223,11 @@ Looked look_along(const CenterlinePath& path, const Volume<float>& level_set) {
   }
   looked.widths.assign(looked.points.size(), 0.0);
   parallel_for_uneven(std::ptrdiff_t(looked.points.size()), [&](std::ptrdiff_t n) {
-    looked.widths[std::size_t(n)] = waisted_width(path, looked.points[std::size_t(n)], level_set);
+    const auto at = std::size_t(n);
+    const std::size_t point = looked.points[at];
+    const bool is_known =
+        point + 1 < shared && at < known.points.size() && known.points[at] == point;
+    looked.widths[at] = is_known ? known.widths[at] : waisted_width(path, point, level_set);
   });
   return looked;
 }
@@ -232,8 +247,16 @@ std::vector<std::string> find_vessels_side_by_side(const CenterlineTree& tree,
                                                    const Volume<float>& level_set) {
   std::vector<std::string> warnings;
   std::vector<std::pair<Vec3, double>> found;  // places and lengths
+  std::vector<Looked> looked;
   for (const CenterlinePath& path : tree.paths) {
-    const auto [points, widths] = look_along(path, level_set);
+    std::size_t shared = 0, with = 0;
+    for (std::size_t other = 0; other < looked.size(); ++other)
+      if (const std::size_t count = shared_count(path, tree.paths[other]); count > shared) {
+        shared = count;
+        with = other;
+      }
+    looked.push_back(look_along(path, level_set, shared > 0 ? looked[with] : Looked{}, shared));
+    const auto& [points, widths] = looked.back();
     for (std::size_t begin = 0; begin < points.size(); ++begin) {
       if (widths[begin] <= 0.0) continue;
       // To the last section like that which is less than half a width behind the one before.
