@@ -281,7 +281,7 @@ bool is_alone(const StepView<Real>& view) {
   return view.wall_count == 0 && view.rod.shape.count == 0 && !(view.self_distance > Real(0));
 }
 
-/// A balloon alone has its own kernels: without the registers for contact they are a tenth faster.
+/// A balloon alone has its own kernels, which need no registers for contact.
 template <class Real>
 const void* kernel_of(const StepView<Real>& view, bool grid) {
   if (!grid) return reinterpret_cast<const void*>(block_kernel<Real>);
@@ -304,10 +304,11 @@ CudaShape cuda_shape(const StepView<Real>& view, int device, bool grid) {
   cudaDeviceGetAttribute(&processors, cudaDevAttrMultiProcessorCount, device);
   cudaOccupancyMaxActiveBlocksPerMultiprocessor(&resident, kernel_of(view, true), kGridThreads, 0);
   // No more blocks than a colour has work for: they would only lengthen the barrier.
-  using Team = GridTeam<Real, true>;
-  const int work =
-      std::max(view.balloon_count / std::max(1, view.balloon_colors) * Team::kBalloonLanes,
-               view.wall_count / std::max(1, view.wall_colors) * Team::kVertexLanes);
+  const int balloon_lanes =
+      is_alone(view) ? GridTeam<Real, false>::kBalloonLanes : GridTeam<Real, true>::kBalloonLanes;
+  const int work = std::max(
+      view.balloon_count / std::max(1, view.balloon_colors) * balloon_lanes,
+      view.wall_count / std::max(1, view.wall_colors) * GridTeam<Real, true>::kVertexLanes);
   shape.threads = kGridThreads;
   shape.blocks = std::clamp((work + kGridThreads - 1) / kGridThreads, 1,
                             std::clamp(processors * resident, 1, 1024));
