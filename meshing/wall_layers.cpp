@@ -17,8 +17,9 @@ namespace {
 
 using detail::WallColumn;
 
-constexpr double kGoodShape = 0.05;    // of a wedge, see untangle
-constexpr double kLeastShape = 1e-4;   // right-handed, with room for rounding
+constexpr double kGoodShape = 0.05;  // of a wedge, see untangle
+constexpr double kLeastShape = 0.005;
+constexpr double kLeastShare = 0.25;   // of the wanted way outward; what is shorter is held
 constexpr double kLimitedShare = 0.9;  // of the wanted thickness; less is told
 
 /// The layers of elements, from the lumen outward. Where there is no plaque, its elements are the
@@ -75,6 +76,12 @@ WallTissue tissue_at(const ElementLayers& layers, const std::vector<WallColumn>&
   return excess > 0.0 ? WallTissue::plaque : WallTissue::intima;
 }
 
+/// The vessel's direction, or an edge's where the surface faces along the vessel: fibres lie in it.
+Vec3 within_layer(const Vec3& tangent, const Vec3& normal, const Vec3& edge) {
+  constexpr double kLeastSine = 0.05;
+  return norm(cross(tangent, normal)) > kLeastSine ? tangent : normalized(edge);
+}
+
 WallLayers stack_wedges(const ContactRegion& region, const std::vector<WallColumn>& columns,
                         const ElementLayers& layers, const detail::HealthyVessel& healthy) {
   const TriangleMesh& lumen = region.mesh;
@@ -85,16 +92,21 @@ WallLayers stack_wedges(const ContactRegion& region, const std::vector<WallColum
   for (int level = 0; level <= layers.count(); ++level)
     for (int v = 0; v < count; ++v) {
       const WallColumn& column = columns[std::size_t(v)];
-      wall.vertices.push_back(level == 0 ? lumen.vertices[std::size_t(v)]
-                                         : place_at(column, layers.depth(column, level)));
+      const Vec3& inside = lumen.vertices[std::size_t(v)];
+      wall.vertices.push_back(
+          level == 0
+              ? inside
+              : inside + column.room * (place_at(column, layers.depth(column, level)) - inside));
       wall.fixed.push_back(region.fixed[std::size_t(v)]);
     }
   std::vector<Vec3> axial(lumen.triangles.size());
   parallel_for(std::ptrdiff_t(axial.size()), [&](std::ptrdiff_t t) {
+    const Triangle& corner = lumen.triangles[std::size_t(t)];
     Vec3 centre;
-    for (const int v : lumen.triangles[std::size_t(t)])
-      centre += (1.0 / 3.0) * lumen.vertices[std::size_t(v)];
-    axial[std::size_t(t)] = healthy.evaluate(centre).tangent;
+    for (const int v : corner) centre += (1.0 / 3.0) * lumen.vertices[std::size_t(v)];
+    axial[std::size_t(t)] = within_layer(
+        healthy.evaluate(centre).tangent, normalized(area_vector_doubled(lumen, corner)),
+        lumen.vertices[std::size_t(corner[1])] - lumen.vertices[std::size_t(corner[0])]);
   });
   for (int layer = 0; layer < layers.count(); ++layer)
     for (std::size_t t = 0; t < lumen.triangles.size(); ++t) {
@@ -153,19 +165,38 @@ void check_input(const ContactRegion& region, const CenterlineTree& tree,
   }
 }
 
-/// Well-shaped wedges if it can be, right-handed ones in any case.
-void make_sound(WallLayers& wall, const TriangleMesh& lumen) {
-  if (detail::untangle(wall, lumen, kGoodShape) == 0) return;
-  const int left_count = detail::untangle(wall, lumen, kLeastShape);
-  if (left_count > 0)
-    throw InputError("the wall around the lumen folds over itself at " +
-                     std::to_string(left_count) +
-                     " vertices (the surface is too rough or branches too sharply there). Choose a "
-                     "thinner wall (wall.thickness_ratio), or smooth the lumen more "
-                     "(mesh.smoothing_iterations)");
-  wall.warnings.push_back(
-      "some wedges of the wall are all but flat at a corner (branches part too "
-      "sharply there); a thinner wall (wall.thickness_ratio) avoids it");
+double wanted_length(const WallColumn& column) {
+  return column.plaque + column.thickness + column.missing;
+}
+
+double length_of(const WallLayers& wall, std::size_t v) {
+  const auto count = std::size_t(wall.lumen_vertex_count);
+  return distance(wall.vertices[v],
+                  wall.vertices[std::size_t(wall.element_layer_count) * count + v]);
+}
+
+/// Holds the columns that are too thin and those of triangles whose wedges are wrong; the latter
+/// have no wedges then.
+void leave_out(WallLayers& wall, const TriangleMesh& lumen, const std::vector<char>& wrong,
+               const std::vector<double>& least_length) {
+  const auto count = std::size_t(wall.lumen_vertex_count);
+  wall.rigid.assign(count, 0);
+  for (std::size_t v = 0; v < count; ++v)
+    if (length_of(wall, v) < (1.0 - 1e-6) * least_length[v]) wall.rigid[v] = 1;
+  for (std::size_t t = 0; t < wrong.size(); ++t)
+    if (wrong[t])
+      for (const int v : lumen.triangles[t]) wall.rigid[std::size_t(v)] = 1;
+  for (std::size_t v = 0; v < wall.vertices.size(); ++v)
+    wall.fixed[v] = char(wall.fixed[v] | wall.rigid[v % count]);
+  const auto keep = [&](auto& values) {
+    std::size_t i = 0;
+    std::erase_if(values, [&](const auto&) { return wrong[i++ % wrong.size()] != 0; });
+  };
+  keep(wall.wedges);
+  keep(wall.layer);
+  keep(wall.tissue);
+  keep(wall.axial);
+  keep(wall.outer_triangles);
 }
 
 /// Tells where the wall is thinner than wanted.
@@ -174,10 +205,7 @@ void warn_of_limits(WallLayers& wall, const std::vector<WallColumn>& columns) {
   std::size_t limited = 0, worst = 0;
   double least_share = 1.0;
   for (std::size_t v = 0; v < count; ++v) {
-    const WallColumn& column = columns[v];
-    const double wanted = column.plaque + column.thickness + column.missing;
-    const Vec3& outside = wall.vertices[std::size_t(wall.element_layer_count) * count + v];
-    const double share = distance(wall.vertices[v], outside) / wanted;
+    const double share = length_of(wall, v) / wanted_length(columns[v]);
     if (share < kLimitedShare) ++limited;
     if (share >= least_share) continue;
     least_share = share;
@@ -193,6 +221,22 @@ void warn_of_limits(WallLayers& wall, const std::vector<WallColumn>& columns) {
                           " of the lumen's vertices (there is no room for it in creases between "
                           "branches and sharp bends)" +
                           where);
+}
+
+/// Tells where there are no layers.
+void warn_of_rigid(WallLayers& wall) {
+  const auto first = std::find(wall.rigid.begin(), wall.rigid.end(), 1);
+  if (first == wall.rigid.end()) return;
+  const Vec3& place = wall.vertices[std::size_t(first - wall.rigid.begin())];
+  char where[80];
+  std::snprintf(where, sizeof where, ", such as %.1f %.1f %.1f mm", place.x, place.y, place.z);
+  wall.warnings.push_back(
+      "the wall is held rigid at " +
+      share_of(std::size_t(std::count(wall.rigid.begin(), wall.rigid.end(), 1)),
+               wall.rigid.size()) +
+      " of the lumen's vertices around the balloon, where there is no room for its layers (vessels "
+      "touch, or the surface folds)" +
+      where);
 }
 
 }  // namespace
@@ -221,7 +265,18 @@ WallLayers build_wall_layers(const ContactRegion& region, const CenterlineTree& 
   const auto columns = grow_columns(region.mesh, healthy, 2.0 * q / (1.0 - 2.0 * q));
   const ElementLayers layers = element_layers(options, has_plaque(columns, options));
   WallLayers wall = stack_wedges(region, columns, layers, healthy);
-  make_sound(wall, region.mesh);
+  std::vector<double> least_length;
+  for (const WallColumn& column : columns)
+    least_length.push_back(kLeastShare * wanted_length(column));
+  const auto wrong = detail::untangle(wall, region.mesh, kGoodShape, kLeastShape, least_length);
+  leave_out(wall, region.mesh, wrong, least_length);
+  if (wall.wedges.empty())
+    throw InputError(
+        "the wall around the lumen folds over itself everywhere (the surface is too rough). Choose "
+        "a "
+        "thinner wall (wall.thickness_ratio), or smooth the lumen more "
+        "(mesh.smoothing_iterations)");
+  warn_of_rigid(wall);
   warn_of_limits(wall, columns);
   return wall;
 }

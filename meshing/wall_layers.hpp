@@ -38,13 +38,15 @@ struct WallLayers {
   /// same ones further out, level by level.
   std::vector<Vec3> vertices;
   /// Corners: a triangle on the lumen's side, then the same one a level further out; the volume is
-  /// positive. Level by level, each in the order of the lumen's triangles.
+  /// positive. Level by level, each in the order of the lumen's triangles; over triangles of rigid
+  /// vertices there may be none.
   std::vector<std::array<int, 6>> wedges;
   std::vector<int> layer;          ///< of elements, 0 next to the lumen, shape [wedge_count]
   std::vector<WallTissue> tissue;  ///< shape [wedge_count]
   std::vector<Vec3> axial;         ///< unit, along the vessel away from the inlet, [wedge_count]
   std::vector<Triangle> outer_triangles;  ///< normals leave the wall
-  std::vector<char> fixed;                ///< on the region's rims, shape [vertex_count]
+  std::vector<char> fixed;                ///< on the region's rims, and rigid, shape [vertex_count]
+  std::vector<char> rigid;                ///< without room for layers, shape [lumen_vertex_count]
   int lumen_vertex_count = 0;
   int element_layer_count = 0;
   std::vector<std::string> warnings;  ///< where the thickness was limited
@@ -58,14 +60,17 @@ struct WallLayers {
 /// the space between it and the healthy lumen. Along a stretch the healthy radius is at least the
 /// reference's and the healthy axis is the line's course without the lesion; elsewhere both are the
 /// line's own. Every wedge is right-handed at its six corners, and the outside does not cross
-/// itself; where that needs a thinner wall (in creases at branches), a warning says so.
+/// itself; where that needs a thinner wall (in creases at branches), a warning says so. Where a
+/// quarter of the thickness is still too much, there are no layers and the wall is rigid.
+///
+/// Where the lumen does not lie around its lines, its own width gives the thickness.
 ///
 /// Source: Holzapfel, Sommer, Gasser, Regitnig, Am. J. Physiol. 289 (2005) H2048: wall thickness /
 ///         outer diameter 0.189 +- 0.014, and the layers' shares
 /// @param region    the lumen's surface; its vertices are the first of the result
 /// @param tree      lines of the lumen
 /// @param stretches narrow ones; none: no plaque
-/// @throws InputError if the wall cannot be made right-handed
+/// @throws InputError if there is no room for layers anywhere
 WallLayers build_wall_layers(const ContactRegion& region, const CenterlineTree& tree,
                              const std::vector<NarrowStretch>& stretches,
                              const WallLayerOptions& options);

@@ -4,6 +4,8 @@
 #include <cmath>
 
 #include "core/parallel.hpp"
+#include "meshing/detail/lumen_chords.hpp"
+#include "meshing/detail/outward_cone.hpp"
 
 namespace angio::meshing::detail {
 namespace {
@@ -13,10 +15,33 @@ constexpr double kLeastStep = 1.0 / 200.0;  // of the healthy radius
 constexpr double kTurnShare = 0.5;          // of it, over which a way turns to the gradient
 constexpr double kReach = 3.0;              // outer radii, after which a way is given up
 constexpr double kDescent = 0.25;           // of the thickness, by which a way may lead back
+constexpr double kLeastRise = 0.3;          // sine of a way's angle to the triangles that it leaves
+// Cosine between the way out of the lumen and that away from the lines, from which on the lines
+// lead, and below which they do not; the way over the thickness, likewise.
+constexpr double kLeads = 0.8, kMisleads = 0.5;
+constexpr double kStraightWay = 1.5, kDetour = 2.0;
+constexpr double kWidthShare = 0.5;  // of the lumen's width, that counts as its radius
+constexpr double kRoomShare = 0.45;  // of the way to the next vessel
 constexpr int kSmoothings = 8;
 
+/// A value at each vertex drawn to the mean of its neighbours'.
+template <class Value>
+std::vector<Value> smoothed(std::vector<Value> values,
+                            const std::vector<std::vector<int>>& neighbors) {
+  for (int pass = 0; pass < kSmoothings; ++pass) {
+    const std::vector<Value> before = values;
+    for (std::size_t v = 0; v < values.size(); ++v) {
+      if (neighbors[v].empty()) continue;
+      Value sum{};
+      for (const int n : neighbors[v]) sum += before[std::size_t(n)];
+      values[v] = 0.5 * (before[v] + (1.0 / double(neighbors[v].size())) * sum);
+    }
+  }
+  return values;
+}
+
 /// Normals without their part along the vessel, unless the surface faces along it (as a carina
-/// does), and smoothed.
+/// does), smoothed, and rising from every triangle around.
 std::vector<Vec3> outward_directions(const TriangleMesh& lumen, const HealthyVessel& healthy,
                                      const std::vector<std::vector<int>>& neighbors) {
   std::vector<Vec3> directions = vertex_normals(lumen);
@@ -38,6 +63,11 @@ std::vector<Vec3> outward_directions(const TriangleMesh& lumen, const HealthyVes
     });
     directions = std::move(smoothed);
   }
+  const auto normals = normals_around_vertices(lumen);
+  parallel_for(std::ptrdiff_t(directions.size()), [&](std::ptrdiff_t i) {
+    const auto v = std::size_t(i);
+    directions[v] = risen(directions[v], normals[v], most_normal(normals[v]), kLeastRise);
+  });
   return directions;
 }
 
@@ -50,17 +80,7 @@ std::vector<double> healthy_levels(const TriangleMesh& lumen, const HealthyVesse
     const HealthyPlace at = healthy.evaluate(lumen.vertices[std::size_t(v)]);
     levels[std::size_t(v)] = at.distance < 0.0 ? (1.0 - at.narrowed) * at.distance : at.distance;
   });
-  for (int pass = 0; pass < kSmoothings; ++pass) {
-    std::vector<double> smoothed = levels;
-    for (std::size_t v = 0; v < levels.size(); ++v) {
-      double sum = 0.0;
-      for (const int n : neighbors[v]) sum += levels[std::size_t(n)];
-      if (!neighbors[v].empty())
-        smoothed[v] = 0.5 * (levels[v] + sum / double(neighbors[v].size()));
-    }
-    levels = std::move(smoothed);
-  }
-  return levels;
+  return smoothed(std::move(levels), neighbors);
 }
 
 class Walk {
@@ -130,6 +150,90 @@ class Walk {
   double thickness_per_radius_;
 };
 
+double between(double value, double none, double whole) {
+  return std::clamp((value - none) / (whole - none), 0.0, 1.0);
+}
+
+/// How much of each way the lines do not lead, 0 to 1.
+std::vector<double> misled(const std::vector<WallColumn>& columns,
+                           const std::vector<Vec3>& directions, const HealthyVessel& healthy,
+                           double thickness_per_radius) {
+  std::vector<double> share(columns.size());
+  parallel_for(std::ptrdiff_t(share.size()), [&](std::ptrdiff_t i) {
+    const auto v = std::size_t(i);
+    const HealthyPlace at = healthy.evaluate(columns[v].points.front());
+    const double facing = dot(directions[v], normalized(at.gradient));
+    const double detour = columns[v].length.back() / (thickness_per_radius * at.radius);
+    share[v] = (1.0 - at.narrowed) *
+               std::max(between(facing, kLeads, kMisleads), between(detour, kStraightWay, kDetour));
+  });
+  return share;
+}
+
+/// The radius that the wall's thickness goes by where lines do not lead.
+std::vector<double> own_radii(const TriangleMesh& lumen, const std::vector<Vec3>& directions,
+                              const HealthyVessel& healthy) {
+  std::vector<Vec3> inward;
+  for (const Vec3& direction : directions) inward.push_back(-1.0 * direction);
+  std::vector<double> radii, reach;
+  for (const Vec3& point : lumen.vertices) {
+    radii.push_back(healthy.evaluate(point).radius);
+    reach.push_back(radii.back() / kWidthShare);
+  }
+  const auto widths = distances_ahead(lumen, inward, reach, Side::inside);
+  for (std::size_t v = 0; v < radii.size(); ++v)
+    radii[v] = std::min(radii[v], kWidthShare * widths[v]);
+  return radii;
+}
+
+/// Draws a column towards the straight way of a length, by a share.
+void straighten(double share, const Vec3& direction, double own_length, WallColumn& column) {
+  if (share <= 0.0) return;
+  const Vec3 start = column.points.front();
+  WallColumn mixed;
+  constexpr int kPoints = 32;
+  const double wall = (1.0 - share) * column.thickness + share * own_length;
+  const double plaque = (1.0 - share) * column.plaque;
+  for (int i = 0; i <= kPoints; ++i) {
+    const double part = double(i) / kPoints;
+    const Vec3 led = place_at(column, part * (column.plaque + column.thickness));
+    const Vec3 point = (1.0 - share) * led + share * (start + part * own_length * direction);
+    mixed.length.push_back(part * (plaque + wall));
+    mixed.distance.push_back(mixed.length.back() - plaque);
+    mixed.points.push_back(point);
+  }
+  mixed.plaque = plaque;
+  mixed.thickness = wall;
+  mixed.missing = (1.0 - share) * column.missing;
+  column = std::move(mixed);
+}
+
+/// Shares of the ways that end halfway to the next vessel, changing evenly along the surface.
+void leave_room(const TriangleMesh& lumen, const std::vector<std::vector<int>>& neighbors,
+                std::vector<WallColumn>& columns) {
+  std::vector<Vec3> directions;
+  std::vector<double> reach;
+  for (const WallColumn& column : columns) {
+    const Vec3 way = column.points.back() - column.points.front();
+    directions.push_back(norm(way) > 0.0 ? normalized(way) : Vec3{1.0, 0.0, 0.0});
+    reach.push_back(norm(way) / kRoomShare);
+  }
+  const auto ahead = distances_ahead(lumen, directions, reach, Side::outside);
+  for (std::size_t v = 0; v < columns.size(); ++v)
+    if (ahead[v] < reach[v]) columns[v].room = ahead[v] / reach[v];
+  for (int pass = 0; pass < kSmoothings; ++pass) {
+    const std::vector<WallColumn>& before = columns;
+    std::vector<double> room(columns.size());
+    for (std::size_t v = 0; v < columns.size(); ++v) {
+      double sum = 0.0;
+      for (const int n : neighbors[v]) sum += before[std::size_t(n)].room;
+      const double mean = neighbors[v].empty() ? 1.0 : sum / double(neighbors[v].size());
+      room[v] = std::min(before[v].room, 0.5 * (before[v].room + mean));
+    }
+    for (std::size_t v = 0; v < columns.size(); ++v) columns[v].room = room[v];
+  }
+}
+
 }  // namespace
 
 std::vector<WallColumn> grow_columns(const TriangleMesh& lumen, const HealthyVessel& healthy,
@@ -143,6 +247,12 @@ std::vector<WallColumn> grow_columns(const TriangleMesh& lumen, const HealthyVes
     const auto v = std::size_t(i);
     columns[v] = walk.from(lumen.vertices[v], directions[v], levels[v]);
   });
+  const auto share =
+      smoothed(misled(columns, directions, healthy, thickness_per_radius), neighbors);
+  const auto radii = smoothed(own_radii(lumen, directions, healthy), neighbors);
+  for (std::size_t v = 0; v < columns.size(); ++v)
+    straighten(share[v], directions[v], thickness_per_radius * radii[v], columns[v]);
+  leave_room(lumen, neighbors, columns);
   return columns;
 }
 

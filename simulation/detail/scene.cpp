@@ -31,9 +31,10 @@ void check_layered(const SimulationModel& model, const SimulationOptions& option
         "different runs). Run the stage meshing again");
 }
 
-// A column of the solid does not move where one of its vertices is held.
-std::vector<char> held_columns(const SimulationModel& model) {
+// Of the wall; a column of the solid does not move where one of its vertices is held.
+std::vector<char> held_vertices(const SimulationModel& model, bool layered) {
   std::vector<char> held = model.wall_fixed;
+  if (!layered) return held;
   for (std::size_t v = 0; v < model.layered_wall.fixed.size(); ++v)
     if (model.layered_wall.fixed[v] != 0) held[v % held.size()] = 1;
   return held;
@@ -183,9 +184,10 @@ Scene make_scene(const SimulationModel& given, const SimulationOptions& options)
   const Numbering balloon = number_vertices(given.balloon, given.balloon_fixed);
   const bool layered = options.wall_model == WallModel::layered;
   if (layered) check_layered(given, options);
-  const Numbering wall =
-      layered ? number_vertices(given.wall, held_columns(given), patch_partners(given.layered_wall))
-              : number_vertices(given.wall, given.wall_fixed);
+  const std::vector<char> held = held_vertices(given, layered);
+  const Numbering wall = layered
+                             ? number_vertices(given.wall, held, patch_partners(given.layered_wall))
+                             : number_vertices(given.wall, held);
   const SimulationModel model = renumbered(given, balloon, wall);
   Scene scene;
   scene.caller_vertex = balloon.order;
@@ -200,7 +202,7 @@ Scene make_scene(const SimulationModel& given, const SimulationOptions& options)
   scene.start = model.balloon.vertices;
   scene.start.insert(scene.start.end(), model.wall.vertices.begin(), model.wall.vertices.end());
   scene.fixed = model.balloon_fixed;
-  scene.fixed.insert(scene.fixed.end(), model.wall_fixed.begin(), model.wall_fixed.end());
+  for (const int v : wall.order) scene.fixed.push_back(held[std::size_t(v)]);
   scene.mass.assign(scene.start.size(), 0.0);
   scene.origin = middle_of_box(model.balloon.vertices);
   add_balloon(model, options, scene);

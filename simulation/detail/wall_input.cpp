@@ -117,11 +117,16 @@ void check_whole(const LayeredWall& wall, const WallOptions& options) {
   for (const Wedge& wedge : wall.wedges)
     for (const int v : wedge) root[at(find(v))] = find(wedge[0]);
   const int whole = find(wall.wedges[0][0]);
+  std::vector<char> is_held(root.size(), 0);  // a piece, at its root
+  is_held[at(whole)] = 1;
   for (std::size_t v = 0; v < root.size(); ++v)
-    if (find(static_cast<int>(v)) != whole)
+    if (wall.fixed[v] != 0) is_held[at(find(static_cast<int>(v)))] = 1;
+  for (std::size_t v = 0; v < root.size(); ++v)
+    if (is_held[at(find(static_cast<int>(v)))] == 0)
       throw InputError("the layered wall is in pieces: vertex " + std::to_string(v) +
                        " is not joined to vertex " + std::to_string(wall.wedges[0][0]) +
-                       " (a loose piece would fly off). Keep one connected piece of the wall");
+                       ", nor held (a loose piece would fly off). Keep one connected piece of the "
+                       "wall");
   bool held = options.foundation_kpa_per_mm > 0.0;
   for (const char f : wall.fixed) held = held || f != 0;
   if (!held)

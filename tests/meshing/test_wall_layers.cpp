@@ -6,9 +6,12 @@
 #include <cmath>
 #include <map>
 #include <numbers>
+#include <set>
 #include <string>
 
 #include "core/error.hpp"
+#include "meshing/detail/lumen_chords.hpp"
+#include "meshing/detail/outward_cone.hpp"
 #include "meshing/wall_layers.hpp"
 #include "tests/meshing/placed_balloon.hpp"
 #include "tests/support/shapes.hpp"
@@ -64,19 +67,27 @@ CenterlineTree straight_line(double radius, double first, double last) {
   return tree;
 }
 
+/// Where there are layers they are right, and where there are none the wall is held.
 void expect_sound(const WallLayers& wall, const ContactRegion& region) {
   const std::size_t count = region.mesh.vertices.size();
   ASSERT_EQ(wall.lumen_vertex_count, int(count));
   ASSERT_EQ(wall.vertices.size(), count * std::size_t(wall.element_layer_count + 1));
   ASSERT_EQ(wall.fixed.size(), wall.vertices.size());
+  ASSERT_EQ(wall.rigid.size(), count);
   const std::size_t wedge_count =
-      region.mesh.triangles.size() * std::size_t(wall.element_layer_count);
+      wall.outer_triangles.size() * std::size_t(wall.element_layer_count);
   ASSERT_EQ(wall.wedges.size(), wedge_count);
+  std::set<Triangle> layered;
+  for (const auto& w : wall.wedges) layered.insert({w[0], w[1], w[2]});
+  for (const Triangle& t : region.mesh.triangles)
+    EXPECT_TRUE(layered.count(t) > 0 || std::all_of(t.begin(), t.end(), [&](int v) {
+                  return wall.rigid[std::size_t(v)] != 0;
+                }));
   ASSERT_EQ(wall.layer.size(), wedge_count);
   ASSERT_EQ(wall.tissue.size(), wedge_count);
   ASSERT_EQ(wall.axial.size(), wedge_count);
   for (std::size_t v = 0; v < wall.vertices.size(); ++v)
-    EXPECT_EQ(wall.fixed[v], region.fixed[v % count]);
+    EXPECT_EQ(wall.fixed[v] != 0, region.fixed[v % count] != 0 || wall.rigid[v % count] != 0);
   EXPECT_TRUE(
       std::equal(region.mesh.vertices.begin(), region.mesh.vertices.end(), wall.vertices.begin()));
   double least = 1.0;
@@ -94,6 +105,7 @@ TEST(WallLayers, OfATubeHaveTheirVolumes) {
   expect_sound(wall, region);
   EXPECT_EQ(wall.element_layer_count, 3);
   EXPECT_THAT(wall.warnings, testing::IsEmpty());
+  EXPECT_EQ(wall.outer_triangles.size(), region.mesh.triangles.size());
   const auto volumes = volumes_of(wall);
   const double thickness = radius * (kOuter - 1.0);
   const std::array<double, 3> shares{0.27 / 1.03, 0.36 / 1.03, 0.40 / 1.03};
@@ -226,7 +238,8 @@ TEST(WallLayers, AroundAOneSidedStenosisKeepToTheHealthyAxis) {
 struct Vessel {
   const char* name;
   test::Vessel (*make)();
-  bool has_room;  ///< for the whole wall everywhere
+  bool has_room;            ///< for the whole wall everywhere
+  double most_rigid = 0.0;  ///< share of the lumen's vertices
 };
 class WallAround : public testing::TestWithParam<Vessel> {};
 
@@ -237,6 +250,8 @@ TEST_P(WallAround, IsSoundEverywhere) {
   const WallLayers wall = build_wall_layers(region, vessel.tree, {}, {});
   expect_sound(wall, region);
   EXPECT_EQ(wall.warnings.empty(), GetParam().has_room);
+  EXPECT_LE(double(std::count(wall.rigid.begin(), wall.rigid.end(), 1)),
+            GetParam().most_rigid * double(wall.rigid.size()));
   const WallLayers again = build_wall_layers(region, vessel.tree, {}, {});
   EXPECT_EQ(wall.vertices, again.vertices);
 }
@@ -245,14 +260,100 @@ INSTANTIATE_TEST_SUITE_P(
     Vessels, WallAround,
     testing::Values(
         Vessel{"Bend", [] { return test::make_arc(1.5, 7.0, 2.8, 0.3); }, true},
-        // The outside of the wall, at 1.6 radii, lies beyond the bend's centre.
-        Vessel{"SharpBend", [] { return test::make_arc(1.5, 2.0, 2.8, 0.2); }, false},
+        // The outside of the wall, at 1.6 radii, lies beyond the bend's centre: ways turn aside.
+        Vessel{"SharpBend", [] { return test::make_arc(1.5, 2.0, 2.8, 0.2); }, true},
         Vessel{"Fork", [] { return test::make_fork(1.5, 1.2, 12.0, 10.0, 0.6, 0.3); }, false},
-        Vessel{"NarrowFork", [] { return test::make_fork(1.5, 1.2, 12.0, 14.0, 0.35, 0.3); },
-               false},
+        Vessel{"NarrowFork", [] { return test::make_fork(1.5, 1.2, 12.0, 14.0, 0.35, 0.3); }, false,
+               0.02},
         Vessel{"Trifurcation",
                [] { return test::make_branching(3, 1.5, 1.0, 10.0, 10.0, 0.7, 0.3); }, false}),
     [](const testing::TestParamInfo<Vessel>& vessel) { return std::string(vessel.param.name); });
+
+TEST(WallLayers, OfAVesselWithoutALineGoByItsOwnWidth) {
+  test::Vessel vessel = test::make_fork(1.5, 0.6, 12.0, 8.0, 1.2, 0.2);
+  vessel.tree.paths.pop_back();
+  const LumenMesh lumen = mesh_lumen(vessel.level_set, vessel.tree, {});
+  const ContactRegion region = region_of(lumen.open);
+  const WallLayers wall = build_wall_layers(region, vessel.tree, {}, {});
+  expect_sound(wall, region);
+  // Along the branch of 0.6 mm, away from the fork and from its closed end.
+  const Vec3 fork{0.0, 0.0, 12.0};
+  const double side = vessel.tree.paths[0].points.back().x > 0.0 ? -1.0 : 1.0;
+  const Vec3 along{side * std::sin(1.2), 0.0, std::cos(1.2)};
+  const auto count = std::size_t(wall.lumen_vertex_count);
+  int seen = 0;
+  for (std::size_t v = 0; v < count; ++v) {
+    const double from_fork = dot(wall.vertices[v] - fork, along);
+    if (from_fork < 5.0 || from_fork > 6.5) continue;
+    const double thickness =
+        distance(wall.vertices[v], wall.vertices[wall.vertices.size() - count + v]);
+    EXPECT_NEAR(thickness / (0.6 * (kOuter - 1.0)), 1.0, 0.1);
+    EXPECT_EQ(wall.rigid[v], 0);
+    ++seen;
+  }
+  EXPECT_GT(seen, 20);
+}
+
+TEST(WallLayers, OfTwoNearVesselsShareTheRoomBetweenThem) {
+  const double radius = 1.5, gap = 0.5, apart = 2.0 * radius + gap;
+  TriangleMesh both = tests::make_tube(radius, 10.0, 24, 16);
+  const std::size_t half = both.vertices.size();
+  const TriangleMesh one = both;
+  for (const Vec3& p : one.vertices) both.vertices.push_back(p + Vec3{apart, 0.0, 0.0});
+  for (const Triangle& t : one.triangles)
+    both.triangles.push_back({t[0] + int(half), t[1] + int(half), t[2] + int(half)});
+  CenterlineTree tree = straight_line(radius, -5.0, 15.0);
+  tree.paths.push_back(straight_line(radius, -5.0, 15.0).paths[0]);
+  tree.paths[1].id = 1;
+  for (Vec3& p : tree.paths[1].points) p.x += apart;
+  const ContactRegion region = region_of(both);
+  const WallLayers wall = build_wall_layers(region, tree, {}, {});
+  expect_sound(wall, region);
+  EXPECT_EQ(std::count(wall.rigid.begin(), wall.rigid.end(), 1), 0);
+  const auto count = std::size_t(wall.lumen_vertex_count);
+  for (std::size_t v = 0; v < count; ++v) {
+    const Vec3& outside = wall.vertices[wall.vertices.size() - count + v];
+    if (std::abs(outside.y) > 0.3) continue;
+    const double past = outside.x - (radius + 0.5 * gap);  // the middle between them
+    EXPECT_LT(v < half ? past : -past, 0.01);
+  }
+}
+
+TEST(MostNormal, IsTheAxisOfTheNarrowestCone) {
+  const std::vector<Vec3> corner{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
+  const detail::Outward out = detail::most_normal(corner);
+  EXPECT_NEAR(out.rise, 1.0 / std::sqrt(3.0), 1e-12);
+  // One that lies within the cone changes nothing, nor does one twice.
+  const detail::Outward same =
+      detail::most_normal({corner[0], corner[1], normalized(Vec3{1, 1, 1}), corner[2], corner[2]});
+  EXPECT_LT(distance(same.direction, out.direction), 1e-12);
+  EXPECT_LE(detail::most_normal({{1, 0, 0}, {-1, 0, 0}, {0, 1, 0}}).rise, 1e-12);
+}
+
+TEST(Risen, TurnsAWayNoFurtherThanItNeeds) {
+  const std::vector<Vec3> plane{{0, 0, 1}};
+  const detail::Outward out = detail::most_normal(plane);
+  const Vec3 steep{0.0, 1.0, 2.0}, flat{2.0, 0.0, 0.0};
+  EXPECT_EQ(detail::risen(steep, plane, out, 0.3), steep);
+  const Vec3 turned = detail::risen(flat, plane, out, 0.3);
+  EXPECT_NEAR(norm(turned), 2.0, 1e-9);
+  EXPECT_NEAR(turned.z / 2.0, 0.3, 1e-4);
+  EXPECT_GT(turned.x, 0.0);
+}
+
+TEST(DistancesAhead, AreThoseToTheOppositeWall) {
+  const TriangleMesh tube = tests::make_tube(1.5, 10.0, 60, 40);
+  std::vector<Vec3> inward = vertex_normals(tube);
+  for (Vec3& n : inward) n = -1.0 * n;
+  const std::vector<double> reach(tube.vertices.size(), 5.0);
+  const auto inside = detail::distances_ahead(tube, inward, reach, detail::Side::inside);
+  const auto outside = detail::distances_ahead(tube, inward, reach, detail::Side::outside);
+  for (std::size_t v = 0; v < inside.size(); ++v) {
+    if (std::abs(tube.vertices[v].z - 5.0) > 4.0) continue;
+    EXPECT_NEAR(inside[v], 3.0, 0.02);
+    EXPECT_TRUE(std::isinf(outside[v]));
+  }
+}
 
 TEST(WallLayers, OfNothingAreAnInputError) {
   EXPECT_THROW(build_wall_layers({}, straight_line(1.5, 0.0, 10.0), {}, {}), InputError);
