@@ -1,6 +1,7 @@
 // cloth [FILE.svg]: the seed paper's section 6.1. Prints, for every step of the pull, the
-// thickness, how symmetric the cloth is, and how well its volume is kept; with a file, draws the
-// thickness at four moments as the paper's Figure 5 does.
+// thickness, how symmetric the cloth is, and how well its volume is kept, by Newton's method and by
+// vertex block descent, and how far the two are apart; with a file, draws the thickness at four
+// moments as the paper's Figure 5 does.
 #include "simulation/cloth.hpp"
 
 #include <algorithm>
@@ -92,21 +93,44 @@ void draw(const Cloth& cloth, const ClothOptions& options, const std::string& fi
   out << "</svg>\n";
 }
 
-}  // namespace
-
-int main(int argc, char** argv) {
-  const ClothOptions options;
-  const Cloth cloth = angio::simulation::pull_cloth(options);
-  std::printf("%8s %10s %10s %10s %12s %12s %10s\n", "stretch", "h min", "h centre", "h max",
-              "sum hA - 1", "asymmetry mm", "residual");
+void print(const Cloth& cloth, const ClothOptions& options) {
+  std::printf("%8s %10s %10s %10s %12s %12s %10s %10s\n", "stretch", "h min", "h centre", "h max",
+              "sum hA - 1", "asymmetry mm", "residual", "iterations");
   const std::size_t centre = 2 * std::size_t(options.cells / 2 * options.cells + options.cells / 2);
   for (const ClothState& s : cloth.states)
-    std::printf("%7.1f%% %10.4f %10.4f %10.4f %12.1e %12.1e %10.1e%s\n", 100.0 * s.stretch,
+    std::printf("%7.1f%% %10.4f %10.4f %10.4f %12.1e %12.1e %10.1e %10d%s\n", 100.0 * s.stretch,
                 *std::min_element(s.thickness_mm.begin(), s.thickness_mm.end()),
                 s.thickness_mm[centre],
                 *std::max_element(s.thickness_mm.begin(), s.thickness_mm.end()),
                 volume_change(cloth, s, options.thickness_mm), asymmetry(s, options), s.residual,
-                s.converged ? "" : "  NOT CONVERGED");
-  if (argc > 1) draw(cloth, options, argv[1]);
+                s.iterations, s.converged ? "" : "  NOT CONVERGED");
+}
+
+void print_difference(const Cloth& a, const Cloth& b) {
+  double distance_mm = 0.0, thickness = 0.0;
+  for (std::size_t s = 0; s < a.states.size(); ++s) {
+    const ClothState &p = a.states[s], &q = b.states[s];
+    for (std::size_t v = 0; v < p.positions.size(); ++v)
+      distance_mm = std::max(distance_mm, distance(p.positions[v], q.positions[v]));
+    for (std::size_t t = 0; t < p.thickness_mm.size(); ++t)
+      thickness = std::max(thickness, std::abs(q.thickness_mm[t] / p.thickness_mm[t] - 1.0));
+  }
+  std::printf("apart, in all states: vertices %.1e mm, thickness %.1e of itself, at most\n",
+              distance_mm, thickness);
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  ClothOptions options;
+  std::printf("Newton's method, double precision\n");
+  const Cloth newton = angio::simulation::pull_cloth(options);
+  print(newton, options);
+  options.solver = angio::simulation::ClothSolver::vbd;
+  std::printf("\nvertex block descent, single precision\n");
+  const Cloth vbd = angio::simulation::pull_cloth(options);
+  print(vbd, options);
+  print_difference(newton, vbd);
+  if (argc > 1) draw(newton, options, argv[1]);
   return 0;
 }

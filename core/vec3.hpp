@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "core/host_device.hpp"
+#include "core/select.hpp"
 
 namespace angio {
 
@@ -90,7 +91,7 @@ ANGIO_HOST_DEVICE inline Real distance(const Vec3T<Real>& a, const Vec3T<Real>& 
 template <class Real>
 ANGIO_HOST_DEVICE inline Vec3T<Real> normalized(const Vec3T<Real>& a) {
   const Real length = norm(a);
-  return length > Real(0) ? a / length : a;
+  return select(length > Real(0), Real(1) / length, Real(1)) * a;
 }
 /// A unit vector at right angles to the unit vector `a`; the same `a` gives the same answer.
 template <class Real>

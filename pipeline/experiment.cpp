@@ -113,6 +113,7 @@ void do_cloth_simulation(StageWork& work) {
   std::vector<viewer::TimeStep> steps;
   ClothTable table;
   double thinnest = work.config.cloth.thickness_mm;
+  long iterations = 0;
   for (std::size_t s = 0; s < cloth.states.size(); ++s) {
     const simulation::ClothState& state = cloth.states[s];
     const TriangleMesh shape{state.positions, cloth.rest.triangles};
@@ -121,6 +122,7 @@ void do_cloth_simulation(StageWork& work) {
     viewer::write_surface(work.out / cloth_file(s), {shape, {thickness}, {}});
     steps.push_back({double(s), 0, cloth_file(s)});
     table.add(s, state, shape);
+    iterations += state.iterations;
     thinnest =
         std::min(thinnest, *std::min_element(state.thickness_mm.begin(), state.thickness_mm.end()));
     if (!state.converged)
@@ -133,6 +135,7 @@ void do_cloth_simulation(StageWork& work) {
   const json summary = {{"states", cloth.states.size()},
                         {"stretch_percent", 100.0 * cloth.states.back().stretch},
                         {"thickness_mm", work.config.cloth.thickness_mm},
+                        {"iterations", iterations},
                         {"thinnest_mm", thinnest},
                         {"thinnest_percent", 100.0 * thinnest / work.config.cloth.thickness_mm},
                         {"triangles", cloth.rest.triangles.size()},

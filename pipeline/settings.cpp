@@ -154,6 +154,10 @@ void read_field(const std::string& key, const toml::node& node,
                 simulation::InflationControl& field) {
   read_name(key, node, kControls, field);
 }
+constexpr const char* kClothSolvers[] = {"newton", "vbd"};
+void read_field(const std::string& key, const toml::node& node, simulation::ClothSolver& field) {
+  read_name(key, node, kClothSolvers, field);
+}
 constexpr const char* kAngleNames[] = {"from-base", "cumulative"};
 void read_field(const std::string& key, const toml::node& node,
                 segmentation::AngleIncrements& field) {
@@ -197,6 +201,7 @@ std::string write_field(simulation::WallShape field) { return quoted(kWallShapes
 std::string write_field(simulation::InflationControl field) {
   return quoted(kControls[int(field)]);
 }
+std::string write_field(simulation::ClothSolver field) { return quoted(kClothSolvers[int(field)]); }
 std::string write_field(LengthUnit field) { return quoted(kLengthUnitNames[int(field)]); }
 std::string write_field(const simulation::ChartPoint& field) {
   return fmt::format("[{}, {}]", write_field(field.pressure_atm), write_field(field.diameter_mm));
@@ -523,6 +528,8 @@ void add_cloth_settings(Config& c, std::vector<Setting>& table) {
                                "growth of the corners' distance in the end, up to 3"));
   table.push_back(
       make_setting("cloth.steps", sim, c.cloth.steps, "in which it is pulled, 1 to 10000"));
+  table.push_back(make_setting("cloth.solver", sim, c.cloth.solver,
+                               "newton (double precision) or vbd (single)"));
 }
 
 }  // namespace

@@ -1,10 +1,15 @@
 #include "simulation/cloth.hpp"
 
+#include <algorithm>
+#include <array>
 #include <cmath>
+#include <optional>
+#include <utility>
 
 #include "core/error.hpp"
 #include "core/units.hpp"
 #include "simulation/detail/membrane_term.hpp"
+#include "simulation/detail/sheet_solver.hpp"
 
 namespace angio::simulation {
 namespace {
@@ -52,6 +57,83 @@ std::vector<double> thickness(const TriangleMesh& rest, const std::vector<Vec3>&
   return result;
 }
 
+/// Finds the cloth's equilibria one after the other.
+class Puller {
+ public:
+  Puller(const ClothOptions& options, const TriangleMesh& rest)
+      : options_(options),
+        rest_(rest),
+        law_{units::pascal_from_megapascal(options.c1_mpa),
+             units::pascal_from_megapascal(options.c2_mpa)},
+        skin_({law_, {}, false}, rest.triangles, rest.vertices, options.thickness_mm),
+        fixed_(rest.vertices.size(), kFixedZ),
+        x_(rest.vertices) {
+    const auto row = std::size_t(options.cells) + 1;
+    corners_ = {0, row - 1, row * (row - 1), row * row - 1};
+    for (const std::size_t c : corners_) fixed_[c] = kFixedAll;
+    newton_.longest_move = options.side_mm / options.cells;
+    if (options.solver != ClothSolver::vbd) return;
+    std::vector<char> held(rest.vertices.size(), 0);
+    for (const std::size_t c : corners_) held[c] = 1;
+    sheet_.emplace(rest, law_, options.thickness_mm, kDensity, held);
+  }
+
+  ClothState pull(double stretch) {
+    const Vec3 centre{0.5 * options_.side_mm, 0.5 * options_.side_mm, 0.0};
+    for (const std::size_t c : corners_)
+      x_[c] = centre + (1.0 + stretch) * (rest_.vertices[c] - centre);
+    NewtonOptions options = newton_;
+    ClothState state;
+    if (sheet_) {
+      state.iterations = descend();
+      options.most_iterations = 0;  // measures the residual
+    }
+    const NewtonResult result = minimize({&skin_}, fixed_, x_, options);
+    state.stretch = stretch;
+    state.positions = x_;
+    state.thickness_mm = thickness(rest_, x_, options_.thickness_mm);
+    state.residual = result.residual;
+    state.converged = sheet_ ? result.residual < kBalance : result.converged;
+    if (!sheet_) state.iterations = result.iterations;
+    return state;
+  }
+
+ private:
+  static constexpr double kDensity = 1.07e-3;  // of what has no inertia here [g/mm^3]
+  static constexpr double kBalance = 1e-3;     // single precision's noise is below it
+  static constexpr double kRest = 2e-6;        // of the side: vertices go no farther in a step
+  static constexpr int kMostSteps = 500;
+
+  /// @return sweeps
+  int descend() {
+    for (const std::size_t c : corners_) sheet_->set_position(int(c), x_[c]);
+    SheetStep step;
+    step.dt = 0.0;
+    step.relaxation = 1.8;
+    int sweeps = 0;
+    for (int n = 0; n < kMostSteps; ++n) {
+      sheet_->step(step);
+      sweeps += step.sweeps;
+      const std::vector<Vec3> before = std::exchange(x_, sheet_->positions());
+      double moved = 0.0;
+      for (std::size_t v = 0; v < x_.size(); ++v)
+        moved = std::max(moved, distance(before[v], x_[v]));
+      if (moved < kRest * options_.side_mm) break;
+    }
+    return sweeps;
+  }
+
+  const ClothOptions& options_;
+  const TriangleMesh& rest_;
+  MooneyRivlin<double> law_;
+  MembraneTerm skin_;
+  std::vector<char> fixed_;
+  std::vector<Vec3> x_;
+  std::array<std::size_t, 4> corners_{};
+  NewtonOptions newton_;
+  std::optional<SheetSolver> sheet_;
+};
+
 }  // namespace
 
 TriangleMesh cloth_mesh(const ClothOptions& options) {
@@ -62,28 +144,12 @@ TriangleMesh cloth_mesh(const ClothOptions& options) {
 Cloth pull_cloth(const ClothOptions& options) {
   Cloth cloth;
   cloth.rest = cloth_mesh(options);
-  const auto& rest = cloth.rest.vertices;
-  SkinLaw<double> law;
-  law.base = {units::pascal_from_megapascal(options.c1_mpa),
-              units::pascal_from_megapascal(options.c2_mpa)};
-  const MembraneTerm skin(law, cloth.rest.triangles, rest, options.thickness_mm);
-  const auto row = std::size_t(options.cells) + 1;
-  const std::size_t corners[] = {0, row - 1, row * (row - 1), row * row - 1};
-  std::vector<char> fixed(rest.size(), kFixedZ);
-  for (const std::size_t c : corners) fixed[c] = kFixedAll;
-
-  std::vector<Vec3> x = rest;
-  cloth.states.push_back({0.0, x, thickness(cloth.rest, x, options.thickness_mm), 0.0, true});
-  const Vec3 centre{0.5 * options.side_mm, 0.5 * options.side_mm, 0.0};
-  NewtonOptions newton;
-  newton.longest_move = options.side_mm / options.cells;
-  for (int step = 1; step <= options.steps; ++step) {
-    const double stretch = options.stretch * step / options.steps;
-    for (const std::size_t c : corners) x[c] = centre + (1.0 + stretch) * (rest[c] - centre);
-    const NewtonResult result = minimize({&skin}, fixed, x, newton);
-    cloth.states.push_back({stretch, x, thickness(cloth.rest, x, options.thickness_mm),
-                            result.residual, result.converged});
-  }
+  const std::vector<Vec3>& start = cloth.rest.vertices;
+  cloth.states.push_back(
+      {0.0, start, thickness(cloth.rest, start, options.thickness_mm), 0.0, 0, true});
+  Puller puller(options, cloth.rest);
+  for (int step = 1; step <= options.steps; ++step)
+    cloth.states.push_back(puller.pull(options.stretch * step / options.steps));
   return cloth;
 }
 

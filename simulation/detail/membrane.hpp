@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "core/host_device.hpp"
+#include "core/select.hpp"
 #include "core/vec3.hpp"
 
 /// The balloon's skin: an incompressible Mooney-Rivlin membrane on constant-strain triangles,
@@ -229,14 +230,15 @@ struct Symmetric2 {
 template <class Real>
 ANGIO_HOST_DEVICE inline Symmetric2<Real> clamp_positive(const Symmetric2<Real>& a) {
   using std::sqrt;
+  const Real zero(0);
   const Real mean = Real(0.5) * (a.p + a.r), half = Real(0.5) * (a.p - a.r);
   const Real radius = sqrt(half * half + a.q * a.q);
   const Real high = mean + radius, low = mean - radius;
-  if (low >= Real(0)) return a;
-  if (high <= Real(0)) return {};
   // Only the projector on the larger eigenvalue is left: (A - low I) / (high - low).
-  const Real s = high / (high - low);
-  return {s * (a.p - low), s * a.q, s * (a.r - low)};
+  const auto is_mixed = low < zero;
+  const Real s = select(high > zero, high / (high - low), zero);
+  return {select(is_mixed, s * (a.p - low), a.p), select(is_mixed, s * a.q, a.q),
+          select(is_mixed, s * (a.r - low), a.r)};
 }
 
 }  // namespace membrane
@@ -343,6 +345,7 @@ ANGIO_HOST_DEVICE inline Vec3T<Real> membrane_gradient(const CornerMetric<Real>&
 ///
 /// Source: seed paper, Eqs. 15-19 with the reference volume H A0 (= h A). The block splits into the
 /// normal direction, with the stress 2 Psi_a as its eigenvalue, and a 2 x 2 block in the plane.
+/// Without branches, so that it runs on packs of triangles (core/simd.hpp).
 ///
 /// @param e1, e2  of the deformed triangle [mm]; not parallel
 template <class Real>
@@ -359,12 +362,14 @@ ANGIO_HOST_DEVICE inline VertexTerm<Real> membrane_term(const CornerMetric<Real>
   const Real p = dot(e1, t1), r = dot(e2, t1);
   const Vec3T<Real> rest = e1 - p * t1;
   const Real q = norm(rest);
-  const Vec3T<Real> t2 = q > Real(0) ? rest / q : any_perpendicular(t1);
+  // Of a triangle that is a line t2 does not matter: q = 0, and both directions across it carry
+  // nothing but the stress.
+  const Vec3T<Real> t2 = select(q > Real(0), Real(1) / q, Real(0)) * rest;
   const Real stress = Real(2) * s.a;
   const membrane::Symmetric2<Real> block = membrane::clamp_positive<Real>(
       {stress + Real(4) * s.aa * p * p + Real(4) * s.ab * p * r + s.bb * r * r,
        Real(4) * s.aa * p * q + Real(2) * s.ab * q * r, stress + Real(4) * s.aa * q * q});
-  const Real normal = stress > Real(0) ? stress : Real(0);
+  const Real normal = select(stress > Real(0), stress, Real(0));
   for (int i = 0; i < 3; ++i)
     for (int j = 0; j < 3; ++j)
       term.hessian(i, j) = (i == j ? normal : Real(0)) + (block.p - normal) * t1[i] * t1[j] +

@@ -12,6 +12,7 @@
 #include "simulation/detail/rod.hpp"
 #include "simulation/detail/shape_matching.hpp"
 #include "simulation/detail/solid_column.hpp"
+#include "simulation/detail/symmetric3.hpp"
 
 /// A step's arrays as plain views. The inner loops on them, in step_contact.hpp, step_balloon.hpp
 /// and step_wall.hpp, are functions of an index; step_program.hpp puts them into the step. Nothing
@@ -270,16 +271,6 @@ ANGIO_HOST_DEVICE inline void gather(const StepView<Real>& s, const Lanes& lanes
   out.contact = lanes.sum(out.contact);
   out.magnitude = lanes.sum(out.magnitude);
   out.touching = lanes.sum(out.touching ? 1 : 0) > 0;
-}
-
-/// H^-1 b of a symmetric positive definite 3 x 3 block.
-template <class Real>
-ANGIO_HOST_DEVICE inline Mat3T<Real> inverse_block(Mat3T<Real> h) {
-  const Real trace = h(0, 0) + h(1, 1) + h(2, 2);
-  const Real scale = trace > Real(0) ? Real(1) / trace : Real(0);  // no overflow in the determinant
-  h = scale * h;
-  for (int i = 0; i < 3; ++i) h(i, i) += Real(sizeof(Real) < 8 ? 1e-6 : 1e-9);
-  return scale * inverse(h);
 }
 
 }  // namespace angio::simulation::detail

@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "core/host_device.hpp"
+#include "core/select.hpp"
 #include "core/vec3.hpp"
 
 /// Symmetric 3 x 3 matrices by their eigenvalues.
@@ -71,6 +72,20 @@ ANGIO_HOST_DEVICE inline Mat3T<Real> clamp_positive(const Mat3T<Real>& a) {
   if (e.value.x >= Real(0) && e.value.y >= Real(0) && e.value.z >= Real(0)) return a;
   for (int k = 0; k < 3; ++k) e.value[k] = e.value[k] > Real(0) ? e.value[k] : Real(0);
   return recomposed(e);
+}
+
+/// The inverse of a symmetric positive definite 3 x 3 block.
+///
+/// @param shift  added to the diagonal, as a share of the trace
+template <class Real>
+ANGIO_HOST_DEVICE inline Mat3T<Real> inverse_block(
+    Mat3T<Real> h, const Real& shift = Real(sizeof(Real) < 8 ? 1e-6 : 1e-9)) {
+  const Real trace = h(0, 0) + h(1, 1) + h(2, 2);
+  // No overflow in the determinant
+  const Real scale = select(trace > Real(0), Real(1) / trace, Real(0));
+  h = scale * h;
+  for (int i = 0; i < 3; ++i) h(i, i) += shift;
+  return scale * inverse(h);
 }
 
 }  // namespace angio::simulation::detail

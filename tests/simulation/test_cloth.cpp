@@ -79,6 +79,22 @@ TEST(Cloth, ThinsWithEveryStepMostAtTheCornersAndAlongTheDiagonals) {
   for (int i = 1; i < options.cells / 4; ++i) EXPECT_LT(cell(i, i), cell(options.cells / 2, i));
 }
 
+TEST(Cloth, VertexBlockDescentFindsNewtonsEquilibria) {
+  ClothOptions options = small_cloth();
+  const Cloth newton = pull_cloth(options);
+  options.solver = ClothSolver::vbd;
+  const Cloth vbd = pull_cloth(options);
+  ASSERT_EQ(vbd.states.size(), newton.states.size());
+  for (std::size_t s = 0; s < vbd.states.size(); ++s) {
+    EXPECT_TRUE(vbd.states[s].converged);
+    for (std::size_t v = 0; v < newton.rest.vertices.size(); ++v)
+      EXPECT_LT(distance(vbd.states[s].positions[v], newton.states[s].positions[v]),
+                1e-5 * options.side_mm);
+    for (std::size_t t = 0; t < newton.rest.triangles.size(); ++t)
+      EXPECT_NEAR(vbd.states[s].thickness_mm[t] / newton.states[s].thickness_mm[t], 1.0, 1e-4);
+  }
+}
+
 TEST(Cloth, NonsenseIsRefused) {
   ClothOptions options;
   options.cells = 7;
