@@ -487,9 +487,10 @@ void add_simulation_settings(Config& c, std::vector<Setting>& table) {
                                "tolerance"));
   table.push_back(make_setting("simulation.contact_distance_mm", sim, s.contact_distance_mm,
                                "contact acts below this gap [mm], 0.001 to 1"));
-  table.push_back(make_setting("simulation.self_contact", sim, s.self_contact,
-                               "folds that are meshed do not pass through each other; a free "
-                               "balloon takes two to three times as long"));
+  table.push_back(
+      make_setting("simulation.self_contact", sim, s.self_contact,
+                   "a slack balloon, its meshed folds and the wall around it do not pass "
+                   "through themselves"));
   table.push_back(make_setting("simulation.friction_static", sim, s.friction_static, "0 to 2"));
   table.push_back(make_setting("simulation.friction_kinetic", sim, s.friction_kinetic, "0 to 2"));
   table.push_back(make_setting("simulation.contact_model", sim, s.contact_model,

@@ -320,11 +320,6 @@ void SimulationOptions::validate() const {
         "simulation.gas_model is per_tet, and inflation.control is not volume (the paper's gas is "
         "a "
         "command for volumes and knows no pressure). Use inflation.control = volume");
-  if (self_contact && (contact_model == ContactModel::paper || gas_model == GasModel::per_tet))
-    throw OptionError(
-        "simulation.self_contact is true, and contact_model is paper or gas_model is per_tet (the "
-        "paper's projections keep no gap between folds). Use contact_model = barrier and gas_model "
-        "= enclosed");
   if (gas_model == GasModel::per_tet && guidewire.model == GuidewireModel::rod)
     throw OptionError(
         "simulation.gas_model is per_tet, and guidewire.model is rod (the paper's tetrahedra stand "

@@ -138,9 +138,10 @@ struct SimulationOptions {
   /// Of the barrier, times that which carries the peak pressure at half the contact distance,
   /// [0.01, 100].
   double contact_stiffness = 1.0;
-  /// Contact of the balloon with itself, where it starts in folds that are meshed: without
-  /// friction, barrier only. What it costs is in docs/contact.md.
-  bool self_contact = false;
+  /// Contact of a slack balloon with itself, and of the wall around it with itself: without
+  /// friction, barrier only. A balloon alone has it where it starts in folds that are meshed. What
+  /// it costs is in docs/contact.md.
+  bool self_contact = true;
   double friction_static = 0.2;    ///< the usual value in balloon models, [0, 2]
   double friction_kinetic = 0.15;  ///< [0, 2]
   /// Adhesion of the wet surfaces: the most that a film of blood holds [kPa], [0, 100]; 0: none.

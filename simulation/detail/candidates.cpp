@@ -168,11 +168,10 @@ Box balloon_space(const Scene& scene, const std::vector<Vec3>& x, double grow) {
   return space;
 }
 
-double mean_edge(const Scene& scene, const std::vector<Vec3>& x) {
+double mean_edge(const std::vector<Edge>& edges, const std::vector<Vec3>& x) {
   double sum = 0.0;
-  for (const Edge& e : scene.balloon_edges)
-    sum += distance(x[std::size_t(e[0])], x[std::size_t(e[1])]);
-  return sum / double(scene.balloon_edges.size());
+  for (const Edge& e : edges) sum += distance(x[std::size_t(e[0])], x[std::size_t(e[1])]);
+  return sum / double(edges.size());
 }
 
 // The shaft keeps the room that the folded or slender balloon has left it, so that it touches
@@ -226,8 +225,17 @@ void add_rod_candidates(const Scene& scene, const std::vector<Vec3>& x, double c
   });
 }
 
-void add_skin_candidates(const Scene& scene, const std::vector<Vec3>& x, double reach,
-                         std::vector<Candidate>& candidates) {
+namespace {
+
+// A surface of the scene: its vertices are those from `first` on.
+struct Surface {
+  int first, count;
+  const std::vector<Triangle>& triangles;
+  const std::vector<Edge>& edges;
+};
+
+void add_own_candidates(const Scene& scene, const Surface& surface, const std::vector<Vec3>& x,
+                        double reach, std::vector<Candidate>& candidates) {
   const Builder builder{x, reach};
   const auto add = [&](std::vector<Candidate>& found, Candidate candidate) {
     const auto& v = candidate.vertex;
@@ -238,24 +246,43 @@ void add_skin_candidates(const Scene& scene, const std::vector<Vec3>& x, double 
         float(std::min(scene.self_distance, kShareOfStartGap * gap_of(scene.start, candidate)));
     found.push_back(candidate);
   };
-  Grid grid(balloon_space(scene, x, reach), std::max(mean_edge(scene, x), reach));
-  grid.fill(boxes_of(x, scene.balloon_triangles, reach));
-  builder.gather(std::size_t(scene.balloon_count), candidates, [&](std::size_t v, auto& found) {
-    grid.query(box_of(x, std::array{int(v)}, 0.0), [&](int i) {
-      const Triangle& t = scene.balloon_triangles[std::size_t(i)];
-      if (std::find(t.begin(), t.end(), int(v)) == t.end())
-        add(found, {{int(v), t[0], t[1], t[2]}});
+  Box space;
+  for (int v = surface.first; v < surface.first + surface.count; ++v) space.add(x[std::size_t(v)]);
+  space.grow(reach);
+  Grid grid(space, std::max(mean_edge(surface.edges, x), reach));
+  grid.fill(boxes_of(x, surface.triangles, reach));
+  builder.gather(std::size_t(surface.count), candidates, [&](std::size_t i, auto& found) {
+    const int v = surface.first + int(i);
+    grid.query(box_of(x, std::array{v}, 0.0), [&](int k) {
+      const Triangle& t = surface.triangles[std::size_t(k)];
+      if (std::find(t.begin(), t.end(), v) == t.end()) add(found, {{v, t[0], t[1], t[2]}});
     });
   });
-  grid.fill(boxes_of(x, scene.balloon_edges, reach));
-  builder.gather(scene.balloon_edges.size(), candidates, [&](std::size_t e, auto& found) {
-    const Edge& a = scene.balloon_edges[e];
+  grid.fill(boxes_of(x, surface.edges, reach));
+  builder.gather(surface.edges.size(), candidates, [&](std::size_t e, auto& found) {
+    const Edge& a = surface.edges[e];
     grid.query(box_of(x, a, 0.0), [&](int i) {
-      const Edge& b = scene.balloon_edges[std::size_t(i)];
+      const Edge& b = surface.edges[std::size_t(i)];
       const bool apart = a[0] != b[0] && a[0] != b[1] && a[1] != b[0] && a[1] != b[1];
       if (std::size_t(i) > e && apart) add(found, {{a[0], a[1], b[0], b[1]}, true});
     });
   });
+}
+
+}  // namespace
+
+void add_skin_candidates(const Scene& scene, const std::vector<Vec3>& x, double reach,
+                         std::vector<Candidate>& candidates) {
+  add_own_candidates(scene, {0, scene.balloon_count, scene.balloon_triangles, scene.balloon_edges},
+                     x, reach, candidates);
+}
+
+void add_wall_candidates(const Scene& scene, const std::vector<Vec3>& x, double reach,
+                         std::vector<Candidate>& candidates) {
+  if (scene.wall_count == 0) return;
+  add_own_candidates(
+      scene, {scene.balloon_count, scene.wall_count, scene.wall_triangles, scene.wall_edges}, x,
+      reach, candidates);
 }
 
 bool has_facing_layers(const TriangleMesh& skin, double within) {
@@ -287,7 +314,7 @@ std::vector<Candidate> find_candidates(const Scene& scene, const std::vector<Vec
   std::vector<Candidate> candidates;
   if (scene.wall_count == 0) return candidates;
   const Builder builder{x, reach};
-  Grid grid(balloon_space(scene, x, reach), std::max(mean_edge(scene, x), reach));
+  Grid grid(balloon_space(scene, x, reach), std::max(mean_edge(scene.balloon_edges, x), reach));
 
   grid.fill(boxes_of(x, scene.balloon_triangles, reach));
   builder.gather(std::size_t(scene.wall_count), candidates, [&](std::size_t i, auto& found) {

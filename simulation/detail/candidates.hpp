@@ -31,6 +31,10 @@ void add_rod_candidates(const Scene& scene, const std::vector<Vec3>& x, double c
 void add_skin_candidates(const Scene& scene, const std::vector<Vec3>& x, double reach,
                          std::vector<Candidate>& candidates);
 
+/// The same of the wall and itself.
+void add_wall_candidates(const Scene& scene, const std::vector<Vec3>& x, double reach,
+                         std::vector<Candidate>& candidates);
+
 /// Has a closed surface layers nearer than `within` whose normals are opposed?
 bool has_facing_layers(const TriangleMesh& skin, double within);
 
@@ -48,7 +52,7 @@ struct CandidateSet {
   std::vector<ContactRef> refs;  ///< candidates that a vertex is in, by ascending gap
   std::vector<double> gap;       ///< [mm], shape [candidate]
   double reach = 0.0;            ///< [mm]
-  double skin_reach = 0.0;       ///< of the balloon with itself [mm]
+  double skin_reach = 0.0;       ///< of a surface with itself [mm]
 };
 
 /// @param x           where they were found [mm], shape [vertex]

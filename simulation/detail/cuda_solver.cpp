@@ -253,11 +253,9 @@ class CudaSolver final : public StepSolver {
     use(sets_[std::size_t(set_count_) % sets_.size()].send(set, x, stream_), program_.view);
     ++set_count_;
     x_candidates_ = x;
-    const double distance = double(program_.view.contact_distance);
-    const bool folds = scene_.self_distance > 0.0;
-    room_ = set.reach - double(program_.view.contact_range) -
-            (folds ? 2.0 * kFoldsTravel : 4.0) * distance;
-    skin_room_ = set.skin_reach - scene_.self_distance - 2.0 * kFoldsTravel * distance;
+    const double travel = most_travel(scene_) * double(program_.view.contact_distance);
+    room_ = set.reach - double(program_.view.contact_range) - 2.0 * travel;
+    skin_room_ = set.skin_reach - scene_.self_distance - 2.0 * travel;
   }
 
   // Have balloon and wall together gone far since the last candidates were found?
@@ -269,7 +267,7 @@ class CudaSolver final : public StepSolver {
       side = std::max(side, double(distance(x[v], x_candidates_[v])));
     }
     return gone[0] + gone[1] > kUsed * room_ ||
-           (scene_.self_distance > 0.0 && 2.0 * gone[0] > kUsed * skin_room_);
+           (scene_.self_distance > 0.0 && 2.0 * std::max(gone[0], gone[1]) > kUsed * skin_room_);
   }
 
   static const StepStatus& status_of(const Batch& batch, int k) {

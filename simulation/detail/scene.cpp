@@ -157,14 +157,17 @@ void check_folds(const Scene& scene, double least_gap) {
       "simulation.self_contact = false");
 }
 
+// A slack skin folds where a bend or its wrinkles leave it too much length, and a wall where the
+// balloon pushes it together. A taut balloon and its wall keep apart from themselves.
 void add_self_contact(const SimulationOptions& options, Scene& scene) {
-  if (!options.self_contact) return;
+  const bool projected =
+      options.contact_model == ContactModel::paper || options.gas_model == GasModel::per_tet;
+  if (!options.self_contact || projected) return;
+  scene.has_folds = starts_in_folds(scene);
+  if (!scene.has_folds && !(scene.skin.relaxed && scene.wall_count > 0)) return;
   // Layers touch where their middles are a thickness apart.
   scene.self_distance = std::min(options.contact_distance_mm, scene.wall_mm);
-  if (starts_in_folds(scene))
-    check_folds(scene, 2.0 * kLeastGap * options.contact_distance_mm);
-  else
-    scene.self_distance = 0.0;
+  if (scene.has_folds) check_folds(scene, 2.0 * kLeastGap * options.contact_distance_mm);
 }
 
 Vec3 middle_of_box(const std::vector<Vec3>& points) {

@@ -42,8 +42,10 @@ struct Scene {
   SkinLaw<double> skin;        ///< [Pa]
   MooneyRivlin<double> folds;  ///< [Pa]; zero when the skin needs no help
   double wall_mm = 0.0;        ///< membrane thickness H
-  /// The balloon's contact with itself acts below this gap [mm]; 0: it is not looked for.
+  /// Contact of balloon and wall, each with itself, acts below this gap [mm]; 0: it is not looked
+  /// for.
   double self_distance = 0.0;
+  bool has_folds = false;  ///< layers of the balloon lie on each other at the start
 
   WallClusters clusters;
   std::vector<int> neighbor_begin;  ///< wall vertices, shape [wall_count + 1]

@@ -9,8 +9,8 @@
 /// those within `reach`, and bounds each vertex's motion until the next search:
 ///
 ///  - it may not pass a plane across the gap of any of its near pairs; the planes of a pair's two
-///    sides are 0.1 of the gap apart, and never less than kLeastGap of the contact distance, far
-///    above rounding: no gap becomes smaller;
+///    sides are 0.1 of the gap apart, and never less than the least gap, far above rounding: no gap
+///    becomes smaller;
 ///  - it may not go further than `travel` = (reach - contact distance) / 2, so that pairs that are
 ///    not near stay out of contact;
 ///  - a search counts only while what the balloon's vertices have gone since the candidates were
@@ -31,8 +31,10 @@ ANGIO_HOST_DEVICE inline Real abs_of(Real x) {
   return x < Real(0) ? -x : x;
 }
 
-/// The gap that motions leave, as a share of the contact distance.
-inline constexpr double kLeastGap = 0.005;
+/// The gap that motions leave, as a share of the contact distance; and between two parts of one
+/// surface, as a share of the gap below which they push: nothing presses as hard on a wall's ridge
+/// as the two sides of the ridge, and a normal must be known across an edge.
+inline constexpr double kLeastGap = 0.005, kOwnLeastGap = 0.05;
 
 /// What pairs stand for, so that two surfaces that lie on each other count once: the points of
 /// either surface for half its area each, less a tenth that the edge pairs stand for. Two meshes of
@@ -85,12 +87,14 @@ ANGIO_HOST_DEVICE inline Real inner_area(const StepView<Real>& s, const Candidat
   return Real(0.5 * kInnerFace) * norm(cross(p[2] - p[1], p[3] - p[1]));
 }
 
-/// A vertex's colour; those that do not move have none, -1.
+/// A vertex's colour on its surface; those that do not move have none, -1.
 template <class Real>
-ANGIO_HOST_DEVICE inline int balloon_color(const StepView<Real>& s, int v) {
-  if (v >= s.balloon_color_begin[s.balloon_colors]) return -1;
+ANGIO_HOST_DEVICE inline int color_of(const StepView<Real>& s, int v) {
+  const bool wall = v >= s.balloon_count;
+  const int* begin = wall ? s.wall_color_begin : s.balloon_color_begin;
+  if (v >= begin[wall ? s.wall_colors : s.balloon_colors]) return -1;
   int color = 0;
-  while (v >= s.balloon_color_begin[color + 1]) ++color;
+  while (v >= begin[color + 1]) ++color;
   return color;
 }
 
@@ -100,9 +104,9 @@ ANGIO_HOST_DEVICE inline void find_twins(const StepView<Real>& s, NearPair<Real>
   const int side_a = pair.edges ? 2 : 1;
   for (int i = 0; i < 4; ++i) pair.twin[i] = -1;
   for (int i = 0; i < side_a; ++i) {
-    const int color = balloon_color(s, pair.vertex[i]);
+    const int color = color_of(s, pair.vertex[i]);
     for (int k = side_a; k < 4 && color >= 0; ++k) {
-      if (balloon_color(s, pair.vertex[k]) != color) continue;
+      if (color_of(s, pair.vertex[k]) != color) continue;
       pair.twin[i] = short(k);
       pair.twin[k] = short(i);
     }
@@ -135,7 +139,9 @@ ANGIO_HOST_DEVICE inline bool approach(const StepView<Real>& s, const Candidate&
                   ? Real(kEdgeShare) * norm(p[1]) * norm(p[3] - p[2])
                   : Real(0.5) * Real(1.0 - kEdgesOfArea) * s.area[candidate.vertex[0]];
   const Real height = dot(pair.normal, closest_a);
-  const Real spare = Real(0.5) * (room - Real(kLeastGap) * s.contact_distance);
+  const Real least =
+      pair.skin ? Real(kOwnLeastGap) * pair.distance : Real(kLeastGap) * s.contact_distance;
+  const Real spare = Real(0.5) * (room - least);
   const Real share = Real(kShareOfGap) * room < spare ? Real(kShareOfGap) * room : spare;
   for (int i = 0; i < 4; ++i) {
     pair.vertex[i] = candidate.vertex[i];
@@ -340,6 +346,7 @@ ANGIO_HOST_DEVICE inline void add_contact(const StepView<Real>& s, int v, const 
     out.magnitude += share;
     const Vec3T<Real> friction = (-forces.rub * w) * forces.slip;
     out.force += (forces.normal * w) * n + friction;
+    if (pair.skin) out.own += (forces.normal * w) * n;
     out.friction += friction;
     // With a twin that moves at the same time: (a u + b v)^2 <= (|a| + |b|) (|a| u^2 + |b| v^2).
     const int twin = pair.twin[s.refs[r].corner];

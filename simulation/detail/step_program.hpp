@@ -82,7 +82,15 @@ inline constexpr int kLeastSweeps = 3;  // for what rests
 /// are near each other everywhere: searches are dear there, and the less travel the fewer pairs.
 inline constexpr int kPatience = 2, kFoldsPatience = 4;
 inline constexpr double kFoldsTravel = 0.25;  ///< of the contact distance
+inline constexpr double kMostTravel = 2.0;    ///< of the contact distance
+inline constexpr double kOwnTravel = 1.0;     ///< the most, where surfaces may meet themselves
 inline constexpr int kSweepsToTell = 4;       // for the lag to be known
+
+/// The most that a vertex goes between two searches, of the contact distance. Of scene or view.
+template <class Model>
+ANGIO_HOST_DEVICE inline double most_travel(const Model& model) {
+  return model.has_folds ? kFoldsTravel : model.self_distance > 0 ? kOwnTravel : kMostTravel;
+}
 
 template <class Real>
 ANGIO_HOST_DEVICE inline int last_of_balloon(const StepView<Real>& s) {
@@ -138,8 +146,8 @@ ANGIO_HOST_DEVICE inline void measure_areas(Team& team, const StepView<Real>& s)
 /// How far a vertex may go between two searches: by how far the fastest went in the last step.
 template <class Real, class Team>
 ANGIO_HOST_DEVICE inline double useful_travel(Team& team, const StepView<Real>& s) {
-  const double distance = s.contact_distance, steps[] = {0.5, 1.0, 2.0};
-  if (s.self_distance > Real(0)) return kFoldsTravel * distance;
+  const double distance = s.contact_distance, steps[] = {0.5, 1.0, most_travel(s)};
+  if (s.has_folds) return most_travel(s) * distance;
   double faster[2];
   team.template quick_sum<1, 2>(
       contact_vertex_count(s),
@@ -197,8 +205,9 @@ ANGIO_HOST_DEVICE inline bool search_pairs(Team& team, const StepView<Real>& s,
         side = far > side ? far : side;
       },
       gone);
-  // A thousandth for rounding. Both sides of the balloon's contact with itself are the balloon's.
-  const Real closer = Real(1.001 * (gone[0] + gone[1])), folds = Real(1.001 * 2.0 * gone[0]);
+  // A thousandth for rounding. Both sides of a surface's contact with itself are of that surface.
+  const Real closer = Real(1.001 * (gone[0] + gone[1])),
+             folds = Real(1.001 * 2.0 * (gone[0] > gone[1] ? gone[0] : gone[1]));
   const bool has_skin = s.self_distance > Real(0);
   status.halted = !(closer < s.candidate_reach - reach.others) ||
                   (has_skin && !(folds < s.skin_reach - reach.skin));
@@ -576,7 +585,7 @@ ANGIO_HOST_DEVICE inline bool run_sweeps(Team& team, const StepView<Real>& s,
   // A balloon alone has no mode that is slow.
   const bool leaps = Team::kSurroundings && s.wall_count > 0 && !s.paper_gas.is_on;
   if (leaps) mark_positions(team, s);
-  const int patience = s.self_distance > Real(0) ? kFoldsPatience : kPatience;
+  const int patience = s.has_folds ? kFoldsPatience : kPatience;
   while (report.sweeps < rules.most_sweeps) {
     if (status.blocked && status.since_search >= patience && !search_pairs(team, s, status))
       return false;
@@ -620,7 +629,7 @@ ANGIO_HOST_DEVICE inline void end_step(Team& team, const StepView<Real>& s,
         if (v >= s.balloon_count) {
           // Pairs across an edge pull aside against each other: what is left of them.
           s.contact_pressure[v - s.balloon_count] =
-              norm(f.force - f.friction - f.adhesion) / s.area[v];
+              norm(f.force - f.friction - f.adhesion - f.own) / s.area[v];
           return;
         }
         part[0] += f.touching_wall ? Real(1) : Real(0);

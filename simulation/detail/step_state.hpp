@@ -30,7 +30,7 @@ struct Candidate {
   int vertex[4]{};  ///< vertex, triangle; or edge, edge
   bool edges = false;
   bool inner = false;  ///< of the balloon and the shaft inside it
-  bool skin = false;   ///< of the balloon and itself
+  bool skin = false;   ///< of the balloon and itself, or the wall and itself
   float radius = 0;    ///< of the shaft there [mm]: it is taken off the gap
   float distance = 0;  ///< skin: contact acts below this gap [mm]
 };
@@ -133,7 +133,8 @@ struct StepView {
   Real outside_pressure = 0;    // [Pa], absolute
   Real contact_distance = 0;    // [mm]
   Real contact_range = 0;       // gap beyond which nothing acts [mm]
-  Real self_distance = 0;       // of the balloon with itself [mm]; 0: not looked for
+  Real self_distance = 0;       // of a surface with itself [mm]; 0: not looked for
+  bool has_folds = false;       // of the balloon, at the start
   Real contact_stiffness = 0;   // [Pa/mm]
   Real relaxation = Real(1.6);  // of vertices without contact
   Friction<Real> friction;
@@ -205,7 +206,7 @@ struct StepView {
   const Real* candidate_gap = nullptr;  // then [mm]
   Real* gone = nullptr;                 // [vertex] since then, or since the last search [mm]
   Real candidate_reach = 0;             // pairs nearer than this were candidates then [mm]
-  Real skin_reach = 0;                  // the same of the balloon with itself
+  Real skin_reach = 0;                  // the same of a surface with itself
   // Near pairs, each owner's and each vertex's from where its candidates begin
   NearPair<Real>* pairs = nullptr;
   int* owned_end = nullptr;
@@ -223,8 +224,9 @@ struct VertexForces {
   Mat3T<Real> hessian;   // [uN/mm]
   Vec3T<Real> friction;  // the part of `force` that is friction
   Vec3T<Real> adhesion;  // the part of `force` that is adhesion
-  Real contact{};        // sum of normal forces [uN]
-  Real magnitude{};      // sum of the lengths of the forces [uN]
+  Vec3T<Real> own;   // the part of `force` that is a surface's contact with itself; not gathered
+  Real contact{};    // sum of normal forces [uN]
+  Real magnitude{};  // sum of the lengths of the forces [uN]
   bool touching = false;
   bool touching_wall = false;
   bool taut = true;  // the skin all around

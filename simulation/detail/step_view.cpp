@@ -132,8 +132,9 @@ CandidateSet CandidateFinder::find(const std::vector<Vec3>& x, int lasted) {
     std::vector<Candidate> candidates = find_others(x);
     return index_candidates(x, std::move(candidates), reach_);
   }
-  // Folds use up their candidates far sooner than what is around them: of that a wide set is kept.
-  const double room = 2.0 * (kFoldsTravel + kFoldsSlack) * distance_, reach = range_ + room;
+  // Neighbours on a surface are near each other, layers everywhere: their candidates are used up
+  // far sooner than those of what is around, of which a wide set is kept.
+  const double room = 2.0 * (most_travel(scene_) + kOwnSlack) * distance_, reach = range_ + room;
   if (first_ || !(reach < reach_ - closed_at_most(x))) {
     others_ = find_others(x);
     x_others_ = x;
@@ -142,6 +143,7 @@ CandidateSet CandidateFinder::find(const std::vector<Vec3>& x, int lasted) {
   std::copy_if(others_.begin(), others_.end(), std::back_inserter(candidates),
                [&](const Candidate& c) { return gap_of(x, c) < reach; });
   add_skin_candidates(scene_, x, scene_.self_distance + room, candidates);
+  add_wall_candidates(scene_, x, scene_.self_distance + room, candidates);
   sort_candidates(candidates);
   CandidateSet set = index_candidates(x, std::move(candidates), reach);
   set.skin_reach = scene_.self_distance + room;

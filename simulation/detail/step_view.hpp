@@ -355,6 +355,7 @@ StepView<Real> make_view(const Scene& scene, const SimulationOptions& options, M
                    Real(kStickSpeed * options.frame_s)};
   view.contact_range = Real(contact_range(options));
   view.self_distance = Real(scene.self_distance);
+  view.has_folds = scene.has_folds;
   const bool paper = options.contact_model == ContactModel::paper;
   if (paper && scene.wall_count > 0) add_paper_view(scene, options, memory, view);
   if (!paper && options.adhesion_traction_kpa > 0.0 && scene.wall_count > 0) {
@@ -410,7 +411,7 @@ class CandidateFinder {
 
  private:
   static constexpr double kLeastSlack = 1.0, kMostSlack = 20.0;  // over the contact distance
-  static constexpr double kFoldsSlack = 1.5;  // layers are near each other everywhere
+  static constexpr double kOwnSlack = 1.5;                       // of pairs of one surface
 
   /// Pairs of the balloon with the wall and the guidewire, within `reach_`.
   [[nodiscard]] std::vector<Candidate> find_others(const std::vector<Vec3>& x);
@@ -423,7 +424,7 @@ class CandidateFinder {
   bool of_wall_;  // else only the guidewire's: the paper's contact has none
   int frames_, lasted_ = 0;
   bool first_ = true;
-  // With folds: the others as they were found last.
+  // With pairs of one surface: the others as they were found last.
   std::vector<Candidate> others_;
   std::vector<Vec3> x_others_;
 };
