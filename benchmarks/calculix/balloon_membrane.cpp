@@ -20,6 +20,7 @@
 ///
 ///     balloon_membrane write sphere|capsule FILE.inp     writes CalculiX's deck
 ///     balloon_membrane compare sphere|capsule FILE.dat   reads its displacements, solves, compares
+///     balloon_membrane solve sphere|capsule AROUND       prints mesh and solution
 ///
 /// CalculiX has no incompressible membrane: it gets a Mooney-Rivlin solid, nearly incompressible,
 /// of the same thickness. Half of the pressure pushes on its inner face, half pulls on its outer
@@ -208,6 +209,8 @@ int compare_sphere(const std::map<int, Vec3>& theirs) {
   return pass ? 0 : 1;
 }
 
+double capsule_pressure_mpa() { return testing::closed_tube(kStretch).load_mpa * kWall / kRadius; }
+
 // The capsule's meridian from its middle to its pole, in quadratic elements between every second
 // station. Nodes 3 i + 1, 2 and 3 are the inner face's, the middle's and the outer face's.
 class Meridian {
@@ -245,7 +248,7 @@ class Meridian {
     write_rubber(20000.0, file);
     for (int layer = 1; layer <= 3; ++layer)
       std::fprintf(file, "%d,2,2\n%d,1,1\n", layer, 3 * last + layer);
-    write_step(testing::closed_tube(kStretch).load_mpa * kWall / kRadius, "P4", "P2", file);
+    write_step(capsule_pressure_mpa(), "P4", "P2", file);
   }
 
   // Outward from the axis and along it, of the middle of the wall, at a distance along the
@@ -277,9 +280,8 @@ CapsuleDifference compare_capsule(const std::map<int, Vec3>& theirs, const Capsu
   const Meridian meridian;
   std::vector<Vec3> x;
   CapsuleDifference d;
-  d.converged = inflate(capsule.mesh, without_rigid_motion(capsule),
-                        testing::closed_tube(kStretch).load_mpa * kWall / kRadius, x)
-                    .converged;
+  d.converged =
+      inflate(capsule.mesh, without_rigid_motion(capsule), capsule_pressure_mpa(), x).converged;
   for (std::size_t v = 0; v < x.size(); ++v) {
     const Vec3 &p = capsule.mesh.vertices[v], u = x[v] - p;
     const double r = std::hypot(p.x, p.y), beyond = std::abs(p.z) - 0.5 * kLength;
@@ -328,6 +330,31 @@ int write(const std::string& shape, const std::string& path) {
   return std::fclose(file) == 0 ? 0 : 74;
 }
 
+// Mesh, fixed axes (sums of 1, 2, 4) and equilibrium, for another program on the same mesh
+// (benchmarks/fenicsx).
+int solve(const std::string& shape, int around, std::FILE* file) {
+  TriangleMesh mesh = sphere_mesh();
+  std::vector<char> fixed = testing::without_rigid_motion(mesh);
+  double pressure = sphere_pressure_mpa();
+  if (shape == "capsule") {
+    const Capsule capsule = make_capsule(kRadius, kLength, around);
+    mesh = capsule.mesh;
+    fixed = without_rigid_motion(capsule);
+    pressure = capsule_pressure_mpa();
+  }
+  std::vector<Vec3> x;
+  const bool converged = inflate(mesh, fixed, pressure, x).converged;
+  std::fprintf(file, "%zu %zu %.17g %.17g %.17g %.17g\n", x.size(), mesh.triangles.size(), kC1, kC2,
+               kWall, pressure);
+  for (std::size_t v = 0; v < x.size(); ++v) {
+    const Vec3 &p = mesh.vertices[v], &q = x[v];
+    std::fprintf(file, "%.17g %.17g %.17g %d %.17g %.17g %.17g\n", p.x, p.y, p.z, fixed[v] / 2, q.x,
+                 q.y, q.z);
+  }
+  for (const auto& [a, b, c] : mesh.triangles) std::fprintf(file, "%d %d %d\n", a, b, c);
+  return converged ? 0 : 1;
+}
+
 int compare(const std::string& shape, const std::string& path) {
   const auto theirs = read_displacements(path);
   return shape == "sphere" ? compare_sphere(theirs) : compare_capsule(theirs);
@@ -343,8 +370,11 @@ int main(int count, char** arguments) {
       if (words[0] == "write") return angio::simulation::write(words[1], words[2]);
       if (words[0] == "compare") return angio::simulation::compare(words[1], words[2]);
     }
+    if (words.size() == 3 && words[0] == "solve")
+      return angio::simulation::solve(words[1], std::stoi(words[2]), stdout);
     std::fprintf(stderr,
-                 "usage: balloon_membrane write|compare sphere|capsule FILE.inp|FILE.dat\n");
+                 "usage: balloon_membrane write|compare sphere|capsule FILE.inp|FILE.dat\n"
+                 "       balloon_membrane solve sphere|capsule AROUND\n");
     return 64;
   } catch (const std::exception& error) {
     std::fprintf(stderr, "%s\n", error.what());
