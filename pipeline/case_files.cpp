@@ -239,8 +239,10 @@ void write_frame(const fs::path& frames_folder, const simulation::SimulationMode
 FrameShape read_frame(const fs::path& frames_folder, int frame) {
   const viewer::SurfaceData wall =
       viewer::read_surface(frames_folder / frame_file("vessel", frame));
+  const fs::path guidewire = frames_folder / frame_file("guidewire", frame);
   return {viewer::read_surface(frames_folder / frame_file("balloon", frame)).mesh, wall.mesh,
-          find_array(wall.point_arrays, "contact_pressure").values};
+          find_array(wall.point_arrays, "contact_pressure").values,
+          fs::exists(guidewire) ? viewer::read_polylines(guidewire).points : std::vector<Vec3>()};
 }
 
 const char* const kTimeSeriesHeader =

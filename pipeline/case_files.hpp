@@ -40,6 +40,7 @@ struct FrameShape {
   TriangleMesh balloon;
   TriangleMesh wall;
   std::vector<double> contact_pressure_kpa;
+  std::vector<Vec3> guidewire;  ///< where it moves; otherwise it stays where meshing has put it
 };
 FrameShape read_frame(const std::filesystem::path& frames_folder, int frame);
 

@@ -192,12 +192,17 @@ void read_profiles(const fs::path& file, viewer::DiameterProfile& before,
   }
 }
 
+viewer::Moment read_moment(const CaseFolder& case_folder, std::string title, int frame) {
+  FrameShape shape = read_frame(case_folder.path("simulation/frames"), frame);
+  if (shape.guidewire.empty())
+    shape.guidewire = viewer::read_polylines(case_folder.path("meshing/guidewire.vtp")).points;
+  return {std::move(title), std::move(shape.balloon), std::move(shape.wall),
+          std::move(shape.contact_pressure_kpa), std::move(shape.guidewire)};
+}
+
 std::vector<viewer::Moment> read_moments(const CaseFolder& case_folder, const json& summary) {
-  const fs::path frames = case_folder.path("simulation/frames");
   const auto moment = [&](std::string title, int frame) {
-    FrameShape shape = read_frame(frames, frame);
-    return viewer::Moment{std::move(title), std::move(shape.balloon), std::move(shape.wall),
-                          std::move(shape.contact_pressure_kpa)};
+    return read_moment(case_folder, std::move(title), frame);
   };
   const double peak_pressure = summary.at("balloon").at("peak_pressure_atm").get<double>();
   return {moment("Before", 0),
@@ -224,10 +229,8 @@ std::vector<viewer::Moment> read_sequence(const CaseFolder& case_folder, const j
     const double place =
         i <= kToPeak ? peak * i / kToPeak : peak + (last - peak) * (i - kToPeak) / kToEnd;
     const viewer::FrameTime& at = frames[std::size_t(std::lround(place))];
-    FrameShape shape = read_frame(case_folder.path("simulation/frames"), at.frame);
-    sequence.push_back({fmt::format("({}) {:.3f} s", char('a' + i), at.time_s),
-                        std::move(shape.balloon), std::move(shape.wall),
-                        std::move(shape.contact_pressure_kpa)});
+    sequence.push_back(
+        read_moment(case_folder, fmt::format("({}) {:.3f} s", char('a' + i), at.time_s), at.frame));
   }
   return sequence;
 }

@@ -31,6 +31,7 @@ struct Moment {
   TriangleMesh balloon;
   TriangleMesh wall;                         ///< the region that moved
   std::vector<double> contact_pressure_kpa;  ///< per wall vertex
+  std::vector<Vec3> guidewire;               ///< nodes inside the balloon; may be empty
 };
 
 /// A state of the seed paper's cloth, which lies in the plane z = 0.

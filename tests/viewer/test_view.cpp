@@ -111,12 +111,14 @@ TEST(CaseData, FramesAndTheirRowsAreFound) {
 
 TEST(CaseData, CollectionNamesAreUnescapedAndDamageIsRefused) {
   const TemporaryFolder folder;
-  write_collection(folder / "a.pvd",
-                   {{0.5, 0, "a&b/balloon_000007.vtp"}, {0.5, 1, "a&b/vessel_000007.vtp"}});
+  write_collection(folder / "a.pvd", {{0.5, 0, "a&b/balloon_000007.vtp"},
+                                      {0.5, 1, "a&b/vessel_000007.vtp"},
+                                      {0.5, 3, "a&b/guidewire_000007.vtp"}});
   const auto frames = detail::read_frame_list(folder / "a.pvd");
   ASSERT_EQ(frames.size(), 1u);
   EXPECT_EQ(frames[0].frame, 7);
   EXPECT_EQ(frames[0].balloon, folder / "a&b/balloon_000007.vtp");
+  EXPECT_EQ(frames[0].guidewire, folder / "a&b/guidewire_000007.vtp");
   write_text_atomically(folder / "b.pvd", "<DataSet file=\"balloon_1.vtp\"/>");
   EXPECT_THROW(detail::read_frame_list(folder / "b.pvd"), InputError);
 }

@@ -113,6 +113,10 @@ CaseData read_case(const fs::path& folder) {
   if (fs::exists(lines, ignored)) data.paths = read_paths(lines);
   const fs::path collection = folder / "simulation" / "simulation.pvd";
   if (fs::exists(collection, ignored)) data.frames = read_frame_list(collection);
+  const fs::path still_wire = folder / "meshing" / "guidewire.vtp";
+  if (fs::exists(still_wire, ignored))
+    for (FrameFiles& frame : data.frames)
+      if (frame.guidewire.empty()) frame.guidewire = still_wire;
   const fs::path table = folder / "simulation" / "timeseries.csv";
   if (fs::exists(table, ignored)) data.series = read_time_series(table);
   return data;
@@ -135,6 +139,7 @@ std::vector<FrameFiles> read_frame_list(const fs::path& collection) {
     frame.time_s = *time;
     if (name.starts_with("balloon")) frame.balloon = collection.parent_path() / file;
     if (name.starts_with("vessel")) frame.vessel = collection.parent_path() / file;
+    if (name.starts_with("guidewire")) frame.guidewire = collection.parent_path() / file;
   }
   std::vector<FrameFiles> list;
   for (auto& [number, frame] : frames)

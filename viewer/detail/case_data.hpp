@@ -19,6 +19,7 @@ struct FrameFiles {
   double time_s = 0.0;
   std::filesystem::path balloon;
   std::filesystem::path vessel;
+  std::filesystem::path guidewire;  ///< where it lies in all frames, if it does not move
 };
 
 struct CaseData {

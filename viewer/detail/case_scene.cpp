@@ -165,8 +165,11 @@ void CaseScene::show_frame(std::size_t index) {
   const FrameFiles& files = data_.frames[index];
   const SurfaceData vessel = read_surface(files.vessel);
   contact_pressure_kpa_ = pressure_of(vessel);
-  move(balloon_, renderer_,
-       make_surface(read_surface(files.balloon).mesh, {colors::kBalloon, 1.0}));
+  for (const auto& actor : balloon_) renderer_->RemoveActor(actor);
+  balloon_ = make_balloon(
+      read_surface(files.balloon).mesh,
+      files.guidewire.empty() ? std::vector<Vec3>() : read_polylines(files.guidewire).points);
+  for (const auto& actor : balloon_) renderer_->AddActor(actor);
   move(wall_, renderer_, make_surface(vessel.mesh, {colors::kLumen, 0.38}));
   if (shows_pressure_) color_wall();
   status_->SetInput(describe_frame(data_, files).c_str());

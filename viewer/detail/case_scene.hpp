@@ -49,7 +49,8 @@ class CaseScene {
   std::unique_ptr<ScaleBar> scale_bar_;
   std::vector<vtkSmartPointer<vtkActor>> slices_;
   std::vector<vtkSmartPointer<vtkActor>> lines_;
-  vtkSmartPointer<vtkActor> lumen_, wall_, balloon_;
+  vtkSmartPointer<vtkActor> lumen_, wall_;
+  std::vector<vtkSmartPointer<vtkActor>> balloon_;  ///< and its guidewire
   vtkSmartPointer<vtkTextActor> status_;
   vtkSmartPointer<vtkColorTransferFunction> pressure_colors_;  ///< up to the highest at peak
   std::vector<vtkSmartPointer<vtkProp>> color_bar_;

@@ -183,8 +183,8 @@ std::vector<Figure> draw_moments(const ReportContent& content) {
   const CloseUp close_up(content);
   for (const Moment& moment : content.moments) {
     const auto renderer = make_stage();
-    if (!moment.balloon.triangles.empty())
-      renderer->AddActor(make_surface(moment.balloon, {colors::kBalloon, 1.0}));
+    for (const auto& actor : make_balloon(moment.balloon, moment.guidewire))
+      renderer->AddActor(actor);
     renderer->AddActor(make_surface(moment.wall, {colors::kLumen, 0.25}));
     figures.push_back({"close_up_" + std::to_string(figures.size() + 1) + ".png", moment.title,
                        render_close_up(renderer, close_up, kBarStrip)});
@@ -203,7 +203,8 @@ std::vector<Figure> draw_sequence(const ReportContent& content) {
   const double aspect = double(panel_width) / panel_height;
   for (const Moment& moment : content.sequence) {
     const auto renderer = make_stage();
-    renderer->AddActor(make_surface(moment.balloon, {colors::kBalloon, 1.0}));
+    for (const auto& actor : make_balloon(moment.balloon, moment.guidewire))
+      renderer->AddActor(actor);
     const auto wall = make_surface(moment.wall, {colors::kLumen, 1.0});
     color_by_translucent(wall, moment.contact_pressure_kpa, map);
     renderer->AddActor(wall);
@@ -223,7 +224,8 @@ std::vector<Figure> draw_sequence(const ReportContent& content) {
       std::max(close_up.frame.half_height_mm, close_up.frame.half_width_mm / aspect);
   sheet.add_strip(strip, kStrip, 2.0 * half_height / panel_height);
   return {{"sequence.png",
-           "The balloon (blue) in the vessel from its insertion to the end of its deflation; the "
+           "The balloon (blue, its guidewire dark) in the vessel from its insertion to the end of "
+           "its deflation; the "
            "wall's colour is the pressure of the balloon on it.",
            sheet.take()}};
 }

@@ -146,6 +146,18 @@ vtkSmartPointer<vtkActor> make_tube(const std::vector<Vec3>& points, double radi
   return actor;
 }
 
+std::vector<vtkSmartPointer<vtkActor>> make_balloon(const TriangleMesh& balloon,
+                                                    const std::vector<Vec3>& guidewire) {
+  constexpr double kWireRadius = 0.18;  // [mm], a wire of 0.014 inch
+  constexpr double kTranslucent = 0.55;
+  std::vector<vtkSmartPointer<vtkActor>> actors;
+  const bool has_wire = guidewire.size() > 1;
+  if (has_wire) actors.push_back(make_tube(guidewire, kWireRadius, colors::kGuidewire));
+  if (!balloon.triangles.empty())
+    actors.push_back(make_surface(balloon, {colors::kBalloon, has_wire ? kTranslucent : 1.0}));
+  return actors;
+}
+
 vtkSmartPointer<vtkColorTransferFunction> make_pressure_colors(double high) {
   auto map = vtkSmartPointer<vtkColorTransferFunction>::New();
   map->SetColorSpaceToLab();

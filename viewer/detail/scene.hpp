@@ -24,6 +24,7 @@ namespace colors {
 inline constexpr Rgb kLumen{196, 78, 70};
 inline constexpr Rgb kSurroundings{170, 160, 158};
 inline constexpr Rgb kBalloon{45, 130, 225};
+inline constexpr Rgb kGuidewire{38, 40, 46};
 inline constexpr Rgb kCloth{214, 222, 232};
 inline constexpr Rgb kCenterline{60, 190, 120};
 inline constexpr Rgb kInk{40, 44, 52};
@@ -49,6 +50,10 @@ void color_by_translucent(vtkActor* actor, const std::vector<double>& values,
 /// A line drawn as a tube.
 vtkSmartPointer<vtkActor> make_tube(const std::vector<Vec3>& points, double radius_mm,
                                     const Rgb& color);
+
+/// A balloon, translucent around its guidewire if there is one, and that.
+std::vector<vtkSmartPointer<vtkActor>> make_balloon(const TriangleMesh& balloon,
+                                                    const std::vector<Vec3>& guidewire);
 
 /// From light grey at 0 over yellow and red to dark red at `high`.
 vtkSmartPointer<vtkColorTransferFunction> make_pressure_colors(double high);
