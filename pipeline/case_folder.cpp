@@ -59,6 +59,7 @@ json to_json(const StageRecord& record) {
           {"seconds", record.seconds},
           {"peak_memory_mib", record.peak_memory_mib},
           {"solver_seconds", record.solver_seconds},
+          {"time_split_s", record.time_split},
           {"inputs", record.inputs},
           {"outputs", record.outputs},
           {"warnings", record.warnings}};
@@ -71,6 +72,7 @@ StageRecord stage_from_json(const json& node) {
   record.seconds = node.value("seconds", 0.0);
   record.peak_memory_mib = node.value("peak_memory_mib", 0.0);
   record.solver_seconds = node.value("solver_seconds", 0.0);
+  record.time_split = node.value("time_split_s", std::map<std::string, double>{});
   record.inputs = node.value("inputs", std::map<std::string, std::string>{});
   record.outputs = node.value("outputs", std::map<std::string, std::string>{});
   record.warnings = node.value("warnings", std::vector<std::string>{});

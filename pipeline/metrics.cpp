@@ -40,9 +40,11 @@ json empty_metrics() {
 json positive_or_null(double value) { return value > 0.0 ? json(value) : json(nullptr); }
 
 void add_timing(json& simulation, const RunRecord& record) {
-  const double wall_s = record.stages.at(Stage::simulation).solver_seconds;
+  const StageRecord& stage = record.stages.at(Stage::simulation);
+  const double wall_s = stage.solver_seconds;
   if (wall_s <= 0.0) return;
   simulation["wall_s"] = wall_s;
+  simulation["time_split_s"] = stage.time_split;
   simulation["frames_per_second"] = simulation["frame_count"].get<double>() / wall_s;
   simulation["real_time_factor"] = simulation["simulated_s"].get<double>() / wall_s;
 }

@@ -168,7 +168,8 @@ json summary_json(const StageWork& work, const json& lesion,
             {"inverted_air_tets", summary.inverted_air_tets},
             {"air_flips", summary.flip_count},
             {"air_rebuilds", summary.air_rebuild_count},
-            {"frames_without_air", summary.frames_without_air}}}};
+            {"frames_without_air", summary.frames_without_air},
+            {"mean_sweeps", summary.mean_sweeps}}}};
 }
 
 /// A table that an earlier stage wrote; the first row is the header.
@@ -238,7 +239,7 @@ std::vector<viewer::Moment> read_sequence(const CaseFolder& case_folder, const j
 /// The metrics without the times, so that the same input gives the same report.
 json repeatable_metrics(const StageWork& work) {
   json metrics = collect_metrics(work.case_folder, work.config, work.record);
-  for (const char* key : {"wall_s", "frames_per_second", "real_time_factor"})
+  for (const char* key : {"wall_s", "time_split_s", "frames_per_second", "real_time_factor"})
     metrics["simulation"].erase(key);
   return metrics;
 }
@@ -280,6 +281,12 @@ void do_simulation(StageWork& work) {
   work.record.backend = summary.backend;
   work.record.device = summary.device;
   work.record.stages[Stage::simulation].solver_seconds = summary.wall_s;
+  const simulation::TimeSplit& time = summary.time;
+  work.record.stages[Stage::simulation].time_split = {{"solver", time.solver},
+                                                      {"air", time.air},
+                                                      {"outputs", time.outputs},
+                                                      {"files", time.files},
+                                                      {"waiting", time.waiting}};
 
   const CenterlineTree tree = read_centerlines(work.case_folder.path("centerline/centerlines.vtp"));
   const CenterlinePath& path = path_of(tree, lesion.at("centerline_id").get<int>());

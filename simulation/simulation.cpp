@@ -6,6 +6,7 @@
 #include <cstdio>
 #include <string>
 
+#include "core/beside.hpp"
 #include "core/error.hpp"
 #include "core/units.hpp"
 #include "simulation/detail/adaptive_air.hpp"
@@ -69,9 +70,8 @@ void add_solid(const Scene& scene, const State& state, SimulationFrame& frame) {
   frame.plastic_strain = for_caller(scene, scene.balloon_count, plastic);
 }
 
-SimulationFrame make_frame(const SimulationModel& model, const Scene& scene, const State& state,
-                           double outside) {
-  SimulationFrame frame;
+void add_state(const SimulationModel& model, const Scene& scene, const State& state, double outside,
+               SimulationFrame& frame) {
   frame.pressure_atm = units::atm_from_pascal(state.pressure - outside);
   frame.balloon_volume_mm3 = state.volume;
   frame.balloon_diameter_mm =
@@ -101,7 +101,6 @@ SimulationFrame make_frame(const SimulationModel& model, const Scene& scene, con
   frame.viscous_delta_mm = state.report.viscous_delta;
   frame.contact_count = state.report.contact_count;
   frame.contact_area_mm2 = contact_area(scene, state);
-  return frame;
 }
 
 void add_air(AdaptiveAir& air, SimulationFrame& frame) {
@@ -173,6 +172,19 @@ void add_warnings(const SimulationOptions& options, int slow_frames, SimulationS
   }
 }
 
+// Adds the time of a piece of work to `sum` [s].
+template <class Work>
+auto timed(double& sum, const Work& work) {
+  struct Stopwatch {
+    double& sum;
+    std::chrono::steady_clock::time_point begin = std::chrono::steady_clock::now();
+    ~Stopwatch() {
+      sum += std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+    }
+  } stopwatch{sum};
+  return work();
+}
+
 // A run on one backend, from the start.
 class Run {
  public:
@@ -215,23 +227,45 @@ class Run {
     int slow_frames = 0;
     AdaptiveAir air = make_air(model_, scene_);
     solver->search_in(air);
-    solver->run(inflator, [&](int frame, const State& state) {
-      SimulationFrame output = make_frame(model_, scene_, state, outside);
-      air.follow(state.x);
+    const auto follow = [&](const State& state, SimulationFrame& output) {
+      timed(summary.time.air, [&] { air.follow(state.x); });
       add_air(air, output);
-      solver->set_air(air.topology().tets());
       summary.frames_without_air += scene_.air.empty() || air.is_whole() ? 0 : 1;
-      output.frame = frame;
-      output.time_s = frame * options_.frame_s;
-      output.phase = inflator.phase(frame);
+    };
+    const auto deliver = [&](const State& state, SimulationFrame& output) {
+      timed(summary.time.outputs, [&] { add_state(model_, scene_, state, outside, output); });
       slow_frames += output.residual > kWarnResidual ? 1 : 0;
       summary.open_frames += output.sweep_count >= most_sweeps ? 1 : 0;
       summarize(output, summary);
-      if (frame < delivered_) return;  // by a backend that failed later
+      if (output.frame < delivered_) return;  // by a backend that failed later
       ++delivered_;
-      if (on_frame_) on_frame_(output);
-      progress_.report(double(frame + 1) / inflator.frame_count(), name(output.phase));
+      if (on_frame_) timed(summary.time.files, [&] { on_frame_(output); });
+    };
+    Beside delivery;
+    double whole = 0.0, taken = 0.0;
+    const auto take = [&](int frame, const State& state) {
+      SimulationFrame output;
+      output.frame = frame;
+      output.time_s = frame * options_.frame_s;
+      output.phase = inflator.phase(frame);
+      if (!gpu) {  // which searches in a copy of the air
+        follow(state, output);
+        solver->set_air(air.topology().tets());
+      }
+      timed(summary.time.waiting, [&] { delivery.wait(); });
+      delivery.run([&, state, output = std::move(output)]() mutable {
+        if (gpu) follow(state, output);
+        deliver(state, output);
+      });
+      progress_.report(double(frame + 1) / inflator.frame_count(), name(inflator.phase(frame)));
+    };
+    timed(whole, [&] {
+      solver->run(inflator, [&](int frame, const State& state) {
+        timed(taken, [&] { take(frame, state); });
+      });
     });
+    delivery.wait();
+    summary.time.solver = whole - taken;
     summary.mean_sweeps /= std::max(1, summary.frame_count - 1);
     summary.warnings = scene_.solid.warnings;
     add_warnings(options_, slow_frames, summary);

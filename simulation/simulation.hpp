@@ -218,12 +218,22 @@ struct SimulationFrame {
   std::vector<WallStress> wall_stress;  ///< of the solid's wedges
 };
 
+/// Where the time of a run goes [s].
+struct TimeSplit {
+  double solver = 0.0;   ///< steps and the search for contact
+  double air = 0.0;      ///< the air mesh follows; on a GPU beside the solver
+  double outputs = 0.0;  ///< a frame's fields and measures, beside the solver
+  double files = 0.0;    ///< in on_frame, beside the solver
+  double waiting = 0.0;  ///< of the solver for what is done beside it
+};
+
 struct SimulationSummary {
   std::string backend;  ///< "cpu" or "cuda"
   std::string device;   ///< processor or GPU name
   int frame_count = 0;
   double simulated_s = 0.0;
   double wall_s = 0.0;
+  TimeSplit time;
   double peak_pressure_atm = 0.0;
   double peak_diameter_mm = 0.0;
   int peak_frame = 0;
@@ -238,7 +248,8 @@ struct SimulationSummary {
   std::vector<std::string> warnings;
 };
 
-/// Inflates, holds, deflates. `on_frame` gets every frame in order.
+/// Inflates, holds, deflates. `on_frame` gets every frame in order, while the next one is computed:
+/// from another thread, one call at a time, all of them before this returns.
 SimulationSummary simulate(const SimulationModel& model, const SimulationOptions& options,
                            const std::function<void(const SimulationFrame&)>& on_frame,
                            const Progress& progress = {});

@@ -73,6 +73,52 @@ bool meet(const Extent& a, const Extent& b) {
   return true;
 }
 
+// The boxes of a surface's triangles, in ascending order along the longest side of all of them.
+class SortedExtents {
+ public:
+  SortedExtents(const std::vector<Triangle>& triangles, const std::vector<Vec3>& x)
+      : all_{{kFar, kFar, kFar}, {-kFar, -kFar, -kFar}}, order_(triangles.size()) {
+    std::vector<Extent> extents;
+    for (const Triangle& t : triangles) {
+      extents.push_back(extent_of(corners_of(x, t)));
+      for (int k = 0; k < 3; ++k) {
+        all_.low[k] = std::min(all_.low[k], extents.back().low[k]);
+        all_.high[k] = std::max(all_.high[k], extents.back().high[k]);
+      }
+    }
+    const Vec3 size = all_.high - all_.low;
+    for (int k = 1; k < 3; ++k)
+      if (size[k] > size[axis_]) axis_ = k;
+    std::iota(order_.begin(), order_.end(), std::size_t(0));
+    std::sort(order_.begin(), order_.end(), [&](std::size_t a, std::size_t b) {
+      return std::pair(extents[a].low[axis_], a) < std::pair(extents[b].low[axis_], b);
+    });
+    for (const std::size_t t : order_) {
+      extents_.push_back(extents[t]);
+      longest_ = std::max(longest_, extents[t].high[axis_] - extents[t].low[axis_]);
+    }
+  }
+
+  // Calls body(triangle) for those whose boxes meet the given one.
+  template <class Body>
+  void for_meeting(const Extent& box, const Body& body) const {
+    if (!meet(box, all_)) return;
+    const double first = box.low[axis_] - longest_;
+    auto at = std::lower_bound(extents_.begin(), extents_.end(), first,
+                               [&](const Extent& e, double low) { return e.low[axis_] < low; });
+    for (; at != extents_.end() && at->low[axis_] <= box.high[axis_]; ++at)
+      if (meet(box, *at)) body(order_[std::size_t(at - extents_.begin())]);
+  }
+
+ private:
+  static constexpr double kFar = std::numeric_limits<double>::max();
+  Extent all_;
+  int axis_ = 0;
+  double longest_ = 0.0;
+  std::vector<std::size_t> order_;
+  std::vector<Extent> extents_;  // in that order
+};
+
 // Points of a slab in its cross-section, from its centre.
 struct Section {
   std::vector<std::array<double, 2>> points;
@@ -146,69 +192,42 @@ double section_diameter(const Scene& scene, const std::vector<Vec3>& x, const Ve
 double lumen_mld(const Scene& scene, const std::vector<Vec3>& x) {
   const int count = scene.clusters.count();
   std::vector<double> radius(std::size_t(count), std::numeric_limits<double>::max());
-  for (int c = 0; c < count; ++c)
+  parallel_for_uneven(count, [&](std::ptrdiff_t c) {
     if (scene.clusters.ring[std::size_t(c)])
-      radius[std::size_t(c)] = inscribed_radius(section_of(scene, x, c));
+      radius[std::size_t(c)] = inscribed_radius(section_of(scene, x, int(c)));
+  });
   const auto least = std::min_element(radius.begin(), radius.end());
   return least == radius.end() || *least == std::numeric_limits<double>::max() ? 0.0 : 2.0 * *least;
 }
 
 double max_penetration(const Scene& scene, const std::vector<Vec3>& x) {
-  const std::size_t balloon_count = scene.balloon_triangles.size();
-  std::vector<Extent> extents(balloon_count);
-  for (std::size_t b = 0; b < balloon_count; ++b)
-    extents[b] = extent_of(corners_of(x, scene.balloon_triangles[b]));
-  Extent all{{1e300, 1e300, 1e300}, {-1e300, -1e300, -1e300}};
-  for (const Extent& e : extents)
-    for (int k = 0; k < 3; ++k) {
-      all.low[k] = std::min(all.low[k], e.low[k]);
-      all.high[k] = std::max(all.high[k], e.high[k]);
-    }
+  const SortedExtents balloon(scene.balloon_triangles, x);
   std::vector<double> depth(scene.wall_triangles.size(), 0.0);
   parallel_for(std::ptrdiff_t(depth.size()), [&](std::ptrdiff_t i) {
     const Corners wall = corners_of(x, scene.wall_triangles[std::size_t(i)]);
-    const Extent extent = extent_of(wall);
-    if (!meet(extent, all)) return;
-    for (std::size_t b = 0; b < balloon_count; ++b) {
-      if (!meet(extent, extents[b])) continue;
-      const Corners balloon = corners_of(x, scene.balloon_triangles[b]);
-      if (triangles_cross(wall, balloon))
-        depth[std::size_t(i)] =
-            std::max(depth[std::size_t(i)],
-                     std::min(depth_along(wall, balloon), depth_along(balloon, wall)));
-    }
+    balloon.for_meeting(extent_of(wall), [&](std::size_t b) {
+      const Corners corners = corners_of(x, scene.balloon_triangles[b]);
+      if (!triangles_cross(wall, corners)) return;
+      depth[std::size_t(i)] = std::max(
+          depth[std::size_t(i)], std::min(depth_along(wall, corners), depth_along(corners, wall)));
+    });
   });
   return depth.empty() ? 0.0 : *std::max_element(depth.begin(), depth.end());
 }
 
 int self_crossing_count(const std::vector<Triangle>& triangles, const std::vector<Vec3>& x) {
-  std::vector<std::size_t> order(triangles.size());
-  std::iota(order.begin(), order.end(), std::size_t(0));
-  std::vector<Extent> extents;
-  for (const Triangle& t : triangles) extents.push_back(extent_of(corners_of(x, t)));
-  Extent all = extents.front();
-  for (const Extent& e : extents)
-    for (int k = 0; k < 3; ++k) {
-      all.low[k] = std::min(all.low[k], e.low[k]);
-      all.high[k] = std::max(all.high[k], e.high[k]);
-    }
-  int axis = 0;  // along the longest side of the box, few overlap
-  for (int k = 1; k < 3; ++k)
-    if (all.high[k] - all.low[k] > all.high[axis] - all.low[axis]) axis = k;
-  std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
-    return std::pair(extents[a].low[axis], a) < std::pair(extents[b].low[axis], b);
-  });
-  std::vector<int> count(order.size(), 0);
-  parallel_for_uneven(std::ptrdiff_t(order.size()), [&](std::ptrdiff_t i) {
-    const std::size_t a = order[std::size_t(i)];
-    for (std::size_t k = std::size_t(i) + 1; k < order.size(); ++k) {
-      const std::size_t b = order[k];
-      if (extents[b].low[axis] > extents[a].high[axis]) break;
-      if (!meet(extents[a], extents[b])) continue;
-      const Triangle &s = triangles[a], &t = triangles[b];
-      if (std::find_first_of(s.begin(), s.end(), t.begin(), t.end()) != s.end()) continue;
-      if (triangles_cross(corners_of(x, s), corners_of(x, t))) ++count[std::size_t(i)];
-    }
+  const SortedExtents extents(triangles, x);
+  std::vector<int> count(triangles.size(), 0);
+  parallel_for_uneven(std::ptrdiff_t(triangles.size()), [&](std::ptrdiff_t i) {
+    const Triangle& s = triangles[std::size_t(i)];
+    const Corners corners = corners_of(x, s);
+    extents.for_meeting(extent_of(corners), [&](std::size_t other) {
+      const Triangle& t = triangles[other];
+      if (std::ptrdiff_t(other) <= i ||
+          std::find_first_of(s.begin(), s.end(), t.begin(), t.end()) != s.end())
+        return;
+      if (triangles_cross(corners, corners_of(x, t))) ++count[std::size_t(i)];
+    });
   });
   return std::accumulate(count.begin(), count.end(), 0);
 }
