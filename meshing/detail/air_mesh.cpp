@@ -120,7 +120,7 @@ TetrahedralizeResult tetrahedralize_gap(const std::vector<Vec3>& vertices,
 }
 
 TetMesh mesh_gap_with_points(const TriangleMesh& inner, const GapBoundary& gap, const Vec3& hole) {
-  constexpr double kLimit = 20.0;  // [s]
+  constexpr double kLimit = 5.0;  // [s]; it takes a tenth
   const Surfaces surfaces = surfaces_of(inner, gap);
   for (int attempt = 0; attempt < kJitterAttempts; ++attempt) {
     std::vector<Vec3> with_hole = surfaces.vertices;

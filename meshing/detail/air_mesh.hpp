@@ -32,7 +32,8 @@ struct TetrahedralizeResult {
 /// @param vertices      of both bodies [mm]
 /// @param triangles     of both bodies
 /// @param hole          a point inside the inner body
-/// @throws InternalError if TetGen fails, crashes or takes longer than `limit_s` seconds
+/// @throws InternalError if TetGen fails, crashes or takes more than `limit_s` seconds of
+/// processor time
 TetrahedralizeResult tetrahedralize_gap(const std::vector<Vec3>& vertices,
                                         const std::vector<Triangle>& triangles, const Vec3& hole,
                                         double limit_s = 120.0);

@@ -21,7 +21,8 @@ struct TetgenInput {
 ///
 /// Source: Si, "TetGen, a Delaunay-based quality tetrahedral mesh generator", ACM TOMS 41 (2015)
 /// @return the input's vertices first, then added ones; tetrahedra may be left-handed
-/// @throws InternalError if TetGen fails, crashes or takes longer than `limit_s` seconds
+/// @throws InternalError if TetGen fails, crashes or takes more than `limit_s` seconds of
+/// processor time
 TetMesh run_tetgen(const TetgenInput& input, double limit_s);
 
 }  // namespace angio::meshing::detail

@@ -11,18 +11,18 @@
 namespace angio::simulation::detail {
 namespace {
 
-constexpr double kGood = 0.3;       // quality that needs no work
-constexpr double kFallen = 0.7;     // share of the quality at the last work: to be worked on again
-constexpr double kLeastStep = 0.3;  // of a motion
-constexpr int kMostRounds = 4;      // of mending
-constexpr int kMostHollow = 30;     // tets taken out to be filled over the same vertices
-constexpr int kMostSteps = 300;     // of that search
-constexpr int kMostAround = 80;     // tets taken out around a new point
-constexpr int kEnough = 3;          // places for a point, of which the best is taken
-constexpr int kLongestPause = 32;   // motions without a mesh, after building one has failed
-constexpr int kMostMends = 16;      // places a round
-constexpr int kMostTries = 3;       // steps of a motion
-constexpr int kPatience = 8;        // motions between two attempts to do without a point
+constexpr double kGood = 0.3;        // quality that needs no work
+constexpr double kFallen = 0.7;      // share of the quality at the last work: to be worked on again
+constexpr double kLeastStep = 0.03;  // of a motion
+constexpr int kMostRounds = 4;       // of mending
+constexpr int kMostHollow = 30;      // tets taken out to be filled over the same vertices
+constexpr int kMostSteps = 300;      // of that search
+constexpr int kMostAround = 80;      // tets taken out around a new point
+constexpr int kEnough = 8;           // places for a point, of which the best is taken
+constexpr int kLongestPause = 32;    // motions without a mesh, after building one has failed
+constexpr int kMostMends = 16;       // places a round
+constexpr int kMostTries = 24;       // steps of a motion
+constexpr int kPatience = 8;         // motions between two attempts to do without a point
 
 Triangle ascending(Triangle t) {
   std::sort(t.begin(), t.end());
@@ -109,19 +109,18 @@ void AdaptiveAir::follow(const std::vector<Vec3>& x) {
   pause_ = std::min(2 * pause_, kLongestPause);
 }
 
-// Straight to the end; where that leaves an inverted tet, in steps, and after some of them straight
-// to the end whatever it leaves. Where a mesh can be built anew that costs less than steps.
+// Straight to the end; where that leaves an inverted tet, in shorter steps, with fewer of them at a
+// time; and after some of them straight to the end whatever it leaves.
 void AdaptiveAir::adapt(const std::vector<Vec3>& x) {
-  const int most_tries = rebuild_ ? 1 : kMostTries;
   const std::vector<Vec3> from(x_.begin(), x_.begin() + std::ptrdiff_t(surface_count_));
   double done = 0.0, step = 1.0;
   for (int tries = 1; done < 1.0; ++tries) {
-    if (tries >= most_tries) step = 1.0;
+    if (tries >= kMostTries) step = 1.0;
     const double next = std::min(1.0, done + step);
     std::vector<Vec3> target(surface_count_);
     for (std::size_t v = 0; v < surface_count_; ++v)
       target[v] = next == 1.0 ? x[v] : from[v] + next * (x[v] - from[v]);
-    if (move_to(target, step > kLeastStep && tries < most_tries))
+    if (move_to(target, step > kLeastStep && tries < kMostTries))
       done = next;
     else
       step *= 0.5;
@@ -156,7 +155,7 @@ bool AdaptiveAir::move_to(const std::vector<Vec3>& x, bool may_fail) {
   const std::vector<double> quality = quality_, tried = tried_;
   const AirReport report = report_;
   improve();
-  mend_inverted();
+  mend_inverted(!may_fail);
   if (!may_fail || !has_inverted()) return true;
   air_ = air;
   x_ = before;
@@ -277,14 +276,17 @@ bool AdaptiveAir::put_in_place(const int* old, int old_count, const Tet* fresh, 
   return true;
 }
 
-void AdaptiveAir::mend_inverted() {
+// A place that cannot be mended ends it, unless as much is to be mended as can be.
+void AdaptiveAir::mend_inverted(bool all) {
   for (int round = 0; round < kMostRounds; ++round) {
     int places = 0;
     bool changed = false;
     for (int t = 0; t < air_.slot_count() && places < kMostMends; ++t) {
       if (!air_.alive(t) || quality_[std::size_t(t)] > 0.0) continue;
       ++places;
-      changed |= refill_around(t) || add_point(t);
+      const bool mended = refill_around(t) || add_point(t);
+      if (!mended && !all) return;
+      changed |= mended;
     }
     if (!changed) return;
     improve();

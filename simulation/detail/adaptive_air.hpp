@@ -72,7 +72,7 @@ class AdaptiveAir {
   void queue_fallen();
   void improve();
   bool flip(int t);
-  void mend_inverted();
+  void mend_inverted(bool all);
   bool refill_around(int t);
   [[nodiscard]] std::vector<int> inverted_around(int t) const;
   bool add_point(int t);

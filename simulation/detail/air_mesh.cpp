@@ -17,15 +17,6 @@ Triangle sorted(Triangle t) {
 
 }  // namespace
 
-double tet_quality(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& d) {
-  const Vec3 ab = b - a, ac = c - a, ad = d - a;
-  const double squares = norm_squared(ab) + norm_squared(ac) + norm_squared(ad) +
-                         norm_squared(c - b) + norm_squared(d - b) + norm_squared(d - c);
-  const double mean = squares / 6.0;
-  const double six_volumes = dot(cross(ab, ac), ad);
-  return mean > 0.0 ? std::sqrt(2.0) * six_volumes / (mean * std::sqrt(mean)) : 0.0;
-}
-
 AirTopology::AirTopology(const std::vector<Tet>& tets)
     : tets_(tets), links_(tets.size(), {-1, -1, -1, -1}), mark_(tets.size(), 0) {
   struct Side {

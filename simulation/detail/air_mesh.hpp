@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <cmath>
 #include <vector>
 
 #include "core/tet_mesh.hpp"
@@ -13,7 +14,14 @@ namespace angio::simulation::detail {
 ///     q = 12 / sqrt(2) V / l_rms^3,    l_rms^2 = sum l_i^2 / 6
 ///
 /// Source: the seed paper's Eqs. 21-22.
-double tet_quality(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& d);
+inline double tet_quality(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& d) {
+  const Vec3 ab = b - a, ac = c - a, ad = d - a;
+  const double squares = norm_squared(ab) + norm_squared(ac) + norm_squared(ad) +
+                         norm_squared(c - b) + norm_squared(d - b) + norm_squared(d - c);
+  const double mean = squares / 6.0;
+  const double six_volumes = dot(cross(ab, ac), ad);
+  return mean > 0.0 ? std::sqrt(2.0) * six_volumes / (mean * std::sqrt(mean)) : 0.0;
+}
 
 /// The corners of the face opposite each corner; with that corner they make a right-handed tet.
 inline constexpr std::array<Triangle, 4> kTetFace{{{1, 3, 2}, {0, 2, 3}, {0, 3, 1}, {0, 1, 2}}};

@@ -19,8 +19,8 @@ bool contains(const std::vector<int>& list, int value) {
 }
 
 bool sees(const std::vector<Vec3>& x, const Triangle& f, const Vec3& point) {
-  return tet_quality(x[std::size_t(f[0])], x[std::size_t(f[1])], x[std::size_t(f[2])], point) >
-         kLeastSeen;
+  const Vec3 &a = x[std::size_t(f[0])], &b = x[std::size_t(f[1])], &c = x[std::size_t(f[2])];
+  return dot(cross(b - a, c - a), point - a) > 0.0 && tet_quality(a, b, c, point) > kLeastSeen;
 }
 
 // The point, moved along a face's normal until it is `height` times the face's size before it.
