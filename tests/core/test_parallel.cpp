@@ -1,9 +1,11 @@
 #include <gtest/gtest.h>
+#include <omp.h>
 
 #include <cmath>
 #include <stdexcept>
 #include <vector>
 
+#include "core/beside.hpp"
 #include "core/error.hpp"
 #include "core/parallel.hpp"
 
@@ -27,6 +29,27 @@ TEST(ParallelFor, ThrowsTheBodysExceptionInTheCallingThread) {
   };
   EXPECT_THROW(parallel_for(100, body), InputError);
   EXPECT_THROW(parallel_for_uneven(100, body), InputError);
+}
+
+TEST(Beside, WorksInTurnWithTheCallersThreadsAndThrowsWhenWaitedFor) {
+  const int before = omp_get_max_threads();
+  for (const int threads : {1, 3}) {
+    omp_set_num_threads(threads);
+    std::vector<int> seen;
+    Beside beside;
+    for (int i = 0; i < 5; ++i)
+      beside.run([&seen, i] { seen.push_back(10 * i + omp_get_max_threads()); });
+    beside.wait();
+    EXPECT_EQ(seen,
+              (std::vector<int>{threads, 10 + threads, 20 + threads, 30 + threads, 40 + threads}));
+    EXPECT_THROW(
+        {
+          beside.run([] { throw InputError("beside"); });
+          beside.wait();
+        },
+        InputError);
+  }
+  omp_set_num_threads(before);
 }
 
 }  // namespace

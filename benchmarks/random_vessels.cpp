@@ -1,0 +1,121 @@
+// random_vessels [COUNT] [cpu|cuda] [FIRST]: balloons of random sizes, some folded, are inflated
+// and emptied in random stenosed vessels: of all frames, the pairs of triangles that cross (balloon
+// and wall, exact predicates), inverted tets of the air, frames without a whole air mesh, and
+// frames a second.
+
+#include <chrono>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+
+#include "benchmarks/random_vessel.hpp"
+#include "core/error.hpp"
+#include "simulation/simulation.hpp"
+
+namespace angio::meshing {
+namespace {
+
+simulation::SimulationModel model_of(const Site& site, const BalloonSetup& setup) {
+  simulation::SimulationModel model;
+  model.balloon = setup.balloon.start;
+  model.balloon_rest = setup.balloon.rest;
+  model.balloon_fixed = setup.balloon.fixed;
+  model.guidewire = setup.balloon.guidewire;
+  model.wall = setup.region.mesh;
+  model.wall_fixed = setup.region.fixed;
+  model.wall_abscissa = setup.region.abscissa;
+  model.wall_group = setup.region.group;
+  model.air = setup.air.tets.tets;
+  model.reference_radius_mm = 0.5 * site.reference_diameter;
+  const auto& points = site.vessel.tree.paths[0].points;
+  const std::size_t middle = points.size() / 2;
+  model.measure_point = points[middle];
+  model.measure_tangent = points[middle + 1] - points[middle - 1];
+  const Vec3 inside = model.guidewire[model.guidewire.size() / 2];
+  model.rebuild_air = [inside, balloon = model.balloon.triangles, wall = model.wall.triangles](
+                          const std::vector<Vec3>& x, const std::vector<Vec3>& y) {
+    return mesh_air({x, balloon}, {y, wall}, inside);
+  };
+  return model;
+}
+
+struct Totals {
+  int vessels = 0, refused = 0, frames = 0, crossings = 0, inverted = 0, without_air = 0;
+  double seconds = 0.0;
+};
+
+void inflate(const Site& site, const BalloonSetup& setup, simulation::Backend backend,
+             Totals& totals) {
+  const simulation::SimulationModel model = model_of(site, setup);
+  simulation::SimulationOptions options;
+  options.backend = backend;
+  options.inflation.inflate_s = 1.0;
+  options.inflation.hold_s = 0.2;
+  options.inflation.deflate_s = 0.6;
+  options.inflation.rest_s = 0.2;
+  int crossings = 0;
+  double checking = 0.0;
+  const auto now = [] { return std::chrono::steady_clock::now(); };
+  const auto summary =
+      simulation::simulate(model, options, [&](const simulation::SimulationFrame& frame) {
+        const auto begin = now();
+        crossings += count_intersections({frame.balloon, model.balloon.triangles},
+                                         {frame.wall, model.wall.triangles});
+        checking += std::chrono::duration<double>(now() - begin).count();
+      });
+  totals.frames += summary.frame_count;
+  totals.crossings += crossings;
+  totals.inverted += summary.inverted_air_tets;
+  totals.without_air += summary.frames_without_air;
+  totals.seconds += summary.wall_s;
+  std::printf("%7zu %8zu %5d %6.0f %8d %8d %8d %8d %9.2f\n", model.balloon.triangles.size(),
+              model.wall.triangles.size(), setup.balloon.fold_count,
+              summary.frame_count / summary.wall_s, crossings, summary.inverted_air_tets,
+              summary.frames_without_air, summary.air_rebuild_count,
+              1e3 * checking / summary.frame_count);
+  std::fflush(stdout);
+}
+
+Totals run(int count, simulation::Backend backend, int first) {
+  Draw draw{std::mt19937(23)};
+  Totals totals;
+  std::printf("balloon     wall folds  fps  crossing inverted  no air  rebuilt  check ms\n");
+  for (int i = 0; i < count; ++i) {
+    Site site = random_site(draw);
+    const BalloonOptions balloon = random_balloon(draw);
+    if (i < first) continue;
+    try {
+      const test::PlacedCase placed = test::place(site.vessel, site.abscissa, site.lesion_length,
+                                                  site.reference_diameter, balloon);
+      ++totals.vessels;
+      inflate(site, placed.setup, backend, totals);
+    } catch (const InputError& error) {
+      ++totals.refused;
+      std::printf("  refused: %s\n", error.what());
+    }
+  }
+  return totals;
+}
+
+}  // namespace
+}  // namespace angio::meshing
+
+int main(int argument_count, char** arguments) {
+  using namespace angio;
+  try {
+    const bool cuda = argument_count > 2 && std::strcmp(arguments[2], "cuda") == 0;
+    const meshing::Totals totals =
+        meshing::run(argument_count > 1 ? std::max(1, std::atoi(arguments[1])) : 100,
+                     cuda ? simulation::Backend::cuda : simulation::Backend::cpu,
+                     argument_count > 3 ? std::atoi(arguments[3]) : 0);
+    std::printf(
+        "%d vessels (refused: %d), %d frames: %d crossings, %d inverted tets, %d frames without a "
+        "whole air mesh; %.0f s\n",
+        totals.vessels, totals.refused, totals.frames, totals.crossings, totals.inverted,
+        totals.without_air, totals.seconds);
+    return totals.crossings > 0 || totals.inverted > 0 ? 1 : 0;
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "random_vessels: %s\n", error.what());
+    return 1;
+  }
+}
