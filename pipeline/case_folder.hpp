@@ -24,10 +24,10 @@ struct StageRecord {
   double seconds = 0.0;
   double peak_memory_mib = 0.0;
   double solver_seconds = 0.0;                 ///< of the simulation, with its frames' files
-  std::map<std::string, double> time_split;    ///< of the simulation [s]; see TimeSplit
   std::map<std::string, std::string> inputs;   ///< file -> SHA-256
   std::map<std::string, std::string> outputs;  ///< file in the case -> SHA-256
   std::vector<std::string> warnings;
+  std::map<std::string, double> time_split;  ///< of the simulation [s]; see TimeSplit
 };
 
 /// What a case's run.json holds.

@@ -154,21 +154,16 @@ ANGIO_HOST_DEVICE inline bool approach(const StepView<Real>& s, const Candidate&
   return true;
 }
 
-/// How much the gap of a candidate or pair may have closed by what its vertices are `shifted` [mm]:
-/// the points of a side are shifted by convex combinations of what its vertices are, so that two of
-/// them come nearer by no more than the greatest difference of a vertex on either side. What both
-/// sides share takes nothing.
+/// How much the gap of a candidate or pair may have closed by what its vertices have `gone` [mm].
 template <class Real, class Primitives>
 ANGIO_HOST_DEVICE inline Real closed_at_most(const StepView<Real>& s, const Primitives& c) {
-  using std::sqrt;
-  const int side_a = c.edges ? 2 : 1;
-  Real most = Real(0);
-  for (int i = 0; i < side_a; ++i)
-    for (int k = side_a; k < 4; ++k) {
-      const Real squared = norm_squared(s.shifted[c.vertex[i]] - s.shifted[c.vertex[k]]);
-      most = squared > most ? squared : most;
-    }
-  return Real(1.001) * sqrt(most);
+  Real a = s.gone[c.vertex[0]], b = s.gone[c.vertex[3]];
+  for (int i = 1; i < 3; ++i) {
+    Real& side = c.edges && i == 1 ? a : b;
+    const Real gone = s.gone[c.vertex[i]];
+    side = gone > side ? gone : side;
+  }
+  return Real(1.001) * (a + b);
 }
 
 /// Names the near ones of the candidates that a vertex owns, in their order.
@@ -226,8 +221,8 @@ ANGIO_HOST_DEVICE inline void list_pairs(const StepView<Real>& s, int v, Real kn
   s.bound_end[v] = bounds;
 }
 
-/// Recomputes a pair's closest points and weight at the present positions, `shifted` from the
-/// last search, unless it is too far for anything to act.
+/// Recomputes a pair's closest points and weight at the present positions, `gone` from the last
+/// search, unless it is too far for anything to act.
 template <class Real>
 ANGIO_HOST_DEVICE inline void refresh_pair(const StepView<Real>& s, int index) {
   NearPair<Real>& pair = s.pairs[index];

@@ -8,7 +8,7 @@ namespace angio::simulation::detail {
 namespace {
 
 // Frames that a set of contact candidates should last.
-constexpr int kFramesToLast = 3;
+constexpr int kFramesToLast = 5;
 // Vertices a thread must have to be worth waking.
 constexpr int kVerticesPerThread = 3000;
 

@@ -200,8 +200,7 @@ ANGIO_HOST_DEVICE inline bool search_pairs(Team& team, const StepView<Real>& s,
       count,
       [&](int i, const auto&, auto* part) {
         const int v = contact_vertex(s, i);
-        s.shifted[v] = s.x[v] - s.x_candidates[v];
-        const Real far = norm(s.shifted[v]);
+        const Real far = s.gone[v] = norm(s.x[v] - s.x_candidates[v]);
         auto& side = part[v < s.balloon_count ? 0 : 1];
         side = far > side ? far : side;
       },
@@ -362,7 +361,7 @@ ANGIO_HOST_DEVICE inline void refresh(Team& team, const StepView<Real>& s) {
   if (s.candidate_count > 0) {
     team.template for_each<1>(contact_vertex_count(s), [&](int i, const auto&) {
       const int v = contact_vertex(s, i);
-      s.shifted[v] = s.x[v] - s.x_searched[v];
+      s.gone[v] = norm(s.x[v] - s.x_searched[v]);
     });
     team.barrier();
   }

@@ -204,7 +204,7 @@ struct StepView {
   const ContactRef* candidate_refs = nullptr;
   const Vec* x_candidates = nullptr;    // positions when they were found
   const Real* candidate_gap = nullptr;  // then [mm]
-  Vec* shifted = nullptr;               // [vertex] since then, or since the last search [mm]
+  Real* gone = nullptr;                 // [vertex] since then, or since the last search [mm]
   Real candidate_reach = 0;             // pairs nearer than this were candidates then [mm]
   Real skin_reach = 0;                  // the same of a surface with itself
   // Near pairs, each owner's and each vertex's from where its candidates begin

@@ -373,7 +373,7 @@ StepView<Real> make_view(const Scene& scene, const SimulationOptions& options, M
   view.x_searched = memory.template allocate<Vec3T<Real>>(count);
   view.x_swept = memory.template allocate<Vec3T<Real>>(count);
   view.swept_by = memory.template allocate<Vec3T<Real>>(count);
-  view.shifted = memory.template allocate<Vec3T<Real>>(count);
+  view.gone = memory.template allocate<Real>(count);
   view.owned_end = memory.template allocate<int>(count);
   view.ref_end = memory.template allocate<int>(count);
   view.bound_end = memory.template allocate<int>(count);

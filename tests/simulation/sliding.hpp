@@ -58,7 +58,7 @@ class Slide {
     view_.contact_distance = kReach;
     view_.contact_stiffness = detail::barrier_stiffness(kMass * kGravity, kReach);
     view_.friction = {setup.mu_static, setup.mu_kinetic, 0.02 * setup.dt};
-    view_.shifted = shifted_.data();
+    view_.gone = gone_.data();
     view_.x = x_.data();
     view_.x_before = before_.data();
     view_.x_inertial = inertial_.data();
@@ -136,7 +136,7 @@ class Slide {
   std::array<double, 4> mass_{};
   std::array<bool, 4> block_{};
   detail::NearPair<double> pair_;
-  std::vector<Vec3> shifted_ = before_;  // as if the pair had just been found
+  std::array<double, 4> gone_{};  // as if the pair had just been found
   std::array<int, 5> ref_begin_{0, 1, 2, 3, 4};
   std::array<detail::ContactRef, 4> refs_;
   detail::StepView<double> view_;
