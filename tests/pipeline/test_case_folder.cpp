@@ -59,13 +59,14 @@ TEST(CaseFolder, KeepsItsRecord) {
   RunRecord record;
   record.case_name = "demo";
   record.input_sha256 = "123";
-  record.stages[Stage::meshing] = {"done", "key",        1.5,          20.0,
-                                   0.5,    {{"a", "1"}}, {{"b", "2"}}, {"a warning"}};
+  record.stages[Stage::meshing] = {"done",       "key",        1.5,           20.0,          0.5,
+                                   {{"a", "1"}}, {{"b", "2"}}, {"a warning"}, {{"air", 0.2}}};
   folder.write_record(record);
   const RunRecord again = folder.read_record();
   EXPECT_EQ(again.case_name, "demo");
   EXPECT_EQ(again.stages.at(Stage::meshing).outputs.at("b"), "2");
   EXPECT_EQ(again.stages.at(Stage::meshing).warnings.front(), "a warning");
+  EXPECT_EQ(again.stages.at(Stage::meshing).time_split.at("air"), 0.2);
 }
 
 TEST(CaseFolder, RefusesAFolderOfAnotherCaseOrOfSomebodyElse) {
