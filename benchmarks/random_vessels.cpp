@@ -31,10 +31,9 @@ simulation::SimulationModel model_of(const Site& site, const BalloonSetup& setup
   const std::size_t middle = points.size() / 2;
   model.measure_point = points[middle];
   model.measure_tangent = points[middle + 1] - points[middle - 1];
-  const Vec3 inside = model.guidewire[model.guidewire.size() / 2];
-  model.rebuild_air = [inside, balloon = model.balloon.triangles, wall = model.wall.triangles](
+  model.rebuild_air = [balloon = model.balloon.triangles, wall = model.wall.triangles](
                           const std::vector<Vec3>& x, const std::vector<Vec3>& y) {
-    return mesh_air({x, balloon}, {y, wall}, inside);
+    return mesh_air({x, balloon}, {y, wall});
   };
   return model;
 }

@@ -143,11 +143,10 @@ BalloonSetup place_balloon(const LumenMesh& lumen, const CenterlineTree& tree,
 
 /// Meshes the air anew between a balloon and a region of the wall that have moved.
 ///
-/// @param inside  a point inside the balloon
 /// @return vertices: the balloon's, the region's, then points in the air, where the gap cannot be
 ///         filled without; every tet positive. Without tets if the surfaces cross each other or
 ///         themselves, or TetGen fails
-TetMesh mesh_air(const TriangleMesh& balloon, const TriangleMesh& region, const Vec3& inside);
+TetMesh mesh_air(const TriangleMesh& balloon, const TriangleMesh& region);
 
 /// Pairs of triangles that cross: within one surface (those that share a vertex are left out), and
 /// between two.

@@ -230,12 +230,13 @@ BalloonSetup place_balloon(const LumenMesh& lumen, const CenterlineTree& tree,
   return setup;
 }
 
-TetMesh mesh_air(const TriangleMesh& balloon, const TriangleMesh& region, const Vec3& inside) {
+TetMesh mesh_air(const TriangleMesh& balloon, const TriangleMesh& region) {
   const auto gap = detail::close_region(region);
-  if (!gap || count_self_intersections(balloon) > 0 || count_self_intersections(gap->shell) > 0 ||
-      count_intersections(balloon, gap->shell) > 0)
+  const auto inside = detail::point_inside(balloon);
+  if (!gap || !inside || count_self_intersections(balloon) > 0 ||
+      count_self_intersections(gap->shell) > 0 || count_intersections(balloon, gap->shell) > 0)
     return {};
-  return detail::mesh_gap_with_points(balloon, *gap, inside);
+  return detail::mesh_gap_with_points(balloon, *gap, *inside);
 }
 
 }  // namespace angio::meshing

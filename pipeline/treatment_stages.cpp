@@ -246,10 +246,9 @@ json repeatable_metrics(const StageWork& work) {
 
 // Where flips do not keep up with the balloon, meshing builds the air anew.
 void let_air_be_rebuilt(simulation::SimulationModel& model) {
-  model.rebuild_air = [start = model.balloon, region = model.wall,
-                       inside = model.guidewire[model.guidewire.size() / 2]](
-                          const std::vector<Vec3>& balloon, const std::vector<Vec3>& wall) {
-    return meshing::mesh_air({balloon, start.triangles}, {wall, region.triangles}, inside);
+  model.rebuild_air = [start = model.balloon, region = model.wall](const std::vector<Vec3>& balloon,
+                                                                   const std::vector<Vec3>& wall) {
+    return meshing::mesh_air({balloon, start.triangles}, {wall, region.triangles});
   };
 }
 

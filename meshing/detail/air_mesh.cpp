@@ -6,6 +6,7 @@
 
 #include "core/error.hpp"
 #include "meshing/detail/lift_points.hpp"
+#include "meshing/detail/lumen_chords.hpp"
 #include "meshing/detail/surface_query.hpp"
 #include "meshing/detail/tetgen_child.hpp"
 
@@ -106,6 +107,29 @@ TriangleMesh shaken(TriangleMesh surface) {
   return surface;
 }
 
+std::optional<Vec3> point_inside(const TriangleMesh& closed) {
+  std::vector<Vec3> inwards = vertex_normals(closed);
+  for (Vec3& n : inwards) n = -n;
+  Vec3 low = closed.vertices.front(), high = low;
+  for (const Vec3& p : closed.vertices)
+    for (int k = 0; k < 3; ++k) {
+      low[k] = std::min(low[k], p[k]);
+      high[k] = std::max(high[k], p[k]);
+    }
+  const std::vector<double> reach(closed.vertices.size(), distance(low, high));
+  const std::vector<double> across = distances_ahead(closed, inwards, reach, Side::inside);
+  const std::vector<double> entry = distances_ahead(closed, inwards, reach, Side::outside);
+  double longest = 0.0;
+  std::optional<Vec3> middle;
+  for (std::size_t v = 0; v < inwards.size(); ++v) {
+    // A way that meets the surface from outside first has not been inside.
+    if (!(across[v] < entry[v]) || across[v] <= longest) continue;
+    longest = across[v];
+    middle = closed.vertices[v] + 0.5 * longest * inwards[v];
+  }
+  return middle;
+}
+
 TetMesh run_on_gap(const std::vector<Vec3>& vertices, const std::vector<Triangle>& triangles,
                    const Vec3& hole, double limit_s) {
   return run_tetgen({vertices, triangles, {hole}, {}, "pYYQ", "the gap between balloon and wall"},
@@ -131,6 +155,7 @@ TetMesh mesh_gap_with_points(const TriangleMesh& inner, const GapBoundary& gap, 
     moved.pop_back();
     try {
       TetMesh mesh = run_on_gap(moved, surfaces.triangles, moved_hole, kLimit);
+      if (mesh.vertices.size() < surfaces.vertices.size()) continue;  // a surface is left out
       for (Tet& t : mesh.tets)
         if (volume_of(t, mesh.vertices) < 0.0) std::swap(t[2], t[3]);
       if (!lift_off_surfaces(mesh, int(surfaces.vertices.size()))) continue;

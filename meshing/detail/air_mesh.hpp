@@ -25,6 +25,10 @@ struct TetrahedralizeResult {
   int added_vertex_count = 0;
 };
 
+/// A point inside a closed surface, half way across it: of the ways from its vertices against their
+/// normals the longest. Empty if the surface has none.
+std::optional<Vec3> point_inside(const TriangleMesh& closed);
+
 /// Runs TetGen with unchanged boundary triangles on a closed shell around a closed inner body,
 /// whose inside stays empty. TetGen works in a child process, since it may crash.
 ///

@@ -1,7 +1,9 @@
 #pragma once
 
+#include <cmath>
 #include <utility>
 
+#include "core/units.hpp"
 #include "meshing/meshing.hpp"
 #include "tests/meshing/analytic_vessels.hpp"
 
@@ -26,6 +28,20 @@ inline PlacedCase place(Vessel vessel, double abscissa, double lesion_length,
 inline Vessel stenosed_tube(double severity = 0.6) {
   return make_tube(36.0, 0.3, stenosis(1.5, 18.0, 5.0, severity));
 }
+/// How often a closed surface goes around a point: the sum of its triangles' solid angles over 4
+/// pi. Source: Van Oosterom, Strackee, IEEE Trans. Biomed. Eng. 30 (1983) 125.
+inline double winding_number(const TriangleMesh& mesh, const Vec3& point) {
+  double sum = 0.0;
+  for (const Triangle& t : mesh.triangles) {
+    const Vec3 a = mesh.vertices[std::size_t(t[0])] - point;
+    const Vec3 b = mesh.vertices[std::size_t(t[1])] - point;
+    const Vec3 c = mesh.vertices[std::size_t(t[2])] - point;
+    sum += 2.0 * std::atan2(dot(a, cross(b, c)), norm(a) * norm(b) * norm(c) + dot(a, b) * norm(c) +
+                                                     dot(b, c) * norm(a) + dot(c, a) * norm(b));
+  }
+  return sum / (4.0 * units::kPi);
+}
+
 inline double sum_of_tets(const TetMesh& mesh) {
   double sum = 0.0;
   for (const Tet& t : mesh.tets)

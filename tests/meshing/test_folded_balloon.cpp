@@ -278,6 +278,9 @@ TEST(PlaceFoldedBalloon, InAStenosisStaysClearAndLeavesAnAirMesh) {
     EXPECT_EQ(count_intersections(balloon.start, placed.lumen.capped), 0);
     EXPECT_THAT(placed.setup.warnings,
                 testing::Not(testing::Contains(testing::HasSubstr("need points"))));
+    const auto inside = detail::point_inside(balloon.start);
+    ASSERT_TRUE(inside.has_value());
+    EXPECT_NEAR(test::winding_number(balloon.start, *inside), 1.0, 1e-9);
     const TetMesh& air = placed.setup.air.tets;
     for (const Tet& t : air.tets)
       EXPECT_GT(tet_volume(air.vertices[std::size_t(t[0])], air.vertices[std::size_t(t[1])],

@@ -255,6 +255,18 @@ TEST(TetrahedralizeGap, GivesUpWhenTimeIsUp) {
                InternalError);
 }
 
+// A slack balloon lies where it is pushed: the guidewire's first place may be in the air by then.
+TEST(MeshAir, FillsTheGapAroundABalloonThatHasLeftItsGuidewire) {
+  const Case placed = place(test::make_tube(36.0, 0.3, [](double) { return 2.0; }), 18.0, 8.0, 4.0);
+  TriangleMesh balloon = placed.setup.balloon.start;
+  for (Vec3& p : balloon.vertices) p.x += 0.8;
+  const TriangleMesh& region = placed.setup.region.mesh;
+  const TetMesh air = mesh_air(balloon, region);
+  const auto gap = detail::close_region(region);
+  ASSERT_TRUE(gap.has_value());
+  EXPECT_NEAR(test::sum_of_tets(air), enclosed_volume(gap->shell) - enclosed_volume(balloon), 1e-6);
+}
+
 TEST(BalloonOptions, DefaultsAreValid) { EXPECT_NO_THROW(BalloonOptions{}.validate()); }
 
 TEST(BalloonOptions, NamesWhatIsOutOfRange) {
