@@ -205,6 +205,7 @@ void AdaptiveAir::move_points(const std::vector<Vec3>& before) {
     if (point.tet < 0) continue;
     const std::vector<Triangle> faces =
         outside_of(air_, star_of(air_, point.tet, int(surface_count_ + i)));
+    if (faces.empty()) continue;  // two tets that cancel each other: they are mended away
     Vec3 motion;
     for (const Triangle& f : faces)
       for (const int v : f)
