@@ -455,7 +455,7 @@ void add_guidewire_settings(Config& c, std::vector<Setting>& table) {
                                "rod: of wire and shaft [g/mm3], 1e-5 to 0.1"));
 }
 
-void add_simulation_settings(Config& c, std::vector<Setting>& table) {
+void add_inflation_settings(Config& c, std::vector<Setting>& table) {
   const auto sim = Stage::simulation;
   auto& s = c.simulation;
   table.push_back(make_setting("inflation.control", sim, s.inflation.control,
@@ -478,6 +478,11 @@ void add_simulation_settings(Config& c, std::vector<Setting>& table) {
   table.push_back(make_setting("inflation.outside_pressure_kpa", sim,
                                s.inflation.outside_pressure_kpa,
                                "blood pressure around the balloon [kPa], 0 to 50"));
+}
+
+void add_simulation_settings(Config& c, std::vector<Setting>& table) {
+  const auto sim = Stage::simulation;
+  auto& s = c.simulation;
   table.push_back(make_setting("simulation.frame_s", sim, s.frame_s, "time step [s], 0.0001 to 1"));
   table.push_back(make_setting("simulation.tolerance", sim, s.tolerance,
                                "distance from equilibrium that ends a frame, over the balloon's "
@@ -541,6 +546,7 @@ std::vector<Setting> settings(Config& config) {
   add_meshing_settings(config, table);
   add_material_settings(config, table);
   add_guidewire_settings(config, table);
+  add_inflation_settings(config, table);
   add_simulation_settings(config, table);
   add_cloth_settings(config, table);
   return table;

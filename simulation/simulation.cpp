@@ -172,6 +172,22 @@ void add_warnings(const SimulationOptions& options, int slow_frames, SimulationS
   }
 }
 
+/// @throws Error if a run needs what the GPU's program does not have
+void check_gpu_has(const SimulationOptions& options) {
+  if (options.wall_model == WallModel::layered)
+    throw Error(ExitCode::unavailable,
+                "the layered wall runs on the CPU only (the GPU keeps just the balloon's and the "
+                "lumen's vertices). Use --backend cpu");
+  if (options.contact_model == ContactModel::paper)
+    throw Error(ExitCode::unavailable,
+                "the paper's contact runs on the CPU only (its tets are projected one after the "
+                "other). Use --backend cpu, or --contact barrier");
+  if (options.gas_model == GasModel::per_tet)
+    throw Error(ExitCode::unavailable,
+                "the paper's gas runs on the CPU only (its tets are projected one after the "
+                "other). Use --backend cpu, or simulation.gas_model = enclosed");
+}
+
 // Adds the time of a piece of work to `sum` [s].
 template <class Work>
 auto timed(double& sum, const Work& work) {
@@ -203,18 +219,7 @@ class Run {
 
   SimulationSummary on(Backend backend) {
     const bool gpu = backend == Backend::cuda;
-    if (gpu && options_.wall_model == WallModel::layered)
-      throw Error(ExitCode::unavailable,
-                  "the layered wall runs on the CPU only (the GPU keeps just the balloon's and the "
-                  "lumen's vertices). Use --backend cpu");
-    if (gpu && options_.contact_model == ContactModel::paper)
-      throw Error(ExitCode::unavailable,
-                  "the paper's contact runs on the CPU only (its tets are projected one after the "
-                  "other). Use --backend cpu, or --contact barrier");
-    if (gpu && options_.gas_model == GasModel::per_tet)
-      throw Error(ExitCode::unavailable,
-                  "the paper's gas runs on the CPU only (its tets are projected one after the "
-                  "other). Use --backend cpu, or simulation.gas_model = enclosed");
+    if (gpu) check_gpu_has(options_);
     const auto solver =
         gpu ? make_cuda_solver(scene_, options_) : make_cpu_solver(scene_, options_);
     SimulationSummary summary;
