@@ -22,7 +22,8 @@ constexpr int kEnough = 8;           // places for a point, of which the best is
 constexpr int kLongestPause = 32;    // motions without a mesh, after building one has failed
 constexpr int kMostMends = 16;       // places a round
 constexpr int kMostTries = 24;       // steps of a motion
-constexpr int kPatience = 8;         // motions between two attempts to do without a point
+constexpr int kLeastPatience = 8;    // motions between two attempts to do without a point,
+constexpr int kMostPatience = 64;    // twice as many after each that fails
 
 Triangle ascending(Triangle t) {
   std::sort(t.begin(), t.end());
@@ -358,14 +359,22 @@ bool AdaptiveAir::add_point(int t) {
   for (const Triangle& f : outside_of(air_, best_hollow))
     fresh.push_back({f[0], f[1], f[2], vertex});
   x_[std::size_t(vertex)] = best.point;
-  points_[index].height = best.height;
+  points_[index] = {-1, best.height};
   return put_in_place(best_hollow.data(), int(best_hollow.size()), fresh.data(), int(fresh.size()));
 }
 
 void AdaptiveAir::remove_points() {
   for (std::size_t i = 0; i < points_.size(); ++i) {
-    if (points_[i].tet < 0 || (turn_ + int(i)) % kPatience != 0) continue;
-    const std::vector<int> star = star_of(air_, points_[i].tet, int(surface_count_ + i));
+    Point& point = points_[i];
+    if (point.tet < 0) continue;
+    if (point.pause == 0) {  // new, or from a mesh built anew: not all of them at a time
+      point.pause = kLeastPatience;
+      point.resume = turn_ + int(i) % kLeastPatience;
+    }
+    if (turn_ < point.resume) continue;
+    point.resume = turn_ + point.pause;
+    point.pause = std::min(2 * point.pause, kMostPatience);
+    const std::vector<int> star = star_of(air_, point.tet, int(surface_count_ + i));
     std::vector<Tet> filling = refill(air_, x_, star, kMostSteps, int(surface_count_ + i));
     if (filling.empty()) continue;
     if (put_in_place(star.data(), int(star.size()), filling.data(), int(filling.size())))

@@ -62,6 +62,8 @@ class AdaptiveAir {
   struct Point {
     int tet = -1;         ///< one around it; -1: not in use
     double height = 0.0;  ///< over the nearest of the faces around it, when it was placed [mm]
+    int resume = 0;       ///< motion at which doing without it is tried next
+    int pause = 0;        ///< before the try after that
   };
   void adapt(const std::vector<Vec3>& x);
   void drop();
