@@ -379,40 +379,22 @@ double gap_of(const std::vector<Vec3>& x, const Candidate& c) {
   return norm(gap) - double(c.radius);
 }
 
-CandidateSet index_candidates(const std::vector<Vec3>& x, std::vector<Candidate> candidates,
-                              double reach) {
-  const std::size_t vertex_count = x.size(), count = candidates.size();
-  CandidateSet set;
-  set.reach = reach;
-  set.owned_begin.assign(vertex_count + 1, 0);
+namespace {
+
+// The candidates that each vertex is in.
+void list_candidates(std::size_t vertex_count, CandidateSet& set) {
+  const std::size_t count = set.candidates.size();
   set.ref_begin.assign(vertex_count + 1, 0);
-  const auto for_candidates = [count](const auto& body) {
+  set.refs.resize(4 * count);
+  const auto for_candidates = [&](const auto& body) {
     parallel_for(std::ptrdiff_t(count), [&](std::ptrdiff_t c) { body(std::size_t(c)); });
   };
   for_candidates([&](std::size_t c) {
-    take_next(set.owned_begin, candidates[c].vertex[0] + 1);
-    for (const int v : candidates[c].vertex) take_next(set.ref_begin, v + 1);
+    for (const int v : set.candidates[c].vertex) take_next(set.ref_begin, v + 1);
   });
-  std::partial_sum(set.owned_begin.begin(), set.owned_begin.end(), set.owned_begin.begin());
   std::partial_sum(set.ref_begin.begin(), set.ref_begin.end(), set.ref_begin.begin());
-
-  std::vector<double> gap(count);
-  for_candidates([&](std::size_t c) { gap[c] = gap_of(x, candidates[c]); });
-  std::vector<int> order(count);
-  std::iota(order.begin(), order.end(), 0);
-  parallel_for_uneven(std::ptrdiff_t(vertex_count), [&](std::ptrdiff_t v) {
-    std::sort(order.begin() + set.owned_begin[std::size_t(v)],
-              order.begin() + set.owned_begin[std::size_t(v) + 1], [&](int a, int b) {
-                return std::pair(gap[std::size_t(a)], a) < std::pair(gap[std::size_t(b)], b);
-              });
-  });
   std::vector<int> next = set.ref_begin;
-  set.candidates.resize(count);
-  set.gap.resize(count);
-  set.refs.resize(4 * count);
   for_candidates([&](std::size_t c) {
-    set.candidates[c] = candidates[std::size_t(order[c])];
-    set.gap[c] = gap[std::size_t(order[c])];
     for (int corner = 0; corner < 4; ++corner)
       set.refs[take_next(next, set.candidates[c].vertex[corner])] = {int(c), corner};
   });
@@ -424,6 +406,39 @@ CandidateSet index_candidates(const std::vector<Vec3>& x, std::vector<Candidate>
               set.refs.begin() + set.ref_begin[std::size_t(v) + 1],
               [&](const ContactRef& a, const ContactRef& b) { return key(a) < key(b); });
   });
+}
+
+}  // namespace
+
+CandidateSet index_candidates(const std::vector<Vec3>& x, std::vector<Candidate> candidates,
+                              double reach, bool lists) {
+  const std::size_t vertex_count = x.size(), count = candidates.size();
+  CandidateSet set;
+  set.reach = reach;
+  set.owned_begin.assign(vertex_count + 1, 0);
+  const auto for_candidates = [count](const auto& body) {
+    parallel_for(std::ptrdiff_t(count), [&](std::ptrdiff_t c) { body(std::size_t(c)); });
+  };
+  for (const Candidate& c : candidates) ++set.owned_begin[std::size_t(c.vertex[0]) + 1];
+  std::partial_sum(set.owned_begin.begin(), set.owned_begin.end(), set.owned_begin.begin());
+
+  std::vector<double> gap(count);
+  for_candidates([&](std::size_t c) { gap[c] = gap_of(x, candidates[c]); });
+  std::vector<int> order(count);
+  std::iota(order.begin(), order.end(), 0);
+  parallel_for_uneven(std::ptrdiff_t(vertex_count), [&](std::ptrdiff_t v) {
+    std::sort(order.begin() + set.owned_begin[std::size_t(v)],
+              order.begin() + set.owned_begin[std::size_t(v) + 1], [&](int a, int b) {
+                return std::pair(gap[std::size_t(a)], a) < std::pair(gap[std::size_t(b)], b);
+              });
+  });
+  set.candidates.resize(count);
+  set.gap.resize(count);
+  for_candidates([&](std::size_t c) {
+    set.candidates[c] = candidates[std::size_t(order[c])];
+    set.gap[c] = gap[std::size_t(order[c])];
+  });
+  if (lists) list_candidates(vertex_count, set);
   return set;
 }
 

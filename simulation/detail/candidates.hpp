@@ -48,8 +48,8 @@ double gap_of(const std::vector<Vec3>& x, const Candidate& candidate);
 struct CandidateSet {
   std::vector<Candidate> candidates;
   std::vector<int> owned_begin;  ///< by first vertex, shape [vertex + 1]
-  std::vector<int> ref_begin;    ///< shape [vertex + 1]
-  std::vector<ContactRef> refs;  ///< candidates that a vertex is in, by ascending gap
+  std::vector<int> ref_begin;    ///< shape [vertex + 1]; or empty
+  std::vector<ContactRef> refs;  ///< candidates that a vertex is in, by ascending gap; or empty
   std::vector<double> gap;       ///< [mm], shape [candidate]
   double reach = 0.0;            ///< [mm]
   double skin_reach = 0.0;       ///< of a surface with itself [mm]
@@ -57,7 +57,8 @@ struct CandidateSet {
 
 /// @param x           where they were found [mm], shape [vertex]
 /// @param candidates  all pairs nearer than `reach`, sorted
+/// @param lists       are those that each vertex is in listed (ref_begin, refs)?
 CandidateSet index_candidates(const std::vector<Vec3>& x, std::vector<Candidate> candidates,
-                              double reach);
+                              double reach, bool lists = true);
 
 }  // namespace angio::simulation::detail

@@ -21,6 +21,7 @@
 ///     now()                           a clock [s]
 ///     kSurroundings                   can there be anything beside the balloon?
 ///     kSolids                         can it move a layered wall?
+///     kIsSmall                        does a short piece of work pay for one of its threads alone?
 ///     kBalloonLanes, kVertexLanes, kClusterLanes  the L that suits a balloon's vertex (with a wall
 ///                                     there are many pairs), a wall's vertex, a slab's members
 ///
@@ -46,7 +47,7 @@ struct OneLane {
 /// depend on the number of threads.
 class CpuTeam {
  public:
-  static constexpr bool kSurroundings = true, kSolids = true;
+  static constexpr bool kSurroundings = true, kSolids = true, kIsSmall = true;
   static constexpr int kBalloonLanes = 1, kVertexLanes = 1, kClusterLanes = 1;
   static constexpr int kMostSums = 4;
 

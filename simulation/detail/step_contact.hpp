@@ -5,17 +5,18 @@
 /// The step's contact: near pairs, their forces, and how far a vertex may go.
 ///
 /// Contact is found on two levels. The host lists candidates, all primitives that face each other
-/// nearer than `candidate_reach`, rarely. A search among them, on the device, names the near pairs,
-/// those within `reach`, and bounds each vertex's motion until the next search:
+/// nearer than `candidate_reach`, rarely. A search among them, on the device, names the near pairs
+/// and bounds each vertex's motion until the next search:
 ///
 ///  - it may not pass a plane across the gap of any of its near pairs; the planes of a pair's two
 ///    sides are 0.1 of the gap apart, and never less than the least gap, far above rounding: no gap
 ///    becomes smaller;
-///  - it may not go further than `travel` = (reach - contact distance) / 2, so that pairs that are
-///    not near stay out of contact;
+///  - it may not go further than its `travel`, which follows from its speed; a pair is near where
+///    its gap is less than the range of what acts on it and the travel of its two sides, so that
+///    pairs that are not near stay out of contact;
 ///  - a search counts only while what the balloon's vertices have gone since the candidates were
-///    found, at most, and what the wall's have, are together less than candidate_reach - reach:
-///    then all that is nearer than `reach` is among them.
+///    found with what they may go, at most, and the same of the wall's, are together less than
+///    candidate_reach - contact_range: then all near pairs are among them.
 ///
 /// So no motion within the bounds takes one surface through the other, at any step of the sweeps.
 /// Source: Chen et al., "Offset Geometric Contact", ACM TOG 44 (2025), section 3.4 (bounds by 0.45
@@ -43,15 +44,15 @@ inline constexpr double kLeastGap = 0.005, kOwnLeastGap = 0.05;
 /// 0.02 |e_a| |e_b| for each, whatever the two sizes.
 inline constexpr double kEdgesOfArea = 0.1, kEdgeShare = 0.02;
 
-/// The gaps below which candidates are near pairs, of the balloon with itself and of all else.
-template <class Real>
-struct PairReach {
-  Real others{}, skin{};
-
-  ANGIO_HOST_DEVICE Real of(const Candidate& candidate) const {
-    return candidate.skin ? skin : others;
-  }
-};
+/// The gap below which something may act on a candidate or pair before the next frame: films hold
+/// wet vertices to triangles, and a vertex gets wet within the first gap.
+template <class Real, class Primitives>
+ANGIO_HOST_DEVICE inline Real range_of(const StepView<Real>& s, const Primitives& c) {
+  if (c.skin) return Real(c.distance);
+  if (c.edges || c.inner || !s.wet) return s.contact_distance;
+  if (s.wet[c.vertex[0]]) return s.contact_range;
+  return s.adhesion.gap_1 > s.contact_distance ? s.adhesion.gap_1 : s.contact_distance;
+}
 
 /// What an inner pair stands for: of a vertex's area, of the square of an edge's length, of a
 /// triangle's area. The three count an inner surface once to twice.
@@ -154,25 +155,52 @@ ANGIO_HOST_DEVICE inline bool approach(const StepView<Real>& s, const Candidate&
   return true;
 }
 
-/// How much the gap of a candidate or pair may have closed by what its vertices have `gone` [mm].
+/// By how much the gap of a candidate or pair may close when each vertex goes `way` [mm].
 template <class Real, class Primitives>
-ANGIO_HOST_DEVICE inline Real closed_at_most(const StepView<Real>& s, const Primitives& c) {
-  Real a = s.gone[c.vertex[0]], b = s.gone[c.vertex[3]];
+ANGIO_HOST_DEVICE inline Real closed_by(const Real* way, const Primitives& c) {
+  Real a = way[c.vertex[0]], b = way[c.vertex[3]];
   for (int i = 1; i < 3; ++i) {
     Real& side = c.edges && i == 1 ? a : b;
-    const Real gone = s.gone[c.vertex[i]];
-    side = gone > side ? gone : side;
+    const Real other = way[c.vertex[i]];
+    side = other > side ? other : side;
   }
-  return Real(1.001) * (a + b);
+  return a + b;
+}
+/// The same by what they have `gone`; a thousandth for rounding.
+template <class Real, class Primitives>
+ANGIO_HOST_DEVICE inline Real closed_at_most(const StepView<Real>& s, const Primitives& c) {
+  return Real(1.001) * closed_by(s.gone, c);
 }
 
-/// Names the near ones of the candidates that a vertex owns, in their order.
+/// The gap with which a candidate that a vertex is in may have been found, at most, if it is near
+/// now: `gone` holds what a vertex has gone since then and what it may go, and a candidate's other
+/// vertices of a side are around the first.
+///
+/// @param balloon, others  the most of `gone`, of the balloon and of all else
+template <class Real>
+ANGIO_HOST_DEVICE inline Real known_around(const StepView<Real>& s, int v, Real balloon,
+                                           Real others) {
+  const bool of_balloon = v < s.balloon_count, of_rod = v >= s.balloon_count + s.wall_count;
+  Real around = of_rod ? others : s.gone[v];
+  const int* begin = of_balloon ? s.corner_begin + v : s.wall_corner_begin + (v - s.balloon_count);
+  const CornerLink* corners = of_balloon ? s.corners : s.wall_corners;
+  for (int c = of_rod ? 0 : begin[0]; c < (of_rod ? 0 : begin[1]); ++c) {
+    const Real next = s.gone[corners[c].next], last = s.gone[corners[c].last];
+    around = next > around ? next : around;
+    around = last > around ? last : around;
+  }
+  const Real known = s.contact_range + Real(1.001) * (around + (of_balloon ? others : balloon));
+  const Real own = s.self_distance + Real(1.001) * (around + (of_balloon ? balloon : others));
+  return s.self_distance > Real(0) && own > known ? own : known;
+}
+
+/// Names the near ones of the candidates that a vertex owns, in their order. `gone` holds what a
+/// vertex has gone since they were found and what it may go.
 ///
 /// @param known  candidates that were found with this gap or a larger one are not near by now
 /// @return their number
 template <class Real, class Lanes>
-ANGIO_HOST_DEVICE inline int search_owned(const StepView<Real>& s, int v,
-                                          const PairReach<Real>& reach, Real known,
+ANGIO_HOST_DEVICE inline int search_owned(const StepView<Real>& s, int v, Real known,
                                           const Lanes& lanes) {
   const int first = s.owned_begin[v], last = s.owned_begin[v + 1];
   int end = first;
@@ -180,11 +208,12 @@ ANGIO_HOST_DEVICE inline int search_owned(const StepView<Real>& s, int v,
   for (int round = first; round < last && s.candidate_gap[round] < known; round += lanes.size()) {
     const int c = round + lanes.rank();
     NearPair<Real> pair;
-    const Real limit = c < last ? reach.of(s.candidates[c]) : Real(0);
-    const bool near = c < last && s.candidate_gap[c] - closed_at_most(s, s.candidates[c]) < limit &&
-                      approach(s, s.candidates[c], limit, pair);
+    const Real range = c < last ? range_of(s, s.candidates[c]) : Real(0);
+    const bool near =
+        c < last && s.candidate_gap[c] - closed_at_most(s, s.candidates[c]) < range &&
+        approach(s, s.candidates[c], range + closed_by(s.travel, s.candidates[c]), pair);
     const int place = end + lanes.before(near);
-    if (c < last) s.pair_of[c] = near ? place : -1;
+    if (c < last && s.pair_of) s.pair_of[c] = near ? place : -1;
     if (near) s.pairs[place] = pair;
     end += lanes.sum(near ? 1 : 0);
   }
@@ -194,7 +223,7 @@ ANGIO_HOST_DEVICE inline int search_owned(const StepView<Real>& s, int v,
 
 /// Lists a vertex's near pairs, and the planes among them that it can reach at all.
 template <class Real, class Lanes>
-ANGIO_HOST_DEVICE inline void list_pairs(const StepView<Real>& s, int v, Real known, Real travel,
+ANGIO_HOST_DEVICE inline void list_pairs(const StepView<Real>& s, int v, Real known,
                                          const Lanes& lanes) {
   const int first = s.ref_begin[v], last = s.ref_begin[v + 1];
   int refs = first, bounds = first;
@@ -205,7 +234,7 @@ ANGIO_HOST_DEVICE inline void list_pairs(const StepView<Real>& s, int v, Real kn
     const int r = round + lanes.rank();
     const int index = may_be_named(r) ? s.pair_of[s.candidate_refs[r].pair] : -1;
     const int corner = index < 0 ? 0 : s.candidate_refs[r].corner;
-    const bool binds = index >= 0 && s.pairs[index].limit[corner] < travel;
+    const bool binds = index >= 0 && s.pairs[index].limit[corner] < s.travel[v];
     const int place = refs + lanes.before(index >= 0), plane = bounds + lanes.before(binds);
     if (index >= 0) s.refs[place] = {index, corner};
     if (binds) {
@@ -221,16 +250,45 @@ ANGIO_HOST_DEVICE inline void list_pairs(const StepView<Real>& s, int v, Real kn
   s.bound_end[v] = bounds;
 }
 
+/// The same of all vertices, by one thread, from the near pairs that the owners have named: far
+/// quicker than looking through each vertex's candidates, where threads are few.
+template <class Real>
+inline void list_pairs_at_once(const StepView<Real>& s) {
+  const int count = contact_vertex_count(s);
+  const auto for_corners = [&](const auto& body) {
+    for (int i = 0; i < count; ++i) {
+      const int owner = contact_vertex(s, i);
+      for (int p = s.owned_begin[owner]; p < s.owned_end[owner]; ++p)
+        for (int corner = 0; corner < 4; ++corner) body(p, corner, s.pairs[p].vertex[corner]);
+    }
+  };
+  for (int i = 0; i < count; ++i) s.ref_end[contact_vertex(s, i)] = 0;
+  for_corners([&](int, int, int v) { ++s.ref_end[v]; });
+  for (int i = 0, end = 0; i < count; ++i) {
+    const int v = contact_vertex(s, i);
+    s.listed_begin[v] = s.bound_end[v] = end;
+    end += s.ref_end[v];
+    s.ref_end[v] = s.listed_begin[v];
+  }
+  for_corners([&](int p, int corner, int v) {
+    const NearPair<Real>& pair = s.pairs[p];
+    s.refs[s.ref_end[v]++] = {p, corner};
+    if (!(pair.limit[corner] < s.travel[v])) return;
+    const bool side_a = corner < (pair.edges ? 2 : 1);
+    s.bounds[s.bound_end[v]++] = {side_a ? pair.normal : -pair.normal, pair.limit[corner]};
+  });
+}
+
 /// Recomputes a pair's closest points and weight at the present positions, `gone` from the last
 /// search, unless it is too far for anything to act.
 template <class Real>
 ANGIO_HOST_DEVICE inline void refresh_pair(const StepView<Real>& s, int index) {
   NearPair<Real>& pair = s.pairs[index];
   // A pair just out of contact is kept ready for the motion of one sweep.
-  const Real ready = Real(1.5) * pair.distance;
+  const Real ready = Real(1.5) * pair.distance, range = range_of(s, pair);
   pair.film = pair.weight = Real(0);
   pair.gap = pair.gap_searched - closed_at_most(s, pair);
-  if (pair.gap >= (pair.skin || ready > s.contact_range ? ready : s.contact_range)) return;
+  if (pair.gap >= (ready > range ? ready : range)) return;
   const Vec3T<Real> p[4] = {s.x[pair.vertex[0]], s.x[pair.vertex[1]], s.x[pair.vertex[2]],
                             s.x[pair.vertex[3]]};
   pair.weights = closest_points(pair, p);

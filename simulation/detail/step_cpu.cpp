@@ -29,7 +29,7 @@ class CpuSolver final : public StepSolver {
         options_(options),
         rules_(make_rules(scene, options)),
         plasticity_(plastic_flow<Real>(options.wall)),
-        finder_(scene, options, kFramesToLast),
+        finder_(scene, options, kFramesToLast, false),
         threads_(threads > 0 ? threads
                              : std::clamp(scene.vertex_count() / kVerticesPerThread, 1,
                                           omp_get_max_threads())) {
@@ -148,15 +148,15 @@ class CpuSolver final : public StepSolver {
     x_candidates_.assign(view_.x, view_.x + scene_.vertex_count());
     candidate_gap_ = converted_all<Real>(set_.gap);
     pairs_.resize(set_.candidates.size());
-    pair_of_.resize(set_.candidates.size());
-    refs_.resize(set_.refs.size());
-    bounds_.resize(set_.refs.size());
-    use<Real>({set_.candidates.data(), set_.owned_begin.data(), set_.ref_begin.data(),
-               set_.refs.data(), x_candidates_.data(), candidate_gap_.data(), Real(set_.reach),
+    refs_.resize(4 * set_.candidates.size());
+    bounds_.resize(4 * set_.candidates.size());
+    listed_begin_.resize(scene_.start.size());
+    use<Real>({set_.candidates.data(), set_.owned_begin.data(), listed_begin_.data(), nullptr,
+               x_candidates_.data(), candidate_gap_.data(), Real(set_.reach),
                int(set_.candidates.size()), Real(set_.skin_reach)},
               view_);
     view_.pairs = pairs_.data();
-    view_.pair_of = pair_of_.data();
+    view_.listed_begin = listed_begin_.data();
     view_.refs = refs_.data();
     view_.bounds = bounds_.data();
   }
@@ -203,7 +203,7 @@ class CpuSolver final : public StepSolver {
   std::vector<Vec3T<Real>> x_candidates_;
   std::vector<Real> candidate_gap_;
   std::vector<NearPair<Real>> pairs_;
-  std::vector<int> pair_of_;
+  std::vector<int> listed_begin_;
   std::vector<ContactRef> refs_;
   std::vector<MotionBound<Real>> bounds_;
   StepStatus status_;

@@ -100,7 +100,7 @@ struct DeviceClock {
 template <class Real>
 class BlockTeam : public DeviceClock {
  public:
-  static constexpr bool kSurroundings = false, kSolids = false;
+  static constexpr bool kSurroundings = false, kSolids = false, kIsSmall = false;
   static constexpr int kBalloonLanes = 4, kVertexLanes = 4, kClusterLanes = 32;
 
   __device__ explicit BlockTeam(BlockShared& shared) : shared_(shared) {}
@@ -141,7 +141,7 @@ class BlockTeam : public DeviceClock {
 template <class Real, bool Surroundings>
 class GridTeam : public DeviceClock {
  public:
-  static constexpr bool kSurroundings = Surroundings, kSolids = false;
+  static constexpr bool kSurroundings = Surroundings, kSolids = false, kIsSmall = false;
   static constexpr int kBalloonLanes = Surroundings ? 32 : 4, kVertexLanes = 4, kClusterLanes = 32;
 
   __device__ GridTeam(BlockShared& shared, void* sums)

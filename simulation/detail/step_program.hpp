@@ -64,7 +64,6 @@ struct StepStatus {
   GasLaw<double> law;
   StepReport report;
   LeapStatus leap;
-  double travel = 0.0;   ///< see step_contact.hpp [mm]
   int since_search = 0;  ///< sweeps
   bool blocked = false;  ///< a vertex has met its bound in the last sweep
   bool halted = false;   ///< for want of candidates
@@ -81,10 +80,13 @@ inline constexpr int kLeastSweeps = 3;  // for what rests
 /// A vertex that has met its bound waits for so many sweeps for the next search. Layers of folds
 /// are near each other everywhere: searches are dear there, and the less travel the fewer pairs.
 inline constexpr int kPatience = 2, kFoldsPatience = 4;
-inline constexpr double kFoldsTravel = 0.25;  ///< of the contact distance
-inline constexpr double kMostTravel = 2.0;    ///< of the contact distance
-inline constexpr double kOwnTravel = 1.0;     ///< the most, where surfaces may meet themselves
-inline constexpr int kSweepsToTell = 4;       // for the lag to be known
+/// A vertex may go this multiple of its last step's motion between two searches, but no less and no
+/// more than these multiples of the contact distance; layers of folds one length all, and less
+/// where surfaces may meet themselves.
+inline constexpr double kTravelAhead = 1.5;
+inline constexpr double kLeastTravel = 0.1, kMostTravel = 2.0;
+inline constexpr double kFoldsTravel = 0.25, kOwnTravel = 1.0;
+inline constexpr int kSweepsToTell = 4;  // for the lag to be known
 
 /// The most that a vertex goes between two searches, of the contact distance. Of scene or view.
 template <class Model>
@@ -106,9 +108,9 @@ ANGIO_HOST_DEVICE inline bool has_pairs(const StepView<Real>& s) {
 
 /// Moves a vertex as far as its bounds let it. @return the part taken
 template <class Team, class Real>
-ANGIO_HOST_DEVICE inline Real bounded_share(const StepView<Real>& s, int v, const Vec3T<Real>& move,
-                                            Real travel) {
-  return has_pairs<Team>(s) ? allowed_share(s, v, move, travel) : Real(1);
+ANGIO_HOST_DEVICE inline Real bounded_share(const StepView<Real>& s, int v,
+                                            const Vec3T<Real>& move) {
+  return has_pairs<Team>(s) ? allowed_share(s, v, move, s.travel[v]) : Real(1);
 }
 
 /// Six times the volume of the tetrahedron of a balloon triangle and the origin [mm^3].
@@ -143,21 +145,13 @@ ANGIO_HOST_DEVICE inline void measure_areas(Team& team, const StepView<Real>& s)
   });
 }
 
-/// How far a vertex may go between two searches: by how far the fastest went in the last step.
-template <class Real, class Team>
-ANGIO_HOST_DEVICE inline double useful_travel(Team& team, const StepView<Real>& s) {
-  const double distance = s.contact_distance, steps[] = {0.5, 1.0, most_travel(s)};
-  if (s.has_folds) return most_travel(s) * distance;
-  double faster[2];
-  team.template quick_sum<1, 2>(
-      contact_vertex_count(s),
-      [&](int i, const auto&, auto* part) {
-        const Real motion = Real(1.5) * s.dt * norm(s.velocity[contact_vertex(s, i)]);
-        for (int k = 0; k < 2; ++k)
-          part[k] += motion > Real(steps[k]) * s.contact_distance ? Real(1) : Real(0);
-      },
-      faster);
-  return (faster[0] == 0.0 ? steps[0] : faster[1] == 0.0 ? steps[1] : steps[2]) * distance;
+/// How far a vertex may go between two searches: by how far it went in the last step.
+template <class Real>
+ANGIO_HOST_DEVICE inline Real useful_travel(const StepView<Real>& s, int v) {
+  const Real most = Real(most_travel(s)) * s.contact_distance;
+  const Real least = s.has_folds ? most : Real(kLeastTravel) * s.contact_distance;
+  const Real motion = Real(kTravelAhead) * s.dt * norm(s.velocity[v]);
+  return motion < least ? least : motion < most ? motion : most;
 }
 
 template <class Real, class Team>
@@ -169,7 +163,11 @@ ANGIO_HOST_DEVICE inline void begin_step(Team& team, const StepView<Real>& s,
   });
   measure_areas(team, s);
   team.barrier();
-  if (has_pairs<Team>(s)) status.travel = useful_travel(team, s);
+  if (has_pairs<Team>(s))
+    team.template for_each<1>(contact_vertex_count(s), [&](int i, const auto&) {
+      const int v = contact_vertex(s, i);
+      s.travel[v] = useful_travel(s, v);
+    });
   double total[1];
   team.template quick_sum<1, 1>(
       s.balloon_count,
@@ -185,6 +183,14 @@ ANGIO_HOST_DEVICE inline void begin_step(Team& team, const StepView<Real>& s,
   status.blocked = false;
 }
 
+/// The same where a step goes on: twice as far where the last search did not let it go far enough.
+template <class Real>
+ANGIO_HOST_DEVICE inline Real longer_travel(const StepView<Real>& s, int v) {
+  const Real most = Real(most_travel(s)) * s.contact_distance;
+  const Real twice = Real(2) * norm(s.x[v] - s.x_searched[v]);
+  return twice < s.travel[v] ? s.travel[v] : twice < most ? twice : most;
+}
+
 /// Searches the candidates for near pairs (step_contact.hpp). @return false if the candidates are
 /// used up and new ones are needed
 template <class Real, class Team>
@@ -192,38 +198,44 @@ ANGIO_HOST_DEVICE inline bool search_pairs(Team& team, const StepView<Real>& s,
                                            StepStatus& status) {
   if (!has_pairs<Team>(s)) return true;
   const double begin = team.now();
-  const Real motion = Real(2.0 * status.travel);
-  const PairReach<Real> reach{s.contact_range + motion, s.self_distance + motion};
   const int count = contact_vertex_count(s);
-  double gone[2];  // of the balloon, and of wall and guidewire: the two sides of a candidate
+  const bool goes_on = status.stage == StepStage::sweeps;
+  double used[2];  // of the balloon, and of wall and guidewire: the two sides of a candidate
   team.template most<2>(
       count,
       [&](int i, const auto&, auto* part) {
         const int v = contact_vertex(s, i);
-        const Real far = s.gone[v] = norm(s.x[v] - s.x_candidates[v]);
+        if (goes_on) s.travel[v] = longer_travel(s, v);
+        const Real far = s.gone[v] = norm(s.x[v] - s.x_candidates[v]) + s.travel[v];
         auto& side = part[v < s.balloon_count ? 0 : 1];
         side = far > side ? far : side;
       },
-      gone);
+      used);
   // A thousandth for rounding. Both sides of a surface's contact with itself are of that surface.
-  const Real closer = Real(1.001 * (gone[0] + gone[1])),
-             folds = Real(1.001 * 2.0 * (gone[0] > gone[1] ? gone[0] : gone[1]));
+  const Real closer = Real(1.001 * (used[0] + used[1])),
+             folds = Real(1.001 * 2.0 * (used[0] > used[1] ? used[0] : used[1]));
   const bool has_skin = s.self_distance > Real(0);
-  status.halted = !(closer < s.candidate_reach - reach.others) ||
-                  (has_skin && !(folds < s.skin_reach - reach.skin));
+  status.halted = !(closer < s.candidate_reach - s.contact_range) ||
+                  (has_skin && !(folds < s.skin_reach - s.self_distance));
   if (status.halted) return false;
-  const Real known_others = reach.others + closer, known_skin = reach.skin + folds;
+  const Real known_others = s.contact_range + closer, known_skin = s.self_distance + folds;
   const Real known = has_skin && known_skin > known_others ? known_skin : known_others;
+  const auto known_to = [&](int v) {
+    return Team::kIsSmall ? known_around(s, v, Real(used[0]), Real(used[1])) : known;
+  };
   double total[1];
   team.template quick_sum<Team::kClusterLanes, 1>(
       count,
       [&](int i, const auto& lanes, auto* part) {
-        part[0] += Real(search_owned(s, contact_vertex(s, i), reach, known, lanes));
+        const int v = contact_vertex(s, i);
+        part[0] += Real(search_owned(s, v, known_to(v), lanes));
       },
       total);
+  if constexpr (Team::kIsSmall)
+    if (team.leader()) list_pairs_at_once(s);
   team.template for_each<Team::kClusterLanes>(count, [&](int i, const auto& lanes) {
     const int v = contact_vertex(s, i);
-    list_pairs(s, v, known, Real(status.travel), lanes);
+    if constexpr (!Team::kIsSmall) list_pairs(s, v, known, lanes);
     if (lanes.rank() == 0) s.x_searched[v] = s.x[v];
   });
   team.barrier();
@@ -249,15 +261,14 @@ ANGIO_HOST_DEVICE inline int moving_vertex(const StepView<Real>& s, int i) {
 /// Moves every vertex v by by(v) as far as its bounds let it, and the column behind a wall's vertex
 /// along. @return is a vertex held by its bounds?
 template <class Real, class Team, class By>
-ANGIO_HOST_DEVICE inline bool move_all(Team& team, const StepView<Real>& s, double travel,
-                                       const By& by) {
+ANGIO_HOST_DEVICE inline bool move_all(Team& team, const StepView<Real>& s, const By& by) {
   double held[1];
   team.template quick_sum<1, 1>(
       moving_count(s),
       [&](int i, const auto&, auto* part) {
         const int v = moving_vertex(s, i);
         const Vec3T<Real> move = by(v);
-        const Real share = bounded_share<Team>(s, v, move, Real(travel));
+        const Real share = bounded_share<Team>(s, v, move);
         s.x[v] += share * move;
         for (int l = 1; Team::kSolids && v >= s.balloon_count && l < s.columns.levels; ++l) {
           const int u = v + l * s.columns.stride;
@@ -278,11 +289,11 @@ ANGIO_HOST_DEVICE inline void measure_gas(Team& team, const StepView<Real>& s, S
 /// Takes the rod's moves: nodes and ties by one share, that of the least room.
 /// @return volume gained [mm^3]
 template <class Real, class Team>
-ANGIO_HOST_DEVICE inline double take_rod(Team& team, const StepView<Real>& s, Real travel) {
+ANGIO_HOST_DEVICE inline double take_rod(Team& team, const StepView<Real>& s) {
   const RodView<Real>& rod = s.rod;
   const int parts = rod_part_count(rod);
   team.template for_each<1>(parts, [&](int i, const auto&) {
-    rod.share[i] = bounded_share<Team>(s, rod_part_vertex(rod, i), rod_move(rod, i), travel);
+    rod.share[i] = bounded_share<Team>(s, rod_part_vertex(rod, i), rod_move(rod, i));
   });
   team.barrier();
   if (team.leader()) {
@@ -309,15 +320,14 @@ template <class Real, class Team>
 ANGIO_HOST_DEVICE inline void foresee(Team& team, const StepView<Real>& s, const StepRules& rules,
                                       StepStatus& status) {
   if (!rules.still)
-    move_all(team, s, status.travel,
-             [&](int v) { return Real(kForesight) * (s.x_inertial[v] - s.x_before[v]); });
+    move_all(team, s, [&](int v) { return Real(kForesight) * (s.x_inertial[v] - s.x_before[v]); });
   if (Team::kSurroundings && !rules.still && s.rod.shape.count > 0) {
     team.template for_each<1>(s.rod.shape.count, [&](int i, const auto&) {
       const int v = s.rod.first + i;
       s.rod.rows[i].force = kForesight * in_double(s.x_inertial[v] - s.x_before[v]);
     });
     team.barrier();
-    take_rod(team, s, Real(status.travel));
+    take_rod(team, s);
   }
   measure_gas(team, s, status);
 }
@@ -345,8 +355,7 @@ ANGIO_HOST_DEVICE inline void leap(Team& team, const StepView<Real>& s, StepStat
       total);
   const double length = leap_length(status.leap, total);
   if (!(length > 0.0)) return;
-  const bool held =
-      move_all(team, s, status.travel, [&](int v) { return Real(length) * s.swept_by[v]; });
+  const bool held = move_all(team, s, [&](int v) { return Real(length) * s.swept_by[v]; });
   status.blocked = status.blocked || held;
   status.leap = {};
   for (double& moved : status.moved) moved = 0.0;
@@ -426,7 +435,7 @@ ANGIO_HOST_DEVICE inline void propose_moves(Team& team, const StepView<Real>& s,
 /// Takes the moves with the change of pressure; total: volume gained, squared motion, blocked.
 template <class Real, class Team>
 ANGIO_HOST_DEVICE inline void take_moves(Team& team, const StepView<Real>& s, int first, int count,
-                                         Real change, Real gauge, Real travel, double (&total)[3]) {
+                                         Real change, Real gauge, double (&total)[3]) {
   team.template quick_sum<Team::kBalloonLanes, 3>(
       count,
       [&](int i, const auto& lanes, auto* part) {
@@ -434,7 +443,7 @@ ANGIO_HOST_DEVICE inline void take_moves(Team& team, const StepView<Real>& s, in
         const Move<Real> move = s.moves[v];
         Vec3T<Real> by = move.by_force + change * move.by_pressure;
         if (!move.taut) by *= balloon_line_search(s, v, lanes, gauge, by);
-        const Real share = bounded_share<Team>(s, v, by, travel);
+        const Real share = bounded_share<Team>(s, v, by);
         by *= share;
         part[0] += dot(move.by_volume, by);
         part[1] += norm_squared(by);
@@ -463,8 +472,7 @@ ANGIO_HOST_DEVICE inline void sweep_balloon(Team& team, const StepView<Real>& s,
     const double least = 1e-3 * status.volume, grown = status.volume + proposed[0];
     const Real change =
         meet(converted<Real>(law), p, Real(grown > least ? grown : least), Real(proposed[1])) - p;
-    take_moves(team, s, first, count, change, p + change - s.outside_pressure, Real(status.travel),
-               taken);
+    take_moves(team, s, first, count, change, p + change - s.outside_pressure, taken);
     status.volume += taken[0];
     status.pressure = pressure_at(law, status.volume);
     sums.net += proposed[2];
@@ -488,7 +496,7 @@ ANGIO_HOST_DEVICE inline void sweep_rod(Team& team, const StepView<Real>& s, Ste
   team.barrier();
   if (team.leader()) propose_rod(s);
   team.barrier();
-  status.volume += take_rod(team, s, Real(status.travel));
+  status.volume += take_rod(team, s);
   status.pressure = pressure_at(status.law, status.volume);
   sums.net += s.rod.report->net;
   sums.load += s.rod.report->load;
@@ -497,8 +505,7 @@ ANGIO_HOST_DEVICE inline void sweep_rod(Team& team, const StepView<Real>& s, Ste
 }
 
 template <class Real, class Team>
-ANGIO_HOST_DEVICE inline void sweep_wall(Team& team, const StepView<Real>& s, Real travel,
-                                         SweepSums& sums) {
+ANGIO_HOST_DEVICE inline void sweep_wall(Team& team, const StepView<Real>& s, SweepSums& sums) {
   const double net_before = sums.net, load_before = sums.load;
   for (int color = 0; color < s.wall_colors; ++color) {
     const int first = s.wall_color_begin[color];
@@ -512,7 +519,7 @@ ANGIO_HOST_DEVICE inline void sweep_wall(Team& team, const StepView<Real>& s, Re
               const ColumnMove<Real> column = propose_column(s, v, lanes);
               part[0] += column.net;
               part[1] += column.load;
-              part[2] += take_column(s, v, lanes, column, travel) < Real(1) ? 1.0 : 0.0;
+              part[2] += take_column(s, v, lanes, column, s.travel[v]) < Real(1) ? 1.0 : 0.0;
               return;
             }
           const VertexForces<Real> f = wall_forces(s, v, lanes);
@@ -521,7 +528,7 @@ ANGIO_HOST_DEVICE inline void sweep_wall(Team& team, const StepView<Real>& s, Re
           part[1] += f.magnitude * f.magnitude;
           if (!(net > Real(0))) return;
           const Vec3T<Real> move = inverse_block(f.hessian) * f.force;
-          const Real share = bounded_share<Team>(s, v, move, travel);
+          const Real share = bounded_share<Team>(s, v, move);
           part[2] += share < Real(1) ? Real(1) : Real(0);
           lanes.sync();
           if (lanes.rank() == 0) s.x[v] += share * move;
@@ -567,7 +574,7 @@ ANGIO_HOST_DEVICE inline SweepSums sweep(Team& team, const StepView<Real>& s, bo
   sweep_balloon(team, s, status, sums);
   if (Team::kSurroundings && s.rod.shape.count > 0) sweep_rod(team, s, status, sums);
   const double swept = team.now();
-  if (Team::kSurroundings && wall) sweep_wall(team, s, Real(status.travel), sums);
+  if (Team::kSurroundings && wall) sweep_wall(team, s, sums);
   if constexpr (Team::kSolids) project_paper(team, s, status);
   times.refresh += refreshed - begin;
   times.balloon += swept - refreshed;

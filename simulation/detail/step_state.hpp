@@ -35,25 +35,26 @@ struct Candidate {
   float distance = 0;  ///< skin: contact acts below this gap [mm]
 };
 
-/// A candidate that is near, and since when.
+/// A candidate that is near, and since when. What is read of one that does nothing comes first.
 template <class Real>
 struct NearPair {
   int vertex[4]{};                                  ///< as in Candidate
   bool edges = false, inner = false, skin = false;  ///< as in Candidate
-  /// Of the other side, the corner that moves at the same time, by its colour; -1: none.
-  short twin[4] = {-1, -1, -1, -1};
-  Real radius{};        ///< as in Candidate
-  Real distance{};      ///< contact acts below this gap [mm]
-  Real area{};          ///< that it stands for [mm^2]
-  Vec3T<Real> normal;   ///< at the search: unit, from side b to side a
-  Real limit[4]{};      ///< how far each vertex may go against its side of the normal [mm]
-  Real gap_searched{};  ///< at the search, less the radius [mm]
-  // Below: at the last refresh.
+  Real distance{};                                  ///< contact acts below this gap [mm]
+  Real gap_searched{};                              ///< at the search, less the radius [mm]
+  // At the last refresh:
+  Real gap{};     ///< less the radius; or, where nothing can act, a bound of it [mm]
+  Real weight{};  ///< area, faded out for parallel edges; 0: out of contact
+  Real film{};    ///< area of the film that holds vertex and triangle together [mm^2]
   GapWeights<Real> weights;
   Vec3T<Real> direction;  ///< unit gap direction
-  Real weight{};          ///< area, faded out for parallel edges; 0: out of contact
-  Real gap{};             ///< less the radius; or, where nothing can act, a bound of it [mm]
-  Real film{};            ///< area of the film that holds vertex and triangle together [mm^2]
+  // At the search:
+  Real radius{};       ///< as in Candidate
+  Real area{};         ///< that it stands for [mm^2]
+  Vec3T<Real> normal;  ///< unit, from side b to side a
+  Real limit[4]{};     ///< how far each vertex may go against its side of the normal [mm]
+  /// Of the other side, the corner that moves at the same time, by its colour; -1: none.
+  short twin[4] = {-1, -1, -1, -1};
 };
 
 /// A vertex's place in a candidate or a pair.
@@ -200,18 +201,20 @@ struct StepView {
   // Candidates, owned by their first vertex and in its order; from the host now and then
   const Candidate* candidates = nullptr;
   const int* owned_begin = nullptr;  // [vertex + 1] first candidate
-  const int* ref_begin = nullptr;    // [vertex + 1] candidates that it is in
+  const int* ref_begin = nullptr;    // [vertex + 1] candidates, or near pairs, that it is in
   const ContactRef* candidate_refs = nullptr;
   const Vec* x_candidates = nullptr;    // positions when they were found
   const Real* candidate_gap = nullptr;  // then [mm]
   Real* gone = nullptr;                 // [vertex] since then, or since the last search [mm]
+  Real* travel = nullptr;               // [vertex] how far it may go until the next search [mm]
   Real candidate_reach = 0;             // pairs nearer than this were candidates then [mm]
   Real skin_reach = 0;                  // the same of a surface with itself
   // Near pairs, each owner's and each vertex's from where its candidates begin
   NearPair<Real>* pairs = nullptr;
   int* owned_end = nullptr;
-  int* pair_of = nullptr;  // of a candidate; -1: not near
+  int* pair_of = nullptr;  // of a candidate; -1: not near; null: not asked for
   ContactRef* refs = nullptr;
+  int* listed_begin = nullptr;  // `ref_begin`, where one thread lists the pairs; [vertex + 1]
   int* ref_end = nullptr;
   MotionBound<Real>* bounds = nullptr;
   int* bound_end = nullptr;

@@ -130,7 +130,7 @@ CandidateSet CandidateFinder::find(const std::vector<Vec3>& x, int lasted) {
   lasted_ += lasted;
   if (!(scene_.self_distance > 0.0)) {
     std::vector<Candidate> candidates = find_others(x);
-    return index_candidates(x, std::move(candidates), reach_);
+    return index_candidates(x, std::move(candidates), reach_, lists_);
   }
   // Neighbours on a surface are near each other, layers everywhere: their candidates are used up
   // far sooner than those of what is around, of which a wide set is kept.
@@ -145,7 +145,7 @@ CandidateSet CandidateFinder::find(const std::vector<Vec3>& x, int lasted) {
   add_skin_candidates(scene_, x, scene_.self_distance + room, candidates);
   add_wall_candidates(scene_, x, scene_.self_distance + room, candidates);
   sort_candidates(candidates);
-  CandidateSet set = index_candidates(x, std::move(candidates), reach);
+  CandidateSet set = index_candidates(x, std::move(candidates), reach, lists_);
   set.skin_reach = scene_.self_distance + room;
   return set;
 }

@@ -374,6 +374,7 @@ StepView<Real> make_view(const Scene& scene, const SimulationOptions& options, M
   view.x_swept = memory.template allocate<Vec3T<Real>>(count);
   view.swept_by = memory.template allocate<Vec3T<Real>>(count);
   view.gone = memory.template allocate<Real>(count);
+  view.travel = memory.template allocate<Real>(count);
   view.owned_end = memory.template allocate<int>(count);
   view.ref_end = memory.template allocate<int>(count);
   view.bound_end = memory.template allocate<int>(count);
@@ -396,12 +397,15 @@ class CandidateFinder {
  public:
   /// @param frames  that a set of candidates should last: their reach follows from how long the
   ///                last set did
-  CandidateFinder(const Scene& scene, const SimulationOptions& options, int frames)
+  /// @param lists   are the candidates of each vertex listed (CandidateSet::refs)?
+  CandidateFinder(const Scene& scene, const SimulationOptions& options, int frames,
+                  bool lists = true)
       : scene_(scene),
         distance_(options.contact_distance_mm),
         range_(contact_range(options)),
         of_wall_(options.contact_model == ContactModel::barrier),
-        frames_(frames) {}
+        frames_(frames),
+        lists_(lists) {}
 
   /// @param lasted  frames that were begun with the last set
   CandidateSet find(const std::vector<Vec3>& x, int lasted);
@@ -423,6 +427,7 @@ class CandidateFinder {
   double distance_, range_, slack_ = 4.0, reach_ = 0.0;
   bool of_wall_;  // else only the guidewire's: the paper's contact has none
   int frames_, lasted_ = 0;
+  bool lists_;
   bool first_ = true;
   // With pairs of one surface: the others as they were found last.
   std::vector<Candidate> others_;

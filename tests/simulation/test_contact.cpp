@@ -139,16 +139,16 @@ struct Search {
 
   explicit Search(double reach, double travel) {
     const CandidateSet set =
-        index_candidates(start(), find_candidates(t.scene, start(), reach), reach);
-    use<double>({memory.store(set.candidates), memory.store(set.owned_begin),
-                 memory.store(set.ref_begin), memory.store(set.refs), memory.store(start()),
-                 memory.store(set.gap), reach, int(set.candidates.size())},
+        index_candidates(start(), find_candidates(t.scene, start(), reach), reach, false);
+    const std::size_t count = set.candidates.size();
+    view.listed_begin = memory.allocate<int>(t.scene.start.size());
+    use<double>({memory.store(set.candidates), memory.store(set.owned_begin), view.listed_begin,
+                 nullptr, memory.store(start()), memory.store(set.gap), reach, int(count)},
                 view);
-    view.pairs = memory.allocate<NearPair<double>>(set.candidates.size());
-    view.pair_of = memory.allocate<int>(set.candidates.size());
-    view.refs = memory.allocate<ContactRef>(set.refs.size());
-    view.bounds = memory.allocate<MotionBound<double>>(set.refs.size());
-    status.travel = travel;
+    view.pairs = memory.allocate<NearPair<double>>(count);
+    view.refs = memory.allocate<ContactRef>(4 * count);
+    view.bounds = memory.allocate<MotionBound<double>>(4 * count);
+    std::fill_n(view.travel, t.scene.vertex_count(), travel);
   }
 
   std::vector<Vec3> start() const { return local<double>(t.scene, t.scene.start); }
@@ -174,7 +174,7 @@ TEST(SearchPairs, NamesTheCandidatesThatAreNearAfterAMotion) {
     search.view.x[v] += 0.07 * random_point(random);
   ASSERT_TRUE(search.run());
   const std::vector<Vec3> x(search.view.x, search.view.x + search.t.scene.vertex_count());
-  const double reach = search.view.contact_range + 2.0 * search.status.travel;
+  const double reach = search.view.contact_distance + 2.0 * 0.1;  // all is dry
   const std::vector<Candidate> expected = find_candidates(search.t.scene, x, reach);
   std::vector<Candidate> found;
   for (const NearPair<double>& pair : search.pairs()) {
@@ -208,7 +208,7 @@ TEST(SearchPairs, NoNumberOfMotionsUsesUpAGap) {
       if (search.view.ref_end[v] == search.view.ref_begin[v]) continue;  // nothing stops it
       const Vec3 radial = normalized(Vec3{x[v].x, x[v].y, 0.0});
       const Vec3 move = (v < search.t.scene.balloon_count ? 0.01 : -0.01) * radial;
-      x[v] += allowed_share(search.view, v, move, search.status.travel) * move;
+      x[v] += allowed_share(search.view, v, move, search.view.travel[v]) * move;
     }
   }
   ASSERT_TRUE(search.run());

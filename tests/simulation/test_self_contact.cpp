@@ -39,7 +39,7 @@ struct Folds {
     if (self_distance > 0.0) scene.self_distance = self_distance;
     view = make_view<double>(scene, with_self_contact(), memory);
     renew();
-    status.travel = 0.01;
+    std::fill_n(view.travel, scene.vertex_count(), 0.01);
     measure_areas(team, view);
   }
 
@@ -50,15 +50,15 @@ struct Folds {
     add_skin_candidates(scene, x, kReach, found);
     add_wall_candidates(scene, x, kReach, found);
     sort_candidates(found);
-    const CandidateSet set = index_candidates(x, found, kReach);
-    use<double>({memory.store(set.candidates), memory.store(set.owned_begin),
-                 memory.store(set.ref_begin), memory.store(set.refs), memory.store(x),
-                 memory.store(set.gap), 1.0, int(set.candidates.size()), kReach},
-                view);
+    const CandidateSet set = index_candidates(x, found, kReach, false);
+    view.listed_begin = memory.allocate<int>(x.size());
+    use<double>(
+        {memory.store(set.candidates), memory.store(set.owned_begin), view.listed_begin, nullptr,
+         memory.store(x), memory.store(set.gap), 1.0, int(set.candidates.size()), kReach},
+        view);
     view.pairs = memory.allocate<NearPair<double>>(found.size());
-    view.pair_of = memory.allocate<int>(found.size());
-    view.refs = memory.allocate<ContactRef>(set.refs.size());
-    view.bounds = memory.allocate<MotionBound<double>>(set.refs.size());
+    view.refs = memory.allocate<ContactRef>(4 * found.size());
+    view.bounds = memory.allocate<MotionBound<double>>(4 * found.size());
   }
 
   [[nodiscard]] std::vector<Vec3> positions() const {
@@ -156,7 +156,7 @@ TEST(SelfContact, KeepsMomentum) {
     const Vec3 x = folds.view.x[v];  // layers pressed on each other
     const Vec3 move =
         -0.04 * normalized(Vec3{x.x, x.y, 0.0}) + 0.02 * Vec3{u(random), u(random), u(random)};
-    folds.view.x[v] += allowed_share(folds.view, v, move, folds.status.travel) * move;
+    folds.view.x[v] += allowed_share(folds.view, v, move, folds.view.travel[0]) * move;
   }
   ASSERT_TRUE(folds.search());
   const VertexForces<double> sum = folds.forces();
@@ -168,7 +168,7 @@ TEST(SelfContact, NoMotionWithinItsBoundsTakesTheSkinThroughItself) {
   Folds folds(testing::folded_model({}));
   std::mt19937 random(5);
   std::uniform_real_distribution<double> u(-1.0, 1.0);
-  const double room = Folds::kReach - folds.scene.self_distance - 2.0 * folds.status.travel;
+  const double room = Folds::kReach - folds.scene.self_distance - 2.0 * folds.view.travel[0];
   const auto is_spent = [&] {
     double gone = 0.0;
     for (int v = 0; v < folds.scene.balloon_count; ++v)
@@ -180,7 +180,7 @@ TEST(SelfContact, NoMotionWithinItsBoundsTakesTheSkinThroughItself) {
     ASSERT_LT(++rounds, 200);
     for (int v = 0; v < folds.scene.balloon_count; ++v) {
       const Vec3 move = 0.02 * Vec3{u(random), u(random), u(random)};
-      folds.view.x[v] += allowed_share(folds.view, v, move, folds.status.travel) * move;
+      folds.view.x[v] += allowed_share(folds.view, v, move, folds.view.travel[0]) * move;
     }
     ASSERT_EQ(self_crossing_count(folds.scene.balloon_triangles, folds.positions()), 0) << rounds;
   }
@@ -216,7 +216,7 @@ TEST(SelfContact, NoMotionWithinItsBoundsTakesAWallThroughItself) {
     for (int v = first; v < lumen.scene.vertex_count(); ++v) {
       const Vec3 move = 0.02 * Vec3{u(random), u(random), u(random)};
       free[std::size_t(v)] += move;
-      lumen.view.x[v] += allowed_share(lumen.view, v, move, lumen.status.travel) * move;
+      lumen.view.x[v] += allowed_share(lumen.view, v, move, lumen.view.travel[0]) * move;
     }
     ASSERT_EQ(self_crossing_count(lumen.scene.wall_triangles, lumen.positions()), 0) << round;
     lumen.renew();
