@@ -187,6 +187,42 @@ ClosedRegion find_region(const LumenMesh& lumen, const CenterlineTree& tree,
       "(balloon.length_mm)");
 }
 
+/// A whole wall as its own region.
+ContactRegion region_of(const TriangleMesh& wall) {
+  ContactRegion region;
+  region.mesh = wall;
+  const std::size_t count = wall.vertices.size();
+  for (std::size_t v = 0; v < count; ++v) region.lumen_vertex.push_back(int(v));
+  region.fixed.assign(count, 0);
+  region.abscissa.assign(count, 0.0);
+  region.group.assign(count, 0);
+  return region;
+}
+
+/// Puts the wall's vertices in place of those of a region of it, between the balloon's and the
+/// points in the air.
+TetMesh in_numbering_of(const TriangleMesh& wall, const ContactRegion& region,
+                        std::size_t balloon_count, TetMesh mesh) {
+  if (mesh.tets.empty() || region.lumen_vertex.size() == wall.vertices.size()) return mesh;
+  const std::size_t region_end = balloon_count + region.lumen_vertex.size();
+  const std::size_t left_out = wall.vertices.size() - region.lumen_vertex.size();
+  for (Tet& t : mesh.tets)
+    for (int& v : t) {
+      const auto u = std::size_t(v);
+      if (u >= region_end)
+        v += int(left_out);
+      else if (u >= balloon_count)
+        v = int(balloon_count) + region.lumen_vertex[u - balloon_count];
+    }
+  std::vector<Vec3> vertices(mesh.vertices.begin(),
+                             mesh.vertices.begin() + std::ptrdiff_t(balloon_count));
+  vertices.insert(vertices.end(), wall.vertices.begin(), wall.vertices.end());
+  vertices.insert(vertices.end(), mesh.vertices.begin() + std::ptrdiff_t(region_end),
+                  mesh.vertices.end());
+  mesh.vertices = std::move(vertices);
+  return mesh;
+}
+
 }  // namespace
 
 double least_lumen_to_cross_mm() { return 2.0 * detail::room_for(detail::kLeastStartRadius); }
@@ -230,13 +266,15 @@ BalloonSetup place_balloon(const LumenMesh& lumen, const CenterlineTree& tree,
   return setup;
 }
 
-TetMesh mesh_air(const TriangleMesh& balloon, const TriangleMesh& region) {
-  const auto gap = detail::close_region(region);
+TetMesh mesh_air(const TriangleMesh& balloon, const TriangleMesh& wall) {
   const auto inside = detail::point_inside(balloon);
-  if (!gap || !inside || count_self_intersections(balloon) > 0 ||
-      count_self_intersections(gap->shell) > 0 || count_intersections(balloon, gap->shell) > 0)
+  if (!inside || count_self_intersections(balloon) > 0 || count_self_intersections(wall) > 0)
     return {};
-  return detail::mesh_gap_with_points(balloon, *gap, *inside);
+  ContactRegion region = region_of(wall);
+  const auto gap = close_gap(region);
+  if (!gap || count_intersections(balloon, gap->shell) > 0) return {};
+  return in_numbering_of(wall, region, balloon.vertices.size(),
+                         detail::mesh_gap_with_points(balloon, *gap, *inside));
 }
 
 }  // namespace angio::meshing

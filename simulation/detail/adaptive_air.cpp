@@ -1,8 +1,10 @@
 #include "simulation/detail/adaptive_air.hpp"
 
 #include <algorithm>
+#include <iterator>
 #include <limits>
 #include <map>
+#include <set>
 
 #include "simulation/detail/air_cavity.hpp"
 #include "simulation/detail/air_flips.hpp"
@@ -30,6 +32,65 @@ Triangle ascending(Triangle t) {
   return t;
 }
 
+using Edge = std::array<int, 2>;
+
+std::array<Edge, 3> edges_of(const Triangle& t) {
+  return {Edge{t[0], t[1]}, Edge{t[1], t[2]}, Edge{t[0], t[2]}};
+}
+
+// Edges with one triangle, ascending; the triangles' corners ascend.
+std::vector<Edge> rims_of(const std::vector<Triangle>& triangles) {
+  std::map<Edge, int> count;
+  for (const Triangle& t : triangles)
+    for (const Edge& e : edges_of(t)) ++count[e];
+  std::vector<Edge> rims;
+  for (const auto& [edge, n] : count)
+    if (n == 1) rims.push_back(edge);
+  return rims;
+}
+
+// A polygon with n corners over each rim has n - 2 triangles.
+std::size_t cap_triangle_count(const std::vector<Triangle>& triangles) {
+  std::map<int, std::vector<int>> along;
+  for (const auto& [a, b] : rims_of(triangles)) {
+    along[a].push_back(b);
+    along[b].push_back(a);
+  }
+  std::size_t loops = 0;
+  std::map<int, char> seen;
+  for (const auto& entry : along) {
+    if (seen[entry.first] != 0) continue;
+    ++loops;
+    std::vector<int> stack{entry.first};
+    while (!stack.empty()) {
+      const int v = stack.back();
+      stack.pop_back();
+      if (seen[v] != 0) continue;
+      seen[v] = 1;
+      for (const int u : along[v]) stack.push_back(u);
+    }
+  }
+  return along.size() - 2 * loops;
+}
+
+// Does each of these triangles hang together with a rim of the surfaces?
+bool hang_on_rims(std::vector<Triangle> open, const std::vector<Triangle>& surfaces) {
+  if (open.empty()) return true;
+  const std::vector<Edge> rims = rims_of(surfaces);
+  std::set<Edge> reached(rims.begin(), rims.end());
+  for (std::size_t before = open.size() + 1; open.size() < before;) {
+    before = open.size();
+    std::erase_if(open, [&](const Triangle& t) {
+      const auto edges = edges_of(t);
+      const bool hangs = std::any_of(edges.begin(), edges.end(),
+                                     [&](const Edge& e) { return reached.count(e) > 0; });
+      if (hangs) reached.insert(edges.begin(), edges.end());
+      return hangs;
+    });
+  }
+  return open.empty();
+}
+
 }  // namespace
 
 AdaptiveAir::AdaptiveAir(const std::vector<Tet>& tets, const std::vector<Vec3>& x,
@@ -53,35 +114,16 @@ double AdaptiveAir::quality_of(const Tet& t) const {
 }
 
 bool AdaptiveAir::covers_surfaces(const AirTopology& air) const {
-  std::vector<Triangle> outer;
+  std::vector<Triangle> outer, covered, bare;
   for (const AirFace& f : air.boundary()) outer.push_back(ascending(air.face(f.tet, f.corner)));
   std::sort(outer.begin(), outer.end());
-  if (!std::includes(outer.begin(), outer.end(), surfaces_.begin(), surfaces_.end())) return false;
-  // What is left are caps: polygons over the surfaces' rims, without vertices of their own.
-  std::map<std::array<int, 2>, int> edges;
-  for (const Triangle& t : surfaces_)
-    for (const auto& [a, b] : {std::array{t[0], t[1]}, {t[1], t[2]}, {t[0], t[2]}}) ++edges[{a, b}];
-  std::map<int, std::vector<int>> along;
-  for (const auto& [edge, count] : edges)
-    if (count == 1) {
-      along[edge[0]].push_back(edge[1]);
-      along[edge[1]].push_back(edge[0]);
-    }
-  std::size_t loops = 0;
-  std::map<int, char> seen;
-  for (const auto& entry : along) {
-    if (seen[entry.first] != 0) continue;
-    ++loops;
-    std::vector<int> stack{entry.first};
-    while (!stack.empty()) {
-      const int v = stack.back();
-      stack.pop_back();
-      if (seen[v] != 0) continue;
-      seen[v] = 1;
-      for (const int u : along[v]) stack.push_back(u);
-    }
-  }
-  return outer.size() == surfaces_.size() + along.size() - 2 * loops;
+  std::set_intersection(surfaces_.begin(), surfaces_.end(), outer.begin(), outer.end(),
+                        std::back_inserter(covered));
+  std::set_difference(surfaces_.begin(), surfaces_.end(), outer.begin(), outer.end(),
+                      std::back_inserter(bare));
+  if (!hang_on_rims(bare, surfaces_)) return false;
+  // What is left are caps: polygons over the rims, without vertices of their own.
+  return outer.size() == covered.size() + cap_triangle_count(covered);
 }
 
 void AdaptiveAir::measure() {

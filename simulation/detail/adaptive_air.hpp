@@ -43,7 +43,7 @@ class AdaptiveAir {
   void follow(const std::vector<Vec3>& x);
 
   /// Is the gap covered once, by right-handed tets whose outer faces are the surfaces' triangles
-  /// and caps?
+  /// and caps? It may end before a rim.
   [[nodiscard]] bool is_whole() const { return closed_ && report_.inverted_count == 0; }
   /// Is there a mesh, or may one be built?
   [[nodiscard]] bool can_be_whole() const { return closed_ || rebuild_; }

@@ -158,10 +158,12 @@ struct StepView {
   const int* cluster_vertex = nullptr;
   const Real* cluster_stiffness = nullptr;
   const Vec* cluster_offset = nullptr;
-  const Vec* cluster_start = nullptr;  // centre at the start
-  const Real* entry_modes = nullptr;   // phi [mm], [entry][kShapeModes]; null: linear maps only
-  const Real* mode_scale = nullptr;    // 1 / sum k phi^2 [1/uN/mm], [cluster]
-  Real mode_freedom = 0;               // beta
+  const Vec* cluster_start = nullptr;   // centre at the start
+  const Vec* cluster_axis = nullptr;    // unit, along the vessel, at the start
+  const Real* cluster_along = nullptr;  // WallClusters::along
+  const Real* entry_modes = nullptr;    // phi [mm], [entry][kShapeModes]; null: linear maps only
+  const Real* mode_scale = nullptr;     // 1 / sum k phi^2 [1/uN/mm], [cluster]
+  Real mode_freedom = 0;                // beta
   const int* entry_begin = nullptr;
   const int* entry = nullptr;
   const int* entry_cluster = nullptr;
@@ -195,9 +197,12 @@ struct StepView {
   Vec* cluster_plastic_modes = nullptr;  // [cluster][kShapeModes]
   Vec* cluster_map_modes = nullptr;      // rotation * plastic, and beta's share of the best fit
   Vec* cluster_centre = nullptr;
-  Vec* goal = nullptr;   // [wall vertex]
-  char* wet = nullptr;   // [vertex of balloon or wall]: adhesion.hpp; null: no adhesion
-  Real* area = nullptr;  // [vertex] of the two surfaces, at the start of the step [mm^2]
+  Vec* cluster_normal = nullptr;   // its axis now
+  Vec* goal = nullptr;             // [wall vertex]
+  Mat* along_stiffness = nullptr;  // [wall vertex] sum over its slabs, [uN/mm]
+  Vec* along_force = nullptr;      // of it, at the goal [uN]
+  char* wet = nullptr;             // [vertex of balloon or wall]: adhesion.hpp; null: no adhesion
+  Real* area = nullptr;            // [vertex] of the two surfaces, at the start of the step [mm^2]
   // Candidates, owned by their first vertex and in its order; from the host now and then
   const Candidate* candidates = nullptr;
   const int* owned_begin = nullptr;  // [vertex + 1] first candidate

@@ -175,6 +175,9 @@ void add_wall_view(const Scene& scene, const WallMaterial& wall, Memory& memory,
     centres[c] = centres[c] / weight;
   }
   view.cluster_start = memory.store(local<Real>(scene, centres));
+  view.cluster_axis = memory.store(converted_all<Real>(clusters.axis));
+  view.cluster_along = memory.store(converted_all<Real>(clusters.along));
+  view.cluster_normal = memory.store(converted_all<Real>(clusters.axis));
   view.entry_begin = memory.store(clusters.entry_begin);
   view.entry = memory.store(clusters.entry);
   view.entry_cluster = memory.store(clusters.entry_cluster);
@@ -196,6 +199,8 @@ void add_wall_view(const Scene& scene, const WallMaterial& wall, Memory& memory,
   }
   view.cluster_centre = memory.template allocate<Vec3T<Real>>(count);
   view.goal = memory.template allocate<Vec3T<Real>>(std::size_t(scene.wall_count));
+  view.along_force = memory.template allocate<Vec3T<Real>>(std::size_t(scene.wall_count));
+  view.along_stiffness = memory.template allocate<Mat3T<Real>>(std::size_t(scene.wall_count));
   add_wall_corners(scene, memory, view);
   view.contact_pressure = memory.template allocate<Real>(std::size_t(scene.wall_count));
 }

@@ -26,10 +26,12 @@ ANGIO_HOST_DEVICE inline VertexForces<Real> wall_forces(const StepView<Real>& s,
   for (int a = 0; a < 3; ++a) out.hessian(a, a) = k;
   if (s.candidate_count > 0) add_contact(s, v, lanes, out);
   gather(s, lanes, out);
-  const Vec3T<Real> elastic = -s.goal_stiffness[i] * off;
+  const Vec3T<Real> elastic =
+      s.along_force[i] - s.along_stiffness[i] * off - s.goal_stiffness[i] * off;
   out.force += elastic;
   out.magnitude += norm(elastic);
   out.force += s.foundation[i] * (s.start[v] - s.x[v]);
+  out.hessian += s.along_stiffness[i];
   for (int a = 0; a < 3; ++a) out.hessian(a, a) += s.goal_stiffness[i] + s.foundation[i];
   add_inertia(s, v, out);
   return out;
@@ -56,6 +58,48 @@ ANGIO_HOST_DEVICE inline Vec3T<Real> best_mode(const StepView<Real>& s, int c, i
   return s.mode_scale[c] * sum_over(lanes, sum);
 }
 
+/// The unit vector n that minimises n . X n / 2 - n . b, from a guess: Newton's method on the
+/// sphere.
+template <class Real>
+ANGIO_HOST_DEVICE inline Vec3T<Real> best_direction(const Mat3T<Real>& x, const Vec3T<Real>& b,
+                                                    Vec3T<Real> n) {
+  constexpr int kIterations = 6;
+  for (int i = 0; i < kIterations; ++i) {
+    const Vec3T<Real> gradient = x * n - b;
+    // H = P X P - (n . gradient) P, P = I - n n^T; the term along n keeps it regular.
+    Mat3T<Real> p = outer(Real(-1) * n, n);
+    for (int a = 0; a < 3; ++a) p(a, a) += Real(1);
+    const Real trace = x(0, 0) + x(1, 1) + x(2, 2);
+    Mat3T<Real> h = p * (x * p);
+    h += (-dot(n, gradient)) * p;
+    h += outer(trace * n, n);
+    const Vec3T<Real> slope = p * gradient;
+    Vec3T<Real> by = inverse(h) * slope;
+    if (!(dot(by, slope) > Real(0))) by = slope / trace;
+    n -= by;
+    n = n / norm(n);
+    if (norm_squared(by) < kEpsilon<Real> * kEpsilon<Real>) break;
+  }
+  return n;
+}
+
+/// Fits the axis n of a ring, which minimises sum k (n . (x - centre) - a . q)^2: the energy of its
+/// stiffness along the vessel, so that no torque comes of it.
+template <class Real, class Lanes>
+ANGIO_HOST_DEVICE inline void fit_axis(const StepView<Real>& s, int c,
+                                       const Mat3T<Real>& covariance, const Lanes& lanes) {
+  if (!(s.cluster_along[c] > Real(0))) return;
+  Mat3T<Real> spread;
+  for (int e = s.cluster_begin[c] + lanes.rank(); e < s.cluster_begin[c + 1]; e += lanes.size()) {
+    const Vec3T<Real> d = s.x[s.balloon_count + s.cluster_vertex[e]] - s.cluster_centre[c];
+    spread += outer(s.cluster_stiffness[e] * d, d);
+  }
+  spread = sum_over_symmetric(lanes, spread);
+  const Vec3T<Real> n = best_direction(spread, covariance * s.cluster_axis[c], s.cluster_normal[c]);
+  lanes.sync();
+  if (lanes.rank() == 0) s.cluster_normal[c] = n;
+}
+
 /// Fits a cluster's translation and rotation (Mueller 2005, section 3.3) and prepares its goals,
 ///
 ///     g = R (S^p q + sum_k N^p_k phi_k) + beta sum_k (B_k - R N^p_k) phi_k + centre
@@ -78,7 +122,8 @@ ANGIO_HOST_DEVICE inline void fit_cluster(const StepView<Real>& s, int c, const 
     covariance +=
         outer(s.cluster_stiffness[e] * (s.x[s.balloon_count + s.cluster_vertex[e]] - centre),
               plastic_offset(s, c, e));
-  const Mat3T<Real> rotation = nearest_rotation(sum_over(lanes, covariance), s.cluster_rotation[c]);
+  covariance = sum_over(lanes, covariance);
+  const Mat3T<Real> rotation = nearest_rotation(covariance, s.cluster_rotation[c]);
   for (int k = 0; s.entry_modes && k < kShapeModes; ++k) {
     Vec3T<Real> mode = rotation * s.cluster_plastic_modes[c * kShapeModes + k];
     if (s.mode_freedom > Real(0))
@@ -86,13 +131,16 @@ ANGIO_HOST_DEVICE inline void fit_cluster(const StepView<Real>& s, int c, const 
     if (lanes.rank() == 0) s.cluster_map_modes[c * kShapeModes + k] = mode;
   }
   lanes.sync();
-  if (lanes.rank() > 0) return;
-  s.cluster_rotation[c] = rotation;
-  s.cluster_map[c] = rotation * s.cluster_plastic[c];
-  s.cluster_centre[c] = centre;
+  if (lanes.rank() == 0) {
+    s.cluster_rotation[c] = rotation;
+    s.cluster_map[c] = rotation * s.cluster_plastic[c];
+    s.cluster_centre[c] = centre;
+  }
+  lanes.sync();
+  fit_axis(s, c, covariance, lanes);
 }
 
-/// The stiffness-weighted mean of a wall vertex's goals.
+/// The stiffness-weighted mean of a wall vertex's goals, and what its rings ask along their axes.
 template <class Real>
 ANGIO_HOST_DEVICE inline void set_goal(const StepView<Real>& s, int i) {
   Vec3T<Real> sum;
@@ -107,6 +155,19 @@ ANGIO_HOST_DEVICE inline void set_goal(const StepView<Real>& s, int i) {
     weight += s.cluster_stiffness[e];
   }
   s.goal[i] = sum / weight;
+  Mat3T<Real> stiffness;
+  Vec3T<Real> force;
+  for (int n = s.entry_begin[i]; n < s.entry_begin[i + 1]; ++n) {
+    const int e = s.entry[n], c = s.entry_cluster[e];
+    const Vec3T<Real> axis = s.cluster_normal[c];
+    const Real k = s.cluster_along[c] * s.cluster_stiffness[e];
+    const Real off = dot(axis, s.goal[i] - s.cluster_centre[c]) -
+                     dot(s.cluster_axis[c], plastic_offset(s, c, e));
+    stiffness += outer(k * axis, axis);
+    force -= k * off * axis;
+  }
+  s.along_stiffness[i] = stiffness;
+  s.along_force[i] = force;
 }
 
 /// A cluster's elastic map: S = R^T A relative to its plastic shape, symmetric part, with A the

@@ -206,6 +206,11 @@ void add_modes(WallClusters& clusters) {
   }
 }
 
+// Of a wall around a lumen of this radius, t = 2 r a / (1 - 2 a) [mm].
+double thickness_of(double radius, double ratio) {
+  return 2.0 * radius * ratio / (1.0 - 2.0 * ratio);
+}
+
 // Each member's share of its vertex: falling from the middle of the slab to its ends along the
 // axis, so that the goals, a mean over slabs by share, have no jump where a slab ends.
 std::vector<double> shares_of(const Slab& slab, const Members& members,
@@ -218,6 +223,33 @@ std::vector<double> shares_of(const Slab& slab, const Members& members,
   }
   for (double& share : shares) share = kLeastShare + (reach > 0.0 ? 1.0 - share / reach : 0.0);
   return shares;
+}
+
+// Wall and plaque between a lumen of the slab's radius and the healthy vessel's outside, per
+// circumference of the lumen [mm].
+double tissue_depth(double radius, double healthy_radius, double thickness) {
+  return thickness +
+         std::max(0.0, healthy_radius * healthy_radius - radius * radius) / (2.0 * radius);
+}
+
+// WallClusters::along, once stiffness and offsets are there.
+void stiffen_along(double healthy_radius, double ratio, WallClusters& clusters) {
+  constexpr double nu = 0.48;  // nearly incompressible; 0.45 to 0.49 give the same vessel
+  constexpr double kConfined = (1.0 - nu) / ((1.0 + nu) * (1.0 - 2.0 * nu));  // M / E
+  for (int c = 0; c < clusters.count(); ++c) {
+    const auto i = std::size_t(c);
+    double weight = 0.0, spread = 0.0;
+    for (int e = clusters.begin[i]; e < clusters.begin[i + 1]; ++e) {
+      const double off = dot(clusters.offset[std::size_t(e)], clusters.axis[i]);
+      weight += clusters.stiffness[std::size_t(e)];
+      spread += clusters.stiffness[std::size_t(e)] * off * off;
+    }
+    const double radius = clusters.radius[i], thickness = thickness_of(radius, ratio);
+    clusters.along.push_back(clusters.ring[i]
+                                 ? kConfined * tissue_depth(radius, healthy_radius, thickness) /
+                                       thickness * radius * radius * weight / spread
+                                 : 0.0);
+  }
 }
 
 // Divides each vertex's stiffness over its slabs, in proportion to the shares.
@@ -249,7 +281,7 @@ WallClusters make_clusters(const SimulationModel& model, const WallMaterial& mat
   std::vector<double> shares;  // per entry
   for (const Members& members : cutter.cut()) {
     const Slab slab = cutter.measure(members);
-    const double thickness = 2.0 * slab.radius * ratio / (1.0 - 2.0 * ratio);
+    const double thickness = thickness_of(slab.radius, ratio);
     const std::vector<double> slab_shares = shares_of(slab, members, model.wall.vertices);
     shares.insert(shares.end(), slab_shares.begin(), slab_shares.end());
     for (const int v : members) {
@@ -267,6 +299,7 @@ WallClusters make_clusters(const SimulationModel& model, const WallMaterial& mat
   divide_stiffness(shares, clusters);
   clusters.offset.resize(clusters.vertex.size());
   centre_offsets(model.wall.vertices, clusters);
+  stiffen_along(model.reference_radius_mm, ratio, clusters);
   if (material.shape == WallShape::quadratic) add_modes(clusters);
   return clusters;
 }

@@ -17,6 +17,8 @@ struct WallClusters {
   std::vector<double> modes;       ///< phi [mm], shape [entry][kShapeModes]; empty: linear
   std::vector<double> radius;      ///< local radius of the slab [mm], shape [cluster_count]
   std::vector<Vec3> axis;          ///< unit, along the vessel
+  std::vector<double> along;       ///< what a slab's stiffness along its axis adds to `stiffness`,
+                                   ///< as a multiple; 0: not a ring. Shape [cluster_count]
   std::vector<char> ring;          ///< the slab closes around the vessel
   std::vector<int> entry_begin;    ///< entries of a vertex, shape [wall_count + 1]
   std::vector<int> entry;          ///< entry numbers, ascending in cluster
@@ -35,6 +37,17 @@ struct WallClusters {
 /// slabs pass into each other without a step,
 /// so that a tube widened evenly by dr carries the pressure E t dr / r^2 of a thin elastic ring (a:
 /// wall thickness / outer diameter).
+///
+/// Slabs on their own would let each other pass along the vessel (a chain of them has a twenty-
+/// fourth of a tube's modulus), and know nothing of the plaque behind a narrow lumen. A ring has so
+/// much more stiffness along its axis that an even strain e along the vessel costs
+///
+///     1/2 M d e^2 per area of the lumen,   d = t + (R^2 - r^2) / (2 r)
+///     along = M d / (E t / r^2 <(q . a)^2>),   M = E (1 - nu) / ((1 + nu) (1 - 2 nu))
+///
+/// with d the section of wall and plaque per circumference (R: the healthy vessel's radius) and M
+/// the modulus of what cannot give way sideways: tissue between the shoulders of a balloon has the
+/// balloon inside and the vessel outside.
 WallClusters make_clusters(const SimulationModel& model, const WallMaterial& material);
 
 }  // namespace angio::simulation::detail

@@ -267,6 +267,39 @@ TEST(MeshAir, FillsTheGapAroundABalloonThatHasLeftItsGuidewire) {
   EXPECT_NEAR(test::sum_of_tets(air), enclosed_volume(gap->shell) - enclosed_volume(balloon), 1e-6);
 }
 
+// The wall next to a rim is held there and pushed along: its folds pass the flat cap.
+TEST(MeshAir, EndsBeforeARimWhoseCapTheWallHasPassed) {
+  const BalloonSetup& setup = stenosed().setup;
+  TriangleMesh wall = setup.region.mesh;
+  double end = 0.0;
+  for (const Vec3& p : wall.vertices) end = std::max(end, p.z);
+  std::size_t pushed = 0;
+  double nearest = std::numeric_limits<double>::max();
+  for (std::size_t v = 0; v < wall.vertices.size(); ++v) {
+    if (setup.region.fixed[v] || end - wall.vertices[v].z > nearest) continue;
+    nearest = end - wall.vertices[v].z;
+    pushed = v;
+  }
+  Vec3& p = wall.vertices[pushed];
+  p = {0.6 * p.x, 0.6 * p.y, end + 0.3};
+  ASSERT_EQ(count_self_intersections(wall), 0U);
+  ASSERT_GT(count_self_intersections(detail::close_region(wall)->shell), 0U);
+  const std::size_t balloon_count = setup.balloon.start.vertices.size();
+  const TetMesh air = mesh_air(setup.balloon.start, wall);
+  ASSERT_FALSE(air.tets.empty());
+  std::vector<char> used(air.vertices.size(), 0);
+  for (const Tet& t : air.tets)
+    for (const int v : t) used[std::size_t(v)] = 1;
+  EXPECT_FALSE(used[balloon_count + pushed]);
+  std::size_t without_air = 0;
+  for (std::size_t v = 0; v < wall.vertices.size(); ++v) {
+    EXPECT_EQ(air.vertices[balloon_count + v], wall.vertices[v]);
+    without_air += used[balloon_count + v] ? 0 : 1;
+  }
+  EXPECT_LT(without_air, wall.vertices.size() / 10);
+  for (std::size_t v = 0; v < balloon_count; ++v) EXPECT_TRUE(used[v]);
+}
+
 TEST(BalloonOptions, DefaultsAreValid) { EXPECT_NO_THROW(BalloonOptions{}.validate()); }
 
 TEST(BalloonOptions, NamesWhatIsOutOfRange) {

@@ -310,6 +310,32 @@ TEST(AdaptiveAir, IsNotWholeWithAHoleInIt) {
   EXPECT_FALSE(AdaptiveAir(gap.tets, gap.x, gap.surfaces).is_whole());
 }
 
+// Three prisms in a column, whose sides are the surface and whose ends are caps.
+TEST(AdaptiveAir, MayEndBeforeARimButNotInTheMiddle) {
+  std::vector<Vec3> x;
+  for (int level = 0; level < 4; ++level)
+    for (const Vec3& p : {Vec3{0, 0, 0}, {1, 0, 0}, {0, 1, 0}})
+      x.push_back(p + Vec3{0, 0, 1.0 * level});
+  std::vector<std::vector<Tet>> layers;
+  std::vector<Tet> all;
+  for (int v = 0; v < 9; v += 3) {
+    layers.push_back(testing::prisms_behind({{v, v + 1, v + 2}}, 3, x));
+    all.insert(all.end(), layers.back().begin(), layers.back().end());
+  }
+  std::vector<Triangle> sides = outer_faces(AirTopology(all));
+  std::erase_if(sides, [](const Triangle& t) { return t[2] == 2 || t[0] == 9; });
+  ASSERT_EQ(sides.size(), 18U);
+  EXPECT_TRUE(AdaptiveAir(all, x, sides).is_whole());
+  const auto together = [&](int i, int j) {
+    std::vector<Tet> tets = layers[std::size_t(i)];
+    tets.insert(tets.end(), layers[std::size_t(j)].begin(), layers[std::size_t(j)].end());
+    return AdaptiveAir(tets, x, sides).is_whole();
+  };
+  EXPECT_TRUE(together(0, 1));
+  EXPECT_TRUE(together(1, 2));
+  EXPECT_FALSE(together(0, 2));
+}
+
 // What the search for candidates reads of a scene.
 Scene scene_of(const Gap& gap) {
   Scene scene;

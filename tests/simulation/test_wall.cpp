@@ -1,5 +1,7 @@
 #include <gtest/gtest.h>
 
+#include <numbers>
+
 #include "core/units.hpp"
 #include "simulation/detail/launch.hpp"
 #include "simulation/detail/step_view.hpp"
@@ -17,7 +19,8 @@ struct Wall {
   HostMemory memory;
   StepView<double> view;
 
-  explicit Wall(int around = 32, WallMaterial material = {}, double stenosis = 0.0) {
+  explicit Wall(int around = 32, WallMaterial material = {}, double stenosis = 0.0,
+                double healthy_radius = 1.5) {
     testing::StenosedTube p;
     p.stenosis = stenosis;
     p.eccentric = stenosis > 0.0;
@@ -25,6 +28,7 @@ struct Wall {
     p.wall_around = around;
     p.wall_rings = 4 * around;
     model = testing::make_model(p);
+    model.reference_radius_mm = healthy_radius;
     options.wall.foundation_kpa_per_mm = 0.0;
     scene = make_scene(model, options);
     x = scene.start;
@@ -55,6 +59,24 @@ struct Wall {
     for (int i = 0; i < scene.wall_count; ++i)
       most = std::max(most, distance(x[std::size_t(scene.balloon_count + i)], view.goal[i]));
     return most;
+  }
+  // By its stiffness along the vessel.
+  Vec3 force_along(int i) const {
+    const Vec3 off = x[std::size_t(scene.balloon_count + i)] - view.goal[i];
+    return view.along_force[i] - view.along_stiffness[i] * off;
+  }
+  // 1/2 sum k (n . (x - centre) - a . q)^2 over the rings, for which fit_cluster finds n
+  double energy_along() {
+    fit();
+    double sum = 0.0;
+    for (int c = 0; c < scene.clusters.count(); ++c)
+      for (int e = view.cluster_begin[c]; e < view.cluster_begin[c + 1]; ++e) {
+        const Vec3& p = x[std::size_t(scene.balloon_count + view.cluster_vertex[e])];
+        const double off = dot(view.cluster_normal[c], p - view.cluster_centre[c]) -
+                           dot(view.cluster_axis[c], plastic_offset(view, c, e));
+        sum += 0.5 * view.cluster_along[c] * view.cluster_stiffness[e] * off * off;
+      }
+    return sum;
   }
   void fit() {
     for (int c = 0; c < scene.clusters.count(); ++c) fit_cluster(view, c, OneLane{});
@@ -97,6 +119,68 @@ TEST(Wall, CarriesTheThinRingsPressureWhenWidened) {
   }
   const double expected = 1e6 * thickness * dr / (r * r);  // E t dr / r^2, E = 1 MPa
   EXPECT_NEAR(force / area, expected, 0.02 * expected);
+}
+
+Vec3 ruffled(const Vec3& p) {
+  return {p.x + 0.2 * std::sin(2.0 * p.z + p.y), 1.1 * p.y - 0.1 * p.z,
+          0.8 * p.z + 0.15 * std::cos(3.0 * p.x)};
+}
+
+TEST(Wall, PressedTogetherBearsWhatWallAndPlaqueBearThatCannotGiveWay) {
+  const double r = 1.5, strain = -0.02, ratio = WallMaterial().thickness_ratio;
+  const double modulus = 0.52 / (1.48 * 0.04);  // of E = 1 MPa: confined, Poisson's ratio 0.48
+  for (const double healthy : {1.5, 2.0}) {
+    Wall wall(32, {}, 0.0, healthy);
+    wall.shape([&](const Vec3& p) { return Vec3{p.x, p.y, (1.0 + strain) * p.z}; });
+    wall.fit();
+    // The mean over all sections of the force through them is that of z f over the length.
+    double moment = 0.0, area = 0.0;
+    for (int i = 0; i < wall.scene.wall_count; ++i) {
+      moment -=
+          wall.force_along(i).z * wall.scene.start[std::size_t(wall.scene.balloon_count + i)].z;
+      area += wall.scene.wall_area[std::size_t(i)];
+    }
+    const double depth =
+        2.0 * r * ratio / (1.0 - 2.0 * ratio) + (healthy * healthy - r * r) / (2.0 * r);
+    const double expected = 1e6 * modulus * depth * strain;
+    EXPECT_NEAR(moment / area, expected, 0.02 * std::abs(expected));
+  }
+}
+
+TEST(Wall, ForceAlongTheVesselIsTheEnergysSlope) {
+  Wall wall(16, {}, 0.4);
+  wall.shape(ruffled);
+  for (int i = 0; i < 5; ++i) wall.fit();
+  const double h = 1e-5;
+  for (int i = 7; i < wall.scene.wall_count; i += 131)
+    for (int axis = 0; axis < 3; ++axis) {
+      wall.fit();
+      const double force = wall.force_along(i)[axis], whole = norm(wall.force_along(i));
+      double& p = wall.x[std::size_t(wall.scene.balloon_count + i)][axis];
+      const double at = p;
+      p = at + h;
+      const double more = wall.energy_along();
+      p = at - h;
+      const double less = wall.energy_along();
+      p = at;
+      EXPECT_NEAR(-(more - less) / (2.0 * h), force, 1e-6 * whole + 1e-3);
+    }
+}
+
+TEST(Wall, ForcesAlongTheVesselHaveNoSumAndNoTorque) {
+  Wall wall(16, {}, 0.4);
+  wall.shape(ruffled);
+  for (int i = 0; i < 5; ++i) wall.fit();
+  Vec3 sum, torque;
+  double size = 0.0;
+  for (int i = 0; i < wall.scene.wall_count; ++i) {
+    const Vec3 f = wall.force_along(i), p = wall.x[std::size_t(wall.scene.balloon_count + i)];
+    sum += f;
+    torque += cross(p, f);
+    size += norm(f);
+  }
+  EXPECT_LT(norm(sum), 1e-10 * size);
+  EXPECT_LT(norm(torque), 1e-9 * size);
 }
 
 TEST(Wall, FeelsNothingOfARigidMotion) {
