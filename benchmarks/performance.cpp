@@ -16,12 +16,14 @@
 #include "simulation/detail/paper_solver.hpp"
 #include "simulation/detail/sheet_solver.hpp"
 #include "simulation/detail/step.hpp"
+#include "tests/simulation/layered.hpp"
 #include "tests/simulation/matched.hpp"
 
 /// Prints how fast the solver is, on the CPU and on a GPU if there is one: docs/performance.md.
 /// Needs the simulation library alone.
 ///
-///     performance [free] [size] [wall] [compare] [air] [cloth]      all of them without a word
+///     performance [free] [size] [wall] [layered] [paper] [compare] [air] [cloth]     all of them
+///                                                                   without a word
 namespace angio::simulation {
 namespace {
 
@@ -281,13 +283,18 @@ void print_split(const WallCase& c, const SimulationModel& model, const Simulati
               ms(times.rest), ms(whole - inside));
 }
 
-// The solver alone; what makes the frames' outputs comes on top and is given last.
-void angioplasty() {
+void print_split_head(const char* title) {
   std::printf(
-      "\nwhole course (insert, inflate, hold, deflate, rest), frames of 25 ms; ms a frame by part\n"
+      "\n%s; ms a frame by part\n"
       "balloon    wall backend frames/s  sweeps searches    pairs |  search refresh "
       "balloon "
-      "   wall    rest    host\n");
+      "   wall    rest    host\n",
+      title);
+}
+
+// The solver alone; what makes the frames' outputs comes on top and is given last.
+void angioplasty() {
+  print_split_head("whole course (insert, inflate, hold, deflate, rest), frames of 25 ms");
   const WallCase cases[] = {{"rubber", 61, 20, false},
                             {"rubber", 148, 60, false},
                             {"rubber", 190, 80, false},
@@ -306,6 +313,63 @@ void angioplasty() {
     std::printf("  outputs: penetration (%.3f mm) %.2f ms, lumen (%.2f mm) %.2f ms\n", crossing,
                 1e3 * measured, lumen, 1e3 * (now() - begin));
   }
+}
+
+// A shorter course with the layered wall: three layers, with plaque where the lumen is narrow.
+void layered_walls() {
+  print_split_head("layered wall, frames of 25 ms, inflated within a second");
+  const WallCase cases[] = {
+      {"rubber", 46, 20, false}, {"rubber", 91, 40, false}, {"wrapped", 46, 20, true}};
+  for (const WallCase& c : cases) {
+    testing::StenosedTube p;
+    p.length = 18.0;
+    p.balloon_length = 9.0;
+    p.wall_rings = c.rings;
+    p.wall_around = c.around;
+    SimulationModel model = testing::layered_model(p);
+    SimulationOptions options;
+    options.wall_model = WallModel::layered;
+    if (!c.folded) testing::use_rubber(model, options);
+    options.inflation.inflate_s = 1.0;
+    options.inflation.hold_s = 0.25;
+    options.inflation.deflate_s = 0.5;
+    options.inflation.rest_s = 0.1;
+    for (const int threads : {1, 2, 0})
+      if (threads > 0 || has_gpu()) print_split(c, model, options, threads == 0, threads);
+    std::printf("  %zu wedges in %d columns\n", model.layered_wall.wedges.size(),
+                int(model.wall.vertices.size()));
+  }
+}
+
+// Frames a second of a whole run, without files.
+void print_rate(const char* name, const SimulationModel& model, SimulationOptions options) {
+  for (const Backend backend : {Backend::cpu, Backend::cuda}) {
+    if (backend == Backend::cuda && !has_gpu()) continue;
+    options.backend = backend;
+    const SimulationSummary s = simulate(model, options, {});
+    std::printf("%-10s %7s %9.1f %16.1f\n", name, s.backend.c_str(), s.frame_count / s.wall_s,
+                1e6 * s.time.solver / (s.frame_count - 1) / s.mean_sweeps);
+  }
+}
+
+// The paper's contact and gas: tets are projected colour by colour.
+void paper() {
+  std::printf("\nthe paper's projections, 20 sweeps a frame\n%-10s %7s %9s %16s\n", "", "backend",
+              "frames/s", "solver us/sweep");
+  SimulationOptions options;
+  options.balloon.name = "polyurethane";
+  options.inflation.control = InflationControl::pressure;
+  options.inflation.peak_pressure_atm = 2.0;
+  options.inflation.inflate_s = options.inflation.deflate_s = 1.0;
+  options.contact_model = ContactModel::paper;
+  print_rate("contact", testing::model_in_a_bag(1.0, 1.3, 61, 20), options);
+  options.contact_model = ContactModel::barrier;
+  options.gas_model = GasModel::per_tet;
+  options.inflation.control = InflationControl::volume;
+  SimulationModel model = paper_balloon();
+  for (int i = 0; i < 24; ++i) model.guidewire.push_back({0.0, 0.0, 10.0 * (i / 23.0 - 0.5)});
+  options.inflation.peak_volume_mm3 = 1.5 * enclosed_volume(model.balloon);
+  print_rate("gas", model, options);
 }
 
 // Everything that a frame is: solver, air mesh, outputs.
@@ -404,15 +468,23 @@ void report_difference(const char* what, const Frames& a, const Frames& b) {
       ++count;
       if (d > worst) worst = d, at = f;
     }
-  std::printf("%-46s worst %.2e mm (frame %zu of %zu), mean %.2e mm\n", what, worst, at, a.size(),
+  std::printf("%-58s worst %.2e mm (frame %zu of %zu), mean %.2e mm\n", what, worst, at, a.size(),
               mean / double(count));
 }
+
+// Of every other vertex of the balloon at the start [mm].
+constexpr double kNudge = 1e-9;
 
 void compare(const std::string& name, const SimulationModel& model,
              const SimulationOptions& options) {
   const Frames single = frames_of(model, options, false, Precision::single);
   const Frames twofold = frames_of(model, options, false, Precision::twofold);
   report_difference((name + "cpu float, cpu double").c_str(), single, twofold);
+  SimulationModel nudged = model;
+  for (std::size_t v = 0; v < model.balloon.vertices.size(); v += 2)
+    if (model.balloon_fixed[v] == 0) nudged.balloon.vertices[v].x += kNudge;
+  report_difference((name + "cpu double, start moved by 1e-9 mm").c_str(), twofold,
+                    frames_of(nudged, options, false, Precision::twofold));
   if (!has_gpu()) return;
   const Frames gpu = frames_of(model, options, true, Precision::single);
   const Frames again = frames_of(model, options, true, Precision::single);
@@ -502,6 +574,8 @@ int main(int argc, char** argv) {
   if (asked("size")) sizes();
   if (asked("compare")) compare();
   if (asked("wall")) angioplasty();
+  if (asked("layered")) layered_walls();
+  if (asked("paper")) paper();
   if (asked("air")) air_mesh();
   if (asked("cloth")) cloth();
   return 0;

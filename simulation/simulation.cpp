@@ -172,22 +172,6 @@ void add_warnings(const SimulationOptions& options, int slow_frames, SimulationS
   }
 }
 
-/// @throws Error if a run needs what the GPU's program does not have
-void check_gpu_has(const SimulationOptions& options) {
-  if (options.wall_model == WallModel::layered)
-    throw Error(ExitCode::unavailable,
-                "the layered wall runs on the CPU only (the GPU keeps just the balloon's and the "
-                "lumen's vertices). Use --backend cpu");
-  if (options.contact_model == ContactModel::paper)
-    throw Error(ExitCode::unavailable,
-                "the paper's contact runs on the CPU only (its tets are projected one after the "
-                "other). Use --backend cpu, or --contact barrier");
-  if (options.gas_model == GasModel::per_tet)
-    throw Error(ExitCode::unavailable,
-                "the paper's gas runs on the CPU only (its tets are projected one after the "
-                "other). Use --backend cpu, or simulation.gas_model = enclosed");
-}
-
 // Adds the time of a piece of work to `sum` [s].
 template <class Work>
 auto timed(double& sum, const Work& work) {
@@ -219,9 +203,9 @@ class Run {
 
   SimulationSummary on(Backend backend) {
     const bool gpu = backend == Backend::cuda;
-    if (gpu) check_gpu_has(options_);
     const auto solver =
         gpu ? make_cuda_solver(scene_, options_) : make_cpu_solver(scene_, options_);
+    const bool ahead = solver->runs_ahead();
     SimulationSummary summary;
     summary.backend = gpu ? "cuda" : "cpu";
     summary.device = solver->device();
@@ -253,13 +237,13 @@ class Run {
       output.frame = frame;
       output.time_s = frame * options_.frame_s;
       output.phase = inflator.phase(frame);
-      if (!gpu) {  // which searches in a copy of the air
+      if (!ahead) {  // the solver searches in this air, or projects it
         follow(state, output);
         solver->set_air(air.topology().tets());
       }
       timed(summary.time.waiting, [&] { delivery.wait(); });
       delivery.run([&, state, output = std::move(output)]() mutable {
-        if (gpu) follow(state, output);
+        if (ahead) follow(state, output);
         deliver(state, output);
       });
       progress_.report(double(frame + 1) / inflator.frame_count(), name(inflator.phase(frame)));

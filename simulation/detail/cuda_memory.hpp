@@ -32,7 +32,9 @@ class DeviceBlock {
   DeviceBlock() = default;
   explicit DeviceBlock(std::size_t bytes) {
     check(cudaMalloc(&data_, std::max<std::size_t>(bytes, 16)), "taking its memory");
-    const cudaError_t cleared = cudaMemset(data_, 0, std::max<std::size_t>(bytes, 16));
+    cudaError_t cleared = cudaMemset(data_, 0, std::max<std::size_t>(bytes, 16));
+    // Streams that do not wait for the one that clears would overtake it.
+    if (cleared == cudaSuccess) cleared = cudaStreamSynchronize(nullptr);
     if (cleared != cudaSuccess) {
       cudaFree(data_);
       fail(cleared, "clearing its memory");

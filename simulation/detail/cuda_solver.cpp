@@ -11,7 +11,8 @@ namespace {
 // Frames in one launch: where nothing can touch, and where something can, and new candidates come
 // between launches.
 constexpr int kFreeFrames = 16, kWallFrames = 2;
-// Launches that run or wait, so that the device goes on while new candidates are found.
+// Launches that run or wait, so that the device goes on while new candidates are found. With the
+// paper's contact there is one, of one frame: the next frame projects the tets that it leaves.
 constexpr int kLaunches = 5;
 // New candidates are found once balloon and wall have used this share of the room that the last
 // ones leave.
@@ -89,16 +90,48 @@ struct PairMemory {
   std::size_t size_ = 0;
 };
 
+/// The tets of the paper's contact, and whose viscous item has been set.
+template <class Real>
+class PaperUpload {
+ public:
+  void send(PaperTets tets, cudaStream_t stream, PaperContact<Real>& paper) {
+    const std::vector<char> kept = kept_items(tets_, items_of(paper), tets);
+    tets_ = std::move(tets);
+    paper.colors = int(tets_.color_begin.size()) - 1;
+    paper.color_begin = color_begin_.send(tets_.color_begin, stream);
+    paper.tets = vertices_.send(tets_.vertices, stream);
+    paper.balloon_corners = corners_.send(tets_.balloon_corners, stream);
+    paper.triggered = triggered_.send(kept, stream);
+  }
+
+ private:
+  [[nodiscard]] std::vector<char> items_of(const PaperContact<Real>& paper) const {
+    std::vector<char> items(tets_.balloon_corners.size());
+    if (!items.empty())
+      check(cudaMemcpy(items.data(), paper.triggered, items.size(), cudaMemcpyDeviceToHost),
+            "copying results");
+    return items;
+  }
+
+  PaperTets tets_;
+  Upload<int> color_begin_, vertices_, corners_;
+  Upload<char> triggered_;
+};
+
 template <class Real>
 class CudaSolver final : public StepSolver {
  public:
   CudaSolver(const Scene& scene, const SimulationOptions& options, Spread spread)
       : scene_(scene),
+        options_(options),
         device_(use_device()),
         finder_(scene, options, (kLaunches + 2) * kWallFrames),
         start_(local<Real>(scene, scene.start)),
-        frames_(touches() ? kWallFrames : kFreeFrames) {
+        frames_(is_projected() ? 1
+                : touches()    ? kWallFrames
+                               : kFreeFrames) {
     program_.view = make_view<Real>(scene, options, memory_);
+    if (program_.view.paper_gas.is_on) gas_ = paper_gas_tets(scene);
     program_.rules = make_rules(scene, options);
     program_.plasticity = plastic_flow<Real>(options.wall);
     program_.status = memory_.allocate<StepStatus>(1);
@@ -109,7 +142,8 @@ class CudaSolver final : public StepSolver {
     shape_ = spread == Spread::automatic
                  ? cuda_shape(program_.view, device_)
                  : cuda_shape(program_.view, device_, spread == Spread::grid);
-    for (Batch& batch : batches_) make_batch(batch);
+    for (int b = 0; b < launches(); ++b) make_batch(batches_[std::size_t(b)]);
+    check(cudaDeviceSynchronize(), "copying the scene");
   }
 
   void run(const Inflator& inflator,
@@ -122,13 +156,14 @@ class CudaSolver final : public StepSolver {
     check(cudaMemcpyAsync(inflator_, &inflator, sizeof inflator, cudaMemcpyHostToDevice, stream_),
           "working");
     if (touches()) renew_candidates(start_, 0);
-    for (Batch& batch : batches_) submit(program, batch, frames_);
-    on_state(0, start_state(scene_, status_.pressure));
+    if (!runs_ahead()) on_state(0, start_state(scene_, status_.pressure));
+    for (int b = 0; b < launches(); ++b) submit(program, batches_[std::size_t(b)], frames_);
+    if (runs_ahead()) on_state(0, start_state(scene_, status_.pressure));
     // While a launch runs and others wait for it, the one before them is handed out.
     int frame = 0, turn = 0, begun_with_set = 0;
     while (frame < program.last_frame) {
       Batch& batch = batches_[std::size_t(turn)];
-      turn = (turn + 1) % kLaunches;
+      turn = (turn + 1) % launches();
       check(cudaEventSynchronize(batch.copied), "solving");
       const StepStatus& end = status_of(batch, frames_);
       const int ended = end.stage == StepStage::begin ? end.frame : end.frame - 1;
@@ -139,8 +174,9 @@ class CudaSolver final : public StepSolver {
       }
       std::vector<State> states;
       for (int k = 0; k < ended - frame; ++k) states.push_back(state_of(batch, k));
-      if (ended < program.last_frame) submit(program, batch, frames_);
+      if (runs_ahead() && ended < program.last_frame) submit(program, batch, frames_);
       for (const State& state : states) on_state(++frame, state);
+      if (!runs_ahead() && ended < program.last_frame) submit(program, batch, frames_);
     }
     stream_.wait("solving");
     copies_.wait("solving");
@@ -168,6 +204,14 @@ class CudaSolver final : public StepSolver {
     finder_.use(air_);
   }
 
+  [[nodiscard]] bool runs_ahead() const override { return !is_projected(); }
+
+  // Between two launches: nothing runs.
+  void set_air(const std::vector<Tet>& air) override {
+    if (!program_.view.paper.is_on || air.empty()) return;
+    paper_.send(paper_tets(scene_, options_, air), stream_, program_.view.paper);
+  }
+
   [[nodiscard]] std::string device() const override {
     cudaDeviceProp properties;
     if (cudaGetDeviceProperties(&properties, device_) != cudaSuccess) return "GPU";
@@ -181,18 +225,24 @@ class CudaSolver final : public StepSolver {
   // Where the frames of a launch end up, on the device and here.
   struct Batch {
     CudaFrames<Real> device;
-    PinnedBlock status, x, contact_pressure, plastic, plastic_modes;
+    PinnedBlock status, x, contact_pressure, plastic, plastic_modes, points, strain;
     Event computed, copied;
     int set = 0;  // of candidates that it uses
   };
 
+  [[nodiscard]] bool is_projected() const {
+    return options_.contact_model == ContactModel::paper && scene_.wall_count > 0;
+  }
+  [[nodiscard]] int launches() const { return is_projected() ? 1 : kLaunches; }
   [[nodiscard]] bool touches() const {
-    return scene_.wall_count > 0 || scene_.rod.count > 0 || scene_.self_distance > 0.0;
+    return (scene_.wall_count > 0 && !is_projected()) || scene_.rod.count > 0 ||
+           scene_.self_distance > 0.0;
   }
   [[nodiscard]] std::size_t clusters() const { return std::size_t(program_.view.cluster_count); }
   [[nodiscard]] std::size_t modes() const {
     return program_.view.entry_modes ? clusters() * kShapeModes : 0;
   }
+  [[nodiscard]] std::size_t points() const { return scene_.solid.model.points.size(); }
 
   template <class Value>
   void make_place(std::size_t count, Value*& device, PinnedBlock& host) {
@@ -208,6 +258,8 @@ class CudaSolver final : public StepSolver {
                batch.contact_pressure);
     make_place(clusters(), batch.device.plastic, batch.plastic);
     make_place(modes(), batch.device.plastic_modes, batch.plastic_modes);
+    make_place(points(), batch.device.solid_points, batch.points);
+    make_place(points(), batch.device.solid_plastic_strain, batch.strain);
   }
 
   void send_status() {
@@ -233,13 +285,15 @@ class CudaSolver final : public StepSolver {
     check(launch(program, shape_, stream_), "being given work");
     check(cudaEventRecord(batch.computed, stream_), "working");
     check(cudaStreamWaitEvent(copies_, batch.computed, 0), "working");
-    const std::size_t count = std::size_t(frame_count + 1);
-    bring(batch.status, batch.device.status, count);
-    bring(batch.x, batch.device.x, count * scene_.start.size());
+    const std::size_t count = std::size_t(frame_count);
+    bring(batch.status, batch.device.status, count + 1);
+    bring(batch.x, batch.device.x, (count + 1) * scene_.start.size());
     bring(batch.contact_pressure, batch.device.contact_pressure,
           count * std::size_t(scene_.wall_count));
     bring(batch.plastic, batch.device.plastic, count * clusters());
     bring(batch.plastic_modes, batch.device.plastic_modes, count * modes());
+    bring(batch.points, batch.device.solid_points, count * points());
+    bring(batch.strain, batch.device.solid_plastic_strain, count * points());
     check(cudaEventRecord(batch.copied, copies_), "working");
   }
 
@@ -286,7 +340,10 @@ class CudaSolver final : public StepSolver {
     const StepStatus& status = status_of(batch, k);
     State state;
     state.x = global(scene_, start_.data(), x_of(batch, k));
-    state.pressure = status.pressure;
+    state.pressure =
+        program_.view.paper_gas.is_on
+            ? mean_tet_pressure(gas_, status.tet_growth, outside_pressure(options_), state.x)
+            : status.pressure;
     state.volume = status.volume;
     state.report = status.report;
     const Mat* plastic = batch.plastic.template as<Mat>() + std::size_t(k) * clusters();
@@ -298,10 +355,16 @@ class CudaSolver final : public StepSolver {
     const Real* pressure = batch.contact_pressure.template as<Real>() +
                            std::size_t(k) * std::size_t(scene_.wall_count);
     state.contact_pressure.assign(pressure, pressure + scene_.wall_count);
+    const auto* point = batch.points.template as<SolidPoint<Real>>() + std::size_t(k) * points();
+    for (std::size_t p = 0; p < points(); ++p)
+      state.solid_points.push_back(converted<double>(point[p]));
+    const Real* strain = batch.strain.template as<Real>() + std::size_t(k) * points();
+    state.solid_plastic_strain.assign(strain, strain + points());
     return state;
   }
 
   const Scene& scene_;
+  const SimulationOptions options_;
   int device_;
   DeviceMemory memory_;
   CandidateFinder finder_;
@@ -316,6 +379,8 @@ class CudaSolver final : public StepSolver {
   std::array<Batch, kLaunches> batches_;
   std::array<CandidateUpload<Real>, kLaunches + 1> sets_;
   PairMemory<Real> pairs_;
+  PaperUpload<Real> paper_;
+  PaperGasTets gas_;
   int set_count_ = 0;
   double room_ = 0.0, skin_room_ = 0.0;
 };

@@ -20,10 +20,11 @@
 ///                                     parts, which are not negative
 ///     now()                           a clock [s]
 ///     kSurroundings                   can there be anything beside the balloon?
-///     kSolids                         can it move a layered wall?
+///     kSolids                         can it move a layered wall, and project what the paper does?
 ///     kIsSmall                        does a short piece of work pay for one of its threads alone?
 ///     kBalloonLanes, kVertexLanes, kClusterLanes  the L that suits a balloon's vertex (with a wall
-///                                     there are many pairs), a wall's vertex, a slab's members
+///                                     there are many pairs), a wall's vertex or what lies behind
+///                                     it, a slab's members
 ///
 /// `lanes` are the threads that share one i, up to L of them: the body strides by lanes.size() from
 /// lanes.rank(), and lanes.sum(x) adds over them, lanes.before(yes) counts those before this one

@@ -129,8 +129,10 @@ Numbering number_vertices(const TriangleMesh& mesh, const std::vector<char>& fix
                           const std::vector<std::array<int, 2>>& partners) {
   Neighbors neighbors = vertex_neighbors(mesh);
   for (const auto& [a, b] : partners) {
-    neighbors[std::size_t(a)].push_back(b);
-    neighbors[std::size_t(b)].push_back(a);
+    std::vector<int>&of_a = neighbors[std::size_t(a)], &of_b = neighbors[std::size_t(b)];
+    if (std::find(of_a.begin(), of_a.end(), b) != of_a.end()) continue;  // once: chains are swapped
+    of_a.push_back(b);
+    of_b.push_back(a);
   }
   const std::vector<int> rank = breadth_first_rank(neighbors);
   std::vector<int> color = color_vertices(neighbors, fixed, rank);

@@ -144,25 +144,25 @@ ANGIO_HOST_DEVICE inline AirProjection<Real> project_friction(const TetState<Rea
   return out;
 }
 
-/// What the projections of a sweep have done.
+/// What the projection of a tet has done.
 template <class Real>
 struct PaperDeltas {
-  Real friction{}, viscous{};  ///< how far they moved the balloon's vertices, in sum [mm]
-  int contacts = 0;            ///< tets that had turned inside out
+  Real friction{}, viscous{};  ///< how far it moved the balloon's vertices, in sum [mm]
+  bool touching = false;       ///< it had turned inside out
 };
 
 /// The tets of the gap that touch both surfaces, and what is kept of them; balloon vertices first,
-/// right-handed.
+/// right-handed. Colour by colour: those of one colour share no vertex.
 template <class Real>
 struct PaperContact {
   bool is_on = false;
-  int tet_count = 0;
+  int colors = 0;
+  const int* color_begin = nullptr;      ///< first tet of a colour, [color + 1]
   const int* tets = nullptr;             ///< four vertices each
   const int* balloon_corners = nullptr;  ///< [tet] 1, 2 or 3
   const Real* inverse_mass = nullptr;    ///< [vertex] [1/g]; 0: held
   char* triggered = nullptr;             ///< [tet] its viscous item
   Real volume_1{}, volume_2{};           ///< the paper's thresholds [mm^3]
-  PaperDeltas<Real>* deltas = nullptr;   ///< of the last sweep
 };
 
 }  // namespace angio::simulation::detail

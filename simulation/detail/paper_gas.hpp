@@ -14,11 +14,13 @@ namespace angio::simulation::detail {
 template <class Real>
 struct PaperGas {
   bool is_on = false;
-  int tet_count = 0;
+  int colors = 0;
+  const int* color_begin = nullptr;    ///< first tet of a colour, [color + 1]; they share no vertex
   const Vec3T<Real>* apex = nullptr;   ///< node of the guidewire; it stays
   const int* triangles = nullptr;      ///< outward, three vertices each
   const Real* inverse_mass = nullptr;  ///< [1/g], shape [vertex]; 0: held
-  const Real* target = nullptr;        ///< V_t = k Q / P_blood [mm^3], > 0
+  const Real* volume = nullptr;        ///< at the start [mm^3], > 0
+  double whole = 0.0;                  ///< that the balloon encloses then [mm^3]
 };
 
 /// The volume to which a projection of C = k Q / V - P_blood takes a tet: V + (V - V^2 / V_t).
@@ -34,21 +36,20 @@ ANGIO_HOST_DEVICE inline Real paper_gas_volume(Real volume, Real target) {
   return next > Real(0.5) * volume ? next : Real(0.5) * volume;
 }
 
-/// One projection of every tet, in their order, by one thread. @param x  [mm], shape [vertex]
+/// One projection of a tet. @param target  V_t = k Q / P_blood [mm^3], > 0
+/// @param x  [mm], shape [vertex]
 template <class Real>
-ANGIO_HOST_DEVICE inline void project_paper_gas(const PaperGas<Real>& gas, Vec3T<Real>* x) {
-  for (int i = 0; i < gas.tet_count; ++i) {
-    const int* v = gas.triangles + 3 * i;
-    TetState<Real> t;
-    t.x[0] = gas.apex[i];
-    for (int k = 0; k < 3; ++k) {
-      t.x[k + 1] = x[v[k]];
-      t.inverse_mass[k + 1] = gas.inverse_mass[v[k]];
-    }
-    const AirProjection<Real> moved =
-        project_volume(t, paper_gas_volume(signed_volume(t.x), gas.target[i]));
-    for (int k = 0; moved.acts && k < 3; ++k) x[v[k]] += moved.by[k + 1];
+ANGIO_HOST_DEVICE inline void project_gas_tet(const PaperGas<Real>& gas, int tet, Real target,
+                                              Vec3T<Real>* x) {
+  const int* v = gas.triangles + 3 * tet;
+  TetState<Real> t;
+  t.x[0] = gas.apex[tet];
+  for (int k = 0; k < 3; ++k) {
+    t.x[k + 1] = x[v[k]];
+    t.inverse_mass[k + 1] = gas.inverse_mass[v[k]];
   }
+  const AirProjection<Real> moved = project_volume(t, paper_gas_volume(signed_volume(t.x), target));
+  for (int k = 0; moved.acts && k < 3; ++k) x[v[k]] += moved.by[k + 1];
 }
 
 }  // namespace angio::simulation::detail

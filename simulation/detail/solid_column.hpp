@@ -48,12 +48,13 @@ ANGIO_HOST_DEVICE inline void add_column_wedge(const SolidWedge<Real>& wedge, co
   }
 }
 
-/// Adds all patches around a column.
-template <class Real>
+/// Adds the patches around a column, each by one of the lanes (launch.hpp).
+template <class Real, class Lanes>
 ANGIO_HOST_DEVICE inline void add_solid_column(const SolidView<Real>& view,
                                                const SolidColumns<Real>& columns, int column,
-                                               ColumnTerm<Real>& term) {
-  for (int e = columns.patch_begin[column]; e < columns.patch_begin[column + 1]; ++e) {
+                                               const Lanes& lanes, ColumnTerm<Real>& term) {
+  for (int e = columns.patch_begin[column] + lanes.rank(); e < columns.patch_begin[column + 1];
+       e += lanes.size()) {
     const int patch = columns.patches[e], begin = view.patch_begin[patch];
     const int first = view.patch_wedges[begin], l = columns.layer[first];
     Vec3T<Real> low, high;  // dv/dx of the patch
@@ -86,6 +87,19 @@ ANGIO_HOST_DEVICE inline void add_solid_column(const SolidView<Real>& view,
   }
 }
 
+/// The inverse of a symmetric matrix whose eigenvalues below `least` are raised to it. Those of the
+/// wall are above, as a rule: then no eigenvalues are needed.
+template <class Real>
+ANGIO_HOST_DEVICE inline Mat3T<Real> inverse_above(const Mat3T<Real>& a, Real least) {
+  const Mat3T<Real> over = a + (-least) * Mat3T<Real>::identity();
+  if (over(0, 0) > Real(0) && over(0, 0) * over(1, 1) > over(0, 1) * over(0, 1) &&
+      determinant(over) > Real(0))
+    return inverse(a);
+  Eigen3<Real> e = eigen_decomposition(a);
+  for (int k = 0; k < 3; ++k) e.value[k] = Real(1) / (e.value[k] > least ? e.value[k] : least);
+  return recomposed(e);
+}
+
 /// The Newton step of a column, -H^-1 g, with H made positive definite on the way: the block
 /// elimination's pivots keep their eigenvalues above a small share of their trace.
 template <class Real>
@@ -102,14 +116,8 @@ ANGIO_HOST_DEVICE inline void solve_column(const ColumnTerm<Real>& term, int lev
       pivot += Real(-1) * (across * term.upper[l - 1]);
       right[l] -= across * right[l - 1];
     }
-    pivot = Real(0.5) * (pivot + transpose(pivot));
-    Eigen3<Real> e = eigen_decomposition(pivot);
     const Real trace = term.diagonal[l](0, 0) + term.diagonal[l](1, 1) + term.diagonal[l](2, 2);
-    for (int k = 0; k < 3; ++k) {
-      const Real least = kLeast * trace;
-      e.value[k] = Real(1) / (e.value[k] > least ? e.value[k] : least);
-    }
-    inverse_pivot[l] = recomposed(e);
+    inverse_pivot[l] = inverse_above(Real(0.5) * (pivot + transpose(pivot)), kLeast * trace);
   }
   for (int l = levels - 1; l >= 0; --l) {
     if (l + 1 < levels) right[l] -= term.upper[l] * move[l + 1];

@@ -30,12 +30,24 @@ struct ColumnMove {
   double net = 0.0, load = 0.0;  ///< squared [uN^2]
 };
 
+/// Sums what the lanes have gathered of a column.
+template <class Real, class Lanes>
+ANGIO_HOST_DEVICE inline void gather_column(const Lanes& lanes, int levels,
+                                            ColumnTerm<Real>& term) {
+  for (int l = 0; l < levels; ++l) {
+    term.gradient[l] = sum_over(lanes, term.gradient[l]);
+    term.diagonal[l] = sum_over(lanes, term.diagonal[l]);
+    if (l + 1 < levels) term.upper[l] = sum_over(lanes, term.upper[l]);
+  }
+}
+
 template <class Real, class Lanes>
 ANGIO_HOST_DEVICE inline ColumnMove<Real> propose_column(const StepView<Real>& s, int v,
                                                          const Lanes& lanes) {
   const int column = v - s.balloon_count, levels = s.columns.levels;
   ColumnTerm<Real> term;
-  add_solid_column(s.solid, s.columns, column, term);
+  add_solid_column(s.solid, s.columns, column, lanes, term);
+  gather_column(lanes, levels, term);
   VertexForces<Real> lumen;
   if (s.candidate_count > 0) add_contact(s, v, lanes, lumen);
   gather(s, lanes, lumen);
@@ -81,6 +93,7 @@ ANGIO_HOST_DEVICE inline Real take_column(const StepView<Real>& s, int v, const 
   const int column = v - s.balloon_count;
   const Real upright = upright_share(s, column, proposed.move);
   const Real bounded = allowed_share(s, v, upright * proposed.move[0], travel);
+  lanes.sync();
   if (lanes.rank() == 0)
     for (int l = 0; l < s.columns.levels; ++l)
       s.x[column_vertex(s, column, l)] += (bounded * upright) * proposed.move[l];

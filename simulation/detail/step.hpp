@@ -58,6 +58,9 @@ class StepSolver {
 
   [[nodiscard]] virtual std::string device() const = 0;
 
+  /// Are frames computed before the last ones are handed out? Never with the paper's contact.
+  [[nodiscard]] virtual bool runs_ahead() const { return false; }
+
   /// The air mesh as it is after a frame, right-handed, for the paper's contact in the next one.
   virtual void set_air(const std::vector<Tet>&) {}
 

@@ -1,5 +1,4 @@
 #include <fstream>
-#include <set>
 
 #include "simulation/detail/launch.hpp"
 #include "simulation/detail/step_view.hpp"
@@ -33,12 +32,7 @@ class CpuSolver final : public StepSolver {
         threads_(threads > 0 ? threads
                              : std::clamp(scene.vertex_count() / kVerticesPerThread, 1,
                                           omp_get_max_threads())) {
-    if (options.gas_model == GasModel::per_tet) {
-      rules_.still = true;  // what projections move is no motion to go on with, nor to go beyond:
-      view_.relaxation = Real(1);  // the balloon would collapse
-      gas_ = paper_gas_tets(scene);
-      gas_target_ = add_paper_gas_view(scene, gas_, memory_, view_);
-    }
+    if (view_.paper_gas.is_on) gas_ = paper_gas_tets(scene);
     status_.pressure = outside_pressure(options);
     status_.volume = balloon_volume(scene, scene.start);
   }
@@ -50,7 +44,6 @@ class CpuSolver final : public StepSolver {
     for (int frame = 1; frame < schedule.frame_count(); ++frame) {
       status_.law = schedule.law(frame, status_.pressure * status_.volume, status_.volume);
       if (push_) push(frame);
-      if (gas_target_ != nullptr) fill_tets();
       step(rules_);
       on_state(frame, state());
     }
@@ -75,19 +68,11 @@ class CpuSolver final : public StepSolver {
   void set_air(const std::vector<Tet>& air) override {
     PaperContact<Real>& paper = view_.paper;
     if (!paper.is_on || air.empty()) return;
-    std::set<Tet> triggered;
-    const auto corners = [](const int* v) {
-      Tet t{v[0], v[1], v[2], v[3]};
-      std::sort(t.begin(), t.end());
-      return t;
-    };
-    for (int t = 0; t < paper.tet_count; ++t)
-      if (paper.triggered[t]) triggered.insert(corners(paper.tets + 4 * t));
-    air_ = paper_tets(scene_, options_, air);
-    triggered_.clear();
-    for (std::size_t t = 0; t < air_.balloon_corners.size(); ++t)
-      triggered_.push_back(triggered.count(corners(&air_.vertices[4 * t])) > 0 ? 1 : 0);
-    paper.tet_count = int(triggered_.size());
+    PaperTets now = paper_tets(scene_, options_, air);
+    triggered_ = kept_items(air_, triggered_, now);
+    air_ = std::move(now);
+    paper.colors = int(air_.color_begin.size()) - 1;
+    paper.color_begin = air_.color_begin.data();
     paper.tets = air_.vertices.data();
     paper.balloon_corners = air_.balloon_corners.data();
     paper.triggered = triggered_.data();
@@ -96,26 +81,6 @@ class CpuSolver final : public StepSolver {
   void set_push(const Push& push) override { push_ = push; }
 
  private:
-  // The paper's air mass of each tet in place of the law: all grow as the balloon's volume is to.
-  void fill_tets() {
-    const double grown = status_.law.volume > 0.0 ? status_.law.volume / gas_.whole : 1.0;
-    for (std::size_t t = 0; t < gas_.volume.size(); ++t)
-      gas_target_[t] = Real(grown * gas_.volume[t]);
-    status_.law.volume = 0.0;
-    status_.law.slope_pressure = outside_pressure(options_);
-  }
-
-  // k sum Q / sum V over the tets of the paper's gas.
-  double mean_tet_pressure(const std::vector<Vec3>& x) const {
-    double volume = 0.0, target = 0.0;
-    for (std::size_t t = 0; t < gas_.volume.size(); ++t) {
-      const auto at = [&](std::size_t k) { return x[std::size_t(gas_.triangles[3 * t + k])]; };
-      volume += tet_volume(gas_.apex[t], at(0), at(1), at(2));
-      target += double(gas_target_[t]);
-    }
-    return outside_pressure(options_) * target / volume;
-  }
-
   void push(int frame) {
     std::vector<Vec3> velocity(scene_.start.size());
     for (std::size_t v = 0; v < velocity.size(); ++v)
@@ -181,7 +146,9 @@ class CpuSolver final : public StepSolver {
       state.solid_points.push_back(converted<double>(view_.solid_points[p]));
       state.solid_plastic_strain.push_back(double(view_.solid_plastic_strain[p]));
     }
-    state.pressure = gas_target_ != nullptr ? mean_tet_pressure(state.x) : status_.pressure;
+    state.pressure = view_.paper_gas.is_on ? mean_tet_pressure(gas_, status_.tet_growth,
+                                                               outside_pressure(options_), state.x)
+                                           : status_.pressure;
     state.volume = status_.volume;
     state.report = status_.report;
     return state;
@@ -192,8 +159,7 @@ class CpuSolver final : public StepSolver {
   StepView<Real> view_;
   SimulationOptions options_;
   PaperGasTets gas_;  // of the paper's gas
-  Real* gas_target_ = nullptr;
-  PaperTets air_;  // of the paper's contact, once the mesh has followed
+  PaperTets air_;     // of the paper's contact, once the mesh has followed
   std::vector<char> triggered_;
   StepRules rules_;
   PlasticFlow<Real> plasticity_;

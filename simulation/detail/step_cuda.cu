@@ -138,11 +138,16 @@ class BlockTeam : public DeviceClock {
   int turn_ = 0;
 };
 
-template <class Real, bool Surroundings>
+/// What a grid's program is compiled for: each costs registers.
+enum class Extent { alone, surroundings, solids };
+
+template <class Real, Extent extent>
 class GridTeam : public DeviceClock {
  public:
-  static constexpr bool kSurroundings = Surroundings, kSolids = false, kIsSmall = false;
-  static constexpr int kBalloonLanes = Surroundings ? 32 : 4, kVertexLanes = 4, kClusterLanes = 32;
+  static constexpr bool kSurroundings = extent != Extent::alone, kSolids = extent == Extent::solids,
+                        kIsSmall = false;
+  static constexpr int kBalloonLanes = kSurroundings ? 32 : 4, kVertexLanes = kSolids ? 16 : 4,
+                       kClusterLanes = 32;
 
   __device__ GridTeam(BlockShared& shared, void* sums)
       : shared_(shared), sums_(sums), grid_(cooperative_groups::this_grid()) {}
@@ -202,20 +207,37 @@ class GridTeam : public DeviceClock {
   int turn_ = 0, grid_turn_ = 0;
 };
 
-// Puts the state into place k of the launch's frames.
+// Copies into place k of an array of frames.
+template <class Team, class Value>
+__device__ void copy_to(Team& team, Value* to, const Value* from, int count, int k) {
+  team.template for_each<1>(
+      count, [&](int i, const auto&) { to[std::ptrdiff_t(k) * count + i] = from[i]; });
+}
+
+// Puts positions and status into place k of the launch's frames.
+template <class Real, class Team>
+__device__ void keep_end(Team& team, const StepView<Real>& view, const StepStatus& status,
+                         const CudaFrames<Real>& frames, int k) {
+  copy_to(team, frames.x, view.x, view.vertex_count, k);
+  if (team.leader()) frames.status[k] = status;
+}
+
+// The same with all that a frame reports.
 template <class Real, class Team>
 __device__ void keep(Team& team, const StepView<Real>& view, const StepStatus& status,
                      const CudaFrames<Real>& frames, int k) {
   const auto copy = [&](auto* to, const auto* from, int count) {
-    team.template for_each<1>(
-        count, [&](int i, const auto&) { to[std::ptrdiff_t(k) * count + i] = from[i]; });
+    copy_to(team, to, from, count, k);
   };
-  copy(frames.x, view.x, view.vertex_count);
+  keep_end(team, view, status, frames, k);
   copy(frames.contact_pressure, view.contact_pressure, view.wall_count);
   copy(frames.plastic, view.cluster_plastic, view.cluster_count);
   if (view.entry_modes)
     copy(frames.plastic_modes, view.cluster_plastic_modes, view.cluster_count * kShapeModes);
-  if (team.leader()) frames.status[k] = status;
+  if constexpr (Team::kSolids) {
+    copy(frames.solid_points, view.solid_points, kWedgePoints * view.wedge_count);
+    copy(frames.solid_plastic_strain, view.solid_plastic_strain, kWedgePoints * view.wedge_count);
+  }
 }
 
 template <class Real, class Team>
@@ -234,7 +256,7 @@ __device__ void run_program(Team& team, const CudaProgram<Real>& program,
     if (!run_step(team, view, program.rules, program.plasticity, status)) break;
     keep(team, view, status, program.frames, k);
   }
-  keep(team, view, status, program.frames, program.frame_count);
+  keep_end(team, view, status, program.frames, program.frame_count);
   team.barrier();
   if (!team.leader()) return;
   *program.status = status;
@@ -268,25 +290,53 @@ __global__ void __launch_bounds__(kBlockThreads, 1)
   team.template for_each<1>(count, [&](int v, const auto&) { program.view.x[v] = view.x[v]; });
 }
 
-template <class Real, bool Surroundings>
+template <class Real, Extent extent>
 __global__ void __launch_bounds__(kGridThreads)
     grid_kernel(const __grid_constant__ CudaProgram<Real> program) {
   __shared__ BlockShared shared;
-  GridTeam<Real, Surroundings> team(shared, program.sums);
+  GridTeam<Real, extent> team(shared, program.sums);
   run_program(team, program, program.view);
 }
 
+/// A balloon alone has its own kernels, which need no registers for contact; a layered wall and
+/// what the paper projects have theirs, which need many.
 template <class Real>
-bool is_alone(const StepView<Real>& view) {
-  return view.wall_count == 0 && view.rod.shape.count == 0 && !(view.self_distance > Real(0));
+Extent extent_of(const StepView<Real>& view) {
+  if (view.columns.levels > 0 || view.paper.is_on || view.paper_gas.is_on) return Extent::solids;
+  return view.wall_count == 0 && view.rod.shape.count == 0 && !(view.self_distance > Real(0))
+             ? Extent::alone
+             : Extent::surroundings;
 }
 
-/// A balloon alone has its own kernels, which need no registers for contact.
 template <class Real>
 const void* kernel_of(const StepView<Real>& view, bool grid) {
   if (!grid) return reinterpret_cast<const void*>(block_kernel<Real>);
-  return is_alone(view) ? reinterpret_cast<const void*>(grid_kernel<Real, false>)
-                        : reinterpret_cast<const void*>(grid_kernel<Real, true>);
+  switch (extent_of(view)) {
+    case Extent::alone:
+      return reinterpret_cast<const void*>(grid_kernel<Real, Extent::alone>);
+    case Extent::surroundings:
+      return reinterpret_cast<const void*>(grid_kernel<Real, Extent::surroundings>);
+    default:
+      return reinterpret_cast<const void*>(grid_kernel<Real, Extent::solids>);
+  }
+}
+
+/// Threads that a colour keeps busy.
+template <class Real>
+int threads_at_work(const StepView<Real>& view) {
+  using Alone = GridTeam<Real, Extent::alone>;
+  using Beside = GridTeam<Real, Extent::surroundings>;
+  using Solids = GridTeam<Real, Extent::solids>;
+  const int balloon = view.balloon_count / std::max(1, view.balloon_colors),
+            wall = view.wall_count / std::max(1, view.wall_colors);
+  switch (extent_of(view)) {
+    case Extent::alone:
+      return balloon * Alone::kBalloonLanes;
+    case Extent::surroundings:
+      return std::max(balloon * Beside::kBalloonLanes, wall * Beside::kVertexLanes);
+    default:
+      return std::max(balloon * Solids::kBalloonLanes, wall * Solids::kVertexLanes);
+  }
 }
 
 }  // namespace
@@ -294,7 +344,7 @@ const void* kernel_of(const StepView<Real>& view, bool grid) {
 template <class Real>
 CudaShape cuda_shape(const StepView<Real>& view, int device, bool grid) {
   CudaShape shape;
-  shape.grid = grid || !is_alone(view);
+  shape.grid = grid || extent_of(view) != Extent::alone;
   if (!shape.grid) {
     shape.threads = kBlockThreads;
     shape.shared_bytes = block_bytes(view);
@@ -304,13 +354,8 @@ CudaShape cuda_shape(const StepView<Real>& view, int device, bool grid) {
   cudaDeviceGetAttribute(&processors, cudaDevAttrMultiProcessorCount, device);
   cudaOccupancyMaxActiveBlocksPerMultiprocessor(&resident, kernel_of(view, true), kGridThreads, 0);
   // No more blocks than a colour has work for: they would only lengthen the barrier.
-  const int balloon_lanes =
-      is_alone(view) ? GridTeam<Real, false>::kBalloonLanes : GridTeam<Real, true>::kBalloonLanes;
-  const int work = std::max(
-      view.balloon_count / std::max(1, view.balloon_colors) * balloon_lanes,
-      view.wall_count / std::max(1, view.wall_colors) * GridTeam<Real, true>::kVertexLanes);
   shape.threads = kGridThreads;
-  shape.blocks = std::clamp((work + kGridThreads - 1) / kGridThreads, 1,
+  shape.blocks = std::clamp((threads_at_work(view) + kGridThreads - 1) / kGridThreads, 1,
                             std::clamp(processors * resident, 1, 1024));
   return shape;
 }

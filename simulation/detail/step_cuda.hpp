@@ -8,8 +8,8 @@
 /// Launching step_program.hpp on a GPU. Only step_cuda.cu and cuda_solver.cpp include this.
 namespace angio::simulation::detail {
 
-/// What a launch leaves of a frame or, in the place after its last frame, of the state it ends
-/// with. Shapes [frame_count + 1, ...].
+/// What a launch leaves of its frames, shapes [frame_count, ...]. Status and positions have a place
+/// more, for the state that it ends with.
 template <class Real>
 struct CudaFrames {
   StepStatus* status = nullptr;
@@ -17,6 +17,8 @@ struct CudaFrames {
   Real* contact_pressure = nullptr;      ///< [wall vertex]
   Mat3T<Real>* plastic = nullptr;        ///< [cluster]
   Vec3T<Real>* plastic_modes = nullptr;  ///< [cluster][kShapeModes]
+  SolidPoint<Real>* solid_points = nullptr;
+  Real* solid_plastic_strain = nullptr;  ///< [solid point]
 };
 
 /// Some frames in one launch, from where the last launch has ended: it may have halted within a

@@ -2,7 +2,7 @@
 
 #include "simulation/detail/step_state.hpp"
 
-/// The paper's plain contact in the step: paper_contact.hpp, tet after tet.
+/// The paper's plain contact in the step: paper_contact.hpp, a tet at a time.
 namespace angio::simulation::detail {
 
 template <class Real>
@@ -55,7 +55,7 @@ ANGIO_HOST_DEVICE inline void project_tet(const StepView<Real>& s, int index,
     const AirProjection<Real> rub = project_friction(
         t, gap, s.friction.mu_static, s.friction.mu_kinetic, along < Real(0) ? -along : along);
     deltas.friction += take(s, v, side_a, rub, t);
-    ++deltas.contacts;
+    deltas.touching = true;
   }
   if (side_a != 1) return;
   if (volume <= paper.volume_1) {
@@ -66,14 +66,6 @@ ANGIO_HOST_DEVICE inline void project_tet(const StepView<Real>& s, int index,
     const Real target = volume + Real(kBond) * (paper.volume_1 - volume);
     deltas.viscous += take(s, v, side_a, project_together(t, tet_gap(t.x, side_a), target), t);
   }
-}
-
-/// All tets, one after the other: by one thread.
-template <class Real>
-ANGIO_HOST_DEVICE inline void project_air(const StepView<Real>& s) {
-  PaperDeltas<Real> deltas;
-  for (int t = 0; t < s.paper.tet_count; ++t) project_tet(s, t, deltas);
-  *s.paper.deltas = deltas;
 }
 
 }  // namespace angio::simulation::detail

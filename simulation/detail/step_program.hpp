@@ -64,9 +64,10 @@ struct StepStatus {
   GasLaw<double> law;
   StepReport report;
   LeapStatus leap;
-  int since_search = 0;  ///< sweeps
-  bool blocked = false;  ///< a vertex has met its bound in the last sweep
-  bool halted = false;   ///< for want of candidates
+  int since_search = 0;     ///< sweeps
+  bool blocked = false;     ///< a vertex has met its bound in the last sweep
+  bool halted = false;      ///< for want of candidates
+  double tet_growth = 1.0;  ///< of the paper's gas: targets over volumes at the start
   StepStage stage = StepStage::begin;
   int frame = 0;  ///< that is under way or has ended
 };
@@ -154,9 +155,19 @@ ANGIO_HOST_DEVICE inline Real useful_travel(const StepView<Real>& s, int v) {
   return motion < least ? least : motion < most ? motion : most;
 }
 
+/// The paper's air mass of each tet in place of the law: all grow as the balloon's volume is to.
+template <class Real>
+ANGIO_HOST_DEVICE inline void fill_tets(const StepView<Real>& s, StepStatus& status) {
+  GasLaw<double>& law = status.law;
+  status.tet_growth = law.volume > 0.0 ? law.volume / s.paper_gas.whole : 1.0;
+  law.volume = 0.0;
+  law.slope_pressure = double(s.outside_pressure);
+}
+
 template <class Real, class Team>
 ANGIO_HOST_DEVICE inline void begin_step(Team& team, const StepView<Real>& s,
                                          const StepRules& rules, StepStatus& status) {
+  if (Team::kSolids && s.paper_gas.is_on) fill_tets(s, status);
   team.template for_each<1>(s.vertex_count, [&](int v, const auto&) {
     s.x_before[v] = s.x[v];
     s.x_inertial[v] = rules.still ? s.x[v] : s.x[v] + s.dt * s.velocity[v];
@@ -504,36 +515,56 @@ ANGIO_HOST_DEVICE inline void sweep_rod(Team& team, const StepView<Real>& s, Ste
   team.barrier();
 }
 
+/// Moves the wall's vertices of a colour; total: squared net force and load, blocked.
+template <class Real, class Team>
+ANGIO_HOST_DEVICE inline void move_wall_vertices(Team& team, const StepView<Real>& s, int first,
+                                                 int count, double (&total)[3]) {
+  team.template quick_sum<Team::kVertexLanes, 3>(
+      count,
+      [&](int i, const auto& lanes, auto* part) {
+        const int v = first + i;
+        const VertexForces<Real> f = wall_forces(s, v, lanes);
+        const Real net = norm_squared(f.force);
+        part[0] += net;
+        part[1] += f.magnitude * f.magnitude;
+        if (!(net > Real(0))) return;
+        const Vec3T<Real> move = inverse_block(f.hessian) * f.force;
+        const Real share = bounded_share<Team>(s, v, move);
+        part[2] += share < Real(1) ? Real(1) : Real(0);
+        lanes.sync();
+        if (lanes.rank() == 0) s.x[v] += share * move;
+      },
+      total);
+}
+
+/// The same of a layered wall's columns.
+template <class Real, class Team>
+ANGIO_HOST_DEVICE inline void move_wall_columns(Team& team, const StepView<Real>& s, int first,
+                                                int count, double (&total)[3]) {
+  team.template quick_sum<Team::kVertexLanes, 3>(
+      count,
+      [&](int i, const auto& lanes, auto* part) {
+        const ColumnMove<Real> column = propose_column(s, first + i, lanes);
+        part[0] += column.net;
+        part[1] += column.load;
+        const Real share = take_column(s, first + i, lanes, column, s.travel[first + i]);
+        part[2] += share < Real(1) ? Real(1) : Real(0);
+      },
+      total);
+}
+
 template <class Real, class Team>
 ANGIO_HOST_DEVICE inline void sweep_wall(Team& team, const StepView<Real>& s, SweepSums& sums) {
   const double net_before = sums.net, load_before = sums.load;
   for (int color = 0; color < s.wall_colors; ++color) {
-    const int first = s.wall_color_begin[color];
+    const int first = s.wall_color_begin[color], count = s.wall_color_begin[color + 1] - first;
     double total[3];
-    team.template quick_sum<Team::kVertexLanes, 3>(
-        s.wall_color_begin[color + 1] - first,
-        [&](int i, const auto& lanes, auto* part) {
-          const int v = first + i;
-          if constexpr (Team::kSolids)
-            if (s.columns.levels > 0) {
-              const ColumnMove<Real> column = propose_column(s, v, lanes);
-              part[0] += column.net;
-              part[1] += column.load;
-              part[2] += take_column(s, v, lanes, column, s.travel[v]) < Real(1) ? 1.0 : 0.0;
-              return;
-            }
-          const VertexForces<Real> f = wall_forces(s, v, lanes);
-          const Real net = norm_squared(f.force);
-          part[0] += net;
-          part[1] += f.magnitude * f.magnitude;
-          if (!(net > Real(0))) return;
-          const Vec3T<Real> move = inverse_block(f.hessian) * f.force;
-          const Real share = bounded_share<Team>(s, v, move);
-          part[2] += share < Real(1) ? Real(1) : Real(0);
-          lanes.sync();
-          if (lanes.rank() == 0) s.x[v] += share * move;
-        },
-        total);
+    bool layered = false;
+    if constexpr (Team::kSolids) {
+      layered = s.columns.levels > 0;
+      if (layered) move_wall_columns(team, s, first, count, total);
+    }
+    if (!layered) move_wall_vertices(team, s, first, count, total);
     sums.net += total[0];
     sums.load += total[1];
     sums.blocked = sums.blocked || total[2] > 0.0;
@@ -550,15 +581,52 @@ ANGIO_HOST_DEVICE inline double estimated_lag(const double (&moved)[4]) {
   return moved[0] * q / (1.0 - q);
 }
 
+/// The tets of the paper's gas, colour by colour.
+template <class Real, class Team>
+ANGIO_HOST_DEVICE inline void project_gas(Team& team, const StepView<Real>& s, double growth) {
+  const PaperGas<Real>& gas = s.paper_gas;
+  for (int color = 0; color < gas.colors; ++color) {
+    const int first = gas.color_begin[color];
+    team.template for_each<1>(gas.color_begin[color + 1] - first, [&](int i, const auto&) {
+      const int tet = first + i;
+      project_gas_tet(gas, tet, Real(growth * double(gas.volume[tet])), s.x);
+    });
+    team.barrier();
+  }
+}
+
+/// The tets of the paper's contact, colour by colour.
+template <class Real, class Team>
+ANGIO_HOST_DEVICE inline void project_air(Team& team, const StepView<Real>& s, StepReport& report) {
+  double sums[3] = {};
+  for (int color = 0; color < s.paper.colors; ++color) {
+    const int first = s.paper.color_begin[color];
+    double total[3];
+    team.template quick_sum<1, 3>(
+        s.paper.color_begin[color + 1] - first,
+        [&](int i, const auto&, auto* part) {
+          PaperDeltas<Real> deltas;
+          project_tet(s, first + i, deltas);
+          part[0] += deltas.touching ? Real(1) : Real(0);
+          part[1] += deltas.friction;
+          part[2] += deltas.viscous;
+        },
+        total);
+    for (int k = 0; k < 3; ++k) sums[k] += total[k];
+  }
+  report.contact_count = int(sums[0]);
+  report.friction_delta = sums[1];
+  report.viscous_delta = sums[2];
+}
+
 /// The paper's gas and contact after a sweep (paper_gas.hpp, step_paper.hpp).
 template <class Real, class Team>
 ANGIO_HOST_DEVICE inline void project_paper(Team& team, const StepView<Real>& s,
                                             StepStatus& status) {
   if (!s.paper.is_on && !s.paper_gas.is_on) return;
   team.barrier();
-  if (team.leader() && s.paper_gas.is_on) project_paper_gas(s.paper_gas, s.x);
-  if (team.leader() && s.paper.is_on) project_air(s);
-  team.barrier();
+  if (s.paper_gas.is_on) project_gas(team, s, status.tet_growth);
+  if (s.paper.is_on) project_air(team, s, status.report);
   measure_gas(team, s, status);
 }
 
@@ -645,13 +713,10 @@ ANGIO_HOST_DEVICE inline void end_step(Team& team, const StepView<Real>& s,
         part[2] += s.moves[v].adhesion;
       },
       total);
-  status.report.contact_count = int(total[0]);
-  status.report.friction_delta = total[1];
-  status.report.viscous_delta = total[2];
-  if (s.paper.is_on) {
-    status.report.contact_count = s.paper.deltas->contacts;
-    status.report.friction_delta = s.paper.deltas->friction;
-    status.report.viscous_delta = s.paper.deltas->viscous;
+  if (!s.paper.is_on) {  // else what the last sweep has projected
+    status.report.contact_count = int(total[0]);
+    status.report.friction_delta = total[1];
+    status.report.viscous_delta = total[2];
   }
   if (s.wet)
     team.template for_each<1>(s.balloon_count + s.wall_count,

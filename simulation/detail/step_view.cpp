@@ -4,9 +4,11 @@
 #include <cmath>
 #include <iterator>
 #include <limits>
+#include <set>
 
 #include "core/error.hpp"
 #include "simulation/detail/air_candidates.hpp"
+#include "simulation/detail/element_colors.hpp"
 
 namespace angio::simulation::detail {
 
@@ -33,6 +35,8 @@ State start_state(const Scene& scene, double pressure) {
 
 Precision precision_for(const Scene& scene, const SimulationOptions& options) {
   if (scene.solid.levels > 0) return Precision::twofold;  // thin, nearly incompressible layers
+  // Its tets do not settle: what one rounding changes is a millionfold larger at the end.
+  if (options.gas_model == GasModel::per_tet) return Precision::twofold;
   double reach = 0.0, edge = 0.0;
   for (int v = 0; v < scene.balloon_count; ++v)
     reach = std::max(reach, norm(scene.start[std::size_t(v)] - scene.origin));
@@ -72,6 +76,10 @@ PaperTets paper_tets(const Scene& scene, const SimulationOptions& options,
     throw InputError(
         "contact.model paper needs an air mesh between balloon and wall, and there is none. Run "
         "the stage meshing again, or use contact.model barrier");
+  const ElementColors colors = color_elements(result.vertices, 4, scene.vertex_count());
+  result.vertices = in_order(colors, result.vertices, 4);
+  result.balloon_corners = in_order(colors, result.balloon_corners);
+  result.color_begin = colors.begin;
   for (std::size_t v = 0; v < scene.mass.size(); ++v)
     result.inverse_mass.push_back(scene.fixed[v] ? 0.0 : 1.0 / scene.mass[v]);
   double area = 0.0;
@@ -80,6 +88,23 @@ PaperTets paper_tets(const Scene& scene, const SimulationOptions& options,
   const bool given = options.paper_volume_2_mm3 > 0.0;
   result.volume_1 = given ? options.paper_volume_1_mm3 : face * options.adhesion_gap_1_mm / 3.0;
   result.volume_2 = given ? options.paper_volume_2_mm3 : face * options.adhesion_gap_2_mm / 3.0;
+  return result;
+}
+
+std::vector<char> kept_items(const PaperTets& before, const std::vector<char>& triggered,
+                             const PaperTets& now) {
+  const auto corners = [](const PaperTets& tets, std::size_t t) {
+    const int* v = &tets.vertices[4 * t];
+    Tet sorted{v[0], v[1], v[2], v[3]};
+    std::sort(sorted.begin(), sorted.end());
+    return sorted;
+  };
+  std::set<Tet> held;
+  for (std::size_t t = 0; t < triggered.size(); ++t)
+    if (triggered[t] != 0) held.insert(corners(before, t));
+  std::vector<char> result;
+  for (std::size_t t = 0; t < now.balloon_corners.size(); ++t)
+    result.push_back(held.count(corners(now, t)) > 0 ? 1 : 0);
   return result;
 }
 
@@ -103,7 +128,23 @@ PaperGasTets paper_gas_tets(const Scene& scene) {
     tets.triangles.insert(tets.triangles.end(), t.begin(), t.end());
     tets.volume.push_back(volume);
   }
+  const ElementColors colors = color_elements(tets.triangles, 3, scene.balloon_count);
+  tets.apex = in_order(colors, tets.apex);
+  tets.triangles = in_order(colors, tets.triangles, 3);
+  tets.volume = in_order(colors, tets.volume);
+  tets.color_begin = colors.begin;
   return tets;
+}
+
+double mean_tet_pressure(const PaperGasTets& tets, double growth, double outside,
+                         const std::vector<Vec3>& x) {
+  double volume = 0.0, target = 0.0;
+  for (std::size_t t = 0; t < tets.volume.size(); ++t) {
+    const auto at = [&](std::size_t k) { return x[std::size_t(tets.triangles[3 * t + k])]; };
+    volume += tet_volume(tets.apex[t], at(0), at(1), at(2));
+    target += growth * tets.volume[t];
+  }
+  return outside * target / volume;
 }
 
 StepRules make_rules(const Scene& scene, const SimulationOptions& options) {
@@ -115,6 +156,7 @@ StepRules make_rules(const Scene& scene, const SimulationOptions& options) {
   rules.most_sweeps = options.sweeps > 0 ? kMostFactor * options.sweeps : kMostSweeps;
   if (options.contact_model == ContactModel::paper || options.gas_model == GasModel::per_tet)
     rules.least_sweeps = rules.most_sweeps = options.sweeps > 0 ? options.sweeps : kPaperSweeps;
+  rules.still = options.gas_model == GasModel::per_tet;
   rules.tolerance = options.tolerance;
   // Of a cylinder of the balloon's volume and length.
   double length = 0.0;

@@ -278,10 +278,11 @@ inline double contact_range(const SimulationOptions& options) {
              : options.contact_distance_mm;
 }
 
-/// What the paper's contact projects.
+/// What the paper's contact projects, colour by colour.
 struct PaperTets {
   std::vector<int> vertices;  ///< four a tet, those of the balloon first, right-handed
   std::vector<int> balloon_corners;
+  std::vector<int> color_begin;           ///< tet
   std::vector<double> inverse_mass;       ///< [1/g], shape [vertex]; 0: held
   double volume_1 = 0.0, volume_2 = 0.0;  ///< [mm^3]
 };
@@ -291,34 +292,49 @@ struct PaperTets {
 PaperTets paper_tets(const Scene& scene, const SimulationOptions& options,
                      const std::vector<Tet>& air);
 
+/// The viscous items of the tets that stay, as `now` has them.
+///
+/// @param triggered  shape [tet of `before`]
+std::vector<char> kept_items(const PaperTets& before, const std::vector<char>& triggered,
+                             const PaperTets& now);
+
 /// The tets of the paper's gas: each triangle of the balloon with the guidewire's nearest node.
-/// Those that enclose nothing at the start, at the ends, get no gas.
+/// Those that enclose nothing at the start, at the ends, get no gas. Colour by colour.
 struct PaperGasTets {
-  std::vector<Vec3> apex;      ///< [mm], shape [tet]
-  std::vector<int> triangles;  ///< three vertices a tet
-  std::vector<double> volume;  ///< at the start [mm^3], > 0
-  double whole = 0.0;          ///< what the balloon encloses then [mm^3]
+  std::vector<Vec3> apex;        ///< [mm], shape [tet]
+  std::vector<int> triangles;    ///< three vertices a tet
+  std::vector<double> volume;    ///< at the start [mm^3], > 0
+  std::vector<int> color_begin;  ///< tet
+  double whole = 0.0;            ///< what the balloon encloses then [mm^3]
 };
 
 /// @throws InputError if there is no guidewire
 PaperGasTets paper_gas_tets(const Scene& scene);
 
-/// The paper's gas. @return the tets' targets [mm^3], for the solver to set
+/// k sum Q / sum V over the tets: the pressure that a frame of the paper's gas reports [Pa].
+///
+/// @param growth  of their targets over their volumes at the start
+double mean_tet_pressure(const PaperGasTets& tets, double growth, double outside,
+                         const std::vector<Vec3>& x);
+
+/// The paper's gas. Without the prediction, and with no step beyond a vertex's own: what is
+/// projected is no motion to go on with, and the balloon would collapse.
 template <class Real, class Memory>
-Real* add_paper_gas_view(const Scene& scene, const PaperGasTets& tets, Memory& memory,
-                         StepView<Real>& view) {
+void add_paper_gas_view(const Scene& scene, Memory& memory, StepView<Real>& view) {
+  const PaperGasTets tets = paper_gas_tets(scene);
+  view.relaxation = Real(1);
   PaperGas<Real>& gas = view.paper_gas;
   gas.is_on = true;
-  gas.tet_count = int(tets.volume.size());
+  gas.colors = int(tets.color_begin.size()) - 1;
+  gas.color_begin = memory.store(tets.color_begin);
+  gas.whole = tets.whole;
   gas.apex = memory.store(local<Real>(scene, tets.apex));
   gas.triangles = memory.store(tets.triangles);
   std::vector<Real> inverse_mass;
   for (std::size_t v = 0; v < scene.mass.size(); ++v)
     inverse_mass.push_back(scene.fixed[v] ? Real(0) : Real(1.0 / scene.mass[v]));
   gas.inverse_mass = memory.store(inverse_mass);
-  Real* target = memory.store(converted_all<Real>(tets.volume));
-  gas.target = target;
-  return target;
+  gas.volume = memory.store(converted_all<Real>(tets.volume));
 }
 
 /// The paper's contact: the air tets between the surfaces, balloon vertices first.
@@ -332,14 +348,14 @@ void add_paper_view(const Scene& scene, const SimulationOptions& options, Memory
   const PaperTets tets = paper_tets(scene, options, air);
   PaperContact<Real>& paper = view.paper;
   paper.is_on = true;
-  paper.tet_count = int(tets.balloon_corners.size());
+  paper.colors = int(tets.color_begin.size()) - 1;
+  paper.color_begin = memory.store(tets.color_begin);
   paper.tets = memory.store(tets.vertices);
   paper.balloon_corners = memory.store(tets.balloon_corners);
   paper.inverse_mass = memory.store(converted_all<Real>(tets.inverse_mass));
   paper.triggered = memory.store(std::vector<char>(tets.balloon_corners.size(), 0));
   paper.volume_1 = Real(tets.volume_1);
   paper.volume_2 = Real(tets.volume_2);
-  paper.deltas = memory.store(std::vector<PaperDeltas<Real>>(1));
 }
 
 template <class Real, class Memory>
@@ -363,6 +379,7 @@ StepView<Real> make_view(const Scene& scene, const SimulationOptions& options, M
   view.has_folds = scene.has_folds;
   const bool paper = options.contact_model == ContactModel::paper;
   if (paper && scene.wall_count > 0) add_paper_view(scene, options, memory, view);
+  if (options.gas_model == GasModel::per_tet) add_paper_gas_view(scene, memory, view);
   if (!paper && options.adhesion_traction_kpa > 0.0 && scene.wall_count > 0) {
     view.adhesion = {Real(units::pascal_from_kilopascal(options.adhesion_traction_kpa)),
                      Real(options.adhesion_gap_1_mm), Real(options.adhesion_gap_2_mm)};

@@ -1,8 +1,13 @@
 #include <gtest/gtest.h>
 
+#include <array>
+#include <cstdio>
+#include <string>
+
 #include "simulation/detail/measure.hpp"
 #include "simulation/detail/step.hpp"
 #include "tests/simulation/folded.hpp"
+#include "tests/simulation/layered.hpp"
 #include "tests/simulation/matched.hpp"
 
 /// The GPU against the CPU; skipped where there is none.
@@ -108,6 +113,151 @@ TEST(CudaFolds, DoNotPassThroughEachOther) {
     EXPECT_EQ(self_crossing_count(model.balloon.triangles, frame.balloon), 0) << frame.frame;
   });
   EXPECT_GT(summary.peak_pressure_atm, 0.9 * options.inflation.peak_pressure_atm);
+}
+
+std::vector<SimulationFrame> frames_on(Backend backend, const SimulationModel& model,
+                                       SimulationOptions options) {
+  options.backend = backend;
+  std::vector<SimulationFrame> frames;
+  const SimulationSummary summary =
+      simulate(model, options, [&](const SimulationFrame& frame) { frames.push_back(frame); });
+  EXPECT_EQ(summary.backend, backend == Backend::cuda ? "cuda" : "cpu");
+  return frames;
+}
+
+double farthest(const std::vector<Vec3>& a, const std::vector<Vec3>& b) {
+  EXPECT_EQ(a.size(), b.size());
+  double worst = 0.0;
+  for (std::size_t v = 0; v < a.size(); ++v) worst = std::max(worst, distance(a[v], b[v]));
+  return worst;
+}
+
+// Both backends' frames, the GPU's second; empty where there is none.
+std::array<std::vector<SimulationFrame>, 2> on_both(const SimulationModel& model,
+                                                    const SimulationOptions& options) {
+  if (!has_cuda_device()) return {};
+  std::array<std::vector<SimulationFrame>, 2> frames = {frames_on(Backend::cpu, model, options),
+                                                        frames_on(Backend::cuda, model, options)};
+  EXPECT_EQ(frames[0].size(), frames[1].size());
+  double worst = 0.0;
+  for (std::size_t f = 0; f < frames[0].size(); ++f) {
+    const SimulationFrame &cpu = frames[0][f], &gpu = frames[1][f];
+    worst = std::max({worst, farthest(cpu.balloon, gpu.balloon), farthest(cpu.wall, gpu.wall),
+                      farthest(cpu.layered_wall, gpu.layered_wall),
+                      farthest(cpu.guidewire, gpu.guidewire)});
+  }
+  EXPECT_LT(worst, 1e-3);  // mm
+  ::testing::Test::RecordProperty("worst_mm", std::to_string(worst));
+  std::printf("CPU and CUDA: %.2e mm apart at most\n", worst);
+  return frames;
+}
+
+SimulationOptions short_course(SimulationOptions options) {
+  options.inflation.inflate_s = 0.4;
+  options.inflation.hold_s = 0.1;
+  options.inflation.deflate_s = 0.2;
+  options.inflation.rest_s = 0.0;
+  return options;
+}
+
+TEST(CudaLayeredWall, IsTheCpusInShapeStressAndPlasticStrain) {
+  SimulationOptions options = short_course(testing::layered_options());
+  options.frame_s = 0.05;
+  SimulationModel model = testing::layered_model();
+  testing::use_rubber(model, options);
+  const auto frames = on_both(model, options);
+  if (frames[0].empty()) GTEST_SKIP() << "no GPU";
+  double kept = 0.0, stressed = 0.0;
+  for (std::size_t f = 0; f < frames[0].size(); ++f) {
+    const SimulationFrame &cpu = frames[0][f], &gpu = frames[1][f];
+    ASSERT_EQ(cpu.wall_stress.size(), gpu.wall_stress.size());
+    for (std::size_t w = 0; w < cpu.wall_stress.size(); ++w) {
+      const WallStress &a = cpu.wall_stress[w], &b = gpu.wall_stress[w];
+      EXPECT_NEAR(a.von_mises_kpa, b.von_mises_kpa, 0.1 + 1e-3 * a.von_mises_kpa) << f << ' ' << w;
+      EXPECT_NEAR(a.plastic_strain, b.plastic_strain, 1e-4) << f << ' ' << w;
+      kept = std::max(kept, b.plastic_strain);
+      stressed = std::max(stressed, b.von_mises_kpa);
+    }
+    for (std::size_t v = 0; v < cpu.plastic_strain.size(); ++v)
+      EXPECT_NEAR(cpu.plastic_strain[v], gpu.plastic_strain[v], 1e-4) << f << ' ' << v;
+  }
+  EXPECT_GT(kept, 0.01);
+  EXPECT_GT(stressed, 50.0);
+}
+
+TEST(CudaLayeredWall, TwoRunsGiveTheSameBits) {
+  if (!has_cuda_device()) GTEST_SKIP() << "no GPU";
+  SimulationOptions options = short_course(testing::layered_options());
+  options.inflation.inflate_s = 0.2;
+  const SimulationModel model = testing::layered_model();
+  const auto one = frames_on(Backend::cuda, model, options),
+             two = frames_on(Backend::cuda, model, options);
+  ASSERT_EQ(one.size(), two.size());
+  for (std::size_t f = 0; f < one.size(); ++f) {
+    EXPECT_EQ(one[f].layered_wall, two[f].layered_wall) << f;
+    EXPECT_EQ(one[f].plastic_strain, two[f].plastic_strain) << f;
+  }
+}
+
+TEST(CudaPaper, ItsContactIsTheCpus) {
+  SimulationOptions options;
+  options.contact_model = ContactModel::paper;
+  options.balloon.name = "polyurethane";
+  options.inflation.control = InflationControl::pressure;
+  options.inflation.peak_pressure_atm = 2.0;
+  const auto frames = on_both(testing::matched_model(0.5, 0.62), short_course(options));
+  if (frames[0].empty()) GTEST_SKIP() << "no GPU";
+  int contacts = 0;
+  for (const SimulationFrame& frame : frames[1]) contacts = std::max(contacts, frame.contact_count);
+  EXPECT_GT(contacts, 0);
+}
+
+// A tube without a wall, with a guidewire of 24 nodes from pole to pole.
+SimulationModel wired_model(bool wall) {
+  testing::StenosedTube tube;
+  tube.balloon_rings = 20;
+  tube.balloon_around = 12;
+  tube.wall_rings = 41;
+  tube.wall_around = 16;
+  SimulationModel model = testing::make_model(tube);
+  model.guidewire.clear();
+  for (int i = 0; i < 24; ++i)
+    model.guidewire.push_back({0.0, 0.0, tube.balloon_length * (i / 23.0 - 0.5)});
+  if (wall) return model;
+  model.balloon_rest = model.balloon.vertices;
+  model.wall = {};
+  model.wall_fixed.clear();
+  model.wall_abscissa.clear();
+  model.wall_group.clear();
+  return model;
+}
+
+TEST(CudaPaper, ItsGasIsTheCpus) {
+  const SimulationModel model = wired_model(false);
+  SimulationOptions options;
+  options.balloon.name = "polyurethane";
+  options.inflation.control = InflationControl::volume;
+  options.inflation.peak_volume_mm3 = 1.5 * enclosed_volume(model.balloon);
+  options.gas_model = GasModel::per_tet;
+  const auto frames = on_both(model, short_course(options));
+  if (frames[0].empty()) GTEST_SKIP() << "no GPU";
+  for (std::size_t f = 0; f < frames[0].size(); ++f)
+    EXPECT_NEAR(frames[0][f].pressure_atm, frames[1][f].pressure_atm, 1e-3) << f;
+}
+
+TEST(CudaGuidewire, BalloonAndRodAreTheCpus) {
+  SimulationOptions options;
+  options.balloon.name = "polyurethane";
+  options.guidewire.model = GuidewireModel::rod;
+  options.guidewire.tip = GuidewireTip::free;
+  options.inflation.peak_pressure_atm = 4.0;
+  SimulationModel model = wired_model(false);
+  const auto alone = on_both(model, short_course(options));
+  if (alone[0].empty()) GTEST_SKIP() << "no GPU";
+  EXPECT_GT(distance(alone[1].back().guidewire.back(), model.guidewire.back()), 1e-6);
+  model = wired_model(true);
+  model.balloon_rest = model.balloon.vertices;
+  on_both(model, short_course(options));
 }
 
 INSTANTIATE_TEST_SUITE_P(Spreads, Cuda, ::testing::Values(Spread::block, Spread::grid));

@@ -2,70 +2,17 @@
 #include <omp.h>
 
 #include <algorithm>
-#include <cmath>
+#include <map>
 
-#include "tests/simulation/models.hpp"
+#include "simulation/detail/scene.hpp"
+#include "tests/simulation/layered.hpp"
 
 /// A balloon in a narrowed vessel whose wall is the layered solid.
 namespace angio::simulation {
 namespace {
 
-// The lumen extruded to the healthy wall's outside: plaque where it is narrow.
-LayeredWall extruded(const TriangleMesh& lumen, const std::vector<char>& fixed, double radius,
-                     double ratio) {
-  const std::vector<double> level = {0.0, 0.35, 0.65, 1.0};
-  const double outside = radius / (1.0 - 2.0 * ratio);
-  const int count = int(lumen.vertices.size());
-  LayeredWall wall;
-  wall.lumen_triangles = lumen.triangles;
-  for (const double share : level)
-    for (int v = 0; v < count; ++v) {
-      const Vec3 p = lumen.vertices[std::size_t(v)];
-      const double inner = std::hypot(p.x, p.y), r = inner + share * (outside - inner);
-      wall.vertices.push_back({p.x * r / inner, p.y * r / inner, p.z});
-      wall.fixed.push_back(fixed[std::size_t(v)] != 0 ? 1 : 0);
-    }
-  for (int layer = 0; layer < 3; ++layer)
-    for (const Triangle& t : lumen.triangles) {
-      const int in = layer * count, out = in + count;
-      wall.wedges.push_back({t[0] + in, t[1] + in, t[2] + in, t[0] + out, t[1] + out, t[2] + out});
-      wall.layer.push_back(layer);
-      const Vec3 p = lumen.vertices[std::size_t(t[0])];
-      const bool narrow = std::hypot(p.x, p.y) < 0.9 * radius;
-      wall.region.push_back(layer == 0 && narrow ? WallRegion::plaque : WallRegion(layer));
-      wall.axial.push_back({0, 0, 1});
-    }
-  for (const Triangle& t : lumen.triangles)
-    wall.outer_triangles.push_back({t[0] + 3 * count, t[1] + 3 * count, t[2] + 3 * count});
-  return wall;
-}
-
-SimulationModel layered_model() {
-  testing::StenosedTube p;
-  p.length = 7.0;
-  p.lesion_length = 4.0;
-  p.balloon_length = 4.0;
-  p.balloon_rings = 10;
-  p.balloon_around = 10;
-  p.wall_rings = 13;
-  p.wall_around = 12;
-  p.stenosis = 0.4;
-  SimulationModel model = make_model(p);
-  model.layered_wall = extruded(model.wall, model.wall_fixed, p.radius, 0.189);
-  return model;
-}
-
-SimulationOptions layered_options() {
-  SimulationOptions options;
-  options.wall_model = WallModel::layered;
-  options.frame_s = 0.1;
-  options.inflation.inflate_s = 1.0;
-  options.inflation.hold_s = 0.1;
-  options.inflation.deflate_s = 0.6;
-  options.inflation.rest_s = 0.1;
-  options.inflation.peak_pressure_atm = 6.0;
-  return options;
-}
+using testing::layered_model;
+using testing::layered_options;
 
 TEST(LayeredAngioplasty, WidensThePlaqueForGoodAndRecoils) {
   const SimulationModel model = layered_model();
@@ -98,6 +45,29 @@ TEST(LayeredAngioplasty, WidensThePlaqueForGoodAndRecoils) {
   EXPECT_GT(low, 0.85);
   EXPECT_LT(high, 1.15);
   EXPECT_EQ(summary.max_penetration_mm, 0.0);
+}
+
+TEST(LayeredAngioplasty, ColumnsThatMoveAtOnceShareNoPatch) {
+  const SimulationModel model = layered_model();
+  const detail::Scene scene = detail::make_scene(model, layered_options());
+  const int columns = scene.wall_count;
+  std::vector<int> color(std::size_t(columns), -1);
+  for (std::size_t c = 0; c + 1 < scene.wall_color_begin.size(); ++c)
+    for (int v = scene.wall_color_begin[c]; v < scene.wall_color_begin[c + 1]; ++v)
+      color[std::size_t(v - scene.balloon_count)] = int(c);
+  const detail::SolidModel& solid = scene.solid.model;
+  for (int p = 0; p < solid.patch_count(); ++p) {
+    std::map<int, int> mover;  // of a colour
+    for (int m = solid.patch_begin[std::size_t(p)]; m < solid.patch_begin[std::size_t(p) + 1]; ++m)
+      for (int a = 0; a < 6; ++a) {
+        const int w = solid.patch_wedges[std::size_t(m)];
+        const int column = solid.corners[std::size_t(6 * w + a)] % columns;
+        const int c = color[std::size_t(column)];
+        if (c >= 0) {
+          EXPECT_EQ(mover.emplace(c, column).first->second, column) << p;
+        }
+      }
+  }
 }
 
 TEST(LayeredAngioplasty, GivesTheSameBitsForOneAndTwoThreads) {

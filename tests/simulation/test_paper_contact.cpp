@@ -1,9 +1,13 @@
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <random>
+#include <set>
 
 #include "core/error.hpp"
+#include "simulation/detail/element_colors.hpp"
 #include "simulation/detail/paper_contact.hpp"
+#include "simulation/detail/step_view.hpp"
 #include "tests/simulation/matched.hpp"
 
 /// The seed paper's projections, with its errata.
@@ -152,6 +156,54 @@ TEST(PaperContact, TheCurvesOfABalloonThatTouchesAndPartsAreThePapers) {
   EXPECT_GT(deflating, 0.0);
   EXPECT_EQ(drawn, deflating);  // the film pulls most while they part
   EXPECT_NE(summary.warnings[0].find("does not converge"), std::string::npos);
+}
+
+TEST(ElementColors, TakeEachElementOnceAndNoVertexTwiceInAColour) {
+  std::mt19937 random(6);
+  std::uniform_int_distribution<int> u(0, 39);
+  std::vector<int> vertices;
+  while (vertices.size() < 400) {
+    std::set<int> tet;
+    while (tet.size() < 4) tet.insert(u(random));
+    vertices.insert(vertices.end(), tet.begin(), tet.end());
+  }
+  const ElementColors colors = color_elements(vertices, 4, 40);
+  std::vector<int> sorted = colors.order;
+  std::sort(sorted.begin(), sorted.end());
+  for (std::size_t e = 0; e < sorted.size(); ++e) EXPECT_EQ(sorted[e], int(e));
+  EXPECT_EQ(colors.order.size(), vertices.size() / 4);
+  EXPECT_EQ(colors.begin.front(), 0);
+  EXPECT_EQ(colors.begin.back(), int(colors.order.size()));
+  const std::vector<int> ordered = in_order(colors, vertices, 4);
+  for (std::size_t c = 0; c + 1 < colors.begin.size(); ++c) {
+    std::set<int> met;
+    for (int i = 4 * colors.begin[c]; i < 4 * colors.begin[c + 1]; ++i)
+      EXPECT_TRUE(met.insert(ordered[std::size_t(i)]).second) << c;
+  }
+}
+
+TEST(PaperContact, ATetThatStaysKeepsItsViscousItemInWhateverOrder) {
+  PaperTets before, now;
+  before.vertices = {0, 5, 6, 7, 1, 6, 7, 8, 2, 7, 8, 9};
+  before.balloon_corners = {1, 1, 1};
+  now.vertices = {2, 8, 9, 7, 3, 5, 6, 7, 0, 6, 7, 5};
+  now.balloon_corners = {1, 1, 1};
+  EXPECT_EQ(kept_items(before, {1, 1, 0}, now), (std::vector<char>{0, 0, 1}));
+  EXPECT_EQ(kept_items({}, {}, now), (std::vector<char>{0, 0, 0}));
+}
+
+TEST(PaperContact, GivesTheSameBitsForOneAndThreeThreads) {
+  const SimulationModel model = testing::matched_model(0.5, 0.62);
+  SimulationOptions options = paper_options();
+  options.inflation.deflate_s = 0.1;
+  const Scene scene = make_scene(model, options);
+  const double volume = balloon_volume(scene, scene.start);
+  std::vector<std::vector<Vec3>> last(2);
+  for (const int threads : {1, 3})
+    make_cpu_solver(scene, options, Precision::single, threads)
+        ->run(Inflator(options, volume, volume),
+              [&](int, const State& state) { last[threads == 1 ? 0 : 1] = state.x; });
+  EXPECT_EQ(last[0], last[1]);
 }
 
 TEST(PaperContact, NeedsAnAirMesh) {

@@ -33,12 +33,12 @@ struct Fan {
   }
   void project(int times) {
     detail::PaperGas<double> gas;
-    gas.tet_count = int(target.size());
     gas.apex = apex.data();
     gas.triangles = corners.data();
     gas.inverse_mass = inverse_mass.data();
-    gas.target = target.data();
-    for (int i = 0; i < times; ++i) detail::project_paper_gas(gas, mesh.vertices.data());
+    for (int i = 0; i < times; ++i)
+      for (std::size_t t = 0; t < target.size(); ++t)
+        detail::project_gas_tet(gas, int(t), target[t], mesh.vertices.data());
   }
 };
 
