@@ -399,7 +399,7 @@ void add_material_settings(Config& c, std::vector<Setting>& table) {
                                "[g/mm3]; 0: the material's"));
   table.push_back(make_setting("wall.model", Stage::meshing, s.wall_model,
                                "shape_matching (the lumen's surface, plastic), or layered (a solid "
-                               "of intima, media, adventitia and plaque, on the CPU)"));
+                               "of intima, media, adventitia and plaque)"));
   table.push_back(make_setting("wall.plaque", sim, c.plaque,
                                "layered: what it is made of: fibrous, hypocellular or calcified"));
   table.push_back(make_setting("wall.axial_stretch", sim, s.layered_wall.axial_stretch,
@@ -500,10 +500,10 @@ void add_simulation_settings(Config& c, std::vector<Setting>& table) {
   table.push_back(make_setting("simulation.friction_kinetic", sim, s.friction_kinetic, "0 to 2"));
   table.push_back(make_setting("simulation.contact_model", sim, s.contact_model,
                                "barrier, or paper (the seed paper's projections, for comparison: "
-                               "CPU only, does not converge)"));
+                               "does not converge)"));
   table.push_back(make_setting("simulation.gas_model", sim, s.gas_model,
                                "enclosed, or per_tet (the seed paper's, for comparison: volume "
-                               "control, CPU only, no balance of forces)"));
+                               "control, no balance of forces)"));
   table.push_back(make_setting("simulation.contact_stiffness", sim, s.contact_stiffness,
                                "factor on the barrier's stiffness, 0.01 to 100"));
   table.push_back(make_setting("simulation.adhesion_traction_kpa", sim, s.adhesion_traction_kpa,

@@ -64,7 +64,7 @@ enum class InflationControl { gas, pressure, volume };
 enum class WallModel { shape_matching, layered };
 
 /// How balloon and wall touch: a barrier on exact distances, or the paper's projections of air tets
-/// (sections 4.2, 4.3; on the CPU, not convergent, for comparison only).
+/// (sections 4.2, 4.3; not convergent, for comparison only).
 enum class ContactModel { barrier, paper };
 
 /// Does the guidewire, in the shaft of the balloon's catheter, bend and meet the balloon?
@@ -101,8 +101,8 @@ struct GuidewireOptions {
 };
 
 /// What fills the balloon: one gas in the volume it encloses, or the paper's gas of each
-/// tetrahedron between its triangles and the guidewire's nodes (section 5.1; volume control, on the
-/// CPU, not convergent, for comparison only).
+/// tetrahedron between its triangles and the guidewire's nodes (section 5.1; volume control, not
+/// convergent, for comparison only).
 enum class GasModel { enclosed, per_tet };
 
 struct InflationSchedule {
