@@ -23,7 +23,7 @@ constexpr int kMostAround = 80;      // tets taken out around a new point
 constexpr int kEnough = 8;           // places for a point, of which the best is taken
 constexpr int kLongestPause = 32;    // motions without a mesh, after building one has failed
 constexpr int kMostMends = 16;       // places a round
-constexpr int kMostTries = 24;       // steps of a motion
+constexpr int kMostTries = 48;       // steps of a motion
 constexpr int kLeastPatience = 8;    // motions between two attempts to do without a point,
 constexpr int kMostPatience = 64;    // twice as many after each that fails
 
