@@ -199,12 +199,13 @@ class CudaSolver final : public StepSolver {
   }
 
   // A copy: frames are ahead of those that are delivered.
-  void search_in(AdaptiveAir& air) override {
+  void search_in(AdaptiveAir& air, const std::function<void()>&) override {
     air_ = air;
-    finder_.use(air_);
+    finder_.use(air_, [] {});
   }
 
-  [[nodiscard]] bool runs_ahead() const override { return !is_projected(); }
+  // Are frames computed before the last ones are handed out?
+  [[nodiscard]] bool runs_ahead() const { return !is_projected(); }
 
   // Between two launches: nothing runs.
   void set_air(const std::vector<Tet>& air) override {

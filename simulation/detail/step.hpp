@@ -54,12 +54,11 @@ class StepSolver {
 
   /// Candidates for contact are searched for in this air from now on, as long as it is whole; else
   /// on a grid. The solver moves it, or a copy, to where it searches.
-  virtual void search_in(AdaptiveAir& air) = 0;
+  ///
+  /// @param ready  waits until nobody else works on it
+  virtual void search_in(AdaptiveAir& air, const std::function<void()>& ready) = 0;
 
   [[nodiscard]] virtual std::string device() const = 0;
-
-  /// Are frames computed before the last ones are handed out? Never with the paper's contact.
-  [[nodiscard]] virtual bool runs_ahead() const { return false; }
 
   /// The air mesh as it is after a frame, right-handed, for the paper's contact in the next one.
   virtual void set_air(const std::vector<Tet>&) {}

@@ -60,7 +60,9 @@ class CpuSolver final : public StepSolver {
     return state();
   }
 
-  void search_in(AdaptiveAir& air) override { finder_.use(air); }
+  void search_in(AdaptiveAir& air, const std::function<void()>& ready) override {
+    finder_.use(air, ready);
+  }
 
   [[nodiscard]] std::string device() const override { return processor_name(); }
 

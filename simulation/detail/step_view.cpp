@@ -218,6 +218,7 @@ double CandidateFinder::closed_at_most(const std::vector<Vec3>& x) const {
 }
 
 std::vector<Candidate> CandidateFinder::search(const std::vector<Vec3>& x, double reach) {
+  if (air_ != nullptr) ready_();
   if (air_ == nullptr || !air_->can_be_whole()) return find_candidates(scene_, x, reach);
   std::vector<Vec3> global = x;
   for (Vec3& p : global) p += scene_.origin;

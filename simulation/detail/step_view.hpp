@@ -1,6 +1,7 @@
 #pragma once
 
 #include <algorithm>
+#include <functional>
 #include <memory>
 #include <vector>
 
@@ -433,7 +434,12 @@ class CandidateFinder {
   CandidateSet find(const std::vector<Vec3>& x, int lasted);
 
   /// To search in from now on, as long as it is whole.
-  void use(AdaptiveAir& air) { air_ = &air; }
+  ///
+  /// @param ready  waits until nobody else works on it
+  void use(AdaptiveAir& air, const std::function<void()>& ready) {
+    air_ = &air;
+    ready_ = ready;
+  }
 
  private:
   static constexpr double kLeastSlack = 1.0, kMostSlack = 20.0;  // over the contact distance
@@ -446,6 +452,7 @@ class CandidateFinder {
 
   const Scene& scene_;
   AdaptiveAir* air_ = nullptr;
+  std::function<void()> ready_;
   double distance_, range_, slack_ = 4.0, reach_ = 0.0;
   bool of_wall_;  // else only the guidewire's: the paper's contact has none
   int frames_, lasted_ = 0;
