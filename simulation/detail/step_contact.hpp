@@ -301,13 +301,13 @@ ANGIO_HOST_DEVICE inline void refresh_pair(const StepView<Real>& s, int index) {
     pair.weight = pair.area * (pair.edges ? sine_squared(p[1] - p[0], p[3] - p[2]) : Real(1));
 }
 
-/// The nearest triangle before a vertex, among its pairs; null: there is none.
+/// The nearest triangle before a vertex, among the pairs that it owns; null: there is none.
 template <class Real>
 ANGIO_HOST_DEVICE inline NearPair<Real>* nearest_face(const StepView<Real>& s, int v) {
   NearPair<Real>* nearest = nullptr;
-  for (int r = s.ref_begin[v]; r < s.ref_end[v]; ++r) {
-    NearPair<Real>& pair = s.pairs[s.refs[r].pair];
-    if (s.refs[r].corner != 0 || pair.edges || pair.inner || pair.skin) continue;
+  for (int p = s.owned_begin[v]; p < s.owned_end[v]; ++p) {
+    NearPair<Real>& pair = s.pairs[p];
+    if (pair.edges || pair.inner || pair.skin) continue;
     if (!nearest || pair.gap < nearest->gap) nearest = &pair;
   }
   return nearest;

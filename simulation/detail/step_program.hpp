@@ -232,7 +232,8 @@ ANGIO_HOST_DEVICE inline bool search_pairs(Team& team, const StepView<Real>& s,
   const Real known_others = s.contact_range + closer, known_skin = s.self_distance + folds;
   const Real known = has_skin && known_skin > known_others ? known_skin : known_others;
   const auto known_to = [&](int v) {
-    return Team::kIsSmall ? known_around(s, v, Real(used[0]), Real(used[1])) : known;
+    const bool owns = s.owned_begin[v] < s.owned_begin[v + 1];
+    return Team::kIsSmall && owns ? known_around(s, v, Real(used[0]), Real(used[1])) : known;
   };
   double total[1];
   team.template quick_sum<Team::kClusterLanes, 1>(
