@@ -234,8 +234,9 @@ double tissue_depth(double radius, double healthy_radius, double thickness) {
 
 // WallClusters::along, once stiffness and offsets are there.
 void stiffen_along(double healthy_radius, double ratio, WallClusters& clusters) {
-  constexpr double nu = 0.48;  // nearly incompressible; 0.45 to 0.49 give the same vessel
-  constexpr double kConfined = (1.0 - nu) / ((1.0 + nu) * (1.0 - 2.0 * nu));  // M / E
+  constexpr double kPoisson = 0.48;  // nearly incompressible; 0.45 to 0.49 give the same vessel
+  constexpr double kConfined =
+      (1.0 - kPoisson) / ((1.0 + kPoisson) * (1.0 - 2.0 * kPoisson));  // M / E
   for (int c = 0; c < clusters.count(); ++c) {
     const auto i = std::size_t(c);
     double weight = 0.0, spread = 0.0;
