@@ -16,7 +16,9 @@ namespace {
 // [mm] One after the other: folded balloons need none, and some regular ones do.
 constexpr std::array<double, 7> kJitters{0.0, 1e-4, 1e-4, 1e-5, 1e-4, 1e-3, 1e-5};
 constexpr int kJitterAttempts = int(kJitters.size());
-constexpr double kLeastTetVolume = 1e-12;  // [mm^3] less is flat in double precision
+constexpr const char* kKeepingSurfaces = "pYYQ";  // TetGen's switches
+constexpr const char* kFree = "pQ";               // to divide the surfaces' triangles
+constexpr double kLeastTetVolume = 1e-12;         // [mm^3] less is flat in double precision
 
 /// A number in [-1, 1) that depends on its arguments only (splitmix64).
 double hashed_unit(std::uint64_t index, std::uint64_t seed) {
@@ -27,7 +29,7 @@ double hashed_unit(std::uint64_t index, std::uint64_t seed) {
   return double(z >> 11) * 0x1.0p-52 - 1.0;
 }
 
-std::vector<Vec3> jittered(const std::vector<Vec3>& points, int attempt) {
+std::vector<Vec3> jittered(const std::vector<Vec3>& points, double jitter, int seed) {
   // Coordinates around the origin keep TetGen's predicates sharp.
   Vec3 centre;
   for (const Vec3& p : points) centre += (1.0 / double(points.size())) * p;
@@ -35,7 +37,7 @@ std::vector<Vec3> jittered(const std::vector<Vec3>& points, int attempt) {
   moved.reserve(points.size());
   for (std::size_t i = 0; i < points.size(); ++i) {
     const auto hash = [&](std::uint64_t axis) {
-      return kJitters[std::size_t(attempt)] * hashed_unit(3 * i + axis, std::uint64_t(attempt));
+      return jitter * hashed_unit(3 * i + axis, std::uint64_t(seed));
     };
     moved.push_back(points[i] - centre + Vec3{hash(0), hash(1), hash(2)});
   }
@@ -80,6 +82,40 @@ Kept keep_positive(const TetrahedralizeResult& raw, const std::vector<Vec3>& ver
       ++kept.flat_count;
   }
   return kept;
+}
+
+TetMesh run_on_gap(const std::vector<Vec3>& vertices, const std::vector<Triangle>& triangles,
+                   const Vec3& hole, const char* switches, double limit_s) {
+  return run_tetgen({vertices, triangles, {hole}, {}, switches, "the gap between balloon and wall"},
+                    limit_s);
+}
+
+// Without tets if TetGen fails.
+TetMesh try_gap_with_points(const Surfaces& surfaces, const Vec3& hole, const char* switches,
+                            double jitter, int seed) {
+  constexpr double kLimit = 2.0;  // [s]; it takes a tenth
+  std::vector<Vec3> with_hole = surfaces.vertices;
+  with_hole.push_back(hole);
+  std::vector<Vec3> moved = jittered(with_hole, jitter, seed);
+  const Vec3 moved_hole = moved.back(), shift = moved_hole - hole;
+  moved.pop_back();
+  TetMesh mesh;
+  try {
+    mesh = run_on_gap(moved, surfaces.triangles, moved_hole, switches, kLimit);
+  } catch (const InternalError&) {  // another attempt may do
+    return {};
+  }
+  if (mesh.vertices.size() < surfaces.vertices.size()) return {};  // a surface is left out
+  for (Tet& t : mesh.tets)
+    if (volume_of(t, mesh.vertices) < 0.0) std::swap(t[2], t[3]);
+  if (!lift_off_surfaces(mesh, int(surfaces.vertices.size()))) return {};
+  for (std::size_t v = 0; v < mesh.vertices.size(); ++v)
+    mesh.vertices[v] =
+        v < surfaces.vertices.size() ? surfaces.vertices[v] : mesh.vertices[v] - shift;
+  if (!std::all_of(mesh.tets.begin(), mesh.tets.end(),
+                   [&](const Tet& t) { return volume_of(t, mesh.vertices) > kLeastTetVolume; }))
+    return {};
+  return mesh;
 }
 
 }  // namespace
@@ -130,43 +166,27 @@ std::optional<Vec3> point_inside(const TriangleMesh& closed) {
   return middle;
 }
 
-TetMesh run_on_gap(const std::vector<Vec3>& vertices, const std::vector<Triangle>& triangles,
-                   const Vec3& hole, double limit_s) {
-  return run_tetgen({vertices, triangles, {hole}, {}, "pYYQ", "the gap between balloon and wall"},
-                    limit_s);
-}
-
 TetrahedralizeResult tetrahedralize_gap(const std::vector<Vec3>& vertices,
                                         const std::vector<Triangle>& triangles, const Vec3& hole,
                                         double limit_s) {
-  TetMesh mesh = run_on_gap(vertices, triangles, hole, limit_s);
+  TetMesh mesh = run_on_gap(vertices, triangles, hole, kKeepingSurfaces, limit_s);
   return {std::move(mesh.tets), int(mesh.vertices.size()) - int(vertices.size())};
 }
 
 TetMesh mesh_gap_with_points(const TriangleMesh& inner, const GapBoundary& gap, const Vec3& hole) {
-  constexpr double kLimit = 5.0;  // [s]; it takes a tenth
+  // Where the surfaces touch, TetGen comes to no end with their triangles as they are; with leave
+  // to divide them it does, at the cost of many points.
+  struct Attempt {
+    const char* switches;
+    double jitter;  // [mm]
+  };
+  constexpr Attempt kAttempts[]{
+      {kKeepingSurfaces, 0.0}, {kKeepingSurfaces, 1e-4}, {kFree, 0.0}, {kFree, 1e-4}};
   const Surfaces surfaces = surfaces_of(inner, gap);
-  for (int attempt = 0; attempt < kJitterAttempts; ++attempt) {
-    std::vector<Vec3> with_hole = surfaces.vertices;
-    with_hole.push_back(hole);
-    std::vector<Vec3> moved = jittered(with_hole, attempt);
-    const Vec3 shift = moved.back() - hole;
-    const Vec3 moved_hole = moved.back();
-    moved.pop_back();
-    try {
-      TetMesh mesh = run_on_gap(moved, surfaces.triangles, moved_hole, kLimit);
-      if (mesh.vertices.size() < surfaces.vertices.size()) continue;  // a surface is left out
-      for (Tet& t : mesh.tets)
-        if (volume_of(t, mesh.vertices) < 0.0) std::swap(t[2], t[3]);
-      if (!lift_off_surfaces(mesh, int(surfaces.vertices.size()))) continue;
-      for (std::size_t v = 0; v < mesh.vertices.size(); ++v)
-        mesh.vertices[v] =
-            v < surfaces.vertices.size() ? surfaces.vertices[v] : mesh.vertices[v] - shift;
-      if (std::all_of(mesh.tets.begin(), mesh.tets.end(),
-                      [&](const Tet& t) { return volume_of(t, mesh.vertices) > kLeastTetVolume; }))
-        return mesh;
-    } catch (const InternalError&) {  // the next one may do
-    }
+  int seed = 0;
+  for (const auto& [switches, jitter] : kAttempts) {
+    TetMesh mesh = try_gap_with_points(surfaces, hole, switches, jitter, seed++);
+    if (!mesh.tets.empty()) return mesh;
   }
   return {};
 }
@@ -181,7 +201,7 @@ GapMesh mesh_gap(const TriangleMesh& inner, const GapBoundary& gap, const Vec3& 
   std::vector<Vec3> with_hole = vertices;
   with_hole.push_back(hole);
   for (int attempt = 0; attempt < kJitterAttempts && best_faults != 0; ++attempt) {
-    std::vector<Vec3> moved = jittered(with_hole, attempt);
+    std::vector<Vec3> moved = jittered(with_hole, kJitters[std::size_t(attempt)], attempt);
     const Vec3 moved_hole = moved.back();
     moved.pop_back();
     try {

@@ -21,7 +21,7 @@ constexpr int kMostHollow = 30;      // tets taken out to be filled over the sam
 constexpr int kMostSteps = 300;      // of that search
 constexpr int kMostAround = 80;      // tets taken out around a new point
 constexpr int kEnough = 8;           // places for a point, of which the best is taken
-constexpr int kLongestPause = 32;    // motions without a mesh, after building one has failed
+constexpr int kLongestPause = 32;    // motions from one mesh built anew to the next
 constexpr int kMostMends = 16;       // places a round
 constexpr int kMostTries = 48;       // steps of a motion
 constexpr int kLeastPatience = 8;    // motions between two attempts to do without a point,
@@ -140,16 +140,16 @@ void AdaptiveAir::follow(const std::vector<Vec3>& x) {
     adapt(x);
   else
     x_ = x;
-  if (is_whole() || turn_ < resume_ || !rebuild_) return;
-  rebuild_whole();
-  if (is_whole()) {
-    pause_ = 1;
-    return;
+  if (is_whole() || !rebuild_) return;
+  if (turn_ >= resume_) {
+    if (turn_ - resume_ > kLongestPause) pause_ = 1;  // the last one did well for long
+    resume_ = turn_ + pause_;
+    pause_ = std::min(2 * pause_, kLongestPause);
+    rebuild_whole();
   }
-  // The surfaces may cross: it is left alone for a while. Flips in a tangled mesh would not end.
-  drop();
-  resume_ = turn_ + pause_;
-  pause_ = std::min(2 * pause_, kLongestPause);
+  // The surfaces may cross, or be about to: it is left alone for a while. Flips in a tangled mesh
+  // would not end.
+  if (!is_whole()) drop();
 }
 
 // Straight to the end; where that leaves an inverted tet, in shorter steps, with fewer of them at a

@@ -98,7 +98,7 @@ class AdaptiveAir {
   bool closed_ = false;
   int turn_ = 0;    ///< motions so far
   int resume_ = 0;  ///< until then no mesh is built anew
-  int pause_ = 1;   ///< after the next failure
+  int pause_ = 1;   ///< after the next one
   AirReport report_;
 };
 
