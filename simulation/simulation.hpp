@@ -221,7 +221,7 @@ struct SimulationFrame {
 /// Where the time of a run goes [s].
 struct TimeSplit {
   double solver = 0.0;   ///< steps and the search for contact
-  double air = 0.0;      ///< the air mesh follows; on a GPU beside the solver
+  double air = 0.0;      ///< the air mesh follows, beside the solver
   double outputs = 0.0;  ///< a frame's fields and measures, beside the solver
   double files = 0.0;    ///< in on_frame, beside the solver
   double waiting = 0.0;  ///< of the solver for what is done beside it
