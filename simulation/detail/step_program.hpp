@@ -67,6 +67,7 @@ struct StepStatus {
   int since_search = 0;     ///< sweeps
   bool blocked = false;     ///< a vertex has met its bound in the last sweep
   bool halted = false;      ///< for want of candidates
+  bool wall_rests = false;  ///< a layered one that is left alone: in balance, and no pair is near
   double tet_growth = 1.0;  ///< of the paper's gas: targets over volumes at the start
   StepStage stage = StepStage::begin;
   int frame = 0;  ///< that is under way or has ended
@@ -191,7 +192,7 @@ ANGIO_HOST_DEVICE inline void begin_step(Team& team, const StepView<Real>& s,
   for (double& moved : status.moved) moved = 0.0;
   status.leap = {};
   status.report = {};
-  status.blocked = false;
+  status.blocked = status.wall_rests = false;
 }
 
 /// The same where a step goes on: twice as far where the last search did not let it go far enough.
@@ -657,7 +658,6 @@ template <class Real, class Team>
 ANGIO_HOST_DEVICE inline bool run_sweeps(Team& team, const StepView<Real>& s,
                                          const StepRules& rules, StepStatus& status) {
   StepReport& report = status.report;
-  bool wall_rests = false;
   // A balloon alone has no mode that is slow.
   const bool leaps = Team::kSurroundings && s.wall_count > 0 && !s.paper_gas.is_on;
   if (leaps) mark_positions(team, s);
@@ -665,10 +665,12 @@ ANGIO_HOST_DEVICE inline bool run_sweeps(Team& team, const StepView<Real>& s,
   while (report.sweeps < rules.most_sweeps) {
     if (status.blocked && status.since_search >= patience && !search_pairs(team, s, status))
       return false;
-    const SweepSums sums = sweep(team, s, !wall_rests, status);
-    // A solid that is in balance and that no pair can reach stays there.
-    wall_rests = wall_rests || (s.columns.levels > 0 && report.pair_count == 0 &&
-                                sums.wall_net <= rules.rest * rules.rest * sums.wall_load);
+    status.wall_rests = status.wall_rests && report.pair_count == 0;
+    const SweepSums sums = sweep(team, s, !status.wall_rests, status);
+    // A solid that is in balance stays there until a pair can reach it.
+    status.wall_rests =
+        status.wall_rests || (s.columns.levels > 0 && report.pair_count == 0 &&
+                              sums.wall_net <= rules.rest * rules.rest * sums.wall_load);
     ++report.sweeps;
     ++status.leap.sweeps;
     ++status.since_search;
