@@ -1,7 +1,8 @@
-// random_vessels [COUNT] [cpu|cuda] [FIRST]: balloons of random sizes, some folded, are inflated
-// and emptied in random stenosed vessels: of all frames, the pairs of triangles that cross (balloon
-// and wall, exact predicates), inverted tets of the air, frames without a whole air mesh, and
-// frames a second.
+// random_vessels [COUNT] [cpu|cuda|anew] [FIRST]: balloons of random sizes, some folded, are
+// inflated and emptied in random stenosed vessels: of all frames, the pairs of triangles that cross
+// (balloon and wall, exact predicates), inverted tets of the air, frames without a whole air mesh,
+// and frames a second. With `anew` each vessel is dilated twice on the CPU, the second time with an
+// air mesh built anew for every frame: the change of the least lumen that is left.
 
 #include <chrono>
 #include <cstdio>
@@ -38,6 +39,15 @@ simulation::SimulationModel model_of(const Site& site, const BalloonSetup& setup
   return model;
 }
 
+simulation::SimulationOptions short_inflation() {
+  simulation::SimulationOptions options;
+  options.inflation.inflate_s = 1.0;
+  options.inflation.hold_s = 0.2;
+  options.inflation.deflate_s = 0.6;
+  options.inflation.rest_s = 0.2;
+  return options;
+}
+
 struct Totals {
   int vessels = 0, refused = 0, frames = 0, crossings = 0, inverted = 0, without_air = 0;
   double seconds = 0.0;
@@ -46,12 +56,8 @@ struct Totals {
 void inflate(const Site& site, const BalloonSetup& setup, simulation::Backend backend,
              Totals& totals) {
   const simulation::SimulationModel model = model_of(site, setup);
-  simulation::SimulationOptions options;
+  simulation::SimulationOptions options = short_inflation();
   options.backend = backend;
-  options.inflation.inflate_s = 1.0;
-  options.inflation.hold_s = 0.2;
-  options.inflation.deflate_s = 0.6;
-  options.inflation.rest_s = 0.2;
   int crossings = 0;
   double checking = 0.0;
   const auto now = [] { return std::chrono::steady_clock::now(); };
@@ -75,10 +81,28 @@ void inflate(const Site& site, const BalloonSetup& setup, simulation::Backend ba
   std::fflush(stdout);
 }
 
-Totals run(int count, simulation::Backend backend, int first) {
+void compare_with_anew(const Site& site, const BalloonSetup& setup) {
+  simulation::SimulationModel model = model_of(site, setup);
+  double lumen[2]{};
+  int rebuilt[2]{}, frames = 0;
+  for (const int anew : {0, 1}) {
+    model.rebuild_each_frame = anew == 1;
+    const auto summary = simulation::simulate(
+        model, short_inflation(),
+        [&](const simulation::SimulationFrame& f) { lumen[anew] = f.lumen_mld_mm; });
+    rebuilt[anew] = summary.air_rebuild_count;
+    frames = summary.frame_count;
+  }
+  std::printf("least lumen %.4f mm; air built anew in %d and %d of %d frames: changed by %.4f %%\n",
+              lumen[0], rebuilt[0], rebuilt[1], frames,
+              100.0 * std::abs(lumen[1] / lumen[0] - 1.0));
+  std::fflush(stdout);
+}
+
+template <class Inflate>
+Totals run(int count, int first, const Inflate& inflate) {
   Draw draw{std::mt19937(23)};
   Totals totals;
-  std::printf("balloon     wall folds  fps  crossing inverted  no air  rebuilt  check ms\n");
   for (int i = 0; i < count; ++i) {
     Site site = random_site(draw);
     const BalloonOptions balloon = random_balloon(draw);
@@ -87,7 +111,7 @@ Totals run(int count, simulation::Backend backend, int first) {
       const test::PlacedCase placed = test::place(site.vessel, site.abscissa, site.lesion_length,
                                                   site.reference_diameter, balloon);
       ++totals.vessels;
-      inflate(site, placed.setup, backend, totals);
+      inflate(site, placed.setup, totals);
     } catch (const InputError& error) {
       ++totals.refused;
       std::printf("  refused: %s\n", error.what());
@@ -102,11 +126,23 @@ Totals run(int count, simulation::Backend backend, int first) {
 int main(int argument_count, char** arguments) {
   using namespace angio;
   try {
-    const bool cuda = argument_count > 2 && std::strcmp(arguments[2], "cuda") == 0;
+    const int count = argument_count > 1 ? std::max(1, std::atoi(arguments[1])) : 100,
+              first = argument_count > 3 ? std::atoi(arguments[3]) : 0;
+    const auto mode = [&](const char* name) {
+      return argument_count > 2 && std::strcmp(arguments[2], name) == 0;
+    };
+    if (mode("anew")) {
+      meshing::run(count, first, [](const auto& site, const auto& setup, auto&) {
+        meshing::compare_with_anew(site, setup);
+      });
+      return 0;
+    }
+    std::printf("balloon     wall folds  fps  crossing inverted  no air  rebuilt  check ms\n");
+    const auto backend = mode("cuda") ? simulation::Backend::cuda : simulation::Backend::cpu;
     const meshing::Totals totals =
-        meshing::run(argument_count > 1 ? std::max(1, std::atoi(arguments[1])) : 100,
-                     cuda ? simulation::Backend::cuda : simulation::Backend::cpu,
-                     argument_count > 3 ? std::atoi(arguments[3]) : 0);
+        meshing::run(count, first, [&](const auto& site, const auto& setup, auto& all) {
+          meshing::inflate(site, setup, backend, all);
+        });
     std::printf(
         "%d vessels (refused: %d), %d frames: %d crossings, %d inverted tets, %d frames without a "
         "whole air mesh; %.0f s\n",

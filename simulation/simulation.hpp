@@ -177,6 +177,7 @@ struct SimulationModel {
   /// then points in the air; without tets where it cannot. Empty: there is no other way than flips.
   std::function<TetMesh(const std::vector<Vec3>& balloon, const std::vector<Vec3>& wall)>
       rebuild_air;
+  bool rebuild_each_frame = false;   ///< rather than when nothing else helps: for comparison
   double reference_radius_mm = 1.5;  ///< of the healthy vessel at the lesion
   Vec3 measure_point;                ///< where balloon_diameter_mm and lumen_mld_mm are watched
   Vec3 measure_tangent;

@@ -136,12 +136,13 @@ void AdaptiveAir::measure() {
 void AdaptiveAir::follow(const std::vector<Vec3>& x) {
   if (x_.empty()) return;
   ++turn_;
+  if (each_time_) drop();
   if (closed_)
     adapt(x);
   else
     x_ = x;
   if (is_whole() || !rebuild_) return;
-  if (turn_ >= resume_) {
+  if (turn_ >= resume_ || each_time_) {
     if (turn_ - resume_ > kLongestPause) pause_ = 1;  // the last one did well for long
     resume_ = turn_ + pause_;
     pause_ = std::min(2 * pause_, kLongestPause);
@@ -482,10 +483,10 @@ AdaptiveAir make_air(const SimulationModel& model, const Scene& scene) {
       if (!mesh.tets.empty()) std::copy(x.begin(), x.end(), mesh.vertices.begin());
       return mesh;
     };
-  return {scene.air,
-          {scene.start.begin(), scene.start.begin() + std::ptrdiff_t(count)},
-          std::move(surfaces),
-          std::move(rebuild)};
+  AdaptiveAir air(scene.air, {scene.start.begin(), scene.start.begin() + std::ptrdiff_t(count)},
+                  std::move(surfaces), std::move(rebuild));
+  if (model.rebuild_each_frame) air.rebuild_each_time();
+  return air;
 }
 
 }  // namespace angio::simulation::detail

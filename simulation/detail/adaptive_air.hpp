@@ -39,6 +39,9 @@ class AdaptiveAir {
   AdaptiveAir(const std::vector<Tet>& tets, const std::vector<Vec3>& x,
               std::vector<Triangle> surfaces, Rebuild rebuild = {});
 
+  /// From now on a mesh is built anew for each motion, and not fitted.
+  void rebuild_each_time() { each_time_ = true; }
+
   /// Fits the mesh to new positions [mm], shape [vertex].
   void follow(const std::vector<Vec3>& x);
 
@@ -96,6 +99,7 @@ class AdaptiveAir {
   std::vector<double> tried_;      ///< when it was last worked on
   std::vector<Work> queue_;
   bool closed_ = false;
+  bool each_time_ = false;
   int turn_ = 0;    ///< motions so far
   int resume_ = 0;  ///< until then no mesh is built anew
   int pause_ = 1;   ///< after the next one
