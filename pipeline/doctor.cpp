@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "pipeline/version.hpp"
+#include "simulation/simulation.hpp"
 #include "viewer/view.hpp"
 
 namespace angio::pipeline {
@@ -45,6 +46,7 @@ std::string gpu_driver() {
 std::string examine_computer(bool as_json) {
   const viewer::DisplayStatus display = viewer::display_status();
   const std::string driver = gpu_driver();
+  const simulation::CudaSupport cuda = simulation::cuda_support();
   const int threads = omp_get_max_threads();
   if (as_json)
     return nlohmann::json{
@@ -54,8 +56,8 @@ std::string examine_computer(bool as_json) {
                {"memory_gib", memory_gib("MemTotal")},
                {"memory_available_gib", memory_gib("MemAvailable")},
                {"gpu_driver", driver.empty() ? nlohmann::json() : nlohmann::json(driver)},
-               {"cuda_built", false},
-               {"backend_used", "cpu"},
+               {"cuda_built", cuda.built},
+               {"backend_used", cuda.device.empty() ? "cpu" : "cuda"},
                {"window", display.window},
                {"offscreen", display.offscreen},
                {"display", display.description}}
@@ -69,7 +71,9 @@ std::string examine_computer(bool as_json) {
   line("memory", fmt::format("{:.1f} GiB, {:.1f} GiB free", memory_gib("MemTotal"),
                              memory_gib("MemAvailable")));
   line("GPU", driver.empty() ? "no NVIDIA driver found" : driver);
-  line("backend", "cpu will be used (this version has no CUDA solver)");
+  line("backend", !cuda.built           ? "cpu will be used (this program was built without CUDA)"
+                  : cuda.device.empty() ? "cpu will be used (no GPU that CUDA can use)"
+                                        : "cuda will be used, on " + cuda.device);
   line("display", display.description);
   line("pictures", display.offscreen ? "can be made"
                                      : "cannot be made: install the package xvfb, or set DISPLAY");

@@ -364,6 +364,14 @@ void SimulationOptions::validate() const {
   check("simulation.adhesion_gap_2_mm", adhesion_gap_2_mm, adhesion_gap_1_mm + 1e-3, 2.0);
 }
 
+CudaSupport cuda_support() {
+#ifdef ANGIO_HAS_CUDA
+  return {true, cuda_device_name()};
+#else
+  return {};
+#endif
+}
+
 SimulationSummary simulate(const SimulationModel& model, const SimulationOptions& options,
                            const std::function<void(const SimulationFrame&)>& on_frame,
                            const Progress& progress) {

@@ -249,6 +249,13 @@ struct SimulationSummary {
   std::vector<std::string> warnings;
 };
 
+/// What simulations can run on.
+struct CudaSupport {
+  bool built = false;  ///< the program has the CUDA backend
+  std::string device;  ///< the GPU that it would use; empty: none that works
+};
+CudaSupport cuda_support();
+
 /// Inflates, holds, deflates. `on_frame` gets every frame in order, while the next one is computed:
 /// from another thread, one call at a time, all of them before this returns.
 SimulationSummary simulate(const SimulationModel& model, const SimulationOptions& options,

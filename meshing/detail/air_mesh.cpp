@@ -93,7 +93,7 @@ TetMesh run_on_gap(const std::vector<Vec3>& vertices, const std::vector<Triangle
 // Without tets if TetGen fails.
 TetMesh try_gap_with_points(const Surfaces& surfaces, const Vec3& hole, const char* switches,
                             double jitter, int seed) {
-  constexpr double kLimit = 2.0;  // [s]; it takes a tenth
+  constexpr double kLimit = 1.0;  // [s]; it takes a tenth
   std::vector<Vec3> with_hole = surfaces.vertices;
   with_hole.push_back(hole);
   std::vector<Vec3> moved = jittered(with_hole, jitter, seed);

@@ -21,7 +21,8 @@ constexpr int kMostHollow = 30;      // tets taken out to be filled over the sam
 constexpr int kMostSteps = 300;      // of that search
 constexpr int kMostAround = 80;      // tets taken out around a new point
 constexpr int kEnough = 8;           // places for a point, of which the best is taken
-constexpr int kLongestPause = 32;    // motions from one mesh built anew to the next
+constexpr int kLasting = 4;          // motions that a mesh should do, to be worth building
+constexpr int kLongestPause = 32;    // motions after one that has not, or could not be built
 constexpr int kMostMends = 16;       // places a round
 constexpr int kMostTries = 48;       // steps of a motion
 constexpr int kLeastPatience = 8;    // motions between two attempts to do without a point,
@@ -142,11 +143,13 @@ void AdaptiveAir::follow(const std::vector<Vec3>& x) {
   else
     x_ = x;
   if (is_whole() || !rebuild_) return;
-  if (turn_ >= resume_ || each_time_) {
-    if (turn_ - resume_ > kLongestPause) pause_ = 1;  // the last one did well for long
+  const bool has_lasted = turn_ - built_ >= kLasting;
+  if (has_lasted) pause_ = 1;
+  if (turn_ >= resume_ || has_lasted || each_time_) {
     resume_ = turn_ + pause_;
     pause_ = std::min(2 * pause_, kLongestPause);
     rebuild_whole();
+    built_ = turn_;
   }
   // The surfaces may cross, or be about to: it is left alone for a while. Flips in a tangled mesh
   // would not end.

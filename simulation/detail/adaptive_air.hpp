@@ -101,7 +101,8 @@ class AdaptiveAir {
   bool closed_ = false;
   bool each_time_ = false;
   int turn_ = 0;    ///< motions so far
-  int resume_ = 0;  ///< until then no mesh is built anew
+  int built_ = 0;   ///< when a mesh was last built, or tried
+  int resume_ = 0;  ///< until then none is, unless the last one has lasted
   int pause_ = 1;   ///< after the next one
   AirReport report_;
 };

@@ -38,6 +38,12 @@ int use_device() {
   return device;
 }
 
+std::string name_of(int device) {
+  cudaDeviceProp properties;
+  if (cudaGetDeviceProperties(&properties, device) != cudaSuccess) return "GPU";
+  return properties.name;
+}
+
 /// A set of candidates on the device.
 template <class Real>
 class CandidateUpload {
@@ -213,11 +219,7 @@ class CudaSolver final : public StepSolver {
     paper_.send(paper_tets(scene_, options_, air), stream_, program_.view.paper);
   }
 
-  [[nodiscard]] std::string device() const override {
-    cudaDeviceProp properties;
-    if (cudaGetDeviceProperties(&properties, device_) != cudaSuccess) return "GPU";
-    return properties.name;
-  }
+  [[nodiscard]] std::string device() const override { return name_of(device_); }
 
  private:
   using Vec = Vec3T<Real>;
@@ -388,12 +390,13 @@ class CudaSolver final : public StepSolver {
 
 }  // namespace
 
-bool has_cuda_device() {
+bool has_cuda_device() { return !cuda_device_name().empty(); }
+
+std::string cuda_device_name() {
   try {
-    use_device();
-    return true;
+    return name_of(use_device());
   } catch (const Error&) {
-    return false;
+    return {};
   }
 }
 

@@ -94,9 +94,11 @@ ANGIO_HOST_DEVICE inline Real take_column(const StepView<Real>& s, int v, const 
   const Real upright = upright_share(s, column, proposed.move);
   const Real bounded = allowed_share(s, v, upright * proposed.move[0], travel);
   lanes.sync();
-  if (lanes.rank() == 0)
-    for (int l = 0; l < s.columns.levels; ++l)
-      s.x[column_vertex(s, column, l)] += (bounded * upright) * proposed.move[l];
+  if (lanes.rank() > 0) return bounded;
+  const Real share = bounded * upright;
+  move_wall_vertex(s, v, share * proposed.move[0]);
+  for (int l = 1; l < s.columns.levels; ++l)
+    s.x[column_vertex(s, column, l)] += share * proposed.move[l];
   return bounded;
 }
 

@@ -76,6 +76,8 @@ std::unique_ptr<StepSolver> make_cpu_solver(const Scene& scene, const Simulation
 
 /// Is there a GPU that this program can use?
 bool has_cuda_device();
+/// Empty if there is none that works.
+std::string cuda_device_name();
 
 /// How a balloon alone is spread over a GPU: one block, or all of it, as anything else is.
 enum class Spread { automatic, block, grid };

@@ -5,6 +5,7 @@
 namespace angio::simulation::detail {
 
 bool has_cuda_device() { return false; }
+std::string cuda_device_name() { return {}; }
 
 std::unique_ptr<StepSolver> make_cuda_solver(const Scene&, const SimulationOptions&, Precision,
                                              Spread) {

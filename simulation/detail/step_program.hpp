@@ -529,12 +529,12 @@ ANGIO_HOST_DEVICE inline void move_wall_vertices(Team& team, const StepView<Real
         const Real net = norm_squared(f.force);
         part[0] += net;
         part[1] += f.magnitude * f.magnitude;
-        if (!(net > Real(0))) return;
-        const Vec3T<Real> move = inverse_block(f.hessian) * f.force;
+        Vec3T<Real> move;
+        if (net > Real(0)) move = inverse_block(f.hessian) * f.force;
         const Real share = bounded_share<Team>(s, v, move);
         part[2] += share < Real(1) ? Real(1) : Real(0);
         lanes.sync();
-        if (lanes.rank() == 0) s.x[v] += share * move;
+        if (lanes.rank() == 0) move_wall_vertex(s, v, share * move);
       },
       total);
 }
@@ -567,6 +567,7 @@ ANGIO_HOST_DEVICE inline void sweep_wall(Team& team, const StepView<Real>& s, Sw
       if (layered) move_wall_columns(team, s, first, count, total);
     }
     if (!layered) move_wall_vertices(team, s, first, count, total);
+    make_wall_moves(team, s, first, count);
     sums.net += total[0];
     sums.load += total[1];
     sums.blocked = sums.blocked || total[2] > 0.0;

@@ -189,6 +189,7 @@ struct StepView {
   Vec* x_searched = nullptr;         // at the last search for near pairs
   Vec* x_swept = nullptr;            // before the sweep
   Vec* swept_by = nullptr;           // motion of the last sweep
+  Vec* wall_move = nullptr;          // [wall vertex] not yet made, where the wall meets itself
   Move<Real>* moves = nullptr;       // [balloon vertex]
   Real* contact_pressure = nullptr;  // [wall vertex]
   Mat* cluster_rotation = nullptr;   // [cluster]

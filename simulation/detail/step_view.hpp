@@ -200,6 +200,7 @@ void add_wall_view(const Scene& scene, const WallMaterial& wall, Memory& memory,
   }
   view.cluster_centre = memory.template allocate<Vec3T<Real>>(count);
   view.goal = memory.template allocate<Vec3T<Real>>(std::size_t(scene.wall_count));
+  view.wall_move = memory.template allocate<Vec3T<Real>>(std::size_t(scene.wall_count));
   view.along_force = memory.template allocate<Vec3T<Real>>(std::size_t(scene.wall_count));
   view.along_stiffness = memory.template allocate<Mat3T<Real>>(std::size_t(scene.wall_count));
   add_wall_corners(scene, memory, view);

@@ -9,6 +9,27 @@ namespace angio::simulation::detail {
 /// pierced by a single vertex. A tube of 16 edges around gets 2 % stiffer by it.
 inline constexpr double kWallSmoothing = 0.1;
 
+/// Moves a vertex of the wall. Where the wall meets itself two vertices of a colour may be in one
+/// pair: there none goes before all have looked (make_wall_moves).
+template <class Real>
+ANGIO_HOST_DEVICE inline void move_wall_vertex(const StepView<Real>& s, int v,
+                                               const Vec3T<Real>& by) {
+  if (s.self_distance > Real(0))
+    s.wall_move[v - s.balloon_count] = by;
+  else
+    s.x[v] += by;
+}
+
+template <class Real, class Team>
+ANGIO_HOST_DEVICE inline void make_wall_moves(Team& team, const StepView<Real>& s, int first,
+                                              int count) {
+  if (!(s.self_distance > Real(0))) return;
+  team.template for_each<1>(count, [&](int i, const auto&) {
+    s.x[first + i] += s.wall_move[first + i - s.balloon_count];
+  });
+  team.barrier();
+}
+
 /// Everything on a vertex of the wall.
 template <class Real, class Lanes>
 ANGIO_HOST_DEVICE inline VertexForces<Real> wall_forces(const StepView<Real>& s, int v,
