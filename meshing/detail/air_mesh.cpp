@@ -93,7 +93,8 @@ TetMesh run_on_gap(const std::vector<Vec3>& vertices, const std::vector<Triangle
 // Without tets if TetGen fails.
 TetMesh try_gap_with_points(const Surfaces& surfaces, const Vec3& hole, const char* switches,
                             double jitter, int seed) {
-  constexpr double kLimit = 1.0;  // [s]; it takes a tenth
+  constexpr double kLimit = 1.0;       // [s]; it takes a tenth
+  constexpr double kMostPoints = 0.5;  // a surface vertex; with more it is too slow to follow
   std::vector<Vec3> with_hole = surfaces.vertices;
   with_hole.push_back(hole);
   std::vector<Vec3> moved = jittered(with_hole, jitter, seed);
@@ -105,7 +106,9 @@ TetMesh try_gap_with_points(const Surfaces& surfaces, const Vec3& hole, const ch
   } catch (const InternalError&) {  // another attempt may do
     return {};
   }
-  if (mesh.vertices.size() < surfaces.vertices.size()) return {};  // a surface is left out
+  if (mesh.vertices.size() < surfaces.vertices.size() ||  // a surface is left out
+      double(mesh.vertices.size()) > (1.0 + kMostPoints) * double(surfaces.vertices.size()))
+    return {};
   for (Tet& t : mesh.tets)
     if (volume_of(t, mesh.vertices) < 0.0) std::swap(t[2], t[3]);
   if (!lift_off_surfaces(mesh, int(surfaces.vertices.size()))) return {};
