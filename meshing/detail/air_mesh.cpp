@@ -90,9 +90,9 @@ TetMesh run_on_gap(const std::vector<Vec3>& vertices, const std::vector<Triangle
                     limit_s);
 }
 
-// Without tets if TetGen fails.
-TetMesh try_gap_with_points(const Surfaces& surfaces, const Vec3& hole, const char* switches,
-                            double jitter, int seed) {
+// Nothing if TetGen fails; without tets if it needs more points than are worth following.
+std::optional<TetMesh> try_gap_with_points(const Surfaces& surfaces, const Vec3& hole,
+                                           const char* switches, double jitter, int seed) {
   constexpr double kLimit = 1.0;       // [s]; it takes a tenth
   constexpr double kMostPoints = 0.5;  // a surface vertex; with more it is too slow to follow
   std::vector<Vec3> with_hole = surfaces.vertices;
@@ -104,20 +104,20 @@ TetMesh try_gap_with_points(const Surfaces& surfaces, const Vec3& hole, const ch
   try {
     mesh = run_on_gap(moved, surfaces.triangles, moved_hole, switches, kLimit);
   } catch (const InternalError&) {  // another attempt may do
-    return {};
+    return std::nullopt;
   }
-  if (mesh.vertices.size() < surfaces.vertices.size() ||  // a surface is left out
-      double(mesh.vertices.size()) > (1.0 + kMostPoints) * double(surfaces.vertices.size()))
-    return {};
+  if (mesh.vertices.size() < surfaces.vertices.size()) return std::nullopt;  // one is left out
+  if (double(mesh.vertices.size()) > (1.0 + kMostPoints) * double(surfaces.vertices.size()))
+    return TetMesh();
   for (Tet& t : mesh.tets)
     if (volume_of(t, mesh.vertices) < 0.0) std::swap(t[2], t[3]);
-  if (!lift_off_surfaces(mesh, int(surfaces.vertices.size()))) return {};
+  if (!lift_off_surfaces(mesh, int(surfaces.vertices.size()))) return std::nullopt;
   for (std::size_t v = 0; v < mesh.vertices.size(); ++v)
     mesh.vertices[v] =
         v < surfaces.vertices.size() ? surfaces.vertices[v] : mesh.vertices[v] - shift;
   if (!std::all_of(mesh.tets.begin(), mesh.tets.end(),
                    [&](const Tet& t) { return volume_of(t, mesh.vertices) > kLeastTetVolume; }))
-    return {};
+    return std::nullopt;
   return mesh;
 }
 
@@ -184,12 +184,12 @@ TetMesh mesh_gap_with_points(const TriangleMesh& inner, const GapBoundary& gap, 
     double jitter;  // [mm]
   };
   constexpr Attempt kAttempts[]{
-      {kKeepingSurfaces, 0.0}, {kKeepingSurfaces, 1e-4}, {kFree, 0.0}, {kFree, 1e-4}};
+      {kKeepingSurfaces, 0.0}, {kFree, 0.0}, {kKeepingSurfaces, 1e-4}, {kFree, 1e-4}};
   const Surfaces surfaces = surfaces_of(inner, gap);
   int seed = 0;
   for (const auto& [switches, jitter] : kAttempts) {
-    TetMesh mesh = try_gap_with_points(surfaces, hole, switches, jitter, seed++);
-    if (!mesh.tets.empty()) return mesh;
+    const auto mesh = try_gap_with_points(surfaces, hole, switches, jitter, seed++);
+    if (mesh) return *mesh;
   }
   return {};
 }
