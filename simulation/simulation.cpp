@@ -4,6 +4,7 @@
 #include <chrono>
 #include <cmath>
 #include <cstdio>
+#include <future>
 #include <string>
 
 #include "core/beside.hpp"
@@ -230,7 +231,12 @@ class Run {
     };
     Beside delivery;
     double whole = 0.0, taken = 0.0, waited = 0.0;
-    solver->search_in(air, [&] { timed(waited, [&] { delivery.wait(); }); });
+    std::shared_future<void> followed;  // the last frame, by the air
+    solver->search_in(air, [&] {
+      timed(waited, [&] {
+        if (followed.valid()) followed.wait();
+      });
+    });
     // The paper's contact is projected on each frame's tets: the solver waits for them.
     const bool needs_air = options_.contact_model == ContactModel::paper;
     const auto take = [&](int frame, const State& state) {
@@ -243,10 +249,14 @@ class Run {
         solver->set_air(air.topology().tets());
       }
       timed(summary.time.waiting, [&] { delivery.wait(); });
-      delivery.run([&, state, output = std::move(output)]() mutable {
-        if (!needs_air) follow(state, output);
-        deliver(state, output);
-      });
+      std::promise<void> has_followed;
+      followed = has_followed.get_future().share();
+      delivery.run(
+          [&, state, output = std::move(output), has_followed = std::move(has_followed)]() mutable {
+            if (!needs_air) follow(state, output);
+            has_followed.set_value();
+            deliver(state, output);
+          });
       progress_.report(double(frame + 1) / inflator.frame_count(), name(inflator.phase(frame)));
     };
     timed(whole, [&] {
