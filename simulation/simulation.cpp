@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdio>
 #include <future>
+#include <memory>
 #include <string>
 
 #include "core/beside.hpp"
@@ -203,12 +204,8 @@ class Run {
   }
 
   SimulationSummary on(Backend backend) {
-    const bool gpu = backend == Backend::cuda;
-    const auto solver =
-        gpu ? make_cuda_solver(scene_, options_) : make_cpu_solver(scene_, options_);
-    SimulationSummary summary;
-    summary.backend = gpu ? "cuda" : "cpu";
-    summary.device = solver->device();
+    const auto solver = make_solver(backend);
+    SimulationSummary summary = begun_summary(backend, *solver);
     const double outside = outside_pressure(options_),
                  volume = balloon_volume(scene_, scene_.start);
     const Inflator inflator(options_, volume, nominal_volume(model_, scene_, volume));
@@ -240,10 +237,7 @@ class Run {
     // The paper's contact is projected on each frame's tets: the solver waits for them.
     const bool needs_air = options_.contact_model == ContactModel::paper;
     const auto take = [&](int frame, const State& state) {
-      SimulationFrame output;
-      output.frame = frame;
-      output.time_s = frame * options_.frame_s;
-      output.phase = inflator.phase(frame);
+      SimulationFrame output = begun_frame(frame, inflator);
       if (needs_air) {
         follow(state, output);
         solver->set_air(air.topology().tets());
@@ -267,13 +261,34 @@ class Run {
     delivery.wait();
     summary.time.solver = whole - taken - waited;
     summary.time.waiting += waited;
-    summary.mean_sweeps /= std::max(1, summary.frame_count - 1);
-    summary.warnings = scene_.solid.warnings;
-    add_warnings(options_, slow_frames, summary);
+    finish(slow_frames, summary);
     return summary;
   }
 
  private:
+  [[nodiscard]] std::unique_ptr<StepSolver> make_solver(Backend backend) const {
+    return backend == Backend::cuda ? make_cuda_solver(scene_, options_)
+                                    : make_cpu_solver(scene_, options_);
+  }
+  [[nodiscard]] static SimulationSummary begun_summary(Backend backend, const StepSolver& solver) {
+    SimulationSummary summary;
+    summary.backend = backend == Backend::cuda ? "cuda" : "cpu";
+    summary.device = solver.device();
+    return summary;
+  }
+  [[nodiscard]] SimulationFrame begun_frame(int frame, const Inflator& inflator) const {
+    SimulationFrame output;
+    output.frame = frame;
+    output.time_s = frame * options_.frame_s;
+    output.phase = inflator.phase(frame);
+    return output;
+  }
+  void finish(int slow_frames, SimulationSummary& summary) const {
+    summary.mean_sweeps /= std::max(1, summary.frame_count - 1);
+    summary.warnings = scene_.solid.warnings;
+    add_warnings(options_, slow_frames, summary);
+  }
+
   const SimulationModel& model_;
   const SimulationOptions& options_;
   const std::function<void(const SimulationFrame&)>& on_frame_;
