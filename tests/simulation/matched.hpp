@@ -55,4 +55,16 @@ inline SimulationModel model_in_a_bag(double start_radius, double lumen_radius, 
   return model;
 }
 
+/// A short inflation of such a balloon, from its start to 4 atm and back in 1.2 s.
+inline SimulationOptions rubber_options(Backend backend) {
+  SimulationOptions options;
+  options.balloon.name = "polyurethane";
+  options.balloon.wall_mm = 0.04;
+  options.inflation.peak_pressure_atm = 4.0;
+  options.inflation.inflate_s = options.inflation.deflate_s = 0.5;
+  options.inflation.hold_s = options.inflation.rest_s = 0.1;
+  options.backend = backend;
+  return options;
+}
+
 }  // namespace angio::simulation::testing

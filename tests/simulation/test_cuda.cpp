@@ -58,15 +58,8 @@ TEST_P(Cuda, TwoRunsGiveTheSameBits) {
 
 // A balloon that is blown up against a wall and let go, with the air mesh between them.
 std::vector<SimulationFrame> frames_in_a_vessel(Backend backend) {
-  SimulationOptions options;
-  options.balloon.name = "polyurethane";
-  options.balloon.wall_mm = 0.04;
-  options.inflation.peak_pressure_atm = 4.0;
-  options.inflation.inflate_s = options.inflation.deflate_s = 0.5;
-  options.inflation.hold_s = options.inflation.rest_s = 0.1;
-  options.backend = backend;
   std::vector<SimulationFrame> frames;
-  simulate(testing::model_in_a_bag(0.5, 0.62), options,
+  simulate(testing::model_in_a_bag(0.5, 0.62), testing::rubber_options(backend),
            [&](const SimulationFrame& frame) { frames.push_back(frame); });
   return frames;
 }

@@ -16,17 +16,11 @@ using ::testing::HasSubstr;
 constexpr int kLostAt = 5;
 
 SimulationSummary run_and_lose(Backend backend, std::vector<SimulationFrame>& frames) {
-  SimulationOptions options;
-  options.balloon.name = "polyurethane";
-  options.balloon.wall_mm = 0.04;
-  options.inflation.peak_pressure_atm = 4.0;
-  options.inflation.inflate_s = options.inflation.deflate_s = 0.5;
-  options.inflation.hold_s = options.inflation.rest_s = 0.1;
-  options.backend = backend;
-  return simulate(testing::model_in_a_bag(0.5, 0.62), options, [&](const SimulationFrame& frame) {
-    frames.push_back(frame);
-    if (frame.frame == kLostAt && backend != Backend::cpu) testing::lose_device();
-  });
+  return simulate(testing::model_in_a_bag(0.5, 0.62), testing::rubber_options(backend),
+                  [&](const SimulationFrame& frame) {
+                    frames.push_back(frame);
+                    if (frame.frame == kLostAt && backend != Backend::cpu) testing::lose_device();
+                  });
 }
 
 TEST(LostDevice, EndsARunOnCudaWithOneClearLine) {
