@@ -48,8 +48,6 @@ class AdaptiveAir {
   /// Is the gap covered once, by right-handed tets whose outer faces are the surfaces' triangles
   /// and caps? It may end before a rim.
   [[nodiscard]] bool is_whole() const { return closed_ && report_.inverted_count == 0; }
-  /// Is there a mesh, or may one be built?
-  [[nodiscard]] bool can_be_whole() const { return closed_ || rebuild_; }
   [[nodiscard]] const AirTopology& topology() const { return air_; }
   /// Of the surfaces' vertices, then of the points in the air, shape [>= vertex].
   [[nodiscard]] const std::vector<Vec3>& positions() const { return x_; }

@@ -164,6 +164,10 @@ std::vector<Candidate> find_candidates_in_air(const AdaptiveAir& air, const Scen
   const ByVertex triangles(scene.wall_triangles, std::size_t(vertex_count));
   const ByVertex edges(scene.wall_edges, std::size_t(vertex_count));
 
+  double moved = 0.0;  // since the air followed the surfaces
+  for (std::size_t v = 0; v < std::size_t(vertex_count); ++v)
+    moved = std::max(moved, distance(x[v], air.positions()[v]));
+
   const AirTopology& topology = air.topology();
   std::vector<Box> tet_box(std::size_t(topology.slot_count()));
   for (int t = 0; t < topology.slot_count(); ++t)
@@ -173,11 +177,11 @@ std::vector<Candidate> find_candidates_in_air(const AdaptiveAir& air, const Scen
 
   const auto search = [&](Walk& walk, std::size_t t, std::vector<Candidate>& found) {
     const Triangle& b = scene.balloon_triangles[t];
-    const auto add = [&](const Candidate& candidate) {
-      if (gap_of(x, candidate) < reach) found.push_back(candidate);
+    const auto add = [&](Candidate candidate) {
+      if (is_near(x, reach, candidate)) found.push_back(candidate);
     };
     const Box box = box_of(x, b, reach);
-    walk.go(start[t], box, int(t));
+    walk.go(start[t], box_of(x, b, reach + moved), int(t));
     for (const int v : walk.met()) {
       if (box.meets(box_of(x, std::array{v}, 0.0))) add({{v, b[0], b[1], b[2]}, false});
       for (int i = triangles.begin[std::size_t(v)]; i < triangles.begin[std::size_t(v) + 1]; ++i) {
@@ -210,7 +214,6 @@ std::vector<Candidate> find_candidates_in_air(const AdaptiveAir& air, const Scen
   });
   std::vector<Candidate> candidates;
   for (const auto& part : found) candidates.insert(candidates.end(), part.begin(), part.end());
-  sort_candidates(candidates);
   return candidates;
 }
 

@@ -11,10 +11,12 @@ namespace angio::simulation::detail {
 ///
 /// It is complete: the shortest way between two primitives either runs through the air, and then
 /// through tets that the walk takes one after the other, or meets a surface on the way, and then
-/// that one is what must not be passed. A pair that only a surface parts is left out where the walk
-/// does not come round it. Order and type as find_candidates.
+/// that one is what must not be passed. Where the surfaces have moved on since the air followed
+/// them, by m at most, that way, carried back with the air, was within m of where it is now: the
+/// walk reaches m further. A pair that only a surface parts is left out where the walk does not
+/// come round it.
 ///
-/// @param air  whole, and moved to `x`
+/// @param air  whole; where the surfaces were a while ago
 /// @param x    [mm], shape [vertex]
 std::vector<Candidate> find_candidates_in_air(const AdaptiveAir& air, const Scene& scene,
                                               const std::vector<Vec3>& x, double reach);

@@ -23,6 +23,8 @@ constexpr std::size_t kLeastParallel = 8192;  // fewer queries run on one thread
 // skin's neighbours keep about their start gap, and never meet.
 constexpr double kShareOfStartGap = 0.9;
 
+constexpr double kFloatRounding = 1.2e-7;  // relative
+
 constexpr double kFacing = -0.5;  // cosine of normals that are opposed
 
 struct Box {
@@ -143,8 +145,8 @@ struct Builder {
     for (const auto& part : found) candidates.insert(candidates.end(), part.begin(), part.end());
   }
 
-  void add(std::vector<Candidate>& candidates, const Candidate& candidate) const {
-    if (gap_of(x, candidate) < reach) candidates.push_back(candidate);
+  void add(std::vector<Candidate>& candidates, Candidate candidate) const {
+    if (is_near(x, reach, candidate)) candidates.push_back(candidate);
   }
 };
 
@@ -240,7 +242,7 @@ void add_own_candidates(const Scene& scene, const Surface& surface, const std::v
   const auto add = [&](std::vector<Candidate>& found, Candidate candidate) {
     const auto& v = candidate.vertex;
     if (std::all_of(v, v + 4, [&](int i) { return scene.fixed[std::size_t(i)] != 0; })) return;
-    if (!(gap_of(x, candidate) < reach)) return;
+    if (!is_near(x, reach, candidate)) return;
     candidate.skin = true;
     candidate.distance =
         float(std::min(scene.self_distance, kShareOfStartGap * gap_of(scene.start, candidate)));
@@ -341,33 +343,7 @@ std::vector<Candidate> find_candidates(const Scene& scene, const std::vector<Vec
       builder.add(found, {{other[0], other[1], e[0], e[1]}, true});
     });
   });
-  sort_candidates(candidates);
   return candidates;
-}
-
-void sort_candidates(std::vector<Candidate>& candidates) {
-  int owners = 0;
-  for (const Candidate& c : candidates) owners = std::max(owners, c.vertex[0] + 1);
-  const auto count = std::ptrdiff_t(candidates.size());
-  std::vector<int> begin(std::size_t(owners) + 1, 0);
-  parallel_for(
-      count, [&](std::ptrdiff_t c) { take_next(begin, candidates[std::size_t(c)].vertex[0] + 1); });
-  std::partial_sum(begin.begin(), begin.end(), begin.begin());
-  std::vector<int> next = begin;
-  std::vector<Candidate> by_owner(candidates.size());
-  parallel_for(count, [&](std::ptrdiff_t c) {
-    const Candidate& candidate = candidates[std::size_t(c)];
-    by_owner[take_next(next, candidate.vertex[0])] = candidate;
-  });
-  const auto key = [](const Candidate& c) {
-    return std::tuple(c.edges, c.vertex[1], c.vertex[2], c.vertex[3]);
-  };
-  parallel_for_uneven(owners, [&](std::ptrdiff_t v) {
-    std::sort(by_owner.begin() + begin[std::size_t(v)],
-              by_owner.begin() + begin[std::size_t(v) + 1],
-              [&](const Candidate& a, const Candidate& b) { return key(a) < key(b); });
-  });
-  candidates = std::move(by_owner);
 }
 
 double gap_of(const std::vector<Vec3>& x, const Candidate& c) {
@@ -377,6 +353,13 @@ double gap_of(const std::vector<Vec3>& x, const Candidate& c) {
   Vec3 gap;
   for (int i = 0; i < 4; ++i) gap += weights.w[i] * p[i];
   return norm(gap) - double(c.radius);
+}
+
+bool is_near(const std::vector<Vec3>& x, double reach, Candidate& candidate) {
+  const double gap = gap_of(x, candidate);
+  if (!(gap < reach)) return false;
+  candidate.gap = float(gap - kFloatRounding * std::abs(gap));  // not rounded up
+  return true;
 }
 
 namespace {
@@ -399,7 +382,7 @@ void list_candidates(std::size_t vertex_count, CandidateSet& set) {
       set.refs[take_next(next, set.candidates[c].vertex[corner])] = {int(c), corner};
   });
   const auto key = [&](const ContactRef& ref) {
-    return std::tuple(set.gap[std::size_t(ref.pair)], ref.pair, ref.corner);
+    return std::tuple(set.candidates[std::size_t(ref.pair)].gap, ref.pair, ref.corner);
   };
   parallel_for_uneven(std::ptrdiff_t(vertex_count), [&](std::ptrdiff_t v) {
     std::sort(set.refs.begin() + set.ref_begin[std::size_t(v)],
@@ -410,33 +393,29 @@ void list_candidates(std::size_t vertex_count, CandidateSet& set) {
 
 }  // namespace
 
-CandidateSet index_candidates(const std::vector<Vec3>& x, std::vector<Candidate> candidates,
+CandidateSet index_candidates(std::size_t vertex_count, const std::vector<Candidate>& candidates,
                               double reach, bool lists) {
-  const std::size_t vertex_count = x.size(), count = candidates.size();
   CandidateSet set;
   set.reach = reach;
   set.owned_begin.assign(vertex_count + 1, 0);
-  const auto for_candidates = [count](const auto& body) {
-    parallel_for(std::ptrdiff_t(count), [&](std::ptrdiff_t c) { body(std::size_t(c)); });
-  };
   for (const Candidate& c : candidates) ++set.owned_begin[std::size_t(c.vertex[0]) + 1];
   std::partial_sum(set.owned_begin.begin(), set.owned_begin.end(), set.owned_begin.begin());
-
-  std::vector<double> gap(count);
-  for_candidates([&](std::size_t c) { gap[c] = gap_of(x, candidates[c]); });
-  std::vector<int> order(count);
-  std::iota(order.begin(), order.end(), 0);
-  parallel_for_uneven(std::ptrdiff_t(vertex_count), [&](std::ptrdiff_t v) {
-    std::sort(order.begin() + set.owned_begin[std::size_t(v)],
-              order.begin() + set.owned_begin[std::size_t(v) + 1], [&](int a, int b) {
-                return std::pair(gap[std::size_t(a)], a) < std::pair(gap[std::size_t(b)], b);
-              });
-  });
-  set.candidates.resize(count);
-  set.gap.resize(count);
-  for_candidates([&](std::size_t c) {
-    set.candidates[c] = candidates[std::size_t(order[c])];
-    set.gap[c] = gap[std::size_t(order[c])];
+  std::vector<int> next = set.owned_begin;
+  set.candidates.resize(candidates.size());
+  for (const Candidate& c : candidates)
+    set.candidates[std::size_t(next[std::size_t(c.vertex[0])]++)] = c;
+  const auto key = [](const Candidate& c) {
+    return std::tuple(c.gap, c.edges, c.vertex[1], c.vertex[2], c.vertex[3]);
+  };
+  const auto begin = set.candidates.begin();
+  const auto first_owner = [&](std::ptrdiff_t chunk) {  // of about as many candidates each
+    const auto share = int(std::ptrdiff_t(candidates.size()) * chunk / kChunks);
+    return std::lower_bound(set.owned_begin.begin(), set.owned_begin.end() - 1, share);
+  };
+  parallel_for_uneven(kChunks, [&](std::ptrdiff_t chunk) {
+    for (auto owner = first_owner(chunk); owner != first_owner(chunk + 1); ++owner)
+      std::sort(begin + owner[0], begin + owner[1],
+                [&](const Candidate& a, const Candidate& b) { return key(a) < key(b); });
   });
   if (lists) list_candidates(vertex_count, set);
   return set;

@@ -9,8 +9,8 @@
 /// step_contact.hpp for what the step makes of them.
 namespace angio::simulation::detail {
 
-/// Every vertex-triangle and edge-edge pair of balloon and wall nearer than `reach`, by vertices.
-/// Their order depends neither on the search nor on the number of threads.
+/// Every vertex-triangle and edge-edge pair of balloon and wall nearer than `reach`, with their
+/// gaps; in no order.
 ///
 /// @param x  [mm], shape [vertex]
 std::vector<Candidate> find_candidates(const Scene& scene, const std::vector<Vec3>& x,
@@ -38,27 +38,26 @@ void add_wall_candidates(const Scene& scene, const std::vector<Vec3>& x, double 
 /// Has a closed surface layers nearer than `within` whose normals are opposed?
 bool has_facing_layers(const TriangleMesh& skin, double within);
 
-/// Puts candidates, however they were found, into their order.
-void sort_candidates(std::vector<Candidate>& candidates);
-
 /// Distance of a candidate's two primitives, less its radius [mm].
 double gap_of(const std::vector<Vec3>& x, const Candidate& candidate);
 
-/// Candidates as a step takes them: those of a vertex by ascending gap.
+/// Sets a candidate's gap if it is less than `reach`. @return is it?
+bool is_near(const std::vector<Vec3>& x, double reach, Candidate& candidate);
+
+/// Candidates as a step takes them: those of a vertex by ascending gap, then by vertices, so that
+/// their order depends neither on how they were found nor on the number of threads.
 struct CandidateSet {
   std::vector<Candidate> candidates;
   std::vector<int> owned_begin;  ///< by first vertex, shape [vertex + 1]
   std::vector<int> ref_begin;    ///< shape [vertex + 1]; or empty
   std::vector<ContactRef> refs;  ///< candidates that a vertex is in, by ascending gap; or empty
-  std::vector<double> gap;       ///< [mm], shape [candidate]
   double reach = 0.0;            ///< [mm]
   double skin_reach = 0.0;       ///< of a surface with itself [mm]
 };
 
-/// @param x           where they were found [mm], shape [vertex]
-/// @param candidates  all pairs nearer than `reach`, sorted
+/// @param candidates  all pairs nearer than `reach`, in any order
 /// @param lists       are those that each vertex is in listed (ref_begin, refs)?
-CandidateSet index_candidates(const std::vector<Vec3>& x, std::vector<Candidate> candidates,
+CandidateSet index_candidates(std::size_t vertex_count, const std::vector<Candidate>& candidates,
                               double reach, bool lists = true);
 
 }  // namespace angio::simulation::detail

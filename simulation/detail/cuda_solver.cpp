@@ -55,7 +55,6 @@ class CandidateUpload {
             ref_begin_.send(set.ref_begin, stream),
             refs_.send(set.refs, stream),
             x_.send(x, stream),
-            gap_.send(converted_all<Real>(set.gap), stream),
             Real(set.reach),
             int(set.candidates.size()),
             Real(set.skin_reach)};
@@ -66,7 +65,6 @@ class CandidateUpload {
   Upload<int> owned_begin_, ref_begin_;
   Upload<ContactRef> refs_;
   Upload<Vec3T<Real>> x_;
-  Upload<Real> gap_;
 };
 
 /// What a step makes of its candidates.
@@ -204,10 +202,8 @@ class CudaSolver final : public StepSolver {
     return state_of(batches_[0], 0);
   }
 
-  // A copy: frames are ahead of those that are delivered.
-  void search_in(AdaptiveAir& air, const std::function<void()>&) override {
-    air_ = air;
-    finder_.use(air_, [] {});
+  void search_in(const AdaptiveAir& air, const std::function<void()>& ready) override {
+    finder_.use(air, ready);
   }
 
   // Are frames computed before the last ones are handed out?
@@ -371,7 +367,6 @@ class CudaSolver final : public StepSolver {
   int device_;
   DeviceMemory memory_;
   CandidateFinder finder_;
-  AdaptiveAir air_;
   std::vector<Vec> start_, x_candidates_;
   int frames_;
   CudaProgram<Real> program_;

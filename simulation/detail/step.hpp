@@ -53,10 +53,10 @@ class StepSolver {
   virtual State settle(const GasLaw<double>& law, double tolerance, int most_sweeps) = 0;
 
   /// Candidates for contact are searched for in this air from now on, as long as it is whole; else
-  /// on a grid. The solver moves it, or a copy, to where it searches.
+  /// on a grid.
   ///
-  /// @param ready  waits until nobody else works on it
-  virtual void search_in(AdaptiveAir& air, const std::function<void()>& ready) = 0;
+  /// @param ready  waits until it has followed the last frame
+  virtual void search_in(const AdaptiveAir& air, const std::function<void()>& ready) = 0;
 
   [[nodiscard]] virtual std::string device() const = 0;
 

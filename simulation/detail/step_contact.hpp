@@ -205,12 +205,13 @@ ANGIO_HOST_DEVICE inline int search_owned(const StepView<Real>& s, int v, Real k
   const int first = s.owned_begin[v], last = s.owned_begin[v + 1];
   int end = first;
   // By ascending gap.
-  for (int round = first; round < last && s.candidate_gap[round] < known; round += lanes.size()) {
+  for (int round = first; round < last && Real(s.candidates[round].gap) < known;
+       round += lanes.size()) {
     const int c = round + lanes.rank();
     NearPair<Real> pair;
     const Real range = c < last ? range_of(s, s.candidates[c]) : Real(0);
     const bool near =
-        c < last && s.candidate_gap[c] - closed_at_most(s, s.candidates[c]) < range &&
+        c < last && Real(s.candidates[c].gap) - closed_at_most(s, s.candidates[c]) < range &&
         approach(s, s.candidates[c], range + closed_by(s.travel, s.candidates[c]), pair);
     const int place = end + lanes.before(near);
     if (c < last && s.pair_of) s.pair_of[c] = near ? place : -1;
@@ -228,7 +229,7 @@ ANGIO_HOST_DEVICE inline void list_pairs(const StepView<Real>& s, int v, Real kn
   const int first = s.ref_begin[v], last = s.ref_begin[v + 1];
   int refs = first, bounds = first;
   const auto may_be_named = [&](int r) {
-    return r < last && s.candidate_gap[s.candidate_refs[r].pair] < known;
+    return r < last && Real(s.candidates[s.candidate_refs[r].pair].gap) < known;
   };
   for (int round = first; may_be_named(round); round += lanes.size()) {  // by ascending gap
     const int r = round + lanes.rank();

@@ -60,7 +60,7 @@ class CpuSolver final : public StepSolver {
     return state();
   }
 
-  void search_in(AdaptiveAir& air, const std::function<void()>& ready) override {
+  void search_in(const AdaptiveAir& air, const std::function<void()>& ready) override {
     finder_.use(air, ready);
   }
 
@@ -113,14 +113,13 @@ class CpuSolver final : public StepSolver {
     set_ = finder_.find(positions(), frames_lasted_);
     frames_lasted_ = 0;
     x_candidates_.assign(view_.x, view_.x + scene_.vertex_count());
-    candidate_gap_ = converted_all<Real>(set_.gap);
     pairs_.resize(set_.candidates.size());
     refs_.resize(4 * set_.candidates.size());
     bounds_.resize(4 * set_.candidates.size());
     listed_begin_.resize(scene_.start.size());
     use<Real>({set_.candidates.data(), set_.owned_begin.data(), listed_begin_.data(), nullptr,
-               x_candidates_.data(), candidate_gap_.data(), Real(set_.reach),
-               int(set_.candidates.size()), Real(set_.skin_reach)},
+               x_candidates_.data(), Real(set_.reach), int(set_.candidates.size()),
+               Real(set_.skin_reach)},
               view_);
     view_.pairs = pairs_.data();
     view_.listed_begin = listed_begin_.data();
@@ -169,7 +168,6 @@ class CpuSolver final : public StepSolver {
   CandidateSet set_;
   int frames_lasted_ = 0;
   std::vector<Vec3T<Real>> x_candidates_;
-  std::vector<Real> candidate_gap_;
   std::vector<NearPair<Real>> pairs_;
   std::vector<int> listed_begin_;
   std::vector<ContactRef> refs_;

@@ -33,6 +33,7 @@ struct Candidate {
   bool skin = false;   ///< of the balloon and itself, or the wall and itself
   float radius = 0;    ///< of the shaft there [mm]: it is taken off the gap
   float distance = 0;  ///< skin: contact acts below this gap [mm]
+  float gap = 0;       ///< where it was found, less the radius; at most that [mm]
 };
 
 /// A candidate that is near, and since when. What is read of one that does nothing comes first.
@@ -209,12 +210,11 @@ struct StepView {
   const int* owned_begin = nullptr;  // [vertex + 1] first candidate
   const int* ref_begin = nullptr;    // [vertex + 1] candidates, or near pairs, that it is in
   const ContactRef* candidate_refs = nullptr;
-  const Vec* x_candidates = nullptr;    // positions when they were found
-  const Real* candidate_gap = nullptr;  // then [mm]
-  Real* gone = nullptr;                 // [vertex] since then, or since the last search [mm]
-  Real* travel = nullptr;               // [vertex] how far it may go until the next search [mm]
-  Real candidate_reach = 0;             // pairs nearer than this were candidates then [mm]
-  Real skin_reach = 0;                  // the same of a surface with itself
+  const Vec* x_candidates = nullptr;  // positions when they were found
+  Real* gone = nullptr;               // [vertex] since then, or since the last search [mm]
+  Real* travel = nullptr;             // [vertex] how far it may go until the next search [mm]
+  Real candidate_reach = 0;           // pairs nearer than this were candidates then [mm]
+  Real skin_reach = 0;                // the same of a surface with itself
   // Near pairs, each owner's and each vertex's from where its candidates begin
   NearPair<Real>* pairs = nullptr;
   int* owned_end = nullptr;

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <iterator>
 #include <limits>
 #include <set>
 
@@ -171,8 +170,8 @@ StepRules make_rules(const Scene& scene, const SimulationOptions& options) {
 CandidateSet CandidateFinder::find(const std::vector<Vec3>& x, int lasted) {
   lasted_ += lasted;
   if (!(scene_.self_distance > 0.0)) {
-    std::vector<Candidate> candidates = find_others(x);
-    return index_candidates(x, std::move(candidates), reach_, lists_);
+    const std::vector<Candidate> candidates = find_others(x);
+    return index_candidates(x.size(), candidates, reach_, lists_);
   }
   // Neighbours on a surface are near each other, layers everywhere: their candidates are used up
   // far sooner than those of what is around, of which a wide set is kept.
@@ -182,12 +181,11 @@ CandidateSet CandidateFinder::find(const std::vector<Vec3>& x, int lasted) {
     x_others_ = x;
   }
   std::vector<Candidate> candidates;
-  std::copy_if(others_.begin(), others_.end(), std::back_inserter(candidates),
-               [&](const Candidate& c) { return gap_of(x, c) < reach; });
+  for (Candidate other : others_)
+    if (is_near(x, reach, other)) candidates.push_back(other);
   add_skin_candidates(scene_, x, scene_.self_distance + room, candidates);
   add_wall_candidates(scene_, x, scene_.self_distance + room, candidates);
-  sort_candidates(candidates);
-  CandidateSet set = index_candidates(x, std::move(candidates), reach, lists_);
+  CandidateSet set = index_candidates(x.size(), candidates, reach, lists_);
   set.skin_reach = scene_.self_distance + room;
   return set;
 }
@@ -201,10 +199,7 @@ std::vector<Candidate> CandidateFinder::find_others(const std::vector<Vec3>& x) 
   reach_ = range_ + (4.0 + 2.0 * slack_) * distance_;
   std::vector<Candidate> candidates;
   if (of_wall_) candidates = search(x, reach_);
-  if (scene_.rod.count > 0) {
-    add_rod_candidates(scene_, x, distance_, reach_, candidates);
-    sort_candidates(candidates);
-  }
+  if (scene_.rod.count > 0) add_rod_candidates(scene_, x, distance_, reach_, candidates);
   return candidates;
 }
 
@@ -218,13 +213,12 @@ double CandidateFinder::closed_at_most(const std::vector<Vec3>& x) const {
 }
 
 std::vector<Candidate> CandidateFinder::search(const std::vector<Vec3>& x, double reach) {
-  if (air_ != nullptr) ready_();
-  if (air_ == nullptr || !air_->can_be_whole()) return find_candidates(scene_, x, reach);
+  if (air_ == nullptr) return find_candidates(scene_, x, reach);
+  ready_();
+  if (!air_->is_whole()) return find_candidates(scene_, x, reach);
   std::vector<Vec3> global = x;
   for (Vec3& p : global) p += scene_.origin;
-  air_->follow(global);
-  return air_->is_whole() ? find_candidates_in_air(*air_, scene_, global, reach)
-                          : find_candidates(scene_, x, reach);
+  return find_candidates_in_air(*air_, scene_, global, reach);
 }
 
 }  // namespace angio::simulation::detail

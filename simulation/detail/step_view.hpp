@@ -436,8 +436,8 @@ class CandidateFinder {
 
   /// To search in from now on, as long as it is whole.
   ///
-  /// @param ready  waits until nobody else works on it
-  void use(AdaptiveAir& air, const std::function<void()>& ready) {
+  /// @param ready  waits until it has followed the last frame
+  void use(const AdaptiveAir& air, const std::function<void()>& ready) {
     air_ = &air;
     ready_ = ready;
   }
@@ -452,7 +452,7 @@ class CandidateFinder {
   [[nodiscard]] std::vector<Candidate> search(const std::vector<Vec3>& x, double reach);
 
   const Scene& scene_;
-  AdaptiveAir* air_ = nullptr;
+  const AdaptiveAir* air_ = nullptr;
   std::function<void()> ready_;
   double distance_, range_, slack_ = 4.0, reach_ = 0.0;
   bool of_wall_;  // else only the guidewire's: the paper's contact has none
@@ -472,7 +472,6 @@ struct CandidateView {
   const int* ref_begin = nullptr;
   const ContactRef* refs = nullptr;
   const Vec3T<Real>* x = nullptr;
-  const Real* gap = nullptr;
   Real reach = 0;
   int count = 0;
   Real skin_reach = 0;
@@ -485,7 +484,6 @@ void use(const CandidateView<Real>& set, StepView<Real>& view) {
   view.ref_begin = set.ref_begin;
   view.candidate_refs = set.refs;
   view.x_candidates = set.x;
-  view.candidate_gap = set.gap;
   view.candidate_reach = set.reach;
   view.candidate_count = set.count;
   view.skin_reach = set.skin_reach;

@@ -8,6 +8,7 @@
 #include "simulation/detail/launch.hpp"
 #include "simulation/detail/step_program.hpp"
 #include "simulation/detail/step_view.hpp"
+#include "tests/simulation/candidate_order.hpp"
 #include "tests/simulation/models.hpp"
 
 namespace angio::simulation::detail {
@@ -139,11 +140,11 @@ struct Search {
 
   explicit Search(double reach, double travel) {
     const CandidateSet set =
-        index_candidates(start(), find_candidates(t.scene, start(), reach), reach, false);
+        index_candidates(start().size(), find_candidates(t.scene, start(), reach), reach, false);
     const std::size_t count = set.candidates.size();
     view.listed_begin = memory.allocate<int>(t.scene.start.size());
     use<double>({memory.store(set.candidates), memory.store(set.owned_begin), view.listed_begin,
-                 nullptr, memory.store(start()), memory.store(set.gap), reach, int(count)},
+                 nullptr, memory.store(start()), reach, int(count)},
                 view);
     view.pairs = memory.allocate<NearPair<double>>(count);
     view.refs = memory.allocate<ContactRef>(4 * count);
@@ -175,13 +176,13 @@ TEST(SearchPairs, NamesTheCandidatesThatAreNearAfterAMotion) {
   ASSERT_TRUE(search.run());
   const std::vector<Vec3> x(search.view.x, search.view.x + search.t.scene.vertex_count());
   const double reach = search.view.contact_distance + 2.0 * 0.1;  // all is dry
-  const std::vector<Candidate> expected = find_candidates(search.t.scene, x, reach);
+  const auto expected = testing::by_vertices(find_candidates(search.t.scene, x, reach));
   std::vector<Candidate> found;
   for (const NearPair<double>& pair : search.pairs()) {
     found.push_back({{}, pair.edges});
     std::copy(pair.vertex, pair.vertex + 4, found.back().vertex);
   }
-  sort_candidates(found);
+  found = testing::by_vertices(found);
   ASSERT_GT(expected.size(), 20U);
   ASSERT_EQ(found.size(), expected.size());
   for (std::size_t i = 0; i < found.size(); ++i)

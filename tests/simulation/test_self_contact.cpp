@@ -49,13 +49,11 @@ struct Folds {
     std::vector<Candidate> found;
     add_skin_candidates(scene, x, kReach, found);
     add_wall_candidates(scene, x, kReach, found);
-    sort_candidates(found);
-    const CandidateSet set = index_candidates(x, found, kReach, false);
+    const CandidateSet set = index_candidates(x.size(), found, kReach, false);
     view.listed_begin = memory.allocate<int>(x.size());
-    use<double>(
-        {memory.store(set.candidates), memory.store(set.owned_begin), view.listed_begin, nullptr,
-         memory.store(x), memory.store(set.gap), 1.0, int(set.candidates.size()), kReach},
-        view);
+    use<double>({memory.store(set.candidates), memory.store(set.owned_begin), view.listed_begin,
+                 nullptr, memory.store(x), 1.0, int(set.candidates.size()), kReach},
+                view);
     view.pairs = memory.allocate<NearPair<double>>(found.size());
     view.refs = memory.allocate<ContactRef>(4 * found.size());
     view.bounds = memory.allocate<MotionBound<double>>(4 * found.size());
