@@ -252,7 +252,7 @@ BalloonSetup place_balloon(const LumenMesh& lumen, const CenterlineTree& tree,
   progress.report(0.6, "air mesh");
   const Vec3 hole = setup.balloon.guidewire[setup.balloon.guidewire.size() / 2];
   detail::GapMesh air = detail::mesh_gap(setup.balloon.start, closed.gap, hole);
-  if (!air.warnings.empty()) {  // folds of exactly flat layers leave flat tets between them
+  if (air.flat_at_inner) {  // folds of exactly flat layers leave flat tets between them
     TriangleMesh uneven = detail::shaken(setup.balloon.start);
     detail::GapMesh again = detail::mesh_gap(uneven, closed.gap, hole);
     if (again.warnings.empty()) {

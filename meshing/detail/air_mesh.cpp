@@ -5,6 +5,8 @@
 #include <cstdint>
 
 #include "core/error.hpp"
+#include "core/tet_flips.hpp"
+#include "core/tet_refill.hpp"
 #include "meshing/detail/lift_points.hpp"
 #include "meshing/detail/lumen_chords.hpp"
 #include "meshing/detail/surface_query.hpp"
@@ -62,13 +64,46 @@ double volume_of(const Tet& t, const std::vector<Vec3>& x) {
                     x[std::size_t(t[3])]);
 }
 
+/// Flips flat tets away, or fills what is around them anew: TetGen leaves them between vertices
+/// that lie in a plane or on a circle, as those of a regular tube's neighbouring triangles and of a
+/// cap do.
+///
+/// @return the number of those that are left
+int mend_flat(std::vector<Tet>& tets, const std::vector<Vec3>& x) {
+  const auto is_flat = [&](const Tet& t) { return !(volume_of(t, x) > kLeastTetVolume); };
+  if (std::none_of(tets.begin(), tets.end(), is_flat)) return 0;
+  TetTopology mesh(tets);
+  const auto replace = [&](const int* old, int old_count, const Tet* fresh, int fresh_count) {
+    std::vector<int> slots(std::size_t(fresh_count), 0);
+    return fresh_count > 0 && mesh.replace(old, old_count, fresh, fresh_count, slots.data());
+  };
+  const auto flip = [&](int t) {
+    const TetFlip best = best_flip(mesh, x, t);
+    return replace(best.old.data(), best.old_count, best.fresh.data(), best.fresh_count);
+  };
+  const auto fill_anew = [&](int t) {
+    const Refilling anew = refill_around(mesh, x, t);
+    return replace(anew.old.data(), int(anew.old.size()), anew.fresh.data(),
+                   int(anew.fresh.size()));
+  };
+  bool changed = true;
+  while (changed) {  // each raises a least quality
+    changed = false;
+    for (int t = 0; t < mesh.slot_count(); ++t)
+      if (mesh.alive(t) && is_flat(mesh.tet(t))) changed |= flip(t) || fill_anew(t);
+  }
+  tets = mesh.tets();
+  return int(std::count_if(tets.begin(), tets.end(), is_flat));
+}
+
 struct Kept {
   std::vector<Tet> tets;
-  int added_point_count = 0;  ///< tets left out because TetGen added one of their points
-  int flat_count = 0;         ///< tets left out because they are flat
+  int added_point_count = 0;   ///< tets left out because TetGen added one of their points
+  int flat_count = 0;          ///< tets left out because they are flat
+  bool flat_at_inner = false;  ///< is one of them at the inner surface?
 };
 Kept keep_positive(const TetrahedralizeResult& raw, const std::vector<Vec3>& vertices,
-                   const std::vector<Vec3>& moved) {
+                   const std::vector<Vec3>& moved, int inner_count) {
   Kept kept;
   for (Tet t : raw.tets) {
     if (*std::max_element(t.begin(), t.end()) >= int(vertices.size())) {
@@ -76,11 +111,14 @@ Kept keep_positive(const TetrahedralizeResult& raw, const std::vector<Vec3>& ver
       continue;
     }
     if (volume_of(t, moved) < 0.0) std::swap(t[2], t[3]);
-    if (volume_of(t, vertices) > kLeastTetVolume)
-      kept.tets.push_back(t);
-    else
-      ++kept.flat_count;
+    kept.tets.push_back(t);
   }
+  kept.flat_count = mend_flat(kept.tets, vertices);
+  std::erase_if(kept.tets, [&](const Tet& t) {
+    if (volume_of(t, vertices) > kLeastTetVolume) return false;
+    for (const int v : t) kept.flat_at_inner = kept.flat_at_inner || v < inner_count;
+    return true;
+  });
   return kept;
 }
 
@@ -115,9 +153,7 @@ std::optional<TetMesh> try_gap_with_points(const Surfaces& surfaces, const Vec3&
   for (std::size_t v = 0; v < mesh.vertices.size(); ++v)
     mesh.vertices[v] =
         v < surfaces.vertices.size() ? surfaces.vertices[v] : mesh.vertices[v] - shift;
-  if (!std::all_of(mesh.tets.begin(), mesh.tets.end(),
-                   [&](const Tet& t) { return volume_of(t, mesh.vertices) > kLeastTetVolume; }))
-    return std::nullopt;
+  if (mend_flat(mesh.tets, mesh.vertices) > 0) return std::nullopt;
   return mesh;
 }
 
@@ -197,30 +233,31 @@ TetMesh mesh_gap_with_points(const TriangleMesh& inner, const GapBoundary& gap, 
 GapMesh mesh_gap(const TriangleMesh& inner, const GapBoundary& gap, const Vec3& hole) {
   auto [vertices, triangles] = surfaces_of(inner, gap);
 
-  // The first jitter without added points and flat tets wins; else the one with the fewest.
+  // The first jitter without added points wins; else the one with the fewest.
   Kept best;
-  int best_faults = -1;
+  int fewest = -1;
   std::string failure;
   std::vector<Vec3> with_hole = vertices;
   with_hole.push_back(hole);
-  for (int attempt = 0; attempt < kJitterAttempts && best_faults != 0; ++attempt) {
+  for (int attempt = 0; attempt < kJitterAttempts && fewest != 0; ++attempt) {
     std::vector<Vec3> moved = jittered(with_hole, kJitters[std::size_t(attempt)], attempt);
     const Vec3 moved_hole = moved.back();
     moved.pop_back();
     try {
-      Kept kept = keep_positive(tetrahedralize_gap(moved, triangles, moved_hole), vertices, moved);
-      const int faults = 1000 * kept.added_point_count + kept.flat_count;
-      if (best_faults >= 0 && faults >= best_faults) continue;
-      best_faults = faults;
+      Kept kept = keep_positive(tetrahedralize_gap(moved, triangles, moved_hole), vertices, moved,
+                                int(inner.vertices.size()));
+      if (fewest >= 0 && kept.added_point_count >= fewest) continue;
+      fewest = kept.added_point_count;
       best = std::move(kept);
     } catch (const InternalError& error) {
       failure = error.what();
     }
   }
-  if (best_faults < 0) throw InternalError(failure);
+  if (fewest < 0) throw InternalError(failure);
   GapMesh result;
   result.tets.vertices = std::move(vertices);
   result.tets.tets = std::move(best.tets);
+  result.flat_at_inner = best.flat_at_inner;
   if (best.added_point_count > 0)
     result.warnings.push_back(std::to_string(best.added_point_count) +
                               " air tetrahedra were left out because they need points beyond "

@@ -44,6 +44,7 @@ TetrahedralizeResult tetrahedralize_gap(const std::vector<Vec3>& vertices,
 
 struct GapMesh {
   TetMesh tets;
+  bool flat_at_inner = false;  ///< is a flat tet at the inner surface left out?
   std::vector<std::string> warnings;
 };
 

@@ -6,8 +6,8 @@
 #include <map>
 #include <set>
 
-#include "simulation/detail/air_cavity.hpp"
-#include "simulation/detail/air_flips.hpp"
+#include "core/tet_flips.hpp"
+#include "core/tet_refill.hpp"
 #include "simulation/detail/air_points.hpp"
 
 namespace angio::simulation::detail {
@@ -17,8 +17,7 @@ constexpr double kGood = 0.3;        // quality that needs no work
 constexpr double kFallen = 0.7;      // share of the quality at the last work: to be worked on again
 constexpr double kLeastStep = 0.03;  // of a motion
 constexpr int kMostRounds = 4;       // of mending
-constexpr int kMostHollow = 30;      // tets taken out to be filled over the same vertices
-constexpr int kMostSteps = 300;      // of that search
+constexpr int kMostSteps = 300;      // of the search for a filling without a point
 constexpr int kMostAround = 80;      // tets taken out around a new point
 constexpr int kEnough = 8;           // places for a point, of which the best is taken
 constexpr int kLasting = 4;          // motions that a mesh should do, to be worth building
@@ -37,6 +36,14 @@ using Edge = std::array<int, 2>;
 
 std::array<Edge, 3> edges_of(const Triangle& t) {
   return {Edge{t[0], t[1]}, Edge{t[1], t[2]}, Edge{t[0], t[2]}};
+}
+
+// A mesh's outer faces, corners ascending, in ascending order.
+std::vector<Triangle> outer_faces(const TetTopology& air) {
+  std::vector<Triangle> faces;
+  for (const TetFace& f : air.boundary()) faces.push_back(ascending(air.face(f.tet, f.corner)));
+  std::sort(faces.begin(), faces.end());
+  return faces;
 }
 
 // Edges with one triangle, ascending; the triangles' corners ascend.
@@ -74,6 +81,32 @@ std::size_t cap_triangle_count(const std::vector<Triangle>& triangles) {
   return along.size() - 2 * loops;
 }
 
+// The tets that were left out of a mesh for being flat: over two bare triangles of the surfaces
+// that share an edge, where the mesh has its faces over the other diagonal.
+//
+// @param bare  corners ascending
+std::vector<Tet> flat_tets(const TetTopology& air, const std::vector<Triangle>& bare) {
+  std::map<Triangle, Triangle> open;  // the mesh's outer faces, by their corners ascending
+  for (const TetFace& f : air.boundary()) {
+    const Triangle face = air.face(f.tet, f.corner);
+    open[ascending(face)] = face;
+  }
+  std::map<Edge, int> third;  // of the bare triangle seen first at an edge
+  std::vector<Tet> result;
+  for (const Triangle& t : bare)
+    for (std::size_t k = 0; k < 3; ++k) {
+      const int a = t[k], c = t[(k + 1) % 3], d = t[(k + 2) % 3];
+      const auto [seen, is_first] = third.try_emplace(Edge{std::min(a, c), std::max(a, c)}, d);
+      if (is_first) continue;
+      const int b = seen->second;
+      const auto face = open.find(ascending({a, b, d}));
+      if (face == open.end() || open.count(ascending({b, c, d})) == 0) continue;
+      const Triangle& f = face->second;  // right-handed with what lies beyond it
+      result.push_back({f[0], f[2], f[1], c});
+    }
+  return result;
+}
+
 // Does each of these triangles hang together with a rim of the surfaces?
 bool hang_on_rims(std::vector<Triangle> open, const std::vector<Triangle>& surfaces) {
   if (open.empty()) return true;
@@ -94,7 +127,7 @@ bool hang_on_rims(std::vector<Triangle> open, const std::vector<Triangle>& surfa
 
 }  // namespace
 
-AdaptiveAir::AdaptiveAir(const std::vector<Tet>& tets, const std::vector<Vec3>& x,
+AdaptiveAir::AdaptiveAir(std::vector<Tet> tets, const std::vector<Vec3>& x,
                          std::vector<Triangle> surfaces, Rebuild rebuild)
     : air_(tets),
       surfaces_(std::move(surfaces)),
@@ -103,6 +136,11 @@ AdaptiveAir::AdaptiveAir(const std::vector<Tet>& tets, const std::vector<Vec3>& 
       surface_count_(x.size()) {
   for (Triangle& t : surfaces_) t = ascending(t);
   std::sort(surfaces_.begin(), surfaces_.end());
+  const std::vector<Tet> flat = flat_tets(air_, bare_surfaces(air_));
+  if (!flat.empty()) {
+    tets.insert(tets.end(), flat.begin(), flat.end());
+    air_ = TetTopology(tets);
+  }
   closed_ = !tets.empty() && covers_surfaces(air_);
   measure();
   tried_ = quality_;
@@ -114,15 +152,19 @@ double AdaptiveAir::quality_of(const Tet& t) const {
                      x_[std::size_t(t[3])]);
 }
 
-bool AdaptiveAir::covers_surfaces(const AirTopology& air) const {
-  std::vector<Triangle> outer, covered, bare;
-  for (const AirFace& f : air.boundary()) outer.push_back(ascending(air.face(f.tet, f.corner)));
-  std::sort(outer.begin(), outer.end());
-  std::set_intersection(surfaces_.begin(), surfaces_.end(), outer.begin(), outer.end(),
-                        std::back_inserter(covered));
+std::vector<Triangle> AdaptiveAir::bare_surfaces(const TetTopology& air) const {
+  std::vector<Triangle> outer = outer_faces(air), bare;
   std::set_difference(surfaces_.begin(), surfaces_.end(), outer.begin(), outer.end(),
                       std::back_inserter(bare));
-  if (!hang_on_rims(bare, surfaces_)) return false;
+  return bare;
+}
+
+bool AdaptiveAir::covers_surfaces(const TetTopology& air) const {
+  const std::vector<Triangle> outer = outer_faces(air);
+  std::vector<Triangle> covered;
+  std::set_intersection(surfaces_.begin(), surfaces_.end(), outer.begin(), outer.end(),
+                        std::back_inserter(covered));
+  if (!hang_on_rims(bare_surfaces(air), surfaces_)) return false;
   // What is left are caps: polygons over the rims, without vertices of their own.
   return outer.size() == covered.size() + cap_triangle_count(covered);
 }
@@ -177,7 +219,7 @@ void AdaptiveAir::adapt(const std::vector<Vec3>& x) {
 }
 
 void AdaptiveAir::drop() {
-  air_ = AirTopology();
+  air_ = TetTopology();
   x_.resize(surface_count_);
   points_.clear();
   quality_.clear();
@@ -198,7 +240,7 @@ bool AdaptiveAir::move_to(const std::vector<Vec3>& x, bool may_fail) {
     improve();
     return true;
   }
-  const AirTopology air = air_;
+  const TetTopology air = air_;
   const std::vector<double> quality = quality_, tried = tried_;
   const AirReport report = report_;
   improve();
@@ -296,7 +338,7 @@ void AdaptiveAir::improve() {
 }
 
 bool AdaptiveAir::flip(int t) {
-  const Flip best = best_flip(air_, x_, t);
+  const TetFlip best = best_flip(air_, x_, t);
   if (best.old_count == 0 || (best.after <= 0.0 && best.fresh_count > best.old_count) ||
       !put_in_place(best.old.data(), best.old_count, best.fresh.data(), best.fresh_count))
     return false;
@@ -342,25 +384,12 @@ void AdaptiveAir::mend_inverted(bool all) {
 }
 
 bool AdaptiveAir::refill_around(int t) {
-  std::vector<int> hollow{t};
-  const auto has = [&](int s) {
-    return std::find(hollow.begin(), hollow.end(), s) != hollow.end();
-  };
-  while (true) {
-    const std::size_t layer = hollow.size();
-    for (std::size_t i = 0; i < layer; ++i)
-      for (int c = 0; c < 4; ++c) {
-        const int next = air_.across(hollow[i], c).tet;
-        if (next >= 0 && !has(next)) hollow.push_back(next);
-      }
-    if (hollow.size() == layer || hollow.size() > std::size_t(kMostHollow)) return false;
-    const std::vector<Tet> filling = refill(air_, x_, hollow, kMostSteps);
-    if (filling.empty() ||
-        !put_in_place(hollow.data(), int(hollow.size()), filling.data(), int(filling.size())))
-      continue;
-    ++report_.refill_count;
-    return true;
-  }
+  const Refilling anew = angio::refill_around(air_, x_, t);
+  if (anew.fresh.empty() || !put_in_place(anew.old.data(), int(anew.old.size()), anew.fresh.data(),
+                                          int(anew.fresh.size())))
+    return false;
+  ++report_.refill_count;
+  return true;
 }
 
 std::vector<int> AdaptiveAir::inverted_around(int t) const {
@@ -437,7 +466,7 @@ void AdaptiveAir::rebuild_whole() {
                       x[std::size_t(t[3])]) > 0.0;
   };
   if (mesh.tets.empty() || !std::all_of(mesh.tets.begin(), mesh.tets.end(), is_right) ||
-      !covers_surfaces(AirTopology(mesh.tets)))
+      !covers_surfaces(TetTopology(mesh.tets)))
     return;
   ++report_.rebuild_count;
   closed_ = true;
@@ -447,7 +476,7 @@ void AdaptiveAir::rebuild_whole() {
 
 // Goes on with another mesh of the gap: the surfaces' vertices, then points in the air.
 void AdaptiveAir::take(const TetMesh& mesh) {
-  air_ = AirTopology(mesh.tets);
+  air_ = TetTopology(mesh.tets);
   x_.resize(surface_count_);
   x_.insert(x_.end(), mesh.vertices.begin() + std::ptrdiff_t(surface_count_), mesh.vertices.end());
   points_.assign(x_.size() - surface_count_, {});

@@ -3,7 +3,7 @@
 #include <functional>
 #include <vector>
 
-#include "simulation/detail/air_mesh.hpp"
+#include "core/tet_topology.hpp"
 #include "simulation/detail/scene.hpp"
 
 namespace angio::simulation::detail {
@@ -22,11 +22,11 @@ struct AirReport {
 /// The mesh of the gap between surfaces that move.
 ///
 /// After each motion the tets whose quality has fallen, and those that are inverted, are worked on:
-/// edge removal and multi-face removal (air_flips.hpp) as long as they raise the least quality;
-/// where a tet stays inverted the hollow of the tets around it is filled anew (air_cavity.hpp),
-/// with a point in the air where there is no way without (air_points.hpp), which goes as soon as
-/// there is one; where that fails too, the whole mesh is built anew. Surfaces and caps keep their
-/// triangles. The same motions give the same mesh.
+/// edge removal and multi-face removal (core/tet_flips.hpp) as long as they raise the least
+/// quality; where a tet stays inverted the hollow of the tets around it is filled anew
+/// (core/tet_refill.hpp), with a point in the air where there is no way without (air_points.hpp),
+/// which goes as soon as there is one; where that fails too, the whole mesh is built anew. Surfaces
+/// and caps keep their triangles. The same motions give the same mesh.
 class AdaptiveAir {
  public:
   /// Gives a mesh of the gap between the surfaces, whose vertices come first, points in the air
@@ -34,10 +34,11 @@ class AdaptiveAir {
   using Rebuild = std::function<TetMesh(const std::vector<Vec3>& x)>;
 
   AdaptiveAir() = default;
-  /// @param tets      right-handed
+  /// @param tets      right-handed; those that are flat, over two triangles of a surface in one
+  ///                  plane, may be left out
   /// @param surfaces  triangles of balloon and wall, which must be faces of the gap
-  AdaptiveAir(const std::vector<Tet>& tets, const std::vector<Vec3>& x,
-              std::vector<Triangle> surfaces, Rebuild rebuild = {});
+  AdaptiveAir(std::vector<Tet> tets, const std::vector<Vec3>& x, std::vector<Triangle> surfaces,
+              Rebuild rebuild = {});
 
   /// From now on a mesh is built anew for each motion, and not fitted.
   void rebuild_each_time() { each_time_ = true; }
@@ -48,7 +49,7 @@ class AdaptiveAir {
   /// Is the gap covered once, by right-handed tets whose outer faces are the surfaces' triangles
   /// and caps? It may end before a rim.
   [[nodiscard]] bool is_whole() const { return closed_ && report_.inverted_count == 0; }
-  [[nodiscard]] const AirTopology& topology() const { return air_; }
+  [[nodiscard]] const TetTopology& topology() const { return air_; }
   /// Of the surfaces' vertices, then of the points in the air, shape [>= vertex].
   [[nodiscard]] const std::vector<Vec3>& positions() const { return x_; }
 
@@ -85,9 +86,10 @@ class AdaptiveAir {
   void take(const TetMesh& mesh);
   void count_volumes();
   [[nodiscard]] double quality_of(const Tet& t) const;
-  [[nodiscard]] bool covers_surfaces(const AirTopology& air) const;
+  [[nodiscard]] bool covers_surfaces(const TetTopology& air) const;
+  [[nodiscard]] std::vector<Triangle> bare_surfaces(const TetTopology& air) const;
 
-  AirTopology air_;
+  TetTopology air_;
   std::vector<Triangle> surfaces_;  ///< corners ascending, in ascending order
   Rebuild rebuild_;
   std::vector<Vec3> x_;

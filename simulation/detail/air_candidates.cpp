@@ -9,14 +9,24 @@ namespace angio::simulation::detail {
 namespace {
 
 constexpr int kChunks = 16;
+constexpr std::size_t kPatch = 16;  // triangles of the balloon that are walked around together
 
 struct Box {
   Vec3 low, high;
 
+  void add(const Box& b) {
+    for (int k = 0; k < 3; ++k) {
+      low[k] = std::min(low[k], b.low[k]);
+      high[k] = std::max(high[k], b.high[k]);
+    }
+  }
+  [[nodiscard]] Box grown(double by) const {
+    return {low - Vec3{by, by, by}, high + Vec3{by, by, by}};
+  }
   [[nodiscard]] bool meets(const Box& b) const {
-    for (int k = 0; k < 3; ++k)
-      if (low[k] > b.high[k] || high[k] < b.low[k]) return false;
-    return true;
+    // Without branches: about half of the answers are no.
+    return (int(low.x <= b.high.x) & int(low.y <= b.high.y) & int(low.z <= b.high.z) &
+            int(high.x >= b.low.x) & int(high.y >= b.low.y) & int(high.z >= b.low.z)) != 0;
   }
 };
 
@@ -57,10 +67,15 @@ struct ByVertex {
     for (std::size_t i = 0; i < primitives.size(); ++i)
       items[std::size_t(next[std::size_t(primitives[i][0])]++)] = int(i);
   }
+  template <class Body>
+  void for_items(int v, const Body& body) const {
+    for (int i = begin[std::size_t(v)]; i < begin[std::size_t(v) + 1]; ++i)
+      body(items[std::size_t(i)]);
+  }
 };
 
 // Which tet lies at each triangle of the balloon.
-std::vector<int> tets_at(const AirTopology& air, const std::vector<Triangle>& triangles) {
+std::vector<int> tets_at(const TetTopology& air, const std::vector<Triangle>& triangles) {
   struct Entry {
     Triangle key;
     int index;
@@ -74,7 +89,7 @@ std::vector<int> tets_at(const AirTopology& air, const std::vector<Triangle>& tr
   }
   std::sort(entries.begin(), entries.end());
   std::vector<int> result(triangles.size(), -1);
-  for (const AirFace& f : air.boundary()) {
+  for (const TetFace& f : air.boundary()) {
     Triangle key = air.face(f.tet, f.corner);
     std::sort(key.begin(), key.end());
     const auto found = std::lower_bound(entries.begin(), entries.end(), Entry{key, 0});
@@ -83,7 +98,7 @@ std::vector<int> tets_at(const AirTopology& air, const std::vector<Triangle>& tr
   return result;
 }
 
-// A walk through the air around one triangle after another.
+// A walk through the air around one patch of triangles after another.
 class Walk {
  public:
   Walk(const AdaptiveAir& air, const std::vector<Box>& tet_box, int balloon_count, int vertex_count)
@@ -94,21 +109,19 @@ class Walk {
         tet_mark_(std::size_t(air_.slot_count()), -1),
         vertex_mark_(air.positions().size(), -1) {}
 
-  // The wall's vertices of all tets that are met within `box` from tet `start`.
-  void go(int start, const Box& box, int turn) {
-    tets_.assign(1, start);
+  // The wall's vertices of all tets that are met within `box` from the tets `start`.
+  void go(const int* start, int start_count, const Box& box, int turn) {
+    tets_.clear();
     met_.clear();
     turn_ = turn;
-    tet_mark_[std::size_t(start)] = turn;
+    for (int i = 0; i < start_count; ++i) reach(start[i]);
     for (std::size_t i = 0; i < tets_.size(); ++i) {
       const int t = tets_[i];
       for (const int v : air_.tet(t)) meet(v);
       for (int c = 0; c < 4; ++c) {
         const int next = air_.across(t, c).tet;
         if (next < 0 || tet_mark_[std::size_t(next)] == turn) continue;
-        if (!box.meets(tet_box_[std::size_t(next)])) continue;
-        tet_mark_[std::size_t(next)] = turn;
-        tets_.push_back(next);
+        if (box.meets(tet_box_[std::size_t(next)])) reach(next);
       }
     }
   }
@@ -116,13 +129,18 @@ class Walk {
   [[nodiscard]] const std::vector<int>& met() const { return met_; }
 
  private:
+  void reach(int t) {
+    if (tet_mark_[std::size_t(t)] == turn_) return;
+    tet_mark_[std::size_t(t)] = turn_;
+    tets_.push_back(t);
+  }
   void meet(int v) {
     if (v < balloon_count_ || v >= vertex_count_ || vertex_mark_[std::size_t(v)] == turn_) return;
     vertex_mark_[std::size_t(v)] = turn_;
     met_.push_back(v);
   }
 
-  const AirTopology& air_;
+  const TetTopology& air_;
   const std::vector<Box>& tet_box_;
   int balloon_count_, vertex_count_, turn_ = -1;
   std::vector<int> tet_mark_, vertex_mark_, tets_, met_;
@@ -154,6 +172,65 @@ struct Owners {
   }
 };
 
+// Primitives of the wall and their boxes.
+class Met {
+ public:
+  struct Item {
+    Box box;
+    int index;
+  };
+  void clear() { items_.clear(); }
+  void take(const Box& within, const Box& box, int index) {
+    if (within.meets(box)) items_.push_back({box, index});
+  }
+  template <class Body>
+  void for_near(const Box& box, const Body& body) const {
+    for (const Item& item : items_)
+      if (box.meets(item.box)) body(item);
+  }
+
+ private:
+  std::vector<Item> items_;
+};
+
+// The pairs of a patch's triangles with what the walk around it has met.
+struct PatchSearch {
+  const Scene& scene;
+  const std::vector<Vec3>& x;
+  double reach;
+  const Owners& owners;
+  std::vector<Candidate>& found;
+  Met points, faces, sides;
+
+  void clear() {
+    points.clear();
+    faces.clear();
+    sides.clear();
+  }
+  void add_pairs_of(std::size_t t) {
+    const Triangle& b = scene.balloon_triangles[t];
+    const Box box = box_of(x, b, reach);
+    points.for_near(box, [&](const Met::Item& v) { add({{v.index, b[0], b[1], b[2]}, false}); });
+    for (const int p : owners.vertices[t])
+      faces.for_near(box_of(x, std::array{p}, reach), [&](const Met::Item& face) {
+        const Triangle& w = scene.wall_triangles[std::size_t(face.index)];
+        add({{p, w[0], w[1], w[2]}, false});
+      });
+    for (const int e : owners.edges[t]) {
+      const Edge& edge = scene.balloon_edges[std::size_t(e)];
+      sides.for_near(box_of(x, edge, reach), [&](const Met::Item& side) {
+        const Edge& w = scene.wall_edges[std::size_t(side.index)];
+        add({{edge[0], edge[1], w[0], w[1]}, true});
+      });
+    }
+  }
+
+ private:
+  void add(Candidate candidate) {
+    if (is_near(x, reach, candidate)) found.push_back(candidate);
+  }
+};
+
 }  // namespace
 
 std::vector<Candidate> find_candidates_in_air(const AdaptiveAir& air, const Scene& scene,
@@ -168,49 +245,40 @@ std::vector<Candidate> find_candidates_in_air(const AdaptiveAir& air, const Scen
   for (std::size_t v = 0; v < std::size_t(vertex_count); ++v)
     moved = std::max(moved, distance(x[v], air.positions()[v]));
 
-  const AirTopology& topology = air.topology();
+  const TetTopology& topology = air.topology();
   std::vector<Box> tet_box(std::size_t(topology.slot_count()));
   for (int t = 0; t < topology.slot_count(); ++t)
     if (topology.alive(t)) tet_box[std::size_t(t)] = box_of(air.positions(), topology.tet(t), 0.0);
   const std::vector<Box> triangle_box = boxes_of(x, scene.wall_triangles);
   const std::vector<Box> edge_box = boxes_of(x, scene.wall_edges);
 
-  const auto search = [&](Walk& walk, std::size_t t, std::vector<Candidate>& found) {
-    const Triangle& b = scene.balloon_triangles[t];
-    const auto add = [&](Candidate candidate) {
-      if (is_near(x, reach, candidate)) found.push_back(candidate);
-    };
-    const Box box = box_of(x, b, reach);
-    walk.go(start[t], box_of(x, b, reach + moved), int(t));
-    for (const int v : walk.met()) {
-      if (box.meets(box_of(x, std::array{v}, 0.0))) add({{v, b[0], b[1], b[2]}, false});
-      for (int i = triangles.begin[std::size_t(v)]; i < triangles.begin[std::size_t(v) + 1]; ++i) {
-        const auto index = std::size_t(triangles.items[std::size_t(i)]);
-        const Triangle& w = scene.wall_triangles[index];
-        if (!walk.has_met(w[1]) || !walk.has_met(w[2]) || !box.meets(triangle_box[index])) continue;
-        for (const int p : owners.vertices[t])
-          if (triangle_box[index].meets(box_of(x, std::array{p}, reach)))
-            add({{p, w[0], w[1], w[2]}, false});
-      }
-      for (int i = edges.begin[std::size_t(v)]; i < edges.begin[std::size_t(v) + 1]; ++i) {
-        const auto index = std::size_t(edges.items[std::size_t(i)]);
-        const Edge& w = scene.wall_edges[index];
-        if (!walk.has_met(w[1]) || !box.meets(edge_box[index])) continue;
-        for (const int e : owners.edges[t]) {
-          const Edge& other = scene.balloon_edges[std::size_t(e)];
-          if (edge_box[index].meets(box_of(x, other, reach)))
-            add({{other[0], other[1], w[0], w[1]}, true});
-        }
-      }
-    }
-  };
-  std::vector<std::vector<Candidate>> found(kChunks);
   const std::size_t count = scene.balloon_triangles.size();
+  const auto patches = std::ptrdiff_t((count + kPatch - 1) / kPatch);
+  std::vector<std::vector<Candidate>> found(kChunks);
   parallel_for_uneven(kChunks, [&](std::ptrdiff_t chunk) {
     Walk walk(air, tet_box, scene.balloon_count, vertex_count);
-    for (std::size_t t = count * std::size_t(chunk) / kChunks;
-         t < count * std::size_t(chunk + 1) / kChunks; ++t)
-      search(walk, t, found[std::size_t(chunk)]);
+    PatchSearch search{scene, x, reach, owners, found[std::size_t(chunk)], {}, {}, {}};
+    for (std::ptrdiff_t p = patches * chunk / kChunks; p < patches * (chunk + 1) / kChunks; ++p) {
+      const std::size_t first = std::size_t(p) * kPatch, last = std::min(first + kPatch, count);
+      Box box = box_of(x, scene.balloon_triangles[first], reach);
+      for (std::size_t t = first + 1; t < last; ++t)
+        box.add(box_of(x, scene.balloon_triangles[t], reach));
+      walk.go(&start[first], int(last - first), box.grown(moved), int(p));
+      search.clear();
+      for (const int v : walk.met()) {
+        search.points.take(box, box_of(x, std::array{v}, 0.0), v);
+        triangles.for_items(v, [&](int i) {
+          const Triangle& w = scene.wall_triangles[std::size_t(i)];
+          if (walk.has_met(w[1]) && walk.has_met(w[2]))
+            search.faces.take(box, triangle_box[std::size_t(i)], i);
+        });
+        edges.for_items(v, [&](int i) {
+          if (walk.has_met(scene.wall_edges[std::size_t(i)][1]))
+            search.sides.take(box, edge_box[std::size_t(i)], i);
+        });
+      }
+      for (std::size_t t = first; t < last; ++t) search.add_pairs_of(t);
+    }
   });
   std::vector<Candidate> candidates;
   for (const auto& part : found) candidates.insert(candidates.end(), part.begin(), part.end());

@@ -34,7 +34,7 @@ Vec3 in_front_of(const std::vector<Vec3>& x, const Triangle& f, const Vec3& poin
 
 }  // namespace
 
-std::vector<int> star_of(const AirTopology& air, int tet, int vertex) {
+std::vector<int> star_of(const TetTopology& air, int tet, int vertex) {
   std::vector<int> star{tet};
   std::unordered_set<int> seen{tet};
   for (std::size_t i = 0; i < star.size(); ++i)
@@ -46,7 +46,7 @@ std::vector<int> star_of(const AirTopology& air, int tet, int vertex) {
   return star;
 }
 
-std::vector<Triangle> outside_of(const AirTopology& air, const std::vector<int>& tets) {
+std::vector<Triangle> outside_of(const TetTopology& air, const std::vector<int>& tets) {
   std::vector<int> ordered = tets;
   std::sort(ordered.begin(), ordered.end());
   std::vector<Triangle> faces;
@@ -93,7 +93,7 @@ InnerPoint find_inner_point(const std::vector<Triangle>& faces, const std::vecto
 }
 
 // false, and no tets, if the hollow would be too large; `unseen` if a boundary's face is not seen.
-bool HollowSearch::grow(SeenHollow& hollow, int most, AirFace& unseen) {
+bool HollowSearch::grow(SeenHollow& hollow, int most, TetFace& unseen) {
   ++stamp_;
   hollow.tets = seeds_;
   for (const int t : seeds_) mark_[std::size_t(t)] = stamp_;
@@ -119,7 +119,7 @@ SeenHollow HollowSearch::find(const Vec3& point, int most) {
   constexpr double kStep = 0.01;
   SeenHollow hollow{{}, point};
   for (int attempt = 0; attempt < kAttempts; ++attempt) {
-    AirFace unseen;
+    TetFace unseen;
     if (!grow(hollow, most, unseen)) break;
     if (unseen.tet < 0) return hollow;
     hollow.point = in_front_of(x_, air_.face(unseen.tet, unseen.corner), hollow.point, kStep);
@@ -127,7 +127,7 @@ SeenHollow HollowSearch::find(const Vec3& point, int most) {
   return {};
 }
 
-std::vector<Vec3> places_around(const AirTopology& air, const std::vector<Vec3>& x,
+std::vector<Vec3> places_around(const TetTopology& air, const std::vector<Vec3>& x,
                                 const std::vector<int>& tets) {
   constexpr int kLayers = 2;
   constexpr double kWeights[][3] = {{0.34, 0.33, 0.33}, {0.6, 0.2, 0.2},   {0.2, 0.6, 0.2},

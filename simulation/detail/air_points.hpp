@@ -2,7 +2,7 @@
 
 #include <vector>
 
-#include "simulation/detail/air_mesh.hpp"
+#include "core/tet_topology.hpp"
 
 /// Points in the air, between the surfaces.
 ///
@@ -12,10 +12,10 @@
 namespace angio::simulation::detail {
 
 /// The tets around a vertex, starting with one of them; only for vertices off the boundary.
-std::vector<int> star_of(const AirTopology& air, int tet, int vertex);
+std::vector<int> star_of(const TetTopology& air, int tet, int vertex);
 
 /// The outer faces of a set of tets, directed so that (face, a point inside) is right-handed.
-std::vector<Triangle> outside_of(const AirTopology& air, const std::vector<int>& tets);
+std::vector<Triangle> outside_of(const TetTopology& air, const std::vector<int>& tets);
 
 /// The point that lies farthest inside all of the faces' planes, found from a guess by steps along
 /// the normal of the nearest plane.
@@ -35,7 +35,7 @@ struct SeenHollow {
 /// Finds such hollows around some tets.
 class HollowSearch {
  public:
-  HollowSearch(const AirTopology& air, const std::vector<Vec3>& x, std::vector<int> seeds)
+  HollowSearch(const TetTopology& air, const std::vector<Vec3>& x, std::vector<int> seeds)
       : air_(air), x_(x), seeds_(std::move(seeds)), mark_(std::size_t(air.slot_count()), 0) {}
 
   /// The smallest one for a point: tets behind unseen faces are taken out until there are none, up
@@ -44,9 +44,9 @@ class HollowSearch {
   SeenHollow find(const Vec3& point, int most);
 
  private:
-  bool grow(SeenHollow& hollow, int most, AirFace& unseen);
+  bool grow(SeenHollow& hollow, int most, TetFace& unseen);
 
-  const AirTopology& air_;
+  const TetTopology& air_;
   const std::vector<Vec3>& x_;
   std::vector<int> seeds_, mark_;
   int stamp_ = 0;
@@ -54,7 +54,7 @@ class HollowSearch {
 
 /// Places where a point may see the outside of a hollow around some tets: in front of the
 /// boundary's faces around them, and in the middle of the tets.
-std::vector<Vec3> places_around(const AirTopology& air, const std::vector<Vec3>& x,
+std::vector<Vec3> places_around(const TetTopology& air, const std::vector<Vec3>& x,
                                 const std::vector<int>& tets);
 
 }  // namespace angio::simulation::detail

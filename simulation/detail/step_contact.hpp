@@ -293,8 +293,13 @@ ANGIO_HOST_DEVICE inline void refresh_pair(const StepView<Real>& s, int index) {
   const Vec3T<Real> p[4] = {s.x[pair.vertex[0]], s.x[pair.vertex[1]], s.x[pair.vertex[2]],
                             s.x[pair.vertex[3]]};
   pair.weights = closest_points(pair, p);
-  Vec3T<Real> gap;
-  for (int i = 1; i < 4; ++i) gap += pair.weights.w[i] * (p[i] - p[0]);  // the weights sum to 0
+  Vec3T<Real> gap, before;  // the weights sum to 0
+  const Vec3T<Real> base_before = s.x_before[pair.vertex[0]];
+  for (int i = 1; i < 4; ++i) {
+    gap += pair.weights.w[i] * (p[i] - p[0]);
+    before += pair.weights.w[i] * (s.x_before[pair.vertex[i]] - base_before);
+  }
+  pair.gap_before = before;
   const Real d = norm(gap);
   pair.direction = d > Real(0) ? gap / d : pair.normal;
   pair.gap = d - pair.radius;
@@ -377,10 +382,7 @@ ANGIO_HOST_DEVICE inline PairForces<Real> pair_forces(const StepView<Real>& s,
   out.stiffness = scale * b.curvature;
   if (pair.inner || pair.skin)
     return out;  // a shaft slides in its balloon, wet folds on each other
-  const Vec3T<Real> base_before = s.x_before[pair.vertex[0]];
-  out.slip = gap;
-  for (int i = 1; i < 4; ++i)
-    out.slip -= pair.weights.w[i] * (s.x_before[pair.vertex[i]] - base_before);
+  out.slip = gap - pair.gap_before;
   out.slip -= dot(out.slip, n) * n;
   out.rub = out.normal * friction_per_slip(s.friction, norm(out.slip));
   return out;

@@ -7,7 +7,7 @@ namespace angio::simulation::detail {
 namespace {
 
 // Frames that a set of contact candidates should last.
-constexpr int kFramesToLast = 5;
+constexpr int kFramesToLast = 2;
 // Vertices a thread must have to be worth waking.
 constexpr int kVerticesPerThread = 3000;
 

@@ -42,18 +42,19 @@ struct NearPair {
   int vertex[4]{};                                  ///< as in Candidate
   bool edges = false, inner = false, skin = false;  ///< as in Candidate
   Real distance{};                                  ///< contact acts below this gap [mm]
-  Real gap_searched{};                              ///< at the search, less the radius [mm]
+  Real radius{};                                    ///< as in Candidate
   // At the last refresh:
-  Real gap{};     ///< less the radius; or, where nothing can act, a bound of it [mm]
   Real weight{};  ///< area, faded out for parallel edges; 0: out of contact
   Real film{};    ///< area of the film that holds vertex and triangle together [mm^2]
   GapWeights<Real> weights;
-  Vec3T<Real> direction;  ///< unit gap direction
+  Vec3T<Real> direction;   ///< unit gap direction
+  Vec3T<Real> gap_before;  ///< sum w_i x_i at the start of the step
+  Real gap{};              ///< less the radius; or, where nothing can act, a bound of it [mm]
   // At the search:
-  Real radius{};       ///< as in Candidate
-  Real area{};         ///< that it stands for [mm^2]
-  Vec3T<Real> normal;  ///< unit, from side b to side a
-  Real limit[4]{};     ///< how far each vertex may go against its side of the normal [mm]
+  Real gap_searched{};  ///< less the radius [mm]
+  Real area{};          ///< that it stands for [mm^2]
+  Vec3T<Real> normal;   ///< unit, from side b to side a
+  Real limit[4]{};      ///< how far each vertex may go against its side of the normal [mm]
   /// Of the other side, the corner that moves at the same time, by its colour; -1: none.
   short twin[4] = {-1, -1, -1, -1};
 };
@@ -165,6 +166,7 @@ struct StepView {
   const Real* entry_modes = nullptr;    // phi [mm], [entry][kShapeModes]; null: linear maps only
   const Real* mode_scale = nullptr;     // 1 / sum k phi^2 [1/uN/mm], [cluster]
   Real mode_freedom = 0;                // beta
+  Real* entry_along = nullptr;          // of its place in the plastic shape, along the axis [mm]
   const int* entry_begin = nullptr;
   const int* entry = nullptr;
   const int* entry_cluster = nullptr;

@@ -146,6 +146,15 @@ void add_wall_corners(const Scene& scene, Memory& memory, StepView<Real>& view) 
   view.wall_corners = memory.store(links);
 }
 
+/// Of each cluster's members along its axis [mm], shape [entry].
+inline std::vector<double> places_along(const WallClusters& clusters) {
+  std::vector<double> along;
+  for (std::size_t c = 0; c < std::size_t(clusters.count()); ++c)
+    for (int e = clusters.begin[c]; e < clusters.begin[c + 1]; ++e)
+      along.push_back(dot(clusters.axis[c], clusters.offset[std::size_t(e)]));
+  return along;
+}
+
 template <class Real, class Memory>
 void add_wall_view(const Scene& scene, const WallMaterial& wall, Memory& memory,
                    StepView<Real>& view) {
@@ -178,6 +187,7 @@ void add_wall_view(const Scene& scene, const WallMaterial& wall, Memory& memory,
   view.cluster_start = memory.store(local<Real>(scene, centres));
   view.cluster_axis = memory.store(converted_all<Real>(clusters.axis));
   view.cluster_along = memory.store(converted_all<Real>(clusters.along));
+  view.entry_along = memory.store(converted_all<Real>(places_along(clusters)));
   view.cluster_normal = memory.store(converted_all<Real>(clusters.axis));
   view.entry_begin = memory.store(clusters.entry_begin);
   view.entry = memory.store(clusters.entry);

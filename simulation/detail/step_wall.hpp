@@ -182,8 +182,7 @@ ANGIO_HOST_DEVICE inline void set_goal(const StepView<Real>& s, int i) {
     const int e = s.entry[n], c = s.entry_cluster[e];
     const Vec3T<Real> axis = s.cluster_normal[c];
     const Real k = s.cluster_along[c] * s.cluster_stiffness[e];
-    const Real off = dot(axis, s.goal[i] - s.cluster_centre[c]) -
-                     dot(s.cluster_axis[c], plastic_offset(s, c, e));
+    const Real off = dot(axis, s.goal[i] - s.cluster_centre[c]) - s.entry_along[e];
     stiffness += outer(k * axis, axis);
     force -= k * off * axis;
   }
@@ -231,10 +230,14 @@ ANGIO_HOST_DEVICE inline void flow_cluster(const StepView<Real>& s, const Plasti
     plastic.modes[k] = s.cluster_plastic_modes[c * kShapeModes + k];
   plastic = flow(law, elastic_map(s, c, lanes), plastic, s.dt);
   lanes.sync();
-  if (lanes.rank() > 0) return;
-  s.cluster_plastic[c] = plastic.linear;
-  for (int k = 0; s.entry_modes && k < kShapeModes; ++k)
-    s.cluster_plastic_modes[c * kShapeModes + k] = plastic.modes[k];
+  if (lanes.rank() == 0) {
+    s.cluster_plastic[c] = plastic.linear;
+    for (int k = 0; s.entry_modes && k < kShapeModes; ++k)
+      s.cluster_plastic_modes[c * kShapeModes + k] = plastic.modes[k];
+  }
+  lanes.sync();
+  for (int e = s.cluster_begin[c] + lanes.rank(); e < s.cluster_begin[c + 1]; e += lanes.size())
+    s.entry_along[e] = dot(s.cluster_axis[c], plastic_offset(s, c, e));
 }
 
 }  // namespace angio::simulation::detail

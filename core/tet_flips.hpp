@@ -3,12 +3,12 @@
 #include <array>
 #include <vector>
 
-#include "simulation/detail/air_mesh.hpp"
+#include "core/tet_topology.hpp"
 
-namespace angio::simulation::detail {
+namespace angio {
 
 /// Tetrahedra to be replaced by others over the same vertices, with the same outer faces.
-struct Flip {
+struct TetFlip {
   static constexpr int kMost = 20;
   std::array<int, kMost> old{};
   std::array<Tet, kMost> fresh{};
@@ -25,17 +25,17 @@ struct Flip {
 ///
 /// @param x  [mm], shape [vertex]
 /// @return old_count = 0 if the edge is on the boundary or its ring too long, or nothing is gained
-Flip remove_edge(const AirTopology& air, const std::vector<Vec3>& x, int t, int corner_a,
-                 int corner_b);
+TetFlip remove_edge(const TetTopology& mesh, const std::vector<Vec3>& x, int t, int corner_a,
+                    int corner_b);
 
 /// The best way to remove the face opposite a corner, and with it faces around it that lie between
 /// the same two vertices, if it gains anything. One face is the 2-3 flip.
 ///
 /// Source: Shewchuk 2002, section 4.
-Flip remove_faces(const AirTopology& air, const std::vector<Vec3>& x, int t, int corner);
+TetFlip remove_faces(const TetTopology& mesh, const std::vector<Vec3>& x, int t, int corner);
 
 /// The flip of a tet's edges and faces with the greatest least quality; old_count = 0 if none
 /// raises it.
-Flip best_flip(const AirTopology& air, const std::vector<Vec3>& x, int t);
+TetFlip best_flip(const TetTopology& mesh, const std::vector<Vec3>& x, int t);
 
-}  // namespace angio::simulation::detail
+}  // namespace angio

@@ -2,9 +2,9 @@
 
 #include <vector>
 
-#include "simulation/detail/air_mesh.hpp"
+#include "core/tet_topology.hpp"
 
-namespace angio::simulation::detail {
+namespace angio {
 
 /// Fills the hollow that a set of tetrahedra leaves with right-handed ones over its own vertices,
 /// by a search with back-tracking: the outer face with the fewest possible tets is filled first,
@@ -21,7 +21,16 @@ namespace angio::simulation::detail {
 /// @param without  a vertex that is to go
 /// @return empty if there is none or the search was given up (most_steps tets tried, or too many
 ///         vertices)
-std::vector<Tet> refill(const AirTopology& air, const std::vector<Vec3>& x,
+std::vector<Tet> refill(const TetTopology& mesh, const std::vector<Vec3>& x,
                         const std::vector<int>& old, int most_steps, int without = -1);
 
-}  // namespace angio::simulation::detail
+/// Tets to be replaced by others over the same vertices, with the same outer faces; none: no way.
+struct Refilling {
+  std::vector<int> old;
+  std::vector<Tet> fresh;
+};
+
+/// A tet and as few layers of tets around it as can be filled anew.
+Refilling refill_around(const TetTopology& mesh, const std::vector<Vec3>& x, int t);
+
+}  // namespace angio

@@ -1,9 +1,9 @@
-#include "simulation/detail/air_flips.hpp"
+#include "core/tet_flips.hpp"
 
 #include <algorithm>
 #include <limits>
 
-namespace angio::simulation::detail {
+namespace angio {
 namespace {
 
 constexpr int kMostRing = 7;         // Shewchuk 2002: longer rings are seldom worth it
@@ -32,8 +32,8 @@ struct Ring {
 };
 
 // count = 0 where the ring is open (the edge lies on the boundary) or too long.
-Ring ring_around(const AirTopology& air, int t, int corner_a, int corner_b) {
-  const Tet& v = air.tet(t);
+Ring ring_around(const TetTopology& mesh, int t, int corner_a, int corner_b) {
+  const Tet& v = mesh.tet(t);
   const Triangle& face = kTetFace[std::size_t(corner_a)];
   std::size_t k = 0;
   while (face[k] != corner_b) ++k;
@@ -45,7 +45,7 @@ Ring ring_around(const AirTopology& air, int t, int corner_a, int corner_b) {
   ring.tet[0] = t;
   int count = 1, leaving = first, at = t;
   while (true) {
-    const AirFace next = air.across(at, corner_of(air.tet(at), leaving));
+    const TetFace next = mesh.across(at, corner_of(mesh.tet(at), leaving));
     if (next.tet < 0) return ring;
     if (next.tet == t) break;
     if (count == kMostRing) return ring;
@@ -53,7 +53,7 @@ Ring ring_around(const AirTopology& air, int t, int corner_a, int corner_b) {
     ring.vertex[std::size_t(count)] = last;
     ++count;
     leaving = last;
-    last = air.tet(next.tet)[std::size_t(next.corner)];
+    last = mesh.tet(next.tet)[std::size_t(next.corner)];
     at = next.tet;
   }
   ring.count = last == first ? count : 0;
@@ -69,7 +69,7 @@ class RingFilling {
       for (int i = 0; i + span < ring.count; ++i) choose(i, i + span);
   }
   [[nodiscard]] double value() const { return best_[0][std::size_t(ring_.count - 1)]; }
-  void write(Flip& flip) const { write(flip, 0, ring_.count - 1); }
+  void write(TetFlip& flip) const { write(flip, 0, ring_.count - 1); }
 
  private:
   // Of the polygon's part from i to j.
@@ -88,7 +88,7 @@ class RingFilling {
       middle_[std::size_t(i)][std::size_t(j)] = k;
     }
   }
-  void write(Flip& flip, int i, int j) const {
+  void write(TetFlip& flip, int i, int j) const {
     if (j - i < 2) return;
     const int k = middle_[std::size_t(i)][std::size_t(j)];
     flip.fresh[std::size_t(flip.fresh_count++)] = {vertex(i), vertex(k), vertex(j), ring_.b};
@@ -108,14 +108,14 @@ class RingFilling {
   std::array<std::array<int, kMostRing>, kMostRing> middle_{};
 };
 
-bool gains(const Flip& flip) { return flip.after > flip.before + kLeastGain; }
+bool gains(const TetFlip& flip) { return flip.after > flip.before + kLeastGain; }
 
 // The faces between two vertices a (on the face's right-handed side) and b that are removed.
 struct Sandwich {
-  const AirTopology& air;
+  const TetTopology& mesh;
   const std::vector<Vec3>& x;
   int a, b;
-  Flip flip;
+  TetFlip flip;
   double before;
 
   // What the edge (u, v) of a removed face of the tet `above` gives, w being the face's third
@@ -135,19 +135,19 @@ struct Sandwich {
 
   // Takes the face beyond the edge (u, v) too, if it lies between a and b.
   double extend(int above, int u, int v, int w) {
-    const AirFace upper = air.across(above, corner_of(air.tet(above), w));
+    const TetFace upper = mesh.across(above, corner_of(mesh.tet(above), w));
     if (upper.tet < 0) return -kNone;
-    const int next = air.tet(upper.tet)[std::size_t(upper.corner)];
+    const int next = mesh.tet(upper.tet)[std::size_t(upper.corner)];
     if (next == b) return -kNone;
-    const AirFace lower = air.across(upper.tet, corner_of(air.tet(upper.tet), a));
-    if (lower.tet < 0 || air.tet(lower.tet)[std::size_t(lower.corner)] != b) return -kNone;
+    const TetFace lower = mesh.across(upper.tet, corner_of(mesh.tet(upper.tet), a));
+    if (lower.tet < 0 || mesh.tet(lower.tet)[std::size_t(lower.corner)] != b) return -kNone;
     for (int i = 0; i < flip.old_count; ++i)
       if (flip.old[std::size_t(i)] == upper.tet || flip.old[std::size_t(i)] == lower.tet)
         return -kNone;
     if (flip.old_count + 2 > 2 * kMostFaces) return -kNone;
     flip.old[std::size_t(flip.old_count++)] = upper.tet;
     flip.old[std::size_t(flip.old_count++)] = lower.tet;
-    before = std::min({before, quality(x, air.tet(upper.tet)), quality(x, air.tet(lower.tet))});
+    before = std::min({before, quality(x, mesh.tet(upper.tet)), quality(x, mesh.tet(lower.tet))});
     const double first = beyond(upper.tet, u, next, v);
     return std::min(first, beyond(upper.tet, next, v, u));
   }
@@ -155,14 +155,14 @@ struct Sandwich {
 
 }  // namespace
 
-Flip remove_edge(const AirTopology& air, const std::vector<Vec3>& x, int t, int corner_a,
-                 int corner_b) {
-  Flip flip;
-  const Ring ring = ring_around(air, t, corner_a, corner_b);
+TetFlip remove_edge(const TetTopology& mesh, const std::vector<Vec3>& x, int t, int corner_a,
+                    int corner_b) {
+  TetFlip flip;
+  const Ring ring = ring_around(mesh, t, corner_a, corner_b);
   if (ring.count < 3) return flip;
   flip.before = kNone;
   for (int i = 0; i < ring.count; ++i)
-    flip.before = std::min(flip.before, quality(x, air.tet(ring.tet[std::size_t(i)])));
+    flip.before = std::min(flip.before, quality(x, mesh.tet(ring.tet[std::size_t(i)])));
   const RingFilling filling(x, ring, flip.before + kLeastGain);
   flip.after = filling.value();
   if (!gains(flip)) return flip;
@@ -172,37 +172,37 @@ Flip remove_edge(const AirTopology& air, const std::vector<Vec3>& x, int t, int 
   return flip;
 }
 
-Flip remove_faces(const AirTopology& air, const std::vector<Vec3>& x, int t, int corner) {
-  const AirFace below = air.across(t, corner);
+TetFlip remove_faces(const TetTopology& mesh, const std::vector<Vec3>& x, int t, int corner) {
+  const TetFace below = mesh.across(t, corner);
   if (below.tet < 0) return {};
-  const int a = air.tet(t)[std::size_t(corner)];
-  const int b = air.tet(below.tet)[std::size_t(below.corner)];
+  const int a = mesh.tet(t)[std::size_t(corner)];
+  const int b = mesh.tet(below.tet)[std::size_t(below.corner)];
   if (a == b) return {};
-  Sandwich sandwich{air, x, a, b, {}, 0.0};
-  Flip& flip = sandwich.flip;
+  Sandwich sandwich{mesh, x, a, b, {}, 0.0};
+  TetFlip& flip = sandwich.flip;
   flip.old[0] = t;
   flip.old[1] = below.tet;
   flip.old_count = 2;
-  sandwich.before = std::min(quality(x, air.tet(t)), quality(x, air.tet(below.tet)));
-  const Triangle f = air.face(t, corner);
+  sandwich.before = std::min(quality(x, mesh.tet(t)), quality(x, mesh.tet(below.tet)));
+  const Triangle f = mesh.face(t, corner);
   double after = kNone;
   for (std::size_t k = 0; k < 3 && after > sandwich.before; ++k)
     after = std::min(after, sandwich.beyond(t, f[k], f[(k + 1) % 3], f[(k + 2) % 3]));
   flip.before = sandwich.before;
   flip.after = after;
-  return gains(flip) ? flip : Flip{};
+  return gains(flip) ? flip : TetFlip{};
 }
 
-Flip best_flip(const AirTopology& air, const std::vector<Vec3>& x, int t) {
-  Flip best;
+TetFlip best_flip(const TetTopology& mesh, const std::vector<Vec3>& x, int t) {
+  TetFlip best;
   best.after = -kNone;
-  const auto consider = [&](const Flip& flip) {
+  const auto consider = [&](const TetFlip& flip) {
     if (flip.old_count > 0 && flip.after > best.after) best = flip;
   };
   for (int a = 0; a < 4; ++a)
-    for (int b = a + 1; b < 4; ++b) consider(remove_edge(air, x, t, a, b));
-  for (int c = 0; c < 4; ++c) consider(remove_faces(air, x, t, c));
+    for (int b = a + 1; b < 4; ++b) consider(remove_edge(mesh, x, t, a, b));
+  for (int c = 0; c < 4; ++c) consider(remove_faces(mesh, x, t, c));
   return best;
 }
 
-}  // namespace angio::simulation::detail
+}  // namespace angio

@@ -1,11 +1,11 @@
-#include "simulation/detail/air_mesh.hpp"
+#include "core/tet_topology.hpp"
 
 #include <algorithm>
 #include <cmath>
 
 #include "core/error.hpp"
 
-namespace angio::simulation::detail {
+namespace angio {
 namespace {
 
 Triangle sorted(Triangle t) {
@@ -17,7 +17,7 @@ Triangle sorted(Triangle t) {
 
 }  // namespace
 
-AirTopology::AirTopology(const std::vector<Tet>& tets)
+TetTopology::TetTopology(const std::vector<Tet>& tets)
     : tets_(tets), links_(tets.size(), {-1, -1, -1, -1}), mark_(tets.size(), 0) {
   struct Side {
     Triangle key;
@@ -44,7 +44,7 @@ AirTopology::AirTopology(const std::vector<Tet>& tets)
   }
 }
 
-std::vector<Tet> AirTopology::tets() const {
+std::vector<Tet> TetTopology::tets() const {
   std::vector<Tet> result;
   result.reserve(std::size_t(tet_count()));
   for (const Tet& t : tets_)
@@ -52,8 +52,8 @@ std::vector<Tet> AirTopology::tets() const {
   return result;
 }
 
-std::vector<AirFace> AirTopology::boundary() const {
-  std::vector<AirFace> faces;
+std::vector<TetFace> TetTopology::boundary() const {
+  std::vector<TetFace> faces;
   for (int t = 0; t < slot_count(); ++t)
     for (int c = 0; alive(t) && c < 4; ++c)
       if (across(t, c).tet < 0) faces.push_back({t, c});
@@ -61,7 +61,7 @@ std::vector<AirFace> AirTopology::boundary() const {
 }
 
 // Every face must be there twice: from outside and inside, or from two fresh tets.
-bool AirTopology::pair_up(std::vector<FaceEntry>& entries) const {
+bool TetTopology::pair_up(std::vector<FaceEntry>& entries) const {
   if (entries.size() % 2 != 0) return false;
   std::sort(entries.begin(), entries.end(), [](const FaceEntry& a, const FaceEntry& b) {
     return a.key != b.key ? a.key < b.key : a.link > b.link;
@@ -73,7 +73,7 @@ bool AirTopology::pair_up(std::vector<FaceEntry>& entries) const {
   return true;
 }
 
-int AirTopology::take_slot() {
+int TetTopology::take_slot() {
   if (!free_.empty()) {
     const int slot = free_.back();
     free_.pop_back();
@@ -85,7 +85,7 @@ int AirTopology::take_slot() {
   return slot_count() - 1;
 }
 
-bool AirTopology::replace(const int* old, int old_count, const Tet* fresh, int fresh_count,
+bool TetTopology::replace(const int* old, int old_count, const Tet* fresh, int fresh_count,
                           int* slots) {
   ++stamp_;
   for (int i = 0; i < old_count; ++i) mark_[std::size_t(old[i])] = stamp_;
@@ -128,4 +128,4 @@ bool AirTopology::replace(const int* old, int old_count, const Tet* fresh, int f
   return true;
 }
 
-}  // namespace angio::simulation::detail
+}  // namespace angio

@@ -7,7 +7,7 @@
 #include "core/tet_mesh.hpp"
 #include "core/triangle_mesh.hpp"
 
-namespace angio::simulation::detail {
+namespace angio {
 
 /// Quality of a tetrahedron: 1 regular, 0 flat, negative inverted.
 ///
@@ -27,7 +27,7 @@ inline double tet_quality(const Vec3& a, const Vec3& b, const Vec3& c, const Vec
 inline constexpr std::array<Triangle, 4> kTetFace{{{1, 3, 2}, {0, 2, 3}, {0, 3, 1}, {0, 1, 2}}};
 
 /// A face of a tet: tet and the corner opposite.
-struct AirFace {
+struct TetFace {
   int tet = -1;  ///< -1: nothing, beyond the boundary
   int corner = 0;
 };
@@ -36,22 +36,22 @@ struct AirFace {
 ///
 /// Faces of one tet only are the boundary: surfaces and caps. Nothing here changes them: what is
 /// replaced must keep its outer faces.
-class AirTopology {
+class TetTopology {
  public:
-  AirTopology() = default;
+  TetTopology() = default;
   /// @throws InputError if a face belongs to more than two tets
-  explicit AirTopology(const std::vector<Tet>& tets);
+  explicit TetTopology(const std::vector<Tet>& tets);
 
   [[nodiscard]] int slot_count() const { return int(tets_.size()); }
   [[nodiscard]] int tet_count() const { return slot_count() - int(free_.size()); }
   [[nodiscard]] bool alive(int t) const { return tets_[std::size_t(t)][0] >= 0; }
   [[nodiscard]] const Tet& tet(int t) const { return tets_[std::size_t(t)]; }
   /// The same face, seen from the tet on its other side.
-  [[nodiscard]] AirFace across(int t, int corner) const {
+  [[nodiscard]] TetFace across(int t, int corner) const {
     const int link = links_[std::size_t(t)][std::size_t(corner)];
-    return link < 0 ? AirFace{} : AirFace{link / 4, link % 4};
+    return link < 0 ? TetFace{} : TetFace{link / 4, link % 4};
   }
-  [[nodiscard]] AirFace across(const AirFace& face) const { return across(face.tet, face.corner); }
+  [[nodiscard]] TetFace across(const TetFace& face) const { return across(face.tet, face.corner); }
   /// Corners of a tet's face, turning so that (face, opposite corner) is right-handed.
   [[nodiscard]] Triangle face(int t, int corner) const {
     const Tet& v = tet(t);
@@ -59,7 +59,7 @@ class AirTopology {
     return {v[std::size_t(f[0])], v[std::size_t(f[1])], v[std::size_t(f[2])]};
   }
   [[nodiscard]] std::vector<Tet> tets() const;
-  [[nodiscard]] std::vector<AirFace> boundary() const;
+  [[nodiscard]] std::vector<TetFace> boundary() const;
 
   /// Puts `fresh` in the place of `old`.
   ///
@@ -83,4 +83,4 @@ class AirTopology {
   std::vector<FaceEntry> entries_;
 };
 
-}  // namespace angio::simulation::detail
+}  // namespace angio

@@ -1,10 +1,10 @@
-#include "simulation/detail/air_cavity.hpp"
+#include "core/tet_refill.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
 
-namespace angio::simulation::detail {
+namespace angio {
 namespace {
 
 constexpr int kMostVertices = 40;
@@ -222,10 +222,10 @@ class Filling {
 
 }  // namespace
 
-std::vector<Tet> refill(const AirTopology& air, const std::vector<Vec3>& x,
+std::vector<Tet> refill(const TetTopology& mesh, const std::vector<Vec3>& x,
                         const std::vector<int>& old, int most_steps, int without) {
   std::vector<int> vertices;
-  for (const int t : old) vertices.insert(vertices.end(), air.tet(t).begin(), air.tet(t).end());
+  for (const int t : old) vertices.insert(vertices.end(), mesh.tet(t).begin(), mesh.tet(t).end());
   std::sort(vertices.begin(), vertices.end());
   vertices.erase(std::unique(vertices.begin(), vertices.end()), vertices.end());
   std::erase(vertices, without);
@@ -238,9 +238,9 @@ std::vector<Tet> refill(const AirTopology& air, const std::vector<Vec3>& x,
   std::vector<Triangle> outside;
   for (const int t : ordered)
     for (int c = 0; c < 4; ++c) {
-      const AirFace other = air.across(t, c);
+      const TetFace other = mesh.across(t, c);
       if (other.tet >= 0 && std::binary_search(ordered.begin(), ordered.end(), other.tet)) continue;
-      const Triangle f = air.face(t, c);
+      const Triangle f = mesh.face(t, c);
       outside.push_back({local(f[0]), local(f[1]), local(f[2])});
     }
   std::vector<Vec3> points;
@@ -254,4 +254,21 @@ std::vector<Tet> refill(const AirTopology& air, const std::vector<Vec3>& x,
   return tets;
 }
 
-}  // namespace angio::simulation::detail
+Refilling refill_around(const TetTopology& mesh, const std::vector<Vec3>& x, int t) {
+  constexpr int kMostOld = 30, kMostSteps = 300;
+  Refilling result{{t}, {}};
+  std::vector<int>& old = result.old;
+  while (result.fresh.empty()) {
+    const std::size_t layer = old.size();
+    for (std::size_t i = 0; i < layer; ++i)
+      for (int c = 0; c < 4; ++c) {
+        const int next = mesh.across(old[i], c).tet;
+        if (next >= 0 && std::find(old.begin(), old.end(), next) == old.end()) old.push_back(next);
+      }
+    if (old.size() == layer || old.size() > std::size_t(kMostOld)) break;
+    result.fresh = refill(mesh, x, old, kMostSteps);
+  }
+  return result;
+}
+
+}  // namespace angio
