@@ -1,3 +1,4 @@
+#include <malloc.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -569,10 +570,21 @@ Rows folds() {
 // Soak
 // -----------------------------------------------------------------------------------------
 
-double resident_mb() {
+constexpr double kMegabyte = 1048576.0;
+
+struct Memory {
+  double allocated = 0.0, resident = 0.0;  ///< [MB]
+};
+
+// What is freed, but kept for the next allocation, is given back first: how much that is changes
+// from run to run.
+Memory memory_now() {
+  malloc_trim(0);
+  const struct mallinfo2 heap = mallinfo2();
   long pages = 0, resident = 0;
   std::ifstream("/proc/self/statm") >> pages >> resident;
-  return double(resident) * double(sysconf(_SC_PAGESIZE)) / 1048576.0;
+  return {double(heap.uordblks + heap.hblkhd) / kMegabyte,
+          double(resident) * double(sysconf(_SC_PAGESIZE)) / kMegabyte};
 }
 
 // FNV-1a over the bytes of all frames.
@@ -602,17 +614,19 @@ Rows soak(int count) {
   options.inflation.hold_s = options.inflation.rest_s = 0.025;
   options.inflation.deflate_s = 0.2;
   const std::size_t first = fingerprint(model, options);
-  double before = 0.0;
+  Memory before;
   int different = 0;
   for (int i = 1; i < count; ++i) {
     different += fingerprint(model, options) == first ? 0 : 1;
-    if (i == std::min(10, count / 2)) before = resident_mb();
+    if (i == std::min(10, count / 2)) before = memory_now();
   }
-  char name[80];
-  std::snprintf(name, sizeof name, "soak, %d inflations: ", count);
-  return {{std::string(name) + "runs with other bytes", double(different), 0.0, ""},
-          {std::string(name) + "growth of memory after the first ones", resident_mb() - before, 1.0,
-           "MB"}};
+  const Memory after = memory_now();
+  const std::string name = "soak, " + std::to_string(count) + " inflations: ";
+  return {{name + "runs with other bytes", double(different), 0.0, ""},
+          {name + "growth of allocated memory after the first ones",
+           after.allocated - before.allocated, 0.01, "MB"},
+          {name + "growth of resident memory after the first ones",
+           after.resident - before.resident, 1.0, "MB"}};
 }
 
 // ------------------------------------------------------------------------------------------
