@@ -86,10 +86,12 @@ int mend_flat(std::vector<Tet>& tets, const std::vector<Vec3>& x) {
     return replace(anew.old.data(), int(anew.old.size()), anew.fresh.data(),
                    int(anew.fresh.size()));
   };
+  constexpr int kMostRounds = 8;  // a filling may have flat tets too
   bool changed = true;
-  while (changed) {  // each raises a least quality
+  for (int round = 0; round < kMostRounds && changed; ++round) {
     changed = false;
-    for (int t = 0; t < mesh.slot_count(); ++t)
+    const int count = mesh.slot_count();
+    for (int t = 0; t < count; ++t)
       if (mesh.alive(t) && is_flat(mesh.tet(t))) changed |= flip(t) || fill_anew(t);
   }
   tets = mesh.tets();
