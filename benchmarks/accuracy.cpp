@@ -207,7 +207,7 @@ void compare_lesions(const CenterlineTree& found, const PhantomTruth& truth, Acc
     for (const CenterlinePath& path : found.paths)
       for (std::size_t p = 0; p < path.points.size(); ++p)
         if (distance(path.points[p], lesion.lesion_point) < reach) {
-          least_radius = std::min(least_radius, path.inscribed_radius[p]);
+          least_radius = std::min(least_radius, measured_radius(path)[p]);
           least_area = std::min(least_area, path.section_area[p]);
         }
     accuracy.throat.push_back(2.0 * least_radius / lesion.mld_mm - 1.0);

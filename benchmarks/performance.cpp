@@ -12,6 +12,7 @@
 #include "core/error.hpp"
 #include "core/units.hpp"
 #include "simulation/cloth.hpp"
+#include "simulation/detail/balloon_section.hpp"
 #include "simulation/detail/measure.hpp"
 #include "simulation/detail/paper_solver.hpp"
 #include "simulation/detail/sheet_solver.hpp"
@@ -101,8 +102,8 @@ Course go(const Scene& scene, const SimulationModel& model, const SimulationOpti
   });
   course.seconds = (now() - begin) * course.frames / double(inflator.frame_count() - 1);
   for (State& state : states) {
-    course.diameter.push_back(
-        section_diameter(scene, state.x, model.measure_point, model.measure_tangent));
+    course.diameter.push_back(diameter_across(scene.balloon_triangles, state.x, model.measure_point,
+                                              normalized(model.measure_tangent)));
     course.x.push_back(std::move(state.x));
   }
   return course;

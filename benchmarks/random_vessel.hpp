@@ -1,6 +1,7 @@
 #pragma once
 
 #include <algorithm>
+#include <cmath>
 #include <random>
 
 #include "tests/meshing/placed_balloon.hpp"
@@ -41,6 +42,37 @@ inline Site random_site(Draw& draw) {
                                    draw.between(0.4, 0.8), 0.3),
               draw.between(12.0, 22.0), 4.0, 2.0 * radius};
   }
+}
+
+/// The same vessel, all lengths times `factor`.
+inline Site scaled(Site site, double factor) {
+  site.abscissa *= factor;
+  site.lesion_length *= factor;
+  site.reference_diameter *= factor;
+  Volume<float>& level_set = site.vessel.level_set;
+  level_set.geometry.spacing *= factor;
+  level_set.geometry.origin *= factor;
+  for (float& value : level_set.values) value *= float(factor);
+  for (CenterlinePath& path : site.vessel.tree.paths) {
+    for (Vec3& p : path.points) p *= factor;
+    for (double& s : path.abscissa) s *= factor;
+    for (double& r : path.inscribed_radius) r *= factor;
+    for (double& r : path.equivalent_radius) r *= factor;
+    for (double& a : path.section_area) a *= factor * factor;
+  }
+  return site;
+}
+
+/// A healthy diameter from 0.6 to 25 mm, as likely to lie from 1 to 2 as from 10 to 20.
+inline double random_diameter(Draw& draw) {
+  return 0.6 * std::pow(25.0 / 0.6, draw.between(0.0, 1.0));
+}
+
+/// The balloon that the program would choose for a vessel of any size: its own length and profile.
+inline BalloonOptions fitting_balloon(const Site& site) {
+  BalloonOptions options;
+  options.nominal_diameter_mm = std::max(0.5, site.reference_diameter);
+  return options;
 }
 
 inline BalloonOptions random_balloon(Draw& draw) {

@@ -1,8 +1,11 @@
-// random_vessels [COUNT] [cpu|cuda|anew] [FIRST]: balloons of random sizes, some folded, are
-// inflated and emptied in random stenosed vessels: of all frames, the pairs of triangles that cross
-// (balloon and wall, exact predicates), inverted tets of the air, frames without a whole air mesh,
-// and frames a second. With `anew` each vessel is dilated twice on the CPU, the second time with an
-// air mesh built anew for every frame: the change of the least lumen that is left.
+// random_vessels [COUNT] [cpu|cuda|anew|scales|scales-cuda] [FIRST]: balloons of random sizes, some
+// folded, are inflated and emptied in random stenosed vessels: of all frames, the pairs of
+// triangles that cross (balloon and wall, exact predicates), inverted tets of the air, frames
+// without a whole air mesh, and frames a second. With `anew` each vessel is dilated twice on the
+// CPU, the second time with an air mesh built anew for every frame: the change of the least lumen
+// that is left. With `scales` each vessel is brought to a diameter from 0.6 to 25 mm, and its
+// balloon is chosen as the program does: also the simulations that tell that they did not end
+// right.
 
 #include <chrono>
 #include <cstdio>
@@ -11,7 +14,7 @@
 
 #include "benchmarks/random_vessel.hpp"
 #include "core/error.hpp"
-#include "simulation/simulation.hpp"
+#include "simulation/balloon_size.hpp"
 
 namespace angio::meshing {
 namespace {
@@ -39,8 +42,9 @@ simulation::SimulationModel model_of(const Site& site, const BalloonSetup& setup
   return model;
 }
 
-simulation::SimulationOptions short_inflation() {
-  simulation::SimulationOptions options;
+simulation::SimulationOptions short_inflation(const BalloonSetup& setup) {
+  simulation::SimulationOptions options =
+      simulation::sized(simulation::options_by_size(), setup.balloon.nominal_diameter_mm);
   options.inflation.inflate_s = 1.0;
   options.inflation.hold_s = 0.2;
   options.inflation.deflate_s = 0.6;
@@ -49,14 +53,15 @@ simulation::SimulationOptions short_inflation() {
 }
 
 struct Totals {
-  int vessels = 0, refused = 0, frames = 0, crossings = 0, inverted = 0, without_air = 0;
+  int vessels = 0, refused = 0, failed = 0, frames = 0, crossings = 0, inverted = 0,
+      without_air = 0;
   double seconds = 0.0;
 };
 
 void inflate(const Site& site, const BalloonSetup& setup, simulation::Backend backend,
              Totals& totals) {
   const simulation::SimulationModel model = model_of(site, setup);
-  simulation::SimulationOptions options = short_inflation();
+  simulation::SimulationOptions options = short_inflation(setup);
   options.backend = backend;
   int crossings = 0;
   double checking = 0.0;
@@ -73,11 +78,13 @@ void inflate(const Site& site, const BalloonSetup& setup, simulation::Backend ba
   totals.inverted += summary.inverted_air_tets;
   totals.without_air += summary.frames_without_air;
   totals.seconds += summary.wall_s;
-  std::printf("%7zu %8zu %5d %6.0f %8d %8d %8d %8d %9.2f\n", model.balloon.triangles.size(),
-              model.wall.triangles.size(), setup.balloon.fold_count,
-              summary.frame_count / summary.wall_s, crossings, summary.inverted_air_tets,
-              summary.frames_without_air, summary.air_rebuild_count,
-              1e3 * checking / summary.frame_count);
+  totals.failed += summary.failure.empty() ? 0 : 1;
+  std::printf("%8.2f %7zu %8zu %5d %6.1f %8d %8d %8d %8d %9.2f %8.2f %8.2f %s\n",
+              site.reference_diameter, model.balloon.triangles.size(), model.wall.triangles.size(),
+              setup.balloon.fold_count, summary.frame_count / summary.wall_s, crossings,
+              summary.inverted_air_tets, summary.frames_without_air, summary.air_rebuild_count,
+              1e3 * checking / summary.frame_count, summary.worst_residual,
+              summary.worst_pressure_ratio, summary.failure.c_str());
   std::fflush(stdout);
 }
 
@@ -88,7 +95,7 @@ void compare_with_anew(const Site& site, const BalloonSetup& setup) {
   for (const int anew : {0, 1}) {
     model.rebuild_each_frame = anew == 1;
     const auto summary = simulation::simulate(
-        model, short_inflation(),
+        model, short_inflation(setup),
         [&](const simulation::SimulationFrame& f) { lumen[anew] = f.lumen_mld_mm; });
     rebuilt[anew] = summary.air_rebuild_count;
     frames = summary.frame_count;
@@ -99,14 +106,22 @@ void compare_with_anew(const Site& site, const BalloonSetup& setup) {
   std::fflush(stdout);
 }
 
+enum class Sizes { coronary, all };
+
 template <class Inflate>
-Totals run(int count, int first, const Inflate& inflate) {
-  Draw draw{std::mt19937(23)};
+Totals run(int count, int first, Sizes sizes, const Inflate& inflate) {
+  Draw draw{std::mt19937(23)}, draw_size{std::mt19937(29)};
   Totals totals;
   for (int i = 0; i < count; ++i) {
     Site site = random_site(draw);
-    const BalloonOptions balloon = random_balloon(draw);
+    BalloonOptions balloon = random_balloon(draw);
+    const double diameter = random_diameter(draw_size);
     if (i < first) continue;
+    if (sizes == Sizes::all) {
+      const double factor = diameter / site.reference_diameter;
+      site = scaled(std::move(site), factor);
+      balloon = fitting_balloon(site);
+    }
     try {
       const test::PlacedCase placed = test::place(site.vessel, site.abscissa, site.lesion_length,
                                                   site.reference_diameter, balloon);
@@ -132,22 +147,28 @@ int main(int argument_count, char** arguments) {
       return argument_count > 2 && std::strcmp(arguments[2], name) == 0;
     };
     if (mode("anew")) {
-      meshing::run(count, first, [](const auto& site, const auto& setup, auto&) {
-        meshing::compare_with_anew(site, setup);
-      });
+      meshing::run(count, first, meshing::Sizes::coronary,
+                   [](const auto& site, const auto& setup, auto&) {
+                     meshing::compare_with_anew(site, setup);
+                   });
       return 0;
     }
-    std::printf("balloon     wall folds  fps  crossing inverted  no air  rebuilt  check ms\n");
-    const auto backend = mode("cuda") ? simulation::Backend::cuda : simulation::Backend::cpu;
+    std::printf(
+        "diameter balloon     wall folds  fps  crossing inverted  no air  rebuilt  check ms "
+        "residual pressure failure\n");
+    const bool on_gpu = mode("cuda") || mode("scales-cuda"), all = mode("scales") || on_gpu;
+    const auto backend = on_gpu ? simulation::Backend::cuda : simulation::Backend::cpu;
+    const auto sizes = all && !mode("cuda") ? meshing::Sizes::all : meshing::Sizes::coronary;
     const meshing::Totals totals =
-        meshing::run(count, first, [&](const auto& site, const auto& setup, auto& all) {
+        meshing::run(count, first, sizes, [&](const auto& site, const auto& setup, auto& all) {
           meshing::inflate(site, setup, backend, all);
         });
     std::printf(
-        "%d vessels (refused: %d), %d frames: %d crossings, %d inverted tets, %d frames without a "
-        "whole air mesh; %.0f s\n",
-        totals.vessels, totals.refused, totals.frames, totals.crossings, totals.inverted,
-        totals.without_air, totals.seconds);
+        "%d vessels (refused: %d, failed: %d), %d frames: %d crossings, %d inverted tets, %d "
+        "frames "
+        "without a whole air mesh; %.0f s\n",
+        totals.vessels, totals.refused, totals.failed, totals.frames, totals.crossings,
+        totals.inverted, totals.without_air, totals.seconds);
     return totals.crossings > 0 || totals.inverted > 0 ? 1 : 0;
   } catch (const std::exception& error) {
     std::fprintf(stderr, "random_vessels: %s\n", error.what());

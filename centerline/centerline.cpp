@@ -2,11 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <optional>
+#include <functional>
 #include <string>
 #include <utility>
 
 #include "centerline/detail/contacts.hpp"
+#include "centerline/detail/flat_caps.hpp"
 #include "centerline/detail/lines.hpp"
 #include "centerline/detail/lumen_voxels.hpp"
 #include "centerline/detail/side_by_side.hpp"
@@ -15,6 +16,7 @@
 #include "centerline/detail/surface_wall.hpp"
 #include "centerline/detail/tracts.hpp"
 #include "centerline/detail/wall.hpp"
+#include "centerline/detail/wall_distance.hpp"
 #include "centerline/detail/wall_points.hpp"
 #include "core/error.hpp"
 
@@ -31,22 +33,52 @@ void CenterlineOptions::validate() const {
 
 namespace {
 
+/// The distance of points where the user gives none: a quarter of the radius.
+std::function<double(double)> last_step(const CenterlineOptions& options, const Wall& wall) {
+  constexpr double kStep = 0.25;  // of the radius, and of what the data can show
+  return [given = options.step_mm, least = kStep * wall.resolution()](double radius) {
+    return given > 0.0 ? given : std::max(kStep * radius, least);
+  };
+}
+
+/// A surface as it came, closed.
+struct GivenSurface {
+  SurfaceWall triangles;
+  int wall_vertex_count;
+  [[nodiscard]] std::vector<Vec3> wall_vertices() const {
+    const auto begin = triangles.mesh().vertices.begin();
+    return {begin, begin + wall_vertex_count};
+  }
+  /// The middles of the caps that closed it.
+  [[nodiscard]] std::vector<Vec3> open_rims() const {
+    const std::vector<Vec3>& vertices = triangles.mesh().vertices;
+    return {vertices.begin() + wall_vertex_count, vertices.end()};
+  }
+};
+
 /// What level sets and surfaces have in common: the voxels tell where the lines run, the points of
 /// the wall where exactly their middle is.
-/// @param vertices  of the surface that was filled; none: the level set's own wall is measured
-CenterlineResult extract(const Volume<float>& level_set, std::optional<std::vector<Vec3>> vertices,
+/// @param surface  that was filled; null: the level set's own wall is measured
+CenterlineResult extract(const Volume<float>& level_set, const GivenSurface* surface,
                          const CenterlineOptions& options, const Progress& progress) {
   LumenVoxelsResult lumen = find_lumen_voxels(level_set);
   const LevelSetWall wall(level_set);
   const WallPoints points =
-      vertices ? WallPoints(std::move(*vertices)) : WallPoints(level_set, lumen.voxels);
+      surface ? WallPoints(surface->wall_vertices()) : WallPoints(level_set, lumen.voxels);
+  const WallDistance distance_to_wall =
+      surface ? WallDistance(points, surface->triangles, surface->wall_vertex_count)
+              : WallDistance(points);
   progress.report(0.2, "finding the ends");
-  Skeleton skeleton = find_skeleton(lumen.voxels, options);
+  Skeleton skeleton =
+      find_skeleton(lumen.voxels, options, surface ? surface->open_rims() : std::vector<Vec3>{});
   progress.report(0.4, "centring lines");
   CenterlineResult result;
-  result.tree = trace_lines(lumen.voxels, skeleton, wall, points, options.step_mm, progress);
-  assign_tracts(result.tree);
+  const Surroundings around{lumen.voxels, wall, points, distance_to_wall, last_step(options, wall)};
+  TracedLines lines = trace_lines(skeleton, around, progress);
+  result.tree = std::move(lines.tree);
   result.warnings = std::move(skeleton.warnings);
+  for (std::string& note : assign_tracts(result.tree, lines.is_tube))
+    result.warnings.push_back(std::move(note));
   for (std::string& contact : find_contacts(result.tree))
     result.warnings.push_back(std::move(contact));
   for (std::string& pair : find_vessels_side_by_side(result.tree, level_set))
@@ -87,7 +119,7 @@ CenterlineResult extract_centerline(const Volume<float>& level_set,
                                     const CenterlineOptions& options, const Progress& progress) {
   options.validate();
   progress.report(0.0, "finding the lumen");
-  return extract(level_set, std::nullopt, options, progress);
+  return extract(level_set, nullptr, options, progress);
 }
 
 CenterlineResult extract_centerline(const TriangleMesh& surface, const CenterlineOptions& options,
@@ -95,12 +127,14 @@ CenterlineResult extract_centerline(const TriangleMesh& surface, const Centerlin
   options.validate();
   progress.report(0.0, "filling the surface");
   ClosedSurface closed = close_surface(surface);
-  std::vector<Vec3> vertices = closed.mesh.vertices;
-  vertices.resize(std::size_t(closed.wall_vertex_count));
   constexpr double kRough = 0.1;
-  if (roughness(closed.mesh) > kRough) smooth_surface(closed.mesh, 15);
+  const bool is_rough = roughness(closed.mesh) > kRough;
+  if (!is_rough && closed.wall_vertex_count == int(closed.mesh.vertices.size()))
+    closed = close_surface(remove_flat_caps(closed.mesh));  // flat caps are ends, as rims are
+  const GivenSurface given{SurfaceWall(closed.mesh), closed.wall_vertex_count};
+  if (is_rough) smooth_surface(closed.mesh, 15);
   const Volume<float> level_set = voxelize(closed.mesh, choose_spacing(SurfaceWall(closed.mesh)));
-  return extract(level_set, std::move(vertices), options, progress);
+  return extract(level_set, &given, options, progress);
 }
 
 }  // namespace angio::centerline

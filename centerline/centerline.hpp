@@ -64,28 +64,38 @@ struct Lesion {
   double abscissa_mm = 0.0;
   double proximal_mm = 0.0;  ///< abscissas of the lesion's edges: where the stenosis is 20 %;
   double distal_mm = 0.0;    ///< both abscissa_mm when it is less everywhere
-  double mld_mm = 0.0;       ///< 2 x the least inscribed radius
+  double mld_mm = 0.0;       ///< 2 x the least inscribed radius, freed of single points' errors
   double mla_mm2 = 0.0;      ///< least section area
-  double reference_diameter_mm = 0.0;  ///< by reference_rule
-  std::string reference_rule;          ///< "interpolated" or "average"
-  /// A straight line through the healthy vessel, at the tightest place; 0 where less than two
-  /// diameters of the segment are healthy.
+  double reference_diameter_mm = 0.0;  ///< by reference_rule: the same number
+  std::string reference_rule;          ///< "tree"
+  /// Healthy diameter at the tightest place by the best healthy tree (find_reference).
+  double reference_tree_mm = 0.0;
+  /// The straight line through the healthy diameters of the same branch within five diameters
+  /// before and behind the lesion, read at the tightest place; 0 unless a diameter is healthy on
+  /// either side.
   double reference_interpolated_mm = 0.0;
-  /// Mean of the healthy diameters within three diameters proximal and distal of the edges, or of
-  /// the one side that has any (ostial lesions); 0 when neither has.
-  double reference_average_mm = 0.0;
+  double reference_proximal_mm = 0.0;  ///< median of the healthy diameters within three diameters
+  double reference_distal_mm = 0.0;    ///< before and behind the edges; 0 where there are none
+  double reference_average_mm = 0.0;   ///< the mean of both, or of the one there is; 0: neither
   double diameter_stenosis_percent = 0.0;  ///< 100 (1 - mld / reference)
   double area_stenosis_percent = 0.0;      ///< 100 (1 - mla / (pi / 4 reference^2))
   double length_mm = 0.0;                  ///< distal_mm - proximal_mm
+  /// By how much a healthy tree that is as thin there explains all diameters worse: the natural
+  /// logarithm of the odds. 0 where no stenosis is listed.
+  double evidence = 0.0;
 };
 
 /// Every stenosis of at least min_stenosis_percent, the most severe first, each once though several
-/// paths run through it. A neck shorter than half its reference diameter, across which the line
-/// turns by more than 80 degrees, or whose area falls by less than half the percentage that its
-/// diameter does, is a bridge between vessels that touch and no stenosis. Stenoses are apart where
-/// the vessel between them is back above the edges' 20 %. Inside a branching the reference is that
-/// of the smaller of the vessels before and behind it, so that lesions at an ostium or a carina are
-/// found. Where there is none, one entry with is_stenosis = false.
+/// paths run through it.
+///
+/// The reference is that of the best healthy tree (centerline/detail/reference.hpp). A dip below it
+/// is listed if neither a healthy tree that is as thin there nor the diameters' errors explain it
+/// as well. Stenoses are apart where the vessel between them is back above the edges' 20 %; a
+/// branching, where nothing is measured, does not part them along the wider daughter. A neck
+/// shorter than half its reference diameter, round which the line turns by more than 80 degrees out
+/// of one vessel and into another, or whose area falls by less than half the percentage that its
+/// diameter does, is a bridge between vessels that touch and no stenosis. Where there is none, one
+/// entry with is_stenosis = false.
 std::vector<Lesion> find_lesions(const CenterlineTree& tree, const LesionOptions& options);
 
 }  // namespace angio::centerline

@@ -5,6 +5,10 @@
 
 namespace angio {
 
+const std::vector<double>& measured_radius(const CenterlinePath& path) {
+  return path.tube_radius.empty() ? path.inscribed_radius : path.tube_radius;
+}
+
 CenterlineSample sample(const CenterlinePath& path, double abscissa) {
   const auto above = std::upper_bound(path.abscissa.begin(), path.abscissa.end(), abscissa);
   const auto last = std::ptrdiff_t(path.points.size()) - 1;

@@ -18,14 +18,20 @@ struct CenterlineTract {
 
 /// One line from the inlet to one outlet. All arrays have shape [point_count].
 struct CenterlinePath {
-  int id = 0;                             ///< CenterlineIds
-  std::vector<Vec3> points;               ///< LPS [mm]
-  std::vector<double> inscribed_radius;   ///< of the largest sphere inside the lumen [mm]
+  int id = 0;                            ///< CenterlineIds
+  std::vector<Vec3> points;              ///< LPS [mm]
+  std::vector<double> inscribed_radius;  ///< distance to the wall: of the largest sphere [mm]
+  /// The same in the tube fitted to the wall, so freed of the wall's noise [mm]; the inscribed one
+  /// where no section was seen all round. Empty: not known.
+  std::vector<double> tube_radius;
   std::vector<double> abscissa;           ///< arc length from the inlet [mm]
   std::vector<double> section_area;       ///< of the plane section normal to the line [mm^2]
   std::vector<double> equivalent_radius;  ///< sqrt(section_area / pi) [mm]
   std::vector<CenterlineTract> tracts;    ///< cover the line without gaps
 };
+
+/// The radius to measure a lumen's width by: the tube's where it is known, else the inscribed one.
+const std::vector<double>& measured_radius(const CenterlinePath& path);
 
 /// The tree: every path begins at the inlet; shared stretches carry the same points.
 struct CenterlineTree {

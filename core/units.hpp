@@ -2,6 +2,15 @@
 
 /// Units. Inside the code: mm, g, s, hence stress in Pa (1 g/(mm s^2) = 1 Pa), force in uN,
 /// energy in nJ. People see atm and kPa for pressure.
+namespace angio {
+
+/// What a lumen surface that comes from elsewhere may be measured in.
+enum class LengthUnit { mm, cm, m, inch };
+inline constexpr const char* kLengthUnitNames[] = {"mm", "cm", "m", "inch"};
+inline constexpr double kMillimetresOf[] = {1.0, 10.0, 1000.0, 25.4};
+
+}  // namespace angio
+
 namespace angio::units {
 
 inline constexpr double kPascalPerAtm = 101325.0;  ///< standard atmosphere, exact (BIPM)

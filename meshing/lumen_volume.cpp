@@ -8,7 +8,7 @@
 #include "core/error.hpp"
 #include "meshing/detail/edge_lengths.hpp"
 #include "meshing/detail/improve_tets.hpp"
-#include "meshing/detail/remesh.hpp"
+#include "meshing/detail/remesh_caps.hpp"
 #include "meshing/detail/tet_shape.hpp"
 #include "meshing/detail/tetgen_child.hpp"
 
@@ -20,46 +20,6 @@ struct Shell {
   TriangleMesh mesh;           ///< the open lumen's vertices and triangles first
   std::vector<int> entity_id;  ///< per triangle
 };
-
-/// A cap remeshed between its rim's vertices.
-TriangleMesh remeshed_cap(const TriangleMesh& cap, const std::vector<char>& on_rim) {
-  constexpr int kRounds = 8;
-  detail::SurfaceDraft draft;
-  draft.mesh = cap;
-  draft.rim.assign(cap.vertices.size(), -1);
-  std::vector<char> free(cap.vertices.size());
-  double rim_length = 0.0;
-  int rim_count = 0;
-  for (const auto& [a, b] : unique_edges(cap)) {
-    if (!on_rim[std::size_t(a)] || !on_rim[std::size_t(b)]) continue;
-    rim_length += distance(cap.vertices[std::size_t(a)], cap.vertices[std::size_t(b)]);
-    ++rim_count;
-  }
-  draft.edge_length.assign(cap.vertices.size(), rim_length / std::max(1, rim_count));
-  for (std::size_t v = 0; v < free.size(); ++v) {
-    free[v] = on_rim[v] ? 0 : 1;
-    draft.origin.push_back(int(v));
-  }
-  detail::remesh_membrane(draft, free, kRounds);
-  // The rim's vertices keep their order and come first.
-  TriangleMesh result;
-  std::vector<int> index(draft.mesh.vertices.size(), -1);
-  std::vector<int> of_origin(cap.vertices.size(), -1);
-  for (std::size_t v = 0; v < index.size(); ++v)
-    if (draft.origin[v] >= 0) of_origin[std::size_t(draft.origin[v])] = int(v);
-  const auto take = [&](int v) {
-    if (index[std::size_t(v)] >= 0) return;
-    index[std::size_t(v)] = int(result.vertices.size());
-    result.vertices.push_back(draft.mesh.vertices[std::size_t(v)]);
-  };
-  for (std::size_t v = 0; v < on_rim.size(); ++v)
-    if (on_rim[v]) take(of_origin[v]);
-  for (std::size_t v = 0; v < index.size(); ++v) take(int(v));
-  for (const Triangle& t : draft.mesh.triangles)
-    result.triangles.push_back(
-        {index[std::size_t(t[0])], index[std::size_t(t[1])], index[std::size_t(t[2])]});
-  return result;
-}
 
 void add_cap(Shell& shell, const LumenMesh& lumen, int id) {
   TriangleMesh cap;
@@ -80,7 +40,7 @@ void add_cap(Shell& shell, const LumenMesh& lumen, int id) {
     if (lumen.inlet_outlet_id[std::size_t(c[0])] == id)
       cap.triangles.push_back({index.at(c[0]), index.at(c[1]), index.at(c[2])});
   }
-  cap = remeshed_cap(cap, on_rim);
+  cap = detail::remeshed_cap(cap, on_rim);
   for (std::size_t v = whole.size(); v < cap.vertices.size(); ++v) {
     whole.push_back(int(shell.mesh.vertices.size()));
     shell.mesh.vertices.push_back(cap.vertices[v]);

@@ -12,6 +12,7 @@
 #include "meshing/detail/mesh_quality.hpp"
 #include "meshing/detail/open_ends.hpp"
 #include "meshing/detail/remesh.hpp"
+#include "meshing/detail/remesh_caps.hpp"
 #include "meshing/detail/surface_query.hpp"
 #include "meshing/detail/surface_target.hpp"
 #include "meshing/meshing.hpp"
@@ -84,6 +85,21 @@ void fit_triangle_count(SurfaceDraft& draft, const SurfaceTarget& target, double
         "the lumen crosses itself with so few triangles. Raise or leave out mesh.triangle_count");
 }
 
+void measure_least_angles(LumenMesh& lumen) {
+  constexpr double kPoor = 20.0;
+  lumen.min_angle_degrees = lumen.capped_min_angle_degrees = 180.0;
+  for (std::size_t t = 0; t < lumen.capped.triangles.size(); ++t) {
+    const auto corner = [&](std::size_t c) {
+      return lumen.capped.vertices[std::size_t(lumen.capped.triangles[t][c])];
+    };
+    const double angle = detail::least_angle_degrees(corner(0), corner(1), corner(2));
+    lumen.capped_min_angle_degrees = std::min(lumen.capped_min_angle_degrees, angle);
+    if (angle < kPoor) ++lumen.capped_below_20_degrees;
+    if (t < lumen.open.triangles.size())
+      lumen.min_angle_degrees = std::min(lumen.min_angle_degrees, angle);
+  }
+}
+
 LumenMesh finish(SurfaceDraft draft, const SurfaceTarget& target, const LumenMeshOptions& options,
                  std::vector<std::string> warnings) {
   LumenMesh result;
@@ -92,19 +108,16 @@ LumenMesh finish(SurfaceDraft draft, const SurfaceTarget& target, const LumenMes
   detail::extend_rims(draft, options.extension_diameters, warnings);
   result.open = std::move(draft.mesh);
   detail::CappedMesh capped = detail::cap_rims(result.open, draft.rim);
+  // A fixed count of triangles includes those of the caps.
+  if (options.triangle_count == 0 && !options.keep)
+    capped = detail::remesh_caps(result.open, capped);
   result.capped = std::move(capped.mesh);
   result.inlet_outlet_id = std::move(capped.id);
   if (options.triangle_count > 0) detail::close_but_inlet(result);
   const SurfaceTopology topology = surface_topology(result.capped);
   result.watertight = topology.is_closed() && topology.component_count == 1;
   result.self_intersection_count = int(detail::self_intersections(result.capped).size());
-  result.min_angle_degrees = 180.0;
-  for (const Triangle& t : result.open.triangles)
-    result.min_angle_degrees =
-        std::min(result.min_angle_degrees,
-                 detail::least_angle_degrees(result.open.vertices[std::size_t(t[0])],
-                                             result.open.vertices[std::size_t(t[1])],
-                                             result.open.vertices[std::size_t(t[2])]));
+  measure_least_angles(result);
   if (!result.watertight) throw InternalError("the capped lumen is not watertight");
   if (result.self_intersection_count > 0)
     throw InternalError("a cap of the lumen crosses its wall (" +

@@ -53,13 +53,15 @@ struct LumenQuality {
 
 struct LumenMesh {
   TriangleMesh open;    ///< open at the inlet and outlets, planar rims
-  TriangleMesh capped;  ///< watertight; the vertices of `open`, then one inside each cap
+  TriangleMesh capped;  ///< watertight; vertices and triangles of `open`, then those of the caps
   /// Per vertex of `capped`: 0 wall, 1 inlet, 2... outlets in path order. A rim's vertices carry
   /// the id of its cap: a triangle is of a cap exactly if its corners carry the same id above 0.
   std::vector<int> inlet_outlet_id;
-  bool watertight = false;          ///< of `capped`
-  int self_intersection_count = 0;  ///< pairs of triangles
-  double min_angle_degrees = 0.0;   ///< least angle of a triangle of `open`
+  bool watertight = false;                ///< of `capped`
+  int self_intersection_count = 0;        ///< pairs of triangles
+  double min_angle_degrees = 0.0;         ///< least angle of a triangle of `open`
+  double capped_min_angle_degrees = 0.0;  ///< the same of `capped`
+  int capped_below_20_degrees = 0;        ///< triangles of `capped` with a least angle below
   LumenQuality quality;
   std::vector<std::string> warnings;
 };
@@ -75,11 +77,14 @@ struct BalloonOptions {
   /// Of the unloaded balloon, [0.5, 30]; 0: the nominal one. A balloon with a compliance chart is
   /// smaller when empty.
   double rest_diameter_mm = 0.0;
-  double length_mm = 0.0;  ///< cylindrical part, [2, 80]; 0: over the lesion by 3 mm each side
-  double start_diameter_mm =
-      0.0;                     ///< crossing profile, [0.3, 30]; 0: 0.9 mm; less where it must pass
-  int ring_count = 26;         ///< rings of vertices, [6, 400]; 26 x 20 + 2 = the paper's 522
-  int ring_vertex_count = 20;  ///< vertices a ring, [6, 200]
+  /// Of the cylindrical part, [2, 80]; 0: over the lesion by 3 mm each side, as far as balloons of
+  /// the diameter are sold, shorter where the vessel turns by more than 90 degrees along it.
+  double length_mm = 0.0;
+  /// Crossing profile, [0.3, 30]; 0: 0.9 mm up to a diameter D of 4 mm, above it times (D / 4)^2/3;
+  /// less where it must pass.
+  double start_diameter_mm = 0.0;
+  int ring_count = 26;            ///< rings of vertices, [6, 400]; 26 x 20 + 2 = the paper's 522
+  int ring_vertex_count = 20;     ///< vertices a ring, [6, 200]
   int guidewire_node_count = 24;  ///< [2, 1000]
   /// Flaps wrapped around the shaft at the start, {0, 2, 3, 5}; 0: a tube of the start diameter,
   /// whose folds are not meshed. Folds need more vertices: the ring counts are then the least.

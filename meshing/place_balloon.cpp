@@ -1,9 +1,11 @@
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <optional>
 #include <string>
 
 #include "core/error.hpp"
+#include "core/units.hpp"
 #include "meshing/detail/air_mesh.hpp"
 #include "meshing/detail/balloon_axis.hpp"
 #include "meshing/detail/balloon_shape.hpp"
@@ -17,11 +19,20 @@ namespace {
 using detail::BalloonPlan;
 
 constexpr double kShoulder = 3.0;          // [mm] the balloon's cylinder reaches past the lesion
-constexpr double kLeastCylinder = 8.0;     // [mm] by default
+constexpr double kLeastCylinder = 8.0;     // [mm] by default, and no less than a diameter
+constexpr double kShortestSold = 5.0;      // [mm] and no less than a diameter
 constexpr double kShortestCylinder = 2.0;  // [mm] ever
-constexpr double kDiameterStep = 0.25;     // [mm] in which balloons are sold
-constexpr double kLeastDiameter = 1.0;     // [mm] by default
-constexpr double kCrossingProfile = 0.9;   // [mm] diameter of a folded balloon
+// By default no balloon is longer than those that are sold: 30 mm in coronaries, longer where the
+// vessel is wider.
+constexpr double kLongestCoronary = 30.0, kLongestInDiameters = 8.0, kLongestSold = 80.0;
+constexpr double kDiameterStep = 0.25;  // [mm] in which balloons are sold
+constexpr double kLeastDiameter = 1.0;  // [mm] by default
+// Diameter of a folded balloon [mm]: of coronary ones, up to kMostCoronary. A wider one has more
+// skin around a thicker shaft: 2.3 mm at 16 mm, 3.1 mm at 25 mm, as 7 and 9 French sheaths take.
+constexpr double kCrossingProfile = 0.9, kMostCoronary = 4.0;
+// Over a balloon the line turns by no more than this: a full balloon is stiff, and across a U-turn
+// it would draw the two legs of the vessel together.
+constexpr double kMostTurnDegrees = 90.0;
 
 struct Lesion {
   double abscissa, length, reference_diameter;
@@ -42,13 +53,32 @@ OpenStretch open_stretch(const LumenMesh& lumen, const CenterlineTree& tree,
   int outlet_id = -1;
   for (std::size_t p = 0; p < tree.paths.size(); ++p)
     if (tree.paths[p].id == path.id) outlet_id = int(p) + 2;
-  // The vertices after those of the open mesh lie inside the caps.
+  // The vertices after those of the open mesh lie inside the caps; the line runs through the one
+  // that is nearest to it.
+  double off_first = std::numeric_limits<double>::infinity(), off_last = off_first;
   for (std::size_t v = lumen.open.vertices.size(); v < lumen.capped.vertices.size(); ++v) {
+    const int id = lumen.inlet_outlet_id[v];
+    if (id != 1 && id != outlet_id) continue;
     const double s = project(path, lumen.capped.vertices[v]);
-    if (lumen.inlet_outlet_id[v] == 1) stretch.first = s;
-    if (lumen.inlet_outlet_id[v] == outlet_id) stretch.last = s;
+    const double off = distance(sample(path, s).point, lumen.capped.vertices[v]);
+    double& nearest = id == 1 ? off_first : off_last;
+    if (off >= nearest) continue;
+    nearest = off;
+    (id == 1 ? stretch.first : stretch.last) = s;
   }
   return stretch;
+}
+
+double crossing_profile(double nominal_diameter) {
+  return kCrossingProfile * std::pow(std::max(1.0, nominal_diameter / kMostCoronary), 2.0 / 3.0);
+}
+
+/// Of the cylindrical part, over a lesion.
+double default_length(double lesion_length, double nominal_diameter) {
+  const double longest =
+      std::clamp(kLongestInDiameters * nominal_diameter, kLongestCoronary, kLongestSold);
+  const double wished = std::ceil(lesion_length + 2.0 * kShoulder - 1e-9);
+  return std::clamp(wished, std::max(kLeastCylinder, nominal_diameter), longest);
 }
 
 double default_diameter(double reference_diameter) {
@@ -72,11 +102,11 @@ BalloonPlan make_plan(const BalloonOptions& options, const Lesion& lesion,
   plan.rest_radius =
       0.5 * (options.rest_diameter_mm > 0.0 ? options.rest_diameter_mm : plan.nominal_diameter);
   plan.start_radius =
-      0.5 * (options.start_diameter_mm > 0.0 ? options.start_diameter_mm : kCrossingProfile);
-  const double wished =
-      options.length_mm > 0.0
-          ? options.length_mm
-          : std::max(kLeastCylinder, std::ceil(lesion.length + 2.0 * kShoulder - 1e-9));
+      0.5 * (options.start_diameter_mm > 0.0 ? options.start_diameter_mm
+                                             : crossing_profile(plan.nominal_diameter));
+  const double wished = options.length_mm > 0.0
+                            ? options.length_mm
+                            : default_length(lesion.length, plan.nominal_diameter);
   const auto diameter_at = [&](double s) { return 2.0 * sample(path, s).inscribed_radius; };
   const double first = stretch.first + diameter_at(stretch.first);
   const double last = stretch.last - diameter_at(stretch.last);
@@ -131,6 +161,46 @@ detail::ShapedBalloon shape_clear(BalloonPlan plan, const CenterlinePath& path,
       "the balloon cannot be placed without touching the wall (the line bends too sharply there). "
       "Choose another place, a shorter balloon (balloon.length_mm) or a smaller one "
       "(balloon.nominal_diameter_mm)");
+}
+
+/// The greatest angle between two directions of a line [degrees].
+double turn_of(const std::vector<Vec3>& line) {
+  std::vector<Vec3> directions;
+  for (std::size_t i = 1; i < line.size(); ++i)
+    directions.push_back(normalized(line[i] - line[i - 1]));
+  double least = 1.0;
+  for (const Vec3& a : directions)
+    for (const Vec3& b : directions) least = std::min(least, dot(a, b));
+  return std::acos(std::clamp(least, -1.0, 1.0)) * 180.0 / units::kPi;
+}
+
+/// The start shape of a balloon that does not reach around a bend: by default it is shortened about
+/// the lesion until the line turns little enough over it.
+detail::ShapedBalloon shape_in_bend(BalloonPlan& plan, const Lesion& lesion, bool is_length_given,
+                                    const CenterlinePath& path, const TriangleMesh& lumen,
+                                    std::vector<std::string>& warnings) {
+  constexpr double kShorter = 0.85;
+  const double wished = plan.cylinder_length;
+  const double shortest = std::min(wished, std::max(kShortestSold, 2.0 * plan.rest_radius));
+  detail::ShapedBalloon shaped = shape_clear(plan, path, lumen);
+  double turn = turn_of(shaped.balloon.guidewire);
+  while (turn > kMostTurnDegrees && !is_length_given && plan.cylinder_length > shortest) {
+    plan.cylinder_length = std::max(shortest, kShorter * plan.cylinder_length);
+    const double play = std::max(0.0, 0.5 * (plan.cylinder_length - lesion.length));
+    plan.middle_abscissa =
+        std::clamp(plan.middle_abscissa, lesion.abscissa - play, lesion.abscissa + play);
+    shaped = shape_clear(plan, path, lumen);
+    turn = turn_of(shaped.balloon.guidewire);
+  }
+  if (plan.cylinder_length < wished)
+    warnings.push_back("the balloon was shortened from " + millimetres(wished) + " to " +
+                       millimetres(plan.cylinder_length) +
+                       ": the vessel turns too far for a longer one");
+  if (turn > kMostTurnDegrees)
+    warnings.push_back("the vessel turns by " + std::to_string(std::lround(turn)) +
+                       " degrees along the balloon: a real one would straighten it further than "
+                       "this wall gives way");
+  return shaped;
 }
 
 /// Closes the region with caps; wall triangles that a cap crosses are taken out of the region.
@@ -238,10 +308,11 @@ BalloonSetup place_balloon(const LumenMesh& lumen, const CenterlineTree& tree,
         "again");
   BalloonSetup setup;
   progress.report(0.0, "balloon");
-  const BalloonPlan plan =
-      make_plan(options, {abscissa_mm, lesion_length_mm, reference_diameter_mm},
-                open_stretch(lumen, tree, path), path, setup.warnings);
-  detail::ShapedBalloon shaped = shape_clear(plan, path, lumen.open);
+  const Lesion lesion{abscissa_mm, lesion_length_mm, reference_diameter_mm};
+  BalloonPlan plan =
+      make_plan(options, lesion, open_stretch(lumen, tree, path), path, setup.warnings);
+  detail::ShapedBalloon shaped =
+      shape_in_bend(plan, lesion, options.length_mm > 0.0, path, lumen.open, setup.warnings);
   setup.balloon = std::move(shaped.balloon);
   setup.warnings.insert(setup.warnings.end(), shaped.warnings.begin(), shaped.warnings.end());
 

@@ -73,7 +73,7 @@ void write_line(const fs::path& file, const std::vector<Vec3>& points) {
 
 void write_centerlines(const fs::path& file, const CenterlineTree& tree) {
   viewer::PolylineData data;
-  std::vector<double> radius, abscissa, equivalent, area;
+  std::vector<double> radius, tube, abscissa, equivalent, area;
   std::vector<int> centerline_ids, group_ids, tract_ids, blanking;
   for (const CenterlinePath& path : tree.paths) {
     const int first = int(data.points.size());
@@ -82,6 +82,7 @@ void write_centerlines(const fs::path& file, const CenterlineTree& tree) {
     };
     append(data.points, path.points);
     append(radius, path.inscribed_radius);
+    append(tube, measured_radius(path));
     append(abscissa, path.abscissa);
     append(equivalent, path.equivalent_radius);
     append(area, path.section_area);
@@ -94,7 +95,7 @@ void write_centerlines(const fs::path& file, const CenterlineTree& tree) {
       blanking.push_back(tract.blanking ? 1 : 0);
     }
   }
-  data.point_arrays = {scalar("MaximumInscribedSphereRadius", radius),
+  data.point_arrays = {scalar("MaximumInscribedSphereRadius", radius), scalar("TubeRadius", tube),
                        scalar("Abscissas", abscissa), scalar("EquivalentRadius", equivalent),
                        scalar("SectionArea", area)};
   data.cell_arrays = {integers("CenterlineIds", centerline_ids, ArrayType::int32),
@@ -104,9 +105,45 @@ void write_centerlines(const fs::path& file, const CenterlineTree& tree) {
   viewer::write_polylines(file, data);
 }
 
+void write_paths(const fs::path& file, const CenterlineTree& tree) {
+  viewer::PolylineData data;
+  std::vector<double> radius, tube, abscissa, equivalent, area;
+  std::vector<int> blanking, ids;
+  for (const CenterlinePath& path : tree.paths) {
+    const int first = int(data.points.size());
+    const auto append = [](auto& to, const auto& from) {
+      to.insert(to.end(), from.begin(), from.end());
+    };
+    append(data.points, path.points);
+    append(radius, path.inscribed_radius);
+    append(tube, measured_radius(path));
+    append(abscissa, path.abscissa);
+    append(equivalent, path.equivalent_radius);
+    append(area, path.section_area);
+    ids.push_back(path.id);
+    blanking.resize(data.points.size(), 0);
+    for (const CenterlineTract& tract : path.tracts)
+      if (tract.blanking)
+        std::fill(blanking.begin() + first + tract.first_point,
+                  blanking.begin() + first + tract.last_point + 1, 1);
+    std::vector<int>& line = data.lines.emplace_back(path.points.size());
+    std::iota(line.begin(), line.end(), first);
+  }
+  data.point_arrays = {scalar("Radius", radius),
+                       scalar("MaximumInscribedSphereRadius", radius),
+                       scalar("TubeRadius", tube),
+                       scalar("Abscissas", abscissa),
+                       scalar("EquivalentRadius", equivalent),
+                       scalar("SectionArea", area),
+                       integers("Blanking", blanking, ArrayType::int32)};
+  data.cell_arrays = {integers("CenterlineIds", ids, ArrayType::int32)};
+  viewer::write_polylines(file, data);
+}
+
 CenterlineTree read_centerlines(const fs::path& file) {
   const viewer::PolylineData data = viewer::read_polylines(file);
   const auto& radius = find_array(data.point_arrays, "MaximumInscribedSphereRadius").values;
+  const auto& tube = find_array(data.point_arrays, "TubeRadius").values;
   const auto& abscissa = find_array(data.point_arrays, "Abscissas").values;
   const auto& equivalent = find_array(data.point_arrays, "EquivalentRadius").values;
   const auto& area = find_array(data.point_arrays, "SectionArea").values;
@@ -129,6 +166,7 @@ CenterlineTree read_centerlines(const fs::path& file) {
       const auto p = std::size_t(line[i]);
       path.points.push_back(data.points[p]);
       path.inscribed_radius.push_back(radius[p]);
+      path.tube_radius.push_back(tube[p]);
       path.abscissa.push_back(abscissa[p]);
       path.equivalent_radius.push_back(equivalent[p]);
       path.section_area.push_back(area[p]);

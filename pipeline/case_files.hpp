@@ -13,6 +13,9 @@
 namespace angio::pipeline {
 
 void write_centerlines(const std::filesystem::path& file, const CenterlineTree& tree);
+/// paths.vtp: one polyline from the inlet to each outlet, for programs that follow one vessel; the
+/// radius also by the name that SlicerVMTK asks for.
+void write_paths(const std::filesystem::path& file, const CenterlineTree& tree);
 CenterlineTree read_centerlines(const std::filesystem::path& file);
 
 /// lumen.vtp, lumen.stl, lumen_capped.stl, lumen_capped.vtp (with InletOutletId)

@@ -18,8 +18,9 @@ std::string sha256_of_path(const std::filesystem::path& path);
 
 /// What run.json says of one stage.
 struct StageRecord {
-  std::string status = "not run";  ///< "done", "given" (the input was a surface), "failed",
-                                   ///< "skipped" (it does not apply)
+  std::string status = "not run";  ///< "done", "given" (the input was a surface), "failed" (the
+                                   ///< first warning says why), "interrupted", "skipped" (it does
+                                   ///< not apply)
   std::string key;                 ///< hash of version, options and inputs: equal means up to date
   double seconds = 0.0;
   double peak_memory_mib = 0.0;

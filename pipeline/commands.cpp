@@ -131,9 +131,7 @@ void add_run_command(CLI::App& app, RunArguments& run) {
                   "last stage: segmentation, centerline, meshing, simulation or report")
       ->type_name("STAGE");
   add_read_options(command, run.read);
-  command.add_option("--unit", run.unit, "of a given lumen surface: mm (default), cm, m or inch")
-      ->check(CLI::IsMember(
-          std::vector<std::string>(std::begin(kLengthUnitNames), std::end(kLengthUnitNames))));
+  add_unit_option(command, run.unit);
   command.add_flag("--force", run.request.force, "run everything again, into any folder");
   command.add_flag(
       "--keep-link", run.request.keep_link,

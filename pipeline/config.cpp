@@ -92,7 +92,8 @@ void Config::validate() const {
   lumen_volume.validate();
   balloon.validate();
   wall_layers.validate();
-  solver_options(*this).validate();
+  constexpr double kSomeDiameter = 3.0;  // what is left to the size is valid at any
+  solver_options(*this, kSomeDiameter).validate();
   if (write_every < 1 || write_every > 10000)
     throw OptionError("simulation.write_every must be from 1 to 10000");
 }

@@ -2,17 +2,20 @@
 
 #include <filesystem>
 #include <functional>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "centerline/centerline.hpp"
+#include "core/units.hpp"
 #include "meshing/lumen_volume.hpp"
 #include "meshing/meshing.hpp"
 #include "meshing/narrow_lumen.hpp"
 #include "meshing/wall_layers.hpp"
 #include "segmentation/read_volume.hpp"
 #include "segmentation/segmentation.hpp"
+#include "simulation/balloon_size.hpp"
 #include "simulation/cloth.hpp"
 #include "simulation/simulation.hpp"
 
@@ -29,17 +32,13 @@ Stage parse_stage(std::string_view text);
 /// Of --backend: "cpu", "cuda", else automatic.
 simulation::Backend backend_of(std::string_view name);
 
-/// What a lumen surface is measured in; STL, PLY and OBJ do not say.
-enum class LengthUnit { mm, cm, m, inch };
-inline constexpr const char* kLengthUnitNames[] = {"mm", "cm", "m", "inch"};
-inline constexpr double kMillimetresOf[] = {1.0, 10.0, 1000.0, 25.4};
-
-/// Every option of every stage; each default is the one of the stage's own struct.
+/// Every option of every stage; each default is the one of the stage's own struct, or by the
+/// balloon's size.
 struct Config {
   /// The seed paper's: "cloth", "unilateral", "bilateral", "ytype", "coronary"; "": none.
   std::string experiment;
   segmentation::ReadOptions input;
-  LengthUnit surface_unit = LengthUnit::mm;
+  std::optional<LengthUnit> surface_unit;  ///< of a given surface; unset: as it says, or by size
   segmentation::SegmentationOptions segmentation;
   centerline::CenterlineOptions centerline;
   centerline::LesionOptions lesion;
@@ -50,7 +49,7 @@ struct Config {
   meshing::BalloonOptions balloon;
   meshing::WallLayerOptions wall_layers;  ///< of the layered wall
   simulation::Plaque plaque = simulation::Plaque::fibrous;
-  simulation::SimulationOptions simulation;
+  simulation::SimulationOptions simulation = simulation::options_by_size();
   simulation::ClothOptions cloth;
   int write_every = 4;  ///< solver frames per frame written, [1, 10000]
 

@@ -10,10 +10,9 @@
 #include <vector>
 
 #include "core/error.hpp"
-#include "core/triangle_mesh.hpp"
 #include "pipeline/stage_work.hpp"
+#include "pipeline/surface_input.hpp"
 #include "segmentation/read_volume.hpp"
-#include "viewer/files.hpp"
 
 namespace angio::pipeline {
 namespace {
@@ -26,20 +25,22 @@ nlohmann::json or_null(const std::optional<Value>& value) {
 constexpr const char* kSpacingPlanes[] = {"unknown", "detector", "isocentre", "calibrated"};
 
 nlohmann::json to_json(const segmentation::ProjectionRun& run) {
-  return {{"primary_angles_degrees", run.primary_angles_degrees},
-          {"secondary_angles_degrees", run.secondary_angles_degrees},
-          {"base_angles_degrees", run.base_angles_degrees},
-          {"source_to_detector_mm", or_null(run.source_to_detector_mm)},
-          {"source_to_isocentre_mm", or_null(run.source_to_isocentre_mm)},
-          {"magnification", or_null(run.magnification)},
-          {"spacing_mm", run.spacing_mm},
-          {"spacing_plane", kSpacingPlanes[int(run.spacing_plane)]},
-          {"frame_time_ms", or_null(run.frame_time_ms)},
-          {"mask_frames", run.mask_frames},
-          {"mask_operation", run.mask_operation},
-          {"open_field", or_null(run.open_field)},
-          {"burned_in_text", run.burned_in_text},
-          {"notes", run.notes}};
+  nlohmann::json json = {{"primary_angles_degrees", run.primary_angles_degrees},
+                         {"secondary_angles_degrees", run.secondary_angles_degrees},
+                         {"base_angles_degrees", run.base_angles_degrees},
+                         {"source_to_detector_mm", or_null(run.source_to_detector_mm)},
+                         {"source_to_isocentre_mm", or_null(run.source_to_isocentre_mm)},
+                         {"magnification", or_null(run.magnification)},
+                         {"spacing_mm", run.spacing_mm},
+                         {"spacing_plane", kSpacingPlanes[int(run.spacing_plane)]},
+                         {"frame_time_ms", or_null(run.frame_time_ms)},
+                         {"mask_frames", run.mask_frames},
+                         {"mask_operation", run.mask_operation},
+                         {"open_field", or_null(run.open_field)},
+                         {"burned_in_text", run.burned_in_text},
+                         {"notes", run.notes}};
+  if (!(run.spacing_mm[0] > 0.0)) json["spacing_mm"] = nullptr;
+  return json;
 }
 
 nlohmann::json to_json(const segmentation::SeriesSummary& s) {
@@ -58,7 +59,12 @@ nlohmann::json to_json(const segmentation::SeriesSummary& s) {
                          {"tilt_degrees", s.tilt_degrees},
                          {"verdict", s.verdict},
                          {"warnings", s.warnings}};
+  if (!s.usable) json["spacing_mm"] = nullptr;
+  if (g.size[0] == 0) json["size"] = nullptr;
+  json["labels"] = s.labels.empty() ? nlohmann::json(nullptr) : nlohmann::json::array();
   if (s.projection) json["projection"] = to_json(*s.projection);
+  for (const segmentation::Label& label : s.labels)
+    json["labels"].push_back({{"value", label.value}, {"voxels", label.voxel_count}});
   return json;
 }
 
@@ -94,6 +100,18 @@ void print_projection(const segmentation::ProjectionRun& run) {
   for (const std::string& note : run.notes) fmt::print("   note: {}\n", note);
 }
 
+void print_labels(const segmentation::SeriesSummary& s) {
+  constexpr std::size_t kMost = 32;
+  if (s.labels.empty()) return;
+  const Vec3& h = s.geometry.spacing;
+  std::vector<std::string> texts;
+  for (std::size_t n = 0; n < std::min(s.labels.size(), kMost); ++n)
+    texts.push_back(fmt::format("{} ({:.4g} ml)", s.labels[n].value,
+                                double(s.labels[n].voxel_count) * h.x * h.y * h.z / 1000.0));
+  fmt::print("   a label map, no image, of {} label(s): {}{}; segmentation.labels chooses\n",
+             s.labels.size(), fmt::join(texts, ", "), s.labels.size() > kMost ? ", ..." : "");
+}
+
 void print_series(std::size_t number, const segmentation::SeriesSummary& s) {
   const auto& g = s.geometry;
   fmt::print("{}  {}  {}, {} file(s), {} frame(s), {}{}\n", number, s.key, s.kind, s.file_count,
@@ -102,29 +120,12 @@ void print_series(std::size_t number, const segmentation::SeriesSummary& s) {
   if (s.usable)
     fmt::print("   {} x {} x {} voxels of {:.4g} x {:.4g} x {:.4g} mm\n", g.size[0], g.size[1],
                g.size[2], g.spacing.x, g.spacing.y, g.spacing.z);
+  else if (g.size[0] > 0)
+    fmt::print("   {} columns x {} rows x {} frame(s)\n", g.size[0], g.size[1], g.size[2]);
+  print_labels(s);
   if (s.projection) print_projection(*s.projection);
   fmt::print("   {}: {}\n", s.usable ? "usable" : "refused", s.verdict);
   for (const std::string& warning : s.warnings) fmt::print("   note: {}\n", warning);
-}
-
-int inspect_surface(const std::string& input, bool as_json) {
-  const TriangleMesh mesh = viewer::read_surface(input).mesh;
-  const SurfaceTopology topology = surface_topology(mesh);
-  if (as_json)
-    fmt::print("{}\n", nlohmann::json{{"kind", "lumen surface"},
-                                      {"vertices", mesh.vertices.size()},
-                                      {"triangles", mesh.triangles.size()},
-                                      {"components", topology.component_count},
-                                      {"boundary_edges", topology.boundary_edge_count},
-                                      {"non_manifold_edges", topology.nonmanifold_edge_count},
-                                      {"usable", true}}
-                           .dump(2));
-  else
-    fmt::print("lumen surface: {} triangles, {} vertices, {} piece(s), {}, {} non-manifold edges\n",
-               mesh.triangles.size(), mesh.vertices.size(), topology.component_count,
-               topology.boundary_edge_count == 0 ? "closed" : "open",
-               topology.nonmanifold_edge_count);
-  return int(ExitCode::done);
 }
 
 }  // namespace
@@ -148,6 +149,15 @@ void add_read_options(CLI::App& command, ReadArguments& read) {
       ->check(CLI::Range(0.0, 65536.0));
 }
 
+void add_unit_option(CLI::App& command, std::string& unit) {
+  command
+      .add_option(
+          "--unit", unit,
+          "of a given lumen surface: mm, cm, m, inch, or auto (default): as the file says,\n"
+          "otherwise by its size")
+      ->check(CLI::IsMember({"auto", "mm", "cm", "m", "inch"}));
+}
+
 void apply_read_options(Config& config, const ReadArguments& read) {
   try {
     if (!read.series.empty()) config.input.series = read.series;
@@ -164,16 +174,24 @@ void apply_read_options(Config& config, const ReadArguments& read) {
 
 CLI::App& add_inspect_command(CLI::App& app, InspectArguments& inspect) {
   CLI::App& command = *app.add_subcommand(
-      "inspect", "what is there, whether it can be used, and why not; reads headers only");
+      "inspect",
+      "what is there, whether it can be used, and why not; reads headers only, but\n"
+      "a surface whole");
   command.add_option("INPUT", inspect.input, "a folder or file")->required();
   command.add_flag("--json", inspect.as_json, "as JSON");
   add_read_options(command, inspect.read);
+  add_unit_option(command, inspect.unit);
   return command;
 }
 
 int do_inspect(const InspectArguments& arguments) {
   const InputKind kind = input_kind(arguments.input);
-  if (kind == InputKind::surface) return inspect_surface(arguments.input, arguments.as_json);
+  if (kind == InputKind::surface) {
+    Config config;
+    if (!arguments.unit.empty()) apply_setting(config, "input.unit=" + arguments.unit);
+    inspect_surface(arguments.input, config.surface_unit, arguments.as_json);
+    return int(ExitCode::done);
+  }
   if (kind == InputKind::phantom)
     throw Error(ExitCode::usage, "a phantom has nothing to inspect. See `angio phantom --help`");
   Config config;

@@ -19,9 +19,13 @@ struct ReadArguments {
 void add_read_options(CLI::App& command, ReadArguments& read);
 void apply_read_options(Config& config, const ReadArguments& read);
 
+/// --unit, of a lumen surface.
+void add_unit_option(CLI::App& command, std::string& unit);
+
 struct InspectArguments {
   std::string input;
   ReadArguments read;
+  std::string unit;  ///< of a surface
   bool as_json = false;
 };
 CLI::App& add_inspect_command(CLI::App& app, InspectArguments& inspect);

@@ -12,12 +12,12 @@
 #include "meshing/lumen_volume.hpp"
 #include "meshing/meshing.hpp"
 #include "meshing/narrow_lumen.hpp"
-#include "meshing/repair_surface.hpp"
 #include "pipeline/case_files.hpp"
 #include "pipeline/experiment.hpp"
 #include "pipeline/layered_wall.hpp"
 #include "pipeline/metrics.hpp"
 #include "pipeline/stage_parts.hpp"
+#include "pipeline/surface_input.hpp"
 #include "segmentation/read_volume.hpp"
 #include "segmentation/segmentation.hpp"
 #include "viewer/files.hpp"
@@ -41,53 +41,6 @@ Volume<float> load_volume(StageWork& work) {
   keep(work.warnings, loaded.warnings);
   work.record.input_description = loaded.source_description;
   return std::move(loaded.volume);
-}
-
-/// Scales a given surface to millimetres. @throws InputError if no vessel is that small or large
-void convert_to_mm(TriangleMesh& mesh, LengthUnit unit) {
-  // From one short coronary segment to an aorta with the arteries of both legs.
-  constexpr double kLeastMm = 3.0, kMostMm = 2000.0;
-  for (Vec3& vertex : mesh.vertices) vertex *= kMillimetresOf[int(unit)];
-  Vec3 low = mesh.vertices.front(), high = low;
-  for (const Vec3& vertex : mesh.vertices)
-    for (int axis = 0; axis < 3; ++axis) {
-      low[axis] = std::min(low[axis], vertex[axis]);
-      high[axis] = std::max(high[axis], vertex[axis]);
-    }
-  const double extent = std::max({high.x - low.x, high.y - low.y, high.z - low.z});
-  if (extent >= kLeastMm && extent <= kMostMm) return;
-  std::string fitting;
-  for (std::size_t u = 0; u < std::size(kLengthUnitNames); ++u) {
-    const double in_unit = extent / kMillimetresOf[int(unit)] * kMillimetresOf[u];
-    if (in_unit >= 10.0 && in_unit <= 500.0)
-      fitting += (fitting.empty() ? "--unit " : " or --unit ") + std::string(kLengthUnitNames[u]);
-  }
-  throw InputError(fmt::format(
-      "the surface is {:.3g} mm across, read in {} (vessels are {} to {} mm long; the file does "
-      "not say its unit). {}",
-      extent, kLengthUnitNames[int(unit)], kLeastMm, kMostMm,
-      fitting.empty() ? "Check what it was exported from" : "Try " + fitting));
-}
-
-/// A lumen surface needs no segmentation; it is kept as the later stages read it.
-void take_surface(StageWork& work) {
-  if (work.input.starts_with(kPhantomPrefix))
-    return viewer::write_surface(work.out / "lumen_surface.vtp",
-                                 {experiment_surface(work), {}, {}});
-  const fs::path source = work.input.empty()
-                              ? work.case_folder.path("segmentation/lumen_surface.vtp")
-                              : fs::path(work.input);
-  viewer::SurfaceData surface = viewer::read_surface(source);
-  if (!work.input.empty()) {
-    convert_to_mm(surface.mesh, work.config.surface_unit);
-    work.record.input_description =
-        fmt::format("lumen surface, {} triangles", surface.mesh.triangles.size());
-    meshing::RepairedSurface repaired = meshing::repair_surface(surface.mesh);
-    for (const meshing::SurfaceRepair& repair : repaired.repairs)
-      if (!repair.is_routine) work.warnings.push_back("repaired: " + to_text(repair));
-    surface.mesh = std::move(repaired.mesh);
-  }
-  viewer::write_surface(work.out / "lumen_surface.vtp", {surface.mesh, {}, {}});
 }
 
 /// A lumen in pieces has no way through for a balloon: refused where a surface in one piece is so
@@ -156,32 +109,41 @@ std::optional<TriangleMesh> narrowed_lumen(StageWork& work, const CenterlineTree
   return meshing::narrow_lumen(lumen.capped, path_of(tree, narrowing.path_id), narrowing, percent);
 }
 
-json to_json(const std::vector<centerline::Lesion>& lesions) {
+json to_json(const std::vector<centerline::Lesion>& lesions, double resolution_mm) {
   json list = json::array();
   for (const centerline::Lesion& lesion : lesions)
-    if (lesion.is_stenosis) list.push_back(lesion_metrics(lesion));
+    if (lesion.is_stenosis) list.push_back(lesion_metrics(lesion, resolution_mm));
   return list;
 }
 
 json to_json(const Vec3& v) { return json::array({v.x, v.y, v.z}); }
 
+struct Placement {
+  centerline::Lesion lesion;
+  std::optional<meshing::BalloonSetup> setup;  ///< none: nothing is treated
+  std::string status = "done", reason;         ///< CaseStatus's, if the simulation ends right
+};
+
 /// What the simulation and the metrics must know of the placement beyond the meshes.
-json placement_json(const centerline::Lesion& lesion, const CenterlinePath& path,
+json placement_json(double resolution_mm, const CenterlinePath& path,
                     const meshing::LumenMesh& lumen,
-                    const std::optional<meshing::LumenVolume>& volume,
-                    const meshing::Balloon& balloon) {
+                    const std::optional<meshing::LumenVolume>& volume, const Placement& placement) {
+  const centerline::Lesion& lesion = placement.lesion;
+  json result = {{"lesion", lesion_metrics(lesion, resolution_mm)},
+                 {"mesh", mesh_metrics(lumen, volume)},
+                 {"status", placement.status},
+                 {"status_reason", placement.reason}};
+  if (!placement.setup) return result;
+  const meshing::Balloon& balloon = placement.setup->balloon;
   const CenterlineSample at = sample(path, lesion.abscissa_mm);
-  return {
-      {"lesion", lesion_metrics(lesion)},
-      {"site",
-       {{"point", to_json(at.point)},
-        {"tangent", to_json(at.tangent)},
-        {"balloon_first_abscissa_mm", project(path, balloon.guidewire.front())},
-        {"balloon_last_abscissa_mm", project(path, balloon.guidewire.back())}}},
-      {"balloon",
-       {{"nominal_diameter_mm", balloon.nominal_diameter_mm}, {"length_mm", balloon.length_mm}}},
-      {"balloon_start_diameter_mm", balloon.start_diameter_mm},
-      {"mesh", mesh_metrics(lumen, volume)}};
+  result["site"] = {{"point", to_json(at.point)},
+                    {"tangent", to_json(at.tangent)},
+                    {"balloon_first_abscissa_mm", project(path, balloon.guidewire.front())},
+                    {"balloon_last_abscissa_mm", project(path, balloon.guidewire.back())}};
+  result["balloon"] = {{"nominal_diameter_mm", balloon.nominal_diameter_mm},
+                       {"length_mm", balloon.length_mm}};
+  result["balloon_start_diameter_mm"] = balloon.start_diameter_mm;
+  return result;
 }
 
 /// The tetrahedral lumen mesh is for other programs: without it, the run goes on.
@@ -198,31 +160,90 @@ std::optional<meshing::LumenVolume> fill_lumen(StageWork& work, const meshing::L
   }
 }
 
-struct Placement {
-  centerline::Lesion lesion;
-  meshing::BalloonSetup setup;
-};
+/// Why a vessel is not treated unless somebody asks for it; empty: it is.
+std::string reason_to_leave(const centerline::Lesion& lesion) {
+  constexpr double kLeastTreated = 1.5;     // [mm] the smallest vessels that balloons are used in
+  constexpr double kLargestBalloon = 30.0;  // [mm] that is sold
+  const double diameter = lesion.reference_diameter_mm;
+  if (diameter < kLeastTreated)
+    return fmt::format("the vessel there, of {:.2f} mm, is narrower than {} mm", diameter,
+                       kLeastTreated);
+  if (diameter > kLargestBalloon)
+    return fmt::format("there is no balloon for a vessel of {:.1f} mm", diameter);
+  return {};
+}
+
+std::string place_of(const centerline::Lesion& lesion) {
+  return fmt::format("line {}, {:.1f} mm from the inlet", lesion.path_id, lesion.abscissa_mm);
+}
+
+/// Nothing is treated: of the worst lesion it is told why.
+Placement no_placement(const centerline::Lesion& worst, const std::string& reason, double least) {
+  if (worst.is_stenosis)
+    return {worst, std::nullopt, "not_determined",
+            fmt::format("the stenosis of {:.0f} % on {} is not treated: {}",
+                        worst.diameter_stenosis_percent, place_of(worst), reason)};
+  return {worst, std::nullopt, "no_lesion",
+          fmt::format("no stenosis of {:.0f} % or more was found, and no balloon is placed at the "
+                      "tightest place ({}): {}",
+                      least, place_of(worst), reason)};
+}
 
 /// The balloon across the place that the user named, otherwise across the most severe lesion that
 /// one can be brought to.
 Placement place_on_a_lesion(StageWork& work, const CenterlineTree& tree,
                             const meshing::LumenMesh& lumen) {
+  const bool is_place_given = work.config.lesion.abscissa_mm >= 0.0,
+             is_balloon_given = work.config.balloon.nominal_diameter_mm > 0.0;
   const std::vector<centerline::Lesion> lesions =
-      lesions_to_treat(work.case_folder, work.config, tree);
-  for (std::size_t i = 0;; ++i) {
-    const centerline::Lesion& lesion = lesions[i];
+      centerline::find_lesions(tree, work.config.lesion);
+  std::string first_reason;
+  for (const centerline::Lesion& lesion : lesions) {
+    std::string reason = is_place_given || is_balloon_given ? "" : reason_to_leave(lesion);
     try {
-      return {lesion,
-              meshing::place_balloon(lumen, tree, path_of(tree, lesion.path_id), lesion.abscissa_mm,
-                                     lesion.length_mm, lesion.reference_diameter_mm,
-                                     work.config.balloon, part(work.progress, 0.7, 0.95))};
+      if (reason.empty())
+        return {
+            lesion,
+            meshing::place_balloon(lumen, tree, path_of(tree, lesion.path_id), lesion.abscissa_mm,
+                                   lesion.length_mm, lesion.reference_diameter_mm,
+                                   work.config.balloon, part(work.progress, 0.7, 0.95)),
+            "done", ""};
     } catch (const InputError& error) {
-      if (work.config.lesion.abscissa_mm >= 0.0 || i + 1 == lesions.size()) throw;
-      work.warnings.push_back(fmt::format(
-          "the stenosis of {:.0f} % on line {}, {:.1f} mm from the inlet, is passed over: {}",
-          lesion.diameter_stenosis_percent, lesion.path_id, lesion.abscissa_mm, error.what()));
+      if (is_place_given) throw;
+      reason = error.what();
     }
+    work.warnings.push_back(fmt::format("the stenosis of {:.0f} % on {} is passed over: {}",
+                                        lesion.diameter_stenosis_percent, place_of(lesion),
+                                        reason));
+    if (first_reason.empty()) first_reason = reason;
   }
+  return no_placement(lesions.front(), first_reason, work.config.lesion.min_stenosis_percent);
+}
+
+/// What is to be told of a balloon that was placed.
+void tell_of_balloon(StageWork& work, double resolution_mm, Placement& placement) {
+  const centerline::Lesion& lesion = placement.lesion;
+  keep(work.warnings, placement.setup->warnings);
+  constexpr double kMuchTooLarge = 1.5;
+  const double nominal = placement.setup->balloon.nominal_diameter_mm,
+               to_artery = nominal / lesion.reference_diameter_mm;
+  if (to_artery > kMuchTooLarge)
+    work.warnings.push_back(fmt::format(
+        "the balloon's nominal diameter, {:.2f} mm, is {:.1f} times the vessel's at the lesion",
+        nominal, to_artery));
+  if (lesion.mld_mm < resolution_mm)
+    work.warnings.push_back(fmt::format(
+        "the lesion's throat is narrower than a voxel ({:.2f} mm): its diameter, {:.2f} mm, is not "
+        "measured, and the stenosis is at least {:.0f} %",
+        resolution_mm, lesion.mld_mm,
+        std::max(0.0, 100.0 * (1.0 - resolution_mm / lesion.reference_diameter_mm))));
+  if (lesion.is_stenosis || work.config.lesion.abscissa_mm >= 0.0) return;
+  placement.status = "no_lesion";
+  placement.reason = fmt::format(
+      "no stenosis of {:.0f} % or more was found; the balloon is placed at the tightest place "
+      "of the longest vessel ({}). --set lesion.centerline=N lesion.abscissa_mm=S moves it",
+      work.config.lesion.min_stenosis_percent, place_of(lesion));
+  work.warnings.push_back(placement.reason);
 }
 
 }  // namespace
@@ -254,9 +275,11 @@ void do_centerline(StageWork& work) {
   }
   keep(work.warnings, result.warnings);
   write_centerlines(work.out / "centerlines.vtp", result.tree);
+  write_paths(work.out / "paths.vtp", result.tree);
   const auto lesions = centerline::find_lesions(
       result.tree, {.min_stenosis_percent = work.config.lesion.min_stenosis_percent});
-  write_text_atomically(work.out / "lesions.json", to_json(lesions).dump(2) + "\n");
+  write_text_atomically(work.out / "lesions.json",
+                        to_json(lesions, scan_resolution_mm(work.case_folder)).dump(2) + "\n");
 }
 void do_meshing(StageWork& work) {
   const CenterlineTree tree = read_centerlines(work.case_folder.path("centerline/centerlines.vtp"));
@@ -272,33 +295,22 @@ void do_meshing(StageWork& work) {
   keep(work.warnings, lumen.warnings);
   const std::optional<meshing::LumenVolume> volume = fill_lumen(work, lumen);
 
-  const auto [lesion, setup] = place_on_a_lesion(work, tree, lumen);
-  keep(work.warnings, setup.warnings);
-  constexpr double kMuchTooLarge = 1.5;
-  const double to_artery = setup.balloon.nominal_diameter_mm / lesion.reference_diameter_mm;
-  if (to_artery > kMuchTooLarge)
-    work.warnings.push_back(fmt::format(
-        "the balloon's nominal diameter, {:.2f} mm, is {:.1f} times the vessel's at the lesion",
-        setup.balloon.nominal_diameter_mm, to_artery));
-  if (!lesion.is_stenosis && work.config.lesion.abscissa_mm < 0.0)
-    work.warnings.push_back(fmt::format(
-        "no stenosis of {:.0f} % or more was found; the balloon is placed at the tightest place "
-        "of the longest vessel (line {}, {:.1f} mm from the inlet). --set lesion.centerline=N "
-        "lesion.abscissa_mm=S moves it",
-        work.config.lesion.min_stenosis_percent, lesion.path_id, lesion.abscissa_mm));
-
-  if (work.config.simulation.wall_model == simulation::WallModel::layered) {
-    const meshing::WallLayers wall = layer_wall(setup.region, tree, lesion, work.config);
+  const double resolution_mm = scan_resolution_mm(work.case_folder);
+  Placement placement = place_on_a_lesion(work, tree, lumen);
+  if (placement.setup) tell_of_balloon(work, resolution_mm, placement);
+  if (placement.setup && work.config.simulation.wall_model == simulation::WallModel::layered) {
+    const meshing::WallLayers wall =
+        layer_wall(placement.setup->region, tree, placement.lesion, work.config);
     keep(work.warnings, wall.warnings);
     write_layered_wall(work.out, wall);
   }
   write_lumen(work.out, lumen);
   if (volume) write_lumen_volume(work.out, *volume);
-  write_balloon_setup(work.out, setup);
+  if (placement.setup) write_balloon_setup(work.out, *placement.setup);
+  const CenterlinePath& path = path_of(tree, placement.lesion.path_id);
   write_text_atomically(
       work.out / "placement.json",
-      placement_json(lesion, path_of(tree, lesion.path_id), lumen, volume, setup.balloon).dump(2) +
-          "\n");
+      placement_json(resolution_mm, path, lumen, volume, placement).dump(2) + "\n");
 }
 
 }  // namespace angio::pipeline

@@ -102,8 +102,8 @@ simulation::LayeredWall read_layered_wall(const fs::path& meshing_folder,
   return wall;
 }
 
-simulation::SimulationOptions solver_options(const Config& config) {
-  simulation::SimulationOptions options = config.simulation;
+simulation::SimulationOptions solver_options(const Config& config, double nominal_diameter_mm) {
+  simulation::SimulationOptions options = simulation::sized(config.simulation, nominal_diameter_mm);
   options.guidewire.shaft_diameter_mm = config.balloon.shaft_diameter_mm;
   options.layered_wall.materials = simulation::wall_materials(config.plaque);
   options.layered_wall.foundation_kpa_per_mm = options.wall.foundation_kpa_per_mm;

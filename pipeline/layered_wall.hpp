@@ -27,7 +27,8 @@ simulation::LayeredWall read_layered_wall(const std::filesystem::path& meshing_f
 
 /// The options of the solver. What both models of the wall need, and what both the balloon and the
 /// wall need, is set once in the configuration: the surrounding tissue, the blood's pressure.
-simulation::SimulationOptions solver_options(const Config& config);
+/// What is left to the balloon's size is filled in.
+simulation::SimulationOptions solver_options(const Config& config, double nominal_diameter_mm);
 
 /// frames/wall_NNNNNN.vtu: displacement at the points; stress [kPa], strain and volume ratio of
 /// each wedge.

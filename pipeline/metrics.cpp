@@ -7,6 +7,7 @@
 #include "core/atomic_file.hpp"
 #include "core/error.hpp"
 #include "pipeline/case_files.hpp"
+#include "pipeline/case_status.hpp"
 #include "segmentation/read_volume.hpp"
 
 namespace angio::pipeline {
@@ -20,7 +21,9 @@ json object_of_nulls(std::initializer_list<const char*> keys) {
 }
 
 json empty_metrics() {
-  return {{"lesion", object_of_nulls({"centerline_id", "abscissa_mm", "mld_mm", "mla_mm2",
+  return {{"status", nullptr},
+          {"status_reason", nullptr},
+          {"lesion", object_of_nulls({"centerline_id", "abscissa_mm", "mld_mm", "mla_mm2",
                                       "reference_diameter_mm", "reference_rule",
                                       "diameter_stenosis_percent", "length_mm"})},
           {"balloon",
@@ -42,7 +45,7 @@ json positive_or_null(double value) { return value > 0.0 ? json(value) : json(nu
 void add_timing(json& simulation, const RunRecord& record) {
   const StageRecord& stage = record.stages.at(Stage::simulation);
   const double wall_s = stage.solver_seconds;
-  if (wall_s <= 0.0) return;
+  if (wall_s <= 0.0 || !simulation["frame_count"].is_number()) return;
   simulation["wall_s"] = wall_s;
   simulation["time_split_s"] = stage.time_split;
   simulation["frames_per_second"] = simulation["frame_count"].get<double>() / wall_s;
@@ -62,17 +65,11 @@ json read_json(const std::filesystem::path& file) {
   }
 }
 
-std::vector<centerline::Lesion> lesions_to_treat(const CaseFolder& case_folder,
-                                                 const Config& config, const CenterlineTree& tree) {
-  auto lesions = centerline::find_lesions(tree, config.lesion);
-  if (!case_folder.exists("segmentation/volume.nrrd")) return lesions;  // a surface has no voxels
+double scan_resolution_mm(const CaseFolder& case_folder) {
+  if (!case_folder.exists("segmentation/volume.nrrd")) return 0.0;  // a surface has no voxels
   const Vec3 spacing =
       segmentation::read_volume_file(case_folder.path("segmentation/volume.nrrd")).geometry.spacing;
-  const double voxel_mm = std::max({spacing.x, spacing.y, spacing.z});
-  std::stable_partition(lesions.begin(), lesions.end(), [&](const centerline::Lesion& lesion) {
-    return lesion.mld_mm >= voxel_mm;
-  });
-  return lesions;
+  return std::max({spacing.x, spacing.y, spacing.z});
 }
 
 json mesh_metrics(const meshing::LumenMesh& lumen,
@@ -84,7 +81,10 @@ json mesh_metrics(const meshing::LumenMesh& lumen,
                {"self_intersections", lumen.self_intersection_count},
                {"min_angle_degrees", lumen.min_angle_degrees},
                {"min_angle_off_rims_degrees", quality.min_angle_off_rims_degrees},
+               {"min_angle_capped_degrees", lumen.capped_min_angle_degrees},
                {"triangles_below_20_degrees", quality.below_20_degrees},
+               {"triangles_below_20_degrees_at_rims", quality.below_20_degrees_at_rims},
+               {"triangles_below_20_degrees_capped", lumen.capped_below_20_degrees},
                {"mean_edge_mm", quality.edge_mean_mm},
                {"distance_mean_mm", quality.distance_mean_mm},
                {"distance_percentile_95_mm", quality.distance_percentile_95_mm},
@@ -101,20 +101,26 @@ json mesh_metrics(const meshing::LumenMesh& lumen,
   return mesh;
 }
 
-json lesion_metrics(const centerline::Lesion& lesion) {
+json lesion_metrics(const centerline::Lesion& lesion, double resolution_mm) {
   return {{"centerline_id", lesion.path_id},
           {"abscissa_mm", lesion.abscissa_mm},
           {"mld_mm", lesion.mld_mm},
           {"mla_mm2", lesion.mla_mm2},
+          {"resolution_mm", positive_or_null(resolution_mm)},
+          {"mld_below_resolution", lesion.mld_mm < resolution_mm},
           {"reference_diameter_mm", lesion.reference_diameter_mm},
           {"reference_rule", lesion.reference_rule},
+          {"reference_tree_mm", positive_or_null(lesion.reference_tree_mm)},
           {"reference_interpolated_mm", positive_or_null(lesion.reference_interpolated_mm)},
           {"reference_average_mm", positive_or_null(lesion.reference_average_mm)},
+          {"reference_proximal_mm", positive_or_null(lesion.reference_proximal_mm)},
+          {"reference_distal_mm", positive_or_null(lesion.reference_distal_mm)},
           {"diameter_stenosis_percent", lesion.diameter_stenosis_percent},
           {"area_stenosis_percent", lesion.area_stenosis_percent},
           {"proximal_mm", lesion.proximal_mm},
           {"distal_mm", lesion.distal_mm},
-          {"length_mm", lesion.length_mm}};
+          {"length_mm", lesion.length_mm},
+          {"evidence", positive_or_null(lesion.evidence)}};
 }
 
 json collect_metrics(const CaseFolder& case_folder, const Config& config, const RunRecord& record) {
@@ -123,21 +129,29 @@ json collect_metrics(const CaseFolder& case_folder, const Config& config, const 
     metrics["cloth"] = read_json(case_folder.path("simulation/summary.json"));
     return metrics;
   }
-  const auto is_done = [&](Stage stage) {
-    const auto found = record.stages.find(stage);
-    return found != record.stages.end() && found->second.status == "done";
-  };
+  const CaseStatus status = case_status(case_folder, record);
+  if (!status.status.empty()) metrics["status"] = status.status;
+  if (!status.reason.empty()) metrics["status_reason"] = status.reason;
+  const auto is_done = [&](Stage stage) { return is_fresh(case_folder, record, stage); };
   if (!is_done(Stage::centerline)) return metrics;
   if (!is_done(Stage::meshing)) {
     const CenterlineTree tree = read_centerlines(case_folder.path("centerline/centerlines.vtp"));
-    metrics["lesion"].update(lesion_metrics(lesions_to_treat(case_folder, config, tree).front()));
+    metrics["lesion"].update(lesion_metrics(centerline::find_lesions(tree, config.lesion).front(),
+                                            scan_resolution_mm(case_folder)));
     return metrics;
   }
   const json placement = read_json(case_folder.path("meshing/placement.json"));
   metrics["lesion"].update(placement.at("lesion"));
   metrics["mesh"].update(placement.at("mesh"));
-  metrics["balloon"].update(placement.at("balloon"));
-  if (!is_done(Stage::simulation)) return metrics;
+  if (placement.contains("balloon")) metrics["balloon"].update(placement.at("balloon"));
+  const auto simulated = record.stages.find(Stage::simulation);
+  if (simulated != record.stages.end() && simulated->second.status == "failed" &&
+      case_folder.exists("simulation/diagnosis.json")) {
+    metrics["simulation"].update(
+        read_json(case_folder.path("simulation/diagnosis.json")).at("simulation"));
+    add_timing(metrics["simulation"], record);
+  }
+  if (!is_done(Stage::simulation) || !placement.contains("balloon")) return metrics;
   const json summary = read_json(case_folder.path("simulation/summary.json"));
   metrics["balloon"].update(summary.at("balloon"));
   metrics["result"].update(summary.at("result"));

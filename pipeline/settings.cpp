@@ -77,6 +77,12 @@ void read_field(const std::string& key, const toml::node& node,
     refuse_value(key, "this value", "two corners [[x, y, z], [x, y, z]] in LPS mm, or \"auto\"");
   field = {point_of(key, (*array)[0]), point_of(key, (*array)[1])};
 }
+void read_field(const std::string& key, const toml::node& node, std::vector<double>& field) {
+  const toml::array* array = node.as_array();
+  if (!array) refuse_value(key, "this value", "a list of numbers [1, 2, ...]");
+  field.clear();
+  for (const toml::node& element : *array) field.push_back(number_of(key, element));
+}
 void read_field(const std::string& key, const toml::node& node, std::vector<Vec3>& field) {
   const toml::array* array = node.as_array();
   if (!array) refuse_value(key, "this value", "a list of points [[x, y, z], ...] in LPS mm");
@@ -163,8 +169,11 @@ void read_field(const std::string& key, const toml::node& node,
                 segmentation::AngleIncrements& field) {
   read_name(key, node, kAngleNames, field);
 }
-void read_field(const std::string& key, const toml::node& node, LengthUnit& field) {
-  read_name(key, node, kLengthUnitNames, field);
+void read_field(const std::string& key, const toml::node& node, std::optional<LengthUnit>& field) {
+  if (node.is_string() && node.as_string()->get() == "auto") return field.reset();
+  LengthUnit unit = LengthUnit::mm;
+  read_name(key, node, kLengthUnitNames, unit);
+  field = unit;
 }
 
 std::string quoted(const std::string& text) {
@@ -202,7 +211,9 @@ std::string write_field(simulation::InflationControl field) {
   return quoted(kControls[int(field)]);
 }
 std::string write_field(simulation::ClothSolver field) { return quoted(kClothSolvers[int(field)]); }
-std::string write_field(LengthUnit field) { return quoted(kLengthUnitNames[int(field)]); }
+std::string write_field(const std::optional<LengthUnit>& field) {
+  return quoted(field ? kLengthUnitNames[int(*field)] : "auto");
+}
 std::string write_field(const simulation::ChartPoint& field) {
   return fmt::format("[{}, {}]", write_field(field.pressure_atm), write_field(field.diameter_mm));
 }
@@ -276,8 +287,10 @@ void add_imaging_settings(Config& c, std::vector<Setting>& table) {
                                "a projection run's angle increments: from-base or cumulative"));
   table.push_back(make_setting("input.max_memory_gib", seg, c.input.max_memory_gib,
                                "refuse a scan that needs more [GiB]; 0: what is free"));
-  table.push_back(make_setting("input.unit", seg, c.surface_unit,
-                               "what a given lumen surface is measured in: mm, cm, m or inch"));
+  table.push_back(
+      make_setting("input.unit", seg, c.surface_unit,
+                   "what a given lumen surface is measured in: mm, cm, m or inch; \"auto\": "
+                   "as the file says, otherwise by its size"));
   table.push_back(make_setting("segmentation.smallest_radius_mm", seg,
                                c.segmentation.smallest_radius_mm,
                                "thinnest vessel looked for [mm], 0.1 to 20"));
@@ -300,6 +313,8 @@ void add_imaging_settings(Config& c, std::vector<Setting>& table) {
   table.push_back(make_setting("segmentation.min_component_mm3", seg,
                                c.segmentation.min_component_mm3,
                                "smaller pieces are noise [mm3], 0 to 1e6"));
+  table.push_back(make_setting("segmentation.labels", seg, c.segmentation.labels,
+                               "of a label map: the labels that are lumen; []: all of them"));
   const auto line = Stage::centerline;
   table.push_back(make_setting("centerline.inlet_lps_mm", line, c.centerline.inlet_lps_mm,
                                "a point at the inlet, LPS [mm]; \"auto\": the widest end"));
@@ -358,9 +373,11 @@ void add_meshing_settings(Config& c, std::vector<Setting>& table) {
                                "of the unloaded balloon [mm], 0.5 to 30; 0: the nominal one"));
   table.push_back(
       make_setting("balloon.length_mm", mesh, c.balloon.length_mm,
-                   "of the cylindrical part [mm], 2 to 80; 0: the lesion and 3 mm each side"));
+                   "of the cylindrical part [mm], 2 to 80; 0: the lesion and 3 mm each side, less "
+                   "in a bend"));
   table.push_back(make_setting("balloon.start_diameter_mm", mesh, c.balloon.start_diameter_mm,
-                               "crossing profile [mm]; 0: 0.9 mm, less where it must pass"));
+                               "crossing profile [mm]; 0: by the diameter (0.9 up to 4 mm), less "
+                               "where it must pass"));
   table.push_back(make_setting("balloon.folds", mesh, c.balloon.folds,
                                "flaps wrapped around the shaft at the start: 2, 3 or 5; 0: folds "
                                "are not meshed"));
@@ -394,7 +411,8 @@ void add_material_settings(Config& c, std::vector<Setting>& table) {
                                "automatic (by the start shape), plain, or relaxed (wrinkles carry "
                                "no compression)"));
   table.push_back(make_setting("balloon.wall_mm", sim, s.balloon.wall_mm,
-                               "membrane thickness before inflation [mm], 0.001 to 1"));
+                               "membrane thickness before inflation [mm], 0.001 to 1; 0: by the "
+                               "diameter (0.02 up to 4 mm)"));
   table.push_back(make_setting("balloon.density_g_mm3", sim, s.balloon.density_g_mm3,
                                "[g/mm3]; 0: the material's"));
   table.push_back(make_setting("wall.model", Stage::meshing, s.wall_model,
@@ -472,9 +490,11 @@ void add_inflation_settings(Config& c, std::vector<Setting>& table) {
       make_setting("inflation.deflate_s", sim, s.inflation.deflate_s, "[s], up to 600"));
   table.push_back(make_setting("inflation.rest_s", sim, s.inflation.rest_s, "[s], 0 to 600"));
   table.push_back(make_setting("inflation.peak_pressure_atm", sim, s.inflation.peak_pressure_atm,
-                               "highest pressure above the outside [atm], up to 40"));
+                               "highest pressure above the outside [atm], up to 40; 0: nominal, by "
+                               "the diameter (8 up to 4 mm)"));
   table.push_back(make_setting("inflation.rated_burst_atm", sim, s.inflation.rated_burst_atm,
-                               "a higher peak is warned about [atm], up to 100; 0: not known"));
+                               "a higher peak is warned about [atm], up to 100; 0: by the diameter "
+                               "(14 up to 4 mm)"));
   table.push_back(make_setting("inflation.outside_pressure_kpa", sim,
                                s.inflation.outside_pressure_kpa,
                                "blood pressure around the balloon [kPa], 0 to 50"));
@@ -491,7 +511,8 @@ void add_simulation_settings(Config& c, std::vector<Setting>& table) {
                                "vertex block descent sweeps a frame, 1 to 1000; 0: by the "
                                "tolerance"));
   table.push_back(make_setting("simulation.contact_distance_mm", sim, s.contact_distance_mm,
-                               "contact acts below this gap [mm], 0.001 to 1"));
+                               "contact acts below this gap [mm], 0.001 to 1; 0: by the balloon's "
+                               "diameter (0.03 from 2 to 4 mm)"));
   table.push_back(
       make_setting("simulation.self_contact", sim, s.self_contact,
                    "a slack balloon, its meshed folds and the wall around it do not pass "
@@ -508,11 +529,13 @@ void add_simulation_settings(Config& c, std::vector<Setting>& table) {
                                "factor on the barrier's stiffness, 0.01 to 100"));
   table.push_back(make_setting("simulation.adhesion_traction_kpa", sim, s.adhesion_traction_kpa,
                                "most that the film between wet surfaces holds [kPa], 0 to 100; 0: "
-                               "none"));
+                               "none; -1: by the diameter (2.5 from 2 to 4 mm)"));
   table.push_back(make_setting("simulation.adhesion_gap_1_mm", sim, s.adhesion_gap_1_mm,
-                               "surfaces nearer than this have touched [mm], 0 to 1"));
+                               "surfaces nearer than this have touched [mm], up to 1; 0: by the "
+                               "diameter (0.03 from 2 to 4 mm)"));
   table.push_back(make_setting("simulation.adhesion_gap_2_mm", sim, s.adhesion_gap_2_mm,
-                               "the film breaks here [mm], above gap 1, up to 2"));
+                               "the film breaks here [mm], above gap 1, up to 2; 0: by the "
+                               "diameter (0.06 from 2 to 4 mm)"));
   table.push_back(make_setting("simulation.paper_volume_1_mm3", sim, s.paper_volume_1_mm3,
                                "contact_model paper: V_th1 [mm3], 0 to 100; 0: from the gaps"));
   table.push_back(make_setting("simulation.paper_volume_2_mm3", sim, s.paper_volume_2_mm3,

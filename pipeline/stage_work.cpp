@@ -78,7 +78,8 @@ std::vector<std::string> stage_inputs(Stage stage) {
               "simulation/simulation.pvd",
               "simulation/timeseries.csv",
               "simulation/lumen_profile.csv",
-              "simulation/summary.json"};
+              "simulation/summary.json",
+              "simulation/diagnosis.json"};
   }
   throw InternalError("no such stage");
 }

@@ -19,6 +19,9 @@ struct StageWork {
   std::string input;  ///< segmentation only; empty: take the case's own volume
   RunRecord& record;  ///< backend, device and the input's description are filled in
   std::vector<std::string> warnings;
+  /// Why what is in `out` is no result: it is kept for diagnosis, the stage fails. Empty: it is
+  /// one.
+  std::string failure;
 };
 
 /// The case's files that a stage reads; of those named, the ones that exist.

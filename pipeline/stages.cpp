@@ -11,6 +11,7 @@
 
 #include "core/atomic_file.hpp"
 #include "core/error.hpp"
+#include "pipeline/case_status.hpp"
 #include "pipeline/experiment.hpp"
 #include "pipeline/metrics.hpp"
 #include "pipeline/stage_work.hpp"
@@ -117,7 +118,11 @@ std::string stage_key(Stage stage, const RunRequest& request, const RunRecord& r
   std::string text =
       fmt::format("{}\n{}\n{}", kVersion, name(stage), stage_settings(request.config, stage));
   if (stage == first_stage(request.config)) text += record.input_sha256;
-  if (stage == Stage::report) text += record.case_name;
+  if (stage == Stage::report) {
+    text += record.case_name;
+    const auto simulated = record.stages.find(Stage::simulation);
+    if (simulated != record.stages.end()) text += "\nsimulation " + simulated->second.status;
+  }
   for (const auto& [file, hash] : inputs) text += file + " " + hash + "\n";
   return sha256_of_text(text);
 }
@@ -154,11 +159,12 @@ void make_stage(Stage stage, const RunRequest& request, const CaseFolder& folder
   try {
     StageFolder output(folder, stage);
     StageWork work{
-        folder, request.config, output.path(), reporter.progress(), request.input, record, {}};
+        folder, request.config, output.path(), reporter.progress(), request.input, record, {}, {}};
     do_stage(stage, work);
     throw_if_interrupted();
     output.commit();
     entry.warnings = work.warnings;
+    if (!work.failure.empty()) throw InputError(work.failure);
   } catch (const nlohmann::json::exception&) {
     entry.status = "failed";
     folder.write_record(record);
@@ -167,6 +173,12 @@ void make_stage(Stage stage, const RunRequest& request, const CaseFolder& folder
                     "are damaged, or another version wrote them). Add --force to "
                     "`angio run`",
                     name(stage)));
+  } catch (const Error& error) {
+    entry.status = error.exit_code() == ExitCode::interrupted ? "interrupted" : "failed";
+    entry.warnings.insert(entry.warnings.begin(), error.what());
+    entry.seconds = seconds();
+    folder.write_record(record);
+    throw;
   } catch (...) {
     entry.status = "failed";
     entry.seconds = seconds();
@@ -181,12 +193,26 @@ void make_stage(Stage stage, const RunRequest& request, const CaseFolder& folder
   entry.seconds = seconds();
 }
 
+void write_metrics(const RunRequest& request, const CaseFolder& folder, const RunRecord& record) {
+  write_text_atomically(folder.path("metrics.json"),
+                        collect_metrics(folder, request.config, record).dump(2) + "\n");
+}
+
 void run_stage(Stage stage, const RunRequest& request, bool forced, const CaseFolder& folder,
                RunRecord& record, Reporter& reporter) {
   reporter.begin_stage(name(stage));
   if (is_skipped(stage, request.config)) {
     record.stages[stage].status = "skipped";
     folder.write_record(record);
+    reporter.end_stage(name(stage), "skipped", 0.0);
+    return;
+  }
+  if (stage == Stage::simulation && is_untreated(folder)) {
+    fs::remove_all(folder.folder(stage));  // of another state of the case
+    record.stages[stage] = {};
+    record.stages[stage].status = "skipped";
+    folder.write_record(record);
+    write_metrics(request, folder, record);
     reporter.end_stage(name(stage), "skipped", 0.0);
     return;
   }
@@ -198,11 +224,27 @@ void run_stage(Stage stage, const RunRequest& request, bool forced, const CaseFo
   }
   make_stage(stage, request, folder, key, record, reporter);
   folder.write_record(record);
-  write_text_atomically(folder.path("metrics.json"),
-                        collect_metrics(folder, request.config, record).dump(2) + "\n");
+  write_metrics(request, folder, record);
   const StageRecord& entry = record.stages[stage];
   for (const std::string& warning : entry.warnings) reporter.warn(name(stage), warning);
   reporter.end_stage(name(stage), entry.status, entry.seconds);
+}
+
+/// Runs a stage. Of a simulation that fails the case and, if it is asked for, the report tell
+/// before the failure goes on.
+void run_or_tell(Stage stage, const RunRequest& request, bool forced, const CaseFolder& folder,
+                 RunRecord& record, Reporter& reporter) {
+  try {
+    run_stage(stage, request, forced, folder, record, reporter);
+  } catch (const InputError&) {
+    if (stage != Stage::simulation || record.stages[stage].status != "failed" ||
+        is_cloth(request.config))
+      throw;
+    write_metrics(request, folder, record);
+    if (request.until == Stage::report)
+      run_stage(Stage::report, request, true, folder, record, reporter);
+    throw;
+  }
 }
 
 }  // namespace
@@ -220,7 +262,7 @@ fs::path run_case(const RunRequest& request, Reporter& reporter) {
   const int first = request.input.empty() ? int(request.from.value_or(Stage::segmentation)) : 0;
   for (int s = first; s <= int(request.until); ++s) {
     const bool forced = request.force || (request.from && s >= int(*request.from));
-    run_stage(Stage(s), request, forced, folder, record, reporter);
+    run_or_tell(Stage(s), request, forced, folder, record, reporter);
     new_case.keep();
     if (Stage(s) == Stage::segmentation && request.keep_link && is_dicom(request.input))
       segmentation::write_dicom_segmentation(

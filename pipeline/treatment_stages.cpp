@@ -132,6 +132,22 @@ Tightest tightest_between(const centerline::LumenProfile& profile, double first,
   return least;
 }
 
+/// How the solver fared: metrics.json's simulation, without the times that differ from run to run.
+json solver_json(const simulation::SimulationSummary& summary) {
+  return {{"backend", summary.backend},
+          {"device", summary.device},
+          {"frame_count", summary.frame_count},
+          {"simulated_s", summary.simulated_s},
+          {"max_penetration_mm", summary.max_penetration_mm},
+          {"worst_contact_pressure_ratio", summary.worst_pressure_ratio},
+          {"worst_residual", summary.worst_residual},
+          {"inverted_air_tets", summary.inverted_air_tets},
+          {"air_flips", summary.flip_count},
+          {"air_rebuilds", summary.air_rebuild_count},
+          {"frames_without_air", summary.frames_without_air},
+          {"mean_sweeps", summary.mean_sweeps}};
+}
+
 /// What was reached: metrics.json's balloon, result and simulation, without the times that differ
 /// from run to run. The result is that of the lesion, between its edges; what else lies along the
 /// balloon (the next lesion, a neighbour that touches) is the segment's.
@@ -159,17 +175,7 @@ json summary_json(const StageWork& work, const json& lesion,
             {"recoil_percent", 100.0 * (peak_diameter - mld) / peak_diameter},
             {"segment_mld_mm", segment.mld_mm},
             {"segment_mla_mm2", segment.mla_mm2}}},
-          {"simulation",
-           {{"backend", summary.backend},
-            {"device", summary.device},
-            {"frame_count", summary.frame_count},
-            {"simulated_s", summary.simulated_s},
-            {"max_penetration_mm", summary.max_penetration_mm},
-            {"inverted_air_tets", summary.inverted_air_tets},
-            {"air_flips", summary.flip_count},
-            {"air_rebuilds", summary.air_rebuild_count},
-            {"frames_without_air", summary.frames_without_air},
-            {"mean_sweeps", summary.mean_sweeps}}}};
+          {"simulation", solver_json(summary)}};
 }
 
 /// A table that an earlier stage wrote; the first row is the header.
@@ -252,31 +258,21 @@ void let_air_be_rebuilt(simulation::SimulationModel& model) {
   };
 }
 
-}  // namespace
-
-void do_simulation(StageWork& work) {
-  const fs::path meshing_folder = work.case_folder.folder(Stage::meshing);
-  const json placement = read_json(meshing_folder / "placement.json");
+/// The solver's model from the files of the stages before.
+simulation::SimulationModel load_model(const fs::path& meshing_folder, const json& placement) {
   const json& lesion = placement.at("lesion");
-  const json& site = placement.at("site");
   simulation::SimulationModel model = read_simulation_model(meshing_folder);
   model.reference_radius_mm = 0.5 * lesion.at("reference_diameter_mm").get<double>();
-  model.measure_point = vec3_of(site.at("point"));
-  model.measure_tangent = vec3_of(site.at("tangent"));
+  model.measure_point = vec3_of(placement.at("site").at("point"));
+  model.measure_tangent = vec3_of(placement.at("site").at("tangent"));
+  model.watch_first_mm = lesion.at("proximal_mm").get<double>();
+  model.watch_last_mm = lesion.at("distal_mm").get<double>();
   model.layered_wall = read_layered_wall(meshing_folder, model.wall);
   let_air_be_rebuilt(model);
+  return model;
+}
 
-  FrameWriter frames(work.out, model, work.config.write_every);
-  const simulation::SimulationSummary summary = simulation::simulate(
-      model, solver_options(work.config),
-      [&](const simulation::SimulationFrame& frame) { frames.add(frame); },
-      part(work.progress, 0.0, 0.95));
-  frames.finish();
-  keep(work.warnings, summary.warnings);
-  if (work.config.balloon.folds > 0 && !work.config.simulation.self_contact)
-    keep(work.warnings,
-         {"the folds' lobes may pass through each other: contact of the balloon with "
-          "itself is not computed (simulation.self_contact)"});
+void keep_timing(StageWork& work, const simulation::SimulationSummary& summary) {
   work.record.backend = summary.backend;
   work.record.device = summary.device;
   work.record.stages[Stage::simulation].solver_seconds = summary.wall_s;
@@ -286,6 +282,37 @@ void do_simulation(StageWork& work) {
                                                       {"outputs", time.outputs},
                                                       {"files", time.files},
                                                       {"waiting", time.waiting}};
+}
+
+}  // namespace
+
+void do_simulation(StageWork& work) {
+  const fs::path meshing_folder = work.case_folder.folder(Stage::meshing);
+  const json placement = read_json(meshing_folder / "placement.json");
+  const json& lesion = placement.at("lesion");
+  const json& site = placement.at("site");
+  const simulation::SimulationModel model = load_model(meshing_folder, placement);
+
+  FrameWriter frames(work.out, model, work.config.write_every);
+  const simulation::SimulationSummary summary = simulation::simulate(
+      model,
+      solver_options(work.config, placement.at("balloon").at("nominal_diameter_mm").get<double>()),
+      [&](const simulation::SimulationFrame& frame) { frames.add(frame); },
+      part(work.progress, 0.0, 0.95));
+  frames.finish();
+  keep(work.warnings, summary.warnings);
+  if (work.config.balloon.folds > 0 && !work.config.simulation.self_contact)
+    keep(work.warnings,
+         {"the folds' lobes may pass through each other: contact of the balloon with "
+          "itself is not computed (simulation.self_contact)"});
+  keep_timing(work, summary);
+  if (!summary.failure.empty()) {
+    work.failure = summary.failure;
+    write_text_atomically(
+        work.out / "diagnosis.json",
+        json{{"failure", summary.failure}, {"simulation", solver_json(summary)}}.dump(2) + "\n");
+    return;
+  }
 
   const CenterlineTree tree = read_centerlines(work.case_folder.path("centerline/centerlines.vtp"));
   const CenterlinePath& path = path_of(tree, lesion.at("centerline_id").get<int>());
@@ -313,9 +340,23 @@ void do_simulation(StageWork& work) {
   write_text_atomically(work.out / "summary.json", reached.dump(2) + "\n");
 }
 
+namespace {
+
+/// What the simulation has added: pictures, profiles, curves.
+void add_treatment(const CaseFolder& folder, viewer::ReportContent& content) {
+  const json summary = read_json(folder.path("simulation/summary.json"));
+  content.moments = read_moments(folder, summary);
+  content.sequence = read_sequence(folder, summary);
+  read_profiles(folder.path("simulation/lumen_profile.csv"), content.before, content.after);
+  auto rows = read_table(folder.path("simulation/timeseries.csv"));
+  content.time_series.columns = rows.front();
+  content.time_series.rows.assign(rows.begin() + 1, rows.end());
+}
+
+}  // namespace
+
 void do_report(StageWork& work) {
   const CaseFolder& folder = work.case_folder;
-  const json summary = read_json(folder.path("simulation/summary.json"));
   const json placement = read_json(folder.path("meshing/placement.json"));
   viewer::ReportContent content;
   content.title = work.record.case_name;
@@ -328,12 +369,7 @@ void do_report(StageWork& work) {
   content.tree = read_centerlines(folder.path("centerline/centerlines.vtp"));
   content.lesion_path = placement.at("lesion").at("centerline_id").get<int>();
   content.lesion_abscissa_mm = placement.at("lesion").at("abscissa_mm").get<double>();
-  content.moments = read_moments(folder, summary);
-  content.sequence = read_sequence(folder, summary);
-  read_profiles(folder.path("simulation/lumen_profile.csv"), content.before, content.after);
-  auto rows = read_table(folder.path("simulation/timeseries.csv"));
-  content.time_series.columns = rows.front();
-  content.time_series.rows.assign(rows.begin() + 1, rows.end());
+  if (work.record.stages[Stage::simulation].status == "done") add_treatment(folder, content);
   content.metrics_json = repeatable_metrics(work).dump();
   content.lesions_json = read_json(folder.path("centerline/lesions.json")).dump();
   content.run_json = repeatable_run(work).dump();

@@ -9,6 +9,7 @@
 #include "segmentation/detail/available_memory.hpp"
 #include "segmentation/detail/dicom_pixels.hpp"
 #include "segmentation/detail/dicom_series.hpp"
+#include "segmentation/detail/label_map.hpp"
 #include "segmentation/detail/projection_angles.hpp"
 #include "segmentation/detail/volume_file.hpp"
 
@@ -159,6 +160,8 @@ SeriesSummary summarize(const DicomSeries& series, const ReadOptions& options) {
   summary.transfer_syntax = transfer_syntaxes(series);
   summary.pixel_format = pixel_format(first);
   summary.geometry = series.stack.geometry;
+  if (!series.usable)
+    summary.geometry.size = {first.columns, first.rows, int(series.members.size())};
   summary.file_count = int(series.headers.size());
   summary.frame_count = int(series.members.size());
   summary.usable = series.usable;
@@ -188,7 +191,11 @@ SeriesSummary summarize(const fs::path& path, const ReadOptions& options) {
     summary.usable = true;
     summary.verdict = "regular grid";
     summary.warnings = file.warnings;
+    summary.labels = detail::find_labels(
+        detail::load_volume_file(path, detail::VolumePart::whole, options).volume);
+    if (!summary.labels.empty()) summary.kind = "label map";
   } catch (const InputError& error) {
+    summary.usable = false;
     summary.verdict = error.what();
   }
   return summary;

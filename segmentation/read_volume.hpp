@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <filesystem>
 #include <optional>
@@ -74,13 +75,19 @@ struct ProjectionRun {
   std::vector<std::string> notes;  ///< what is doubtful, and how the spacing was told
 };
 
+/// A number that a label map gives to a structure.
+struct Label {
+  double value = 0.0;
+  std::size_t voxel_count = 0;
+};
+
 /// One series (or volume file) as `angio inspect` lists it. Nothing in it identifies a patient.
 struct SeriesSummary {
   std::string key;   ///< short hash of the series UID, or the file's format
   std::string kind;  ///< SOP class in words, e.g. "CT Image Storage"
   std::string transfer_syntax;
   std::string pixel_format;  ///< e.g. "16 bits, 12 stored, unsigned, MONOCHROME2"
-  VolumeGeometry geometry;   ///< meaningful if usable
+  VolumeGeometry geometry;   ///< meaningful if usable; else the size alone: columns, rows, frames
   int file_count = 0;
   int frame_count = 0;
   bool usable = false;
@@ -90,9 +97,10 @@ struct SeriesSummary {
   std::string verdict;        ///< "regular grid", or why it is refused and what to do
   std::vector<std::string> warnings;
   std::optional<ProjectionRun> projection;  ///< of a run of projections
+  std::vector<Label> labels;  ///< of a volume file that is a label map; empty: an image
 };
 
-/// Reads headers only.
+/// Reads headers only; of a volume file the voxels, too, which tells a label map from an image.
 std::vector<SeriesSummary> inspect(const std::filesystem::path& path,
                                    const ReadOptions& options = {});
 

@@ -2,17 +2,24 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <string>
 #include <utility>
 
 #include "core/error.hpp"
 #include "core/parallel.hpp"
+#include "segmentation/detail/blood_level.hpp"
 #include "segmentation/detail/boundary.hpp"
 #include "segmentation/detail/bright_objects.hpp"
 #include "segmentation/detail/components.hpp"
 #include "segmentation/detail/edge_image.hpp"
 #include "segmentation/detail/fields.hpp"
 #include "segmentation/detail/format_number.hpp"
+#include "segmentation/detail/label_lumen.hpp"
+#include "segmentation/detail/label_map.hpp"
+#include "segmentation/detail/plausibility.hpp"
+#include "segmentation/detail/thin_vessels.hpp"
+#include "segmentation/detail/tube_axes.hpp"
 #include "segmentation/detail/vessel_tree.hpp"
 
 namespace angio::segmentation {
@@ -83,11 +90,29 @@ Volume<float> part_in_region(const Volume<float>& volume, const LpsBox& region) 
   return detail::crop(volume, box);
 }
 
-std::string narrow_place_warning(const Vec3& place) {
-  return "the vessel at (" + detail::format_number(place.x) + ", " +
-         detail::format_number(place.y) + ", " + detail::format_number(place.z) +
-         ") mm is narrower than the voxels can show (it was kept open, but its diameter there is "
-         "not measured)";
+std::string text_of(const Vec3& place) {
+  return "(" + detail::format_number(place.x) + ", " + detail::format_number(place.y) + ", " +
+         detail::format_number(place.z) + ")";
+}
+
+/// One line for each of a few places, or one for all.
+std::vector<std::string> narrow_place_warnings(const std::vector<Vec3>& places) {
+  constexpr std::size_t kFew = 3;
+  std::vector<std::string> warnings;
+  if (places.size() <= kFew) {
+    for (const Vec3& place : places)
+      warnings.push_back("the vessel at " + text_of(place) +
+                         " mm is narrower than the voxels can show (it was kept open, but its "
+                         "diameter there is not measured)");
+    return warnings;
+  }
+  std::string some;
+  for (std::size_t n = 0; n < kFew; ++n)
+    some += text_of(places[n * places.size() / kFew]) + (n + 1 < kFew ? ", " : " mm");
+  return {"at " + std::to_string(places.size()) +
+          " places the vessels are narrower than the voxels can show (they were kept open, but "
+          "their diameters there are not measured), among them at " +
+          some};
 }
 
 /// Why the blur that was fitted should not be trusted; empty if it can be.
@@ -115,19 +140,28 @@ std::string blur_warning(const detail::Boundary& boundary, const Vec3& spacing) 
 
 Segmentation segment_all(const Volume<float>& scanned, const SegmentationOptions& options,
                          const Progress& progress) {
+  if (const std::vector<Label> labels = detail::find_labels(scanned); !labels.empty())
+    return detail::segment_label_map(scanned, labels, options, progress);
+  if (!options.labels.empty())
+    throw InputError(
+        "segmentation.labels is set, but the volume is an image and no label map. Leave it out");
+  const std::vector<detail::TubeAxis> axes = detail::find_tube_axes(scanned);
   detail::BrightObjects bright;
   if (options.exclude_bone && !options.intensity_max)
-    bright = detail::find_bright_objects(scanned, options);
+    bright = detail::find_bright_objects(scanned, axes, options);
   const Volume<float>& volume = bright.count > 0 ? bright.image_without : scanned;
-  detail::VesselTree tree = detail::find_vessel_tree(volume, options, progress);
+  const detail::BloodLevel level =
+      detail::find_blood_level(axes, volume, detail::noise_deviation(volume));
+  detail::VesselTree tree = detail::find_vessel_tree(volume, level, options, progress);
 
   const detail::VoxelBox box = detail::bounding_box(tree.mask, kMarginMm);
   const Volume<float> around = detail::crop(volume, box);
   const double denoising_mm = detail::denoising_sigma(volume, tree.noise, tree.contrast);
   const Volume<float> denoised = detail::smooth(around, denoising_mm);
-  detail::Boundary boundary = detail::find_boundary(
-      {around, denoised, detail::crop(tree.mask, box), denoising_mm, tree.noise / tree.contrast},
-      options, progress);
+  detail::Boundary boundary =
+      detail::find_boundary({around, denoised, detail::crop(tree.mask, box), denoising_mm,
+                             tree.noise / tree.contrast, tree.blood_half_level},
+                            options, progress);
 
   Segmentation result;
   result.level_set = std::move(boundary.level_set);
@@ -137,11 +171,15 @@ Segmentation segment_all(const Volume<float>& scanned, const SegmentationOptions
   result.background_intensity = boundary.background_intensity;
   result.blur_sd_mm =
       std::cbrt(boundary.blur_sd_mm.x * boundary.blur_sd_mm.y * boundary.blur_sd_mm.z);
-  result.warnings = std::move(tree.warnings);
+  result.warnings = detail::check_plausibility(result.level_set, scanned.geometry);
+  std::move(tree.warnings.begin(), tree.warnings.end(), std::back_inserter(result.warnings));
   if (bright.count > 0) result.warnings.push_back(std::move(bright.warning));
-  for (const Vec3& place : boundary.bridges_lps_mm)
-    result.warnings.push_back(narrow_place_warning(place));
+  for (std::string& warning : narrow_place_warnings(boundary.bridges_lps_mm))
+    result.warnings.push_back(std::move(warning));
   if (std::string warning = blur_warning(boundary, around.geometry.spacing); !warning.empty())
+    result.warnings.push_back(std::move(warning));
+  if (std::string warning = detail::warn_of_thin_vessels(tree.seen, result.level_set);
+      !warning.empty())
     result.warnings.push_back(std::move(warning));
   progress.report(1.0, "vessels segmented");
   return result;
@@ -168,6 +206,9 @@ void SegmentationOptions::validate() const {
         throw OptionError(
             "segmentation.region_lps_mm is empty along an axis (its low corner must be below its "
             "high corner). Exchange them");
+  for (const double label : labels)
+    if (!std::isfinite(label))
+      throw OptionError("segmentation.labels holds a value that is not a number");
   for (const Vec3& seed : seeds_lps_mm)
     if (!std::isfinite(seed.x) || !std::isfinite(seed.y) || !std::isfinite(seed.z))
       throw OptionError("segmentation.seeds_lps_mm holds a value that is not a number");

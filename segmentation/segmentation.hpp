@@ -28,6 +28,7 @@ struct SegmentationOptions {
   std::optional<LpsBox> region_lps_mm;  ///< only vessels in it are looked for; unset: everywhere.
                                         ///< In a turned volume: the voxel box around it
   double min_component_mm3 = 5.0;       ///< smaller pieces are noise, [0, 1e6]
+  std::vector<double> labels;  ///< of a label map: those that are lumen; empty: all but background
 
   void validate() const;  ///< @throws OptionError naming the field
 };
@@ -42,7 +43,8 @@ struct Segmentation {
   std::vector<std::string> warnings;
 };
 
-/// Finds the contrast-filled vessels and their sub-voxel boundary.
+/// Finds the contrast-filled vessels and their sub-voxel boundary. Of a volume that is a label map
+/// (detail/label_map.hpp) the lumen is what the labels say, with a smooth boundary.
 /// @throws InputError if there is no vessel in it, saying what to try
 Segmentation segment_vessels(const Volume<float>& volume, const SegmentationOptions& options,
                              const Progress& progress = {});

@@ -12,11 +12,14 @@
 #include "core/error.hpp"
 #include "core/units.hpp"
 #include "simulation/detail/adaptive_air.hpp"
+#include "simulation/detail/balloon_section.hpp"
+#include "simulation/detail/drawn_wire.hpp"
 #include "simulation/detail/material.hpp"
 #include "simulation/detail/measure.hpp"
 #include "simulation/detail/schedule.hpp"
 #include "simulation/detail/step.hpp"
 #include "simulation/detail/step_view.hpp"
+#include "simulation/detail/success.hpp"
 
 namespace angio::simulation {
 namespace {
@@ -76,8 +79,8 @@ void add_state(const SimulationModel& model, const Scene& scene, const State& st
                SimulationFrame& frame) {
   frame.pressure_atm = units::atm_from_pascal(state.pressure - outside);
   frame.balloon_volume_mm3 = state.volume;
-  frame.balloon_diameter_mm =
-      section_diameter(scene, state.x, model.measure_point, normalized(model.measure_tangent));
+  frame.balloon_diameter_mm = diameter_across(scene.balloon_triangles, state.x, model.measure_point,
+                                              normalized(model.measure_tangent));
   frame.lumen_mld_mm = lumen_mld(scene, state.x);
   frame.max_penetration_mm = max_penetration(scene, state.x);
   const int wall = scene.balloon_count;
@@ -209,22 +212,14 @@ class Run {
     const double outside = outside_pressure(options_),
                  volume = balloon_volume(scene_, scene_.start);
     const Inflator inflator(options_, volume, nominal_volume(model_, scene_, volume));
-    const int most_sweeps = make_rules(scene_, options_).most_sweeps;
-    int slow_frames = 0;
+    slow_frames_ = 0;
     AdaptiveAir air = make_air(model_, scene_);
+    const DrawnWire wire(model_);
+    SuccessWatch watch(scene_, model_, options_);
     const auto follow = [&](const State& state, SimulationFrame& output) {
       timed(summary.time.air, [&] { air.follow(state.x); });
       add_air(air, output);
       summary.frames_without_air += scene_.air.empty() || air.is_whole() ? 0 : 1;
-    };
-    const auto deliver = [&](const State& state, SimulationFrame& output) {
-      timed(summary.time.outputs, [&] { add_state(model_, scene_, state, outside, output); });
-      slow_frames += output.residual > kWarnResidual ? 1 : 0;
-      summary.open_frames += output.sweep_count >= most_sweeps ? 1 : 0;
-      summarize(output, summary);
-      if (output.frame < delivered_) return;  // by a backend that failed later
-      ++delivered_;
-      if (on_frame_) timed(summary.time.files, [&] { on_frame_(output); });
     };
     Beside delivery;
     double whole = 0.0, taken = 0.0, waited = 0.0;
@@ -249,7 +244,7 @@ class Run {
           [&, state, output = std::move(output), has_followed = std::move(has_followed)]() mutable {
             if (!needs_air) follow(state, output);
             has_followed.set_value();
-            deliver(state, output);
+            deliver(state, wire, outside, watch, output, summary);
           });
       progress_.report(double(frame + 1) / inflator.frame_count(), name(inflator.phase(frame)));
     };
@@ -261,11 +256,28 @@ class Run {
     delivery.wait();
     summary.time.solver = whole - taken - waited;
     summary.time.waiting += waited;
-    finish(slow_frames, summary);
+    summary.failure = watch.failure();
+    summary.worst_pressure_ratio = watch.worst_pressure_ratio();
+    finish(slow_frames_, summary);
     return summary;
   }
 
  private:
+  /// Completes a frame, judges it and hands it over.
+  void deliver(const State& state, const DrawnWire& wire, double outside, SuccessWatch& watch,
+               SimulationFrame& output, SimulationSummary& summary) {
+    timed(summary.time.outputs, [&] {
+      add_state(model_, scene_, state, outside, output);
+      if (output.guidewire.empty()) output.guidewire = wire.nodes(output.balloon);
+      watch.add(state, output);
+    });
+    slow_frames_ += output.residual > kWarnResidual ? 1 : 0;
+    summary.open_frames += output.sweep_count >= make_rules(scene_, options_).most_sweeps ? 1 : 0;
+    summarize(output, summary);
+    if (output.frame < delivered_) return;  // by a backend that failed later
+    ++delivered_;
+    if (on_frame_) timed(summary.time.files, [&] { on_frame_(output); });
+  }
   [[nodiscard]] std::unique_ptr<StepSolver> make_solver(Backend backend) const {
     return backend == Backend::cuda ? make_cuda_solver(scene_, options_)
                                     : make_cpu_solver(scene_, options_);
@@ -294,6 +306,7 @@ class Run {
   const std::function<void(const SimulationFrame&)>& on_frame_;
   const Progress& progress_;
   Scene scene_;
+  int slow_frames_ = 0;  ///< frames that ended off balance, of the run under way
   int delivered_ = 0;
 };
 

@@ -179,8 +179,11 @@ struct SimulationModel {
       rebuild_air;
   bool rebuild_each_frame = false;   ///< rather than when nothing else helps: for comparison
   double reference_radius_mm = 1.5;  ///< of the healthy vessel at the lesion
-  Vec3 measure_point;                ///< where balloon_diameter_mm and lumen_mld_mm are watched
-  Vec3 measure_tangent;
+  Vec3 measure_point;                ///< where balloon_diameter_mm is watched
+  Vec3 measure_tangent;              ///< of the vessel there
+  /// Between these abscissas of `wall_abscissa`, the edges of the lesion, lumen_mld_mm is watched
+  /// [mm]: on the branch of measure_point. The first not below the last: on the whole region.
+  double watch_first_mm = 0.0, watch_last_mm = 0.0;
 };
 
 enum class Phase { insert, inflate, hold, deflate, rest };
@@ -193,9 +196,9 @@ struct SimulationFrame {
   Phase phase = Phase::insert;
   double pressure_atm = 0.0;  ///< above the outside
   double balloon_volume_mm3 = 0.0;
-  double balloon_diameter_mm =
-      0.0;                    ///< 2 sqrt(area / pi) of the balloon's section at measure_point
-  double lumen_mld_mm = 0.0;  ///< of the region: narrowest section, see the README
+  /// 2 sqrt(area / pi) of the balloon's section through measure_point across its own axis
+  double balloon_diameter_mm = 0.0;
+  double lumen_mld_mm = 0.0;  ///< narrowest section of what is watched, see the README
   double friction_delta_mm = 0.0;
   double viscous_delta_mm = 0.0;
   int contact_count = 0;          ///< balloon vertices in contact
@@ -212,7 +215,8 @@ struct SimulationFrame {
   int sweep_count = 0;
   std::vector<Vec3> balloon;  ///< positions [mm]
   std::vector<Vec3> wall;
-  std::vector<Vec3> guidewire;                               ///< of GuidewireModel::rod
+  /// Nodes: of GuidewireModel::rod; without one it is drawn through the balloon's middle
+  std::vector<Vec3> guidewire;
   std::vector<double> thickness_mm, stretch_1, stretch_2;    ///< balloon, per vertex
   std::vector<double> plastic_strain, contact_pressure_kpa;  ///< wall, per vertex
   std::vector<Vec3> layered_wall;       ///< positions of the solid's vertices [mm]
@@ -244,8 +248,11 @@ struct SimulationSummary {
   int flip_count = 0;          ///< of the air mesh, in all frames
   int air_rebuild_count = 0;
   double worst_residual = 0.0;
-  double mean_sweeps = 0.0;  ///< a frame
-  int open_frames = 0;       ///< that ended before they had converged
+  double mean_sweeps = 0.0;           ///< a frame
+  int open_frames = 0;                ///< that ended before they had converged
+  double worst_pressure_ratio = 0.0;  ///< of a patch of wall, over the peak pressure; see README
+  /// Why this is no result: what happened, where, the likely cause, what to try. Empty: it is one.
+  std::string failure;
   std::vector<std::string> warnings;
 };
 

@@ -2,12 +2,14 @@
 
 #include <array>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "core/data_array.hpp"
 #include "core/tet_mesh.hpp"
 #include "core/triangle_mesh.hpp"
+#include "core/units.hpp"
 
 /// Surfaces, lines, tetrahedra and wedges in files, LPS [mm]. VTK's XML files carry the field-data
 /// string array SPACE = LPS, STL and PLY headers SPACE=LPS. All writers are atomic and give the
@@ -21,6 +23,7 @@ struct SurfaceData {
   TriangleMesh mesh;
   std::vector<DataArray> point_arrays;
   std::vector<DataArray> cell_arrays;
+  std::optional<LengthUnit> unit = {};  ///< read: what the file says it is in; written: mm always
 };
 
 struct PolylineData {

@@ -146,6 +146,7 @@ std::string make_page(const ReportContent& content, const Figures& figures, cons
       "</style>\n</head>\n<body>\n<header><h1>" + title +
       "</h1><p class=\"sub\">Simulated balloon angioplasty · angio " +
       escape_html(content.version) + "</p></header>\n<main>\n";
+  page += detail::status_notice(metrics);
   page += notices(content);
   if (content.cloth.empty())
     page += "<div class=\"cards\">" + detail::headline_cards(metrics) + "</div>\n";

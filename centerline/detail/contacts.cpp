@@ -12,7 +12,7 @@ namespace {
 constexpr double kAsWide = 1.35;      // ratio of radii
 constexpr double kStraight = 0.87;    // cosine: 30 degrees
 constexpr double kBeside = 0.5;       // of the parent's radius
-constexpr double kClear = 1.0;        // radii past the mouth before a branch runs its own way
+constexpr double kClear = 2.0;        // radii past the mouth before a branch runs its own way
 constexpr double kCourse = 5.0;       // radii of its course that count
 constexpr double kLeastCourse = 2.5;  // shorter branches have no direction
 
@@ -67,8 +67,8 @@ std::optional<Vec3> touching_place(const Leaving& a, const Leaving& b,
   if (-dot(along, a.direction) < kStraight || dot(along, b.direction) < kStraight)
     return std::nullopt;
   // Where the parent is nearest to the common line, between the two.
-  double nearest = 1e300, radius = 0.0;
-  Vec3 place;
+  double nearest = 1e300;
+  std::size_t at = 0;
   for (std::size_t i = 0; i < parent.points.size(); ++i) {
     const Vec3 from = parent.points[i] - a.middle;
     const double t = dot(from, along);
@@ -76,12 +76,17 @@ std::optional<Vec3> touching_place(const Leaving& a, const Leaving& b,
     const double away = norm(from - t * along);
     if (away >= nearest) continue;
     nearest = away;
-    radius = parent.inscribed_radius[i];
-    place = parent.points[i];
+    at = i;
   }
+  // At the contact itself a line may be drawn aside: beside it the vessel shows its width and
+  // place.
+  constexpr std::size_t kBesides = 16;  // points: four radii
+  const std::size_t low = at - std::min(at, kBesides);
+  const std::size_t high = std::min(at + kBesides, parent.points.size() - 1);
+  const double radius = median_radius(parent, low, high + 1);
   if (nearest > 1e299 || nearest < kBeside * radius || nearest > radius + 1.5 * a.radius)
     return std::nullopt;
-  return place;
+  return 0.5 * (parent.points[low] + parent.points[high]);
 }
 
 std::string warning_at(const Vec3& place) {

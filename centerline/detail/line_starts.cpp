@@ -27,19 +27,39 @@ void extend_to_wall(Polyline& line, const Wall& wall, double dropped) {
   for (int i = 1; i <= count; ++i) line.push_back(tip + (reach * i / count) * direction, radius);
 }
 
-void cut_and_extend(Polyline& line, const Wall& wall, std::size_t keep) {
-  if (keep < 2 || keep >= line.points.size()) return;
+/// Goes straight on to the middle of a rim.
+void extend_to_rim(Polyline& line, const Vec3& rim, double step) {
+  const double radius = line.radius.back();
+  const Vec3 tip = line.points.back();
+  const int count =
+      std::max(1, int(std::ceil(distance(tip, rim) / std::max(kWorkStep * radius, step))));
+  for (int i = 1; i <= count; ++i) line.push_back(tip + (double(i) / count) * (rim - tip), radius);
+}
+
+void cut_and_extend(Polyline& line, const Wall& wall, std::size_t keep,
+                    const std::optional<Vec3>& rim) {
+  if (keep < 2 || keep > line.points.size() || (keep == line.points.size() && !rim)) return;
   const double dropped = distance(line.points.back(), line.points[keep - 1]);
   line.resize(keep);
-  extend_to_wall(line, wall, dropped);
+  if (rim)
+    extend_to_rim(line, *rim, 0.25 * wall.resolution());
+  else
+    extend_to_wall(line, wall, dropped);
+}
+
+/// How far from the end of a chain its cap is felt: over twice the vessel's radius there.
+double reach_of_cap(const Polyline& tip_first) {
+  const auto cap = std::size_t(end_of_cap(tip_first.points, tip_first.radius));
+  return 2.0 * tip_first.radius[cap];
 }
 
 /// A voxel path runs into the edge of the cap: replace its end by a straight piece.
-void straighten_end(Polyline& line, const Wall& wall, std::size_t least_kept) {
+void straighten_end(Polyline& line, const Wall& wall, std::size_t least_kept,
+                    const std::optional<Vec3>& rim) {
   Polyline tip_first = line;
   reverse(tip_first);
   const auto cap = std::size_t(end_of_cap(tip_first.points, tip_first.radius));
-  cut_and_extend(line, wall, std::max(line.points.size() - cap, least_kept));
+  cut_and_extend(line, wall, std::max(line.points.size() - cap, least_kept), rim);
 }
 
 /// Paths through neighbouring voxels may run side by side in one vessel: a branch begins behind the
@@ -87,14 +107,17 @@ std::vector<Plan> plan_lines(const LumenVoxels& lumen, const Skeleton& skeleton)
 Line start_line(const LumenVoxels& lumen, const Skeleton& skeleton, const Wall& wall) {
   Line work;
   work.line = from_voxels(lumen, skeleton.chains.front().voxels);
+  work.course = work.line.points;
   work.free_start = skeleton.starts_at_end;
   work.free_end = !skeleton.chains.front().ends_at_cut;
-  if (work.free_end) straighten_end(work.line, wall, 2);
-  if (work.free_start) {
-    reverse(work.line);
-    straighten_end(work.line, wall, 2);
-    reverse(work.line);
-  }
+  work.start_rim = skeleton.inlet_rim;
+  work.end_rim = skeleton.chains.front().rim;
+  if (work.free_start) work.start_reach = reach_of_cap(work.line);
+  reverse(work.line);
+  if (work.free_end) work.end_reach = reach_of_cap(work.line);
+  if (work.free_start) straighten_end(work.line, wall, 2, work.start_rim);
+  reverse(work.line);
+  if (work.free_end) straighten_end(work.line, wall, 2, work.end_rim);
   return work;
 }
 
@@ -119,21 +142,31 @@ Line start_branch(const LumenVoxels& lumen, const Plan& plan, const Line& parent
   work.line = parent.line;
   work.line.resize(work.shared);
   work.area.assign(parent.area.begin(), parent.area.begin() + take);
+  work.seen.assign(parent.seen.begin(), parent.seen.begin() + take);
+  work.fitted.assign(parent.fitted.begin(), parent.fitted.begin() + take);
+  for (const int v : chain.voxels) work.course.push_back(lumen.position(v));
   for (std::size_t i = first_own; i < chain.voxels.size(); ++i)
     work.line.push_back(lumen.position(chain.voxels[i]),
                         double(lumen.depth[std::size_t(chain.voxels[i])]));
+  if (work.free_end) {
+    Polyline tip_first = from_voxels(lumen, chain.voxels);
+    reverse(tip_first);
+    work.end_reach = reach_of_cap(tip_first);
+  }
   // The voxels inside the parent run along its middle, maybe past the mouth: go straight instead.
   work.line.erase(work.shared, std::min(first_outside(work, &parent), work.line.points.size() - 1));
-  if (work.free_end) straighten_end(work.line, wall, work.shared + 1);
+  work.end_rim = chain.rim;
+  if (work.free_end) straighten_end(work.line, wall, work.shared + 1, work.end_rim);
   return work;
 }
 
-void redo_end(Polyline& line, const Wall& wall, std::size_t least_kept) {
+void redo_end(Polyline& line, const Wall& wall, std::size_t least_kept,
+              const std::optional<Vec3>& rim) {
   const std::vector<double> s = arc_length(line.points);
   const double zone = std::max(kEndZone * line.radius.back(), wall.resolution());
   std::size_t keep = line.points.size();
   while (keep > least_kept && s.back() - s[keep - 1] < zone) --keep;
-  cut_and_extend(line, wall, keep);
+  cut_and_extend(line, wall, keep, rim);
 }
 
 std::size_t first_outside(const Line& branch, const Line* parent) {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <optional>
 #include <vector>
 
 #include "centerline/detail/lumen_voxels.hpp"
@@ -19,10 +20,16 @@ inline constexpr double kEndZone = 0.5;
 struct Line {
   Polyline line;  ///< the radius is the inscribed one once measured
   std::vector<double> area;
+  std::vector<double> fitted;  ///< inscribed radius freed of the wall's noise [mm]
+  std::vector<char> seen;      ///< 1: the section there was seen all round
+  std::vector<Vec3> course;    ///< the voxels that it was traced along [mm]
   int parent = -1;
   std::size_t shared = 0;
   bool free_start = false;  ///< begins at a wall or at the border of the data
   bool free_end = false;
+  std::optional<Vec3> start_rim, end_rim;  ///< middles of open rims: the ends are there
+  /// How far from the ends of the course a cap or a dome is felt [mm]; 0 where no wall ends it.
+  double start_reach = 0.0, end_reach = 0.0;
 };
 
 /// Which voxels are a line's own, and whose branch it is.
@@ -43,7 +50,9 @@ Line start_line(const LumenVoxels& lumen, const Skeleton& skeleton, const Wall& 
 Line start_branch(const LumenVoxels& lumen, const Plan& plan, const Line& parent, const Wall& wall);
 
 /// The points next to a tip were smoothed only, not centred.
-void redo_end(Polyline& line, const Wall& wall, std::size_t least_kept);
+/// @param rim  where the line is to end; none: straight on, at the wall
+void redo_end(Polyline& line, const Wall& wall, std::size_t least_kept,
+              const std::optional<Vec3>& rim);
 
 /// The first of a line's own points that is outside the tube of its parent.
 std::size_t first_outside(const Line& branch, const Line* parent);

@@ -3,10 +3,13 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <functional>
 
+#include "centerline/detail/line_shape.hpp"
 #include "centerline/detail/line_starts.hpp"
 #include "centerline/detail/polyline.hpp"
 #include "centerline/detail/section.hpp"
+#include "centerline/detail/smooth_curve.hpp"
 #include "centerline/detail/tube_model.hpp"
 #include "core/parallel.hpp"
 #include "core/units.hpp"
@@ -14,20 +17,46 @@
 namespace angio::centerline {
 namespace {
 
-constexpr int kRounds = 6;              // of centring by rays and smoothing
-constexpr int kFitRounds = 5;           // of centring by the tube model, at most
-constexpr int kFlatFitRounds = 10;      // more where the lumen is flat
-constexpr double kFlat = 2.0;           // extent over radius
-constexpr double kSettled = 0.02;       // of the extent: a line that moves less (rms) has settled
-constexpr double kFinalStep = 0.25;     // of the radius
-constexpr double kMostLastMove = 0.15;  // of the extent, when the numbers are taken
+constexpr int kRounds = 4;             // of centring by rays
+constexpr int kFitRounds = 5;          // of centring by the tube model, at most
+constexpr int kFlatFitRounds = 10;     // more where the lumen is flat
+constexpr double kFlat = 2.0;          // extent over radius
+constexpr double kSettled = 0.02;      // of the extent: a line that moves less (rms) has settled
+constexpr double kMostLastMove = 0.3;  // of the extent, when the numbers are taken
+constexpr double kUnseen = 0.05;       // weight of a place where no section was seen
+/// How stiff the line is, in radii, while it is moved by rays, by the tube model, and at last.
+constexpr double kRayStiffness = 0.6, kTubeStiffness = 0.4, kLastStiffness = 0.3;
 
-/// Moves each own point that is out of the parent's lumen towards the centre of its section.
-void center_points(Line& work, const Line* parent, const Wall& wall) {
+/// What a look at the wall says of each point of a line, and how wide the vessel is there.
+struct Look {
+  Middles middles;
+  std::vector<char> seen;      ///< 1: the section was seen
+  std::vector<double> radius;  ///< inscribed, of the section that was seen [mm]
+};
+
+/// Before anything was seen. In its parent's lumen a branch has no section of its own: there the
+/// voxels that it was traced along show the way through the middle of its mouth.
+/// @param first  the first own point that is out of the parent's lumen
+Look blank_look(const Line& work, std::size_t first) {
+  constexpr double kMouth = 0.3;  // weight
+  const Polyline& line = work.line;
+  const std::size_t count = line.points.size();
+  Look look{
+      {line.points, std::vector<double>(count, kUnseen)}, std::vector<char>(count, 0), line.radius};
+  for (std::size_t i = work.shared; i < std::min(first + 1, count); ++i) {
+    look.middles.center[i] = work.course[nearest_of_course(work, line.points[i])];
+    look.middles.weight[i] = kMouth;
+  }
+  return look;
+}
+
+/// Looks for the centre of each own point's section that is out of the parent's lumen, by rays.
+Look look_by_rays(Line& work, const Line* parent, const Surroundings& around) {
+  const Wall& wall = around.wall;
   Polyline& line = work.line;
   const std::vector<double> s = arc_length(line.points);
   const std::size_t first = std::max(work.shared, first_outside(work, parent));
-  std::vector<Vec3> moved = line.points;
+  Look look = blank_look(work, first);
   std::vector<double> radius = line.radius, extent = line.extent;
   parallel_for_uneven(std::ptrdiff_t(line.points.size() - first), [&](std::ptrdiff_t index) {
     const std::size_t i = first + std::size_t(index);
@@ -40,20 +69,16 @@ void center_points(Line& work, const Line* parent, const Wall& wall) {
     const Section section = measure_section(
         wall, line.points[i], tangent_at(line, s, i, direction_reach(line, i)), options);
     if (!section.valid) return;
-    moved[i] += 0.8 * (section.center - moved[i]);
+    look.seen[i] = 1;
+    look.middles.center[i] = line.points[i] + 0.8 * (section.center - line.points[i]);
+    look.middles.weight[i] = 1.0;
     radius[i] = section.inscribed_radius;
     extent[i] = section.extent;
   });
-  line.points = std::move(moved);
   line.radius = std::move(radius);
   line.extent = std::move(extent);
+  return look;
 }
-
-/// What a round of fitting did to each point of a line.
-struct FitRound {
-  std::vector<char> fitted;   ///< 1: the model saw enough wall
-  std::vector<double> shift;  ///< how far the point was moved, in extents
-};
 
 /// Whether points [first, last) hardly moved any more, as a whole.
 bool has_settled(const std::vector<double>& shift, std::size_t first, std::size_t last) {
@@ -62,46 +87,48 @@ bool has_settled(const std::vector<double>& shift, std::size_t first, std::size_
   return squares <= kSettled * kSettled * double(last - first);
 }
 
-/// Moves each own point that is out of the parent's lumen to the middle of the tube fitted to the
-/// wall round it, and takes its radius (and, when measuring, its area) from there.
+/// Fits a tube to the wall round each own point that is out of the parent's lumen, and takes its
+/// radius (and, when measuring, its area) from there.
 /// @param only  where it is not empty: the points to look at
-FitRound fit_points(Line& work, const Line* parent, const Wall& wall, const WallPoints& points,
-                    TubeEffort effort, const std::vector<char>& only = {}) {
+Look look_by_tubes(Line& work, const Line* parent, const Surroundings& around, TubeEffort effort,
+                   const std::vector<char>& only = {}) {
   Polyline& line = work.line;
   const std::vector<double> s = arc_length(line.points);
   const std::size_t first = std::max(work.shared, first_outside(work, parent));
   std::vector<TubeSection> sections(line.points.size());
   if (effort == TubeEffort::measure)
-    sections = measure_tube(points, line, first, line.points.size(), &wall);
+    sections = measure_tube(around.points, line, first, line.points.size(), &around.wall);
   else
     parallel_for_uneven(std::ptrdiff_t(line.points.size() - first), [&](std::ptrdiff_t index) {
       const std::size_t i = first + std::size_t(index);
       if (!only.empty() && only[i] == 0) return;
       const LocalCurve curve =
           fit_curve(line, s, i, course_reach(effort) * direction_reach(line, i));
-      sections[i] = fit_tube(points, curve, line.radius[i], line.extent[i], &wall, effort);
+      sections[i] =
+          fit_tube(around.points, curve, line.radius[i], line.extent[i], &around.wall, effort);
     });
-  FitRound round;
-  round.fitted.assign(line.points.size(), 0);
-  round.shift.assign(line.points.size(), 0.0);
+  Look look = blank_look(work, first);
+  for (std::size_t i = 0; i < only.size(); ++i)
+    if (only[i] == 0) look.middles.weight[i] = 1.0;  // stays as it is
   for (std::size_t i = first; i < line.points.size(); ++i) {
     if (!sections[i].valid) continue;
-    // A settled line moves little; what still jumps, at a ragged mouth, would become a hook.
+    // A settled line moves little: what still jumps saw another wall.
     if (effort == TubeEffort::measure &&
         distance(sections[i].center, line.points[i]) > kMostLastMove * sections[i].extent)
       continue;
-    round.fitted[i] = 1;
+    look.seen[i] = 1;
+    look.radius[i] = sections[i].inscribed_radius;
     // While a line moves, its tips are left alone, so that they cannot creep along the cap.
     const double zone = effort == TubeEffort::measure ? 0.0 : kEndZone * line.radius[i];
     if (!(work.free_start && s[i] < zone) && !(work.free_end && s.back() - s[i] < zone)) {
-      round.shift[i] = distance(sections[i].center, line.points[i]) / sections[i].extent;
-      line.points[i] = sections[i].center;
+      look.middles.center[i] = sections[i].center;
+      look.middles.weight[i] = 1.0;
     }
     line.radius[i] = sections[i].inscribed_radius;
     line.extent[i] = sections[i].extent;
     if (effort == TubeEffort::measure) work.area[i] = sections[i].area;
   }
-  return round;
+  return look;
 }
 
 /// The flat stretches of a line that have not settled, and a little beside them.
@@ -122,122 +149,152 @@ std::vector<char> unsettled_flats(const Polyline& line, const std::vector<double
   return marked;
 }
 
-/// Where the lumen is flat each round goes some way along it only, so it takes more of them.
-void settle_flats(Line& work, const Line* parent, const Wall& wall, const WallPoints& points,
-                  std::vector<double> shift) {
-  for (int round = 0; round < kFlatFitRounds; ++round) {
-    const std::vector<char> only = unsettled_flats(work.line, shift);
-    if (std::find(only.begin(), only.end(), 1) == only.end()) return;
-    const Polyline before = work.line;
-    smooth(work.line, work.shared, 2);
-    for (std::size_t i = 0; i < only.size(); ++i)
-      if (only[i] == 0) work.line.points[i] = before.points[i];
-    shift = fit_points(work, parent, wall, points, TubeEffort::center, only).shift;
-  }
+/// One round of centring by the tube model. @return how far each point moved, in extents
+std::vector<double> center_by_tubes(Line& work, const Line* parent, const Surroundings& around,
+                                    const std::vector<char>& only = {}) {
+  const std::vector<Vec3> before = work.line.points;
+  Look look = look_by_tubes(work, parent, around, TubeEffort::center, only);
+  settle(work, around, std::move(look.middles), kTubeStiffness);
+  std::vector<double> shift(before.size());
+  for (std::size_t i = 0; i < before.size(); ++i)
+    shift[i] = distance(before[i], work.line.points[i]) / work.line.extent[i];
+  return shift;
 }
 
-/// Leaves the parent by a smooth curve from the last shared point to the mouth of the branch.
-void bridge_mouth(Line& work, const Line& parent, const Wall& wall) {
-  const std::size_t mouth = first_outside(work, &parent);
-  if (mouth <= work.shared) return;
-  Polyline& line = work.line;
-  const std::size_t anchor = work.shared - 1;
-  const std::vector<double> s = arc_length(line.points);
-  const auto count = int(mouth - work.shared);
-  const Vec3 leave = normalized(line.points[anchor] - line.points[anchor > 0 ? anchor - 1 : 0]);
-  const Vec3 enter = tangent_at(line, s, mouth, 0.5 * line.radius[mouth]);
-  const std::vector<Vec3> curve =
-      bridge(line.points[anchor], leave, line.points[mouth], enter, count);
-  for (const Vec3& p : curve)
-    if (wall.ray(p, leave, wall.resolution()) <= 0.0) return;  // stays as it was smoothed
-  std::copy(curve.begin(), curve.end(), line.points.begin() + std::ptrdiff_t(work.shared));
-}
-
-void refine(Line& work, const Line* parent, const Wall& wall, const WallPoints& points,
-            double step_mm) {
-  const auto work_step = [&](double r) { return std::max(kWorkStep * r, 0.4 * wall.resolution()); };
-  const std::size_t least_kept = work.shared + 2;
+/// Moves a line to the middle, in rounds, its points spread anew for each.
+void center(Line& work, const Line* parent, const Surroundings& around,
+            const std::function<double(double)>& step) {
+  const auto spread = [&] {
+    check_widths(work, around.distance_to_wall);
+    resample(work.line, work.shared, step);
+    smooth_widths(work.line, work.shared, 2);
+  };
   for (int round = 0; round < kRounds; ++round) {
-    resample(work.line, work.shared, work_step);
-    smooth(work.line, work.shared, 2);
-    center_points(work, parent, wall);
+    spread();
+    Look look = round == 0 ? blank_look(work, work.shared) : look_by_rays(work, parent, around);
+    settle(work, around, std::move(look.middles), kRayStiffness);
   }
   std::vector<double> shift;
   for (int round = 1; round <= kFitRounds; ++round) {
-    resample(work.line, work.shared, work_step);
-    smooth(work.line, work.shared, 2);  // against hooks at mouths; the fit centres again
-    shift = fit_points(work, parent, wall, points, TubeEffort::center).shift;
+    spread();
+    shift = center_by_tubes(work, parent, around);
     if (round > 1 && has_settled(shift, first_outside(work, parent), shift.size())) break;
   }
-  settle_flats(work, parent, wall, points, std::move(shift));
-  if (parent != nullptr) bridge_mouth(work, *parent, wall);
-  if (work.free_end) redo_end(work.line, wall, least_kept);
-  if (work.free_start) {
-    reverse(work.line);
-    redo_end(work.line, wall, 2);
-    reverse(work.line);
-  }
-  resample(work.line, work.shared, [&](double r) {
-    return step_mm > 0.0 ? step_mm : std::max(kFinalStep * r, 0.25 * wall.resolution());
-  });
-}
-
-/// Where a plane misses the lumen (right at a cap), the nearest good section stands in.
-void fill_gaps(Line& work) {
-  const std::size_t count = work.area.size();
-  for (std::size_t i = std::max<std::size_t>(work.shared, 1); i < count; ++i)
-    if (work.area[i] <= 0.0) {
-      work.area[i] = work.area[i - 1];
-      work.line.radius[i] = work.line.radius[i - 1];
-    }
-  for (std::size_t i = count - 1; i-- > 0;)
-    if (work.area[i] <= 0.0) {
-      work.area[i] = work.area[i + 1];
-      work.line.radius[i] = work.line.radius[i + 1];
-    }
-  for (std::size_t i = 0; i < count; ++i)
-    if (work.area[i] <= 0.0) work.area[i] = units::kPi * work.line.radius[i] * work.line.radius[i];
-}
-
-/// Inside its parent's tube a branch's line is a curve from one vessel to the other and in the
-/// middle of neither, so the room around it says nothing of the vessel: at least, it is as wide as
-/// on the way from the one radius to the other.
-void widen_mouth(Line& work, const Line& parent, const std::vector<double>& s) {
-  const std::size_t anchor = work.shared - 1, mouth = first_outside(work, &parent);
-  std::vector<double>& radius = work.line.radius;
-  for (std::size_t i = work.shared; i < mouth; ++i) {
-    const double t = (s[i] - s[anchor]) / (s[mouth] - s[anchor]);
-    radius[i] = std::max(radius[i], (1.0 - t) * radius[anchor] + t * radius[mouth]);
-    work.area[i] = std::max(work.area[i], units::kPi * radius[i] * radius[i]);
+  // Where the lumen is flat each round goes some way along it only, so it takes more of them.
+  for (int round = 0; round < kFlatFitRounds; ++round) {
+    const std::vector<char> only = unsettled_flats(work.line, shift);
+    if (std::find(only.begin(), only.end(), 1) == only.end()) break;
+    shift = center_by_tubes(work, parent, around, only);
   }
 }
 
-/// The numbers that are kept: by the tube model, and where it sees too little wall (in branchings,
-/// at ragged ends) by rays.
-void measure(Line& work, const Line* parent, const Wall& wall, const WallPoints& points) {
+/// Draws the free ends straight on to the wall, or to the border of the data.
+void redo_ends(Line& work, const Wall& wall) {
+  if (work.free_end) redo_end(work.line, wall, work.shared + 2, work.end_rim);
+  if (!work.free_start) return;
+  reverse(work.line);
+  redo_end(work.line, wall, 2, work.start_rim);
+  reverse(work.line);
+}
+
+/// The numbers that are kept: by the tube model; where it sees too little wall (in branchings, at
+/// ragged ends) areas are by rays.
+/// @return what the tube model saw
+Look measure(Line& work, const Line* parent, const Surroundings& around) {
+  work.area.resize(work.shared);
   work.area.resize(work.line.points.size(), 0.0);
-  const std::vector<char> fitted =
-      fit_points(work, parent, wall, points, TubeEffort::measure).fitted;
+  Look look = look_by_tubes(work, parent, around, TubeEffort::measure);
+  const Wall& wall = around.wall;
   const Polyline& line = work.line;
   const std::vector<double> s = arc_length(line.points);
-  std::vector<double> radius = line.radius;
   parallel_for_uneven(std::ptrdiff_t(line.points.size() - work.shared), [&](std::ptrdiff_t index) {
     const std::size_t i = work.shared + std::size_t(index);
-    if (fitted[i] != 0) return;
+    if (look.seen[i] != 0) return;
     SectionOptions options;
     options.ray_count = 64;
     options.expected = std::max(line.radius[i], wall.resolution());
     const Section section = measure_section(
         wall, line.points[i], tangent_at(line, s, i, direction_reach(line, i)), options);
     // From beside the middle, the wall that is near says nothing of the vessel's width.
-    if (!section.valid || distance(section.center, line.points[i]) > 0.5 * section.inscribed_radius)
-      return;
-    radius[i] = section.inscribed_radius;
-    work.area[i] = section.area;
+    if (section.valid && distance(section.center, line.points[i]) < 0.5 * section.inscribed_radius)
+      work.area[i] = section.area;
   });
-  work.line.radius = std::move(radius);
-  fill_gaps(work);
-  if (parent != nullptr) widen_mouth(work, *parent, s);
+  return look;
+}
+
+/// The radius at each point is the distance to the wall there: the model's, which the wall's noise
+/// and its flat triangles do not make too low, as long as it is within 1 % of the wall itself.
+void take_radii(Line& work, const Look& look, const WallDistance& distance_to_wall) {
+  constexpr double kMost = 1.01;
+  Polyline& line = work.line;
+  work.seen.resize(line.points.size(), 0);
+  work.fitted.resize(line.points.size(), 0.0);
+  parallel_for_uneven(std::ptrdiff_t(line.points.size() - work.shared), [&](std::ptrdiff_t index) {
+    const std::size_t i = work.shared + std::size_t(index);
+    const double here = distance_to_wall.at(line.points[i], line.radius[i]);
+    work.seen[i] = look.seen[i];
+    line.radius[i] = look.seen[i] != 0 ? std::clamp(look.radius[i], here, kMost * here) : here;
+    work.fitted[i] = look.seen[i] != 0 ? look.radius[i] : here;
+    work.area[i] = std::max(work.area[i], units::kPi * line.radius[i] * line.radius[i]);
+  });
+}
+
+/// Settles a line whose sections were measured. A middle that leads much nearer to the wall is
+/// none: the section held more than this vessel.
+void settle_last(Line& work, const Surroundings& around, Middles middles) {
+  constexpr int kMostRounds = 4;
+  constexpr double kNearer = 0.8;
+  const std::vector<Vec3> before = work.line.points;
+  const auto distances = [&] {
+    std::vector<double> result(before.size());
+    parallel_for_uneven(std::ptrdiff_t(before.size()), [&](std::ptrdiff_t index) {
+      const auto i = std::size_t(index);
+      result[i] = around.distance_to_wall.at(work.line.points[i], work.line.radius[i]);
+    });
+    return result;
+  };
+  const std::vector<double> distance_before = distances();
+  for (int round = 0; round < kMostRounds; ++round) {
+    work.line.points = before;
+    settle(work, around, middles, kLastStiffness);
+    const std::vector<double> distance_now = distances();
+    bool is_fine = true;
+    for (std::size_t i = work.shared; i < before.size(); ++i) {
+      if (distance_now[i] >= kNearer * distance_before[i]) continue;
+      is_fine = false;
+      middles.center[i] = before[i];
+      middles.weight[i] = round + 1.0;
+    }
+    if (is_fine) return;
+  }
+}
+
+/// Whether the own points of a line are neither crowded nor far apart.
+bool is_even(const Line& work, const std::function<double(double)>& step) {
+  const Polyline& line = work.line;
+  for (std::size_t i = work.shared; i + 1 < line.points.size(); ++i) {
+    const double part = distance(line.points[i], line.points[i + 1]) / step(line.radius[i]);
+    if (part < 0.3 || part > 3.0) return false;
+  }
+  return true;
+}
+
+/// The line in the middle, smooth, with the numbers that are kept.
+void finish(Line& work, const Line* parent, const Surroundings& around) {
+  const auto spread = [&] {
+    check_widths(work, around.distance_to_wall);
+    straighten(work, parent, around, around.last_step);
+    resample(work.line, work.shared, around.last_step);
+  };
+  spread();
+  Look look = measure(work, parent, around);
+  settle_last(work, around, look.middles);
+  check_widths(work, around.distance_to_wall);
+  if (!is_even(work, around.last_step) || has_turns(work, parent)) {
+    spread();
+    look = measure(work, parent, around);
+  }
+  take_radii(work, look, around.distance_to_wall);
 }
 
 /// A tip that was centred after it had been drawn to the border of the data may lie beyond it.
@@ -246,10 +303,14 @@ void stay_in_data(Line& work, const Wall& wall) {
   while (keep > work.shared + 2 && wall.beyond_data(work.line.points[keep - 1])) --keep;
   work.line.resize(keep);
   work.area.resize(keep);
+  work.seen.resize(keep);
+  work.fitted.resize(keep);
   if (work.parent >= 0) return;
   while (drop + 2 < keep && wall.beyond_data(work.line.points[drop])) ++drop;
   work.line.erase(0, drop);
   work.area.erase(work.area.begin(), work.area.begin() + std::ptrdiff_t(drop));
+  work.seen.erase(work.seen.begin(), work.seen.begin() + std::ptrdiff_t(drop));
+  work.fitted.erase(work.fitted.begin(), work.fitted.begin() + std::ptrdiff_t(drop));
 }
 
 CenterlinePath to_path(const Line& line, int id) {
@@ -257,6 +318,7 @@ CenterlinePath to_path(const Line& line, int id) {
   path.id = id;
   path.points = line.line.points;
   path.inscribed_radius = line.line.radius;
+  path.tube_radius = line.fitted;
   path.section_area = line.area;
   path.abscissa = arc_length(path.points);
   for (const double area : path.section_area)
@@ -266,18 +328,20 @@ CenterlinePath to_path(const Line& line, int id) {
 
 }  // namespace
 
-CenterlineTree trace_lines(const LumenVoxels& lumen, const Skeleton& skeleton, const Wall& wall,
-                           const WallPoints& points, double step_mm, const Progress& progress) {
-  const std::vector<Plan> plans = plan_lines(lumen, skeleton);
+TracedLines trace_lines(const Skeleton& skeleton, const Surroundings& around,
+                        const Progress& progress) {
+  const std::vector<Plan> plans = plan_lines(around.lumen, skeleton);
   std::vector<Line> lines(plans.size());
   const auto trace_line = [&](std::size_t index) {
     const Plan& plan = plans[index];
     const Line* parent = plan.parent >= 0 ? &lines[std::size_t(plan.parent)] : nullptr;
-    Line work = parent == nullptr ? start_line(lumen, skeleton, wall)
-                                  : start_branch(lumen, plan, *parent, wall);
-    refine(work, parent, wall, points, step_mm);
-    measure(work, parent, wall, points);
-    stay_in_data(work, wall);
+    Line work = parent == nullptr ? start_line(around.lumen, skeleton, around.wall)
+                                  : start_branch(around.lumen, plan, *parent, around.wall);
+    center(work, parent, around,
+           [&](double r) { return std::max(kWorkStep * r, 0.4 * around.wall.resolution()); });
+    redo_ends(work, around.wall);
+    finish(work, parent, around);
+    stay_in_data(work, around.wall);
     lines[index] = std::move(work);
   };
   // Lines need their parent's only: those of one generation are traced at once.
@@ -294,17 +358,15 @@ CenterlineTree trace_lines(const LumenVoxels& lumen, const Skeleton& skeleton, c
     done += now.size();
     progress.report(0.4 + 0.6 * double(done) / double(plans.size()), "centring lines");
   }
-  std::vector<CenterlinePath> paths;
-  for (const Line& line : lines) paths.push_back(to_path(line, 0));
-  std::stable_sort(paths.begin(), paths.end(), [](const auto& a, const auto& b) {
-    return a.abscissa.back() > b.abscissa.back();
+  std::stable_sort(lines.begin(), lines.end(), [](const Line& a, const Line& b) {
+    return arc_length(a.line.points).back() > arc_length(b.line.points).back();
   });
-  CenterlineTree tree;
-  for (std::size_t i = 0; i < paths.size(); ++i) {
-    paths[i].id = int(i);
-    tree.paths.push_back(std::move(paths[i]));
+  TracedLines result;
+  for (Line& line : lines) {
+    result.tree.paths.push_back(to_path(line, int(result.tree.paths.size())));
+    result.is_tube.push_back(std::move(line.seen));
   }
-  return tree;
+  return result;
 }
 
 }  // namespace angio::centerline

@@ -1,22 +1,24 @@
 #pragma once
 
-#include <vector>
-
+#include "centerline/detail/line_shape.hpp"
 #include "centerline/detail/skeleton.hpp"
-#include "centerline/detail/wall.hpp"
-#include "centerline/detail/wall_points.hpp"
 #include "core/centerline.hpp"
+#include "core/progress.hpp"
 
 namespace angio::centerline {
 
+/// Lines, and where a vessel was seen round them.
+struct TracedLines {
+  CenterlineTree tree;
+  std::vector<std::vector<char>> is_tube;  ///< 1: a section was seen all round, shape [path][point]
+};
+
 /// Turns voxel paths into lines through the middle of the lumen, with radii and section areas.
 ///
-/// Each line in turn (the longest first) is moved to the centres of the largest circles in its
-/// normal planes and smoothed, alternately; a later line keeps the points of the line it branches
-/// from, leaves it by a smooth curve, and only its own points are moved.
-///
-/// @param step_mm  distance of points; 0: a quarter of the radius
-CenterlineTree trace_lines(const LumenVoxels& lumen, const Skeleton& skeleton, const Wall& wall,
-                           const WallPoints& points, double step_mm, const Progress& progress);
+/// Each line in turn (the longest first) is moved to the middles of its sections and kept smooth
+/// and in the lumen's core, alternately (line_shape.hpp); a later line keeps the points of the line
+/// it branches from, leaves it by a smooth curve, and only its own points are moved.
+TracedLines trace_lines(const Skeleton& skeleton, const Surroundings& around,
+                        const Progress& progress);
 
 }  // namespace angio::centerline

@@ -66,6 +66,27 @@ int LumenVoxels::nearest(const Vec3& point_in_lps) const {
   return best;
 }
 
+double LumenVoxels::depth_at(const Vec3& point_in_lps) const {
+  const Vec3 at = geometry.index_from_lps(point_in_lps);
+  double sum = 0.0;
+  for (int n = 0; n < 8; ++n) {
+    int c = 0, stride = 1;
+    double weight = 1.0;
+    for (int axis = 0; axis < 3; ++axis) {
+      const double u = at[axis] - corner[std::size_t(axis)], low = std::floor(u);
+      const int i = int(low) + (n >> axis & 1);
+      weight *= (n >> axis & 1) != 0 ? u - low : 1.0 - (u - low);
+      if (i < 0 || i >= size[std::size_t(axis)]) weight = 0.0;
+      c += i * stride;
+      stride *= size[std::size_t(axis)];
+    }
+    if (weight <= 0.0) continue;
+    const int voxel = voxel_of_cell[std::size_t(c)];
+    if (voxel >= 0) sum += weight * double(depth[std::size_t(voxel)]);
+  }
+  return sum;
+}
+
 void LumenVoxels::cut(int voxel, int n) {
   const int other = neighbor(voxel, n);
   if (other < 0) return;

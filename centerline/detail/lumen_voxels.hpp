@@ -25,6 +25,8 @@ struct LumenVoxels {
   [[nodiscard]] Vec3 position(int voxel) const;             ///< LPS [mm]
   [[nodiscard]] int neighbor(int voxel, int n) const;       ///< -1 when not linked
   [[nodiscard]] int nearest(const Vec3& point_in_lps) const;
+  /// The depth between voxels, linear, 0 at voxels outside [mm].
+  [[nodiscard]] double depth_at(const Vec3& point_in_lps) const;
   void cut(int voxel, int n);  ///< removes the link, both ways
 };
 

@@ -83,6 +83,12 @@ void smooth(Polyline& line, std::size_t fixed, int passes) {
   }
 }
 
+void smooth_widths(Polyline& line, std::size_t fixed, int passes) {
+  const std::vector<Vec3> points = line.points;
+  smooth(line, fixed, passes);
+  line.points = points;
+}
+
 void resample(Polyline& line, std::size_t fixed, const std::function<double(double)>& step) {
   const std::size_t anchor = fixed > 0 ? fixed - 1 : 0;
   const std::vector<double> s = arc_length(line.points);

@@ -49,6 +49,9 @@ bool inside_tube(const std::vector<Vec3>& points, const std::vector<double>& rad
 /// Moves points [fixed, last) half way to the middle of their neighbours, `passes` times.
 void smooth(Polyline& line, std::size_t fixed, int passes);
 
+/// The same for radius and extent alone.
+void smooth_widths(Polyline& line, std::size_t fixed, int passes);
+
 /// Puts points anew behind point fixed - 1 (or 0), `step(radius)` [mm] apart, on the Catmull-Rom
 /// curve through the points. The first `fixed` points and the last one stay.
 void resample(Polyline& line, std::size_t fixed, const std::function<double(double)>& step);

@@ -2,252 +2,297 @@
 
 #include <algorithm>
 #include <cmath>
-#include <optional>
 
 namespace angio::centerline {
 namespace {
 
-constexpr double kSameVessel = 0.12;   // relative change of diameter across a side branch
-constexpr double kTip = 1.0;           // diameters left out at the inlet and at the outlet
-constexpr double kLeastHealthy = 2.0;  // diameters of healthy vessel that a fit needs
-constexpr double kDiseased = 0.05;     // relative: smaller dips count as healthy
-constexpr double kDilated = 0.15;      // relative: wider is ectasia or an aneurysm's neck
+constexpr double kCell = 0.25;         // diameters
+constexpr double kLeastSpread = 0.05;  // healthy vessels are no better cones than that
+constexpr double kMostSpread = 0.15;   // wilder is no scatter, but lesion after lesion
+constexpr double kHealthy = 2.0;       // standard deviations
 
-struct Samples {
-  std::vector<std::size_t> point;    ///< index on the path
-  std::vector<double> s, d, weight;  ///< abscissa, diameter, length each stands for [mm]
-};
-
-struct TaperLine {
-  double at = 0.0, value = 0.0, slope = 0.0;
-  [[nodiscard]] double operator()(double s) const { return value + slope * (s - at); }
-};
-
-/// Weighted least squares line; a constant when the samples span nothing.
-TaperLine fit_line(const Samples& samples, const std::vector<double>& weight) {
-  double w = 0.0, ws = 0.0, wd = 0.0;
-  for (std::size_t i = 0; i < weight.size(); ++i) {
-    w += weight[i];
-    ws += weight[i] * samples.s[i];
-    wd += weight[i] * samples.d[i];
+/// Points whose radius tells nothing: in branchings, and where the sphere reaches an end of the
+/// line, so that the end may have cut it off.
+std::vector<char> find_unmeasured(const CenterlinePath& path) {
+  constexpr double kReach = 0.8;
+  std::vector<char> hidden = find_hidden(path);
+  for (std::size_t i = 0; i < hidden.size(); ++i) {
+    const double to_end = std::min(path.abscissa[i], path.abscissa.back() - path.abscissa[i]);
+    if (measured_radius(path)[i] > kReach * to_end) hidden[i] = 1;
   }
-  TaperLine line{ws / w, wd / w, 0.0};
-  double ss = 0.0, sd = 0.0;
-  for (std::size_t i = 0; i < weight.size(); ++i) {
-    const double s = samples.s[i] - line.at;
-    ss += weight[i] * s * s;
-    sd += weight[i] * s * (samples.d[i] - line.value);
-  }
-  if (ss > 0.0) line.slope = sd / ss;
-  return line;
+  return hidden;
 }
 
-/// Quantile regression by reweighted least squares: asymmetric absolute values.
-TaperLine quantile_line(const Samples& samples, double quantile) {
-  std::vector<double> weight = samples.weight;
-  TaperLine line = fit_line(samples, weight);
-  for (int pass = 0; pass < 30; ++pass) {
-    for (std::size_t i = 0; i < weight.size(); ++i) {
-      const double e = samples.d[i] - line(samples.s[i]);
-      const double side = e > 0.0 ? quantile : 1.0 - quantile;
-      weight[i] = samples.weight[i] * side / std::max(std::abs(e), 1e-3 * line.value);
-    }
-    line = fit_line(samples, weight);
-  }
-  return line;
-}
-
-double weighted_median(std::vector<std::pair<double, double>> value_weight) {
-  std::sort(value_weight.begin(), value_weight.end());
-  double total = 0.0, sum = 0.0;
-  for (const auto& [value, weight] : value_weight) total += weight;
-  for (const auto& [value, weight] : value_weight)
-    if ((sum += weight) >= 0.5 * total) return value;
-  return value_weight.back().first;
-}
-
-struct Fit {
-  TaperLine line;
-  std::vector<char> healthy;
-  double healthy_length = 0.0;
-};
-
-Fit fit_healthy(const Samples& samples) {
-  Fit fit;
-  fit.line = quantile_line(samples, 0.7);
-  for (int pass = 0; pass < 10; ++pass) {
-    // The spread of the samples above the line is not touched by disease.
-    std::vector<std::pair<double, double>> above;
-    for (std::size_t i = 0; i < samples.s.size(); ++i) {
-      const double e = samples.d[i] / fit.line(samples.s[i]) - 1.0;
-      if (e >= 0.0) above.emplace_back(e, samples.weight[i]);
-    }
-    const double spread = above.empty() ? 0.0 : 1.4826 * weighted_median(above);
-    const double diseased = std::clamp(2.0 * spread, kDiseased, 0.15);
-    std::vector<double> weight(samples.s.size());
-    fit.healthy.assign(samples.s.size(), 0);
-    fit.healthy_length = 0.0;
-    for (std::size_t i = 0; i < samples.s.size(); ++i) {
-      const double e = samples.d[i] / fit.line(samples.s[i]) - 1.0;
-      if (e < -diseased || (pass > 0 && e > kDilated)) continue;
-      fit.healthy[i] = 1;
-      fit.healthy_length += samples.weight[i];
-      weight[i] = samples.weight[i] * std::min(1.0, diseased / std::max(e, 1e-9));
-    }
-    if (fit.healthy_length <= 0.0) break;
-    const TaperLine next = fit_line(samples, weight);
-    const bool settled = std::abs(next(samples.s.front()) - fit.line(samples.s.front())) +
-                             std::abs(next(samples.s.back()) - fit.line(samples.s.back())) <
-                         1e-6 * fit.line.value;
-    fit.line = next;
-    if (settled) break;
-  }
-  return fit;
-}
-
-/// The radius of the vessel at an end of a path. The sections right at an oblique cap are cut off
-/// by it, so it is the greatest radius within two diameters.
-double tip_radius(const CenterlinePath& path, bool at_front) {
-  double radius = 0.0;
-  const double tip = at_front ? path.abscissa.front() : path.abscissa.back();
+/// Twice the inscribed radii, none smaller than the spheres around its neighbours prove: a sphere
+/// of radius r at a distance x holds one of r - x. 0 where they tell nothing.
+std::vector<double> measure_diameters(const CenterlinePath& path) {
+  const std::vector<char> hidden = find_unmeasured(path);
   const std::size_t count = path.points.size();
-  for (std::size_t k = 0; k < count; ++k) {
-    const std::size_t i = at_front ? k : count - 1 - k;
-    if (std::abs(path.abscissa[i] - tip) > 4.0 * radius && k > 0) break;
-    radius = std::max(radius, path.inscribed_radius[i]);
+  std::vector<double> diameter(count, 0.0);
+  for (std::size_t j = 0; j < count; ++j) {
+    const double r = measured_radius(path)[j];
+    if (hidden[j] != 0 || !(r > 0.0)) continue;
+    const auto raise = [&](std::size_t i) {
+      const double length = std::abs(path.abscissa[i] - path.abscissa[j]);
+      if (length >= r) return false;
+      if (hidden[i] == 0)
+        diameter[i] = std::max(diameter[i], 2.0 * (r - distance(path.points[i], path.points[j])));
+      return true;
+    };
+    for (std::size_t i = j; i < count && raise(i); ++i) {
+    }
+    for (std::size_t i = j; i-- > 0 && raise(i);) {
+    }
   }
-  return radius;
+  return diameter;
 }
 
-/// The samples of points [first, last], without the tips of the path.
-Samples take_samples(const CenterlinePath& path, int first, int last) {
-  Samples samples;
-  const double begin = path.abscissa.front() + kTip * 2.0 * tip_radius(path, true);
-  const double end = path.abscissa.back() - kTip * 2.0 * tip_radius(path, false);
-  for (int index = first; index <= last; ++index) {
-    const auto i = std::size_t(index);
-    if (path.abscissa[i] < begin || path.abscissa[i] > end) continue;
+/// The unit in which lengths count: the diameter of the vessel around a point, of which a section
+/// farther away tells less.
+std::vector<double> measure_units(const CenterlinePath& path, const std::vector<double>& diameter) {
+  const std::size_t count = path.points.size();
+  std::vector<double> unit = diameter;
+  for (std::size_t j = 0; j < count; ++j) {
+    const auto raise = [&](std::size_t i) {
+      const double left = diameter[j] - 0.25 * std::abs(path.abscissa[i] - path.abscissa[j]);
+      unit[i] = std::max(unit[i], left);
+      return left > 0.0;
+    };
+    for (std::size_t i = j; i < count && raise(i); ++i) {
+    }
+    for (std::size_t i = j; i-- > 0 && raise(i);) {
+    }
+  }
+  // Where nothing is known near by, as at the nearest place.
+  double last = 0.0;
+  for (std::size_t i = 0; i < count; ++i) {
+    if (unit[i] > 0.0)
+      last = unit[i];
+    else
+      unit[i] = last;
+  }
+  for (std::size_t i = count; i-- > 0;) {
+    if (unit[i] > 0.0)
+      last = unit[i];
+    else
+      unit[i] = last > 0.0 ? last : 1.0;
+  }
+  return unit;
+}
+
+/// The measured stretches of a branch in cells, and the cell of each of its points.
+FieldBranch cut_into_cells(const CenterlinePath& path, const Branch& branch,
+                           const std::vector<double>& unit, ReferenceDiameter& reference) {
+  FieldBranch field;
+  field.daughters = branch.daughters;
+  double position = 0.0, sum = 0.0, middle = 0.0, length = 0.0;
+  int count = 0;
+  const auto close = [&] {
+    if (count == 0) return;
+    field.cells.push_back({sum / count, length, middle / count});
+    sum = middle = length = 0.0;
+    count = 0;
+  };
+  for (int k = branch.first; k <= branch.last; ++k) {
+    const auto i = std::size_t(k);
     const std::size_t before = i > 0 ? i - 1 : i;
     const std::size_t after = std::min(i + 1, path.points.size() - 1);
-    samples.point.push_back(i);
-    samples.s.push_back(path.abscissa[i]);
-    samples.d.push_back(2.0 * path.inscribed_radius[i]);
-    samples.weight.push_back(0.5 * (path.abscissa[after] - path.abscissa[before]));
-  }
-  return samples;
-}
-
-void append(Samples& to, const Samples& from) {
-  to.point.insert(to.point.end(), from.point.begin(), from.point.end());
-  to.s.insert(to.s.end(), from.s.begin(), from.s.end());
-  to.d.insert(to.d.end(), from.d.begin(), from.d.end());
-  to.weight.insert(to.weight.end(), from.weight.begin(), from.weight.end());
-}
-
-/// The healthy diameter of a stretch near one of its ends: the upper quartile of the third there.
-double level(const Samples& samples, bool at_front) {
-  std::vector<double> d;
-  const double middle = at_front ? samples.s.front() : samples.s.back();
-  const double reach = std::max(0.34 * (samples.s.back() - samples.s.front()), 1e-9);
-  for (std::size_t i = 0; i < samples.s.size(); ++i)
-    if (std::abs(samples.s[i] - middle) <= reach) d.push_back(samples.d[i]);
-  const auto at = d.begin() + std::ptrdiff_t(3 * (d.size() - 1) / 4);
-  std::nth_element(d.begin(), at, d.end());
-  return *at;
-}
-
-bool same_vessel(const Samples& a, const Samples& b) {
-  const double before = level(a, false), after = level(b, true);
-  return std::abs(before - after) <= kSameVessel * std::max(before, after);
-}
-
-/// Joins stretches across side branches that do not change the diameter; a stretch that is
-/// narrowed as a whole is joined when its neighbours go together.
-std::vector<Samples> find_segments(const CenterlinePath& path) {
-  std::vector<Samples> pieces;
-  for (const CenterlineTract& tract : path.tracts) {
-    if (tract.blanking) continue;
-    Samples samples = take_samples(path, tract.first_point, tract.last_point);
-    if (samples.s.size() >= 3) pieces.push_back(std::move(samples));
-  }
-  std::vector<Samples> segments;
-  for (std::size_t k = 0; k < pieces.size(); ++k) {
-    if (segments.empty()) {
-      segments.push_back(pieces[k]);
+    position += (path.abscissa[i] - path.abscissa[before]) / unit[i];
+    reference.cell[i] = -1;
+    if (reference.measured[i] <= 0.0) {
+      close();
       continue;
     }
-    Samples& last = segments.back();
-    const bool joins = same_vessel(last, pieces[k]);
-    const bool bridges = k + 1 < pieces.size() && level(pieces[k], true) < level(last, false) &&
-                         level(pieces[k], false) < level(pieces[k + 1], true) &&
-                         same_vessel(last, pieces[k + 1]);
-    if (joins || bridges)
-      append(last, pieces[k]);
-    else
-      segments.push_back(pieces[k]);
-    if (bridges && !joins) append(segments.back(), pieces[++k]);
+    const double stands_for = 0.5 * (path.abscissa[after] - path.abscissa[before]) / unit[i];
+    sum += std::log(reference.measured[i]);
+    middle += position;
+    ++count;
+    length += stands_for;
+    reference.cell[i] = int(field.cells.size());
+    if (length >= kCell) close();
   }
-  return segments;
+  close();
+  if (field.cells.empty()) field.cells.push_back({0.0, 0.0, 0.5 * position});
+  field.length = position;
+  return field;
 }
 
-/// Gives the points of branchings the smaller of the references before and behind.
-void bridge_branchings(const CenterlinePath& path, ReferenceDiameter& reference) {
-  const std::size_t count = path.points.size();
-  for (const CenterlineTract& tract : path.tracts) {
-    if (!tract.blanking) continue;
-    auto before = std::size_t(tract.first_point), after = std::size_t(tract.last_point);
-    while (before > 0 && reference.segment[before] < 0) --before;
-    while (after + 1 < count && reference.segment[after] < 0) ++after;
-    if (reference.segment[before] < 0 || reference.segment[after] < 0) continue;
-    const std::size_t smaller =
-        reference.diameter[before] < reference.diameter[after] ? before : after;
-    for (std::size_t i = before + 1; i < after; ++i) {
-      if (reference.segment[i] >= 0) continue;
-      reference.diameter[i] = reference.diameter[smaller];
-      reference.interpolated[i] = reference.interpolated[smaller];
-      reference.segment[i] = reference.segment[smaller];
+/// The standard deviation of normal errors whose magnitudes these are, by their lower quartile: up
+/// to half of them may be no errors at all.
+double deviation_of(std::vector<double> magnitudes) {
+  constexpr double kQuartile = 0.3186;  // of a standard normal's magnitude
+  if (magnitudes.size() < 4) return 0.0;
+  const auto at = magnitudes.begin() + std::ptrdiff_t(magnitudes.size() / 4);
+  std::nth_element(magnitudes.begin(), at, magnitudes.end());
+  return *at / kQuartile;
+}
+
+/// How much healthy diameters scatter around a cell: from second differences over a diameter, which
+/// no taper and no single lesion changes.
+void set_spreads(FieldBranch& branch) {
+  constexpr double kLag = 1.0, kReach = 8.0;
+  auto& cells = branch.cells;
+  std::vector<std::pair<double, double>> roughness;  // at a position
+  for (std::size_t c = 0; c < cells.size(); ++c) {
+    const auto at = [&](double position) {
+      std::size_t nearest = c;
+      for (std::size_t k = 0; k < cells.size(); ++k)
+        if (std::abs(cells[k].position - position) < std::abs(cells[nearest].position - position))
+          nearest = k;
+      return nearest;
+    };
+    const std::size_t before = at(cells[c].position - kLag), after = at(cells[c].position + kLag);
+    if (before == c || after == c) continue;
+    const double t = (cells[c].position - cells[before].position) /
+                     (cells[after].position - cells[before].position);
+    const double between = (1.0 - t) * cells[before].log_diameter + t * cells[after].log_diameter;
+    roughness.emplace_back(cells[c].position, std::abs(cells[c].log_diameter - between) /
+                                                  std::sqrt(1.0 + t * t + (1.0 - t) * (1.0 - t)));
+  }
+  for (FieldCell& cell : cells) {
+    std::vector<double> near;
+    for (const auto& [position, value] : roughness)
+      if (std::abs(position - cell.position) <= kReach) near.push_back(value);
+    cell.scatter = deviation_of(near);
+    cell.spread = std::clamp(cell.scatter, kLeastSpread, kMostSpread);
+  }
+}
+
+/// Weighted least squares for a straight line, whose slope is small by itself.
+struct LineFit {
+  double w = 0.0, wt = 0.0, wtt = 0.0, wy = 0.0, wty = 0.0;
+
+  void add(double weight, double t, double y) {
+    w += weight;
+    wt += weight * t;
+    wtt += weight * t * t;
+    wy += weight * y;
+    wty += weight * t * y;
+  }
+  [[nodiscard]] double at_zero() const { return (wy * wtt - wty * wt) / (w * wtt - wt * wt); }
+};
+
+/// Tukey's weight of a residual.
+double biweight(double residual, double most) {
+  const double x = residual / most;
+  return std::abs(x) < 1.0 ? (1.0 - x * x) * (1.0 - x * x) : 0.0;
+}
+
+/// ln of the healthy diameter at each cell of a branch: a straight line through the healthy cells
+/// around it, weighted by their distance. What is taken for healthy is told ever more sharply, down
+/// to three times the scatter: the shoulders of a lesion are left out. Where nothing is healthy the
+/// line is that of the field.
+std::vector<double> smooth(const FieldBranch& branch, const std::vector<double>& best) {
+  constexpr double kReach = 6.0, kTaper = 0.03, kPrior = 0.2, kLeastScatter = 0.01;
+  const auto& cells = branch.cells;
+  std::vector<double> line = best;
+  for (const double sharpness : {2.0, 1.0, 0.5, 0.0}) {
+    std::vector<double> next;
+    for (std::size_t i = 0; i < cells.size(); ++i) {
+      LineFit fit;
+      fit.wtt = 1.0 / (kTaper * kTaper);
+      for (std::size_t j = 0; j < cells.size(); ++j) {
+        const double t = cells[j].position - cells[i].position, x = std::abs(t) / kReach;
+        if (x >= 1.0) continue;
+        const double near = std::pow(1.0 - x * x * x, 3.0);
+        const double most =
+            std::max(sharpness * cells[j].spread, 3.0 * std::max(cells[j].scatter, kLeastScatter));
+        const double healthy = biweight(cells[j].log_diameter - line[j], most);
+        fit.add(near * healthy * cells[j].weight / (cells[j].spread * cells[j].spread), t,
+                cells[j].log_diameter);
+        fit.add(near * std::max(cells[j].weight, 0.01) / (kPrior * kPrior), t, best[j]);
+      }
+      next.push_back(fit.at_zero());
     }
+    line = next;
+  }
+  return line;
+}
+
+/// ln of the healthy diameter at a position of a branch, between its cells.
+double value_at(const FieldBranch& branch, const std::vector<double>& line, double position) {
+  const auto& cells = branch.cells;
+  std::size_t c = 0;
+  while (c + 1 < cells.size() && cells[c + 1].position < position) ++c;
+  if (c + 1 == cells.size() || position <= cells[c].position) return line[c];
+  const double t = (position - cells[c].position) / (cells[c + 1].position - cells[c].position);
+  return (1.0 - t) * line[c] + t * line[c + 1];
+}
+
+ReferenceDiameter measure(const CenterlinePath& path) {
+  ReferenceDiameter reference;
+  const std::size_t count = path.points.size();
+  reference.measured = measure_diameters(path);
+  reference.diameter.assign(count, 0.0);
+  reference.healthy.assign(count, 0);
+  reference.branch.assign(count, -1);
+  reference.cell.assign(count, -1);
+  return reference;
+}
+
+/// Gives the points of a branch their reference.
+void fill_branch(const TreeReference& tree, std::size_t b, const CenterlinePath& path,
+                 const std::vector<double>& unit, ReferenceDiameter& reference) {
+  const FieldBranch& field = tree.field_branches[b];
+  std::vector<double> best;
+  for (std::size_t c = 0; c < field.cells.size(); ++c) best.push_back(tree.field.best(b, c));
+  const std::vector<double> line = smooth(field, best);
+  double position = 0.0;
+  for (int k = tree.branches[b].first; k <= tree.branches[b].last; ++k) {
+    const auto i = std::size_t(k);
+    if (i > 0) position += (path.abscissa[i] - path.abscissa[i - 1]) / unit[i];
+    reference.branch[i] = int(b);
+    reference.diameter[i] = std::exp(value_at(field, line, position));
+    if (reference.measured[i] <= 0.0) continue;
+    const double off = std::abs(std::log(reference.measured[i] / reference.diameter[i]));
+    reference.healthy[i] =
+        off <= kHealthy * field.cells[std::size_t(reference.cell[i])].spread ? 1 : 0;
+  }
+}
+
+/// Lines that share a branch share what is on it.
+void share_branch(const Branch& branch, const CenterlineTree& tree,
+                  std::vector<ReferenceDiameter>& paths) {
+  const auto owner = std::size_t(branch.path);
+  const auto first = std::size_t(branch.first), last = std::size_t(branch.last);
+  const Vec3& end = tree.paths[owner].points[last];
+  for (std::size_t p = owner + 1; p < paths.size(); ++p) {
+    const auto& points = tree.paths[p].points;
+    if (points.size() <= last || !(points[last] == end)) continue;
+    const auto copy = [&](auto& to, const auto& from) {
+      std::copy(from.begin() + std::ptrdiff_t(first), from.begin() + std::ptrdiff_t(last) + 1,
+                to.begin() + std::ptrdiff_t(first));
+    };
+    copy(paths[p].measured, paths[owner].measured);
+    copy(paths[p].diameter, paths[owner].diameter);
+    copy(paths[p].healthy, paths[owner].healthy);
+    copy(paths[p].branch, paths[owner].branch);
+    copy(paths[p].cell, paths[owner].cell);
   }
 }
 
 }  // namespace
 
-ReferenceDiameter find_reference(const CenterlinePath& path) {
-  ReferenceDiameter reference;
-  const std::size_t count = path.points.size();
-  reference.diameter.assign(count, 0.0);
-  reference.interpolated.assign(count, 0);
-  reference.healthy.assign(count, 0);
-  reference.segment.assign(count, -1);
-  const std::vector<Samples> segments = find_segments(path);
-  std::vector<Fit> fits;
-  for (const Samples& samples : segments) fits.push_back(fit_healthy(samples));
-  const auto enough = [&](std::size_t k) {
-    return fits[k].healthy_length >= kLeastHealthy * fits[k].line.value;
-  };
-  for (std::size_t k = 0; k < segments.size(); ++k) {
-    std::optional<double> average;
-    if (!enough(k)) {
-      std::optional<double> proximal, distal;
-      for (std::size_t before = k; before-- > 0 && !proximal;)
-        if (enough(before)) proximal = fits[before].line(segments[before].s.back());
-      for (std::size_t after = k + 1; after < segments.size() && !distal; ++after)
-        if (enough(after)) distal = fits[after].line(segments[after].s.front());
-      if (proximal && distal)
-        average = 0.5 * (*proximal + *distal);
-      else
-        average = level(segments[k], proximal.has_value());
-    }
-    for (std::size_t i = 0; i < segments[k].s.size(); ++i) {
-      const std::size_t p = segments[k].point[i];
-      reference.healthy[p] = fits[k].healthy[i];
-      reference.diameter[p] = average ? *average : fits[k].line(segments[k].s[i]);
-      reference.interpolated[p] = average ? 0 : 1;
-      reference.segment[p] = int(k);
-    }
+TreeReference find_reference(const CenterlineTree& tree) {
+  TreeReference result{find_branches(tree), {}, HealthyField({}), {}};
+  std::vector<std::vector<double>> units;
+  for (const CenterlinePath& path : tree.paths) {
+    result.paths.push_back(measure(path));
+    units.push_back(measure_units(path, result.paths.back().measured));
   }
-  bridge_branchings(path, reference);
-  return reference;
+  for (const Branch& branch : result.branches) {
+    const auto p = std::size_t(branch.path);
+    result.field_branches.push_back(
+        cut_into_cells(tree.paths[p], branch, units[p], result.paths[p]));
+    set_spreads(result.field_branches.back());
+  }
+  result.field = HealthyField(result.field_branches);
+  for (std::size_t b = 0; b < result.branches.size(); ++b) {
+    const auto p = std::size_t(result.branches[b].path);
+    fill_branch(result, b, tree.paths[p], units[p], result.paths[p]);
+  }
+  for (const Branch& branch : result.branches) share_branch(branch, tree, result.paths);
+  return result;
 }
 
 }  // namespace angio::centerline

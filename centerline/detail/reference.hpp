@@ -1,36 +1,39 @@
 #pragma once
 
-#include <string>
 #include <vector>
 
+#include "centerline/detail/branches.hpp"
+#include "centerline/detail/healthy_field.hpp"
 #include "core/centerline.hpp"
 
 namespace angio::centerline {
 
-/// The diameter that a path would have without disease.
+/// The diameter that a path would have without disease. All arrays have shape [point].
 struct ReferenceDiameter {
-  std::vector<double> diameter;    ///< [mm], shape [point]; 0 where there is none (at the ends)
-  std::vector<char> interpolated;  ///< 1: linear taper fit; 0: mean of proximal and distal
-  std::vector<char> healthy;       ///< 1: part of the vessel that the reference is taken from
-  std::vector<int> segment;        ///< stretch with one fit, shape [point]; -1 where there is none
+  std::vector<double> diameter;  ///< [mm]
+  std::vector<double> measured;  ///< the lumen's diameter [mm]; 0 where a branching hides it
+  std::vector<char> healthy;     ///< 1: measured, and as wide as the reference within its scatter
+  std::vector<int> branch;       ///< index into TreeReference::branches
+  std::vector<int> cell;         ///< of the branch in the field; -1 where nothing is measured
 };
 
-/// Reference diameter along a path.
+struct TreeReference {
+  std::vector<Branch> branches;
+  std::vector<FieldBranch> field_branches;  ///< shape [branch]
+  HealthyField field;
+  std::vector<ReferenceDiameter> paths;  ///< shape [path]
+};
+
+/// Reference diameters of a whole tree.
 ///
-/// A segment is a stretch between branchings (small side branches, behind which the diameter goes
-/// on within kSameVessel, do not end it), less branchings and less one diameter at the tips. On
-/// each, a straight line d_ref(s) = a + b s is fitted to the healthy samples: it starts as the 70 %
-/// quantile line, then samples more than two robust standard deviations (at least 5 %) below it
-/// are left out as diseased and those more than kDilated above it as ectasia, until it stays.
-/// "Interpolated" reference of quantitative coronary angiography: Reiber, Serruys, Kooijman et
-/// al., Circulation 71(2), 1985, doi:10.1161/01.CIR.71.2.280; the one-sided weights are ours.
+/// The diameters of each branch, cut into cells of a quarter of a diameter, go into a HealthyField,
+/// which finds the healthy tree that explains most of them. Through the cells that agree with it
+/// runs, on each branch, a local straight line in ln(diameter) (robust local regression: Cleveland,
+/// J. Am. Stat. Assoc. 74(368), 1979, doi:10.1080/01621459.1979.10481038), which is the reference.
+/// Where no cell agrees, it is the field's own value.
 ///
-/// Where less than two diameters of healthy vessel are left, the reference is the mean of the
-/// nearest healthy diameters proximal and distal on the path ("average").
-///
-/// Inside a branching it is the smaller of the references before and behind it: a healthy lumen is
-/// nowhere narrower there than the vessel it leads to, so a dip below is a lesion of the ostium or
-/// the carina.
-ReferenceDiameter find_reference(const CenterlinePath& path);
+/// Lengths count in diameters of the vessel around, so nothing changes when a tree is scaled. What
+/// tracts with `blanking` hide is not measured.
+TreeReference find_reference(const CenterlineTree& tree);
 
 }  // namespace angio::centerline

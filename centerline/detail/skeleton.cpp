@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "centerline/detail/fronts.hpp"
+#include "centerline/detail/inlet.hpp"
 #include "core/error.hpp"
 
 namespace angio::centerline {
@@ -24,6 +25,11 @@ int end_of_cap(const std::vector<Vec3>& points, const std::vector<double>& depth
 }
 
 namespace {
+
+std::string text(const Vec3& place) {
+  const auto mm = [](double value) { return std::to_string(std::lround(value)); };
+  return "(" + mm(place.x) + ", " + mm(place.y) + ", " + mm(place.z) + ") mm";
+}
 
 double voxel_size(const LumenVoxels& lumen) {
   const Vec3 h = lumen.geometry.spacing;
@@ -124,44 +130,103 @@ Ends find_ends(LumenVoxels& lumen, int source, double min_length, std::vector<ch
   }
 }
 
-/// How wide the vessel is that ends here: the lower quartile of the depth over six radii past its
-/// cap, so that neither a narrow place nor the sac of an aneurysm counts for the vessel. Where the
-/// border of the volume cuts the vessel off, it counts by a quarter more: what feeds the lumen
-/// mostly comes from outside.
-double inlet_score(const LumenVoxels& lumen, const std::vector<int>& tip_first) {
+/// Whether the border of the volume cuts a vessel off, rather than a wall ending it.
+bool is_cut_off(const LumenVoxels& lumen, const std::vector<int>& tip_first) {
   std::vector<Vec3> points;
   std::vector<double> depth;
   for (const int v : tip_first) {
     points.push_back(lumen.position(v));
     depth.push_back(double(lumen.depth[std::size_t(v)]));
   }
-  const auto begin = std::size_t(end_of_cap(points, depth));
-  const bool cut_off = std::any_of(tip_first.begin(), tip_first.begin() + std::ptrdiff_t(begin) + 1,
-                                   [&](int v) { return at_border(lumen, v); });
-  std::vector<double> inside;
-  for (std::size_t i = begin; i < points.size(); ++i)
-    if (distance(points[i], points[begin]) <= 6.0 * depth[begin]) inside.push_back(depth[i]);
-  const auto quartile = inside.begin() + std::ptrdiff_t(inside.size() / 4);
-  std::nth_element(inside.begin(), quartile, inside.end());
-  return (cut_off ? 1.25 : 1.0) * *quartile;
+  const auto cap = std::ptrdiff_t(end_of_cap(points, depth));
+  return std::any_of(tip_first.begin(), tip_first.begin() + cap + 1,
+                     [&](int v) { return at_border(lumen, v); });
 }
 
 /// @param front  from the root
-int widest_end(const LumenVoxels& lumen, int root, const Front& front,
-               const std::vector<LumenEnd>& ends) {
-  std::vector<int> from_root = trace(front, ends.front().voxel);
-  int best = root;
-  double best_score = inlet_score(lumen, from_root);
+/// @param rims   voxels of open rims; where there are two or more, blood comes in by one of them
+int find_inlet(const LumenVoxels& lumen, int root, const Front& front,
+               const std::vector<LumenEnd>& ends, const std::vector<int>& rims) {
+  const auto is_rim = [&](int v) {
+    return rims.size() < 2 || std::find(rims.begin(), rims.end(), v) != rims.end();
+  };
+  std::vector<InletCandidate> candidates;
+  const std::vector<int> from_root = trace(front, ends.front().voxel);
+  candidates.push_back({root, is_cut_off(lumen, from_root), is_rim(root)});
   for (const LumenEnd& end : ends) {
-    if (end.at_loop_cut) continue;
+    if (end.voxel == root) continue;
     std::vector<int> chain = trace(front, end.voxel);
     std::reverse(chain.begin(), chain.end());
-    const double score = inlet_score(lumen, chain);
-    if (score <= best_score) continue;
-    best_score = score;
-    best = end.voxel;
+    candidates.push_back(
+        {end.voxel, is_cut_off(lumen, chain), is_rim(end.voxel) && !end.at_loop_cut});
   }
-  return best;
+  return candidates[choose_inlet(lumen, front, candidates)].voxel;
+}
+
+/// Makes every open rim an end, and no end of what else stands out but long vessels.
+/// @param rims  voxels in the middle of the rims
+/// @param closed  gets the tips of vessels that end without a rim
+void take_rims(const LumenVoxels& lumen, const std::vector<int>& rims, int source, Ends& ends,
+               std::vector<int>& closed) {
+  constexpr double kLong = 6.0;  // radii
+  std::vector<LumenEnd> kept;
+  for (const int rim : rims) {
+    if (rim == source || std::isinf(ends.front.length[std::size_t(rim)])) continue;
+    kept.push_back({rim, ends.front.length[std::size_t(rim)], false});
+  }
+  std::vector<char> in_tree(std::size_t(lumen.count()), 0);
+  for (const LumenEnd& end : kept)
+    for (int v = end.voxel; v >= 0; v = ends.front.previous[std::size_t(v)])
+      in_tree[std::size_t(v)] = 1;
+  for (const LumenEnd& end : ends.ends) {
+    double length = 0.0, radius = 0.0;
+    int v = end.voxel;
+    for (; v >= 0 && in_tree[std::size_t(v)] == 0; v = ends.front.previous[std::size_t(v)]) {
+      radius = std::max(radius, double(lumen.depth[std::size_t(v)]));
+      const int next = ends.front.previous[std::size_t(v)];
+      if (next >= 0) length += distance(lumen.position(v), lumen.position(next));
+    }
+    // From its parent's wall on; a tip next to a rim is the edge of that rim's cap.
+    if (v >= 0) length -= double(lumen.depth[std::size_t(v)]);
+    if (length < kLong * std::max(radius, voxel_size(lumen))) continue;
+    kept.push_back(end);
+    closed.push_back(end.voxel);
+    for (int w = end.voxel; w >= 0 && in_tree[std::size_t(w)] == 0;
+         w = ends.front.previous[std::size_t(w)])
+      in_tree[std::size_t(w)] = 1;
+  }
+  ends.ends = std::move(kept);
+}
+
+struct Rim {
+  int voxel = -1;  ///< in its middle
+  Vec3 middle;     ///< LPS [mm]
+};
+
+/// The open rims of the piece that is followed.
+std::vector<Rim> find_rims(const LumenVoxels& lumen, const std::vector<Vec3>& middles,
+                           std::vector<std::string>& warnings) {
+  std::vector<Rim> rims;
+  for (const Vec3& middle : middles) {
+    const int voxel = lumen.nearest(middle);
+    const double away = distance(lumen.position(voxel), middle);
+    const bool is_known =
+        std::any_of(rims.begin(), rims.end(), [&](const Rim& rim) { return rim.voxel == voxel; });
+    if (away > 3.0 * voxel_size(lumen) + double(lumen.depth[std::size_t(voxel)]))
+      warnings.push_back("the open rim at " + text(middle) +
+                         " has no line (its vessel is not connected to the others, or thinner "
+                         "than can be followed)");
+    else if (!is_known)
+      rims.push_back({voxel, middle});
+  }
+  return rims;
+}
+
+/// The middle of the rim that a voxel stands for, if it does.
+std::optional<Vec3> middle_of_rim(const std::vector<Rim>& rims, int voxel) {
+  for (const Rim& rim : rims)
+    if (rim.voxel == voxel) return rim.middle;
+  return std::nullopt;
 }
 
 /// The end nearest to a point, if one is within three radii of it, else the nearest voxel.
@@ -186,11 +251,6 @@ double chain_length(const LumenVoxels& lumen, const std::vector<int>& chain) {
   return length;
 }
 
-std::string text(const Vec3& place) {
-  const auto mm = [](double value) { return std::to_string(std::lround(value)); };
-  return "(" + mm(place.x) + ", " + mm(place.y) + ", " + mm(place.z) + ") mm";
-}
-
 std::string sac_warning(const Vec3& tip) {
   return "a sac (aneurysm?) at " + text(tip) + " has no line, because it ends without an outlet";
 }
@@ -204,7 +264,9 @@ std::string loop_warning(const LumenVoxels& lumen, const std::vector<int>& cuts)
          places + ", and lines end there";
 }
 
-void check_tubular(const LumenVoxels& lumen, const std::vector<int>& chain) {
+void check_tubular(const LumenVoxels& lumen, const Ends& ends) {
+  const std::vector<int> chain =
+      ends.ends.empty() ? std::vector<int>{} : trace(ends.front, ends.ends.front().voxel);
   double deepest = 0.0;
   for (const int v : chain) deepest = std::max(deepest, double(lumen.depth[std::size_t(v)]));
   if (chain_length(lumen, chain) > 3.0 * deepest && lumen.count() >= 20) return;
@@ -215,25 +277,35 @@ void check_tubular(const LumenVoxels& lumen, const std::vector<int>& chain) {
 
 }  // namespace
 
-Skeleton find_skeleton(LumenVoxels& lumen, const CenterlineOptions& options) {
+Skeleton find_skeleton(LumenVoxels& lumen, const CenterlineOptions& options,
+                       const std::vector<Vec3>& open_rims) {
   Skeleton skeleton;
+  const std::vector<Rim> open_ends = find_rims(lumen, open_rims, skeleton.warnings);
+  std::vector<int> rims;
+  for (const Rim& rim : open_ends) rims.push_back(rim.voxel);
+  const bool has_rims = rims.size() >= 2;
   const int deepest =
       int(std::max_element(lumen.depth.begin(), lumen.depth.end()) - lumen.depth.begin());
-  const int root = farthest(march(lumen, deepest));
+  const int root = has_rims ? rims.front() : farthest(march(lumen, deepest));
   std::vector<char> near_cut(std::size_t(lumen.count()), 0);
   const std::vector<std::uint32_t> uncut = lumen.links;
-  Ends ends = find_ends(lumen, root, options.min_branch_length_mm, near_cut);
-  check_tubular(lumen, trace(ends.front, ends.ends.front().voxel));
+  std::vector<int> closed;
+  const auto find_from = [&](int source) {
+    lumen.links = uncut;  // a loop is cut where the blood from the inlet meets, not from the root
+    near_cut.assign(near_cut.size(), 0);
+    closed.clear();
+    Ends ends = find_ends(lumen, source, options.min_branch_length_mm, near_cut);
+    if (has_rims) take_rims(lumen, rims, source, ends, closed);
+    return ends;
+  };
+  Ends ends = find_from(root);
+  if (!has_rims) check_tubular(lumen, ends);
 
   std::vector<int> all_ends{root};
   for (const LumenEnd& end : ends.ends) all_ends.push_back(end.voxel);
   const int inlet = options.inlet_lps_mm ? snap(lumen, *options.inlet_lps_mm, all_ends)
-                                         : widest_end(lumen, root, ends.front, ends.ends);
-  if (inlet != root) {
-    lumen.links = uncut;  // a loop is cut where the blood from the inlet meets, not from the root
-    near_cut.assign(near_cut.size(), 0);
-    ends = find_ends(lumen, inlet, options.min_branch_length_mm, near_cut);
-  }
+                                         : find_inlet(lumen, root, ends.front, ends.ends, rims);
+  if (inlet != root) ends = find_from(inlet);
   if (!options.outlets_lps_mm.empty()) {
     std::vector<int> found;
     for (const LumenEnd& end : ends.ends) found.push_back(end.voxel);
@@ -244,13 +316,18 @@ Skeleton find_skeleton(LumenVoxels& lumen, const CenterlineOptions& options) {
   skeleton.starts_at_end = std::find(all_ends.begin(), all_ends.end(), inlet) != all_ends.end();
   for (const LumenEnd& end : ends.ends)
     if (end.voxel != inlet)
-      skeleton.chains.push_back({trace(ends.front, end.voxel), end.at_loop_cut});
+      skeleton.chains.push_back(
+          {trace(ends.front, end.voxel), end.at_loop_cut, middle_of_rim(open_ends, end.voxel)});
+  skeleton.inlet_rim = middle_of_rim(open_ends, inlet);
   std::stable_sort(skeleton.chains.begin(), skeleton.chains.end(),
                    [&](const auto& a, const auto& b) {
                      return chain_length(lumen, a.voxels) > chain_length(lumen, b.voxels);
                    });
   for (const LumenEnd& sac : ends.sacs)
     skeleton.warnings.push_back(sac_warning(lumen.position(sac.voxel)));
+  for (const int tip : closed)
+    skeleton.warnings.push_back("a vessel ends closed at " + text(lumen.position(tip)) +
+                                "; its tip counts as an outlet");
   if (!ends.loop_cuts.empty()) skeleton.warnings.push_back(loop_warning(lumen, ends.loop_cuts));
   return skeleton;
 }

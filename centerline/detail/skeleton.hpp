@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -13,16 +14,22 @@ struct Skeleton {
   struct Chain {
     std::vector<int> voxels;   ///< inlet first; chains share their first voxels until they part
     bool ends_at_cut = false;  ///< the far end is where a loop was cut, not a wall
+    std::optional<Vec3> rim;   ///< middle of the open rim where it ends [mm]
   };
-  std::vector<Chain> chains;  ///< the longest first
-  bool starts_at_end = true;  ///< false: the inlet was put inside a vessel
+  std::vector<Chain> chains;      ///< the longest first
+  std::optional<Vec3> inlet_rim;  ///< middle of the open rim of the inlet [mm]
+  bool starts_at_end = true;      ///< false: the inlet was put inside a vessel
   std::vector<std::string> warnings;
 };
 
 /// Finds inlet and outlets (where the options do not give them) and the paths between, along the
 /// middle of the lumen. Cuts loops in `lumen`.
+/// @param open_rims  middles of the rims of an open surface [mm]: with two or more of them, every
+///                   rim is an end and blood comes in by one of them; what ends without a rim is
+///                   an outlet only if it is a vessel (three times as long as wide), and told
 /// @throws InputError  when nothing tubular is in it
-Skeleton find_skeleton(LumenVoxels& lumen, const CenterlineOptions& options);
+Skeleton find_skeleton(LumenVoxels& lumen, const CenterlineOptions& options,
+                       const std::vector<Vec3>& open_rims);
 
 /// How far from the tip of a chain the tip's own shape (a flat cap, a dome) is felt: the longest
 /// arc a with depth(a) < a / 2. Along the edge of a flat cap the depth grows by 0.7 a, into a dome

@@ -255,6 +255,42 @@ double SurfaceWall::ray(const Vec3& from, const Vec3& direction, double longest)
   return dot(normal, direction) > 0.0 ? hit : 0.0;
 }
 
+double SurfaceWall::distance_to_wall(const Vec3& point, int first_cap_vertex) const {
+  const auto to_box = [&](int index) {
+    const Box& box = boxes_[std::size_t(index)];
+    double squared = 0.0;
+    for (int axis = 0; axis < 3; ++axis) {
+      const double d = std::max({box.low[axis] - point[axis], point[axis] - box.high[axis], 0.0});
+      squared += d * d;
+    }
+    return squared;
+  };
+  double nearest = std::numeric_limits<double>::max();
+  std::vector<std::pair<double, int>> stack{{to_box(0), 0}};
+  while (!stack.empty()) {
+    const auto [away, index] = stack.back();
+    stack.pop_back();
+    if (away >= nearest) continue;
+    const Box& box = boxes_[std::size_t(index)];
+    if (box.left >= 0) {
+      std::pair<double, int> near{to_box(box.left), box.left};
+      std::pair<double, int> far{to_box(box.left + 1), box.left + 1};
+      if (near > far) std::swap(near, far);
+      stack.push_back(far);
+      stack.push_back(near);
+      continue;
+    }
+    for (int i = box.first; i < box.first + box.count; ++i) {
+      const auto& [a, b, c] = mesh_.triangles[std::size_t(order_[std::size_t(i)])];
+      if (std::max({a, b, c}) >= first_cap_vertex) continue;
+      nearest = std::min(nearest, distance_squared(point, mesh_.vertices[std::size_t(a)],
+                                                   mesh_.vertices[std::size_t(b)],
+                                                   mesh_.vertices[std::size_t(c)]));
+    }
+  }
+  return std::sqrt(nearest);
+}
+
 std::vector<double> SurfaceWall::diameters(int most) const {
   std::vector<double> result, short_ones;
   const std::size_t count = mesh_.triangles.size();

@@ -31,6 +31,8 @@ class SurfaceWall final : public Wall {
   [[nodiscard]] bool beyond_data(const Vec3&) const override { return false; }
   [[nodiscard]] double resolution() const override { return resolution_; }
   [[nodiscard]] const TriangleMesh& mesh() const { return mesh_; }
+  /// Distance [mm] to the nearest triangle without a vertex of index `first_cap_vertex` or more.
+  [[nodiscard]] double distance_to_wall(const Vec3& point, int first_cap_vertex) const;
   /// Lumen diameters [mm] as seen from the wall: straight across, from the middles of up to
   /// `most` triangles spread over the surface; ascending.
   [[nodiscard]] std::vector<double> diameters(int most) const;
@@ -51,6 +53,9 @@ class SurfaceWall final : public Wall {
   std::vector<Vec3> middle_;
   double resolution_;
 };
+
+/// Squared distance from a point to a triangle [mm^2].
+double distance_squared(const Vec3& p, const Vec3& a, const Vec3& b, const Vec3& c);
 
 /// Signed distance [mm], negative inside, exact within two voxels of the surface and clamped to
 /// +-2 voxels beyond. Inside is where the winding number is positive, so parts that overlap unite.

@@ -1,6 +1,7 @@
 #include "centerline/detail/tracts.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <map>
 #include <tuple>
 
@@ -99,10 +100,45 @@ class Splitter {
   std::vector<int> shared_, exit_;
 };
 
+/// The stretches of a path, off its tips and branchings, where no tube was seen.
+std::vector<Interval> find_gaps(const CenterlinePath& path, const std::vector<char>& is_tube,
+                                const std::vector<Interval>& branchings) {
+  constexpr double kLong = 3.0, kTip = 2.0;  // radii
+  std::vector<Interval> gaps;
+  const int count = int(path.points.size());
+  for (int i = 0; i < count; ++i) {
+    if (is_tube[std::size_t(i)] != 0) continue;
+    Interval gap{i, i};
+    while (gap.last + 1 < count && is_tube[std::size_t(gap.last) + 1] == 0) ++gap.last;
+    i = gap.last;
+    double radius = 0.0;
+    for (int k = gap.first; k <= gap.last; ++k)
+      radius = std::max(radius, path.inscribed_radius[std::size_t(k)]);
+    const double first = path.abscissa[std::size_t(gap.first)];
+    const double last = path.abscissa[std::size_t(gap.last)];
+    const bool is_at_tip = first < kTip * radius || path.abscissa.back() - last < kTip * radius;
+    const bool is_in_branching = std::any_of(
+        branchings.begin(), branchings.end(),
+        [&](const Interval& b) { return gap.first <= b.last + 1 && gap.last >= b.first - 1; });
+    if (!is_at_tip && !is_in_branching && last - first > kLong * radius) gaps.push_back(gap);
+  }
+  return gaps;
+}
+
+std::string note_of(const CenterlinePath& path, const Interval& gap) {
+  const auto mm = [&](int i) { return std::to_string(std::lround(path.abscissa[std::size_t(i)])); };
+  return "between " + mm(gap.first) + " and " + mm(gap.last) + " mm of line " +
+         std::to_string(path.id) +
+         " the lumen is no tube (a sac, a chamber, or vessels that touch): the line goes straight "
+         "through, and nothing is measured there (Blanking)";
+}
+
 }  // namespace
 
-void assign_tracts(CenterlineTree& tree) {
+std::vector<std::string> assign_tracts(CenterlineTree& tree,
+                                       const std::vector<std::vector<char>>& is_tube) {
   const Splitter splitter(tree);
+  std::vector<std::string> notes;
   std::map<std::tuple<std::size_t, int, bool>, int> group_of;  // first owner, start, blanking
   for (std::size_t i = 0; i < tree.paths.size(); ++i) {
     CenterlinePath& path = tree.paths[i];
@@ -117,14 +153,25 @@ void assign_tracts(CenterlineTree& tree) {
       const int group = group_of.try_emplace({owner, first, blanking}, next_group).first->second;
       path.tracts.push_back({first, last, group, int(path.tracts.size()), blanking});
     };
+    std::vector<Interval> blanked = splitter.branchings(i);
+    for (const Interval& gap : find_gaps(path, is_tube[i], blanked)) {
+      blanked.push_back(gap);
+      const bool is_known = std::any_of(
+          tree.paths.begin(), tree.paths.begin() + std::ptrdiff_t(i),
+          [&](const auto& other) { return splitter.shared(std::size_t(other.id), i) > gap.first; });
+      if (!is_known) notes.push_back(note_of(path, gap));
+    }
+    std::sort(blanked.begin(), blanked.end(),
+              [](const Interval& a, const Interval& b) { return a.first < b.first; });
     int at = 0;
-    for (const Interval& branching : splitter.branchings(i)) {
-      add(at, branching.first, false);
-      add(branching.first, branching.last, true);
-      at = branching.last;
+    for (const Interval& interval : blanked) {
+      add(at, interval.first, false);
+      add(interval.first, interval.last, true);
+      at = interval.last;
     }
     add(at, int(path.points.size()) - 1, false);
   }
+  return notes;
 }
 
 }  // namespace angio::centerline

@@ -1,5 +1,8 @@
 #pragma once
 
+#include <string>
+#include <vector>
+
 #include "core/centerline.hpp"
 
 namespace angio::centerline {
@@ -14,6 +17,13 @@ namespace angio::centerline {
 /// vessels", IEEE TMI 23(6), 2004, doi:10.1109/TMI.2004.826946, section II-B; VMTK's branch
 /// extractor. Departure: lines that share their points up to a branching are not grouped by
 /// distance, but by these points.
-void assign_tracts(CenterlineTree& tree);
+///
+/// A stretch elsewhere without a section that was seen all round, longer than three radii, is no
+/// tube (a sac, a chamber, vessels that touch): it is blanked, too.
+///
+/// @param is_tube  1: the section was seen, shape [path][point]
+/// @return a note for each such stretch
+std::vector<std::string> assign_tracts(CenterlineTree& tree,
+                                       const std::vector<std::vector<char>>& is_tube);
 
 }  // namespace angio::centerline

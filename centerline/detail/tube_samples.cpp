@@ -102,10 +102,9 @@ std::vector<Sample> gather(const WallPoints& points, const LocalCurve& curve, do
   std::vector<int> found;
   points.collect(curve.origin, std::hypot(reach, widest), found);
   const double margin = std::max(0.1 * radius, 0.5 * points.correlation_length());
-  // Points that err together say little more than one of them.
-  constexpr std::size_t kEnough = 2000;
-  const std::size_t step =
-      points.correlation_length() > 0.0 ? std::max<std::size_t>(found.size() / kEnough, 1) : 1;
+  // More say no more: a section has some thirty unknowns, and points of a level set err together.
+  constexpr std::size_t kEnough = 1000;
+  const std::size_t step = std::max<std::size_t>(found.size() / kEnough, 1);
   std::vector<Sample> samples;
   samples.reserve(found.size() / step + 1);
   for (std::size_t n = 0; n < found.size(); n += step) {

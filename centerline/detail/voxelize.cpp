@@ -5,9 +5,8 @@
 #include "centerline/detail/surface_wall.hpp"
 
 namespace angio::centerline {
-namespace {
 
-/// Squared distance from a point to a triangle (Ericson, Real-Time Collision Detection, 5.1.5).
+// Ericson, Real-Time Collision Detection, 5.1.5.
 double distance_squared(const Vec3& p, const Vec3& a, const Vec3& b, const Vec3& c) {
   const Vec3 ab = b - a, ac = c - a, ap = p - a;
   const double d1 = dot(ab, ap), d2 = dot(ac, ap);
@@ -28,6 +27,8 @@ double distance_squared(const Vec3& p, const Vec3& a, const Vec3& b, const Vec3&
   const double sum = va + vb + vc;
   return norm_squared(ap - (vb / sum) * ab - (vc / sum) * ac);
 }
+
+namespace {
 
 VolumeGeometry grid_of(const TriangleMesh& mesh, double spacing) {
   Vec3 low = mesh.vertices.front(), high = low;

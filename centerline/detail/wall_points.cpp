@@ -128,4 +128,15 @@ void WallPoints::collect(const Vec3& center, double reach, std::vector<int>& fou
   }
 }
 
+double WallPoints::distance_to_nearest(const Vec3& place, double guess) const {
+  std::vector<int> found;
+  for (double reach = std::max(1.1 * guess, 0.5 * cell_);; reach *= 2.0) {
+    collect(place, reach, found);
+    if (found.empty() && !points_.empty()) continue;
+    double nearest = reach * reach;
+    for (const int n : found) nearest = std::min(nearest, norm_squared(point(n) - place));
+    return std::sqrt(nearest);
+  }
+}
+
 }  // namespace angio::centerline

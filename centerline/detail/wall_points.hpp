@@ -26,6 +26,8 @@ class WallPoints {
   [[nodiscard]] int count() const { return int(points_.size()); }
   /// Points within `reach` [mm] of a place, in a fixed order.
   void collect(const Vec3& center, double reach, std::vector<int>& found) const;
+  /// Distance [mm] to the nearest point. @param guess  [mm] > 0: where to begin to look
+  [[nodiscard]] double distance_to_nearest(const Vec3& place, double guess) const;
   /// Errors of points nearer than this [mm] go together.
   [[nodiscard]] double correlation_length() const { return correlation_length_; }
 

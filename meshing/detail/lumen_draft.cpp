@@ -8,6 +8,7 @@
 #include <numbers>
 
 #include "core/error.hpp"
+#include "core/surface_rims.hpp"
 #include "meshing/detail/fill_hole.hpp"
 #include "meshing/detail/soup.hpp"
 #include "meshing/repair_surface.hpp"
@@ -15,30 +16,34 @@
 namespace angio::meshing::detail {
 namespace {
 
-/// An opening of a given surface.
-struct Opening {
-  std::vector<int> loop;
-  Vec3 centre;
-  double radius = 0.0;      ///< mean distance from the centre [mm]
-  Plane plane;              ///< its normal leaves the lumen
-  double unevenness = 0.0;  ///< largest distance from the plane [mm]
-};
-Opening describe_opening(const TriangleMesh& mesh, std::vector<int> loop) {
-  Opening opening;
-  const double share = 1.0 / double(loop.size());
-  const auto at = [&](std::size_t i) { return mesh.vertices[std::size_t(loop[i % loop.size()])]; };
-  for (std::size_t i = 0; i < loop.size(); ++i) opening.centre += share * at(i);
-  Vec3 area;
-  for (std::size_t i = 0; i < loop.size(); ++i) {
-    area += cross(at(i) - opening.centre, at(i + 1) - opening.centre);
-    opening.radius += share * distance(at(i), opening.centre);
+std::string place_in_words(const Vec3& place) {
+  std::string text = " (";
+  for (int a = 0; a < 3; ++a) {
+    char number[32];
+    std::snprintf(number, sizeof number, "%s%.1f", a > 0 ? ", " : "", place[a]);
+    text += number;
   }
-  opening.plane = {opening.centre, normalized(area)};
-  for (std::size_t i = 0; i < loop.size(); ++i)
-    opening.unevenness =
-        std::max(opening.unevenness, std::abs(opening.plane.signed_distance(at(i))));
-  opening.loop = std::move(loop);
-  return opening;
+  return text + ") mm";
+}
+
+std::string describe_rim(const SurfaceRim& rim) {
+  char width[48];
+  std::snprintf(width, sizeof width, "%.2f mm wide at", rim.diameter_mm);
+  return width + place_in_words(rim.centre);
+}
+
+/// The line end that an opening belongs to, -1 if there is none; each end is taken once.
+int end_at(const SurfaceRim& rim, const std::vector<LineEnd>& ends,
+           const std::vector<char>& taken) {
+  const double radius = 0.5 * rim.diameter_mm;
+  int nearest = -1;
+  for (std::size_t e = 0; e < ends.size(); ++e) {
+    const double d = distance(ends[e].tip, rim.centre);
+    if (!taken[e] && d < 1.5 * std::max(ends[e].radius, radius) &&
+        (nearest < 0 || d < distance(ends[std::size_t(nearest)].tip, rim.centre)))
+      nearest = int(e);
+  }
+  return nearest >= 0 && radius > 0.5 * ends[std::size_t(nearest)].radius ? nearest : -1;
 }
 
 }  // namespace
@@ -84,32 +89,28 @@ SurfaceDraft repaired_draft(const TriangleMesh& surface, const CenterlineTree& t
   draft.rim.assign(draft.mesh.vertices.size(), -1);
   draft.rim_planes.resize(ends.size());
   std::vector<char> taken(ends.size(), 0);
-  for (const auto& loop : boundary_loops(draft.mesh)) {
-    const Opening opening = describe_opening(draft.mesh, loop);
-    int nearest = -1;
-    for (std::size_t e = 0; e < ends.size(); ++e) {
-      const double reach = 1.5 * std::max(ends[e].radius, opening.radius);
-      const double d = distance(ends[e].tip, opening.centre);
-      if (!taken[e] && d < reach &&
-          (nearest < 0 || d < distance(ends[std::size_t(nearest)].tip, opening.centre)))
-        nearest = int(e);
-    }
+  std::string closed;
+  for (const SurfaceRim& rim : surface_rims(draft.mesh)) {
     constexpr double kFlat = 0.1;  // unevenness / radius of a rim that is straightened
-    const bool keep = nearest >= 0 && opening.unevenness < kFlat * opening.radius &&
-                      opening.radius > 0.5 * ends[std::size_t(nearest)].radius;
-    if (!keep) {
-      fill_hole(draft.mesh, loop);
+    const int end = end_at(rim, ends, taken);
+    if (end < 0) closed += (closed.empty() ? "" : ", ") + describe_rim(rim);
+    if (end >= 0) taken[std::size_t(end)] = 1;
+    if (end < 0 || rim.unevenness_mm >= kFlat * 0.5 * rim.diameter_mm) {
+      fill_hole(draft.mesh, rim.loop);
       draft.rim.resize(draft.mesh.vertices.size(), -1);
       continue;
     }
-    taken[std::size_t(nearest)] = 1;
-    draft.rim_planes[std::size_t(nearest)] = opening.plane;
-    for (const int v : loop) {
+    const Plane plane{rim.centre, rim.normal};
+    draft.rim_planes[std::size_t(end)] = plane;
+    for (const int v : rim.loop) {
       Vec3& x = draft.mesh.vertices[std::size_t(v)];
-      x -= opening.plane.signed_distance(x) * opening.plane.normal;
-      draft.rim[std::size_t(v)] = nearest;
+      x -= plane.signed_distance(x) * plane.normal;
+      draft.rim[std::size_t(v)] = end;
     }
   }
+  if (!closed.empty())
+    warnings.push_back(
+        "these openings of the given surface were closed, as no line ends at them: " + closed);
   return draft;
 }
 
@@ -136,16 +137,6 @@ std::vector<Plane> planes_to_try(const CenterlineTree& tree, const LineEnd& end)
       }
     }
   return planes;
-}
-
-std::string place_in_words(const Vec3& place) {
-  std::string text = " (";
-  for (int a = 0; a < 3; ++a) {
-    char number[32];
-    std::snprintf(number, sizeof number, "%s%.1f", a > 0 ? ", " : "", place[a]);
-    text += number;
-  }
-  return text + ") mm";
 }
 
 }  // namespace

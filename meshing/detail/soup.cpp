@@ -8,7 +8,9 @@
 #include <numbers>
 #include <numeric>
 #include <set>
+#include <span>
 #include <unordered_map>
+#include <utility>
 
 #include "core/error.hpp"
 
@@ -50,14 +52,35 @@ class PointGrid {
 using EdgeKey = std::array<int, 2>;
 EdgeKey edge_key(int a, int b) { return {std::min(a, b), std::max(a, b)}; }
 
-/// Triangles at each edge, as 3 * triangle + first corner of the edge.
-std::map<EdgeKey, std::vector<int>> triangles_at_edges(const TriangleMesh& mesh) {
-  std::map<EdgeKey, std::vector<int>> at;
-  for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
-    for (std::size_t c = 0; c < 3; ++c)
-      at[edge_key(mesh.triangles[t][c], mesh.triangles[t][(c + 1) % 3])].push_back(int(3 * t + c));
-  return at;
-}
+/// Triangles at each edge, as 3 * triangle + first corner of the edge; edges in ascending order.
+class EdgeTable {
+ public:
+  struct Edge {
+    EdgeKey key;
+    std::span<const int> at;
+  };
+  explicit EdgeTable(const TriangleMesh& mesh) {
+    std::vector<std::pair<EdgeKey, int>> sides;
+    sides.reserve(3 * mesh.triangles.size());
+    for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
+      for (std::size_t c = 0; c < 3; ++c)
+        sides.emplace_back(edge_key(mesh.triangles[t][c], mesh.triangles[t][(c + 1) % 3]),
+                           int(3 * t + c));
+    std::sort(sides.begin(), sides.end());
+    at_.reserve(sides.size());
+    for (const auto& [key, index] : sides) at_.push_back(index);
+    for (std::size_t first = 0, last = 0; first < sides.size(); first = last) {
+      while (last < sides.size() && sides[last].first == sides[first].first) ++last;
+      edges_.push_back({sides[first].first, std::span(at_).subspan(first, last - first)});
+    }
+  }
+  [[nodiscard]] auto begin() const { return edges_.begin(); }
+  [[nodiscard]] auto end() const { return edges_.end(); }
+
+ private:
+  std::vector<int> at_;
+  std::vector<Edge> edges_;
+};
 
 int find_root(std::vector<int>& parent, int v) {
   while (parent[std::size_t(v)] != v) {
@@ -160,7 +183,8 @@ Count join_t_junctions(TriangleMesh& mesh, double tolerance) {
     PointGrid grid(std::max(median_edge_length(mesh), tolerance));
     std::set<int> border;
     std::vector<std::array<std::size_t, 2>> open;  // triangle and first corner
-    for (const auto& [key, at] : triangles_at_edges(mesh)) {
+    const EdgeTable edges(mesh);
+    for (const auto& [key, at] : edges) {
       if (at.size() != 1) continue;
       open.push_back({std::size_t(at[0]) / 3, std::size_t(at[0]) % 3});
       border.insert(key.begin(), key.end());
@@ -208,7 +232,7 @@ Count cut_off_fins(TriangleMesh& mesh) {
   constexpr double kLargest = 0.2;  // of the area; what is larger is no fin
   constexpr int kRounds = 1000;
   for (int round = 0; round < kRounds; ++round) {
-    const auto edges = triangles_at_edges(mesh);
+    const EdgeTable edges(mesh);
     std::vector<int> parent(mesh.triangles.size());
     std::iota(parent.begin(), parent.end(), 0);
     for (const auto& [key, at] : edges)
@@ -255,7 +279,7 @@ Count cut_off_fins(TriangleMesh& mesh) {
 }
 
 Count turn_alike(TriangleMesh& mesh) {
-  const auto edges = triangles_at_edges(mesh);
+  const EdgeTable edges(mesh);
   std::vector<std::vector<std::pair<int, bool>>> next(
       mesh.triangles.size());  // and: same way round
   for (const auto& [key, at] : edges) {
@@ -307,7 +331,8 @@ Count take_sheets_apart(TriangleMesh& mesh) {
     unite(parent, i, j / 3 * 3 + (j % 3 + 1) % 3);
     unite(parent, i / 3 * 3 + (i % 3 + 1) % 3, j);
   };
-  for (const auto& [key, at] : triangles_at_edges(mesh)) {
+  const EdgeTable edges(mesh);
+  for (const auto& [key, at] : edges) {
     const Vec3& a = mesh.vertices[std::size_t(key[0])];
     const Vec3 along = normalized(mesh.vertices[std::size_t(key[1])] - a);
     const Vec3 u = any_perpendicular(along);

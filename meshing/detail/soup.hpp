@@ -1,5 +1,8 @@
 #pragma once
 
+#include <algorithm>
+#include <vector>
+
 #include "core/triangle_mesh.hpp"
 #include "meshing/repair_surface.hpp"
 
@@ -9,9 +12,11 @@ namespace angio::meshing::detail {
 
 struct Count {
   int count = 0;
-  Vec3 where;
-  void add(const Vec3& place) {
-    if (count++ == 0) where = place;
+  Vec3 where;            ///< the first place, or that of the largest
+  double size_mm = 0.0;  ///< of the largest; 0: sizes are not looked at
+  void add(const Vec3& place, double size = 0.0) {
+    if (count++ == 0 || size > size_mm) where = place;
+    size_mm = std::max(size, size_mm);
   }
 };
 

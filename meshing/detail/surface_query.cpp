@@ -12,6 +12,7 @@
 #include <bit>
 #include <cmath>
 #include <cstdint>
+#include <limits>
 #include <tuple>
 
 #include "core/parallel.hpp"
@@ -340,6 +341,19 @@ ClosestPoint::Result ClosestPoint::find(const Vec3& point) const {
   const auto [nearest, primitive] = tree_->tree.closest_point_and_primitive(to_cgal(point));
   const Vec3 found = from_cgal(nearest);
   return {found, int(primitive - tree_->triangles.cbegin()), distance(found, point)};
+}
+
+double ClosestPoint::ahead(const Vec3& from, const Vec3& direction, int own_triangle) const {
+  const auto own = tree_->triangles.cbegin() + own_triangle;
+  const auto hit = tree_->tree.first_intersected_primitive(
+      Kernel::Ray_3(to_cgal(from), Kernel::Vector_3(direction.x, direction.y, direction.z)),
+      [&](const Triangles::const_iterator& t) { return t == own; });
+  if (!hit) return std::numeric_limits<double>::infinity();
+  const Kernel::Triangle_3& t = **hit;
+  const Vec3 a = from_cgal(t[0]);
+  const Vec3 normal = cross(from_cgal(t[1]) - a, from_cgal(t[2]) - a);
+  const double along = dot(normal, direction);
+  return along == 0.0 ? distance(from, a) : dot(normal, a - from) / along;
 }
 
 }  // namespace angio::meshing::detail

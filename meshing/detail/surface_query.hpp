@@ -35,7 +35,7 @@ std::vector<std::array<int, 2>> intersections(const TriangleMesh& mesh_a,
 /// @return indices into `loop`, turning as the loop does
 std::vector<Triangle> triangulate_loop(const std::vector<Vec3>& loop);
 
-/// The nearest point of a surface.
+/// The nearest point of a surface, and the next one along a ray.
 class ClosestPoint {
  public:
   struct Result {
@@ -48,6 +48,9 @@ class ClosestPoint {
   ClosestPoint(const ClosestPoint&) = delete;
   ClosestPoint& operator=(const ClosestPoint&) = delete;
   [[nodiscard]] Result find(const Vec3& point) const;
+  /// How far a ray runs from a point of one triangle until it meets another; infinity if it meets
+  /// none.
+  [[nodiscard]] double ahead(const Vec3& from, const Vec3& direction, int own_triangle) const;
 
  private:
   struct Tree;

@@ -29,6 +29,7 @@ constexpr double kBandVoxels = 2.5;    ///< of distance that the fit looks at
 constexpr double kReachMm = 5.0;       ///< to which the level set tells distances outside
 constexpr float kLeastShare = 0.2f;    ///< of the contrast: T never goes below
 constexpr double kVoxelBudget = 64e6;  ///< of the result
+constexpr double kBesideVoxels = 1.5;  ///< of the tree: may be lumen below the level of blood
 constexpr float kPeakShare = 0.7f;     ///< T stays below this share of the local peak
 
 /// The highest value within one voxel.
@@ -56,8 +57,13 @@ Volume<float> local_peak(const Volume<float>& volume) {
 }
 
 /// -F: negative where the voxel is more than half lumen.
-Volume<float> level_function(const Volume<float>& volume, const Volume<float>& peak,
-                             const IntensityLevels& levels, const SegmentationOptions& options) {
+/// @param from_tree  distance [mm]
+Volume<float> level_function(const BoundaryInput& input, const Volume<float>& peak,
+                             const IntensityLevels& levels, const Volume<float>& from_tree,
+                             const SegmentationOptions& options) {
+  const Volume<float>& volume = input.denoised;
+  const float least_blood = input.blood_half_level.value_or(-1e30f);
+  const auto beside = float(kBesideVoxels * mean_spacing(volume.geometry));
   const float least_contrast = 0.1f * (levels.lumen_overall - levels.background_overall);
   const auto lowest = float(options.intensity_min.value_or(-1e30));
   const auto highest = float(options.intensity_max.value_or(1e30));
@@ -79,6 +85,8 @@ Volume<float> level_function(const Volume<float>& volume, const Volume<float>& p
         const float value = volume.at(i, j, int(k));
         float excess = (value - threshold) / contrast;
         if (value > highest) excess = -0.5f;
+        if (value < least_blood && from_tree.at(i, j, int(k)) > beside)
+          excess = std::min(excess, -0.1f);
         level.at(i, j, int(k)) = -std::clamp(excess, -1.0f, 1.0f);
       }
     }
@@ -102,6 +110,14 @@ bool is_broken(const Pieces& inside, const Volume<std::uint8_t>& tree,
   return std::count_if(overlap.begin(), overlap.end(), [&](std::size_t count) {
            return count > 0 && double(count) * voxel >= least_mm3;
          }) > 1;
+}
+
+/// What of the tree is worth a bridge [mm^3]. The tree is connected, and holds no noise: a thin
+/// branch, of which the level leaves short pieces, is kept as a whole.
+double least_part(const VolumeGeometry& voxels, const SegmentationOptions& options) {
+  constexpr double kLeastVoxels = 6.0;
+  const Vec3& h = voxels.spacing;
+  return std::min(options.min_component_mm3, kLeastVoxels * h.x * h.y * h.z);
 }
 
 /// Turns other pieces than the tree's into outside, and closed holes into inside.
@@ -165,16 +181,19 @@ RoughBoundary rough_boundary(const BoundaryInput& input, const SegmentationOptio
       level.values[v] = input.tree.values[v] ? -0.5f : 0.5f;
   });
   RoughBoundary rough;
-  rough.distance = signed_distance(std::move(level), reach);
+  const Volume<float> from_tree = signed_distance(std::move(level), reach);
+  rough.distance = from_tree;
   for (int iteration = 0; iteration < kRoughIterations; ++iteration) {
     const Volume<float> share =
         blurred_share(rough.distance, {}, grid, {{blur_voxels, blur_voxels, blur_voxels}});
-    const IntensityLevels levels = intensity_levels(input.denoised, rough.distance, share, edge);
-    level = level_function(input.denoised, peak, levels, options);
+    const IntensityLevels levels =
+        intensity_levels(input.denoised, rough.distance, share, edge, input.blood_half_level);
+    level = level_function(input, peak, levels, from_tree, options);
     rough.bridges_lps_mm.clear();
     Pieces inside = find_pieces_inside(level);
-    if (is_broken(inside, input.tree, {1, 1, 1}, grid.spacing, options.min_component_mm3)) {
-      rough.bridges_lps_mm = bridge_pieces(level, input.tree, options.min_component_mm3);
+    const double least = least_part(grid, options);
+    if (is_broken(inside, input.tree, {1, 1, 1}, grid.spacing, least)) {
+      rough.bridges_lps_mm = bridge_pieces(level, input.tree, least);
       inside = find_pieces_inside(level);
     }
     rough.is_foreign = Volume<std::uint8_t>(grid);
@@ -241,12 +260,35 @@ Volume<float> without_roughness(const Volume<float>& distance) {
 Pieces join_pieces(Volume<float>& phi, const FineGrid& fine, const Volume<std::uint8_t>& tree,
                    const SegmentationOptions& options, Boundary& boundary) {
   Pieces inside = find_pieces_inside(phi);
-  if (!is_broken(inside, tree, fine.ratio, phi.geometry.spacing, options.min_component_mm3))
-    return inside;
+  const double least = least_part(tree.geometry, options);
+  if (!is_broken(inside, tree, fine.ratio, phi.geometry.spacing, least)) return inside;
   const auto fine_tree = refine_mask(tree, phi.geometry, fine.ratio);
-  for (const Vec3& place : bridge_pieces(phi, fine_tree, options.min_component_mm3))
+  for (const Vec3& place : bridge_pieces(phi, fine_tree, least))
     boundary.bridges_lps_mm.push_back(place);
   return find_pieces_inside(phi);
+}
+
+/// Moves a boundary, everywhere by the same way of half a step at most, until it holds the labels'
+/// volume.
+void match_volume(Volume<float>& distance, const Volume<std::uint8_t>& labels) {
+  const auto most = float(0.5 * mean_spacing(distance.geometry));
+  const double steps_per_voxel =
+      std::pow(mean_spacing(labels.geometry) / mean_spacing(distance.geometry), 3.0);
+  double wanted =
+      steps_per_voxel * double(std::count(labels.values.begin(), labels.values.end(), 1));
+  std::vector<float> near;
+  for (const float d : distance.values) {
+    if (d < -most)
+      wanted -= 1.0;
+    else if (d < most)
+      near.push_back(d);
+  }
+  if (near.empty()) return;
+  const auto place = std::clamp(wanted, 0.0, double(near.size() - 1));
+  const auto zero = near.begin() + std::ptrdiff_t(place);
+  std::nth_element(near.begin(), zero, near.end());
+  const float shift = *zero;
+  for (float& d : distance.values) d -= shift;
 }
 
 }  // namespace
@@ -271,8 +313,8 @@ Boundary find_boundary(const BoundaryInput& input, const SegmentationOptions& op
     keep_distance_band(phi, kBandVoxels * voxel);
     const Volume<float> share = blurred_share(phi, fine, voxels, blur);
     const double sd = std::hypot(blur.sd_voxels.x, 0.3);
-    const IntensityLevels levels =
-        intensity_levels(input.image, rough.distance, share, kEdgeBlurs * sd * voxel);
+    const IntensityLevels levels = intensity_levels(
+        input.image, rough.distance, share, kEdgeBlurs * sd * voxel, input.blood_half_level);
     const float least = 0.1f * (levels.lumen_overall - levels.background_overall);
     const EdgeModel model{input.image,       levels, rough.is_foreign,
                           input.noise_share, least,  float(options.intensity_min.value_or(-1e30))};
@@ -289,6 +331,44 @@ Boundary find_boundary(const BoundaryInput& input, const SegmentationOptions& op
   for (int a = 0; a < 3; ++a) boundary.blur_sd_mm[a] = blur.sd_voxels[a] * voxels.spacing[a];
   boundary.blur_is_told = blur.is_told;
   return boundary;
+}
+
+Volume<float> find_label_boundary(const Volume<std::uint8_t>& labels,
+                                  const SegmentationOptions& options, const Progress& progress) {
+  constexpr double kStepNoise = 0.29;  // deviation of a label from the part inside: 1 / sqrt(12)
+  const VolumeGeometry& voxels = labels.geometry;
+  const double widest = std::max({voxels.spacing.x, voxels.spacing.y, voxels.spacing.z});
+  Volume<float> image(voxels), level(voxels);
+  for_each_slice(voxels, [&](std::size_t first, std::size_t last) {
+    for (std::size_t v = first; v < last; ++v) {
+      image.values[v] = labels.values[v] ? 1.0f : 0.0f;
+      level.values[v] = 0.5f - image.values[v];
+    }
+  });
+  const Volume<float> distance = signed_distance(std::move(level), 2.0 * kBandVoxels * widest);
+  const FineGrid fine = fine_grid(voxels);
+  Volume<float> phi =
+      refine_near_zero(without_roughness(distance), fine, float(kBandVoxels * widest));
+  VolumeGeometry one_block = voxels;
+  one_block.size = {1, 1, 1};
+  const IntensityLevels levels{{Volume<float>(one_block, 1.0f), voxels.size},
+                               {Volume<float>(one_block, 0.0f), voxels.size},
+                               1.0f,
+                               0.0f};
+  const Volume<std::uint8_t> is_foreign(voxels, 0);
+  EdgeModel model{image, levels, is_foreign, kStepNoise, 1.0f};
+  model.blur_is_known = true;
+  Blur none{{0.0, 0.0, 0.0}, true};
+  for (int round = 0; round < kFitRounds; ++round) {
+    keep_distance_band(phi, kBandVoxels * mean_spacing(voxels));
+    fit_edges(phi, fine, model, none, kFitSteps);
+    progress.report(0.4 + 0.2 * (round + 1), "smoothing labels");
+  }
+  Boundary boundary;
+  join_pieces(phi, fine, labels, options, boundary);
+  Volume<float> result = signed_distance(std::move(phi), kReachMm);
+  match_volume(result, labels);
+  return result;
 }
 
 }  // namespace angio::segmentation::detail

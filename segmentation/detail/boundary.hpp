@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "core/progress.hpp"
@@ -27,6 +28,8 @@ struct BoundaryInput {
   const Volume<std::uint8_t>& tree;  ///< the vessels' voxels
   double denoising_mm = 0.0;
   double noise_share = 0.0;  ///< standard deviation / contrast
+  /// Where vessels lie in several tissues: what is below it is no lumen but beside the tree.
+  std::optional<float> blood_half_level = std::nullopt;
 };
 
 /// Finds where a vessel's voxels are half lumen, half background, by local intensities, roughly at
@@ -40,5 +43,14 @@ struct BoundaryInput {
 /// is lost that the tree holds. From there the boundary is fitted to the image (fit_edges).
 Boundary find_boundary(const BoundaryInput& input, const SegmentationOptions& options,
                        const Progress& progress);
+
+/// Finds the surface that labels were most likely made from: where its voxels' centres lie inside,
+/// a label is 1. Such a label is, in the mean over where the grid may lie, the part of the voxel
+/// inside; so the same fit is made without blur, with the grid's steps as noise. Staircases go,
+/// volumes stay.
+///
+/// @param labels  1 inside, in the wanted pieces only
+Volume<float> find_label_boundary(const Volume<std::uint8_t>& labels,
+                                  const SegmentationOptions& options, const Progress& progress);
 
 }  // namespace angio::segmentation::detail

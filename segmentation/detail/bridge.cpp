@@ -26,31 +26,53 @@ struct Reached {
   std::size_t before;  ///< the voxel it was reached from; itself at the start
 };
 
-/// The way from one piece to the nearest other one, through the tree.
+/// Grows what is joined already from piece to piece, each time to the one that is cheapest to reach
+/// through the tree.
 class BridgeSearch {
  public:
   BridgeSearch(const Volume<float>& level, const Volume<std::uint8_t>& tree,
                const std::vector<std::int32_t>& label, const std::vector<bool>& worthy)
-      : level_(level), tree_(tree), label_(label), worthy_(worthy) {}
+      : level_(level), tree_(tree), label_(label), is_joined_(worthy.size(), false) {
+    for (bool is_worthy : worthy) piece_.emplace_back(is_worthy);
+    for (std::size_t v = 0; v < label.size(); ++v) {
+      const auto piece = std::size_t(label[v]);
+      if (worthy[piece] && tree.values[v]) piece_[piece].voxels.push_back(v);
+    }
+  }
 
-  /// Voxels of the way, the two ends in the pieces included; empty if there is none.
-  std::vector<std::size_t> run(std::int32_t from) {
-    for (std::size_t v = 0; v < label_.size(); ++v)
-      if (label_[v] == from && tree_.values[v]) reach(v, {0.0, 0.0, v});
+  /// Takes a piece in.
+  void join(std::int32_t label) {
+    is_joined_[std::size_t(label)] = true;
+    for (std::size_t v : piece_[std::size_t(label)].voxels) reach(v, {0.0, 0.0, v});
+  }
+
+  /// The way to the nearest piece, from it on; it is made part of what is joined, as is the piece.
+  /// Empty if there is none.
+  std::vector<std::size_t> next_way() {
     while (!queue_.empty()) {
       const auto [cost, v] = queue_.top();
       queue_.pop();
       const Reached here = reached_.at(v);
       if (cost > here.cost) continue;
       const std::int32_t label = label_[v];
-      if (label > 0 && label != from && worthy_[std::size_t(label)]) return way_to(v);
-      step_on(v, here, from);
+      if (piece_[std::size_t(label)].is_worthy && !is_joined_[std::size_t(label)]) {
+        std::vector<std::size_t> way = way_to(v);
+        for (std::size_t w : way) reach(w, {0.0, 0.0, w});
+        join(label);
+        return way;
+      }
+      step_on(v, here);
     }
     return {};
   }
 
  private:
   using Entry = std::pair<double, std::size_t>;
+  struct Piece {
+    bool is_worthy;
+    std::vector<std::size_t> voxels;  ///< of the tree in it
+    explicit Piece(bool worthy) : is_worthy(worthy) {}
+  };
 
   void reach(std::size_t v, const Reached& reached) {
     const auto [entry, is_new] = reached_.try_emplace(v, reached);
@@ -61,7 +83,7 @@ class BridgeSearch {
     queue_.emplace(reached.cost, v);
   }
 
-  void step_on(std::size_t v, const Reached& here, std::int32_t from) {
+  void step_on(std::size_t v, const Reached& here) {
     const auto& g = level_.geometry;
     const auto ni = std::size_t(g.size[0]), nj = std::size_t(g.size[1]);
     const std::array<int, 3> voxel{int(v % ni), int(v / ni % nj), int(v / ni / nj)};
@@ -71,7 +93,7 @@ class BridgeSearch {
         next[std::size_t(axis)] += side;
         if (!g.contains(next[0], next[1], next[2])) continue;
         const std::size_t n = g.offset(next[0], next[1], next[2]);
-        if (!tree_.values[n] || label_[n] == from) continue;
+        if (!tree_.values[n] || is_joined_[std::size_t(label_[n])]) continue;
         const double length = here.length + g.spacing[axis];
         if (length > kLongestBridge) continue;
         const double outside = std::max(double(level_.values[n]), 0.0);
@@ -88,7 +110,8 @@ class BridgeSearch {
   const Volume<float>& level_;
   const Volume<std::uint8_t>& tree_;
   const std::vector<std::int32_t>& label_;
-  const std::vector<bool>& worthy_;
+  std::vector<Piece> piece_;
+  std::vector<bool> is_joined_;
   std::unordered_map<std::size_t, Reached> reached_;
   std::priority_queue<Entry, std::vector<Entry>, std::greater<>> queue_;
 };
@@ -99,7 +122,7 @@ std::vector<Vec3> bridge_pieces(Volume<float>& level, const Volume<std::uint8_t>
                                 double least_volume) {
   Volume<std::uint8_t> inside(level.geometry);
   for (std::size_t v = 0; v < level.values.size(); ++v) inside.values[v] = level.values[v] < 0.0f;
-  Components pieces = label_components(inside, Connectivity::faces);
+  const Components pieces = label_components(inside, Connectivity::faces);
   const Vec3& h = level.geometry.spacing;
   std::vector<std::size_t> overlap(std::size_t(pieces.count()) + 1, 0);
   for (std::size_t v = 0; v < level.values.size(); ++v)
@@ -111,15 +134,12 @@ std::vector<Vec3> bridge_pieces(Volume<float>& level, const Volume<std::uint8_t>
       std::int32_t(std::max_element(overlap.begin(), overlap.end()) - overlap.begin());
 
   std::vector<Vec3> middles;
+  BridgeSearch search(level, tree, pieces.label, worthy);
+  search.join(largest);
   for (auto left = std::count(worthy.begin(), worthy.end(), true); left > 1; --left) {
-    const auto way = BridgeSearch(level, tree, pieces.label, worthy).run(largest);
+    const auto way = search.next_way();
     if (way.empty()) break;
-    const std::int32_t joined = pieces.label[way.front()];
-    for (std::size_t v : way) {
-      level.values[v] = std::min(level.values[v], kBridgeLevel);
-      pieces.label[v] = largest;
-    }
-    std::replace(pieces.label.begin(), pieces.label.end(), joined, largest);
+    for (std::size_t v : way) level.values[v] = std::min(level.values[v], kBridgeLevel);
     const std::size_t middle = way[way.size() / 2];
     const auto ni = std::size_t(level.geometry.size[0]), nj = std::size_t(level.geometry.size[1]);
     const std::size_t slice = middle / ni / nj;

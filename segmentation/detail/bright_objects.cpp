@@ -5,6 +5,7 @@
 #include <cmath>
 #include <utility>
 
+#include "segmentation/detail/blood_level.hpp"
 #include "segmentation/detail/components.hpp"
 #include "segmentation/detail/fields.hpp"
 #include "segmentation/detail/format_number.hpp"
@@ -26,15 +27,6 @@ struct TubeLevel {
   float lumen = 0.0f;
   float contrast = 0.0f;  ///< 0: there are none
 };
-
-float weighted_quantile(std::vector<std::pair<float, double>>& values, double share) {
-  std::sort(values.begin(), values.end());
-  double total = 0.0, sum = 0.0;
-  for (const auto& entry : values) total += entry.second;
-  for (const auto& entry : values)
-    if ((sum += entry.second) >= share * total) return entry.first;
-  return values.empty() ? 0.0f : values.back().first;
-}
 
 TubeLevel tube_level(const std::vector<TubeAxis>& axes, const Volume<float>& denoised) {
   std::vector<std::pair<float, double>> intensity, contrast;
@@ -190,8 +182,8 @@ std::string warning_of(const Components& pieces, const std::vector<bool>& is_obj
 
 }  // namespace
 
-BrightObjects find_bright_objects(const Volume<float>& volume, const SegmentationOptions& options) {
-  const std::vector<TubeAxis> axes = find_tube_axes(volume);
+BrightObjects find_bright_objects(const Volume<float>& volume, const std::vector<TubeAxis>& axes,
+                                  const SegmentationOptions& options) {
   if (axes.empty()) return {};
   const double noise = noise_deviation(volume);
   TubeLevel level = tube_level(axes, volume);

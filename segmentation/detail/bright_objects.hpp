@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "core/volume.hpp"
+#include "segmentation/detail/tube_axes.hpp"
 #include "segmentation/segmentation.hpp"
 
 namespace angio::segmentation::detail {
@@ -25,6 +26,9 @@ struct BrightObjects {
 /// extent or a seed lies in them. From each, the shell of partial volume is taken off: voxels
 /// within two blurs and a voxel (2.6 voxels) that are reached on a falling way, which ends at the
 /// valley before a vessel. Without a tube that voxels show in full, nothing is taken for bright.
-BrightObjects find_bright_objects(const Volume<float>& volume, const SegmentationOptions& options);
+///
+/// @param axes  of the volume (find_tube_axes)
+BrightObjects find_bright_objects(const Volume<float>& volume, const std::vector<TubeAxis>& axes,
+                                  const SegmentationOptions& options);
 
 }  // namespace angio::segmentation::detail

@@ -373,7 +373,7 @@ void fit_edges(Volume<float>& phi, const FineGrid& fine, const EdgeModel& model,
         total.right[a] += part.right[a];
         for (int c = 0; c < 3; ++c) total.matrix(a, c) += part.matrix(a, c);
       }
-    improve_blur(blur, total, h);
+    if (!model.blur_is_known) improve_blur(blur, total, h);
   }
 }
 

@@ -17,6 +17,7 @@ struct EdgeModel {
   double noise_share = 0.0;                ///< standard deviation / contrast
   float least_contrast = 0.0f;             ///< L - B counts as no less
   float intensity_min = -1e30f;            ///< the boundary lies at no lower intensity
+  bool blur_is_known = false;              ///< it is not fitted
 };
 
 /// Moves a boundary until the image that it would give is the image that was scanned.

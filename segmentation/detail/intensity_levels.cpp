@@ -58,7 +58,8 @@ float quantile(std::vector<float>& values, double share) {
 }  // namespace
 
 IntensityLevels intensity_levels(const Volume<float>& volume, const Volume<float>& distance,
-                                 const Volume<float>& share, double edge_mm) {
+                                 const Volume<float>& share, double edge_mm,
+                                 std::optional<float> blood_half_level) {
   const VolumeGeometry& grid = volume.geometry;
   const auto edge = float(edge_mm);
   const auto& d = distance.values;
@@ -69,7 +70,7 @@ IntensityLevels intensity_levels(const Volume<float>& volume, const Volume<float
   std::vector<float> inside = values_inside(volume, distance);
   const float high = quantile(inside, 0.9);
   const float mixed = overall_mean(grid, quantile(inside, 0.0), intensity, ring);
-  const float half = 0.5f * (high + mixed);
+  const float half = std::max(0.5f * (high + mixed), blood_half_level.value_or(-1e30f));
   // Other bright things nearby are no background.
   const auto dark_ring = [&](std::size_t v) { return volume.values[v] < half ? ring(v) : 0.0f; };
   const float background = overall_mean(grid, mixed, intensity, dark_ring);

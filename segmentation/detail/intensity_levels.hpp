@@ -1,5 +1,7 @@
 #pragma once
 
+#include <optional>
+
 #include "core/volume.hpp"
 #include "segmentation/detail/fields.hpp"
 
@@ -29,7 +31,9 @@ struct IntensityLevels {
 ///                  edge_mm + 3 mm
 /// @param share     S: the part of each voxel inside, blurred
 /// @param edge_mm   half the width of the blurred edge
+/// @param blood_half_level  what lies below it is background in any case
 IntensityLevels intensity_levels(const Volume<float>& volume, const Volume<float>& distance,
-                                 const Volume<float>& share, double edge_mm);
+                                 const Volume<float>& share, double edge_mm,
+                                 std::optional<float> blood_half_level = std::nullopt);
 
 }  // namespace angio::segmentation::detail

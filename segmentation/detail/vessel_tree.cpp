@@ -6,9 +6,11 @@
 
 #include "core/error.hpp"
 #include "core/parallel.hpp"
+#include "segmentation/detail/blood_pools.hpp"
 #include "segmentation/detail/components.hpp"
 #include "segmentation/detail/fields.hpp"
 #include "segmentation/detail/format_number.hpp"
+#include "segmentation/detail/seeds.hpp"
 #include "segmentation/detail/vesselness.hpp"
 
 namespace angio::segmentation::detail {
@@ -20,7 +22,10 @@ constexpr float kStrongShare = 0.4f;   ///< sure to be a vessel
 constexpr double kLevelSpacing = 1.0;  ///< [mm] grid of the half level
 constexpr double kLevelSigma = 2.5;    ///< [mm] reach of the half level
 constexpr double kLeastContrastToNoise = 2.0;
-constexpr double kSeedReach = 1.0;  ///< [mm] a seed may miss its vessel by this
+constexpr double kSeedReach = 1.0;       ///< [mm] a seed may miss its vessel by this
+constexpr double kSeveralTissues = 0.7;  ///< of the tubes' contrast, from tissue to blood: less, if
+                                         ///< others lie in something darker, as lung
+constexpr double kTubularShare = 0.4;    ///< of the smallest piece: noise has a voxel or two of C
 constexpr double kToleratedNoise = 0.05;
 
 const char* const kAdvice =
@@ -81,10 +86,11 @@ HalfLevel half_level(const Volume<float>& smoothed, const Volume<float>& contras
           {smooth(block_average(level, factor), kLevelSigma), factor}};
 }
 
-Volume<std::uint8_t> candidates(const Volume<float>& smoothed, const Volume<float>& contrast,
-                                float typical, const SegmentationOptions& options) {
+/// @return kBridge, kLumen or 0
+Volume<std::uint8_t> candidates(const Volume<float>& smoothed, const Tubes& tubes, float typical,
+                                const BloodLevel& blood, const SegmentationOptions& options) {
   constexpr float kLeastWeight = 1e-4f;  // farther than about four reaches from any tube
-  const HalfLevel half = half_level(smoothed, contrast, typical);
+  const HalfLevel half = half_level(smoothed, tubes.contrast, typical);
   const auto lowest = float(options.intensity_min.value_or(-1e30));
   const auto highest = float(options.intensity_max.value_or(1e30));
   Volume<std::uint8_t> mask(smoothed.geometry, 0);
@@ -98,9 +104,13 @@ Volume<std::uint8_t> candidates(const Volume<float>& smoothed, const Volume<floa
       for (int i = 0; i < ni; ++i) {
         const float value = smoothed.at(i, j, int(k));
         const float w = weight[std::size_t(i)];
-        const bool above = w > kLeastWeight && value * w > level[std::size_t(i)];
-        const bool tube = contrast.at(i, j, int(k)) > kBridgeShare * typical;
-        mask.at(i, j, int(k)) = (above || tube) && value >= lowest && value <= highest;
+        const bool above = w > kLeastWeight && value * w > level[std::size_t(i)] &&
+                           (value > blood.half() || tubes.is_near.at(i, j, int(k)));
+        const bool tube = tubes.contrast.at(i, j, int(k)) > kBridgeShare * typical;
+        mask.at(i, j, int(k)) = value < lowest || value > highest ? 0
+                                : above                           ? kLumen
+                                : tube                            ? kBridge
+                                                                  : 0;
       }
     }
   });
@@ -115,36 +125,6 @@ std::vector<double> score_pieces(const Components& pieces, const Volume<float>& 
     if (pieces.label[v] > 0 && contrast.values[v] >= kStrongShare * typical)
       score[std::size_t(pieces.label[v])] += double(contrast.values[v]);
   return score;
-}
-
-/// The piece at a user's seed, or at the nearest voxel within reach.
-int piece_at_seed(const Components& pieces, const VolumeGeometry& geometry, const Vec3& seed) {
-  const Vec3 index = geometry.index_from_lps(seed);
-  const std::string where = "the seed at (" + format_number(seed.x) + ", " + format_number(seed.y) +
-                            ", " + format_number(seed.z) + ") mm";
-  const int i = int(std::lround(index.x)), j = int(std::lround(index.y)),
-            k = int(std::lround(index.z));
-  if (!geometry.contains(i, j, k))
-    throw InputError(where + " lies outside the volume (seeds are in LPS). Correct it");
-  int best = 0;
-  double best_distance = kSeedReach;
-  const auto reach = [&](int axis) { return int(std::ceil(kSeedReach / geometry.spacing[axis])); };
-  for (int c = k - reach(2); c <= k + reach(2); ++c)
-    for (int b = j - reach(1); b <= j + reach(1); ++b)
-      for (int a = i - reach(0); a <= i + reach(0); ++a) {
-        if (!geometry.contains(a, b, c)) continue;
-        const int label = pieces.label[geometry.offset(a, b, c)];
-        const double d = distance(geometry.lps_from_index({double(a), double(b), double(c)}), seed);
-        if (label > 0 && (d < best_distance || (a == i && b == j && c == k))) {
-          best = label;
-          best_distance = d;
-        }
-      }
-  if (best == 0)
-    throw InputError(where +
-                     " lies in no vessel (nothing tubular and bright is there). Move it, or leave "
-                     "seeds out");
-  return best;
 }
 
 /// The voxel of the piece with the greatest C: an automatic seed.
@@ -170,15 +150,25 @@ double voxel_volume(const VolumeGeometry& geometry) {
 void warn_of_dropped(const Components& pieces, const std::vector<double>& score,
                      const std::vector<bool>& kept, const SegmentationOptions& options,
                      VesselTree& tree) {
+  std::vector<std::size_t> lumen(kept.size(), 0);
+  for (std::size_t v = 0; v < pieces.label.size(); ++v)
+    lumen[std::size_t(pieces.label[v])] += tree.mask.values[v] == kLumen;
   int count = 0;
   double volume = 0.0;
+  std::vector<bool> is_told(kept.size(), false);
   for (std::size_t p = 1; p < kept.size(); ++p) {
-    const double piece = double(pieces.voxel_count[p]) * voxel_volume(tree.mask.geometry);
+    const double piece = double(lumen[p]) * voxel_volume(tree.mask.geometry);
     // A vessel is tubular all along; a cloud of noise holds a voxel or two that look so.
     const double tubular = score[p] / tree.contrast * voxel_volume(tree.mask.geometry);
     if (kept[p] || tubular < options.min_component_mm3) continue;
     ++count;
     volume += piece;
+    is_told[p] = true;
+  }
+  tree.seen = Volume<std::uint8_t>(tree.mask.geometry, 0);
+  for (std::size_t v = 0; v < pieces.label.size(); ++v) {
+    const auto p = std::size_t(pieces.label[v]);
+    tree.seen.values[v] = p > 0 && !is_told[p];
   }
   if (count > 0)
     tree.warnings.push_back(std::to_string(count) + (count == 1 ? " piece" : " pieces") +
@@ -199,16 +189,19 @@ void keep_pieces(const Components& pieces, const Volume<float>& contrast,
     const auto best = std::max_element(score.begin(), score.end()) - score.begin();
     const double volume =
         double(pieces.voxel_count[std::size_t(best)]) * voxel_volume(contrast.geometry);
-    if (score[std::size_t(best)] <= 0.0 || volume < options.min_component_mm3)
+    const double tubular =
+        score[std::size_t(best)] / tree.contrast * voxel_volume(contrast.geometry);
+    if (score[std::size_t(best)] <= 0.0 || volume < options.min_component_mm3 ||
+        tubular < kTubularShare * options.min_component_mm3)
       throw InputError(std::string("no vessel was found (every bright piece is smaller than "
                                    "segmentation.min_component_mm3 or not tubular). ") +
                        kAdvice);
     kept[std::size_t(best)] = true;
     tree.seeds_lps_mm.push_back(strongest_point(pieces, int(best), contrast));
   }
+  warn_of_dropped(pieces, score, kept, options, tree);
   for (std::size_t v = 0; v < pieces.label.size(); ++v)
     tree.mask.values[v] = kept[std::size_t(pieces.label[v])];
-  warn_of_dropped(pieces, score, kept, options, tree);
 }
 
 }  // namespace
@@ -243,19 +236,27 @@ double denoising_sigma(const Volume<float>& volume, double noise, double contras
   return sigma_voxels * std::cbrt(h.x * h.y * h.z);
 }
 
-VesselTree find_vessel_tree(const Volume<float>& volume, const SegmentationOptions& options,
-                            const Progress& progress) {
-  const Volume<float> contrast = tube_contrast(volume, scale_radii(options), progress);
+VesselTree find_vessel_tree(const Volume<float>& volume, const BloodLevel& level,
+                            const SegmentationOptions& options, const Progress& progress) {
+  const Tubes tubes = find_tubes(volume, scale_radii(options), level, progress);
+  const Volume<float>& contrast = tubes.contrast;
   VesselTree tree;
   tree.contrast = typical_contrast(contrast);
+  if (level.is_told && double(level.contrast()) < kSeveralTissues * tree.contrast) {
+    tree.contrast = double(level.contrast());
+    tree.blood_half_level = level.half();
+  }
   tree.noise = noise_deviation(volume);
   if (tree.contrast <= 0.0 || tree.contrast < kLeastContrastToNoise * tree.noise)
     throw InputError(
         std::string("no vessel was found (nothing tubular stands out of the noise). ") + kAdvice);
   const Volume<float> smoothed = smooth(volume, denoising_sigma(volume, tree.noise, tree.contrast));
-  tree.mask = candidates(smoothed, contrast, float(tree.contrast), options);
+  tree.mask = candidates(smoothed, tubes, float(tree.contrast), level, options);
+  if (level.is_told) add_pools(smoothed, level, options, tree.mask);
   progress.report(0.45, "connecting vessels");
   keep_pieces(label_components(tree.mask, Connectivity::faces), contrast, options, tree);
+  for (std::size_t v = 0; v < tree.seen.values.size(); ++v)
+    tree.seen.values[v] = tree.seen.values[v] && tubes.is_thin.values[v];
   progress.report(0.55, "connecting vessels");
   return tree;
 }

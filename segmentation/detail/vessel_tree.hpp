@@ -1,11 +1,13 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "core/progress.hpp"
 #include "core/volume.hpp"
+#include "segmentation/detail/blood_level.hpp"
 #include "segmentation/segmentation.hpp"
 
 namespace angio::segmentation::detail {
@@ -13,22 +15,27 @@ namespace angio::segmentation::detail {
 /// Where the vessels are, voxel by voxel; the boundary is found later.
 struct VesselTree {
   Volume<std::uint8_t> mask;       ///< 1 in the kept tree, on the input's grid
+  Volume<std::uint8_t> seen;       ///< 1 on thin vessels, in the tree or left out without a word
   std::vector<Vec3> seeds_lps_mm;  ///< the seeds that were used
   double contrast = 0.0;           ///< typical, of lumen against background [intensity]
   double noise = 0.0;              ///< standard deviation from voxel to voxel [intensity]
+  /// Between blood and tissue, where vessels also lie in something darker: whatever is below it is
+  /// no lumen but in thin vessels.
+  std::optional<float> blood_half_level;
   std::vector<std::string> warnings;
 };
 
 /// Finds the connected tree of bright tubes.
 ///
 /// A voxel belongs to it if it is above the half level of the tubes nearby, I - C / 2 averaged with
-/// weight C^2 (C: tube_contrast), or if C itself is high there, which bridges narrow places whose
-/// peak is below the half level. Of the connected pieces, the one with most contrast in it is
+/// weight C^2 (C: find_tubes), and above the half level between blood and tissue or beside a tube;
+/// or if C itself is high there, which bridges narrow places whose peak is below the half level; or
+/// if it lies in a pool (add_pools). Of the connected pieces, the one with most contrast in it is
 /// kept, or those with a seed in them.
 ///
 /// @throws InputError if there is no vessel, or a seed lies in none
-VesselTree find_vessel_tree(const Volume<float>& volume, const SegmentationOptions& options,
-                            const Progress& progress);
+VesselTree find_vessel_tree(const Volume<float>& volume, const BloodLevel& level,
+                            const SegmentationOptions& options, const Progress& progress);
 
 /// Standard deviation [intensity] of the noise from voxel to voxel, from the median absolute
 /// second difference along i, j, k.

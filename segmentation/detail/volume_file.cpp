@@ -8,6 +8,7 @@
 
 #include "core/error.hpp"
 #include "segmentation/detail/available_memory.hpp"
+#include "segmentation/detail/file_completeness.hpp"
 #include "segmentation/detail/format_number.hpp"
 #include "segmentation/detail/guarded_child.hpp"
 
@@ -69,10 +70,12 @@ namespace {
 
 VolumeFile parse(const std::filesystem::path& path, VolumePart part, const ReadOptions& options) {
   const std::string format = volume_file_format(path);
+  if (format == "VTK image") check_complete(path, part);  // VTK reads the voxels for a header, too
   VolumeFile file = format == "VTK image" ? load_vti(path, part)
                     : format == "NIfTI"   ? load_nifti(path, part)
                                           : load_with_itk(path, part, options);
   make_right_handed(file, path.filename().string());
+  if (format != "VTK image") check_complete(path, part);  // after what is refused by name
   return file;
 }
 

@@ -241,6 +241,17 @@ void read_voxels(gzFile file, const Header& header, const std::string& name,
   }
 }
 
+/// A compressed stream must come to its end, which holds its checksum.
+void check_end(gzFile file, const std::string& name) {
+  std::array<unsigned char, 4096> rest{};
+  int count = 0;
+  while ((count = gzread(file, rest.data(), unsigned(rest.size()))) > 0) {
+  }
+  int state = Z_OK;
+  gzerror(file, &state);
+  if (count < 0 || (state != Z_OK && state != Z_STREAM_END)) fail(name);
+}
+
 void read_voxels(gzFile file, const Header& header, const std::string& name,
                  Volume<float>& volume) {
   switch (header.type) {
@@ -291,6 +302,7 @@ VolumeFile load_nifti(const std::filesystem::path& path, VolumePart part) {
       gzseek(gzip.get(), z_off_t(header.offset), SEEK_SET) < 0)
     fail(name);
   read_voxels(gzip.get(), header, name, file.volume);
+  check_end(gzip.get(), name);
   return file;
 }
 

@@ -190,7 +190,7 @@ class CudaSolver final : public StepSolver {
     CudaProgram<Real> program = program_;
     program.rules.tolerance = program.rules.residual = tolerance;
     program.rules.rest = 0.0;
-    program.rules.most_sweeps = most_sweeps;
+    program.rules.most_sweeps = program.rules.later_sweeps = most_sweeps;
     program.rules.still = true;
     program.last_frame = 1;
     status_.law = law;

@@ -169,31 +169,11 @@ double inscribed_radius(const Section& section) {
 
 }  // namespace
 
-double section_diameter(const Scene& scene, const std::vector<Vec3>& x, const Vec3& point,
-                        const Vec3& normal) {
-  const Vec3 u = any_perpendicular(normal), w = cross(normal, u);
-  double doubled = 0.0;
-  for (const Triangle& t : scene.balloon_triangles) {
-    Vec3 from, to;
-    bool has_from = false, has_to = false;
-    for (std::size_t k = 0; k < 3; ++k) {
-      const Vec3 p = x[std::size_t(t[k])] - point, q = x[std::size_t(t[(k + 1) % 3])] - point;
-      const double a = dot(normal, p), b = dot(normal, q);
-      if ((a >= 0.0) == (b >= 0.0)) continue;
-      (a < 0.0 ? from : to) = p + (a / (a - b)) * (q - p);
-      (a < 0.0 ? has_from : has_to) = true;
-    }
-    // Triangles turn the same way around the section, so the shoelace sum is the area.
-    if (has_from && has_to) doubled += dot(from, u) * dot(to, w) - dot(from, w) * dot(to, u);
-  }
-  return 2.0 * std::sqrt(std::abs(doubled) / (2.0 * units::kPi));
-}
-
 double lumen_mld(const Scene& scene, const std::vector<Vec3>& x) {
   const int count = scene.clusters.count();
   std::vector<double> radius(std::size_t(count), std::numeric_limits<double>::max());
   parallel_for_uneven(count, [&](std::ptrdiff_t c) {
-    if (scene.clusters.ring[std::size_t(c)])
+    if (scene.clusters.ring[std::size_t(c)] && scene.watched[std::size_t(c)])
       radius[std::size_t(c)] = inscribed_radius(section_of(scene, x, int(c)));
   });
   const auto least = std::min_element(radius.begin(), radius.end());

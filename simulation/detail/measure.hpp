@@ -8,14 +8,9 @@
 /// What a frame reports of the state.
 namespace angio::simulation::detail {
 
-/// 2 sqrt(area / pi) of the balloon's section by a plane [mm]: the area inside all of the plane's
-/// curves; 0 where the plane misses the balloon.
-double section_diameter(const Scene& scene, const std::vector<Vec3>& x, const Vec3& point,
-                        const Vec3& normal);
-
-/// Twice the inscribed radius of the narrowest slab that closes around the vessel [mm]; 0 without a
-/// wall. The radius is the distance from the slab's centre line to the wall, the centre moved to
-/// where it is greatest.
+/// Twice the inscribed radius of the narrowest slab that closes around the vessel, of those that
+/// are watched [mm]; 0 without a wall. The radius is the distance from the slab's centre line to
+/// the wall, the centre moved to where it is greatest.
 double lumen_mld(const Scene& scene, const std::vector<Vec3>& x);
 
 /// How deep balloon and wall are in each other [mm], measured on the triangles: 0 when no two

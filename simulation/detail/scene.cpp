@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "core/error.hpp"
 #include "core/units.hpp"
@@ -29,6 +30,35 @@ void check_layered(const SimulationModel& model, const SimulationOptions& option
     throw InputError(
         "the layered wall's first vertices are not those of the lumen's wall (the files belong to "
         "different runs). Run the stage meshing again");
+}
+
+// The slabs between the edges of the lesion, on the branch where it is measured; the nearest one,
+// if none lies between.
+std::vector<char> watched_slabs(const SimulationModel& model, const WallClusters& clusters) {
+  const auto count = std::size_t(clusters.count());
+  if (!(model.watch_first_mm < model.watch_last_mm)) return std::vector<char>(count, 1);
+  const std::vector<Vec3>& x = model.wall.vertices;
+  const auto nearer = [&](const Vec3& p, const Vec3& q) {
+    return distance(p, model.measure_point) < distance(q, model.measure_point);
+  };
+  const int branch =
+      model.wall_group[std::size_t(std::min_element(x.begin(), x.end(), nearer) - x.begin())];
+  std::vector<double> away(count, std::numeric_limits<double>::max());
+  for (std::size_t c = 0; c < count; ++c) {
+    const int begin = clusters.begin[c], end = clusters.begin[c + 1];
+    double place = 0.0, of_branch = 0.0;
+    for (int e = begin; e < end; ++e) {
+      const auto v = std::size_t(clusters.vertex[std::size_t(e)]);
+      place += model.wall_abscissa[v] / double(end - begin);
+      of_branch += model.wall_group[v] == branch ? 1.0 / double(end - begin) : 0.0;
+    }
+    if (of_branch > 0.5 && clusters.ring[c] != 0)
+      away[c] = std::max({model.watch_first_mm - place, place - model.watch_last_mm, 0.0});
+  }
+  const double nearest = away.empty() ? 0.0 : *std::min_element(away.begin(), away.end());
+  std::vector<char> watched;
+  for (const double d : away) watched.push_back(d <= nearest ? 1 : 0);
+  return watched;
 }
 
 // Of the wall; a column of the solid does not move where one of its vertices is held.
@@ -83,6 +113,7 @@ void add_balloon(const SimulationModel& model, const SimulationOptions& options,
   add_corners(model, scene);
   TriangleMesh rest = model.balloon;
   rest.vertices = model.balloon_rest;
+  scene.rest_radius = 2.0 * enclosed_volume(rest) / surface_area(rest);
   const auto areas = vertex_areas(rest);
   for (std::size_t v = 0; v < areas.size(); ++v)
     scene.mass[v] = density(options.balloon) * scene.wall_mm * areas[v];
@@ -92,6 +123,7 @@ void add_balloon(const SimulationModel& model, const SimulationOptions& options,
 
 void add_wall(const SimulationModel& model, const SimulationOptions& options, Scene& scene) {
   scene.clusters = make_clusters(model, options.wall);
+  scene.watched = watched_slabs(model, scene.clusters);
   scene.wall_area = vertex_areas(model.wall);
   const auto offset = std::size_t(scene.balloon_count);
   const double ratio = options.wall.thickness_ratio;

@@ -42,12 +42,14 @@ struct Scene {
   SkinLaw<double> skin;        ///< [Pa]
   MooneyRivlin<double> folds;  ///< [Pa]; zero when the skin needs no help
   double wall_mm = 0.0;        ///< membrane thickness H
+  double rest_radius = 0.0;    ///< of a tube of the rest shape's volume and area [mm]
   /// Contact of balloon and wall, each with itself, acts below this gap [mm]; 0: it is not looked
   /// for.
   double self_distance = 0.0;
   bool has_folds = false;  ///< layers of the balloon lie on each other at the start
 
   WallClusters clusters;
+  std::vector<char> watched;        ///< slabs of which lumen_mld_mm is told, shape [cluster]
   std::vector<int> neighbor_begin;  ///< wall vertices, shape [wall_count + 1]
   std::vector<int> neighbors;       ///< vertex numbers
   std::vector<double> foundation;   ///< [uN/mm], shape [wall_count]

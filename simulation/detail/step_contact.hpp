@@ -114,19 +114,82 @@ ANGIO_HOST_DEVICE inline void find_twins(const StepView<Real>& s, NearPair<Real>
   }
 }
 
-/// A candidate at the present positions. @return false if it is not nearer than `reach`
+/// A plane between the two sides of a pair: along its unit normal side a lies above `low_a`, side b
+/// below `high_b`.
+template <class Real>
+struct PartingPlane {
+  Vec3T<Real> normal;  ///< from side b to side a; 0 where the two meet
+  Real height[4]{};    ///< of the corners along it, from the first [mm]
+  Real low_a{}, high_b{};
+  Real distance{};  ///< of the closest points that were found: never less than the true one
+  Real gap{};       ///< low_a - high_b, less its rounding: never more than the true distance
+};
+
+/// A pair's plane by its normal: what it proves does not depend on how the normal was found.
+template <class Real, class Pair>
+ANGIO_HOST_DEVICE inline PartingPlane<Real> plane_across(const Pair& pair, const Vec3T<Real>& gap,
+                                                         const Vec3T<Real> (&p)[4]) {
+  PartingPlane<Real> plane;
+  plane.distance = norm(gap);
+  plane.normal = plane.distance > Real(0) ? gap / plane.distance : Vec3T<Real>{};
+  const int side_a = pair.edges ? 2 : 1;
+  Real far = 0;
+  for (int i = 0; i < 4; ++i) {
+    const Real h = plane.height[i] = dot(plane.normal, p[i]), size = norm(p[i]);
+    far = size > far ? size : far;
+    if (i < side_a)
+      plane.low_a = i == 0 || h < plane.low_a ? h : plane.low_a;
+    else
+      plane.high_b = i == side_a || h > plane.high_b ? h : plane.high_b;
+  }
+  plane.gap = plane.low_a - plane.high_b - Real(4) * kEpsilon<Real> * far;
+  return plane;
+}
+
+template <class Real, class Pair>
+ANGIO_HOST_DEVICE inline Vec3T<Real> gap_between(const Pair& pair, const Vec3T<Real> (&p)[4]) {
+  const GapWeights<Real> weights = closest_points(pair, p);
+  Vec3T<Real> gap;
+  for (int i = 1; i < 4; ++i) gap += weights.w[i] * p[i];
+  return gap;
+}
+
+/// A plane that proves less than this share of the distance found is looked for again.
+inline constexpr double kSureShare = 0.9;
+
+/// The plane across a pair's gap; p from its first vertex. The closest points of long edges that
+/// lie along each other a tiny gap apart, or of slivers, drown in single precision: there they are
+/// found in double precision, from the same positions.
+template <class Real, class Pair>
+ANGIO_HOST_DEVICE inline PartingPlane<Real> parting_plane(const Pair& pair,
+                                                          const Vec3T<Real> (&p)[4]) {
+  const PartingPlane<Real> plane = plane_across(pair, gap_between(pair, p), p);
+  if (plane.gap >= Real(kSureShare) * plane.distance || sizeof(Real) >= sizeof(double))
+    return plane;
+  Vec3T<double> exact[4];
+  for (int i = 1; i < 4; ++i) exact[i] = in_double(p[i]);
+  const Vec3T<double> gap = gap_between(pair, exact);
+  const double d = norm(gap);
+  const Vec3T<double> unit = d > 0.0 ? gap / d : gap;  // before it is rounded
+  PartingPlane<Real> again =
+      plane_across(pair, Vec3T<Real>{Real(unit.x), Real(unit.y), Real(unit.z)}, p);
+  again.distance = Real(d);
+  return again.gap > plane.gap ? again : plane;
+}
+
+/// What no plane parts does not move until the next search.
+inline constexpr double kNoMotion = -1.0;
+
+/// A candidate at the present positions. @return false if a plane proves that it is not nearer than
+/// `reach`
 template <class Real>
 ANGIO_HOST_DEVICE inline bool approach(const StepView<Real>& s, const Candidate& candidate,
                                        Real reach, NearPair<Real>& pair) {
   const Vec3T<Real> base = s.x[candidate.vertex[0]];
   Vec3T<Real> p[4];  // from the first vertex
   for (int i = 1; i < 4; ++i) p[i] = s.x[candidate.vertex[i]] - base;
-  const GapWeights<Real> weights = closest_points(candidate, p);
-  Vec3T<Real> gap, closest_a;
-  const int side_a = candidate.edges ? 2 : 1;
-  for (int i = 1; i < 4; ++i) gap += weights.w[i] * p[i];
-  for (int i = 1; i < side_a; ++i) closest_a += weights.w[i] * p[i];
-  const Real d = norm(gap), room = d - Real(candidate.radius);
+  const PartingPlane<Real> plane = parting_plane(candidate, p);
+  const Real room = plane.gap - Real(candidate.radius);
   if (!(room < reach)) return false;
   pair.edges = candidate.edges;
   pair.inner = candidate.inner;
@@ -134,22 +197,21 @@ ANGIO_HOST_DEVICE inline bool approach(const StepView<Real>& s, const Candidate&
   pair.radius = Real(candidate.radius);
   pair.distance = candidate.skin ? Real(candidate.distance) : s.contact_distance;
   pair.gap_searched = room;
-  pair.normal = d > Real(0) ? gap / d : Vec3T<Real>{};
+  pair.normal = plane.normal;
   pair.area = candidate.inner ? inner_area(s, candidate, p)
               : candidate.edges
                   ? Real(kEdgeShare) * norm(p[1]) * norm(p[3] - p[2])
                   : Real(0.5) * Real(1.0 - kEdgesOfArea) * s.area[candidate.vertex[0]];
-  const Real height = dot(pair.normal, closest_a);
+  const int side_a = candidate.edges ? 2 : 1;
   const Real least =
       pair.skin ? Real(kOwnLeastGap) * pair.distance : Real(kLeastGap) * s.contact_distance;
   const Real spare = Real(0.5) * (room - least);
   const Real share = Real(kShareOfGap) * room < spare ? Real(kShareOfGap) * room : spare;
   for (int i = 0; i < 4; ++i) {
     pair.vertex[i] = candidate.vertex[i];
-    const Real beyond = i < side_a ? dot(pair.normal, p[i]) - height + d  // of the other side
-                                   : height - dot(pair.normal, p[i]);
-    const Real limit = beyond - d + share;
-    pair.limit[i] = limit > Real(0) ? limit : Real(0);
+    const Real beyond = i < side_a ? plane.height[i] - plane.low_a : plane.high_b - plane.height[i];
+    const Real limit = beyond + share;
+    pair.limit[i] = !(plane.gap > Real(0)) ? Real(kNoMotion) : limit > Real(0) ? limit : Real(0);
   }
   if (pair.skin) find_twins(s, pair);
   return true;
@@ -432,6 +494,7 @@ ANGIO_HOST_DEVICE inline Real allowed_share(const StepView<Real>& s, int v, cons
   Real share = Real(1);
   for (int b = s.ref_begin[v]; b < s.bound_end[v]; ++b) {
     const MotionBound<Real>& bound = s.bounds[b];
+    if (bound.limit < Real(0)) return Real(0);
     const Real more = -dot(bound.normal, move);
     if (!(more > Real(0))) continue;
     const Real left = bound.limit + dot(bound.normal, done);

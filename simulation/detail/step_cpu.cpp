@@ -53,7 +53,7 @@ class CpuSolver final : public StepSolver {
     StepRules rules = rules_;
     rules.tolerance = rules.residual = tolerance;
     rules.rest = 0.0;
-    rules.most_sweeps = most_sweeps;
+    rules.most_sweeps = rules.later_sweeps = most_sweeps;
     rules.still = true;
     status_.law = law;
     step(rules);

@@ -27,9 +27,14 @@ struct StepRules {
   double radius = 1.0;       ///< of the balloon [mm]
   double residual = 0.02;    ///< sweeps go on above it
   double rest = 1e-3;        ///< residual below which nothing is to be done: sweeps end early
-  double least_load = 0.0;   ///< pressure [Pa] against which a slack balloon's forces are measured
-  bool still = false;        ///< no inertia, no prediction: equilibria
+  /// From this many sweeps on a frame ends at kLaterLag of the tolerance and kLaterResidual: the
+  /// next one goes on from there. This bounds what a vessel costs that keeps a frame open.
+  int later_sweeps = 1 << 30;
+  double least_load = 0.0;  ///< pressure [Pa] against which a slack balloon's forces are measured
+  bool still = false;       ///< no inertia, no prediction: equilibria
 };
+
+inline constexpr double kLaterLag = 4.0, kLaterResidual = 0.05;
 
 /// Where the time of a step goes [s].
 struct StepTimes {
@@ -680,8 +685,10 @@ ANGIO_HOST_DEVICE inline bool run_sweeps(Team& team, const StepView<Real>& s,
     for (int i = 3; i > 0; --i) status.moved[i] = status.moved[i - 1];
     status.moved[0] = std::sqrt(sums.moved / s.balloon_count);
     report.lag = estimated_lag(status.moved) / rules.radius;
+    const bool is_late = report.sweeps >= rules.later_sweeps;
     const bool near = status.leap.sweeps >= kSweepsToTell && report.sweeps >= rules.least_sweeps &&
-                      report.lag < rules.tolerance && report.residual < rules.residual;
+                      report.lag < (is_late ? kLaterLag : 1.0) * rules.tolerance &&
+                      report.residual < (is_late ? kLaterResidual : rules.residual);
     const bool rests = report.residual < rules.rest;
     if (report.sweeps >= kLeastSweeps && !sums.blocked && (near || rests)) break;
     if (leaps) leap(team, s, status);

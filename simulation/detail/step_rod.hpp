@@ -44,11 +44,6 @@ ANGIO_HOST_DEVICE inline void gather_rod_load(const StepView<Real>& s, int part,
 }
 
 template <class Real>
-ANGIO_HOST_DEVICE inline Vec3T<double> in_double(const Vec3T<Real>& v) {
-  return {double(v.x), double(v.y), double(v.z)};
-}
-
-template <class Real>
 ANGIO_HOST_DEVICE inline Mat3T<double> in_double(const Mat3T<Real>& a) {
   Mat3T<double> b;
   for (int i = 0; i < 3; ++i)

@@ -19,6 +19,11 @@
 /// there allocates or knows of threads. `lanes` are the threads that share the index (launch.hpp).
 namespace angio::simulation::detail {
 
+template <class Real>
+ANGIO_HOST_DEVICE inline Vec3T<double> in_double(const Vec3T<Real>& v) {
+  return {double(v.x), double(v.y), double(v.z)};
+}
+
 /// The other corners of one triangle seen from one of its corners, counter-clockwise.
 struct CornerLink {
   int next = 0, last = 0;

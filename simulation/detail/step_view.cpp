@@ -42,6 +42,14 @@ Precision precision_for(const Scene& scene, const SimulationOptions& options) {
   for (const Edge& e : scene.balloon_edges)
     edge += distance(scene.start[std::size_t(e[0])], scene.start[std::size_t(e[1])]);
   edge /= double(scene.balloon_edges.size());
+  // Bounds of motion leave the least gap: it must stand out from the spacing of positions.
+  constexpr double kSpacingsInLeastGap = 40.0;
+  double far = 0.0;
+  for (const Vec3& p : scene.start) far = std::max(far, norm(p - scene.origin));
+  const double spacing = double(std::numeric_limits<float>::epsilon()) * far;
+  if (scene.wall_count > 0 &&
+      kSpacingsInLeastGap * spacing > kLeastGap * options.contact_distance_mm)
+    return Precision::twofold;
   // On a vertex: the skin's force for a strain s is about E h s edge, the load p edge^2, E = 6 (C1
   // + C2); rounding errors of half a spacing in six triangles largely cancel.
   const double strain = 0.25 * double(std::numeric_limits<float>::epsilon()) * reach / edge;
@@ -150,11 +158,13 @@ StepRules make_rules(const Scene& scene, const SimulationOptions& options) {
   constexpr int kMostSweeps = 120;
   constexpr int kPaperSweeps = 20;  // what the paper projects never balances: a count, no tolerance
   constexpr int kMostFactor = 6;    // up to this many times the number asked for
+  constexpr double kLeastShare = 0.25;  // of the rest radius: none is more exact for a slim start
   StepRules rules;
   rules.least_sweeps = options.sweeps;
   rules.most_sweeps = options.sweeps > 0 ? kMostFactor * options.sweeps : kMostSweeps;
   if (options.contact_model == ContactModel::paper || options.gas_model == GasModel::per_tet)
     rules.least_sweeps = rules.most_sweeps = options.sweeps > 0 ? options.sweeps : kPaperSweeps;
+  rules.later_sweeps = rules.most_sweeps / 2;
   rules.still = options.gas_model == GasModel::per_tet;
   rules.tolerance = options.tolerance;
   // Of a cylinder of the balloon's volume and length.
@@ -162,7 +172,8 @@ StepRules make_rules(const Scene& scene, const SimulationOptions& options) {
   for (std::size_t v = 0; v < std::size_t(scene.balloon_count); ++v)
     length = std::max(length, norm(scene.start[v] - scene.origin));
   const double volume = balloon_volume(scene, scene.start);
-  rules.radius = std::sqrt(volume / (units::kPi * 2.0 * length));
+  rules.radius =
+      std::max(std::sqrt(volume / (units::kPi * 2.0 * length)), kLeastShare * scene.rest_radius);
   rules.least_load = 0.1 * units::pascal_from_atm(options.inflation.peak_pressure_atm);
   return rules;
 }

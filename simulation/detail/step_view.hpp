@@ -372,8 +372,9 @@ void add_paper_view(const Scene& scene, const SimulationOptions& options, Memory
 
 template <class Real, class Memory>
 StepView<Real> make_view(const Scene& scene, const SimulationOptions& options, Memory& memory) {
-  constexpr double kRelaxation = 1.6;   // fastest on an inflating capsule
-  constexpr double kStickSpeed = 0.02;  // slip speed below which contact sticks [mm/s]
+  constexpr double kRelaxation = 1.6;  // fastest on an inflating capsule
+  // Slip speed below which contact sticks, contact distances a second: 0.02 mm/s at 0.03 mm.
+  constexpr double kStickSpeed = 2.0 / 3.0;
   const double peak = units::pascal_from_atm(options.inflation.peak_pressure_atm);
   StepView<Real> view;
   add_balloon_view(scene, memory, view);
@@ -385,7 +386,7 @@ StepView<Real> make_view(const Scene& scene, const SimulationOptions& options, M
       Real(options.contact_stiffness * barrier_stiffness(peak, options.contact_distance_mm));
   view.relaxation = Real(kRelaxation);
   view.friction = {Real(options.friction_static), Real(options.friction_kinetic),
-                   Real(kStickSpeed * options.frame_s)};
+                   Real(kStickSpeed * options.contact_distance_mm * options.frame_s)};
   view.contact_range = Real(contact_range(options));
   view.self_distance = Real(scene.self_distance);
   view.has_folds = scene.has_folds;

@@ -75,9 +75,9 @@ Measured measure(const char* name, const Tube& tube, const TriangleMesh& mesh) {
     if (end < 4.0 * kRadius) continue;
     const auto truth = test::nearest_on(tube, path.points[i]);
     m.position += truth.distance;
-    m.inscribed += path.inscribed_radius[i] - truth.radius;
+    m.inscribed += measured_radius(path)[i] - truth.radius;
     m.equivalent += path.equivalent_radius[i] - truth.radius;
-    m.throat = std::min(m.throat, path.inscribed_radius[i]);
+    m.throat = std::min(m.throat, measured_radius(path)[i]);
     ++count;
   }
   m.position /= count;

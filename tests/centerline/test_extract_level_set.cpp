@@ -27,7 +27,7 @@ Errors compare(const CenterlinePath& path, const Tube& tube) {
     const auto truth = test::nearest_on(tube, path.points[i]);
     if (truth.t <= 0.02 || truth.t >= 0.98) continue;
     ++count;
-    const double radius = std::abs(path.inscribed_radius[i] / truth.radius - 1.0);
+    const double radius = std::abs(measured_radius(path)[i] / truth.radius - 1.0);
     errors.mean_distance += truth.distance;
     errors.max_distance = std::max(errors.max_distance, truth.distance);
     errors.mean_radius += radius;

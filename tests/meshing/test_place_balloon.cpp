@@ -189,6 +189,28 @@ TEST(PlaceBalloon, CoversTheLesionByThreeMillimetres) {
   EXPECT_DOUBLE_EQ(place(stenosed_tube(), 18.0, 0.0, 3.0).setup.balloon.length_mm, 8.0);
 }
 
+TEST(PlaceBalloon, DoesNotReachAroundAUTurn) {
+  // A half circle of radius 6 mm: 17 mm of lesion and shoulders turn by 160 degrees.
+  const Case turned = place(test::make_arc(1.2, 6.0, 3.0, 0.25), 9.0, 11.0, 2.5);
+  const std::vector<Vec3>& line = turned.setup.balloon.guidewire;
+  const Vec3 first = normalized(line[1] - line[0]),
+             last = normalized(line.back() - line[line.size() - 2]);
+  EXPECT_GT(dot(first, last), -0.05);
+  EXPECT_THAT(turned.setup.warnings, testing::Contains(testing::HasSubstr("turns")));
+}
+
+TEST(PlaceBalloon, IsNotLongerThanBalloonsOfItsDiameter) {
+  const auto long_vessel = test::make_tube(70.0, 0.4, [](double) { return 1.5; });
+  EXPECT_DOUBLE_EQ(place(long_vessel, 35.0, 50.0, 3.0).setup.balloon.length_mm, 30.0);
+}
+
+TEST(PlaceBalloon, AWiderOneHasAThickerProfileAndIsAsLongAsWide) {
+  const auto wide = test::make_tube(90.0, 1.0, [](double) { return 8.0; });
+  const Balloon balloon = place(wide, 45.0, 4.0, 16.0).setup.balloon;
+  EXPECT_DOUBLE_EQ(balloon.length_mm, 16.0);
+  EXPECT_NEAR(balloon.start_diameter_mm, 0.9 * std::pow(4.0, 2.0 / 3.0), 1e-9);
+}
+
 TEST(PlaceBalloon, TakesAnySizeThatIsAskedFor) {
   BalloonOptions options;
   options.nominal_diameter_mm = 2.3;

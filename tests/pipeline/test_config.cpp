@@ -21,7 +21,10 @@ std::string message_of(const std::function<void()>& act, ExitCode expected) {
   return {};
 }
 
-TEST(Config, DefaultsAreValid) { EXPECT_NO_THROW(Config{}.validate()); }
+TEST(Config, DefaultsAreValid) {
+  const Config config;
+  EXPECT_NO_THROW(config.validate());
+}
 
 TEST(Config, EveryKeyIsUniqueAndExplained) {
   Config config;

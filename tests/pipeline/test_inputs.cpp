@@ -1,8 +1,10 @@
 #include <gtest/gtest.h>
 #include <sys/stat.h>
 
+#include <cstdio>
 #include <cstdlib>
 #include <filesystem>
+#include <fstream>
 #include <nlohmann/json.hpp>
 #include <set>
 #include <string>
@@ -10,6 +12,7 @@
 
 #include "datasets/phantom.hpp"
 #include "tests/pipeline/run_program.hpp"
+#include "tests/support/shapes.hpp"
 #include "viewer/files.hpp"
 
 // What people bring: each way in leads to the same numbers, or to one clear line.
@@ -25,6 +28,12 @@ using test::TemporaryFolder;
 
 constexpr const char* kSmallPhantom =
     "phantom concentric --length 20 --spacing 0.4 --noise 0.05 --oblique 20 ";
+
+std::string point_line(const std::string& kind, const Vec3& v) {
+  char text[96];
+  std::snprintf(text, sizeof text, "%s %.9g %.9g %.9g\n", kind.c_str(), v.x, v.y, v.z);
+  return text;
+}
 
 json lesions_of(const fs::path& case_folder) {
   return json::parse(file_text(case_folder / "centerline/lesions.json"));
@@ -48,7 +57,8 @@ TEST(Inputs, CtSeriesAndXRay3DGiveTheSameLumen) {
   const json lesions = lesions_of(folder.path() / "ct_case");
   ASSERT_EQ(lesions.size(), 1u);
   EXPECT_NEAR(lesions[0].at("mld_mm").get<double>(), 1.2, 0.12);
-  EXPECT_NEAR(lesions[0].at("reference_interpolated_mm").get<double>(), 3.0, 0.1);
+  // Five millimetres of healthy vessel on either side: a line through them is 4 % uncertain.
+  EXPECT_NEAR(lesions[0].at("reference_interpolated_mm").get<double>(), 3.0, 0.15);
   EXPECT_NEAR(lesions[0].at("reference_average_mm").get<double>(), 3.0, 0.1);
   EXPECT_NEAR(lesions[0].at("area_stenosis_percent").get<double>(), 84.0, 4.0);
 }
@@ -69,19 +79,45 @@ TEST(Inputs, WhatLinksACaseToItsSourceIsWrittenOnRequestOnlyAndForItsOwnerOnly) 
   }
 }
 
-TEST(Inputs, ASurfaceInMetresIsRefusedByNameAndTakenWithItsUnit) {
+TEST(Inputs, ASurfaceInMetresIsKnownAndTold) {
   TemporaryFolder folder;
   TriangleMesh mesh = datasets::make_phantom_surface(datasets::parse_phantom("unilateral")).surface;
   for (Vec3& vertex : mesh.vertices) vertex *= 1e-3;
-  viewer::write_surface(folder.path() / "metres.stl", {mesh, {}, {}});
-  const std::string run =
-      "run '" + folder / "metres.stl" + "' --until centerline -o '" + folder / "case" + "' ";
-  const ProgramResult refused = run_program(run);
+  std::string text = "# exported elsewhere\n";
+  for (const Vec3& v : mesh.vertices) text += point_line("v", v);
+  for (const Triangle& t : mesh.triangles)
+    text += "f " + std::to_string(t[0] + 1) + " " + std::to_string(t[1] + 1) + " " +
+            std::to_string(t[2] + 1) + "\n";
+  std::ofstream(folder / "metres.obj") << text;
+  const std::string run = "run '" + folder / "metres.obj" + "' -o '" + folder / "case" + "' ";
+  const ProgramResult guessed = run_program(run + "--until centerline");
+  ASSERT_EQ(guessed.exit_code, 0) << guessed.error;
+  EXPECT_NE(guessed.error.find("read in m:"), std::string::npos) << guessed.error;
+  EXPECT_NE(guessed.error.find("--unit"), std::string::npos) << guessed.error;
+  EXPECT_NEAR(lesions_of(folder.path() / "case")[0].at("mld_mm").get<double>(), 1.2, 0.02);
+  // A wrong unit by hand is refused by name.
+  const ProgramResult refused = run_program(run + "--until segmentation --unit mm --force");
   EXPECT_EQ(refused.exit_code, 65);
   EXPECT_EQ(refused.error_line_count(), 1) << refused.error;
   EXPECT_NE(refused.error.find("--unit m"), std::string::npos) << refused.error;
-  ASSERT_EQ(run_program(run + "--unit m").exit_code, 0);
-  EXPECT_NEAR(lesions_of(folder.path() / "case")[0].at("mld_mm").get<double>(), 1.2, 0.02);
+}
+
+TEST(Inputs, ASurfaceIsInspectedWithItsSizes) {
+  TemporaryFolder folder;
+  const TriangleMesh tube = tests::make_tube(1.5, 40.0, 81, 32);
+  viewer::write_surface(folder.path() / "tube.ply", {tube, {}, {}});
+  const ProgramResult inspected = run_program("inspect --json '" + folder / "tube.ply" + "'");
+  ASSERT_EQ(inspected.exit_code, 0) << inspected.error;
+  const json found = json::parse(inspected.out);
+  EXPECT_EQ(found.at("unit"), "mm");
+  EXPECT_EQ(found.at("unit_source"), "file");
+  EXPECT_FALSE(found.at("closed").get<bool>());
+  EXPECT_EQ(found.at("self_intersections"), 0);
+  EXPECT_NEAR(found.at("median_diameter_mm").get<double>(), 3.0, 0.15);
+  EXPECT_NEAR(found.at("volume_mm3").get<double>(), 3.1416 * 2.25 * 40.0, 3.0);
+  ASSERT_EQ(found.at("open_ends").size(), 2u);
+  EXPECT_NEAR(found.at("open_ends")[0].at("diameter_mm").get<double>(), 3.0, 0.05);
+  EXPECT_TRUE(found.at("repairs").empty());
 }
 
 TEST(Inputs, ABrokenSurfaceIsRepairedAndEveryRepairTold) {

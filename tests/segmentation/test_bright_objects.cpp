@@ -118,7 +118,7 @@ TEST(ExcludeBone, LeavesAnAneurysmWhole) {
     });
     const auto result = segment_vessels(volume, {});
     EXPECT_LT(interpolate(result.level_set, {4.5, 0, 0}), -3.0) << intensity;
-    EXPECT_TRUE(result.warnings.empty()) << intensity;
+    EXPECT_THAT(result.warnings, testing::IsEmpty()) << intensity;
   }
 }
 

@@ -12,6 +12,7 @@
 #include "core/frames.hpp"
 #include "segmentation/detail/bright_objects.hpp"
 #include "segmentation/detail/components.hpp"
+#include "segmentation/detail/tube_axes.hpp"
 #include "segmentation/read_volume.hpp"
 #include "segmentation/segmentation.hpp"
 
@@ -76,7 +77,8 @@ TEST_F(RealData, RotationalAngiographyGivesOneTree) {
 TEST_F(RealData, NothingIsTakenForBoneWhereThereIsNone) {
   for (const char* name : {"mra-aorta-vmtk/aorta.mha", "3dra-aneurism/dicom"}) {
     const auto volume = read_volume(data(name), {}).volume;
-    EXPECT_EQ(detail::find_bright_objects(volume, {}).warning, "") << name;
+    EXPECT_EQ(detail::find_bright_objects(volume, detail::find_tube_axes(volume), {}).warning, "")
+        << name;
   }
 }
 

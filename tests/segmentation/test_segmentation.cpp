@@ -109,7 +109,8 @@ TEST(SegmentVessels, DoesNotDependOnTheIntensityScale) {
   const auto b = segment_vessels(scaled, {});
   ASSERT_EQ(a.level_set.geometry, b.level_set.geometry);
   for (std::size_t v = 0; v < a.level_set.values.size(); ++v)
-    ASSERT_NEAR(a.level_set.values[v], b.level_set.values[v], 0.02);
+    ASSERT_NEAR(a.level_set.values[v], b.level_set.values[v],
+                std::abs(a.level_set.values[v]) < 1.2 ? 1e-3 : 0.15);  // exact to four voxels
 }
 
 TEST(SegmentVessels, WorksOnEightBits) {

@@ -345,6 +345,7 @@ TEST_F(VolumeFileGeometry, AHeaderThatAsksForMoreMemoryThanThereIsIsRefused) {
                           "NRRD0004\ntype: float\ndimension: 3\nspace: left-posterior-superior\n"
                           "sizes: 1200 1200 1200\nspace directions: (1,0,0) (0,1,0) (0,0,1)" +
                               std::string(kNrrdEnd) + "0123");
+  fs::resize_file(path, 7000000000);  // of holes
   EXPECT_THAT(refusal(path, {.max_memory_gib = 4.0}), HasSubstr("needs 19.31 GiB of memory"));
 }
 

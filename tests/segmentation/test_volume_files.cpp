@@ -1,9 +1,17 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <unistd.h>
+#include <vtkImageData.h>
+#include <vtkNew.h>
+#include <vtkXMLImageDataWriter.h>
+#include <zlib.h>
 
+#include <algorithm>
+#include <array>
+#include <cstring>
 #include <filesystem>
 #include <fstream>
+#include <map>
 #include <random>
 
 #include "core/atomic_file.hpp"
@@ -69,6 +77,57 @@ void expect_same_geometry(const VolumeGeometry& a, const VolumeGeometry& b) {
     for (int row = 0; row < 3; ++row)
       EXPECT_NEAR(a.direction(row, axis), b.direction(row, axis), 1e-12);
   }
+}
+
+/// @param window_bits  as zlib has them: 15 for its own format, 31 for gzip
+std::string compressed(const std::string& bytes, int window_bits) {
+  z_stream stream{};
+  deflateInit2(&stream, 6, Z_DEFLATED, window_bits, 8, Z_DEFAULT_STRATEGY);
+  std::string out(deflateBound(&stream, uLong(bytes.size())), '\0');
+  std::string in = bytes;
+  stream.next_in = reinterpret_cast<unsigned char*>(in.data());
+  stream.avail_in = unsigned(in.size());
+  stream.next_out = reinterpret_cast<unsigned char*>(out.data());
+  stream.avail_out = unsigned(out.size());
+  deflate(&stream, Z_FINISH);
+  out.resize(stream.total_out);
+  deflateEnd(&stream);
+  return out;
+}
+
+std::string nifti_of(const Volume<float>& volume) {
+  std::string bytes(352, '\0');
+  const auto put = [&](std::size_t place, auto value) {
+    std::memcpy(&bytes[place], &value, sizeof value);
+  };
+  put(0, std::int32_t(348));
+  put(40, std::int16_t(3));
+  for (std::size_t a = 0; a < 3; ++a) {
+    put(42 + 2 * a, std::int16_t(volume.geometry.size[a]));
+    put(80 + 4 * a, 0.5f);
+  }
+  put(70, std::int16_t(16));
+  put(108, 352.0f);
+  put(344, std::array<char, 4>{'n', '+', '1', '\0'});
+  return bytes + std::string(reinterpret_cast<const char*>(volume.values.data()),
+                             volume.values.size() * sizeof(float));
+}
+
+std::string vti_of(const Volume<float>& volume, int mode, bool compress) {
+  vtkNew<vtkImageData> image;
+  const auto& size = volume.geometry.size;
+  image->SetDimensions(size[0], size[1], size[2]);
+  image->AllocateScalars(VTK_FLOAT, 1);
+  std::copy(volume.values.begin(), volume.values.end(),
+            static_cast<float*>(image->GetScalarPointer()));
+  vtkNew<vtkXMLImageDataWriter> writer;
+  writer->SetDataMode(mode);
+  writer->EncodeAppendedDataOff();
+  if (!compress) writer->SetCompressorTypeToNone();
+  writer->SetInputData(image);
+  writer->WriteToOutputStringOn();
+  writer->Write();
+  return writer->GetOutputString();
 }
 
 TEST_F(VolumeFiles, NrrdComesBackAsWritten) {
@@ -152,6 +211,94 @@ TEST_F(VolumeFiles, DamagedFilesAreRefusedWithOneLine) {
     EXPECT_EQ(error.exit_code(), ExitCode::bad_data) << name;
     EXPECT_EQ(std::string(error.what()).find('\n'), std::string::npos) << error.what();
   }
+}
+
+/// Every way in which a volume file may end before its time.
+std::vector<std::size_t> places_to_cut(std::size_t size) {
+  std::vector<std::size_t> places{1, size / 2, size - 1, size - 2, size - 4, size - 9, size - 33};
+  for (std::size_t n = 1; n < 40; ++n) places.push_back(n * size / 40);
+  std::erase_if(places, [&](std::size_t place) { return place == 0 || place >= size; });
+  return places;
+}
+
+TEST_F(VolumeFiles, NoneIsReadThatIsTruncatedAnywhere) {
+  Volume<float> volume = oblique_volume();
+  volume.geometry.size = {20, 15, 10};
+  volume.values.resize(3000);
+  for (std::size_t v = 0; v < 3000; ++v) volume.values[v] = float(v * 7919 % 1013);
+  const std::string voxels(reinterpret_cast<const char*>(volume.values.data()), 12000);
+  std::string written;
+  for (const float value : volume.values) written += std::to_string(int(value)) + "\n";
+  const std::string meta =
+      "ObjectType = Image\nNDims = 3\nDimSize = 20 15 10\n"
+      "ElementSpacing = 0.5 0.5 0.5\nElementType = MET_FLOAT\n";
+  const std::string nrrd =
+      "NRRD0004\ntype: float\ndimension: 3\nspace: left-posterior-superior\nsizes: 20 15 10\n"
+      "space directions: (1,0,0) (0,1,0) (0,0,1)\nspace origin: (0,0,0)\nendian: little\n";
+  write_volume(file("gzip.nrrd"), volume);
+  const std::string zlib = compressed(voxels, 15);
+  const std::map<std::string, std::string> whole{
+      {"gzip.nrrd", read_text(file("gzip.nrrd"))},
+      {"raw.nrrd", nrrd + "encoding: raw\n\n" + voxels},
+      {"text.nrrd", nrrd + "encoding: ascii\n\n" + written},
+      {"raw.mha", meta + "BinaryData = True\nElementDataFile = LOCAL\n" + voxels},
+      {"zlib.mha", meta + "BinaryData = True\nCompressedData = True\nCompressedDataSize = " +
+                       std::to_string(zlib.size()) + "\nElementDataFile = LOCAL\n" + zlib},
+      {"text.mha", meta + "BinaryData = False\nElementDataFile = LOCAL\n" + written},
+      {"raw.nii", nifti_of(volume)},
+      {"gzip.nii.gz", compressed(nifti_of(volume), 31)},
+      {"raw.vti", vti_of(volume, vtkXMLWriter::Appended, false)},
+      {"zlib.vti", vti_of(volume, vtkXMLWriter::Appended, true)},
+      {"inline.vti", vti_of(volume, vtkXMLWriter::Binary, true)},
+      {"text.vti", vti_of(volume, vtkXMLWriter::Ascii, false)}};
+  for (const auto& [name, bytes] : whole) {
+    std::ofstream(file(name), std::ios::binary) << bytes;
+    EXPECT_EQ(read_volume(file(name), {}).volume.values, volume.values) << name;
+    for (const std::size_t place : places_to_cut(bytes.size())) {
+      if (bytes.find_first_not_of(" \n", place) == std::string::npos) continue;  // only blanks lost
+      std::ofstream(file(name), std::ios::binary) << bytes.substr(0, place);
+      EXPECT_THROW(read_volume(file(name), {}), InputError)
+          << name << ": " << place << " of " << bytes.size() << " bytes were read as if whole";
+    }
+  }
+}
+
+TEST_F(VolumeFiles, NoneIsReadWhoseOwnFileOfVoxelsIsTruncatedOrMissing) {
+  const std::string voxels(std::size_t(4 * 4 * 4), 'x');
+  const std::string meta =
+      "ObjectType = Image\nNDims = 3\nDimSize = 4 4 4\n"
+      "ElementSpacing = 1 1 1\nElementType = MET_UCHAR\nElementDataFile = ";
+  std::ofstream(file("one.mhd")) << meta << "voxels.raw\n";
+  std::ofstream(file("list.mhd")) << meta << "LIST\ns1.raw\ns2.raw\ns3.raw\ns4.raw\n";
+  std::ofstream(file("numbered.mhd")) << meta << "s%d.raw 1 4 1\n";
+  std::ofstream(file("one.nhdr"))
+      << "NRRD0004\ntype: uint8\ndimension: 3\nsizes: 4 4 4\nspacings: 1 1 1\n"
+         "encoding: raw\ndata file: voxels.raw\n";
+  const auto write = [&](const std::string& name, std::size_t count) {
+    std::ofstream(file(name), std::ios::binary) << voxels.substr(0, count);
+  };
+  write("voxels.raw", 64);
+  for (const char* slice : {"s1.raw", "s2.raw", "s3.raw", "s4.raw"}) write(slice, 16);
+  const auto names = {"one.mhd", "one.nhdr", "list.mhd", "numbered.mhd"};
+  for (const char* name : names)
+    EXPECT_EQ(read_volume(file(name), {}).volume.values, std::vector<float>(64, float('x')))
+        << name;
+  write("voxels.raw", 63);
+  write("s3.raw", 15);
+  for (const char* name : names) EXPECT_THAT(error_of(file(name)).what(), HasSubstr("truncated"));
+  fs::remove(file("voxels.raw"));
+  fs::remove(file("s3.raw"));
+  for (const char* name : names) error_of(file(name));
+}
+
+TEST_F(VolumeFiles, InspectRefusesWhatIsShorterThanItsHeaderSays) {
+  std::ofstream(file("cut.mha"), std::ios::binary)
+      << "ObjectType = Image\nNDims = 3\nDimSize = 4 4 4\nElementSpacing = 1 1 1\n"
+         "ElementType = MET_UCHAR\nElementDataFile = LOCAL\n0123456789";
+  const auto all = inspect(file("cut.mha"));
+  ASSERT_EQ(all.size(), 1u);
+  EXPECT_FALSE(all[0].usable);
+  EXPECT_THAT(all[0].verdict, HasSubstr("truncated"));
 }
 
 TEST_F(VolumeFiles, VtiIsReadInItsSpace) {

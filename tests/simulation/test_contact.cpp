@@ -57,6 +57,36 @@ double gap_of(const GapWeights<double>& g, const Vec3 (&p)[4]) {
   return norm(gap);
 }
 
+// Long edges that nearly lie along each other, and triangles, a tiny gap apart, as positions in
+// single precision are.
+TEST(PartingPlane, ProvesNearlyTheWholeGapInSinglePrecision) {
+  std::mt19937 random(11);
+  std::uniform_real_distribution<double> u(0.0, 1.0);
+  for (int round = 0; round < 4000; ++round) {
+    const bool edges = round % 2 == 0;
+    const double size = std::pow(10.0, -1.0 + 2.0 * u(random)),
+                 gap = size * std::pow(10.0, -4.0 * u(random) - 0.5), skew = u(random) * u(random);
+    const Candidate pair{{0, 1, 2, 3}, edges};
+    // Side b in the plane z = 0, side a above it.
+    const auto flat = [&](double z) {
+      return size * Vec3{2.0 * u(random) - 1.0, skew * (2.0 * u(random) - 1.0), z};
+    };
+    Vec3 p[4] = {flat(gap / size), flat(edges ? gap / size : 0.0), flat(0.0), flat(0.0)};
+    const Vec3 n = normalized(random_point(random)), e = any_perpendicular(n), f = cross(n, e);
+    Vec3T<float> q[4];
+    Vec3 exact[4];
+    for (int i = 1; i < 4; ++i) {
+      const Vec3 from = p[i] - p[0], d = from.x * e + from.y * f + from.z * n;
+      q[i] = {float(d.x), float(d.y), float(d.z)};
+      exact[i] = in_double(q[i]);
+    }
+    const double distance = norm(gap_between(pair, exact));
+    const auto plane = parting_plane(pair, q);
+    EXPECT_LE(double(plane.gap), distance) << round;
+    EXPECT_GT(double(plane.gap), 0.9 * distance - 4e-6 * size) << round;
+  }
+}
+
 TEST(Distance, IsTheLeastOverSampledPoints) {
   std::mt19937 random(3);
   const int n = 60;

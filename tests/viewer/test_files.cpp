@@ -222,7 +222,8 @@ TEST(Stl, PositiveAndNegativeZeroAreOnePoint) {
   const TemporaryFolder folder;
   write_text_atomically(folder / "a.stl",
                         "solid\n" + ascii_facet("vertex 0 0 0 vertex 1 0 0 vertex 0 1 0\n") +
-                            ascii_facet("vertex -0 0 0 vertex 0 1 0 vertex -1 0 0\n"));
+                            ascii_facet("vertex -0 0 0 vertex 0 1 0 vertex -1 0 0\n") +
+                            "endsolid\n");
   EXPECT_EQ(read_surface(folder / "a.stl").mesh.vertices.size(), 4u);
 }
 
@@ -230,7 +231,7 @@ TEST(Stl, DegenerateTrianglesAreDropped) {
   const TemporaryFolder folder;
   write_text_atomically(folder / "a.stl",
                         "solid\n" + ascii_facet("vertex 0 0 0 vertex 1 0 0 vertex 0 1 0\n") +
-                            ascii_facet("vertex 1 0 0 vertex 1 0 0 vertex 0 1 0\n"));
+                            ascii_facet("vertex 1 0 0 vertex 1 0 0 vertex 0 1 0\n") + "endsolid\n");
   EXPECT_EQ(read_surface(folder / "a.stl").mesh.triangles.size(), 1u);
 }
 
@@ -241,9 +242,10 @@ TEST(Stl, BadFilesAreRefusedByName) {
   expect_surface_refused(folder / "a.stl", "", "is empty");
   expect_surface_refused(folder / "a.stl", "This is a letter, not a mesh.\n", "not an STL");
   expect_surface_refused(folder / "a.stl", "solid nothing\nendsolid\n", "not an STL");
-  expect_surface_refused(folder / "a.stl",
-                         "solid\n" + ascii_facet("vertex nan 0 0 vertex 1 0 0 vertex 0 1 0\n"),
-                         "not a number");
+  expect_surface_refused(
+      folder / "a.stl",
+      "solid\n" + ascii_facet("vertex nan 0 0 vertex 1 0 0 vertex 0 1 0\n") + "endsolid\n",
+      "not a number");
   expect_surface_refused(folder / "a.stl",
                          "solid\n" + ascii_facet("vertex 0 zero 0 vertex 1 0 0 vertex 0 1 0\n"),
                          "facet 1");
@@ -317,7 +319,8 @@ TEST(Obj, BadFilesAreRefusedByName) {
   const TemporaryFolder folder;
   const std::string points = "v 0 0 0\nv 1 0 0\nv 1 1 0\n";
   expect_surface_refused(folder / "a.obj", points + "f 1 2 9\n", "line 4");
-  expect_surface_refused(folder / "a.obj", points + "f 1 2\n", "fewer than three");
+  expect_surface_refused(folder / "a.obj", points + "f 1 2", "fewer than three");
+  expect_surface_refused(folder / "a.obj", points + "f 1 2\n", "no triangles");
   expect_surface_refused(folder / "a.obj", points + "f a b c\n", "not a list");
   expect_surface_refused(folder / "a.obj", "v 0 0\n", "three numbers");
   expect_surface_refused(folder / "a.obj", "just words\n", "no triangles");

@@ -54,13 +54,22 @@ std::vector<int> line_numbers(const PolylineData& data, const std::string& name)
   return numbers;
 }
 
-/// The lines from the inlet to each outlet; in the file they are cut into tracts.
+/// The row of a frame in the table; nothing if it has none.
+std::optional<std::size_t> row_of(const TimeSeries& series, int frame) {
+  const std::vector<double> frames = column(series, "frame");
+  const auto found = std::find(frames.begin(), frames.end(), double(frame));
+  if (found == frames.end()) return std::nullopt;
+  return std::size_t(found - frames.begin());
+}
+
+}  // namespace
+
 std::vector<CenterlinePath> read_paths(const fs::path& file) {
   const PolylineData data = read_polylines(file);
   const DataArray& radius = find_array(data.point_arrays, "MaximumInscribedSphereRadius");
   const std::vector<int> ids = line_numbers(data, "CenterlineIds");
   const std::vector<int> tracts = line_numbers(data, "TractIds");
-  std::map<std::pair<int, int>, std::size_t> order;
+  std::map<std::pair<int, int>, std::size_t> order;  // in the file lines are cut into tracts
   for (std::size_t line = 0; line < data.lines.size(); ++line)
     order[{ids[line], tracts[line]}] = line;
   std::map<int, CenterlinePath> joined;
@@ -83,16 +92,6 @@ std::vector<CenterlinePath> read_paths(const fs::path& file) {
   }
   return paths;
 }
-
-/// The row of a frame in the table; nothing if it has none.
-std::optional<std::size_t> row_of(const TimeSeries& series, int frame) {
-  const std::vector<double> frames = column(series, "frame");
-  const auto found = std::find(frames.begin(), frames.end(), double(frame));
-  if (found == frames.end()) return std::nullopt;
-  return std::size_t(found - frames.begin());
-}
-
-}  // namespace
 
 CaseData read_case(const fs::path& folder) {
   std::error_code ignored;

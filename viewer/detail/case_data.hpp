@@ -35,6 +35,9 @@ struct CaseData {
 /// @throws InputError (66) if the folder is no case, or has no lumen yet
 CaseData read_case(const std::filesystem::path& folder);
 
+/// The lines of centerlines.vtp from the inlet to each outlet: points, radius and abscissa only.
+std::vector<CenterlinePath> read_paths(const std::filesystem::path& file);
+
 /// The frames listed in a ParaView collection whose file names begin with "balloon" and "vessel".
 std::vector<FrameFiles> read_frame_list(const std::filesystem::path& collection);
 

@@ -18,8 +18,9 @@ constexpr int kProjectionPixels = 420;
 constexpr int kSlicePixels = 380;
 constexpr int kTilePixels = 202;
 constexpr int kTileColumns = 5;
-constexpr int kTileRows = 3;  // an odd number of tiles: the lesion is in the middle
-constexpr int kShift = 6;     // OpenCV draws to 1/64 pixel
+constexpr int kTileRows = 3;       // an odd number of tiles: the lesion is in the middle
+constexpr float kHeadroom = 0.4f;  // vessels are not drawn white: their outline must be seen
+constexpr int kShift = 6;          // OpenCV draws to 1/64 pixel
 
 cv::Scalar cv_color(const Rgb& color) {
   return {double(color[0]), double(color[1]), double(color[2])};
@@ -139,8 +140,9 @@ Figure draw_projection(const Projection& projection, const ReportContent& conten
   };
   const cv::Size size(pixels(projection.width * projection.pixel_width_mm),
                       pixels(projection.height * projection.pixel_height_mm));
-  cv::Mat picture = grey_picture(projection.values, projection.width, projection.height,
-                                 window_of(projection.values));
+  GreyWindow grey = window_of(projection.values);
+  grey.white += kHeadroom * (grey.white - grey.black);
+  cv::Mat picture = grey_picture(projection.values, projection.width, projection.height, grey);
   const bool is_larger = size.width >= projection.width && size.height >= projection.height;
   cv::resize(picture, picture, size, 0, 0, is_larger ? cv::INTER_LINEAR : cv::INTER_AREA);
   draw_silhouette(picture, projection, content.lumen, content.volume->geometry,

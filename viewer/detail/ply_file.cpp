@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "core/error.hpp"
+#include "viewer/detail/header_text.hpp"
 #include "viewer/detail/surface_cleanup.hpp"
 #include "viewer/detail/surface_formats.hpp"
 #include "viewer/detail/tokens.hpp"
@@ -31,6 +32,7 @@ struct Header {
   Encoding encoding = Encoding::ascii;
   std::vector<Element> elements;
   bool in_ras = false;
+  std::optional<LengthUnit> unit;
   std::size_t size = 0;  ///< [byte]
 };
 
@@ -53,6 +55,7 @@ void parse_header_line(Header& header, std::string_view line, const std::string&
       fail(name, "unknown format");
   } else if (kind == "comment" || kind == "obj_info") {
     if (says_ras(line)) header.in_ras = true;
+    if (const auto unit = stated_unit(line)) header.unit = unit;
   } else if (kind == "element") {
     Element element;
     element.name = tokens.next();
@@ -178,29 +181,38 @@ ParsedSurface parse_ply(std::string_view bytes, const std::string& name) {
   const Header header = parse_header(bytes, name);
   ParsedSurface result;
   result.in_ras = header.in_ras;
+  result.data.unit = header.unit;
   TriangleMesh& mesh = result.data.mesh;
   Body body(bytes.substr(header.size), header.encoding, name);
+  std::size_t last_face = 0;  // in triangles; 0 while something else comes last
   for (const Element& element : header.elements) {
     // Every element takes at least a byte: a larger count is damage, not a large mesh.
     if (element.count > bytes.size()) fail(name, "it was cut short");
     for (std::size_t i = 0; i < element.count; ++i) {
+      const std::size_t before = mesh.triangles.size();
       if (element.name == "vertex")
         read_vertex(body, element, mesh);
       else if (element.name == "face")
         read_face(body, element, mesh, name);
       else
         skip(body, element);
+      last_face = mesh.triangles.size() - before;
     }
+  }
+  if (header.encoding == Encoding::ascii) {
+    require_usable(result.data, name);
+    require_whole_last_face(bytes, mesh, last_face, name);
   }
   return result;
 }
 
 std::string ply_bytes(const TriangleMesh& mesh) {
-  std::string bytes = "ply\nformat binary_little_endian 1.0\ncomment SPACE=LPS\nelement vertex " +
-                      std::to_string(mesh.vertices.size()) +
-                      "\nproperty double x\nproperty double y\nproperty double z\nelement face " +
-                      std::to_string(mesh.triangles.size()) +
-                      "\nproperty list uchar int vertex_indices\nend_header\n";
+  std::string bytes =
+      "ply\nformat binary_little_endian 1.0\ncomment SPACE=LPS unit=mm\nelement vertex " +
+      std::to_string(mesh.vertices.size()) +
+      "\nproperty double x\nproperty double y\nproperty double z\nelement face " +
+      std::to_string(mesh.triangles.size()) +
+      "\nproperty list uchar int vertex_indices\nend_header\n";
   for (const Vec3& point : mesh.vertices)
     for (int axis = 0; axis < 3; ++axis) append(bytes, point[axis]);
   for (const Triangle& triangle : mesh.triangles) {

@@ -6,7 +6,7 @@
 #include <limits>
 
 #include "core/error.hpp"
-#include "viewer/detail/surface_cleanup.hpp"
+#include "viewer/detail/header_text.hpp"
 #include "viewer/detail/surface_formats.hpp"
 #include "viewer/detail/tokens.hpp"
 
@@ -39,6 +39,7 @@ void add_triangle(TriangleMesh& mesh) {
 ParsedSurface parse_binary(std::string_view bytes) {
   ParsedSurface result;
   result.in_ras = says_ras(bytes.substr(0, kHeaderBytes));
+  result.data.unit = stated_unit(bytes.substr(0, kHeaderBytes));
   TriangleMesh& mesh = result.data.mesh;
   const std::size_t count = binary_facet_count(bytes);
   mesh.vertices.reserve(3 * count);
@@ -57,9 +58,11 @@ ParsedSurface parse_binary(std::string_view bytes) {
 ParsedSurface parse_ascii(std::string_view text, const std::string& name) {
   ParsedSurface result;
   result.in_ras = says_ras(text.substr(0, text.find('\n')));
+  result.data.unit = stated_unit(text.substr(0, text.find('\n')));
   TriangleMesh& mesh = result.data.mesh;
   Tokens tokens(text);
   int corner_count = 0;
+  bool ended = false;
   for (std::string_view word = tokens.next(); !word.empty(); word = tokens.next()) {
     if (word == "vertex") {
       Vec3 point;
@@ -79,10 +82,15 @@ ParsedSurface parse_ascii(std::string_view text, const std::string& name) {
                          " corners (STL facets have three). Export the surface again");
       add_triangle(mesh);
       corner_count = 0;
+    } else if (word == "facet" || word == "endsolid") {
+      ended = word == "endsolid";
     }
   }
-  if (corner_count != 0)
-    throw InputError(name + " ends in the middle of a facet (it was cut short). Copy it again");
+  if (corner_count != 0 || !ended)
+    throw InputError(
+        name +
+        (corner_count != 0 ? " ends in the middle of a facet" : " ends without \"endsolid\"") +
+        " (it was cut short). Copy or export it again");
   return result;
 }
 
@@ -108,8 +116,7 @@ ParsedSurface parse_stl(std::string_view bytes, const std::string& name) {
   }
   if (Tokens(bytes).next() == "solid" && bytes.find("facet") != std::string_view::npos)
     return parse_ascii(bytes, name);
-  const bool cut_short = bytes.size() >= kHeaderBytes + 4 &&
-                         bytes.substr(0, kHeaderBytes).find('\0') != std::string_view::npos;
+  const bool cut_short = bytes.substr(0, kHeaderBytes).find('\0') != std::string_view::npos;
   throw InputError(name +
                    (cut_short ? " is not as long as its STL header says (it was cut short)."
                               : " is not an STL surface (neither binary nor ASCII STL).") +

@@ -91,10 +91,6 @@ void require_usable(const SurfaceData& data, const std::string& name) {
                          "Export the surface again");
 }
 
-bool says_ras(std::string_view header) {
-  return header.find("SPACE=RAS") != std::string_view::npos;
-}
-
 void swap_ras_lps(std::vector<Vec3>& points) {
   for (Vec3& point : points) point = lps_from_ras(point);
 }

@@ -2,7 +2,6 @@
 
 #include <filesystem>
 #include <string>
-#include <string_view>
 
 #include "viewer/files.hpp"
 
@@ -18,9 +17,6 @@ void require_usable(const SurfaceData& data, const std::string& name);
 
 /// Throws InputError if a point is not finite. @param name  of the file
 void require_finite(const std::vector<Vec3>& points, const std::string& name);
-
-/// Whether a header says that its points are in RAS ("SPACE=RAS", as 3D Slicer writes).
-bool says_ras(std::string_view header);
 
 /// Converts RAS to LPS [mm] or back. Orientation is kept (a half turn). Arrays stay as they are.
 void swap_ras_lps(std::vector<Vec3>& points);

@@ -1,9 +1,11 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <string_view>
 
+#include "core/units.hpp"
 #include "viewer/files.hpp"
 
 /// The surface formats other than VTK's own. They are read here rather than by VTK's readers,
@@ -15,6 +17,14 @@ struct ParsedSurface {
   SurfaceData data;
   bool in_ras = false;  ///< the header said SPACE=RAS
 };
+
+/// Refuses a text without a last line break whose last face does not fit those around it: a number
+/// that was cut short names another point. A format that counts its faces cannot tell that.
+///
+/// @param last_face  number of triangles at the mesh's end that are the file's last face
+/// @throws InputError naming the file
+void require_whole_last_face(std::string_view text, const TriangleMesh& mesh, std::size_t last_face,
+                             const std::string& name);
 
 ParsedSurface parse_stl(std::string_view bytes, const std::string& name);  ///< binary or ASCII
 ParsedSurface parse_ply(std::string_view bytes, const std::string& name);  ///< all three encodings

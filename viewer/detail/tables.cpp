@@ -224,12 +224,35 @@ std::string Metrics::text(const char* group, const char* key) const {
   return value != found->end() && value->is_string() ? value->get<std::string>() : std::string();
 }
 
+std::string Metrics::text(const char* key) const {
+  const auto value = content_->root.find(key);
+  return value != content_->root.end() && value->is_string() ? value->get<std::string>()
+                                                             : std::string();
+}
+
 std::string Metrics::tables() const {
   std::string out;
+  if (const std::string status = text("status"); !status.empty())
+    out +=
+        table("Case", "<tr><th scope=\"row\">Status</th><td>" + escape_html(status) + "</td></tr>");
   for (const auto& [group, title] : kGroupTitles)
     if (content_->root.contains(group) && content_->root[group].is_object())
       out += table(title, rows(group, content_->root[group]));
   return out;
+}
+
+std::string status_notice(const Metrics& metrics) {
+  constexpr std::array<std::array<const char*, 2>, 4> kTitles{
+      {{"no_lesion", "No stenosis found."},
+       {"not_determined", "No treatment simulated."},
+       {"failed", "Failed: there is no result."},
+       {"stale", "Out of date: there is no result."}}};
+  const std::string status = metrics.text("status");
+  for (const auto& [name, title] : kTitles)
+    if (status == name)
+      return "<div class=\"notice status\"><strong>" + std::string(title) + "</strong> " +
+             escape_html(metrics.text("status_reason")) + "</div>\n";
+  return {};
 }
 
 std::string headline_cards(const Metrics& metrics) {
@@ -245,6 +268,8 @@ std::string headline_cards(const Metrics& metrics) {
               "acute gain " + shown(result("acute_gain_mm"), 2, " mm"));
   out += card(change(lesion("mla_mm2"), result("mla_mm2"), 2, " mm²"), "Minimal lumen area",
               "before → after deflation");
+  const std::string status = metrics.text("status");
+  if (!status.empty() && status != "done" && status != "no_lesion") return out;
   out += card(shown(result("recoil_mm"), 2, " mm"), "Elastic recoil",
               shown(result("recoil_percent"), 0, " %") + " of the balloon's diameter at peak");
   out += card(

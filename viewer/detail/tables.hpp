@@ -20,6 +20,8 @@ class Metrics {
   /// @param group, key  as in CONTRACT: "lesion", "mld_mm"
   [[nodiscard]] std::optional<double> number(const char* group, const char* key) const;
   [[nodiscard]] std::string text(const char* group, const char* key) const;  ///< empty if missing
+  /// At the top: "status", "status_reason". Empty if missing.
+  [[nodiscard]] std::string text(const char* key) const;
 
   /// One HTML table a group, with names for people and units; unknown keys are shown as they are.
   [[nodiscard]] std::string tables() const;
@@ -29,7 +31,10 @@ class Metrics {
   std::unique_ptr<Content> content_;
 };
 
-/// The headline numbers as HTML cards.
+/// How the case stands, as an HTML notice; empty when it is done, or nothing is known of it.
+std::string status_notice(const Metrics& metrics);
+
+/// The headline numbers as HTML cards; of a case without a result, only what the images show.
 std::string headline_cards(const Metrics& metrics);
 
 /// The stenoses as one HTML table, a row each, the most severe first. Empty for an empty text.

@@ -13,10 +13,13 @@
 #include <vtkXMLUnstructuredGridReader.h>
 #include <vtkXMLUnstructuredGridWriter.h>
 
+#include <algorithm>
 #include <cstdint>
 #include <new>
+#include <optional>
 
 #include "core/error.hpp"
+#include "viewer/detail/header_text.hpp"
 #include "viewer/detail/surface_cleanup.hpp"
 #include "viewer/detail/tokens.hpp"
 #include "viewer/detail/vtk_arrays.hpp"
@@ -37,9 +40,20 @@ void tag_space(vtkDataObject* data) {
   data->GetFieldData()->AddArray(space);
 }
 
-bool is_tagged_ras(vtkDataObject* data) {
-  auto* space = vtkStringArray::SafeDownCast(data->GetFieldData()->GetAbstractArray(kSpaceArray));
-  return space && space->GetNumberOfValues() > 0 && space->GetValue(0) == "RAS";
+/// A text in the field data; empty if there is none of that name.
+std::string field_text(vtkDataObject* data, const char* name) {
+  auto* text = vtkStringArray::SafeDownCast(data->GetFieldData()->GetAbstractArray(name));
+  return text && text->GetNumberOfValues() > 0 ? std::string(text->GetValue(0)) : std::string();
+}
+
+bool is_tagged_ras(vtkDataObject* data) { return field_text(data, kSpaceArray) == "RAS"; }
+
+/// The unit that the field data name; SPACE means mm, as patient space is in millimetres.
+std::optional<LengthUnit> tagged_unit(vtkDataObject* data) {
+  for (const char* key : {"UNIT", "Unit", "unit", "UNITS", "Units", "units", "LengthUnit"})
+    if (const auto unit = unit_of_name(field_text(data, key))) return unit;
+  const std::string space = field_text(data, kSpaceArray);
+  return space == "LPS" || space == "RAS" ? std::optional(LengthUnit::mm) : std::nullopt;
 }
 
 template <class Writer, class Data>
@@ -67,8 +81,9 @@ void write_xml(const std::filesystem::path& path, Data* data) {
                    "another kind). Write it again");
 }
 
-/// Looks at the head of the file before VTK does: VTK believes any count that it finds there.
-void check_head(const std::filesystem::path& path, std::string_view file_type,
+/// Looks at the file before VTK does: VTK believes any count that it finds in the head, and takes a
+/// file without an end for one with less in it.
+void check_file(const std::filesystem::path& path, std::string_view file_type,
                 const std::string& name) {
   const std::string bytes = read_input(path);
   const std::string_view head = std::string_view(bytes).substr(0, 65536);
@@ -78,6 +93,10 @@ void check_head(const std::filesystem::path& path, std::string_view file_type,
   if (head.find(file_type) == std::string_view::npos)
     throw InputError(name + " holds another kind of VTK data than " + std::string(file_type) +
                      ". Convert it");
+  const std::string_view tail =
+      std::string_view(bytes).substr(bytes.size() - std::min<std::size_t>(bytes.size(), 1024));
+  if (tail.find("</VTKFile>") == std::string_view::npos)
+    throw InputError(name + " ends without </VTKFile> (it was cut short). Copy or write it again");
   for (const std::string_view key : {"NumberOfPoints=\"", "NumberOfVerts=\"", "NumberOfLines=\"",
                                      "NumberOfStrips=\"", "NumberOfPolys=\"", "NumberOfCells=\""})
     for (auto at = head.find(key); at != std::string_view::npos; at = head.find(key, at + 1)) {
@@ -93,7 +112,7 @@ void check_head(const std::filesystem::path& path, std::string_view file_type,
 template <class Reader, class Data>
 vtkSmartPointer<Data> read_xml(const std::filesystem::path& path, const char* file_type) {
   const std::string name = path.string();
-  check_head(path, file_type, name);
+  check_file(path, file_type, name);
   const VtkMessages messages;
   vtkNew<Reader> reader;
   reader->SetFileName(path.c_str());
@@ -215,6 +234,7 @@ ParsedSurface read_vtp_surface(const std::filesystem::path& path) {
   read_cells(poly->GetStrips(), point_count, name);
   ParsedSurface result;
   result.in_ras = is_tagged_ras(poly);
+  result.data.unit = tagged_unit(poly);
   if (!has_triangles_only(poly)) poly = triangulated(poly);
   result.data.mesh.vertices = from_vtk(poly->GetPoints());
   for (const auto& cell : read_cells(poly->GetPolys(), point_count, name))

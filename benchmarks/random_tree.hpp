@@ -1,0 +1,190 @@
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <random>
+#include <vector>
+
+#include "core/units.hpp"
+#include "core/vec3.hpp"
+
+/// Random vessel trees whose healthy and narrowed radii are known at every point.
+namespace angio::benchmarks {
+
+struct Draw {
+  std::mt19937 random;
+
+  double between(double low, double high) {
+    return low + (high - low) * double(random()) / double(std::mt19937::max());
+  }
+  double normal(double sd) { return std::normal_distribution<double>(0.0, sd)(random); }
+  bool chance(double probability) { return between(0.0, 1.0) < probability; }
+};
+
+/// One vessel between two forks, sampled along its axis.
+struct TrueBranch {
+  int parent = -1;
+  std::vector<int> daughters;
+  std::vector<Vec3> points;      ///< the first is the parent's last
+  std::vector<double> abscissa;  ///< [mm], 0 at the first
+  std::vector<double> healthy;   ///< radius without disease [mm]
+  std::vector<double> ectatic;   ///< with its ectasias
+  std::vector<double> radius;    ///< with its ectasias and stenoses
+};
+
+struct TrueTree {
+  std::vector<TrueBranch> branches;  ///< parents first
+  double least_radius = 0.0;         ///< of the healthy vessels [mm]
+};
+
+/// A bump that is 1 at its middle or along its plateau and 0 beyond its half length.
+inline double bump(double s, double middle, double half, double plateau) {
+  const double x = std::abs(s - middle) / half;
+  if (x >= 1.0) return 0.0;
+  if (x <= plateau) return 1.0;
+  return 0.5 * (1.0 + std::cos(units::kPi * (x - plateau) / (1.0 - plateau)));
+}
+
+/// A branch's axis: steps of 0.1 radii whose direction turns smoothly, never sharper than
+/// `least_bend` radii.
+inline void draw_axis(Draw& draw, TrueBranch& branch, const Vec3& start, Vec3 direction,
+                      double length, double radius) {
+  const double step = 0.1 * radius, least_bend = draw.between(5.0, 30.0);
+  Vec3 across = normalized(cross(direction, {draw.normal(1), draw.normal(1), draw.normal(1)}));
+  double bend = 0.0, wanted = 0.0;
+  const int count = std::max(20, int(length / step));
+  Vec3 at = start;
+  for (int i = 0; i <= count; ++i) {
+    branch.points.push_back(at);
+    branch.abscissa.push_back(i * step);
+    // The first radii run straight: forks part cleanly.
+    if (i % 30 == 29) wanted = draw.between(-1.0, 1.0) / (least_bend * radius);
+    bend += 0.08 * (wanted - bend);
+    across = normalized(across - dot(across, direction) * direction);
+    direction = normalized(direction + (bend * step) * across);
+    at = at + step * direction;
+  }
+}
+
+/// Healthy radii: an even taper, and small steps where side branches leave that nobody sees.
+inline void draw_healthy(Draw& draw, TrueBranch& branch, double radius) {
+  const double taper = draw.chance(0.1) ? draw.between(0.03, 0.05) : draw.between(0.0, 0.03);
+  const double length = branch.abscissa.back();
+  const double hidden = draw.chance(0.2) ? draw.between(0.06, 0.15) : 0.0;
+  const double hidden_at = draw.between(0.2, 0.8) * length;
+  for (const double s : branch.abscissa) {
+    const double step = hidden / (1.0 + std::exp(-(s - hidden_at) / (0.5 * radius)));
+    branch.healthy.push_back(radius * std::exp(-taper * s / (2.0 * radius) - step));
+  }
+  branch.ectatic = branch.healthy;
+  if (!draw.chance(0.12)) return;
+  const double middle = draw.between(0.2, 0.8) * length, more = draw.between(0.2, 1.2);
+  const double half = draw.between(1.0, 3.0) * 2.0 * radius, plateau = draw.between(0.0, 0.4);
+  for (std::size_t i = 0; i < branch.abscissa.size(); ++i)
+    branch.ectatic[i] *= 1.0 + more * bump(branch.abscissa[i], middle, half, plateau);
+}
+
+struct GrowOptions {
+  int most_branches = 25;
+  double most_diameters = 16.0;  ///< length of a branch
+};
+
+/// Adds the two daughters of a branch; their radii follow r0^p = r1^p + r2^p with 5 % scatter.
+inline void fork(Draw& draw, TrueTree& tree, std::size_t parent, double exponent,
+                 const GrowOptions& grow) {
+  const TrueBranch from = tree.branches[parent];
+  const double r0 = from.healthy.back(), q = draw.between(0.35, 1.0);
+  const double first = r0 * std::pow(1.0 + std::pow(q, exponent), -1.0 / exponent);
+  const double radii[2] = {first * std::exp(draw.normal(0.05)),
+                           q * first * std::exp(draw.normal(0.05))};
+  const Vec3 ahead = normalized(from.points.back() - from.points[from.points.size() - 10]);
+  const Vec3 any = normalized(cross(ahead, {draw.normal(1), draw.normal(1), draw.normal(1)}));
+  const double angle = draw.between(0.6, 1.3);  // between the daughters
+  for (int k = 0; k < 2; ++k) {
+    if (radii[k] < 0.7) continue;
+    // The wider daughter turns less.
+    const double turn = angle * (k == 0 ? q / (1.0 + q) : -1.0 / (1.0 + q));
+    TrueBranch branch;
+    branch.parent = int(parent);
+    const double diameters =
+        draw.chance(0.2) ? draw.between(3.0, 6.0) : draw.between(6.0, grow.most_diameters);
+    draw_axis(draw, branch, from.points.back(),
+              normalized(std::cos(turn) * ahead + std::sin(turn) * any), diameters * 2.0 * radii[k],
+              radii[k]);
+    draw_healthy(draw, branch, radii[k]);
+    tree.branches[parent].daughters.push_back(int(tree.branches.size()));
+    tree.branches.push_back(branch);
+  }
+}
+
+struct LesionPlan {
+  double middle = 0.0, half = 0.0;  ///< [mm]
+  double plateau = 0.0;             ///< share of the half length, [0, 1)
+  double depth = 0.0;               ///< diameter stenosis, [0, 1)
+};
+
+inline void narrow(TrueBranch& branch, const LesionPlan& plan) {
+  for (std::size_t i = 0; i < branch.radius.size(); ++i) {
+    const double depth =
+        plan.depth * bump(branch.abscissa[i], plan.middle, plan.half, plan.plateau);
+    branch.radius[i] = std::min(branch.radius[i], branch.ectatic[i] * (1.0 - depth));
+  }
+}
+
+/// Where a branch may begin to be narrowed: behind the lumen of its parent.
+inline double ostium_of(const TrueTree& tree, const TrueBranch& branch) {
+  return branch.parent < 0 ? 0.0 : 1.3 * tree.branches[std::size_t(branch.parent)].healthy.back();
+}
+
+/// A lesion anywhere on a branch: focal, long or diffuse; a third of them at its ends.
+inline void draw_lesion(Draw& draw, const TrueTree& tree, TrueBranch& branch, double depth) {
+  const double diameter = 2.0 * branch.healthy.front(), length = branch.abscissa.back();
+  const double ostium = ostium_of(tree, branch);
+  const double kind = draw.between(0.0, 1.0);
+  LesionPlan plan;
+  plan.depth = depth;
+  plan.half = diameter * (kind < 0.6 ? draw.between(0.75, 2.0) : draw.between(2.0, 4.0));
+  plan.plateau = kind < 0.6 ? 0.0 : draw.between(0.2, 0.7);
+  const double place = draw.between(0.0, 1.0);
+  plan.middle = place < 0.2    ? ostium + draw.between(0.0, 1.0) * diameter
+                : place < 0.35 ? length - draw.between(0.5, 1.5) * diameter
+                               : draw.between(ostium, length);
+  narrow(branch, plan);
+  if (kind < 0.85) return;  // diffuse: most of the branch is narrowed by half as much
+  LesionPlan diffuse = plan;
+  diffuse.depth = std::min(0.5, 0.5 * depth);
+  diffuse.half = 0.5 * length * draw.between(0.5, 0.8);
+  diffuse.middle = draw.between(diffuse.half, length - diffuse.half);
+  diffuse.plateau = 0.8;
+  narrow(branch, diffuse);
+}
+
+inline TrueTree draw_tree(unsigned seed, const GrowOptions& grow = {}) {
+  Draw draw{std::mt19937(seed)};
+  for (int i = 0; i < 10; ++i) draw.random();
+  TrueTree tree;
+  const double radius = 1.2 * std::pow(10.0, draw.between(0.0, 1.0));  // 1.2 to 12 mm
+  const double exponent = draw.between(2.1, 3.0);  // from area-preserving to Murray's
+  const int wanted = 1 + int(draw.between(0.0, 1.0) * double(grow.most_branches));
+  TrueBranch root;
+  draw_axis(draw, root, {}, {0.0, 0.0, 1.0}, draw.between(5.0, grow.most_diameters) * 2.0 * radius,
+            radius);
+  draw_healthy(draw, root, radius);
+  tree.branches.push_back(root);
+  for (std::size_t b = 0; b < tree.branches.size() && int(tree.branches.size()) < wanted; ++b)
+    fork(draw, tree, b, exponent, grow);
+  tree.least_radius = 1e9;
+  for (TrueBranch& branch : tree.branches) {
+    branch.radius = branch.ectatic;
+    for (const double r : branch.healthy) tree.least_radius = std::min(tree.least_radius, r);
+  }
+  const int lesions = draw.chance(0.25) ? 0 : 1 + int(draw.between(0.0, 4.0));
+  for (int k = 0; k < lesions; ++k) {
+    auto& branch = tree.branches[draw.random() % tree.branches.size()];
+    draw_lesion(draw, tree, branch, draw.between(0.0, 0.95));
+    if (draw.chance(0.2)) draw_lesion(draw, tree, branch, draw.between(0.0, 0.95));  // tandem
+  }
+  return tree;
+}
+
+}  // namespace angio::benchmarks

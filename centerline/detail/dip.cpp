@@ -1,0 +1,215 @@
+#include "centerline/detail/dip.hpp"
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "core/units.hpp"
+
+namespace angio::centerline {
+namespace {
+
+/// A bridge is shorter than this many reference diameters, or the line turns by more than this (80
+/// degrees) around it.
+constexpr double kLeastLength = 0.5;
+constexpr double kMostTurning = 80.0 / 180.0 * units::kPi;
+constexpr double kLeastTurn = 25.0 / 180.0 * units::kPi;
+
+/// A stenosis narrows the section, too. Even a slit as wide as the healthy vessel, left by plaque
+/// on two sides, has an area stenosis of more than 0.8 times its diameter stenosis; where the area
+/// falls by less than half of it, the line runs off the middle or the section holds two vessels.
+constexpr double kLeastAreaShare = 0.5;
+
+/// Abscissa between points a (narrow) and b (not) where the stenosis is the shoulder's.
+double shoulder(const Known& known, std::size_t a, std::size_t b) {
+  const double pa = known.percent(a), pb = known.percent(b);
+  const auto& s = known.path.abscissa;
+  if (!known.is_measured(b) || pa - pb <= 0.0) return s[a];
+  const double t = std::clamp((pa - kShoulderPercent) / (pa - pb), 0.0, 1.0);
+  return s[a] + t * (s[b] - s[a]);
+}
+
+/// The least value of a positive measure over a dip: of the parabola through the values within a
+/// fifth of the vessel's diameter around the lowest. A least value of single points would be that
+/// of their worst error.
+double least_of(const Known& known, const std::vector<double>& values, const Dip& dip) {
+  constexpr double kReach = 0.2, kOwnReach = 0.5, kMostAbove = 1.25, kLeastBelow = 0.9;
+  std::size_t lowest = dip.tightest;
+  for (std::size_t k = dip.first; k <= dip.last; ++k)
+    if (known.is_measured(k) && values[k] < values[lowest]) lowest = k;
+  const auto& s = known.path.abscissa;
+  const double reach = std::min(kReach * known.reference.diameter[lowest],
+                                std::max(kOwnReach * known.reference.measured[lowest], 1e-9));
+  Eigen::Matrix3d squares = Eigen::Matrix3d::Zero();
+  Eigen::Vector3d sums = Eigen::Vector3d::Zero();
+  int count = 0;
+  for (std::size_t k = dip.first; k <= dip.last; ++k) {
+    const double x = (s[k] - s[lowest]) / reach;
+    if (std::abs(x) > 1.0 || !known.is_measured(k)) continue;
+    const Eigen::Vector3d terms(1.0, x, x * x);
+    squares += terms * terms.transpose();
+    sums += values[k] * terms;
+    ++count;
+  }
+  if (count < 4) return values[lowest];
+  const Eigen::Vector3d fit = squares.ldlt().solve(sums);
+  const double at = fit[2] > 0.0 ? std::clamp(-0.5 * fit[1] / fit[2], -1.0, 1.0) : 0.0;
+  return std::clamp(fit[0] + at * (fit[1] + at * fit[2]), kLeastBelow * values[lowest],
+                    kMostAbove * values[lowest]);
+}
+
+/// Healthy points of a vessel within a reach [mm] before (-1) or behind (+1) a point.
+std::vector<std::size_t> healthy_beside(const Known& known, const Vessel& vessel, std::size_t edge,
+                                        int direction, double reach) {
+  std::vector<std::size_t> points;
+  const auto& s = known.path.abscissa;
+  for (auto i = std::ptrdiff_t(edge) + direction;
+       i >= std::ptrdiff_t(vessel.first) && i <= std::ptrdiff_t(vessel.last); i += direction) {
+    const auto at = std::size_t(i);
+    if (std::abs(s[at] - s[edge]) > reach) break;
+    if (known.reference.healthy[at] != 0) points.push_back(at);
+  }
+  return points;
+}
+
+/// The median diameter of points; 0 of less than two.
+double median_diameter(const Known& known, const std::vector<std::size_t>& points) {
+  if (points.size() < 2) return 0.0;
+  std::vector<double> diameters;
+  for (const std::size_t i : points) diameters.push_back(known.reference.measured[i]);
+  const auto middle = diameters.begin() + std::ptrdiff_t(diameters.size() / 2);
+  std::nth_element(diameters.begin(), middle, diameters.end());
+  return *middle;
+}
+
+/// The length that points stand for [mm].
+double length_of(const Known& known, const std::vector<std::size_t>& points) {
+  const auto& s = known.path.abscissa;
+  double length = 0.0;
+  for (const std::size_t i : points)
+    length += 0.5 * (s[std::min(i + 1, s.size() - 1)] - s[i > 0 ? i - 1 : i]);
+  return length;
+}
+
+/// The straight line through the healthy diameters of a dip's own branch within five diameters of
+/// its edges, read at its tightest place; 0 unless a diameter is healthy on either side.
+double interpolate(const Known& known, const Vessel& vessel, const Dip& dip) {
+  constexpr double kReach = 5.0;
+  const double diameter = known.reference.diameter[dip.tightest];
+  const auto& s = known.path.abscissa;
+  const int branch = known.reference.branch[dip.tightest];
+  double n = 0.0, sum_t = 0.0, sum_d = 0.0, sum_tt = 0.0, sum_td = 0.0;
+  for (const int direction : {-1, 1}) {
+    auto points = healthy_beside(known, vessel, direction < 0 ? dip.first : dip.last, direction,
+                                 kReach * diameter);
+    std::erase_if(points, [&](std::size_t i) { return known.reference.branch[i] != branch; });
+    if (length_of(known, points) < diameter) return 0.0;
+    for (const std::size_t i : points) {
+      const double t = s[i] - s[dip.tightest], d = known.reference.measured[i];
+      n += 1.0;
+      sum_t += t;
+      sum_d += d;
+      sum_tt += t * t;
+      sum_td += t * d;
+    }
+  }
+  return (sum_d * sum_tt - sum_td * sum_t) / (n * sum_tt - sum_t * sum_t);
+}
+
+void set_references(const Known& known, const Vessel& vessel, const Dip& dip, Lesion& lesion) {
+  constexpr double kReach = 3.0;
+  const auto beside = [&](std::size_t edge, int direction) {
+    return median_diameter(known, healthy_beside(known, vessel, edge, direction,
+                                                 kReach * known.reference.diameter[edge]));
+  };
+  lesion.reference_rule = "tree";
+  lesion.reference_tree_mm = known.reference.diameter[dip.tightest];
+  lesion.reference_diameter_mm = lesion.reference_tree_mm;
+  lesion.reference_interpolated_mm = interpolate(known, vessel, dip);
+  lesion.reference_proximal_mm = beside(dip.first, -1);
+  lesion.reference_distal_mm = beside(dip.last, +1);
+  const int sides = int(lesion.reference_proximal_mm > 0.0) + int(lesion.reference_distal_mm > 0.0);
+  if (sides > 0)
+    lesion.reference_average_mm =
+        (lesion.reference_proximal_mm + lesion.reference_distal_mm) / sides;
+}
+
+/// The angles [rad] by which a line turns before and behind s: between its chords over [-3/2,
+/// -1/2], [-1/2, 1/2] and [1/2, 3/2] diameters, as far as the line reaches. Chords that long do not
+/// see how a line wanders in a flat lumen.
+std::array<double, 2> turning(const CenterlinePath& path, double s, double diameter) {
+  std::array<double, 2> angles{};
+  const auto chord = [&](double middle) {
+    return normalized(sample(path, s + (middle + 0.5) * diameter).point -
+                      sample(path, s + (middle - 0.5) * diameter).point);
+  };
+  for (const int side : {0, 1}) {
+    const double end = s + (side == 0 ? -1.5 : 1.5) * diameter;
+    if (end < 0.0 || end > path.abscissa.back()) continue;
+    const double cosine = dot(chord(0.0), chord(side == 0 ? -1.0 : 1.0));
+    angles[std::size_t(side)] = std::acos(std::clamp(cosine, -1.0, 1.0));
+  }
+  return angles;
+}
+
+}  // namespace
+
+Dip grow_dip(const Known& known, const Vessel& vessel, std::size_t at) {
+  Dip dip{at, at, at};
+  if (known.percent(at) < kShoulderPercent) return dip;
+  for (std::size_t i = at; i > vessel.first; --i) {
+    if (!known.is_measured(i - 1)) continue;
+    if (known.percent(i - 1) < kShoulderPercent) break;
+    dip.first = i - 1;
+  }
+  for (std::size_t i = at; i < vessel.last; ++i) {
+    if (!known.is_measured(i + 1)) continue;
+    if (known.percent(i + 1) < kShoulderPercent) break;
+    dip.last = i + 1;
+  }
+  for (std::size_t i = dip.first; i <= dip.last; ++i)
+    if (known.percent(i) > known.percent(dip.tightest)) dip.tightest = i;
+  return dip;
+}
+
+Lesion describe_dip(const Known& known, const Vessel& vessel, const Dip& dip) {
+  const CenterlinePath& path = known.path;
+  Lesion lesion;
+  lesion.path_id = path.id;
+  lesion.abscissa_mm = path.abscissa[dip.tightest];
+  if (known.is_measured(dip.tightest)) {
+    lesion.mld_mm = least_of(known, known.reference.measured, dip);
+    lesion.mla_mm2 = least_of(known, path.section_area, dip);
+  } else {  // a place that the user chose in a branching
+    lesion.mld_mm = 2.0 * measured_radius(path)[dip.tightest];
+    lesion.mla_mm2 = path.section_area[dip.tightest];
+  }
+  set_references(known, vessel, dip, lesion);
+  const double diameter = lesion.reference_diameter_mm;
+  lesion.diameter_stenosis_percent = std::max(0.0, 100.0 * (1.0 - lesion.mld_mm / diameter));
+  lesion.area_stenosis_percent =
+      std::max(0.0, 100.0 * (1.0 - lesion.mla_mm2 / (0.25 * units::kPi * diameter * diameter)));
+  lesion.proximal_mm = lesion.distal_mm = lesion.abscissa_mm;
+  if (known.percent(dip.tightest) >= kShoulderPercent) {
+    lesion.proximal_mm = dip.first > vessel.first ? shoulder(known, dip.first, dip.first - 1)
+                                                  : path.abscissa[vessel.first];
+    lesion.distal_mm = dip.last < vessel.last ? shoulder(known, dip.last, dip.last + 1)
+                                              : path.abscissa[vessel.last];
+    lesion.length_mm = lesion.distal_mm - lesion.proximal_mm;
+  }
+  return lesion;
+}
+
+bool turns_like_a_bridge(const CenterlinePath& path, double s, double diameter) {
+  const auto [before, behind] = turning(path, s, diameter);
+  return before + behind > kMostTurning && std::min(before, behind) > kLeastTurn;
+}
+
+bool is_bridge(const CenterlinePath& path, const Lesion& lesion) {
+  return lesion.length_mm < kLeastLength * lesion.reference_diameter_mm ||
+         lesion.area_stenosis_percent < kLeastAreaShare * lesion.diameter_stenosis_percent ||
+         turns_like_a_bridge(path, lesion.abscissa_mm, lesion.reference_diameter_mm);
+}
+
+}  // namespace angio::centerline

@@ -1,0 +1,49 @@
+#pragma once
+
+#include "centerline/centerline.hpp"
+#include "centerline/detail/reference.hpp"
+
+/// What is measured at a narrow place of a path.
+namespace angio::centerline {
+
+/// A lesion is as long as the stretch around its tightest place with at least this stenosis.
+inline constexpr double kShoulderPercent = 20.0;
+
+/// Everything that is known of one path.
+struct Known {
+  const CenterlinePath& path;
+  const TreeReference& tree;
+  const ReferenceDiameter& reference;
+
+  [[nodiscard]] bool is_measured(std::size_t i) const { return reference.measured[i] > 0.0; }
+  /// Diameter stenosis; 0 where nothing is measured.
+  [[nodiscard]] double percent(std::size_t i) const {
+    if (!is_measured(i)) return 0.0;
+    return 100.0 * (1.0 - reference.measured[i] / reference.diameter[i]);
+  }
+};
+
+/// A stretch of a path: points [first, last].
+struct Vessel {
+  std::size_t path = 0, first = 0, last = 0;
+};
+
+/// Points [first, last] around a place of a vessel, narrowed by at least the shoulder's stenosis
+/// wherever they are measured, and the tightest of them. Where the place is not narrow, itself.
+struct Dip {
+  std::size_t first, last, tightest;
+};
+Dip grow_dip(const Known& known, const Vessel& vessel, std::size_t at);
+
+/// Diameters, references, edges and length of a dip.
+Lesion describe_dip(const Known& known, const Vessel& vessel, const Dip& dip);
+
+/// Whether a line crosses a bridge here rather than a stenosis: two vessels that touch are joined
+/// by a few voxels.
+bool is_bridge(const CenterlinePath& path, const Lesion& lesion);
+/// Whether a line turns out of one vessel and into another around s: the angles before and behind,
+/// told by chords of a diameter, are more than 80 degrees together, and each more than 25. Into a
+/// side branch a line turns once.
+bool turns_like_a_bridge(const CenterlinePath& path, double s, double diameter);
+
+}  // namespace angio::centerline

@@ -1,0 +1,106 @@
+#include "centerline/detail/flat_caps.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <map>
+#include <vector>
+
+#include "core/units.hpp"
+
+namespace angio::centerline {
+namespace {
+
+using Edge = std::array<int, 2>;
+
+/// The triangles on both sides of each edge; -1 where there is none or more than one.
+std::map<Edge, std::array<int, 2>> triangles_by_edge(const TriangleMesh& mesh) {
+  std::map<Edge, std::array<int, 2>> sides;
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
+    for (std::size_t c = 0; c < 3; ++c) {
+      const int a = mesh.triangles[t][c], b = mesh.triangles[t][(c + 1) % 3];
+      auto& side = sides.try_emplace({std::min(a, b), std::max(a, b)}, std::array<int, 2>{-1, -1})
+                       .first->second;
+      side[a < b ? 0 : 1] = int(t);
+    }
+  return sides;
+}
+
+int other_side(const std::map<Edge, std::array<int, 2>>& sides, int a, int b) {
+  const auto& side = sides.at({std::min(a, b), std::max(a, b)});
+  return side[a < b ? 1 : 0];
+}
+
+/// Whether a flat piece is where a vessel was cut off.
+bool is_cap(const TriangleMesh& mesh, const std::map<Edge, std::array<int, 2>>& sides,
+            const std::vector<int>& piece, const std::vector<int>& piece_of,
+            const std::vector<Vec3>& normals, double mean_edge) {
+  constexpr double kSharp = 0.866, kMostOfRim = 0.9, kRound = 0.4, kWide = 2.0;
+  double area = 0.0, rim = 0.0, sharp = 0.0;
+  Vec3 normal;
+  for (const int t : piece) {
+    const Vec3 doubled = area_vector_doubled(mesh, mesh.triangles[std::size_t(t)]);
+    normal += doubled;
+    area += 0.5 * norm(doubled);
+  }
+  normal = normalized(normal);
+  for (const int t : piece)
+    for (std::size_t c = 0; c < 3; ++c) {
+      const Triangle& corners = mesh.triangles[std::size_t(t)];
+      const int a = corners[c], b = corners[(c + 1) % 3];
+      const int beside = other_side(sides, a, b);
+      if (beside >= 0 && piece_of[std::size_t(beside)] == piece_of[std::size_t(t)]) continue;
+      const Vec3& from = mesh.vertices[std::size_t(a)];
+      const double length = distance(from, mesh.vertices[std::size_t(b)]);
+      rim += length;
+      if (beside < 0 || dot(normals[std::size_t(beside)], normal) > kSharp) continue;
+      for (const int v : mesh.triangles[std::size_t(beside)])
+        if (v != a && v != b && dot(mesh.vertices[std::size_t(v)] - from, normal) < 0.0)
+          sharp += length;
+    }
+  return rim > 0.0 && sharp > kMostOfRim * rim && 4.0 * units::kPi * area > kRound * rim * rim &&
+         std::sqrt(area / units::kPi) > kWide * mean_edge;
+}
+
+}  // namespace
+
+TriangleMesh remove_flat_caps(const TriangleMesh& closed) {
+  constexpr double kFlat = 0.9986;  // cosine of 3 degrees
+  const auto sides = triangles_by_edge(closed);
+  double edges = 0.0;
+  for (const auto& [edge, side] : sides)
+    edges += distance(closed.vertices[std::size_t(edge[0])], closed.vertices[std::size_t(edge[1])]);
+  const double mean_edge = sides.empty() ? 0.0 : edges / double(sides.size());
+  std::vector<Vec3> normals;
+  for (const Triangle& t : closed.triangles)
+    normals.push_back(normalized(area_vector_doubled(closed, t)));
+  std::vector<int> piece_of(closed.triangles.size(), -1);
+  std::vector<char> is_removed(closed.triangles.size(), 0);
+  int piece_count = 0;
+  for (std::size_t seed = 0; seed < piece_of.size(); ++seed) {
+    if (piece_of[seed] >= 0) continue;
+    std::vector<int> piece{int(seed)};
+    piece_of[seed] = piece_count;
+    for (std::size_t next = 0; next < piece.size(); ++next) {
+      const Triangle corners = closed.triangles[std::size_t(piece[next])];
+      for (std::size_t c = 0; c < 3; ++c) {
+        const int beside = other_side(sides, corners[c], corners[(c + 1) % 3]);
+        if (beside < 0 || piece_of[std::size_t(beside)] >= 0 ||
+            dot(normals[std::size_t(beside)], normals[seed]) < kFlat)
+          continue;
+        piece_of[std::size_t(beside)] = piece_count;
+        piece.push_back(beside);
+      }
+    }
+    if (is_cap(closed, sides, piece, piece_of, normals, mean_edge))
+      for (const int t : piece) is_removed[std::size_t(t)] = 1;
+    ++piece_count;
+  }
+  TriangleMesh open;
+  open.vertices = closed.vertices;
+  for (std::size_t t = 0; t < is_removed.size(); ++t)
+    if (is_removed[t] == 0) open.triangles.push_back(closed.triangles[t]);
+  return open;
+}
+
+}  // namespace angio::centerline

@@ -1,0 +1,188 @@
+#include "centerline/detail/inlet.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+
+namespace angio::centerline {
+namespace {
+
+/// A stretch of the tree between two forks, or a fork and an end; the first one leaves the root.
+struct Stretch {
+  int parent = -1;
+  std::vector<int> children;
+  std::vector<int> voxels;  ///< away from the root
+  double radius = 0.0;      ///< median depth [mm]
+  Vec3 at_begin, at_end;    ///< unit, into the stretch, away from the fork at that end
+};
+
+/// A stretch without the forks at its ends: what is farther than their depth from them.
+std::vector<int> own_voxels(const LumenVoxels& lumen, const Stretch& stretch) {
+  std::vector<int> own;
+  const Vec3 begin = lumen.position(stretch.voxels.front());
+  const Vec3 end = lumen.position(stretch.voxels.back());
+  const double begin_reach = double(lumen.depth[std::size_t(stretch.voxels.front())]);
+  const double end_reach = double(lumen.depth[std::size_t(stretch.voxels.back())]);
+  double deepest = 0.0;
+  for (const int v : stretch.voxels)
+    deepest = std::max(deepest, double(lumen.depth[std::size_t(v)]));
+  // Towards a cap the depth falls to nothing: leave out what is nearer to it than the vessel is
+  // wide.
+  const bool begins_at_cap = stretch.parent < 0, ends_at_cap = stretch.children.empty();
+  for (const int v : stretch.voxels) {
+    const Vec3 p = lumen.position(v);
+    if (distance(p, begin) < (begins_at_cap ? deepest : begin_reach)) continue;
+    if (distance(p, end) < (ends_at_cap ? deepest : end_reach)) continue;
+    own.push_back(v);
+  }
+  if (!own.empty()) return own;
+  const auto middle = std::max_element(
+      stretch.voxels.begin(), stretch.voxels.end(),
+      [&](int a, int b) { return lumen.depth[std::size_t(a)] < lumen.depth[std::size_t(b)]; });
+  return {*middle};
+}
+
+double median_depth(const LumenVoxels& lumen, const std::vector<int>& voxels) {
+  std::vector<float> depth;
+  for (const int v : voxels) depth.push_back(lumen.depth[std::size_t(v)]);
+  const auto middle = depth.begin() + std::ptrdiff_t(depth.size() / 2);
+  std::nth_element(depth.begin(), middle, depth.end());
+  return double(*middle);
+}
+
+/// The direction in which a stretch leaves a fork: past the fork's own width, over as much again.
+Vec3 leaving(const LumenVoxels& lumen, const std::vector<int>& from_fork) {
+  const Vec3 fork = lumen.position(from_fork.front());
+  const double width = double(lumen.depth[std::size_t(from_fork.front())]);
+  Vec3 near = fork, far = fork;
+  for (const int v : from_fork) {
+    far = lumen.position(v);
+    const double away = distance(far, fork);
+    if (away <= width) near = far;
+    if (away > 3.0 * width) break;
+  }
+  return normalized(distance(far, near) > 0.0 ? far - near : far - fork);
+}
+
+/// The stretches of the union of paths from the root, which part once and never meet again.
+std::vector<Stretch> find_stretches(const LumenVoxels& lumen,
+                                    const std::vector<std::vector<int>>& paths,
+                                    std::vector<int>& last_of_path) {
+  std::vector<int> count(std::size_t(lumen.count()), 0);
+  for (const auto& path : paths)
+    for (const int v : path) ++count[std::size_t(v)];
+  std::vector<int> stretch_of(std::size_t(lumen.count()), -1);
+  std::vector<Stretch> stretches;
+  for (const auto& path : paths) {
+    int current = -1;
+    for (std::size_t i = 0; i < path.size(); ++i) {
+      const auto v = std::size_t(path[i]);
+      if (stretch_of[v] >= 0) {
+        current = stretch_of[v];
+        continue;
+      }
+      if (i == 0 || count[v] != count[std::size_t(path[i - 1])] || current < 0) {
+        Stretch next;
+        next.parent = current;
+        if (current >= 0) {
+          stretches[std::size_t(current)].children.push_back(int(stretches.size()));
+          next.voxels.push_back(path[i - 1]);
+        }
+        current = int(stretches.size());
+        stretches.push_back(std::move(next));
+      }
+      stretch_of[v] = current;
+      stretches[std::size_t(current)].voxels.push_back(path[i]);
+    }
+    last_of_path.push_back(current);
+  }
+  for (Stretch& stretch : stretches) {
+    stretch.radius = median_depth(lumen, own_voxels(lumen, stretch));
+    stretch.at_begin = leaving(lumen, stretch.voxels);
+    std::vector<int> backward(stretch.voxels.rbegin(), stretch.voxels.rend());
+    stretch.at_end = leaving(lumen, backward);
+  }
+  return stretches;
+}
+
+/// An arm of a fork, as seen from it.
+struct Arm {
+  double radius;
+  Vec3 direction;
+};
+
+double fork_cost(const Arm& in, const std::vector<Arm>& out) {
+  constexpr double kMurray = 3.0, kTurn = 1.5, kMostMisfit = 4.0;
+  double cubes = 0.0, turns = 0.0;
+  for (const Arm& arm : out) {
+    cubes += std::pow(arm.radius, 3);
+    turns += 1.0 + dot(in.direction, arm.direction);
+  }
+  const double misfit = std::log(std::pow(in.radius, 3) / cubes);
+  return kMurray * std::min(misfit * misfit, kMostMisfit) + kTurn * turns / double(out.size());
+}
+
+/// The costs of all forks when blood comes from the far end of stretch `inlet` (-1: the root).
+double tree_cost(const std::vector<Stretch>& stretches, int inlet) {
+  std::vector<char> is_reversed(stretches.size(), 0);
+  for (int s = inlet; s >= 0; s = stretches[std::size_t(s)].parent) is_reversed[std::size_t(s)] = 1;
+  double cost = 0.0;
+  for (const Stretch& stretch : stretches) {
+    if (stretch.children.empty()) continue;
+    const Arm own{stretch.radius, stretch.at_end};
+    Arm in = own;
+    std::vector<Arm> out;
+    const int from = [&] {
+      for (const int c : stretch.children)
+        if (is_reversed[std::size_t(c)] != 0) return c;
+      return -1;
+    }();
+    if (from >= 0) out.push_back(own);
+    for (const int c : stretch.children) {
+      const Stretch& child = stretches[std::size_t(c)];
+      const Arm arm{child.radius, child.at_begin};
+      if (c == from)
+        in = arm;
+      else
+        out.push_back(arm);
+    }
+    cost += fork_cost(in, out);
+  }
+  return cost;
+}
+
+}  // namespace
+
+std::size_t choose_inlet(const LumenVoxels& lumen, const Front& front,
+                         const std::vector<InletCandidate>& candidates) {
+  constexpr double kWide = 3.0, kCutOff = 1.25;
+  std::vector<std::vector<int>> paths;
+  for (std::size_t c = 1; c < candidates.size(); ++c)
+    paths.push_back(trace(front, candidates[c].voxel));
+  std::vector<int> last{-1};
+  const std::vector<Stretch> stretches = find_stretches(lumen, paths, last);
+  if (stretches.empty()) return 0;
+  // Of a tube without a fork each end has its own width.
+  const auto radius_at = [&](std::size_t c) {
+    const Stretch& stretch = stretches[last[c] < 0 ? 0 : std::size_t(last[c])];
+    std::vector<int> own = own_voxels(lumen, stretch);
+    if (stretches.size() == 1 && own.size() > 1) {
+      const auto half = std::ptrdiff_t(own.size() / 2);
+      own = last[c] < 0 ? std::vector<int>(own.begin(), own.begin() + half)
+                        : std::vector<int>(own.begin() + half, own.end());
+    }
+    return (candidates[c].is_cut_off ? kCutOff : 1.0) * median_depth(lumen, own);
+  };
+  std::size_t best = 0;
+  double best_cost = 1e300;
+  for (std::size_t c = 0; c < candidates.size(); ++c) {
+    if (!candidates[c].is_open) continue;
+    const double cost = tree_cost(stretches, last[c]) - kWide * std::log(radius_at(c));
+    if (cost >= best_cost) continue;
+    best_cost = cost;
+    best = c;
+  }
+  return best;
+}
+
+}  // namespace angio::centerline

@@ -1,0 +1,202 @@
+#include "centerline/detail/line_shape.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+
+#include "centerline/detail/polyline.hpp"
+#include "core/centerline.hpp"
+#include "core/parallel.hpp"
+
+namespace angio::centerline {
+
+std::size_t nearest_of_course(const Line& work, const Vec3& place) {
+  const auto nearest =
+      std::min_element(work.course.begin(), work.course.end(), [&](const Vec3& a, const Vec3& b) {
+        return norm_squared(a - place) < norm_squared(b - place);
+      });
+  return std::size_t(nearest - work.course.begin());
+}
+
+namespace {
+
+/// Whether a place is in the lumen and not much nearer to its wall than the middle there.
+bool is_in_core(const Line& work, const Surroundings& around, const Vec3& place) {
+  constexpr double kCore = 0.5;
+  if (!around.wall.inside(place)) return false;
+  // The course runs into the edge of a cap, the line to its middle.
+  if (distance(place, work.course.back()) < work.end_reach ||
+      distance(place, work.course.front()) < work.start_reach)
+    return true;
+  const Vec3& middle = work.course[nearest_of_course(work, place)];
+  const double slack = 0.5 * around.wall.resolution();
+  return around.lumen.depth_at(place) >= kCore * around.lumen.depth_at(middle) - slack;
+}
+
+/// Takes stretches that left the core back to the voxels that the line was traced along, from
+/// where the line runs beside them to where it does so again.
+void return_to_course(const Line& work, const Surroundings& around, std::vector<Vec3>& curve) {
+  const std::size_t least = std::max<std::size_t>(work.shared, 1);
+  const auto is_beside = [&](std::size_t k) {
+    const double near = std::max(2.0 * around.wall.resolution(), 0.3 * work.line.radius[k]);
+    return is_in_core(work, around, curve[k]) &&
+           distance(curve[k], work.course[nearest_of_course(work, curve[k])]) < near;
+  };
+  for (std::size_t i = least; i + 1 < curve.size(); ++i) {
+    if (is_in_core(work, around, curve[i])) continue;
+    std::size_t begin = i, end = i;  // points [begin, end) are put anew
+    while (begin > least && !is_beside(begin - 1)) --begin;
+    while (end + 1 < curve.size() && !is_beside(end)) ++end;
+    const auto from = double(nearest_of_course(work, curve[begin - 1]));
+    const auto to = double(nearest_of_course(work, curve[end]));
+    for (std::size_t k = begin; k < end; ++k) {
+      const double at = from + (to - from) * double(k - begin + 1) / double(end - begin + 1);
+      const auto low = std::min(std::size_t(at), work.course.size() - 1);
+      const Vec3& next = work.course[std::min(low + 1, work.course.size() - 1)];
+      curve[k] = work.course[low] + (at - double(low)) * (next - work.course[low]);
+    }
+    i = end;
+  }
+}
+
+/// A line's stiffness in points, given in radii; flat lumens count with their width.
+std::vector<double> stiffness_in_points(const Polyline& line, double in_radii) {
+  const std::size_t count = line.points.size();
+  std::vector<double> stiffness(count);
+  for (std::size_t i = 0; i < count; ++i) {
+    const std::size_t a = i > 0 ? i - 1 : i, b = std::min(i + 1, count - 1);
+    const double step =
+        std::max(distance(line.points[a], line.points[b]) / double(std::max<std::size_t>(b - a, 1)),
+                 1e-3 * line.radius[i]);
+    stiffness[i] = std::clamp(in_radii * direction_reach(line, i) / step, 0.3, 12.0);
+  }
+  return stiffness;
+}
+
+/// Middles farther than this from the line count nothing.
+std::vector<double> tolerances(const Polyline& line) {
+  std::vector<double> result = line.extent;
+  for (double& value : result) value *= 0.3;
+  return result;
+}
+
+/// The own points round which a line turns more than a vessel can be followed: by more than 20
+/// degrees from a step to the next, or 34 within a radius; in its parent's lumen it may.
+std::vector<char> find_turns(const Polyline& line, std::size_t first) {
+  constexpr double kMostStep = 0.940, kMostRadius = 0.829;  // cosines of 20 and 34 degrees
+  const std::size_t count = line.points.size();
+  std::vector<char> turns(count, 0);
+  std::vector<Vec3> along(count);
+  for (std::size_t i = 0; i + 1 < count; ++i)
+    along[i] = normalized(line.points[i + 1] - line.points[i]);
+  for (std::size_t i = std::max<std::size_t>(first, 1); i + 1 < count; ++i) {
+    double most = kMostStep, length = 0.0;
+    for (std::size_t k = i; k + 1 < count && length <= line.radius[i]; ++k) {
+      if (dot(along[i - 1], along[k]) < most)
+        std::fill(turns.begin() + std::ptrdiff_t(i), turns.begin() + std::ptrdiff_t(k) + 1, 1);
+      length += distance(line.points[k], line.points[k + 1]);
+      most = kMostRadius;
+    }
+  }
+  return turns;
+}
+
+/// Shortens the curve where it turns too sharply (points go half way to the middle of their
+/// neighbours), as far as the lumen's core lets it.
+void relax_turns(Line& work, const Line* parent, const Surroundings& around) {
+  constexpr int kMostSweeps = 200;
+  Polyline& line = work.line;
+  const std::size_t count = line.points.size(), first = first_outside(work, parent);
+  for (int sweep = 0; sweep < kMostSweeps; ++sweep) {
+    const std::vector<char> turns = find_turns(line, first);
+    bool has_moved = false;
+    const std::vector<Vec3> before = line.points;
+    for (std::size_t i = std::max<std::size_t>(work.shared, 1); i + 1 < count; ++i) {
+      if (turns[i - 1] == 0 && turns[i] == 0 && turns[i + 1] == 0) continue;
+      const Vec3 next = 0.5 * before[i] + 0.25 * (before[i - 1] + before[i + 1]);
+      if (!is_in_core(work, around, next)) continue;
+      line.points[i] = next;
+      has_moved = true;
+    }
+    if (!has_moved) return;
+  }
+}
+
+}  // namespace
+
+void settle(Line& work, const Surroundings& around, Middles middles, double stiffness_in_radii) {
+  constexpr int kRepairs = 8;
+  Polyline& line = work.line;
+  const std::vector<double> tolerance = tolerances(line);
+  std::vector<double> stiffness = stiffness_in_points(line, stiffness_in_radii);
+  const std::vector<Vec3> before = line.points;
+  std::vector<Vec3> curve;
+  for (int repair = 0;; ++repair) {
+    curve = smooth_curve(before, middles, work.shared, stiffness, tolerance);
+    bool is_fine = true;
+    for (std::size_t i = std::max<std::size_t>(work.shared, 1); i + 1 < curve.size(); ++i) {
+      if (is_in_core(work, around, curve[i])) continue;
+      is_fine = false;
+      middles.center[i] = is_in_core(work, around, before[i])
+                              ? before[i]
+                              : work.course[nearest_of_course(work, curve[i])];
+      for (std::size_t k = i - std::min<std::size_t>(i - work.shared, 2);
+           k < std::min(i + 3, curve.size()); ++k) {
+        stiffness[k] = std::max(0.8 * stiffness[k], 0.3);
+        middles.weight[k] = std::min(std::max(2.0 * middles.weight[k], 1.0), 1e3);
+      }
+    }
+    if (is_fine || repair == kRepairs) break;
+  }
+  return_to_course(work, around, curve);
+  line.points = std::move(curve);
+}
+
+namespace {
+
+/// Near a cap the wall that is nearest is the cap: there the vessel is as wide as before it.
+void widen_tip(Polyline& line, double reach) {
+  const std::vector<double> s = arc_length(line.points);
+  std::size_t from = 0;
+  while (from + 1 < s.size() && s[from] < 0.5 * reach) ++from;
+  for (std::size_t i = 0; i < from; ++i) {
+    line.radius[i] = std::max(line.radius[i], line.radius[from]);
+    line.extent[i] = std::max(line.extent[i], line.extent[from]);
+  }
+}
+
+}  // namespace
+
+void check_widths(Line& work, const WallDistance& distance_to_wall) {
+  constexpr double kMost = 2.5;  // the point may be beside the middle, and the wall noisy
+  Polyline& line = work.line;
+  parallel_for_uneven(std::ptrdiff_t(line.points.size() - work.shared), [&](std::ptrdiff_t index) {
+    const std::size_t i = work.shared + std::size_t(index);
+    const double here = distance_to_wall.at(line.points[i], line.radius[i]);
+    line.radius[i] = std::clamp(line.radius[i], here, kMost * here);
+    line.extent[i] = std::max(line.extent[i], line.radius[i]);
+  });
+  if (work.free_start) widen_tip(line, work.start_reach);
+  if (!work.free_end) return;
+  reverse(line);
+  widen_tip(line, work.end_reach);
+  reverse(line);
+}
+
+bool has_turns(const Line& work, const Line* parent) {
+  const std::vector<char> turns = find_turns(work.line, first_outside(work, parent));
+  return std::find(turns.begin(), turns.end(), 1) != turns.end();
+}
+
+void straighten(Line& work, const Line* parent, const Surroundings& around,
+                const std::function<double(double)>& step) {
+  constexpr int kMostRounds = 12;
+  for (int round = 0; round < kMostRounds && has_turns(work, parent); ++round) {
+    return_to_course(work, around, work.line.points);
+    relax_turns(work, parent, around);
+    check_widths(work, around.distance_to_wall);
+    resample(work.line, work.shared, step);
+  }
+}
+
+}  // namespace angio::centerline

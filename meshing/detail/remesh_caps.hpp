@@ -1,0 +1,20 @@
+#pragma once
+
+#include <vector>
+
+#include "meshing/detail/open_ends.hpp"
+
+namespace angio::meshing::detail {
+
+/// A cap with triangles like those at its rim, between the rim's vertices.
+///
+/// @param on_rim  per vertex of the cap
+/// @return the rim's vertices first, in their order
+TriangleMesh remeshed_cap(const TriangleMesh& cap, const std::vector<char>& on_rim);
+
+/// Every cap remeshed; a cap that would cross the wall by it stays as it is.
+///
+/// @param open  the lumen without caps, whose vertices and triangles come first in `capped`
+CappedMesh remesh_caps(const TriangleMesh& open, const CappedMesh& capped);
+
+}  // namespace angio::meshing::detail

@@ -1,0 +1,139 @@
+#include "meshing/detail/winding.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "core/parallel.hpp"
+
+namespace angio::meshing::detail {
+
+Winding::Winding(const TriangleMesh& closed) : mesh_(closed) {
+  constexpr double kHuge = std::numeric_limits<double>::max();
+  std::array<double, 2> high{-kHuge, -kHuge};
+  low_ = {kHuge, kHuge};
+  for (const Triangle& t : closed.triangles)
+    for (const int v : t)
+      for (int axis = 0; axis < 2; ++axis) {
+        const double x = closed.vertices[std::size_t(v)][axis + 1];
+        low_[std::size_t(axis)] = std::min(low_[std::size_t(axis)], x);
+        high[std::size_t(axis)] = std::max(high[std::size_t(axis)], x);
+      }
+  const int side =
+      std::clamp(int(std::sqrt(double(closed.triangles.size()))), 1, 1024);  // a few in each bin
+  for (std::size_t axis = 0; axis < 2; ++axis) {
+    count_[axis] = side;
+    cell_[axis] = std::max((high[axis] - low_[axis]) / side, std::numeric_limits<double>::min());
+  }
+  first_.assign(std::size_t(side) * std::size_t(side) + 1, 0);
+  const auto for_bins = [&](const Triangle& t, const auto& take) {
+    std::array<int, 4> range{};
+    for (int axis = 0; axis < 2; ++axis) {
+      const auto x = [&](std::size_t c) { return closed.vertices[std::size_t(t[c])][axis + 1]; };
+      const auto [least, most] = std::minmax({x(0), x(1), x(2)});
+      range[std::size_t(2 * axis)] = bin(least, axis);
+      range[std::size_t(2 * axis + 1)] = bin(most, axis);
+    }
+    for (int k = range[2]; k <= range[3]; ++k)
+      for (int j = range[0]; j <= range[1]; ++j)
+        take(std::size_t(k) * std::size_t(count_[0]) + std::size_t(j));
+  };
+  for (const Triangle& t : closed.triangles) for_bins(t, [&](std::size_t at) { ++first_[at + 1]; });
+  for (std::size_t i = 0; i + 1 < first_.size(); ++i) first_[i + 1] += first_[i];
+  triangles_.resize(std::size_t(first_.back()));
+  std::vector<int> next(first_.begin(), first_.end() - 1);
+  for (std::size_t t = 0; t < closed.triangles.size(); ++t)
+    for_bins(closed.triangles[t],
+             [&](std::size_t at) { triangles_[std::size_t(next[at]++)] = int(t); });
+}
+
+int Winding::bin(double value, int axis) const {
+  const auto a = std::size_t(axis);
+  return std::clamp(int(std::floor((value - low_[a]) / cell_[a])), 0, count_[a] - 1);
+}
+
+void Winding::visit(double y, double z, const auto& found) const {
+  if (y < low_[0] || z < low_[1] || y > low_[0] + cell_[0] * count_[0] ||
+      z > low_[1] + cell_[1] * count_[1])
+    return;
+  const auto at = std::size_t(bin(z, 1)) * std::size_t(count_[0]) + std::size_t(bin(y, 0));
+  // Twice the area of the line's place with a side; both triangles of a side get the same bits.
+  const auto side = [&](int from, int to) {
+    const bool swapped = from > to;
+    const Vec3& a = mesh_.vertices[std::size_t(swapped ? to : from)];
+    const Vec3& b = mesh_.vertices[std::size_t(swapped ? from : to)];
+    const double area = (b.y - a.y) * (z - a.z) - (b.z - a.z) * (y - a.y);
+    // On the side itself the line is moved by less than any number, first in y, less in z.
+    const bool is_left = area != 0.0 ? area > 0.0 : (a.z != b.z ? a.z > b.z : b.y > a.y);
+    return std::pair(swapped ? -area : area, swapped ? !is_left : is_left);
+  };
+  for (int i = first_[at]; i < first_[at + 1]; ++i) {
+    const Triangle& t = mesh_.triangles[std::size_t(triangles_[std::size_t(i)])];
+    const auto [w2, left2] = side(t[0], t[1]);
+    const auto [w0, left0] = side(t[1], t[2]);
+    const auto [w1, left1] = side(t[2], t[0]);
+    if (left0 != left1 || left1 != left2) continue;
+    const double sum = w0 + w1 + w2;
+    if (sum == 0.0) continue;
+    const double x =
+        (w0 * mesh_.vertices[std::size_t(t[0])].x + w1 * mesh_.vertices[std::size_t(t[1])].x +
+         w2 * mesh_.vertices[std::size_t(t[2])].x) /
+        sum;
+    found(x, left0 ? -1 : +1);  // seen from -x the triangle runs clockwise where the line enters
+  }
+}
+
+int Winding::at(const Vec3& place) const {
+  int winding = 0;
+  visit(place.y, place.z, [&](double x, int step) {
+    if (x <= place.x) winding += step;
+  });
+  return winding;
+}
+
+std::vector<Winding::Crossing> Winding::crossings(double y, double z) const {
+  std::vector<Crossing> line;
+  visit(y, z, [&](double x, int step) { line.emplace_back(x, step); });
+  std::sort(line.begin(), line.end());
+  return line;
+}
+
+double wound_volume(const TriangleMesh& closed, double line_distance, int least) {
+  constexpr double kMostLines = 1500.0;  // a side
+  // Turned, so that no tube or face of a construction lies along the lines.
+  const Vec3 u = normalized(Vec3{0.81, 0.47, 0.35});
+  const Vec3 v = normalized(cross(u, Vec3{0.13, -0.71, 0.69}));
+  const Vec3 w = cross(u, v);
+  TriangleMesh turned = closed;
+  for (Vec3& p : turned.vertices) p = {dot(p, u), dot(p, v), dot(p, w)};
+  Vec3 low = turned.vertices.front(), high = low;
+  for (const Vec3& p : turned.vertices)
+    for (int axis = 0; axis < 3; ++axis) {
+      low[axis] = std::min(low[axis], p[axis]);
+      high[axis] = std::max(high[axis], p[axis]);
+    }
+  const double step =
+      std::max(line_distance, std::max(high.y - low.y, high.z - low.z) / kMostLines);
+  const int rows = int(std::ceil((high.z - low.z) / step));
+  const int lines = int(std::ceil((high.y - low.y) / step));
+  const Winding winding(turned);
+  std::vector<double> length(std::size_t(rows), 0.0);
+  parallel_for_uneven(rows, [&](std::ptrdiff_t row) {
+    for (int i = 0; i < lines; ++i) {
+      int turns = 0;
+      double entered = 0.0;
+      for (const auto& [x, change] :
+           winding.crossings(low.y + (i + 0.5) * step, low.z + (double(row) + 0.5) * step)) {
+        const bool was_inside = turns >= least;
+        turns += change;
+        if (!was_inside && turns >= least) entered = x;
+        if (was_inside && turns < least) length[std::size_t(row)] += x - entered;
+      }
+    }
+  });
+  double sum = 0.0;
+  for (const double part : length) sum += part;
+  return sum * step * step;
+}
+
+}  // namespace angio::meshing::detail

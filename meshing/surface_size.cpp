@@ -1,0 +1,232 @@
+#include "meshing/surface_size.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <iterator>
+
+#include "core/parallel.hpp"
+#include "meshing/detail/fill_hole.hpp"
+#include "meshing/detail/surface_query.hpp"
+
+namespace angio::meshing {
+namespace {
+
+/// The diameter of the largest ball inside that touches the wall at a point; 0 if the way across
+/// leaves through an opening.
+double touching_ball(const detail::ClosestPoint& wall, const Vec3& at, const Vec3& inward,
+                     int triangle) {
+  constexpr int kSteps = 30;
+  constexpr double kRough = 0.5;  // cosine of the least angle between the two touches
+  constexpr double kSame = 1e-6;
+  double radius = 0.5 * wall.ahead(at, inward, triangle);  // the wall across bounds the ball
+  if (!std::isfinite(radius)) return 0.0;
+  for (int step = 0; step < kSteps; ++step) {
+    const auto touch = wall.find(at + radius * inward);
+    if (touch.distance >= radius * (1.0 - kSame)) break;
+    const Vec3 to = at - touch.point;
+    const double lean = -dot(to, inward);
+    const double next = lean > 0.0 ? 0.5 * norm_squared(to) / lean : radius;
+    const Vec3 centre = at + next * inward;
+    if (next >= radius * (1.0 - kSame) ||
+        dot(normalized(at - centre), normalized(touch.point - centre)) > kRough)
+      break;
+    radius = next;
+  }
+  return 2.0 * radius;
+}
+
+/// Triangles spread evenly over the area.
+std::vector<std::size_t> samples_of(const TriangleMesh& mesh, double area, int count) {
+  std::vector<std::size_t> samples;
+  double next = 0.5, passed = 0.0;  // in shares of the area, times the number of samples
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    passed += 0.5 * norm(area_vector_doubled(mesh, mesh.triangles[t])) / area * count;
+    for (; next < passed; next += 1.0)
+      if (samples.empty() || samples.back() != t) samples.push_back(t);
+  }
+  return samples;
+}
+
+Vec3 middle_of(const TriangleMesh& mesh, const Triangle& t) {
+  return (mesh.vertices[std::size_t(t[0])] + mesh.vertices[std::size_t(t[1])] +
+          mesh.vertices[std::size_t(t[2])]) /
+         3.0;
+}
+
+/// Is a place closed around by a wall that is nearer than some distance? A tube's axis is, but for
+/// the two ways along it.
+bool is_closed_around(const detail::ClosestPoint& wall, const Vec3& place, double near, int own) {
+  constexpr int kLeast = 11;  // of 14 directions: the faces and corners of a cube
+  int met = 0;
+  for (int i = -1; i <= 1; ++i)
+    for (int j = -1; j <= 1; ++j)
+      for (int k = -1; k <= 1; ++k) {
+        const int length = std::abs(i) + std::abs(j) + std::abs(k);
+        if (length != 1 && length != 3) continue;
+        met += wall.ahead(place, normalized(Vec3{double(i), double(j), double(k)}), own) <= near;
+      }
+  return met >= kLeast;
+}
+
+/// The share of the area whose outside is a hollow that the surface closes around.
+double hollow_share_of(const TriangleMesh& mesh, double area) {
+  constexpr int kSamples = 400;
+  constexpr double kNear = 3.0;  // times the width of the hollow
+  const std::vector<std::size_t> samples = samples_of(mesh, area, kSamples);
+  const detail::ClosestPoint wall(mesh);
+  std::vector<char> in_hollow(samples.size(), 0);
+  parallel_for_uneven(std::ptrdiff_t(samples.size()), [&](std::ptrdiff_t i) {
+    const auto t = int(samples[std::size_t(i)]);
+    const Triangle& corners = mesh.triangles[std::size_t(t)];
+    const Vec3 outward = normalized(area_vector_doubled(mesh, corners));
+    const Vec3 at = middle_of(mesh, corners);
+    const double width = touching_ball(wall, at, outward, t);
+    in_hollow[std::size_t(i)] =
+        width > 0.0 && is_closed_around(wall, at + 0.5 * width * outward, kNear * width, t);
+  });
+  return samples.empty() ? 0.0
+                         : double(std::count(in_hollow.begin(), in_hollow.end(), char(1))) /
+                               double(samples.size());
+}
+
+/// Diameters seen from places spread evenly over the area, ascending.
+std::vector<double> diameters(const TriangleMesh& mesh, double area, int sample_count) {
+  const std::vector<std::size_t> samples = samples_of(mesh, area, sample_count);
+  const detail::ClosestPoint wall(mesh);
+  std::vector<double> found(samples.size());
+  parallel_for_uneven(std::ptrdiff_t(samples.size()), [&](std::ptrdiff_t i) {
+    const Triangle& t = mesh.triangles[samples[std::size_t(i)]];
+    const Vec3 middle = (mesh.vertices[std::size_t(t[0])] + mesh.vertices[std::size_t(t[1])] +
+                         mesh.vertices[std::size_t(t[2])]) /
+                        3.0;
+    found[std::size_t(i)] = touching_ball(wall, middle, -normalized(area_vector_doubled(mesh, t)),
+                                          int(samples[std::size_t(i)]));
+  });
+  std::erase(found, 0.0);
+  std::sort(found.begin(), found.end());
+  return found;
+}
+
+double volume_inside(const TriangleMesh& mesh, const std::vector<SurfaceRim>& rims) {
+  double six_volumes = 6.0 * enclosed_volume(mesh);
+  for (const SurfaceRim& rim : rims)
+    for (std::size_t i = 0; i < rim.loop.size(); ++i)
+      six_volumes +=
+          dot(mesh.vertices[std::size_t(rim.loop[i])],
+              cross(mesh.vertices[std::size_t(rim.loop[(i + 1) % rim.loop.size()])], rim.centre));
+  return six_volumes / 6.0;
+}
+
+}  // namespace
+
+void SurfaceSize::scale(double factor) {
+  for (Vec3* corner : {&low, &high}) *corner *= factor;
+  for (double* length : {&extent, &thin, &median, &wide}) *length *= factor;
+  area *= factor * factor;
+  volume *= factor * factor * factor;
+  for (SurfaceRim& rim : rims) {
+    rim.centre *= factor;
+    rim.diameter_mm *= factor;
+    rim.unevenness_mm *= factor;
+  }
+}
+
+SurfaceSize measure_surface(const TriangleMesh& surface) {
+  SurfaceSize size;
+  if (surface.triangles.empty()) return size;
+  size.low = size.high = surface.vertices[std::size_t(surface.triangles.front()[0])];
+  for (const Triangle& t : surface.triangles)
+    for (const int v : t)
+      for (int axis = 0; axis < 3; ++axis) {
+        const double x = surface.vertices[std::size_t(v)][axis];
+        size.low[axis] = std::min(size.low[axis], x);
+        size.high[axis] = std::max(size.high[axis], x);
+      }
+  const Vec3 sides = size.high - size.low;
+  size.extent = std::max({sides.x, sides.y, sides.z});
+  size.area = surface_area(surface);
+  size.rims = surface_rims(surface);
+  size.volume = volume_inside(surface, size.rims);
+  if (size.area <= 0.0) return size;
+  constexpr int kSamples = 2000;
+  const std::vector<double> seen = diameters(surface, size.area, kSamples);
+  const auto at_share = [&](double share) {
+    return seen.empty() ? 0.0 : seen[std::size_t(share * double(seen.size() - 1))];
+  };
+  size.thin = at_share(0.05);
+  size.median = at_share(0.5);
+  size.wide = at_share(0.98);
+  size.hollow_share = hollow_share_of(surface, size.area);
+  return size;
+}
+
+double median_diameter(const TriangleMesh& surface) {
+  constexpr int kSamples = 300;
+  const double area = surface_area(surface);
+  if (area <= 0.0) return 0.0;
+  const std::vector<double> seen = diameters(surface, area, kSamples);
+  return seen.empty() ? 0.0 : seen[seen.size() / 2];
+}
+
+namespace {
+
+struct Range {
+  double least, most;
+  [[nodiscard]] bool holds(double x) const { return x >= least && x <= most; }
+};
+struct VesselSizes {  // [mm]; the header says why
+  Range wide, median, extent;
+  [[nodiscard]] bool hold(const SurfaceSize& size, LengthUnit unit) const {
+    const double mm = kMillimetresOf[int(unit)];
+    return wide.holds(mm * size.wide) && median.holds(mm * size.median) &&
+           extent.holds(mm * size.extent);
+  }
+};
+constexpr VesselSizes kPossible{{1.5, 80.0}, {0.8, 60.0}, {4.0, 1200.0}};
+constexpr VesselSizes kUsual{{2.5, 60.0}, {1.2, 35.0}, {4.0, 600.0}};
+constexpr double kField = 500.0;  // [mm] of a scanner
+constexpr LengthUnit kGuessed[] = {LengthUnit::mm, LengthUnit::cm, LengthUnit::m};
+
+/// How far the surface reaches from the origin across the table.
+double reach_across(const SurfaceSize& size) {
+  return std::max(
+      {std::abs(size.low.x), std::abs(size.high.x), std::abs(size.low.y), std::abs(size.high.y)});
+}
+
+bool fits(const SurfaceSize& size, LengthUnit unit, const VesselSizes& sizes) {
+  const bool in_field =
+      unit == LengthUnit::mm || kMillimetresOf[int(unit)] * reach_across(size) <= kField;
+  return in_field && sizes.hold(size, unit);
+}
+
+}  // namespace
+
+std::string size_in_words(const SurfaceSize& size, LengthUnit unit) {
+  const double mm = kMillimetresOf[int(unit)];
+  char text[128];
+  std::snprintf(text, sizeof text, "%.3g mm wide at most, %.3g mm in the median, %.3g mm long",
+                mm * size.wide, mm * size.median, mm * size.extent);
+  return text;
+}
+
+bool is_possible(const SurfaceSize& size, LengthUnit unit) { return fits(size, unit, kPossible); }
+
+UnitGuess guess_unit(const SurfaceSize& size) {
+  UnitGuess guess;
+  for (const VesselSizes& sizes : {kUsual, kPossible}) {
+    std::vector<LengthUnit> fitting;
+    for (const LengthUnit unit : kGuessed)
+      if (fits(size, unit, sizes)) fitting.push_back(unit);
+    if (fitting.empty()) continue;
+    if (!guess.is_vessel) guess.unit = fitting.front();
+    guess.is_vessel = true;
+    std::erase(fitting, guess.unit);
+    guess.others = fitting;
+    // Where mm is as usual as can be, what else is merely possible is not worth a word.
+    if (guess.unit == LengthUnit::mm) break;
+  }
+  return guess;
+}
+
+}  // namespace angio::meshing

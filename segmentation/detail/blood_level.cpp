@@ -1,0 +1,168 @@
+#include "segmentation/detail/blood_level.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+namespace angio::segmentation::detail {
+namespace {
+
+constexpr std::size_t kBinCount = 512;
+constexpr double kLeastShare = 0.02;     ///< of the voxels: a tissue
+constexpr double kLeastSmoothing = 3.0;  ///< [bins]
+constexpr double kValley = 0.85;         ///< of the lower mode beside it: parts two of them
+constexpr float kOwnReach = 0.25f;       ///< of the way to the next mode below
+constexpr double kOwnPart = 0.25;        ///< of the axes within it: the mode is blood's own
+
+/// Intensities on the axes, with their weights.
+std::vector<std::pair<float, double>> intensities(const std::vector<TubeAxis>& axes) {
+  std::vector<std::pair<float, double>> contrast;
+  for (const TubeAxis& axis : axes)
+    for (float c : axis.contrast)
+      contrast.emplace_back(c, axis.length_share * double(c) * double(c));
+  const float most = weighted_quantile(contrast, 0.5);
+  std::vector<std::pair<float, double>> intensity;
+  for (const TubeAxis& axis : axes)
+    for (std::size_t n = 0; n < axis.voxels.size(); ++n) {
+      const auto c = double(std::min(axis.contrast[n], most));
+      intensity.emplace_back(axis.intensity[n], axis.length_share * c * c);
+    }
+  return intensity;
+}
+
+/// The part of the weights within a range.
+double part_within(const std::vector<std::pair<float, double>>& values, float low, float high) {
+  double total = 0.0, within = 0.0;
+  for (const auto& [value, weight] : values) {
+    total += weight;
+    if (value >= low && value <= high) within += weight;
+  }
+  return total > 0.0 ? within / total : 0.0;
+}
+
+/// How often values occur, in even bins.
+struct Histogram {
+  float low = 0.0f, bin = 0.0f;
+  std::vector<double> share;  ///< of all voxels, shape [kBinCount]
+};
+
+Histogram histogram_of(const Volume<float>& volume, float lumen) {
+  constexpr std::size_t kSampleCount = 2000000;
+  const std::size_t step = std::max<std::size_t>(1, volume.values.size() / kSampleCount);
+  std::vector<float> sample;
+  for (std::size_t v = 0; v < volume.values.size(); v += step) sample.push_back(volume.values[v]);
+  const auto low = sample.begin() + std::ptrdiff_t(sample.size() / 200);
+  std::nth_element(sample.begin(), low, sample.end());
+  Histogram histogram{*low, 1.5f * (lumen - *low) / float(kBinCount),
+                      std::vector<double>(kBinCount, 0.0)};
+  if (!(histogram.bin > 0.0f)) return histogram;
+  for (float value : sample) {
+    const float place = (value - histogram.low) / histogram.bin;
+    const auto b = std::size_t(std::clamp(place, 0.0f, float(kBinCount) + 0.5f));
+    if (b < kBinCount) histogram.share[b] += 1.0 / double(sample.size());
+  }
+  return histogram;
+}
+
+std::vector<double> smoothed(const std::vector<double>& values, double sigma) {
+  const int reach = int(std::ceil(3.0 * sigma));
+  std::vector<double> result(values.size(), 0.0);
+  for (int n = 0; n < int(values.size()); ++n) {
+    double total = 0.0;
+    for (int m = std::max(0, n - reach); m <= std::min(int(values.size()) - 1, n + reach); ++m) {
+      const double weight = std::exp(-0.5 * (n - m) * (n - m) / (sigma * sigma));
+      result[std::size_t(n)] += weight * values[std::size_t(m)];
+      total += weight;
+    }
+    result[std::size_t(n)] /= total;
+  }
+  return result;
+}
+
+struct Mode {
+  std::size_t peak = 0, end = 0;  ///< bins; the end is the valley above
+  double share = 0.0;
+};
+
+/// Modes from the lowest to the highest, none without a valley to the next.
+std::vector<Mode> modes_of(const std::vector<double>& share) {
+  std::vector<Mode> modes;
+  Mode current;
+  std::size_t valley = 0;
+  bool falls = false;
+  for (std::size_t b = 0; b < share.size(); ++b) {
+    if (share[b] < share[valley]) valley = b;
+    if (share[b] > share[current.peak] && !falls) current.peak = valley = b;
+    if (share[b] < kValley * share[current.peak]) falls = true;
+    if (falls && share[valley] < kValley * share[b]) {
+      current.end = valley;
+      modes.push_back(current);
+      current = {b, 0, 0.0};
+      valley = b;
+      falls = false;
+    } else if (share[b] > share[current.peak]) {
+      current.peak = valley = b;
+      falls = false;
+    }
+  }
+  current.end = share.size();
+  modes.push_back(current);
+  std::size_t from = 0;
+  for (Mode& mode : modes)
+    for (; from < mode.end; ++from) mode.share += share[from];
+  std::erase_if(modes, [](const Mode& mode) { return mode.share < kLeastShare; });
+  return modes;
+}
+
+/// The top of the parabola through a peak and its neighbours [bins].
+double peak_place(const std::vector<double>& share, std::size_t peak) {
+  if (peak == 0 || peak + 1 == share.size()) return double(peak);
+  const double a = share[peak - 1], b = share[peak], c = share[peak + 1];
+  const double curvature = a - 2.0 * b + c;
+  return double(peak) + (curvature < 0.0 ? 0.5 * (a - c) / curvature : 0.0);
+}
+
+}  // namespace
+
+float weighted_quantile(std::vector<std::pair<float, double>>& values, double share) {
+  std::sort(values.begin(), values.end());
+  double total = 0.0, sum = 0.0;
+  for (const auto& entry : values) total += entry.second;
+  for (const auto& entry : values)
+    if ((sum += entry.second) >= share * total) return entry.first;
+  return values.empty() ? 0.0f : values.back().first;
+}
+
+BloodLevel find_blood_level(const std::vector<TubeAxis>& axes, const Volume<float>& volume,
+                            double noise) {
+  BloodLevel level;
+  if (axes.empty()) return level;
+  std::vector<std::pair<float, double>> on_axes = intensities(axes);
+  level.lumen = weighted_quantile(on_axes, 0.5);
+  const Histogram histogram = histogram_of(volume, level.lumen);
+  if (!(histogram.bin > 0.0f)) return level;
+  const double sigma = std::max(kLeastSmoothing, 0.7 * noise / double(histogram.bin));
+  const std::vector<double> share = smoothed(histogram.share, sigma);
+  const std::vector<Mode> modes = modes_of(share);
+  bool is_found = false;
+  for (std::size_t m = modes.size(); m-- > 0 && !is_found;) {
+    const auto value_of = [&](std::size_t n) {
+      return histogram.low + histogram.bin * float(0.5 + peak_place(share, modes[n].peak));
+    };
+    const float mode = value_of(m);
+    const float reach = m > 0 ? kOwnReach * (mode - value_of(m - 1)) : 0.0f;
+    if (m > 0 && part_within(on_axes, mode - reach, mode + reach) > kOwnPart) {
+      level.lumen = mode;
+      level.tissue = value_of(m - 1);
+      is_found = true;
+    } else if (mode < level.lumen) {
+      level.tissue = mode;
+      is_found = true;
+    }
+  }
+  if (!is_found) return level;
+  level.is_told = level.contrast() > 3.0f * float(noise);
+  return level;
+}
+
+}  // namespace angio::segmentation::detail

@@ -1,0 +1,64 @@
+#include "segmentation/detail/plausibility.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+
+#include "core/error.hpp"
+#include "segmentation/detail/format_number.hpp"
+
+namespace angio::segmentation::detail {
+namespace {
+
+constexpr double kMostShare = 0.5;      ///< of the scanned volume
+constexpr double kToldShare = 0.3;      ///< likewise
+constexpr double kWidestArtery = 20.0;  ///< radius [mm]
+
+const char* const kAdvice =
+    "give segmentation.region_lps_mm around the vessels, segmentation.seeds_lps_mm in them or "
+    "segmentation.intensity_min between tissue and blood";
+
+double volume_of(const VolumeGeometry& grid) {
+  return double(grid.voxel_count()) * grid.spacing.x * grid.spacing.y * grid.spacing.z;
+}
+
+}  // namespace
+
+std::vector<std::string> check_plausibility(const Volume<float>& level_set,
+                                            const VolumeGeometry& scanned) {
+  const auto inside = std::count_if(level_set.values.begin(), level_set.values.end(),
+                                    [](float d) { return d < 0.0f; });
+  const double share = double(inside) / double(level_set.values.size()) *
+                       volume_of(level_set.geometry) / volume_of(scanned);
+  const std::string percent = format_number(std::round(100.0 * share)) + " %";
+  if (share > kMostShare)
+    throw InputError("no vessel was told from the rest (" + percent +
+                     " of the volume would be lumen: the contrast between blood and tissue is not "
+                     "clear, or the volume holds something else). Try to " +
+                     kAdvice);
+  std::vector<std::string> warnings;
+  if (share > kToldShare)
+    warnings.push_back(
+        percent +
+        " of the volume is lumen (tissue may have been taken for it: look at it); if "
+        "so, " +
+        kAdvice);
+  const auto deepest = std::min_element(level_set.values.begin(), level_set.values.end());
+  if (double(*deepest) < -kWidestArtery) {
+    const auto v = std::size_t(deepest - level_set.values.begin());
+    const auto ni = std::size_t(level_set.geometry.size[0]),
+               nj = std::size_t(level_set.geometry.size[1]);
+    const std::size_t slice = v / ni / nj;
+    const Vec3 place =
+        level_set.geometry.lps_from_index({double(v % ni), double(v / ni % nj), double(slice)});
+    warnings.push_back(
+        "the lumen is " + format_number(-2.0 * double(*deepest)) + " mm wide around (" +
+        format_number(place.x) + ", " + format_number(place.y) + ", " + format_number(place.z) +
+        ") mm, as chambers of the heart are, or tissue, and arteries only where they "
+        "are aneurysms; if it is not wanted, " +
+        kAdvice);
+  }
+  return warnings;
+}
+
+}  // namespace angio::segmentation::detail

@@ -1,0 +1,22 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "core/volume.hpp"
+
+namespace angio::segmentation::detail {
+
+/// Tells whether a lumen can be one of vessels, whatever it was made from.
+///
+/// Half of what was scanned is no vessel, and is refused; over 30 % is told. So is a place farther
+/// than 20 mm from any wall: but for aneurysms of the aorta, no artery has one, a heart's chamber
+/// and tissue do.
+///
+/// @param scanned  what vessels were looked for in
+/// @return warnings, with what helps
+/// @throws InputError if it cannot
+std::vector<std::string> check_plausibility(const Volume<float>& level_set,
+                                            const VolumeGeometry& scanned);
+
+}  // namespace angio::segmentation::detail

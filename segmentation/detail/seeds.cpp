@@ -1,0 +1,41 @@
+#include "segmentation/detail/seeds.hpp"
+
+#include <cmath>
+#include <string>
+
+#include "core/error.hpp"
+#include "segmentation/detail/format_number.hpp"
+
+namespace angio::segmentation::detail {
+
+int piece_at_seed(const Components& pieces, const VolumeGeometry& geometry, const Vec3& seed) {
+  const Vec3 index = geometry.index_from_lps(seed);
+  const std::string where = "the seed at (" + format_number(seed.x) + ", " + format_number(seed.y) +
+                            ", " + format_number(seed.z) + ") mm";
+  const int i = int(std::lround(index.x)), j = int(std::lround(index.y)),
+            k = int(std::lround(index.z));
+  if (!geometry.contains(i, j, k))
+    throw InputError(where + " lies outside the volume (seeds are in LPS). Correct it");
+  constexpr double kSeedReach = 1.0;  // [mm] a seed may miss its vessel by this
+  int best = 0;
+  double best_distance = kSeedReach;
+  const auto reach = [&](int axis) { return int(std::ceil(kSeedReach / geometry.spacing[axis])); };
+  for (int c = k - reach(2); c <= k + reach(2); ++c)
+    for (int b = j - reach(1); b <= j + reach(1); ++b)
+      for (int a = i - reach(0); a <= i + reach(0); ++a) {
+        if (!geometry.contains(a, b, c)) continue;
+        const int label = pieces.label[geometry.offset(a, b, c)];
+        const double d = distance(geometry.lps_from_index({double(a), double(b), double(c)}), seed);
+        if (label > 0 && (d < best_distance || (a == i && b == j && c == k))) {
+          best = label;
+          best_distance = d;
+        }
+      }
+  if (best == 0)
+    throw InputError(where +
+                     " lies in no vessel (nothing tubular and bright is there). Move it, or leave "
+                     "seeds out");
+  return best;
+}
+
+}  // namespace angio::segmentation::detail

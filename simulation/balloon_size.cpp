@@ -1,0 +1,57 @@
+#include "simulation/balloon_size.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace angio::simulation {
+namespace {
+
+constexpr double kLeastCoronary = 2.0, kMostCoronary = 4.0;  // diameters [mm]
+constexpr double kBySize = -1.0;  // of a film's traction: 0 means that there is none
+
+void fill(double& field, double value) {
+  if (!(field > 0.0)) field = value;
+}
+
+}  // namespace
+
+BalloonSize balloon_size(double nominal_diameter_mm) {
+  const double share = std::sqrt(std::max(1.0, nominal_diameter_mm / kMostCoronary));
+  const BalloonSize coronary;
+  return {coronary.wall_mm * share, coronary.nominal_pressure_atm / share,
+          coronary.rated_burst_atm / share};
+}
+
+double contact_scale(double nominal_diameter_mm) {
+  return nominal_diameter_mm < kLeastCoronary  ? nominal_diameter_mm / kLeastCoronary
+         : nominal_diameter_mm > kMostCoronary ? nominal_diameter_mm / kMostCoronary
+                                               : 1.0;
+}
+
+SimulationOptions options_by_size() {
+  SimulationOptions options;
+  options.balloon.wall_mm = 0.0;
+  options.inflation.peak_pressure_atm = 0.0;
+  options.inflation.rated_burst_atm = 0.0;
+  options.contact_distance_mm = 0.0;
+  options.adhesion_traction_kpa = kBySize;
+  options.adhesion_gap_1_mm = options.adhesion_gap_2_mm = 0.0;
+  return options;
+}
+
+SimulationOptions sized(SimulationOptions options, double nominal_diameter_mm) {
+  const BalloonSize size = balloon_size(nominal_diameter_mm);
+  const double scale = contact_scale(nominal_diameter_mm);
+  const SimulationOptions coronary;
+  fill(options.balloon.wall_mm, size.wall_mm);
+  fill(options.inflation.peak_pressure_atm, size.nominal_pressure_atm);
+  fill(options.inflation.rated_burst_atm, size.rated_burst_atm);
+  fill(options.contact_distance_mm, scale * coronary.contact_distance_mm);
+  if (options.adhesion_traction_kpa < 0.0)
+    options.adhesion_traction_kpa = coronary.adhesion_traction_kpa / scale;
+  fill(options.adhesion_gap_1_mm, scale * coronary.adhesion_gap_1_mm);
+  fill(options.adhesion_gap_2_mm, scale * coronary.adhesion_gap_2_mm);
+  return options;
+}
+
+}  // namespace angio::simulation

@@ -1,0 +1,56 @@
+#pragma once
+
+#include <string>
+
+#include "simulation/detail/scene.hpp"
+#include "simulation/detail/step.hpp"
+
+/// Did a run end right?
+namespace angio::simulation::detail {
+
+/// The greatest contact pressure of a patch of the wall: the mean, by area, over a vertex and two
+/// rings of neighbours, about a radius wide. A single sliver's pressure is its mesh's, not the
+/// balloon's.
+struct PatchPressure {
+  double pressure = 0.0;  ///< [Pa]
+  int vertex = -1;        ///< in its middle, of the wall, in the scene's order
+};
+PatchPressure patch_pressure(const Scene& scene, const State& state);
+
+/// Watches a run's frames for what cannot be a result:
+///
+///  - balloon and wall cross: deeper than a thousandth of the contact distance, which is the
+///    rounding of positions;
+///  - a patch of wall carries more than five times the peak pressure: equilibrium with a membrane
+///    asks for about the balloon's own, more only at its shoulders;
+///  - forces are off by more than 20 % for four frames in a row at more than half the peak
+///  pressure,
+///    or in the last frame: where numbers are told. A single frame that stays open is made up for
+///    in the next, and a slack balloon jumps from shape to shape;
+///  - a number is not finite.
+///
+/// What is for comparison only (the paper's contact and gas) is not judged.
+class SuccessWatch {
+ public:
+  SuccessWatch(const Scene& scene, const SimulationModel& model, const SimulationOptions& options);
+
+  void add(const State& state, const SimulationFrame& frame);
+  /// To be called after the last frame. @return empty: the run ended right
+  [[nodiscard]] std::string failure() const;
+  /// The greatest patch pressure over the peak pressure.
+  [[nodiscard]] double worst_pressure_ratio() const { return worst_ratio_; }
+
+ private:
+  void fail(const SimulationFrame& frame, const std::string& what, const std::string& advice);
+
+  const Scene& scene_;
+  const SimulationModel& model_;
+  bool is_judged_;
+  double peak_pressure_;     ///< [Pa]
+  double contact_distance_;  ///< [mm]
+  double worst_ratio_ = 0.0;
+  int open_frames_ = 0;  ///< in a row
+  std::string failure_, last_frame_open_;
+};
+
+}  // namespace angio::simulation::detail

@@ -1,0 +1,161 @@
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+#include <vector>
+
+#include "centerline/centerline.hpp"
+#include "centerline/detail/flat_caps.hpp"
+#include "centerline/detail/smooth_curve.hpp"
+#include "core/triangle_mesh.hpp"
+#include "tests/centerline/random_trees.hpp"
+#include "tests/centerline/shapes.hpp"
+#include "tests/support/shapes.hpp"
+
+// What every line is by construction, on vessels whose wall is known exactly.
+namespace angio::centerline {
+namespace {
+
+using test::grid_around;
+using test::level_set_of;
+using test::straight_tube;
+using test::Tube;
+
+double degrees_between(const Vec3& a, const Vec3& b) {
+  return std::acos(std::clamp(dot(normalized(a), normalized(b)), -1.0, 1.0)) * 180.0 / units::kPi;
+}
+
+/// The greatest turn of a line, off its branchings, over stretches of up to a radius.
+double greatest_turn(const CenterlinePath& path) {
+  std::vector<char> blanked(path.points.size(), 0);
+  for (const CenterlineTract& tract : path.tracts)
+    if (tract.blanking)
+      for (int i = tract.first_point; i <= tract.last_point; ++i) blanked[std::size_t(i)] = 1;
+  double most = 0.0;
+  const auto along = [&](std::size_t i) { return path.points[i + 1] - path.points[i]; };
+  for (std::size_t i = 1; i + 1 < path.points.size(); ++i)
+    for (std::size_t k = i; k + 1 < path.points.size() && blanked[i] == 0 && blanked[k] == 0 &&
+                            path.abscissa[k] - path.abscissa[i] <= path.inscribed_radius[i];
+         ++k)
+      most = std::max(most, degrees_between(along(i - 1), along(k)));
+  return most;
+}
+
+/// Distance to the wall of the union of tubes, negative outside.
+double depth_in(const std::vector<Tube>& tubes, const Vec3& p) {
+  double depth = -1e300;
+  for (const Tube& tube : tubes)
+    for (std::size_t s = 0; s < tube.points.size(); ++s)
+      depth = std::max(depth, tube.radius[s] - distance(p, tube.points[s]));
+  return depth;
+}
+
+TEST(LineLaws, HoldOnRandomTrees) {
+  for (unsigned seed = 31; seed < 37; ++seed) {
+    const test::RandomTree tree = test::healthy_tree(seed);
+    const Volume<float> level_set = level_set_of(tree.tubes, grid_around(tree.tubes, 0.3, 1.5));
+    const CenterlineResult result = extract_centerline(level_set, {});
+    for (const CenterlinePath& path : result.tree.paths) {
+      EXPECT_LT(greatest_turn(path), 40.0) << "seed " << seed;
+      for (std::size_t i = 1; i + 1 < path.points.size(); ++i) {
+        EXPECT_GT(depth_in(tree.tubes, path.points[i]), 0.0) << "seed " << seed;
+        EXPECT_LT(interpolate(level_set, path.points[i]), 0.0F) << "seed " << seed;
+      }
+    }
+  }
+}
+
+TEST(LineLaws, LengthIsThatOfTheVessel) {
+  // A vessel that winds, and a wall with noise: zigzags would lengthen the line.
+  const Tube winding = test::make_tube(
+      [](double t) {
+        return Vec3{40.0 * t, 4.0 * std::sin(6.0 * t), 3.0 * std::cos(5.0 * t)};
+      },
+      [](double) { return 1.5; });
+  Volume<float> level_set = level_set_of({winding}, grid_around({winding}, 0.3, 1.5));
+  test::add_noise(level_set, 0.1, 5);
+  const CenterlineResult result = extract_centerline(level_set, {});
+  ASSERT_EQ(result.tree.paths.size(), 1U);
+  const double truth = arc_length(winding.points).back() + 2.0 * 1.5;  // and both domes
+  EXPECT_NEAR(result.tree.paths[0].abscissa.back(), truth, 0.01 * truth);
+}
+
+TEST(SmoothCurve, KeepsBendsAndTakesZigzagsAway) {
+  constexpr int kCount = 200;
+  constexpr double kStep = 0.25, kBend = 5.0;  // mm
+  std::vector<Vec3> circle;
+  Middles middles;
+  for (int i = 0; i < kCount; ++i) {
+    const double angle = kStep * i / kBend;
+    circle.push_back({kBend * std::cos(angle), kBend * std::sin(angle), 0.0});
+    middles.center.push_back(circle.back() + Vec3{0.0, 0.0, i % 2 == 0 ? 0.05 : -0.05});
+    middles.weight.push_back(1.0);
+  }
+  const std::vector<double> stiffness(kCount, 1.5), tolerance(kCount, 1.0);
+  const auto curve = smooth_curve(circle, middles, 0, stiffness, tolerance);
+  for (int i = 10; i + 10 < kCount; ++i) {
+    EXPECT_NEAR(std::hypot(curve[std::size_t(i)].x, curve[std::size_t(i)].y), kBend, 1e-3);
+    EXPECT_NEAR(curve[std::size_t(i)].z, 0.0, 1e-3);
+  }
+}
+
+TEST(SmoothCurve, LeavesOutAMiddleThatLiesFarOff) {
+  std::vector<Vec3> line;
+  Middles middles;
+  for (int i = 0; i < 60; ++i) {
+    line.push_back({0.25 * i, 0.0, 0.0});
+    middles.center.push_back(line.back());
+    middles.weight.push_back(1.0);
+  }
+  middles.center[30].y = 2.0;
+  const auto curve =
+      smooth_curve(line, middles, 0, std::vector<double>(60, 1.5), std::vector<double>(60, 0.5));
+  for (const Vec3& p : curve) EXPECT_NEAR(p.y, 0.0, 1e-3);
+}
+
+TEST(FlatCaps, AreRemovedFromATubeAndNotFromASphere) {
+  const TriangleMesh tube = tests::make_tube(1.5, 20.0, 60, 32);
+  const TriangleMesh sphere = tests::make_sphere({0, 0, 0}, 3.0, 4);
+  EXPECT_EQ(remove_flat_caps(sphere).triangles.size(), sphere.triangles.size());
+  // A tube with its rims closed by rings of triangles around their middles.
+  TriangleMesh closed = tube;
+  for (const std::vector<int>& rim : boundary_loops(tube)) {
+    Vec3 middle;
+    for (const int v : rim) middle += tube.vertices[std::size_t(v)] / double(rim.size());
+    const int center = int(closed.vertices.size());
+    closed.vertices.push_back(middle);
+    for (std::size_t i = 0; i < rim.size(); ++i)
+      closed.triangles.push_back({rim[i], rim[(i + 1) % rim.size()], center});
+  }
+  EXPECT_EQ(surface_topology(closed).boundary_edge_count, 0);
+  EXPECT_EQ(boundary_loops(remove_flat_caps(closed)).size(), 2U);
+}
+
+TEST(Inlet, IsTheTrunkThoughItIsTheShortestBranch) {
+  // Murray: 2.5^3 = 2.1^3 + 1.86^3. The trunk is but twice as long as wide.
+  const std::vector<Tube> fork = {
+      straight_tube({0, 0, -10}, {0, 0, 0}, [](double) { return 2.5; }),
+      straight_tube({0, 0, 0}, {14, 0, 36}, [](double) { return 2.1; }),
+      straight_tube({0, 0, 0}, {-14, 0, 36}, [](double) { return 1.86; })};
+  const auto result = extract_centerline(level_set_of(fork, grid_around(fork, 0.3, 1.5)), {});
+  ASSERT_EQ(result.tree.paths.size(), 2U);
+  for (const CenterlinePath& path : result.tree.paths) EXPECT_LT(path.points.front().z, -8.0);
+}
+
+TEST(OpenRims, AreTheEndsAndLinesBeginAndEndInTheirMiddles) {
+  const TriangleMesh tube = tests::make_tube(1.5, 20.0, 60, 32);
+  const CenterlineResult result = extract_centerline(tube, {});
+  ASSERT_EQ(result.tree.paths.size(), 1U);
+  std::vector<Vec3> middles;
+  for (const std::vector<int>& rim : boundary_loops(tube)) {
+    Vec3 middle;
+    for (const int v : rim) middle += tube.vertices[std::size_t(v)] / double(rim.size());
+    middles.push_back(middle);
+  }
+  for (const Vec3& end : {result.tree.paths[0].points.front(), result.tree.paths[0].points.back()})
+    EXPECT_LT(std::min(distance(end, middles[0]), distance(end, middles[1])), 0.05);
+}
+
+}  // namespace
+}  // namespace angio::centerline

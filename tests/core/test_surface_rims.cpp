@@ -1,0 +1,100 @@
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <functional>
+#include <random>
+
+#include "core/surface_rims.hpp"
+#include "core/units.hpp"
+#include "tests/support/shapes.hpp"
+
+namespace angio {
+namespace {
+
+/// The triangles whose middle is kept.
+TriangleMesh cut(TriangleMesh mesh, const std::function<bool(const Vec3&)>& keep) {
+  std::erase_if(mesh.triangles, [&](const Triangle& t) {
+    return !keep((mesh.vertices[std::size_t(t[0])] + mesh.vertices[std::size_t(t[1])] +
+                  mesh.vertices[std::size_t(t[2])]) /
+                 3.0);
+  });
+  return mesh;
+}
+
+/// The rim that is nearest to a place.
+SurfaceRim rim_at(const TriangleMesh& mesh, const Vec3& place) {
+  SurfaceRim nearest;
+  double least = 1e300;
+  for (const SurfaceRim& rim : surface_rims(mesh)) {
+    if (distance(rim.centre, place) >= least) continue;
+    least = distance(rim.centre, place);
+    nearest = rim;
+  }
+  return nearest;
+}
+
+TEST(SurfaceRims, AreThePlacesAndWidthsOfATubesEnds) {
+  const auto rims = surface_rims(tests::make_tube(1.5, 10.0, 21, 64));
+  ASSERT_EQ(rims.size(), 2U);
+  for (const SurfaceRim& rim : rims) {
+    EXPECT_NEAR(rim.diameter_mm, 3.0, 0.01);
+    EXPECT_NEAR(rim.unevenness_mm, 0.0, 1e-12);
+    EXPECT_NEAR(rim.wall_along, 1.0, 0.01);
+    const double end = rim.centre.z > 5.0 ? 1.0 : -1.0;
+    EXPECT_NEAR(distance(rim.centre, {0, 0, 5.0 + 5.0 * end}), 0.0, 1e-9);
+    EXPECT_NEAR(distance(rim.normal, {0, 0, end}), 0.0, 1e-9);
+  }
+}
+
+TEST(SurfaceRims, OfATubeCutAslantAreEndsToo) {
+  // The ellipse has half axes r and r / cos(tilt); the pull is that of the tube.
+  for (const double tilt : {30.0, 45.0, 60.0}) {
+    TriangleMesh tube = tests::make_tube(1.0, 8.0, 33, 64);
+    const double slope = std::tan(tilt * units::kPi / 180.0);
+    for (Vec3& v : tube.vertices) v.z += slope * v.x;
+    for (const SurfaceRim& rim : surface_rims(tube)) {
+      const double stretch = std::sqrt(1.0 / std::cos(tilt * units::kPi / 180.0));
+      EXPECT_NEAR(rim.diameter_mm, 2.0 * stretch, 0.02);
+      EXPECT_GT(rim.wall_along, 0.5);
+    }
+  }
+}
+
+TEST(SurfaceRims, OfAJaggedCutAreEndsToo) {
+  TriangleMesh tube = tests::make_tube(1.0, 8.0, 65, 48);
+  std::mt19937 random(3);
+  std::vector<double> wave;
+  for (int i = 0; i < 48; ++i) wave.push_back(0.4 * double(random() % 1000) / 1000.0);
+  tube = cut(std::move(tube), [&](const Vec3& p) {
+    const double angle = std::atan2(p.y, p.x) / (2.0 * units::kPi) + 0.5;
+    return p.z < 7.0 - wave[std::size_t(angle * 47.999)];
+  });
+  EXPECT_GT(rim_at(tube, {0, 0, 7}).wall_along, 0.8);
+}
+
+TEST(SurfaceRims, OfAHoleInATubesSideAreNone) {
+  for (const double radius : {0.3, 0.6, 0.9}) {  // of a tube of radius 1.5: a / 2R = 0.1 to 0.3
+    const TriangleMesh tube = cut(tests::make_tube(1.5, 10.0, 161, 160), [&](const Vec3& p) {
+      return p.x < 0.0 || std::hypot(p.y, p.z - 5.0) > radius;
+    });
+    const SurfaceRim hole = rim_at(tube, {1.5, 0, 5});
+    EXPECT_NEAR(hole.diameter_mm, 2.0 * radius, 0.1);
+    EXPECT_NEAR(hole.wall_along, radius / 3.0, 0.08);
+  }
+}
+
+TEST(SurfaceRims, OfABallCutOpenPullByTheSineOfTheCut) {
+  for (const double degrees : {15.0, 30.0, 60.0, 90.0}) {
+    const double angle = degrees * units::kPi / 180.0;
+    const TriangleMesh bowl = cut(tests::make_sphere({0, 0, 0}, 2.0, 6),
+                                  [&](const Vec3& p) { return p.z < 2.0 * std::cos(angle); });
+    EXPECT_NEAR(rim_at(bowl, {0, 0, 2}).wall_along, std::sin(angle), 0.08);
+  }
+}
+
+TEST(SurfaceRims, OfAClosedSurfaceAreNone) {
+  EXPECT_TRUE(surface_rims(tests::make_sphere({0, 0, 0}, 1.0, 3)).empty());
+}
+
+}  // namespace
+}  // namespace angio

@@ -1,0 +1,212 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+#include <string>
+#include <vector>
+
+#include "core/error.hpp"
+#include "core/surface_rims.hpp"
+#include "meshing/detail/pieces.hpp"
+#include "meshing/detail/unite_parts.hpp"
+#include "meshing/detail/winding.hpp"
+#include "meshing/meshing.hpp"
+#include "meshing/repair_surface.hpp"
+#include "tests/support/shapes.hpp"
+
+/// Parts of known volume, put together in ways whose union is known too: none may be lost.
+namespace angio::meshing {
+namespace {
+
+using std::numbers::pi;
+using testing::Contains;
+using testing::HasSubstr;
+
+std::vector<std::string> texts(const RepairedSurface& repaired) {
+  std::vector<std::string> list;
+  for (const SurfaceRepair& repair : repaired.repairs) list.push_back(to_text(repair));
+  return list;
+}
+
+void expect_sound(const RepairedSurface& repaired, double volume, double tolerance) {
+  const SurfaceTopology topology = surface_topology(repaired.mesh);
+  EXPECT_TRUE(topology.is_closed());
+  EXPECT_EQ(topology.component_count, 1);
+  EXPECT_EQ(count_self_intersections(repaired.mesh), 0);
+  EXPECT_NEAR(enclosed_volume(repaired.mesh) / volume, 1.0, tolerance);
+}
+
+/// A tube from one point to another, closed by flat ends or open.
+TriangleMesh tube_between(const Vec3& from, const Vec3& to, double radius, bool closed,
+                          int sides = 24) {
+  const double length = distance(from, to);
+  TriangleMesh tube =
+      tests::make_tube(radius, length, std::max(2, int(length / (0.5 * radius))), sides);
+  const Vec3 axis = (to - from) / length;
+  const Vec3 u = any_perpendicular(axis);
+  const Vec3 v = cross(axis, u);
+  for (Vec3& p : tube.vertices) p = from + p.x * u + p.y * v + p.z * axis;
+  return closed ? detail::closed_copy(tube) : tube;
+}
+
+/// Volume of two balls of the same radius, a distance apart: twice a ball less the lens
+/// pi (4 r + d) (2 r - d)^2 / 12.
+double two_balls(double r, double d) {
+  return 8.0 / 3.0 * pi * r * r * r - pi * (4.0 * r + d) * (2.0 * r - d) * (2.0 * r - d) / 12.0;
+}
+
+/// A trunk along z and ten branches that begin on its axis, each a closed part of its own.
+std::vector<TriangleMesh> tree_of_branches(bool closed, double& trunk_volume) {
+  std::vector<TriangleMesh> parts{tube_between({0, 0, 0}, {0, 0, 60}, 2.0, closed)};
+  trunk_volume = enclosed_volume(detail::closed_copy(parts[0]));
+  for (int i = 0; i < 10; ++i) {
+    const double angle = 2.4 * i;
+    const Vec3 from{0.0, 0.0, 5.0 + 5.0 * i};
+    const Vec3 out = normalized(Vec3{std::cos(angle), std::sin(angle), 0.6});
+    parts.push_back(tube_between(from, from + 15.0 * out, 0.9, closed));
+  }
+  return parts;
+}
+
+TEST(Winding, CountsHowManyPartsAPlaceIsIn) {
+  const TriangleMesh both = detail::joined(
+      {tests::make_sphere({0, 0, 0}, 1.0, 4), tests::make_sphere({1, 0, 0}, 1.0, 4)});
+  const detail::Winding winding(both);
+  EXPECT_EQ(winding.at({0.5, 0.0, 0.0}), 2);
+  EXPECT_EQ(winding.at({-0.5, 0.0, 0.0}), 1);
+  EXPECT_EQ(winding.at({1.5, 0.1, 0.2}), 1);
+  EXPECT_EQ(winding.at({2.5, 0.0, 0.0}), 0);
+  EXPECT_EQ(winding.at({0.5, 0.95, 0.0}), 0);
+  // The line along x through (0, 0) runs through vertices and edges of both.
+  EXPECT_EQ(winding.at({3.0, 0.0, 0.0}), 0);
+  const double ball = enclosed_volume(tests::make_sphere({0, 0, 0}, 1.0, 4));
+  const double lens = 2.0 * 4.0 / 3.0 * pi - two_balls(1.0, 1.0);
+  EXPECT_NEAR(detail::wound_volume(both, 0.02, 1), 2.0 * ball - lens, 0.03);
+  EXPECT_NEAR(detail::wound_volume(both, 0.02, 2), lens, 0.03);
+}
+
+TEST(UniteParts, TwoBalls) {
+  for (const double apart : {0.3, 1.0, 1.7}) {
+    const RepairedSurface repaired = repair_surface(detail::joined(
+        {tests::make_sphere({0, 0, 0}, 1.0, 4), tests::make_sphere({apart, 0.01, 0.02}, 1.0, 4)}));
+    expect_sound(repaired, two_balls(1.0, apart), 0.015);
+    EXPECT_THAT(texts(repaired), Contains(HasSubstr("united")));
+  }
+}
+
+TEST(UniteParts, TenClosedBranchesKeepTheirVolume) {
+  double trunk = 0.0;
+  const std::vector<TriangleMesh> parts = tree_of_branches(true, trunk);
+  const RepairedSurface repaired = repair_surface(detail::joined(parts));
+  // Of each branch at least what is beyond the trunk's radius, at most all of it.
+  const double branch = enclosed_volume(parts[1]);
+  EXPECT_GT(enclosed_volume(repaired.mesh), trunk + 10.0 * branch * (1.0 - 3.5 / 15.0));
+  EXPECT_LT(enclosed_volume(repaired.mesh), trunk + 10.0 * branch);
+  expect_sound(repaired, detail::volume_of_union(detail::joined(parts)), 0.02);
+  const SurfaceRepair& united = repaired.repairs.back();
+  EXPECT_EQ(united.count, 10);
+  EXPECT_THAT(to_text(united), HasSubstr("united"));
+}
+
+TEST(UniteParts, OpenBranchesStayOpenAtTheirFreeEnds) {
+  double trunk = 0.0;
+  const RepairedSurface repaired = repair_surface(detail::joined(tree_of_branches(false, trunk)));
+  EXPECT_EQ(surface_topology(repaired.mesh).component_count, 1);
+  EXPECT_EQ(count_self_intersections(repaired.mesh), 0);
+  const std::vector<SurfaceRim> rims = surface_rims(repaired.mesh);
+  ASSERT_EQ(rims.size(), 12U);  // both ends of the trunk, one of each branch
+  for (const SurfaceRim& rim : rims)
+    EXPECT_TRUE(std::abs(rim.diameter_mm - 4.0) < 0.2 || std::abs(rim.diameter_mm - 1.8) < 0.1)
+        << rim.diameter_mm;
+}
+
+TEST(UniteParts, InsideOutAndSelfCrossingPartsCountAsWell) {
+  double trunk = 0.0;
+  std::vector<TriangleMesh> parts = tree_of_branches(true, trunk);
+  const double volume = detail::volume_of_union(detail::joined(parts));
+  for (const std::size_t i : {0U, 3U, 7U})
+    for (Triangle& t : parts[i].triangles) std::swap(t[0], t[1]);
+  expect_sound(repair_surface(detail::joined(parts)), volume, 0.02);
+  // A vertex of one branch is pulled through its far wall: no exact union of that.
+  Vec3& p = parts[5].vertices[parts[5].vertices.size() / 2];
+  const Vec3 middle = 0.5 * (parts[5].vertices[0] + parts[5].vertices[12]);
+  const Vec3 axis = normalized(parts[5].vertices[24] - parts[5].vertices[0]);
+  const Vec3 out = p - middle - dot(p - middle, axis) * axis;
+  p -= 2.3 * out;
+  expect_sound(repair_surface(detail::joined(parts)), volume, 0.03);
+}
+
+TEST(UniteParts, ATrunkThatCrossesItselfKeepsItsBranches) {
+  double trunk = 0.0;
+  std::vector<TriangleMesh> parts = tree_of_branches(true, trunk);
+  const double volume = detail::volume_of_union(detail::joined(parts));
+  Vec3& p = parts[0].vertices[parts[0].vertices.size() / 2];
+  p = {-1.4 * p.x, -1.4 * p.y, p.z};  // a spike across the lumen and out on the other side
+  const RepairedSurface repaired = repair_surface(detail::joined(parts));
+  expect_sound(repaired, volume, 0.03);
+  EXPECT_LT(repaired.mesh.triangles.size(), 40000U);  // the parts' own, not a contour's
+}
+
+TEST(UniteParts, PartsThatTouchInAFaceAreOneVessel) {
+  const RepairedSurface repaired = repair_surface(detail::joined(
+      {tests::make_box({0, 0, 0}, {4, 1, 1}), tests::make_box({4, 0.2, 0.2}, {3, 0.6, 0.6})}));
+  expect_sound(repaired, 4.0 + 3.0 * 0.36, 1e-9);
+}
+
+TEST(UniteParts, APartThatIsThereTwiceCountsOnce) {
+  const TriangleMesh tube = tube_between({0, 0, 0}, {0, 0, 20}, 1.5, true, 32);
+  const double volume = enclosed_volume(tube);
+  expect_sound(repair_surface(detail::joined({tube, tube})), volume, 1e-9);
+  TriangleMesh moved = tube;  // exported again, rounded another way
+  for (Vec3& v : moved.vertices) v += Vec3{1e-3, 2e-3, -1e-3};
+  expect_sound(repair_surface(detail::joined({tube, moved})), volume, 0.01);
+}
+
+TEST(UniteParts, TheInsideOfAWallIsTheLumen) {
+  const TriangleMesh lumen = tube_between({0, 0, 1}, {0, 0, 29}, 1.5, true);
+  TriangleMesh outer = tube_between({0, 0, 0}, {0, 0, 30}, 2.1, true);
+  for (const bool inward : {false, true}) {
+    TriangleMesh inner = lumen;
+    if (inward)
+      for (Triangle& t : inner.triangles) std::swap(t[0], t[1]);
+    const RepairedSurface repaired = repair_surface(detail::joined({outer, inner}));
+    expect_sound(repaired, enclosed_volume(lumen), 1e-9);
+    EXPECT_THAT(texts(repaired), Contains(HasSubstr("outside of a wall left out")));
+  }
+  // A bubble in the lumen is none.
+  const RepairedSurface bubble =
+      repair_surface(detail::joined({lumen, tests::make_sphere({0, 0, 9}, 0.5, 2)}));
+  expect_sound(bubble, enclosed_volume(lumen), 1e-9);
+  EXPECT_THAT(texts(bubble), Contains(HasSubstr("inside the lumen left out")));
+}
+
+TEST(UniteParts, ATubeThatRunsThroughItselfKeepsItsVolume) {
+  // A helix of less pitch than its width.
+  TriangleMesh mesh;
+  constexpr int kSteps = 160, kSides = 20;
+  for (int i = 0; i < kSteps; ++i)
+    for (int k = 0; k < kSides; ++k) {
+      const double a = 4.0 * pi * i / (kSteps - 1), b = 2.0 * pi * k / kSides;
+      const double r = 6.0 + 1.5 * std::cos(b);
+      mesh.vertices.push_back(
+          {r * std::cos(a), r * std::sin(a), 2.4 * a / (2.0 * pi) + 1.5 * std::sin(b)});
+    }
+  for (int i = 0; i + 1 < kSteps; ++i)
+    for (int k = 0; k < kSides; ++k) {
+      const int p = i * kSides + k, q = i * kSides + (k + 1) % kSides;
+      mesh.triangles.push_back({p, p + kSides, q});
+      mesh.triangles.push_back({q, p + kSides, q + kSides});
+    }
+  const TriangleMesh closed = detail::closed_copy(mesh);
+  ASSERT_GT(count_self_intersections(closed), 100);
+  // Two turns less what they share: a lens of two circles a pitch apart, carried around.
+  const double r = 1.5, d = 2.4;
+  const double lens =
+      2.0 * r * r * std::acos(d / (2.0 * r)) - 0.5 * d * std::sqrt(4.0 * r * r - d * d);
+  const double volume = 2.0 * pi * 6.0 * (2.0 * pi * r * r - lens);
+  expect_sound(repair_surface(closed), volume, 0.03);
+}
+
+}  // namespace
+}  // namespace angio::meshing

@@ -1,0 +1,176 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <random>
+
+#include "core/error.hpp"
+#include "segmentation/detail/blood_level.hpp"
+#include "segmentation/detail/fields.hpp"
+#include "segmentation/detail/plausibility.hpp"
+#include "segmentation/detail/vessel_tree.hpp"
+#include "segmentation/segmentation.hpp"
+#include "tests/segmentation/tube_volume.hpp"
+
+namespace angio::segmentation {
+namespace {
+
+using testing::Contains;
+using testing::HasSubstr;
+
+constexpr double kLung = -850.0, kMuscle = 50.0, kBlood = 450.0;
+
+/// Blood of a chest: a chamber with an aorta in muscle, and thin branches that leave it into lung.
+double chest_blood(const Vec3& p) {
+  const double chamber = norm(p - Vec3{-22, 0, 0}) - 13.0;
+  const double aorta = std::hypot(p.x + 22.0, p.y) - 7.0;
+  double vessels = std::min(chamber, aorta);
+  for (const double z : {-16.0, 0.0, 16.0})
+    if (p.x > -22.0) vessels = std::min(vessels, std::hypot(p.y, p.z - z) - 2.4);
+  return vessels;
+}
+
+/// Muscle up to x = 0, lung beyond; every boundary blurred, with noise.
+Volume<float> chest(double noise) {
+  TubeImage muscle{{66, 48, 48}, {1.3, 1.3, 1.3}, kMuscle, kLung, 0.8, noise, 5};
+  TubeImage blood = muscle;
+  blood.lumen = 1.0;
+  blood.background = blood.noise_sd = 0.0;
+  auto volume = image_of(muscle, [](const Vec3& p) { return p.x; });
+  const auto share = image_of(blood, chest_blood);
+  for (std::size_t v = 0; v < volume.values.size(); ++v)
+    volume.values[v] += float(share.values[v] * (kBlood - double(volume.values[v])));
+  return volume;
+}
+
+TEST(BloodLevel, IsThatOfTheLumenAboveMuscleAndNotAboveLung) {
+  for (const double noise : {0.0, 25.0}) {
+    const auto volume = chest(noise);
+    const auto level = detail::find_blood_level(detail::find_tube_axes(volume), volume,
+                                                detail::noise_deviation(volume));
+    ASSERT_TRUE(level.is_told);
+    EXPECT_NEAR(level.lumen, kBlood, 25.0) << noise;
+    EXPECT_NEAR(level.tissue, kMuscle, 15.0) << noise;
+  }
+}
+
+TEST(BloodLevel, IsNotToldWithoutTubes) {
+  TubeImage image{{30, 30, 30}, {1, 1, 1}, 400, 40, 0.5};
+  const auto ball = image_of(image, [](const Vec3& p) { return norm(p) - 6.0; });
+  EXPECT_FALSE(detail::find_blood_level({}, ball, 0.0).is_told);
+}
+
+TEST(SegmentVessels, TakesBloodAndNoMuscleWhereBranchesLieInLung) {
+  const auto volume = chest(25.0);
+  const auto result = segment_vessels(volume, {});
+  const auto& grid = result.level_set.geometry;
+  double wrong = 0.0, all = 0.0;
+  for (int k = 0; k < grid.size[2]; ++k)
+    for (int j = 0; j < grid.size[1]; ++j)
+      for (int i = 0; i < grid.size[0]; ++i) {
+        const double truth = chest_blood(grid.lps_from_index({double(i), double(j), double(k)}));
+        const bool is_lumen = result.mask.at(i, j, k) != 0;
+        all += truth < 0.0;
+        wrong += is_lumen ? truth > 1.3 : truth < -1.3;
+      }
+  // Farther than a voxel from the truth: where a branch leaves muscle for lung, by half a voxel.
+  EXPECT_LT(wrong, 0.015 * all);
+  for (const Vec3& inside : {Vec3{-22, 0, 0}, Vec3{-22, 0, 20}, Vec3{25, 0, 16}, Vec3{25, 0, -16}})
+    EXPECT_LT(interpolate(result.level_set, inside), -1.0) << inside.x << ' ' << inside.z;
+}
+
+/// Noise whose neighbours are alike, as interpolated images and tissue have it.
+Volume<float> texture(const VolumeGeometry& geometry, double smoothing_mm, unsigned seed) {
+  std::mt19937 random(seed);
+  std::normal_distribution<float> noise(100.0f, 30.0f);
+  Volume<float> volume(geometry);
+  for (float& value : volume.values) value = noise(random);
+  return detail::smooth(volume, smoothing_mm);
+}
+
+TEST(SegmentVessels, RefusesNoiseOfAnyTexture) {
+  VolumeGeometry geometry;
+  geometry.size = {48, 48, 48};
+  geometry.spacing = {0.5, 0.5, 0.5};
+  for (const double smoothing_mm : {0.0, 0.4, 0.8})
+    for (const unsigned seed : {1u, 2u})
+      EXPECT_THROW(segment_vessels(texture(geometry, smoothing_mm, seed), {}), InputError)
+          << smoothing_mm << ' ' << seed;
+}
+
+TEST(SegmentVessels, TakesNoMuscleBesideAFaintBranch) {
+  // A bright vessel, a thin branch with a quarter of its contrast, and textured tissue at its end.
+  TubeImage image{{70, 60, 60}, {0.5, 0.5, 0.5}, 400, 40, 0.35, 10.0, 3};
+  TubeImage branch = image;
+  branch.noise_sd = 0.0;
+  branch.lumen = 130.0;
+  auto volume = image_of(image, [](const Vec3& p) { return std::hypot(p.x + 8.0, p.y) - 2.0; });
+  const auto faint = image_of(branch, [](const Vec3& p) {
+    return p.x > -8.0 && p.x < 6.0 ? std::hypot(p.y, p.z) - 0.9 : 100.0;
+  });
+  const auto tissue = texture(volume.geometry, 0.5, 7);
+  const auto in_tissue = [](const Vec3& p) { return p.x > 5.0 && std::abs(p.z) < 10.0; };
+  const auto& grid = volume.geometry;
+  for (int k = 0; k < grid.size[2]; ++k)
+    for (int j = 0; j < grid.size[1]; ++j)
+      for (int i = 0; i < grid.size[0]; ++i) {
+        float& value = volume.at(i, j, k);
+        value = std::max(value, faint.at(i, j, k));
+        if (in_tissue(grid.lps_from_index({double(i), double(j), double(k)})))
+          value = std::max(value, 80.0f + 2.0f * (tissue.at(i, j, k) - 100.0f));
+      }
+  const auto result = segment_vessels(volume, {});
+  const auto& fine = result.mask.geometry;
+  double taken = 0.0;
+  for (int k = 0; k < fine.size[2]; ++k)
+    for (int j = 0; j < fine.size[1]; ++j)
+      for (int i = 0; i < fine.size[0]; ++i) {
+        const Vec3 p = fine.lps_from_index({double(i), double(j), double(k)});
+        taken += result.mask.at(i, j, k) && p.x > 7.0;
+      }
+  EXPECT_LT(taken * fine.spacing.x * fine.spacing.y * fine.spacing.z, 2.0);  // of 5000 mm3
+}
+
+TEST(SegmentVessels, TellsOfThinVesselsThatItLeavesOut) {
+  // A wide vessel, and a thin one that does not touch it.
+  TubeImage image{{60, 40, 60}, {0.4, 0.4, 0.4}, 400, 40, 0.24, 4.0, 2};
+  const auto with_thin = image_of(image, [](const Vec3& p) {
+    return std::min(std::hypot(p.x + 5.0, p.y) - 1.5,
+                    std::abs(p.z) < 7.0 ? std::hypot(p.x - 5.0, p.y) - 0.2 : 100.0);
+  });
+  const auto alone =
+      image_of(image, [](const Vec3& p) { return std::hypot(p.x + 5.0, p.y) - 1.5; });
+  EXPECT_THAT(segment_vessels(with_thin, {}).warnings, Contains(HasSubstr("thin vessel")));
+  EXPECT_THAT(segment_vessels(alone, {}).warnings, testing::IsEmpty());
+}
+
+/// The level set of a ball in a box.
+Volume<float> ball(double radius, double box) {
+  VolumeGeometry geometry;
+  geometry.size = {40, 40, 40};
+  geometry.spacing = {box / 40, box / 40, box / 40};
+  for (int a = 0; a < 3; ++a) geometry.origin[a] = -0.5 * box + 0.5 * box / 40;
+  Volume<float> level(geometry);
+  for (int k = 0; k < 40; ++k)
+    for (int j = 0; j < 40; ++j)
+      for (int i = 0; i < 40; ++i)
+        level.at(i, j, k) =
+            float(norm(geometry.lps_from_index({double(i), double(j), double(k)})) - radius);
+  return level;
+}
+
+TEST(Plausibility, RefusesWhatFillsTheVolumeAndTellsOfWideBodies) {
+  const auto check = [](double radius, double box) {
+    const auto level = ball(radius, box);
+    return detail::check_plausibility(level, level.geometry);
+  };
+  EXPECT_TRUE(check(4.0, 16.0).empty());                                         // 7 %
+  EXPECT_THAT(check(7.0, 16.0), Contains(HasSubstr("of the volume is lumen")));  // 35 %
+  EXPECT_THROW(check(8.3, 16.0), InputError);                                    // 57 %
+  EXPECT_THAT(check(25.0, 100.0), Contains(HasSubstr("mm wide")));
+  EXPECT_TRUE(check(15.0, 100.0).empty());
+}
+
+}  // namespace
+}  // namespace angio::segmentation

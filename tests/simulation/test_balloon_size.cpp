@@ -1,0 +1,64 @@
+#include <gtest/gtest.h>
+
+#include "core/units.hpp"
+#include "simulation/balloon_size.hpp"
+
+namespace angio::simulation {
+namespace {
+
+// The hoop stress of a thin tube at its rated pressure [MPa].
+double rated_stress(double diameter) {
+  const BalloonSize size = balloon_size(diameter);
+  return 1e-6 * units::pascal_from_atm(size.rated_burst_atm) * diameter / (2.0 * size.wall_mm);
+}
+
+TEST(BalloonSize, UpToFourMillimetresIsTheCoronaryOne) {
+  const SimulationOptions coronary;
+  for (const double diameter : {1.0, 2.5, 4.0}) {
+    EXPECT_EQ(balloon_size(diameter).wall_mm, coronary.balloon.wall_mm);
+    EXPECT_EQ(balloon_size(diameter).nominal_pressure_atm, coronary.inflation.peak_pressure_atm);
+  }
+}
+
+TEST(BalloonSize, HasTheSameHoopStressWhenRatedAboveThat) {
+  for (const double diameter : {5.0, 8.0, 12.0, 18.0, 30.0})
+    EXPECT_NEAR(rated_stress(diameter), rated_stress(4.0), 1e-9 * rated_stress(4.0));
+  EXPECT_LT(rated_stress(30.0), 241.0);  // what thin balloon walls hold (EP 0274411)
+}
+
+TEST(BalloonSize, IsNearMeasuredValvuloplastyBalloons) {
+  // 20 to 28 mm: nominal 3 atm, rated 6 atm (doi 10.1002/ccd.28503).
+  EXPECT_NEAR(balloon_size(24.0).nominal_pressure_atm, 3.0, 0.5);
+  EXPECT_NEAR(balloon_size(24.0).rated_burst_atm, 6.0, 0.5);
+  for (const double diameter : {0.6, 3.0, 12.0, 30.0})
+    EXPECT_LT(balloon_size(diameter).nominal_pressure_atm, balloon_size(diameter).rated_burst_atm);
+}
+
+TEST(Sized, FillsInWhatIsLeftToTheSizeAndNothingElse) {
+  SimulationOptions given = options_by_size();
+  given.balloon.wall_mm = 0.033;
+  given.adhesion_traction_kpa = 0.0;
+  const SimulationOptions options = sized(given, 16.0);
+  EXPECT_EQ(options.balloon.wall_mm, 0.033);
+  EXPECT_EQ(options.adhesion_traction_kpa, 0.0);
+  EXPECT_NEAR(options.inflation.peak_pressure_atm, 4.0, 1e-12);
+  EXPECT_NEAR(options.contact_distance_mm, 4.0 * SimulationOptions{}.contact_distance_mm, 1e-12);
+}
+
+TEST(Sized, IsTheDefaultsForACoronaryBalloon) {
+  const SimulationOptions options = sized(options_by_size(), 3.0), coronary;
+  EXPECT_EQ(options.balloon.wall_mm, coronary.balloon.wall_mm);
+  EXPECT_EQ(options.inflation.peak_pressure_atm, coronary.inflation.peak_pressure_atm);
+  EXPECT_EQ(options.contact_distance_mm, coronary.contact_distance_mm);
+  EXPECT_EQ(options.adhesion_traction_kpa, coronary.adhesion_traction_kpa);
+  EXPECT_EQ(options.adhesion_gap_1_mm, coronary.adhesion_gap_1_mm);
+  EXPECT_EQ(options.adhesion_gap_2_mm, coronary.adhesion_gap_2_mm);
+}
+
+TEST(Sized, IsValidForEveryBalloonThatIsSold) {
+  for (double diameter = 0.5; diameter <= 30.0; diameter += 0.25)
+    EXPECT_NO_THROW(sized(options_by_size(), diameter).validate()) << diameter;
+}
+
+}  // namespace
+}  // namespace angio::simulation

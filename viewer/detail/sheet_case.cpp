@@ -1,0 +1,287 @@
+#include "viewer/detail/sheet_case.hpp"
+
+#include <vtkFloatArray.h>
+#include <vtkFlyingEdges3D.h>
+#include <vtkImageData.h>
+#include <vtkNew.h>
+#include <vtkPointData.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <nlohmann/json.hpp>
+
+#include "core/atomic_file.hpp"
+#include "core/error.hpp"
+#include "viewer/detail/case_data.hpp"
+#include "viewer/detail/html.hpp"
+#include "viewer/detail/nrrd.hpp"
+#include "viewer/detail/report_charts.hpp"
+#include "viewer/detail/vtk_arrays.hpp"
+#include "viewer/files.hpp"
+
+namespace angio::viewer::detail {
+namespace fs = std::filesystem;
+namespace {
+
+using nlohmann::json;
+
+constexpr const char* kStages[] = {"segmentation", "centerline", "meshing", "simulation", "report"};
+constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+
+/// The file's JSON; null if it is missing or damaged.
+json read_json(const fs::path& file) {
+  std::error_code ignored;
+  if (!fs::exists(file, ignored)) return {};
+  json parsed = json::parse(read_text(file), nullptr, false);
+  return parsed.is_discarded() ? json() : parsed;
+}
+
+double number(const json& node, const char* key) {
+  if (!node.is_object()) return kNone;
+  const auto found = node.find(key);
+  return found != node.end() && found->is_number() ? found->get<double>() : kNone;
+}
+
+std::string words(const json& node, const char* key) {
+  if (!node.is_object()) return {};
+  const auto found = node.find(key);
+  return found != node.end() && found->is_string() ? found->get<std::string>() : std::string();
+}
+
+json part(const json& node, const char* key) {
+  return node.is_object() && node.contains(key) ? node.at(key) : json();
+}
+
+/// The zero of a level set.
+TriangleMesh zero_of(Volume<float>& level_set) {
+  const VolumeGeometry& grid = level_set.geometry;
+  vtkNew<vtkImageData> image;  // in voxels; its points are taken to LPS below
+  image->SetDimensions(grid.size.data());
+  vtkNew<vtkFloatArray> values;
+  values->SetArray(level_set.values.data(), vtkIdType(level_set.values.size()), 1);
+  image->GetPointData()->SetScalars(values);
+  vtkNew<vtkFlyingEdges3D> contour;
+  contour->SetInputData(image);
+  contour->SetValue(0, 0.0);
+  contour->ComputeNormalsOff();
+  contour->ComputeGradientsOff();
+  contour->Update();
+  TriangleMesh mesh;
+  vtkPolyData& found = *contour->GetOutput();
+  mesh.vertices = from_vtk(found.GetPoints());
+  for (Vec3& vertex : mesh.vertices) vertex = grid.lps_from_index(vertex);
+  vtkNew<vtkIdList> corners;
+  for (vtkIdType c = 0; c < found.GetNumberOfCells(); ++c) {
+    found.GetCellPoints(c, corners);
+    mesh.triangles.push_back(
+        {int(corners->GetId(0)), int(corners->GetId(1)), int(corners->GetId(2))});
+  }
+  return mesh;
+}
+
+TriangleMesh read_lumen(const fs::path& folder) {
+  std::error_code ignored;
+  for (const char* name : {"meshing/lumen.vtp", "segmentation/lumen_surface.vtp"})
+    if (fs::exists(folder / name, ignored)) return read_surface(folder / name).mesh;
+  const fs::path level_set = folder / "segmentation/lumen_level_set.nrrd";
+  if (!fs::exists(level_set, ignored)) return {};
+  Volume<float> phi = read_nrrd(level_set);
+  return zero_of(phi);
+}
+
+std::vector<SheetLesion> read_lesions(const fs::path& file) {
+  std::vector<SheetLesion> lesions;
+  const json list = read_json(file);
+  if (!list.is_array()) return lesions;
+  for (const json& row : list) {
+    SheetLesion lesion;
+    const auto index = lesions.size();
+    lesion.name = std::string(1, char('A' + index % 26));
+    if (index >= 26) lesion.name += std::to_string(index / 26);
+    lesion.path =
+        std::isfinite(number(row, "centerline_id")) ? int(number(row, "centerline_id")) : -1;
+    lesion.abscissa_mm = number(row, "abscissa_mm");
+    lesion.mld_mm = number(row, "mld_mm");
+    lesion.reference_mm = number(row, "reference_diameter_mm");
+    lesion.stenosis_percent = number(row, "diameter_stenosis_percent");
+    lesion.proximal_mm = number(row, "proximal_mm");
+    lesion.distal_mm = number(row, "distal_mm");
+    if (std::isfinite(lesion.abscissa_mm)) lesions.push_back(lesion);
+  }
+  return lesions;
+}
+
+/// The balloon at peak; where there are no frames, as it was placed.
+void read_balloon(const fs::path& folder, ReportContent& content) {
+  std::error_code ignored;
+  const auto read_wire = [&](const fs::path& file) {
+    return fs::exists(file, ignored) ? read_polylines(file).points : std::vector<Vec3>();
+  };
+  CaseData data;
+  if (fs::exists(folder / "simulation/simulation.pvd", ignored))
+    data.frames = read_frame_list(folder / "simulation/simulation.pvd");
+  if (fs::exists(folder / "simulation/timeseries.csv", ignored))
+    data.series = read_time_series(folder / "simulation/timeseries.csv");
+  if (!data.frames.empty()) {
+    const FrameFiles& peak = data.frames[peak_frame(data)];
+    content.moments.push_back(
+        {describe_frame(data, peak),
+         read_surface(peak.balloon).mesh,
+         read_surface(peak.vessel).mesh,
+         {},
+         read_wire(peak.guidewire.empty() ? folder / "meshing/guidewire.vtp" : peak.guidewire)});
+  } else if (fs::exists(folder / "meshing/balloon.vtp", ignored) &&
+             fs::exists(folder / "meshing/region.vtp", ignored)) {
+    content.moments.push_back({"the balloon as placed; not simulated",
+                               read_surface(folder / "meshing/balloon.vtp").mesh,
+                               read_surface(folder / "meshing/region.vtp").mesh,
+                               {},
+                               read_wire(folder / "meshing/guidewire.vtp")});
+  }
+}
+
+void read_after(const fs::path& file, DiameterProfile& after) {
+  std::error_code ignored;
+  if (!fs::exists(file, ignored)) return;
+  const TimeSeries table = read_time_series(file);
+  after.abscissa_mm = column(table, "abscissa_mm");
+  after.inscribed_diameter_mm = column(table, "inscribed_diameter_after_mm");
+}
+
+/// The line to show the diameter of: the treated one, the first lesion's, or the longest.
+void choose_line(const json& metrics, SheetCase& sheet) {
+  ReportContent& content = sheet.content;
+  const json lesion = part(metrics, "lesion");
+  if (std::isfinite(number(lesion, "centerline_id"))) {
+    content.lesion_path = int(number(lesion, "centerline_id"));
+    content.lesion_abscissa_mm = number(lesion, "abscissa_mm");
+  } else if (!sheet.lesions.empty()) {
+    content.lesion_path = sheet.lesions.front().path;
+    content.lesion_abscissa_mm = sheet.lesions.front().abscissa_mm;
+  } else if (!content.tree.paths.empty()) {
+    const auto& paths = content.tree.paths;
+    content.lesion_path =
+        std::max_element(paths.begin(), paths.end(), [](const auto& a, const auto& b) {
+          return a.abscissa.back() < b.abscissa.back();
+        })->id;
+  }
+}
+
+void read_run(const json& run, SheetCase& sheet) {
+  double total = 0.0;
+  std::string split;
+  for (const char* stage : kStages) {
+    const json record = part(part(run, "stages"), stage);
+    const double seconds = number(record, "seconds");
+    if (std::isfinite(seconds) && seconds > 0.0) {
+      total += seconds;
+      split += (split.empty() ? "" : ", ") + std::string(stage) + " " + fixed_text(seconds, 1);
+    }
+    for (const char* key : {"error", "warnings"}) {
+      const json said = part(record, key);
+      if (said.is_string())
+        sheet.notes.push_back(std::string(stage) + ": " + said.get<std::string>());
+      if (!said.is_array()) continue;
+      for (const json& warning : said)
+        if (warning.is_string())
+          sheet.notes.push_back(std::string(stage) + ": " + warning.get<std::string>());
+    }
+  }
+  sheet.times = fixed_text(total, 1) + " s" + (split.empty() ? "" : " (" + split + ")");
+}
+
+std::string describe_input(const json& run, const SheetCase& sheet) {
+  std::string text = words(part(run, "input"), "description");
+  if (sheet.content.volume) {
+    const VolumeGeometry& grid = sheet.content.volume->geometry;
+    text += text.empty() ? "" : ", ";
+    for (std::size_t i = 0; i < 3; ++i) text += (i > 0 ? " x " : "") + std::to_string(grid.size[i]);
+    text += " voxels of ";
+    for (int i = 0; i < 3; ++i) text += (i > 0 ? " x " : "") + fixed_text(grid.spacing[i], 3);
+    return text + " mm";
+  }
+  if (!sheet.content.lumen.vertices.empty()) {  // shows a wrong unit
+    Vec3 low = sheet.content.lumen.vertices.front(), high = low;
+    for (const Vec3& vertex : sheet.content.lumen.vertices)
+      for (int i = 0; i < 3; ++i) {
+        low[i] = std::min(low[i], vertex[i]);
+        high[i] = std::max(high[i], vertex[i]);
+      }
+    text += ", box of ";
+    for (int i = 0; i < 3; ++i) text += (i > 0 ? " x " : "") + fixed_text(high[i] - low[i], 1);
+    text += " mm";
+  }
+  return text;
+}
+
+/// The last line that a run printed.
+std::string last_line(const fs::path& log) {
+  std::error_code ignored;
+  if (log.empty() || !fs::exists(log, ignored)) return {};
+  std::string text = read_text(log);
+  while (!text.empty() && (text.back() == '\n' || text.back() == '\r')) text.pop_back();
+  return text.substr(text.rfind('\n') == std::string::npos ? 0 : text.rfind('\n') + 1);
+}
+
+/// What metrics.json says; otherwise which stages ran.
+std::string describe_status(const json& run, const json& metrics, const std::string& last) {
+  const std::string told = words(metrics, "status"), reason = words(metrics, "status_reason");
+  if (!told.empty()) return told + (reason.empty() ? "" : ": " + reason);
+  const std::string why = last.starts_with("angio: ") ? ": " + last.substr(7) : "";
+  std::string reached;
+  for (const char* stage : kStages) {
+    const std::string status = words(part(part(run, "stages"), stage), "status");
+    if (status == "failed") return std::string("failed in ") + stage + why;
+    if (status == "done" || status == "given") reached = stage;
+  }
+  if (reached.empty()) return "failed" + why;
+  return reached == "report" ? "done" : "run as far as " + reached;
+}
+
+void read_parts(const fs::path& folder, SheetCase& sheet) {
+  ReportContent& content = sheet.content;
+  std::error_code ignored;
+  content.lumen = read_lumen(folder);
+  if (fs::exists(folder / "segmentation/volume.nrrd", ignored))
+    content.volume = read_nrrd(folder / "segmentation/volume.nrrd");
+  if (fs::exists(folder / "centerline/centerlines.vtp", ignored))
+    content.tree.paths = read_paths(folder / "centerline/centerlines.vtp");
+  sheet.lesions = read_lesions(folder / "centerline/lesions.json");
+  read_balloon(folder, content);
+  read_after(folder / "simulation/lumen_profile.csv", content.after);
+}
+
+}  // namespace
+
+SheetCase read_sheet_case(const fs::path& folder, const fs::path& log) {
+  SheetCase sheet;
+  sheet.name = folder.filename().empty() ? folder.parent_path().filename().string()
+                                         : folder.filename().string();
+  const json run = read_json(folder / "run.json"), metrics = read_json(folder / "metrics.json");
+  read_run(run, sheet);
+  try {
+    read_parts(folder, sheet);
+  } catch (const Error& error) {  // a damaged part must not hide the others
+    sheet.notes.push_back(error.what());
+  }
+  choose_line(metrics, sheet);
+  sheet.input = describe_input(run, sheet);
+  const std::string last = last_line(log);
+  sheet.status = describe_status(run, metrics, last);
+  if (sheet.content.lumen.triangles.empty()) sheet.why_nothing = sheet.status;
+  return sheet;
+}
+
+double radius_at_end(const CenterlinePath& path, PathEnd end) {
+  constexpr double kReach = 1.2;  // lines stop a little before or behind the wall of an end
+  const bool is_first = end == PathEnd::inlet;
+  const double at = is_first ? path.abscissa.front() : path.abscissa.back();
+  double radius = is_first ? path.inscribed_radius.front() : path.inscribed_radius.back();
+  for (std::size_t i = 0; i < path.points.size(); ++i)
+    if (std::abs(at - path.abscissa[i]) <= kReach * path.inscribed_radius[i])
+      radius = std::max(radius, path.inscribed_radius[i]);
+  return radius;
+}
+
+}  // namespace angio::viewer::detail
