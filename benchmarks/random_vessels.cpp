@@ -160,8 +160,8 @@ int main(int argument_count, char** arguments) {
     const auto backend = on_gpu ? simulation::Backend::cuda : simulation::Backend::cpu;
     const auto sizes = all && !mode("cuda") ? meshing::Sizes::all : meshing::Sizes::coronary;
     const meshing::Totals totals =
-        meshing::run(count, first, sizes, [&](const auto& site, const auto& setup, auto& all) {
-          meshing::inflate(site, setup, backend, all);
+        meshing::run(count, first, sizes, [&](const auto& site, const auto& setup, auto& sums) {
+          meshing::inflate(site, setup, backend, sums);
         });
     std::printf(
         "%d vessels (refused: %d, failed: %d), %d frames: %d crossings, %d inverted tets, %d "

@@ -53,6 +53,9 @@ struct LesionOptions {
   double abscissa_mm = -1.0;           ///< place on it; -1: the tightest stenosis
   double min_stenosis_percent = 30.0;  ///< less is no stenosis, [10, 90]
   double min_reference_mm = 1.0;       ///< no balloon is made for thinner vessels, [0, 30]
+  /// Edge of the voxels that the lumen was seen in, >= 0; 0: its wall is exact. In vessels under
+  /// three voxels wide neither a diameter nor a stenosis can be told.
+  double voxel_mm = 0.0;
 
   void validate() const;
 };
@@ -60,6 +63,7 @@ struct LesionOptions {
 struct Lesion {
   bool is_stenosis = false;  ///< false: no stenosis, and this is the tightest place of the longest
                              ///< vessel (or where the user said)
+  bool is_too_thin = false;  ///< it would be one, but its vessel is under three voxels wide
   int path_id = 0;
   double abscissa_mm = 0.0;
   double proximal_mm = 0.0;  ///< abscissas of the lesion's edges: where the stenosis is 20 %;
@@ -95,7 +99,7 @@ struct Lesion {
 /// shorter than half its reference diameter, round which the line turns by more than 80 degrees out
 /// of one vessel and into another, or whose area falls by less than half the percentage that its
 /// diameter does, is a bridge between vessels that touch and no stenosis. Where there is none, one
-/// entry with is_stenosis = false.
+/// entry with is_stenosis = false. Then those of vessels too thin to be measured (is_too_thin).
 std::vector<Lesion> find_lesions(const CenterlineTree& tree, const LesionOptions& options);
 
 }  // namespace angio::centerline

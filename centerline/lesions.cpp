@@ -17,6 +17,8 @@ void LesionOptions::validate() const {
   if (!(min_reference_mm >= 0.0 && min_reference_mm <= 30.0))
     throw OptionError("lesion.min_reference_mm is " + std::to_string(min_reference_mm) +
                       ". Give 0 to 30 mm");
+  if (!(voxel_mm >= 0.0 && std::isfinite(voxel_mm)))
+    throw OptionError("lesion.voxel_mm is " + std::to_string(voxel_mm) + ". Give 0 mm or more");
   if (centerline < -1)
     throw OptionError("lesion.centerline is " + std::to_string(centerline) +
                       ". Give the id of a path, or -1 for all of them");
@@ -31,6 +33,9 @@ namespace {
 constexpr double kLeastEvidence = 0.2;
 constexpr double kLeastEvidenceAtEnd = 1.0;
 constexpr double kLeastOddsOfErrors = 5.0;
+
+/// A vessel is seen from this many voxels on: a thinner one is shown by partial volumes alone.
+constexpr double kLeastVoxels = 3.0;
 
 /// Branches that go on in their widest daughter: each point of a tree is on one vessel.
 std::vector<Vessel> find_vessels(const TreeReference& tree) {
@@ -121,7 +126,8 @@ void find_on_vessel(const CenterlineTree& tree, const TreeReference& reference,
         describe_dip({tree.paths[shown.path], reference, reference.paths[shown.path]}, shown, dip);
     if (is_bridge(known.path, lesion)) continue;
     lesion.evidence = cost_of_thin_vessel(known, dip, options.min_stenosis_percent);
-    lesion.is_stenosis = true;
+    lesion.is_too_thin = lesion.reference_diameter_mm < kLeastVoxels * options.voxel_mm;
+    lesion.is_stenosis = !lesion.is_too_thin;
     found.push_back(lesion);
   }
 }
@@ -208,7 +214,7 @@ std::vector<Lesion> find_lesions(const CenterlineTree& tree, const LesionOptions
   options.validate();
   if (tree.paths.empty())
     throw InputError("the tree has no paths, so no lesion can be on them. Run centerline first");
-  const TreeReference reference = find_reference(tree);
+  const TreeReference reference = find_reference(tree, options.voxel_mm);
   const auto known = [&](std::size_t p) {
     return Known{tree.paths[p], reference, reference.paths[p]};
   };
@@ -225,9 +231,13 @@ std::vector<Lesion> find_lesions(const CenterlineTree& tree, const LesionOptions
       find_on_vessel(tree, reference, vessel, options, lesions);
   }
   std::stable_sort(lesions.begin(), lesions.end(), [](const Lesion& a, const Lesion& b) {
+    if (a.is_stenosis != b.is_stenosis) return a.is_stenosis;
     return a.diameter_stenosis_percent > b.diameter_stenosis_percent;
   });
-  if (lesions.empty()) lesions.push_back(tightest_place(known(chosen), options.min_reference_mm));
+  if (lesions.empty() || !lesions.front().is_stenosis) {
+    const double least = std::max(options.min_reference_mm, kLeastVoxels * options.voxel_mm);
+    lesions.insert(lesions.begin(), tightest_place(known(chosen), least));
+  }
   return lesions;
 }
 

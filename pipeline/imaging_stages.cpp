@@ -116,6 +116,20 @@ json to_json(const std::vector<centerline::Lesion>& lesions, double resolution_m
   return list;
 }
 
+/// Narrowings that nobody can measure are not listed, but told of.
+void tell_of_thin_vessels(StageWork& work, const std::vector<centerline::Lesion>& lesions) {
+  const auto thin = std::count_if(lesions.begin(), lesions.end(),
+                                  [](const auto& lesion) { return lesion.is_too_thin; });
+  if (thin == 0) return;
+  double widest = 0.0;
+  for (const centerline::Lesion& lesion : lesions)
+    if (lesion.is_too_thin) widest = std::max(widest, lesion.reference_diameter_mm);
+  work.warnings.push_back(
+      fmt::format("{} narrowing{} in vessels under three voxels wide ({:.2f} mm at most) {} not "
+                  "listed: the scan is too coarse to measure a stenosis there",
+                  thin, thin == 1 ? "" : "s", widest, thin == 1 ? "is" : "are"));
+}
+
 json to_json(const Vec3& v) { return json::array({v.x, v.y, v.z}); }
 
 struct Placement {
@@ -192,13 +206,14 @@ Placement no_placement(const centerline::Lesion& worst, const std::string& reaso
 /// The balloon across the place that the user named, otherwise across the most severe lesion that
 /// one can be brought to.
 Placement place_on_a_lesion(StageWork& work, const CenterlineTree& tree,
-                            const meshing::LumenMesh& lumen) {
+                            const meshing::LumenMesh& lumen, const ScanResolution& resolution) {
   const bool is_place_given = work.config.lesion.abscissa_mm >= 0.0,
              is_balloon_given = work.config.balloon.nominal_diameter_mm > 0.0;
   const std::vector<centerline::Lesion> lesions =
-      centerline::find_lesions(tree, work.config.lesion);
+      centerline::find_lesions(tree, lesion_options(work.config, resolution));
   std::string first_reason;
   for (const centerline::Lesion& lesion : lesions) {
+    if (lesion.is_too_thin) continue;
     std::string reason = is_place_given || is_balloon_given ? "" : reason_to_leave(lesion);
     try {
       if (reason.empty())
@@ -276,10 +291,13 @@ void do_centerline(StageWork& work) {
   keep(work.warnings, result.warnings);
   write_centerlines(work.out / "centerlines.vtp", result.tree);
   write_paths(work.out / "paths.vtp", result.tree);
+  const ScanResolution resolution = scan_resolution(work.case_folder);
   const auto lesions = centerline::find_lesions(
-      result.tree, {.min_stenosis_percent = work.config.lesion.min_stenosis_percent});
+      result.tree, {.min_stenosis_percent = work.config.lesion.min_stenosis_percent,
+                    .voxel_mm = resolution.mean_mm});
+  tell_of_thin_vessels(work, lesions);
   write_text_atomically(work.out / "lesions.json",
-                        to_json(lesions, scan_resolution_mm(work.case_folder)).dump(2) + "\n");
+                        to_json(lesions, resolution.longest_mm).dump(2) + "\n");
 }
 void do_meshing(StageWork& work) {
   const CenterlineTree tree = read_centerlines(work.case_folder.path("centerline/centerlines.vtp"));
@@ -295,12 +313,12 @@ void do_meshing(StageWork& work) {
   keep(work.warnings, lumen.warnings);
   const std::optional<meshing::LumenVolume> volume = fill_lumen(work, lumen);
 
-  const double resolution_mm = scan_resolution_mm(work.case_folder);
-  Placement placement = place_on_a_lesion(work, tree, lumen);
-  if (placement.setup) tell_of_balloon(work, resolution_mm, placement);
+  const ScanResolution resolution = scan_resolution(work.case_folder);
+  Placement placement = place_on_a_lesion(work, tree, lumen, resolution);
+  if (placement.setup) tell_of_balloon(work, resolution.longest_mm, placement);
   if (placement.setup && work.config.simulation.wall_model == simulation::WallModel::layered) {
     const meshing::WallLayers wall =
-        layer_wall(placement.setup->region, tree, placement.lesion, work.config);
+        layer_wall(placement.setup->region, tree, placement.lesion, resolution, work.config);
     keep(work.warnings, wall.warnings);
     write_layered_wall(work.out, wall);
   }
@@ -310,7 +328,7 @@ void do_meshing(StageWork& work) {
   const CenterlinePath& path = path_of(tree, placement.lesion.path_id);
   write_text_atomically(
       work.out / "placement.json",
-      placement_json(resolution_mm, path, lumen, volume, placement).dump(2) + "\n");
+      placement_json(resolution.longest_mm, path, lumen, volume, placement).dump(2) + "\n");
 }
 
 }  // namespace angio::pipeline

@@ -53,7 +53,8 @@ double percentile(std::vector<double> values, double share) {
 }  // namespace
 
 meshing::WallLayers layer_wall(const meshing::ContactRegion& region, const CenterlineTree& tree,
-                               const centerline::Lesion& treated, const Config& config) {
+                               const centerline::Lesion& treated, const ScanResolution& resolution,
+                               const Config& config) {
   std::vector<meshing::NarrowStretch> stretches;
   const auto add = [&](const centerline::Lesion& lesion) {
     stretches.push_back(
@@ -65,7 +66,8 @@ meshing::WallLayers layer_wall(const meshing::ContactRegion& region, const Cente
            treated.proximal_mm < lesion.distal_mm;
   };
   for (const centerline::Lesion& lesion :
-       centerline::find_lesions(tree, {.min_stenosis_percent = config.lesion.min_stenosis_percent}))
+       centerline::find_lesions(tree, {.min_stenosis_percent = config.lesion.min_stenosis_percent,
+                                      .voxel_mm = resolution.mean_mm}))
     if (lesion.is_stenosis && !is_treated(lesion)) add(lesion);
   meshing::WallLayerOptions options = config.wall_layers;
   options.thickness_ratio = config.simulation.wall.thickness_ratio;

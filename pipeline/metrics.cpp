@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "core/atomic_file.hpp"
 #include "core/error.hpp"
@@ -65,11 +66,18 @@ json read_json(const std::filesystem::path& file) {
   }
 }
 
-double scan_resolution_mm(const CaseFolder& case_folder) {
-  if (!case_folder.exists("segmentation/volume.nrrd")) return 0.0;  // a surface has no voxels
+ScanResolution scan_resolution(const CaseFolder& case_folder) {
+  if (!case_folder.exists("segmentation/volume.nrrd")) return {};
   const Vec3 spacing =
       segmentation::read_volume_file(case_folder.path("segmentation/volume.nrrd")).geometry.spacing;
-  return std::max({spacing.x, spacing.y, spacing.z});
+  return {std::max({spacing.x, spacing.y, spacing.z}),
+          std::cbrt(spacing.x * spacing.y * spacing.z)};
+}
+
+centerline::LesionOptions lesion_options(const Config& config, const ScanResolution& resolution) {
+  centerline::LesionOptions options = config.lesion;
+  options.voxel_mm = resolution.mean_mm;
+  return options;
 }
 
 json mesh_metrics(const meshing::LumenMesh& lumen,
@@ -136,8 +144,9 @@ json collect_metrics(const CaseFolder& case_folder, const Config& config, const 
   if (!is_done(Stage::centerline)) return metrics;
   if (!is_done(Stage::meshing)) {
     const CenterlineTree tree = read_centerlines(case_folder.path("centerline/centerlines.vtp"));
-    metrics["lesion"].update(lesion_metrics(centerline::find_lesions(tree, config.lesion).front(),
-                                            scan_resolution_mm(case_folder)));
+    const ScanResolution resolution = scan_resolution(case_folder);
+    const auto lesions = centerline::find_lesions(tree, lesion_options(config, resolution));
+    metrics["lesion"].update(lesion_metrics(lesions.front(), resolution.longest_mm));
     return metrics;
   }
   const json placement = read_json(case_folder.path("meshing/placement.json"));

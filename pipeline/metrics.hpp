@@ -14,9 +14,15 @@ namespace angio::pipeline {
 nlohmann::json collect_metrics(const CaseFolder& case_folder, const Config& config,
                                const RunRecord& record);
 
-/// The longest edge of a voxel of the case's scan [mm]; 0 for a surface. Narrower lumens are seen,
-/// but their diameter is not measured.
-double scan_resolution_mm(const CaseFolder& case_folder);
+/// What the case's scan can show.
+struct ScanResolution {
+  double longest_mm = 0.0;  ///< edge of a voxel. Narrower throats are seen, but not measured
+  double mean_mm = 0.0;     ///< edge of a cube of a voxel's volume
+};
+/// Zeros for a surface, which has no voxels.
+ScanResolution scan_resolution(const CaseFolder& case_folder);
+/// The settings for lesions, with what the scan can show.
+centerline::LesionOptions lesion_options(const Config& config, const ScanResolution& resolution);
 
 /// metrics.json's mesh part, with more of the surface and, if it was filled, of the tetrahedra.
 nlohmann::json mesh_metrics(const meshing::LumenMesh& lumen,

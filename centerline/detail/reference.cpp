@@ -9,6 +9,7 @@ namespace {
 constexpr double kCell = 0.25;         // diameters
 constexpr double kLeastSpread = 0.05;  // healthy vessels are no better cones than that
 constexpr double kMostSpread = 0.15;   // wilder is no scatter, but lesion after lesion
+constexpr double kVoxelError = 0.29;   // of a length counted in voxels: the sd of its last one
 constexpr double kHealthy = 2.0;       // standard deviations
 
 /// Points whose radius tells nothing: in branchings, and where the sphere reaches an end of the
@@ -129,7 +130,7 @@ double deviation_of(std::vector<double> magnitudes) {
 
 /// How much healthy diameters scatter around a cell: from second differences over a diameter, which
 /// no taper and no single lesion changes.
-void set_spreads(FieldBranch& branch) {
+void set_spreads(FieldBranch& branch, double voxel) {
   constexpr double kLag = 1.0, kReach = 8.0;
   auto& cells = branch.cells;
   std::vector<std::pair<double, double>> roughness;  // at a position
@@ -154,7 +155,8 @@ void set_spreads(FieldBranch& branch) {
     for (const auto& [position, value] : roughness)
       if (std::abs(position - cell.position) <= kReach) near.push_back(value);
     cell.scatter = deviation_of(near);
-    cell.spread = std::clamp(cell.scatter, kLeastSpread, kMostSpread);
+    cell.spread = std::max(std::clamp(cell.scatter, kLeastSpread, kMostSpread),
+                           kVoxelError * voxel / std::exp(cell.log_diameter));
   }
 }
 
@@ -273,7 +275,7 @@ void share_branch(const Branch& branch, const CenterlineTree& tree,
 
 }  // namespace
 
-TreeReference find_reference(const CenterlineTree& tree) {
+TreeReference find_reference(const CenterlineTree& tree, double voxel_mm) {
   TreeReference result{find_branches(tree), {}, HealthyField({}), {}};
   std::vector<std::vector<double>> units;
   for (const CenterlinePath& path : tree.paths) {
@@ -284,7 +286,7 @@ TreeReference find_reference(const CenterlineTree& tree) {
     const auto p = std::size_t(branch.path);
     result.field_branches.push_back(
         cut_into_cells(tree.paths[p], branch, units[p], result.paths[p]));
-    set_spreads(result.field_branches.back());
+    set_spreads(result.field_branches.back(), voxel_mm);
   }
   result.field = HealthyField(result.field_branches);
   for (std::size_t b = 0; b < result.branches.size(); ++b) {

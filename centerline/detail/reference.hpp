@@ -34,6 +34,9 @@ struct TreeReference {
 ///
 /// Lengths count in diameters of the vessel around, so nothing changes when a tree is scaled. What
 /// tracts with `blanking` hide is not measured.
-TreeReference find_reference(const CenterlineTree& tree);
+///
+/// @param voxel_mm  edge of the voxels that the lumen was seen in; diameters err by 1 / sqrt(12) of
+///                  it, as lengths do that are counted in whole voxels. 0: they are exact
+TreeReference find_reference(const CenterlineTree& tree, double voxel_mm);
 
 }  // namespace angio::centerline
