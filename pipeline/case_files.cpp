@@ -67,25 +67,36 @@ void write_line(const fs::path& file, const std::vector<Vec3>& points) {
   viewer::write_polylines(file, line);
 }
 
-}  // namespace
-
-// ---- centreline --------------------------------------------------------------------------------
-
-void write_centerlines(const fs::path& file, const CenterlineTree& tree) {
+/// The points of all paths, one path after the other, with their arrays.
+viewer::PolylineData points_of(const CenterlineTree& tree) {
   viewer::PolylineData data;
   std::vector<double> radius, tube, abscissa, equivalent, area;
-  std::vector<int> centerline_ids, group_ids, tract_ids, blanking;
+  const auto append = [](auto& to, const auto& from) {
+    to.insert(to.end(), from.begin(), from.end());
+  };
   for (const CenterlinePath& path : tree.paths) {
-    const int first = int(data.points.size());
-    const auto append = [](auto& to, const auto& from) {
-      to.insert(to.end(), from.begin(), from.end());
-    };
     append(data.points, path.points);
     append(radius, path.inscribed_radius);
     append(tube, measured_radius(path));
     append(abscissa, path.abscissa);
     append(equivalent, path.equivalent_radius);
     append(area, path.section_area);
+  }
+  data.point_arrays = {scalar("MaximumInscribedSphereRadius", radius), scalar("TubeRadius", tube),
+                       scalar("Abscissas", abscissa), scalar("EquivalentRadius", equivalent),
+                       scalar("SectionArea", area)};
+  return data;
+}
+
+}  // namespace
+
+// ---- centreline --------------------------------------------------------------------------------
+
+void write_centerlines(const fs::path& file, const CenterlineTree& tree) {
+  viewer::PolylineData data = points_of(tree);
+  std::vector<int> centerline_ids, group_ids, tract_ids, blanking;
+  int first = 0;
+  for (const CenterlinePath& path : tree.paths) {
     for (const CenterlineTract& tract : path.tracts) {
       std::vector<int>& line = data.lines.emplace_back();
       for (int p = tract.first_point; p <= tract.last_point; ++p) line.push_back(first + p);
@@ -94,10 +105,8 @@ void write_centerlines(const fs::path& file, const CenterlineTree& tree) {
       tract_ids.push_back(tract.tract_id);
       blanking.push_back(tract.blanking ? 1 : 0);
     }
+    first += int(path.points.size());
   }
-  data.point_arrays = {scalar("MaximumInscribedSphereRadius", radius), scalar("TubeRadius", tube),
-                       scalar("Abscissas", abscissa), scalar("EquivalentRadius", equivalent),
-                       scalar("SectionArea", area)};
   data.cell_arrays = {integers("CenterlineIds", centerline_ids, ArrayType::int32),
                       integers("GroupIds", group_ids, ArrayType::int32),
                       integers("TractIds", tract_ids, ArrayType::int32),
@@ -106,36 +115,23 @@ void write_centerlines(const fs::path& file, const CenterlineTree& tree) {
 }
 
 void write_paths(const fs::path& file, const CenterlineTree& tree) {
-  viewer::PolylineData data;
-  std::vector<double> radius, tube, abscissa, equivalent, area;
-  std::vector<int> blanking, ids;
+  viewer::PolylineData data = points_of(tree);
+  std::vector<int> blanking(data.points.size(), 0), ids;
+  int first = 0;
   for (const CenterlinePath& path : tree.paths) {
-    const int first = int(data.points.size());
-    const auto append = [](auto& to, const auto& from) {
-      to.insert(to.end(), from.begin(), from.end());
-    };
-    append(data.points, path.points);
-    append(radius, path.inscribed_radius);
-    append(tube, measured_radius(path));
-    append(abscissa, path.abscissa);
-    append(equivalent, path.equivalent_radius);
-    append(area, path.section_area);
     ids.push_back(path.id);
-    blanking.resize(data.points.size(), 0);
     for (const CenterlineTract& tract : path.tracts)
       if (tract.blanking)
         std::fill(blanking.begin() + first + tract.first_point,
                   blanking.begin() + first + tract.last_point + 1, 1);
     std::vector<int>& line = data.lines.emplace_back(path.points.size());
     std::iota(line.begin(), line.end(), first);
+    first += int(path.points.size());
   }
-  data.point_arrays = {scalar("Radius", radius),
-                       scalar("MaximumInscribedSphereRadius", radius),
-                       scalar("TubeRadius", tube),
-                       scalar("Abscissas", abscissa),
-                       scalar("EquivalentRadius", equivalent),
-                       scalar("SectionArea", area),
-                       integers("Blanking", blanking, ArrayType::int32)};
+  DataArray radius = data.point_arrays.front();
+  radius.name = "Radius";
+  data.point_arrays.insert(data.point_arrays.begin(), std::move(radius));
+  data.point_arrays.push_back(integers("Blanking", blanking, ArrayType::int32));
   data.cell_arrays = {integers("CenterlineIds", ids, ArrayType::int32)};
   viewer::write_polylines(file, data);
 }

@@ -30,11 +30,15 @@ struct StepRules {
   /// From this many sweeps on a frame ends at kLaterLag of the tolerance and kLaterResidual: the
   /// next one goes on from there. This bounds what a vessel costs that keeps a frame open.
   int later_sweeps = 1 << 30;
+  /// A frame that is so far off balance that it is no result gets up to this many, until it is not.
+  int last_sweeps = 0;
   double least_load = 0.0;  ///< pressure [Pa] against which a slack balloon's forces are measured
   bool still = false;       ///< no inertia, no prediction: equilibria
 };
 
 inline constexpr double kLaterLag = 4.0, kLaterResidual = 0.05;
+/// A residual from which on a frame is off balance (success.hpp), less a margin.
+inline constexpr double kOffBalance = 0.2, kBalanceMargin = 0.75;
 
 /// Where the time of a step goes [s].
 struct StepTimes {
@@ -668,7 +672,11 @@ ANGIO_HOST_DEVICE inline bool run_sweeps(Team& team, const StepView<Real>& s,
   const bool leaps = Team::kSurroundings && s.wall_count > 0 && !s.paper_gas.is_on;
   if (leaps) mark_positions(team, s);
   const int patience = s.has_folds ? kFoldsPatience : kPatience;
-  while (report.sweeps < rules.most_sweeps) {
+  const auto goes_on = [&] {
+    return report.sweeps < rules.most_sweeps ||
+           (report.sweeps < rules.last_sweeps && report.residual > kBalanceMargin * kOffBalance);
+  };
+  while (goes_on()) {
     if (status.blocked && status.since_search >= patience && !search_pairs(team, s, status))
       return false;
     status.wall_rests = status.wall_rests && report.pair_count == 0;

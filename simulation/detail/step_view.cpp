@@ -158,6 +158,7 @@ StepRules make_rules(const Scene& scene, const SimulationOptions& options) {
   constexpr int kMostSweeps = 120;
   constexpr int kPaperSweeps = 20;  // what the paper projects never balances: a count, no tolerance
   constexpr int kMostFactor = 6;    // up to this many times the number asked for
+  constexpr int kLastFactor = 8;
   constexpr double kLeastShare = 0.25;  // of the rest radius: none is more exact for a slim start
   StepRules rules;
   rules.least_sweeps = options.sweeps;
@@ -165,6 +166,8 @@ StepRules make_rules(const Scene& scene, const SimulationOptions& options) {
   if (options.contact_model == ContactModel::paper || options.gas_model == GasModel::per_tet)
     rules.least_sweeps = rules.most_sweeps = options.sweeps > 0 ? options.sweeps : kPaperSweeps;
   rules.later_sweeps = rules.most_sweeps / 2;
+  if (scene.wall_count > 0 && rules.least_sweeps < rules.most_sweeps)
+    rules.last_sweeps = kLastFactor * rules.most_sweeps;
   rules.still = options.gas_model == GasModel::per_tet;
   rules.tolerance = options.tolerance;
   // Of a cylinder of the balloon's volume and length.

@@ -23,10 +23,7 @@ PatchPressure patch_pressure(const Scene& scene, const State& state);
 ///    rounding of positions;
 ///  - a patch of wall carries more than five times the peak pressure: equilibrium with a membrane
 ///    asks for about the balloon's own, more only at its shoulders;
-///  - forces are off by more than 20 % for four frames in a row at more than half the peak
-///  pressure,
-///    or in the last frame: where numbers are told. A single frame that stays open is made up for
-///    in the next, and a slack balloon jumps from shape to shape;
+///  - forces are off by more than 20 % after eight times the sweeps that a frame gets (StepRules);
 ///  - a number is not finite.
 ///
 /// What is for comparison only (the paper's contact and gas) is not judged.
@@ -36,7 +33,7 @@ class SuccessWatch {
 
   void add(const State& state, const SimulationFrame& frame);
   /// To be called after the last frame. @return empty: the run ended right
-  [[nodiscard]] std::string failure() const;
+  [[nodiscard]] const std::string& failure() const { return failure_; }
   /// The greatest patch pressure over the peak pressure.
   [[nodiscard]] double worst_pressure_ratio() const { return worst_ratio_; }
 
@@ -49,8 +46,7 @@ class SuccessWatch {
   double peak_pressure_;     ///< [Pa]
   double contact_distance_;  ///< [mm]
   double worst_ratio_ = 0.0;
-  int open_frames_ = 0;  ///< in a row
-  std::string failure_, last_frame_open_;
+  std::string failure_;  ///< the first one
 };
 
 }  // namespace angio::simulation::detail

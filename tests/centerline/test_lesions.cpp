@@ -60,6 +60,18 @@ TEST(FindLesions, ReadsA60PercentStenosis) {
   EXPECT_NEAR(lesion.length_mm, 2.0 * 0.608 * 0.2 * norm(Vec3{3, 2, 30}), 0.4);
 }
 
+TEST(FindLesions, MeasuresNoStenosisInAVesselUnderThreeVoxelsWide) {
+  const auto tree = extract({straight_tube({0, 0, 0}, {3, 2, 30}, vessel(1.5, 0, 0.5, 0.2, 0.6))});
+  EXPECT_TRUE(find_lesions(tree, {.voxel_mm = 0.9}).front().is_stenosis);
+  const auto lesions = find_lesions(tree, {.voxel_mm = 1.1});
+  ASSERT_EQ(lesions.size(), 2U);
+  EXPECT_FALSE(lesions[0].is_stenosis);
+  EXPECT_FALSE(lesions[0].is_too_thin);
+  EXPECT_TRUE(lesions[1].is_too_thin);
+  EXPECT_FALSE(lesions[1].is_stenosis);
+  EXPECT_THROW((void)find_lesions(tree, {.voxel_mm = -1.0}), OptionError);
+}
+
 TEST(FindLesions, TakesTheReferenceOfATaperedVesselWhereTheLesionIs) {
   const auto tree =
       extract({straight_tube({0, 0, 0}, {3, 2, 40}, vessel(1.5, 0.4, 0.6, 0.15, 0.5))});

@@ -57,24 +57,14 @@ TEST(SuccessWatch, APatchUnderPressureIsAFailureAndASliverIsNot) {
   EXPECT_NE(patch.watch.failure().find("6.0 times"), std::string::npos) << patch.watch.failure();
 }
 
-TEST(SuccessWatch, ForcesOffBalanceForSomeFramesOrAtTheEndAreAFailure) {
-  Watched once, lasting, last;
-  SimulationFrame open = once.frame(5);
+TEST(SuccessWatch, ForcesOffBalanceInAnyFrameAreAFailure) {
+  Watched t;
+  SimulationFrame open = t.frame(5);
   open.residual = 0.3;
-  open.pressure_atm = once.options.inflation.peak_pressure_atm;
-  once.watch.add(once.state, open);
-  once.watch.add(once.state, once.frame(6));
-  EXPECT_EQ(once.watch.failure(), "");
-  for (int i = 0; i < 4; ++i) lasting.watch.add(lasting.state, open);
-  lasting.watch.add(lasting.state, lasting.frame(9));
-  EXPECT_NE(lasting.watch.failure().find("30 %"), std::string::npos) << lasting.watch.failure();
-  last.watch.add(last.state, open);
-  EXPECT_NE(last.watch.failure().find("last frame"), std::string::npos) << last.watch.failure();
-  Watched slack;
-  open.pressure_atm *= 0.1;
-  for (int i = 0; i < 9; ++i) slack.watch.add(slack.state, open);
-  slack.watch.add(slack.state, slack.frame(9));
-  EXPECT_EQ(slack.watch.failure(), "");
+  t.watch.add(t.state, open);
+  t.watch.add(t.state, t.frame(6));
+  EXPECT_NE(t.watch.failure().find("30 %"), std::string::npos) << t.watch.failure();
+  EXPECT_NE(t.watch.failure().find("frame 5"), std::string::npos) << t.watch.failure();
 }
 
 TEST(SuccessWatch, DoesNotJudgeWhatIsForComparison) {
