@@ -12,7 +12,7 @@
 namespace angio::centerline {
 
 struct CenterlineOptions {
-  std::optional<Vec3> inlet_lps_mm;   ///< unset: the widest end
+  std::optional<Vec3> inlet_lps_mm;   ///< unset: told by the tree (detail/inlet.hpp)
   std::vector<Vec3> outlets_lps_mm;   ///< empty: every other end
   double step_mm = 0.0;               ///< distance of points, (0, 5]; 0: a quarter of the radius
   double min_branch_length_mm = 0.0;  ///< shorter side branches are spurs; 0: by the radius

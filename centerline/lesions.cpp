@@ -94,8 +94,22 @@ bool is_measured_behind(const Known& known, const Vessel& vessel, std::size_t la
   return false;
 }
 
+/// Whether a dip is but where the vessel ends: a closed tip, or one cut aslant. From its tightest
+/// place on the lumen widens no more, up to the line's end.
+bool is_end_of_vessel(const Known& known, const Dip& dip) {
+  constexpr double kWidens = 1.25, kLeast = 0.05;  // the latter of the healthy diameter
+  const std::vector<double>& radius = measured_radius(known.path);
+  const double tight = radius[dip.tightest];
+  const double widened =
+      std::max(kWidens * tight, tight + kLeast * known.reference.diameter[dip.tightest]);
+  const auto at = radius.begin() + std::ptrdiff_t(dip.tightest);
+  const auto widens = [&](double r) { return r >= widened; };
+  return std::none_of(at, radius.end(), widens) || std::none_of(radius.begin(), at, widens);
+}
+
 bool is_lesion(const Known& known, const Vessel& vessel, const Dip& dip,
                const LesionOptions& options) {
+  if (is_end_of_vessel(known, dip)) return false;
   if (known.percent(dip.tightest) < options.min_stenosis_percent) return false;
   if (known.reference.diameter[dip.tightest] < options.min_reference_mm) return false;
   const bool at_end = !is_measured_behind(known, vessel, dip.last);

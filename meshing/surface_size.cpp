@@ -6,35 +6,11 @@
 #include <iterator>
 
 #include "core/parallel.hpp"
-#include "meshing/detail/fill_hole.hpp"
+#include "meshing/detail/hollow.hpp"
 #include "meshing/detail/surface_query.hpp"
 
 namespace angio::meshing {
 namespace {
-
-/// The diameter of the largest ball inside that touches the wall at a point; 0 if the way across
-/// leaves through an opening.
-double touching_ball(const detail::ClosestPoint& wall, const Vec3& at, const Vec3& inward,
-                     int triangle) {
-  constexpr int kSteps = 30;
-  constexpr double kRough = 0.5;  // cosine of the least angle between the two touches
-  constexpr double kSame = 1e-6;
-  double radius = 0.5 * wall.ahead(at, inward, triangle);  // the wall across bounds the ball
-  if (!std::isfinite(radius)) return 0.0;
-  for (int step = 0; step < kSteps; ++step) {
-    const auto touch = wall.find(at + radius * inward);
-    if (touch.distance >= radius * (1.0 - kSame)) break;
-    const Vec3 to = at - touch.point;
-    const double lean = -dot(to, inward);
-    const double next = lean > 0.0 ? 0.5 * norm_squared(to) / lean : radius;
-    const Vec3 centre = at + next * inward;
-    if (next >= radius * (1.0 - kSame) ||
-        dot(normalized(at - centre), normalized(touch.point - centre)) > kRough)
-      break;
-    radius = next;
-  }
-  return 2.0 * radius;
-}
 
 /// Triangles spread evenly over the area.
 std::vector<std::size_t> samples_of(const TriangleMesh& mesh, double area, int count) {
@@ -48,46 +24,13 @@ std::vector<std::size_t> samples_of(const TriangleMesh& mesh, double area, int c
   return samples;
 }
 
-Vec3 middle_of(const TriangleMesh& mesh, const Triangle& t) {
-  return (mesh.vertices[std::size_t(t[0])] + mesh.vertices[std::size_t(t[1])] +
-          mesh.vertices[std::size_t(t[2])]) /
-         3.0;
-}
-
-/// Is a place closed around by a wall that is nearer than some distance? A tube's axis is, but for
-/// the two ways along it.
-bool is_closed_around(const detail::ClosestPoint& wall, const Vec3& place, double near, int own) {
-  constexpr int kLeast = 11;  // of 14 directions: the faces and corners of a cube
-  int met = 0;
-  for (int i = -1; i <= 1; ++i)
-    for (int j = -1; j <= 1; ++j)
-      for (int k = -1; k <= 1; ++k) {
-        const int length = std::abs(i) + std::abs(j) + std::abs(k);
-        if (length != 1 && length != 3) continue;
-        met += wall.ahead(place, normalized(Vec3{double(i), double(j), double(k)}), own) <= near;
-      }
-  return met >= kLeast;
-}
-
 /// The share of the area whose outside is a hollow that the surface closes around.
 double hollow_share_of(const TriangleMesh& mesh, double area) {
   constexpr int kSamples = 400;
-  constexpr double kNear = 3.0;  // times the width of the hollow
-  const std::vector<std::size_t> samples = samples_of(mesh, area, kSamples);
-  const detail::ClosestPoint wall(mesh);
-  std::vector<char> in_hollow(samples.size(), 0);
-  parallel_for_uneven(std::ptrdiff_t(samples.size()), [&](std::ptrdiff_t i) {
-    const auto t = int(samples[std::size_t(i)]);
-    const Triangle& corners = mesh.triangles[std::size_t(t)];
-    const Vec3 outward = normalized(area_vector_doubled(mesh, corners));
-    const Vec3 at = middle_of(mesh, corners);
-    const double width = touching_ball(wall, at, outward, t);
-    in_hollow[std::size_t(i)] =
-        width > 0.0 && is_closed_around(wall, at + 0.5 * width * outward, kNear * width, t);
-  });
-  return samples.empty() ? 0.0
-                         : double(std::count(in_hollow.begin(), in_hollow.end(), char(1))) /
-                               double(samples.size());
+  const std::vector<char> hollow = detail::face_a_hollow(mesh, samples_of(mesh, area, kSamples));
+  return hollow.empty()
+             ? 0.0
+             : double(std::count(hollow.begin(), hollow.end(), char(1))) / double(hollow.size());
 }
 
 /// Diameters seen from places spread evenly over the area, ascending.
@@ -100,8 +43,8 @@ std::vector<double> diameters(const TriangleMesh& mesh, double area, int sample_
     const Vec3 middle = (mesh.vertices[std::size_t(t[0])] + mesh.vertices[std::size_t(t[1])] +
                          mesh.vertices[std::size_t(t[2])]) /
                         3.0;
-    found[std::size_t(i)] = touching_ball(wall, middle, -normalized(area_vector_doubled(mesh, t)),
-                                          int(samples[std::size_t(i)]));
+    found[std::size_t(i)] = detail::touching_ball(
+        wall, middle, -normalized(area_vector_doubled(mesh, t)), int(samples[std::size_t(i)]));
   });
   std::erase(found, 0.0);
   std::sort(found.begin(), found.end());
@@ -119,6 +62,8 @@ double volume_inside(const TriangleMesh& mesh, const std::vector<SurfaceRim>& ri
 }
 
 }  // namespace
+
+TriangleMesh lumen_of_wall(const TriangleMesh& wall) { return detail::hollow_of(wall); }
 
 void SurfaceSize::scale(double factor) {
   for (Vec3* corner : {&low, &high}) *corner *= factor;

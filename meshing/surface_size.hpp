@@ -35,6 +35,10 @@ struct SurfaceSize {
 /// triangles are looked at, spread evenly over the area.
 SurfaceSize measure_surface(const TriangleMesh& surface);
 
+/// The lumen's surface in that of a vessel's wall (SurfaceSize::hollow_share): its inner side, open
+/// at the vessel's ends, normals leaving the lumen. Empty where the wall is around nothing.
+TriangleMesh lumen_of_wall(const TriangleMesh& wall);
+
 /// The median diameter alone, from 300 triangles; 0 where there is none.
 double median_diameter(const TriangleMesh& surface);
 

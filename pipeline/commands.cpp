@@ -107,7 +107,7 @@ void apply_options(Config& config, const SharedOptions& shared) {
 struct RunArguments {
   SharedOptions shared;
   RunRequest request;
-  std::string from, until, unit;
+  std::string from, until, unit, inlet;
   ReadArguments read;
   bool print_config = false;
 };
@@ -132,6 +132,12 @@ void add_run_command(CLI::App& app, RunArguments& run) {
       ->type_name("STAGE");
   add_read_options(command, run.read);
   add_unit_option(command, run.unit);
+  command
+      .add_option(
+          "--inlet", run.inlet,
+          "where blood comes in: a point in LPS [mm], or of a surface the number of an open\n"
+          "end as `angio inspect` lists them; otherwise told by the tree's shape")
+      ->type_name("X,Y,Z|END");
   command.add_flag("--force", run.request.force, "run everything again, into any folder");
   command.add_flag(
       "--keep-link", run.request.keep_link,
@@ -145,6 +151,10 @@ int do_run(RunArguments& run) {
   apply_options(run.request.config, run.shared);
   apply_read_options(run.request.config, run.read);
   if (!run.unit.empty()) apply_setting(run.request.config, "input.unit=" + run.unit);
+  if (run.inlet.find(',') != std::string::npos)
+    apply_setting(run.request.config, "centerline.inlet_lps_mm=[" + run.inlet + "]");
+  else if (!run.inlet.empty())
+    apply_setting(run.request.config, "centerline.inlet_end=" + run.inlet);
   if (run.print_config) {
     fmt::print("{}", to_toml(run.request.config));
     return int(ExitCode::done);

@@ -41,6 +41,7 @@ struct Config {
   std::optional<LengthUnit> surface_unit;  ///< of a given surface; unset: as it says, or by size
   segmentation::SegmentationOptions segmentation;
   centerline::CenterlineOptions centerline;
+  int inlet_end = 0;  ///< number of the open end of a given surface that is the inlet; 0: none
   centerline::LesionOptions lesion;
   meshing::NarrowingOptions narrowing;
   meshing::LumenMeshOptions lumen_mesh;

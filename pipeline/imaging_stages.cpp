@@ -8,6 +8,7 @@
 #include "centerline/centerline.hpp"
 #include "core/atomic_file.hpp"
 #include "core/error.hpp"
+#include "core/surface_rims.hpp"
 #include "datasets/phantom.hpp"
 #include "meshing/lumen_volume.hpp"
 #include "meshing/meshing.hpp"
@@ -64,6 +65,20 @@ constexpr const char* kNarrowedLumen = "centerline/narrowed_lumen.vtp";
 
 TriangleMesh read_given_surface(const StageWork& work) {
   return viewer::read_surface(work.case_folder.path("segmentation/lumen_surface.vtp")).mesh;
+}
+
+/// The options of the lines, with the inlet's place where it is named as an open end.
+centerline::CenterlineOptions line_options(const Config& config, const TriangleMesh* surface) {
+  centerline::CenterlineOptions options = config.centerline;
+  if (config.inlet_end == 0) return options;
+  const std::vector<SurfaceRim> rims = surface ? surface_rims(*surface) : std::vector<SurfaceRim>{};
+  if (config.inlet_end < 0 || config.inlet_end > int(rims.size()))
+    throw OptionError(fmt::format(
+        "centerline.inlet_end is {}, but the lumen has {} open end(s). `angio inspect SURFACE` "
+        "lists them; --inlet X,Y,Z names a point of a scan or a closed surface",
+        config.inlet_end, rims.size()));
+  options.inlet_lps_mm = rims[std::size_t(config.inlet_end) - 1].centre;
+  return options;
 }
 
 /// The lumen with a narrowing at the place that the lesion's settings name, or in the middle of
@@ -274,18 +289,19 @@ void do_segmentation(StageWork& work) {
   segmentation::write_volume(work.out / "lumen_mask.nrrd", result.mask);
   segmentation::write_volume(work.out / "lumen_level_set.nrrd", result.level_set);
 }
+
 void do_centerline(StageWork& work) {
   const Progress progress = part(work.progress, 0.0, 0.4);
   const std::optional<TriangleMesh> given =
       has_surface_input(work) ? std::optional(read_given_surface(work)) : std::nullopt;
+  const centerline::CenterlineOptions options =
+      line_options(work.config, given ? &*given : nullptr);
   centerline::CenterlineResult result =
-      given
-          ? centerline::extract_centerline(*given, work.config.centerline, progress)
-          : centerline::extract_centerline(read_level_set(work), work.config.centerline, progress);
+      given ? centerline::extract_centerline(*given, options, progress)
+            : centerline::extract_centerline(read_level_set(work), options, progress);
   check_for_occlusion(work, result, given ? &*given : nullptr);
   if (const auto narrowed = narrowed_lumen(work, result.tree, part(work.progress, 0.4, 0.6))) {
-    result = centerline::extract_centerline(*narrowed, work.config.centerline,
-                                            part(work.progress, 0.6, 0.95));
+    result = centerline::extract_centerline(*narrowed, options, part(work.progress, 0.6, 0.95));
     viewer::write_surface(work.out / fs::path(kNarrowedLumen).filename(), {*narrowed, {}, {}});
   }
   keep(work.warnings, result.warnings);

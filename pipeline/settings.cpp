@@ -267,7 +267,7 @@ Setting make_setting(std::string key, Stage stage, Field& field, std::string hel
 
 // ---- the table ---------------------------------------------------------------------------------
 
-void add_imaging_settings(Config& c, std::vector<Setting>& table) {
+void add_segmentation_settings(Config& c, std::vector<Setting>& table) {
   const auto seg = Stage::segmentation;
   table.push_back(make_setting("input.experiment", seg, c.experiment,
                                "the seed paper's experiment whose mesh a phantom input gives: "
@@ -315,9 +315,15 @@ void add_imaging_settings(Config& c, std::vector<Setting>& table) {
                                "smaller pieces are noise [mm3], 0 to 1e6"));
   table.push_back(make_setting("segmentation.labels", seg, c.segmentation.labels,
                                "of a label map: the labels that are lumen; []: all of them"));
+}
+
+void add_centerline_settings(Config& c, std::vector<Setting>& table) {
   const auto line = Stage::centerline;
   table.push_back(make_setting("centerline.inlet_lps_mm", line, c.centerline.inlet_lps_mm,
-                               "a point at the inlet, LPS [mm]; \"auto\": the widest end"));
+                               "a point at the inlet, LPS [mm]; \"auto\": by the tree's shape"));
+  table.push_back(make_setting("centerline.inlet_end", line, c.inlet_end,
+                               "of a given surface: the number of the open end that is the inlet, "
+                               "as `angio inspect` lists them; 0: not said so"));
   table.push_back(make_setting("centerline.outlets_lps_mm", line, c.centerline.outlets_lps_mm,
                                "points at the outlets, LPS [mm]; []: every other end"));
   table.push_back(make_setting("centerline.step_mm", line, c.centerline.step_mm,
@@ -565,7 +571,8 @@ void add_cloth_settings(Config& c, std::vector<Setting>& table) {
 
 std::vector<Setting> settings(Config& config) {
   std::vector<Setting> table;
-  add_imaging_settings(config, table);
+  add_segmentation_settings(config, table);
+  add_centerline_settings(config, table);
   add_meshing_settings(config, table);
   add_material_settings(config, table);
   add_guidewire_settings(config, table);

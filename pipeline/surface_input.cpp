@@ -87,19 +87,36 @@ void scale(GivenSurface& given, double factor) {
   given.size.scale(factor);
 }
 
+/// Of a surface around a vessel's wall, its inner side.
+void take_lumen_of_wall(GivenSurface& given) {
+  constexpr double kWall = 0.25, kLeastInside = 0.02;
+  const double share = given.size.hollow_share;
+  if (share <= kWall) return;
+  const double wall_volume = given.size.volume;
+  meshing::RepairedSurface lumen = meshing::repair_surface(meshing::lumen_of_wall(given.mesh));
+  given.mesh = std::move(lumen.mesh);
+  given.repairs.insert(given.repairs.end(), lumen.repairs.begin(), lumen.repairs.end());
+  given.size = meshing::measure_surface(given.mesh);
+  if (given.mesh.triangles.empty() || given.size.volume < kLeastInside * wall_volume ||
+      given.size.hollow_share > kWall)
+    throw InputError(
+        fmt::format("the surface is that of a vessel's wall ({:.0f} % of it faces a hollow inside "
+                    "it), and no lumen could be told in it. Give the lumen's own surface",
+                    100.0 * share));
+  given.warnings.push_back(
+      fmt::format("the surface is that of a vessel's wall: {:.0f} % of it faces a hollow inside "
+                  "it. That inner side is taken for the lumen",
+                  100.0 * share));
+}
+
 GivenSurface settle(const viewer::SurfaceData& surface, std::optional<LengthUnit> asked) {
   GivenSurface given;
   meshing::RepairedSurface repaired = meshing::repair_surface(surface.mesh);
   given.mesh = std::move(repaired.mesh);
   given.repairs = std::move(repaired.repairs);
   given.size = meshing::measure_surface(given.mesh);
+  take_lumen_of_wall(given);
   choose_unit(given, surface.unit, asked);
-  constexpr double kWall = 0.25;
-  if (given.size.hollow_share > kWall)
-    given.warnings.push_back(fmt::format(
-        "the surface seems to be that of a vessel's wall: {:.0f} % of it faces a hollow inside it, "
-        "which would be the lumen. What is measured here is the wall; give the lumen's own surface",
-        100.0 * given.size.hollow_share));
   check_extent(given);
   scale(given, kMillimetresOf[int(given.unit)]);
   return given;
@@ -178,9 +195,10 @@ void print_inspection(const RawCounts& raw, const GivenSurface* given, const std
     fmt::print("   diameter: {:.2f} mm thin, {:.2f} mm median, {:.2f} mm wide\n", size.thin,
                size.median, size.wide);
     fmt::print("   {} open end(s)\n", size.rims.size());
+    int number = 0;
     for (const SurfaceRim& rim : size.rims)
-      fmt::print("      {:.2f} mm at ({:.1f}, {:.1f}, {:.1f}) mm\n", rim.diameter_mm, rim.centre.x,
-                 rim.centre.y, rim.centre.z);
+      fmt::print("      {}: {:.2f} mm at ({:.1f}, {:.1f}, {:.1f}) mm\n", ++number, rim.diameter_mm,
+                 rim.centre.x, rim.centre.y, rim.centre.z);
   }
   fmt::print("   {}: {}\n", given ? "usable" : "refused", verdict);
   if (!given) return;

@@ -8,6 +8,7 @@
 #include "centerline/detail/line_shape.hpp"
 #include "centerline/detail/line_starts.hpp"
 #include "centerline/detail/polyline.hpp"
+#include "centerline/detail/ridge.hpp"
 #include "centerline/detail/section.hpp"
 #include "centerline/detail/smooth_curve.hpp"
 #include "centerline/detail/tube_model.hpp"
@@ -279,14 +280,44 @@ bool is_even(const Line& work, const std::function<double(double)>& step) {
   return true;
 }
 
+/// Moves points that are much nearer to the wall than the vessel around them is wide to the deepest
+/// place of their section. A stenosis has none that is deeper.
+/// @return whether there were any
+bool climb_to_ridge(Line& work, const Line* parent, const Surroundings& around) {
+  constexpr double kNear = 0.75, kDeeper = 1.15;
+  Polyline& line = work.line;
+  const std::vector<double> s = arc_length(line.points);
+  const std::vector<double> radius = radius_around(line, s);
+  Middles middles{line.points, std::vector<double>(line.points.size(), 1.0)};
+  const std::size_t first = std::max(work.shared, first_outside(work, parent));
+  std::vector<char> has_moved(line.points.size(), 0);
+  parallel_for_uneven(std::ptrdiff_t(line.points.size() - first), [&](std::ptrdiff_t index) {
+    const std::size_t i = first + std::size_t(index);
+    const double here = around.distance_to_wall.at(line.points[i], line.radius[i]);
+    if (here >= kNear * radius[i]) return;
+    const Vec3 deepest =
+        deepest_in_section(line.points[i], tangent_at(line, s, i, direction_reach(line, i)),
+                           radius[i], around.distance_to_wall);
+    if (around.distance_to_wall.at(deepest, here) < kDeeper * here) return;
+    middles.center[i] = deepest;
+    has_moved[i] = 1;
+  });
+  if (std::find(has_moved.begin(), has_moved.end(), 1) == has_moved.end()) return false;
+  settle(work, around, std::move(middles), kLastStiffness);
+  return true;
+}
+
 /// The line in the middle, smooth, with the numbers that are kept.
 void finish(Line& work, const Line* parent, const Surroundings& around) {
+  constexpr int kMostClimbs = 3;
   const auto spread = [&] {
     check_widths(work, around.distance_to_wall);
     straighten(work, parent, around, around.last_step);
     resample(work.line, work.shared, around.last_step);
   };
   spread();
+  for (int climb = 0; climb < kMostClimbs && climb_to_ridge(work, parent, around); ++climb)
+    spread();
   Look look = measure(work, parent, around);
   settle_last(work, around, look.middles);
   check_widths(work, around.distance_to_wall);

@@ -22,7 +22,6 @@ constexpr float kStrongShare = 0.4f;   ///< sure to be a vessel
 constexpr double kLevelSpacing = 1.0;  ///< [mm] grid of the half level
 constexpr double kLevelSigma = 2.5;    ///< [mm] reach of the half level
 constexpr double kLeastContrastToNoise = 2.0;
-constexpr double kSeedReach = 1.0;       ///< [mm] a seed may miss its vessel by this
 constexpr double kSeveralTissues = 0.7;  ///< of the tubes' contrast, from tissue to blood: less, if
                                          ///< others lie in something darker, as lung
 constexpr double kTubularShare = 0.4;    ///< of the smallest piece: noise has a voxel or two of C

@@ -49,7 +49,8 @@ class Labels {
     for (double reach = label.mark_radius + 7.0; reach < 130.0; reach *= 1.35)
       for (int step = 0; step < kDirections; ++step) {
         // Outwards first, then further and further to both sides.
-        const double turn = (step % 2 == 0 ? 1.0 : -1.0) * ((step + 1) / 2) * 6.2832 / kDirections;
+        const int aside = (step + 1) / 2;
+        const double turn = (step % 2 == 0 ? 1.0 : -1.0) * aside * 6.2832 / kDirections;
         const Box box = box_at(label, reach, outward + turn);
         if (!is_free(box)) continue;
         write(label, box, reach, outward + turn);
