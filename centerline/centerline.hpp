@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -56,6 +57,9 @@ struct LesionOptions {
   /// Edge of the voxels that the lumen was seen in, >= 0; 0: its wall is exact. In vessels under
   /// three voxels wide neither a diameter nor a stenosis can be told.
   double voxel_mm = 0.0;
+  /// The narrowest vessel [mm] that the wall within a reach [mm] around a place can show; unset:
+  /// any.
+  std::function<double(const Vec3& place, double reach)> least_diameter_mm = nullptr;
 
   void validate() const;
 };
@@ -63,7 +67,7 @@ struct LesionOptions {
 struct Lesion {
   bool is_stenosis = false;  ///< false: no stenosis, and this is the tightest place of the longest
                              ///< vessel (or where the user said)
-  bool is_too_thin = false;  ///< it would be one, but its vessel is under three voxels wide
+  bool is_too_thin = false;  ///< it would be one, but its vessel is too thin to be measured
   int path_id = 0;
   double abscissa_mm = 0.0;
   double proximal_mm = 0.0;  ///< abscissas of the lesion's edges: where the stenosis is 20 %;

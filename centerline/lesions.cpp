@@ -94,28 +94,44 @@ bool is_measured_behind(const Known& known, const Vessel& vessel, std::size_t la
   return false;
 }
 
-/// Whether a dip is but where the vessel ends: a closed tip, or one cut aslant. From its tightest
-/// place on the lumen widens no more, up to the line's end.
-bool is_end_of_vessel(const Known& known, const Dip& dip) {
-  constexpr double kWidens = 1.25, kLeast = 0.05;  // the latter of the healthy diameter
-  const std::vector<double>& radius = measured_radius(known.path);
+/// Whether a dip is but the closed tip in which the vessel ends: from its tightest place on the
+/// lumen widens no more, and over its last healthy radius it goes on to narrow.
+bool is_tip(const Known& known, const Dip& dip) {
+  constexpr double kWidens = 1.25, kLeast = 0.05, kNarrows = 0.6, kShut = 0.25;
+  const std::vector<double>&radius = measured_radius(known.path), &s = known.path.abscissa;
   const double tight = radius[dip.tightest];
-  const double widened =
-      std::max(kWidens * tight, tight + kLeast * known.reference.diameter[dip.tightest]);
+  const double healthy = 0.5 * known.reference.diameter[dip.tightest];
+  const double widened = std::max(kWidens * tight, tight + 2.0 * kLeast * healthy);
+  const auto ends = [&](std::size_t end) {
+    std::size_t before = dip.tightest;  // a healthy radius before the end
+    for (std::size_t i = 0; i < s.size(); ++i)
+      if (std::abs(std::abs(s[i] - s[end]) - healthy) <
+          std::abs(std::abs(s[before] - s[end]) - healthy))
+        before = i;
+    return radius[end] < std::max(kShut * healthy, kNarrows * radius[before]);
+  };
   const auto at = radius.begin() + std::ptrdiff_t(dip.tightest);
   const auto widens = [&](double r) { return r >= widened; };
-  return std::none_of(at, radius.end(), widens) || std::none_of(radius.begin(), at, widens);
+  return (std::none_of(at, radius.end(), widens) && ends(radius.size() - 1)) ||
+         (std::none_of(radius.begin(), at, widens) && ends(0));
 }
 
 bool is_lesion(const Known& known, const Vessel& vessel, const Dip& dip,
                const LesionOptions& options) {
-  if (is_end_of_vessel(known, dip)) return false;
+  if (is_tip(known, dip)) return false;
   if (known.percent(dip.tightest) < options.min_stenosis_percent) return false;
   if (known.reference.diameter[dip.tightest] < options.min_reference_mm) return false;
   const bool at_end = !is_measured_behind(known, vessel, dip.last);
   return cost_of_thin_vessel(known, dip, options.min_stenosis_percent) >=
              (at_end ? kLeastEvidenceAtEnd : kLeastEvidence) &&
          cost_of_errors(known, dip) >= kLeastOddsOfErrors;
+}
+
+bool is_too_thin(const CenterlinePath& path, const Lesion& lesion, const LesionOptions& options) {
+  const double diameter = lesion.reference_diameter_mm;
+  if (diameter < kLeastVoxels * options.voxel_mm) return true;
+  return options.least_diameter_mm &&
+         diameter < options.least_diameter_mm(sample(path, lesion.abscissa_mm).point, diameter);
 }
 
 /// The same points on the longest path that has them.
@@ -140,7 +156,7 @@ void find_on_vessel(const CenterlineTree& tree, const TreeReference& reference,
         describe_dip({tree.paths[shown.path], reference, reference.paths[shown.path]}, shown, dip);
     if (is_bridge(known.path, lesion)) continue;
     lesion.evidence = cost_of_thin_vessel(known, dip, options.min_stenosis_percent);
-    lesion.is_too_thin = lesion.reference_diameter_mm < kLeastVoxels * options.voxel_mm;
+    lesion.is_too_thin = is_too_thin(tree.paths[shown.path], lesion, options);
     lesion.is_stenosis = !lesion.is_too_thin;
     found.push_back(lesion);
   }

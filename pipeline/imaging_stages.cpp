@@ -17,6 +17,7 @@
 #include "pipeline/experiment.hpp"
 #include "pipeline/layered_wall.hpp"
 #include "pipeline/metrics.hpp"
+#include "pipeline/resolution.hpp"
 #include "pipeline/stage_parts.hpp"
 #include "pipeline/surface_input.hpp"
 #include "segmentation/read_volume.hpp"
@@ -136,13 +137,15 @@ void tell_of_thin_vessels(StageWork& work, const std::vector<centerline::Lesion>
   const auto thin = std::count_if(lesions.begin(), lesions.end(),
                                   [](const auto& lesion) { return lesion.is_too_thin; });
   if (thin == 0) return;
+  const bool is_surface = has_surface_input(work);
   double widest = 0.0;
   for (const centerline::Lesion& lesion : lesions)
     if (lesion.is_too_thin) widest = std::max(widest, lesion.reference_diameter_mm);
   work.warnings.push_back(
-      fmt::format("{} narrowing{} in vessels under three voxels wide ({:.2f} mm at most) {} not "
-                  "listed: the scan is too coarse to measure a stenosis there",
-                  thin, thin == 1 ? "" : "s", widest, thin == 1 ? "is" : "are"));
+      fmt::format("{} narrowing{} in vessels under {} wide ({:.2f} mm at most) {} not listed: the "
+                  "{} is too coarse to measure a stenosis there",
+                  thin, thin == 1 ? "" : "s", is_surface ? "two triangles' edges" : "three voxels",
+                  widest, thin == 1 ? "is" : "are", is_surface ? "surface" : "scan"));
 }
 
 json to_json(const Vec3& v) { return json::array({v.x, v.y, v.z}); }
@@ -221,7 +224,7 @@ Placement no_placement(const centerline::Lesion& worst, const std::string& reaso
 /// The balloon across the place that the user named, otherwise across the most severe lesion that
 /// one can be brought to.
 Placement place_on_a_lesion(StageWork& work, const CenterlineTree& tree,
-                            const meshing::LumenMesh& lumen, const ScanResolution& resolution) {
+                            const meshing::LumenMesh& lumen, const Resolution& resolution) {
   const bool is_place_given = work.config.lesion.abscissa_mm >= 0.0,
              is_balloon_given = work.config.balloon.nominal_diameter_mm > 0.0;
   const std::vector<centerline::Lesion> lesions =
@@ -307,10 +310,9 @@ void do_centerline(StageWork& work) {
   keep(work.warnings, result.warnings);
   write_centerlines(work.out / "centerlines.vtp", result.tree);
   write_paths(work.out / "paths.vtp", result.tree);
-  const ScanResolution resolution = scan_resolution(work.case_folder);
-  const auto lesions = centerline::find_lesions(
-      result.tree, {.min_stenosis_percent = work.config.lesion.min_stenosis_percent,
-                    .voxel_mm = resolution.mean_mm});
+  const Resolution resolution = case_resolution(work.case_folder);
+  const auto lesions =
+      centerline::find_lesions(result.tree, whole_tree(lesion_options(work.config, resolution)));
   tell_of_thin_vessels(work, lesions);
   write_text_atomically(work.out / "lesions.json",
                         to_json(lesions, resolution.longest_mm).dump(2) + "\n");
@@ -329,7 +331,7 @@ void do_meshing(StageWork& work) {
   keep(work.warnings, lumen.warnings);
   const std::optional<meshing::LumenVolume> volume = fill_lumen(work, lumen);
 
-  const ScanResolution resolution = scan_resolution(work.case_folder);
+  const Resolution resolution = case_resolution(work.case_folder);
   Placement placement = place_on_a_lesion(work, tree, lumen, resolution);
   if (placement.setup) tell_of_balloon(work, resolution.longest_mm, placement);
   if (placement.setup && work.config.simulation.wall_model == simulation::WallModel::layered) {

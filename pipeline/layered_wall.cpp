@@ -53,7 +53,7 @@ double percentile(std::vector<double> values, double share) {
 }  // namespace
 
 meshing::WallLayers layer_wall(const meshing::ContactRegion& region, const CenterlineTree& tree,
-                               const centerline::Lesion& treated, const ScanResolution& resolution,
+                               const centerline::Lesion& treated, const Resolution& resolution,
                                const Config& config) {
   std::vector<meshing::NarrowStretch> stretches;
   const auto add = [&](const centerline::Lesion& lesion) {
@@ -66,8 +66,7 @@ meshing::WallLayers layer_wall(const meshing::ContactRegion& region, const Cente
            treated.proximal_mm < lesion.distal_mm;
   };
   for (const centerline::Lesion& lesion :
-       centerline::find_lesions(tree, {.min_stenosis_percent = config.lesion.min_stenosis_percent,
-                                      .voxel_mm = resolution.mean_mm}))
+       centerline::find_lesions(tree, whole_tree(lesion_options(config, resolution))))
     if (lesion.is_stenosis && !is_treated(lesion)) add(lesion);
   meshing::WallLayerOptions options = config.wall_layers;
   options.thickness_ratio = config.simulation.wall.thickness_ratio;

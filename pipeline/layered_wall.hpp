@@ -6,7 +6,7 @@
 #include "centerline/centerline.hpp"
 #include "meshing/wall_layers.hpp"
 #include "pipeline/config.hpp"
-#include "pipeline/metrics.hpp"
+#include "pipeline/resolution.hpp"
 #include "simulation/simulation.hpp"
 
 /// The wall as a layered solid (`wall.model = "layered"`): from the lumen's surface to the solver
@@ -15,7 +15,7 @@ namespace angio::pipeline {
 
 /// Extrudes the region's surface, with plaque along the treated lesion and every other stenosis.
 meshing::WallLayers layer_wall(const meshing::ContactRegion& region, const CenterlineTree& tree,
-                               const centerline::Lesion& treated, const ScanResolution& resolution,
+                               const centerline::Lesion& treated, const Resolution& resolution,
                                const Config& config);
 
 /// wall.vtu: wedges with Layer, Region (0 intima, 1 media, 2 adventitia, 3 plaque), Axial; Fixed

@@ -3,13 +3,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
 
 #include "core/atomic_file.hpp"
 #include "core/error.hpp"
 #include "pipeline/case_files.hpp"
 #include "pipeline/case_status.hpp"
-#include "segmentation/read_volume.hpp"
+#include "pipeline/resolution.hpp"
 
 namespace angio::pipeline {
 using nlohmann::json;
@@ -64,20 +63,6 @@ json read_json(const std::filesystem::path& file) {
                     "stage again, or add --force",
                     file.string()));
   }
-}
-
-ScanResolution scan_resolution(const CaseFolder& case_folder) {
-  if (!case_folder.exists("segmentation/volume.nrrd")) return {};
-  const Vec3 spacing =
-      segmentation::read_volume_file(case_folder.path("segmentation/volume.nrrd")).geometry.spacing;
-  return {std::max({spacing.x, spacing.y, spacing.z}),
-          std::cbrt(spacing.x * spacing.y * spacing.z)};
-}
-
-centerline::LesionOptions lesion_options(const Config& config, const ScanResolution& resolution) {
-  centerline::LesionOptions options = config.lesion;
-  options.voxel_mm = resolution.mean_mm;
-  return options;
 }
 
 json mesh_metrics(const meshing::LumenMesh& lumen,
@@ -144,7 +129,7 @@ json collect_metrics(const CaseFolder& case_folder, const Config& config, const 
   if (!is_done(Stage::centerline)) return metrics;
   if (!is_done(Stage::meshing)) {
     const CenterlineTree tree = read_centerlines(case_folder.path("centerline/centerlines.vtp"));
-    const ScanResolution resolution = scan_resolution(case_folder);
+    const Resolution resolution = case_resolution(case_folder);
     const auto lesions = centerline::find_lesions(tree, lesion_options(config, resolution));
     metrics["lesion"].update(lesion_metrics(lesions.front(), resolution.longest_mm));
     return metrics;

@@ -14,16 +14,6 @@ namespace angio::pipeline {
 nlohmann::json collect_metrics(const CaseFolder& case_folder, const Config& config,
                                const RunRecord& record);
 
-/// What the case's scan can show.
-struct ScanResolution {
-  double longest_mm = 0.0;  ///< edge of a voxel. Narrower throats are seen, but not measured
-  double mean_mm = 0.0;     ///< edge of a cube of a voxel's volume
-};
-/// Zeros for a surface, which has no voxels.
-ScanResolution scan_resolution(const CaseFolder& case_folder);
-/// The settings for lesions, with what the scan can show.
-centerline::LesionOptions lesion_options(const Config& config, const ScanResolution& resolution);
-
 /// metrics.json's mesh part, with more of the surface and, if it was filled, of the tetrahedra.
 nlohmann::json mesh_metrics(const meshing::LumenMesh& lumen,
                             const std::optional<meshing::LumenVolume>& volume);

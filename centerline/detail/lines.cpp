@@ -328,20 +328,42 @@ void finish(Line& work, const Line* parent, const Surroundings& around) {
   take_radii(work, look, around.distance_to_wall);
 }
 
-/// A tip that was centred after it had been drawn to the border of the data may lie beyond it.
-void stay_in_data(Line& work, const Wall& wall) {
-  std::size_t keep = work.line.points.size(), drop = 0;
-  while (keep > work.shared + 2 && wall.beyond_data(work.line.points[keep - 1])) --keep;
-  work.line.resize(keep);
-  work.area.resize(keep);
-  work.seen.resize(keep);
-  work.fitted.resize(keep);
+/// How many points of a line are inside the closed tip that it ends in. Drawn to the wall it may
+/// have gone through: there the distance to the wall was hardly anything, and grows again.
+std::size_t count_inside_tip(const Polyline& line, std::size_t least) {
+  const std::size_t count = line.points.size();
+  std::size_t nearest = count - 1;
+  while (nearest > least && line.radius[nearest - 1] < line.radius[nearest]) --nearest;
+  if (nearest == count - 1) return count;
+  const double step = distance(line.points[nearest], line.points[nearest + 1]);
+  return line.radius[nearest] < step ? nearest : count;
+}
+
+/// Drops points [first, last) of a line, with their numbers.
+void drop_points(Line& work, std::size_t first, std::size_t last) {
+  work.line.erase(first, last);
+  for (std::vector<double>* values : {&work.area, &work.fitted})
+    values->erase(values->begin() + std::ptrdiff_t(first), values->begin() + std::ptrdiff_t(last));
+  work.seen.erase(work.seen.begin() + std::ptrdiff_t(first),
+                  work.seen.begin() + std::ptrdiff_t(last));
+}
+
+/// A tip that was centred after it had been drawn to the wall, or to the border of the data, may
+/// lie beyond it.
+void stay_in_lumen(Line& work, const Wall& wall) {
+  const std::size_t count = work.line.points.size(), least = work.shared + 2;
+  std::size_t keep = work.free_end && !work.end_rim ? count_inside_tip(work.line, least) : count;
+  while (keep > least && wall.beyond_data(work.line.points[keep - 1])) --keep;
+  drop_points(work, keep, count);
   if (work.parent >= 0) return;
+  std::size_t drop = 0;
+  if (work.free_start && !work.start_rim) {
+    Polyline tip_last = work.line;
+    reverse(tip_last);
+    drop = keep - count_inside_tip(tip_last, 2);
+  }
   while (drop + 2 < keep && wall.beyond_data(work.line.points[drop])) ++drop;
-  work.line.erase(0, drop);
-  work.area.erase(work.area.begin(), work.area.begin() + std::ptrdiff_t(drop));
-  work.seen.erase(work.seen.begin(), work.seen.begin() + std::ptrdiff_t(drop));
-  work.fitted.erase(work.fitted.begin(), work.fitted.begin() + std::ptrdiff_t(drop));
+  drop_points(work, 0, drop);
 }
 
 CenterlinePath to_path(const Line& line, int id) {
@@ -372,7 +394,7 @@ TracedLines trace_lines(const Skeleton& skeleton, const Surroundings& around,
            [&](double r) { return std::max(kWorkStep * r, 0.4 * around.wall.resolution()); });
     redo_ends(work, around.wall);
     finish(work, parent, around);
-    stay_in_data(work, around.wall);
+    stay_in_lumen(work, around.wall);
     lines[index] = std::move(work);
   };
   // Lines need their parent's only: those of one generation are traced at once.
