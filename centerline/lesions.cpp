@@ -97,7 +97,7 @@ bool is_measured_behind(const Known& known, const Vessel& vessel, std::size_t la
 /// Whether a dip is but the closed tip in which the vessel ends: from its tightest place on the
 /// lumen widens no more, and over its last healthy radius it goes on to narrow.
 bool is_tip(const Known& known, const Dip& dip) {
-  constexpr double kWidens = 1.25, kLeast = 0.05, kNarrows = 0.6, kShut = 0.25;
+  constexpr double kWidens = 1.25, kLeast = 0.05, kNarrows = 0.6, kShut = 0.1;
   const std::vector<double>&radius = measured_radius(known.path), &s = known.path.abscissa;
   const double tight = radius[dip.tightest];
   const double healthy = 0.5 * known.reference.diameter[dip.tightest];
