@@ -342,6 +342,23 @@ TEST(LesionLaws, AtTheInletALesionIsFound) {
   EXPECT_NEAR(lesion.reference_average_mm, lesion.reference_distal_mm, 1e-12);
 }
 
+TEST(LesionLaws, AClosedTipIsNone) {
+  const auto tip = [](double s) { return std::max(4.0 * std::min(1.0, (50.0 - s) / 12.0), 1e-3); };
+  EXPECT_FALSE(find_lesions(tree_of({line_of(tip, 50.0)}), {}).at(0).is_stenosis);
+  const auto begun = [](double s) { return std::max(4.0 * std::min(1.0, s / 12.0), 1e-3); };
+  EXPECT_FALSE(find_lesions(tree_of({line_of(begun, 50.0)}), {}).at(0).is_stenosis);
+}
+
+TEST(LesionLaws, WhatTheWallCannotShowIsToldApart) {
+  const auto diameter = [](double s) { return 4.0 * narrowed(s, 25.0, 7.0, 0.7); };
+  LesionOptions options;
+  options.least_diameter_mm = [](const Vec3&, double) { return 5.0; };
+  const auto lesions = find_lesions(tree_of({line_of(diameter, 50.0)}), options);
+  ASSERT_EQ(lesions.size(), 2U);
+  EXPECT_FALSE(lesions[0].is_stenosis);
+  EXPECT_TRUE(lesions[1].is_too_thin);
+}
+
 TEST(LesionLaws, AHealthyForkIsNone) {
   EXPECT_FALSE(find_lesions(forked(whole, whole), {}).at(0).is_stenosis);
 }

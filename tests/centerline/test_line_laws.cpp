@@ -7,6 +7,7 @@
 
 #include "centerline/centerline.hpp"
 #include "centerline/detail/flat_caps.hpp"
+#include "centerline/detail/ridge.hpp"
 #include "centerline/detail/smooth_curve.hpp"
 #include "core/triangle_mesh.hpp"
 #include "tests/centerline/random_trees.hpp"
@@ -49,6 +50,33 @@ double depth_in(const std::vector<Tube>& tubes, const Vec3& p) {
     for (std::size_t s = 0; s < tube.points.size(); ++s)
       depth = std::max(depth, tube.radius[s] - distance(p, tube.points[s]));
   return depth;
+}
+
+TEST(Ridge, IsClimbedFromBesideTheWall) {
+  std::vector<Vec3> wall;  // of an elliptic tube, half axes 2 and 1
+  for (int k = -100; k <= 100; ++k)
+    for (int a = 0; a < 200; ++a)
+      wall.push_back(
+          {2.0 * std::cos(a * units::kPi / 100.0), std::sin(a * units::kPi / 100.0), 0.04 * k});
+  const WallPoints points(wall);
+  const WallDistance distance_to_wall(points);
+  for (const Vec3& start : {Vec3{1.9, 0.0, 0.0}, Vec3{0.3, 0.95, 0.1}, Vec3{-1.2, -0.7, 0.0}}) {
+    const Vec3 deepest = deepest_in_section(start, {0, 0, 1}, 1.0, distance_to_wall);
+    EXPECT_NEAR(deepest.z, start.z, 1e-12);
+    // The ridge of an ellipse is the axis between its focal circles' middles: |x| <= 1.5, y = 0.
+    EXPECT_NEAR(deepest.y, 0.0, 0.06) << start.x;
+    EXPECT_GT(distance_to_wall.at(deepest, 1.0), 0.9);
+  }
+}
+
+TEST(Ridge, RadiusAroundIsTheLesserOfBothSides) {
+  Polyline line;
+  for (int i = 0; i <= 100; ++i)
+    line.push_back({0.0, 0.0, 0.1 * i}, i < 45 ? 2.0 : i < 55 ? 0.2 : 1.0);
+  const std::vector<double> around = radius_around(line, arc_length(line.points));
+  EXPECT_EQ(around[20], 2.0);
+  EXPECT_EQ(around[50], 1.0);
+  EXPECT_EQ(around[90], 1.0);
 }
 
 TEST(LineLaws, HoldOnRandomTrees) {

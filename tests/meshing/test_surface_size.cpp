@@ -69,6 +69,20 @@ TEST(SurfaceSize, TellsAWallFromALumen) {
   EXPECT_LT(measure_surface(tests::make_torus(6.0, 2.0, 96, 32)).hollow_share, 0.1);
 }
 
+TEST(SurfaceSize, FindsTheLumenInAWall) {
+  const double radius = 2.0, length = 40.0;
+  const TriangleMesh lumen = lumen_of_wall(make_wall(radius, 2.5, length));
+  ASSERT_FALSE(lumen.triangles.empty());
+  for (const Vec3& v : lumen.vertices) EXPECT_NEAR(std::hypot(v.x, v.y), radius, 1e-9);
+  // All of it but for less than a diameter at either end, from where one looks out.
+  EXPECT_GT(surface_area(lumen), 2.0 * pi * radius * (length - 4.0 * radius));
+  EXPECT_EQ(boundary_loops(lumen).size(), 2U);
+  for (const Triangle& t : lumen.triangles) {  // normals leave the lumen
+    const Vec3& v = lumen.vertices[std::size_t(t[0])];
+    EXPECT_GT(dot(area_vector_doubled(lumen, t), Vec3{v.x, v.y, 0.0}), 0.0);
+  }
+}
+
 SurfaceSize of_sizes(double wide, double median, double extent) {
   SurfaceSize size;
   size.wide = wide;
