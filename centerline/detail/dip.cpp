@@ -95,7 +95,7 @@ double length_of(const Known& known, const std::vector<std::size_t>& points) {
 /// The straight line through the healthy diameters of a dip's own branch within five diameters of
 /// its edges, read at its tightest place; 0 unless a diameter is healthy on either side.
 double interpolate(const Known& known, const Vessel& vessel, const Dip& dip) {
-  constexpr double kReach = 5.0;
+  constexpr double kReach = 5.0, kShoulder = 5.0;  // the latter in percent
   const double diameter = known.reference.diameter[dip.tightest];
   const auto& s = known.path.abscissa;
   const int branch = known.reference.branch[dip.tightest];
@@ -103,7 +103,10 @@ double interpolate(const Known& known, const Vessel& vessel, const Dip& dip) {
   for (const int direction : {-1, 1}) {
     auto points = healthy_beside(known, vessel, direction < 0 ? dip.first : dip.last, direction,
                                  kReach * diameter);
-    std::erase_if(points, [&](std::size_t i) { return known.reference.branch[i] != branch; });
+    // The lesion's shoulders would draw the line down.
+    std::erase_if(points, [&](std::size_t i) {
+      return known.reference.branch[i] != branch || std::abs(known.percent(i)) > kShoulder;
+    });
     if (length_of(known, points) < diameter) return 0.0;
     for (const std::size_t i : points) {
       const double t = s[i] - s[dip.tightest], d = known.reference.measured[i];

@@ -329,14 +329,21 @@ void finish(Line& work, const Line* parent, const Surroundings& around) {
 }
 
 /// How many points of a line are inside the closed tip that it ends in. Drawn to the wall it may
-/// have gone through: there the distance to the wall was hardly anything, and grows again.
+/// have gone through it: there, within four radii of the vessel before it, the distance to the wall
+/// is hardly anything.
 std::size_t count_inside_tip(const Polyline& line, std::size_t least) {
+  constexpr double kReach = 4.0, kTouches = 0.35;  // radii; steps
   const std::size_t count = line.points.size();
-  std::size_t nearest = count - 1;
-  while (nearest > least && line.radius[nearest - 1] < line.radius[nearest]) --nearest;
-  if (nearest == count - 1) return count;
-  const double step = distance(line.points[nearest], line.points[nearest + 1]);
-  return line.radius[nearest] < step ? nearest : count;
+  double length = 0.0, widest = 0.0;
+  std::size_t keep = count;
+  for (std::size_t i = count - 1; i > least; --i) {
+    const double step = distance(line.points[i - 1], line.points[i]);
+    length += step;
+    widest = std::max(widest, line.radius[i - 1]);
+    if (line.radius[i - 1] < kTouches * step) keep = i - 1;
+    if (length > kReach * widest) break;
+  }
+  return keep;
 }
 
 /// Drops points [first, last) of a line, with their numbers.
