@@ -190,6 +190,9 @@ auto timed(double& sum, const Work& work) {
   return work();
 }
 
+// Ends a run that is no result any more.
+struct RunHasFailed {};
+
 // A run on one backend, from the start.
 class Run {
  public:
@@ -238,6 +241,7 @@ class Run {
         solver->set_air(air.topology().tets());
       }
       timed(summary.time.waiting, [&] { delivery.wait(); });
+      if (!watch.failure().empty()) throw RunHasFailed();
       std::promise<void> has_followed;
       followed = has_followed.get_future().share();
       delivery.run(
@@ -249,9 +253,12 @@ class Run {
       progress_.report(double(frame + 1) / inflator.frame_count(), name(inflator.phase(frame)));
     };
     timed(whole, [&] {
-      solver->run(inflator, [&](int frame, const State& state) {
-        timed(taken, [&] { take(frame, state); });
-      });
+      try {
+        solver->run(inflator, [&](int frame, const State& state) {
+          timed(taken, [&] { take(frame, state); });
+        });
+      } catch (const RunHasFailed&) {  // what is to come would be none either
+      }
     });
     delivery.wait();
     summary.time.solver = whole - taken - waited;
@@ -298,7 +305,7 @@ class Run {
   void finish(int slow_frames, SimulationSummary& summary) const {
     summary.mean_sweeps /= std::max(1, summary.frame_count - 1);
     summary.warnings = scene_.solid.warnings;
-    add_warnings(options_, slow_frames, summary);
+    if (summary.failure.empty()) add_warnings(options_, slow_frames, summary);
   }
 
   const SimulationModel& model_;

@@ -71,7 +71,8 @@ void SuccessWatch::fail(const SimulationFrame& frame, const std::string& what,
                         const std::string& advice) {
   if (failure_.empty())
     failure_ = "the simulation did not end right: " + what +
-               text(" in frame %d (%s, %.2f s). ", frame.frame, name(frame.phase), frame.time_s) +
+               text(" in frame %d (%s, %.2f s), where it was stopped. ", frame.frame,
+                    name(frame.phase), frame.time_s) +
                advice;
 }
 
