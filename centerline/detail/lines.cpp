@@ -284,7 +284,7 @@ bool is_even(const Line& work, const std::function<double(double)>& step) {
 /// place of their section. A stenosis has none that is deeper.
 /// @return whether there were any
 bool climb_to_ridge(Line& work, const Line* parent, const Surroundings& around) {
-  constexpr double kNear = 0.75, kDeeper = 1.15;
+  constexpr double kNear = 0.75, kDeeper = 1.15, kTip = 2.0;
   Polyline& line = work.line;
   const std::vector<double> s = arc_length(line.points);
   const std::vector<double> radius = radius_around(line, s);
@@ -293,6 +293,8 @@ bool climb_to_ridge(Line& work, const Line* parent, const Surroundings& around) 
   std::vector<char> has_moved(line.points.size(), 0);
   parallel_for_uneven(std::ptrdiff_t(line.points.size() - first), [&](std::ptrdiff_t index) {
     const std::size_t i = first + std::size_t(index);
+    const double zone = kTip * radius[i];  // there the nearest wall is the cap
+    if ((work.free_start && s[i] < zone) || (work.free_end && s.back() - s[i] < zone)) return;
     const double here = around.distance_to_wall.at(line.points[i], line.radius[i]);
     if (here >= kNear * radius[i]) return;
     const Vec3 deepest =
@@ -303,6 +305,7 @@ bool climb_to_ridge(Line& work, const Line* parent, const Surroundings& around) 
     has_moved[i] = 1;
   });
   if (std::find(has_moved.begin(), has_moved.end(), 1) == has_moved.end()) return false;
+  line.points = middles.center;
   settle(work, around, std::move(middles), kLastStiffness);
   return true;
 }
