@@ -44,7 +44,8 @@ constexpr int kTriangleCount = 30000;
 struct Accuracy {
   std::vector<double> surface_mm;     ///< distance of points of the level set's zero from the wall
   std::vector<double> line_mm;        ///< distance of line points from the true line
-  std::vector<double> radius_mm;      ///< signed errors of the inscribed radius
+  std::vector<double> radius_mm;      ///< signed errors of the tube's inscribed radius
+  std::vector<double> wall_mm;        ///< and of the distance to the wall, noise and all
   std::vector<double> equivalent_mm;  ///< the same of the radius from the section's area
   std::vector<double> throat;         ///< relative errors of each lesion's least inscribed radius
   std::vector<double> throat_area;    ///< relative errors of each lesion's least section area
@@ -171,7 +172,8 @@ void compare_lines(const CenterlineTree& found, const CenterlineTree& truth, Acc
       const TruePlace place = nearest_true_place(truth, path.points[p]);
       if (!place.counts) continue;
       accuracy.line_mm.push_back(place.distance);
-      accuracy.radius_mm.push_back(path.inscribed_radius[p] - place.inscribed_radius);
+      accuracy.radius_mm.push_back(measured_radius(path)[p] - place.inscribed_radius);
+      accuracy.wall_mm.push_back(path.inscribed_radius[p] - place.inscribed_radius);
       accuracy.equivalent_mm.push_back(path.equivalent_radius[p] - place.equivalent_radius);
     }
 }
@@ -338,6 +340,7 @@ struct Row {
     append(pooled.surface_mm, a.surface_mm);
     append(pooled.line_mm, a.line_mm);
     append(pooled.radius_mm, a.radius_mm);
+    append(pooled.wall_mm, a.wall_mm);
     append(pooled.equivalent_mm, a.equivalent_mm);
     append(pooled.throat, a.throat);
     append(pooled.throat_area, a.throat_area);
@@ -362,7 +365,8 @@ struct Row {
 };
 
 constexpr const char* kHeader =
-    "| phantom | voxel mm | noise | line mean / 95 % mm | radius bias mm | area radius bias mm | "
+    "| phantom | voxel mm | noise | line mean / 95 % mm | tube, inscribed radius bias mm | area "
+    "radius bias mm | "
     "throat bias / sd % | throat area % | surface mean / 95 % mm | Dice | volume % | "
     "branches missed / invented | lesions missed / invented | segmentation CPU s | line CPU s | "
     "failed |\n"
@@ -371,14 +375,15 @@ constexpr const char* kHeader =
 std::string text(const Row& r) {
   const Accuracy& a = r.pooled;
   return fmt::format(
-      "| {} | {} | {} | {:.4f} / {:.4f} | {:+.4f} | {:+.4f} | {:+.2f} / {:.2f} | {:+.2f} | "
+      "| {} | {} | {} | {:.4f} / {:.4f} | {:+.4f}, {:+.4f} | {:+.4f} | {:+.2f} / {:.2f} | {:+.2f} "
+      "| "
       "{:.4f} / {:.4f} | {:.4f} | {:+.2f} | {} / {} | {} / {} | {:.2f} | {:.2f} | {} of {} |\n",
       r.phantom, r.spacing_mm, r.noise, mean(a.line_mm), quantile(a.line_mm, 0.95),
-      mean(a.radius_mm), mean(a.equivalent_mm), 100.0 * mean(a.throat), 100.0 * r.throat_sd(),
-      100.0 * mean(a.throat_area), mean(a.surface_mm), quantile(a.surface_mm, 0.95), mean(r.dice),
-      100.0 * mean(r.volume), a.branches_missed, a.branches_invented, a.lesions_missed,
-      a.lesions_invented, quantile(r.segmentation_s, 0.5), quantile(r.centerline_s, 0.5),
-      r.failure_count, r.run_count + r.failure_count);
+      mean(a.radius_mm), mean(a.wall_mm), mean(a.equivalent_mm), 100.0 * mean(a.throat),
+      100.0 * r.throat_sd(), 100.0 * mean(a.throat_area), mean(a.surface_mm),
+      quantile(a.surface_mm, 0.95), mean(r.dice), 100.0 * mean(r.volume), a.branches_missed,
+      a.branches_invented, a.lesions_missed, a.lesions_invented, quantile(r.segmentation_s, 0.5),
+      quantile(r.centerline_s, 0.5), r.failure_count, r.run_count + r.failure_count);
 }
 
 struct Plan {

@@ -4,7 +4,6 @@
 #include <chrono>
 #include <cmath>
 #include <cstdio>
-#include <future>
 #include <memory>
 #include <string>
 
@@ -225,13 +224,7 @@ class Run {
       summary.frames_without_air += scene_.air.empty() || air.is_whole() ? 0 : 1;
     };
     Beside delivery;
-    double whole = 0.0, taken = 0.0, waited = 0.0;
-    std::shared_future<void> followed;  // the last frame, by the air
-    solver->search_in(air, [&] {
-      timed(waited, [&] {
-        if (followed.valid()) followed.wait();
-      });
-    });
+    double whole = 0.0, taken = 0.0;
     // The paper's contact is projected on each frame's tets: the solver waits for them.
     const bool needs_air = options_.contact_model == ContactModel::paper;
     const auto take = [&](int frame, const State& state) {
@@ -242,14 +235,10 @@ class Run {
       }
       timed(summary.time.waiting, [&] { delivery.wait(); });
       if (!watch.failure().empty()) throw RunHasFailed();
-      std::promise<void> has_followed;
-      followed = has_followed.get_future().share();
-      delivery.run(
-          [&, state, output = std::move(output), has_followed = std::move(has_followed)]() mutable {
-            if (!needs_air) follow(state, output);
-            has_followed.set_value();
-            deliver(state, wire, outside, watch, output, summary);
-          });
+      delivery.run([&, state, output = std::move(output)]() mutable {
+        if (!needs_air) follow(state, output);
+        deliver(state, wire, outside, watch, output, summary);
+      });
       progress_.report(double(frame + 1) / inflator.frame_count(), name(inflator.phase(frame)));
     };
     timed(whole, [&] {
@@ -261,8 +250,7 @@ class Run {
       }
     });
     delivery.wait();
-    summary.time.solver = whole - taken - waited;
-    summary.time.waiting += waited;
+    summary.time.solver = whole - taken;
     summary.failure = watch.failure();
     summary.worst_pressure_ratio = watch.worst_pressure_ratio();
     finish(slow_frames_, summary);

@@ -202,10 +202,6 @@ class CudaSolver final : public StepSolver {
     return state_of(batches_[0], 0);
   }
 
-  void search_in(const AdaptiveAir& air, const std::function<void()>& ready) override {
-    finder_.use(air, ready);
-  }
-
   // Are frames computed before the last ones are handed out?
   [[nodiscard]] bool runs_ahead() const { return !is_projected(); }
 

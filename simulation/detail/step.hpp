@@ -52,12 +52,6 @@ class StepSolver {
   /// @param tolerance  of the remaining distance, as a share of the radius
   virtual State settle(const GasLaw<double>& law, double tolerance, int most_sweeps) = 0;
 
-  /// Candidates for contact are searched for in this air from now on, as long as it is whole; else
-  /// on a grid.
-  ///
-  /// @param ready  waits until it has followed the last frame
-  virtual void search_in(const AdaptiveAir& air, const std::function<void()>& ready) = 0;
-
   [[nodiscard]] virtual std::string device() const = 0;
 
   /// The air mesh as it is after a frame, right-handed, for the paper's contact in the next one.

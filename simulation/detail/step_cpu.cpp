@@ -60,10 +60,6 @@ class CpuSolver final : public StepSolver {
     return state();
   }
 
-  void search_in(const AdaptiveAir& air, const std::function<void()>& ready) override {
-    finder_.use(air, ready);
-  }
-
   [[nodiscard]] std::string device() const override { return processor_name(); }
 
   // A tet that stays keeps its viscous item.

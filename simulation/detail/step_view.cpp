@@ -6,7 +6,7 @@
 #include <set>
 
 #include "core/error.hpp"
-#include "simulation/detail/air_candidates.hpp"
+#include "simulation/detail/candidates.hpp"
 #include "simulation/detail/element_colors.hpp"
 
 namespace angio::simulation::detail {
@@ -212,7 +212,7 @@ std::vector<Candidate> CandidateFinder::find_others(const std::vector<Vec3>& x) 
   // A search reaches 2 x 2 contact distances beyond the range at most (useful_travel).
   reach_ = range_ + (4.0 + 2.0 * slack_) * distance_;
   std::vector<Candidate> candidates;
-  if (of_wall_) candidates = search(x, reach_);
+  if (of_wall_) candidates = find_candidates(scene_, x, reach_);
   if (scene_.rod.count > 0) add_rod_candidates(scene_, x, distance_, reach_, candidates);
   return candidates;
 }
@@ -224,15 +224,6 @@ double CandidateFinder::closed_at_most(const std::vector<Vec3>& x) const {
     side = std::max(side, distance(x[v], x_others_[v]));
   }
   return gone[0] + gone[1];
-}
-
-std::vector<Candidate> CandidateFinder::search(const std::vector<Vec3>& x, double reach) {
-  if (air_ == nullptr) return find_candidates(scene_, x, reach);
-  ready_();
-  if (!air_->is_whole()) return find_candidates(scene_, x, reach);
-  std::vector<Vec3> global = x;
-  for (Vec3& p : global) p += scene_.origin;
-  return find_candidates_in_air(*air_, scene_, global, reach);
 }
 
 }  // namespace angio::simulation::detail

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <algorithm>
-#include <functional>
 #include <memory>
 #include <vector>
 
@@ -445,14 +444,6 @@ class CandidateFinder {
   /// @param lasted  frames that were begun with the last set
   CandidateSet find(const std::vector<Vec3>& x, int lasted);
 
-  /// To search in from now on, as long as it is whole.
-  ///
-  /// @param ready  waits until it has followed the last frame
-  void use(const AdaptiveAir& air, const std::function<void()>& ready) {
-    air_ = &air;
-    ready_ = ready;
-  }
-
  private:
   static constexpr double kLeastSlack = 1.0, kMostSlack = 20.0;  // over the contact distance
   static constexpr double kOwnSlack = 1.5;                       // of pairs of one surface
@@ -460,11 +451,8 @@ class CandidateFinder {
   /// Pairs of the balloon with the wall and the guidewire, within `reach_`.
   [[nodiscard]] std::vector<Candidate> find_others(const std::vector<Vec3>& x);
   [[nodiscard]] double closed_at_most(const std::vector<Vec3>& x) const;
-  [[nodiscard]] std::vector<Candidate> search(const std::vector<Vec3>& x, double reach);
 
   const Scene& scene_;
-  const AdaptiveAir* air_ = nullptr;
-  std::function<void()> ready_;
   double distance_, range_, slack_ = 4.0, reach_ = 0.0;
   bool of_wall_;  // else only the guidewire's: the paper's contact has none
   int frames_, lasted_ = 0;

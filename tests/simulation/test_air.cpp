@@ -6,9 +6,7 @@
 #include "core/tet_flips.hpp"
 #include "core/tet_refill.hpp"
 #include "simulation/detail/adaptive_air.hpp"
-#include "simulation/detail/air_candidates.hpp"
 #include "simulation/detail/air_points.hpp"
-#include "tests/simulation/candidate_order.hpp"
 #include "tests/simulation/meshed_gap.hpp"
 
 namespace angio::simulation::detail {
@@ -337,22 +335,6 @@ TEST(AdaptiveAir, MayEndBeforeARimButNotInTheMiddle) {
   EXPECT_FALSE(together(0, 2));
 }
 
-// What the search for candidates reads of a scene.
-Scene scene_of(const Gap& gap) {
-  Scene scene;
-  scene.balloon_count = gap.inner_count();
-  scene.wall_count = int(gap.outer.vertices.size());
-  scene.start = gap.x;
-  scene.balloon_triangles = gap.inner.triangles;
-  scene.balloon_edges = unique_edges(gap.inner);
-  TriangleMesh wall{gap.x, {}};
-  wall.triangles.assign(gap.surfaces.begin() + std::ptrdiff_t(gap.inner.triangles.size()),
-                        gap.surfaces.end());
-  scene.wall_triangles = wall.triangles;
-  scene.wall_edges = unique_edges(wall);
-  return scene;
-}
-
 // Makes a quadrilateral of the outer surface flat and takes a tet out over it, as TetGen may leave
 // one there: (a, b, c, e) and (a, c, d, e) become (a, b, d, e), (b, c, d, e) and the flat
 // (a, b, c, d), which is left out.
@@ -392,36 +374,6 @@ TEST(AdaptiveAir, MendsWhereAFlatTetWasLeftOut) {
   air.follow(gap.x);
   expect_whole(air, whole, gap.x);
   EXPECT_EQ(air.take_report().rebuild_count, 0);
-}
-
-void expect_those_of_the_grid(const AdaptiveAir& air, const Scene& scene,
-                              const std::vector<Vec3>& x) {
-  for (const double reach : {0.1, 0.3}) {
-    const auto by_grid = testing::by_vertices(find_candidates(scene, x, reach));
-    const auto in_air = testing::by_vertices(find_candidates_in_air(air, scene, x, reach));
-    EXPECT_GT(by_grid.size(), 10U);
-    ASSERT_EQ(in_air.size(), by_grid.size());
-    for (std::size_t c = 0; c < in_air.size(); ++c) {
-      EXPECT_EQ(in_air[c].edges, by_grid[c].edges);
-      for (int i = 0; i < 4; ++i) EXPECT_EQ(in_air[c].vertex[i], by_grid[c].vertex[i]);
-    }
-  }
-}
-
-TEST(CandidatesInAir, AreThoseOfTheGridWhereTheAirHasFollowedAndAFrameLater) {
-  const Gap gap = make_gap(
-      8.0, 0.5, [](double z) { return 1.3 - 0.7 * std::exp(-z * z); }, 0.8, 21, 14);
-  const Scene scene = scene_of(gap);
-  AdaptiveAir air(gap.tets, gap.x, gap.surfaces);
-  std::vector<Vec3> x = gap.x;
-  for (int f = 0; f <= 21; ++f) {
-    for (int v = 0; v < gap.inner_count(); ++v)
-      x[std::size_t(v)] = turned(gap.x[std::size_t(v)], 3.0 * kDegree * f) + Vec3{0, 0, 0.02 * f};
-    if (f % 10 == 1) expect_those_of_the_grid(air, scene, x);
-    air.follow(x);
-    ASSERT_TRUE(air.is_whole());
-    if (f % 10 == 0) expect_those_of_the_grid(air, scene, x);
-  }
 }
 
 // A balloon that unfolds to the lumen's radius and beyond, in a lumen closed at its ends.
