@@ -158,7 +158,7 @@ StepRules make_rules(const Scene& scene, const SimulationOptions& options) {
   constexpr int kMostSweeps = 120;
   constexpr int kPaperSweeps = 20;  // what the paper projects never balances: a count, no tolerance
   constexpr int kMostFactor = 6;    // up to this many times the number asked for
-  constexpr int kLastFactor = 8;
+  constexpr int kLastFactor = 24;
   constexpr double kLeastShare = 0.25;  // of the rest radius: none is more exact for a slim start
   StepRules rules;
   rules.least_sweeps = options.sweeps;
