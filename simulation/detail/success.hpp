@@ -23,7 +23,8 @@ PatchPressure patch_pressure(const Scene& scene, const State& state);
 ///    rounding of positions;
 ///  - a patch of wall carries more than five times the peak pressure: equilibrium with a membrane
 ///    asks for about the balloon's own, more only at its shoulders;
-///  - forces are off by more than 20 % after twenty-four times the sweeps that a frame gets (StepRules);
+///  - forces are off by more than 20 % after twenty-four times the sweeps that a frame gets
+///  (StepRules);
 ///  - a number is not finite.
 ///
 /// What is for comparison only (the paper's contact and gas) is not judged.
