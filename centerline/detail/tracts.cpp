@@ -30,6 +30,16 @@ int find_exit(const CenterlinePath& line, const CenterlinePath& other, int share
   return last;
 }
 
+/// From where on a line's own vessel is seen all round: there it has left the mouth that it came
+/// through. At most a diameter behind the exit, else the exit itself.
+int find_own_vessel(const CenterlinePath& line, const std::vector<char>& is_tube, int exit) {
+  constexpr double kMost = 2.0;  // radii
+  std::size_t own = std::size_t(exit);
+  while (own + 1 < line.points.size() && is_tube[own] == 0) ++own;
+  const double length = line.abscissa[own] - line.abscissa[std::size_t(exit)];
+  return is_tube[own] != 0 && length <= kMost * line.inscribed_radius[own] ? int(own) : exit;
+}
+
 /// The last point upstream of `exit` whose sphere does not reach beyond `exit`.
 int one_sphere_upstream(const CenterlinePath& line, int exit) {
   const Vec3 end = line.points[std::size_t(exit)];
@@ -45,14 +55,16 @@ struct Interval {
 
 class Splitter {
  public:
-  explicit Splitter(const CenterlineTree& tree)
+  Splitter(const CenterlineTree& tree, const std::vector<std::vector<char>>& is_tube)
       : tree_(tree), count_(tree.paths.size()), shared_(count_ * count_), exit_(count_ * count_) {
     for (std::size_t i = 0; i < count_; ++i)
       for (std::size_t j = 0; j < i; ++j)
         shared(i, j) = shared(j, i) = count_shared(tree.paths[i], tree.paths[j]);
     for (std::size_t i = 0; i < count_; ++i)
       for (std::size_t j = 0; j < count_; ++j)
-        if (i != j) exit(i, j) = find_exit(tree.paths[i], tree.paths[j], shared(i, j));
+        if (i != j)
+          exit(i, j) = find_own_vessel(tree.paths[i], is_tube[i],
+                                       find_exit(tree.paths[i], tree.paths[j], shared(i, j)));
   }
 
   /// The branchings on one path, from the inlet on, without overlap.
@@ -137,7 +149,7 @@ std::string note_of(const CenterlinePath& path, const Interval& gap) {
 
 std::vector<std::string> assign_tracts(CenterlineTree& tree,
                                        const std::vector<std::vector<char>>& is_tube) {
-  const Splitter splitter(tree);
+  const Splitter splitter(tree, is_tube);
   std::vector<std::string> notes;
   std::map<std::tuple<std::size_t, int, bool>, int> group_of;  // first owner, start, blanking
   for (std::size_t i = 0; i < tree.paths.size(); ++i) {

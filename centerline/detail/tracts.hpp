@@ -11,7 +11,9 @@ namespace angio::centerline {
 ///
 /// Where two lines part, each leaves the tube (union of spheres) of the other at some point; a
 /// branching begins, on the shared part, one sphere upstream of the nearer of these points, and
-/// ends on each line where it has left the tubes of all others. Branchings that overlap are one.
+/// ends on each line where it has left the tubes of all others and, within a diameter, its own
+/// section is seen all round: in a mouth the line turns, and runs beside the middle. Branchings
+/// that overlap are one.
 ///
 /// Source: Antiga, Steinman, "Robust and objective decomposition and mapping of bifurcating
 /// vessels", IEEE TMI 23(6), 2004, doi:10.1109/TMI.2004.826946, section II-B; VMTK's branch
