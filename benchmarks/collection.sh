@@ -85,7 +85,8 @@ run_case() {
     code=$?
   } 2>"$out/runs/$name.time"
   code=${code:-1}
-  read -r wall user system <"$out/runs/$name.time"
+  # The shell tells of a run that was killed before its times.
+  read -r wall user system < <(tail -n 1 "$out/runs/$name.time")
   rm -f "$out/runs/$name.time"
   printf '"%s",%s,"%s","%s",%s,%s,%s\n' "$out/$name" "$1" "$2" "$input" "$code" "$wall" \
     "$(awk "BEGIN { print $user + $system }")" >"$out/runs/$name.csv"

@@ -283,16 +283,15 @@ bool is_even(const Line& work, const std::function<double(double)>& step) {
 /// Moves points that are much nearer to the wall than the vessel around them is wide to the deepest
 /// place of their section. A stenosis has none that is deeper.
 /// @return whether there were any
-bool climb_to_ridge(Line& work, const Line* parent, const Surroundings& around) {
+bool climb_to_ridge(Line& work, const Surroundings& around) {
   constexpr double kNear = 0.75, kDeeper = 1.15, kTip = 2.0;
   Polyline& line = work.line;
   const std::vector<double> s = arc_length(line.points);
   const std::vector<double> radius = radius_around(line, s);
   Middles middles{line.points, std::vector<double>(line.points.size(), 1.0)};
-  const std::size_t first = std::max(work.shared, first_outside(work, parent));
   std::vector<char> has_moved(line.points.size(), 0);
-  parallel_for_uneven(std::ptrdiff_t(line.points.size() - first), [&](std::ptrdiff_t index) {
-    const std::size_t i = first + std::size_t(index);
+  parallel_for_uneven(std::ptrdiff_t(line.points.size() - work.shared), [&](std::ptrdiff_t index) {
+    const std::size_t i = work.shared + std::size_t(index);
     const double zone = kTip * radius[i];  // there the nearest wall is the cap
     if ((work.free_start && s[i] < zone) || (work.free_end && s.back() - s[i] < zone)) return;
     const double here = around.distance_to_wall.at(line.points[i], line.radius[i]);
@@ -319,8 +318,7 @@ void finish(Line& work, const Line* parent, const Surroundings& around) {
     resample(work.line, work.shared, around.last_step);
   };
   spread();
-  for (int climb = 0; climb < kMostClimbs && climb_to_ridge(work, parent, around); ++climb)
-    spread();
+  for (int climb = 0; climb < kMostClimbs && climb_to_ridge(work, around); ++climb) spread();
   Look look = measure(work, parent, around);
   settle_last(work, around, look.middles);
   check_widths(work, around.distance_to_wall);
