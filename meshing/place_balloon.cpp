@@ -11,6 +11,7 @@
 #include "meshing/detail/balloon_shape.hpp"
 #include "meshing/detail/contact_region.hpp"
 #include "meshing/detail/surface_query.hpp"
+#include "meshing/detail/winding.hpp"
 #include "meshing/meshing.hpp"
 
 namespace angio::meshing {
@@ -231,6 +232,14 @@ std::optional<detail::GapBoundary> close_gap(ContactRegion& region) {
   return std::nullopt;
 }
 
+/// Whether a closed surface holds all of a balloon. A region can come out as a scrap of wall beside
+/// it, where vessels touch or a cap takes much away: that wall would never be met.
+bool encloses(const TriangleMesh& shell, const TriangleMesh& balloon) {
+  const detail::Winding winding(shell);
+  return std::all_of(balloon.vertices.begin(), balloon.vertices.end(),
+                     [&](const Vec3& p) { return std::abs(winding.at(p)) == 1; });
+}
+
 struct ClosedRegion {
   ContactRegion region;
   detail::GapBoundary gap;
@@ -248,12 +257,15 @@ ClosedRegion find_region(const LumenMesh& lumen, const CenterlineTree& tree,
         last_pole + diameters * 2.0 * sample(path, last_pole).inscribed_radius};
     ContactRegion region = detail::extract_region(lumen.open, tree, extent, balloon.guidewire);
     const auto gap = close_gap(region);
-    if (gap && count_intersections(balloon.start, gap->shell) == 0)
+    if (gap && count_intersections(balloon.start, gap->shell) == 0 &&
+        encloses(gap->shell, balloon.start))
       return {std::move(region), *gap};
   }
   throw InputError(
-      "the ends of the wall around the balloon could not be closed clear of the balloon (a branch "
-      "or a kink lies there). Move the balloon along the line or make it shorter "
+      "the wall around the balloon could not be told, or its ends not be closed clear of the "
+      "balloon "
+      "(a branch, a kink or touching vessels lie there). Move the balloon along the line or make "
+      "it shorter "
       "(balloon.length_mm)");
 }
 
