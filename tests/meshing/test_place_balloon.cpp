@@ -8,6 +8,7 @@
 
 #include "core/error.hpp"
 #include "meshing/detail/air_mesh.hpp"
+#include "meshing/detail/winding.hpp"
 #include "meshing/meshing.hpp"
 #include "tests/meshing/placed_balloon.hpp"
 
@@ -127,6 +128,13 @@ TEST_P(PlacedBalloon, HasARegionThatReachesPastThePoles) {
   const auto [low, high] = std::minmax_element(region().abscissa.begin(), region().abscissa.end());
   EXPECT_LT(*low, project(path, x[x.size() - 2]) - 1.0);
   EXPECT_GT(*high, project(path, x.back()) + 1.0);
+}
+
+TEST_P(PlacedBalloon, HasItsRegionAllAroundIt) {
+  const auto gap = detail::close_region(region().mesh);
+  ASSERT_TRUE(gap.has_value());
+  const detail::Winding winding(gap->shell);
+  for (const Vec3& p : balloon().start.vertices) EXPECT_EQ(winding.at(p), 1);
 }
 
 TEST_P(PlacedBalloon, HasAirOverBalloonAndRegionVerticesOnly) {
