@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <numeric>
 
 namespace angio::centerline {
 namespace {
@@ -64,6 +65,59 @@ Vec3 leaving(const LumenVoxels& lumen, const std::vector<int>& from_fork) {
   return normalized(distance(far, near) > 0.0 ? far - near : far - fork);
 }
 
+/// Lets paths part where their vessels do. In a wide vessel two paths may run side by side from
+/// their root on; here a path goes with those before it as long as it is within the inscribed balls
+/// around them, and on its own from where it first leaves them. Paths that part so never meet
+/// again.
+std::vector<std::vector<int>> part_with_the_vessels(const LumenVoxels& lumen,
+                                                    const std::vector<std::vector<int>>& paths) {
+  std::vector<std::vector<int>> parted(paths.size());
+  std::vector<std::size_t> order(paths.size());
+  std::iota(order.begin(), order.end(), std::size_t(0));
+  std::stable_sort(order.begin(), order.end(),
+                   [&](std::size_t a, std::size_t b) { return paths[a].size() > paths[b].size(); });
+  // Where the voxels of the paths so far are: which path, which place on it, in balls of that
+  // depth.
+  struct Ball {
+    Vec3 center;
+    double radius;
+    std::size_t path, place;
+  };
+  std::vector<Ball> balls;
+  for (const std::size_t p : order) {
+    const std::vector<int>& path = paths[p];
+    std::size_t own = 0;
+    const Ball* last = nullptr;
+    for (; own + 1 < path.size(); ++own) {
+      const Vec3 at = lumen.position(path[own]);
+      const Ball* nearest = nullptr;
+      double least = 1.0;
+      for (const Ball& ball : balls) {
+        const double ratio = distance(at, ball.center) / std::max(ball.radius, 1e-9);
+        if (ratio > least) continue;
+        least = ratio;
+        nearest = &ball;
+      }
+      if (nearest == nullptr) break;
+      last = nearest;
+    }
+    std::vector<int>& result = parted[p];
+    std::size_t shared = 0;
+    if (last != nullptr) {
+      const std::vector<int>& with = parted[last->path];
+      shared = last->place + 1;
+      result.assign(with.begin(), with.begin() + std::ptrdiff_t(shared));
+    } else {
+      own = 0;
+    }
+    result.insert(result.end(), path.begin() + std::ptrdiff_t(own), path.end());
+    for (std::size_t i = shared; i < result.size(); ++i)
+      balls.push_back(
+          {lumen.position(result[i]), double(lumen.depth[std::size_t(result[i])]), p, i});
+  }
+  return parted;
+}
+
 /// The stretches of the union of paths from the root, which part once and never meet again.
 std::vector<Stretch> find_stretches(const LumenVoxels& lumen,
                                     const std::vector<std::vector<int>>& paths,
@@ -111,15 +165,28 @@ struct Arm {
   Vec3 direction;
 };
 
+/// The angle at which a daughter of radius `r` leaves the line of its parent when the fork takes
+/// the least work (Murray, J Gen Physiol 9:835, 1926); `rest` is the radius of all other daughters
+/// as one.
+double angle_of_least_work(double parent, double r, double rest) {
+  const double cosine =
+      (std::pow(parent, 4) + std::pow(r, 4) - std::pow(rest, 4)) / (2.0 * parent * parent * r * r);
+  return std::acos(std::clamp(cosine, -1.0, 1.0));
+}
+
 double fork_cost(const Arm& in, const std::vector<Arm>& out) {
-  constexpr double kMurray = 3.0, kTurn = 1.5, kMostMisfit = 4.0;
-  double cubes = 0.0, turns = 0.0;
-  for (const Arm& arm : out) {
-    cubes += std::pow(arm.radius, 3);
-    turns += 1.0 + dot(in.direction, arm.direction);
-  }
+  constexpr double kMurray = 3.0, kAngle = 3.0, kMost = 2.0;
+  double cubes = 0.0;
+  for (const Arm& arm : out) cubes += std::pow(arm.radius, 3);
   const double misfit = std::log(std::pow(in.radius, 3) / cubes);
-  return kMurray * std::min(misfit * misfit, kMostMisfit) + kTurn * turns / double(out.size());
+  double angles = 0.0;
+  for (const Arm& arm : out) {
+    const double rest = std::cbrt(std::max(cubes - std::pow(arm.radius, 3), 0.0));
+    const double turn = std::acos(std::clamp(-dot(in.direction, arm.direction), -1.0, 1.0));
+    const double off = turn - angle_of_least_work(std::cbrt(cubes), arm.radius, rest);
+    angles += off * off / double(out.size());
+  }
+  return std::min(kMurray * misfit * misfit + kAngle * angles, kMost);
 }
 
 /// The costs of all forks when blood comes from the far end of stretch `inlet` (-1: the root).
@@ -155,10 +222,11 @@ double tree_cost(const std::vector<Stretch>& stretches, int inlet) {
 
 std::size_t choose_inlet(const LumenVoxels& lumen, const Front& front,
                          const std::vector<InletCandidate>& candidates) {
-  constexpr double kWide = 3.0, kCutOff = 1.25;
+  constexpr double kWide = 2.0, kCutOff = 1.25;
   std::vector<std::vector<int>> paths;
   for (std::size_t c = 1; c < candidates.size(); ++c)
     paths.push_back(trace(front, candidates[c].voxel));
+  paths = part_with_the_vessels(lumen, paths);
   std::vector<int> last{-1};
   const std::vector<Stretch> stretches = find_stretches(lumen, paths, last);
   if (stretches.empty()) return 0;

@@ -18,14 +18,17 @@ struct InletCandidate {
 ///
 /// For each candidate the tree is turned so that blood comes from it, and costs
 ///
-///     sum over forks [ 3 ln^2(r_in^3 / sum r_out^3) + 1.5 mean(1 - cos(turn)) ] + 3 ln(r_max / r)
+///     sum over forks min(2, 3 ln^2(r_in^3 / sum r_out^3) + 3 mean((turn - turn_M)^2)) + 2 ln(r_max
+///     / r)
 ///
-/// are added up: Murray's law (PNAS 12:207, 1926) within the scatter that real forks have (a
-/// factor of 1.5 in the cubes is one standard deviation), daughters that leave forward rather than
-/// backward, and a wide end rather than a narrow one. r is the median depth of a stretch between
-/// forks, without what lies in a fork and in a cap, so a short trunk counts as much as a long one,
-/// and a stenosis little. An end that the volume's border cuts off counts a quarter wider: what
-/// feeds the lumen mostly comes from outside.
+/// are added up: Murray's law of radii (PNAS 12:207, 1926) and of angles (J Gen Physiol 9:835,
+/// 1926: cos turn_M = (r_p^4 + r^4 - r_q^4) / (2 r_p^2 r^2), r_p^3 = sum r_out^3, r_q^3 = r_p^3 -
+/// r^3), each within the scatter of real forks (one standard deviation: a factor of 1.5 in the
+/// cubes, 0.41 rad), and a wide end rather than a narrow one. A fork off by two standard deviations
+/// is as bad as any: an aneurysm, or vessels that touch, must not outvote the others. r is the
+/// median depth of a stretch between forks, without what lies in a fork and in a cap, so a short
+/// trunk counts as much as a long one, and a stenosis little. An end that the volume's border cuts
+/// off counts a quarter wider: what feeds the lumen mostly comes from outside.
 ///
 /// @param front  from the first candidate's voxel
 /// @return index of the candidate

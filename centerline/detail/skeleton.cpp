@@ -130,6 +130,28 @@ Ends find_ends(LumenVoxels& lumen, int source, double min_length, std::vector<ch
   }
 }
 
+/// Adds the ends that are seen from another source only: a wide end beside a long branch hardly
+/// stands out when it is looked at from that branch.
+void add_missing(const LumenVoxels& lumen, const Ends& others, int source, Ends& ends) {
+  std::vector<char> in_tree(std::size_t(lumen.count()), 0);
+  for (const auto* some : {&ends.ends, &ends.sacs})
+    for (const LumenEnd& end : *some)
+      for (int v = end.voxel; v >= 0; v = ends.front.previous[std::size_t(v)])
+        in_tree[std::size_t(v)] = 1;
+  for (const LumenEnd& other : others.ends) {
+    if (std::isinf(ends.front.length[std::size_t(other.voxel)])) continue;
+    int v = other.voxel;
+    double widest = 0.0;
+    for (; v >= 0 && in_tree[std::size_t(v)] == 0; v = ends.front.previous[std::size_t(v)])
+      widest = std::max(widest, double(lumen.depth[std::size_t(v)]));
+    if (v < 0) v = source;
+    // The same end, found at another voxel of its cap, is no farther than the vessel is wide.
+    const double reach = 2.0 * std::max(widest, double(lumen.depth[std::size_t(v)]));
+    if (distance(lumen.position(v), lumen.position(other.voxel)) > reach)
+      ends.ends.push_back(other);
+  }
+}
+
 /// Whether the border of the volume cuts a vessel off, rather than a wall ending it.
 bool is_cut_off(const LumenVoxels& lumen, const std::vector<int>& tip_first) {
   std::vector<Vec3> points;
@@ -298,14 +320,20 @@ Skeleton find_skeleton(LumenVoxels& lumen, const CenterlineOptions& options,
     if (has_rims) take_rims(lumen, rims, source, ends, closed);
     return ends;
   };
+  int source = root;
   Ends ends = find_from(root);
-  if (!has_rims) check_tubular(lumen, ends);
+  if (!has_rims) {
+    check_tubular(lumen, ends);
+    source = ends.ends.front().voxel;
+    const Ends from_root = std::exchange(ends, find_from(source));
+    add_missing(lumen, from_root, source, ends);
+  }
 
-  std::vector<int> all_ends{root};
+  std::vector<int> all_ends{source};
   for (const LumenEnd& end : ends.ends) all_ends.push_back(end.voxel);
   const int inlet = options.inlet_lps_mm ? snap(lumen, *options.inlet_lps_mm, all_ends)
-                                         : find_inlet(lumen, root, ends.front, ends.ends, rims);
-  if (inlet != root) ends = find_from(inlet);
+                                         : find_inlet(lumen, source, ends.front, ends.ends, rims);
+  if (inlet != source) ends = find_from(inlet);
   if (!options.outlets_lps_mm.empty()) {
     std::vector<int> found;
     for (const LumenEnd& end : ends.ends) found.push_back(end.voxel);
