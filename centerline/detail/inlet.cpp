@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstddef>
 #include <numeric>
+#include <utility>
 
 namespace angio::centerline {
 namespace {
@@ -220,7 +221,7 @@ double tree_cost(const std::vector<Stretch>& stretches, int inlet) {
 
 }  // namespace
 
-std::size_t choose_inlet(const LumenVoxels& lumen, const Front& front,
+InletChoice choose_inlet(const LumenVoxels& lumen, const Front& front,
                          const std::vector<InletCandidate>& candidates) {
   constexpr double kWide = 2.0, kCutOff = 1.25;
   std::vector<std::vector<int>> paths;
@@ -229,7 +230,7 @@ std::size_t choose_inlet(const LumenVoxels& lumen, const Front& front,
   paths = part_with_the_vessels(lumen, paths);
   std::vector<int> last{-1};
   const std::vector<Stretch> stretches = find_stretches(lumen, paths, last);
-  if (stretches.empty()) return 0;
+  if (stretches.empty()) return {};
   // Of a tube without a fork each end has its own width.
   const auto radius_at = [&](std::size_t c) {
     const Stretch& stretch = stretches[last[c] < 0 ? 0 : std::size_t(last[c])];
@@ -241,16 +242,23 @@ std::size_t choose_inlet(const LumenVoxels& lumen, const Front& front,
     }
     return (candidates[c].is_cut_off ? kCutOff : 1.0) * median_depth(lumen, own);
   };
-  std::size_t best = 0;
-  double best_cost = 1e300;
+  constexpr double kSure = 1.0;
+  InletChoice choice;
+  double best_cost = 1e300, rival_cost = 1e300;
   for (std::size_t c = 0; c < candidates.size(); ++c) {
     if (!candidates[c].is_open) continue;
     const double cost = tree_cost(stretches, last[c]) - kWide * std::log(radius_at(c));
-    if (cost >= best_cost) continue;
-    best_cost = cost;
-    best = c;
+    if (cost < best_cost) {
+      if (best_cost < 1e300) choice.rival = choice.best;
+      rival_cost = std::exchange(best_cost, cost);
+      choice.best = c;
+    } else if (cost < rival_cost) {
+      rival_cost = cost;
+      choice.rival = c;
+    }
   }
-  return best;
+  if (rival_cost - best_cost >= kSure) choice.rival.reset();
+  return choice;
 }
 
 }  // namespace angio::centerline

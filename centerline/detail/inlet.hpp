@@ -1,5 +1,7 @@
 #pragma once
 
+#include <cstddef>
+#include <optional>
 #include <vector>
 
 #include "centerline/detail/fronts.hpp"
@@ -12,6 +14,11 @@ struct InletCandidate {
   int voxel = 0;
   bool is_cut_off = false;  ///< by the border of the volume
   bool is_open = true;      ///< false: an end of the tree, but blood does not come in by it
+};
+
+struct InletChoice {
+  std::size_t best = 0;              ///< index of the candidate
+  std::optional<std::size_t> rival;  ///< the next best, where its cost is less than 1 higher
 };
 
 /// The trunk of a tree: the end from which every fork looks as forks do.
@@ -31,8 +38,7 @@ struct InletCandidate {
 /// off counts a quarter wider: what feeds the lumen mostly comes from outside.
 ///
 /// @param front  from the first candidate's voxel
-/// @return index of the candidate
-std::size_t choose_inlet(const LumenVoxels& lumen, const Front& front,
+InletChoice choose_inlet(const LumenVoxels& lumen, const Front& front,
                          const std::vector<InletCandidate>& candidates);
 
 }  // namespace angio::centerline

@@ -130,25 +130,30 @@ Ends find_ends(LumenVoxels& lumen, int source, double min_length, std::vector<ch
   }
 }
 
+/// The vessel's radius behind a tip: the greatest depth on the way back, until the way is longer
+/// than the vessel is wide.
+double radius_behind(const LumenVoxels& lumen, const Front& front, int tip) {
+  double deepest = 0.0;
+  for (int v = tip; v >= 0; v = front.previous[std::size_t(v)]) {
+    deepest = std::max(deepest, double(lumen.depth[std::size_t(v)]));
+    if (distance(lumen.position(v), lumen.position(tip)) > 2.0 * deepest + voxel_size(lumen)) break;
+  }
+  return deepest;
+}
+
 /// Adds the ends that are seen from another source only: a wide end beside a long branch hardly
-/// stands out when it is looked at from that branch.
+/// stands out when it is looked at from that branch. Tips no farther apart than the vessel is wide
+/// are one end.
 void add_missing(const LumenVoxels& lumen, const Ends& others, int source, Ends& ends) {
-  std::vector<char> in_tree(std::size_t(lumen.count()), 0);
-  for (const auto* some : {&ends.ends, &ends.sacs})
-    for (const LumenEnd& end : *some)
-      for (int v = end.voxel; v >= 0; v = ends.front.previous[std::size_t(v)])
-        in_tree[std::size_t(v)] = 1;
   for (const LumenEnd& other : others.ends) {
     if (std::isinf(ends.front.length[std::size_t(other.voxel)])) continue;
-    int v = other.voxel;
-    double widest = 0.0;
-    for (; v >= 0 && in_tree[std::size_t(v)] == 0; v = ends.front.previous[std::size_t(v)])
-      widest = std::max(widest, double(lumen.depth[std::size_t(v)]));
-    if (v < 0) v = source;
-    // The same end, found at another voxel of its cap, is no farther than the vessel is wide.
-    const double reach = 2.0 * std::max(widest, double(lumen.depth[std::size_t(v)]));
-    if (distance(lumen.position(v), lumen.position(other.voxel)) > reach)
-      ends.ends.push_back(other);
+    const Vec3 tip = lumen.position(other.voxel);
+    const double reach = 2.0 * radius_behind(lumen, ends.front, other.voxel);
+    bool is_known = distance(tip, lumen.position(source)) <= reach;
+    for (const auto* some : {&ends.ends, &ends.sacs})
+      for (const LumenEnd& end : *some)
+        is_known = is_known || distance(tip, lumen.position(end.voxel)) <= reach;
+    if (!is_known) ends.ends.push_back(other);
   }
 }
 
@@ -168,7 +173,8 @@ bool is_cut_off(const LumenVoxels& lumen, const std::vector<int>& tip_first) {
 /// @param front  from the root
 /// @param rims   voxels of open rims; where there are two or more, blood comes in by one of them
 int find_inlet(const LumenVoxels& lumen, int root, const Front& front,
-               const std::vector<LumenEnd>& ends, const std::vector<int>& rims) {
+               const std::vector<LumenEnd>& ends, const std::vector<int>& rims,
+               std::vector<std::string>& warnings) {
   const auto is_rim = [&](int v) {
     return rims.size() < 2 || std::find(rims.begin(), rims.end(), v) != rims.end();
   };
@@ -182,7 +188,13 @@ int find_inlet(const LumenVoxels& lumen, int root, const Front& front,
     candidates.push_back(
         {end.voxel, is_cut_off(lumen, chain), is_rim(end.voxel) && !end.at_loop_cut});
   }
-  return candidates[choose_inlet(lumen, front, candidates)].voxel;
+  const InletChoice choice = choose_inlet(lumen, front, candidates);
+  const auto place = [&](std::size_t c) { return text(lumen.position(candidates[c].voxel)); };
+  if (choice.rival)
+    warnings.push_back("the inlet is not certain: the end at " + place(choice.best) +
+                       " was taken, the one at " + place(*choice.rival) +
+                       " is nearly as likely. --inlet says which it is");
+  return candidates[choice.best].voxel;
 }
 
 /// Makes every open rim an end, and no end of what else stands out but long vessels.
@@ -331,8 +343,9 @@ Skeleton find_skeleton(LumenVoxels& lumen, const CenterlineOptions& options,
 
   std::vector<int> all_ends{source};
   for (const LumenEnd& end : ends.ends) all_ends.push_back(end.voxel);
-  const int inlet = options.inlet_lps_mm ? snap(lumen, *options.inlet_lps_mm, all_ends)
-                                         : find_inlet(lumen, source, ends.front, ends.ends, rims);
+  const int inlet = options.inlet_lps_mm
+                        ? snap(lumen, *options.inlet_lps_mm, all_ends)
+                        : find_inlet(lumen, source, ends.front, ends.ends, rims, skeleton.warnings);
   if (inlet != source) ends = find_from(inlet);
   if (!options.outlets_lps_mm.empty()) {
     std::vector<int> found;

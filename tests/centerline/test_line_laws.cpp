@@ -171,6 +171,28 @@ TEST(Inlet, IsTheTrunkThoughItIsTheShortestBranch) {
   for (const CenterlinePath& path : result.tree.paths) EXPECT_LT(path.points.front().z, -8.0);
 }
 
+bool says_inlet_is_uncertain(const CenterlineResult& result) {
+  return std::any_of(result.warnings.begin(), result.warnings.end(), [](const std::string& w) {
+    return w.find("the inlet is not certain") != std::string::npos;
+  });
+}
+
+TEST(Inlet, IsSaidToBeUncertainWhereTwoEndsAreAlike) {
+  const auto radius = [](double) { return 2.0; };
+  const std::vector<Tube> tube = {straight_tube({0, 0, -20}, {0, 0, 20}, radius)};
+  EXPECT_TRUE(says_inlet_is_uncertain(
+      extract_centerline(level_set_of(tube, grid_around(tube, 0.4, 1.5)), {})));
+  // Murray's fork: two equal daughters, each at 37.5 degrees, cos = 2^(2/3) / 2.
+  const double r = 2.5 / std::cbrt(2.0), s = std::sin(0.654), c = std::cos(0.654);
+  const std::vector<Tube> fork = {
+      straight_tube({0, 0, -25}, {0, 0, 0}, [](double) { return 2.5; }),
+      straight_tube({0, 0, 0}, 25.0 * Vec3{s, 0, c}, [r](double) { return r; }),
+      straight_tube({0, 0, 0}, 25.0 * Vec3{-s, 0, c}, [r](double) { return r; })};
+  const auto result = extract_centerline(level_set_of(fork, grid_around(fork, 0.4, 1.5)), {});
+  EXPECT_FALSE(says_inlet_is_uncertain(result));
+  for (const CenterlinePath& path : result.tree.paths) EXPECT_LT(path.points.front().z, -22.0);
+}
+
 TEST(OpenRims, AreTheEndsAndLinesBeginAndEndInTheirMiddles) {
   const TriangleMesh tube = tests::make_tube(1.5, 20.0, 60, 32);
   const CenterlineResult result = extract_centerline(tube, {});
