@@ -65,7 +65,7 @@ struct Measured {
 Measured measure(const char* name, const Tube& tube, const TriangleMesh& mesh) {
   const CenterlineResult result = extract_centerline(mesh, {});
   EXPECT_EQ(result.tree.paths.size(), 1U);
-  EXPECT_TRUE(result.warnings.empty());
+  EXPECT_TRUE(test::without_inlet(result.warnings).empty());
   const CenterlinePath& path = result.tree.paths[0];
   Measured m;
   m.throat = 1e300;

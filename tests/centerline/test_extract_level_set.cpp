@@ -61,7 +61,7 @@ TEST(ExtractCenterline, MeasuresAStraightTube) {
   const Tube tube = straight_tube({0, 0, 0}, {3, 2, 30}, constant(1.5));
   const auto result = extract_centerline(level_set_of({tube}, grid_around({tube}, 0.3, 1.5)), {});
   ASSERT_EQ(result.tree.paths.size(), 1U);
-  EXPECT_TRUE(result.warnings.empty());
+  EXPECT_TRUE(test::without_inlet(result.warnings).empty());
   const Errors errors = compare(result.tree.paths[0], tube);
   EXPECT_LT(errors.mean_distance, 0.005);
   EXPECT_LT(errors.max_distance, 0.03);  // a tenth of a voxel, beside the domes
@@ -198,7 +198,7 @@ TEST(ExtractCenterline, TakesTheLargestPieceAndSaysSo) {
   const auto result =
       extract_centerline(level_set_of({large, small}, grid_around({large, small}, 0.3, 1.5)), {});
   ASSERT_EQ(result.tree.paths.size(), 1U);
-  ASSERT_EQ(result.warnings.size(), 1U);
+  ASSERT_EQ(test::without_inlet(result.warnings).size(), 1U);
   EXPECT_NEAR(result.tree.paths[0].points.front().x, 0.0, 0.1);
 }
 

@@ -200,7 +200,7 @@ TEST(CenterlineTree, CoversALoopAndWarns) {
                                 straight_tube({10, 0, 0}, {25, 3, 0}, constant(1.2))};
   const auto result = extract(tubes);
   expect_consistent(result.tree);
-  ASSERT_EQ(result.warnings.size(), 1U);
+  ASSERT_EQ(test::without_inlet(result.warnings).size(), 1U);
   EXPECT_TRUE(warns_of(result, "loop", "cut at ("));
   for (const Vec3& p : ring.points) {
     double nearest = 1e9;
@@ -277,7 +277,7 @@ TEST(CenterlineTree, TakesANarrowBranchingForABranching) {
                                straight_tube({0, 0, 0}, {4.2, 0, 24}, constant(1.5)),
                                straight_tube({0, 0, 0}, {-4.2, 0, 24}, constant(1.5))});
   EXPECT_EQ(result.tree.paths.size(), 2U);
-  EXPECT_TRUE(result.warnings.empty());
+  EXPECT_TRUE(test::without_inlet(result.warnings).empty());
 }
 
 TEST(CenterlineTree, TakesOppositeBranchesForBranches) {
@@ -285,7 +285,7 @@ TEST(CenterlineTree, TakesOppositeBranchesForBranches) {
                                straight_tube({0, 0, 0}, {15, 0, 4}, constant(1.0)),
                                straight_tube({0, 0, 1}, {-15, 0, 5}, constant(1.0))});
   EXPECT_EQ(result.tree.paths.size(), 3U);
-  EXPECT_TRUE(result.warnings.empty());
+  EXPECT_TRUE(test::without_inlet(result.warnings).empty());
 }
 
 TEST(CenterlineTree, OfATrifurcationHasOneBranchingWithThreeDaughters) {
@@ -321,7 +321,7 @@ TEST(CenterlineTree, OfAClosedRingIsCutWithAWarning) {
       constant(1.5));
   const auto result = extract({ring});
   expect_consistent(result.tree);
-  EXPECT_EQ(result.warnings.size(), 1U);
+  EXPECT_EQ(test::without_inlet(result.warnings).size(), 1U);
 }
 
 }  // namespace
