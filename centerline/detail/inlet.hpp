@@ -18,7 +18,8 @@ struct InletCandidate {
 ///
 /// For each candidate the tree is turned so that blood comes from it, and costs
 ///
-///     sum over forks [ 3 ln^2(r_in^3 / sum r_out^3) + 1.5 mean(1 - cos(turn)) ] + 3 ln(r_max / r)
+///     sum over forks [ 3 min(ln^2(r_in^3 / sum r_out^3), 4) + 1.5 mean(1 - cos(turn)) ]
+///         + 3 ln(r_max / r)
 ///
 /// are added up: Murray's law (PNAS 12:207, 1926) within the scatter that real forks have (a
 /// factor of 1.5 in the cubes is one standard deviation), daughters that leave forward rather than
