@@ -33,8 +33,9 @@ TriangleMesh zero_surface(const Volume<float>& level_set) {
   vtkNew<vtkIdList> corners;
   for (vtkIdType c = 0; c < found.GetNumberOfCells(); ++c) {
     found.GetCellPoints(c, corners);
+    // VTK's triangles face lower values, and those are inside.
     mesh.triangles.push_back(
-        {int(corners->GetId(0)), int(corners->GetId(1)), int(corners->GetId(2))});
+        {int(corners->GetId(0)), int(corners->GetId(2)), int(corners->GetId(1))});
   }
   return mesh;
 }

@@ -34,6 +34,7 @@ TEST(ZeroSurface, OfASphereIsClosedAndOnTheSphere) {
   const SurfaceTopology topology = surface_topology(surface);
   EXPECT_TRUE(topology.is_closed());
   EXPECT_EQ(topology.euler_number, 2);
+  EXPECT_GT(enclosed_volume(surface), 0.0);
   // Along an edge of the grid the distance is no straight line, but it bends by 1 / R at most.
   for (const Vec3& p : surface.vertices)
     EXPECT_NEAR(distance(p, middle), kRadius, kSpacing * kSpacing / (8.0 * kRadius) + 1e-5);
