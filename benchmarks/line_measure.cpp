@@ -4,11 +4,12 @@
 #include <cmath>
 
 #include "benchmarks/wall_probe.hpp"
+#include "core/units.hpp"
 
 namespace angio {
 namespace {
 
-constexpr double kDegrees = 180.0 / 3.14159265358979323846;
+constexpr double kDegrees = 180.0 / units::kPi;
 
 double angle(const Vec3& a, const Vec3& b) {
   return std::acos(std::clamp(dot(normalized(a), normalized(b)), -1.0, 1.0)) * kDegrees;

@@ -156,17 +156,17 @@ int main(int argument_count, char** arguments) {
     std::printf(
         "diameter balloon     wall folds  fps  crossing inverted  no air  rebuilt  check ms "
         "residual pressure failure\n");
-    const bool on_gpu = mode("cuda") || mode("scales-cuda"), all = mode("scales") || on_gpu;
-    const auto backend = on_gpu ? simulation::Backend::cuda : simulation::Backend::cpu;
-    const auto sizes = all && !mode("cuda") ? meshing::Sizes::all : meshing::Sizes::coronary;
+    const auto backend =
+        mode("cuda") || mode("scales-cuda") ? simulation::Backend::cuda : simulation::Backend::cpu;
+    const auto sizes =
+        mode("scales") || mode("scales-cuda") ? meshing::Sizes::all : meshing::Sizes::coronary;
     const meshing::Totals totals =
         meshing::run(count, first, sizes, [&](const auto& site, const auto& setup, auto& sums) {
           meshing::inflate(site, setup, backend, sums);
         });
     std::printf(
-        "%d vessels (refused: %d, failed: %d), %d frames: %d crossings, %d inverted tets, %d "
-        "frames "
-        "without a whole air mesh; %.0f s\n",
+        "%d vessels (refused: %d, failed: %d), %d frames: %d crossings, %d inverted tets, "
+        "%d frames without a whole air mesh; %.0f s\n",
         totals.vessels, totals.refused, totals.failed, totals.frames, totals.crossings,
         totals.inverted, totals.without_air, totals.seconds);
     return totals.crossings > 0 || totals.inverted > 0 ? 1 : 0;

@@ -87,14 +87,6 @@ bool says_ras(const fs::path& file) {
   return space && space->GetNumberOfValues() > 0 && space->GetValue(0) == "RAS";
 }
 
-LineEnd end_of(const CenterlinePath& path, double abscissa, const Vec3& place, double radius) {
-  constexpr double kReach = 1.2;  // lines stop a little before or behind the wall of an end
-  for (std::size_t i = 0; i < path.points.size(); ++i)
-    if (std::abs(path.abscissa[i] - abscissa) <= kReach * path.inscribed_radius[i])
-      radius = std::max(radius, path.inscribed_radius[i]);
-  return {place, radius};
-}
-
 double distance_to(const std::vector<Vec3>& places, const Vec3& point) {
   double least = kInfinity;
   for (const Vec3& place : places) least = std::min(least, distance(place, point));
@@ -179,11 +171,9 @@ std::vector<LineEnd> ends_of(const CenterlineTree& tree) {
   std::vector<LineEnd> ends;
   if (tree.paths.empty()) return ends;
   const CenterlinePath& first = tree.paths.front();
-  ends.push_back(
-      end_of(first, first.abscissa.front(), first.points.front(), first.inscribed_radius.front()));
+  ends.push_back({first.points.front(), radius_at_end(first, PathEnd::inlet)});
   for (const CenterlinePath& path : tree.paths)
-    ends.push_back(
-        end_of(path, path.abscissa.back(), path.points.back(), path.inscribed_radius.back()));
+    ends.push_back({path.points.back(), radius_at_end(path, PathEnd::outlet)});
   return ends;
 }
 

@@ -51,11 +51,10 @@ ReadingFrame frame_of_case(const std::filesystem::path& input,
 Reading in_case(Reading reading, const ReadingFrame& frame,
                 const std::optional<VolumeGeometry>& volume);
 
-/// Where a line of the tree begins or ends, and how wide the vessel is there [mm]: the widest ball
-/// on the line that reaches the end.
+/// Where a line of the tree begins or ends.
 struct LineEnd {
   Vec3 place;
-  double radius = 0.0;
+  double radius = 0.0;  ///< of the vessel there, by radius_at_end [mm]
 };
 /// The inlet, then the outlets.
 std::vector<LineEnd> ends_of(const CenterlineTree& tree);

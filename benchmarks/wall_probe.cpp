@@ -1,17 +1,13 @@
 #include "benchmarks/wall_probe.hpp"
 
 #include <vtkCellArray.h>
-#include <vtkFloatArray.h>
-#include <vtkFlyingEdges3D.h>
-#include <vtkIdList.h>
-#include <vtkImageData.h>
-#include <vtkPointData.h>
 #include <vtkPoints.h>
 
 #include <cmath>
 
 #include "segmentation/read_volume.hpp"
 #include "viewer/files.hpp"
+#include "viewer/level_set_surface.hpp"
 
 namespace angio {
 
@@ -21,7 +17,7 @@ WallProbe::WallProbe(const std::filesystem::path& folder) {
     set_surface(viewer::read_surface(surface).mesh);
   } else {
     level_set_ = segmentation::read_volume_file(folder / "segmentation/lumen_level_set.nrrd");
-    set_surface(contour());
+    set_surface(viewer::zero_surface(level_set_));
   }
 }
 
@@ -50,35 +46,6 @@ void WallProbe::set_surface(const TriangleMesh& mesh) {
   wall->SetPoints(points);
   wall->SetPolys(cells);
   distance_->SetInput(wall);
-}
-
-TriangleMesh WallProbe::contour() {
-  const VolumeGeometry& grid = level_set_.geometry;
-  vtkNew<vtkImageData> image;  // in voxels; its points are taken to LPS below
-  image->SetDimensions(grid.size.data());
-  vtkNew<vtkFloatArray> values;
-  values->SetArray(level_set_.values.data(), vtkIdType(level_set_.values.size()), 1);
-  image->GetPointData()->SetScalars(values);
-  vtkNew<vtkFlyingEdges3D> zero;
-  zero->SetInputData(image);
-  zero->SetValue(0, 0.0);
-  zero->ComputeNormalsOff();
-  zero->ComputeGradientsOff();
-  zero->Update();
-  TriangleMesh mesh;
-  vtkPolyData& found = *zero->GetOutput();
-  for (vtkIdType p = 0; p < found.GetNumberOfPoints(); ++p) {
-    double x[3];
-    found.GetPoint(p, x);
-    mesh.vertices.push_back(grid.lps_from_index({x[0], x[1], x[2]}));
-  }
-  vtkNew<vtkIdList> corners;
-  for (vtkIdType c = 0; c < found.GetNumberOfCells(); ++c) {
-    found.GetCellPoints(c, corners);
-    mesh.triangles.push_back(
-        {int(corners->GetId(0)), int(corners->GetId(1)), int(corners->GetId(2))});
-  }
-  return mesh;
 }
 
 }  // namespace angio

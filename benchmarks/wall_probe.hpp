@@ -24,7 +24,6 @@ class WallProbe {
  private:
   [[nodiscard]] double signed_distance(const Vec3& point) const;
   void set_surface(const TriangleMesh& mesh);
-  [[nodiscard]] TriangleMesh contour();
 
   Volume<float> level_set_;
   mutable vtkNew<vtkImplicitPolyDataDistance> distance_;

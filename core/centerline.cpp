@@ -1,6 +1,7 @@
 #include "core/centerline.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 
 namespace angio {
@@ -45,6 +46,17 @@ double project(const CenterlinePath& path, const Vec3& point) {
     }
   }
   return abscissa;
+}
+
+double radius_at_end(const CenterlinePath& path, PathEnd end) {
+  constexpr double kReach = 1.2;  // lines stop a little before or behind the wall of an end
+  const bool is_first = end == PathEnd::inlet;
+  const double at = is_first ? path.abscissa.front() : path.abscissa.back();
+  double radius = is_first ? path.inscribed_radius.front() : path.inscribed_radius.back();
+  for (std::size_t i = 0; i < path.points.size(); ++i)
+    if (std::abs(at - path.abscissa[i]) <= kReach * path.inscribed_radius[i])
+      radius = std::max(radius, path.inscribed_radius[i]);
+  return radius;
 }
 
 std::vector<double> arc_length(const std::vector<Vec3>& points) {

@@ -55,6 +55,12 @@ CenterlineSample sample(const CenterlinePath& path, double abscissa);
 /// The abscissa [mm] of the point of the line nearest to `point`.
 double project(const CenterlinePath& path, const Vec3& point);
 
+enum class PathEnd { inlet, outlet };
+
+/// The radius of the vessel where a line begins or ends [mm]: of the widest ball on the line that
+/// reaches that end. (The inscribed radius at the last point itself goes to zero in a closed end.)
+double radius_at_end(const CenterlinePath& path, PathEnd end);
+
 /// Arc length of a polyline at each of its points [mm], starting at 0.
 std::vector<double> arc_length(const std::vector<Vec3>& points);
 

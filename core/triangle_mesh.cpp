@@ -122,6 +122,37 @@ std::vector<std::vector<int>> vertex_neighbors(const TriangleMesh& mesh) {
   return neighbors;
 }
 
+std::vector<std::array<int, 3>> triangle_neighbors(const TriangleMesh& mesh) {
+  struct Side {
+    int low, high, triangle, corner;
+  };
+  std::vector<Side> sides;
+  sides.reserve(3 * mesh.triangles.size());
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
+    for (int c = 0; c < 3; ++c) {
+      const auto [low, high] = std::minmax(mesh.triangles[t][std::size_t(c)],
+                                           mesh.triangles[t][std::size_t((c + 1) % 3)]);
+      sides.push_back({low, high, int(t), c});
+    }
+  std::sort(sides.begin(), sides.end(), [](const Side& a, const Side& b) {
+    return std::tie(a.low, a.high, a.triangle) < std::tie(b.low, b.high, b.triangle);
+  });
+  std::vector<std::array<int, 3>> neighbors(mesh.triangles.size(), {-1, -1, -1});
+  for (std::size_t first = 0; first < sides.size();) {
+    std::size_t last = first;
+    while (last < sides.size() && sides[last].low == sides[first].low &&
+           sides[last].high == sides[first].high)
+      ++last;
+    if (last - first == 2) {
+      const Side &a = sides[first], &b = sides[first + 1];
+      neighbors[std::size_t(a.triangle)][std::size_t(a.corner)] = b.triangle;
+      neighbors[std::size_t(b.triangle)][std::size_t(b.corner)] = a.triangle;
+    }
+    first = last;
+  }
+  return neighbors;
+}
+
 SurfaceTopology surface_topology(const TriangleMesh& mesh) {
   SurfaceTopology topology;
   std::vector<int> parent(mesh.vertices.size());

@@ -37,6 +37,10 @@ std::vector<std::array<int, 2>> unique_edges(const TriangleMesh& mesh);
 /// Vertices that share an edge with each vertex, ascending, shape [vertex_count][...].
 std::vector<std::vector<int>> vertex_neighbors(const TriangleMesh& mesh);
 
+/// The triangle across each side of each one, shape [triangle_count][3]: side c runs from corner c
+/// to the next. -1 at a rim, and where more than two triangles meet in an edge.
+std::vector<std::array<int, 3>> triangle_neighbors(const TriangleMesh& mesh);
+
 /// What a mesh checker says of a surface's connectivity.
 struct SurfaceTopology {
   int boundary_edge_count = 0;     ///< edges of one triangle

@@ -263,10 +263,8 @@ ClosedRegion find_region(const LumenMesh& lumen, const CenterlineTree& tree,
   }
   throw InputError(
       "the wall around the balloon could not be told, or its ends not be closed clear of the "
-      "balloon "
-      "(a branch, a kink or touching vessels lie there). Move the balloon along the line or make "
-      "it shorter "
-      "(balloon.length_mm)");
+      "balloon (a branch, a kink or touching vessels lie there). Move the balloon along the line "
+      "or make it shorter (balloon.length_mm)");
 }
 
 /// A whole wall as its own region.

@@ -51,15 +51,12 @@ std::string size_in_words(const SurfaceSize& size, LengthUnit unit);
 ///
 /// - Its wide diameter is 1.5 to 80 mm: no balloon is made for thinner vessels, and no aneurysm of
 ///   the aorta is wider.
-/// - Its median diameter is at least 0.8 mm: no clinical scanner shows finer trees (voxels of 0.2
-/// mm
-///   at best, and a lumen needs some across).
+/// - Its median diameter is 0.8 to 60 mm: no clinical scanner shows finer trees (voxels of 0.2 mm,
+///   and a lumen needs some across).
 /// - It is 4 to 1200 mm long: up to an aorta with the arteries of both legs. How short a piece is
-/// cut
-///   says little.
+///   cut says little.
 /// - In another unit than mm its x and y lie within 500 mm of the origin: that is a scanner's
-/// largest
-///   field of view, and images have their origin in its middle or at its corner.
+///   largest field of view, and images have their origin in its middle or at its corner.
 bool is_possible(const SurfaceSize& size, LengthUnit unit);
 
 /// What a surface seems to be measured in.

@@ -21,16 +21,18 @@ namespace {
 using detail::Box;
 using detail::Canvas;
 using detail::fixed_text;
+using detail::kHeading;
+using detail::kSheetInk;
+using detail::kSheetLesion;
+using detail::kSheetLetters;
 using detail::Picture;
 using detail::Rgb;
 using detail::SheetCase;
 
 constexpr int kWidth = 1860, kHeight = 1344;
 constexpr int kTitle = 72, kSide = 420, kGap = 4;
-constexpr Rgb kInk{30, 34, 42};
 constexpr Rgb kGrey{110, 118, 130};
 constexpr Rgb kRule{210, 214, 220};
-constexpr Rgb kAlert{200, 20, 30};
 
 const Box kTree{kSide + kGap, kTitle, 920, 816};
 const Box kNotes{kTree.x + kTree.width + kGap, kTitle, kWidth - kTree.x - kTree.width - kGap, 816};
@@ -49,13 +51,14 @@ void write_in_words(Canvas& canvas, const Box& box, const std::string& text) {
 }
 
 void draw_title(Canvas& canvas, const SheetCase& sheet) {
-  canvas.write(sheet.name, {12.0, 30.0}, 17.0, kInk);
+  canvas.write(sheet.name, {12.0, 30.0}, 17.0, kSheetInk);
   const bool has_failed = sheet.status.starts_with("failed");
   const Box name = Canvas::text_box(sheet.name, {12.0, 30.0}, 17.0);
   const double left = name.x + name.width + 40.0;
   const auto status = detail::wrap_text("status: " + sheet.status, kWidth - left - 12.0, 10.0);
   for (std::size_t i = 0; i < std::min<std::size_t>(2, status.size()); ++i)
-    canvas.write(status[i], {left, 22.0 + 18.0 * double(i)}, 10.0, has_failed ? kAlert : kInk);
+    canvas.write(status[i], {left, 22.0 + 18.0 * double(i)}, 10.0,
+                 has_failed ? kSheetLesion : kSheetInk);
   canvas.write(sheet.input + (sheet.input.empty() ? "" : "    ") + sheet.times, {12.0, 60.0}, 10.0,
                kGrey);
 }
@@ -87,38 +90,39 @@ void draw_balloon(Canvas& canvas, const SheetCase& sheet) {
     return write_in_words(canvas, below, "no balloon: nothing was placed or simulated");
   const auto figures = detail::draw_moments(content);
   canvas.place(figures.front().picture, below);
-  canvas.write("balloon: " + content.moments.front().title, {kBalloon.x + 8.0, kBalloon.y + 18.0},
-               9.0, kInk);
+  canvas.write("balloon: " + content.moments.front().title,
+               {kBalloon.x + kHeading.x, kBalloon.y + kHeading.y}, kSheetLetters, kSheetInk);
 }
 
 /// Lesions, then what the stages said.
 void write_notes(Canvas& canvas, const SheetCase& sheet) {
-  constexpr double kLetters = 9.0, kLine = 17.0;
+  constexpr double kLine = 17.0;
   const double bottom = kNotes.y + kNotes.height - kLine;
   double y = kNotes.y + 18.0;
   const auto write = [&](const std::string& text, const Rgb& color) {
-    for (const std::string& line : detail::wrap_text(text, kNotes.width - 24.0, kLetters)) {
+    for (const std::string& line : detail::wrap_text(text, kNotes.width - 24.0, kSheetLetters)) {
       if (y > bottom) return;
-      canvas.write(line, {kNotes.x + 10.0, y}, kLetters, color);
+      canvas.write(line, {kNotes.x + 10.0, y}, kSheetLetters, color);
       y += kLine;
     }
   };
   write("lines: " + std::to_string(sheet.content.tree.paths.size()) +
             ", stenoses: " + std::to_string(sheet.lesions.size()),
-        kInk);
+        kSheetInk);
   for (const detail::SheetLesion& lesion : sheet.lesions) {
     if (y > kNotes.y + 0.6 * kNotes.height) {
-      write("...", kInk);
+      write("...", kSheetInk);
       break;
     }
     write(lesion.name + ": " + fixed_text(lesion.stenosis_percent, 1) + " %DS, MLD " +
               fixed_text(lesion.mld_mm, 2) + " of " + fixed_text(lesion.reference_mm, 2) +
               " mm, line " + std::to_string(lesion.path) + " at " +
               fixed_text(lesion.abscissa_mm, 1) + " mm",
-          kAlert);
+          kSheetLesion);
   }
   y += 0.5 * kLine;
-  write(sheet.notes.empty() ? "no warnings" : "notes: " + std::to_string(sheet.notes.size()), kInk);
+  write(sheet.notes.empty() ? "no warnings" : "notes: " + std::to_string(sheet.notes.size()),
+        kSheetInk);
   for (const std::string& note : sheet.notes) write("- " + note, kGrey);
 }
 

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <map>
 #include <vector>
 
 #include "core/units.hpp"
@@ -11,28 +10,8 @@
 namespace angio::centerline {
 namespace {
 
-using Edge = std::array<int, 2>;
-
-/// The triangles on both sides of each edge; -1 where there is none or more than one.
-std::map<Edge, std::array<int, 2>> triangles_by_edge(const TriangleMesh& mesh) {
-  std::map<Edge, std::array<int, 2>> sides;
-  for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
-    for (std::size_t c = 0; c < 3; ++c) {
-      const int a = mesh.triangles[t][c], b = mesh.triangles[t][(c + 1) % 3];
-      auto& side = sides.try_emplace({std::min(a, b), std::max(a, b)}, std::array<int, 2>{-1, -1})
-                       .first->second;
-      side[a < b ? 0 : 1] = int(t);
-    }
-  return sides;
-}
-
-int other_side(const std::map<Edge, std::array<int, 2>>& sides, int a, int b) {
-  const auto& side = sides.at({std::min(a, b), std::max(a, b)});
-  return side[a < b ? 1 : 0];
-}
-
 /// Whether a flat piece is where a vessel was cut off.
-bool is_cap(const TriangleMesh& mesh, const std::map<Edge, std::array<int, 2>>& sides,
+bool is_cap(const TriangleMesh& mesh, const std::vector<std::array<int, 3>>& neighbors,
             const std::vector<int>& piece, const std::vector<int>& piece_of,
             const std::vector<Vec3>& normals, double mean_edge) {
   constexpr double kSharp = 0.866, kMostOfRim = 0.9, kRound = 0.4, kWide = 2.0;
@@ -48,7 +27,7 @@ bool is_cap(const TriangleMesh& mesh, const std::map<Edge, std::array<int, 2>>& 
     for (std::size_t c = 0; c < 3; ++c) {
       const Triangle& corners = mesh.triangles[std::size_t(t)];
       const int a = corners[c], b = corners[(c + 1) % 3];
-      const int beside = other_side(sides, a, b);
+      const int beside = neighbors[std::size_t(t)][c];
       if (beside >= 0 && piece_of[std::size_t(beside)] == piece_of[std::size_t(t)]) continue;
       const Vec3& from = mesh.vertices[std::size_t(a)];
       const double length = distance(from, mesh.vertices[std::size_t(b)]);
@@ -66,11 +45,12 @@ bool is_cap(const TriangleMesh& mesh, const std::map<Edge, std::array<int, 2>>& 
 
 TriangleMesh remove_flat_caps(const TriangleMesh& closed) {
   constexpr double kFlat = 0.9986;  // cosine of 3 degrees
-  const auto sides = triangles_by_edge(closed);
-  double edges = 0.0;
-  for (const auto& [edge, side] : sides)
-    edges += distance(closed.vertices[std::size_t(edge[0])], closed.vertices[std::size_t(edge[1])]);
-  const double mean_edge = sides.empty() ? 0.0 : edges / double(sides.size());
+  const auto neighbors = triangle_neighbors(closed);
+  const auto edges = unique_edges(closed);
+  double length = 0.0;
+  for (const auto& [a, b] : edges)
+    length += distance(closed.vertices[std::size_t(a)], closed.vertices[std::size_t(b)]);
+  const double mean_edge = edges.empty() ? 0.0 : length / double(edges.size());
   std::vector<Vec3> normals;
   for (const Triangle& t : closed.triangles)
     normals.push_back(normalized(area_vector_doubled(closed, t)));
@@ -82,9 +62,8 @@ TriangleMesh remove_flat_caps(const TriangleMesh& closed) {
     std::vector<int> piece{int(seed)};
     piece_of[seed] = piece_count;
     for (std::size_t next = 0; next < piece.size(); ++next) {
-      const Triangle corners = closed.triangles[std::size_t(piece[next])];
-      for (std::size_t c = 0; c < 3; ++c) {
-        const int beside = other_side(sides, corners[c], corners[(c + 1) % 3]);
+      const std::array<int, 3> around = neighbors[std::size_t(piece[next])];
+      for (const int beside : around) {
         if (beside < 0 || piece_of[std::size_t(beside)] >= 0 ||
             dot(normals[std::size_t(beside)], normals[seed]) < kFlat)
           continue;
@@ -92,7 +71,7 @@ TriangleMesh remove_flat_caps(const TriangleMesh& closed) {
         piece.push_back(beside);
       }
     }
-    if (is_cap(closed, sides, piece, piece_of, normals, mean_edge))
+    if (is_cap(closed, neighbors, piece, piece_of, normals, mean_edge))
       for (const int t : piece) is_removed[std::size_t(t)] = 1;
     ++piece_count;
   }

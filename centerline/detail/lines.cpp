@@ -280,35 +280,6 @@ bool is_even(const Line& work, const std::function<double(double)>& step) {
   return true;
 }
 
-/// Moves points that are much nearer to the wall than the vessel around them is wide to the deepest
-/// place of their section. A stenosis has none that is deeper.
-/// @return whether there were any
-bool climb_to_ridge(Line& work, const Surroundings& around) {
-  constexpr double kNear = 0.75, kDeeper = 1.15, kTip = 2.0;
-  Polyline& line = work.line;
-  const std::vector<double> s = arc_length(line.points);
-  const std::vector<double> radius = radius_around(line, s);
-  Middles middles{line.points, std::vector<double>(line.points.size(), 1.0)};
-  std::vector<char> has_moved(line.points.size(), 0);
-  parallel_for_uneven(std::ptrdiff_t(line.points.size() - work.shared), [&](std::ptrdiff_t index) {
-    const std::size_t i = work.shared + std::size_t(index);
-    const double zone = kTip * radius[i];  // there the nearest wall is the cap
-    if ((work.free_start && s[i] < zone) || (work.free_end && s.back() - s[i] < zone)) return;
-    const double here = around.distance_to_wall.at(line.points[i], line.radius[i]);
-    if (here >= kNear * radius[i]) return;
-    const Vec3 deepest =
-        deepest_in_section(line.points[i], tangent_at(line, s, i, direction_reach(line, i)),
-                           radius[i], around.distance_to_wall);
-    if (around.distance_to_wall.at(deepest, here) < kDeeper * here) return;
-    middles.center[i] = deepest;
-    has_moved[i] = 1;
-  });
-  if (std::find(has_moved.begin(), has_moved.end(), 1) == has_moved.end()) return false;
-  line.points = middles.center;
-  settle(work, around, std::move(middles), kLastStiffness);
-  return true;
-}
-
 /// The line in the middle, smooth, with the numbers that are kept.
 void finish(Line& work, const Line* parent, const Surroundings& around) {
   constexpr int kMostClimbs = 3;
@@ -318,7 +289,8 @@ void finish(Line& work, const Line* parent, const Surroundings& around) {
     resample(work.line, work.shared, around.last_step);
   };
   spread();
-  for (int climb = 0; climb < kMostClimbs && climb_to_ridge(work, around); ++climb) spread();
+  for (int climb = 0; climb < kMostClimbs && climb_to_ridge(work, around, kLastStiffness); ++climb)
+    spread();
   Look look = measure(work, parent, around);
   settle_last(work, around, look.middles);
   check_widths(work, around.distance_to_wall);

@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <utility>
 
+#include "core/parallel.hpp"
 #include "core/units.hpp"
 
 namespace angio::centerline {
@@ -53,6 +55,32 @@ std::vector<double> radius_around(const Polyline& line, const std::vector<double
   }
   for (std::size_t i = 0; i < count; ++i) before[i] = std::min(before[i], behind[i]);
   return before;
+}
+
+bool climb_to_ridge(Line& work, const Surroundings& around, double stiffness) {
+  constexpr double kNear = 0.75, kDeeper = 1.15, kTip = 2.0;
+  Polyline& line = work.line;
+  const std::vector<double> s = arc_length(line.points);
+  const std::vector<double> radius = radius_around(line, s);
+  Middles middles{line.points, std::vector<double>(line.points.size(), 1.0)};
+  std::vector<char> has_moved(line.points.size(), 0);
+  parallel_for_uneven(std::ptrdiff_t(line.points.size() - work.shared), [&](std::ptrdiff_t index) {
+    const std::size_t i = work.shared + std::size_t(index);
+    const double zone = kTip * radius[i];  // there the nearest wall is the cap
+    if ((work.free_start && s[i] < zone) || (work.free_end && s.back() - s[i] < zone)) return;
+    const double here = around.distance_to_wall.at(line.points[i], line.radius[i]);
+    if (here >= kNear * radius[i]) return;
+    const Vec3 deepest =
+        deepest_in_section(line.points[i], tangent_at(line, s, i, direction_reach(line, i)),
+                           radius[i], around.distance_to_wall);
+    if (around.distance_to_wall.at(deepest, here) < kDeeper * here) return;
+    middles.center[i] = deepest;
+    has_moved[i] = 1;
+  });
+  if (std::find(has_moved.begin(), has_moved.end(), 1) == has_moved.end()) return false;
+  line.points = middles.center;
+  settle(work, around, std::move(middles), stiffness);
+  return true;
 }
 
 }  // namespace angio::centerline

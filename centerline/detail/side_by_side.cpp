@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "centerline/detail/contour.hpp"
+#include "centerline/detail/tracts.hpp"
 #include "core/parallel.hpp"
 
 namespace angio::centerline {
@@ -202,14 +203,6 @@ struct Looked {
   std::vector<double> widths;
 };
 
-/// How many points two lines begin with alike.
-std::size_t shared_count(const CenterlinePath& a, const CenterlinePath& b) {
-  const std::size_t count = std::min(a.points.size(), b.points.size());
-  std::size_t shared = 0;
-  while (shared < count && a.points[shared] == b.points[shared]) ++shared;
-  return shared;
-}
-
 /// @param known   what was seen along another line
 /// @param shared  points that both begin with; there it is not looked again
 Looked look_along(const CenterlinePath& path, const Volume<float>& level_set, const Looked& known,
@@ -251,7 +244,7 @@ std::vector<std::string> find_vessels_side_by_side(const CenterlineTree& tree,
   for (const CenterlinePath& path : tree.paths) {
     std::size_t shared = 0, with = 0;
     for (std::size_t other = 0; other < looked.size(); ++other)
-      if (const std::size_t count = shared_count(path, tree.paths[other]); count > shared) {
+      if (const auto count = std::size_t(count_shared(path, tree.paths[other])); count > shared) {
         shared = count;
         with = other;
       }

@@ -293,8 +293,7 @@ std::string loop_warning(const LumenVoxels& lumen, const std::vector<int>& cuts)
   std::string places;
   for (const int voxel : cuts) places += (places.empty() ? "" : ", ") + text(lumen.position(voxel));
   return "the vessels form a loop (for example the circle of Willis, or two vessels that touch); "
-         "it "
-         "was cut at " +
+         "it was cut at " +
          places + ", and lines end there";
 }
 

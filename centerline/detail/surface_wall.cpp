@@ -66,11 +66,7 @@ TriangleMesh join_vertices(const TriangleMesh& surface) {
 
 /// Turns the triangles of each piece the way of its first one.
 void turn_alike(TriangleMesh& mesh) {
-  std::map<std::array<int, 2>, std::vector<int>> triangles_of;  // by edge
-  const auto edge = [](int a, int b) { return std::array<int, 2>{std::min(a, b), std::max(a, b)}; };
-  for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
-    for (std::size_t c = 0; c < 3; ++c)
-      triangles_of[edge(mesh.triangles[t][c], mesh.triangles[t][(c + 1) % 3])].push_back(int(t));
+  std::vector<std::array<int, 3>> neighbors = triangle_neighbors(mesh);
   std::vector<char> seen(mesh.triangles.size(), 0);
   const auto runs = [&](const Triangle& t, int a, int b) {
     return (t[0] == a && t[1] == b) || (t[1] == a && t[2] == b) || (t[2] == a && t[0] == b);
@@ -80,16 +76,17 @@ void turn_alike(TriangleMesh& mesh) {
     seen[seed] = 1;
     std::vector<int> queue{int(seed)};
     for (std::size_t next = 0; next < queue.size(); ++next) {
-      const Triangle t = mesh.triangles[std::size_t(queue[next])];
+      const auto here = std::size_t(queue[next]);
+      const Triangle t = mesh.triangles[here];
       for (std::size_t c = 0; c < 3; ++c) {
-        const int a = t[c], b = t[(c + 1) % 3];
-        const std::vector<int>& sharing = triangles_of[edge(a, b)];
-        if (sharing.size() != 2) continue;
-        const int other = sharing[0] == queue[next] ? sharing[1] : sharing[0];
-        if (seen[std::size_t(other)] != 0) continue;
+        const int other = neighbors[here][c];
+        if (other < 0 || seen[std::size_t(other)] != 0) continue;
         seen[std::size_t(other)] = 1;
         Triangle& u = mesh.triangles[std::size_t(other)];
-        if (runs(u, a, b)) std::swap(u[1], u[2]);
+        if (runs(u, t[c], t[(c + 1) % 3])) {
+          std::swap(u[1], u[2]);
+          std::swap(neighbors[std::size_t(other)][0], neighbors[std::size_t(other)][2]);
+        }
         queue.push_back(other);
       }
     }

@@ -10,14 +10,6 @@
 namespace angio::centerline {
 namespace {
 
-/// How many points two paths have in common from the inlet.
-int count_shared(const CenterlinePath& a, const CenterlinePath& b) {
-  const std::size_t most = std::min(a.points.size(), b.points.size());
-  std::size_t i = 0;
-  while (i < most && a.points[i] == b.points[i]) ++i;
-  return int(i);
-}
-
 /// The first point of `line` behind the shared ones that is outside the tube of `other`.
 int find_exit(const CenterlinePath& line, const CenterlinePath& other, int shared) {
   const int last = int(line.points.size()) - 1;
@@ -146,6 +138,13 @@ std::string note_of(const CenterlinePath& path, const Interval& gap) {
 }
 
 }  // namespace
+
+int count_shared(const CenterlinePath& a, const CenterlinePath& b) {
+  const std::size_t most = std::min(a.points.size(), b.points.size());
+  std::size_t i = 0;
+  while (i < most && a.points[i] == b.points[i]) ++i;
+  return int(i);
+}
 
 std::vector<std::string> assign_tracts(CenterlineTree& tree,
                                        const std::vector<std::vector<char>>& is_tube) {

@@ -7,6 +7,9 @@
 
 namespace angio::centerline {
 
+/// How many points two paths have in common from the inlet.
+int count_shared(const CenterlinePath& a, const CenterlinePath& b);
+
 /// Splits the lines of a tree into tracts and groups (CenterlineTract).
 ///
 /// Where two lines part, each leaves the tube (union of spheres) of the other at some point; a

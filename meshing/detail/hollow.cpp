@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <map>
 #include <numeric>
 #include <utility>
 
@@ -30,24 +29,6 @@ bool is_closed_around(const ClosestPoint& wall, const Vec3& place, double near, 
         met += wall.ahead(place, normalized(Vec3{double(i), double(j), double(k)}), own) <= near;
       }
   return met >= kLeast;
-}
-
-/// The triangles across the edges of each one; -1 where there is none.
-std::vector<std::array<int, 3>> neighbors_of(const TriangleMesh& mesh) {
-  std::vector<std::array<int, 3>> neighbors(mesh.triangles.size(), {-1, -1, -1});
-  std::map<std::pair<int, int>, std::pair<int, int>> first;  // of an edge: triangle and side
-  for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
-    for (int side = 0; side < 3; ++side) {
-      const auto edge = std::minmax(mesh.triangles[t][std::size_t(side)],
-                                    mesh.triangles[t][std::size_t((side + 1) % 3)]);
-      const auto [entry, is_new] =
-          first.try_emplace({edge.first, edge.second}, std::pair{int(t), side});
-      if (is_new) continue;
-      const auto [other, its_side] = entry->second;
-      neighbors[t][std::size_t(side)] = other;
-      neighbors[std::size_t(other)][std::size_t(its_side)] = int(t);
-    }
-  return neighbors;
 }
 
 /// What most of the triangles around each one are.
@@ -142,7 +123,7 @@ TriangleMesh hollow_of(const TriangleMesh& mesh) {
   std::iota(all.begin(), all.end(), std::size_t(0));
   std::vector<double> area;
   for (const Triangle& t : mesh.triangles) area.push_back(0.5 * norm(area_vector_doubled(mesh, t)));
-  const auto neighbors = neighbors_of(mesh);
+  const auto neighbors = triangle_neighbors(mesh);
   std::vector<char> is_hollow = smoothed(face_a_hollow(mesh, all), neighbors, area);
   drop_small_pieces(is_hollow, neighbors, area, kLeastPiece);
   TriangleMesh hollow;

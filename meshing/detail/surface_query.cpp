@@ -244,10 +244,6 @@ std::vector<std::array<int, 2>> self_intersections_of(const TriangleMesh& mesh,
   return pairs;
 }
 
-std::vector<std::array<int, 2>> sharp_folds(const TriangleMesh& mesh) {
-  return sharp_folds_of(mesh, std::vector<char>(mesh.triangles.size(), 1));
-}
-
 std::vector<std::array<int, 2>> sharp_folds_of(const TriangleMesh& mesh,
                                                const std::vector<char>& marked) {
   constexpr double kCosine = -0.82;  // of the angle between the normals: 145 degrees

@@ -17,10 +17,9 @@ std::vector<std::array<int, 2>> self_intersections(const TriangleMesh& mesh);
 std::vector<std::array<int, 2>> self_intersections_of(const TriangleMesh& mesh,
                                                       const std::vector<char>& marked);
 
-/// Pairs of triangles that share an edge and all but fold onto each other: less than 35 degrees
-/// between them, on either side. What lies between cannot be filled with sound tetrahedra.
-std::vector<std::array<int, 2>> sharp_folds(const TriangleMesh& mesh);
-/// The same, only the pairs with a triangle that is marked.
+/// Pairs of triangles, one of them marked, that share an edge and all but fold onto each other:
+/// less than 35 degrees between them, on either side. What lies between cannot be filled with sound
+/// tetrahedra.
 std::vector<std::array<int, 2>> sharp_folds_of(const TriangleMesh& mesh,
                                                const std::vector<char>& marked);
 

@@ -52,6 +52,53 @@ double depth_in(const std::vector<Tube>& tubes, const Vec3& p) {
   return depth;
 }
 
+/// Whether nothing but its own wall is around a vessel at its point i: no other vessel meets its
+/// section there, and no closed end is within two diameters.
+bool stands_alone(const std::vector<Tube>& tubes, const Tube& tube, std::size_t i) {
+  constexpr int kAround = 16;
+  if (i == 0 || i + 1 >= tube.points.size()) return false;
+  const Vec3& middle = tube.points[i];
+  const double radius = tube.radius[i];
+  const bool is_trunk = &tube == &tubes.front();  // the others begin inside it
+  if (distance(middle, tube.points.back()) < 4.0 * radius ||
+      (is_trunk && distance(middle, tube.points.front()) < 4.0 * radius))
+    return false;
+  const Vec3 along = normalized(tube.points[i + 1] - tube.points[i - 1]);
+  const Vec3 aside = any_perpendicular(along), up = cross(along, aside);
+  for (const Tube& other : tubes) {
+    if (&other == &tube) continue;
+    for (int k = 0; k < kAround; ++k) {
+      const double angle = 2.0 * units::kPi * k / kAround;
+      const test::Nearest nearest =
+          nearest_on(other, middle + radius * (std::cos(angle) * aside + std::sin(angle) * up));
+      if (nearest.distance < nearest.radius) return false;
+    }
+  }
+  return true;
+}
+
+/// The least distance of a line from the wall over the vessel's radius, of the places where the
+/// vessel stands alone.
+double least_share_of_radius(const CenterlinePath& path, const std::vector<Tube>& tubes) {
+  double least = 1.0;
+  for (const Vec3& p : path.points) {
+    const Tube* own = nullptr;
+    test::Nearest at;
+    double depth = 0.0;
+    for (const Tube& tube : tubes) {
+      const test::Nearest nearest = nearest_on(tube, p);
+      if (nearest.radius - nearest.distance <= depth) continue;
+      own = &tube;
+      at = nearest;
+      depth = nearest.radius - nearest.distance;
+    }
+    if (own == nullptr) continue;
+    const auto i = std::size_t(std::lround(at.t * double(own->points.size() - 1)));
+    if (stands_alone(tubes, *own, i)) least = std::min(least, depth / at.radius);
+  }
+  return least;
+}
+
 TEST(Ridge, IsClimbedFromBesideTheWall) {
   std::vector<Vec3> wall;  // of an elliptic tube, half axes 2 and 1
   for (int k = -100; k <= 100; ++k)
@@ -91,6 +138,22 @@ TEST(LineLaws, HoldOnRandomTrees) {
         EXPECT_LT(interpolate(level_set, path.points[i]), 0.0F) << "seed " << seed;
       }
     }
+  }
+}
+
+TEST(LineLaws, AVesselThatStandsAloneIsFollowedInItsMiddle) {
+  // In a branch's mouth no section tells the middle; beyond it the line must not run on along the
+  // wall. Measured on the trees of seeds 0 to 159: every line keeps at least 0.61 of the radius.
+  // On the seeds below, a line that does not climb to the ridge comes as near as 0.2 to 0.5.
+  constexpr double kMiddle = 0.6;
+  for (const unsigned seed : {3U, 33U, 47U, 58U}) {
+    const test::RandomTree tree = test::healthy_tree(seed);
+    const auto result =
+        extract_centerline(level_set_of(tree.tubes, grid_around(tree.tubes, 0.3, 1.5)), {});
+    EXPECT_EQ(result.tree.paths.size(), tree.tubes.size()) << "seed " << seed;
+    for (const CenterlinePath& path : result.tree.paths)
+      EXPECT_GT(least_share_of_radius(path, tree.tubes), kMiddle)
+          << "seed " << seed << ", line " << path.id;
   }
 }
 

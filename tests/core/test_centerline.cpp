@@ -95,5 +95,17 @@ TEST(Project, ClampsToTheEnds) {
   EXPECT_EQ(project(helix, last.point + 0.5 * last.tangent), helix.abscissa.back());
 }
 
+TEST(RadiusAtEnd, IsTheVesselsAtClosedEndsToo) {
+  // A tube of radius 2 with flat caps: the ball at a point is limited by tube or cap.
+  CenterlinePath path;
+  for (int i = 0; i <= 100; ++i) {
+    path.points.push_back({0, 0, 0.2 * i});
+    path.inscribed_radius.push_back(std::min({2.0, 0.2 * i, 20.0 - 0.2 * i}));
+  }
+  path.abscissa = arc_length(path.points);
+  EXPECT_DOUBLE_EQ(radius_at_end(path, PathEnd::outlet), 2.0);
+  EXPECT_DOUBLE_EQ(radius_at_end(path, PathEnd::inlet), 2.0);
+}
+
 }  // namespace
 }  // namespace angio

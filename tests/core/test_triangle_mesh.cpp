@@ -97,6 +97,33 @@ TEST(VertexNeighbors, AreMutualAndAscending) {
   }
 }
 
+TEST(TriangleNeighbors, OfAClosedSurfaceShareTheirSideTheOtherWayRound) {
+  const TriangleMesh torus = tests::make_torus(3.0, 1.0, 24, 12);
+  const auto neighbors = triangle_neighbors(torus);
+  ASSERT_EQ(neighbors.size(), torus.triangles.size());
+  for (std::size_t t = 0; t < neighbors.size(); ++t)
+    for (std::size_t c = 0; c < 3; ++c) {
+      ASSERT_GE(neighbors[t][c], 0);
+      const Triangle& other = torus.triangles[std::size_t(neighbors[t][c])];
+      const auto begin = std::find(other.begin(), other.end(), torus.triangles[t][(c + 1) % 3]);
+      ASSERT_NE(begin, other.end());
+      const auto side = std::size_t(begin - other.begin());
+      EXPECT_EQ(other[(side + 1) % 3], torus.triangles[t][c]);
+      EXPECT_EQ(neighbors[std::size_t(neighbors[t][c])][side], int(t));
+    }
+}
+
+TEST(TriangleNeighbors, AreNoneAtARimAndWhereThreeMeet) {
+  const TriangleMesh tube = tests::make_tube(1.0, 4.0, 5, 12);
+  int none = 0;
+  for (const auto& around : triangle_neighbors(tube))
+    none += int(std::count(around.begin(), around.end(), -1));
+  EXPECT_EQ(none, surface_topology(tube).boundary_edge_count);
+  const TriangleMesh fan{{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {0, -1, 0}},
+                         {{0, 1, 2}, {0, 1, 3}, {0, 1, 4}}};
+  for (const auto& around : triangle_neighbors(fan)) EXPECT_THAT(around, ElementsAre(-1, -1, -1));
+}
+
 TEST(SurfaceTopology, TellsSphereTorusAndTubeApartByTheEulerNumber) {
   const SurfaceTopology sphere = surface_topology(tests::make_sphere({}, 1.0, 3));
   const SurfaceTopology torus = surface_topology(tests::make_torus(3.0, 1.0, 20, 10));

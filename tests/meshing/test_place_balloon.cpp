@@ -11,6 +11,7 @@
 #include "meshing/detail/winding.hpp"
 #include "meshing/meshing.hpp"
 #include "tests/meshing/placed_balloon.hpp"
+#include "tests/support/shapes.hpp"
 
 namespace angio::meshing {
 namespace {
@@ -253,6 +254,58 @@ TEST(PlaceBalloon, WhereNoneFitsIsAnInputError) {
   const LumenMesh short_lumen = mesh_lumen(shorty.level_set, shorty.tree, {});
   EXPECT_THROW(place_balloon(short_lumen, shorty.tree, shorty.tree.paths[0], 4.5, 2.0, 3.0, {}),
                InputError);
+}
+
+/// Vessels side by side, fused into one flat lumen: half axes 2.6 and 1.1 mm, 30 mm along z, with a
+/// bulge of the upper wall over the middle. The first line runs in the lumen's middle, the others
+/// leave it at 2 mm and run 1.3 mm beside it.
+struct FusedVessels {
+  LumenMesh lumen;
+  CenterlineTree tree;
+};
+FusedVessels fused_vessels(int line_count) {
+  constexpr double kLength = 30.0, kBulge = 1.2;  // mm
+  FusedVessels fused;
+  TriangleMesh& wall = fused.lumen.open;
+  wall = tests::make_tube(1.0, kLength, 121, 48);
+  for (Vec3& p : wall.vertices) {
+    p = {2.6 * p.x, 1.1 * p.y, p.z};
+    const double off = std::hypot(p.x, p.z - 0.5 * kLength) / kBulge;
+    if (p.y > 0.0 && off < 1.0) p.y += 0.5 * (1.0 + std::cos(pi * off));
+  }
+  fused.lumen.capped = wall;
+  fused.lumen.inlet_outlet_id.assign(wall.vertices.size(), 0);
+  for (int line = 0; line < line_count; ++line) {
+    const double aside = line == 0 ? 0.0 : line == 1 ? 1.3 : -1.3;
+    std::vector<Vec3> points;
+    for (double z = 0.0; z <= kLength; z += 0.25)
+      points.push_back({aside * std::clamp((z - 2.0) / 3.0, 0.0, 1.0), 0.0, z});
+    const std::vector<double> radii(points.size(), line == 0 ? 1.1 : 0.9);
+    fused.tree.paths.push_back(test::make_path(line, std::move(points), radii));
+  }
+  return fused;
+}
+
+BalloonSetup place_in(const FusedVessels& fused) {
+  BalloonOptions options;
+  options.length_mm = 4.0;
+  return place_balloon(fused.lumen, fused.tree, fused.tree.paths[0], 15.0, 2.0, 2.0, options);
+}
+
+TEST(PlaceBalloon, BesideAScrapOfWallIsAnInputError) {
+  const BalloonSetup alone = place_in(fused_vessels(1));
+  const auto gap = detail::close_region(alone.region.mesh);
+  ASSERT_TRUE(gap.has_value());
+  const detail::Winding around_it(gap->shell);
+  for (const Vec3& p : alone.balloon.start.vertices) EXPECT_EQ(around_it.at(p), 1);
+  // Where others run beside it, the wall at both sides is theirs. What is left is the bulge, which
+  // closes clear of the balloon and beside it.
+  try {
+    place_in(fused_vessels(3));
+    FAIL();
+  } catch (const InputError& error) {
+    EXPECT_THAT(error.what(), testing::HasSubstr("the wall around the balloon"));
+  }
 }
 
 TEST(PlaceBalloon, GivesTheSameBytesTwice) {

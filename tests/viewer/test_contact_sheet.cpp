@@ -58,18 +58,6 @@ TEST(ContactSheet, OfACaseThatFailedSaysWhyInWords) {
   EXPECT_GT(count_ink(sheet_of(folder.path(), out, log), 0, 0, 1800, 1300), 500);
 }
 
-TEST(ContactSheet, TellsAVesselsWidthAtClosedEndsToo) {
-  // A tube of radius 2 with flat caps: the ball at a point is limited by tube or cap.
-  CenterlinePath path;
-  for (int i = 0; i <= 100; ++i) {
-    path.points.push_back({0, 0, 0.2 * i});
-    path.inscribed_radius.push_back(std::min({2.0, 0.2 * i, 20.0 - 0.2 * i}));
-  }
-  path.abscissa = arc_length(path.points);
-  EXPECT_DOUBLE_EQ(detail::radius_at_end(path, detail::PathEnd::outlet), 2.0);
-  EXPECT_DOUBLE_EQ(detail::radius_at_end(path, detail::PathEnd::inlet), 2.0);
-}
-
 TEST(ContactSheet, IndexEscapesWhatItShows) {
   const TemporaryFolder out;
   write_text_atomically(out / "table.csv", "case,status\na<b,done\n");

@@ -1,11 +1,5 @@
 #include "viewer/detail/sheet_case.hpp"
 
-#include <vtkFloatArray.h>
-#include <vtkFlyingEdges3D.h>
-#include <vtkImageData.h>
-#include <vtkNew.h>
-#include <vtkPointData.h>
-
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -17,8 +11,8 @@
 #include "viewer/detail/html.hpp"
 #include "viewer/detail/nrrd.hpp"
 #include "viewer/detail/report_charts.hpp"
-#include "viewer/detail/vtk_arrays.hpp"
 #include "viewer/files.hpp"
+#include "viewer/level_set_surface.hpp"
 
 namespace angio::viewer::detail {
 namespace fs = std::filesystem;
@@ -53,41 +47,13 @@ json part(const json& node, const char* key) {
   return node.is_object() && node.contains(key) ? node.at(key) : json();
 }
 
-/// The zero of a level set.
-TriangleMesh zero_of(Volume<float>& level_set) {
-  const VolumeGeometry& grid = level_set.geometry;
-  vtkNew<vtkImageData> image;  // in voxels; its points are taken to LPS below
-  image->SetDimensions(grid.size.data());
-  vtkNew<vtkFloatArray> values;
-  values->SetArray(level_set.values.data(), vtkIdType(level_set.values.size()), 1);
-  image->GetPointData()->SetScalars(values);
-  vtkNew<vtkFlyingEdges3D> contour;
-  contour->SetInputData(image);
-  contour->SetValue(0, 0.0);
-  contour->ComputeNormalsOff();
-  contour->ComputeGradientsOff();
-  contour->Update();
-  TriangleMesh mesh;
-  vtkPolyData& found = *contour->GetOutput();
-  mesh.vertices = from_vtk(found.GetPoints());
-  for (Vec3& vertex : mesh.vertices) vertex = grid.lps_from_index(vertex);
-  vtkNew<vtkIdList> corners;
-  for (vtkIdType c = 0; c < found.GetNumberOfCells(); ++c) {
-    found.GetCellPoints(c, corners);
-    mesh.triangles.push_back(
-        {int(corners->GetId(0)), int(corners->GetId(1)), int(corners->GetId(2))});
-  }
-  return mesh;
-}
-
 TriangleMesh read_lumen(const fs::path& folder) {
   std::error_code ignored;
   for (const char* name : {"meshing/lumen.vtp", "segmentation/lumen_surface.vtp"})
     if (fs::exists(folder / name, ignored)) return read_surface(folder / name).mesh;
   const fs::path level_set = folder / "segmentation/lumen_level_set.nrrd";
   if (!fs::exists(level_set, ignored)) return {};
-  Volume<float> phi = read_nrrd(level_set);
-  return zero_of(phi);
+  return zero_surface(read_nrrd(level_set));
 }
 
 std::vector<SheetLesion> read_lesions(const fs::path& file) {
@@ -271,17 +237,6 @@ SheetCase read_sheet_case(const fs::path& folder, const fs::path& log) {
   sheet.status = describe_status(run, metrics, last);
   if (sheet.content.lumen.triangles.empty()) sheet.why_nothing = sheet.status;
   return sheet;
-}
-
-double radius_at_end(const CenterlinePath& path, PathEnd end) {
-  constexpr double kReach = 1.2;  // lines stop a little before or behind the wall of an end
-  const bool is_first = end == PathEnd::inlet;
-  const double at = is_first ? path.abscissa.front() : path.abscissa.back();
-  double radius = is_first ? path.inscribed_radius.front() : path.inscribed_radius.back();
-  for (std::size_t i = 0; i < path.points.size(); ++i)
-    if (std::abs(at - path.abscissa[i]) <= kReach * path.inscribed_radius[i])
-      radius = std::max(radius, path.inscribed_radius[i]);
-  return radius;
 }
 
 }  // namespace angio::viewer::detail

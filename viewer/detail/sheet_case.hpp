@@ -38,10 +38,4 @@ struct SheetCase {
 /// @param log  what the run printed; may be missing
 SheetCase read_sheet_case(const std::filesystem::path& folder, const std::filesystem::path& log);
 
-enum class PathEnd { inlet, outlet };
-
-/// The radius of the vessel where a line begins or ends [mm]: of the widest ball on the line that
-/// reaches that end. (The inscribed radius at the last point itself goes to zero in a closed end.)
-double radius_at_end(const CenterlinePath& path, PathEnd end);
-
 }  // namespace angio::viewer::detail

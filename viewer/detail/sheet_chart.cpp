@@ -9,13 +9,10 @@
 namespace angio::viewer::detail {
 namespace {
 
-constexpr Rgb kInk{30, 34, 42};
 constexpr Rgb kGrid{222, 226, 232};
 constexpr Rgb kBefore{45, 130, 225};
 constexpr Rgb kAfter{235, 130, 20};
-constexpr Rgb kLesion{200, 20, 30};
 constexpr Rgb kReference{90, 98, 110};
-constexpr double kLetters = 9.0;
 
 /// Millimetres to pixels, with axes.
 class Plot {
@@ -47,19 +44,20 @@ class Plot {
     for (const double tick : x_ticks_) {
       canvas_.draw_line({spot(tick, 0.0), spot(tick, y_ticks_.back())}, kGrid, 1);
       const std::string text = label(x_ticks_, tick);
-      const Box box = Canvas::text_box(text, {}, kLetters);
-      canvas_.write(text, {spot(tick, 0.0).x - 0.5 * box.width, spot(0.0, 0.0).y + 16.0}, kLetters,
-                    kInk);
+      const Box box = Canvas::text_box(text, {}, kSheetLetters);
+      canvas_.write(text, {spot(tick, 0.0).x - 0.5 * box.width, spot(0.0, 0.0).y + 16.0},
+                    kSheetLetters, kSheetInk);
     }
     for (const double tick : y_ticks_) {
       canvas_.draw_line({spot(0.0, tick), spot(x_ticks_.back(), tick)}, kGrid, 1);
       const std::string text = label(y_ticks_, tick);
-      const Box box = Canvas::text_box(text, {}, kLetters);
-      canvas_.write(text, {area_.x - box.width - 4.0, spot(0.0, tick).y + 4.0}, kLetters, kInk);
+      const Box box = Canvas::text_box(text, {}, kSheetLetters);
+      canvas_.write(text, {area_.x - box.width - 4.0, spot(0.0, tick).y + 4.0}, kSheetLetters,
+                    kSheetInk);
     }
     canvas_.write("distance from the inlet [mm]",
-                  {area_.x + 0.5 * area_.width - 90.0, area_.y + area_.height + 36.0}, kLetters,
-                  kInk);
+                  {area_.x + 0.5 * area_.width - 90.0, area_.y + area_.height + 36.0},
+                  kSheetLetters, kSheetInk);
   }
 
   Canvas canvas_;
@@ -88,8 +86,8 @@ void draw_lesions(Plot& plot, const std::vector<SheetLesion>& lesions, int path)
     }
     const Spot at =
         plot.spot(lesion.abscissa_mm, std::isfinite(lesion.mld_mm) ? lesion.mld_mm : 0.0);
-    plot.canvas().draw_circle(at, 6.0, kLesion, 2);
-    plot.canvas().write(lesion.name, {at.x + 8.0, at.y + 12.0}, kLetters, kLesion);
+    plot.canvas().draw_circle(at, 6.0, kSheetLesion, 2);
+    plot.canvas().write(lesion.name, {at.x + 8.0, at.y + 12.0}, kSheetLetters, kSheetLesion);
   }
 }
 
@@ -100,7 +98,7 @@ Picture draw_diameters(const SheetCase& sheet, int width, int height) {
   const CenterlinePath* path = lesion_path(content);
   if (!path) {
     Canvas canvas(blank_picture(width, height));
-    canvas.write("no line to show the diameter of", {20.0, 0.5 * height}, 11.0, kInk);
+    canvas.write("no line to show the diameter of", {20.0, 0.5 * height}, 11.0, kSheetInk);
     return canvas.picture();
   }
   std::vector<double> diameter;
@@ -113,13 +111,14 @@ Picture draw_diameters(const SheetCase& sheet, int width, int height) {
   plot.draw_curve(path->abscissa, diameter, kBefore);
   plot.draw_curve(content.after.abscissa_mm, content.after.inscribed_diameter_mm, kAfter);
   draw_lesions(plot, sheet.lesions, path->id);
-  plot.canvas().write("diameter [mm] along line " + std::to_string(path->id) + ":", {8.0, 18.0},
-                      kLetters, kInk);
-  plot.canvas().write("before", {220.0, 18.0}, kLetters, kBefore);
+  plot.canvas().write("diameter [mm] along line " + std::to_string(path->id) + ":", kHeading,
+                      kSheetLetters, kSheetInk);
+  plot.canvas().write("before", {220.0, kHeading.y}, kSheetLetters, kBefore);
   plot.canvas().write(content.after.abscissa_mm.empty() ? "no result after" : "after",
-                      {285.0, 18.0}, kLetters,
+                      {285.0, kHeading.y}, kSheetLetters,
                       content.after.abscissa_mm.empty() ? kReference : kAfter);
-  plot.canvas().write("grey: healthy diameter at a lesion", {430.0, 18.0}, kLetters, kReference);
+  plot.canvas().write("grey: healthy diameter at a lesion", {430.0, kHeading.y}, kSheetLetters,
+                      kReference);
   return plot.canvas().picture();
 }
 

@@ -8,6 +8,11 @@
 /// The parts of a contact sheet. An OffscreenDisplay must live for those in 3D.
 namespace angio::viewer::detail {
 
+inline constexpr Rgb kSheetInk{30, 34, 42};
+inline constexpr Rgb kSheetLesion{200, 20, 30};  ///< and whatever else must not be missed
+inline constexpr double kSheetLetters = 9.0;     ///< height of a capital [pixel]
+inline constexpr Spot kHeading{8.0, 18.0};       ///< of a part, from its upper left corner
+
 /// The lumen shaded from three sides, squares of one scale; empty without a lumen.
 std::vector<Picture> draw_sides_of_surface(const TriangleMesh& lumen, int pixels);
 

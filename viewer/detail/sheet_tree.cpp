@@ -1,5 +1,3 @@
-#include <vtkTextProperty.h>
-
 #include <algorithm>
 #include <cmath>
 #include <numeric>
@@ -11,13 +9,10 @@
 namespace angio::viewer::detail {
 namespace {
 
-constexpr Rgb kInk{30, 34, 42};
 constexpr Rgb kInlet{20, 110, 60};
 constexpr Rgb kOutlet{30, 60, 150};
-constexpr Rgb kLesion{200, 20, 30};
 constexpr Rgb kPaper{255, 255, 255};
 constexpr Rgb kLine{25, 120, 70};
-constexpr double kLetters = 9.0;  // height of a capital [pixel]
 
 /// A name at a place of the picture, with what marks the place.
 struct Label {
@@ -62,7 +57,7 @@ class Labels {
  private:
   static Box box_at(const Label& label, double reach, double angle) {
     const Spot tip{label.at.x + reach * std::cos(angle), label.at.y + reach * std::sin(angle)};
-    Box box = Canvas::text_box(label.text, {0.0, 0.0}, kLetters);
+    Box box = Canvas::text_box(label.text, {0.0, 0.0}, kSheetLetters);
     box.x = std::cos(angle) >= 0.0 ? tip.x : tip.x - box.width;
     box.y = tip.y - 0.5 * box.height;
     return box;
@@ -81,7 +76,8 @@ class Labels {
     };
     canvas_.draw_line({along(label.mark_radius), along(reach)}, label.color, 1);
     canvas_.fill(box, kPaper);
-    canvas_.write(label.text, {box.x + 2.0, box.y + kLetters + 2.0}, kLetters, label.color);
+    canvas_.write(label.text, {box.x + 2.0, box.y + kSheetLetters + 2.0}, kSheetLetters,
+                  label.color);
     taken_.push_back(box);
   }
 
@@ -119,7 +115,7 @@ std::vector<Label> make_labels(const SheetCase& sheet, const Projector& project)
       labels.push_back({project(place.point),
                         lesion.name + ": " + fixed_text(lesion.stenosis_percent, 0) + " %DS, MLD " +
                             fixed_text(lesion.mld_mm, 2),
-                        kLesion, std::clamp(ring, 9.0, 40.0), true});
+                        kSheetLesion, std::clamp(ring, 9.0, 40.0), true});
     }
   std::vector<Label> outlets;
   std::vector<double> radius;
@@ -188,7 +184,7 @@ std::vector<Picture> draw_sides_of_surface(const TriangleMesh& lumen, int pixels
     aim(renderer, {around.center, side.direction, side.up, 1.12 * half, 1.12 * half}, 1.0);
     ScaleBar bar(renderer, kSupersampling, colors::kInk);
     Canvas canvas(render_offscreen({renderer}, pixels, pixels, [&] { bar.update(); }));
-    canvas.write(side.title, {8.0, 18.0}, kLetters, kInk);
+    canvas.write(side.title, kHeading, kSheetLetters, kSheetInk);
     pictures.push_back(canvas.picture());
   }
   return pictures;
@@ -212,7 +208,7 @@ Picture draw_named_tree(const SheetCase& sheet, int width, int height) {
   std::string title = "lines in the lumen; outlets: line, diameter [mm]; blue: the line below";
   if (content.tree.paths.empty()) title = "no lines";
   if (without_room > 0) title += "; " + std::to_string(without_room) + " names found no room";
-  canvas.write(title, {8.0, 18.0}, kLetters, kInk);
+  canvas.write(title, kHeading, kSheetLetters, kSheetInk);
   return canvas.picture();
 }
 
