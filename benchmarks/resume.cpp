@@ -176,7 +176,7 @@ std::string run(const Base& base, const Config& config, const fs::path& folder, 
 
 /// A file without what differs from run to run.
 std::string content(const fs::path& file) {
-  const std::string text = angio::read_text(file);
+  std::string text = angio::read_text(file);
   if (file.filename() != "run.json" && file.filename() != "metrics.json") return text;
   json root = json::parse(text);
   for (const char* key : {"wall_s", "time_split_s", "frames_per_second", "real_time_factor"})

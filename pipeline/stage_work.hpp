@@ -20,13 +20,14 @@ struct StageWork {
   Progress progress;
 
   // What the stage has to say beside its files.
-  std::string input_description, backend, device;  ///< for run.json; empty: as they were
+  std::string input_description = {};     ///< for run.json; empty: as it was
+  std::string backend = {}, device = {};  ///< the same
   double solver_seconds = 0.0;
-  std::map<std::string, double> time_split;
-  std::vector<std::string> warnings;
+  std::map<std::string, double> time_split = {};
+  std::vector<std::string> warnings = {};
   /// Why what is in `out` is no result: it is kept for diagnosis, the stage fails. Empty: it is
   /// one.
-  std::string failure;
+  std::string failure = {};
 };
 
 inline constexpr const char* kPhantomPrefix = "phantom:";

@@ -172,9 +172,7 @@ void Run::work(const StageDefinition& stage, StageRecord& entry) {
   const StageFiles files(folder_, declared);
   const RunRecord seen = stage.sees(request_.config, record_);
   StageFolder output(folder_, stage.stage);
-  StageWork work{
-      files, seen, request_.input, output.path(), reporter_.progress(), {}, {}, {}, 0.0, {},
-      {},    {}};
+  StageWork work{files, seen, request_.input, output.path(), reporter_.progress()};
   stage.work(work, request_.config);
   throw_if_interrupted();
   output.commit();
