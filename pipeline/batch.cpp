@@ -19,6 +19,7 @@
 #include "core/atomic_file.hpp"
 #include "core/error.hpp"
 #include "pipeline/csv.hpp"
+#include "pipeline/stages.hpp"
 
 extern char** environ;  // POSIX: the environment handed to each case's process
 
@@ -127,12 +128,19 @@ void write_summary(const fs::path& folder, const std::vector<BatchCase>& cases,
       html + "</table><p>mm, mm2, atm, percent. Not for clinical use.</p></html>\n");
 }
 
-std::set<std::string> cases_already_done(const fs::path& folder) {
-  std::set<std::string> done;
-  if (!fs::exists(folder / "summary.csv")) return done;
-  for (const CsvRow& row : parse_csv(read_text(folder / "summary.csv")))
-    if (row.size() > 1 && row[1] == "done") done.insert(row[0]);
-  return done;
+/// Is a row done, with its input and options as they are now?
+bool is_done(const BatchRequest& request, const BatchCase& batch_case) {
+  try {
+    RunRequest run;
+    run.input = batch_case.input;
+    run.case_folder = request.folder / batch_case.name;
+    run.case_name = batch_case.name;
+    run.config = request.config;
+    for (const std::string& setting : batch_case.settings) apply_setting(run.config, setting);
+    return is_case_done(run);
+  } catch (const Error&) {  // the case's own run says what is wrong
+    return false;
+  }
 }
 
 // ---- processes
@@ -248,10 +256,8 @@ int run_batch(const BatchRequest& request, Reporter& reporter) {
 
   std::vector<Outcome> outcomes(cases.size());
   std::vector<std::size_t> waiting;
-  const std::set<std::string> done =
-      request.resume ? cases_already_done(request.folder) : std::set<std::string>{};
   for (std::size_t c = cases.size(); c-- > 0;) {
-    if (done.contains(cases[c].name))
+    if (request.resume && is_done(request, cases[c]))
       outcomes[c] = {"done", 0, 0, "done before"};
     else
       waiting.push_back(c);

@@ -5,6 +5,7 @@
 #include <utility>
 #include <vector>
 
+#include "pipeline/config.hpp"
 #include "pipeline/reporter.hpp"
 
 namespace angio::pipeline {
@@ -27,7 +28,8 @@ struct BatchRequest {
   int jobs = 1;                        ///< cases at a time, [1, 256]
   int threads = 0;                     ///< a case's threads; 0: the computer's, shared out
   int retries = 0;                     ///< further tries of a case that failed, [0, 10]
-  bool resume = false;                 ///< leave out cases that summary.csv has as done
+  bool resume = false;                 ///< leave out cases that are done: see is_case_done()
+  Config config;                       ///< what `arguments` come to
   std::filesystem::path program;       ///< this executable
   std::vector<std::string> arguments;  ///< passed on to every `angio run`
 };

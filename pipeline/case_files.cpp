@@ -197,8 +197,8 @@ void write_lumen_volume(const fs::path& folder, const meshing::LumenVolume& volu
       {volume.mesh, {}, {integers("CellEntityIds", entity, ArrayType::int32)}, volume.boundary});
 }
 
-TriangleMesh read_open_lumen(const fs::path& meshing_folder) {
-  return viewer::read_surface(meshing_folder / "lumen.vtp").mesh;
+TriangleMesh read_open_lumen(const StageFiles& files) {
+  return viewer::read_surface(files.path("meshing/lumen.vtp")).mesh;
 }
 
 void write_balloon_setup(const fs::path& folder, const meshing::BalloonSetup& setup) {
@@ -227,24 +227,24 @@ void write_balloon_setup(const fs::path& folder, const meshing::BalloonSetup& se
   viewer::write_tets(folder / "air.vtu", air);
 }
 
-simulation::SimulationModel read_simulation_model(const fs::path& meshing_folder) {
+simulation::SimulationModel read_simulation_model(const StageFiles& files) {
   simulation::SimulationModel model;
-  const viewer::SurfaceData balloon = viewer::read_surface(meshing_folder / "balloon.vtp");
+  const viewer::SurfaceData balloon = viewer::read_surface(files.path("meshing/balloon.vtp"));
   model.balloon = balloon.mesh;
   model.balloon_rest = vectors_of(balloon.point_arrays, "RestPosition");
   model.balloon_fixed = integers_of<char>(balloon.point_arrays, "Fixed");
-  model.guidewire = viewer::read_polylines(meshing_folder / "guidewire.vtp").points;
-  const viewer::SurfaceData region = viewer::read_surface(meshing_folder / "region.vtp");
+  model.guidewire = viewer::read_polylines(files.path("meshing/guidewire.vtp")).points;
+  const viewer::SurfaceData region = viewer::read_surface(files.path("meshing/region.vtp"));
   model.wall = region.mesh;
   model.wall_fixed = integers_of<char>(region.point_arrays, "Fixed");
   model.wall_abscissa = find_array(region.point_arrays, "Abscissas").values;
   model.wall_group = integers_of<int>(region.point_arrays, "GroupIds");
-  model.air = viewer::read_tets(meshing_folder / "air.vtu").mesh.tets;
+  model.air = viewer::read_tets(files.path("meshing/air.vtu")).mesh.tets;
   return model;
 }
 
-std::vector<int> read_region_lumen_vertices(const fs::path& meshing_folder) {
-  return integers_of<int>(viewer::read_surface(meshing_folder / "region.vtp").point_arrays,
+std::vector<int> read_region_lumen_vertices(const StageFiles& files) {
+  return integers_of<int>(viewer::read_surface(files.path("meshing/region.vtp")).point_arrays,
                           "LumenVertexIds");
 }
 

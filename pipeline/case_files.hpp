@@ -6,6 +6,7 @@
 #include "core/centerline.hpp"
 #include "meshing/lumen_volume.hpp"
 #include "meshing/meshing.hpp"
+#include "pipeline/stage_files.hpp"
 #include "simulation/simulation.hpp"
 
 /// The stages' results as the files of CONTRACT, and back. What is read is what was written, bit
@@ -24,14 +25,14 @@ void write_lumen(const std::filesystem::path& folder, const meshing::LumenMesh& 
 /// CellEntityIds, VMTK's name, is 0 in the volume, 1 on the wall, 2 at the inlet, 3... at the
 /// outlets.
 void write_lumen_volume(const std::filesystem::path& folder, const meshing::LumenVolume& volume);
-TriangleMesh read_open_lumen(const std::filesystem::path& meshing_folder);
+TriangleMesh read_open_lumen(const StageFiles& files);
 
 /// balloon.vtp, guidewire.vtp, region.vtp, air.vtu
 void write_balloon_setup(const std::filesystem::path& folder, const meshing::BalloonSetup& setup);
 /// Everything but the place where diameters are watched and the reference radius.
-simulation::SimulationModel read_simulation_model(const std::filesystem::path& meshing_folder);
+simulation::SimulationModel read_simulation_model(const StageFiles& files);
 /// Index in the open lumen of each vertex of the region.
-std::vector<int> read_region_lumen_vertices(const std::filesystem::path& meshing_folder);
+std::vector<int> read_region_lumen_vertices(const StageFiles& files);
 
 /// frames/balloon_NNNNNN.vtp and frames/vessel_NNNNNN.vtp
 void write_frame(const std::filesystem::path& frames_folder,

@@ -54,20 +54,24 @@ void add_file(Sha256& hash, const fs::path& file) {
 }
 
 json to_json(const StageRecord& record) {
-  return {{"status", record.status},
-          {"key", record.key},
-          {"seconds", record.seconds},
-          {"peak_memory_mib", record.peak_memory_mib},
-          {"solver_seconds", record.solver_seconds},
-          {"time_split_s", record.time_split},
-          {"inputs", record.inputs},
-          {"outputs", record.outputs},
-          {"warnings", record.warnings}};
+  json node = {{"status", record.is_stale ? "stale" : record.status},
+               {"key", record.key},
+               {"seconds", record.seconds},
+               {"peak_memory_mib", record.peak_memory_mib},
+               {"solver_seconds", record.solver_seconds},
+               {"time_split_s", record.time_split},
+               {"inputs", record.inputs},
+               {"outputs", record.outputs},
+               {"warnings", record.warnings}};
+  if (record.is_stale) node["status_then"] = record.status;
+  return node;
 }
 
 StageRecord stage_from_json(const json& node) {
   StageRecord record;
   record.status = node.value("status", "not run");
+  record.is_stale = record.status == "stale";
+  if (record.is_stale) record.status = node.value("status_then", "not run");
   record.key = node.value("key", "");
   record.seconds = node.value("seconds", 0.0);
   record.peak_memory_mib = node.value("peak_memory_mib", 0.0);
@@ -151,31 +155,51 @@ RunRecord CaseFolder::read_record() const {
   return record;
 }
 
-void CaseFolder::write_record(const RunRecord& record) const {
+bool RunRecord::is(Stage stage, std::string_view status) const {
+  const auto found = stages.find(stage);
+  return found != stages.end() && found->second.status == status && !found->second.is_stale;
+}
+
+json to_json(const RunRecord& record) {
   json stages = json::object();
   for (int s = 0; s < kStageCount; ++s) {
     const auto found = record.stages.find(Stage(s));
     stages[name(Stage(s))] = to_json(found == record.stages.end() ? StageRecord{} : found->second);
   }
-  const json root = {{"program", "angio"},
-                     {"version", kVersion},
-                     {"case", record.case_name},
-                     {"backend", record.backend},
-                     {"device", record.device},
-                     {"input",
-                      {{"kind", record.input_kind},
-                       {"sha256", record.input_sha256},
-                       {"description", record.input_description}}},
-                     {"stages", stages}};
-  write_text_atomically(path("run.json"), root.dump(2) + "\n");
+  return {{"program", "angio"},
+          {"version", kVersion},
+          {"case", record.case_name},
+          {"backend", record.backend},
+          {"device", record.device},
+          {"input",
+           {{"kind", record.input_kind},
+            {"sha256", record.input_sha256},
+            {"description", record.input_description}}},
+          {"stages", stages}};
+}
+
+void CaseFolder::write_record(const RunRecord& record) const {
+  write_text_atomically(path("run.json"), to_json(record).dump(2) + "\n");
 }
 
 std::map<std::string, std::string> CaseFolder::hashes(
     const std::vector<std::string>& relative) const {
   std::map<std::string, std::string> result;
-  for (const std::string& file : relative)
-    if (exists(file)) result[file] = sha256_of_path(path(file));
+  for (const std::string& file : relative) {
+    if (!exists(file)) continue;
+    if (!file.ends_with('/')) {
+      result[file] = sha256_of_path(path(file));
+      continue;
+    }
+    for (const fs::directory_entry& entry : fs::recursive_directory_iterator(path(file)))
+      if (entry.is_regular_file())
+        result[fs::relative(entry.path(), root_).string()] = sha256_of_path(entry.path());
+  }
   return result;
+}
+
+std::map<std::string, std::string> CaseFolder::hashes(Stage stage) const {
+  return hashes({std::string(name(stage)) + "/"});
 }
 
 bool CaseFolder::is_up_to_date(const StageRecord& record, const std::string& key) const {

@@ -4,9 +4,10 @@
 #include <map>
 #include <nlohmann/json.hpp>
 #include <string>
+#include <string_view>
 #include <vector>
 
-#include "pipeline/config.hpp"
+#include "pipeline/stage.hpp"
 
 namespace angio::pipeline {
 
@@ -21,7 +22,10 @@ struct StageRecord {
   std::string status = "not run";  ///< "done", "given" (the input was a surface), "failed" (the
                                    ///< first warning says why), "interrupted", "skipped" (it does
                                    ///< not apply)
-  std::string key;                 ///< hash of version, options and inputs: equal means up to date
+  /// What it depends on has changed since (run.json's status is then "stale", and status_then is
+  /// this status): what it left is that of another state of the case.
+  bool is_stale = false;
+  std::string key;  ///< hash of version, settings and inputs: equal means up to date
   double seconds = 0.0;
   double peak_memory_mib = 0.0;
   double solver_seconds = 0.0;                 ///< of the simulation, with its frames' files
@@ -40,7 +44,12 @@ struct RunRecord {
   std::string backend;
   std::string device;
   std::map<Stage, StageRecord> stages;
+
+  /// Has the stage this status, and is it not stale?
+  [[nodiscard]] bool is(Stage stage, std::string_view status) const;
 };
+/// As run.json has it.
+nlohmann::json to_json(const RunRecord& record);
 
 /// The folder of one case (CONTRACT: "A case folder").
 class CaseFolder {
@@ -64,9 +73,12 @@ class CaseFolder {
   [[nodiscard]] RunRecord read_record() const;
   void write_record(const RunRecord& record) const;
 
-  /// The SHA-256 of each of the case's files named; missing ones are left out.
+  /// The SHA-256 of each of the case's files named, and of all files in the folders named (with a
+  /// '/' at the end); missing ones are left out.
   [[nodiscard]] std::map<std::string, std::string> hashes(
       const std::vector<std::string>& relative) const;
+  /// Of every file that a stage has left.
+  [[nodiscard]] std::map<std::string, std::string> hashes(Stage stage) const;
 
   /// Whether a stage's outputs are whole and made from these very inputs and options.
   [[nodiscard]] bool is_up_to_date(const StageRecord& record, const std::string& key) const;

@@ -8,6 +8,7 @@
 #include <iostream>
 #include <new>
 #include <optional>
+#include <sstream>
 #include <string>
 #include <vector>
 
@@ -23,6 +24,8 @@
 #include "pipeline/reporter.hpp"
 #include "pipeline/stage_work.hpp"
 #include "pipeline/stages.hpp"
+#include "pipeline/stages/stage_settings.hpp"
+#include "pipeline/stages/stage_table.hpp"
 #include "pipeline/version.hpp"
 #include "viewer/view.hpp"
 
@@ -187,16 +190,32 @@ constexpr StageCommand kStageCommands[] = {
     {"report", Stage::report, "make the pictures and the report again"},
 };
 
-/// A setting that only other stages read would be ignored without a word.
-void refuse_foreign_settings(Config& config, const SharedOptions& shared,
+/// The key of the first setting that has changed; empty: none has.
+std::string changed_key(const std::string& before, const std::string& after) {
+  std::istringstream lines(after);
+  for (std::string line; std::getline(lines, line);)
+    if (("\n" + before).find("\n" + line + "\n") == std::string::npos)
+      return line.substr(0, line.find(" = "));
+  return {};
+}
+
+/// What a stage sees that is not run must stay as it was, or its files would be another case's.
+void refuse_foreign_settings(const Config& before, const Config& after,
                              const StageCommand& command) {
-  for (const std::string& assignment : shared.settings)
-    for (const Setting& setting : settings(config))
-      if (assignment.starts_with(setting.key + "=") && setting.stage < command.stage)
-        throw Error(ExitCode::usage,
-                    fmt::format("{} belongs to the stage {}, which `angio {}` does not run. Use "
-                                "`angio run INPUT -o CASE --set ...`",
-                                setting.key, name(setting.stage), command.verb));
+  const auto refuse = [&](const std::string& key, const char* reader) {
+    if (!key.empty())
+      throw Error(ExitCode::usage,
+                  fmt::format("{} belongs to {}, which `angio {}` does not run. Use `angio run "
+                              "INPUT -o CASE --set ...`",
+                              key, reader, command.verb));
+  };
+  for (const StageDefinition& stage : stage_table(after))
+    if (stage.stage < command.stage)
+      refuse(changed_key(stage.settings_text(before), stage.settings_text(after)),
+             fmt::format("the stage {}", stage.name).c_str());
+  if (command.stage == Stage::segmentation)
+    refuse(changed_key(InputSettings(before).text(), InputSettings(after).text()),
+           "the reading of INPUT");
 }
 
 int do_stage_again(const StageCommand& command, const SharedOptions& shared,
@@ -205,7 +224,7 @@ int do_stage_again(const StageCommand& command, const SharedOptions& shared,
   request.case_folder = case_folder;
   request.config = case_config(CaseFolder(case_folder));
   apply_options(request.config, shared);
-  refuse_foreign_settings(request.config, shared, command);
+  refuse_foreign_settings(case_config(CaseFolder(case_folder)), request.config, command);
   request.from = command.stage;
   request.until = command.stage;
   Reporter reporter(shared.style());
@@ -234,7 +253,8 @@ void add_batch_command(CLI::App& app, BatchArguments& batch) {
   command.add_option("--retry", r.retries, "further tries of a case that failed, 0 to 10")
       ->check(CLI::Range(0, 10))
       ->capture_default_str();
-  command.add_flag("--resume", r.resume, "leave out the cases that are done");
+  command.add_flag("--resume", r.resume,
+                   "leave out the cases that are done with these very options and input");
   add_run_options(command, batch.shared);
 }
 
@@ -255,6 +275,7 @@ int do_batch(BatchArguments& batch) {
     words.insert(words.end(), {"--set", setting});
   words.insert(words.end(), {"--backend", batch.shared.backend, "--quiet"});
   batch.request.threads = batch.shared.threads;
+  batch.request.config = config;
   batch.request.program = fs::read_symlink("/proc/self/exe");
   Reporter reporter(batch.shared.style());
   const int failed = run_batch(batch.request, reporter);

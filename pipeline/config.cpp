@@ -16,9 +16,6 @@
 namespace angio::pipeline {
 namespace {
 
-constexpr const char* kStageNames[kStageCount] = {"segmentation", "centerline", "meshing",
-                                                  "simulation", "report"};
-
 int edit_distance(std::string_view a, std::string_view b) {
   std::vector<int> row(b.size() + 1);
   std::iota(row.begin(), row.end(), 0);
@@ -62,19 +59,6 @@ void apply_table(Config& config, const toml::table& table, const std::string& wh
 
 }  // namespace
 
-const char* name(Stage stage) { return kStageNames[int(stage)]; }
-
-Stage parse_stage(std::string_view text) {
-  for (int s = 0; s < kStageCount; ++s)
-    if (text == kStageNames[s]) return Stage(s);
-  const std::string guess =
-      nearest(text, std::vector<std::string>(std::begin(kStageNames), std::end(kStageNames)));
-  throw Error(ExitCode::usage,
-              fmt::format("no stage is called {}{} (the stages: segmentation centerline meshing "
-                          "simulation report)",
-                          text, guess.empty() ? "" : fmt::format(", did you mean {}?", guess)));
-}
-
 void Config::validate() const {
   input.validate();
   segmentation.validate();
@@ -93,7 +77,7 @@ void Config::validate() const {
   balloon.validate();
   wall_layers.validate();
   constexpr double kSomeDiameter = 3.0;  // what is left to the size is valid at any
-  solver_options(*this, kSomeDiameter).validate();
+  solver_options(simulation, plaque, balloon.shaft_diameter_mm, kSomeDiameter).validate();
   if (write_every < 1 || write_every > 10000)
     throw OptionError("simulation.write_every must be from 1 to 10000");
 }
@@ -141,18 +125,6 @@ std::string to_toml(const Config& config) {
   for (const std::string& section : sections)
     toml += fmt::format("\n[{}]\n{}", section, text[section]);
   return toml;
-}
-
-std::string stage_settings(const Config& config, Stage stage) {
-  Config copy = config;
-  std::string text;
-  // A narrowing is made before the centreline is found, where the lesion's settings say.
-  const bool narrows = stage == Stage::centerline && config.narrowing.percent > 0.0;
-  for (const Setting& setting : settings(copy))
-    if (setting.stage == stage ||
-        (narrows && setting.stage == Stage::meshing && setting.key.starts_with("lesion.")))
-      text += fmt::format("{} = {}\n", setting.key, setting.get());
-  return text;
 }
 
 std::string nearest(std::string_view word, const std::vector<std::string>& candidates) {

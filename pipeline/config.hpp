@@ -21,14 +21,6 @@
 
 namespace angio::pipeline {
 
-/// The stages in the order in which they run.
-enum class Stage { segmentation, centerline, meshing, simulation, report };
-inline constexpr int kStageCount = 5;
-/// As in --from, --until, run.json and the case's folders.
-const char* name(Stage stage);
-/// @throws Error (64) naming the nearest stage
-Stage parse_stage(std::string_view text);
-
 /// Of --backend: "cpu", "cuda", else automatic.
 simulation::Backend backend_of(std::string_view name);
 
@@ -60,7 +52,7 @@ struct Config {
 /// One key of the configuration and the field behind it.
 struct Setting {
   std::string key;                                         ///< "section.key"
-  Stage stage;                                             ///< the stage whose result it changes
+  const void* field;                                       ///< where it lies in the Config
   std::string help;                                        ///< meaning, unit, range
   std::function<std::string()> get;                        ///< as a TOML value
   std::function<void(const std::string& toml_value)> set;  ///< @throws OptionError
@@ -83,9 +75,6 @@ void apply_preset(Config& config, std::string_view name);
 
 /// The configuration as TOML, each key with its meaning and unit as a comment.
 std::string to_toml(const Config& config);
-
-/// The settings that a stage's result depends on (not those of earlier stages), one a line.
-std::string stage_settings(const Config& config, Stage stage);
 
 /// The candidate with the least edit distance to `word`, or "" if none is near.
 std::string nearest(std::string_view word, const std::vector<std::string>& candidates);

@@ -2,77 +2,18 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
-#include <cmath>
-#include <numeric>
-
-#include "core/atomic_file.hpp"
 #include "core/error.hpp"
 #include "datasets/phantom.hpp"
-#include "pipeline/case_files.hpp"
-#include "pipeline/metrics.hpp"
-#include "pipeline/stage_parts.hpp"
-#include "pipeline/version.hpp"
-#include "simulation/cloth.hpp"
-#include "viewer/files.hpp"
-#include "viewer/report.hpp"
 
 namespace angio::pipeline {
-using nlohmann::json;
 namespace {
 
 constexpr const char* kCloth = "cloth";
 constexpr const char* kCoronary = "coronary";
 
-double mean(const std::vector<double>& values) {
-  return std::accumulate(values.begin(), values.end(), 0.0) / double(values.size());
-}
-
-std::string cloth_file(std::size_t state) { return fmt::format("frames/cloth_{:06d}.vtp", state); }
-
-/// The thickness at each vertex: the mean of the triangles around it, which is what a smooth map
-/// shows.
-std::vector<double> at_vertices(const TriangleMesh& mesh, const std::vector<double>& of_triangles) {
-  std::vector<double> sum(mesh.vertices.size(), 0.0);
-  std::vector<int> count(mesh.vertices.size(), 0);
-  for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
-    for (const int v : mesh.triangles[t]) {
-      sum[std::size_t(v)] += of_triangles[t];
-      ++count[std::size_t(v)];
-    }
-  for (std::size_t v = 0; v < sum.size(); ++v) sum[v] /= std::max(1, count[v]);
-  return sum;
-}
-
-/// A row per state: how far the corners are apart, and how thick the cloth is.
-struct ClothTable {
-  std::string csv =
-      "step,stretch_percent,corner_distance_mm,thickness_min_mm,thickness_mean_mm,"
-      "thickness_max_mm,thickness_center_mm,residual\n";
-
-  void add(std::size_t step, const simulation::ClothState& state, const TriangleMesh& shape) {
-    const auto& h = state.thickness_mm;
-    const auto row = std::size_t(std::lround(std::sqrt(double(shape.vertices.size()))));
-    const std::size_t center = shape.vertices.size() / 2;
-    csv += fmt::format("{},{:.6g},{:.8g},{:.8g},{:.8g},{:.8g},{:.8g},{:.3g}\n", step,
-                       100.0 * state.stretch, distance(shape.vertices[0], shape.vertices[row - 1]),
-                       *std::min_element(h.begin(), h.end()), mean(h),
-                       *std::max_element(h.begin(), h.end()), at_vertices(shape, h)[center],
-                       state.residual);
-  }
-};
-
 }  // namespace
 
 bool is_cloth(const Config& config) { return config.experiment == kCloth; }
-
-bool is_skipped(Stage stage, const Config& config) {
-  return is_cloth(config) && (stage == Stage::segmentation || stage == Stage::centerline);
-}
-
-Stage first_stage(const Config& config) {
-  return is_cloth(config) ? Stage::meshing : Stage::segmentation;
-}
 
 std::string default_input(const Config& config) {
   return config.experiment.empty() ? "" : kPhantomPrefix + config.experiment;
@@ -95,77 +36,10 @@ TriangleMesh experiment_surface(StageWork& work) {
         "no INPUT was given: the vessel is a generated coronary, not a patient's");
   TriangleMesh surface = options.name == kCoronary ? datasets::make_phantom_surface(options).surface
                                                    : datasets::make_paper_surface(options);
-  work.record.input_description =
+  work.input_description =
       fmt::format("the seed paper's experiment, {} vessel",
                   options.name == kCoronary ? "generated coronary" : options.name.c_str());
   return surface;
-}
-
-void do_cloth_meshing(StageWork& work) {
-  work.record.input_description = "the seed paper's cloth";
-  viewer::write_surface(work.out / "cloth.vtp",
-                        {simulation::cloth_mesh(work.config.cloth), {}, {}});
-}
-
-void do_cloth_simulation(StageWork& work) {
-  work.progress.report(0.0, "pulling the cloth");
-  const simulation::Cloth cloth = simulation::pull_cloth(work.config.cloth);
-  std::vector<viewer::TimeStep> steps;
-  ClothTable table;
-  double thinnest = work.config.cloth.thickness_mm;
-  long iterations = 0;
-  for (std::size_t s = 0; s < cloth.states.size(); ++s) {
-    const simulation::ClothState& state = cloth.states[s];
-    const TriangleMesh shape{state.positions, cloth.rest.triangles};
-    const DataArray thickness{"thickness", at_vertices(shape, state.thickness_mm), 1,
-                              ArrayType::float32};
-    viewer::write_surface(work.out / cloth_file(s), {shape, {thickness}, {}});
-    steps.push_back({double(s), 0, cloth_file(s)});
-    table.add(s, state, shape);
-    iterations += state.iterations;
-    thinnest =
-        std::min(thinnest, *std::min_element(state.thickness_mm.begin(), state.thickness_mm.end()));
-    if (!state.converged)
-      work.warnings.push_back(fmt::format("the cloth is not at rest at {:.3g} % (residual {:.1e})",
-                                          100.0 * state.stretch, state.residual));
-  }
-  viewer::write_collection(work.out / "simulation.pvd", steps);
-  write_text_atomically(work.out / "cloth.csv", table.csv);
-  work.record.backend = "cpu";
-  const json summary = {{"states", cloth.states.size()},
-                        {"stretch_percent", 100.0 * cloth.states.back().stretch},
-                        {"thickness_mm", work.config.cloth.thickness_mm},
-                        {"iterations", iterations},
-                        {"thinnest_mm", thinnest},
-                        {"thinnest_percent", 100.0 * thinnest / work.config.cloth.thickness_mm},
-                        {"triangles", cloth.rest.triangles.size()},
-                        {"vertices", cloth.rest.vertices.size()}};
-  write_text_atomically(work.out / "summary.json", summary.dump(2) + "\n");
-}
-
-void do_cloth_report(StageWork& work) {
-  const CaseFolder& folder = work.case_folder;
-  const json summary = read_json(folder.path("simulation/summary.json"));
-  viewer::ReportContent content;
-  content.title = work.record.case_name;
-  content.version = kVersion;
-  const auto states = summary.at("states").get<std::size_t>();
-  constexpr std::size_t kPictures = 4;  // as in the paper's Figure 5
-  for (std::size_t p = 0; p < kPictures; ++p) {
-    const std::size_t state = p * (states - 1) / (kPictures - 1);
-    viewer::SurfaceData shape =
-        viewer::read_surface(folder.path("simulation/" + cloth_file(state)));
-    const double stretch = summary.at("stretch_percent").get<double>() * double(state) /
-                           std::max(1.0, double(states - 1));
-    content.cloth.push_back({state == 0 ? "at rest" : fmt::format("+{:.0f} %", stretch),
-                             std::move(shape.mesh),
-                             viewer::find_array(shape.point_arrays, "thickness").values});
-  }
-  content.metrics_json = collect_metrics(folder, work.config, work.record).dump();
-  content.run_json = repeatable_run(work).dump();
-  for (const auto& [stage, record] : work.record.stages)
-    if (stage != Stage::report) keep(content.warnings, record.warnings);
-  viewer::write_report(work.out, content, work.progress);
 }
 
 }  // namespace angio::pipeline

@@ -3,6 +3,7 @@
 #include <string>
 
 #include "core/triangle_mesh.hpp"
+#include "pipeline/config.hpp"
 #include "pipeline/stage_work.hpp"
 
 /// The seed paper's experiments, which begin with an exact mesh instead of a scan. Which of them
@@ -12,12 +13,6 @@ namespace angio::pipeline {
 /// Whether the case is the cloth, which is no vessel.
 bool is_cloth(const Config& config);
 
-/// Whether a stage does not apply: the cloth needs no segmentation and no centreline.
-bool is_skipped(Stage stage, const Config& config);
-
-/// The first stage that has work to do.
-Stage first_stage(const Config& config);
-
 /// What the program takes where no INPUT is given; empty if the run is no experiment.
 std::string default_input(const Config& config);
 
@@ -26,9 +21,5 @@ void check_experiment_input(const Config& config, const std::string& input);
 
 /// The lumen surface that an experiment begins with. `input` names a phantom.
 TriangleMesh experiment_surface(StageWork& work);
-
-void do_cloth_meshing(StageWork& work);
-void do_cloth_simulation(StageWork& work);
-void do_cloth_report(StageWork& work);
 
 }  // namespace angio::pipeline

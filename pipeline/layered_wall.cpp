@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <iterator>
 
+#include "simulation/balloon_size.hpp"
 #include "viewer/files.hpp"
 
 namespace angio::pipeline {
@@ -53,8 +54,9 @@ double percentile(std::vector<double> values, double share) {
 }  // namespace
 
 meshing::WallLayers layer_wall(const meshing::ContactRegion& region, const CenterlineTree& tree,
-                               const centerline::Lesion& treated, const Resolution& resolution,
-                               const Config& config) {
+                               const centerline::Lesion& treated,
+                               const centerline::LesionOptions& lesions,
+                               const meshing::WallLayerOptions& options) {
   std::vector<meshing::NarrowStretch> stretches;
   const auto add = [&](const centerline::Lesion& lesion) {
     stretches.push_back(
@@ -65,11 +67,8 @@ meshing::WallLayers layer_wall(const meshing::ContactRegion& region, const Cente
     return lesion.path_id == treated.path_id && lesion.proximal_mm < treated.distal_mm &&
            treated.proximal_mm < lesion.distal_mm;
   };
-  for (const centerline::Lesion& lesion :
-       centerline::find_lesions(tree, whole_tree(lesion_options(config, resolution))))
+  for (const centerline::Lesion& lesion : centerline::find_lesions(tree, whole_tree(lesions)))
     if (lesion.is_stenosis && !is_treated(lesion)) add(lesion);
-  meshing::WallLayerOptions options = config.wall_layers;
-  options.thickness_ratio = config.simulation.wall.thickness_ratio;
   return meshing::build_wall_layers(region, tree, stretches, options);
 }
 
@@ -85,11 +84,11 @@ void write_layered_wall(const fs::path& meshing_folder, const meshing::WallLayer
                          array_of("Axial", wall.axial, ArrayType::float64)}});
 }
 
-simulation::LayeredWall read_layered_wall(const fs::path& meshing_folder,
-                                          const TriangleMesh& lumen) {
+simulation::LayeredWall read_layered_wall(const StageFiles& files, const TriangleMesh& lumen) {
+  const std::string file = std::string("meshing/") + kWallFile;
   simulation::LayeredWall wall;
-  if (!fs::exists(meshing_folder / kWallFile)) return wall;
-  const viewer::WedgeData data = viewer::read_wedges(meshing_folder / kWallFile);
+  if (!files.exists(file)) return wall;
+  const viewer::WedgeData data = viewer::read_wedges(files.path(file));
   wall.vertices = data.points;
   wall.wedges = data.wedges;
   wall.layer = scalars_of<int>(data.cell_arrays, "Layer");
@@ -103,10 +102,12 @@ simulation::LayeredWall read_layered_wall(const fs::path& meshing_folder,
   return wall;
 }
 
-simulation::SimulationOptions solver_options(const Config& config, double nominal_diameter_mm) {
-  simulation::SimulationOptions options = simulation::sized(config.simulation, nominal_diameter_mm);
-  options.guidewire.shaft_diameter_mm = config.balloon.shaft_diameter_mm;
-  options.layered_wall.materials = simulation::wall_materials(config.plaque);
+simulation::SimulationOptions solver_options(const simulation::SimulationOptions& asked,
+                                             simulation::Plaque plaque, double shaft_diameter_mm,
+                                             double nominal_diameter_mm) {
+  simulation::SimulationOptions options = simulation::sized(asked, nominal_diameter_mm);
+  options.guidewire.shaft_diameter_mm = shaft_diameter_mm;
+  options.layered_wall.materials = simulation::wall_materials(plaque);
   options.layered_wall.foundation_kpa_per_mm = options.wall.foundation_kpa_per_mm;
   options.layered_wall.blood_pressure_kpa = options.inflation.outside_pressure_kpa;
   return options;

@@ -5,7 +5,6 @@
 
 #include "centerline/centerline.hpp"
 #include "meshing/wall_layers.hpp"
-#include "pipeline/config.hpp"
 #include "pipeline/resolution.hpp"
 #include "simulation/simulation.hpp"
 
@@ -14,9 +13,11 @@
 namespace angio::pipeline {
 
 /// Extrudes the region's surface, with plaque along the treated lesion and every other stenosis.
+/// @param lesions  how stenoses are found, with what the data can show; wherever they look
 meshing::WallLayers layer_wall(const meshing::ContactRegion& region, const CenterlineTree& tree,
-                               const centerline::Lesion& treated, const Resolution& resolution,
-                               const Config& config);
+                               const centerline::Lesion& treated,
+                               const centerline::LesionOptions& lesions,
+                               const meshing::WallLayerOptions& options);
 
 /// wall.vtu: wedges with Layer, Region (0 intima, 1 media, 2 adventitia, 3 plaque), Axial; Fixed
 /// at the points, the first of which are the region's.
@@ -24,13 +25,14 @@ void write_layered_wall(const std::filesystem::path& meshing_folder,
                         const meshing::WallLayers& wall);
 /// Empty if the meshing stage has made none.
 /// @param lumen  the region's surface
-simulation::LayeredWall read_layered_wall(const std::filesystem::path& meshing_folder,
-                                          const TriangleMesh& lumen);
+simulation::LayeredWall read_layered_wall(const StageFiles& files, const TriangleMesh& lumen);
 
 /// The options of the solver. What both models of the wall need, and what both the balloon and the
 /// wall need, is set once in the configuration: the surrounding tissue, the blood's pressure.
 /// What is left to the balloon's size is filled in.
-simulation::SimulationOptions solver_options(const Config& config, double nominal_diameter_mm);
+simulation::SimulationOptions solver_options(const simulation::SimulationOptions& asked,
+                                             simulation::Plaque plaque, double shaft_diameter_mm,
+                                             double nominal_diameter_mm);
 
 /// frames/wall_NNNNNN.vtu: displacement at the points; stress [kPa], strain and volume ratio of
 /// each wedge.

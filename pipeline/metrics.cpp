@@ -116,37 +116,43 @@ json lesion_metrics(const centerline::Lesion& lesion, double resolution_mm) {
           {"evidence", positive_or_null(lesion.evidence)}};
 }
 
-json collect_metrics(const CaseFolder& case_folder, const Config& config, const RunRecord& record) {
+std::vector<std::string> metrics_files() {
+  std::vector<std::string> files = resolution_files();
+  files.insert(files.end(), {"centerline/centerlines.vtp", "meshing/placement.json",
+                             "simulation/summary.json", "simulation/cloth.csv", kDiagnosis});
+  return files;
+}
+
+json collect_metrics(const StageFiles& files, const centerline::LesionOptions& lesion,
+                     const RunRecord& record) {
   json metrics = empty_metrics();
-  if (case_folder.exists("simulation/cloth.csv")) {
-    metrics["cloth"] = read_json(case_folder.path("simulation/summary.json"));
+  const bool is_simulated = record.is(Stage::simulation, "done");
+  if (is_simulated && files.exists("simulation/cloth.csv")) {
+    metrics["cloth"] = read_json(files.path("simulation/summary.json"));
     return metrics;
   }
-  const CaseStatus status = case_status(case_folder, record);
+  const CaseStatus status = case_status(files, record);
   if (!status.status.empty()) metrics["status"] = status.status;
   if (!status.reason.empty()) metrics["status_reason"] = status.reason;
-  const auto is_done = [&](Stage stage) { return is_fresh(case_folder, record, stage); };
-  if (!is_done(Stage::centerline)) return metrics;
-  if (!is_done(Stage::meshing)) {
-    const CenterlineTree tree = read_centerlines(case_folder.path("centerline/centerlines.vtp"));
-    const Resolution resolution = case_resolution(case_folder);
-    const auto lesions = centerline::find_lesions(tree, lesion_options(config, resolution));
+  if (!record.is(Stage::centerline, "done")) return metrics;
+  if (!record.is(Stage::meshing, "done")) {
+    const CenterlineTree tree = read_centerlines(files.path("centerline/centerlines.vtp"));
+    const Resolution resolution = case_resolution(files);
+    const auto lesions = centerline::find_lesions(tree, lesion_options(lesion, resolution));
     metrics["lesion"].update(lesion_metrics(lesions.front(), resolution.longest_mm));
     return metrics;
   }
-  const json placement = read_json(case_folder.path("meshing/placement.json"));
+  const json placement = read_json(files.path("meshing/placement.json"));
   metrics["lesion"].update(placement.at("lesion"));
   metrics["mesh"].update(placement.at("mesh"));
   if (placement.contains("balloon")) metrics["balloon"].update(placement.at("balloon"));
-  const auto simulated = record.stages.find(Stage::simulation);
-  if (simulated != record.stages.end() && simulated->second.status == "failed" &&
-      case_folder.exists("simulation/diagnosis.json")) {
-    metrics["simulation"].update(
-        read_json(case_folder.path("simulation/diagnosis.json")).at("simulation"));
+  if (record.is(Stage::simulation, "failed") &&
+      record.stages.at(Stage::simulation).outputs.contains(kDiagnosis)) {
+    metrics["simulation"].update(read_json(files.path(kDiagnosis)).at("simulation"));
     add_timing(metrics["simulation"], record);
   }
-  if (!is_done(Stage::simulation) || !placement.contains("balloon")) return metrics;
-  const json summary = read_json(case_folder.path("simulation/summary.json"));
+  if (!is_simulated || !placement.contains("balloon")) return metrics;
+  const json summary = read_json(files.path("simulation/summary.json"));
   metrics["balloon"].update(summary.at("balloon"));
   metrics["result"].update(summary.at("result"));
   metrics["simulation"].update(summary.at("simulation"));

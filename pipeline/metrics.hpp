@@ -7,11 +7,19 @@
 #include "meshing/lumen_volume.hpp"
 #include "meshing/meshing.hpp"
 #include "pipeline/case_folder.hpp"
+#include "pipeline/stage_files.hpp"
 
 namespace angio::pipeline {
 
-/// metrics.json (CONTRACT) from what the stages have left so far; null where it does not apply.
-nlohmann::json collect_metrics(const CaseFolder& case_folder, const Config& config,
+inline constexpr const char* kDiagnosis = "simulation/diagnosis.json";
+
+/// The case's files that collect_metrics() reads.
+std::vector<std::string> metrics_files();
+
+/// metrics.json (CONTRACT) from what the stages have left so far; null where it does not apply, and
+/// where what was left is stale.
+/// @param lesion  which lesion is shown before there is a mesh
+nlohmann::json collect_metrics(const StageFiles& files, const centerline::LesionOptions& lesion,
                                const RunRecord& record);
 
 /// metrics.json's mesh part, with more of the surface and, if it was filled, of the tetrahedra.

@@ -12,23 +12,30 @@
 
 namespace angio::pipeline {
 
-Resolution case_resolution(const CaseFolder& case_folder) {
+namespace {
+
+constexpr const char* kVolume = "segmentation/volume.nrrd";
+constexpr const char* kSurface = "segmentation/lumen_surface.vtp";
+
+}  // namespace
+
+std::vector<std::string> resolution_files() { return {kVolume, kSurface}; }
+
+Resolution case_resolution(const StageFiles& files) {
   Resolution resolution;
-  if (case_folder.exists("segmentation/volume.nrrd")) {
-    const Vec3 spacing =
-        segmentation::read_volume_file(case_folder.path("segmentation/volume.nrrd"))
-            .geometry.spacing;
+  if (files.exists(kVolume)) {
+    const Vec3 spacing = segmentation::read_volume_file(files.path(kVolume)).geometry.spacing;
     resolution.longest_mm = std::max({spacing.x, spacing.y, spacing.z});
     resolution.mean_mm = std::cbrt(spacing.x * spacing.y * spacing.z);
-  } else if (case_folder.exists("segmentation/lumen_surface.vtp")) {
-    resolution.surface = std::make_shared<const TriangleMesh>(
-        viewer::read_surface(case_folder.path("segmentation/lumen_surface.vtp")).mesh);
+  } else if (files.exists(kSurface)) {
+    resolution.surface =
+        std::make_shared<const TriangleMesh>(viewer::read_surface(files.path(kSurface)).mesh);
   }
   return resolution;
 }
 
-centerline::LesionOptions lesion_options(const Config& config, const Resolution& resolution) {
-  centerline::LesionOptions options = config.lesion;
+centerline::LesionOptions lesion_options(centerline::LesionOptions options,
+                                         const Resolution& resolution) {
   options.voxel_mm = resolution.mean_mm;
   if (resolution.surface)
     options.least_diameter_mm = [surface = resolution.surface](const Vec3& place, double reach) {

@@ -4,7 +4,7 @@
 
 #include "centerline/centerline.hpp"
 #include "core/triangle_mesh.hpp"
-#include "pipeline/case_folder.hpp"
+#include "pipeline/stage_files.hpp"
 
 namespace angio::pipeline {
 
@@ -16,10 +16,13 @@ struct Resolution {
 };
 
 /// Of the scan or the surface that the case's lumen was found in.
-Resolution case_resolution(const CaseFolder& case_folder);
+Resolution case_resolution(const StageFiles& files);
+/// What that reads.
+std::vector<std::string> resolution_files();
 
 /// The settings for lesions, with what the data can show.
-centerline::LesionOptions lesion_options(const Config& config, const Resolution& resolution);
+centerline::LesionOptions lesion_options(centerline::LesionOptions options,
+                                         const Resolution& resolution);
 
 /// The same for the whole tree, wherever the settings want to look.
 centerline::LesionOptions whole_tree(centerline::LesionOptions options);

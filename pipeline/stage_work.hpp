@@ -1,34 +1,36 @@
 #pragma once
 
 #include <filesystem>
+#include <map>
 #include <string>
 #include <vector>
 
 #include "core/progress.hpp"
 #include "pipeline/case_folder.hpp"
-#include "pipeline/config.hpp"
+#include "pipeline/stage_files.hpp"
 
 namespace angio::pipeline {
 
-/// What a stage works with: the case as it is, and a folder of its own to fill.
+/// What a stage works with beside its settings (a ConfigView): all that it sees is in its key.
 struct StageWork {
-  const CaseFolder& case_folder;
-  const Config& config;
+  const StageFiles& files;    ///< the case's files that it has declared
+  const RunRecord& run;       ///< what it may know of the run (StageDefinition::sees)
+  std::string input;          ///< segmentation only; empty: take the case's own volume
   std::filesystem::path out;  ///< becomes case/STAGE once the work is done
   Progress progress;
-  std::string input;  ///< segmentation only; empty: take the case's own volume
-  RunRecord& record;  ///< backend, device and the input's description are filled in
-  std::vector<std::string> warnings;
+
+  // What the stage has to say beside its files.
+  std::string input_description = {};     ///< for run.json; empty: as it was
+  std::string backend = {}, device = {};  ///< the same
+  double solver_seconds = 0.0;
+  std::map<std::string, double> time_split = {};
+  std::vector<std::string> warnings = {};
   /// Why what is in `out` is no result: it is kept for diagnosis, the stage fails. Empty: it is
   /// one.
-  std::string failure;
+  std::string failure = {};
 };
 
-/// The case's files that a stage reads; of those named, the ones that exist.
-std::vector<std::string> stage_inputs(Stage stage);
-
-/// Does one stage's work. @throws Error, leaving `out` for the caller to remove
-void do_stage(Stage stage, StageWork& work);
+inline constexpr const char* kPhantomPrefix = "phantom:";
 
 /// What kind of thing INPUT names. @throws InputError (66) if it does not exist, Error (64) for a
 /// phantom that there is not

@@ -14,6 +14,7 @@
 #include "pipeline/case_status.hpp"
 #include "pipeline/experiment.hpp"
 #include "pipeline/metrics.hpp"
+#include "pipeline/stage_keys.hpp"
 #include "pipeline/stage_work.hpp"
 #include "pipeline/version.hpp"
 #include "segmentation/dicom_segmentation.hpp"
@@ -110,140 +111,209 @@ RunRecord take_up(const RunRequest& request, const CaseFolder& folder) {
   RunRecord record = folder.read_record();
   if (record.input_sha256 != wanted.input_sha256) return wanted;
   if (!request.case_name.empty()) record.case_name = request.case_name;
+  record.input_kind = wanted.input_kind;  // the settings say how INPUT is taken
   return record;
 }
 
-std::string stage_key(Stage stage, const RunRequest& request, const RunRecord& record,
-                      const std::map<std::string, std::string>& inputs) {
-  std::string text =
-      fmt::format("{}\n{}\n{}", kVersion, name(stage), stage_settings(request.config, stage));
-  if (stage == first_stage(request.config)) text += record.input_sha256;
-  if (stage == Stage::report) {
-    text += record.case_name;
-    const auto simulated = record.stages.find(Stage::simulation);
-    if (simulated != record.stages.end()) text += "\nsimulation " + simulated->second.status;
-  }
-  for (const auto& [file, hash] : inputs) text += file + " " + hash + "\n";
-  return sha256_of_text(text);
-}
-
-std::map<std::string, std::string> gather_inputs(Stage stage, const Config& config,
+std::map<std::string, std::string> gather_inputs(const StageDefinition& stage,
                                                  const CaseFolder& folder) {
-  auto inputs = folder.hashes(stage_inputs(stage));
-  if (inputs.empty() && stage != first_stage(config))
+  auto inputs = folder.hashes(stage.inputs);
+  if (inputs.empty() && !stage.inputs.empty())
     throw InputError(fmt::format("{} has nothing for the stage {} to work on. Run the stages "
                                  "before it: `angio run INPUT -o {}`",
-                                 folder.root().string(), name(stage), folder.root().string()),
+                                 folder.root().string(), stage.name, folder.root().string()),
                      ExitCode::no_input);
   return inputs;
 }
 
-std::map<std::string, std::string> hash_outputs(const CaseFolder& folder, Stage stage) {
-  std::vector<std::string> files;
-  for (const fs::directory_entry& entry : fs::recursive_directory_iterator(folder.folder(stage)))
-    if (entry.is_regular_file())
-      files.push_back(fs::relative(entry.path(), folder.root()).string());
-  return folder.hashes(files);
+/// One run through the stages of a case.
+class Run {
+ public:
+  Run(const RunRequest& request, const CaseFolder& folder, RunRecord record, Reporter& reporter)
+      : request_(request), folder_(folder), record_(std::move(record)), reporter_(reporter) {}
+
+  /// Takes the numbers that are stale out of the case before anything else is done.
+  void begin();
+  void run_stage(const StageDefinition& stage, bool forced);
+  [[nodiscard]] bool has_failed(Stage stage) const { return record_.is(stage, "failed"); }
+  /// Brings run.json, metrics.json and the report's notice up to what the stages have left.
+  void settle();
+  /// The same where something has failed already.
+  void settle_quietly();
+  void end() {
+    if (!is_settled_) settle();
+  }
+
+ private:
+  void make(const StageDefinition& stage, const std::map<std::string, std::string>& inputs);
+  void work(const StageDefinition& stage, StageRecord& entry);
+  void skip(const StageDefinition& stage, const std::map<std::string, std::string>& inputs);
+  void write_metrics(const RunRecord& record) const;
+  void forget_backend(const StageDefinition& stage) {
+    if (stage.stage == Stage::simulation) record_.backend = record_.device = "";
+  }
+  [[nodiscard]] std::string key_of(const StageDefinition& stage,
+                                   const std::map<std::string, std::string>& inputs) const {
+    return stage_key(stage, request_.config, record_, inputs);
+  }
+
+  const RunRequest& request_;
+  const CaseFolder& folder_;
+  RunRecord record_;
+  Reporter& reporter_;
+  bool is_settled_ = false;
+};
+
+/// Does the work, puts the stage's folder in place, and takes over what the stage has to say.
+void Run::work(const StageDefinition& stage, StageRecord& entry) {
+  std::vector<std::string> declared = stage.inputs;
+  if (request_.input.empty())
+    declared.insert(declared.end(), stage.own_inputs.begin(), stage.own_inputs.end());
+  const StageFiles files(folder_, declared);
+  const RunRecord seen = stage.sees(request_.config, record_);
+  StageFolder output(folder_, stage.stage);
+  StageWork work{files, seen, request_.input, output.path(), reporter_.progress()};
+  stage.work(work, request_.config);
+  throw_if_interrupted();
+  output.commit();
+  if (!work.input_description.empty()) record_.input_description = work.input_description;
+  if (!work.backend.empty()) {
+    record_.backend = work.backend;
+    record_.device = work.device;
+  }
+  entry.solver_seconds = work.solver_seconds;
+  entry.time_split = work.time_split;
+  entry.warnings = work.warnings;
+  entry.outputs = folder_.hashes(stage.stage);
+  if (!work.failure.empty()) throw InputError(work.failure);
 }
 
-/// Does the work of one stage and puts its folder in place.
-void make_stage(Stage stage, const RunRequest& request, const CaseFolder& folder,
-                const std::string& key, RunRecord& record, Reporter& reporter) {
+void Run::make(const StageDefinition& stage, const std::map<std::string, std::string>& inputs) {
   const auto start = std::chrono::steady_clock::now();
-  const auto seconds = [&] {
-    return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-  };
   const PeakMemory memory;
-  StageRecord& entry = record.stages[stage] = {};
-  entry.inputs = folder.hashes(stage_inputs(stage));
+  StageRecord& entry = record_.stages[stage.stage] = {};
+  entry.inputs = inputs;
+  entry.status = "failed";
+  forget_backend(stage);
+  const auto end = [&] {
+    entry.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    entry.key = key_of(stage, inputs);
+  };
   try {
-    StageFolder output(folder, stage);
-    StageWork work{
-        folder, request.config, output.path(), reporter.progress(), request.input, record, {}, {}};
-    do_stage(stage, work);
-    throw_if_interrupted();
-    output.commit();
-    entry.warnings = work.warnings;
-    if (!work.failure.empty()) throw InputError(work.failure);
+    work(stage, entry);
   } catch (const nlohmann::json::exception&) {
-    entry.status = "failed";
-    folder.write_record(record);
+    end();
     throw InputError(
         fmt::format("the case's files do not fit this version for the stage {} (they "
                     "are damaged, or another version wrote them). Add --force to "
                     "`angio run`",
-                    name(stage)));
+                    stage.name));
   } catch (const Error& error) {
-    entry.status = error.exit_code() == ExitCode::interrupted ? "interrupted" : "failed";
+    end();
+    if (error.exit_code() == ExitCode::interrupted) entry.status = "interrupted";
     entry.warnings.insert(entry.warnings.begin(), error.what());
-    entry.seconds = seconds();
-    folder.write_record(record);
     throw;
   } catch (...) {
-    entry.status = "failed";
-    entry.seconds = seconds();
-    folder.write_record(record);
+    end();
     throw;
   }
-  const bool given = stage == Stage::segmentation && record.input_kind == name(InputKind::surface);
+  const bool given =
+      stage.stage == Stage::segmentation && record_.input_kind == name(InputKind::surface);
   entry.status = given ? "given" : "done";
-  entry.key = key;
-  entry.outputs = hash_outputs(folder, stage);
   entry.peak_memory_mib = memory.mebibytes();
-  entry.seconds = seconds();
+  end();
 }
 
-void write_metrics(const RunRequest& request, const CaseFolder& folder, const RunRecord& record) {
-  write_text_atomically(folder.path("metrics.json"),
-                        collect_metrics(folder, request.config, record).dump(2) + "\n");
+/// There is nothing to simulate: what lies there is of another state of the case.
+void Run::skip(const StageDefinition& stage, const std::map<std::string, std::string>& inputs) {
+  fs::remove_all(folder_.folder(stage.stage));
+  forget_backend(stage);
+  record_.stages[stage.stage] = {};
+  record_.stages[stage.stage].status = "skipped";
+  record_.stages[stage.stage].key = key_of(stage, inputs);
 }
 
-void run_stage(Stage stage, const RunRequest& request, bool forced, const CaseFolder& folder,
-               RunRecord& record, Reporter& reporter) {
-  reporter.begin_stage(name(stage));
-  if (is_skipped(stage, request.config)) {
-    record.stages[stage].status = "skipped";
-    folder.write_record(record);
-    reporter.end_stage(name(stage), "skipped", 0.0);
-    return;
+void Run::run_stage(const StageDefinition& stage, bool forced) {
+  reporter_.begin_stage(stage.name);
+  StageRecord& entry = record_.stages[stage.stage];
+  if (!stage.work) {
+    entry.status = "skipped";
+    return reporter_.end_stage(stage.name, "skipped", 0.0);
   }
-  if (stage == Stage::simulation && is_untreated(folder)) {
-    fs::remove_all(folder.folder(stage));  // of another state of the case
-    record.stages[stage] = {};
-    record.stages[stage].status = "skipped";
-    folder.write_record(record);
-    write_metrics(request, folder, record);
-    reporter.end_stage(name(stage), "skipped", 0.0);
-    return;
+  const auto inputs = gather_inputs(stage, folder_);
+  if (stage.stage == Stage::simulation && is_untreated(folder_)) {
+    skip(stage, inputs);
+    settle();
+    return reporter_.end_stage(stage.name, "skipped", 0.0);
   }
-  const auto inputs = gather_inputs(stage, request.config, folder);
-  const std::string key = stage_key(stage, request, record, inputs);
-  if (!forced && folder.is_up_to_date(record.stages[stage], key)) {
-    reporter.end_stage(name(stage), "up to date", 0.0);
-    return;
+  if (stage.stage == Stage::report) mark_report(folder_, false);  // its content counts
+  if (!forced && folder_.is_up_to_date(entry, key_of(stage, inputs))) {
+    entry.is_stale = false;
+    is_settled_ = false;
+    return reporter_.end_stage(stage.name, "up to date", 0.0);
   }
-  make_stage(stage, request, folder, key, record, reporter);
-  folder.write_record(record);
-  write_metrics(request, folder, record);
-  const StageRecord& entry = record.stages[stage];
-  for (const std::string& warning : entry.warnings) reporter.warn(name(stage), warning);
-  reporter.end_stage(name(stage), entry.status, entry.seconds);
+  if (stage.stage == Stage::report) mark_report(folder_, true);
+  make(stage, inputs);
+  settle();
+  for (const std::string& warning : entry.warnings) reporter_.warn(stage.name, warning);
+  reporter_.end_stage(stage.name, entry.status, entry.seconds);
 }
 
-/// Runs a stage. Of a simulation that fails the case and, if it is asked for, the report tell
-/// before the failure goes on.
-void run_or_tell(Stage stage, const RunRequest& request, bool forced, const CaseFolder& folder,
-                 RunRecord& record, Reporter& reporter) {
+void Run::write_metrics(const RunRecord& record) const {
+  const StageFiles files(folder_, metrics_files());
+  const nlohmann::json metrics = collect_metrics(files, request_.config.lesion, record);
+  write_text_atomically(folder_.path("metrics.json"), metrics.dump(2) + "\n");
+}
+
+void Run::begin() {
+  mark_stale(folder_, request_.config, record_);
+  folder_.write_record(record_);
+  if (std::none_of(record_.stages.begin(), record_.stages.end(),
+                   [](const auto& entry) { return entry.second.is_stale; }))
+    return;
+  RunRecord nothing_found = record_;
+  nothing_found.stages.erase(Stage::centerline);
+  write_metrics(nothing_found);
+  mark_report(folder_, true);
+}
+
+void Run::settle() {
+  mark_stale(folder_, request_.config, record_);
+  folder_.write_record(record_);
+  write_metrics(record_);
+  mark_report(folder_, !record_.is(Stage::report, "done"));
+  is_settled_ = true;
+}
+
+void Run::settle_quietly() {
   try {
-    run_stage(stage, request, forced, folder, record, reporter);
-  } catch (const InputError&) {
-    if (stage != Stage::simulation || record.stages[stage].status != "failed" ||
-        is_cloth(request.config))
+    settle();
+  } catch (const std::exception&) {  // what happened first is what is reported
+  }
+}
+
+void run_stages(const RunRequest& request, const CaseFolder& folder, Run& run, NewCase& new_case) {
+  const int first = request.input.empty() ? int(request.from.value_or(Stage::segmentation)) : 0;
+  for (const StageDefinition& stage : stage_table(request.config)) {
+    if (int(stage.stage) < first || stage.stage > request.until) continue;
+    try {
+      run.run_stage(stage, request.force || (request.from && stage.stage >= *request.from));
+    } catch (const InputError&) {
+      // Of a simulation that fails the report says so, if it is asked for, before the failure
+      // goes on.
+      const bool is_told = stage.stage == Stage::simulation && run.has_failed(stage.stage) &&
+                           !is_cloth(request.config);
+      run.settle_quietly();
+      if (is_told && request.until == Stage::report)
+        run.run_stage(stage_table(request.config).back(), true);
       throw;
-    write_metrics(request, folder, record);
-    if (request.until == Stage::report)
-      run_stage(Stage::report, request, true, folder, record, reporter);
-    throw;
+    }
+    new_case.keep();
+    if (stage.stage == Stage::segmentation && request.keep_link && is_dicom(request.input))
+      segmentation::write_dicom_segmentation(
+          folder.path("segmentation.private.dcm"),
+          segmentation::read_volume_file(folder.path("segmentation/lumen_level_set.nrrd")),
+          request.input, request.config.input);
   }
 }
 
@@ -257,21 +327,35 @@ fs::path run_case(const RunRequest& request, Reporter& reporter) {
   const CaseLock lock(folder);
   write_text_atomically(folder.path("case.toml"), to_toml(request.config));
   if (request.keep_link && !request.input.empty()) write_private_link(folder, request.input);
-  folder.write_record(record);
-
-  const int first = request.input.empty() ? int(request.from.value_or(Stage::segmentation)) : 0;
-  for (int s = first; s <= int(request.until); ++s) {
-    const bool forced = request.force || (request.from && s >= int(*request.from));
-    run_or_tell(Stage(s), request, forced, folder, record, reporter);
-    new_case.keep();
-    if (Stage(s) == Stage::segmentation && request.keep_link && is_dicom(request.input))
-      segmentation::write_dicom_segmentation(
-          folder.path("segmentation.private.dcm"),
-          segmentation::read_volume_file(folder.path("segmentation/lumen_level_set.nrrd")),
-          request.input, request.config.input);
+  Run run(request, folder, std::move(record), reporter);
+  run.begin();
+  try {
+    run_stages(request, folder, run, new_case);
+  } catch (...) {
+    run.settle_quietly();
+    throw;
   }
+  run.end();
   return request.until == Stage::report ? folder.path("report/index.html")
                                         : folder.folder(request.until);
+}
+
+bool is_case_done(const RunRequest& request) {
+  const CaseFolder folder(request.case_folder);
+  if (!folder.exists("run.json")) return false;
+  const RunRecord wanted = describe_input(request, folder);
+  RunRecord record = folder.read_record();
+  if (record.input_sha256 != wanted.input_sha256 || record.input_kind != wanted.input_kind ||
+      record.case_name != wanted.case_name)
+    return false;
+  for (const StageDefinition& stage : stage_table(request.config)) {
+    if (!stage.work || stage.stage > request.until) continue;
+    const StageRecord& entry = record.stages[stage.stage];
+    const std::string key = stage_key(stage, request.config, record, folder.hashes(stage.inputs));
+    const bool is_skipped = entry.status == "skipped" && entry.key == key;
+    if (entry.is_stale || (!is_skipped && !folder.is_up_to_date(entry, key))) return false;
+  }
+  return true;
 }
 
 Config case_config(const CaseFolder& case_folder) {

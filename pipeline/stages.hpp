@@ -27,6 +27,10 @@ struct RunRequest {
 /// @return the report, or the folder of the last stage that was asked for
 std::filesystem::path run_case(const RunRequest& request, Reporter& reporter);
 
+/// Has everything that a request asks for been done already, with its very input and configuration,
+/// and lies there as it was left? Nothing is written.
+bool is_case_done(const RunRequest& request);
+
 /// The configuration that a case was last run with.
 /// @throws InputError (66) if the folder is no case
 Config case_config(const CaseFolder& case_folder);

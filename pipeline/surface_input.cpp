@@ -11,7 +11,6 @@
 #include "core/error.hpp"
 #include "meshing/meshing.hpp"
 #include "pipeline/experiment.hpp"
-#include "pipeline/stage_parts.hpp"
 #include "viewer/files.hpp"
 
 namespace angio::pipeline {
@@ -213,19 +212,19 @@ GivenSurface read_given_surface(const fs::path& file, std::optional<LengthUnit> 
   return settle(viewer::read_surface(file), asked);
 }
 
-void take_surface(StageWork& work) {
+void take_surface(StageWork& work, std::optional<LengthUnit> unit) {
   const fs::path kept = work.out / "lumen_surface.vtp";
   if (work.input.starts_with(kPhantomPrefix))
     return viewer::write_surface(kept, {experiment_surface(work), {}, {}});
   if (work.input.empty()) {
-    const fs::path source = work.case_folder.path("segmentation/lumen_surface.vtp");
+    const fs::path source = work.files.path("segmentation/lumen_surface.vtp");
     return viewer::write_surface(kept, {viewer::read_surface(source).mesh, {}, {}});
   }
   const viewer::SurfaceData surface = viewer::read_surface(work.input);
-  work.record.input_description =
+  work.input_description =
       fmt::format("lumen surface, {} triangles", surface.mesh.triangles.size());
-  const GivenSurface given = settle(surface, work.config.surface_unit);
-  keep(work.warnings, given.warnings);
+  const GivenSurface given = settle(surface, unit);
+  work.warnings.insert(work.warnings.end(), given.warnings.begin(), given.warnings.end());
   for (const meshing::SurfaceRepair& repair : given.repairs)
     if (!repair.is_routine) work.warnings.push_back("repaired: " + to_text(repair));
   viewer::write_surface(kept, {given.mesh, {}, {}});

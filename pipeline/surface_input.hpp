@@ -29,7 +29,8 @@ struct GivenSurface {
 GivenSurface read_given_surface(const std::filesystem::path& file, std::optional<LengthUnit> asked);
 
 /// The segmentation of a case whose input is a surface: it is kept as the later stages read it.
-void take_surface(StageWork& work);
+/// @param unit  that it is measured in; unset: as it says, or by its size
+void take_surface(StageWork& work, std::optional<LengthUnit> unit);
 
 /// Prints what a surface is like and whether it can be used.
 void inspect_surface(const std::filesystem::path& file, std::optional<LengthUnit> asked,

@@ -59,8 +59,11 @@ TEST(CaseFolder, KeepsItsRecord) {
   RunRecord record;
   record.case_name = "demo";
   record.input_sha256 = "123";
-  record.stages[Stage::meshing] = {"done",       "key",        1.5,           20.0,          0.5,
-                                   {{"a", "1"}}, {{"b", "2"}}, {"a warning"}, {{"air", 0.2}}};
+  StageRecord& entry = record.stages[Stage::meshing];
+  entry.status = "done";
+  entry.outputs = {{"b", "2"}};
+  entry.warnings = {"a warning"};
+  entry.time_split = {{"air", 0.2}};
   folder.write_record(record);
   const RunRecord again = folder.read_record();
   EXPECT_EQ(again.case_name, "demo");

@@ -21,15 +21,10 @@ struct DoneCase {
     set(Stage::meshing, "done");
     set(Stage::simulation, "done");
   }
-  void set(Stage stage, const std::string& status) {
-    StageRecord& entry = record.stages[stage];
-    entry.status = status;
-    entry.inputs.clear();
-    if (stage == Stage::meshing) entry.inputs = folder.hashes({"centerline/centerlines.vtp"});
-    if (stage == Stage::simulation)
-      entry.inputs = folder.hashes({"centerline/centerlines.vtp", "meshing/placement.json"});
+  void set(Stage stage, const std::string& status) { record.stages[stage].status = status; }
+  [[nodiscard]] CaseStatus status() const {
+    return case_status(StageFiles(folder, metrics_files()), record);
   }
-  [[nodiscard]] CaseStatus status() const { return case_status(folder, record); }
 };
 
 TEST(CaseStatus, IsDoneWhenAllStagesAre) {
@@ -44,14 +39,20 @@ TEST(CaseStatus, IsNotThereBeforeTheSimulationIs) {
   EXPECT_EQ(half.status().status, "");
 }
 
-TEST(CaseStatus, IsStaleWhenAnEarlierStageHasBeenRunAgain) {
+TEST(CaseStatus, IsStaleAsSoonAsOneStageIs) {
   DoneCase stale;
-  write_text_atomically(stale.root / "meshing/placement.json",
-                        R"({"balloon": {"length_mm": 9}, "status": "done"})");
+  stale.record.stages[Stage::simulation].is_stale = true;
   EXPECT_EQ(stale.status().status, "stale");
   EXPECT_FALSE(stale.status().has_result());
-  stale.set(Stage::simulation, "done");
+  stale.record.stages[Stage::simulation].is_stale = false;
   EXPECT_EQ(stale.status().status, "done");
+}
+
+TEST(CaseStatus, OfAFailureOfAnotherStateIsStale) {
+  DoneCase failed;
+  failed.set(Stage::simulation, "failed");
+  failed.record.stages[Stage::simulation].is_stale = true;
+  EXPECT_EQ(failed.status().status, "stale");
 }
 
 TEST(CaseStatus, OfAFailedStageSaysWhichAndWhy) {

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <iostream>
+#include <map>
 #include <nlohmann/json.hpp>
 
 #include "core/centerline.hpp"
@@ -143,25 +144,129 @@ TEST(Run, TheSameCommandTwiceGivesTheSameBytes) {
   }
 }
 
+/// `angio run` of a small vessel, quick and coarse. The first setting follows this.
+const std::string kSmallRun =
+    "run phantom:unilateral,length=10,stenosis=50,noise=0 --preset draft --quiet --set "
+    "balloon.length_mm=3 balloon.ring_count=6 balloon.ring_vertex_count=8 simulation.sweeps=20 "
+    "mesh.edges_per_circumference=8 inflation.inflate_s=0.1 inflation.hold_s=0 "
+    "inflation.deflate_s=0.1 inflation.rest_s=0 volume.fill=false ";
+
+/// A case's files without times and memory.
+std::map<std::string, std::string> case_content(const fs::path& folder) {
+  std::map<std::string, std::string> content;
+  for (const fs::path& file : files_under(folder)) {
+    std::string text = file_text(folder / file);
+    if (file == "run.json" || file == "metrics.json") {
+      json root = json::parse(text);
+      for (const char* key : {"wall_s", "time_split_s", "frames_per_second", "real_time_factor"})
+        if (root.contains("simulation")) root["simulation"].erase(key);
+      if (root.contains("stages"))
+        for (auto& stage : root["stages"])
+          for (const char* key : {"seconds", "peak_memory_mib", "solver_seconds", "time_split_s"})
+            stage.erase(key);
+      text = root.dump();
+    }
+    content[file.string()] = text;
+  }
+  return content;
+}
+
+/// What the stages have come to, in run.json.
+std::string status_of(const fs::path& folder, const char* stage) {
+  return read_json_file(folder / "run.json").at("stages").at(stage).at("status");
+}
+
+double seconds_of(const fs::path& folder, const char* stage) {
+  return read_json_file(folder / "run.json").at("stages").at(stage).at("seconds");
+}
+
 TEST(Run, GoesOnWhereItStoppedAndRepeatsOnlyWhatChanged) {
   TemporaryFolder folder;
-  const std::string run =
-      "run phantom:straight,length=20,noise=0.05 --preset draft -o '" + folder / "c" + "' ";
-  ASSERT_EQ(run_program(run + "--until centerline").exit_code, 0);
-  EXPECT_FALSE(fs::exists(folder.path() / "c/meshing"));
-  const ProgramResult second = run_program(run + "--until meshing");
-  ASSERT_EQ(second.exit_code, 0) << second.error;
-  EXPECT_NE(second.error.find("segmentation  up to date"), std::string::npos) << second.error;
-  EXPECT_NE(second.error.find("no stenosis"), std::string::npos) << second.error;
-  const ProgramResult third =
-      run_program(run +
-                  "--until meshing --set balloon.length_mm=8 lesion.centerline=0 "
-                  "lesion.abscissa_mm=10");
-  ASSERT_EQ(third.exit_code, 0) << third.error;
-  EXPECT_NE(third.error.find("centerline    up to date"), std::string::npos) << third.error;
-  EXPECT_NE(third.error.find("meshing       done"), std::string::npos) << third.error;
-  const json lesion = read_json_file(folder.path() / "c/metrics.json").at("lesion");
-  EXPECT_NEAR(lesion.at("abscissa_mm").get<double>(), 10.0, 1e-9);
+  const fs::path root = folder.path() / "c";
+  const auto run = [&](const std::string& more) {
+    const ProgramResult result = run_program(kSmallRun + more + " -o '" + root.string() + "'");
+    ASSERT_EQ(result.exit_code, 0) << result.error;
+  };
+  run("--until centerline");
+  EXPECT_FALSE(fs::exists(root / "meshing"));
+  const double segmentation = seconds_of(root, "segmentation"),
+               centerline = seconds_of(root, "centerline");
+  run("--until meshing");
+  EXPECT_EQ(seconds_of(root, "segmentation"), segmentation);
+  EXPECT_EQ(seconds_of(root, "centerline"), centerline);
+  const double meshing = seconds_of(root, "meshing");
+  run("lesion.centerline=0 lesion.abscissa_mm=6 --until meshing");
+  EXPECT_EQ(seconds_of(root, "centerline"), centerline);
+  EXPECT_NE(seconds_of(root, "meshing"), meshing);
+  const json lesion = read_json_file(root / "metrics.json").at("lesion");
+  EXPECT_NEAR(lesion.at("abscissa_mm").get<double>(), 6.0, 1e-9);
+}
+
+/// Settings that more than one stage reads, by the configuration or by another stage's files.
+class ChangedSetting : public testing::TestWithParam<const char*> {};
+
+TEST_P(ChangedSetting, GivesTheCaseThatWouldHaveBeenFromTheStart) {
+  TemporaryFolder folder;
+  const std::string until = " --until simulation -o '", setting = GetParam();
+  ASSERT_EQ(run_program(kSmallRun + "guidewire.model=rod" + until + folder / "c" + "'").exit_code,
+            0);
+  const auto before = case_content(folder.path() / "c");
+  const std::string changed = kSmallRun + "guidewire.model=rod " + setting + until;
+  ASSERT_EQ(run_program(changed + folder / "c" + "'").exit_code, 0);
+  ASSERT_EQ(run_program(changed + folder / "fresh" + "'").exit_code, 0);
+  const auto resumed = case_content(folder.path() / "c"),
+             fresh = case_content(folder.path() / "fresh");
+  EXPECT_NE(fresh.at("simulation/timeseries.csv") + fresh.at("centerline/lesions.json"),
+            before.at("simulation/timeseries.csv") + before.at("centerline/lesions.json"))
+      << "the setting counts for nothing here";
+  ASSERT_EQ(resumed.size(), fresh.size());
+  for (const auto& [file, text] : fresh) EXPECT_TRUE(resumed.at(file) == text) << file;
+}
+
+INSTANTIATE_TEST_SUITE_P(Settings, ChangedSetting,
+                         testing::Values("wall.model=layered", "wall.thickness_ratio=0.25",
+                                         "balloon.shaft_diameter_mm=0.5 balloon.folds=0",
+                                         "lesion.min_stenosis_percent=70"));
+
+TEST(Run, WhatIsStaleLeavesTheCaseUntilItIsMadeAgain) {
+  TemporaryFolder folder;
+  const fs::path root = folder.path() / "c";
+  const std::string to = " -o '" + root.string() + "'", notice = "This report is stale.";
+  ASSERT_EQ(run_program(kSmallRun + to).exit_code, 0);
+  const auto before = case_content(root);
+  EXPECT_EQ(before.at("report/index.html").find(notice), std::string::npos);
+  ASSERT_EQ(run_program(kSmallRun + "lesion.centerline=0 lesion.abscissa_mm=6 --until meshing" + to)
+                .exit_code,
+            0);
+  const json metrics = read_json_file(root / "metrics.json");
+  EXPECT_NEAR(metrics.at("lesion").at("abscissa_mm").get<double>(), 6.0, 1e-9);
+  EXPECT_EQ(metrics.at("status"), "stale");
+  for (const char* group : {"result", "simulation"})
+    for (const auto& value : metrics.at(group)) EXPECT_TRUE(value.is_null()) << group;
+  EXPECT_TRUE(metrics.at("balloon").at("peak_diameter_mm").is_null());
+  EXPECT_EQ(status_of(root, "meshing"), "done");
+  EXPECT_EQ(status_of(root, "simulation"), "stale");
+  EXPECT_EQ(status_of(root, "report"), "stale");
+  EXPECT_NE(file_text(root / "report/index.html").find(notice), std::string::npos);
+
+  const double simulation = seconds_of(root, "simulation");
+  ASSERT_EQ(run_program(kSmallRun + to).exit_code, 0);
+  EXPECT_EQ(seconds_of(root, "simulation"), simulation) << "it is what it was: not run again";
+  EXPECT_TRUE(case_content(root) == before);
+}
+
+TEST(Run, AStageAloneRefusesWhatTheOnesBeforeItRead) {
+  TemporaryFolder folder;
+  const std::string to = "'" + folder / "c" + "'";
+  ASSERT_EQ(run_program(kSmallRun + "--until meshing -o " + to).exit_code, 0);
+  for (const char* command :
+       {"mesh --set lesion.min_stenosis_percent=40", "mesh --set segmentation.scale_count=3",
+        "simulate --set wall.model=layered", "simulate --preset fine",
+        "segment --set input.resample=true"})
+    EXPECT_EQ(run_program(std::string(command) + " --quiet " + to).exit_code, 64) << command;
+  EXPECT_EQ(run_program("mesh " + to + " --quiet --set lesion.centerline=0 lesion.abscissa_mm=6")
+                .exit_code,
+            0);
 }
 
 TEST(Run, ALumenSurfaceBeginsAtTheCenterline) {
@@ -216,7 +321,31 @@ TEST(Batch, GoesOnPastAFailureAndSumsUp) {
   EXPECT_NE(summary.find("good,done,0"), std::string::npos) << summary;
   EXPECT_NE(summary.find("bad,failed,66"), std::string::npos) << summary;
   EXPECT_TRUE(fs::exists(folder.path() / "out/good/report/index.html"));
-  EXPECT_EQ(run_program(batch + " --resume").exit_code, 2);
+}
+
+TEST(Batch, ResumesByContent) {
+  TemporaryFolder folder;
+  const auto manifest = [&](const char* length) {
+    std::ofstream(folder / "m.csv")
+        << "case,input,balloon.length_mm\n"
+        << "kept,\"phantom:unilateral,length=10,stenosis=50,noise=0\",3\n"
+        << "other,\"phantom:unilateral,length=10,stenosis=50,noise=0\"," << length << "\n";
+  };
+  const std::string options = kSmallRun.substr(kSmallRun.find("--preset"));
+  const std::string batch = "batch '" + folder / "m.csv" + "' -o '" + folder / "out" + "' " +
+                            options.substr(0, options.find("balloon.length_mm=3")) +
+                            options.substr(options.find("balloon.ring_count"));
+  manifest("3");
+  ASSERT_EQ(run_program(batch).exit_code, 0);
+  const fs::path kept = folder.path() / "out/kept", other = folder.path() / "out/other";
+  const double first = seconds_of(kept, "report"), second = seconds_of(other, "report");
+  ASSERT_EQ(run_program(batch + " --resume").exit_code, 0);
+  EXPECT_EQ(seconds_of(other, "report"), second);
+  manifest("2");
+  ASSERT_EQ(run_program(batch + " --resume").exit_code, 0);
+  EXPECT_EQ(seconds_of(kept, "report"), first);
+  EXPECT_NE(seconds_of(other, "report"), second);
+  EXPECT_EQ(read_json_file(other / "metrics.json").at("balloon").at("length_mm"), 2.0);
 }
 
 }  // namespace

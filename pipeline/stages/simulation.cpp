@@ -1,3 +1,5 @@
+#include "simulation/simulation.hpp"
+
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -11,18 +13,13 @@
 #include "core/units.hpp"
 #include "meshing/meshing.hpp"
 #include "pipeline/case_files.hpp"
-#include "pipeline/csv.hpp"
 #include "pipeline/fine_surface.hpp"
 #include "pipeline/layered_wall.hpp"
 #include "pipeline/metrics.hpp"
-#include "pipeline/stage_parts.hpp"
-#include "pipeline/version.hpp"
-#include "segmentation/read_volume.hpp"
-#include "simulation/simulation.hpp"
+#include "pipeline/stages/stage_parts.hpp"
 #include "viewer/files.hpp"
-#include "viewer/report.hpp"
 
-// From the meshes to the report.
+// From the meshes to what the balloon does.
 namespace angio::pipeline {
 namespace fs = std::filesystem;
 using nlohmann::json;
@@ -151,7 +148,7 @@ json solver_json(const simulation::SimulationSummary& summary) {
 /// What was reached: metrics.json's balloon, result and simulation, without the times that differ
 /// from run to run. The result is that of the lesion, between its edges; what else lies along the
 /// balloon (the next lesion, a neighbour that touches) is the segment's.
-json summary_json(const StageWork& work, const json& lesion,
+json summary_json(const std::string& material, const json& lesion,
                   const simulation::SimulationSummary& summary, const FrameWriter& frames,
                   const centerline::LumenProfile& after) {
   const double reference = lesion.at("reference_diameter_mm").get<double>();
@@ -162,7 +159,7 @@ json summary_json(const StageWork& work, const json& lesion,
   return {{"peak_frame", frames.peak().frame},
           {"last_frame", frames.last().frame},
           {"balloon",
-           {{"material", work.config.simulation.balloon.name},
+           {{"material", material},
             {"peak_pressure_atm", frames.peak().pressure_atm},
             {"peak_diameter_mm", peak_diameter},
             {"balloon_to_artery_ratio", peak_diameter / reference}}},
@@ -178,78 +175,6 @@ json summary_json(const StageWork& work, const json& lesion,
           {"simulation", solver_json(summary)}};
 }
 
-/// A table that an earlier stage wrote; the first row is the header.
-std::vector<CsvRow> read_table(const fs::path& file) {
-  std::vector<CsvRow> rows = parse_csv(read_text(file));
-  if (rows.empty()) throw InputError(file.string() + " is empty. Run `angio simulate` again");
-  return rows;
-}
-
-void read_profiles(const fs::path& file, viewer::DiameterProfile& before,
-                   viewer::DiameterProfile& after) {
-  const auto rows = read_table(file);
-  for (std::size_t r = 1; r < rows.size(); ++r) {
-    const auto number = [&](std::size_t column) { return std::stod(rows[r].at(column)); };
-    before.abscissa_mm.push_back(number(0));
-    before.inscribed_diameter_mm.push_back(number(1));
-    before.equivalent_diameter_mm.push_back(number(2));
-    after.abscissa_mm.push_back(number(0));
-    after.inscribed_diameter_mm.push_back(number(3));
-    after.equivalent_diameter_mm.push_back(number(4));
-  }
-}
-
-viewer::Moment read_moment(const CaseFolder& case_folder, std::string title, int frame) {
-  FrameShape shape = read_frame(case_folder.path("simulation/frames"), frame);
-  if (shape.guidewire.empty())
-    shape.guidewire = viewer::read_polylines(case_folder.path("meshing/guidewire.vtp")).points;
-  return {std::move(title), std::move(shape.balloon), std::move(shape.wall),
-          std::move(shape.contact_pressure_kpa), std::move(shape.guidewire)};
-}
-
-std::vector<viewer::Moment> read_moments(const CaseFolder& case_folder, const json& summary) {
-  const auto moment = [&](std::string title, int frame) {
-    return read_moment(case_folder, std::move(title), frame);
-  };
-  const double peak_pressure = summary.at("balloon").at("peak_pressure_atm").get<double>();
-  return {moment("Before", 0),
-          moment(fmt::format("At peak, {:.1f} atm", peak_pressure),
-                 summary.at("peak_frame").get<int>()),
-          moment("After", summary.at("last_frame").get<int>())};
-}
-
-/// Nine written frames from the first to the last, as in the seed paper's figures: the start, five
-/// steps to the peak, and three to the end.
-std::vector<viewer::Moment> read_sequence(const CaseFolder& case_folder, const json& summary) {
-  const std::vector<viewer::FrameTime> frames =
-      viewer::read_frame_times(case_folder.path("simulation/simulation.pvd"));
-  const auto place_of = [&](int frame) {
-    return double(std::find_if(frames.begin(), frames.end(),
-                               [&](const auto& f) { return f.frame == frame; }) -
-                  frames.begin());
-  };
-  const double peak = place_of(summary.at("peak_frame").get<int>());
-  const double last = double(frames.size()) - 1.0;
-  std::vector<viewer::Moment> sequence;
-  constexpr int kToPeak = 5, kToEnd = 3;
-  for (int i = 0; i <= kToPeak + kToEnd; ++i) {
-    const double place =
-        i <= kToPeak ? peak * i / kToPeak : peak + (last - peak) * (i - kToPeak) / kToEnd;
-    const viewer::FrameTime& at = frames[std::size_t(std::lround(place))];
-    sequence.push_back(
-        read_moment(case_folder, fmt::format("({}) {:.3f} s", char('a' + i), at.time_s), at.frame));
-  }
-  return sequence;
-}
-
-/// The metrics without the times, so that the same input gives the same report.
-json repeatable_metrics(const StageWork& work) {
-  json metrics = collect_metrics(work.case_folder, work.config, work.record);
-  for (const char* key : {"wall_s", "time_split_s", "frames_per_second", "real_time_factor"})
-    metrics["simulation"].erase(key);
-  return metrics;
-}
-
 // Where flips do not keep up with the balloon, meshing builds the air anew.
 void let_air_be_rebuilt(simulation::SimulationModel& model) {
   model.rebuild_air = [start = model.balloon, region = model.wall](const std::vector<Vec3>& balloon,
@@ -259,49 +184,50 @@ void let_air_be_rebuilt(simulation::SimulationModel& model) {
 }
 
 /// The solver's model from the files of the stages before.
-simulation::SimulationModel load_model(const fs::path& meshing_folder, const json& placement) {
+simulation::SimulationModel load_model(const StageFiles& files, const json& placement) {
   const json& lesion = placement.at("lesion");
-  simulation::SimulationModel model = read_simulation_model(meshing_folder);
+  simulation::SimulationModel model = read_simulation_model(files);
   model.reference_radius_mm = 0.5 * lesion.at("reference_diameter_mm").get<double>();
   model.measure_point = vec3_of(placement.at("site").at("point"));
   model.measure_tangent = vec3_of(placement.at("site").at("tangent"));
   model.watch_first_mm = lesion.at("proximal_mm").get<double>();
   model.watch_last_mm = lesion.at("distal_mm").get<double>();
-  model.layered_wall = read_layered_wall(meshing_folder, model.wall);
+  model.layered_wall = read_layered_wall(files, model.wall);
   let_air_be_rebuilt(model);
   return model;
 }
 
 void keep_timing(StageWork& work, const simulation::SimulationSummary& summary) {
-  work.record.backend = summary.backend;
-  work.record.device = summary.device;
-  work.record.stages[Stage::simulation].solver_seconds = summary.wall_s;
+  work.backend = summary.backend;
+  work.device = summary.device;
+  work.solver_seconds = summary.wall_s;
   const simulation::TimeSplit& time = summary.time;
-  work.record.stages[Stage::simulation].time_split = {{"solver", time.solver},
-                                                      {"air", time.air},
-                                                      {"outputs", time.outputs},
-                                                      {"files", time.files},
-                                                      {"waiting", time.waiting}};
+  work.time_split = {{"solver", time.solver},
+                     {"air", time.air},
+                     {"outputs", time.outputs},
+                     {"files", time.files},
+                     {"waiting", time.waiting}};
 }
 
 }  // namespace
 
-void do_simulation(StageWork& work) {
-  const fs::path meshing_folder = work.case_folder.folder(Stage::meshing);
-  const json placement = read_json(meshing_folder / "placement.json");
+void do_simulation(StageWork& work, const SimulationSettings& settings) {
+  const simulation::SimulationOptions& asked = settings.get<&Config::simulation>();
+  const json placement = read_json(work.files.path(kPlacement));
   const json& lesion = placement.at("lesion");
   const json& site = placement.at("site");
-  const simulation::SimulationModel model = load_model(meshing_folder, placement);
+  const simulation::SimulationModel model = load_model(work.files, placement);
 
-  FrameWriter frames(work.out, model, work.config.write_every);
+  FrameWriter frames(work.out, model, settings.get<&Config::write_every>());
   const simulation::SimulationSummary summary = simulation::simulate(
       model,
-      solver_options(work.config, placement.at("balloon").at("nominal_diameter_mm").get<double>()),
+      solver_options(asked, settings.get<&Config::plaque>(), settings.get<shaft_diameter>(),
+                     placement.at("balloon").at("nominal_diameter_mm").get<double>()),
       [&](const simulation::SimulationFrame& frame) { frames.add(frame); },
       part(work.progress, 0.0, 0.95));
   frames.finish();
   keep(work.warnings, summary.warnings);
-  if (work.config.balloon.folds > 0 && !work.config.simulation.self_contact)
+  if (settings.get<fold_count>() > 0 && !asked.self_contact)
     keep(work.warnings,
          {"the folds' lobes may pass through each other: contact of the balloon with "
           "itself is not computed (simulation.self_contact)"});
@@ -314,18 +240,18 @@ void do_simulation(StageWork& work) {
     return;
   }
 
-  const CenterlineTree tree = read_centerlines(work.case_folder.path("centerline/centerlines.vtp"));
+  const CenterlineTree tree = read_centerlines(work.files.path(kCenterlines));
   const CenterlinePath& path = path_of(tree, lesion.at("centerline_id").get<int>());
-  const TriangleMesh lumen = read_open_lumen(meshing_folder);
+  const TriangleMesh lumen = read_open_lumen(work.files);
   const TriangleMesh lumen_after =
-      moved_lumen(lumen, read_region_lumen_vertices(meshing_folder), frames.last().wall);
+      moved_lumen(lumen, read_region_lumen_vertices(work.files), frames.last().wall);
   // The lesion and, beside it, what the balloon reaches.
   const double first = std::min(site.at("balloon_first_abscissa_mm").get<double>(),
                                 lesion.at("proximal_mm").get<double>());
   const double last = std::max(site.at("balloon_last_abscissa_mm").get<double>(),
                                lesion.at("distal_mm").get<double>());
   const double radius = 0.5 * lesion.at("mld_mm").get<double>();
-  const bool keep_mesh = work.config.lumen_mesh.keep;
+  const bool keep_mesh = settings.get<keeps_triangles>();
   const auto measure = [&](const TriangleMesh& mesh) {
     return centerline::measure_lumen(keep_mesh ? fine_enough(mesh, radius) : mesh, path, first,
                                      last);
@@ -334,48 +260,10 @@ void do_simulation(StageWork& work) {
   const auto after = measure(lumen_after);
   write_text_atomically(work.out / "lumen_profile.csv", profile_csv(before, after));
   viewer::write_surface(work.out / "lumen_after.vtp", {lumen_after, {}, {}});
-  json reached = summary_json(work, lesion, summary, frames, after);
+  json reached = summary_json(asked.balloon.name, lesion, summary, frames, after);
   if (!frames.last().wall_stress.empty())
     reached["wall"] = wall_summary(model.layered_wall, frames.peak(), frames.last());
   write_text_atomically(work.out / "summary.json", reached.dump(2) + "\n");
-}
-
-namespace {
-
-/// What the simulation has added: pictures, profiles, curves.
-void add_treatment(const CaseFolder& folder, viewer::ReportContent& content) {
-  const json summary = read_json(folder.path("simulation/summary.json"));
-  content.moments = read_moments(folder, summary);
-  content.sequence = read_sequence(folder, summary);
-  read_profiles(folder.path("simulation/lumen_profile.csv"), content.before, content.after);
-  auto rows = read_table(folder.path("simulation/timeseries.csv"));
-  content.time_series.columns = rows.front();
-  content.time_series.rows.assign(rows.begin() + 1, rows.end());
-}
-
-}  // namespace
-
-void do_report(StageWork& work) {
-  const CaseFolder& folder = work.case_folder;
-  const json placement = read_json(folder.path("meshing/placement.json"));
-  viewer::ReportContent content;
-  content.title = work.record.case_name;
-  content.version = kVersion;
-  if (!has_surface_input(work)) {
-    content.volume = segmentation::read_volume_file(folder.path("segmentation/volume.nrrd"));
-    content.level_set = read_level_set(work);
-  }
-  content.lumen = read_open_lumen(folder.folder(Stage::meshing));
-  content.tree = read_centerlines(folder.path("centerline/centerlines.vtp"));
-  content.lesion_path = placement.at("lesion").at("centerline_id").get<int>();
-  content.lesion_abscissa_mm = placement.at("lesion").at("abscissa_mm").get<double>();
-  if (work.record.stages[Stage::simulation].status == "done") add_treatment(folder, content);
-  content.metrics_json = repeatable_metrics(work).dump();
-  content.lesions_json = read_json(folder.path("centerline/lesions.json")).dump();
-  content.run_json = repeatable_run(work).dump();
-  for (const auto& [stage, record] : work.record.stages)
-    if (stage != Stage::report) keep(content.warnings, record.warnings);
-  viewer::write_report(work.out, content, work.progress);
 }
 
 }  // namespace angio::pipeline

@@ -1,4 +1,4 @@
-#include "pipeline/stage_work.hpp"
+#include "pipeline/stages/stage_parts.hpp"
 
 #include <fmt/format.h>
 
@@ -8,10 +8,9 @@
 
 #include "core/error.hpp"
 #include "datasets/phantom.hpp"
-#include "pipeline/experiment.hpp"
-#include "pipeline/stage_parts.hpp"
 #include "pipeline/version.hpp"
 #include "segmentation/read_volume.hpp"
+#include "viewer/files.hpp"
 
 namespace angio::pipeline {
 namespace fs = std::filesystem;
@@ -27,20 +26,22 @@ Progress part(const Progress& whole, double first, double last) {
   });
 }
 
-bool has_surface_input(const StageWork& work) {
-  return work.record.input_kind == name(InputKind::surface);
+bool has_surface_input(const StageWork& work) { return work.files.exists(kGivenSurface); }
+
+TriangleMesh read_given_surface(const StageWork& work) {
+  return viewer::read_surface(work.files.path(kGivenSurface)).mesh;
 }
 
 Volume<float> read_level_set(const StageWork& work) {
-  return segmentation::read_volume_file(work.case_folder.path("segmentation/lumen_level_set.nrrd"));
+  return segmentation::read_volume_file(work.files.path(kLevelSet));
 }
 
 nlohmann::json repeatable_run(const StageWork& work) {
   return {{"version", kVersion},
-          {"backend", work.record.backend},
-          {"device", work.record.device},
-          {"input", work.record.input_description},
-          {"input_sha256", work.record.input_sha256}};
+          {"backend", work.run.backend},
+          {"device", work.run.device},
+          {"input", work.run.input_description},
+          {"input_sha256", work.run.input_sha256}};
 }
 
 const CenterlinePath& path_of(const CenterlineTree& tree, int path_id) {
@@ -52,58 +53,6 @@ const CenterlinePath& path_of(const CenterlineTree& tree, int path_id) {
                     "numbered from 0)",
                     path_id, tree.paths.size()));
   return *found;
-}
-
-std::vector<std::string> stage_inputs(Stage stage) {
-  switch (stage) {
-    case Stage::segmentation:
-      return {};
-    case Stage::centerline:
-      return {"segmentation/lumen_level_set.nrrd", "segmentation/lumen_surface.vtp"};
-    case Stage::meshing:
-      return {"segmentation/volume.nrrd", "segmentation/lumen_level_set.nrrd",
-              "segmentation/lumen_surface.vtp", "centerline/centerlines.vtp",
-              "centerline/narrowed_lumen.vtp"};
-    case Stage::simulation:
-      return {"centerline/centerlines.vtp", "meshing/lumen.vtp",  "meshing/balloon.vtp",
-              "meshing/guidewire.vtp",      "meshing/region.vtp", "meshing/air.vtu",
-              "meshing/placement.json",     "meshing/cloth.vtp"};
-    case Stage::report:
-      return {"segmentation/volume.nrrd",
-              "segmentation/lumen_level_set.nrrd",
-              "centerline/centerlines.vtp",
-              "centerline/lesions.json",
-              "meshing/lumen.vtp",
-              "meshing/placement.json",
-              "simulation/simulation.pvd",
-              "simulation/timeseries.csv",
-              "simulation/lumen_profile.csv",
-              "simulation/summary.json",
-              "simulation/diagnosis.json"};
-  }
-  throw InternalError("no such stage");
-}
-
-void do_cloth_stage(Stage stage, StageWork& work) {
-  if (stage == Stage::meshing) return do_cloth_meshing(work);
-  if (stage == Stage::simulation) return do_cloth_simulation(work);
-  do_cloth_report(work);
-}
-
-void do_stage(Stage stage, StageWork& work) {
-  if (is_cloth(work.config)) return do_cloth_stage(stage, work);
-  switch (stage) {
-    case Stage::segmentation:
-      return do_segmentation(work);
-    case Stage::centerline:
-      return do_centerline(work);
-    case Stage::meshing:
-      return do_meshing(work);
-    case Stage::simulation:
-      return do_simulation(work);
-    case Stage::report:
-      return do_report(work);
-  }
 }
 
 InputKind input_kind(const std::string& input) {

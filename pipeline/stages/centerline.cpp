@@ -1,0 +1,152 @@
+#include "centerline/centerline.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <optional>
+#include <string>
+
+#include "core/atomic_file.hpp"
+#include "core/error.hpp"
+#include "core/surface_rims.hpp"
+#include "meshing/meshing.hpp"
+#include "meshing/narrow_lumen.hpp"
+#include "pipeline/case_files.hpp"
+#include "pipeline/metrics.hpp"
+#include "pipeline/resolution.hpp"
+#include "pipeline/stages/stage_parts.hpp"
+#include "viewer/files.hpp"
+
+// From the lumen to its lines and lesions.
+namespace angio::pipeline {
+namespace fs = std::filesystem;
+using nlohmann::json;
+namespace {
+
+/// A lumen in pieces has no way through for a balloon: refused where a surface in one piece is so
+/// narrow that its lines cannot pass; told where a scan shows pieces, which may be other vessels.
+void check_for_occlusion(StageWork& work, const centerline::CenterlineResult& result,
+                         const TriangleMesh* surface) {
+  constexpr double kSpeck = 0.02;  // of the lumen
+  if (result.left_out < kSpeck) return;
+  const std::string needed = fmt::format("a balloon crosses a lumen of at least {:.2f} mm",
+                                         meshing::least_lumen_to_cross_mm());
+  if (surface && surface_topology(*surface).component_count == 1)
+    throw InputError(fmt::format(
+        "the vessel is shut: {:.0f} % of the lumen cannot be reached from the rest ({}). Open it "
+        "there, or give the part to be treated as a vessel of its own",
+        100.0 * result.left_out, needed));
+  work.warnings.push_back(
+      fmt::format("if the lumen's pieces are one vessel, it is shut between them ({})", needed));
+}
+
+/// The options of the lines, with the inlet's place where it is named as an open end.
+centerline::CenterlineOptions line_options(const CenterlineSettings& settings,
+                                           const TriangleMesh* surface) {
+  centerline::CenterlineOptions options = settings.get<&Config::centerline>();
+  const int inlet_end = settings.get<&Config::inlet_end>();
+  if (inlet_end == 0) return options;
+  const std::vector<SurfaceRim> rims = surface ? surface_rims(*surface) : std::vector<SurfaceRim>{};
+  if (inlet_end < 0 || inlet_end > int(rims.size()))
+    throw OptionError(fmt::format(
+        "centerline.inlet_end is {}, but the lumen has {} open end(s). `angio inspect SURFACE` "
+        "lists them; --inlet X,Y,Z names a point of a scan or a closed surface",
+        inlet_end, rims.size()));
+  options.inlet_lps_mm = rims[std::size_t(inlet_end) - 1].centre;
+  return options;
+}
+
+/// The lumen with a narrowing at the place that the lesion's settings name, or in the middle of
+/// its longest suitable branch. Nothing where there is a stenosis already and no place is named.
+std::optional<TriangleMesh> narrowed_lumen(StageWork& work, const CenterlineSettings& settings,
+                                           const CenterlineTree& tree, const Progress& progress) {
+  const meshing::NarrowingOptions& asked = settings.get<&Config::narrowing>();
+  const centerline::LesionOptions& lesion = settings.get<&Config::lesion>();
+  if (asked.percent <= 0.0) return std::nullopt;
+  const auto lesions =
+      centerline::find_lesions(tree, {.min_stenosis_percent = lesion.min_stenosis_percent});
+  if (lesions.front().is_stenosis && lesion.abscissa_mm < 0.0) {
+    work.warnings.push_back(
+        fmt::format("nothing was narrowed: there is a stenosis of {:.0f} % already. --set "
+                    "lesion.centerline=N lesion.abscissa_mm=S names a place to narrow all the same",
+                    lesions.front().diameter_stenosis_percent));
+    return std::nullopt;
+  }
+  const meshing::Narrowing narrowing =
+      meshing::choose_narrowing(tree, asked, lesion.centerline, lesion.abscissa_mm);
+  // Against the healthy diameter, as a stenosis is measured; some of it may be there already.
+  const centerline::Lesion before =
+      centerline::find_lesions(tree, {.centerline = narrowing.path_id,
+                                      .abscissa_mm = narrowing.abscissa_mm,
+                                      .min_stenosis_percent = lesion.min_stenosis_percent})
+          .front();
+  const double wanted = before.reference_diameter_mm * (1.0 - 0.01 * asked.percent);
+  if (wanted < meshing::least_lumen_to_cross_mm())
+    throw InputError(fmt::format(
+        "a stenosis of {:.0f} % of {:.2f} mm would leave {:.2f} mm (a balloon crosses "
+        "a lumen of at "
+        "least {:.2f} mm). Lower lesion.narrow_percent",
+        asked.percent, before.reference_diameter_mm, wanted, meshing::least_lumen_to_cross_mm()));
+  const double percent = std::max(0.0, 100.0 * (1.0 - wanted / narrowing.diameter_mm));
+  const meshing::LumenMesh lumen =
+      has_surface_input(work) ? meshing::mesh_lumen(read_given_surface(work), tree, {}, progress)
+                              : meshing::mesh_lumen(read_level_set(work), tree, {}, progress);
+  work.warnings.push_back(fmt::format(
+      "the vessel was narrowed by {:.0f} % over {:.1f} mm on line {}, {:.1f} mm from the inlet "
+      "(of {:.2f} mm): this lesion is made, not the patient's",
+      asked.percent, narrowing.length_mm, narrowing.path_id, narrowing.abscissa_mm,
+      before.reference_diameter_mm));
+  return meshing::narrow_lumen(lumen.capped, path_of(tree, narrowing.path_id), narrowing, percent);
+}
+
+json to_json(const std::vector<centerline::Lesion>& lesions, double resolution_mm) {
+  json list = json::array();
+  for (const centerline::Lesion& lesion : lesions)
+    if (lesion.is_stenosis) list.push_back(lesion_metrics(lesion, resolution_mm));
+  return list;
+}
+
+/// Narrowings that nobody can measure are not listed, but told of.
+void tell_of_thin_vessels(StageWork& work, const std::vector<centerline::Lesion>& lesions) {
+  const auto thin = std::count_if(lesions.begin(), lesions.end(),
+                                  [](const auto& lesion) { return lesion.is_too_thin; });
+  if (thin == 0) return;
+  const bool is_surface = has_surface_input(work);
+  double widest = 0.0;
+  for (const centerline::Lesion& lesion : lesions)
+    if (lesion.is_too_thin) widest = std::max(widest, lesion.reference_diameter_mm);
+  work.warnings.push_back(
+      fmt::format("{} narrowing{} in vessels under {} wide ({:.2f} mm at most) {} not listed: the "
+                  "{} is too coarse to measure a stenosis there",
+                  thin, thin == 1 ? "" : "s", is_surface ? "two triangles' edges" : "three voxels",
+                  widest, thin == 1 ? "is" : "are", is_surface ? "surface" : "scan"));
+}
+
+}  // namespace
+
+void do_centerline(StageWork& work, const CenterlineSettings& settings) {
+  const Progress progress = part(work.progress, 0.0, 0.4);
+  const std::optional<TriangleMesh> given =
+      has_surface_input(work) ? std::optional(read_given_surface(work)) : std::nullopt;
+  const centerline::CenterlineOptions options = line_options(settings, given ? &*given : nullptr);
+  centerline::CenterlineResult result =
+      given ? centerline::extract_centerline(*given, options, progress)
+            : centerline::extract_centerline(read_level_set(work), options, progress);
+  check_for_occlusion(work, result, given ? &*given : nullptr);
+  if (const auto narrowed =
+          narrowed_lumen(work, settings, result.tree, part(work.progress, 0.4, 0.6))) {
+    result = centerline::extract_centerline(*narrowed, options, part(work.progress, 0.6, 0.95));
+    viewer::write_surface(work.out / fs::path(kNarrowedLumen).filename(), {*narrowed, {}, {}});
+  }
+  keep(work.warnings, result.warnings);
+  write_centerlines(work.out / "centerlines.vtp", result.tree);
+  write_paths(work.out / "paths.vtp", result.tree);
+  const Resolution resolution = case_resolution(work.files);
+  const auto lesions = centerline::find_lesions(
+      result.tree, whole_tree(lesion_options(settings.get<&Config::lesion>(), resolution)));
+  tell_of_thin_vessels(work, lesions);
+  write_text_atomically(work.out / "lesions.json",
+                        to_json(lesions, resolution.longest_mm).dump(2) + "\n");
+}
+
+}  // namespace angio::pipeline

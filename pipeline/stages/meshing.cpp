@@ -1,0 +1,198 @@
+#include "meshing/meshing.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <optional>
+#include <string>
+
+#include "centerline/centerline.hpp"
+#include "core/atomic_file.hpp"
+#include "core/error.hpp"
+#include "meshing/lumen_volume.hpp"
+#include "pipeline/case_files.hpp"
+#include "pipeline/layered_wall.hpp"
+#include "pipeline/metrics.hpp"
+#include "pipeline/resolution.hpp"
+#include "pipeline/stages/stage_parts.hpp"
+#include "viewer/files.hpp"
+
+// From the lumen and its lesions to the meshes.
+namespace angio::pipeline {
+using nlohmann::json;
+namespace {
+
+json to_json(const Vec3& v) { return json::array({v.x, v.y, v.z}); }
+
+struct Placement {
+  centerline::Lesion lesion;
+  std::optional<meshing::BalloonSetup> setup;  ///< none: nothing is treated
+  std::string status = "done", reason;         ///< CaseStatus's, if the simulation ends right
+};
+
+/// What the simulation and the metrics must know of the placement beyond the meshes.
+json placement_json(double resolution_mm, const CenterlinePath& path,
+                    const meshing::LumenMesh& lumen,
+                    const std::optional<meshing::LumenVolume>& volume, const Placement& placement) {
+  const centerline::Lesion& lesion = placement.lesion;
+  json result = {{"lesion", lesion_metrics(lesion, resolution_mm)},
+                 {"mesh", mesh_metrics(lumen, volume)},
+                 {"status", placement.status},
+                 {"status_reason", placement.reason}};
+  if (!placement.setup) return result;
+  const meshing::Balloon& balloon = placement.setup->balloon;
+  const CenterlineSample at = sample(path, lesion.abscissa_mm);
+  result["site"] = {{"point", to_json(at.point)},
+                    {"tangent", to_json(at.tangent)},
+                    {"balloon_first_abscissa_mm", project(path, balloon.guidewire.front())},
+                    {"balloon_last_abscissa_mm", project(path, balloon.guidewire.back())}};
+  result["balloon"] = {{"nominal_diameter_mm", balloon.nominal_diameter_mm},
+                       {"length_mm", balloon.length_mm}};
+  result["balloon_start_diameter_mm"] = balloon.start_diameter_mm;
+  return result;
+}
+
+/// The tetrahedral lumen mesh is for other programs: without it, the run goes on.
+std::optional<meshing::LumenVolume> fill_lumen(StageWork& work, const MeshingSettings& settings,
+                                               const meshing::LumenMesh& lumen) {
+  if (!settings.get<&Config::fill_lumen>()) return std::nullopt;
+  try {
+    meshing::LumenVolume volume = meshing::mesh_lumen_volume(
+        lumen, settings.get<&Config::lumen_volume>(), part(work.progress, 0.5, 0.7));
+    keep(work.warnings, volume.warnings);
+    return volume;
+  } catch (const InputError& error) {
+    work.warnings.push_back(fmt::format("there is no lumen.vtu: {}", error.what()));
+    return std::nullopt;
+  }
+}
+
+/// Why a vessel is not treated unless somebody asks for it; empty: it is.
+std::string reason_to_leave(const centerline::Lesion& lesion) {
+  constexpr double kLeastTreated = 1.5;     // [mm] the smallest vessels that balloons are used in
+  constexpr double kLargestBalloon = 30.0;  // [mm] that is sold
+  const double diameter = lesion.reference_diameter_mm;
+  if (diameter < kLeastTreated)
+    return fmt::format("the vessel there, of {:.2f} mm, is narrower than {} mm", diameter,
+                       kLeastTreated);
+  if (diameter > kLargestBalloon)
+    return fmt::format("there is no balloon for a vessel of {:.1f} mm", diameter);
+  return {};
+}
+
+std::string place_of(const centerline::Lesion& lesion) {
+  return fmt::format("line {}, {:.1f} mm from the inlet", lesion.path_id, lesion.abscissa_mm);
+}
+
+/// Nothing is treated: of the worst lesion it is told why.
+Placement no_placement(const centerline::Lesion& worst, const std::string& reason, double least) {
+  if (worst.is_stenosis)
+    return {worst, std::nullopt, "not_determined",
+            fmt::format("the stenosis of {:.0f} % on {} is not treated: {}",
+                        worst.diameter_stenosis_percent, place_of(worst), reason)};
+  return {worst, std::nullopt, "no_lesion",
+          fmt::format("no stenosis of {:.0f} % or more was found, and no balloon is placed at the "
+                      "tightest place ({}): {}",
+                      least, place_of(worst), reason)};
+}
+
+/// The balloon across the place that the user named, otherwise across the most severe lesion that
+/// one can be brought to.
+Placement place_on_a_lesion(StageWork& work, const MeshingSettings& settings,
+                            const CenterlineTree& tree, const meshing::LumenMesh& lumen,
+                            const Resolution& resolution) {
+  const centerline::LesionOptions& asked = settings.get<&Config::lesion>();
+  const meshing::BalloonOptions& balloon = settings.get<&Config::balloon>();
+  const bool is_place_given = asked.abscissa_mm >= 0.0,
+             is_balloon_given = balloon.nominal_diameter_mm > 0.0;
+  const std::vector<centerline::Lesion> lesions =
+      centerline::find_lesions(tree, lesion_options(asked, resolution));
+  std::string first_reason;
+  for (const centerline::Lesion& lesion : lesions) {
+    if (lesion.is_too_thin) continue;
+    std::string reason = is_place_given || is_balloon_given ? "" : reason_to_leave(lesion);
+    try {
+      if (reason.empty())
+        return {
+            lesion,
+            meshing::place_balloon(lumen, tree, path_of(tree, lesion.path_id), lesion.abscissa_mm,
+                                   lesion.length_mm, lesion.reference_diameter_mm, balloon,
+                                   part(work.progress, 0.7, 0.95)),
+            "done", ""};
+    } catch (const InputError& error) {
+      if (is_place_given) throw;
+      reason = error.what();
+    }
+    work.warnings.push_back(fmt::format("the stenosis of {:.0f} % on {} is passed over: {}",
+                                        lesion.diameter_stenosis_percent, place_of(lesion),
+                                        reason));
+    if (first_reason.empty()) first_reason = reason;
+  }
+  return no_placement(lesions.front(), first_reason, asked.min_stenosis_percent);
+}
+
+/// What is to be told of a balloon that was placed.
+void tell_of_balloon(StageWork& work, const centerline::LesionOptions& asked, double resolution_mm,
+                     Placement& placement) {
+  const centerline::Lesion& lesion = placement.lesion;
+  keep(work.warnings, placement.setup->warnings);
+  constexpr double kMuchTooLarge = 1.5;
+  const double nominal = placement.setup->balloon.nominal_diameter_mm,
+               to_artery = nominal / lesion.reference_diameter_mm;
+  if (to_artery > kMuchTooLarge)
+    work.warnings.push_back(fmt::format(
+        "the balloon's nominal diameter, {:.2f} mm, is {:.1f} times the vessel's at the lesion",
+        nominal, to_artery));
+  if (lesion.mld_mm < resolution_mm)
+    work.warnings.push_back(fmt::format(
+        "the lesion's throat is narrower than a voxel ({:.2f} mm): its diameter, {:.2f} mm, is not "
+        "measured, and the stenosis is at least {:.0f} %",
+        resolution_mm, lesion.mld_mm,
+        std::max(0.0, 100.0 * (1.0 - resolution_mm / lesion.reference_diameter_mm))));
+  if (lesion.is_stenosis || asked.abscissa_mm >= 0.0) return;
+  placement.status = "no_lesion";
+  placement.reason = fmt::format(
+      "no stenosis of {:.0f} % or more was found; the balloon is placed at the tightest place "
+      "of the longest vessel ({}). --set lesion.centerline=N lesion.abscissa_mm=S moves it",
+      asked.min_stenosis_percent, place_of(lesion));
+  work.warnings.push_back(placement.reason);
+}
+
+}  // namespace
+
+void do_meshing(StageWork& work, const MeshingSettings& settings) {
+  const CenterlineTree tree = read_centerlines(work.files.path(kCenterlines));
+  const meshing::LumenMeshOptions& options = settings.get<&Config::lumen_mesh>();
+  const centerline::LesionOptions& lesion = settings.get<&Config::lesion>();
+  const Progress lumen_progress = part(work.progress, 0.0, 0.5);
+  const meshing::LumenMesh lumen =
+      work.files.exists(kNarrowedLumen)
+          ? meshing::mesh_lumen(viewer::read_surface(work.files.path(kNarrowedLumen)).mesh, tree,
+                                options, lumen_progress)
+      : has_surface_input(work)
+          ? meshing::mesh_lumen(read_given_surface(work), tree, options, lumen_progress)
+          : meshing::mesh_lumen(read_level_set(work), tree, options, lumen_progress);
+  keep(work.warnings, lumen.warnings);
+  const std::optional<meshing::LumenVolume> volume = fill_lumen(work, settings, lumen);
+
+  const Resolution resolution = case_resolution(work.files);
+  Placement placement = place_on_a_lesion(work, settings, tree, lumen, resolution);
+  if (placement.setup) tell_of_balloon(work, lesion, resolution.longest_mm, placement);
+  if (placement.setup && settings.get<wall_model>() == simulation::WallModel::layered) {
+    meshing::WallLayerOptions layers = settings.get<&Config::wall_layers>();
+    layers.thickness_ratio = settings.get<wall_thickness_ratio>();
+    const meshing::WallLayers wall = layer_wall(placement.setup->region, tree, placement.lesion,
+                                                lesion_options(lesion, resolution), layers);
+    keep(work.warnings, wall.warnings);
+    write_layered_wall(work.out, wall);
+  }
+  write_lumen(work.out, lumen);
+  if (volume) write_lumen_volume(work.out, *volume);
+  if (placement.setup) write_balloon_setup(work.out, *placement.setup);
+  const CenterlinePath& path = path_of(tree, placement.lesion.path_id);
+  write_text_atomically(
+      work.out / "placement.json",
+      placement_json(resolution.longest_mm, path, lumen, volume, placement).dump(2) + "\n");
+}
+
+}  // namespace angio::pipeline

@@ -1,0 +1,133 @@
+#include "viewer/report.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+#include "core/atomic_file.hpp"
+#include "core/error.hpp"
+#include "pipeline/case_files.hpp"
+#include "pipeline/csv.hpp"
+#include "pipeline/metrics.hpp"
+#include "pipeline/stages/stage_parts.hpp"
+#include "pipeline/version.hpp"
+#include "segmentation/read_volume.hpp"
+#include "viewer/files.hpp"
+
+// From what the stages have left to the report.
+namespace angio::pipeline {
+namespace fs = std::filesystem;
+using nlohmann::json;
+namespace {
+
+/// A table that an earlier stage wrote; the first row is the header.
+std::vector<CsvRow> read_table(const fs::path& file) {
+  std::vector<CsvRow> rows = parse_csv(read_text(file));
+  if (rows.empty()) throw InputError(file.string() + " is empty. Run `angio simulate` again");
+  return rows;
+}
+
+void read_profiles(const fs::path& file, viewer::DiameterProfile& before,
+                   viewer::DiameterProfile& after) {
+  const auto rows = read_table(file);
+  for (std::size_t r = 1; r < rows.size(); ++r) {
+    const auto number = [&](std::size_t column) { return std::stod(rows[r].at(column)); };
+    before.abscissa_mm.push_back(number(0));
+    before.inscribed_diameter_mm.push_back(number(1));
+    before.equivalent_diameter_mm.push_back(number(2));
+    after.abscissa_mm.push_back(number(0));
+    after.inscribed_diameter_mm.push_back(number(3));
+    after.equivalent_diameter_mm.push_back(number(4));
+  }
+}
+
+viewer::Moment read_moment(const StageFiles& files, std::string title, int frame) {
+  FrameShape shape = read_frame(files.path("simulation/frames/"), frame);
+  if (shape.guidewire.empty())
+    shape.guidewire = viewer::read_polylines(files.path("meshing/guidewire.vtp")).points;
+  return {std::move(title), std::move(shape.balloon), std::move(shape.wall),
+          std::move(shape.contact_pressure_kpa), std::move(shape.guidewire)};
+}
+
+std::vector<viewer::Moment> read_moments(const StageFiles& files, const json& summary) {
+  const auto moment = [&](std::string title, int frame) {
+    return read_moment(files, std::move(title), frame);
+  };
+  const double peak_pressure = summary.at("balloon").at("peak_pressure_atm").get<double>();
+  return {moment("Before", 0),
+          moment(fmt::format("At peak, {:.1f} atm", peak_pressure),
+                 summary.at("peak_frame").get<int>()),
+          moment("After", summary.at("last_frame").get<int>())};
+}
+
+/// Nine written frames from the first to the last, as in the seed paper's figures: the start, five
+/// steps to the peak, and three to the end.
+std::vector<viewer::Moment> read_sequence(const StageFiles& files, const json& summary) {
+  const std::vector<viewer::FrameTime> frames =
+      viewer::read_frame_times(files.path("simulation/simulation.pvd"));
+  const auto place_of = [&](int frame) {
+    return double(std::find_if(frames.begin(), frames.end(),
+                               [&](const auto& f) { return f.frame == frame; }) -
+                  frames.begin());
+  };
+  const double peak = place_of(summary.at("peak_frame").get<int>());
+  const double last = double(frames.size()) - 1.0;
+  std::vector<viewer::Moment> sequence;
+  constexpr int kToPeak = 5, kToEnd = 3;
+  for (int i = 0; i <= kToPeak + kToEnd; ++i) {
+    const double place =
+        i <= kToPeak ? peak * i / kToPeak : peak + (last - peak) * (i - kToPeak) / kToEnd;
+    const viewer::FrameTime& at = frames[std::size_t(std::lround(place))];
+    sequence.push_back(
+        read_moment(files, fmt::format("({}) {:.3f} s", char('a' + i), at.time_s), at.frame));
+  }
+  return sequence;
+}
+
+/// The metrics without the times, so that the same input gives the same report.
+json repeatable_metrics(const StageWork& work, const ReportSettings& settings) {
+  json metrics = collect_metrics(work.files, settings.get<&Config::lesion>(), work.run);
+  for (const char* key : {"wall_s", "time_split_s", "frames_per_second", "real_time_factor"})
+    metrics["simulation"].erase(key);
+  return metrics;
+}
+
+/// What the simulation has added: pictures, profiles, curves.
+void add_treatment(const StageFiles& files, viewer::ReportContent& content) {
+  const json summary = read_json(files.path("simulation/summary.json"));
+  content.moments = read_moments(files, summary);
+  content.sequence = read_sequence(files, summary);
+  read_profiles(files.path("simulation/lumen_profile.csv"), content.before, content.after);
+  auto rows = read_table(files.path("simulation/timeseries.csv"));
+  content.time_series.columns = rows.front();
+  content.time_series.rows.assign(rows.begin() + 1, rows.end());
+}
+
+}  // namespace
+
+void do_report(StageWork& work, const ReportSettings& settings) {
+  const StageFiles& files = work.files;
+  const json placement = read_json(files.path(kPlacement));
+  viewer::ReportContent content;
+  content.title = work.run.case_name;
+  content.version = kVersion;
+  if (!has_surface_input(work)) {
+    content.volume = segmentation::read_volume_file(files.path("segmentation/volume.nrrd"));
+    content.level_set = read_level_set(work);
+  }
+  content.lumen = read_open_lumen(files);
+  content.tree = read_centerlines(files.path(kCenterlines));
+  content.lesion_path = placement.at("lesion").at("centerline_id").get<int>();
+  content.lesion_abscissa_mm = placement.at("lesion").at("abscissa_mm").get<double>();
+  if (work.run.is(Stage::simulation, "done")) add_treatment(files, content);
+  content.metrics_json = repeatable_metrics(work, settings).dump();
+  content.lesions_json = read_json(files.path("centerline/lesions.json")).dump();
+  content.run_json = repeatable_run(work).dump();
+  for (const auto& [stage, record] : work.run.stages)
+    if (stage != Stage::report) keep(content.warnings, record.warnings);
+  viewer::write_report(work.out, content, work.progress);
+}
+
+}  // namespace angio::pipeline

@@ -1,0 +1,44 @@
+#include "segmentation/segmentation.hpp"
+
+#include <fmt/format.h>
+
+#include "datasets/phantom.hpp"
+#include "pipeline/stages/stage_parts.hpp"
+#include "pipeline/surface_input.hpp"
+#include "segmentation/read_volume.hpp"
+
+// From the input to the lumen.
+namespace angio::pipeline {
+namespace {
+
+Volume<float> load_volume(StageWork& work, const SegmentationSettings& settings) {
+  if (work.input.empty())
+    return segmentation::read_volume_file(work.files.path("segmentation/volume.nrrd"));
+  if (work.input.starts_with(kPhantomPrefix)) {
+    const auto options = datasets::parse_phantom(work.input);
+    work.input_description = fmt::format("phantom {}", options.name);
+    return datasets::make_phantom_scan(options, part(work.progress, 0.0, 0.2)).volume;
+  }
+  segmentation::LoadedVolume loaded = segmentation::read_volume(
+      work.input, settings.get<&Config::input>(), part(work.progress, 0.0, 0.2));
+  keep(work.warnings, loaded.warnings);
+  work.input_description = loaded.source_description;
+  return std::move(loaded.volume);
+}
+
+}  // namespace
+
+void do_segmentation(StageWork& work, const SegmentationSettings& settings) {
+  if (work.run.input_kind == name(InputKind::surface))
+    return take_surface(work, settings.get<&Config::surface_unit>());
+  const Volume<float> volume = load_volume(work, settings);
+  const segmentation::Segmentation result = segmentation::segment_vessels(
+      volume, settings.get<&Config::segmentation>(), part(work.progress, 0.2, 0.9));
+  keep(work.warnings, result.warnings);
+  work.progress.report(0.9, "writing");
+  segmentation::write_volume(work.out / "volume.nrrd", volume);
+  segmentation::write_volume(work.out / "lumen_mask.nrrd", result.mask);
+  segmentation::write_volume(work.out / "lumen_level_set.nrrd", result.level_set);
+}
+
+}  // namespace angio::pipeline

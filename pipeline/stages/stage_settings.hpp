@@ -1,0 +1,43 @@
+#pragma once
+
+#include "pipeline/config_view.hpp"
+
+/// What each stage sees of the configuration. To let a stage see more, name the part here.
+namespace angio::pipeline {
+
+inline const simulation::WallModel& wall_model(const Config& config) {
+  return config.simulation.wall_model;
+}
+inline const double& wall_thickness_ratio(const Config& config) {
+  return config.simulation.wall.thickness_ratio;
+}
+inline const double& shaft_diameter(const Config& config) {
+  return config.balloon.shaft_diameter_mm;
+}
+inline const int& fold_count(const Config& config) { return config.balloon.folds; }
+inline const bool& keeps_triangles(const Config& config) { return config.lumen_mesh.keep; }
+
+/// How INPUT is read.
+using InputSettings = ConfigView<&Config::experiment, &Config::input, &Config::surface_unit>;
+
+using SegmentationSettings =
+    ConfigView<&Config::experiment, &Config::input, &Config::surface_unit, &Config::segmentation>;
+
+using CenterlineSettings =
+    ConfigView<&Config::centerline, &Config::inlet_end, &Config::lesion, &Config::narrowing>;
+/// The place of the lesion is withheld unless the vessel is to be narrowed there.
+CenterlineSettings centerline_settings(const Config& config);
+
+using MeshingSettings =
+    ConfigView<&Config::lesion, &Config::lumen_mesh, &Config::fill_lumen, &Config::lumen_volume,
+               &Config::balloon, &Config::wall_layers, wall_model, wall_thickness_ratio>;
+
+using SimulationSettings = ConfigView<&Config::simulation, &Config::plaque, &Config::write_every,
+                                      shaft_diameter, fold_count, keeps_triangles>;
+
+using ReportSettings = ConfigView<&Config::lesion>;
+
+/// Of every stage of the paper's cloth, which is no vessel.
+using ClothSettings = ConfigView<&Config::experiment, &Config::cloth>;
+
+}  // namespace angio::pipeline
