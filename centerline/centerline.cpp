@@ -19,6 +19,7 @@
 #include "centerline/detail/wall_distance.hpp"
 #include "centerline/detail/wall_points.hpp"
 #include "core/error.hpp"
+#include "core/units.hpp"
 
 namespace angio::centerline {
 
@@ -49,10 +50,19 @@ struct GivenSurface {
     const auto begin = triangles.mesh().vertices.begin();
     return {begin, begin + wall_vertex_count};
   }
-  /// The middles of the caps that closed it.
-  [[nodiscard]] std::vector<Vec3> open_rims() const {
-    const std::vector<Vec3>& vertices = triangles.mesh().vertices;
-    return {vertices.begin() + wall_vertex_count, vertices.end()};
+  /// What the caps have closed.
+  [[nodiscard]] std::vector<OpenRim> open_rims() const {
+    const TriangleMesh& mesh = triangles.mesh();
+    std::vector<OpenRim> rims;
+    for (auto v = std::size_t(wall_vertex_count); v < mesh.vertices.size(); ++v)
+      rims.push_back({mesh.vertices[v], 0.0});
+    for (const auto& t : mesh.triangles)
+      for (const int v : t)
+        if (v >= wall_vertex_count)
+          rims[std::size_t(v - wall_vertex_count)].radius +=
+              0.5 * norm(area_vector_doubled(mesh, t));
+    for (OpenRim& rim : rims) rim.radius = std::sqrt(rim.radius / units::kPi);
+    return rims;
   }
 };
 
@@ -70,7 +80,7 @@ CenterlineResult extract(const Volume<float>& level_set, const GivenSurface* sur
               : WallDistance(points);
   progress.report(0.2, "finding the ends");
   Skeleton skeleton =
-      find_skeleton(lumen.voxels, options, surface ? surface->open_rims() : std::vector<Vec3>{});
+      find_skeleton(lumen.voxels, options, surface ? surface->open_rims() : std::vector<OpenRim>{});
   progress.report(0.4, "centring lines");
   CenterlineResult result;
   const Surroundings around{lumen.voxels, wall, points, distance_to_wall, last_step(options, wall)};

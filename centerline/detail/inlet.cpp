@@ -15,6 +15,7 @@ struct Stretch {
   std::vector<int> children;
   std::vector<int> voxels;  ///< away from the root
   double radius = 0.0;      ///< median depth [mm]
+  bool is_stub = false;     ///< it lies in the forks and caps at its ends
   Vec3 at_begin, at_end;    ///< unit, into the stretch, away from the fork at that end
 };
 
@@ -152,7 +153,9 @@ std::vector<Stretch> find_stretches(const LumenVoxels& lumen,
     last_of_path.push_back(current);
   }
   for (Stretch& stretch : stretches) {
-    stretch.radius = median_depth(lumen, own_voxels(lumen, stretch));
+    const std::vector<int> own = own_voxels(lumen, stretch);
+    stretch.radius = median_depth(lumen, own);
+    stretch.is_stub = own.size() == 1;
     stretch.at_begin = leaving(lumen, stretch.voxels);
     std::vector<int> backward(stretch.voxels.rbegin(), stretch.voxels.rend());
     stretch.at_end = leaving(lumen, backward);
@@ -229,8 +232,12 @@ InletChoice choose_inlet(const LumenVoxels& lumen, const Front& front,
     paths.push_back(trace(front, candidates[c].voxel));
   paths = part_with_the_vessels(lumen, paths);
   std::vector<int> last{-1};
-  const std::vector<Stretch> stretches = find_stretches(lumen, paths, last);
+  std::vector<Stretch> stretches = find_stretches(lumen, paths, last);
   if (stretches.empty()) return {};
+  for (std::size_t c = 0; c < candidates.size(); ++c) {
+    Stretch& stretch = stretches[last[c] < 0 ? 0 : std::size_t(last[c])];
+    if (stretch.is_stub) stretch.radius = std::min(stretch.radius, candidates[c].opening);
+  }
   // Of a tube without a fork each end has its own width.
   const auto radius_at = [&](std::size_t c) {
     const Stretch& stretch = stretches[last[c] < 0 ? 0 : std::size_t(last[c])];
@@ -240,7 +247,8 @@ InletChoice choose_inlet(const LumenVoxels& lumen, const Front& front,
       own = last[c] < 0 ? std::vector<int>(own.begin(), own.begin() + half)
                         : std::vector<int>(own.begin() + half, own.end());
     }
-    return (candidates[c].is_cut_off ? kCutOff : 1.0) * median_depth(lumen, own);
+    return (candidates[c].is_cut_off ? kCutOff : 1.0) *
+           std::min(median_depth(lumen, own), candidates[c].opening);
   };
   constexpr double kSure = 1.0;
   InletChoice choice;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <limits>
 #include <optional>
 #include <vector>
 
@@ -14,6 +15,7 @@ struct InletCandidate {
   int voxel = 0;
   bool is_cut_off = false;  ///< by the border of the volume
   bool is_open = true;      ///< false: an end of the tree, but blood does not come in by it
+  double opening = std::numeric_limits<double>::infinity();  ///< radius of its open rim [mm]
 };
 
 struct InletChoice {
@@ -35,7 +37,8 @@ struct InletChoice {
 /// is as bad as any: an aneurysm, or vessels that touch, must not outvote the others. r is the
 /// median depth of a stretch between forks, without what lies in a fork and in a cap, so a short
 /// trunk counts as much as a long one, and a stenosis little. An end that the volume's border cuts
-/// off counts a quarter wider: what feeds the lumen mostly comes from outside.
+/// off counts a quarter wider: what feeds the lumen mostly comes from outside. One with an open rim
+/// is no wider than that: a hole in the wall of a wide vessel is a small end.
 ///
 /// @param front  from the first candidate's voxel
 InletChoice choose_inlet(const LumenVoxels& lumen, const Front& front,

@@ -170,23 +170,31 @@ bool is_cut_off(const LumenVoxels& lumen, const std::vector<int>& tip_first) {
                      [&](int v) { return at_border(lumen, v); });
 }
 
+struct Rim {
+  int voxel = -1;  ///< in its middle
+  OpenRim opening;
+};
+
 /// @param front  from the root
-/// @param rims   voxels of open rims; where there are two or more, blood comes in by one of them
+/// @param rims   where there are two or more, blood comes in by one of them
 int find_inlet(const LumenVoxels& lumen, int root, const Front& front,
-               const std::vector<LumenEnd>& ends, const std::vector<int>& rims,
+               const std::vector<LumenEnd>& ends, const std::vector<Rim>& rims,
                std::vector<std::string>& warnings) {
-  const auto is_rim = [&](int v) {
-    return rims.size() < 2 || std::find(rims.begin(), rims.end(), v) != rims.end();
-  };
   std::vector<InletCandidate> candidates;
-  const std::vector<int> from_root = trace(front, ends.front().voxel);
-  candidates.push_back({root, is_cut_off(lumen, from_root), is_rim(root)});
+  const auto add = [&](int voxel, const std::vector<int>& tip_first, bool at_loop_cut) {
+    InletCandidate candidate{voxel, is_cut_off(lumen, tip_first)};
+    const auto rim = std::find_if(rims.begin(), rims.end(),
+                                  [&](const Rim& some) { return some.voxel == voxel; });
+    candidate.is_open = rims.size() < 2 || (rim != rims.end() && !at_loop_cut);
+    if (rim != rims.end()) candidate.opening = rim->opening.radius;
+    candidates.push_back(candidate);
+  };
+  add(root, trace(front, ends.front().voxel), false);
   for (const LumenEnd& end : ends) {
     if (end.voxel == root) continue;
     std::vector<int> chain = trace(front, end.voxel);
     std::reverse(chain.begin(), chain.end());
-    candidates.push_back(
-        {end.voxel, is_cut_off(lumen, chain), is_rim(end.voxel) && !end.at_loop_cut});
+    add(end.voxel, chain, end.at_loop_cut);
   }
   const InletChoice choice = choose_inlet(lumen, front, candidates);
   const auto place = [&](std::size_t c) { return text(lumen.position(candidates[c].voxel)); };
@@ -232,16 +240,12 @@ void take_rims(const LumenVoxels& lumen, const std::vector<int>& rims, int sourc
   ends.ends = std::move(kept);
 }
 
-struct Rim {
-  int voxel = -1;  ///< in its middle
-  Vec3 middle;     ///< LPS [mm]
-};
-
 /// The open rims of the piece that is followed.
-std::vector<Rim> find_rims(const LumenVoxels& lumen, const std::vector<Vec3>& middles,
+std::vector<Rim> find_rims(const LumenVoxels& lumen, const std::vector<OpenRim>& open_rims,
                            std::vector<std::string>& warnings) {
   std::vector<Rim> rims;
-  for (const Vec3& middle : middles) {
+  for (const OpenRim& open_rim : open_rims) {
+    const Vec3& middle = open_rim.middle;
     const int voxel = lumen.nearest(middle);
     const double away = distance(lumen.position(voxel), middle);
     const bool is_known =
@@ -251,7 +255,7 @@ std::vector<Rim> find_rims(const LumenVoxels& lumen, const std::vector<Vec3>& mi
                          " has no line (its vessel is not connected to the others, or thinner "
                          "than can be followed)");
     else if (!is_known)
-      rims.push_back({voxel, middle});
+      rims.push_back({voxel, open_rim});
   }
   return rims;
 }
@@ -259,7 +263,7 @@ std::vector<Rim> find_rims(const LumenVoxels& lumen, const std::vector<Vec3>& mi
 /// The middle of the rim that a voxel stands for, if it does.
 std::optional<Vec3> middle_of_rim(const std::vector<Rim>& rims, int voxel) {
   for (const Rim& rim : rims)
-    if (rim.voxel == voxel) return rim.middle;
+    if (rim.voxel == voxel) return rim.opening.middle;
   return std::nullopt;
 }
 
@@ -311,7 +315,7 @@ void check_tubular(const LumenVoxels& lumen, const Ends& ends) {
 }  // namespace
 
 Skeleton find_skeleton(LumenVoxels& lumen, const CenterlineOptions& options,
-                       const std::vector<Vec3>& open_rims) {
+                       const std::vector<OpenRim>& open_rims) {
   Skeleton skeleton;
   const std::vector<Rim> open_ends = find_rims(lumen, open_rims, skeleton.warnings);
   std::vector<int> rims;
@@ -342,9 +346,9 @@ Skeleton find_skeleton(LumenVoxels& lumen, const CenterlineOptions& options,
 
   std::vector<int> all_ends{source};
   for (const LumenEnd& end : ends.ends) all_ends.push_back(end.voxel);
-  const int inlet = options.inlet_lps_mm
-                        ? snap(lumen, *options.inlet_lps_mm, all_ends)
-                        : find_inlet(lumen, source, ends.front, ends.ends, rims, skeleton.warnings);
+  const int inlet = options.inlet_lps_mm ? snap(lumen, *options.inlet_lps_mm, all_ends)
+                                         : find_inlet(lumen, source, ends.front, ends.ends,
+                                                      open_ends, skeleton.warnings);
   if (inlet != source) ends = find_from(inlet);
   if (!options.outlets_lps_mm.empty()) {
     std::vector<int> found;

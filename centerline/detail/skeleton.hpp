@@ -9,6 +9,12 @@
 
 namespace angio::centerline {
 
+/// An open rim of a surface.
+struct OpenRim {
+  Vec3 middle;          ///< LPS [mm]
+  double radius = 0.0;  ///< of the circle of its area [mm]
+};
+
 /// The lumen's voxel paths from the inlet to each outlet.
 struct Skeleton {
   struct Chain {
@@ -24,12 +30,12 @@ struct Skeleton {
 
 /// Finds inlet and outlets (where the options do not give them) and the paths between, along the
 /// middle of the lumen. Cuts loops in `lumen`.
-/// @param open_rims  middles of the rims of an open surface [mm]: with two or more of them, every
+/// @param open_rims  of an open surface: with two or more of them, every
 ///                   rim is an end and blood comes in by one of them; what ends without a rim is
 ///                   an outlet only if it is a vessel (three times as long as wide), and told
 /// @throws InputError  when nothing tubular is in it
 Skeleton find_skeleton(LumenVoxels& lumen, const CenterlineOptions& options,
-                       const std::vector<Vec3>& open_rims);
+                       const std::vector<OpenRim>& open_rims);
 
 /// How far from the tip of a chain the tip's own shape (a flat cap, a dome) is felt: the longest
 /// arc a with depth(a) < a / 2. Along the edge of a flat cap the depth grows by 0.7 a, into a dome

@@ -254,6 +254,31 @@ TEST(Inlet, IsSaidToBeUncertainWhereTwoEndsAreAlike) {
   for (const CenterlinePath& path : result.tree.paths) EXPECT_LT(path.points.front().z, -22.0);
 }
 
+TEST(Inlet, IsNoHoleInTheWall) {
+  // Towards its far end the vessel widens to a sac, in whose wall a few triangles are missing.
+  TriangleMesh mesh = tests::make_tube(1.5, 40.0, 100, 32);
+  double longest = 0.0;
+  for (Vec3& p : mesh.vertices) longest = std::max(longest, std::abs(p.z));
+  for (Vec3& p : mesh.vertices) {
+    const double wide = 1.0 + 2.0 * std::exp(-std::pow((p.z - 0.5 * longest) / 5.0, 2));
+    p.x *= wide;
+    p.y *= wide;
+  }
+  const double hole = 0.5 * longest + 1.0;
+  std::erase_if(mesh.triangles, [&](const Triangle& t) {
+    const Vec3 middle = (mesh.vertices[std::size_t(t[0])] + mesh.vertices[std::size_t(t[1])] +
+                         mesh.vertices[std::size_t(t[2])]) /
+                        3.0;
+    return middle.x > 0.0 && distance(middle, {middle.x, 0.0, hole}) < 0.8;
+  });
+  const CenterlineResult result = extract_centerline(mesh, {});
+  ASSERT_EQ(result.tree.paths.size(), 2U);
+  for (const CenterlinePath& path : result.tree.paths) {
+    const Vec3 inlet = path.points.front();
+    EXPECT_LT(std::hypot(inlet.x, inlet.y), 0.5);
+  }
+}
+
 TEST(OpenRims, AreTheEndsAndLinesBeginAndEndInTheirMiddles) {
   const TriangleMesh tube = tests::make_tube(1.5, 20.0, 60, 32);
   const CenterlineResult result = extract_centerline(tube, {});
