@@ -4,6 +4,7 @@
 #include <cmath>
 #include <map>
 #include <tuple>
+#include <utility>
 
 #include "centerline/detail/polyline.hpp"
 
@@ -51,27 +52,25 @@ class Splitter {
       : tree_(tree), count_(tree.paths.size()), shared_(count_ * count_), exit_(count_ * count_) {
     for (std::size_t i = 0; i < count_; ++i)
       for (std::size_t j = 0; j < i; ++j)
-        shared(i, j) = shared(j, i) = count_shared(tree.paths[i], tree.paths[j]);
+        shared_entry(i, j) = shared_entry(j, i) = count_shared(tree.paths[i], tree.paths[j]);
     for (std::size_t i = 0; i < count_; ++i)
       for (std::size_t j = 0; j < count_; ++j)
         if (i != j)
-          exit(i, j) = find_own_vessel(tree.paths[i], is_tube[i],
-                                       find_exit(tree.paths[i], tree.paths[j], shared(i, j)));
+          exit_entry(i, j) = find_own_vessel(tree.paths[i], is_tube[i],
+                                             find_exit(tree.paths[i], tree.paths[j], shared(i, j)));
   }
 
   /// The branchings on one path, from the inlet on, without overlap.
-  [[nodiscard]] std::vector<Interval> branchings(std::size_t i) const {
-    std::map<int, Interval> by_parting;
+  [[nodiscard]] std::vector<Interval> branchings(std::size_t i) {
+    std::map<int, int> by_parting;  // where they part: the last exit
     for (std::size_t j = 0; j < count_; ++j) {
       if (j == i) continue;
-      const int parting = shared(i, j);
-      Interval& interval =
-          by_parting.try_emplace(parting, Interval{start_of(i, parting), 0}).first->second;
-      interval.last = std::max(interval.last, exit(i, j));
+      int& last = by_parting[shared(i, j)];
+      last = std::max(last, exit(i, j));
     }
     std::vector<Interval> merged;
-    for (const auto& entry : by_parting) {
-      const Interval& next = entry.second;
+    for (const auto& [parting, last] : by_parting) {
+      const Interval next{start_of(i, parting), last};
       if (!merged.empty() && next.first <= merged.back().last)
         merged.back().last = std::max(merged.back().last, next.last);
       else
@@ -83,13 +82,17 @@ class Splitter {
   [[nodiscard]] int shared(std::size_t i, std::size_t j) const { return shared_[i * count_ + j]; }
 
  private:
-  int& shared(std::size_t i, std::size_t j) { return shared_[i * count_ + j]; }
-  int& exit(std::size_t i, std::size_t j) { return exit_[i * count_ + j]; }
+  int& shared_entry(std::size_t i, std::size_t j) { return shared_[i * count_ + j]; }
+  int& exit_entry(std::size_t i, std::size_t j) { return exit_[i * count_ + j]; }
   [[nodiscard]] int exit(std::size_t i, std::size_t j) const { return exit_[i * count_ + j]; }
 
   /// Where the branching begins at which path i and others part: the same for all of them.
-  [[nodiscard]] int start_of(std::size_t i, int parting) const {
-    int start = std::max(parting - 1, 0);
+  [[nodiscard]] int start_of(std::size_t i, int parting) {
+    std::size_t first_line = 0;
+    while (first_line < i && shared(i, first_line) < parting) ++first_line;
+    const auto [known, is_new] = start_of_branching_.try_emplace({first_line, parting}, 0);
+    if (!is_new) return known->second;
+    int& start = known->second = std::max(parting - 1, 0);
     for (std::size_t a = 0; a < count_; ++a) {
       if (a != i && shared(i, a) < parting) continue;
       for (std::size_t b = 0; b < count_; ++b)
@@ -102,6 +105,8 @@ class Splitter {
   const CenterlineTree& tree_;
   std::size_t count_;
   std::vector<int> shared_, exit_;
+  std::map<std::pair<std::size_t, int>, int>
+      start_of_branching_;  // its first line, where they part
 };
 
 /// The stretches of a path, off its tips and branchings, where no tube was seen.
@@ -148,7 +153,7 @@ int count_shared(const CenterlinePath& a, const CenterlinePath& b) {
 
 std::vector<std::string> assign_tracts(CenterlineTree& tree,
                                        const std::vector<std::vector<char>>& is_tube) {
-  const Splitter splitter(tree, is_tube);
+  Splitter splitter(tree, is_tube);
   std::vector<std::string> notes;
   std::map<std::tuple<std::size_t, int, bool>, int> group_of;  // first owner, start, blanking
   for (std::size_t i = 0; i < tree.paths.size(); ++i) {
