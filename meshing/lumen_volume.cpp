@@ -15,31 +15,50 @@
 namespace angio::meshing {
 namespace {
 
+/// The cap that each triangle of the capped lumen is of; 0: it is of the wall. A lumen of a fixed
+/// count of triangles has caps in its open surface, too, and no cap of its own over some rims.
+std::vector<int> caps_of_triangles(const LumenMesh& lumen) {
+  std::vector<char> at_border(lumen.capped.vertices.size(), 0);
+  for (const std::vector<int>& loop : boundary_loops(lumen.open))
+    for (const int v : loop) at_border[std::size_t(v)] = 1;
+  std::vector<int> caps;
+  for (const Triangle& t : lumen.capped.triangles) {
+    const bool is_open = caps.size() < lumen.open.triangles.size();
+    const int id = lumen.inlet_outlet_id[std::size_t(t[0])];
+    const auto has_id = [&](int v) { return lumen.inlet_outlet_id[std::size_t(v)] == id; };
+    const auto is_at_border = [&](int v) { return at_border[std::size_t(v)] != 0; };
+    // A triangle of the wall may have its corners on one rim.
+    const bool is_walls = is_open && std::all_of(t.begin(), t.end(), is_at_border);
+    caps.push_back(std::all_of(t.begin(), t.end(), has_id) && !is_walls ? id : 0);
+  }
+  return caps;
+}
+
 /// The lumen's closed surface, with caps whose triangles are like the wall's.
 struct Shell {
-  TriangleMesh mesh;           ///< the open lumen's vertices and triangles first
+  TriangleMesh mesh;           ///< the wall's vertices and triangles first
   std::vector<int> entity_id;  ///< per triangle
 };
 
-void add_cap(Shell& shell, const LumenMesh& lumen, int id) {
+/// @param place  of the wall's vertices in the shell; -1 for others
+void add_cap(Shell& shell, const LumenMesh& lumen, const std::vector<Triangle>& triangles, int id,
+             const std::vector<int>& place) {
   TriangleMesh cap;
   std::vector<int> whole;  // vertex of the shell for each rim vertex of the cap
   std::vector<char> on_rim;
   std::map<int, int> index;
-  const auto open_count = int(lumen.open.vertices.size());
+  for (const Triangle& t : triangles)
+    for (const int v : t) index[v] = -1;
   for (const bool rims : {true, false})  // rim vertices first
-    for (std::size_t v = 0; v < lumen.capped.vertices.size(); ++v) {
-      if (lumen.inlet_outlet_id[v] != id || (int(v) < open_count) != rims) continue;
-      index[int(v)] = int(cap.vertices.size());
-      cap.vertices.push_back(lumen.capped.vertices[v]);
+    for (auto& [v, own] : index) {
+      if ((place[std::size_t(v)] >= 0) != rims) continue;
+      own = int(cap.vertices.size());
+      cap.vertices.push_back(lumen.capped.vertices[std::size_t(v)]);
       on_rim.push_back(rims ? 1 : 0);
-      if (rims) whole.push_back(int(v));
+      if (rims) whole.push_back(place[std::size_t(v)]);
     }
-  for (std::size_t t = lumen.open.triangles.size(); t < lumen.capped.triangles.size(); ++t) {
-    const Triangle& c = lumen.capped.triangles[t];
-    if (lumen.inlet_outlet_id[std::size_t(c[0])] == id)
-      cap.triangles.push_back({index.at(c[0]), index.at(c[1]), index.at(c[2])});
-  }
+  for (const Triangle& t : triangles)
+    cap.triangles.push_back({index.at(t[0]), index.at(t[1]), index.at(t[2])});
   cap = detail::remeshed_cap(cap, on_rim);
   for (std::size_t v = whole.size(); v < cap.vertices.size(); ++v) {
     whole.push_back(int(shell.mesh.vertices.size()));
@@ -53,13 +72,29 @@ void add_cap(Shell& shell, const LumenMesh& lumen, int id) {
 }
 
 Shell make_shell(const LumenMesh& lumen) {
-  Shell shell{lumen.open, std::vector<int>(lumen.open.triangles.size(), kWallEntityId)};
-  int last = 0;
-  for (const int id : lumen.inlet_outlet_id) last = std::max(last, id);
-  for (int id = 1; id <= last; ++id)
-    if (std::find(lumen.inlet_outlet_id.begin(), lumen.inlet_outlet_id.end(), id) !=
-        lumen.inlet_outlet_id.end())
-      add_cap(shell, lumen, id);
+  const std::vector<int> caps = caps_of_triangles(lumen);
+  std::map<int, std::vector<Triangle>> triangles;  // by cap; 0: the wall's
+  for (std::size_t t = 0; t < caps.size(); ++t)
+    triangles[caps[t]].push_back(lumen.capped.triangles[t]);
+  std::vector<int> place(lumen.capped.vertices.size(), -1);
+  for (const Triangle& t : triangles[0])
+    for (const int v : t) place[std::size_t(v)] = 0;
+  Shell shell;
+  for (std::size_t v = 0; v < place.size(); ++v) {
+    if (place[v] < 0) continue;
+    place[v] = int(shell.mesh.vertices.size());
+    shell.mesh.vertices.push_back(lumen.capped.vertices[v]);
+  }
+  for (const auto& [id, own] : triangles) {
+    if (id > 0) {
+      add_cap(shell, lumen, own, id, place);
+      continue;
+    }
+    for (const Triangle& t : own)
+      shell.mesh.triangles.push_back(
+          {place[std::size_t(t[0])], place[std::size_t(t[1])], place[std::size_t(t[2])]});
+    shell.entity_id.assign(own.size(), kWallEntityId);
+  }
   return shell;
 }
 

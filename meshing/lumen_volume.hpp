@@ -24,7 +24,8 @@ constexpr int kInletEntityId = 2;  ///< outlet n, n = 1, 2, ... in path order, i
 
 /// The lumen filled with tetrahedra, for flow solvers.
 struct LumenVolume {
-  /// Vertices: those of the open lumen in their order, then those of the caps, then inner ones.
+  /// Vertices: those of the wall in the open lumen's order, then those of the caps, then inner
+  /// ones.
   TetMesh mesh;
   std::vector<Triangle> boundary;  ///< the mesh's outer faces, normals outward: the wall's
                                    ///< triangles in the open lumen's order, then those of the caps

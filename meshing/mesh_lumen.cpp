@@ -100,6 +100,20 @@ void measure_least_angles(LumenMesh& lumen) {
   }
 }
 
+/// A mesh that came out unsound. Triangles too large for the vessel, which the user may ask for,
+/// are no mistake of ours.
+[[noreturn]] void refuse(const std::string& fault, const LumenMeshOptions& options) {
+  if (options.edge_length_mm > 0.0)
+    throw InputError(fault +
+                     " (the vessel is likely too narrow for edges so long). Lower or leave out "
+                     "mesh.edge_length_mm");
+  if (options.triangle_count > 0)
+    throw InputError(fault +
+                     " (there are likely too few triangles). Raise or leave out "
+                     "mesh.triangle_count");
+  throw InternalError(fault);
+}
+
 LumenMesh finish(SurfaceDraft draft, const SurfaceTarget& target, const LumenMeshOptions& options,
                  std::vector<std::string> warnings) {
   LumenMesh result;
@@ -118,10 +132,11 @@ LumenMesh finish(SurfaceDraft draft, const SurfaceTarget& target, const LumenMes
   result.watertight = topology.is_closed() && topology.component_count == 1;
   result.self_intersection_count = int(detail::self_intersections(result.capped).size());
   measure_least_angles(result);
-  if (!result.watertight) throw InternalError("the capped lumen is not watertight");
+  if (!result.watertight) refuse("the capped lumen is not watertight", options);
   if (result.self_intersection_count > 0)
-    throw InternalError("a cap of the lumen crosses its wall (" +
-                        std::to_string(result.self_intersection_count) + " pairs of triangles)");
+    refuse("a cap of the lumen crosses its wall, at " +
+               std::to_string(result.self_intersection_count) + " pairs of triangles",
+           options);
   result.warnings = std::move(warnings);
   return result;
 }

@@ -56,6 +56,7 @@ struct LumenMesh {
   TriangleMesh capped;  ///< watertight; vertices and triangles of `open`, then those of the caps
   /// Per vertex of `capped`: 0 wall, 1 inlet, 2... outlets in path order. A rim's vertices carry
   /// the id of its cap: a triangle is of a cap exactly if its corners carry the same id above 0.
+  /// With a fixed count of triangles, caps are in `open`, too.
   std::vector<int> inlet_outlet_id;
   bool watertight = false;                ///< of `capped`
   int self_intersection_count = 0;        ///< pairs of triangles

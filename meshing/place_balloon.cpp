@@ -54,12 +54,18 @@ OpenStretch open_stretch(const LumenMesh& lumen, const CenterlineTree& tree,
   int outlet_id = -1;
   for (std::size_t p = 0; p < tree.paths.size(); ++p)
     if (tree.paths[p].id == path.id) outlet_id = int(p) + 2;
-  // The vertices after those of the open mesh lie inside the caps; the line runs through the one
-  // that is nearest to it.
+  // Of the vertices inside a cap, away from its rim, the line runs through the one that is nearest
+  // to it.
+  std::vector<char> is_at_wall(lumen.capped.vertices.size(), 0);
+  for (const Triangle& t : lumen.capped.triangles) {
+    const auto is_walls = [&](int v) { return lumen.inlet_outlet_id[std::size_t(v)] == 0; };
+    if (std::any_of(t.begin(), t.end(), is_walls))
+      for (const int v : t) is_at_wall[std::size_t(v)] = 1;
+  }
   double off_first = std::numeric_limits<double>::infinity(), off_last = off_first;
-  for (std::size_t v = lumen.open.vertices.size(); v < lumen.capped.vertices.size(); ++v) {
+  for (std::size_t v = 0; v < lumen.capped.vertices.size(); ++v) {
     const int id = lumen.inlet_outlet_id[v];
-    if (id != 1 && id != outlet_id) continue;
+    if (is_at_wall[v] || (id != 1 && id != outlet_id)) continue;
     const double s = project(path, lumen.capped.vertices[v]);
     const double off = distance(sample(path, s).point, lumen.capped.vertices[v]);
     double& nearest = id == 1 ? off_first : off_last;

@@ -64,11 +64,13 @@ Vec3 ring_point(const RimShape& rim, std::size_t i, double height) {
   return rim.centre + height * rim.axis + (1.0 - round) * rim.from_centre[i] + round * on_circle;
 }
 
-void extend(SurfaceDraft& draft, const std::vector<int>& loop, double diameters) {
+/// @return whether the extension had to be lengthened: below an edge's length are only flat
+/// triangles
+bool extend(SurfaceDraft& draft, const std::vector<int>& loop, double diameters) {
   const int id = draft.rim[std::size_t(loop.front())];
   const Vec3 axis = draft.rim_planes[std::size_t(id)].normal;
   const RimShape rim = describe(draft.mesh, loop, axis);
-  const double length = 2.0 * rim.radius * diameters;
+  const double wished = 2.0 * rim.radius * diameters, length = std::max(wished, rim.edge);
   const int ring_count = std::max(2, int(std::lround(length / rim.edge)));
   const std::size_t n = loop.size();
   std::vector<int> below = loop;
@@ -99,6 +101,7 @@ void extend(SurfaceDraft& draft, const std::vector<int>& loop, double diameters)
   }
   for (const int v : loop) draft.rim[std::size_t(v)] = -1;
   draft.rim_planes[std::size_t(id)].origin += length * axis;
+  return length > wished;
 }
 
 }  // namespace
@@ -106,19 +109,26 @@ void extend(SurfaceDraft& draft, const std::vector<int>& loop, double diameters)
 void extend_rims(SurfaceDraft& draft, double diameters, std::vector<std::string>& warnings) {
   if (diameters <= 0.0) return;
   std::string left_out;
+  bool any_longer = false;
   for (const std::vector<int>& loop : boundary_loops(draft.mesh)) {
     SurfaceDraft extended = draft;
-    extend(extended, loop, diameters);
+    const bool is_longer = extend(extended, loop, diameters);
     const CappedMesh capped = cap_rims(extended.mesh, extended.rim);
     std::vector<char> is_new(capped.mesh.triangles.size(), 0);
     for (std::size_t t = draft.mesh.triangles.size(); t < extended.mesh.triangles.size(); ++t)
       is_new[t] = 1;
-    if (self_intersections_of(capped.mesh, is_new).empty())
+    if (self_intersections_of(capped.mesh, is_new).empty()) {
       draft = std::move(extended);
-    else
+      any_longer |= is_longer;
+    } else {
       left_out +=
           (left_out.empty() ? "" : ", ") + name_of_end(draft.rim[std::size_t(loop.front())]);
+    }
   }
+  if (any_longer)
+    warnings.push_back(
+        "extensions were lengthened to an edge of the mesh (mesh.extension_diameters asks for "
+        "less)");
   if (!left_out.empty())
     warnings.push_back("these ends get no extension, because it would cross the lumen: " +
                        left_out);

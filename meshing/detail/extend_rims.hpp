@@ -11,7 +11,8 @@ namespace angio::meshing::detail {
 /// the rim's shape, becomes round within one diameter, and ends in the new rim. An extension that
 /// would cross the lumen is left out, with a warning.
 ///
-/// @param diameters  length over the diameter of the rim's circle of equal area; 0: none
+/// @param diameters  length over the diameter of the rim's circle of equal area, lengthened to an
+///                   edge of the rim, with a warning; 0: none
 void extend_rims(SurfaceDraft& draft, double diameters, std::vector<std::string>& warnings);
 
 }  // namespace angio::meshing::detail

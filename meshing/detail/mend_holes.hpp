@@ -8,7 +8,7 @@ namespace angio::meshing::detail {
 
 /// Fills a hole in a wall as the wall would go on: triangles like those around it, faired.
 ///
-/// Source: Liepa, "Filling holes in meshes", SGP 2003 (CGAL's triangulate_refine_and_fair_hole)
+/// Source: Liepa, "Filling holes in meshes", SGP 2003 (CGAL's, with patch_weight.hpp)
 /// @param loop  from boundary_loops
 void fill_hole_fair(TriangleMesh& mesh, const std::vector<int>& loop);
 

@@ -8,7 +8,7 @@ namespace angio::meshing::detail {
 
 /// A cap with triangles like those at its rim, between the rim's vertices.
 ///
-/// @param on_rim  per vertex of the cap
+/// @param on_rim  per vertex of the cap; each is a corner of a triangle
 /// @return the rim's vertices first, in their order
 TriangleMesh remeshed_cap(const TriangleMesh& cap, const std::vector<char>& on_rim);
 

@@ -5,7 +5,6 @@
 #include <CGAL/AABB_tree.h>
 #include <CGAL/AABB_triangle_primitive.h>
 #include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
-#include <CGAL/Polygon_mesh_processing/triangulate_hole.h>
 #include <CGAL/box_intersection_d.h>
 
 #include <algorithm>
@@ -16,6 +15,7 @@
 #include <tuple>
 
 #include "core/parallel.hpp"
+#include "meshing/detail/patch_weight.hpp"
 
 namespace angio::meshing::detail {
 namespace {
@@ -23,7 +23,6 @@ namespace {
 using Kernel = CGAL::Exact_predicates_inexact_constructions_kernel;
 using Point = Kernel::Point_3;
 using Triangles = std::vector<Kernel::Triangle_3>;
-namespace pmp = CGAL::Polygon_mesh_processing;
 
 Point to_cgal(const Vec3& p) { return {p.x, p.y, p.z}; }
 Vec3 from_cgal(const Point& p) { return {p.x(), p.y(), p.z()}; }
@@ -304,7 +303,12 @@ std::vector<Triangle> triangulate_loop(const std::vector<Vec3>& loop) {
     Triangle corners;
   };
   std::vector<IndexTriple> patch;
-  pmp::triangulate_hole_polyline(points, std::back_inserter(patch));
+  std::vector<std::pair<int, int>> holes;
+  CGAL::internal::Tracer_polyline_incomplete<IndexTriple,
+                                             std::back_insert_iterator<decltype(patch)>,
+                                             std::back_insert_iterator<decltype(holes)>>
+      tracer(std::back_inserter(patch), std::back_inserter(holes));
+  fill_loop<Kernel>(points, {}, CGAL::internal::Is_not_degenerate_triangle(), tracer);
   std::vector<Triangle> triangles;
   for (const IndexTriple& t : patch) triangles.push_back(t.corners);
   // Turn as the loop does: the loop's first edge says which way the patch came out.

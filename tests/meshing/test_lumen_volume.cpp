@@ -172,6 +172,39 @@ TEST(LumenVolumes, KeepTheBudgetAndSaySo) {
   EXPECT_THAT(volume.warnings, testing::Contains(testing::HasSubstr("budget")));
 }
 
+/// With a fixed count of triangles the open lumen has its outlets' caps and a part of the inlet's.
+TEST(LumenVolumes, OfAFixedCountOfTrianglesHaveWallInletAndOutletsToo) {
+  const auto vessel = test::make_fork(1.5, 1.1, 12.0, 12.0, 0.6, 0.3);
+  LumenMeshOptions options;
+  options.triangle_count = 4000;
+  const LumenMesh lumen = mesh_lumen(vessel.level_set, vessel.tree, options);
+  ASSERT_EQ(lumen.open.triangles.size(), 4000U);
+  const LumenVolume volume = mesh_lumen_volume(lumen, {});
+  EXPECT_NEAR(volume.volume_mm3 / enclosed_volume(lumen.capped), 1.0, 1e-9);
+  const SurfaceTopology topology = surface_topology({volume.mesh.vertices, volume.boundary});
+  EXPECT_TRUE(topology.is_closed());
+  EXPECT_EQ(topology.euler_number, 2);
+  const auto areas = [](const std::vector<Vec3>& vertices, const std::vector<Triangle>& triangles,
+                        const auto& id_of) {
+    std::map<int, double> area;
+    for (std::size_t t = 0; t < triangles.size(); ++t)
+      area[id_of(t)] += 0.5 * norm(area_vector_doubled({vertices, {}}, triangles[t]));
+    return area;
+  };
+  const std::map<int, double> of_surface =
+      areas(lumen.capped.vertices, lumen.capped.triangles, [&](std::size_t t) {
+        const Triangle& c = lumen.capped.triangles[t];
+        const auto id = [&](std::size_t i) { return lumen.inlet_outlet_id[std::size_t(c[i])]; };
+        return kWallEntityId + (id(0) == id(1) && id(0) == id(2) ? id(0) : 0);
+      });
+  const std::map<int, double> of_volume =
+      areas(volume.mesh.vertices, volume.boundary,
+            [&](std::size_t t) { return volume.boundary_entity_id[t]; });
+  ASSERT_EQ(of_surface.size(), vessel.tree.paths.size() + 2);
+  ASSERT_EQ(of_volume.size(), of_surface.size());
+  for (const auto& [id, area] : of_surface) EXPECT_NEAR(of_volume.at(id) / area, 1.0, 1e-9) << id;
+}
+
 TEST(LumenVolumes, OfASurfaceThatIsNotWatertightAreRefused) {
   LumenMesh lumen = tube_lumen();
   lumen.watertight = false;

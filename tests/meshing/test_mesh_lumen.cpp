@@ -305,6 +305,18 @@ TEST(LumenExtensions, AreStraightTubesOfTheAskedLength) {
     EXPECT_EQ(plain.open.vertices[v], extended.open.vertices[v]);
 }
 
+TEST(LumenExtensions, AreAnEdgeLongAtLeastAndSaySo) {
+  const auto vessel = test::make_tube(10.0, 0.3, [](double) { return 1.5; });
+  LumenMeshOptions options;
+  const LumenMesh plain = mesh_lumen(vessel.level_set, vessel.tree, options);
+  options.extension_diameters = 0.001;
+  const LumenMesh extended = mesh_lumen(vessel.level_set, vessel.tree, options);
+  EXPECT_GT(extended.min_angle_degrees, 15.0);
+  EXPECT_GT(distance(cap_centre(extended, 1), cap_centre(extended, 2)),
+            distance(cap_centre(plain, 1), cap_centre(plain, 2)) + 2.0 * plain.quality.edge_min_mm);
+  EXPECT_THAT(extended.warnings, testing::Contains(testing::HasSubstr("lengthened")));
+}
+
 TEST(LumenExtensions, ThatWouldCrossTheLumenAreLeftOutWithAWarning) {
   // A hook: its end points back at its own beginning.
   const auto vessel = test::make_arc(1.0, 4.0, 1.5 * pi, 0.3);
@@ -326,6 +338,22 @@ TEST(LumenMeshing, KeepsAGivenEdgeLength) {
   for (const auto& [a, b] : edges)
     sum += distance(lumen.open.vertices[std::size_t(a)], lumen.open.vertices[std::size_t(b)]);
   EXPECT_NEAR(sum / double(edges.size()), 0.4, 0.08);
+}
+
+TEST(LumenMeshing, WithEdgesTooLongForTheVesselIsSoundOrRefused) {
+  const auto vessel = test::make_tube(10.0, 0.3, test::stenosis(1.5, 5.0, 3.0, 0.5));
+  for (const double length : {1.0, 2.0, 3.0, 4.0, 5.0}) {
+    LumenMeshOptions options;
+    options.edge_length_mm = length;
+    try {
+      const LumenMesh lumen = mesh_lumen(vessel.level_set, vessel.tree, options);
+      EXPECT_TRUE(lumen.watertight) << length;
+      EXPECT_EQ(lumen.self_intersection_count, 0) << length;
+    } catch (const InputError& error) {
+      EXPECT_GT(length, 1.5);  // a quarter of the circumference and less is no question
+      EXPECT_THAT(error.what(), testing::HasSubstr("mesh.edge_length_mm"));
+    }
+  }
 }
 
 TEST(LumenMeshing, KeepsTheTriangleBudgetAndSaysSo) {

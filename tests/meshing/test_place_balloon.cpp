@@ -169,6 +169,25 @@ std::string vessel_name(const testing::TestParamInfo<const Case& (*)()>& vessel)
 INSTANTIATE_TEST_SUITE_P(Vessels, PlacedBalloon, testing::Values(&stenosed, &bent, &forked),
                          vessel_name);
 
+TEST(PlaceBalloon, StaysADiameterInsideTheOutletHoweverItIsClosed) {
+  constexpr double kRadius = 1.5;
+  const auto vessel = test::make_tube(20.0, 0.3, [](double) { return kRadius; });
+  for (const int triangle_count : {0, 2000}) {
+    LumenMeshOptions options;
+    options.triangle_count = triangle_count;
+    const LumenMesh lumen = mesh_lumen(vessel.level_set, vessel.tree, options);
+    const BalloonSetup setup = place_balloon(lumen, vessel.tree, vessel.tree.paths[0], 14.0, 10.0,
+                                             2.0 * kRadius, {.length_mm = 10.0});
+    const auto highest = [](const TriangleMesh& mesh) {
+      double high = mesh.vertices[0].z;
+      for (const Vec3& p : mesh.vertices) high = std::max(high, p.z);
+      return high;
+    };
+    EXPECT_NEAR(highest(lumen.open) - highest(setup.balloon.start), 2.0 * kRadius, 0.1)
+        << triangle_count;
+  }
+}
+
 TEST(PlaceBalloon, IsThinnerWhereTheLumenIs) {
   const Case tight = place(stenosed_tube(0.75), 18.0, 8.0, 3.0);
   const auto ring_radius = [&](std::size_t ring) {
