@@ -2,8 +2,8 @@
 
 #include "simulation/detail/cuda/teams.cuh"
 
-/// The kernels that run step_program.hpp. Each is compiled by a source of its own, beside this file,
-/// so that processors share the work: the largest takes a minute.
+/// The kernels that run step_program.hpp. Each is compiled by a source of its own, beside this
+/// file, so that processors share the work: the largest takes a minute.
 namespace angio::simulation::detail {
 
 // Copies into place k of an array of frames.
