@@ -16,6 +16,7 @@
 #include "core/parallel.hpp"
 #include "pipeline/balloon_file.hpp"
 #include "pipeline/batch.hpp"
+#include "pipeline/command_description.hpp"
 #include "pipeline/config.hpp"
 #include "pipeline/data_commands.hpp"
 #include "pipeline/doctor.hpp"
@@ -283,6 +284,29 @@ int do_batch(BatchArguments& batch) {
   return int(failed > 0 ? ExitCode::some_cases_failed : ExitCode::done);
 }
 
+// ---- completion and manual, for packages -----------------------------------------------------
+
+struct ShellArguments {
+  std::string shell;
+};
+
+void add_description_commands(CLI::App& app, ShellArguments& arguments) {
+  CLI::App& completion = *app.add_subcommand("completion", "a shell's completion script");
+  completion.add_option("SHELL", arguments.shell)->required();
+  completion.group("");  // hidden
+  app.add_subcommand("manual", "the manual page")->group("");
+}
+
+int do_describe(const CLI::App& app, const ShellArguments& arguments) {
+  std::vector<std::string> stages;
+  for (const StageDefinition& stage : stage_table({})) stages.emplace_back(stage.name);
+  const ProgramDescription program =
+      describe(app, {{"--preset", preset_names()}, {"--from", stages}, {"--until", stages}});
+  fmt::print("{}", app.got_subcommand("manual") ? manual_page(program, kVersion)
+                                                : completion_script(program, arguments.shell));
+  return int(ExitCode::done);
+}
+
 // ---- the program -------------------------------------------------------------------------------
 
 /// CLI11 writes several lines; CONTRACT wants one, with exit code 64.
@@ -310,7 +334,7 @@ int dispatch(int argc, char** argv) {
   CLI::App app{
       "angio: from a rotational angiography to what a balloon does to the artery.\n"
       "Lengths in mm, pressures in atm, coordinates LPS. Not for clinical use."};
-  app.set_version_flag("--version", std::string("angio ") + kVersion);
+  app.set_version_flag("--version", "angio " + version_with_commit());
   app.require_subcommand(1);
 
   RunArguments run;
@@ -339,6 +363,8 @@ int dispatch(int argc, char** argv) {
   bool doctor_json = false;
   CLI::App& doctor = *app.add_subcommand("doctor", "what this computer has, and what will be used");
   doctor.add_flag("--json", doctor_json, "as JSON");
+  ShellArguments shell;
+  add_description_commands(app, shell);
 
   try {
     app.parse(argc, argv);
@@ -357,8 +383,11 @@ int dispatch(int argc, char** argv) {
   if (app.got_subcommand("phantom")) return do_phantom(phantom);
   if (app.got_subcommand("inflate")) return do_inflate(inflate);
   if (app.got_subcommand("batch")) return do_batch(batch);
-  fmt::print("{}", examine_computer(doctor_json));
-  return int(ExitCode::done);
+  if (app.got_subcommand(&doctor)) {
+    fmt::print("{}", examine_computer(doctor_json));
+    return int(ExitCode::done);
+  }
+  return do_describe(app, shell);
 }
 
 int fail(ExitCode code, const std::string& message) {

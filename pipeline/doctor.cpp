@@ -63,7 +63,7 @@ std::string examine_computer(bool as_json) {
                {"display", display.description}}
                .dump(2) +
            "\n";
-  std::string text = fmt::format("angio {}\n", kVersion);
+  std::string text = fmt::format("angio {}\n", version_with_commit());
   const auto line = [&](const char* what, const std::string& found) {
     text += fmt::format("{:<12} {}\n", what, found);
   };

@@ -37,6 +37,57 @@ TEST(CommandLine, EveryCommandOfTheContractHasHelp) {
     EXPECT_EQ(run_program(std::string(command) + " --help").exit_code, 0) << command;
 }
 
+// The words of a command's --help that begin with a dash or stand at its place.
+std::vector<std::string> long_options(const std::string& help) {
+  std::vector<std::string> names;
+  std::istringstream words(help);
+  for (std::string word; std::getline(words, word, '\n');) {
+    const std::size_t begin = word.find("--"), end = word.find_first_of(" ,", begin);
+    if (word.starts_with("  -") && begin != std::string::npos)
+      names.push_back(word.substr(begin, end - begin));
+  }
+  return names;
+}
+
+TEST(CommandLine, CompletionAndManualKnowEveryOption) {
+  const std::string bash = run_program("completion bash").out,
+                    zsh = run_program("completion zsh").out,
+                    fish = run_program("completion fish").out, manual = run_program("manual").out;
+  for (const char* command : {"run", "inspect", "segment", "view", "phantom", "batch", "inflate"}) {
+    const std::vector<std::string> names =
+        long_options(run_program(std::string(command) + " --help").out);
+    ASSERT_FALSE(names.empty()) << command;
+    for (const std::string& name : names) {
+      EXPECT_NE(bash.find(" " + name), std::string::npos) << command << " " << name;
+      EXPECT_NE(zsh.find("'" + name + ":"), std::string::npos) << command << " " << name;
+      EXPECT_NE(fish.find("-l " + name.substr(2) + " "), std::string::npos) << name;
+      std::string escaped;
+      for (const char c : name) escaped += c == '-' ? "\\-" : std::string(1, c);
+      EXPECT_NE(manual.find(escaped), std::string::npos) << command << " " << name;
+    }
+  }
+  EXPECT_EQ(run_program("completion csh").exit_code, 64);
+}
+
+TEST(CommandLine, BashCompletesCommandsOptionsAndValues) {
+  TemporaryFolder folder;
+  write_text_atomically(folder / "angio.bash", run_program("completion bash").out);
+  const auto completed = [&](const std::string& words) {
+    const std::string script = ". '" + folder / "angio.bash" + "'; COMP_WORDS=(" + words +
+                               "); COMP_CWORD=$((${#COMP_WORDS[@]} - 1)); _angio; "
+                               "echo ${COMPREPLY[*]}";
+    write_text_atomically(folder / "try.bash", script);
+    write_text_atomically(folder / "out", "");
+    EXPECT_EQ(
+        std::system(("bash '" + folder / "try.bash" + "' > '" + folder / "out" + "'").c_str()), 0);
+    return file_text(folder.path() / "out");
+  };
+  EXPECT_EQ(completed("angio ph"), "phantom\n");
+  EXPECT_EQ(completed("angio run --conta"), "--contact\n");
+  EXPECT_EQ(completed("angio run --contact p"), "paper\n");
+  EXPECT_EQ(completed("angio run ''"), "\n");  // a file: left to the shell
+}
+
 TEST(CommandLine, UsageErrorsReturn64AndSuggest) {
   TemporaryFolder folder;
   expect_failure("", 64, "--help", folder);

@@ -1,0 +1,43 @@
+#pragma once
+
+#include <CLI/App.hpp>
+#include <map>
+#include <string>
+#include <vector>
+
+/// What the program's commands and options are, taken from its own parser, for the shells'
+/// completion and the manual page, which therefore cannot say anything else.
+namespace angio::pipeline {
+
+struct OptionDescription {
+  std::vector<std::string> names;  ///< with their dashes; empty: by position
+  std::string value;               ///< what stands for its value; empty: a flag
+  std::vector<std::string> choices;
+  std::string help;
+  bool required = false;
+};
+
+struct CommandDescription {
+  std::string name, help;
+  std::vector<OptionDescription> options;
+};
+
+struct ProgramDescription {
+  std::string help;
+  std::vector<OptionDescription> options;
+  std::vector<CommandDescription> commands;  ///< but the hidden ones
+};
+
+/// Values of options that the parser does not check, by the option's long name with dashes.
+using KnownValues = std::map<std::string, std::vector<std::string>>;
+
+ProgramDescription describe(const CLI::App& app, const KnownValues& known);
+
+/// A script that completes commands, options and their values.
+/// @param shell bash, zsh or fish
+std::string completion_script(const ProgramDescription& program, const std::string& shell);
+
+/// A manual page (section 1) as troff.
+std::string manual_page(const ProgramDescription& program, const std::string& version);
+
+}  // namespace angio::pipeline
