@@ -37,7 +37,7 @@ bool has_result(const StageRecord& record) {
 std::string stage_key(const StageDefinition& stage, const Config& config, const RunRecord& run,
                       const std::map<std::string, std::string>& inputs) {
   std::string text =
-      fmt::format("{}\n{}\n{}{}\n", kVersion, stage.name, stage.settings_text(config),
+      fmt::format("{}\n{}\n{}{}\n", version_with_commit(), stage.name, stage.settings_text(config),
                   to_json(stage.sees(config, run)).dump());
   for (const auto& [file, hash] : inputs) text += file + " " + hash + "\n";
   return sha256_of_text(text);
