@@ -35,7 +35,7 @@ function(angio_add_v3_copy target)
   target_link_libraries(${copy} PRIVATE angio_warnings ${ARG_LINK})
   target_include_directories(${copy} PRIVATE ${PROJECT_SOURCE_DIR})
   target_compile_features(${copy} PRIVATE cxx_std_20)
-  target_compile_options(${copy} PRIVATE -march=x86-64-v3)
+  target_compile_options(${copy} PRIVATE -march=x86-64-v3 -fno-gnu-unique)  # unique ones cannot be hidden
   set(shown)
   foreach(name IN LISTS ARG_FUNCTIONS)
     target_compile_definitions(${copy} PRIVATE ${name}=${name}_v3)

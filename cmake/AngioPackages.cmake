@@ -4,6 +4,8 @@ include(GNUInstallDirs)
 
 # Where the archive keeps its libraries; the Debian package has none there.
 set_target_properties(angio PROPERTIES INSTALL_RPATH "$ORIGIN/../${CMAKE_INSTALL_LIBDIR}/angio")
+# As RPATH, not RUNPATH: the libraries find each other by it, too.
+target_link_options(angio PRIVATE LINKER:--disable-new-dtags)
 install(TARGETS angio RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT program)
 set(described ${PROJECT_BINARY_DIR}/share)
 install(FILES ${described}/angio.1 DESTINATION ${CMAKE_INSTALL_MANDIR}/man1 COMPONENT program)
@@ -39,6 +41,7 @@ set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
 # Pictures where there is no screen.
 set(CPACK_DEBIAN_PACKAGE_DEPENDS "libgl1-mesa-dri, xvfb")
 set(CPACK_ARCHIVE_COMPONENT_INSTALL ON)
+set(CPACK_COMPONENT_INCLUDE_TOPLEVEL_DIRECTORY ON)
 set(CPACK_DEB_COMPONENT_INSTALL ON)
 set(CPACK_COMPONENTS_GROUPING ALL_COMPONENTS_IN_ONE)
 set(CPACK_PROJECT_CONFIG_FILE ${PROJECT_SOURCE_DIR}/cmake/package_components.cmake)
