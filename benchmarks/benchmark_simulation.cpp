@@ -1,7 +1,7 @@
 #include <benchmark/benchmark.h>
 
-#include "simulation/detail/candidates.hpp"
-#include "simulation/detail/measure.hpp"
+#include "simulation/contact/candidates.hpp"
+#include "simulation/run/measure.hpp"
 #include "tests/simulation/models.hpp"
 
 /// The solver on the seed paper's sizes: a balloon of 522 vertices in walls of 1220 vertices

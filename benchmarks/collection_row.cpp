@@ -7,8 +7,8 @@
 
 #include "benchmarks/line_measure.hpp"
 #include "core/atomic_file.hpp"
-#include "pipeline/case_files.hpp"
-#include "pipeline/csv.hpp"
+#include "formats/csv.hpp"
+#include "pipeline/case/case_files.hpp"
 #include "segmentation/read_volume.hpp"
 
 namespace angio {
@@ -62,7 +62,7 @@ RowLines measure(const CenterlineTree& tree, const fs::path& folder) {
 /// From the time series, which a simulation that failed leaves, too.
 std::optional<RowSimulation> measure_simulation(const fs::path& time_series) {
   if (!fs::exists(time_series)) return std::nullopt;
-  const std::vector<pipeline::CsvRow> rows = pipeline::parse_csv(read_text(time_series));
+  const std::vector<formats::CsvRow> rows = formats::parse_csv(read_text(time_series));
   if (rows.size() < 2) return std::nullopt;
   const auto column = [&](const char* name) {
     return std::size_t(std::find(rows[0].begin(), rows[0].end(), name) - rows[0].begin());
@@ -183,8 +183,8 @@ const char* const kCollectionHeader =
     "frames,crossing_frames,max_penetration_mm,air_percent,wall_s,cpu_s";
 
 std::string csv_line(const CollectionRow& row) {
-  std::string text = fmt::format("{},{},{},{},{},", pipeline::csv_cell(row.name), row.split,
-                                 row.certainty, pipeline::csv_cell(row.status), row.exit_code);
+  std::string text = fmt::format("{},{},{},{},{},", formats::csv_cell(row.name), row.split,
+                                 row.certainty, formats::csv_cell(row.status), row.exit_code);
   if (const auto& l = row.lines)
     text += fmt::format("{},{},{},{:.2f},{},{},{:.2f},{:.2f},{:.2f},", l->count, l->points,
                         l->outside, l->inside_percent, l->sharp_steps, l->sharp_turns,

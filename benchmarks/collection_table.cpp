@@ -16,19 +16,19 @@
 #include "benchmarks/collection_row.hpp"
 #include "core/atomic_file.hpp"
 #include "core/error.hpp"
-#include "pipeline/csv.hpp"
+#include "formats/csv.hpp"
 
 namespace angio {
 namespace {
 namespace fs = std::filesystem;
 
-const Reading& reading_of(const std::vector<Reading>& readings, const pipeline::CsvRow& run) {
+const Reading& reading_of(const std::vector<Reading>& readings, const formats::CsvRow& run) {
   for (const Reading& reading : readings)
     if (reading.case_name == run[1] && reading.file == run[2]) return reading;
   throw InputError("no reading of " + run[1] + ", " + run[2] + ". Add one to public_readings.csv");
 }
 
-CollectionRow judge(const pipeline::CsvRow& run, const Reading& reading) {
+CollectionRow judge(const formats::CsvRow& run, const Reading& reading) {
   CollectionRow row;
   row.name = fs::path(run[0]).filename().string();
   row.split = reading.split;
@@ -69,7 +69,7 @@ std::string markdown_of(const std::vector<CollectionRow>& rows) {
 int make_table(const fs::path& runs_csv, const fs::path& readings_csv, const fs::path& ends_csv,
                const fs::path& out) {
   const std::vector<Reading> readings = read_readings(readings_csv, ends_csv);
-  const std::vector<pipeline::CsvRow> runs = pipeline::parse_csv(read_text(runs_csv));
+  const std::vector<formats::CsvRow> runs = formats::parse_csv(read_text(runs_csv));
   constexpr std::size_t kColumns = 7;
   std::vector<CollectionRow> rows;
   for (std::size_t r = 1; r < runs.size(); ++r) {

@@ -15,10 +15,10 @@
 #include <vector>
 
 #include "core/units.hpp"
-#include "simulation/detail/contact_force.hpp"
-#include "simulation/detail/material.hpp"
-#include "simulation/detail/measure.hpp"
-#include "simulation/detail/membrane_term.hpp"
+#include "simulation/contact/contact_force.hpp"
+#include "simulation/materials/material.hpp"
+#include "simulation/newton/membrane_term.hpp"
+#include "simulation/run/measure.hpp"
 #include "simulation/simulation.hpp"
 #include "tests/simulation/folded.hpp"
 #include "tests/simulation/gaps.hpp"

@@ -12,7 +12,7 @@
 
 #include "benchmarks/line_measure.hpp"
 #include "core/error.hpp"
-#include "pipeline/case_files.hpp"
+#include "pipeline/case/case_files.hpp"
 
 namespace angio {
 namespace {

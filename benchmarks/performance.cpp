@@ -11,12 +11,12 @@
 
 #include "core/error.hpp"
 #include "core/units.hpp"
+#include "simulation/backends/step_solver.hpp"
 #include "simulation/cloth.hpp"
-#include "simulation/detail/balloon_section.hpp"
-#include "simulation/detail/measure.hpp"
-#include "simulation/detail/paper_solver.hpp"
-#include "simulation/detail/sheet_solver.hpp"
-#include "simulation/detail/step.hpp"
+#include "simulation/pbd/membrane_solver.hpp"
+#include "simulation/pbd/sheet_solver.hpp"
+#include "simulation/run/balloon_section.hpp"
+#include "simulation/run/measure.hpp"
 #include "tests/simulation/layered.hpp"
 #include "tests/simulation/matched.hpp"
 

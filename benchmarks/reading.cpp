@@ -17,8 +17,8 @@
 #include "core/atomic_file.hpp"
 #include "core/error.hpp"
 #include "core/frames.hpp"
-#include "pipeline/csv.hpp"
-#include "viewer/files.hpp"
+#include "formats/csv.hpp"
+#include "formats/files.hpp"
 
 namespace angio {
 namespace fs = std::filesystem;
@@ -28,7 +28,7 @@ constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 /// Rows of a CSV file by the names of its columns.
 std::vector<std::map<std::string, std::string>> read_table(const fs::path& file) {
-  const std::vector<pipeline::CsvRow> rows = pipeline::parse_csv(read_text(file));
+  const std::vector<formats::CsvRow> rows = formats::parse_csv(read_text(file));
   std::vector<std::map<std::string, std::string>> table;
   for (std::size_t r = 1; r < rows.size(); ++r) {
     if (rows[r].size() != rows[0].size())
@@ -139,8 +139,8 @@ Vec3 ReadingFrame::operator()(const Vec3& in_file) const {
 ReadingFrame frame_of_case(const fs::path& input, const fs::path& case_folder) {
   const fs::path surface = case_folder / "segmentation/lumen_surface.vtp";
   if (!fs::exists(surface) || fs::is_directory(input)) return {};
-  const Vec3 in_file = box_of(viewer::read_surface(input).mesh);
-  const Vec3 in_case = box_of(viewer::read_surface(surface).mesh);
+  const Vec3 in_file = box_of(formats::read_surface(input).mesh);
+  const Vec3 in_case = box_of(formats::read_surface(surface).mesh);
   const double ratio = norm(in_case) / norm(in_file);
   ReadingFrame frame;
   double least = kInfinity;

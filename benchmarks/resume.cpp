@@ -27,9 +27,9 @@
 #include "core/atomic_file.hpp"
 #include "core/error.hpp"
 #include "datasets/phantom.hpp"
-#include "pipeline/stages.hpp"
+#include "formats/files.hpp"
+#include "pipeline/stages/stages.hpp"
 #include "tests/pipeline/other_value.hpp"
-#include "viewer/files.hpp"
 
 namespace {
 
@@ -100,7 +100,7 @@ void write_surface_input(const fs::path& file) {
   phantom.name = "unilateral";
   phantom.length_mm = 12.0;
   phantom.stenosis_percent = 50.0;
-  angio::viewer::write_surface(file,
+  angio::formats::write_surface(file,
                                {angio::datasets::make_phantom_surface(phantom).surface, {}, {}});
 }
 

@@ -5,8 +5,8 @@
 
 #include <cmath>
 
+#include "formats/files.hpp"
 #include "segmentation/read_volume.hpp"
-#include "viewer/files.hpp"
 #include "viewer/level_set_surface.hpp"
 
 namespace angio {
@@ -14,7 +14,7 @@ namespace angio {
 WallProbe::WallProbe(const std::filesystem::path& folder) {
   const std::filesystem::path surface = folder / "segmentation/lumen_surface.vtp";
   if (std::filesystem::exists(surface)) {
-    set_surface(viewer::read_surface(surface).mesh);
+    set_surface(formats::read_surface(surface).mesh);
   } else {
     level_set_ = segmentation::read_volume_file(folder / "segmentation/lumen_level_set.nrrd");
     set_surface(viewer::zero_surface(level_set_));

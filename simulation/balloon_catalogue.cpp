@@ -6,7 +6,7 @@
 #include <cstdio>
 
 #include "core/error.hpp"
-#include "simulation/detail/material.hpp"
+#include "simulation/materials/material.hpp"
 
 namespace angio::simulation {
 namespace {

@@ -5,7 +5,7 @@
 #include <limits>
 
 #include "core/error.hpp"
-#include "simulation/detail/membrane.hpp"
+#include "simulation/materials/membrane.hpp"
 
 namespace angio::simulation {
 

@@ -8,8 +8,8 @@
 
 #include "core/error.hpp"
 #include "core/units.hpp"
-#include "simulation/detail/membrane_term.hpp"
-#include "simulation/detail/sheet_solver.hpp"
+#include "simulation/newton/membrane_term.hpp"
+#include "simulation/pbd/sheet_solver.hpp"
 
 namespace angio::simulation {
 namespace {

@@ -7,7 +7,7 @@
 
 #include "core/error.hpp"
 #include "core/units.hpp"
-#include "simulation/detail/free_states.hpp"
+#include "simulation/newton/inflation_curve.hpp"
 
 namespace angio::simulation {
 namespace {

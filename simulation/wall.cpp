@@ -3,7 +3,7 @@
 #include <cmath>
 
 #include "core/error.hpp"
-#include "simulation/detail/wall_terms.hpp"
+#include "simulation/newton/wall_terms.hpp"
 
 namespace angio::simulation {
 namespace {

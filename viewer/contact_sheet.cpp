@@ -5,9 +5,9 @@
 #include <cmath>
 
 #include "core/atomic_file.hpp"
+#include "formats/html.hpp"
 #include "viewer/detail/canvas.hpp"
 #include "viewer/detail/case_data.hpp"
-#include "viewer/detail/html.hpp"
 #include "viewer/detail/offscreen.hpp"
 #include "viewer/detail/page_style.hpp"
 #include "viewer/detail/pictures_2d.hpp"
@@ -20,7 +20,6 @@ namespace {
 
 using detail::Box;
 using detail::Canvas;
-using detail::fixed_text;
 using detail::kHeading;
 using detail::kSheetInk;
 using detail::kSheetLesion;
@@ -28,6 +27,7 @@ using detail::kSheetLetters;
 using detail::Picture;
 using detail::Rgb;
 using detail::SheetCase;
+using formats::fixed_text;
 
 constexpr int kWidth = 1860, kHeight = 1344;
 constexpr int kTitle = 72, kSide = 420, kGap = 4;
@@ -114,10 +114,11 @@ void write_notes(Canvas& canvas, const SheetCase& sheet) {
       write("...", kSheetInk);
       break;
     }
-    write(lesion.name + ": " + fixed_text(lesion.stenosis_percent, 1) + " %DS, MLD " +
-              fixed_text(lesion.mld_mm, 2) + " of " + fixed_text(lesion.reference_mm, 2) +
-              " mm, line " + std::to_string(lesion.path) + " at " +
-              fixed_text(lesion.abscissa_mm, 1) + " mm",
+    write(lesion.name + ": " + formats::fixed_text(lesion.stenosis_percent, 1) + " %DS, MLD " +
+              formats::fixed_text(lesion.mld_mm, 2) + " of " +
+              formats::fixed_text(lesion.reference_mm, 2) + " mm, line " +
+              std::to_string(lesion.path) + " at " + formats::fixed_text(lesion.abscissa_mm, 1) +
+              " mm",
           kSheetLesion);
   }
   y += 0.5 * kLine;
@@ -139,11 +140,12 @@ std::string table_of(const fs::path& csv) {
   if (csv.empty()) return {};
   const TimeSeries table = detail::read_time_series(csv);
   std::string out = "<div class=\"tables\"><table><tr>";
-  for (const std::string& name : table.columns) out += "<th>" + detail::escape_html(name) + "</th>";
+  for (const std::string& name : table.columns)
+    out += "<th>" + formats::escape_html(name) + "</th>";
   out += "</tr>\n";
   for (const auto& row : table.rows) {
     out += "<tr>";
-    for (const std::string& cell : row) out += "<td>" + detail::escape_html(cell) + "</td>";
+    for (const std::string& cell : row) out += "<td>" + formats::escape_html(cell) + "</td>";
     out += "</tr>\n";
   }
   return out + "</table></div>\n";
@@ -183,8 +185,8 @@ void write_sheet_index(const fs::path& page, const std::vector<std::string>& she
       std::to_string(sheets.size()) + " cases</p></header>\n<main>\n" + table_of(table_csv) +
       "<div class=\"sheets\">\n";
   for (const std::string& sheet : sheets) {
-    const std::string name = detail::escape_html(sheet);
-    const std::string title = detail::escape_html(fs::path(sheet).stem().string());
+    const std::string name = formats::escape_html(sheet);
+    const std::string title = formats::escape_html(fs::path(sheet).stem().string());
     out += "<figure><a href=\"" + name + "\"><img loading=\"lazy\" alt=\"" + title + "\" src=\"" +
            name + "\"></a><figcaption>" + title + "</figcaption></figure>\n";
   }

@@ -7,7 +7,7 @@
 #include <vtkNew.h>
 #include <vtkPointData.h>
 
-#include "viewer/detail/vtk_arrays.hpp"
+#include "formats/vtk_arrays.hpp"
 
 namespace angio::viewer {
 
@@ -28,7 +28,7 @@ TriangleMesh zero_surface(const Volume<float>& level_set) {
   contour->Update();
   TriangleMesh mesh;
   vtkPolyData& found = *contour->GetOutput();
-  mesh.vertices = detail::from_vtk(found.GetPoints());
+  mesh.vertices = formats::from_vtk(found.GetPoints());
   for (Vec3& vertex : mesh.vertices) vertex = grid.lps_from_index(vertex);
   vtkNew<vtkIdList> corners;
   for (vtkIdType c = 0; c < found.GetNumberOfCells(); ++c) {

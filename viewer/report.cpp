@@ -5,8 +5,8 @@
 
 #include "core/atomic_file.hpp"
 #include "core/error.hpp"
+#include "formats/html.hpp"
 #include "viewer/detail/chart.hpp"
-#include "viewer/detail/html.hpp"
 #include "viewer/detail/offscreen.hpp"
 #include "viewer/detail/page_style.hpp"
 #include "viewer/detail/pictures_2d.hpp"
@@ -16,8 +16,8 @@
 
 namespace angio::viewer {
 namespace fs = std::filesystem;
-using detail::escape_html;
 using detail::Figure;
+using formats::escape_html;
 namespace {
 
 /// Every picture of the report.
@@ -61,19 +61,20 @@ class Album {
   [[nodiscard]] std::string element(const Figure& figure) const {
     const std::string png = detail::png_bytes(figure.picture);
     write_text_atomically(folder_ / figure.file, png);
-    const std::string caption = escape_html(figure.caption);
+    const std::string caption = formats::escape_html(figure.caption);
     return "<figure><img width=\"" + std::to_string(figure.picture.width) + "\" height=\"" +
            std::to_string(figure.picture.height) + "\" alt=\"" + caption +
-           "\" src=\"data:image/png;base64," + detail::base64(png) + "\"><figcaption>" + caption +
-           "</figcaption></figure>\n";
+           "\" src=\"data:image/png;formats::base64," + formats::base64(png) + "\"><figcaption>" +
+           caption + "</figcaption></figure>\n";
   }
 
   fs::path folder_;
 };
 
 std::string section(const std::string& title, const std::string& body) {
-  return body.empty() ? ""
-                      : "<section><h2>" + escape_html(title) + "</h2>\n" + body + "</section>\n";
+  return body.empty()
+             ? ""
+             : "<section><h2>" + formats::escape_html(title) + "</h2>\n" + body + "</section>\n";
 }
 
 std::string notices(const ReportContent& content) {
@@ -83,14 +84,14 @@ std::string notices(const ReportContent& content) {
   if (content.warnings.empty()) return out;
   out += "<div class=\"notice\"><strong>Please note</strong><ul>";
   for (const std::string& warning : content.warnings)
-    out += "<li>" + escape_html(warning) + "</li>";
+    out += "<li>" + formats::escape_html(warning) + "</li>";
   return out + "</ul></div>\n";
 }
 
 std::string chart_figure(const detail::Chart& chart) {
   const std::string drawing = detail::svg(chart);
   if (drawing.empty()) return {};
-  return "<figure><h3>" + escape_html(chart.title) + "</h3>" + drawing + "</figure>\n";
+  return "<figure><h3>" + formats::escape_html(chart.title) + "</h3>" + drawing + "</figure>\n";
 }
 
 std::string chart_grid(const TimeSeries& series) {
@@ -138,14 +139,14 @@ double largest_spacing(const ReportContent& content) {
 
 std::string make_page(const ReportContent& content, const Figures& figures, const Album& album) {
   const detail::Metrics metrics(content.metrics_json);
-  const std::string title = escape_html(content.title);
+  const std::string title = formats::escape_html(content.title);
   std::string page =
       "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n"
       "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n<title>" +
       title + " – balloon angioplasty report</title>\n<style>" + detail::kPageStyle +
       "</style>\n</head>\n<body>\n<header><h1>" + title +
       "</h1><p class=\"sub\">Simulated balloon angioplasty · angio " +
-      escape_html(content.version) + "</p></header>\n<main>\n";
+      formats::escape_html(content.version) + "</p></header>\n<main>\n";
   page += detail::status_notice(metrics);
   page += notices(content);
   if (content.cloth.empty())

@@ -68,4 +68,11 @@ struct ReportContent {
 void write_report(const std::filesystem::path& folder, const ReportContent& content,
                   const Progress& progress = {});
 
+/// A frame that a collection lists, by the number in its files' names.
+struct FrameTime {
+  int frame = 0;
+  double time_s = 0.0;
+};
+std::vector<FrameTime> read_frame_times(const std::filesystem::path& path);  ///< ascending
+
 }  // namespace angio::viewer

@@ -18,11 +18,11 @@
 
 #include "core/atomic_file.hpp"
 #include "core/error.hpp"
+#include "formats/vtk_messages.hpp"
 #include "viewer/detail/case_data.hpp"
 #include "viewer/detail/case_scene.hpp"
 #include "viewer/detail/offscreen.hpp"
 #include "viewer/detail/scene.hpp"
-#include "viewer/detail/vtk_messages.hpp"
 
 namespace angio::viewer {
 namespace fs = std::filesystem;
@@ -242,7 +242,7 @@ void view_case(const fs::path& case_folder, const ViewOptions& options) {
     throw Error(ExitCode::unavailable,
                 "cannot open a window (" + status.description +
                     "). Use --screenshot FILE.png, or open report/index.html");
-  const detail::VtkMessages messages;
+  const formats::VtkMessages messages;
   CaseWindow(data, options).run();
 }
 

@@ -12,7 +12,7 @@
 #include "core/error.hpp"
 #include "core/triangle_mesh.hpp"
 #include "core/units.hpp"
-#include "simulation/detail/capsule.hpp"
+#include "simulation/newton/initial_capsule.hpp"
 #include "tests/simulation/closed_forms.hpp"
 #include "tests/simulation/spheres.hpp"
 

@@ -4,9 +4,9 @@
 #include <array>
 #include <cstdint>
 
+#include "air_mesh/tet_flips.hpp"
+#include "air_mesh/tet_refill.hpp"
 #include "core/error.hpp"
-#include "core/tet_flips.hpp"
-#include "core/tet_refill.hpp"
 #include "meshing/detail/lift_points.hpp"
 #include "meshing/detail/lumen_chords.hpp"
 #include "meshing/detail/surface_query.hpp"

@@ -9,13 +9,13 @@
 #include "core/atomic_file.hpp"
 #include "core/error.hpp"
 #include "core/surface_rims.hpp"
+#include "formats/files.hpp"
 #include "meshing/meshing.hpp"
 #include "meshing/narrow_lumen.hpp"
-#include "pipeline/case_files.hpp"
-#include "pipeline/metrics.hpp"
-#include "pipeline/resolution.hpp"
+#include "pipeline/case/case_files.hpp"
+#include "pipeline/case/metrics.hpp"
+#include "pipeline/case/resolution.hpp"
 #include "pipeline/stages/stage_parts.hpp"
-#include "viewer/files.hpp"
 
 // From the lumen to its lines and lesions.
 namespace angio::pipeline {
@@ -136,7 +136,7 @@ void do_centerline(StageWork& work, const CenterlineSettings& settings) {
   if (const auto narrowed =
           narrowed_lumen(work, settings, result.tree, part(work.progress, 0.4, 0.6))) {
     result = centerline::extract_centerline(*narrowed, options, part(work.progress, 0.6, 0.95));
-    viewer::write_surface(work.out / fs::path(kNarrowedLumen).filename(), {*narrowed, {}, {}});
+    formats::write_surface(work.out / fs::path(kNarrowedLumen).filename(), {*narrowed, {}, {}});
   }
   keep(work.warnings, result.warnings);
   write_centerlines(work.out / "centerlines.vtp", result.tree);

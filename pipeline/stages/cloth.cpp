@@ -7,10 +7,10 @@
 #include <numeric>
 
 #include "core/atomic_file.hpp"
-#include "pipeline/metrics.hpp"
+#include "formats/files.hpp"
+#include "pipeline/case/metrics.hpp"
 #include "pipeline/stages/stage_parts.hpp"
 #include "pipeline/version.hpp"
-#include "viewer/files.hpp"
 #include "viewer/report.hpp"
 
 // The stages of the seed paper's cloth, which is no vessel.
@@ -60,14 +60,14 @@ struct ClothTable {
 
 void do_cloth_meshing(StageWork& work, const ClothSettings& settings) {
   work.input_description = "the seed paper's cloth";
-  viewer::write_surface(work.out / "cloth.vtp",
-                        {simulation::cloth_mesh(settings.get<&Config::cloth>()), {}, {}});
+  formats::write_surface(work.out / "cloth.vtp",
+                         {simulation::cloth_mesh(settings.get<&Config::cloth>()), {}, {}});
 }
 
 void do_cloth_simulation(StageWork& work, const ClothSettings& settings) {
   work.progress.report(0.0, "pulling the cloth");
   const simulation::Cloth cloth = simulation::pull_cloth(settings.get<&Config::cloth>());
-  std::vector<viewer::TimeStep> steps;
+  std::vector<formats::TimeStep> steps;
   ClothTable table;
   double thinnest = settings.get<&Config::cloth>().thickness_mm;
   long iterations = 0;
@@ -76,7 +76,7 @@ void do_cloth_simulation(StageWork& work, const ClothSettings& settings) {
     const TriangleMesh shape{state.positions, cloth.rest.triangles};
     const DataArray thickness{"thickness", at_vertices(shape, state.thickness_mm), 1,
                               ArrayType::float32};
-    viewer::write_surface(work.out / cloth_file(s), {shape, {thickness}, {}});
+    formats::write_surface(work.out / cloth_file(s), {shape, {thickness}, {}});
     steps.push_back({double(s), 0, cloth_file(s)});
     table.add(s, state, shape);
     iterations += state.iterations;
@@ -86,7 +86,7 @@ void do_cloth_simulation(StageWork& work, const ClothSettings& settings) {
       work.warnings.push_back(fmt::format("the cloth is not at rest at {:.3g} % (residual {:.1e})",
                                           100.0 * state.stretch, state.residual));
   }
-  viewer::write_collection(work.out / "simulation.pvd", steps);
+  formats::write_collection(work.out / "simulation.pvd", steps);
   write_text_atomically(work.out / "cloth.csv", table.csv);
   work.backend = "cpu";
   const json summary = {
@@ -111,12 +111,13 @@ void do_cloth_report(StageWork& work, const ClothSettings&) {
   constexpr std::size_t kPictures = 4;  // as in the paper's Figure 5
   for (std::size_t p = 0; p < kPictures; ++p) {
     const std::size_t state = p * (states - 1) / (kPictures - 1);
-    viewer::SurfaceData shape = viewer::read_surface(files.path("simulation/" + cloth_file(state)));
+    formats::SurfaceData shape =
+        formats::read_surface(files.path("simulation/" + cloth_file(state)));
     const double stretch = summary.at("stretch_percent").get<double>() * double(state) /
                            std::max(1.0, double(states - 1));
     content.cloth.push_back({state == 0 ? "at rest" : fmt::format("+{:.0f} %", stretch),
                              std::move(shape.mesh),
-                             viewer::find_array(shape.point_arrays, "thickness").values});
+                             formats::find_array(shape.point_arrays, "thickness").values});
   }
   content.metrics_json = collect_metrics(files, {}, work.run).dump();
   content.run_json = repeatable_run(work).dump();

@@ -9,13 +9,13 @@
 #include "centerline/centerline.hpp"
 #include "core/atomic_file.hpp"
 #include "core/error.hpp"
+#include "formats/files.hpp"
 #include "meshing/lumen_volume.hpp"
-#include "pipeline/case_files.hpp"
-#include "pipeline/layered_wall.hpp"
-#include "pipeline/metrics.hpp"
-#include "pipeline/resolution.hpp"
+#include "pipeline/case/case_files.hpp"
+#include "pipeline/case/metrics.hpp"
+#include "pipeline/case/resolution.hpp"
+#include "pipeline/stages/layered_wall.hpp"
 #include "pipeline/stages/stage_parts.hpp"
-#include "viewer/files.hpp"
 
 // From the lumen and its lesions to the meshes.
 namespace angio::pipeline {
@@ -167,7 +167,7 @@ void do_meshing(StageWork& work, const MeshingSettings& settings) {
   const Progress lumen_progress = part(work.progress, 0.0, 0.5);
   const meshing::LumenMesh lumen =
       work.files.exists(kNarrowedLumen)
-          ? meshing::mesh_lumen(viewer::read_surface(work.files.path(kNarrowedLumen)).mesh, tree,
+          ? meshing::mesh_lumen(formats::read_surface(work.files.path(kNarrowedLumen)).mesh, tree,
                                 options, lumen_progress)
       : has_surface_input(work)
           ? meshing::mesh_lumen(read_given_surface(work), tree, options, lumen_progress)

@@ -8,13 +8,13 @@
 
 #include "core/atomic_file.hpp"
 #include "core/error.hpp"
-#include "pipeline/case_files.hpp"
-#include "pipeline/csv.hpp"
-#include "pipeline/metrics.hpp"
+#include "formats/csv.hpp"
+#include "formats/files.hpp"
+#include "pipeline/case/case_files.hpp"
+#include "pipeline/case/metrics.hpp"
 #include "pipeline/stages/stage_parts.hpp"
 #include "pipeline/version.hpp"
 #include "segmentation/read_volume.hpp"
-#include "viewer/files.hpp"
 
 // From what the stages have left to the report.
 namespace angio::pipeline {
@@ -23,8 +23,8 @@ using nlohmann::json;
 namespace {
 
 /// A table that an earlier stage wrote; the first row is the header.
-std::vector<CsvRow> read_table(const fs::path& file) {
-  std::vector<CsvRow> rows = parse_csv(read_text(file));
+std::vector<formats::CsvRow> read_table(const fs::path& file) {
+  std::vector<formats::CsvRow> rows = formats::parse_csv(read_text(file));
   if (rows.empty()) throw InputError(file.string() + " is empty. Run `angio simulate` again");
   return rows;
 }
@@ -46,7 +46,7 @@ void read_profiles(const fs::path& file, viewer::DiameterProfile& before,
 viewer::Moment read_moment(const StageFiles& files, std::string title, int frame) {
   FrameShape shape = read_frame(files.path("simulation/frames/"), frame);
   if (shape.guidewire.empty())
-    shape.guidewire = viewer::read_polylines(files.path("meshing/guidewire.vtp")).points;
+    shape.guidewire = formats::read_polylines(files.path("meshing/guidewire.vtp")).points;
   return {std::move(title), std::move(shape.balloon), std::move(shape.wall),
           std::move(shape.contact_pressure_kpa), std::move(shape.guidewire)};
 }

@@ -4,7 +4,7 @@
 
 #include "datasets/phantom.hpp"
 #include "pipeline/stages/stage_parts.hpp"
-#include "pipeline/surface_input.hpp"
+#include "pipeline/stages/surface_input.hpp"
 #include "segmentation/read_volume.hpp"
 
 // From the input to the lumen.

@@ -11,13 +11,13 @@
 #include "core/atomic_file.hpp"
 #include "core/error.hpp"
 #include "core/units.hpp"
+#include "formats/files.hpp"
 #include "meshing/meshing.hpp"
-#include "pipeline/case_files.hpp"
-#include "pipeline/fine_surface.hpp"
-#include "pipeline/layered_wall.hpp"
-#include "pipeline/metrics.hpp"
+#include "pipeline/case/case_files.hpp"
+#include "pipeline/case/metrics.hpp"
+#include "pipeline/stages/fine_surface.hpp"
+#include "pipeline/stages/layered_wall.hpp"
 #include "pipeline/stages/stage_parts.hpp"
-#include "viewer/files.hpp"
 
 // From the meshes to what the balloon does.
 namespace angio::pipeline {
@@ -48,7 +48,7 @@ class FrameWriter {
     std::sort(steps_.begin(), steps_.end(), [](const auto& a, const auto& b) {
       return std::tie(a.time_s, a.part) < std::tie(b.time_s, b.part);
     });
-    viewer::write_collection(folder_ / "simulation.pvd", steps_);
+    formats::write_collection(folder_ / "simulation.pvd", steps_);
     write_text_atomically(folder_ / "timeseries.csv",
                           std::string(kTimeSeriesHeader) + "\n" + rows_);
   }
@@ -74,7 +74,7 @@ class FrameWriter {
   int write_every_;
   std::string rows_;
   std::set<int> written_;
-  std::vector<viewer::TimeStep> steps_;
+  std::vector<formats::TimeStep> steps_;
   simulation::SimulationFrame peak_;
   simulation::SimulationFrame last_;
 };
@@ -259,7 +259,7 @@ void do_simulation(StageWork& work, const SimulationSettings& settings) {
   const auto before = measure(lumen);
   const auto after = measure(lumen_after);
   write_text_atomically(work.out / "lumen_profile.csv", profile_csv(before, after));
-  viewer::write_surface(work.out / "lumen_after.vtp", {lumen_after, {}, {}});
+  formats::write_surface(work.out / "lumen_after.vtp", {lumen_after, {}, {}});
   json reached = summary_json(asked.balloon.name, lesion, summary, frames, after);
   if (!frames.last().wall_stress.empty())
     reached["wall"] = wall_summary(model.layered_wall, frames.peak(), frames.last());

@@ -8,9 +8,9 @@
 
 #include "core/error.hpp"
 #include "datasets/phantom.hpp"
+#include "formats/files.hpp"
 #include "pipeline/version.hpp"
 #include "segmentation/read_volume.hpp"
-#include "viewer/files.hpp"
 
 namespace angio::pipeline {
 namespace fs = std::filesystem;
@@ -29,7 +29,7 @@ Progress part(const Progress& whole, double first, double last) {
 bool has_surface_input(const StageWork& work) { return work.files.exists(kGivenSurface); }
 
 TriangleMesh read_given_surface(const StageWork& work) {
-  return viewer::read_surface(work.files.path(kGivenSurface)).mesh;
+  return formats::read_surface(work.files.path(kGivenSurface)).mesh;
 }
 
 Volume<float> read_level_set(const StageWork& work) {

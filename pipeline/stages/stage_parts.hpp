@@ -7,8 +7,8 @@
 #include "core/progress.hpp"
 #include "core/triangle_mesh.hpp"
 #include "core/volume.hpp"
-#include "pipeline/stage_work.hpp"
 #include "pipeline/stages/stage_settings.hpp"
+#include "pipeline/stages/stage_work.hpp"
 
 /// The work of each stage, for the table; and what more than one of them needs.
 namespace angio::pipeline {

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "pipeline/config_view.hpp"
+#include "pipeline/config/config_view.hpp"
 
 /// What each stage sees of the configuration. To let a stage see more, name the part here.
 namespace angio::pipeline {

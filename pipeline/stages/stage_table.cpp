@@ -5,8 +5,8 @@
 #include <string_view>
 
 #include "core/error.hpp"
-#include "pipeline/experiment.hpp"
-#include "pipeline/metrics.hpp"
+#include "pipeline/case/metrics.hpp"
+#include "pipeline/experiments/experiment.hpp"
 #include "pipeline/stages/stage_parts.hpp"
 
 namespace angio::pipeline {

@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
-#include "pipeline/config.hpp"
-#include "pipeline/stage_work.hpp"
+#include "pipeline/config/config.hpp"
+#include "pipeline/stages/stage_work.hpp"
 
 namespace angio::pipeline {
 

@@ -6,7 +6,7 @@
 
 #include "benchmarks/reading.hpp"
 #include "core/atomic_file.hpp"
-#include "viewer/files.hpp"
+#include "formats/files.hpp"
 
 namespace angio {
 namespace {
@@ -88,10 +88,10 @@ TEST(Reading, UnitAndFrameAreThoseThatTheProgramReadTheFileBy) {
   const Folder folder;
   const fs::path input = folder.path() / "input.vtp";
   for (const double unit : {1.0, 10.0, 25.4, 1000.0}) {
-    viewer::write_surface(input, {make_triangle(1.0 / unit), {}, {}});
+    formats::write_surface(input, {make_triangle(1.0 / unit), {}, {}});
     // A part was left out: the box in the case is a little smaller.
-    viewer::write_surface(folder.path() / "segmentation/lumen_surface.vtp",
-                          {make_triangle(0.85), {}, {}});
+    formats::write_surface(folder.path() / "segmentation/lumen_surface.vtp",
+                           {make_triangle(0.85), {}, {}});
     const ReadingFrame frame = frame_of_case(input, folder.path());
     EXPECT_DOUBLE_EQ(frame.scale, unit);
     EXPECT_FALSE(frame.is_ras);
@@ -104,8 +104,8 @@ TEST(Reading, ThePlacesOfAFileInRasAreTurned) {
   write_text_atomically(input,
                         "solid SPACE=RAS\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\n"
                         "vertex 30 0 0\nvertex 0 20 0\nendloop\nendfacet\nendsolid\n");
-  viewer::write_surface(folder.path() / "segmentation/lumen_surface.vtp",
-                        {{{{0, 0, 0}, {-30, 0, 0}, {0, -20, 0}}, {{0, 1, 2}}}, {}, {}});
+  formats::write_surface(folder.path() / "segmentation/lumen_surface.vtp",
+                         {{{{0, 0, 0}, {-30, 0, 0}, {0, -20, 0}}, {{0, 1, 2}}}, {}, {}});
   const ReadingFrame frame = frame_of_case(input, folder.path());
   EXPECT_EQ(frame({30, 20, 5}), (Vec3{-30, -20, 5}));
 }

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "core/error.hpp"
-#include "pipeline/config.hpp"
+#include "pipeline/config/config.hpp"
 
 /// Another value for any setting of the table, also for those that will be added to it.
 namespace angio::test {

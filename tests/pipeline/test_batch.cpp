@@ -2,25 +2,25 @@
 
 #include "core/atomic_file.hpp"
 #include "core/error.hpp"
-#include "pipeline/batch.hpp"
-#include "pipeline/csv.hpp"
+#include "formats/csv.hpp"
+#include "pipeline/cli/batch.hpp"
 #include "run_program.hpp"
 
 namespace angio::pipeline {
 namespace {
 
 TEST(Csv, QuotedCellsMayHoldCommasQuotesAndLineEnds) {
-  const auto rows = parse_csv("a,\"b,\"\"c\"\"\nd\",e\r\n\nf,,g");
+  const auto rows = formats::parse_csv("a,\"b,\"\"c\"\"\nd\",e\r\n\nf,,g");
   ASSERT_EQ(rows.size(), 2u);
-  EXPECT_EQ(rows[0], (CsvRow{"a", "b,\"c\"\nd", "e"}));
-  EXPECT_EQ(rows[1], (CsvRow{"f", "", "g"}));
+  EXPECT_EQ(rows[0], (formats::CsvRow{"a", "b,\"c\"\nd", "e"}));
+  EXPECT_EQ(rows[1], (formats::CsvRow{"f", "", "g"}));
 }
 
 TEST(Csv, WhatIsWrittenReadsBackAndIsNoFormula) {
   for (const std::string text : {"plain", "with, comma", "with \"quotes\"", "two\nlines"})
-    EXPECT_EQ(parse_csv(csv_cell(text) + ",x").at(0).at(0), text);
-  EXPECT_EQ(csv_cell("=1+1"), "'=1+1");
-  EXPECT_EQ(csv_cell("-1.5"), "-1.5");
+    EXPECT_EQ(formats::parse_csv(formats::csv_cell(text) + ",x").at(0).at(0), text);
+  EXPECT_EQ(formats::csv_cell("=1+1"), "'=1+1");
+  EXPECT_EQ(formats::csv_cell("-1.5"), "-1.5");
 }
 
 TEST(Manifest, RowsBecomeCasesWithTheirSettings) {

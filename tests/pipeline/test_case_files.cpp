@@ -1,8 +1,8 @@
 #include <gtest/gtest.h>
 
-#include "pipeline/case_files.hpp"
+#include "formats/files.hpp"
+#include "pipeline/case/case_files.hpp"
 #include "run_program.hpp"
-#include "viewer/files.hpp"
 
 namespace angio::pipeline {
 namespace {
@@ -56,12 +56,12 @@ TEST(CaseFiles, CenterlinesCarryTheContractsArrays) {
   tree.paths.back().tracts = {{0, 4, 0, 0, false}};
   test::TemporaryFolder folder;
   write_centerlines(folder / "centerlines.vtp", tree);
-  const viewer::PolylineData data = viewer::read_polylines(folder / "centerlines.vtp");
+  const formats::PolylineData data = formats::read_polylines(folder / "centerlines.vtp");
   for (const char* array :
        {"MaximumInscribedSphereRadius", "Abscissas", "EquivalentRadius", "SectionArea"})
-    EXPECT_EQ(viewer::find_array(data.point_arrays, array).values.size(), 5u) << array;
+    EXPECT_EQ(formats::find_array(data.point_arrays, array).values.size(), 5u) << array;
   for (const char* array : {"CenterlineIds", "GroupIds", "TractIds", "Blanking"})
-    EXPECT_EQ(viewer::find_array(data.cell_arrays, array).values.size(), 1u) << array;
+    EXPECT_EQ(formats::find_array(data.cell_arrays, array).values.size(), 1u) << array;
 }
 
 TEST(CaseFiles, ATimeSeriesRowHasEveryColumn) {

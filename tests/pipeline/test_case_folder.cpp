@@ -2,7 +2,7 @@
 
 #include "core/atomic_file.hpp"
 #include "core/error.hpp"
-#include "pipeline/case_folder.hpp"
+#include "pipeline/case/case_folder.hpp"
 #include "run_program.hpp"
 
 namespace angio::pipeline {

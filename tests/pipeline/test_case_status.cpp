@@ -1,8 +1,8 @@
 #include <gtest/gtest.h>
 
 #include "core/atomic_file.hpp"
-#include "pipeline/case_status.hpp"
-#include "pipeline/metrics.hpp"
+#include "pipeline/case/case_status.hpp"
+#include "pipeline/case/metrics.hpp"
 #include "run_program.hpp"
 
 namespace angio::pipeline {

@@ -9,12 +9,12 @@
 
 #include "core/triangle_mesh.hpp"
 #include "datasets/phantom.hpp"
+#include "formats/csv.hpp"
+#include "formats/files.hpp"
 #include "meshing/meshing.hpp"
 #include "meshing/narrow_lumen.hpp"
-#include "pipeline/csv.hpp"
-#include "pipeline/fine_surface.hpp"
+#include "pipeline/stages/fine_surface.hpp"
 #include "run_program.hpp"
-#include "viewer/files.hpp"
 
 namespace angio::test {
 namespace {
@@ -26,7 +26,7 @@ json read_json_file(const fs::path& file) { return json::parse(file_text(file));
 
 /// Columns of a CSV file by their names.
 std::map<std::string, std::vector<double>> read_columns(const fs::path& file) {
-  const auto rows = pipeline::parse_csv(file_text(file));
+  const auto rows = formats::parse_csv(file_text(file));
   std::map<std::string, std::vector<double>> columns;
   for (std::size_t r = 1; r < rows.size(); ++r)
     for (std::size_t c = 0; c < rows[r].size(); ++c)
@@ -35,14 +35,14 @@ std::map<std::string, std::vector<double>> read_columns(const fs::path& file) {
 }
 
 void expect_counts(const fs::path& file, std::size_t triangles, std::size_t vertices) {
-  const TriangleMesh mesh = viewer::read_surface(file).mesh;
+  const TriangleMesh mesh = formats::read_surface(file).mesh;
   EXPECT_EQ(mesh.triangles.size(), triangles) << file;
   EXPECT_EQ(mesh.vertices.size(), vertices) << file;
 }
 
 void expect_paper_balloon(const fs::path& case_folder) {
   expect_counts(case_folder / "meshing/balloon.vtp", 1040, 522);
-  EXPECT_EQ(viewer::read_polylines(case_folder / "meshing/guidewire.vtp").points.size(), 24u);
+  EXPECT_EQ(formats::read_polylines(case_folder / "meshing/guidewire.vtp").points.size(), 24u);
 }
 
 /// A few frames of a gentle inflation.
@@ -145,7 +145,7 @@ TEST(PaperCoronary, HasTheCountsOfTable2) {
   ASSERT_EQ(run.exit_code, 0) << run.error;
   EXPECT_NE(run.error.find("generated coronary"), std::string::npos) << run.error;
   expect_counts(folder.path() / "c/meshing/lumen.vtp", 30420, 15215);
-  const TriangleMesh lumen = viewer::read_surface(folder.path() / "c/meshing/lumen.vtp").mesh;
+  const TriangleMesh lumen = formats::read_surface(folder.path() / "c/meshing/lumen.vtp").mesh;
   EXPECT_EQ(boundary_loops(lumen).size(), 1u);
   EXPECT_EQ(meshing::count_self_intersections(lumen), 0);
 }
@@ -161,7 +161,8 @@ TEST(Narrowing, MakesTheStenosisThatIsAskedFor) {
     EXPECT_NE(run.error.find("made, not the patient's"), std::string::npos) << run.error;
     const json lesion = read_json_file(c + "/metrics.json").at("lesion");
     EXPECT_NEAR(lesion.at("diameter_stenosis_percent").get<double>(), percent, 3.0);
-    const viewer::PolylineData paths = viewer::read_polylines(fs::path(c) / "centerline/paths.vtp");
+    const formats::PolylineData paths =
+        formats::read_polylines(fs::path(c) / "centerline/paths.vtp");
     const double length = distance(paths.points.front(), paths.points.back());
     EXPECT_GT(length, 25.0);
     EXPECT_NEAR(lesion.at("abscissa_mm").get<double>(), 0.5 * length, 0.3);  // the middle

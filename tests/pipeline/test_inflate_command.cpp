@@ -4,8 +4,8 @@
 
 #include "core/atomic_file.hpp"
 #include "core/error.hpp"
-#include "pipeline/balloon_file.hpp"
-#include "pipeline/csv.hpp"
+#include "formats/csv.hpp"
+#include "pipeline/config/balloon_file.hpp"
 #include "run_program.hpp"
 
 namespace angio::test {
@@ -63,9 +63,9 @@ TEST(InflateCommand, FollowsTheChartOfABalloonAtEveryPoint) {
   const ProgramResult result =
       run_program("inflate nc-3.0 --pressures 8,12,16,20 --quiet -o '" + folder / "d" + "'");
   ASSERT_EQ(result.exit_code, 0) << result.error;
-  const auto rows = pipeline::parse_csv(read_text(folder.path() / "d" / "inflation.csv"));
+  const auto rows = formats::parse_csv(read_text(folder.path() / "d" / "inflation.csv"));
   ASSERT_EQ(rows.size(), 5u);
-  EXPECT_EQ(rows[0], (pipeline::CsvRow{"pressure_atm", "diameter_mm", "length_mm", "volume_mm3",
+  EXPECT_EQ(rows[0], (formats::CsvRow{"pressure_atm", "diameter_mm", "length_mm", "volume_mm3",
                                        "wall_mm", "chart_diameter_mm"}));
   for (std::size_t r = 1; r < rows.size(); ++r) {
     const double chart = std::stod(rows[r][5]);
@@ -81,7 +81,7 @@ TEST(InflateCommand, VolumesAndTheSimulationsSolverGiveTheSameCurve) {
         run_program("inflate --radius 0.5 --length 5 --wall 0.02 --material polyurethane --quiet " +
                     words + " -o '" + folder / "d" + "'");
     EXPECT_EQ(result.exit_code, 0) << result.error;
-    return pipeline::parse_csv(read_text(folder.path() / "d" / "inflation.csv"));
+    return formats::parse_csv(read_text(folder.path() / "d" / "inflation.csv"));
   };
   const auto pressed = rows_of("--pressures 1,2");
   const auto filled = rows_of("--volumes " + pressed[1][3] + "," + pressed[2][3]);

@@ -11,9 +11,9 @@
 #include <utility>
 
 #include "datasets/phantom.hpp"
+#include "formats/files.hpp"
 #include "tests/pipeline/run_program.hpp"
 #include "tests/support/shapes.hpp"
-#include "viewer/files.hpp"
 
 // What people bring: each way in leads to the same numbers, or to one clear line.
 namespace angio::pipeline {
@@ -105,7 +105,7 @@ TEST(Inputs, ASurfaceInMetresIsKnownAndTold) {
 TEST(Inputs, ASurfaceIsInspectedWithItsSizes) {
   TemporaryFolder folder;
   const TriangleMesh tube = tests::make_tube(1.5, 40.0, 81, 32);
-  viewer::write_surface(folder.path() / "tube.ply", {tube, {}, {}});
+  formats::write_surface(folder.path() / "tube.ply", {tube, {}, {}});
   const ProgramResult inspected = run_program("inspect --json '" + folder / "tube.ply" + "'");
   ASSERT_EQ(inspected.exit_code, 0) << inspected.error;
   const json found = json::parse(inspected.out);
@@ -125,7 +125,7 @@ TEST(Inputs, ABrokenSurfaceIsRepairedAndEveryRepairTold) {
   TriangleMesh mesh = datasets::make_phantom_surface(datasets::parse_phantom("unilateral")).surface;
   mesh.triangles.erase(mesh.triangles.begin() + 500, mesh.triangles.begin() + 504);  // a hole
   for (std::size_t t = 1000; t < 1010; ++t) std::swap(mesh.triangles[t][0], mesh.triangles[t][1]);
-  viewer::write_surface(folder.path() / "broken.ply", {mesh, {}, {}});
+  formats::write_surface(folder.path() / "broken.ply", {mesh, {}, {}});
   const ProgramResult run = run_program("run '" + folder / "broken.ply" +
                                         "' --until centerline -o '" + folder / "case" + "'");
   ASSERT_EQ(run.exit_code, 0) << run.error;
@@ -138,10 +138,10 @@ TEST(Inputs, TheLumenIsFilledWithTetrahedraThatKnowTheirBoundary) {
   const ProgramResult run =
       run_program("run phantom:ytype,noise=0.05 --until meshing -o '" + folder / "case" + "'");
   ASSERT_EQ(run.exit_code, 0) << run.error;
-  const viewer::TetData lumen = viewer::read_tets(folder.path() / "case/meshing/lumen.vtu");
+  const formats::TetData lumen = formats::read_tets(folder.path() / "case/meshing/lumen.vtu");
   EXPECT_GT(lumen.mesh.tets.size(), 1000u);
   std::set<double> on_boundary;
-  const auto& ids = viewer::find_array(lumen.cell_arrays, "CellEntityIds").values;
+  const auto& ids = formats::find_array(lumen.cell_arrays, "CellEntityIds").values;
   ASSERT_EQ(ids.size(), lumen.mesh.tets.size() + lumen.boundary.size());
   for (std::size_t c = 0; c < ids.size(); ++c) {
     if (c < lumen.mesh.tets.size())
@@ -175,7 +175,7 @@ TEST(Inputs, AProjectionRunIsDescribedAndRefused) {
 TEST(Inputs, TheInletIsTheEndOrThePointThatOneNames) {
   TemporaryFolder folder;
   const std::string surface = folder / "tube.ply";
-  viewer::write_surface(surface, {tests::make_tube(1.5, 40.0, 81, 32), {}, {}});
+  formats::write_surface(surface, {tests::make_tube(1.5, 40.0, 81, 32), {}, {}});
   const ProgramResult inspected = run_program("inspect --json '" + surface + "'");
   ASSERT_EQ(inspected.exit_code, 0) << inspected.error;
   const json ends = json::parse(inspected.out).at("open_ends");
@@ -184,7 +184,7 @@ TEST(Inputs, TheInletIsTheEndOrThePointThatOneNames) {
     const ProgramResult run = run_program("run '" + surface + "' --until centerline --inlet " +
                                           inlet + " -o '" + folder / name + "'");
     EXPECT_EQ(run.exit_code, 0) << run.error;
-    return viewer::read_polylines(folder.path() / name / "centerline/paths.vtp").points.front().z;
+    return formats::read_polylines(folder.path() / name / "centerline/paths.vtp").points.front().z;
   };
   for (const int number : {1, 2}) {
     const double z = ends[std::size_t(number - 1)].at("centre_mm")[2].get<double>();

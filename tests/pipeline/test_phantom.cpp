@@ -10,10 +10,10 @@
 #include "core/centerline.hpp"
 #include "core/triangle_mesh.hpp"
 #include "datasets/phantom.hpp"
+#include "formats/files.hpp"
 #include "meshing/meshing.hpp"
-#include "pipeline/case_files.hpp"
+#include "pipeline/case/case_files.hpp"
 #include "run_program.hpp"
-#include "viewer/files.hpp"
 
 namespace angio::test {
 namespace {
@@ -45,7 +45,7 @@ void expect_no_surface_crosses(const fs::path& case_folder) {
 }
 
 void expect_sound_lumen(const fs::path& case_folder) {
-  const TriangleMesh capped = viewer::read_surface(case_folder / "meshing/lumen_capped.stl").mesh;
+  const TriangleMesh capped = formats::read_surface(case_folder / "meshing/lumen_capped.stl").mesh;
   const SurfaceTopology topology = surface_topology(capped);
   EXPECT_TRUE(topology.is_closed());
   EXPECT_EQ(topology.component_count, 1);
@@ -300,11 +300,11 @@ TEST(Run, TheWallCanBeASolidOfLayers) {
     EXPECT_GT(regions.at(region).at("peak_principal_stress_median_kpa").get<double>(), 0.0);
 
   const fs::path frames = folder.path() / "c/simulation/frames";
-  const auto wall = viewer::read_wedges(frames / "wall_000000.vtu");
-  const auto lumen = viewer::read_surface(frames / "vessel_000000.vtp").mesh;
+  const auto wall = formats::read_wedges(frames / "wall_000000.vtu");
+  const auto lumen = formats::read_surface(frames / "vessel_000000.vtp").mesh;
   ASSERT_GT(wall.points.size(), lumen.vertices.size());
   EXPECT_TRUE(std::equal(lumen.vertices.begin(), lumen.vertices.end(), wall.points.begin()));
-  for (const double j : viewer::find_array(wall.cell_arrays, "volume_ratio").values)
+  for (const double j : formats::find_array(wall.cell_arrays, "volume_ratio").values)
     EXPECT_NEAR(j, 1.0, 0.05);
 }
 

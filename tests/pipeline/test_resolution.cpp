@@ -1,6 +1,6 @@
 #include <gtest/gtest.h>
 
-#include "pipeline/resolution.hpp"
+#include "pipeline/case/resolution.hpp"
 
 namespace angio::pipeline {
 namespace {

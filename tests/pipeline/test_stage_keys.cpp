@@ -7,7 +7,7 @@
 #include "core/atomic_file.hpp"
 #include "core/error.hpp"
 #include "other_value.hpp"
-#include "pipeline/stage_keys.hpp"
+#include "pipeline/stages/stage_keys.hpp"
 #include "pipeline/stages/stage_settings.hpp"
 #include "run_program.hpp"
 

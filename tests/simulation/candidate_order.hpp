@@ -4,7 +4,7 @@
 #include <tuple>
 #include <vector>
 
-#include "simulation/detail/candidates.hpp"
+#include "simulation/contact/candidates.hpp"
 
 namespace angio::simulation::testing {
 

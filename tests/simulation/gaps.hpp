@@ -5,7 +5,7 @@
 #include <limits>
 #include <vector>
 
-#include "simulation/detail/distance.hpp"
+#include "simulation/contact/distance.hpp"
 #include "simulation/simulation.hpp"
 
 /// How near two surfaces are, by every pair of triangles whose boxes are near: no search of the

@@ -4,8 +4,8 @@
 #include <vector>
 
 #include "core/units.hpp"
-#include "simulation/detail/step.hpp"
-#include "simulation/detail/step_view.hpp"
+#include "simulation/backends/step_solver.hpp"
+#include "simulation/step/make_views.hpp"
 #include "tests/simulation/gaps.hpp"
 #include "tests/simulation/models.hpp"
 

@@ -5,8 +5,8 @@
 #include <cmath>
 #include <vector>
 
-#include "simulation/detail/launch.hpp"
-#include "simulation/detail/step_contact.hpp"
+#include "simulation/step/near_pairs.hpp"
+#include "simulation/step/team.hpp"
 
 /// A block on a base, touching by one pair, stepped by the solver's own contact functions.
 namespace angio::simulation::testing {

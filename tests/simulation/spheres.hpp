@@ -7,8 +7,8 @@
 
 #include "core/triangle_mesh.hpp"
 #include "core/units.hpp"
-#include "simulation/detail/membrane_term.hpp"
-#include "simulation/detail/newton.hpp"
+#include "simulation/newton/membrane_term.hpp"
+#include "simulation/newton/newton.hpp"
 
 /// Spheres of the seed paper's polyurethane.
 namespace angio::simulation::testing {

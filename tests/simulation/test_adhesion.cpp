@@ -1,6 +1,6 @@
 #include <gtest/gtest.h>
 
-#include "simulation/detail/adhesion.hpp"
+#include "simulation/contact/adhesion.hpp"
 
 /// The film between two wet surfaces.
 namespace angio::simulation::detail {

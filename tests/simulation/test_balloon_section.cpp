@@ -3,8 +3,8 @@
 #include <cmath>
 
 #include "core/units.hpp"
-#include "simulation/detail/balloon_section.hpp"
-#include "simulation/detail/drawn_wire.hpp"
+#include "simulation/bodies/drawn_wire.hpp"
+#include "simulation/run/balloon_section.hpp"
 #include "tests/simulation/models.hpp"
 
 namespace angio::simulation::detail {

@@ -6,7 +6,7 @@
 
 #include "core/error.hpp"
 #include "core/units.hpp"
-#include "simulation/detail/material.hpp"
+#include "simulation/materials/material.hpp"
 #include "tests/simulation/charts.hpp"
 
 namespace angio::simulation::detail {

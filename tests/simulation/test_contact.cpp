@@ -2,12 +2,12 @@
 
 #include <random>
 
-#include "simulation/detail/candidates.hpp"
-#include "simulation/detail/contact_force.hpp"
-#include "simulation/detail/distance.hpp"
-#include "simulation/detail/launch.hpp"
-#include "simulation/detail/step_program.hpp"
-#include "simulation/detail/step_view.hpp"
+#include "simulation/contact/candidates.hpp"
+#include "simulation/contact/contact_force.hpp"
+#include "simulation/contact/distance.hpp"
+#include "simulation/step/make_views.hpp"
+#include "simulation/step/program.hpp"
+#include "simulation/step/team.hpp"
 #include "tests/simulation/candidate_order.hpp"
 #include "tests/simulation/models.hpp"
 

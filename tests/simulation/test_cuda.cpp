@@ -4,8 +4,8 @@
 #include <cstdio>
 #include <string>
 
-#include "simulation/detail/measure.hpp"
-#include "simulation/detail/step.hpp"
+#include "simulation/backends/step_solver.hpp"
+#include "simulation/run/measure.hpp"
 #include "tests/simulation/folded.hpp"
 #include "tests/simulation/layered.hpp"
 #include "tests/simulation/matched.hpp"

@@ -2,7 +2,7 @@
 #include <gtest/gtest.h>
 
 #include "core/error.hpp"
-#include "simulation/detail/step.hpp"
+#include "simulation/backends/step_solver.hpp"
 #include "tests/simulation/lost_device.hpp"
 #include "tests/simulation/matched.hpp"
 

@@ -2,8 +2,8 @@
 
 #include <cmath>
 
-#include "simulation/detail/gas.hpp"
-#include "simulation/detail/schedule.hpp"
+#include "simulation/materials/gas.hpp"
+#include "simulation/run/schedule.hpp"
 
 namespace angio::simulation::detail {
 namespace {

@@ -5,8 +5,8 @@
 #include <cmath>
 
 #include "core/error.hpp"
-#include "simulation/detail/distance.hpp"
-#include "simulation/detail/scene_rod.hpp"
+#include "simulation/bodies/guidewire.hpp"
+#include "simulation/contact/distance.hpp"
 #include "tests/simulation/models.hpp"
 
 /// The guidewire's rod inside a balloon that is inflated and emptied.

@@ -5,7 +5,7 @@
 
 #include "core/error.hpp"
 #include "core/units.hpp"
-#include "simulation/detail/step.hpp"
+#include "simulation/backends/step_solver.hpp"
 #include "tests/simulation/models.hpp"
 
 /// A balloon alone, against closed forms.

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <map>
 
-#include "simulation/detail/scene.hpp"
+#include "simulation/bodies/scene.hpp"
 #include "tests/simulation/layered.hpp"
 
 /// A balloon in a narrowed vessel whose wall is the layered solid.

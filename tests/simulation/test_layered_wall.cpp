@@ -8,7 +8,7 @@
 #include <random>
 
 #include "core/error.hpp"
-#include "simulation/detail/wall_terms.hpp"
+#include "simulation/newton/wall_terms.hpp"
 #include "simulation/wall.hpp"
 #include "tests/simulation/thick_tubes.hpp"
 

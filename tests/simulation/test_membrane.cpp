@@ -4,7 +4,7 @@
 #include <random>
 #include <string>
 
-#include "simulation/detail/membrane.hpp"
+#include "simulation/materials/membrane.hpp"
 #include "tests/simulation/triangles.hpp"
 
 namespace angio::simulation::detail {

@@ -4,8 +4,8 @@
 #include <cmath>
 #include <random>
 
-#include "simulation/detail/newton.hpp"
-#include "simulation/detail/sparse_ldlt.hpp"
+#include "simulation/newton/newton.hpp"
+#include "simulation/newton/sparse_ldlt.hpp"
 #include "tests/simulation/spheres.hpp"
 
 namespace angio::simulation::detail {

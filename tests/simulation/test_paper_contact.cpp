@@ -5,9 +5,9 @@
 #include <set>
 
 #include "core/error.hpp"
-#include "simulation/detail/element_colors.hpp"
-#include "simulation/detail/paper_contact.hpp"
-#include "simulation/detail/step_view.hpp"
+#include "simulation/bodies/element_colors.hpp"
+#include "simulation/pbd/contact.hpp"
+#include "simulation/step/make_views.hpp"
 #include "tests/simulation/matched.hpp"
 
 /// The seed paper's projections, with its errata.

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "core/error.hpp"
-#include "simulation/detail/paper_gas.hpp"
+#include "simulation/pbd/gas.hpp"
 #include "tests/simulation/models.hpp"
 
 /// The paper's gas of each tet, and what it makes of a balloon that the gas law fills as it should.

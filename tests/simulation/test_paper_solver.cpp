@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "simulation/detail/paper_solver.hpp"
+#include "simulation/pbd/membrane_solver.hpp"
 
 namespace angio::simulation::detail {
 namespace {

@@ -6,7 +6,7 @@
 #include <random>
 #include <vector>
 
-#include "simulation/detail/rod.hpp"
+#include "simulation/materials/rod.hpp"
 
 /// The guidewire's rod against closed forms of the theory of beams.
 namespace angio::simulation::detail {

@@ -3,8 +3,8 @@
 #include <limits>
 
 #include "core/error.hpp"
-#include "simulation/detail/equilibria.hpp"
-#include "simulation/detail/scene.hpp"
+#include "simulation/bodies/scene.hpp"
+#include "simulation/newton/equilibria.hpp"
 #include "tests/simulation/models.hpp"
 
 /// Models that cannot be simulated are refused with the element that is wrong.

@@ -3,11 +3,11 @@
 #include <random>
 
 #include "core/error.hpp"
-#include "simulation/detail/candidates.hpp"
-#include "simulation/detail/launch.hpp"
-#include "simulation/detail/measure.hpp"
-#include "simulation/detail/step_program.hpp"
-#include "simulation/detail/step_view.hpp"
+#include "simulation/contact/candidates.hpp"
+#include "simulation/run/measure.hpp"
+#include "simulation/step/make_views.hpp"
+#include "simulation/step/program.hpp"
+#include "simulation/step/team.hpp"
 #include "tests/simulation/folded.hpp"
 #include "tests/simulation/models.hpp"
 

@@ -4,8 +4,8 @@
 #include <Eigen/Geometry>
 #include <random>
 
-#include "simulation/detail/shape_matching.hpp"
-#include "simulation/detail/shape_modes.hpp"
+#include "simulation/materials/shape_matching.hpp"
+#include "simulation/materials/shape_modes.hpp"
 
 namespace angio::simulation::detail {
 namespace {

@@ -4,8 +4,8 @@
 #include <cmath>
 #include <random>
 
-#include "simulation/detail/membrane_term.hpp"
-#include "simulation/detail/sheet_solver.hpp"
+#include "simulation/newton/membrane_term.hpp"
+#include "simulation/pbd/sheet_solver.hpp"
 #include "tests/simulation/spheres.hpp"
 
 namespace angio::simulation::detail {

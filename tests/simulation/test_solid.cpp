@@ -3,8 +3,8 @@
 #include <Eigen/Dense>
 #include <random>
 
-#include "simulation/detail/solid.hpp"
-#include "simulation/detail/solid_flow.hpp"
+#include "simulation/materials/solid.hpp"
+#include "simulation/materials/solid_flow.hpp"
 
 namespace angio::simulation::detail {
 namespace {

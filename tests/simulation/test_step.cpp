@@ -3,10 +3,10 @@
 #include <cmath>
 
 #include "core/units.hpp"
-#include "simulation/detail/equilibria.hpp"
-#include "simulation/detail/numbering.hpp"
-#include "simulation/detail/step.hpp"
-#include "simulation/detail/step_leap.hpp"
+#include "simulation/backends/step_solver.hpp"
+#include "simulation/bodies/numbering.hpp"
+#include "simulation/newton/equilibria.hpp"
+#include "simulation/step/leap.hpp"
 #include "tests/simulation/models.hpp"
 
 /// The solver's parts: numbering, precision, threads, ways to drive a balloon.

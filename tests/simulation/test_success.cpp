@@ -1,8 +1,8 @@
 #include <gtest/gtest.h>
 
 #include "core/units.hpp"
-#include "simulation/detail/step_view.hpp"
-#include "simulation/detail/success.hpp"
+#include "simulation/run/success.hpp"
+#include "simulation/step/make_views.hpp"
 #include "tests/simulation/models.hpp"
 
 namespace angio::simulation::detail {

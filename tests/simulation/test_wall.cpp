@@ -3,8 +3,8 @@
 #include <numbers>
 
 #include "core/units.hpp"
-#include "simulation/detail/launch.hpp"
-#include "simulation/detail/step_view.hpp"
+#include "simulation/step/make_views.hpp"
+#include "simulation/step/team.hpp"
 #include "tests/simulation/models.hpp"
 
 namespace angio::simulation::detail {

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <random>
 
-#include "simulation/detail/membrane.hpp"
+#include "simulation/materials/membrane.hpp"
 
 /// Single triangles of the skin in any state, and central differences in long double as the truth.
 namespace angio::simulation::testing {

@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "core/atomic_file.hpp"
+#include "formats/files.hpp"
 #include "tests/viewer/report_content.hpp"
-#include "viewer/files.hpp"
 
 namespace angio::viewer::test {
 namespace {
@@ -20,18 +20,18 @@ std::string frame_file(const char* kind, int frame) {
 
 void write_frames(const std::filesystem::path& folder, const std::vector<Moment>& moments) {
   constexpr int kEvery = 60;
-  std::vector<TimeStep> steps;
+  std::vector<formats::TimeStep> steps;
   for (int i = 0; i < 6; ++i) {
     const int frame = kEvery * i;
     const Moment& moment = moments[i < 2 ? 0 : i < 4 ? 1 : 2];
     const DataArray pressure{"contact_pressure", moment.contact_pressure_kpa, 1,
                              ArrayType::float32};
-    write_surface(folder / frame_file("balloon", frame), {moment.balloon, {}, {}});
-    write_surface(folder / frame_file("vessel", frame), {moment.wall, {pressure}, {}});
+    formats::write_surface(folder / frame_file("balloon", frame), {moment.balloon, {}, {}});
+    formats::write_surface(folder / frame_file("vessel", frame), {moment.wall, {pressure}, {}});
     steps.push_back({0.025 * frame, 0, frame_file("balloon", frame)});
     steps.push_back({0.025 * frame, 1, frame_file("vessel", frame)});
   }
-  write_collection(folder / "simulation.pvd", steps);
+  formats::write_collection(folder / "simulation.pvd", steps);
 }
 
 void write_table(const std::filesystem::path& path, const TimeSeries& series) {
@@ -70,15 +70,15 @@ void write_nrrd(const std::filesystem::path& path, const Volume<float>& volume) 
 void write_case(const std::filesystem::path& folder) {
   const ReportContent content = make_report_content();
   write_nrrd(folder / "segmentation" / "volume.nrrd", *content.volume);
-  write_surface(folder / "meshing" / "lumen.vtp", {content.lumen, {}, {}});
+  formats::write_surface(folder / "meshing" / "lumen.vtp", {content.lumen, {}, {}});
   const CenterlinePath& path = content.tree.paths[0];
-  PolylineData lines;
+  formats::PolylineData lines;
   lines.points = path.points;
   lines.lines.emplace_back();
   for (int i = 0; i < int(path.points.size()); ++i) lines.lines[0].push_back(i);
   lines.point_arrays.push_back(
       {"MaximumInscribedSphereRadius", path.inscribed_radius, 1, ArrayType::float64});
-  write_polylines(folder / "centerline" / "centerlines.vtp", lines);
+  formats::write_polylines(folder / "centerline" / "centerlines.vtp", lines);
   write_frames(folder / "simulation", content.moments);
   write_table(folder / "simulation" / "timeseries.csv", content.time_series);
 }

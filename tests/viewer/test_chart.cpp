@@ -4,8 +4,8 @@
 #include <cmath>
 #include <limits>
 
+#include "formats/html.hpp"
 #include "viewer/detail/chart.hpp"
-#include "viewer/detail/html.hpp"
 #include "viewer/detail/report_charts.hpp"
 
 namespace angio::viewer::detail {
@@ -90,29 +90,29 @@ TEST(Column, IsNumbersAndNotANumberWhereThereIsNone) {
 }
 
 TEST(Base64, GivesTheVectorsOfRfc4648) {
-  EXPECT_EQ(base64(""), "");
-  EXPECT_EQ(base64("f"), "Zg==");
-  EXPECT_EQ(base64("fo"), "Zm8=");
-  EXPECT_EQ(base64("foo"), "Zm9v");
-  EXPECT_EQ(base64("foob"), "Zm9vYg==");
-  EXPECT_EQ(base64("fooba"), "Zm9vYmE=");
-  EXPECT_EQ(base64("foobar"), "Zm9vYmFy");
-  EXPECT_EQ(base64("\xff\xfe\xfd"), "//79");
+  EXPECT_EQ(formats::base64(""), "");
+  EXPECT_EQ(formats::base64("f"), "Zg==");
+  EXPECT_EQ(formats::base64("fo"), "Zm8=");
+  EXPECT_EQ(formats::base64("foo"), "Zm9v");
+  EXPECT_EQ(formats::base64("foob"), "Zm9vYg==");
+  EXPECT_EQ(formats::base64("fooba"), "Zm9vYmE=");
+  EXPECT_EQ(formats::base64("foobar"), "Zm9vYmFy");
+  EXPECT_EQ(formats::base64("\xff\xfe\xfd"), "//79");
 }
 
 TEST(EscapeHtml, LeavesNothingThatEndsTextOrAttribute) {
-  EXPECT_EQ(escape_html("<a href=\"x\">'&'</a>"),
+  EXPECT_EQ(formats::escape_html("<a href=\"x\">'&'</a>"),
             "&lt;a href=&quot;x&quot;&gt;&#39;&amp;&#39;&lt;/a&gt;");
-  EXPECT_EQ(escape_html(std::string("a\0b\x1f", 4)), "a b ");
-  EXPECT_EQ(escape_html("mm² → ü"), "mm² → ü");
+  EXPECT_EQ(formats::escape_html(std::string("a\0b\x1f", 4)), "a b ");
+  EXPECT_EQ(formats::escape_html("mm² → ü"), "mm² → ü");
 }
 
 TEST(FixedText, IsPlainAndKnowsNoMinusZero) {
-  EXPECT_EQ(fixed_text(1.005, 1), "1.0");
-  EXPECT_EQ(fixed_text(-0.04, 1), "0.0");
-  EXPECT_EQ(fixed_text(-0.06, 1), "-0.1");
-  EXPECT_EQ(fixed_text(1e300 * 1e300, 1), "–");
-  EXPECT_EQ(number_text(0.025), "0.025");
+  EXPECT_EQ(formats::fixed_text(1.005, 1), "1.0");
+  EXPECT_EQ(formats::fixed_text(-0.04, 1), "0.0");
+  EXPECT_EQ(formats::fixed_text(-0.06, 1), "-0.1");
+  EXPECT_EQ(formats::fixed_text(1e300 * 1e300, 1), "–");
+  EXPECT_EQ(formats::number_text(0.025), "0.025");
 }
 
 }  // namespace

@@ -6,11 +6,11 @@
 
 #include "core/atomic_file.hpp"
 #include "core/error.hpp"
+#include "formats/files.hpp"
 #include "tests/viewer/case_folder.hpp"
 #include "tests/viewer/shapes.hpp"
 #include "viewer/detail/case_data.hpp"
 #include "viewer/detail/picture.hpp"
-#include "viewer/files.hpp"
 #include "viewer/view.hpp"
 
 namespace angio::viewer {
@@ -64,7 +64,7 @@ TEST(View, ScreenshotIsTheSameEveryTime) {
 
 TEST(View, CaseWithoutSimulationOrScanIsShown) {
   const TemporaryFolder folder;
-  write_surface(folder / "meshing/lumen.vtp", {test::make_tube({}), {}, {}});
+  formats::write_surface(folder / "meshing/lumen.vtp", {test::make_tube({}), {}, {}});
   const detail::Picture picture = take_screenshot(folder, -1);
   const auto [low, high] = std::minmax_element(picture.rgb.begin(), picture.rgb.end());
   EXPECT_GT(*high - *low, 100);
@@ -78,7 +78,7 @@ TEST(View, MissingOrEmptyCaseIsNoInput) {
 
 TEST(View, WindowWithoutADisplayIsUnavailable) {
   const TemporaryFolder folder;
-  write_surface(folder / "meshing/lumen.vtp", {test::make_tube({}), {}, {}});
+  formats::write_surface(folder / "meshing/lumen.vtp", {test::make_tube({}), {}, {}});
   const char* display = std::getenv("DISPLAY");
   const std::string before = display ? display : "";
   setenv("DISPLAY", ":48613", 1);
@@ -111,9 +111,9 @@ TEST(CaseData, FramesAndTheirRowsAreFound) {
 
 TEST(CaseData, CollectionNamesAreUnescapedAndDamageIsRefused) {
   const TemporaryFolder folder;
-  write_collection(folder / "a.pvd", {{0.5, 0, "a&b/balloon_000007.vtp"},
-                                      {0.5, 1, "a&b/vessel_000007.vtp"},
-                                      {0.5, 3, "a&b/guidewire_000007.vtp"}});
+  formats::write_collection(folder / "a.pvd", {{0.5, 0, "a&b/balloon_000007.vtp"},
+                                               {0.5, 1, "a&b/vessel_000007.vtp"},
+                                               {0.5, 3, "a&b/guidewire_000007.vtp"}});
   const auto frames = detail::read_frame_list(folder / "a.pvd");
   ASSERT_EQ(frames.size(), 1u);
   EXPECT_EQ(frames[0].frame, 7);

@@ -9,42 +9,27 @@
 
 #include "core/atomic_file.hpp"
 #include "core/error.hpp"
-#include "viewer/detail/html.hpp"
-#include "viewer/detail/nrrd.hpp"
+#include "formats/files.hpp"
+#include "formats/html.hpp"
+#include "formats/nrrd.hpp"
+#include "formats/tokens.hpp"
 #include "viewer/detail/report_charts.hpp"
-#include "viewer/detail/tokens.hpp"
-#include "viewer/files.hpp"
 
 namespace angio::viewer::detail {
 namespace fs = std::filesystem;
 namespace {
 
-/// The value of an XML attribute, with its entities resolved; empty if it is not there.
-std::string attribute(std::string_view element, const std::string& name) {
-  const std::string key = " " + name + "=\"";
-  const auto at = element.find(key);
-  if (at == std::string_view::npos) return {};
-  const auto begin = at + key.size();
-  std::string value(element.substr(begin, element.find('"', begin) - begin));
-  for (const auto& [entity, letter] :
-       {std::pair{"&lt;", "<"}, {"&gt;", ">"}, {"&quot;", "\""}, {"&#39;", "'"}, {"&amp;", "&"}})
-    for (auto found = value.find(entity); found != std::string::npos;
-         found = value.find(entity, found + 1))
-      value.replace(found, std::string_view(entity).size(), letter);
-  return value;
-}
-
 /// The digits of "balloon_000120.vtp".
 int frame_number(const fs::path& file) {
   const std::string stem = file.stem().string();
   const auto digits = stem.find_last_not_of("0123456789");
-  const auto number = parse_number<int>(
+  const auto number = formats::parse_number<int>(
       std::string_view(stem).substr(digits == std::string::npos ? 0 : digits + 1));
   return number.value_or(0);
 }
 
 /// A value per line; 0, 1, ... where the file has no such array.
-std::vector<int> line_numbers(const PolylineData& data, const std::string& name) {
+std::vector<int> line_numbers(const formats::PolylineData& data, const std::string& name) {
   std::vector<int> numbers(data.lines.size());
   std::iota(numbers.begin(), numbers.end(), 0);
   for (const DataArray& array : data.cell_arrays)
@@ -65,8 +50,8 @@ std::optional<std::size_t> row_of(const TimeSeries& series, int frame) {
 }  // namespace
 
 std::vector<CenterlinePath> read_paths(const fs::path& file) {
-  const PolylineData data = read_polylines(file);
-  const DataArray& radius = find_array(data.point_arrays, "MaximumInscribedSphereRadius");
+  const formats::PolylineData data = formats::read_polylines(file);
+  const DataArray& radius = formats::find_array(data.point_arrays, "MaximumInscribedSphereRadius");
   const std::vector<int> ids = line_numbers(data, "CenterlineIds");
   const std::vector<int> tracts = line_numbers(data, "TractIds");
   std::map<std::pair<int, int>, std::size_t> order;  // in the file lines are cut into tracts
@@ -105,9 +90,9 @@ CaseData read_case(const fs::path& folder) {
                          folder.string() + "` first",
                      ExitCode::no_input);
   CaseData data;
-  data.lumen = read_surface(lumen).mesh;
+  data.lumen = formats::read_surface(lumen).mesh;
   const fs::path scan = folder / "segmentation" / "volume.nrrd";
-  if (fs::exists(scan, ignored)) data.scan = read_nrrd(scan);
+  if (fs::exists(scan, ignored)) data.scan = formats::read_nrrd(scan);
   const fs::path lines = folder / "centerline" / "centerlines.vtp";
   if (fs::exists(lines, ignored)) data.paths = read_paths(lines);
   const fs::path collection = folder / "simulation" / "simulation.pvd";
@@ -122,20 +107,13 @@ CaseData read_case(const fs::path& folder) {
 }
 
 std::vector<FrameFiles> read_frame_list(const fs::path& collection) {
-  const std::string xml = read_text(collection);
   std::map<int, FrameFiles> frames;
-  constexpr std::string_view kElement = "<DataSet";
-  for (auto at = xml.find(kElement); at != std::string::npos; at = xml.find(kElement, at + 1)) {
-    const auto element = std::string_view(xml).substr(at, xml.find('>', at) - at);
-    const fs::path file = attribute(element, "file");
-    const auto time = parse_number<double>(attribute(element, "timestep"));
+  for (const formats::TimeStep& step : formats::read_collection(collection)) {
+    const fs::path file = step.file;
     const std::string name = file.filename().string();
-    if (file.empty() || !time)
-      throw InputError(collection.string() +
-                       " is damaged (a data set has no file or time). Run `angio simulate` again");
     FrameFiles& frame = frames[frame_number(file)];
     frame.frame = frame_number(file);
-    frame.time_s = *time;
+    frame.time_s = step.time_s;
     if (name.starts_with("balloon")) frame.balloon = collection.parent_path() / file;
     if (name.starts_with("vessel")) frame.vessel = collection.parent_path() / file;
     if (name.starts_with("guidewire")) frame.guidewire = collection.parent_path() / file;
@@ -149,7 +127,7 @@ std::vector<FrameFiles> read_frame_list(const fs::path& collection) {
 TimeSeries read_time_series(const fs::path& csv) {
   const std::string text = read_text(csv);
   TimeSeries series;
-  Lines lines(text);
+  formats::Lines lines(text);
   while (const auto line = lines.next()) {
     std::vector<std::string> cells;
     for (std::size_t begin = 0; begin <= line->size();) {
@@ -188,7 +166,7 @@ std::size_t peak_frame(const CaseData& data) {
 
 std::string describe_frame(const CaseData& data, const FrameFiles& files) {
   std::string text =
-      "frame " + std::to_string(files.frame) + "    " + fixed_text(files.time_s, 3) + " s";
+      "frame " + std::to_string(files.frame) + "    " + formats::fixed_text(files.time_s, 3) + " s";
   const auto row = row_of(data.series, files.frame);
   if (!row) return text;
   const auto phase = std::find(data.series.columns.begin(), data.series.columns.end(), "phase");
@@ -198,7 +176,7 @@ std::string describe_frame(const CaseData& data, const FrameFiles& files) {
   const auto add = [&](const char* name, const char* label, const char* unit, int decimals) {
     const std::vector<double> values = column(data.series, name);
     if (*row < values.size() && std::isfinite(values[*row]))
-      text += std::string("    ") + label + fixed_text(values[*row], decimals) + unit;
+      text += std::string("    ") + label + formats::fixed_text(values[*row], decimals) + unit;
   };
   add("pressure_atm", "", " atm", 2);
   add("balloon_diameter_mm", "balloon ", " mm", 2);

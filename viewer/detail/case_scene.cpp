@@ -13,9 +13,9 @@
 #include <cmath>
 #include <limits>
 
+#include "formats/files.hpp"
 #include "viewer/detail/plane.hpp"
 #include "viewer/detail/view_frame.hpp"
-#include "viewer/files.hpp"
 
 namespace angio::viewer::detail {
 namespace {
@@ -96,7 +96,7 @@ void move(vtkSmartPointer<vtkActor>& actor, vtkRenderer* renderer,
   renderer->AddActor(actor);
 }
 
-std::vector<double> pressure_of(const SurfaceData& vessel) {
+std::vector<double> pressure_of(const formats::SurfaceData& vessel) {
   const auto found =
       std::find_if(vessel.point_arrays.begin(), vessel.point_arrays.end(),
                    [](const DataArray& array) { return array.name == "contact_pressure"; });
@@ -110,7 +110,7 @@ CaseScene::CaseScene(const CaseData& data, int scale)
   renderer_->SetBackground(0.075, 0.085, 0.105);
   still_lumen_ = data.lumen;
   if (!data.frames.empty()) {
-    first_wall_ = read_surface(data.frames.front().vessel).mesh;
+    first_wall_ = formats::read_surface(data.frames.front().vessel).mesh;
     still_lumen_ = surroundings(data.lumen, first_wall_, {}, kInfinity);
     add_pressure_colors();
   }
@@ -163,12 +163,13 @@ void CaseScene::show_frame(std::size_t index) {
   if (index >= data_.frames.size()) return;
   frame_ = index;
   const FrameFiles& files = data_.frames[index];
-  const SurfaceData vessel = read_surface(files.vessel);
+  const formats::SurfaceData vessel = formats::read_surface(files.vessel);
   contact_pressure_kpa_ = pressure_of(vessel);
   for (const auto& actor : balloon_) renderer_->RemoveActor(actor);
-  balloon_ = make_balloon(
-      read_surface(files.balloon).mesh,
-      files.guidewire.empty() ? std::vector<Vec3>() : read_polylines(files.guidewire).points);
+  balloon_ =
+      make_balloon(formats::read_surface(files.balloon).mesh,
+                   files.guidewire.empty() ? std::vector<Vec3>()
+                                           : formats::read_polylines(files.guidewire).points);
   for (const auto& actor : balloon_) renderer_->AddActor(actor);
   move(wall_, renderer_, make_surface(vessel.mesh, {colors::kLumen, 0.38}));
   if (shows_pressure_) color_wall();
@@ -183,7 +184,7 @@ void CaseScene::color_wall() {
 
 void CaseScene::add_pressure_colors() {
   double highest = 0.0;
-  for (const double p : pressure_of(read_surface(data_.frames[peak_frame(data_)].vessel)))
+  for (const double p : pressure_of(formats::read_surface(data_.frames[peak_frame(data_)].vessel)))
     highest = std::max(highest, p);
   pressure_colors_ = make_pressure_colors(highest > 0.0 ? highest : 1.0);
   const double unit = scale_;

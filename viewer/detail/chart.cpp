@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-#include "viewer/detail/html.hpp"
+#include "formats/html.hpp"
 
 namespace angio::viewer::detail {
 namespace {
@@ -27,7 +27,7 @@ struct Frame {
   }
 };
 
-std::string at(double value) { return fixed_text(value, 1); }
+std::string at(double value) { return formats::fixed_text(value, 1); }
 
 /// The range of the finite values.
 struct Range {
@@ -79,7 +79,7 @@ Frame make_frame(const Chart& chart, std::vector<double>& x_ticks, std::vector<d
 
 std::string text(double x, double y, const char* css, const std::string& words) {
   return "<text x=\"" + at(x) + "\" y=\"" + at(y) + "\" class=\"" + css + "\">" +
-         escape_html(words) + "</text>";
+         formats::escape_html(words) + "</text>";
 }
 
 std::string line(double x1, double y1, double x2, double y2, const char* css) {
@@ -94,19 +94,19 @@ std::string draw_axes(const Chart& chart, const Frame& frame, const std::vector<
   for (const double tick : y_ticks) {
     const double y = frame.py(tick);
     out += line(kLeft, y, right, y, "grid");
-    out += text(kLeft - 7, y + 4, "tick end", fixed_text(tick, frame.decimals_y));
+    out += text(kLeft - 7, y + 4, "tick end", formats::fixed_text(tick, frame.decimals_y));
   }
   for (const double tick : x_ticks) {
     if (tick < frame.x_low - 1e-9 || tick > frame.x_high + 1e-9) continue;
     const double x = frame.px(tick);
     out += line(x, bottom, x, bottom + 4, "axis");
-    out += text(x, bottom + 17, "tick mid", fixed_text(tick, frame.decimals_x));
+    out += text(x, bottom + 17, "tick mid", formats::fixed_text(tick, frame.decimals_x));
   }
   out += line(kLeft, bottom, right, bottom, "axis");
   out += text(0.5 * (kLeft + right), frame.height - 10, "label mid", chart.x_label);
   const std::string middle = at(0.5 * (kTop + bottom));
   out += "<text transform=\"translate(16 " + middle + ") rotate(-90)\" class=\"label mid\">" +
-         escape_html(chart.y_label) + "</text>";
+         formats::escape_html(chart.y_label) + "</text>";
   return out;
 }
 
@@ -129,12 +129,12 @@ std::string draw_bands(const Chart& chart, const Frame& frame) {
 /// An invisible dot that tells its value under the mouse.
 std::string hover_point(const ChartSeries& series, std::size_t i, const Chart& chart,
                         const Frame& frame) {
-  const std::string words = series.label + ": " + fixed_text(series.y[i], frame.decimals_y + 2) +
-                            " (" + chart.x_label + " " +
-                            fixed_text(series.x[i], frame.decimals_x + 1) + ")";
+  const std::string words =
+      series.label + ": " + formats::fixed_text(series.y[i], frame.decimals_y + 2) + " (" +
+      chart.x_label + " " + formats::fixed_text(series.x[i], frame.decimals_x + 1) + ")";
   return "<circle cx=\"" + at(frame.px(series.x[i])) + "\" cy=\"" + at(frame.py(series.y[i])) +
          "\" r=\"6\" class=\"hover s" + std::to_string(series.color) + "\"><title>" +
-         escape_html(words) + "</title></circle>";
+         formats::escape_html(words) + "</title></circle>";
 }
 
 /// Every stride-th point; a long series would only make the page heavy.
@@ -178,7 +178,7 @@ std::string draw_marks(const Chart& chart, const Frame& frame) {
     if (!std::isfinite(mark.x) || !std::isfinite(mark.y)) continue;
     const double x = frame.px(mark.x), y = frame.py(mark.y);
     out += "<circle cx=\"" + at(x) + "\" cy=\"" + at(y) + "\" r=\"4.5\" class=\"mark s" +
-           std::to_string(mark.color) + "\"><title>" + escape_html(mark.label) +
+           std::to_string(mark.color) + "\"><title>" + formats::escape_html(mark.label) +
            "</title></circle>";
     const bool is_right = x > 0.75 * frame.width;
     out += text(x + (is_right ? -9 : 9), y + 14, is_right ? "note end" : "note", mark.label);
@@ -237,7 +237,7 @@ std::string svg(const Chart& chart) {
   const Frame frame = make_frame(chart, x_ticks, y_ticks);
   std::string out = "<svg class=\"chart\" viewBox=\"0 0 " + std::to_string(chart.width) + " " +
                     std::to_string(chart.height) + "\" role=\"img\" aria-label=\"" +
-                    escape_html(chart.title) + "\">";
+                    formats::escape_html(chart.title) + "\">";
   out += draw_bands(chart, frame);
   out += draw_axes(chart, frame, x_ticks, y_ticks);
   out += draw_levels(chart, frame);
@@ -255,9 +255,10 @@ std::string svg_file(const std::vector<Chart>& charts) {
     const std::string body = svg(chart);
     if (body.empty()) continue;
     parts += "<text x=\"20\" y=\"" + std::to_string(height + 24) + "\" class=\"title\">" +
-             escape_html(chart.title) + "</text><svg y=\"" + std::to_string(height + kTitleHeight) +
-             "\" width=\"" + std::to_string(chart.width) + "\" height=\"" +
-             std::to_string(chart.height) + "\" " + body.substr(std::string("<svg ").size());
+             formats::escape_html(chart.title) + "</text><svg y=\"" +
+             std::to_string(height + kTitleHeight) + "\" width=\"" + std::to_string(chart.width) +
+             "\" height=\"" + std::to_string(chart.height) + "\" " +
+             body.substr(std::string("<svg ").size());
     height += kTitleHeight + chart.height;
     width = std::max(width, chart.width);
   }

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <opencv2/imgproc.hpp>
 
-#include "viewer/detail/html.hpp"
+#include "formats/html.hpp"
 #include "viewer/detail/plane.hpp"
 #include "viewer/detail/projection.hpp"
 
@@ -94,7 +94,7 @@ void draw_scale(cv::Mat& picture, double mm_per_pixel) {
   const int y = picture.rows - 10;
   cv::line(picture, {10, y}, {10 + length, y}, {0, 0, 0}, 4);
   cv::line(picture, {10, y}, {10 + length, y}, {255, 255, 255}, 2);
-  draw_text(picture, number_text(digit * power) + " mm", {10, y - 7}, 0.42);
+  draw_text(picture, formats::number_text(digit * power) + " mm", {10, y - 7}, 0.42);
 }
 
 /// The letters of the patient's sides at the edges.
@@ -280,8 +280,8 @@ std::vector<Figure> draw_contact_sheet(const ReportContent& content) {
     draw_contour(tile, content.lumen, planes[i], kBefore);
     if (content.moments.size() > 1)
       draw_contour(tile, content.moments.back().wall, planes[i], kAfter);
-    draw_text(tile, fixed_text(abscissas[i] - content.lesion_abscissa_mm, 1) + " mm", {6, 15},
-              0.42);
+    draw_text(tile, formats::fixed_text(abscissas[i] - content.lesion_abscissa_mm, 1) + " mm",
+              {6, 15}, 0.42);
     if (i == 0) draw_scale(tile, 2.0 * planes[i].half_size_mm / kTilePixels);
     const int column = int(i) % kTileColumns, row = int(i) / kTileColumns;
     tile.copyTo(sheet(cv::Rect(column * (kTilePixels + kGap), row * (kTilePixels + kGap),

@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "viewer/detail/html.hpp"
+#include "formats/html.hpp"
 #include "viewer/detail/scene.hpp"
 
 namespace angio::viewer::detail {
@@ -264,7 +264,8 @@ std::vector<Figure> draw_cloth(const ReportContent& content) {
       const auto [least, most] =
           std::minmax_element(moment.thickness_mm.begin(), moment.thickness_mm.end());
       add_panel_title(renderer,
-                      with_thickness ? fixed_text(*least, 3) + " to " + fixed_text(*most, 3) + " mm"
+                      with_thickness ? formats::fixed_text(*least, 3) + " to " +
+                                           formats::fixed_text(*most, 3) + " mm"
                                      : moment.title,
                       kPanel - Sheet::kGutter);
       sheet.add(renderer);
@@ -278,7 +279,7 @@ std::vector<Figure> draw_cloth(const ReportContent& content) {
   return {{"cloth.png",
            "The cloth pulled at its four corners (growth of the corners' distance): its mesh, and "
            "below its thickness. Thinner than " +
-               fixed_text(low, 3) + " mm are only the corners.",
+               formats::fixed_text(low, 3) + " mm are only the corners.",
            sheet.take()}};
 }
 
@@ -305,7 +306,7 @@ std::vector<Figure> draw_contact(const ReportContent& content) {
                 kSupersampling, colors::kInk);
   return {{"contact.png",
            pressed->title + ": pressure of the balloon on the wall, at most " +
-               fixed_text(high, high < 10.0 ? 2 : 0) + " kPa (seen from outside).",
+               formats::fixed_text(high, high < 10.0 ? 2 : 0) + " kPa (seen from outside).",
            render_close_up(renderer, close_up, kStrip)}};
 }
 

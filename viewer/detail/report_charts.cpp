@@ -5,8 +5,8 @@
 #include <limits>
 #include <utility>
 
-#include "viewer/detail/html.hpp"
-#include "viewer/detail/tokens.hpp"
+#include "formats/html.hpp"
+#include "formats/tokens.hpp"
 
 namespace angio::viewer::detail {
 namespace {
@@ -60,7 +60,8 @@ void add_mld_mark(Chart& chart, const DiameterProfile& profile, const Stretch& l
   }
   if (least == count) return;
   chart.marks.push_back({profile.abscissa_mm[least], diameter[least],
-                         "MLD " + when + " " + fixed_text(diameter[least], 2) + " mm", color});
+                         "MLD " + when + " " + formats::fixed_text(diameter[least], 2) + " mm",
+                         color});
 }
 
 struct Line {
@@ -96,7 +97,8 @@ std::vector<double> column(const TimeSeries& series, const std::string& name) {
   std::vector<double> values;
   if (index == series.columns.size()) return values;
   for (const auto& row : series.rows) {
-    const auto number = index < row.size() ? parse_number<double>(row[index]) : std::nullopt;
+    const auto number =
+        index < row.size() ? formats::parse_number<double>(row[index]) : std::nullopt;
     values.push_back(number.value_or(std::numeric_limits<double>::quiet_NaN()));
   }
   return values;
@@ -117,7 +119,7 @@ Chart diameter_chart(const ReportContent& content, const Metrics& metrics) {
   add_mld_mark(chart, content.before, lesion, "before", 1);
   add_mld_mark(chart, content.after, lesion, "after", 2);
   if (const auto reference = metrics.number("lesion", "reference_diameter_mm"))
-    chart.levels.push_back({*reference, "reference " + fixed_text(*reference, 2) + " mm"});
+    chart.levels.push_back({*reference, "reference " + formats::fixed_text(*reference, 2) + " mm"});
   return chart;
 }
 

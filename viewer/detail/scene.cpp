@@ -23,10 +23,10 @@
 
 #include "core/error.hpp"
 #include "core/units.hpp"
+#include "formats/html.hpp"
+#include "formats/vtk_arrays.hpp"
+#include "formats/vtk_messages.hpp"
 #include "viewer/detail/chart.hpp"
-#include "viewer/detail/html.hpp"
-#include "viewer/detail/vtk_arrays.hpp"
-#include "viewer/detail/vtk_messages.hpp"
 
 namespace angio::viewer::detail {
 namespace {
@@ -76,7 +76,7 @@ double half_height(const ViewFrame& frame, double picture_aspect) {
 
 vtkSmartPointer<vtkActor> make_surface(const TriangleMesh& mesh, const SurfaceStyle& style) {
   vtkNew<vtkPolyDataNormals> normals;
-  normals->SetInputData(to_vtk(mesh));
+  normals->SetInputData(formats::to_vtk(mesh));
   normals->SplittingOff();
   normals->ConsistencyOff();
   normals->Update();
@@ -129,8 +129,8 @@ vtkSmartPointer<vtkActor> make_tube(const std::vector<Vec3>& points, double radi
   std::vector<int> line(points.size());
   for (std::size_t i = 0; i < line.size(); ++i) line[i] = int(i);
   vtkNew<vtkPolyData> poly;
-  poly->SetPoints(to_vtk(points));
-  poly->SetLines(to_vtk_cells(std::vector<std::vector<int>>{line}));
+  poly->SetPoints(formats::to_vtk(points));
+  poly->SetLines(formats::to_vtk_cells(std::vector<std::vector<int>>{line}));
   vtkNew<vtkTubeFilter> tube;
   tube->SetInputData(poly);
   tube->SetRadius(radius_mm);
@@ -235,7 +235,7 @@ std::vector<vtkSmartPointer<vtkProp>> add_color_bar(vtkRenderer* renderer,
   const std::vector<double> ticks = round_ticks(low, high, 5);
   for (const double tick : ticks)
     if (tick <= high * (1.0 + 1e-9) && tick >= low * (1.0 - 1e-9))
-      add_text(fixed_text(tick, tick_decimals(ticks[1] - ticks[0])),
+      add_text(formats::fixed_text(tick, tick_decimals(ticks[1] - ticks[0])),
                place.left + place.width * (tick - low) / (high - low), place.bottom - 17.0 * scale);
   add_text(title, place.left + 0.5 * place.width, place.bottom + place.height + 5.0 * scale);
   for (const auto& part : parts) renderer->AddViewProp(part);
@@ -266,7 +266,7 @@ void ScaleBar::update() {
   points_->SetPoint(2, left + length, bottom, 0);
   points_->SetPoint(3, left + length, bottom + tick, 0);
   points_->Modified();
-  text_->SetInput((number_text(length_mm) + " mm").c_str());
+  text_->SetInput((formats::number_text(length_mm) + " mm").c_str());
   text_->SetPosition(left + 4.0 * scale_, bottom + 5.0 * scale_);
 }
 
@@ -348,7 +348,7 @@ void turn_axes(vtkRenderer* axes, vtkRenderer* scene, int width, int height) {
 
 Picture render_offscreen(const std::vector<vtkRenderer*>& layers, int width, int height,
                          const std::function<void()>& before_drawing) {
-  const VtkMessages messages;
+  const formats::VtkMessages messages;
   vtkNew<vtkRenderWindow> window;
   window->SetOffScreenRendering(1);
   window->SetMultiSamples(0);

@@ -7,11 +7,11 @@
 
 #include "core/atomic_file.hpp"
 #include "core/error.hpp"
+#include "formats/files.hpp"
+#include "formats/html.hpp"
+#include "formats/nrrd.hpp"
 #include "viewer/detail/case_data.hpp"
-#include "viewer/detail/html.hpp"
-#include "viewer/detail/nrrd.hpp"
 #include "viewer/detail/report_charts.hpp"
-#include "viewer/files.hpp"
 #include "viewer/level_set_surface.hpp"
 
 namespace angio::viewer::detail {
@@ -50,10 +50,10 @@ json part(const json& node, const char* key) {
 TriangleMesh read_lumen(const fs::path& folder) {
   std::error_code ignored;
   for (const char* name : {"meshing/lumen.vtp", "segmentation/lumen_surface.vtp"})
-    if (fs::exists(folder / name, ignored)) return read_surface(folder / name).mesh;
+    if (fs::exists(folder / name, ignored)) return formats::read_surface(folder / name).mesh;
   const fs::path level_set = folder / "segmentation/lumen_level_set.nrrd";
   if (!fs::exists(level_set, ignored)) return {};
-  return zero_surface(read_nrrd(level_set));
+  return zero_surface(formats::read_nrrd(level_set));
 }
 
 std::vector<SheetLesion> read_lesions(const fs::path& file) {
@@ -82,7 +82,7 @@ std::vector<SheetLesion> read_lesions(const fs::path& file) {
 void read_balloon(const fs::path& folder, ReportContent& content) {
   std::error_code ignored;
   const auto read_wire = [&](const fs::path& file) {
-    return fs::exists(file, ignored) ? read_polylines(file).points : std::vector<Vec3>();
+    return fs::exists(file, ignored) ? formats::read_polylines(file).points : std::vector<Vec3>();
   };
   CaseData data;
   if (fs::exists(folder / "simulation/simulation.pvd", ignored))
@@ -93,15 +93,15 @@ void read_balloon(const fs::path& folder, ReportContent& content) {
     const FrameFiles& peak = data.frames[peak_frame(data)];
     content.moments.push_back(
         {describe_frame(data, peak),
-         read_surface(peak.balloon).mesh,
-         read_surface(peak.vessel).mesh,
+         formats::read_surface(peak.balloon).mesh,
+         formats::read_surface(peak.vessel).mesh,
          {},
          read_wire(peak.guidewire.empty() ? folder / "meshing/guidewire.vtp" : peak.guidewire)});
   } else if (fs::exists(folder / "meshing/balloon.vtp", ignored) &&
              fs::exists(folder / "meshing/region.vtp", ignored)) {
     content.moments.push_back({"the balloon as placed; not simulated",
-                               read_surface(folder / "meshing/balloon.vtp").mesh,
-                               read_surface(folder / "meshing/region.vtp").mesh,
+                               formats::read_surface(folder / "meshing/balloon.vtp").mesh,
+                               formats::read_surface(folder / "meshing/region.vtp").mesh,
                                {},
                                read_wire(folder / "meshing/guidewire.vtp")});
   }
@@ -142,7 +142,8 @@ void read_run(const json& run, SheetCase& sheet) {
     const double seconds = number(record, "seconds");
     if (std::isfinite(seconds) && seconds > 0.0) {
       total += seconds;
-      split += (split.empty() ? "" : ", ") + std::string(stage) + " " + fixed_text(seconds, 1);
+      split +=
+          (split.empty() ? "" : ", ") + std::string(stage) + " " + formats::fixed_text(seconds, 1);
     }
     for (const char* key : {"error", "warnings"}) {
       const json said = part(record, key);
@@ -154,7 +155,7 @@ void read_run(const json& run, SheetCase& sheet) {
           sheet.notes.push_back(std::string(stage) + ": " + warning.get<std::string>());
     }
   }
-  sheet.times = fixed_text(total, 1) + " s" + (split.empty() ? "" : " (" + split + ")");
+  sheet.times = formats::fixed_text(total, 1) + " s" + (split.empty() ? "" : " (" + split + ")");
 }
 
 std::string describe_input(const json& run, const SheetCase& sheet) {
@@ -164,7 +165,8 @@ std::string describe_input(const json& run, const SheetCase& sheet) {
     text += text.empty() ? "" : ", ";
     for (std::size_t i = 0; i < 3; ++i) text += (i > 0 ? " x " : "") + std::to_string(grid.size[i]);
     text += " voxels of ";
-    for (int i = 0; i < 3; ++i) text += (i > 0 ? " x " : "") + fixed_text(grid.spacing[i], 3);
+    for (int i = 0; i < 3; ++i)
+      text += (i > 0 ? " x " : "") + formats::fixed_text(grid.spacing[i], 3);
     return text + " mm";
   }
   if (!sheet.content.lumen.vertices.empty()) {  // shows a wrong unit
@@ -175,7 +177,8 @@ std::string describe_input(const json& run, const SheetCase& sheet) {
         high[i] = std::max(high[i], vertex[i]);
       }
     text += ", box of ";
-    for (int i = 0; i < 3; ++i) text += (i > 0 ? " x " : "") + fixed_text(high[i] - low[i], 1);
+    for (int i = 0; i < 3; ++i)
+      text += (i > 0 ? " x " : "") + formats::fixed_text(high[i] - low[i], 1);
     text += " mm";
   }
   return text;
@@ -210,7 +213,7 @@ void read_parts(const fs::path& folder, SheetCase& sheet) {
   std::error_code ignored;
   content.lumen = read_lumen(folder);
   if (fs::exists(folder / "segmentation/volume.nrrd", ignored))
-    content.volume = read_nrrd(folder / "segmentation/volume.nrrd");
+    content.volume = formats::read_nrrd(folder / "segmentation/volume.nrrd");
   if (fs::exists(folder / "centerline/centerlines.vtp", ignored))
     content.tree.paths = read_paths(folder / "centerline/centerlines.vtp");
   sheet.lesions = read_lesions(folder / "centerline/lesions.json");

@@ -1,9 +1,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include "formats/html.hpp"
 #include "viewer/detail/chart.hpp"
 #include "viewer/detail/figure.hpp"
-#include "viewer/detail/html.hpp"
 #include "viewer/detail/sheet_pictures.hpp"
 
 namespace angio::viewer::detail {
@@ -39,7 +39,7 @@ class Plot {
  private:
   void draw_axes() {
     const auto label = [](const std::vector<double>& ticks, double tick) {
-      return fixed_text(tick, tick_decimals(ticks[1] - ticks[0]));
+      return formats::fixed_text(tick, tick_decimals(ticks[1] - ticks[0]));
     };
     for (const double tick : x_ticks_) {
       canvas_.draw_line({spot(tick, 0.0), spot(tick, y_ticks_.back())}, kGrid, 1);

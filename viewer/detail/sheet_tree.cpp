@@ -2,7 +2,7 @@
 #include <cmath>
 #include <numeric>
 
-#include "viewer/detail/html.hpp"
+#include "formats/html.hpp"
 #include "viewer/detail/scene.hpp"
 #include "viewer/detail/sheet_pictures.hpp"
 
@@ -103,18 +103,19 @@ std::vector<Label> make_labels(const SheetCase& sheet, const Projector& project)
   std::vector<Label> labels;
   const auto& paths = sheet.content.tree.paths;
   if (paths.empty()) return labels;
-  labels.push_back(
-      {project(paths.front().points.front()),
-       "inlet " + fixed_text(2.0 * radius_at_end(paths.front(), PathEnd::inlet), 1) + " mm", kInlet,
-       7.0});
+  labels.push_back({project(paths.front().points.front()),
+                    "inlet " +
+                        formats::fixed_text(2.0 * radius_at_end(paths.front(), PathEnd::inlet), 1) +
+                        " mm",
+                    kInlet, 7.0});
   for (const SheetLesion& lesion : sheet.lesions)
     for (const CenterlinePath& path : paths) {
       if (path.id != lesion.path) continue;
       const CenterlineSample place = sample(path, lesion.abscissa_mm);
       const double ring = 2.0 * place.inscribed_radius * project.pixels_per_mm();
       labels.push_back({project(place.point),
-                        lesion.name + ": " + fixed_text(lesion.stenosis_percent, 0) + " %DS, MLD " +
-                            fixed_text(lesion.mld_mm, 2),
+                        lesion.name + ": " + formats::fixed_text(lesion.stenosis_percent, 0) +
+                            " %DS, MLD " + formats::fixed_text(lesion.mld_mm, 2),
                         kSheetLesion, std::clamp(ring, 9.0, 40.0), true});
     }
   std::vector<Label> outlets;
@@ -122,7 +123,7 @@ std::vector<Label> make_labels(const SheetCase& sheet, const Projector& project)
   for (const CenterlinePath& path : paths) {
     radius.push_back(radius_at_end(path, PathEnd::outlet));
     outlets.push_back({project(path.points.back()),
-                       std::to_string(path.id) + ": " + fixed_text(2.0 * radius.back(), 1),
+                       std::to_string(path.id) + ": " + formats::fixed_text(2.0 * radius.back(), 1),
                        kOutlet});
   }
   std::vector<std::size_t> order(outlets.size());

@@ -7,7 +7,7 @@
 #include <string_view>
 
 #include "core/error.hpp"
-#include "viewer/detail/html.hpp"
+#include "formats/html.hpp"
 
 namespace angio::viewer::detail {
 namespace {
@@ -126,7 +126,7 @@ std::string value_text(const ordered_json& value, int decimals) {
   if (value.is_null()) return "–";
   if (value.is_boolean()) return value.get<bool>() ? "yes" : "no";
   if (value.is_number_integer()) return std::to_string(value.get<long long>());
-  if (value.is_number()) return fixed_text(value.get<double>(), decimals);
+  if (value.is_number()) return formats::fixed_text(value.get<double>(), decimals);
   if (value.is_string()) {
     const std::string words = value.get<std::string>();
     return words.empty() ? "–" : words;
@@ -140,8 +140,8 @@ std::string row(const std::string& prefix, const std::string& key, const ordered
   const std::string unit = wording ? wording->unit : unit_of(key);
   std::string shown = value_text(value, wording ? wording->decimals : 3);
   if (!unit.empty() && !value.is_null()) shown += (unit == "°" ? "" : " ") + unit;
-  return "<tr><th scope=\"row\">" + escape_html(label) + "</th><td>" + escape_html(shown) +
-         "</td></tr>";
+  return "<tr><th scope=\"row\">" + formats::escape_html(label) + "</th><td>" +
+         formats::escape_html(shown) + "</td></tr>";
 }
 
 /// Known keys in the order of the wordings, then the others.
@@ -163,11 +163,12 @@ std::string rows(const std::string& prefix, const ordered_json& object) {
 std::string stage_row(const std::string& name, const ordered_json& stage) {
   const auto number = [&](const char* key, int decimals, const char* unit) -> std::string {
     const bool has = stage.contains(key) && stage[key].is_number();
-    return "<td>" + (has ? fixed_text(stage[key].get<double>(), decimals) + unit : "–") + "</td>";
+    return "<td>" + (has ? formats::fixed_text(stage[key].get<double>(), decimals) + unit : "–") +
+           "</td>";
   };
-  return "<tr><th scope=\"row\">" + escape_html(name) + "</th><td>" +
-         escape_html(stage.contains("status") ? value_text(stage["status"], 0) : "–") + "</td>" +
-         number("seconds", 1, " s") + number("peak_memory_mib", 0, " MiB") + "</tr>";
+  return "<tr><th scope=\"row\">" + formats::escape_html(name) + "</th><td>" +
+         formats::escape_html(stage.contains("status") ? value_text(stage["status"], 0) : "–") +
+         "</td>" + number("seconds", 1, " s") + number("peak_memory_mib", 0, " MiB") + "</tr>";
 }
 
 /// The stages in the order in which they run, then any others.
@@ -186,18 +187,18 @@ std::string stage_rows(const ordered_json& stages) {
 
 std::string table(const std::string& title, const std::string& body) {
   if (body.empty()) return {};
-  return "<div class=\"table\"><h3>" + escape_html(title) + "</h3><table>" + body +
+  return "<div class=\"table\"><h3>" + formats::escape_html(title) + "</h3><table>" + body +
          "</table></div>";
 }
 
 std::string card(const std::string& value, const std::string& label, const std::string& detail) {
-  return "<div class=\"card\"><div class=\"value\">" + escape_html(value) +
-         "</div><div class=\"label\">" + escape_html(label) + "</div><div class=\"detail\">" +
-         escape_html(detail) + "</div></div>";
+  return "<div class=\"card\"><div class=\"value\">" + formats::escape_html(value) +
+         "</div><div class=\"label\">" + formats::escape_html(label) +
+         "</div><div class=\"detail\">" + formats::escape_html(detail) + "</div></div>";
 }
 
 std::string shown(const std::optional<double>& value, int decimals, const char* unit) {
-  return value ? fixed_text(*value, decimals) + unit : "–";
+  return value ? formats::fixed_text(*value, decimals) + unit : "–";
 }
 
 std::string change(const std::optional<double>& before, const std::optional<double>& after,
@@ -244,8 +245,8 @@ std::string Metrics::text(const char* key) const {
 std::string Metrics::tables() const {
   std::string out;
   if (const std::string status = text("status"); !status.empty())
-    out +=
-        table("Case", "<tr><th scope=\"row\">Status</th><td>" + escape_html(status) + "</td></tr>");
+    out += table("Case", "<tr><th scope=\"row\">Status</th><td>" + formats::escape_html(status) +
+                             "</td></tr>");
   for (const auto& [group, title] : kGroupTitles)
     if (content_->root.contains(group) && content_->root[group].is_object())
       out += table(title, rows(group, content_->root[group]));
@@ -262,7 +263,7 @@ std::string status_notice(const Metrics& metrics) {
   for (const auto& [name, title] : kTitles)
     if (status == name)
       return "<div class=\"notice status\"><strong>" + std::string(title) + "</strong> " +
-             escape_html(metrics.text("status_reason")) + "</div>\n";
+             formats::escape_html(metrics.text("status_reason")) + "</div>\n";
   return {};
 }
 
@@ -301,11 +302,11 @@ std::string lesion_value(const ordered_json& lesion, const Wording& column, doub
     return lesion.contains(name) && lesion[name].is_number() ? lesion[name].get<double>() : 0.0;
   };
   if (lesion.contains("mld_mm") && number("mld_mm") < voxel_mm) {
-    if (key == "mld_mm") return "< " + fixed_text(voxel_mm, column.decimals);
+    if (key == "mld_mm") return "< " + formats::fixed_text(voxel_mm, column.decimals);
     if (key == "mla_mm2" || key == "area_stenosis_percent") return "–";
     const double reference = number("reference_diameter_mm");
     if (key == "diameter_stenosis_percent" && reference > voxel_mm)
-      return "> " + fixed_text(100.0 * (1.0 - voxel_mm / reference), 0);
+      return "> " + formats::fixed_text(100.0 * (1.0 - voxel_mm / reference), 0);
   }
   return value_text(lesion[key], column.decimals);
 }
@@ -332,13 +333,13 @@ std::string lesion_table(const std::string& json, double voxel_mm) {
   };
   std::string body = "<tr><th scope=\"col\">No.</th>";
   for (const Wording& column : kColumns)
-    body += "<th scope=\"col\">" + escape_html(column.label) +
-            (*column.unit ? " [" + escape_html(column.unit) + "]" : "") + "</th>";
+    body += "<th scope=\"col\">" + formats::escape_html(column.label) +
+            (*column.unit ? " [" + formats::escape_html(column.unit) + "]" : "") + "</th>";
   body += "</tr>";
   for (std::size_t i = 0; i < lesions.size(); ++i) {
     body += "<tr><th scope=\"row\">" + std::to_string(i + 1) + "</th>";
     for (const Wording& column : kColumns)
-      body += "<td>" + escape_html(lesion_value(lesions[i], column, voxel_mm)) + "</td>";
+      body += "<td>" + formats::escape_html(lesion_value(lesions[i], column, voxel_mm)) + "</td>";
     body += "</tr>";
   }
   return "<div class=\"table wide\"><table>" + body + "</table></div>\n";

@@ -1,0 +1,493 @@
+#include "air_mesh/adaptive_air.hpp"
+
+#include <algorithm>
+#include <iterator>
+#include <limits>
+#include <map>
+#include <set>
+
+#include "air_mesh/air_points.hpp"
+#include "air_mesh/tet_flips.hpp"
+#include "air_mesh/tet_refill.hpp"
+
+namespace angio {
+namespace {
+
+constexpr double kGood = 0.3;        // quality that needs no work
+constexpr double kFallen = 0.7;      // share of the quality at the last work: to be worked on again
+constexpr double kLeastStep = 0.03;  // of a motion
+constexpr int kMostRounds = 4;       // of mending
+constexpr int kMostSteps = 300;      // of the search for a filling without a point
+constexpr int kMostAround = 80;      // tets taken out around a new point
+constexpr int kEnough = 8;           // places for a point, of which the best is taken
+constexpr int kLasting = 4;          // motions that a mesh should do, to be worth building
+constexpr int kLongestPause = 32;    // motions after one that has not, or could not be built
+constexpr int kMostMends = 16;       // places a round
+constexpr int kMostTries = 48;       // steps of a motion
+constexpr int kLeastPatience = 8;    // motions between two attempts to do without a point,
+constexpr int kMostPatience = 64;    // twice as many after each that fails
+
+Triangle ascending(Triangle t) {
+  std::sort(t.begin(), t.end());
+  return t;
+}
+
+using Edge = std::array<int, 2>;
+
+std::array<Edge, 3> edges_of(const Triangle& t) {
+  return {Edge{t[0], t[1]}, Edge{t[1], t[2]}, Edge{t[0], t[2]}};
+}
+
+// A mesh's outer faces, corners ascending, in ascending order.
+std::vector<Triangle> outer_faces(const TetTopology& air) {
+  std::vector<Triangle> faces;
+  for (const TetFace& f : air.boundary()) faces.push_back(ascending(air.face(f.tet, f.corner)));
+  std::sort(faces.begin(), faces.end());
+  return faces;
+}
+
+// Edges with one triangle, ascending; the triangles' corners ascend.
+std::vector<Edge> rims_of(const std::vector<Triangle>& triangles) {
+  std::map<Edge, int> count;
+  for (const Triangle& t : triangles)
+    for (const Edge& e : edges_of(t)) ++count[e];
+  std::vector<Edge> rims;
+  for (const auto& [edge, n] : count)
+    if (n == 1) rims.push_back(edge);
+  return rims;
+}
+
+// A polygon with n corners over each rim has n - 2 triangles.
+std::size_t cap_triangle_count(const std::vector<Triangle>& triangles) {
+  std::map<int, std::vector<int>> along;
+  for (const auto& [a, b] : rims_of(triangles)) {
+    along[a].push_back(b);
+    along[b].push_back(a);
+  }
+  std::size_t loops = 0;
+  std::map<int, char> seen;
+  for (const auto& entry : along) {
+    if (seen[entry.first] != 0) continue;
+    ++loops;
+    std::vector<int> stack{entry.first};
+    while (!stack.empty()) {
+      const int v = stack.back();
+      stack.pop_back();
+      if (seen[v] != 0) continue;
+      seen[v] = 1;
+      for (const int u : along[v]) stack.push_back(u);
+    }
+  }
+  return along.size() - 2 * loops;
+}
+
+// The tets that were left out of a mesh for being flat: over two bare triangles of the surfaces
+// that share an edge, where the mesh has its faces over the other diagonal.
+//
+// @param bare  corners ascending
+std::vector<Tet> flat_tets(const TetTopology& air, const std::vector<Triangle>& bare) {
+  std::map<Triangle, Triangle> open;  // the mesh's outer faces, by their corners ascending
+  for (const TetFace& f : air.boundary()) {
+    const Triangle face = air.face(f.tet, f.corner);
+    open[ascending(face)] = face;
+  }
+  std::map<Edge, int> third;  // of the bare triangle seen first at an edge
+  std::vector<Tet> result;
+  for (const Triangle& t : bare)
+    for (std::size_t k = 0; k < 3; ++k) {
+      const int a = t[k], c = t[(k + 1) % 3], d = t[(k + 2) % 3];
+      const auto [seen, is_first] = third.try_emplace(Edge{std::min(a, c), std::max(a, c)}, d);
+      if (is_first) continue;
+      const int b = seen->second;
+      const auto face = open.find(ascending({a, b, d}));
+      if (face == open.end() || open.count(ascending({b, c, d})) == 0) continue;
+      const Triangle& f = face->second;  // right-handed with what lies beyond it
+      result.push_back({f[0], f[2], f[1], c});
+    }
+  return result;
+}
+
+// Does each of these triangles hang together with a rim of the surfaces?
+bool hang_on_rims(std::vector<Triangle> open, const std::vector<Triangle>& surfaces) {
+  if (open.empty()) return true;
+  const std::vector<Edge> rims = rims_of(surfaces);
+  std::set<Edge> reached(rims.begin(), rims.end());
+  for (std::size_t before = open.size() + 1; open.size() < before;) {
+    before = open.size();
+    std::erase_if(open, [&](const Triangle& t) {
+      const auto edges = edges_of(t);
+      const bool hangs = std::any_of(edges.begin(), edges.end(),
+                                     [&](const Edge& e) { return reached.count(e) > 0; });
+      if (hangs) reached.insert(edges.begin(), edges.end());
+      return hangs;
+    });
+  }
+  return open.empty();
+}
+
+}  // namespace
+
+AdaptiveAir::AdaptiveAir(std::vector<Tet> tets, const std::vector<Vec3>& x,
+                         std::vector<Triangle> surfaces, Rebuild rebuild)
+    : air_(tets),
+      surfaces_(std::move(surfaces)),
+      rebuild_(std::move(rebuild)),
+      x_(x),
+      surface_count_(x.size()) {
+  for (Triangle& t : surfaces_) t = ascending(t);
+  std::sort(surfaces_.begin(), surfaces_.end());
+  const std::vector<Tet> flat = flat_tets(air_, bare_surfaces(air_));
+  if (!flat.empty()) {
+    tets.insert(tets.end(), flat.begin(), flat.end());
+    air_ = TetTopology(tets);
+  }
+  closed_ = !tets.empty() && covers_surfaces(air_);
+  measure();
+  tried_ = quality_;
+  count_volumes();
+}
+
+double AdaptiveAir::quality_of(const Tet& t) const {
+  return tet_quality(x_[std::size_t(t[0])], x_[std::size_t(t[1])], x_[std::size_t(t[2])],
+                     x_[std::size_t(t[3])]);
+}
+
+std::vector<Triangle> AdaptiveAir::bare_surfaces(const TetTopology& air) const {
+  std::vector<Triangle> outer = outer_faces(air), bare;
+  std::set_difference(surfaces_.begin(), surfaces_.end(), outer.begin(), outer.end(),
+                      std::back_inserter(bare));
+  return bare;
+}
+
+bool AdaptiveAir::covers_surfaces(const TetTopology& air) const {
+  const std::vector<Triangle> outer = outer_faces(air);
+  std::vector<Triangle> covered;
+  std::set_intersection(surfaces_.begin(), surfaces_.end(), outer.begin(), outer.end(),
+                        std::back_inserter(covered));
+  if (!hang_on_rims(bare_surfaces(air), surfaces_)) return false;
+  // What is left are caps: polygons over the rims, without vertices of their own.
+  return outer.size() == covered.size() + cap_triangle_count(covered);
+}
+
+void AdaptiveAir::measure() {
+  quality_.resize(std::size_t(air_.slot_count()), 1.0);
+  tried_.resize(quality_.size(), 1.0);
+  for (int t = 0; t < air_.slot_count(); ++t)
+    if (air_.alive(t)) quality_[std::size_t(t)] = quality_of(air_.tet(t));
+}
+
+void AdaptiveAir::follow(const std::vector<Vec3>& x) {
+  if (x_.empty()) return;
+  ++turn_;
+  if (each_time_) drop();
+  if (closed_)
+    adapt(x);
+  else
+    x_ = x;
+  if (is_whole() || !rebuild_) return;
+  const bool has_lasted = turn_ - built_ >= kLasting;
+  if (has_lasted) pause_ = 1;
+  if (turn_ >= resume_ || has_lasted || each_time_) {
+    resume_ = turn_ + pause_;
+    pause_ = std::min(2 * pause_, kLongestPause);
+    rebuild_whole();
+    built_ = turn_;
+  }
+  // The surfaces may cross, or be about to: it is left alone for a while. Flips in a tangled mesh
+  // would not end.
+  if (!is_whole()) drop();
+}
+
+// Straight to the end; where that leaves an inverted tet, in shorter steps, with fewer of them at a
+// time; and after some of them straight to the end whatever it leaves.
+void AdaptiveAir::adapt(const std::vector<Vec3>& x) {
+  const std::vector<Vec3> from(x_.begin(), x_.begin() + std::ptrdiff_t(surface_count_));
+  double done = 0.0, step = 1.0;
+  for (int tries = 1; done < 1.0; ++tries) {
+    if (tries >= kMostTries) step = 1.0;
+    const double next = std::min(1.0, done + step);
+    std::vector<Vec3> target(surface_count_);
+    for (std::size_t v = 0; v < surface_count_; ++v)
+      target[v] = next == 1.0 ? x[v] : from[v] + next * (x[v] - from[v]);
+    if (move_to(target, step > kLeastStep && tries < kMostTries))
+      done = next;
+    else
+      step *= 0.5;
+  }
+  remove_points();
+  count_volumes();
+}
+
+void AdaptiveAir::drop() {
+  air_ = TetTopology();
+  x_.resize(surface_count_);
+  points_.clear();
+  quality_.clear();
+  tried_.clear();
+  closed_ = false;
+  count_volumes();
+}
+
+// false, with nothing changed, if a tet stays inverted and `may_fail`.
+bool AdaptiveAir::move_to(const std::vector<Vec3>& x, bool may_fail) {
+  const std::vector<Vec3> before = x_;
+  const std::vector<Point> points = points_;
+  std::copy(x.begin(), x.end(), x_.begin());
+  move_points(before);
+  measure();
+  queue_fallen();
+  if (queue_.empty() || queue_.front().quality > 0.0) {
+    improve();
+    return true;
+  }
+  const TetTopology air = air_;
+  const std::vector<double> quality = quality_, tried = tried_;
+  const AirReport report = report_;
+  improve();
+  mend_inverted(!may_fail);
+  if (!may_fail || !has_inverted()) return true;
+  air_ = air;
+  x_ = before;
+  points_ = points;
+  quality_ = quality;
+  tried_ = tried;
+  report_ = report;
+  return false;
+}
+
+bool AdaptiveAir::has_inverted() const {
+  for (int t = 0; t < air_.slot_count(); ++t)
+    if (air_.alive(t) && quality_[std::size_t(t)] <= 0.0) return true;
+  return false;
+}
+
+AirReport AdaptiveAir::take_report() {
+  const AirReport result = report_;
+  report_.flip_count = report_.refill_count = report_.rebuild_count = 0;
+  return result;
+}
+
+void AdaptiveAir::count_volumes() {
+  report_.tet_count = air_.tet_count();
+  report_.inverted_count = 0;
+  report_.min_volume = 0.0;
+  bool first = true;
+  for (int t = 0; t < air_.slot_count(); ++t) {
+    if (!air_.alive(t)) continue;
+    const Tet& v = air_.tet(t);
+    const double volume = tet_volume(x_[std::size_t(v[0])], x_[std::size_t(v[1])],
+                                     x_[std::size_t(v[2])], x_[std::size_t(v[3])]);
+    if (first || volume < report_.min_volume) report_.min_volume = volume;
+    first = false;
+    report_.inverted_count += volume <= 0.0 ? 1 : 0;
+  }
+  report_.point_count = 0;
+  for (const Point& point : points_) report_.point_count += point.tet >= 0 ? 1 : 0;
+}
+
+// A point goes with the vertices around it, and back to the middle where that brings it near the
+// outside of its star.
+void AdaptiveAir::move_points(const std::vector<Vec3>& before) {
+  constexpr double kNear = 0.8;
+  for (std::size_t i = 0; i < points_.size(); ++i) {
+    Point& point = points_[i];
+    if (point.tet < 0) continue;
+    const std::vector<Triangle> faces =
+        outside_of(air_, star_of(air_, point.tet, int(surface_count_ + i)));
+    if (faces.empty()) continue;  // two tets that cancel each other: they are mended away
+    Vec3 motion;
+    for (const Triangle& f : faces)
+      for (const int v : f)
+        if (std::size_t(v) < surface_count_) motion += x_[std::size_t(v)] - before[std::size_t(v)];
+    Vec3& at = x_[surface_count_ + i];
+    at += motion / double(3 * faces.size());
+    double height = point.height;
+    for (const Triangle& f : faces) {
+      const Vec3& a = x_[std::size_t(f[0])];
+      const Vec3 n = normalized(cross(x_[std::size_t(f[1])] - a, x_[std::size_t(f[2])] - a));
+      height = std::min(height, dot(n, at - a));
+    }
+    if (height >= kNear * point.height) continue;
+    const InnerPoint inner = find_inner_point(faces, x_, at);
+    at = inner.point;
+    point.height = inner.height;
+  }
+}
+
+void AdaptiveAir::queue_fallen() {
+  queue_.clear();
+  for (int t = 0; t < air_.slot_count(); ++t) {
+    const double q = quality_[std::size_t(t)];
+    if (air_.alive(t) && (q <= 0.0 || (q < kGood && q < kFallen * tried_[std::size_t(t)])))
+      queue_.push_back({q, t});
+  }
+  std::sort(queue_.begin(), queue_.end(), [](const Work& a, const Work& b) {
+    return a.quality != b.quality ? a.quality < b.quality : a.slot < b.slot;
+  });
+}
+
+void AdaptiveAir::improve() {
+  // New tets queue up behind; each flip raises a least quality, so that it ends.
+  for (std::size_t i = 0; i < queue_.size(); ++i) {
+    const int t = queue_[i].slot;
+    if (!air_.alive(t) || quality_[std::size_t(t)] != queue_[i].quality) continue;  // replaced
+    tried_[std::size_t(t)] = quality_[std::size_t(t)];
+    flip(t);
+  }
+  queue_.clear();
+}
+
+bool AdaptiveAir::flip(int t) {
+  const TetFlip best = best_flip(air_, x_, t);
+  if (best.old_count == 0 || (best.after <= 0.0 && best.fresh_count > best.old_count) ||
+      !put_in_place(best.old.data(), best.old_count, best.fresh.data(), best.fresh_count))
+    return false;
+  ++report_.flip_count;
+  return true;
+}
+
+bool AdaptiveAir::put_in_place(const int* old, int old_count, const Tet* fresh, int fresh_count) {
+  std::vector<int> gone;  // points of the air
+  for (int i = 0; i < old_count; ++i)
+    for (const int v : air_.tet(old[i]))
+      if (std::size_t(v) >= surface_count_) gone.push_back(v);
+  std::vector<int> slots(std::size_t(fresh_count), 0);
+  if (!air_.replace(old, old_count, fresh, fresh_count, slots.data())) return false;
+  for (const int v : gone) points_[std::size_t(v) - surface_count_].tet = -1;
+  quality_.resize(std::size_t(air_.slot_count()));
+  tried_.resize(quality_.size());
+  for (const int slot : slots) {
+    const double q = quality_of(air_.tet(slot));
+    quality_[std::size_t(slot)] = tried_[std::size_t(slot)] = q;
+    if (q < kGood) queue_.push_back({q, slot});
+    for (const int v : air_.tet(slot))
+      if (std::size_t(v) >= surface_count_) points_[std::size_t(v) - surface_count_].tet = slot;
+  }
+  return true;
+}
+
+// A place that cannot be mended ends it, unless as much is to be mended as can be.
+void AdaptiveAir::mend_inverted(bool all) {
+  for (int round = 0; round < kMostRounds; ++round) {
+    int places = 0;
+    bool changed = false;
+    for (int t = 0; t < air_.slot_count() && places < kMostMends; ++t) {
+      if (!air_.alive(t) || quality_[std::size_t(t)] > 0.0) continue;
+      ++places;
+      const bool mended = refill_around(t) || add_point(t);
+      if (!mended && !all) return;
+      changed |= mended;
+    }
+    if (!changed) return;
+    improve();
+  }
+}
+
+bool AdaptiveAir::refill_around(int t) {
+  const Refilling anew = angio::refill_around(air_, x_, t);
+  if (anew.fresh.empty() || !put_in_place(anew.old.data(), int(anew.old.size()), anew.fresh.data(),
+                                          int(anew.fresh.size())))
+    return false;
+  ++report_.refill_count;
+  return true;
+}
+
+std::vector<int> AdaptiveAir::inverted_around(int t) const {
+  std::vector<int> found{t};
+  for (std::size_t i = 0; i < found.size(); ++i)
+    for (int c = 0; c < 4; ++c) {
+      const int next = air_.across(found[i], c).tet;
+      if (next >= 0 && quality_[std::size_t(next)] <= 0.0 &&
+          std::find(found.begin(), found.end(), next) == found.end())
+        found.push_back(next);
+    }
+  return found;
+}
+
+bool AdaptiveAir::add_point(int t) {
+  const std::vector<int> seeds = inverted_around(t);
+  InnerPoint best;
+  std::vector<int> best_hollow;
+  int successes = 0;
+  HollowSearch search(air_, x_, seeds);
+  for (const Vec3& place : places_around(air_, x_, seeds)) {
+    SeenHollow hollow = search.find(place, kMostAround);
+    if (hollow.tets.empty()) continue;
+    const std::vector<Triangle> outside = outside_of(air_, hollow.tets);
+    if (outside.empty())  // tets that cancel each other
+      return put_in_place(hollow.tets.data(), int(hollow.tets.size()), nullptr, 0);
+    const InnerPoint inner = find_inner_point(outside, x_, hollow.point);
+    if (inner.height <= best.height) continue;
+    best = inner;
+    best_hollow = std::move(hollow.tets);
+    if (++successes == kEnough) break;
+  }
+  if (best_hollow.empty()) return false;
+  std::size_t index = 0;
+  while (index < points_.size() && points_[index].tet >= 0) ++index;
+  if (index == points_.size()) {
+    points_.emplace_back();
+    x_.emplace_back();
+  }
+  const int vertex = int(surface_count_ + index);
+  std::vector<Tet> fresh;
+  for (const Triangle& f : outside_of(air_, best_hollow))
+    fresh.push_back({f[0], f[1], f[2], vertex});
+  x_[std::size_t(vertex)] = best.point;
+  points_[index] = {-1, best.height};
+  return put_in_place(best_hollow.data(), int(best_hollow.size()), fresh.data(), int(fresh.size()));
+}
+
+void AdaptiveAir::remove_points() {
+  for (std::size_t i = 0; i < points_.size(); ++i) {
+    Point& point = points_[i];
+    if (point.tet < 0) continue;
+    if (point.pause == 0) {  // new, or from a mesh built anew: not all of them at a time
+      point.pause = kLeastPatience;
+      point.resume = turn_ + int(i) % kLeastPatience;
+    }
+    if (turn_ < point.resume) continue;
+    point.resume = turn_ + point.pause;
+    point.pause = std::min(2 * point.pause, kMostPatience);
+    const std::vector<int> star = star_of(air_, point.tet, int(surface_count_ + i));
+    std::vector<Tet> filling = refill(air_, x_, star, kMostSteps, int(surface_count_ + i));
+    if (filling.empty()) continue;
+    if (put_in_place(star.data(), int(star.size()), filling.data(), int(filling.size())))
+      ++report_.refill_count;
+  }
+  improve();
+}
+
+void AdaptiveAir::rebuild_whole() {
+  const TetMesh mesh = rebuild_({x_.begin(), x_.begin() + std::ptrdiff_t(surface_count_)});
+  const auto is_right = [&](const Tet& t) {
+    const std::vector<Vec3>& x = mesh.vertices;
+    return tet_volume(x[std::size_t(t[0])], x[std::size_t(t[1])], x[std::size_t(t[2])],
+                      x[std::size_t(t[3])]) > 0.0;
+  };
+  if (mesh.tets.empty() || !std::all_of(mesh.tets.begin(), mesh.tets.end(), is_right) ||
+      !covers_surfaces(TetTopology(mesh.tets)))
+    return;
+  ++report_.rebuild_count;
+  closed_ = true;
+  take(mesh);
+  count_volumes();
+}
+
+// Goes on with another mesh of the gap: the surfaces' vertices, then points in the air.
+void AdaptiveAir::take(const TetMesh& mesh) {
+  air_ = TetTopology(mesh.tets);
+  x_.resize(surface_count_);
+  x_.insert(x_.end(), mesh.vertices.begin() + std::ptrdiff_t(surface_count_), mesh.vertices.end());
+  points_.assign(x_.size() - surface_count_, {});
+  for (int t = 0; t < air_.slot_count(); ++t)
+    for (const int v : air_.tet(t))
+      if (std::size_t(v) >= surface_count_) points_[std::size_t(v) - surface_count_].tet = t;
+  quality_.clear();
+  tried_.clear();
+  measure();
+  queue_fallen();
+  improve();
+}
+
+}  // namespace angio

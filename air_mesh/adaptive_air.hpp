@@ -1,0 +1,110 @@
+#pragma once
+
+#include <functional>
+#include <vector>
+
+#include "air_mesh/tet_topology.hpp"
+#include "core/tet_mesh.hpp"
+
+namespace angio {
+
+/// What happened to the air mesh since the last report, and how it is now.
+struct AirReport {
+  int tet_count = 0;
+  int inverted_count = 0;   ///< tets without a positive volume
+  double min_volume = 0.0;  ///< [mm^3]; 0 without tets
+  int flip_count = 0;       ///< edges and faces removed
+  int refill_count = 0;     ///< hollows filled anew
+  int point_count = 0;      ///< points in the air
+  int rebuild_count = 0;    ///< whole meshes built anew
+};
+
+/// The mesh of the gap between surfaces that move.
+///
+/// After each motion the tets whose quality has fallen, and those that are inverted, are worked on:
+/// edge removal and multi-face removal (air_mesh/tet_flips.hpp) as long as they raise the least
+/// quality; where a tet stays inverted the hollow of the tets around it is filled anew
+/// (air_mesh/tet_refill.hpp), with a point in the air where there is no way without
+/// (air_points.hpp), which goes as soon as there is one; where that fails too, the whole mesh is
+/// built anew. Surfaces and caps keep their triangles. The same motions give the same mesh.
+class AdaptiveAir {
+ public:
+  /// Gives a mesh of the gap between the surfaces, whose vertices come first, points in the air
+  /// after them; without tets where it cannot.
+  using Rebuild = std::function<TetMesh(const std::vector<Vec3>& x)>;
+
+  AdaptiveAir() = default;
+  /// @param tets      right-handed; those that are flat, over two triangles of a surface in one
+  ///                  plane, may be left out
+  /// @param surfaces  triangles of balloon and wall, which must be faces of the gap
+  AdaptiveAir(std::vector<Tet> tets, const std::vector<Vec3>& x, std::vector<Triangle> surfaces,
+              Rebuild rebuild = {});
+
+  /// From now on a mesh is built anew for each motion, and not fitted.
+  void rebuild_each_time() { each_time_ = true; }
+
+  /// Fits the mesh to new positions [mm], shape [vertex].
+  void follow(const std::vector<Vec3>& x);
+
+  /// Is the gap covered once, by right-handed tets whose outer faces are the surfaces' triangles
+  /// and caps? It may end before a rim.
+  [[nodiscard]] bool is_whole() const { return closed_ && report_.inverted_count == 0; }
+  [[nodiscard]] const TetTopology& topology() const { return air_; }
+  /// Of the surfaces' vertices, then of the points in the air, shape [>= vertex].
+  [[nodiscard]] const std::vector<Vec3>& positions() const { return x_; }
+
+  /// The report since the last one.
+  AirReport take_report();
+
+ private:
+  struct Work {
+    double quality;
+    int slot;
+  };
+  struct Point {
+    int tet = -1;         ///< one around it; -1: not in use
+    double height = 0.0;  ///< over the nearest of the faces around it, when it was placed [mm]
+    int resume = 0;       ///< motion at which doing without it is tried next
+    int pause = 0;        ///< before the try after that
+  };
+  void adapt(const std::vector<Vec3>& x);
+  void drop();
+  bool move_to(const std::vector<Vec3>& x, bool may_fail);
+  [[nodiscard]] bool has_inverted() const;
+  void move_points(const std::vector<Vec3>& before);
+  void measure();
+  void queue_fallen();
+  void improve();
+  bool flip(int t);
+  void mend_inverted(bool all);
+  bool refill_around(int t);
+  [[nodiscard]] std::vector<int> inverted_around(int t) const;
+  bool add_point(int t);
+  void remove_points();
+  bool put_in_place(const int* old, int old_count, const Tet* fresh, int fresh_count);
+  void rebuild_whole();
+  void take(const TetMesh& mesh);
+  void count_volumes();
+  [[nodiscard]] double quality_of(const Tet& t) const;
+  [[nodiscard]] bool covers_surfaces(const TetTopology& air) const;
+  [[nodiscard]] std::vector<Triangle> bare_surfaces(const TetTopology& air) const;
+
+  TetTopology air_;
+  std::vector<Triangle> surfaces_;  ///< corners ascending, in ascending order
+  Rebuild rebuild_;
+  std::vector<Vec3> x_;
+  std::size_t surface_count_ = 0;  ///< vertices
+  std::vector<Point> points_;      ///< shape [x_.size() - surface_count_]
+  std::vector<double> quality_;    ///< now, by slot
+  std::vector<double> tried_;      ///< when it was last worked on
+  std::vector<Work> queue_;
+  bool closed_ = false;
+  bool each_time_ = false;
+  int turn_ = 0;    ///< motions so far
+  int built_ = 0;   ///< when a mesh was last built, or tried
+  int resume_ = 0;  ///< until then none is, unless the last one has lasted
+  int pause_ = 1;   ///< after the next one
+  AirReport report_;
+};
+
+}  // namespace angio

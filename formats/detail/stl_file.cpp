@@ -1,0 +1,139 @@
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cstdint>
+#include <cstring>
+#include <limits>
+
+#include "core/error.hpp"
+#include "formats/detail/header_text.hpp"
+#include "formats/detail/surface_formats.hpp"
+#include "formats/tokens.hpp"
+
+static_assert(std::endian::native == std::endian::little, "STL and PLY are written little-endian");
+
+namespace angio::formats::detail {
+namespace {
+
+constexpr std::size_t kHeaderBytes = 80;
+constexpr std::size_t kFacetBytes = 50;
+
+std::uint32_t binary_facet_count(std::string_view bytes) {
+  std::uint32_t count = 0;
+  std::memcpy(&count, bytes.data() + kHeaderBytes, sizeof(count));
+  return count;
+}
+
+/// A binary file's size follows from its facet count. Its first word does not tell: many programs
+/// begin the free header with "solid" too.
+bool is_binary(std::string_view bytes) {
+  return bytes.size() >= kHeaderBytes + 4 &&
+         bytes.size() == kHeaderBytes + 4 + kFacetBytes * binary_facet_count(bytes);
+}
+
+void add_triangle(TriangleMesh& mesh) {
+  const auto last = int(mesh.vertices.size()) - 1;
+  mesh.triangles.push_back({last - 2, last - 1, last});
+}
+
+ParsedSurface parse_binary(std::string_view bytes) {
+  ParsedSurface result;
+  result.in_ras = says_ras(bytes.substr(0, kHeaderBytes));
+  result.data.unit = stated_unit(bytes.substr(0, kHeaderBytes));
+  TriangleMesh& mesh = result.data.mesh;
+  const std::size_t count = binary_facet_count(bytes);
+  mesh.vertices.reserve(3 * count);
+  mesh.triangles.reserve(count);
+  for (std::size_t facet = 0; facet < count; ++facet) {
+    std::array<float, 12> numbers;  // the normal, which the corners tell as well, and the corners
+    std::memcpy(numbers.data(), bytes.data() + kHeaderBytes + 4 + kFacetBytes * facet,
+                sizeof(numbers));
+    for (std::size_t c = 3; c < 12; c += 3)
+      mesh.vertices.push_back({double(numbers[c]), double(numbers[c + 1]), double(numbers[c + 2])});
+    add_triangle(mesh);
+  }
+  return result;
+}
+
+ParsedSurface parse_ascii(std::string_view text, const std::string& name) {
+  ParsedSurface result;
+  result.in_ras = says_ras(text.substr(0, text.find('\n')));
+  result.data.unit = stated_unit(text.substr(0, text.find('\n')));
+  TriangleMesh& mesh = result.data.mesh;
+  Tokens tokens(text);
+  int corner_count = 0;
+  bool ended = false;
+  for (std::string_view word = tokens.next(); !word.empty(); word = tokens.next()) {
+    if (word == "vertex") {
+      Vec3 point;
+      for (int axis = 0; axis < 3; ++axis) {
+        const auto number = parse_number<double>(tokens.next());
+        if (!number)
+          throw InputError(name + " has a corner that is not three numbers (facet " +
+                           std::to_string(mesh.triangles.size() + 1) +
+                           "; the file is damaged). Export the surface again");
+        point[axis] = *number;
+      }
+      mesh.vertices.push_back(point);
+      ++corner_count;
+    } else if (word == "endfacet") {
+      if (corner_count != 3)
+        throw InputError(name + " has a facet of " + std::to_string(corner_count) +
+                         " corners (STL facets have three). Export the surface again");
+      add_triangle(mesh);
+      corner_count = 0;
+    } else if (word == "facet" || word == "endsolid") {
+      ended = word == "endsolid";
+    }
+  }
+  if (corner_count != 0 || !ended)
+    throw InputError(
+        name +
+        (corner_count != 0 ? " ends in the middle of a facet" : " ends without \"endsolid\"") +
+        " (it was cut short). Copy or export it again");
+  return result;
+}
+
+template <class Number>
+void append(std::string& bytes, Number number) {
+  char raw[sizeof(Number)];
+  std::memcpy(raw, &number, sizeof(Number));
+  bytes.append(raw, sizeof(Number));
+}
+
+void append_float3(std::string& bytes, const Vec3& v) {
+  for (int axis = 0; axis < 3; ++axis) append(bytes, float(v[axis]));
+}
+
+}  // namespace
+
+ParsedSurface parse_stl(std::string_view bytes, const std::string& name) {
+  if (is_binary(bytes)) {
+    if (binary_facet_count(bytes) > std::numeric_limits<int>::max() / 3)
+      throw InputError(name + " has too many triangles (" +
+                       std::to_string(binary_facet_count(bytes)) + "). Decimate it first");
+    return parse_binary(bytes);
+  }
+  if (Tokens(bytes).next() == "solid" && bytes.find("facet") != std::string_view::npos)
+    return parse_ascii(bytes, name);
+  const bool cut_short = bytes.substr(0, kHeaderBytes).find('\0') != std::string_view::npos;
+  throw InputError(name +
+                   (cut_short ? " is not as long as its STL header says (it was cut short)."
+                              : " is not an STL surface (neither binary nor ASCII STL).") +
+                   " Copy or export it again");
+}
+
+std::string stl_bytes(const TriangleMesh& mesh) {
+  std::string bytes = "SPACE=LPS unit=mm binary STL";  // must not begin with "solid"
+  bytes.resize(kHeaderBytes, '\0');
+  bytes.reserve(kHeaderBytes + 4 + kFacetBytes * mesh.triangles.size());
+  append(bytes, std::uint32_t(mesh.triangles.size()));
+  for (const Triangle& triangle : mesh.triangles) {
+    append_float3(bytes, normalized(area_vector_doubled(mesh, triangle)));
+    for (const int corner : triangle) append_float3(bytes, mesh.vertices[std::size_t(corner)]);
+    append(bytes, std::uint16_t(0));
+  }
+  return bytes;
+}
+
+}  // namespace angio::formats::detail

@@ -1,0 +1,23 @@
+#pragma once
+
+#include <filesystem>
+
+#include "formats/detail/surface_formats.hpp"
+#include "formats/files.hpp"
+
+/// VTK's XML files. The writers fill the file that they are given: wrap them in write_atomically.
+/// Points and arrays are exact (float64 points; zlib-compressed, appended raw).
+namespace angio::formats::detail {
+
+void write_vtp(const std::filesystem::path& path, const SurfaceData& data);
+void write_vtp(const std::filesystem::path& path, const PolylineData& data);
+void write_vtu(const std::filesystem::path& path, const TetData& data);
+void write_vtu(const std::filesystem::path& path, const WedgeData& data);
+
+/// Polygons and strips are cut into triangles.
+ParsedSurface read_vtp_surface(const std::filesystem::path& path);
+PolylineData read_vtp_polylines(const std::filesystem::path& path);
+TetData read_vtu_tets(const std::filesystem::path& path);
+WedgeData read_vtu_wedges(const std::filesystem::path& path);
+
+}  // namespace angio::formats::detail

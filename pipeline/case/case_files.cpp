@@ -1,0 +1,298 @@
+#include "pipeline/case/case_files.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <map>
+#include <numeric>
+
+#include "core/error.hpp"
+#include "formats/files.hpp"
+
+namespace angio::pipeline {
+namespace fs = std::filesystem;
+using formats::find_array;
+namespace {
+
+DataArray scalar(std::string array_name, std::vector<double> values,
+                 ArrayType type = ArrayType::float64) {
+  return {std::move(array_name), std::move(values), 1, type};
+}
+
+template <class Integer>
+DataArray integers(std::string array_name, const std::vector<Integer>& values, ArrayType type) {
+  return scalar(std::move(array_name), std::vector<double>(values.begin(), values.end()), type);
+}
+
+DataArray vectors(std::string array_name, const std::vector<Vec3>& values) {
+  DataArray array{std::move(array_name), {}, 3, ArrayType::float64};
+  array.values.reserve(3 * values.size());
+  for (const Vec3& v : values) array.values.insert(array.values.end(), {v.x, v.y, v.z});
+  return array;
+}
+
+template <class Integer>
+std::vector<Integer> integers_of(const std::vector<DataArray>& arrays, const char* array_name) {
+  std::vector<Integer> result;
+  for (const double value : formats::find_array(arrays, array_name).values)
+    result.push_back(Integer(value));
+  return result;
+}
+
+std::vector<Vec3> vectors_of(const std::vector<DataArray>& arrays, const char* array_name) {
+  const std::vector<double>& values = formats::find_array(arrays, array_name).values;
+  std::vector<Vec3> result(values.size() / 3);
+  for (std::size_t i = 0; i < result.size(); ++i)
+    result[i] = {values[3 * i], values[3 * i + 1], values[3 * i + 2]};
+  return result;
+}
+
+std::vector<double> subtract(const std::vector<Vec3>& a, const std::vector<Vec3>& b) {
+  std::vector<double> difference;
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    const Vec3 d = a[i] - b[i];
+    difference.insert(difference.end(), {d.x, d.y, d.z});
+  }
+  return difference;
+}
+
+std::string frame_file(const char* body, int frame) {
+  return fmt::format("{}_{:06d}.vtp", body, frame);
+}
+
+void write_line(const fs::path& file, const std::vector<Vec3>& points) {
+  formats::PolylineData line;
+  line.points = points;
+  line.lines.emplace_back(points.size());
+  std::iota(line.lines[0].begin(), line.lines[0].end(), 0);
+  formats::write_polylines(file, line);
+}
+
+/// The points of all paths, one path after the other, with their arrays.
+formats::PolylineData points_of(const CenterlineTree& tree) {
+  formats::PolylineData data;
+  std::vector<double> radius, tube, abscissa, equivalent, area;
+  const auto append = [](auto& to, const auto& from) {
+    to.insert(to.end(), from.begin(), from.end());
+  };
+  for (const CenterlinePath& path : tree.paths) {
+    append(data.points, path.points);
+    append(radius, path.inscribed_radius);
+    append(tube, measured_radius(path));
+    append(abscissa, path.abscissa);
+    append(equivalent, path.equivalent_radius);
+    append(area, path.section_area);
+  }
+  data.point_arrays = {scalar("MaximumInscribedSphereRadius", radius), scalar("TubeRadius", tube),
+                       scalar("Abscissas", abscissa), scalar("EquivalentRadius", equivalent),
+                       scalar("SectionArea", area)};
+  return data;
+}
+
+}  // namespace
+
+// ---- centreline --------------------------------------------------------------------------------
+
+void write_centerlines(const fs::path& file, const CenterlineTree& tree) {
+  formats::PolylineData data = points_of(tree);
+  std::vector<int> centerline_ids, group_ids, tract_ids, blanking;
+  int first = 0;
+  for (const CenterlinePath& path : tree.paths) {
+    for (const CenterlineTract& tract : path.tracts) {
+      std::vector<int>& line = data.lines.emplace_back();
+      for (int p = tract.first_point; p <= tract.last_point; ++p) line.push_back(first + p);
+      centerline_ids.push_back(path.id);
+      group_ids.push_back(tract.group_id);
+      tract_ids.push_back(tract.tract_id);
+      blanking.push_back(tract.blanking ? 1 : 0);
+    }
+    first += int(path.points.size());
+  }
+  data.cell_arrays = {integers("CenterlineIds", centerline_ids, ArrayType::int32),
+                      integers("GroupIds", group_ids, ArrayType::int32),
+                      integers("TractIds", tract_ids, ArrayType::int32),
+                      integers("Blanking", blanking, ArrayType::int32)};
+  formats::write_polylines(file, data);
+}
+
+void write_paths(const fs::path& file, const CenterlineTree& tree) {
+  formats::PolylineData data = points_of(tree);
+  std::vector<int> blanking(data.points.size(), 0), ids;
+  int first = 0;
+  for (const CenterlinePath& path : tree.paths) {
+    ids.push_back(path.id);
+    for (const CenterlineTract& tract : path.tracts)
+      if (tract.blanking)
+        std::fill(blanking.begin() + first + tract.first_point,
+                  blanking.begin() + first + tract.last_point + 1, 1);
+    std::vector<int>& line = data.lines.emplace_back(path.points.size());
+    std::iota(line.begin(), line.end(), first);
+    first += int(path.points.size());
+  }
+  DataArray radius = data.point_arrays.front();
+  radius.name = "Radius";
+  data.point_arrays.insert(data.point_arrays.begin(), std::move(radius));
+  data.point_arrays.push_back(integers("Blanking", blanking, ArrayType::int32));
+  data.cell_arrays = {integers("CenterlineIds", ids, ArrayType::int32)};
+  formats::write_polylines(file, data);
+}
+
+CenterlineTree read_centerlines(const fs::path& file) {
+  const formats::PolylineData data = formats::read_polylines(file);
+  const auto& radius =
+      formats::find_array(data.point_arrays, "MaximumInscribedSphereRadius").values;
+  const auto& tube = formats::find_array(data.point_arrays, "TubeRadius").values;
+  const auto& abscissa = formats::find_array(data.point_arrays, "Abscissas").values;
+  const auto& equivalent = formats::find_array(data.point_arrays, "EquivalentRadius").values;
+  const auto& area = formats::find_array(data.point_arrays, "SectionArea").values;
+  const auto centerline_ids = integers_of<int>(data.cell_arrays, "CenterlineIds");
+  const auto group_ids = integers_of<int>(data.cell_arrays, "GroupIds");
+  const auto tract_ids = integers_of<int>(data.cell_arrays, "TractIds");
+  const auto blanking = integers_of<int>(data.cell_arrays, "Blanking");
+
+  CenterlineTree tree;
+  std::map<int, std::size_t> index_of_id;
+  for (std::size_t cell = 0; cell < data.lines.size(); ++cell) {
+    const auto [entry, is_new] = index_of_id.try_emplace(centerline_ids[cell], tree.paths.size());
+    if (is_new) tree.paths.emplace_back().id = centerline_ids[cell];
+    CenterlinePath& path = tree.paths[entry->second];
+    const std::vector<int>& line = data.lines[cell];
+    const int shared = path.points.empty() ? 0 : 1;  // tracts share their border point
+    CenterlineTract tract;
+    tract.first_point = int(path.points.size()) - shared;
+    for (std::size_t i = std::size_t(shared); i < line.size(); ++i) {
+      const auto p = std::size_t(line[i]);
+      path.points.push_back(data.points[p]);
+      path.inscribed_radius.push_back(radius[p]);
+      path.tube_radius.push_back(tube[p]);
+      path.abscissa.push_back(abscissa[p]);
+      path.equivalent_radius.push_back(equivalent[p]);
+      path.section_area.push_back(area[p]);
+    }
+    tract.last_point = int(path.points.size()) - 1;
+    tract.group_id = group_ids[cell];
+    tract.tract_id = tract_ids[cell];
+    tract.blanking = blanking[cell] != 0;
+    path.tracts.push_back(tract);
+  }
+  if (tree.paths.empty())
+    throw InputError(file.filename().string() + " holds no line. Run `angio centerline` again");
+  return tree;
+}
+
+// ---- meshes ------------------------------------------------------------------------------------
+
+void write_lumen(const fs::path& folder, const meshing::LumenMesh& lumen) {
+  formats::write_surface(folder / "lumen.vtp", {lumen.open, {}, {}});
+  formats::write_surface(folder / "lumen.stl", {lumen.open, {}, {}});
+  const formats::SurfaceData capped{
+      lumen.capped, {integers("InletOutletId", lumen.inlet_outlet_id, ArrayType::int32)}, {}};
+  formats::write_surface(folder / "lumen_capped.vtp", capped);
+  formats::write_surface(folder / "lumen_capped.stl", capped);
+}
+
+void write_lumen_volume(const fs::path& folder, const meshing::LumenVolume& volume) {
+  std::vector<int> entity(volume.mesh.tets.size(), 0);
+  entity.insert(entity.end(), volume.boundary_entity_id.begin(), volume.boundary_entity_id.end());
+  formats::write_tets(
+      folder / "lumen.vtu",
+      {volume.mesh, {}, {integers("CellEntityIds", entity, ArrayType::int32)}, volume.boundary});
+}
+
+TriangleMesh read_open_lumen(const StageFiles& files) {
+  return formats::read_surface(files.path("meshing/lumen.vtp")).mesh;
+}
+
+void write_balloon_setup(const fs::path& folder, const meshing::BalloonSetup& setup) {
+  const meshing::Balloon& balloon = setup.balloon;
+  formats::write_surface(
+      folder / "balloon.vtp",
+      {balloon.start,
+       {vectors("RestPosition", balloon.rest), integers("Fixed", balloon.fixed, ArrayType::uint8)},
+       {}});
+
+  write_line(folder / "guidewire.vtp", balloon.guidewire);
+
+  const meshing::ContactRegion& region = setup.region;
+  formats::write_surface(
+      folder / "region.vtp",
+      {region.mesh,
+       {integers("LumenVertexIds", region.lumen_vertex, ArrayType::int32),
+        integers("Fixed", region.fixed, ArrayType::uint8), scalar("Abscissas", region.abscissa),
+        integers("GroupIds", region.group, ArrayType::int32)},
+       {}});
+
+  formats::TetData air{setup.air.tets, {}, {}, {}};
+  std::vector<int> body(air.mesh.vertices.size(), 1);
+  std::fill_n(body.begin(), balloon.start.vertices.size(), 0);
+  air.point_arrays = {integers("BodyIds", body, ArrayType::int32)};  // 0 balloon, 1 vessel
+  formats::write_tets(folder / "air.vtu", air);
+}
+
+simulation::SimulationModel read_simulation_model(const StageFiles& files) {
+  simulation::SimulationModel model;
+  const formats::SurfaceData balloon = formats::read_surface(files.path("meshing/balloon.vtp"));
+  model.balloon = balloon.mesh;
+  model.balloon_rest = vectors_of(balloon.point_arrays, "RestPosition");
+  model.balloon_fixed = integers_of<char>(balloon.point_arrays, "Fixed");
+  model.guidewire = formats::read_polylines(files.path("meshing/guidewire.vtp")).points;
+  const formats::SurfaceData region = formats::read_surface(files.path("meshing/region.vtp"));
+  model.wall = region.mesh;
+  model.wall_fixed = integers_of<char>(region.point_arrays, "Fixed");
+  model.wall_abscissa = formats::find_array(region.point_arrays, "Abscissas").values;
+  model.wall_group = integers_of<int>(region.point_arrays, "GroupIds");
+  model.air = formats::read_tets(files.path("meshing/air.vtu")).mesh.tets;
+  return model;
+}
+
+std::vector<int> read_region_lumen_vertices(const StageFiles& files) {
+  return integers_of<int>(formats::read_surface(files.path("meshing/region.vtp")).point_arrays,
+                          "LumenVertexIds");
+}
+
+// ---- frames ------------------------------------------------------------------------------------
+
+void write_frame(const fs::path& frames_folder, const simulation::SimulationModel& model,
+                 const simulation::SimulationFrame& frame) {
+  const auto f32 = ArrayType::float32;
+  formats::write_surface(
+      frames_folder / frame_file("balloon", frame.frame),
+      {{frame.balloon, model.balloon.triangles},
+       {{"displacement", subtract(frame.balloon, model.balloon.vertices), 3, f32},
+        scalar("thickness", frame.thickness_mm, f32),
+        scalar("stretch_1", frame.stretch_1, f32),
+        scalar("stretch_2", frame.stretch_2, f32)},
+       {}});
+  formats::write_surface(frames_folder / frame_file("vessel", frame.frame),
+                         {{frame.wall, model.wall.triangles},
+                          {{"displacement", subtract(frame.wall, model.wall.vertices), 3, f32},
+                           scalar("plastic_strain", frame.plastic_strain, f32),
+                           scalar("contact_pressure", frame.contact_pressure_kpa, f32)},
+                          {}});
+  if (!frame.guidewire.empty())
+    write_line(frames_folder / frame_file("guidewire", frame.frame), frame.guidewire);
+}
+
+FrameShape read_frame(const fs::path& frames_folder, int frame) {
+  const formats::SurfaceData wall =
+      formats::read_surface(frames_folder / frame_file("vessel", frame));
+  const fs::path guidewire = frames_folder / frame_file("guidewire", frame);
+  return {formats::read_surface(frames_folder / frame_file("balloon", frame)).mesh, wall.mesh,
+          formats::find_array(wall.point_arrays, "contact_pressure").values,
+          fs::exists(guidewire) ? formats::read_polylines(guidewire).points : std::vector<Vec3>()};
+}
+
+const char* const kTimeSeriesHeader =
+    "frame,time_s,phase,pressure_atm,balloon_volume_mm3,balloon_diameter_mm,lumen_mld_mm,"
+    "friction_delta_mm,viscous_delta_mm,contact_count,min_air_volume_mm3,max_penetration_mm,"
+    "air_tet_count,flip_count";
+
+std::string time_series_row(const simulation::SimulationFrame& f) {
+  return fmt::format(
+      "{},{:.6g},{},{:.6g},{:.7g},{:.6g},{:.6g},{:.6g},{:.6g},{},{:.6g},{:.6g},{},{}", f.frame,
+      f.time_s, simulation::name(f.phase), f.pressure_atm, f.balloon_volume_mm3,
+      f.balloon_diameter_mm, f.lumen_mld_mm, f.friction_delta_mm, f.viscous_delta_mm,
+      f.contact_count, f.min_air_volume_mm3, f.max_penetration_mm, f.air_tet_count, f.flip_count);
+}
+
+}  // namespace angio::pipeline

@@ -1,0 +1,55 @@
+#pragma once
+
+#include <filesystem>
+#include <vector>
+
+#include "core/centerline.hpp"
+#include "meshing/lumen_volume.hpp"
+#include "meshing/meshing.hpp"
+#include "pipeline/stages/stage_files.hpp"
+#include "simulation/simulation.hpp"
+
+/// The stages' results as the files of CONTRACT, and back. What is read is what was written, bit
+/// for bit, so a stage gives the same result from memory and from files.
+namespace angio::pipeline {
+
+void write_centerlines(const std::filesystem::path& file, const CenterlineTree& tree);
+/// paths.vtp: one polyline from the inlet to each outlet, for programs that follow one vessel; the
+/// radius also by the name that SlicerVMTK asks for.
+void write_paths(const std::filesystem::path& file, const CenterlineTree& tree);
+CenterlineTree read_centerlines(const std::filesystem::path& file);
+
+/// lumen.vtp, lumen.stl, lumen_capped.stl, lumen_capped.vtp (with InletOutletId)
+void write_lumen(const std::filesystem::path& folder, const meshing::LumenMesh& lumen);
+/// lumen.vtu: tetrahedra, then the faces of the boundary as triangles; the cell array
+/// CellEntityIds, VMTK's name, is 0 in the volume, 1 on the wall, 2 at the inlet, 3... at the
+/// outlets.
+void write_lumen_volume(const std::filesystem::path& folder, const meshing::LumenVolume& volume);
+TriangleMesh read_open_lumen(const StageFiles& files);
+
+/// balloon.vtp, guidewire.vtp, region.vtp, air.vtu
+void write_balloon_setup(const std::filesystem::path& folder, const meshing::BalloonSetup& setup);
+/// Everything but the place where diameters are watched and the reference radius.
+simulation::SimulationModel read_simulation_model(const StageFiles& files);
+/// Index in the open lumen of each vertex of the region.
+std::vector<int> read_region_lumen_vertices(const StageFiles& files);
+
+/// frames/balloon_NNNNNN.vtp and frames/vessel_NNNNNN.vtp
+void write_frame(const std::filesystem::path& frames_folder,
+                 const simulation::SimulationModel& model,
+                 const simulation::SimulationFrame& frame);
+
+/// The frame's shape and contact pressure as written.
+struct FrameShape {
+  TriangleMesh balloon;
+  TriangleMesh wall;
+  std::vector<double> contact_pressure_kpa;
+  std::vector<Vec3> guidewire;  ///< where it moves; otherwise it stays where meshing has put it
+};
+FrameShape read_frame(const std::filesystem::path& frames_folder, int frame);
+
+/// Header and row of timeseries.csv.
+extern const char* const kTimeSeriesHeader;
+std::string time_series_row(const simulation::SimulationFrame& frame);
+
+}  // namespace angio::pipeline

@@ -1,0 +1,121 @@
+#pragma once
+
+#include <filesystem>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "pipeline/stages/stage.hpp"
+
+namespace angio::pipeline {
+
+/// SHA-256 as 64 hexadecimal digits.
+std::string sha256_of_text(std::string_view text);
+/// Of a file's content, or of a folder's files in the order of their names.
+/// @throws IoError if something cannot be read
+std::string sha256_of_path(const std::filesystem::path& path);
+
+/// What run.json says of one stage.
+struct StageRecord {
+  std::string status = "not run";  ///< "done", "given" (the input was a surface), "failed" (the
+                                   ///< first warning says why), "interrupted", "skipped" (it does
+                                   ///< not apply)
+  /// What it depends on has changed since (run.json's status is then "stale", and status_then is
+  /// this status): what it left is that of another state of the case.
+  bool is_stale = false;
+  std::string key;  ///< hash of version, settings and inputs: equal means up to date
+  double seconds = 0.0;
+  double peak_memory_mib = 0.0;
+  double solver_seconds = 0.0;                 ///< of the simulation, with its frames' files
+  std::map<std::string, std::string> inputs;   ///< file -> SHA-256
+  std::map<std::string, std::string> outputs;  ///< file in the case -> SHA-256
+  std::vector<std::string> warnings;
+  std::map<std::string, double> time_split;  ///< of the simulation [s]; see TimeSplit
+};
+
+/// What a case's run.json holds.
+struct RunRecord {
+  std::string case_name;   ///< given by the user, or the first digits of the input's hash
+  std::string input_kind;  ///< "volume", "surface" or "phantom"
+  std::string input_sha256;
+  std::string input_description;  ///< no identity
+  std::string backend;
+  std::string device;
+  std::map<Stage, StageRecord> stages;
+
+  /// Has the stage this status, and is it not stale?
+  [[nodiscard]] bool is(Stage stage, std::string_view status) const;
+};
+/// As run.json has it.
+nlohmann::json to_json(const RunRecord& record);
+
+/// The folder of one case (CONTRACT: "A case folder").
+class CaseFolder {
+ public:
+  explicit CaseFolder(std::filesystem::path root) : root_(std::move(root)) {}
+
+  [[nodiscard]] const std::filesystem::path& root() const { return root_; }
+  [[nodiscard]] std::filesystem::path folder(Stage stage) const { return root_ / name(stage); }
+  [[nodiscard]] std::filesystem::path path(const std::string& relative) const {
+    return root_ / relative;
+  }
+  [[nodiscard]] bool exists(const std::string& relative) const {
+    return std::filesystem::exists(root_ / relative);
+  }
+
+  /// Makes the folder, or takes up one that belongs to the same input.
+  /// @throws IoError (73) if it belongs to another case or is not ours, unless `force`
+  void claim(const RunRecord& wanted, bool force) const;
+
+  /// An empty record if there is no run.json.
+  [[nodiscard]] RunRecord read_record() const;
+  void write_record(const RunRecord& record) const;
+
+  /// The SHA-256 of each of the case's files named, and of all files in the folders named (with a
+  /// '/' at the end); missing ones are left out.
+  [[nodiscard]] std::map<std::string, std::string> hashes(
+      const std::vector<std::string>& relative) const;
+  /// Of every file that a stage has left.
+  [[nodiscard]] std::map<std::string, std::string> hashes(Stage stage) const;
+
+  /// Whether a stage's outputs are whole and made from these very inputs and options.
+  [[nodiscard]] bool is_up_to_date(const StageRecord& record, const std::string& key) const;
+
+ private:
+  std::filesystem::path root_;
+};
+
+/// Keeps a second run out of a case while the first is at work; freed when the process ends.
+class CaseLock {
+ public:
+  /// @throws IoError (73) if another process holds it
+  explicit CaseLock(const CaseFolder& case_folder);
+  ~CaseLock();
+  CaseLock(const CaseLock&) = delete;
+  CaseLock& operator=(const CaseLock&) = delete;
+
+ private:
+  int folder_ = -1;
+};
+
+/// A stage's folder in the making: appears in the case at once, when it is whole, by commit();
+/// otherwise it is removed and the case is as it was.
+class StageFolder {
+ public:
+  StageFolder(const CaseFolder& case_folder, Stage stage);
+  ~StageFolder();
+  StageFolder(const StageFolder&) = delete;
+  StageFolder& operator=(const StageFolder&) = delete;
+
+  [[nodiscard]] const std::filesystem::path& path() const { return temporary_; }
+  /// Puts the folder in place of the former one.
+  void commit();
+
+ private:
+  std::filesystem::path final_;
+  std::filesystem::path temporary_;
+};
+
+}  // namespace angio::pipeline

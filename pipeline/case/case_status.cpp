@@ -1,0 +1,47 @@
+#include "pipeline/case/case_status.hpp"
+
+#include <fmt/format.h>
+
+#include "pipeline/case/metrics.hpp"
+
+namespace angio::pipeline {
+namespace {
+
+constexpr const char* kPlacement = "meshing/placement.json";
+constexpr Stage kTreating[] = {Stage::segmentation, Stage::centerline, Stage::meshing,
+                               Stage::simulation};
+
+const StageRecord* record_of(const RunRecord& record, Stage stage) {
+  const auto found = record.stages.find(stage);
+  return found == record.stages.end() ? nullptr : &found->second;
+}
+
+}  // namespace
+
+bool is_untreated(const CaseFolder& case_folder) {
+  return case_folder.exists(kPlacement) &&
+         !read_json(case_folder.path(kPlacement)).contains("balloon");
+}
+
+CaseStatus case_status(const StageFiles& files, const RunRecord& record) {
+  for (const Stage stage : kTreating) {
+    if (!record.is(stage, "failed")) continue;
+    const std::vector<std::string>& told = record.stages.at(stage).warnings;
+    return {"failed", fmt::format("the stage {} failed{}", name(stage),
+                                  told.empty() ? "" : ": " + told.front())};
+  }
+  for (const Stage stage : kTreating) {
+    const StageRecord* found = record_of(record, stage);
+    if (found && found->is_stale)
+      return {"stale", fmt::format("settings or files that the stage {0} depends on have changed "
+                                   "since {0} was run. Run `angio run` again",
+                                   name(stage))};
+  }
+  if (!record.is(Stage::meshing, "done") || !files.exists(kPlacement)) return {};
+  const nlohmann::json placement = read_json(files.path(kPlacement));
+  const CaseStatus found{placement.value("status", "done"), placement.value("status_reason", "")};
+  const bool ended = record.is(Stage::simulation, "done") || !placement.contains("balloon");
+  return ended ? found : CaseStatus{};
+}
+
+}  // namespace angio::pipeline

@@ -1,0 +1,164 @@
+#include "pipeline/case/metrics.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "core/atomic_file.hpp"
+#include "core/error.hpp"
+#include "pipeline/case/case_files.hpp"
+#include "pipeline/case/case_status.hpp"
+#include "pipeline/case/resolution.hpp"
+
+namespace angio::pipeline {
+using nlohmann::json;
+namespace {
+
+json object_of_nulls(std::initializer_list<const char*> keys) {
+  json object = json::object();
+  for (const char* key : keys) object[key] = nullptr;
+  return object;
+}
+
+json empty_metrics() {
+  return {{"status", nullptr},
+          {"status_reason", nullptr},
+          {"lesion", object_of_nulls({"centerline_id", "abscissa_mm", "mld_mm", "mla_mm2",
+                                      "reference_diameter_mm", "reference_rule",
+                                      "diameter_stenosis_percent", "length_mm"})},
+          {"balloon",
+           object_of_nulls({"nominal_diameter_mm", "length_mm", "material", "peak_pressure_atm",
+                            "peak_diameter_mm", "balloon_to_artery_ratio"})},
+          {"result",
+           object_of_nulls({"mld_mm", "mla_mm2", "diameter_stenosis_percent", "acute_gain_mm",
+                            "recoil_mm", "recoil_percent", "segment_mld_mm", "segment_mla_mm2"})},
+          {"simulation", object_of_nulls({"backend", "device", "frame_count", "simulated_s",
+                                          "wall_s", "frames_per_second", "real_time_factor",
+                                          "max_penetration_mm", "inverted_air_tets"})},
+          {"mesh", object_of_nulls({"lumen_triangles", "lumen_vertices", "watertight",
+                                    "self_intersections", "min_angle_degrees"})}};
+}
+
+/// 0 stands for "not known" in a lesion.
+json positive_or_null(double value) { return value > 0.0 ? json(value) : json(nullptr); }
+
+void add_timing(json& simulation, const RunRecord& record) {
+  const StageRecord& stage = record.stages.at(Stage::simulation);
+  const double wall_s = stage.solver_seconds;
+  if (wall_s <= 0.0 || !simulation["frame_count"].is_number()) return;
+  simulation["wall_s"] = wall_s;
+  simulation["time_split_s"] = stage.time_split;
+  simulation["frames_per_second"] = simulation["frame_count"].get<double>() / wall_s;
+  simulation["real_time_factor"] = simulation["simulated_s"].get<double>() / wall_s;
+}
+
+}  // namespace
+
+json read_json(const std::filesystem::path& file) {
+  try {
+    return json::parse(read_text(file));
+  } catch (const json::exception&) {
+    throw InputError(
+        fmt::format("{} is damaged (not the JSON that this program writes). Run that "
+                    "stage again, or add --force",
+                    file.string()));
+  }
+}
+
+json mesh_metrics(const meshing::LumenMesh& lumen,
+                  const std::optional<meshing::LumenVolume>& volume) {
+  const meshing::LumenQuality& quality = lumen.quality;
+  json mesh = {{"lumen_triangles", lumen.open.triangles.size()},
+               {"lumen_vertices", lumen.open.vertices.size()},
+               {"watertight", lumen.watertight},
+               {"self_intersections", lumen.self_intersection_count},
+               {"min_angle_degrees", lumen.min_angle_degrees},
+               {"min_angle_off_rims_degrees", quality.min_angle_off_rims_degrees},
+               {"min_angle_capped_degrees", lumen.capped_min_angle_degrees},
+               {"triangles_below_20_degrees", quality.below_20_degrees},
+               {"triangles_below_20_degrees_at_rims", quality.below_20_degrees_at_rims},
+               {"triangles_below_20_degrees_capped", lumen.capped_below_20_degrees},
+               {"mean_edge_mm", quality.edge_mean_mm},
+               {"distance_mean_mm", quality.distance_mean_mm},
+               {"distance_percentile_95_mm", quality.distance_percentile_95_mm},
+               {"volume_mm3", quality.volume_mm3},
+               {"volume_change_percent", quality.volume_change_percent},
+               {"tets", nullptr},
+               {"min_dihedral_degrees", nullptr},
+               {"max_dihedral_degrees", nullptr}};
+  if (volume) {
+    mesh["tets"] = volume->mesh.tets.size();
+    mesh["min_dihedral_degrees"] = volume->min_dihedral_degrees;
+    mesh["max_dihedral_degrees"] = volume->max_dihedral_degrees;
+  }
+  return mesh;
+}
+
+json lesion_metrics(const centerline::Lesion& lesion, double resolution_mm) {
+  return {{"centerline_id", lesion.path_id},
+          {"abscissa_mm", lesion.abscissa_mm},
+          {"mld_mm", lesion.mld_mm},
+          {"mla_mm2", lesion.mla_mm2},
+          {"resolution_mm", positive_or_null(resolution_mm)},
+          {"mld_below_resolution", lesion.mld_mm < resolution_mm},
+          {"reference_diameter_mm", lesion.reference_diameter_mm},
+          {"reference_rule", lesion.reference_rule},
+          {"reference_tree_mm", positive_or_null(lesion.reference_tree_mm)},
+          {"reference_interpolated_mm", positive_or_null(lesion.reference_interpolated_mm)},
+          {"reference_average_mm", positive_or_null(lesion.reference_average_mm)},
+          {"reference_proximal_mm", positive_or_null(lesion.reference_proximal_mm)},
+          {"reference_distal_mm", positive_or_null(lesion.reference_distal_mm)},
+          {"diameter_stenosis_percent", lesion.diameter_stenosis_percent},
+          {"area_stenosis_percent", lesion.area_stenosis_percent},
+          {"proximal_mm", lesion.proximal_mm},
+          {"distal_mm", lesion.distal_mm},
+          {"length_mm", lesion.length_mm},
+          {"evidence", positive_or_null(lesion.evidence)}};
+}
+
+std::vector<std::string> metrics_files() {
+  std::vector<std::string> files = resolution_files();
+  files.insert(files.end(), {"centerline/centerlines.vtp", "meshing/placement.json",
+                             "simulation/summary.json", "simulation/cloth.csv", kDiagnosis});
+  return files;
+}
+
+json collect_metrics(const StageFiles& files, const centerline::LesionOptions& lesion,
+                     const RunRecord& record) {
+  json metrics = empty_metrics();
+  const bool is_simulated = record.is(Stage::simulation, "done");
+  if (is_simulated && files.exists("simulation/cloth.csv")) {
+    metrics["cloth"] = read_json(files.path("simulation/summary.json"));
+    return metrics;
+  }
+  const CaseStatus status = case_status(files, record);
+  if (!status.status.empty()) metrics["status"] = status.status;
+  if (!status.reason.empty()) metrics["status_reason"] = status.reason;
+  if (!record.is(Stage::centerline, "done")) return metrics;
+  if (!record.is(Stage::meshing, "done")) {
+    const CenterlineTree tree = read_centerlines(files.path("centerline/centerlines.vtp"));
+    const Resolution resolution = case_resolution(files);
+    const auto lesions = centerline::find_lesions(tree, lesion_options(lesion, resolution));
+    metrics["lesion"].update(lesion_metrics(lesions.front(), resolution.longest_mm));
+    return metrics;
+  }
+  const json placement = read_json(files.path("meshing/placement.json"));
+  metrics["lesion"].update(placement.at("lesion"));
+  metrics["mesh"].update(placement.at("mesh"));
+  if (placement.contains("balloon")) metrics["balloon"].update(placement.at("balloon"));
+  if (record.is(Stage::simulation, "failed") &&
+      record.stages.at(Stage::simulation).outputs.contains(kDiagnosis)) {
+    metrics["simulation"].update(read_json(files.path(kDiagnosis)).at("simulation"));
+    add_timing(metrics["simulation"], record);
+  }
+  if (!is_simulated || !placement.contains("balloon")) return metrics;
+  const json summary = read_json(files.path("simulation/summary.json"));
+  metrics["balloon"].update(summary.at("balloon"));
+  metrics["result"].update(summary.at("result"));
+  metrics["simulation"].update(summary.at("simulation"));
+  if (summary.contains("wall")) metrics["wall"] = summary.at("wall");
+  add_timing(metrics["simulation"], record);
+  return metrics;
+}
+
+}  // namespace angio::pipeline

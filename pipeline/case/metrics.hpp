@@ -1,0 +1,34 @@
+#pragma once
+
+#include <nlohmann/json.hpp>
+#include <optional>
+
+#include "centerline/centerline.hpp"
+#include "meshing/lumen_volume.hpp"
+#include "meshing/meshing.hpp"
+#include "pipeline/case/case_folder.hpp"
+#include "pipeline/stages/stage_files.hpp"
+
+namespace angio::pipeline {
+
+inline constexpr const char* kDiagnosis = "simulation/diagnosis.json";
+
+/// The case's files that collect_metrics() reads.
+std::vector<std::string> metrics_files();
+
+/// metrics.json (CONTRACT) from what the stages have left so far; null where it does not apply, and
+/// where what was left is stale.
+/// @param lesion  which lesion is shown before there is a mesh
+nlohmann::json collect_metrics(const StageFiles& files, const centerline::LesionOptions& lesion,
+                               const RunRecord& record);
+
+/// metrics.json's mesh part, with more of the surface and, if it was filled, of the tetrahedra.
+nlohmann::json mesh_metrics(const meshing::LumenMesh& lumen,
+                            const std::optional<meshing::LumenVolume>& volume);
+/// A lesion under the names of metrics.json. @param resolution_mm  of the scan; 0: none
+nlohmann::json lesion_metrics(const centerline::Lesion& lesion, double resolution_mm);
+
+/// A JSON file of the case. @throws InputError naming the file if it is missing or damaged
+nlohmann::json read_json(const std::filesystem::path& file);
+
+}  // namespace angio::pipeline

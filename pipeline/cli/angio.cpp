@@ -1,0 +1,23 @@
+#include <unistd.h>
+
+#include <cstdlib>
+
+#include "pipeline/cli/commands.hpp"
+
+namespace {
+
+/// OpenMP's threads spin while they wait, which on a machine that runs anything else beside this
+/// program costs more than the waiting. libgomp reads the policy when it is loaded, before main,
+/// so the program starts itself again with it.
+void wait_without_spinning(char** argv) {
+  if (std::getenv("OMP_WAIT_POLICY") != nullptr) return;
+  setenv("OMP_WAIT_POLICY", "passive", 1);
+  execv("/proc/self/exe", argv);  // returns only if it fails: then with spinning
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  wait_without_spinning(argv);
+  return angio::pipeline::run_command_line(argc, argv);
+}

@@ -1,0 +1,41 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "pipeline/cli/reporter.hpp"
+#include "pipeline/config/config.hpp"
+
+namespace angio::pipeline {
+
+/// One row of a manifest.
+struct BatchCase {
+  std::string name;   ///< letters, digits, '.', '_', '-'; names the case's folder
+  std::string input;  ///< as `angio run` takes it; relative paths count from the manifest's folder
+  std::vector<std::string> settings;  ///< "section.key=value" from the other columns
+};
+
+/// Reads a manifest: CSV (RFC 4180) with a header; columns `case`, `input`, and any number of
+/// configuration keys, whose empty cells mean the default.
+/// @throws InputError (66, 65) naming the row
+std::vector<BatchCase> read_manifest(const std::filesystem::path& file);
+
+struct BatchRequest {
+  std::filesystem::path manifest;
+  std::filesystem::path folder;        ///< gets CASE/, logs/CASE.log, summary.csv, summary.html
+  int jobs = 1;                        ///< cases at a time, [1, 256]
+  int threads = 0;                     ///< a case's threads; 0: the computer's, shared out
+  int retries = 0;                     ///< further tries of a case that failed, [0, 10]
+  bool resume = false;                 ///< leave out cases that are done: see is_case_done()
+  Config config;                       ///< what `arguments` come to
+  std::filesystem::path program;       ///< this executable
+  std::vector<std::string> arguments;  ///< passed on to every `angio run`
+};
+
+/// Runs every case in a process of its own; a failure stops none of the others.
+/// @return how many cases failed
+int run_batch(const BatchRequest& request, Reporter& reporter);
+
+}  // namespace angio::pipeline

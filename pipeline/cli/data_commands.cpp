@@ -1,0 +1,269 @@
+#include "pipeline/cli/data_commands.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <vector>
+
+#include "core/error.hpp"
+#include "pipeline/stages/stage_work.hpp"
+#include "pipeline/stages/surface_input.hpp"
+#include "segmentation/read_volume.hpp"
+
+namespace angio::pipeline {
+namespace {
+
+template <class Value>
+nlohmann::json or_null(const std::optional<Value>& value) {
+  return value ? nlohmann::json(*value) : nlohmann::json(nullptr);
+}
+
+constexpr const char* kSpacingPlanes[] = {"unknown", "detector", "isocentre", "calibrated"};
+
+nlohmann::json to_json(const segmentation::ProjectionRun& run) {
+  nlohmann::json json = {{"primary_angles_degrees", run.primary_angles_degrees},
+                         {"secondary_angles_degrees", run.secondary_angles_degrees},
+                         {"base_angles_degrees", run.base_angles_degrees},
+                         {"source_to_detector_mm", or_null(run.source_to_detector_mm)},
+                         {"source_to_isocentre_mm", or_null(run.source_to_isocentre_mm)},
+                         {"magnification", or_null(run.magnification)},
+                         {"spacing_mm", run.spacing_mm},
+                         {"spacing_plane", kSpacingPlanes[int(run.spacing_plane)]},
+                         {"frame_time_ms", or_null(run.frame_time_ms)},
+                         {"mask_frames", run.mask_frames},
+                         {"mask_operation", run.mask_operation},
+                         {"open_field", or_null(run.open_field)},
+                         {"burned_in_text", run.burned_in_text},
+                         {"notes", run.notes}};
+  if (!(run.spacing_mm[0] > 0.0)) json["spacing_mm"] = nullptr;
+  return json;
+}
+
+nlohmann::json to_json(const segmentation::SeriesSummary& s) {
+  const auto& g = s.geometry;
+  nlohmann::json json = {{"key", s.key},
+                         {"kind", s.kind},
+                         {"transfer_syntax", s.transfer_syntax},
+                         {"pixel_format", s.pixel_format},
+                         {"files", s.file_count},
+                         {"frames", s.frame_count},
+                         {"size", {g.size[0], g.size[1], g.size[2]}},
+                         {"spacing_mm", {g.spacing.x, g.spacing.y, g.spacing.z}},
+                         {"usable", s.usable},
+                         {"lossy", s.lossy},
+                         {"resampled", s.resampled},
+                         {"tilt_degrees", s.tilt_degrees},
+                         {"verdict", s.verdict},
+                         {"warnings", s.warnings}};
+  if (!s.usable) json["spacing_mm"] = nullptr;
+  if (g.size[0] == 0) json["size"] = nullptr;
+  json["labels"] = s.labels.empty() ? nlohmann::json(nullptr) : nlohmann::json::array();
+  if (s.projection) json["projection"] = to_json(*s.projection);
+  for (const segmentation::Label& label : s.labels)
+    json["labels"].push_back({{"value", label.value}, {"voxels", label.voxel_count}});
+  return json;
+}
+
+/// "-30.0 to 30.0", or the one angle of a standing run.
+std::string range_text(const std::vector<double>& angles) {
+  if (angles.empty()) return "unknown";
+  const auto [least, most] = std::minmax_element(angles.begin(), angles.end());
+  return *least == *most ? fmt::format("{:.1f}", *least)
+                         : fmt::format("{:.1f} to {:.1f}", angles.front(), angles.back());
+}
+
+void print_projection(const segmentation::ProjectionRun& run) {
+  fmt::print("   angles: primary (RAO to LAO) {}, secondary (CAU to CRA) {} degrees\n",
+             range_text(run.primary_angles_degrees), range_text(run.secondary_angles_degrees));
+  const auto distance_text = [](const std::optional<double>& mm) {
+    return mm ? fmt::format("{:.1f} mm", *mm) : std::string("unknown");
+  };
+  fmt::print("   source to detector {}, source to isocentre {}\n",
+             distance_text(run.source_to_detector_mm), distance_text(run.source_to_isocentre_mm));
+  if (run.spacing_mm[0] > 0.0)
+    fmt::print("   pixels of {:.4g} x {:.4g} mm, plane: {}\n", run.spacing_mm[0], run.spacing_mm[1],
+               kSpacingPlanes[int(run.spacing_plane)]);
+  else
+    fmt::print("   pixel size unknown\n");
+  if (run.frame_time_ms) fmt::print("   {:.4g} ms a frame\n", *run.frame_time_ms);
+  if (!run.mask_operation.empty())
+    fmt::print("   digital subtraction: {}, mask frame(s) {}\n", run.mask_operation,
+               fmt::join(run.mask_frames, ", "));
+  if (run.open_field)
+    fmt::print("   open field: columns {} to {}, rows {} to {}\n", (*run.open_field)[0],
+               (*run.open_field)[1], (*run.open_field)[2], (*run.open_field)[3]);
+  if (run.burned_in_text) fmt::print("   text is burned into the pixels\n");
+  for (const std::string& note : run.notes) fmt::print("   note: {}\n", note);
+}
+
+void print_labels(const segmentation::SeriesSummary& s) {
+  constexpr std::size_t kMost = 32;
+  if (s.labels.empty()) return;
+  const Vec3& h = s.geometry.spacing;
+  std::vector<std::string> texts;
+  for (std::size_t n = 0; n < std::min(s.labels.size(), kMost); ++n)
+    texts.push_back(fmt::format("{} ({:.4g} ml)", s.labels[n].value,
+                                double(s.labels[n].voxel_count) * h.x * h.y * h.z / 1000.0));
+  fmt::print("   a label map, no image, of {} label(s): {}{}; segmentation.labels chooses\n",
+             s.labels.size(), fmt::join(texts, ", "), s.labels.size() > kMost ? ", ..." : "");
+}
+
+void print_series(std::size_t number, const segmentation::SeriesSummary& s) {
+  const auto& g = s.geometry;
+  fmt::print("{}  {}  {}, {} file(s), {} frame(s), {}{}\n", number, s.key, s.kind, s.file_count,
+             s.frame_count, s.transfer_syntax, s.lossy ? " (lossy)" : "");
+  if (!s.pixel_format.empty()) fmt::print("   {}\n", s.pixel_format);
+  if (s.usable)
+    fmt::print("   {} x {} x {} voxels of {:.4g} x {:.4g} x {:.4g} mm\n", g.size[0], g.size[1],
+               g.size[2], g.spacing.x, g.spacing.y, g.spacing.z);
+  else if (g.size[0] > 0)
+    fmt::print("   {} columns x {} rows x {} frame(s)\n", g.size[0], g.size[1], g.size[2]);
+  print_labels(s);
+  if (s.projection) print_projection(*s.projection);
+  fmt::print("   {}: {}\n", s.usable ? "usable" : "refused", s.verdict);
+  for (const std::string& warning : s.warnings) fmt::print("   note: {}\n", warning);
+}
+
+}  // namespace
+
+void add_read_options(CLI::App& command, ReadArguments& read) {
+  command.add_option("--series", read.series, "series of a DICOM folder, from `angio inspect`");
+  command.add_flag("--allow-lossy", read.allow_lossy, "measure on lossy-compressed pixels");
+  command
+      .add_option("--spacing", read.spacing,
+                  "voxel size [mm] between columns, rows and slices, for a scan that states none")
+      ->type_name("I,J,K");
+  command.add_flag("--resample", read.resample,
+                   "interpolate missing or unevenly spaced slices instead of refusing them");
+  command
+      .add_option("--angles", read.angles,
+                  "a projection run's angle increments: from-base or cumulative")
+      ->check(CLI::IsMember({"from-base", "cumulative"}));
+  command
+      .add_option("--max-memory", read.max_memory,
+                  "refuse a scan that needs more [GiB]; 0: what is free")
+      ->check(CLI::Range(0.0, 65536.0));
+}
+
+void add_unit_option(CLI::App& command, std::string& unit) {
+  command
+      .add_option(
+          "--unit", unit,
+          "of a given lumen surface: mm, cm, m, inch, or auto (default): as the file says,\n"
+          "otherwise by its size")
+      ->check(CLI::IsMember({"auto", "mm", "cm", "m", "inch"}));
+}
+
+void apply_read_options(Config& config, const ReadArguments& read) {
+  try {
+    if (!read.series.empty()) config.input.series = read.series;
+    if (!read.spacing.empty()) apply_setting(config, "input.spacing_mm=[" + read.spacing + "]");
+    if (!read.angles.empty()) apply_setting(config, "input.angles=" + read.angles);
+    if (!read.max_memory.empty()) apply_setting(config, "input.max_memory_gib=" + read.max_memory);
+    if (read.allow_lossy) config.input.allow_lossy = true;
+    if (read.resample) config.input.resample = true;
+    config.input.validate();
+  } catch (const OptionError& error) {  // on the command line, not in a configuration
+    throw Error(ExitCode::usage, error.what());
+  }
+}
+
+CLI::App& add_inspect_command(CLI::App& app, InspectArguments& inspect) {
+  CLI::App& command = *app.add_subcommand(
+      "inspect",
+      "what is there, whether it can be used, and why not; reads headers only, but\n"
+      "a surface whole");
+  command.add_option("INPUT", inspect.input, "a folder or file")->required();
+  command.add_flag("--json", inspect.as_json, "as JSON");
+  add_read_options(command, inspect.read);
+  add_unit_option(command, inspect.unit);
+  return command;
+}
+
+int do_inspect(const InspectArguments& arguments) {
+  const InputKind kind = input_kind(arguments.input);
+  if (kind == InputKind::surface) {
+    Config config;
+    if (!arguments.unit.empty()) apply_setting(config, "input.unit=" + arguments.unit);
+    inspect_surface(arguments.input, config.surface_unit, arguments.as_json);
+    return int(ExitCode::done);
+  }
+  if (kind == InputKind::phantom)
+    throw Error(ExitCode::usage, "a phantom has nothing to inspect. See `angio phantom --help`");
+  Config config;
+  apply_read_options(config, arguments.read);
+  const std::vector<segmentation::SeriesSummary> all =
+      segmentation::inspect(arguments.input, config.input);
+  if (arguments.as_json) {
+    nlohmann::json list = nlohmann::json::array();
+    for (const auto& series : all) list.push_back(to_json(series));
+    fmt::print("{}\n", nlohmann::json{{"series", list}}.dump(2));
+    return int(ExitCode::done);
+  }
+  for (std::size_t i = 0; i < all.size(); ++i) print_series(i + 1, all[i]);
+  return int(ExitCode::done);
+}
+
+void add_phantom_command(CLI::App& app, PhantomArguments& phantom) {
+  CLI::App& command = *app.add_subcommand(
+      "phantom",
+      "a phantom with its truth\n"
+      "NAME: straight, concentric, unilateral, bilateral, tandem, helix, torus,\n"
+      "ytype, trifurcation, aneurysm, coronary or cloth");
+  auto& o = phantom.options;
+  command.add_option("NAME", o.name, "which phantom")->required();
+  command.add_option("-o,--output", phantom.folder, "folder to write into")->required();
+  command
+      .add_option("--format", phantom.format,
+                  "dicom (CT series), xray3d (X-Ray 3D Angiographic DICOM), nrrd or surface")
+      ->check(CLI::IsMember({"dicom", "xray3d", "nrrd", "surface"}))
+      ->capture_default_str();
+  command.add_option("--stenosis", o.stenosis_percent, "diameter stenosis [%], 0 to 95")
+      ->capture_default_str();
+  command.add_option("--radius", o.radius_mm, "at the inlet [mm], 0.4 to 15; 0: the phantom's own")
+      ->capture_default_str();
+  command
+      .add_option("--length", o.length_mm,
+                  "of the main branch [mm], 5 to 200; 0: the phantom's own")
+      ->capture_default_str();
+  command.add_option("--spacing", o.spacing_mm, "voxel size [mm], 0.05 to 2")
+      ->capture_default_str();
+  command
+      .add_option("--noise", o.noise_sd, "standard deviation as a fraction of the contrast, 0 to 1")
+      ->capture_default_str();
+  command
+      .add_option("--blur", o.blur_mm,
+                  "standard deviation of the scanner's blur [mm], 0 to 3; 0: 0.6 voxels")
+      ->capture_default_str();
+  command
+      .add_option("--oblique", o.oblique_degrees,
+                  "turn of the voxel grid around (1, 2, 3) [degrees], 0 to 90")
+      ->capture_default_str();
+  command.add_option("--seed", o.seed, "of the noise")->capture_default_str();
+}
+
+int do_phantom(const PhantomArguments& arguments) {
+  using datasets::PhantomFormat;
+  const PhantomFormat format = arguments.format == "nrrd"      ? PhantomFormat::nrrd
+                               : arguments.format == "xray3d"  ? PhantomFormat::xray_3d
+                               : arguments.format == "surface" ? PhantomFormat::surface
+                                                               : PhantomFormat::dicom;
+  try {
+    arguments.options.validate();
+  } catch (const OptionError& error) {  // on the command line, not in a configuration
+    throw Error(ExitCode::usage, error.what());
+  }
+  const datasets::Phantom phantom = format == PhantomFormat::surface
+                                        ? datasets::make_phantom_surface(arguments.options)
+                                        : datasets::make_phantom(arguments.options);
+  const std::filesystem::path written =
+      datasets::write_phantom(phantom, arguments.options, format, arguments.folder);
+  fmt::print("{}\n", written.string());
+  return int(ExitCode::done);
+}
+
+}  // namespace angio::pipeline

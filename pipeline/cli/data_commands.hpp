@@ -1,0 +1,47 @@
+#pragma once
+
+#include <CLI/App.hpp>
+#include <filesystem>
+#include <string>
+
+#include "datasets/phantom.hpp"
+#include "pipeline/config/config.hpp"
+
+/// The commands about data alone: what is there, and phantoms.
+namespace angio::pipeline {
+
+/// How an input is to be read, as it stands on the command line; empty: as configured.
+struct ReadArguments {
+  std::string series, spacing, angles, max_memory;
+  bool allow_lossy = false;
+  bool resample = false;
+};
+void add_read_options(CLI::App& command, ReadArguments& read);
+void apply_read_options(Config& config, const ReadArguments& read);
+
+/// --unit, of a lumen surface.
+void add_unit_option(CLI::App& command, std::string& unit);
+
+struct InspectArguments {
+  std::string input;
+  ReadArguments read;
+  std::string unit;  ///< of a surface
+  bool as_json = false;
+};
+CLI::App& add_inspect_command(CLI::App& app, InspectArguments& inspect);
+
+/// Lists a folder's series, or describes a volume or surface. @return the exit code
+int do_inspect(const InspectArguments& arguments);
+
+struct PhantomArguments {
+  datasets::PhantomOptions options;
+  std::string format = "dicom";
+  std::filesystem::path folder;
+};
+
+void add_phantom_command(CLI::App& app, PhantomArguments& phantom);
+
+/// Writes the phantom and its truth, and prints the path that `angio run` takes.
+int do_phantom(const PhantomArguments& arguments);
+
+}  // namespace angio::pipeline

@@ -1,0 +1,143 @@
+#include "pipeline/config/config.hpp"
+
+#include <fmt/format.h>
+#include <toml++/toml.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <numeric>
+#include <sstream>
+
+#include "core/atomic_file.hpp"
+#include "core/error.hpp"
+#include "pipeline/stages/layered_wall.hpp"
+
+namespace angio::pipeline {
+namespace {
+
+int edit_distance(std::string_view a, std::string_view b) {
+  std::vector<int> row(b.size() + 1);
+  std::iota(row.begin(), row.end(), 0);
+  for (std::size_t i = 1; i <= a.size(); ++i) {
+    int diagonal = row[0];
+    row[0] = int(i);
+    for (std::size_t j = 1; j <= b.size(); ++j) {
+      const int replaced = diagonal + (a[i - 1] == b[j - 1] ? 0 : 1);
+      diagonal = row[j];
+      row[j] = std::min({replaced, row[j] + 1, row[j - 1] + 1});
+    }
+  }
+  return row[b.size()];
+}
+
+void apply(Config& config, const std::string& key, const std::string& toml_value,
+           const std::string& where) {
+  const std::vector<Setting> table = settings(config);
+  std::vector<std::string> keys;
+  for (const Setting& setting : table) {
+    if (setting.key == key) return setting.set(toml_value);
+    keys.push_back(setting.key);
+  }
+  const std::string guess = nearest(key, keys);
+  throw OptionError(fmt::format("unknown key {} in {}{}. `angio run --print-config` lists all keys",
+                                key, where,
+                                guess.empty() ? "" : fmt::format(" (did you mean {}?)", guess)));
+}
+
+void apply_table(Config& config, const toml::table& table, const std::string& where) {
+  for (const auto& [section, node] : table) {
+    const std::string section_name(section.str());
+    if (!node.is_table()) return apply(config, section_name, "0", where);  // no bare keys: refused
+    for (const auto& [key, value] : *node.as_table()) {
+      std::ostringstream text;
+      text << toml::node_view<const toml::node>(value);
+      apply(config, section_name + "." + std::string(key.str()), text.str(), where);
+    }
+  }
+}
+
+}  // namespace
+
+void Config::validate() const {
+  input.validate();
+  segmentation.validate();
+  centerline.validate();
+  constexpr const char* kExperiments[] = {"",          "cloth", "unilateral",
+                                          "bilateral", "ytype", "coronary"};
+  if (std::find(std::begin(kExperiments), std::end(kExperiments), experiment) ==
+      std::end(kExperiments))
+    throw OptionError(fmt::format(
+        "input.experiment = {} is none (there are: cloth, unilateral, bilateral, ytype, coronary)",
+        experiment));
+  lesion.validate();
+  narrowing.validate();
+  lumen_mesh.validate();
+  lumen_volume.validate();
+  balloon.validate();
+  wall_layers.validate();
+  constexpr double kSomeDiameter = 3.0;  // what is left to the size is valid at any
+  solver_options(simulation, plaque, balloon.shaft_diameter_mm, kSomeDiameter).validate();
+  if (write_every < 1 || write_every > 10000)
+    throw OptionError("simulation.write_every must be from 1 to 10000");
+}
+
+simulation::Backend backend_of(std::string_view name) {
+  if (name == "cpu") return simulation::Backend::cpu;
+  return name == "cuda" ? simulation::Backend::cuda : simulation::Backend::automatic;
+}
+
+void load_config(Config& config, const std::filesystem::path& file) {
+  toml::table table;
+  try {
+    table = toml::parse(read_text(file), file.filename().string());
+  } catch (const toml::parse_error& error) {
+    throw OptionError(
+        fmt::format("{}, line {}: {} (not TOML). Correct it, or begin from the "
+                    "case.toml of another case",
+                    file.string(), error.source().begin.line, error.description()));
+  }
+  apply_table(config, table, file.filename().string());
+}
+
+void apply_setting(Config& config, std::string_view assignment) {
+  const std::size_t equals = assignment.find('=');
+  if (equals == std::string_view::npos)
+    throw Error(ExitCode::usage, fmt::format("--set {} is not section.key=value", assignment));
+  apply(config, std::string(assignment.substr(0, equals)),
+        std::string(assignment.substr(equals + 1)), "--set");
+}
+
+std::string to_toml(const Config& config) {
+  Config copy = config;
+  std::vector<Setting> table = settings(copy);
+  std::vector<std::string> sections;  // in the order of their first key
+  std::map<std::string, std::string> text;
+  for (const Setting& setting : table) {
+    const std::size_t dot = setting.key.find('.');
+    const std::string section = setting.key.substr(0, dot);
+    if (text.find(section) == text.end()) sections.push_back(section);
+    text[section] +=
+        fmt::format("{} = {}  # {}\n", setting.key.substr(dot + 1), setting.get(), setting.help);
+  }
+  std::string toml =
+      "# Every option in force. `angio run INPUT --config THIS -o CASE` repeats it.\n";
+  for (const std::string& section : sections)
+    toml += fmt::format("\n[{}]\n{}", section, text[section]);
+  return toml;
+}
+
+std::string nearest(std::string_view word, const std::vector<std::string>& candidates) {
+  std::string best;
+  int best_distance = std::max(3, int(word.size()) / 2);
+  for (const std::string& candidate : candidates) {
+    const int d = edit_distance(word, candidate);
+    if (d < best_distance) {
+      best_distance = d;
+      best = candidate;
+    }
+  }
+  return best;
+}
+
+}  // namespace angio::pipeline

@@ -1,0 +1,166 @@
+#include "pipeline/stages/layered_wall.hpp"
+
+#include <algorithm>
+#include <iterator>
+
+#include "formats/files.hpp"
+#include "simulation/balloon_size.hpp"
+
+namespace angio::pipeline {
+namespace fs = std::filesystem;
+using formats::find_array;
+namespace {
+
+constexpr const char* kWallFile = "wall.vtu";
+
+template <class Value>
+DataArray array_of(std::string array_name, const std::vector<Value>& values, ArrayType type) {
+  DataArray array{std::move(array_name), {}, 1, type};
+  array.values.reserve(values.size());
+  for (const Value& value : values) array.values.push_back(double(value));
+  return array;
+}
+
+DataArray array_of(std::string array_name, const std::vector<Vec3>& values, ArrayType type) {
+  DataArray array{std::move(array_name), {}, 3, type};
+  array.values.reserve(3 * values.size());
+  for (const Vec3& v : values) array.values.insert(array.values.end(), {v.x, v.y, v.z});
+  return array;
+}
+
+template <class Value>
+std::vector<Value> scalars_of(const std::vector<DataArray>& arrays, const char* array_name) {
+  std::vector<Value> result;
+  for (const double value : formats::find_array(arrays, array_name).values)
+    result.push_back(Value(value));
+  return result;
+}
+
+// A wedge's triangle furthest from the lumen; its normal leaves the wall.
+std::vector<Triangle> outer_triangles(const std::vector<std::array<int, 6>>& wedges,
+                                      const std::vector<int>& layer) {
+  const int outermost = layer.empty() ? 0 : *std::max_element(layer.begin(), layer.end());
+  std::vector<Triangle> triangles;
+  for (std::size_t w = 0; w < wedges.size(); ++w)
+    if (layer[w] == outermost) triangles.push_back({wedges[w][3], wedges[w][4], wedges[w][5]});
+  return triangles;
+}
+
+double percentile(std::vector<double> values, double share) {
+  const auto middle = values.begin() + std::ptrdiff_t(share * double(values.size() - 1));
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+}  // namespace
+
+meshing::WallLayers layer_wall(const meshing::ContactRegion& region, const CenterlineTree& tree,
+                               const centerline::Lesion& treated,
+                               const centerline::LesionOptions& lesions,
+                               const meshing::WallLayerOptions& options) {
+  std::vector<meshing::NarrowStretch> stretches;
+  const auto add = [&](const centerline::Lesion& lesion) {
+    stretches.push_back(
+        {lesion.path_id, lesion.proximal_mm, lesion.distal_mm, lesion.reference_diameter_mm});
+  };
+  add(treated);
+  const auto is_treated = [&](const centerline::Lesion& lesion) {
+    return lesion.path_id == treated.path_id && lesion.proximal_mm < treated.distal_mm &&
+           treated.proximal_mm < lesion.distal_mm;
+  };
+  for (const centerline::Lesion& lesion : centerline::find_lesions(tree, whole_tree(lesions)))
+    if (lesion.is_stenosis && !is_treated(lesion)) add(lesion);
+  return meshing::build_wall_layers(region, tree, stretches, options);
+}
+
+void write_layered_wall(const fs::path& meshing_folder, const meshing::WallLayers& wall) {
+  std::vector<int> region;
+  for (const meshing::WallTissue tissue : wall.tissue) region.push_back(int(tissue));
+  formats::write_wedges(meshing_folder / kWallFile,
+                        {wall.vertices,
+                         wall.wedges,
+                         {array_of("Fixed", wall.fixed, ArrayType::uint8)},
+                         {array_of("Layer", wall.layer, ArrayType::int32),
+                          array_of("Region", region, ArrayType::int32),
+                          array_of("Axial", wall.axial, ArrayType::float64)}});
+}
+
+simulation::LayeredWall read_layered_wall(const StageFiles& files, const TriangleMesh& lumen) {
+  const std::string file = std::string("meshing/") + kWallFile;
+  simulation::LayeredWall wall;
+  if (!files.exists(file)) return wall;
+  const formats::WedgeData data = formats::read_wedges(files.path(file));
+  wall.vertices = data.points;
+  wall.wedges = data.wedges;
+  wall.layer = scalars_of<int>(data.cell_arrays, "Layer");
+  wall.region = scalars_of<simulation::WallRegion>(data.cell_arrays, "Region");
+  const std::vector<double>& axial = formats::find_array(data.cell_arrays, "Axial").values;
+  for (std::size_t i = 0; i + 2 < axial.size(); i += 3)
+    wall.axial.push_back({axial[i], axial[i + 1], axial[i + 2]});
+  wall.lumen_triangles = lumen.triangles;
+  wall.outer_triangles = outer_triangles(wall.wedges, wall.layer);
+  wall.fixed = scalars_of<char>(data.point_arrays, "Fixed");
+  return wall;
+}
+
+simulation::SimulationOptions solver_options(const simulation::SimulationOptions& asked,
+                                             simulation::Plaque plaque, double shaft_diameter_mm,
+                                             double nominal_diameter_mm) {
+  simulation::SimulationOptions options = simulation::sized(asked, nominal_diameter_mm);
+  options.guidewire.shaft_diameter_mm = shaft_diameter_mm;
+  options.layered_wall.materials = simulation::wall_materials(plaque);
+  options.layered_wall.foundation_kpa_per_mm = options.wall.foundation_kpa_per_mm;
+  options.layered_wall.blood_pressure_kpa = options.inflation.outside_pressure_kpa;
+  return options;
+}
+
+void write_wall_frame(const fs::path& file, const simulation::LayeredWall& wall,
+                      const simulation::SimulationFrame& frame) {
+  using simulation::WallStress;
+  formats::WedgeData data{frame.layered_wall, wall.wedges, {}, {}};
+  std::vector<Vec3> displacement;
+  for (std::size_t v = 0; v < frame.layered_wall.size(); ++v)
+    displacement.push_back(frame.layered_wall[v] - wall.vertices[v]);
+  data.point_arrays = {array_of("displacement", displacement, ArrayType::float32)};
+  const auto add = [&](const char* array_name, double WallStress::*field) {
+    DataArray array{array_name, {}, 1, ArrayType::float32};
+    std::transform(frame.wall_stress.begin(), frame.wall_stress.end(),
+                   std::back_inserter(array.values),
+                   [&](const WallStress& stress) { return stress.*field; });
+    data.cell_arrays.push_back(std::move(array));
+  };
+  std::vector<int> region;
+  for (const simulation::WallRegion r : wall.region) region.push_back(int(r));
+  data.cell_arrays = {array_of("Region", region, ArrayType::int32)};
+  add("principal_stress", &WallStress::principal_kpa);
+  add("circumferential_stress", &WallStress::circumferential_kpa);
+  add("axial_stress", &WallStress::axial_kpa);
+  add("von_mises_stress", &WallStress::von_mises_kpa);
+  add("log_strain", &WallStress::log_strain);
+  add("plastic_strain", &WallStress::plastic_strain);
+  add("volume_ratio", &WallStress::volume_ratio);
+  formats::write_wedges(file, data);
+}
+
+nlohmann::json wall_summary(const simulation::LayeredWall& wall,
+                            const simulation::SimulationFrame& peak,
+                            const simulation::SimulationFrame& last) {
+  nlohmann::json regions = nlohmann::json::object();
+  for (int r = 0; r < simulation::kWallRegionCount; ++r) {
+    std::vector<double> stress, plastic;
+    for (std::size_t w = 0; w < wall.wedges.size(); ++w) {
+      if (int(wall.region[w]) != r) continue;
+      stress.push_back(peak.wall_stress[w].principal_kpa);
+      plastic.push_back(last.wall_stress[w].plastic_strain);
+    }
+    if (stress.empty()) continue;
+    regions[simulation::name(simulation::WallRegion(r))] = {
+        {"wedges", stress.size()},
+        {"peak_principal_stress_median_kpa", percentile(stress, 0.5)},
+        {"peak_principal_stress_p99_kpa", percentile(stress, 0.99)},
+        {"plastic_strain_p99", percentile(plastic, 0.99)}};
+  }
+  return {{"model", "layered"}, {"regions", regions}};
+}
+
+}  // namespace angio::pipeline

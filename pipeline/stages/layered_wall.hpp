@@ -1,0 +1,48 @@
+#pragma once
+
+#include <filesystem>
+#include <nlohmann/json.hpp>
+
+#include "centerline/centerline.hpp"
+#include "meshing/wall_layers.hpp"
+#include "pipeline/case/resolution.hpp"
+#include "simulation/simulation.hpp"
+
+/// The wall as a layered solid (`wall.model = "layered"`): from the lumen's surface to the solver
+/// and to files.
+namespace angio::pipeline {
+
+/// Extrudes the region's surface, with plaque along the treated lesion and every other stenosis.
+/// @param lesions  how stenoses are found, with what the data can show; wherever they look
+meshing::WallLayers layer_wall(const meshing::ContactRegion& region, const CenterlineTree& tree,
+                               const centerline::Lesion& treated,
+                               const centerline::LesionOptions& lesions,
+                               const meshing::WallLayerOptions& options);
+
+/// wall.vtu: wedges with Layer, Region (0 intima, 1 media, 2 adventitia, 3 plaque), Axial; Fixed
+/// at the points, the first of which are the region's.
+void write_layered_wall(const std::filesystem::path& meshing_folder,
+                        const meshing::WallLayers& wall);
+/// Empty if the meshing stage has made none.
+/// @param lumen  the region's surface
+simulation::LayeredWall read_layered_wall(const StageFiles& files, const TriangleMesh& lumen);
+
+/// The options of the solver. What both models of the wall need, and what both the balloon and the
+/// wall need, is set once in the configuration: the surrounding tissue, the blood's pressure.
+/// What is left to the balloon's size is filled in.
+simulation::SimulationOptions solver_options(const simulation::SimulationOptions& asked,
+                                             simulation::Plaque plaque, double shaft_diameter_mm,
+                                             double nominal_diameter_mm);
+
+/// frames/wall_NNNNNN.vtu: displacement at the points; stress [kPa], strain and volume ratio of
+/// each wedge.
+void write_wall_frame(const std::filesystem::path& file, const simulation::LayeredWall& wall,
+                      const simulation::SimulationFrame& frame);
+
+/// Of metrics.json: for each region that the wall has, stress at the peak [kPa] and what plastic
+/// strain stays. Of the wedges' values; the 99th percentile, as single corners peak.
+nlohmann::json wall_summary(const simulation::LayeredWall& wall,
+                            const simulation::SimulationFrame& peak,
+                            const simulation::SimulationFrame& last);
+
+}  // namespace angio::pipeline

@@ -1,0 +1,25 @@
+#pragma once
+
+#include <map>
+#include <string>
+
+#include "pipeline/case/case_folder.hpp"
+#include "pipeline/stages/stage_table.hpp"
+
+/// When a stage's result is of another state of the case than the one that is asked for.
+namespace angio::pipeline {
+
+/// The SHA-256 of all that a stage's work sees: version, settings, the run, the files it reads.
+/// @param inputs  file in the case -> SHA-256
+std::string stage_key(const StageDefinition& stage, const Config& config, const RunRecord& run,
+                      const std::map<std::string, std::string>& inputs);
+
+/// Marks every stage stale, or as no longer so, by what run.json holds: a stage is stale if its key
+/// would be another one now, if a file that it left is missing, or if a stage before it is stale.
+/// Files are not read: that they are as they were left is found out when the stage's turn comes.
+void mark_stale(const CaseFolder& case_folder, const Config& config, RunRecord& run);
+
+/// Says at the head of the case's report that it is stale, or no longer says so.
+void mark_report(const CaseFolder& case_folder, bool is_stale);
+
+}  // namespace angio::pipeline

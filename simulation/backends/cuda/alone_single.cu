@@ -1,0 +1,7 @@
+#include "simulation/backends/cuda/kernels.cuh"
+
+namespace angio::simulation::detail {
+
+template const void* grid_kernel_pointer<float, Extent::alone>();
+
+}  // namespace angio::simulation::detail

@@ -1,0 +1,59 @@
+#pragma once
+
+#include <cuda_runtime_api.h>
+
+#include "simulation/run/schedule.hpp"
+#include "simulation/step/program.hpp"
+
+/// Launching step_program.hpp on a GPU. Only step_cuda.cu and cuda_solver.cpp include this.
+namespace angio::simulation::detail {
+
+/// What a launch leaves of its frames, shapes [frame_count, ...]. Status and positions have a place
+/// more, for the state that it ends with.
+template <class Real>
+struct CudaFrames {
+  StepStatus* status = nullptr;
+  Vec3T<Real>* x = nullptr;              ///< [vertex]
+  Real* contact_pressure = nullptr;      ///< [wall vertex]
+  Mat3T<Real>* plastic = nullptr;        ///< [cluster]
+  Vec3T<Real>* plastic_modes = nullptr;  ///< [cluster][kShapeModes]
+  SolidPoint<Real>* solid_points = nullptr;
+  Real* solid_plastic_strain = nullptr;  ///< [solid point]
+};
+
+/// Some frames in one launch, from where the last launch has ended: it may have halted within a
+/// frame for want of candidates. Pointers are the device's.
+template <class Real>
+struct CudaProgram {
+  StepView<Real> view;
+  StepRules rules;
+  PlasticFlow<Real> plasticity;
+  int frame_count = 1;           ///< at most
+  int last_frame = 1;            ///< of the run
+  Inflator* inflator = nullptr;  ///< nullptr: the law is in the status
+  StepStatus* status = nullptr;  ///< before, and at the end
+  CudaFrames<Real> frames;       ///< of this launch
+  void* sums = nullptr;          ///< kCudaSumBytes for the sums of a grid
+};
+
+inline constexpr std::size_t kCudaSumBytes = 2 * 1024 * 4 * sizeof(double);
+
+/// How a program is spread over the GPU: a balloon alone over one block, whose positions lie in its
+/// shared memory, with barriers of a fifth of a microsecond; or over all of the GPU, with barriers
+/// of more than one.
+struct CudaShape {
+  bool grid = false;
+  int blocks = 1, threads = 0;
+  std::size_t shared_bytes = 0;
+};
+
+/// The shape that suits a scene, or the one that is asked for, which counts for a balloon alone.
+template <class Real>
+CudaShape cuda_shape(const StepView<Real>& view, int device);
+template <class Real>
+CudaShape cuda_shape(const StepView<Real>& view, int device, bool grid);
+
+template <class Real>
+cudaError_t launch(const CudaProgram<Real>& program, const CudaShape& shape, cudaStream_t stream);
+
+}  // namespace angio::simulation::detail

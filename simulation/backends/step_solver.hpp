@@ -1,0 +1,84 @@
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "air_mesh/adaptive_air.hpp"
+#include "simulation/bodies/scene.hpp"
+#include "simulation/run/schedule.hpp"
+#include "simulation/step/program.hpp"
+
+namespace angio::simulation::detail {
+
+/// What a frame ends with, in the scene's numbering.
+struct State {
+  std::vector<Vec3> x;                           ///< [mm], shape [vertex]
+  std::vector<Mat3> plastic;                     ///< S^p of the clusters
+  std::vector<Vec3> plastic_modes;               ///< N^p, shape [cluster][kShapeModes]; or empty
+  std::vector<double> contact_pressure;          ///< [Pa], shape [wall vertex]
+  std::vector<SolidPoint<double>> solid_points;  ///< of a layered wall, with what has flowed
+  std::vector<double> solid_plastic_strain;      ///< gathered there
+  double pressure = 0.0;                         ///< absolute [Pa]
+  double volume = 0.0;                           ///< enclosed [mm^3]
+  StepReport report;
+};
+
+State start_state(const Scene& scene, double pressure);
+
+/// Enclosed volume of the balloon [mm^3].
+double balloon_volume(const Scene& scene, const std::vector<Vec3>& x);
+
+enum class Precision { automatic, single, twofold };
+
+/// Single, unless the rounding of single positions would outweigh the force balance: the noise of
+/// an edge's strain, the spacing of floats across the scene over the edge, against the strain that
+/// the peak pressure asks for, must stay below half the residual that ends the sweeps.
+Precision precision_for(const Scene& scene, const SimulationOptions& options);
+
+/// Takes the steps of a run on one backend: step_program.hpp.
+class StepSolver {
+ public:
+  virtual ~StepSolver() = default;
+
+  /// Goes through the inflator's frames, from the start state (frame 0) on; `on_state` gets each
+  /// in order. A backend may be some frames ahead of it.
+  virtual void run(const Inflator& inflator,
+                   const std::function<void(int frame, const State& state)>& on_state) = 0;
+
+  /// The equilibrium under a law, without a wall, found from the last one.
+  ///
+  /// @param tolerance  of the remaining distance, as a share of the radius
+  virtual State settle(const GasLaw<double>& law, double tolerance, int most_sweeps) = 0;
+
+  [[nodiscard]] virtual std::string device() const = 0;
+
+  /// The air mesh as it is after a frame, right-handed, for the paper's contact in the next one.
+  virtual void set_air(const std::vector<Tet>&) {}
+
+  /// A hand on the vertices, for tests: changes the velocities [mm/s] before each step, given the
+  /// positions [mm]. On the CPU only.
+  using Push = std::function<void(int frame, const std::vector<Vec3>& x, std::vector<Vec3>& v)>;
+  virtual void set_push(const Push&) {}
+};
+
+/// @param threads  0: as many as pay
+std::unique_ptr<StepSolver> make_cpu_solver(const Scene& scene, const SimulationOptions& options,
+                                            Precision precision = Precision::automatic,
+                                            int threads = 0);
+
+/// Is there a GPU that this program can use?
+bool has_cuda_device();
+/// Empty if there is none that works.
+std::string cuda_device_name();
+
+/// How a balloon alone is spread over a GPU: one block, or all of it, as anything else is.
+enum class Spread { automatic, block, grid };
+
+/// @throws Error (unavailable) if the program was built without CUDA or there is no usable GPU
+std::unique_ptr<StepSolver> make_cuda_solver(const Scene& scene, const SimulationOptions& options,
+                                             Precision precision = Precision::automatic,
+                                             Spread spread = Spread::automatic);
+
+}  // namespace angio::simulation::detail

@@ -1,0 +1,32 @@
+#pragma once
+
+#include <array>
+#include <string>
+#include <vector>
+
+#include "simulation/bodies/layered_model.hpp"
+#include "simulation/step/solid_column.hpp"
+
+/// The layered wall within a scene: renumbered as its lumen, pre-stressed, and sorted by columns.
+namespace angio::simulation::detail {
+
+struct WallSolid {
+  LayeredWall wall;  ///< vertex of column i at a level: level * column_count + i
+  SolidModel model;  ///< of `wall`
+  WallState seen;    ///< with its pre-stress
+  int levels = 0;    ///< vertices of a column; 0: there is no solid
+  std::vector<int> patch_begin, patches;  ///< as SolidColumns
+  std::vector<int> caller_vertex;         ///< of a vertex, in the caller's numbering
+  double blood_pressure = 0.0;            ///< [Pa]
+  std::vector<std::string> warnings;
+};
+
+/// Pairs of columns that share a patch: they may not be moved at the same time.
+std::vector<std::array<int, 2>> patch_partners(const LayeredWall& wall);
+
+/// @param wall   copies of the lumen's vertices, level by level; otherwise InputError
+/// @param order  the caller's lumen vertex of each column
+WallSolid make_wall_solid(const LayeredWall& wall, const std::vector<int>& order,
+                          const WallOptions& options);
+
+}  // namespace angio::simulation::detail

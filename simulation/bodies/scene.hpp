@@ -1,0 +1,70 @@
+#pragma once
+
+#include <array>
+#include <vector>
+
+#include "core/triangle_mesh.hpp"
+#include "simulation/bodies/guidewire.hpp"
+#include "simulation/bodies/layered_wall.hpp"
+#include "simulation/bodies/wall_slabs.hpp"
+#include "simulation/materials/membrane.hpp"
+#include "simulation/simulation.hpp"
+
+namespace angio::simulation::detail {
+
+using Edge = std::array<int, 2>;
+
+/// One triangle seen from one of its corners.
+struct Corner {
+  int next = 0, last = 0;      ///< the other corners, counter-clockwise
+  CornerMetric<double> rest;   ///< of the unloaded shape: the skin
+  CornerMetric<double> start;  ///< of the start shape: the folds
+};
+
+/// All that does not change during a run. Vertices are numbered balloon first, then wall, each
+/// surface as in numbering.hpp: colour by colour, then those that do not move; at last the
+/// guidewire's nodes.
+struct Scene {
+  int balloon_count = 0, wall_count = 0;
+  std::vector<Vec3> start;   ///< [mm], shape [vertex]
+  std::vector<char> fixed;   ///< shape [vertex]
+  std::vector<double> mass;  ///< [g], shape [vertex]
+  std::vector<Triangle> balloon_triangles, wall_triangles;
+  std::vector<Edge> balloon_edges, wall_edges;
+  std::vector<Tet> air;
+  std::vector<int> balloon_color_begin, wall_color_begin;  ///< vertex, shape [color_count + 1]
+  std::vector<int> caller_vertex;  ///< of a vertex of the balloon or the wall, in the caller's
+                                   ///< numbering of that surface, shape [vertex]
+  Vec3 origin;                     ///< the middle of the balloon's box at the start [mm]
+
+  std::vector<int> corner_begin;  ///< shape [balloon_count + 1]
+  std::vector<Corner> corners;
+  SkinLaw<double> skin;        ///< [Pa]
+  MooneyRivlin<double> folds;  ///< [Pa]; zero when the skin needs no help
+  double wall_mm = 0.0;        ///< membrane thickness H
+  double rest_radius = 0.0;    ///< of a tube of the rest shape's volume and area [mm]
+  /// Contact of balloon and wall, each with itself, acts below this gap [mm]; 0: it is not looked
+  /// for.
+  double self_distance = 0.0;
+  bool has_folds = false;  ///< layers of the balloon lie on each other at the start
+
+  WallClusters clusters;
+  std::vector<char> watched;        ///< slabs of which lumen_mld_mm is told, shape [cluster]
+  std::vector<int> neighbor_begin;  ///< wall vertices, shape [wall_count + 1]
+  std::vector<int> neighbors;       ///< vertex numbers
+  std::vector<double> foundation;   ///< [uN/mm], shape [wall_count]
+  std::vector<double> wall_area;    ///< [mm^2] at the start, shape [wall_count]
+
+  std::vector<Vec3> guidewire;  ///< nodes as they are given
+  SceneRod rod;                 ///< the guidewire; its nodes are the last vertices
+
+  WallSolid solid;  ///< of a layered wall; without one it has no levels
+
+  /// The wall's copies further out follow the wall, level by level.
+  [[nodiscard]] int vertex_count() const { return int(start.size()); }
+};
+
+/// @throws InputError if shapes do not match, the balloon is not closed, or a triangle is flat
+Scene make_scene(const SimulationModel& model, const SimulationOptions& options);
+
+}  // namespace angio::simulation::detail

@@ -1,7 +1,0 @@
-#include "simulation/detail/cuda/kernels.cuh"
-
-namespace angio::simulation::detail {
-
-template const void* block_kernel_pointer<double>();
-
-}  // namespace angio::simulation::detail

@@ -1,7 +1,0 @@
-#include "simulation/detail/cuda/kernels.cuh"
-
-namespace angio::simulation::detail {
-
-template const void* grid_kernel_pointer<double, Extent::surroundings>();
-
-}  // namespace angio::simulation::detail

@@ -1,0 +1,38 @@
+#pragma once
+
+#include <vector>
+
+#include "simulation/backends/step_solver.hpp"
+#include "simulation/bodies/scene.hpp"
+
+/// What a frame reports of the state.
+namespace angio::simulation::detail {
+
+/// Twice the inscribed radius of the narrowest slab that closes around the vessel, of those that
+/// are watched [mm]; 0 without a wall. The radius is the distance from the slab's centre line to
+/// the wall, the centre moved to where it is greatest.
+double lumen_mld(const Scene& scene, const std::vector<Vec3>& x);
+
+/// How deep balloon and wall are in each other [mm], measured on the triangles: 0 when no two
+/// triangles cross; else the greatest depth, over crossing pairs, by which one must be moved along
+/// the other's normal to part them.
+double max_penetration(const Scene& scene, const std::vector<Vec3>& x);
+
+/// Pairs of triangles of a surface that share no vertex and cross.
+int self_crossing_count(const std::vector<Triangle>& triangles, const std::vector<Vec3>& x);
+
+/// Of the wall, a third of each triangle for each corner under contact pressure [mm^2].
+double contact_area(const Scene& scene, const State& state);
+
+struct SkinState {
+  std::vector<double> thickness, stretch_1, stretch_2;  ///< per balloon vertex, area-weighted
+};
+SkinState skin_state(const Scene& scene, const std::vector<Vec3>& x);
+
+/// |S^p - I|_2 of the clusters of each wall vertex, their mean.
+std::vector<double> plastic_strain(const Scene& scene, const State& state);
+
+/// Stress and strain of a layered wall, in the scene's numbering.
+WallFields solid_fields(const Scene& scene, const State& state);
+
+}  // namespace angio::simulation::detail

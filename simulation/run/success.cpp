@@ -1,0 +1,113 @@
+#include "simulation/run/success.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <vector>
+
+#include "core/units.hpp"
+
+namespace angio::simulation::detail {
+namespace {
+
+constexpr double kCrossing = 1e-3;     // of the contact distance
+constexpr double kMostPressure = 5.0;  // over the peak
+
+constexpr const char* kSmallerBalloon =
+    "Try a smaller balloon (balloon.nominal_diameter_mm), a shorter one (balloon.length_mm), or "
+    "another place (lesion.abscissa_mm)";
+constexpr const char* kFinerSteps =
+    "Try a shorter simulation.frame_s, a smaller or shorter balloon (balloon.nominal_diameter_mm, "
+    "balloon.length_mm), or another place (lesion.abscissa_mm)";
+
+template <class... Values>
+std::string text(const char* format, Values... values) {
+  char buffer[400];
+  std::snprintf(buffer, sizeof buffer, format, values...);
+  return buffer;
+}
+
+}  // namespace
+
+PatchPressure patch_pressure(const Scene& scene, const State& state) {
+  PatchPressure worst;
+  std::vector<int> mark(std::size_t(scene.wall_count), -1), patch;
+  for (int v = 0; v < scene.wall_count; ++v) {
+    if (!(state.contact_pressure[std::size_t(v)] > 0.0)) continue;
+    patch.assign(1, v);
+    mark[std::size_t(v)] = v;
+    for (std::size_t ring = 0, first = 0; ring < 2; ++ring) {
+      const std::size_t end = patch.size();
+      for (; first < end; ++first) {
+        const auto i = std::size_t(patch[first]);
+        for (int n = scene.neighbor_begin[i]; n < scene.neighbor_begin[i + 1]; ++n) {
+          const int u = scene.neighbors[std::size_t(n)] - scene.balloon_count;
+          if (mark[std::size_t(u)] == v) continue;
+          mark[std::size_t(u)] = v;
+          patch.push_back(u);
+        }
+      }
+    }
+    double area = 0.0, force = 0.0;
+    for (const int u : patch) {
+      area += scene.wall_area[std::size_t(u)];
+      force += scene.wall_area[std::size_t(u)] * state.contact_pressure[std::size_t(u)];
+    }
+    if (force > worst.pressure * area) worst = {force / area, v};
+  }
+  return worst;
+}
+
+SuccessWatch::SuccessWatch(const Scene& scene, const SimulationModel& model,
+                           const SimulationOptions& options)
+    : scene_(scene),
+      model_(model),
+      is_judged_(options.contact_model == ContactModel::barrier &&
+                 options.gas_model == GasModel::enclosed),
+      peak_pressure_(units::pascal_from_atm(options.inflation.peak_pressure_atm)),
+      contact_distance_(options.contact_distance_mm) {}
+
+void SuccessWatch::fail(const SimulationFrame& frame, const std::string& what,
+                        const std::string& advice) {
+  if (failure_.empty())
+    failure_ = "the simulation did not end right: " + what +
+               text(" in frame %d (%s, %.2f s), where it was stopped. ", frame.frame,
+                    name(frame.phase), frame.time_s) +
+               advice;
+}
+
+void SuccessWatch::add(const State& state, const SimulationFrame& frame) {
+  if (!is_judged_) return;
+  const bool is_finite = std::isfinite(state.volume) &&
+                         std::all_of(state.x.begin(), state.x.end(),
+                                     [](const Vec3& p) { return std::isfinite(p.x + p.y + p.z); });
+  if (!is_finite) return fail(frame, "positions are not finite (it has diverged)", kFinerSteps);
+  if (frame.max_penetration_mm > kCrossing * contact_distance_)
+    fail(frame,
+         text("balloon and vessel wall cross by %.4f mm (they are too near each other there for "
+              "their contact to be resolved)",
+              frame.max_penetration_mm),
+         kSmallerBalloon);
+  const PatchPressure patch = patch_pressure(scene_, state);
+  const double ratio = patch.pressure / peak_pressure_;
+  worst_ratio_ = std::max(worst_ratio_, ratio);
+  if (ratio > kMostPressure) {
+    const int vertex = scene_.caller_vertex[std::size_t(scene_.balloon_count + patch.vertex)];
+    const double abscissa =
+        model_.wall_abscissa.empty() ? 0.0 : model_.wall_abscissa[std::size_t(vertex)];
+    fail(
+        frame,
+        text("the wall carries %.1f times the balloon's pressure, %.0f kPa, %.1f mm along the line "
+             "(the balloon is wedged in there)",
+             ratio, units::kilopascal_from_pascal(patch.pressure), abscissa),
+        kSmallerBalloon);
+  }
+  // Without a wall the balloon itself says whether it has a state of rest: a warning.
+  if (scene_.wall_count > 0 && frame.residual > kOffBalance)
+    fail(frame,
+         text("the forces are off balance by %.0f %% (the balloon finds no state of rest)",
+              100.0 * frame.residual),
+         kFinerSteps);
+}
+
+}  // namespace angio::simulation::detail

@@ -1,0 +1,216 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <fstream>
+#include <optional>
+#include <random>
+#include <string>
+#include <vector>
+
+#include "core/atomic_file.hpp"
+#include "core/error.hpp"
+#include "formats/files.hpp"
+#include "tests/support/shapes.hpp"
+#include "tests/viewer/shapes.hpp"
+
+// A file that was cut short is refused, wherever it was cut.
+namespace angio::formats {
+namespace {
+
+using testing::HasSubstr;
+using viewer::test::TemporaryFolder;
+
+TriangleMesh vessel() { return tests::make_tube(1.5, 12.0, 25, 16); }
+TriangleMesh ball() { return tests::make_sphere({10, -20, 30}, 4.0, 3); }
+
+std::string number(double value) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.6f", value);
+  return text;
+}
+
+std::string point_text(const Vec3& p) {
+  return number(p.x) + " " + number(p.y) + " " + number(p.z);
+}
+
+std::string ascii_stl(const TriangleMesh& mesh) {
+  std::string text = "solid vessel\n";
+  for (const Triangle& t : mesh.triangles) {
+    text += "facet normal 0 0 0\nouter loop\n";
+    for (const int v : t) text += "vertex " + point_text(mesh.vertices[std::size_t(v)]) + "\n";
+    text += "endloop\nendfacet\n";
+  }
+  return text + "endsolid vessel\n";
+}
+
+std::string obj(const TriangleMesh& mesh, bool last_break) {
+  std::string text = "# made by hand\n";
+  for (const Vec3& p : mesh.vertices) text += "v " + point_text(p) + "\n";
+  for (const Triangle& t : mesh.triangles)
+    text += "f " + std::to_string(t[0] + 1) + " " + std::to_string(t[1] + 1) + " " +
+            std::to_string(t[2] + 1) + "\n";
+  if (!last_break) text.pop_back();
+  return text;
+}
+
+std::string ascii_ply(const TriangleMesh& mesh) {
+  std::string text = "ply\nformat ascii 1.0\nelement vertex " +
+                     std::to_string(mesh.vertices.size()) +
+                     "\nproperty float x\nproperty float y\nproperty float z\nelement face " +
+                     std::to_string(mesh.triangles.size()) +
+                     "\nproperty list uchar int vertex_indices\nend_header\n";
+  for (const Vec3& p : mesh.vertices) text += point_text(p) + "\n";
+  for (const Triangle& t : mesh.triangles)
+    text += "3 " + std::to_string(t[0]) + " " + std::to_string(t[1]) + " " + std::to_string(t[2]) +
+            "\n";
+  return text;
+}
+
+std::string ascii_vtp(const TriangleMesh& mesh) {
+  std::string points, corners, offsets;
+  for (const Vec3& p : mesh.vertices) points += point_text(p) + "\n";
+  int offset = 0;
+  for (const Triangle& t : mesh.triangles) {
+    for (const int v : t) corners += std::to_string(v) + " ";
+    offsets += std::to_string(offset += 3) + " ";
+  }
+  return "<?xml version=\"1.0\"?>\n<VTKFile type=\"PolyData\" version=\"1.0\" "
+         "byte_order=\"LittleEndian\" header_type=\"UInt32\"><PolyData><Piece NumberOfPoints=\"" +
+         std::to_string(mesh.vertices.size()) + "\" NumberOfPolys=\"" +
+         std::to_string(mesh.triangles.size()) +
+         "\"><Points><DataArray type=\"Float32\" NumberOfComponents=\"3\" format=\"ascii\">\n" +
+         points +
+         "</DataArray></Points><Polys><DataArray type=\"Int64\" Name=\"connectivity\" "
+         "format=\"ascii\">" +
+         corners + "</DataArray><DataArray type=\"Int64\" Name=\"offsets\" format=\"ascii\">" +
+         offsets + "</DataArray></Polys></Piece></PolyData></VTKFile>\n";
+}
+
+std::string written(const TemporaryFolder& folder, const std::string& extension,
+                    const TriangleMesh& mesh) {
+  write_surface(folder / ("whole" + extension), {mesh, {}, {}});
+  return read_text(folder / ("whole" + extension));
+}
+
+/// Triangles read from a text, or nothing if it is refused.
+std::optional<std::size_t> triangles_read(const TemporaryFolder& folder,
+                                          const std::string& extension, const std::string& bytes) {
+  std::ofstream(folder / ("cut" + extension), std::ios::binary) << bytes;
+  try {
+    return read_surface(folder / ("cut" + extension)).mesh.triangles.size();
+  } catch (const InputError& error) {
+    EXPECT_THAT(error.what(), testing::Not(HasSubstr("\n")));
+    return std::nullopt;
+  }
+}
+
+/// Places to cut at: spread over the file, and every byte of its ends.
+std::vector<std::size_t> cuts(std::size_t size) {
+  std::vector<std::size_t> at;
+  for (std::size_t i = 1; i < 80 && i < size; ++i) at.insert(at.end(), {i, size - i});
+  std::mt19937_64 random(11);
+  for (int i = 0; i < 60; ++i) at.push_back(1 + random() % (size - 1));
+  return at;
+}
+
+struct Whole {
+  std::string name, extension, bytes;
+  std::size_t triangle_count;
+};
+
+std::vector<Whole> whole_files(const TemporaryFolder& folder) {
+  std::vector<Whole> files;
+  for (const bool open : {true, false}) {
+    const TriangleMesh mesh = open ? vessel() : ball();
+    const std::string kind = open ? "open " : "closed ";
+    const auto add = [&](const char* name, const char* extension, const std::string& bytes) {
+      files.push_back({kind + name, extension, bytes, mesh.triangles.size()});
+    };
+    add("binary STL", ".stl", written(folder, ".stl", mesh));
+    add("ASCII STL", ".stl", ascii_stl(mesh));
+    add("binary PLY", ".ply", written(folder, ".ply", mesh));
+    add("ASCII PLY", ".ply", ascii_ply(mesh));
+    add("appended VTP", ".vtp", written(folder, ".vtp", mesh));
+    add("ASCII VTP", ".vtp", ascii_vtp(mesh));
+  }
+  return files;
+}
+
+TEST(CutFiles, AreRefusedWhereverTheyEndBeforeTheLastTriangle) {
+  const TemporaryFolder folder;
+  for (const Whole& file : whole_files(folder)) {
+    ASSERT_EQ(triangles_read(folder, file.extension, file.bytes), file.triangle_count) << file.name;
+    for (const std::size_t size : cuts(file.bytes.size())) {
+      const auto count = triangles_read(folder, file.extension, file.bytes.substr(0, size));
+      // What is lost past the last triangle is a line break or the solid's name.
+      if (count) {
+        EXPECT_EQ(*count, file.triangle_count) << file.name << " at " << size;
+        EXPECT_LE(file.bytes.size() - size, 8U) << file.name << " at " << size;
+      }
+    }
+  }
+}
+
+TEST(CutFiles, ObjFilesAreReadOnlyIfTheyEndWithAWholeFace) {
+  const TemporaryFolder folder;
+  for (const bool open : {true, false}) {
+    const TriangleMesh mesh = open ? vessel() : ball();
+    const std::string whole = obj(mesh, true);
+    ASSERT_EQ(triangles_read(folder, ".obj", whole), mesh.triangles.size());
+    int read_count = 0;
+    for (const std::size_t size : cuts(whole.size())) {
+      const std::string part = whole.substr(0, size);
+      const auto count = triangles_read(folder, ".obj", part);
+      if (!count || *count == mesh.triangles.size()) continue;
+      // The format has neither count nor end: a cut behind a face, where every point is in use,
+      // cannot be seen. No face may be a wrong one.
+      ++read_count;
+      const auto faces = std::size_t(std::count(part.begin(), part.end(), 'f'));
+      const std::string line = part.substr(part.rfind('f'));
+      const Triangle& last = mesh.triangles[faces - 1];
+      EXPECT_EQ(line.substr(0, line.find('\n')), "f " + std::to_string(last[0] + 1) + " " +
+                                                     std::to_string(last[1] + 1) + " " +
+                                                     std::to_string(last[2] + 1))
+          << size;
+    }
+    EXPECT_LT(read_count, 20);
+  }
+}
+
+TEST(CutFiles, ObjFilesWithoutALastLineBreakAreReadIfTheirLastFaceFits) {
+  const TemporaryFolder folder;
+  const std::string whole = obj(ball(), false);
+  EXPECT_EQ(triangles_read(folder, ".obj", whole), ball().triangles.size());
+  // A cut number names another point, which is there.
+  const std::size_t last = whole.rfind(' ');
+  ASSERT_GT(whole.size() - last, 2U);
+  EXPECT_EQ(triangles_read(folder, ".obj", whole.substr(0, whole.size() - 1)), std::nullopt);
+}
+
+TEST(CutFiles, ObjCommentsThatPromiseMoreAreBelieved) {
+  const TemporaryFolder folder;
+  const std::string faces = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 2 3\nf 1 4 2\nf 2 4 3\n";
+  EXPECT_EQ(triangles_read(folder, ".obj", "# Vertices: 4\n# Faces: 3\n" + faces), 3U);
+  EXPECT_EQ(triangles_read(folder, ".obj", "# Vertices: 4\n# Faces: 4\n" + faces), std::nullopt);
+  EXPECT_EQ(triangles_read(folder, ".obj", faces + "# 4 faces\n"), std::nullopt);
+}
+
+TEST(Units, AreReadWhereAFileStatesThem) {
+  const TemporaryFolder folder;
+  const auto unit_of = [&](const char* extension, const std::string& bytes) {
+    write_text_atomically(folder / (std::string("unit") + extension), bytes);
+    return read_surface(folder / (std::string("unit") + extension)).unit;
+  };
+  const std::string facets = ascii_stl(vessel()).substr(12);
+  EXPECT_EQ(unit_of(".stl", "solid vessel" + facets), std::nullopt);
+  EXPECT_EQ(unit_of(".stl", "solid community of units" + facets), std::nullopt);
+  EXPECT_EQ(unit_of(".stl", "solid vessel UNITS=CM" + facets), LengthUnit::cm);
+  EXPECT_EQ(unit_of(".obj", "# File units = meters\n" + obj(vessel(), true)), LengthUnit::m);
+  EXPECT_EQ(unit_of(".obj", "# Unit: inches\n" + obj(vessel(), true)), LengthUnit::inch);
+  for (const char* extension : {".stl", ".ply", ".vtp"})
+    EXPECT_EQ(unit_of(extension, written(folder, extension, vessel())), LengthUnit::mm);
+}
+
+}  // namespace
+}  // namespace angio::formats

@@ -1,0 +1,439 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstdlib>
+#include <fstream>
+#include <limits>
+
+#include "core/atomic_file.hpp"
+#include "core/error.hpp"
+#include "core/tet_mesh.hpp"
+#include "formats/files.hpp"
+#include "tests/viewer/shapes.hpp"
+
+namespace angio::formats {
+namespace {
+namespace fs = std::filesystem;
+using testing::HasSubstr;
+using viewer::test::make_cube;
+using viewer::test::TemporaryFolder;
+
+/// Numbers that float cannot hold, so that a float in between would show.
+std::vector<double> make_values(std::size_t count) {
+  std::vector<double> values;
+  for (std::size_t i = 0; i < count; ++i) values.push_back(std::sin(double(i) + 0.1) / 3.0);
+  return values;
+}
+
+std::vector<DataArray> make_arrays(std::size_t count) {
+  DataArray lengths{"MaximumInscribedSphereRadius", make_values(count), 1, ArrayType::float64};
+  DataArray moves{"displacement", make_values(3 * count), 3, ArrayType::float64};
+  DataArray floats{"contact_pressure", {}, 1, ArrayType::float32};
+  DataArray ids{"GroupIds", {}, 1, ArrayType::int32};
+  DataArray flags{"Blanking", {}, 1, ArrayType::uint8};
+  for (std::size_t i = 0; i < count; ++i) {
+    floats.values.push_back(double(0.1f * float(i)));
+    ids.values.push_back(double(i) - 70000.0);
+    flags.values.push_back(double(i % 256));
+  }
+  return {lengths, moves, floats, ids, flags};
+}
+
+void expect_equal(const std::vector<DataArray>& a, const std::vector<DataArray>& b) {
+  ASSERT_EQ(a.size(), b.size());
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    EXPECT_EQ(a[i].name, b[i].name);
+    EXPECT_EQ(a[i].component_count, b[i].component_count) << a[i].name;
+    EXPECT_EQ(a[i].type, b[i].type) << a[i].name;
+    EXPECT_EQ(a[i].values, b[i].values) << a[i].name;
+  }
+}
+
+void expect_equal(const TriangleMesh& a, const TriangleMesh& b) {
+  EXPECT_EQ(a.vertices, b.vertices);
+  EXPECT_EQ(a.triangles, b.triangles);
+}
+
+SurfaceData make_surface() {
+  SurfaceData data;
+  data.mesh = make_cube({1.0 / 3.0, -100.1, 1e-7});
+  data.point_arrays = make_arrays(data.mesh.vertices.size());
+  data.cell_arrays = make_arrays(data.mesh.triangles.size());
+  return data;
+}
+
+/// Asserts that reading fails as bad data and that the message names the file.
+template <class Read>
+void expect_refused(const fs::path& path, const Read& read, const std::string& why) {
+  try {
+    read(path);
+    FAIL() << path << " was accepted";
+  } catch (const InputError& error) {
+    EXPECT_THAT(error.what(), HasSubstr(path.filename().string()));
+    EXPECT_THAT(error.what(), HasSubstr(why));
+    EXPECT_THAT(error.what(), testing::Not(HasSubstr("\n")));
+  }
+}
+
+void expect_surface_refused(const fs::path& path, const std::string& text, const std::string& why) {
+  write_text_atomically(path, text);
+  expect_refused(
+      path, [](const fs::path& p) { return read_surface(p); }, why);
+}
+
+TEST(Vtp, SurfaceComesBackExactlyWithEveryArrayType) {
+  const TemporaryFolder folder;
+  const SurfaceData data = make_surface();
+  write_surface(folder / "a.vtp", data);
+  const SurfaceData back = read_surface(folder / "a.vtp");
+  expect_equal(back.mesh, data.mesh);
+  expect_equal(back.point_arrays, data.point_arrays);
+  expect_equal(back.cell_arrays, data.cell_arrays);
+}
+
+TEST(Vtp, PolylinesComeBackExactlyAndMayShareThePoints) {
+  const TemporaryFolder folder;
+  PolylineData data;
+  for (int i = 0; i < 9; ++i) data.points.push_back({i / 7.0, i * i / 3.0, -i / 11.0});
+  data.lines = {{0, 1, 2, 3, 4, 5, 6, 7, 8}, {0, 1, 5}};
+  data.point_arrays = make_arrays(9);
+  data.cell_arrays = make_arrays(2);
+  write_polylines(folder / "a.vtp", data);
+  const PolylineData back = read_polylines(folder / "a.vtp");
+  EXPECT_EQ(back.points, data.points);
+  EXPECT_EQ(back.lines, data.lines);
+  expect_equal(back.point_arrays, data.point_arrays);
+  expect_equal(back.cell_arrays, data.cell_arrays);
+}
+
+TEST(Vtu, TetrahedraComeBackExactlyAndKeepTheirVolume) {
+  const TemporaryFolder folder;
+  TetData data;
+  data.mesh.vertices = {{0, 0, 0}, {1.0 / 3, 0, 0}, {0, 1.0 / 7, 0}, {0, 0, 2.1}, {1, 1, 1}};
+  data.mesh.tets = {{0, 1, 2, 3}, {1, 2, 3, 4}};
+  data.point_arrays = make_arrays(5);
+  data.cell_arrays = make_arrays(2);
+  write_tets(folder / "a.vtu", data);
+  const TetData back = read_tets(folder / "a.vtu");
+  EXPECT_EQ(back.mesh.vertices, data.mesh.vertices);
+  EXPECT_EQ(back.mesh.tets, data.mesh.tets);
+  const auto& v = back.mesh.vertices;
+  EXPECT_GT(tet_volume(v[0], v[1], v[2], v[3]), 0.0);
+  expect_equal(back.point_arrays, data.point_arrays);
+  expect_equal(back.cell_arrays, data.cell_arrays);
+}
+
+TEST(Files, WedgesReadBackAsTheyWereWritten) {
+  const TemporaryFolder folder;
+  WedgeData data;
+  data.points = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {1, 0, 1}, {1.0 / 3.0, 1, 1}};
+  data.wedges = {{0, 1, 2, 3, 4, 5}};
+  data.point_arrays = make_arrays(6);
+  data.cell_arrays = make_arrays(1);
+  write_wedges(folder / "a.vtu", data);
+  const WedgeData back = read_wedges(folder / "a.vtu");
+  EXPECT_EQ(back.points, data.points);
+  EXPECT_EQ(back.wedges, data.wedges);
+  expect_equal(back.point_arrays, data.point_arrays);
+  expect_equal(back.cell_arrays, data.cell_arrays);
+  EXPECT_THROW(read_tets(folder / "a.vtu"), InputError);
+}
+
+TEST(Files, SayTheirSpace) {
+  const TemporaryFolder folder;
+  const SurfaceData data = make_surface();
+  for (const std::string name : {"a.vtp", "a.stl", "a.ply"}) write_surface(folder / name, data);
+  TetData tets;
+  tets.mesh.vertices = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
+  tets.mesh.tets = {{0, 1, 2, 3}};
+  write_tets(folder / "a.vtu", tets);
+  for (const std::string name : {"a.vtp", "a.vtu"})
+    EXPECT_THAT(read_text(folder / name), HasSubstr("Name=\"SPACE\"")) << name;
+  EXPECT_THAT(read_text(folder / "a.stl").substr(0, 80), HasSubstr("SPACE=LPS"));
+  EXPECT_THAT(read_text(folder / "a.ply").substr(0, 80), HasSubstr("comment SPACE=LPS"));
+}
+
+TEST(Files, SameInputGivesSameBytesAndLeavesNothingElse) {
+  const TemporaryFolder folder;
+  const SurfaceData data = make_surface();
+  for (const std::string extension : {".vtp", ".stl", ".ply"}) {
+    write_surface(folder / ("a" + extension), data);
+    write_surface(folder / ("b" + extension), data);
+    EXPECT_EQ(read_text(folder / ("a" + extension)), read_text(folder / ("b" + extension)));
+  }
+  EXPECT_EQ(std::distance(fs::directory_iterator(folder.path()), fs::directory_iterator()), 6);
+}
+
+TEST(Files, EmptyMeshesAreWrittenButRefusedAsInput) {
+  const TemporaryFolder folder;
+  for (const std::string name : {"a.vtp", "a.stl", "a.ply"}) {
+    write_surface(folder / name, {});
+    expect_refused(
+        folder / name, [](const fs::path& p) { return read_surface(p); }, "no triangles");
+  }
+}
+
+TEST(Files, FolderThatCannotBeMadeIsAnIoError) {
+  const TemporaryFolder folder;
+  write_text_atomically(folder / "file", "in the way");
+  EXPECT_THROW(write_surface((folder / "file") / "a.vtp", make_surface()), IoError);
+}
+
+TEST(Stl, MergesEqualPointsIntoAClosedSurface) {
+  const TemporaryFolder folder;
+  SurfaceData data;
+  data.mesh = make_cube();
+  write_surface(folder / "a.stl", data);
+  EXPECT_EQ(fs::file_size(folder / "a.stl"), 84u + 50u * 12u);
+  const TriangleMesh back = read_surface(folder / "a.stl").mesh;
+  EXPECT_EQ(back.vertices.size(), 8u);
+  EXPECT_TRUE(surface_topology(back).is_closed());
+  EXPECT_DOUBLE_EQ(enclosed_volume(back), 1.0);
+}
+
+TEST(Stl, BinaryWhoseHeaderBeginsWithSolidIsRead) {
+  const TemporaryFolder folder;
+  SurfaceData data;
+  data.mesh = make_cube();
+  write_surface(folder / "a.stl", data);
+  std::string bytes = read_text(folder / "a.stl");
+  bytes.replace(0, 12, "solid facet ");
+  write_text_atomically(folder / "b.stl", bytes);
+  EXPECT_EQ(read_surface(folder / "b.stl").mesh.triangles.size(), 12u);
+}
+
+std::string ascii_facet(const std::string& corners) {
+  return "facet normal 0 0 1\n outer loop\n" + corners + " endloop\nendfacet\n";
+}
+
+TEST(Stl, AsciiIsReadWithAnyNumberFormatAndRasIsConverted) {
+  const TemporaryFolder folder;
+  write_text_atomically(folder / "a.stl",
+                        "solid part SPACE=RAS\r\n" +
+                            ascii_facet("vertex 1.5e+00 2 3\n vertex +2 2 3\n vertex 1.5 4. 3\n") +
+                            "endsolid\n");
+  const TriangleMesh mesh = read_surface(folder / "a.stl").mesh;
+  const std::vector<Vec3> expected{{-1.5, -2, 3}, {-2, -2, 3}, {-1.5, -4, 3}};
+  EXPECT_EQ(mesh.vertices, expected);
+}
+
+TEST(Stl, PositiveAndNegativeZeroAreOnePoint) {
+  const TemporaryFolder folder;
+  write_text_atomically(folder / "a.stl",
+                        "solid\n" + ascii_facet("vertex 0 0 0 vertex 1 0 0 vertex 0 1 0\n") +
+                            ascii_facet("vertex -0 0 0 vertex 0 1 0 vertex -1 0 0\n") +
+                            "endsolid\n");
+  EXPECT_EQ(read_surface(folder / "a.stl").mesh.vertices.size(), 4u);
+}
+
+TEST(Stl, DegenerateTrianglesAreDropped) {
+  const TemporaryFolder folder;
+  write_text_atomically(folder / "a.stl",
+                        "solid\n" + ascii_facet("vertex 0 0 0 vertex 1 0 0 vertex 0 1 0\n") +
+                            ascii_facet("vertex 1 0 0 vertex 1 0 0 vertex 0 1 0\n") + "endsolid\n");
+  EXPECT_EQ(read_surface(folder / "a.stl").mesh.triangles.size(), 1u);
+}
+
+TEST(Stl, BadFilesAreRefusedByName) {
+  const TemporaryFolder folder;
+  expect_refused(
+      folder / "none.stl", [](const fs::path& p) { return read_surface(p); }, "no such file");
+  expect_surface_refused(folder / "a.stl", "", "is empty");
+  expect_surface_refused(folder / "a.stl", "This is a letter, not a mesh.\n", "not an STL");
+  expect_surface_refused(folder / "a.stl", "solid nothing\nendsolid\n", "not an STL");
+  expect_surface_refused(
+      folder / "a.stl",
+      "solid\n" + ascii_facet("vertex nan 0 0 vertex 1 0 0 vertex 0 1 0\n") + "endsolid\n",
+      "not a number");
+  expect_surface_refused(folder / "a.stl",
+                         "solid\n" + ascii_facet("vertex 0 zero 0 vertex 1 0 0 vertex 0 1 0\n"),
+                         "facet 1");
+  expect_surface_refused(folder / "a.stl", "solid\n" + ascii_facet("vertex 0 0 0 vertex 1 0 0\n"),
+                         "2 corners");
+  SurfaceData cube;
+  cube.mesh = make_cube();
+  write_surface(folder / "b.stl", cube);
+  const std::string whole = read_text(folder / "b.stl");
+  expect_surface_refused(folder / "c.stl", whole.substr(0, 300), "cut short");
+  std::string absurd = whole;
+  absurd.replace(80, 4, "\xff\xff\xff\xff");
+  expect_surface_refused(folder / "d.stl", absurd, "cut short");
+}
+
+TEST(Ply, ComesBackExactly) {
+  const TemporaryFolder folder;
+  SurfaceData data;
+  data.mesh = make_cube({1.0 / 3.0, 0.1, 7e-9});
+  write_surface(folder / "a.ply", data);
+  expect_equal(read_surface(folder / "a.ply").mesh, data.mesh);
+}
+
+TEST(Ply, AsciiPolygonsWithOtherPropertiesAreCutIntoTriangles) {
+  const TemporaryFolder folder;
+  write_text_atomically(folder / "a.ply",
+                        "ply\nformat ascii 1.0\ncomment SPACE=RAS\nelement vertex 4\n"
+                        "property float x\nproperty float y\nproperty float z\n"
+                        "property uchar red\nelement face 1\n"
+                        "property list uchar int vertex_index\nproperty float quality\n"
+                        "end_header\n0 0 0 9\n1 0 0 9\n1 1 0 9\n0 1 0 9\n4 0 1 2 3 0.5\n");
+  const TriangleMesh mesh = read_surface(folder / "a.ply").mesh;
+  EXPECT_EQ(mesh.triangles.size(), 2u);
+  EXPECT_DOUBLE_EQ(surface_area(mesh), 1.0);
+  EXPECT_EQ(mesh.vertices[2], (Vec3{-1, -1, 0}));
+}
+
+TEST(Ply, BadFilesAreRefusedByName) {
+  const TemporaryFolder folder;
+  const std::string head =
+      "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\n"
+      "property float z\nelement face 1\nproperty list uchar int vertex_indices\nend_header\n";
+  expect_surface_refused(folder / "a.ply", "hello", "PLY");
+  expect_surface_refused(folder / "a.ply", "ply\nformat ascii 1.0\n", "no end");
+  expect_surface_refused(folder / "a.ply", head + "0 0 0\n1 0 0\n", "ends too early");
+  expect_surface_refused(folder / "a.ply", head + "0 0 0\n1 0 0\n0 1 0\n3 0 1 7\n",
+                         "does not have");
+  expect_surface_refused(folder / "a.ply", head + "0 0 0\n1 0 0\n0 1 0\n3 0 1 -1\n", "not there");
+  expect_surface_refused(folder / "a.ply",
+                         "ply\nformat binary_little_endian 1.0\nelement vertex 4000000000\n"
+                         "property float x\nend_header\n",
+                         "cut short");
+  expect_surface_refused(folder / "a.ply",
+                         "ply\nformat ascii 1.0\nelement vertex 99999999999999999999\n"
+                         "property float x\nend_header\n",
+                         "no count");
+}
+
+TEST(Obj, FacesOfAnyFormBecomeTriangles) {
+  const TemporaryFolder folder;
+  write_text_atomically(folder / "a.obj",
+                        "# SPACE=RAS\nv 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nvn 0 0 1\n"
+                        "f 1/1/1 2//1 3/2 4\nf -4 -3 -1\n");
+  const TriangleMesh mesh = read_surface(folder / "a.obj").mesh;
+  EXPECT_EQ(mesh.triangles.size(), 3u);
+  EXPECT_EQ(mesh.triangles[2], (Triangle{0, 1, 3}));
+  EXPECT_EQ(mesh.vertices[1], (Vec3{-1, 0, 0}));
+}
+
+TEST(Obj, BadFilesAreRefusedByName) {
+  const TemporaryFolder folder;
+  const std::string points = "v 0 0 0\nv 1 0 0\nv 1 1 0\n";
+  expect_surface_refused(folder / "a.obj", points + "f 1 2 9\n", "line 4");
+  expect_surface_refused(folder / "a.obj", points + "f 1 2", "fewer than three");
+  expect_surface_refused(folder / "a.obj", points + "f 1 2\n", "no triangles");
+  expect_surface_refused(folder / "a.obj", points + "f a b c\n", "not a list");
+  expect_surface_refused(folder / "a.obj", "v 0 0\n", "three numbers");
+  expect_surface_refused(folder / "a.obj", "just words\n", "no triangles");
+}
+
+std::string ascii_vtp(const std::string& counts, const std::string& points,
+                      const std::string& polys, const std::string& field = {}) {
+  return "<VTKFile type=\"PolyData\" version=\"1.0\" byte_order=\"LittleEndian\" "
+         "header_type=\"UInt32\"><PolyData>" +
+         field + "<Piece " + counts +
+         "><Points><DataArray type=\"Float32\" NumberOfComponents=\"3\" format=\"ascii\">" +
+         points + "</DataArray></Points>" + polys + "</Piece></PolyData></VTKFile>\n";
+}
+
+std::string ascii_polys(const std::string& connectivity, const std::string& offsets) {
+  return "<Polys><DataArray type=\"Int64\" Name=\"connectivity\" format=\"ascii\">" + connectivity +
+         "</DataArray><DataArray type=\"Int64\" Name=\"offsets\" format=\"ascii\">" + offsets +
+         "</DataArray></Polys>";
+}
+
+TEST(Vtp, PolygonsAreCutIntoTrianglesAndTaggedRasIsConverted) {
+  const TemporaryFolder folder;
+  const std::string ras =
+      "<FieldData><DataArray type=\"String\" Name=\"SPACE\" NumberOfTuples=\"1\" "
+      "format=\"ascii\">82 65 83 0</DataArray></FieldData>";
+  write_text_atomically(folder / "a.vtp",
+                        ascii_vtp("NumberOfPoints=\"4\" NumberOfPolys=\"1\"",
+                                  "0 0 0 1 0 0 1 1 0 0 1 0", ascii_polys("0 1 2 3", "4"), ras));
+  const TriangleMesh mesh = read_surface(folder / "a.vtp").mesh;
+  EXPECT_EQ(mesh.triangles.size(), 2u);
+  EXPECT_DOUBLE_EQ(surface_area(mesh), 1.0);
+  EXPECT_EQ(mesh.vertices[2], (Vec3{-1, -1, 0}));
+}
+
+TEST(Vtp, BadFilesAreRefusedByName) {
+  const TemporaryFolder folder;
+  const std::string three = "NumberOfPoints=\"3\" NumberOfPolys=\"1\"";
+  expect_surface_refused(folder / "a.vtp", "a text", "not a VTK XML");
+  expect_surface_refused(folder / "a.vtp", "<VTKFile type=\"ImageData\"></VTKFile>",
+                         "another kind");
+  expect_surface_refused(folder / "a.vtp",
+                         ascii_vtp(three, "0 0 0 1 0 0 nan 1 0", ascii_polys("0 1 2", "3")),
+                         "not a number");
+  expect_surface_refused(folder / "a.vtp",
+                         ascii_vtp(three, "0 0 0 1 0 0 0 1 0", ascii_polys("0 1 7", "3")), "a.vtp");
+  expect_surface_refused(folder / "a.vtp",
+                         ascii_vtp("NumberOfPoints=\"999999999999\" NumberOfPolys=\"1\"", "0 0 0",
+                                   ascii_polys("0 0 0", "3")),
+                         "absurd");
+  write_surface(folder / "b.vtp", make_surface());
+  const std::string whole = read_text(folder / "b.vtp");
+  for (const double part : {0.3, 0.6, 0.9})
+    expect_surface_refused(folder / "c.vtp",
+                           whole.substr(0, std::size_t(part * double(whole.size()))), "c.vtp");
+}
+
+TEST(Vtp, LinesAreNoSurfaceAndSurfacesHoldNoLines) {
+  const TemporaryFolder folder;
+  write_surface(folder / "surface.vtp", make_surface());
+  expect_refused(
+      folder / "surface.vtp", [](const fs::path& p) { return read_polylines(p); }, "no lines");
+  PolylineData lines;
+  lines.points = {{0, 0, 0}, {1, 0, 0}};
+  lines.lines = {{0, 1}};
+  write_polylines(folder / "lines.vtp", lines);
+  expect_refused(
+      folder / "lines.vtp", [](const fs::path& p) { return read_surface(p); }, "no triangles");
+}
+
+TEST(Arrays, MissingOneIsNamed) {
+  const std::vector<DataArray> arrays = make_arrays(3);
+  EXPECT_EQ(find_array(arrays, "GroupIds").type, ArrayType::int32);
+  try {
+    find_array(arrays, "Abscissas");
+    FAIL();
+  } catch (const InputError& error) {
+    EXPECT_THAT(error.what(), HasSubstr("Abscissas"));
+  }
+}
+
+TEST(Arrays, WrongLengthIsOurMistake) {
+  const TemporaryFolder folder;
+  SurfaceData data = make_surface();
+  data.point_arrays[0].values.pop_back();
+  EXPECT_THROW(write_surface(folder / "a.vtp", data), InternalError);
+  EXPECT_FALSE(fs::exists(folder / "a.vtp"));
+}
+
+TEST(Collection, ListsEveryStepAndEscapesNames) {
+  const TemporaryFolder folder;
+  write_collection(folder / "a.pvd",
+                   {{0.0, 0, "frames/balloon_000000.vtp"}, {0.025, 1, "frames/a&b.vtp"}});
+  const std::string xml = read_text(folder / "a.pvd");
+  EXPECT_THAT(xml, HasSubstr("<VTKFile type=\"Collection\""));
+  EXPECT_THAT(xml, HasSubstr("timestep=\"0\" part=\"0\" file=\"frames/balloon_000000.vtp\""));
+  EXPECT_THAT(xml, HasSubstr("timestep=\"0.025\" part=\"1\" file=\"frames/a&amp;b.vtp\""));
+}
+
+TEST(RealData, ClosedCoronarySurfaceIsReadWatertight) {
+  const char* data = std::getenv("ANGIO_DATA");
+  if (!data) GTEST_SKIP() << "ANGIO_DATA is not set";
+  const TriangleMesh mesh = read_surface(fs::path(data) / "coronary-lumen-xra/lumen.stl").mesh;
+  EXPECT_EQ(mesh.triangles.size(), 14336u);  // counted in the file: data/README.md
+  EXPECT_TRUE(surface_topology(mesh).is_closed());
+}
+
+TEST(RealData, VmtkCenterlineKeepsItsArrays) {
+  const char* data = std::getenv("ANGIO_DATA");
+  if (!data) GTEST_SKIP() << "ANGIO_DATA is not set";
+  const PolylineData lines = read_polylines(fs::path(data) / "mra-aorta-vmtk/aorta-centerline.vtp");
+  const DataArray& radius = find_array(lines.point_arrays, "MaximumInscribedSphereRadius");
+  EXPECT_EQ(radius.values.size(), lines.points.size());
+}
+
+}  // namespace
+}  // namespace angio::formats
