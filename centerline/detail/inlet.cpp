@@ -53,6 +53,20 @@ double median_depth(const LumenVoxels& lumen, const std::vector<int>& voxels) {
   return double(*middle);
 }
 
+/// The half of a stretch that ends at a tip, without its cap.
+std::vector<int> outer_half(const LumenVoxels& lumen, const Stretch& stretch, bool tip_is_first) {
+  Stretch half;
+  const auto middle = stretch.voxels.begin() + std::ptrdiff_t(stretch.voxels.size() / 2);
+  if (tip_is_first) {
+    half.voxels.assign(stretch.voxels.begin(), middle + 1);
+    half.children = {0};
+  } else {
+    half.parent = 0;
+    half.voxels.assign(middle, stretch.voxels.end());
+  }
+  return own_voxels(lumen, half);
+}
+
 /// The direction in which a stretch leaves a fork: past the fork's own width, over as much again.
 Vec3 leaving(const LumenVoxels& lumen, const std::vector<int>& from_fork) {
   const Vec3 fork = lumen.position(from_fork.front());
@@ -238,17 +252,12 @@ InletChoice choose_inlet(const LumenVoxels& lumen, const Front& front,
     Stretch& stretch = stretches[last[c] < 0 ? 0 : std::size_t(last[c])];
     if (stretch.is_stub) stretch.radius = std::min(stretch.radius, candidates[c].opening);
   }
-  // Of a tube without a fork each end has its own width.
   const auto radius_at = [&](std::size_t c) {
     const Stretch& stretch = stretches[last[c] < 0 ? 0 : std::size_t(last[c])];
-    std::vector<int> own = own_voxels(lumen, stretch);
-    if (stretches.size() == 1 && own.size() > 1) {
-      const auto half = std::ptrdiff_t(own.size() / 2);
-      own = last[c] < 0 ? std::vector<int>(own.begin(), own.begin() + half)
-                        : std::vector<int>(own.begin() + half, own.end());
-    }
-    return (candidates[c].is_cut_off ? kCutOff : 1.0) *
-           std::min(median_depth(lumen, own), candidates[c].opening);
+    const double own = stretch.is_stub
+                           ? stretch.radius
+                           : median_depth(lumen, outer_half(lumen, stretch, last[c] < 0));
+    return (candidates[c].is_cut_off ? kCutOff : 1.0) * std::min(own, candidates[c].opening);
   };
   constexpr double kSure = 1.0;
   InletChoice choice;

@@ -5,6 +5,7 @@
 #include <string>
 #include <utility>
 
+#include "centerline/detail/feeding_chamber.hpp"
 #include "centerline/detail/fronts.hpp"
 #include "centerline/detail/inlet.hpp"
 #include "core/error.hpp"
@@ -195,6 +196,16 @@ int find_inlet(const LumenVoxels& lumen, int root, const Front& front,
     std::vector<int> chain = trace(front, end.voxel);
     std::reverse(chain.begin(), chain.end());
     add(end.voxel, chain, end.at_loop_cut);
+  }
+  if (rims.size() < 2) {
+    std::vector<std::vector<int>> paths;
+    for (const LumenEnd& end : ends) paths.push_back(trace(front, end.voxel));
+    if (const auto chamber = find_feeding_chamber(lumen, paths)) {
+      warnings.push_back("the tree is fed by the wide chamber at " +
+                         text(lumen.position(*chamber)) +
+                         " (an aortic root?); its lines begin there");
+      return *chamber;
+    }
   }
   const InletChoice choice = choose_inlet(lumen, front, candidates);
   const auto place = [&](std::size_t c) { return text(lumen.position(candidates[c].voxel)); };
