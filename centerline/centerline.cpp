@@ -10,6 +10,7 @@
 #include "centerline/detail/flat_caps.hpp"
 #include "centerline/detail/lines.hpp"
 #include "centerline/detail/lumen_voxels.hpp"
+#include "centerline/detail/places.hpp"
 #include "centerline/detail/side_by_side.hpp"
 #include "centerline/detail/skeleton.hpp"
 #include "centerline/detail/smooth_surface.hpp"
@@ -89,8 +90,11 @@ CenterlineResult extract(const Volume<float>& level_set, const GivenSurface* sur
   result.warnings = std::move(skeleton.warnings);
   for (std::string& note : assign_tracts(result.tree, lines.is_tube))
     result.warnings.push_back(std::move(note));
-  for (std::string& contact : find_contacts(result.tree))
-    result.warnings.push_back(std::move(contact));
+  if (const std::vector<Vec3> contacts = find_contacts(result.tree); !contacts.empty())
+    result.warnings.push_back(
+        "two vessels seem to touch " + at_places(contacts) +
+        " (two branches lie on one line that runs past the vessel they leave); the lines go "
+        "through the contact. Check the place, and name the outlets that are wanted");
   for (std::string& pair : find_vessels_side_by_side(result.tree, level_set))
     result.warnings.push_back(std::move(pair));
   result.left_out = 1.0 - lumen.largest_fraction;

@@ -139,10 +139,8 @@ double reach_across(const SurfaceSize& size) {
       {std::abs(size.low.x), std::abs(size.high.x), std::abs(size.low.y), std::abs(size.high.y)});
 }
 
-bool fits(const SurfaceSize& size, LengthUnit unit, const VesselSizes& sizes) {
-  const bool in_field =
-      unit == LengthUnit::mm || kMillimetresOf[int(unit)] * reach_across(size) <= kField;
-  return in_field && sizes.hold(size, unit);
+bool in_field(const SurfaceSize& size, LengthUnit unit) {
+  return unit == LengthUnit::mm || kMillimetresOf[int(unit)] * reach_across(size) <= kField;
 }
 
 }  // namespace
@@ -155,14 +153,21 @@ std::string size_in_words(const SurfaceSize& size, LengthUnit unit) {
   return text;
 }
 
-bool is_possible(const SurfaceSize& size, LengthUnit unit) { return fits(size, unit, kPossible); }
+bool is_possible(const SurfaceSize& size, LengthUnit unit) {
+  return in_field(size, unit) && kPossible.hold(size, unit);
+}
 
 UnitGuess guess_unit(const SurfaceSize& size) {
   UnitGuess guess;
-  for (const VesselSizes& sizes : {kUsual, kPossible}) {
+  const auto fitting_units = [&](const VesselSizes& sizes, bool must_be_in_field) {
     std::vector<LengthUnit> fitting;
     for (const LengthUnit unit : kGuessed)
-      if (fits(size, unit, sizes)) fitting.push_back(unit);
+      if (sizes.hold(size, unit) && (!must_be_in_field || in_field(size, unit)))
+        fitting.push_back(unit);
+    return fitting;
+  };
+  for (const VesselSizes& sizes : {kUsual, kPossible}) {
+    std::vector<LengthUnit> fitting = fitting_units(sizes, true);
     if (fitting.empty()) continue;
     if (!guess.is_vessel) guess.unit = fitting.front();
     guess.is_vessel = true;
@@ -171,6 +176,13 @@ UnitGuess guess_unit(const SurfaceSize& size) {
     // Where mm is as usual as can be, what else is merely possible is not worth a word.
     if (guess.unit == LengthUnit::mm) break;
   }
+  if (guess.is_vessel) return guess;
+  // Not where a scanner would have put it: moved, but still a vessel by its size.
+  std::vector<LengthUnit> moved = fitting_units(kUsual, false);
+  if (moved.empty()) return guess;
+  guess.is_vessel = true;
+  guess.unit = moved.front();
+  guess.others.assign(moved.begin() + 1, moved.end());
   return guess;
 }
 

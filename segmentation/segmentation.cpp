@@ -222,4 +222,6 @@ Segmentation segment_vessels(const Volume<float>& volume, const SegmentationOpti
   return segment_all(part_in_region(volume, *options.region_lps_mm), options, progress);
 }
 
+bool is_label_map(const Volume<float>& volume) { return !detail::find_labels(volume).empty(); }
+
 }  // namespace angio::segmentation

@@ -43,6 +43,9 @@ struct Segmentation {
   std::vector<std::string> warnings;
 };
 
+/// Whether a volume holds numbers of structures and no intensities (detail/label_map.hpp).
+bool is_label_map(const Volume<float>& volume);
+
 /// Finds the contrast-filled vessels and their sub-voxel boundary. Of a volume that is a label map
 /// (detail/label_map.hpp) the lumen is what the labels say, with a smooth boundary.
 /// @throws InputError if there is no vessel in it, saying what to try

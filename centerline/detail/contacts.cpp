@@ -89,19 +89,11 @@ std::optional<Vec3> touching_place(const Leaving& a, const Leaving& b,
   return 0.5 * (parent.points[low] + parent.points[high]);
 }
 
-std::string warning_at(const Vec3& place) {
-  const auto mm = [](double value) { return std::to_string(std::lround(value)); };
-  return "two vessels seem to touch at (" + mm(place.x) + ", " + mm(place.y) + ", " + mm(place.z) +
-         ") mm (two branches lie on one line that runs past the vessel they leave); the lines go "
-         "through the contact. Check the place, and name the outlets that are wanted";
-}
-
 }  // namespace
 
-std::vector<std::string> find_contacts(const CenterlineTree& tree) {
+std::vector<Vec3> find_contacts(const CenterlineTree& tree) {
   const std::size_t count = tree.paths.size();
   std::vector<Vec3> places;
-  std::vector<std::string> warnings;
   for (std::size_t p = 0; p < count; ++p) {
     const CenterlinePath& parent = tree.paths[p];
     std::vector<Leaving> leavings;
@@ -117,10 +109,9 @@ std::vector<std::string> find_contacts(const CenterlineTree& tree) {
                         [&](const Vec3& other) { return distance(other, *place) < same; }))
           continue;
         places.push_back(*place);
-        warnings.push_back(warning_at(*place));
       }
   }
-  return warnings;
+  return places;
 }
 
 }  // namespace angio::centerline

@@ -15,7 +15,7 @@ namespace angio::centerline {
 /// line runs through the middle of the parent, and that of a vessel which only touches it runs
 /// beside: farther from the middle than half its radius.
 ///
-/// @return a warning for each such place
-std::vector<std::string> find_contacts(const CenterlineTree& tree);
+/// @return the places [mm]
+std::vector<Vec3> find_contacts(const CenterlineTree& tree);
 
 }  // namespace angio::centerline

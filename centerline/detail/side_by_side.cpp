@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "centerline/detail/contour.hpp"
+#include "centerline/detail/places.hpp"
 #include "centerline/detail/tracts.hpp"
 #include "core/parallel.hpp"
 
@@ -226,9 +227,8 @@ Looked look_along(const CenterlinePath& path, const Volume<float>& level_set, co
 }
 
 std::string warning_at(const Vec3& place, double length) {
-  const auto mm = [](double value) { return std::to_string(std::lround(value)); };
-  return "two vessels seem to run side by side as one lumen around (" + mm(place.x) + ", " +
-         mm(place.y) + ", " + mm(place.z) + ") mm, for " + mm(length) +
+  return "two vessels seem to run side by side as one lumen around " + in_words(place) + ", for " +
+         std::to_string(std::lround(length)) +
          " mm (the sections are like an 8); lines, radii and areas there are not those of one "
          "vessel. Check the place; a higher segmentation.intensity_min or finer voxels may part "
          "them";

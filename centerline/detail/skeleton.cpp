@@ -8,6 +8,7 @@
 #include "centerline/detail/feeding_chamber.hpp"
 #include "centerline/detail/fronts.hpp"
 #include "centerline/detail/inlet.hpp"
+#include "centerline/detail/places.hpp"
 #include "core/error.hpp"
 
 namespace angio::centerline {
@@ -26,11 +27,6 @@ int end_of_cap(const std::vector<Vec3>& points, const std::vector<double>& depth
 }
 
 namespace {
-
-std::string text(const Vec3& place) {
-  const auto mm = [](double value) { return std::to_string(std::lround(value)); };
-  return "(" + mm(place.x) + ", " + mm(place.y) + ", " + mm(place.z) + ") mm";
-}
 
 double voxel_size(const LumenVoxels& lumen) {
   const Vec3 h = lumen.geometry.spacing;
@@ -202,13 +198,13 @@ int find_inlet(const LumenVoxels& lumen, int root, const Front& front,
     for (const LumenEnd& end : ends) paths.push_back(trace(front, end.voxel));
     if (const auto chamber = find_feeding_chamber(lumen, paths)) {
       warnings.push_back("the tree is fed by the wide chamber at " +
-                         text(lumen.position(*chamber)) +
+                         in_words(lumen.position(*chamber)) +
                          " (an aortic root?); its lines begin there");
       return *chamber;
     }
   }
   const InletChoice choice = choose_inlet(lumen, front, candidates);
-  const auto place = [&](std::size_t c) { return text(lumen.position(candidates[c].voxel)); };
+  const auto place = [&](std::size_t c) { return in_words(lumen.position(candidates[c].voxel)); };
   if (choice.rival)
     warnings.push_back("the inlet is not certain: the end at " + place(choice.best) +
                        " was taken, the one at " + place(*choice.rival) +
@@ -262,7 +258,7 @@ std::vector<Rim> find_rims(const LumenVoxels& lumen, const std::vector<OpenRim>&
     const bool is_known =
         std::any_of(rims.begin(), rims.end(), [&](const Rim& rim) { return rim.voxel == voxel; });
     if (away > 3.0 * voxel_size(lumen) + double(lumen.depth[std::size_t(voxel)]))
-      warnings.push_back("the open rim at " + text(middle) +
+      warnings.push_back("the open rim at " + in_words(middle) +
                          " has no line (its vessel is not connected to the others, or thinner "
                          "than can be followed)");
     else if (!is_known)
@@ -300,16 +296,30 @@ double chain_length(const LumenVoxels& lumen, const std::vector<int>& chain) {
   return length;
 }
 
-std::string sac_warning(const Vec3& tip) {
-  return "a sac (aneurysm?) at " + text(tip) + " has no line, because it ends without an outlet";
+std::vector<Vec3> positions(const LumenVoxels& lumen, const std::vector<int>& voxels) {
+  std::vector<Vec3> places;
+  for (const int voxel : voxels) places.push_back(lumen.position(voxel));
+  return places;
 }
 
-std::string loop_warning(const LumenVoxels& lumen, const std::vector<int>& cuts) {
-  std::string places;
-  for (const int voxel : cuts) places += (places.empty() ? "" : ", ") + text(lumen.position(voxel));
-  return "the vessels form a loop (for example the circle of Willis, or two vessels that touch); "
-         "it was cut at " +
-         places + ", and lines end there";
+/// What stands out without an outlet, ends closed, or was cut; a note a kind.
+std::vector<std::string> notes_on(const LumenVoxels& lumen, const Ends& ends,
+                                  const std::vector<int>& closed) {
+  std::vector<std::string> notes;
+  std::vector<int> sacs;
+  for (const LumenEnd& sac : ends.sacs) sacs.push_back(sac.voxel);
+  if (!sacs.empty())
+    notes.push_back("a sac (aneurysm?) " + at_places(positions(lumen, sacs)) +
+                    " has no line, because it ends without an outlet");
+  if (!closed.empty())
+    notes.push_back("a vessel ends closed " + at_places(positions(lumen, closed)) +
+                    "; its tip counts as an outlet");
+  if (!ends.loop_cuts.empty())
+    notes.push_back(
+        "the vessels form a loop (for example the circle of Willis, or two vessels that touch); "
+        "it was cut " +
+        at_places(positions(lumen, ends.loop_cuts)) + ", and lines end there");
+  return notes;
 }
 
 void check_tubular(const LumenVoxels& lumen, const Ends& ends) {
@@ -378,12 +388,8 @@ Skeleton find_skeleton(LumenVoxels& lumen, const CenterlineOptions& options,
                    [&](const auto& a, const auto& b) {
                      return chain_length(lumen, a.voxels) > chain_length(lumen, b.voxels);
                    });
-  for (const LumenEnd& sac : ends.sacs)
-    skeleton.warnings.push_back(sac_warning(lumen.position(sac.voxel)));
-  for (const int tip : closed)
-    skeleton.warnings.push_back("a vessel ends closed at " + text(lumen.position(tip)) +
-                                "; its tip counts as an outlet");
-  if (!ends.loop_cuts.empty()) skeleton.warnings.push_back(loop_warning(lumen, ends.loop_cuts));
+  for (std::string& note : notes_on(lumen, ends, closed))
+    skeleton.warnings.push_back(std::move(note));
   return skeleton;
 }
 

@@ -9,6 +9,7 @@
 
 #include "formats/files.hpp"
 #include "segmentation/read_volume.hpp"
+#include "segmentation/segmentation.hpp"
 
 namespace angio::pipeline {
 
@@ -21,12 +22,22 @@ constexpr const char* kSurface = "segmentation/lumen_surface.vtp";
 
 std::vector<std::string> resolution_files() { return {kVolume, kSurface}; }
 
+Resolution resolution_of(const Volume<float>& volume) {
+  // Between inside and outside a scan has shades of grey, a label map nothing: it shows half as
+  // much.
+  constexpr double kLabelVoxels = 2.0;
+  const Vec3 spacing = volume.geometry.spacing;
+  const double voxels = segmentation::is_label_map(volume) ? kLabelVoxels : 1.0;
+  Resolution resolution;
+  resolution.longest_mm = voxels * std::max({spacing.x, spacing.y, spacing.z});
+  resolution.mean_mm = voxels * std::cbrt(spacing.x * spacing.y * spacing.z);
+  return resolution;
+}
+
 Resolution case_resolution(const StageFiles& files) {
   Resolution resolution;
   if (files.exists(kVolume)) {
-    const Vec3 spacing = segmentation::read_volume_file(files.path(kVolume)).geometry.spacing;
-    resolution.longest_mm = std::max({spacing.x, spacing.y, spacing.z});
-    resolution.mean_mm = std::cbrt(spacing.x * spacing.y * spacing.z);
+    resolution = resolution_of(segmentation::read_volume_file(files.path(kVolume)));
   } else if (files.exists(kSurface)) {
     resolution.surface =
         std::make_shared<const TriangleMesh>(formats::read_surface(files.path(kSurface)).mesh);

@@ -4,17 +4,20 @@
 
 #include "centerline/centerline.hpp"
 #include "core/triangle_mesh.hpp"
+#include "core/volume.hpp"
 #include "pipeline/stages/stage_files.hpp"
 
 namespace angio::pipeline {
 
-/// What a case's data can show: a scan by its voxels, a surface by its triangles.
+/// What a case's data can show: a scan by its voxels, a label map by two of them, a surface by its
+/// triangles.
 struct Resolution {
-  double longest_mm = 0.0;  ///< edge of a voxel. Narrower throats are seen, but not measured
+  double longest_mm = 0.0;  ///< a voxel's longest edge. Narrower throats are seen, but not measured
   double mean_mm = 0.0;     ///< edge of a cube of a voxel's volume
   std::shared_ptr<const TriangleMesh> surface;  ///< null: there are voxels
 };
 
+Resolution resolution_of(const Volume<float>& volume);
 /// Of the scan or the surface that the case's lumen was found in.
 Resolution case_resolution(const StageFiles& files);
 /// What that reads.

@@ -5,6 +5,7 @@
 #include <string>
 
 #include "centerline/centerline.hpp"
+#include "centerline/detail/places.hpp"
 #include "tests/centerline/shapes.hpp"
 
 namespace angio::centerline {
@@ -322,6 +323,17 @@ TEST(CenterlineTree, OfAClosedRingIsCutWithAWarning) {
   const auto result = extract({ring});
   expect_consistent(result.tree);
   EXPECT_EQ(test::without_inlet(result.warnings).size(), 1U);
+}
+
+TEST(Places, AreOneNoteHoweverMany) {
+  const auto row = [](int count) {
+    std::vector<Vec3> places;
+    for (int i = 0; i < count; ++i) places.push_back({double(i), 0.0, 0.4});
+    return places;
+  };
+  EXPECT_EQ(at_places(row(1)), "at (0, 0, 0) mm");
+  EXPECT_EQ(at_places(row(2)), "at (0, 0, 0) mm and (1, 0, 0) mm");
+  EXPECT_EQ(at_places(row(80)), "at (0, 0, 0) mm, (1, 0, 0) mm, (2, 0, 0) mm and 77 other places");
 }
 
 }  // namespace

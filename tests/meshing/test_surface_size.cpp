@@ -141,6 +141,16 @@ TEST(UnitGuess, LooksAtWhereTheSurfaceLies) {
   EXPECT_TRUE(guess_unit(size).others.empty());
 }
 
+TEST(UnitGuess, IgnoresThePlaceWhereTheSizeAllowsOneUnitOnly) {
+  // A coronary tree with its aortic root, in cm, but moved to where no scanner has put it.
+  SurfaceSize size = of_sizes(1.86, 0.24, 12.6);
+  size.low = {69.8, 99.0, 108.2};
+  size.high = {78.6, 111.6, 117.7};
+  EXPECT_TRUE(guess_unit(size).is_vessel);
+  EXPECT_EQ(guess_unit(size).unit, LengthUnit::cm);
+  EXPECT_FALSE(is_possible(size, LengthUnit::mm));
+}
+
 TEST(UnitGuess, KnowsWhatNoScannerShows) {
   // A coronary tree in cm: 0.4 wide, 0.2 in the median, 10 long.
   const UnitGuess coronary = guess_unit(of_sizes(0.4, 0.2, 10.0));

@@ -21,4 +21,9 @@ inline const CenterlinePath* lesion_path(const ReportContent& content) {
   return nullptr;
 }
 
+/// What the place that the pictures show is: where the balloon is, or only the narrowest place.
+inline std::string site_name(const ReportContent& content) {
+  return content.moments.empty() ? "narrowest place" : "balloon site";
+}
+
 }  // namespace angio::viewer::detail

@@ -250,7 +250,7 @@ std::vector<Figure> draw_slices(const ReportContent& content) {
     draw_scale(picture, 2.0 * half_size / kSlicePixels);
     draw_sides(picture, named[i].name);
     figures.push_back({std::string("slice_") + named[i].name + ".png",
-                       capitalized(named[i].name) + " slice through the balloon site",
+                       capitalized(named[i].name) + " slice through the " + site_name(content),
                        to_picture(picture)});
   }
   return figures;

@@ -165,15 +165,16 @@ Figure draw_tree(const ReportContent& content) {
     constexpr double kLeastRing = 0.03;  // of the picture's height
     const double ring =
         std::max(4.0 * lesion.inscribed_radius / (2.0 * frame.half_height_mm), kLeastRing);
-    add_mark(renderer, place_in_picture(frame, picture_aspect, lesion.point), ring, "balloon site",
-             width * kSupersampling, height * kSupersampling, kSupersampling);
+    add_mark(renderer, place_in_picture(frame, picture_aspect, lesion.point), ring,
+             site_name(content), width * kSupersampling, height * kSupersampling, kSupersampling);
   }
   ScaleBar bar(renderer, kSupersampling, colors::kInk);
   const auto axes = make_axes(kSupersampling, colors::kInk);
   turn_axes(axes, renderer, width, height);
   return {"tree.png",
-          "The vessel tree as segmented and meshed; the ring marks where the balloon is placed. "
-          "Arrows: L to the patient's left, P to the back, H to the head.",
+          "The vessel tree as segmented and meshed; the ring marks the " + site_name(content) +
+              ". "
+              "Arrows: L to the patient's left, P to the back, H to the head.",
           render_offscreen({renderer, axes}, width, height, [&] { bar.update(); })};
 }
 
