@@ -370,7 +370,7 @@ std::string cell(const char* format, double value) {
   return std::isnan(value) ? std::string() : benchmarks::formatted(format, value);
 }
 std::string pair(const char* format, double a, double b) {
-  return std::isnan(a) ? std::string() : cell(format, a) + " / " + cell("%.2f", b);
+  return cell(format, a) + (std::isnan(b) ? "" : " / " + cell("%.2f", b));
 }
 
 /// Of a scan and of a surface: where a surface is given nothing is segmented.
