@@ -39,7 +39,7 @@ void judge(const fs::path& folder, benchmarks::ResultTable& results) {
 }  // namespace
 }  // namespace angio
 
-int main(int argc, char** argv) {
+int main(int argc, char** argv) try {
   angio::benchmarks::ResultTable results("Lines of case folders", argc, argv);
   results.columns({"case", "outlets", "points", "outside", "steps over 25 degrees",
                    "radii over 40 degrees", "largest step, degrees", "largest within a radius",
@@ -54,4 +54,7 @@ int main(int argc, char** argv) {
     }
   results.write();
   return failed == 0 ? EXIT_SUCCESS : EXIT_FAILURE;
+} catch (const std::exception& error) {
+  fmt::print(stderr, "line_quality: {}\n", error.what());
+  return EXIT_FAILURE;
 }

@@ -307,7 +307,7 @@ bool parse(int argc, char** argv, Arguments& arguments) {
 
 }  // namespace
 
-int main(int argc, char** argv) {
+int main(int argc, char** argv) try {
   constexpr int kUsage = 64;
   angio::benchmarks::ResultTable results("Cases that went on against cases begun anew", argc, argv);
   results.columns({"setting", "case", "value", "stages run again", "compared", "result", "s"});
@@ -336,4 +336,7 @@ int main(int argc, char** argv) {
       fmt::format("{} settings, {} rows, {} differences.", settings_tried, rows, differences));
   results.write();
   return differences == 0 ? EXIT_SUCCESS : EXIT_FAILURE;
+} catch (const std::exception& error) {
+  fmt::print(stderr, "resume: {}\n", error.what());
+  return EXIT_FAILURE;
 }
