@@ -6,8 +6,9 @@
 #
 # A path is what stands in backquotes, begins with a folder of the repository, and has a slash. Left out
 # are CHANGELOG.md (it names what was), and names with placeholders: capitals (STAGE, NAME), *, <>, ...
+# shellcheck disable=SC2016  # backquotes are what is searched for
 set -uo pipefail
-cd "$(dirname "${BASH_SOURCE[0]}")/.."
+cd "$(dirname "${BASH_SOURCE[0]}")/.." || exit
 
 failed=0
 dead() {
