@@ -198,8 +198,8 @@ void AdaptiveAir::follow(const std::vector<Vec3>& x) {
   if (!is_whole()) drop();
 }
 
-// Straight to the end; where that leaves an inverted tet, in shorter steps, with fewer of them at a
-// time; and after some of them straight to the end whatever it leaves.
+// First tries the whole motion at once. If a tet inverts, splits the motion into shorter steps;
+// after some of them makes the rest at once and accepts the result.
 void AdaptiveAir::adapt(const std::vector<Vec3>& x) {
   const std::vector<Vec3> from(x_.begin(), x_.begin() + std::ptrdiff_t(surface_count_));
   double done = 0.0, step = 1.0;

@@ -1,8 +1,8 @@
-// Prints how near the pipeline comes to phantoms whose truth is known: the tables of
-// docs/accuracy.md.
+// Prints how near the pipeline comes to phantoms whose truth is known. docs/accuracy.md explains
+// the columns.
 //
 //     accuracy [image|surface] [phantoms=a,b] [spacings=0.3] [noises=0.1] [seeds=20]
-//              [oblique=0] [blur=0] [stenosis=60]
+//              [oblique=0] [blur=0] [stenosis=60] [--markdown FILE]
 //
 // image:   scan (exact partial volume, blur, noise) -> level set -> centreline -> lesions
 // surface: exact surface of about 30,000 triangles, its vertices moved along their normals by noise
@@ -21,6 +21,7 @@
 #include <string>
 #include <vector>
 
+#include "benchmarks/result_table.hpp"
 #include "centerline/centerline.hpp"
 #include "core/error.hpp"
 #include "core/parallel.hpp"
@@ -364,26 +365,48 @@ struct Row {
   }
 };
 
-constexpr const char* kHeader =
-    "| phantom | voxel mm | noise | line mean / 95 % mm | tube, inscribed radius bias mm | area "
-    "radius bias mm | "
-    "throat bias / sd % | throat area % | surface mean / 95 % mm | Dice | volume % | "
-    "branches missed / invented | lesions missed / invented | segmentation CPU s | line CPU s | "
-    "failed |\n"
-    "|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|\n";
+/// A number as it is printed; an empty cell where it does not apply.
+std::string cell(const char* format, double value) {
+  return std::isnan(value) ? std::string() : benchmarks::formatted(format, value);
+}
+std::string pair(const char* format, double a, double b) {
+  return cell(format, a) + (std::isnan(b) ? "" : " / " + cell("%.2f", b));
+}
 
-std::string text(const Row& r) {
+/// Of a scan and of a surface: where a surface is given nothing is segmented.
+std::vector<std::string> column_names(bool is_surface) {
+  std::vector<std::string> names{"phantom"};
+  if (!is_surface) names.emplace_back("voxel mm");
+  names.insert(names.end(), {is_surface ? "noise mm" : "noise", "line, mean / 95 % mm",
+                             "radius bias, tube; inscribed mm", "equivalent radius bias mm",
+                             "throat radius, bias / sd %", "least area %"});
+  if (!is_surface) names.insert(names.end(), {"surface, mean / 95 % mm", "Dice", "volume %"});
+  names.insert(names.end(), {"branches missed / invented", "stenoses missed / invented"});
+  if (!is_surface) names.emplace_back("segmentation CPU s");
+  names.insert(names.end(), {"line CPU s", "failed"});
+  return names;
+}
+
+std::vector<std::string> cells(const Row& r, bool is_surface) {
   const Accuracy& a = r.pooled;
-  return fmt::format(
-      "| {} | {} | {} | {:.4f} / {:.4f} | {:+.4f}, {:+.4f} | {:+.4f} | {:+.2f} / {:.2f} | {:+.2f} "
-      "| "
-      "{:.4f} / {:.4f} | {:.4f} | {:+.2f} | {} / {} | {} / {} | {:.2f} | {:.2f} | {} of {} |\n",
-      r.phantom, r.spacing_mm, r.noise, mean(a.line_mm), quantile(a.line_mm, 0.95),
-      mean(a.radius_mm), mean(a.wall_mm), mean(a.equivalent_mm), 100.0 * mean(a.throat),
-      100.0 * r.throat_sd(), 100.0 * mean(a.throat_area), mean(a.surface_mm),
-      quantile(a.surface_mm, 0.95), mean(r.dice), 100.0 * mean(r.volume), a.branches_missed,
-      a.branches_invented, a.lesions_missed, a.lesions_invented, quantile(r.segmentation_s, 0.5),
-      quantile(r.centerline_s, 0.5), r.failure_count, r.run_count + r.failure_count);
+  std::vector<std::string> row{r.phantom};
+  if (!is_surface) row.push_back(cell("%g", r.spacing_mm));
+  row.insert(row.end(), {cell("%g", r.noise),
+                         fmt::format("{:.4f} / {:.4f}", mean(a.line_mm), quantile(a.line_mm, 0.95)),
+                         fmt::format("{:+.4f}; {:+.4f}", mean(a.radius_mm), mean(a.wall_mm)),
+                         cell("%+.4f", mean(a.equivalent_mm)),
+                         pair("%+.2f", 100.0 * mean(a.throat), 100.0 * r.throat_sd()),
+                         cell("%+.2f", 100.0 * mean(a.throat_area))});
+  if (!is_surface)
+    row.insert(row.end(),
+               {fmt::format("{:.4f} / {:.4f}", mean(a.surface_mm), quantile(a.surface_mm, 0.95)),
+                cell("%.4f", mean(r.dice)), cell("%+.2f", 100.0 * mean(r.volume))});
+  row.insert(row.end(), {fmt::format("{} / {}", a.branches_missed, a.branches_invented),
+                         fmt::format("{} / {}", a.lesions_missed, a.lesions_invented)});
+  if (!is_surface) row.push_back(cell("%.2f", quantile(r.segmentation_s, 0.5)));
+  row.insert(row.end(), {cell("%.2f", quantile(r.centerline_s, 0.5)),
+                         fmt::format("{} of {}", r.failure_count, r.run_count + r.failure_count)});
+  return row;
 }
 
 struct Plan {
@@ -472,14 +495,15 @@ Row measure_row(const Plan& plan, const std::string& phantom, double spacing, do
 }  // namespace angio
 
 int main(int argc, char** argv) try {
+  angio::benchmarks::ResultTable results("Accuracy on phantoms with known truth", argc, argv);
   const angio::Plan plan = angio::parse(argc, argv);
-  fmt::print("{}", angio::kHeader);
+  results.columns(angio::column_names(plan.is_surface));
   for (double spacing : plan.spacings)
     for (double noise : plan.noises)
-      for (const std::string& phantom : plan.phantoms) {
-        fmt::print("{}", angio::text(angio::measure_row(plan, phantom, spacing, noise)));
-        std::fflush(stdout);
-      }
+      for (const std::string& phantom : plan.phantoms)
+        results.row(
+            angio::cells(angio::measure_row(plan, phantom, spacing, noise), plan.is_surface));
+  results.write();
   return EXIT_SUCCESS;
 } catch (const std::exception& error) {
   fmt::print(stderr, "accuracy: {}\n", error.what());

@@ -1,7 +1,7 @@
-// Compares a case with VMTK's surface and centreline of the same scan: the real-data table of
-// docs/accuracy.md.
+// Compares a case with VMTK's surface and centreline of the same scan. docs/accuracy.md explains
+// it.
 //
-//     against_vmtk SURFACE.vtp CENTERLINE.vtp CASE      (VMTK's files are in RAS)
+//     against_vmtk SURFACE.vtp CENTERLINE.vtp CASE [--markdown FILE]     (VMTK's files are in RAS)
 
 #include <fmt/format.h>
 #include <vtkDataArray.h>
@@ -19,6 +19,7 @@
 #include <string>
 #include <vector>
 
+#include "benchmarks/result_table.hpp"
 #include "centerline/centerline.hpp"
 #include "core/centerline.hpp"
 #include "core/error.hpp"
@@ -87,19 +88,22 @@ CenterlineTree read_lines(const std::filesystem::path& path, Frame frame) {
   return tree;
 }
 
-std::string summary(std::vector<double> distances, double signed_sum) {
-  if (distances.empty()) return "nothing to compare";
+using Cells = std::vector<std::string>;
+
+Cells summary(const std::string& what, std::vector<double> distances, double signed_sum) {
+  if (distances.empty()) return {what, "nothing to compare", "", "", "0"};
   double sum = 0.0;
   for (double d : distances) sum += d;
   const double count = double(distances.size());
   const auto at = distances.begin() + std::ptrdiff_t(0.95 * (count - 1.0));
   std::nth_element(distances.begin(), at, distances.end());
-  return fmt::format("{:.3f} | {:.3f} | {:+.3f} | {}", sum / count, *at, signed_sum / count,
-                     distances.size());
+  return {what, fmt::format("{:.3f}", sum / count), fmt::format("{:.3f}", *at),
+          fmt::format("{:+.3f}", signed_sum / count), std::to_string(distances.size())};
 }
 
 /// Points of a surface in a signed distance; those far away are of branches that one side lacks.
-std::string compare_surface(const TriangleMesh& mesh, const Volume<float>& level_set) {
+Cells compare_surface(const std::string& what, const TriangleMesh& mesh,
+                      const Volume<float>& level_set) {
   std::vector<double> distances;
   double signed_sum = 0.0;
   for (const Vec3& point : mesh.vertices) {
@@ -108,11 +112,12 @@ std::string compare_surface(const TriangleMesh& mesh, const Volume<float>& level
     distances.push_back(std::abs(d));
     signed_sum += d;
   }
-  return summary(std::move(distances), signed_sum);
+  return summary(what, std::move(distances), signed_sum);
 }
 
 /// Points of `reference` from the nearest point of `tree`; signed: its radius minus theirs.
-std::string compare_lines(const CenterlineTree& tree, const CenterlineTree& reference) {
+Cells compare_lines(const std::string& what, const CenterlineTree& tree,
+                    const CenterlineTree& reference) {
   std::vector<double> distances;
   double radius_sum = 0.0;
   for (const CenterlinePath& line : reference.paths)
@@ -128,11 +133,11 @@ std::string compare_lines(const CenterlineTree& tree, const CenterlineTree& refe
       distances.push_back(best);
       radius_sum += radius - line.inscribed_radius[p];
     }
-  return summary(std::move(distances), radius_sum);
+  return summary(what, std::move(distances), radius_sum);
 }
 
 void compare(const std::filesystem::path& surface, const std::filesystem::path& line,
-             const std::filesystem::path& folder) {
+             const std::filesystem::path& folder, benchmarks::ResultTable& results) {
   const TriangleMesh their_surface = read_mesh(surface, Frame::ras);
   const CenterlineTree their_line = read_lines(line, Frame::ras);
   const Volume<float> our_level_set =
@@ -143,24 +148,27 @@ void compare(const std::filesystem::path& surface, const std::filesystem::path& 
   const double seconds =
       std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 
-  fmt::print("| compared | mean mm | 95 % mm | signed mm | points |\n|---|---|---|---|---|\n");
-  fmt::print("| VMTK's surface from our level set's zero (signed: + outside ours) | {} |\n",
-             compare_surface(their_surface, our_level_set));
-  fmt::print("| VMTK's line from ours of the image (signed: our radius - VMTK's) | {} |\n",
-             compare_lines(our_line, their_line));
-  fmt::print("| VMTK's line from ours of VMTK's surface, {:.2f} s | {} |\n", seconds,
-             compare_lines(line_of_theirs, their_line));
+  results.columns({"compared", "mean mm", "95 % mm", "signed mm", "points"});
+  results.row(compare_surface("VMTK's surface from our level set's zero (signed: + outside ours)",
+                              their_surface, our_level_set));
+  results.row(compare_lines("VMTK's line from ours of the image (signed: our radius - VMTK's)",
+                            our_line, their_line));
+  results.row(
+      compare_lines(fmt::format("VMTK's line from ours of VMTK's surface, {:.2f} s", seconds),
+                    line_of_theirs, their_line));
 }
 
 }  // namespace
 }  // namespace angio
 
 int main(int argc, char** argv) try {
+  angio::benchmarks::ResultTable results("A case against VMTK's surface and line", argc, argv);
   if (argc != 4) {
-    fmt::print(stderr, "usage: against_vmtk SURFACE.vtp CENTERLINE.vtp CASE\n");
+    fmt::print(stderr, "usage: against_vmtk SURFACE.vtp CENTERLINE.vtp CASE [--markdown FILE]\n");
     return EXIT_FAILURE;
   }
-  angio::compare(argv[1], argv[2], argv[3]);
+  angio::compare(argv[1], argv[2], argv[3], results);
+  results.write();
   return EXIT_SUCCESS;
 } catch (const std::exception& error) {
   fmt::print(stderr, "against_vmtk: {}\n", error.what());

@@ -1,6 +1,6 @@
-// air_mesh [COUNT]: air meshes of random stenosed vessels with random balloons (some folded), as
-// they are built: points added, tets left out, flat and negative ones, and how well they fill the
-// gap; then the time of a build, without the placing.
+// air_mesh [COUNT] [--markdown FILE]: air meshes of random stenosed vessels with random balloons
+// (some folded), as they are built: points added, tets left out, flat and negative ones, and how
+// well they fill the gap; then the time of a build, without the placing.
 
 #include "meshing/detail/air_mesh.hpp"
 
@@ -12,6 +12,7 @@
 #include <string>
 
 #include "benchmarks/random_vessel.hpp"
+#include "benchmarks/result_table.hpp"
 #include "core/error.hpp"
 
 namespace angio::meshing {
@@ -39,7 +40,7 @@ void check(const BalloonSetup& setup, Tally& tally) {
   for (const std::string& warning : setup.warnings)
     if (warning.find("air tetrahedra") != std::string::npos) {
       ++tally.with_warnings;
-      std::printf("  %s\n", warning.c_str());
+      std::fprintf(stderr, "  %s\n", warning.c_str());
     }
   const auto begin = std::chrono::steady_clock::now();
   detail::mesh_gap(setup.balloon.start, *gap,
@@ -48,7 +49,7 @@ void check(const BalloonSetup& setup, Tally& tally) {
       std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count());
 }
 
-void run(int count) {
+void run(int count, benchmarks::ResultTable& results) {
   Draw draw{std::mt19937(11)};
   Tally tally;
   for (int i = 0; i < count; ++i) {
@@ -62,20 +63,22 @@ void run(int count) {
       check(placed.setup, tally);
     } catch (const InputError& error) {
       ++tally.refused;
-      std::printf("  refused: %s\n", error.what());
+      std::fprintf(stderr, "  refused: %s\n", error.what());
     }
-    std::fflush(stdout);
   }
   std::sort(tally.build_ms.begin(), tally.build_ms.end());
-  std::printf("air meshes built                     %d (refused as no balloon fits: %d)\n",
-              tally.built, tally.refused);
-  std::printf("with tets left out (added or flat)   %d\n", tally.with_warnings);
-  std::printf("with vertices of their own           %d\n", tally.outside);
-  std::printf("flat or negative tets                %d\n", tally.flat_or_negative);
-  std::printf("gaps not filled to 1e-9              %d\n", tally.gaps_not_filled);
+  results.columns({"what", "value"});
+  const auto add = [&](const char* what, int value) { results.row({what, std::to_string(value)}); };
+  add("air meshes built", tally.built);
+  add("refused, as no balloon fits", tally.refused);
+  add("meshes with tets left out (added or flat)", tally.with_warnings);
+  add("meshes with vertices of their own", tally.outside);
+  add("flat or negative tets", tally.flat_or_negative);
+  add("gaps not filled to 1e-9", tally.gaps_not_filled);
   if (!tally.build_ms.empty())
-    std::printf("build, median and worst              %.0f and %.0f ms\n",
-                tally.build_ms[tally.build_ms.size() / 2], tally.build_ms.back());
+    results.row({"time of a build, median; worst",
+                 benchmarks::formatted("%.0f; %.0f ms", tally.build_ms[tally.build_ms.size() / 2],
+                                       tally.build_ms.back())});
 }
 
 }  // namespace
@@ -83,7 +86,10 @@ void run(int count) {
 
 int main(int argument_count, char** arguments) {
   try {
-    angio::meshing::run(argument_count > 1 ? std::max(1, std::atoi(arguments[1])) : 200);
+    angio::benchmarks::ResultTable results("Air meshes of random vessels", argument_count,
+                                           arguments);
+    angio::meshing::run(argument_count > 1 ? std::max(1, std::atoi(arguments[1])) : 200, results);
+    results.write();
     return 0;
   } catch (const std::exception& error) {
     std::fprintf(stderr, "air_mesh: %s\n", error.what());

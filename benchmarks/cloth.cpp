@@ -1,7 +1,7 @@
-// cloth [FILE.svg]: the seed paper's section 6.1. Prints, for every step of the pull, the
-// thickness, how symmetric the cloth is, and how well its volume is kept, by Newton's method and by
-// vertex block descent, and how far the two are apart; with a file, draws the thickness at four
-// moments as the paper's Figure 5 does.
+// cloth [FILE.svg] [--markdown FILE]: the seed paper's section 6.1. Prints, for every step of the
+// pull, the thickness, how symmetric the cloth is, and how well its volume is kept, by Newton's
+// method and by vertex block descent, and how far the two are apart; with a file, draws the
+// thickness at four moments as the paper's Figure 5 does.
 #include "simulation/cloth.hpp"
 
 #include <algorithm>
@@ -10,6 +10,8 @@
 #include <fstream>
 #include <string>
 #include <vector>
+
+#include "benchmarks/result_table.hpp"
 
 namespace {
 
@@ -93,20 +95,23 @@ void draw(const Cloth& cloth, const ClothOptions& options, const std::string& fi
   out << "</svg>\n";
 }
 
-void print(const Cloth& cloth, const ClothOptions& options) {
-  std::printf("%8s %10s %10s %10s %12s %12s %10s %10s\n", "stretch", "h min", "h centre", "h max",
-              "sum hA - 1", "asymmetry mm", "residual", "iterations");
+void print(const Cloth& cloth, const ClothOptions& options,
+           angio::benchmarks::ResultTable& results) {
+  using angio::benchmarks::formatted;
+  results.columns({"stretch %", "thickness, least mm", "in the centre mm", "greatest mm",
+                   "sum of h A, change", "asymmetry mm", "residual", "iterations"});
   const std::size_t centre = 2 * std::size_t(options.cells / 2 * options.cells + options.cells / 2);
   for (const ClothState& s : cloth.states)
-    std::printf("%7.1f%% %10.4f %10.4f %10.4f %12.1e %12.1e %10.1e %10d%s\n", 100.0 * s.stretch,
-                *std::min_element(s.thickness_mm.begin(), s.thickness_mm.end()),
-                s.thickness_mm[centre],
-                *std::max_element(s.thickness_mm.begin(), s.thickness_mm.end()),
-                volume_change(cloth, s, options.thickness_mm), asymmetry(s, options), s.residual,
-                s.iterations, s.converged ? "" : "  NOT CONVERGED");
+    results.row({formatted("%.1f", 100.0 * s.stretch),
+                 formatted("%.4f", *std::min_element(s.thickness_mm.begin(), s.thickness_mm.end())),
+                 formatted("%.4f", s.thickness_mm[centre]),
+                 formatted("%.4f", *std::max_element(s.thickness_mm.begin(), s.thickness_mm.end())),
+                 formatted("%.1e", volume_change(cloth, s, options.thickness_mm)),
+                 formatted("%.1e", asymmetry(s, options)), formatted("%.1e", s.residual),
+                 formatted("%d%s", s.iterations, s.converged ? "" : " (not converged)")});
 }
 
-void print_difference(const Cloth& a, const Cloth& b) {
+void print_difference(const Cloth& a, const Cloth& b, angio::benchmarks::ResultTable& results) {
   double distance_mm = 0.0, thickness = 0.0;
   for (std::size_t s = 0; s < a.states.size(); ++s) {
     const ClothState &p = a.states[s], &q = b.states[s];
@@ -115,22 +120,30 @@ void print_difference(const Cloth& a, const Cloth& b) {
     for (std::size_t t = 0; t < p.thickness_mm.size(); ++t)
       thickness = std::max(thickness, std::abs(q.thickness_mm[t] / p.thickness_mm[t] - 1.0));
   }
-  std::printf("apart, in all states: vertices %.1e mm, thickness %.1e of itself, at most\n",
-              distance_mm, thickness);
+  results.paragraph(angio::benchmarks::formatted(
+      "Greatest difference of the two methods over all states: vertices %.1e mm, thickness %.1e of "
+      "itself.",
+      distance_mm, thickness));
 }
 
 }  // namespace
 
-int main(int argc, char** argv) {
+int main(int argc, char** argv) try {
+  angio::benchmarks::ResultTable results("The seed paper's cloth, pulled at its corners", argc,
+                                         argv);
   ClothOptions options;
-  std::printf("Newton's method, double precision\n");
+  results.section("Newton's method, double precision");
   const Cloth newton = angio::simulation::pull_cloth(options);
-  print(newton, options);
+  print(newton, options, results);
   options.solver = angio::simulation::ClothSolver::vbd;
-  std::printf("\nvertex block descent, single precision\n");
+  results.section("Vertex block descent, single precision");
   const Cloth vbd = angio::simulation::pull_cloth(options);
-  print(vbd, options);
-  print_difference(newton, vbd);
+  print(vbd, options, results);
+  print_difference(newton, vbd, results);
   if (argc > 1) draw(newton, options, argv[1]);
+  results.write();
   return 0;
+} catch (const std::exception& error) {
+  std::fprintf(stderr, "cloth: %s\n", error.what());
+  return 1;
 }

@@ -3,10 +3,12 @@
 #
 #   benchmarks/collection.sh FOLDER OUT [--split dev|heldout|all] [--until STAGE] [--jobs N]
 #                            [--only CASE,...] [--limit SECONDS] [--again] [--build DIR]
+#                            [--markdown FILE]
 #
 # FOLDER: what datasets/fetch_public_data.sh fetched. OUT gets a case folder a file, logs/, runs.csv,
 # collection.csv, collection.md, index.html and sheets/. Cases that ran before are kept (--again runs
 # them again), so a call that was cut off goes on. A case that fails stops none of the others.
+# --markdown also writes the table to FILE, with commit, machine and command at its head.
 # By default: --split dev --jobs 1 --limit 1800 --build build/release. docs/collection.md explains.
 # Exit codes: 0 done, whatever the cases gave; 64 usage; 66 no data.
 set -uo pipefail
@@ -15,8 +17,14 @@ source_folder=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 readonly source_folder
 readonly readings=$source_folder/datasets/public_readings.csv
 readonly ends=$source_folder/datasets/public_ends.csv
-split=dev until='' jobs=1 only='' limit=1800 again='' build=$source_folder/build/release
+split=dev until='' jobs=1 only='' limit=1800 again='' markdown='' build=$source_folder/build/release
 folders=()
+command="benchmarks/collection.sh"
+for word in "$@"; do
+  case $word in /*) word=${word##*/} ;; esac
+  command+=" $word"
+done
+readonly command
 
 stop() {
   echo "collection.sh: $2" >&2
@@ -25,7 +33,7 @@ stop() {
 
 while [[ $# -gt 0 ]]; do
   case $1 in
-    --split | --until | --jobs | --only | --limit | --build)
+    --split | --until | --jobs | --only | --limit | --build | --markdown)
       [[ $# -gt 1 ]] || stop 64 "$1 needs a value"
       printf -v "${1#--}" %s "$2"
       shift
@@ -120,7 +128,10 @@ for name in "${wanted[@]}"; do
   case_folders+=("$out/$name")
 done
 [[ ${#case_folders[@]} -gt 0 ]] || stop 66 "none of the files lies in $from. Fetch them with datasets/fetch_public_data.sh"
-"$build/benchmarks/collection_table" "$out/runs.csv" "$readings" "$ends" -o "$out"
+table_options=()
+[[ -z $markdown ]] || table_options=(--markdown "$markdown" --command "$command")
+"$build/benchmarks/collection_table" "$out/runs.csv" "$readings" "$ends" -o "$out" \
+  "${table_options[@]}" >/dev/null
 "$build/benchmarks/contact_sheet" "${case_folders[@]}" -o "$out/sheets" --logs "$out/logs" \
   --table "$out/collection.csv" >/dev/null
 printf '%s\n' "$out/collection.md" "$out/sheets/index.html"

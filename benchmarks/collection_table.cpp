@@ -1,10 +1,11 @@
 // The table of the collection: what each run gave against what a person reads in the case.
 //
-//     collection_table RUNS.csv READINGS.csv ENDS.csv -o OUT
+//     collection_table RUNS.csv READINGS.csv ENDS.csv -o OUT [--markdown FILE]
 //
 // RUNS.csv, written by collection.sh: folder,case,file,input,exit_code,wall_s,cpu_s. Writes
 // OUT/collection.csv, a row a case, and OUT/collection.md, the same for people with a summary of
-// each split. docs/collection.md says what the columns mean and by which rules they are counted.
+// each split; with --markdown that goes to FILE, too, with commit, machine and command at its head.
+// docs/collection.md says what the columns mean and by which rules they are counted.
 
 #include <fmt/format.h>
 
@@ -14,6 +15,7 @@
 #include <vector>
 
 #include "benchmarks/collection_row.hpp"
+#include "benchmarks/result_table.hpp"
 #include "core/atomic_file.hpp"
 #include "core/error.hpp"
 #include "formats/csv.hpp"
@@ -67,7 +69,7 @@ std::string markdown_of(const std::vector<CollectionRow>& rows) {
 }
 
 int make_table(const fs::path& runs_csv, const fs::path& readings_csv, const fs::path& ends_csv,
-               const fs::path& out) {
+               const fs::path& out, benchmarks::ResultTable& results) {
   const std::vector<Reading> readings = read_readings(readings_csv, ends_csv);
   const std::vector<formats::CsvRow> runs = formats::parse_csv(read_text(runs_csv));
   constexpr std::size_t kColumns = 7;
@@ -80,21 +82,24 @@ int make_table(const fs::path& runs_csv, const fs::path& readings_csv, const fs:
   }
   write_text_atomically(out / "collection.csv", csv_of(rows));
   write_text_atomically(out / "collection.md", markdown_of(rows));
+  results.markdown("\n" + markdown_of(rows));
+  results.write();
   return EXIT_SUCCESS;
 }
 
 }  // namespace
 }  // namespace angio
 
-int main(int argc, char** argv) {
+int main(int argc, char** argv) try {
+  angio::benchmarks::ResultTable results("The public collection, judged against a person's reading",
+                                         argc, argv);
   if (argc != 6 || std::string(argv[4]) != "-o") {
-    fmt::print(stderr, "usage: collection_table RUNS.csv READINGS.csv ENDS.csv -o OUT\n");
+    fmt::print(stderr,
+               "usage: collection_table RUNS.csv READINGS.csv ENDS.csv -o OUT [--markdown FILE]\n");
     return int(angio::ExitCode::usage);
   }
-  try {
-    return angio::make_table(argv[1], argv[2], argv[3], argv[5]);
-  } catch (const angio::Error& error) {
-    fmt::print(stderr, "collection_table: {}\n", error.what());
-    return int(error.exit_code());
-  }
+  return angio::make_table(argv[1], argv[2], argv[3], argv[5], results);
+} catch (const angio::Error& error) {
+  fmt::print(stderr, "collection_table: {}\n", error.what());
+  return int(error.exit_code());
 }

@@ -14,6 +14,7 @@
 #include <string>
 #include <vector>
 
+#include "benchmarks/result_table.hpp"
 #include "core/units.hpp"
 #include "simulation/contact/contact_force.hpp"
 #include "simulation/materials/material.hpp"
@@ -27,7 +28,12 @@
 #include "tests/simulation/pushed.hpp"
 #include "tests/simulation/sliding.hpp"
 
-/// The laws of docs/contact.md, a row each: `contact [GROUP ...] [soak=N]`.
+/// The laws that docs/contact.md explains, a row each:
+///
+///     contact [friction|motion|newton|throat|phantoms|adhesion|folds|paper|soak=N ...]
+///             [--markdown FILE]
+///
+/// @return 1 if a row misses its bar
 namespace angio::simulation {
 namespace {
 
@@ -71,10 +77,10 @@ void add_friction(testing::Touch touch, Rows& rows) {
   testing::Slide pushed(push);
   const Vec3 start = pushed.block();
   pushed.run(0.1);
-  const Vec3 gone = pushed.block() - start;
+  const Vec3 slip = pushed.block() - start;
   const double law = 1e4 / (2.0 * setup.mu_kinetic * kGravity);
   rows.push_back({kind + "slip after a push",
-                  100.0 * std::abs(std::hypot(gone.x, gone.y) / law - 1.0), 1.0, "%"});
+                  100.0 * std::abs(std::hypot(slip.x, slip.y) / law - 1.0), 1.0, "%"});
 
   testing::SlideSetup both = setup;
   both.base_is_free = true;
@@ -631,19 +637,23 @@ Rows soak(int count) {
 
 // ------------------------------------------------------------------------------------------
 
-int print(const Rows& rows) {
+int print(const Rows& rows, benchmarks::ResultTable& results) {
+  using benchmarks::formatted;
   int failed = 0;
   for (const Row& row : rows) {
     const bool good = row.at_least ? row.value >= row.bar : row.value <= row.bar;
     failed += good ? 0 : 1;
-    std::printf("%-75s %11.4g %s %-8.3g %-4s %s\n", row.law.c_str(), row.value,
-                row.at_least ? ">=" : "<=", row.bar, row.unit, good ? "" : "MISSED");
+    const bool has_bar = std::isfinite(row.bar) && std::abs(row.bar) < 1e30;
+    results.row(
+        {row.law,
+         has_bar ? formatted("%s %.3g %s", row.at_least ? "at least" : "at most", row.bar, row.unit)
+                 : std::string(),
+         formatted("%.4g %s%s", row.value, row.unit, good ? "" : ", missed")});
   }
-  std::fflush(stdout);
   return failed;
 }
 
-int run(const std::vector<std::string>& asked) {
+int run(const std::vector<std::string>& asked, benchmarks::ResultTable& results) {
   int soak_count = 10;
   const std::vector<std::pair<std::string, std::function<Rows()>>> groups = {
       {"friction", friction},
@@ -672,9 +682,12 @@ int run(const std::vector<std::string>& asked) {
     }
   }
   int failed = 0;
-  for (const auto& [name, rows] : groups)
-    if (names.empty() || std::find(names.begin(), names.end(), name) != names.end())
-      failed += print(rows());
+  for (const auto& [name, rows] : groups) {
+    if (!names.empty() && std::find(names.begin(), names.end(), name) == names.end()) continue;
+    results.section(name);
+    results.columns({"law", "bar", "value"});
+    failed += print(rows(), results);
+  }
   return failed == 0 ? 0 : 1;
 }
 
@@ -683,7 +696,10 @@ int run(const std::vector<std::string>& asked) {
 
 int main(int count, char** arguments) {
   try {
-    return angio::simulation::run({arguments + 1, arguments + count});
+    angio::benchmarks::ResultTable results("Contact between balloon and vessel", count, arguments);
+    const int code = angio::simulation::run({arguments + 1, arguments + count}, results);
+    results.write();
+    return code;
   } catch (const std::exception& error) {
     std::fprintf(stderr, "%s\n", error.what());
     return 70;

@@ -4,11 +4,12 @@
 #include <chrono>
 #include <cmath>
 #include <cstdio>
-#include <cstring>
+#include <exception>
 #include <functional>
 #include <string>
 #include <vector>
 
+#include "benchmarks/result_table.hpp"
 #include "core/error.hpp"
 #include "core/units.hpp"
 #include "simulation/backends/step_solver.hpp"
@@ -20,36 +21,46 @@
 #include "tests/simulation/layered.hpp"
 #include "tests/simulation/matched.hpp"
 
-/// Prints how fast the solver is, on the CPU and on a GPU if there is one: docs/performance.md.
-/// Needs the simulation library alone.
+/// Prints how fast the solver is, on the CPU and on a GPU if there is one; docs/performance.md
+/// explains the tables. Needs the simulation library alone.
 ///
-///     performance [free] [size] [wall] [layered] [paper] [compare] [air] [cloth]     all of them
-///                                                                   without a word
+///     performance [free|size|compare|wall|layered|paper|air|cloth|check ...] [--markdown FILE]
+///
+/// Without a word all but `check`, which is for tools that watch a program's memory.
 namespace angio::simulation {
 namespace {
 
 using namespace detail;
+using benchmarks::formatted;
+using benchmarks::ResultTable;
 
 double now() {
   return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
 }
 
-bool has_gpu() {
-  static const bool kFound = [] {
+/// The GPU's name; empty if there is none.
+const std::string& gpu_name() {
+  static const std::string kName = []() -> std::string {
     try {
       SimulationModel model;
       model.balloon = testing::closed_tube(2.0, 5, 6, [](double) { return 0.5; });
       model.balloon_rest = model.balloon.vertices;
       model.balloon_fixed.assign(model.balloon.vertices.size(), 0);
       const Scene scene = make_scene(model, {});
-      std::printf("GPU: %s\n", make_cuda_solver(scene, {})->device().c_str());
-      return true;
+      return make_cuda_solver(scene, {})->device();
     } catch (const Error& error) {
-      std::printf("no GPU: %s\n", error.what());
-      return false;
+      std::fprintf(stderr, "no GPU: %s\n", error.what());
+      return {};
     }
   }();
-  return kFound;
+  return kName;
+}
+
+bool has_gpu() { return !gpu_name().empty(); }
+
+/// @param threads  0 for a GPU
+std::string backend_name(int threads) {
+  return threads == 0 ? "CUDA" : formatted("CPU, %d thread%s", threads, threads == 1 ? "" : "s");
 }
 
 // The seed paper's balloon (Table 2) of its rubber, 0.5 mm x 10 mm, by rings and vertices around.
@@ -128,28 +139,29 @@ Course best_of(int rounds, const Scene& scene, const SimulationModel& model,
   return best;
 }
 
-void free_balloon() {
+void free_balloon(ResultTable& results) {
   const SimulationModel model = paper_balloon();
   SimulationOptions options = ramp(), tight = ramp();
   tight.tolerance = 1e-5;
   tight.sweeps = 300;
   const Scene scene = make_scene(model, options);
   const Course exact = best_of(1, scene, model, tight, false, Precision::twofold, 0);
-  std::printf(
-      "\nfree balloon of the paper, %d vertices, %zu triangles, %zu colours: 0 to 0.48 MPa\n",
-      scene.balloon_count, scene.balloon_triangles.size(), scene.balloon_color_begin.size() - 1);
+  results.section("The paper's balloon, free");
+  results.paragraph(formatted("%d vertices, %zu triangles, %zu colours: 0 to 0.48 MPa.",
+                              scene.balloon_count, scene.balloon_triangles.size(),
+                              scene.balloon_color_begin.size() - 1));
   if (has_gpu()) {
     options.tolerance = 0.005;
     for (const Spread spread : {Spread::block, Spread::grid}) {
       const auto solver = make_cuda_solver(scene, options, Precision::single, spread);
       const Course c = go(scene, model, options, *solver);
-      std::printf("cuda %s: %.0f frames/s\n", spread == Spread::block ? "block" : "grid",
-                  c.frames / c.seconds);
+      results.paragraph(formatted("CUDA, %s: %.0f frames/s.",
+                                  spread == Spread::block ? "one block" : "a grid",
+                                  c.frames / c.seconds));
     }
   }
-  std::printf(
-      "backend  precision threads tolerance  frames/s  sweeps/frame  us/sweep  worst lag "
-      "of the diameter\n");
+  results.columns({"backend", "precision", "tolerance", "frames/s", "sweeps a frame", "us a sweep",
+                   "worst lag of the diameter %"});
   for (const double tolerance : {0.02, 0.005, 0.001})
     for (const Precision precision : {Precision::single, Precision::twofold})
       for (const int threads : {1, 2, 0}) {
@@ -158,10 +170,12 @@ void free_balloon() {
         if (tolerance != 0.005 && threads == 1) continue;
         options.tolerance = tolerance;
         const Course c = best_of(gpu ? 5 : 3, scene, model, options, gpu, precision, threads);
-        std::printf("%-8s %-9s %7d %9g %9.0f %13.1f %9.2f %9.3f %%\n", gpu ? "cuda" : "cpu",
-                    precision == Precision::single ? "float" : "double", threads, tolerance,
-                    c.frames / c.seconds, double(c.sweeps) / c.frames,
-                    1e6 * c.seconds / double(c.sweeps), 100.0 * worst_lag(c, exact));
+        results.row({backend_name(gpu ? 0 : threads),
+                     precision == Precision::single ? "float" : "double",
+                     formatted("%g", tolerance), formatted("%.0f", c.frames / c.seconds),
+                     formatted("%.1f", double(c.sweeps) / c.frames),
+                     formatted("%.2f", 1e6 * c.seconds / double(c.sweeps)),
+                     formatted("%.3f", 100.0 * worst_lag(c, exact))});
       }
 }
 
@@ -188,9 +202,10 @@ double seconds_per_sweep(StepSolver& solver, const SimulationOptions& options, i
   return best;
 }
 
-void sizes() {
-  std::printf("\ncost of a sweep against size (float)\n");
-  std::printf("triangles  vertices colours  backend    us/sweep  ns/triangle  MB/sweep   GB/s\n");
+void sizes(ResultTable& results) {
+  results.section("Cost of a sweep against size, single precision");
+  results.columns({"triangles", "vertices", "colours", "backend", "us a sweep", "ns a triangle",
+                   "MB a sweep", "GB/s"});
   for (const int scale : {1, 2, 4, 8, 16, 22}) {
     const SimulationModel model = paper_balloon(26 * scale, 20 * scale);
     const SimulationOptions options = ramp();
@@ -204,13 +219,15 @@ void sizes() {
                               : make_cpu_solver(scene, options, Precision::single, 2);
       const int sweeps = std::max(5, gpu ? 400 / scale : 60 / (scale * scale));
       const double seconds = seconds_per_sweep(*solver, options, sweeps);
-      std::printf("%9zu %9d %7zu  %-8s %10.1f %12.2f %9.3f %6.1f\n", scene.balloon_triangles.size(),
-                  scene.balloon_count, scene.balloon_color_begin.size() - 1,
-                  way == 0   ? "cpu, 2"
-                  : way == 1 ? "block"
-                             : "grid",
-                  1e6 * seconds, 1e9 * seconds / double(scene.balloon_triangles.size()),
-                  1e-6 * bytes, 1e-9 * bytes / seconds);
+      results.row({std::to_string(scene.balloon_triangles.size()),
+                   std::to_string(scene.balloon_count),
+                   std::to_string(scene.balloon_color_begin.size() - 1),
+                   way == 0   ? "CPU, 2 threads"
+                   : way == 1 ? "CUDA, one block"
+                              : "CUDA, a grid",
+                   formatted("%.1f", 1e6 * seconds),
+                   formatted("%.2f", 1e9 * seconds / double(scene.balloon_triangles.size())),
+                   formatted("%.3f", 1e-6 * bytes), formatted("%.1f", 1e-9 * bytes / seconds)});
     }
   }
 }
@@ -247,7 +264,7 @@ SimulationModel wall_model(const WallCase& c, SimulationOptions& options) {
 }
 
 void print_split(const WallCase& c, const SimulationModel& model, const SimulationOptions& options,
-                 bool gpu, int threads) {
+                 bool gpu, int threads, ResultTable& results) {
   const Scene scene = make_scene(model, options);
   const double volume = balloon_volume(scene, scene.start);
   TriangleMesh rest = model.balloon;
@@ -274,28 +291,29 @@ void print_split(const WallCase& c, const SimulationModel& model, const Simulati
   const int frames = inflator.frame_count() - 1;
   const auto ms = [&](double seconds) { return 1e3 * seconds / frames; };
   const double inside = times.search + times.refresh + times.balloon + times.wall + times.rest;
-  std::printf("%-8s %6d %-7s %8.1f %7.1f %8.2f %8.0f | %7.3f %7.3f %7.3f %7.3f %7.3f %7.3f\n",
-              c.name, scene.wall_count,
-              gpu            ? "cuda"
-              : threads == 1 ? "cpu, 1"
-                             : "cpu, 2",
-              frames / whole, double(sweeps) / frames, double(searches) / frames, pairs / frames,
-              ms(times.search), ms(times.refresh), ms(times.balloon), ms(times.wall),
-              ms(times.rest), ms(whole - inside));
+  std::vector<std::string> row{c.name,
+                               std::to_string(scene.wall_count),
+                               backend_name(gpu ? 0 : threads),
+                               formatted("%.1f", frames / whole),
+                               formatted("%.1f", double(sweeps) / frames),
+                               formatted("%.2f", double(searches) / frames),
+                               formatted("%.0f", pairs / frames)};
+  for (const double part :
+       {times.search, times.refresh, times.balloon, times.wall, times.rest, whole - inside})
+    row.push_back(formatted("%.3f", ms(part)));
+  results.row(row);
 }
 
-void print_split_head(const char* title) {
-  std::printf(
-      "\n%s; ms a frame by part\n"
-      "balloon    wall backend frames/s  sweeps searches    pairs |  search refresh "
-      "balloon "
-      "   wall    rest    host\n",
-      title);
+void print_split_head(const char* title, ResultTable& results) {
+  results.section(title);
+  results.paragraph("The parts of a frame are in ms; `host` is what passes outside the step.");
+  results.columns({"balloon", "wall vertices", "backend", "frames/s", "sweeps", "searches", "pairs",
+                   "search", "refresh", "balloon", "wall", "rest", "host"});
 }
 
 // The solver alone; what makes the frames' outputs comes on top and is given last.
-void angioplasty() {
-  print_split_head("whole course (insert, inflate, hold, deflate, rest), frames of 25 ms");
+void angioplasty(ResultTable& results) {
+  print_split_head("Whole course (insert, inflate, hold, deflate, rest), frames of 25 ms", results);
   const WallCase cases[] = {{"rubber", 61, 20, false},
                             {"rubber", 148, 60, false},
                             {"rubber", 190, 80, false},
@@ -304,21 +322,21 @@ void angioplasty() {
     SimulationOptions options;
     const SimulationModel model = wall_model(c, options);
     for (const int threads : {1, 2, 0})
-      if (threads > 0 || has_gpu()) print_split(c, model, options, threads == 0, threads);
+      if (threads > 0 || has_gpu()) print_split(c, model, options, threads == 0, threads, results);
     const Scene scene = make_scene(model, options);
     double begin = now();
     const double crossing = max_penetration(scene, scene.start);
     const double measured = now() - begin;
     begin = now();
     const double lumen = lumen_mld(scene, scene.start);
-    std::printf("  outputs: penetration (%.3f mm) %.2f ms, lumen (%.2f mm) %.2f ms\n", crossing,
-                1e3 * measured, lumen, 1e3 * (now() - begin));
+    std::fprintf(stderr, "  outputs: penetration (%.3f mm) %.2f ms, lumen (%.2f mm) %.2f ms\n",
+                 crossing, 1e3 * measured, lumen, 1e3 * (now() - begin));
   }
 }
 
 // A shorter course with the layered wall: three layers, with plaque where the lumen is narrow.
-void layered_walls() {
-  print_split_head("layered wall, frames of 25 ms, inflated within a second");
+void layered_walls(ResultTable& results) {
+  print_split_head("Layered wall, frames of 25 ms, inflated within a second", results);
   const WallCase cases[] = {{"rubber", 46, 20, false}, {"rubber", 91, 40, false}};
   for (const WallCase& c : cases) {
     testing::StenosedTube p;
@@ -335,41 +353,42 @@ void layered_walls() {
     options.inflation.deflate_s = 0.5;
     options.inflation.rest_s = 0.1;
     for (const int threads : {0, 1, 2})
-      if (threads > 0 || has_gpu()) print_split(c, model, options, threads == 0, threads);
-    std::printf("  %zu wedges in %d columns\n", model.layered_wall.wedges.size(),
-                int(model.wall.vertices.size()));
+      if (threads > 0 || has_gpu()) print_split(c, model, options, threads == 0, threads, results);
+    std::fprintf(stderr, "  %zu wedges in %d columns\n", model.layered_wall.wedges.size(),
+                 int(model.wall.vertices.size()));
   }
 }
 
 // Frames a second of a whole run, without files.
-void print_rate(const char* name, const SimulationModel& model, SimulationOptions options) {
+void print_rate(const char* name, const SimulationModel& model, SimulationOptions options,
+                ResultTable& results) {
   for (const Backend backend : {Backend::cpu, Backend::cuda}) {
     if (backend == Backend::cuda && !has_gpu()) continue;
     options.backend = backend;
     const SimulationSummary s = simulate(model, options, {});
-    std::printf("%-10s %7s %9.1f %16.1f\n", name, s.backend.c_str(), s.frame_count / s.wall_s,
-                1e6 * s.time.solver / (s.frame_count - 1) / s.mean_sweeps);
+    results.row({name, s.backend, formatted("%.1f", s.frame_count / s.wall_s),
+                 formatted("%.1f", 1e6 * s.time.solver / (s.frame_count - 1) / s.mean_sweeps)});
   }
 }
 
 // The paper's contact and gas: tets are projected colour by colour.
-void paper() {
-  std::printf("\nthe paper's projections, 20 sweeps a frame\n%-10s %7s %9s %16s\n", "", "backend",
-              "frames/s", "solver us/sweep");
+void paper(ResultTable& results) {
+  results.section("The paper's projections, 20 sweeps a frame");
+  results.columns({"model", "backend", "frames/s", "solver, us a sweep"});
   SimulationOptions options;
   options.balloon.name = "polyurethane";
   options.inflation.control = InflationControl::pressure;
   options.inflation.peak_pressure_atm = 2.0;
   options.inflation.inflate_s = options.inflation.deflate_s = 1.0;
   options.contact_model = ContactModel::paper;
-  print_rate("contact", testing::model_in_a_bag(1.0, 1.3, 61, 20), options);
+  print_rate("contact", testing::model_in_a_bag(1.0, 1.3, 61, 20), options, results);
   options.contact_model = ContactModel::barrier;
   options.gas_model = GasModel::per_tet;
   options.inflation.control = InflationControl::volume;
   SimulationModel model = paper_balloon();
   for (int i = 0; i < 24; ++i) model.guidewire.push_back({0.0, 0.0, 10.0 * (i / 23.0 - 0.5)});
   options.inflation.peak_volume_mm3 = 1.5 * enclosed_volume(model.balloon);
-  print_rate("gas", model, options);
+  print_rate("gas", model, options, results);
 }
 
 // Everything that a frame is: solver, air mesh, outputs.
@@ -382,20 +401,23 @@ SimulationSummary whole_run(const SimulationModel& model, Backend backend) {
 }
 
 // A balloon against a vessel of its own pattern of triangles, where an air mesh needs no mesher.
-void air_mesh() {
+void air_mesh(ResultTable& results) {
   const SimulationModel with = testing::model_in_a_bag(1.0, 1.3, 61, 20);
   SimulationModel without = with;
   without.air.clear();
-  std::printf(
-      "\nwhole course with an air mesh that flips and with all outputs, %zu vertices, %zu tets\n"
-      "backend  frames/s  without air mesh  flips/frame  frames without whole air\n",
-      with.balloon.vertices.size() + with.wall.vertices.size(), with.air.size());
+  results.section("Whole course with an air mesh that flips and with all outputs");
+  results.paragraph(formatted("%zu vertices, %zu tets.",
+                              with.balloon.vertices.size() + with.wall.vertices.size(),
+                              with.air.size()));
+  results.columns(
+      {"backend", "frames/s", "without the air mesh", "flips a frame", "frames without whole air"});
   for (const Backend backend : {Backend::cpu, Backend::cuda}) {
     if (backend == Backend::cuda && !has_gpu()) continue;
     const SimulationSummary air = whole_run(with, backend), plain = whole_run(without, backend);
-    std::printf("%7s %9.1f %17.1f %12.1f %25d\n", air.backend.c_str(), air.frame_count / air.wall_s,
-                plain.frame_count / plain.wall_s, double(air.flip_count) / air.frame_count,
-                air.frames_without_air);
+    results.row({air.backend, formatted("%.1f", air.frame_count / air.wall_s),
+                 formatted("%.1f", plain.frame_count / plain.wall_s),
+                 formatted("%.1f", double(air.flip_count) / air.frame_count),
+                 std::to_string(air.frames_without_air)});
   }
 }
 
@@ -458,7 +480,8 @@ void check() {
     }
 }
 
-void report_difference(const char* what, const Frames& a, const Frames& b) {
+void report_difference(const std::string& what, const Frames& a, const Frames& b,
+                       ResultTable& results) {
   double worst = 0.0, mean = 0.0;
   std::size_t at = 0, count = 0;
   for (std::size_t f = 0; f < std::min(a.size(), b.size()); ++f)
@@ -468,34 +491,35 @@ void report_difference(const char* what, const Frames& a, const Frames& b) {
       ++count;
       if (d > worst) worst = d, at = f;
     }
-  std::printf("%-58s worst %.2e mm (frame %zu of %zu), mean %.2e mm\n", what, worst, at, a.size(),
-              mean / double(count));
+  results.row({what, formatted("%.2e", worst), formatted("%zu of %zu", at, a.size()),
+               formatted("%.2e", mean / double(count))});
 }
 
 // Of every other vertex of the balloon at the start [mm].
 constexpr double kNudge = 1e-9;
 
 void compare(const std::string& name, const SimulationModel& model,
-             const SimulationOptions& options) {
+             const SimulationOptions& options, ResultTable& results) {
   const Frames single = frames_of(model, options, false, Precision::single);
   const Frames twofold = frames_of(model, options, false, Precision::twofold);
-  report_difference((name + "cpu float, cpu double").c_str(), single, twofold);
+  report_difference(name + "CPU float, CPU double", single, twofold, results);
   SimulationModel nudged = model;
   for (std::size_t v = 0; v < model.balloon.vertices.size(); v += 2)
     if (model.balloon_fixed[v] == 0) nudged.balloon.vertices[v].x += kNudge;
-  report_difference((name + "cpu double, start moved by 1e-9 mm").c_str(), twofold,
-                    frames_of(nudged, options, false, Precision::twofold));
+  report_difference(name + "CPU double, start moved by 1e-9 mm", twofold,
+                    frames_of(nudged, options, false, Precision::twofold), results);
   if (!has_gpu()) return;
   const Frames gpu = frames_of(model, options, true, Precision::single);
   const Frames again = frames_of(model, options, true, Precision::single);
   const Frames gpu_twofold = frames_of(model, options, true, Precision::twofold);
-  report_difference((name + "cuda float, again").c_str(), gpu, again);
-  report_difference((name + "cpu float, cuda float").c_str(), single, gpu);
-  report_difference((name + "cpu double, cuda double").c_str(), twofold, gpu_twofold);
+  report_difference(name + "CUDA float, run again", gpu, again, results);
+  report_difference(name + "CPU float, CUDA float", single, gpu, results);
+  report_difference(name + "CPU double, CUDA double", twofold, gpu_twofold, results);
 }
 
-void compare() {
-  std::printf("\ndifferences over 200 frames\n");
+void compare(ResultTable& results) {
+  results.section("Backends and precisions against each other, 200 frames");
+  results.columns({"compared", "worst mm", "in frame", "mean mm"});
   SimulationOptions free_options = ramp();
   free_options.inflation.hold_s = 1.5;
   free_options.inflation.deflate_s = 0.975;
@@ -510,9 +534,9 @@ void compare() {
   lesion.inflation.rest_s = 0.28;
   SimulationOptions rubber = lesion;
   const SimulationModel in_tube = wall_model({"rubber", 61, 20, false}, rubber);
-  compare("free balloon: ", pinned, free_options);
-  compare("rubber in a stenosis: ", in_tube, rubber);
-  compare("folded in a stenosis: ", small_stenosis(), lesion);
+  compare("free balloon: ", pinned, free_options, results);
+  compare("rubber in a stenosis: ", in_tube, rubber, results);
+  compare("folded in a stenosis: ", small_stenosis(), lesion, results);
 }
 
 // Seconds of a step, median of 51 of 25 ms in which the corners are pulled apart by 35 %.
@@ -539,10 +563,10 @@ double cloth_step(const ClothOptions& options, const std::function<void(Solver&)
   return seconds[kSteps / 2];
 }
 
-void cloth() {
+void cloth(ResultTable& results) {
   ClothOptions options;
-  std::printf("\ncloth, steps of 20 iterations, one core, median of 51\n%9s %9s %9s %12s %12s\n",
-              "triangles", "vertices", "paper", "vbd, widest", "vbd, 8 lanes");
+  results.section("The cloth, steps of 20 iterations, one core, median of 51 [ms]");
+  results.columns({"triangles", "vertices", "paper", "vbd, widest packs", "vbd, 8 lanes"});
   for (const int cells : {50, 100, 200}) {
     options.cells = cells;
     const double paper = cloth_step<PaperSolver>(options, [](PaperSolver& s) { s.step({}, {}); });
@@ -553,30 +577,44 @@ void cloth() {
         step.lanes = lanes;
         s.step(step);
       });
-    std::printf("%9d %9d %6.2f ms %9.2f ms %9.2f ms\n", 2 * cells * cells,
-                (cells + 1) * (cells + 1), 1e3 * paper, 1e3 * vbd[0], 1e3 * vbd[1]);
+    results.row({std::to_string(2 * cells * cells), std::to_string((cells + 1) * (cells + 1)),
+                 formatted("%.2f", 1e3 * paper), formatted("%.2f", 1e3 * vbd[0]),
+                 formatted("%.2f", 1e3 * vbd[1])});
   }
 }
 
 }  // namespace
 }  // namespace angio::simulation
 
-int main(int argc, char** argv) {
+int main(int argc, char** argv) try {
   using namespace angio::simulation;
-  const auto asked = [&](const char* name) {
-    for (int i = 1; i < argc; ++i)
-      if (std::strcmp(argv[i], name) == 0) return true;
-    return argc < 2;
+  angio::benchmarks::ResultTable results("Speed of the simulation", argc, argv);
+  struct Part {
+    std::string name;
+    void (*run)(ResultTable&);
   };
-  std::setvbuf(stdout, nullptr, _IOLBF, 0);
-  if (argc > 1 && asked("check")) check();
-  if (asked("free")) free_balloon();
-  if (asked("size")) sizes();
-  if (asked("compare")) compare();
-  if (asked("wall")) angioplasty();
-  if (asked("layered")) layered_walls();
-  if (asked("paper")) paper();
-  if (asked("air")) air_mesh();
-  if (asked("cloth")) cloth();
+  const std::vector<Part> parts{
+      {"free", free_balloon},     {"size", sizes},  {"compare", compare}, {"wall", angioplasty},
+      {"layered", layered_walls}, {"paper", paper}, {"air", air_mesh},    {"cloth", cloth}};
+  const std::vector<std::string> asked(argv + 1, argv + argc);
+  for (const std::string& word : asked)
+    if (word != "check" && std::none_of(parts.begin(), parts.end(),
+                                        [&](const Part& part) { return part.name == word; })) {
+      std::fprintf(stderr,
+                   "usage: performance [free|size|compare|wall|layered|paper|air|cloth|check ...] "
+                   "[--markdown FILE]\n");
+      return 64;
+    }
+  const auto is_asked = [&](const std::string& name) {
+    return asked.empty() || std::find(asked.begin(), asked.end(), name) != asked.end();
+  };
+  if (!asked.empty() && is_asked("check")) check();
+  if (has_gpu()) results.use_gpu(gpu_name());
+  for (const Part& part : parts)
+    if (is_asked(part.name)) part.run(results);
+  results.write();
   return 0;
+} catch (const std::exception& error) {
+  std::fprintf(stderr, "performance: %s\n", error.what());
+  return 70;
 }

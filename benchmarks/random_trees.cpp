@@ -13,6 +13,7 @@
 #include <cstring>
 #include <string>
 
+#include "benchmarks/result_table.hpp"
 #include "benchmarks/tree_lines.hpp"
 #include "core/parallel.hpp"
 
@@ -201,7 +202,7 @@ Score compare(const TrueTree& truth, const Lines& lines, const std::vector<Liste
   return score;
 }
 
-void print(const std::string& name, const Band& band) {
+void print(const std::string& name, const Band& band, ResultTable& results) {
   double sum = 0.0, squares = 0.0, absolute = 0.0;
   std::vector<double> magnitudes;
   for (const double e : band.errors) {
@@ -214,34 +215,37 @@ void print(const std::string& name, const Band& band) {
   const double n = std::max<double>(1.0, double(magnitudes.size()));
   const double worst =
       magnitudes.empty() ? 0.0 : magnitudes[std::size_t(0.95 * double(magnitudes.size() - 1))];
-  std::printf("| %s | %d | %.1f | %+.1f | %.1f | %.1f | %.1f |\n", name.c_str(), band.there,
-              100.0 * band.found / std::max(1, band.there), sum / n,
-              std::sqrt(std::max(0.0, squares / n - sum * sum / (n * n))), absolute / n, worst);
+  results.row({name, std::to_string(band.there),
+               formatted("%.1f", 100.0 * band.found / std::max(1, band.there)),
+               formatted("%+.1f", sum / n),
+               formatted("%.1f", std::sqrt(std::max(0.0, squares / n - sum * sum / (n * n)))),
+               formatted("%.1f", absolute / n), formatted("%.1f", worst)});
 }
 
-void print(const char* name, const Score& score) {
-  std::printf("\n%s: %d trees, %d false (%.3f a tree; %d of them read as 50 %% or more)\n\n", name,
-              score.trees, score.false_ones, double(score.false_ones) / std::max(1, score.trees),
-              score.false_of_50);
-  std::printf(
-      "| true stenosis | there | found %% | %%DS bias | sd | mean error | 95 %% of errors |\n"
-      "|---|---|---|---|---|---|---|\n");
+void print(const char* name, const Score& score, ResultTable& results) {
+  results.section(name);
+  results.paragraph(formatted(
+      "%d trees, %d false (%.3f a tree; %d of them read as 50 %% or more).", score.trees,
+      score.false_ones, double(score.false_ones) / std::max(1, score.trees), score.false_of_50));
+  results.columns(
+      {"true stenosis", "there", "found %", "%DS bias", "sd", "mean error", "95 % of errors"});
   for (int k = 0; k < kBands; ++k)
     print(std::to_string(int(kBandFrom[k])) + " to " + std::to_string(int(kBandFrom[k + 1])) + " %",
-          score.bands[std::size_t(k)]);
-  print("**50 to 90 %**", score.middle);
-  std::printf("50 to 90 %%, of a whole branch: %d of %d found; the others: %d of %d (%.1f %%)\n",
-              score.whole.found, score.whole.there, score.middle.found - score.whole.found,
-              score.middle.there - score.whole.there,
-              100.0 * (score.middle.found - score.whole.found) /
-                  std::max(1, score.middle.there - score.whole.there));
-  std::printf("50 %% or more, tightest inside a branching: %d of %d found\n", score.hidden.found,
-              score.hidden.there);
+          score.bands[std::size_t(k)], results);
+  print("**50 to 90 %**", score.middle, results);
+  results.paragraph(
+      formatted("50 to 90 %%, of a whole branch: %d of %d found; the others: %d of %d (%.1f %%).\n"
+                "50 %% or more, tightest inside a branching: %d of %d found.",
+                score.whole.found, score.whole.there, score.middle.found - score.whole.found,
+                score.middle.there - score.whole.there,
+                100.0 * (score.middle.found - score.whole.found) /
+                    std::max(1, score.middle.there - score.whole.there),
+                score.hidden.found, score.hidden.there));
 }
 
 enum class Source { lines, level_set };
 
-void run(Source source, unsigned first, int count, Output output) {
+void run(Source source, unsigned first, int count, Output output, ResultTable& results) {
   const auto size = std::size_t(count);
   std::vector<Score> ours(size), plain(size);
   parallel_for_uneven(count, [&](std::ptrdiff_t i) {
@@ -257,8 +261,8 @@ void run(Source source, unsigned first, int count, Output output) {
   Score all, all_plain;
   for (const Score& score : ours) all.add(score);
   for (const Score& score : plain) all_plain.add(score);
-  print("find_lesions", all);
-  print("plain rule", all_plain);
+  print("This program", all, results);
+  print("Plain rule", all_plain, results);
 }
 
 }  // namespace
@@ -267,13 +271,15 @@ void run(Source source, unsigned first, int count, Output output) {
 int main(int argument_count, char** arguments) {
   using namespace angio::benchmarks;
   try {
+    ResultTable results("Stenoses found on random trees", argument_count, arguments);
     const auto is = [&](int k, const char* word) {
       return argument_count > k && std::strcmp(arguments[k], word) == 0;
     };
     const unsigned first = argument_count > 2 ? unsigned(std::atoi(arguments[2])) : 0;
     const int count = argument_count > 3 ? std::max(1, std::atoi(arguments[3])) : 300;
     run(is(1, "level-set") ? Source::level_set : Source::lines, first, count,
-        is(4, "each") ? Output::each : Output::table);
+        is(4, "each") ? Output::each : Output::table, results);
+    results.write();
     return 0;
   } catch (const std::exception& error) {
     std::fprintf(stderr, "random_trees: %s\n", error.what());

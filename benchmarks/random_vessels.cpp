@@ -1,9 +1,9 @@
-// random_vessels [COUNT] [cpu|cuda|anew|scales|scales-cuda] [FIRST]: balloons of random sizes, some
-// folded, are inflated and emptied in random stenosed vessels: of all frames, the pairs of
-// triangles that cross (balloon and wall, exact predicates), inverted tets of the air, frames
-// without a whole air mesh, and frames a second. With `anew` each vessel is dilated twice on the
-// CPU, the second time with an air mesh built anew for every frame: the change of the least lumen
-// that is left. With `scales` each vessel is brought to a diameter from 0.6 to 25 mm, and its
+// random_vessels [COUNT] [cpu|cuda|anew|scales|scales-cuda] [FIRST] [--markdown FILE]: balloons of
+// random sizes, some folded, are inflated and emptied in random stenosed vessels: of all frames,
+// the pairs of triangles that cross (balloon and wall, exact predicates), inverted tets of the air,
+// frames without a whole air mesh, and frames a second. With `anew` each vessel is dilated twice on
+// the CPU, the second time with an air mesh built anew for every frame: the change of the least
+// lumen that is left. With `scales` each vessel is brought to a diameter from 0.6 to 25 mm, and its
 // balloon is chosen as the program does: also the simulations that tell that they did not end
 // right.
 
@@ -13,6 +13,7 @@
 #include <cstring>
 
 #include "benchmarks/random_vessel.hpp"
+#include "benchmarks/result_table.hpp"
 #include "core/error.hpp"
 #include "simulation/balloon_size.hpp"
 
@@ -59,7 +60,8 @@ struct Totals {
 };
 
 void inflate(const Site& site, const BalloonSetup& setup, simulation::Backend backend,
-             Totals& totals) {
+             Totals& totals, benchmarks::ResultTable& results) {
+  using benchmarks::formatted;
   const simulation::SimulationModel model = model_of(site, setup);
   simulation::SimulationOptions options = short_inflation(setup);
   options.backend = backend;
@@ -79,16 +81,20 @@ void inflate(const Site& site, const BalloonSetup& setup, simulation::Backend ba
   totals.without_air += summary.frames_without_air;
   totals.seconds += summary.wall_s;
   totals.failed += summary.failure.empty() ? 0 : 1;
-  std::printf("%8.2f %7zu %8zu %5d %6.1f %8d %8d %8d %8d %9.2f %8.2f %8.2f %s\n",
-              site.reference_diameter, model.balloon.triangles.size(), model.wall.triangles.size(),
-              setup.balloon.fold_count, summary.frame_count / summary.wall_s, crossings,
-              summary.inverted_air_tets, summary.frames_without_air, summary.air_rebuild_count,
-              1e3 * checking / summary.frame_count, summary.worst_residual,
-              summary.worst_pressure_ratio, summary.failure.c_str());
-  std::fflush(stdout);
+  results.row(
+      {formatted("%.2f", site.reference_diameter), std::to_string(model.balloon.triangles.size()),
+       std::to_string(model.wall.triangles.size()), std::to_string(setup.balloon.fold_count),
+       formatted("%.1f", summary.frame_count / summary.wall_s), std::to_string(crossings),
+       std::to_string(summary.inverted_air_tets), std::to_string(summary.frames_without_air),
+       std::to_string(summary.air_rebuild_count),
+       formatted("%.2f", 1e3 * checking / summary.frame_count),
+       formatted("%.2f", summary.worst_residual), formatted("%.2f", summary.worst_pressure_ratio),
+       summary.failure});
 }
 
-void compare_with_anew(const Site& site, const BalloonSetup& setup) {
+void compare_with_anew(const Site& site, const BalloonSetup& setup,
+                       benchmarks::ResultTable& results) {
+  using benchmarks::formatted;
   simulation::SimulationModel model = model_of(site, setup);
   double lumen[2]{};
   int rebuilt[2]{}, frames = 0;
@@ -100,10 +106,9 @@ void compare_with_anew(const Site& site, const BalloonSetup& setup) {
     rebuilt[anew] = summary.air_rebuild_count;
     frames = summary.frame_count;
   }
-  std::printf("least lumen %.4f mm; air built anew in %d and %d of %d frames: changed by %.4f %%\n",
-              lumen[0], rebuilt[0], rebuilt[1], frames,
-              100.0 * std::abs(lumen[1] / lumen[0] - 1.0));
-  std::fflush(stdout);
+  results.row({formatted("%.4f", lumen[0]), std::to_string(rebuilt[0]), std::to_string(rebuilt[1]),
+               std::to_string(frames),
+               formatted("%.4f", 100.0 * std::abs(lumen[1] / lumen[0] - 1.0))});
 }
 
 enum class Sizes { coronary, all };
@@ -129,7 +134,7 @@ Totals run(int count, int first, Sizes sizes, const Inflate& inflate) {
       inflate(site, placed.setup, totals);
     } catch (const InputError& error) {
       ++totals.refused;
-      std::printf("  refused: %s\n", error.what());
+      std::fprintf(stderr, "  refused: %s\n", error.what());
     }
   }
   return totals;
@@ -141,34 +146,39 @@ Totals run(int count, int first, Sizes sizes, const Inflate& inflate) {
 int main(int argument_count, char** arguments) {
   using namespace angio;
   try {
+    benchmarks::ResultTable results("Balloons in random vessels", argument_count, arguments);
     const int count = argument_count > 1 ? std::max(1, std::atoi(arguments[1])) : 100,
               first = argument_count > 3 ? std::atoi(arguments[3]) : 0;
     const auto mode = [&](const char* name) {
       return argument_count > 2 && std::strcmp(arguments[2], name) == 0;
     };
     if (mode("anew")) {
+      results.columns({"least lumen mm", "air meshes rebuilt", "rebuilt with `anew`", "frames",
+                       "change of the least lumen %"});
       meshing::run(count, first, meshing::Sizes::coronary,
-                   [](const auto& site, const auto& setup, auto&) {
-                     meshing::compare_with_anew(site, setup);
+                   [&](const auto& site, const auto& setup, auto&) {
+                     meshing::compare_with_anew(site, setup, results);
                    });
+      results.write();
       return 0;
     }
-    std::printf(
-        "diameter balloon     wall folds  fps  crossing inverted  no air  rebuilt  check ms "
-        "residual pressure failure\n");
+    results.columns({"diameter mm", "balloon triangles", "wall triangles", "folds", "frames/s",
+                     "crossings", "inverted tets", "frames without air", "air rebuilt",
+                     "check ms/frame", "worst residual", "worst pressure over peak", "failure"});
     const auto backend =
         mode("cuda") || mode("scales-cuda") ? simulation::Backend::cuda : simulation::Backend::cpu;
     const auto sizes =
         mode("scales") || mode("scales-cuda") ? meshing::Sizes::all : meshing::Sizes::coronary;
     const meshing::Totals totals =
         meshing::run(count, first, sizes, [&](const auto& site, const auto& setup, auto& sums) {
-          meshing::inflate(site, setup, backend, sums);
+          meshing::inflate(site, setup, backend, sums, results);
         });
-    std::printf(
+    results.paragraph(benchmarks::formatted(
         "%d vessels (refused: %d, failed: %d), %d frames: %d crossings, %d inverted tets, "
-        "%d frames without a whole air mesh; %.0f s\n",
+        "%d frames without a whole air mesh; %.0f s.",
         totals.vessels, totals.refused, totals.failed, totals.frames, totals.crossings,
-        totals.inverted, totals.without_air, totals.seconds);
+        totals.inverted, totals.without_air, totals.seconds));
+    results.write();
     return totals.crossings > 0 || totals.inverted > 0 ? 1 : 0;
   } catch (const std::exception& error) {
     std::fprintf(stderr, "random_vessels: %s\n", error.what());

@@ -1,7 +1,7 @@
 // Is a case that was run again with another setting the case that it would have been from the
 // start?
 //
-//     resume [--until STAGE] [--back] [--only KEY-PREFIX]...
+//     resume [--until STAGE] [--back] [--only KEY-PREFIX]... [--markdown FILE]
 //
 // For every setting of the table: a small case is run as it is, then with another value of the
 // setting in the same folder; beside it a new case with that value from the start. All files of
@@ -24,6 +24,7 @@
 #include <string>
 #include <vector>
 
+#include "benchmarks/result_table.hpp"
 #include "core/atomic_file.hpp"
 #include "core/error.hpp"
 #include "datasets/phantom.hpp"
@@ -101,7 +102,7 @@ void write_surface_input(const fs::path& file) {
   phantom.length_mm = 12.0;
   phantom.stenosis_percent = 50.0;
   angio::formats::write_surface(file,
-                               {angio::datasets::make_phantom_surface(phantom).surface, {}, {}});
+                                {angio::datasets::make_phantom_surface(phantom).surface, {}, {}});
 }
 
 /// The cases in which a setting counts.
@@ -237,7 +238,7 @@ constexpr int kMostFresh = 8;
 
 /// One setting in one case. @return how many files differ
 std::size_t try_setting(const Base& base, const std::string& key, const fs::path& folder,
-                        const Arguments& arguments) {
+                        const Arguments& arguments, angio::benchmarks::ResultTable& results) {
   const auto start = std::chrono::steady_clock::now();
   Config config = base.config();
   const fs::path first = folder / base.name, resumed = folder / "resumed", fresh = folder / "fresh";
@@ -270,16 +271,15 @@ std::size_t try_setting(const Base& base, const std::string& key, const fs::path
   }
   const double seconds =
       std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-  fmt::print("{} | {} | {} | {} | {} | {} | {:.1f} s\n", key, base.name, value, again,
-             words.empty()                ? fmt::format("{} files", difference.files)
-             : words.starts_with("ended") ? words
-                                          : "refused alike",
-             !difference.which.empty() ? "DIFFERS"
-             : is_unsteady             ? "same as another fresh one (fresh ones differ)"
-                                       : "same",
-             seconds);
-  for (const std::string& file : difference.which) fmt::print("    {}\n", file);
-  std::fflush(stdout);
+  results.row({key, base.name, value, again,
+               words.empty()                ? fmt::format("{} files", difference.files)
+               : words.starts_with("ended") ? words
+                                            : "refused alike",
+               !difference.which.empty() ? "DIFFERS"
+               : is_unsteady             ? "same as another fresh one (fresh ones differ)"
+                                         : "same",
+               fmt::format("{:.1f}", seconds)});
+  for (const std::string& file : difference.which) fmt::print(stderr, "    {}\n", file);
   return difference.which.size();
 }
 
@@ -307,11 +307,14 @@ bool parse(int argc, char** argv, Arguments& arguments) {
 
 }  // namespace
 
-int main(int argc, char** argv) {
+int main(int argc, char** argv) try {
   constexpr int kUsage = 64;
+  angio::benchmarks::ResultTable results("Cases that went on against cases begun anew", argc, argv);
+  results.columns({"setting", "case", "value", "stages run again", "compared", "result", "s"});
   Arguments arguments;
   if (!parse(argc, argv, arguments)) {
-    fmt::print(stderr, "usage: resume [--until STAGE] [--back] [--only KEY-PREFIX]...\n");
+    fmt::print(stderr,
+               "usage: resume [--until STAGE] [--back] [--only KEY-PREFIX]... [--markdown FILE]\n");
     return kUsage;
   }
   std::string name = (fs::temp_directory_path() / "angio-resume-XXXXXX").string();
@@ -324,11 +327,16 @@ int main(int argc, char** argv) {
     if (!is_asked_for(arguments, setting.key)) continue;
     ++settings_tried;
     for (const std::string& base : bases_for(setting.key)) {
-      differences += try_setting(bases.at(base), setting.key, folder, arguments);
+      differences += try_setting(bases.at(base), setting.key, folder, arguments, results);
       ++rows;
     }
   }
   fs::remove_all(folder);
-  fmt::print("{} settings, {} rows, {} differences\n", settings_tried, rows, differences);
+  results.paragraph(
+      fmt::format("{} settings, {} rows, {} differences.", settings_tried, rows, differences));
+  results.write();
   return differences == 0 ? EXIT_SUCCESS : EXIT_FAILURE;
+} catch (const std::exception& error) {
+  fmt::print(stderr, "resume: {}\n", error.what());
+  return EXIT_FAILURE;
 }

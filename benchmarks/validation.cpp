@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "benchmarks/result_table.hpp"
 #include "core/units.hpp"
 #include "simulation/inflate.hpp"
 #include "tests/simulation/charts.hpp"
@@ -17,7 +18,11 @@
 #include "tests/simulation/thick_tubes.hpp"
 #include "tests/simulation/triangles.hpp"
 
-/// The laws of docs/validation.md, a row each: `validation [GROUP ...]`.
+/// The laws that docs/validation.md explains, a row each:
+///
+///     validation [membrane|sphere|gas|inflate|chart|vbd|wall ...] [--markdown FILE]
+///
+/// @return 1 if a row misses its bar
 namespace angio::simulation {
 namespace {
 
@@ -323,17 +328,17 @@ const std::vector<std::pair<std::string, Rows (*)()>> kGroups{
     {"membrane", membrane}, {"sphere", sphere}, {"gas", gas},          {"inflate", inflation},
     {"chart", charts},      {"vbd", descent},   {"wall", layered_wall}};
 
-int print_groups(const std::vector<std::string>& names) {
+int print_groups(const std::vector<std::string>& names, benchmarks::ResultTable& results) {
+  using benchmarks::formatted;
   int failures = 0;
-  std::printf("| law | bar | value | |\n|---|---|---|---|\n");
+  results.columns({"law", "bar", "value", ""});
   for (const auto& [name, rows] : kGroups) {
     if (!names.empty() && std::find(names.begin(), names.end(), name) == names.end()) continue;
     for (const Row& row : rows()) {
       const bool pass = row.value <= row.bar;  // false for NaN
       failures += pass ? 0 : 1;
-      std::printf("| %s | %.3g %s | %.2g %s | %s |\n", row.law.c_str(), row.bar, row.unit,
-                  row.value, row.unit, pass ? "pass" : "FAIL");
-      std::fflush(stdout);
+      results.row({row.law, formatted("%.3g %s", row.bar, row.unit),
+                   formatted("%.2g %s", row.value, row.unit), pass ? "pass" : "FAIL"});
     }
   }
   return failures;
@@ -344,6 +349,8 @@ int print_groups(const std::vector<std::string>& names) {
 
 int main(int count, char** arguments) {
   try {
+    angio::benchmarks::ResultTable results("Membrane, gas, free inflation and layered wall", count,
+                                           arguments);
     const std::vector<std::string> names(arguments + 1, arguments + count);
     for (const std::string& name : names)
       if (std::none_of(angio::simulation::kGroups.begin(), angio::simulation::kGroups.end(),
@@ -353,7 +360,9 @@ int main(int count, char** arguments) {
                      name.c_str());
         return 64;
       }
-    return angio::simulation::print_groups(names) == 0 ? 0 : 1;
+    const int failures = angio::simulation::print_groups(names, results);
+    results.write();
+    return failures == 0 ? 0 : 1;
   } catch (const std::exception& error) {
     std::fprintf(stderr, "%s\n", error.what());
     return 70;

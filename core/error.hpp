@@ -5,7 +5,7 @@
 
 namespace angio {
 
-/// What the program returns to the shell (CONTRACT; after BSD sysexits).
+/// What the program returns to the shell (docs/contract.md; after BSD sysexits).
 enum class ExitCode : int {
   done = 0,
   some_cases_failed = 2,

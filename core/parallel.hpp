@@ -4,7 +4,7 @@
 #include <exception>
 
 /// The program's one parallel loop. Every iteration writes its own output only, so results do
-/// not depend on the number of threads (set by omp_set_num_threads, once, in main).
+/// not depend on the number of threads (set by omp_set_num_threads, once, by the command).
 namespace angio {
 
 /// Calls body(i) for i in [0, count), in parallel. The first exception is thrown again here.

@@ -46,8 +46,8 @@ struct LesionTruth {
   int lesion_path = 0;
 };
 
-/// What is known exactly about a phantom; written as truth.json. The stenosis it is, itself, is the
-/// most severe one.
+/// What is known exactly about a phantom; written as truth.json. As a LesionTruth it describes the
+/// most severe stenosis.
 struct PhantomTruth : LesionTruth {
   CenterlineTree tree;  ///< exact centre points and radii, inlet to each outlet
   bool has_lesion = false;

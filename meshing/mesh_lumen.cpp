@@ -63,7 +63,7 @@ void improve_surface(SurfaceDraft& draft, const SurfaceTarget& target, double to
   if (closed_count > 0)
     warnings.push_back("at " + std::to_string(closed_count) +
                        " places finer than the image can show, the lumen's surface crossed itself "
-                       "and was closed anew");
+                       "and was closed again");
 }
 
 /// The wall with exactly the triangles asked for, less those of the caps to come.

@@ -268,7 +268,7 @@ ClosedRegion find_region(const LumenMesh& lumen, const CenterlineTree& tree,
       return {std::move(region), *gap};
   }
   throw InputError(
-      "the wall around the balloon could not be told, or its ends not be closed clear of the "
+      "the wall around the balloon was not found, or its ends could not be closed clear of the "
       "balloon (a branch, a kink or touching vessels lie there). Move the balloon along the line "
       "or make it shorter (balloon.length_mm)");
 }

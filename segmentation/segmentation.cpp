@@ -120,7 +120,7 @@ std::string blur_warning(const detail::Boundary& boundary, const Vec3& spacing) 
   constexpr double kClipped = 0.1;  ///< of the lumen
   const std::string effect = " radii of vessels under 3 voxels may be off by some percent";
   if (!boundary.blur_is_told)
-    return "the scanner's blur could not be told from the image (0.6 voxels were assumed;" +
+    return "the scanner's blur could not be measured in the image (0.6 voxels were assumed;" +
            effect + ")";
   for (int a = 0; a < 3; ++a) {
     const double voxels = boundary.blur_sd_mm[a] / spacing[a];

@@ -47,7 +47,7 @@ struct WallMaterial {
   double yield_strain = 0.03;
   /// Mueller 2005 c_creep [1/s], [0, 1000]: what is above yields at this rate, so that a lumen held
   /// for a time T recoils by about exp(-T c) of its widening. 0.4 gives the 20-35 % of diameter
-  /// seen after plain balloons (README.md).
+  /// seen after plain balloons (docs/method/simulation.md).
   double creep_per_s = 0.4;
   double max_plastic_strain = 3.0;      ///< Mueller 2005 c_max, [0, 10]
   double foundation_kpa_per_mm = 10.0;  ///< surrounding tissue, [0, 1e5]

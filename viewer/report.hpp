@@ -19,7 +19,7 @@ struct DiameterProfile {
   std::vector<double> equivalent_diameter_mm;
 };
 
-/// Columns of timeseries.csv, by the names of CONTRACT.
+/// Columns of timeseries.csv, by the names of docs/contract.md.
 struct TimeSeries {
   std::vector<std::string> columns;
   std::vector<std::vector<std::string>> rows;

@@ -203,8 +203,9 @@ int compare_sphere(const std::map<int, Vec3>& theirs) {
   const double mean = std::sqrt(squared / double(x.size()));
   const bool pass = ours.converged && worst <= kBar * largest;
   std::printf(
-      "spherical balloon against CalculiX: %zu vertices, largest displacement %.4f mm, difference "
-      "%.2f %% of it at most (root mean square %.2f %%), bar 1 %%: %s\n",
+      "\nSpherical balloon, the same mesh; differences in %% of the largest displacement.\n\n"
+      "| vertices | largest displacement mm | at most | root mean square | bar | |\n"
+      "|---|---|---|---|---|---|\n| %zu | %.4f | %.2f | %.2f | 1 | %s |\n",
       x.size(), largest, 100.0 * worst / largest, 100.0 * mean / largest, pass ? "pass" : "FAIL");
   return pass ? 0 : 1;
 }
@@ -304,19 +305,22 @@ CapsuleDifference compare_capsule(const std::map<int, Vec3>& theirs, const Capsu
 
 int compare_capsule(const std::map<int, Vec3>& theirs) {
   std::printf(
-      "capsule against CalculiX, difference in %% of the largest displacement\n"
-      "  around vertices largest mm shoulder elsewhere    poles root mean square\n");
+      "\nCapsule balloon, against a far finer mesh of revolution; differences in %% of the largest "
+      "displacement.\n\n"
+      "| vertices around | in all | largest displacement mm | shoulder | elsewhere, at most | "
+      "poles "
+      "| root mean square |\n|---|---|---|---|---|---|---|\n");
   bool pass = true;
   for (const int around : {16, 32, 64, 128}) {
     const Capsule capsule = make_capsule(kRadius, kLength, around);
     const CapsuleDifference d = compare_capsule(theirs, capsule);
     const double percent = 100.0 / d.largest;
-    std::printf("%8d %8zu %10.4f %8.2f %9.2f %8.2f %8.3f\n", around, capsule.mesh.vertices.size(),
-                d.largest, percent * d.shoulder, percent * d.elsewhere, percent * d.pole,
-                percent * d.mean);
+    std::printf("| %d | %zu | %.4f | %.2f | %.2f | %.2f | %.3f |\n", around,
+                capsule.mesh.vertices.size(), d.largest, percent * d.shoulder,
+                percent * d.elsewhere, percent * d.pole, percent * d.mean);
     pass = d.converged && std::max({d.shoulder, d.elsewhere, d.pole}) <= kBar * d.largest;
   }
-  std::printf("bar 1 %% at the last: %s\n", pass ? "pass" : "FAIL");
+  std::printf("\nThe bar of 1 %% at the last: %s.\n", pass ? "pass" : "FAIL");
   return pass ? 0 : 1;
 }
 

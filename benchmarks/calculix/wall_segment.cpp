@@ -128,10 +128,13 @@ int compare(const LayeredWall& wall, const std::string& path) {
     squares += norm_squared(mine - theirs[v]);
     size += norm_squared(theirs[v]);
   }
-  std::printf("wall segment, %zu wedges: largest displacement %.4f mm (CalculiX), %s\n",
-              wall.wedges.size(), most, ours.converged ? "converged" : "NOT converged");
-  std::printf("difference: root mean square %.2f %%, largest %.2f %% of the largest displacement\n",
-              100.0 * std::sqrt(squares / size), 100.0 * worst / most);
+  std::printf(
+      "\nNarrowed wall segment under pressure, the same wedges; differences in %% of the largest "
+      "displacement.\n\n"
+      "| wedges | largest displacement mm | at most | root mean square | bar | |\n"
+      "|---|---|---|---|---|---|\n| %zu | %.4f | %.2f | %.2f | 1 | %s |\n",
+      wall.wedges.size(), most, 100.0 * worst / most, 100.0 * std::sqrt(squares / size),
+      ours.converged ? "converged" : "NOT converged");
   return ours.converged && worst <= 0.01 * most ? 0 : 1;
 }
 

@@ -1,11 +1,18 @@
 #!/usr/bin/env bash
-# usage: wall_segment.sh BUILD_FOLDER   (needs Debian's calculix-ccx)
-# A pressurised, narrowed wall segment here and in CalculiX on the same wedges; fails above 1 %.
+# A pressurised, narrowed wall segment here and in CalculiX (Debian package calculix-ccx) on the same
+# wedges. Fails above 1 %.
+# usage: benchmarks/calculix/wall_segment.sh BUILD_FOLDER [--markdown FILE]
 set -euo pipefail
-program=$(realpath "$1")/benchmarks/wall_segment
+build=$(realpath "$1")
+options=("${@:2}")
+[[ ${options[0]:-} != --markdown ]] || options[1]=$(realpath -m "${options[1]}")
 folder=$(mktemp -d)
 trap 'rm -rf "$folder"' EXIT
 cd "$folder"
-"$program" write segment.inp
+failed=0
+"$build/benchmarks/wall_segment" write segment.inp
 ccx segment >ccx.log 2>&1 || { tail ccx.log; exit 1; }
-"$program" compare segment.dat
+"$build/benchmarks/wall_segment" compare segment.dat >table.md || failed=1
+"$build/benchmarks/result_file" "The layered wall against CalculiX" \
+  --command "benchmarks/calculix/wall_segment.sh BUILD_FOLDER" "${options[@]}" <table.md
+exit $failed

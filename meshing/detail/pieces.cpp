@@ -294,8 +294,8 @@ TriangleMesh without_crossings(const TriangleMesh& mesh, std::vector<SurfaceRepa
     places.count = close_crossings(cut);
     if (self_intersections(cut).empty() &&
         std::abs(enclosed_volume(closed_copy(cut)) - volume) <= kSameVolume * volume) {
-      note(repairs, "place where the surface crossed itself closed anew",
-           "places where the surface crossed itself closed anew", places);
+      note(repairs, "place where the surface crossed itself closed again",
+           "places where the surface crossed itself closed again", places);
       return cut;
     }
   }

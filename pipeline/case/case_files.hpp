@@ -9,8 +9,8 @@
 #include "pipeline/stages/stage_files.hpp"
 #include "simulation/simulation.hpp"
 
-/// The stages' results as the files of CONTRACT, and back. What is read is what was written, bit
-/// for bit, so a stage gives the same result from memory and from files.
+/// The stages' results as the files of docs/contract.md, and back. What is read is what was
+/// written, bit for bit, so a stage gives the same result from memory and from files.
 namespace angio::pipeline {
 
 void write_centerlines(const std::filesystem::path& file, const CenterlineTree& tree);

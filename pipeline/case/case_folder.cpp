@@ -149,7 +149,7 @@ RunRecord CaseFolder::read_record() const {
   } catch (const json::exception&) {
     throw InputError(
         fmt::format("{} is damaged (not the JSON that this program writes). Add "
-                    "--force to begin anew",
+                    "--force to start again",
                     path("run.json").string()));
   }
   return record;

@@ -51,7 +51,7 @@ struct RunRecord {
 /// As run.json has it.
 nlohmann::json to_json(const RunRecord& record);
 
-/// The folder of one case (CONTRACT: "A case folder").
+/// The folder of one case (docs/contract.md: "A case folder").
 class CaseFolder {
  public:
   explicit CaseFolder(std::filesystem::path root) : root_(std::move(root)) {}

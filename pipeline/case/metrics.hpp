@@ -16,8 +16,8 @@ inline constexpr const char* kDiagnosis = "simulation/diagnosis.json";
 /// The case's files that collect_metrics() reads.
 std::vector<std::string> metrics_files();
 
-/// metrics.json (CONTRACT) from what the stages have left so far; null where it does not apply, and
-/// where what was left is stale.
+/// metrics.json (docs/contract.md) from what the stages have left so far; null where it does not
+/// apply, and where what was left is stale.
 /// @param lesion  which lesion is shown before there is a mesh
 nlohmann::json collect_metrics(const StageFiles& files, const centerline::LesionOptions& lesion,
                                const RunRecord& record);

@@ -153,7 +153,7 @@ void warn_of_points(const Subject& subject, const simulation::InflateOptions& op
                   fmt::format("no state of rest was found at {} (their rows are empty){}",
                               fmt::join(lost, ", "),
                               by_pressure ? ": the balloon carries less, past its limit point it "
-                                            "goes on only by --volumes"
+                                            "continues only with --volumes"
                                           : ""));
   if (subject.entry && highest > subject.entry->rated_burst_pressure_atm)
     reporter.warn("inflate", fmt::format("{:g} atm is above the rated burst pressure, {:g} atm",

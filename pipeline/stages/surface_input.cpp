@@ -100,7 +100,7 @@ void take_lumen_of_wall(GivenSurface& given) {
       given.size.hollow_share > kWall)
     throw InputError(
         fmt::format("the surface is that of a vessel's wall ({:.0f} % of it faces a hollow inside "
-                    "it), and no lumen could be told in it. Give the lumen's own surface",
+                    "it), and no lumen was found in it. Give the lumen's own surface",
                     100.0 * share));
   given.warnings.push_back(
       fmt::format("the surface is that of a vessel's wall: {:.0f} % of it faces a hollow inside "

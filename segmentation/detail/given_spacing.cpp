@@ -33,7 +33,7 @@ std::string give_positions(DicomSeries& series, double step) {
   const std::set<int> different(numbers.begin(), numbers.end());
   if (different.size() != numbers.size() || *different.rbegin() != int(numbers.size()) - 1)
     return "the image position is missing, and the slices are not numbered one after another "
-           "(their order and number cannot be told, even with --spacing). Export the series with "
+           "(their order and number are not known, even with --spacing). Export the series with "
            "its geometry";
   for (std::size_t m = 0; m < series.members.size(); ++m) {
     const auto [h, f] = series.members[m];

@@ -32,7 +32,7 @@ std::vector<std::string> check_plausibility(const Volume<float>& level_set,
                        volume_of(level_set.geometry) / volume_of(scanned);
   const std::string percent = format_number(std::round(100.0 * share)) + " %";
   if (share > kMostShare)
-    throw InputError("no vessel was told from the rest (" + percent +
+    throw InputError("no vessel was found apart from the rest (" + percent +
                      " of the volume would be lumen: the contrast between blood and tissue is not "
                      "clear, or the volume holds something else). Try to " +
                      kAdvice);

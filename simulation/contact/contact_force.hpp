@@ -48,7 +48,7 @@ struct Friction {
 ///
 /// mu rises smoothly to mu_static at y = stick_slip, then falls to mu_kinetic at twice that slip.
 /// Source: Li et al. 2020, section 5.2 (f1, Eq. 14), with the fall added; limit mu N as the seed
-/// paper's Eq. 24, errata in README.md.
+/// paper's Eq. 24, errata in docs/method/simulation.md.
 template <class Real>
 ANGIO_HOST_DEVICE inline Real friction_per_slip(const Friction<Real>& f, Real y) {
   const Real e = f.stick_slip;

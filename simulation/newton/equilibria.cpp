@@ -51,7 +51,7 @@ std::vector<Equilibrium> find_equilibria(const SimulationModel& model,
       throw OptionError(
           "a load of the balloon is not a pressure or a positive volume (there is no shape for "
           "it)");
-    // A volume is gone to by a tenth at a time, a pressure in one step: each has room enough there.
+    // Volumes are approached in steps of 10 %; a pressure is applied at once.
     const bool by_volume = load.kind == Load::Kind::volume;
     const int steps = by_volume ? 1 + int(std::abs(std::log(load.value / state.volume)) / 0.1) : 1;
     const double from = state.volume;

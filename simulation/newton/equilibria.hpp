@@ -25,7 +25,7 @@ struct Equilibrium {
 
 /// The shapes of a free balloon under a list of loads, one after the other, by vertex block descent
 /// on `options.backend`: the steps of simulate() without inertia. A load far from the last one is
-/// gone to in steps.
+/// applied in increments.
 ///
 /// Under pressure a balloon past its limit point has no equilibrium: that is reported as not
 /// converged. A volume always has one.

@@ -110,7 +110,7 @@ ANGIO_HOST_DEVICE inline AirProjection<Real> project_together(const TetState<Rea
   return out;
 }
 
-/// Friction as a projection: Eqs. 23-27 with the errata of README.md,
+/// Friction as a projection: Eqs. 23-27 with the errata in docs/method/simulation.md,
 ///
 ///     t = P sum_i w_i (x_i - x_before_i),  P across the normal
 ///     s = |t| min(1, mu d_n / |t|) / sum_i w_i^2 / m_i,   dx_i = -(w_i / m_i) s t / |t|

@@ -15,7 +15,7 @@ struct PaperStep {
 };
 
 /// The seed paper's solver, for comparison: position based dynamics with the constraint C(x) = E(x)
-/// of each triangle (its Eqs. 15-19, gradients as corrected in README.md).
+/// of each triangle (its Eqs. 15-19, with corrected gradients).
 ///
 ///     x_i <- x_i - k w_i (E / sum_j w_j |dE/dx_j|^2) dE/dx_i
 ///

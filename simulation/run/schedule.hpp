@@ -11,8 +11,8 @@ namespace angio::simulation::detail {
 /// Absolute pressure around the balloon [Pa]: one atmosphere and the blood.
 double outside_pressure(const SimulationOptions& options);
 
-/// What the inflator does, frame by frame; see README.md, "Gas". Plain numbers, so that a GPU can
-/// go through the frames by itself.
+/// What the inflator does, frame by frame; see docs/method/simulation.md. Plain numbers, so that a
+/// GPU can go through the frames by itself.
 class Inflator {
  public:
   Inflator() = default;

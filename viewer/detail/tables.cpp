@@ -21,7 +21,7 @@ struct Wording {
   int decimals;
 };
 
-/// CONTRACT's keys, "group.key", in the order of the tables.
+/// The keys of docs/contract.md, "group.key", in the order of the tables.
 constexpr std::array kWordings{
     Wording{"lesion.centerline_id", "Centreline", "", 0},
     Wording{"lesion.abscissa_mm", "Distance from the inlet", "mm", 1},

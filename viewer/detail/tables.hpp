@@ -17,7 +17,7 @@ class Metrics {
   Metrics(Metrics&&) noexcept;
   Metrics& operator=(Metrics&&) noexcept;
 
-  /// @param group, key  as in CONTRACT: "lesion", "mld_mm"
+  /// @param group, key  as in docs/contract.md: "lesion", "mld_mm"
   [[nodiscard]] std::optional<double> number(const char* group, const char* key) const;
   [[nodiscard]] std::string text(const char* group, const char* key) const;  ///< empty if missing
   /// At the top: "status", "status_reason". Empty if missing.
