@@ -12,7 +12,6 @@
 #include "core/error.hpp"
 #include "core/units.hpp"
 #include "formats/files.hpp"
-#include "meshing/meshing.hpp"
 #include "pipeline/case/case_files.hpp"
 #include "pipeline/case/metrics.hpp"
 #include "pipeline/stages/fine_surface.hpp"
@@ -175,14 +174,6 @@ json summary_json(const std::string& material, const json& lesion,
           {"simulation", solver_json(summary)}};
 }
 
-// Where flips do not keep up with the balloon, meshing builds the air anew.
-void let_air_be_rebuilt(simulation::SimulationModel& model) {
-  model.rebuild_air = [start = model.balloon, region = model.wall](const std::vector<Vec3>& balloon,
-                                                                   const std::vector<Vec3>& wall) {
-    return meshing::mesh_air({balloon, start.triangles}, {wall, region.triangles});
-  };
-}
-
 /// The solver's model from the files of the stages before.
 simulation::SimulationModel load_model(const StageFiles& files, const json& placement) {
   const json& lesion = placement.at("lesion");
@@ -193,7 +184,6 @@ simulation::SimulationModel load_model(const StageFiles& files, const json& plac
   model.watch_first_mm = lesion.at("proximal_mm").get<double>();
   model.watch_last_mm = lesion.at("distal_mm").get<double>();
   model.layered_wall = read_layered_wall(files, model.wall);
-  let_air_be_rebuilt(model);
   return model;
 }
 

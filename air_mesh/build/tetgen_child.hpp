@@ -6,7 +6,7 @@
 #include "core/tet_mesh.hpp"
 #include "core/triangle_mesh.hpp"
 
-namespace angio::meshing::detail {
+namespace angio::air_mesh {
 
 struct TetgenInput {
   std::vector<Vec3> vertices;        ///< [mm]; around the origin its predicates are sharpest
@@ -25,4 +25,4 @@ struct TetgenInput {
 /// processor time
 TetMesh run_tetgen(const TetgenInput& input, double limit_s);
 
-}  // namespace angio::meshing::detail
+}  // namespace angio::air_mesh

@@ -9,7 +9,7 @@
 /// CGAL's own search takes the first of equally good patches in an order that goes by the addresses
 /// of its cells in memory, which differ from run to run. Here the patch with the lower corners is
 /// taken.
-namespace angio::meshing::detail {
+namespace angio::air_mesh {
 
 /// CGAL's weight of a patch (its sharpest fold, then its area) and the corner that its last
 /// triangle adds to its first and last, which decides between patches of equal weight.
@@ -65,4 +65,4 @@ void fill_loop(const std::vector<typename Kernel::Point_3>& loop,
                                             visitor, kWithDelaunay, kWithoutAllOthers, Kernel());
 }
 
-}  // namespace angio::meshing::detail
+}  // namespace angio::air_mesh

@@ -3,10 +3,10 @@
 
 #include <algorithm>
 
-#include "meshing/detail/lift_points.hpp"
-#include "meshing/detail/tet_shape.hpp"
+#include "air_mesh/build/lift_points.hpp"
+#include "air_mesh/build/tet_shape.hpp"
 
-namespace angio::meshing {
+namespace angio::air_mesh {
 namespace {
 
 double volume_of(const TetMesh& mesh) {
@@ -45,7 +45,7 @@ TetMesh octahedron_with(const Vec3& point) {
 }
 
 void expect_lifted(TetMesh mesh) {
-  ASSERT_TRUE(detail::lift_off_surfaces(mesh, 6));
+  ASSERT_TRUE(lift_off_surfaces(mesh, 6));
   EXPECT_EQ(mesh.tets.size(), 8U);  // one over every face of the octahedron
   EXPECT_GT(least_volume(mesh), 0.01);
   EXPECT_NEAR(volume_of(mesh), 4.0 / 3.0, 1e-12);
@@ -79,7 +79,7 @@ TEST(LiftOffSurfaces, TwoPointsOnEdgesOfOneTriangleGoIntoTheGap) {
   }
   mesh.tets = split;
   const double volume = volume_of(mesh);
-  ASSERT_TRUE(detail::lift_off_surfaces(mesh, 6));
+  ASSERT_TRUE(lift_off_surfaces(mesh, 6));
   EXPECT_GT(least_volume(mesh), 1e-3);
   EXPECT_NEAR(volume_of(mesh), volume, 1e-12);
 }
@@ -87,10 +87,10 @@ TEST(LiftOffSurfaces, TwoPointsOnEdgesOfOneTriangleGoIntoTheGap) {
 TEST(LiftOffSurfaces, PointsInTheGapStay) {
   const TetMesh before = octahedron_with({0.1, 0.2, -0.1});
   TetMesh mesh = before;
-  ASSERT_TRUE(detail::lift_off_surfaces(mesh, 6));
+  ASSERT_TRUE(lift_off_surfaces(mesh, 6));
   EXPECT_EQ(mesh.tets, before.tets);
   EXPECT_EQ(mesh.vertices[6], before.vertices[6]);
 }
 
 }  // namespace
-}  // namespace angio::meshing
+}  // namespace angio::air_mesh

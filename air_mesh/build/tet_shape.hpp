@@ -4,7 +4,7 @@
 
 #include "core/tet_mesh.hpp"
 
-namespace angio::meshing::detail {
+namespace angio::air_mesh {
 
 /// Faces of a right-handed tetrahedron, counter-clockwise seen from outside; face i lacks corner i.
 constexpr int kTetFaces[4][3] = {{1, 2, 3}, {0, 3, 2}, {0, 1, 3}, {0, 2, 1}};
@@ -20,4 +20,4 @@ struct DihedralRange {
 };
 DihedralRange dihedral_range(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& d);
 
-}  // namespace angio::meshing::detail
+}  // namespace angio::air_mesh

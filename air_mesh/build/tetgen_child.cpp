@@ -1,4 +1,4 @@
-#include "meshing/detail/tetgen_child.hpp"
+#include "air_mesh/build/tetgen_child.hpp"
 
 #ifndef TETLIBRARY
 #define TETLIBRARY
@@ -20,7 +20,7 @@
 
 #include "core/error.hpp"
 
-namespace angio::meshing::detail {
+namespace angio::air_mesh {
 namespace {
 
 constexpr double kPatience = 20.0;  // with a child that a busy machine gives no time
@@ -176,4 +176,4 @@ TetMesh run_tetgen(const TetgenInput& input, double limit_s) {
   return parse(bytes, input.what);
 }
 
-}  // namespace angio::meshing::detail
+}  // namespace angio::air_mesh

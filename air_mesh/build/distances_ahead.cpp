@@ -1,4 +1,4 @@
-#include "meshing/detail/lumen_chords.hpp"
+#include "air_mesh/build/distances_ahead.hpp"
 
 #include <algorithm>
 #include <limits>
@@ -6,7 +6,7 @@
 
 #include "core/parallel.hpp"
 
-namespace angio::meshing::detail {
+namespace angio::air_mesh {
 namespace {
 
 constexpr double kNone = std::numeric_limits<double>::infinity();
@@ -77,4 +77,4 @@ std::vector<double> distances_ahead(const TriangleMesh& surface,
   return ahead;
 }
 
-}  // namespace angio::meshing::detail
+}  // namespace angio::air_mesh

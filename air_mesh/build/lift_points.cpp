@@ -1,14 +1,14 @@
-#include "meshing/detail/lift_points.hpp"
+#include "air_mesh/build/lift_points.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <map>
 
+#include "air_mesh/build/tet_shape.hpp"
 #include "core/triangle_mesh.hpp"
-#include "meshing/detail/tet_shape.hpp"
 
-namespace angio::meshing::detail {
+namespace angio::air_mesh {
 namespace {
 
 Triangle turned_to_least(const Triangle& t) {
@@ -180,4 +180,4 @@ bool lift_off_surfaces(TetMesh& mesh, int surface_count) {
   return true;
 }
 
-}  // namespace angio::meshing::detail
+}  // namespace angio::air_mesh

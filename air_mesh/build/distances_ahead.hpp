@@ -4,7 +4,7 @@
 
 #include "core/triangle_mesh.hpp"
 
-namespace angio::meshing::detail {
+namespace angio::air_mesh {
 
 /// From which side a ray meets a surface.
 enum class Side { outside, inside };
@@ -17,4 +17,4 @@ std::vector<double> distances_ahead(const TriangleMesh& surface,
                                     const std::vector<Vec3>& directions,
                                     const std::vector<double>& reach, Side side);
 
-}  // namespace angio::meshing::detail
+}  // namespace angio::air_mesh

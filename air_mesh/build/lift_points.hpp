@@ -2,7 +2,7 @@
 
 #include "core/tet_mesh.hpp"
 
-namespace angio::meshing::detail {
+namespace angio::air_mesh {
 
 /// Gives a mesh of a gap its surfaces back where TetGen split one of their edges or triangles: the
 /// added point goes a little into the gap, and new tets lie between it and the surface's own
@@ -14,4 +14,4 @@ namespace angio::meshing::detail {
 /// @return false, with the mesh in any state, if a place cannot be read
 bool lift_off_surfaces(TetMesh& mesh, int surface_count);
 
-}  // namespace angio::meshing::detail
+}  // namespace angio::air_mesh

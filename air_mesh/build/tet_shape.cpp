@@ -1,11 +1,11 @@
-#include "meshing/detail/tet_shape.hpp"
+#include "air_mesh/build/tet_shape.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <numbers>
 
-namespace angio::meshing::detail {
+namespace angio::air_mesh {
 namespace {
 
 std::array<Vec3, 4> outward_normals(const std::array<Vec3, 4>& x) {
@@ -53,4 +53,4 @@ DihedralRange dihedral_range(const Vec3& a, const Vec3& b, const Vec3& c, const 
   return range;
 }
 
-}  // namespace angio::meshing::detail
+}  // namespace angio::air_mesh

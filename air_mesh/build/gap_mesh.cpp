@@ -1,18 +1,17 @@
-#include "meshing/detail/air_mesh.hpp"
+#include "air_mesh/build/gap_mesh.hpp"
 
 #include <algorithm>
 #include <array>
 #include <cstdint>
 
+#include "air_mesh/build/distances_ahead.hpp"
+#include "air_mesh/build/lift_points.hpp"
+#include "air_mesh/build/tetgen_child.hpp"
 #include "air_mesh/tet_flips.hpp"
 #include "air_mesh/tet_refill.hpp"
 #include "core/error.hpp"
-#include "meshing/detail/lift_points.hpp"
-#include "meshing/detail/lumen_chords.hpp"
-#include "meshing/detail/surface_query.hpp"
-#include "meshing/detail/tetgen_child.hpp"
 
-namespace angio::meshing::detail {
+namespace angio::air_mesh {
 namespace {
 
 // [mm] One after the other: folded balloons need none, and some regular ones do.
@@ -161,20 +160,6 @@ std::optional<TetMesh> try_gap_with_points(const Surfaces& surfaces, const Vec3&
 
 }  // namespace
 
-std::optional<GapBoundary> close_region(const TriangleMesh& region) {
-  GapBoundary gap{region, int(region.triangles.size())};
-  for (const std::vector<int>& loop : boundary_loops(region)) {
-    std::vector<Vec3> points;
-    for (const int v : loop) points.push_back(region.vertices[std::size_t(v)]);
-    const std::vector<Triangle> patch = triangulate_loop(points);
-    if (patch.empty()) return std::nullopt;
-    for (const Triangle& t : patch)
-      gap.shell.triangles.push_back(
-          {loop[std::size_t(t[0])], loop[std::size_t(t[1])], loop[std::size_t(t[2])]});
-  }
-  return gap;
-}
-
 TriangleMesh shaken(TriangleMesh surface) {
   constexpr double kBy = 1e-4;  // [mm]
   constexpr std::uint64_t kSeed = 77;
@@ -270,4 +255,4 @@ GapMesh mesh_gap(const TriangleMesh& inner, const GapBoundary& gap, const Vec3& 
   return result;
 }
 
-}  // namespace angio::meshing::detail
+}  // namespace angio::air_mesh

@@ -4,21 +4,11 @@
 #include <string>
 #include <vector>
 
+#include "air_mesh/build/gap_boundary.hpp"
 #include "core/tet_mesh.hpp"
 #include "core/triangle_mesh.hpp"
 
-namespace angio::meshing::detail {
-
-/// A closed surface between two bodies' vertices, ready for a tetrahedral mesh.
-struct GapBoundary {
-  TriangleMesh shell;  ///< the region and caps over its rims, closed, normals outward
-  int cap_first = 0;   ///< index of the first cap triangle in `shell`
-};
-
-/// Closes a region with caps over its rims, without new vertices.
-///
-/// @return nothing if a rim has no triangulation
-std::optional<GapBoundary> close_region(const TriangleMesh& region);
+namespace angio::air_mesh {
 
 struct TetrahedralizeResult {
   std::vector<std::array<int, 4>> tets;  ///< over the input's vertices, then added ones
@@ -62,7 +52,8 @@ GapMesh mesh_gap(const TriangleMesh& inner, const GapBoundary& gap, const Vec3& 
 /// lies exactly in a plane of others.
 TriangleMesh shaken(TriangleMesh surface);
 
-/// The same with points added in the air where there is no mesh without; no tets if there is none.
+/// As mesh_gap, with points added in the air where there is no mesh without; no tets if there is
+/// none.
 TetMesh mesh_gap_with_points(const TriangleMesh& inner, const GapBoundary& gap, const Vec3& hole);
 
-}  // namespace angio::meshing::detail
+}  // namespace angio::air_mesh
