@@ -64,7 +64,7 @@ class Album {
     const std::string caption = formats::escape_html(figure.caption);
     return "<figure><img width=\"" + std::to_string(figure.picture.width) + "\" height=\"" +
            std::to_string(figure.picture.height) + "\" alt=\"" + caption +
-           "\" src=\"data:image/png;formats::base64," + formats::base64(png) + "\"><figcaption>" +
+           "\" src=\"data:image/png;base64," + formats::base64(png) + "\"><figcaption>" +
            caption + "</figcaption></figure>\n";
   }
 
