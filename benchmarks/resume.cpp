@@ -28,7 +28,8 @@
 #include "core/error.hpp"
 #include "datasets/phantom.hpp"
 #include "formats/files.hpp"
-#include "pipeline/stages/stages.hpp"
+#include "pipeline/experiments/workflow.hpp"
+#include "pipeline/stages/run_case.hpp"
 #include "tests/pipeline/other_value.hpp"
 
 namespace {
@@ -101,7 +102,7 @@ void write_surface_input(const fs::path& file) {
   phantom.length_mm = 12.0;
   phantom.stenosis_percent = 50.0;
   angio::formats::write_surface(file,
-                               {angio::datasets::make_phantom_surface(phantom).surface, {}, {}});
+                                {angio::datasets::make_phantom_surface(phantom).surface, {}, {}});
 }
 
 /// The cases in which a setting counts.
@@ -170,7 +171,7 @@ std::string run(const Base& base, const Config& config, const fs::path& folder, 
     request.config = config;
     request.until = until;
     angio::pipeline::Reporter reporter(angio::pipeline::ReportStyle::quiet);
-    run_case(request, reporter);
+    run_case(angio::pipeline::workflow_of(config), request, reporter);
   });
 }
 

@@ -7,29 +7,26 @@
 #include <utility>
 #include <vector>
 
+#include "formats/case_file.hpp"
 #include "formats/files.hpp"
 #include "segmentation/read_volume.hpp"
 
 namespace angio::pipeline {
 
-namespace {
+using formats::case_file::kGivenLumen;
+using formats::case_file::kScan;
 
-constexpr const char* kVolume = "segmentation/volume.nrrd";
-constexpr const char* kSurface = "segmentation/lumen_surface.vtp";
-
-}  // namespace
-
-std::vector<std::string> resolution_files() { return {kVolume, kSurface}; }
+std::vector<std::string> resolution_files() { return {kScan, kGivenLumen}; }
 
 Resolution case_resolution(const StageFiles& files) {
   Resolution resolution;
-  if (files.exists(kVolume)) {
-    const Vec3 spacing = segmentation::read_volume_file(files.path(kVolume)).geometry.spacing;
+  if (files.exists(kScan)) {
+    const Vec3 spacing = segmentation::read_volume_file(files.path(kScan)).geometry.spacing;
     resolution.longest_mm = std::max({spacing.x, spacing.y, spacing.z});
     resolution.mean_mm = std::cbrt(spacing.x * spacing.y * spacing.z);
-  } else if (files.exists(kSurface)) {
+  } else if (files.exists(kGivenLumen)) {
     resolution.surface =
-        std::make_shared<const TriangleMesh>(formats::read_surface(files.path(kSurface)).mesh);
+        std::make_shared<const TriangleMesh>(formats::read_surface(files.path(kGivenLumen)).mesh);
   }
   return resolution;
 }

@@ -4,7 +4,7 @@
 
 #include "centerline/centerline.hpp"
 #include "core/triangle_mesh.hpp"
-#include "pipeline/stages/stage_files.hpp"
+#include "pipeline/case/stage_files.hpp"
 
 namespace angio::pipeline {
 

@@ -11,7 +11,7 @@
 
 #include "core/atomic_file.hpp"
 #include "core/error.hpp"
-#include "pipeline/stages/layered_wall.hpp"
+#include "pipeline/config/solver_options.hpp"
 
 namespace angio::pipeline {
 namespace {

@@ -1,4 +1,4 @@
-#include "meshing/meshing.hpp"
+#include "pipeline/stages/meshing.hpp"
 
 #include <fmt/format.h>
 
@@ -9,16 +9,18 @@
 #include "centerline/centerline.hpp"
 #include "core/atomic_file.hpp"
 #include "core/error.hpp"
+#include "formats/case_file.hpp"
 #include "formats/files.hpp"
 #include "meshing/lumen_volume.hpp"
+#include "meshing/meshing.hpp"
 #include "pipeline/case/case_files.hpp"
 #include "pipeline/case/metrics.hpp"
 #include "pipeline/case/resolution.hpp"
 #include "pipeline/stages/layered_wall.hpp"
-#include "pipeline/stages/stage_parts.hpp"
 
 // From the lumen and its lesions to the meshes.
 namespace angio::pipeline {
+namespace file = formats::case_file;
 using nlohmann::json;
 namespace {
 
@@ -161,17 +163,17 @@ void tell_of_balloon(StageWork& work, const centerline::LesionOptions& asked, do
 }  // namespace
 
 void do_meshing(StageWork& work, const MeshingSettings& settings) {
-  const CenterlineTree tree = read_centerlines(work.files.path(kCenterlines));
+  const CenterlineTree tree = read_centerlines(work.files.path(file::kCenterlines));
   const meshing::LumenMeshOptions& options = settings.get<&Config::lumen_mesh>();
   const centerline::LesionOptions& lesion = settings.get<&Config::lesion>();
   const Progress lumen_progress = part(work.progress, 0.0, 0.5);
   const meshing::LumenMesh lumen =
-      work.files.exists(kNarrowedLumen)
-          ? meshing::mesh_lumen(formats::read_surface(work.files.path(kNarrowedLumen)).mesh, tree,
-                                options, lumen_progress)
-      : has_surface_input(work)
-          ? meshing::mesh_lumen(read_given_surface(work), tree, options, lumen_progress)
-          : meshing::mesh_lumen(read_level_set(work), tree, options, lumen_progress);
+      work.files.exists(file::kNarrowedLumen)
+          ? meshing::mesh_lumen(formats::read_surface(work.files.path(file::kNarrowedLumen)).mesh,
+                                tree, options, lumen_progress)
+      : has_surface_input(work.files)
+          ? meshing::mesh_lumen(read_given_surface(work.files), tree, options, lumen_progress)
+          : meshing::mesh_lumen(read_level_set(work.files), tree, options, lumen_progress);
   keep(work.warnings, lumen.warnings);
   const std::optional<meshing::LumenVolume> volume = fill_lumen(work, settings, lumen);
 

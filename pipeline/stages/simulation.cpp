@@ -1,4 +1,4 @@
-#include "simulation/simulation.hpp"
+#include "pipeline/stages/simulation.hpp"
 
 #include <fmt/format.h>
 
@@ -11,15 +11,18 @@
 #include "core/atomic_file.hpp"
 #include "core/error.hpp"
 #include "core/units.hpp"
+#include "formats/case_file.hpp"
 #include "formats/files.hpp"
 #include "pipeline/case/case_files.hpp"
 #include "pipeline/case/metrics.hpp"
+#include "pipeline/config/solver_options.hpp"
 #include "pipeline/stages/fine_surface.hpp"
 #include "pipeline/stages/layered_wall.hpp"
-#include "pipeline/stages/stage_parts.hpp"
+#include "simulation/simulation.hpp"
 
 // From the meshes to what the balloon does.
 namespace angio::pipeline {
+namespace file = formats::case_file;
 namespace fs = std::filesystem;
 using nlohmann::json;
 namespace {
@@ -203,7 +206,7 @@ void keep_timing(StageWork& work, const simulation::SimulationSummary& summary) 
 
 void do_simulation(StageWork& work, const SimulationSettings& settings) {
   const simulation::SimulationOptions& asked = settings.get<&Config::simulation>();
-  const json placement = read_json(work.files.path(kPlacement));
+  const json placement = read_json(work.files.path(file::kPlacement));
   const json& lesion = placement.at("lesion");
   const json& site = placement.at("site");
   const simulation::SimulationModel model = load_model(work.files, placement);
@@ -230,7 +233,7 @@ void do_simulation(StageWork& work, const SimulationSettings& settings) {
     return;
   }
 
-  const CenterlineTree tree = read_centerlines(work.files.path(kCenterlines));
+  const CenterlineTree tree = read_centerlines(work.files.path(file::kCenterlines));
   const CenterlinePath& path = path_of(tree, lesion.at("centerline_id").get<int>());
   const TriangleMesh lumen = read_open_lumen(work.files);
   const TriangleMesh lumen_after =

@@ -5,8 +5,9 @@
 #include <string>
 
 #include "pipeline/case/case_folder.hpp"
-#include "pipeline/cli/reporter.hpp"
 #include "pipeline/config/config.hpp"
+#include "pipeline/stages/reporter.hpp"
+#include "pipeline/stages/stage_definition.hpp"
 
 namespace angio::pipeline {
 
@@ -25,11 +26,12 @@ struct RunRequest {
 /// Runs the stages whose inputs or options have changed, in order, and keeps run.json and
 /// metrics.json up to date after each.
 /// @return the report, or the folder of the last stage that was asked for
-std::filesystem::path run_case(const RunRequest& request, Reporter& reporter);
+std::filesystem::path run_case(const Workflow& workflow, const RunRequest& request,
+                               Reporter& reporter);
 
 /// Has everything that a request asks for been done already, with its very input and configuration,
 /// and lies there as it was left? Nothing is written.
-bool is_case_done(const RunRequest& request);
+bool is_case_done(const Workflow& workflow, const RunRequest& request);
 
 /// The configuration that a case was last run with.
 /// @throws InputError (66) if the folder is no case

@@ -1,4 +1,4 @@
-#include "pipeline/stages/stages.hpp"
+#include "pipeline/stages/run_case.hpp"
 
 #include <fmt/format.h>
 #include <malloc.h>
@@ -12,8 +12,7 @@
 #include "core/atomic_file.hpp"
 #include "core/error.hpp"
 #include "pipeline/case/case_status.hpp"
-#include "pipeline/case/metrics.hpp"
-#include "pipeline/experiments/experiment.hpp"
+#include "pipeline/case/input_kind.hpp"
 #include "pipeline/stages/stage_keys.hpp"
 #include "pipeline/stages/stage_work.hpp"
 #include "pipeline/version.hpp"
@@ -129,8 +128,13 @@ std::map<std::string, std::string> gather_inputs(const StageDefinition& stage,
 /// One run through the stages of a case.
 class Run {
  public:
-  Run(const RunRequest& request, const CaseFolder& folder, RunRecord record, Reporter& reporter)
-      : request_(request), folder_(folder), record_(std::move(record)), reporter_(reporter) {}
+  Run(const Workflow& workflow, const RunRequest& request, const CaseFolder& folder,
+      RunRecord record, Reporter& reporter)
+      : workflow_(workflow),
+        request_(request),
+        folder_(folder),
+        record_(std::move(record)),
+        reporter_(reporter) {}
 
   /// Takes the numbers that are stale out of the case before anything else is done.
   void begin();
@@ -157,6 +161,7 @@ class Run {
     return stage_key(stage, request_.config, record_, inputs);
   }
 
+  const Workflow& workflow_;
   const RunRequest& request_;
   const CaseFolder& folder_;
   RunRecord record_;
@@ -260,13 +265,13 @@ void Run::run_stage(const StageDefinition& stage, bool forced) {
 }
 
 void Run::write_metrics(const RunRecord& record) const {
-  const StageFiles files(folder_, metrics_files());
-  const nlohmann::json metrics = collect_metrics(files, request_.config.lesion, record);
+  const StageFiles files(folder_, workflow_.metrics_files);
+  const nlohmann::json metrics = workflow_.metrics(files, request_.config, record);
   write_text_atomically(folder_.path("metrics.json"), metrics.dump(2) + "\n");
 }
 
 void Run::begin() {
-  mark_stale(folder_, request_.config, record_);
+  mark_stale(folder_, workflow_, request_.config, record_);
   folder_.write_record(record_);
   if (std::none_of(record_.stages.begin(), record_.stages.end(),
                    [](const auto& entry) { return entry.second.is_stale; }))
@@ -278,7 +283,7 @@ void Run::begin() {
 }
 
 void Run::settle() {
-  mark_stale(folder_, request_.config, record_);
+  mark_stale(folder_, workflow_, request_.config, record_);
   folder_.write_record(record_);
   write_metrics(record_);
   mark_report(folder_, !record_.is(Stage::report, "done"));
@@ -292,9 +297,10 @@ void Run::settle_quietly() {
   }
 }
 
-void run_stages(const RunRequest& request, const CaseFolder& folder, Run& run, NewCase& new_case) {
+void run_stages(const Workflow& workflow, const RunRequest& request, const CaseFolder& folder,
+                Run& run, NewCase& new_case) {
   const int first = request.input.empty() ? int(request.from.value_or(Stage::segmentation)) : 0;
-  for (const StageDefinition& stage : stage_table(request.config)) {
+  for (const StageDefinition& stage : workflow.stages) {
     if (int(stage.stage) < first || stage.stage > request.until) continue;
     try {
       run.run_stage(stage, request.force || (request.from && stage.stage >= *request.from));
@@ -302,10 +308,9 @@ void run_stages(const RunRequest& request, const CaseFolder& folder, Run& run, N
       // Of a simulation that fails the report says so, if it is asked for, before the failure
       // goes on.
       const bool is_told = stage.stage == Stage::simulation && run.has_failed(stage.stage) &&
-                           !is_cloth(request.config);
+                           workflow.stages.back().tells_of_failure;
       run.settle_quietly();
-      if (is_told && request.until == Stage::report)
-        run.run_stage(stage_table(request.config).back(), true);
+      if (is_told && request.until == Stage::report) run.run_stage(workflow.stages.back(), true);
       throw;
     }
     new_case.keep();
@@ -319,7 +324,7 @@ void run_stages(const RunRequest& request, const CaseFolder& folder, Run& run, N
 
 }  // namespace
 
-fs::path run_case(const RunRequest& request, Reporter& reporter) {
+fs::path run_case(const Workflow& workflow, const RunRequest& request, Reporter& reporter) {
   request.config.validate();
   const CaseFolder folder(request.case_folder);
   NewCase new_case(folder);
@@ -327,10 +332,10 @@ fs::path run_case(const RunRequest& request, Reporter& reporter) {
   const CaseLock lock(folder);
   write_text_atomically(folder.path("case.toml"), to_toml(request.config));
   if (request.keep_link && !request.input.empty()) write_private_link(folder, request.input);
-  Run run(request, folder, std::move(record), reporter);
+  Run run(workflow, request, folder, std::move(record), reporter);
   run.begin();
   try {
-    run_stages(request, folder, run, new_case);
+    run_stages(workflow, request, folder, run, new_case);
   } catch (...) {
     run.settle_quietly();
     throw;
@@ -340,7 +345,7 @@ fs::path run_case(const RunRequest& request, Reporter& reporter) {
                                         : folder.folder(request.until);
 }
 
-bool is_case_done(const RunRequest& request) {
+bool is_case_done(const Workflow& workflow, const RunRequest& request) {
   const CaseFolder folder(request.case_folder);
   if (!folder.exists("run.json")) return false;
   const RunRecord wanted = describe_input(request, folder);
@@ -348,7 +353,7 @@ bool is_case_done(const RunRequest& request) {
   if (record.input_sha256 != wanted.input_sha256 || record.input_kind != wanted.input_kind ||
       record.case_name != wanted.case_name)
     return false;
-  for (const StageDefinition& stage : stage_table(request.config)) {
+  for (const StageDefinition& stage : workflow.stages) {
     if (!stage.work || stage.stage > request.until) continue;
     const StageRecord& entry = record.stages[stage.stage];
     const std::string key = stage_key(stage, request.config, record, folder.hashes(stage.inputs));

@@ -4,7 +4,7 @@
 
 namespace angio::pipeline {
 
-/// The stages; they run in the order of the table in stages/table.cpp, whose rows these number.
+/// The stages, in the order in which they run (stages/stage_table.cpp).
 enum class Stage { segmentation, centerline, meshing, simulation, report };
 inline constexpr int kStageCount = 5;
 

@@ -1,4 +1,4 @@
-#include "simulation/cloth.hpp"
+#include "pipeline/experiments/cloth.hpp"
 
 #include <fmt/format.h>
 
@@ -7,14 +7,16 @@
 #include <numeric>
 
 #include "core/atomic_file.hpp"
+#include "formats/case_file.hpp"
 #include "formats/files.hpp"
 #include "pipeline/case/metrics.hpp"
-#include "pipeline/stages/stage_parts.hpp"
 #include "pipeline/version.hpp"
+#include "simulation/cloth.hpp"
 #include "viewer/report.hpp"
 
-// The stages of the seed paper's cloth, which is no vessel.
 namespace angio::pipeline {
+namespace file = formats::case_file;
+namespace fs = std::filesystem;
 using nlohmann::json;
 namespace {
 
@@ -56,11 +58,21 @@ struct ClothTable {
   }
 };
 
-}  // namespace
+constexpr const char* kMesh = "meshing/cloth.vtp";
+constexpr const char* kTable = "simulation/cloth.csv";
+
+/// metrics.json: that of a vessel, until there is a cloth that has been pulled.
+json cloth_metrics(const StageFiles& files, const Config& config, const RunRecord& record) {
+  if (!record.is(Stage::simulation, "done") || !files.exists(kTable))
+    return collect_metrics(files, config.lesion, record);
+  json metrics = empty_metrics();
+  metrics["cloth"] = read_json(files.path(file::kSummary));
+  return metrics;
+}
 
 void do_cloth_meshing(StageWork& work, const ClothSettings& settings) {
   work.input_description = "the seed paper's cloth";
-  formats::write_surface(work.out / "cloth.vtp",
+  formats::write_surface(work.out / fs::path(kMesh).filename(),
                          {simulation::cloth_mesh(settings.get<&Config::cloth>()), {}, {}});
 }
 
@@ -86,8 +98,8 @@ void do_cloth_simulation(StageWork& work, const ClothSettings& settings) {
       work.warnings.push_back(fmt::format("the cloth is not at rest at {:.3g} % (residual {:.1e})",
                                           100.0 * state.stretch, state.residual));
   }
-  formats::write_collection(work.out / "simulation.pvd", steps);
-  write_text_atomically(work.out / "cloth.csv", table.csv);
+  formats::write_collection(work.out / fs::path(file::kFrameList).filename(), steps);
+  write_text_atomically(work.out / fs::path(kTable).filename(), table.csv);
   work.backend = "cpu";
   const json summary = {
       {"states", cloth.states.size()},
@@ -98,12 +110,12 @@ void do_cloth_simulation(StageWork& work, const ClothSettings& settings) {
       {"thinnest_percent", 100.0 * thinnest / settings.get<&Config::cloth>().thickness_mm},
       {"triangles", cloth.rest.triangles.size()},
       {"vertices", cloth.rest.vertices.size()}};
-  write_text_atomically(work.out / "summary.json", summary.dump(2) + "\n");
+  write_text_atomically(work.out / fs::path(file::kSummary).filename(), summary.dump(2) + "\n");
 }
 
 void do_cloth_report(StageWork& work, const ClothSettings&) {
   const StageFiles& files = work.files;
-  const json summary = read_json(files.path("simulation/summary.json"));
+  const json summary = read_json(files.path(file::kSummary));
   viewer::ReportContent content;
   content.title = work.run.case_name;
   content.version = kVersion;
@@ -119,11 +131,27 @@ void do_cloth_report(StageWork& work, const ClothSettings&) {
                              std::move(shape.mesh),
                              formats::find_array(shape.point_arrays, "thickness").values});
   }
-  content.metrics_json = collect_metrics(files, {}, work.run).dump();
-  content.run_json = repeatable_run(work).dump();
+  content.metrics_json = cloth_metrics(files, {}, work.run).dump();
+  content.run_json = repeatable_run(work.run).dump();
   for (const auto& [stage, record] : work.run.stages)
     if (stage != Stage::report) keep(content.warnings, record.warnings);
   viewer::write_report(work.out, content, work.progress);
+}
+
+std::vector<std::string> cloth_metrics_files() { return together(metrics_files(), {kTable}); }
+
+}  // namespace
+
+const Workflow& cloth_workflow() {
+  static const Workflow kCloth{
+      {without_work(Stage::segmentation), without_work(Stage::centerline),
+       define_stage(Stage::meshing, {}, see_input, do_cloth_meshing),
+       define_stage(Stage::simulation, {kMesh}, see_nothing, do_cloth_simulation),
+       define_stage(Stage::report, together({file::kFrames}, cloth_metrics_files()), see_run,
+                    do_cloth_report)},
+      cloth_metrics_files(),
+      cloth_metrics};
+  return kCloth;
 }
 
 }  // namespace angio::pipeline

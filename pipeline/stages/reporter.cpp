@@ -1,4 +1,4 @@
-#include "pipeline/cli/reporter.hpp"
+#include "pipeline/stages/reporter.hpp"
 
 #include <fmt/format.h>
 #include <unistd.h>

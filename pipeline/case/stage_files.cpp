@@ -1,4 +1,4 @@
-#include "pipeline/stages/stage_files.hpp"
+#include "pipeline/case/stage_files.hpp"
 
 #include <fmt/format.h>
 

@@ -1,19 +1,17 @@
-#include "pipeline/experiments/experiment.hpp"
+#include "pipeline/experiments/paper_input.hpp"
 
 #include <fmt/format.h>
 
 #include "core/error.hpp"
 #include "datasets/phantom.hpp"
+#include "pipeline/case/input_kind.hpp"
 
 namespace angio::pipeline {
 namespace {
 
-constexpr const char* kCloth = "cloth";
 constexpr const char* kCoronary = "coronary";
 
 }  // namespace
-
-bool is_cloth(const Config& config) { return config.experiment == kCloth; }
 
 std::string default_input(const Config& config) {
   return config.experiment.empty() ? "" : kPhantomPrefix + config.experiment;
@@ -27,19 +25,6 @@ void check_experiment_input(const Config& config, const std::string& input) {
               fmt::format("the experiment {0} begins with the paper's mesh (INPUT is {1}). Leave "
                           "INPUT out, or give phantom:{0}",
                           config.experiment, is_phantom ? "another phantom" : "a file"));
-}
-
-TriangleMesh experiment_surface(StageWork& work) {
-  const datasets::PhantomOptions options = datasets::parse_phantom(work.input);
-  if (options.name == kCoronary)
-    work.warnings.emplace_back(
-        "no INPUT was given: the vessel is a generated coronary, not a patient's");
-  TriangleMesh surface = options.name == kCoronary ? datasets::make_phantom_surface(options).surface
-                                                   : datasets::make_paper_surface(options);
-  work.input_description =
-      fmt::format("the seed paper's experiment, {} vessel",
-                  options.name == kCoronary ? "generated coronary" : options.name.c_str());
-  return surface;
 }
 
 }  // namespace angio::pipeline
