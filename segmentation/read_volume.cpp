@@ -247,4 +247,9 @@ Volume<float> read_volume_file(const fs::path& path) {
   return detail::load_volume_file(path, detail::VolumePart::whole, {}).volume;
 }
 
+VolumeGeometry read_volume_geometry(const fs::path& path) {
+  check_exists(path);
+  return detail::load_volume_file(path, detail::VolumePart::header, {}).volume.geometry;
+}
+
 }  // namespace angio::segmentation

@@ -109,5 +109,7 @@ void write_volume(const std::filesystem::path& path, const Volume<float>& volume
 void write_volume(const std::filesystem::path& path, const Volume<std::uint8_t>& volume);
 /// Reads back what write_volume wrote (any volume file; no DICOM).
 Volume<float> read_volume_file(const std::filesystem::path& path);
+/// The same, its header only.
+VolumeGeometry read_volume_geometry(const std::filesystem::path& path);
 
 }  // namespace angio::segmentation

@@ -135,8 +135,9 @@ json collect_metrics(const StageFiles& files, const centerline::LesionOptions& l
   if (!record.is(Stage::centerline, "done")) return metrics;
   if (!record.is(Stage::meshing, "done")) {
     const CenterlineTree tree = read_centerlines(files.path(file::kCenterlines));
-    const Resolution resolution = case_resolution(files);
-    const auto lesions = centerline::find_lesions(tree, lesion_options(lesion, resolution));
+    const centerline::Resolution resolution = case_resolution(files);
+    const auto lesions =
+        centerline::find_lesions(tree, centerline::lesion_options(lesion, resolution));
     metrics["lesion"].update(lesion_metrics(lesions.front(), resolution.longest_mm));
     return metrics;
   }

@@ -1,72 +1,26 @@
 #include "pipeline/case/resolution.hpp"
 
-#include <algorithm>
-#include <cmath>
-#include <cstddef>
-#include <limits>
-#include <utility>
-#include <vector>
+#include <memory>
 
 #include "formats/case_file.hpp"
 #include "formats/files.hpp"
 #include "segmentation/read_volume.hpp"
 
 namespace angio::pipeline {
-
 using formats::case_file::kGivenLumen;
 using formats::case_file::kScan;
 
 std::vector<std::string> resolution_files() { return {kScan, kGivenLumen}; }
 
-Resolution case_resolution(const StageFiles& files) {
-  Resolution resolution;
-  if (files.exists(kScan)) {
-    const Vec3 spacing = segmentation::read_volume_file(files.path(kScan)).geometry.spacing;
-    resolution.longest_mm = std::max({spacing.x, spacing.y, spacing.z});
-    resolution.mean_mm = std::cbrt(spacing.x * spacing.y * spacing.z);
-  } else if (files.exists(kGivenLumen)) {
+centerline::Resolution case_resolution(const StageFiles& files) {
+  if (files.exists(kScan))
+    return centerline::resolution_of_voxels(
+        segmentation::read_volume_geometry(files.path(kScan)).spacing);
+  centerline::Resolution resolution;
+  if (files.exists(kGivenLumen))
     resolution.surface =
         std::make_shared<const TriangleMesh>(formats::read_surface(files.path(kGivenLumen)).mesh);
-  }
   return resolution;
-}
-
-centerline::LesionOptions lesion_options(centerline::LesionOptions options,
-                                         const Resolution& resolution) {
-  options.voxel_mm = resolution.mean_mm;
-  if (resolution.surface)
-    options.least_diameter_mm = [surface = resolution.surface](const Vec3& place, double reach) {
-      return least_diameter_shown(*surface, place, reach);
-    };
-  return options;
-}
-
-centerline::LesionOptions whole_tree(centerline::LesionOptions options) {
-  options.centerline = -1;
-  options.abscissa_mm = -1.0;
-  return options;
-}
-
-double least_diameter_shown(const TriangleMesh& surface, const Vec3& place, double reach) {
-  constexpr double kEdges = 2.0;
-  std::vector<double> edges;
-  double nearest = std::numeric_limits<double>::max(), nearest_edge = 0.0;
-  for (const Triangle& t : surface.triangles) {
-    const Vec3 &a = surface.vertices[std::size_t(t[0])], &b = surface.vertices[std::size_t(t[1])],
-               &c = surface.vertices[std::size_t(t[2])];
-    const double away = distance((a + b + c) / 3.0, place);
-    if (away > reach && away >= nearest) continue;
-    const double edge = (distance(a, b) + distance(b, c) + distance(c, a)) / 3.0;
-    if (away <= reach) edges.push_back(edge);
-    if (away < nearest) {
-      nearest = away;
-      nearest_edge = edge;
-    }
-  }
-  if (edges.empty()) return kEdges * nearest_edge;
-  const auto middle = edges.begin() + std::ptrdiff_t(edges.size() / 2);
-  std::nth_element(edges.begin(), middle, edges.end());
-  return kEdges * *middle;
 }
 
 }  // namespace angio::pipeline

@@ -155,9 +155,10 @@ void do_centerline(StageWork& work, const CenterlineSettings& settings) {
   keep(work.warnings, result.warnings);
   write_centerlines(work.out / "centerlines.vtp", result.tree);
   write_paths(work.out / "paths.vtp", result.tree);
-  const Resolution resolution = case_resolution(work.files);
-  const auto lesions = centerline::find_lesions(
-      result.tree, whole_tree(lesion_options(settings.get<&Config::lesion>(), resolution)));
+  const centerline::Resolution resolution = case_resolution(work.files);
+  const auto lesions =
+      centerline::find_lesions(result.tree, centerline::whole_tree(centerline::lesion_options(
+                                                settings.get<&Config::lesion>(), resolution)));
   tell_of_thin_vessels(work, lesions);
   write_text_atomically(work.out / "lesions.json",
                         to_json(lesions, resolution.longest_mm).dump(2) + "\n");

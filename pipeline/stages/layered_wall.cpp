@@ -62,12 +62,8 @@ meshing::WallLayers layer_wall(const meshing::ContactRegion& region, const Cente
         {lesion.path_id, lesion.proximal_mm, lesion.distal_mm, lesion.reference_diameter_mm});
   };
   add(treated);
-  const auto is_treated = [&](const centerline::Lesion& lesion) {
-    return lesion.path_id == treated.path_id && lesion.proximal_mm < treated.distal_mm &&
-           treated.proximal_mm < lesion.distal_mm;
-  };
-  for (const centerline::Lesion& lesion : centerline::find_lesions(tree, whole_tree(lesions)))
-    if (lesion.is_stenosis && !is_treated(lesion)) add(lesion);
+  for (const centerline::Lesion& lesion : centerline::stenoses_beside(tree, treated, lesions))
+    add(lesion);
   return meshing::build_wall_layers(region, tree, stretches, options);
 }
 

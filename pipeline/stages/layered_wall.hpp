@@ -5,7 +5,7 @@
 
 #include "centerline/centerline.hpp"
 #include "meshing/wall_layers.hpp"
-#include "pipeline/case/resolution.hpp"
+#include "pipeline/case/stage_files.hpp"
 #include "simulation/simulation.hpp"
 
 /// The wall as a layered solid (`wall.model = "layered"`): from the lumen's surface to the solver

@@ -102,13 +102,13 @@ Placement no_placement(const centerline::Lesion& worst, const std::string& reaso
 /// one can be brought to.
 Placement place_on_a_lesion(StageWork& work, const MeshingSettings& settings,
                             const CenterlineTree& tree, const meshing::LumenMesh& lumen,
-                            const Resolution& resolution) {
+                            const centerline::Resolution& resolution) {
   const centerline::LesionOptions& asked = settings.get<&Config::lesion>();
   const meshing::BalloonOptions& balloon = settings.get<&Config::balloon>();
   const bool is_place_given = asked.abscissa_mm >= 0.0,
              is_balloon_given = balloon.nominal_diameter_mm > 0.0;
   const std::vector<centerline::Lesion> lesions =
-      centerline::find_lesions(tree, lesion_options(asked, resolution));
+      centerline::find_lesions(tree, centerline::lesion_options(asked, resolution));
   std::string first_reason;
   for (const centerline::Lesion& lesion : lesions) {
     if (lesion.is_too_thin) continue;
@@ -177,14 +177,15 @@ void do_meshing(StageWork& work, const MeshingSettings& settings) {
   keep(work.warnings, lumen.warnings);
   const std::optional<meshing::LumenVolume> volume = fill_lumen(work, settings, lumen);
 
-  const Resolution resolution = case_resolution(work.files);
+  const centerline::Resolution resolution = case_resolution(work.files);
   Placement placement = place_on_a_lesion(work, settings, tree, lumen, resolution);
   if (placement.setup) tell_of_balloon(work, lesion, resolution.longest_mm, placement);
   if (placement.setup && settings.get<wall_model>() == simulation::WallModel::layered) {
     meshing::WallLayerOptions layers = settings.get<&Config::wall_layers>();
     layers.thickness_ratio = settings.get<wall_thickness_ratio>();
-    const meshing::WallLayers wall = layer_wall(placement.setup->region, tree, placement.lesion,
-                                                lesion_options(lesion, resolution), layers);
+    const meshing::WallLayers wall =
+        layer_wall(placement.setup->region, tree, placement.lesion,
+                   centerline::lesion_options(lesion, resolution), layers);
     keep(work.warnings, wall.warnings);
     write_layered_wall(work.out, wall);
   }

@@ -1,8 +1,8 @@
 #include <gtest/gtest.h>
 
-#include "pipeline/case/resolution.hpp"
+#include "centerline/resolution.hpp"
 
-namespace angio::pipeline {
+namespace angio::centerline {
 namespace {
 
 /// Equilateral triangles in the plane z = 0, of edge 0.5 for x < 10 and 2 beyond.
@@ -29,15 +29,15 @@ TEST(Resolution, OfASurfaceIsTwoOfTheEdgesAround) {
 }
 
 TEST(Resolution, ForTheWholeTreeNoPlaceIsChosen) {
-  centerline::LesionOptions options;
+  LesionOptions options;
   options.centerline = 3;
   options.abscissa_mm = 4.0;
   options.voxel_mm = 0.3;
-  const centerline::LesionOptions all = whole_tree(options);
+  const LesionOptions all = whole_tree(options);
   EXPECT_EQ(all.centerline, -1);
   EXPECT_EQ(all.abscissa_mm, -1.0);
   EXPECT_EQ(all.voxel_mm, 0.3);
 }
 
 }  // namespace
-}  // namespace angio::pipeline
+}  // namespace angio::centerline

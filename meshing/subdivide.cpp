@@ -1,9 +1,9 @@
-#include "pipeline/stages/fine_surface.hpp"
+#include "meshing/subdivide.hpp"
 
 #include <algorithm>
 #include <array>
 
-namespace angio::pipeline {
+namespace angio::meshing {
 
 TriangleMesh subdivide(const TriangleMesh& mesh) {
   const std::vector<std::array<int, 2>> edges = unique_edges(mesh);
@@ -38,4 +38,4 @@ TriangleMesh fine_enough(TriangleMesh lumen, double least_radius_mm) {
   return lumen;
 }
 
-}  // namespace angio::pipeline
+}  // namespace angio::meshing

@@ -2,7 +2,7 @@
 
 #include "core/triangle_mesh.hpp"
 
-namespace angio::pipeline {
+namespace angio::meshing {
 
 /// Every triangle in four by the middles of its edges, after the vertices that there are. The
 /// surface is the same.
@@ -12,4 +12,4 @@ TriangleMesh subdivide(const TriangleMesh& mesh);
 /// until its edges are as fine as the program's own meshes have them where the lumen is narrowest.
 TriangleMesh fine_enough(TriangleMesh lumen, double least_radius_mm);
 
-}  // namespace angio::pipeline
+}  // namespace angio::meshing
