@@ -12,7 +12,7 @@
 #include "pipeline/case/metrics.hpp"
 #include "pipeline/version.hpp"
 #include "simulation/cloth.hpp"
-#include "viewer/report.hpp"
+#include "viewer/cloth_report.hpp"
 
 namespace angio::pipeline {
 namespace file = formats::case_file;
@@ -116,7 +116,7 @@ void do_cloth_simulation(StageWork& work, const ClothSettings& settings) {
 void do_cloth_report(StageWork& work, const ClothSettings&) {
   const StageFiles& files = work.files;
   const json summary = read_json(files.path(file::kSummary));
-  viewer::ReportContent content;
+  viewer::ClothReport content;
   content.title = work.run.case_name;
   content.version = kVersion;
   const auto states = summary.at("states").get<std::size_t>();
@@ -127,15 +127,15 @@ void do_cloth_report(StageWork& work, const ClothSettings&) {
         formats::read_surface(files.path("simulation/" + cloth_file(state)));
     const double stretch = summary.at("stretch_percent").get<double>() * double(state) /
                            std::max(1.0, double(states - 1));
-    content.cloth.push_back({state == 0 ? "at rest" : fmt::format("+{:.0f} %", stretch),
-                             std::move(shape.mesh),
-                             formats::find_array(shape.point_arrays, "thickness").values});
+    content.moments.push_back({state == 0 ? "at rest" : fmt::format("+{:.0f} %", stretch),
+                               std::move(shape.mesh),
+                               formats::find_array(shape.point_arrays, "thickness").values});
   }
   content.metrics_json = cloth_metrics(files, {}, work.run).dump();
   content.run_json = repeatable_run(work.run).dump();
   for (const auto& [stage, record] : work.run.stages)
     if (stage != Stage::report) keep(content.warnings, record.warnings);
-  viewer::write_report(work.out, content, work.progress);
+  viewer::write_cloth_report(work.out, content, work.progress);
 }
 
 std::vector<std::string> cloth_metrics_files() { return together(metrics_files(), {kTable}); }
