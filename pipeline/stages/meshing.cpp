@@ -16,6 +16,7 @@
 #include "pipeline/case/case_files.hpp"
 #include "pipeline/case/metrics.hpp"
 #include "pipeline/case/resolution.hpp"
+#include "pipeline/config/shared_quantities.hpp"
 #include "pipeline/stages/layered_wall.hpp"
 
 // From the lumen and its lesions to the meshes.
@@ -181,8 +182,8 @@ void do_meshing(StageWork& work, const MeshingSettings& settings) {
   Placement placement = place_on_a_lesion(work, settings, tree, lumen, resolution);
   if (placement.setup) tell_of_balloon(work, lesion, resolution.longest_mm, placement);
   if (placement.setup && settings.get<wall_model>() == simulation::WallModel::layered) {
-    meshing::WallLayerOptions layers = settings.get<&Config::wall_layers>();
-    layers.thickness_ratio = settings.get<wall_thickness_ratio>();
+    const meshing::WallLayerOptions layers = wall_layer_options(
+        settings.get<&Config::wall_layers>(), settings.get<wall_thickness_ratio>());
     const meshing::WallLayers wall =
         layer_wall(placement.setup->region, tree, placement.lesion,
                    centerline::lesion_options(lesion, resolution), layers);

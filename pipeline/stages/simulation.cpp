@@ -16,7 +16,7 @@
 #include "meshing/subdivide.hpp"
 #include "pipeline/case/case_files.hpp"
 #include "pipeline/case/metrics.hpp"
-#include "pipeline/config/solver_options.hpp"
+#include "pipeline/config/shared_quantities.hpp"
 #include "pipeline/stages/layered_wall.hpp"
 #include "simulation/simulation.hpp"
 
