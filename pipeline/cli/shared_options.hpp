@@ -1,14 +1,11 @@
 #pragma once
 
+#include <CLI/App.hpp>
 #include <string>
 #include <vector>
 
 #include "pipeline/config/config.hpp"
 #include "pipeline/stages/reporter.hpp"
-
-namespace CLI {
-class App;
-}
 
 namespace angio::pipeline {
 
