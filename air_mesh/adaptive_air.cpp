@@ -10,7 +10,7 @@
 #include "air_mesh/tet_flips.hpp"
 #include "air_mesh/tet_refill.hpp"
 
-namespace angio {
+namespace angio::air_mesh {
 namespace {
 
 constexpr double kGood = 0.3;        // quality that needs no work
@@ -384,7 +384,7 @@ void AdaptiveAir::mend_inverted(bool all) {
 }
 
 bool AdaptiveAir::refill_around(int t) {
-  const Refilling anew = angio::refill_around(air_, x_, t);
+  const Refilling anew = air_mesh::refill_around(air_, x_, t);
   if (anew.fresh.empty() || !put_in_place(anew.old.data(), int(anew.old.size()), anew.fresh.data(),
                                           int(anew.fresh.size())))
     return false;
@@ -490,4 +490,4 @@ void AdaptiveAir::take(const TetMesh& mesh) {
   improve();
 }
 
-}  // namespace angio
+}  // namespace angio::air_mesh

@@ -6,7 +6,7 @@
 #include "air_mesh/tet_topology.hpp"
 #include "core/tet_mesh.hpp"
 
-namespace angio {
+namespace angio::air_mesh {
 
 /// What happened to the air mesh since the last report, and how it is now.
 struct AirReport {
@@ -107,4 +107,4 @@ class AdaptiveAir {
   AirReport report_;
 };
 
-}  // namespace angio
+}  // namespace angio::air_mesh

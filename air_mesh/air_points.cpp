@@ -5,7 +5,7 @@
 #include <limits>
 #include <unordered_set>
 
-namespace angio {
+namespace angio::air_mesh {
 namespace {
 
 constexpr double kLeastSeen = 1e-5;  // quality of a tet from a face to a point that sees it
@@ -159,4 +159,4 @@ std::vector<Vec3> places_around(const TetTopology& air, const std::vector<Vec3>&
   return places;
 }
 
-}  // namespace angio
+}  // namespace angio::air_mesh

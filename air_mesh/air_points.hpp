@@ -9,7 +9,7 @@
 /// Not every gap between two surfaces can be filled with tetrahedra over the surfaces' vertices
 /// alone (Schoenhardt 1928): two coarse meshes that touch make such places. A point in the air that
 /// sees the whole outside of a hollow fills it.
-namespace angio {
+namespace angio::air_mesh {
 
 /// The tets around a vertex, starting with one of them; only for vertices off the boundary.
 std::vector<int> star_of(const TetTopology& air, int tet, int vertex);
@@ -57,4 +57,4 @@ class HollowSearch {
 std::vector<Vec3> places_around(const TetTopology& air, const std::vector<Vec3>& x,
                                 const std::vector<int>& tets);
 
-}  // namespace angio
+}  // namespace angio::air_mesh

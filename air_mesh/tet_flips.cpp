@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <limits>
 
-namespace angio {
+namespace angio::air_mesh {
 namespace {
 
 constexpr int kMostRing = 7;         // Shewchuk 2002: longer rings are seldom worth it
@@ -205,4 +205,4 @@ TetFlip best_flip(const TetTopology& mesh, const std::vector<Vec3>& x, int t) {
   return best;
 }
 
-}  // namespace angio
+}  // namespace angio::air_mesh

@@ -5,7 +5,7 @@
 
 #include "air_mesh/tet_topology.hpp"
 
-namespace angio {
+namespace angio::air_mesh {
 
 /// Tetrahedra to be replaced by others over the same vertices, with the same outer faces.
 struct TetFlip {
@@ -38,4 +38,4 @@ TetFlip remove_faces(const TetTopology& mesh, const std::vector<Vec3>& x, int t,
 /// raises it.
 TetFlip best_flip(const TetTopology& mesh, const std::vector<Vec3>& x, int t);
 
-}  // namespace angio
+}  // namespace angio::air_mesh

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <cstdint>
 
-namespace angio {
+namespace angio::air_mesh {
 namespace {
 
 constexpr int kMostVertices = 40;
@@ -271,4 +271,4 @@ Refilling refill_around(const TetTopology& mesh, const std::vector<Vec3>& x, int
   return result;
 }
 
-}  // namespace angio
+}  // namespace angio::air_mesh

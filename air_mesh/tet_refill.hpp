@@ -4,7 +4,7 @@
 
 #include "air_mesh/tet_topology.hpp"
 
-namespace angio {
+namespace angio::air_mesh {
 
 /// Fills the hollow that a set of tetrahedra leaves with right-handed ones over its own vertices,
 /// by a search with back-tracking: the outer face with the fewest possible tets is filled first,
@@ -33,4 +33,4 @@ struct Refilling {
 /// A tet and as few layers of tets around it as can be filled anew.
 Refilling refill_around(const TetTopology& mesh, const std::vector<Vec3>& x, int t);
 
-}  // namespace angio
+}  // namespace angio::air_mesh

@@ -5,7 +5,7 @@
 
 #include "core/error.hpp"
 
-namespace angio {
+namespace angio::air_mesh {
 namespace {
 
 Triangle sorted(Triangle t) {
@@ -128,4 +128,4 @@ bool TetTopology::replace(const int* old, int old_count, const Tet* fresh, int f
   return true;
 }
 
-}  // namespace angio
+}  // namespace angio::air_mesh

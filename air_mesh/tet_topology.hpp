@@ -7,7 +7,7 @@
 #include "core/tet_mesh.hpp"
 #include "core/triangle_mesh.hpp"
 
-namespace angio {
+namespace angio::air_mesh {
 
 /// Quality of a tetrahedron: 1 regular, 0 flat, negative inverted.
 ///
@@ -83,4 +83,4 @@ class TetTopology {
   std::vector<FaceEntry> entries_;
 };
 
-}  // namespace angio
+}  // namespace angio::air_mesh

@@ -2,8 +2,6 @@
 // (some folded), as they are built: points added, tets left out, flat and negative ones, and how
 // well they fill the gap; then the time of a build, without the placing.
 
-#include "meshing/detail/air_mesh.hpp"
-
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -11,6 +9,8 @@
 #include <cstdlib>
 #include <string>
 
+#include "air_mesh/build/gap_boundary.hpp"
+#include "air_mesh/build/gap_mesh.hpp"
 #include "benchmarks/random_vessel.hpp"
 #include "benchmarks/result_table.hpp"
 #include "core/error.hpp"
@@ -30,7 +30,7 @@ void check(const BalloonSetup& setup, Tally& tally) {
     const auto at = [&](std::size_t i) { return air.vertices[std::size_t(t[i])]; };
     tally.flat_or_negative += tet_volume(at(0), at(1), at(2), at(3)) > 0.0 ? 0 : 1;
   }
-  const auto gap = detail::close_region(setup.region.mesh);
+  const auto gap = air_mesh::close_region(setup.region.mesh);
   const double volume = enclosed_volume(gap->shell) - enclosed_volume(setup.balloon.start);
   tally.gaps_not_filled += std::abs(test::sum_of_tets(air) / volume - 1.0) < 1e-9 ? 0 : 1;
   tally.outside +=
@@ -43,8 +43,8 @@ void check(const BalloonSetup& setup, Tally& tally) {
       std::fprintf(stderr, "  %s\n", warning.c_str());
     }
   const auto begin = std::chrono::steady_clock::now();
-  detail::mesh_gap(setup.balloon.start, *gap,
-                   setup.balloon.guidewire[setup.balloon.guidewire.size() / 2]);
+  air_mesh::mesh_gap(setup.balloon.start, *gap,
+                     setup.balloon.guidewire[setup.balloon.guidewire.size() / 2]);
   tally.build_ms.push_back(
       std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count());
 }

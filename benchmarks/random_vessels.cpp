@@ -36,10 +36,6 @@ simulation::SimulationModel model_of(const Site& site, const BalloonSetup& setup
   const std::size_t middle = points.size() / 2;
   model.measure_point = points[middle];
   model.measure_tangent = points[middle + 1] - points[middle - 1];
-  model.rebuild_air = [balloon = model.balloon.triangles, wall = model.wall.triangles](
-                          const std::vector<Vec3>& x, const std::vector<Vec3>& y) {
-    return mesh_air({x, balloon}, {y, wall});
-  };
   return model;
 }
 

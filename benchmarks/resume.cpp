@@ -29,7 +29,8 @@
 #include "core/error.hpp"
 #include "datasets/phantom.hpp"
 #include "formats/files.hpp"
-#include "pipeline/stages/stages.hpp"
+#include "pipeline/experiments/workflow.hpp"
+#include "pipeline/stages/run_case.hpp"
 #include "tests/pipeline/other_value.hpp"
 
 namespace {
@@ -171,7 +172,7 @@ std::string run(const Base& base, const Config& config, const fs::path& folder, 
     request.config = config;
     request.until = until;
     angio::pipeline::Reporter reporter(angio::pipeline::ReportStyle::quiet);
-    run_case(request, reporter);
+    run_case(angio::pipeline::workflow_of(config), request, reporter);
   });
 }
 

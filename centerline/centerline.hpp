@@ -49,6 +49,13 @@ struct LumenProfile {
 LumenProfile measure_lumen(const TriangleMesh& surface, const CenterlinePath& path,
                            double first_abscissa, double last_abscissa);
 
+/// The tightest place of a stretch of a lumen; of the place nearest to it, where it has none.
+struct Tightest {
+  double mld_mm = 0.0, mla_mm2 = 0.0;
+};
+/// Between two abscissas [mm]. @throws InputError if the profile is empty
+Tightest tightest_between(const LumenProfile& profile, double first_abscissa, double last_abscissa);
+
 struct LesionOptions {
   int centerline = -1;                 ///< path id to look at; -1: the whole tree
   double abscissa_mm = -1.0;           ///< place on it; -1: the tightest stenosis
@@ -105,5 +112,9 @@ struct Lesion {
 /// diameter does, is a bridge between vessels that touch and no stenosis. Where there is none, one
 /// entry with is_stenosis = false. Then those of vessels too thin to be measured (is_too_thin).
 std::vector<Lesion> find_lesions(const CenterlineTree& tree, const LesionOptions& options);
+
+/// Every stenosis of the whole tree that does not overlap one of them, wherever the options look.
+std::vector<Lesion> stenoses_beside(const CenterlineTree& tree, const Lesion& one,
+                                    const LesionOptions& options);
 
 }  // namespace angio::centerline

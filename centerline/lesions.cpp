@@ -6,6 +6,7 @@
 
 #include "centerline/centerline.hpp"
 #include "centerline/detail/dip.hpp"
+#include "centerline/resolution.hpp"
 #include "core/error.hpp"
 
 namespace angio::centerline {
@@ -268,6 +269,17 @@ std::vector<Lesion> find_lesions(const CenterlineTree& tree, const LesionOptions
     const double least = std::max(options.min_reference_mm, kLeastVoxels * options.voxel_mm);
     lesions.insert(lesions.begin(), tightest_place(known(chosen), least));
   }
+  return lesions;
+}
+
+std::vector<Lesion> stenoses_beside(const CenterlineTree& tree, const Lesion& one,
+                                    const LesionOptions& options) {
+  std::vector<Lesion> lesions = find_lesions(tree, whole_tree(options));
+  std::erase_if(lesions, [&](const Lesion& lesion) {
+    const bool overlaps = lesion.path_id == one.path_id && lesion.proximal_mm < one.distal_mm &&
+                          one.proximal_mm < lesion.distal_mm;
+    return !lesion.is_stenosis || overlaps;
+  });
   return lesions;
 }
 

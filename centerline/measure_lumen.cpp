@@ -94,4 +94,25 @@ LumenProfile measure_lumen(const TriangleMesh& surface, const CenterlinePath& pa
   return profile;
 }
 
+Tightest tightest_between(const LumenProfile& profile, double first_abscissa,
+                          double last_abscissa) {
+  if (profile.abscissa.empty())
+    throw InputError(
+        "no section of the lumen was found along the balloon (the line runs outside the mesh). Run "
+        "angio centerline and the stages behind it again");
+  const auto away = [&](std::size_t i) {
+    return std::max(
+        {first_abscissa - profile.abscissa[i], profile.abscissa[i] - last_abscissa, 0.0});
+  };
+  double nearest = away(0);
+  for (std::size_t i = 1; i < profile.abscissa.size(); ++i) nearest = std::min(nearest, away(i));
+  Tightest least{1e9, 1e9};
+  for (std::size_t i = 0; i < profile.abscissa.size(); ++i) {
+    if (away(i) > nearest) continue;
+    least.mld_mm = std::min(least.mld_mm, 2.0 * profile.inscribed_radius[i]);
+    least.mla_mm2 = std::min(least.mla_mm2, profile.section_area[i]);
+  }
+  return least;
+}
+
 }  // namespace angio::centerline

@@ -5,12 +5,12 @@
 #include <cmath>
 #include <map>
 
+#include "air_mesh/build/tet_shape.hpp"
+#include "air_mesh/build/tetgen_child.hpp"
 #include "core/error.hpp"
 #include "meshing/detail/edge_lengths.hpp"
 #include "meshing/detail/improve_tets.hpp"
 #include "meshing/detail/remesh_caps.hpp"
-#include "meshing/detail/tet_shape.hpp"
-#include "meshing/detail/tetgen_child.hpp"
 
 namespace angio::meshing {
 namespace {
@@ -106,7 +106,7 @@ TetMesh fill_shell(const Shell& shell, const LumenVolumeOptions& options,
   Vec3 centre;
   for (const Vec3& p : shell.mesh.vertices)
     centre += (1.0 / double(shell.mesh.vertices.size())) * p;
-  detail::TetgenInput input;
+  air_mesh::TetgenInput input;
   for (const Vec3& p : shell.mesh.vertices) input.vertices.push_back(p - centre);
   input.triangles = shell.mesh.triangles;
   input.switches = "pYYq1.4/14mQ";
@@ -116,7 +116,7 @@ TetMesh fill_shell(const Shell& shell, const LumenVolumeOptions& options,
   for (int attempt = 0; attempt < kAttempts; ++attempt) {
     input.edge_lengths = detail::mean_edge_lengths(shell.mesh);
     for (double& length : input.edge_lengths) length *= ratio;
-    mesh = detail::run_tetgen(input, kLimit);
+    mesh = air_mesh::run_tetgen(input, kLimit);
     const double excess = double(mesh.tets.size()) / options.tet_budget;
     if (excess <= 1.0) break;
     ratio *= 1.1 * std::cbrt(excess);
@@ -164,12 +164,12 @@ void check_conformity(const TetMesh& mesh, const Shell& shell) {
 }
 
 void measure(LumenVolume& volume) {
-  detail::DihedralRange range;
+  air_mesh::DihedralRange range;
   for (const Tet& t : volume.mesh.tets) {
     const auto at = [&](std::size_t c) -> const Vec3& {
       return volume.mesh.vertices[std::size_t(t[c])];
     };
-    const detail::DihedralRange own = detail::dihedral_range(at(0), at(1), at(2), at(3));
+    const air_mesh::DihedralRange own = air_mesh::dihedral_range(at(0), at(1), at(2), at(3));
     constexpr double kSharp = 12.0;  // [degrees]
     volume.sharp_tet_count += own.least < kSharp ? 1 : 0;
     range.least = std::min(range.least, own.least);

@@ -2,6 +2,7 @@
 #include <cmath>
 #include <limits>
 
+#include "air_mesh/build/surface_crossings.hpp"
 #include "core/error.hpp"
 #include "meshing/detail/crossings.hpp"
 #include "meshing/detail/edge_lengths.hpp"
@@ -13,7 +14,6 @@
 #include "meshing/detail/open_ends.hpp"
 #include "meshing/detail/remesh.hpp"
 #include "meshing/detail/remesh_caps.hpp"
-#include "meshing/detail/surface_query.hpp"
 #include "meshing/detail/surface_target.hpp"
 #include "meshing/meshing.hpp"
 
@@ -80,7 +80,7 @@ void fit_triangle_count(SurfaceDraft& draft, const SurfaceTarget& target, double
   }
   detail::fit_count(draft, target,
                     options.triangle_count - detail::closing_triangle_count(draft.mesh));
-  if (!detail::self_intersections(draft.mesh).empty())
+  if (!air_mesh::self_intersections(draft.mesh).empty())
     throw InputError(
         "the lumen crosses itself with so few triangles. Raise or leave out mesh.triangle_count");
 }
@@ -130,7 +130,7 @@ LumenMesh finish(SurfaceDraft draft, const SurfaceTarget& target, const LumenMes
   if (options.triangle_count > 0) detail::close_but_inlet(result);
   const SurfaceTopology topology = surface_topology(result.capped);
   result.watertight = topology.is_closed() && topology.component_count == 1;
-  result.self_intersection_count = int(detail::self_intersections(result.capped).size());
+  result.self_intersection_count = int(air_mesh::self_intersections(result.capped).size());
   measure_least_angles(result);
   if (!result.watertight) refuse("the capped lumen is not watertight", options);
   if (result.self_intersection_count > 0)
@@ -234,11 +234,11 @@ LumenMesh mesh_lumen(const TriangleMesh& surface, const CenterlineTree& tree,
 }
 
 int count_self_intersections(const TriangleMesh& mesh) {
-  return int(detail::self_intersections(mesh).size());
+  return int(air_mesh::self_intersections(mesh).size());
 }
 
 int count_intersections(const TriangleMesh& mesh_a, const TriangleMesh& mesh_b) {
-  return int(detail::intersections(mesh_a, mesh_b).size());
+  return int(air_mesh::intersections(mesh_a, mesh_b).size());
 }
 
 }  // namespace angio::meshing

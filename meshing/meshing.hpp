@@ -147,14 +147,6 @@ BalloonSetup place_balloon(const LumenMesh& lumen, const CenterlineTree& tree,
                            double reference_diameter_mm, const BalloonOptions& options,
                            const Progress& progress = {});
 
-/// Meshes the air anew between a balloon and a region of the wall that have moved. Where the wall
-/// has bulged through the cap over a rim the gap ends before it: those triangles have no air.
-///
-/// @return vertices: the balloon's, the wall's, then points in the air, where the gap cannot be
-///         filled without; every tet positive. Without tets if the surfaces cross each other or
-///         themselves, or TetGen fails
-TetMesh mesh_air(const TriangleMesh& balloon, const TriangleMesh& wall);
-
 /// Pairs of triangles that cross: within one surface (those that share a vertex are left out), and
 /// between two.
 int count_self_intersections(const TriangleMesh& mesh);

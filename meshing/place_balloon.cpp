@@ -4,13 +4,13 @@
 #include <optional>
 #include <string>
 
+#include "air_mesh/build/gap_boundary.hpp"
+#include "air_mesh/build/gap_mesh.hpp"
 #include "core/error.hpp"
 #include "core/units.hpp"
-#include "meshing/detail/air_mesh.hpp"
 #include "meshing/detail/balloon_axis.hpp"
 #include "meshing/detail/balloon_shape.hpp"
 #include "meshing/detail/contact_region.hpp"
-#include "meshing/detail/surface_query.hpp"
 #include "meshing/detail/winding.hpp"
 #include "meshing/meshing.hpp"
 
@@ -210,34 +210,6 @@ detail::ShapedBalloon shape_in_bend(BalloonPlan& plan, const Lesion& lesion, boo
   return shaped;
 }
 
-/// Closes the region with caps; wall triangles that a cap crosses are taken out of the region.
-///
-/// @return nothing if that comes to no end
-std::optional<detail::GapBoundary> close_gap(ContactRegion& region) {
-  constexpr int kAttempts = 10;
-  for (int attempt = 0; attempt < kAttempts; ++attempt) {
-    auto gap = detail::close_region(region.mesh);
-    if (!gap) return std::nullopt;
-    const auto pairs = detail::self_intersections(gap->shell);
-    if (pairs.empty()) return gap;
-    std::vector<char> touched(region.mesh.vertices.size(), 0);
-    std::vector<char> remove(region.mesh.triangles.size(), 0);
-    for (const auto& pair : pairs)
-      for (const int t : pair) {
-        if (t < gap->cap_first)
-          remove[std::size_t(t)] = 1;
-        else  // of a cap, the wall's triangles around its corners
-          for (const int v : gap->shell.triangles[std::size_t(t)]) touched[std::size_t(v)] = 1;
-      }
-    for (std::size_t t = 0; t < remove.size(); ++t)
-      for (const int v : region.mesh.triangles[t])
-        if (touched[std::size_t(v)]) remove[t] = 1;
-    region = detail::without_triangles(region, remove);
-    if (region.mesh.triangles.empty()) return std::nullopt;
-  }
-  return std::nullopt;
-}
-
 /// Whether a closed surface holds all of a balloon. A region can come out as a scrap of wall beside
 /// it, where vessels touch or a cap takes much away: that wall would never be met.
 bool encloses(const TriangleMesh& shell, const TriangleMesh& balloon) {
@@ -248,7 +220,7 @@ bool encloses(const TriangleMesh& shell, const TriangleMesh& balloon) {
 
 struct ClosedRegion {
   ContactRegion region;
-  detail::GapBoundary gap;
+  air_mesh::GapBoundary gap;
 };
 /// The wall around the balloon, from about a diameter before it to a diameter past it; further
 /// where the ends there could not be closed clear of the balloon.
@@ -262,51 +234,18 @@ ClosedRegion find_region(const LumenMesh& lumen, const CenterlineTree& tree,
         &path, first_pole - diameters * 2.0 * sample(path, first_pole).inscribed_radius,
         last_pole + diameters * 2.0 * sample(path, last_pole).inscribed_radius};
     ContactRegion region = detail::extract_region(lumen.open, tree, extent, balloon.guidewire);
-    const auto gap = close_gap(region);
-    if (gap && count_intersections(balloon.start, gap->shell) == 0 &&
-        encloses(gap->shell, balloon.start))
-      return {std::move(region), *gap};
+    auto closed = air_mesh::close_wall(region.mesh);
+    if (!closed || count_intersections(balloon.start, closed->boundary.shell) > 0 ||
+        !encloses(closed->boundary.shell, balloon.start))
+      continue;
+    if (closed->wall_vertex.size() < region.mesh.vertices.size())
+      region = detail::with_triangles(region, closed->wall_triangles());
+    return {std::move(region), std::move(closed->boundary)};
   }
   throw InputError(
       "the wall around the balloon was not found, or its ends could not be closed clear of the "
       "balloon (a branch, a kink or touching vessels lie there). Move the balloon along the line "
       "or make it shorter (balloon.length_mm)");
-}
-
-/// A whole wall as its own region.
-ContactRegion region_of(const TriangleMesh& wall) {
-  ContactRegion region;
-  region.mesh = wall;
-  const std::size_t count = wall.vertices.size();
-  for (std::size_t v = 0; v < count; ++v) region.lumen_vertex.push_back(int(v));
-  region.fixed.assign(count, 0);
-  region.abscissa.assign(count, 0.0);
-  region.group.assign(count, 0);
-  return region;
-}
-
-/// Puts the wall's vertices in place of those of a region of it, between the balloon's and the
-/// points in the air.
-TetMesh in_numbering_of(const TriangleMesh& wall, const ContactRegion& region,
-                        std::size_t balloon_count, TetMesh mesh) {
-  if (mesh.tets.empty() || region.lumen_vertex.size() == wall.vertices.size()) return mesh;
-  const std::size_t region_end = balloon_count + region.lumen_vertex.size();
-  const std::size_t left_out = wall.vertices.size() - region.lumen_vertex.size();
-  for (Tet& t : mesh.tets)
-    for (int& v : t) {
-      const auto u = std::size_t(v);
-      if (u >= region_end)
-        v += int(left_out);
-      else if (u >= balloon_count)
-        v = int(balloon_count) + region.lumen_vertex[u - balloon_count];
-    }
-  std::vector<Vec3> vertices(mesh.vertices.begin(),
-                             mesh.vertices.begin() + std::ptrdiff_t(balloon_count));
-  vertices.insert(vertices.end(), wall.vertices.begin(), wall.vertices.end());
-  vertices.insert(vertices.end(), mesh.vertices.begin() + std::ptrdiff_t(region_end),
-                  mesh.vertices.end());
-  mesh.vertices = std::move(vertices);
-  return mesh;
 }
 
 }  // namespace
@@ -338,10 +277,10 @@ BalloonSetup place_balloon(const LumenMesh& lumen, const CenterlineTree& tree,
 
   progress.report(0.6, "air mesh");
   const Vec3 hole = setup.balloon.guidewire[setup.balloon.guidewire.size() / 2];
-  detail::GapMesh air = detail::mesh_gap(setup.balloon.start, closed.gap, hole);
+  air_mesh::GapMesh air = air_mesh::mesh_gap(setup.balloon.start, closed.gap, hole);
   if (air.flat_at_inner) {  // folds of exactly flat layers leave flat tets between them
-    TriangleMesh uneven = detail::shaken(setup.balloon.start);
-    detail::GapMesh again = detail::mesh_gap(uneven, closed.gap, hole);
+    TriangleMesh uneven = air_mesh::shaken(setup.balloon.start);
+    air_mesh::GapMesh again = air_mesh::mesh_gap(uneven, closed.gap, hole);
     if (again.warnings.empty()) {
       setup.balloon.start = std::move(uneven);
       air = std::move(again);
@@ -351,17 +290,6 @@ BalloonSetup place_balloon(const LumenMesh& lumen, const CenterlineTree& tree,
   setup.warnings.insert(setup.warnings.end(), air.warnings.begin(), air.warnings.end());
   progress.report(1.0);
   return setup;
-}
-
-TetMesh mesh_air(const TriangleMesh& balloon, const TriangleMesh& wall) {
-  const auto inside = detail::point_inside(balloon);
-  if (!inside || count_self_intersections(balloon) > 0 || count_self_intersections(wall) > 0)
-    return {};
-  ContactRegion region = region_of(wall);
-  const auto gap = close_gap(region);
-  if (!gap || count_intersections(balloon, gap->shell) > 0) return {};
-  return in_numbering_of(wall, region, balloon.vertices.size(),
-                         detail::mesh_gap_with_points(balloon, *gap, *inside));
 }
 
 }  // namespace angio::meshing

@@ -107,8 +107,8 @@ void add_state(const SimulationModel& model, const Scene& scene, const State& st
   frame.contact_area_mm2 = contact_area(scene, state);
 }
 
-void add_air(AdaptiveAir& air, SimulationFrame& frame) {
-  const AirReport report = air.take_report();
+void add_air(air_mesh::AdaptiveAir& air, SimulationFrame& frame) {
+  const air_mesh::AirReport report = air.take_report();
   frame.min_air_volume_mm3 = report.min_volume;
   frame.air_tet_count = report.tet_count;
   frame.inverted_air_tet_count = report.inverted_count;
@@ -215,7 +215,7 @@ class Run {
                  volume = balloon_volume(scene_, scene_.start);
     const Inflator inflator(options_, volume, nominal_volume(model_, scene_, volume));
     slow_frames_ = 0;
-    AdaptiveAir air = make_air(model_, scene_);
+    air_mesh::AdaptiveAir air = make_air(model_, scene_);
     const DrawnWire wire(model_);
     SuccessWatch watch(scene_, model_, options_);
     const auto follow = [&](const State& state, SimulationFrame& output) {

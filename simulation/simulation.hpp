@@ -172,12 +172,10 @@ struct SimulationModel {
   LayeredWall layered_wall;
   std::vector<double> wall_abscissa;  ///< along the lesion's line [mm], shape [wall vertex]
   std::vector<int> wall_group;        ///< branch, shape [wall vertex]
-  std::vector<Tet> air;               ///< over balloon vertices, then wall vertices
-  /// Meshes the air anew between moved surfaces: the vertices of the balloon, those of the wall,
-  /// then points in the air; without tets where it cannot. Empty: there is no other way than flips.
-  std::function<TetMesh(const std::vector<Vec3>& balloon, const std::vector<Vec3>& wall)>
-      rebuild_air;
-  bool rebuild_each_frame = false;   ///< rather than when nothing else helps: for comparison
+  /// Over balloon vertices, then wall vertices; empty: the air is not followed. It is built anew
+  /// where nothing else helps, if this program can (air_mesh/build/build_air.hpp).
+  std::vector<Tet> air;
+  bool rebuild_each_frame = false;   ///< rather than where nothing else helps: for comparison
   double reference_radius_mm = 1.5;  ///< of the healthy vessel at the lesion
   Vec3 measure_point;                ///< where balloon_diameter_mm is watched
   Vec3 measure_tangent;              ///< of the vessel there

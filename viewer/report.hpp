@@ -34,13 +34,6 @@ struct Moment {
   std::vector<Vec3> guidewire;               ///< nodes inside the balloon; may be empty
 };
 
-/// A state of the seed paper's cloth, which lies in the plane z = 0.
-struct ClothMoment {
-  std::string title;  ///< "+35 %"
-  TriangleMesh mesh;
-  std::vector<double> thickness_mm;  ///< per vertex
-};
-
 struct ReportContent {
   std::string title;  ///< case name; no identity
   std::string version;
@@ -50,9 +43,8 @@ struct ReportContent {
   CenterlineTree tree;
   int lesion_path = 0;  ///< CenterlineIds of the line through the lesion
   double lesion_abscissa_mm = 0.0;
-  std::vector<Moment> moments;     ///< before, at peak, after
-  std::vector<Moment> sequence;    ///< the whole course, for one picture; may be empty
-  std::vector<ClothMoment> cloth;  ///< instead of a vessel; the first is the cloth at rest
+  std::vector<Moment> moments;   ///< before, at peak, after
+  std::vector<Moment> sequence;  ///< the whole course, for one picture; may be empty
   DiameterProfile before, after;
   TimeSeries time_series;
   std::string metrics_json;           ///< metrics.json, shown as tables

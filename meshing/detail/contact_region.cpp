@@ -4,6 +4,7 @@
 #include <cmath>
 #include <map>
 
+#include "air_mesh/build/whole_piece.hpp"
 #include "core/error.hpp"
 #include "meshing/detail/nearest_line.hpp"
 #include "meshing/detail/remesh.hpp"
@@ -159,91 +160,8 @@ class RegionTest {
   std::vector<Branch> branches_;
 };
 
-using TriangleSet = std::vector<Triangle>;
-
-/// Triangles with two free edges make a border ragged; without them it is smooth.
-bool drop_ears(TriangleSet& triangles) {
-  std::map<std::array<int, 2>, int> count;
-  const auto edge = [](int a, int b) { return std::array{std::min(a, b), std::max(a, b)}; };
-  for (const Triangle& t : triangles)
-    for (std::size_t c = 0; c < 3; ++c) ++count[edge(t[c], t[(c + 1) % 3])];
-  const std::size_t before = triangles.size();
-  std::erase_if(triangles, [&](const Triangle& t) {
-    int free_count = 0;
-    for (std::size_t c = 0; c < 3; ++c) free_count += count[edge(t[c], t[(c + 1) % 3])] == 1;
-    return free_count >= 2;
-  });
-  return triangles.size() != before;
-}
-
-/// Where triangles meet in a vertex only, the smaller fan goes.
-bool drop_pinches(TriangleSet& triangles, std::size_t vertex_count) {
-  std::vector<std::vector<int>> around(vertex_count);
-  for (std::size_t t = 0; t < triangles.size(); ++t)
-    for (const int v : triangles[t]) around[std::size_t(v)].push_back(int(t));
-  std::vector<char> gone(triangles.size(), 0);
-  for (std::size_t v = 0; v < vertex_count; ++v) {
-    std::vector<int> rest = around[v];
-    std::vector<std::vector<int>> fans;
-    while (!rest.empty()) {
-      std::vector<int> fan{rest.back()};
-      rest.pop_back();
-      for (std::size_t i = 0; i < fan.size(); ++i)
-        for (std::size_t j = 0; j < rest.size();) {
-          int shared = 0;
-          for (const int a : triangles[std::size_t(fan[i])])
-            for (const int b : triangles[std::size_t(rest[j])]) shared += a == b;
-          if (shared < 2) {
-            ++j;
-            continue;
-          }
-          fan.push_back(rest[j]);
-          rest.erase(rest.begin() + std::ptrdiff_t(j));
-        }
-      fans.push_back(std::move(fan));
-    }
-    if (fans.size() < 2) continue;
-    std::stable_sort(fans.begin(), fans.end(),
-                     [](const auto& a, const auto& b) { return a.size() > b.size(); });
-    for (std::size_t f = 1; f < fans.size(); ++f)
-      for (const int t : fans[f]) gone[std::size_t(t)] = 1;
-  }
-  const std::size_t before = triangles.size();
-  std::size_t t = 0;
-  std::erase_if(triangles, [&](const Triangle&) { return gone[t++] != 0; });
-  return triangles.size() != before;
-}
-
-/// The connected piece with the most triangles.
-void keep_largest_piece(TriangleSet& triangles, std::size_t vertex_count) {
-  std::vector<int> parent(vertex_count);
-  for (std::size_t v = 0; v < vertex_count; ++v) parent[v] = int(v);
-  const auto root = [&](int v) {
-    while (parent[std::size_t(v)] != v)
-      v = parent[std::size_t(v)] = parent[std::size_t(parent[std::size_t(v)])];
-    return v;
-  };
-  for (const Triangle& t : triangles)
-    for (const int v : {t[1], t[2]}) parent[std::size_t(root(v))] = root(t[0]);
-  std::map<int, int> size;
-  for (const Triangle& t : triangles) ++size[root(t[0])];
-  const auto largest = std::max_element(
-      size.begin(), size.end(), [](const auto& a, const auto& b) { return a.second < b.second; });
-  if (largest == size.end()) return;
-  std::erase_if(triangles, [&](const Triangle& t) { return root(t[0]) != largest->first; });
-}
-
-void make_whole(TriangleSet& triangles, std::size_t vertex_count) {
-  bool changed = true;
-  while (changed && !triangles.empty()) {
-    changed = drop_ears(triangles);
-    changed |= drop_pinches(triangles, vertex_count);
-    keep_largest_piece(triangles, vertex_count);
-  }
-}
-
 /// Compacts the vertices that triangles use and copies their data from `source`.
-ContactRegion compact(const TriangleSet& triangles, const ContactRegion& source) {
+ContactRegion compact(const std::vector<Triangle>& triangles, const ContactRegion& source) {
   std::vector<int> index(source.mesh.vertices.size(), -1);
   for (const Triangle& t : triangles)
     for (const int v : t) index[std::size_t(v)] = 0;
@@ -310,11 +228,11 @@ ContactRegion extract_region(const TriangleMesh& open_lumen, const CenterlineTre
     whole.group.push_back(place.group_id);
   }
   const std::vector<char> reached = propagate(open_lumen, inside, seeds);
-  TriangleSet triangles;
+  std::vector<Triangle> triangles;
   for (const Triangle& t : open_lumen.triangles)
     if (reached[std::size_t(t[0])] && reached[std::size_t(t[1])] && reached[std::size_t(t[2])])
       triangles.push_back(t);
-  make_whole(triangles, open_lumen.vertices.size());
+  air_mesh::make_whole(triangles, open_lumen.vertices.size());
   if (triangles.empty())
     throw InputError(
         "there is no wall around the balloon (the line does not run inside the mesh "
@@ -325,11 +243,7 @@ ContactRegion extract_region(const TriangleMesh& open_lumen, const CenterlineTre
   return region;
 }
 
-ContactRegion without_triangles(const ContactRegion& region, const std::vector<char>& remove) {
-  TriangleSet triangles;
-  for (std::size_t t = 0; t < region.mesh.triangles.size(); ++t)
-    if (!remove[t]) triangles.push_back(region.mesh.triangles[t]);
-  make_whole(triangles, region.mesh.vertices.size());
+ContactRegion with_triangles(const ContactRegion& region, const std::vector<Triangle>& triangles) {
   return compact(triangles, region);
 }
 

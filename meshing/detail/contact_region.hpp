@@ -24,7 +24,7 @@ struct RegionExtent {
 ContactRegion extract_region(const TriangleMesh& open_lumen, const CenterlineTree& tree,
                              const RegionExtent& extent, const std::vector<Vec3>& seeds);
 
-/// Takes triangles out of a region (vertices keep their data) and makes it whole again.
-ContactRegion without_triangles(const ContactRegion& region, const std::vector<char>& remove);
+/// The part of a region that some of its triangles make; vertices keep their data.
+ContactRegion with_triangles(const ContactRegion& region, const std::vector<Triangle>& triangles);
 
 }  // namespace angio::meshing::detail

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "air_mesh/build/surface_crossings.hpp"
 #include "core/error.hpp"
 #include "meshing/detail/edge_lengths.hpp"
 #include "meshing/detail/fill_hole.hpp"
@@ -20,7 +21,7 @@ using Pairs = std::vector<std::array<int, 2>>;
 
 /// What has to be mended: crossing triangles and sharp folds, with one of the marked triangles.
 Pairs find_faults(const TriangleMesh& mesh, const std::vector<char>& marked) {
-  Pairs pairs = self_intersections_of(mesh, marked);
+  Pairs pairs = air_mesh::self_intersections_of(mesh, marked);
   const Pairs folds = sharp_folds_of(mesh, marked);
   pairs.insert(pairs.end(), folds.begin(), folds.end());
   return pairs;
@@ -216,7 +217,7 @@ int resolve_crossings(SurfaceDraft& draft, const SurfaceTarget& target,
   const std::set<int> rims = rims_of(draft);
   const int closed_count = cut_and_close(draft, pairs, &find_faults);
   warn_of_lost_rims(rims, rims_of(draft), warnings);
-  const std::size_t left = self_intersections(draft.mesh).size();
+  const std::size_t left = air_mesh::self_intersections(draft.mesh).size();
   if (left == 0) return closed_count;
   throw InternalError("the lumen's surface still crosses itself (" + std::to_string(left) +
                       " pairs of triangles; vessels that touch each other, or noise). Smooth the "
@@ -233,8 +234,8 @@ int close_crossings(TriangleMesh& mesh) {
     draft.rim_planes.push_back({mesh.vertices[std::size_t(loop[0])], {0.0, 0.0, 1.0}});
   }
   draft.mesh = std::move(mesh);
-  const int closed_count =
-      cut_and_close(draft, self_intersections(draft.mesh), &self_intersections_of);
+  const int closed_count = cut_and_close(draft, air_mesh::self_intersections(draft.mesh),
+                                         &air_mesh::self_intersections_of);
   mesh = std::move(draft.mesh);
   return closed_count;
 }
@@ -244,7 +245,7 @@ std::vector<std::array<int, 2>> faults_of_caps(const SurfaceDraft& draft) {
   const std::size_t wall_count = draft.mesh.triangles.size();
   std::vector<char> is_cap(capped.mesh.triangles.size(), 0);
   std::fill(is_cap.begin() + std::ptrdiff_t(wall_count), is_cap.end(), char(1));
-  Pairs pairs = self_intersections_of(capped.mesh, is_cap);
+  Pairs pairs = air_mesh::self_intersections_of(capped.mesh, is_cap);
   for (const auto& pair : sharp_folds_of(capped.mesh, is_cap)) pairs.push_back(pair);
   std::set<int> rims;
   for (const auto& pair : pairs)

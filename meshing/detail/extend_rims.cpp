@@ -4,8 +4,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "air_mesh/build/surface_crossings.hpp"
 #include "meshing/detail/open_ends.hpp"
-#include "meshing/detail/surface_query.hpp"
 
 namespace angio::meshing::detail {
 namespace {
@@ -117,7 +117,7 @@ void extend_rims(SurfaceDraft& draft, double diameters, std::vector<std::string>
     std::vector<char> is_new(capped.mesh.triangles.size(), 0);
     for (std::size_t t = draft.mesh.triangles.size(); t < extended.mesh.triangles.size(); ++t)
       is_new[t] = 1;
-    if (self_intersections_of(capped.mesh, is_new).empty()) {
+    if (air_mesh::self_intersections_of(capped.mesh, is_new).empty()) {
       draft = std::move(extended);
       any_longer |= is_longer;
     } else {

@@ -4,7 +4,7 @@
 #include <array>
 #include <set>
 
-#include "meshing/detail/surface_query.hpp"
+#include "air_mesh/build/triangulate_loop.hpp"
 
 namespace angio::meshing::detail {
 namespace {
@@ -33,7 +33,7 @@ void fill_hole(TriangleMesh& mesh, const std::vector<int>& loop) {
     points.push_back(mesh.vertices[std::size_t(v)]);
     centre += points.back() / double(loop.size());
   }
-  std::vector<Triangle> patch = triangulate_loop(points);
+  std::vector<Triangle> patch = air_mesh::triangulate_loop(points);
   const auto edges = edges_within(mesh, loop);
   const int n = int(loop.size());
   bool manifold = !patch.empty();

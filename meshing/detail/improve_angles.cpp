@@ -2,6 +2,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "air_mesh/build/surface_crossings.hpp"
 #include "meshing/detail/patch.hpp"
 #include "meshing/detail/remesh.hpp"
 #include "meshing/detail/surface_editor.hpp"
@@ -142,7 +143,7 @@ std::vector<char> corners_of_poor(const TriangleMesh& mesh, double sine_squared)
 /// Crossings and sharp folds with a marked triangle.
 std::vector<std::array<int, 2>> faults_of(const TriangleMesh& mesh,
                                           const std::vector<char>& marked) {
-  auto pairs = self_intersections_of(mesh, marked);
+  auto pairs = air_mesh::self_intersections_of(mesh, marked);
   const auto folds = sharp_folds_of(mesh, marked);
   pairs.insert(pairs.end(), folds.begin(), folds.end());
   return pairs;

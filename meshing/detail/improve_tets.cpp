@@ -6,7 +6,7 @@
 #include <limits>
 #include <numbers>
 
-#include "meshing/detail/tet_shape.hpp"
+#include "air_mesh/build/tet_shape.hpp"
 
 namespace angio::meshing::detail {
 namespace {
@@ -44,7 +44,7 @@ class TetImprover {
  private:
   [[nodiscard]] const Vec3& at(int v) const { return mesh_.vertices[std::size_t(v)]; }
   [[nodiscard]] double quality(const Tet& t) const {
-    return least_dihedral_sine(at(t[0]), at(t[1]), at(t[2]), at(t[3]));
+    return air_mesh::least_dihedral_sine(at(t[0]), at(t[1]), at(t[2]), at(t[3]));
   }
   [[nodiscard]] bool is_fixed(int v) const { return v < fixed_count_; }
 
@@ -62,7 +62,7 @@ class TetImprover {
   void collect_boundary_edges() {
     std::vector<std::array<int, 3>> faces;
     for (const Tet& t : tets_)
-      for (const auto& f : kTetFaces) {
+      for (const auto& f : air_mesh::kTetFaces) {
         std::array<int, 3> face{t[std::size_t(f[0])], t[std::size_t(f[1])], t[std::size_t(f[2])]};
         std::sort(face.begin(), face.end());
         faces.push_back(face);
@@ -248,9 +248,9 @@ class TetImprover {
   bool remove_face(int t, std::size_t face) {
     const Tet corners = tets_[std::size_t(t)];
     const int tip = corners[face];
-    const int a = corners[std::size_t(kTetFaces[face][0])];
-    const int b = corners[std::size_t(kTetFaces[face][1])];
-    const int c = corners[std::size_t(kTetFaces[face][2])];
+    const int a = corners[std::size_t(air_mesh::kTetFaces[face][0])];
+    const int b = corners[std::size_t(air_mesh::kTetFaces[face][1])];
+    const int c = corners[std::size_t(air_mesh::kTetFaces[face][2])];
     for (const int other : around_[std::size_t(a)]) {
       const Tet& far = tets_[std::size_t(other)];
       if (other == t || !holds(far, b) || !holds(far, c)) continue;

@@ -13,8 +13,8 @@
 #include <map>
 #include <utility>
 
+#include "air_mesh/build/patch_weight.hpp"
 #include "meshing/detail/fill_hole.hpp"
-#include "meshing/detail/patch_weight.hpp"
 
 namespace angio::meshing::detail {
 namespace {
@@ -80,9 +80,9 @@ std::vector<Mesh::Face_index> triangulate_hole(Mesh& mesh, Mesh::Halfedge_index 
   auto existing = edges_across(mesh, hole);
   pmp::internal::Tracer_polyhedron<Mesh, std::back_insert_iterator<decltype(faces)>> tracer(
       std::back_inserter(faces), mesh, hole);
-  fill_loop<Kernel>(points, across,
-                    CGAL::internal::Is_valid_existing_edges_and_degenerate_triangle(existing),
-                    tracer);
+  air_mesh::fill_loop<Kernel>(
+      points, across, CGAL::internal::Is_valid_existing_edges_and_degenerate_triangle(existing),
+      tracer);
   return faces;
 }
 

@@ -8,8 +8,8 @@
 #include <set>
 #include <unordered_set>
 
+#include "air_mesh/build/triangulate_loop.hpp"
 #include "core/error.hpp"
-#include "meshing/detail/surface_query.hpp"
 
 namespace angio::meshing::detail {
 namespace {
@@ -356,7 +356,7 @@ CappedMesh cap_rims(const TriangleMesh& open, const std::vector<int>& rim) {
     std::vector<Triangle> patch;
     int split = -1;
     if (!star_shaped) {
-      patch = triangulate_loop(points);
+      patch = air_mesh::triangulate_loop(points);
       if (patch.empty()) throw InternalError("a rim of the lumen could not be capped");
       // The centre goes into the largest triangle, so that each cap has a vertex of its own.
       double largest = 0.0;

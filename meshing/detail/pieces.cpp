@@ -7,13 +7,13 @@
 #include <string>
 #include <utility>
 
+#include "air_mesh/build/surface_crossings.hpp"
 #include "core/error.hpp"
 #include "core/surface_rims.hpp"
 #include "meshing/detail/crossings.hpp"
 #include "meshing/detail/fill_hole.hpp"
 #include "meshing/detail/open_ends.hpp"
 #include "meshing/detail/soup.hpp"
-#include "meshing/detail/surface_query.hpp"
 #include "meshing/detail/unite_parts.hpp"
 #include "meshing/detail/winding.hpp"
 
@@ -154,7 +154,7 @@ void settle_nested(std::vector<Piece>& pieces, std::vector<SurfaceRepair>& repai
         continue;
       if (!winding) winding.emplace(outside.closed);
       if (winding->at(inside.mesh.vertices.front()) <= 0 ||
-          !intersections(outside.closed, inside.closed).empty())
+          !air_mesh::intersections(outside.closed, inside.closed).empty())
         continue;
       const bool is_lumen = inside.volume > kLumen * outside.volume &&
                             inside.box.extent() > kAlong * outside.box.extent();
@@ -178,7 +178,7 @@ std::vector<std::vector<std::size_t>> crossing_groups(const std::vector<Piece>& 
     for (std::size_t j = i + 1; j < pieces.size(); ++j) {
       if (group[i] == group[j] || !is_solid(pieces[i], pieces.front()) ||
           !is_solid(pieces[j], pieces.front()) || !pieces[i].box.meets(pieces[j].box) ||
-          intersections(pieces[i].closed, pieces[j].closed).empty())
+          air_mesh::intersections(pieces[i].closed, pieces[j].closed).empty())
         continue;
       const auto [low, high] = std::minmax(group[i], group[j]);
       std::replace(group.begin(), group.end(), std::size_t(high), std::size_t(low));
@@ -279,7 +279,7 @@ TriangleMesh settle_pieces(const TriangleMesh& mesh, const SurfaceRepairOptions&
 TriangleMesh without_crossings(const TriangleMesh& mesh, std::vector<SurfaceRepair>& repairs) {
   constexpr double kMost = 0.1;         // of the triangles may be cut out
   constexpr double kSameVolume = 0.02;  // as unite_parts
-  const auto pairs = self_intersections(mesh);
+  const auto pairs = air_mesh::self_intersections(mesh);
   if (pairs.empty()) return mesh;
   std::vector<char> crossing(mesh.triangles.size(), 0);
   for (const auto& pair : pairs)
@@ -292,7 +292,7 @@ TriangleMesh without_crossings(const TriangleMesh& mesh, std::vector<SurfaceRepa
   if (count <= kMost * double(crossing.size())) {
     TriangleMesh cut = mesh;
     places.count = close_crossings(cut);
-    if (self_intersections(cut).empty() &&
+    if (air_mesh::self_intersections(cut).empty() &&
         std::abs(enclosed_volume(closed_copy(cut)) - volume) <= kSameVolume * volume) {
       note(repairs, "place where the surface crossed itself closed again",
            "places where the surface crossed itself closed again", places);
@@ -311,7 +311,7 @@ TriangleMesh without_crossings(const TriangleMesh& mesh, std::vector<SurfaceRepa
   note(repairs, "opening closed, as no section there is that of one vessel",
        "openings closed, as no sections there are those of one vessel",
        reopen(result.mesh, surface_rims(mesh)));
-  const std::size_t left = self_intersections(result.mesh).size();
+  const std::size_t left = air_mesh::self_intersections(result.mesh).size();
   if (left > 0)
     throw InputError("the surface crosses itself (" + std::to_string(left) +
                      " pairs of triangles are left after repair). Repair it in a mesh editor");

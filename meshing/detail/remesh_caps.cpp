@@ -4,8 +4,8 @@
 #include <set>
 #include <utility>
 
+#include "air_mesh/build/surface_crossings.hpp"
 #include "meshing/detail/remesh.hpp"
-#include "meshing/detail/surface_query.hpp"
 
 namespace angio::meshing::detail {
 
@@ -104,7 +104,7 @@ CappedMesh remesh_caps(const TriangleMesh& open, const CappedMesh& capped) {
   std::vector<char> is_cap(remeshed.mesh.triangles.size(), 0);
   std::fill(is_cap.begin() + std::ptrdiff_t(open.triangles.size()), is_cap.end(), char(1));
   std::set<int> bad;
-  for (const auto& pair : self_intersections_of(remeshed.mesh, is_cap))
+  for (const auto& pair : air_mesh::self_intersections_of(remeshed.mesh, is_cap))
     for (const int t : pair)
       if (is_cap[std::size_t(t)])
         bad.insert(remeshed.id[std::size_t(remeshed.mesh.triangles[std::size_t(t)][0])]);

@@ -1,10 +1,10 @@
 #include <algorithm>
 #include <cmath>
 
+#include "air_mesh/build/surface_crossings.hpp"
 #include "core/parallel.hpp"
 #include "meshing/detail/patch.hpp"
 #include "meshing/detail/remesh.hpp"
-#include "meshing/detail/surface_query.hpp"
 
 namespace angio::meshing::detail {
 namespace {
@@ -111,7 +111,7 @@ void undo_crossings(SurfaceDraft& draft, const std::vector<Vec3>& before) {
   constexpr int kPasses = 3;
   std::vector<char> changed(draft.mesh.triangles.size(), 1);
   for (int pass = 0; pass < kPasses; ++pass) {
-    const auto pairs = self_intersections_of(draft.mesh, changed);
+    const auto pairs = air_mesh::self_intersections_of(draft.mesh, changed);
     if (pairs.empty()) return;
     std::vector<char> near = mark_corners(draft.mesh, pairs);
     grow(draft.mesh, near, 1 + pass);

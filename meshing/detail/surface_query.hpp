@@ -9,30 +9,11 @@
 
 namespace angio::meshing::detail {
 
-/// Pairs of triangles of one mesh that cross (those that share a vertex or an edge only touch
-/// there and are left out unless they overlap), in ascending order. Exact predicates.
-std::vector<std::array<int, 2>> self_intersections(const TriangleMesh& mesh);
-
-/// The same, only the pairs with a triangle that is marked.
-std::vector<std::array<int, 2>> self_intersections_of(const TriangleMesh& mesh,
-                                                      const std::vector<char>& marked);
-
 /// Pairs of triangles, one of them marked, that share an edge and all but fold onto each other:
 /// less than 35 degrees between them, on either side. What lies between cannot be filled with sound
 /// tetrahedra.
 std::vector<std::array<int, 2>> sharp_folds_of(const TriangleMesh& mesh,
                                                const std::vector<char>& marked);
-
-/// Pairs (triangle of a, triangle of b) that meet, touching included, in ascending order. Exact.
-std::vector<std::array<int, 2>> intersections(const TriangleMesh& mesh_a,
-                                              const TriangleMesh& mesh_b);
-
-/// Triangles that close a loop of points without new points: as few sharp folds and as small an
-/// area as possible. Empty if there is none.
-///
-/// @param loop  at least three points [mm]
-/// @return indices into `loop`, turning as the loop does
-std::vector<Triangle> triangulate_loop(const std::vector<Vec3>& loop);
 
 /// The nearest point of a surface, and the next one along a ray.
 class ClosestPoint {

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "air_mesh/build/surface_crossings.hpp"
 #include "core/parallel.hpp"
 #include "core/volume.hpp"
 #include "meshing/detail/crossings.hpp"
@@ -35,7 +36,7 @@ double thinnest(const std::vector<TriangleMesh>& parts) {
 bool is_whole(const TriangleMesh& mesh, double volume) {
   return !mesh.triangles.empty() && surface_topology(mesh).is_closed() &&
          std::abs(enclosed_volume(mesh) - volume) <= kSameVolume * volume &&
-         self_intersections(mesh).empty();
+         air_mesh::self_intersections(mesh).empty();
 }
 
 /// Part after part, each one that meets what is united so far. @return empty if one cannot be
@@ -44,19 +45,19 @@ TriangleMesh unite_exactly(std::vector<TriangleMesh> parts) {
     return std::abs(enclosed_volume(a)) > std::abs(enclosed_volume(b));
   });
   for (TriangleMesh& part : parts)  // an exact union asks for parts that do not cross themselves
-    if (!self_intersections(part).empty()) close_crossings(part);
+    if (!air_mesh::self_intersections(part).empty()) close_crossings(part);
   TriangleMesh whole = std::move(parts.front());
   parts.erase(parts.begin());
   while (!parts.empty()) {
     const auto next = std::find_if(parts.begin(), parts.end(), [&](const TriangleMesh& part) {
-      return !intersections(whole, part).empty();
+      return !air_mesh::intersections(whole, part).empty();
     });
     if (next == parts.end()) return {};
     if (!unite_solids(whole, *next)) return {};
     parts.erase(next);
   }
   // Points where triangles cross are rounded, after which slivers may cross.
-  if (!self_intersections(whole).empty()) close_crossings(whole);
+  if (!air_mesh::self_intersections(whole).empty()) close_crossings(whole);
   return whole;
 }
 

@@ -4,9 +4,9 @@
 #include <array>
 #include <cmath>
 
+#include "air_mesh/build/surface_crossings.hpp"
 #include "core/parallel.hpp"
 #include "meshing/detail/outward_cone.hpp"
-#include "meshing/detail/surface_query.hpp"
 
 namespace angio::meshing::detail {
 namespace {
@@ -88,7 +88,7 @@ class Untangler {
 
   [[nodiscard]] std::vector<char> crossings() const {
     std::vector<char> wrong(lumen_.triangles.size(), 0);
-    for (const auto& pair : self_intersections({wall_.vertices, wall_.outer_triangles}))
+    for (const auto& pair : air_mesh::self_intersections({wall_.vertices, wall_.outer_triangles}))
       for (const int t : pair) wrong[std::size_t(t)] = 1;
     return wrong;
   }

@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "air_mesh/build/distances_ahead.hpp"
 #include "core/parallel.hpp"
-#include "meshing/detail/lumen_chords.hpp"
 #include "meshing/detail/outward_cone.hpp"
 
 namespace angio::meshing::detail {
@@ -180,7 +180,7 @@ std::vector<double> own_radii(const TriangleMesh& lumen, const std::vector<Vec3>
     radii.push_back(healthy.evaluate(point).radius);
     reach.push_back(radii.back() / kWidthShare);
   }
-  const auto widths = distances_ahead(lumen, inward, reach, Side::inside);
+  const auto widths = air_mesh::distances_ahead(lumen, inward, reach, air_mesh::Side::inside);
   for (std::size_t v = 0; v < radii.size(); ++v)
     radii[v] = std::min(radii[v], kWidthShare * widths[v]);
   return radii;
@@ -218,7 +218,7 @@ void leave_room(const TriangleMesh& lumen, const std::vector<std::vector<int>>& 
     directions.push_back(norm(way) > 0.0 ? normalized(way) : Vec3{1.0, 0.0, 0.0});
     reach.push_back(norm(way) / kRoomShare);
   }
-  const auto ahead = distances_ahead(lumen, directions, reach, Side::outside);
+  const auto ahead = air_mesh::distances_ahead(lumen, directions, reach, air_mesh::Side::outside);
   for (std::size_t v = 0; v < columns.size(); ++v)
     if (ahead[v] < reach[v]) columns[v].room = ahead[v] / reach[v];
   for (int pass = 0; pass < kSmoothings; ++pass) {

@@ -7,9 +7,12 @@
 #include <numeric>
 
 #include "core/error.hpp"
+#include "formats/case_file.hpp"
 #include "formats/files.hpp"
+#include "segmentation/read_volume.hpp"
 
 namespace angio::pipeline {
+namespace file = formats::case_file;
 namespace fs = std::filesystem;
 using formats::find_array;
 namespace {
@@ -182,6 +185,27 @@ CenterlineTree read_centerlines(const fs::path& file) {
 
 // ---- meshes ------------------------------------------------------------------------------------
 
+const CenterlinePath& path_of(const CenterlineTree& tree, int path_id) {
+  const auto found = std::find_if(tree.paths.begin(), tree.paths.end(),
+                                  [&](const CenterlinePath& path) { return path.id == path_id; });
+  if (found == tree.paths.end())
+    throw OptionError(
+        fmt::format("lesion.centerline = {} is not in this case (it has {} lines, "
+                    "numbered from 0)",
+                    path_id, tree.paths.size()));
+  return *found;
+}
+
+bool has_surface_input(const StageFiles& files) { return files.exists(file::kGivenLumen); }
+
+TriangleMesh read_given_surface(const StageFiles& files) {
+  return formats::read_surface(files.path(file::kGivenLumen)).mesh;
+}
+
+Volume<float> read_level_set(const StageFiles& files) {
+  return segmentation::read_volume_file(files.path(file::kLevelSet));
+}
+
 void write_lumen(const fs::path& folder, const meshing::LumenMesh& lumen) {
   formats::write_surface(folder / "lumen.vtp", {lumen.open, {}, {}});
   formats::write_surface(folder / "lumen.stl", {lumen.open, {}, {}});
@@ -200,7 +224,7 @@ void write_lumen_volume(const fs::path& folder, const meshing::LumenVolume& volu
 }
 
 TriangleMesh read_open_lumen(const StageFiles& files) {
-  return formats::read_surface(files.path("meshing/lumen.vtp")).mesh;
+  return formats::read_surface(files.path(file::kLumen)).mesh;
 }
 
 void write_balloon_setup(const fs::path& folder, const meshing::BalloonSetup& setup) {
@@ -231,22 +255,22 @@ void write_balloon_setup(const fs::path& folder, const meshing::BalloonSetup& se
 
 simulation::SimulationModel read_simulation_model(const StageFiles& files) {
   simulation::SimulationModel model;
-  const formats::SurfaceData balloon = formats::read_surface(files.path("meshing/balloon.vtp"));
+  const formats::SurfaceData balloon = formats::read_surface(files.path(file::kBalloon));
   model.balloon = balloon.mesh;
   model.balloon_rest = vectors_of(balloon.point_arrays, "RestPosition");
   model.balloon_fixed = integers_of<char>(balloon.point_arrays, "Fixed");
-  model.guidewire = formats::read_polylines(files.path("meshing/guidewire.vtp")).points;
-  const formats::SurfaceData region = formats::read_surface(files.path("meshing/region.vtp"));
+  model.guidewire = formats::read_polylines(files.path(file::kGuidewire)).points;
+  const formats::SurfaceData region = formats::read_surface(files.path(file::kRegion));
   model.wall = region.mesh;
   model.wall_fixed = integers_of<char>(region.point_arrays, "Fixed");
   model.wall_abscissa = formats::find_array(region.point_arrays, "Abscissas").values;
   model.wall_group = integers_of<int>(region.point_arrays, "GroupIds");
-  model.air = formats::read_tets(files.path("meshing/air.vtu")).mesh.tets;
+  model.air = formats::read_tets(files.path(file::kAir)).mesh.tets;
   return model;
 }
 
 std::vector<int> read_region_lumen_vertices(const StageFiles& files) {
-  return integers_of<int>(formats::read_surface(files.path("meshing/region.vtp")).point_arrays,
+  return integers_of<int>(formats::read_surface(files.path(file::kRegion)).point_arrays,
                           "LumenVertexIds");
 }
 

@@ -4,9 +4,10 @@
 #include <vector>
 
 #include "core/centerline.hpp"
+#include "core/volume.hpp"
 #include "meshing/lumen_volume.hpp"
 #include "meshing/meshing.hpp"
-#include "pipeline/stages/stage_files.hpp"
+#include "pipeline/case/stage_files.hpp"
 #include "simulation/simulation.hpp"
 
 /// The stages' results as the files of docs/contract.md, and back. What is read is what was
@@ -18,6 +19,14 @@ void write_centerlines(const std::filesystem::path& file, const CenterlineTree& 
 /// radius also by the name that SlicerVMTK asks for.
 void write_paths(const std::filesystem::path& file, const CenterlineTree& tree);
 CenterlineTree read_centerlines(const std::filesystem::path& file);
+
+/// @throws OptionError if no line has that id
+const CenterlinePath& path_of(const CenterlineTree& tree, int path_id);
+
+/// Was the case's lumen given as a surface, not found in a volume?
+bool has_surface_input(const StageFiles& files);
+TriangleMesh read_given_surface(const StageFiles& files);
+Volume<float> read_level_set(const StageFiles& files);
 
 /// lumen.vtp, lumen.stl, lumen_capped.stl, lumen_capped.vtp (with InletOutletId)
 void write_lumen(const std::filesystem::path& folder, const meshing::LumenMesh& lumen);

@@ -178,6 +178,14 @@ json to_json(const RunRecord& record) {
           {"stages", stages}};
 }
 
+json repeatable_run(const RunRecord& record) {
+  return {{"version", kVersion},
+          {"backend", record.backend},
+          {"device", record.device},
+          {"input", record.input_description},
+          {"input_sha256", record.input_sha256}};
+}
+
 void CaseFolder::write_record(const RunRecord& record) const {
   write_text_atomically(path("run.json"), to_json(record).dump(2) + "\n");
 }

@@ -7,7 +7,7 @@
 #include <string_view>
 #include <vector>
 
-#include "pipeline/stages/stage.hpp"
+#include "pipeline/case/stage.hpp"
 
 namespace angio::pipeline {
 
@@ -50,6 +50,8 @@ struct RunRecord {
 };
 /// As run.json has it.
 nlohmann::json to_json(const RunRecord& record);
+/// What the report shows of run.json: without the times, so that the same input gives the same one.
+nlohmann::json repeatable_run(const RunRecord& record);
 
 /// The folder of one case (docs/contract.md: "A case folder").
 class CaseFolder {

@@ -2,12 +2,13 @@
 
 #include <fmt/format.h>
 
+#include "formats/case_file.hpp"
 #include "pipeline/case/metrics.hpp"
 
 namespace angio::pipeline {
 namespace {
 
-constexpr const char* kPlacement = "meshing/placement.json";
+using formats::case_file::kPlacement;
 constexpr Stage kTreating[] = {Stage::segmentation, Stage::centerline, Stage::meshing,
                                Stage::simulation};
 

@@ -3,7 +3,7 @@
 #include <string>
 
 #include "pipeline/case/case_folder.hpp"
-#include "pipeline/stages/stage_files.hpp"
+#include "pipeline/case/stage_files.hpp"
 
 namespace angio::pipeline {
 

@@ -6,11 +6,13 @@
 
 #include "core/atomic_file.hpp"
 #include "core/error.hpp"
+#include "formats/case_file.hpp"
 #include "pipeline/case/case_files.hpp"
 #include "pipeline/case/case_status.hpp"
 #include "pipeline/case/resolution.hpp"
 
 namespace angio::pipeline {
+namespace file = formats::case_file;
 using nlohmann::json;
 namespace {
 
@@ -19,6 +21,21 @@ json object_of_nulls(std::initializer_list<const char*> keys) {
   for (const char* key : keys) object[key] = nullptr;
   return object;
 }
+
+/// 0 stands for "not known" in a lesion.
+json positive_or_null(double value) { return value > 0.0 ? json(value) : json(nullptr); }
+
+void add_timing(json& simulation, const RunRecord& record) {
+  const StageRecord& stage = record.stages.at(Stage::simulation);
+  const double wall_s = stage.solver_seconds;
+  if (wall_s <= 0.0 || !simulation["frame_count"].is_number()) return;
+  simulation["wall_s"] = wall_s;
+  simulation["time_split_s"] = stage.time_split;
+  simulation["frames_per_second"] = simulation["frame_count"].get<double>() / wall_s;
+  simulation["real_time_factor"] = simulation["simulated_s"].get<double>() / wall_s;
+}
+
+}  // namespace
 
 json empty_metrics() {
   return {{"status", nullptr},
@@ -38,21 +55,6 @@ json empty_metrics() {
           {"mesh", object_of_nulls({"lumen_triangles", "lumen_vertices", "watertight",
                                     "self_intersections", "min_angle_degrees"})}};
 }
-
-/// 0 stands for "not known" in a lesion.
-json positive_or_null(double value) { return value > 0.0 ? json(value) : json(nullptr); }
-
-void add_timing(json& simulation, const RunRecord& record) {
-  const StageRecord& stage = record.stages.at(Stage::simulation);
-  const double wall_s = stage.solver_seconds;
-  if (wall_s <= 0.0 || !simulation["frame_count"].is_number()) return;
-  simulation["wall_s"] = wall_s;
-  simulation["time_split_s"] = stage.time_split;
-  simulation["frames_per_second"] = simulation["frame_count"].get<double>() / wall_s;
-  simulation["real_time_factor"] = simulation["simulated_s"].get<double>() / wall_s;
-}
-
-}  // namespace
 
 json read_json(const std::filesystem::path& file) {
   try {
@@ -118,8 +120,8 @@ json lesion_metrics(const centerline::Lesion& lesion, double resolution_mm) {
 
 std::vector<std::string> metrics_files() {
   std::vector<std::string> files = resolution_files();
-  files.insert(files.end(), {"centerline/centerlines.vtp", "meshing/placement.json",
-                             "simulation/summary.json", "simulation/cloth.csv", kDiagnosis});
+  files.insert(files.end(),
+               {file::kCenterlines, file::kPlacement, file::kSummary, file::kDiagnosis});
   return files;
 }
 
@@ -127,32 +129,29 @@ json collect_metrics(const StageFiles& files, const centerline::LesionOptions& l
                      const RunRecord& record) {
   json metrics = empty_metrics();
   const bool is_simulated = record.is(Stage::simulation, "done");
-  if (is_simulated && files.exists("simulation/cloth.csv")) {
-    metrics["cloth"] = read_json(files.path("simulation/summary.json"));
-    return metrics;
-  }
   const CaseStatus status = case_status(files, record);
   if (!status.status.empty()) metrics["status"] = status.status;
   if (!status.reason.empty()) metrics["status_reason"] = status.reason;
   if (!record.is(Stage::centerline, "done")) return metrics;
   if (!record.is(Stage::meshing, "done")) {
-    const CenterlineTree tree = read_centerlines(files.path("centerline/centerlines.vtp"));
-    const Resolution resolution = case_resolution(files);
-    const auto lesions = centerline::find_lesions(tree, lesion_options(lesion, resolution));
+    const CenterlineTree tree = read_centerlines(files.path(file::kCenterlines));
+    const centerline::Resolution resolution = case_resolution(files);
+    const auto lesions =
+        centerline::find_lesions(tree, centerline::lesion_options(lesion, resolution));
     metrics["lesion"].update(lesion_metrics(lesions.front(), resolution.longest_mm));
     return metrics;
   }
-  const json placement = read_json(files.path("meshing/placement.json"));
+  const json placement = read_json(files.path(file::kPlacement));
   metrics["lesion"].update(placement.at("lesion"));
   metrics["mesh"].update(placement.at("mesh"));
   if (placement.contains("balloon")) metrics["balloon"].update(placement.at("balloon"));
   if (record.is(Stage::simulation, "failed") &&
-      record.stages.at(Stage::simulation).outputs.contains(kDiagnosis)) {
-    metrics["simulation"].update(read_json(files.path(kDiagnosis)).at("simulation"));
+      record.stages.at(Stage::simulation).outputs.contains(file::kDiagnosis)) {
+    metrics["simulation"].update(read_json(files.path(file::kDiagnosis)).at("simulation"));
     add_timing(metrics["simulation"], record);
   }
   if (!is_simulated || !placement.contains("balloon")) return metrics;
-  const json summary = read_json(files.path("simulation/summary.json"));
+  const json summary = read_json(files.path(file::kSummary));
   metrics["balloon"].update(summary.at("balloon"));
   metrics["result"].update(summary.at("result"));
   metrics["simulation"].update(summary.at("simulation"));

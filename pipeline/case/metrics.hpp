@@ -7,11 +7,9 @@
 #include "meshing/lumen_volume.hpp"
 #include "meshing/meshing.hpp"
 #include "pipeline/case/case_folder.hpp"
-#include "pipeline/stages/stage_files.hpp"
+#include "pipeline/case/stage_files.hpp"
 
 namespace angio::pipeline {
-
-inline constexpr const char* kDiagnosis = "simulation/diagnosis.json";
 
 /// The case's files that collect_metrics() reads.
 std::vector<std::string> metrics_files();
@@ -21,6 +19,9 @@ std::vector<std::string> metrics_files();
 /// @param lesion  which lesion is shown before there is a mesh
 nlohmann::json collect_metrics(const StageFiles& files, const centerline::LesionOptions& lesion,
                                const RunRecord& record);
+
+/// The same where no stage has left a number yet.
+nlohmann::json empty_metrics();
 
 /// metrics.json's mesh part, with more of the surface and, if it was filled, of the tetrahedra.
 nlohmann::json mesh_metrics(const meshing::LumenMesh& lumen,

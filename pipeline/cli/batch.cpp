@@ -19,7 +19,8 @@
 #include "core/atomic_file.hpp"
 #include "core/error.hpp"
 #include "formats/csv.hpp"
-#include "pipeline/stages/stages.hpp"
+#include "pipeline/experiments/workflow.hpp"
+#include "pipeline/stages/run_case.hpp"
 
 extern char** environ;  // POSIX: the environment handed to each case's process
 
@@ -138,7 +139,7 @@ bool is_done(const BatchRequest& request, const BatchCase& batch_case) {
     run.case_name = batch_case.name;
     run.config = request.config;
     for (const std::string& setting : batch_case.settings) apply_setting(run.config, setting);
-    return is_case_done(run);
+    return is_case_done(workflow_of(run.config), run);
   } catch (const Error&) {  // the case's own run says what is wrong
     return false;
   }

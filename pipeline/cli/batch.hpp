@@ -5,8 +5,8 @@
 #include <utility>
 #include <vector>
 
-#include "pipeline/cli/reporter.hpp"
 #include "pipeline/config/config.hpp"
+#include "pipeline/stages/reporter.hpp"
 
 namespace angio::pipeline {
 

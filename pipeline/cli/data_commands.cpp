@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "core/error.hpp"
-#include "pipeline/stages/stage_work.hpp"
+#include "pipeline/case/input_kind.hpp"
 #include "pipeline/stages/surface_input.hpp"
 #include "segmentation/read_volume.hpp"
 

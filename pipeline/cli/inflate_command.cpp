@@ -12,8 +12,8 @@
 
 #include "core/atomic_file.hpp"
 #include "core/error.hpp"
-#include "pipeline/cli/reporter.hpp"
 #include "pipeline/config/balloon_file.hpp"
+#include "pipeline/stages/reporter.hpp"
 #include "simulation/inflate.hpp"
 #include "viewer/inflation_plot.hpp"
 

@@ -11,7 +11,7 @@
 
 #include "core/atomic_file.hpp"
 #include "core/error.hpp"
-#include "pipeline/stages/layered_wall.hpp"
+#include "pipeline/config/shared_quantities.hpp"
 
 namespace angio::pipeline {
 namespace {
@@ -76,6 +76,8 @@ void Config::validate() const {
   lumen_volume.validate();
   balloon.validate();
   wall_layers.validate();
+  if (simulation.wall_model == simulation::WallModel::layered)
+    wall_layer_options(wall_layers, simulation.wall.thickness_ratio).validate();
   constexpr double kSomeDiameter = 3.0;  // what is left to the size is valid at any
   solver_options(simulation, plaque, balloon.shaft_diameter_mm, kSomeDiameter).validate();
   if (write_every < 1 || write_every > 10000)

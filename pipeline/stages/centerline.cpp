@@ -1,4 +1,4 @@
-#include "centerline/centerline.hpp"
+#include "pipeline/stages/centerline.hpp"
 
 #include <fmt/format.h>
 
@@ -6,19 +6,21 @@
 #include <optional>
 #include <string>
 
+#include "centerline/centerline.hpp"
 #include "core/atomic_file.hpp"
 #include "core/error.hpp"
 #include "core/surface_rims.hpp"
+#include "formats/case_file.hpp"
 #include "formats/files.hpp"
 #include "meshing/meshing.hpp"
 #include "meshing/narrow_lumen.hpp"
 #include "pipeline/case/case_files.hpp"
 #include "pipeline/case/metrics.hpp"
 #include "pipeline/case/resolution.hpp"
-#include "pipeline/stages/stage_parts.hpp"
 
 // From the lumen to its lines and lesions.
 namespace angio::pipeline {
+namespace file = formats::case_file;
 namespace fs = std::filesystem;
 using nlohmann::json;
 namespace {
@@ -89,8 +91,9 @@ std::optional<TriangleMesh> narrowed_lumen(StageWork& work, const CenterlineSett
         asked.percent, before.reference_diameter_mm, wanted, meshing::least_lumen_to_cross_mm()));
   const double percent = std::max(0.0, 100.0 * (1.0 - wanted / narrowing.diameter_mm));
   const meshing::LumenMesh lumen =
-      has_surface_input(work) ? meshing::mesh_lumen(read_given_surface(work), tree, {}, progress)
-                              : meshing::mesh_lumen(read_level_set(work), tree, {}, progress);
+      has_surface_input(work.files)
+          ? meshing::mesh_lumen(read_given_surface(work.files), tree, {}, progress)
+          : meshing::mesh_lumen(read_level_set(work.files), tree, {}, progress);
   work.warnings.push_back(fmt::format(
       "the vessel was narrowed by {:.0f} % over {:.1f} mm on line {}, {:.1f} mm from the inlet "
       "(of {:.2f} mm): this lesion is made, not the patient's",
@@ -111,7 +114,7 @@ void tell_of_thin_vessels(StageWork& work, const std::vector<centerline::Lesion>
   const auto thin = std::count_if(lesions.begin(), lesions.end(),
                                   [](const auto& lesion) { return lesion.is_too_thin; });
   if (thin == 0) return;
-  const bool is_surface = has_surface_input(work);
+  const bool is_surface = has_surface_input(work.files);
   double widest = 0.0;
   for (const centerline::Lesion& lesion : lesions)
     if (lesion.is_too_thin) widest = std::max(widest, lesion.reference_diameter_mm);
@@ -124,26 +127,38 @@ void tell_of_thin_vessels(StageWork& work, const std::vector<centerline::Lesion>
 
 }  // namespace
 
+CenterlineSettings centerline_settings(const Config& config) {
+  Config seen = config;
+  if (seen.narrowing.percent <= 0.0) {
+    const centerline::LesionOptions nowhere;
+    seen.lesion.centerline = nowhere.centerline;
+    seen.lesion.abscissa_mm = nowhere.abscissa_mm;
+  }
+  return CenterlineSettings(seen);
+}
+
 void do_centerline(StageWork& work, const CenterlineSettings& settings) {
   const Progress progress = part(work.progress, 0.0, 0.4);
   const std::optional<TriangleMesh> given =
-      has_surface_input(work) ? std::optional(read_given_surface(work)) : std::nullopt;
+      has_surface_input(work.files) ? std::optional(read_given_surface(work.files)) : std::nullopt;
   const centerline::CenterlineOptions options = line_options(settings, given ? &*given : nullptr);
   centerline::CenterlineResult result =
       given ? centerline::extract_centerline(*given, options, progress)
-            : centerline::extract_centerline(read_level_set(work), options, progress);
+            : centerline::extract_centerline(read_level_set(work.files), options, progress);
   check_for_occlusion(work, result, given ? &*given : nullptr);
   if (const auto narrowed =
           narrowed_lumen(work, settings, result.tree, part(work.progress, 0.4, 0.6))) {
     result = centerline::extract_centerline(*narrowed, options, part(work.progress, 0.6, 0.95));
-    formats::write_surface(work.out / fs::path(kNarrowedLumen).filename(), {*narrowed, {}, {}});
+    formats::write_surface(work.out / fs::path(file::kNarrowedLumen).filename(),
+                           {*narrowed, {}, {}});
   }
   keep(work.warnings, result.warnings);
   write_centerlines(work.out / "centerlines.vtp", result.tree);
   write_paths(work.out / "paths.vtp", result.tree);
-  const Resolution resolution = case_resolution(work.files);
-  const auto lesions = centerline::find_lesions(
-      result.tree, whole_tree(lesion_options(settings.get<&Config::lesion>(), resolution)));
+  const centerline::Resolution resolution = case_resolution(work.files);
+  const auto lesions =
+      centerline::find_lesions(result.tree, centerline::whole_tree(centerline::lesion_options(
+                                                settings.get<&Config::lesion>(), resolution)));
   tell_of_thin_vessels(work, lesions);
   write_text_atomically(work.out / "lesions.json",
                         to_json(lesions, resolution.longest_mm).dump(2) + "\n");

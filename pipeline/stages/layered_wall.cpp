@@ -3,15 +3,13 @@
 #include <algorithm>
 #include <iterator>
 
+#include "formats/case_file.hpp"
 #include "formats/files.hpp"
-#include "simulation/balloon_size.hpp"
 
 namespace angio::pipeline {
 namespace fs = std::filesystem;
 using formats::find_array;
 namespace {
-
-constexpr const char* kWallFile = "wall.vtu";
 
 template <class Value>
 DataArray array_of(std::string array_name, const std::vector<Value>& values, ArrayType type) {
@@ -64,19 +62,15 @@ meshing::WallLayers layer_wall(const meshing::ContactRegion& region, const Cente
         {lesion.path_id, lesion.proximal_mm, lesion.distal_mm, lesion.reference_diameter_mm});
   };
   add(treated);
-  const auto is_treated = [&](const centerline::Lesion& lesion) {
-    return lesion.path_id == treated.path_id && lesion.proximal_mm < treated.distal_mm &&
-           treated.proximal_mm < lesion.distal_mm;
-  };
-  for (const centerline::Lesion& lesion : centerline::find_lesions(tree, whole_tree(lesions)))
-    if (lesion.is_stenosis && !is_treated(lesion)) add(lesion);
+  for (const centerline::Lesion& lesion : centerline::stenoses_beside(tree, treated, lesions))
+    add(lesion);
   return meshing::build_wall_layers(region, tree, stretches, options);
 }
 
 void write_layered_wall(const fs::path& meshing_folder, const meshing::WallLayers& wall) {
   std::vector<int> region;
   for (const meshing::WallTissue tissue : wall.tissue) region.push_back(int(tissue));
-  formats::write_wedges(meshing_folder / kWallFile,
+  formats::write_wedges(meshing_folder / fs::path(formats::case_file::kLayeredWall).filename(),
                         {wall.vertices,
                          wall.wedges,
                          {array_of("Fixed", wall.fixed, ArrayType::uint8)},
@@ -86,7 +80,7 @@ void write_layered_wall(const fs::path& meshing_folder, const meshing::WallLayer
 }
 
 simulation::LayeredWall read_layered_wall(const StageFiles& files, const TriangleMesh& lumen) {
-  const std::string file = std::string("meshing/") + kWallFile;
+  const char* file = formats::case_file::kLayeredWall;
   simulation::LayeredWall wall;
   if (!files.exists(file)) return wall;
   const formats::WedgeData data = formats::read_wedges(files.path(file));
@@ -101,17 +95,6 @@ simulation::LayeredWall read_layered_wall(const StageFiles& files, const Triangl
   wall.outer_triangles = outer_triangles(wall.wedges, wall.layer);
   wall.fixed = scalars_of<char>(data.point_arrays, "Fixed");
   return wall;
-}
-
-simulation::SimulationOptions solver_options(const simulation::SimulationOptions& asked,
-                                             simulation::Plaque plaque, double shaft_diameter_mm,
-                                             double nominal_diameter_mm) {
-  simulation::SimulationOptions options = simulation::sized(asked, nominal_diameter_mm);
-  options.guidewire.shaft_diameter_mm = shaft_diameter_mm;
-  options.layered_wall.materials = simulation::wall_materials(plaque);
-  options.layered_wall.foundation_kpa_per_mm = options.wall.foundation_kpa_per_mm;
-  options.layered_wall.blood_pressure_kpa = options.inflation.outside_pressure_kpa;
-  return options;
 }
 
 void write_wall_frame(const fs::path& file, const simulation::LayeredWall& wall,

@@ -5,7 +5,7 @@
 
 #include "centerline/centerline.hpp"
 #include "meshing/wall_layers.hpp"
-#include "pipeline/case/resolution.hpp"
+#include "pipeline/case/stage_files.hpp"
 #include "simulation/simulation.hpp"
 
 /// The wall as a layered solid (`wall.model = "layered"`): from the lumen's surface to the solver
@@ -26,13 +26,6 @@ void write_layered_wall(const std::filesystem::path& meshing_folder,
 /// Empty if the meshing stage has made none.
 /// @param lumen  the region's surface
 simulation::LayeredWall read_layered_wall(const StageFiles& files, const TriangleMesh& lumen);
-
-/// The options of the solver. What both models of the wall need, and what both the balloon and the
-/// wall need, is set once in the configuration: the surrounding tissue, the blood's pressure.
-/// What is left to the balloon's size is filled in.
-simulation::SimulationOptions solver_options(const simulation::SimulationOptions& asked,
-                                             simulation::Plaque plaque, double shaft_diameter_mm,
-                                             double nominal_diameter_mm);
 
 /// frames/wall_NNNNNN.vtu: displacement at the points; stress [kPa], strain and volume ratio of
 /// each wedge.

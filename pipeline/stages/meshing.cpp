@@ -1,4 +1,4 @@
-#include "meshing/meshing.hpp"
+#include "pipeline/stages/meshing.hpp"
 
 #include <fmt/format.h>
 
@@ -9,16 +9,19 @@
 #include "centerline/centerline.hpp"
 #include "core/atomic_file.hpp"
 #include "core/error.hpp"
+#include "formats/case_file.hpp"
 #include "formats/files.hpp"
 #include "meshing/lumen_volume.hpp"
+#include "meshing/meshing.hpp"
 #include "pipeline/case/case_files.hpp"
 #include "pipeline/case/metrics.hpp"
 #include "pipeline/case/resolution.hpp"
+#include "pipeline/config/shared_quantities.hpp"
 #include "pipeline/stages/layered_wall.hpp"
-#include "pipeline/stages/stage_parts.hpp"
 
 // From the lumen and its lesions to the meshes.
 namespace angio::pipeline {
+namespace file = formats::case_file;
 using nlohmann::json;
 namespace {
 
@@ -100,13 +103,13 @@ Placement no_placement(const centerline::Lesion& worst, const std::string& reaso
 /// one can be brought to.
 Placement place_on_a_lesion(StageWork& work, const MeshingSettings& settings,
                             const CenterlineTree& tree, const meshing::LumenMesh& lumen,
-                            const Resolution& resolution) {
+                            const centerline::Resolution& resolution) {
   const centerline::LesionOptions& asked = settings.get<&Config::lesion>();
   const meshing::BalloonOptions& balloon = settings.get<&Config::balloon>();
   const bool is_place_given = asked.abscissa_mm >= 0.0,
              is_balloon_given = balloon.nominal_diameter_mm > 0.0;
   const std::vector<centerline::Lesion> lesions =
-      centerline::find_lesions(tree, lesion_options(asked, resolution));
+      centerline::find_lesions(tree, centerline::lesion_options(asked, resolution));
   std::string first_reason;
   for (const centerline::Lesion& lesion : lesions) {
     if (lesion.is_too_thin) continue;
@@ -161,28 +164,29 @@ void tell_of_balloon(StageWork& work, const centerline::LesionOptions& asked, do
 }  // namespace
 
 void do_meshing(StageWork& work, const MeshingSettings& settings) {
-  const CenterlineTree tree = read_centerlines(work.files.path(kCenterlines));
+  const CenterlineTree tree = read_centerlines(work.files.path(file::kCenterlines));
   const meshing::LumenMeshOptions& options = settings.get<&Config::lumen_mesh>();
   const centerline::LesionOptions& lesion = settings.get<&Config::lesion>();
   const Progress lumen_progress = part(work.progress, 0.0, 0.5);
   const meshing::LumenMesh lumen =
-      work.files.exists(kNarrowedLumen)
-          ? meshing::mesh_lumen(formats::read_surface(work.files.path(kNarrowedLumen)).mesh, tree,
-                                options, lumen_progress)
-      : has_surface_input(work)
-          ? meshing::mesh_lumen(read_given_surface(work), tree, options, lumen_progress)
-          : meshing::mesh_lumen(read_level_set(work), tree, options, lumen_progress);
+      work.files.exists(file::kNarrowedLumen)
+          ? meshing::mesh_lumen(formats::read_surface(work.files.path(file::kNarrowedLumen)).mesh,
+                                tree, options, lumen_progress)
+      : has_surface_input(work.files)
+          ? meshing::mesh_lumen(read_given_surface(work.files), tree, options, lumen_progress)
+          : meshing::mesh_lumen(read_level_set(work.files), tree, options, lumen_progress);
   keep(work.warnings, lumen.warnings);
   const std::optional<meshing::LumenVolume> volume = fill_lumen(work, settings, lumen);
 
-  const Resolution resolution = case_resolution(work.files);
+  const centerline::Resolution resolution = case_resolution(work.files);
   Placement placement = place_on_a_lesion(work, settings, tree, lumen, resolution);
   if (placement.setup) tell_of_balloon(work, lesion, resolution.longest_mm, placement);
   if (placement.setup && settings.get<wall_model>() == simulation::WallModel::layered) {
-    meshing::WallLayerOptions layers = settings.get<&Config::wall_layers>();
-    layers.thickness_ratio = settings.get<wall_thickness_ratio>();
-    const meshing::WallLayers wall = layer_wall(placement.setup->region, tree, placement.lesion,
-                                                lesion_options(lesion, resolution), layers);
+    const meshing::WallLayerOptions layers = wall_layer_options(
+        settings.get<&Config::wall_layers>(), settings.get<wall_thickness_ratio>());
+    const meshing::WallLayers wall =
+        layer_wall(placement.setup->region, tree, placement.lesion,
+                   centerline::lesion_options(lesion, resolution), layers);
     keep(work.warnings, wall.warnings);
     write_layered_wall(work.out, wall);
   }

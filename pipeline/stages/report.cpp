@@ -1,4 +1,4 @@
-#include "viewer/report.hpp"
+#include "pipeline/stages/report.hpp"
 
 #include <fmt/format.h>
 
@@ -8,16 +8,18 @@
 
 #include "core/atomic_file.hpp"
 #include "core/error.hpp"
+#include "formats/case_file.hpp"
 #include "formats/csv.hpp"
 #include "formats/files.hpp"
 #include "pipeline/case/case_files.hpp"
 #include "pipeline/case/metrics.hpp"
-#include "pipeline/stages/stage_parts.hpp"
 #include "pipeline/version.hpp"
 #include "segmentation/read_volume.hpp"
+#include "viewer/report.hpp"
 
 // From what the stages have left to the report.
 namespace angio::pipeline {
+namespace file = formats::case_file;
 namespace fs = std::filesystem;
 using nlohmann::json;
 namespace {
@@ -44,9 +46,9 @@ void read_profiles(const fs::path& file, viewer::DiameterProfile& before,
 }
 
 viewer::Moment read_moment(const StageFiles& files, std::string title, int frame) {
-  FrameShape shape = read_frame(files.path("simulation/frames/"), frame);
+  FrameShape shape = read_frame(files.path(file::kFrames), frame);
   if (shape.guidewire.empty())
-    shape.guidewire = formats::read_polylines(files.path("meshing/guidewire.vtp")).points;
+    shape.guidewire = formats::read_polylines(files.path(file::kGuidewire)).points;
   return {std::move(title), std::move(shape.balloon), std::move(shape.wall),
           std::move(shape.contact_pressure_kpa), std::move(shape.guidewire)};
 }
@@ -66,7 +68,7 @@ std::vector<viewer::Moment> read_moments(const StageFiles& files, const json& su
 /// steps to the peak, and three to the end.
 std::vector<viewer::Moment> read_sequence(const StageFiles& files, const json& summary) {
   const std::vector<viewer::FrameTime> frames =
-      viewer::read_frame_times(files.path("simulation/simulation.pvd"));
+      viewer::read_frame_times(files.path(file::kFrameList));
   const auto place_of = [&](int frame) {
     return double(std::find_if(frames.begin(), frames.end(),
                                [&](const auto& f) { return f.frame == frame; }) -
@@ -96,11 +98,11 @@ json repeatable_metrics(const StageWork& work, const ReportSettings& settings) {
 
 /// What the simulation has added: pictures, profiles, curves.
 void add_treatment(const StageFiles& files, viewer::ReportContent& content) {
-  const json summary = read_json(files.path("simulation/summary.json"));
+  const json summary = read_json(files.path(file::kSummary));
   content.moments = read_moments(files, summary);
   content.sequence = read_sequence(files, summary);
-  read_profiles(files.path("simulation/lumen_profile.csv"), content.before, content.after);
-  auto rows = read_table(files.path("simulation/timeseries.csv"));
+  read_profiles(files.path(file::kProfile), content.before, content.after);
+  auto rows = read_table(files.path(file::kTimeSeries));
   content.time_series.columns = rows.front();
   content.time_series.rows.assign(rows.begin() + 1, rows.end());
 }
@@ -109,22 +111,22 @@ void add_treatment(const StageFiles& files, viewer::ReportContent& content) {
 
 void do_report(StageWork& work, const ReportSettings& settings) {
   const StageFiles& files = work.files;
-  const json placement = read_json(files.path(kPlacement));
+  const json placement = read_json(files.path(file::kPlacement));
   viewer::ReportContent content;
   content.title = work.run.case_name;
   content.version = kVersion;
-  if (!has_surface_input(work)) {
-    content.volume = segmentation::read_volume_file(files.path("segmentation/volume.nrrd"));
-    content.level_set = read_level_set(work);
+  if (!has_surface_input(work.files)) {
+    content.volume = segmentation::read_volume_file(files.path(file::kScan));
+    content.level_set = read_level_set(work.files);
   }
   content.lumen = read_open_lumen(files);
-  content.tree = read_centerlines(files.path(kCenterlines));
+  content.tree = read_centerlines(files.path(file::kCenterlines));
   content.lesion_path = placement.at("lesion").at("centerline_id").get<int>();
   content.lesion_abscissa_mm = placement.at("lesion").at("abscissa_mm").get<double>();
   if (work.run.is(Stage::simulation, "done")) add_treatment(files, content);
   content.metrics_json = repeatable_metrics(work, settings).dump();
-  content.lesions_json = read_json(files.path("centerline/lesions.json")).dump();
-  content.run_json = repeatable_run(work).dump();
+  content.lesions_json = read_json(files.path(file::kLesions)).dump();
+  content.run_json = repeatable_run(work.run).dump();
   for (const auto& [stage, record] : work.run.stages)
     if (stage != Stage::report) keep(content.warnings, record.warnings);
   viewer::write_report(work.out, content, work.progress);

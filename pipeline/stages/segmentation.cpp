@@ -1,19 +1,21 @@
-#include "segmentation/segmentation.hpp"
+#include "pipeline/stages/segmentation.hpp"
 
 #include <fmt/format.h>
 
 #include "datasets/phantom.hpp"
-#include "pipeline/stages/stage_parts.hpp"
+#include "formats/case_file.hpp"
+#include "pipeline/case/input_kind.hpp"
 #include "pipeline/stages/surface_input.hpp"
 #include "segmentation/read_volume.hpp"
+#include "segmentation/segmentation.hpp"
 
 // From the input to the lumen.
 namespace angio::pipeline {
+namespace file = formats::case_file;
 namespace {
 
 Volume<float> load_volume(StageWork& work, const SegmentationSettings& settings) {
-  if (work.input.empty())
-    return segmentation::read_volume_file(work.files.path("segmentation/volume.nrrd"));
+  if (work.input.empty()) return segmentation::read_volume_file(work.files.path(file::kScan));
   if (work.input.starts_with(kPhantomPrefix)) {
     const auto options = datasets::parse_phantom(work.input);
     work.input_description = fmt::format("phantom {}", options.name);

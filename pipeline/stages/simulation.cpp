@@ -1,4 +1,4 @@
-#include "simulation/simulation.hpp"
+#include "pipeline/stages/simulation.hpp"
 
 #include <fmt/format.h>
 
@@ -11,16 +11,18 @@
 #include "core/atomic_file.hpp"
 #include "core/error.hpp"
 #include "core/units.hpp"
+#include "formats/case_file.hpp"
 #include "formats/files.hpp"
-#include "meshing/meshing.hpp"
+#include "meshing/subdivide.hpp"
 #include "pipeline/case/case_files.hpp"
 #include "pipeline/case/metrics.hpp"
-#include "pipeline/stages/fine_surface.hpp"
+#include "pipeline/config/shared_quantities.hpp"
 #include "pipeline/stages/layered_wall.hpp"
-#include "pipeline/stages/stage_parts.hpp"
+#include "simulation/simulation.hpp"
 
 // From the meshes to what the balloon does.
 namespace angio::pipeline {
+namespace file = formats::case_file;
 namespace fs = std::filesystem;
 using nlohmann::json;
 namespace {
@@ -105,30 +107,6 @@ std::string profile_csv(const centerline::LumenProfile& before,
   return text;
 }
 
-/// The tightest place of a stretch of a lumen; of the place nearest to it, where it has none.
-struct Tightest {
-  double mld_mm = 0.0, mla_mm2 = 0.0;
-};
-
-Tightest tightest_between(const centerline::LumenProfile& profile, double first, double last) {
-  if (profile.abscissa.empty())
-    throw InputError(
-        "no section of the lumen was found along the balloon (the line runs outside the mesh). Run "
-        "angio centerline and the stages behind it again");
-  const auto away = [&](std::size_t i) {
-    return std::max({first - profile.abscissa[i], profile.abscissa[i] - last, 0.0});
-  };
-  double nearest = away(0);
-  for (std::size_t i = 1; i < profile.abscissa.size(); ++i) nearest = std::min(nearest, away(i));
-  Tightest least{1e9, 1e9};
-  for (std::size_t i = 0; i < profile.abscissa.size(); ++i) {
-    if (away(i) > nearest) continue;
-    least.mld_mm = std::min(least.mld_mm, 2.0 * profile.inscribed_radius[i]);
-    least.mla_mm2 = std::min(least.mla_mm2, profile.section_area[i]);
-  }
-  return least;
-}
-
 /// How the solver fared: metrics.json's simulation, without the times that differ from run to run.
 json solver_json(const simulation::SimulationSummary& summary) {
   return {{"backend", summary.backend},
@@ -152,9 +130,9 @@ json summary_json(const std::string& material, const json& lesion,
                   const simulation::SimulationSummary& summary, const FrameWriter& frames,
                   const centerline::LumenProfile& after) {
   const double reference = lesion.at("reference_diameter_mm").get<double>();
-  const auto [mld, mla] = tightest_between(after, lesion.at("proximal_mm").get<double>(),
-                                           lesion.at("distal_mm").get<double>());
-  const Tightest segment = tightest_between(after, -1e9, 1e9);
+  const auto [mld, mla] = centerline::tightest_between(
+      after, lesion.at("proximal_mm").get<double>(), lesion.at("distal_mm").get<double>());
+  const centerline::Tightest segment = centerline::tightest_between(after, -1e9, 1e9);
   const double peak_diameter = frames.peak().balloon_diameter_mm;
   return {{"peak_frame", frames.peak().frame},
           {"last_frame", frames.last().frame},
@@ -175,14 +153,6 @@ json summary_json(const std::string& material, const json& lesion,
           {"simulation", solver_json(summary)}};
 }
 
-// Where flips do not keep up with the balloon, meshing builds the air anew.
-void let_air_be_rebuilt(simulation::SimulationModel& model) {
-  model.rebuild_air = [start = model.balloon, region = model.wall](const std::vector<Vec3>& balloon,
-                                                                   const std::vector<Vec3>& wall) {
-    return meshing::mesh_air({balloon, start.triangles}, {wall, region.triangles});
-  };
-}
-
 /// The solver's model from the files of the stages before.
 simulation::SimulationModel load_model(const StageFiles& files, const json& placement) {
   const json& lesion = placement.at("lesion");
@@ -193,7 +163,6 @@ simulation::SimulationModel load_model(const StageFiles& files, const json& plac
   model.watch_first_mm = lesion.at("proximal_mm").get<double>();
   model.watch_last_mm = lesion.at("distal_mm").get<double>();
   model.layered_wall = read_layered_wall(files, model.wall);
-  let_air_be_rebuilt(model);
   return model;
 }
 
@@ -213,7 +182,7 @@ void keep_timing(StageWork& work, const simulation::SimulationSummary& summary) 
 
 void do_simulation(StageWork& work, const SimulationSettings& settings) {
   const simulation::SimulationOptions& asked = settings.get<&Config::simulation>();
-  const json placement = read_json(work.files.path(kPlacement));
+  const json placement = read_json(work.files.path(file::kPlacement));
   const json& lesion = placement.at("lesion");
   const json& site = placement.at("site");
   const simulation::SimulationModel model = load_model(work.files, placement);
@@ -240,7 +209,7 @@ void do_simulation(StageWork& work, const SimulationSettings& settings) {
     return;
   }
 
-  const CenterlineTree tree = read_centerlines(work.files.path(kCenterlines));
+  const CenterlineTree tree = read_centerlines(work.files.path(file::kCenterlines));
   const CenterlinePath& path = path_of(tree, lesion.at("centerline_id").get<int>());
   const TriangleMesh lumen = read_open_lumen(work.files);
   const TriangleMesh lumen_after =
@@ -253,8 +222,8 @@ void do_simulation(StageWork& work, const SimulationSettings& settings) {
   const double radius = 0.5 * lesion.at("mld_mm").get<double>();
   const bool keep_mesh = settings.get<keeps_triangles>();
   const auto measure = [&](const TriangleMesh& mesh) {
-    return centerline::measure_lumen(keep_mesh ? fine_enough(mesh, radius) : mesh, path, first,
-                                     last);
+    return centerline::measure_lumen(keep_mesh ? meshing::fine_enough(mesh, radius) : mesh, path,
+                                     first, last);
   };
   const auto before = measure(lumen);
   const auto after = measure(lumen_after);

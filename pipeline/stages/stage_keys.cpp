@@ -5,12 +5,13 @@
 #include <algorithm>
 
 #include "core/atomic_file.hpp"
+#include "formats/case_file.hpp"
 #include "pipeline/version.hpp"
 
 namespace angio::pipeline {
 namespace {
 
-constexpr const char* kReport = "report/index.html";
+using formats::case_file::kReport;
 constexpr const char* kNotice =
     "<p id=\"stale\" style=\"margin:0;padding:1em;background:#b00;color:#fff\"><b>This report is "
     "stale.</b> Settings or files of the case have changed since it was made. Run <code>angio "
@@ -43,9 +44,10 @@ std::string stage_key(const StageDefinition& stage, const Config& config, const 
   return sha256_of_text(text);
 }
 
-void mark_stale(const CaseFolder& case_folder, const Config& config, RunRecord& run) {
+void mark_stale(const CaseFolder& case_folder, const Workflow& workflow, const Config& config,
+                RunRecord& run) {
   bool is_one_stale = false;
-  for (const StageDefinition& stage : stage_table(config)) {
+  for (const StageDefinition& stage : workflow.stages) {
     const auto found = run.stages.find(stage.stage);
     if (!stage.work || found == run.stages.end() || !has_result(found->second)) continue;
     StageRecord& record = found->second;

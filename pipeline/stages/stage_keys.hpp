@@ -4,7 +4,7 @@
 #include <string>
 
 #include "pipeline/case/case_folder.hpp"
-#include "pipeline/stages/stage_table.hpp"
+#include "pipeline/stages/stage_definition.hpp"
 
 /// When a stage's result is of another state of the case than the one that is asked for.
 namespace angio::pipeline {
@@ -17,7 +17,8 @@ std::string stage_key(const StageDefinition& stage, const Config& config, const 
 /// Marks every stage stale, or as no longer so, by what run.json holds: a stage is stale if its key
 /// would be another one now, if a file that it left is missing, or if a stage before it is stale.
 /// Files are not read: that they are as they were left is found out when the stage's turn comes.
-void mark_stale(const CaseFolder& case_folder, const Config& config, RunRecord& run);
+void mark_stale(const CaseFolder& case_folder, const Workflow& workflow, const Config& config,
+                RunRecord& run);
 
 /// Says at the head of the case's report that it is stale, or no longer says so.
 void mark_report(const CaseFolder& case_folder, bool is_stale);

@@ -25,8 +25,6 @@ using SegmentationSettings =
 
 using CenterlineSettings =
     ConfigView<&Config::centerline, &Config::inlet_end, &Config::lesion, &Config::narrowing>;
-/// The place of the lesion is withheld unless the vessel is to be narrowed there.
-CenterlineSettings centerline_settings(const Config& config);
 
 using MeshingSettings =
     ConfigView<&Config::lesion, &Config::lumen_mesh, &Config::fill_lumen, &Config::lumen_volume,
@@ -36,8 +34,5 @@ using SimulationSettings = ConfigView<&Config::simulation, &Config::plaque, &Con
                                       shaft_diameter, fold_count, keeps_triangles>;
 
 using ReportSettings = ConfigView<&Config::lesion>;
-
-/// Of every stage of the paper's cloth, which is no vessel.
-using ClothSettings = ConfigView<&Config::experiment, &Config::cloth>;
 
 }  // namespace angio::pipeline

@@ -7,7 +7,7 @@
 
 #include "core/progress.hpp"
 #include "pipeline/case/case_folder.hpp"
-#include "pipeline/stages/stage_files.hpp"
+#include "pipeline/case/stage_files.hpp"
 
 namespace angio::pipeline {
 
@@ -30,12 +30,10 @@ struct StageWork {
   std::string failure = {};
 };
 
-inline constexpr const char* kPhantomPrefix = "phantom:";
+/// Appends to a list of warnings.
+void keep(std::vector<std::string>& warnings, const std::vector<std::string>& more);
 
-/// What kind of thing INPUT names. @throws InputError (66) if it does not exist, Error (64) for a
-/// phantom that there is not
-enum class InputKind { volume, surface, phantom };
-InputKind input_kind(const std::string& input);
-const char* name(InputKind kind);
+/// The part of a stage's progress between two fractions. `whole` must outlive it.
+Progress part(const Progress& whole, double first, double last);
 
 }  // namespace angio::pipeline

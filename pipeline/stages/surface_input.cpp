@@ -9,9 +9,11 @@
 #include <utility>
 
 #include "core/error.hpp"
+#include "datasets/phantom.hpp"
+#include "formats/case_file.hpp"
 #include "formats/files.hpp"
 #include "meshing/meshing.hpp"
-#include "pipeline/experiments/experiment.hpp"
+#include "pipeline/case/input_kind.hpp"
 
 namespace angio::pipeline {
 namespace fs = std::filesystem;
@@ -206,6 +208,20 @@ void print_inspection(const RawCounts& raw, const GivenSurface* given, const std
   for (const std::string& warning : given->warnings) fmt::print("   note: {}\n", warning);
 }
 
+/// The lumen surface that an experiment of the seed paper's begins with.
+TriangleMesh exact_surface(StageWork& work) {
+  const datasets::PhantomOptions options = datasets::parse_phantom(work.input);
+  const bool is_coronary = options.name == "coronary";
+  if (is_coronary)
+    work.warnings.emplace_back(
+        "no INPUT was given: the vessel is a generated coronary, not a patient's");
+  TriangleMesh surface = is_coronary ? datasets::make_phantom_surface(options).surface
+                                     : datasets::make_paper_surface(options);
+  work.input_description = fmt::format("the seed paper's experiment, {} vessel",
+                                       is_coronary ? "generated coronary" : options.name.c_str());
+  return surface;
+}
+
 }  // namespace
 
 GivenSurface read_given_surface(const fs::path& file, std::optional<LengthUnit> asked) {
@@ -215,9 +231,9 @@ GivenSurface read_given_surface(const fs::path& file, std::optional<LengthUnit> 
 void take_surface(StageWork& work, std::optional<LengthUnit> unit) {
   const fs::path kept = work.out / "lumen_surface.vtp";
   if (work.input.starts_with(kPhantomPrefix))
-    return formats::write_surface(kept, {experiment_surface(work), {}, {}});
+    return formats::write_surface(kept, {exact_surface(work), {}, {}});
   if (work.input.empty()) {
-    const fs::path source = work.files.path("segmentation/lumen_surface.vtp");
+    const fs::path source = work.files.path(formats::case_file::kGivenLumen);
     return formats::write_surface(kept, {formats::read_surface(source).mesh, {}, {}});
   }
   const formats::SurfaceData surface = formats::read_surface(work.input);

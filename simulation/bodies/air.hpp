@@ -6,6 +6,6 @@
 namespace angio::simulation::detail {
 
 /// The air of a model, in the scene's numbering of balloon and wall.
-AdaptiveAir make_air(const SimulationModel& model, const Scene& scene);
+air_mesh::AdaptiveAir make_air(const SimulationModel& model, const Scene& scene);
 
 }  // namespace angio::simulation::detail

@@ -9,7 +9,7 @@
 #include "air_mesh/tet_refill.hpp"
 #include "tests/simulation/meshed_gap.hpp"
 
-namespace angio {
+namespace angio::air_mesh {
 namespace {
 using namespace simulation;  // the last of these run a whole model
 
@@ -427,4 +427,4 @@ TEST(Simulate, ContactFoundInTheAirIsThatOfTheGridAndTheAirStaysWhole) {
 }
 
 }  // namespace
-}  // namespace angio
+}  // namespace angio::air_mesh

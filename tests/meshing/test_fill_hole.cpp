@@ -7,9 +7,9 @@
 #include <random>
 #include <vector>
 
+#include "air_mesh/build/triangulate_loop.hpp"
 #include "core/triangle_mesh.hpp"
 #include "meshing/detail/mend_holes.hpp"
-#include "meshing/detail/surface_query.hpp"
 
 namespace angio::meshing {
 namespace {
@@ -56,7 +56,7 @@ class RegularLoop : public testing::TestWithParam<Loop> {};
 
 TEST_P(RegularLoop, IsClosedByOneTriangleLessThanTwoItHasCorners) {
   const std::vector<Vec3> points = points_of(GetParam());
-  const TriangleMesh patch{points, detail::triangulate_loop(points)};
+  const TriangleMesh patch{points, air_mesh::triangulate_loop(points)};
   EXPECT_EQ(int(patch.triangles.size()), GetParam().count - 2);
   const auto loops = boundary_loops(patch);
   ASSERT_EQ(loops.size(), 1u);
@@ -65,10 +65,10 @@ TEST_P(RegularLoop, IsClosedByOneTriangleLessThanTwoItHasCorners) {
 
 TEST_P(RegularLoop, IsClosedTheSameWayWhereverMemoryLies) {
   const std::vector<Vec3> points = points_of(GetParam());
-  const std::vector<Triangle> first = detail::triangulate_loop(points);
+  const std::vector<Triangle> first = air_mesh::triangulate_loop(points);
   for (unsigned seed = 1; seed <= 40; ++seed) {
     const ScatteredHeap heap(seed);
-    ASSERT_EQ(detail::triangulate_loop(points), first) << "seed " << seed;
+    ASSERT_EQ(air_mesh::triangulate_loop(points), first) << "seed " << seed;
   }
 }
 

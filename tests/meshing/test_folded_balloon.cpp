@@ -8,8 +8,9 @@
 #include <string>
 #include <tuple>
 
+#include "air_mesh/build/gap_boundary.hpp"
+#include "air_mesh/build/gap_mesh.hpp"
 #include "core/error.hpp"
-#include "meshing/detail/air_mesh.hpp"
 #include "meshing/detail/balloon_shape.hpp"
 #include "meshing/detail/fold_section.hpp"
 #include "meshing/meshing.hpp"
@@ -278,7 +279,7 @@ TEST(PlaceFoldedBalloon, InAStenosisStaysClearAndLeavesAnAirMesh) {
     EXPECT_EQ(count_intersections(balloon.start, placed.lumen.capped), 0);
     EXPECT_THAT(placed.setup.warnings,
                 testing::Not(testing::Contains(testing::HasSubstr("need points"))));
-    const auto inside = detail::point_inside(balloon.start);
+    const auto inside = air_mesh::point_inside(balloon.start);
     ASSERT_TRUE(inside.has_value());
     EXPECT_NEAR(test::winding_number(balloon.start, *inside), 1.0, 1e-9);
     const TetMesh& air = placed.setup.air.tets;
@@ -286,7 +287,7 @@ TEST(PlaceFoldedBalloon, InAStenosisStaysClearAndLeavesAnAirMesh) {
       EXPECT_GT(tet_volume(air.vertices[std::size_t(t[0])], air.vertices[std::size_t(t[1])],
                            air.vertices[std::size_t(t[2])], air.vertices[std::size_t(t[3])]),
                 0.0);
-    const auto gap = detail::close_region(placed.setup.region.mesh);
+    const auto gap = air_mesh::close_region(placed.setup.region.mesh);
     ASSERT_TRUE(gap.has_value());
     EXPECT_NEAR(test::sum_of_tets(air),
                 enclosed_volume(gap->shell) - enclosed_volume(balloon.start), 1e-6);

@@ -6,9 +6,9 @@
 #include <map>
 #include <numbers>
 
+#include "air_mesh/build/tet_shape.hpp"
 #include "core/error.hpp"
 #include "meshing/detail/improve_tets.hpp"
-#include "meshing/detail/tet_shape.hpp"
 #include "meshing/lumen_volume.hpp"
 #include "tests/meshing/analytic_vessels.hpp"
 
@@ -124,10 +124,10 @@ TEST_P(FilledLumen, NamesInletAndOutletsInPathOrder) {
 TEST_P(FilledLumen, HasNoSharpTetrahedra) {
   double least = 180.0;
   for (const Tet& t : volume_.mesh.tets)
-    least = std::min(least, detail::dihedral_range(volume_.mesh.vertices[std::size_t(t[0])],
-                                                   volume_.mesh.vertices[std::size_t(t[1])],
-                                                   volume_.mesh.vertices[std::size_t(t[2])],
-                                                   volume_.mesh.vertices[std::size_t(t[3])])
+    least = std::min(least, air_mesh::dihedral_range(volume_.mesh.vertices[std::size_t(t[0])],
+                                                     volume_.mesh.vertices[std::size_t(t[1])],
+                                                     volume_.mesh.vertices[std::size_t(t[2])],
+                                                     volume_.mesh.vertices[std::size_t(t[3])])
                                 .least);
   EXPECT_GE(least, 12.0);
   EXPECT_EQ(volume_.sharp_tet_count, 0);
@@ -227,21 +227,21 @@ TEST(LumenVolumeOptions, NamesWhatIsOutOfRange) {
 TEST(TetShape, OfARegularTetrahedronIsKnown) {
   const Vec3 a{1, 1, 1}, b{1, -1, -1}, c{-1, 1, -1}, d{-1, -1, 1};
   const double angle = std::acos(1.0 / 3.0);
-  const auto range = detail::dihedral_range(a, b, c, d);
+  const auto range = air_mesh::dihedral_range(a, b, c, d);
   EXPECT_NEAR(range.least, angle * 180.0 / pi, 1e-9);
   EXPECT_NEAR(range.greatest, angle * 180.0 / pi, 1e-9);
-  const double sine = detail::least_dihedral_sine(a, b, c, d);
+  const double sine = air_mesh::least_dihedral_sine(a, b, c, d);
   EXPECT_NEAR(std::abs(sine), std::sin(angle), 1e-12);
-  EXPECT_NEAR(detail::least_dihedral_sine(b, a, c, d), -sine, 1e-12);
+  EXPECT_NEAR(air_mesh::least_dihedral_sine(b, a, c, d), -sine, 1e-12);
 }
 
 TEST(TetShape, LeastSineIsThatOfTheAngles) {
   // Corners of no symmetry: the least sine is the least over the six angles.
   const Vec3 a{0, 0, 0}, b{2, 0.1, 0}, c{0.3, 1.4, 0.2}, d{0.5, 0.4, 0.9};
-  const auto range = detail::dihedral_range(a, b, c, d);
+  const auto range = air_mesh::dihedral_range(a, b, c, d);
   const double expected =
       std::min(std::sin(range.least * pi / 180.0), std::sin(range.greatest * pi / 180.0));
-  EXPECT_NEAR(detail::least_dihedral_sine(a, b, c, d), expected, 1e-12);
+  EXPECT_NEAR(air_mesh::least_dihedral_sine(a, b, c, d), expected, 1e-12);
 }
 
 TEST(ImproveTets, MovesAnInnerVertexToTheMiddle) {
@@ -262,7 +262,7 @@ TEST(ImproveTets, MovesAnInnerVertexToTheMiddle) {
   double volume = 0.0;
   for (const Tet& t : mesh.tets) {
     const auto at = [&](std::size_t i) { return mesh.vertices[std::size_t(t[i])]; };
-    EXPECT_GT(detail::dihedral_range(at(0), at(1), at(2), at(3)).least, 35.0);
+    EXPECT_GT(air_mesh::dihedral_range(at(0), at(1), at(2), at(3)).least, 35.0);
     volume += tet_volume(at(0), at(1), at(2), at(3));
   }
   EXPECT_NEAR(volume, 4.0 / 3.0, 1e-12);

@@ -6,8 +6,10 @@
 #include <numbers>
 #include <set>
 
+#include "air_mesh/build/build_air.hpp"
+#include "air_mesh/build/gap_boundary.hpp"
+#include "air_mesh/build/gap_mesh.hpp"
 #include "core/error.hpp"
-#include "meshing/detail/air_mesh.hpp"
 #include "meshing/detail/winding.hpp"
 #include "meshing/meshing.hpp"
 #include "tests/meshing/placed_balloon.hpp"
@@ -132,7 +134,7 @@ TEST_P(PlacedBalloon, HasARegionThatReachesPastThePoles) {
 }
 
 TEST_P(PlacedBalloon, HasItsRegionAllAroundIt) {
-  const auto gap = detail::close_region(region().mesh);
+  const auto gap = air_mesh::close_region(region().mesh);
   ASSERT_TRUE(gap.has_value());
   const detail::Winding winding(gap->shell);
   for (const Vec3& p : balloon().start.vertices) EXPECT_EQ(winding.at(p), 1);
@@ -155,7 +157,7 @@ TEST_P(PlacedBalloon, HasOnlyPositiveAir) {
 }
 
 TEST_P(PlacedBalloon, FillsTheGapWithAir) {
-  const auto gap = detail::close_region(region().mesh);
+  const auto gap = air_mesh::close_region(region().mesh);
   ASSERT_TRUE(gap.has_value());
   const double volume = enclosed_volume(gap->shell) - enclosed_volume(balloon().start);
   EXPECT_NEAR(test::sum_of_tets(air()) / volume, 1.0, 1e-9);
@@ -313,7 +315,7 @@ BalloonSetup place_in(const FusedVessels& fused) {
 
 TEST(PlaceBalloon, BesideAScrapOfWallIsAnInputError) {
   const BalloonSetup alone = place_in(fused_vessels(1));
-  const auto gap = detail::close_region(alone.region.mesh);
+  const auto gap = air_mesh::close_region(alone.region.mesh);
   ASSERT_TRUE(gap.has_value());
   const detail::Winding around_it(gap->shell);
   for (const Vec3& p : alone.balloon.start.vertices) EXPECT_EQ(around_it.at(p), 1);
@@ -336,7 +338,7 @@ TEST(PlaceBalloon, GivesTheSameBytesTwice) {
 
 TEST(TetrahedralizeGap, SurvivesInputThatCrossesItself) {
   TriangleMesh balloon = stenosed().setup.balloon.start;
-  const auto gap = detail::close_region(stenosed().setup.region.mesh);
+  const auto gap = air_mesh::close_region(stenosed().setup.region.mesh);
   ASSERT_TRUE(gap.has_value());
   for (Vec3& p : balloon.vertices) p += Vec3{1.0, 0.0, 0.0};  // through the wall of the throat
   std::vector<Vec3> vertices = balloon.vertices;
@@ -344,16 +346,16 @@ TEST(TetrahedralizeGap, SurvivesInputThatCrossesItself) {
   std::vector<Triangle> triangles = balloon.triangles;
   for (const Triangle& t : gap->shell.triangles)
     triangles.push_back({t[0] + 522, t[1] + 522, t[2] + 522});
-  EXPECT_THROW(detail::tetrahedralize_gap(vertices, triangles, {1.0, 0.0, 18.0}, 20.0),
+  EXPECT_THROW(air_mesh::tetrahedralize_gap(vertices, triangles, {1.0, 0.0, 18.0}, 20.0),
                InternalError);
 }
 
 TEST(TetrahedralizeGap, GivesUpWhenTimeIsUp) {
   const TriangleMesh& balloon = stenosed().setup.balloon.start;
-  const auto gap = detail::close_region(stenosed().setup.region.mesh);
+  const auto gap = air_mesh::close_region(stenosed().setup.region.mesh);
   ASSERT_TRUE(gap.has_value());
-  EXPECT_THROW(detail::tetrahedralize_gap(gap->shell.vertices, gap->shell.triangles,
-                                          balloon.vertices.back(), 1e-6),
+  EXPECT_THROW(air_mesh::tetrahedralize_gap(gap->shell.vertices, gap->shell.triangles,
+                                            balloon.vertices.back(), 1e-6),
                InternalError);
 }
 
@@ -363,8 +365,8 @@ TEST(MeshAir, FillsTheGapAroundABalloonThatHasLeftItsGuidewire) {
   TriangleMesh balloon = placed.setup.balloon.start;
   for (Vec3& p : balloon.vertices) p.x += 0.8;
   const TriangleMesh& region = placed.setup.region.mesh;
-  const TetMesh air = mesh_air(balloon, region);
-  const auto gap = detail::close_region(region);
+  const TetMesh air = air_mesh::build_air(balloon, region);
+  const auto gap = air_mesh::close_region(region);
   ASSERT_TRUE(gap.has_value());
   EXPECT_NEAR(test::sum_of_tets(air), enclosed_volume(gap->shell) - enclosed_volume(balloon), 1e-6);
 }
@@ -385,9 +387,9 @@ TEST(MeshAir, EndsBeforeARimWhoseCapTheWallHasPassed) {
   Vec3& p = wall.vertices[pushed];
   p = {0.6 * p.x, 0.6 * p.y, end + 0.3};
   ASSERT_EQ(count_self_intersections(wall), 0U);
-  ASSERT_GT(count_self_intersections(detail::close_region(wall)->shell), 0U);
+  ASSERT_GT(count_self_intersections(air_mesh::close_region(wall)->shell), 0U);
   const std::size_t balloon_count = setup.balloon.start.vertices.size();
-  const TetMesh air = mesh_air(setup.balloon.start, wall);
+  const TetMesh air = air_mesh::build_air(setup.balloon.start, wall);
   ASSERT_FALSE(air.tets.empty());
   std::vector<char> used(air.vertices.size(), 0);
   for (const Tet& t : air.tets)

@@ -7,9 +7,10 @@
 #include <fstream>
 #include <string>
 
+#include "air_mesh/build/gap_boundary.hpp"
+#include "air_mesh/build/gap_mesh.hpp"
 #include "centerline/centerline.hpp"
 #include "datasets/phantom.hpp"
-#include "meshing/detail/air_mesh.hpp"
 #include "meshing/meshing.hpp"
 #include "meshing/wall_layers.hpp"
 
@@ -53,7 +54,7 @@ void expect_sound_setup(const BalloonSetup& setup, const LumenMesh& lumen) {
     EXPECT_GT(volume, 0.0);
     sum += volume;
   }
-  const auto gap = detail::close_region(setup.region.mesh);
+  const auto gap = air_mesh::close_region(setup.region.mesh);
   ASSERT_TRUE(gap.has_value());
   EXPECT_NEAR(sum / (enclosed_volume(gap->shell) - enclosed_volume(setup.balloon.start)), 1.0,
               1e-6);

@@ -9,8 +9,8 @@
 #include <set>
 #include <string>
 
+#include "air_mesh/build/distances_ahead.hpp"
 #include "core/error.hpp"
-#include "meshing/detail/lumen_chords.hpp"
 #include "meshing/detail/outward_cone.hpp"
 #include "meshing/wall_layers.hpp"
 #include "tests/meshing/placed_balloon.hpp"
@@ -346,8 +346,8 @@ TEST(DistancesAhead, AreThoseToTheOppositeWall) {
   std::vector<Vec3> inward = vertex_normals(tube);
   for (Vec3& n : inward) n = -1.0 * n;
   const std::vector<double> reach(tube.vertices.size(), 5.0);
-  const auto inside = detail::distances_ahead(tube, inward, reach, detail::Side::inside);
-  const auto outside = detail::distances_ahead(tube, inward, reach, detail::Side::outside);
+  const auto inside = air_mesh::distances_ahead(tube, inward, reach, air_mesh::Side::inside);
+  const auto outside = air_mesh::distances_ahead(tube, inward, reach, air_mesh::Side::outside);
   for (std::size_t v = 0; v < inside.size(); ++v) {
     if (std::abs(tube.vertices[v].z - 5.0) > 4.0) continue;
     EXPECT_NEAR(inside[v], 3.0, 0.02);

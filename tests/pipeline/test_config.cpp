@@ -4,8 +4,8 @@
 
 #include "core/atomic_file.hpp"
 #include "core/error.hpp"
+#include "pipeline/case/stage.hpp"
 #include "pipeline/config/config.hpp"
-#include "pipeline/stages/stage.hpp"
 #include "run_program.hpp"
 
 namespace angio::pipeline {

@@ -7,8 +7,11 @@
 #include "core/atomic_file.hpp"
 #include "core/error.hpp"
 #include "other_value.hpp"
+#include "pipeline/experiments/cloth.hpp"
+#include "pipeline/experiments/workflow.hpp"
 #include "pipeline/stages/stage_keys.hpp"
 #include "pipeline/stages/stage_settings.hpp"
+#include "pipeline/stages/stage_table.hpp"
 #include "run_program.hpp"
 
 namespace angio::pipeline {
@@ -19,7 +22,7 @@ std::set<Stage> stages_changed(const Config& config, const std::string& key) {
   Config other = config;
   apply_setting(other, key + "=" + test::other_value(config, key));
   std::set<Stage> changed;
-  for (const StageDefinition& stage : stage_table(config))
+  for (const StageDefinition& stage : workflow_of(config).stages)
     if (stage_key(stage, config, {}, {}) != stage_key(stage, other, {}, {}))
       changed.insert(stage.stage);
   return changed;
@@ -39,15 +42,15 @@ Config narrowing_config() {
 
 TEST(StageTable, IsInTheOrderOfTheStages) {
   for (const Config& config : {Config(), cloth_config()}) {
-    ASSERT_EQ(stage_table(config).size(), std::size_t(kStageCount));
+    ASSERT_EQ(workflow_of(config).stages.size(), std::size_t(kStageCount));
     for (int s = 0; s < kStageCount; ++s)
-      EXPECT_EQ(stage_table(config)[std::size_t(s)].stage, Stage(s));
+      EXPECT_EQ(workflow_of(config).stages[std::size_t(s)].stage, Stage(s));
   }
 }
 
 TEST(StageTable, AStageReadsWhatEarlierStagesHaveLeft) {
   for (const Config& config : {Config(), cloth_config()})
-    for (const StageDefinition& stage : stage_table(config))
+    for (const StageDefinition& stage : workflow_of(config).stages)
       for (const std::string& file : stage.inputs)
         EXPECT_LT(parse_stage(file.substr(0, file.find('/'))), stage.stage) << file;
 }
@@ -135,7 +138,7 @@ TEST(StageKey, HoldsWhatMoreThanOneStageReads) {
 
 TEST(StageKey, ChangesWithEveryFileThatIsRead) {
   const Config config;
-  for (const StageDefinition& stage : stage_table(config))
+  for (const StageDefinition& stage : workflow_of(config).stages)
     for (const std::string& file : stage.inputs) {
       const std::string none = stage_key(stage, config, {}, {});
       EXPECT_NE(stage_key(stage, config, {}, {{file, "1"}}), none) << file;
@@ -143,11 +146,11 @@ TEST(StageKey, ChangesWithEveryFileThatIsRead) {
                 stage_key(stage, config, {}, {{file, "2"}}))
           << file;
     }
-  EXPECT_TRUE(names_file(stage_table(config)[3].inputs, "meshing/wall.vtu"));
+  EXPECT_TRUE(names_file(workflow_of(config).stages[3].inputs, "meshing/wall.vtu"));
 }
 
 TEST(StageKey, OfTheReportChangesWithWhatTheStagesSaid) {
-  const StageDefinition& report = stage_table({}).back();
+  const StageDefinition& report = vessel_workflow().stages.back();
   RunRecord run;
   run.stages[Stage::meshing].status = "done";
   const std::string before = stage_key(report, {}, run, {});
@@ -159,7 +162,7 @@ TEST(StageKey, OfTheReportChangesWithWhatTheStagesSaid) {
 }
 
 TEST(StageKey, HoldsTheBackendThatWasAskedFor) {
-  const StageDefinition& simulation = stage_table({})[std::size_t(Stage::simulation)];
+  const StageDefinition& simulation = vessel_workflow().stages[std::size_t(Stage::simulation)];
   RunRecord run;
   run.backend = "cpu";
   Config cpu, cuda;
@@ -193,7 +196,7 @@ struct DoneCase {
     const char* files[] = {"segmentation/lumen_level_set.nrrd", "centerline/centerlines.vtp",
                            "meshing/placement.json", "simulation/summary.json",
                            "report/index.html"};
-    for (const StageDefinition& stage : stage_table(config)) {
+    for (const StageDefinition& stage : workflow_of(config).stages) {
       const char* file = files[int(stage.stage)];
       write_text_atomically(root / file, "<html>\n<body>\nfirst</body>\n");
       StageRecord& record = run.stages[stage.stage];
@@ -203,7 +206,7 @@ struct DoneCase {
     }
   }
   [[nodiscard]] std::set<Stage> stale() {
-    mark_stale(folder, config, run);
+    mark_stale(folder, workflow_of(config), config, run);
     std::set<Stage> stages;
     for (const auto& [stage, record] : run.stages)
       if (record.is_stale) stages.insert(stage);

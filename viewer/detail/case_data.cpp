@@ -9,6 +9,7 @@
 
 #include "core/atomic_file.hpp"
 #include "core/error.hpp"
+#include "formats/case_file.hpp"
 #include "formats/files.hpp"
 #include "formats/html.hpp"
 #include "formats/nrrd.hpp"
@@ -16,6 +17,7 @@
 #include "viewer/detail/report_charts.hpp"
 
 namespace angio::viewer::detail {
+namespace case_file = formats::case_file;
 namespace fs = std::filesystem;
 namespace {
 
@@ -82,7 +84,7 @@ CaseData read_case(const fs::path& folder) {
   std::error_code ignored;
   if (!fs::is_directory(folder, ignored))
     throw InputError("no such case: " + folder.string(), ExitCode::no_input);
-  const fs::path lumen = folder / "meshing" / "lumen.vtp";
+  const fs::path lumen = folder / case_file::kLumen;
   if (!fs::exists(lumen, ignored))
     throw InputError(folder.string() +
                          " has nothing to show yet (meshing/lumen.vtp is missing). Run `angio "
@@ -91,17 +93,17 @@ CaseData read_case(const fs::path& folder) {
                      ExitCode::no_input);
   CaseData data;
   data.lumen = formats::read_surface(lumen).mesh;
-  const fs::path scan = folder / "segmentation" / "volume.nrrd";
+  const fs::path scan = folder / case_file::kScan;
   if (fs::exists(scan, ignored)) data.scan = formats::read_nrrd(scan);
-  const fs::path lines = folder / "centerline" / "centerlines.vtp";
+  const fs::path lines = folder / case_file::kCenterlines;
   if (fs::exists(lines, ignored)) data.paths = read_paths(lines);
-  const fs::path collection = folder / "simulation" / "simulation.pvd";
+  const fs::path collection = folder / case_file::kFrameList;
   if (fs::exists(collection, ignored)) data.frames = read_frame_list(collection);
-  const fs::path still_wire = folder / "meshing" / "guidewire.vtp";
+  const fs::path still_wire = folder / case_file::kGuidewire;
   if (fs::exists(still_wire, ignored))
     for (FrameFiles& frame : data.frames)
       if (frame.guidewire.empty()) frame.guidewire = still_wire;
-  const fs::path table = folder / "simulation" / "timeseries.csv";
+  const fs::path table = folder / case_file::kTimeSeries;
   if (fs::exists(table, ignored)) data.series = read_time_series(table);
   return data;
 }

@@ -1,26 +1,17 @@
 #include "viewer/detail/pictures_3d.hpp"
 
-#include <vtkNew.h>
-#include <vtkTextProperty.h>
-
 #include <algorithm>
 #include <cmath>
 
 #include "formats/html.hpp"
 #include "viewer/detail/scene.hpp"
+#include "viewer/detail/sheet.hpp"
 
 namespace angio::viewer::detail {
 namespace {
 
 constexpr int kCloseUpWidth = 900;  // [pixel]
 constexpr int kTreeLongSide = 820;  // [pixel]
-
-/// A renderer on white paper with a scale bar.
-vtkSmartPointer<vtkRenderer> make_stage() {
-  auto renderer = vtkSmartPointer<vtkRenderer>::New();
-  renderer->SetBackground(1.0, 1.0, 1.0);
-  return renderer;
-}
 
 /// All moments' walls as one cloud, so that one frame holds them all.
 TriangleMesh all_walls(const ReportContent& content) {
@@ -96,53 +87,6 @@ double usual_peak(const std::vector<Moment>& moments) {
   }
   return peak;
 }
-
-/// The title in a panel's upper left corner.
-void add_panel_title(vtkRenderer* renderer, const std::string& title, int panel_height) {
-  const auto text = make_text(title, 13 * kSupersampling, colors::kInk);
-  text->SetPosition(8.0 * kSupersampling, (panel_height - 20.0) * kSupersampling);
-  text->GetTextProperty()->SetBackgroundColor(1.0, 1.0, 1.0);
-  text->GetTextProperty()->SetBackgroundOpacity(0.85);
-  renderer->AddActor2D(text);
-}
-
-/// Panels row by row on one sheet, with a strip for their keys below.
-class Sheet {
- public:
-  Sheet(int columns, std::size_t panel_count, int panel_width, int panel_height, int strip_height)
-      : columns_(columns),
-        panel_width_(panel_width),
-        panel_height_(panel_height),
-        picture_(blank_picture(
-            columns * panel_width,
-            (int(panel_count) + columns - 1) / columns * panel_height + strip_height)) {}
-
-  void add(vtkRenderer* renderer) {
-    // A gutter of white paper parts neighbours.
-    paste(render_offscreen({renderer}, panel_width_ - kGutter, panel_height_ - kGutter),
-          next_ % columns_ * panel_width_ + kGutter / 2,
-          next_ / columns_ * panel_height_ + kGutter / 2, picture_);
-    ++next_;
-  }
-  /// @param mm_per_pixel  of the panels, for the scale bar; 0: none
-  void add_strip(vtkRenderer* renderer, int strip_height, double mm_per_pixel) {
-    ViewFrame frame;
-    frame.half_width_mm = 0.5 * mm_per_pixel * picture_.width;
-    frame.half_height_mm = 0.5 * mm_per_pixel * strip_height;
-    aim(renderer, frame, double(picture_.width) / strip_height);
-    ScaleBar bar(renderer, kSupersampling, colors::kInk);
-    paste(render_offscreen({renderer}, picture_.width, strip_height, [&] { bar.update(); }), 0,
-          picture_.height - strip_height, picture_);
-  }
-  [[nodiscard]] Picture take() { return std::move(picture_); }
-
-  static constexpr int kGutter = 14;  // [pixel]
-
- private:
-  int columns_, panel_width_, panel_height_;
-  int next_ = 0;
-  Picture picture_;
-};
 
 }  // namespace
 
@@ -228,59 +172,6 @@ std::vector<Figure> draw_sequence(const ReportContent& content) {
            "The balloon (blue, its guidewire dark) in the vessel from its insertion to the end of "
            "its deflation; the "
            "wall's colour is the pressure of the balloon on it.",
-           sheet.take()}};
-}
-
-std::vector<Figure> draw_cloth(const ReportContent& content) {
-  if (content.cloth.empty()) return {};
-  constexpr int kPanel = 340, kStrip = 74;
-  const int columns = int(content.cloth.size());
-  TriangleMesh all;  // one frame for all states
-  for (const ClothMoment& moment : content.cloth)
-    all.vertices.insert(all.vertices.end(), moment.mesh.vertices.begin(),
-                        moment.mesh.vertices.end());
-  const Bounds around = bounds(all);
-  ViewFrame frame;
-  frame.focus = around.center;
-  frame.direction = {0, 0, -1};
-  frame.up = {0, 1, 0};
-  frame.half_width_mm = frame.half_height_mm = 1.25 * around.radius_mm / std::sqrt(2.0);
-
-  // A few vertices at the corners are far thinner than the rest; they get the last colour.
-  std::vector<double> last = content.cloth.back().thickness_mm;
-  std::sort(last.begin(), last.end());
-  const double low = last[last.size() / 30], high = content.cloth.front().thickness_mm.front();
-  const auto map = make_thickness_colors(low, high);
-  Sheet sheet(columns, 2 * content.cloth.size(), kPanel, kPanel, kStrip);
-  for (const bool with_thickness : {false, true})
-    for (const ClothMoment& moment : content.cloth) {
-      const auto renderer = make_stage();
-      const auto surface = make_surface(moment.mesh, {colors::kCloth, 1.0});
-      if (with_thickness)
-        color_by(surface, moment.thickness_mm, map);
-      else
-        show_edges(surface);
-      renderer->AddActor(surface);
-      aim(renderer, frame, 1.0);
-      const auto [least, most] =
-          std::minmax_element(moment.thickness_mm.begin(), moment.thickness_mm.end());
-      add_panel_title(renderer,
-                      with_thickness ? formats::fixed_text(*least, 3) + " to " +
-                                           formats::fixed_text(*most, 3) + " mm"
-                                     : moment.title,
-                      kPanel - Sheet::kGutter);
-      sheet.add(renderer);
-    }
-  const auto strip = make_stage();
-  const double width = double(columns) * kPanel * kSupersampling;
-  add_color_bar(strip, map, "thickness [mm]",
-                {0.5 * width, 26.0 * kSupersampling, 0.46 * width, 14.0 * kSupersampling},
-                kSupersampling, colors::kInk);
-  sheet.add_strip(strip, kStrip, 2.0 * frame.half_width_mm / (kPanel - Sheet::kGutter));
-  return {{"cloth.png",
-           "The cloth pulled at its four corners (growth of the corners' distance): its mesh, and "
-           "below its thickness. Thinner than " +
-               formats::fixed_text(low, 3) + " mm are only the corners.",
            sheet.take()}};
 }
 

@@ -17,9 +17,6 @@ std::vector<Figure> draw_moments(const ReportContent& content);
 /// the translucent wall, which is coloured by contact pressure. Empty if there is no sequence.
 std::vector<Figure> draw_sequence(const ReportContent& content);
 
-/// The cloth's mesh above its thickness, as the seed paper's Figure 5; empty if there is none.
-std::vector<Figure> draw_cloth(const ReportContent& content);
-
 /// The wall coloured by contact pressure at the moment where it is highest; empty if nothing
 /// touches.
 std::vector<Figure> draw_contact(const ReportContent& content);

@@ -7,6 +7,7 @@
 
 #include "core/atomic_file.hpp"
 #include "core/error.hpp"
+#include "formats/case_file.hpp"
 #include "formats/files.hpp"
 #include "formats/html.hpp"
 #include "formats/nrrd.hpp"
@@ -15,6 +16,7 @@
 #include "viewer/level_set_surface.hpp"
 
 namespace angio::viewer::detail {
+namespace case_file = formats::case_file;
 namespace fs = std::filesystem;
 namespace {
 
@@ -49,9 +51,9 @@ json part(const json& node, const char* key) {
 
 TriangleMesh read_lumen(const fs::path& folder) {
   std::error_code ignored;
-  for (const char* name : {"meshing/lumen.vtp", "segmentation/lumen_surface.vtp"})
+  for (const char* name : {case_file::kLumen, case_file::kGivenLumen})
     if (fs::exists(folder / name, ignored)) return formats::read_surface(folder / name).mesh;
-  const fs::path level_set = folder / "segmentation/lumen_level_set.nrrd";
+  const fs::path level_set = folder / case_file::kLevelSet;
   if (!fs::exists(level_set, ignored)) return {};
   return zero_surface(formats::read_nrrd(level_set));
 }
@@ -85,10 +87,10 @@ void read_balloon(const fs::path& folder, ReportContent& content) {
     return fs::exists(file, ignored) ? formats::read_polylines(file).points : std::vector<Vec3>();
   };
   CaseData data;
-  if (fs::exists(folder / "simulation/simulation.pvd", ignored))
-    data.frames = read_frame_list(folder / "simulation/simulation.pvd");
-  if (fs::exists(folder / "simulation/timeseries.csv", ignored))
-    data.series = read_time_series(folder / "simulation/timeseries.csv");
+  if (fs::exists(folder / case_file::kFrameList, ignored))
+    data.frames = read_frame_list(folder / case_file::kFrameList);
+  if (fs::exists(folder / case_file::kTimeSeries, ignored))
+    data.series = read_time_series(folder / case_file::kTimeSeries);
   if (!data.frames.empty()) {
     const FrameFiles& peak = data.frames[peak_frame(data)];
     content.moments.push_back(
@@ -96,14 +98,14 @@ void read_balloon(const fs::path& folder, ReportContent& content) {
          formats::read_surface(peak.balloon).mesh,
          formats::read_surface(peak.vessel).mesh,
          {},
-         read_wire(peak.guidewire.empty() ? folder / "meshing/guidewire.vtp" : peak.guidewire)});
-  } else if (fs::exists(folder / "meshing/balloon.vtp", ignored) &&
-             fs::exists(folder / "meshing/region.vtp", ignored)) {
+         read_wire(peak.guidewire.empty() ? folder / case_file::kGuidewire : peak.guidewire)});
+  } else if (fs::exists(folder / case_file::kBalloon, ignored) &&
+             fs::exists(folder / case_file::kRegion, ignored)) {
     content.moments.push_back({"the balloon as placed; not simulated",
-                               formats::read_surface(folder / "meshing/balloon.vtp").mesh,
-                               formats::read_surface(folder / "meshing/region.vtp").mesh,
+                               formats::read_surface(folder / case_file::kBalloon).mesh,
+                               formats::read_surface(folder / case_file::kRegion).mesh,
                                {},
-                               read_wire(folder / "meshing/guidewire.vtp")});
+                               read_wire(folder / case_file::kGuidewire)});
   }
 }
 
@@ -212,13 +214,13 @@ void read_parts(const fs::path& folder, SheetCase& sheet) {
   ReportContent& content = sheet.content;
   std::error_code ignored;
   content.lumen = read_lumen(folder);
-  if (fs::exists(folder / "segmentation/volume.nrrd", ignored))
-    content.volume = formats::read_nrrd(folder / "segmentation/volume.nrrd");
-  if (fs::exists(folder / "centerline/centerlines.vtp", ignored))
-    content.tree.paths = read_paths(folder / "centerline/centerlines.vtp");
-  sheet.lesions = read_lesions(folder / "centerline/lesions.json");
+  if (fs::exists(folder / case_file::kScan, ignored))
+    content.volume = formats::read_nrrd(folder / case_file::kScan);
+  if (fs::exists(folder / case_file::kCenterlines, ignored))
+    content.tree.paths = read_paths(folder / case_file::kCenterlines);
+  sheet.lesions = read_lesions(folder / case_file::kLesions);
   read_balloon(folder, content);
-  read_after(folder / "simulation/lumen_profile.csv", content.after);
+  read_after(folder / case_file::kProfile, content.after);
 }
 
 }  // namespace
@@ -227,7 +229,8 @@ SheetCase read_sheet_case(const fs::path& folder, const fs::path& log) {
   SheetCase sheet;
   sheet.name = folder.filename().empty() ? folder.parent_path().filename().string()
                                          : folder.filename().string();
-  const json run = read_json(folder / "run.json"), metrics = read_json(folder / "metrics.json");
+  const json run = read_json(folder / case_file::kRun),
+             metrics = read_json(folder / case_file::kMetrics);
   read_run(run, sheet);
   try {
     read_parts(folder, sheet);

@@ -1,0 +1,53 @@
+#include "centerline/resolution.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace angio::centerline {
+
+Resolution resolution_of_voxels(const Vec3& spacing) {
+  Resolution resolution;
+  resolution.longest_mm = std::max({spacing.x, spacing.y, spacing.z});
+  resolution.mean_mm = std::cbrt(spacing.x * spacing.y * spacing.z);
+  return resolution;
+}
+
+LesionOptions lesion_options(LesionOptions options, const Resolution& resolution) {
+  options.voxel_mm = resolution.mean_mm;
+  if (resolution.surface)
+    options.least_diameter_mm = [surface = resolution.surface](const Vec3& place, double reach) {
+      return least_diameter_shown(*surface, place, reach);
+    };
+  return options;
+}
+
+LesionOptions whole_tree(LesionOptions options) {
+  options.centerline = -1;
+  options.abscissa_mm = -1.0;
+  return options;
+}
+
+double least_diameter_shown(const TriangleMesh& surface, const Vec3& place, double reach) {
+  constexpr double kEdges = 2.0;
+  std::vector<double> edges;
+  double nearest = std::numeric_limits<double>::max(), nearest_edge = 0.0;
+  for (const Triangle& t : surface.triangles) {
+    const Vec3 &a = surface.vertices[std::size_t(t[0])], &b = surface.vertices[std::size_t(t[1])],
+               &c = surface.vertices[std::size_t(t[2])];
+    const double away = distance((a + b + c) / 3.0, place);
+    if (away > reach && away >= nearest) continue;
+    const double edge = (distance(a, b) + distance(b, c) + distance(c, a)) / 3.0;
+    if (away <= reach) edges.push_back(edge);
+    if (away < nearest) {
+      nearest = away;
+      nearest_edge = edge;
+    }
+  }
+  if (edges.empty()) return kEdges * nearest_edge;
+  const auto middle = edges.begin() + std::ptrdiff_t(edges.size() / 2);
+  std::nth_element(edges.begin(), middle, edges.end());
+  return kEdges * *middle;
+}
+
+}  // namespace angio::centerline

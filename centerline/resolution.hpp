@@ -1,0 +1,30 @@
+#pragma once
+
+#include <memory>
+
+#include "centerline/centerline.hpp"
+
+namespace angio::centerline {
+
+/// What the data that a lumen was found in can show: a scan by its voxels, a surface by its
+/// triangles.
+struct Resolution {
+  double longest_mm = 0.0;  ///< edge of a voxel. Narrower throats are seen, but not measured
+  double mean_mm = 0.0;     ///< edge of a cube of a voxel's volume
+  std::shared_ptr<const TriangleMesh> surface;  ///< null: there are voxels
+};
+
+/// Of voxels of a size [mm].
+Resolution resolution_of_voxels(const Vec3& spacing);
+
+/// The settings for lesions, with what the data can show.
+LesionOptions lesion_options(LesionOptions options, const Resolution& resolution);
+
+/// The same for the whole tree, wherever the settings want to look.
+LesionOptions whole_tree(LesionOptions options);
+
+/// The narrowest vessel that a surface shows around a place: of six vertices around, so two of its
+/// edges wide. The edges are the median of those within `reach` [mm], or of the nearest triangle.
+double least_diameter_shown(const TriangleMesh& surface, const Vec3& place, double reach);
+
+}  // namespace angio::centerline

@@ -1,0 +1,41 @@
+#include "pipeline/case/input_kind.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cctype>
+#include <filesystem>
+#include <set>
+
+#include "core/error.hpp"
+#include "datasets/phantom.hpp"
+
+namespace angio::pipeline {
+namespace fs = std::filesystem;
+
+InputKind input_kind(const std::string& input) {
+  if (input.starts_with(kPhantomPrefix)) {
+    try {
+      datasets::parse_phantom(input);
+    } catch (const OptionError& error) {  // on the command line, not in a configuration
+      throw Error(ExitCode::usage, error.what());
+    }
+    return InputKind::phantom;
+  }
+  if (!fs::exists(input))
+    throw InputError(fmt::format("there is no {} (no such file or folder). Check the path", input),
+                     ExitCode::no_input);
+  std::string extension = fs::path(input).extension().string();
+  std::transform(extension.begin(), extension.end(), extension.begin(),
+                 [](unsigned char c) { return char(std::tolower(c)); });
+  const std::set<std::string> surfaces = {".stl", ".vtp", ".ply", ".obj"};
+  return surfaces.contains(extension) && !fs::is_directory(input) ? InputKind::surface
+                                                                  : InputKind::volume;
+}
+
+const char* name(InputKind kind) {
+  constexpr const char* kNames[] = {"volume", "surface", "phantom"};
+  return kNames[int(kind)];
+}
+
+}  // namespace angio::pipeline

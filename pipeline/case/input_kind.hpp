@@ -1,0 +1,15 @@
+#pragma once
+
+#include <string>
+
+namespace angio::pipeline {
+
+inline constexpr const char* kPhantomPrefix = "phantom:";
+
+/// What kind of thing INPUT names. @throws InputError (66) if it does not exist, Error (64) for a
+/// phantom that there is not
+enum class InputKind { volume, surface, phantom };
+InputKind input_kind(const std::string& input);
+const char* name(InputKind kind);
+
+}  // namespace angio::pipeline

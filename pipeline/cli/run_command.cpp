@@ -1,0 +1,110 @@
+#include "pipeline/cli/run_command.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <CLI/CLI.hpp>
+#include <string_view>
+
+#include "core/error.hpp"
+#include "pipeline/experiments/paper_input.hpp"
+#include "pipeline/experiments/workflow.hpp"
+
+namespace angio::pipeline {
+namespace {
+
+constexpr std::string_view kPaperPrefix = "paper-";  // of the experiments' presets
+
+/// What `run` and `experiment` share.
+void add_case_options(CLI::App& command, RunArguments& run) {
+  command.add_option("-o,--output", run.request.case_folder, "the case's folder")
+      ->type_name("CASE");
+  command.add_option("--name", run.request.case_name,
+                     "the case's name in the report; otherwise a hash of the input");
+  command.add_option("--from", run.from, "run this stage and those after it again")
+      ->type_name("STAGE");
+  command
+      .add_option("--until", run.until,
+                  "last stage: segmentation, centerline, meshing, simulation or report")
+      ->type_name("STAGE");
+  add_read_options(command, run.read);
+  add_unit_option(command, run.unit);
+  command
+      .add_option(
+          "--inlet", run.inlet,
+          "where blood comes in: a point in LPS [mm], or of a surface the number of an open\n"
+          "end as `angio inspect` lists them; otherwise told by the tree's shape")
+      ->type_name("X,Y,Z|END");
+  command.add_flag("--force", run.request.force, "run everything again, into any folder");
+  command.add_flag(
+      "--keep-link", run.request.keep_link,
+      "keep the input's path in source.private.json and, of a DICOM scan, the lumen as\n"
+      "DICOM SEG in segmentation.private.dcm (mode 0600)");
+  command.add_flag("--print-config", run.print_config, "print every option in force and end");
+  add_run_options(command, run.shared);
+}
+
+}  // namespace
+
+void add_run_command(CLI::App& app, RunArguments& run) {
+  CLI::App& command = *app.add_subcommand(
+      "run",
+      "every stage, from the input to the report\n"
+      "INPUT: a DICOM folder or file, a volume (.nrrd .nhdr .mha .mhd .nii .nii.gz .vti), a\n"
+      "lumen surface (.stl .vtp .ply .obj), or phantom:NAME[,key=value...]; none with a preset of\n"
+      "the seed paper's experiments (paper-...)");
+  command.add_option("INPUT", run.request.input, "scan, surface or phantom");
+  add_case_options(command, run);
+}
+
+void add_experiment_command(CLI::App& app, ExperimentArguments& experiment) {
+  std::vector<std::string> names;
+  for (const std::string& preset : preset_names())
+    if (preset.starts_with(kPaperPrefix)) names.push_back(preset.substr(kPaperPrefix.size()));
+  CLI::App& command = *app.add_subcommand(
+      "experiment",
+      "an experiment of the seed paper: `angio run` with the preset paper-NAME\n"
+      "NAME: " +
+          fmt::format("{}", fmt::join(names, ", ")) +
+          "\nINPUT: your own vessel, for the coronaries");
+  command.add_option("NAME", experiment.name, "which experiment")
+      ->required()
+      ->check(CLI::IsMember(names));
+  command.add_option("INPUT", experiment.run.request.input, "scan or surface, for the coronaries");
+  add_case_options(command, experiment.run);
+}
+
+int do_run(RunArguments& run) {
+  apply_options(run.request.config, run.shared);
+  apply_read_options(run.request.config, run.read);
+  if (!run.unit.empty()) apply_setting(run.request.config, "input.unit=" + run.unit);
+  if (run.inlet.find(',') != std::string::npos)
+    apply_setting(run.request.config, "centerline.inlet_lps_mm=[" + run.inlet + "]");
+  else if (!run.inlet.empty())
+    apply_setting(run.request.config, "centerline.inlet_end=" + run.inlet);
+  if (run.print_config) {
+    fmt::print("{}", to_toml(run.request.config));
+    return int(ExitCode::done);
+  }
+  if (run.request.input.empty()) run.request.input = default_input(run.request.config);
+  if (run.request.input.empty() || run.request.case_folder.empty())
+    throw Error(ExitCode::usage,
+                "`angio run` needs an INPUT, before any --set, and -o CASE. See "
+                "`angio run --help`");
+  check_experiment_input(run.request.config, run.request.input);
+  if (!run.from.empty()) run.request.from = parse_stage(run.from);
+  if (!run.until.empty()) run.request.until = parse_stage(run.until);
+  if (run.request.from && *run.request.from > run.request.until)
+    throw Error(ExitCode::usage, "--from names a stage after --until");
+  Reporter reporter(run.shared.style());
+  reporter.result(run_case(workflow_of(run.request.config), run.request, reporter).string());
+  return int(ExitCode::done);
+}
+
+int do_experiment(ExperimentArguments& experiment) {
+  auto& presets = experiment.run.shared.presets;
+  presets.insert(presets.begin(), std::string(kPaperPrefix) + experiment.name);
+  return do_run(experiment.run);
+}
+
+}  // namespace angio::pipeline

@@ -1,0 +1,69 @@
+#include "pipeline/cli/shared_options.hpp"
+
+#include <fmt/format.h>
+#include <omp.h>
+
+#include <CLI/CLI.hpp>
+#include <filesystem>
+
+#include "core/error.hpp"
+#include "pipeline/config/balloon_file.hpp"
+
+namespace angio::pipeline {
+namespace fs = std::filesystem;
+
+void add_output_options(CLI::App& command, SharedOptions& shared) {
+  command.add_flag("--quiet", shared.quiet, "no progress; warnings and errors only");
+  command.add_flag("--json", shared.json, "results and events as JSON on standard output");
+}
+
+void add_run_options(CLI::App& command, SharedOptions& shared) {
+  add_output_options(command, shared);
+  command.add_option("--config", shared.config_file, "options from a TOML file (a case.toml)")
+      ->type_name("FILE");
+  command.add_option("--set", shared.settings, "one option or more; --print-config lists them all")
+      ->type_name("SECTION.KEY=VALUE")
+      ->expected(1, -1);
+  command.add_option("--preset", shared.presets,
+                     preset_help())
+      ->type_name("NAME")
+      ->allow_extra_args(false);  // else it takes INPUT for a second one
+  command
+      .add_option("--balloon", shared.balloon,
+                  "a balloon of the catalogue (`angio inflate --list`): its size, skin, chart and "
+                  "nominal pressure")
+      ->type_name("NAME");
+  command
+      .add_option("--catalogue", shared.catalogue, "balloons of your own, TOML as balloons.toml")
+      ->type_name("FILE");
+  command
+      .add_option("--contact", shared.contact,
+                  "how balloon and wall touch: barrier (default), or paper (for comparison)")
+      ->check(CLI::IsMember({"barrier", "paper"}));
+  command.add_option("--backend", shared.backend, "where the simulation runs: auto, cpu or cuda")
+      ->check(CLI::IsMember({"auto", "cpu", "cuda"}))
+      ->capture_default_str();
+  command
+      .add_option("--threads", shared.threads, "CPU threads, 1 to 1024; 0: as many as there are")
+      ->check(CLI::Range(0, 1024))
+      ->capture_default_str();
+}
+
+void apply_options(Config& config, const SharedOptions& shared) {
+  if (!shared.config_file.empty()) {
+    if (!fs::exists(shared.config_file))
+      throw InputError(
+          fmt::format("there is no {} (no such configuration file)", shared.config_file),
+          ExitCode::no_input);
+    load_config(config, shared.config_file);
+  }
+  for (const std::string& preset : shared.presets) apply_preset(config, preset);
+  if (!shared.balloon.empty())
+    apply_balloon(config, find_balloon(balloon_catalogue(shared.catalogue), shared.balloon));
+  if (!shared.contact.empty()) apply_setting(config, "simulation.contact_model=" + shared.contact);
+  for (const std::string& setting : shared.settings) apply_setting(config, setting);
+  config.simulation.backend = backend_of(shared.backend);
+  if (shared.threads > 0) omp_set_num_threads(shared.threads);
+}
+
+}  // namespace angio::pipeline

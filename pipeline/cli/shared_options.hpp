@@ -1,0 +1,35 @@
+#pragma once
+
+#include <CLI/App.hpp>
+#include <string>
+#include <vector>
+
+#include "pipeline/config/config.hpp"
+#include "pipeline/stages/reporter.hpp"
+
+namespace angio::pipeline {
+
+/// Options that several commands share, as they stand on the command line.
+struct SharedOptions {
+  std::string config_file;
+  std::vector<std::string> presets;
+  std::vector<std::string> settings;
+  std::string balloon, catalogue;
+  std::string contact;
+  std::string backend = "auto";
+  int threads = 0;
+  bool quiet = false;
+  bool json = false;
+
+  [[nodiscard]] ReportStyle style() const {
+    return json ? ReportStyle::json : (quiet ? ReportStyle::quiet : ReportStyle::automatic);
+  }
+};
+
+void add_output_options(CLI::App& command, SharedOptions& shared);
+void add_run_options(CLI::App& command, SharedOptions& shared);
+
+/// Files first, then presets, the balloon, and single settings, so that the more special wins.
+void apply_options(Config& config, const SharedOptions& shared);
+
+}  // namespace angio::pipeline

@@ -1,0 +1,11 @@
+#pragma once
+
+#include "pipeline/stages/stage_settings.hpp"
+#include "pipeline/stages/stage_work.hpp"
+
+namespace angio::pipeline {
+
+/// The work of the stage meshing: reads the case's files, calls the stage's verb, writes its files.
+void do_meshing(StageWork& work, const MeshingSettings& settings);
+
+}  // namespace angio::pipeline

@@ -1,0 +1,12 @@
+#pragma once
+
+#include "pipeline/stages/stage_settings.hpp"
+#include "pipeline/stages/stage_work.hpp"
+
+namespace angio::pipeline {
+
+/// The work of the stage simulation: reads the case's files, calls the stage's verb, writes its
+/// files.
+void do_simulation(StageWork& work, const SimulationSettings& settings);
+
+}  // namespace angio::pipeline

@@ -1,0 +1,98 @@
+#include "viewer/detail/report_page.hpp"
+
+#include <array>
+
+#include "core/atomic_file.hpp"
+#include "formats/html.hpp"
+#include "viewer/detail/page_style.hpp"
+
+namespace angio::viewer::detail {
+namespace fs = std::filesystem;
+namespace {
+
+constexpr const char* kMethodNotes =
+    "<p>Coordinates in every file are DICOM patient space, LPS, in millimetres: x to the patient's "
+    "left, y to the back, z to the head.</p>"
+    "<p>MLD is twice the largest inscribed radius at the narrowest place; MLA the least area of a "
+    "section at right angles to the vessel. Diameter stenosis = 100 (1 − MLD / reference "
+    "diameter); the interpolated reference is the healthy vessel's diameter at the narrowest "
+    "place, read off a line through the healthy stretches before and behind; the average reference "
+    "is the mean of the healthy diameters on both sides. Acute gain = MLD after − MLD before. "
+    "Recoil = balloon diameter at peak − MLD "
+    "after. Pressures are above the outside.</p>\n";
+
+}  // namespace
+
+std::string Album::block(const std::vector<Figure>& figures, const std::string& css) const {
+  if (figures.empty()) return {};
+  std::string out = "<div class=\"" + css + "\">";
+  for (const Figure& figure : figures) out += element(figure);
+  return out + "</div>\n";
+}
+
+std::string Album::element(const Figure& figure) const {
+  const std::string png = png_bytes(figure.picture);
+  write_text_atomically(folder_ / figure.file, png);
+  const std::string caption = formats::escape_html(figure.caption);
+  return "<figure><img width=\"" + std::to_string(figure.picture.width) + "\" height=\"" +
+         std::to_string(figure.picture.height) + "\" alt=\"" + caption +
+         "\" src=\"data:image/png;base64," + formats::base64(png) + "\"><figcaption>" + caption +
+         "</figcaption></figure>\n";
+}
+
+std::string section(const std::string& title, const std::string& body) {
+  return body.empty()
+             ? ""
+             : "<section><h2>" + formats::escape_html(title) + "</h2>\n" + body + "</section>\n";
+}
+
+std::string page_head(const std::string& title_text, const std::string& version) {
+  const std::string title = formats::escape_html(title_text);
+  return "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n"
+         "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n<title>" +
+         title + " – balloon angioplasty report</title>\n<style>" + kPageStyle +
+         "</style>\n</head>\n<body>\n<header><h1>" + title +
+         "</h1><p class=\"sub\">Simulated balloon angioplasty · angio " +
+         formats::escape_html(version) + "</p></header>\n<main>\n";
+}
+
+std::string notices(const std::vector<std::string>& warnings) {
+  std::string out =
+      "<div class=\"notice\"><strong>Not for clinical use.</strong> A research computation; it is "
+      "not a medical device and must not guide the treatment of a patient.</div>\n";
+  if (warnings.empty()) return out;
+  out += "<div class=\"notice\"><strong>Please note</strong><ul>";
+  for (const std::string& warning : warnings)
+    out += "<li>" + formats::escape_html(warning) + "</li>";
+  return out + "</ul></div>\n";
+}
+
+std::string page_end(const Metrics& metrics, const std::string& run_json) {
+  const std::string tables = metrics.tables() + run_tables(run_json);
+  std::string page = section(
+      "All numbers", tables.empty() ? tables : "<div class=\"tables\">" + tables + "</div>\n");
+  page += section("Conventions", kMethodNotes);
+  return page + "</main>\n</body>\n</html>\n";
+}
+
+void remove_old_pictures(const fs::path& folder) {
+  constexpr std::array kNames{"tree.png",
+                              "sequence.png",
+                              "cloth.png",
+                              "corrections.svg",
+                              "contact.png",
+                              "cross_sections.png",
+                              "close_up_1.png",
+                              "close_up_2.png",
+                              "close_up_3.png",
+                              "slice_axial.png",
+                              "slice_coronal.png",
+                              "slice_sagittal.png",
+                              "projection_axial.png",
+                              "projection_coronal.png",
+                              "projection_sagittal.png"};
+  std::error_code ignored;
+  for (const char* name : kNames) fs::remove(folder / name, ignored);
+}
+
+}  // namespace angio::viewer::detail

@@ -1,0 +1,41 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "viewer/detail/figure.hpp"
+#include "viewer/detail/tables.hpp"
+
+/// What the pages of all reports share.
+namespace angio::viewer::detail {
+
+/// Writes the pictures beside the page and gives their HTML; figures share one block of a class.
+class Album {
+ public:
+  explicit Album(std::filesystem::path folder) : folder_(std::move(folder)) {}
+
+  [[nodiscard]] std::string block(const std::vector<Figure>& figures, const std::string& css) const;
+
+ private:
+  [[nodiscard]] std::string element(const Figure& figure) const;
+
+  std::filesystem::path folder_;
+};
+
+/// A part of the page under a heading; empty if it has no body.
+std::string section(const std::string& title, const std::string& body);
+
+/// The page up to its first notice. @param title  plain text
+std::string page_head(const std::string& title, const std::string& version);
+
+/// Whose use this is not for, and what is to be told first.
+std::string notices(const std::vector<std::string>& warnings);
+
+/// The tables of all numbers, the conventions, and the page's end.
+std::string page_end(const Metrics& metrics, const std::string& run_json);
+
+/// Pictures of an earlier report that this one does not have would tell of another state.
+void remove_old_pictures(const std::filesystem::path& folder);
+
+}  // namespace angio::viewer::detail
