@@ -12,11 +12,9 @@
 // 64 usage.
 
 #include <fmt/format.h>
-#include <sys/wait.h>
 #include <unistd.h>
 
 #include <chrono>
-#include <cstdio>
 #include <filesystem>
 #include <functional>
 #include <map>
@@ -25,6 +23,7 @@
 #include <vector>
 
 #include "core/atomic_file.hpp"
+#include "core/child_process.hpp"
 #include "core/error.hpp"
 #include "datasets/phantom.hpp"
 #include "formats/files.hpp"
@@ -101,7 +100,7 @@ void write_surface_input(const fs::path& file) {
   phantom.length_mm = 12.0;
   phantom.stenosis_percent = 50.0;
   angio::formats::write_surface(file,
-                               {angio::datasets::make_phantom_surface(phantom).surface, {}, {}});
+                                {angio::datasets::make_phantom_surface(phantom).surface, {}, {}});
 }
 
 /// The cases in which a setting counts.
@@ -144,26 +143,17 @@ std::string value_for(const Config& config, const std::string& key) {
 
 /// Does something in a process of its own, as a user's next command is.
 /// @return why it was refused, or the signal that ended it; empty: it was done
-std::string in_a_process(const fs::path& words, const std::function<void()>& act) {
-  fs::remove(words);
-  std::fflush(stdout);
-  const pid_t child = fork();
-  if (child == 0) {
-    try {
-      act();
-    } catch (const std::exception& error) {
-      angio::write_text_atomically(words, error.what());
-    }
-    _exit(0);
-  }
-  int status = 0;
-  waitpid(child, &status, 0);
-  if (WIFSIGNALED(status)) return fmt::format("ended by signal {}", WTERMSIG(status));
-  return fs::exists(words) ? angio::read_text(words) : std::string();
+std::string in_a_process(const std::function<void()>& act) {
+  const angio::ChildLimits wide{std::size_t(1) << 40, 86400, 86400};
+  const angio::ChildResult result = angio::run_guarded(
+      wide, [&](angio::ChildOutput&) { act(); }, [](angio::ChildInput&) {});
+  if (result.signal != 0) return fmt::format("ended by signal {}", result.signal);
+  if (result.end == angio::ChildEnd::refused) return result.message;
+  return result.end == angio::ChildEnd::done ? "" : "broke down";
 }
 
 std::string run(const Base& base, const Config& config, const fs::path& folder, Stage until) {
-  return in_a_process(folder.string() + ".words", [&] {
+  return in_a_process([&] {
     angio::pipeline::RunRequest request;
     request.input = base.input;
     request.case_folder = folder;
@@ -317,7 +307,7 @@ int main(int argc, char** argv) {
   std::string name = (fs::temp_directory_path() / "angio-resume-XXXXXX").string();
   const fs::path folder = mkdtemp(name.data());
   const std::map<std::string, Base> bases = make_bases(folder);
-  in_a_process(folder / "words", [&] { write_surface_input(bases.at("surface").input); });
+  in_a_process([&] { write_surface_input(bases.at("surface").input); });
   Config config;
   std::size_t settings_tried = 0, rows = 0, differences = 0;
   for (const angio::pipeline::Setting& setting : settings(config)) {

@@ -13,9 +13,9 @@
 #include <mutex>
 #include <system_error>
 
+#include "core/child_process.hpp"
 #include "core/error.hpp"
 #include "segmentation/detail/dicom_load.hpp"
-#include "segmentation/detail/guarded_child.hpp"
 #include "segmentation/detail/jpeg_2000.hpp"
 
 namespace angio::segmentation::detail {

@@ -9,8 +9,8 @@
 #include <system_error>
 #include <utility>
 
+#include "core/child_process.hpp"
 #include "core/error.hpp"
-#include "segmentation/detail/guarded_child.hpp"
 #include "segmentation/detail/zip_archive.hpp"
 
 namespace angio::segmentation::detail {

@@ -6,11 +6,11 @@
 #include <cstdint>
 #include <system_error>
 
+#include "core/child_process.hpp"
 #include "core/error.hpp"
 #include "segmentation/detail/available_memory.hpp"
 #include "segmentation/detail/file_completeness.hpp"
 #include "segmentation/detail/format_number.hpp"
-#include "segmentation/detail/guarded_child.hpp"
 
 namespace angio::segmentation::detail {
 namespace {
