@@ -29,6 +29,7 @@
 #include "formats/files.hpp"
 #include "pipeline/stages/stages.hpp"
 #include "tests/pipeline/other_value.hpp"
+#include "tests/support/case_content.hpp"
 
 namespace {
 
@@ -164,35 +165,13 @@ std::string run(const Base& base, const Config& config, const fs::path& folder, 
   });
 }
 
-/// A file without what differs from run to run.
-std::string content(const fs::path& file) {
-  std::string text = angio::read_text(file);
-  if (file.filename() != "run.json" && file.filename() != "metrics.json") return text;
-  json root = json::parse(text);
-  for (const char* key : {"wall_s", "time_split_s", "frames_per_second", "real_time_factor"})
-    if (root.contains("simulation")) root["simulation"].erase(key);
-  if (root.contains("stages"))
-    for (auto& stage : root["stages"])
-      for (const char* key : {"seconds", "peak_memory_mib", "solver_seconds", "time_split_s"})
-        stage.erase(key);
-  return root.dump(1);
-}
-
-std::map<std::string, std::string> contents(const fs::path& folder) {
-  std::map<std::string, std::string> files;
-  for (const auto& entry : fs::recursive_directory_iterator(folder))
-    if (entry.is_regular_file())
-      files[fs::relative(entry.path(), folder).string()] = content(entry.path());
-  return files;
-}
-
 struct Difference {
   std::size_t files = 0;
   std::vector<std::string> which;
 };
 
 Difference compare(const fs::path& a, const fs::path& b) {
-  const auto of_a = contents(a), of_b = contents(b);
+  const auto of_a = angio::test::case_content(a), of_b = angio::test::case_content(b);
   Difference difference{of_a.size(), {}};
   for (const auto& [file, text] : of_a)
     if (!of_b.contains(file) || of_b.at(file) != text) difference.which.push_back(file);

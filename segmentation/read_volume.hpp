@@ -104,10 +104,7 @@ struct SeriesSummary {
 std::vector<SeriesSummary> inspect(const std::filesystem::path& path,
                                    const ReadOptions& options = {});
 
-/// Writes .nrrd (LPS, gzip), atomically.
-void write_volume(const std::filesystem::path& path, const Volume<float>& volume);
-void write_volume(const std::filesystem::path& path, const Volume<std::uint8_t>& volume);
-/// Reads back what write_volume wrote (any volume file; no DICOM).
+/// Reads the volume of any volume file (no DICOM).
 Volume<float> read_volume_file(const std::filesystem::path& path);
 
 }  // namespace angio::segmentation

@@ -6,6 +6,7 @@
 #include "core/atomic_file.hpp"
 #include "core/error.hpp"
 #include "formats/html.hpp"
+#include "formats/text.hpp"
 #include "viewer/detail/chart.hpp"
 #include "viewer/detail/offscreen.hpp"
 #include "viewer/detail/page_style.hpp"

@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/statistics.hpp"
 #include "formats/files.hpp"
 #include "segmentation/read_volume.hpp"
 
@@ -67,9 +68,7 @@ double least_diameter_shown(const TriangleMesh& surface, const Vec3& place, doub
     }
   }
   if (edges.empty()) return kEdges * nearest_edge;
-  const auto middle = edges.begin() + std::ptrdiff_t(edges.size() / 2);
-  std::nth_element(edges.begin(), middle, edges.end());
-  return kEdges * *middle;
+  return kEdges * median(std::move(edges));
 }
 
 }  // namespace angio::pipeline

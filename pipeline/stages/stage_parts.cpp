@@ -3,10 +3,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cctype>
 #include <set>
 
 #include "core/error.hpp"
+#include "core/text.hpp"
 #include "datasets/phantom.hpp"
 #include "formats/files.hpp"
 #include "pipeline/version.hpp"
@@ -67,9 +67,7 @@ InputKind input_kind(const std::string& input) {
   if (!fs::exists(input))
     throw InputError(fmt::format("there is no {} (no such file or folder). Check the path", input),
                      ExitCode::no_input);
-  std::string extension = fs::path(input).extension().string();
-  std::transform(extension.begin(), extension.end(), extension.begin(),
-                 [](unsigned char c) { return char(std::tolower(c)); });
+  const std::string extension = lower_extension(input);
   const std::set<std::string> surfaces = {".stl", ".vtp", ".ply", ".obj"};
   return surfaces.contains(extension) && !fs::is_directory(input) ? InputKind::surface
                                                                   : InputKind::volume;

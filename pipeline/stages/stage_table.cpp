@@ -5,6 +5,7 @@
 #include <string_view>
 
 #include "core/error.hpp"
+#include "core/text.hpp"
 #include "pipeline/case/metrics.hpp"
 #include "pipeline/experiments/experiment.hpp"
 #include "pipeline/stages/stage_parts.hpp"
@@ -145,7 +146,7 @@ Stage parse_stage(std::string_view text) {
     if (text == definition.name) return definition.stage;
     names.emplace_back(definition.name);
   }
-  const std::string guess = nearest(text, names);
+  const std::string guess = guess_name(text, names);
   throw Error(ExitCode::usage,
               fmt::format("no stage is called {}{} (the stages: segmentation centerline meshing "
                           "simulation report)",

@@ -10,6 +10,7 @@
 #include <random>
 
 #include "core/atomic_file.hpp"
+#include "formats/nrrd.hpp"
 #include "tests/segmentation/dicom_objects.hpp"
 
 /// Files that are damaged, or made to do damage.
@@ -212,7 +213,7 @@ TEST_F(HostileDicom, MutatedVolumeFilesAreReadOrRefused) {
   geometry.size = {6, 5, 4};
   Volume<float> volume(geometry);
   for (std::size_t v = 0; v < volume.values.size(); ++v) volume.values[v] = float(v);
-  write_volume(file("seed.nrrd"), volume);
+  formats::write_nrrd(file("seed.nrrd"), volume);
   std::ofstream(file("seed.mha"), std::ios::binary)
       << "ObjectType = Image\nNDims = 3\nDimSize = 2 2 2\nElementType = MET_UCHAR\n"
          "ElementSpacing = 1 1 1\nElementDataFile = LOCAL\n01234567";

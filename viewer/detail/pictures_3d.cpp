@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "formats/html.hpp"
+#include "formats/text.hpp"
 #include "viewer/detail/scene.hpp"
 
 namespace angio::viewer::detail {
