@@ -19,6 +19,7 @@
 #include "simulation/run/measure.hpp"
 #include "tests/simulation/layered.hpp"
 #include "tests/simulation/matched.hpp"
+#include "tests/simulation/small_stenosis.hpp"
 
 /// Prints how fast the solver is, on the CPU and on a GPU if there is one: docs/performance.md.
 /// Needs the simulation library alone.
@@ -213,17 +214,6 @@ void sizes() {
                   1e-6 * bytes, 1e-9 * bytes / seconds);
     }
   }
-}
-
-SimulationModel small_stenosis() {
-  testing::StenosedTube p;
-  p.length = 18.0;
-  p.lesion_length = 6.0;
-  p.balloon_length = 9.0;
-  p.balloon_rings = 20;
-  p.balloon_around = 16;
-  p.wall_rings = 45;
-  return testing::make_model(p);
 }
 
 // A course with a wall: the tubes of the seed paper's vessels, by their number of vertices.
@@ -512,7 +502,7 @@ void compare() {
   const SimulationModel in_tube = wall_model({"rubber", 61, 20, false}, rubber);
   compare("free balloon: ", pinned, free_options);
   compare("rubber in a stenosis: ", in_tube, rubber);
-  compare("folded in a stenosis: ", small_stenosis(), lesion);
+  compare("folded in a stenosis: ", testing::make_model(testing::small_stenosis()), lesion);
 }
 
 // Seconds of a step, median of 51 of 25 ms in which the corners are pulled apart by 35 %.

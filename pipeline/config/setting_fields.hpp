@@ -162,6 +162,9 @@ inline std::string write_field(const std::array<double, 3>& field) {
 inline std::string write_field(const segmentation::LpsBox& field) {
   return fmt::format("[{}, {}]", write_field(field.low), write_field(field.high));
 }
+inline std::string write_field(const std::optional<LengthUnit>& field) {
+  return quoted(field ? enum_name(*field) : "auto");
+}
 template <class Value>
 std::string write_field(const std::optional<Value>& field) {
   return field ? write_field(*field) : "\"auto\"";
