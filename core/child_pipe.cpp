@@ -2,6 +2,8 @@
 
 #include <unistd.h>
 
+#include <cmath>
+
 #include "core/system_call.hpp"
 
 namespace angio {
@@ -44,7 +46,7 @@ void ChildOutput::send(const char* bytes, std::size_t size) const {
 void ChildInput::read(void* bytes, std::size_t size) {
   auto* begin = static_cast<char*>(bytes);
   while (size > 0) {
-    if (!is_ready(file_, silent_seconds_ * 1000)) throw EndOfChild{true};
+    if (!is_ready(file_, int(std::ceil(1000.0 * silent_seconds_)))) throw EndOfChild{true};
     const ssize_t got = repeat([&] { return ::read(file_, begin, size); });
     if (got <= 0) throw EndOfChild{false};
     begin += got;

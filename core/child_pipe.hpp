@@ -44,7 +44,7 @@ class ChildOutput {
 /// The parent's end of the pipe. Reading past the child's end leaves run_guarded's receive.
 class ChildInput {
  public:
-  ChildInput(int file, int silent_seconds) : file_(file), silent_seconds_(silent_seconds) {}
+  ChildInput(int file, double silent_seconds) : file_(file), silent_seconds_(silent_seconds) {}
   void read(void* bytes, std::size_t size);
   template <class Value>
   void get(Value& value) {
@@ -63,7 +63,7 @@ class ChildInput {
   [[nodiscard]] std::size_t count_of(std::size_t item_size);
 
   int file_;
-  int silent_seconds_;
+  double silent_seconds_;
 };
 
 }  // namespace angio

@@ -22,7 +22,7 @@ namespace angio {
 struct ChildLimits {
   std::size_t memory_bytes = std::size_t(1) << 30;  ///< beyond what the program holds already
   int cpu_seconds = 600;
-  int silent_seconds = 120;  ///< without a byte sent to the parent
+  double silent_seconds = 120.0;  ///< without a byte sent to the parent
 };
 
 enum class ChildEnd {

@@ -99,7 +99,7 @@ std::string failure(const ChildResult& result, const std::string& what, double l
 
 TetMesh run_tetgen(const TetgenInput& input, double limit_s) {
   // Of the processor: a mesh that is not had in time is not had on a busy machine either.
-  const ChildLimits limits{kMemory, int(std::ceil(limit_s)), int(std::ceil(kPatience * limit_s))};
+  const ChildLimits limits{kMemory, int(std::ceil(limit_s)), kPatience * limit_s};
   TetMesh mesh;
   const ChildResult result = run_guarded(
       limits, [&](ChildOutput& output) { send_mesh(input, output); },

@@ -82,7 +82,7 @@ ChildLimits limits_for(const std::filesystem::path& path, std::uint64_t voxel_co
   const int seconds = 120 + int(std::min<std::size_t>(size / kBytesPerSecond, 86400));
   return {(std::size_t(2) << 30) + 32 * std::min(size, std::size_t(1) << 38) +
               kWorstBytesPerVoxel * std::size_t(voxel_count),
-          seconds, seconds};
+          seconds, double(seconds)};
 }
 
 VolumeFile load_guarded(const std::filesystem::path& path, VolumePart part,

@@ -169,7 +169,7 @@ TEST(GuardedChild, AnotherThreadsChildHoldsNoPipeOpen) {
   for (std::size_t t = 0; t < ends.size(); ++t)
     threads.emplace_back([&ends, t] {
       // Odd ones live on; the pipe of even ones must tell at once that they died.
-      const ChildLimits limits{std::size_t(1) << 30, 60, t % 2 == 0 ? 60 : 3};
+      const ChildLimits limits{std::size_t(1) << 30, 60, t % 2 == 0 ? 60.0 : 3.0};
       ends[t] = run(limits, [t](ChildOutput&) {
                   if (t % 2 == 1) sleep(30);
                   _exit(0);

@@ -1,6 +1,6 @@
-#include "core/statistics.hpp"
-
 #include <gtest/gtest.h>
+
+#include "core/statistics.hpp"
 
 namespace angio {
 namespace {
