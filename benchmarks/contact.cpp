@@ -27,6 +27,7 @@
 #include "tests/simulation/models.hpp"
 #include "tests/simulation/pushed.hpp"
 #include "tests/simulation/sliding.hpp"
+#include "tests/simulation/small_stenosis.hpp"
 
 /// The laws that docs/contact.md explains, a row each:
 ///
@@ -147,18 +148,6 @@ Rows motion() {
 // Angioplasty of phantoms
 // -----------------------------------------------------------------------------------------
 
-testing::StenosedTube small_tube() {
-  testing::StenosedTube p;
-  p.length = 18.0;
-  p.lesion_length = 6.0;
-  p.balloon_length = 9.0;
-  p.balloon_rings = 20;
-  p.balloon_around = 16;
-  p.wall_rings = 45;
-  p.wall_around = 20;
-  return p;
-}
-
 SimulationOptions schedule() {
   SimulationOptions options;
   options.inflation.inflate_s = 1.2;
@@ -186,7 +175,7 @@ std::vector<Phantom> phantoms() {
   std::vector<Phantom> list;
   for (const bool eccentric : {false, true})
     for (const double stenosis : {0.3, eccentric ? 0.35 : 0.6}) {
-      testing::StenosedTube p = small_tube();
+      testing::StenosedTube p = testing::small_stenosis();
       p.eccentric = eccentric;
       p.stenosis = stenosis;
       p.start_radius = 0.35;
@@ -255,7 +244,7 @@ double throat(const SimulationModel& model, SimulationOptions options, double* s
 }
 
 Rows throat_rows() {
-  const SimulationModel model = testing::make_model(small_tube());
+  const SimulationModel model = testing::make_model(testing::small_stenosis());
   const SimulationOptions base = schedule();
   double sweeps = 0.0;
   const double reference = throat(model, base, &sweeps);
@@ -609,7 +598,7 @@ std::size_t fingerprint(const SimulationModel& model, const SimulationOptions& o
 }
 
 Rows soak(int count) {
-  testing::StenosedTube p = small_tube();
+  testing::StenosedTube p = testing::small_stenosis();
   p.balloon_rings = 13;
   p.balloon_around = 12;
   p.wall_rings = 31;

@@ -20,6 +20,7 @@
 #include "simulation/run/measure.hpp"
 #include "tests/simulation/layered.hpp"
 #include "tests/simulation/matched.hpp"
+#include "tests/simulation/small_stenosis.hpp"
 
 /// Prints how fast the solver is, on the CPU and on a GPU if there is one; docs/performance.md
 /// explains the tables. Needs the simulation library alone.
@@ -230,17 +231,6 @@ void sizes(ResultTable& results) {
                    formatted("%.3f", 1e-6 * bytes), formatted("%.1f", 1e-9 * bytes / seconds)});
     }
   }
-}
-
-SimulationModel small_stenosis() {
-  testing::StenosedTube p;
-  p.length = 18.0;
-  p.lesion_length = 6.0;
-  p.balloon_length = 9.0;
-  p.balloon_rings = 20;
-  p.balloon_around = 16;
-  p.wall_rings = 45;
-  return testing::make_model(p);
 }
 
 // A course with a wall: the tubes of the seed paper's vessels, by their number of vertices.
@@ -536,7 +526,8 @@ void compare(ResultTable& results) {
   const SimulationModel in_tube = wall_model({"rubber", 61, 20, false}, rubber);
   compare("free balloon: ", pinned, free_options, results);
   compare("rubber in a stenosis: ", in_tube, rubber, results);
-  compare("folded in a stenosis: ", small_stenosis(), lesion, results);
+  compare("folded in a stenosis: ", testing::make_model(testing::small_stenosis()), lesion,
+          results);
 }
 
 // Seconds of a step, median of 51 of 25 ms in which the corners are pulled apart by 35 %.

@@ -12,11 +12,9 @@
 // 64 usage.
 
 #include <fmt/format.h>
-#include <sys/wait.h>
 #include <unistd.h>
 
 #include <chrono>
-#include <cstdio>
 #include <filesystem>
 #include <functional>
 #include <map>
@@ -26,12 +24,14 @@
 
 #include "benchmarks/result_table.hpp"
 #include "core/atomic_file.hpp"
+#include "core/child_process.hpp"
 #include "core/error.hpp"
 #include "datasets/phantom.hpp"
 #include "formats/files.hpp"
 #include "pipeline/experiments/workflow.hpp"
 #include "pipeline/stages/run_case.hpp"
 #include "tests/pipeline/other_value.hpp"
+#include "tests/support/case_content.hpp"
 
 namespace {
 
@@ -146,26 +146,17 @@ std::string value_for(const Config& config, const std::string& key) {
 
 /// Does something in a process of its own, as a user's next command is.
 /// @return why it was refused, or the signal that ended it; empty: it was done
-std::string in_a_process(const fs::path& words, const std::function<void()>& act) {
-  fs::remove(words);
-  std::fflush(stdout);
-  const pid_t child = fork();
-  if (child == 0) {
-    try {
-      act();
-    } catch (const std::exception& error) {
-      angio::write_text_atomically(words, error.what());
-    }
-    _exit(0);
-  }
-  int status = 0;
-  waitpid(child, &status, 0);
-  if (WIFSIGNALED(status)) return fmt::format("ended by signal {}", WTERMSIG(status));
-  return fs::exists(words) ? angio::read_text(words) : std::string();
+std::string in_a_process(const std::function<void()>& act) {
+  const angio::ChildLimits wide{std::size_t(1) << 40, 86400, 86400};
+  const angio::ChildResult result = angio::run_guarded(
+      wide, [&](angio::ChildOutput&) { act(); }, [](angio::ChildInput&) {});
+  if (result.signal != 0) return fmt::format("ended by signal {}", result.signal);
+  if (result.end == angio::ChildEnd::refused) return result.message;
+  return result.end == angio::ChildEnd::done ? "" : "broke down";
 }
 
 std::string run(const Base& base, const Config& config, const fs::path& folder, Stage until) {
-  return in_a_process(folder.string() + ".words", [&] {
+  return in_a_process([&] {
     angio::pipeline::RunRequest request;
     request.input = base.input;
     request.case_folder = folder;
@@ -176,35 +167,13 @@ std::string run(const Base& base, const Config& config, const fs::path& folder, 
   });
 }
 
-/// A file without what differs from run to run.
-std::string content(const fs::path& file) {
-  std::string text = angio::read_text(file);
-  if (file.filename() != "run.json" && file.filename() != "metrics.json") return text;
-  json root = json::parse(text);
-  for (const char* key : {"wall_s", "time_split_s", "frames_per_second", "real_time_factor"})
-    if (root.contains("simulation")) root["simulation"].erase(key);
-  if (root.contains("stages"))
-    for (auto& stage : root["stages"])
-      for (const char* key : {"seconds", "peak_memory_mib", "solver_seconds", "time_split_s"})
-        stage.erase(key);
-  return root.dump(1);
-}
-
-std::map<std::string, std::string> contents(const fs::path& folder) {
-  std::map<std::string, std::string> files;
-  for (const auto& entry : fs::recursive_directory_iterator(folder))
-    if (entry.is_regular_file())
-      files[fs::relative(entry.path(), folder).string()] = content(entry.path());
-  return files;
-}
-
 struct Difference {
   std::size_t files = 0;
   std::vector<std::string> which;
 };
 
 Difference compare(const fs::path& a, const fs::path& b) {
-  const auto of_a = contents(a), of_b = contents(b);
+  const auto of_a = angio::test::case_content(a), of_b = angio::test::case_content(b);
   Difference difference{of_a.size(), {}};
   for (const auto& [file, text] : of_a)
     if (!of_b.contains(file) || of_b.at(file) != text) difference.which.push_back(file);
@@ -321,7 +290,7 @@ int main(int argc, char** argv) try {
   std::string name = (fs::temp_directory_path() / "angio-resume-XXXXXX").string();
   const fs::path folder = mkdtemp(name.data());
   const std::map<std::string, Base> bases = make_bases(folder);
-  in_a_process(folder / "words", [&] { write_surface_input(bases.at("surface").input); });
+  in_a_process([&] { write_surface_input(bases.at("surface").input); });
   Config config;
   std::size_t settings_tried = 0, rows = 0, differences = 0;
   for (const angio::pipeline::Setting& setting : settings(config)) {

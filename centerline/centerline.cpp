@@ -20,14 +20,13 @@
 #include "centerline/detail/wall_distance.hpp"
 #include "centerline/detail/wall_points.hpp"
 #include "core/error.hpp"
+#include "core/require.hpp"
 #include "core/units.hpp"
 
 namespace angio::centerline {
 
 void CenterlineOptions::validate() const {
-  if (!(step_mm >= 0.0 && step_mm <= 5.0))
-    throw OptionError("centerline.step_mm is " + std::to_string(step_mm) +
-                      ". Give 0 (a quarter of the radius) or up to 5 mm");
+  require_within("centerline.step_mm", step_mm, 0.0, 5.0, ". 0 means a quarter of the radius");
   if (!(min_branch_length_mm >= 0.0 && std::isfinite(min_branch_length_mm)))
     throw OptionError("centerline.min_branch_length_mm is " + std::to_string(min_branch_length_mm) +
                       ". Give 0 (by the radius) or more");

@@ -8,16 +8,13 @@
 #include "centerline/detail/dip.hpp"
 #include "centerline/resolution.hpp"
 #include "core/error.hpp"
+#include "core/require.hpp"
 
 namespace angio::centerline {
 
 void LesionOptions::validate() const {
-  if (!(min_stenosis_percent >= 10.0 && min_stenosis_percent <= 90.0))
-    throw OptionError("lesion.min_stenosis_percent is " + std::to_string(min_stenosis_percent) +
-                      ". Give 10 to 90 %");
-  if (!(min_reference_mm >= 0.0 && min_reference_mm <= 30.0))
-    throw OptionError("lesion.min_reference_mm is " + std::to_string(min_reference_mm) +
-                      ". Give 0 to 30 mm");
+  require_within("lesion.min_stenosis_percent", min_stenosis_percent, 10.0, 90.0);
+  require_within("lesion.min_reference_mm", min_reference_mm, 0.0, 30.0);
   if (!(voxel_mm >= 0.0 && std::isfinite(voxel_mm)))
     throw OptionError("lesion.voxel_mm is " + std::to_string(voxel_mm) + ". Give 0 mm or more");
   if (centerline < -1)

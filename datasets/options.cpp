@@ -8,8 +8,9 @@
 #include <vector>
 
 #include "core/error.hpp"
+#include "core/require.hpp"
+#include "core/text.hpp"
 #include "datasets/detail/anatomy.hpp"
-#include "datasets/detail/nearest_name.hpp"
 #include "datasets/phantom.hpp"
 
 namespace angio::datasets {
@@ -19,12 +20,6 @@ std::string text(double value) {
   std::ostringstream out;
   out << value;
   return out.str();
-}
-
-void check_range(const char* field, double value, double lo, double hi, const char* hint = "") {
-  if (value >= lo && value <= hi) return;  // false for NaN too
-  throw OptionError("phantom." + std::string(field) + " = " + text(value) + " is outside [" +
-                    text(lo) + ", " + text(hi) + "]" + hint);
 }
 
 /// A vessel too short for its width would run into itself.
@@ -75,35 +70,37 @@ void set_option(PhantomOptions& options, std::string_view key, std::string_view 
     options.seed = parse_seed(value);
     return;
   }
-  std::vector<std::string_view> names{"seed"};
+  std::vector<std::string> names{"seed"};
   for (const Known& k : kKnown) {
     if (k.key == key) {
       options.*k.field = parse_number(key, value);
       return;
     }
-    names.push_back(k.key);
+    names.emplace_back(k.key);
   }
   throw OptionError(
       "a phantom has no option \"" + std::string(key) +
       "\" (there are: stenosis, radius, length, spacing, noise, blur, oblique, seed). "
       "Did you mean \"" +
-      std::string(detail::nearest_name(key, names)) + "\"?");
+      nearest_name(key, names) + "\"?");
 }
 
 }  // namespace
 
 void PhantomOptions::validate() const {
   detail::default_size(name);
-  check_range("stenosis_percent", stenosis_percent, 0.0, 95.0);
+  require_within("phantom.stenosis_percent", stenosis_percent, 0.0, 95.0);
   if (radius_mm != 0.0)
-    check_range("radius_mm", radius_mm, 0.4, 15.0, ". Leave it out for the phantom's own");
+    require_within("phantom.radius_mm", radius_mm, 0.4, 15.0,
+                   ". Leave it out for the phantom's own");
   if (length_mm != 0.0)
-    check_range("length_mm", length_mm, 5.0, 200.0, ". Leave it out for the phantom's own");
-  check_range("spacing_mm", spacing_mm, 0.05, 2.0);
-  check_range("noise_sd", noise_sd, 0.0, 1.0,
-              " (it is a fraction of the contrast). 0.1 means 10 %");
-  check_range("blur_mm", blur_mm, 0.0, 3.0);
-  check_range("oblique_degrees", oblique_degrees, 0.0, 90.0);
+    require_within("phantom.length_mm", length_mm, 5.0, 200.0,
+                   ". Leave it out for the phantom's own");
+  require_within("phantom.spacing_mm", spacing_mm, 0.05, 2.0);
+  require_within("phantom.noise_sd", noise_sd, 0.0, 1.0,
+                 " (it is a fraction of the contrast). 0.1 means 10 %");
+  require_within("phantom.blur_mm", blur_mm, 0.0, 3.0);
+  require_within("phantom.oblique_degrees", oblique_degrees, 0.0, 90.0);
   check_proportions(*this);
 }
 

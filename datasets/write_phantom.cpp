@@ -1,9 +1,6 @@
 #include <unistd.h>
 
-#include <bit>
-#include <cstring>
 #include <filesystem>
-#include <fstream>
 #include <iomanip>
 #include <nlohmann/json.hpp>
 #include <sstream>
@@ -15,14 +12,14 @@
 #include "datasets/detail/anatomy.hpp"
 #include "datasets/detail/write_dicom.hpp"
 #include "datasets/phantom.hpp"
+#include "formats/files.hpp"
+#include "formats/nrrd.hpp"
 
 namespace angio::datasets {
 namespace {
 
 namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
-
-static_assert(std::endian::native == std::endian::little, "STL and NRRD are written little endian");
 
 /// Everything that the bytes of a phantom depend on.
 std::string fingerprint(const PhantomOptions& o, const VolumeGeometry& g) {
@@ -112,53 +109,6 @@ std::string truth_text(const Phantom& phantom, const PhantomOptions& sized) {
   return json.dump(1) + "\n";
 }
 
-void write_bytes(const fs::path& path, const std::string& header, const char* bytes,
-                 std::size_t count) {
-  write_atomically(path, [&](const fs::path& temporary) {
-    std::ofstream out(temporary, std::ios::binary);
-    out.write(header.data(), std::streamsize(header.size()));
-    out.write(bytes, std::streamsize(count));
-    out.close();
-    if (!out) throw IoError("cannot write " + path.string() + ". Is the disk full?");
-  });
-}
-
-/// Raw little-endian NRRD (teem.sourceforge.net/nrrd/format.html).
-void write_nrrd(const Volume<float>& volume, const fs::path& path) {
-  const VolumeGeometry& g = volume.geometry;
-  std::ostringstream header;
-  header << std::setprecision(17) << "NRRD0004\ntype: float\ndimension: 3\n"
-         << "space: left-posterior-superior\nsizes: " << g.size[0] << ' ' << g.size[1] << ' '
-         << g.size[2] << "\nspace directions:";
-  for (int axis = 0; axis < 3; ++axis)
-    header << " (" << g.direction(0, axis) * g.spacing[axis] << ','
-           << g.direction(1, axis) * g.spacing[axis] << ','
-           << g.direction(2, axis) * g.spacing[axis] << ')';
-  header << "\nkinds: domain domain domain\nendian: little\nencoding: raw\nspace origin: ("
-         << g.origin.x << ',' << g.origin.y << ',' << g.origin.z << ")\n\n";
-  write_bytes(path, header.str(), reinterpret_cast<const char*>(volume.values.data()),
-              volume.values.size() * sizeof(float));
-}
-
-void write_stl(const TriangleMesh& mesh, const fs::path& path) {
-  std::string header = "SPACE=LPS";  // an STL header that begins with "solid" would mean text
-  header.resize(80, ' ');
-  const std::uint32_t count = std::uint32_t(mesh.triangles.size());
-  header.append(reinterpret_cast<const char*>(&count), sizeof count);
-  std::string body;
-  body.reserve(50 * mesh.triangles.size());
-  const auto append = [&](const Vec3& v) {
-    const float xyz[3] = {float(v.x), float(v.y), float(v.z)};
-    body.append(reinterpret_cast<const char*>(xyz), sizeof xyz);
-  };
-  for (const Triangle& triangle : mesh.triangles) {
-    append(normalized(area_vector_doubled(mesh, triangle)));
-    for (int corner : triangle) append(mesh.vertices[std::size_t(corner)]);
-    body.append(2, '\0');
-  }
-  write_bytes(path, header, body.data(), body.size());
-}
-
 /// A series is only whole with all its slices: they are written beside, then the folder is renamed.
 void write_dicom(const Phantom& phantom, const PhantomOptions& sized, PhantomFormat format,
                  const fs::path& folder) {
@@ -209,11 +159,11 @@ fs::path write_phantom(const Phantom& phantom, const PhantomOptions& options, Ph
       break;
     case PhantomFormat::nrrd:
       written = folder / "volume.nrrd";
-      write_nrrd(phantom.volume, written);
+      formats::write_nrrd(written, phantom.volume, formats::NrrdEncoding::raw);
       break;
     case PhantomFormat::surface:
       written = folder / "lumen.stl";
-      write_stl(phantom.surface, written);
+      formats::write_surface(written, {phantom.surface, {}, {}});
       break;
   }
   write_text_atomically(folder / "truth.json", truth_text(phantom, sized));

@@ -1,14 +1,15 @@
 #include "formats/files.hpp"
 
 #include <algorithm>
-#include <cctype>
 
 #include "core/atomic_file.hpp"
 #include "core/error.hpp"
+#include "core/text.hpp"
 #include "formats/detail/surface_cleanup.hpp"
 #include "formats/detail/surface_formats.hpp"
 #include "formats/detail/xml_files.hpp"
 #include "formats/html.hpp"
+#include "formats/text.hpp"
 #include "formats/tokens.hpp"
 
 namespace angio::formats {
@@ -28,13 +29,6 @@ std::string attribute(std::string_view element, const std::string& name) {
          found = value.find(entity, found + 1))
       value.replace(found, std::string_view(entity).size(), letter);
   return value;
-}
-
-std::string lower_extension(const fs::path& path) {
-  std::string extension = path.extension().string();
-  std::transform(extension.begin(), extension.end(), extension.begin(),
-                 [](unsigned char letter) { return char(std::tolower(letter)); });
-  return extension;
 }
 
 detail::ParsedSurface parse_surface(const fs::path& path) {

@@ -21,7 +21,7 @@ namespace {
 constexpr std::size_t kMaxVoxels = 4'000'000'000ull;
 
 [[noreturn]] void fail(const std::string& name, const std::string& why) {
-  throw InputError(name + " cannot be shown (" + why + "). Run the segmentation stage again");
+  throw InputError(name + " cannot be read (" + why + "). Run the segmentation stage again");
 }
 
 struct Header {
@@ -99,8 +99,7 @@ VolumeGeometry parse_geometry(const Header& header, const std::string& name) {
 }
 
 /// Unpacks gzip data into exactly `size` bytes.
-std::string inflate_gzip(std::string_view packed, std::size_t size, const std::string& name) {
-  std::string bytes(size, '\0');
+void inflate_gzip(std::string_view packed, void* bytes, std::size_t size, const std::string& name) {
   z_stream stream{};
   constexpr int kGzipWindow = 15 + 16;
   if (inflateInit2(&stream, kGzipWindow) != Z_OK) fail(name, "zlib failed");
@@ -112,7 +111,7 @@ std::string inflate_gzip(std::string_view packed, std::size_t size, const std::s
     const std::size_t out = std::min(kChunk, size - written);
     stream.next_in = reinterpret_cast<Bytef*>(const_cast<char*>(packed.data() + read));
     stream.avail_in = uInt(in);
-    stream.next_out = reinterpret_cast<Bytef*>(bytes.data() + written);
+    stream.next_out = static_cast<Bytef*>(bytes) + written;
     stream.avail_out = uInt(out);
     status = inflate(&stream, Z_NO_FLUSH);
     const std::size_t used = in - stream.avail_in, made = out - stream.avail_out;
@@ -122,7 +121,6 @@ std::string inflate_gzip(std::string_view packed, std::size_t size, const std::s
   }
   inflateEnd(&stream);
   if (written != size) fail(name, "its data are damaged or were cut short");
-  return bytes;
 }
 
 template <class Stored>
@@ -180,7 +178,14 @@ Volume<float> read_nrrd(const std::filesystem::path& path) {
   } else if (encoding == "gzip" || encoding == "gz") {
     // Data do not shrink more than about a thousandfold: a larger claim is damage.
     if (count * type.size / 1100 > body.size() + 1) fail(name, "it was cut short");
-    volume.values = type.convert(inflate_gzip(body, count * type.size, name), count, is_big_endian);
+    if (header.get("type") == "float" && !is_big_endian) {  // as we write it: no second copy
+      volume.values.resize(count);
+      inflate_gzip(body, volume.values.data(), count * sizeof(float), name);
+      return volume;
+    }
+    std::string bytes(count * type.size, '\0');
+    inflate_gzip(body, bytes.data(), bytes.size(), name);
+    volume.values = type.convert(bytes, count, is_big_endian);
   } else {
     fail(name, "its encoding is " + encoding);
   }

@@ -6,6 +6,7 @@
 
 #include "core/error.hpp"
 #include "core/parallel.hpp"
+#include "core/require.hpp"
 #include "core/units.hpp"
 
 namespace angio::meshing {
@@ -56,10 +57,10 @@ std::string known_lines(const CenterlineTree& tree) {
 }  // namespace
 
 void NarrowingOptions::validate() const {
-  if (percent != 0.0 && !(percent >= 5.0 && percent <= 100.0))
-    throw OptionError("lesion.narrow_percent is out of range (allowed: 0, or 5 to 100)");
-  if (length_mm != 0.0 && !(length_mm >= 1.0 && length_mm <= 100.0))
-    throw OptionError("lesion.narrow_length_mm is out of range (allowed: 0, or 1 to 100)");
+  require(percent == 0.0 || (percent >= 5.0 && percent <= 100.0), "lesion.narrow_percent",
+          "0, or 5 to 100");
+  require(length_mm == 0.0 || (length_mm >= 1.0 && length_mm <= 100.0), "lesion.narrow_length_mm",
+          "0, or 1 to 100");
 }
 
 Narrowing choose_narrowing(const CenterlineTree& tree, const NarrowingOptions& options, int path_id,

@@ -6,10 +6,10 @@
 #include <system_error>
 
 #include "core/atomic_file.hpp"
+#include "core/child_process.hpp"
 #include "core/error.hpp"
 #include "core/parallel.hpp"
 #include "segmentation/detail/dicom_series.hpp"
-#include "segmentation/detail/guarded_child.hpp"
 #include "segmentation/detail/segmentation_object.hpp"
 #include "segmentation/detail/volume_file.hpp"
 
@@ -115,14 +115,14 @@ void write_dicom_segmentation(const fs::path& path, const Volume<float>& level_s
         "pixel). Check that the segmentation was made from this source");
   write_atomically(path, [&](const fs::path& temporary) {
     const std::size_t frame_bytes = frames.masks.front().size() * frames.masks.size();
-    const detail::ChildResult result = detail::run_guarded(
+    const ChildResult result = run_guarded(
         {(std::size_t(1) << 30) + 8 * frame_bytes, 600, 600},
-        [&](detail::ChildOutput&) {
+        [&](ChildOutput&) {
           detail::write_segmentation_object(temporary, series, frames, options);
         },
-        [](detail::ChildInput&) {});
-    if (result.end == detail::ChildEnd::refused) throw IoError(result.message);
-    if (result.end != detail::ChildEnd::done)
+        [](ChildInput&) {});
+    if (result.end == ChildEnd::refused) throw IoError(result.message);
+    if (result.end != ChildEnd::done)
       throw IoError("could not write " + path.string() +
                     " (the source's headers are damaged, or memory is short). Is the disk full?");
     fs::permissions(temporary, fs::perms::owner_read | fs::perms::owner_write);

@@ -104,4 +104,7 @@ struct SeriesSummary {
 std::vector<SeriesSummary> inspect(const std::filesystem::path& path,
                                    const ReadOptions& options = {});
 
+/// Reads the volume of any volume file (no DICOM).
+Volume<float> read_volume_file(const std::filesystem::path& path);
+
 }  // namespace angio::segmentation

@@ -8,6 +8,7 @@
 
 #include "core/error.hpp"
 #include "core/parallel.hpp"
+#include "core/require.hpp"
 #include "segmentation/detail/blood_level.hpp"
 #include "segmentation/detail/boundary.hpp"
 #include "segmentation/detail/bright_objects.hpp"
@@ -26,13 +27,6 @@ namespace angio::segmentation {
 namespace {
 
 constexpr double kMarginMm = 5.0;  ///< of background around the tree while its boundary is sought
-
-void check_range(const char* name, double value, double least, double most, const char* unit) {
-  if (value >= least && value <= most) return;
-  throw OptionError("segmentation." + std::string(name) + " is " + detail::format_number(value) +
-                    unit + " (it must be from " + detail::format_number(least) + " to " +
-                    detail::format_number(most) + ")");
-}
 
 void check_volume(const Volume<float>& volume) {
   if (volume.values.empty() || volume.values.size() != volume.geometry.voxel_count())
@@ -188,10 +182,10 @@ Segmentation segment_all(const Volume<float>& scanned, const SegmentationOptions
 }  // namespace
 
 void SegmentationOptions::validate() const {
-  check_range("smallest_radius_mm", smallest_radius_mm, 0.1, 20.0, " mm");
-  check_range("largest_radius_mm", largest_radius_mm, 0.2, 30.0, " mm");
-  check_range("scale_count", scale_count, 1, 8, "");
-  check_range("min_component_mm3", min_component_mm3, 0.0, 1e6, " mm3");
+  require_within("segmentation.smallest_radius_mm", smallest_radius_mm, 0.1, 20.0);
+  require_within("segmentation.largest_radius_mm", largest_radius_mm, 0.2, 30.0);
+  require_within("segmentation.scale_count", scale_count, 1, 8);
+  require_within("segmentation.min_component_mm3", min_component_mm3, 0.0, 1e6);
   if (!(largest_radius_mm >= smallest_radius_mm))
     throw OptionError(
         "segmentation.largest_radius_mm is smaller than "

@@ -6,6 +6,7 @@
 #include <cstdio>
 
 #include "core/error.hpp"
+#include "core/require.hpp"
 #include "simulation/materials/material.hpp"
 
 namespace angio::simulation {
@@ -17,10 +18,8 @@ namespace {
 
 void check(const CatalogueBalloon& balloon, const char* field, double value, double low,
            double high) {
-  if (value >= low && value <= high) return;
-  char text[200];
-  std::snprintf(text, sizeof text, "%s is %g (it must lie in [%g, %g])", field, value, low, high);
-  fail(balloon, text);
+  const std::string fault = range_fault(field, value, low, high);
+  if (!fault.empty()) fail(balloon, fault);
 }
 
 bool is_word(const std::string& name) {

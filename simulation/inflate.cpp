@@ -6,6 +6,7 @@
 #include <numeric>
 
 #include "core/error.hpp"
+#include "core/require.hpp"
 #include "core/units.hpp"
 #include "simulation/newton/inflation_curve.hpp"
 
@@ -13,13 +14,6 @@ namespace angio::simulation {
 namespace {
 
 using namespace detail;
-
-void check(const char* field, double value, double low, double high) {
-  if (value >= low && value <= high) return;
-  char text[200];
-  std::snprintf(text, sizeof text, "%s is %g (it must lie in [%g, %g])", field, value, low, high);
-  throw OptionError(text);
-}
 
 // The balloon's enclosed volume over that of what is meshed, unloaded: facets lie around the
 // circle, and a piece of tube is short.
@@ -115,14 +109,14 @@ double InflateOptions::tolerance_in_force() const {
 }
 
 void FreeBalloon::validate() const {
-  check("balloon.radius_mm", radius_mm, 0.1, 50.0);
-  check("balloon.length_mm", length_mm, 0.5, 500.0);
+  require_within("balloon.radius_mm", radius_mm, 0.1, 50.0);
+  require_within("balloon.length_mm", length_mm, 0.5, 500.0);
   SimulationOptions options;
   options.balloon = material;
   options.validate();
   if (material.chart.empty()) return;
   const double charted = 0.5 * rest_diameter_mm(material.chart);
-  check("balloon.radius_mm (of the chart)", radius_mm, 0.999 * charted, 1.001 * charted);
+  require_within("balloon.radius_mm (of the chart)", radius_mm, 0.999 * charted, 1.001 * charted);
 }
 
 void InflateOptions::validate() const {
@@ -130,13 +124,13 @@ void InflateOptions::validate() const {
     throw OptionError("inflate.pressures and inflate.volumes are " +
                       std::string(volumes_mm3.empty() ? "both missing" : "both given") +
                       " (the balloon is held at one or the other). Give one of them");
-  for (const double p : pressures_atm) check("inflate.pressures", p, 0.0, 100.0);
-  for (const double v : volumes_mm3) check("inflate.volumes", v, 0.0, 1e7);
-  check("inflate.around", around, 8.0, 256.0);
+  for (const double p : pressures_atm) require_within("inflate.pressures", p, 0.0, 100.0);
+  for (const double v : volumes_mm3) require_within("inflate.volumes", v, 0.0, 1e7);
+  require_within("inflate.around", around, 8.0, 256.0);
   if (around % 4 != 0)
     throw OptionError("inflate.around is " + std::to_string(around) +
                       " (it must be a multiple of 4)");
-  check("inflate.tolerance", tolerance, 0.0, 1e-2);
+  require_within("inflate.tolerance", tolerance, 0.0, 1e-2);
 }
 
 FreeBalloon free_balloon(const CatalogueBalloon& balloon) {

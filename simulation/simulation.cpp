@@ -9,6 +9,7 @@
 
 #include "core/beside.hpp"
 #include "core/error.hpp"
+#include "core/require.hpp"
 #include "core/units.hpp"
 #include "simulation/backends/step_solver.hpp"
 #include "simulation/bodies/air.hpp"
@@ -26,13 +27,6 @@ namespace {
 using namespace detail;
 
 constexpr double kWarnResidual = 0.05;
-
-void check(const char* field, double value, double low, double high) {
-  if (value >= low && value <= high) return;
-  char text[200];
-  std::snprintf(text, sizeof text, "%s is %g (it must lie in [%g, %g])", field, value, low, high);
-  throw OptionError(text);
-}
 
 // From the scene's order of vertices to the caller's; `first` is the surface's first vertex.
 template <class Value>
@@ -338,11 +332,11 @@ const char* name(Phase phase) {
 }
 
 void GuidewireOptions::validate() const {
-  check("guidewire.shaft_diameter_mm", shaft_diameter_mm, 0.2, 10.0);
-  check("guidewire.shaft_modulus_mpa", shaft_modulus_mpa, 1.0, 1e6);
-  check("guidewire.wire_diameter_mm", wire_diameter_mm, 0.05, 0.95 * shaft_diameter_mm);
-  check("guidewire.wire_modulus_mpa", wire_modulus_mpa, 0.0, 1e6);
-  check("guidewire.density_g_mm3", density_g_mm3, 1e-5, 0.1);
+  require_within("guidewire.shaft_diameter_mm", shaft_diameter_mm, 0.2, 10.0);
+  require_within("guidewire.shaft_modulus_mpa", shaft_modulus_mpa, 1.0, 1e6);
+  require_within("guidewire.wire_diameter_mm", wire_diameter_mm, 0.05, 0.95 * shaft_diameter_mm);
+  require_within("guidewire.wire_modulus_mpa", wire_modulus_mpa, 0.0, 1e6);
+  require_within("guidewire.density_g_mm3", density_g_mm3, 1e-5, 0.1);
 }
 
 void SimulationOptions::validate() const {
@@ -351,28 +345,28 @@ void SimulationOptions::validate() const {
                       "\" (unknown material). Use pa12, pet or polyurethane, or give c1_mpa and "
                       "c2_mpa");
   if (!balloon.chart.empty()) validate_chart(balloon.chart, balloon.name);
-  check("balloon.c1_mpa", balloon.c1_mpa, 0.0, 1e6);
-  check("balloon.c2_mpa", balloon.c2_mpa, 0.0, 1e6);
-  check("balloon.wall_mm", balloon.wall_mm, 0.001, 1.0);
-  check("balloon.density_g_mm3", balloon.density_g_mm3, 0.0, 1.0);
-  check("wall.shape_beta", wall.shape_beta, 0.0, 1.0);
-  check("wall.modulus_kpa", wall.modulus_kpa, 1.0, 1e6);
-  check("wall.thickness_ratio", wall.thickness_ratio, 1e-6, 0.45);
-  check("wall.yield_strain", wall.yield_strain, 0.0, 10.0);
-  check("wall.creep_per_s", wall.creep_per_s, 0.0, 1000.0);
-  check("wall.max_plastic_strain", wall.max_plastic_strain, 0.0, 10.0);
-  check("wall.foundation_kpa_per_mm", wall.foundation_kpa_per_mm, 0.0, 1e5);
-  check("wall.density_g_mm3", wall.density_g_mm3, 0.0, 1.0);
+  require_within("balloon.c1_mpa", balloon.c1_mpa, 0.0, 1e6);
+  require_within("balloon.c2_mpa", balloon.c2_mpa, 0.0, 1e6);
+  require_within("balloon.wall_mm", balloon.wall_mm, 0.001, 1.0);
+  require_within("balloon.density_g_mm3", balloon.density_g_mm3, 0.0, 1.0);
+  require_within("wall.shape_beta", wall.shape_beta, 0.0, 1.0);
+  require_within("wall.modulus_kpa", wall.modulus_kpa, 1.0, 1e6);
+  require_within("wall.thickness_ratio", wall.thickness_ratio, 1e-6, 0.45);
+  require_within("wall.yield_strain", wall.yield_strain, 0.0, 10.0);
+  require_within("wall.creep_per_s", wall.creep_per_s, 0.0, 1000.0);
+  require_within("wall.max_plastic_strain", wall.max_plastic_strain, 0.0, 10.0);
+  require_within("wall.foundation_kpa_per_mm", wall.foundation_kpa_per_mm, 0.0, 1e5);
+  require_within("wall.density_g_mm3", wall.density_g_mm3, 0.0, 1.0);
   if (wall_model == WallModel::layered) layered_wall.validate();
-  check("inflation.inflate_s", inflation.inflate_s, 1e-6, 600.0);
-  check("inflation.hold_s", inflation.hold_s, 0.0, 600.0);
-  check("inflation.deflate_s", inflation.deflate_s, 1e-6, 600.0);
-  check("inflation.rest_s", inflation.rest_s, 0.0, 600.0);
-  check("inflation.peak_pressure_atm", inflation.peak_pressure_atm, 1e-6, 40.0);
-  check("inflation.rated_burst_atm", inflation.rated_burst_atm, 0.0, 100.0);
-  check("inflation.outside_pressure_kpa", inflation.outside_pressure_kpa, 0.0, 50.0);
-  check("inflation.deflate_pressure_atm", inflation.deflate_pressure_atm, -1.0, 0.0);
-  check("inflation.peak_volume_mm3", inflation.peak_volume_mm3, 0.0, 1e6);
+  require_within("inflation.inflate_s", inflation.inflate_s, 1e-6, 600.0);
+  require_within("inflation.hold_s", inflation.hold_s, 0.0, 600.0);
+  require_within("inflation.deflate_s", inflation.deflate_s, 1e-6, 600.0);
+  require_within("inflation.rest_s", inflation.rest_s, 0.0, 600.0);
+  require_within("inflation.peak_pressure_atm", inflation.peak_pressure_atm, 1e-6, 40.0);
+  require_within("inflation.rated_burst_atm", inflation.rated_burst_atm, 0.0, 100.0);
+  require_within("inflation.outside_pressure_kpa", inflation.outside_pressure_kpa, 0.0, 50.0);
+  require_within("inflation.deflate_pressure_atm", inflation.deflate_pressure_atm, -1.0, 0.0);
+  require_within("inflation.peak_volume_mm3", inflation.peak_volume_mm3, 0.0, 1e6);
   if (gas_model == GasModel::per_tet && inflation.control != InflationControl::volume)
     throw OptionError(
         "simulation.gas_model is per_tet, and inflation.control is not volume (the paper's gas is "
@@ -383,18 +377,18 @@ void SimulationOptions::validate() const {
         "simulation.gas_model is per_tet, and guidewire.model is rod (the paper's tetrahedra stand "
         "on a guidewire that does not move). Use guidewire.model = none");
   if (guidewire.model == GuidewireModel::rod) guidewire.validate();
-  check("simulation.frame_s", frame_s, 1e-4, 1.0);
-  check("simulation.tolerance", tolerance, 1e-6, 0.1);
-  check("simulation.sweeps", double(sweeps), 0.0, 1000.0);
-  check("simulation.contact_distance_mm", contact_distance_mm, 1e-3, 1.0);
-  check("simulation.contact_stiffness", contact_stiffness, 0.01, 100.0);
-  check("simulation.friction_static", friction_static, 0.0, 2.0);
-  check("simulation.friction_kinetic", friction_kinetic, 0.0, 2.0);
-  check("simulation.adhesion_traction_kpa", adhesion_traction_kpa, 0.0, 100.0);
-  check("simulation.adhesion_gap_1_mm", adhesion_gap_1_mm, 0.0, 1.0);
-  check("simulation.paper_volume_1_mm3", paper_volume_1_mm3, 0.0, 100.0);
-  check("simulation.paper_volume_2_mm3", paper_volume_2_mm3, 0.0, 100.0);
-  check("simulation.adhesion_gap_2_mm", adhesion_gap_2_mm, adhesion_gap_1_mm + 1e-3, 2.0);
+  require_within("simulation.frame_s", frame_s, 1e-4, 1.0);
+  require_within("simulation.tolerance", tolerance, 1e-6, 0.1);
+  require_within("simulation.sweeps", double(sweeps), 0.0, 1000.0);
+  require_within("simulation.contact_distance_mm", contact_distance_mm, 1e-3, 1.0);
+  require_within("simulation.contact_stiffness", contact_stiffness, 0.01, 100.0);
+  require_within("simulation.friction_static", friction_static, 0.0, 2.0);
+  require_within("simulation.friction_kinetic", friction_kinetic, 0.0, 2.0);
+  require_within("simulation.adhesion_traction_kpa", adhesion_traction_kpa, 0.0, 100.0);
+  require_within("simulation.adhesion_gap_1_mm", adhesion_gap_1_mm, 0.0, 1.0);
+  require_within("simulation.paper_volume_1_mm3", paper_volume_1_mm3, 0.0, 100.0);
+  require_within("simulation.paper_volume_2_mm3", paper_volume_2_mm3, 0.0, 100.0);
+  require_within("simulation.adhesion_gap_2_mm", adhesion_gap_2_mm, adhesion_gap_1_mm + 1e-3, 2.0);
 }
 
 CudaSupport cuda_support() {

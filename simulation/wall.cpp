@@ -3,14 +3,13 @@
 #include <cmath>
 
 #include "core/error.hpp"
+#include "core/units.hpp"
 #include "simulation/newton/wall_terms.hpp"
 
 namespace angio::simulation {
 namespace {
 
 using namespace detail;
-
-constexpr double kPaPerKpa = 1e3;
 
 // Newton's method for the balance under a pressure [Pa]; x is moved.
 NewtonResult balance(const LayeredWall& wall, const SolidModel& model, double pressure,
@@ -55,7 +54,8 @@ WallSolution solve_wall(const LayeredWall& wall, const WallOptions& options, con
   set_memory(out.state, model);
   bool settled = false;
   for (int round = 0; round < kMostRounds && !settled; ++round) {
-    const NewtonResult result = balance(wall, model, kPaPerKpa * pressure_kpa, out.state.vertices);
+    const NewtonResult result =
+        balance(wall, model, units::kPascalPerKilopascal * pressure_kpa, out.state.vertices);
     out.iterations += result.iterations;
     out.residual = result.residual;
     out.converged = result.converged;

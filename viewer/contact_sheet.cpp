@@ -6,6 +6,7 @@
 
 #include "core/atomic_file.hpp"
 #include "formats/html.hpp"
+#include "formats/text.hpp"
 #include "viewer/detail/canvas.hpp"
 #include "viewer/detail/case_data.hpp"
 #include "viewer/detail/offscreen.hpp"

@@ -5,6 +5,7 @@
 #include "core/atomic_file.hpp"
 #include "core/error.hpp"
 #include "formats/html.hpp"
+#include "formats/text.hpp"
 #include "viewer/detail/chart.hpp"
 #include "viewer/detail/offscreen.hpp"
 #include "viewer/detail/pictures_2d.hpp"

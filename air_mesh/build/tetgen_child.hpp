@@ -17,12 +17,12 @@ struct TetgenInput {
   std::string what;                  ///< is meshed, for messages: "the gap"
 };
 
-/// Runs TetGen in a child process, since it may crash.
+/// Runs TetGen in a child process, since it may crash, take all memory, or not end.
 ///
 /// Source: Si, "TetGen, a Delaunay-based quality tetrahedral mesh generator", ACM TOMS 41 (2015)
 /// @return the input's vertices first, then added ones; tetrahedra may be left-handed
-/// @throws InternalError if TetGen fails, crashes or takes more than `limit_s` seconds of
-/// processor time
+/// @throws InternalError if TetGen fails, crashes, runs out of memory or takes more than `limit_s`
+/// seconds of processor time
 TetMesh run_tetgen(const TetgenInput& input, double limit_s);
 
 }  // namespace angio::air_mesh

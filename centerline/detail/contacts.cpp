@@ -3,8 +3,10 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
+#include <utility>
 
 #include "centerline/detail/polyline.hpp"
+#include "core/statistics.hpp"
 
 namespace angio::centerline {
 namespace {
@@ -26,9 +28,7 @@ struct Leaving {
 double median_radius(const CenterlinePath& path, std::size_t first, std::size_t last) {
   std::vector<double> radii(path.inscribed_radius.begin() + std::ptrdiff_t(first),
                             path.inscribed_radius.begin() + std::ptrdiff_t(last));
-  const auto middle = radii.begin() + std::ptrdiff_t(radii.size() / 2);
-  std::nth_element(radii.begin(), middle, radii.end());
-  return *middle;
+  return median(std::move(radii));
 }
 
 std::optional<Leaving> leave(const CenterlinePath& branch, const CenterlinePath& parent) {

@@ -4,7 +4,9 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <utility>
 
+#include "core/statistics.hpp"
 #include "core/units.hpp"
 
 namespace angio::centerline {
@@ -78,9 +80,7 @@ double median_diameter(const Known& known, const std::vector<std::size_t>& point
   if (points.size() < 2) return 0.0;
   std::vector<double> diameters;
   for (const std::size_t i : points) diameters.push_back(known.reference.measured[i]);
-  const auto middle = diameters.begin() + std::ptrdiff_t(diameters.size() / 2);
-  std::nth_element(diameters.begin(), middle, diameters.end());
-  return *middle;
+  return median(std::move(diameters));
 }
 
 /// The length that points stand for [mm].

@@ -6,6 +6,8 @@
 #include <numeric>
 #include <utility>
 
+#include "core/statistics.hpp"
+
 namespace angio::centerline {
 namespace {
 
@@ -48,9 +50,7 @@ std::vector<int> own_voxels(const LumenVoxels& lumen, const Stretch& stretch) {
 double median_depth(const LumenVoxels& lumen, const std::vector<int>& voxels) {
   std::vector<float> depth;
   for (const int v : voxels) depth.push_back(lumen.depth[std::size_t(v)]);
-  const auto middle = depth.begin() + std::ptrdiff_t(depth.size() / 2);
-  std::nth_element(depth.begin(), middle, depth.end());
-  return double(*middle);
+  return double(median(std::move(depth)));
 }
 
 /// The half of a stretch that ends at a tip, without its cap.

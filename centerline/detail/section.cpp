@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "centerline/detail/contour.hpp"
+#include "core/statistics.hpp"
 #include "core/units.hpp"
 
 namespace angio::centerline {
@@ -23,12 +24,6 @@ Coefficients harmonics(int terms, double theta) {
     basis[2 * m] = std::sin(m * theta);
   }
   return basis;
-}
-
-double median(std::vector<double> values) {
-  const auto middle = values.begin() + std::ptrdiff_t(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
 }
 
 double angle_of(std::size_t ray, std::size_t count) {

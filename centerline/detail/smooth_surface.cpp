@@ -1,6 +1,9 @@
 #include "centerline/detail/smooth_surface.hpp"
 
 #include <algorithm>
+#include <utility>
+
+#include "core/statistics.hpp"
 
 namespace angio::centerline {
 namespace {
@@ -35,9 +38,7 @@ double roughness(const TriangleMesh& mesh) {
     edge_count += neighbors[v].size();
   }
   if (size.empty() || edges <= 0.0) return 0.0;
-  const auto middle = size.begin() + std::ptrdiff_t(size.size() / 2);
-  std::nth_element(size.begin(), middle, size.end());
-  return *middle * double(edge_count) / edges;
+  return median(std::move(size)) * double(edge_count) / edges;
 }
 
 void smooth_surface(TriangleMesh& mesh, int rounds) {

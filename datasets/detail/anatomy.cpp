@@ -6,8 +6,8 @@
 #include <utility>
 
 #include "core/error.hpp"
+#include "core/text.hpp"
 #include "core/units.hpp"
-#include "datasets/detail/nearest_name.hpp"
 #include "datasets/detail/vessel_plan.hpp"
 
 namespace angio::datasets::detail {
@@ -305,15 +305,15 @@ Anatomy make_coronary(const PhantomOptions& options) {
 }  // namespace
 
 const DefaultSize& default_size(std::string_view name) {
-  std::vector<std::string_view> names;
+  std::vector<std::string> names;
   for (const DefaultSize& size : kDefaultSizes) {
     if (size.name == name) return size;
-    names.push_back(size.name);
+    names.emplace_back(size.name);
   }
   std::string all;
-  for (std::string_view known : names) all += (all.empty() ? "" : ", ") + std::string(known);
+  for (const std::string& known : names) all += (all.empty() ? "" : ", ") + known;
   throw OptionError("no phantom is called \"" + std::string(name) + "\" (there are: " + all +
-                    "). Did you mean \"" + std::string(nearest_name(name, names)) + "\"?");
+                    "). Did you mean \"" + nearest_name(name, names) + "\"?");
 }
 
 PhantomOptions with_size(const PhantomOptions& options) {

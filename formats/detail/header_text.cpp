@@ -1,15 +1,15 @@
 #include "formats/detail/header_text.hpp"
 
-#include <algorithm>
 #include <array>
 #include <cctype>
 #include <string>
 #include <utility>
 
+#include "core/text.hpp"
+
 namespace angio::formats::detail {
 namespace {
 
-char lower(char letter) { return char(std::tolower(static_cast<unsigned char>(letter))); }
 bool is_letter(char letter) { return std::isalpha(static_cast<unsigned char>(letter)) != 0; }
 
 /// The word after a key, past spaces and "=" or ":"; empty if neither follows.
@@ -31,8 +31,7 @@ bool says_ras(std::string_view header) {
 }
 
 std::optional<LengthUnit> unit_of_name(std::string_view name) {
-  std::string word(name);
-  std::transform(word.begin(), word.end(), word.begin(), lower);
+  const std::string word = lower_case(std::string(name));
   constexpr std::array<std::pair<std::string_view, LengthUnit>, 12> kNames{
       {{"mm", LengthUnit::mm},
        {"millimeter", LengthUnit::mm},
@@ -52,8 +51,7 @@ std::optional<LengthUnit> unit_of_name(std::string_view name) {
 }
 
 std::optional<LengthUnit> stated_unit(std::string_view header) {
-  std::string text(header);
-  std::transform(text.begin(), text.end(), text.begin(), lower);
+  const std::string text = lower_case(std::string(header));
   for (std::size_t at = text.find("unit"); at != std::string::npos;
        at = text.find("unit", at + 4)) {
     if (at > 0 && is_letter(text[at - 1])) continue;  // "community"

@@ -4,8 +4,10 @@
 #include <cmath>
 #include <numbers>
 #include <queue>
+#include <utility>
 
 #include "core/parallel.hpp"
+#include "core/statistics.hpp"
 #include "meshing/detail/nearest_line.hpp"
 
 namespace angio::meshing::detail {
@@ -65,9 +67,7 @@ double median_radius(const CenterlineTree& tree) {
   std::vector<double> radii;
   for (const CenterlinePath& path : tree.paths)
     radii.insert(radii.end(), path.inscribed_radius.begin(), path.inscribed_radius.end());
-  const auto middle = radii.begin() + std::ptrdiff_t(radii.size() / 2);
-  std::nth_element(radii.begin(), middle, radii.end());
-  return *middle;
+  return median(std::move(radii));
 }
 
 }  // namespace

@@ -13,6 +13,7 @@
 #include <utility>
 
 #include "core/error.hpp"
+#include "core/statistics.hpp"
 
 namespace angio::meshing::detail {
 namespace {
@@ -107,9 +108,7 @@ double median_edge_length(const TriangleMesh& mesh) {
     for (std::size_t c = 0; c < 3; ++c)
       lengths.push_back(distance(corner(mesh, t, c), corner(mesh, t, (c + 1) % 3)));
   if (lengths.empty()) return 0.0;
-  const auto middle = lengths.begin() + std::ptrdiff_t(lengths.size() / 2);
-  std::nth_element(lengths.begin(), middle, lengths.end());
-  return *middle;
+  return median(std::move(lengths));
 }
 
 Count merge_points(TriangleMesh& mesh, double tolerance) {

@@ -1,50 +1,28 @@
 #include "pipeline/cli/batch.hpp"
 
-#include <fcntl.h>
 #include <fmt/format.h>
 #include <omp.h>
-#include <signal.h>
-#include <spawn.h>
-#include <sys/wait.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <array>
-#include <cstring>
-#include <map>
+#include <chrono>
+#include <list>
 #include <nlohmann/json.hpp>
 #include <regex>
 #include <set>
+#include <thread>
 
 #include "core/atomic_file.hpp"
+#include "core/child_process.hpp"
 #include "core/error.hpp"
 #include "formats/csv.hpp"
 #include "pipeline/experiments/workflow.hpp"
 #include "pipeline/stages/run_case.hpp"
 
-extern char** environ;  // POSIX: the environment handed to each case's process
-
 namespace angio::pipeline {
 namespace fs = std::filesystem;
 using nlohmann::json;
 namespace {
-
-std::string html_text(const std::string& text) {
-  std::string escaped;
-  for (const char c : text) {
-    if (c == '<')
-      escaped += "&lt;";
-    else if (c == '>')
-      escaped += "&gt;";
-    else if (c == '&')
-      escaped += "&amp;";
-    else if (c == '"')
-      escaped += "&quot;";
-    else
-      escaped += c;
-  }
-  return escaped;
-}
 
 // ---- outcomes
 // ------------------------------------------------------------------------------------
@@ -112,11 +90,11 @@ void write_summary(const fs::path& folder, const std::vector<BatchCase>& cases,
       "td:first-child,td:last-child,th{text-align:left}.failed{background:#fdd}"
       "</style><h1>Cases</h1><table>\n";
   for (std::size_t r = 0; r < rows.size(); ++r) {
-    html += fmt::format("<tr class=\"{}\">", r == 0 ? "head" : html_text(rows[r][1]));
+    html += fmt::format("<tr class=\"{}\">", r == 0 ? "head" : formats::escape_html(rows[r][1]));
     for (std::size_t c = 0; c < rows[r].size(); ++c) {
       csv += (c == 0 ? "" : ",") + formats::csv_cell(rows[r][c]);
       const bool links = r > 0 && c == 0 && rows[r][1] == "done";
-      const std::string text = html_text(rows[r][c]);
+      const std::string text = formats::escape_html(rows[r][c]);
       const std::string shown =
           links ? fmt::format("<a href=\"{0}/report/index.html\">{0}</a>", text) : text;
       html += r == 0 ? "<th>" + shown + "</th>" : "<td>" + shown + "</td>";
@@ -155,44 +133,37 @@ std::string last_line(const fs::path& log) {
   return text.substr(text.find_last_of("\n\r") + 1);
 }
 
-pid_t start_case(const BatchRequest& request, const BatchCase& batch_case, int threads) {
-  std::vector<std::string> words = {request.program.string(),
-                                    "run",
-                                    batch_case.input,
-                                    "-o",
-                                    (request.folder / batch_case.name).string(),
-                                    "--name",
-                                    batch_case.name,
-                                    "--threads",
-                                    std::to_string(threads)};
-  words.insert(words.end(), request.arguments.begin(), request.arguments.end());
-  for (const std::string& setting : batch_case.settings) {
-    words.push_back("--set");
-    words.push_back(setting);
-  }
-  std::vector<char*> argv;
-  for (std::string& word : words) argv.push_back(word.data());
-  argv.push_back(nullptr);
+struct RunningCase {
+  std::size_t index = 0;  ///< in the manifest
+  ChildProgram program;
+};
 
-  const fs::path log = request.folder / "logs" / (batch_case.name + ".log");
-  posix_spawn_file_actions_t files;
-  posix_spawn_file_actions_init(&files);
-  posix_spawn_file_actions_addopen(&files, STDIN_FILENO, "/dev/null", O_RDONLY, 0);
-  posix_spawn_file_actions_addopen(&files, STDOUT_FILENO, log.c_str(), O_WRONLY | O_CREAT | O_TRUNC,
-                                   0644);
-  posix_spawn_file_actions_adddup2(&files, STDOUT_FILENO, STDERR_FILENO);
-  pid_t process = -1;
-  const int error =
-      posix_spawn(&process, request.program.c_str(), &files, nullptr, argv.data(), environ);
-  posix_spawn_file_actions_destroy(&files);
-  if (error != 0)
-    throw InternalError(
-        fmt::format("cannot start a process for a case ({})", std::strerror(error)));
-  return process;
+bool is_interrupted() {
+  try {
+    throw_if_interrupted();
+    return false;
+  } catch (const Interrupted&) {
+    return true;
+  }
 }
 
-int exit_code_of(int wait_status) {
-  return WIFEXITED(wait_status) ? WEXITSTATUS(wait_status) : 128 + WTERMSIG(wait_status);
+ChildProgram start_case(const BatchRequest& request, const BatchCase& batch_case, int threads) {
+  ProgramCall call;
+  call.file = request.program;
+  call.log = request.folder / "logs" / (batch_case.name + ".log");
+  call.arguments = {
+      "run",    batch_case.input, "-o",        (request.folder / batch_case.name).string(),
+      "--name", batch_case.name,  "--threads", std::to_string(threads)};
+  call.arguments.insert(call.arguments.end(), request.arguments.begin(), request.arguments.end());
+  for (const std::string& setting : batch_case.settings) {
+    call.arguments.push_back("--set");
+    call.arguments.push_back(setting);
+  }
+  return ChildProgram(call);
+}
+
+int exit_code_of(const ChildResult& result) {
+  return result.signal == 0 ? result.exit_status : 128 + result.signal;
 }
 
 std::vector<std::string> settings_of_row(const formats::CsvRow& header,
@@ -251,58 +222,88 @@ std::vector<BatchCase> read_manifest(const fs::path& file) {
   return cases;
 }
 
+namespace {
+
+/// Runs cases, some at a time, until none is left or the user asks to stop.
+class Batch {
+ public:
+  Batch(const BatchRequest& request, Reporter& reporter)
+      : request_(request),
+        reporter_(reporter),
+        cases_(read_manifest(request.manifest)),
+        outcomes_(cases_.size()),
+        threads_(request.threads > 0 ? request.threads
+                                     : std::max(1, omp_get_max_threads() / request.jobs)) {
+    for (std::size_t c = cases_.size(); c-- > 0;) {
+      if (request.resume && is_done(request, cases_[c]))
+        outcomes_[c] = {"done", 0, 0, "done before"};
+      else
+        waiting_.push_back(c);
+    }
+  }
+
+  int run() {
+    make_folder(request_.folder / "logs");
+    while (!running_.empty() || (!waiting_.empty() && !interrupted_)) {
+      while (!interrupted_ && !waiting_.empty() && int(running_.size()) < request_.jobs)
+        start_next();
+      std::this_thread::sleep_for(kLookAgain);
+      if (!interrupted_ && is_interrupted()) {
+        for (const RunningCase& one : running_) one.program.ask_to_end();
+        interrupted_ = true;
+      }
+      take_ended();
+    }
+    write_summary(request_.folder, cases_, outcomes_);
+    if (interrupted_) throw Interrupted();
+    return int(std::count_if(outcomes_.begin(), outcomes_.end(),
+                             [](const Outcome& o) { return o.status != "done"; }));
+  }
+
+ private:
+  static constexpr std::chrono::milliseconds kLookAgain{20};
+
+  void start_next() {
+    const std::size_t c = waiting_.back();
+    waiting_.pop_back();
+    ++outcomes_[c].tries;
+    running_.push_back({c, start_case(request_, cases_[c], threads_)});
+  }
+
+  void take_ended() {
+    for (auto one = running_.begin(); one != running_.end();) {
+      const auto result = one->program.result();
+      if (result) take(one->index, exit_code_of(*result));
+      one = result ? running_.erase(one) : std::next(one);
+    }
+  }
+
+  void take(std::size_t c, int exit_code) {
+    const std::string& name = cases_[c].name;
+    Outcome& outcome = outcomes_[c];
+    outcome.exit_code = exit_code;
+    outcome.status = exit_code == 0 ? "done" : "failed";
+    outcome.reason = exit_code == 0 ? "" : last_line(request_.folder / "logs" / (name + ".log"));
+    if (exit_code != 0 && outcome.tries <= request_.retries && !interrupted_) waiting_.push_back(c);
+    reporter_.note(fmt::format("{}: {}{}", name, outcome.status,
+                               outcome.reason.empty() ? "" : ", " + outcome.reason));
+    write_summary(request_.folder, cases_, outcomes_);
+  }
+
+  const BatchRequest& request_;
+  Reporter& reporter_;
+  std::vector<BatchCase> cases_;
+  std::vector<Outcome> outcomes_;
+  int threads_;
+  std::vector<std::size_t> waiting_;  // the next one last
+  std::list<RunningCase> running_;
+  bool interrupted_ = false;
+};
+
+}  // namespace
+
 int run_batch(const BatchRequest& request, Reporter& reporter) {
-  const std::vector<BatchCase> cases = read_manifest(request.manifest);
-  make_folder(request.folder / "logs");
-  const int threads =
-      request.threads > 0 ? request.threads : std::max(1, omp_get_max_threads() / request.jobs);
-
-  std::vector<Outcome> outcomes(cases.size());
-  std::vector<std::size_t> waiting;
-  for (std::size_t c = cases.size(); c-- > 0;) {
-    if (request.resume && is_done(request, cases[c]))
-      outcomes[c] = {"done", 0, 0, "done before"};
-    else
-      waiting.push_back(c);
-  }
-
-  std::map<pid_t, std::size_t> running;
-  bool interrupted = false;
-  while (!running.empty() || (!waiting.empty() && !interrupted)) {
-    while (!interrupted && !waiting.empty() && int(running.size()) < request.jobs) {
-      const std::size_t c = waiting.back();
-      waiting.pop_back();
-      ++outcomes[c].tries;
-      running[start_case(request, cases[c], threads)] = c;
-    }
-    int status = 0;
-    const pid_t ended = waitpid(-1, &status, 0);
-    try {
-      throw_if_interrupted();
-    } catch (const Interrupted&) {
-      if (!interrupted)
-        for (const auto& [process, unused] : running) kill(process, SIGTERM);
-      interrupted = true;
-    }
-    const auto found = running.find(ended);
-    if (found == running.end()) continue;
-    const std::size_t c = found->second;
-    running.erase(found);
-    Outcome& outcome = outcomes[c];
-    outcome.exit_code = exit_code_of(status);
-    outcome.status = outcome.exit_code == 0 ? "done" : "failed";
-    outcome.reason =
-        outcome.exit_code == 0 ? "" : last_line(request.folder / "logs" / (cases[c].name + ".log"));
-    if (outcome.exit_code != 0 && outcome.tries <= request.retries && !interrupted)
-      waiting.push_back(c);
-    reporter.note(fmt::format("{}: {}{}", cases[c].name, outcome.status,
-                              outcome.reason.empty() ? "" : ", " + outcome.reason));
-    write_summary(request.folder, cases, outcomes);
-  }
-  write_summary(request.folder, cases, outcomes);
-  if (interrupted) throw Interrupted();
-  return int(std::count_if(outcomes.begin(), outcomes.end(),
-                           [](const Outcome& o) { return o.status != "done"; }));
+  return Batch(request, reporter).run();
 }
 
 }  // namespace angio::pipeline

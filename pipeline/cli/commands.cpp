@@ -11,6 +11,7 @@
 
 #include "core/error.hpp"
 #include "core/parallel.hpp"
+#include "core/text.hpp"
 #include "pipeline/case/stage.hpp"
 #include "pipeline/cli/batch_command.hpp"
 #include "pipeline/cli/command_description.hpp"
@@ -65,7 +66,7 @@ int report_usage_error(const CLI::App& app, const CLI::ParseError& error,
     for (const std::string& long_name : option->get_lnames()) known.push_back("--" + long_name);
   for (const CLI::App* command : scope.get_subcommands({})) known.push_back(command->get_name());
   const std::string word = text.substr(text.find_last_of(' ') + 1);
-  const std::string guess = nearest(word, known);
+  const std::string guess = guess_name(word, known);
   fmt::print(stderr, "angio: {}{}. See `angio{} --help`\n", text,
              guess.empty() || guess == word ? "" : fmt::format(" (did you mean {}?)", guess),
              used.empty() ? "" : " " + used.front()->get_name());

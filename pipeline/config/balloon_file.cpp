@@ -7,6 +7,7 @@
 
 #include "core/atomic_file.hpp"
 #include "core/error.hpp"
+#include "core/text.hpp"
 #include "pipeline/balloons_toml.hpp"
 
 namespace angio::pipeline {
@@ -60,7 +61,7 @@ class Entry {
     for (const auto& [key, unused] : table_) {
       const std::string word(key.str());
       if (std::find(known_.begin(), known_.end(), word) != known_.end()) continue;
-      const std::string guess = nearest(word, known_);
+      const std::string guess = guess_name(word, known_);
       throw InputError(fmt::format("{}: there is no key {}{}", label_, word,
                                    guess.empty() ? "" : fmt::format(" (did you mean {}?)", guess)));
     }

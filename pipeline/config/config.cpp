@@ -6,30 +6,16 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <numeric>
 #include <sstream>
 
 #include "core/atomic_file.hpp"
 #include "core/error.hpp"
+#include "core/require.hpp"
+#include "core/text.hpp"
 #include "pipeline/config/shared_quantities.hpp"
 
 namespace angio::pipeline {
 namespace {
-
-int edit_distance(std::string_view a, std::string_view b) {
-  std::vector<int> row(b.size() + 1);
-  std::iota(row.begin(), row.end(), 0);
-  for (std::size_t i = 1; i <= a.size(); ++i) {
-    int diagonal = row[0];
-    row[0] = int(i);
-    for (std::size_t j = 1; j <= b.size(); ++j) {
-      const int replaced = diagonal + (a[i - 1] == b[j - 1] ? 0 : 1);
-      diagonal = row[j];
-      row[j] = std::min({replaced, row[j] + 1, row[j - 1] + 1});
-    }
-  }
-  return row[b.size()];
-}
 
 void apply(Config& config, const std::string& key, const std::string& toml_value,
            const std::string& where) {
@@ -39,7 +25,7 @@ void apply(Config& config, const std::string& key, const std::string& toml_value
     if (setting.key == key) return setting.set(toml_value);
     keys.push_back(setting.key);
   }
-  const std::string guess = nearest(key, keys);
+  const std::string guess = guess_name(key, keys);
   throw OptionError(fmt::format("unknown key {} in {}{}. `angio run --print-config` lists all keys",
                                 key, where,
                                 guess.empty() ? "" : fmt::format(" (did you mean {}?)", guess)));
@@ -80,8 +66,7 @@ void Config::validate() const {
     wall_layer_options(wall_layers, simulation.wall.thickness_ratio).validate();
   constexpr double kSomeDiameter = 3.0;  // what is left to the size is valid at any
   solver_options(simulation, plaque, balloon.shaft_diameter_mm, kSomeDiameter).validate();
-  if (write_every < 1 || write_every > 10000)
-    throw OptionError("simulation.write_every must be from 1 to 10000");
+  require_within("simulation.write_every", write_every, 1, 10000);
 }
 
 simulation::Backend backend_of(std::string_view name) {
@@ -127,19 +112,6 @@ std::string to_toml(const Config& config) {
   for (const std::string& section : sections)
     toml += fmt::format("\n[{}]\n{}", section, text[section]);
   return toml;
-}
-
-std::string nearest(std::string_view word, const std::vector<std::string>& candidates) {
-  std::string best;
-  int best_distance = std::max(3, int(word.size()) / 2);
-  for (const std::string& candidate : candidates) {
-    const int d = edit_distance(word, candidate);
-    if (d < best_distance) {
-      best_distance = d;
-      best = candidate;
-    }
-  }
-  return best;
 }
 
 }  // namespace angio::pipeline

@@ -76,7 +76,4 @@ void apply_preset(Config& config, std::string_view name);
 /// The configuration as TOML, each key with its meaning and unit as a comment.
 std::string to_toml(const Config& config);
 
-/// The candidate with the least edit distance to `word`, or "" if none is near.
-std::string nearest(std::string_view word, const std::vector<std::string>& candidates);
-
 }  // namespace angio::pipeline

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "core/error.hpp"
+#include "core/text.hpp"
 #include "pipeline/config/config.hpp"
 
 // The presets as data: a name, what it is for, and settings as on the command line.
@@ -93,7 +94,7 @@ void apply_preset(Config& config, std::string_view name) {
     for (const std::string& setting : preset.settings) apply_setting(config, setting);
     return;
   }
-  const std::string guess = nearest(name, preset_names());
+  const std::string guess = guess_name(name, preset_names());
   throw OptionError(fmt::format("no preset is called {}{} (there are: {})", name,
                                 guess.empty() ? "" : fmt::format(", did you mean {}?", guess),
                                 fmt::join(preset_names(), ", ")));

@@ -7,8 +7,20 @@
 #include <cmath>
 #include <sstream>
 
+#include "core/enum_names.hpp"
 #include "core/error.hpp"
 #include "pipeline/config/config.hpp"
+#include "segmentation/option_names.hpp"
+#include "simulation/option_names.hpp"
+
+namespace angio {
+
+template <>
+struct EnumNames<LengthUnit> {
+  static constexpr auto kNames = std::to_array(kLengthUnitNames);
+};
+
+}  // namespace angio
 
 /// How each kind of field of the configuration stands in TOML; for settings.cpp alone.
 namespace angio::pipeline {
@@ -105,86 +117,19 @@ inline void read_field(const std::string& key, const toml::node& node,
   }
 }
 
-inline constexpr const char* kMembraneModels[] = {"automatic", "plain", "relaxed"};
-
 /// One of an enumeration's names.
-template <class Enum, std::size_t kCount>
-void read_name(const std::string& key, const toml::node& node, const char* const (&names)[kCount],
-               Enum& field) {
+template <NamedEnum Enum>
+void read_field(const std::string& key, const toml::node& node, Enum& field) {
   const std::string text = node.value_or(std::string());
-  std::string expected;
-  for (std::size_t i = 0; i < kCount; ++i) {
-    if (text == names[i]) {
-      field = Enum(i);
-      return;
-    }
-    expected += (i == 0 ? "" : i + 1 == kCount ? " or " : ", ") + std::string(names[i]);
-  }
-  refuse_value(key, text, expected.c_str());
-}
-inline void read_field(const std::string& key, const toml::node& node,
-                       simulation::MembraneModel& field) {
-  read_name(key, node, kMembraneModels, field);
-}
-inline constexpr const char* kWallShapes[] = {"linear", "quadratic"};
-inline void read_field(const std::string& key, const toml::node& node,
-                       simulation::WallShape& field) {
-  read_name(key, node, kWallShapes, field);
-}
-inline constexpr const char* kWallModels[] = {"shape_matching", "layered"};
-inline void read_field(const std::string& key, const toml::node& node,
-                       simulation::WallModel& field) {
-  read_name(key, node, kWallModels, field);
-}
-inline constexpr const char* kPlaques[] = {"fibrous", "hypocellular", "calcified"};
-inline void read_field(const std::string& key, const toml::node& node, simulation::Plaque& field) {
-  read_name(key, node, kPlaques, field);
-}
-inline constexpr const char* kContactModels[] = {"barrier", "paper"};
-inline void read_field(const std::string& key, const toml::node& node,
-                       simulation::ContactModel& field) {
-  read_name(key, node, kContactModels, field);
-}
-inline constexpr const char* kGasModels[] = {"enclosed", "per_tet"};
-inline void read_field(const std::string& key, const toml::node& node,
-                       simulation::GasModel& field) {
-  read_name(key, node, kGasModels, field);
-}
-inline constexpr const char* kGuidewires[] = {"none", "rod"};
-inline void read_field(const std::string& key, const toml::node& node,
-                       simulation::GuidewireModel& field) {
-  read_name(key, node, kGuidewires, field);
-}
-inline constexpr const char* kGuidewireRests[] = {"straight", "placed"};
-inline void read_field(const std::string& key, const toml::node& node,
-                       simulation::GuidewireRest& field) {
-  read_name(key, node, kGuidewireRests, field);
-}
-inline constexpr const char* kGuidewireTips[] = {"held", "free"};
-inline void read_field(const std::string& key, const toml::node& node,
-                       simulation::GuidewireTip& field) {
-  read_name(key, node, kGuidewireTips, field);
-}
-inline constexpr const char* kControls[] = {"gas", "pressure", "volume"};
-inline void read_field(const std::string& key, const toml::node& node,
-                       simulation::InflationControl& field) {
-  read_name(key, node, kControls, field);
-}
-inline constexpr const char* kClothSolvers[] = {"newton", "vbd"};
-inline void read_field(const std::string& key, const toml::node& node,
-                       simulation::ClothSolver& field) {
-  read_name(key, node, kClothSolvers, field);
-}
-inline constexpr const char* kAngleNames[] = {"from-base", "cumulative"};
-inline void read_field(const std::string& key, const toml::node& node,
-                       segmentation::AngleIncrements& field) {
-  read_name(key, node, kAngleNames, field);
+  const std::optional<Enum> value = enum_of_name<Enum>(text);
+  if (!value) refuse_value(key, text, list_enum_names<Enum>().c_str());
+  field = *value;
 }
 inline void read_field(const std::string& key, const toml::node& node,
                        std::optional<LengthUnit>& field) {
   if (node.is_string() && node.as_string()->get() == "auto") return field.reset();
   LengthUnit unit = LengthUnit::mm;
-  read_name(key, node, kLengthUnitNames, unit);
+  read_field(key, node, unit);
   field = unit;
 }
 
@@ -200,39 +145,9 @@ inline std::string write_field(double field) {
 inline std::string write_field(int field) { return fmt::format("{}", field); }
 inline std::string write_field(bool field) { return field ? "true" : "false"; }
 inline std::string write_field(const std::string& field) { return quoted(field); }
-inline std::string write_field(simulation::MembraneModel field) {
-  return quoted(kMembraneModels[int(field)]);
-}
-inline std::string write_field(simulation::ContactModel field) {
-  return quoted(kContactModels[int(field)]);
-}
-inline std::string write_field(simulation::GasModel field) {
-  return quoted(kGasModels[int(field)]);
-}
-inline std::string write_field(simulation::GuidewireModel field) {
-  return quoted(kGuidewires[int(field)]);
-}
-inline std::string write_field(simulation::GuidewireRest field) {
-  return quoted(kGuidewireRests[int(field)]);
-}
-inline std::string write_field(simulation::GuidewireTip field) {
-  return quoted(kGuidewireTips[int(field)]);
-}
-inline std::string write_field(simulation::WallModel field) {
-  return quoted(kWallModels[int(field)]);
-}
-inline std::string write_field(simulation::Plaque field) { return quoted(kPlaques[int(field)]); }
-inline std::string write_field(simulation::WallShape field) {
-  return quoted(kWallShapes[int(field)]);
-}
-inline std::string write_field(simulation::InflationControl field) {
-  return quoted(kControls[int(field)]);
-}
-inline std::string write_field(simulation::ClothSolver field) {
-  return quoted(kClothSolvers[int(field)]);
-}
-inline std::string write_field(const std::optional<LengthUnit>& field) {
-  return quoted(field ? kLengthUnitNames[int(*field)] : "auto");
+template <NamedEnum Enum>
+std::string write_field(Enum field) {
+  return quoted(enum_name(field));
 }
 inline std::string write_field(const simulation::ChartPoint& field) {
   return fmt::format("[{}, {}]", write_field(field.pressure_atm), write_field(field.diameter_mm));
@@ -241,14 +156,14 @@ inline std::string write_field(const Vec3& field) {
   return fmt::format("[{}, {}, {}]", write_field(field.x), write_field(field.y),
                      write_field(field.z));
 }
-inline std::string write_field(segmentation::AngleIncrements field) {
-  return quoted(kAngleNames[int(field)]);
-}
 inline std::string write_field(const std::array<double, 3>& field) {
   return write_field(Vec3{field[0], field[1], field[2]});
 }
 inline std::string write_field(const segmentation::LpsBox& field) {
   return fmt::format("[{}, {}]", write_field(field.low), write_field(field.high));
+}
+inline std::string write_field(const std::optional<LengthUnit>& field) {
+  return quoted(field ? enum_name(*field) : "auto");
 }
 template <class Value>
 std::string write_field(const std::optional<Value>& field) {

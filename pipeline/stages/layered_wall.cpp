@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <iterator>
+#include <utility>
 
+#include "core/statistics.hpp"
 #include "formats/case_file.hpp"
 #include "formats/files.hpp"
 
@@ -42,12 +44,6 @@ std::vector<Triangle> outer_triangles(const std::vector<std::array<int, 6>>& wed
   for (std::size_t w = 0; w < wedges.size(); ++w)
     if (layer[w] == outermost) triangles.push_back({wedges[w][3], wedges[w][4], wedges[w][5]});
   return triangles;
-}
-
-double percentile(std::vector<double> values, double share) {
-  const auto middle = values.begin() + std::ptrdiff_t(share * double(values.size() - 1));
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
 }
 
 }  // namespace
@@ -139,9 +135,9 @@ nlohmann::json wall_summary(const simulation::LayeredWall& wall,
     if (stress.empty()) continue;
     regions[simulation::name(simulation::WallRegion(r))] = {
         {"wedges", stress.size()},
-        {"peak_principal_stress_median_kpa", percentile(stress, 0.5)},
-        {"peak_principal_stress_p99_kpa", percentile(stress, 0.99)},
-        {"plastic_strain_p99", percentile(plastic, 0.99)}};
+        {"peak_principal_stress_median_kpa", quantile(stress, 0.5)},
+        {"peak_principal_stress_p99_kpa", quantile(stress, 0.99)},
+        {"plastic_strain_p99", quantile(plastic, 0.99)}};
   }
   return {{"model", "layered"}, {"regions", regions}};
 }

@@ -4,6 +4,7 @@
 
 #include "datasets/phantom.hpp"
 #include "formats/case_file.hpp"
+#include "formats/nrrd.hpp"
 #include "pipeline/case/input_kind.hpp"
 #include "pipeline/stages/surface_input.hpp"
 #include "segmentation/read_volume.hpp"
@@ -38,9 +39,9 @@ void do_segmentation(StageWork& work, const SegmentationSettings& settings) {
       volume, settings.get<&Config::segmentation>(), part(work.progress, 0.2, 0.9));
   keep(work.warnings, result.warnings);
   work.progress.report(0.9, "writing");
-  segmentation::write_volume(work.out / "volume.nrrd", volume);
-  segmentation::write_volume(work.out / "lumen_mask.nrrd", result.mask);
-  segmentation::write_volume(work.out / "lumen_level_set.nrrd", result.level_set);
+  formats::write_nrrd(work.out / "volume.nrrd", volume);
+  formats::write_nrrd(work.out / "lumen_mask.nrrd", result.mask);
+  formats::write_nrrd(work.out / "lumen_level_set.nrrd", result.level_set);
 }
 
 }  // namespace angio::pipeline

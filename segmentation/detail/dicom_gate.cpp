@@ -1,9 +1,9 @@
 #include <algorithm>
 
+#include "core/child_process.hpp"
 #include "core/error.hpp"
 #include "segmentation/detail/available_memory.hpp"
 #include "segmentation/detail/dicom_parse.hpp"
-#include "segmentation/detail/guarded_child.hpp"
 
 namespace angio::segmentation::detail {
 namespace {

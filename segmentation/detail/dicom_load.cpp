@@ -9,8 +9,8 @@
 #include <limits>
 #include <mutex>
 
+#include "core/child_process.hpp"
 #include "core/error.hpp"
-#include "segmentation/detail/guarded_child.hpp"
 
 namespace angio::segmentation::detail {
 namespace fs = std::filesystem;

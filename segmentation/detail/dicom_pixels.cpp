@@ -13,9 +13,9 @@
 #include <mutex>
 #include <system_error>
 
+#include "core/child_process.hpp"
 #include "core/error.hpp"
 #include "segmentation/detail/dicom_load.hpp"
-#include "segmentation/detail/guarded_child.hpp"
 #include "segmentation/detail/jpeg_2000.hpp"
 
 namespace angio::segmentation::detail {
@@ -171,7 +171,7 @@ ChildLimits decode_limits(const std::vector<DicomHeader>& headers) {
   }
   constexpr std::size_t kBytesPerSecond = std::size_t(1) << 20;
   const int seconds = 60 + int(std::min<std::size_t>(total / kBytesPerSecond, 86400));
-  return {(std::size_t(512) << 20) + largest, seconds, seconds};
+  return {(std::size_t(512) << 20) + largest, seconds, double(seconds)};
 }
 
 [[noreturn]] void fail_by(const ChildResult& result, const DicomHeader& header) {

@@ -4,13 +4,13 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <cctype>
 #include <set>
 #include <system_error>
 #include <utility>
 
+#include "core/child_process.hpp"
 #include "core/error.hpp"
-#include "segmentation/detail/guarded_child.hpp"
+#include "core/text.hpp"
 #include "segmentation/detail/zip_archive.hpp"
 
 namespace angio::segmentation::detail {
@@ -18,12 +18,6 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr int kMaxFolderDepth = 64;
-
-std::string lower(std::string text) {
-  std::transform(text.begin(), text.end(), text.begin(),
-                 [](unsigned char c) { return char(std::tolower(c)); });
-  return text;
-}
 
 /// Gathers the plain files under a folder.
 class FolderWalk {
@@ -81,7 +75,7 @@ fs::path find_name(const fs::path& folder, const std::string& name) {
   if (fs::exists(folder / name, error)) return folder / name;
   for (auto entry = fs::directory_iterator(folder, error);
        !error && entry != fs::directory_iterator(); entry.increment(error))
-    if (lower(entry->path().filename().string()) == lower(name)) return entry->path();
+    if (lower_case(entry->path().filename().string()) == lower_case(name)) return entry->path();
   return {};
 }
 

@@ -17,6 +17,7 @@
 #include <vector>
 
 #include "core/error.hpp"
+#include "core/text.hpp"
 
 namespace angio::segmentation::detail {
 namespace fs = std::filesystem;
@@ -50,12 +51,6 @@ std::string trimmed(const std::string& text) {
   return text.substr(first, text.find_last_not_of(" \t\r\n") - first + 1);
 }
 
-std::string lower(std::string text) {
-  std::transform(text.begin(), text.end(), text.begin(),
-                 [](unsigned char c) { return char(std::tolower(c)); });
-  return text;
-}
-
 /// Fields of a text header; names in lower case without blanks.
 struct TextHeader {
   std::map<std::string, std::string> fields;
@@ -84,11 +79,11 @@ TextHeader read_header(const fs::path& path, bool is_nrrd) {
     const auto mark = line.find_first_of(is_nrrd ? ":" : "=:");
     if (is_list) header.names_after.push_back(line);
     if (is_list || line.starts_with("#") || mark == std::string::npos) continue;
-    std::string name = lower(line.substr(0, mark));
+    std::string name = lower_case(line.substr(0, mark));
     std::erase(name, ' ');
     header.fields[name] = trimmed(line.substr(mark + 1));
     const bool names_data = name == (is_nrrd ? "datafile" : "elementdatafile");
-    is_list = names_data && lower(header.fields[name]).starts_with("list");
+    is_list = names_data && lower_case(header.fields[name]).starts_with("list");
     if (is_nrrd || !names_data || is_list) continue;
     header.is_ended = true;
     break;
@@ -116,7 +111,7 @@ std::vector<fs::path> files_of(const TextHeader& header, const std::string& fiel
   std::istringstream words(field);
   std::string pattern;
   long first = 0, last = 0, step = 1;
-  if (lower(field).starts_with("list")) {
+  if (lower_case(field).starts_with("list")) {
     for (const std::string& name : header.names_after)
       if (!name.empty()) names.push_back(name);
   } else if (field.find('%') != std::string::npos && words >> pattern >> first >> last) {
@@ -152,16 +147,16 @@ Layout meta_image_layout(const fs::path& path) {
       {"met_char", 1},      {"met_uchar", 1},      {"met_short", 2}, {"met_ushort", 2},
       {"met_int", 4},       {"met_uint", 4},       {"met_long", 4},  {"met_ulong", 4},
       {"met_long_long", 8}, {"met_ulong_long", 8}, {"met_float", 4}, {"met_double", 8}};
-  const auto bytes = bytes_of_type.find(lower(header.get("elementtype")));
+  const auto bytes = bytes_of_type.find(lower_case(header.get("elementtype")));
   if (bytes != bytes_of_type.end()) layout.value_bytes = std::uint64_t(bytes->second);
-  if (lower(header.get("compresseddata")).starts_with("t"))
+  if (lower_case(header.get("compresseddata")).starts_with("t"))
     layout.encoding = Encoding::deflated;
-  else if (lower(header.get("binarydata")).starts_with("f"))
+  else if (lower_case(header.get("binarydata")).starts_with("f"))
     layout.encoding = Encoding::text;
   // MetaIO takes a missing one for 0, and gives memory that was never written.
   if (layout.encoding == Encoding::deflated && !header.fields.contains("compresseddatasize"))
     refuse(path, "its header does not say how long its compressed voxels are");
-  if (lower(data) == "local") {
+  if (lower_case(data) == "local") {
     layout.files = {path};
     layout.offset = header.end;
     return layout;
@@ -199,8 +194,8 @@ Layout nrrd_layout(const fs::path& path) {
     refuse(path, "its header ends early");
   Layout layout;
   layout.value_count = product_of(header.get("sizes"), path);
-  layout.value_bytes = std::uint64_t(nrrd_bytes(lower(header.get("type"))));
-  const std::string encoding = lower(header.get("encoding"));
+  layout.value_bytes = std::uint64_t(nrrd_bytes(lower_case(header.get("type"))));
+  const std::string encoding = lower_case(header.get("encoding"));
   layout.encoding = encoding == "raw"                        ? Encoding::raw
                     : encoding == "gzip" || encoding == "gz" ? Encoding::deflated
                     : encoding == "ascii" || encoding == "text" || encoding == "txt"

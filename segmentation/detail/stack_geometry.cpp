@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numeric>
 
+#include "core/statistics.hpp"
 #include "core/units.hpp"
 #include "segmentation/detail/format_number.hpp"
 
@@ -72,12 +73,6 @@ Mat3 orthonormal_axes(const DicomFrame& frame) {
   return {{{i.x, j.x, k.x}, {i.y, j.y, k.y}, {i.z, j.z, k.z}}};
 }
 
-double median_of(std::vector<double> values) {
-  const auto middle = values.begin() + std::ptrdiff_t(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
-
 /// The slices on the axes of the grid, sorted along its normal.
 struct SortedSlices {
   Mat3 axes;
@@ -103,7 +98,7 @@ SortedSlices sort_slices(const std::vector<DicomFrame>& frames) {
   std::vector<double> forward;  // copies lie at the same place but for rounding
   for (const double step : sorted.steps)
     if (step > kRounding) forward.push_back(step);
-  if (!forward.empty()) sorted.usual_step = median_of(forward);
+  if (!forward.empty()) sorted.usual_step = median(forward);
   return sorted;
 }
 

@@ -3,9 +3,11 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <utility>
 
 #include "core/error.hpp"
 #include "core/parallel.hpp"
+#include "core/statistics.hpp"
 #include "segmentation/detail/blood_pools.hpp"
 #include "segmentation/detail/components.hpp"
 #include "segmentation/detail/fields.hpp"
@@ -220,9 +222,7 @@ double noise_deviation(const Volume<float>& volume) {
         std::abs(volume.at(i - 1, j, k) - 2.0f * volume.at(i, j, k) + volume.at(i + 1, j, k)));
   }
   if (sample.empty()) return 0.0;
-  const auto middle = sample.begin() + std::ptrdiff_t(sample.size() / 2);
-  std::nth_element(sample.begin(), middle, sample.end());
-  return kFromMad * double(*middle) / second_difference;
+  return kFromMad * double(median(std::move(sample))) / second_difference;
 }
 
 double denoising_sigma(const Volume<float>& volume, double noise, double contrast) {

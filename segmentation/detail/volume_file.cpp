@@ -6,11 +6,12 @@
 #include <cstdint>
 #include <system_error>
 
+#include "core/child_process.hpp"
 #include "core/error.hpp"
+#include "core/text.hpp"
 #include "segmentation/detail/available_memory.hpp"
 #include "segmentation/detail/file_completeness.hpp"
 #include "segmentation/detail/format_number.hpp"
-#include "segmentation/detail/guarded_child.hpp"
 
 namespace angio::segmentation::detail {
 namespace {
@@ -18,13 +19,6 @@ namespace {
 constexpr double kOrthogonalTolerance = 1e-3;
 constexpr double kRoundedDecimals = 1e-5;  ///< skew that needs no word
 constexpr std::size_t kMaxVoxelCount = std::size_t(1) << 31;
-
-std::string lower_name(const std::filesystem::path& path) {
-  std::string name = path.filename().string();
-  std::transform(name.begin(), name.end(), name.begin(),
-                 [](unsigned char c) { return char(std::tolower(c)); });
-  return name;
-}
 
 Vec3 column(const Mat3& m, int c) { return {m(0, c), m(1, c), m(2, c)}; }
 
@@ -58,7 +52,7 @@ bool is_volume_file_name(const std::filesystem::path& path) {
 }
 
 std::string volume_file_format(const std::filesystem::path& path) {
-  const std::string name = lower_name(path);
+  const std::string name = lower_case(path.filename().string());
   if (name.ends_with(".nrrd") || name.ends_with(".nhdr")) return "NRRD";
   if (name.ends_with(".mha") || name.ends_with(".mhd")) return "MetaImage";
   if (name.ends_with(".nii") || name.ends_with(".nii.gz")) return "NIfTI";
@@ -88,7 +82,7 @@ ChildLimits limits_for(const std::filesystem::path& path, std::uint64_t voxel_co
   const int seconds = 120 + int(std::min<std::size_t>(size / kBytesPerSecond, 86400));
   return {(std::size_t(2) << 30) + 32 * std::min(size, std::size_t(1) << 38) +
               kWorstBytesPerVoxel * std::size_t(voxel_count),
-          seconds, seconds};
+          seconds, double(seconds)};
 }
 
 VolumeFile load_guarded(const std::filesystem::path& path, VolumePart part,

@@ -5,10 +5,10 @@
 #include <itkNrrdImageIO.h>
 
 #include <algorithm>
-#include <cctype>
 #include <fstream>
 
 #include "core/error.hpp"
+#include "core/text.hpp"
 #include "segmentation/detail/volume_file.hpp"
 
 namespace angio::segmentation::detail {
@@ -29,8 +29,7 @@ std::string header_text(const std::filesystem::path& path, const std::string& fo
   for (std::string line; text.size() < kMaxHeaderBytes && std::getline(file, line);) {
     if (!line.empty() && line.back() == '\r') line.pop_back();
     if (line.empty() && format == "NRRD") break;
-    std::transform(line.begin(), line.end(), line.begin(),
-                   [](unsigned char c) { return char(std::tolower(c)); });
+    line = lower_case(line);
     text += line + "\n";
     if (line.starts_with("elementdatafile")) break;
   }

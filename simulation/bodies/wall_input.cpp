@@ -4,7 +4,9 @@
 #include <string>
 
 #include "core/error.hpp"
+#include "core/require.hpp"
 #include "simulation/materials/solid.hpp"
+#include "simulation/option_names.hpp"
 #include "simulation/wall.hpp"
 
 /// The wall's names, materials and checks.
@@ -13,24 +15,19 @@ namespace {
 
 std::size_t at(int i) { return static_cast<std::size_t>(i); }
 
-void require(bool good, const std::string& field, const std::string& range) {
-  if (!good) throw OptionError("wall." + field + " is out of range. Give a value in " + range);
-}
-
 void validate(const WallRegionMaterial& m, const std::string& region) {
-  const auto within = [&](double value, double low, double high, const char* field,
-                          const char* range) {
-    require(value >= low && value <= high, region + "." + field, range);
+  const auto within = [&](const char* field, double value, double low, double high) {
+    require_within("wall." + region + "." + field, value, low, high);
   };
-  within(m.shear_kpa, 0.1, 1e6, "shear_kpa", "[0.1, 1e6]");
-  within(m.bulk_kpa, 5.0 * m.shear_kpa, 1e8, "bulk_kpa", "[5 shear_kpa, 1e8]");
-  within(m.fiber_k1_kpa, 0.0, 1e5, "fiber_k1_kpa", "[0, 1e5]");
-  within(m.fiber_k2, 1e-6, 1e3, "fiber_k2", "[1e-6, 1000]");
-  within(m.fiber_angle_deg, 0.0, 90.0, "fiber_angle_deg", "[0, 90]");
-  within(m.fiber_share, 0.0, 1.0, "fiber_share", "[0, 1]");
-  within(m.yield_kpa, 0.0, 1e6, "yield_kpa", "[0, 1e6]");
-  within(m.creep_per_s, 0.0, 1e6, "creep_per_s", "[0, 1e6]");
-  within(m.density_g_mm3, 1e-5, 0.1, "density_g_mm3", "[1e-5, 0.1]");
+  within("shear_kpa", m.shear_kpa, 0.1, 1e6);
+  within("bulk_kpa", m.bulk_kpa, 5.0 * m.shear_kpa, 1e8);
+  within("fiber_k1_kpa", m.fiber_k1_kpa, 0.0, 1e5);
+  within("fiber_k2", m.fiber_k2, 1e-6, 1e3);
+  within("fiber_angle_deg", m.fiber_angle_deg, 0.0, 90.0);
+  within("fiber_share", m.fiber_share, 0.0, 1.0);
+  within("yield_kpa", m.yield_kpa, 0.0, 1e6);
+  within("creep_per_s", m.creep_per_s, 0.0, 1e6);
+  within("density_g_mm3", m.density_g_mm3, 1e-5, 0.1);
 }
 
 std::string label(const LayeredWall& wall, std::size_t w) {
@@ -137,31 +134,9 @@ void check_whole(const LayeredWall& wall, const WallOptions& options) {
 
 }  // namespace
 
-const char* name(WallRegion region) {
-  switch (region) {
-    case WallRegion::intima:
-      return "intima";
-    case WallRegion::media:
-      return "media";
-    case WallRegion::adventitia:
-      return "adventitia";
-    case WallRegion::plaque:
-      return "plaque";
-  }
-  return "unknown";
-}
+const char* name(WallRegion region) { return enum_name(region); }
 
-const char* name(Plaque plaque) {
-  switch (plaque) {
-    case Plaque::fibrous:
-      return "fibrous";
-    case Plaque::hypocellular:
-      return "hypocellular";
-    case Plaque::calcified:
-      return "calcified";
-  }
-  return "unknown";
-}
+const char* name(Plaque plaque) { return enum_name(plaque); }
 
 std::array<WallRegionMaterial, kWallRegionCount> wall_materials(Plaque plaque) {
   // Holzapfel et al. 2005 (H2048): mu = G/2, k1, k2, phi, rho of the human left anterior descending
@@ -192,10 +167,9 @@ std::array<WallRegionMaterial, kWallRegionCount> wall_materials(Plaque plaque) {
 void WallOptions::validate() const {
   for (int r = 0; r < kWallRegionCount; ++r)
     simulation::validate(materials[at(r)], name(static_cast<WallRegion>(r)));
-  require(blood_pressure_kpa >= 0.0 && blood_pressure_kpa <= 50.0, "blood_pressure_kpa", "[0, 50]");
-  require(axial_stretch >= 0.9 && axial_stretch <= 1.5, "axial_stretch", "[0.9, 1.5]");
-  require(foundation_kpa_per_mm >= 0.0 && foundation_kpa_per_mm <= 1e5, "foundation_kpa_per_mm",
-          "[0, 1e5]");
+  require_within("wall.blood_pressure_kpa", blood_pressure_kpa, 0.0, 50.0);
+  require_within("wall.axial_stretch", axial_stretch, 0.9, 1.5);
+  require_within("wall.foundation_kpa_per_mm", foundation_kpa_per_mm, 0.0, 1e5);
 }
 
 void check_wall(const LayeredWall& wall, const WallOptions& options) {

@@ -2,6 +2,7 @@
 #include <cmath>
 
 #include "core/parallel.hpp"
+#include "core/units.hpp"
 #include "simulation/materials/solid_flow.hpp"
 #include "simulation/newton/wall_terms.hpp"
 #include "simulation/wall.hpp"
@@ -12,7 +13,6 @@ namespace {
 
 using namespace detail;
 
-constexpr double kPaPerKpa = 1e3;
 constexpr double kFirstStep = 1.0 / 3.0;  // of the pressure
 constexpr double kLeastStep = 1.0 / 96.0;
 constexpr double kGrowth = 1.5;  // of a step that went well
@@ -95,7 +95,7 @@ class Prestress {
     const NewtonResult result = minimize(
         {&solid, &foundation}, wall_.fixed, x,
         NewtonOptions{.most_iterations = 30, .tolerance = kSought, .reduction = kReduction},
-        lumen_enclosure(wall_, load * kPaPerKpa * options_.blood_pressure_kpa));
+        lumen_enclosure(wall_, load * units::kPascalPerKilopascal * options_.blood_pressure_kpa));
     out_.iterations += result.iterations;
     out_.residual = result.residual;
     return result.converged;

@@ -1,7 +1,10 @@
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <functional>
+#include <limits>
+#include <string>
 
 #include "centerline/centerline.hpp"
 #include "core/error.hpp"
@@ -38,9 +41,24 @@ CenterlineTree extract(const std::vector<Tube>& tubes, double noise = 0.0) {
 TEST(LesionOptions, DefaultsAreValid) { EXPECT_NO_THROW(LesionOptions{}.validate()); }
 
 TEST(LesionOptions, NamesTheBadField) {
-  LesionOptions options;
-  options.min_stenosis_percent = 5.0;
-  EXPECT_THROW(options.validate(), OptionError);
+  const auto words_of = [](double LesionOptions::*field, double value) -> std::string {
+    LesionOptions options;
+    options.*field = value;
+    try {
+      options.validate();
+    } catch (const OptionError& error) {
+      return error.what();
+    }
+    return "nothing is wrong";
+  };
+  using testing::StartsWith;
+  EXPECT_THAT(words_of(&LesionOptions::min_stenosis_percent, 5.0),
+              StartsWith("lesion.min_stenosis_percent is 5 "));
+  EXPECT_THAT(words_of(&LesionOptions::min_reference_mm, 31.0),
+              StartsWith("lesion.min_reference_mm is 31 "));
+  EXPECT_THAT(words_of(&LesionOptions::voxel_mm, -1.0), StartsWith("lesion.voxel_mm is -1"));
+  EXPECT_THAT(words_of(&LesionOptions::abscissa_mm, std::numeric_limits<double>::infinity()),
+              StartsWith("lesion.abscissa_mm is not a number"));
 }
 
 TEST(FindLesions, ReadsA60PercentStenosis) {

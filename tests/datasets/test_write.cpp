@@ -177,7 +177,7 @@ TEST_F(WritePhantom, AsNrrdHoldsTheVoxelsBehindItsHeader) {
   const Phantom phantom = make_phantom(small_options());
   const std::string bytes =
       read_text(write_phantom(phantom, small_options(), PhantomFormat::nrrd, folder_));
-  EXPECT_EQ(bytes.substr(0, 9), "NRRD0004\n");
+  EXPECT_EQ(bytes.substr(0, 9), "NRRD0005\n");
   EXPECT_NE(bytes.find("space: left-posterior-superior\n"), std::string::npos);
   const std::size_t data = bytes.find("\n\n") + 2;
   ASSERT_EQ(bytes.size() - data, phantom.volume.values.size() * sizeof(float));

@@ -55,6 +55,26 @@ void expect_refused(const std::filesystem::path& path, const std::string& text) 
   }
 }
 
+TEST(Nrrd, IsReadAsItIsWritten) {
+  const TemporaryFolder folder;
+  const Volume<float> volume = make_volume();
+  Volume<std::uint8_t> mask(volume.geometry, 0);
+  for (std::size_t i = 0; i < mask.values.size(); i += 3) mask.values[i] = 1;
+  const std::filesystem::path file = folder / "a.nrrd";
+  for (const NrrdEncoding encoding : {NrrdEncoding::raw, NrrdEncoding::gzip}) {
+    write_nrrd(file, volume, encoding);
+    const Volume<float> back = read_nrrd(file);
+    EXPECT_EQ(back.values, volume.values);
+    EXPECT_EQ(back.geometry.size, volume.geometry.size);
+    for (int axis = 0; axis < 3; ++axis) {
+      EXPECT_EQ(back.geometry.origin[axis], volume.geometry.origin[axis]);
+      EXPECT_EQ(back.geometry.spacing[axis], volume.geometry.spacing[axis]);
+    }
+    write_nrrd(file, mask, encoding);
+    EXPECT_TRUE(std::equal(mask.values.begin(), mask.values.end(), read_nrrd(file).values.begin()));
+  }
+}
+
 TEST(Nrrd, ComesBackExactlyWithItsPlace) {
   const TemporaryFolder folder;
   const Volume<float> volume = make_volume();

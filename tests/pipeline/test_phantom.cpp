@@ -14,6 +14,7 @@
 #include "meshing/meshing.hpp"
 #include "pipeline/case/case_files.hpp"
 #include "run_program.hpp"
+#include "tests/support/case_content.hpp"
 
 namespace angio::test {
 namespace {
@@ -151,26 +152,6 @@ const std::string kSmallRun =
     "mesh.edges_per_circumference=8 inflation.inflate_s=0.1 inflation.hold_s=0 "
     "inflation.deflate_s=0.1 inflation.rest_s=0 volume.fill=false ";
 
-/// A case's files without times and memory.
-std::map<std::string, std::string> case_content(const fs::path& folder) {
-  std::map<std::string, std::string> content;
-  for (const fs::path& file : files_under(folder)) {
-    std::string text = file_text(folder / file);
-    if (file == "run.json" || file == "metrics.json") {
-      json root = json::parse(text);
-      for (const char* key : {"wall_s", "time_split_s", "frames_per_second", "real_time_factor"})
-        if (root.contains("simulation")) root["simulation"].erase(key);
-      if (root.contains("stages"))
-        for (auto& stage : root["stages"])
-          for (const char* key : {"seconds", "peak_memory_mib", "solver_seconds", "time_split_s"})
-            stage.erase(key);
-      text = root.dump();
-    }
-    content[file.string()] = text;
-  }
-  return content;
-}
-
 /// What the stages have come to, in run.json.
 std::string status_of(const fs::path& folder, const char* stage) {
   return read_json_file(folder / "run.json").at("stages").at(stage).at("status");
@@ -195,11 +176,16 @@ TEST(Run, GoesOnWhereItStoppedAndRepeatsOnlyWhatChanged) {
   EXPECT_EQ(seconds_of(root, "segmentation"), segmentation);
   EXPECT_EQ(seconds_of(root, "centerline"), centerline);
   const double meshing = seconds_of(root, "meshing");
-  run("lesion.centerline=0 lesion.abscissa_mm=6 --until meshing");
+  run("lesion.centerline=0 lesion.abscissa_mm=5.6 --until meshing");
   EXPECT_EQ(seconds_of(root, "centerline"), centerline);
   EXPECT_NE(seconds_of(root, "meshing"), meshing);
   const json lesion = read_json_file(root / "metrics.json").at("lesion");
-  EXPECT_NEAR(lesion.at("abscissa_mm").get<double>(), 6.0, 1e-9);
+  EXPECT_NEAR(lesion.at("abscissa_mm").get<double>(), 5.6, 1e-9);
+  const double meshing_there = seconds_of(root, "meshing");
+  run("lesion.centerline=0 lesion.abscissa_mm=5.6 centerline.step_mm=0.4 --until meshing");
+  EXPECT_EQ(seconds_of(root, "segmentation"), segmentation);
+  EXPECT_NE(seconds_of(root, "centerline"), centerline) << "its own setting";
+  EXPECT_NE(seconds_of(root, "meshing"), meshing_there) << "an earlier stage's setting";
 }
 
 /// Settings that more than one stage reads, by the configuration or by another stage's files.

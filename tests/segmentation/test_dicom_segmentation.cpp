@@ -10,6 +10,7 @@
 #include <memory>
 
 #include "core/atomic_file.hpp"
+#include "formats/nrrd.hpp"
 #include "segmentation/dicom_segmentation.hpp"
 #include "tests/segmentation/dicom_objects.hpp"
 
@@ -203,7 +204,7 @@ TEST_F(DicomSegmentation, IsTheSameBytesEachTime) {
 
 TEST_F(DicomSegmentation, NeedsADicomSourceThatHoldsTheLumen) {
   write_ct();
-  write_volume(file("a.nrrd"), ball());
+  formats::write_nrrd(file("a.nrrd"), ball());
   EXPECT_THROW(write_dicom_segmentation(file("seg.dcm"), ball(), file("a.nrrd"), {}), InputError);
   Volume<float> elsewhere = ball();
   elsewhere.geometry.origin.x += 500.0;

@@ -3,7 +3,6 @@
 #include <unistd.h>
 #include <zip.h>
 
-#include <csignal>
 #include <cstdlib>
 #include <cstring>
 #include <fstream>
@@ -11,93 +10,13 @@
 #include <random>
 
 #include "core/atomic_file.hpp"
-#include "segmentation/detail/guarded_child.hpp"
+#include "formats/nrrd.hpp"
 #include "tests/segmentation/dicom_objects.hpp"
 
 /// Files that are damaged, or made to do damage.
 namespace angio::segmentation {
 namespace {
-using detail::ChildEnd;
-using detail::ChildInput;
-using detail::ChildLimits;
-using detail::ChildOutput;
-using detail::run_guarded;
 using testing::HasSubstr;
-
-detail::ChildResult run(const ChildLimits& limits, const std::function<void(ChildOutput&)>& work) {
-  return run_guarded(limits, work, [](ChildInput& input) {
-    int end = 0;
-    input.get(end);
-  });
-}
-
-TEST(GuardedChild, HandsOverWhatItFound) {
-  std::vector<double> numbers;
-  std::string text;
-  const auto result = run_guarded(
-      {},
-      [](ChildOutput& output) {
-        output.put(std::vector<double>(100000, 2.5));
-        output.put(std::string("words"));
-      },
-      [&](ChildInput& input) {
-        input.get(numbers);
-        input.get(text);
-      });
-  EXPECT_EQ(result.end, ChildEnd::done);
-  EXPECT_EQ(numbers, std::vector<double>(100000, 2.5));
-  EXPECT_EQ(text, "words");
-}
-
-TEST(GuardedChild, OutlivesEveryEndOfTheChild) {
-  EXPECT_EQ(run({}, [](ChildOutput&) { std::raise(SIGSEGV); }).end, ChildEnd::broke_down);
-  EXPECT_EQ(run({}, [](ChildOutput&) { std::abort(); }).end, ChildEnd::broke_down);
-  EXPECT_EQ(run({}, [](ChildOutput&) { _exit(0); }).end, ChildEnd::broke_down);
-  EXPECT_EQ(run({}, [](ChildOutput&) { throw 7; }).end, ChildEnd::broke_down);
-  const auto refused = run({}, [](ChildOutput&) { throw InputError("no good"); });
-  EXPECT_EQ(refused.end, ChildEnd::refused);
-  EXPECT_EQ(refused.message, "no good");
-}
-
-TEST(GuardedChild, StopsAChildThatHangs) {
-  const ChildLimits asleep{std::size_t(1) << 28, 60, 1};
-  EXPECT_EQ(run(asleep, [](ChildOutput&) { sleep(30); }).end, ChildEnd::timed_out);
-  const ChildLimits busy{std::size_t(1) << 28, 1, 30};
-  const auto spin = [](ChildOutput&) {
-    volatile bool forever = true;
-    while (forever) {
-    }
-  };
-  EXPECT_EQ(run(busy, spin).end, ChildEnd::timed_out);
-}
-
-#if !defined(__SANITIZE_ADDRESS__)
-TEST(GuardedChild, StopsAChildThatTakesTooMuchMemory) {
-  const ChildLimits small{std::size_t(64) << 20, 60, 60};
-  const auto take = [](ChildOutput& output) {
-    output.put(std::vector<char>(std::size_t(1) << 30, 'x'));
-  };
-  EXPECT_EQ(run(small, take).end, ChildEnd::out_of_memory);
-}
-#endif
-
-TEST(GuardedChild, EndsWhenTheParentGivesUp) {
-  EXPECT_THROW(run_guarded(
-                   {},
-                   [](ChildOutput& output) {
-                     for (;;) output.put(1);
-                   },
-                   [](ChildInput&) { throw Interrupted(); }),
-               Interrupted);
-}
-
-TEST(GuardedChild, ACountThatNoMemoryHoldsIsNotBelieved) {
-  std::vector<double> numbers;
-  const auto result = run_guarded(
-      {}, [](ChildOutput& output) { output.put(std::uint64_t(1) << 60); },
-      [&](ChildInput& input) { input.get(numbers); });
-  EXPECT_EQ(result.end, ChildEnd::broke_down);
-}
 
 using HostileDicom = DicomFolder;
 
@@ -294,7 +213,7 @@ TEST_F(HostileDicom, MutatedVolumeFilesAreReadOrRefused) {
   geometry.size = {6, 5, 4};
   Volume<float> volume(geometry);
   for (std::size_t v = 0; v < volume.values.size(); ++v) volume.values[v] = float(v);
-  write_volume(file("seed.nrrd"), volume);
+  formats::write_nrrd(file("seed.nrrd"), volume);
   std::ofstream(file("seed.mha"), std::ios::binary)
       << "ObjectType = Image\nNDims = 3\nDimSize = 2 2 2\nElementType = MET_UCHAR\n"
          "ElementSpacing = 1 1 1\nElementDataFile = LOCAL\n01234567";

@@ -3,6 +3,7 @@
 
 #include "core/error.hpp"
 #include "tests/simulation/models.hpp"
+#include "tests/simulation/small_stenosis.hpp"
 
 /// A balloon in a stenosed tube, from insertion to rest.
 namespace angio::simulation {
@@ -16,18 +17,6 @@ SimulationOptions quick() {
   options.inflation.deflate_s = 1.0;
   options.inflation.rest_s = 0.08;
   return options;
-}
-
-testing::StenosedTube small_tube() {
-  testing::StenosedTube p;
-  p.length = 18.0;
-  p.lesion_length = 6.0;
-  p.balloon_length = 9.0;
-  p.balloon_rings = 20;
-  p.balloon_around = 16;
-  p.wall_rings = 45;
-  p.wall_around = 20;
-  return p;
 }
 
 bool segment_meets_triangle(const Vec3& p, const Vec3& q, const Vec3& a, const Vec3& b,
@@ -88,7 +77,7 @@ double throat_radius(const SimulationFrame& frame, int around) {
 class Angioplasty : public ::testing::Test {
  protected:
   static void SetUpTestSuite() {
-    model_ = new SimulationModel(testing::make_model(small_tube()));
+    model_ = new SimulationModel(testing::make_model(testing::small_stenosis()));
     course_ = new Course(run(*model_, quick()));
   }
   static void TearDownTestSuite() {
@@ -187,7 +176,7 @@ TEST_F(Angioplasty, AdhesionActsAfterTheFirstTouchAndMostWhileTheSurfacesPart) {
 }
 
 TEST(AngioplastyRuns, GiveTheSameBitsForOneAndTwoThreads) {
-  testing::StenosedTube p = small_tube();
+  testing::StenosedTube p = testing::small_stenosis();
   p.balloon_rings = 13;
   p.balloon_around = 12;
   p.wall_rings = 31;
@@ -237,7 +226,7 @@ double throat_with(const SimulationModel& model, SimulationOptions options) {
 }
 
 TEST(AngioplastyRuns, ThroatHardlyDependsOnNumericalChoices) {
-  const SimulationModel model = testing::make_model(small_tube());
+  const SimulationModel model = testing::make_model(testing::small_stenosis());
   const SimulationOptions base = quick();
   const double throat = throat_with(model, base);
   SimulationOptions thin = base;
@@ -249,7 +238,7 @@ TEST(AngioplastyRuns, ThroatHardlyDependsOnNumericalChoices) {
 }
 
 TEST(AngioplastyRuns, RefuseABalloonThatCrossesTheWall) {
-  testing::StenosedTube p = small_tube();
+  testing::StenosedTube p = testing::small_stenosis();
   p.start_radius = 1.0;
   EXPECT_THROW(simulate(testing::make_model(p), quick(), {}), InputError);
 }

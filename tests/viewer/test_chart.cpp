@@ -3,8 +3,12 @@
 
 #include <cmath>
 #include <limits>
+#include <sstream>
+#include <string>
+#include <vector>
 
 #include "formats/html.hpp"
+#include "formats/text.hpp"
 #include "viewer/detail/chart.hpp"
 #include "viewer/detail/report_charts.hpp"
 
@@ -20,6 +24,17 @@ Chart make_chart() {
   chart.y_label = "y [mm]";
   chart.series = {{"line", {0, 1, 2, 3}, {1, 2, 1, 2}, 1, false}};
   return chart;
+}
+
+/// The y of each point of a path, from its first letter: "M0 7L1 7\" ...".
+std::vector<double> heights_of(const std::string& path) {
+  std::string numbers = path.substr(0, path.find('"'));
+  for (char& letter : numbers)
+    if (letter == 'M' || letter == 'L') letter = ' ';
+  std::istringstream in(numbers);
+  std::vector<double> heights;
+  for (double x = 0.0, y = 0.0; in >> x >> y;) heights.push_back(y);
+  return heights;
 }
 
 TEST(RoundTicks, CoverTheRangeInEqualRoundSteps) {
@@ -74,8 +89,15 @@ TEST(Svg, ConstantLinesAreDrawn) {
   Chart chart = make_chart();
   for (const double level : {0.0, -2.0, 1e6}) {
     chart.series[0].y = {level, level, level, level};
-    EXPECT_THAT(svg(chart), Not(HasSubstr("nan"))) << level;
-    EXPECT_THAT(svg(chart), Not(HasSubstr("inf"))) << level;
+    const std::string drawing = svg(chart);
+    const auto path = drawing.find("<path d=\"M");
+    ASSERT_NE(path, std::string::npos) << level;
+    // From "M" on, four points "x y" of one height.
+    const std::vector<double> heights = heights_of(drawing.substr(path + 9));
+    ASSERT_EQ(heights.size(), 4u) << level;
+    for (const double height : heights) EXPECT_EQ(height, heights.front()) << level;
+    EXPECT_THAT(drawing, Not(HasSubstr("nan"))) << level;
+    EXPECT_THAT(drawing, Not(HasSubstr("inf"))) << level;
   }
 }
 

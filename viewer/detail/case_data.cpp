@@ -10,9 +10,10 @@
 #include "core/atomic_file.hpp"
 #include "core/error.hpp"
 #include "formats/case_file.hpp"
+#include "formats/csv.hpp"
 #include "formats/files.hpp"
-#include "formats/html.hpp"
 #include "formats/nrrd.hpp"
+#include "formats/text.hpp"
 #include "formats/tokens.hpp"
 #include "viewer/detail/report_charts.hpp"
 
@@ -127,21 +128,11 @@ std::vector<FrameFiles> read_frame_list(const fs::path& collection) {
 }
 
 TimeSeries read_time_series(const fs::path& csv) {
-  const std::string text = read_text(csv);
   TimeSeries series;
-  formats::Lines lines(text);
-  while (const auto line = lines.next()) {
-    std::vector<std::string> cells;
-    for (std::size_t begin = 0; begin <= line->size();) {
-      const auto end = std::min(line->find(',', begin), line->size());
-      cells.emplace_back(line->substr(begin, end - begin));
-      begin = end + 1;
-    }
-    if (series.columns.empty())
-      series.columns = std::move(cells);
-    else
-      series.rows.push_back(std::move(cells));
-  }
+  series.rows = formats::parse_csv(read_text(csv));
+  if (series.rows.empty()) return series;
+  series.columns = std::move(series.rows.front());
+  series.rows.erase(series.rows.begin());
   return series;
 }
 

@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "formats/html.hpp"
+#include "formats/text.hpp"
 
 namespace angio::viewer::detail {
 namespace {

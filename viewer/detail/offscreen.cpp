@@ -1,15 +1,8 @@
 #include "viewer/detail/offscreen.hpp"
 
 #include <X11/Xlib.h>
-#include <fcntl.h>
-#include <poll.h>
-#include <sys/prctl.h>
-#include <sys/wait.h>
 #include <unistd.h>
 
-#include <array>
-#include <cerrno>
-#include <csignal>
 #include <cstdlib>
 #include <sstream>
 
@@ -32,41 +25,6 @@ void set_variable(const char* name, const std::optional<std::string>& value) {
     setenv(name, value->c_str(), 1);
   else
     unsetenv(name);
-}
-
-/// The display number that the server writes once it is ready; empty if it never does.
-std::string read_display_number(int pipe_end) {
-  std::string number;
-  pollfd waiting{pipe_end, POLLIN, 0};
-  for (;;) {
-    const int ready = poll(&waiting, 1, kStartTimeoutMs);
-    if (ready < 0 && errno == EINTR) continue;
-    if (ready <= 0) return {};
-    char letter = 0;
-    const ssize_t count = read(pipe_end, &letter, 1);
-    if (count < 0 && errno == EINTR) continue;
-    if (count <= 0) return {};
-    if (letter == '\n') return number;
-    number += letter;
-  }
-}
-
-/// Becomes the X server; never returns. Only async-signal-safe calls: other threads may live.
-[[noreturn]] void become_server(const char* program, int display_pipe) {
-  setsid();                          // Ctrl-C in the terminal is for us, not for the server
-  prctl(PR_SET_PDEATHSIG, SIGTERM);  // it never outlives us
-  const int nowhere = open("/dev/null", O_RDWR);
-  dup2(nowhere, STDIN_FILENO);
-  dup2(nowhere, STDOUT_FILENO);
-  dup2(nowhere, STDERR_FILENO);
-  constexpr int kPipeInChild = 3;
-  if (display_pipe == kPipeInChild)
-    fcntl(display_pipe, F_SETFD, 0);
-  else
-    dup2(display_pipe, kPipeInChild);
-  execl(program, "Xvfb", "-displayfd", "3", "-screen", "0", "1280x1024x24", "-nolisten", "tcp",
-        "-noreset", static_cast<char*>(nullptr));
-  _exit(127);
 }
 
 }  // namespace
@@ -110,15 +68,12 @@ OffscreenDisplay::OffscreenDisplay()
 OffscreenDisplay::~OffscreenDisplay() { stop(); }
 
 void OffscreenDisplay::start(const fs::path& xvfb) {
-  std::array<int, 2> ends{};
-  if (pipe2(ends.data(), O_CLOEXEC) != 0)
-    throw Error(ExitCode::unavailable, "cannot start Xvfb (no pipe could be made). Try again");
-  const pid_t child = fork();
-  if (child == 0) become_server(xvfb.c_str(), ends[1]);
-  close(ends[1]);
-  const std::string number = child > 0 ? read_display_number(ends[0]) : std::string();
-  close(ends[0]);
-  server_ = child;
+  server_.emplace(ProgramCall{xvfb,
+                              {"-displayfd", std::to_string(ChildProgram::kLineFile), "-screen",
+                               "0", "1280x1024x24", "-nolisten", "tcp", "-noreset"},
+                              {},
+                              Session::its_own});
+  const std::string number = server_->read_line(kStartTimeoutMs);
   if (number.empty()) {
     stop();
     throw Error(ExitCode::unavailable,
@@ -136,11 +91,8 @@ void OffscreenDisplay::start(const fs::path& xvfb) {
 }
 
 void OffscreenDisplay::stop() noexcept {
-  if (server_ <= 0) return;
-  kill(server_, SIGTERM);
-  while (waitpid(server_, nullptr, 0) < 0 && errno == EINTR) {
-  }
-  server_ = -1;
+  if (!server_) return;
+  server_.reset();
   set_variable("DISPLAY", display_before_);
   set_variable(kSoftwareVariable, software_before_);
 }

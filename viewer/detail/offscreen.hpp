@@ -1,10 +1,10 @@
 #pragma once
 
-#include <sys/types.h>
-
 #include <filesystem>
 #include <optional>
 #include <string>
+
+#include "core/child_process.hpp"
 
 /// A place to render without a window. Debian's VTK draws through X only, so where nobody sits at
 /// a screen, and wherever a picture must have the same bytes as elsewhere, a private X server that
@@ -37,7 +37,7 @@ class OffscreenDisplay {
   void start(const std::filesystem::path& xvfb);
   void stop() noexcept;
 
-  pid_t server_ = -1;
+  std::optional<ChildProgram> server_;
   std::optional<std::string> display_before_;
   std::optional<std::string> software_before_;
 };

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <opencv2/imgproc.hpp>
 
-#include "formats/html.hpp"
+#include "formats/text.hpp"
 #include "viewer/detail/plane.hpp"
 #include "viewer/detail/projection.hpp"
 

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "formats/html.hpp"
+#include "formats/text.hpp"
 #include "viewer/detail/scene.hpp"
 #include "viewer/detail/sheet.hpp"
 

@@ -5,7 +5,7 @@
 #include <limits>
 #include <utility>
 
-#include "formats/html.hpp"
+#include "formats/text.hpp"
 #include "formats/tokens.hpp"
 
 namespace angio::viewer::detail {

@@ -23,7 +23,7 @@
 
 #include "core/error.hpp"
 #include "core/units.hpp"
-#include "formats/html.hpp"
+#include "formats/text.hpp"
 #include "formats/vtk_arrays.hpp"
 #include "formats/vtk_messages.hpp"
 #include "viewer/detail/chart.hpp"

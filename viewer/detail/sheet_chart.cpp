@@ -1,7 +1,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "formats/html.hpp"
+#include "formats/text.hpp"
 #include "viewer/detail/chart.hpp"
 #include "viewer/detail/figure.hpp"
 #include "viewer/detail/sheet_pictures.hpp"

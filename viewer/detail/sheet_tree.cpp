@@ -2,7 +2,7 @@
 #include <cmath>
 #include <numeric>
 
-#include "formats/html.hpp"
+#include "formats/text.hpp"
 #include "viewer/detail/scene.hpp"
 #include "viewer/detail/sheet_pictures.hpp"
 

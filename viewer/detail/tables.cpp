@@ -8,6 +8,7 @@
 
 #include "core/error.hpp"
 #include "formats/html.hpp"
+#include "formats/text.hpp"
 
 namespace angio::viewer::detail {
 namespace {

@@ -2,31 +2,16 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <functional>
 #include <string>
 #include <type_traits>
 #include <vector>
 
-namespace angio::segmentation::detail {
+/// What a child process hands to its parent: plain values, texts, and vectors of plain values.
+namespace angio {
 
-/// What a child process may take before it is ended.
-struct ChildLimits {
-  std::size_t memory_bytes = std::size_t(1) << 30;  ///< beyond what the program holds already
-  int cpu_seconds = 600;
-  int silent_seconds = 120;  ///< without a byte sent to the parent
-};
-
-enum class ChildEnd {
-  done,
-  refused,        ///< it threw one of our errors: see message
-  out_of_memory,  ///< it met its memory limit
-  timed_out,      ///< it met its limit of CPU time, or fell silent
-  broke_down,     ///< a signal ended it
-};
-
-struct ChildResult {
-  ChildEnd end = ChildEnd::done;
-  std::string message;  ///< of the error, if refused
+/// Thrown by the parent's end: the child has sent all that it will.
+struct EndOfChild {
+  bool timed_out = false;
 };
 
 /// The child's end of the pipe.
@@ -59,7 +44,7 @@ class ChildOutput {
 /// The parent's end of the pipe. Reading past the child's end leaves run_guarded's receive.
 class ChildInput {
  public:
-  ChildInput(int file, int silent_seconds) : file_(file), silent_seconds_(silent_seconds) {}
+  ChildInput(int file, double silent_seconds) : file_(file), silent_seconds_(silent_seconds) {}
   void read(void* bytes, std::size_t size);
   template <class Value>
   void get(Value& value) {
@@ -78,15 +63,7 @@ class ChildInput {
   [[nodiscard]] std::size_t count_of(std::size_t item_size);
 
   int file_;
-  int silent_seconds_;
+  double silent_seconds_;
 };
 
-/// Runs `work` on data nobody has checked in a forked child under limits of memory and time, and
-/// hands what it sends to `receive` here. However the child ends, this process goes on.
-///
-/// @param work     in the child; may throw
-/// @param receive  here; what it throws ends the child and is thrown on
-ChildResult run_guarded(const ChildLimits& limits, const std::function<void(ChildOutput&)>& work,
-                        const std::function<void(ChildInput&)>& receive);
-
-}  // namespace angio::segmentation::detail
+}  // namespace angio

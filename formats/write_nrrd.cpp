@@ -1,5 +1,6 @@
 #include <zlib.h>
 
+#include <bit>
 #include <cerrno>
 #include <cstring>
 #include <fstream>
@@ -9,17 +10,19 @@
 
 #include "core/atomic_file.hpp"
 #include "core/error.hpp"
-#include "segmentation/read_volume.hpp"
+#include "formats/nrrd.hpp"
 
-namespace angio::segmentation {
+namespace angio::formats {
 namespace {
+
+static_assert(std::endian::native == std::endian::little, "NRRD is written little-endian");
 
 constexpr int kCompressionLevel = 1;  ///< higher ones gain few per cent on such data, at length
 constexpr int kGzipWindowBits = 15 + 16;
 constexpr std::size_t kChunkBytes = std::size_t(1) << 20;
 
-/// NRRD0004 with the axes as vectors in LPS: three times "(x,y,z)".
-std::string nrrd_header(const VolumeGeometry& geometry, const char* type) {
+/// The axes are vectors in LPS: three times "(x,y,z)".
+std::string nrrd_header(const VolumeGeometry& geometry, const char* type, const char* encoding) {
   std::ostringstream text;
   text.precision(17);
   text << "NRRD0005\n"
@@ -32,8 +35,9 @@ std::string nrrd_header(const VolumeGeometry& geometry, const char* type) {
       text << (row > 0 ? "," : "") << geometry.direction(row, axis) * geometry.spacing[axis];
     text << ')';
   }
-  text << "\nkinds: domain domain domain\nendian: little\nencoding: gzip\nspace origin: ("
-       << geometry.origin.x << ',' << geometry.origin.y << ',' << geometry.origin.z << ")\n\n";
+  text << "\nkinds: domain domain domain\nendian: little\nencoding: " << encoding
+       << "\nspace origin: (" << geometry.origin.x << ',' << geometry.origin.y << ','
+       << geometry.origin.z << ")\n\n";
   return text.str();
 }
 
@@ -64,7 +68,9 @@ void write_gzip(std::ofstream& file, const unsigned char* bytes, std::size_t siz
 }
 
 template <class Value>
-void write_nrrd(const std::filesystem::path& path, const Volume<Value>& volume, const char* type) {
+void write(const std::filesystem::path& path, const Volume<Value>& volume, const char* type,
+           NrrdEncoding encoding) {
+  const bool is_packed = encoding == NrrdEncoding::gzip;
   if (path.extension() != ".nrrd") throw InternalError("volumes are written as .nrrd only");
   write_atomically(path, [&](const std::filesystem::path& temporary) {
     errno = 0;
@@ -73,10 +79,14 @@ void write_nrrd(const std::filesystem::path& path, const Volume<Value>& volume, 
       throw IoError("cannot create " + path.string() + " (" + std::strerror(errno) +
                         "). Check the folder's permissions, or choose another with -o",
                     ExitCode::cannot_create);
-    const std::string header = nrrd_header(volume.geometry, type);
+    const std::string header = nrrd_header(volume.geometry, type, is_packed ? "gzip" : "raw");
     file.write(header.data(), std::streamsize(header.size()));
-    write_gzip(file, reinterpret_cast<const unsigned char*>(volume.values.data()),
-               volume.values.size() * sizeof(Value));
+    const auto* bytes = reinterpret_cast<const unsigned char*>(volume.values.data());
+    const std::size_t size = volume.values.size() * sizeof(Value);
+    if (is_packed)
+      write_gzip(file, bytes, size);
+    else
+      file.write(reinterpret_cast<const char*>(bytes), std::streamsize(size));
     file.close();
     if (!file)
       throw IoError("could not write " + path.string() + " (" + std::strerror(errno) +
@@ -86,12 +96,14 @@ void write_nrrd(const std::filesystem::path& path, const Volume<Value>& volume, 
 
 }  // namespace
 
-void write_volume(const std::filesystem::path& path, const Volume<float>& volume) {
-  write_nrrd(path, volume, "float");
+void write_nrrd(const std::filesystem::path& path, const Volume<float>& volume,
+                NrrdEncoding encoding) {
+  write(path, volume, "float", encoding);
 }
 
-void write_volume(const std::filesystem::path& path, const Volume<std::uint8_t>& volume) {
-  write_nrrd(path, volume, "uint8");
+void write_nrrd(const std::filesystem::path& path, const Volume<std::uint8_t>& volume,
+                NrrdEncoding encoding) {
+  write(path, volume, "uint8", encoding);
 }
 
-}  // namespace angio::segmentation
+}  // namespace angio::formats

@@ -1,0 +1,23 @@
+#include <gtest/gtest.h>
+
+#include "core/statistics.hpp"
+
+namespace angio {
+namespace {
+
+TEST(Median, IsTheUpperMiddleValue) {
+  EXPECT_EQ(median(std::vector<double>{3.0}), 3.0);
+  EXPECT_EQ(median(std::vector<double>{5.0, 1.0, 3.0}), 3.0);
+  EXPECT_EQ(median(std::vector<int>{4, 1, 3, 2}), 3);
+}
+
+TEST(Quantile, RunsFromTheLeastToTheGreatest) {
+  const std::vector<double> values{4.0, 0.0, 3.0, 1.0, 2.0};
+  EXPECT_EQ(quantile(values, 0.0), 0.0);
+  EXPECT_EQ(quantile(values, 0.25), 1.0);
+  EXPECT_EQ(quantile(values, 0.49), 1.0);
+  EXPECT_EQ(quantile(values, 1.0), 4.0);
+}
+
+}  // namespace
+}  // namespace angio
