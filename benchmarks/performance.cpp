@@ -134,10 +134,11 @@ void free_balloon() {
   tight.tolerance = 1e-5;
   tight.sweeps = 300;
   const Scene scene = make_scene(model, options);
-  const Course exact = best_of(1, scene, model, tight, false, Precision::twofold, 0);
+  const Course exact = best_of(1, scene, model, tight, false, Precision::double_, 0);
   std::printf(
       "\nfree balloon of the paper, %d vertices, %zu triangles, %zu colours: 0 to 0.48 MPa\n",
-      scene.balloon_count, scene.balloon_triangles.size(), scene.balloon_color_begin.size() - 1);
+      scene.bodies.balloon().count, scene.balloon_triangles.size(),
+      scene.balloon_color_begin.size() - 1);
   if (has_gpu()) {
     options.tolerance = 0.005;
     for (const Spread spread : {Spread::block, Spread::grid}) {
@@ -151,7 +152,7 @@ void free_balloon() {
       "backend  precision threads tolerance  frames/s  sweeps/frame  us/sweep  worst lag "
       "of the diameter\n");
   for (const double tolerance : {0.02, 0.005, 0.001})
-    for (const Precision precision : {Precision::single, Precision::twofold})
+    for (const Precision precision : {Precision::single, Precision::double_})
       for (const int threads : {1, 2, 0}) {
         const bool gpu = threads == 0;
         if (gpu && !has_gpu()) continue;
@@ -169,7 +170,7 @@ void free_balloon() {
 double bytes_per_sweep(const Scene& scene, std::size_t real) {
   const double corner = double(sizeof(CornerLink) + 7 * real);
   const double vertex = double(2 * 3 * real + 3 * real + real + sizeof(int) + 2 * 11 * real);
-  return corner * double(scene.corners.size()) + vertex * scene.balloon_count;
+  return corner * double(scene.corners.size()) + vertex * scene.bodies.balloon().count;
 }
 
 double seconds_per_sweep(StepSolver& solver, const SimulationOptions& options, int sweeps) {
@@ -205,7 +206,7 @@ void sizes() {
       const int sweeps = std::max(5, gpu ? 400 / scale : 60 / (scale * scale));
       const double seconds = seconds_per_sweep(*solver, options, sweeps);
       std::printf("%9zu %9d %7zu  %-8s %10.1f %12.2f %9.3f %6.1f\n", scene.balloon_triangles.size(),
-                  scene.balloon_count, scene.balloon_color_begin.size() - 1,
+                  scene.bodies.balloon().count, scene.balloon_color_begin.size() - 1,
                   way == 0   ? "cpu, 2"
                   : way == 1 ? "block"
                              : "grid",
@@ -275,7 +276,7 @@ void print_split(const WallCase& c, const SimulationModel& model, const Simulati
   const auto ms = [&](double seconds) { return 1e3 * seconds / frames; };
   const double inside = times.search + times.refresh + times.balloon + times.wall + times.rest;
   std::printf("%-8s %6d %-7s %8.1f %7.1f %8.2f %8.0f | %7.3f %7.3f %7.3f %7.3f %7.3f %7.3f\n",
-              c.name, scene.wall_count,
+              c.name, scene.bodies.wall().count,
               gpu            ? "cuda"
               : threads == 1 ? "cpu, 1"
                              : "cpu, 2",
@@ -478,17 +479,17 @@ constexpr double kNudge = 1e-9;
 void compare(const std::string& name, const SimulationModel& model,
              const SimulationOptions& options) {
   const Frames single = frames_of(model, options, false, Precision::single);
-  const Frames twofold = frames_of(model, options, false, Precision::twofold);
+  const Frames twofold = frames_of(model, options, false, Precision::double_);
   report_difference((name + "cpu float, cpu double").c_str(), single, twofold);
   SimulationModel nudged = model;
   for (std::size_t v = 0; v < model.balloon.vertices.size(); v += 2)
     if (model.balloon_fixed[v] == 0) nudged.balloon.vertices[v].x += kNudge;
   report_difference((name + "cpu double, start moved by 1e-9 mm").c_str(), twofold,
-                    frames_of(nudged, options, false, Precision::twofold));
+                    frames_of(nudged, options, false, Precision::double_));
   if (!has_gpu()) return;
   const Frames gpu = frames_of(model, options, true, Precision::single);
   const Frames again = frames_of(model, options, true, Precision::single);
-  const Frames gpu_twofold = frames_of(model, options, true, Precision::twofold);
+  const Frames gpu_twofold = frames_of(model, options, true, Precision::double_);
   report_difference((name + "cuda float, again").c_str(), gpu, again);
   report_difference((name + "cpu float, cuda float").c_str(), single, gpu);
   report_difference((name + "cpu double, cuda double").c_str(), twofold, gpu_twofold);
@@ -545,7 +546,7 @@ void cloth() {
               "triangles", "vertices", "paper", "vbd, widest", "vbd, 8 lanes");
   for (const int cells : {50, 100, 200}) {
     options.cells = cells;
-    const double paper = cloth_step<PaperSolver>(options, [](PaperSolver& s) { s.step({}, {}); });
+    const double paper = cloth_step<PbdSolver>(options, [](PbdSolver& s) { s.step({}, {}); });
     double vbd[2];
     for (const int lanes : {8, 0})
       vbd[lanes / 8] = cloth_step<SheetSolver>(options, [&](SheetSolver& s) {

@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "core/array_view.hpp"
 #include "simulation/contact/contact_force.hpp"
 #include "simulation/contact/distance.hpp"
 
@@ -146,7 +147,7 @@ ANGIO_HOST_DEVICE inline AirProjection<Real> project_friction(const TetState<Rea
 
 /// What the projection of a tet has done.
 template <class Real>
-struct PaperDeltas {
+struct PbdDeltas {
   Real friction{}, viscous{};  ///< how far it moved the balloon's vertices, in sum [mm]
   bool touching = false;       ///< it had turned inside out
 };
@@ -154,14 +155,14 @@ struct PaperDeltas {
 /// The tets of the gap that touch both surfaces, and what is kept of them; balloon vertices first,
 /// right-handed. Colour by colour: those of one colour share no vertex.
 template <class Real>
-struct PaperContact {
+struct PbdContact {
   bool is_on = false;
   int colors = 0;
-  const int* color_begin = nullptr;      ///< first tet of a colour, [color + 1]
-  const int* tets = nullptr;             ///< four vertices each
-  const int* balloon_corners = nullptr;  ///< [tet] 1, 2 or 3
-  const Real* inverse_mass = nullptr;    ///< [vertex] [1/g]; 0: held
-  char* triggered = nullptr;             ///< [tet] its viscous item
+  ArrayView<const int> color_begin;      ///< first tet of a colour, [color + 1]
+  ArrayView<const int> tets;             ///< four vertices each
+  ArrayView<const int> balloon_corners;  ///< [tet] 1, 2 or 3
+  ArrayView<const Real> inverse_mass;    ///< [vertex] [1/g]; 0: held
+  ArrayView<char> triggered;             ///< [tet] its viscous item
   Real volume_1{}, volume_2{};           ///< the paper's thresholds [mm^3]
 };
 

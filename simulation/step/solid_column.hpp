@@ -15,9 +15,9 @@ template <class Real>
 struct SolidColumns {
   int levels = 0;  ///< vertices of a column; 0: there is no solid
   int stride = 0;
-  const int* layer = nullptr;        ///< [wedge]
-  const int* patch_begin = nullptr;  ///< [column + 1]
-  const int* patches = nullptr;      ///< those with a wedge at the column
+  ArrayView<const int> layer;        ///< [wedge]
+  ArrayView<const int> patch_begin;  ///< [column + 1]
+  ArrayView<const int> patches;      ///< those with a wedge at the column
 };
 
 /// Gradient and the symmetric block tridiagonal Hessian of a column.
@@ -48,7 +48,7 @@ ANGIO_HOST_DEVICE inline void add_column_wedge(const SolidWedge<Real>& wedge, co
   }
 }
 
-/// Adds the patches around a column, each by one of the lanes (launch.hpp).
+/// Adds the patches around a column, each by one of the lanes (team.hpp).
 template <class Real, class Lanes>
 ANGIO_HOST_DEVICE inline void add_solid_column(const SolidView<Real>& view,
                                                const SolidColumns<Real>& columns, int column,
