@@ -55,7 +55,7 @@ class CpuSolver final : public SolverBase<Real> {
     std::vector<Vec3> velocity(scene_.start.size());
     for (std::size_t v = 0; v < velocity.size(); ++v)
       velocity[v] = converted<double>(view_.motion.velocity[v]);
-    push_(frame, global(scene_, view_.motion.start.data, view_.motion.x.data), velocity);
+    push_(frame, global(scene_, view_.motion.start, view_.motion.x), velocity);
     for (std::size_t v = 0; v < velocity.size(); ++v)
       view_.motion.velocity[v] = converted<Real>(velocity[v]);
   }
@@ -87,17 +87,13 @@ class CpuSolver final : public SolverBase<Real> {
     bounds_.resize(4 * count);
     listed_begin_.resize(scene_.start.size());
     NearPairView<Real>& near = view_.contact.near;
-    near.pairs = view_of(pairs_);
-    near.listed_begin = view_of(listed_begin_);
-    near.refs = view_of(refs_);
-    near.bounds = view_of(bounds_);
-    view_.contact.candidates = {view_of(std::as_const(set_.candidates)),
-                                view_of(std::as_const(set_.owned_begin)),
-                                near.listed_begin,
-                                {},
-                                view_of(std::as_const(this->x_candidates_)),
-                                Real(set_.search_radius),
-                                Real(set_.self_radius)};
+    near.pairs = pairs_.data();
+    near.listed_begin = listed_begin_.data();
+    near.refs = refs_.data();
+    near.bounds = bounds_.data();
+    view_.contact.candidates = {
+        int(count), set_.candidates.data(),     set_.owned_begin.data(),  near.listed_begin,
+        nullptr,    this->x_candidates_.data(), Real(set_.search_radius), Real(set_.self_radius)};
   }
 
   std::vector<char> viscous_items(std::size_t) override { return viscous_items_; }
@@ -105,11 +101,12 @@ class CpuSolver final : public SolverBase<Real> {
   void use_tets(const PbdTets& tets, std::vector<char> viscous_items) override {
     viscous_items_ = std::move(viscous_items);
     PbdContact<Real>& contact = view_.pbd.contact;
+    contact.tet_count = int(tets.balloon_corners.size());
     contact.colors = int(tets.color_begin.size()) - 1;
-    contact.color_begin = view_of(tets.color_begin);
-    contact.tets = view_of(tets.vertices);
-    contact.balloon_corners = view_of(tets.balloon_corners);
-    contact.triggered = view_of(viscous_items_);
+    contact.color_begin = tets.color_begin.data();
+    contact.tets = tets.vertices.data();
+    contact.balloon_corners = tets.balloon_corners.data();
+    contact.triggered = viscous_items_.data();
   }
 
   HostMemory memory_;

@@ -18,7 +18,8 @@ class CandidateUpload {
  public:
   CandidateView<Real> send(const CandidateSet& set, const std::vector<Vec3T<Real>>& x,
                            cudaStream_t stream) {
-    return {candidates_.send(set.candidates, stream),
+    return {int(set.candidates.size()),
+            candidates_.send(set.candidates, stream),
             owned_begin_.send(set.owned_begin, stream),
             ref_begin_.send(set.ref_begin, stream),
             refs_.send(set.refs, stream),
@@ -63,6 +64,7 @@ class PbdUpload {
  public:
   void send(const PbdTets& tets, const std::vector<char>& viscous_items, cudaStream_t stream,
             PbdContact<Real>& contact) {
+    contact.tet_count = int(tets.balloon_corners.size());
     contact.colors = int(tets.color_begin.size()) - 1;
     contact.color_begin = color_begin_.send(tets.color_begin, stream);
     contact.tets = vertices_.send(tets.vertices, stream);
@@ -83,16 +85,16 @@ class StagingMemory : public HostMemory {};
 /// Copies a view to the device, what is only work space without its values.
 template <class View>
 View upload(View view, DeviceMemory& memory) {
-  view.for_each_array([&](ArrayRole role, auto&... arrays) {
+  view.for_each_array([&](ArrayRole role, int count, auto&... arrays) {
     const auto move = [&](auto& array) {
-      using Value = std::remove_const_t<std::remove_pointer_t<decltype(array.data)>>;
-      if (array.data == nullptr) return;
-      Value* to = memory.allocate<Value>(std::size_t(array.count));
-      if (role != ArrayRole::work && array.count > 0)
-        check(cudaMemcpy(to, array.data, std::size_t(array.count) * sizeof(Value),
-                         cudaMemcpyHostToDevice),
+      using Value = std::remove_const_t<std::remove_reference_t<decltype(*array)>>;
+      if (array == nullptr) return;
+      const auto size = std::size_t(count);
+      Value* to = memory.allocate<Value>(size);
+      if (role != ArrayRole::work && size > 0)
+        check(cudaMemcpy(to, array, size * sizeof(Value), cudaMemcpyHostToDevice),
               "copying the scene");
-      array.data = to;
+      array = to;
     };
     (move(arrays), ...);
   });

@@ -8,7 +8,6 @@
 #include <utility>
 #include <vector>
 
-#include "core/array_view.hpp"
 #include "core/error.hpp"
 
 /// The GPU's memory, streams and errors. Of cuda_solver.cpp and cuda_uploads.hpp only.
@@ -121,8 +120,8 @@ template <class Value>
 class Upload {
  public:
   /// The caller sees to it that the device no longer reads what was sent before.
-  ArrayView<Value> send(const std::vector<Value>& values, cudaStream_t stream) {
-    const ArrayView<Value> sent = hold(values.size());
+  Value* send(const std::vector<Value>& values, cudaStream_t stream) {
+    Value* sent = hold(values.size());
     if (host_size_ < values.size()) {
       host_ = PinnedBlock(capacity_ * sizeof(Value));
       host_size_ = capacity_;
@@ -135,12 +134,12 @@ class Upload {
     return sent;
   }
   /// Has it at least this size. @return the array
-  ArrayView<Value> hold(std::size_t size) {
+  Value* hold(std::size_t size) {
     if (size > capacity_) {
       capacity_ = 2 * size;
       device_ = DeviceBlock(capacity_ * sizeof(Value));
     }
-    return {device_.as<Value>(), int(size)};
+    return device_.as<Value>();
   }
 
  private:

@@ -3,21 +3,19 @@
 #include <memory>
 #include <vector>
 
-#include "core/array_view.hpp"
-
 namespace angio::simulation::detail {
 
 /// Keeps a step's arrays in the computer's own memory.
 class HostMemory {
  public:
   template <class Value>
-  ArrayView<Value> store(std::vector<Value> values) {
+  Value* store(std::vector<Value> values) {
     auto block = std::make_shared<std::vector<Value>>(std::move(values));
     blocks_.push_back(block);
-    return view_of(*block);
+    return block->data();
   }
   template <class Value>
-  ArrayView<Value> allocate(std::size_t count) {
+  Value* allocate(std::size_t count) {
     return store(std::vector<Value>(count));
   }
 

@@ -35,7 +35,7 @@ State make_state(const Scene& scene, const Vec3T<Real>* start, const StateView<R
                  const StepStatus& status) {
   const auto copied = [](const auto& values, auto& to, const auto& convert) {
     to.reserve(std::size_t(values.count));
-    for (int i = 0; i < values.count; ++i) to.push_back(convert(values[i]));
+    for (int i = 0; i < values.count; ++i) to.push_back(convert(values.data[i]));
   };
   const auto to_double = [](const auto& value) { return converted<double>(value); };
   const auto number = [](Real value) { return double(value); };

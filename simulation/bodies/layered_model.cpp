@@ -146,15 +146,15 @@ void add(const WallStress& s, double weight, WallStress& sum) {
 SolidView<double> SolidModel::view(const Vec3* x) const {
   SolidView<double> out;
   out.x = x;
-  out.corners = view_of(corners);
-  out.points = view_of(points);
-  out.fibers = view_of(fibers);
-  out.patch = view_of(patch);
-  out.patch_begin = view_of(patch_begin);
-  out.patch_wedges = view_of(patch_wedges);
-  out.patch_volume = view_of(patch_volume);
-  out.region = view_of(region);
-  out.laws = view_of(laws);
+  out.corners = corners.data();
+  out.points = points.data();
+  out.fibers = fibers.data();
+  out.patch = patch.data();
+  out.patch_begin = patch_begin.data();
+  out.patch_wedges = patch_wedges.data();
+  out.patch_volume = patch_volume.data();
+  out.region = region.data();
+  out.laws = laws.data();
   return out;
 }
 

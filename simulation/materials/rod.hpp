@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "core/array_view.hpp"
+#include "core/host_device.hpp"
 #include "core/vec3.hpp"
 
 /// The guidewire in the balloon's shaft as a discrete elastic rod without twist: stretching of its
@@ -128,8 +128,8 @@ struct RodSection {
 template <class Real>
 struct RodShape {
   int count = 0;                      ///< nodes, >= 3
-  ArrayView<const Real> rest;         ///< lengths [mm], shape [count - 1]
-  ArrayView<const Vec3T<Real>> bend;  ///< unloaded kb, shape [count]; of the inner nodes
+  const Real* rest = nullptr;         ///< lengths [mm], shape [count - 1]
+  const Vec3T<Real>* bend = nullptr;  ///< unloaded kb, shape [count]; of the inner nodes
 };
 
 /// A rod's linear system: symmetric, each node coupled to the next two.

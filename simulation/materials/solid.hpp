@@ -1,6 +1,6 @@
 #pragma once
 
-#include "core/array_view.hpp"
+#include "core/host_device.hpp"
 #include "core/vec3.hpp"
 #include "simulation/materials/membrane.hpp"
 #include "simulation/materials/solid_law.hpp"
@@ -51,15 +51,15 @@ struct SolidWedge {
 template <class Real>
 struct SolidView {
   const Vec3T<Real>* x = nullptr;            ///< [vertex]
-  ArrayView<const int> corners;              ///< [wedge][6]
-  ArrayView<const SolidPoint<Real>> points;  ///< [wedge][kWedgePoints]
-  ArrayView<const Vec3T<Real>> fibers;       ///< [wedge][2]
-  ArrayView<const int> region;               ///< [wedge]
-  ArrayView<const SolidLaw<Real>> laws;      ///< [region]
-  ArrayView<const int> patch;                ///< [wedge]
-  ArrayView<const int> patch_begin;          ///< [patch + 1]
-  ArrayView<const int> patch_wedges;         ///< of one region
-  ArrayView<const Real> patch_volume;        ///< V, unloaded [mm^3], [patch]
+  const int* corners = nullptr;              ///< [wedge][6]
+  const SolidPoint<Real>* points = nullptr;  ///< [wedge][kWedgePoints]
+  const Vec3T<Real>* fibers = nullptr;       ///< [wedge][2]
+  const int* region = nullptr;               ///< [wedge]
+  const SolidLaw<Real>* laws = nullptr;      ///< [region]
+  const int* patch = nullptr;                ///< [wedge]
+  const int* patch_begin = nullptr;          ///< [patch + 1]
+  const int* patch_wedges = nullptr;         ///< of one region
+  const Real* patch_volume = nullptr;        ///< V, unloaded [mm^3], [patch]
 
   ANGIO_HOST_DEVICE SolidWedge<Real> wedge(int w) const {
     return {points + kWedgePoints * w, fibers + 2 * w, laws[region[w]]};

@@ -2,7 +2,6 @@
 
 #include <cmath>
 
-#include "core/array_view.hpp"
 #include "simulation/contact/contact_force.hpp"
 #include "simulation/contact/distance.hpp"
 
@@ -157,12 +156,12 @@ struct PbdDeltas {
 template <class Real>
 struct PbdContact {
   bool is_on = false;
-  int colors = 0;
-  ArrayView<const int> color_begin;      ///< first tet of a colour, [color + 1]
-  ArrayView<const int> tets;             ///< four vertices each
-  ArrayView<const int> balloon_corners;  ///< [tet] 1, 2 or 3
-  ArrayView<const Real> inverse_mass;    ///< [vertex] [1/g]; 0: held
-  ArrayView<char> triggered;             ///< [tet] its viscous item
+  int tet_count = 0, colors = 0;
+  const int* color_begin = nullptr;      ///< first tet of a colour, [color + 1]
+  const int* tets = nullptr;             ///< four vertices each
+  const int* balloon_corners = nullptr;  ///< [tet] 1, 2 or 3
+  const Real* inverse_mass = nullptr;    ///< [vertex] [1/g]; 0: held
+  char* triggered = nullptr;             ///< [tet] its viscous item
   Real volume_1{}, volume_2{};           ///< the paper's thresholds [mm^3]
 };
 

@@ -14,12 +14,12 @@ namespace angio::simulation::detail {
 template <class Real>
 struct PbdGas {
   bool is_on = false;
-  int colors = 0;
-  ArrayView<const int> color_begin;    ///< first tet of a colour, [color + 1]; they share no vertex
-  ArrayView<const Vec3T<Real>> apex;   ///< node of the guidewire; it stays
-  ArrayView<const int> triangles;      ///< outward, three vertices each
-  ArrayView<const Real> inverse_mass;  ///< [1/g], shape [vertex]; 0: held
-  ArrayView<const Real> volume;        ///< at the start [mm^3], > 0
+  int tet_count = 0, colors = 0;
+  const int* color_begin = nullptr;    ///< first tet of a colour, [color + 1]; they share no vertex
+  const Vec3T<Real>* apex = nullptr;   ///< node of the guidewire; it stays
+  const int* triangles = nullptr;      ///< outward, three vertices each
+  const Real* inverse_mass = nullptr;  ///< [1/g], shape [vertex]; 0: held
+  const Real* volume = nullptr;        ///< at the start [mm^3], > 0
   double whole = 0.0;                  ///< that the balloon encloses then [mm^3]
 };
 

@@ -87,7 +87,7 @@ ANGIO_HOST_DEVICE inline void project_gas(Team& team, const StepView<Real>& s, d
     const int first = gas.color_begin[color];
     team.template for_each<1>(gas.color_begin[color + 1] - first, [&](int i, const auto&) {
       const int tet = first + i;
-      project_gas_tet(gas, tet, Real(growth * double(gas.volume[tet])), s.motion.x.data);
+      project_gas_tet(gas, tet, Real(growth * double(gas.volume[tet])), s.motion.x);
     });
     team.barrier();
   }

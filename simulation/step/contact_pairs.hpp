@@ -1,6 +1,5 @@
 #pragma once
 
-#include "core/array_view.hpp"
 #include "simulation/contact/adhesion.hpp"
 #include "simulation/contact/contact_force.hpp"
 #include "simulation/contact/distance.hpp"
@@ -70,11 +69,12 @@ struct ContactLaw {
 /// A set of candidates, owned by their first vertex and in its order; from the host now and then.
 template <class Real>
 struct CandidateView {
-  ArrayView<const Candidate> list;
-  ArrayView<const int> owned_begin;  ///< [vertex + 1] first candidate
-  ArrayView<const int> ref_begin;    ///< [vertex + 1] candidates, or near pairs, that it is in
-  ArrayView<const ContactRef> refs;
-  ArrayView<const Vec3T<Real>> x;  ///< positions when they were found
+  int count = 0;
+  const Candidate* list = nullptr;
+  const int* owned_begin = nullptr;  ///< [vertex + 1] first candidate
+  const int* ref_begin = nullptr;    ///< [vertex + 1] candidates, or near pairs, that it is in
+  const ContactRef* refs = nullptr;
+  const Vec3T<Real>* x = nullptr;  ///< positions when they were found
   Real search_radius = 0;          ///< pairs nearer than this were candidates then [mm]
   Real self_radius = 0;            ///< the same of a surface with itself
 };
@@ -83,16 +83,16 @@ struct CandidateView {
 /// made anew by each search.
 template <class Real>
 struct NearPairView {
-  ArrayView<NearPair<Real>> pairs;
-  ArrayView<int> owned_end;
-  ArrayView<int> pair_of;  ///< of a candidate; -1: not near; null: not asked for
-  ArrayView<ContactRef> refs;
-  ArrayView<int> listed_begin;  ///< `ref_begin`, where one thread lists the pairs; [vertex + 1]
-  ArrayView<int> ref_end;
-  ArrayView<MotionBound<Real>> bounds;
-  ArrayView<int> bound_end;
-  ArrayView<Real> moved;     ///< [vertex] since the candidates, or the pairs, were found [mm]
-  ArrayView<Real> max_move;  ///< [vertex] how far it may move until the next search [mm]
+  NearPair<Real>* pairs = nullptr;
+  int* owned_end = nullptr;
+  int* pair_of = nullptr;  ///< of a candidate; -1: not near; null: not asked for
+  ContactRef* refs = nullptr;
+  int* listed_begin = nullptr;  ///< `ref_begin`, where one thread lists the pairs; [vertex + 1]
+  int* ref_end = nullptr;
+  MotionBound<Real>* bounds = nullptr;
+  int* bound_end = nullptr;
+  Real* moved = nullptr;     ///< [vertex] since the candidates, or the pairs, were found [mm]
+  Real* max_move = nullptr;  ///< [vertex] how far it may move until the next search [mm]
 };
 
 }  // namespace angio::simulation::detail

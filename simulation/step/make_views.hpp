@@ -53,6 +53,8 @@ BalloonView<Real> make_balloon_view(const Scene& scene, const SimulationOptions&
   view.has_folds = scene.has_folds;
   view.triangle_count = int(scene.balloon_triangles.size());
   view.mesh.first = scene.bodies.balloon().first;
+  view.mesh.count = scene.bodies.balloon().count;
+  view.mesh.corner_count = int(scene.corners.size());
   view.mesh.colors = int(scene.balloon_color_begin.size()) - 1;
   view.mesh.color_begin = memory.store(scene.balloon_color_begin);
   view.triangles = memory.store(flattened(scene.balloon_triangles));
@@ -66,7 +68,7 @@ BalloonView<Real> make_balloon_view(const Scene& scene, const SimulationOptions&
   }
   view.mesh.corners = memory.store(links);
   view.rest = memory.store(rest);
-  view.start_rest = memory.store(start);
+  if (!start.empty()) view.start_rest = memory.store(start);
   view.law = converted<Real>(scene.membrane);
   view.folds = converted<Real>(scene.folds);
   view.moves = memory.template allocate<Move<Real>>(std::size_t(scene.bodies.balloon().count));
@@ -87,8 +89,13 @@ MeshView make_wall_mesh(const Scene& scene, Memory& memory) {
     links.insert(links.end(), list.begin(), list.end());
     corner_begin.push_back(int(links.size()));
   }
-  return {wall.first, int(scene.wall_color_begin.size()) - 1, memory.store(scene.wall_color_begin),
-          memory.store(corner_begin), memory.store(links)};
+  return {wall.first,
+          wall.count,
+          int(scene.wall_color_begin.size()) - 1,
+          int(links.size()),
+          memory.store(scene.wall_color_begin),
+          memory.store(corner_begin),
+          memory.store(links)};
 }
 
 template <class Real, class Memory>
@@ -121,6 +128,8 @@ template <class Real, class Memory>
 SlabFitView<Real> make_slab_fit(const WallSlabs& slabs, Memory& memory) {
   const auto count = std::size_t(slabs.count());
   SlabFitView<Real> view;
+  view.count = slabs.count();
+  view.vertex_count = int(slabs.vertex.size());
   view.place_along = memory.store(converted_all<Real>(places_along(slabs)));
   view.axis = memory.store(converted_all<Real>(slabs.axis));
   const std::vector<Mat3T<Real>> identity(count, Mat3T<Real>::identity());
@@ -143,6 +152,8 @@ SlabsView<Real> make_slabs_view(const Scene& scene, const WallMaterial& wall, Me
   SlabsView<Real> view;
   view.count = scene.solid.levels > 0 ? 0 : slabs.count();
   SlabShapeView<Real>& shape = view.shape;
+  shape.count = slabs.count();
+  shape.vertex_count = int(slabs.vertex.size());
   shape.begin = memory.store(slabs.begin);
   shape.vertex = memory.store(slabs.vertex);
   shape.stiffness = memory.store(converted_all<Real>(slabs.stiffness));
@@ -172,7 +183,10 @@ SlabsView<Real> make_slabs_view(const Scene& scene, const WallMaterial& wall, Me
     shape.mode_freedom = Real(wall.shape_beta);
   }
   view.fit = make_slab_fit<Real>(slabs, memory);
-  view.goals = {memory.store(slabs.slab_vertex_begin),
+  view.goals = {int(vertices),
+                int(slabs.slab_vertices.size()),
+                int(scene.neighbors.size()),
+                memory.store(slabs.slab_vertex_begin),
                 memory.store(slabs.slab_vertices),
                 memory.store(slabs.slab_of),
                 memory.store(scene.neighbor_begin),
@@ -191,6 +205,9 @@ LayeredWallView<Real> make_layered_view(const Scene& scene, Memory& memory) {
   LayeredWallView<Real> view;
   if (wall.levels == 0) return view;
   view.wedge_count = model.wedge_count();
+  view.patch_count = model.patch_count();
+  view.region_count = int(model.laws.size());
+  view.column_patch_count = int(wall.patches.size());
   view.points = memory.store(converted_all<Real>(model.points));
   view.plastic_strain = memory.store(std::vector<Real>(model.points.size()));
   SolidView<Real>& solid = view.solid;
@@ -218,6 +235,7 @@ GuidewireView<Real> make_guidewire_view(const Scene& scene, Memory& memory) {
   view.first = scene.bodies.guidewire().first;
   view.shape = {rod.count, memory.store(rod.rest), memory.store(rod.bend)};
   view.section = rod.section;
+  view.tie_count = int(rod.ties.size());
   view.held = memory.store(rod.held);
   view.ties = memory.store(rod.ties);
   view.loads = memory.template allocate<RodLoad<Real>>(parts);
@@ -237,6 +255,7 @@ ContactView<Real> make_contact_view(const Scene& scene, const SimulationOptions&
   const double peak = units::pascal_from_atm(options.inflation.peak_pressure_atm);
   const std::size_t count = scene.start.size();
   ContactView<Real> view;
+  view.vertex_count = int(count);
   ContactLaw<Real>& law = view.law;
   law.distance = Real(options.contact_distance_mm);
   law.stiffness =
@@ -269,6 +288,7 @@ PbdGas<Real> make_pbd_gas(const Scene& scene, Memory& memory) {
     inverse_mass.push_back(scene.fixed[v] ? Real(0) : Real(1.0 / scene.mass[v]));
   PbdGas<Real> gas;
   gas.is_on = true;
+  gas.tet_count = int(tets.volume.size());
   gas.colors = int(tets.color_begin.size()) - 1;
   gas.color_begin = memory.store(tets.color_begin);
   gas.whole = tets.whole;
@@ -290,6 +310,7 @@ PbdContact<Real> make_pbd_contact(const Scene& scene, const SimulationOptions& o
   const PbdTets tets = pbd_tets(scene, options, air);
   PbdContact<Real> contact;
   contact.is_on = true;
+  contact.tet_count = int(tets.balloon_corners.size());
   contact.colors = int(tets.color_begin.size()) - 1;
   contact.color_begin = memory.store(tets.color_begin);
   contact.tets = memory.store(tets.vertices);
@@ -312,6 +333,7 @@ StepView<Real> make_view(const Scene& scene, const SimulationOptions& options, M
   view.layered = make_layered_view<Real>(scene, memory);
   view.guidewire = make_guidewire_view<Real>(scene, memory);
   view.contact = make_contact_view<Real>(scene, options, memory);
+  view.pbd.vertex_count = scene.vertex_count();
   if (projects_contact(scene, options))
     view.pbd.contact = make_pbd_contact<Real>(scene, options, memory);
   if (options.gas_model == GasModel::per_tet) view.pbd.gas = make_pbd_gas<Real>(scene, memory);

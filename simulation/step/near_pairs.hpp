@@ -136,7 +136,7 @@ ANGIO_HOST_DEVICE inline bool approach(const StepView<Real>& s, const Candidate&
 
 /// By how much the gap of a candidate or pair may close when each vertex moves so far [mm].
 template <class Real, class Primitives>
-ANGIO_HOST_DEVICE inline Real closed_by(const ArrayView<Real>& by, const Primitives& c) {
+ANGIO_HOST_DEVICE inline Real closed_by(const Real* by, const Primitives& c) {
   Real a = by[c.vertex[0]], b = by[c.vertex[3]];
   for (int i = 1; i < 3; ++i) {
     Real& side = c.edges && i == 1 ? a : b;
@@ -158,7 +158,7 @@ ANGIO_HOST_DEVICE inline Real closed_at_most(const StepView<Real>& s, const Prim
 template <class Real>
 ANGIO_HOST_DEVICE inline Real found_gap_around(const StepView<Real>& s, int v,
                                                const Real (&most)[kBodyCount]) {
-  const ArrayView<Real>& moved = s.contact.near.moved;
+  const Real* moved = s.contact.near.moved;
   const Body body = s.bodies.of(v);
   Real around = most[int(body)];
   if (body != Body::guidewire) {

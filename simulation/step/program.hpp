@@ -25,7 +25,7 @@ inline constexpr int kSweepsToTell = 4;  // for the lag to be known
 /// A third of the triangles around each vertex of the surfaces.
 template <class Real, class Team>
 ANGIO_HOST_DEVICE inline void measure_areas(Team& team, const StepView<Real>& s) {
-  const ArrayView<Vec3T<Real>>& x = s.motion.x;
+  const Vec3T<Real>* x = s.motion.x;
   team.template for_each<1>(s.bodies.surface_count(), [&](int v, const auto&) {
     const MeshView& mesh = mesh_around(s, v);
     const int* begin = mesh.corner_begin + (v - mesh.first);

@@ -15,9 +15,9 @@ template <class Real>
 struct SolidColumns {
   int levels = 0;  ///< vertices of a column; 0: there is no solid
   int stride = 0;
-  ArrayView<const int> layer;        ///< [wedge]
-  ArrayView<const int> patch_begin;  ///< [column + 1]
-  ArrayView<const int> patches;      ///< those with a wedge at the column
+  const int* layer = nullptr;        ///< [wedge]
+  const int* patch_begin = nullptr;  ///< [column + 1]
+  const int* patches = nullptr;      ///< those with a wedge at the column
 };
 
 /// Gradient and the symmetric block tridiagonal Hessian of a column.

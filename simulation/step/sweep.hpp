@@ -13,7 +13,7 @@ namespace angio::simulation::detail {
 template <class Real, class Team>
 ANGIO_HOST_DEVICE inline void refresh(Team& team, const StepView<Real>& s) {
   if (!Team::kSurroundings || (!has_pairs<Team>(s) && s.bodies.wall().count == 0)) return;
-  if (s.contact.candidates.list.count > 0) {
+  if (s.contact.candidates.count > 0) {
     team.template for_each<1>(s.bodies.contact_count(), [&](int i, const auto&) {
       const int v = s.bodies.contact_vertex(i);
       s.contact.near.moved[v] = norm(s.motion.x[v] - s.motion.x_searched[v]);
@@ -21,8 +21,7 @@ ANGIO_HOST_DEVICE inline void refresh(Team& team, const StepView<Real>& s) {
     team.barrier();
   }
   team.template for_each<Team::kVertexLanes>(
-      s.contact.candidates.list.count > 0 ? s.bodies.contact_count() : 0,
-      [&](int i, const auto& lanes) {
+      s.contact.candidates.count > 0 ? s.bodies.contact_count() : 0, [&](int i, const auto& lanes) {
         const int v = s.bodies.contact_vertex(i);
         for (int p = s.contact.candidates.owned_begin[v] + lanes.rank();
              p < s.contact.near.owned_end[v]; p += lanes.size())
@@ -33,7 +32,7 @@ ANGIO_HOST_DEVICE inline void refresh(Team& team, const StepView<Real>& s) {
   team.barrier();
   if (s.slabs.count > 0)
     team.template for_each<1>(s.bodies.wall().count, [&](int i, const auto&) { set_goal(s, i); });
-  if (s.contact.wet && s.contact.candidates.list.count > 0)
+  if (s.contact.wet && s.contact.candidates.count > 0)
     team.template for_each<1>(s.bodies.surface_count(),
                               [&](int v, const auto&) { refresh_film(s, v); });
   team.barrier();

@@ -67,7 +67,7 @@ ANGIO_HOST_DEVICE inline VertexForces<Real> balloon_forces(const StepView<Real>&
     // itself the one with the least rounding.
     by_volume += (Real(1) / Real(6)) * cross(e2, e1);
   }
-  if (kSurroundings && s.contact.candidates.list.count > 0) add_contact(s, v, lanes, out);
+  if (kSurroundings && s.contact.candidates.count > 0) add_contact(s, v, lanes, out);
   gather(s, lanes, out);
   by_volume = sum_over(lanes, by_volume);
   add_inertia(s, v, out);
@@ -118,7 +118,7 @@ ANGIO_HOST_DEVICE inline void propose_moves(Team& team, const StepView<Real>& s,
         const Real relax = held ? Real(1) : s.balloon.relaxation;
         move.by_force = relax * (inverse * (f.force + load));
         move.by_pressure = relax * (inverse * move.by_volume);
-        if (Team::kSurroundings && s.contact.candidates.list.count > 0) {
+        if (Team::kSurroundings && s.contact.candidates.count > 0) {
           move.friction = norm(inverse * f.friction);
           move.adhesion = norm(inverse * f.adhesion);
         }

@@ -13,7 +13,7 @@ namespace angio::simulation::detail {
 /// Nodes and ties.
 template <class Real>
 ANGIO_HOST_DEVICE inline int rod_part_count(const GuidewireView<Real>& rod) {
-  return rod.shape.count + rod.ties.count;
+  return rod.shape.count + rod.tie_count;
 }
 
 template <class Real>
@@ -29,7 +29,7 @@ ANGIO_HOST_DEVICE inline void gather_rod_load(const StepView<Real>& s, int part,
   RodLoad<Real> load;
   VertexForces<Real> f;
   if (part < s.guidewire.shape.count) {
-    if (s.contact.candidates.list.count > 0) add_contact(s, v, lanes, f);
+    if (s.contact.candidates.count > 0) add_contact(s, v, lanes, f);
     gather(s, lanes, f);
     add_inertia(s, v, f);
   } else {
@@ -61,7 +61,7 @@ ANGIO_HOST_DEVICE inline void put_rod_loads(const StepView<Real>& s) {
     rod.external[i].force = in_double(rod.loads[i].force);
     rod.external[i].own = in_double(rod.loads[i].hessian);
   }
-  for (int k = 0; k < rod.ties.count; ++k) {
+  for (int k = 0; k < rod.tie_count; ++k) {
     const RodTie& tie = rod.ties[k];
     const RodLoad<Real>& load = rod.loads[rod.shape.count + k];
     const double b = tie.share, a = 1.0 - b;
@@ -98,23 +98,23 @@ ANGIO_HOST_DEVICE ANGIO_OUT_OF_LINE void propose_rod(const StepView<Real>& s) {
   const int count = rod.shape.count;
   put_rod_loads(s);
   for (int i = 0; i < count; ++i) rod.rows[i] = rod.external[i];
-  add_rod(rod.shape, rod.section, rod.x.data, rod.rows.data);
+  add_rod(rod.shape, rod.section, rod.x, rod.rows);
   RodReport report;
   for (int i = 0; i < rod_part_count(rod); ++i) {
     const RodLoad<Real>& load = rod.loads[i];
     report.load += double(load.magnitude) * double(load.magnitude);
   }
   for (int i = 0; i < count; ++i) {
-    if (rod.held[i]) hold_node(i, rod.rows.data);
+    if (rod.held[i]) hold_node(i, rod.rows);
     report.net += norm_squared(rod.rows[i].force);
   }
-  solve_rod(count, rod.rows.data);
+  solve_rod(count, rod.rows);
   const double before = rod_energy_after(rod, 0.0);
   double share = 1.0;
   constexpr int kHalvings = 8;
   for (int h = 0; h < kHalvings && !(rod_energy_after(rod, share) <= before); ++h) share *= 0.5;
   for (int i = 0; i < count; ++i) rod.rows[i].force *= share;
-  rod.report[0] = report;
+  *rod.report = report;
 }
 
 /// Of the moves in `rows`.
@@ -143,10 +143,10 @@ ANGIO_HOST_DEVICE inline double take_rod(Team& team, const StepView<Real>& s) {
   if (team.leader()) {
     Real least = Real(1);
     for (int i = 0; i < parts; ++i) least = rod.share[i] < least ? rod.share[i] : least;
-    rod.report[0].share = double(least);
+    rod.report->share = double(least);
   }
   team.barrier();
-  const Real share = Real(rod.report[0].share);
+  const Real share = Real(rod.report->share);
   double total[1];
   team.template sum<1, 1>(
       parts,
@@ -172,9 +172,9 @@ ANGIO_HOST_DEVICE inline void sweep_rod(Team& team, const StepView<Real>& s, Ste
   team.barrier();
   status.volume += take_rod(team, s);
   status.pressure = pressure_at(status.law, status.volume);
-  sums.net += s.guidewire.report[0].net;
-  sums.load += s.guidewire.report[0].load;
-  sums.blocked = sums.blocked || s.guidewire.report[0].share < 1.0;
+  sums.net += s.guidewire.report->net;
+  sums.load += s.guidewire.report->load;
+  sums.blocked = sums.blocked || s.guidewire.report->share < 1.0;
   team.barrier();
 }
 

@@ -50,7 +50,7 @@ ANGIO_HOST_DEVICE inline ColumnMove<Real> propose_column(const StepView<Real>& s
   add_solid_column(s.layered.solid, s.layered.columns, column, lanes, term);
   gather_column(lanes, levels, term);
   VertexForces<Real> lumen;
-  if (s.contact.candidates.list.count > 0) add_contact(s, v, lanes, lumen);
+  if (s.contact.candidates.count > 0) add_contact(s, v, lanes, lumen);
   gather(s, lanes, lumen);
   const Real load = norm(term.gradient[0]) + lumen.magnitude;
   term.gradient[0] -= lumen.force + blood_force(s, column);

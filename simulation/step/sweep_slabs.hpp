@@ -47,7 +47,7 @@ ANGIO_HOST_DEVICE inline VertexForces<Real> wall_forces(const StepView<Real>& s,
     k += spring;
   }
   for (int a = 0; a < 3; ++a) out.hessian(a, a) = k;
-  if (s.contact.candidates.list.count > 0) add_contact(s, v, lanes, out);
+  if (s.contact.candidates.count > 0) add_contact(s, v, lanes, out);
   gather(s, lanes, out);
   const Vec3T<Real> elastic = s.slabs.goals.along_force[i] -
                               s.slabs.goals.along_stiffness[i] * off -
@@ -179,31 +179,28 @@ ANGIO_HOST_DEVICE inline void fit_slab(const StepView<Real>& s, int c, const Lan
 /// The stiffness-weighted mean of a wall vertex's goals, and what its rings ask along their axes.
 template <class Real>
 ANGIO_HOST_DEVICE inline void set_goal(const StepView<Real>& s, int i) {
+  const SlabShapeView<Real>& shape = s.slabs.shape;
   const SlabFitView<Real>& fit = s.slabs.fit;
   const SlabGoalView<Real>& goals = s.slabs.goals;
-  const int *begin = goals.begin, *slab_vertex = goals.slab_vertex, *slab = goals.slab;
-  const Mat3T<Real>* map = fit.map;
-  const Vec3T<Real>*offset = s.slabs.shape.offset, *centre = fit.centre, *map_modes = fit.map_modes;
-  const Real *modes = s.slabs.shape.modes, *weights = s.slabs.shape.stiffness;
   Vec3T<Real> sum;
   Real weight = 0;
-  for (int n = begin[i]; n < begin[i + 1]; ++n) {
-    const int e = slab_vertex[n], c = slab[e];
-    Vec3T<Real> goal = map[c] * offset[e] + centre[c];
-    if (modes)
+  for (int n = goals.begin[i]; n < goals.begin[i + 1]; ++n) {
+    const int e = goals.slab_vertex[n], c = goals.slab[e];
+    Vec3T<Real> goal = fit.map[c] * shape.offset[e] + fit.centre[c];
+    if (shape.modes)
       for (int k = 0; k < kShapeModes; ++k)
-        goal += modes[e * kShapeModes + k] * map_modes[c * kShapeModes + k];
-    sum += weights[e] * goal;
-    weight += weights[e];
+        goal += shape.modes[e * kShapeModes + k] * fit.map_modes[c * kShapeModes + k];
+    sum += shape.stiffness[e] * goal;
+    weight += shape.stiffness[e];
   }
   goals.goal[i] = sum / weight;
   Mat3T<Real> stiffness;
   Vec3T<Real> force;
-  for (int n = begin[i]; n < begin[i + 1]; ++n) {
-    const int e = slab_vertex[n], c = slab[e];
+  for (int n = goals.begin[i]; n < goals.begin[i + 1]; ++n) {
+    const int e = goals.slab_vertex[n], c = goals.slab[e];
     const Vec3T<Real> axis = fit.axis[c];
-    const Real k = s.slabs.shape.along[c] * weights[e];
-    const Real off = dot(axis, goals.goal[i] - centre[c]) - fit.place_along[e];
+    const Real k = shape.along[c] * shape.stiffness[e];
+    const Real off = dot(axis, goals.goal[i] - fit.centre[c]) - fit.place_along[e];
     stiffness += outer(k * axis, axis);
     force -= k * off * axis;
   }

@@ -60,7 +60,7 @@ ANGIO_HOST_DEVICE inline void gather(const StepView<Real>& s, const Lanes& lanes
   out.force = sum_over(lanes, out.force);
   out.hessian = sum_over_symmetric(lanes, out.hessian);
   out.taut = lanes.sum(out.taut ? 0 : 1) == 0;
-  if (s.contact.candidates.list.count == 0) return;
+  if (s.contact.candidates.count == 0) return;
   out.friction = sum_over(lanes, out.friction);
   if (s.contact.wet) out.adhesion = sum_over(lanes, out.adhesion);
   out.contact = lanes.sum(out.contact);

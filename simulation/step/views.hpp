@@ -1,6 +1,5 @@
 #pragma once
 
-#include "core/array_view.hpp"
 #include "simulation/bodies/body_ranges.hpp"
 #include "simulation/materials/membrane.hpp"
 #include "simulation/materials/rod.hpp"
@@ -14,10 +13,10 @@
 /// an index (near_pairs.hpp, sweep_*.hpp); program.hpp puts them into the step. Nothing there
 /// allocates or knows of threads. Positions are relative to the scene's origin.
 ///
-/// An array of constants (the model) is a view of const values; of the others `for_each_array` says
-/// whether they are state, which lives from step to step, or work space of one step. It is the one
-/// list of a view's arrays: what copies a view between memories goes through it. What drives a run
-/// is StepRules and StepStatus::law (status.hpp).
+/// `for_each_array` is the one list of a view's arrays: what copies a view between memories goes
+/// through it. It calls visit(role, count, arrays...); the role tells the model, which is constant,
+/// from the state, which lives from step to step, and from the work space of one step. What drives
+/// a run is StepRules and StepStatus::law (status.hpp).
 namespace angio::simulation::detail {
 
 enum class ArrayRole {
@@ -38,36 +37,38 @@ struct MotionView {
 
   int count = 0;  ///< with the copies of the wall further out
   Real dt = 0;    ///< [s]
-  ArrayView<const Vec> start;
-  ArrayView<const Real> mass;
-  ArrayView<Vec> x;
-  ArrayView<Vec> velocity;
-  ArrayView<Vec> x_before;    ///< at the start of the step
-  ArrayView<Vec> x_inertial;  ///< x_before + dt velocity
-  ArrayView<Vec> x_searched;  ///< at the last search for near pairs
-  ArrayView<Vec> x_swept;     ///< before the sweep
-  ArrayView<Vec> swept_by;    ///< motion of the last sweep
-  ArrayView<Real> area;       ///< of the two surfaces, at the start of the step [mm^2]
+  const Vec* start = nullptr;
+  const Real* mass = nullptr;
+  Vec* x = nullptr;
+  Vec* velocity = nullptr;
+  Vec* x_before = nullptr;    ///< at the start of the step
+  Vec* x_inertial = nullptr;  ///< x_before + dt velocity
+  Vec* x_searched = nullptr;  ///< at the last search for near pairs
+  Vec* x_swept = nullptr;     ///< before the sweep
+  Vec* swept_by = nullptr;    ///< motion of the last sweep
+  Real* area = nullptr;       ///< of the two surfaces, at the start of the step [mm^2]
 
   template <class Visit>
   void for_each_array(const Visit& visit) {
-    visit(ArrayRole::model, start, mass);
-    visit(ArrayRole::state, x, velocity);
-    visit(ArrayRole::work, x_before, x_inertial, x_searched, x_swept, swept_by, area);
+    visit(ArrayRole::model, count, start, mass);
+    visit(ArrayRole::state, count, x, velocity);
+    visit(ArrayRole::work, count, x_before, x_inertial, x_searched, x_swept, swept_by, area);
   }
 };
 
 /// A body's surface: its colours, and the triangles around each vertex.
 struct MeshView {
-  int first = 0;  ///< vertex
-  int colors = 0;
-  ArrayView<const int> color_begin;   ///< first vertex of a colour, [color + 1]
-  ArrayView<const int> corner_begin;  ///< [vertex of the surface + 1]
-  ArrayView<const CornerLink> corners;
+  int first = 0, count = 0;  ///< vertices
+  int colors = 0, corner_count = 0;
+  const int* color_begin = nullptr;   ///< first vertex of a colour, [color + 1]
+  const int* corner_begin = nullptr;  ///< [vertex of the surface + 1]
+  const CornerLink* corners = nullptr;
 
   template <class Visit>
   void for_each_array(const Visit& visit) {
-    visit(ArrayRole::model, color_begin, corner_begin, corners);
+    visit(ArrayRole::model, colors + 1, color_begin);
+    visit(ArrayRole::model, count + 1, corner_begin);
+    visit(ArrayRole::model, corner_count, corners);
   }
 };
 
@@ -90,16 +91,17 @@ struct BalloonView {
   bool has_folds = false;       ///< at the start
   MembraneLaw<Real> law;
   MooneyRivlin<Real> folds;
-  ArrayView<const int> triangles;                  ///< three vertices each
-  ArrayView<const CornerMetric<Real>> rest;        ///< [corner]
-  ArrayView<const CornerMetric<Real>> start_rest;  ///< [corner], of the start shape: the folds
-  ArrayView<Move<Real>> moves;                     ///< [balloon vertex]
+  const int* triangles = nullptr;                  ///< three vertices each
+  const CornerMetric<Real>* rest = nullptr;        ///< [corner]
+  const CornerMetric<Real>* start_rest = nullptr;  ///< [corner], of the start shape: the folds
+  Move<Real>* moves = nullptr;                     ///< [balloon vertex]
 
   template <class Visit>
   void for_each_array(const Visit& visit) {
     mesh.for_each_array(visit);
-    visit(ArrayRole::model, triangles, rest, start_rest);
-    visit(ArrayRole::work, moves);
+    visit(ArrayRole::model, 3 * triangle_count, triangles);
+    visit(ArrayRole::model, mesh.corner_count, rest, start_rest);
+    visit(ArrayRole::work, mesh.count, moves);
   }
 };
 
@@ -107,16 +109,16 @@ struct BalloonView {
 template <class Real>
 struct WallView {
   MeshView mesh;
-  ArrayView<const Real> foundation;  ///< [wall vertex], at the wall's outer side
-  ArrayView<Real> contact_pressure;  ///< [wall vertex]
-  ArrayView<Vec3T<Real>> move;       ///< [wall vertex] not yet made, where the wall meets itself
+  const Real* foundation = nullptr;  ///< [wall vertex], at the wall's outer side
+  Real* contact_pressure = nullptr;  ///< [wall vertex]
+  Vec3T<Real>* move = nullptr;       ///< [wall vertex] not yet made, where the wall meets itself
 
   template <class Visit>
   void for_each_array(const Visit& visit) {
     mesh.for_each_array(visit);
-    visit(ArrayRole::model, foundation);
-    visit(ArrayRole::state, contact_pressure);
-    visit(ArrayRole::work, move);
+    visit(ArrayRole::model, mesh.count, foundation);
+    visit(ArrayRole::state, mesh.count, contact_pressure);
+    visit(ArrayRole::work, mesh.count, move);
   }
 };
 
@@ -126,21 +128,24 @@ template <class Real>
 struct SlabShapeView {
   using Vec = Vec3T<Real>;
 
-  ArrayView<const int> begin;
-  ArrayView<const int> vertex;      ///< [slab vertex], of the wall
-  ArrayView<const Real> stiffness;  ///< [slab vertex]
-  ArrayView<const Vec> offset;      ///< [slab vertex]
-  ArrayView<const Vec> start;       ///< centre at the start
-  ArrayView<const Vec> axis;        ///< unit, along the vessel, at the start
-  ArrayView<const Real> along;      ///< WallSlabs::along
-  ArrayView<const Real> modes;  ///< phi [mm], [slab vertex][kShapeModes]; null: linear maps only
-  ArrayView<const Real> mode_scale;  ///< 1 / sum k phi^2 [1/uN/mm], [slab]
+  int count = 0, vertex_count = 0;  ///< slabs, and slab vertices
+  const int* begin = nullptr;
+  const int* vertex = nullptr;      ///< [slab vertex], of the wall
+  const Real* stiffness = nullptr;  ///< [slab vertex]
+  const Vec* offset = nullptr;      ///< [slab vertex]
+  const Vec* start = nullptr;       ///< centre at the start
+  const Vec* axis = nullptr;        ///< unit, along the vessel, at the start
+  const Real* along = nullptr;      ///< WallSlabs::along
+  const Real* modes = nullptr;  ///< phi [mm], [slab vertex][kShapeModes]; null: linear maps only
+  const Real* mode_scale = nullptr;  ///< 1 / sum k phi^2 [1/uN/mm], [slab]
   Real mode_freedom = 0;             ///< beta
 
   template <class Visit>
   void for_each_array(const Visit& visit) {
-    visit(ArrayRole::model, begin, vertex, stiffness, offset, start, axis, along, modes,
-          mode_scale);
+    visit(ArrayRole::model, count + 1, begin);
+    visit(ArrayRole::model, count, start, axis, along, mode_scale);
+    visit(ArrayRole::model, vertex_count, vertex, stiffness, offset);
+    visit(ArrayRole::model, vertex_count * kShapeModes, modes);
   }
 };
 
@@ -150,19 +155,22 @@ struct SlabFitView {
   using Vec = Vec3T<Real>;
   using Mat = Mat3T<Real>;
 
-  ArrayView<Mat> rotation;
-  ArrayView<Mat> plastic;
-  ArrayView<Mat> map;            ///< rotation * plastic
-  ArrayView<Vec> plastic_modes;  ///< [slab][kShapeModes]
-  ArrayView<Vec> map_modes;      ///< rotation * plastic, and beta's share of the best fit
-  ArrayView<Vec> centre;
-  ArrayView<Vec> axis;          ///< now
-  ArrayView<Real> place_along;  ///< [slab vertex] in the plastic shape, along the first axis [mm]
+  int count = 0, vertex_count = 0;  ///< slabs, and slab vertices
+  Mat* rotation = nullptr;
+  Mat* plastic = nullptr;
+  Mat* map = nullptr;            ///< rotation * plastic
+  Vec* plastic_modes = nullptr;  ///< [slab][kShapeModes]
+  Vec* map_modes = nullptr;      ///< rotation * plastic, and beta's share of the best fit
+  Vec* centre = nullptr;
+  Vec* axis = nullptr;          ///< now
+  Real* place_along = nullptr;  ///< [slab vertex] in the plastic shape, along the first axis [mm]
 
   template <class Visit>
   void for_each_array(const Visit& visit) {
-    visit(ArrayRole::state, rotation, plastic, map, plastic_modes, map_modes, axis, place_along);
-    visit(ArrayRole::work, centre);
+    visit(ArrayRole::state, count, rotation, plastic, map, axis);
+    visit(ArrayRole::state, count * kShapeModes, plastic_modes, map_modes);
+    visit(ArrayRole::state, vertex_count, place_along);
+    visit(ArrayRole::work, count, centre);
   }
 };
 
@@ -170,20 +178,25 @@ struct SlabFitView {
 /// slab_vertex[begin[i]] to slab_vertex[begin[i + 1]].
 template <class Real>
 struct SlabGoalView {
-  ArrayView<const int> begin;
-  ArrayView<const int> slab_vertex;
-  ArrayView<const int> slab;  ///< of a slab vertex
-  ArrayView<const int> neighbor_begin;
-  ArrayView<const int> neighbors;
-  ArrayView<const Real> stiffness;         ///< [wall vertex]
-  ArrayView<Vec3T<Real>> goal;             ///< [wall vertex]
-  ArrayView<Mat3T<Real>> along_stiffness;  ///< [wall vertex] sum over its slabs, [uN/mm]
-  ArrayView<Vec3T<Real>> along_force;      ///< of it, at the goal [uN]
+  int count = 0;  ///< wall vertices
+  int slab_vertex_count = 0, neighbor_count = 0;
+  const int* begin = nullptr;
+  const int* slab_vertex = nullptr;
+  const int* slab = nullptr;  ///< of a slab vertex
+  const int* neighbor_begin = nullptr;
+  const int* neighbors = nullptr;
+  const Real* stiffness = nullptr;         ///< [wall vertex]
+  Vec3T<Real>* goal = nullptr;             ///< [wall vertex]
+  Mat3T<Real>* along_stiffness = nullptr;  ///< [wall vertex] sum over its slabs, [uN/mm]
+  Vec3T<Real>* along_force = nullptr;      ///< of it, at the goal [uN]
 
   template <class Visit>
   void for_each_array(const Visit& visit) {
-    visit(ArrayRole::model, begin, slab_vertex, slab, neighbor_begin, neighbors, stiffness);
-    visit(ArrayRole::work, goal, along_stiffness, along_force);
+    visit(ArrayRole::model, count + 1, begin, neighbor_begin);
+    visit(ArrayRole::model, count, stiffness);
+    visit(ArrayRole::model, slab_vertex_count, slab_vertex, slab);
+    visit(ArrayRole::model, neighbor_count, neighbors);
+    visit(ArrayRole::work, count, goal, along_stiffness, along_force);
   }
 };
 
@@ -209,16 +222,25 @@ struct LayeredWallView {
   SolidView<Real> solid;  ///< its positions and points are set by `link`
   SolidColumns<Real> columns;
   Real blood_pressure = 0;  ///< [Pa]
-  int wedge_count = 0;
-  ArrayView<SolidPoint<Real>> points;  ///< those of `solid`
-  ArrayView<Real> plastic_strain;      ///< [point]
+  int wedge_count = 0, patch_count = 0, region_count = 0;
+  int column_patch_count = 0;          ///< of all columns
+  SolidPoint<Real>* points = nullptr;  ///< those of `solid`
+  Real* plastic_strain = nullptr;      ///< [point]
+
+  [[nodiscard]] ANGIO_HOST_DEVICE int point_count() const { return kWedgePoints * wedge_count; }
 
   template <class Visit>
   void for_each_array(const Visit& visit) {
-    visit(ArrayRole::model, solid.corners, solid.fibers, solid.region, solid.laws, solid.patch,
-          solid.patch_begin, solid.patch_wedges, solid.patch_volume);
-    visit(ArrayRole::model, columns.layer, columns.patch_begin, columns.patches);
-    visit(ArrayRole::state, points, plastic_strain);
+    visit(ArrayRole::model, 6 * wedge_count, solid.corners);
+    visit(ArrayRole::model, 2 * wedge_count, solid.fibers);
+    visit(ArrayRole::model, wedge_count, solid.region, solid.patch, solid.patch_wedges,
+          columns.layer);
+    visit(ArrayRole::model, region_count, solid.laws);
+    visit(ArrayRole::model, patch_count + 1, solid.patch_begin);
+    visit(ArrayRole::model, patch_count, solid.patch_volume);
+    visit(ArrayRole::model, columns.stride + 1, columns.patch_begin);
+    visit(ArrayRole::model, column_patch_count, columns.patches);
+    visit(ArrayRole::state, point_count(), points, plastic_strain);
   }
   /// @param x  of the solid's vertices
   void link(const Vec3T<Real>* x) {
@@ -257,41 +279,50 @@ struct GuidewireView {
   int first = 0;
   RodShape<double> shape;  ///< without nodes: no guidewire
   RodSection<double> section;
-  ArrayView<const char> held;  ///< [node]
-  ArrayView<const RodTie> ties;
-  ArrayView<RodLoad<Real>> loads;  ///< [node, then tie]
-  ArrayView<Vec3T<double>> x;      ///< [2][node]
-  ArrayView<RodRow<double>> external;
-  ArrayView<RodRow<double>> rows;  ///< `force` ends as the move of a node [mm]
-  ArrayView<Real> share;           ///< [node, then tie]
-  ArrayView<RodReport> report;
+  int tie_count = 0;
+  const char* held = nullptr;  ///< [node]
+  const RodTie* ties = nullptr;
+  RodLoad<Real>* loads = nullptr;  ///< [node, then tie]
+  Vec3T<double>* x = nullptr;      ///< [2][node]
+  RodRow<double>* external = nullptr;
+  RodRow<double>* rows = nullptr;  ///< `force` ends as the move of a node [mm]
+  Real* share = nullptr;           ///< [node, then tie]
+  RodReport* report = nullptr;
 
   template <class Visit>
   void for_each_array(const Visit& visit) {
-    visit(ArrayRole::model, shape.rest, shape.bend, held, ties);
-    visit(ArrayRole::work, loads, x, external, rows, share, report);
+    visit(ArrayRole::model, shape.count - 1, shape.rest);
+    visit(ArrayRole::model, shape.count, shape.bend, held);
+    visit(ArrayRole::model, tie_count, ties);
+    visit(ArrayRole::work, shape.count + tie_count, loads, share);
+    visit(ArrayRole::work, 2 * shape.count, x);
+    visit(ArrayRole::work, shape.count, external, rows);
+    visit(ArrayRole::work, 1, report);
   }
 };
 
 /// Contact of the bodies with each other and themselves.
 template <class Real>
 struct ContactView {
+  int vertex_count = 0;
   ContactLaw<Real> law;
-  ArrayView<char> wet;  ///< [vertex of balloon or wall]: adhesion.hpp; null: no adhesion
+  char* wet = nullptr;  ///< [vertex of balloon or wall]: adhesion.hpp; null: no adhesion
   CandidateView<Real> candidates;
   NearPairView<Real> near;
 
   /// But for the arrays that a set of candidates comes with: their sizes change with it.
   template <class Visit>
   void for_each_array(const Visit& visit) {
-    visit(ArrayRole::state, wet);
-    visit(ArrayRole::work, near.owned_end, near.ref_end, near.bound_end, near.moved, near.max_move);
+    visit(ArrayRole::state, vertex_count, wet);
+    visit(ArrayRole::work, vertex_count, near.owned_end, near.ref_end, near.bound_end, near.moved,
+          near.max_move);
   }
 };
 
 /// What the position-based reference method projects (pbd/).
 template <class Real>
 struct PbdView {
+  int vertex_count = 0;
   PbdContact<Real> contact;
   PbdGas<Real> gas;
 
@@ -299,10 +330,14 @@ struct PbdView {
 
   template <class Visit>
   void for_each_array(const Visit& visit) {
-    visit(ArrayRole::model, contact.color_begin, contact.tets, contact.balloon_corners,
-          contact.inverse_mass);
-    visit(ArrayRole::state, contact.triggered);
-    visit(ArrayRole::model, gas.color_begin, gas.apex, gas.triangles, gas.inverse_mass, gas.volume);
+    visit(ArrayRole::model, contact.colors + 1, contact.color_begin);
+    visit(ArrayRole::model, 4 * contact.tet_count, contact.tets);
+    visit(ArrayRole::model, contact.tet_count, contact.balloon_corners);
+    visit(ArrayRole::state, contact.tet_count, contact.triggered);
+    visit(ArrayRole::model, gas.colors + 1, gas.color_begin);
+    visit(ArrayRole::model, 3 * gas.tet_count, gas.triangles);
+    visit(ArrayRole::model, gas.tet_count, gas.apex, gas.volume);
+    visit(ArrayRole::model, vertex_count, contact.inverse_mass, gas.inverse_mass);
   }
 };
 
@@ -319,7 +354,7 @@ struct StepView {
   ContactView<Real> contact;
   PbdView<Real> pbd;
 
-  /// Calls visit(role, arrays...) until each array of a scene's size was in one call.
+  /// Lists all arrays but those that a set of candidates comes with.
   template <class Visit>
   void for_each_array(const Visit& visit) {
     motion.for_each_array(visit);
@@ -341,25 +376,33 @@ ANGIO_HOST_DEVICE inline const MeshView& mesh_around(const StepView<Real>& s, in
   return s.bodies.of(v) == Body::balloon ? s.balloon.mesh : s.wall.mesh;
 }
 
+/// An array of a frame's state, and how many values it has.
+template <class Value>
+struct StateArray {
+  Value* data = nullptr;
+  int count = 0;
+};
+
 /// What a frame hands out of a step's arrays, on a device or here (see State).
 template <class Real>
 struct StateView {
-  ArrayView<Vec3T<Real>> x;
-  ArrayView<Real> contact_pressure;
-  ArrayView<Mat3T<Real>> plastic;        ///< [slab]
-  ArrayView<Vec3T<Real>> plastic_modes;  ///< [slab][kShapeModes]
-  ArrayView<SolidPoint<Real>> solid_points;
-  ArrayView<Real> solid_plastic_strain;
+  StateArray<Vec3T<Real>> x;
+  StateArray<Real> contact_pressure;
+  StateArray<Mat3T<Real>> plastic;        ///< [slab]
+  StateArray<Vec3T<Real>> plastic_modes;  ///< [slab][kShapeModes]
+  StateArray<SolidPoint<Real>> solid_points;
+  StateArray<Real> solid_plastic_strain;
 };
 
 template <class Real>
 ANGIO_HOST_DEVICE inline StateView<Real> state_view(const StepView<Real>& s) {
-  return {s.motion.x,
-          s.wall.contact_pressure,
-          {s.slabs.fit.plastic, s.slabs.count},
-          {s.slabs.fit.plastic_modes, s.slabs.count > 0 ? s.slabs.fit.plastic_modes.count : 0},
-          s.layered.points,
-          s.layered.plastic_strain};
+  const SlabFitView<Real>& fit = s.slabs.fit;
+  return {{s.motion.x, s.motion.count},
+          {s.wall.contact_pressure, s.wall.mesh.count},
+          {fit.plastic, s.slabs.count},
+          {fit.plastic_modes, fit.plastic_modes ? s.slabs.count * kShapeModes : 0},
+          {s.layered.points, s.layered.point_count()},
+          {s.layered.plastic_strain, s.layered.point_count()}};
 }
 
 /// Calls visit(array, ...) with the same array of each of the views, one array after the other.

@@ -64,8 +64,8 @@ __global__ void __launch_bounds__(kBlockThreads, 1)
   const int count = program.view.motion.count;
   if (threadIdx.x == 0) {
     view = program.view;
-    view.balloon.moves.data = reinterpret_cast<Move<Real>*>(memory);
-    view.motion.x.data =
+    view.balloon.moves = reinterpret_cast<Move<Real>*>(memory);
+    view.motion.x =
         reinterpret_cast<Vec3T<Real>*>(memory + view.bodies.balloon().count * sizeof(Move<Real>));
   }
   __syncthreads();
