@@ -2,9 +2,11 @@
 
 #include <random>
 
+#include "simulation/backends/host_memory.hpp"
 #include "simulation/contact/candidates.hpp"
 #include "simulation/contact/contact_force.hpp"
 #include "simulation/contact/distance.hpp"
+#include "simulation/step/bounded_motion.hpp"
 #include "simulation/step/make_views.hpp"
 #include "simulation/step/program.hpp"
 #include "simulation/step/team.hpp"
@@ -173,9 +175,13 @@ struct Search {
         index_candidates(start().size(), find_candidates(t.scene, start(), reach), reach, false);
     const std::size_t count = set.candidates.size();
     view.contact.near.listed_begin = memory.allocate<int>(t.scene.start.size());
-    use<double>({memory.store(set.candidates), memory.store(set.owned_begin),
-                 view.contact.near.listed_begin, nullptr, memory.store(start()), reach, int(count)},
-                view);
+    view.contact.candidates = {int(count),
+                               memory.store(set.candidates),
+                               memory.store(set.owned_begin),
+                               view.contact.near.listed_begin,
+                               nullptr,
+                               memory.store(start()),
+                               reach};
     view.contact.near.pairs = memory.allocate<NearPair<double>>(count);
     view.contact.near.refs = memory.allocate<ContactRef>(4 * count);
     view.contact.near.bounds = memory.allocate<MotionBound<double>>(4 * count);
@@ -226,7 +232,7 @@ TEST(SearchPairs, AsksForNewCandidatesWhenBalloonAndWallHaveGoneTooFarTogether) 
   Search search(reach, travel);
   const double room = reach - search.view.contact.law.range - 2.0 * travel;
   search.view.motion.x[3].z += 0.3 * room;
-  search.view.motion.x[search.t.scene.bodies.balloon().count].z += 0.69 * room;
+  search.view.motion.x[search.t.scene.bodies.wall().first].z += 0.69 * room;
   EXPECT_TRUE(search.run());
   search.view.motion.x[3].z += 0.02 * room;
   EXPECT_FALSE(search.run());

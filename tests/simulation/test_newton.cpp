@@ -201,7 +201,7 @@ TEST(SparseLdlt, TellsThatAPivotIsZero) {
 TEST(Newton, ReportsThatItDidNotConverge) {
   const Sphere sphere(4);
   std::vector<Vec3> x = sphere.mesh.vertices;
-  const auto result = minimize({&sphere.membrane}, sphere.fixed, x, {.most_iterations = 1},
+  const auto result = minimize({&sphere.skin}, sphere.fixed, x, {.most_iterations = 1},
                                {sphere.mesh.triangles, Enclosure::Control::pressure, 1e5});
   EXPECT_FALSE(result.converged);
   EXPECT_GT(result.residual, 1e-9);

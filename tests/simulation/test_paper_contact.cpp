@@ -5,9 +5,10 @@
 #include <set>
 
 #include "core/error.hpp"
+#include "simulation/backends/step_solver.hpp"
 #include "simulation/bodies/element_colors.hpp"
 #include "simulation/pbd/contact.hpp"
-#include "simulation/step/make_views.hpp"
+#include "simulation/pbd/tets.hpp"
 #include "tests/simulation/matched.hpp"
 
 /// The seed paper's projections, with its errata.

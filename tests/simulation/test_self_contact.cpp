@@ -3,6 +3,7 @@
 #include <random>
 
 #include "core/error.hpp"
+#include "simulation/backends/host_memory.hpp"
 #include "simulation/contact/candidates.hpp"
 #include "simulation/run/measure.hpp"
 #include "simulation/step/make_views.hpp"
@@ -51,10 +52,14 @@ struct Folds {
     add_wall_self_candidates(scene, x, kReach, found);
     const CandidateSet set = index_candidates(x.size(), found, kReach, false);
     view.contact.near.listed_begin = memory.allocate<int>(x.size());
-    use<double>({memory.store(set.candidates), memory.store(set.owned_begin),
-                 view.contact.near.listed_begin, nullptr, memory.store(x), 1.0,
-                 int(set.candidates.size()), kReach},
-                view);
+    view.contact.candidates = {int(set.candidates.size()),
+                               memory.store(set.candidates),
+                               memory.store(set.owned_begin),
+                               view.contact.near.listed_begin,
+                               nullptr,
+                               memory.store(x),
+                               1.0,
+                               kReach};
     view.contact.near.pairs = memory.allocate<NearPair<double>>(found.size());
     view.contact.near.refs = memory.allocate<ContactRef>(4 * found.size());
     view.contact.near.bounds = memory.allocate<MotionBound<double>>(4 * found.size());
@@ -212,7 +217,7 @@ TEST(SelfContact, NoMotionWithinItsBoundsTakesAWallThroughItself) {
   std::mt19937 random(5);
   std::uniform_real_distribution<double> u(-1.0, 1.0);
   std::vector<Vec3> free = lumen.positions();
-  const int first = lumen.scene.bodies.balloon().count;
+  const int first = lumen.scene.bodies.wall().first;
   for (int round = 0; round < 12; ++round) {
     ASSERT_TRUE(lumen.search());
     for (int v = first; v < lumen.scene.vertex_count(); ++v) {

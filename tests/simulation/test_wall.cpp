@@ -3,7 +3,9 @@
 #include <numbers>
 
 #include "core/units.hpp"
+#include "simulation/backends/host_memory.hpp"
 #include "simulation/step/make_views.hpp"
+#include "simulation/step/sweep_slabs.hpp"
 #include "simulation/step/team.hpp"
 #include "tests/simulation/models.hpp"
 
