@@ -44,7 +44,8 @@ void expect_all_listed(const SimulationModel& model, const SimulationOptions& op
   StepView<double> view = make_view<double>(scene, options, memory);
   view.for_each_array([&](ArrayRole, int count, auto&... arrays) {
     const auto expect_listed = [&](const auto* array) {
-      if (array != nullptr && count > 0) EXPECT_TRUE(memory.take(array, std::size_t(count)));
+      if (array == nullptr || count == 0) return;
+      EXPECT_TRUE(memory.take(array, std::size_t(count)));
     };
     (expect_listed(arrays), ...);
   });
