@@ -263,7 +263,7 @@ bool AdaptiveAir::has_inverted() const {
 
 AirReport AdaptiveAir::take_report() {
   const AirReport result = report_;
-  report_.flip_count = report_.refill_count = report_.rebuild_count = 0;
+  report_.flip_count = report_.rebuild_count = 0;
   return result;
 }
 
@@ -385,11 +385,8 @@ void AdaptiveAir::mend_inverted(bool all) {
 
 bool AdaptiveAir::refill_around(int t) {
   const Refilling anew = air_mesh::refill_around(air_, x_, t);
-  if (anew.fresh.empty() || !put_in_place(anew.old.data(), int(anew.old.size()), anew.fresh.data(),
-                                          int(anew.fresh.size())))
-    return false;
-  ++report_.refill_count;
-  return true;
+  return !anew.fresh.empty() && put_in_place(anew.old.data(), int(anew.old.size()),
+                                             anew.fresh.data(), int(anew.fresh.size()));
 }
 
 std::vector<int> AdaptiveAir::inverted_around(int t) const {
@@ -452,8 +449,7 @@ void AdaptiveAir::remove_points() {
     const std::vector<int> star = star_of(air_, point.tet, int(surface_count_ + i));
     std::vector<Tet> filling = refill(air_, x_, star, kMostSteps, int(surface_count_ + i));
     if (filling.empty()) continue;
-    if (put_in_place(star.data(), int(star.size()), filling.data(), int(filling.size())))
-      ++report_.refill_count;
+    put_in_place(star.data(), int(star.size()), filling.data(), int(filling.size()));
   }
   improve();
 }

@@ -14,7 +14,6 @@ struct AirReport {
   int inverted_count = 0;   ///< tets without a positive volume
   double min_volume = 0.0;  ///< [mm^3]; 0 without tets
   int flip_count = 0;       ///< edges and faces removed
-  int refill_count = 0;     ///< hollows filled anew
   int point_count = 0;      ///< points in the air
   int rebuild_count = 0;    ///< whole meshes built anew
 };

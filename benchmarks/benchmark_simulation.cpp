@@ -50,7 +50,7 @@ void contact_detection(benchmark::State& state) {
   const SimulationModel model = model_with_wall(int(state.range(0)));
   const detail::Scene scene = detail::make_scene(model, {});
   std::vector<Vec3> x = scene.start;  // the balloon blown up to the throat
-  for (int v = 0; v < scene.balloon_count; ++v) {
+  for (int v = 0; v < scene.bodies.balloon().count; ++v) {
     x[std::size_t(v)].x *= 1.8;
     x[std::size_t(v)].y *= 1.8;
   }

@@ -382,7 +382,7 @@ Pressed by_the_step(const SimulationModel& model, const SimulationOptions& optio
 Pressed by_newton(const SimulationModel& model, const SimulationOptions& options,
                   const std::vector<double>& areas) {
   const double pressure = units::pascal_from_atm(options.inflation.peak_pressure_atm);
-  const detail::MembraneTerm skin(detail::skin_law(options.balloon), model.balloon.triangles,
+  const detail::MembraneTerm skin(detail::membrane_law(options.balloon), model.balloon.triangles,
                                   model.balloon_rest, options.balloon.wall_mm);
   const ChannelTerm channel(kHalf, options.contact_distance_mm,
                             detail::barrier_stiffness(pressure, options.contact_distance_mm),

@@ -146,10 +146,10 @@ void free_balloon(ResultTable& results) {
   tight.tolerance = 1e-5;
   tight.sweeps = 300;
   const Scene scene = make_scene(model, options);
-  const Course exact = best_of(1, scene, model, tight, false, Precision::twofold, 0);
+  const Course exact = best_of(1, scene, model, tight, false, Precision::double_, 0);
   results.section("The paper's balloon, free");
   results.paragraph(formatted("%d vertices, %zu triangles, %zu colours: 0 to 0.48 MPa.",
-                              scene.balloon_count, scene.balloon_triangles.size(),
+                              scene.bodies.balloon().count, scene.balloon_triangles.size(),
                               scene.balloon_color_begin.size() - 1));
   if (has_gpu()) {
     options.tolerance = 0.005;
@@ -164,7 +164,7 @@ void free_balloon(ResultTable& results) {
   results.columns({"backend", "precision", "tolerance", "frames/s", "sweeps a frame", "us a sweep",
                    "worst lag of the diameter %"});
   for (const double tolerance : {0.02, 0.005, 0.001})
-    for (const Precision precision : {Precision::single, Precision::twofold})
+    for (const Precision precision : {Precision::single, Precision::double_})
       for (const int threads : {1, 2, 0}) {
         const bool gpu = threads == 0;
         if (gpu && !has_gpu()) continue;
@@ -184,7 +184,7 @@ void free_balloon(ResultTable& results) {
 double bytes_per_sweep(const Scene& scene, std::size_t real) {
   const double corner = double(sizeof(CornerLink) + 7 * real);
   const double vertex = double(2 * 3 * real + 3 * real + real + sizeof(int) + 2 * 11 * real);
-  return corner * double(scene.corners.size()) + vertex * scene.balloon_count;
+  return corner * double(scene.corners.size()) + vertex * scene.bodies.balloon().count;
 }
 
 double seconds_per_sweep(StepSolver& solver, const SimulationOptions& options, int sweeps) {
@@ -221,7 +221,7 @@ void sizes(ResultTable& results) {
       const int sweeps = std::max(5, gpu ? 400 / scale : 60 / (scale * scale));
       const double seconds = seconds_per_sweep(*solver, options, sweeps);
       results.row({std::to_string(scene.balloon_triangles.size()),
-                   std::to_string(scene.balloon_count),
+                   std::to_string(scene.bodies.balloon().count),
                    std::to_string(scene.balloon_color_begin.size() - 1),
                    way == 0   ? "CPU, 2 threads"
                    : way == 1 ? "CUDA, one block"
@@ -282,7 +282,7 @@ void print_split(const WallCase& c, const SimulationModel& model, const Simulati
   const auto ms = [&](double seconds) { return 1e3 * seconds / frames; };
   const double inside = times.search + times.refresh + times.balloon + times.wall + times.rest;
   std::vector<std::string> row{c.name,
-                               std::to_string(scene.wall_count),
+                               std::to_string(scene.bodies.wall().count),
                                backend_name(gpu ? 0 : threads),
                                formatted("%.1f", frames / whole),
                                formatted("%.1f", double(sweeps) / frames),
@@ -491,17 +491,17 @@ constexpr double kNudge = 1e-9;
 void compare(const std::string& name, const SimulationModel& model,
              const SimulationOptions& options, ResultTable& results) {
   const Frames single = frames_of(model, options, false, Precision::single);
-  const Frames twofold = frames_of(model, options, false, Precision::twofold);
+  const Frames twofold = frames_of(model, options, false, Precision::double_);
   report_difference(name + "CPU float, CPU double", single, twofold, results);
   SimulationModel nudged = model;
   for (std::size_t v = 0; v < model.balloon.vertices.size(); v += 2)
     if (model.balloon_fixed[v] == 0) nudged.balloon.vertices[v].x += kNudge;
   report_difference(name + "CPU double, start moved by 1e-9 mm", twofold,
-                    frames_of(nudged, options, false, Precision::twofold), results);
+                    frames_of(nudged, options, false, Precision::double_), results);
   if (!has_gpu()) return;
   const Frames gpu = frames_of(model, options, true, Precision::single);
   const Frames again = frames_of(model, options, true, Precision::single);
-  const Frames gpu_twofold = frames_of(model, options, true, Precision::twofold);
+  const Frames gpu_twofold = frames_of(model, options, true, Precision::double_);
   report_difference(name + "CUDA float, run again", gpu, again, results);
   report_difference(name + "CPU float, CUDA float", single, gpu, results);
   report_difference(name + "CPU double, CUDA double", twofold, gpu_twofold, results);
@@ -560,7 +560,7 @@ void cloth(ResultTable& results) {
   results.columns({"triangles", "vertices", "paper", "vbd, widest packs", "vbd, 8 lanes"});
   for (const int cells : {50, 100, 200}) {
     options.cells = cells;
-    const double paper = cloth_step<PaperSolver>(options, [](PaperSolver& s) { s.step({}, {}); });
+    const double paper = cloth_step<PbdSolver>(options, [](PbdSolver& s) { s.step({}, {}); });
     double vbd[2];
     for (const int lanes : {8, 0})
       vbd[lanes / 8] = cloth_step<SheetSolver>(options, [&](SheetSolver& s) {

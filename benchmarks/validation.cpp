@@ -45,7 +45,7 @@ struct Worst {
   int not_finite = 0;
 };
 
-void turn_check(const testing::Element<double>& t, const SkinLaw<double>& law, double size,
+void turn_check(const testing::Element<double>& t, const MembraneLaw<double>& law, double size,
                 const testing::Whole<double>& at, Worst& worst) {
   const double c = std::cos(1.1), s = std::sin(1.1);
   const auto turned = [&](const Vec3& p) {
@@ -77,7 +77,7 @@ void check_triangle(double l1, double l2, double aspect, unsigned seed, Worst& w
           (std::abs(std::max(l1, l2) - 1.0) < 1e-4 || std::abs(std::min(l1, l2) - width) < 1e-4))
         continue;
       const auto numeric = testing::differences(t, testing::law_of<long double>(relaxed, fibres));
-      const SkinLaw<double> law = testing::law_of<double>(relaxed, fibres);
+      const MembraneLaw<double> law = testing::law_of<double>(relaxed, fibres);
       const auto at = testing::whole(t, int(seed % 3), law);
       if (!at.gradient.allFinite() || !at.hessian.allFinite()) ++worst.not_finite;
       const double force =

@@ -34,8 +34,8 @@ double contact_scale(double nominal_diameter_mm);
 SimulationOptions options_by_size();
 
 /// The same options with each field that options_by_size() leaves at 0, and that still is, filled
-/// in: the skin's wall, the peak pressure (nominal) and the rated one, the contact distance, and
-/// the adhesive film with its gaps. The film's traction falls as its gaps grow, as capillary
+/// in: the membrane's wall, the peak pressure (nominal) and the rated one, the contact distance,
+/// and the adhesive film with its gaps. The film's traction falls as its gaps grow, as capillary
 /// pressure does.
 SimulationOptions sized(SimulationOptions options, double nominal_diameter_mm);
 

@@ -65,7 +65,7 @@ class Puller {
         rest_(rest),
         law_{units::pascal_from_megapascal(options.c1_mpa),
              units::pascal_from_megapascal(options.c2_mpa)},
-        skin_({law_, {}, false}, rest.triangles, rest.vertices, options.thickness_mm),
+        membrane_({law_, {}, false}, rest.triangles, rest.vertices, options.thickness_mm),
         fixed_(rest.vertices.size(), kFixedZ),
         x_(rest.vertices) {
     const auto row = std::size_t(options.cells) + 1;
@@ -88,7 +88,7 @@ class Puller {
       state.iterations = descend();
       options.most_iterations = 0;  // measures the residual
     }
-    const NewtonResult result = minimize({&skin_}, fixed_, x_, options);
+    const NewtonResult result = minimize({&membrane_}, fixed_, x_, options);
     state.stretch = stretch;
     state.positions = x_;
     state.thickness_mm = thickness(rest_, x_, options_.thickness_mm);
@@ -126,7 +126,7 @@ class Puller {
   const ClothOptions& options_;
   const TriangleMesh& rest_;
   MooneyRivlin<double> law_;
-  MembraneTerm skin_;
+  MembraneTerm membrane_;
   std::vector<char> fixed_;
   std::vector<Vec3> x_;
   std::array<std::size_t, 4> corners_{};

@@ -40,17 +40,17 @@ double mean_radius(const Capsule& capsule, const std::vector<Vec3>& x) {
 }
 
 // Thickness and stress of the triangles on both sides of the middle ring, by area.
-void measure_skin(const Capsule& capsule, const MembraneTerm& skin, const std::vector<Vec3>& x,
-                  double wall, InflationPoint& point) {
+void measure_membrane(const Capsule& capsule, const MembraneTerm& membrane,
+                      const std::vector<Vec3>& x, double wall, InflationPoint& point) {
   double whole = 0.0, thickness = 0.0, stress = 0.0;
   const int first = capsule.middle_ring * capsule.around, last = first + capsule.around;
-  for (std::size_t t = 0; t < capsule.skin.size(); ++t) {
-    const Triangle& corner = capsule.skin[t];
+  for (std::size_t t = 0; t < capsule.membrane.size(); ++t) {
+    const Triangle& corner = capsule.membrane[t];
     if (std::none_of(corner.begin(), corner.end(), [&](int v) { return v >= first && v < last; }))
       continue;
     const Vec3& a = x[std::size_t(corner[0])];
     const double area = norm(cross(x[std::size_t(corner[1])] - a, x[std::size_t(corner[2])] - a));
-    const SkinStress<double> here = skin.stress(t, x);
+    const MembraneStress<double> here = membrane.stress(t, x);
     whole += area;
     thickness += area * wall * here.thickness_ratio;
     stress += area * here.stress[0];
@@ -61,17 +61,17 @@ void measure_skin(const Capsule& capsule, const MembraneTerm& skin, const std::v
 
 InflationPoint measure(const FreeBalloon& balloon, const Capsule& capsule, const FreeState& state) {
   const double lengths = balloon.length_mm / capsule.length;
-  const MembraneTerm skin = skin_of(balloon, capsule);
+  const MembraneTerm membrane = membrane_of(balloon, capsule);
   InflationPoint point;
   point.pressure_atm = units::atm_from_pascal(state.pressure);
   point.volume_mm3 = smooth_volume(balloon, capsule) * state.volume;
-  point.energy_mj = 1e-6 * lengths * skin.value(state.x);
+  point.energy_mj = 1e-6 * lengths * membrane.value(state.x);
   point.residual = state.residual;
   point.converged = state.converged;
   point.length_mm = lengths * (mean_z(capsule, state.x, capsule.last_ring) -
                                mean_z(capsule, state.x, capsule.first_ring));
   point.diameter_mm = 2.0 * mean_radius(capsule, state.x) / capsule.circle_factor;
-  measure_skin(capsule, skin, state.x, balloon.material.wall_mm, point);
+  measure_membrane(capsule, membrane, state.x, balloon.material.wall_mm, point);
   return point;
 }
 

@@ -46,7 +46,8 @@ double nominal_volume(const SimulationModel& model, const Scene& scene, double s
   TriangleMesh rest = model.balloon;
   rest.vertices = model.balloon_rest;
   const double rest_volume = enclosed_volume(rest);
-  if (scene.skin.relaxed || scene.wall_count == 0) return std::max(rest_volume, start_volume);
+  if (scene.membrane.relaxed || scene.bodies.wall().count == 0)
+    return std::max(rest_volume, start_volume);
   const double radius = 2.0 * start_volume / surface_area(model.balloon);  // a tube's
   const double length = start_volume / (units::kPi * radius * radius);
   const double full = std::max(radius, model.reference_radius_mm);
@@ -62,10 +63,11 @@ void add_solid(const Scene& scene, const State& state, SimulationFrame& frame) {
   std::vector<double> plastic;
   for (std::size_t v = 0; v < frame.layered_wall.size(); ++v) {
     frame.layered_wall[std::size_t(scene.solid.caller_vertex[v])] =
-        state.x[std::size_t(scene.balloon_count) + v];
-    if (v < std::size_t(scene.wall_count)) plastic.push_back(fields.vertices[v].plastic_strain);
+        state.x[std::size_t(scene.bodies.wall().first) + v];
+    if (v < std::size_t(scene.bodies.wall().count))
+      plastic.push_back(fields.vertices[v].plastic_strain);
   }
-  frame.plastic_strain = for_caller(scene, scene.balloon_count, plastic);
+  frame.plastic_strain = for_caller(scene, scene.bodies.wall().first, plastic);
 }
 
 void add_state(const SimulationModel& model, const Scene& scene, const State& state, double outside,
@@ -76,16 +78,17 @@ void add_state(const SimulationModel& model, const Scene& scene, const State& st
                                               normalized(model.measure_tangent));
   frame.lumen_mld_mm = lumen_mld(scene, state.x);
   frame.max_penetration_mm = max_penetration(scene, state.x);
-  const int wall = scene.balloon_count;
+  const int wall = scene.bodies.wall().first;
   const auto middle = state.x.begin() + wall;
   frame.balloon = for_caller(scene, 0, std::vector<Vec3>(state.x.begin(), middle));
-  frame.wall = for_caller(scene, wall, std::vector<Vec3>(middle, middle + scene.wall_count));
-  const auto wire = state.x.begin() + scene.rod.first;
+  frame.wall =
+      for_caller(scene, wall, std::vector<Vec3>(middle, middle + scene.bodies.wall().count));
+  const auto wire = state.x.begin() + scene.bodies.guidewire().first;
   if (scene.rod.count > 0) frame.guidewire.assign(wire, wire + scene.rod.count);
-  const SkinState skin = skin_state(scene, state.x);
-  frame.thickness_mm = for_caller(scene, 0, skin.thickness);
-  frame.stretch_1 = for_caller(scene, 0, skin.stretch_1);
-  frame.stretch_2 = for_caller(scene, 0, skin.stretch_2);
+  const MembraneState membrane = membrane_state(scene, state.x);
+  frame.thickness_mm = for_caller(scene, 0, membrane.thickness);
+  frame.stretch_1 = for_caller(scene, 0, membrane.stretch_1);
+  frame.stretch_2 = for_caller(scene, 0, membrane.stretch_2);
   if (scene.solid.levels > 0)
     add_solid(scene, state, frame);
   else

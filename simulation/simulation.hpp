@@ -15,7 +15,7 @@ namespace angio::simulation {
 
 enum class Backend { automatic, cpu, cuda };
 
-/// How the balloon's skin takes compression. `automatic` is `relaxed` where the start shape is
+/// How the balloon's membrane takes compression. `automatic` is `relaxed` where the start shape is
 /// folded (it differs from the rest shape), else `plain`.
 enum class MembraneModel { automatic, plain, relaxed };
 

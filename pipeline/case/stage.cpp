@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "core/error.hpp"
+#include "core/text.hpp"
 #include "pipeline/config/config.hpp"
 
 namespace angio::pipeline {
@@ -22,7 +23,7 @@ Stage parse_stage(std::string_view text) {
   for (int s = 0; s < kStageCount; ++s)
     if (text == kNames[s]) return Stage(s);
   const std::string guess =
-      nearest(text, std::vector<std::string>(std::begin(kNames), std::end(kNames)));
+      guess_name(text, std::vector<std::string>(std::begin(kNames), std::end(kNames)));
   throw Error(ExitCode::usage,
               fmt::format("no stage is called {}{} (the stages: segmentation centerline meshing "
                           "simulation report)",

@@ -3,7 +3,7 @@
 // The solvers of a program that is compiled for several processors (ANGIO_CPU=ANY).
 namespace angio::simulation::detail {
 
-// What step_cpu.cpp and cuda_solver.cpp define for any x86-64, and for x86-64-v3.
+// What cpu_solver.cpp and cuda_solver.cpp define for any x86-64, and for x86-64-v3.
 std::unique_ptr<StepSolver> make_cpu_solver_v1(const Scene&, const SimulationOptions&, Precision,
                                                int);
 std::unique_ptr<StepSolver> make_cpu_solver_v3(const Scene&, const SimulationOptions&, Precision,

@@ -1,6 +1,8 @@
 #include <fstream>
 
-#include "simulation/step/make_views.hpp"
+#include "simulation/backends/host_memory.hpp"
+#include "simulation/backends/solver_base.hpp"
+#include "simulation/step/program.hpp"
 #include "simulation/step/team.hpp"
 
 namespace angio::simulation::detail {
@@ -20,22 +22,14 @@ std::string processor_name() {
 }
 
 template <class Real>
-class CpuSolver final : public StepSolver {
+class CpuSolver final : public SolverBase<Real> {
  public:
   CpuSolver(const Scene& scene, const SimulationOptions& options, int threads)
-      : scene_(scene),
+      : SolverBase<Real>(scene, options, kFramesToLast, false),
         view_(make_view<Real>(scene, options, memory_)),
-        options_(options),
-        rules_(make_rules(scene, options)),
-        plasticity_(plastic_flow<Real>(options.wall)),
-        finder_(scene, options, kFramesToLast, false),
         threads_(threads > 0 ? threads
                              : std::clamp(scene.vertex_count() / kVerticesPerThread, 1,
-                                          omp_get_max_threads())) {
-    if (view_.paper_gas.is_on) gas_ = paper_gas_tets(scene);
-    status_.pressure = outside_pressure(options);
-    status_.volume = balloon_volume(scene, scene.start);
-  }
+                                          omp_get_max_threads())) {}
 
   void run(const Inflator& inflator,
            const std::function<void(int frame, const State& state)>& on_state) override {
@@ -44,58 +38,36 @@ class CpuSolver final : public StepSolver {
     for (int frame = 1; frame < schedule.frame_count(); ++frame) {
       status_.law = schedule.law(frame, status_.pressure * status_.volume, status_.volume);
       if (push_) push(frame);
-      step(rules_);
-      on_state(frame, state());
+      on_state(frame, take_step(rules_));
     }
-  }
-
-  State settle(const GasLaw<double>& law, double tolerance, int most_sweeps) override {
-    StepRules rules = rules_;
-    rules.tolerance = rules.residual = tolerance;
-    rules.rest = 0.0;
-    rules.most_sweeps = rules.later_sweeps = most_sweeps;
-    rules.still = true;
-    status_.law = law;
-    step(rules);
-    return state();
   }
 
   [[nodiscard]] std::string device() const override { return processor_name(); }
 
-  // A tet that stays keeps its viscous item.
-  void set_air(const std::vector<Tet>& air) override {
-    PaperContact<Real>& paper = view_.paper;
-    if (!paper.is_on || air.empty()) return;
-    PaperTets now = paper_tets(scene_, options_, air);
-    triggered_ = kept_items(air_, triggered_, now);
-    air_ = std::move(now);
-    paper.colors = int(air_.color_begin.size()) - 1;
-    paper.color_begin = air_.color_begin.data();
-    paper.tets = air_.vertices.data();
-    paper.balloon_corners = air_.balloon_corners.data();
-    paper.triggered = triggered_.data();
-  }
-
-  void set_push(const Push& push) override { push_ = push; }
+  void set_push(const StepSolver::Push& push) override { push_ = push; }
 
  private:
+  using SolverBase<Real>::scene_;
+  using SolverBase<Real>::rules_;
+  using SolverBase<Real>::status_;
+
   void push(int frame) {
     std::vector<Vec3> velocity(scene_.start.size());
     for (std::size_t v = 0; v < velocity.size(); ++v)
-      velocity[v] = converted<double>(view_.velocity[v]);
-    push_(frame, global(scene_, view_.start, view_.x), velocity);
+      velocity[v] = converted<double>(view_.motion.velocity[v]);
+    push_(frame, global(scene_, view_.motion.start, view_.motion.x), velocity);
     for (std::size_t v = 0; v < velocity.size(); ++v)
-      view_.velocity[v] = converted<Real>(velocity[v]);
+      view_.motion.velocity[v] = converted<Real>(velocity[v]);
   }
 
-  void step(const StepRules& rules) {
-    if (has_pairs<CpuTeam>(view_) && view_.candidates == nullptr) renew_candidates();
+  State take_step(const StepRules& rules) override {
+    if (has_pairs<CpuTeam>(view_) && view_.contact.candidates.list == nullptr) renew_candidates();
     ++frames_lasted_;
     bool done = false;
     do {
       run_on_cpu(threads_, shared_, [&](CpuTeam& team) {
         StepStatus status = status_;
-        const bool ended = run_step(team, view_, rules, plasticity_, status);
+        const bool ended = run_step(team, view_, rules, this->plasticity_, status);
         team.barrier();
         if (!team.leader()) return;
         status_ = status;
@@ -103,73 +75,50 @@ class CpuSolver final : public StepSolver {
       });
       if (!done) renew_candidates();
     } while (!done);
+    return this->state_of(state_view(view_), status_);
   }
 
   void renew_candidates() {
-    set_ = finder_.find(positions(), frames_lasted_);
+    set_ = this->find_candidates(view_.motion.x, frames_lasted_);
     frames_lasted_ = 0;
-    x_candidates_.assign(view_.x, view_.x + scene_.vertex_count());
-    pairs_.resize(set_.candidates.size());
-    refs_.resize(4 * set_.candidates.size());
-    bounds_.resize(4 * set_.candidates.size());
+    const std::size_t count = set_.candidates.size();
+    pairs_.resize(count);
+    refs_.resize(4 * count);
+    bounds_.resize(4 * count);
     listed_begin_.resize(scene_.start.size());
-    use<Real>({set_.candidates.data(), set_.owned_begin.data(), listed_begin_.data(), nullptr,
-               x_candidates_.data(), Real(set_.reach), int(set_.candidates.size()),
-               Real(set_.skin_reach)},
-              view_);
-    view_.pairs = pairs_.data();
-    view_.listed_begin = listed_begin_.data();
-    view_.refs = refs_.data();
-    view_.bounds = bounds_.data();
+    NearPairView<Real>& near = view_.contact.near;
+    near.pairs = pairs_.data();
+    near.listed_begin = listed_begin_.data();
+    near.refs = refs_.data();
+    near.bounds = bounds_.data();
+    view_.contact.candidates = {
+        int(count), set_.candidates.data(),     set_.owned_begin.data(),  near.listed_begin,
+        nullptr,    this->x_candidates_.data(), Real(set_.search_radius), Real(set_.self_radius)};
   }
 
-  // Relative to the origin.
-  std::vector<Vec3> positions() const {
-    std::vector<Vec3> x(scene_.start.size());
-    for (std::size_t v = 0; v < x.size(); ++v) x[v] = converted<double>(view_.x[v]);
-    return x;
+  std::vector<char> viscous_items(std::size_t) override { return viscous_items_; }
+
+  void use_tets(const PbdTets& tets, std::vector<char> viscous_items) override {
+    viscous_items_ = std::move(viscous_items);
+    PbdContact<Real>& contact = view_.pbd.contact;
+    contact.tet_count = int(tets.balloon_corners.size());
+    contact.colors = int(tets.color_begin.size()) - 1;
+    contact.color_begin = tets.color_begin.data();
+    contact.tets = tets.vertices.data();
+    contact.balloon_corners = tets.balloon_corners.data();
+    contact.triggered = viscous_items_.data();
   }
 
-  State state() const {
-    State state;
-    state.x = global(scene_, view_.start, view_.x);
-    for (int c = 0; c < view_.cluster_count; ++c)
-      state.plastic.push_back(converted<double>(view_.cluster_plastic[c]));
-    for (int i = 0; view_.cluster_plastic_modes && i < view_.cluster_count * kShapeModes; ++i)
-      state.plastic_modes.push_back(converted<double>(view_.cluster_plastic_modes[i]));
-    for (int i = 0; i < view_.wall_count; ++i)
-      state.contact_pressure.push_back(double(view_.contact_pressure[i]));
-    for (int p = 0; p < kWedgePoints * view_.wedge_count; ++p) {
-      state.solid_points.push_back(converted<double>(view_.solid_points[p]));
-      state.solid_plastic_strain.push_back(double(view_.solid_plastic_strain[p]));
-    }
-    state.pressure = view_.paper_gas.is_on ? mean_tet_pressure(gas_, status_.tet_growth,
-                                                               outside_pressure(options_), state.x)
-                                           : status_.pressure;
-    state.volume = status_.volume;
-    state.report = status_.report;
-    return state;
-  }
-
-  const Scene& scene_;
   HostMemory memory_;
   StepView<Real> view_;
-  SimulationOptions options_;
-  PaperGasTets gas_;  // of the paper's gas
-  PaperTets air_;     // of the paper's contact, once the mesh has followed
-  std::vector<char> triggered_;
-  StepRules rules_;
-  PlasticFlow<Real> plasticity_;
-  CandidateFinder finder_;
+  std::vector<char> viscous_items_;  // of the reference method's tets, once the air has followed
   CandidateSet set_;
   int frames_lasted_ = 0;
-  std::vector<Vec3T<Real>> x_candidates_;
   std::vector<NearPair<Real>> pairs_;
   std::vector<int> listed_begin_;
   std::vector<ContactRef> refs_;
   std::vector<MotionBound<Real>> bounds_;
-  StepStatus status_;
-  Push push_;
+  StepSolver::Push push_;
   CpuTeam::Shared shared_;
   int threads_;
 };

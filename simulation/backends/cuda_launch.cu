@@ -9,8 +9,9 @@ namespace {
 /// what the paper projects have theirs, which need many.
 template <class Real>
 Extent extent_of(const StepView<Real>& view) {
-  if (view.columns.levels > 0 || view.paper.is_on || view.paper_gas.is_on) return Extent::solids;
-  return view.wall_count == 0 && view.rod.shape.count == 0 && !(view.self_distance > Real(0))
+  if (view.layered.columns.levels > 0 || view.pbd.is_on()) return Extent::solids;
+  return view.bodies.wall().count == 0 && view.guidewire.shape.count == 0 &&
+                 !(view.contact.law.self_distance > Real(0))
              ? Extent::alone
              : Extent::surroundings;
 }
@@ -34,8 +35,8 @@ int threads_at_work(const StepView<Real>& view) {
   using Alone = GridTeam<Real, Extent::alone>;
   using Beside = GridTeam<Real, Extent::surroundings>;
   using Solids = GridTeam<Real, Extent::solids>;
-  const int balloon = view.balloon_count / std::max(1, view.balloon_colors),
-            wall = view.wall_count / std::max(1, view.wall_colors);
+  const int balloon = view.bodies.balloon().count / std::max(1, view.balloon.mesh.colors),
+            wall = view.bodies.wall().count / std::max(1, view.wall.mesh.colors);
   switch (extent_of(view)) {
     case Extent::alone:
       return balloon * Alone::kBalloonLanes;
@@ -73,7 +74,7 @@ CudaShape cuda_shape(const StepView<Real>& view, int device) {
   int shared = 0;
   cudaDeviceGetAttribute(&shared, cudaDevAttrMaxSharedMemoryPerBlockOptin, device);
   const bool fits = block_bytes(view) + sizeof(BlockShared) <= std::size_t(shared);
-  return cuda_shape(view, device, !fits || view.balloon_count > kMostForOneBlock);
+  return cuda_shape(view, device, !fits || view.bodies.balloon().count > kMostForOneBlock);
 }
 
 template <class Real>

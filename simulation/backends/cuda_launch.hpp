@@ -5,20 +5,16 @@
 #include "simulation/run/schedule.hpp"
 #include "simulation/step/program.hpp"
 
-/// Launching step_program.hpp on a GPU. Only step_cuda.cu and cuda_solver.cpp include this.
+/// Launching program.hpp on a GPU. Only cuda_launch.cu and cuda_solver.cpp include this.
 namespace angio::simulation::detail {
 
-/// What a launch leaves of its frames, shapes [frame_count, ...]. Status and positions have a place
-/// more, for the state that it ends with.
+/// What a launch leaves of its frames. Each array of `state` holds one frame after the other; its
+/// count is that of one frame.
 template <class Real>
 struct CudaFrames {
-  StepStatus* status = nullptr;
-  Vec3T<Real>* x = nullptr;              ///< [vertex]
-  Real* contact_pressure = nullptr;      ///< [wall vertex]
-  Mat3T<Real>* plastic = nullptr;        ///< [cluster]
-  Vec3T<Real>* plastic_modes = nullptr;  ///< [cluster][kShapeModes]
-  SolidPoint<Real>* solid_points = nullptr;
-  Real* solid_plastic_strain = nullptr;  ///< [solid point]
+  StateView<Real> state;
+  StepStatus* status = nullptr;  ///< [frame + 1], at last that which the launch ends with
+  Vec3T<Real>* end_x = nullptr;  ///< positions that the launch ends with
 };
 
 /// Some frames in one launch, from where the last launch has ended: it may have halted within a

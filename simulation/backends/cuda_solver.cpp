@@ -1,9 +1,9 @@
 #include <algorithm>
 #include <array>
 
-#include "simulation/backends/cuda_launch.hpp"
-#include "simulation/backends/device_memory.hpp"
-#include "simulation/step/make_views.hpp"
+#include "simulation/backends/cuda_uploads.hpp"
+#include "simulation/backends/solver_base.hpp"
+#include "simulation/step/bounded_motion.hpp"
 
 namespace angio::simulation::detail {
 namespace {
@@ -12,9 +12,10 @@ namespace {
 // between launches.
 constexpr int kFreeFrames = 16, kWallFrames = 2;
 // Launches that run or wait, so that the device goes on while new candidates are found. With the
-// paper's contact there is one, of one frame: the next frame projects the tets that it leaves.
+// reference method's contact there is one, of one frame: the next frame projects the tets that it
+// leaves.
 constexpr int kLaunches = 5;
-// New candidates are found once balloon and wall have used this share of the room that the last
+// New candidates are found once bodies have used this share of the free move that the last
 // ones leave.
 constexpr double kUsed = 0.65;
 constexpr int kLeastCapability = 75;
@@ -44,109 +45,28 @@ std::string name_of(int device) {
   return properties.name;
 }
 
-/// A set of candidates on the device.
 template <class Real>
-class CandidateUpload {
- public:
-  CandidateView<Real> send(const CandidateSet& set, const std::vector<Vec3T<Real>>& x,
-                           cudaStream_t stream) {
-    return {candidates_.send(set.candidates, stream),
-            owned_begin_.send(set.owned_begin, stream),
-            ref_begin_.send(set.ref_begin, stream),
-            refs_.send(set.refs, stream),
-            x_.send(x, stream),
-            Real(set.reach),
-            int(set.candidates.size()),
-            Real(set.skin_reach)};
-  }
-
- private:
-  Upload<Candidate> candidates_;
-  Upload<int> owned_begin_, ref_begin_;
-  Upload<ContactRef> refs_;
-  Upload<Vec3T<Real>> x_;
-};
-
-/// What a step makes of its candidates.
-template <class Real>
-struct PairMemory {
-  Upload<NearPair<Real>> pairs;
-  Upload<int> pair_of;
-  Upload<ContactRef> refs;
-  Upload<MotionBound<Real>> bounds;
-
-  void hold(const CandidateSet& set, cudaStream_t stream, StepView<Real>& view) {
-    if (set.candidates.size() > size_) {
-      check(cudaStreamSynchronize(stream), "working");  // the old arrays are in use until then
-      size_ = set.candidates.size();
-    }
-    pairs.reserve(size_);
-    pair_of.reserve(size_);
-    refs.reserve(4 * size_);
-    bounds.reserve(4 * size_);
-    view.pairs = pairs.data();
-    view.pair_of = pair_of.data();
-    view.refs = refs.data();
-    view.bounds = bounds.data();
-  }
-
- private:
-  std::size_t size_ = 0;
-};
-
-/// The tets of the paper's contact, and whose viscous item has been set.
-template <class Real>
-class PaperUpload {
- public:
-  void send(PaperTets tets, cudaStream_t stream, PaperContact<Real>& paper) {
-    const std::vector<char> kept = kept_items(tets_, items_of(paper), tets);
-    tets_ = std::move(tets);
-    paper.colors = int(tets_.color_begin.size()) - 1;
-    paper.color_begin = color_begin_.send(tets_.color_begin, stream);
-    paper.tets = vertices_.send(tets_.vertices, stream);
-    paper.balloon_corners = corners_.send(tets_.balloon_corners, stream);
-    paper.triggered = triggered_.send(kept, stream);
-  }
-
- private:
-  [[nodiscard]] std::vector<char> items_of(const PaperContact<Real>& paper) const {
-    std::vector<char> items(tets_.balloon_corners.size());
-    if (!items.empty())
-      check(cudaMemcpy(items.data(), paper.triggered, items.size(), cudaMemcpyDeviceToHost),
-            "copying results");
-    return items;
-  }
-
-  PaperTets tets_;
-  Upload<int> color_begin_, vertices_, corners_;
-  Upload<char> triggered_;
-};
-
-template <class Real>
-class CudaSolver final : public StepSolver {
+class CudaSolver final : public SolverBase<Real> {
  public:
   CudaSolver(const Scene& scene, const SimulationOptions& options, Spread spread)
-      : scene_(scene),
-        options_(options),
+      : SolverBase<Real>(scene, options, (kLaunches + 2) * kWallFrames, true),
         device_(use_device()),
-        finder_(scene, options, (kLaunches + 2) * kWallFrames),
-        start_(local<Real>(scene, scene.start)),
-        frames_(is_projected() ? 1
-                : touches()    ? kWallFrames
-                               : kFreeFrames) {
-    program_.view = make_view<Real>(scene, options, memory_);
-    if (program_.view.paper_gas.is_on) gas_ = paper_gas_tets(scene);
-    program_.rules = make_rules(scene, options);
-    program_.plasticity = plastic_flow<Real>(options.wall);
+        is_projected_(projects_contact(scene, options)),
+        frames_(is_projected_ ? 1
+                : touches()   ? kWallFrames
+                              : kFreeFrames) {
+    StagingMemory staging;
+    program_.view = upload(make_view<Real>(scene, options, staging), memory_);
+    program_.rules = rules_;
+    program_.plasticity = this->plasticity_;
     program_.status = memory_.allocate<StepStatus>(1);
     program_.sums = memory_.allocate<char>(kCudaSumBytes);
     inflator_ = memory_.allocate<Inflator>(1);
-    status_.pressure = outside_pressure(options);
-    status_.volume = balloon_volume(scene, scene.start);
     shape_ = spread == Spread::automatic
                  ? cuda_shape(program_.view, device_)
                  : cuda_shape(program_.view, device_, spread == Spread::grid);
-    for (int b = 0; b < launches(); ++b) make_batch(batches_[std::size_t(b)]);
+    for (int b = 0; b < launches(); ++b)
+      batches_[std::size_t(b)].frames.reserve(frames_, state_view(program_.view), memory_);
     check(cudaDeviceSynchronize(), "copying the scene");
   }
 
@@ -159,7 +79,7 @@ class CudaSolver final : public StepSolver {
     send_status();
     check(cudaMemcpyAsync(inflator_, &inflator, sizeof inflator, cudaMemcpyHostToDevice, stream_),
           "working");
-    if (touches()) renew_candidates(start_, 0);
+    if (touches()) renew_candidates(this->start_.data(), 0);
     if (!runs_ahead()) on_state(0, start_state(scene_, status_.pressure));
     for (int b = 0; b < launches(); ++b) submit(program, batches_[std::size_t(b)], frames_);
     if (runs_ahead()) on_state(0, start_state(scene_, status_.pressure));
@@ -169,15 +89,16 @@ class CudaSolver final : public StepSolver {
       Batch& batch = batches_[std::size_t(turn)];
       turn = (turn + 1) % launches();
       check(cudaEventSynchronize(batch.copied), "solving");
-      const StepStatus& end = status_of(batch, frames_);
+      const StepStatus& end = batch.frames.status(frames_);
       const int ended = end.stage == StepStage::begin ? end.frame : end.frame - 1;
       begun_with_set += ended - frame;
       if (touches() && ((end.halted && batch.set == set_count_) || used_up(batch))) {
-        renew_candidates(positions_of(batch, frames_), begun_with_set);
+        renew_candidates(batch.frames.end_x(), begun_with_set);
         begun_with_set = 0;
       }
       std::vector<State> states;
-      for (int k = 0; k < ended - frame; ++k) states.push_back(state_of(batch, k));
+      for (int k = 0; k < ended - frame; ++k)
+        states.push_back(this->state_of(batch.frames.state(k), batch.frames.status(k)));
       if (runs_ahead() && ended < program.last_frame) submit(program, batch, frames_);
       for (const State& state : states) on_state(++frame, state);
       if (!runs_ahead() && ended < program.last_frame) submit(program, batch, frames_);
@@ -186,75 +107,50 @@ class CudaSolver final : public StepSolver {
     copies_.wait("solving");
   }
 
-  State settle(const GasLaw<double>& law, double tolerance, int most_sweeps) override {
-    CudaProgram<Real> program = program_;
-    program.rules.tolerance = program.rules.residual = tolerance;
-    program.rules.rest = 0.0;
-    program.rules.most_sweeps = program.rules.later_sweeps = most_sweeps;
-    program.rules.still = true;
-    program.last_frame = 1;
-    status_.law = law;
-    status_.frame = 0;
-    send_status();
-    submit(program, batches_[0], 1);
-    copies_.wait("solving");
-    status_ = status_of(batches_[0], 0);
-    return state_of(batches_[0], 0);
-  }
-
-  // Are frames computed before the last ones are handed out?
-  [[nodiscard]] bool runs_ahead() const { return !is_projected(); }
-
-  // Between two launches: nothing runs.
-  void set_air(const std::vector<Tet>& air) override {
-    if (!program_.view.paper.is_on || air.empty()) return;
-    paper_.send(paper_tets(scene_, options_, air), stream_, program_.view.paper);
-  }
-
   [[nodiscard]] std::string device() const override { return name_of(device_); }
 
  private:
-  using Vec = Vec3T<Real>;
-  using Mat = Mat3T<Real>;
+  using SolverBase<Real>::scene_;
+  using SolverBase<Real>::rules_;
+  using SolverBase<Real>::status_;
 
-  // Where the frames of a launch end up, on the device and here.
   struct Batch {
-    CudaFrames<Real> device;
-    PinnedBlock status, x, contact_pressure, plastic, plastic_modes, points, strain;
+    FrameMemory<Real> frames;
     Event computed, copied;
     int set = 0;  // of candidates that it uses
   };
 
-  [[nodiscard]] bool is_projected() const {
-    return options_.contact_model == ContactModel::paper && scene_.wall_count > 0;
-  }
-  [[nodiscard]] int launches() const { return is_projected() ? 1 : kLaunches; }
+  // Are frames computed before the last ones are handed out?
+  [[nodiscard]] bool runs_ahead() const { return !is_projected_; }
+  [[nodiscard]] int launches() const { return is_projected_ ? 1 : kLaunches; }
   [[nodiscard]] bool touches() const {
-    return (scene_.wall_count > 0 && !is_projected()) || scene_.rod.count > 0 ||
+    return (scene_.bodies.wall().count > 0 && !is_projected_) || scene_.rod.count > 0 ||
            scene_.self_distance > 0.0;
   }
-  [[nodiscard]] std::size_t clusters() const { return std::size_t(program_.view.cluster_count); }
-  [[nodiscard]] std::size_t modes() const {
-    return program_.view.entry_modes ? clusters() * kShapeModes : 0;
-  }
-  [[nodiscard]] std::size_t points() const { return scene_.solid.model.points.size(); }
 
-  template <class Value>
-  void make_place(std::size_t count, Value*& device, PinnedBlock& host) {
-    const std::size_t size = std::size_t(frames_ + 1) * count;
-    device = memory_.allocate<Value>(size);
-    host = PinnedBlock(size * sizeof(Value));
+  State take_step(const StepRules& rules) override {
+    CudaProgram<Real> program = program_;
+    program.rules = rules;
+    program.last_frame = 1;
+    status_.frame = 0;
+    send_status();
+    submit(program, batches_[0], 1);
+    copies_.wait("solving");
+    status_ = batches_[0].frames.status(0);
+    return this->state_of(batches_[0].frames.state(0), status_);
   }
 
-  void make_batch(Batch& batch) {
-    make_place(1, batch.device.status, batch.status);
-    make_place(scene_.start.size(), batch.device.x, batch.x);
-    make_place(std::size_t(scene_.wall_count), batch.device.contact_pressure,
-               batch.contact_pressure);
-    make_place(clusters(), batch.device.plastic, batch.plastic);
-    make_place(modes(), batch.device.plastic_modes, batch.plastic_modes);
-    make_place(points(), batch.device.solid_points, batch.points);
-    make_place(points(), batch.device.solid_plastic_strain, batch.strain);
+  // Between two launches: nothing runs.
+  std::vector<char> viscous_items(std::size_t count) override {
+    std::vector<char> items(count);
+    if (count > 0)
+      check(cudaMemcpy(items.data(), program_.view.pbd.contact.triggered, count,
+                       cudaMemcpyDeviceToHost),
+            "copying results");
+    return items;
+  }
+  void use_tets(const PbdTets& tets, std::vector<char> viscous_items) override {
+    pbd_.send(tets, viscous_items, stream_, program_.view.pbd.contact);
   }
 
   void send_status() {
@@ -263,120 +159,60 @@ class CudaSolver final : public StepSolver {
         "working");
   }
 
-  template <class Value>
-  void bring(const PinnedBlock& to, const Value* from, std::size_t count) {
-    if (count == 0) return;
-    check(cudaMemcpyAsync(to.as<Value>(), from, count * sizeof(Value), cudaMemcpyDeviceToHost,
-                          copies_),
-          "copying results");
-  }
-
   // Launches frames and, once they are computed, their way back.
   void submit(CudaProgram<Real> program, Batch& batch, int frame_count) {
     program.view = program_.view;
     program.frame_count = frame_count;
-    program.frames = batch.device;
+    program.frames = batch.frames.device();
     batch.set = set_count_;
     check(launch(program, shape_, stream_), "being given work");
     check(cudaEventRecord(batch.computed, stream_), "working");
     check(cudaStreamWaitEvent(copies_, batch.computed, 0), "working");
-    const std::size_t count = std::size_t(frame_count);
-    bring(batch.status, batch.device.status, count + 1);
-    bring(batch.x, batch.device.x, (count + 1) * scene_.start.size());
-    bring(batch.contact_pressure, batch.device.contact_pressure,
-          count * std::size_t(scene_.wall_count));
-    bring(batch.plastic, batch.device.plastic, count * clusters());
-    bring(batch.plastic_modes, batch.device.plastic_modes, count * modes());
-    bring(batch.points, batch.device.solid_points, count * points());
-    bring(batch.strain, batch.device.solid_plastic_strain, count * points());
+    batch.frames.bring(frame_count, copies_);
     check(cudaEventRecord(batch.copied, copies_), "working");
   }
 
   // Candidates at positions that the device has left behind by some launches. The sets that the
   // waiting launches use stay as they are.
-  void renew_candidates(const std::vector<Vec>& x, int lasted) {
-    std::vector<Vec3> points(x.size());
-    for (std::size_t v = 0; v < x.size(); ++v) points[v] = converted<double>(x[v]);
-    const CandidateSet set = finder_.find(points, lasted);
-    pairs_.hold(set, stream_, program_.view);
-    use(sets_[std::size_t(set_count_) % sets_.size()].send(set, x, stream_), program_.view);
+  void renew_candidates(const Vec3T<Real>* x, int lasted) {
+    const CandidateSet set = this->find_candidates(x, lasted);
+    ContactView<Real>& contact = program_.view.contact;
+    pairs_.hold(set, stream_, contact.near);
+    contact.candidates =
+        sets_[std::size_t(set_count_) % sets_.size()].send(set, this->x_candidates_, stream_);
     ++set_count_;
-    x_candidates_ = x;
-    const double travel = most_travel(scene_) * double(program_.view.contact_distance);
-    room_ = set.reach - double(program_.view.contact_range) - 2.0 * travel;
-    skin_room_ = set.skin_reach - scene_.self_distance - 2.0 * travel;
+    const double move =
+        most_move(scene_.has_folds, scene_.self_distance) * double(contact.law.distance);
+    free_move_ = set.search_radius - double(contact.law.range) - 2.0 * move;
+    free_self_move_ = set.self_radius - scene_.self_distance - 2.0 * move;
   }
 
-  // Have balloon and wall together gone far since the last candidates were found?
+  // Have bodies that may touch moved far since the last candidates were found?
   bool used_up(const Batch& batch) const {
-    const Vec* x = x_of(batch, frames_);
-    double gone[2] = {0.0, 0.0};
-    for (std::size_t v = 0; v < x_candidates_.size(); ++v) {
-      double& side = gone[int(v) < scene_.balloon_count ? 0 : 1];
-      side = std::max(side, double(distance(x[v], x_candidates_[v])));
+    const Vec3T<Real>* x = batch.frames.end_x();
+    double moved[kBodyCount] = {};
+    for (std::size_t v = 0; v < this->x_candidates_.size(); ++v) {
+      double& body = moved[int(scene_.bodies.of(int(v)))];
+      body = std::max(body, double(distance(x[v], this->x_candidates_[v])));
     }
-    return gone[0] + gone[1] > kUsed * room_ ||
-           (scene_.self_distance > 0.0 && 2.0 * std::max(gone[0], gone[1]) > kUsed * skin_room_);
+    return most_of_pairs(moved) > kUsed * free_move_ ||
+           (scene_.self_distance > 0.0 && 2.0 * most_of(moved) > kUsed * free_self_move_);
   }
 
-  static const StepStatus& status_of(const Batch& batch, int k) {
-    return batch.status.template as<StepStatus>()[k];
-  }
-
-  const Vec* x_of(const Batch& batch, int k) const {
-    return batch.x.template as<Vec>() + std::size_t(k) * scene_.start.size();
-  }
-
-  std::vector<Vec> positions_of(const Batch& batch, int k) const {
-    return {x_of(batch, k), x_of(batch, k) + scene_.start.size()};
-  }
-
-  State state_of(const Batch& batch, int k) const {
-    const StepStatus& status = status_of(batch, k);
-    State state;
-    state.x = global(scene_, start_.data(), x_of(batch, k));
-    state.pressure =
-        program_.view.paper_gas.is_on
-            ? mean_tet_pressure(gas_, status.tet_growth, outside_pressure(options_), state.x)
-            : status.pressure;
-    state.volume = status.volume;
-    state.report = status.report;
-    const Mat* plastic = batch.plastic.template as<Mat>() + std::size_t(k) * clusters();
-    for (std::size_t c = 0; c < clusters(); ++c)
-      state.plastic.push_back(converted<double>(plastic[c]));
-    const Vec* mode = batch.plastic_modes.template as<Vec>() + std::size_t(k) * modes();
-    for (std::size_t m = 0; m < modes(); ++m)
-      state.plastic_modes.push_back(converted<double>(mode[m]));
-    const Real* pressure = batch.contact_pressure.template as<Real>() +
-                           std::size_t(k) * std::size_t(scene_.wall_count);
-    state.contact_pressure.assign(pressure, pressure + scene_.wall_count);
-    const auto* point = batch.points.template as<SolidPoint<Real>>() + std::size_t(k) * points();
-    for (std::size_t p = 0; p < points(); ++p)
-      state.solid_points.push_back(converted<double>(point[p]));
-    const Real* strain = batch.strain.template as<Real>() + std::size_t(k) * points();
-    state.solid_plastic_strain.assign(strain, strain + points());
-    return state;
-  }
-
-  const Scene& scene_;
-  const SimulationOptions options_;
   int device_;
   DeviceMemory memory_;
-  CandidateFinder finder_;
-  std::vector<Vec> start_, x_candidates_;
+  bool is_projected_;  // by the reference method's contact
   int frames_;
   CudaProgram<Real> program_;
   CudaShape shape_;
-  StepStatus status_;
   Inflator* inflator_ = nullptr;
   Stream stream_, copies_;
   std::array<Batch, kLaunches> batches_;
   std::array<CandidateUpload<Real>, kLaunches + 1> sets_;
   PairMemory<Real> pairs_;
-  PaperUpload<Real> paper_;
-  PaperGasTets gas_;
+  PbdUpload<Real> pbd_;
   int set_count_ = 0;
-  double room_ = 0.0, skin_room_ = 0.0;
+  double free_move_ = 0.0, free_self_move_ = 0.0;  // till new candidates are needed [mm]
 };
 
 }  // namespace

@@ -10,7 +10,7 @@
 
 #include "core/error.hpp"
 
-/// The GPU's memory, streams and errors. Only cuda_solver.cpp includes this.
+/// The GPU's memory, streams and errors. Of cuda_solver.cpp and cuda_uploads.hpp only.
 namespace angio::simulation::detail {
 
 [[noreturn]] inline void fail(cudaError_t error, const char* doing) {
@@ -79,17 +79,9 @@ class PinnedBlock {
   void* data_ = nullptr;
 };
 
-/// As HostMemory, on the device: taken once, when the solver is made.
+/// Memory on the device: taken once, when the solver is made, and given back with it.
 class DeviceMemory {
  public:
-  template <class Value>
-  Value* store(const std::vector<Value>& values) {
-    Value* data = allocate<Value>(values.size());
-    if (!values.empty())
-      check(cudaMemcpy(data, values.data(), values.size() * sizeof(Value), cudaMemcpyHostToDevice),
-            "copying the scene");
-    return data;
-  }
   template <class Value>
   Value* allocate(std::size_t count) {
     blocks_.emplace_back(count * sizeof(Value));
@@ -129,26 +121,26 @@ class Upload {
  public:
   /// The caller sees to it that the device no longer reads what was sent before.
   Value* send(const std::vector<Value>& values, cudaStream_t stream) {
-    reserve(values.size());
+    Value* sent = hold(values.size());
     if (host_size_ < values.size()) {
       host_ = PinnedBlock(capacity_ * sizeof(Value));
       host_size_ = capacity_;
     }
     const std::size_t bytes = values.size() * sizeof(Value);
-    if (bytes == 0) return data();
+    if (bytes == 0) return sent;
     std::memcpy(host_.as<Value>(), values.data(), bytes);
-    check(cudaMemcpyAsync(data(), host_.as<Value>(), bytes, cudaMemcpyHostToDevice, stream),
+    check(cudaMemcpyAsync(sent, host_.as<Value>(), bytes, cudaMemcpyHostToDevice, stream),
           "copying contacts");
-    return data();
+    return sent;
   }
-  /// @return false if it is large enough already
-  bool reserve(std::size_t size) {
-    if (size <= capacity_) return false;
-    capacity_ = 2 * size;
-    device_ = DeviceBlock(capacity_ * sizeof(Value));
-    return true;
+  /// Has it at least this size. @return the array
+  Value* hold(std::size_t size) {
+    if (size > capacity_) {
+      capacity_ = 2 * size;
+      device_ = DeviceBlock(capacity_ * sizeof(Value));
+    }
+    return device_.as<Value>();
   }
-  [[nodiscard]] Value* data() const { return device_.as<Value>(); }
 
  private:
   std::size_t capacity_ = 0, host_size_ = 0;

@@ -5,39 +5,22 @@
 #include <string>
 #include <vector>
 
-#include "air_mesh/adaptive_air.hpp"
-#include "simulation/bodies/scene.hpp"
+#include "core/tet_mesh.hpp"
+#include "simulation/backends/state.hpp"
 #include "simulation/run/schedule.hpp"
-#include "simulation/step/program.hpp"
 
 namespace angio::simulation::detail {
 
-/// What a frame ends with, in the scene's numbering.
-struct State {
-  std::vector<Vec3> x;                           ///< [mm], shape [vertex]
-  std::vector<Mat3> plastic;                     ///< S^p of the clusters
-  std::vector<Vec3> plastic_modes;               ///< N^p, shape [cluster][kShapeModes]; or empty
-  std::vector<double> contact_pressure;          ///< [Pa], shape [wall vertex]
-  std::vector<SolidPoint<double>> solid_points;  ///< of a layered wall, with what has flowed
-  std::vector<double> solid_plastic_strain;      ///< gathered there
-  double pressure = 0.0;                         ///< absolute [Pa]
-  double volume = 0.0;                           ///< enclosed [mm^3]
-  StepReport report;
-};
-
-State start_state(const Scene& scene, double pressure);
-
-/// Enclosed volume of the balloon [mm^3].
-double balloon_volume(const Scene& scene, const std::vector<Vec3>& x);
-
-enum class Precision { automatic, single, twofold };
+enum class Precision { automatic, single, double_ };
 
 /// Single, unless the rounding of single positions would outweigh the force balance: the noise of
 /// an edge's strain, the spacing of floats across the scene over the edge, against the strain that
 /// the peak pressure asks for, must stay below half the residual that ends the sweeps.
 Precision precision_for(const Scene& scene, const SimulationOptions& options);
 
-/// Takes the steps of a run on one backend: step_program.hpp.
+StepRules make_rules(const Scene& scene, const SimulationOptions& options);
+
+/// Takes the steps of a run on one backend: program.hpp.
 class StepSolver {
  public:
   virtual ~StepSolver() = default;
@@ -54,7 +37,8 @@ class StepSolver {
 
   [[nodiscard]] virtual std::string device() const = 0;
 
-  /// The air mesh as it is after a frame, right-handed, for the paper's contact in the next one.
+  /// The air mesh as it is after a frame, right-handed, for the reference method's contact in the
+  /// next one.
   virtual void set_air(const std::vector<Tet>&) {}
 
   /// A hand on the vertices, for tests: changes the velocities [mm/s] before each step, given the

@@ -10,12 +10,12 @@ class SceneAirBuilder {
  public:
   SceneAirBuilder(const SimulationModel& model, const Scene& scene)
       : balloon_(model.balloon.triangles), wall_(model.wall.triangles) {
-    const auto count = std::size_t(scene.balloon_count + scene.wall_count);
-    balloon_count_ = std::size_t(scene.balloon_count);
+    const auto count = std::size_t(scene.bodies.surface_count());
+    balloon_count_ = std::size_t(scene.bodies.wall().first);
     given_.resize(count);
     ours_.resize(count);
     for (std::size_t v = 0; v < count; ++v) {
-      given_[v] = scene.caller_vertex[v] + (v < balloon_count_ ? 0 : scene.balloon_count);
+      given_[v] = scene.caller_vertex[v] + scene.bodies[scene.bodies.of(int(v))].first;
       ours_[std::size_t(given_[v])] = int(v);
     }
   }
@@ -43,7 +43,7 @@ class SceneAirBuilder {
 }  // namespace
 
 air_mesh::AdaptiveAir make_air(const SimulationModel& model, const Scene& scene) {
-  const auto count = std::size_t(scene.balloon_count + scene.wall_count);
+  const auto count = std::size_t(scene.bodies.surface_count());
   std::vector<Triangle> surfaces = scene.balloon_triangles;
   surfaces.insert(surfaces.end(), scene.wall_triangles.begin(), scene.wall_triangles.end());
   air_mesh::AdaptiveAir::Rebuild rebuild;

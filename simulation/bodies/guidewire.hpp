@@ -11,7 +11,6 @@ namespace angio::simulation::detail {
 /// The guidewire of a run: constants of its rod.
 struct SceneRod {
   int count = 0;        ///< nodes; 0: there is none
-  int first = 0;        ///< vertex of the scene
   double radius = 0.0;  ///< of the shaft [mm]
   RodSection<double> section;
   std::vector<double> rest;  ///< [mm], shape [count - 1]

@@ -47,24 +47,6 @@ void set_directions(const LayeredWall& wall, const WallOptions& options, SolidMo
   }
 }
 
-void set_entries(const LayeredWall& wall, SolidModel& model) {
-  model.entry_begin.assign(wall.vertices.size() + 1, 0);
-  for (const int v : model.corners) ++model.entry_begin[static_cast<std::size_t>(v) + 1];
-  for (std::size_t v = 0; v < wall.vertices.size(); ++v)
-    model.entry_begin[v + 1] += model.entry_begin[v];
-  std::vector<int> next(model.entry_begin.begin(), model.entry_begin.end() - 1);
-  model.entries.resize(model.corners.size());
-  for (std::size_t c = 0; c < model.corners.size(); ++c)
-    model.entries[static_cast<std::size_t>(next[static_cast<std::size_t>(model.corners[c])]++)] =
-        static_cast<int>(c);
-  for (std::size_t v = 0; v < wall.vertices.size(); ++v)
-    std::stable_sort(model.entries.begin() + model.entry_begin[v],
-                     model.entries.begin() + model.entry_begin[v + 1], [&](int a, int b) {
-                       return model.patch[static_cast<std::size_t>(a / 6)] <
-                              model.patch[static_cast<std::size_t>(b / 6)];
-                     });
-}
-
 // A side that two wedges of a layer share, by its edge on the lumen's side.
 struct Side {
   double length = 0.0;
@@ -173,8 +155,6 @@ SolidView<double> SolidModel::view(const Vec3* x) const {
   out.patch_volume = patch_volume.data();
   out.region = region.data();
   out.laws = laws.data();
-  out.entry_begin = entry_begin.data();
-  out.entries = entries.data();
   return out;
 }
 
@@ -202,7 +182,6 @@ SolidModel make_solid_model(const LayeredWall& wall, const WallOptions& options)
   }
   set_directions(wall, options, model);
   set_patches(wall, model);
-  set_entries(wall, model);
   model.foundation.assign(wall.vertices.size(), 0.0);
   for (const Triangle& t : wall.outer_triangles) {
     const Vec3 a = wall.vertices[static_cast<std::size_t>(t[0])];

@@ -11,7 +11,6 @@ namespace angio::simulation::detail {
 struct SolidModel {
   std::vector<int> corners;                     ///< [wedge][6]
   std::vector<int> region;                      ///< [wedge]
-  std::vector<int> entry_begin, entries;        ///< around a vertex: 6 wedge + corner, by patch
   std::vector<SolidPoint<double>> mesh_points;  ///< of the mesh's shape, shape [2 wedge]
   std::vector<SolidPoint<double>> points;       ///< with pre-stress and plastic stretch
   std::vector<int> patch;                       ///< shape [wedge]

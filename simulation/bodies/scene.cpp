@@ -10,14 +10,15 @@
 #include "simulation/bodies/scene_check.hpp"
 #include "simulation/contact/candidates.hpp"
 #include "simulation/materials/material.hpp"
+#include "simulation/pbd/tets.hpp"
 #include "simulation/run/measure.hpp"
 #include "simulation/step/near_pairs.hpp"
 
 namespace angio::simulation::detail {
 namespace {
 
-// Share of the skin's stiffness that the folds have against being spread: it only shapes a slack
-// balloon (a pressure of the order of 0.1 atm at most).
+// Share of the membrane's stiffness that the folds have against being spread: it only shapes a
+// slack balloon (a pressure of the order of 0.1 atm at most).
 constexpr double kFoldShare = 1e-3;
 
 void check_layered(const SimulationModel& model, const SimulationOptions& options) {
@@ -34,8 +35,8 @@ void check_layered(const SimulationModel& model, const SimulationOptions& option
 
 // The slabs between the edges of the lesion, on the branch where it is measured; the nearest one,
 // if none lies between.
-std::vector<char> watched_slabs(const SimulationModel& model, const WallClusters& clusters) {
-  const auto count = std::size_t(clusters.count());
+std::vector<char> watched_slabs(const SimulationModel& model, const WallSlabs& slabs) {
+  const auto count = std::size_t(slabs.count());
   if (!(model.watch_first_mm < model.watch_last_mm)) return std::vector<char>(count, 1);
   const std::vector<Vec3>& x = model.wall.vertices;
   const auto nearer = [&](const Vec3& p, const Vec3& q) {
@@ -45,14 +46,14 @@ std::vector<char> watched_slabs(const SimulationModel& model, const WallClusters
       model.wall_group[std::size_t(std::min_element(x.begin(), x.end(), nearer) - x.begin())];
   std::vector<double> away(count, std::numeric_limits<double>::max());
   for (std::size_t c = 0; c < count; ++c) {
-    const int begin = clusters.begin[c], end = clusters.begin[c + 1];
+    const int begin = slabs.begin[c], end = slabs.begin[c + 1];
     double place = 0.0, of_branch = 0.0;
     for (int e = begin; e < end; ++e) {
-      const auto v = std::size_t(clusters.vertex[std::size_t(e)]);
+      const auto v = std::size_t(slabs.vertex[std::size_t(e)]);
       place += model.wall_abscissa[v] / double(end - begin);
       of_branch += model.wall_group[v] == branch ? 1.0 / double(end - begin) : 0.0;
     }
-    if (of_branch > 0.5 && clusters.ring[c] != 0)
+    if (of_branch > 0.5 && slabs.ring[c] != 0)
       away[c] = std::max({model.watch_first_mm - place, place - model.watch_last_mm, 0.0});
   }
   const double nearest = away.empty() ? 0.0 : *std::min_element(away.begin(), away.end());
@@ -80,7 +81,7 @@ void add_corners(const SimulationModel& model, Scene& scene) {
   scene.corners.resize(3 * mesh.triangles.size());
   std::vector<int> next(scene.corner_begin.begin(), scene.corner_begin.end() - 1);
   std::vector<Vec3> fibres(mesh.triangles.size());
-  if (scene.skin.fibre.count > 0)
+  if (scene.membrane.fibre.count > 0)
     fibres = hoop_fibres(mesh.triangles, model.balloon_rest, model.guidewire);
   for (std::size_t i = 0; i < mesh.triangles.size(); ++i)
     for (std::size_t k = 0; k < 3; ++k) {
@@ -91,41 +92,41 @@ void add_corners(const SimulationModel& model, Scene& scene) {
       corner.next = int(n);
       corner.last = int(m);
       corner.rest = corner_metric(model.balloon_rest[v], model.balloon_rest[n],
-                                  model.balloon_rest[m], scene.wall_mm, fibres[i]);
+                                  model.balloon_rest[m], scene.thickness, fibres[i]);
       corner.start =
-          corner_metric(mesh.vertices[v], mesh.vertices[n], mesh.vertices[m], scene.wall_mm);
+          corner_metric(mesh.vertices[v], mesh.vertices[n], mesh.vertices[m], scene.thickness);
       scene.corners[std::size_t(next[v]++)] = corner;
     }
 }
 
 void add_balloon(const SimulationModel& model, const SimulationOptions& options, Scene& scene) {
-  scene.skin = skin_law(options.balloon);
-  scene.wall_mm = options.balloon.wall_mm;
+  scene.membrane = membrane_law(options.balloon);
+  scene.thickness = options.balloon.wall_mm;
   double size = 0.0, change = 0.0;
   for (std::size_t v = 0; v < model.balloon_rest.size(); ++v) {
     size = std::max(size, distance(model.balloon_rest[v], model.balloon_rest[0]));
     change = std::max(change, distance(model.balloon_rest[v], model.balloon.vertices[v]));
   }
-  scene.skin.relaxed = options.membrane == MembraneModel::relaxed ||
-                       (options.membrane == MembraneModel::automatic && change > 1e-9 * size);
-  if (scene.skin.relaxed)
-    scene.folds = {kFoldShare * scene.skin.base.c1, kFoldShare * scene.skin.base.c2};
+  scene.membrane.relaxed = options.membrane == MembraneModel::relaxed ||
+                           (options.membrane == MembraneModel::automatic && change > 1e-9 * size);
+  if (scene.membrane.relaxed)
+    scene.folds = {kFoldShare * scene.membrane.base.c1, kFoldShare * scene.membrane.base.c2};
   add_corners(model, scene);
   TriangleMesh rest = model.balloon;
   rest.vertices = model.balloon_rest;
   scene.rest_radius = 2.0 * enclosed_volume(rest) / surface_area(rest);
   const auto areas = vertex_areas(rest);
   for (std::size_t v = 0; v < areas.size(); ++v)
-    scene.mass[v] = density(options.balloon) * scene.wall_mm * areas[v];
+    scene.mass[v] = density(options.balloon) * scene.thickness * areas[v];
   scene.balloon_triangles = model.balloon.triangles;
   scene.balloon_edges = unique_edges(model.balloon);
 }
 
 void add_wall(const SimulationModel& model, const SimulationOptions& options, Scene& scene) {
-  scene.clusters = make_clusters(model, options.wall);
-  scene.watched = watched_slabs(model, scene.clusters);
+  scene.slabs = make_slabs(model, options.wall);
+  scene.watched = watched_slabs(model, scene.slabs);
   scene.wall_area = vertex_areas(model.wall);
-  const auto offset = std::size_t(scene.balloon_count);
+  const auto offset = std::size_t(scene.bodies.wall().first);
   const double ratio = options.wall.thickness_ratio;
   const double thickness = 2.0 * model.reference_radius_mm * ratio / (1.0 - 2.0 * ratio);
   const double foundation = units::pascal_from_kilopascal(options.wall.foundation_kpa_per_mm);
@@ -151,37 +152,40 @@ void add_wall(const SimulationModel& model, const SimulationOptions& options, Sc
 void add_solid(const SimulationOptions& options, const LayeredWall& layered, const Numbering& wall,
                Scene& scene) {
   scene.solid = make_wall_solid(layered, wall.order, options.layered_wall);
-  const auto first = std::size_t(scene.wall_count);
+  const auto first = std::size_t(scene.bodies.wall().count);
   const std::vector<Vec3>& x = scene.solid.wall.vertices;
   scene.start.insert(scene.start.end(), x.begin() + std::ptrdiff_t(first), x.end());
-  scene.mass.resize(std::size_t(scene.balloon_count));
+  scene.mass.resize(std::size_t(scene.bodies.wall().first));
   scene.mass.insert(scene.mass.end(), scene.solid.model.mass.begin(), scene.solid.model.mass.end());
   scene.fixed.resize(scene.start.size(), 0);
 }
 
 void add_rod(const SimulationModel& model, const GuidewireOptions& options, Scene& scene) {
   scene.rod = make_rod(model, options);
+  scene.bodies[Body::guidewire] = {scene.vertex_count(), scene.rod.count};
   if (scene.rod.count == 0) return;
-  scene.rod.first = scene.vertex_count();
   scene.start.insert(scene.start.end(), model.guidewire.begin(), model.guidewire.end());
   scene.mass.insert(scene.mass.end(), scene.rod.mass.begin(), scene.rod.mass.end());
   scene.fixed.resize(scene.start.size(), 0);
 }
 
-// Do layers of the skin lie on each other? On the two sides of a tube they are a diameter apart.
+// Do layers of the membrane lie on each other? On the two sides of a tube they are a diameter
+// apart.
 bool starts_in_folds(const Scene& scene) {
-  const TriangleMesh skin{{scene.start.begin(), scene.start.begin() + scene.balloon_count},
-                          scene.balloon_triangles};
+  const TriangleMesh membrane{
+      {scene.start.begin(), scene.start.begin() + scene.bodies.balloon().count},
+      scene.balloon_triangles};
   double half_length = 0.0;
-  for (const Vec3& p : skin.vertices) half_length = std::max(half_length, norm(p - scene.origin));
-  const double radius = std::sqrt(enclosed_volume(skin) / (2.0 * units::kPi * half_length));
-  return has_facing_layers(skin, 0.5 * radius);
+  for (const Vec3& p : membrane.vertices)
+    half_length = std::max(half_length, norm(p - scene.origin));
+  const double radius = std::sqrt(enclosed_volume(membrane) / (2.0 * units::kPi * half_length));
+  return has_facing_layers(membrane, 0.5 * radius);
 }
 
 // Contact of the balloon with itself keeps gaps, it cannot make them.
 void check_folds(const Scene& scene, double least_gap) {
   std::vector<Candidate> near;
-  add_skin_candidates(scene, scene.start, least_gap, near);
+  add_balloon_self_candidates(scene, scene.start, least_gap, near);
   if (near.empty() && self_crossing_count(scene.balloon_triangles, scene.start) == 0) return;
   throw InputError(
       "the balloon crosses or touches itself before it is inflated (contact of its folds cannot "
@@ -189,16 +193,14 @@ void check_folds(const Scene& scene, double least_gap) {
       "simulation.self_contact = false");
 }
 
-// A slack skin folds where a bend or its wrinkles leave it too much length, and a wall where the
-// balloon pushes it together. A taut balloon and its wall keep apart from themselves.
+// A slack membrane folds where a bend or its wrinkles leave it too much length, and a wall where
+// the balloon pushes it together. A taut balloon and its wall keep apart from themselves.
 void add_self_contact(const SimulationOptions& options, Scene& scene) {
-  const bool projected =
-      options.contact_model == ContactModel::paper || options.gas_model == GasModel::per_tet;
-  if (!options.self_contact || projected) return;
+  if (!options.self_contact || projects(options)) return;
   scene.has_folds = starts_in_folds(scene);
-  if (!scene.has_folds && !(scene.skin.relaxed && scene.wall_count > 0)) return;
+  if (!scene.has_folds && !(scene.membrane.relaxed && scene.bodies.wall().count > 0)) return;
   // Layers touch where their middles are a thickness apart.
-  scene.self_distance = std::min(options.contact_distance_mm, scene.wall_mm);
+  scene.self_distance = std::min(options.contact_distance_mm, scene.thickness);
   if (scene.has_folds) check_folds(scene, 2.0 * kLeastGap * options.contact_distance_mm);
 }
 
@@ -232,8 +234,8 @@ Scene make_scene(const SimulationModel& given, const SimulationOptions& options)
   for (int& v : scene.wall_color_begin) v += int(balloon.order.size());
   scene.air = model.air;
   scene.guidewire = model.guidewire;
-  scene.balloon_count = int(model.balloon.vertices.size());
-  scene.wall_count = int(model.wall.vertices.size());
+  scene.bodies[Body::balloon] = {0, int(model.balloon.vertices.size())};
+  scene.bodies[Body::wall] = {scene.bodies.balloon().end(), int(model.wall.vertices.size())};
   scene.start = model.balloon.vertices;
   scene.start.insert(scene.start.end(), model.wall.vertices.begin(), model.wall.vertices.end());
   scene.fixed = model.balloon_fixed;

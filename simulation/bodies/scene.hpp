@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "core/triangle_mesh.hpp"
+#include "simulation/bodies/body_ranges.hpp"
 #include "simulation/bodies/guidewire.hpp"
 #include "simulation/bodies/layered_wall.hpp"
 #include "simulation/bodies/wall_slabs.hpp"
@@ -17,7 +18,7 @@ using Edge = std::array<int, 2>;
 /// One triangle seen from one of its corners.
 struct Corner {
   int next = 0, last = 0;      ///< the other corners, counter-clockwise
-  CornerMetric<double> rest;   ///< of the unloaded shape: the skin
+  CornerMetric<double> rest;   ///< of the unloaded shape: the membrane
   CornerMetric<double> start;  ///< of the start shape: the folds
 };
 
@@ -25,7 +26,7 @@ struct Corner {
 /// surface as in numbering.hpp: colour by colour, then those that do not move; at last the
 /// guidewire's nodes.
 struct Scene {
-  int balloon_count = 0, wall_count = 0;
+  BodyRanges bodies;
   std::vector<Vec3> start;   ///< [mm], shape [vertex]
   std::vector<char> fixed;   ///< shape [vertex]
   std::vector<double> mass;  ///< [g], shape [vertex]
@@ -37,23 +38,23 @@ struct Scene {
                                    ///< numbering of that surface, shape [vertex]
   Vec3 origin;                     ///< the middle of the balloon's box at the start [mm]
 
-  std::vector<int> corner_begin;  ///< shape [balloon_count + 1]
+  std::vector<int> corner_begin;  ///< shape [balloon vertex + 1]
   std::vector<Corner> corners;
-  SkinLaw<double> skin;        ///< [Pa]
-  MooneyRivlin<double> folds;  ///< [Pa]; zero when the skin needs no help
-  double wall_mm = 0.0;        ///< membrane thickness H
-  double rest_radius = 0.0;    ///< of a tube of the rest shape's volume and area [mm]
+  MembraneLaw<double> membrane;  ///< [Pa]
+  MooneyRivlin<double> folds;    ///< [Pa]; zero when the membrane needs no help
+  double thickness = 0.0;        ///< of the membrane, H [mm]
+  double rest_radius = 0.0;      ///< of a tube of the rest shape's volume and area [mm]
   /// Contact of balloon and wall, each with itself, acts below this gap [mm]; 0: it is not looked
   /// for.
   double self_distance = 0.0;
   bool has_folds = false;  ///< layers of the balloon lie on each other at the start
 
-  WallClusters clusters;
-  std::vector<char> watched;        ///< slabs of which lumen_mld_mm is told, shape [cluster]
-  std::vector<int> neighbor_begin;  ///< wall vertices, shape [wall_count + 1]
+  WallSlabs slabs;
+  std::vector<char> watched;        ///< slabs of which lumen_mld_mm is told, shape [slab]
+  std::vector<int> neighbor_begin;  ///< wall vertices, shape [wall vertex + 1]
   std::vector<int> neighbors;       ///< vertex numbers
-  std::vector<double> foundation;   ///< [uN/mm], shape [wall_count]
-  std::vector<double> wall_area;    ///< [mm^2] at the start, shape [wall_count]
+  std::vector<double> foundation;   ///< [uN/mm], shape [wall vertex]
+  std::vector<double> wall_area;    ///< [mm^2] at the start, shape [wall vertex]
 
   std::vector<Vec3> guidewire;  ///< nodes as they are given
   SceneRod rod;                 ///< the guidewire; its nodes are the last vertices

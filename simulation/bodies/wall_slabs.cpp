@@ -167,42 +167,42 @@ class SlabCutter {
   double edge_;
 };
 
-void index_by_vertex(std::size_t wall_count, WallClusters& clusters) {
-  clusters.entry_begin.assign(wall_count + 1, 0);
-  for (const int v : clusters.vertex) ++clusters.entry_begin[std::size_t(v) + 1];
+void index_by_vertex(std::size_t wall_count, WallSlabs& slabs) {
+  slabs.slab_vertex_begin.assign(wall_count + 1, 0);
+  for (const int v : slabs.vertex) ++slabs.slab_vertex_begin[std::size_t(v) + 1];
   for (std::size_t v = 0; v < wall_count; ++v)
-    clusters.entry_begin[v + 1] += clusters.entry_begin[v];
-  std::vector<int> next(clusters.entry_begin.begin(), clusters.entry_begin.end() - 1);
-  clusters.entry.resize(clusters.vertex.size());
-  for (std::size_t e = 0; e < clusters.vertex.size(); ++e)
-    clusters.entry[std::size_t(next[std::size_t(clusters.vertex[e])]++)] = int(e);
+    slabs.slab_vertex_begin[v + 1] += slabs.slab_vertex_begin[v];
+  std::vector<int> next(slabs.slab_vertex_begin.begin(), slabs.slab_vertex_begin.end() - 1);
+  slabs.slab_vertices.resize(slabs.vertex.size());
+  for (std::size_t e = 0; e < slabs.vertex.size(); ++e)
+    slabs.slab_vertices[std::size_t(next[std::size_t(slabs.vertex[e])]++)] = int(e);
 }
 
 // Offsets from the stiffness-weighted centre, so that the fitted translation is the centre.
-void centre_offsets(const std::vector<Vec3>& x, WallClusters& clusters) {
-  for (int c = 0; c < clusters.count(); ++c) {
-    const int begin = clusters.begin[std::size_t(c)], end = clusters.begin[std::size_t(c) + 1];
+void centre_offsets(const std::vector<Vec3>& x, WallSlabs& slabs) {
+  for (int c = 0; c < slabs.count(); ++c) {
+    const int begin = slabs.begin[std::size_t(c)], end = slabs.begin[std::size_t(c) + 1];
     Vec3 centre;
     double weight = 0.0;
     for (int e = begin; e < end; ++e) {
       const auto i = std::size_t(e);
-      centre += clusters.stiffness[i] * x[std::size_t(clusters.vertex[i])];
-      weight += clusters.stiffness[i];
+      centre += slabs.stiffness[i] * x[std::size_t(slabs.vertex[i])];
+      weight += slabs.stiffness[i];
     }
     centre = centre / weight;
     for (int e = begin; e < end; ++e)
-      clusters.offset[std::size_t(e)] = x[std::size_t(clusters.vertex[std::size_t(e)])] - centre;
+      slabs.offset[std::size_t(e)] = x[std::size_t(slabs.vertex[std::size_t(e)])] - centre;
   }
 }
 
-// The quadratic columns of every cluster's map.
-void add_modes(WallClusters& clusters) {
-  for (int c = 0; c < clusters.count(); ++c) {
-    const auto begin = clusters.begin[std::size_t(c)], end = clusters.begin[std::size_t(c) + 1];
+// The quadratic columns of every slab's map.
+void add_modes(WallSlabs& slabs) {
+  for (int c = 0; c < slabs.count(); ++c) {
+    const auto begin = slabs.begin[std::size_t(c)], end = slabs.begin[std::size_t(c) + 1];
     const std::vector<double> modes =
-        quadratic_modes({clusters.offset.begin() + begin, clusters.offset.begin() + end},
-                        {clusters.stiffness.begin() + begin, clusters.stiffness.begin() + end});
-    clusters.modes.insert(clusters.modes.end(), modes.begin(), modes.end());
+        quadratic_modes({slabs.offset.begin() + begin, slabs.offset.begin() + end},
+                        {slabs.stiffness.begin() + begin, slabs.stiffness.begin() + end});
+    slabs.modes.insert(slabs.modes.end(), modes.begin(), modes.end());
   }
 }
 
@@ -232,49 +232,49 @@ double tissue_depth(double radius, double healthy_radius, double thickness) {
          std::max(0.0, healthy_radius * healthy_radius - radius * radius) / (2.0 * radius);
 }
 
-// WallClusters::along, once stiffness and offsets are there.
-void stiffen_along(double healthy_radius, double ratio, WallClusters& clusters) {
+// WallSlabs::along, once stiffness and offsets are there.
+void stiffen_along(double healthy_radius, double ratio, WallSlabs& slabs) {
   constexpr double kPoisson = 0.48;  // nearly incompressible; 0.45 to 0.49 give the same vessel
   constexpr double kConfined =
       (1.0 - kPoisson) / ((1.0 + kPoisson) * (1.0 - 2.0 * kPoisson));  // M / E
-  for (int c = 0; c < clusters.count(); ++c) {
+  for (int c = 0; c < slabs.count(); ++c) {
     const auto i = std::size_t(c);
     double weight = 0.0, spread = 0.0;
-    for (int e = clusters.begin[i]; e < clusters.begin[i + 1]; ++e) {
-      const double off = dot(clusters.offset[std::size_t(e)], clusters.axis[i]);
-      weight += clusters.stiffness[std::size_t(e)];
-      spread += clusters.stiffness[std::size_t(e)] * off * off;
+    for (int e = slabs.begin[i]; e < slabs.begin[i + 1]; ++e) {
+      const double off = dot(slabs.offset[std::size_t(e)], slabs.axis[i]);
+      weight += slabs.stiffness[std::size_t(e)];
+      spread += slabs.stiffness[std::size_t(e)] * off * off;
     }
-    const double radius = clusters.radius[i], thickness = thickness_of(radius, ratio);
-    clusters.along.push_back(clusters.ring[i]
-                                 ? kConfined * tissue_depth(radius, healthy_radius, thickness) /
-                                       thickness * radius * radius * weight / spread
-                                 : 0.0);
+    const double radius = slabs.radius[i], thickness = thickness_of(radius, ratio);
+    slabs.along.push_back(slabs.ring[i]
+                              ? kConfined * tissue_depth(radius, healthy_radius, thickness) /
+                                    thickness * radius * radius * weight / spread
+                              : 0.0);
   }
 }
 
 // Divides each vertex's stiffness over its slabs, in proportion to the shares.
-void divide_stiffness(const std::vector<double>& shares, WallClusters& clusters) {
-  for (std::size_t v = 0; v + 1 < clusters.entry_begin.size(); ++v) {
+void divide_stiffness(const std::vector<double>& shares, WallSlabs& slabs) {
+  for (std::size_t v = 0; v + 1 < slabs.slab_vertex_begin.size(); ++v) {
     double whole = 0.0;
-    for (int n = clusters.entry_begin[v]; n < clusters.entry_begin[v + 1]; ++n)
-      whole += shares[std::size_t(clusters.entry[std::size_t(n)])];
-    for (int n = clusters.entry_begin[v]; n < clusters.entry_begin[v + 1]; ++n) {
-      const auto e = std::size_t(clusters.entry[std::size_t(n)]);
-      clusters.stiffness[e] *= shares[e] / whole;
+    for (int n = slabs.slab_vertex_begin[v]; n < slabs.slab_vertex_begin[v + 1]; ++n)
+      whole += shares[std::size_t(slabs.slab_vertices[std::size_t(n)])];
+    for (int n = slabs.slab_vertex_begin[v]; n < slabs.slab_vertex_begin[v + 1]; ++n) {
+      const auto e = std::size_t(slabs.slab_vertices[std::size_t(n)]);
+      slabs.stiffness[e] *= shares[e] / whole;
     }
   }
 }
 
 }  // namespace
 
-WallClusters make_clusters(const SimulationModel& model, const WallMaterial& material) {
-  WallClusters clusters;
-  clusters.begin.push_back(0);
+WallSlabs make_slabs(const SimulationModel& model, const WallMaterial& material) {
+  WallSlabs slabs;
+  slabs.begin.push_back(0);
   const std::size_t wall_count = model.wall.vertices.size();
   if (wall_count == 0) {
-    clusters.entry_begin.push_back(0);
-    return clusters;
+    slabs.slab_vertex_begin.push_back(0);
+    return slabs;
   }
   const SlabCutter cutter(model);
   const double modulus = units::pascal_from_kilopascal(material.modulus_kpa);
@@ -286,23 +286,23 @@ WallClusters make_clusters(const SimulationModel& model, const WallMaterial& mat
     const std::vector<double> slab_shares = shares_of(slab, members, model.wall.vertices);
     shares.insert(shares.end(), slab_shares.begin(), slab_shares.end());
     for (const int v : members) {
-      clusters.vertex.push_back(v);
-      clusters.entry_cluster.push_back(clusters.count());
-      clusters.stiffness.push_back(modulus * thickness * cutter.areas()[std::size_t(v)] /
-                                   (slab.radius * slab.radius));
+      slabs.vertex.push_back(v);
+      slabs.slab_of.push_back(slabs.count());
+      slabs.stiffness.push_back(modulus * thickness * cutter.areas()[std::size_t(v)] /
+                                (slab.radius * slab.radius));
     }
-    clusters.radius.push_back(slab.radius);
-    clusters.axis.push_back(slab.axis);
-    clusters.ring.push_back(char(slab.ring));
-    clusters.begin.push_back(int(clusters.vertex.size()));
+    slabs.radius.push_back(slab.radius);
+    slabs.axis.push_back(slab.axis);
+    slabs.ring.push_back(char(slab.ring));
+    slabs.begin.push_back(int(slabs.vertex.size()));
   }
-  index_by_vertex(wall_count, clusters);
-  divide_stiffness(shares, clusters);
-  clusters.offset.resize(clusters.vertex.size());
-  centre_offsets(model.wall.vertices, clusters);
-  stiffen_along(model.reference_radius_mm, ratio, clusters);
-  if (material.shape == WallShape::quadratic) add_modes(clusters);
-  return clusters;
+  index_by_vertex(wall_count, slabs);
+  divide_stiffness(shares, slabs);
+  slabs.offset.resize(slabs.vertex.size());
+  centre_offsets(model.wall.vertices, slabs);
+  stiffen_along(model.reference_radius_mm, ratio, slabs);
+  if (material.shape == WallShape::quadratic) add_modes(slabs);
+  return slabs;
 }
 
 }  // namespace angio::simulation::detail

@@ -8,21 +8,22 @@
 namespace angio::simulation::detail {
 
 /// The wall cut into overlapping slabs across the vessel, each matched to its shape as a whole.
-/// Entries are (cluster, vertex) pairs, stored by cluster; every vertex has at least one.
-struct WallClusters {
-  std::vector<int> begin;          ///< entries of a cluster, shape [cluster_count + 1]
-  std::vector<int> vertex;         ///< wall vertex, shape [entry]
-  std::vector<double> stiffness;   ///< k [uN/mm], shape [entry]
-  std::vector<Vec3> offset;        ///< q: start position from the cluster's centre [mm]
-  std::vector<double> modes;       ///< phi [mm], shape [entry][kShapeModes]; empty: linear
-  std::vector<double> radius;      ///< local radius of the slab [mm], shape [cluster_count]
-  std::vector<Vec3> axis;          ///< unit, along the vessel
-  std::vector<double> along;       ///< what a slab's stiffness along its axis adds to `stiffness`,
-                                   ///< as a multiple; 0: not a ring. Shape [cluster_count]
-  std::vector<char> ring;          ///< the slab closes around the vessel
-  std::vector<int> entry_begin;    ///< entries of a vertex, shape [wall_count + 1]
-  std::vector<int> entry;          ///< entry numbers, ascending in cluster
-  std::vector<int> entry_cluster;  ///< cluster of an entry, shape [entry]
+/// A slab vertex is a (slab, vertex) pair; they are stored by slab, and every vertex has at least
+/// one.
+struct WallSlabs {
+  std::vector<int> begin;         ///< slab vertices of a slab, shape [slab_count + 1]
+  std::vector<int> vertex;        ///< wall vertex, shape [slab vertex]
+  std::vector<double> stiffness;  ///< k [uN/mm], shape [slab vertex]
+  std::vector<Vec3> offset;       ///< q: start position from the slab's centre [mm]
+  std::vector<double> modes;      ///< phi [mm], shape [slab vertex][kShapeModes]; empty: linear
+  std::vector<double> radius;     ///< local radius of the slab [mm], shape [slab_count]
+  std::vector<Vec3> axis;         ///< unit, along the vessel
+  std::vector<double> along;      ///< what a slab's stiffness along its axis adds to `stiffness`,
+                                  ///< as a multiple; 0: not a ring. Shape [slab_count]
+  std::vector<char> ring;         ///< the slab closes around the vessel
+  std::vector<int> slab_vertex_begin;  ///< slab vertices of a wall vertex, shape [wall_count + 1]
+  std::vector<int> slab_vertices;      ///< their numbers, ascending in slab
+  std::vector<int> slab_of;            ///< slab of a slab vertex, shape [slab vertex]
 
   [[nodiscard]] int count() const { return int(begin.size()) - 1; }
 };
@@ -31,7 +32,7 @@ struct WallClusters {
 /// connected piece, widened by one ring of neighbours so that slabs hold together across the border
 /// of two groups.
 ///
-///     k_i = E t A_i / r^2, divided over the clusters of vertex i,   t = 2 r a / (1 - 2 a)
+///     k_i = E t A_i / r^2, divided over the slabs of vertex i,   t = 2 r a / (1 - 2 a)
 ///
 /// The divisor falls from the middle of a slab to its ends (a hat function), so that neighbouring
 /// slabs pass into each other without a step,
@@ -48,6 +49,6 @@ struct WallClusters {
 /// with d the section of wall and plaque per circumference (R: the healthy vessel's radius) and M
 /// the modulus of what cannot give way sideways: tissue between the shoulders of a balloon has the
 /// balloon inside and the vessel outside.
-WallClusters make_clusters(const SimulationModel& model, const WallMaterial& material);
+WallSlabs make_slabs(const SimulationModel& model, const WallMaterial& material);
 
 }  // namespace angio::simulation::detail

@@ -18,9 +18,9 @@ namespace {
 constexpr int kChunks = 32;
 constexpr std::size_t kLeastParallel = 8192;  // fewer queries run on one thread
 
-// Contact of the skin with itself acts below this share of the gap that a pair starts with: so it
-// pushes nothing in the start shape, however near its layers, and however fine the mesh. A smooth
-// skin's neighbours keep about their start gap, and never meet.
+// Contact of the membrane with itself acts below this share of the gap that a pair starts with: so
+// it pushes nothing in the start shape, however near its layers, and however fine the mesh. A
+// smooth membrane's neighbours keep about their start gap, and never meet.
 constexpr double kShareOfStartGap = 0.9;
 
 constexpr double kFloatRounding = 1.2e-7;  // relative
@@ -124,7 +124,7 @@ class Grid {
 
 struct Builder {
   const std::vector<Vec3>& x;
-  double reach;
+  double radius;
 
   // Runs query(i, found) over [0, count) in chunks and appends the chunks in order.
   template <class Query>
@@ -146,7 +146,7 @@ struct Builder {
   }
 
   void add(std::vector<Candidate>& candidates, Candidate candidate) const {
-    if (is_near(x, reach, candidate)) candidates.push_back(candidate);
+    if (is_near(x, radius, candidate)) candidates.push_back(candidate);
   }
 };
 
@@ -165,7 +165,7 @@ std::vector<Box> boxes_of(const std::vector<Vec3>& x, const Primitives& primitiv
 
 Box balloon_space(const Scene& scene, const std::vector<Vec3>& x, double grow) {
   Box space;
-  for (int v = 0; v < scene.balloon_count; ++v) space.add(x[std::size_t(v)]);
+  for (int v = 0; v < scene.bodies.balloon().count; ++v) space.add(x[std::size_t(v)]);
   space.grow(grow);
   return space;
 }
@@ -176,21 +176,21 @@ double mean_edge(const std::vector<Edge>& edges, const std::vector<Vec3>& x) {
   return sum / double(edges.size());
 }
 
-// The shaft keeps the room that the folded or slender balloon has left it, so that it touches
+// The shaft keeps the space that the folded or slender balloon has left it, so that it touches
 // nothing at the start; within a contact distance of each other the two are tied.
 bool take_radius(const Scene& scene, double contact_distance, Candidate& candidate) {
-  const double room = gap_of(scene.start, candidate) - contact_distance;
-  candidate.inner = true;
-  candidate.radius = float(std::min(scene.rod.radius, room));
-  return room > 0.0;
+  const double gap = gap_of(scene.start, candidate) - contact_distance;
+  candidate.shaft = true;
+  candidate.radius = float(std::min(scene.rod.radius, gap));
+  return gap > 0.0;
 }
 
 }  // namespace
 
 void add_rod_candidates(const Scene& scene, const std::vector<Vec3>& x, double contact_distance,
-                        double reach, std::vector<Candidate>& candidates) {
+                        double radius, std::vector<Candidate>& candidates) {
   if (scene.rod.count == 0) return;
-  const int first = scene.rod.first;
+  const int first = scene.bodies.guidewire().first;
   std::vector<Edge> segments;
   std::vector<std::array<int, 1>> nodes;
   Box space;
@@ -199,20 +199,21 @@ void add_rod_candidates(const Scene& scene, const std::vector<Vec3>& x, double c
     if (i > 0) segments.push_back({first + i - 1, first + i});
     space.add(x[std::size_t(first + i)]);
   }
-  const double far = reach + scene.rod.radius;
+  const double far = radius + scene.rod.radius;
   space.grow(far);
-  const Builder builder{x, reach};
+  const Builder builder{x, radius};
   const auto add = [&](std::vector<Candidate>& found, Candidate candidate) {
     if (take_radius(scene, contact_distance, candidate)) builder.add(found, candidate);
   };
   Grid grid(space, 2.0 * far);
   grid.fill(boxes_of(x, segments, far));
-  builder.gather(std::size_t(scene.balloon_count), candidates, [&](std::size_t v, auto& found) {
-    grid.query(box_of(x, std::array{int(v)}, 0.0), [&](int i) {
-      const Edge& s = segments[std::size_t(i)];
-      add(found, {{int(v), s[0], s[1], s[1]}});
-    });
-  });
+  builder.gather(std::size_t(scene.bodies.balloon().count), candidates,
+                 [&](std::size_t v, auto& found) {
+                   grid.query(box_of(x, std::array{int(v)}, 0.0), [&](int i) {
+                     const Edge& s = segments[std::size_t(i)];
+                     add(found, {{int(v), s[0], s[1], s[1]}});
+                   });
+                 });
   builder.gather(scene.balloon_edges.size(), candidates, [&](std::size_t e, auto& found) {
     const Edge& edge = scene.balloon_edges[e];
     grid.query(box_of(x, edge, 0.0), [&](int i) {
@@ -229,38 +230,37 @@ void add_rod_candidates(const Scene& scene, const std::vector<Vec3>& x, double c
 
 namespace {
 
-// A surface of the scene: its vertices are those from `first` on.
 struct Surface {
-  int first, count;
+  const BodyRange& range;
   const std::vector<Triangle>& triangles;
   const std::vector<Edge>& edges;
 };
 
-void add_own_candidates(const Scene& scene, const Surface& surface, const std::vector<Vec3>& x,
-                        double reach, std::vector<Candidate>& candidates) {
-  const Builder builder{x, reach};
+void add_self_candidates(const Scene& scene, const Surface& surface, const std::vector<Vec3>& x,
+                         double radius, std::vector<Candidate>& candidates) {
+  const Builder builder{x, radius};
   const auto add = [&](std::vector<Candidate>& found, Candidate candidate) {
     const auto& v = candidate.vertex;
     if (std::all_of(v, v + 4, [&](int i) { return scene.fixed[std::size_t(i)] != 0; })) return;
-    if (!is_near(x, reach, candidate)) return;
-    candidate.skin = true;
+    if (!is_near(x, radius, candidate)) return;
+    candidate.self = true;
     candidate.distance =
         float(std::min(scene.self_distance, kShareOfStartGap * gap_of(scene.start, candidate)));
     found.push_back(candidate);
   };
   Box space;
-  for (int v = surface.first; v < surface.first + surface.count; ++v) space.add(x[std::size_t(v)]);
-  space.grow(reach);
-  Grid grid(space, std::max(mean_edge(surface.edges, x), reach));
-  grid.fill(boxes_of(x, surface.triangles, reach));
-  builder.gather(std::size_t(surface.count), candidates, [&](std::size_t i, auto& found) {
-    const int v = surface.first + int(i);
+  for (int v = surface.range.first; v < surface.range.end(); ++v) space.add(x[std::size_t(v)]);
+  space.grow(radius);
+  Grid grid(space, std::max(mean_edge(surface.edges, x), radius));
+  grid.fill(boxes_of(x, surface.triangles, radius));
+  builder.gather(std::size_t(surface.range.count), candidates, [&](std::size_t i, auto& found) {
+    const int v = surface.range.first + int(i);
     grid.query(box_of(x, std::array{v}, 0.0), [&](int k) {
       const Triangle& t = surface.triangles[std::size_t(k)];
       if (std::find(t.begin(), t.end(), v) == t.end()) add(found, {{v, t[0], t[1], t[2]}});
     });
   });
-  grid.fill(boxes_of(x, surface.edges, reach));
+  grid.fill(boxes_of(x, surface.edges, radius));
   builder.gather(surface.edges.size(), candidates, [&](std::size_t e, auto& found) {
     const Edge& a = surface.edges[e];
     grid.query(box_of(x, a, 0.0), [&](int i) {
@@ -273,28 +273,27 @@ void add_own_candidates(const Scene& scene, const Surface& surface, const std::v
 
 }  // namespace
 
-void add_skin_candidates(const Scene& scene, const std::vector<Vec3>& x, double reach,
-                         std::vector<Candidate>& candidates) {
-  add_own_candidates(scene, {0, scene.balloon_count, scene.balloon_triangles, scene.balloon_edges},
-                     x, reach, candidates);
+void add_balloon_self_candidates(const Scene& scene, const std::vector<Vec3>& x, double radius,
+                                 std::vector<Candidate>& candidates) {
+  add_self_candidates(scene, {scene.bodies.balloon(), scene.balloon_triangles, scene.balloon_edges},
+                      x, radius, candidates);
 }
 
-void add_wall_candidates(const Scene& scene, const std::vector<Vec3>& x, double reach,
-                         std::vector<Candidate>& candidates) {
-  if (scene.wall_count == 0) return;
-  add_own_candidates(
-      scene, {scene.balloon_count, scene.wall_count, scene.wall_triangles, scene.wall_edges}, x,
-      reach, candidates);
+void add_wall_self_candidates(const Scene& scene, const std::vector<Vec3>& x, double radius,
+                              std::vector<Candidate>& candidates) {
+  if (scene.bodies.wall().count == 0) return;
+  add_self_candidates(scene, {scene.bodies.wall(), scene.wall_triangles, scene.wall_edges}, x,
+                      radius, candidates);
 }
 
-bool has_facing_layers(const TriangleMesh& skin, double within) {
-  const std::vector<Vec3>& x = skin.vertices;
-  const std::vector<Vec3> normals = vertex_normals(skin);
+bool has_facing_layers(const TriangleMesh& membrane, double within) {
+  const std::vector<Vec3>& x = membrane.vertices;
+  const std::vector<Vec3> normals = vertex_normals(membrane);
   Box space;
   for (const Vec3& p : x) space.add(p);
   space.grow(within);
   Grid grid(space, within);
-  grid.fill(boxes_of(x, skin.triangles, within));
+  grid.fill(boxes_of(x, membrane.triangles, within));
   const auto faces = [&](std::size_t v, const Triangle& t) {
     const auto at = [&](std::size_t k) { return x[std::size_t(t[k])]; };
     const Vec3 normal = normalized(cross(at(1) - at(0), at(2) - at(0)));
@@ -303,7 +302,7 @@ bool has_facing_layers(const TriangleMesh& skin, double within) {
   for (std::size_t v = 0; v < x.size(); ++v) {
     bool found = false;
     grid.query(box_of(x, std::array{int(v)}, 0.0), [&](int i) {
-      const Triangle& t = skin.triangles[std::size_t(i)];
+      const Triangle& t = membrane.triangles[std::size_t(i)];
       if (std::find(t.begin(), t.end(), int(v)) == t.end()) found = found || faces(v, t);
     });
     if (found) return true;
@@ -312,30 +311,31 @@ bool has_facing_layers(const TriangleMesh& skin, double within) {
 }
 
 std::vector<Candidate> find_candidates(const Scene& scene, const std::vector<Vec3>& x,
-                                       double reach) {
+                                       double radius) {
   std::vector<Candidate> candidates;
-  if (scene.wall_count == 0) return candidates;
-  const Builder builder{x, reach};
-  Grid grid(balloon_space(scene, x, reach), std::max(mean_edge(scene.balloon_edges, x), reach));
+  if (scene.bodies.wall().count == 0) return candidates;
+  const Builder builder{x, radius};
+  Grid grid(balloon_space(scene, x, radius), std::max(mean_edge(scene.balloon_edges, x), radius));
 
-  grid.fill(boxes_of(x, scene.balloon_triangles, reach));
-  builder.gather(std::size_t(scene.wall_count), candidates, [&](std::size_t i, auto& found) {
-    const int v = scene.balloon_count + int(i);
-    grid.query(box_of(x, std::array{v}, 0.0), [&](int t) {
-      const Triangle& b = scene.balloon_triangles[std::size_t(t)];
-      builder.add(found, {{v, b[0], b[1], b[2]}, false});
-    });
-  });
-  std::vector<std::array<int, 1>> points(std::size_t(scene.balloon_count));
-  for (int v = 0; v < scene.balloon_count; ++v) points[std::size_t(v)] = {v};
-  grid.fill(boxes_of(x, points, reach));
+  grid.fill(boxes_of(x, scene.balloon_triangles, radius));
+  builder.gather(std::size_t(scene.bodies.wall().count), candidates,
+                 [&](std::size_t i, auto& found) {
+                   const int v = scene.bodies.wall().first + int(i);
+                   grid.query(box_of(x, std::array{v}, 0.0), [&](int t) {
+                     const Triangle& b = scene.balloon_triangles[std::size_t(t)];
+                     builder.add(found, {{v, b[0], b[1], b[2]}, false});
+                   });
+                 });
+  std::vector<std::array<int, 1>> points(std::size_t(scene.bodies.balloon().count));
+  for (int v = 0; v < scene.bodies.balloon().count; ++v) points[std::size_t(v)] = {v};
+  grid.fill(boxes_of(x, points, radius));
   builder.gather(scene.wall_triangles.size(), candidates, [&](std::size_t i, auto& found) {
     const Triangle& t = scene.wall_triangles[i];
     grid.query(box_of(x, t, 0.0), [&](int v) {
       builder.add(found, {{v, t[0], t[1], t[2]}, false});
     });
   });
-  grid.fill(boxes_of(x, scene.balloon_edges, reach));
+  grid.fill(boxes_of(x, scene.balloon_edges, radius));
   builder.gather(scene.wall_edges.size(), candidates, [&](std::size_t i, auto& found) {
     const Edge& e = scene.wall_edges[i];
     grid.query(box_of(x, e, 0.0), [&](int b) {
@@ -355,9 +355,9 @@ double gap_of(const std::vector<Vec3>& x, const Candidate& c) {
   return norm(gap) - double(c.radius);
 }
 
-bool is_near(const std::vector<Vec3>& x, double reach, Candidate& candidate) {
+bool is_near(const std::vector<Vec3>& x, double radius, Candidate& candidate) {
   const double gap = gap_of(x, candidate);
-  if (!(gap < reach)) return false;
+  if (!(gap < radius)) return false;
   candidate.gap = float(gap - kFloatRounding * std::abs(gap));  // not rounded up
   return true;
 }
@@ -394,9 +394,9 @@ void list_candidates(std::size_t vertex_count, CandidateSet& set) {
 }  // namespace
 
 CandidateSet index_candidates(std::size_t vertex_count, const std::vector<Candidate>& candidates,
-                              double reach, bool lists) {
+                              double radius, bool lists) {
   CandidateSet set;
-  set.reach = reach;
+  set.search_radius = radius;
   set.owned_begin.assign(vertex_count + 1, 0);
   for (const Candidate& c : candidates) ++set.owned_begin[std::size_t(c.vertex[0]) + 1];
   std::partial_sum(set.owned_begin.begin(), set.owned_begin.end(), set.owned_begin.begin());

@@ -6,43 +6,43 @@
 #include "simulation/step/views.hpp"
 
 /// The wide level of contact: which primitives of balloon and wall face each other; see
-/// step_contact.hpp for what the step makes of them.
+/// near_pairs.hpp for what the step makes of them.
 namespace angio::simulation::detail {
 
-/// Every vertex-triangle and edge-edge pair of balloon and wall nearer than `reach`, with their
+/// Every vertex-triangle and edge-edge pair of balloon and wall nearer than `radius`, with their
 /// gaps; in no order.
 ///
 /// @param x  [mm], shape [vertex]
 std::vector<Candidate> find_candidates(const Scene& scene, const std::vector<Vec3>& x,
-                                       double reach);
+                                       double radius);
 
-/// Adds every pair of the balloon and the guidewire's shaft nearer than `reach`: vertices and
+/// Adds every pair of the balloon and the guidewire's shaft nearer than `radius`: vertices and
 /// edges of the balloon against segments, triangles against nodes; in no order.
 ///
 /// @param x                 [mm], shape [vertex]
 /// @param contact_distance  what starts nearer than this to the shaft is no pair
 void add_rod_candidates(const Scene& scene, const std::vector<Vec3>& x, double contact_distance,
-                        double reach, std::vector<Candidate>& candidates);
+                        double radius, std::vector<Candidate>& candidates);
 
-/// Adds every pair of the balloon and itself nearer than `reach` that can come nearer or part: they
-/// share no vertex, and not all of theirs are fixed. In no order.
+/// Adds every pair of the balloon and itself nearer than `radius` that can come nearer or part:
+/// they share no vertex, and not all of theirs are fixed. In no order.
 ///
 /// @param x  [mm], shape [vertex]
-void add_skin_candidates(const Scene& scene, const std::vector<Vec3>& x, double reach,
-                         std::vector<Candidate>& candidates);
+void add_balloon_self_candidates(const Scene& scene, const std::vector<Vec3>& x, double radius,
+                                 std::vector<Candidate>& candidates);
 
 /// The same of the wall and itself.
-void add_wall_candidates(const Scene& scene, const std::vector<Vec3>& x, double reach,
-                         std::vector<Candidate>& candidates);
+void add_wall_self_candidates(const Scene& scene, const std::vector<Vec3>& x, double radius,
+                              std::vector<Candidate>& candidates);
 
 /// Has a closed surface layers nearer than `within` whose normals are opposed?
-bool has_facing_layers(const TriangleMesh& skin, double within);
+bool has_facing_layers(const TriangleMesh& membrane, double within);
 
 /// Distance of a candidate's two primitives, less its radius [mm].
 double gap_of(const std::vector<Vec3>& x, const Candidate& candidate);
 
-/// Sets a candidate's gap if it is less than `reach`. @return is it?
-bool is_near(const std::vector<Vec3>& x, double reach, Candidate& candidate);
+/// Sets a candidate's gap if it is less than `radius`. @return is it?
+bool is_near(const std::vector<Vec3>& x, double radius, Candidate& candidate);
 
 /// Candidates as a step takes them: those of a vertex by ascending gap, then by vertices, so that
 /// their order depends neither on how they were found nor on the number of threads.
@@ -51,13 +51,13 @@ struct CandidateSet {
   std::vector<int> owned_begin;  ///< by first vertex, shape [vertex + 1]
   std::vector<int> ref_begin;    ///< shape [vertex + 1]; or empty
   std::vector<ContactRef> refs;  ///< candidates that a vertex is in, by ascending gap; or empty
-  double reach = 0.0;            ///< [mm]
-  double skin_reach = 0.0;       ///< of a surface with itself [mm]
+  double search_radius = 0.0;    ///< [mm]
+  double self_radius = 0.0;      ///< of a surface with itself [mm]
 };
 
-/// @param candidates  all pairs nearer than `reach`, in any order
+/// @param candidates  all pairs nearer than `radius`, in any order
 /// @param lists       are those that each vertex is in listed (ref_begin, refs)?
 CandidateSet index_candidates(std::size_t vertex_count, const std::vector<Candidate>& candidates,
-                              double reach, bool lists = true);
+                              double radius, bool lists = true);
 
 }  // namespace angio::simulation::detail

@@ -100,7 +100,7 @@ FibreLaw<double> fibre_law(const Slopes& nodes) {
   return law;
 }
 
-SkinLaw<double> chart_law(const BalloonMaterial& material) {
+MembraneLaw<double> chart_law(const BalloonMaterial& material) {
   validate_chart(material.chart, material.name);
   const double rest = rest_diameter_mm(material.chart);
   const MooneyRivlin<double> full = moduli(material);
@@ -169,8 +169,8 @@ double density(const BalloonMaterial& material) {
   return known != nullptr ? known->density_g_mm3 : 1.1e-3;
 }
 
-SkinLaw<double> skin_law(const BalloonMaterial& material) {
-  return material.chart.empty() ? SkinLaw<double>{moduli(material), {}, false}
+MembraneLaw<double> membrane_law(const BalloonMaterial& material) {
+  return material.chart.empty() ? MembraneLaw<double>{moduli(material), {}, false}
                                 : chart_law(material);
 }
 

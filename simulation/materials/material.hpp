@@ -15,7 +15,7 @@ bool is_named_material(const std::string& name);
 MooneyRivlin<double> moduli(const BalloonMaterial& material);
 double density(const BalloonMaterial& material);  // [g/mm^3]
 
-/// The skin of a balloon: the material as it is or, with a chart, a base of the material with
+/// The membrane of a balloon: the material as it is or, with a chart, a base of the material with
 /// fibres around, such that the balloon's free inflation reproduces the chart.
 ///
 /// A balloon's cylindrical part is a closed free tube. With w the base's energy, its stretches l1
@@ -28,11 +28,12 @@ double density(const BalloonMaterial& material);  // [g/mm^3]
 /// cubics (Fritsch, Carlson, SIAM J. Numer. Anal. 17 (1980) 238), so that the fibres are convex,
 /// and on past the last point along its last chord. The base keeps the material's ratio C1 : C2;
 /// its stiffness is the material's or, where the chart is softer, the greatest that leaves g'
-/// rising: the skin is isotropic where the chart is softest and stiffer around than along above, as
-/// Geith et al., PLoS ONE 15 (2020) e0234340, saw on polyamide-12 balloons above nominal pressure.
+/// rising: the membrane is isotropic where the chart is softest and stiffer around than along
+/// above, as Geith et al., PLoS ONE 15 (2020) e0234340, saw on polyamide-12 balloons above nominal
+/// pressure.
 ///
 /// @throws InputError if no base with a fiftieth of the material's stiffness or more does it
-SkinLaw<double> skin_law(const BalloonMaterial& material);
+MembraneLaw<double> membrane_law(const BalloonMaterial& material);
 
 /// Stretches of a closed free tube.
 struct TubeStretch {

@@ -6,7 +6,7 @@
 #include "core/select.hpp"
 #include "core/vec3.hpp"
 
-/// The balloon's skin: an incompressible Mooney-Rivlin membrane on constant-strain triangles,
+/// The balloon's membrane: an incompressible Mooney-Rivlin membrane on constant-strain triangles,
 /// written in the invariants I1, I3 of the in-plane right Cauchy-Green tensor C = F^T F, so that
 /// nothing is singular where both stretches are equal (every undeformed triangle); with fibres
 /// around the balloon, an energy of their squared stretch I4 = f . C f.
@@ -41,9 +41,9 @@ struct FibreLaw {
   Real curvature[kMostFibreNodes]{};  ///< g'' [Pa]
 };
 
-/// What the balloon's skin is made of.
+/// What the balloon's membrane is made of.
 template <class Real>
-struct SkinLaw {
+struct MembraneLaw {
   MooneyRivlin<Real> base;
   FibreLaw<Real> fibre;
   bool relaxed = false;  ///< the base carries no compression: it wrinkles (relaxed_energy)
@@ -68,7 +68,8 @@ ANGIO_HOST_DEVICE inline EnergyDensity<Real> plain_energy(const MooneyRivlin<Rea
   return e;
 }
 
-/// The relaxed (tension-field) energy of the same skin, which carries no compression: it wrinkles.
+/// The relaxed (tension-field) energy of the same membrane, which carries no compression: it
+/// wrinkles.
 ///
 ///     taut      l2 >= l1^-1/2            Psi(l1, l2)
 ///     wrinkled  l2 <  l1^-1/2, l1 > 1    Psi(l1, l1^-1/2), the energy of uniaxial tension
@@ -170,16 +171,6 @@ ANGIO_HOST_DEVICE inline CornerMetric<Real> corner_metric(const Vec3T<Real>& v,
   return k;
 }
 
-/// The direction around an axis at a point: the hoop fibres' (zero on the axis itself).
-///
-/// @param axis  unit vector
-template <class Real>
-ANGIO_HOST_DEVICE inline Vec3T<Real> hoop_direction(const Vec3T<Real>& point,
-                                                    const Vec3T<Real>& origin,
-                                                    const Vec3T<Real>& axis) {
-  return normalized(cross(axis, point - origin));
-}
-
 /// I1, I3 of C and the fibres' squared stretch I4 for the edges e1, e2 of the deformed triangle.
 template <class Real>
 struct Invariants {
@@ -195,16 +186,16 @@ ANGIO_HOST_DEVICE inline Invariants<Real> invariants(const CornerMetric<Real>& k
           norm_squared(k.f1 * e1 + k.f2 * e2)};
 }
 
-/// Psi of the skin for the edges e1, e2 of the deformed triangle: base plus fibres.
+/// Psi of the membrane for the edges e1, e2 of the deformed triangle: base plus fibres.
 ///
 /// With `relaxed` only the base is relaxed. The fibres' g is convex and rising in I4 = |F f|^2,
 /// hence convex in F, and only pulls; so the sum stays quasiconvex and without compression, equals
 /// the full energy where the base is taut, and is nowhere above the sum's own relaxation.
 template <class Real>
-ANGIO_HOST_DEVICE inline EnergyDensity<Real> skin_energy(const SkinLaw<Real>& law,
-                                                         const CornerMetric<Real>& k,
-                                                         const Vec3T<Real>& e1,
-                                                         const Vec3T<Real>& e2) {
+ANGIO_HOST_DEVICE inline EnergyDensity<Real> membrane_energy(const MembraneLaw<Real>& law,
+                                                             const CornerMetric<Real>& k,
+                                                             const Vec3T<Real>& e1,
+                                                             const Vec3T<Real>& e2) {
   const Invariants<Real> i = invariants(k, e1, e2);
   EnergyDensity<Real> e =
       law.relaxed ? relaxed_energy(law.base, i.i1, i.i3) : plain_energy(law.base, i.i1, i.i3);
@@ -243,9 +234,9 @@ ANGIO_HOST_DEVICE inline Symmetric2<Real> clamp_positive(const Symmetric2<Real>&
 
 }  // namespace membrane
 
-/// What a triangle of the skin carries.
+/// What a triangle of the membrane carries.
 template <class Real>
-struct SkinStress {
+struct MembraneStress {
   Real stretch[2]{};       ///< principal, the larger first
   Real stress[2]{};        ///< principal Cauchy stress [Pa], the larger first
   Real thickness_ratio{};  ///< h / H
@@ -259,13 +250,13 @@ struct SkinStress {
 /// Its eigenvalues are those of S C, written in the edges' components. The stretches' squares are
 /// those of K C.
 template <class Real>
-ANGIO_HOST_DEVICE inline SkinStress<Real> skin_stress(const SkinLaw<Real>& law,
-                                                      const CornerMetric<Real>& k,
-                                                      const Vec3T<Real>& e1,
-                                                      const Vec3T<Real>& e2) {
+ANGIO_HOST_DEVICE inline MembraneStress<Real> membrane_stress(const MembraneLaw<Real>& law,
+                                                              const CornerMetric<Real>& k,
+                                                              const Vec3T<Real>& e1,
+                                                              const Vec3T<Real>& e2) {
   using std::sqrt;
   const Invariants<Real> i = invariants(k, e1, e2);
-  const EnergyDensity<Real> psi = skin_energy(law, k, e1, e2);
+  const EnergyDensity<Real> psi = membrane_energy(law, k, e1, e2);
   const Real a = dot(e1, e1), b = dot(e1, e2), c = dot(e2, e2);
   const auto roots = [](Real trace, Real det, Real out[2]) {
     const Real square = trace * trace - Real(4) * det;
@@ -273,7 +264,7 @@ ANGIO_HOST_DEVICE inline SkinStress<Real> skin_stress(const SkinLaw<Real>& law,
     out[0] = Real(0.5) * (trace + root);
     out[1] = Real(0.5) * (trace - root);
   };
-  SkinStress<Real> out;
+  MembraneStress<Real> out;
   roots(i.i1, i.i3, out.stretch);
   for (Real& l : out.stretch) l = sqrt(l > Real(0) ? l : Real(0));
   const Real s11 = Real(2) * (psi.d1 * k.k11 + psi.d4 * k.f1 * k.f1);

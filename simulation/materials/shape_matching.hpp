@@ -93,10 +93,10 @@ struct PlasticFlow {
   Real max{};    ///< c_max [1]
 };
 
-/// Functions of a cluster's members beside x, y, z: shape_modes.hpp.
+/// Functions of a slab's members beside x, y, z: shape_modes.hpp.
 inline constexpr int kShapeModes = 6;
 
-/// A map of a cluster's shape: q -> linear q + sum_k modes_k phi_k.
+/// A map of a slab's shape: q -> linear q + sum_k modes_k phi_k.
 template <class Real>
 struct ShapeMap {
   Mat3T<Real> linear = Mat3T<Real>::identity();
@@ -116,7 +116,7 @@ ANGIO_HOST_DEVICE inline Real strain_size(const ShapeMap<Real>& map) {
   return sqrt(spectral_norm(strain * transpose(strain) + uneven));
 }
 
-/// One step of plastic flow of a cluster: the new plastic map (S^p, N^p).
+/// One step of plastic flow of a slab: the new plastic map (S^p, N^p).
 ///
 ///     |(S - I, E)|_2 > c_yield:      S^p <- [I + (1 - exp(-dt c_creep)) (S - I)] S^p
 ///                                    N^p <- N^p + (1 - exp(-dt c_creep)) E
@@ -131,7 +131,7 @@ ANGIO_HOST_DEVICE inline Real strain_size(const ShapeMap<Real>& map) {
 /// cannot overshoot at long steps. A stretch l held for a time T above yield so leaves
 /// S^p = l - (l - 1) exp(-T c), whatever the step.
 ///
-/// @param elastic  S, the symmetric part of the cluster's best linear map, relative to S^p; E, the
+/// @param elastic  S, the symmetric part of the slab's best linear map, relative to S^p; E, the
 ///                 best coefficients of the modes less N^p
 template <class Real>
 ANGIO_HOST_DEVICE inline ShapeMap<Real> flow(const PlasticFlow<Real>& law,

@@ -6,7 +6,7 @@
 
 namespace angio::simulation::detail {
 
-/// The quadratic columns of a cluster's map, as functions phi_k of its members.
+/// The quadratic columns of a slab's map, as functions phi_k of its members.
 ///
 /// Mueller 2005, section 4.3, maps q~ = (x, y, z, x^2, y^2, z^2, xy, yz, zx) of a member's offset
 /// q by a 3 x 9 matrix. Here the six squares and products are replaced by six combinations of them

@@ -60,8 +60,6 @@ struct SolidView {
   const int* patch_begin = nullptr;          ///< [patch + 1]
   const int* patch_wedges = nullptr;         ///< of one region
   const Real* patch_volume = nullptr;        ///< V, unloaded [mm^3], [patch]
-  const int* entry_begin = nullptr;          ///< [vertex + 1]
-  const int* entries = nullptr;              ///< 6 wedge + corner; those of a patch follow another
 
   ANGIO_HOST_DEVICE SolidWedge<Real> wedge(int w) const {
     return {points + kWedgePoints * w, fibers + 2 * w, laws[region[w]]};
@@ -287,46 +285,6 @@ inline void add_patch(const SolidView<Real>& view, int patch, Sink& sink, const 
   for (int i = 0; i < count; ++i)
     for (int j = i; j < count; ++j)
       sink.add_block(vertex[i], vertex[j], stiffness * outer(by[i], by[j]));
-}
-
-/// Gradient and Hessian block of all wedges around a vertex, the block's negative eigenvalues set
-/// to zero: what vertex block descent needs. v is linear in one vertex, so the volume adds U''/V
-/// dv dv^T only.
-template <class Real>
-ANGIO_HOST_DEVICE inline VertexTerm<Real> solid_vertex_term(const SolidView<Real>& view, int v) {
-  VertexTerm<Real> term;
-  Vec3T<Real> by;  // dv/dx of the patch
-  VolumeEnergy<Real> u;
-  for (int e = view.entry_begin[v]; e < view.entry_begin[v + 1]; ++e) {
-    const int w = view.entries[e] / 6, a = view.entries[e] % 6, patch = view.patch[w];
-    const bool first = e == view.entry_begin[v] || view.patch[view.entries[e - 1] / 6] != patch;
-    const bool last =
-        e + 1 == view.entry_begin[v + 1] || view.patch[view.entries[e + 1] / 6] != patch;
-    if (first) {
-      u = patch_energy(view, patch);
-      by = {};
-    }
-    const SolidWedge<Real> wedge = view.wedge(w);
-    Vec3T<Real> x[6];
-    view.gather(w, x);
-    by += wedge_volume_gradient(x, a);
-    if (last) {
-      term.gradient += u.d1 * by;
-      term.hessian += (u.d2 / view.patch_volume[patch]) * outer(by, by);
-    }
-    for (int q = 0; q < kWedgePoints; ++q) {
-      const SolidPoint<Real>& point = wedge.points[q];
-      SolidTangent<Real> tangent;
-      const SolidStress<Real> s =
-          solid_stress(wedge.law, wedge.fiber, solid::deformation(point, x), tangent);
-      if (!s.valid) continue;
-      term.gradient += point.weight * (s.p * point.g[a]);
-      const SeenGradient<Real> seen = seen_gradient(tangent, point.g[a]);
-      term.hessian += point.weight * solid_block(tangent, seen, seen);
-    }
-  }
-  term.hessian = clamp_positive(term.hessian);
-  return term;
 }
 
 }  // namespace angio::simulation::detail

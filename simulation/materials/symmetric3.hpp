@@ -65,15 +65,6 @@ ANGIO_HOST_DEVICE inline Mat3T<Real> recomposed(const Eigen3<Real>& e) {
   return out;
 }
 
-/// The matrix with its negative eigenvalues set to zero.
-template <class Real>
-ANGIO_HOST_DEVICE inline Mat3T<Real> clamp_positive(const Mat3T<Real>& a) {
-  Eigen3<Real> e = eigen_decomposition(a);
-  if (e.value.x >= Real(0) && e.value.y >= Real(0) && e.value.z >= Real(0)) return a;
-  for (int k = 0; k < 3; ++k) e.value[k] = e.value[k] > Real(0) ? e.value[k] : Real(0);
-  return recomposed(e);
-}
-
 /// The inverse of a symmetric positive definite 3 x 3 block.
 ///
 /// @param shift  added to the diagonal, as a share of the trace

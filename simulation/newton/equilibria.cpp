@@ -63,7 +63,7 @@ std::vector<Equilibrium> find_equilibria(const SimulationModel& model,
                              step < steps ? 0.01 : tolerance, most_sweeps);
       result.sweeps += state.report.sweeps;
     }
-    result.x.resize(std::size_t(scene.balloon_count));
+    result.x.resize(std::size_t(scene.bodies.balloon().count));
     for (std::size_t v = 0; v < result.x.size(); ++v)
       result.x[std::size_t(scene.caller_vertex[v])] = state.x[v];
     result.pressure = state.pressure - outside;

@@ -23,7 +23,7 @@ constexpr int kMostIterations = 40;  // of a step: what takes longer is better h
 // A spring that holds the end of a piece of tube plane, over the membrane's stiffness: the ends are
 // out of plane by its inverse.
 constexpr double kPlaneStiffness = 1e3;
-constexpr int kPaperSteps = 100;  // of 20 projections, at every load
+constexpr int kPbdSteps = 100;  // of 20 projections, at every load
 
 std::vector<char> fixed_of(const Capsule& capsule, BalloonEnds ends) {
   std::vector<char> fixed = without_rigid_motion(capsule);
@@ -47,10 +47,10 @@ class NewtonStates {
  public:
   NewtonStates(const FreeBalloon& balloon, const Capsule& capsule, double tolerance)
       : capsule_(capsule),
-        skin_(skin_of(balloon, capsule)),
+        membrane_(membrane_of(balloon, capsule)),
         plane_(capsule, kPlaneStiffness * balloon.material.wall_mm *
                             (moduli(balloon.material).c1 + moduli(balloon.material).c2)),
-        terms_{&skin_},
+        terms_{&membrane_},
         fixed_(fixed_of(capsule, balloon.ends)) {
     if (balloon.ends == BalloonEnds::tube) terms_.push_back(&plane_);
     newton_.tolerance = tolerance;
@@ -119,7 +119,7 @@ class NewtonStates {
   }
 
   const Capsule& capsule_;
-  MembraneTerm skin_;
+  MembraneTerm membrane_;
   PlaneTerm plane_;
   std::vector<const EnergyTerm*> terms_;
   std::vector<char> fixed_;
@@ -151,11 +151,11 @@ std::vector<FreeState> descent_states(const FreeBalloon& balloon, const Capsule&
 
 // The seed paper's position based dynamics under a given pressure: never at rest by its own
 // measure, so never converged.
-class PaperStates {
+class PbdStates {
  public:
-  PaperStates(const FreeBalloon& balloon, const Capsule& capsule)
+  PbdStates(const FreeBalloon& balloon, const Capsule& capsule)
       : capsule_(capsule),
-        skin_(skin_of(balloon, capsule)),
+        membrane_(membrane_of(balloon, capsule)),
         fixed_(without_rigid_motion(capsule)),
         solver_(capsule.mesh, moduli(balloon.material), balloon.material.wall_mm,
                 density(balloon.material), std::vector<char>(capsule.mesh.vertices.size(), 0)) {
@@ -167,9 +167,9 @@ class PaperStates {
   }
 
   FreeState advance(double pressure) {
-    for (int i = 0; i < kPaperSteps; ++i) solver_.step(step_, pressure_forces(pressure));
+    for (int i = 0; i < kPbdSteps; ++i) solver_.step(step_, pressure_forces(pressure));
     std::vector<Vec3> x = solver_.positions();
-    const NewtonResult now = minimize({&skin_}, fixed_, x, {.most_iterations = 0},
+    const NewtonResult now = minimize({&membrane_}, fixed_, x, {.most_iterations = 0},
                                       {capsule_.mesh.triangles, Control::pressure, pressure});
     return {x, pressure, now.volume, now.residual, false};
   }
@@ -187,17 +187,17 @@ class PaperStates {
   }
 
   const Capsule& capsule_;
-  MembraneTerm skin_;
+  MembraneTerm membrane_;
   std::vector<char> fixed_;
-  PaperSolver solver_;
-  PaperStep step_;
+  PbdSolver solver_;
+  PbdStep step_;
 };
 
 }  // namespace
 
-MembraneTerm skin_of(const FreeBalloon& balloon, const Capsule& capsule) {
-  return {skin_law(balloon.material), capsule.skin, capsule.mesh.vertices, balloon.material.wall_mm,
-          hoop_fibres(capsule.skin, capsule.mesh.vertices, kAxis)};
+MembraneTerm membrane_of(const FreeBalloon& balloon, const Capsule& capsule) {
+  return {membrane_law(balloon.material), capsule.membrane, capsule.mesh.vertices,
+          balloon.material.wall_mm, hoop_fibres(capsule.membrane, capsule.mesh.vertices, kAxis)};
 }
 
 Capsule mesh_of(const FreeBalloon& balloon, int around) {
@@ -217,7 +217,7 @@ std::vector<FreeState> find_states(const FreeBalloon& balloon, const Capsule& ca
     progress.report(double(states.size()) / double(targets.size()), "inflate");
   };
   if (options.solver == InflateSolver::paper) {
-    PaperStates paper(balloon, capsule);
+    PbdStates paper(balloon, capsule);
     for (const double target : targets) add(paper.advance(target));
   } else {
     NewtonStates newton(balloon, capsule, options.tolerance_in_force());

@@ -24,7 +24,7 @@ enum class Hold { pressure, volume };  ///< [Pa], [mm^3]
 Capsule mesh_of(const FreeBalloon& balloon, int around);
 
 /// The membrane's energy on it.
-MembraneTerm skin_of(const FreeBalloon& balloon, const Capsule& capsule);
+MembraneTerm membrane_of(const FreeBalloon& balloon, const Capsule& capsule);
 
 /// A state of rest for each target, by options.solver.
 ///

@@ -30,7 +30,7 @@ void add_triangles(Capsule& capsule, int ring_count) {
         triangles.push_back({a, b, d});
       }
     }
-  capsule.skin = triangles;
+  capsule.membrane = triangles;
   for (int k = 0; k < n; ++k) {
     const int next = (k + 1) % n, last = (ring_count - 1) * n;
     triangles.push_back({capsule.low_pole, next, k});
@@ -76,7 +76,7 @@ Capsule make_capsule(double radius, double length, int around) {
   const int half = std::max(2, int(std::lround(0.5 * length / spacing)));
   const int cap = std::max(2, int(std::lround(0.5 * units::kPi * radius / spacing)));
   add_rings(capsule, radius, half, cap);
-  capsule.skin = capsule.mesh.triangles;
+  capsule.membrane = capsule.mesh.triangles;
   return capsule;
 }
 

@@ -15,9 +15,9 @@ namespace angio::simulation::detail {
 /// tension of p times its distance from the axis, so that in the prism every stretch of the closed
 /// form for the round tube is a state of rest, whatever the number of strips.
 struct Capsule {
-  TriangleMesh mesh;           ///< closed, normals outward; its middle is the origin
-  std::vector<Triangle> skin;  ///< the triangles of `mesh` that are membrane
-  int around = 0;              ///< vertices of a ring; ring r begins at vertex r * around
+  TriangleMesh mesh;               ///< closed, normals outward; its middle is the origin
+  std::vector<Triangle> membrane;  ///< the triangles of `mesh` that are membrane
+  int around = 0;                  ///< vertices of a ring; ring r begins at vertex r * around
   int first_ring = 0, middle_ring = 0, last_ring = 0;  ///< of the cylinder
   int low_pole = 0, high_pole = 0;                     ///< vertices on the axis
   double circle_factor = 1.0;                          ///< radius of the vertices over the radius

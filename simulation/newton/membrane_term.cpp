@@ -26,7 +26,7 @@ void clamp_element(EdgeTerm<double>& term) {
 
 }  // namespace
 
-MembraneTerm::MembraneTerm(SkinLaw<double> law, std::vector<Triangle> triangles,
+MembraneTerm::MembraneTerm(MembraneLaw<double> law, std::vector<Triangle> triangles,
                            const std::vector<Vec3>& rest, double thickness,
                            const std::vector<Vec3>& fibre)
     : law_(law), triangles_(std::move(triangles)) {
@@ -43,18 +43,19 @@ double MembraneTerm::value(const std::vector<Vec3>& x) const {
   for (std::size_t t = 0; t < triangles_.size(); ++t) {
     const auto& [v, n, m] = triangles_[t];
     const Vec3& middle = x[std::size_t(n)];
-    sum +=
-        metric_[t].volume *
-        skin_energy(law_, metric_[t], x[std::size_t(v)] - middle, x[std::size_t(m)] - middle).value;
+    sum += metric_[t].volume *
+           membrane_energy(law_, metric_[t], x[std::size_t(v)] - middle, x[std::size_t(m)] - middle)
+               .value;
   }
   return sum;
 }
 
-SkinStress<double> MembraneTerm::stress(std::size_t triangle, const std::vector<Vec3>& x) const {
+MembraneStress<double> MembraneTerm::stress(std::size_t triangle,
+                                            const std::vector<Vec3>& x) const {
   const auto& [v, n, m] = triangles_[triangle];
   const Vec3& middle = x[std::size_t(n)];
-  return skin_stress(law_, metric_[triangle], x[std::size_t(v)] - middle,
-                     x[std::size_t(m)] - middle);
+  return membrane_stress(law_, metric_[triangle], x[std::size_t(v)] - middle,
+                         x[std::size_t(m)] - middle);
 }
 
 void MembraneTerm::add(const std::vector<Vec3>& x, bool clamp, Assembly& out) const {
@@ -63,7 +64,7 @@ void MembraneTerm::add(const std::vector<Vec3>& x, bool clamp, Assembly& out) co
     const Vec3 e1 = x[std::size_t(v)] - x[std::size_t(n)];
     const Vec3 e2 = x[std::size_t(m)] - x[std::size_t(n)];
     EdgeTerm<double> term =
-        membrane_element(metric_[t], skin_energy(law_, metric_[t], e1, e2), e1, e2);
+        membrane_element(metric_[t], membrane_energy(law_, metric_[t], e1, e2), e1, e2);
     if (clamp) clamp_element(term);
     out.add_gradient(v, term.gradient[0]);
     out.add_gradient(m, term.gradient[1]);

@@ -146,7 +146,7 @@ ANGIO_HOST_DEVICE inline AirProjection<Real> project_friction(const TetState<Rea
 
 /// What the projection of a tet has done.
 template <class Real>
-struct PaperDeltas {
+struct PbdDeltas {
   Real friction{}, viscous{};  ///< how far it moved the balloon's vertices, in sum [mm]
   bool touching = false;       ///< it had turned inside out
 };
@@ -154,9 +154,9 @@ struct PaperDeltas {
 /// The tets of the gap that touch both surfaces, and what is kept of them; balloon vertices first,
 /// right-handed. Colour by colour: those of one colour share no vertex.
 template <class Real>
-struct PaperContact {
+struct PbdContact {
   bool is_on = false;
-  int colors = 0;
+  int tet_count = 0, colors = 0;
   const int* color_begin = nullptr;      ///< first tet of a colour, [color + 1]
   const int* tets = nullptr;             ///< four vertices each
   const int* balloon_corners = nullptr;  ///< [tet] 1, 2 or 3

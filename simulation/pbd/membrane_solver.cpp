@@ -7,9 +7,9 @@
 namespace angio::simulation::detail {
 namespace {
 
-using Particle = PaperSolver::Particle;
-using Batch = PaperSolver::Batch;
-constexpr int kLanes = PaperSolver::kLanes;
+using Particle = PbdSolver::Particle;
+using Batch = PbdSolver::Batch;
+constexpr int kLanes = PbdSolver::kLanes;
 using Lanes = Pack<float, kLanes>;
 
 /// Colours in which no two triangles share a vertex.
@@ -139,8 +139,8 @@ struct Batches {
 
 }  // namespace
 
-PaperSolver::PaperSolver(const TriangleMesh& rest, const MooneyRivlin<double>& law,
-                         double thickness, double density, const std::vector<char>& fixed)
+PbdSolver::PbdSolver(const TriangleMesh& rest, const MooneyRivlin<double>& law, double thickness,
+                     double density, const std::vector<char>& fixed)
     : law_{float(law.c1 / (law.c1 + law.c2)), float(law.c2 / (law.c1 + law.c2))},
       origin_(rest.vertices.front()),
       particles_(rest.vertices.size() + 1),
@@ -154,14 +154,14 @@ PaperSolver::PaperSolver(const TriangleMesh& rest, const MooneyRivlin<double>& l
   add_batches(rest, thickness);
 }
 
-void PaperSolver::set_position(int vertex, const Vec3& position) {
+void PbdSolver::set_position(int vertex, const Vec3& position) {
   Particle& p = particles_[std::size_t(vertex)];
   p.x = float(position.x - origin_.x);
   p.y = float(position.y - origin_.y);
   p.z = float(position.z - origin_.z);
 }
 
-void PaperSolver::add_batches(const TriangleMesh& rest, double thickness) {
+void PbdSolver::add_batches(const TriangleMesh& rest, double thickness) {
   const std::vector<int> colors = color_triangles(rest);
   const int nobody = int(rest.vertices.size());
   color_begin_.push_back(0);
@@ -192,7 +192,7 @@ void PaperSolver::add_batches(const TriangleMesh& rest, double thickness) {
   }
 }
 
-void PaperSolver::step(const PaperStep& options, const std::vector<Vec3>& forces) {
+void PbdSolver::step(const PbdStep& options, const std::vector<Vec3>& forces) {
   const std::size_t count = velocities_.size();
   const float time = float(options.dt), kept = float(1.0 - options.damping);
   std::vector<Particle> before(particles_.begin(), particles_.end() - 1);
@@ -230,7 +230,7 @@ void PaperSolver::step(const PaperStep& options, const std::vector<Vec3>& forces
   }
 }
 
-std::vector<Vec3> PaperSolver::positions() const {
+std::vector<Vec3> PbdSolver::positions() const {
   std::vector<Vec3> x;
   for (std::size_t v = 0; v < velocities_.size(); ++v) {
     const Particle& p = particles_[v];

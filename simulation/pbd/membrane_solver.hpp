@@ -7,7 +7,7 @@
 
 namespace angio::simulation::detail {
 
-struct PaperStep {
+struct PbdStep {
   double dt = 0.025;       ///< [s]
   int iterations = 20;     ///< projections of every triangle
   double stiffness = 1.0;  ///< k, share of a projection that is applied, (0, 1]
@@ -25,20 +25,20 @@ struct PaperStep {
 ///
 /// Triangles are taken colour by colour, in packs of eight of one colour; the result depends on
 /// neither the processor's vector width nor the number of threads. Single precision.
-class PaperSolver {
+class PbdSolver {
  public:
   /// @param rest       unloaded shape [mm]; may be open
   /// @param thickness  H [mm]
   /// @param density    [g/mm^3]
   /// @param fixed      shape [vertex]: moves only by `set_position`
-  PaperSolver(const TriangleMesh& rest, const MooneyRivlin<double>& law, double thickness,
-              double density, const std::vector<char>& fixed);
+  PbdSolver(const TriangleMesh& rest, const MooneyRivlin<double>& law, double thickness,
+            double density, const std::vector<char>& fixed);
 
   void set_position(int vertex, const Vec3& position);
 
   /// Predicts with the forces [uN, shape [vertex], or empty], projects all triangles, and takes the
   /// velocities from the positions.
-  void step(const PaperStep& options, const std::vector<Vec3>& forces);
+  void step(const PbdStep& options, const std::vector<Vec3>& forces);
 
   [[nodiscard]] std::vector<Vec3> positions() const;  ///< [mm], shape [vertex]
   [[nodiscard]] int color_count() const { return int(color_begin_.size()) - 1; }

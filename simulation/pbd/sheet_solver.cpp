@@ -16,7 +16,7 @@ constexpr int kBatch = SheetSolver::kBatch;
 
 // Of its shortest edge: farther no vertex goes at once, so that no triangle turns over.
 constexpr double kReach = 0.25;
-constexpr float kShift = 1e-6F;  // where the skin has no stiffness at all
+constexpr float kShift = 1e-6F;  // where the membrane has no stiffness at all
 
 /// membrane_term of all triangles at some vertices of a batch; of the Hessian the upper half.
 template <int kWidth>

@@ -15,9 +15,9 @@ struct SheetStep {
   int lanes = 0;  ///< vertices at once, 8 or 16; 0: as many as the processor's vectors hold
 };
 
-/// A skin alone, open or closed, by vertex block descent: implicit Euler, each vertex taking a
+/// A membrane alone, open or closed, by vertex block descent: implicit Euler, each vertex taking a
 /// Newton step in its own 3 x 3 block, colour by colour. (The balloon's step is the same, with gas
-/// and contact: step_program.hpp.)
+/// and contact: program.hpp.)
 ///
 /// Vertices of a colour have no term in common, so that many of them are worked on at once, in
 /// packs of one vertex a lane. The result does not depend on the pack's width. Single precision.

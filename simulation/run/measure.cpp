@@ -124,18 +124,19 @@ struct Section {
   std::vector<std::array<double, 2>> points;
 };
 
-Section section_of(const Scene& scene, const std::vector<Vec3>& x, int cluster) {
-  const WallClusters& clusters = scene.clusters;
-  const auto c = std::size_t(cluster);
+Section section_of(const Scene& scene, const std::vector<Vec3>& x, int slab) {
+  const WallSlabs& slabs = scene.slabs;
+  const auto c = std::size_t(slab);
   Vec3 centre;
-  const int begin = clusters.begin[c], end = clusters.begin[c + 1];
+  const int begin = slabs.begin[c], end = slabs.begin[c + 1];
   for (int e = begin; e < end; ++e)
-    centre += x[std::size_t(scene.balloon_count + clusters.vertex[std::size_t(e)])];
+    centre += x[std::size_t(scene.bodies.wall().first + slabs.vertex[std::size_t(e)])];
   centre = centre / double(end - begin);
-  const Vec3 u = any_perpendicular(clusters.axis[c]), w = cross(clusters.axis[c], u);
+  const Vec3 u = any_perpendicular(slabs.axis[c]), w = cross(slabs.axis[c], u);
   Section section;
   for (int e = begin; e < end; ++e) {
-    const Vec3 d = x[std::size_t(scene.balloon_count + clusters.vertex[std::size_t(e)])] - centre;
+    const Vec3 d =
+        x[std::size_t(scene.bodies.wall().first + slabs.vertex[std::size_t(e)])] - centre;
     section.points.push_back({dot(d, u), dot(d, w)});
   }
   return section;
@@ -170,10 +171,10 @@ double inscribed_radius(const Section& section) {
 }  // namespace
 
 double lumen_mld(const Scene& scene, const std::vector<Vec3>& x) {
-  const int count = scene.clusters.count();
+  const int count = scene.slabs.count();
   std::vector<double> radius(std::size_t(count), std::numeric_limits<double>::max());
   parallel_for_uneven(count, [&](std::ptrdiff_t c) {
-    if (scene.clusters.ring[std::size_t(c)] && scene.watched[std::size_t(c)])
+    if (scene.slabs.ring[std::size_t(c)] && scene.watched[std::size_t(c)])
       radius[std::size_t(c)] = inscribed_radius(section_of(scene, x, int(c)));
   });
   const auto least = std::min_element(radius.begin(), radius.end());
@@ -217,7 +218,7 @@ double contact_area(const Scene& scene, const State& state) {
   for (const Triangle& t : scene.wall_triangles) {
     int pressed = 0;
     for (const int v : t)
-      pressed += state.contact_pressure[std::size_t(v - scene.balloon_count)] > 0.0 ? 1 : 0;
+      pressed += state.contact_pressure[std::size_t(v - scene.bodies.wall().first)] > 0.0 ? 1 : 0;
     if (pressed == 0) continue;
     const Corners c = corners_of(state.x, t);
     area += pressed * norm(cross(c[1] - c[0], c[2] - c[0])) / 6.0;
@@ -225,10 +226,10 @@ double contact_area(const Scene& scene, const State& state) {
   return area;
 }
 
-SkinState skin_state(const Scene& scene, const std::vector<Vec3>& x) {
-  const auto count = std::size_t(scene.balloon_count);
-  SkinState state{std::vector<double>(count), std::vector<double>(count),
-                  std::vector<double>(count)};
+MembraneState membrane_state(const Scene& scene, const std::vector<Vec3>& x) {
+  const auto count = std::size_t(scene.bodies.balloon().count);
+  MembraneState state{std::vector<double>(count), std::vector<double>(count),
+                      std::vector<double>(count)};
   for (std::size_t v = 0; v < count; ++v) {
     double weight = 0.0, thickness = 0.0, first = 0.0, second = 0.0;
     for (int c = scene.corner_begin[v]; c < scene.corner_begin[v + 1]; ++c) {
@@ -242,12 +243,12 @@ SkinState skin_state(const Scene& scene, const std::vector<Vec3>& x) {
       weight += w;
       first += w * large;
       second += w * small;
-      // A wrinkled or folded skin is as thick as its own tension makes it, not as its cover:
+      // A wrinkled or folded membrane is as thick as its own tension makes it, not as its cover:
       // uniaxial tension leaves l3 = l1^-1/2, no tension leaves l3 = 1.
-      const double taut = !scene.skin.relaxed ? 1.0 / std::sqrt(k.i3)
-                          : large <= 1.0      ? 1.0
+      const double taut = !scene.membrane.relaxed ? 1.0 / std::sqrt(k.i3)
+                          : large <= 1.0          ? 1.0
                                          : std::min(1.0 / std::sqrt(k.i3), 1.0 / std::sqrt(large));
-      thickness += w * scene.wall_mm * taut;
+      thickness += w * scene.thickness * taut;
     }
     state.thickness[v] = thickness / weight;
     state.stretch_1[v] = first / weight;
@@ -257,22 +258,22 @@ SkinState skin_state(const Scene& scene, const std::vector<Vec3>& x) {
 }
 
 std::vector<double> plastic_strain(const Scene& scene, const State& state) {
-  std::vector<double> by_cluster(state.plastic.size());
-  for (std::size_t c = 0; c < by_cluster.size(); ++c) {
+  std::vector<double> by_slab(state.plastic.size());
+  for (std::size_t c = 0; c < by_slab.size(); ++c) {
     ShapeMap<double> plastic;
     plastic.linear = state.plastic[c];
     if (!state.plastic_modes.empty())
       std::copy_n(state.plastic_modes.begin() + std::ptrdiff_t(c) * kShapeModes, kShapeModes,
                   plastic.modes);
-    by_cluster[c] = strain_size(plastic);
+    by_slab[c] = strain_size(plastic);
   }
-  std::vector<double> result(std::size_t(scene.wall_count), 0.0);
-  const WallClusters& clusters = scene.clusters;
+  std::vector<double> result(std::size_t(scene.bodies.wall().count), 0.0);
+  const WallSlabs& slabs = scene.slabs;
   for (std::size_t v = 0; v < result.size(); ++v) {
-    for (int n = clusters.entry_begin[v]; n < clusters.entry_begin[v + 1]; ++n)
-      result[v] += by_cluster[std::size_t(
-          clusters.entry_cluster[std::size_t(clusters.entry[std::size_t(n)])])];
-    result[v] /= double(clusters.entry_begin[v + 1] - clusters.entry_begin[v]);
+    for (int n = slabs.slab_vertex_begin[v]; n < slabs.slab_vertex_begin[v + 1]; ++n)
+      result[v] +=
+          by_slab[std::size_t(slabs.slab_of[std::size_t(slabs.slab_vertices[std::size_t(n)])])];
+    result[v] /= double(slabs.slab_vertex_begin[v + 1] - slabs.slab_vertex_begin[v]);
   }
   return result;
 }
@@ -281,7 +282,7 @@ WallFields solid_fields(const Scene& scene, const State& state) {
   SolidModel model = scene.solid.model;
   model.points = state.solid_points;
   WallState wall;
-  wall.vertices.assign(state.x.begin() + scene.balloon_count, state.x.end());
+  wall.vertices.assign(state.x.begin() + scene.bodies.wall().first, state.x.end());
   wall.plastic_strain = state.solid_plastic_strain;
   return fields(model, scene.solid.wall, wall);
 }

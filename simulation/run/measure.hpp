@@ -24,12 +24,12 @@ int self_crossing_count(const std::vector<Triangle>& triangles, const std::vecto
 /// Of the wall, a third of each triangle for each corner under contact pressure [mm^2].
 double contact_area(const Scene& scene, const State& state);
 
-struct SkinState {
+struct MembraneState {
   std::vector<double> thickness, stretch_1, stretch_2;  ///< per balloon vertex, area-weighted
 };
-SkinState skin_state(const Scene& scene, const std::vector<Vec3>& x);
+MembraneState membrane_state(const Scene& scene, const std::vector<Vec3>& x);
 
-/// |S^p - I|_2 of the clusters of each wall vertex, their mean.
+/// |S^p - I|_2 of the slabs of each wall vertex, their mean.
 std::vector<double> plastic_strain(const Scene& scene, const State& state);
 
 /// Stress and strain of a layered wall, in the scene's numbering.

@@ -31,8 +31,8 @@ std::string text(const char* format, Values... values) {
 
 PatchPressure patch_pressure(const Scene& scene, const State& state) {
   PatchPressure worst;
-  std::vector<int> mark(std::size_t(scene.wall_count), -1), patch;
-  for (int v = 0; v < scene.wall_count; ++v) {
+  std::vector<int> mark(std::size_t(scene.bodies.wall().count), -1), patch;
+  for (int v = 0; v < scene.bodies.wall().count; ++v) {
     if (!(state.contact_pressure[std::size_t(v)] > 0.0)) continue;
     patch.assign(1, v);
     mark[std::size_t(v)] = v;
@@ -41,7 +41,7 @@ PatchPressure patch_pressure(const Scene& scene, const State& state) {
       for (; first < end; ++first) {
         const auto i = std::size_t(patch[first]);
         for (int n = scene.neighbor_begin[i]; n < scene.neighbor_begin[i + 1]; ++n) {
-          const int u = scene.neighbors[std::size_t(n)] - scene.balloon_count;
+          const int u = scene.neighbors[std::size_t(n)] - scene.bodies.wall().first;
           if (mark[std::size_t(u)] == v) continue;
           mark[std::size_t(u)] = v;
           patch.push_back(u);
@@ -92,7 +92,7 @@ void SuccessWatch::add(const State& state, const SimulationFrame& frame) {
   const double ratio = patch.pressure / peak_pressure_;
   worst_ratio_ = std::max(worst_ratio_, ratio);
   if (ratio > kMostPressure) {
-    const int vertex = scene_.caller_vertex[std::size_t(scene_.balloon_count + patch.vertex)];
+    const int vertex = scene_.caller_vertex[std::size_t(scene_.bodies.wall().first + patch.vertex)];
     const double abscissa =
         model_.wall_abscissa.empty() ? 0.0 : model_.wall_abscissa[std::size_t(vertex)];
     fail(
@@ -103,7 +103,7 @@ void SuccessWatch::add(const State& state, const SimulationFrame& frame) {
         kSmallerBalloon);
   }
   // Without a wall the balloon itself says whether it has a state of rest: a warning.
-  if (scene_.wall_count > 0 && frame.residual > kOffBalance)
+  if (scene_.bodies.wall().count > 0 && frame.residual > kOffBalance)
     fail(frame,
          text("the forces are off balance by %.0f %% (the balloon finds no state of rest)",
               100.0 * frame.residual),

@@ -48,7 +48,7 @@ ANGIO_HOST_DEVICE inline void add_column_wedge(const SolidWedge<Real>& wedge, co
   }
 }
 
-/// Adds the patches around a column, each by one of the lanes (launch.hpp).
+/// Adds the patches around a column, each by one of the lanes (team.hpp).
 template <class Real, class Lanes>
 ANGIO_HOST_DEVICE inline void add_solid_column(const SolidView<Real>& view,
                                                const SolidColumns<Real>& columns, int column,

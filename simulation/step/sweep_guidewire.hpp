@@ -12,12 +12,12 @@ namespace angio::simulation::detail {
 
 /// Nodes and ties.
 template <class Real>
-ANGIO_HOST_DEVICE inline int rod_part_count(const RodView<Real>& rod) {
+ANGIO_HOST_DEVICE inline int rod_part_count(const GuidewireView<Real>& rod) {
   return rod.shape.count + rod.tie_count;
 }
 
 template <class Real>
-ANGIO_HOST_DEVICE inline int rod_part_vertex(const RodView<Real>& rod, int part) {
+ANGIO_HOST_DEVICE inline int rod_part_vertex(const GuidewireView<Real>& rod, int part) {
   return part < rod.shape.count ? rod.first + part : rod.ties[part - rod.shape.count].vertex;
 }
 
@@ -25,11 +25,11 @@ ANGIO_HOST_DEVICE inline int rod_part_vertex(const RodView<Real>& rod, int part)
 template <class Real, class Lanes>
 ANGIO_HOST_DEVICE inline void gather_rod_load(const StepView<Real>& s, int part, const Lanes& lanes,
                                               Real gauge) {
-  const int v = rod_part_vertex(s.rod, part);
+  const int v = rod_part_vertex(s.guidewire, part);
   RodLoad<Real> load;
   VertexForces<Real> f;
-  if (part < s.rod.shape.count) {
-    if (s.candidate_count > 0) add_contact(s, v, lanes, f);
+  if (part < s.guidewire.shape.count) {
+    if (s.contact.candidates.count > 0) add_contact(s, v, lanes, f);
     gather(s, lanes, f);
     add_inertia(s, v, f);
   } else {
@@ -40,7 +40,7 @@ ANGIO_HOST_DEVICE inline void gather_rod_load(const StepView<Real>& s, int part,
   load.hessian = f.hessian;
   load.magnitude = f.contact;
   lanes.sync();
-  if (lanes.rank() == 0) s.rod.loads[part] = load;
+  if (lanes.rank() == 0) s.guidewire.loads[part] = load;
 }
 
 template <class Real>
@@ -54,9 +54,9 @@ ANGIO_HOST_DEVICE inline Mat3T<double> in_double(const Mat3T<Real>& a) {
 /// The external loads as rows of the block; x gets the nodes' positions.
 template <class Real>
 ANGIO_HOST_DEVICE inline void put_rod_loads(const StepView<Real>& s) {
-  const RodView<Real>& rod = s.rod;
+  const GuidewireView<Real>& rod = s.guidewire;
   for (int i = 0; i < rod.shape.count; ++i) {
-    rod.x[i] = in_double(s.x[rod.first + i]);
+    rod.x[i] = in_double(s.motion.x[rod.first + i]);
     rod.external[i] = {};
     rod.external[i].force = in_double(rod.loads[i].force);
     rod.external[i].own = in_double(rod.loads[i].hessian);
@@ -78,7 +78,7 @@ ANGIO_HOST_DEVICE inline void put_rod_loads(const StepView<Real>& s) {
 
 /// The rod's energy and the loads' quadratic model after a share of the moves in `rows` [nJ].
 template <class Real>
-ANGIO_HOST_DEVICE inline double rod_energy_after(const RodView<Real>& rod, double share) {
+ANGIO_HOST_DEVICE inline double rod_energy_after(const GuidewireView<Real>& rod, double share) {
   Vec3T<double>* at = rod.x + rod.shape.count;
   double energy = 0.0;
   for (int i = 0; i < rod.shape.count; ++i) {
@@ -94,7 +94,7 @@ ANGIO_HOST_DEVICE inline double rod_energy_after(const RodView<Real>& rod, doubl
 /// One Newton step of the rod under what acts on it, by one thread: `rows` ends with the moves.
 template <class Real>
 ANGIO_HOST_DEVICE ANGIO_OUT_OF_LINE void propose_rod(const StepView<Real>& s) {
-  const RodView<Real>& rod = s.rod;
+  const GuidewireView<Real>& rod = s.guidewire;
   const int count = rod.shape.count;
   put_rod_loads(s);
   for (int i = 0; i < count; ++i) rod.rows[i] = rod.external[i];
@@ -119,7 +119,7 @@ ANGIO_HOST_DEVICE ANGIO_OUT_OF_LINE void propose_rod(const StepView<Real>& s) {
 
 /// Of the moves in `rows`.
 template <class Real>
-ANGIO_HOST_DEVICE inline Vec3T<Real> rod_move(const RodView<Real>& rod, int part) {
+ANGIO_HOST_DEVICE inline Vec3T<Real> rod_move(const GuidewireView<Real>& rod, int part) {
   Vec3T<double> move;
   if (part < rod.shape.count) {
     move = rod.rows[part].force;
@@ -128,6 +128,54 @@ ANGIO_HOST_DEVICE inline Vec3T<Real> rod_move(const RodView<Real>& rod, int part
     move = (1.0 - tie.share) * rod.rows[tie.node].force + tie.share * rod.rows[tie.node + 1].force;
   }
   return {Real(move.x), Real(move.y), Real(move.z)};
+}
+
+/// Takes the rod's moves: nodes and ties by one share, that of the least room.
+/// @return volume gained [mm^3]
+template <class Real, class Team>
+ANGIO_HOST_DEVICE inline double take_rod(Team& team, const StepView<Real>& s) {
+  const GuidewireView<Real>& rod = s.guidewire;
+  const int parts = rod_part_count(rod);
+  team.template for_each<1>(parts, [&](int i, const auto&) {
+    rod.share[i] = bounded_share<Team>(s, rod_part_vertex(rod, i), rod_move(rod, i));
+  });
+  team.barrier();
+  if (team.leader()) {
+    Real least = Real(1);
+    for (int i = 0; i < parts; ++i) least = rod.share[i] < least ? rod.share[i] : least;
+    rod.report->share = double(least);
+  }
+  team.barrier();
+  const Real share = Real(rod.report->share);
+  double total[1];
+  team.template sum<1, 1>(
+      parts,
+      [&](int i, const auto&, auto* part) {
+        const Vec3T<Real> move = share * rod_move(rod, i);
+        s.motion.x[rod_part_vertex(rod, i)] += move;
+        if (i >= rod.shape.count) part[0] += dot(rod.loads[i].by_volume, move);
+      },
+      total);
+  return total[0];
+}
+
+/// Moves the guidewire and what is tied to it.
+template <class Real, class Team>
+ANGIO_HOST_DEVICE inline void sweep_rod(Team& team, const StepView<Real>& s, StepStatus& status,
+                                        SweepSums& sums) {
+  const Real gauge = Real(status.pressure) - s.balloon.outside_pressure;
+  team.template for_each<Team::kVertexLanes>(
+      rod_part_count(s.guidewire),
+      [&](int i, const auto& lanes) { gather_rod_load(s, i, lanes, gauge); });
+  team.barrier();
+  if (team.leader()) propose_rod(s);
+  team.barrier();
+  status.volume += take_rod(team, s);
+  status.pressure = pressure_at(status.law, status.volume);
+  sums.net += s.guidewire.report->net;
+  sums.load += s.guidewire.report->load;
+  sums.blocked = sums.blocked || s.guidewire.report->share < 1.0;
+  team.barrier();
 }
 
 }  // namespace angio::simulation::detail

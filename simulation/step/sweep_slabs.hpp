@@ -1,6 +1,6 @@
 #pragma once
 
-#include "simulation/step/near_pairs.hpp"
+#include "simulation/step/sweep_sums.hpp"
 
 /// The step's wall by shape matching: what acts on its vertices, and its slabs.
 namespace angio::simulation::detail {
@@ -14,18 +14,18 @@ inline constexpr double kWallSmoothing = 0.1;
 template <class Real>
 ANGIO_HOST_DEVICE inline void move_wall_vertex(const StepView<Real>& s, int v,
                                                const Vec3T<Real>& by) {
-  if (s.self_distance > Real(0))
-    s.wall_move[v - s.balloon_count] = by;
+  if (s.contact.law.self_distance > Real(0))
+    s.wall.move[v - s.bodies.wall().first] = by;
   else
-    s.x[v] += by;
+    s.motion.x[v] += by;
 }
 
 template <class Real, class Team>
 ANGIO_HOST_DEVICE inline void make_wall_moves(Team& team, const StepView<Real>& s, int first,
                                               int count) {
-  if (!(s.self_distance > Real(0))) return;
+  if (!(s.contact.law.self_distance > Real(0))) return;
   team.template for_each<1>(count, [&](int i, const auto&) {
-    s.x[first + i] += s.wall_move[first + i - s.balloon_count];
+    s.motion.x[first + i] += s.wall.move[first + i - s.bodies.wall().first];
   });
   team.barrier();
 }
@@ -35,48 +35,60 @@ template <class Real, class Lanes>
 ANGIO_HOST_DEVICE inline VertexForces<Real> wall_forces(const StepView<Real>& s, int v,
                                                         const Lanes& lanes) {
   VertexForces<Real> out;
-  const int i = v - s.balloon_count;
-  const Vec3T<Real> off = s.x[v] - s.goal[i];
+  const int i = v - s.bodies.wall().first;
+  const Vec3T<Real> off = s.motion.x[v] - s.slabs.goals.goal[i];
   Real k = 0;
-  for (int n = s.neighbor_begin[i] + lanes.rank(); n < s.neighbor_begin[i + 1]; n += lanes.size()) {
-    const int u = s.neighbors[n], j = u - s.balloon_count;
-    const Real spring = Real(0.5 * kWallSmoothing) * (s.goal_stiffness[i] + s.goal_stiffness[j]);
-    out.force -= spring * (off - (s.x[u] - s.goal[j]));
+  for (int n = s.slabs.goals.neighbor_begin[i] + lanes.rank();
+       n < s.slabs.goals.neighbor_begin[i + 1]; n += lanes.size()) {
+    const int u = s.slabs.goals.neighbors[n], j = u - s.bodies.wall().first;
+    const Real spring =
+        Real(0.5 * kWallSmoothing) * (s.slabs.goals.stiffness[i] + s.slabs.goals.stiffness[j]);
+    out.force -= spring * (off - (s.motion.x[u] - s.slabs.goals.goal[j]));
     k += spring;
   }
   for (int a = 0; a < 3; ++a) out.hessian(a, a) = k;
-  if (s.candidate_count > 0) add_contact(s, v, lanes, out);
+  if (s.contact.candidates.count > 0) add_contact(s, v, lanes, out);
   gather(s, lanes, out);
-  const Vec3T<Real> elastic =
-      s.along_force[i] - s.along_stiffness[i] * off - s.goal_stiffness[i] * off;
+  const Vec3T<Real> elastic = s.slabs.goals.along_force[i] -
+                              s.slabs.goals.along_stiffness[i] * off -
+                              s.slabs.goals.stiffness[i] * off;
   out.force += elastic;
   out.magnitude += norm(elastic);
-  out.force += s.foundation[i] * (s.start[v] - s.x[v]);
-  out.hessian += s.along_stiffness[i];
-  for (int a = 0; a < 3; ++a) out.hessian(a, a) += s.goal_stiffness[i] + s.foundation[i];
+  out.force += s.wall.foundation[i] * (s.motion.start[v] - s.motion.x[v]);
+  out.hessian += s.slabs.goals.along_stiffness[i];
+  for (int a = 0; a < 3; ++a)
+    out.hessian(a, a) += s.slabs.goals.stiffness[i] + s.wall.foundation[i];
   add_inertia(s, v, out);
   return out;
 }
 
-/// A member's place in the plastic shape of its cluster.
+/// Where a slab vertex is.
+template <class Real>
+ANGIO_HOST_DEVICE inline const Vec3T<Real>& slab_point(const StepView<Real>& s, int e) {
+  return s.motion.x[s.bodies.wall().first + s.slabs.shape.vertex[e]];
+}
+
+/// A member's place in the plastic shape of its slab.
 template <class Real>
 ANGIO_HOST_DEVICE inline Vec3T<Real> plastic_offset(const StepView<Real>& s, int c, int e) {
-  Vec3T<Real> q = s.cluster_plastic[c] * s.cluster_offset[e];
-  if (s.entry_modes)
+  Vec3T<Real> q = s.slabs.fit.plastic[c] * s.slabs.shape.offset[e];
+  if (s.slabs.shape.modes)
     for (int k = 0; k < kShapeModes; ++k)
-      q += s.entry_modes[e * kShapeModes + k] * s.cluster_plastic_modes[c * kShapeModes + k];
+      q +=
+          s.slabs.shape.modes[e * kShapeModes + k] * s.slabs.fit.plastic_modes[c * kShapeModes + k];
   return q;
 }
 
-/// The coefficient of a mode in the cluster's best map.
+/// The coefficient of a mode in the slab's best map.
 template <class Real, class Lanes>
 ANGIO_HOST_DEVICE inline Vec3T<Real> best_mode(const StepView<Real>& s, int c, int k,
                                                const Vec3T<Real>& centre, const Lanes& lanes) {
   Vec3T<Real> sum;
-  for (int e = s.cluster_begin[c] + lanes.rank(); e < s.cluster_begin[c + 1]; e += lanes.size())
-    sum += (s.cluster_stiffness[e] * s.entry_modes[e * kShapeModes + k]) *
-           (s.x[s.balloon_count + s.cluster_vertex[e]] - centre);
-  return s.mode_scale[c] * sum_over(lanes, sum);
+  for (int e = s.slabs.shape.begin[c] + lanes.rank(); e < s.slabs.shape.begin[c + 1];
+       e += lanes.size())
+    sum += (s.slabs.shape.stiffness[e] * s.slabs.shape.modes[e * kShapeModes + k]) *
+           (slab_point(s, e) - centre);
+  return s.slabs.shape.mode_scale[c] * sum_over(lanes, sum);
 }
 
 /// The unit vector n that minimises n . X n / 2 - n . b, from a guess: Newton's method on the
@@ -109,19 +121,21 @@ ANGIO_HOST_DEVICE inline Vec3T<Real> best_direction(const Mat3T<Real>& x, const 
 template <class Real, class Lanes>
 ANGIO_HOST_DEVICE inline void fit_axis(const StepView<Real>& s, int c,
                                        const Mat3T<Real>& covariance, const Lanes& lanes) {
-  if (!(s.cluster_along[c] > Real(0))) return;
+  if (!(s.slabs.shape.along[c] > Real(0))) return;
   Mat3T<Real> spread;
-  for (int e = s.cluster_begin[c] + lanes.rank(); e < s.cluster_begin[c + 1]; e += lanes.size()) {
-    const Vec3T<Real> d = s.x[s.balloon_count + s.cluster_vertex[e]] - s.cluster_centre[c];
-    spread += outer(s.cluster_stiffness[e] * d, d);
+  for (int e = s.slabs.shape.begin[c] + lanes.rank(); e < s.slabs.shape.begin[c + 1];
+       e += lanes.size()) {
+    const Vec3T<Real> d = slab_point(s, e) - s.slabs.fit.centre[c];
+    spread += outer(s.slabs.shape.stiffness[e] * d, d);
   }
   spread = sum_over_symmetric(lanes, spread);
-  const Vec3T<Real> n = best_direction(spread, covariance * s.cluster_axis[c], s.cluster_normal[c]);
+  const Vec3T<Real> n =
+      best_direction(spread, covariance * s.slabs.shape.axis[c], s.slabs.fit.axis[c]);
   lanes.sync();
-  if (lanes.rank() == 0) s.cluster_normal[c] = n;
+  if (lanes.rank() == 0) s.slabs.fit.axis[c] = n;
 }
 
-/// Fits a cluster's translation and rotation (Mueller 2005, section 3.3) and prepares its goals,
+/// Fits a slab's translation and rotation (Mueller 2005, section 3.3) and prepares its goals,
 ///
 ///     g = R (S^p q + sum_k N^p_k phi_k) + beta sum_k (B_k - R N^p_k) phi_k + centre
 ///
@@ -129,33 +143,34 @@ ANGIO_HOST_DEVICE inline void fit_axis(const StepView<Real>& s, int c,
 /// R minimises the energy. Mueller's beta (section 4.3) would act on the linear columns too: here
 /// they stay, as they carry the pressure.
 template <class Real, class Lanes>
-ANGIO_HOST_DEVICE inline void fit_cluster(const StepView<Real>& s, int c, const Lanes& lanes) {
+ANGIO_HOST_DEVICE inline void fit_slab(const StepView<Real>& s, int c, const Lanes& lanes) {
   Vec3T<Real> shift;  // of the centre from its start: small numbers, little rounding
   Real weight = 0;
-  for (int e = s.cluster_begin[c] + lanes.rank(); e < s.cluster_begin[c + 1]; e += lanes.size()) {
-    const int v = s.balloon_count + s.cluster_vertex[e];
-    shift += s.cluster_stiffness[e] * (s.x[v] - s.start[v]);
-    weight += s.cluster_stiffness[e];
+  for (int e = s.slabs.shape.begin[c] + lanes.rank(); e < s.slabs.shape.begin[c + 1];
+       e += lanes.size()) {
+    const int v = s.bodies.wall().first + s.slabs.shape.vertex[e];
+    shift += s.slabs.shape.stiffness[e] * (s.motion.x[v] - s.motion.start[v]);
+    weight += s.slabs.shape.stiffness[e];
   }
-  const Vec3T<Real> centre = s.cluster_start[c] + sum_over(lanes, shift) / lanes.sum(weight);
+  const Vec3T<Real> centre = s.slabs.shape.start[c] + sum_over(lanes, shift) / lanes.sum(weight);
   Mat3T<Real> covariance;
-  for (int e = s.cluster_begin[c] + lanes.rank(); e < s.cluster_begin[c + 1]; e += lanes.size())
+  for (int e = s.slabs.shape.begin[c] + lanes.rank(); e < s.slabs.shape.begin[c + 1];
+       e += lanes.size())
     covariance +=
-        outer(s.cluster_stiffness[e] * (s.x[s.balloon_count + s.cluster_vertex[e]] - centre),
-              plastic_offset(s, c, e));
+        outer(s.slabs.shape.stiffness[e] * (slab_point(s, e) - centre), plastic_offset(s, c, e));
   covariance = sum_over(lanes, covariance);
-  const Mat3T<Real> rotation = nearest_rotation(covariance, s.cluster_rotation[c]);
-  for (int k = 0; s.entry_modes && k < kShapeModes; ++k) {
-    Vec3T<Real> mode = rotation * s.cluster_plastic_modes[c * kShapeModes + k];
-    if (s.mode_freedom > Real(0))
-      mode += s.mode_freedom * (best_mode(s, c, k, centre, lanes) - mode);
-    if (lanes.rank() == 0) s.cluster_map_modes[c * kShapeModes + k] = mode;
+  const Mat3T<Real> rotation = nearest_rotation(covariance, s.slabs.fit.rotation[c]);
+  for (int k = 0; s.slabs.shape.modes && k < kShapeModes; ++k) {
+    Vec3T<Real> mode = rotation * s.slabs.fit.plastic_modes[c * kShapeModes + k];
+    if (s.slabs.shape.mode_freedom > Real(0))
+      mode += s.slabs.shape.mode_freedom * (best_mode(s, c, k, centre, lanes) - mode);
+    if (lanes.rank() == 0) s.slabs.fit.map_modes[c * kShapeModes + k] = mode;
   }
   lanes.sync();
   if (lanes.rank() == 0) {
-    s.cluster_rotation[c] = rotation;
-    s.cluster_map[c] = rotation * s.cluster_plastic[c];
-    s.cluster_centre[c] = centre;
+    s.slabs.fit.rotation[c] = rotation;
+    s.slabs.fit.map[c] = rotation * s.slabs.fit.plastic[c];
+    s.slabs.fit.centre[c] = centre;
   }
   lanes.sync();
   fit_axis(s, c, covariance, lanes);
@@ -164,80 +179,107 @@ ANGIO_HOST_DEVICE inline void fit_cluster(const StepView<Real>& s, int c, const 
 /// The stiffness-weighted mean of a wall vertex's goals, and what its rings ask along their axes.
 template <class Real>
 ANGIO_HOST_DEVICE inline void set_goal(const StepView<Real>& s, int i) {
+  const SlabShapeView<Real>& shape = s.slabs.shape;
+  const SlabFitView<Real>& fit = s.slabs.fit;
+  const SlabGoalView<Real>& goals = s.slabs.goals;
   Vec3T<Real> sum;
   Real weight = 0;
-  for (int n = s.entry_begin[i]; n < s.entry_begin[i + 1]; ++n) {
-    const int e = s.entry[n], c = s.entry_cluster[e];
-    Vec3T<Real> goal = s.cluster_map[c] * s.cluster_offset[e] + s.cluster_centre[c];
-    if (s.entry_modes)
+  for (int n = goals.begin[i]; n < goals.begin[i + 1]; ++n) {
+    const int e = goals.slab_vertex[n], c = goals.slab[e];
+    Vec3T<Real> goal = fit.map[c] * shape.offset[e] + fit.centre[c];
+    if (shape.modes)
       for (int k = 0; k < kShapeModes; ++k)
-        goal += s.entry_modes[e * kShapeModes + k] * s.cluster_map_modes[c * kShapeModes + k];
-    sum += s.cluster_stiffness[e] * goal;
-    weight += s.cluster_stiffness[e];
+        goal += shape.modes[e * kShapeModes + k] * fit.map_modes[c * kShapeModes + k];
+    sum += shape.stiffness[e] * goal;
+    weight += shape.stiffness[e];
   }
-  s.goal[i] = sum / weight;
+  goals.goal[i] = sum / weight;
   Mat3T<Real> stiffness;
   Vec3T<Real> force;
-  for (int n = s.entry_begin[i]; n < s.entry_begin[i + 1]; ++n) {
-    const int e = s.entry[n], c = s.entry_cluster[e];
-    const Vec3T<Real> axis = s.cluster_normal[c];
-    const Real k = s.cluster_along[c] * s.cluster_stiffness[e];
-    const Real off = dot(axis, s.goal[i] - s.cluster_centre[c]) - s.entry_along[e];
+  for (int n = goals.begin[i]; n < goals.begin[i + 1]; ++n) {
+    const int e = goals.slab_vertex[n], c = goals.slab[e];
+    const Vec3T<Real> axis = fit.axis[c];
+    const Real k = shape.along[c] * shape.stiffness[e];
+    const Real off = dot(axis, goals.goal[i] - fit.centre[c]) - fit.place_along[e];
     stiffness += outer(k * axis, axis);
     force -= k * off * axis;
   }
-  s.along_stiffness[i] = stiffness;
-  s.along_force[i] = force;
+  goals.along_stiffness[i] = stiffness;
+  goals.along_force[i] = force;
 }
 
-/// A cluster's elastic map: S = R^T A relative to its plastic shape, symmetric part, with A the
-/// best linear map (Mueller 2005, Eq. 7), and R^T B - N^p of the modes. A flat cluster leaves A
+/// A slab's elastic map: S = R^T A relative to its plastic shape, symmetric part, with A the
+/// best linear map (Mueller 2005, Eq. 7), and R^T B - N^p of the modes. A flat slab leaves A
 /// open in the flat direction: there the rotation's own value (no strain) is taken, by a small
 /// weight towards it.
 template <class Real, class Lanes>
 ANGIO_HOST_DEVICE inline ShapeMap<Real> elastic_map(const StepView<Real>& s, int c,
                                                     const Lanes& lanes) {
-  const Vec3T<Real> centre = s.cluster_centre[c];
+  const Vec3T<Real> centre = s.slabs.fit.centre[c];
   Mat3T<Real> pq, qq;
-  for (int e = s.cluster_begin[c] + lanes.rank(); e < s.cluster_begin[c + 1]; e += lanes.size()) {
-    const Vec3T<Real> q = s.cluster_plastic[c] * s.cluster_offset[e];
-    pq += outer(s.cluster_stiffness[e] * (s.x[s.balloon_count + s.cluster_vertex[e]] - centre), q);
-    qq += outer(s.cluster_stiffness[e] * q, q);
+  for (int e = s.slabs.shape.begin[c] + lanes.rank(); e < s.slabs.shape.begin[c + 1];
+       e += lanes.size()) {
+    const Vec3T<Real> q = s.slabs.fit.plastic[c] * s.slabs.shape.offset[e];
+    pq += outer(s.slabs.shape.stiffness[e] * (slab_point(s, e) - centre), q);
+    qq += outer(s.slabs.shape.stiffness[e] * q, q);
   }
   pq = sum_over(lanes, pq);
   qq = sum_over_symmetric(lanes, qq);
   const Real trace = qq(0, 0) + qq(1, 1) + qq(2, 2), scale = Real(1) / trace;
   const Real weight = Real(sizeof(Real) < 8 ? 1e-5 : 1e-9);
-  pq = scale * pq + weight * s.cluster_rotation[c];
+  pq = scale * pq + weight * s.slabs.fit.rotation[c];
   qq = scale * qq;
   for (int i = 0; i < 3; ++i) qq(i, i) += weight;
-  const Mat3T<Real> back = transpose(s.cluster_rotation[c]), a = back * (pq * inverse(qq));
+  const Mat3T<Real> back = transpose(s.slabs.fit.rotation[c]), a = back * (pq * inverse(qq));
   ShapeMap<Real> elastic;
   elastic.linear = Real(0.5) * (a + transpose(a));
-  for (int k = 0; s.entry_modes && k < kShapeModes; ++k)
+  for (int k = 0; s.slabs.shape.modes && k < kShapeModes; ++k)
     elastic.modes[k] =
-        back * best_mode(s, c, k, centre, lanes) - s.cluster_plastic_modes[c * kShapeModes + k];
+        back * best_mode(s, c, k, centre, lanes) - s.slabs.fit.plastic_modes[c * kShapeModes + k];
   return elastic;
 }
 
-/// Lets a cluster, just fitted, flow for the time of the step.
+/// Lets a slab, just fitted, flow for the time of the step.
 template <class Real, class Lanes>
-ANGIO_HOST_DEVICE inline void flow_cluster(const StepView<Real>& s, const PlasticFlow<Real>& law,
-                                           int c, const Lanes& lanes) {
+ANGIO_HOST_DEVICE inline void flow_slab(const StepView<Real>& s, const PlasticFlow<Real>& law,
+                                        int c, const Lanes& lanes) {
   ShapeMap<Real> plastic;
-  plastic.linear = s.cluster_plastic[c];
-  for (int k = 0; s.entry_modes && k < kShapeModes; ++k)
-    plastic.modes[k] = s.cluster_plastic_modes[c * kShapeModes + k];
-  plastic = flow(law, elastic_map(s, c, lanes), plastic, s.dt);
+  plastic.linear = s.slabs.fit.plastic[c];
+  for (int k = 0; s.slabs.shape.modes && k < kShapeModes; ++k)
+    plastic.modes[k] = s.slabs.fit.plastic_modes[c * kShapeModes + k];
+  plastic = flow(law, elastic_map(s, c, lanes), plastic, s.motion.dt);
   lanes.sync();
   if (lanes.rank() == 0) {
-    s.cluster_plastic[c] = plastic.linear;
-    for (int k = 0; s.entry_modes && k < kShapeModes; ++k)
-      s.cluster_plastic_modes[c * kShapeModes + k] = plastic.modes[k];
+    s.slabs.fit.plastic[c] = plastic.linear;
+    for (int k = 0; s.slabs.shape.modes && k < kShapeModes; ++k)
+      s.slabs.fit.plastic_modes[c * kShapeModes + k] = plastic.modes[k];
   }
   lanes.sync();
-  for (int e = s.cluster_begin[c] + lanes.rank(); e < s.cluster_begin[c + 1]; e += lanes.size())
-    s.entry_along[e] = dot(s.cluster_axis[c], plastic_offset(s, c, e));
+  for (int e = s.slabs.shape.begin[c] + lanes.rank(); e < s.slabs.shape.begin[c + 1];
+       e += lanes.size())
+    s.slabs.fit.place_along[e] = dot(s.slabs.shape.axis[c], plastic_offset(s, c, e));
+}
+
+/// Moves the wall's vertices of a colour; total: squared net force and load, blocked.
+template <class Real, class Team>
+ANGIO_HOST_DEVICE inline void move_wall_vertices(Team& team, const StepView<Real>& s, int first,
+                                                 int count, double (&total)[3]) {
+  team.template quick_sum<Team::kVertexLanes, 3>(
+      count,
+      [&](int i, const auto& lanes, auto* part) {
+        const int v = first + i;
+        const VertexForces<Real> f = wall_forces(s, v, lanes);
+        const Real net = norm_squared(f.force);
+        part[0] += net;
+        part[1] += f.magnitude * f.magnitude;
+        Vec3T<Real> move;
+        if (net > Real(0)) move = inverse_block(f.hessian) * f.force;
+        const Real share = bounded_share<Team>(s, v, move);
+        part[2] += share < Real(1) ? Real(1) : Real(0);
+        lanes.sync();
+        if (lanes.rank() == 0) move_wall_vertex(s, v, share * move);
+      },
+      total);
 }
 
 }  // namespace angio::simulation::detail

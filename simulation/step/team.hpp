@@ -22,7 +22,7 @@
 ///     kSurroundings                   can there be anything beside the balloon?
 ///     kSolids                         can it move a layered wall, and project what the paper does?
 ///     kIsSmall                        does a short piece of work pay for one of its threads alone?
-///     kBalloonLanes, kVertexLanes, kClusterLanes  the L that suits a balloon's vertex (with a wall
+///     kBalloonLanes, kVertexLanes, kSlabLanes  the L that suits a balloon's vertex (with a wall
 ///                                     there are many pairs), a wall's vertex or what lies behind
 ///                                     it, a slab's members
 ///
@@ -49,7 +49,7 @@ struct OneLane {
 class CpuTeam {
  public:
   static constexpr bool kSurroundings = true, kSolids = true, kIsSmall = true;
-  static constexpr int kBalloonLanes = 1, kVertexLanes = 1, kClusterLanes = 1;
+  static constexpr int kBalloonLanes = 1, kVertexLanes = 1, kSlabLanes = 1;
   static constexpr int kMostSums = 4;
 
   /// What the threads of a team share.

@@ -1,79 +1,75 @@
 #pragma once
 
-#include <cmath>
-
-#include "core/host_device.hpp"
-#include "simulation/contact/adhesion.hpp"
-#include "simulation/contact/contact_force.hpp"
-#include "simulation/contact/distance.hpp"
+#include "simulation/bodies/body_ranges.hpp"
 #include "simulation/materials/membrane.hpp"
 #include "simulation/materials/rod.hpp"
 #include "simulation/materials/shape_matching.hpp"
-#include "simulation/materials/symmetric3.hpp"
 #include "simulation/pbd/contact.hpp"
 #include "simulation/pbd/gas.hpp"
+#include "simulation/step/contact_pairs.hpp"
 #include "simulation/step/solid_column.hpp"
 
-/// A step's arrays as plain views. The inner loops on them, in step_contact.hpp, step_balloon.hpp
-/// and step_wall.hpp, are functions of an index; step_program.hpp puts them into the step. Nothing
-/// there allocates or knows of threads. `lanes` are the threads that share the index (launch.hpp).
+/// A step's arrays as plain views, one for each concept. The inner loops on them are functions of
+/// an index (near_pairs.hpp, sweep_*.hpp); program.hpp puts them into the step. Nothing there
+/// allocates or knows of threads. Positions are relative to the scene's origin.
+///
+/// `for_each_array` is the one list of a view's arrays: what copies a view between memories goes
+/// through it. It calls visit(role, count, arrays...); the role tells the model, which is constant,
+/// from the state, which lives from step to step, and from the work space of one step. What drives
+/// a run is StepRules and StepStatus::law (status.hpp).
 namespace angio::simulation::detail {
 
-template <class Real>
-ANGIO_HOST_DEVICE inline Vec3T<double> in_double(const Vec3T<Real>& v) {
-  return {double(v.x), double(v.y), double(v.z)};
-}
+enum class ArrayRole {
+  model,  ///< constant
+  state,  ///< lives from step to step
+  work,   ///< no more than memory when a step begins
+};
 
 /// The other corners of one triangle seen from one of its corners, counter-clockwise.
 struct CornerLink {
   int next = 0, last = 0;
 };
 
-/// A vertex and a triangle, or two edges, that face each other and may come near. A triangle whose
-/// last two corners are one vertex is a segment of the guidewire.
-struct Candidate {
-  int vertex[4]{};  ///< vertex, triangle; or edge, edge
-  bool edges = false;
-  bool inner = false;  ///< of the balloon and the shaft inside it
-  bool skin = false;   ///< of the balloon and itself, or the wall and itself
-  float radius = 0;    ///< of the shaft there [mm]: it is taken off the gap
-  float distance = 0;  ///< skin: contact acts below this gap [mm]
-  float gap = 0;       ///< where it was found, less the radius; at most that [mm]
-};
-
-/// A candidate that is near, and since when. What is read of one that does nothing comes first.
+/// The vertices of all bodies.
 template <class Real>
-struct NearPair {
-  int vertex[4]{};                                  ///< as in Candidate
-  bool edges = false, inner = false, skin = false;  ///< as in Candidate
-  Real distance{};                                  ///< contact acts below this gap [mm]
-  Real radius{};                                    ///< as in Candidate
-  // At the last refresh:
-  Real weight{};  ///< area, faded out for parallel edges; 0: out of contact
-  Real film{};    ///< area of the film that holds vertex and triangle together [mm^2]
-  GapWeights<Real> weights;
-  Vec3T<Real> direction;   ///< unit gap direction
-  Vec3T<Real> gap_before;  ///< sum w_i x_i at the start of the step
-  Real gap{};              ///< less the radius; or, where nothing can act, a bound of it [mm]
-  // At the search:
-  Real gap_searched{};  ///< less the radius [mm]
-  Real area{};          ///< that it stands for [mm^2]
-  Vec3T<Real> normal;   ///< unit, from side b to side a
-  Real limit[4]{};      ///< how far each vertex may go against its side of the normal [mm]
-  /// Of the other side, the corner that moves at the same time, by its colour; -1: none.
-  short twin[4] = {-1, -1, -1, -1};
+struct MotionView {
+  using Vec = Vec3T<Real>;
+
+  int count = 0;  ///< with the copies of the wall further out
+  Real dt = 0;    ///< [s]
+  const Vec* start = nullptr;
+  const Real* mass = nullptr;
+  Vec* x = nullptr;
+  Vec* velocity = nullptr;
+  Vec* x_before = nullptr;    ///< at the start of the step
+  Vec* x_inertial = nullptr;  ///< x_before + dt velocity
+  Vec* x_searched = nullptr;  ///< at the last search for near pairs
+  Vec* x_swept = nullptr;     ///< before the sweep
+  Vec* swept_by = nullptr;    ///< motion of the last sweep
+  Real* area = nullptr;       ///< of the two surfaces, at the start of the step [mm^2]
+
+  template <class Visit>
+  void for_each_array(const Visit& visit) {
+    visit(ArrayRole::model, count, start, mass);
+    visit(ArrayRole::state, count, x, velocity);
+    visit(ArrayRole::work, count, x_before, x_inertial, x_searched, x_swept, swept_by, area);
+  }
 };
 
-/// A vertex's place in a candidate or a pair.
-struct ContactRef {
-  int pair = 0, corner = 0;
-};
+/// A body's surface: its colours, and the triangles around each vertex.
+struct MeshView {
+  int first = 0, count = 0;  ///< vertices
+  int colors = 0, corner_count = 0;
+  const int* color_begin = nullptr;   ///< first vertex of a colour, [color + 1]
+  const int* corner_begin = nullptr;  ///< [vertex of the surface + 1]
+  const CornerLink* corners = nullptr;
 
-/// A plane that a vertex may not pass until the next search: n . (x - x_searched) >= -limit.
-template <class Real>
-struct MotionBound {
-  Vec3T<Real> normal;
-  Real limit{};  ///< [mm], >= 0
+  template <class Visit>
+  void for_each_array(const Visit& visit) {
+    visit(ArrayRole::model, colors + 1, color_begin);
+    visit(ArrayRole::model, count + 1, corner_begin);
+    visit(ArrayRole::model, corner_count, corners);
+  }
 };
 
 /// What a balloon vertex is about to do within its colour.
@@ -83,6 +79,174 @@ struct Move {
   Real friction{};                               ///< |H^-1 f_friction| [mm]
   Real adhesion{};                               ///< |H^-1 f_adhesion| [mm]
   bool taut = true;
+};
+
+/// The balloon: a membrane around a gas.
+template <class Real>
+struct BalloonView {
+  MeshView mesh;
+  int triangle_count = 0;
+  Real outside_pressure = 0;    ///< [Pa], absolute
+  Real relaxation = Real(1.6);  ///< of vertices without contact
+  bool has_folds = false;       ///< at the start
+  MembraneLaw<Real> law;
+  MooneyRivlin<Real> folds;
+  const int* triangles = nullptr;                  ///< three vertices each
+  const CornerMetric<Real>* rest = nullptr;        ///< [corner]
+  const CornerMetric<Real>* start_rest = nullptr;  ///< [corner], of the start shape: the folds
+  Move<Real>* moves = nullptr;                     ///< [balloon vertex]
+
+  template <class Visit>
+  void for_each_array(const Visit& visit) {
+    mesh.for_each_array(visit);
+    visit(ArrayRole::model, 3 * triangle_count, triangles);
+    visit(ArrayRole::model, mesh.corner_count, rest, start_rest);
+    visit(ArrayRole::work, mesh.count, moves);
+  }
+};
+
+/// The wall's lumen, of either model.
+template <class Real>
+struct WallView {
+  MeshView mesh;
+  const Real* foundation = nullptr;  ///< [wall vertex], at the wall's outer side
+  Real* contact_pressure = nullptr;  ///< [wall vertex]
+  Vec3T<Real>* move = nullptr;       ///< [wall vertex] not yet made, where the wall meets itself
+
+  template <class Visit>
+  void for_each_array(const Visit& visit) {
+    mesh.for_each_array(visit);
+    visit(ArrayRole::model, mesh.count, foundation);
+    visit(ArrayRole::state, mesh.count, contact_pressure);
+    visit(ArrayRole::work, mesh.count, move);
+  }
+};
+
+/// What the wall's slabs are made of. The members of slab c are the slab vertices
+/// begin[c] <= e < begin[c + 1].
+template <class Real>
+struct SlabShapeView {
+  using Vec = Vec3T<Real>;
+
+  int count = 0, vertex_count = 0;  ///< slabs, and slab vertices
+  const int* begin = nullptr;
+  const int* vertex = nullptr;      ///< [slab vertex], of the wall
+  const Real* stiffness = nullptr;  ///< [slab vertex]
+  const Vec* offset = nullptr;      ///< [slab vertex]
+  const Vec* start = nullptr;       ///< centre at the start
+  const Vec* axis = nullptr;        ///< unit, along the vessel, at the start
+  const Real* along = nullptr;      ///< WallSlabs::along
+  const Real* modes = nullptr;  ///< phi [mm], [slab vertex][kShapeModes]; null: linear maps only
+  const Real* mode_scale = nullptr;  ///< 1 / sum k phi^2 [1/uN/mm], [slab]
+  Real mode_freedom = 0;             ///< beta
+
+  template <class Visit>
+  void for_each_array(const Visit& visit) {
+    visit(ArrayRole::model, count + 1, begin);
+    visit(ArrayRole::model, count, start, axis, along, mode_scale);
+    visit(ArrayRole::model, vertex_count, vertex, stiffness, offset);
+    visit(ArrayRole::model, vertex_count * kShapeModes, modes);
+  }
+};
+
+/// How the slabs lie now, and what has flowed. [slab]
+template <class Real>
+struct SlabFitView {
+  using Vec = Vec3T<Real>;
+  using Mat = Mat3T<Real>;
+
+  int count = 0, vertex_count = 0;  ///< slabs, and slab vertices
+  Mat* rotation = nullptr;
+  Mat* plastic = nullptr;
+  Mat* map = nullptr;            ///< rotation * plastic
+  Vec* plastic_modes = nullptr;  ///< [slab][kShapeModes]
+  Vec* map_modes = nullptr;      ///< rotation * plastic, and beta's share of the best fit
+  Vec* centre = nullptr;
+  Vec* axis = nullptr;          ///< now
+  Real* place_along = nullptr;  ///< [slab vertex] in the plastic shape, along the first axis [mm]
+
+  template <class Visit>
+  void for_each_array(const Visit& visit) {
+    visit(ArrayRole::state, count, rotation, plastic, map, axis);
+    visit(ArrayRole::state, count * kShapeModes, plastic_modes, map_modes);
+    visit(ArrayRole::state, vertex_count, place_along);
+    visit(ArrayRole::work, count, centre);
+  }
+};
+
+/// What the slabs ask of the wall's vertices. The slab vertices of wall vertex i are
+/// slab_vertex[begin[i]] to slab_vertex[begin[i + 1]].
+template <class Real>
+struct SlabGoalView {
+  int count = 0;  ///< wall vertices
+  int slab_vertex_count = 0, neighbor_count = 0;
+  const int* begin = nullptr;
+  const int* slab_vertex = nullptr;
+  const int* slab = nullptr;  ///< of a slab vertex
+  const int* neighbor_begin = nullptr;
+  const int* neighbors = nullptr;
+  const Real* stiffness = nullptr;         ///< [wall vertex]
+  Vec3T<Real>* goal = nullptr;             ///< [wall vertex]
+  Mat3T<Real>* along_stiffness = nullptr;  ///< [wall vertex] sum over its slabs, [uN/mm]
+  Vec3T<Real>* along_force = nullptr;      ///< of it, at the goal [uN]
+
+  template <class Visit>
+  void for_each_array(const Visit& visit) {
+    visit(ArrayRole::model, count + 1, begin, neighbor_begin);
+    visit(ArrayRole::model, count, stiffness);
+    visit(ArrayRole::model, slab_vertex_count, slab_vertex, slab);
+    visit(ArrayRole::model, neighbor_count, neighbors);
+    visit(ArrayRole::work, count, goal, along_stiffness, along_force);
+  }
+};
+
+/// The wall by shape matching.
+template <class Real>
+struct SlabsView {
+  int count = 0;
+  SlabShapeView<Real> shape;
+  SlabFitView<Real> fit;
+  SlabGoalView<Real> goals;
+
+  template <class Visit>
+  void for_each_array(const Visit& visit) {
+    shape.for_each_array(visit);
+    fit.for_each_array(visit);
+    goals.for_each_array(visit);
+  }
+};
+
+/// The wall as a layered solid: its vertex u is the step's vertex wall.first + u.
+template <class Real>
+struct LayeredWallView {
+  SolidView<Real> solid;  ///< its positions and points are set by `link`
+  SolidColumns<Real> columns;
+  Real blood_pressure = 0;  ///< [Pa]
+  int wedge_count = 0, patch_count = 0, region_count = 0;
+  int column_patch_count = 0;          ///< of all columns
+  SolidPoint<Real>* points = nullptr;  ///< those of `solid`
+  Real* plastic_strain = nullptr;      ///< [point]
+
+  [[nodiscard]] ANGIO_HOST_DEVICE int point_count() const { return kWedgePoints * wedge_count; }
+
+  template <class Visit>
+  void for_each_array(const Visit& visit) {
+    visit(ArrayRole::model, 6 * wedge_count, solid.corners);
+    visit(ArrayRole::model, 2 * wedge_count, solid.fibers);
+    visit(ArrayRole::model, wedge_count, solid.region, solid.patch, solid.patch_wedges,
+          columns.layer);
+    visit(ArrayRole::model, region_count, solid.laws);
+    visit(ArrayRole::model, patch_count + 1, solid.patch_begin);
+    visit(ArrayRole::model, patch_count, solid.patch_volume);
+    visit(ArrayRole::model, columns.stride + 1, columns.patch_begin);
+    visit(ArrayRole::model, column_patch_count, columns.patches);
+    visit(ArrayRole::state, point_count(), points, plastic_strain);
+  }
+  /// @param x  of the solid's vertices
+  void link(const Vec3T<Real>* x) {
+    solid.x = x;
+    solid.points = points;
+  }
 };
 
 /// A vertex of the balloon that is tied to the shaft, between the rod's nodes `node` and the next:
@@ -107,188 +271,149 @@ struct RodReport {
   double share = 1.0;            ///< of the moves that the bounds let it take
 };
 
-/// The guidewire: vertices `first` to `first + shape.count` of the step, moved all at once
-/// (step_rod.hpp). Its own arithmetic is in double precision: it is far stiffer than the balloon.
+/// The guidewire: `shape.count` vertices of the step from `first` on, moved all at once
+/// (sweep_guidewire.hpp). Its own arithmetic is in double precision: it is far stiffer than the
+/// balloon.
 template <class Real>
-struct RodView {
+struct GuidewireView {
   int first = 0;
   RodShape<double> shape;  ///< without nodes: no guidewire
   RodSection<double> section;
-  const char* held = nullptr;  ///< [node]
   int tie_count = 0;
+  const char* held = nullptr;  ///< [node]
   const RodTie* ties = nullptr;
-  // Work space of a sweep
   RodLoad<Real>* loads = nullptr;  ///< [node, then tie]
   Vec3T<double>* x = nullptr;      ///< [2][node]
   RodRow<double>* external = nullptr;
   RodRow<double>* rows = nullptr;  ///< `force` ends as the move of a node [mm]
   Real* share = nullptr;           ///< [node, then tie]
   RodReport* report = nullptr;
+
+  template <class Visit>
+  void for_each_array(const Visit& visit) {
+    visit(ArrayRole::model, shape.count - 1, shape.rest);
+    visit(ArrayRole::model, shape.count, shape.bend, held);
+    visit(ArrayRole::model, tie_count, ties);
+    visit(ArrayRole::work, shape.count + tie_count, loads, share);
+    visit(ArrayRole::work, 2 * shape.count, x);
+    visit(ArrayRole::work, shape.count, external, rows);
+    visit(ArrayRole::work, 1, report);
+  }
 };
 
-/// Pointers into the scene and the state of a step; see there for units and shapes. Positions are
-/// relative to the scene's origin.
+/// Contact of the bodies with each other and themselves.
+template <class Real>
+struct ContactView {
+  int vertex_count = 0;
+  ContactLaw<Real> law;
+  char* wet = nullptr;  ///< [vertex of balloon or wall]: adhesion.hpp; null: no adhesion
+  CandidateView<Real> candidates;
+  NearPairView<Real> near;
+
+  /// But for the arrays that a set of candidates comes with: their sizes change with it.
+  template <class Visit>
+  void for_each_array(const Visit& visit) {
+    visit(ArrayRole::state, vertex_count, wet);
+    visit(ArrayRole::work, vertex_count, near.owned_end, near.ref_end, near.bound_end, near.moved,
+          near.max_move);
+  }
+};
+
+/// What the position-based reference method projects (pbd/).
+template <class Real>
+struct PbdView {
+  int vertex_count = 0;
+  PbdContact<Real> contact;
+  PbdGas<Real> gas;
+
+  [[nodiscard]] ANGIO_HOST_DEVICE bool is_on() const { return contact.is_on || gas.is_on; }
+
+  template <class Visit>
+  void for_each_array(const Visit& visit) {
+    visit(ArrayRole::model, contact.colors + 1, contact.color_begin);
+    visit(ArrayRole::model, 4 * contact.tet_count, contact.tets);
+    visit(ArrayRole::model, contact.tet_count, contact.balloon_corners);
+    visit(ArrayRole::state, contact.tet_count, contact.triggered);
+    visit(ArrayRole::model, gas.colors + 1, gas.color_begin);
+    visit(ArrayRole::model, 3 * gas.tet_count, gas.triangles);
+    visit(ArrayRole::model, gas.tet_count, gas.apex, gas.volume);
+    visit(ArrayRole::model, vertex_count, contact.inverse_mass, gas.inverse_mass);
+  }
+};
+
+/// All that a step sees.
 template <class Real>
 struct StepView {
-  using Vec = Vec3T<Real>;
-  using Mat = Mat3T<Real>;
+  BodyRanges bodies;
+  MotionView<Real> motion;
+  BalloonView<Real> balloon;
+  WallView<Real> wall;
+  SlabsView<Real> slabs;
+  LayeredWallView<Real> layered;
+  GuidewireView<Real> guidewire;
+  ContactView<Real> contact;
+  PbdView<Real> pbd;
 
-  int balloon_count = 0, wall_count = 0, cluster_count = 0, triangle_count = 0;
-  int candidate_count = 0;
-  int vertex_count = 0;  // with the copies of the wall further out
-  int balloon_colors = 0, wall_colors = 0;
-  Real dt = 0;
-  Real outside_pressure = 0;    // [Pa], absolute
-  Real contact_distance = 0;    // [mm]
-  Real contact_range = 0;       // gap beyond which nothing acts [mm]
-  Real self_distance = 0;       // of a surface with itself [mm]; 0: not looked for
-  bool has_folds = false;       // of the balloon, at the start
-  Real contact_stiffness = 0;   // [Pa/mm]
-  Real relaxation = Real(1.6);  // of vertices without contact
-  Friction<Real> friction;
-  Adhesion<Real> adhesion;
-  PaperContact<Real> paper;
-  PaperGas<Real> paper_gas;
-  SkinLaw<Real> skin;
-  MooneyRivlin<Real> folds;
-  // Scene
-  const int* balloon_color_begin = nullptr;  // first vertex of a color
-  const int* wall_color_begin = nullptr;
-  const int* triangles = nullptr;  // of the balloon, three vertices each
-  const Vec* start = nullptr;
-  const Real* mass = nullptr;
-  const int* corner_begin = nullptr;
-  const CornerLink* corners = nullptr;
-  const CornerMetric<Real>* rest = nullptr;        // [corner]
-  const CornerMetric<Real>* start_rest = nullptr;  // [corner], of the start shape: the folds
-  const int* cluster_begin = nullptr;
-  const int* cluster_vertex = nullptr;
-  const Real* cluster_stiffness = nullptr;
-  const Vec* cluster_offset = nullptr;
-  const Vec* cluster_start = nullptr;   // centre at the start
-  const Vec* cluster_axis = nullptr;    // unit, along the vessel, at the start
-  const Real* cluster_along = nullptr;  // WallClusters::along
-  const Real* entry_modes = nullptr;    // phi [mm], [entry][kShapeModes]; null: linear maps only
-  const Real* mode_scale = nullptr;     // 1 / sum k phi^2 [1/uN/mm], [cluster]
-  Real mode_freedom = 0;                // beta
-  Real* entry_along = nullptr;          // of its place in the plastic shape, along the axis [mm]
-  const int* entry_begin = nullptr;
-  const int* entry = nullptr;
-  const int* entry_cluster = nullptr;
-  const int* neighbor_begin = nullptr;
-  const int* neighbors = nullptr;
-  const Real* foundation = nullptr;
-  const Real* goal_stiffness = nullptr;    // [wall vertex]
-  const int* wall_corner_begin = nullptr;  // triangles around a wall vertex
-  const CornerLink* wall_corners = nullptr;
-  // Layered wall: solid vertex u is the step's vertex balloon_count + u
-  SolidView<Real> solid;
-  SolidColumns<Real> columns;
-  Real blood_pressure = 0;  // [Pa]
-  int wedge_count = 0;
-  SolidPoint<Real>* solid_points = nullptr;  // those of `solid`
-  Real* solid_plastic_strain = nullptr;      // [point]
-  RodView<Real> rod;
-  // State
-  Vec* x = nullptr;  // [vertex]
-  Vec* velocity = nullptr;
-  Vec* x_before = nullptr;           // at the start of the step
-  Vec* x_inertial = nullptr;         // x_before + dt velocity
-  Vec* x_searched = nullptr;         // at the last search for near pairs
-  Vec* x_swept = nullptr;            // before the sweep
-  Vec* swept_by = nullptr;           // motion of the last sweep
-  Vec* wall_move = nullptr;          // [wall vertex] not yet made, where the wall meets itself
-  Move<Real>* moves = nullptr;       // [balloon vertex]
-  Real* contact_pressure = nullptr;  // [wall vertex]
-  Mat* cluster_rotation = nullptr;   // [cluster]
-  Mat* cluster_plastic = nullptr;
-  Mat* cluster_map = nullptr;            // rotation * plastic
-  Vec* cluster_plastic_modes = nullptr;  // [cluster][kShapeModes]
-  Vec* cluster_map_modes = nullptr;      // rotation * plastic, and beta's share of the best fit
-  Vec* cluster_centre = nullptr;
-  Vec* cluster_normal = nullptr;   // its axis now
-  Vec* goal = nullptr;             // [wall vertex]
-  Mat* along_stiffness = nullptr;  // [wall vertex] sum over its slabs, [uN/mm]
-  Vec* along_force = nullptr;      // of it, at the goal [uN]
-  char* wet = nullptr;             // [vertex of balloon or wall]: adhesion.hpp; null: no adhesion
-  Real* area = nullptr;            // [vertex] of the two surfaces, at the start of the step [mm^2]
-  // Candidates, owned by their first vertex and in its order; from the host now and then
-  const Candidate* candidates = nullptr;
-  const int* owned_begin = nullptr;  // [vertex + 1] first candidate
-  const int* ref_begin = nullptr;    // [vertex + 1] candidates, or near pairs, that it is in
-  const ContactRef* candidate_refs = nullptr;
-  const Vec* x_candidates = nullptr;  // positions when they were found
-  Real* gone = nullptr;               // [vertex] since then, or since the last search [mm]
-  Real* travel = nullptr;             // [vertex] how far it may go until the next search [mm]
-  Real candidate_reach = 0;           // pairs nearer than this were candidates then [mm]
-  Real skin_reach = 0;                // the same of a surface with itself
-  // Near pairs, each owner's and each vertex's from where its candidates begin
-  NearPair<Real>* pairs = nullptr;
-  int* owned_end = nullptr;
-  int* pair_of = nullptr;  // of a candidate; -1: not near; null: not asked for
-  ContactRef* refs = nullptr;
-  int* listed_begin = nullptr;  // `ref_begin`, where one thread lists the pairs; [vertex + 1]
-  int* ref_end = nullptr;
-  MotionBound<Real>* bounds = nullptr;
-  int* bound_end = nullptr;
+  /// Lists all arrays but those that a set of candidates comes with.
+  template <class Visit>
+  void for_each_array(const Visit& visit) {
+    motion.for_each_array(visit);
+    balloon.for_each_array(visit);
+    wall.for_each_array(visit);
+    slabs.for_each_array(visit);
+    layered.for_each_array(visit);
+    guidewire.for_each_array(visit);
+    contact.for_each_array(visit);
+    pbd.for_each_array(visit);
+  }
+  /// Sets what points into another view's array; after the arrays have come into another memory.
+  void link() { layered.link(motion.x + bodies.wall().first); }
 };
 
-/// What a vertex's neighbours ask of it.
+/// The surface of the body that a vertex belongs to, which is not the guidewire.
 template <class Real>
-struct VertexForces {
-  Vec3T<Real> force;     // without the gas [uN]
-  Mat3T<Real> hessian;   // [uN/mm]
-  Vec3T<Real> friction;  // the part of `force` that is friction
-  Vec3T<Real> adhesion;  // the part of `force` that is adhesion
-  Vec3T<Real> own;   // the part of `force` that is a surface's contact with itself; not gathered
-  Real contact{};    // sum of normal forces [uN]
-  Real magnitude{};  // sum of the lengths of the forces [uN]
-  bool touching = false;
-  bool touching_wall = false;
-  bool taut = true;  // the skin all around
+ANGIO_HOST_DEVICE inline const MeshView& mesh_around(const StepView<Real>& s, int v) {
+  return s.bodies.of(v) == Body::balloon ? s.balloon.mesh : s.wall.mesh;
+}
+
+/// An array of a frame's state, and how many values it has.
+template <class Value>
+struct StateArray {
+  Value* data = nullptr;
+  int count = 0;
 };
 
-template <class Real, class Lanes>
-ANGIO_HOST_DEVICE inline Vec3T<Real> sum_over(const Lanes& lanes, const Vec3T<Real>& v) {
-  return {lanes.sum(v.x), lanes.sum(v.y), lanes.sum(v.z)};
-}
-
-template <class Real, class Lanes>
-ANGIO_HOST_DEVICE inline Mat3T<Real> sum_over_symmetric(const Lanes& lanes, const Mat3T<Real>& a) {
-  Mat3T<Real> b;
-  for (int i = 0; i < 3; ++i)
-    for (int j = 0; j <= i; ++j) b(i, j) = b(j, i) = lanes.sum(a(i, j));
-  return b;
-}
-
-template <class Real, class Lanes>
-ANGIO_HOST_DEVICE inline Mat3T<Real> sum_over(const Lanes& lanes, const Mat3T<Real>& a) {
-  Mat3T<Real> b;
-  for (int i = 0; i < 3; ++i)
-    for (int j = 0; j < 3; ++j) b(i, j) = lanes.sum(a(i, j));
-  return b;
-}
+/// What a frame hands out of a step's arrays, on a device or here (see State).
+template <class Real>
+struct StateView {
+  StateArray<Vec3T<Real>> x;
+  StateArray<Real> contact_pressure;
+  StateArray<Mat3T<Real>> plastic;        ///< [slab]
+  StateArray<Vec3T<Real>> plastic_modes;  ///< [slab][kShapeModes]
+  StateArray<SolidPoint<Real>> solid_points;
+  StateArray<Real> solid_plastic_strain;
+};
 
 template <class Real>
-ANGIO_HOST_DEVICE inline void add_inertia(const StepView<Real>& s, int v, VertexForces<Real>& out) {
-  const Real k = s.mass[v] / (s.dt * s.dt);
-  out.force += k * (s.x_inertial[v] - s.x[v]);
-  for (int i = 0; i < 3; ++i) out.hessian(i, i) += k;
+ANGIO_HOST_DEVICE inline StateView<Real> state_view(const StepView<Real>& s) {
+  const SlabFitView<Real>& fit = s.slabs.fit;
+  return {{s.motion.x, s.motion.count},
+          {s.wall.contact_pressure, s.wall.mesh.count},
+          {fit.plastic, s.slabs.count},
+          {fit.plastic_modes, fit.plastic_modes ? s.slabs.count * kShapeModes : 0},
+          {s.layered.points, s.layered.point_count()},
+          {s.layered.plastic_strain, s.layered.point_count()}};
 }
 
-/// Adds what the lanes have gathered. Only force and Hessian where nothing can touch.
-template <class Real, class Lanes>
-ANGIO_HOST_DEVICE inline void gather(const StepView<Real>& s, const Lanes& lanes,
-                                     VertexForces<Real>& out) {
-  out.force = sum_over(lanes, out.force);
-  out.hessian = sum_over_symmetric(lanes, out.hessian);
-  out.taut = lanes.sum(out.taut ? 0 : 1) == 0;
-  if (s.candidate_count == 0) return;
-  out.friction = sum_over(lanes, out.friction);
-  if (s.wet) out.adhesion = sum_over(lanes, out.adhesion);
-  out.contact = lanes.sum(out.contact);
-  out.magnitude = lanes.sum(out.magnitude);
-  out.touching = lanes.sum(out.touching ? 1 : 0) > 0;
+/// Calls visit(array, ...) with the same array of each of the views, one array after the other.
+template <class Visit, class... Views>
+ANGIO_HOST_DEVICE inline void for_each_state_array(const Visit& visit, Views&... views) {
+  visit(views.x...);
+  visit(views.contact_pressure...);
+  visit(views.plastic...);
+  visit(views.plastic_modes...);
+  visit(views.solid_points...);
+  visit(views.solid_plastic_strain...);
 }
 
 }  // namespace angio::simulation::detail

@@ -30,7 +30,7 @@ inline Led lead(const SimulationModel& model, const SimulationOptions& options,
   solver->set_push([&](int frame, const std::vector<Vec3>& x, std::vector<Vec3>& velocity) {
     if (frame < screw.from_frame || frame >= screw.from_frame + screw.frames) return;
     const double c = std::cos(screw.turn), s = std::sin(screw.turn);
-    for (std::size_t v = 0; v < std::size_t(scene.balloon_count); ++v) {
+    for (std::size_t v = 0; v < std::size_t(scene.bodies.balloon().count); ++v) {
       const Vec3 p = x[v];
       const Vec3 to{c * p.x - s * p.y, s * p.x + c * p.y, p.z + screw.shift};
       velocity[v] = (to - p) / options.frame_s;
@@ -42,16 +42,16 @@ inline Led lead(const SimulationModel& model, const SimulationOptions& options,
               [&](int frame, const detail::State& state) {
                 SimulationFrame out;
                 out.frame = frame;
-                out.balloon.resize(std::size_t(scene.balloon_count));
-                out.wall.resize(std::size_t(scene.wall_count));
-                out.contact_pressure_kpa.resize(std::size_t(scene.wall_count));
+                out.balloon.resize(std::size_t(scene.bodies.balloon().count));
+                out.wall.resize(std::size_t(scene.bodies.wall().count));
+                out.contact_pressure_kpa.resize(std::size_t(scene.bodies.wall().count));
                 for (std::size_t v = 0; v < scene.caller_vertex.size(); ++v) {
                   const auto to = std::size_t(scene.caller_vertex[v]);
-                  const bool balloon = v < std::size_t(scene.balloon_count);
+                  const bool balloon = v < std::size_t(scene.bodies.balloon().count);
                   (balloon ? out.balloon : out.wall)[to] = state.x[v];
                   if (!balloon)
                     out.contact_pressure_kpa[to] = units::kilopascal_from_pascal(
-                        state.contact_pressure[v - std::size_t(scene.balloon_count)]);
+                        state.contact_pressure[v - std::size_t(scene.bodies.wall().first)]);
                 }
                 out.contact_count = state.report.contact_count;
                 led.frames.push_back(std::move(out));

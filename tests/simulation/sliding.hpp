@@ -5,7 +5,7 @@
 #include <cmath>
 #include <vector>
 
-#include "simulation/step/near_pairs.hpp"
+#include "simulation/step/pair_forces.hpp"
 #include "simulation/step/team.hpp"
 
 /// A block on a base, touching by one pair, stepped by the solver's own contact functions.
@@ -54,20 +54,20 @@ class Slide {
       velocity_[i] = block_[i] ? setup.velocity : Vec3{};
       refs_[i] = {0, int(i)};
     }
-    view_.dt = setup.dt;
-    view_.contact_distance = kReach;
-    view_.contact_stiffness = detail::barrier_stiffness(kMass * kGravity, kReach);
-    view_.friction = {setup.mu_static, setup.mu_kinetic, 0.02 * setup.dt};
-    view_.gone = gone_.data();
-    view_.x = x_.data();
-    view_.x_before = before_.data();
-    view_.x_inertial = inertial_.data();
-    view_.mass = mass_.data();
-    view_.pairs = &pair_;
-    view_.candidate_count = 1;
-    view_.ref_begin = ref_begin_.data();
-    view_.ref_end = ref_begin_.data() + 1;
-    view_.refs = refs_.data();
+    view_.motion.dt = setup.dt;
+    view_.contact.law.distance = kReach;
+    view_.contact.law.stiffness = detail::barrier_stiffness(kMass * kGravity, kReach);
+    view_.contact.law.friction = {setup.mu_static, setup.mu_kinetic, 0.02 * setup.dt};
+    view_.contact.near.moved = moved_.data();
+    view_.motion.x = x_.data();
+    view_.motion.x_before = before_.data();
+    view_.motion.x_inertial = inertial_.data();
+    view_.motion.mass = mass_.data();
+    view_.contact.near.pairs = &pair_;
+    view_.contact.candidates.count = 1;
+    view_.contact.candidates.ref_begin = ref_begin_.data();
+    view_.contact.near.ref_end = ref_begin_.data() + 1;
+    view_.contact.near.refs = refs_.data();
   }
 
   Slide(const Slide&) = delete;
@@ -136,7 +136,7 @@ class Slide {
   std::array<double, 4> mass_{};
   std::array<bool, 4> block_{};
   detail::NearPair<double> pair_;
-  std::array<double, 4> gone_{};  // as if the pair had just been found
+  std::array<double, 4> moved_{};  // as if the pair had just been found
   std::array<int, 5> ref_begin_{0, 1, 2, 3, 4};
   std::array<detail::ContactRef, 4> refs_;
   detail::StepView<double> view_;

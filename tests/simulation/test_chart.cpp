@@ -23,7 +23,7 @@ BalloonMaterial material_of(const Charted& balloon) {
 }
 
 // Psi of a tube's wall at stretches l1 around and l2 along.
-double energy(const SkinLaw<double>& law, double l1, double l2) {
+double energy(const MembraneLaw<double>& law, double l1, double l2) {
   EnergyDensity<double> e = plain_energy(law.base, l1 * l1 + l2 * l2, l1 * l1 * l2 * l2);
   add_fibres(law.fibre, l1 * l1, e);
   return e.value;
@@ -31,7 +31,7 @@ double energy(const SkinLaw<double>& law, double l1, double l2) {
 
 // Diameter of the closed free tube under a pressure: the least of w - p V per wall volume, by
 // descending coordinate-wise with differences. It knows nothing of how the law was made.
-double tube_diameter(const SkinLaw<double>& law, double rest_mm, double wall_mm,
+double tube_diameter(const MembraneLaw<double>& law, double rest_mm, double wall_mm,
                      double pressure_atm) {
   const double load = units::pascal_from_atm(pressure_atm) * 0.5 * rest_mm / wall_mm;
   const auto potential = [&](double l1, double l2) {
@@ -60,7 +60,7 @@ double tube_diameter(const SkinLaw<double>& law, double rest_mm, double wall_mm,
 class ChartLaw : public ::testing::TestWithParam<Charted> {};
 
 TEST_P(ChartLaw, AClosedFreeTubeReproducesEveryPoint) {
-  const SkinLaw<double> law = skin_law(material_of(GetParam()));
+  const MembraneLaw<double> law = membrane_law(material_of(GetParam()));
   const double rest = rest_diameter_mm(GetParam().chart);
   for (const ChartPoint& point : GetParam().chart)
     EXPECT_NEAR(tube_diameter(law, rest, GetParam().wall_mm, point.pressure_atm), point.diameter_mm,
@@ -69,7 +69,7 @@ TEST_P(ChartLaw, AClosedFreeTubeReproducesEveryPoint) {
 }
 
 TEST_P(ChartLaw, FibresOnlyPullAndAreConvex) {
-  const FibreLaw<double> law = skin_law(material_of(GetParam())).fibre;
+  const FibreLaw<double> law = membrane_law(material_of(GetParam())).fibre;
   double last = 0.0;
   for (double i4 = 0.9; i4 < 3.0; i4 += 1e-3) {
     EnergyDensity<double> e;
@@ -82,13 +82,13 @@ TEST_P(ChartLaw, FibresOnlyPullAndAreConvex) {
 
 TEST_P(ChartLaw, TheBaseIsNoStifferThanItsMaterial) {
   const BalloonMaterial material = material_of(GetParam());
-  const SkinLaw<double> law = skin_law(material);
+  const MembraneLaw<double> law = membrane_law(material);
   EXPECT_GT(law.base.c1, 0.0);
   EXPECT_LE(law.base.c1, moduli(material).c1);
 }
 
 TEST_P(ChartLaw, TheDiameterRisesBetweenAndPastThePoints) {
-  const SkinLaw<double> law = skin_law(material_of(GetParam()));
+  const MembraneLaw<double> law = membrane_law(material_of(GetParam()));
   const double rest = rest_diameter_mm(GetParam().chart);
   const double most = 1.3 * GetParam().chart.back().pressure_atm;
   double last = rest * (1.0 - 1e-6);

@@ -2,9 +2,11 @@
 
 #include <random>
 
+#include "simulation/backends/host_memory.hpp"
 #include "simulation/contact/candidates.hpp"
 #include "simulation/contact/contact_force.hpp"
 #include "simulation/contact/distance.hpp"
+#include "simulation/step/bounded_motion.hpp"
 #include "simulation/step/make_views.hpp"
 #include "simulation/step/program.hpp"
 #include "simulation/step/team.hpp"
@@ -146,9 +148,9 @@ TEST(Candidates, AreAllThatBruteForceFinds) {
   const auto count_faces = [&](int v, const Triangle& f) {
     faces += near(point_triangle_gap(at(v), at(f[0]), at(f[1]), at(f[2])), v, f[0], f[1], f[2]);
   };
-  for (int v = 0; v < t.scene.balloon_count; ++v)
+  for (int v = 0; v < t.scene.bodies.balloon().count; ++v)
     for (const Triangle& f : t.scene.wall_triangles) count_faces(v, f);
-  for (int v = t.scene.balloon_count; v < t.scene.vertex_count(); ++v)
+  for (int v = t.scene.bodies.wall().first; v < t.scene.vertex_count(); ++v)
     for (const Triangle& f : t.scene.balloon_triangles) count_faces(v, f);
   for (const Edge& a : t.scene.balloon_edges)
     for (const Edge& b : t.scene.wall_edges)
@@ -172,14 +174,18 @@ struct Search {
     const CandidateSet set =
         index_candidates(start().size(), find_candidates(t.scene, start(), reach), reach, false);
     const std::size_t count = set.candidates.size();
-    view.listed_begin = memory.allocate<int>(t.scene.start.size());
-    use<double>({memory.store(set.candidates), memory.store(set.owned_begin), view.listed_begin,
-                 nullptr, memory.store(start()), reach, int(count)},
-                view);
-    view.pairs = memory.allocate<NearPair<double>>(count);
-    view.refs = memory.allocate<ContactRef>(4 * count);
-    view.bounds = memory.allocate<MotionBound<double>>(4 * count);
-    std::fill_n(view.travel, t.scene.vertex_count(), travel);
+    view.contact.near.listed_begin = memory.allocate<int>(t.scene.start.size());
+    view.contact.candidates = {int(count),
+                               memory.store(set.candidates),
+                               memory.store(set.owned_begin),
+                               view.contact.near.listed_begin,
+                               nullptr,
+                               memory.store(start()),
+                               reach};
+    view.contact.near.pairs = memory.allocate<NearPair<double>>(count);
+    view.contact.near.refs = memory.allocate<ContactRef>(4 * count);
+    view.contact.near.bounds = memory.allocate<MotionBound<double>>(4 * count);
+    std::fill_n(view.contact.near.max_move, t.scene.vertex_count(), travel);
   }
 
   std::vector<Vec3> start() const { return local<double>(t.scene, t.scene.start); }
@@ -193,7 +199,8 @@ struct Search {
   std::vector<NearPair<double>> pairs() const {
     std::vector<NearPair<double>> result;
     for (int v = 0; v < t.scene.vertex_count(); ++v)
-      result.insert(result.end(), view.pairs + view.owned_begin[v], view.pairs + view.owned_end[v]);
+      result.insert(result.end(), view.contact.near.pairs + view.contact.candidates.owned_begin[v],
+                    view.contact.near.pairs + view.contact.near.owned_end[v]);
     return result;
   }
 };
@@ -202,10 +209,11 @@ TEST(SearchPairs, NamesTheCandidatesThatAreNearAfterAMotion) {
   Search search(0.9, 0.1);
   std::mt19937 random(7);
   for (int v = 0; v < search.t.scene.vertex_count(); ++v)
-    search.view.x[v] += 0.07 * random_point(random);
+    search.view.motion.x[v] += 0.07 * random_point(random);
   ASSERT_TRUE(search.run());
-  const std::vector<Vec3> x(search.view.x, search.view.x + search.t.scene.vertex_count());
-  const double reach = search.view.contact_distance + 2.0 * 0.1;  // all is dry
+  const std::vector<Vec3> x(search.view.motion.x,
+                            search.view.motion.x + search.t.scene.vertex_count());
+  const double reach = search.view.contact.law.distance + 2.0 * 0.1;  // all is dry
   const auto expected = testing::by_vertices(find_candidates(search.t.scene, x, reach));
   std::vector<Candidate> found;
   for (const NearPair<double>& pair : search.pairs()) {
@@ -222,30 +230,31 @@ TEST(SearchPairs, NamesTheCandidatesThatAreNearAfterAMotion) {
 TEST(SearchPairs, AsksForNewCandidatesWhenBalloonAndWallHaveGoneTooFarTogether) {
   const double reach = 0.9, travel = 0.1;
   Search search(reach, travel);
-  const double room = reach - search.view.contact_range - 2.0 * travel;
-  search.view.x[3].z += 0.3 * room;
-  search.view.x[search.t.scene.balloon_count].z += 0.69 * room;
+  const double room = reach - search.view.contact.law.range - 2.0 * travel;
+  search.view.motion.x[3].z += 0.3 * room;
+  search.view.motion.x[search.t.scene.bodies.wall().first].z += 0.69 * room;
   EXPECT_TRUE(search.run());
-  search.view.x[3].z += 0.02 * room;
+  search.view.motion.x[3].z += 0.02 * room;
   EXPECT_FALSE(search.run());
 }
 
 TEST(SearchPairs, NoNumberOfMotionsUsesUpAGap) {
   Search search(0.9, 0.05);
-  Vec3* x = search.view.x;
+  Vec3* x = search.view.motion.x;
   for (int round = 0; round < 200; ++round) {
     ASSERT_TRUE(search.run());
     for (int v = 0; v < search.t.scene.vertex_count(); ++v) {
-      if (search.view.ref_end[v] == search.view.ref_begin[v]) continue;  // nothing stops it
+      if (search.view.contact.near.ref_end[v] == search.view.contact.candidates.ref_begin[v])
+        continue;  // nothing stops it
       const Vec3 radial = normalized(Vec3{x[v].x, x[v].y, 0.0});
-      const Vec3 move = (v < search.t.scene.balloon_count ? 0.01 : -0.01) * radial;
-      x[v] += allowed_share(search.view, v, move, search.view.travel[v]) * move;
+      const Vec3 move = (search.t.scene.bodies.of(v) == Body::balloon ? 0.01 : -0.01) * radial;
+      x[v] += allowed_share(search.view, v, move, search.view.contact.near.max_move[v]) * move;
     }
   }
   ASSERT_TRUE(search.run());
   double least = 1e9;
   for (const NearPair<double>& pair : search.pairs()) least = std::min(least, pair.gap_searched);
-  const double floor = kLeastGap * search.view.contact_distance;
+  const double floor = kLeastGap * search.view.contact.law.distance;
   EXPECT_GT(least, 0.999 * floor);
   EXPECT_LT(least, 2.0 * floor);  // the motions went as far as they may
 }
@@ -255,12 +264,12 @@ TEST(SearchPairs, NoMotionWithinItsBoundsMakesAPairCross) {
   Search search(0.9, travel);
   ASSERT_TRUE(search.run());
   const std::vector<Vec3> start = search.start();
-  Vec3* x = search.view.x;
+  Vec3* x = search.view.motion.x;
   std::mt19937 random(5);
   for (int round = 0; round < 4; ++round)  // several moves between two searches
     for (int v = 0; v < search.t.scene.vertex_count(); ++v) {
       const Vec3 radial = normalized(Vec3{x[v].x, x[v].y, 0.0});
-      const Vec3 towards = v < search.t.scene.balloon_count ? radial : -radial;
+      const Vec3 towards = search.t.scene.bodies.of(v) == Body::balloon ? radial : -radial;
       const Vec3 move = 0.5 * towards + 0.2 * random_point(random);
       const double share = allowed_share(search.view, v, move, travel);
       EXPECT_GE(share, 0.0);

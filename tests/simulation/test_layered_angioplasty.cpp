@@ -50,11 +50,11 @@ TEST(LayeredAngioplasty, WidensThePlaqueForGoodAndRecoils) {
 TEST(LayeredAngioplasty, ColumnsThatMoveAtOnceShareNoPatch) {
   const SimulationModel model = layered_model();
   const detail::Scene scene = detail::make_scene(model, layered_options());
-  const int columns = scene.wall_count;
+  const int columns = scene.bodies.wall().count;
   std::vector<int> color(std::size_t(columns), -1);
   for (std::size_t c = 0; c + 1 < scene.wall_color_begin.size(); ++c)
     for (int v = scene.wall_color_begin[c]; v < scene.wall_color_begin[c + 1]; ++v)
-      color[std::size_t(v - scene.balloon_count)] = int(c);
+      color[std::size_t(v - scene.bodies.wall().first)] = int(c);
   const detail::SolidModel& solid = scene.solid.model;
   for (int p = 0; p < solid.patch_count(); ++p) {
     std::map<int, int> mover;  // of a colour

@@ -30,7 +30,7 @@ class MembraneTerm : public ::testing::TestWithParam<std::tuple<Case, bool>> {
   const Case& shape() const { return std::get<0>(GetParam()); }
   Element<double> element() const { return stretched(shape().l1, shape().l2, shape().aspect, 7u); }
   template <class Real>
-  SkinLaw<Real> law() const {
+  MembraneLaw<Real> law() const {
     return law_of<Real>(shape().relaxed, std::get<1>(GetParam()));
   }
 };
@@ -58,7 +58,7 @@ TEST_P(MembraneTerm, VertexBlockIsTheHessiansWithoutItsNegativePart) {
     const Whole<double> all = whole(t, v, law<double>());
     const CornerMetric<double> k = metric_of(t, v);
     const Vec3 e1 = t.x[v] - t.x[(v + 1) % 3], e2 = t.x[(v + 2) % 3] - t.x[(v + 1) % 3];
-    const Vec3 gradient = membrane_gradient(k, skin_energy(law<double>(), k, e1, e2), e1, e2);
+    const Vec3 gradient = membrane_gradient(k, membrane_energy(law<double>(), k, e1, e2), e1, e2);
     const Eigen::Matrix3d exact = all.hessian.block<3, 3>(3 * v, 3 * v);
     const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(exact);
     const Eigen::Matrix3d clamped = eigen.eigenvectors() *
@@ -193,7 +193,7 @@ TEST(RelaxedEnergy, HasNoStepInValueOrSlopeBetweenItsRegimes) {
 
 TEST(RelaxedEnergy, CarriesNoCompressionWithFibresEither) {
   // The stress S = 2 dPsi/dC of any state pulls both ways: C is taken diagonal, the fibre turned.
-  const SkinLaw<double> law = law_of<double>(true, true);
+  const MembraneLaw<double> law = law_of<double>(true, true);
   std::mt19937 random(5);
   std::uniform_real_distribution<double> stretch(0.3, 2.0), angle(0.0, 3.14);
   for (int n = 0; n < 2000; ++n) {
@@ -210,12 +210,12 @@ TEST(RelaxedEnergy, CarriesNoCompressionWithFibresEither) {
 
 TEST(RelaxedEnergy, IsConvexAlongEveryFoldWithFibres) {
   // Rank-one convexity, F + t a b^T: no state gains by splitting into finer folds.
-  const SkinLaw<double> law = law_of<double>(true, true);
+  const MembraneLaw<double> law = law_of<double>(true, true);
   std::mt19937 random(6);
   std::uniform_real_distribution<double> u(-1.0, 1.0);
   const auto psi = [&](const Vec3& f1, const Vec3& f2) {
     const CornerMetric<double> unit{1.0, 0.0, 1.0, 1.0, 1.0, 0.8, 0.6};
-    return skin_energy(law, unit, f1, f2).value;
+    return membrane_energy(law, unit, f1, f2).value;
   };
   for (int n = 0; n < 5000; ++n) {
     const Vec3 f1{1.0 + u(random), u(random), u(random)}, f2{u(random), 1.0 + u(random), u(random)};
@@ -227,12 +227,12 @@ TEST(RelaxedEnergy, IsConvexAlongEveryFoldWithFibres) {
   }
 }
 
-TEST(SkinStress, IsThatOfThePrincipalStretches) {
+TEST(MembraneStress, IsThatOfThePrincipalStretches) {
   // sigma_i = l_i dw/dl_i of an incompressible sheet; fibres along the first stretch add 2 l1^2 g'.
   const auto t = stretched(1.4, 0.95, 1.0, 7u);
   const CornerMetric<double> k = metric_of(t, 1);
   const Vec3 e1 = t.x[1] - t.x[2], e2 = t.x[0] - t.x[2];
-  const SkinStress<double> at = skin_stress(law_of<double>(false, false), k, e1, e2);
+  const MembraneStress<double> at = membrane_stress(law_of<double>(false, false), k, e1, e2);
   const double h = 1e-6, scale = polyurethane<double>().c2;
   EXPECT_NEAR(at.stretch[0], 1.4, 1e-12);
   EXPECT_NEAR(at.stretch[1], 0.95, 1e-12);
@@ -241,11 +241,11 @@ TEST(SkinStress, IsThatOfThePrincipalStretches) {
   EXPECT_NEAR(at.stress[0], 1.4 * (w(1.4 + h, 0.95) - w(1.4 - h, 0.95)) / (2 * h), 1e-6 * scale);
   EXPECT_NEAR(at.stress[1], 0.95 * (w(1.4, 0.95 + h) - w(1.4, 0.95 - h)) / (2 * h), 1e-6 * scale);
 
-  const SkinLaw<double> law = law_of<double>(false, true);
+  const MembraneLaw<double> law = law_of<double>(false, true);
   const CornerMetric<double> unit{1.0, 0.0, 1.0, 1.0, 1.0, 1.0, 0.0};
   EnergyDensity<double> fibre;
   add_fibres(law.fibre, 1.4 * 1.4, fibre);
-  const SkinStress<double> both = skin_stress(law, unit, Vec3{1.4, 0, 0}, Vec3{0, 0.95, 0});
+  const MembraneStress<double> both = membrane_stress(law, unit, Vec3{1.4, 0, 0}, Vec3{0, 0.95, 0});
   EXPECT_NEAR(both.stress[0], at.stress[0] + 2.0 * 1.4 * 1.4 * fibre.d4, 1e-9 * scale);
   EXPECT_NEAR(both.stress[1], at.stress[1], 1e-9 * scale);
 }

@@ -5,9 +5,10 @@
 #include <set>
 
 #include "core/error.hpp"
+#include "simulation/backends/step_solver.hpp"
 #include "simulation/bodies/element_colors.hpp"
 #include "simulation/pbd/contact.hpp"
-#include "simulation/step/make_views.hpp"
+#include "simulation/pbd/tets.hpp"
 #include "tests/simulation/matched.hpp"
 
 /// The seed paper's projections, with its errata.
@@ -31,7 +32,7 @@ Vec3 moved_mass(const TetState<double>& t, const AirProjection<double>& p) {
   return sum;
 }
 
-TEST(PaperContact, ProjectingTheVolumeReachesItsTargetAndKeepsTheMomentum) {
+TEST(PbdContact, ProjectingTheVolumeReachesItsTargetAndKeepsTheMomentum) {
   std::mt19937 random(1);
   for (int trial = 0; trial < 100; ++trial) {
     TetState<double> t = random_tet(random);
@@ -44,7 +45,7 @@ TEST(PaperContact, ProjectingTheVolumeReachesItsTargetAndKeepsTheMomentum) {
   }
 }
 
-TEST(PaperContact, TheViscousItemDrawsAVertexAndItsTriangleTogether) {
+TEST(PbdContact, TheViscousItemDrawsAVertexAndItsTriangleTogether) {
   std::mt19937 random(5);
   TetState<double> t = random_tet(random);
   t.x[0] = {0.1, 0.2, 0.5};
@@ -64,7 +65,7 @@ TEST(PaperContact, TheViscousItemDrawsAVertexAndItsTriangleTogether) {
   EXPECT_NEAR(height, 0.3 * 0.5, 1e-12);
 }
 
-TEST(PaperContact, FrictionKeepsTheMomentumForAllKindsOfTets) {
+TEST(PbdContact, FrictionKeepsTheMomentumForAllKindsOfTets) {
   std::mt19937 random(2);
   for (int trial = 0; trial < 300; ++trial) {
     const TetState<double> t = random_tet(random);
@@ -94,7 +95,7 @@ double taken_back(const TetState<double>& t, const TetGap<double>& gap,
   return norm(by);
 }
 
-TEST(PaperContact, FrictionHoldsUpToTheStaticLimitAndThenTakesTheKineticOne) {
+TEST(PbdContact, FrictionHoldsUpToTheStaticLimitAndThenTakesTheKineticOne) {
   std::mt19937 random(3);
   const double mu_static = 0.3, mu_kinetic = 0.2;
   int held = 0, slid = 0;
@@ -113,7 +114,7 @@ TEST(PaperContact, FrictionHoldsUpToTheStaticLimitAndThenTakesTheKineticOne) {
   EXPECT_GT(slid, 20);
 }
 
-TEST(PaperContact, AHeldVertexDoesNotMove) {
+TEST(PbdContact, AHeldVertexDoesNotMove) {
   std::mt19937 random(4);
   TetState<double> t = random_tet(random);
   t.inverse_mass[2] = 0.0;
@@ -135,7 +136,7 @@ SimulationOptions paper_options() {
   return options;
 }
 
-TEST(PaperContact, TheCurvesOfABalloonThatTouchesAndPartsAreThePapers) {
+TEST(PbdContact, TheCurvesOfABalloonThatTouchesAndPartsAreThePapers) {
   const SimulationModel model = testing::matched_model(0.5, 0.62);
   double before = 0.0, rubbed = 0.0, drawn = 0.0, deflating = 0.0;
   bool touched = false;
@@ -182,8 +183,8 @@ TEST(ElementColors, TakeEachElementOnceAndNoVertexTwiceInAColour) {
   }
 }
 
-TEST(PaperContact, ATetThatStaysKeepsItsViscousItemInWhateverOrder) {
-  PaperTets before, now;
+TEST(PbdContact, ATetThatStaysKeepsItsViscousItemInWhateverOrder) {
+  PbdTets before, now;
   before.vertices = {0, 5, 6, 7, 1, 6, 7, 8, 2, 7, 8, 9};
   before.balloon_corners = {1, 1, 1};
   now.vertices = {2, 8, 9, 7, 3, 5, 6, 7, 0, 6, 7, 5};
@@ -192,7 +193,7 @@ TEST(PaperContact, ATetThatStaysKeepsItsViscousItemInWhateverOrder) {
   EXPECT_EQ(kept_items({}, {}, now), (std::vector<char>{0, 0, 0}));
 }
 
-TEST(PaperContact, GivesTheSameBitsForOneAndThreeThreads) {
+TEST(PbdContact, GivesTheSameBitsForOneAndThreeThreads) {
   const SimulationModel model = testing::matched_model(0.5, 0.62);
   SimulationOptions options = paper_options();
   options.inflation.deflate_s = 0.1;
@@ -206,7 +207,7 @@ TEST(PaperContact, GivesTheSameBitsForOneAndThreeThreads) {
   EXPECT_EQ(last[0], last[1]);
 }
 
-TEST(PaperContact, NeedsAnAirMesh) {
+TEST(PbdContact, NeedsAnAirMesh) {
   SimulationModel model = testing::matched_model(0.5, 0.62);
   model.air.clear();
   EXPECT_THROW(simulate(model, paper_options(), {}), InputError);

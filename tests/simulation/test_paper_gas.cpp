@@ -32,7 +32,7 @@ struct Fan {
                       mesh.vertices[std::size_t(v[2])]);
   }
   void project(int times) {
-    detail::PaperGas<double> gas;
+    detail::PbdGas<double> gas;
     gas.apex = apex.data();
     gas.triangles = corners.data();
     gas.inverse_mass = inverse_mass.data();
@@ -42,17 +42,17 @@ struct Fan {
   }
 };
 
-TEST(PaperGas, AProjectionIsNewtonsStepOnThePressure) {
+TEST(PbdGas, AProjectionIsNewtonsStepOnThePressure) {
   // C = Q / V - p, linear in V: V - C / (dC/dV), Q = p V_t.
   for (const double v : {0.6, 0.9, 1.0, 1.4}) {
     const double c = 1.0 / v - 1.0, slope = -1.0 / (v * v);
-    EXPECT_NEAR(detail::paper_gas_volume(v, 1.0), v - c / slope, 1e-12);
+    EXPECT_NEAR(detail::pbd_gas_volume(v, 1.0), v - c / slope, 1e-12);
   }
-  EXPECT_GT(detail::paper_gas_volume(3.0, 1.0), 0.0);  // where the paper's step diverges
-  EXPECT_GT(detail::paper_gas_volume(-1.0, 1.0), 0.0);
+  EXPECT_GT(detail::pbd_gas_volume(3.0, 1.0), 0.0);  // where the paper's step diverges
+  EXPECT_GT(detail::pbd_gas_volume(-1.0, 1.0), 0.0);
 }
 
-TEST(PaperGas, WithoutASkinEachTetGetsItsVolume) {
+TEST(PbdGas, WithoutASkinEachTetGetsItsVolume) {
   for (const double grown : {1.5, 0.7}) {
     Fan fan(grown);
     fan.project(400);
@@ -103,7 +103,7 @@ Filled fill(GasModel gas, int sweeps) {
 
 // The tets fill a part of the balloon, and where their volumes are met
 // nothing holds the skin.
-TEST(PaperGas, LeavesTheVolumeToTheNumberOfSweepsWhereTheGasLawMeetsIt) {
+TEST(PbdGas, LeavesTheVolumeToTheNumberOfSweepsWhereTheGasLawMeetsIt) {
   const Filled law = fill(GasModel::enclosed, 5);
   EXPECT_NEAR(law.volume, 1.0, 1e-3);
   EXPECT_LT(law.residual, 0.02);
@@ -116,7 +116,7 @@ TEST(PaperGas, LeavesTheVolumeToTheNumberOfSweepsWhereTheGasLawMeetsIt) {
   EXPECT_GT(std::abs(few.volume - many.volume), 0.01);
 }
 
-TEST(PaperGas, TakesCommandsForVolumesOnly) {
+TEST(PbdGas, TakesCommandsForVolumesOnly) {
   SimulationOptions options;
   options.gas_model = GasModel::per_tet;
   EXPECT_THROW(options.validate(), OptionError);

@@ -39,54 +39,54 @@ Vec3 centre(const std::vector<Vec3>& x) {
   return sum / double(x.size());
 }
 
-TEST(PaperSolver, StretchedTriangleGoesBackToItsRestShape) {
+TEST(PbdSolver, StretchedTriangleGoesBackToItsRestShape) {
   const TriangleMesh rest{{{0, 0, 0}, {2, 0, 0}, {0, 1, 0}}, {{0, 1, 2}}};
-  PaperSolver solver(rest, kPolyurethane, 0.02, 1.07e-3, {});
+  PbdSolver solver(rest, kPolyurethane, 0.02, 1.07e-3, {});
   solver.set_position(1, {3.1, 0.4, 0.6});
-  PaperStep still;
+  PbdStep still;
   still.damping = 1.0;
   still.iterations = 60;
   solver.step(still, {});
   EXPECT_LT(edge_strain(rest, solver.positions()), 1e-5);
 }
 
-TEST(PaperSolver, RestShapeStaysToTheLastBit) {
+TEST(PbdSolver, RestShapeStaysToTheLastBit) {
   const TriangleMesh rest = square_sheet(6, 12.0);
-  PaperSolver solver(rest, kPolyurethane, 0.02, 1.07e-3, {});
+  PbdSolver solver(rest, kPolyurethane, 0.02, 1.07e-3, {});
   const auto before = solver.positions();
   for (int i = 0; i < 10; ++i) solver.step({}, {});
   const auto after = solver.positions();
   for (std::size_t v = 0; v < before.size(); ++v) EXPECT_EQ(before[v], after[v]);
 }
 
-TEST(PaperSolver, ProjectionsMoveNoCentreOfMass) {
+TEST(PbdSolver, ProjectionsMoveNoCentreOfMass) {
   const TriangleMesh rest{{{0, 0, 0}, {2, 0, 0}, {1, 1.7, 0}}, {{0, 1, 2}}};
-  PaperSolver solver(rest, kPolyurethane, 0.02, 1.07e-3, {});
+  PbdSolver solver(rest, kPolyurethane, 0.02, 1.07e-3, {});
   solver.set_position(1, {2.5, 0.3, 0.2});
   const Vec3 before = centre(solver.positions());
   solver.step({}, {});
   EXPECT_LT(distance(centre(solver.positions()), before), 1e-6);
 }
 
-TEST(PaperSolver, FixedVertexStaysUnderLoad) {
+TEST(PbdSolver, FixedVertexStaysUnderLoad) {
   const TriangleMesh rest = square_sheet(4, 4.0);
   std::vector<char> fixed(rest.vertices.size(), 0);
   fixed[0] = 1;
-  PaperSolver solver(rest, kPolyurethane, 0.02, 1.07e-3, fixed);
+  PbdSolver solver(rest, kPolyurethane, 0.02, 1.07e-3, fixed);
   for (int i = 0; i < 5; ++i)
     solver.step({}, std::vector<Vec3>(rest.vertices.size(), {0.0, 0.0, 1.0}));
   EXPECT_EQ(solver.positions()[0], rest.vertices[0]);
   EXPECT_GT(solver.positions().back().z, 0.0);
 }
 
-TEST(PaperSolver, ColorsShareNoVertexSoThatAnEvenSheetNeedsAHandful) {
-  PaperSolver solver(square_sheet(20, 20.0), kPolyurethane, 0.02, 1.07e-3, {});
+TEST(PbdSolver, ColorsShareNoVertexSoThatAnEvenSheetNeedsAHandful) {
+  PbdSolver solver(square_sheet(20, 20.0), kPolyurethane, 0.02, 1.07e-3, {});
   EXPECT_GE(solver.color_count(), 6);  // six triangles meet at a vertex
   EXPECT_LE(solver.color_count(), 9);
 }
 
 // What the errata say: the answer hangs on the number of iterations, which no solver's should.
-TEST(PaperSolver, StiffnessIsSetByTheNumberOfIterations) {
+TEST(PbdSolver, StiffnessIsSetByTheNumberOfIterations) {
   const auto sag = [](int iterations) {
     const TriangleMesh rest = square_sheet(8, 8.0);
     std::vector<char> fixed(rest.vertices.size(), 0);
@@ -94,8 +94,8 @@ TEST(PaperSolver, StiffnessIsSetByTheNumberOfIterations) {
       const Vec3& p = rest.vertices[v];
       fixed[v] = p.x == 0.0 || p.y == 0.0 || p.x == 8.0 || p.y == 8.0 ? 1 : 0;
     }
-    PaperSolver solver(rest, kPolyurethane, 0.02, 1.07e-3, fixed);
-    PaperStep step;
+    PbdSolver solver(rest, kPolyurethane, 0.02, 1.07e-3, fixed);
+    PbdStep step;
     step.dt = 1e-4;
     step.damping = 0.1;
     step.iterations = iterations;

@@ -3,6 +3,7 @@
 #include <random>
 
 #include "core/error.hpp"
+#include "simulation/backends/host_memory.hpp"
 #include "simulation/contact/candidates.hpp"
 #include "simulation/run/measure.hpp"
 #include "simulation/step/make_views.hpp"
@@ -39,7 +40,7 @@ struct Folds {
     if (self_distance > 0.0) scene.self_distance = self_distance;
     view = make_view<double>(scene, with_self_contact(), memory);
     renew();
-    std::fill_n(view.travel, scene.vertex_count(), 0.01);
+    std::fill_n(view.contact.near.max_move, scene.vertex_count(), 0.01);
     measure_areas(team, view);
   }
 
@@ -47,20 +48,25 @@ struct Folds {
   void renew() {
     const std::vector<Vec3> x = positions();
     std::vector<Candidate> found;
-    add_skin_candidates(scene, x, kReach, found);
-    add_wall_candidates(scene, x, kReach, found);
+    add_balloon_self_candidates(scene, x, kReach, found);
+    add_wall_self_candidates(scene, x, kReach, found);
     const CandidateSet set = index_candidates(x.size(), found, kReach, false);
-    view.listed_begin = memory.allocate<int>(x.size());
-    use<double>({memory.store(set.candidates), memory.store(set.owned_begin), view.listed_begin,
-                 nullptr, memory.store(x), 1.0, int(set.candidates.size()), kReach},
-                view);
-    view.pairs = memory.allocate<NearPair<double>>(found.size());
-    view.refs = memory.allocate<ContactRef>(4 * found.size());
-    view.bounds = memory.allocate<MotionBound<double>>(4 * found.size());
+    view.contact.near.listed_begin = memory.allocate<int>(x.size());
+    view.contact.candidates = {int(set.candidates.size()),
+                               memory.store(set.candidates),
+                               memory.store(set.owned_begin),
+                               view.contact.near.listed_begin,
+                               nullptr,
+                               memory.store(x),
+                               1.0,
+                               kReach};
+    view.contact.near.pairs = memory.allocate<NearPair<double>>(found.size());
+    view.contact.near.refs = memory.allocate<ContactRef>(4 * found.size());
+    view.contact.near.bounds = memory.allocate<MotionBound<double>>(4 * found.size());
   }
 
   [[nodiscard]] std::vector<Vec3> positions() const {
-    return {view.x, view.x + scene.vertex_count()};
+    return {view.motion.x, view.motion.x + scene.vertex_count()};
   }
   bool search() {
     const bool done = search_pairs(team, view, status);
@@ -84,7 +90,7 @@ TEST(SelfContact, HasAllCandidatesThatShareNoVertex) {
     return norm(g.w[0] * at(a) + g.w[1] * at(b) + g.w[2] * at(c) + g.w[3] * at(d)) < 0.06;
   };
   int faces = 0, edges = 0;
-  for (int v = 0; v < scene.balloon_count; ++v)
+  for (int v = 0; v < scene.bodies.balloon().count; ++v)
     for (const Triangle& t : scene.balloon_triangles)
       if (std::find(t.begin(), t.end(), v) == t.end())
         faces += near(point_triangle_gap(at(v), at(t[0]), at(t[1]), at(t[2])), v, t[0], t[1], t[2]);
@@ -96,7 +102,7 @@ TEST(SelfContact, HasAllCandidatesThatShareNoVertex) {
                       b[1]);
     }
   std::vector<Candidate> found;
-  add_skin_candidates(scene, x, 0.06, found);
+  add_balloon_self_candidates(scene, x, 0.06, found);
   const auto found_edges =
       std::count_if(found.begin(), found.end(), [](const Candidate& c) { return c.edges; });
   EXPECT_GT(faces, 100);
@@ -137,8 +143,8 @@ TEST(SelfContact, NeighboursOnASmoothBalloonDoNotMeet) {
   model.wall_group.clear();
   Folds folds(model, 0.05);
   for (const double grown : {1.0, 1.03, 0.97}) {
-    for (int v = 0; v < folds.scene.balloon_count; ++v)
-      folds.view.x[v] = grown * (folds.scene.start[std::size_t(v)] - folds.scene.origin);
+    for (int v = 0; v < folds.scene.bodies.balloon().count; ++v)
+      folds.view.motion.x[v] = grown * (folds.scene.start[std::size_t(v)] - folds.scene.origin);
     ASSERT_TRUE(folds.search());
     EXPECT_GT(folds.status.report.pair_count, 1000);
     EXPECT_FALSE(folds.forces().touching) << grown;
@@ -150,11 +156,12 @@ TEST(SelfContact, KeepsMomentum) {
   std::mt19937 random(3);
   std::uniform_real_distribution<double> u(-1.0, 1.0);
   ASSERT_TRUE(folds.search());
-  for (int v = 0; v < folds.scene.balloon_count; ++v) {
-    const Vec3 x = folds.view.x[v];  // layers pressed on each other
+  for (int v = 0; v < folds.scene.bodies.balloon().count; ++v) {
+    const Vec3 x = folds.view.motion.x[v];  // layers pressed on each other
     const Vec3 move =
         -0.04 * normalized(Vec3{x.x, x.y, 0.0}) + 0.02 * Vec3{u(random), u(random), u(random)};
-    folds.view.x[v] += allowed_share(folds.view, v, move, folds.view.travel[0]) * move;
+    folds.view.motion.x[v] +=
+        allowed_share(folds.view, v, move, folds.view.contact.near.max_move[0]) * move;
   }
   ASSERT_TRUE(folds.search());
   const VertexForces<double> sum = folds.forces();
@@ -166,19 +173,21 @@ TEST(SelfContact, NoMotionWithinItsBoundsTakesTheSkinThroughItself) {
   Folds folds(testing::folded_model({}));
   std::mt19937 random(5);
   std::uniform_real_distribution<double> u(-1.0, 1.0);
-  const double room = Folds::kReach - folds.scene.self_distance - 2.0 * folds.view.travel[0];
+  const double room =
+      Folds::kReach - folds.scene.self_distance - 2.0 * folds.view.contact.near.max_move[0];
   const auto is_spent = [&] {
     double gone = 0.0;
-    for (int v = 0; v < folds.scene.balloon_count; ++v)
-      gone = std::max(gone, distance(folds.view.x[v], folds.view.x_candidates[v]));
+    for (int v = 0; v < folds.scene.bodies.balloon().count; ++v)
+      gone = std::max(gone, distance(folds.view.motion.x[v], folds.view.contact.candidates.x[v]));
     return 2.0 * gone > 0.99 * room;
   };
   int rounds = 0;
   while (folds.search()) {
     ASSERT_LT(++rounds, 200);
-    for (int v = 0; v < folds.scene.balloon_count; ++v) {
+    for (int v = 0; v < folds.scene.bodies.balloon().count; ++v) {
       const Vec3 move = 0.02 * Vec3{u(random), u(random), u(random)};
-      folds.view.x[v] += allowed_share(folds.view, v, move, folds.view.travel[0]) * move;
+      folds.view.motion.x[v] +=
+          allowed_share(folds.view, v, move, folds.view.contact.near.max_move[0]) * move;
     }
     ASSERT_EQ(self_crossing_count(folds.scene.balloon_triangles, folds.positions()), 0) << rounds;
   }
@@ -208,13 +217,14 @@ TEST(SelfContact, NoMotionWithinItsBoundsTakesAWallThroughItself) {
   std::mt19937 random(5);
   std::uniform_real_distribution<double> u(-1.0, 1.0);
   std::vector<Vec3> free = lumen.positions();
-  const int first = lumen.scene.balloon_count;
+  const int first = lumen.scene.bodies.wall().first;
   for (int round = 0; round < 12; ++round) {
     ASSERT_TRUE(lumen.search());
     for (int v = first; v < lumen.scene.vertex_count(); ++v) {
       const Vec3 move = 0.02 * Vec3{u(random), u(random), u(random)};
       free[std::size_t(v)] += move;
-      lumen.view.x[v] += allowed_share(lumen.view, v, move, lumen.view.travel[0]) * move;
+      lumen.view.motion.x[v] +=
+          allowed_share(lumen.view, v, move, lumen.view.contact.near.max_move[0]) * move;
     }
     ASSERT_EQ(self_crossing_count(lumen.scene.wall_triangles, lumen.positions()), 0) << round;
     lumen.renew();
@@ -225,8 +235,8 @@ TEST(SelfContact, NoMotionWithinItsBoundsTakesAWallThroughItself) {
 TEST(SelfContact, ASmoothWallDoesNotMeetItself) {
   Folds lumen(narrow_lumen(40));  // edges of 0.02 mm in the throat: contact would act below that
   for (const double grown : {1.0, 1.05, 0.97}) {
-    for (int v = lumen.scene.balloon_count; v < lumen.scene.vertex_count(); ++v)
-      lumen.view.x[v] = grown * (lumen.scene.start[std::size_t(v)] - lumen.scene.origin);
+    for (int v = lumen.scene.bodies.wall().first; v < lumen.scene.vertex_count(); ++v)
+      lumen.view.motion.x[v] = grown * (lumen.scene.start[std::size_t(v)] - lumen.scene.origin);
     lumen.renew();
     ASSERT_TRUE(lumen.search());
     EXPECT_GT(lumen.status.report.pair_count, 1000);
@@ -297,7 +307,7 @@ TEST(SelfContact, RefusesAStartShapeThatCrossesOrTouchesItself) {
   // A vertex of an outer layer goes through the inner layer outside of it, or onto it.
   const Scene scene = make_scene(model, with_self_contact());
   std::vector<Candidate> near;
-  add_skin_candidates(scene, scene.start, 0.07, near);
+  add_balloon_self_candidates(scene, scene.start, 0.07, near);
   const auto face = std::find_if(near.begin(), near.end(), [&](const Candidate& c) {
     return !c.edges && std::abs(scene.start[std::size_t(c.vertex[0])].z) < 0.5 &&
            gap_of(scene.start, c) > 0.04;

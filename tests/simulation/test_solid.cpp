@@ -5,6 +5,8 @@
 
 #include "simulation/materials/solid.hpp"
 #include "simulation/materials/solid_flow.hpp"
+#include "simulation/step/solid_column.hpp"
+#include "simulation/step/team.hpp"
 
 namespace angio::simulation::detail {
 namespace {
@@ -29,7 +31,7 @@ struct Element {
   SolidView<double> view(const Corners& at) const {
     SolidView<double> v;
     v.x = at.data();
-    v.corners = v.entries = v.entry_begin = v.patch_begin = count.data();
+    v.corners = v.patch_begin = count.data();
     v.region = v.patch = v.patch_wedges = &none;
     v.points = points;
     v.fibers = fiber;
@@ -182,22 +184,23 @@ TEST_P(Wedges, EnergyDoesNotChangeAndForcesTurnWhenTurned) {
   }
 }
 
-TEST_P(Wedges, VertexTermIsTheClampedDiagonalBlock) {
+// What the step's columns see of the wedge: vertex i of its lumen side and the one behind it.
+TEST_P(Wedges, ColumnHasTheGradientAndTheDiagonalBlocks) {
   const SolidView<double> view = element_.view(element_.x);
+  const int layer = 0, one_each[] = {0, 1, 2, 3}, patches[] = {0, 0, 0};
+  const SolidColumns<double> columns{2, 3, &layer, one_each, patches};
   const auto g = gradient(element_.x);
   const auto h = hessian(element_.x);
-  for (int v = 0; v < 6; ++v) {
-    const VertexTerm<double> term = solid_vertex_term(view, v);
-    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(
-        Eigen::Matrix3d(h.block<3, 3>(3 * v, 3 * v)));
-    const Eigen::Matrix3d clamped = eigen.eigenvectors() *
-                                    eigen.eigenvalues().cwiseMax(0.0).asDiagonal() *
-                                    eigen.eigenvectors().transpose();
-    for (int i = 0; i < 3; ++i) {
-      EXPECT_NEAR(term.gradient[i], g[3 * v + i], 1e-12 * std::max(g.norm(), h.norm()));
-      for (int j = 0; j < 3; ++j)
-        EXPECT_NEAR(term.hessian(i, j), clamped(i, j), 1e-10 * clamped.norm());
-    }
+  const double size = std::max(g.norm(), h.norm());
+  for (int i = 0; i < 3; ++i) {
+    ColumnTerm<double> term;
+    add_solid_column(view, columns, i, OneLane{}, term);
+    for (int level = 0; level < 2; ++level)
+      for (int a = 0, v = i + 3 * level; a < 3; ++a) {
+        EXPECT_NEAR(term.gradient[level][a], g[3 * v + a], 1e-12 * size);
+        for (int b = 0; b < 3; ++b)
+          EXPECT_NEAR(term.diagonal[level](a, b), h(3 * v + a, 3 * v + b), 1e-10 * h.norm());
+      }
   }
 }
 

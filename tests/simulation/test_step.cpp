@@ -81,7 +81,7 @@ TEST(StepSolver, SinglePrecisionFollowsDouble) {
   const Scene scene = make_scene(model, options);
   EXPECT_EQ(precision_for(scene, options), Precision::single);
   const auto one = frames_of(*make_cpu_solver(scene, options, Precision::single), scene, options);
-  const auto two = frames_of(*make_cpu_solver(scene, options, Precision::twofold), scene, options);
+  const auto two = frames_of(*make_cpu_solver(scene, options, Precision::double_), scene, options);
   ASSERT_EQ(one.size(), two.size());
   for (std::size_t f = 0; f < one.size(); ++f) {
     EXPECT_NEAR(one[f].pressure, two[f].pressure, 1e-4 * two[f].pressure);

@@ -3,7 +3,9 @@
 #include <numbers>
 
 #include "core/units.hpp"
+#include "simulation/backends/host_memory.hpp"
 #include "simulation/step/make_views.hpp"
+#include "simulation/step/sweep_slabs.hpp"
 #include "simulation/step/team.hpp"
 #include "tests/simulation/models.hpp"
 
@@ -33,20 +35,21 @@ struct Wall {
     scene = make_scene(model, options);
     x = scene.start;
     view = make_view<double>(scene, options, memory);
-    view.dt = 1e6;  // no inertia
-    view.x = view.x_inertial = x.data();
+    view.motion.dt = 1e6;  // no inertia
+    view.motion.x = view.motion.x_inertial = x.data();
   }
   Wall(const Wall&) = delete;
 
   template <class Map>
   void shape(const Map& map) {
-    for (std::size_t v = std::size_t(scene.balloon_count); v < x.size(); ++v) x[v] = map(x[v]);
+    for (std::size_t v = std::size_t(scene.bodies.wall().first); v < x.size(); ++v)
+      x[v] = map(x[v]);
   }
   void let_flow(const PlasticFlow<double>& law, double time) {
     fit();
-    view.dt = time;
-    for (int c = 0; c < scene.clusters.count(); ++c) flow_cluster(view, law, c, OneLane{});
-    view.dt = 1e6;
+    view.motion.dt = time;
+    for (int c = 0; c < scene.slabs.count(); ++c) flow_slab(view, law, c, OneLane{});
+    view.motion.dt = 1e6;
   }
   // Long enough for all strain to flow, and for the rotations to follow.
   void let_all_flow() {
@@ -56,44 +59,45 @@ struct Wall {
   // The farthest that a vertex is from its goal [mm].
   double most_off() const {
     double most = 0.0;
-    for (int i = 0; i < scene.wall_count; ++i)
-      most = std::max(most, distance(x[std::size_t(scene.balloon_count + i)], view.goal[i]));
+    for (int i = 0; i < scene.bodies.wall().count; ++i)
+      most = std::max(
+          most, distance(x[std::size_t(scene.bodies.wall().first + i)], view.slabs.goals.goal[i]));
     return most;
   }
   // By its stiffness along the vessel.
   Vec3 force_along(int i) const {
-    const Vec3 off = x[std::size_t(scene.balloon_count + i)] - view.goal[i];
-    return view.along_force[i] - view.along_stiffness[i] * off;
+    const Vec3 off = x[std::size_t(scene.bodies.wall().first + i)] - view.slabs.goals.goal[i];
+    return view.slabs.goals.along_force[i] - view.slabs.goals.along_stiffness[i] * off;
   }
-  // 1/2 sum k (n . (x - centre) - a . q)^2 over the rings, for which fit_cluster finds n
+  // 1/2 sum k (n . (x - centre) - a . q)^2 over the rings, for which fit_slab finds n
   double energy_along() {
     fit();
     double sum = 0.0;
-    for (int c = 0; c < scene.clusters.count(); ++c)
-      for (int e = view.cluster_begin[c]; e < view.cluster_begin[c + 1]; ++e) {
-        const Vec3& p = x[std::size_t(scene.balloon_count + view.cluster_vertex[e])];
-        const double off = dot(view.cluster_normal[c], p - view.cluster_centre[c]) -
-                           dot(view.cluster_axis[c], plastic_offset(view, c, e));
-        sum += 0.5 * view.cluster_along[c] * view.cluster_stiffness[e] * off * off;
+    for (int c = 0; c < scene.slabs.count(); ++c)
+      for (int e = view.slabs.shape.begin[c]; e < view.slabs.shape.begin[c + 1]; ++e) {
+        const Vec3& p = x[std::size_t(scene.bodies.wall().first + view.slabs.shape.vertex[e])];
+        const double off = dot(view.slabs.fit.axis[c], p - view.slabs.fit.centre[c]) -
+                           dot(view.slabs.shape.axis[c], plastic_offset(view, c, e));
+        sum += 0.5 * view.slabs.shape.along[c] * view.slabs.shape.stiffness[e] * off * off;
       }
     return sum;
   }
   void fit() {
-    for (int c = 0; c < scene.clusters.count(); ++c) fit_cluster(view, c, OneLane{});
-    for (int i = 0; i < scene.wall_count; ++i) set_goal(view, i);
+    for (int c = 0; c < scene.slabs.count(); ++c) fit_slab(view, c, OneLane{});
+    for (int i = 0; i < scene.bodies.wall().count; ++i) set_goal(view, i);
   }
 };
 
 TEST(Wall, EveryVertexBelongsToASlabAndSlabsOverlap) {
   const Wall wall;
-  const WallClusters& c = wall.scene.clusters;
+  const WallSlabs& c = wall.scene.slabs;
   int shared = 0;
-  for (int v = 0; v < wall.scene.wall_count; ++v) {
-    const int count = c.entry_begin[std::size_t(v) + 1] - c.entry_begin[std::size_t(v)];
+  for (int v = 0; v < wall.scene.bodies.wall().count; ++v) {
+    const int count = c.slab_vertex_begin[std::size_t(v) + 1] - c.slab_vertex_begin[std::size_t(v)];
     EXPECT_GE(count, 1);
     shared += count > 1;
   }
-  EXPECT_GT(shared, 9 * wall.scene.wall_count / 10);
+  EXPECT_GT(shared, 9 * wall.scene.bodies.wall().count / 10);
   for (int i = 0; i < c.count(); ++i) {
     EXPECT_NEAR(c.radius[std::size_t(i)], 1.5, 0.02);
     EXPECT_NEAR(std::abs(c.axis[std::size_t(i)].z), 1.0, 1e-3);
@@ -105,14 +109,14 @@ TEST(Wall, CarriesTheThinRingsPressureWhenWidened) {
   Wall wall;
   const double r = 1.5, dr = 0.03, ratio = wall.options.wall.thickness_ratio;
   const double thickness = 2.0 * r * ratio / (1.0 - 2.0 * ratio);
-  for (std::size_t v = std::size_t(wall.scene.balloon_count); v < wall.x.size(); ++v) {
+  for (std::size_t v = std::size_t(wall.scene.bodies.wall().first); v < wall.x.size(); ++v) {
     wall.x[v].x *= (r + dr) / r;
     wall.x[v].y *= (r + dr) / r;
   }
   wall.fit();
   double force = 0.0, area = 0.0;
-  for (int i = 0; i < wall.scene.wall_count; ++i) {
-    const int v = wall.scene.balloon_count + i;
+  for (int i = 0; i < wall.scene.bodies.wall().count; ++i) {
+    const int v = wall.scene.bodies.wall().first + i;
     const Vec3 outward = normalized(Vec3{wall.x[std::size_t(v)].x, wall.x[std::size_t(v)].y, 0.0});
     force -= dot(wall_forces(wall.view, v, OneLane{}).force, outward);
     area += wall.scene.wall_area[std::size_t(i)];
@@ -135,9 +139,9 @@ TEST(Wall, PressedTogetherBearsWhatWallAndPlaqueBearThatCannotGiveWay) {
     wall.fit();
     // The mean over all sections of the force through them is that of z f over the length.
     double moment = 0.0, area = 0.0;
-    for (int i = 0; i < wall.scene.wall_count; ++i) {
-      moment -=
-          wall.force_along(i).z * wall.scene.start[std::size_t(wall.scene.balloon_count + i)].z;
+    for (int i = 0; i < wall.scene.bodies.wall().count; ++i) {
+      moment -= wall.force_along(i).z *
+                wall.scene.start[std::size_t(wall.scene.bodies.wall().first + i)].z;
       area += wall.scene.wall_area[std::size_t(i)];
     }
     const double depth =
@@ -152,11 +156,11 @@ TEST(Wall, ForceAlongTheVesselIsTheEnergysSlope) {
   wall.shape(ruffled);
   for (int i = 0; i < 5; ++i) wall.fit();
   const double h = 1e-5;
-  for (int i = 7; i < wall.scene.wall_count; i += 131)
+  for (int i = 7; i < wall.scene.bodies.wall().count; i += 131)
     for (int axis = 0; axis < 3; ++axis) {
       wall.fit();
       const double force = wall.force_along(i)[axis], whole = norm(wall.force_along(i));
-      double& p = wall.x[std::size_t(wall.scene.balloon_count + i)][axis];
+      double& p = wall.x[std::size_t(wall.scene.bodies.wall().first + i)][axis];
       const double at = p;
       p = at + h;
       const double more = wall.energy_along();
@@ -173,8 +177,8 @@ TEST(Wall, ForcesAlongTheVesselHaveNoSumAndNoTorque) {
   for (int i = 0; i < 5; ++i) wall.fit();
   Vec3 sum, torque;
   double size = 0.0;
-  for (int i = 0; i < wall.scene.wall_count; ++i) {
-    const Vec3 f = wall.force_along(i), p = wall.x[std::size_t(wall.scene.balloon_count + i)];
+  for (int i = 0; i < wall.scene.bodies.wall().count; ++i) {
+    const Vec3 f = wall.force_along(i), p = wall.x[std::size_t(wall.scene.bodies.wall().first + i)];
     sum += f;
     torque += cross(p, f);
     size += norm(f);
@@ -186,14 +190,15 @@ TEST(Wall, ForcesAlongTheVesselHaveNoSumAndNoTorque) {
 TEST(Wall, FeelsNothingOfARigidMotion) {
   Wall wall(16);
   const double c = std::cos(0.4), s = std::sin(0.4);
-  for (std::size_t v = std::size_t(wall.scene.balloon_count); v < wall.x.size(); ++v) {
+  for (std::size_t v = std::size_t(wall.scene.bodies.wall().first); v < wall.x.size(); ++v) {
     const Vec3 p = wall.x[v];
     wall.x[v] = {p.x + 0.3, c * p.y - s * p.z - 1.0, s * p.y + c * p.z};
   }
   wall.fit();
-  for (int i = 0; i < wall.scene.wall_count; ++i) {
-    const VertexForces<double> f = wall_forces(wall.view, wall.scene.balloon_count + i, OneLane{});
-    EXPECT_LT(norm(f.force), 1e-6 * wall.view.goal_stiffness[i]);
+  for (int i = 0; i < wall.scene.bodies.wall().count; ++i) {
+    const VertexForces<double> f =
+        wall_forces(wall.view, wall.scene.bodies.wall().first + i, OneLane{});
+    EXPECT_LT(norm(f.force), 1e-6 * wall.view.slabs.goals.stiffness[i]);
   }
 }
 
@@ -201,7 +206,7 @@ TEST(Wall, StretchOfAWidenedSlabIsItsWidening) {
   Wall wall(16);
   wall.shape([](const Vec3& p) { return Vec3{1.3 * p.x, 1.3 * p.y, p.z}; });
   wall.fit();
-  const Mat3 stretch = elastic_map(wall.view, wall.scene.clusters.count() / 2, OneLane{}).linear;
+  const Mat3 stretch = elastic_map(wall.view, wall.scene.slabs.count() / 2, OneLane{}).linear;
   EXPECT_NEAR(stretch(0, 0), 1.3, 1e-6);
   EXPECT_NEAR(stretch(1, 1), 1.3, 1e-6);
   EXPECT_NEAR(stretch(2, 2), 1.0, 1e-6);
@@ -255,12 +260,12 @@ TEST(QuadraticWall, ResistsUnevenShapesByOneLessBeta) {
     Wall wall(16, material, 0.4);
     wall.shape(kQuadratic[4].of);
     wall.fit();
-    // What the goals of a cluster leave of its modes.
-    const int c = wall.scene.clusters.count() / 2;
+    // What the goals of a slab leave of its modes.
+    const int c = wall.scene.slabs.count() / 2;
     double most = 0.0;
     for (int k = 0; k < kShapeModes; ++k) {
-      const Vec3 all = best_mode(wall.view, c, k, wall.view.cluster_centre[c], OneLane{});
-      const Vec3 left = all - wall.view.cluster_map_modes[c * kShapeModes + k];
+      const Vec3 all = best_mode(wall.view, c, k, wall.view.slabs.fit.centre[c], OneLane{});
+      const Vec3 left = all - wall.view.slabs.fit.map_modes[c * kShapeModes + k];
       EXPECT_LT(norm(left - (1.0 - beta) * all), 1e-12);
       most = std::max(most, norm(all));
     }
@@ -293,8 +298,8 @@ TEST(Wall, KeepsTheSetOfAHeldStretchThatTheFormulaGives) {
       wall.shape([&](const Vec3& p) { return Vec3{held * p.x, held * p.y, p.z}; });
       for (int step = 0; step < 20; ++step) wall.let_flow({yield, creep, 3.0}, time / 20);
       const double set = yield < held - 1.0 ? held - (held - 1.0) * std::exp(-time * creep) : 1.0;
-      for (int c = 0; c < wall.scene.clusters.count(); ++c) {
-        const Mat3& plastic = wall.view.cluster_plastic[c];
+      for (int c = 0; c < wall.scene.slabs.count(); ++c) {
+        const Mat3& plastic = wall.view.slabs.fit.plastic[c];
         EXPECT_NEAR(plastic(0, 0), set, 1e-6);
         EXPECT_NEAR(plastic(1, 1), set, 1e-6);
         EXPECT_NEAR(plastic(2, 2), 1.0, 1e-6);

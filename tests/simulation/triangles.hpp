@@ -37,8 +37,8 @@ FibreLaw<Real> fibres() {
 }
 
 template <class Real>
-SkinLaw<Real> law_of(bool relaxed, bool with_fibres) {
-  SkinLaw<Real> law{polyurethane<Real>(), {}, relaxed};
+MembraneLaw<Real> law_of(bool relaxed, bool with_fibres) {
+  MembraneLaw<Real> law{polyurethane<Real>(), {}, relaxed};
   if (with_fibres) law.fibre = fibres<Real>();
   return law;
 }
@@ -72,17 +72,18 @@ CornerMetric<Real> metric_of(const Element<Real>& t, int v) {
 }
 
 template <class Real>
-Real energy(const Element<Real>& t, const SkinLaw<Real>& law, int v = 0) {
+Real energy(const Element<Real>& t, const MembraneLaw<Real>& law, int v = 0) {
   const CornerMetric<Real> k = metric_of(t, v);
   return k.volume *
-         skin_energy(law, k, t.x[v] - t.x[(v + 1) % 3], t.x[(v + 2) % 3] - t.x[(v + 1) % 3]).value;
+         membrane_energy(law, k, t.x[v] - t.x[(v + 1) % 3], t.x[(v + 2) % 3] - t.x[(v + 1) % 3])
+             .value;
 }
 
 template <class Real>
-VertexTerm<Real> term(const Element<Real>& t, int v, const SkinLaw<Real>& law) {
+VertexTerm<Real> term(const Element<Real>& t, int v, const MembraneLaw<Real>& law) {
   const CornerMetric<Real> k = metric_of(t, v);
   const Vec3T<Real> e1 = t.x[v] - t.x[(v + 1) % 3], e2 = t.x[(v + 2) % 3] - t.x[(v + 1) % 3];
-  return membrane_term(k, skin_energy(law, k, e1, e2), e1, e2);
+  return membrane_term(k, membrane_energy(law, k, e1, e2), e1, e2);
 }
 
 // Gradient and Hessian over the corners v, n, m (9 unknowns) seen from corner v.
@@ -93,11 +94,11 @@ struct Whole {
 };
 
 template <class Real>
-Whole<Real> whole(const Element<Real>& t, int v, const SkinLaw<Real>& law) {
+Whole<Real> whole(const Element<Real>& t, int v, const MembraneLaw<Real>& law) {
   const int corner[3] = {v, (v + 1) % 3, (v + 2) % 3};
   const CornerMetric<Real> k = metric_of(t, v);
   const Vec3T<Real> e1 = t.x[corner[0]] - t.x[corner[1]], e2 = t.x[corner[2]] - t.x[corner[1]];
-  const EdgeTerm<Real> edge = membrane_element(k, skin_energy(law, k, e1, e2), e1, e2);
+  const EdgeTerm<Real> edge = membrane_element(k, membrane_energy(law, k, e1, e2), e1, e2);
   const Real by[2][3] = {{1, -1, 0}, {0, -1, 1}};  // of e1 and e2 by the corners v, n, m
   Whole<Real> out;
   out.gradient.setZero();
@@ -116,7 +117,8 @@ Whole<Real> whole(const Element<Real>& t, int v, const SkinLaw<Real>& law) {
 }
 
 // Central differences in long double: their own error is far below 1e-6.
-inline Whole<long double> differences(const Element<double>& t, const SkinLaw<long double>& law) {
+inline Whole<long double> differences(const Element<double>& t,
+                                      const MembraneLaw<long double>& law) {
   const auto exact = convert<long double>(t);
   long double h = 1e-6L;  // of the least height
   for (int v = 0; v < 3; ++v) {

@@ -2,41 +2,32 @@
 
 #include "simulation/backends/cuda/teams.cuh"
 
-/// The kernels that run step_program.hpp. Each is compiled by a source of its own, beside this
+/// The kernels that run program.hpp. Each is compiled by a source of its own, beside this
 /// file, so that processors share the work: the largest takes a minute.
 namespace angio::simulation::detail {
 
-// Copies into place k of an array of frames.
-template <class Team, class Value>
-__device__ void copy_to(Team& team, Value* to, const Value* from, int count, int k) {
-  team.template for_each<1>(
-      count, [&](int i, const auto&) { to[std::ptrdiff_t(k) * count + i] = from[i]; });
-}
-
-// Puts positions and status into place k of the launch's frames.
-template <class Real, class Team>
-__device__ void keep_end(Team& team, const StepView<Real>& view, const StepStatus& status,
-                         const CudaFrames<Real>& frames, int k) {
-  copy_to(team, frames.x, view.x, view.vertex_count, k);
-  if (team.leader()) frames.status[k] = status;
-}
-
-// The same with all that a frame reports.
+// Copies the state into place k of the launch's frames.
 template <class Real, class Team>
 __device__ void keep(Team& team, const StepView<Real>& view, const StepStatus& status,
                      const CudaFrames<Real>& frames, int k) {
-  const auto copy = [&](auto* to, const auto* from, int count) {
-    copy_to(team, to, from, count, k);
-  };
-  keep_end(team, view, status, frames, k);
-  copy(frames.contact_pressure, view.contact_pressure, view.wall_count);
-  copy(frames.plastic, view.cluster_plastic, view.cluster_count);
-  if (view.entry_modes)
-    copy(frames.plastic_modes, view.cluster_plastic_modes, view.cluster_count * kShapeModes);
-  if constexpr (Team::kSolids) {
-    copy(frames.solid_points, view.solid_points, kWedgePoints * view.wedge_count);
-    copy(frames.solid_plastic_strain, view.solid_plastic_strain, kWedgePoints * view.wedge_count);
-  }
+  const StateView<Real> state = state_view(view);
+  for_each_state_array(
+      [&](const auto& from, const auto& to) {
+        team.template for_each<1>(from.count, [&](int i, const auto&) {
+          to.data[std::ptrdiff_t(k) * from.count + i] = from.data[i];
+        });
+      },
+      state, frames.state);
+  if (team.leader()) frames.status[k] = status;
+}
+
+// Leaves what the launch ends with.
+template <class Real, class Team>
+__device__ void keep_end(Team& team, const StepView<Real>& view, const StepStatus& status,
+                         const CudaFrames<Real>& frames, int frame_count) {
+  team.template for_each<1>(view.motion.count,
+                            [&](int v, const auto&) { frames.end_x[v] = view.motion.x[v]; });
+  if (team.leader()) frames.status[frame_count] = status;
 }
 
 template <class Real, class Team>
@@ -70,17 +61,20 @@ __global__ void __launch_bounds__(kBlockThreads, 1)
   BlockTeam<Real> team(shared);
   __shared__ __align__(16) unsigned char view_memory[sizeof(StepView<Real>)];
   StepView<Real>& view = reinterpret_cast<StepView<Real>&>(view_memory);
-  const int count = program.view.vertex_count;
+  const int count = program.view.motion.count;
   if (threadIdx.x == 0) {
     view = program.view;
-    view.moves = reinterpret_cast<Move<Real>*>(memory);
-    view.x = reinterpret_cast<Vec3T<Real>*>(memory + view.balloon_count * sizeof(Move<Real>));
+    view.balloon.moves = reinterpret_cast<Move<Real>*>(memory);
+    view.motion.x =
+        reinterpret_cast<Vec3T<Real>*>(memory + view.bodies.balloon().count * sizeof(Move<Real>));
   }
   __syncthreads();
-  team.template for_each<1>(count, [&](int v, const auto&) { view.x[v] = program.view.x[v]; });
+  team.template for_each<1>(
+      count, [&](int v, const auto&) { view.motion.x[v] = program.view.motion.x[v]; });
   team.barrier();
   run_program(team, program, view);
-  team.template for_each<1>(count, [&](int v, const auto&) { program.view.x[v] = view.x[v]; });
+  team.template for_each<1>(
+      count, [&](int v, const auto&) { program.view.motion.x[v] = view.motion.x[v]; });
 }
 
 template <class Real, Extent extent>

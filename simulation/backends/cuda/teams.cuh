@@ -4,7 +4,7 @@
 
 #include "simulation/backends/cuda_launch.hpp"
 
-/// The teams (launch.hpp) that run a step on a GPU: one block, or a grid of them.
+/// The teams (team.hpp) that run a step on a GPU: one block, or a grid of them.
 namespace angio::simulation::detail {
 
 // Of the one block: four threads for each of the 140 vertices in a colour of a usual balloon, and
@@ -101,7 +101,7 @@ template <class Real>
 class BlockTeam : public DeviceClock {
  public:
   static constexpr bool kSurroundings = false, kSolids = false, kIsSmall = false;
-  static constexpr int kBalloonLanes = 4, kVertexLanes = 4, kClusterLanes = 32;
+  static constexpr int kBalloonLanes = 4, kVertexLanes = 4, kSlabLanes = 32;
 
   __device__ explicit BlockTeam(BlockShared& shared) : shared_(shared) {}
   __device__ bool leader() const { return threadIdx.x == 0; }
@@ -147,7 +147,7 @@ class GridTeam : public DeviceClock {
   static constexpr bool kSurroundings = extent != Extent::alone, kSolids = extent == Extent::solids,
                         kIsSmall = false;
   static constexpr int kBalloonLanes = kSurroundings ? 32 : 4, kVertexLanes = kSolids ? 16 : 4,
-                       kClusterLanes = 32;
+                       kSlabLanes = 32;
 
   __device__ GridTeam(BlockShared& shared, void* sums)
       : shared_(shared), sums_(sums), grid_(cooperative_groups::this_grid()) {}
@@ -209,8 +209,8 @@ class GridTeam : public DeviceClock {
 
 template <class Real>
 __host__ __device__ std::size_t block_bytes(const StepView<Real>& view) {
-  return std::size_t(view.vertex_count) * sizeof(Vec3T<Real>) +
-         std::size_t(view.balloon_count) * sizeof(Move<Real>);
+  return std::size_t(view.motion.count) * sizeof(Vec3T<Real>) +
+         std::size_t(view.bodies.balloon().count) * sizeof(Move<Real>);
 }
 
 /// The kernels (kernels.cuh), as cudaLaunchKernel takes them.

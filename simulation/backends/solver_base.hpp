@@ -1,0 +1,90 @@
+#pragma once
+
+#include <utility>
+#include <vector>
+
+#include "simulation/backends/step_solver.hpp"
+#include "simulation/step/make_views.hpp"
+
+namespace angio::simulation::detail {
+
+/// What the solvers of all backends share: how a run begins and settles, the search for candidates,
+/// the reference method's tets, and what a frame ends with.
+template <class Real>
+class SolverBase : public StepSolver {
+ public:
+  State settle(const GasLaw<double>& law, double tolerance, int most_sweeps) final {
+    StepRules rules = rules_;
+    rules.tolerance = rules.residual = tolerance;
+    rules.rest = 0.0;
+    rules.most_sweeps = rules.later_sweeps = most_sweeps;
+    rules.still = true;
+    status_.law = law;
+    return take_step(rules);
+  }
+
+  // A tet that stays keeps its viscous item.
+  void set_air(const std::vector<Tet>& air) final {
+    if (!projects_contact(scene_, options_) || air.empty()) return;
+    PbdTets now = pbd_tets(scene_, options_, air);
+    std::vector<char> kept = kept_items(tets_, viscous_items(tets_.balloon_corners.size()), now);
+    tets_ = std::move(now);
+    use_tets(tets_, std::move(kept));
+  }
+
+ protected:
+  /// @param frames, lists  as CandidateFinder takes them
+  SolverBase(const Scene& scene, const SimulationOptions& options, int frames, bool lists)
+      : scene_(scene),
+        options_(options),
+        rules_(make_rules(scene, options)),
+        plasticity_(plastic_flow<Real>(options.wall)),
+        start_(local<Real>(scene, scene.start)),
+        finder_(scene, options, frames, lists) {
+    if (options.gas_model == GasModel::per_tet) gas_ = pbd_gas_tets(scene);
+    status_.pressure = outside_pressure(options);
+    status_.volume = balloon_volume(scene, scene.start);
+  }
+
+  /// One step under the status' law. @return what it ends with
+  virtual State take_step(const StepRules& rules) = 0;
+  /// Of the reference method's tets as they were used last.
+  virtual std::vector<char> viscous_items(std::size_t count) = 0;
+  virtual void use_tets(const PbdTets& tets, std::vector<char> viscous_items) = 0;
+
+  /// @param end  in the computer's memory
+  [[nodiscard]] State state_of(const StateView<Real>& end, const StepStatus& status) const {
+    State state = make_state(scene_, start_.data(), end, status);
+    if (options_.gas_model == GasModel::per_tet)
+      state.pressure =
+          mean_tet_pressure(gas_, status.tet_growth, outside_pressure(options_), state.x);
+    return state;
+  }
+
+  /// Finds new candidates and remembers where.
+  ///
+  /// @param x       relative to the scene's origin, shape [vertex]
+  /// @param lasted  frames that were begun with the last set
+  CandidateSet find_candidates(const Vec3T<Real>* x, int lasted) {
+    x_candidates_.assign(x, x + scene_.vertex_count());
+    std::vector<Vec3> points;
+    points.reserve(x_candidates_.size());
+    for (const Vec3T<Real>& p : x_candidates_) points.push_back(converted<double>(p));
+    return finder_.find(points, lasted);
+  }
+
+  const Scene& scene_;
+  const SimulationOptions options_;
+  const StepRules rules_;
+  const PlasticFlow<Real> plasticity_;
+  const std::vector<Vec3T<Real>> start_;
+  StepStatus status_;
+  std::vector<Vec3T<Real>> x_candidates_;
+
+ private:
+  CandidateFinder finder_;
+  PbdGasTets gas_;
+  PbdTets tets_;  ///< once the air mesh has followed
+};
+
+}  // namespace angio::simulation::detail

@@ -1,0 +1,54 @@
+#pragma once
+
+#include <algorithm>
+#include <vector>
+
+#include "simulation/contact/candidates.hpp"
+
+namespace angio::simulation::detail {
+
+/// The gap beyond which nothing acts between two surfaces [mm].
+inline double contact_range(const SimulationOptions& options) {
+  return options.adhesion_traction_kpa > 0.0
+             ? std::max(options.contact_distance_mm, options.adhesion_gap_2_mm)
+             : options.contact_distance_mm;
+}
+
+/// Finds a run's candidates, on the host, from positions relative to the scene's origin.
+class CandidateFinder {
+ public:
+  /// @param frames  that a set of candidates should last: their radius follows from how long the
+  ///                last set did
+  /// @param lists   are the candidates of each vertex listed (CandidateSet::refs)?
+  CandidateFinder(const Scene& scene, const SimulationOptions& options, int frames,
+                  bool lists = true)
+      : scene_(scene),
+        distance_(options.contact_distance_mm),
+        range_(contact_range(options)),
+        of_wall_(options.contact_model == ContactModel::barrier),
+        frames_(frames),
+        lists_(lists) {}
+
+  /// @param lasted  frames that were begun with the last set
+  CandidateSet find(const std::vector<Vec3>& x, int lasted);
+
+ private:
+  static constexpr double kLeastSlack = 1.0, kMostSlack = 20.0;  // over the contact distance
+  static constexpr double kSelfSlack = 1.5;                      // of pairs of one surface
+
+  /// Pairs of the balloon with the wall and the guidewire, within `search_radius_`.
+  [[nodiscard]] std::vector<Candidate> find_others(const std::vector<Vec3>& x);
+  [[nodiscard]] double closed_at_most(const std::vector<Vec3>& x) const;
+
+  const Scene& scene_;
+  double distance_, range_, slack_ = 4.0, search_radius_ = 0.0;
+  bool of_wall_;  // else only the guidewire's: the reference method's contact has none
+  int frames_, lasted_ = 0;
+  bool lists_;
+  bool first_ = true;
+  // With pairs of one surface: the others as they were found last.
+  std::vector<Candidate> others_;
+  std::vector<Vec3> x_others_;
+};
+
+}  // namespace angio::simulation::detail
