@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "core/atomic_file.hpp"
-#include "formats/html.hpp"
+#include "formats/text.hpp"
 #include "viewer/detail/offscreen.hpp"
 #include "viewer/detail/report_page.hpp"
 #include "viewer/detail/scene.hpp"

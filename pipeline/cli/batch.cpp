@@ -16,6 +16,7 @@
 #include "core/child_process.hpp"
 #include "core/error.hpp"
 #include "formats/csv.hpp"
+#include "formats/html.hpp"
 #include "pipeline/experiments/workflow.hpp"
 #include "pipeline/stages/run_case.hpp"
 

@@ -4,6 +4,7 @@
 
 #include "simulation/run/schedule.hpp"
 #include "simulation/step/program.hpp"
+#include "simulation/step/state_view.hpp"
 
 /// Launching program.hpp on a GPU. Only cuda_launch.cu and cuda_solver.cpp include this.
 namespace angio::simulation::detail {

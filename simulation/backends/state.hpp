@@ -4,6 +4,7 @@
 
 #include "simulation/bodies/scene.hpp"
 #include "simulation/step/convert.hpp"
+#include "simulation/step/state_view.hpp"
 #include "simulation/step/status.hpp"
 
 namespace angio::simulation::detail {

@@ -14,7 +14,7 @@
 ///  - it may not go further than its `max_move`, which follows from its speed; a pair is near where
 ///    its gap is less than the range of what acts on it and the moves of its two sides, so that
 ///    pairs that are not near stay out of contact;
-///  - a search counts only while what the balloon's vertices have gone since the candidates were
+///  - a search counts only while what the balloon's vertices have moved since the candidates were
 ///    found with what they may go, at most, and the same of the wall's, are together less than
 ///    search radius - range: then all near pairs are among them.
 ///

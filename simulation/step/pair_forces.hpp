@@ -5,7 +5,7 @@
 /// What acts between near pairs: the barrier, friction, and the film of blood.
 namespace angio::simulation::detail {
 
-/// Recomputes a pair's closest points and weight at the present positions, `gone` from the last
+/// Recomputes a pair's closest points and weight at the present positions, `moved` from the last
 /// search, unless it is too far for anything to act.
 template <class Real>
 ANGIO_HOST_DEVICE inline void refresh_pair(const StepView<Real>& s, int index) {

@@ -17,7 +17,7 @@ namespace angio::simulation::detail {
 /// which sweeps alone, moving one against the other, do slowly. Below 1, so that errors die out.
 inline constexpr double kForesight = 0.9;
 /// A vertex that has met its bound waits for so many sweeps for the next search. Layers of folds
-/// are near each other everywhere: searches are dear there, and the less travel the fewer pairs.
+/// are near each other everywhere: searches are dear there, and the less they move the fewer pairs.
 inline constexpr int kPatience = 2, kFoldsPatience = 4;
 inline constexpr int kLeastSweeps = 3;   // for what rests
 inline constexpr int kSweepsToTell = 4;  // for the lag to be known

@@ -4,6 +4,7 @@
 
 #include "core/atomic_file.hpp"
 #include "formats/html.hpp"
+#include "formats/text.hpp"
 #include "viewer/detail/page_style.hpp"
 
 namespace angio::viewer::detail {
