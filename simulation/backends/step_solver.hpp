@@ -11,7 +11,8 @@
 
 namespace angio::simulation::detail {
 
-enum class Precision { automatic, single, double_ };
+// double_: without its underscore it is a keyword.
+enum class Precision { automatic, single, double_ };  // NOLINT(readability-identifier-naming)
 
 /// Single, unless the rounding of single positions would outweigh the force balance: the noise of
 /// an edge's strain, the spacing of floats across the scene over the edge, against the strain that
