@@ -117,7 +117,11 @@ namespace {
 std::vector<int> inlet_rim(const LumenMesh& lumen) {
   for (std::vector<int>& loop : boundary_loops(lumen.open))
     if (lumen.inlet_outlet_id[std::size_t(loop.front())] == 1) return std::move(loop);
-  throw InternalError("the lumen has no inlet to close");
+  throw InputError(
+      "the lumen's inlet stays closed, because the lumen there is finer than the image can show, "
+      "and "
+      "mesh.triangle_count needs it open. Name another inlet with --inlet, or leave "
+      "mesh.triangle_count out");
 }
 
 /// Triangles between the rim and a polygon of fewer sides inside it, both running the same way.

@@ -14,7 +14,6 @@
 namespace angio::pipeline {
 namespace file = formats::case_file;
 namespace fs = std::filesystem;
-using formats::find_array;
 namespace {
 
 DataArray scalar(std::string array_name, std::vector<double> values,
