@@ -7,25 +7,14 @@
 #include <set>
 
 #include "air_mesh/air_points.hpp"
-#include "air_mesh/tet_flips.hpp"
-#include "air_mesh/tet_refill.hpp"
 
 namespace angio::air_mesh {
 namespace {
 
-constexpr double kGood = 0.3;        // quality that needs no work
-constexpr double kFallen = 0.7;      // share of the quality at the last work: to be worked on again
 constexpr double kLeastStep = 0.03;  // of a motion
-constexpr int kMostRounds = 4;       // of mending
-constexpr int kMostSteps = 300;      // of the search for a filling without a point
-constexpr int kMostAround = 80;      // tets taken out around a new point
-constexpr int kEnough = 8;           // places for a point, of which the best is taken
 constexpr int kLasting = 4;          // motions that a mesh should do, to be worth building
 constexpr int kLongestPause = 32;    // motions after one that has not, or could not be built
-constexpr int kMostMends = 16;       // places a round
 constexpr int kMostTries = 48;       // steps of a motion
-constexpr int kLeastPatience = 8;    // motions between two attempts to do without a point,
-constexpr int kMostPatience = 64;    // twice as many after each that fails
 
 Triangle ascending(Triangle t) {
   std::sort(t.begin(), t.end());
@@ -312,146 +301,6 @@ void AdaptiveAir::move_points(const std::vector<Vec3>& before) {
     at = inner.point;
     point.height = inner.height;
   }
-}
-
-void AdaptiveAir::queue_fallen() {
-  queue_.clear();
-  for (int t = 0; t < air_.slot_count(); ++t) {
-    const double q = quality_[std::size_t(t)];
-    if (air_.alive(t) && (q <= 0.0 || (q < kGood && q < kFallen * tried_[std::size_t(t)])))
-      queue_.push_back({q, t});
-  }
-  std::sort(queue_.begin(), queue_.end(), [](const Work& a, const Work& b) {
-    return a.quality != b.quality ? a.quality < b.quality : a.slot < b.slot;
-  });
-}
-
-void AdaptiveAir::improve() {
-  // New tets queue up behind; each flip raises a least quality, so that it ends.
-  for (std::size_t i = 0; i < queue_.size(); ++i) {
-    const int t = queue_[i].slot;
-    if (!air_.alive(t) || quality_[std::size_t(t)] != queue_[i].quality) continue;  // replaced
-    tried_[std::size_t(t)] = quality_[std::size_t(t)];
-    flip(t);
-  }
-  queue_.clear();
-}
-
-bool AdaptiveAir::flip(int t) {
-  const TetFlip best = best_flip(air_, x_, t);
-  if (best.old_count == 0 || (best.after <= 0.0 && best.fresh_count > best.old_count) ||
-      !put_in_place(best.old.data(), best.old_count, best.fresh.data(), best.fresh_count))
-    return false;
-  ++report_.flip_count;
-  return true;
-}
-
-bool AdaptiveAir::put_in_place(const int* old, int old_count, const Tet* fresh, int fresh_count) {
-  std::vector<int> gone;  // points of the air
-  for (int i = 0; i < old_count; ++i)
-    for (const int v : air_.tet(old[i]))
-      if (std::size_t(v) >= surface_count_) gone.push_back(v);
-  std::vector<int> slots(std::size_t(fresh_count), 0);
-  if (!air_.replace(old, old_count, fresh, fresh_count, slots.data())) return false;
-  for (const int v : gone) points_[std::size_t(v) - surface_count_].tet = -1;
-  quality_.resize(std::size_t(air_.slot_count()));
-  tried_.resize(quality_.size());
-  for (const int slot : slots) {
-    const double q = quality_of(air_.tet(slot));
-    quality_[std::size_t(slot)] = tried_[std::size_t(slot)] = q;
-    if (q < kGood) queue_.push_back({q, slot});
-    for (const int v : air_.tet(slot))
-      if (std::size_t(v) >= surface_count_) points_[std::size_t(v) - surface_count_].tet = slot;
-  }
-  return true;
-}
-
-// A place that cannot be mended ends it, unless as much is to be mended as can be.
-void AdaptiveAir::mend_inverted(bool all) {
-  for (int round = 0; round < kMostRounds; ++round) {
-    int places = 0;
-    bool changed = false;
-    for (int t = 0; t < air_.slot_count() && places < kMostMends; ++t) {
-      if (!air_.alive(t) || quality_[std::size_t(t)] > 0.0) continue;
-      ++places;
-      const bool mended = refill_around(t) || add_point(t);
-      if (!mended && !all) return;
-      changed |= mended;
-    }
-    if (!changed) return;
-    improve();
-  }
-}
-
-bool AdaptiveAir::refill_around(int t) {
-  const Refilling anew = air_mesh::refill_around(air_, x_, t);
-  return !anew.fresh.empty() && put_in_place(anew.old.data(), int(anew.old.size()),
-                                             anew.fresh.data(), int(anew.fresh.size()));
-}
-
-std::vector<int> AdaptiveAir::inverted_around(int t) const {
-  std::vector<int> found{t};
-  for (std::size_t i = 0; i < found.size(); ++i)
-    for (int c = 0; c < 4; ++c) {
-      const int next = air_.across(found[i], c).tet;
-      if (next >= 0 && quality_[std::size_t(next)] <= 0.0 &&
-          std::find(found.begin(), found.end(), next) == found.end())
-        found.push_back(next);
-    }
-  return found;
-}
-
-bool AdaptiveAir::add_point(int t) {
-  const std::vector<int> seeds = inverted_around(t);
-  InnerPoint best;
-  std::vector<int> best_hollow;
-  int successes = 0;
-  HollowSearch search(air_, x_, seeds);
-  for (const Vec3& place : places_around(air_, x_, seeds)) {
-    SeenHollow hollow = search.find(place, kMostAround);
-    if (hollow.tets.empty()) continue;
-    const std::vector<Triangle> outside = outside_of(air_, hollow.tets);
-    if (outside.empty())  // tets that cancel each other
-      return put_in_place(hollow.tets.data(), int(hollow.tets.size()), nullptr, 0);
-    const InnerPoint inner = find_inner_point(outside, x_, hollow.point);
-    if (inner.height <= best.height) continue;
-    best = inner;
-    best_hollow = std::move(hollow.tets);
-    if (++successes == kEnough) break;
-  }
-  if (best_hollow.empty()) return false;
-  std::size_t index = 0;
-  while (index < points_.size() && points_[index].tet >= 0) ++index;
-  if (index == points_.size()) {
-    points_.emplace_back();
-    x_.emplace_back();
-  }
-  const int vertex = int(surface_count_ + index);
-  std::vector<Tet> fresh;
-  for (const Triangle& f : outside_of(air_, best_hollow))
-    fresh.push_back({f[0], f[1], f[2], vertex});
-  x_[std::size_t(vertex)] = best.point;
-  points_[index] = {-1, best.height};
-  return put_in_place(best_hollow.data(), int(best_hollow.size()), fresh.data(), int(fresh.size()));
-}
-
-void AdaptiveAir::remove_points() {
-  for (std::size_t i = 0; i < points_.size(); ++i) {
-    Point& point = points_[i];
-    if (point.tet < 0) continue;
-    if (point.pause == 0) {  // new, or from a mesh built anew: not all of them at a time
-      point.pause = kLeastPatience;
-      point.resume = turn_ + int(i) % kLeastPatience;
-    }
-    if (turn_ < point.resume) continue;
-    point.resume = turn_ + point.pause;
-    point.pause = std::min(2 * point.pause, kMostPatience);
-    const std::vector<int> star = star_of(air_, point.tet, int(surface_count_ + i));
-    std::vector<Tet> filling = refill(air_, x_, star, kMostSteps, int(surface_count_ + i));
-    if (filling.empty()) continue;
-    put_in_place(star.data(), int(star.size()), filling.data(), int(filling.size()));
-  }
-  improve();
 }
 
 void AdaptiveAir::rebuild_whole() {

@@ -50,6 +50,37 @@ int do_describe(const CLI::App& app, const ShellArguments& arguments) {
   return int(ExitCode::done);
 }
 
+// ---- a case in a window, and the computer ------------------------------------------------------
+
+struct ViewArguments {
+  fs::path case_folder;
+  viewer::ViewOptions options;
+};
+
+void add_view_command(CLI::App& app, ViewArguments& arguments) {
+  CLI::App& view = *app.add_subcommand("view", "the desktop viewer");
+  view.add_option("CASE", arguments.case_folder, "the case's folder")->required();
+  view.add_option("--screenshot", arguments.options.screenshot,
+                  "write this PNG instead of a window");
+  view.add_option("--frame", arguments.options.frame, "frame shown first; -1: the peak")
+      ->capture_default_str();
+}
+
+int do_view(const ViewArguments& arguments) {
+  viewer::view_case(arguments.case_folder, arguments.options);
+  return int(ExitCode::done);
+}
+
+void add_doctor_command(CLI::App& app, bool& as_json) {
+  CLI::App& doctor = *app.add_subcommand("doctor", "what this computer has, and what will be used");
+  doctor.add_flag("--json", as_json, "as JSON");
+}
+
+int do_doctor(bool as_json) {
+  fmt::print("{}", examine_computer(as_json));
+  return int(ExitCode::done);
+}
+
 // ---- the program -------------------------------------------------------------------------------
 
 /// CLI11 writes several lines; docs/contract.md wants one, with exit code 64.
@@ -92,12 +123,8 @@ int dispatch(int argc, char** argv) {
   }
   InspectArguments inspect_arguments;
   CLI::App& inspect = add_inspect_command(app, inspect_arguments);
-  viewer::ViewOptions view_options;
-  CLI::App& view = *app.add_subcommand("view", "the desktop viewer");
-  view.add_option("CASE", case_folder, "the case's folder")->required();
-  view.add_option("--screenshot", view_options.screenshot, "write this PNG instead of a window");
-  view.add_option("--frame", view_options.frame, "frame shown first; -1: the peak")
-      ->capture_default_str();
+  ViewArguments view;
+  add_view_command(app, view);
   PhantomArguments phantom;
   add_phantom_command(app, phantom);
   InflateArguments inflate;
@@ -107,8 +134,7 @@ int dispatch(int argc, char** argv) {
   BatchArguments batch;
   add_batch_command(app, batch);
   bool doctor_json = false;
-  CLI::App& doctor = *app.add_subcommand("doctor", "what this computer has, and what will be used");
-  doctor.add_flag("--json", doctor_json, "as JSON");
+  add_doctor_command(app, doctor_json);
   ShellArguments shell;
   add_description_commands(app, shell);
 
@@ -122,18 +148,12 @@ int dispatch(int argc, char** argv) {
     if (app.got_subcommand(again[i].verb))
       return do_stage_again(again[i], stage_options[i], case_folder);
   if (app.got_subcommand(&inspect)) return do_inspect(inspect_arguments);
-  if (app.got_subcommand(&view)) {
-    viewer::view_case(case_folder, view_options);
-    return int(ExitCode::done);
-  }
+  if (app.got_subcommand("view")) return do_view(view);
   if (app.got_subcommand("phantom")) return do_phantom(phantom);
   if (app.got_subcommand("inflate")) return do_inflate(inflate);
   if (app.got_subcommand("experiment")) return do_experiment(experiment);
   if (app.got_subcommand("batch")) return do_batch(batch);
-  if (app.got_subcommand(&doctor)) {
-    fmt::print("{}", examine_computer(doctor_json));
-    return int(ExitCode::done);
-  }
+  if (app.got_subcommand("doctor")) return do_doctor(doctor_json);
   return do_describe(app, shell);
 }
 
