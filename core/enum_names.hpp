@@ -39,7 +39,7 @@ constexpr std::optional<Enum> enum_of_name(std::string_view name) {
 /// All names in words: "gas, pressure or volume".
 template <NamedEnum Enum>
 std::string list_enum_names() {
-  constexpr auto& names = EnumNames<Enum>::kNames;
+  const auto& names = EnumNames<Enum>::kNames;
   std::string list;
   for (std::size_t i = 0; i < names.size(); ++i)
     list += (i == 0 ? "" : i + 1 == names.size() ? " or " : ", ") + std::string(names[i]);

@@ -10,7 +10,6 @@
 
 namespace angio::pipeline {
 namespace fs = std::filesystem;
-using formats::find_array;
 namespace {
 
 template <class Value>
