@@ -28,7 +28,6 @@ using detail::kSheetLetters;
 using detail::Picture;
 using detail::Rgb;
 using detail::SheetCase;
-using formats::fixed_text;
 
 constexpr int kWidth = 1860, kHeight = 1344;
 constexpr int kTitle = 72, kSide = 420, kGap = 4;
