@@ -36,11 +36,11 @@ struct InletChoice {
 /// cubes, 0.41 rad), and a wide end rather than a narrow one. A fork off by two standard deviations
 /// is as bad as any: an aneurysm, or vessels that touch, must not outvote the others. r is the
 /// median depth of a stretch between forks, without what lies in a fork and in a cap, so a short
-/// trunk counts as much as a long one, and a stenosis little. In the last term r is that of the half
-/// that ends at the tip: an end is as wide as its vessel is there, not as the sac that it comes from.
-/// An end that the volume's border cuts
-/// off counts a quarter wider: what feeds the lumen mostly comes from outside. One with an open rim
-/// is no wider than that: a hole in the wall of a wide vessel is a small end.
+/// trunk counts as much as a long one, and a stenosis little. In the last term r is that of the
+/// half that ends at the tip: an end is as wide as its vessel is there, not as the sac that it
+/// comes from. An end that the volume's border cuts off counts a quarter wider: what feeds the
+/// lumen mostly comes from outside. One with an open rim is no wider than that: a hole in the wall
+/// of a wide vessel is a small end.
 ///
 /// @param front  from the first candidate's voxel
 InletChoice choose_inlet(const LumenVoxels& lumen, const Front& front,

@@ -255,7 +255,8 @@ TEST(Inlet, IsSaidToBeUncertainWhereTwoEndsAreAlike) {
 }
 
 TEST(Inlet, IsNotTheThornOfASac) {
-  // Murray's fork, from whose middle a sac twice as wide as the trunk stands out, with a thorn on it.
+  // Murray's fork, from whose middle a sac twice as wide as the trunk stands out, with a thorn on
+  // it.
   const double r = 1.6 / std::cbrt(2.0), s = std::sin(0.654), c = std::cos(0.654);
   const auto sac = [](double t) {
     return t < 0.6 ? 1.5 + 1.8 * std::sin(units::kPi * t / 0.6) : 0.5;
@@ -271,14 +272,14 @@ TEST(Inlet, IsNotTheThornOfASac) {
 }
 
 TEST(Inlet, IsTheAorticRootThoughItIsNoEnd) {
-  // A root of 24 mm, closed at both ends and no longer than wide; a left coronary with a fork, and a
-  // right one.
+  // A root of 24 mm, closed at both ends and no longer than wide; a left coronary with a fork, and
+  // a right one.
   const auto thin = [](double) { return 1.2; };
-  const std::vector<Tube> tree = {
-      straight_tube({-4, 0, 0}, {4, 0, 0}, [](double) { return 12.0; }),
-      straight_tube({0, 11, 0}, {6, 28, 6}, [](double) { return 1.4; }),
-      straight_tube({6, 28, 6}, {30, 40, 12}, thin), straight_tube({6, 28, 6}, {0, 50, 14}, thin),
-      straight_tube({0, -4, 11}, {20, -30, 30}, thin)};
+  const std::vector<Tube> tree = {straight_tube({-4, 0, 0}, {4, 0, 0}, [](double) { return 12.0; }),
+                                  straight_tube({0, 11, 0}, {6, 28, 6}, [](double) { return 1.4; }),
+                                  straight_tube({6, 28, 6}, {30, 40, 12}, thin),
+                                  straight_tube({6, 28, 6}, {0, 50, 14}, thin),
+                                  straight_tube({0, -4, 11}, {20, -30, 30}, thin)};
   const auto result = extract_centerline(level_set_of(tree, grid_around(tree, 0.5, 2.0)), {});
   ASSERT_GE(result.tree.paths.size(), 3U);
   for (const CenterlinePath& path : result.tree.paths)

@@ -66,7 +66,7 @@ TEST(InflateCommand, FollowsTheChartOfABalloonAtEveryPoint) {
   const auto rows = formats::parse_csv(read_text(folder.path() / "d" / "inflation.csv"));
   ASSERT_EQ(rows.size(), 5u);
   EXPECT_EQ(rows[0], (formats::CsvRow{"pressure_atm", "diameter_mm", "length_mm", "volume_mm3",
-                                       "wall_mm", "chart_diameter_mm"}));
+                                      "wall_mm", "chart_diameter_mm"}));
   for (std::size_t r = 1; r < rows.size(); ++r) {
     const double chart = std::stod(rows[r][5]);
     EXPECT_NEAR(std::stod(rows[r][1]) / chart, 1.0, 0.015);
