@@ -100,44 +100,60 @@ std::string share(int part, int whole) {
                     : fmt::format("{} of {} ({:.1f} %)", part, whole, 100.0 * part / whole);
 }
 
+/// Sums over lines.
+struct LineTotals {
+  int cases = 0, points = 0, outside = 0, inside_all = 0, turns = 0, smooth = 0, radius_good = 0;
+};
+
+/// Sums over what a person has read.
+struct ReadingTotals {
+  int ends = 0, ends_found = 0, inlets = 0, inlets_right = 0;
+  int judged = 0, stenoses = 0, stenoses_found = 0, stenoses_wrong = 0;
+};
+
+/// Sums over simulations.
+struct SimulationTotals {
+  int cases = 0, clean = 0, airy = 0;
+};
+
 /// Sums of the rows that count.
 struct Totals {
-  int cases = 0, with_lines = 0, points = 0, outside = 0, inside_all = 0, turns = 0, smooth = 0;
-  int radius_good = 0, ends_read = 0, ends_found = 0, inlets = 0, inlets_right = 0;
-  int stenoses = 0, stenoses_found = 0, wrong = 0, judged_stenoses = 0;
-  int simulated = 0, clean = 0, airy = 0, slow = 0, failed = 0;
+  int cases = 0, slow = 0, failed = 0;
+  LineTotals lines;
+  ReadingTotals read;
+  SimulationTotals simulated;
 
   void add(const CollectionRow& row) {
     ++cases;
     failed += row.exit_code != 0 ? 1 : 0;
     slow += row.wall_s > kSecondsBar ? 1 : 0;
     if (row.lines) {
-      ++with_lines;
-      points += row.lines->points;
-      outside += row.lines->outside;
-      inside_all += row.lines->outside == 0 ? 1 : 0;
-      turns += row.lines->sharp_turns;
-      smooth += row.lines->sharp_turns == 0 ? 1 : 0;
-      radius_good += row.lines->radius_error_95_percent <= kRadiusBarPercent ? 1 : 0;
+      ++lines.cases;
+      lines.points += row.lines->points;
+      lines.outside += row.lines->outside;
+      lines.inside_all += row.lines->outside == 0 ? 1 : 0;
+      lines.turns += row.lines->sharp_turns;
+      lines.smooth += row.lines->sharp_turns == 0 ? 1 : 0;
+      lines.radius_good += row.lines->radius_error_95_percent <= kRadiusBarPercent ? 1 : 0;
     }
-    ends_read += row.ends_read.value_or(0);
-    ends_found += row.ends_read ? row.ends_found : 0;
-    inlets += row.inlet_right ? 1 : 0;
-    inlets_right += row.inlet_right.value_or(false) ? 1 : 0;
+    read.ends += row.ends_read.value_or(0);
+    read.ends_found += row.ends_read ? row.ends_found : 0;
+    read.inlets += row.inlet_right ? 1 : 0;
+    read.inlets_right += row.inlet_right.value_or(false) ? 1 : 0;
     if (row.stenoses_read) {
-      judged_stenoses += row.lines ? 1 : 0;
-      stenoses += *row.stenoses_read;
-      stenoses_found += row.stenoses_found;
-      wrong += row.stenoses_wrong;
+      read.judged += row.lines ? 1 : 0;
+      read.stenoses += *row.stenoses_read;
+      read.stenoses_found += row.stenoses_found;
+      read.stenoses_wrong += row.stenoses_wrong;
     }
     if (row.simulation) {
-      ++simulated;
-      clean += row.simulation->crossing_frames == 0 ? 1 : 0;
-      airy += row.simulation->air_percent >= kAirBarPercent ? 1 : 0;
+      ++simulated.cases;
+      simulated.clean += row.simulation->crossing_frames == 0 ? 1 : 0;
+      simulated.airy += row.simulation->air_percent >= kAirBarPercent ? 1 : 0;
     }
   }
   [[nodiscard]] double wrong_per_case() const {
-    return double(wrong) / std::max(1, judged_stenoses);
+    return double(read.stenoses_wrong) / std::max(1, read.judged);
   }
 };
 
@@ -266,22 +282,26 @@ std::string summary(const std::vector<CollectionRow>& rows) {
     text += fmt::format("| {} | {} | {} | {} |\n", what, bar, value(certain), value(all));
   };
   using T = const Totals&;
-  add("cases that have lines", "", [](T t) { return share(t.with_lines, t.cases); });
+  add("cases that have lines", "", [](T t) { return share(t.lines.cases, t.cases); });
   add("points inside the lumen", "100 %",
-      [](T t) { return share(t.points - t.outside, t.points); });
-  add("cases with all points inside", "", [](T t) { return share(t.inside_all, t.with_lines); });
-  add("turns over 40 degrees within a radius", "0", [](T t) { return std::to_string(t.turns); });
-  add("cases without such a turn", "", [](T t) { return share(t.smooth, t.with_lines); });
+      [](T t) { return share(t.lines.points - t.lines.outside, t.lines.points); });
+  add("cases with all points inside", "",
+      [](T t) { return share(t.lines.inside_all, t.lines.cases); });
+  add("turns over 40 degrees within a radius", "0",
+      [](T t) { return std::to_string(t.lines.turns); });
+  add("cases without such a turn", "", [](T t) { return share(t.lines.smooth, t.lines.cases); });
   add("cases whose radii are within 2 % of the distance to the wall", "all",
-      [](T t) { return share(t.radius_good, t.with_lines); });
-  add("ends found", "98 %", [](T t) { return share(t.ends_found, t.ends_read); });
-  add("inlet right", "95 %", [](T t) { return share(t.inlets_right, t.inlets); });
-  add("stenoses over 50 % found", "all", [](T t) { return share(t.stenoses_found, t.stenoses); });
+      [](T t) { return share(t.lines.radius_good, t.lines.cases); });
+  add("ends found", "98 %", [](T t) { return share(t.read.ends_found, t.read.ends); });
+  add("inlet right", "95 %", [](T t) { return share(t.read.inlets_right, t.read.inlets); });
+  add("stenoses over 50 % found", "all",
+      [](T t) { return share(t.read.stenoses_found, t.read.stenoses); });
   add("false stenoses over 50 %, a case", "under 0.2",
       [](T t) { return fmt::format("{:.2f}", t.wrong_per_case()); });
-  add("simulations without a crossing", "all", [](T t) { return share(t.clean, t.simulated); });
+  add("simulations without a crossing", "all",
+      [](T t) { return share(t.simulated.clean, t.simulated.cases); });
   add("simulations with air in 95 % of the frames", "all",
-      [](T t) { return share(t.airy, t.simulated); });
+      [](T t) { return share(t.simulated.airy, t.simulated.cases); });
   add("cases over 5 minutes", "0", [](T t) { return std::to_string(t.slow); });
   add("cases with another exit code than 0", "", [](T t) { return std::to_string(t.failed); });
   return text;

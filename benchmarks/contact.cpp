@@ -125,7 +125,8 @@ Rows motion() {
   pressed.balloon.name = "polyurethane";
   pressed.inflation.peak_pressure_atm = 2.0;
   pressed.inflation.inflate_s = 0.25;
-  pressed.friction_static = pressed.friction_kinetic = pressed.adhesion_traction_kpa = 0.0;
+  pressed.contact.friction_static = pressed.contact.friction_kinetic =
+      pressed.contact.adhesion_traction_kpa = 0.0;
   turn.from_frame = 11;
   turn.frames = 160;
   const testing::Led led = testing::lead(loose, pressed, turn);
@@ -197,7 +198,7 @@ Rows phantom_rows() {
     double crossings = 0.0;
     simulate(phantom.model, phantom.options, [&](const SimulationFrame& frame) {
       testing::check_contact(phantom.model, frame, check);
-      crossings += frame.max_penetration_mm > 0.0 ? 1.0 : 0.0;
+      crossings += frame.contact.max_penetration_mm > 0.0 ? 1.0 : 0.0;
     });
     const std::string what = "phantom, " + phantom.name + ": ";
     rows.push_back({what + "frames with crossing triangles", crossings, 0.0, ""});
@@ -254,7 +255,7 @@ Rows throat_rows() {
                     100.0 * std::abs(throat(model, options) / reference - 1.0), 1.0, "%"});
   };
   SimulationOptions changed = base;
-  changed.contact_stiffness = 4.0;
+  changed.contact.stiffness = 4.0;
   add("penalty x 4", changed);
   changed = base;
   changed.sweeps = int(std::lround(4.0 * sweeps));
@@ -263,7 +264,7 @@ Rows throat_rows() {
   changed.frame_s = 0.5 * base.frame_s;
   add("time step / 2", changed);
   changed = base;
-  changed.contact_distance_mm = 0.5 * base.contact_distance_mm;
+  changed.contact.distance_mm = 0.5 * base.contact.distance_mm;
   add("contact distance / 2", changed);
   return rows;
 }
@@ -352,8 +353,9 @@ SimulationOptions pressed_in_channel() {
   options.inflation.deflate_s = options.frame_s;
   options.inflation.rest_s = 0.0;
   options.tolerance = 1e-4;
-  options.contact_distance_mm = 0.01;  // as 0.03 to an artery
-  options.friction_static = options.friction_kinetic = options.adhesion_traction_kpa = 0.0;
+  options.contact.distance_mm = 0.01;  // as 0.03 to an artery
+  options.contact.friction_static = options.contact.friction_kinetic =
+      options.contact.adhesion_traction_kpa = 0.0;
   return options;
 }
 
@@ -384,8 +386,8 @@ Pressed by_newton(const SimulationModel& model, const SimulationOptions& options
   const double pressure = units::pascal_from_atm(options.inflation.peak_pressure_atm);
   const detail::MembraneTerm skin(detail::membrane_law(options.balloon), model.balloon.triangles,
                                   model.balloon_rest, options.balloon.wall_mm);
-  const ChannelTerm channel(kHalf, options.contact_distance_mm,
-                            detail::barrier_stiffness(pressure, options.contact_distance_mm),
+  const ChannelTerm channel(kHalf, options.contact.distance_mm,
+                            detail::barrier_stiffness(pressure, options.contact.distance_mm),
                             areas);
   std::vector<char> fixed;
   for (const char held : model.balloon_fixed) fixed.push_back(held ? detail::kFixedAll : char(0));
@@ -462,14 +464,14 @@ Curves curves(const SimulationModel& model, const SimulationOptions& options) {
   Curves c;
   bool touched = false;
   simulate(model, options, [&](const SimulationFrame& f) {
-    touched = touched || f.contact_count > 0;
-    const double viscous = f.viscous_delta_mm;
-    if (!touched) c.untouched = std::max({c.untouched, viscous, f.friction_delta_mm});
-    c.friction = std::max(c.friction, f.friction_delta_mm);
+    touched = touched || f.contact.count > 0;
+    const double viscous = f.contact.viscous_delta_mm;
+    if (!touched) c.untouched = std::max({c.untouched, viscous, f.contact.friction_delta_mm});
+    c.friction = std::max(c.friction, f.contact.friction_delta_mm);
     if (f.phase == Phase::hold) c.pressed = viscous;
     if (f.phase == Phase::deflate) c.parting = std::max(c.parting, viscous);
     c.last = viscous;
-    c.depth = std::max(c.depth, f.max_penetration_mm);
+    c.depth = std::max(c.depth, f.contact.max_penetration_mm);
     c.widest = std::max(c.widest, f.balloon_diameter_mm);
   });
   return c;
@@ -479,7 +481,7 @@ Rows adhesion() {
   const SimulationModel model = testing::matched_model(0.5, 0.62);
   const Curves c = curves(model, touch_and_part());
   SimulationOptions strong = touch_and_part();
-  strong.adhesion_traction_kpa = 25.0;
+  strong.contact.adhesion_traction_kpa = 25.0;
   const Curves s = curves(model, strong);
   const Curves near = curves(testing::matched_model(0.565, 0.62), touch_and_part());
   return {{"film: pull before the first touch", c.untouched, 0.0, "mm"},
@@ -493,7 +495,7 @@ Rows adhesion() {
 Rows paper() {
   const SimulationModel model = testing::matched_model(0.5, 0.62);
   SimulationOptions options = touch_and_part();
-  options.contact_model = ContactModel::paper;
+  options.contact.model = ContactModel::paper;
   const Curves c = curves(model, options);
   options.sweeps = 80;
   const Curves more = curves(model, options);
@@ -518,7 +520,7 @@ struct Unfolding {
 Unfolding unfold(const SimulationModel& model, bool self_contact) {
   SimulationOptions options;
   options.backend = Backend::cpu;
-  options.self_contact = self_contact;
+  options.contact.self_contact = self_contact;
   options.inflation.inflate_s = 1.0;
   options.inflation.hold_s = options.inflation.rest_s = 0.1;
   options.inflation.deflate_s = 0.5;
@@ -592,7 +594,7 @@ std::size_t fingerprint(const SimulationModel& model, const SimulationOptions& o
   simulate(model, options, [&](const SimulationFrame& f) {
     add(f.balloon.data(), f.balloon.size() * sizeof(Vec3));
     add(f.wall.data(), f.wall.size() * sizeof(Vec3));
-    add(&f.viscous_delta_mm, sizeof(double));
+    add(&f.contact.viscous_delta_mm, sizeof(double));
   });
   return hash;
 }

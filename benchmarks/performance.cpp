@@ -114,7 +114,7 @@ Course go(const Scene& scene, const SimulationModel& model, const SimulationOpti
   });
   course.seconds = (now() - begin) * course.frames / double(inflator.frame_count() - 1);
   for (State& state : states) {
-    course.diameter.push_back(diameter_across(scene.balloon_triangles, state.x, model.measure_point,
+    course.diameter.push_back(diameter_across(scene.balloon.triangles, state.x, model.measure_point,
                                               normalized(model.measure_tangent)));
     course.x.push_back(std::move(state.x));
   }
@@ -149,8 +149,8 @@ void free_balloon(ResultTable& results) {
   const Course exact = best_of(1, scene, model, tight, false, Precision::double_, 0);
   results.section("The paper's balloon, free");
   results.paragraph(formatted("%d vertices, %zu triangles, %zu colours: 0 to 0.48 MPa.",
-                              scene.bodies.balloon().count, scene.balloon_triangles.size(),
-                              scene.balloon_color_begin.size() - 1));
+                              scene.bodies.balloon().count, scene.balloon.triangles.size(),
+                              scene.balloon.color_begin.size() - 1));
   if (has_gpu()) {
     options.tolerance = 0.005;
     for (const Spread spread : {Spread::block, Spread::grid}) {
@@ -184,7 +184,7 @@ void free_balloon(ResultTable& results) {
 double bytes_per_sweep(const Scene& scene, std::size_t real) {
   const double corner = double(sizeof(CornerLink) + 7 * real);
   const double vertex = double(2 * 3 * real + 3 * real + real + sizeof(int) + 2 * 11 * real);
-  return corner * double(scene.corners.size()) + vertex * scene.bodies.balloon().count;
+  return corner * double(scene.balloon.corners.size()) + vertex * scene.bodies.balloon().count;
 }
 
 double seconds_per_sweep(StepSolver& solver, const SimulationOptions& options, int sweeps) {
@@ -220,14 +220,14 @@ void sizes(ResultTable& results) {
                               : make_cpu_solver(scene, options, Precision::single, 2);
       const int sweeps = std::max(5, gpu ? 400 / scale : 60 / (scale * scale));
       const double seconds = seconds_per_sweep(*solver, options, sweeps);
-      results.row({std::to_string(scene.balloon_triangles.size()),
+      results.row({std::to_string(scene.balloon.triangles.size()),
                    std::to_string(scene.bodies.balloon().count),
-                   std::to_string(scene.balloon_color_begin.size() - 1),
+                   std::to_string(scene.balloon.color_begin.size() - 1),
                    way == 0   ? "CPU, 2 threads"
                    : way == 1 ? "CUDA, one block"
                               : "CUDA, a grid",
                    formatted("%.1f", 1e6 * seconds),
-                   formatted("%.2f", 1e9 * seconds / double(scene.balloon_triangles.size())),
+                   formatted("%.2f", 1e9 * seconds / double(scene.balloon.triangles.size())),
                    formatted("%.3f", 1e-6 * bytes), formatted("%.1f", 1e-9 * bytes / seconds)});
     }
   }
@@ -370,9 +370,9 @@ void paper(ResultTable& results) {
   options.inflation.control = InflationControl::pressure;
   options.inflation.peak_pressure_atm = 2.0;
   options.inflation.inflate_s = options.inflation.deflate_s = 1.0;
-  options.contact_model = ContactModel::paper;
+  options.contact.model = ContactModel::paper;
   print_rate("contact", testing::model_in_a_bag(1.0, 1.3, 61, 20), options, results);
-  options.contact_model = ContactModel::barrier;
+  options.contact.model = ContactModel::barrier;
   options.gas_model = GasModel::per_tet;
   options.inflation.control = InflationControl::volume;
   SimulationModel model = paper_balloon();

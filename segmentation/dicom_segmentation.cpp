@@ -75,8 +75,9 @@ detail::SegmentationFrames resample_to(const detail::DicomSeries& series,
   const detail::DicomHeader& first = series.headers.front();
   std::vector<std::vector<std::uint8_t>> masks(series.slices.size());
   parallel_for(std::ptrdiff_t(masks.size()), [&](std::ptrdiff_t k) {
-    masks[std::size_t(k)] = mask_on_slice(
-        level_set, box, series.frame(series.slices[std::size_t(k)]), first.columns, first.rows);
+    masks[std::size_t(k)] =
+        mask_on_slice(level_set, box, series.frame(series.slices[std::size_t(k)]),
+                      first.pixels.columns, first.pixels.rows);
   });
   detail::SegmentationFrames frames;
   for (std::size_t k = 0; k < masks.size(); ++k) {

@@ -82,7 +82,7 @@ std::uint64_t memory_needed(const DicomSeries& series) {
   std::uint64_t largest = 0;
   for (const auto& header : series.headers)
     largest = std::max<std::uint64_t>(
-        largest, std::uint64_t(header.pixels_per_frame()) * header.frames.size());
+        largest, std::uint64_t(header.pixels.per_frame()) * header.frames.size());
   const std::uint64_t slices = std::uint64_t(series.pixel_count()) * sizeof(float);
   const std::uint64_t resampled =
       series.stack.places.empty() ? 0 : 2 * series.stack.geometry.voxel_count() * sizeof(float);
@@ -105,8 +105,8 @@ LoadedVolume read_dicom(const fs::path& path, const ReadOptions& options,
   loaded.volume.geometry = series.stack.geometry;
   loaded.volume.values = detail::decode_frames(series.headers, series.slices, progress);
   if (!series.stack.places.empty())
-    loaded.volume.values =
-        detail::resample_stack(loaded.volume.values, first.columns, first.rows, series.stack);
+    loaded.volume.values = detail::resample_stack(loaded.volume.values, first.pixels.columns,
+                                                  first.pixels.rows, series.stack);
   loaded.source_description =
       first.sop_class_name + ", " + std::to_string(series.slices.size()) + " slices";
   return loaded;
@@ -134,10 +134,11 @@ void replace_non_finite(LoadedVolume& loaded) {
 }
 
 std::string pixel_format(const detail::DicomHeader& header) {
-  if (header.bits_allocated == 0) return {};
-  return std::to_string(header.bits_allocated) + " bits, " + std::to_string(header.bits_stored) +
-         " stored, " + (header.is_signed ? "signed" : "unsigned") + ", MONOCHROME" +
-         (header.is_monochrome1 ? "1" : "2");
+  if (header.pixels.bits_allocated == 0) return {};
+  return std::to_string(header.pixels.bits_allocated) + " bits, " +
+         std::to_string(header.pixels.bits_stored) + " stored, " +
+         (header.pixels.is_signed ? "signed" : "unsigned") + ", MONOCHROME" +
+         (header.pixels.is_monochrome1 ? "1" : "2");
 }
 
 /// Every syntax in the series, in the order of its files.
@@ -161,7 +162,7 @@ SeriesSummary summarize(const DicomSeries& series, const ReadOptions& options) {
   summary.pixel_format = pixel_format(first);
   summary.geometry = series.stack.geometry;
   if (!series.usable)
-    summary.geometry.size = {first.columns, first.rows, int(series.members.size())};
+    summary.geometry.size = {first.pixels.columns, first.pixels.rows, int(series.members.size())};
   summary.file_count = int(series.headers.size());
   summary.frame_count = int(series.members.size());
   summary.usable = series.usable;

@@ -33,9 +33,9 @@ SimulationOptions options_by_size() {
   options.balloon.wall_mm = 0.0;
   options.inflation.peak_pressure_atm = 0.0;
   options.inflation.rated_burst_atm = 0.0;
-  options.contact_distance_mm = 0.0;
-  options.adhesion_traction_kpa = kBySize;
-  options.adhesion_gap_1_mm = options.adhesion_gap_2_mm = 0.0;
+  options.contact.distance_mm = 0.0;
+  options.contact.adhesion_traction_kpa = kBySize;
+  options.contact.adhesion_gap_1_mm = options.contact.adhesion_gap_2_mm = 0.0;
   return options;
 }
 
@@ -46,11 +46,11 @@ SimulationOptions sized(SimulationOptions options, double nominal_diameter_mm) {
   fill(options.balloon.wall_mm, size.wall_mm);
   fill(options.inflation.peak_pressure_atm, size.nominal_pressure_atm);
   fill(options.inflation.rated_burst_atm, size.rated_burst_atm);
-  fill(options.contact_distance_mm, scale * coronary.contact_distance_mm);
-  if (options.adhesion_traction_kpa < 0.0)
-    options.adhesion_traction_kpa = coronary.adhesion_traction_kpa / scale;
-  fill(options.adhesion_gap_1_mm, scale * coronary.adhesion_gap_1_mm);
-  fill(options.adhesion_gap_2_mm, scale * coronary.adhesion_gap_2_mm);
+  fill(options.contact.distance_mm, scale * coronary.contact.distance_mm);
+  if (options.contact.adhesion_traction_kpa < 0.0)
+    options.contact.adhesion_traction_kpa = coronary.contact.adhesion_traction_kpa / scale;
+  fill(options.contact.adhesion_gap_1_mm, scale * coronary.contact.adhesion_gap_1_mm);
+  fill(options.contact.adhesion_gap_2_mm, scale * coronary.contact.adhesion_gap_2_mm);
   return options;
 }
 

@@ -46,7 +46,7 @@ double nominal_volume(const SimulationModel& model, const Scene& scene, double s
   TriangleMesh rest = model.balloon;
   rest.vertices = model.balloon_rest;
   const double rest_volume = enclosed_volume(rest);
-  if (scene.membrane.relaxed || scene.bodies.wall().count == 0)
+  if (scene.balloon.membrane.relaxed || scene.bodies.wall().count == 0)
     return std::max(rest_volume, start_volume);
   const double radius = 2.0 * start_volume / surface_area(model.balloon);  // a tube's
   const double length = start_volume / (units::kPi * radius * radius);
@@ -59,10 +59,10 @@ double nominal_volume(const SimulationModel& model, const Scene& scene, double s
 void add_solid(const Scene& scene, const State& state, SimulationFrame& frame) {
   const WallFields fields = solid_fields(scene, state);
   frame.wall_stress = fields.wedges;
-  frame.layered_wall.resize(scene.solid.caller_vertex.size());
+  frame.layered_wall.resize(scene.wall.solid.caller_vertex.size());
   std::vector<double> plastic;
   for (std::size_t v = 0; v < frame.layered_wall.size(); ++v) {
-    frame.layered_wall[std::size_t(scene.solid.caller_vertex[v])] =
+    frame.layered_wall[std::size_t(scene.wall.solid.caller_vertex[v])] =
         state.x[std::size_t(scene.bodies.wall().first) + v];
     if (v < std::size_t(scene.bodies.wall().count))
       plastic.push_back(fields.vertices[v].plastic_strain);
@@ -74,10 +74,10 @@ void add_state(const SimulationModel& model, const Scene& scene, const State& st
                SimulationFrame& frame) {
   frame.pressure_atm = units::atm_from_pascal(state.pressure - outside);
   frame.balloon_volume_mm3 = state.volume;
-  frame.balloon_diameter_mm = diameter_across(scene.balloon_triangles, state.x, model.measure_point,
+  frame.balloon_diameter_mm = diameter_across(scene.balloon.triangles, state.x, model.measure_point,
                                               normalized(model.measure_tangent));
   frame.lumen_mld_mm = lumen_mld(scene, state.x);
-  frame.max_penetration_mm = max_penetration(scene, state.x);
+  frame.contact.max_penetration_mm = max_penetration(scene, state.x);
   const int wall = scene.bodies.wall().first;
   const auto middle = state.x.begin() + wall;
   frame.balloon = for_caller(scene, 0, std::vector<Vec3>(state.x.begin(), middle));
@@ -86,10 +86,10 @@ void add_state(const SimulationModel& model, const Scene& scene, const State& st
   const auto wire = state.x.begin() + scene.bodies.guidewire().first;
   if (scene.rod.count > 0) frame.guidewire.assign(wire, wire + scene.rod.count);
   const MembraneState membrane = membrane_state(scene, state.x);
-  frame.thickness_mm = for_caller(scene, 0, membrane.thickness);
-  frame.stretch_1 = for_caller(scene, 0, membrane.stretch_1);
-  frame.stretch_2 = for_caller(scene, 0, membrane.stretch_2);
-  if (scene.solid.levels > 0)
+  frame.membrane.thickness_mm = for_caller(scene, 0, membrane.thickness);
+  frame.membrane.stretch_1 = for_caller(scene, 0, membrane.stretch_1);
+  frame.membrane.stretch_2 = for_caller(scene, 0, membrane.stretch_2);
+  if (scene.wall.solid.levels > 0)
     add_solid(scene, state, frame);
   else
     frame.plastic_strain = for_caller(scene, wall, plastic_strain(scene, state));
@@ -98,20 +98,10 @@ void add_state(const SimulationModel& model, const Scene& scene, const State& st
   frame.residual = state.report.residual;
   frame.lag = state.report.lag;
   frame.sweep_count = state.report.sweeps;
-  frame.friction_delta_mm = state.report.friction_delta;
-  frame.viscous_delta_mm = state.report.viscous_delta;
-  frame.contact_count = state.report.contact_count;
-  frame.contact_area_mm2 = contact_area(scene, state);
-}
-
-void add_air(air_mesh::AdaptiveAir& air, SimulationFrame& frame) {
-  const air_mesh::AirReport report = air.take_report();
-  frame.min_air_volume_mm3 = report.min_volume;
-  frame.air_tet_count = report.tet_count;
-  frame.inverted_air_tet_count = report.inverted_count;
-  frame.flip_count = report.flip_count;
-  frame.air_rebuild_count = report.rebuild_count;
-  frame.air_point_count = report.point_count;
+  frame.contact.friction_delta_mm = state.report.friction_delta;
+  frame.contact.viscous_delta_mm = state.report.viscous_delta;
+  frame.contact.count = state.report.contact_count;
+  frame.contact.area_mm2 = contact_area(scene, state);
 }
 
 void summarize(const SimulationFrame& frame, SimulationSummary& summary) {
@@ -122,17 +112,18 @@ void summarize(const SimulationFrame& frame, SimulationSummary& summary) {
     summary.peak_diameter_mm = frame.balloon_diameter_mm;
     summary.peak_frame = frame.frame;
   }
-  summary.max_penetration_mm = std::max(summary.max_penetration_mm, frame.max_penetration_mm);
-  summary.inverted_air_tets = std::max(summary.inverted_air_tets, frame.inverted_air_tet_count);
-  summary.flip_count += frame.flip_count;
-  summary.air_rebuild_count += frame.air_rebuild_count;
+  summary.max_penetration_mm =
+      std::max(summary.max_penetration_mm, frame.contact.max_penetration_mm);
+  summary.inverted_air_tets = std::max(summary.inverted_air_tets, frame.air.inverted_count);
+  summary.flip_count += frame.air.flip_count;
+  summary.air_rebuild_count += frame.air.rebuild_count;
   summary.worst_residual = std::max(summary.worst_residual, frame.residual);
   summary.mean_sweeps += frame.sweep_count;
 }
 
 void add_warnings(const SimulationOptions& options, int slow_frames, SimulationSummary& summary) {
   char text[300];
-  if (options.contact_model == ContactModel::paper)
+  if (options.contact.model == ContactModel::paper)
     summary.warnings.emplace_back(
         "contact.model paper does not converge (its result depends on the number of sweeps): for "
         "comparison only");
@@ -217,13 +208,13 @@ class Run {
     SuccessWatch watch(scene_, model_, options_);
     const auto follow = [&](const State& state, SimulationFrame& output) {
       timed(summary.time.air, [&] { air.follow(state.x); });
-      add_air(air, output);
+      output.air = air.take_report();
       summary.frames_without_air += scene_.air.empty() || air.is_whole() ? 0 : 1;
     };
     Beside delivery;
     double whole = 0.0, taken = 0.0;
     // The paper's contact is projected on each frame's tets: the solver waits for them.
-    const bool needs_air = options_.contact_model == ContactModel::paper;
+    const bool needs_air = options_.contact.model == ContactModel::paper;
     const auto take = [&](int frame, const State& state) {
       SimulationFrame output = begun_frame(frame, inflator);
       if (needs_air) {
@@ -289,7 +280,7 @@ class Run {
   }
   void finish(int slow_frames, SimulationSummary& summary) const {
     summary.mean_sweeps /= std::max(1, summary.frame_count - 1);
-    summary.warnings = scene_.solid.warnings;
+    summary.warnings = scene_.wall.solid.warnings;
     if (summary.failure.empty()) add_warnings(options_, slow_frames, summary);
   }
 
@@ -383,15 +374,16 @@ void SimulationOptions::validate() const {
   require_within("simulation.frame_s", frame_s, 1e-4, 1.0);
   require_within("simulation.tolerance", tolerance, 1e-6, 0.1);
   require_within("simulation.sweeps", double(sweeps), 0.0, 1000.0);
-  require_within("simulation.contact_distance_mm", contact_distance_mm, 1e-3, 1.0);
-  require_within("simulation.contact_stiffness", contact_stiffness, 0.01, 100.0);
-  require_within("simulation.friction_static", friction_static, 0.0, 2.0);
-  require_within("simulation.friction_kinetic", friction_kinetic, 0.0, 2.0);
-  require_within("simulation.adhesion_traction_kpa", adhesion_traction_kpa, 0.0, 100.0);
-  require_within("simulation.adhesion_gap_1_mm", adhesion_gap_1_mm, 0.0, 1.0);
-  require_within("simulation.paper_volume_1_mm3", paper_volume_1_mm3, 0.0, 100.0);
-  require_within("simulation.paper_volume_2_mm3", paper_volume_2_mm3, 0.0, 100.0);
-  require_within("simulation.adhesion_gap_2_mm", adhesion_gap_2_mm, adhesion_gap_1_mm + 1e-3, 2.0);
+  require_within("simulation.contact_distance_mm", contact.distance_mm, 1e-3, 1.0);
+  require_within("simulation.contact_stiffness", contact.stiffness, 0.01, 100.0);
+  require_within("simulation.friction_static", contact.friction_static, 0.0, 2.0);
+  require_within("simulation.friction_kinetic", contact.friction_kinetic, 0.0, 2.0);
+  require_within("simulation.adhesion_traction_kpa", contact.adhesion_traction_kpa, 0.0, 100.0);
+  require_within("simulation.adhesion_gap_1_mm", contact.adhesion_gap_1_mm, 0.0, 1.0);
+  require_within("simulation.paper_volume_1_mm3", contact.paper_volume_1_mm3, 0.0, 100.0);
+  require_within("simulation.paper_volume_2_mm3", contact.paper_volume_2_mm3, 0.0, 100.0);
+  require_within("simulation.adhesion_gap_2_mm", contact.adhesion_gap_2_mm,
+                 contact.adhesion_gap_1_mm + 1e-3, 2.0);
 }
 
 CudaSupport cuda_support() {

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "air_mesh/air_report.hpp"
 #include "core/progress.hpp"
 #include "core/tet_mesh.hpp"
 #include "core/triangle_mesh.hpp"
@@ -119,25 +120,13 @@ struct InflationSchedule {
   double peak_volume_mm3 = 0.0;        ///< `volume` only, [0, 1e6]; 0: the nominal volume
 };
 
-struct SimulationOptions {
-  BalloonMaterial balloon;
-  WallModel wall_model = WallModel::shape_matching;
-  WallMaterial wall;         ///< of shape matching
-  WallOptions layered_wall;  ///< of the layered wall
-  InflationSchedule inflation;
-  GasModel gas_model = GasModel::enclosed;
-  GuidewireOptions guidewire;
-  double frame_s = 0.025;    ///< time step, [1e-4, 1]
-  double tolerance = 0.005;  ///< distance from equilibrium that ends a frame's sweeps, as a
-                             ///< share of the balloon's start radius, [1e-6, 0.1]
-  int sweeps = 0;            ///< vertex block descent sweeps a frame, [0, 1000]. 0: from the
-                             ///< tolerance; else at least these, up to 6 times as many
-                             ///< while the force balance is open
-  ContactModel contact_model = ContactModel::barrier;
-  double contact_distance_mm = 0.03;  ///< contact acts below this gap, [1e-3, 1]
+/// Contact of balloon and wall, with each other and with themselves.
+struct ContactOptions {
+  ContactModel model = ContactModel::barrier;
+  double distance_mm = 0.03;  ///< contact acts below this gap, [1e-3, 1]
   /// Of the barrier, times that which carries the peak pressure at half the contact distance,
   /// [0.01, 100].
-  double contact_stiffness = 1.0;
+  double stiffness = 1.0;
   /// Contact of a slack balloon with itself, and of the wall around it with itself: without
   /// friction, barrier only. A balloon alone has it where it starts in folds that are meshed. What
   /// it costs is in docs/contact.md.
@@ -153,6 +142,23 @@ struct SimulationOptions {
   /// V_th1 and V_th2 of ContactModel::paper [mm^3], [0, 100]; the paper does not give them. Second
   /// 0: a mean wall triangle's area times a third of the two gaps above.
   double paper_volume_1_mm3 = 0.0, paper_volume_2_mm3 = 0.0;
+};
+
+struct SimulationOptions {
+  BalloonMaterial balloon;
+  WallModel wall_model = WallModel::shape_matching;
+  WallMaterial wall;         ///< of shape matching
+  WallOptions layered_wall;  ///< of the layered wall
+  InflationSchedule inflation;
+  GasModel gas_model = GasModel::enclosed;
+  GuidewireOptions guidewire;
+  double frame_s = 0.025;    ///< time step, [1e-4, 1]
+  double tolerance = 0.005;  ///< distance from equilibrium that ends a frame's sweeps, as a
+                             ///< share of the balloon's start radius, [1e-6, 0.1]
+  int sweeps = 0;            ///< vertex block descent sweeps a frame, [0, 1000]. 0: from the
+                             ///< tolerance; else at least these, up to 6 times as many
+                             ///< while the force balance is open
+  ContactOptions contact;
   MembraneModel membrane = MembraneModel::automatic;
   Backend backend = Backend::automatic;
 
@@ -187,6 +193,20 @@ struct SimulationModel {
 enum class Phase { insert, inflate, hold, deflate, rest };
 const char* name(Phase phase);
 
+/// What contact did in a frame.
+struct ContactMeasures {
+  double friction_delta_mm = 0.0;
+  double viscous_delta_mm = 0.0;
+  int count = 0;          ///< balloon vertices in contact
+  double area_mm2 = 0.0;  ///< of the wall, by its vertices under contact pressure
+  double max_penetration_mm = 0.0;
+};
+
+/// The balloon's membrane, per vertex, weighted by area.
+struct MembraneMeasures {
+  std::vector<double> thickness_mm, stretch_1, stretch_2;
+};
+
 /// One row of timeseries.csv and the state behind it.
 struct SimulationFrame {
   int frame = 0;
@@ -197,25 +217,16 @@ struct SimulationFrame {
   /// 2 sqrt(area / pi) of the balloon's section through measure_point across its own axis
   double balloon_diameter_mm = 0.0;
   double lumen_mld_mm = 0.0;  ///< narrowest section of what is watched, see the README
-  double friction_delta_mm = 0.0;
-  double viscous_delta_mm = 0.0;
-  int contact_count = 0;          ///< balloon vertices in contact
-  double contact_area_mm2 = 0.0;  ///< of the wall, by its vertices under contact pressure
-  double min_air_volume_mm3 = 0.0;
-  double max_penetration_mm = 0.0;
-  int air_tet_count = 0;
-  int inverted_air_tet_count = 0;
-  int flip_count = 0;         ///< edges and faces of the air mesh removed since the last frame
-  int air_rebuild_count = 0;  ///< whole air meshes built since the last frame
-  int air_point_count = 0;    ///< points in the air that the mesh needs now
-  double residual = 0.0;      ///< of the force balance, relative
-  double lag = 0.0;           ///< estimated distance from equilibrium over the start radius
+  ContactMeasures contact;
+  air_mesh::AirReport air;  ///< since the last frame
+  double residual = 0.0;    ///< of the force balance, relative
+  double lag = 0.0;         ///< estimated distance from equilibrium over the start radius
   int sweep_count = 0;
   std::vector<Vec3> balloon;  ///< positions [mm]
   std::vector<Vec3> wall;
   /// Nodes: of GuidewireModel::rod; without one it is drawn through the balloon's middle
   std::vector<Vec3> guidewire;
-  std::vector<double> thickness_mm, stretch_1, stretch_2;    ///< balloon, per vertex
+  MembraneMeasures membrane;
   std::vector<double> plastic_strain, contact_pressure_kpa;  ///< wall, per vertex
   std::vector<Vec3> layered_wall;       ///< positions of the solid's vertices [mm]
   std::vector<WallStress> wall_stress;  ///< of the solid's wedges

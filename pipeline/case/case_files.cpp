@@ -282,9 +282,9 @@ void write_frame(const fs::path& frames_folder, const simulation::SimulationMode
       frames_folder / frame_file("balloon", frame.frame),
       {{frame.balloon, model.balloon.triangles},
        {{"displacement", subtract(frame.balloon, model.balloon.vertices), 3, f32},
-        scalar("thickness", frame.thickness_mm, f32),
-        scalar("stretch_1", frame.stretch_1, f32),
-        scalar("stretch_2", frame.stretch_2, f32)},
+        scalar("thickness", frame.membrane.thickness_mm, f32),
+        scalar("stretch_1", frame.membrane.stretch_1, f32),
+        scalar("stretch_2", frame.membrane.stretch_2, f32)},
        {}});
   formats::write_surface(frames_folder / frame_file("vessel", frame.frame),
                          {{frame.wall, model.wall.triangles},
@@ -314,8 +314,9 @@ std::string time_series_row(const simulation::SimulationFrame& f) {
   return fmt::format(
       "{},{:.6g},{},{:.6g},{:.7g},{:.6g},{:.6g},{:.6g},{:.6g},{},{:.6g},{:.6g},{},{}", f.frame,
       f.time_s, simulation::name(f.phase), f.pressure_atm, f.balloon_volume_mm3,
-      f.balloon_diameter_mm, f.lumen_mld_mm, f.friction_delta_mm, f.viscous_delta_mm,
-      f.contact_count, f.min_air_volume_mm3, f.max_penetration_mm, f.air_tet_count, f.flip_count);
+      f.balloon_diameter_mm, f.lumen_mld_mm, f.contact.friction_delta_mm,
+      f.contact.viscous_delta_mm, f.contact.count, f.air.min_volume, f.contact.max_penetration_mm,
+      f.air.tet_count, f.air.flip_count);
 }
 
 }  // namespace angio::pipeline

@@ -235,35 +235,36 @@ void add_simulation_settings(Config& c, std::vector<Setting>& table) {
   table.push_back(make_setting("simulation.sweeps", s.sweeps,
                                "vertex block descent sweeps a frame, 1 to 1000; 0: by the "
                                "tolerance"));
-  table.push_back(make_setting("simulation.contact_distance_mm", s.contact_distance_mm,
+  table.push_back(make_setting("simulation.contact_distance_mm", s.contact.distance_mm,
                                "contact acts below this gap [mm], 0.001 to 1; 0: by the balloon's "
                                "diameter (0.03 from 2 to 4 mm)"));
   table.push_back(
-      make_setting("simulation.self_contact", s.self_contact,
+      make_setting("simulation.self_contact", s.contact.self_contact,
                    "a slack balloon, its meshed folds and the wall around it do not pass "
                    "through themselves"));
-  table.push_back(make_setting("simulation.friction_static", s.friction_static, "0 to 2"));
-  table.push_back(make_setting("simulation.friction_kinetic", s.friction_kinetic, "0 to 2"));
-  table.push_back(make_setting("simulation.contact_model", s.contact_model,
+  table.push_back(make_setting("simulation.friction_static", s.contact.friction_static, "0 to 2"));
+  table.push_back(
+      make_setting("simulation.friction_kinetic", s.contact.friction_kinetic, "0 to 2"));
+  table.push_back(make_setting("simulation.contact_model", s.contact.model,
                                "barrier, or paper (the seed paper's projections, for comparison: "
                                "does not converge)"));
   table.push_back(make_setting("simulation.gas_model", s.gas_model,
                                "enclosed, or per_tet (the seed paper's, for comparison: volume "
                                "control, no balance of forces)"));
-  table.push_back(make_setting("simulation.contact_stiffness", s.contact_stiffness,
+  table.push_back(make_setting("simulation.contact_stiffness", s.contact.stiffness,
                                "factor on the barrier's stiffness, 0.01 to 100"));
-  table.push_back(make_setting("simulation.adhesion_traction_kpa", s.adhesion_traction_kpa,
+  table.push_back(make_setting("simulation.adhesion_traction_kpa", s.contact.adhesion_traction_kpa,
                                "most that the film between wet surfaces holds [kPa], 0 to 100; 0: "
                                "none; -1: by the diameter (2.5 from 2 to 4 mm)"));
-  table.push_back(make_setting("simulation.adhesion_gap_1_mm", s.adhesion_gap_1_mm,
+  table.push_back(make_setting("simulation.adhesion_gap_1_mm", s.contact.adhesion_gap_1_mm,
                                "surfaces nearer than this have touched [mm], up to 1; 0: by the "
                                "diameter (0.03 from 2 to 4 mm)"));
-  table.push_back(make_setting("simulation.adhesion_gap_2_mm", s.adhesion_gap_2_mm,
+  table.push_back(make_setting("simulation.adhesion_gap_2_mm", s.contact.adhesion_gap_2_mm,
                                "the film breaks here [mm], above gap 1, up to 2; 0: by the "
                                "diameter (0.06 from 2 to 4 mm)"));
-  table.push_back(make_setting("simulation.paper_volume_1_mm3", s.paper_volume_1_mm3,
+  table.push_back(make_setting("simulation.paper_volume_1_mm3", s.contact.paper_volume_1_mm3,
                                "contact_model paper: V_th1 [mm3], 0 to 100; 0: from the gaps"));
-  table.push_back(make_setting("simulation.paper_volume_2_mm3", s.paper_volume_2_mm3,
+  table.push_back(make_setting("simulation.paper_volume_2_mm3", s.contact.paper_volume_2_mm3,
                                "contact_model paper: V_th2 [mm3], 0 to 100; 0: from the gaps"));
   table.push_back(
       make_setting("simulation.write_every", c.write_every,

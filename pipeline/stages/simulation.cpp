@@ -196,7 +196,7 @@ void do_simulation(StageWork& work, const SimulationSettings& settings) {
       part(work.progress, 0.0, 0.95));
   frames.finish();
   keep(work.warnings, summary.warnings);
-  if (settings.get<fold_count>() > 0 && !asked.self_contact)
+  if (settings.get<fold_count>() > 0 && !asked.contact.self_contact)
     keep(work.warnings,
          {"the folds' lobes may pass through each other: contact of the balloon with "
           "itself is not computed (simulation.self_contact)"});

@@ -50,17 +50,17 @@ void cross_header(Header& header, const Side& side) {
   side(header.multi_frame_object);
   side(header.burned_in);
   side(header.instance_number);
-  side(header.rows);
-  side(header.columns);
-  side(header.bits_allocated);
-  side(header.bits_stored);
-  side(header.high_bit);
-  side(header.is_signed);
-  side(header.is_monochrome1);
-  side(header.has_modality_lut);
-  side(header.has_padding);
-  side(header.padding_first);
-  side(header.padding_last);
+  side(header.pixels.rows);
+  side(header.pixels.columns);
+  side(header.pixels.bits_allocated);
+  side(header.pixels.bits_stored);
+  side(header.pixels.high_bit);
+  side(header.pixels.is_signed);
+  side(header.pixels.is_monochrome1);
+  side(header.pixels.has_modality_lut);
+  side(header.pixels.has_padding);
+  side(header.pixels.padding_first);
+  side(header.pixels.padding_last);
   side(header.frames);
   side(header.problem);
 }

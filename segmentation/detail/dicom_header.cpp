@@ -67,21 +67,21 @@ std::optional<int> stored_number(DcmDataset& dataset, const DcmTagKey& tag, bool
 }
 
 void read_pixel_format(DcmDataset& dataset, DicomHeader& header) {
-  header.rows = integer(dataset, DCM_Rows);
-  header.columns = integer(dataset, DCM_Columns);
-  header.bits_allocated = integer(dataset, DCM_BitsAllocated);
-  header.bits_stored = integer(dataset, DCM_BitsStored);
-  header.high_bit = integer(dataset, DCM_HighBit);
-  header.is_signed = integer(dataset, DCM_PixelRepresentation) == 1;
-  header.is_monochrome1 = text(dataset, DCM_PhotometricInterpretation) == "MONOCHROME1";
-  header.has_modality_lut = dataset.tagExists(DCM_ModalityLUTSequence);
+  header.pixels.rows = integer(dataset, DCM_Rows);
+  header.pixels.columns = integer(dataset, DCM_Columns);
+  header.pixels.bits_allocated = integer(dataset, DCM_BitsAllocated);
+  header.pixels.bits_stored = integer(dataset, DCM_BitsStored);
+  header.pixels.high_bit = integer(dataset, DCM_HighBit);
+  header.pixels.is_signed = integer(dataset, DCM_PixelRepresentation) == 1;
+  header.pixels.is_monochrome1 = text(dataset, DCM_PhotometricInterpretation) == "MONOCHROME1";
+  header.pixels.has_modality_lut = dataset.tagExists(DCM_ModalityLUTSequence);
   header.burned_in = text(dataset, DCM_BurnedInAnnotation) == "YES";
-  const auto padding = stored_number(dataset, DCM_PixelPaddingValue, header.is_signed);
+  const auto padding = stored_number(dataset, DCM_PixelPaddingValue, header.pixels.is_signed);
   if (!padding) return;
-  const auto limit = stored_number(dataset, DCM_PixelPaddingRangeLimit, header.is_signed);
-  header.has_padding = true;
-  header.padding_first = std::min(*padding, limit.value_or(*padding));
-  header.padding_last = std::max(*padding, limit.value_or(*padding));
+  const auto limit = stored_number(dataset, DCM_PixelPaddingRangeLimit, header.pixels.is_signed);
+  header.pixels.has_padding = true;
+  header.pixels.padding_first = std::min(*padding, limit.value_or(*padding));
+  header.pixels.padding_last = std::max(*padding, limit.value_or(*padding));
 }
 
 /// Whether the first JPEG 2000 stream uses the irreversible transform, whatever the header says of
@@ -120,19 +120,20 @@ std::string pixel_problem(DcmDataset& dataset, const DicomHeader& header, int fr
       (!photometric.empty() && !photometric.starts_with("MONOCHROME")))
     return "the pixels are in colour (a rendered view, not measured intensities). Export the "
            "original series";
-  if (header.rows < 1 || header.columns < 1)
+  if (header.pixels.rows < 1 || header.pixels.columns < 1)
     return "rows or columns are missing. Export the series again";
   const bool known_format =
-      (header.bits_allocated == 8 || header.bits_allocated == 16) && header.bits_stored >= 1 &&
-      header.bits_stored <= header.bits_allocated && header.high_bit >= header.bits_stored - 1 &&
-      header.high_bit < header.bits_allocated;
+      (header.pixels.bits_allocated == 8 || header.pixels.bits_allocated == 16) &&
+      header.pixels.bits_stored >= 1 && header.pixels.bits_stored <= header.pixels.bits_allocated &&
+      header.pixels.high_bit >= header.pixels.bits_stored - 1 &&
+      header.pixels.high_bit < header.pixels.bits_allocated;
   if (!known_format)
-    return "the pixel format is not supported (" + std::to_string(header.bits_allocated) +
-           " bits allocated, " + std::to_string(header.bits_stored) +
+    return "the pixel format is not supported (" + std::to_string(header.pixels.bits_allocated) +
+           " bits allocated, " + std::to_string(header.pixels.bits_stored) +
            " stored). Export the series with 8 or 16 bits";
-  const std::uint64_t expected = std::uint64_t(header.rows) * std::uint64_t(header.columns) *
-                                 std::uint64_t(frame_count) *
-                                 std::uint64_t(header.bits_allocated / 8);
+  const std::uint64_t expected = std::uint64_t(header.pixels.rows) *
+                                 std::uint64_t(header.pixels.columns) * std::uint64_t(frame_count) *
+                                 std::uint64_t(header.pixels.bits_allocated / 8);
   if (!header.compressed && pixels->getLength() < expected)
     return "the pixel data are truncated (" + std::to_string(pixels->getLength()) + " of " +
            std::to_string(expected) + " bytes). Copy or export the series again";

@@ -48,6 +48,23 @@ enum class DicomKind {
   unsupported,  ///< anything else
 };
 
+/// How the pixels of a DICOM object are stored.
+struct DicomPixels {
+  int rows = 0;
+  int columns = 0;
+  int bits_allocated = 0;
+  int bits_stored = 0;
+  int high_bit = 0;
+  bool is_signed = false;
+  bool is_monochrome1 = false;
+  bool has_modality_lut = false;
+  bool has_padding = false;
+  int padding_first = 0;  ///< stored values from this one
+  int padding_last = 0;   ///< to this one mark what lies outside the scanned field
+
+  [[nodiscard]] std::size_t per_frame() const { return std::size_t(rows) * std::size_t(columns); }
+};
+
 /// The header of one DICOM object, free of identity but for the UIDs, which stay inside.
 struct DicomHeader {
   DicomSource source;
@@ -64,24 +81,10 @@ struct DicomHeader {
   bool multi_frame_object = false;  ///< an object that is a whole series by itself
   bool burned_in = false;           ///< text is written into the pixels
   int instance_number = 0;
-  int rows = 0;
-  int columns = 0;
-  int bits_allocated = 0;
-  int bits_stored = 0;
-  int high_bit = 0;
-  bool is_signed = false;
-  bool is_monochrome1 = false;
-  bool has_modality_lut = false;
-  bool has_padding = false;
-  int padding_first = 0;  ///< stored values from this one
-  int padding_last = 0;   ///< to this one mark what lies outside the scanned field
+  DicomPixels pixels;
   std::vector<DicomFrame> frames;
   std::optional<ProjectionRun> projection;
   std::string problem;  ///< why the object cannot be used, empty if it can
-
-  [[nodiscard]] std::size_t pixels_per_frame() const {
-    return std::size_t(rows) * std::size_t(columns);
-  }
 };
 
 /// Reads the headers of some files with DCMTK, the pixels left on disk, in a child process: a file

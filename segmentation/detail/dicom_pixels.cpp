@@ -38,7 +38,7 @@ void register_decoders() {
 
 /// What the frames of an object take as they are stored, one number per pixel [bytes].
 std::size_t stored_bytes(const DicomHeader& header) {
-  return header.pixels_per_frame() * header.frames.size() * sizeof(std::uint16_t);
+  return header.pixels.per_frame() * header.frames.size() * sizeof(std::uint16_t);
 }
 
 /// The frames of one object as they are stored, not yet masked or signed.
@@ -105,16 +105,16 @@ StoredFrames::StoredFrames(DicomLoader& loader, const DicomHeader& header) : hea
       fail(header, "the stream is damaged, or of a kind that is not supported");
   }
   unsigned long count = 0;
-  const OFCondition status = header.bits_allocated == 8
+  const OFCondition status = header.pixels.bits_allocated == 8
                                  ? dataset.findAndGetUint8Array(DCM_PixelData, bytes_, &count)
                                  : dataset.findAndGetUint16Array(DCM_PixelData, words_, &count);
   if (status.bad() || (!bytes_ && !words_) ||
-      count < header.pixels_per_frame() * header.frames.size())
+      count < header.pixels.per_frame() * header.frames.size())
     fail(header, "the pixel data are truncated or damaged");
 }
 
 void StoredFrames::get(int frame, std::vector<std::uint16_t>& out) const {
-  const std::size_t count = header_->pixels_per_frame();
+  const std::size_t count = header_->pixels.per_frame();
   const std::size_t first = std::size_t(frame) * count;
   out.resize(count);
   if (bytes_) {
@@ -122,34 +122,35 @@ void StoredFrames::get(int frame, std::vector<std::uint16_t>& out) const {
   } else if (words_) {
     std::copy_n(words_ + first, count, out.begin());
   } else {
-    const std::string problem =
-        decode_jpeg_2000(streams_[std::size_t(frame)], header_->columns, header_->rows, out.data());
+    const std::string problem = decode_jpeg_2000(
+        streams_[std::size_t(frame)], header_->pixels.columns, header_->pixels.rows, out.data());
     if (!problem.empty()) fail(*header_, problem);
   }
 }
 
 /// Takes the stored bits out of a pixel, with their sign.
 int stored_value(std::uint16_t raw, const DicomHeader& header) {
-  const int shift = header.high_bit + 1 - header.bits_stored;
-  const int mask = (1 << header.bits_stored) - 1;
+  const int shift = header.pixels.high_bit + 1 - header.pixels.bits_stored;
+  const int mask = (1 << header.pixels.bits_stored) - 1;
   const int value = (int(raw) >> shift) & mask;
-  const int sign = 1 << (header.bits_stored - 1);
-  return header.is_signed && (value & sign) ? value - mask - 1 : value;
+  const int sign = 1 << (header.pixels.bits_stored - 1);
+  return header.pixels.is_signed && (value & sign) ? value - mask - 1 : value;
 }
 
 /// value = slope * stored + intercept, with MONOCHROME1 inverted first and what lies outside the
 /// scanned field set to the least other value of the frame.
 void rescale(const DicomHeader& header, const DicomFrame& frame,
              const std::vector<std::uint16_t>& raw, float* out) {
-  const int least = header.is_signed ? -(1 << (header.bits_stored - 1)) : 0;
-  const int most = least + (1 << header.bits_stored) - 1;
+  const int least = header.pixels.is_signed ? -(1 << (header.pixels.bits_stored - 1)) : 0;
+  const int most = least + (1 << header.pixels.bits_stored) - 1;
   float lowest = std::numeric_limits<float>::infinity();
   std::vector<std::size_t> padded;
   for (std::size_t p = 0; p < raw.size(); ++p) {
     const int stored = stored_value(raw[p], header);
-    const int shown = header.is_monochrome1 ? least + most - stored : stored;
+    const int shown = header.pixels.is_monochrome1 ? least + most - stored : stored;
     out[p] = float(frame.slope * double(shown) + frame.intercept);
-    if (header.has_padding && stored >= header.padding_first && stored <= header.padding_last)
+    if (header.pixels.has_padding && stored >= header.pixels.padding_first &&
+        stored <= header.pixels.padding_last)
       padded.push_back(p);
     else
       lowest = std::min(lowest, out[p]);
@@ -211,7 +212,7 @@ void stream_frames(const std::vector<DicomHeader>& headers,
     std::vector<std::uint16_t> raw;
     for (std::size_t h = 0; h < headers.size(); ++h)
       for (std::size_t m : wanted[h]) {
-        raw.resize(headers[h].pixels_per_frame());
+        raw.resize(headers[h].pixels.per_frame());
         input.read(raw.data(), raw.size() * sizeof(std::uint16_t));
         use(m, raw);
       }
@@ -226,7 +227,7 @@ std::vector<float> decode_frames(const std::vector<DicomHeader>& headers,
                                  const std::vector<SliceReference>& members,
                                  const Progress& progress) {
   if (members.empty()) return {};
-  const std::size_t slice_size = headers[std::size_t(members.front().header)].pixels_per_frame();
+  const std::size_t slice_size = headers[std::size_t(members.front().header)].pixels.per_frame();
   std::vector<float> values(slice_size * members.size());
   std::size_t done = 0;
   stream_frames(headers, members, [&](std::size_t m, const std::vector<std::uint16_t>& raw) {

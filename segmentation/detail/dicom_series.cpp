@@ -38,7 +38,8 @@ std::string short_hash(const std::string& text) {
 /// or with the other parts of its concatenation.
 std::string object_key(const DicomHeader& header) {
   std::string key = header.series_uid + "|" + header.sop_class_uid + "|" +
-                    std::to_string(header.columns) + "x" + std::to_string(header.rows);
+                    std::to_string(header.pixels.columns) + "x" +
+                    std::to_string(header.pixels.rows);
   if (!header.multi_frame_object) return key;
   if (!header.concatenation_uid.empty()) return key + "|" + header.concatenation_uid;
   if (!header.instance_uid.empty()) return key + "|" + header.instance_uid;
@@ -56,7 +57,9 @@ std::string orientation_key(const DicomFrame& frame) {
   return key;
 }
 
-bool is_damaged(const DicomHeader& header) { return header.rows == 0 && !header.problem.empty(); }
+bool is_damaged(const DicomHeader& header) {
+  return header.pixels.rows == 0 && !header.problem.empty();
+}
 
 void add_header(DicomSeries& series, const DicomHeader& header, const std::vector<int>& frames) {
   series.headers.push_back(header);
@@ -135,8 +138,9 @@ std::string refusal_by_objects(const DicomSeries& series) {
     if (!header.problem.empty())
       return "in file " + std::to_string(h + 1) + " of " + std::to_string(series.headers.size()) +
              " by name, " + header.problem;
-    if (header.is_signed != first.is_signed || header.bits_allocated != first.bits_allocated ||
-        header.is_monochrome1 != first.is_monochrome1)
+    if (header.pixels.is_signed != first.pixels.is_signed ||
+        header.pixels.bits_allocated != first.pixels.bits_allocated ||
+        header.pixels.is_monochrome1 != first.pixels.is_monochrome1)
       return "its slices have different pixel formats (two series may be mixed). Export it again";
   }
   if (series.pixel_count() > kMaxVoxelCount)
@@ -155,17 +159,16 @@ std::string verdict_on(const StackGeometry& stack) {
 
 void warn_of_pixels(DicomSeries& series) {
   const DicomHeader& first = series.headers.front();
-  const auto any = [&](bool DicomHeader::*field) {
-    return std::any_of(series.headers.begin(), series.headers.end(),
-                       [&](const DicomHeader& header) { return header.*field; });
+  const auto any = [&](const auto& has) {
+    return std::any_of(series.headers.begin(), series.headers.end(), has);
   };
   if (first.kind == DicomKind::capture)
     series.warnings.push_back("the series is a secondary capture: its intensities may be edited");
-  if (first.is_monochrome1)
+  if (first.pixels.is_monochrome1)
     series.warnings.push_back("the pixels are MONOCHROME1 (bright is low); they were inverted");
-  if (any(&DicomHeader::has_modality_lut))
+  if (any([](const DicomHeader& header) { return header.pixels.has_modality_lut; }))
     series.warnings.push_back("the modality look-up table was not applied");
-  if (any(&DicomHeader::burned_in))
+  if (any([](const DicomHeader& header) { return header.burned_in; }))
     series.warnings.push_back(
         "text is burned into the pixels (it may be taken for a vessel, and may name the patient)");
 }
@@ -177,7 +180,7 @@ void judge_stack(DicomSeries& series, const ReadOptions& options) {
   std::vector<DicomFrame> frames;
   for (const auto& member : series.members) frames.push_back(series.frame(member));
   const DicomHeader& first = series.headers.front();
-  series.stack = stack_geometry(frames, first.columns, first.rows,
+  series.stack = stack_geometry(frames, first.pixels.columns, first.pixels.rows,
                                 options.resample ? UnevenSlices::resample : UnevenSlices::refuse);
   if (series.stack.problem.empty())
     series.stack.problem = contradiction(series.stack.geometry, options);
@@ -244,7 +247,7 @@ void check_usable(const std::vector<DicomSeries>& all, std::size_t chosen,
 std::size_t DicomSeries::pixel_count() const {
   std::size_t count = 0;
   for (const auto& member : members)
-    count += headers[std::size_t(member.header)].pixels_per_frame();
+    count += headers[std::size_t(member.header)].pixels.per_frame();
   return count;
 }
 

@@ -87,7 +87,7 @@ OFString uid_or(DcmDataset& source, const DcmTagKey& tag, const std::string& see
 std::unique_ptr<DcmSegmentation> create(const DicomHeader& header) {
   DcmSegmentation* created = nullptr;
   check(DcmSegmentation::createBinarySegmentation(
-            created, Uint16(header.rows), Uint16(header.columns),
+            created, Uint16(header.pixels.rows), Uint16(header.pixels.columns),
             IODGeneralEquipmentModule::EquipmentInfo("angio", "angio", "none", "1"),
             ContentIdentificationMacro("1", "LUMEN", "Lumen of the contrast-filled vessels", "")),
         "image");

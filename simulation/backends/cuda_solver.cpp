@@ -182,7 +182,7 @@ class CudaSolver final : public SolverBase<Real> {
         sets_[std::size_t(set_count_) % sets_.size()].send(set, this->x_candidates_, stream_);
     ++set_count_;
     const double move =
-        most_move(scene_.has_folds, scene_.self_distance) * double(contact.law.distance);
+        most_move(scene_.balloon.has_folds, scene_.self_distance) * double(contact.law.distance);
     free_move_ = set.search_radius - double(contact.law.range) - 2.0 * move;
     free_self_move_ = set.self_radius - scene_.self_distance - 2.0 * move;
   }

@@ -10,29 +10,29 @@
 namespace angio::simulation::detail {
 
 Precision precision_for(const Scene& scene, const SimulationOptions& options) {
-  if (scene.solid.levels > 0) return Precision::double_;  // thin, nearly incompressible layers
+  if (scene.wall.solid.levels > 0) return Precision::double_;  // thin, nearly incompressible layers
   // Its tets do not settle: what one rounding changes is a millionfold larger at the end.
   if (options.gas_model == GasModel::per_tet) return Precision::double_;
   double extent = 0.0, edge = 0.0;
   for (int v = 0; v < scene.bodies.balloon().count; ++v)
     extent = std::max(extent, norm(scene.start[std::size_t(v)] - scene.origin));
-  for (const Edge& e : scene.balloon_edges)
+  for (const Edge& e : scene.balloon.edges)
     edge += distance(scene.start[std::size_t(e[0])], scene.start[std::size_t(e[1])]);
-  edge /= double(scene.balloon_edges.size());
+  edge /= double(scene.balloon.edges.size());
   // Bounds of motion leave the least gap: it must stand out from the spacing of positions.
   constexpr double kSpacingsInLeastGap = 40.0;
   double far = 0.0;
   for (const Vec3& p : scene.start) far = std::max(far, norm(p - scene.origin));
   const double spacing = double(std::numeric_limits<float>::epsilon()) * far;
   if (scene.bodies.wall().count > 0 &&
-      kSpacingsInLeastGap * spacing > kLeastGap * options.contact_distance_mm)
+      kSpacingsInLeastGap * spacing > kLeastGap * options.contact.distance_mm)
     return Precision::double_;
   // On a vertex: the membrane's force for a strain s is about E h s edge, the load p edge^2, E = 6
   // (C1
   // + C2); rounding errors of half a spacing in six triangles largely cancel.
   const double strain = 0.25 * double(std::numeric_limits<float>::epsilon()) * extent / edge;
-  const double stiffness =
-      6.0 * (scene.membrane.base.c1 + scene.membrane.base.c2) * scene.thickness;
+  const double stiffness = 6.0 * (scene.balloon.membrane.base.c1 + scene.balloon.membrane.base.c2) *
+                           scene.balloon.thickness;
   const double load = units::pascal_from_atm(options.inflation.peak_pressure_atm) * edge;
   return stiffness * strain < 0.5 * StepRules{}.residual * load ? Precision::single
                                                                 : Precision::double_;
@@ -59,8 +59,8 @@ StepRules make_rules(const Scene& scene, const SimulationOptions& options) {
   for (std::size_t v = 0; v < std::size_t(scene.bodies.balloon().count); ++v)
     length = std::max(length, norm(scene.start[v] - scene.origin));
   const double volume = balloon_volume(scene, scene.start);
-  rules.radius =
-      std::max(std::sqrt(volume / (units::kPi * 2.0 * length)), kLeastShare * scene.rest_radius);
+  rules.radius = std::max(std::sqrt(volume / (units::kPi * 2.0 * length)),
+                          kLeastShare * scene.balloon.rest_radius);
   rules.least_load = 0.1 * units::pascal_from_atm(options.inflation.peak_pressure_atm);
   return rules;
 }

@@ -44,8 +44,8 @@ class SceneAirBuilder {
 
 air_mesh::AdaptiveAir make_air(const SimulationModel& model, const Scene& scene) {
   const auto count = std::size_t(scene.bodies.surface_count());
-  std::vector<Triangle> surfaces = scene.balloon_triangles;
-  surfaces.insert(surfaces.end(), scene.wall_triangles.begin(), scene.wall_triangles.end());
+  std::vector<Triangle> surfaces = scene.balloon.triangles;
+  surfaces.insert(surfaces.end(), scene.wall.triangles.begin(), scene.wall.triangles.end());
   air_mesh::AdaptiveAir::Rebuild rebuild;
   if (!scene.air.empty() && air_mesh::can_build_air()) rebuild = SceneAirBuilder(model, scene);
   air_mesh::AdaptiveAir air(scene.air,

@@ -73,15 +73,15 @@ std::vector<char> held_vertices(const SimulationModel& model, bool layered) {
 
 void add_corners(const SimulationModel& model, Scene& scene) {
   const auto& mesh = model.balloon;
-  scene.corner_begin.assign(mesh.vertices.size() + 1, 0);
+  scene.balloon.corner_begin.assign(mesh.vertices.size() + 1, 0);
   for (const Triangle& t : mesh.triangles)
-    for (const int v : t) ++scene.corner_begin[std::size_t(v) + 1];
+    for (const int v : t) ++scene.balloon.corner_begin[std::size_t(v) + 1];
   for (std::size_t v = 0; v < mesh.vertices.size(); ++v)
-    scene.corner_begin[v + 1] += scene.corner_begin[v];
-  scene.corners.resize(3 * mesh.triangles.size());
-  std::vector<int> next(scene.corner_begin.begin(), scene.corner_begin.end() - 1);
+    scene.balloon.corner_begin[v + 1] += scene.balloon.corner_begin[v];
+  scene.balloon.corners.resize(3 * mesh.triangles.size());
+  std::vector<int> next(scene.balloon.corner_begin.begin(), scene.balloon.corner_begin.end() - 1);
   std::vector<Vec3> fibres(mesh.triangles.size());
-  if (scene.membrane.fibre.count > 0)
+  if (scene.balloon.membrane.fibre.count > 0)
     fibres = hoop_fibres(mesh.triangles, model.balloon_rest, model.guidewire);
   for (std::size_t i = 0; i < mesh.triangles.size(); ++i)
     for (std::size_t k = 0; k < 3; ++k) {
@@ -92,71 +92,74 @@ void add_corners(const SimulationModel& model, Scene& scene) {
       corner.next = int(n);
       corner.last = int(m);
       corner.rest = corner_metric(model.balloon_rest[v], model.balloon_rest[n],
-                                  model.balloon_rest[m], scene.thickness, fibres[i]);
-      corner.start =
-          corner_metric(mesh.vertices[v], mesh.vertices[n], mesh.vertices[m], scene.thickness);
-      scene.corners[std::size_t(next[v]++)] = corner;
+                                  model.balloon_rest[m], scene.balloon.thickness, fibres[i]);
+      corner.start = corner_metric(mesh.vertices[v], mesh.vertices[n], mesh.vertices[m],
+                                   scene.balloon.thickness);
+      scene.balloon.corners[std::size_t(next[v]++)] = corner;
     }
 }
 
 void add_balloon(const SimulationModel& model, const SimulationOptions& options, Scene& scene) {
-  scene.membrane = membrane_law(options.balloon);
-  scene.thickness = options.balloon.wall_mm;
+  scene.balloon.membrane = membrane_law(options.balloon);
+  scene.balloon.thickness = options.balloon.wall_mm;
   double size = 0.0, change = 0.0;
   for (std::size_t v = 0; v < model.balloon_rest.size(); ++v) {
     size = std::max(size, distance(model.balloon_rest[v], model.balloon_rest[0]));
     change = std::max(change, distance(model.balloon_rest[v], model.balloon.vertices[v]));
   }
-  scene.membrane.relaxed = options.membrane == MembraneModel::relaxed ||
-                           (options.membrane == MembraneModel::automatic && change > 1e-9 * size);
-  if (scene.membrane.relaxed)
-    scene.folds = {kFoldShare * scene.membrane.base.c1, kFoldShare * scene.membrane.base.c2};
+  scene.balloon.membrane.relaxed =
+      options.membrane == MembraneModel::relaxed ||
+      (options.membrane == MembraneModel::automatic && change > 1e-9 * size);
+  if (scene.balloon.membrane.relaxed)
+    scene.balloon.folds = {kFoldShare * scene.balloon.membrane.base.c1,
+                           kFoldShare * scene.balloon.membrane.base.c2};
   add_corners(model, scene);
   TriangleMesh rest = model.balloon;
   rest.vertices = model.balloon_rest;
-  scene.rest_radius = 2.0 * enclosed_volume(rest) / surface_area(rest);
+  scene.balloon.rest_radius = 2.0 * enclosed_volume(rest) / surface_area(rest);
   const auto areas = vertex_areas(rest);
   for (std::size_t v = 0; v < areas.size(); ++v)
-    scene.mass[v] = density(options.balloon) * scene.thickness * areas[v];
-  scene.balloon_triangles = model.balloon.triangles;
-  scene.balloon_edges = unique_edges(model.balloon);
+    scene.mass[v] = density(options.balloon) * scene.balloon.thickness * areas[v];
+  scene.balloon.triangles = model.balloon.triangles;
+  scene.balloon.edges = unique_edges(model.balloon);
 }
 
 void add_wall(const SimulationModel& model, const SimulationOptions& options, Scene& scene) {
-  scene.slabs = make_slabs(model, options.wall);
-  scene.watched = watched_slabs(model, scene.slabs);
-  scene.wall_area = vertex_areas(model.wall);
+  scene.wall.slabs = make_slabs(model, options.wall);
+  scene.wall.watched = watched_slabs(model, scene.wall.slabs);
+  scene.wall.area = vertex_areas(model.wall);
   const auto offset = std::size_t(scene.bodies.wall().first);
   const double ratio = options.wall.thickness_ratio;
   const double thickness = 2.0 * model.reference_radius_mm * ratio / (1.0 - 2.0 * ratio);
   const double foundation = units::pascal_from_kilopascal(options.wall.foundation_kpa_per_mm);
-  for (std::size_t v = 0; v < scene.wall_area.size(); ++v) {
-    scene.foundation.push_back(foundation * scene.wall_area[v]);
-    scene.mass[offset + v] = options.wall.density_g_mm3 * thickness * scene.wall_area[v];
+  for (std::size_t v = 0; v < scene.wall.area.size(); ++v) {
+    scene.wall.foundation.push_back(foundation * scene.wall.area[v]);
+    scene.mass[offset + v] = options.wall.density_g_mm3 * thickness * scene.wall.area[v];
   }
-  scene.neighbor_begin.push_back(0);
+  scene.wall.neighbor_begin.push_back(0);
   for (const auto& ring : vertex_neighbors(model.wall)) {
-    for (const int n : ring) scene.neighbors.push_back(int(offset) + n);
-    scene.neighbor_begin.push_back(int(scene.neighbors.size()));
+    for (const int n : ring) scene.wall.neighbors.push_back(int(offset) + n);
+    scene.wall.neighbor_begin.push_back(int(scene.wall.neighbors.size()));
   }
   for (Triangle t : model.wall.triangles) {
     for (int& v : t) v += int(offset);
-    scene.wall_triangles.push_back(t);
+    scene.wall.triangles.push_back(t);
   }
   for (Edge e : unique_edges(model.wall)) {
     for (int& v : e) v += int(offset);
-    scene.wall_edges.push_back(e);
+    scene.wall.edges.push_back(e);
   }
 }
 
 void add_solid(const SimulationOptions& options, const LayeredWall& layered, const Numbering& wall,
                Scene& scene) {
-  scene.solid = make_wall_solid(layered, wall.order, options.layered_wall);
+  scene.wall.solid = make_wall_solid(layered, wall.order, options.layered_wall);
   const auto first = std::size_t(scene.bodies.wall().count);
-  const std::vector<Vec3>& x = scene.solid.wall.vertices;
+  const std::vector<Vec3>& x = scene.wall.solid.wall.vertices;
   scene.start.insert(scene.start.end(), x.begin() + std::ptrdiff_t(first), x.end());
   scene.mass.resize(std::size_t(scene.bodies.wall().first));
-  scene.mass.insert(scene.mass.end(), scene.solid.model.mass.begin(), scene.solid.model.mass.end());
+  scene.mass.insert(scene.mass.end(), scene.wall.solid.model.mass.begin(),
+                    scene.wall.solid.model.mass.end());
   scene.fixed.resize(scene.start.size(), 0);
 }
 
@@ -174,7 +177,7 @@ void add_rod(const SimulationModel& model, const GuidewireOptions& options, Scen
 bool starts_in_folds(const Scene& scene) {
   const TriangleMesh membrane{
       {scene.start.begin(), scene.start.begin() + scene.bodies.balloon().count},
-      scene.balloon_triangles};
+      scene.balloon.triangles};
   double half_length = 0.0;
   for (const Vec3& p : membrane.vertices)
     half_length = std::max(half_length, norm(p - scene.origin));
@@ -186,7 +189,7 @@ bool starts_in_folds(const Scene& scene) {
 void check_folds(const Scene& scene, double least_gap) {
   std::vector<Candidate> near;
   add_balloon_self_candidates(scene, scene.start, least_gap, near);
-  if (near.empty() && self_crossing_count(scene.balloon_triangles, scene.start) == 0) return;
+  if (near.empty() && self_crossing_count(scene.balloon.triangles, scene.start) == 0) return;
   throw InputError(
       "the balloon crosses or touches itself before it is inflated (contact of its folds cannot "
       "part them). Mesh again with another balloon.fold_gap_mm or balloon.folds, or use "
@@ -196,12 +199,14 @@ void check_folds(const Scene& scene, double least_gap) {
 // A slack membrane folds where a bend or its wrinkles leave it too much length, and a wall where
 // the balloon pushes it together. A taut balloon and its wall keep apart from themselves.
 void add_self_contact(const SimulationOptions& options, Scene& scene) {
-  if (!options.self_contact || projects(options)) return;
-  scene.has_folds = starts_in_folds(scene);
-  if (!scene.has_folds && !(scene.membrane.relaxed && scene.bodies.wall().count > 0)) return;
+  if (!options.contact.self_contact || projects(options)) return;
+  scene.balloon.has_folds = starts_in_folds(scene);
+  if (!scene.balloon.has_folds &&
+      !(scene.balloon.membrane.relaxed && scene.bodies.wall().count > 0))
+    return;
   // Layers touch where their middles are a thickness apart.
-  scene.self_distance = std::min(options.contact_distance_mm, scene.thickness);
-  if (scene.has_folds) check_folds(scene, 2.0 * kLeastGap * options.contact_distance_mm);
+  scene.self_distance = std::min(options.contact.distance_mm, scene.balloon.thickness);
+  if (scene.balloon.has_folds) check_folds(scene, 2.0 * kLeastGap * options.contact.distance_mm);
 }
 
 Vec3 middle_of_box(const std::vector<Vec3>& points) {
@@ -229,9 +234,9 @@ Scene make_scene(const SimulationModel& given, const SimulationOptions& options)
   Scene scene;
   scene.caller_vertex = balloon.order;
   scene.caller_vertex.insert(scene.caller_vertex.end(), wall.order.begin(), wall.order.end());
-  scene.balloon_color_begin = balloon.begin;
-  scene.wall_color_begin = wall.begin;
-  for (int& v : scene.wall_color_begin) v += int(balloon.order.size());
+  scene.balloon.color_begin = balloon.begin;
+  scene.wall.color_begin = wall.begin;
+  for (int& v : scene.wall.color_begin) v += int(balloon.order.size());
   scene.air = model.air;
   scene.guidewire = model.guidewire;
   scene.bodies[Body::balloon] = {0, int(model.balloon.vertices.size())};

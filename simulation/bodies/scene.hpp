@@ -22,46 +22,54 @@ struct Corner {
   CornerMetric<double> start;  ///< of the start shape: the folds
 };
 
-/// All that does not change during a run. Vertices are numbered balloon first, then wall, each
-/// surface as in numbering.hpp: colour by colour, then those that do not move; at last the
-/// guidewire's nodes.
-struct Scene {
-  BodyRanges bodies;
-  std::vector<Vec3> start;   ///< [mm], shape [vertex]
-  std::vector<char> fixed;   ///< shape [vertex]
-  std::vector<double> mass;  ///< [g], shape [vertex]
-  std::vector<Triangle> balloon_triangles, wall_triangles;
-  std::vector<Edge> balloon_edges, wall_edges;
-  std::vector<Tet> air;
-  std::vector<int> balloon_color_begin, wall_color_begin;  ///< vertex, shape [color_count + 1]
-  std::vector<int> caller_vertex;  ///< of a vertex of the balloon or the wall, in the caller's
-                                   ///< numbering of that surface, shape [vertex]
-  Vec3 origin;                     ///< the middle of the balloon's box at the start [mm]
-
+/// The balloon's constants; its vertices are the scene's first.
+struct SceneBalloon {
+  std::vector<Triangle> triangles;
+  std::vector<Edge> edges;
+  std::vector<int> color_begin;   ///< vertex, shape [color_count + 1]
   std::vector<int> corner_begin;  ///< shape [balloon vertex + 1]
   std::vector<Corner> corners;
   MembraneLaw<double> membrane;  ///< [Pa]
   MooneyRivlin<double> folds;    ///< [Pa]; zero when the membrane needs no help
   double thickness = 0.0;        ///< of the membrane, H [mm]
   double rest_radius = 0.0;      ///< of a tube of the rest shape's volume and area [mm]
+  bool has_folds = false;        ///< layers of the balloon lie on each other at the start
+};
+
+/// The wall's constants, of either model.
+struct SceneWall {
+  std::vector<Triangle> triangles;  ///< of its lumen
+  std::vector<Edge> edges;
+  std::vector<int> color_begin;     ///< vertex, shape [color_count + 1]
+  std::vector<int> neighbor_begin;  ///< shape [wall vertex + 1]
+  std::vector<int> neighbors;       ///< vertex numbers
+  std::vector<double> foundation;   ///< [uN/mm], shape [wall vertex]
+  std::vector<double> area;         ///< [mm^2] at the start, shape [wall vertex]
+  WallSlabs slabs;
+  std::vector<char> watched;  ///< slabs of which lumen_mld_mm is reported, shape [slab]
+  WallSolid solid;            ///< of a layered wall; without one it has no levels
+};
+
+/// All that does not change during a run. Vertices are numbered balloon first, then wall, each
+/// surface as in numbering.hpp: colour by colour, then those that do not move; at last the
+/// guidewire's nodes. A layered wall's copies further out follow the wall, level by level.
+struct Scene {
+  BodyRanges bodies;
+  std::vector<Vec3> start;         ///< [mm], shape [vertex]
+  std::vector<char> fixed;         ///< shape [vertex]
+  std::vector<double> mass;        ///< [g], shape [vertex]
+  std::vector<int> caller_vertex;  ///< of a vertex of the balloon or the wall, in the caller's
+                                   ///< numbering of that surface, shape [vertex]
+  Vec3 origin;                     ///< the middle of the balloon's box at the start [mm]
+  SceneBalloon balloon;
+  SceneWall wall;
+  std::vector<Tet> air;
+  std::vector<Vec3> guidewire;  ///< nodes as they are given
+  SceneRod rod;                 ///< the guidewire; its nodes are the last vertices
   /// Contact of balloon and wall, each with itself, acts below this gap [mm]; 0: it is not looked
   /// for.
   double self_distance = 0.0;
-  bool has_folds = false;  ///< layers of the balloon lie on each other at the start
 
-  WallSlabs slabs;
-  std::vector<char> watched;        ///< slabs of which lumen_mld_mm is told, shape [slab]
-  std::vector<int> neighbor_begin;  ///< wall vertices, shape [wall vertex + 1]
-  std::vector<int> neighbors;       ///< vertex numbers
-  std::vector<double> foundation;   ///< [uN/mm], shape [wall vertex]
-  std::vector<double> wall_area;    ///< [mm^2] at the start, shape [wall vertex]
-
-  std::vector<Vec3> guidewire;  ///< nodes as they are given
-  SceneRod rod;                 ///< the guidewire; its nodes are the last vertices
-
-  WallSolid solid;  ///< of a layered wall; without one it has no levels
-
-  /// The wall's copies further out follow the wall, level by level.
   [[nodiscard]] int vertex_count() const { return int(start.size()); }
 };
 

@@ -15,7 +15,7 @@ CandidateSet CandidateFinder::find(const std::vector<Vec3>& x, int lasted) {
   // Neighbours on a surface are near each other, layers everywhere: their candidates are used up
   // far sooner than those of what is around, of which a wide set is kept.
   const double free_move =
-      2.0 * (most_move(scene_.has_folds, scene_.self_distance) + kSelfSlack) * distance_;
+      2.0 * (most_move(scene_.balloon.has_folds, scene_.self_distance) + kSelfSlack) * distance_;
   const double radius = range_ + free_move, self_radius = scene_.self_distance + free_move;
   if (first_ || !(radius < search_radius_ - closed_at_most(x))) {
     others_ = find_others(x);

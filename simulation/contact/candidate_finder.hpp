@@ -9,9 +9,9 @@ namespace angio::simulation::detail {
 
 /// The gap beyond which nothing acts between two surfaces [mm].
 inline double contact_range(const SimulationOptions& options) {
-  return options.adhesion_traction_kpa > 0.0
-             ? std::max(options.contact_distance_mm, options.adhesion_gap_2_mm)
-             : options.contact_distance_mm;
+  return options.contact.adhesion_traction_kpa > 0.0
+             ? std::max(options.contact.distance_mm, options.contact.adhesion_gap_2_mm)
+             : options.contact.distance_mm;
 }
 
 /// Finds a run's candidates, on the host, from positions relative to the scene's origin.
@@ -23,9 +23,9 @@ class CandidateFinder {
   CandidateFinder(const Scene& scene, const SimulationOptions& options, int frames,
                   bool lists = true)
       : scene_(scene),
-        distance_(options.contact_distance_mm),
+        distance_(options.contact.distance_mm),
         range_(contact_range(options)),
-        of_wall_(options.contact_model == ContactModel::barrier),
+        of_wall_(options.contact.model == ContactModel::barrier),
         frames_(frames),
         lists_(lists) {}
 

@@ -214,16 +214,16 @@ void add_rod_candidates(const Scene& scene, const std::vector<Vec3>& x, double c
                      add(found, {{int(v), s[0], s[1], s[1]}});
                    });
                  });
-  builder.gather(scene.balloon_edges.size(), candidates, [&](std::size_t e, auto& found) {
-    const Edge& edge = scene.balloon_edges[e];
+  builder.gather(scene.balloon.edges.size(), candidates, [&](std::size_t e, auto& found) {
+    const Edge& edge = scene.balloon.edges[e];
     grid.query(box_of(x, edge, 0.0), [&](int i) {
       const Edge& s = segments[std::size_t(i)];
       add(found, {{edge[0], edge[1], s[0], s[1]}, true});
     });
   });
   grid.fill(boxes_of(x, nodes, far));
-  builder.gather(scene.balloon_triangles.size(), candidates, [&](std::size_t t, auto& found) {
-    const Triangle& b = scene.balloon_triangles[t];
+  builder.gather(scene.balloon.triangles.size(), candidates, [&](std::size_t t, auto& found) {
+    const Triangle& b = scene.balloon.triangles[t];
     grid.query(box_of(x, b, 0.0), [&](int i) { add(found, {{first + i, b[0], b[1], b[2]}}); });
   });
 }
@@ -275,14 +275,14 @@ void add_self_candidates(const Scene& scene, const Surface& surface, const std::
 
 void add_balloon_self_candidates(const Scene& scene, const std::vector<Vec3>& x, double radius,
                                  std::vector<Candidate>& candidates) {
-  add_self_candidates(scene, {scene.bodies.balloon(), scene.balloon_triangles, scene.balloon_edges},
+  add_self_candidates(scene, {scene.bodies.balloon(), scene.balloon.triangles, scene.balloon.edges},
                       x, radius, candidates);
 }
 
 void add_wall_self_candidates(const Scene& scene, const std::vector<Vec3>& x, double radius,
                               std::vector<Candidate>& candidates) {
   if (scene.bodies.wall().count == 0) return;
-  add_self_candidates(scene, {scene.bodies.wall(), scene.wall_triangles, scene.wall_edges}, x,
+  add_self_candidates(scene, {scene.bodies.wall(), scene.wall.triangles, scene.wall.edges}, x,
                       radius, candidates);
 }
 
@@ -315,31 +315,31 @@ std::vector<Candidate> find_candidates(const Scene& scene, const std::vector<Vec
   std::vector<Candidate> candidates;
   if (scene.bodies.wall().count == 0) return candidates;
   const Builder builder{x, radius};
-  Grid grid(balloon_space(scene, x, radius), std::max(mean_edge(scene.balloon_edges, x), radius));
+  Grid grid(balloon_space(scene, x, radius), std::max(mean_edge(scene.balloon.edges, x), radius));
 
-  grid.fill(boxes_of(x, scene.balloon_triangles, radius));
+  grid.fill(boxes_of(x, scene.balloon.triangles, radius));
   builder.gather(std::size_t(scene.bodies.wall().count), candidates,
                  [&](std::size_t i, auto& found) {
                    const int v = scene.bodies.wall().first + int(i);
                    grid.query(box_of(x, std::array{v}, 0.0), [&](int t) {
-                     const Triangle& b = scene.balloon_triangles[std::size_t(t)];
+                     const Triangle& b = scene.balloon.triangles[std::size_t(t)];
                      builder.add(found, {{v, b[0], b[1], b[2]}, false});
                    });
                  });
   std::vector<std::array<int, 1>> points(std::size_t(scene.bodies.balloon().count));
   for (int v = 0; v < scene.bodies.balloon().count; ++v) points[std::size_t(v)] = {v};
   grid.fill(boxes_of(x, points, radius));
-  builder.gather(scene.wall_triangles.size(), candidates, [&](std::size_t i, auto& found) {
-    const Triangle& t = scene.wall_triangles[i];
+  builder.gather(scene.wall.triangles.size(), candidates, [&](std::size_t i, auto& found) {
+    const Triangle& t = scene.wall.triangles[i];
     grid.query(box_of(x, t, 0.0), [&](int v) {
       builder.add(found, {{v, t[0], t[1], t[2]}, false});
     });
   });
-  grid.fill(boxes_of(x, scene.balloon_edges, radius));
-  builder.gather(scene.wall_edges.size(), candidates, [&](std::size_t i, auto& found) {
-    const Edge& e = scene.wall_edges[i];
+  grid.fill(boxes_of(x, scene.balloon.edges, radius));
+  builder.gather(scene.wall.edges.size(), candidates, [&](std::size_t i, auto& found) {
+    const Edge& e = scene.wall.edges[i];
     grid.query(box_of(x, e, 0.0), [&](int b) {
-      const Edge& other = scene.balloon_edges[std::size_t(b)];
+      const Edge& other = scene.balloon.edges[std::size_t(b)];
       builder.add(found, {{other[0], other[1], e[0], e[1]}, true});
     });
   });

@@ -11,11 +11,11 @@
 namespace angio::simulation::detail {
 
 bool projects_contact(const Scene& scene, const SimulationOptions& options) {
-  return options.contact_model == ContactModel::paper && scene.bodies.wall().count > 0;
+  return options.contact.model == ContactModel::paper && scene.bodies.wall().count > 0;
 }
 
 bool projects(const SimulationOptions& options) {
-  return options.contact_model == ContactModel::paper || options.gas_model == GasModel::per_tet;
+  return options.contact.model == ContactModel::paper || options.gas_model == GasModel::per_tet;
 }
 
 PbdTets pbd_tets(const Scene& scene, const SimulationOptions& options,
@@ -49,11 +49,13 @@ PbdTets pbd_tets(const Scene& scene, const SimulationOptions& options,
   for (std::size_t v = 0; v < scene.mass.size(); ++v)
     result.inverse_mass.push_back(scene.fixed[v] ? 0.0 : 1.0 / scene.mass[v]);
   double area = 0.0;
-  for (const double a : scene.wall_area) area += a;
-  const double face = area / double(scene.wall_triangles.size());
-  const bool given = options.paper_volume_2_mm3 > 0.0;
-  result.volume_1 = given ? options.paper_volume_1_mm3 : face * options.adhesion_gap_1_mm / 3.0;
-  result.volume_2 = given ? options.paper_volume_2_mm3 : face * options.adhesion_gap_2_mm / 3.0;
+  for (const double a : scene.wall.area) area += a;
+  const double face = area / double(scene.wall.triangles.size());
+  const bool given = options.contact.paper_volume_2_mm3 > 0.0;
+  result.volume_1 =
+      given ? options.contact.paper_volume_1_mm3 : face * options.contact.adhesion_gap_1_mm / 3.0;
+  result.volume_2 =
+      given ? options.contact.paper_volume_2_mm3 : face * options.contact.adhesion_gap_2_mm / 3.0;
   return result;
 }
 
@@ -81,7 +83,7 @@ PbdGasTets pbd_gas_tets(const Scene& scene) {
         "stage meshing again, or use simulation.gas_model = enclosed");
   PbdGasTets tets;
   tets.whole = balloon_volume(scene, scene.start);
-  for (const Triangle& t : scene.balloon_triangles) {
+  for (const Triangle& t : scene.balloon.triangles) {
     const Vec3 &a = scene.start[std::size_t(t[0])], &b = scene.start[std::size_t(t[1])],
                &c = scene.start[std::size_t(t[2])];
     const Vec3 middle = (a + b + c) / 3.0;

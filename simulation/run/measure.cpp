@@ -125,7 +125,7 @@ struct Section {
 };
 
 Section section_of(const Scene& scene, const std::vector<Vec3>& x, int slab) {
-  const WallSlabs& slabs = scene.slabs;
+  const WallSlabs& slabs = scene.wall.slabs;
   const auto c = std::size_t(slab);
   Vec3 centre;
   const int begin = slabs.begin[c], end = slabs.begin[c + 1];
@@ -171,10 +171,10 @@ double inscribed_radius(const Section& section) {
 }  // namespace
 
 double lumen_mld(const Scene& scene, const std::vector<Vec3>& x) {
-  const int count = scene.slabs.count();
+  const int count = scene.wall.slabs.count();
   std::vector<double> radius(std::size_t(count), std::numeric_limits<double>::max());
   parallel_for_uneven(count, [&](std::ptrdiff_t c) {
-    if (scene.slabs.ring[std::size_t(c)] && scene.watched[std::size_t(c)])
+    if (scene.wall.slabs.ring[std::size_t(c)] && scene.wall.watched[std::size_t(c)])
       radius[std::size_t(c)] = inscribed_radius(section_of(scene, x, int(c)));
   });
   const auto least = std::min_element(radius.begin(), radius.end());
@@ -182,12 +182,12 @@ double lumen_mld(const Scene& scene, const std::vector<Vec3>& x) {
 }
 
 double max_penetration(const Scene& scene, const std::vector<Vec3>& x) {
-  const SortedExtents balloon(scene.balloon_triangles, x);
-  std::vector<double> depth(scene.wall_triangles.size(), 0.0);
+  const SortedExtents balloon(scene.balloon.triangles, x);
+  std::vector<double> depth(scene.wall.triangles.size(), 0.0);
   parallel_for(std::ptrdiff_t(depth.size()), [&](std::ptrdiff_t i) {
-    const Corners wall = corners_of(x, scene.wall_triangles[std::size_t(i)]);
+    const Corners wall = corners_of(x, scene.wall.triangles[std::size_t(i)]);
     balloon.for_meeting(extent_of(wall), [&](std::size_t b) {
-      const Corners corners = corners_of(x, scene.balloon_triangles[b]);
+      const Corners corners = corners_of(x, scene.balloon.triangles[b]);
       if (!triangles_cross(wall, corners)) return;
       depth[std::size_t(i)] = std::max(
           depth[std::size_t(i)], std::min(depth_along(wall, corners), depth_along(corners, wall)));
@@ -215,7 +215,7 @@ int self_crossing_count(const std::vector<Triangle>& triangles, const std::vecto
 
 double contact_area(const Scene& scene, const State& state) {
   double area = 0.0;
-  for (const Triangle& t : scene.wall_triangles) {
+  for (const Triangle& t : scene.wall.triangles) {
     int pressed = 0;
     for (const int v : t)
       pressed += state.contact_pressure[std::size_t(v - scene.bodies.wall().first)] > 0.0 ? 1 : 0;
@@ -232,8 +232,8 @@ MembraneState membrane_state(const Scene& scene, const std::vector<Vec3>& x) {
                       std::vector<double>(count)};
   for (std::size_t v = 0; v < count; ++v) {
     double weight = 0.0, thickness = 0.0, first = 0.0, second = 0.0;
-    for (int c = scene.corner_begin[v]; c < scene.corner_begin[v + 1]; ++c) {
-      const Corner& corner = scene.corners[std::size_t(c)];
+    for (int c = scene.balloon.corner_begin[v]; c < scene.balloon.corner_begin[v + 1]; ++c) {
+      const Corner& corner = scene.balloon.corners[std::size_t(c)];
       const Vec3& base = x[std::size_t(corner.next)];
       const Invariants<double> k =
           invariants(corner.rest, x[v] - base, x[std::size_t(corner.last)] - base);
@@ -245,10 +245,10 @@ MembraneState membrane_state(const Scene& scene, const std::vector<Vec3>& x) {
       second += w * small;
       // A wrinkled or folded membrane is as thick as its own tension makes it, not as its cover:
       // uniaxial tension leaves l3 = l1^-1/2, no tension leaves l3 = 1.
-      const double taut = !scene.membrane.relaxed ? 1.0 / std::sqrt(k.i3)
-                          : large <= 1.0          ? 1.0
+      const double taut = !scene.balloon.membrane.relaxed ? 1.0 / std::sqrt(k.i3)
+                          : large <= 1.0                  ? 1.0
                                          : std::min(1.0 / std::sqrt(k.i3), 1.0 / std::sqrt(large));
-      thickness += w * scene.thickness * taut;
+      thickness += w * scene.balloon.thickness * taut;
     }
     state.thickness[v] = thickness / weight;
     state.stretch_1[v] = first / weight;
@@ -268,7 +268,7 @@ std::vector<double> plastic_strain(const Scene& scene, const State& state) {
     by_slab[c] = strain_size(plastic);
   }
   std::vector<double> result(std::size_t(scene.bodies.wall().count), 0.0);
-  const WallSlabs& slabs = scene.slabs;
+  const WallSlabs& slabs = scene.wall.slabs;
   for (std::size_t v = 0; v < result.size(); ++v) {
     for (int n = slabs.slab_vertex_begin[v]; n < slabs.slab_vertex_begin[v + 1]; ++n)
       result[v] +=
@@ -279,12 +279,12 @@ std::vector<double> plastic_strain(const Scene& scene, const State& state) {
 }
 
 WallFields solid_fields(const Scene& scene, const State& state) {
-  SolidModel model = scene.solid.model;
+  SolidModel model = scene.wall.solid.model;
   model.points = state.solid_points;
   WallState wall;
   wall.vertices.assign(state.x.begin() + scene.bodies.wall().first, state.x.end());
   wall.plastic_strain = state.solid_plastic_strain;
-  return fields(model, scene.solid.wall, wall);
+  return fields(model, scene.wall.solid.wall, wall);
 }
 
 }  // namespace angio::simulation::detail

@@ -40,8 +40,8 @@ PatchPressure patch_pressure(const Scene& scene, const State& state) {
       const std::size_t end = patch.size();
       for (; first < end; ++first) {
         const auto i = std::size_t(patch[first]);
-        for (int n = scene.neighbor_begin[i]; n < scene.neighbor_begin[i + 1]; ++n) {
-          const int u = scene.neighbors[std::size_t(n)] - scene.bodies.wall().first;
+        for (int n = scene.wall.neighbor_begin[i]; n < scene.wall.neighbor_begin[i + 1]; ++n) {
+          const int u = scene.wall.neighbors[std::size_t(n)] - scene.bodies.wall().first;
           if (mark[std::size_t(u)] == v) continue;
           mark[std::size_t(u)] = v;
           patch.push_back(u);
@@ -50,8 +50,8 @@ PatchPressure patch_pressure(const Scene& scene, const State& state) {
     }
     double area = 0.0, force = 0.0;
     for (const int u : patch) {
-      area += scene.wall_area[std::size_t(u)];
-      force += scene.wall_area[std::size_t(u)] * state.contact_pressure[std::size_t(u)];
+      area += scene.wall.area[std::size_t(u)];
+      force += scene.wall.area[std::size_t(u)] * state.contact_pressure[std::size_t(u)];
     }
     if (force > worst.pressure * area) worst = {force / area, v};
   }
@@ -62,10 +62,10 @@ SuccessWatch::SuccessWatch(const Scene& scene, const SimulationModel& model,
                            const SimulationOptions& options)
     : scene_(scene),
       model_(model),
-      is_judged_(options.contact_model == ContactModel::barrier &&
+      is_judged_(options.contact.model == ContactModel::barrier &&
                  options.gas_model == GasModel::enclosed),
       peak_pressure_(units::pascal_from_atm(options.inflation.peak_pressure_atm)),
-      contact_distance_(options.contact_distance_mm) {}
+      contact_distance_(options.contact.distance_mm) {}
 
 void SuccessWatch::fail(const SimulationFrame& frame, const std::string& what,
                         const std::string& advice) {
@@ -82,11 +82,11 @@ void SuccessWatch::add(const State& state, const SimulationFrame& frame) {
                          std::all_of(state.x.begin(), state.x.end(),
                                      [](const Vec3& p) { return std::isfinite(p.x + p.y + p.z); });
   if (!is_finite) return fail(frame, "positions are not finite (it has diverged)", kFinerSteps);
-  if (frame.max_penetration_mm > kCrossing * contact_distance_)
+  if (frame.contact.max_penetration_mm > kCrossing * contact_distance_)
     fail(frame,
          text("balloon and vessel wall cross by %.4f mm (they are too near each other there for "
               "their contact to be resolved)",
-              frame.max_penetration_mm),
+              frame.contact.max_penetration_mm),
          kSmallerBalloon);
   const PatchPressure patch = patch_pressure(scene_, state);
   const double ratio = patch.pressure / peak_pressure_;

@@ -50,27 +50,27 @@ BalloonView<Real> make_balloon_view(const Scene& scene, const SimulationOptions&
   view.outside_pressure = Real(outside_pressure(options));
   // What the reference method projects is no motion to go on with: the balloon would collapse.
   view.relaxation = options.gas_model == GasModel::per_tet ? Real(1) : Real(kRelaxation);
-  view.has_folds = scene.has_folds;
-  view.triangle_count = int(scene.balloon_triangles.size());
+  view.has_folds = scene.balloon.has_folds;
+  view.triangle_count = int(scene.balloon.triangles.size());
   view.mesh.first = scene.bodies.balloon().first;
   view.mesh.count = scene.bodies.balloon().count;
-  view.mesh.corner_count = int(scene.corners.size());
-  view.mesh.colors = int(scene.balloon_color_begin.size()) - 1;
-  view.mesh.color_begin = memory.store(scene.balloon_color_begin);
-  view.triangles = memory.store(flattened(scene.balloon_triangles));
-  view.mesh.corner_begin = memory.store(scene.corner_begin);
+  view.mesh.corner_count = int(scene.balloon.corners.size());
+  view.mesh.colors = int(scene.balloon.color_begin.size()) - 1;
+  view.mesh.color_begin = memory.store(scene.balloon.color_begin);
+  view.triangles = memory.store(flattened(scene.balloon.triangles));
+  view.mesh.corner_begin = memory.store(scene.balloon.corner_begin);
   std::vector<CornerLink> links;
   std::vector<CornerMetric<Real>> rest, start;
-  for (const Corner& corner : scene.corners) {
+  for (const Corner& corner : scene.balloon.corners) {
     links.push_back({corner.next, corner.last});
     rest.push_back(converted<Real>(corner.rest));
-    if (scene.membrane.relaxed) start.push_back(converted<Real>(corner.start));
+    if (scene.balloon.membrane.relaxed) start.push_back(converted<Real>(corner.start));
   }
   view.mesh.corners = memory.store(links);
   view.rest = memory.store(rest);
   if (!start.empty()) view.start_rest = memory.store(start);
-  view.law = converted<Real>(scene.membrane);
-  view.folds = converted<Real>(scene.folds);
+  view.law = converted<Real>(scene.balloon.membrane);
+  view.folds = converted<Real>(scene.balloon.folds);
   view.moves = memory.template allocate<Move<Real>>(std::size_t(scene.bodies.balloon().count));
   return view;
 }
@@ -80,7 +80,7 @@ template <class Memory>
 MeshView make_wall_mesh(const Scene& scene, Memory& memory) {
   const BodyRange& wall = scene.bodies.wall();
   std::vector<std::vector<CornerLink>> corners(std::size_t(wall.count));
-  for (const Triangle& t : scene.wall_triangles)
+  for (const Triangle& t : scene.wall.triangles)
     for (std::size_t k = 0; k < 3; ++k)
       corners[std::size_t(t[k] - wall.first)].push_back({t[(k + 1) % 3], t[(k + 2) % 3]});
   std::vector<CornerLink> links;
@@ -91,9 +91,9 @@ MeshView make_wall_mesh(const Scene& scene, Memory& memory) {
   }
   return {wall.first,
           wall.count,
-          int(scene.wall_color_begin.size()) - 1,
+          int(scene.wall.color_begin.size()) - 1,
           int(links.size()),
-          memory.store(scene.wall_color_begin),
+          memory.store(scene.wall.color_begin),
           memory.store(corner_begin),
           memory.store(links)};
 }
@@ -105,10 +105,10 @@ WallView<Real> make_wall_view(const Scene& scene, Memory& memory) {
   view.mesh = make_wall_mesh(scene, memory);
   view.move = memory.template allocate<Vec3T<Real>>(count);
   view.contact_pressure = memory.template allocate<Real>(count);
-  if (scene.solid.levels == 0) {
-    view.foundation = memory.store(converted_all<Real>(scene.foundation));
+  if (scene.wall.solid.levels == 0) {
+    view.foundation = memory.store(converted_all<Real>(scene.wall.foundation));
   } else {
-    const std::vector<double>& springs = scene.solid.model.foundation;
+    const std::vector<double>& springs = scene.wall.solid.model.foundation;
     const auto outer = springs.end() - std::ptrdiff_t(count);
     view.foundation = memory.store(converted_all<Real>(std::vector<double>(outer, springs.end())));
   }
@@ -147,10 +147,10 @@ SlabFitView<Real> make_slab_fit(const WallSlabs& slabs, Memory& memory) {
 
 template <class Real, class Memory>
 SlabsView<Real> make_slabs_view(const Scene& scene, const WallMaterial& wall, Memory& memory) {
-  const WallSlabs& slabs = scene.slabs;
+  const WallSlabs& slabs = scene.wall.slabs;
   const auto count = std::size_t(slabs.count()), vertices = std::size_t(scene.bodies.wall().count);
   SlabsView<Real> view;
-  view.count = scene.solid.levels > 0 ? 0 : slabs.count();
+  view.count = scene.wall.solid.levels > 0 ? 0 : slabs.count();
   SlabShapeView<Real>& shape = view.shape;
   shape.count = slabs.count();
   shape.vertex_count = int(slabs.vertex.size());
@@ -185,12 +185,12 @@ SlabsView<Real> make_slabs_view(const Scene& scene, const WallMaterial& wall, Me
   view.fit = make_slab_fit<Real>(slabs, memory);
   view.goals = {int(vertices),
                 int(slabs.slab_vertices.size()),
-                int(scene.neighbors.size()),
+                int(scene.wall.neighbors.size()),
                 memory.store(slabs.slab_vertex_begin),
                 memory.store(slabs.slab_vertices),
                 memory.store(slabs.slab_of),
-                memory.store(scene.neighbor_begin),
-                memory.store(scene.neighbors),
+                memory.store(scene.wall.neighbor_begin),
+                memory.store(scene.wall.neighbors),
                 memory.store(converted_all<Real>(goal_stiffness)),
                 memory.template allocate<Vec3T<Real>>(vertices),
                 memory.template allocate<Mat3T<Real>>(vertices),
@@ -200,7 +200,7 @@ SlabsView<Real> make_slabs_view(const Scene& scene, const WallMaterial& wall, Me
 
 template <class Real, class Memory>
 LayeredWallView<Real> make_layered_view(const Scene& scene, Memory& memory) {
-  const WallSolid& wall = scene.solid;
+  const WallSolid& wall = scene.wall.solid;
   const SolidModel& model = wall.model;
   LayeredWallView<Real> view;
   if (wall.levels == 0) return view;
@@ -257,17 +257,18 @@ ContactView<Real> make_contact_view(const Scene& scene, const SimulationOptions&
   ContactView<Real> view;
   view.vertex_count = int(count);
   ContactLaw<Real>& law = view.law;
-  law.distance = Real(options.contact_distance_mm);
+  law.distance = Real(options.contact.distance_mm);
   law.stiffness =
-      Real(options.contact_stiffness * barrier_stiffness(peak, options.contact_distance_mm));
-  law.friction = {Real(options.friction_static), Real(options.friction_kinetic),
-                  Real(kStickSpeed * options.contact_distance_mm * options.frame_s)};
+      Real(options.contact.stiffness * barrier_stiffness(peak, options.contact.distance_mm));
+  law.friction = {Real(options.contact.friction_static), Real(options.contact.friction_kinetic),
+                  Real(kStickSpeed * options.contact.distance_mm * options.frame_s)};
   law.range = Real(contact_range(options));
   law.self_distance = Real(scene.self_distance);
-  if (options.contact_model == ContactModel::barrier && options.adhesion_traction_kpa > 0.0 &&
-      scene.bodies.wall().count > 0) {
-    law.adhesion = {Real(units::pascal_from_kilopascal(options.adhesion_traction_kpa)),
-                    Real(options.adhesion_gap_1_mm), Real(options.adhesion_gap_2_mm)};
+  if (options.contact.model == ContactModel::barrier &&
+      options.contact.adhesion_traction_kpa > 0.0 && scene.bodies.wall().count > 0) {
+    law.adhesion = {Real(units::pascal_from_kilopascal(options.contact.adhesion_traction_kpa)),
+                    Real(options.contact.adhesion_gap_1_mm),
+                    Real(options.contact.adhesion_gap_2_mm)};
     view.wet = memory.store(std::vector<char>(count, 0));
   }
   NearPairView<Real>& near = view.near;

@@ -412,9 +412,9 @@ TEST(Simulate, ContactFoundInTheAirIsThatOfTheGridAndTheAirStaysWhole) {
   int touching = 0;
   const SimulationSummary with_air = simulate(model, options, [&](const SimulationFrame& frame) {
     balloons.push_back(frame.balloon);
-    touching = std::max(touching, frame.contact_count);
-    EXPECT_EQ(frame.inverted_air_tet_count, 0);
-    EXPECT_GT(frame.min_air_volume_mm3, 0.0);
+    touching = std::max(touching, frame.contact.count);
+    EXPECT_EQ(frame.air.inverted_count, 0);
+    EXPECT_GT(frame.air.min_volume, 0.0);
   });
   EXPECT_GT(touching, 30);
   EXPECT_GT(with_air.flip_count, 20);

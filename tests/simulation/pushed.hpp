@@ -53,7 +53,7 @@ inline Led lead(const SimulationModel& model, const SimulationOptions& options,
                     out.contact_pressure_kpa[to] = units::kilopascal_from_pascal(
                         state.contact_pressure[v - std::size_t(scene.bodies.wall().first)]);
                 }
-                out.contact_count = state.report.contact_count;
+                out.contact.count = state.report.contact_count;
                 led.frames.push_back(std::move(out));
               });
   return led;

@@ -112,7 +112,7 @@ TEST_F(Angioplasty, TheThroatNeverNarrowsWhileTheBalloonFills) {
 
 TEST_F(Angioplasty, NoTriangleOfTheBalloonEverCrossesOneOfTheWall) {
   for (const SimulationFrame& f : course_->frames) {
-    EXPECT_EQ(f.max_penetration_mm, 0.0) << f.frame;
+    EXPECT_EQ(f.contact.max_penetration_mm, 0.0) << f.frame;
     if (f.frame % 6 == 0) {
       EXPECT_EQ(
           count_crossings(f.balloon, model_->balloon.triangles, f.wall, model_->wall.triangles), 0)
@@ -135,7 +135,7 @@ TEST_F(Angioplasty, FixedVerticesStayAndFramesAreComplete) {
     ASSERT_EQ(f.wall.size(), model_->wall.vertices.size());
     ASSERT_EQ(f.contact_pressure_kpa.size(), f.wall.size());
     ASSERT_EQ(f.plastic_strain.size(), f.wall.size());
-    ASSERT_EQ(f.thickness_mm.size(), f.balloon.size());
+    ASSERT_EQ(f.membrane.thickness_mm.size(), f.balloon.size());
     for (std::size_t v = 0; v < f.wall.size(); ++v)
       if (model_->wall_fixed[v]) {
         EXPECT_EQ(f.wall[v], model_->wall.vertices[v]);
@@ -148,14 +148,14 @@ TEST_F(Angioplasty, FixedVerticesStayAndFramesAreComplete) {
 }
 
 TEST_F(Angioplasty, FrictionAndContactAreThereOnlyWhileTheyTouch) {
-  EXPECT_EQ(course_->frames.front().friction_delta_mm, 0.0);
-  EXPECT_EQ(course_->frames.front().contact_count, 0);
-  EXPECT_GT(course_->peak().contact_count, 50);
+  EXPECT_EQ(course_->frames.front().contact.friction_delta_mm, 0.0);
+  EXPECT_EQ(course_->frames.front().contact.count, 0);
+  EXPECT_GT(course_->peak().contact.count, 50);
   double most = 0.0;
   for (const SimulationFrame& f : course_->frames) {
-    most = std::max(most, f.friction_delta_mm);
-    if (f.contact_count == 0 && f.phase == Phase::rest) {
-      EXPECT_EQ(f.friction_delta_mm, 0.0);
+    most = std::max(most, f.contact.friction_delta_mm);
+    if (f.contact.count == 0 && f.phase == Phase::rest) {
+      EXPECT_EQ(f.contact.friction_delta_mm, 0.0);
     }
   }
   EXPECT_GT(most, 0.0);
@@ -165,14 +165,14 @@ TEST_F(Angioplasty, AdhesionActsAfterTheFirstTouchAndMostWhileTheSurfacesPart) {
   double before_touch = 0.0, pressed = 0.0, parting = 0.0;
   bool touched = false;
   for (const SimulationFrame& f : course_->frames) {
-    if (!touched) before_touch = std::max(before_touch, f.viscous_delta_mm);
-    touched = touched || f.contact_count > 0;
-    if (f.phase == Phase::hold) pressed = std::max(pressed, f.viscous_delta_mm);
-    if (f.phase == Phase::deflate) parting = std::max(parting, f.viscous_delta_mm);
+    if (!touched) before_touch = std::max(before_touch, f.contact.viscous_delta_mm);
+    touched = touched || f.contact.count > 0;
+    if (f.phase == Phase::hold) pressed = std::max(pressed, f.contact.viscous_delta_mm);
+    if (f.phase == Phase::deflate) parting = std::max(parting, f.contact.viscous_delta_mm);
   }
   EXPECT_EQ(before_touch, 0.0);
   EXPECT_GT(parting, 2.0 * pressed);
-  EXPECT_LT(course_->frames.back().viscous_delta_mm, parting);
+  EXPECT_LT(course_->frames.back().contact.viscous_delta_mm, parting);
 }
 
 TEST(AngioplastyRuns, GiveTheSameBitsForOneAndTwoThreads) {
@@ -197,7 +197,8 @@ TEST(AngioplastyRuns, GiveTheSameBitsForOneAndTwoThreads) {
   for (std::size_t f = 0; f < one.frames.size(); ++f) {
     ASSERT_EQ(one.frames[f].balloon, two.frames[f].balloon) << f;
     ASSERT_EQ(one.frames[f].wall, two.frames[f].wall) << f;
-    ASSERT_EQ(one.frames[f].friction_delta_mm, two.frames[f].friction_delta_mm) << f;
+    ASSERT_EQ(one.frames[f].contact.friction_delta_mm, two.frames[f].contact.friction_delta_mm)
+        << f;
   }
 }
 
@@ -230,8 +231,8 @@ TEST(AngioplastyRuns, ThroatHardlyDependsOnNumericalChoices) {
   const SimulationOptions base = quick();
   const double throat = throat_with(model, base);
   SimulationOptions thin = base;
-  thin.contact_distance_mm = 0.5 * base.contact_distance_mm;
-  EXPECT_NEAR(throat_with(model, thin), throat, base.contact_distance_mm);
+  thin.contact.distance_mm = 0.5 * base.contact.distance_mm;
+  EXPECT_NEAR(throat_with(model, thin), throat, base.contact.distance_mm);
   SimulationOptions fine = base;
   fine.frame_s = 0.5 * base.frame_s;
   EXPECT_NEAR(throat_with(model, fine), throat, 0.01 * throat);

@@ -37,22 +37,22 @@ TEST(BalloonSize, IsNearMeasuredValvuloplastyBalloons) {
 TEST(Sized, FillsInWhatIsLeftToTheSizeAndNothingElse) {
   SimulationOptions given = options_by_size();
   given.balloon.wall_mm = 0.033;
-  given.adhesion_traction_kpa = 0.0;
+  given.contact.adhesion_traction_kpa = 0.0;
   const SimulationOptions options = sized(given, 16.0);
   EXPECT_EQ(options.balloon.wall_mm, 0.033);
-  EXPECT_EQ(options.adhesion_traction_kpa, 0.0);
+  EXPECT_EQ(options.contact.adhesion_traction_kpa, 0.0);
   EXPECT_NEAR(options.inflation.peak_pressure_atm, 4.0, 1e-12);
-  EXPECT_NEAR(options.contact_distance_mm, 4.0 * SimulationOptions{}.contact_distance_mm, 1e-12);
+  EXPECT_NEAR(options.contact.distance_mm, 4.0 * SimulationOptions{}.contact.distance_mm, 1e-12);
 }
 
 TEST(Sized, IsTheDefaultsForACoronaryBalloon) {
   const SimulationOptions options = sized(options_by_size(), 3.0), coronary;
   EXPECT_EQ(options.balloon.wall_mm, coronary.balloon.wall_mm);
   EXPECT_EQ(options.inflation.peak_pressure_atm, coronary.inflation.peak_pressure_atm);
-  EXPECT_EQ(options.contact_distance_mm, coronary.contact_distance_mm);
-  EXPECT_EQ(options.adhesion_traction_kpa, coronary.adhesion_traction_kpa);
-  EXPECT_EQ(options.adhesion_gap_1_mm, coronary.adhesion_gap_1_mm);
-  EXPECT_EQ(options.adhesion_gap_2_mm, coronary.adhesion_gap_2_mm);
+  EXPECT_EQ(options.contact.distance_mm, coronary.contact.distance_mm);
+  EXPECT_EQ(options.contact.adhesion_traction_kpa, coronary.contact.adhesion_traction_kpa);
+  EXPECT_EQ(options.contact.adhesion_gap_1_mm, coronary.contact.adhesion_gap_1_mm);
+  EXPECT_EQ(options.contact.adhesion_gap_2_mm, coronary.contact.adhesion_gap_2_mm);
 }
 
 TEST(Sized, IsValidForEveryBalloonThatIsSold) {

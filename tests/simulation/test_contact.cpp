@@ -129,7 +129,7 @@ struct TubeInTube {
     p.wall_around = 12;
     model = testing::make_model(p);
     SimulationOptions options;
-    options.self_contact = false;  // candidates here are those of balloon and wall
+    options.contact.self_contact = false;  // candidates here are those of balloon and wall
     scene = make_scene(model, options);
   }
 };
@@ -149,11 +149,11 @@ TEST(Candidates, AreAllThatBruteForceFinds) {
     faces += near(point_triangle_gap(at(v), at(f[0]), at(f[1]), at(f[2])), v, f[0], f[1], f[2]);
   };
   for (int v = 0; v < t.scene.bodies.balloon().count; ++v)
-    for (const Triangle& f : t.scene.wall_triangles) count_faces(v, f);
+    for (const Triangle& f : t.scene.wall.triangles) count_faces(v, f);
   for (int v = t.scene.bodies.wall().first; v < t.scene.vertex_count(); ++v)
-    for (const Triangle& f : t.scene.balloon_triangles) count_faces(v, f);
-  for (const Edge& a : t.scene.balloon_edges)
-    for (const Edge& b : t.scene.wall_edges)
+    for (const Triangle& f : t.scene.balloon.triangles) count_faces(v, f);
+  for (const Edge& a : t.scene.balloon.edges)
+    for (const Edge& b : t.scene.wall.edges)
       edges +=
           near(segment_segment_gap(at(a[0]), at(a[1]), at(b[0]), at(b[1])), a[0], a[1], b[0], b[1]);
   int found_faces = 0, found_edges = 0;

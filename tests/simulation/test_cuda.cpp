@@ -74,10 +74,10 @@ TEST(CudaInAVessel, BalloonWallAndAirAreTheCpus) {
       EXPECT_LT(distance(cpu[f].balloon[v], gpu[f].balloon[v]), 1e-3) << f;
     for (std::size_t v = 0; v < cpu[f].wall.size(); ++v)
       EXPECT_LT(distance(cpu[f].wall[v], gpu[f].wall[v]), 1e-3) << f;
-    EXPECT_GT(gpu[f].air_tet_count, 0) << f;
-    EXPECT_EQ(gpu[f].inverted_air_tet_count, 0) << f;
-    EXPECT_EQ(gpu[f].max_penetration_mm, 0.0) << f;
-    contacts = std::max(contacts, gpu[f].contact_count);
+    EXPECT_GT(gpu[f].air.tet_count, 0) << f;
+    EXPECT_EQ(gpu[f].air.inverted_count, 0) << f;
+    EXPECT_EQ(gpu[f].contact.max_penetration_mm, 0.0) << f;
+    contacts = std::max(contacts, gpu[f].contact.count);
   }
   EXPECT_GT(contacts, 0);
 }
@@ -96,7 +96,7 @@ TEST(CudaFolds, DoNotPassThroughEachOther) {
   if (!has_cuda_device()) GTEST_SKIP() << "no GPU";
   const SimulationModel model = testing::folded_model({});
   SimulationOptions options;
-  options.self_contact = true;
+  options.contact.self_contact = true;
   options.backend = Backend::cuda;
   options.inflation.inflate_s = 0.3;
   options.inflation.hold_s = 0.05;
@@ -194,14 +194,14 @@ TEST(CudaLayeredWall, TwoRunsGiveTheSameBits) {
 
 TEST(CudaPaper, ItsContactIsTheCpus) {
   SimulationOptions options;
-  options.contact_model = ContactModel::paper;
+  options.contact.model = ContactModel::paper;
   options.balloon.name = "polyurethane";
   options.inflation.control = InflationControl::pressure;
   options.inflation.peak_pressure_atm = 2.0;
   const auto frames = on_both(testing::matched_model(0.5, 0.62), short_course(options));
   if (frames[0].empty()) GTEST_SKIP() << "no GPU";
   int contacts = 0;
-  for (const SimulationFrame& frame : frames[1]) contacts = std::max(contacts, frame.contact_count);
+  for (const SimulationFrame& frame : frames[1]) contacts = std::max(contacts, frame.contact.count);
   EXPECT_GT(contacts, 0);
 }
 

@@ -78,7 +78,7 @@ double room(const std::vector<Vec3>& x, const Triangle& t, const std::vector<Vec
 /// distance of it (the ends, which are tied); negative where one has gone into the other.
 double clearance(const SimulationModel& model, const SimulationFrame& frame) {
   const double radius = 0.5 * GuidewireOptions{}.shaft_diameter_mm;
-  const double least_start = SimulationOptions{}.contact_distance_mm;
+  const double least_start = SimulationOptions{}.contact.distance_mm;
   double least = 1e30;
   for (const Triangle& t : model.balloon.triangles)
     for (std::size_t i = 0; i + 1 < frame.guidewire.size(); ++i) {
@@ -134,8 +134,8 @@ TEST(Guidewire, AnEmptiedBalloonLiesOnTheShaftAndNeverInIt) {
   const auto frames = run(model, options);
   for (const SimulationFrame& frame : frames)
     EXPECT_GT(clearance(model, frame), 0.0) << frame.frame;
-  EXPECT_LT(clearance(model, frames.back()), options.contact_distance_mm);
-  EXPECT_EQ(frames.back().contact_count, 0);  // of the wall
+  EXPECT_LT(clearance(model, frames.back()), options.contact.distance_mm);
+  EXPECT_EQ(frames.back().contact.count, 0);  // of the wall
 }
 
 // An arc is the elastica between two ends that are clamped along it: a straight wire that is bent

@@ -81,9 +81,9 @@ TEST(FreeInflation, AClosedTubeFollowsItsPressureRadiusCurve) {
     const SimulationFrame frame = peak_of(model, rubber(units::atm_from_pascal(p)));
     EXPECT_NEAR(frame.balloon_diameter_mm / (2.0 * radius) - 1.0, l1 - 1.0, 0.02 * (l1 - 1.0));
     const std::size_t middle = 20 * 32;
-    EXPECT_NEAR(frame.stretch_1[middle], l1, 0.004);
-    EXPECT_NEAR(frame.stretch_2[middle], l2, 0.004);
-    EXPECT_NEAR(frame.thickness_mm[middle], kWall / (l1 * l2), 1e-4);
+    EXPECT_NEAR(frame.membrane.stretch_1[middle], l1, 0.004);
+    EXPECT_NEAR(frame.membrane.stretch_2[middle], l2, 0.004);
+    EXPECT_NEAR(frame.membrane.thickness_mm[middle], kWall / (l1 * l2), 1e-4);
   }
 }
 

@@ -24,7 +24,7 @@ TEST(LayeredAngioplasty, WidensThePlaqueForGoodAndRecoils) {
         if (f.frame == 0) start = f.lumen_mld_mm;
         peak = std::max(peak, f.lumen_mld_mm);
         end = f.lumen_mld_mm;
-        touched = touched || f.contact_count > 0;
+        touched = touched || f.contact.count > 0;
         ASSERT_EQ(f.layered_wall.size(), model.layered_wall.vertices.size());
         ASSERT_EQ(f.wall_stress.size(), model.layered_wall.wedges.size());
         for (std::size_t v = 0; v < f.layered_wall.size() && !touched; ++v)
@@ -52,10 +52,10 @@ TEST(LayeredAngioplasty, ColumnsThatMoveAtOnceShareNoPatch) {
   const detail::Scene scene = detail::make_scene(model, layered_options());
   const int columns = scene.bodies.wall().count;
   std::vector<int> color(std::size_t(columns), -1);
-  for (std::size_t c = 0; c + 1 < scene.wall_color_begin.size(); ++c)
-    for (int v = scene.wall_color_begin[c]; v < scene.wall_color_begin[c + 1]; ++v)
+  for (std::size_t c = 0; c + 1 < scene.wall.color_begin.size(); ++c)
+    for (int v = scene.wall.color_begin[c]; v < scene.wall.color_begin[c + 1]; ++v)
       color[std::size_t(v - scene.bodies.wall().first)] = int(c);
-  const detail::SolidModel& solid = scene.solid.model;
+  const detail::SolidModel& solid = scene.wall.solid.model;
   for (int p = 0; p < solid.patch_count(); ++p) {
     std::map<int, int> mover;  // of a colour
     for (int m = solid.patch_begin[std::size_t(p)]; m < solid.patch_begin[std::size_t(p) + 1]; ++m)

@@ -24,7 +24,8 @@ TEST(Motion, APressedBalloonThatIsTurnedHasNoFalseContacts) {
   options.balloon.name = "polyurethane";
   options.inflation.peak_pressure_atm = 2.0;
   options.inflation.inflate_s = 0.25;
-  options.friction_static = options.friction_kinetic = options.adhesion_traction_kpa = 0.0;
+  options.contact.friction_static = options.contact.friction_kinetic =
+      options.contact.adhesion_traction_kpa = 0.0;
   testing::Screw screw;
   screw.turn = 4.0 * kDegree;
   screw.from_frame = 11;

@@ -124,7 +124,7 @@ TEST(PbdContact, AHeldVertexDoesNotMove) {
 
 SimulationOptions paper_options() {
   SimulationOptions options;
-  options.contact_model = ContactModel::paper;
+  options.contact.model = ContactModel::paper;
   options.balloon.name = "polyurethane";
   options.backend = Backend::cpu;
   options.inflation.control = InflationControl::pressure;
@@ -141,11 +141,11 @@ TEST(PbdContact, TheCurvesOfABalloonThatTouchesAndPartsAreThePapers) {
   double before = 0.0, rubbed = 0.0, drawn = 0.0, deflating = 0.0;
   bool touched = false;
   const SimulationSummary summary = simulate(model, paper_options(), [&](const auto& f) {
-    touched = touched || f.contact_count > 0;
-    if (!touched) before = std::max(before, f.friction_delta_mm);
-    rubbed = std::max(rubbed, f.friction_delta_mm);
-    if (f.phase == Phase::deflate) deflating = std::max(deflating, f.viscous_delta_mm);
-    drawn = std::max(drawn, f.viscous_delta_mm);
+    touched = touched || f.contact.count > 0;
+    if (!touched) before = std::max(before, f.contact.friction_delta_mm);
+    rubbed = std::max(rubbed, f.contact.friction_delta_mm);
+    if (f.phase == Phase::deflate) deflating = std::max(deflating, f.contact.viscous_delta_mm);
+    drawn = std::max(drawn, f.contact.viscous_delta_mm);
     for (const Vec3& v : f.balloon) {
       ASSERT_TRUE(std::isfinite(v.x + v.y + v.z)) << f.frame;
       EXPECT_LT(std::hypot(v.x, v.y), 0.9) << f.frame;  // the wall holds it, somehow

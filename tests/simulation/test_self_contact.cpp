@@ -17,7 +17,7 @@ namespace {
 
 SimulationOptions with_self_contact() {
   SimulationOptions options;
-  options.self_contact = true;
+  options.contact.self_contact = true;
   options.backend = Backend::cpu;
   return options;
 }
@@ -91,12 +91,12 @@ TEST(SelfContact, HasAllCandidatesThatShareNoVertex) {
   };
   int faces = 0, edges = 0;
   for (int v = 0; v < scene.bodies.balloon().count; ++v)
-    for (const Triangle& t : scene.balloon_triangles)
+    for (const Triangle& t : scene.balloon.triangles)
       if (std::find(t.begin(), t.end(), v) == t.end())
         faces += near(point_triangle_gap(at(v), at(t[0]), at(t[1]), at(t[2])), v, t[0], t[1], t[2]);
-  for (std::size_t i = 0; i < scene.balloon_edges.size(); ++i)
+  for (std::size_t i = 0; i < scene.balloon.edges.size(); ++i)
     for (std::size_t k = 0; k < i; ++k) {
-      const Edge &a = scene.balloon_edges[i], &b = scene.balloon_edges[k];
+      const Edge &a = scene.balloon.edges[i], &b = scene.balloon.edges[k];
       if (std::find_first_of(a.begin(), a.end(), b.begin(), b.end()) == a.end())
         edges += near(segment_segment_gap(at(a[0]), at(a[1]), at(b[0]), at(b[1])), a[0], a[1], b[0],
                       b[1]);
@@ -189,7 +189,7 @@ TEST(SelfContact, NoMotionWithinItsBoundsTakesTheSkinThroughItself) {
       folds.view.motion.x[v] +=
           allowed_share(folds.view, v, move, folds.view.contact.near.max_move[0]) * move;
     }
-    ASSERT_EQ(self_crossing_count(folds.scene.balloon_triangles, folds.positions()), 0) << rounds;
+    ASSERT_EQ(self_crossing_count(folds.scene.balloon.triangles, folds.positions()), 0) << rounds;
   }
   EXPECT_TRUE(is_spent());  // both sides are of the balloon: twice its motion counts
 }
@@ -226,10 +226,10 @@ TEST(SelfContact, NoMotionWithinItsBoundsTakesAWallThroughItself) {
       lumen.view.motion.x[v] +=
           allowed_share(lumen.view, v, move, lumen.view.contact.near.max_move[0]) * move;
     }
-    ASSERT_EQ(self_crossing_count(lumen.scene.wall_triangles, lumen.positions()), 0) << round;
+    ASSERT_EQ(self_crossing_count(lumen.scene.wall.triangles, lumen.positions()), 0) << round;
     lumen.renew();
   }
-  EXPECT_GT(self_crossing_count(lumen.scene.wall_triangles, free), 0);
+  EXPECT_GT(self_crossing_count(lumen.scene.wall.triangles, free), 0);
 }
 
 TEST(SelfContact, ASmoothWallDoesNotMeetItself) {
@@ -250,7 +250,7 @@ TEST(SelfContact, IsLookedForAroundASlackBalloonOnly) {
   EXPECT_EQ(make_scene(narrow_lumen(), options).self_distance, 0.0);
   options.membrane = MembraneModel::relaxed;
   EXPECT_GT(make_scene(narrow_lumen(), options).self_distance, 0.0);
-  EXPECT_FALSE(make_scene(narrow_lumen(), options).has_folds);
+  EXPECT_FALSE(make_scene(narrow_lumen(), options).balloon.has_folds);
 }
 
 struct Unfolding {
@@ -266,7 +266,7 @@ Unfolding unfold(bool self_contact) {
   balloon.length = 2.6;
   const SimulationModel model = testing::folded_model(balloon);
   SimulationOptions options = with_self_contact();
-  options.self_contact = self_contact;
+  options.contact.self_contact = self_contact;
   options.inflation.inflate_s = 0.3;
   options.inflation.hold_s = 0.05;
   options.inflation.deflate_s = options.frame_s;
@@ -290,7 +290,7 @@ TEST(SelfContact, LetsABalloonUnfoldWithoutACrossing) {
 
 TEST(SelfContact, IsNotLookedForBesideThePapersProjections) {
   SimulationOptions contact = with_self_contact(), gas = with_self_contact();
-  contact.contact_model = ContactModel::paper;
+  contact.contact.model = ContactModel::paper;
   gas.gas_model = GasModel::per_tet;
   gas.inflation.control = InflationControl::volume;
   const SimulationModel model = testing::folded_model({});
@@ -320,7 +320,7 @@ TEST(SelfContact, RefusesAStartShapeThatCrossesOrTouchesItself) {
     model.balloon.vertices[v] = start[v] + way * (middle - start[v]);
     EXPECT_THROW(make_scene(model, with_self_contact()), InputError) << way;
     SimulationOptions without = with_self_contact();
-    without.self_contact = false;
+    without.contact.self_contact = false;
     EXPECT_NO_THROW(make_scene(model, without));
   }
 }

@@ -39,7 +39,7 @@ TEST(SuccessWatch, OfARunThatEndsRightSaysNothing) {
 TEST(SuccessWatch, ACrossingIsAFailureThatNamesItsFrame) {
   Watched t;
   SimulationFrame frame = t.frame(21);
-  frame.max_penetration_mm = 1e-3;
+  frame.contact.max_penetration_mm = 1e-3;
   t.watch.add(t.state, frame);
   t.watch.add(t.state, t.frame(22));
   EXPECT_NE(t.watch.failure().find("frame 21"), std::string::npos) << t.watch.failure();
@@ -69,10 +69,10 @@ TEST(SuccessWatch, ForcesOffBalanceInAnyFrameAreAFailure) {
 
 TEST(SuccessWatch, DoesNotJudgeWhatIsForComparison) {
   Watched t;
-  t.options.contact_model = ContactModel::paper;
+  t.options.contact.model = ContactModel::paper;
   SuccessWatch watch(t.scene, t.model, t.options);
   SimulationFrame frame = t.frame(1);
-  frame.max_penetration_mm = 0.01;
+  frame.contact.max_penetration_mm = 0.01;
   watch.add(t.state, frame);
   EXPECT_EQ(watch.failure(), "");
 }

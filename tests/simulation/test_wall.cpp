@@ -48,7 +48,7 @@ struct Wall {
   void let_flow(const PlasticFlow<double>& law, double time) {
     fit();
     view.motion.dt = time;
-    for (int c = 0; c < scene.slabs.count(); ++c) flow_slab(view, law, c, OneLane{});
+    for (int c = 0; c < scene.wall.slabs.count(); ++c) flow_slab(view, law, c, OneLane{});
     view.motion.dt = 1e6;
   }
   // Long enough for all strain to flow, and for the rotations to follow.
@@ -73,7 +73,7 @@ struct Wall {
   double energy_along() {
     fit();
     double sum = 0.0;
-    for (int c = 0; c < scene.slabs.count(); ++c)
+    for (int c = 0; c < scene.wall.slabs.count(); ++c)
       for (int e = view.slabs.shape.begin[c]; e < view.slabs.shape.begin[c + 1]; ++e) {
         const Vec3& p = x[std::size_t(scene.bodies.wall().first + view.slabs.shape.vertex[e])];
         const double off = dot(view.slabs.fit.axis[c], p - view.slabs.fit.centre[c]) -
@@ -83,14 +83,14 @@ struct Wall {
     return sum;
   }
   void fit() {
-    for (int c = 0; c < scene.slabs.count(); ++c) fit_slab(view, c, OneLane{});
+    for (int c = 0; c < scene.wall.slabs.count(); ++c) fit_slab(view, c, OneLane{});
     for (int i = 0; i < scene.bodies.wall().count; ++i) set_goal(view, i);
   }
 };
 
 TEST(Wall, EveryVertexBelongsToASlabAndSlabsOverlap) {
   const Wall wall;
-  const WallSlabs& c = wall.scene.slabs;
+  const WallSlabs& c = wall.scene.wall.slabs;
   int shared = 0;
   for (int v = 0; v < wall.scene.bodies.wall().count; ++v) {
     const int count = c.slab_vertex_begin[std::size_t(v) + 1] - c.slab_vertex_begin[std::size_t(v)];
@@ -119,7 +119,7 @@ TEST(Wall, CarriesTheThinRingsPressureWhenWidened) {
     const int v = wall.scene.bodies.wall().first + i;
     const Vec3 outward = normalized(Vec3{wall.x[std::size_t(v)].x, wall.x[std::size_t(v)].y, 0.0});
     force -= dot(wall_forces(wall.view, v, OneLane{}).force, outward);
-    area += wall.scene.wall_area[std::size_t(i)];
+    area += wall.scene.wall.area[std::size_t(i)];
   }
   const double expected = 1e6 * thickness * dr / (r * r);  // E t dr / r^2, E = 1 MPa
   EXPECT_NEAR(force / area, expected, 0.02 * expected);
@@ -142,7 +142,7 @@ TEST(Wall, PressedTogetherBearsWhatWallAndPlaqueBearThatCannotGiveWay) {
     for (int i = 0; i < wall.scene.bodies.wall().count; ++i) {
       moment -= wall.force_along(i).z *
                 wall.scene.start[std::size_t(wall.scene.bodies.wall().first + i)].z;
-      area += wall.scene.wall_area[std::size_t(i)];
+      area += wall.scene.wall.area[std::size_t(i)];
     }
     const double depth =
         2.0 * r * ratio / (1.0 - 2.0 * ratio) + (healthy * healthy - r * r) / (2.0 * r);
@@ -206,7 +206,7 @@ TEST(Wall, StretchOfAWidenedSlabIsItsWidening) {
   Wall wall(16);
   wall.shape([](const Vec3& p) { return Vec3{1.3 * p.x, 1.3 * p.y, p.z}; });
   wall.fit();
-  const Mat3 stretch = elastic_map(wall.view, wall.scene.slabs.count() / 2, OneLane{}).linear;
+  const Mat3 stretch = elastic_map(wall.view, wall.scene.wall.slabs.count() / 2, OneLane{}).linear;
   EXPECT_NEAR(stretch(0, 0), 1.3, 1e-6);
   EXPECT_NEAR(stretch(1, 1), 1.3, 1e-6);
   EXPECT_NEAR(stretch(2, 2), 1.0, 1e-6);
@@ -261,7 +261,7 @@ TEST(QuadraticWall, ResistsUnevenShapesByOneLessBeta) {
     wall.shape(kQuadratic[4].of);
     wall.fit();
     // What the goals of a slab leave of its modes.
-    const int c = wall.scene.slabs.count() / 2;
+    const int c = wall.scene.wall.slabs.count() / 2;
     double most = 0.0;
     for (int k = 0; k < kShapeModes; ++k) {
       const Vec3 all = best_mode(wall.view, c, k, wall.view.slabs.fit.centre[c], OneLane{});
@@ -298,7 +298,7 @@ TEST(Wall, KeepsTheSetOfAHeldStretchThatTheFormulaGives) {
       wall.shape([&](const Vec3& p) { return Vec3{held * p.x, held * p.y, p.z}; });
       for (int step = 0; step < 20; ++step) wall.let_flow({yield, creep, 3.0}, time / 20);
       const double set = yield < held - 1.0 ? held - (held - 1.0) * std::exp(-time * creep) : 1.0;
-      for (int c = 0; c < wall.scene.slabs.count(); ++c) {
+      for (int c = 0; c < wall.scene.wall.slabs.count(); ++c) {
         const Mat3& plastic = wall.view.slabs.fit.plastic[c];
         EXPECT_NEAR(plastic(0, 0), set, 1e-6);
         EXPECT_NEAR(plastic(1, 1), set, 1e-6);
