@@ -50,20 +50,6 @@ LayeredWall renumbered(const LayeredWall& wall, const std::vector<int>& new_vert
   return result;
 }
 
-void set_columns(int columns, WallSolid& solid) {
-  std::vector<std::vector<int>> patches(at(columns));
-  for (int w = 0; w < solid.model.wedge_count(); ++w)
-    for (int a = 0; a < 3; ++a)
-      patches[at(solid.model.corners[at(6 * w + a)] % columns)].push_back(solid.model.patch[at(w)]);
-  solid.patch_begin.assign(1, 0);
-  for (std::vector<int>& list : patches) {
-    std::sort(list.begin(), list.end());
-    list.erase(std::unique(list.begin(), list.end()), list.end());
-    solid.patches.insert(solid.patches.end(), list.begin(), list.end());
-    solid.patch_begin.push_back(static_cast<int>(solid.patches.size()));
-  }
-}
-
 // Without a balance there is no wall; one that is not quite the shape that was seen is told.
 void check_balance(const WallSolution& seen, std::vector<std::string>& warnings) {
   if (seen.converged) return;
@@ -84,6 +70,42 @@ void check_balance(const WallSolution& seen, std::vector<std::string>& warnings)
 }
 
 }  // namespace
+
+ColumnLists list_columns(const SolidModel& model, int column_count) {
+  std::vector<std::vector<int>> patches(at(column_count)), links(at(column_count));
+  std::vector<std::vector<ColumnWedge>> wedges(at(column_count));
+  const auto column = [&](int w, int a) { return model.corners[at(6 * w + a)] % column_count; };
+  for (int w = 0; w < model.wedge_count(); ++w)
+    for (int a = 0; a < 3; ++a) {
+      const int i = column(w, a);
+      patches[at(i)].push_back(model.patch[at(w)]);
+      for (const int side : {1, 2}) links[at(i)].push_back(column(w, (a + side) % 3));
+      wedges[at(i)].push_back({w, a, {}});
+    }
+  ColumnLists lists;
+  lists.patch_begin = lists.wedge_begin = lists.link_begin = {0};
+  for (int i = 0; i < column_count; ++i) {
+    for (auto* list : {&patches[at(i)], &links[at(i)]}) {
+      std::sort(list->begin(), list->end());
+      list->erase(std::unique(list->begin(), list->end()), list->end());
+    }
+    const std::vector<int>& beside = links[at(i)];
+    for (ColumnWedge& wedge : wedges[at(i)])
+      for (int side = 0; side < 2; ++side)
+        wedge.link[side] =
+            lists.link_begin.back() +
+            static_cast<int>(std::lower_bound(beside.begin(), beside.end(),
+                                              column(wedge.wedge, (wedge.corner + 1 + side) % 3)) -
+                             beside.begin());
+    lists.patches.insert(lists.patches.end(), patches[at(i)].begin(), patches[at(i)].end());
+    lists.links.insert(lists.links.end(), beside.begin(), beside.end());
+    lists.wedges.insert(lists.wedges.end(), wedges[at(i)].begin(), wedges[at(i)].end());
+    lists.patch_begin.push_back(static_cast<int>(lists.patches.size()));
+    lists.wedge_begin.push_back(static_cast<int>(lists.wedges.size()));
+    lists.link_begin.push_back(static_cast<int>(lists.links.size()));
+  }
+  return lists;
+}
 
 std::vector<std::array<int, 2>> patch_partners(const LayeredWall& wall) {
   const int columns = column_count(wall);
@@ -126,7 +148,7 @@ WallSolid make_wall_solid(const LayeredWall& wall, const std::vector<int>& order
   solid.seen.vertices = solid.wall.vertices;
   solid.model = make_solid_model(solid.wall, options);
   set_memory(solid.seen, solid.model);
-  set_columns(columns, solid);
+  solid.columns = list_columns(solid.model, columns);
   solid.blood_pressure = units::pascal_from_kilopascal(options.blood_pressure_kpa);
   return solid;
 }

@@ -10,16 +10,27 @@
 /// The layered wall within a scene: renumbered as its lumen, pre-stressed, and sorted by columns.
 namespace angio::simulation::detail {
 
+/// Arrays of SolidColumns.
+struct ColumnLists {
+  std::vector<int> patch_begin, patches;
+  std::vector<int> wedge_begin;
+  std::vector<ColumnWedge> wedges;
+  std::vector<int> link_begin, links;
+};
+
 struct WallSolid {
   LayeredWall wall;  ///< vertex of column i at a level: level * column_count + i
   SolidModel model;  ///< of `wall`
   WallState seen;    ///< with its pre-stress
   int levels = 0;    ///< vertices of a column; 0: there is no solid
-  std::vector<int> patch_begin, patches;  ///< as SolidColumns
-  std::vector<int> caller_vertex;         ///< of a vertex, in the caller's numbering
-  double blood_pressure = 0.0;            ///< [Pa]
+  ColumnLists columns;
+  std::vector<int> caller_vertex;  ///< of a vertex, in the caller's numbering
+  double blood_pressure = 0.0;     ///< [Pa]
   std::vector<std::string> warnings;
 };
+
+/// @param column_count  vertices of the solid's first level
+ColumnLists list_columns(const SolidModel& model, int column_count);
 
 /// Pairs of columns that share a patch: they may not be moved at the same time.
 std::vector<std::array<int, 2>> patch_partners(const LayeredWall& wall);

@@ -198,6 +198,28 @@ SlabsView<Real> make_slabs_view(const Scene& scene, const WallMaterial& wall, Me
   return view;
 }
 
+/// Without tangents: the first sweep takes them.
+template <class Real, class Memory>
+ColumnRows<Real> make_column_rows(const LayeredWallView<Real>& view, Memory& memory) {
+  const auto wedges = std::size_t(view.wedge_count), links = std::size_t(view.link_count),
+             levels = std::size_t(view.columns.levels), patches = std::size_t(view.patch_count),
+             rows = levels * std::size_t(view.columns.stride),
+             column_patches = std::size_t(view.column_patch_count);
+  ColumnRows<Real> out;
+  out.tangents = memory.template allocate<WedgeTangent<Real>>(wedges);
+  out.is_new = memory.template allocate<char>(wedges);
+  out.wedge_volume = memory.template allocate<Real>(wedges);
+  out.patch_volume = memory.template allocate<Real>(patches);
+  out.constant = memory.template allocate<Vec3T<Real>>(rows);
+  out.pivot = memory.template allocate<Mat3T<Real>>(rows);
+  out.upper = memory.template allocate<Mat3T<Real>>(rows);
+  out.above = memory.template allocate<Mat3T<Real>>(rows);
+  out.beside = memory.template allocate<Mat3T<Real>>(3 * levels * links);
+  out.by_low = memory.template allocate<Vec3T<Real>>(column_patches);
+  out.by_high = memory.template allocate<Vec3T<Real>>(column_patches);
+  return out;
+}
+
 template <class Real, class Memory>
 LayeredWallView<Real> make_layered_view(const Scene& scene, Memory& memory) {
   const WallSolid& wall = scene.wall.solid;
@@ -207,7 +229,9 @@ LayeredWallView<Real> make_layered_view(const Scene& scene, Memory& memory) {
   view.wedge_count = model.wedge_count();
   view.patch_count = model.patch_count();
   view.region_count = int(model.laws.size());
-  view.column_patch_count = int(wall.patches.size());
+  view.column_patch_count = int(wall.columns.patches.size());
+  view.column_wedge_count = int(wall.columns.wedges.size());
+  view.link_count = int(wall.columns.links.size());
   view.points = memory.store(converted_all<Real>(model.points));
   view.plastic_strain = memory.store(std::vector<Real>(model.points.size()));
   SolidView<Real>& solid = view.solid;
@@ -219,8 +243,16 @@ LayeredWallView<Real> make_layered_view(const Scene& scene, Memory& memory) {
   solid.patch_begin = memory.store(model.patch_begin);
   solid.patch_wedges = memory.store(model.patch_wedges);
   solid.patch_volume = memory.store(converted_all<Real>(model.patch_volume));
-  view.columns = {wall.levels, scene.bodies.wall().count, memory.store(wall.wall.layer),
-                  memory.store(wall.patch_begin), memory.store(wall.patches)};
+  view.columns = {wall.levels,
+                  scene.bodies.wall().count,
+                  memory.store(wall.wall.layer),
+                  memory.store(wall.columns.patch_begin),
+                  memory.store(wall.columns.patches),
+                  memory.store(wall.columns.wedge_begin),
+                  memory.store(wall.columns.wedges),
+                  memory.store(wall.columns.link_begin),
+                  memory.store(wall.columns.links)};
+  view.rows = make_column_rows<Real>(view, memory);
   view.blood_pressure = Real(wall.blood_pressure);
   return view;
 }

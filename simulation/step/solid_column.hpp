@@ -1,90 +1,99 @@
 #pragma once
 
-#include "simulation/materials/solid.hpp"
+#include "simulation/materials/wedge_tangent.hpp"
 
 /// The wall's solid by columns: the copies of one lumen vertex through the wall are moved together,
 /// by one Newton step in their own block of 3 x 3 blocks. Vertex by vertex the thin, nearly
 /// incompressible layers hand a load on one sweep at a time.
+///
+/// The wedges' laws are evaluated only where they have been strained since the last time
+/// (wedge_tangent.hpp). A column keeps its row of the sum of all tangents, and its own block
+/// eliminated from the outside in, so that a sweep costs products only; what varies from sweep to
+/// sweep, the contact, is on its first vertex.
 namespace angio::simulation::detail {
 
 inline constexpr int kMostColumnLevels = 8;
+/// Strain since a wedge's tangent was taken above which it is taken again.
+inline constexpr double kTangentStrain = 2e-3;
+
+/// A wedge at a column: it has the corners `corner` and corner + 3.
+struct ColumnWedge {
+  int wedge = 0, corner = 0;
+  int link[2] = {0, 0};  ///< to the columns of the corners after it, corner + 1 and corner + 2
+};
 
 /// The columns of a solid whose vertices are numbered level by level, the lumen's first: the vertex
 /// of column i at a level is level * stride + i.
-template <class Real>
 struct SolidColumns {
   int levels = 0;  ///< vertices of a column; 0: there is no solid
   int stride = 0;
   const int* layer = nullptr;        ///< [wedge]
   const int* patch_begin = nullptr;  ///< [column + 1]
   const int* patches = nullptr;      ///< those with a wedge at the column
+  const int* wedge_begin = nullptr;  ///< [column + 1]
+  const ColumnWedge* wedges = nullptr;
+  const int* link_begin = nullptr;  ///< [column + 1]
+  const int* links = nullptr;       ///< the columns that share a wedge with it
 };
 
-/// Gradient and the symmetric block tridiagonal Hessian of a column.
+/// What the columns keep of the solid's tangents.
 template <class Real>
-struct ColumnTerm {
-  Vec3T<Real> gradient[kMostColumnLevels];
-  Mat3T<Real> diagonal[kMostColumnLevels];
-  Mat3T<Real> upper[kMostColumnLevels];  ///< block (l, l + 1)
+struct ColumnRows {
+  WedgeTangent<Real>* tangents = nullptr;  ///< [wedge]
+  char* is_new = nullptr;                  ///< [wedge] taken in this sweep
+  Real* wedge_volume = nullptr;            ///< [wedge] by the tangent
+  Real* patch_volume = nullptr;            ///< [patch] now; a column that moves adds its part
+  Vec3T<Real>* constant = nullptr;         ///< [column][level]
+  Mat3T<Real>* pivot = nullptr;  ///< [column][level], inverted but for the first, which has contact
+  Mat3T<Real>* upper = nullptr;  ///< [column][level]: the Newton step's block (l, l + 1)
+  Mat3T<Real>* above = nullptr;  ///< [column][level]: the gradient's block (l, l + 1)
+  Mat3T<Real>* beside = nullptr;  ///< [link][level][3]: blocks to the link's levels l - 1, l, l + 1
+  Vec3T<Real>* by_low = nullptr;  ///< [patch of a column] dv/dx of the patch at its lower level
+  Vec3T<Real>* by_high = nullptr;
 };
 
-/// Adds a wedge's points to a column that has the corners a and a + 3.
+/// Takes the tangents of the wedges that have been strained, and the volumes of all.
 template <class Real>
-ANGIO_HOST_DEVICE inline void add_column_wedge(const SolidWedge<Real>& wedge, const Vec3T<Real>* x,
-                                               int a, int l, ColumnTerm<Real>& term) {
-  for (int q = 0; q < kWedgePoints; ++q) {
-    const SolidPoint<Real>& point = wedge.points[q];
-    SolidTangent<Real> tangent;
-    const SolidStress<Real> s =
-        solid_stress(wedge.law, wedge.fiber, solid::deformation(point, x), tangent);
-    if (!s.valid) continue;
-    const SeenGradient<Real> low = seen_gradient(tangent, point.g[a]);
-    const SeenGradient<Real> high = seen_gradient(tangent, point.g[a + 3]);
-    term.gradient[l] += point.weight * (s.p * low.g);
-    term.gradient[l + 1] += point.weight * (s.p * high.g);
-    term.diagonal[l] += point.weight * solid_block(tangent, low, low);
-    term.diagonal[l + 1] += point.weight * solid_block(tangent, high, high);
-    term.upper[l] += point.weight * solid_block(tangent, low, high);
+ANGIO_HOST_DEVICE inline void renew_wedge(const SolidView<Real>& view, const ColumnRows<Real>& rows,
+                                          int w) {
+  Vec3T<Real> x[6];
+  view.gather(w, x);
+  WedgeTangent<Real>& t = rows.tangents[w];
+  rows.is_new[w] = !t.is_taken || has_moved(t, x, Real(kTangentStrain));
+  if (rows.is_new[w]) {
+    const int patch = view.patch[w];
+    Real volume = 0;
+    for (int m = view.patch_begin[patch]; m < view.patch_begin[patch + 1]; ++m) {
+      Vec3T<Real> y[6];
+      view.gather(view.patch_wedges[m], y);
+      volume += wedge_volume(y);
+    }
+    const Real bulk = view.laws[view.region[w]].bulk;
+    take_tangent(view, w, volume_energy(bulk, volume / view.patch_volume[patch]).d1, t);
   }
+  rows.wedge_volume[w] = tangent_volume(t, x);
 }
 
-/// Adds the patches around a column, each by one of the lanes (team.hpp).
-template <class Real, class Lanes>
-ANGIO_HOST_DEVICE inline void add_solid_column(const SolidView<Real>& view,
-                                               const SolidColumns<Real>& columns, int column,
-                                               const Lanes& lanes, ColumnTerm<Real>& term) {
-  for (int e = columns.patch_begin[column] + lanes.rank(); e < columns.patch_begin[column + 1];
-       e += lanes.size()) {
-    const int patch = columns.patches[e], begin = view.patch_begin[patch];
-    const int first = view.patch_wedges[begin], l = columns.layer[first];
-    Vec3T<Real> low, high;  // dv/dx of the patch
-    Real volume = 0;
-    for (int m = begin; m < view.patch_begin[patch + 1]; ++m) {
-      const int w = view.patch_wedges[m];
-      Vec3T<Real> x[6];
-      view.gather(w, x);
-      int a = 0;
-      while (a < 3 && view.corners[6 * w + a] != l * columns.stride + column) ++a;
-      for (int q = 0; q < kWedgePoints; ++q) {
-        const Mat3T<Real> j = solid::jacobian(x, q);
-        volume += solid::parametric_weight<Real>() * determinant(j);
-        if (a == 3) continue;
-        const Mat3T<Real> c = solid::parametric_weight<Real>() * solid::cofactor(j);
-        low += c * solid::parametric_gradient<Real>(a, q);
-        high += c * solid::parametric_gradient<Real>(a + 3, q);
-      }
-      if (a < 3) add_column_wedge(view.wedge(w), x, a, l, term);
-    }
-    const Real unloaded = view.patch_volume[patch];
-    const VolumeEnergy<Real> u =
-        volume_energy(view.laws[view.region[first]].bulk, volume / unloaded);
-    const Real k = u.d2 / unloaded;
-    term.gradient[l] += u.d1 * low;
-    term.gradient[l + 1] += u.d1 * high;
-    term.diagonal[l] += k * outer(low, low);
-    term.diagonal[l + 1] += k * outer(high, high);
-    term.upper[l] += k * outer(low, high);
-  }
+template <class Real>
+ANGIO_HOST_DEVICE inline void renew_patch(const SolidView<Real>& view, const ColumnRows<Real>& rows,
+                                          int patch) {
+  Real volume = 0;
+  for (int m = view.patch_begin[patch]; m < view.patch_begin[patch + 1]; ++m)
+    volume += rows.wedge_volume[view.patch_wedges[m]];
+  rows.patch_volume[patch] = volume;
+}
+
+/// U' and U'' of a patch by its volume now.
+template <class Real>
+ANGIO_HOST_DEVICE inline VolumeEnergy<Real> patch_energy_now(const SolidView<Real>& view,
+                                                             const ColumnRows<Real>& rows,
+                                                             int patch) {
+  const Real unloaded = view.patch_volume[patch];
+  const int first = view.patch_wedges[view.patch_begin[patch]];
+  VolumeEnergy<Real> u =
+      volume_energy(view.laws[view.region[first]].bulk, rows.patch_volume[patch] / unloaded);
+  u.d2 /= unloaded;
+  return u;
 }
 
 /// The inverse of a symmetric matrix whose eigenvalues below `least` are raised to it. Those of the
@@ -100,28 +109,172 @@ ANGIO_HOST_DEVICE inline Mat3T<Real> inverse_above(const Mat3T<Real>& a, Real le
   return recomposed(e);
 }
 
-/// The Newton step of a column, -H^-1 g, with H made positive definite on the way: the block
-/// elimination's pivots keep their eigenvalues above a small share of their trace.
+/// The inverse of a column's pivot: its eigenvalues are kept above a small share of the trace.
 template <class Real>
-ANGIO_HOST_DEVICE inline void solve_column(const ColumnTerm<Real>& term, int levels,
-                                           Vec3T<Real>* move) {
+ANGIO_HOST_DEVICE inline Mat3T<Real> inverse_pivot(const Mat3T<Real>& pivot, Real trace) {
   constexpr Real kLeast = Real(1e-4);
-  Mat3T<Real> inverse_pivot[kMostColumnLevels];
-  Vec3T<Real> right[kMostColumnLevels];
-  for (int l = 0; l < levels; ++l) {
-    Mat3T<Real> pivot = term.diagonal[l];
-    right[l] = -term.gradient[l];
-    if (l > 0) {
-      const Mat3T<Real> across = transpose(term.upper[l - 1]) * inverse_pivot[l - 1];
-      pivot += Real(-1) * (across * term.upper[l - 1]);
-      right[l] -= across * right[l - 1];
+  return inverse_above(Real(0.5) * (pivot + transpose(pivot)), kLeast * trace);
+}
+
+/// The blocks to one of the columns beside.
+template <class Real>
+ANGIO_HOST_DEVICE inline void gather_link(const SolidColumns& columns, const ColumnRows<Real>& rows,
+                                          int column, int link) {
+  Mat3T<Real>* beside = rows.beside + 3 * columns.levels * link;
+  for (int k = 0; k < 3 * columns.levels; ++k) beside[k] = {};
+  for (int n = columns.wedge_begin[column]; n < columns.wedge_begin[column + 1]; ++n) {
+    const ColumnWedge& at = columns.wedges[n];
+    for (int side = 0; side < 2; ++side) {
+      if (at.link[side] != link) continue;
+      const WedgeTangent<Real>& t = rows.tangents[at.wedge];
+      const int l = columns.layer[at.wedge], a = at.corner, b = (a + 1 + side) % 3;
+      beside[3 * l + 1] += tangent_block(t, a, b);
+      beside[3 * l + 2] += tangent_block(t, a, b + 3);
+      beside[3 * l + 3] += tangent_block(t, a + 3, b);
+      beside[3 * l + 4] += tangent_block(t, a + 3, b + 3);
     }
-    const Real trace = term.diagonal[l](0, 0) + term.diagonal[l](1, 1) + term.diagonal[l](2, 2);
-    inverse_pivot[l] = inverse_above(Real(0.5) * (pivot + transpose(pivot)), kLeast * trace);
   }
-  for (int l = levels - 1; l >= 0; --l) {
-    if (l + 1 < levels) right[l] -= term.upper[l] * move[l + 1];
-    move[l] = inverse_pivot[l] * right[l];
+}
+
+/// dv/dx of the patches around a column.
+template <class Real>
+ANGIO_HOST_DEVICE inline void gather_patch(const SolidView<Real>& view, const SolidColumns& columns,
+                                           const ColumnRows<Real>& rows, int column, int e) {
+  Vec3T<Real> low, high;
+  const int patch = columns.patches[e];
+  for (int m = view.patch_begin[patch]; m < view.patch_begin[patch + 1]; ++m) {
+    const int w = view.patch_wedges[m];
+    int a = 0;
+    while (a < 3 && view.corners[6 * w + a] % columns.stride != column) ++a;
+    if (a == 3) continue;
+    low += rows.tangents[w].by_volume[a];
+    high += rows.tangents[w].by_volume[a + 3];
+  }
+  rows.by_low[e] = low;
+  rows.by_high[e] = high;
+}
+
+/// A level's own part of the row: its constant, its pivot before the elimination, and its blocks to
+/// the level above. Positions enter as differences to the vertex itself (a wedge that moves as a
+/// whole has no force), which keeps the digits.
+template <class Real>
+ANGIO_HOST_DEVICE inline void gather_level(const SolidView<Real>& view, const SolidColumns& columns,
+                                           const ColumnRows<Real>& rows, int column, int l) {
+  Vec3T<Real> constant;
+  Mat3T<Real> own, above, volume;
+  for (int n = columns.wedge_begin[column]; n < columns.wedge_begin[column + 1]; ++n) {
+    const ColumnWedge& at = columns.wedges[n];
+    const int layer = columns.layer[at.wedge];
+    if (layer != l && layer + 1 != l) continue;
+    const WedgeTangent<Real>& t = rows.tangents[at.wedge];
+    const int a = layer == l ? at.corner : at.corner + 3;
+    constant += t.gradient[a];
+    for (int b = 0; b < 6; ++b)
+      if (b != a) constant -= tangent_block(t, a, b) * (t.x[b] - t.x[a]);
+    own += t.block[wedge_block(a, a)];
+    if (layer != l) continue;
+    above += t.block[wedge_block(a, a + 3)];
+    volume += cross_matrix(t.turn[a]);
+  }
+  // The pressure's turn of the forces makes no pivot better: the step goes without it.
+  Mat3T<Real> upper = above + Real(-1) * volume;
+  for (int e = columns.patch_begin[column]; e < columns.patch_begin[column + 1]; ++e) {
+    const int patch = columns.patches[e];
+    const int layer = columns.layer[view.patch_wedges[view.patch_begin[patch]]];
+    if (layer != l && layer + 1 != l) continue;
+    const Real k = patch_energy_now(view, rows, patch).d2;
+    const Vec3T<Real> by = layer == l ? rows.by_low[e] : rows.by_high[e];
+    own += k * outer(by, by);
+    if (layer == l) upper += k * outer(by, rows.by_high[e]);
+  }
+  const int row = column * columns.levels + l;
+  rows.constant[row] = constant;
+  rows.pivot[row] = own;
+  rows.above[row] = above;
+  rows.upper[row] = upper;
+}
+
+/// Eliminates a column's block from the outside in. @param added  to each level's pivot
+template <class Real, class Added>
+ANGIO_HOST_DEVICE inline void eliminate(const SolidColumns& columns, const ColumnRows<Real>& rows,
+                                        int column, const Added& added) {
+  const int row = column * columns.levels;
+  for (int l = columns.levels - 1; l >= 0; --l) {
+    Mat3T<Real> pivot = rows.pivot[row + l] + added(l) * Mat3T<Real>::identity();
+    const Real trace = pivot(0, 0) + pivot(1, 1) + pivot(2, 2);
+    if (l + 1 < columns.levels) {
+      const Mat3T<Real>& up = rows.upper[row + l];
+      pivot += Real(-1) * (up * rows.pivot[row + l + 1] * transpose(up));
+    }
+    rows.pivot[row + l] = l > 0 ? inverse_pivot(pivot, trace) : pivot;
+  }
+}
+
+/// The solid's gradient at a column's levels, the lanes' parts of it (team.hpp).
+template <class Real, class Lanes>
+ANGIO_HOST_DEVICE inline void add_column_gradient(const SolidView<Real>& view,
+                                                  const SolidColumns& columns,
+                                                  const ColumnRows<Real>& rows, int column,
+                                                  const Lanes& lanes, Vec3T<Real>* gradient) {
+  const int levels = columns.levels, row = column * levels;
+  const auto at = [&](int i, int l) { return view.x[l * columns.stride + i]; };
+  Vec3T<Real> x[kMostColumnLevels];
+  for (int l = 0; l < levels; ++l) x[l] = at(column, l);
+  for (int e = columns.link_begin[column] + lanes.rank(); e < columns.link_begin[column + 1];
+       e += lanes.size()) {
+    const int other = columns.links[e];
+    const Mat3T<Real>* beside = rows.beside + 3 * levels * e;
+    for (int m = 0; m < levels; ++m) {
+      const Vec3T<Real> y = at(other, m);
+      for (int l = m > 0 ? m - 1 : 0; l < levels && l <= m + 1; ++l)
+        gradient[l] += beside[3 * l + 1 + m - l] * (y - x[l]);
+    }
+  }
+  for (int e = columns.patch_begin[column] + lanes.rank(); e < columns.patch_begin[column + 1];
+       e += lanes.size()) {
+    const int patch = columns.patches[e];
+    const int l = columns.layer[view.patch_wedges[view.patch_begin[patch]]];
+    const Real pressure = patch_energy_now(view, rows, patch).d1;
+    gradient[l] += pressure * rows.by_low[e];
+    gradient[l + 1] += pressure * rows.by_high[e];
+  }
+  if (lanes.rank() > 0) return;
+  for (int l = 0; l < levels; ++l) {
+    gradient[l] += rows.constant[row + l];
+    if (l + 1 == levels) break;
+    gradient[l] += rows.above[row + l] * (x[l + 1] - x[l]);
+    gradient[l + 1] += transpose(rows.above[row + l]) * (x[l] - x[l + 1]);
+  }
+}
+
+/// The Newton step of a column, -(H + C)^-1 g, C the contact's Hessian on its first vertex.
+template <class Real>
+ANGIO_HOST_DEVICE inline void solve_column(const SolidColumns& columns,
+                                           const ColumnRows<Real>& rows, int column,
+                                           const Mat3T<Real>& contact, Vec3T<Real>* gradient,
+                                           Vec3T<Real>* move) {
+  const int levels = columns.levels, row = column * levels;
+  for (int l = levels - 1; l > 0; --l)
+    gradient[l - 1] -= rows.upper[row + l - 1] * (rows.pivot[row + l] * gradient[l]);
+  const Mat3T<Real> first = rows.pivot[row] + contact;
+  move[0] =
+      Real(-1) * (inverse_pivot(first, first(0, 0) + first(1, 1) + first(2, 2)) * gradient[0]);
+  for (int l = 1; l < levels; ++l)
+    move[l] = Real(-1) * (rows.pivot[row + l] *
+                          (gradient[l] + transpose(rows.upper[row + l - 1]) * move[l - 1]));
+}
+
+/// Tells the patches around a column that it moves.
+template <class Real, class Lanes>
+ANGIO_HOST_DEVICE inline void move_patches(const SolidView<Real>& view, const SolidColumns& columns,
+                                           const ColumnRows<Real>& rows, int column, Real share,
+                                           const Vec3T<Real>* move, const Lanes& lanes) {
+  for (int e = columns.patch_begin[column] + lanes.rank(); e < columns.patch_begin[column + 1];
+       e += lanes.size()) {
+    const int patch = columns.patches[e];
+    const int l = columns.layer[view.patch_wedges[view.patch_begin[patch]]];
+    rows.patch_volume[patch] +=
+        share * (dot(rows.by_low[e], move[l]) + dot(rows.by_high[e], move[l + 1]));
   }
 }
 

@@ -41,6 +41,9 @@ ANGIO_HOST_DEVICE inline void refresh(Team& team, const StepView<Real>& s) {
 template <class Real, class Team>
 ANGIO_HOST_DEVICE inline void sweep_wall(Team& team, const StepView<Real>& s, SweepSums& sums) {
   const double net_before = sums.net, load_before = sums.load;
+  if constexpr (Team::kSolids) {
+    if (s.layered.columns.levels > 0) renew_columns(team, s);
+  }
   for (int color = 0; color < s.wall.mesh.colors; ++color) {
     const int first = s.wall.mesh.color_begin[color],
               count = s.wall.mesh.color_begin[color + 1] - first;

@@ -31,44 +31,71 @@ struct ColumnMove {
   double net = 0.0, load = 0.0;  ///< squared [uN^2]
 };
 
-/// Sums what the lanes have gathered of a column.
-template <class Real, class Lanes>
-ANGIO_HOST_DEVICE inline void gather_column(const Lanes& lanes, int levels,
-                                            ColumnTerm<Real>& term) {
-  for (int l = 0; l < levels; ++l) {
-    term.gradient[l] = sum_over(lanes, term.gradient[l]);
-    term.diagonal[l] = sum_over(lanes, term.diagonal[l]);
-    if (l + 1 < levels) term.upper[l] = sum_over(lanes, term.upper[l]);
-  }
+/// What holds a level of a column beside the solid: inertia, and the surrounding tissue the last
+/// [uN/mm].
+template <class Real>
+ANGIO_HOST_DEVICE inline Real hold_of_level(const StepView<Real>& s, int column, int l) {
+  const Real inertia = s.motion.mass[column_vertex(s, column, l)] / (s.motion.dt * s.motion.dt);
+  return l + 1 < s.layered.columns.levels ? inertia : inertia + s.wall.foundation[column];
+}
+
+/// Takes the tangents of the wedges that have been strained, and renews the columns around them.
+template <class Real, class Team>
+ANGIO_HOST_DEVICE inline void renew_columns(Team& team, const StepView<Real>& s) {
+  const SolidView<Real>& solid = s.layered.solid;
+  const SolidColumns& columns = s.layered.columns;
+  const ColumnRows<Real>& rows = s.layered.rows;
+  team.template for_each<1>(s.layered.wedge_count,
+                            [&](int w, const auto&) { renew_wedge(solid, rows, w); });
+  team.barrier();
+  team.template for_each<1>(s.layered.patch_count,
+                            [&](int p, const auto&) { renew_patch(solid, rows, p); });
+  team.barrier();
+  const int moving = s.wall.mesh.color_begin[s.wall.mesh.colors] - s.bodies.wall().first;
+  team.template for_each<Team::kVertexLanes>(moving, [&](int column, const auto& lanes) {
+    bool is_new = false;
+    for (int n = columns.wedge_begin[column]; n < columns.wedge_begin[column + 1]; ++n)
+      is_new = is_new || rows.is_new[columns.wedges[n].wedge];
+    if (!is_new) return;
+    for (int e = columns.link_begin[column] + lanes.rank(); e < columns.link_begin[column + 1];
+         e += lanes.size())
+      gather_link(columns, rows, column, e);
+    for (int e = columns.patch_begin[column] + lanes.rank(); e < columns.patch_begin[column + 1];
+         e += lanes.size())
+      gather_patch(solid, columns, rows, column, e);
+    lanes.sync();
+    for (int l = lanes.rank(); l < columns.levels; l += lanes.size())
+      gather_level(solid, columns, rows, column, l);
+    lanes.sync();
+    if (lanes.rank() == 0)
+      eliminate(columns, rows, column, [&](int l) { return hold_of_level(s, column, l); });
+  });
+  team.barrier();
 }
 
 template <class Real, class Lanes>
 ANGIO_HOST_DEVICE inline ColumnMove<Real> propose_column(const StepView<Real>& s, int v,
                                                          const Lanes& lanes) {
   const int column = v - s.bodies.wall().first, levels = s.layered.columns.levels;
-  ColumnTerm<Real> term;
-  add_solid_column(s.layered.solid, s.layered.columns, column, lanes, term);
-  gather_column(lanes, levels, term);
+  Vec3T<Real> gradient[kMostColumnLevels];
+  add_column_gradient(s.layered.solid, s.layered.columns, s.layered.rows, column, lanes, gradient);
+  for (int l = 0; l < levels; ++l) gradient[l] = sum_over(lanes, gradient[l]);
   VertexForces<Real> lumen;
   if (s.contact.candidates.count > 0) add_contact(s, v, lanes, lumen);
   gather(s, lanes, lumen);
-  const Real load = norm(term.gradient[0]) + lumen.magnitude;
-  term.gradient[0] -= lumen.force + blood_force(s, column);
-  term.diagonal[0] += lumen.hessian;
+  const Real load = norm(gradient[0]) + lumen.magnitude;
+  gradient[0] -= lumen.force + blood_force(s, column);
   const int last = column_vertex(s, column, levels - 1);
-  term.gradient[levels - 1] +=
-      s.wall.foundation[column] * (s.motion.x[last] - s.motion.start[last]);
-  term.diagonal[levels - 1] += s.wall.foundation[column] * Mat3T<Real>::identity();
+  gradient[levels - 1] += s.wall.foundation[column] * (s.motion.x[last] - s.motion.start[last]);
   ColumnMove<Real> out;
   for (int l = 0; l < levels; ++l) {
     const int u = column_vertex(s, column, l);
     const Real k = s.motion.mass[u] / (s.motion.dt * s.motion.dt);
-    term.gradient[l] += k * (s.motion.x[u] - s.motion.x_inertial[u]);
-    term.diagonal[l] += k * Mat3T<Real>::identity();
-    out.net += double(norm_squared(term.gradient[l]));
+    gradient[l] += k * (s.motion.x[u] - s.motion.x_inertial[u]);
+    out.net += double(norm_squared(gradient[l]));
   }
   out.load = double(load) * double(load);
-  solve_column(term, levels, out.move);
+  solve_column(s.layered.columns, s.layered.rows, column, lumen.hessian, gradient, out.move);
   return out;
 }
 
@@ -95,9 +122,11 @@ ANGIO_HOST_DEVICE inline Real take_column(const StepView<Real>& s, int v, const 
   const int column = v - s.bodies.wall().first;
   const Real upright = upright_share(s, column, proposed.move);
   const Real bounded = allowed_share(s, v, upright * proposed.move[0], travel);
+  const Real share = bounded * upright;
+  move_patches(s.layered.solid, s.layered.columns, s.layered.rows, column, share, proposed.move,
+               lanes);
   lanes.sync();
   if (lanes.rank() > 0) return bounded;
-  const Real share = bounded * upright;
   move_wall_vertex(s, v, share * proposed.move[0]);
   for (int l = 1; l < s.layered.columns.levels; ++l)
     s.motion.x[column_vertex(s, column, l)] += share * proposed.move[l];
@@ -119,6 +148,7 @@ ANGIO_HOST_DEVICE inline void flow_wedge(const StepView<Real>& s, int w) {
     const Mat3T<Real> back = transpose(inverse(step.growth));
     for (int a = 0; a < 6; ++a) point.g[a] = back * point.g[a];
     s.layered.plastic_strain[kWedgePoints * w + q] += step.strain;
+    s.layered.rows.tangents[w].is_taken = false;
   }
 }
 

@@ -220,12 +220,13 @@ struct SlabsView {
 template <class Real>
 struct LayeredWallView {
   SolidView<Real> solid;  ///< its positions and points are set by `link`
-  SolidColumns<Real> columns;
+  SolidColumns columns;
+  ColumnRows<Real> rows;
   Real blood_pressure = 0;  ///< [Pa]
   int wedge_count = 0, patch_count = 0, region_count = 0;
-  int column_patch_count = 0;          ///< of all columns
-  SolidPoint<Real>* points = nullptr;  ///< those of `solid`
-  Real* plastic_strain = nullptr;      ///< [point]
+  int column_patch_count = 0, column_wedge_count = 0, link_count = 0;  ///< of all columns
+  SolidPoint<Real>* points = nullptr;                                  ///< those of `solid`
+  Real* plastic_strain = nullptr;                                      ///< [point]
 
   [[nodiscard]] ANGIO_HOST_DEVICE int point_count() const { return kWedgePoints * wedge_count; }
 
@@ -238,9 +239,19 @@ struct LayeredWallView {
     visit(ArrayRole::model, region_count, solid.laws);
     visit(ArrayRole::model, patch_count + 1, solid.patch_begin);
     visit(ArrayRole::model, patch_count, solid.patch_volume);
-    visit(ArrayRole::model, columns.stride + 1, columns.patch_begin);
+    visit(ArrayRole::model, columns.stride + 1, columns.patch_begin, columns.wedge_begin,
+          columns.link_begin);
     visit(ArrayRole::model, column_patch_count, columns.patches);
+    visit(ArrayRole::model, column_wedge_count, columns.wedges);
+    visit(ArrayRole::model, link_count, columns.links);
     visit(ArrayRole::state, point_count(), points, plastic_strain);
+    visit(ArrayRole::state, wedge_count, rows.tangents);
+    visit(ArrayRole::work, wedge_count, rows.is_new, rows.wedge_volume);
+    visit(ArrayRole::work, patch_count, rows.patch_volume);
+    visit(ArrayRole::state, columns.stride * columns.levels, rows.constant, rows.pivot, rows.upper,
+          rows.above);
+    visit(ArrayRole::state, link_count * columns.levels * 3, rows.beside);
+    visit(ArrayRole::state, column_patch_count, rows.by_low, rows.by_high);
   }
   /// @param x  of the solid's vertices
   void link(const Vec3T<Real>* x) {

@@ -184,23 +184,42 @@ TEST_P(Wedges, EnergyDoesNotChangeAndForcesTurnWhenTurned) {
   }
 }
 
-// What the step's columns see of the wedge: vertex i of its lumen side and the one behind it.
-TEST_P(Wedges, ColumnHasTheGradientAndTheDiagonalBlocks) {
+WedgeTangent<double> tangent_of(const SolidView<double>& view) {
+  WedgeTangent<double> t;
+  take_tangent(view, 0, patch_energy(view, 0).d1, t);
+  return t;
+}
+
+// The force on a corner by the wedge's line, at other places of its corners.
+Vec3 force_by_line(const SolidView<double>& view, const WedgeTangent<double>& t, const Corners& x,
+                   int a) {
+  Vec3 f = t.gradient[a];
+  for (int b = 0; b < 6; ++b) f += tangent_block(t, a, b) * (x[std::size_t(b)] - t.x[b]);
+  const double unloaded = view.patch_volume[0];
+  return f +
+         volume_energy(view.laws[view.region[0]].bulk, tangent_volume(t, x.data()) / unloaded).d1 *
+             t.by_volume[a];
+}
+
+TEST_P(Wedges, TangentIsTheForceAndItsSlopeWhereItWasTaken) {
   const SolidView<double> view = element_.view(element_.x);
-  const int layer = 0, one_each[] = {0, 1, 2, 3}, patches[] = {0, 0, 0};
-  const SolidColumns<double> columns{2, 3, &layer, one_each, patches};
-  const auto g = gradient(element_.x);
-  const auto h = hessian(element_.x);
-  const double size = std::max(g.norm(), h.norm());
-  for (int i = 0; i < 3; ++i) {
-    ColumnTerm<double> term;
-    add_solid_column(view, columns, i, OneLane{}, term);
-    for (int level = 0; level < 2; ++level)
-      for (int a = 0, v = i + 3 * level; a < 3; ++a) {
-        EXPECT_NEAR(term.gradient[level][a], g[3 * v + a], 1e-12 * size);
-        for (int b = 0; b < 3; ++b)
-          EXPECT_NEAR(term.diagonal[level](a, b), h(3 * v + a, 3 * v + b), 1e-10 * h.norm());
-      }
+  const WedgeTangent<double> t = tangent_of(view);
+  const double size = std::max(gradient(element_.x).norm(), 1e-2 * hessian(element_.x).norm());
+  const auto by_line = [&](const Corners& x) {
+    Eigen::Matrix<double, 18, 1> f;
+    for (int a = 0; a < 6; ++a) {
+      const Vec3 force = force_by_line(view, t, x, a);
+      for (int i = 0; i < 3; ++i) f[3 * a + i] = force[i];
+    }
+    return f;
+  };
+  EXPECT_LT((by_line(element_.x) - gradient(element_.x)).norm(), 1e-10 * size);
+  for (int k = 0; k < 18; ++k) {
+    const auto of_line = slope<Eigen::Matrix<double, 18, 1>>(
+        [&](double by) { return by_line(moved(k, by)); }, step());
+    const auto of_wedge = slope<Eigen::Matrix<double, 18, 1>>(
+        [&](double by) { return gradient(moved(k, by)); }, step());
+    EXPECT_LT((of_line - of_wedge).norm(), 1e-6 * hessian(element_.x).norm()) << k;
   }
 }
 

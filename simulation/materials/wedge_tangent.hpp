@@ -1,0 +1,121 @@
+#pragma once
+
+#include "simulation/materials/solid.hpp"
+
+/// A wedge's forces as a line around the place where its law was evaluated last.
+///
+///     dE/dx_a (x) = f_a + sum_b H_ab (x_b - X_b) + (u(v) - u(V)) dv/dx_a
+///
+/// X the corners' places then, f_a and H_ab the gradient and the Hessian of the wedge's own energy
+/// there, u = dU/dv the pressure of its patch, v its volume, which is a line, too. H_ab holds the
+/// change of u dv/dx_a with the shape at the pressure of X. The law of a fibre-reinforced wedge is
+/// dear; of its line a sweep needs products only. The error is of second order in the strain since
+/// X, which `has_moved` bounds.
+namespace angio::simulation::detail {
+
+/// Blocks (a, b), a <= b, of a symmetric matrix of 6 x 6 blocks, row by row.
+ANGIO_HOST_DEVICE constexpr int wedge_block(int a, int b) { return a * (11 - a) / 2 + b; }
+inline constexpr int kWedgeBlocks = 21;
+
+template <class Real>
+struct WedgeTangent {
+  Vec3T<Real> x[6];                 ///< X [mm]
+  Vec3T<Real> gradient[6];          ///< without the volumetric part [uN]
+  Vec3T<Real> by_volume[6];         ///< dv/dx_a [mm^2]
+  Mat3T<Real> block[kWedgeBlocks];  ///< H_ab [uN/mm]
+  Vec3T<Real>
+      turn[3];    ///< the volume's part of block (a, a + 3), as the vector of its cross product
+  Real volume{};  ///< [mm^3]
+  bool is_taken = false;
+};
+
+/// The matrix of u -> u x w.
+template <class Real>
+ANGIO_HOST_DEVICE inline Mat3T<Real> cross_matrix(const Vec3T<Real>& w) {
+  Mat3T<Real> m;
+  m(0, 1) = w.z;
+  m(1, 0) = -w.z;
+  m(0, 2) = -w.y;
+  m(2, 0) = w.y;
+  m(1, 2) = w.x;
+  m(2, 1) = -w.x;
+  return m;
+}
+
+/// H_ab for any two corners.
+template <class Real>
+ANGIO_HOST_DEVICE inline Mat3T<Real> tangent_block(const WedgeTangent<Real>& t, int a, int b) {
+  return a <= b ? t.block[wedge_block(a, b)] : transpose(t.block[wedge_block(b, a)]);
+}
+
+/// Adds the volume of the wedge, its gradient, and the pressure's part of the Hessian. v is linear
+/// in each corner: d2v / dx_a dx_b u = u x w, w = sum_q w_q J_q (dN_a x dN_b).
+template <class Real>
+ANGIO_HOST_DEVICE inline void add_volume_tangent(const Vec3T<Real>* x, Real pressure,
+                                                 WedgeTangent<Real>& out) {
+  const Real weight = solid::parametric_weight<Real>();
+  for (int q = 0; q < kWedgePoints; ++q) {
+    const Mat3T<Real> j = solid::jacobian(x, q);
+    const Mat3T<Real> c = weight * solid::cofactor(j);
+    Vec3T<Real> n[6];
+    for (int a = 0; a < 6; ++a) {
+      n[a] = solid::parametric_gradient<Real>(a, q);
+      out.by_volume[a] += c * n[a];
+    }
+    out.volume += weight * determinant(j);
+    for (int a = 0; a < 6; ++a)
+      for (int b = a + 1; b < 6; ++b) {
+        const Vec3T<Real> w = (weight * pressure) * (j * cross(n[a], n[b]));
+        out.block[wedge_block(a, b)] += cross_matrix(w);
+        if (b == a + 3) out.turn[a] += w;
+      }
+  }
+}
+
+/// @param pressure  dU/dv of the wedge's patch [Pa]
+template <class Real>
+ANGIO_HOST_DEVICE inline void take_tangent(const SolidView<Real>& view, int w, Real pressure,
+                                           WedgeTangent<Real>& out) {
+  const SolidWedge<Real> wedge = view.wedge(w);
+  out = {};
+  view.gather(w, out.x);
+  for (int q = 0; q < kWedgePoints; ++q) {
+    const SolidPoint<Real>& point = wedge.points[q];
+    SolidTangent<Real> tangent;
+    const SolidStress<Real> s =
+        solid_stress(wedge.law, wedge.fiber, solid::deformation(point, out.x), tangent);
+    if (!s.valid) continue;
+    SeenGradient<Real> seen[6];
+    for (int a = 0; a < 6; ++a) {
+      seen[a] = seen_gradient(tangent, point.g[a]);
+      out.gradient[a] += point.weight * (s.p * point.g[a]);
+    }
+    for (int a = 0; a < 6; ++a)
+      for (int b = a; b < 6; ++b)
+        out.block[wedge_block(a, b)] += point.weight * solid_block(tangent, seen[a], seen[b]);
+  }
+  add_volume_tangent(out.x, pressure, out);
+  out.is_taken = true;
+}
+
+/// The volume by its line [mm^3].
+template <class Real>
+ANGIO_HOST_DEVICE inline Real tangent_volume(const WedgeTangent<Real>& t, const Vec3T<Real>* x) {
+  Real v = t.volume;
+  for (int a = 0; a < 6; ++a) v += dot(t.by_volume[a], x[a] - t.x[a]);
+  return v;
+}
+
+/// Has an edge of the inner triangle, or one through the thickness, changed by more than a share of
+/// its length, in length or direction?
+template <class Real>
+ANGIO_HOST_DEVICE inline bool has_moved(const WedgeTangent<Real>& t, const Vec3T<Real>* x,
+                                        Real share) {
+  const auto changed = [&](int a, int b) {
+    const Vec3T<Real> before = t.x[b] - t.x[a];
+    return norm_squared(x[b] - x[a] - before) > share * share * norm_squared(before);
+  };
+  return changed(0, 1) || changed(0, 2) || changed(0, 3) || changed(1, 4) || changed(2, 5);
+}
+
+}  // namespace angio::simulation::detail

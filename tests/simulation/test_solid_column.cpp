@@ -1,0 +1,200 @@
+#include <gtest/gtest.h>
+
+#include <Eigen/Dense>
+#include <random>
+
+#include "simulation/bodies/layered_wall.hpp"
+#include "simulation/step/team.hpp"
+
+/// The columns' rows of a small tube of three layers against the sum of its wedges' energies.
+namespace angio::simulation::detail {
+namespace {
+
+class Columns : public ::testing::Test {
+ protected:
+  Columns() {
+    TubeWall tube;
+    tube.around = 8;
+    tube.along = 3;
+    tube.inner_radius_mm = [](double angle, double z) { return 1.0 + 0.1 * std::cos(angle) * z; };
+    tube.outer_radius_mm = [](double, double) { return 1.6; };
+    wall_ = make_tube_wall(tube);
+    model_ = make_solid_model(wall_, {});
+    columns_ = 8 * 4;
+    lists_ = list_columns(model_, columns_);
+    levels_ = int(wall_.vertices.size()) / columns_;
+    std::mt19937 random(7u);
+    std::normal_distribution<double> noise(0.0, 0.01);
+    x_ = wall_.vertices;
+    for (Vec3& p : x_) p += Vec3{noise(random), noise(random), noise(random)};
+    make_rows();
+    renew();
+  }
+
+  [[nodiscard]] SolidColumns columns() const {
+    return {levels_,
+            columns_,
+            wall_.layer.data(),
+            lists_.patch_begin.data(),
+            lists_.patches.data(),
+            lists_.wedge_begin.data(),
+            lists_.wedges.data(),
+            lists_.link_begin.data(),
+            lists_.links.data()};
+  }
+  void make_rows() {
+    const auto rows = std::size_t(levels_ * columns_);
+    tangents_.resize(wall_.wedges.size());
+    is_new_.resize(wall_.wedges.size());
+    wedge_volume_.resize(wall_.wedges.size());
+    patch_volume_.resize(std::size_t(model_.patch_count()));
+    constant_.resize(rows);
+    for (auto* blocks : {&pivot_, &upper_, &above_}) blocks->resize(rows);
+    beside_.resize(lists_.links.size() * std::size_t(3 * levels_));
+    low_.resize(lists_.patches.size());
+    high_.resize(lists_.patches.size());
+    rows_ = {tangents_.data(), is_new_.data(), wedge_volume_.data(), patch_volume_.data(),
+             constant_.data(), pivot_.data(),  upper_.data(),        above_.data(),
+             beside_.data(),   low_.data(),    high_.data()};
+  }
+  void renew() {
+    const SolidView<double> view = model_.view(x_.data());
+    for (int w = 0; w < model_.wedge_count(); ++w) renew_wedge(view, rows_, w);
+    for (int p = 0; p < model_.patch_count(); ++p) renew_patch(view, rows_, p);
+    for (int i = 0; i < columns_; ++i) {
+      for (int e = lists_.link_begin[std::size_t(i)]; e < lists_.link_begin[std::size_t(i) + 1];
+           ++e)
+        gather_link(columns(), rows_, i, e);
+      for (int e = lists_.patch_begin[std::size_t(i)]; e < lists_.patch_begin[std::size_t(i) + 1];
+           ++e)
+        gather_patch(view, columns(), rows_, i, e);
+      for (int l = 0; l < levels_; ++l) gather_level(view, columns(), rows_, i, l);
+    }
+  }
+  std::vector<Vec3> gradient(int column) const {
+    Vec3 g[kMostColumnLevels];
+    add_column_gradient(model_.view(x_.data()), columns(), rows_, column, OneLane{}, g);
+    return {g, g + levels_};
+  }
+  // By the wedges' and patches' own energies.
+  std::vector<Vec3> exact_gradient() const {
+    struct Sum {
+      std::vector<Vec3> gradient;
+      void add_gradient(int v, const Vec3& slope) { gradient[std::size_t(v)] += slope; }
+      void add_block(int, int, const Mat3&) {}
+    } sum{std::vector<Vec3>(x_.size())};
+    const SolidView<double> view = model_.view(x_.data());
+    for (int p = 0; p < model_.patch_count(); ++p) add_patch(view, p, sum, [](Mat3(*)[6]) {});
+    return sum.gradient;
+  }
+  // The largest difference of a column's forces over the largest force.
+  double error() const {
+    const std::vector<Vec3> exact = exact_gradient();
+    double most = 0.0, size = 0.0;
+    for (int i = 0; i < columns_; ++i) {
+      const std::vector<Vec3> row = gradient(i);
+      for (int l = 0; l < levels_; ++l) {
+        const Vec3& e = exact[std::size_t(l * columns_ + i)];
+        most = std::max(most, norm(row[std::size_t(l)] - e));
+        size = std::max(size, norm(e));
+      }
+    }
+    return most / size;
+  }
+  void strain(double by, unsigned seed) {
+    std::mt19937 random(seed);
+    std::uniform_real_distribution<double> u(-by, by);
+    for (Vec3& p : x_) p += Vec3{u(random), u(random), u(random)};
+  }
+
+  LayeredWall wall_;
+  SolidModel model_;
+  ColumnLists lists_;
+  int columns_ = 0, levels_ = 0;
+  std::vector<Vec3> x_;
+  std::vector<WedgeTangent<double>> tangents_;
+  std::vector<char> is_new_;
+  std::vector<double> wedge_volume_, patch_volume_;
+  std::vector<Vec3> constant_, low_, high_;
+  std::vector<Mat3> pivot_, upper_, above_, beside_;
+  ColumnRows<double> rows_;
+};
+
+TEST_F(Columns, HaveTheForcesOfTheSolidWhereTheTangentsWereTaken) { EXPECT_LT(error(), 1e-10); }
+
+TEST_F(Columns, ErrOfSecondOrderInTheStrainSinceThen) {
+  const std::vector<Vec3> place = x_;
+  std::vector<double> errors;
+  for (const double by : {4e-5, 2e-5, 1e-5}) {
+    x_ = place;
+    strain(by, 3u);
+    for (int w = 0; w < model_.wedge_count(); ++w) renew_wedge(model_.view(x_.data()), rows_, w);
+    for (const char is_new : is_new_) EXPECT_FALSE(is_new);
+    for (int p = 0; p < model_.patch_count(); ++p) renew_patch(model_.view(x_.data()), rows_, p);
+    errors.push_back(error());
+  }
+  EXPECT_GT(errors[0], 0.0);
+  EXPECT_NEAR(errors[0] / errors[1], 4.0, 0.4);
+  EXPECT_NEAR(errors[1] / errors[2], 4.0, 0.4);
+}
+
+TEST_F(Columns, TakeTheTangentsAgainWhereTheWallIsStrained) {
+  strain(0.01, 4u);
+  const double before = error();
+  renew();
+  EXPECT_LT(error(), 1e-10);
+  EXPECT_GT(before, 1e-3);
+}
+
+// A column that moves tells its patches: their volumes stay those of the tangents.
+TEST_F(Columns, KeepThePatchesVolumes) {
+  const SolidView<double> view = model_.view(x_.data());
+  const int column = 9;
+  std::vector<Vec3> move;
+  for (int l = 0; l < levels_; ++l) move.push_back({1e-5 * l, -2e-5, 1e-5});
+  for (int l = 0; l < levels_; ++l)
+    x_[std::size_t(l * columns_ + column)] += 0.5 * move[std::size_t(l)];
+  move_patches(view, columns(), rows_, column, 0.5, move.data(), OneLane{});
+  const std::vector<double> told = patch_volume_;
+  for (int w = 0; w < model_.wedge_count(); ++w) renew_wedge(view, rows_, w);
+  for (int p = 0; p < model_.patch_count(); ++p) {
+    renew_patch(view, rows_, p);
+    EXPECT_NEAR(told[std::size_t(p)], patch_volume_[std::size_t(p)], 1e-14);
+  }
+}
+
+// Against a dense factorisation of the blocks that it eliminates.
+TEST_F(Columns, StepSolvesTheColumnsOwnBlock) {
+  const int column = 12, n = 3 * levels_;
+  const double hold = 200.0;
+  Eigen::MatrixXd h = Eigen::MatrixXd::Zero(n, n);
+  const auto set = [&](int l, int m, const Mat3& block) {
+    for (int a = 0; a < 3; ++a)
+      for (int b = 0; b < 3; ++b) h(3 * l + a, 3 * m + b) += block(a, b);
+  };
+  Mat3 contact;
+  for (int a = 0; a < 3; ++a) contact(a, a) = 300.0 + 100.0 * a;
+  set(0, 0, contact);
+  for (int l = 0; l < levels_; ++l) {
+    const auto row = std::size_t(column * levels_ + l);
+    set(l, l, pivot_[row] + hold * Mat3::identity());
+    if (l + 1 == levels_) break;
+    set(l, l + 1, upper_[row]);
+    set(l + 1, l, transpose(upper_[row]));
+  }
+  eliminate(columns(), rows_, column, [&](int) { return hold; });
+  std::vector<Vec3> g, move(std::size_t(levels_), Vec3{});
+  Eigen::VectorXd right(n);
+  for (int l = 0; l < levels_; ++l) {
+    g.push_back({1.0 + l, -2.0, 0.5 * l});
+    for (int a = 0; a < 3; ++a) right[3 * l + a] = -g.back()[a];
+  }
+  solve_column(columns(), rows_, column, contact, g.data(), move.data());
+  const Eigen::VectorXd exact = h.ldlt().solve(right);
+  for (int l = 0; l < levels_; ++l)
+    for (int a = 0; a < 3; ++a)
+      EXPECT_NEAR(move[std::size_t(l)][a], exact[3 * l + a], 1e-9 * exact.norm());
+}
+
+}  // namespace
+}  // namespace angio::simulation::detail
