@@ -228,20 +228,21 @@ void NewtonSystem::fill_matrix() {
         values[s] += blocks[b].value(k / 3, k % 3);
 }
 
-namespace {
-
-// One minimisation: the loop over Newton's steps.
-class Newton {
+// The loop over Newton's steps.
+class Minimizer::Loop {
  public:
-  Newton(const std::vector<const EnergyTerm*>& terms, const std::vector<char>& fixed,
-         const NewtonOptions& options, const Enclosure& enclosure)
-      : terms_(terms), options_(options), enclosure_(enclosure), system_(fixed, enclosure) {}
+  Loop(std::vector<const EnergyTerm*> terms, const std::vector<char>& fixed,
+       const NewtonOptions& options, const Enclosure& enclosure)
+      : terms_(std::move(terms)),
+        options_(options),
+        enclosure_(enclosure),
+        system_(fixed, enclosure) {}
 
   NewtonResult run(std::vector<Vec3>& x) {
     NewtonResult result;
     pressure_ = enclosure_.control == Enclosure::Control::pressure ? enclosure_.target
                                                                    : enclosure_.pressure_start;
-    double enough = options_.tolerance;
+    double enough = options_.tolerance, before = 0.0;
     for (;; ++result.iterations) {
       set_gas_pressure(enclosed(enclosure_.triangles, x));
       system_.assemble(terms_, x, pressure_, false);
@@ -249,6 +250,14 @@ class Newton {
       if (result.iterations == 0) enough = std::max(enough, options_.reduction * result.residual);
       result.converged = result.residual <= enough;
       if (result.converged || result.iterations >= options_.most_iterations) break;
+      if (result.iterations > 0 && result.residual > options_.reuse * before)
+        factor_serves_ = false;
+      before = result.residual;
+      if (factor_serves_) {
+        step_by_last_factor();
+        if (move(x)) continue;
+        factor_serves_ = false;
+      }
       if (!find_step(x) || !move(x)) break;
     }
     result.pressure = pressure_;
@@ -292,9 +301,20 @@ class Newton {
     return e + penalty_ * std::abs(v - enclosure_.target);
   }
 
+  [[nodiscard]] bool is_coupled() const { return holds(Control::volume) || holds(Control::gas); }
+
+  // A step by a matrix that described a minimum at another place: a descent all the same.
+  void step_by_last_factor() {
+    step_ = system_.solve(pressure_ * system_.volume_slope - system_.gradient);
+    pressure_step_ = 0.0;
+  }
+
   // The step of the free unknowns, with the matrix changed until it describes a minimum.
   bool find_step(const std::vector<Vec3>& x) {
-    if (try_shift(0.0)) return true;
+    if (try_shift(0.0)) {
+      factor_serves_ = options_.reuse > 0.0 && !is_coupled();
+      return true;
+    }
     system_.assemble(terms_, x, pressure_, true);
     for (double shift = std::max(kFirstShift, 0.1 * last_shift_); shift < kLastShift; shift *= 10.0)
       if (try_shift(shift)) {
@@ -366,20 +386,25 @@ class Newton {
     return step_.size() > 0 ? step_.cwiseAbs().maxCoeff() : 0.0;
   }
 
-  const std::vector<const EnergyTerm*>& terms_;
-  const NewtonOptions& options_;
+  std::vector<const EnergyTerm*> terms_;
+  NewtonOptions options_;
   const Enclosure& enclosure_;
   NewtonSystem system_;
+  bool factor_serves_ = false;  // that of the last step
   double pressure_ = 0.0, pressure_step_ = 0.0, penalty_ = 0.0, last_shift_ = 0.0;
   Eigen::VectorXd step_, by_pressure_;
 };
 
-}  // namespace
+Minimizer::Minimizer(std::vector<const EnergyTerm*> terms, const std::vector<char>& fixed,
+                     const NewtonOptions& options, const Enclosure& enclosure)
+    : loop_(std::make_unique<Loop>(std::move(terms), fixed, options, enclosure)) {}
+Minimizer::~Minimizer() = default;
+NewtonResult Minimizer::run(std::vector<Vec3>& x) { return loop_->run(x); }
 
 NewtonResult minimize(const std::vector<const EnergyTerm*>& terms, const std::vector<char>& fixed,
                       std::vector<Vec3>& x, const NewtonOptions& options,
                       const Enclosure& enclosure) {
-  return Newton(terms, fixed, options, enclosure).run(x);
+  return Minimizer(terms, fixed, options, enclosure).run(x);
 }
 
 double InertiaTerm::value(const std::vector<Vec3>& x) const {

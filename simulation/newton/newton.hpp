@@ -2,6 +2,7 @@
 
 #include <array>
 #include <limits>
+#include <memory>
 #include <utility>
 #include <vector>
 
@@ -72,6 +73,10 @@ struct NewtonOptions {
   /// Of the unbalanced force, relative to the forces that balance (NewtonResult::residual).
   double tolerance = 1e-9;
   double reduction = 0.0;  ///< or relative to what that was at the start
+  /// The last factorisation serves on, also from a Minimizer's run to the next, while each of its
+  /// steps leaves at most this share of the unbalanced force, [0, 1); 0: each step has its own.
+  /// Under volume or gas control each has.
+  double reuse = 0.0;
   /// The longest move of a vertex in one iteration [mm], > 0.
   double longest_move = std::numeric_limits<double>::infinity();
 };
@@ -109,6 +114,25 @@ struct NewtonResult {
 NewtonResult minimize(const std::vector<const EnergyTerm*>& terms, const std::vector<char>& fixed,
                       std::vector<Vec3>& x, const NewtonOptions& options,
                       const Enclosure& enclosure = {});
+
+/// Minimises several times, while the terms' own constants or the enclosure's target change: the
+/// matrix's pattern and ordering are found once.
+class Minimizer {
+ public:
+  /// The terms and the enclosure are kept by reference.
+  Minimizer(std::vector<const EnergyTerm*> terms, const std::vector<char>& fixed,
+            const NewtonOptions& options, const Enclosure& enclosure);
+  ~Minimizer();
+  Minimizer(const Minimizer&) = delete;
+  Minimizer& operator=(const Minimizer&) = delete;
+
+  /// As minimize().
+  NewtonResult run(std::vector<Vec3>& x);
+
+ private:
+  class Loop;
+  std::unique_ptr<Loop> loop_;
+};
 
 /// m / (2 dt^2) |x - x_inertial|^2 with x_inertial = x_before + dt velocity: implicit Euler.
 class InertiaTerm final : public EnergyTerm {

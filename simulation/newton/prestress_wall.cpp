@@ -19,7 +19,8 @@ constexpr double kGrowth = 1.5;  // of a step that went well
 constexpr int kMostRounds = 60;
 constexpr double kClose = 1e-3;        // [mm], sought
 constexpr double kEnough = 1e-2;       // [mm], accepted
-constexpr double kReduction = 0.1;     // of the imbalance, in one round
+constexpr double kReduction = 0.3;     // of the imbalance, in one round
+constexpr double kReuse = 0.8;         // of it, by a step with the last factorisation
 constexpr double kLooser = 0.3;        // of the tissue's hold, each round that goes well
 constexpr double kLeastHold = 3e-3;    // of it
 constexpr double kGoodProgress = 0.8;  // of the displacement, from round to round
@@ -45,7 +46,15 @@ class Prestress {
       : wall_(wall),
         options_(options),
         model_(make_solid_model(wall, options)),
-        stiffness_(model_.foundation) {
+        stiffness_(model_.foundation),
+        held_(stiffness_),
+        solid_(model_),
+        foundation_(held_, wall.vertices),
+        enclosure_(lumen_enclosure(wall, 0.0)),
+        newton_(
+            {&solid_, &foundation_}, wall.fixed,
+            {.most_iterations = 40, .tolerance = 1e-7, .reduction = kReduction, .reuse = kReuse},
+            enclosure_) {
     out_.state = unloaded_state(wall);
     for (std::size_t p = 0; p < out_.state.prestress.size(); ++p)
       out_.state.prestress[p] = axial_stretch(wall.axial[p / kWedgePoints], options.axial_stretch);
@@ -86,16 +95,10 @@ class Prestress {
 
   // Newton's method from the shape that was seen, as far as a round needs it.
   bool balanced(double load, std::vector<Vec3>& x) {
-    constexpr double kSought = 1e-7;
     set_memory(out_.state, model_);
-    std::vector<double> held = stiffness_;
-    for (double& k : held) k *= hold_;
-    const SolidTerm solid(model_);
-    const FoundationTerm foundation(held, wall_.vertices);
-    const NewtonResult result = minimize(
-        {&solid, &foundation}, wall_.fixed, x,
-        NewtonOptions{.most_iterations = 30, .tolerance = kSought, .reduction = kReduction},
-        lumen_enclosure(wall_, load * units::kPascalPerKilopascal * options_.blood_pressure_kpa));
+    for (std::size_t v = 0; v < held_.size(); ++v) held_[v] = hold_ * stiffness_[v];
+    enclosure_.target = load * units::kPascalPerKilopascal * options_.blood_pressure_kpa;
+    const NewtonResult result = newton_.run(x);
     out_.iterations += result.iterations;
     out_.residual = result.residual;
     return result.converged;
@@ -144,8 +147,13 @@ class Prestress {
   const WallOptions& options_;
   SolidModel model_;
   std::vector<double> stiffness_;  // of the tissue [uN/mm], shape [vertex]
-  double load_ = 0.0;              // share of the pressure that is reached
-  double hold_ = 1.0;              // share of the tissue's stiffness
+  std::vector<double> held_;       // what of it holds in this round
+  SolidTerm solid_;
+  FoundationTerm foundation_;
+  Enclosure enclosure_;
+  Minimizer newton_;
+  double load_ = 0.0;  // share of the pressure that is reached
+  double hold_ = 1.0;  // share of the tissue's stiffness
   WallSolution out_;
 };
 

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <numeric>
 
+#include "simulation/newton/eliminate_front.hpp"
+
 namespace angio::simulation::detail {
 namespace {
 
@@ -181,8 +183,9 @@ int SparseLdlt::factorize(const Matrix& lower, double shift) {
         for (Eigen::Index i = j; i < from.rows(); ++i) front(to[at(i)], to[at(j)]) += from(i, j);
       from.resize(0, 0);
     }
-    const int own = eliminate(block, front, d_.data() + block.first);
+    const int own = eliminate_front(front.data(), size, block.count, d_.data() + block.first);
     if (own < 0) return -1;
+    block.l = front.leftCols(block.count);
     negative += own;
     if (block.parent >= 0) {
       const Eigen::Index rest = size - block.count;
@@ -190,34 +193,6 @@ int SparseLdlt::factorize(const Matrix& lower, double shift) {
       children[at(block.parent)].push_back(static_cast<int>(b));
     }
   }
-  return negative;
-}
-
-// The block's columns of L and D; the front's lower right corner becomes what is left.
-int SparseLdlt::eliminate(Block& block, Dense& front, double* pivots) const {
-  constexpr Eigen::Index kPanel = 32;
-  const Eigen::Index size = front.rows(), count = block.count;
-  int negative = 0;
-  Dense scaled;
-  for (Eigen::Index begin = 0; begin < count; begin += kPanel) {
-    const Eigen::Index width = std::min(kPanel, count - begin), end = begin + width;
-    for (Eigen::Index j = begin; j < end; ++j) {
-      const double pivot = front(j, j);
-      if (!std::isfinite(pivot) || pivot == 0.0) return -1;
-      negative += pivot < 0.0 ? 1 : 0;
-      pivots[j] = pivot;
-      auto column = front.col(j).tail(size - j - 1);
-      for (Eigen::Index k = j + 1; k < end; ++k)
-        front.col(k).tail(size - k) -= (front(k, j) / pivot) * front.col(j).tail(size - k);
-      column /= pivot;
-    }
-    const Eigen::Index rest = size - end;
-    if (rest == 0) continue;
-    const auto l = front.block(end, begin, rest, width);
-    scaled = l * Eigen::Map<const Eigen::VectorXd>(pivots + begin, width).asDiagonal();
-    front.bottomRightCorner(rest, rest).triangularView<Eigen::Lower>() -= scaled * l.transpose();
-  }
-  block.l = front.leftCols(count);
   return negative;
 }
 

@@ -47,7 +47,6 @@ class SparseLdlt {
   void find_blocks(const Matrix& pattern, const std::vector<int>& parent);
   void place_in_parents();
   void place_entries(const Matrix& lower);
-  int eliminate(Block& block, Dense& front, double* pivots) const;
 
   std::vector<int> position_;  ///< of an unknown in the order of elimination
   std::vector<Block> blocks_;
