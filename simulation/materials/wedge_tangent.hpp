@@ -17,16 +17,22 @@ namespace angio::simulation::detail {
 ANGIO_HOST_DEVICE constexpr int wedge_block(int a, int b) { return a * (11 - a) / 2 + b; }
 inline constexpr int kWedgeBlocks = 21;
 
+/// Where a wedge's tangent was taken, and its volume's line: what every sweep looks at.
+template <class Real>
+struct WedgePlace {
+  Vec3T<Real> x[6];          ///< X [mm]
+  Vec3T<Real> by_volume[6];  ///< dv/dx_a [mm^2]
+  Real volume{};             ///< at X [mm^3]
+  bool is_taken = false;
+};
+
+/// The forces' lines.
 template <class Real>
 struct WedgeTangent {
-  Vec3T<Real> x[6];                 ///< X [mm]
-  Vec3T<Real> gradient[6];          ///< without the volumetric part [uN]
-  Vec3T<Real> by_volume[6];         ///< dv/dx_a [mm^2]
+  /// f_a - sum_b H_ab (X_b - X_a), without the volumetric part [uN]
+  Vec3T<Real> constant[6];
   Mat3T<Real> block[kWedgeBlocks];  ///< H_ab [uN/mm]
-  Vec3T<Real>
-      turn[3];    ///< the volume's part of block (a, a + 3), as the vector of its cross product
-  Real volume{};  ///< [mm^3]
-  bool is_taken = false;
+  Vec3T<Real> turn[3];  ///< the volume's part of block (a, a + 3): the vector of its cross product
 };
 
 /// The matrix of u -> u x w.
@@ -51,8 +57,9 @@ ANGIO_HOST_DEVICE inline Mat3T<Real> tangent_block(const WedgeTangent<Real>& t, 
 /// Adds the volume of the wedge, its gradient, and the pressure's part of the Hessian. v is linear
 /// in each corner: d2v / dx_a dx_b u = u x w, w = sum_q w_q J_q (dN_a x dN_b).
 template <class Real>
-ANGIO_HOST_DEVICE inline void add_volume_tangent(const Vec3T<Real>* x, Real pressure,
+ANGIO_HOST_DEVICE inline void add_volume_tangent(Real pressure, WedgePlace<Real>& place,
                                                  WedgeTangent<Real>& out) {
+  const Vec3T<Real>* x = place.x;
   const Real weight = solid::parametric_weight<Real>();
   for (int q = 0; q < kWedgePoints; ++q) {
     const Mat3T<Real> j = solid::jacobian(x, q);
@@ -60,9 +67,9 @@ ANGIO_HOST_DEVICE inline void add_volume_tangent(const Vec3T<Real>* x, Real pres
     Vec3T<Real> n[6];
     for (int a = 0; a < 6; ++a) {
       n[a] = solid::parametric_gradient<Real>(a, q);
-      out.by_volume[a] += c * n[a];
+      place.by_volume[a] += c * n[a];
     }
-    out.volume += weight * determinant(j);
+    place.volume += weight * determinant(j);
     for (int a = 0; a < 6; ++a)
       for (int b = a + 1; b < 6; ++b) {
         const Vec3T<Real> w = (weight * pressure) * (j * cross(n[a], n[b]));
@@ -75,32 +82,39 @@ ANGIO_HOST_DEVICE inline void add_volume_tangent(const Vec3T<Real>* x, Real pres
 /// @param pressure  dU/dv of the wedge's patch [Pa]
 template <class Real>
 ANGIO_HOST_DEVICE inline void take_tangent(const SolidView<Real>& view, int w, Real pressure,
-                                           WedgeTangent<Real>& out) {
+                                           WedgePlace<Real>& place, WedgeTangent<Real>& out) {
   const SolidWedge<Real> wedge = view.wedge(w);
+  place = {};
   out = {};
-  view.gather(w, out.x);
+  view.gather(w, place.x);
   for (int q = 0; q < kWedgePoints; ++q) {
     const SolidPoint<Real>& point = wedge.points[q];
     SolidTangent<Real> tangent;
     const SolidStress<Real> s =
-        solid_stress(wedge.law, wedge.fiber, solid::deformation(point, out.x), tangent);
+        solid_stress(wedge.law, wedge.fiber, solid::deformation(point, place.x), tangent);
     if (!s.valid) continue;
     SeenGradient<Real> seen[6];
     for (int a = 0; a < 6; ++a) {
       seen[a] = seen_gradient(tangent, point.g[a]);
-      out.gradient[a] += point.weight * (s.p * point.g[a]);
+      out.constant[a] += point.weight * (s.p * point.g[a]);
     }
     for (int a = 0; a < 6; ++a)
       for (int b = a; b < 6; ++b)
         out.block[wedge_block(a, b)] += point.weight * solid_block(tangent, seen[a], seen[b]);
   }
-  add_volume_tangent(out.x, pressure, out);
-  out.is_taken = true;
+  add_volume_tangent(pressure, place, out);
+  for (int a = 0; a < 6; ++a)
+    for (int b = a + 1; b < 6; ++b) {
+      const Vec3T<Real> apart = place.x[b] - place.x[a];
+      out.constant[a] -= out.block[wedge_block(a, b)] * apart;
+      out.constant[b] += transpose(out.block[wedge_block(a, b)]) * apart;
+    }
+  place.is_taken = true;
 }
 
 /// The volume by its line [mm^3].
 template <class Real>
-ANGIO_HOST_DEVICE inline Real tangent_volume(const WedgeTangent<Real>& t, const Vec3T<Real>* x) {
+ANGIO_HOST_DEVICE inline Real tangent_volume(const WedgePlace<Real>& t, const Vec3T<Real>* x) {
   Real v = t.volume;
   for (int a = 0; a < 6; ++a) v += dot(t.by_volume[a], x[a] - t.x[a]);
   return v;
@@ -109,7 +123,7 @@ ANGIO_HOST_DEVICE inline Real tangent_volume(const WedgeTangent<Real>& t, const 
 /// Has an edge of the inner triangle, or one through the thickness, changed by more than a share of
 /// its length, in length or direction?
 template <class Real>
-ANGIO_HOST_DEVICE inline bool has_moved(const WedgeTangent<Real>& t, const Vec3T<Real>* x,
+ANGIO_HOST_DEVICE inline bool has_moved(const WedgePlace<Real>& t, const Vec3T<Real>* x,
                                         Real share) {
   const auto changed = [&](int a, int b) {
     const Vec3T<Real> before = t.x[b] - t.x[a];

@@ -206,6 +206,7 @@ ColumnRows<Real> make_column_rows(const LayeredWallView<Real>& view, Memory& mem
              rows = levels * std::size_t(view.columns.stride),
              column_patches = std::size_t(view.column_patch_count);
   ColumnRows<Real> out;
+  out.places = memory.template allocate<WedgePlace<Real>>(wedges);
   out.tangents = memory.template allocate<WedgeTangent<Real>>(wedges);
   out.is_new = memory.template allocate<char>(wedges);
   out.wedge_volume = memory.template allocate<Real>(wedges);

@@ -39,6 +39,7 @@ struct SolidColumns {
 /// What the columns keep of the solid's tangents.
 template <class Real>
 struct ColumnRows {
+  WedgePlace<Real>* places = nullptr;      ///< [wedge]
   WedgeTangent<Real>* tangents = nullptr;  ///< [wedge]
   char* is_new = nullptr;                  ///< [wedge] taken in this sweep
   Real* wedge_volume = nullptr;            ///< [wedge] by the tangent
@@ -58,7 +59,7 @@ ANGIO_HOST_DEVICE inline void renew_wedge(const SolidView<Real>& view, const Col
                                           int w) {
   Vec3T<Real> x[6];
   view.gather(w, x);
-  WedgeTangent<Real>& t = rows.tangents[w];
+  WedgePlace<Real>& t = rows.places[w];
   rows.is_new[w] = !t.is_taken || has_moved(t, x, Real(kTangentStrain));
   if (rows.is_new[w]) {
     const int patch = view.patch[w];
@@ -69,7 +70,8 @@ ANGIO_HOST_DEVICE inline void renew_wedge(const SolidView<Real>& view, const Col
       volume += wedge_volume(y);
     }
     const Real bulk = view.laws[view.region[w]].bulk;
-    take_tangent(view, w, volume_energy(bulk, volume / view.patch_volume[patch]).d1, t);
+    take_tangent(view, w, volume_energy(bulk, volume / view.patch_volume[patch]).d1, t,
+                 rows.tangents[w]);
   }
   rows.wedge_volume[w] = tangent_volume(t, x);
 }
@@ -147,8 +149,8 @@ ANGIO_HOST_DEVICE inline void gather_patch(const SolidView<Real>& view, const So
     int a = 0;
     while (a < 3 && view.corners[6 * w + a] % columns.stride != column) ++a;
     if (a == 3) continue;
-    low += rows.tangents[w].by_volume[a];
-    high += rows.tangents[w].by_volume[a + 3];
+    low += rows.places[w].by_volume[a];
+    high += rows.places[w].by_volume[a + 3];
   }
   rows.by_low[e] = low;
   rows.by_high[e] = high;
@@ -168,9 +170,7 @@ ANGIO_HOST_DEVICE inline void gather_level(const SolidView<Real>& view, const So
     if (layer != l && layer + 1 != l) continue;
     const WedgeTangent<Real>& t = rows.tangents[at.wedge];
     const int a = layer == l ? at.corner : at.corner + 3;
-    constant += t.gradient[a];
-    for (int b = 0; b < 6; ++b)
-      if (b != a) constant -= tangent_block(t, a, b) * (t.x[b] - t.x[a]);
+    constant += t.constant[a];
     own += t.block[wedge_block(a, a)];
     if (layer != l) continue;
     above += t.block[wedge_block(a, a + 3)];

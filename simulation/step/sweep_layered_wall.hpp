@@ -148,7 +148,7 @@ ANGIO_HOST_DEVICE inline void flow_wedge(const StepView<Real>& s, int w) {
     const Mat3T<Real> back = transpose(inverse(step.growth));
     for (int a = 0; a < 6; ++a) point.g[a] = back * point.g[a];
     s.layered.plastic_strain[kWedgePoints * w + q] += step.strain;
-    s.layered.rows.tangents[w].is_taken = false;
+    s.layered.rows.places[w].is_taken = false;
   }
 }
 

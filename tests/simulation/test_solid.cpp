@@ -184,31 +184,30 @@ TEST_P(Wedges, EnergyDoesNotChangeAndForcesTurnWhenTurned) {
   }
 }
 
-WedgeTangent<double> tangent_of(const SolidView<double>& view) {
-  WedgeTangent<double> t;
-  take_tangent(view, 0, patch_energy(view, 0).d1, t);
-  return t;
-}
-
-// The force on a corner by the wedge's line, at other places of its corners.
-Vec3 force_by_line(const SolidView<double>& view, const WedgeTangent<double>& t, const Corners& x,
-                   int a) {
-  Vec3 f = t.gradient[a];
-  for (int b = 0; b < 6; ++b) f += tangent_block(t, a, b) * (x[std::size_t(b)] - t.x[b]);
-  const double unloaded = view.patch_volume[0];
-  return f +
-         volume_energy(view.laws[view.region[0]].bulk, tangent_volume(t, x.data()) / unloaded).d1 *
-             t.by_volume[a];
-}
+struct Line {
+  explicit Line(const SolidView<double>& view) {
+    take_tangent(view, 0, patch_energy(view, 0).d1, place, tangent);
+  }
+  // The force on a corner at other places of the corners.
+  Vec3 force(const SolidView<double>& view, const Corners& x, int a) const {
+    const auto at = std::size_t(a);
+    Vec3 f = tangent.constant[at];
+    for (int b = 0; b < 6; ++b) f += tangent_block(tangent, a, b) * (x[std::size_t(b)] - x[at]);
+    const double ratio = tangent_volume(place, x.data()) / view.patch_volume[0];
+    return f + volume_energy(view.laws[view.region[0]].bulk, ratio).d1 * place.by_volume[at];
+  }
+  WedgePlace<double> place;
+  WedgeTangent<double> tangent;
+};
 
 TEST_P(Wedges, TangentIsTheForceAndItsSlopeWhereItWasTaken) {
   const SolidView<double> view = element_.view(element_.x);
-  const WedgeTangent<double> t = tangent_of(view);
+  const Line line(view);
   const double size = std::max(gradient(element_.x).norm(), 1e-2 * hessian(element_.x).norm());
   const auto by_line = [&](const Corners& x) {
     Eigen::Matrix<double, 18, 1> f;
     for (int a = 0; a < 6; ++a) {
-      const Vec3 force = force_by_line(view, t, x, a);
+      const Vec3 force = line.force(view, x, a);
       for (int i = 0; i < 3; ++i) f[3 * a + i] = force[i];
     }
     return f;

@@ -44,6 +44,7 @@ class Columns : public ::testing::Test {
   }
   void make_rows() {
     const auto rows = std::size_t(levels_ * columns_);
+    places_.resize(wall_.wedges.size());
     tangents_.resize(wall_.wedges.size());
     is_new_.resize(wall_.wedges.size());
     wedge_volume_.resize(wall_.wedges.size());
@@ -53,9 +54,9 @@ class Columns : public ::testing::Test {
     beside_.resize(lists_.links.size() * std::size_t(3 * levels_));
     low_.resize(lists_.patches.size());
     high_.resize(lists_.patches.size());
-    rows_ = {tangents_.data(), is_new_.data(), wedge_volume_.data(), patch_volume_.data(),
-             constant_.data(), pivot_.data(),  upper_.data(),        above_.data(),
-             beside_.data(),   low_.data(),    high_.data()};
+    rows_ = {places_.data(),       tangents_.data(), is_new_.data(), wedge_volume_.data(),
+             patch_volume_.data(), constant_.data(), pivot_.data(),  upper_.data(),
+             above_.data(),        beside_.data(),   low_.data(),    high_.data()};
   }
   void renew() {
     const SolidView<double> view = model_.view(x_.data());
@@ -112,6 +113,7 @@ class Columns : public ::testing::Test {
   ColumnLists lists_;
   int columns_ = 0, levels_ = 0;
   std::vector<Vec3> x_;
+  std::vector<WedgePlace<double>> places_;
   std::vector<WedgeTangent<double>> tangents_;
   std::vector<char> is_new_;
   std::vector<double> wedge_volume_, patch_volume_;
