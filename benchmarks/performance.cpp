@@ -336,7 +336,6 @@ void layered_walls(ResultTable& results) {
     p.wall_around = c.around;
     SimulationModel model = testing::layered_model(p);
     SimulationOptions options;
-    options.wall_model = WallModel::layered;
     testing::use_rubber(model, options);
     options.inflation.inflate_s = 1.0;
     options.inflation.hold_s = 0.25;

@@ -351,7 +351,7 @@ void SimulationOptions::validate() const {
   require_within("wall.max_plastic_strain", wall.max_plastic_strain, 0.0, 10.0);
   require_within("wall.foundation_kpa_per_mm", wall.foundation_kpa_per_mm, 0.0, 1e5);
   require_within("wall.density_g_mm3", wall.density_g_mm3, 0.0, 1.0);
-  if (wall_model == WallModel::layered) layered_wall.validate();
+  layered_wall.validate();
   require_within("inflation.inflate_s", inflation.inflate_s, 1e-6, 600.0);
   require_within("inflation.hold_s", inflation.hold_s, 0.0, 600.0);
   require_within("inflation.deflate_s", inflation.deflate_s, 1e-6, 600.0);

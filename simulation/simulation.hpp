@@ -60,8 +60,8 @@ struct WallMaterial {
 /// the volume, with the pressure as the answer. Gas and volume are stable past a limit point.
 enum class InflationControl { gas, pressure, volume };
 
-/// How the wall answers: the paper's shape matching on the lumen's surface, or the layered solid of
-/// SimulationModel::layered_wall.
+/// How the wall answers: the layered solid of SimulationModel::layered_wall, where the model has
+/// one, or the paper's shape matching on the lumen's surface.
 enum class WallModel { shape_matching, layered };
 
 /// How balloon and wall touch: a barrier on exact distances, or the paper's projections of air tets
@@ -146,7 +146,6 @@ struct ContactOptions {
 
 struct SimulationOptions {
   BalloonMaterial balloon;
-  WallModel wall_model = WallModel::shape_matching;
   WallMaterial wall;         ///< of shape matching
   WallOptions layered_wall;  ///< of the layered wall
   InflationSchedule inflation;
@@ -173,8 +172,9 @@ struct SimulationModel {
   std::vector<Vec3> guidewire;      ///< nodes from the near end to the tip, inside the balloon
   TriangleMesh wall;                ///< contact region, normals leave the lumen
   std::vector<char> wall_fixed;     ///< shape [wall vertex]
-  /// The wall as a solid, for WallModel::layered: its first vertices are those of `wall`, further
-  /// out follow whole copies of them. A column of copies with a held vertex does not move.
+  /// The wall as a solid; without it the wall is shape-matched. Its first vertices are those of
+  /// `wall`, further out follow whole copies of them. A column of copies with a held vertex does
+  /// not move.
   LayeredWall layered_wall;
   std::vector<double> wall_abscissa;  ///< along the lesion's line [mm], shape [wall vertex]
   std::vector<int> wall_group;        ///< branch, shape [wall vertex]

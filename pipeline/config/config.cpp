@@ -62,7 +62,7 @@ void Config::validate() const {
   lumen_volume.validate();
   balloon.validate();
   wall_layers.validate();
-  if (simulation.wall_model == simulation::WallModel::layered)
+  if (wall_model == simulation::WallModel::layered)
     wall_layer_options(wall_layers, simulation.wall.thickness_ratio).validate();
   constexpr double kSomeDiameter = 3.0;  // what is left to the size is valid at any
   solver_options(simulation, plaque, balloon.shaft_diameter_mm, kSomeDiameter).validate();

@@ -40,6 +40,7 @@ struct Config {
   bool fill_lumen = true;  ///< also make the tetrahedral lumen mesh
   meshing::LumenVolumeOptions lumen_volume;
   meshing::BalloonOptions balloon;
+  simulation::WallModel wall_model = simulation::WallModel::layered;
   meshing::WallLayerOptions wall_layers;  ///< of the layered wall
   simulation::Plaque plaque = simulation::Plaque::fibrous;
   simulation::SimulationOptions simulation = simulation::options_by_size();

@@ -150,9 +150,9 @@ void add_material_settings(Config& c, std::vector<Setting>& table) {
                                "diameter (0.02 up to 4 mm)"));
   table.push_back(
       make_setting("balloon.density_g_mm3", s.balloon.density_g_mm3, "[g/mm3]; 0: the material's"));
-  table.push_back(make_setting("wall.model", s.wall_model,
-                               "shape_matching (the lumen's surface, plastic), or layered (a solid "
-                               "of intima, media, adventitia and plaque)"));
+  table.push_back(make_setting("wall.model", c.wall_model,
+                               "layered (a solid of intima, media, adventitia and plaque), or "
+                               "shape_matching (the lumen's surface, plastic; the seed paper's)"));
   table.push_back(make_setting("wall.plaque", c.plaque,
                                "layered: what it is made of: fibrous, hypocellular or calcified"));
   table.push_back(make_setting("wall.axial_stretch", s.layered_wall.axial_stretch,

@@ -181,7 +181,7 @@ void do_meshing(StageWork& work, const MeshingSettings& settings) {
   const centerline::Resolution resolution = case_resolution(work.files);
   Placement placement = place_on_a_lesion(work, settings, tree, lumen, resolution);
   if (placement.setup) tell_of_balloon(work, lesion, resolution.longest_mm, placement);
-  if (placement.setup && settings.get<wall_model>() == simulation::WallModel::layered) {
+  if (placement.setup && settings.get<&Config::wall_model>() == simulation::WallModel::layered) {
     const meshing::WallLayerOptions layers = wall_layer_options(
         settings.get<&Config::wall_layers>(), settings.get<wall_thickness_ratio>());
     const meshing::WallLayers wall =

@@ -5,9 +5,6 @@
 /// What each stage sees of the configuration. To let a stage see more, name the part here.
 namespace angio::pipeline {
 
-inline const simulation::WallModel& wall_model(const Config& config) {
-  return config.simulation.wall_model;
-}
 inline const double& wall_thickness_ratio(const Config& config) {
   return config.simulation.wall.thickness_ratio;
 }
@@ -28,7 +25,7 @@ using CenterlineSettings =
 
 using MeshingSettings =
     ConfigView<&Config::lesion, &Config::lumen_mesh, &Config::fill_lumen, &Config::lumen_volume,
-               &Config::balloon, &Config::wall_layers, wall_model, wall_thickness_ratio>;
+               &Config::balloon, &Config::wall_model, &Config::wall_layers, wall_thickness_ratio>;
 
 using SimulationSettings = ConfigView<&Config::simulation, &Config::plaque, &Config::write_every,
                                       shaft_diameter, fold_count, keeps_triangles>;

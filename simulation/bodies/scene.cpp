@@ -224,7 +224,7 @@ Vec3 middle_of_box(const std::vector<Vec3>& points) {
 Scene make_scene(const SimulationModel& given, const SimulationOptions& options) {
   check_model(given, options.wall);
   const Numbering balloon = number_vertices(given.balloon, given.balloon_fixed);
-  const bool layered = options.wall_model == WallModel::layered;
+  const bool layered = !given.layered_wall.vertices.empty();
   if (layered) check_layered(given, options);
   const std::vector<char> held = held_vertices(given, layered);
   const Numbering wall = layered

@@ -108,7 +108,7 @@ concept CanRead = requires(const View& view) {
 
 TEST(ConfigView, DoesNotHandOutWhatItsTextDoesNotHold) {
   EXPECT_TRUE((CanRead<MeshingSettings, &Config::balloon>));
-  EXPECT_TRUE((CanRead<MeshingSettings, wall_model>));
+  EXPECT_TRUE((CanRead<MeshingSettings, &Config::wall_model>));
   EXPECT_FALSE((CanRead<MeshingSettings, &Config::simulation>));
   EXPECT_FALSE((CanRead<SimulationSettings, &Config::balloon>));
   EXPECT_FALSE((CanRead<SimulationSettings, &Config::wall_layers>));
@@ -119,7 +119,7 @@ TEST(ConfigView, DoesNotHandOutWhatItsTextDoesNotHold) {
 TEST(StageKey, HoldsWhatMoreThanOneStageReads) {
   using enum Stage;
   const std::map<std::string, std::set<Stage>> read_by = {
-      {"wall.model", {meshing, simulation}},
+      {"wall.model", {meshing}},
       {"wall.thickness_ratio", {meshing, simulation}},
       {"wall.layer_fractions", {meshing}},  // and the simulation by the file, below
       {"wall.elements_per_layer", {meshing}},

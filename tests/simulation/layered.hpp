@@ -67,7 +67,6 @@ inline void use_rubber(SimulationModel& model, SimulationOptions& options) {
 
 inline SimulationOptions layered_options() {
   SimulationOptions options;
-  options.wall_model = WallModel::layered;
   options.backend = Backend::cpu;
   options.frame_s = 0.1;
   options.inflation.inflate_s = 1.0;
