@@ -93,13 +93,16 @@ bool is_measured_behind(const Known& known, const Vessel& vessel, std::size_t la
 }
 
 /// Whether a dip is but the closed tip in which the vessel ends: from its tightest place on the
-/// lumen widens no more, and over its last healthy radius it goes on to narrow.
+/// lumen widens no more, or stays shut (a fifth of the healthy width, where a scan or a surface
+/// shows no way out), and its end is shut, or it goes on to narrow over its last healthy radius.
+/// The ball that fits there tells: sections in a tip are no tube's.
 bool is_tip(const Known& known, const Dip& dip) {
-  constexpr double kWidens = 1.25, kLeast = 0.05, kNarrows = 0.6, kShut = 0.1;
-  const std::vector<double>&radius = measured_radius(known.path), &s = known.path.abscissa;
+  constexpr double kWidens = 1.25, kLeast = 0.05, kNarrows = 0.6, kShut = 0.2;
+  const std::vector<double>&radius = known.path.inscribed_radius, &s = known.path.abscissa;
   const double tight = radius[dip.tightest];
   const double healthy = 0.5 * known.reference.diameter[dip.tightest];
-  const double widened = std::max(kWidens * tight, tight + 2.0 * kLeast * healthy);
+  const double widened =
+      std::max({kWidens * tight, tight + 2.0 * kLeast * healthy, kShut * healthy});
   const auto ends = [&](std::size_t end) {
     std::size_t before = dip.tightest;  // a healthy radius before the end
     for (std::size_t i = 0; i < s.size(); ++i)
