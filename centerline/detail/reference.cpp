@@ -57,14 +57,17 @@ std::vector<double> measure_diameters(const CenterlinePath& path) {
 }
 
 /// The unit in which lengths count: the diameter of the vessel around a point, of which a section
-/// farther away tells less.
+/// farther away tells less: D / (1 + x / D) at a distance x from a section of diameter D. So a
+/// throat counts by its vessel, and a thin vessel behind an aneurysm by itself.
 std::vector<double> measure_units(const CenterlinePath& path, const std::vector<double>& diameter) {
-  constexpr double kFade = 0.5;
+  constexpr double kReach = 8.0;
   const std::size_t count = path.points.size();
   std::vector<double> unit = diameter;
   for (std::size_t j = 0; j < count; ++j) {
     const auto raise = [&](std::size_t i) {
-      const double left = diameter[j] - kFade * std::abs(path.abscissa[i] - path.abscissa[j]);
+      const double away = std::abs(path.abscissa[i] - path.abscissa[j]);
+      const double left =
+          away < kReach * diameter[j] ? diameter[j] / (1.0 + away / diameter[j]) : 0.0;
       unit[i] = std::max(unit[i], left);
       return left > 0.0;
     };

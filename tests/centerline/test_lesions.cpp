@@ -184,7 +184,7 @@ TEST(FindLesions, ListsTandemLesionsApart) {
       {0, 0, 0}, {0, 0, 50}, [&](double t) { return std::min(first(t), second(t)); })});
   const auto lesions = find_lesions(tree, {});
   ASSERT_EQ(lesions.size(), 2U);
-  // Little of the vessel is healthy: the shoulders draw the reference down.
+  // Little of the vessel is healthy: the shoulders draw the reference down by up to 3 %.
   EXPECT_NEAR(lesions[0].diameter_stenosis_percent, 60.0, 2.0);
   EXPECT_NEAR(lesions[1].diameter_stenosis_percent, 45.0, 2.0);
   // Either end may be the inlet.
@@ -363,7 +363,7 @@ TEST(LesionLaws, BehindAForkALesionIsMeasuredByItsOwnBranch) {
   ASSERT_EQ(lesions.size(), 1U);
   EXPECT_TRUE(lesions[0].is_stenosis);
   EXPECT_NEAR(lesions[0].reference_diameter_mm, 3.2, 0.1);
-  EXPECT_NEAR(lesions[0].diameter_stenosis_percent, 60.0, 2.0);
+  EXPECT_NEAR(lesions[0].diameter_stenosis_percent, 60.0, 1.0);
 }
 
 TEST(LesionLaws, ALesionMayRunIntoAFork) {
