@@ -87,6 +87,7 @@ inline void draw_healthy(Draw& draw, TrueBranch& branch, double radius) {
 struct GrowOptions {
   int most_branches = 25;
   double most_diameters = 16.0;  ///< length of a branch
+  bool with_aneurysms = false;   ///< one or two a tree
 };
 
 /// Adds the two daughters of a branch; their radii follow r0^p = r1^p + r2^p with 5 % scatter.
@@ -159,6 +160,18 @@ inline void draw_lesion(Draw& draw, const TrueTree& tree, TrueBranch& branch, do
   narrow(branch, diffuse);
 }
 
+/// A fusiform aneurysm (1.5 to 5 times as wide as the healthy vessel, 2 to 8 healthy diameters
+/// long) anywhere on a branch; it may run up to a fork, and disease may lie in it or beside it.
+inline void draw_aneurysm(Draw& draw, TrueBranch& branch) {
+  const double diameter = 2.0 * branch.healthy.front(), length = branch.abscissa.back();
+  const double more = draw.between(0.5, 4.0), half = 0.5 * diameter * draw.between(2.0, 8.0);
+  const double middle = draw.between(0.0, length), plateau = draw.between(0.0, 0.6);
+  for (std::size_t i = 0; i < branch.ectatic.size(); ++i)
+    branch.ectatic[i] = std::max(
+        branch.ectatic[i],
+        branch.healthy[i] * (1.0 + more * bump(branch.abscissa[i], middle, half, plateau)));
+}
+
 inline TrueTree draw_tree(unsigned seed, const GrowOptions& grow = {}) {
   Draw draw{std::mt19937(seed)};
   for (int i = 0; i < 10; ++i) draw.random();
@@ -173,6 +186,8 @@ inline TrueTree draw_tree(unsigned seed, const GrowOptions& grow = {}) {
   tree.branches.push_back(root);
   for (std::size_t b = 0; b < tree.branches.size() && int(tree.branches.size()) < wanted; ++b)
     fork(draw, tree, b, exponent, grow);
+  for (int k = grow.with_aneurysms ? 1 + int(draw.random() % 2) : 0; k > 0; --k)
+    draw_aneurysm(draw, tree.branches[draw.random() % tree.branches.size()]);
   tree.least_radius = 1e9;
   for (TrueBranch& branch : tree.branches) {
     branch.radius = branch.ectatic;

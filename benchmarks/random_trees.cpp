@@ -1,7 +1,7 @@
-// random_trees [lines|level-set] [FIRST_SEED] [COUNT] [each]: the stenoses that are listed on
-// random vessel trees against those that are there, beside a plain rule. `lines`: radii along the
-// true lines, with noise; `level-set`: lines extracted from smaller trees. `each` prints what went
-// wrong.
+// random_trees [lines|aneurysms|level-set] [FIRST_SEED] [COUNT] [each]: the stenoses that are
+// listed on random vessel trees against those that are there, beside a plain rule. `lines`: radii
+// along the true lines, with noise; `aneurysms`: the same with one or two large aneurysms a tree;
+// `level-set`: lines extracted from smaller trees. `each` prints what went wrong.
 //
 // There: a stretch narrowed by at least 20 %, whose severity is that of its tightest place. Found:
 // a listed stenosis (30 % or more) overlaps it. False: a listed stenosis without a narrowing of 20
@@ -243,17 +243,21 @@ void print(const char* name, const Score& score, ResultTable& results) {
                 score.hidden.found, score.hidden.there));
 }
 
-enum class Source { lines, level_set };
+enum class Source { lines, aneurysms, level_set };
+
+GrowOptions grow_options(Source source) {
+  if (source == Source::level_set) return {.most_branches = 6, .most_diameters = 8.0};
+  return {.with_aneurysms = source == Source::aneurysms};
+}
 
 void run(Source source, unsigned first, int count, Output output, ResultTable& results) {
   const auto size = std::size_t(count);
   std::vector<Score> ours(size), plain(size);
   parallel_for_uneven(count, [&](std::ptrdiff_t i) {
     const unsigned seed = first + unsigned(i);
-    const TrueTree truth =
-        draw_tree(seed, source == Source::lines ? GrowOptions{} : GrowOptions{6, 8.0});
+    const TrueTree truth = draw_tree(seed, grow_options(source));
     const auto lines =
-        source == Source::lines ? make_lines(truth, seed) : extract_lines(truth, seed);
+        source == Source::level_set ? extract_lines(truth, seed) : make_lines(truth, seed);
     if (!lines) return;
     ours[std::size_t(i)] = compare(truth, *lines, list_ours(lines->tree), output, seed);
     plain[std::size_t(i)] = compare(truth, *lines, list_plainly(lines->tree), Output::table, seed);
@@ -277,8 +281,10 @@ int main(int argument_count, char** arguments) {
     };
     const unsigned first = argument_count > 2 ? unsigned(std::atoi(arguments[2])) : 0;
     const int count = argument_count > 3 ? std::max(1, std::atoi(arguments[3])) : 300;
-    run(is(1, "level-set") ? Source::level_set : Source::lines, first, count,
-        is(4, "each") ? Output::each : Output::table, results);
+    const Source source = is(1, "level-set")   ? Source::level_set
+                          : is(1, "aneurysms") ? Source::aneurysms
+                                               : Source::lines;
+    run(source, first, count, is(4, "each") ? Output::each : Output::table, results);
     results.write();
     return 0;
   } catch (const std::exception& error) {

@@ -93,10 +93,12 @@ bool is_measured_behind(const Known& known, const Vessel& vessel, std::size_t la
 }
 
 /// Whether a dip is but the closed tip in which the vessel ends: from its tightest place on the
-/// lumen widens no more, and over its last healthy radius it goes on to narrow.
+/// lumen widens no more, and over its last healthy radius it goes on to narrow; or, within a
+/// healthy diameter of the line's end, it stays shut (under a fifth of the healthy width), as a
+/// thread that a tip frays into. The ball that fits there tells: sections in a tip are no tube's.
 bool is_tip(const Known& known, const Dip& dip) {
-  constexpr double kWidens = 1.25, kLeast = 0.05, kNarrows = 0.6, kShut = 0.1;
-  const std::vector<double>&radius = measured_radius(known.path), &s = known.path.abscissa;
+  constexpr double kWidens = 1.25, kLeast = 0.05, kNarrows = 0.6, kShut = 0.1, kThread = 0.2;
+  const std::vector<double>&radius = known.path.inscribed_radius, &s = known.path.abscissa;
   const double tight = radius[dip.tightest];
   const double healthy = 0.5 * known.reference.diameter[dip.tightest];
   const double widened = std::max(kWidens * tight, tight + 2.0 * kLeast * healthy);
@@ -108,10 +110,19 @@ bool is_tip(const Known& known, const Dip& dip) {
         before = i;
     return radius[end] < std::max(kShut * healthy, kNarrows * radius[before]);
   };
-  const auto at = radius.begin() + std::ptrdiff_t(dip.tightest);
   const auto widens = [&](double r) { return r >= widened; };
-  return (std::none_of(at, radius.end(), widens) && ends(radius.size() - 1)) ||
-         (std::none_of(radius.begin(), at, widens) && ends(0));
+  const auto is_open = [&](double r) { return r >= kThread * healthy; };
+  const auto is_near = [&](std::size_t end) {
+    return std::abs(s[dip.tightest] - s[end]) < 2.0 * healthy;
+  };
+  const auto is_tip_at = [&](std::size_t end) {
+    const auto [first, last] = std::minmax(end, dip.tightest);
+    const auto begin = radius.begin() + std::ptrdiff_t(first);
+    const auto behind = radius.begin() + std::ptrdiff_t(last) + 1;
+    return (std::none_of(begin, behind, widens) && ends(end)) ||
+           (is_near(end) && std::none_of(begin, behind, is_open));
+  };
+  return is_tip_at(radius.size() - 1) || is_tip_at(0);
 }
 
 bool is_lesion(const Known& known, const Vessel& vessel, const Dip& dip,

@@ -15,7 +15,8 @@ constexpr double kStep = 0.02;     // of the grid of ln diameters
 constexpr double kStretch = 4.0;   // of a stretch that is not healthy,
 constexpr double kOff = 0.7;       // and of each of its diameters;
 constexpr double kWide = 3.0;      // of each, and each e-fold that it is wider than
-constexpr double kWideFrom = 0.4;  // this: few ectasias are wider
+constexpr double kWideFrom = 0.4;  // this: few ectasias are wider;
+constexpr double kAneurysm = 2.0;  // of a stretch wider than that throughout, more than of another
 constexpr double kMostNarrowing = 15.0, kMostWidening = 60.0;  // of a step without a fork
 constexpr double kLaw = 7.0 / 3.0;                             // exponent of the fork's law
 constexpr double kFork = 0.10;                                 // its sd (ln diameter),
@@ -74,21 +75,31 @@ void add(Costs& costs, const Costs& other) {
   for (std::size_t i = 0; i < costs.size(); ++i) costs[i] += other[i];
 }
 
-/// Costs while the vessel is healthy, and while it is not.
-struct Labelled {
-  Costs healthy, off;
+constexpr double kNever = 1e6;
 
-  explicit Labelled(const Costs& costs) : healthy(costs), off(costs) {
-    for (double& cost : off) cost += 0.5 * kStretch;
+/// What each of the two ends of a stretch costs that is not healthy.
+constexpr double kEnd = 0.5 * kStretch, kAneurysmEnd = 0.5 * (kStretch + kAneurysm);
+
+/// Costs while the vessel is healthy, while it is not, and while it is an aneurysm, whose width is
+/// drawn once and not again at each of its diameters.
+struct Labelled {
+  Costs healthy, off, aneurysm;
+
+  explicit Labelled(const Costs& costs) : healthy(costs), off(costs), aneurysm(costs) {
+    for (double& cost : off) cost += kEnd;
+    for (double& cost : aneurysm) cost += kAneurysmEnd;
   }
   void change() {
     const Costs before = healthy;
-    keep_lower(healthy, off, 0.5 * kStretch);
-    keep_lower(off, before, 0.5 * kStretch);
+    keep_lower(healthy, off, kEnd);
+    keep_lower(healthy, aneurysm, kAneurysmEnd);
+    keep_lower(off, before, kEnd);
+    keep_lower(aneurysm, before, kAneurysmEnd);
   }
   [[nodiscard]] Costs ended() const {
     Costs costs = healthy;
-    keep_lower(costs, off, 0.5 * kStretch);
+    keep_lower(costs, off, kEnd);
+    keep_lower(costs, aneurysm, kAneurysmEnd);
     return costs;
   }
 };
@@ -144,7 +155,9 @@ class BranchPass {
         Labelled& here = from_before[c];
         add(here.healthy, costs.healthy);
         add(here.off, costs.off);
+        add(here.aneurysm, costs.aneurysm);
         keep_lower(here.healthy, here.off, 0.0);
+        keep_lower(here.healthy, here.aneurysm, 0.0);
         keep_lower(result[c], shifted(here.healthy, -course.taper * branch_.cells[c].position),
                    course.cost);
         add_misfit(costs, c, course);
@@ -157,12 +170,12 @@ class BranchPass {
  private:
   static void step_up(Labelled& costs, const Course& course) {
     costs.change();
-    for (Costs* c : {&costs.healthy, &costs.off})
+    for (Costs* c : {&costs.healthy, &costs.off, &costs.aneurysm})
       allow_steps(*c, {course.narrowing, kMostNarrowing}, {course.widening, kMostWidening});
   }
   static void step_down(Labelled& costs, const Course& course) {
     costs.change();
-    for (Costs* c : {&costs.healthy, &costs.off})
+    for (Costs* c : {&costs.healthy, &costs.off, &costs.aneurysm})
       allow_steps(*c, {course.widening, kMostWidening}, {course.narrowing, kMostNarrowing});
   }
   void add_misfit(Labelled& costs, std::size_t c, const Course& course) const {
@@ -174,6 +187,7 @@ class BranchPass {
       const double e = cell.log_diameter - (expected + double(i) * kStep);
       costs.healthy[i] += scale * e * e;
       costs.off[i] += cell.weight * (kOff + kWide * std::max(0.0, e - kWideFrom));
+      costs.aneurysm[i] += e < kWideFrom ? kNever : cell.weight * kOff;
     }
   }
 

@@ -10,14 +10,18 @@
 #include "core/error.hpp"
 #include "tests/centerline/random_trees.hpp"
 #include "tests/centerline/shapes.hpp"
+#include "tests/centerline/straight_lines.hpp"
 
 namespace angio::centerline {
 namespace {
 
 using test::grid_around;
 using test::level_set_of;
+using test::line_of;
 using test::make_tube;
+using test::narrowed;
 using test::straight_tube;
+using test::tree_of;
 using test::Tube;
 
 /// A vessel of radius R (1 - taper t), narrowed by `severity` at t = at over +-half of its length:
@@ -180,8 +184,9 @@ TEST(FindLesions, ListsTandemLesionsApart) {
       {0, 0, 0}, {0, 0, 50}, [&](double t) { return std::min(first(t), second(t)); })});
   const auto lesions = find_lesions(tree, {});
   ASSERT_EQ(lesions.size(), 2U);
-  EXPECT_NEAR(lesions[0].diameter_stenosis_percent, 60.0, 1.0);
-  EXPECT_NEAR(lesions[1].diameter_stenosis_percent, 45.0, 1.0);
+  // Little of the vessel is healthy: the shoulders draw the reference down by up to 3 %.
+  EXPECT_NEAR(lesions[0].diameter_stenosis_percent, 60.0, 2.0);
+  EXPECT_NEAR(lesions[1].diameter_stenosis_percent, 45.0, 2.0);
   // Either end may be the inlet.
   EXPECT_TRUE(lesions[0].distal_mm < lesions[1].proximal_mm ||
               lesions[1].distal_mm < lesions[0].proximal_mm);
@@ -239,35 +244,6 @@ TEST(FindLesions, InventsNoneInHealthyTrees) {
 }
 
 // ---- laws, on lines without an extraction -----------------------------------------------------
-
-/// A straight line along z, points a quarter of the radius apart, from a diameter at each abscissa.
-CenterlinePath line_of(const std::function<double(double)>& diameter, double length, int id = 0) {
-  CenterlinePath path;
-  path.id = id;
-  for (double s = 0.0; s <= length; s += 0.125 * diameter(s)) {
-    path.points.push_back({0.0, 0.0, s});
-    path.inscribed_radius.push_back(0.5 * diameter(s));
-  }
-  return path;
-}
-
-CenterlineTree tree_of(std::vector<CenterlinePath> paths) {
-  for (CenterlinePath& path : paths) {
-    path.abscissa = arc_length(path.points);
-    for (const double r : path.inscribed_radius) {
-      path.section_area.push_back(units::kPi * r * r);
-      path.equivalent_radius.push_back(r);
-    }
-    if (path.tracts.empty()) path.tracts.push_back({0, int(path.points.size()) - 1, 0, 0, false});
-  }
-  return {std::move(paths)};
-}
-
-/// 1 - depth within `half` of `at`, smoothly.
-double narrowed(double s, double at, double half, double depth) {
-  const double x = (s - at) / half;
-  return std::abs(x) < 1.0 ? 1.0 - 0.5 * depth * (1.0 + std::cos(units::kPi * x)) : 1.0;
-}
 
 /// A trunk of 4 mm that forks into 3.2 and 2.9 mm after 30 mm (4^p = 3.2^p + 2.9^p at p = 2.7),
 /// times a narrowing of each; the fork hides 4 mm of each side.
@@ -387,7 +363,7 @@ TEST(LesionLaws, BehindAForkALesionIsMeasuredByItsOwnBranch) {
   ASSERT_EQ(lesions.size(), 1U);
   EXPECT_TRUE(lesions[0].is_stenosis);
   EXPECT_NEAR(lesions[0].reference_diameter_mm, 3.2, 0.1);
-  EXPECT_NEAR(lesions[0].diameter_stenosis_percent, 60.0, 2.0);
+  EXPECT_NEAR(lesions[0].diameter_stenosis_percent, 60.0, 1.0);
 }
 
 TEST(LesionLaws, ALesionMayRunIntoAFork) {

@@ -14,6 +14,7 @@
 #include <vtkProperty2D.h>
 #include <vtkRenderWindow.h>
 #include <vtkTextProperty.h>
+#include <vtkTextRenderer.h>
 #include <vtkTubeFilter.h>
 #include <vtkUnsignedCharArray.h>
 #include <vtkWindowToImageFilter.h>
@@ -27,6 +28,7 @@
 #include "formats/vtk_arrays.hpp"
 #include "formats/vtk_messages.hpp"
 #include "viewer/detail/chart.hpp"
+#include "viewer/detail/mark.hpp"
 
 namespace angio::viewer::detail {
 namespace {
@@ -290,23 +292,26 @@ PicturePlace place_in_picture(const ViewFrame& frame, double picture_aspect, con
 
 void add_mark(vtkRenderer* renderer, const PicturePlace& place, double radius_fraction,
               const std::string& label, int width, int height, int scale) {
-  const double x = place.x * width, y = place.y * height, radius = radius_fraction * height;
-  constexpr int kSides = 72;
-  vtkNew<vtkPoints> ring;
-  for (int side = 0; side <= kSides; ++side) {
-    const double angle = 2.0 * units::kPi * side / kSides;
-    ring->InsertNextPoint(x + radius * std::cos(angle), y + radius * std::sin(angle), 0.0);
-  }
-  renderer->AddActor2D(make_overlay_line(ring, colors::kInk, float(2 * scale)));
   const auto text = make_text(label, 15 * scale, colors::kInk);
   text->GetTextProperty()->BoldOn();
   text->GetTextProperty()->SetBackgroundColor(1.0, 1.0, 1.0);
   text->GetTextProperty()->SetBackgroundOpacity(0.8);
-  // Beside the ring, on the side that has more room.
-  const bool to_the_right = place.x < 0.6;
-  text->GetTextProperty()->SetJustification(to_the_right ? VTK_TEXT_LEFT : VTK_TEXT_RIGHT);
-  text->GetTextProperty()->SetVerticalJustificationToCentered();
-  text->SetPosition(x + (to_the_right ? 1.0 : -1.0) * (radius + 8.0 * scale), y);
+  constexpr int kDpi = 72;  // VTK's for pictures that are not shown
+  int box[4] = {0, 0, 0, 0};
+  vtkTextRenderer::GetInstance()->GetBoundingBox(text->GetTextProperty(), label, box, kDpi);
+  const double x = place.x * width, y = place.y * height;
+  const MarkLayout layout =
+      lay_out_mark({x, y, radius_fraction * height, double(box[1] - box[0] + 1),
+                    double(box[3] - box[2] + 1), 8.0 * scale, double(width), double(height)});
+  constexpr int kSides = 72;
+  vtkNew<vtkPoints> ring;
+  for (int side = 0; side <= kSides; ++side) {
+    const double angle = 2.0 * units::kPi * side / kSides;
+    ring->InsertNextPoint(x + layout.radius * std::cos(angle), y + layout.radius * std::sin(angle),
+                          0.0);
+  }
+  renderer->AddActor2D(make_overlay_line(ring, colors::kInk, float(2 * scale)));
+  text->SetPosition(layout.label_left - box[0], layout.label_bottom - box[2]);
   renderer->AddActor2D(text);
 }
 

@@ -109,7 +109,9 @@ struct PicturePlace {
 };
 PicturePlace place_in_picture(const ViewFrame& frame, double picture_aspect, const Vec3& point);
 
-/// A ring with a label, drawn over the scene. @param place  of its middle
+/// A ring with a label, drawn over the scene, laid out as lay_out_mark says.
+/// @param place  of its middle
+/// @param radius_fraction  as wanted, of the picture's height
 void add_mark(vtkRenderer* renderer, const PicturePlace& place, double radius_fraction,
               const std::string& label, int width, int height, int scale);
 

@@ -1,0 +1,73 @@
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "centerline/centerline.hpp"
+#include "tests/centerline/straight_lines.hpp"
+
+namespace angio::centerline {
+namespace {
+
+using test::line_of;
+using test::narrowed;
+using test::tree_of;
+
+TEST(LesionReferences, ALargeAneurysmIsNoHealthyWidth) {
+  // 3.5 mm wide, then 13 mm over 45 mm, then 3.2 mm: a vessel of 3.5 mm with an aneurysm.
+  const auto diameter = [](double s) {
+    const double x = (s - 50.0) / 25.0;
+    const double bulge = std::abs(x) < 1.0 ? std::min(1.0, 4.0 * (1.0 - std::abs(x))) : 0.0;
+    return (s < 50.0 ? 3.5 : 3.2) + 9.5 * bulge;
+  };
+  for (const double end : {100.0, 120.0})
+    for (const Lesion& lesion : find_lesions(tree_of({line_of(diameter, end)}), {}))
+      EXPECT_FALSE(lesion.is_stenosis) << lesion.abscissa_mm << " of " << end;
+}
+
+TEST(LesionReferences, BesideALargeAneurysmAStenosisIsReadAgainstItsOwnVessel) {
+  const auto diameter = [](double s) {
+    const double x = (s - 40.0) / 20.0;
+    const double bulge = std::abs(x) < 1.0 ? std::min(1.0, 4.0 * (1.0 - std::abs(x))) : 0.0;
+    return (3.5 + 9.0 * bulge) * narrowed(s, 80.0, 6.0, 0.7);
+  };
+  const auto lesions = find_lesions(tree_of({line_of(diameter, 120.0)}), {});
+  ASSERT_EQ(lesions.size(), 1U);
+  EXPECT_TRUE(lesions[0].is_stenosis);
+  EXPECT_NEAR(lesions[0].abscissa_mm, 80.0, 0.5);
+  EXPECT_NEAR(lesions[0].reference_diameter_mm, 3.5, 0.1);
+  EXPECT_NEAR(lesions[0].diameter_stenosis_percent, 70.0, 2.0);
+}
+
+TEST(LesionReferences, ABallThatFitsProvesThatTheLumenIsNoNarrower) {
+  // A fitted section that errs: its tube is half as wide as the ball that lies in the lumen.
+  CenterlinePath path = line_of([](double) { return 4.0; }, 60.0);
+  path.tube_radius = path.inscribed_radius;
+  for (std::size_t i = 0; i < path.points.size(); ++i)
+    if (std::abs(path.points[i].z - 30.0) < 4.0) path.tube_radius[i] *= 0.5;
+  EXPECT_FALSE(find_lesions(tree_of({path}), {}).at(0).is_stenosis);
+  for (std::size_t i = 0; i < path.points.size(); ++i)
+    path.inscribed_radius[i] = path.tube_radius[i];
+  EXPECT_TRUE(find_lesions(tree_of({path}), {}).at(0).is_stenosis);
+}
+
+/// A thread of a tenth of the vessel, uneven, over the last or first 5 mm.
+double thread(double s) { return 0.4 * (1.0 + 0.5 * std::sin(5.0 * s)); }
+
+TEST(LesionReferences, AVesselThatEndsInAThreadEndsThere) {
+  const auto last = [](double s) { return s < 45.0 ? 4.0 : thread(s); };
+  EXPECT_FALSE(find_lesions(tree_of({line_of(last, 50.0)}), {}).at(0).is_stenosis);
+  const auto first = [](double s) { return s > 5.0 ? 4.0 : thread(s); };
+  EXPECT_FALSE(find_lesions(tree_of({line_of(first, 50.0)}), {}).at(0).is_stenosis);
+}
+
+TEST(LesionReferences, AThreadWithVesselBehindItIsALesion) {
+  const auto diameter = [](double s) { return s < 40.0 || s > 45.0 ? 4.0 : thread(s); };
+  const Lesion lesion = find_lesions(tree_of({line_of(diameter, 80.0)}), {}).at(0);
+  EXPECT_TRUE(lesion.is_stenosis);
+  EXPECT_GT(lesion.diameter_stenosis_percent, 85.0);
+}
+
+}  // namespace
+}  // namespace angio::centerline
