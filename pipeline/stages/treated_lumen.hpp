@@ -1,0 +1,62 @@
+#pragma once
+
+#include <array>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "centerline/centerline.hpp"
+#include "core/centerline.hpp"
+#include "core/triangle_mesh.hpp"
+#include "pipeline/case/stage_files.hpp"
+
+namespace angio::pipeline {
+
+/// Where minimal diameters and areas are looked for, along the treated path [mm].
+struct TreatedSpans {
+  double lesion_first = 0.0, lesion_last = 0.0;    ///< the lesion's edges
+  double segment_first = 0.0, segment_last = 0.0;  ///< what the balloon reaches, and the lesion
+};
+
+/// @param placement  meshing/placement.json
+TreatedSpans treated_spans(const nlohmann::json& placement);
+
+/// What is told of the lumen at one moment: of the lesion, between its edges, and of all that the
+/// balloon reaches.
+struct TreatedMeasures {
+  centerline::Tightest lesion, segment;
+};
+
+/// The lumen along the treated path, as a frame has it. It is the program's one measure of the
+/// lumen in a simulation: metrics, time series, profile, report and viewer get it from here.
+class TreatedLumen {
+ public:
+  /// @param region  index in `lumen` of each vertex of the wall that moves
+  /// @param is_kept  a given mesh, perhaps too coarse to be measured on its vertices alone
+  TreatedLumen(TriangleMesh lumen, std::vector<int> region, CenterlinePath path,
+               const TreatedSpans& spans, double least_radius_mm, bool is_kept);
+
+  /// @param wall  [mm], shape [region]
+  [[nodiscard]] centerline::LumenProfile profile(const std::vector<Vec3>& wall) const;
+  [[nodiscard]] TreatedMeasures measures(const centerline::LumenProfile& profile) const;
+  /// The whole lumen with the region moved.
+  [[nodiscard]] TriangleMesh mesh(const std::vector<Vec3>& wall) const;
+
+ private:
+  [[nodiscard]] std::vector<Vec3> points(const std::vector<Vec3>& wall) const;
+
+  TriangleMesh lumen_;
+  std::vector<int> region_;
+  CenterlinePath path_;
+  TreatedSpans spans_;
+  std::vector<std::array<int, 2>> halved_;  ///< edges whose middles count, too
+  std::vector<int> near_;                   ///< of vertices and middles: those round the segment
+};
+
+/// lumen_profile.csv: a row for each place of the segment; a cell is empty where the section misses
+/// the lumen (near a rim).
+std::string profile_csv(const centerline::LumenProfile& before,
+                        const centerline::LumenProfile& peak,
+                        const centerline::LumenProfile& after);
+
+}  // namespace angio::pipeline
