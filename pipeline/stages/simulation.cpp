@@ -3,8 +3,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <iterator>
+#include <map>
 #include <optional>
-#include <set>
 #include <tuple>
 
 #include "core/atomic_file.hpp"
@@ -46,7 +47,7 @@ class PeakAndLast {
   simulation::SimulationFrame last_;
 };
 
-/// Writes frames as they come: every n-th, and in the end the peak and the last.
+/// Writes and measures frames as they come: every n-th, and in the end the peak and the last.
 class FrameWriter {
  public:
   FrameWriter(fs::path folder, const simulation::SimulationModel& model, const TreatedLumen& lumen,
@@ -54,10 +55,10 @@ class FrameWriter {
       : folder_(std::move(folder)), model_(model), lumen_(lumen), write_every_(write_every) {}
 
   void add(const simulation::SimulationFrame& frame) {
-    const double mld = lumen_.measures(lumen_.profile(frame.wall)).lesion.mld_mm;
-    rows_ += time_series_row(frame, mld) + "\n";
     if (frame.frame % write_every_ == 0) write(frame);
     kept_.add(frame);
+    rows_.push_back(frame);
+    drop_shape(rows_.back());
   }
 
   void finish() {
@@ -67,15 +68,18 @@ class FrameWriter {
       return std::tie(a.time_s, a.part) < std::tie(b.time_s, b.part);
     });
     formats::write_collection(folder_ / "simulation.pvd", steps_);
-    write_text_atomically(folder_ / "timeseries.csv",
-                          std::string(kTimeSeriesHeader) + "\n" + rows_);
+    std::string table = std::string(kTimeSeriesHeader) + "\n";
+    for (const simulation::SimulationFrame& row : rows_)
+      table += time_series_row(row, lumen_mld(row.frame)) + "\n";
+    write_text_atomically(folder_ / "timeseries.csv", table);
   }
 
   [[nodiscard]] const PeakAndLast& kept() const { return kept_; }
 
  private:
   void write(const simulation::SimulationFrame& frame) {
-    if (!written_.insert(frame.frame).second) return;
+    if (mld_.contains(frame.frame)) return;
+    mld_[frame.frame] = lumen_.measures(lumen_.profile(frame.wall)).lesion.mld_mm;
     write_frame(folder_ / "frames", model_, frame);
     steps_.push_back({frame.time_s, 0, fmt::format("frames/balloon_{:06d}.vtp", frame.frame)});
     steps_.push_back({frame.time_s, 1, fmt::format("frames/vessel_{:06d}.vtp", frame.frame)});
@@ -86,12 +90,29 @@ class FrameWriter {
     write_wall_frame(folder_ / steps_.back().file, model_.layered_wall, frame);
   }
 
+  /// Of a written frame as it is; between two of them by the straight line in time.
+  [[nodiscard]] double lumen_mld(int frame) const {
+    const auto behind = mld_.lower_bound(frame);
+    if (behind->first == frame) return behind->second;
+    const auto before = std::prev(behind);
+    const double share = double(frame - before->first) / double(behind->first - before->first);
+    return (1.0 - share) * before->second + share * behind->second;
+  }
+
+  /// Leaves what a row of the time series tells.
+  static void drop_shape(simulation::SimulationFrame& frame) {
+    frame.balloon = frame.wall = frame.guidewire = frame.layered_wall = {};
+    frame.membrane = {};
+    frame.plastic_strain = frame.contact_pressure_kpa = {};
+    frame.wall_stress = {};
+  }
+
   fs::path folder_;
   const simulation::SimulationModel& model_;
   const TreatedLumen& lumen_;
   int write_every_;
-  std::string rows_;
-  std::set<int> written_;
+  std::vector<simulation::SimulationFrame> rows_;  ///< without their shapes
+  std::map<int, double> mld_;                      ///< of the frames that are written [mm]
   std::vector<formats::TimeStep> steps_;
   PeakAndLast kept_;
 };
