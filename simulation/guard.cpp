@@ -14,7 +14,8 @@ namespace {
 
 constexpr double kLargestTolerance = 0.1;  // that SimulationOptions allows
 
-/// Numbers that look random: SplitMix64 (Steele, Lea, Flood 2014, OOPSLA, doi:10.1145/2660193.2660195).
+/// Numbers that look random: SplitMix64 (Steele, Lea, Flood 2014, OOPSLA,
+/// doi:10.1145/2660193.2660195).
 class Moves {
  public:
   Moves(std::uint64_t seed, double most) : state_(seed), most_(most) {}

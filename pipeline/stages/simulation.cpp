@@ -191,14 +191,15 @@ struct Runs {
   std::string second_failure;
 };
 
-Runs run_both(const simulation::SimulationModel& model, const simulation::SimulationOptions& options,
-              bool is_guarded, FrameWriter& frames, const Progress& progress) {
+Runs run_both(const simulation::SimulationModel& model,
+              const simulation::SimulationOptions& options, bool is_guarded, FrameWriter& frames,
+              const Progress& progress) {
   const auto add = [&](const simulation::SimulationFrame& frame) { frames.add(frame); };
   if (!is_guarded) return {simulation::simulate(model, options, add, progress), std::nullopt, ""};
   PeakAndLast second;
   simulation::GuardedSummary both = simulation::simulate_guarded(
-      model, options, {}, add,
-      [&](const simulation::SimulationFrame& frame) { second.add(frame); }, progress);
+      model, options, {}, add, [&](const simulation::SimulationFrame& frame) { second.add(frame); },
+      progress);
   Runs runs{std::move(both.first), std::nullopt, std::move(both.second_failure)};
   if (both.second && runs.second_failure.empty()) runs.second = std::move(second);
   return runs;
@@ -222,8 +223,8 @@ void write_result(StageWork& work, const SimulationSettings& settings, const jso
   keep(work.warnings, treatment_warnings(first, guard));
   write_text_atomically(work.out / "lumen_profile.csv", profile_csv(before, peak, after));
   formats::write_surface(work.out / "lumen_after.vtp", {lumen.mesh(frames.last().wall), {}, {}});
-  json reached = summary_json(settings.get<&Config::simulation>().balloon.name, reference,
-                              runs.first, frames);
+  json reached =
+      summary_json(settings.get<&Config::simulation>().balloon.name, reference, runs.first, frames);
   reached.update(treatment_json(first, second, reference));
   reached["peak"]["contact_gap_mm"] = simulation::contact_gap_mm(model, frames.peak());
   reached["simulation"]["guard"] = guard.state;

@@ -16,8 +16,8 @@ namespace {
 // no more than that (measure_lumen).
 constexpr double kAroundInRadii = 12.0;
 
-std::vector<int> points_near(const std::vector<Vec3>& points,
-                             const CenterlinePath& path, const TreatedSpans& spans) {
+std::vector<int> points_near(const std::vector<Vec3>& points, const CenterlinePath& path,
+                             const TreatedSpans& spans) {
   double radius = 0.0;
   std::vector<Vec3> line;
   for (std::size_t i = 0; i < path.points.size(); ++i) {
@@ -28,9 +28,8 @@ std::vector<int> points_near(const std::vector<Vec3>& points,
   const double most = kAroundInRadii * radius;
   std::vector<int> near;
   for (std::size_t v = 0; v < points.size(); ++v)
-    if (std::any_of(line.begin(), line.end(), [&](const Vec3& p) {
-          return norm_squared(p - points[v]) <= most * most;
-        }))
+    if (std::any_of(line.begin(), line.end(),
+                    [&](const Vec3& p) { return norm_squared(p - points[v]) <= most * most; }))
       near.push_back(int(v));
   return near;
 }
@@ -50,9 +49,8 @@ TreatedSpans treated_spans(const nlohmann::json& placement) {
   return spans;
 }
 
-TreatedLumen::TreatedLumen(TriangleMesh lumen, std::vector<int> region,
-                           CenterlinePath path, const TreatedSpans& spans,
-                           double least_radius_mm, bool is_kept)
+TreatedLumen::TreatedLumen(TriangleMesh lumen, std::vector<int> region, CenterlinePath path,
+                           const TreatedSpans& spans, double least_radius_mm, bool is_kept)
     : lumen_(std::move(lumen)), region_(std::move(region)), path_(std::move(path)), spans_(spans) {
   if (is_kept) halved_ = meshing::edges_to_halve(lumen_, least_radius_mm);
   std::vector<Vec3> start;
@@ -82,8 +80,7 @@ TreatedMeasures TreatedLumen::measures(const centerline::LumenProfile& profile) 
 
 TriangleMesh TreatedLumen::mesh(const std::vector<Vec3>& wall) const {
   TriangleMesh moved = lumen_;
-  for (std::size_t v = 0; v < wall.size(); ++v)
-    moved.vertices[std::size_t(region_[v])] = wall[v];
+  for (std::size_t v = 0; v < wall.size(); ++v) moved.vertices[std::size_t(region_[v])] = wall[v];
   return moved;
 }
 

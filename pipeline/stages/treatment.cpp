@@ -12,7 +12,7 @@ namespace {
 
 using nlohmann::json;
 
-constexpr double kLargestShare = 0.1;   // of the gain
+constexpr double kLargestShare = 0.1;      // of the gain
 constexpr double kLeastDifference = 0.01;  // [mm]
 
 constexpr const char* kWhatToTry =
@@ -30,10 +30,11 @@ json range_of(double a, double b) { return json::array({std::min(a, b), std::max
 GuardVerdict judge(const Treatment& first, const std::optional<Treatment>& second,
                    const std::string& second_failure) {
   if (!second)
-    return {"failed",
-            fmt::format("the result is not determined: a second run, from a start that nobody could "
-                        "tell from the first one's, gave none ({})",
-                        second_failure)};
+    return {
+        "failed",
+        fmt::format("the result is not determined: a second run, from a start that nobody could "
+                    "tell from the first one's, gave none ({})",
+                    second_failure)};
   const double gain = std::abs(first.gain_mm() - second->gain_mm()),
                recoil = std::abs(first.recoil_mm() - second->recoil_mm());
   const double most = kLargestShare * std::max(first.gain_mm(), second->gain_mm());
@@ -57,8 +58,7 @@ json treatment_json(const Treatment& first, const std::optional<Treatment>& seco
   if (second)
     ranges = {{"mld_range_mm", range_of(after.mld_mm, second->after.lesion.mld_mm)},
               {"acute_gain_range_mm", range_of(first.gain_mm(), second->gain_mm())},
-              {"recoil_range_percent",
-               range_of(first.recoil_percent(), second->recoil_percent())}};
+              {"recoil_range_percent", range_of(first.recoil_percent(), second->recoil_percent())}};
   json result = {{"mld_mm", after.mld_mm},
                  {"mla_mm2", after.mla_mm2},
                  {"diameter_stenosis_percent", stenosis_percent(after.mld_mm, reference_mm)},

@@ -18,9 +18,7 @@ struct Treatment {
   /// Of the lumen that the balloon holds open: before and behind contact's gap the same surface.
   [[nodiscard]] double recoil_mm() const { return peak.lesion.mld_mm - after.lesion.mld_mm; }
   /// Of the lumen at the peak.
-  [[nodiscard]] double recoil_percent() const {
-    return 100.0 * recoil_mm() / peak.lesion.mld_mm;
-  }
+  [[nodiscard]] double recoil_percent() const { return 100.0 * recoil_mm() / peak.lesion.mld_mm; }
 };
 
 /// What two runs whose starts nobody could tell apart say together.

@@ -15,7 +15,8 @@ double distance_to(const std::vector<Triangle>& triangles, const std::vector<Vec
   for (const Triangle& t : triangles) {
     const Vec3 &a = x[std::size_t(t[0])], &b = x[std::size_t(t[1])], &c = x[std::size_t(t[2])];
     const auto gap = detail::point_triangle_gap(p, a, b, c);
-    least = std::min(least, norm_squared(gap.w[0] * p + gap.w[1] * a + gap.w[2] * b + gap.w[3] * c));
+    least =
+        std::min(least, norm_squared(gap.w[0] * p + gap.w[1] * a + gap.w[2] * b + gap.w[3] * c));
   }
   return std::sqrt(least);
 }
