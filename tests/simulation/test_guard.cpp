@@ -188,6 +188,7 @@ Diameters widen(const WallMaterial& wall) {
   options.backend = Backend::cpu;
   options.frame_s = 0.04;
   options.wall = wall;
+  options.contact.adhesion_traction_kpa = 0.0;  // else it pulls a wall that flows back inwards
   options.inflation.inflate_s = 1.2;
   options.inflation.hold_s = 0.4;
   options.inflation.deflate_s = 1.0;
@@ -209,12 +210,12 @@ Diameters widen(const WallMaterial& wall) {
 
 TEST(Recoil, OfAWallThatOnlyFlowsIsNone) {
   WallMaterial plastic;
-  plastic.yield_strain = 0.0;
+  plastic.yield_strain = 0.002;
   plastic.creep_per_s = 1000.0;
   plastic.foundation_kpa_per_mm = 0.0;
   const Diameters found = widen(plastic);
   ASSERT_GT(found.peak, found.before + 0.3);
-  EXPECT_NEAR(found.recoil(), 0.0, 0.02);
+  EXPECT_NEAR(found.recoil(), 0.0, 0.01);
   // Against the balloon itself the gap would be counted as lumen: a negative recoil.
   EXPECT_GT(found.after, found.balloon);
 }

@@ -317,7 +317,10 @@ std::string lesion_table(const std::string& json, double voxel_mm) {
       body += "<td>" + formats::escape_html(lesion_value(lesions[i], column, voxel_mm)) + "</td>";
     body += "</tr>";
   }
-  return "<div class=\"table wide\"><table>" + body + "</table></div>\n";
+  return "<div class=\"table wide\"><table>" + body +
+         "</table></div>\n<p class=\"sub\">Of the image; what is simulated is measured on its "
+         "wall.</p>"
+         "\n";
 }
 
 std::string run_tables(const std::string& json) {
