@@ -210,6 +210,7 @@ void write_result(StageWork& work, const SimulationSettings& settings, const jso
                   const simulation::SimulationModel& model, const TreatedLumen& lumen,
                   const Runs& runs, const PeakAndLast& frames) {
   const double reference = placement.at("lesion").at("reference_diameter_mm").get<double>();
+  const TreatedSpans spans = treated_spans(placement);
   const auto before = lumen.profile(model.wall.vertices), peak = lumen.profile(frames.peak().wall),
              after = lumen.profile(frames.last().wall);
   const Treatment first{lumen.measures(before), lumen.measures(peak), lumen.measures(after)};
@@ -220,12 +221,14 @@ void write_result(StageWork& work, const SimulationSettings& settings, const jso
   const GuardVerdict guard = settings.get<&Config::guard>()
                                  ? judge(first, second, runs.second_failure)
                                  : GuardVerdict{"off", ""};
-  keep(work.warnings, treatment_warnings(first, guard));
+  keep(work.warnings, treatment_warnings(first, guard, spans));
   write_text_atomically(work.out / "lumen_profile.csv", profile_csv(before, peak, after));
   formats::write_surface(work.out / "lumen_after.vtp", {lumen.mesh(frames.last().wall), {}, {}});
   json reached =
       summary_json(settings.get<&Config::simulation>().balloon.name, reference, runs.first, frames);
   reached.update(treatment_json(first, second, reference));
+  reached["lesion"]["treated_first_mm"] = spans.lesion_first;
+  reached["lesion"]["treated_last_mm"] = spans.lesion_last;
   reached["peak"]["contact_gap_mm"] = simulation::contact_gap_mm(model, frames.peak());
   reached["simulation"]["guard"] = guard.state;
   reached["guard_reason"] = guard.reason;

@@ -39,13 +39,20 @@ std::vector<int> points_near(const std::vector<Vec3>& points, const CenterlinePa
 TreatedSpans treated_spans(const nlohmann::json& placement) {
   const nlohmann::json& lesion = placement.at("lesion");
   const nlohmann::json& site = placement.at("site");
+  const double proximal = lesion.at("proximal_mm").get<double>(),
+               distal = lesion.at("distal_mm").get<double>(),
+               throat = lesion.at("abscissa_mm").get<double>(),
+               first = site.at("balloon_first_abscissa_mm").get<double>(),
+               last = site.at("balloon_last_abscissa_mm").get<double>();
+  // Without the balloon's ends, which taper.
+  const double length = placement.at("balloon").at("length_mm").get<double>(),
+               end = std::max(0.5 * (last - first - length), 0.0);
   TreatedSpans spans;
-  spans.lesion_first = lesion.at("proximal_mm").get<double>();
-  spans.lesion_last = lesion.at("distal_mm").get<double>();
-  spans.segment_first =
-      std::min(site.at("balloon_first_abscissa_mm").get<double>(), spans.lesion_first);
-  spans.segment_last =
-      std::max(site.at("balloon_last_abscissa_mm").get<double>(), spans.lesion_last);
+  spans.lesion_first = std::min(std::max(proximal, first + end), throat);
+  spans.lesion_last = std::max(std::min(distal, last - end), throat);
+  spans.segment_first = std::min(first, proximal);
+  spans.segment_last = std::max(last, distal);
+  spans.untreated_mm = spans.lesion_first - proximal + distal - spans.lesion_last;
   return spans;
 }
 

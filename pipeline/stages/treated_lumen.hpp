@@ -14,15 +14,17 @@ namespace angio::pipeline {
 
 /// Where minimal diameters and areas are looked for, along the treated path [mm].
 struct TreatedSpans {
-  double lesion_first = 0.0, lesion_last = 0.0;    ///< the lesion's edges
+  /// The lesion's edges, as far as the balloon's cylindrical part goes: where it treats the lesion.
+  double lesion_first = 0.0, lesion_last = 0.0;
   double segment_first = 0.0, segment_last = 0.0;  ///< what the balloon reaches, and the lesion
+  double untreated_mm = 0.0;                       ///< of the lesion, that the balloon leaves out
 };
 
 /// @param placement  meshing/placement.json
 TreatedSpans treated_spans(const nlohmann::json& placement);
 
-/// What is told of the lumen at one moment: of the lesion, between its edges, and of all that the
-/// balloon reaches.
+/// What is told of the lumen at one moment: of the lesion, where it is treated, and of all that
+/// the balloon reaches.
 struct TreatedMeasures {
   centerline::Tightest lesion, segment;
 };

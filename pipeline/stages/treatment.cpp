@@ -13,7 +13,9 @@ namespace {
 using nlohmann::json;
 
 constexpr double kLargestShare = 0.1;      // of the gain
-constexpr double kLeastDifference = 0.01;  // [mm]
+constexpr double kLeastDifference = 0.02;  // [mm]
+
+constexpr double kWorthSaying = 0.5;  // [mm]
 
 constexpr const char* kWhatToTry =
     "Try a smaller or shorter balloon (balloon.nominal_diameter_mm, balloon.length_mm), a finer "
@@ -41,8 +43,8 @@ GuardVerdict judge(const Treatment& first, const std::optional<Treatment>& secon
   if (std::max(gain, recoil) <= std::max(most, kLeastDifference)) return {"agrees", ""};
   return {"differs",
           fmt::format("the result is not determined: two runs, from starts that nobody could tell "
-                      "apart, gave a gain of {:.2f} and {:.2f} mm and a recoil of {:.0f} and "
-                      "{:.0f} %. {}",
+                      "apart, gave a gain of {:.2f} and {:.2f} mm and a recoil of {:.1f} and "
+                      "{:.1f} %. {}",
                       first.gain_mm(), second->gain_mm(), first.recoil_percent(),
                       second->recoil_percent(), kWhatToTry)};
 }
@@ -84,7 +86,8 @@ json treatment_json(const Treatment& first, const std::optional<Treatment>& seco
           {"result", std::move(result)}};
 }
 
-std::vector<std::string> treatment_warnings(const Treatment& treatment, const GuardVerdict& guard) {
+std::vector<std::string> treatment_warnings(const Treatment& treatment, const GuardVerdict& guard,
+                                            const TreatedSpans& spans) {
   std::vector<std::string> warnings;
   if (!guard.reason.empty()) warnings.push_back(guard.reason);
   if (treatment.recoil_mm() < 0.0)
@@ -92,6 +95,12 @@ std::vector<std::string> treatment_warnings(const Treatment& treatment, const Gu
         "the recoil is negative: the lumen after deflation, {:.3f} mm, is wider than the balloon "
         "held it at its peak, {:.3f} mm (the wall moved on, or the narrowest place is another one)",
         treatment.after.lesion.mld_mm, treatment.peak.lesion.mld_mm));
+  if (spans.untreated_mm > kWorthSaying)
+    warnings.push_back(fmt::format(
+        "the balloon leaves out {:.1f} mm of the lesion: MLD, gain and recoil are of the part that "
+        "it treats, from {:.1f} to {:.1f} mm from the inlet; segment_mld_mm is of all of it. A "
+        "longer balloon (balloon.length_mm) may reach it",
+        spans.untreated_mm, spans.lesion_first, spans.lesion_last));
   return warnings;
 }
 

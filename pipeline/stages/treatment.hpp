@@ -28,7 +28,7 @@ struct GuardVerdict {
 };
 
 /// A result is not determined where gain or recoil of the two runs differ by more than a tenth of
-/// the larger gain, and by more than 0.01 mm, below which a mesh's error lies.
+/// the larger gain, and by more than 0.02 mm, below which the error of the measure lies.
 /// @param second_failure  why there is no second run; empty: there is
 GuardVerdict judge(const Treatment& first, const std::optional<Treatment>& second,
                    const std::string& second_failure);
@@ -40,6 +40,7 @@ nlohmann::json treatment_json(const Treatment& first, const std::optional<Treatm
                               double reference_mm);
 
 /// What is to be said of the numbers; empty where nothing is.
-std::vector<std::string> treatment_warnings(const Treatment& treatment, const GuardVerdict& guard);
+std::vector<std::string> treatment_warnings(const Treatment& treatment, const GuardVerdict& guard,
+                                            const TreatedSpans& spans);
 
 }  // namespace angio::pipeline

@@ -121,9 +121,10 @@ TEST_F(OneNumber, IsTheTimeSeriesAtTheFirstThePeakAndTheLastFrame) {
   }
 }
 
-TEST_F(OneNumber, IsTheLeastOfTheProfileBetweenTheLesionsEdges) {
+TEST_F(OneNumber, IsTheLeastOfTheProfileWhereTheLesionIsTreated) {
   const auto rows = table(root / "simulation/lumen_profile.csv");
-  const double first = number("lesion", "proximal_mm"), last = number("lesion", "distal_mm");
+  const double first = number("lesion", "treated_first_mm"),
+               last = number("lesion", "treated_last_mm");
   for (const When& when : times()) {
     const std::string word = std::string(when.word) + "_mm";
     EXPECT_NEAR(least_within(rows, "inscribed_diameter_" + word, first, last),
@@ -150,7 +151,8 @@ TEST_F(OneNumber, IsThatOfTheFramesThatAreWritten) {
     double least = std::numeric_limits<double>::max();
     for (const Vec3& p : shape.wall.vertices) {
       const double s = dot(p - point, tangent), place = throat + s;
-      if (place < number("lesion", "proximal_mm") || place > number("lesion", "distal_mm"))
+      if (place < number("lesion", "treated_first_mm") ||
+          place > number("lesion", "treated_last_mm"))
         continue;
       least = std::min(least, norm(p - point - s * tangent));
     }

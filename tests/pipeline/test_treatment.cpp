@@ -58,8 +58,8 @@ TEST(Guard, LooksAtTheRecoilToo) {
 }
 
 TEST(Guard, DoesNotCountHundredthsOfAMillimetre) {
-  EXPECT_EQ(judge(treatment(3.0, 3.1, 3.01), treatment(3.0, 3.1, 3.018), "").state, "agrees");
-  EXPECT_EQ(judge(treatment(3.0, 3.1, 3.01), treatment(3.0, 3.1, 3.03), "").state, "differs");
+  EXPECT_EQ(judge(treatment(3.0, 3.1, 3.01), treatment(3.0, 3.1, 3.028), "").state, "agrees");
+  EXPECT_EQ(judge(treatment(3.0, 3.1, 3.01), treatment(3.0, 3.1, 3.04), "").state, "differs");
 }
 
 TEST(Guard, SaysBothGainsOrWhyThereIsNoSecond) {
@@ -72,10 +72,34 @@ TEST(Guard, SaysBothGainsOrWhyThereIsNoSecond) {
 }
 
 TEST(Treatment, WarnsOfANegativeRecoilOnly) {
-  EXPECT_TRUE(treatment_warnings(treatment(1.0, 3.0, 2.9), {"agrees", ""}).empty());
-  const auto warnings = treatment_warnings(treatment(1.0, 3.0, 3.1), {"agrees", ""});
+  EXPECT_TRUE(treatment_warnings(treatment(1.0, 3.0, 2.9), {"agrees", ""}, {}).empty());
+  const auto warnings = treatment_warnings(treatment(1.0, 3.0, 3.1), {"agrees", ""}, {});
   ASSERT_EQ(warnings.size(), 1U);
   EXPECT_NE(warnings[0].find("negative"), std::string::npos);
+}
+
+TEST(TreatedSpans, AreOfTheLesionAsFarAsTheBalloonsCylinderGoes) {
+  const auto spans = [](double proximal, double distal, double length) {
+    return treated_spans(
+        {{"lesion", {{"proximal_mm", proximal}, {"distal_mm", distal}, {"abscissa_mm", 20.0}}},
+         {"site",
+          {{"balloon_first_abscissa_mm", 20.0 - 0.5 * length - 1.5},
+           {"balloon_last_abscissa_mm", 20.0 + 0.5 * length + 1.5}}},
+         {"balloon", {{"length_mm", length}}}});
+  };
+  const TreatedSpans whole = spans(17.0, 24.0, 12.0);
+  EXPECT_EQ(whole.lesion_first, 17.0);
+  EXPECT_EQ(whole.lesion_last, 24.0);
+  EXPECT_EQ(whole.segment_first, 12.5);
+  EXPECT_EQ(whole.segment_last, 27.5);
+  EXPECT_EQ(whole.untreated_mm, 0.0);
+  const TreatedSpans part = spans(12.0, 21.0, 4.0);
+  EXPECT_EQ(part.lesion_first, 18.0);
+  EXPECT_EQ(part.lesion_last, 21.0);
+  EXPECT_EQ(part.segment_first, 12.0);
+  EXPECT_EQ(part.segment_last, 23.5);
+  EXPECT_EQ(part.untreated_mm, 6.0);
+  EXPECT_EQ(treatment_warnings(treatment(1.0, 3.0, 2.9), {"agrees", ""}, part).size(), 1U);
 }
 
 // ---- the lumen along the path ------------------------------------------------------------------

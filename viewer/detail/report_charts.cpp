@@ -42,7 +42,7 @@ void add_profile(Chart& chart, const DiameterProfile& profile, const std::string
       {when + ", from the area", profile.abscissa_mm, profile.equivalent_diameter_mm, color, true});
 }
 
-/// The edges of the lesion along the line [mm]; everything where they are not told.
+/// Where the lesion is treated along the line [mm]; everything where it is not told.
 struct Stretch {
   double first = -std::numeric_limits<double>::infinity();
   double last = std::numeric_limits<double>::infinity();
@@ -121,8 +121,8 @@ Chart diameter_chart(const ReportContent& content, const Metrics& metrics) {
   add_profile(chart, content.after, "after", 2);
   add_profile(chart, content.peak, "at peak", 3);
   Stretch lesion;
-  lesion.first = metrics.number("lesion", "proximal_mm").value_or(lesion.first);
-  lesion.last = metrics.number("lesion", "distal_mm").value_or(lesion.last);
+  lesion.first = metrics.number("lesion", "treated_first_mm").value_or(lesion.first);
+  lesion.last = metrics.number("lesion", "treated_last_mm").value_or(lesion.last);
   add_mld_mark(chart, content.before, metrics.number("lesion", "mld_mm"), lesion, "before", 1);
   add_mld_mark(chart, content.after, metrics.number("result", "mld_mm"), lesion, "after", 2);
   add_mld_mark(chart, content.peak, metrics.number("peak", "mld_mm"), lesion, "at peak", 3);

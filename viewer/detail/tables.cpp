@@ -39,6 +39,8 @@ constexpr std::array kWordings{
     Wording{"lesion.area_stenosis_percent", "Area stenosis", "%", 1},
     Wording{"lesion.proximal_mm", "Begins, from the inlet", "mm", 1},
     Wording{"lesion.distal_mm", "Ends, from the inlet", "mm", 1},
+    Wording{"lesion.treated_first_mm", "Is treated from, from the inlet", "mm", 1},
+    Wording{"lesion.treated_last_mm", "Is treated to, from the inlet", "mm", 1},
     Wording{"lesion.length_mm", "Length", "mm", 1},
     Wording{"lesion.evidence", "Evidence (ln of the odds)", "", 1},
     Wording{"lesion.resolution_mm", "Longest edge of a voxel", "mm", 2},
