@@ -60,13 +60,40 @@ TreatedLumen::TreatedLumen(TriangleMesh lumen, std::vector<int> region, Centerli
                            const TreatedSpans& spans, double least_radius_mm, bool is_kept)
     : lumen_(std::move(lumen)), region_(std::move(region)), path_(std::move(path)), spans_(spans) {
   if (is_kept) halved_ = meshing::edges_to_halve(lumen_, least_radius_mm);
-  std::vector<Vec3> start;
-  for (const int v : region_) start.push_back(lumen_.vertices[std::size_t(v)]);
-  near_ = points_near(points(start), path_, spans_);
+  near_ = points_near(points(lumen_.vertices), path_, spans_);
+  find_shares();
 }
 
-std::vector<Vec3> TreatedLumen::points(const std::vector<Vec3>& wall) const {
-  std::vector<Vec3> all = mesh(wall).vertices;
+void TreatedLumen::find_shares() {
+  constexpr double kReach = 2.0;  // radii
+  const std::vector<double> areas = vertex_areas(lumen_);
+  shares_.resize(path_.points.size());
+  for (std::size_t i = 0; i < shares_.size(); ++i) {
+    const double reach = kReach * path_.equivalent_radius[i];
+    double sum = 0.0;
+    for (const int v : near_) {
+      if (std::size_t(v) >= areas.size()) break;  // the middles of edges
+      const double d = distance(lumen_.vertices[std::size_t(v)], path_.points[i]) / reach;
+      if (d >= 1.0) continue;
+      shares_[i].push_back({v, areas[std::size_t(v)] * (1.0 - d * d)});
+      sum += shares_[i].back().weight;
+    }
+    for (Share& share : shares_[i]) share.weight /= sum;
+  }
+}
+
+CenterlinePath TreatedLumen::moved_path(const std::vector<Vec3>& lumen) const {
+  CenterlinePath moved = path_;
+  for (std::size_t i = 0; i < shares_.size(); ++i)
+    for (const Share& share : shares_[i]) {
+      const auto v = std::size_t(share.vertex);
+      moved.points[i] += share.weight * (lumen[v] - lumen_.vertices[v]);
+    }
+  return moved;
+}
+
+std::vector<Vec3> TreatedLumen::points(const std::vector<Vec3>& lumen) const {
+  std::vector<Vec3> all = lumen;
   for (const auto& [a, b] : halved_)
     all.push_back(0.5 * (all[std::size_t(a)] + all[std::size_t(b)]));
   if (near_.empty()) return all;
@@ -77,7 +104,9 @@ std::vector<Vec3> TreatedLumen::points(const std::vector<Vec3>& wall) const {
 }
 
 centerline::LumenProfile TreatedLumen::profile(const std::vector<Vec3>& wall) const {
-  return centerline::measure_lumen(points(wall), path_, spans_.segment_first, spans_.segment_last);
+  const std::vector<Vec3> lumen = mesh(wall).vertices;
+  return centerline::measure_lumen(points(lumen), moved_path(lumen), spans_.segment_first,
+                                   spans_.segment_last);
 }
 
 TreatedMeasures TreatedLumen::measures(const centerline::LumenProfile& profile) const {

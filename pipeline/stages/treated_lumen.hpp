@@ -45,13 +45,23 @@ class TreatedLumen {
   [[nodiscard]] TriangleMesh mesh(const std::vector<Vec3>& wall) const;
 
  private:
-  [[nodiscard]] std::vector<Vec3> points(const std::vector<Vec3>& wall) const;
+  /// The wall round a point of the path: a vertex of the lumen and its share in the mean.
+  struct Share {
+    int vertex = 0;
+    double weight = 0.0;
+  };
+  void find_shares();
+  [[nodiscard]] std::vector<Vec3> points(const std::vector<Vec3>& lumen) const;
+  /// The path, taken along by the wall: every point by the mean motion of the wall round it, by
+  /// area, out to two radii. A balloon that straightens a bend takes the lumen off its old line.
+  [[nodiscard]] CenterlinePath moved_path(const std::vector<Vec3>& lumen) const;
 
   TriangleMesh lumen_;
   std::vector<int> region_;
   CenterlinePath path_;
   TreatedSpans spans_;
   std::vector<std::array<int, 2>> halved_;  ///< edges whose middles count, too
+  std::vector<std::vector<Share>> shares_;  ///< shape [point of the path]
   std::vector<int> near_;                   ///< of vertices and middles: those round the segment
 };
 

@@ -177,6 +177,21 @@ TEST(TreatedLumen, FollowsTheWallAndNoVesselFarAway) {
   EXPECT_NEAR(treated.measures(treated.profile(wide)).lesion.mld_mm, 2.4, 0.03);
 }
 
+TEST(TreatedLumen, FollowsAWallThatIsPushedOffItsOldLine) {
+  const TriangleMesh lumen = tube(97, 24, narrowed);
+  std::vector<int> region;
+  std::vector<Vec3> aside;
+  for (std::size_t v = 0; v < lumen.vertices.size(); ++v) {
+    const Vec3& p = lumen.vertices[v];
+    region.push_back(int(v));
+    aside.push_back(p + Vec3{2.5 * std::exp(-std::pow((p.z - 9.0) / 6.0, 2)), 0, 0});
+  }
+  const TreatedLumen treated(lumen, region, axis(), {6.0, 12.0, 3.0, 21.0}, 0.7, false);
+  const TreatedMeasures measures = treated.measures(treated.profile(aside));
+  EXPECT_NEAR(measures.lesion.mld_mm, 2.0, 0.05);  // the slope of the push is zero at the throat
+  EXPECT_NEAR(measures.lesion.mla_mm2, units::kPi, 0.15);
+}
+
 TEST(TreatedLumen, OfAGivenCoarseMeshCountsTheMiddlesOfItsEdges) {
   const TriangleMesh lumen = tube(25, 12, narrowed);
   std::vector<int> region;
