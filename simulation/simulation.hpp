@@ -274,8 +274,8 @@ SimulationSummary simulate(const SimulationModel& model, const SimulationOptions
                            const std::function<void(const SimulationFrame&)>& on_frame,
                            const Progress& progress = {});
 
-/// The gap that contact keeps where balloon and wall touch: the mean distance of the wall's vertices
-/// from the balloon's triangles, weighted by the force on them.
+/// The gap that contact keeps where balloon and wall touch: the mean distance of the wall's
+/// vertices from the balloon's triangles, weighted by the force on them.
 ///
 ///     g = sum p_i A_i d_i / sum p_i A_i
 ///
