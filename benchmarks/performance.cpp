@@ -314,13 +314,10 @@ void angioplasty(ResultTable& results) {
     for (const int threads : {1, 2, 0})
       if (threads > 0 || has_gpu()) print_split(c, model, options, threads == 0, threads, results);
     const Scene scene = make_scene(model, options);
-    double begin = now();
+    const double begin = now();
     const double crossing = max_penetration(scene, scene.start);
-    const double measured = now() - begin;
-    begin = now();
-    const double lumen = lumen_mld(scene, scene.start);
-    std::fprintf(stderr, "  outputs: penetration (%.3f mm) %.2f ms, lumen (%.2f mm) %.2f ms\n",
-                 crossing, 1e3 * measured, lumen, 1e3 * (now() - begin));
+    std::fprintf(stderr, "  outputs: penetration (%.3f mm) %.2f ms\n", crossing,
+                 1e3 * (now() - begin));
   }
 }
 

@@ -11,6 +11,7 @@
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
+#include <limits>
 
 #include "benchmarks/random_vessel.hpp"
 #include "benchmarks/result_table.hpp"
@@ -88,6 +89,13 @@ void inflate(const Site& site, const BalloonSetup& setup, simulation::Backend ba
        summary.failure});
 }
 
+/// Of the largest sphere round a point that holds no vertex of the wall [mm].
+double free_diameter(const Vec3& point, const std::vector<Vec3>& wall) {
+  double least = std::numeric_limits<double>::max();
+  for (const Vec3& p : wall) least = std::min(least, distance(p, point));
+  return 2.0 * least;
+}
+
 void compare_with_anew(const Site& site, const BalloonSetup& setup,
                        benchmarks::ResultTable& results) {
   using benchmarks::formatted;
@@ -97,8 +105,9 @@ void compare_with_anew(const Site& site, const BalloonSetup& setup,
   for (const int anew : {0, 1}) {
     model.rebuild_each_frame = anew == 1;
     const auto summary = simulation::simulate(
-        model, short_inflation(setup),
-        [&](const simulation::SimulationFrame& f) { lumen[anew] = f.lumen_mld_mm; });
+        model, short_inflation(setup), [&](const simulation::SimulationFrame& f) {
+          lumen[anew] = free_diameter(model.measure_point, f.wall);
+        });
     rebuilt[anew] = summary.air_rebuild_count;
     frames = summary.frame_count;
   }

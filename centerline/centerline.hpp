@@ -48,10 +48,15 @@ struct LumenProfile {
 /// Points outside [first_abscissa, last_abscissa] [mm] are left out.
 LumenProfile measure_lumen(const TriangleMesh& surface, const CenterlinePath& path,
                            double first_abscissa, double last_abscissa);
+/// The same of the points of a wall, each once. @param wall [mm], without caps
+LumenProfile measure_lumen(std::vector<Vec3> wall, const CenterlinePath& path,
+                           double first_abscissa, double last_abscissa);
 
-/// The tightest place of a stretch of a lumen; of the place nearest to it, where it has none.
+/// The program's one minimal lumen diameter and area: over the profile's places between two
+/// abscissas of the treated path, or over the place nearest to them where there is none.
 struct Tightest {
-  double mld_mm = 0.0, mla_mm2 = 0.0;
+  double mld_mm = 0.0;   ///< twice the least inscribed radius
+  double mla_mm2 = 0.0;  ///< the least section area
 };
 /// Between two abscissas [mm]. @throws InputError if the profile is empty
 Tightest tightest_between(const LumenProfile& profile, double first_abscissa, double last_abscissa);

@@ -70,11 +70,16 @@ Polyline center_again(const WallPoints& points, Polyline line, Range stretch) {
 
 LumenProfile measure_lumen(const TriangleMesh& surface, const CenterlinePath& path,
                            double first_abscissa, double last_abscissa) {
-  if (path.points.size() < 2)
-    throw InputError("the path has fewer than two points, so it has no sections. Run centerline");
   ClosedSurface closed = close_surface(surface);
   closed.mesh.vertices.resize(std::size_t(closed.wall_vertex_count));
-  const WallPoints points(std::move(closed.mesh.vertices));
+  return measure_lumen(std::move(closed.mesh.vertices), path, first_abscissa, last_abscissa);
+}
+
+LumenProfile measure_lumen(std::vector<Vec3> wall, const CenterlinePath& path,
+                           double first_abscissa, double last_abscissa) {
+  if (path.points.size() < 2)
+    throw InputError("the path has fewer than two points, so it has no sections. Run centerline");
+  const WallPoints points(std::move(wall));
   const auto begin = std::lower_bound(path.abscissa.begin(), path.abscissa.end(), first_abscissa);
   const auto end = std::upper_bound(begin, path.abscissa.end(), last_abscissa);
   const Range stretch{std::size_t(begin - path.abscissa.begin()),

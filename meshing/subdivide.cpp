@@ -24,18 +24,20 @@ TriangleMesh subdivide(const TriangleMesh& mesh) {
   return fine;
 }
 
-TriangleMesh fine_enough(TriangleMesh lumen, double least_radius_mm) {
+std::vector<std::array<int, 2>> edges_to_halve(TriangleMesh lumen, double least_radius_mm) {
   constexpr double kEdgeInRadii = 0.4;  // as the program's own meshes have it
   constexpr int kMostLevels = 2;
+  std::vector<std::array<int, 2>> halved;
   for (int level = 0; level < kMostLevels; ++level) {
     double sum = 0.0;
     const auto edges = unique_edges(lumen);
     for (const auto& [a, b] : edges)
       sum += distance(lumen.vertices[std::size_t(a)], lumen.vertices[std::size_t(b)]);
     if (sum <= kEdgeInRadii * least_radius_mm * double(edges.size())) break;
+    halved.insert(halved.end(), edges.begin(), edges.end());
     lumen = subdivide(lumen);
   }
-  return lumen;
+  return halved;
 }
 
 }  // namespace angio::meshing

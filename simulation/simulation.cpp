@@ -76,7 +76,6 @@ void add_state(const SimulationModel& model, const Scene& scene, const State& st
   frame.balloon_volume_mm3 = state.volume;
   frame.balloon_diameter_mm = diameter_across(scene.balloon.triangles, state.x, model.measure_point,
                                               normalized(model.measure_tangent));
-  frame.lumen_mld_mm = lumen_mld(scene, state.x);
   frame.contact.max_penetration_mm = max_penetration(scene, state.x);
   const int wall = scene.bodies.wall().first;
   const auto middle = state.x.begin() + wall;

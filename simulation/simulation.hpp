@@ -185,9 +185,6 @@ struct SimulationModel {
   double reference_radius_mm = 1.5;  ///< of the healthy vessel at the lesion
   Vec3 measure_point;                ///< where balloon_diameter_mm is watched
   Vec3 measure_tangent;              ///< of the vessel there
-  /// Between these abscissas of `wall_abscissa`, the edges of the lesion, lumen_mld_mm is watched
-  /// [mm]: on the branch of measure_point. The first not below the last: on the whole region.
-  double watch_first_mm = 0.0, watch_last_mm = 0.0;
 };
 
 enum class Phase { insert, inflate, hold, deflate, rest };
@@ -216,7 +213,6 @@ struct SimulationFrame {
   double balloon_volume_mm3 = 0.0;
   /// 2 sqrt(area / pi) of the balloon's section through measure_point across its own axis
   double balloon_diameter_mm = 0.0;
-  double lumen_mld_mm = 0.0;  ///< narrowest section of what is watched, see the README
   ContactMeasures contact;
   air_mesh::AirReport air;  ///< since the last frame
   double residual = 0.0;    ///< of the force balance, relative
@@ -277,5 +273,13 @@ CudaSupport cuda_support();
 SimulationSummary simulate(const SimulationModel& model, const SimulationOptions& options,
                            const std::function<void(const SimulationFrame&)>& on_frame,
                            const Progress& progress = {});
+
+/// The gap that contact keeps where balloon and wall touch: the mean distance of the wall's
+/// vertices from the balloon's triangles, weighted by the force on them.
+///
+///     g = sum p_i A_i d_i / sum p_i A_i
+///
+/// @return [mm]; 0 where nothing touches
+double contact_gap_mm(const SimulationModel& model, const SimulationFrame& frame);
 
 }  // namespace angio::simulation

@@ -12,7 +12,8 @@
 
 namespace angio::viewer {
 
-/// A diameter along the lesion's line, before or after.
+/// A diameter along the lesion's line, before, at peak or after; not a number where a section
+/// misses the lumen.
 struct DiameterProfile {
   std::vector<double> abscissa_mm;
   std::vector<double> inscribed_diameter_mm;
@@ -45,7 +46,7 @@ struct ReportContent {
   double lesion_abscissa_mm = 0.0;
   std::vector<Moment> moments;   ///< before, at peak, after
   std::vector<Moment> sequence;  ///< the whole course, for one picture; may be empty
-  DiameterProfile before, after;
+  DiameterProfile before, peak, after;
   TimeSeries time_series;
   std::string metrics_json;           ///< metrics.json, shown as tables
   std::string lesions_json;           ///< lesions.json: a row per stenosis; may be empty

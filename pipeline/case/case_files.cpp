@@ -310,13 +310,13 @@ const char* const kTimeSeriesHeader =
     "friction_delta_mm,viscous_delta_mm,contact_count,min_air_volume_mm3,max_penetration_mm,"
     "air_tet_count,flip_count";
 
-std::string time_series_row(const simulation::SimulationFrame& f) {
+std::string time_series_row(const simulation::SimulationFrame& f, double lumen_mld_mm) {
   return fmt::format(
       "{},{:.6g},{},{:.6g},{:.7g},{:.6g},{:.6g},{:.6g},{:.6g},{},{:.6g},{:.6g},{},{}", f.frame,
       f.time_s, simulation::name(f.phase), f.pressure_atm, f.balloon_volume_mm3,
-      f.balloon_diameter_mm, f.lumen_mld_mm, f.contact.friction_delta_mm,
-      f.contact.viscous_delta_mm, f.contact.count, f.air.min_volume, f.contact.max_penetration_mm,
-      f.air.tet_count, f.air.flip_count);
+      f.balloon_diameter_mm, lumen_mld_mm, f.contact.friction_delta_mm, f.contact.viscous_delta_mm,
+      f.contact.count, f.air.min_volume, f.contact.max_penetration_mm, f.air.tet_count,
+      f.air.flip_count);
 }
 
 }  // namespace angio::pipeline

@@ -57,8 +57,8 @@ struct FrameShape {
 };
 FrameShape read_frame(const std::filesystem::path& frames_folder, int frame);
 
-/// Header and row of timeseries.csv.
+/// Header and row of timeseries.csv. @param lumen_mld_mm  of the treated path (TreatedLumen)
 extern const char* const kTimeSeriesHeader;
-std::string time_series_row(const simulation::SimulationFrame& frame);
+std::string time_series_row(const simulation::SimulationFrame& frame, double lumen_mld_mm);
 
 }  // namespace angio::pipeline

@@ -9,6 +9,7 @@ namespace angio::pipeline {
 namespace {
 
 using formats::case_file::kPlacement;
+using formats::case_file::kSummary;
 constexpr Stage kTreating[] = {Stage::segmentation, Stage::centerline, Stage::meshing,
                                Stage::simulation};
 
@@ -41,8 +42,11 @@ CaseStatus case_status(const StageFiles& files, const RunRecord& record) {
   if (!record.is(Stage::meshing, "done") || !files.exists(kPlacement)) return {};
   const nlohmann::json placement = read_json(files.path(kPlacement));
   const CaseStatus found{placement.value("status", "done"), placement.value("status_reason", "")};
-  const bool ended = record.is(Stage::simulation, "done") || !placement.contains("balloon");
-  return ended ? found : CaseStatus{};
+  if (!placement.contains("balloon")) return found;
+  if (!record.is(Stage::simulation, "done")) return {};
+  if (found.status != "done" || !files.exists(kSummary)) return found;
+  const std::string reason = read_json(files.path(kSummary)).value("guard_reason", "");
+  return reason.empty() ? found : CaseStatus{"not_determined", reason};
 }
 
 }  // namespace angio::pipeline

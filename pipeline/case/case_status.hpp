@@ -10,9 +10,9 @@ namespace angio::pipeline {
 /// How a case stands: metrics.json's status and status_reason.
 struct CaseStatus {
   /// "done": a stenosis was treated; "no_lesion": there was none to treat; "not_determined": there
-  /// is one that could not be; "failed": a stage, or its result, was not right; "stale": a
-  /// stage's settings or inputs have changed, and it was not run again. Empty: stages are still to
-  /// be run.
+  /// is one that could not be, or two runs of its treatment disagree;
+  /// "failed": a stage, or its result, was not right; "stale": a stage's settings or inputs have
+  /// changed, and it was not run again. Empty: stages are still to be run.
   std::string status;
   std::string reason;  ///< a sentence; empty when done
 
@@ -20,7 +20,7 @@ struct CaseStatus {
   [[nodiscard]] bool has_result() const { return status == "done" || status == "no_lesion"; }
 };
 
-/// @param files  with meshing/placement.json
+/// @param files  with meshing/placement.json and simulation/summary.json
 CaseStatus case_status(const StageFiles& files, const RunRecord& record);
 
 /// Has the stage meshing found no place for a balloon? Then there is nothing to simulate.

@@ -48,10 +48,13 @@ json empty_metrics() {
                             "peak_diameter_mm", "balloon_to_artery_ratio"})},
           {"result",
            object_of_nulls({"mld_mm", "mla_mm2", "diameter_stenosis_percent", "acute_gain_mm",
-                            "recoil_mm", "recoil_percent", "segment_mld_mm", "segment_mla_mm2"})},
+                            "recoil_mm", "recoil_percent", "segment_mld_mm", "segment_mla_mm2",
+                            "mld_range_mm", "acute_gain_range_mm", "recoil_range_percent"})},
+          {"peak", object_of_nulls({"mld_mm", "mla_mm2", "diameter_stenosis_percent",
+                                    "segment_mld_mm", "segment_mla_mm2", "contact_gap_mm"})},
           {"simulation", object_of_nulls({"backend", "device", "frame_count", "simulated_s",
                                           "wall_s", "frames_per_second", "real_time_factor",
-                                          "max_penetration_mm", "inverted_air_tets"})},
+                                          "max_penetration_mm", "inverted_air_tets", "guard"})},
           {"mesh", object_of_nulls({"lumen_triangles", "lumen_vertices", "watertight",
                                     "self_intersections", "min_angle_degrees"})}};
 }
@@ -103,6 +106,8 @@ json lesion_metrics(const centerline::Lesion& lesion, double resolution_mm) {
           {"mla_mm2", lesion.mla_mm2},
           {"resolution_mm", positive_or_null(resolution_mm)},
           {"mld_below_resolution", lesion.mld_mm < resolution_mm},
+          {"image_mld_mm", lesion.mld_mm},
+          {"image_mla_mm2", lesion.mla_mm2},
           {"reference_diameter_mm", lesion.reference_diameter_mm},
           {"reference_rule", lesion.reference_rule},
           {"reference_tree_mm", positive_or_null(lesion.reference_tree_mm)},
@@ -153,7 +158,7 @@ json collect_metrics(const StageFiles& files, const centerline::LesionOptions& l
   if (!is_simulated || !placement.contains("balloon")) return metrics;
   const json summary = read_json(files.path(file::kSummary));
   metrics["balloon"].update(summary.at("balloon"));
-  metrics["result"].update(summary.at("result"));
+  for (const char* group : {"lesion", "peak", "result"}) metrics[group].update(summary.at(group));
   metrics["simulation"].update(summary.at("simulation"));
   if (summary.contains("wall")) metrics["wall"] = summary.at("wall");
   add_timing(metrics["simulation"], record);

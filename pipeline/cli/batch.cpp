@@ -35,13 +35,14 @@ struct Outcome {
   std::string reason;  // the last line that the case printed
 };
 
-constexpr std::array<const char*, 12> kSummaryMetrics = {"/lesion/mld_mm",
+constexpr std::array<const char*, 13> kSummaryMetrics = {"/lesion/mld_mm",
                                                          "/lesion/reference_diameter_mm",
                                                          "/lesion/diameter_stenosis_percent",
                                                          "/lesion/length_mm",
                                                          "/balloon/nominal_diameter_mm",
                                                          "/balloon/peak_pressure_atm",
                                                          "/balloon/peak_diameter_mm",
+                                                         "/peak/mld_mm",
                                                          "/result/mld_mm",
                                                          "/result/diameter_stenosis_percent",
                                                          "/result/acute_gain_mm",
@@ -55,7 +56,7 @@ formats::CsvRow summary_header() {
     std::replace(column.begin(), column.end(), '/', '.');
     header.push_back(column);
   }
-  header.push_back("reason");
+  header.insert(header.end(), {"case_status", "reason"});
   return header;
 }
 
@@ -74,7 +75,13 @@ formats::CsvRow summary_row(const fs::path& folder, const BatchCase& batch_case,
         metrics.is_object() && metrics.contains(pointer) && metrics.at(pointer).is_number();
     row.push_back(known ? fmt::format("{:.4g}", metrics.at(pointer).get<double>()) : "");
   }
-  row.push_back(outcome.reason);
+  const auto words = [&](const char* key) {
+    return metrics.is_object() && metrics.contains(key) && metrics[key].is_string()
+               ? metrics[key].get<std::string>()
+               : std::string();
+  };
+  row.push_back(words("status"));
+  row.push_back(outcome.reason.empty() ? words("status_reason") : outcome.reason);
   return row;
 }
 

@@ -45,6 +45,9 @@ struct Config {
   simulation::Plaque plaque = simulation::Plaque::fibrous;
   simulation::SimulationOptions simulation = simulation::options_by_size();
   simulation::ClothOptions cloth;
+  /// Simulate a second time from a start that is moved a little, to see whether the result is
+  /// determined (simulation/guard.hpp).
+  bool guard = true;
   int write_every = 4;  ///< solver frames per frame written, [1, 10000]
 
   void validate() const;  ///< @throws OptionError naming section.key

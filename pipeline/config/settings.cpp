@@ -267,6 +267,10 @@ void add_simulation_settings(Config& c, std::vector<Setting>& table) {
   table.push_back(make_setting("simulation.paper_volume_2_mm3", s.contact.paper_volume_2_mm3,
                                "contact_model paper: V_th2 [mm3], 0 to 100; 0: from the gaps"));
   table.push_back(
+      make_setting("simulation.guard", c.guard,
+                   "simulate a second time from a start that is moved by 1e-6 mm and "
+                   "with 2 % more tolerance, and say whether the result is determined"));
+  table.push_back(
       make_setting("simulation.write_every", c.write_every,
                    "solver frames per frame written; first, peak and last always are, 1 to "
                    "10000"));

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <string>
 
 #include "core/atomic_file.hpp"
@@ -31,18 +32,22 @@ std::vector<formats::CsvRow> read_table(const fs::path& file) {
   return rows;
 }
 
-void read_profiles(const fs::path& file, viewer::DiameterProfile& before,
-                   viewer::DiameterProfile& after) {
-  const auto rows = read_table(file);
-  for (std::size_t r = 1; r < rows.size(); ++r) {
-    const auto number = [&](std::size_t column) { return std::stod(rows[r].at(column)); };
-    before.abscissa_mm.push_back(number(0));
-    before.inscribed_diameter_mm.push_back(number(1));
-    before.equivalent_diameter_mm.push_back(number(2));
-    after.abscissa_mm.push_back(number(0));
-    after.inscribed_diameter_mm.push_back(number(3));
-    after.equivalent_diameter_mm.push_back(number(4));
-  }
+/// @param when  as in the columns' names
+viewer::DiameterProfile read_profile(const std::vector<formats::CsvRow>& rows,
+                                     const std::string& when) {
+  const auto column = [&](const std::string& name) {
+    const auto found = std::find(rows.front().begin(), rows.front().end(), name);
+    if (found == rows.front().end())
+      throw InputError("lumen_profile.csv has no column " + name + ". Run `angio simulate` again");
+    const auto c = std::size_t(found - rows.front().begin());
+    std::vector<double> values;
+    for (std::size_t r = 1; r < rows.size(); ++r)
+      values.push_back(rows[r].at(c).empty() ? std::numeric_limits<double>::quiet_NaN()
+                                             : std::stod(rows[r].at(c)));
+    return values;
+  };
+  return {column("abscissa_mm"), column("inscribed_diameter_" + when + "_mm"),
+          column("equivalent_diameter_" + when + "_mm")};
 }
 
 viewer::Moment read_moment(const StageFiles& files, std::string title, int frame) {
@@ -101,7 +106,10 @@ void add_treatment(const StageFiles& files, viewer::ReportContent& content) {
   const json summary = read_json(files.path(file::kSummary));
   content.moments = read_moments(files, summary);
   content.sequence = read_sequence(files, summary);
-  read_profiles(files.path(file::kProfile), content.before, content.after);
+  const auto profile = read_table(files.path(file::kProfile));
+  content.before = read_profile(profile, "before");
+  content.peak = read_profile(profile, "peak");
+  content.after = read_profile(profile, "after");
   auto rows = read_table(files.path(file::kTimeSeries));
   content.time_series.columns = rows.front();
   content.time_series.rows.assign(rows.begin() + 1, rows.end());

@@ -3,21 +3,22 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
-#include <set>
+#include <iterator>
+#include <map>
+#include <optional>
 #include <tuple>
 
-#include "centerline/centerline.hpp"
 #include "core/atomic_file.hpp"
 #include "core/error.hpp"
-#include "core/units.hpp"
 #include "formats/case_file.hpp"
 #include "formats/files.hpp"
-#include "meshing/subdivide.hpp"
 #include "pipeline/case/case_files.hpp"
 #include "pipeline/case/metrics.hpp"
 #include "pipeline/config/shared_quantities.hpp"
 #include "pipeline/stages/layered_wall.hpp"
+#include "pipeline/stages/treated_lumen.hpp"
+#include "pipeline/stages/treatment.hpp"
+#include "simulation/guard.hpp"
 #include "simulation/simulation.hpp"
 
 // From the meshes to what the balloon does.
@@ -31,36 +32,54 @@ Vec3 vec3_of(const json& node) {
   return {node.at(0).get<double>(), node.at(1).get<double>(), node.at(2).get<double>()};
 }
 
-/// Writes frames as they come: every n-th, and in the end the peak and the last.
-class FrameWriter {
+/// The two frames of a run that its result is of.
+class PeakAndLast {
  public:
-  FrameWriter(fs::path folder, const simulation::SimulationModel& model, int write_every)
-      : folder_(std::move(folder)), model_(model), write_every_(write_every) {}
-
   void add(const simulation::SimulationFrame& frame) {
-    rows_ += time_series_row(frame) + "\n";
-    if (frame.frame % write_every_ == 0) write(frame);
     if (peak_.balloon.empty() || frame.pressure_atm >= peak_.pressure_atm) peak_ = frame;
     last_ = frame;
   }
-
-  void finish() {
-    write(peak_);
-    write(last_);
-    std::sort(steps_.begin(), steps_.end(), [](const auto& a, const auto& b) {
-      return std::tie(a.time_s, a.part) < std::tie(b.time_s, b.part);
-    });
-    formats::write_collection(folder_ / "simulation.pvd", steps_);
-    write_text_atomically(folder_ / "timeseries.csv",
-                          std::string(kTimeSeriesHeader) + "\n" + rows_);
-  }
-
   [[nodiscard]] const simulation::SimulationFrame& peak() const { return peak_; }
   [[nodiscard]] const simulation::SimulationFrame& last() const { return last_; }
 
  private:
+  simulation::SimulationFrame peak_;
+  simulation::SimulationFrame last_;
+};
+
+/// Writes and measures frames as they come: every n-th, and in the end the peak and the last.
+class FrameWriter {
+ public:
+  FrameWriter(fs::path folder, const simulation::SimulationModel& model, const TreatedLumen& lumen,
+              int write_every)
+      : folder_(std::move(folder)), model_(model), lumen_(lumen), write_every_(write_every) {}
+
+  void add(const simulation::SimulationFrame& frame) {
+    if (frame.frame % write_every_ == 0) write(frame);
+    kept_.add(frame);
+    rows_.push_back(frame);
+    drop_shape(rows_.back());
+  }
+
+  void finish() {
+    write(kept_.peak());
+    write(kept_.last());
+    std::sort(steps_.begin(), steps_.end(), [](const auto& a, const auto& b) {
+      return std::tie(a.time_s, a.part) < std::tie(b.time_s, b.part);
+    });
+    formats::write_collection(folder_ / "simulation.pvd", steps_);
+    std::string table = std::string(kTimeSeriesHeader) + "\n";
+    for (const simulation::SimulationFrame& row : rows_)
+      table += time_series_row(row, lumen_mld(row.frame)) + "\n";
+    write_text_atomically(folder_ / "timeseries.csv", table);
+  }
+
+  [[nodiscard]] const PeakAndLast& kept() const { return kept_; }
+
+ private:
   void write(const simulation::SimulationFrame& frame) {
-    if (!written_.insert(frame.frame).second) return;
+    if (mld_.contains(frame.frame)) return;
+    mld_[frame.frame] = lumen_.measures(lumen_.profile(frame.wall)).lesion.mld_mm;
     write_frame(folder_ / "frames", model_, frame);
     steps_.push_back({frame.time_s, 0, fmt::format("frames/balloon_{:06d}.vtp", frame.frame)});
     steps_.push_back({frame.time_s, 1, fmt::format("frames/vessel_{:06d}.vtp", frame.frame)});
@@ -71,41 +90,32 @@ class FrameWriter {
     write_wall_frame(folder_ / steps_.back().file, model_.layered_wall, frame);
   }
 
+  /// Of a written frame as it is; between two of them by the straight line in time.
+  [[nodiscard]] double lumen_mld(int frame) const {
+    const auto behind = mld_.lower_bound(frame);
+    if (behind->first == frame) return behind->second;
+    const auto before = std::prev(behind);
+    const double share = double(frame - before->first) / double(behind->first - before->first);
+    return (1.0 - share) * before->second + share * behind->second;
+  }
+
+  /// Leaves what a row of the time series tells.
+  static void drop_shape(simulation::SimulationFrame& frame) {
+    frame.balloon = frame.wall = frame.guidewire = frame.layered_wall = {};
+    frame.membrane = {};
+    frame.plastic_strain = frame.contact_pressure_kpa = {};
+    frame.wall_stress = {};
+  }
+
   fs::path folder_;
   const simulation::SimulationModel& model_;
+  const TreatedLumen& lumen_;
   int write_every_;
-  std::string rows_;
-  std::set<int> written_;
+  std::vector<simulation::SimulationFrame> rows_;  ///< without their shapes
+  std::map<int, double> mld_;                      ///< of the frames that are written [mm]
   std::vector<formats::TimeStep> steps_;
-  simulation::SimulationFrame peak_;
-  simulation::SimulationFrame last_;
+  PeakAndLast kept_;
 };
-
-/// The whole lumen with the region moved to where a frame has it.
-TriangleMesh moved_lumen(TriangleMesh lumen, const std::vector<int>& lumen_vertices,
-                         const std::vector<Vec3>& wall) {
-  for (std::size_t v = 0; v < wall.size(); ++v)
-    lumen.vertices[std::size_t(lumen_vertices[v])] = wall[v];
-  return lumen;
-}
-
-/// The places that both profiles have: near a rim a section may be had before or after only.
-std::string profile_csv(const centerline::LumenProfile& before,
-                        const centerline::LumenProfile& after) {
-  std::string text =
-      "abscissa_mm,inscribed_diameter_before_mm,equivalent_diameter_before_mm,"
-      "inscribed_diameter_after_mm,equivalent_diameter_after_mm\n";
-  const auto equivalent = [](double area) { return 2.0 * std::sqrt(area / units::kPi); };
-  std::size_t j = 0;
-  for (std::size_t i = 0; i < before.abscissa.size(); ++i) {
-    while (j < after.abscissa.size() && after.abscissa[j] < before.abscissa[i]) ++j;
-    if (j == after.abscissa.size() || after.abscissa[j] != before.abscissa[i]) continue;
-    text += fmt::format("{:.4f},{:.5f},{:.5f},{:.5f},{:.5f}\n", before.abscissa[i],
-                        2.0 * before.inscribed_radius[i], equivalent(before.section_area[i]),
-                        2.0 * after.inscribed_radius[j], equivalent(after.section_area[j]));
-  }
-  return text;
-}
 
 /// How the solver fared: metrics.json's simulation, without the times that differ from run to run.
 json solver_json(const simulation::SimulationSummary& summary) {
@@ -123,33 +133,19 @@ json solver_json(const simulation::SimulationSummary& summary) {
           {"mean_sweeps", summary.mean_sweeps}};
 }
 
-/// What was reached: metrics.json's balloon, result and simulation, without the times that differ
-/// from run to run. The result is that of the lesion, between its edges; what else lies along the
-/// balloon (the next lesion, a neighbour that touches) is the segment's.
-json summary_json(const std::string& material, const json& lesion,
-                  const simulation::SimulationSummary& summary, const FrameWriter& frames,
-                  const centerline::LumenProfile& after) {
-  const double reference = lesion.at("reference_diameter_mm").get<double>();
-  const auto [mld, mla] = centerline::tightest_between(
-      after, lesion.at("proximal_mm").get<double>(), lesion.at("distal_mm").get<double>());
-  const centerline::Tightest segment = centerline::tightest_between(after, -1e9, 1e9);
-  const double peak_diameter = frames.peak().balloon_diameter_mm;
-  return {{"peak_frame", frames.peak().frame},
+/// What was reached: metrics.json's lesion, balloon, peak, result and simulation, without the times
+/// that differ from run to run. The result is that of the lesion, between its edges; what else lies
+/// along the balloon (the next lesion, a neighbour that touches) is the segment's.
+json summary_json(const std::string& material, double reference_mm,
+                  const simulation::SimulationSummary& summary, const PeakAndLast& frames) {
+  const simulation::SimulationFrame& peak = frames.peak();
+  return {{"peak_frame", peak.frame},
           {"last_frame", frames.last().frame},
           {"balloon",
            {{"material", material},
-            {"peak_pressure_atm", frames.peak().pressure_atm},
-            {"peak_diameter_mm", peak_diameter},
-            {"balloon_to_artery_ratio", peak_diameter / reference}}},
-          {"result",
-           {{"mld_mm", mld},
-            {"mla_mm2", mla},
-            {"diameter_stenosis_percent", 100.0 * (1.0 - mld / reference)},
-            {"acute_gain_mm", mld - lesion.at("mld_mm").get<double>()},
-            {"recoil_mm", peak_diameter - mld},
-            {"recoil_percent", 100.0 * (peak_diameter - mld) / peak_diameter},
-            {"segment_mld_mm", segment.mld_mm},
-            {"segment_mla_mm2", segment.mla_mm2}}},
+            {"peak_pressure_atm", peak.pressure_atm},
+            {"peak_diameter_mm", peak.balloon_diameter_mm},
+            {"balloon_to_artery_ratio", peak.balloon_diameter_mm / reference_mm}}},
           {"simulation", solver_json(summary)}};
 }
 
@@ -160,8 +156,6 @@ simulation::SimulationModel load_model(const StageFiles& files, const json& plac
   model.reference_radius_mm = 0.5 * lesion.at("reference_diameter_mm").get<double>();
   model.measure_point = vec3_of(placement.at("site").at("point"));
   model.measure_tangent = vec3_of(placement.at("site").at("tangent"));
-  model.watch_first_mm = lesion.at("proximal_mm").get<double>();
-  model.watch_last_mm = lesion.at("distal_mm").get<double>();
   model.layered_wall = read_layered_wall(files, model.wall);
   return model;
 }
@@ -178,23 +172,88 @@ void keep_timing(StageWork& work, const simulation::SimulationSummary& summary) 
                      {"waiting", time.waiting}};
 }
 
+/// The treated path's lumen as the meshing has left it.
+TreatedLumen load_treated_lumen(const StageFiles& files, const json& placement, bool is_kept) {
+  const json& lesion = placement.at("lesion");
+  const CenterlineTree tree = read_centerlines(files.path(file::kCenterlines));
+  return {read_open_lumen(files),
+          read_region_lumen_vertices(files),
+          path_of(tree, lesion.at("centerline_id").get<int>()),
+          treated_spans(placement),
+          0.5 * lesion.at("mld_mm").get<double>(),
+          is_kept};
+}
+
+/// The run, and beside it the second one where it is wanted.
+struct Runs {
+  simulation::SimulationSummary first;
+  std::optional<PeakAndLast> second;  ///< unset: there is none
+  std::string second_failure;
+};
+
+Runs run_both(const simulation::SimulationModel& model,
+              const simulation::SimulationOptions& options, bool is_guarded, FrameWriter& frames,
+              const Progress& progress) {
+  const auto add = [&](const simulation::SimulationFrame& frame) { frames.add(frame); };
+  if (!is_guarded) return {simulation::simulate(model, options, add, progress), std::nullopt, ""};
+  PeakAndLast second;
+  simulation::GuardedSummary both = simulation::simulate_guarded(
+      model, options, {}, add, [&](const simulation::SimulationFrame& frame) { second.add(frame); },
+      progress);
+  Runs runs{std::move(both.first), std::nullopt, std::move(both.second_failure)};
+  if (both.second && runs.second_failure.empty()) runs.second = std::move(second);
+  return runs;
+}
+
+/// Of the folder's frames the lumen's profile, the mesh after, and the numbers.
+void write_result(StageWork& work, const SimulationSettings& settings, const json& placement,
+                  const simulation::SimulationModel& model, const TreatedLumen& lumen,
+                  const Runs& runs, const PeakAndLast& frames) {
+  const double reference = placement.at("lesion").at("reference_diameter_mm").get<double>();
+  const TreatedSpans spans = treated_spans(placement);
+  const auto before = lumen.profile(model.wall.vertices), peak = lumen.profile(frames.peak().wall),
+             after = lumen.profile(frames.last().wall);
+  const Treatment first{lumen.measures(before), lumen.measures(peak), lumen.measures(after)};
+  std::optional<Treatment> second;
+  if (runs.second)
+    second = {first.before, lumen.measures(lumen.profile(runs.second->peak().wall)),
+              lumen.measures(lumen.profile(runs.second->last().wall))};
+  const GuardVerdict guard = settings.get<&Config::guard>()
+                                 ? judge(first, second, runs.second_failure)
+                                 : GuardVerdict{"off", ""};
+  keep(work.warnings, treatment_warnings(first, guard, spans));
+  write_text_atomically(work.out / "lumen_profile.csv", profile_csv(before, peak, after));
+  formats::write_surface(work.out / "lumen_after.vtp", {lumen.mesh(frames.last().wall), {}, {}});
+  json reached =
+      summary_json(settings.get<&Config::simulation>().balloon.name, reference, runs.first, frames);
+  reached.update(treatment_json(first, second, reference));
+  reached["lesion"]["treated_first_mm"] = spans.lesion_first;
+  reached["lesion"]["treated_last_mm"] = spans.lesion_last;
+  reached["peak"]["contact_gap_mm"] = simulation::contact_gap_mm(model, frames.peak());
+  reached["simulation"]["guard"] = guard.state;
+  reached["guard_reason"] = guard.reason;
+  if (!frames.last().wall_stress.empty())
+    reached["wall"] = wall_summary(model.layered_wall, frames.peak(), frames.last());
+  write_text_atomically(work.out / "summary.json", reached.dump(2) + "\n");
+}
+
 }  // namespace
 
 void do_simulation(StageWork& work, const SimulationSettings& settings) {
   const simulation::SimulationOptions& asked = settings.get<&Config::simulation>();
   const json placement = read_json(work.files.path(file::kPlacement));
-  const json& lesion = placement.at("lesion");
-  const json& site = placement.at("site");
   const simulation::SimulationModel model = load_model(work.files, placement);
+  const TreatedLumen lumen =
+      load_treated_lumen(work.files, placement, settings.get<keeps_triangles>());
 
-  FrameWriter frames(work.out, model, settings.get<&Config::write_every>());
-  const simulation::SimulationSummary summary = simulation::simulate(
+  FrameWriter frames(work.out, model, lumen, settings.get<&Config::write_every>());
+  const Runs runs = run_both(
       model,
       solver_options(asked, settings.get<&Config::plaque>(), settings.get<shaft_diameter>(),
                      placement.at("balloon").at("nominal_diameter_mm").get<double>()),
-      [&](const simulation::SimulationFrame& frame) { frames.add(frame); },
-      part(work.progress, 0.0, 0.95));
+      settings.get<&Config::guard>(), frames, part(work.progress, 0.0, 0.95));
   frames.finish();
+  const simulation::SimulationSummary& summary = runs.first;
   keep(work.warnings, summary.warnings);
   if (settings.get<fold_count>() > 0 && !asked.contact.self_contact)
     keep(work.warnings,
@@ -208,31 +267,7 @@ void do_simulation(StageWork& work, const SimulationSettings& settings) {
         json{{"failure", summary.failure}, {"simulation", solver_json(summary)}}.dump(2) + "\n");
     return;
   }
-
-  const CenterlineTree tree = read_centerlines(work.files.path(file::kCenterlines));
-  const CenterlinePath& path = path_of(tree, lesion.at("centerline_id").get<int>());
-  const TriangleMesh lumen = read_open_lumen(work.files);
-  const TriangleMesh lumen_after =
-      moved_lumen(lumen, read_region_lumen_vertices(work.files), frames.last().wall);
-  // The lesion and, beside it, what the balloon reaches.
-  const double first = std::min(site.at("balloon_first_abscissa_mm").get<double>(),
-                                lesion.at("proximal_mm").get<double>());
-  const double last = std::max(site.at("balloon_last_abscissa_mm").get<double>(),
-                               lesion.at("distal_mm").get<double>());
-  const double radius = 0.5 * lesion.at("mld_mm").get<double>();
-  const bool keep_mesh = settings.get<keeps_triangles>();
-  const auto measure = [&](const TriangleMesh& mesh) {
-    return centerline::measure_lumen(keep_mesh ? meshing::fine_enough(mesh, radius) : mesh, path,
-                                     first, last);
-  };
-  const auto before = measure(lumen);
-  const auto after = measure(lumen_after);
-  write_text_atomically(work.out / "lumen_profile.csv", profile_csv(before, after));
-  formats::write_surface(work.out / "lumen_after.vtp", {lumen_after, {}, {}});
-  json reached = summary_json(asked.balloon.name, lesion, summary, frames, after);
-  if (!frames.last().wall_stress.empty())
-    reached["wall"] = wall_summary(model.layered_wall, frames.peak(), frames.last());
-  write_text_atomically(work.out / "summary.json", reached.dump(2) + "\n");
+  write_result(work, settings, placement, model, lumen, runs, frames.kept());
 }
 
 }  // namespace angio::pipeline

@@ -27,8 +27,9 @@ using MeshingSettings =
     ConfigView<&Config::lesion, &Config::lumen_mesh, &Config::fill_lumen, &Config::lumen_volume,
                &Config::balloon, &Config::wall_model, &Config::wall_layers, wall_thickness_ratio>;
 
-using SimulationSettings = ConfigView<&Config::simulation, &Config::plaque, &Config::write_every,
-                                      shaft_diameter, fold_count, keeps_triangles>;
+using SimulationSettings =
+    ConfigView<&Config::simulation, &Config::plaque, &Config::guard, &Config::write_every,
+               shaft_diameter, fold_count, keeps_triangles>;
 
 using ReportSettings = ConfigView<&Config::lesion>;
 

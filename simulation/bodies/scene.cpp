@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "core/error.hpp"
 #include "core/units.hpp"
@@ -31,35 +30,6 @@ void check_layered(const SimulationModel& model, const SimulationOptions& option
     throw InputError(
         "the layered wall's first vertices are not those of the lumen's wall (the files belong to "
         "different runs). Run the stage meshing again");
-}
-
-// The slabs between the edges of the lesion, on the branch where it is measured; the nearest one,
-// if none lies between.
-std::vector<char> watched_slabs(const SimulationModel& model, const WallSlabs& slabs) {
-  const auto count = std::size_t(slabs.count());
-  if (!(model.watch_first_mm < model.watch_last_mm)) return std::vector<char>(count, 1);
-  const std::vector<Vec3>& x = model.wall.vertices;
-  const auto nearer = [&](const Vec3& p, const Vec3& q) {
-    return distance(p, model.measure_point) < distance(q, model.measure_point);
-  };
-  const int branch =
-      model.wall_group[std::size_t(std::min_element(x.begin(), x.end(), nearer) - x.begin())];
-  std::vector<double> away(count, std::numeric_limits<double>::max());
-  for (std::size_t c = 0; c < count; ++c) {
-    const int begin = slabs.begin[c], end = slabs.begin[c + 1];
-    double place = 0.0, of_branch = 0.0;
-    for (int e = begin; e < end; ++e) {
-      const auto v = std::size_t(slabs.vertex[std::size_t(e)]);
-      place += model.wall_abscissa[v] / double(end - begin);
-      of_branch += model.wall_group[v] == branch ? 1.0 / double(end - begin) : 0.0;
-    }
-    if (of_branch > 0.5 && slabs.ring[c] != 0)
-      away[c] = std::max({model.watch_first_mm - place, place - model.watch_last_mm, 0.0});
-  }
-  const double nearest = away.empty() ? 0.0 : *std::min_element(away.begin(), away.end());
-  std::vector<char> watched;
-  for (const double d : away) watched.push_back(d <= nearest ? 1 : 0);
-  return watched;
 }
 
 // Of the wall; a column of the solid does not move where one of its vertices is held.
@@ -126,7 +96,6 @@ void add_balloon(const SimulationModel& model, const SimulationOptions& options,
 
 void add_wall(const SimulationModel& model, const SimulationOptions& options, Scene& scene) {
   scene.wall.slabs = make_slabs(model, options.wall);
-  scene.wall.watched = watched_slabs(model, scene.wall.slabs);
   scene.wall.area = vertex_areas(model.wall);
   const auto offset = std::size_t(scene.bodies.wall().first);
   const double ratio = options.wall.thickness_ratio;

@@ -46,8 +46,7 @@ struct SceneWall {
   std::vector<double> foundation;   ///< [uN/mm], shape [wall vertex]
   std::vector<double> area;         ///< [mm^2] at the start, shape [wall vertex]
   WallSlabs slabs;
-  std::vector<char> watched;  ///< slabs of which lumen_mld_mm is reported, shape [slab]
-  WallSolid solid;            ///< of a layered wall; without one it has no levels
+  WallSolid solid;  ///< of a layered wall; without one it has no levels
 };
 
 /// All that does not change during a run. Vertices are numbered balloon first, then wall, each

@@ -8,7 +8,6 @@
 #include <utility>
 
 #include "core/parallel.hpp"
-#include "core/units.hpp"
 
 namespace angio::simulation::detail {
 namespace {
@@ -119,67 +118,7 @@ class SortedExtents {
   std::vector<Extent> extents_;  // in that order
 };
 
-// Points of a slab in its cross-section, from its centre.
-struct Section {
-  std::vector<std::array<double, 2>> points;
-};
-
-Section section_of(const Scene& scene, const std::vector<Vec3>& x, int slab) {
-  const WallSlabs& slabs = scene.wall.slabs;
-  const auto c = std::size_t(slab);
-  Vec3 centre;
-  const int begin = slabs.begin[c], end = slabs.begin[c + 1];
-  for (int e = begin; e < end; ++e)
-    centre += x[std::size_t(scene.bodies.wall().first + slabs.vertex[std::size_t(e)])];
-  centre = centre / double(end - begin);
-  const Vec3 u = any_perpendicular(slabs.axis[c]), w = cross(slabs.axis[c], u);
-  Section section;
-  for (int e = begin; e < end; ++e) {
-    const Vec3 d =
-        x[std::size_t(scene.bodies.wall().first + slabs.vertex[std::size_t(e)])] - centre;
-    section.points.push_back({dot(d, u), dot(d, w)});
-  }
-  return section;
-}
-
-double clearance(const Section& section, double a, double b) {
-  double least = std::numeric_limits<double>::max();
-  for (const auto& p : section.points)
-    least = std::min(least, (p[0] - a) * (p[0] - a) + (p[1] - b) * (p[1] - b));
-  return std::sqrt(least);
-}
-
-// The largest empty circle around the middle, by a pattern search.
-double inscribed_radius(const Section& section) {
-  double a = 0.0, b = 0.0, best = clearance(section, a, b), step = 0.5 * best;
-  while (step > 1e-3 * best && best > 0.0) {
-    bool better = false;
-    for (const auto& d : {std::array{1.0, 0.0}, {-1.0, 0.0}, {0.0, 1.0}, {0.0, -1.0}}) {
-      const double trial = clearance(section, a + step * d[0], b + step * d[1]);
-      if (trial <= best) continue;
-      best = trial;
-      a += step * d[0];
-      b += step * d[1];
-      better = true;
-      break;
-    }
-    if (!better) step *= 0.5;
-  }
-  return best;
-}
-
 }  // namespace
-
-double lumen_mld(const Scene& scene, const std::vector<Vec3>& x) {
-  const int count = scene.wall.slabs.count();
-  std::vector<double> radius(std::size_t(count), std::numeric_limits<double>::max());
-  parallel_for_uneven(count, [&](std::ptrdiff_t c) {
-    if (scene.wall.slabs.ring[std::size_t(c)] && scene.wall.watched[std::size_t(c)])
-      radius[std::size_t(c)] = inscribed_radius(section_of(scene, x, int(c)));
-  });
-  const auto least = std::min_element(radius.begin(), radius.end());
-  return least == radius.end() || *least == std::numeric_limits<double>::max() ? 0.0 : 2.0 * *least;
-}
 
 double max_penetration(const Scene& scene, const std::vector<Vec3>& x) {
   const SortedExtents balloon(scene.balloon.triangles, x);

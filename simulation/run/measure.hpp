@@ -8,11 +8,6 @@
 /// What a frame reports of the state.
 namespace angio::simulation::detail {
 
-/// Twice the inscribed radius of the narrowest slab that closes around the vessel, of those that
-/// are watched [mm]; 0 without a wall. The radius is the distance from the slab's centre line to
-/// the wall, the centre moved to where it is greatest.
-double lumen_mld(const Scene& scene, const std::vector<Vec3>& x);
-
 /// How deep balloon and wall are in each other [mm], measured on the triangles: 0 when no two
 /// triangles cross; else the greatest depth, over crossing pairs, by which one must be moved along
 /// the other's normal to part them.

@@ -66,7 +66,7 @@ TEST(CaseFiles, CenterlinesCarryTheContractsArrays) {
 
 TEST(CaseFiles, ATimeSeriesRowHasEveryColumn) {
   const std::string header = kTimeSeriesHeader;
-  const std::string row = time_series_row({});
+  const std::string row = time_series_row({}, 1.25);
   EXPECT_EQ(std::count(header.begin(), header.end(), ','), std::count(row.begin(), row.end(), ','));
   EXPECT_TRUE(row.starts_with("0,0,insert,"));
 }

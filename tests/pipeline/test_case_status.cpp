@@ -71,6 +71,18 @@ TEST(CaseStatus, WithoutAPlaceForABalloonIsWhatMeshingSays) {
   EXPECT_FALSE(is_untreated(DoneCase().folder));
 }
 
+TEST(CaseStatus, OfATreatmentThatTwoRunsDisagreeOnIsNotDetermined) {
+  const DoneCase apart,
+      no_lesion(R"({"balloon": {}, "status": "no_lesion", "status_reason": "-"})");
+  for (const DoneCase* one : {&apart, &no_lesion})
+    write_text_atomically(one->root / "simulation/summary.json", R"({"guard_reason": "0.2, 0.4"})");
+  EXPECT_EQ(apart.status().status, "not_determined");
+  EXPECT_EQ(apart.status().reason, "0.2, 0.4");
+  EXPECT_EQ(no_lesion.status().status, "no_lesion");
+  write_text_atomically(apart.root / "simulation/summary.json", R"({"guard_reason": ""})");
+  EXPECT_EQ(apart.status().status, "done");
+}
+
 TEST(Run, DoesNotTreatANarrowVesselUnasked) {
   test::TemporaryFolder folder;
   const std::string run =

@@ -2,6 +2,7 @@
 #include <omp.h>
 
 #include <algorithm>
+#include <cmath>
 #include <map>
 
 #include "simulation/bodies/scene.hpp"
@@ -14,6 +15,19 @@ namespace {
 using testing::layered_model;
 using testing::layered_options;
 
+// Twice the least mean radius of the wall's rings.
+double throat_diameter(const SimulationFrame& frame) {
+  const auto around = std::size_t(testing::layered_tube().wall_around);
+  double least = 1e9;
+  for (std::size_t ring = 0; ring < frame.wall.size(); ring += around) {
+    double sum = 0.0;
+    for (std::size_t k = 0; k < around; ++k)
+      sum += std::hypot(frame.wall[ring + k].x, frame.wall[ring + k].y);
+    least = std::min(least, sum / double(around));
+  }
+  return 2.0 * least;
+}
+
 TEST(LayeredAngioplasty, WidensThePlaqueForGoodAndRecoils) {
   const SimulationModel model = layered_model();
   double start = 0.0, peak = 0.0, end = 0.0, kept = 0.0, moved_before_contact = 0.0;
@@ -21,9 +35,9 @@ TEST(LayeredAngioplasty, WidensThePlaqueForGoodAndRecoils) {
   bool touched = false;
   const SimulationSummary summary =
       simulate(model, layered_options(), [&](const SimulationFrame& f) {
-        if (f.frame == 0) start = f.lumen_mld_mm;
-        peak = std::max(peak, f.lumen_mld_mm);
-        end = f.lumen_mld_mm;
+        end = throat_diameter(f);
+        if (f.frame == 0) start = end;
+        peak = std::max(peak, end);
         touched = touched || f.contact.count > 0;
         ASSERT_EQ(f.layered_wall.size(), model.layered_wall.vertices.size());
         ASSERT_EQ(f.wall_stress.size(), model.layered_wall.wedges.size());

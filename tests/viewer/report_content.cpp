@@ -117,6 +117,7 @@ ReportContent make_report_content() {
                      moment_of(peak, "At peak, 8.0 atm", 1.45, 240.0),
                      moment_of(after, "After", 0.5, 0.0)};
   content.before = profile_of(before);
+  content.peak = profile_of(peak);
   content.after = profile_of(after);
   content.time_series = make_series();
   content.metrics_json = R"({"lesion":{"centerline_id":0,"abscissa_mm":15.3,"mld_mm":1.2,
@@ -125,7 +126,9 @@ ReportContent make_report_content() {
     "balloon":{"nominal_diameter_mm":3.0,"length_mm":12.0,"material":"pa12",
     "peak_pressure_atm":8.0,"peak_diameter_mm":2.94,"balloon_to_artery_ratio":0.98},
     "result":{"mld_mm":2.4,"mla_mm2":4.52,"diameter_stenosis_percent":20.0,
-    "acute_gain_mm":1.2,"recoil_mm":0.54,"recoil_percent":18.4},
+    "acute_gain_mm":1.2,"recoil_mm":0.54,"recoil_percent":18.4,"mld_range_mm":[2.395,2.405],
+    "acute_gain_range_mm":[1.195,1.205],"recoil_range_percent":[18.2,18.5]},
+    "peak":{"mld_mm":2.9,"mla_mm2":6.7,"contact_gap_mm":0.02},
     "simulation":{"backend":"cpu","device":"test","frame_count":301,"simulated_s":7.5,
     "max_penetration_mm":0.0,"inverted_air_tets":0},
     "mesh":{"lumen_triangles":2880,"lumen_vertices":1464,"watertight":true,

@@ -56,7 +56,9 @@ void expect_tells_what_a_reader_looks_for(const std::string& page) {
                             "Not for clinical use",
                             "60 → 20 %",
                             "1.20 → 2.40 mm",
-                            "acute gain 1.20 mm",
+                            "at peak 2.90 mm, acute gain 1.20 mm, uncertain by 0.010 mm",
+                            "18 % of the lumen at peak, uncertain by 0.3 points",
+                            "2.395 to 2.405 mm",
                             "0.54 mm",
                             "3.00 × 12 mm",
                             "8.0 atm",
@@ -67,6 +69,7 @@ void expect_tells_what_a_reader_looks_for(const std::string& page) {
                             "reference 3.00 mm",
                             "MLD before 1.20 mm",
                             "MLD after 2.40 mm",
+                            "MLD at peak 2.90 mm",
                             "Balloon pressure",
                             "pressure [atm]",
                             "time [s]",
@@ -192,6 +195,24 @@ TEST(Report, SurfaceWithoutScanStenosisOrDilationIsReportedToo) {
   EXPECT_EQ(files.count("contact.png"), 0u);
   EXPECT_EQ(files.count("projection_axial.png"), 0u);
   EXPECT_TRUE(has(files.at("index.html"), ">3.00 mm<"));
+}
+
+TEST(Cards, OfWhatIsNotDeterminedTellTheRangeAndNoNumberOfIt) {
+  const std::string metrics = R"({"status":"not_determined","status_reason":"two runs disagree",
+      "lesion":{"mld_mm":1.2,"mla_mm2":1.1,"diameter_stenosis_percent":60.0},
+      "result":{"mld_mm":2.08,"mla_mm2":3.4,"diameter_stenosis_percent":30.6,"acute_gain_mm":0.88,
+        "recoil_mm":0.81,"recoil_percent":28.1,"mld_range_mm":[2.08,2.23],
+        "acute_gain_range_mm":[0.88,1.03],"recoil_range_percent":[22.2,28.1]}})";
+  const std::string cards = detail::headline_cards(detail::Metrics(metrics));
+  EXPECT_TRUE(has(cards, "1.20 → 2.08 to 2.23 mm"));
+  EXPECT_TRUE(has(cards, "acute gain 0.88 to 1.03 mm"));
+  EXPECT_TRUE(has(cards, "22 to 28 % of the lumen at peak"));
+  EXPECT_TRUE(has(cards, "60 → not determined"));
+  EXPECT_FALSE(has(cards, "0.81 mm"));
+  EXPECT_FALSE(has(cards, "uncertain"));
+  const std::string notice = detail::status_notice(detail::Metrics(metrics));
+  EXPECT_TRUE(has(notice, "Not determined."));
+  EXPECT_TRUE(has(notice, "two runs disagree"));
 }
 
 TEST(Report, EveryStenosisIsARowInTheOrderGiven) {

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
 #include <utility>
 
 #include "formats/text.hpp"
@@ -41,27 +42,32 @@ void add_profile(Chart& chart, const DiameterProfile& profile, const std::string
       {when + ", from the area", profile.abscissa_mm, profile.equivalent_diameter_mm, color, true});
 }
 
-/// The edges of the lesion along the line [mm]; everything where they are not told.
+/// Where the lesion is treated along the line [mm]; everything where it is not told.
 struct Stretch {
   double first = -std::numeric_limits<double>::infinity();
   double last = std::numeric_limits<double>::infinity();
 };
 
-void add_mld_mark(Chart& chart, const DiameterProfile& profile, const Stretch& lesion,
-                  const std::string& when, int color) {
+/// The number of the metrics, at the place of the profile that has it.
+void add_mld_mark(Chart& chart, const DiameterProfile& profile, std::optional<double> mld_mm,
+                  const Stretch& lesion, const std::string& when, int color) {
+  if (!mld_mm) return;
   const auto& diameter = profile.inscribed_diameter_mm;
   const std::size_t count = std::min(diameter.size(), profile.abscissa_mm.size());
-  std::size_t least = count;
-  for (std::size_t i = 0; i < count; ++i) {
-    const bool inside =
-        profile.abscissa_mm[i] >= lesion.first && profile.abscissa_mm[i] <= lesion.last;
-    if (inside && std::isfinite(diameter[i]) && (least == count || diameter[i] < diameter[least]))
-      least = i;
-  }
-  if (least == count) return;
-  chart.marks.push_back({profile.abscissa_mm[least], diameter[least],
-                         "MLD " + when + " " + formats::fixed_text(diameter[least], 2) + " mm",
-                         color});
+  const auto away = [&](std::size_t i) {
+    return std::max(
+        {lesion.first - profile.abscissa_mm[i], profile.abscissa_mm[i] - lesion.last, 0.0});
+  };
+  const auto nearer = [&](std::size_t i, std::size_t j) {
+    return std::pair(away(i), std::abs(diameter[i] - *mld_mm)) <
+           std::pair(away(j), std::abs(diameter[j] - *mld_mm));
+  };
+  std::size_t place = count;
+  for (std::size_t i = 0; i < count; ++i)
+    if (std::isfinite(diameter[i]) && (place == count || nearer(i, place))) place = i;
+  if (place == count) return;
+  chart.marks.push_back({profile.abscissa_mm[place], *mld_mm,
+                         "MLD " + when + " " + formats::fixed_text(*mld_mm, 2) + " mm", color});
 }
 
 struct Line {
@@ -113,11 +119,13 @@ Chart diameter_chart(const ReportContent& content, const Metrics& metrics) {
   chart.height = 320;
   add_profile(chart, content.before, "before", 1);
   add_profile(chart, content.after, "after", 2);
+  add_profile(chart, content.peak, "at peak", 3);
   Stretch lesion;
-  lesion.first = metrics.number("lesion", "proximal_mm").value_or(lesion.first);
-  lesion.last = metrics.number("lesion", "distal_mm").value_or(lesion.last);
-  add_mld_mark(chart, content.before, lesion, "before", 1);
-  add_mld_mark(chart, content.after, lesion, "after", 2);
+  lesion.first = metrics.number("lesion", "treated_first_mm").value_or(lesion.first);
+  lesion.last = metrics.number("lesion", "treated_last_mm").value_or(lesion.last);
+  add_mld_mark(chart, content.before, metrics.number("lesion", "mld_mm"), lesion, "before", 1);
+  add_mld_mark(chart, content.after, metrics.number("result", "mld_mm"), lesion, "after", 2);
+  add_mld_mark(chart, content.peak, metrics.number("peak", "mld_mm"), lesion, "at peak", 3);
   if (const auto reference = metrics.number("lesion", "reference_diameter_mm"))
     chart.levels.push_back({*reference, "reference " + formats::fixed_text(*reference, 2) + " mm"});
   return chart;

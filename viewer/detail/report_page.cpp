@@ -18,9 +18,13 @@ constexpr const char* kMethodNotes =
     "section at right angles to the vessel. Diameter stenosis = 100 (1 − MLD / reference "
     "diameter); the interpolated reference is the healthy vessel's diameter at the narrowest "
     "place, read off a line through the healthy stretches before and behind; the average reference "
-    "is the mean of the healthy diameters on both sides. Acute gain = MLD after − MLD before. "
-    "Recoil = balloon diameter at peak − MLD "
-    "after. Pressures are above the outside.</p>\n";
+    "is the mean of the healthy diameters on both sides. Before, at peak and after, MLD and MLA "
+    "are of the simulated wall, between the lesion's "
+    "edges along the treated vessel, as far as the balloon goes; the stenoses' table is of the "
+    "image. Acute gain = MLD after − "
+    "MLD before. Recoil = MLD at peak, the lumen that the balloon holds open, − MLD after. Where "
+    "the simulation was run twice, from starts that nobody could tell apart, the range of both is "
+    "the result's numerical uncertainty. Pressures are above the outside.</p>\n";
 
 }  // namespace
 

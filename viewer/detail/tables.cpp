@@ -39,24 +39,39 @@ constexpr std::array kWordings{
     Wording{"lesion.area_stenosis_percent", "Area stenosis", "%", 1},
     Wording{"lesion.proximal_mm", "Begins, from the inlet", "mm", 1},
     Wording{"lesion.distal_mm", "Ends, from the inlet", "mm", 1},
+    Wording{"lesion.treated_first_mm", "Is treated from, from the inlet", "mm", 1},
+    Wording{"lesion.treated_last_mm", "Is treated to, from the inlet", "mm", 1},
     Wording{"lesion.length_mm", "Length", "mm", 1},
     Wording{"lesion.evidence", "Evidence (ln of the odds)", "", 1},
     Wording{"lesion.resolution_mm", "Longest edge of a voxel", "mm", 2},
     Wording{"lesion.mld_below_resolution", "MLD is below a voxel", "", 0},
+    Wording{"lesion.segment_mld_mm", "MLD along the whole balloon", "mm", 2},
+    Wording{"lesion.segment_mla_mm2", "MLA along the whole balloon", "mm²", 2},
+    Wording{"lesion.image_mld_mm", "MLD in the image, before it was meshed", "mm", 2},
+    Wording{"lesion.image_mla_mm2", "MLA in the image, before it was meshed", "mm²", 2},
     Wording{"balloon.nominal_diameter_mm", "Nominal diameter", "mm", 2},
     Wording{"balloon.length_mm", "Length", "mm", 1},
     Wording{"balloon.material", "Material", "", 0},
     Wording{"balloon.peak_pressure_atm", "Peak pressure", "atm", 2},
     Wording{"balloon.peak_diameter_mm", "Diameter at peak", "mm", 2},
     Wording{"balloon.balloon_to_artery_ratio", "Balloon-to-artery ratio", "", 2},
+    Wording{"peak.mld_mm", "Minimal lumen diameter (MLD), in the lesion", "mm", 2},
+    Wording{"peak.mla_mm2", "Minimal lumen area (MLA), in the lesion", "mm²", 2},
+    Wording{"peak.diameter_stenosis_percent", "Diameter stenosis", "%", 1},
+    Wording{"peak.segment_mld_mm", "MLD along the whole balloon", "mm", 2},
+    Wording{"peak.segment_mla_mm2", "MLA along the whole balloon", "mm²", 2},
+    Wording{"peak.contact_gap_mm", "Gap between balloon and wall", "mm", 3},
     Wording{"result.mld_mm", "Minimal lumen diameter (MLD), in the lesion", "mm", 2},
     Wording{"result.mla_mm2", "Minimal lumen area (MLA), in the lesion", "mm²", 2},
     Wording{"result.diameter_stenosis_percent", "Residual diameter stenosis", "%", 1},
     Wording{"result.acute_gain_mm", "Acute gain (MLD after − before)", "mm", 2},
-    Wording{"result.recoil_mm", "Recoil (balloon at peak − MLD after)", "mm", 2},
-    Wording{"result.recoil_percent", "Recoil, of the balloon's diameter", "%", 1},
+    Wording{"result.recoil_mm", "Recoil (MLD at peak − MLD after)", "mm", 2},
+    Wording{"result.recoil_percent", "Recoil, of the lumen at peak", "%", 1},
     Wording{"result.segment_mld_mm", "MLD along the whole balloon", "mm", 2},
     Wording{"result.segment_mla_mm2", "MLA along the whole balloon", "mm²", 2},
+    Wording{"result.mld_range_mm", "MLD, of two runs", "mm", 3},
+    Wording{"result.acute_gain_range_mm", "Acute gain, of two runs", "mm", 3},
+    Wording{"result.recoil_range_percent", "Recoil, of two runs", "%", 1},
     Wording{"simulation.backend", "Backend", "", 0},
     Wording{"simulation.device", "Device", "", 0},
     Wording{"simulation.frame_count", "Frames", "", 0},
@@ -66,6 +81,7 @@ constexpr std::array kWordings{
     Wording{"simulation.real_time_factor", "Simulated / computing time", "", 2},
     Wording{"simulation.max_penetration_mm", "Deepest penetration", "mm", 4},
     Wording{"simulation.inverted_air_tets", "Inverted air tetrahedra, worst frame", "", 0},
+    Wording{"simulation.guard", "Second run", "", 0},
     Wording{"mesh.lumen_triangles", "Lumen triangles", "", 0},
     Wording{"mesh.lumen_vertices", "Lumen vertices", "", 0},
     Wording{"mesh.watertight", "Watertight when capped", "", 0},
@@ -85,9 +101,10 @@ constexpr std::array kWordings{
     Wording{"stage.peak_memory_mib", "Peak memory", "MiB", 0},
 };
 
-constexpr std::array<std::array<const char*, 2>, 5> kGroupTitles{
+constexpr std::array<std::array<const char*, 2>, 6> kGroupTitles{
     {{"lesion", "Lesion, before"},
      {"balloon", "Balloon"},
+     {"peak", "Lumen at peak"},
      {"result", "Result, after deflation"},
      {"simulation", "Simulation"},
      {"mesh", "Surface mesh"}}};
@@ -122,6 +139,10 @@ const char* unit_of(std::string_view key) {
   return "";
 }
 
+bool is_range(const ordered_json& value) {
+  return value.is_array() && value.size() == 2 && value[0].is_number() && value[1].is_number();
+}
+
 /// A value as people read it, unescaped.
 std::string value_text(const ordered_json& value, int decimals) {
   if (value.is_null()) return "–";
@@ -132,6 +153,9 @@ std::string value_text(const ordered_json& value, int decimals) {
     const std::string words = value.get<std::string>();
     return words.empty() ? "–" : words;
   }
+  if (is_range(value))
+    return formats::fixed_text(value[0].get<double>(), decimals) + " to " +
+           formats::fixed_text(value[1].get<double>(), decimals);
   return value.dump();
 }
 
@@ -152,7 +176,7 @@ std::string rows(const std::string& prefix, const ordered_json& object) {
     const std::string_view key = wording.key;
     if (!key.starts_with(prefix + ".")) continue;
     const std::string name(key.substr(prefix.size() + 1));
-    if (object.contains(name) && object[name].is_primitive())
+    if (object.contains(name) && (object[name].is_primitive() || is_range(object[name])))
       out += row(prefix, name, object[name]);
   }
   for (const auto& [key, value] : object.items())
@@ -192,23 +216,6 @@ std::string table(const std::string& title, const std::string& body) {
          "</table></div>";
 }
 
-std::string card(const std::string& value, const std::string& label, const std::string& detail) {
-  return "<div class=\"card\"><div class=\"value\">" + formats::escape_html(value) +
-         "</div><div class=\"label\">" + formats::escape_html(label) +
-         "</div><div class=\"detail\">" + formats::escape_html(detail) + "</div></div>";
-}
-
-std::string shown(const std::optional<double>& value, int decimals, const char* unit) {
-  return value ? formats::fixed_text(*value, decimals) + unit : "–";
-}
-
-std::string change(const std::optional<double>& before, const std::optional<double>& after,
-                   int decimals, const char* unit) {
-  if (!before && !after) return "–";
-  if (!after) return shown(before, decimals, unit);
-  return shown(before, decimals, "") + " → " + shown(after, decimals, unit);
-}
-
 }  // namespace
 
 struct Metrics::Content {
@@ -228,6 +235,14 @@ std::optional<double> Metrics::number(const char* group, const char* key) const 
   if (value == found->end() || !value->is_number()) return std::nullopt;
   const double number = value->get<double>();
   return std::isfinite(number) ? std::optional<double>(number) : std::nullopt;
+}
+
+std::optional<std::array<double, 2>> Metrics::range(const char* group, const char* key) const {
+  const auto found = content_->root.find(group);
+  if (found == content_->root.end() || !found->is_object()) return std::nullopt;
+  const auto value = found->find(key);
+  if (value == found->end() || !is_range(*value)) return std::nullopt;
+  return std::array{(*value)[0].get<double>(), (*value)[1].get<double>()};
 }
 
 std::string Metrics::text(const char* group, const char* key) const {
@@ -251,45 +266,6 @@ std::string Metrics::tables() const {
   for (const auto& [group, title] : kGroupTitles)
     if (content_->root.contains(group) && content_->root[group].is_object())
       out += table(title, rows(group, content_->root[group]));
-  return out;
-}
-
-std::string status_notice(const Metrics& metrics) {
-  constexpr std::array<std::array<const char*, 2>, 4> kTitles{
-      {{"no_lesion", "No stenosis found."},
-       {"not_determined", "No treatment simulated."},
-       {"failed", "Failed: there is no result."},
-       {"stale", "Out of date: there is no result."}}};
-  const std::string status = metrics.text("status");
-  for (const auto& [name, title] : kTitles)
-    if (status == name)
-      return "<div class=\"notice status\"><strong>" + std::string(title) + "</strong> " +
-             formats::escape_html(metrics.text("status_reason")) + "</div>\n";
-  return {};
-}
-
-std::string headline_cards(const Metrics& metrics) {
-  const auto lesion = [&](const char* key) { return metrics.number("lesion", key); };
-  const auto result = [&](const char* key) { return metrics.number("result", key); };
-  const auto balloon = [&](const char* key) { return metrics.number("balloon", key); };
-  std::string out;
-  out += card(
-      change(lesion("diameter_stenosis_percent"), result("diameter_stenosis_percent"), 0, " %"),
-      "Diameter stenosis",
-      "reference diameter " + shown(lesion("reference_diameter_mm"), 2, " mm"));
-  out += card(change(lesion("mld_mm"), result("mld_mm"), 2, " mm"), "Minimal lumen diameter",
-              "acute gain " + shown(result("acute_gain_mm"), 2, " mm"));
-  out += card(change(lesion("mla_mm2"), result("mla_mm2"), 2, " mm²"), "Minimal lumen area",
-              "before → after deflation");
-  const std::string status = metrics.text("status");
-  if (!status.empty() && status != "done" && status != "no_lesion") return out;
-  out += card(shown(result("recoil_mm"), 2, " mm"), "Elastic recoil",
-              shown(result("recoil_percent"), 0, " %") + " of the balloon's diameter at peak");
-  out += card(
-      shown(balloon("nominal_diameter_mm"), 2, "") + " × " + shown(balloon("length_mm"), 0, " mm"),
-      "Balloon", "balloon-to-artery ratio " + shown(balloon("balloon_to_artery_ratio"), 2, ""));
-  out += card(shown(balloon("peak_pressure_atm"), 1, " atm"), "Peak pressure",
-              "diameter at peak " + shown(balloon("peak_diameter_mm"), 2, " mm"));
   return out;
 }
 
@@ -343,7 +319,10 @@ std::string lesion_table(const std::string& json, double voxel_mm) {
       body += "<td>" + formats::escape_html(lesion_value(lesions[i], column, voxel_mm)) + "</td>";
     body += "</tr>";
   }
-  return "<div class=\"table wide\"><table>" + body + "</table></div>\n";
+  return "<div class=\"table wide\"><table>" + body +
+         "</table></div>\n<p class=\"sub\">Of the image; what is simulated is measured on its "
+         "wall.</p>"
+         "\n";
 }
 
 std::string run_tables(const std::string& json) {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <memory>
 #include <optional>
 #include <string>
@@ -19,6 +20,9 @@ class Metrics {
 
   /// @param group, key  as in docs/contract.md: "lesion", "mld_mm"
   [[nodiscard]] std::optional<double> number(const char* group, const char* key) const;
+  /// The two numbers of a range, the smaller first.
+  [[nodiscard]] std::optional<std::array<double, 2>> range(const char* group,
+                                                           const char* key) const;
   [[nodiscard]] std::string text(const char* group, const char* key) const;  ///< empty if missing
   /// At the top: "status", "status_reason". Empty if missing.
   [[nodiscard]] std::string text(const char* key) const;

@@ -1,0 +1,146 @@
+#include "pipeline/stages/treated_lumen.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+#include "core/units.hpp"
+#include "meshing/subdivide.hpp"
+
+namespace angio::pipeline {
+namespace {
+
+// No section looks for its wall farther than four radii away, three times over; what grows, grows
+// no more than that (measure_lumen).
+constexpr double kAroundInRadii = 12.0;
+
+std::vector<int> points_near(const std::vector<Vec3>& points, const CenterlinePath& path,
+                             const TreatedSpans& spans) {
+  double radius = 0.0;
+  std::vector<Vec3> line;
+  for (std::size_t i = 0; i < path.points.size(); ++i) {
+    if (path.abscissa[i] < spans.segment_first || path.abscissa[i] > spans.segment_last) continue;
+    radius = std::max(radius, path.equivalent_radius[i]);
+    line.push_back(path.points[i]);
+  }
+  const double most = kAroundInRadii * radius;
+  std::vector<int> near;
+  for (std::size_t v = 0; v < points.size(); ++v)
+    if (std::any_of(line.begin(), line.end(),
+                    [&](const Vec3& p) { return norm_squared(p - points[v]) <= most * most; }))
+      near.push_back(int(v));
+  return near;
+}
+
+}  // namespace
+
+TreatedSpans treated_spans(const nlohmann::json& placement) {
+  const nlohmann::json& lesion = placement.at("lesion");
+  const nlohmann::json& site = placement.at("site");
+  const double proximal = lesion.at("proximal_mm").get<double>(),
+               distal = lesion.at("distal_mm").get<double>(),
+               throat = lesion.at("abscissa_mm").get<double>(),
+               first = site.at("balloon_first_abscissa_mm").get<double>(),
+               last = site.at("balloon_last_abscissa_mm").get<double>();
+  // Without the balloon's ends, which taper.
+  const double length = placement.at("balloon").at("length_mm").get<double>(),
+               end = std::max(0.5 * (last - first - length), 0.0);
+  TreatedSpans spans;
+  spans.lesion_first = std::min(std::max(proximal, first + end), throat);
+  spans.lesion_last = std::max(std::min(distal, last - end), throat);
+  spans.segment_first = std::min(first, proximal);
+  spans.segment_last = std::max(last, distal);
+  spans.untreated_mm = spans.lesion_first - proximal + distal - spans.lesion_last;
+  return spans;
+}
+
+TreatedLumen::TreatedLumen(TriangleMesh lumen, std::vector<int> region, CenterlinePath path,
+                           const TreatedSpans& spans, double least_radius_mm, bool is_kept)
+    : lumen_(std::move(lumen)), region_(std::move(region)), path_(std::move(path)), spans_(spans) {
+  if (is_kept) halved_ = meshing::edges_to_halve(lumen_, least_radius_mm);
+  near_ = points_near(points(lumen_.vertices), path_, spans_);
+  find_shares();
+}
+
+void TreatedLumen::find_shares() {
+  constexpr double kReach = 2.0;  // radii
+  const std::vector<double> areas = vertex_areas(lumen_);
+  shares_.resize(path_.points.size());
+  for (std::size_t i = 0; i < shares_.size(); ++i) {
+    const double reach = kReach * path_.equivalent_radius[i];
+    double sum = 0.0;
+    for (const int v : near_) {
+      if (std::size_t(v) >= areas.size()) break;  // the middles of edges
+      const double d = distance(lumen_.vertices[std::size_t(v)], path_.points[i]) / reach;
+      if (d >= 1.0) continue;
+      shares_[i].push_back({v, areas[std::size_t(v)] * (1.0 - d * d)});
+      sum += shares_[i].back().weight;
+    }
+    for (Share& share : shares_[i]) share.weight /= sum;
+  }
+}
+
+CenterlinePath TreatedLumen::moved_path(const std::vector<Vec3>& lumen) const {
+  CenterlinePath moved = path_;
+  for (std::size_t i = 0; i < shares_.size(); ++i)
+    for (const Share& share : shares_[i]) {
+      const auto v = std::size_t(share.vertex);
+      moved.points[i] += share.weight * (lumen[v] - lumen_.vertices[v]);
+    }
+  return moved;
+}
+
+std::vector<Vec3> TreatedLumen::points(const std::vector<Vec3>& lumen) const {
+  std::vector<Vec3> all = lumen;
+  for (const auto& [a, b] : halved_)
+    all.push_back(0.5 * (all[std::size_t(a)] + all[std::size_t(b)]));
+  if (near_.empty()) return all;
+  std::vector<Vec3> near;
+  near.reserve(near_.size());
+  for (const int v : near_) near.push_back(all[std::size_t(v)]);
+  return near;
+}
+
+centerline::LumenProfile TreatedLumen::profile(const std::vector<Vec3>& wall) const {
+  const std::vector<Vec3> lumen = mesh(wall).vertices;
+  return centerline::measure_lumen(points(lumen), moved_path(lumen), spans_.segment_first,
+                                   spans_.segment_last);
+}
+
+TreatedMeasures TreatedLumen::measures(const centerline::LumenProfile& profile) const {
+  return {centerline::tightest_between(profile, spans_.lesion_first, spans_.lesion_last),
+          centerline::tightest_between(profile, spans_.segment_first, spans_.segment_last)};
+}
+
+TriangleMesh TreatedLumen::mesh(const std::vector<Vec3>& wall) const {
+  TriangleMesh moved = lumen_;
+  for (std::size_t v = 0; v < wall.size(); ++v) moved.vertices[std::size_t(region_[v])] = wall[v];
+  return moved;
+}
+
+std::string profile_csv(const centerline::LumenProfile& before,
+                        const centerline::LumenProfile& peak,
+                        const centerline::LumenProfile& after) {
+  std::set<double> places;
+  for (const auto* profile : {&before, &peak, &after})
+    places.insert(profile->abscissa.begin(), profile->abscissa.end());
+  const auto cells = [](const centerline::LumenProfile& profile, double place) -> std::string {
+    const auto at = std::lower_bound(profile.abscissa.begin(), profile.abscissa.end(), place);
+    if (at == profile.abscissa.end() || *at != place) return ",,";
+    const auto i = std::size_t(at - profile.abscissa.begin());
+    return fmt::format(",{:.5f},{:.5f}", 2.0 * profile.inscribed_radius[i],
+                       2.0 * std::sqrt(profile.section_area[i] / units::kPi));
+  };
+  std::string text =
+      "abscissa_mm,inscribed_diameter_before_mm,equivalent_diameter_before_mm,"
+      "inscribed_diameter_after_mm,equivalent_diameter_after_mm,"
+      "inscribed_diameter_peak_mm,equivalent_diameter_peak_mm\n";
+  for (const double place : places)
+    text += fmt::format("{:.4f}{}{}{}\n", place, cells(before, place), cells(after, place),
+                        cells(peak, place));
+  return text;
+}
+
+}  // namespace angio::pipeline

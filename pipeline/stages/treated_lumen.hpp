@@ -1,0 +1,74 @@
+#pragma once
+
+#include <array>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "centerline/centerline.hpp"
+#include "core/centerline.hpp"
+#include "core/triangle_mesh.hpp"
+#include "pipeline/case/stage_files.hpp"
+
+namespace angio::pipeline {
+
+/// Where minimal diameters and areas are looked for, along the treated path [mm].
+struct TreatedSpans {
+  /// The lesion's edges, as far as the balloon's cylindrical part goes: where it treats the lesion.
+  double lesion_first = 0.0, lesion_last = 0.0;
+  double segment_first = 0.0, segment_last = 0.0;  ///< what the balloon reaches, and the lesion
+  double untreated_mm = 0.0;                       ///< of the lesion, that the balloon leaves out
+};
+
+/// @param placement  meshing/placement.json
+TreatedSpans treated_spans(const nlohmann::json& placement);
+
+/// What is told of the lumen at one moment: of the lesion, where it is treated, and of all that
+/// the balloon reaches.
+struct TreatedMeasures {
+  centerline::Tightest lesion, segment;
+};
+
+/// The lumen along the treated path, as a frame has it. It is the program's one measure of the
+/// lumen in a simulation: metrics, time series, profile, report and viewer get it from here.
+class TreatedLumen {
+ public:
+  /// @param region  index in `lumen` of each vertex of the wall that moves
+  /// @param is_kept  a given mesh, perhaps too coarse to be measured on its vertices alone
+  TreatedLumen(TriangleMesh lumen, std::vector<int> region, CenterlinePath path,
+               const TreatedSpans& spans, double least_radius_mm, bool is_kept);
+
+  /// @param wall  [mm], shape [region]
+  [[nodiscard]] centerline::LumenProfile profile(const std::vector<Vec3>& wall) const;
+  [[nodiscard]] TreatedMeasures measures(const centerline::LumenProfile& profile) const;
+  /// The whole lumen with the region moved.
+  [[nodiscard]] TriangleMesh mesh(const std::vector<Vec3>& wall) const;
+
+ private:
+  /// The wall round a point of the path: a vertex of the lumen and its share in the mean.
+  struct Share {
+    int vertex = 0;
+    double weight = 0.0;
+  };
+  void find_shares();
+  [[nodiscard]] std::vector<Vec3> points(const std::vector<Vec3>& lumen) const;
+  /// The path, taken along by the wall: every point by the mean motion of the wall round it, by
+  /// area, out to two radii. A balloon that straightens a bend takes the lumen off its old line.
+  [[nodiscard]] CenterlinePath moved_path(const std::vector<Vec3>& lumen) const;
+
+  TriangleMesh lumen_;
+  std::vector<int> region_;
+  CenterlinePath path_;
+  TreatedSpans spans_;
+  std::vector<std::array<int, 2>> halved_;  ///< edges whose middles count, too
+  std::vector<std::vector<Share>> shares_;  ///< shape [point of the path]
+  std::vector<int> near_;                   ///< of vertices and middles: those round the segment
+};
+
+/// lumen_profile.csv: a row for each place of the segment; a cell is empty where the section misses
+/// the lumen (near a rim).
+std::string profile_csv(const centerline::LumenProfile& before,
+                        const centerline::LumenProfile& peak,
+                        const centerline::LumenProfile& after);
+
+}  // namespace angio::pipeline

@@ -1,0 +1,107 @@
+#include "pipeline/stages/treatment.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/units.hpp"
+
+namespace angio::pipeline {
+namespace {
+
+using nlohmann::json;
+
+constexpr double kLargestShare = 0.1;      // of the gain
+constexpr double kLeastDifference = 0.02;  // [mm]
+
+constexpr double kWorthSaying = 0.5;  // [mm]
+
+constexpr const char* kWhatToTry =
+    "Try a smaller or shorter balloon (balloon.nominal_diameter_mm, balloon.length_mm), a finer "
+    "wall (mesh.edges_per_circumference), or the layered wall (wall.model)";
+
+double stenosis_percent(double mld_mm, double reference_mm) {
+  return 100.0 * (1.0 - mld_mm / reference_mm);
+}
+
+json range_of(double a, double b) { return json::array({std::min(a, b), std::max(a, b)}); }
+
+}  // namespace
+
+GuardVerdict judge(const Treatment& first, const std::optional<Treatment>& second,
+                   const std::string& second_failure) {
+  if (!second)
+    return {
+        "failed",
+        fmt::format("the result is not determined: a second run, from a start that nobody could "
+                    "tell from the first one's, gave none ({})",
+                    second_failure)};
+  const double gain = std::abs(first.gain_mm() - second->gain_mm()),
+               recoil = std::abs(first.recoil_mm() - second->recoil_mm());
+  const double most = kLargestShare * std::max(first.gain_mm(), second->gain_mm());
+  if (std::max(gain, recoil) <= std::max(most, kLeastDifference)) return {"agrees", ""};
+  return {"differs",
+          fmt::format("the result is not determined: two runs, from starts that nobody could tell "
+                      "apart, gave a gain of {:.2f} and {:.2f} mm and a recoil of {:.1f} and "
+                      "{:.1f} %. {}",
+                      first.gain_mm(), second->gain_mm(), first.recoil_percent(),
+                      second->recoil_percent(), kWhatToTry)};
+}
+
+json treatment_json(const Treatment& first, const std::optional<Treatment>& second,
+                    double reference_mm) {
+  const centerline::Tightest &before = first.before.lesion, &peak = first.peak.lesion,
+                             &after = first.after.lesion;
+  const double reference_area = 0.25 * units::kPi * reference_mm * reference_mm;
+  json ranges = {{"mld_range_mm", nullptr},
+                 {"acute_gain_range_mm", nullptr},
+                 {"recoil_range_percent", nullptr}};
+  if (second)
+    ranges = {{"mld_range_mm", range_of(after.mld_mm, second->after.lesion.mld_mm)},
+              {"acute_gain_range_mm", range_of(first.gain_mm(), second->gain_mm())},
+              {"recoil_range_percent", range_of(first.recoil_percent(), second->recoil_percent())}};
+  json result = {{"mld_mm", after.mld_mm},
+                 {"mla_mm2", after.mla_mm2},
+                 {"diameter_stenosis_percent", stenosis_percent(after.mld_mm, reference_mm)},
+                 {"acute_gain_mm", first.gain_mm()},
+                 {"recoil_mm", first.recoil_mm()},
+                 {"recoil_percent", first.recoil_percent()},
+                 {"segment_mld_mm", first.after.segment.mld_mm},
+                 {"segment_mla_mm2", first.after.segment.mla_mm2}};
+  result.update(ranges);
+  return {{"lesion",
+           {{"mld_mm", before.mld_mm},
+            {"mla_mm2", before.mla_mm2},
+            {"diameter_stenosis_percent", stenosis_percent(before.mld_mm, reference_mm)},
+            {"area_stenosis_percent", 100.0 * (1.0 - before.mla_mm2 / reference_area)},
+            {"segment_mld_mm", first.before.segment.mld_mm},
+            {"segment_mla_mm2", first.before.segment.mla_mm2}}},
+          {"peak",
+           {{"mld_mm", peak.mld_mm},
+            {"mla_mm2", peak.mla_mm2},
+            {"diameter_stenosis_percent", stenosis_percent(peak.mld_mm, reference_mm)},
+            {"segment_mld_mm", first.peak.segment.mld_mm},
+            {"segment_mla_mm2", first.peak.segment.mla_mm2}}},
+          {"result", std::move(result)}};
+}
+
+std::vector<std::string> treatment_warnings(const Treatment& treatment, const GuardVerdict& guard,
+                                            const TreatedSpans& spans) {
+  std::vector<std::string> warnings;
+  if (!guard.reason.empty()) warnings.push_back(guard.reason);
+  if (treatment.recoil_mm() < 0.0)
+    warnings.push_back(fmt::format(
+        "the recoil is negative: the lumen after deflation, {:.3f} mm, is wider than the balloon "
+        "held it at its peak, {:.3f} mm (the wall moved on, or the narrowest place is another one)",
+        treatment.after.lesion.mld_mm, treatment.peak.lesion.mld_mm));
+  if (spans.untreated_mm > kWorthSaying)
+    warnings.push_back(fmt::format(
+        "the balloon leaves out {:.1f} mm of the lesion: MLD, gain and recoil are of the part that "
+        "it treats, from {:.1f} to {:.1f} mm from the inlet; segment_mld_mm is of all of it. A "
+        "longer balloon (balloon.length_mm) may reach it",
+        spans.untreated_mm, spans.lesion_first, spans.lesion_last));
+  return warnings;
+}
+
+}  // namespace angio::pipeline

@@ -1,0 +1,46 @@
+#pragma once
+
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "pipeline/stages/treated_lumen.hpp"
+
+/// What a treatment has come to, in numbers.
+namespace angio::pipeline {
+
+/// The lumen before, at the peak pressure and after deflation, measured in the same way.
+struct Treatment {
+  TreatedMeasures before, peak, after;
+
+  [[nodiscard]] double gain_mm() const { return after.lesion.mld_mm - before.lesion.mld_mm; }
+  /// Of the lumen that the balloon holds open: before and behind contact's gap the same surface.
+  [[nodiscard]] double recoil_mm() const { return peak.lesion.mld_mm - after.lesion.mld_mm; }
+  /// Of the lumen at the peak.
+  [[nodiscard]] double recoil_percent() const { return 100.0 * recoil_mm() / peak.lesion.mld_mm; }
+};
+
+/// What two runs whose starts nobody could tell apart say together.
+struct GuardVerdict {
+  std::string state;   ///< "off", "agrees", "differs" or "failed"
+  std::string reason;  ///< a sentence where it differs or has failed; else empty
+};
+
+/// A result is not determined where gain or recoil of the two runs differ by more than a tenth of
+/// the larger gain, and by more than 0.02 mm, below which the error of the measure lies.
+/// @param second_failure  why there is no second run; empty: there is
+GuardVerdict judge(const Treatment& first, const std::optional<Treatment>& second,
+                   const std::string& second_failure);
+
+/// metrics.json's lesion (what is measured before), peak and result; the ranges of two runs, null
+/// where there is one.
+/// @param reference_mm  reference diameter at the lesion
+nlohmann::json treatment_json(const Treatment& first, const std::optional<Treatment>& second,
+                              double reference_mm);
+
+/// What is to be said of the numbers; empty where nothing is.
+std::vector<std::string> treatment_warnings(const Treatment& treatment, const GuardVerdict& guard,
+                                            const TreatedSpans& spans);
+
+}  // namespace angio::pipeline

@@ -1,0 +1,217 @@
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <functional>
+
+#include "core/units.hpp"
+#include "pipeline/stages/treatment.hpp"
+
+namespace angio::pipeline {
+namespace {
+
+Treatment treatment(double before, double peak, double after) {
+  const auto at = [](double mld) {
+    const centerline::Tightest t{mld, 0.25 * units::kPi * mld * mld};
+    return TreatedMeasures{t, t};
+  };
+  return {at(before), at(peak), at(after)};
+}
+
+TEST(Treatment, GainAndRecoilAreOfTheSameSurface) {
+  const Treatment t = treatment(1.0, 3.0, 2.4);
+  const nlohmann::json json = treatment_json(t, std::nullopt, 3.0);
+  EXPECT_NEAR(json.at("result").at("acute_gain_mm").get<double>(), 1.4, 1e-12);
+  EXPECT_NEAR(json.at("result").at("recoil_mm").get<double>(), 0.6, 1e-12);
+  EXPECT_NEAR(json.at("result").at("recoil_percent").get<double>(), 20.0, 1e-12);
+  EXPECT_NEAR(json.at("lesion").at("diameter_stenosis_percent").get<double>(), 200.0 / 3, 1e-12);
+  EXPECT_NEAR(json.at("lesion").at("area_stenosis_percent").get<double>(), 800.0 / 9, 1e-12);
+  EXPECT_NEAR(json.at("peak").at("diameter_stenosis_percent").get<double>(), 0.0, 1e-12);
+  EXPECT_TRUE(json.at("result").at("acute_gain_range_mm").is_null());
+  // Widening = gain + recoil.
+  EXPECT_NEAR(t.gain_mm() + t.recoil_mm(), 2.0, 1e-12);
+}
+
+TEST(Treatment, TellsTheRangeOfTwoRunsTheSmallerFirst) {
+  const nlohmann::json json =
+      treatment_json(treatment(1.0, 3.0, 2.4), treatment(1.0, 3.0, 2.1), 3.0);
+  const nlohmann::json& result = json.at("result");
+  EXPECT_NEAR(result.at("mld_range_mm").at(0).get<double>(), 2.1, 1e-12);
+  EXPECT_NEAR(result.at("mld_range_mm").at(1).get<double>(), 2.4, 1e-12);
+  EXPECT_NEAR(result.at("acute_gain_range_mm").at(0).get<double>(), 1.1, 1e-12);
+  EXPECT_NEAR(result.at("acute_gain_range_mm").at(1).get<double>(), 1.4, 1e-12);
+  EXPECT_NEAR(result.at("recoil_range_percent").at(0).get<double>(), 20.0, 1e-12);
+  EXPECT_NEAR(result.at("recoil_range_percent").at(1).get<double>(), 30.0, 1e-12);
+  EXPECT_EQ(result.at("mld_mm"), 2.4) << "the first run's";
+}
+
+TEST(Guard, AgreesUpToATenthOfTheLargerGain) {
+  const Treatment first = treatment(1.0, 3.0, 2.0);  // gain 1
+  EXPECT_EQ(judge(first, treatment(1.0, 3.0, 1.91), "").state, "agrees");
+  EXPECT_EQ(judge(first, treatment(1.0, 3.0, 1.91), "").reason, "");
+  EXPECT_EQ(judge(first, treatment(1.0, 3.0, 1.89), "").state, "differs");
+  EXPECT_EQ(judge(treatment(1.0, 3.0, 1.89), first, "").state, "differs") << "in either order";
+}
+
+TEST(Guard, LooksAtTheRecoilToo) {
+  // The same gain from peaks that differ.
+  EXPECT_EQ(judge(treatment(1.0, 3.0, 2.0), treatment(1.0, 3.2, 2.0), "").state, "differs");
+}
+
+TEST(Guard, DoesNotCountHundredthsOfAMillimetre) {
+  EXPECT_EQ(judge(treatment(3.0, 3.1, 3.01), treatment(3.0, 3.1, 3.028), "").state, "agrees");
+  EXPECT_EQ(judge(treatment(3.0, 3.1, 3.01), treatment(3.0, 3.1, 3.04), "").state, "differs");
+}
+
+TEST(Guard, SaysBothGainsOrWhyThereIsNoSecond) {
+  const GuardVerdict apart = judge(treatment(1.0, 3.0, 2.0), treatment(1.0, 3.0, 1.5), "");
+  EXPECT_NE(apart.reason.find("not determined"), std::string::npos);
+  EXPECT_NE(apart.reason.find("1.00 and 0.50 mm"), std::string::npos) << apart.reason;
+  const GuardVerdict failed = judge(treatment(1.0, 3.0, 2.0), std::nullopt, "it burst");
+  EXPECT_EQ(failed.state, "failed");
+  EXPECT_NE(failed.reason.find("it burst"), std::string::npos);
+}
+
+TEST(Treatment, WarnsOfANegativeRecoilOnly) {
+  EXPECT_TRUE(treatment_warnings(treatment(1.0, 3.0, 2.9), {"agrees", ""}, {}).empty());
+  const auto warnings = treatment_warnings(treatment(1.0, 3.0, 3.1), {"agrees", ""}, {});
+  ASSERT_EQ(warnings.size(), 1U);
+  EXPECT_NE(warnings[0].find("negative"), std::string::npos);
+}
+
+TEST(TreatedSpans, AreOfTheLesionAsFarAsTheBalloonsCylinderGoes) {
+  const auto spans = [](double proximal, double distal, double length) {
+    return treated_spans(
+        {{"lesion", {{"proximal_mm", proximal}, {"distal_mm", distal}, {"abscissa_mm", 20.0}}},
+         {"site",
+          {{"balloon_first_abscissa_mm", 20.0 - 0.5 * length - 1.5},
+           {"balloon_last_abscissa_mm", 20.0 + 0.5 * length + 1.5}}},
+         {"balloon", {{"length_mm", length}}}});
+  };
+  const TreatedSpans whole = spans(17.0, 24.0, 12.0);
+  EXPECT_EQ(whole.lesion_first, 17.0);
+  EXPECT_EQ(whole.lesion_last, 24.0);
+  EXPECT_EQ(whole.segment_first, 12.5);
+  EXPECT_EQ(whole.segment_last, 27.5);
+  EXPECT_EQ(whole.untreated_mm, 0.0);
+  const TreatedSpans part = spans(12.0, 21.0, 4.0);
+  EXPECT_EQ(part.lesion_first, 18.0);
+  EXPECT_EQ(part.lesion_last, 21.0);
+  EXPECT_EQ(part.segment_first, 12.0);
+  EXPECT_EQ(part.segment_last, 23.5);
+  EXPECT_EQ(part.untreated_mm, 6.0);
+  EXPECT_EQ(treatment_warnings(treatment(1.0, 3.0, 2.9), {"agrees", ""}, part).size(), 1U);
+}
+
+// ---- the lumen along the path ------------------------------------------------------------------
+
+constexpr double kLength = 24.0;
+
+CenterlinePath axis() {
+  CenterlinePath path;
+  for (int i = 0; i <= 80; ++i) path.points.push_back({0, 0, kLength * i / 80.0});
+  path.abscissa = arc_length(path.points);
+  path.inscribed_radius.assign(path.points.size(), 1.5);
+  path.equivalent_radius = path.inscribed_radius;
+  path.section_area.assign(path.points.size(), units::kPi * 2.25);
+  return path;
+}
+
+/// An open tube along z; every other ring turned by half a step.
+TriangleMesh tube(int rings, int around, const std::function<double(double)>& radius) {
+  TriangleMesh mesh;
+  for (int r = 0; r < rings; ++r)
+    for (int i = 0; i < around; ++i) {
+      const double z = kLength * r / (rings - 1),
+                   angle = 2.0 * units::kPi * (i + 0.5 * (r % 2)) / around;
+      mesh.vertices.push_back({radius(z) * std::cos(angle), radius(z) * std::sin(angle), z});
+    }
+  for (int r = 0; r + 1 < rings; ++r)
+    for (int i = 0; i < around; ++i) {
+      const int n = (i + 1) % around, a = r * around + i, b = r * around + n, c = a + around,
+                d = b + around;
+      mesh.triangles.push_back({a, b, c});
+      mesh.triangles.push_back({b, d, c});
+    }
+  return mesh;
+}
+
+double narrowed(double z) {
+  return 1.5 - 0.5 * std::exp(-std::pow((z - 9.0) / 1.5, 2)) -
+         0.8 * std::exp(-std::pow((z - 17.0) / 1.0, 2));
+}
+
+TEST(TreatedLumen, IsOfTheLesionBetweenItsEdgesAndOfTheWholeSegment) {
+  const TriangleMesh lumen = tube(97, 24, narrowed);
+  std::vector<int> region;
+  std::vector<Vec3> wall;
+  for (std::size_t v = 0; v < lumen.vertices.size(); v += 2) {
+    region.push_back(int(v));
+    wall.push_back(lumen.vertices[v]);
+  }
+  const TreatedLumen treated(lumen, region, axis(), {6.0, 12.0, 3.0, 21.0}, 0.7, false);
+  const TreatedMeasures measures = treated.measures(treated.profile(wall));
+  EXPECT_NEAR(measures.lesion.mld_mm, 2.0, 0.03);
+  EXPECT_NEAR(measures.lesion.mla_mm2, units::kPi, 0.08);
+  EXPECT_NEAR(measures.segment.mld_mm, 1.4, 0.05);
+  EXPECT_EQ(treated.mesh(wall).vertices, lumen.vertices);
+}
+
+TEST(TreatedLumen, FollowsTheWallAndNoVesselFarAway) {
+  TriangleMesh lumen = tube(97, 24, narrowed);
+  const std::size_t own = lumen.vertices.size();
+  std::vector<int> region;
+  for (std::size_t v = 0; v < own; ++v) region.push_back(int(v));
+  // Another, thinner vessel beside it.
+  for (std::size_t v = 0; v < own; ++v)
+    lumen.vertices.push_back(
+        {0.2 * lumen.vertices[v].x + 60.0, 0.2 * lumen.vertices[v].y, lumen.vertices[v].z});
+  for (std::size_t t = 0, count = lumen.triangles.size(); t < count; ++t) {
+    Triangle copy = lumen.triangles[t];
+    for (int& v : copy) v += int(own);
+    lumen.triangles.push_back(copy);
+  }
+  const TreatedLumen treated(lumen, region, axis(), {6.0, 12.0, 3.0, 21.0}, 0.7, false);
+  std::vector<Vec3> wide;
+  for (std::size_t v = 0; v < own; ++v)
+    wide.push_back({1.2 * lumen.vertices[v].x, 1.2 * lumen.vertices[v].y, lumen.vertices[v].z});
+  EXPECT_NEAR(treated.measures(treated.profile(wide)).lesion.mld_mm, 2.4, 0.03);
+}
+
+TEST(TreatedLumen, FollowsAWallThatIsPushedOffItsOldLine) {
+  const TriangleMesh lumen = tube(97, 24, narrowed);
+  std::vector<int> region;
+  std::vector<Vec3> aside;
+  for (std::size_t v = 0; v < lumen.vertices.size(); ++v) {
+    const Vec3& p = lumen.vertices[v];
+    region.push_back(int(v));
+    aside.push_back(p + Vec3{2.5 * std::exp(-std::pow((p.z - 9.0) / 6.0, 2)), 0, 0});
+  }
+  const TreatedLumen treated(lumen, region, axis(), {6.0, 12.0, 3.0, 21.0}, 0.7, false);
+  const TreatedMeasures measures = treated.measures(treated.profile(aside));
+  EXPECT_NEAR(measures.lesion.mld_mm, 2.0, 0.05);  // the slope of the push is zero at the throat
+  EXPECT_NEAR(measures.lesion.mla_mm2, units::kPi, 0.15);
+}
+
+TEST(TreatedLumen, OfAGivenCoarseMeshCountsTheMiddlesOfItsEdges) {
+  const TriangleMesh lumen = tube(25, 12, narrowed);
+  std::vector<int> region;
+  for (std::size_t v = 0; v < lumen.vertices.size(); ++v) region.push_back(int(v));
+  const TreatedSpans spans{6.0, 12.0, 3.0, 21.0};
+  const TreatedLumen kept(lumen, region, axis(), spans, 0.7, true);
+  const TreatedMeasures measures = kept.measures(kept.profile(lumen.vertices));
+  EXPECT_NEAR(measures.lesion.mld_mm, 2.0, 0.12);  // the flat triangles lie inside
+}
+
+TEST(ProfileCsv, HasARowForEachPlaceAndAnEmptyCellWhereNothingIsSeen) {
+  const centerline::LumenProfile before{{1.0, 2.0}, {0.5, 0.6}, {units::kPi, units::kPi}},
+      peak{{1.0}, {0.7}, {units::kPi}}, after{{2.0}, {0.8}, {4.0 * units::kPi}};
+  EXPECT_EQ(profile_csv(before, peak, after),
+            "abscissa_mm,inscribed_diameter_before_mm,equivalent_diameter_before_mm,"
+            "inscribed_diameter_after_mm,equivalent_diameter_after_mm,"
+            "inscribed_diameter_peak_mm,equivalent_diameter_peak_mm\n"
+            "1.0000,1.00000,2.00000,,,1.40000,2.00000\n"
+            "2.0000,1.20000,2.00000,1.60000,4.00000,,\n");
+}
+
+}  // namespace
+}  // namespace angio::pipeline

@@ -1,0 +1,99 @@
+#include <array>
+#include <optional>
+#include <string>
+
+#include "formats/html.hpp"
+#include "formats/text.hpp"
+#include "viewer/detail/tables.hpp"
+
+namespace angio::viewer::detail {
+namespace {
+
+std::string card(const std::string& value, const std::string& label, const std::string& detail) {
+  return "<div class=\"card\"><div class=\"value\">" + formats::escape_html(value) +
+         "</div><div class=\"label\">" + formats::escape_html(label) +
+         "</div><div class=\"detail\">" + formats::escape_html(detail) + "</div></div>";
+}
+
+std::string shown(const std::optional<double>& value, int decimals, const char* unit) {
+  return value ? formats::fixed_text(*value, decimals) + unit : "–";
+}
+
+bool is_undetermined(const Metrics& metrics) { return metrics.text("status") == "not_determined"; }
+
+/// A number of the result; where it is not determined, what two runs say.
+/// @param range_key  null: what they say is not kept
+std::string told(const Metrics& metrics, const char* key, const char* range_key, int decimals,
+                 const char* unit) {
+  const auto value = metrics.number("result", key);
+  if (!value || !is_undetermined(metrics)) return shown(value, decimals, unit);
+  const auto range = range_key != nullptr ? metrics.range("result", range_key) : std::nullopt;
+  if (!range) return "not determined";
+  return formats::fixed_text((*range)[0], decimals) + " to " +
+         formats::fixed_text((*range)[1], decimals) + unit;
+}
+
+/// Before and after.
+std::string change(const Metrics& metrics, const char* key, const char* range_key, int decimals,
+                   const char* unit) {
+  const auto before = metrics.number("lesion", key);
+  if (!metrics.number("result", key)) return shown(before, decimals, unit);
+  return shown(before, decimals, "") + " → " + told(metrics, key, range_key, decimals, unit);
+}
+
+/// By how much two runs differ, as the result's numerical uncertainty.
+std::string uncertainty(const Metrics& metrics, const char* range_key, int decimals,
+                        const char* unit) {
+  const auto range = metrics.range("result", range_key);
+  if (!range || is_undetermined(metrics)) return {};
+  return ", uncertain by " + formats::fixed_text((*range)[1] - (*range)[0], decimals) + unit;
+}
+
+}  // namespace
+
+std::string status_notice(const Metrics& metrics) {
+  constexpr std::array<std::array<const char*, 2>, 4> kTitles{
+      {{"no_lesion", "No stenosis found."},
+       {"not_determined", "No treatment simulated."},
+       {"failed", "Failed: there is no result."},
+       {"stale", "Out of date: there is no result."}}};
+  const std::string status = metrics.text("status");
+  const bool is_treated = metrics.number("result", "mld_mm").has_value();
+  for (const auto& [name, title] : kTitles)
+    if (status == name)
+      return "<div class=\"notice status\"><strong>" +
+             std::string(status == "not_determined" && is_treated ? "Not determined." : title) +
+             "</strong> " + formats::escape_html(metrics.text("status_reason")) + "</div>\n";
+  return {};
+}
+
+std::string headline_cards(const Metrics& metrics) {
+  const auto lesion = [&](const char* key) { return metrics.number("lesion", key); };
+  const auto peak = [&](const char* key) { return metrics.number("peak", key); };
+  const auto result = [&](const char* key) { return metrics.number("result", key); };
+  const auto balloon = [&](const char* key) { return metrics.number("balloon", key); };
+  std::string out;
+  out += card(change(metrics, "diameter_stenosis_percent", nullptr, 0, " %"), "Diameter stenosis",
+              "reference diameter " + shown(lesion("reference_diameter_mm"), 2, " mm"));
+  out += card(change(metrics, "mld_mm", "mld_range_mm", 2, " mm"), "Minimal lumen diameter",
+              "at peak " + shown(peak("mld_mm"), 2, " mm") + ", acute gain " +
+                  told(metrics, "acute_gain_mm", "acute_gain_range_mm", 2, " mm") +
+                  uncertainty(metrics, "acute_gain_range_mm", 3, " mm"));
+  out += card(change(metrics, "mla_mm2", nullptr, 2, " mm²"), "Minimal lumen area",
+              "at peak " + shown(peak("mla_mm2"), 2, " mm²"));
+  const std::string status = metrics.text("status");
+  if (status == "failed" || status == "stale" || (status == "not_determined" && !result("mld_mm")))
+    return out;
+  out += card(told(metrics, "recoil_mm", nullptr, 2, " mm"), "Elastic recoil",
+              told(metrics, "recoil_percent", "recoil_range_percent", 0, " %") +
+                  " of the lumen at peak" +
+                  uncertainty(metrics, "recoil_range_percent", 1, " points"));
+  out += card(
+      shown(balloon("nominal_diameter_mm"), 2, "") + " × " + shown(balloon("length_mm"), 0, " mm"),
+      "Balloon", "balloon-to-artery ratio " + shown(balloon("balloon_to_artery_ratio"), 2, ""));
+  out += card(shown(balloon("peak_pressure_atm"), 1, " atm"), "Peak pressure",
+              "balloon at peak " + shown(balloon("peak_diameter_mm"), 2, " mm"));
+  return out;
+}
+
+}  // namespace angio::viewer::detail
