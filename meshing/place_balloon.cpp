@@ -31,6 +31,7 @@ constexpr double kLeastDiameter = 1.0;  // [mm] by default
 // Diameter of a folded balloon [mm]: of coronary ones, up to kMostCoronary. A wider one has more
 // skin around a thicker shaft: 2.3 mm at 16 mm, 3.1 mm at 25 mm, as 7 and 9 French sheaths take.
 constexpr double kCrossingProfile = 0.9, kMostCoronary = 4.0;
+constexpr double kWidestNeck = 0.8;  // of the balloon's radius
 // Over a balloon the line turns by no more than this: a full balloon is stiff, and across a U-turn
 // it would draw the two legs of the vessel together.
 constexpr double kMostTurnDegrees = 90.0;
@@ -88,10 +89,6 @@ double default_length(double lesion_length, double nominal_diameter) {
   return std::clamp(wished, std::max(kLeastCylinder, nominal_diameter), longest);
 }
 
-double default_diameter(double reference_diameter) {
-  return std::max(kLeastDiameter, kDiameterStep * std::round(reference_diameter / kDiameterStep));
-}
-
 /// Fills in the defaults and keeps the balloon a local diameter away from the open ends.
 BalloonPlan make_plan(const BalloonOptions& options, const Lesion& lesion,
                       const OpenStretch& stretch, const CenterlinePath& path,
@@ -105,12 +102,19 @@ BalloonPlan make_plan(const BalloonOptions& options, const Lesion& lesion,
   plan.fold_gap = options.fold_gap_mm;
   plan.nominal_diameter = options.nominal_diameter_mm > 0.0
                               ? options.nominal_diameter_mm
-                              : default_diameter(lesion.reference_diameter);
+                              : usual_balloon_diameter_mm(lesion.reference_diameter);
   plan.rest_radius =
       0.5 * (options.rest_diameter_mm > 0.0 ? options.rest_diameter_mm : plan.nominal_diameter);
   plan.start_radius =
       0.5 * (options.start_diameter_mm > 0.0 ? options.start_diameter_mm
                                              : crossing_profile(plan.nominal_diameter));
+  plan.ends = options.ends;
+  // A shaft is thicker where the folded balloon is; it is no thicker than that, and the balloon
+  // wider.
+  plan.neck_radius =
+      std::min({0.5 * options.shaft_diameter_mm * crossing_profile(plan.nominal_diameter) /
+                    kCrossingProfile,
+                plan.start_radius, kWidestNeck * plan.rest_radius});
   const double wished = options.length_mm > 0.0
                             ? options.length_mm
                             : default_length(lesion.length, plan.nominal_diameter);
@@ -125,7 +129,7 @@ BalloonPlan make_plan(const BalloonOptions& options, const Lesion& lesion,
                      " (lesion.abscissa_mm), or segment more of the vessel");
   // Near an end the balloon may move along the line as long as it covers the lesion.
   const double play = std::max(0.0, 0.5 * (wished - lesion.length));
-  const double half = 0.5 * wished + plan.rest_radius;
+  const double half = 0.5 * wished + plan.end_length();
   plan.middle_abscissa = lesion.abscissa;
   if (lesion.abscissa - half < first)
     plan.middle_abscissa = std::min(first + half, lesion.abscissa + play);
@@ -133,7 +137,7 @@ BalloonPlan make_plan(const BalloonOptions& options, const Lesion& lesion,
     plan.middle_abscissa = std::max(last - half, lesion.abscissa - play);
   if (2.0 * half > last - first) plan.middle_abscissa = 0.5 * (first + last);
   const double room = 2.0 * std::min(plan.middle_abscissa - first, last - plan.middle_abscissa);
-  plan.cylinder_length = std::min(wished, room - 2.0 * plan.rest_radius);
+  plan.cylinder_length = std::min(wished, room - 2.0 * plan.end_length());
   if (plan.cylinder_length < kShortestCylinder)
     throw InputError("the line is too short for a balloon of " +
                      millimetres(plan.nominal_diameter) + " diameter at abscissa " +
@@ -249,6 +253,11 @@ ClosedRegion find_region(const LumenMesh& lumen, const CenterlineTree& tree,
 }
 
 }  // namespace
+
+double usual_balloon_diameter_mm(double reference_diameter_mm) {
+  return std::max(kLeastDiameter,
+                  kDiameterStep * std::round(reference_diameter_mm / kDiameterStep));
+}
 
 double least_lumen_to_cross_mm() { return 2.0 * detail::room_for(detail::kLeastStartRadius); }
 

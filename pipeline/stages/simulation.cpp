@@ -191,7 +191,8 @@ void do_simulation(StageWork& work, const SimulationSettings& settings) {
   const simulation::SimulationSummary summary = simulation::simulate(
       model,
       solver_options(asked, settings.get<&Config::plaque>(), settings.get<shaft_diameter>(),
-                     placement.at("balloon").at("nominal_diameter_mm").get<double>()),
+                     placement.at("balloon").at("nominal_diameter_mm").get<double>(),
+                     is_usual_balloon(asked.balloon, settings.get<rest_diameter>())),
       [&](const simulation::SimulationFrame& frame) { frames.add(frame); },
       part(work.progress, 0.0, 0.95));
   frames.finish();

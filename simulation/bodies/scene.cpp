@@ -172,6 +172,14 @@ void add_rod(const SimulationModel& model, const GuidewireOptions& options, Scen
   scene.fixed.resize(scene.start.size(), 0);
 }
 
+// With a rod the neck is tied to it.
+void add_slide(const SimulationModel& model, const GuidewireOptions& guidewire, Scene& scene) {
+  if (guidewire.model == GuidewireModel::rod || model.guidewire.size() < 2) return;
+  scene.slide.along = normalized(model.guidewire.back() - model.guidewire.end()[-2]);
+  for (std::size_t v = 0; v < model.balloon_sliding.size(); ++v)
+    if (model.balloon_sliding[v] != 0) scene.slide.vertices.push_back(int(v));
+}
+
 // Do layers of the membrane lie on each other? On the two sides of a tube they are a diameter
 // apart.
 bool starts_in_folds(const Scene& scene) {
@@ -251,6 +259,7 @@ Scene make_scene(const SimulationModel& given, const SimulationOptions& options)
   add_wall(model, options, scene);
   if (layered) add_solid(options, given.layered_wall, wall, scene);
   add_rod(model, options.guidewire, scene);
+  add_slide(model, options.guidewire, scene);
   add_self_contact(options, scene);
   return scene;
 }
