@@ -32,9 +32,11 @@ constexpr double kLeastDiameter = 1.0;  // [mm] by default
 // skin around a thicker shaft: 2.3 mm at 16 mm, 3.1 mm at 25 mm, as 7 and 9 French sheaths take.
 constexpr double kCrossingProfile = 0.9, kMostCoronary = 4.0;
 constexpr double kWidestNeck = 0.8;  // of the balloon's radius
-// Over a balloon the line turns by no more than this: a full balloon is stiff, and across a U-turn
-// it would draw the two legs of the vessel together.
-constexpr double kMostTurnDegrees = 90.0;
+// A full balloon is stiff. Over one that is chosen the line turns by no more than 45 degrees, from
+// which on a segment counts as angulated, if that still covers the lesion; and never by more than
+// 90, extremely angulated: there it would kink, or draw the two legs of the vessel together. The
+// classes are those of ACC and AHA (Ryan et al., Circulation 78 (1988) 486).
+constexpr double kAngulatedDegrees = 45.0, kMostTurnDegrees = 90.0;
 
 struct Lesion {
   double abscissa, length, reference_diameter;
@@ -186,7 +188,8 @@ double turn_of(const std::vector<Vec3>& line) {
 }
 
 /// The start shape of a balloon that does not reach around a bend: by default it is shortened about
-/// the lesion until the line turns little enough over it.
+/// the lesion, as far as that stays covered, until the line is not angulated over it, and further
+/// until it is not extremely so.
 detail::ShapedBalloon shape_in_bend(BalloonPlan& plan, const Lesion& lesion, bool is_length_given,
                                     const CenterlinePath& path, const TriangleMesh& lumen,
                                     std::vector<std::string>& warnings) {
@@ -195,8 +198,10 @@ detail::ShapedBalloon shape_in_bend(BalloonPlan& plan, const Lesion& lesion, boo
   const double shortest = std::min(wished, std::max(kShortestSold, 2.0 * plan.rest_radius));
   detail::ShapedBalloon shaped = shape_clear(plan, path, lumen);
   double turn = turn_of(shaped.balloon.guidewire);
-  while (turn > kMostTurnDegrees && !is_length_given && plan.cylinder_length > shortest) {
-    plan.cylinder_length = std::max(shortest, kShorter * plan.cylinder_length);
+  const double covering = std::max(shortest, std::min(wished, lesion.length));
+  const auto least_length = [&] { return turn > kMostTurnDegrees ? shortest : covering; };
+  while (turn > kAngulatedDegrees && !is_length_given && plan.cylinder_length > least_length()) {
+    plan.cylinder_length = std::max(least_length(), kShorter * plan.cylinder_length);
     const double play = std::max(0.0, 0.5 * (plan.cylinder_length - lesion.length));
     plan.middle_abscissa =
         std::clamp(plan.middle_abscissa, lesion.abscissa - play, lesion.abscissa + play);

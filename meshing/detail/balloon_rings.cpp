@@ -12,7 +12,7 @@ using std::numbers::pi;
 
 // Of a cone to the axis: the middle of the 30 to 45 degrees of balloons; representative.
 constexpr double kConeAngle = 37.5 * units::kPi / 180.0;
-constexpr double kNeckInDiameters = 1.0;  // length over its diameter
+constexpr double kNeckInDiameters = 0.5;  // length over its diameter; longer, its triangles get thin
 constexpr double kConeAspect = 2.5;       // of a cone's quadrilaterals, along over around
 constexpr double kMostConeShare = 0.3;    // of the rings, on each cone
 

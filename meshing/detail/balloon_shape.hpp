@@ -16,7 +16,7 @@ inline constexpr double kLeastStartRadius = 0.10;  ///< [mm] thinner than any gu
 struct BalloonPlan {
   double nominal_diameter = 0.0;  ///< [mm] its name
   double rest_radius = 0.0;       ///< [mm] of the unloaded cylinder
-  BalloonEnds ends = BalloonEnds::cones;
+  BalloonEnds ends = BalloonEnds::hemispheres;
   double neck_radius = 0.0;       ///< [mm] of cones' narrow ends, on the shaft
   double cylinder_length = 0.0;   ///< [mm]
   double start_radius = 0.0;      ///< [mm] not exceeded where folds are not meshed

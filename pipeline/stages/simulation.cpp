@@ -18,6 +18,7 @@
 #include "pipeline/case/metrics.hpp"
 #include "pipeline/config/shared_quantities.hpp"
 #include "pipeline/stages/layered_wall.hpp"
+#include "simulation/balloon_measures.hpp"
 #include "simulation/simulation.hpp"
 
 // From the meshes to what the balloon does.
@@ -126,7 +127,7 @@ json solver_json(const simulation::SimulationSummary& summary) {
 /// What was reached: metrics.json's balloon, result and simulation, without the times that differ
 /// from run to run. The result is that of the lesion, between its edges; what else lies along the
 /// balloon (the next lesion, a neighbour that touches) is the segment's.
-json summary_json(const std::string& material, const json& lesion,
+json summary_json(const json& balloon, const json& lesion,
                   const simulation::SimulationSummary& summary, const FrameWriter& frames,
                   const centerline::LumenProfile& after) {
   const double reference = lesion.at("reference_diameter_mm").get<double>();
@@ -134,13 +135,13 @@ json summary_json(const std::string& material, const json& lesion,
       after, lesion.at("proximal_mm").get<double>(), lesion.at("distal_mm").get<double>());
   const centerline::Tightest segment = centerline::tightest_between(after, -1e9, 1e9);
   const double peak_diameter = frames.peak().balloon_diameter_mm;
+  json reached = balloon;
+  reached["peak_pressure_atm"] = frames.peak().pressure_atm;
+  reached["peak_diameter_mm"] = peak_diameter;
+  reached["balloon_to_artery_ratio"] = peak_diameter / reference;
   return {{"peak_frame", frames.peak().frame},
           {"last_frame", frames.last().frame},
-          {"balloon",
-           {{"material", material},
-            {"peak_pressure_atm", frames.peak().pressure_atm},
-            {"peak_diameter_mm", peak_diameter},
-            {"balloon_to_artery_ratio", peak_diameter / reference}}},
+          {"balloon", reached},
           {"result",
            {{"mld_mm", mld},
             {"mla_mm2", mla},
@@ -166,6 +167,31 @@ simulation::SimulationModel load_model(const StageFiles& files, const json& plac
   return model;
 }
 
+/// The balloon at its peak: how far it has lengthened, how far it stays below its chart, and
+/// whether it has kinked, which is warned about.
+json balloon_json(const simulation::BalloonMaterial& membrane,
+                  const simulation::SimulationModel& model, const CenterlinePath& path,
+                  const simulation::SimulationFrame& peak, std::vector<std::string>& warnings) {
+  const auto or_null = [](bool is_known, double value) { return is_known ? json(value) : json(); };
+  const double charted = chart_diameter_mm(membrane.chart, peak.pressure_atm);
+  const simulation::SharpestFold fold = sharpest_fold(
+      {peak.balloon, model.balloon.triangles}, model.balloon_fixed);
+  const bool is_kinked = fold.angle_degrees > simulation::kKinkDegrees;
+  if (is_kinked)
+    keep(warnings, {fmt::format(
+                       "the balloon kinks at its peak, {:.1f} mm from the inlet (its skin folds by "
+                       "{:.0f} degrees there; the vessel bends too sharply for its length). What "
+                       "lies there is not to be trusted: choose a shorter balloon "
+                       "(balloon.length_mm) or another place",
+                       project(path, fold.place), fold.angle_degrees)});
+  return {{"material", membrane.name},
+          {"elongation_mm",
+           or_null(!model.balloon_sliding.empty(), elongation_mm(model, peak.balloon))},
+          {"below_chart_mm", or_null(std::isfinite(charted), charted - peak.balloon_diameter_mm)},
+          {"kinked", is_kinked},
+          {"sharpest_fold_degrees", fold.angle_degrees}};
+}
+
 void keep_timing(StageWork& work, const simulation::SimulationSummary& summary) {
   work.backend = summary.backend;
   work.device = summary.device;
@@ -188,11 +214,12 @@ void do_simulation(StageWork& work, const SimulationSettings& settings) {
   const simulation::SimulationModel model = load_model(work.files, placement);
 
   FrameWriter frames(work.out, model, settings.get<&Config::write_every>());
-  const simulation::SimulationSummary summary = simulation::simulate(
-      model,
+  const simulation::SimulationOptions options =
       solver_options(asked, settings.get<&Config::plaque>(), settings.get<shaft_diameter>(),
                      placement.at("balloon").at("nominal_diameter_mm").get<double>(),
-                     is_usual_balloon(asked.balloon, settings.get<rest_diameter>())),
+                     is_usual_balloon(asked.balloon, settings.get<rest_diameter>()));
+  const simulation::SimulationSummary summary = simulation::simulate(
+      model, options,
       [&](const simulation::SimulationFrame& frame) { frames.add(frame); },
       part(work.progress, 0.0, 0.95));
   frames.finish();
@@ -230,7 +257,9 @@ void do_simulation(StageWork& work, const SimulationSettings& settings) {
   const auto after = measure(lumen_after);
   write_text_atomically(work.out / "lumen_profile.csv", profile_csv(before, after));
   formats::write_surface(work.out / "lumen_after.vtp", {lumen_after, {}, {}});
-  json reached = summary_json(asked.balloon.name, lesion, summary, frames, after);
+  json reached = summary_json(
+      balloon_json(options.balloon, model, path, frames.peak(), work.warnings), lesion, summary,
+      frames, after);
   if (!frames.last().wall_stress.empty())
     reached["wall"] = wall_summary(model.layered_wall, frames.peak(), frames.last());
   write_text_atomically(work.out / "summary.json", reached.dump(2) + "\n");
