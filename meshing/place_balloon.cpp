@@ -113,10 +113,9 @@ BalloonPlan make_plan(const BalloonOptions& options, const Lesion& lesion,
   plan.ends = options.ends;
   // A shaft is thicker where the folded balloon is; it is no thicker than that, and the balloon
   // wider.
-  plan.neck_radius =
-      std::min({0.5 * options.shaft_diameter_mm * crossing_profile(plan.nominal_diameter) /
-                    kCrossingProfile,
-                plan.start_radius, kWidestNeck * plan.rest_radius});
+  plan.neck_radius = std::min(
+      {0.5 * options.shaft_diameter_mm * crossing_profile(plan.nominal_diameter) / kCrossingProfile,
+       plan.start_radius, kWidestNeck * plan.rest_radius});
   const double wished = options.length_mm > 0.0
                             ? options.length_mm
                             : default_length(lesion.length, plan.nominal_diameter);

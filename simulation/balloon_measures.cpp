@@ -21,12 +21,12 @@ SharpestFold sharpest_fold(const TriangleMesh& balloon, const std::vector<char>&
       if (fixed[std::size_t(v)] != 0 && fixed[std::size_t(w)] != 0) continue;
       const auto [other, is_new] = normal_at.try_emplace(std::minmax({v, w}), normal);
       if (is_new) continue;
-      const double angle = std::atan2(norm(cross(normal, other->second)),
-                                      dot(normal, other->second)) *
-                           180.0 / units::kPi;
+      const double angle =
+          std::atan2(norm(cross(normal, other->second)), dot(normal, other->second)) * 180.0 /
+          units::kPi;
       if (angle > sharpest.angle_degrees)
-        sharpest = {angle, 0.5 * (balloon.vertices[std::size_t(v)] +
-                                  balloon.vertices[std::size_t(w)])};
+        sharpest = {angle,
+                    0.5 * (balloon.vertices[std::size_t(v)] + balloon.vertices[std::size_t(w)])};
     }
   }
   return sharpest;

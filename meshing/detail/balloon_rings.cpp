@@ -12,9 +12,10 @@ using std::numbers::pi;
 
 // Of a cone to the axis: the middle of the 30 to 45 degrees of balloons; representative.
 constexpr double kConeAngle = 37.5 * units::kPi / 180.0;
-constexpr double kNeckInDiameters = 0.5;  // length over its diameter; longer, its triangles get thin
-constexpr double kConeAspect = 2.5;       // of a cone's quadrilaterals, along over around
-constexpr double kMostConeShare = 0.3;    // of the rings, on each cone
+constexpr double kNeckInDiameters =
+    0.5;                                // length over its diameter; longer, its triangles get thin
+constexpr double kConeAspect = 2.5;     // of a cone's quadrilaterals, along over around
+constexpr double kMostConeShare = 0.3;  // of the rings, on each cone
 
 double slant(const BalloonPlan& plan) {
   return (plan.rest_radius - plan.neck_radius) / std::sin(kConeAngle);

@@ -17,16 +17,16 @@ struct BalloonPlan {
   double nominal_diameter = 0.0;  ///< [mm] its name
   double rest_radius = 0.0;       ///< [mm] of the unloaded cylinder
   BalloonEnds ends = BalloonEnds::hemispheres;
-  double neck_radius = 0.0;       ///< [mm] of cones' narrow ends, on the shaft
-  double cylinder_length = 0.0;   ///< [mm]
-  double start_radius = 0.0;      ///< [mm] not exceeded where folds are not meshed
-  double middle_abscissa = 0.0;   ///< [mm] on the path
-  double slimness = 1.0;          ///< share of the room around the axis that is used, (0, 1]
-  int fold_count = 0;             ///< 0: a tube of the start radius, folds not meshed
-  double shaft_radius = 0.0;      ///< [mm] inside the folds
-  double fold_gap = 0.0;          ///< [mm] at least between layers, and to the shaft
-  int ring_count = 0;             ///< folds may ask for more
-  int ring_vertex_count = 0;      ///< folds may ask for more
+  double neck_radius = 0.0;      ///< [mm] of cones' narrow ends, on the shaft
+  double cylinder_length = 0.0;  ///< [mm]
+  double start_radius = 0.0;     ///< [mm] not exceeded where folds are not meshed
+  double middle_abscissa = 0.0;  ///< [mm] on the path
+  double slimness = 1.0;         ///< share of the room around the axis that is used, (0, 1]
+  int fold_count = 0;            ///< 0: a tube of the start radius, folds not meshed
+  double shaft_radius = 0.0;     ///< [mm] inside the folds
+  double fold_gap = 0.0;         ///< [mm] at least between layers, and to the shaft
+  int ring_count = 0;            ///< folds may ask for more
+  int ring_vertex_count = 0;     ///< folds may ask for more
   int guidewire_node_count = 0;
 
   /// From the cylinder to the pole, along the axis: a hemisphere, or a cone and its neck. [mm]

@@ -115,9 +115,10 @@ void add_meshing_settings(Config& c, std::vector<Setting>& table) {
   table.push_back(make_setting("balloon.start_diameter_mm", c.balloon.start_diameter_mm,
                                "crossing profile [mm]; 0: by the diameter (0.9 up to 4 mm), less "
                                "where it must pass"));
-  table.push_back(make_setting("balloon.ends", c.balloon.ends,
-                               "cones in necks on the shaft, the distal one free along the wire, or "
-                               "hemispheres (the seed paper's), held"));
+  table.push_back(
+      make_setting("balloon.ends", c.balloon.ends,
+                   "cones in necks on the shaft, the distal one free along the wire, or "
+                   "hemispheres (the seed paper's), held"));
   table.push_back(make_setting("balloon.folds", c.balloon.folds,
                                "flaps wrapped around the shaft at the start: 2, 3 or 5; 0: folds "
                                "are not meshed"));

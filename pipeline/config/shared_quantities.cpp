@@ -25,8 +25,7 @@ simulation::SimulationOptions solver_options(const simulation::SimulationOptions
                                              simulation::Plaque plaque, double shaft_diameter_mm,
                                              double nominal_diameter_mm, bool is_usual) {
   simulation::SimulationOptions options = simulation::sized(asked, nominal_diameter_mm);
-  if (is_usual)
-    options.balloon.chart = simulation::balloon_size(nominal_diameter_mm).chart;
+  if (is_usual) options.balloon.chart = simulation::balloon_size(nominal_diameter_mm).chart;
   options.guidewire.shaft_diameter_mm = shaft_diameter_mm;
   options.layered_wall.materials = simulation::wall_materials(plaque);
   options.layered_wall.foundation_kpa_per_mm = options.wall.foundation_kpa_per_mm;

@@ -108,8 +108,7 @@ Placement place_on_a_lesion(StageWork& work, const MeshingSettings& settings,
   const meshing::BalloonOptions& balloon = settings.get<&Config::balloon>();
   const bool is_place_given = asked.abscissa_mm >= 0.0,
              is_balloon_given = balloon.nominal_diameter_mm > 0.0;
-  const bool is_usual =
-      is_usual_balloon(settings.get<membrane>(), balloon.rest_diameter_mm);
+  const bool is_usual = is_usual_balloon(settings.get<membrane>(), balloon.rest_diameter_mm);
   const std::vector<centerline::Lesion> lesions =
       centerline::find_lesions(tree, centerline::lesion_options(asked, resolution));
   std::string first_reason;

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <set>
 #include <tuple>
 
@@ -173,20 +174,22 @@ json balloon_json(const simulation::BalloonMaterial& membrane,
                   const simulation::SimulationModel& model, const CenterlinePath& path,
                   const simulation::SimulationFrame& peak, std::vector<std::string>& warnings) {
   const auto or_null = [](bool is_known, double value) { return is_known ? json(value) : json(); };
-  const double charted = chart_diameter_mm(membrane.chart, peak.pressure_atm);
-  const simulation::SharpestFold fold = sharpest_fold(
-      {peak.balloon, model.balloon.triangles}, model.balloon_fixed);
+  const double charted = membrane.chart.empty()
+                             ? std::numeric_limits<double>::quiet_NaN()
+                             : simulation::chart_diameter_mm(membrane.chart, peak.pressure_atm);
+  const simulation::SharpestFold fold =
+      simulation::sharpest_fold({peak.balloon, model.balloon.triangles}, model.balloon_fixed);
   const bool is_kinked = fold.angle_degrees > simulation::kKinkDegrees;
   if (is_kinked)
-    keep(warnings, {fmt::format(
-                       "the balloon kinks at its peak, {:.1f} mm from the inlet (its skin folds by "
-                       "{:.0f} degrees there; the vessel bends too sharply for its length). What "
-                       "lies there is not to be trusted: choose a shorter balloon "
-                       "(balloon.length_mm) or another place",
-                       project(path, fold.place), fold.angle_degrees)});
+    keep(warnings,
+         {fmt::format("the balloon kinks at its peak, {:.1f} mm from the inlet (its skin folds by "
+                      "{:.0f} degrees there; the vessel bends too sharply for its length). What "
+                      "lies there is not to be trusted: choose a shorter balloon "
+                      "(balloon.length_mm) or another place",
+                      project(path, fold.place), fold.angle_degrees)});
   return {{"material", membrane.name},
           {"elongation_mm",
-           or_null(!model.balloon_sliding.empty(), elongation_mm(model, peak.balloon))},
+           or_null(!model.balloon_sliding.empty(), simulation::elongation_mm(model, peak.balloon))},
           {"below_chart_mm", or_null(std::isfinite(charted), charted - peak.balloon_diameter_mm)},
           {"kinked", is_kinked},
           {"sharpest_fold_degrees", fold.angle_degrees}};
@@ -219,8 +222,7 @@ void do_simulation(StageWork& work, const SimulationSettings& settings) {
                      placement.at("balloon").at("nominal_diameter_mm").get<double>(),
                      is_usual_balloon(asked.balloon, settings.get<rest_diameter>()));
   const simulation::SimulationSummary summary = simulation::simulate(
-      model, options,
-      [&](const simulation::SimulationFrame& frame) { frames.add(frame); },
+      model, options, [&](const simulation::SimulationFrame& frame) { frames.add(frame); },
       part(work.progress, 0.0, 0.95));
   frames.finish();
   keep(work.warnings, summary.warnings);
@@ -257,9 +259,9 @@ void do_simulation(StageWork& work, const SimulationSettings& settings) {
   const auto after = measure(lumen_after);
   write_text_atomically(work.out / "lumen_profile.csv", profile_csv(before, after));
   formats::write_surface(work.out / "lumen_after.vtp", {lumen_after, {}, {}});
-  json reached = summary_json(
-      balloon_json(options.balloon, model, path, frames.peak(), work.warnings), lesion, summary,
-      frames, after);
+  json reached =
+      summary_json(balloon_json(options.balloon, model, path, frames.peak(), work.warnings), lesion,
+                   summary, frames, after);
   if (!frames.last().wall_stress.empty())
     reached["wall"] = wall_summary(model.layered_wall, frames.peak(), frames.last());
   write_text_atomically(work.out / "summary.json", reached.dump(2) + "\n");

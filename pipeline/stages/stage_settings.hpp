@@ -14,9 +14,7 @@ inline const double& wall_thickness_ratio(const Config& config) {
 inline const double& shaft_diameter(const Config& config) {
   return config.balloon.shaft_diameter_mm;
 }
-inline const double& rest_diameter(const Config& config) {
-  return config.balloon.rest_diameter_mm;
-}
+inline const double& rest_diameter(const Config& config) { return config.balloon.rest_diameter_mm; }
 inline const simulation::BalloonMaterial& membrane(const Config& config) {
   return config.simulation.balloon;
 }

@@ -20,9 +20,9 @@ struct SlideLoad {
 /// Vertices that move as one body along a line: one unknown.
 template <class Real>
 struct SlideView {
-  int count = 0;                    ///< 0: nothing slides
-  Vec3T<Real> along;                ///< unit
-  const int* vertices = nullptr;    ///< [count]
+  int count = 0;                     ///< 0: nothing slides
+  Vec3T<Real> along;                 ///< unit
+  const int* vertices = nullptr;     ///< [count]
   SlideLoad<Real>* loads = nullptr;  ///< [count]
 
   template <class Visit>

@@ -49,8 +49,8 @@ ANGIO_HOST_DEVICE inline void sweep_slide(Team& team, const StepView<Real>& s, S
     lanes.sync();
     if (lanes.rank() != 0) return;
     const Vec3T<Real>& t = slide.along;
-    slide.loads[i] = {dot(t, f.force + gauge * by_volume), dot(t, f.hessian * t),
-                      dot(t, by_volume), f.contact, Real(1)};
+    slide.loads[i] = {dot(t, f.force + gauge * by_volume), dot(t, f.hessian * t), dot(t, by_volume),
+                      f.contact, Real(1)};
   });
   team.barrier();
   double force = 0.0, stiffness = 0.0, load = 0.0, area = 0.0;

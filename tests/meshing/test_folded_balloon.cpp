@@ -113,12 +113,11 @@ TEST_P(FoldedBalloon, IsASphereThatDoesNotCrossItself) {
 // On the shaft the folds of a balloon with cones run out in necks, without being stretched along
 // the cones.
 TEST_P(FoldedBalloon, WithConesDoesNotCrossItselfEither) {
-  BalloonPlan plan = folded_plan(folds());
+  detail::BalloonPlan plan = folded_plan(folds());
   plan.ends = BalloonEnds::cones;
   plan.neck_radius = plan.shaft_radius;
   plan.ring_count = 40;
-  const Balloon balloon =
-      detail::shape_balloon(plan, make_line(line()), OpenSpace{}).balloon;
+  const Balloon balloon = detail::shape_balloon(plan, make_line(line()), OpenSpace{}).balloon;
   EXPECT_TRUE(surface_topology(balloon.start).is_closed());
   EXPECT_EQ(count_self_intersections(balloon.start), 0);
 }

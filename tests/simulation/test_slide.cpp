@@ -19,8 +19,7 @@ constexpr int kRings = 27, kAround = 20;  // a ring every half millimetre
 /// slides, or not.
 SimulationModel closed_cylinder(bool slides) {
   SimulationModel model;
-  model.balloon =
-      testing::closed_tube(kLength, kRings, kAround, [](double) { return kRadius; });
+  model.balloon = testing::closed_tube(kLength, kRings, kAround, [](double) { return kRadius; });
   model.balloon_rest = model.balloon.vertices;
   for (const Vec3& p : model.balloon.vertices) {
     model.balloon_fixed.push_back(std::abs(p.z) > 0.5 * kLength - 0.6 ? 1 : 0);
@@ -84,9 +83,9 @@ TEST(Slide, AClosedTubeIsAsLongAsThePressureOnItsEndsStretchesIt) {
   const SimulationOptions options = slow_inflation();
   const SimulationFrame peak = at_peak(model, options);
   const double l1 = mean_radius(model, peak) / kRadius;
-  const double load =
-      units::pascal_from_atm(peak.pressure_atm) * kRadius / options.balloon.wall_mm;
-  const double expected = detail::tube_stretch_along(detail::membrane_law(options.balloon).base, l1, load);
+  const double load = units::pascal_from_atm(peak.pressure_atm) * kRadius / options.balloon.wall_mm;
+  const double expected =
+      detail::tube_stretch_along(detail::membrane_law(options.balloon).base, l1, load);
   EXPECT_GT(expected, 1.02);
   EXPECT_NEAR(stretch_along(model, peak), expected, 0.1 * (expected - 1.0));
   // Where the neck is held, the length of the whole is.
