@@ -7,8 +7,8 @@
 ///
 ///     q = sum t . f / sum t . H t,   over its vertices, t the wire's direction.
 ///
-/// It leaves out what couples two vertices of the neck: these terms are not positive, so q is no
-/// more than Newton's step.
+/// It leaves out what couples two vertices of the neck: of a triangle with two of them, (a + b)^2
+/// <= 2 (a^2 + b^2), so q is less than twice Newton's step, and the energy falls.
 namespace angio::simulation::detail {
 
 /// Moves the neck by q t, all of it by the share that the vertex with the least room may take.

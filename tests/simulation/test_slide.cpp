@@ -33,7 +33,7 @@ SimulationModel closed_cylinder(bool slides) {
 SimulationOptions slow_inflation() {
   SimulationOptions options;
   // Fibres around it take the hoop stress: what is left stretches the tube along.
-  options.balloon.chart = {{0.0, 2.0 * kRadius}, {12.0, 2.02 * kRadius}};
+  options.balloon.chart = {{0.0, 2.0 * kRadius}, {12.0, 2.08 * kRadius}};
   options.inflation.peak_pressure_atm = 12.0;
   options.inflation.control = InflationControl::pressure;
   options.inflation.inflate_s = 1.0;
@@ -66,15 +66,15 @@ double stretch_along(const SimulationModel& model, const SimulationFrame& frame)
   return (high - low) / (high_rest - low_rest);
 }
 
-double mean_radius(const SimulationModel& model, const SimulationFrame& frame) {
-  double sum = 0.0;
-  int count = 0;
+/// The stretch around, near the middle.
+double stretch_around(const SimulationModel& model, const SimulationFrame& frame) {
+  double sum = 0.0, rest = 0.0;
   for (std::size_t v = 0; v < frame.balloon.size(); ++v)
     if (std::abs(model.balloon_rest[v].z) < 1.0) {
       sum += std::hypot(frame.balloon[v].x, frame.balloon[v].y);
-      ++count;
+      rest += std::hypot(model.balloon_rest[v].x, model.balloon_rest[v].y);
     }
-  return sum / count;
+  return sum / rest;
 }
 
 // A closed tube's ends carry p pi r^2, its wall 2 pi R (dw/dl2): l2 from l1 and the pressure.
@@ -82,11 +82,11 @@ TEST(Slide, AClosedTubeIsAsLongAsThePressureOnItsEndsStretchesIt) {
   const SimulationModel model = closed_cylinder(true);
   const SimulationOptions options = slow_inflation();
   const SimulationFrame peak = at_peak(model, options);
-  const double l1 = mean_radius(model, peak) / kRadius;
+  const double l1 = stretch_around(model, peak);
   const double load = units::pascal_from_atm(peak.pressure_atm) * kRadius / options.balloon.wall_mm;
   const double expected =
       detail::tube_stretch_along(detail::membrane_law(options.balloon).base, l1, load);
-  EXPECT_GT(expected, 1.02);
+  EXPECT_GT(expected, 1.01);
   EXPECT_NEAR(stretch_along(model, peak), expected, 0.1 * (expected - 1.0));
   // Where the neck is held, the length of the whole is.
   const SimulationModel held = closed_cylinder(false);
@@ -117,7 +117,9 @@ TEST(SharpestFold, IsTheAngleBetweenNeighboursAndWhereItIs) {
         {{0, 1, 2}, {1, 0, 3}}};
     const SharpestFold fold = sharpest_fold(mesh, std::vector<char>(4, 0));
     EXPECT_NEAR(fold.angle_degrees, degrees, 1e-9);
-    if (degrees > 0.0) EXPECT_LT(distance(fold.place, {0.5, 0, 0}), 1e-12);
+    if (degrees > 0.0) {
+      EXPECT_LT(distance(fold.place, {0.5, 0, 0}), 1e-12);
+    }
     EXPECT_EQ(sharpest_fold(mesh, {1, 1, 0, 0}).angle_degrees, 0.0);
   }
 }
