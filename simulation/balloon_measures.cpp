@@ -18,7 +18,7 @@ SharpestFold sharpest_fold(const TriangleMesh& balloon, const std::vector<char>&
     const Vec3 normal = cross(b - a, c - a);
     for (std::size_t k = 0; k < 3; ++k) {
       const int v = t[k], w = t[(k + 1) % 3];
-      if (fixed[std::size_t(v)] != 0 && fixed[std::size_t(w)] != 0) continue;
+      if (fixed[std::size_t(v)] != 0 || fixed[std::size_t(w)] != 0) continue;
       const auto [other, is_new] = normal_at.try_emplace(std::minmax({v, w}), normal);
       if (is_new) continue;
       const double angle =

@@ -15,7 +15,8 @@ struct SharpestFold {
 /// flat end its neck, at no more than 90 degrees.
 inline constexpr double kKinkDegrees = 120.0;
 
-/// Of the balloon's membrane, without the edges that are tied to the shaft.
+/// Of the balloon's membrane, without the edges at what is tied to the shaft: there a cone bulges
+/// over its neck.
 ///
 /// @param fixed  shape [vertex]
 SharpestFold sharpest_fold(const TriangleMesh& balloon, const std::vector<char>& fixed);

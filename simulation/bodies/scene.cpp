@@ -71,6 +71,14 @@ std::vector<char> held_vertices(const SimulationModel& model, bool layered) {
   return held;
 }
 
+// The guidewire where it runs through the rest shape, as in a balloon that starts at rest. Else
+// that shape stands straight, in a frame of its own, and its longest extent is its axis.
+std::vector<Vec3> axis_of_rest(const SimulationModel& model) {
+  for (std::size_t v = 0; v < model.balloon_rest.size(); ++v)
+    if (distance(model.balloon_rest[v], model.balloon.vertices[v]) > 1e-6) return {};
+  return model.guidewire;
+}
+
 void add_corners(const SimulationModel& model, Scene& scene) {
   const auto& mesh = model.balloon;
   scene.balloon.corner_begin.assign(mesh.vertices.size() + 1, 0);
@@ -82,7 +90,7 @@ void add_corners(const SimulationModel& model, Scene& scene) {
   std::vector<int> next(scene.balloon.corner_begin.begin(), scene.balloon.corner_begin.end() - 1);
   std::vector<Vec3> fibres(mesh.triangles.size());
   if (scene.balloon.membrane.fibre.count > 0)
-    fibres = hoop_fibres(mesh.triangles, model.balloon_rest, model.guidewire);
+    fibres = hoop_fibres(mesh.triangles, model.balloon_rest, axis_of_rest(model));
   for (std::size_t i = 0; i < mesh.triangles.size(); ++i)
     for (std::size_t k = 0; k < 3; ++k) {
       const Triangle& t = mesh.triangles[i];
