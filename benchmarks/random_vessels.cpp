@@ -26,6 +26,7 @@ simulation::SimulationModel model_of(const Site& site, const BalloonSetup& setup
   model.balloon = setup.balloon.start;
   model.balloon_rest = setup.balloon.rest;
   model.balloon_fixed = setup.balloon.fixed;
+  model.balloon_sliding = setup.balloon.sliding;
   model.guidewire = setup.balloon.guidewire;
   model.wall = setup.region.mesh;
   model.wall_fixed = setup.region.fixed;

@@ -73,6 +73,12 @@ LumenMesh mesh_lumen(const Volume<float>& level_set, const CenterlineTree& tree,
 LumenMesh mesh_lumen(const TriangleMesh& surface, const CenterlineTree& tree,
                      const LumenMeshOptions& options, const Progress& progress = {});
 
+/// How a balloon's cylinder ends.
+enum class BalloonEnds {
+  cones,        ///< in necks on the shaft; the distal one slides along the wire
+  hemispheres,  ///< the seed paper's
+};
+
 struct BalloonOptions {
   double nominal_diameter_mm = 0.0;  ///< [0.5, 30]; 0: the reference diameter, to the next 0.25 mm
   /// Of the unloaded balloon, [0.5, 30]; 0: the nominal one. A balloon with a compliance chart is
@@ -84,7 +90,8 @@ struct BalloonOptions {
   /// Crossing profile, [0.3, 30]; 0: 0.9 mm up to a diameter D of 4 mm, above it times (D / 4)^2/3;
   /// less where it must pass.
   double start_diameter_mm = 0.0;
-  int ring_count = 26;            ///< rings of vertices, [6, 400]; 26 x 20 + 2 = the paper's 522
+  BalloonEnds ends = BalloonEnds::cones;
+  int ring_count = 32;            ///< rings of vertices, [6, 400]; 26 x 20 + 2 = the paper's 522
   int ring_vertex_count = 20;     ///< vertices a ring, [6, 200]
   int guidewire_node_count = 24;  ///< [2, 1000]
   /// Flaps wrapped around the shaft at the start, {0, 2, 3, 5}; 0: a tube of the start diameter,
@@ -101,7 +108,8 @@ struct Balloon {
   /// Unloaded shape: straight, of the rest diameter, shape [vertex_count]. Folded, the edges of
   /// the cylinder's rings are as long at the start, and every crease is one of its meridians.
   std::vector<Vec3> rest;
-  std::vector<char> fixed;      ///< tied to the shaft: the poles, and rings no wider than the shaft
+  std::vector<char> fixed;  ///< tied to the shaft: the poles, necks, rings no wider than the shaft
+  std::vector<char> sliding;    ///< of the fixed ones: the distal neck, which slides along the wire
   std::vector<Vec3> guidewire;  ///< nodes from pole to pole
   double nominal_diameter_mm = 0.0;
   double length_mm = 0.0;
@@ -131,6 +139,10 @@ struct BalloonSetup {
   AirMesh air;
   std::vector<std::string> warnings;
 };
+
+/// The nominal diameter [mm] of the balloon for a vessel, where none is given: the reference
+/// diameter, to the next 0.25 mm in which balloons are sold, at least 1 mm.
+double usual_balloon_diameter_mm(double reference_diameter_mm);
 
 /// The least diameter of a lumen [mm] that a balloon crosses, whatever its profile: the thinnest
 /// start shape and the gap around it.

@@ -31,9 +31,12 @@ constexpr double kLeastDiameter = 1.0;  // [mm] by default
 // Diameter of a folded balloon [mm]: of coronary ones, up to kMostCoronary. A wider one has more
 // skin around a thicker shaft: 2.3 mm at 16 mm, 3.1 mm at 25 mm, as 7 and 9 French sheaths take.
 constexpr double kCrossingProfile = 0.9, kMostCoronary = 4.0;
-// Over a balloon the line turns by no more than this: a full balloon is stiff, and across a U-turn
-// it would draw the two legs of the vessel together.
-constexpr double kMostTurnDegrees = 90.0;
+constexpr double kWidestNeck = 0.8;  // of the balloon's radius
+// A full balloon is stiff. Over one that is chosen the line turns by no more than 45 degrees, from
+// which on a segment counts as angulated, if that still covers the lesion; and never by more than
+// 90, extremely angulated: there it would kink, or draw the two legs of the vessel together. The
+// classes are those of ACC and AHA (Ryan et al., Circulation 78 (1988) 486).
+constexpr double kAngulatedDegrees = 45.0, kMostTurnDegrees = 90.0;
 
 struct Lesion {
   double abscissa, length, reference_diameter;
@@ -88,10 +91,6 @@ double default_length(double lesion_length, double nominal_diameter) {
   return std::clamp(wished, std::max(kLeastCylinder, nominal_diameter), longest);
 }
 
-double default_diameter(double reference_diameter) {
-  return std::max(kLeastDiameter, kDiameterStep * std::round(reference_diameter / kDiameterStep));
-}
-
 /// Fills in the defaults and keeps the balloon a local diameter away from the open ends.
 BalloonPlan make_plan(const BalloonOptions& options, const Lesion& lesion,
                       const OpenStretch& stretch, const CenterlinePath& path,
@@ -105,12 +104,18 @@ BalloonPlan make_plan(const BalloonOptions& options, const Lesion& lesion,
   plan.fold_gap = options.fold_gap_mm;
   plan.nominal_diameter = options.nominal_diameter_mm > 0.0
                               ? options.nominal_diameter_mm
-                              : default_diameter(lesion.reference_diameter);
+                              : usual_balloon_diameter_mm(lesion.reference_diameter);
   plan.rest_radius =
       0.5 * (options.rest_diameter_mm > 0.0 ? options.rest_diameter_mm : plan.nominal_diameter);
   plan.start_radius =
       0.5 * (options.start_diameter_mm > 0.0 ? options.start_diameter_mm
                                              : crossing_profile(plan.nominal_diameter));
+  plan.ends = options.ends;
+  // A shaft is thicker where the folded balloon is; it is no thicker than that, and the balloon
+  // wider.
+  plan.neck_radius = std::min(
+      {0.5 * options.shaft_diameter_mm * crossing_profile(plan.nominal_diameter) / kCrossingProfile,
+       plan.start_radius, kWidestNeck * plan.rest_radius});
   const double wished = options.length_mm > 0.0
                             ? options.length_mm
                             : default_length(lesion.length, plan.nominal_diameter);
@@ -125,7 +130,7 @@ BalloonPlan make_plan(const BalloonOptions& options, const Lesion& lesion,
                      " (lesion.abscissa_mm), or segment more of the vessel");
   // Near an end the balloon may move along the line as long as it covers the lesion.
   const double play = std::max(0.0, 0.5 * (wished - lesion.length));
-  const double half = 0.5 * wished + plan.rest_radius;
+  const double half = 0.5 * wished + plan.end_length();
   plan.middle_abscissa = lesion.abscissa;
   if (lesion.abscissa - half < first)
     plan.middle_abscissa = std::min(first + half, lesion.abscissa + play);
@@ -133,7 +138,7 @@ BalloonPlan make_plan(const BalloonOptions& options, const Lesion& lesion,
     plan.middle_abscissa = std::max(last - half, lesion.abscissa - play);
   if (2.0 * half > last - first) plan.middle_abscissa = 0.5 * (first + last);
   const double room = 2.0 * std::min(plan.middle_abscissa - first, last - plan.middle_abscissa);
-  plan.cylinder_length = std::min(wished, room - 2.0 * plan.rest_radius);
+  plan.cylinder_length = std::min(wished, room - 2.0 * plan.end_length());
   if (plan.cylinder_length < kShortestCylinder)
     throw InputError("the line is too short for a balloon of " +
                      millimetres(plan.nominal_diameter) + " diameter at abscissa " +
@@ -182,7 +187,8 @@ double turn_of(const std::vector<Vec3>& line) {
 }
 
 /// The start shape of a balloon that does not reach around a bend: by default it is shortened about
-/// the lesion until the line turns little enough over it.
+/// the lesion, as far as that stays covered, until the line is not angulated over it, and further
+/// until it is not extremely so.
 detail::ShapedBalloon shape_in_bend(BalloonPlan& plan, const Lesion& lesion, bool is_length_given,
                                     const CenterlinePath& path, const TriangleMesh& lumen,
                                     std::vector<std::string>& warnings) {
@@ -191,8 +197,10 @@ detail::ShapedBalloon shape_in_bend(BalloonPlan& plan, const Lesion& lesion, boo
   const double shortest = std::min(wished, std::max(kShortestSold, 2.0 * plan.rest_radius));
   detail::ShapedBalloon shaped = shape_clear(plan, path, lumen);
   double turn = turn_of(shaped.balloon.guidewire);
-  while (turn > kMostTurnDegrees && !is_length_given && plan.cylinder_length > shortest) {
-    plan.cylinder_length = std::max(shortest, kShorter * plan.cylinder_length);
+  const double covering = std::max(shortest, std::min(wished, lesion.length));
+  const auto least_length = [&] { return turn > kMostTurnDegrees ? shortest : covering; };
+  while (turn > kAngulatedDegrees && !is_length_given && plan.cylinder_length > least_length()) {
+    plan.cylinder_length = std::max(least_length(), kShorter * plan.cylinder_length);
     const double play = std::max(0.0, 0.5 * (plan.cylinder_length - lesion.length));
     plan.middle_abscissa =
         std::clamp(plan.middle_abscissa, lesion.abscissa - play, lesion.abscissa + play);
@@ -249,6 +257,11 @@ ClosedRegion find_region(const LumenMesh& lumen, const CenterlineTree& tree,
 }
 
 }  // namespace
+
+double usual_balloon_diameter_mm(double reference_diameter_mm) {
+  return std::max(kLeastDiameter,
+                  kDiameterStep * std::round(reference_diameter_mm / kDiameterStep));
+}
 
 double least_lumen_to_cross_mm() { return 2.0 * detail::room_for(detail::kLeastStartRadius); }
 

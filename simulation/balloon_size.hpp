@@ -1,5 +1,8 @@
 #pragma once
 
+#include <vector>
+
+#include "simulation/chart.hpp"
 #include "simulation/simulation.hpp"
 
 namespace angio::simulation {
@@ -10,11 +13,16 @@ struct BalloonSize {
   double wall_mm = 0.02;              ///< membrane thickness before inflation
   double nominal_pressure_atm = 8.0;  ///< at which it has its nominal diameter
   double rated_burst_atm = 14.0;
+  /// What it measures alone, from half the nominal pressure to the rated one.
+  std::vector<ChartPoint> chart;
 };
 
-/// Up to 4 mm those of semi-compliant coronary balloons (balloons.toml). Above, wall and pressure
-/// share what a larger diameter D costs, so that the hoop stress of the thin wall at the rated
-/// pressure stays what it is at 4 mm, 142 MPa:
+/// Up to 4 mm those of the semi-compliant coronary balloons of balloons.toml, by the rules in its
+/// head, between its sizes as well: the 3.0 mm chart scaled by the diameter, a wall of 0.020 mm at
+/// 3.0 mm in proportion to it, at least 0.015 mm. Above, wall and pressure share what a larger
+/// diameter D costs, so that the hoop stress of the thin wall at the rated pressure stays what it
+/// is at 4 mm, 106 MPa, and the balloon grows by the same percent from the nominal to the rated
+/// pressure:
 ///
 ///     sigma = p D / (2 t),   t = t4 sqrt(D / 4 mm),   p = p4 sqrt(4 mm / D)
 ///

@@ -169,6 +169,9 @@ struct SimulationModel {
   TriangleMesh balloon;             ///< start shape, closed
   std::vector<Vec3> balloon_rest;   ///< unloaded shape, shape [balloon vertex]
   std::vector<char> balloon_fixed;  ///< tied to the shaft
+  /// Of the fixed ones: the distal neck. Without a rod it slides, as one body, along the direction
+  /// in which the guidewire ends. Empty: nothing slides.
+  std::vector<char> balloon_sliding;
   std::vector<Vec3> guidewire;      ///< nodes from the near end to the tip, inside the balloon
   TriangleMesh wall;                ///< contact region, normals leave the lumen
   std::vector<char> wall_fixed;     ///< shape [wall vertex]

@@ -36,14 +36,14 @@ struct StartShape {
 };
 
 Balloon assemble(const BalloonPlan& plan, const FramedAxis& axis, const StartShape& shape) {
-  const CapsuleRings rest = capsule_rings(plan);
+  const BalloonRings rest = balloon_rings(plan);
   Balloon balloon;
   balloon.nominal_diameter_mm = plan.nominal_diameter;
   balloon.length_mm = plan.cylinder_length;
   balloon.fold_count = plan.fold_count;
   balloon.ring_count = plan.ring_count;
   balloon.ring_vertex_count = plan.ring_vertex_count;
-  balloon.start.triangles = capsule_triangles(plan.ring_count, plan.ring_vertex_count);
+  balloon.start.triangles = balloon_triangles(plan.ring_count, plan.ring_vertex_count);
   for (std::size_t i = 0; i < shape.rings.size(); ++i) {
     const StartRing& ring = shape.rings[i];
     const AxisFrame frame = frame_at(axis, ring.position * axis.length());
@@ -55,8 +55,13 @@ Balloon assemble(const BalloonPlan& plan, const FramedAxis& axis, const StartSha
                                        ring.radius[k] * (std::cos(ring.angle[k]) * frame.normal +
                                                          std::sin(ring.angle[k]) * binormal));
       balloon.start_diameter_mm = std::max(balloon.start_diameter_mm, 2.0 * ring.radius[k]);
-      balloon.fixed.push_back(rest.radius[i] <= plan.shaft_radius ? 1 : 0);
     }
+    const int from_end = std::min(int(i), plan.ring_count - 1 - int(i));
+    const bool is_tied = plan.ends == BalloonEnds::cones ? from_end < kNeckRings
+                                                         : rest.radius[i] <= plan.shaft_radius;
+    balloon.fixed.insert(balloon.fixed.end(), ring.angle.size(), is_tied ? 1 : 0);
+    const bool slides = plan.ends == BalloonEnds::cones && int(i) >= plan.ring_count - kNeckRings;
+    balloon.sliding.insert(balloon.sliding.end(), ring.angle.size(), slides ? 1 : 0);
   }
   balloon.rest.push_back({0.0, 0.0, 0.0});
   balloon.rest.push_back({0.0, 0.0, plan.total_length()});
@@ -64,6 +69,8 @@ Balloon assemble(const BalloonPlan& plan, const FramedAxis& axis, const StartSha
     balloon.start.vertices.push_back(pole);
     balloon.fixed.push_back(1);
   }
+  balloon.sliding.push_back(0);
+  balloon.sliding.push_back(plan.ends == BalloonEnds::cones ? 1 : 0);
   for (int i = 0; i < plan.guidewire_node_count; ++i)
     balloon.guidewire.push_back(
         frame_at(axis, axis.length() * i / (plan.guidewire_node_count - 1)).point);
@@ -77,7 +84,7 @@ AxisWish axis_wish(const BalloonPlan& plan, double radius) {
 // === Folds not meshed ===
 
 /// Radii of the rings: as wide as wanted or as the wall lets them, and changing slowly.
-std::vector<double> tube_radii(const BalloonPlan& plan, const CapsuleRings& rest,
+std::vector<double> tube_radii(const BalloonPlan& plan, const BalloonRings& rest,
                                const FramedAxis& axis) {
   const double scale = axis.length() / plan.total_length();
   std::vector<double> radii;
@@ -103,7 +110,7 @@ std::vector<double> tube_radii(const BalloonPlan& plan, const CapsuleRings& rest
 
 ShapedBalloon shape_tube(const BalloonPlan& plan, const CenterlinePath& path,
                          const SurfaceTarget& wall) {
-  const CapsuleRings rest = capsule_rings(plan);
+  const BalloonRings rest = balloon_rings(plan);
   const FramedAxis axis = fit_axis(axis_wish(plan, plan.start_radius), path, wall);
   if (axis.narrowest() < kLeastStartRadius)
     throw InputError(
@@ -148,7 +155,7 @@ void refine_for_folds(BalloonPlan& plan, const FoldPack& pack) {
   const int step = 2 * plan.fold_count;
   plan.ring_vertex_count = std::max(folded_ring_vertex_count(pack, perimeter),
                                     (plan.ring_vertex_count + step - 1) / step * step);
-  const double meridian = plan.cylinder_length + pi * plan.rest_radius;
+  const double meridian = plan.meridian();
   const double spacing = kQuadAspect * perimeter / plan.ring_vertex_count;
   plan.ring_count = std::max(plan.ring_count, int(std::ceil(meridian / spacing)) - 1);
 }
@@ -158,12 +165,11 @@ void refine_for_folds(BalloonPlan& plan, const FoldPack& pack) {
 /// around nor along. Rings no wider than the core are as unloaded; those between are at equal
 /// steps.
 StartShape fold_rings(const BalloonPlan& plan, const FoldPack& pack) {
-  const CapsuleRings rest = capsule_rings(plan);
-  const double r = plan.rest_radius;
+  const BalloonRings rest = balloon_rings(plan);
   const double widest = *std::max_element(rest.radius.begin(), rest.radius.end());
   const FoldedSection section = fold_section(pack, widest, plan.ring_vertex_count);
-  const double open_past = r * std::acos(std::min(1.0, pack.core_radius / widest));
-  const double open_rise = r * std::sin(open_past / r);
+  const double open_past = plan.meridian_to(pack.core_radius * plan.rest_radius / widest);
+  const double open_rise = plan.rise(open_past);
   StartShape shape;
   shape.rest_angle = section.rest_angle;
   for (std::size_t i = 0; i < rest.radius.size(); ++i) {
@@ -177,7 +183,9 @@ StartShape fold_rings(const BalloonPlan& plan, const FoldPack& pack) {
     } else if (share > 0.0) {
       at = section.opened(0.5 * (share + section.opening_at(rest.radius[i])));
       const bool first_end = 2 * i < rest.radius.size();
-      position = first_end ? r - share * open_rise : r + plan.cylinder_length + share * open_rise;
+      const double on_end = share * open_rise;
+      position = first_end ? plan.end_length() - on_end
+                           : plan.end_length() + plan.cylinder_length + on_end;
     }
     shape.rings.push_back({position / plan.total_length(), at.angle, at.radius});
   }
@@ -214,6 +222,7 @@ ShapedBalloon shape_folded(BalloonPlan plan, const CenterlinePath& path,
                               two_digits(2.0 * plan.shaft_radius) +
                               " mm, so that the balloon fits through the lumen");
   plan.shaft_radius = shaft;
+  plan.neck_radius = std::min(plan.neck_radius, shaft);
   refine_for_folds(plan, *pack);
   result.balloon = assemble(plan, axis, fold_rings(plan, *pack));
   result.balloon.shaft_diameter_mm = 2.0 * shaft;
@@ -221,50 +230,6 @@ ShapedBalloon shape_folded(BalloonPlan plan, const CenterlinePath& path,
 }
 
 }  // namespace
-
-CapsuleRings capsule_rings(const BalloonPlan& plan) {
-  const double r = plan.rest_radius;
-  const double meridian = plan.cylinder_length + pi * r;
-  const double angle = 2.0 * pi / plan.ring_vertex_count;
-  const double polygon = std::sqrt(angle / std::sin(angle));
-  const double quarter = 0.5 * pi * r;
-  CapsuleRings rings;
-  for (int i = 0; i < plan.ring_count; ++i) {
-    const double m = meridian * (i + 1) / (plan.ring_count + 1);
-    const double past = std::max(0.0, quarter - std::min(m, meridian - m));
-    const double rise = r * std::sin(past / r);
-    double position = r + m - quarter;
-    if (past > 0.0) position = m < quarter ? r - rise : r + plan.cylinder_length + rise;
-    rings.position.push_back(position);
-    rings.radius.push_back(polygon * r * std::cos(past / r));
-    rings.past_end.push_back(past);
-  }
-  return rings;
-}
-
-std::vector<Triangle> capsule_triangles(int ring_count, int ring_vertex_count) {
-  std::vector<Triangle> triangles;
-  const int n = ring_vertex_count;
-  const int pole = ring_count * n;
-  for (int k = 0; k < n; ++k) triangles.push_back({pole, (k + 1) % n, k});
-  for (int i = 0; i + 1 < ring_count; ++i)
-    for (int k = 0; k < n; ++k) {
-      const int a = i * n + k;
-      const int b = i * n + (k + 1) % n;
-      const int c = b + n;
-      const int d = a + n;
-      if ((i + k) % 2 == 0) {
-        triangles.push_back({a, b, c});
-        triangles.push_back({a, c, d});
-      } else {
-        triangles.push_back({a, b, d});
-        triangles.push_back({b, c, d});
-      }
-    }
-  const int last = (ring_count - 1) * n;
-  for (int k = 0; k < n; ++k) triangles.push_back({pole + 1, last + k, last + (k + 1) % n});
-  return triangles;
-}
 
 ShapedBalloon shape_balloon(const BalloonPlan& plan, const CenterlinePath& path,
                             const SurfaceTarget& wall) {

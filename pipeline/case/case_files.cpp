@@ -231,7 +231,8 @@ void write_balloon_setup(const fs::path& folder, const meshing::BalloonSetup& se
   formats::write_surface(
       folder / "balloon.vtp",
       {balloon.start,
-       {vectors("RestPosition", balloon.rest), integers("Fixed", balloon.fixed, ArrayType::uint8)},
+       {vectors("RestPosition", balloon.rest), integers("Fixed", balloon.fixed, ArrayType::uint8),
+        integers("Sliding", balloon.sliding, ArrayType::uint8)},
        {}});
 
   write_line(folder / "guidewire.vtp", balloon.guidewire);
@@ -258,6 +259,7 @@ simulation::SimulationModel read_simulation_model(const StageFiles& files) {
   model.balloon = balloon.mesh;
   model.balloon_rest = vectors_of(balloon.point_arrays, "RestPosition");
   model.balloon_fixed = integers_of<char>(balloon.point_arrays, "Fixed");
+  model.balloon_sliding = integers_of<char>(balloon.point_arrays, "Sliding");
   model.guidewire = formats::read_polylines(files.path(file::kGuidewire)).points;
   const formats::SurfaceData region = formats::read_surface(files.path(file::kRegion));
   model.wall = region.mesh;

@@ -65,7 +65,9 @@ void Config::validate() const {
   if (wall_model == simulation::WallModel::layered)
     wall_layer_options(wall_layers, simulation.wall.thickness_ratio).validate();
   constexpr double kSomeDiameter = 3.0;  // what is left to the size is valid at any
-  solver_options(simulation, plaque, balloon.shaft_diameter_mm, kSomeDiameter).validate();
+  solver_options(simulation, plaque, balloon.shaft_diameter_mm, kSomeDiameter,
+                 is_usual_balloon(simulation.balloon, balloon.rest_diameter_mm))
+      .validate();
   require_within("simulation.write_every", write_every, 1, 10000);
 }
 

@@ -9,6 +9,7 @@
 
 #include "core/enum_names.hpp"
 #include "core/error.hpp"
+#include "meshing/option_names.hpp"
 #include "pipeline/config/config.hpp"
 #include "segmentation/option_names.hpp"
 #include "simulation/option_names.hpp"

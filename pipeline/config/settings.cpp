@@ -106,7 +106,8 @@ void add_meshing_settings(Config& c, std::vector<Setting>& table) {
   table.push_back(make_setting("balloon.nominal_diameter_mm", c.balloon.nominal_diameter_mm,
                                "[mm], 0.5 to 30; 0: the reference diameter, to the next 0.25 mm"));
   table.push_back(make_setting("balloon.rest_diameter_mm", c.balloon.rest_diameter_mm,
-                               "of the unloaded balloon [mm], 0.5 to 30; 0: the nominal one"));
+                               "of the unloaded balloon [mm], 0.5 to 30; 0: its chart's, else "
+                               "the nominal one"));
   table.push_back(
       make_setting("balloon.length_mm", c.balloon.length_mm,
                    "of the cylindrical part [mm], 2 to 80; 0: the lesion and 3 mm each side, less "
@@ -114,6 +115,10 @@ void add_meshing_settings(Config& c, std::vector<Setting>& table) {
   table.push_back(make_setting("balloon.start_diameter_mm", c.balloon.start_diameter_mm,
                                "crossing profile [mm]; 0: by the diameter (0.9 up to 4 mm), less "
                                "where it must pass"));
+  table.push_back(
+      make_setting("balloon.ends", c.balloon.ends,
+                   "cones in necks on the shaft, the distal one free along the wire, or "
+                   "hemispheres (the seed paper's), held"));
   table.push_back(make_setting("balloon.folds", c.balloon.folds,
                                "flaps wrapped around the shaft at the start: 2, 3 or 5; 0: folds "
                                "are not meshed"));
@@ -137,7 +142,9 @@ void add_material_settings(Config& c, std::vector<Setting>& table) {
                    "paper's)"));
   table.push_back(make_setting("balloon.chart", s.balloon.chart,
                                "compliance chart [[atm, mm], ...] that the skin is made to follow; "
-                               "[]: the material as it is"));
+                               "[]: of pa12, that of its diameter (simulation/balloons.toml), if "
+                               "neither balloon.c1_mpa nor balloon.rest_diameter_mm is given; "
+                               "else the material as it is"));
   table.push_back(make_setting("balloon.c1_mpa", s.balloon.c1_mpa,
                                "Mooney-Rivlin C1 [MPa]; 0: the material's"));
   table.push_back(make_setting("balloon.c2_mpa", s.balloon.c2_mpa,
@@ -147,7 +154,7 @@ void add_material_settings(Config& c, std::vector<Setting>& table) {
                                "no compression)"));
   table.push_back(make_setting("balloon.wall_mm", s.balloon.wall_mm,
                                "membrane thickness before inflation [mm], 0.001 to 1; 0: by the "
-                               "diameter (0.02 up to 4 mm)"));
+                               "diameter (0.02 at 3 mm)"));
   table.push_back(
       make_setting("balloon.density_g_mm3", s.balloon.density_g_mm3, "[g/mm3]; 0: the material's"));
   table.push_back(make_setting("wall.model", c.wall_model,

@@ -108,6 +108,7 @@ Placement place_on_a_lesion(StageWork& work, const MeshingSettings& settings,
   const meshing::BalloonOptions& balloon = settings.get<&Config::balloon>();
   const bool is_place_given = asked.abscissa_mm >= 0.0,
              is_balloon_given = balloon.nominal_diameter_mm > 0.0;
+  const bool is_usual = is_usual_balloon(settings.get<membrane>(), balloon.rest_diameter_mm);
   const std::vector<centerline::Lesion> lesions =
       centerline::find_lesions(tree, centerline::lesion_options(asked, resolution));
   std::string first_reason;
@@ -119,7 +120,8 @@ Placement place_on_a_lesion(StageWork& work, const MeshingSettings& settings,
         return {
             lesion,
             meshing::place_balloon(lumen, tree, path_of(tree, lesion.path_id), lesion.abscissa_mm,
-                                   lesion.length_mm, lesion.reference_diameter_mm, balloon,
+                                   lesion.length_mm, lesion.reference_diameter_mm,
+                                   balloon_options(balloon, is_usual, lesion.reference_diameter_mm),
                                    part(work.progress, 0.7, 0.95)),
             "done", ""};
     } catch (const InputError& error) {

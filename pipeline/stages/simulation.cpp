@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <iterator>
+#include <limits>
 #include <map>
 #include <optional>
 #include <tuple>
@@ -18,6 +19,7 @@
 #include "pipeline/stages/layered_wall.hpp"
 #include "pipeline/stages/treated_lumen.hpp"
 #include "pipeline/stages/treatment.hpp"
+#include "simulation/balloon_measures.hpp"
 #include "simulation/guard.hpp"
 #include "simulation/simulation.hpp"
 
@@ -136,16 +138,15 @@ json solver_json(const simulation::SimulationSummary& summary) {
 /// What was reached: metrics.json's lesion, balloon, peak, result and simulation, without the times
 /// that differ from run to run. The result is that of the lesion, between its edges; what else lies
 /// along the balloon (the next lesion, a neighbour that touches) is the segment's.
-json summary_json(const std::string& material, double reference_mm,
-                  const simulation::SimulationSummary& summary, const PeakAndLast& frames) {
+json summary_json(json balloon, double reference_mm, const simulation::SimulationSummary& summary,
+                  const PeakAndLast& frames) {
   const simulation::SimulationFrame& peak = frames.peak();
+  balloon["peak_pressure_atm"] = peak.pressure_atm;
+  balloon["peak_diameter_mm"] = peak.balloon_diameter_mm;
+  balloon["balloon_to_artery_ratio"] = peak.balloon_diameter_mm / reference_mm;
   return {{"peak_frame", peak.frame},
           {"last_frame", frames.last().frame},
-          {"balloon",
-           {{"material", material},
-            {"peak_pressure_atm", peak.pressure_atm},
-            {"peak_diameter_mm", peak.balloon_diameter_mm},
-            {"balloon_to_artery_ratio", peak.balloon_diameter_mm / reference_mm}}},
+          {"balloon", balloon},
           {"simulation", solver_json(summary)}};
 }
 
@@ -158,6 +159,33 @@ simulation::SimulationModel load_model(const StageFiles& files, const json& plac
   model.measure_tangent = vec3_of(placement.at("site").at("tangent"));
   model.layered_wall = read_layered_wall(files, model.wall);
   return model;
+}
+
+/// The balloon at its peak: how far it has lengthened, how far it stays below its chart, and
+/// whether it has kinked, which is warned about.
+json balloon_json(const simulation::BalloonMaterial& membrane,
+                  const simulation::SimulationModel& model, const CenterlinePath& path,
+                  const simulation::SimulationFrame& peak, std::vector<std::string>& warnings) {
+  const auto or_null = [](bool is_known, double value) { return is_known ? json(value) : json(); };
+  const double charted = membrane.chart.empty()
+                             ? std::numeric_limits<double>::quiet_NaN()
+                             : simulation::chart_diameter_mm(membrane.chart, peak.pressure_atm);
+  const simulation::SharpestFold fold =
+      simulation::sharpest_fold({peak.balloon, model.balloon.triangles}, model.balloon_fixed);
+  const bool is_kinked = fold.angle_degrees > simulation::kKinkDegrees;
+  if (is_kinked)
+    keep(warnings,
+         {fmt::format("the balloon kinks at its peak, {:.1f} mm from the inlet (its skin folds by "
+                      "{:.0f} degrees there; the vessel bends too sharply for its length). What "
+                      "lies there is not to be trusted: choose a shorter balloon "
+                      "(balloon.length_mm) or another place",
+                      project(path, fold.place), fold.angle_degrees)});
+  return {{"material", membrane.name},
+          {"elongation_mm",
+           or_null(!model.balloon_sliding.empty(), simulation::elongation_mm(model, peak.balloon))},
+          {"below_chart_mm", or_null(std::isfinite(charted), charted - peak.balloon_diameter_mm)},
+          {"kinked", is_kinked},
+          {"sharpest_fold_degrees", fold.angle_degrees}};
 }
 
 void keep_timing(StageWork& work, const simulation::SimulationSummary& summary) {
@@ -205,10 +233,21 @@ Runs run_both(const simulation::SimulationModel& model,
   return runs;
 }
 
+/// What was simulated, and what came of it.
+struct Simulated {
+  const simulation::SimulationModel& model;
+  const simulation::BalloonMaterial& membrane;
+  const TreatedLumen& lumen;
+  const Runs& runs;
+  const PeakAndLast& frames;
+};
+
 /// Of the folder's frames the lumen's profile, the mesh after, and the numbers.
 void write_result(StageWork& work, const SimulationSettings& settings, const json& placement,
-                  const simulation::SimulationModel& model, const TreatedLumen& lumen,
-                  const Runs& runs, const PeakAndLast& frames) {
+                  const Simulated& simulated) {
+  const auto& [model, membrane, lumen, runs, frames] = simulated;
+  const CenterlineTree tree = read_centerlines(work.files.path(file::kCenterlines));
+  const CenterlinePath& path = path_of(tree, placement.at("lesion").at("centerline_id").get<int>());
   const double reference = placement.at("lesion").at("reference_diameter_mm").get<double>();
   const TreatedSpans spans = treated_spans(placement);
   const auto before = lumen.profile(model.wall.vertices), peak = lumen.profile(frames.peak().wall),
@@ -224,8 +263,8 @@ void write_result(StageWork& work, const SimulationSettings& settings, const jso
   keep(work.warnings, treatment_warnings(first, guard, spans));
   write_text_atomically(work.out / "lumen_profile.csv", profile_csv(before, peak, after));
   formats::write_surface(work.out / "lumen_after.vtp", {lumen.mesh(frames.last().wall), {}, {}});
-  json reached =
-      summary_json(settings.get<&Config::simulation>().balloon.name, reference, runs.first, frames);
+  json reached = summary_json(balloon_json(membrane, model, path, frames.peak(), work.warnings),
+                              reference, runs.first, frames);
   reached.update(treatment_json(first, second, reference));
   reached["lesion"]["treated_first_mm"] = spans.lesion_first;
   reached["lesion"]["treated_last_mm"] = spans.lesion_last;
@@ -247,11 +286,12 @@ void do_simulation(StageWork& work, const SimulationSettings& settings) {
       load_treated_lumen(work.files, placement, settings.get<keeps_triangles>());
 
   FrameWriter frames(work.out, model, lumen, settings.get<&Config::write_every>());
-  const Runs runs = run_both(
-      model,
+  const simulation::SimulationOptions options =
       solver_options(asked, settings.get<&Config::plaque>(), settings.get<shaft_diameter>(),
-                     placement.at("balloon").at("nominal_diameter_mm").get<double>()),
-      settings.get<&Config::guard>(), frames, part(work.progress, 0.0, 0.95));
+                     placement.at("balloon").at("nominal_diameter_mm").get<double>(),
+                     is_usual_balloon(asked.balloon, settings.get<rest_diameter>()));
+  const Runs runs = run_both(model, options, settings.get<&Config::guard>(), frames,
+                             part(work.progress, 0.0, 0.95));
   frames.finish();
   const simulation::SimulationSummary& summary = runs.first;
   keep(work.warnings, summary.warnings);
@@ -267,7 +307,7 @@ void do_simulation(StageWork& work, const SimulationSettings& settings) {
         json{{"failure", summary.failure}, {"simulation", solver_json(summary)}}.dump(2) + "\n");
     return;
   }
-  write_result(work, settings, placement, model, lumen, runs, frames.kept());
+  write_result(work, settings, placement, {model, options.balloon, lumen, runs, frames.kept()});
 }
 
 }  // namespace angio::pipeline

@@ -11,6 +11,10 @@ inline const double& wall_thickness_ratio(const Config& config) {
 inline const double& shaft_diameter(const Config& config) {
   return config.balloon.shaft_diameter_mm;
 }
+inline const double& rest_diameter(const Config& config) { return config.balloon.rest_diameter_mm; }
+inline const simulation::BalloonMaterial& membrane(const Config& config) {
+  return config.simulation.balloon;
+}
 inline const int& fold_count(const Config& config) { return config.balloon.folds; }
 inline const bool& keeps_triangles(const Config& config) { return config.lumen_mesh.keep; }
 
@@ -23,13 +27,13 @@ using SegmentationSettings =
 using CenterlineSettings =
     ConfigView<&Config::centerline, &Config::inlet_end, &Config::lesion, &Config::narrowing>;
 
-using MeshingSettings =
-    ConfigView<&Config::lesion, &Config::lumen_mesh, &Config::fill_lumen, &Config::lumen_volume,
-               &Config::balloon, &Config::wall_model, &Config::wall_layers, wall_thickness_ratio>;
+using MeshingSettings = ConfigView<&Config::lesion, &Config::lumen_mesh, &Config::fill_lumen,
+                                   &Config::lumen_volume, &Config::balloon, membrane,
+                                   &Config::wall_model, &Config::wall_layers, wall_thickness_ratio>;
 
 using SimulationSettings =
     ConfigView<&Config::simulation, &Config::plaque, &Config::guard, &Config::write_every,
-               shaft_diameter, fold_count, keeps_triangles>;
+               shaft_diameter, rest_diameter, fold_count, keeps_triangles>;
 
 using ReportSettings = ConfigView<&Config::lesion>;
 

@@ -160,6 +160,7 @@ SimulationModel renumbered(const SimulationModel& model, const Numbering& balloo
   renumber_mesh(balloon.order, result.balloon);
   reorder(balloon.order, result.balloon_rest);
   reorder(balloon.order, result.balloon_fixed);
+  if (!result.balloon_sliding.empty()) reorder(balloon.order, result.balloon_sliding);
   renumber_mesh(wall.order, result.wall);
   reorder(wall.order, result.wall_fixed);
   reorder(wall.order, result.wall_abscissa);

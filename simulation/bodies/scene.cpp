@@ -41,6 +41,14 @@ std::vector<char> held_vertices(const SimulationModel& model, bool layered) {
   return held;
 }
 
+// The guidewire where it runs through the rest shape, as in a balloon that starts at rest. Else
+// that shape stands straight, in a frame of its own, and its longest extent is its axis.
+std::vector<Vec3> axis_of_rest(const SimulationModel& model) {
+  for (std::size_t v = 0; v < model.balloon_rest.size(); ++v)
+    if (distance(model.balloon_rest[v], model.balloon.vertices[v]) > 1e-6) return {};
+  return model.guidewire;
+}
+
 void add_corners(const SimulationModel& model, Scene& scene) {
   const auto& mesh = model.balloon;
   scene.balloon.corner_begin.assign(mesh.vertices.size() + 1, 0);
@@ -52,7 +60,7 @@ void add_corners(const SimulationModel& model, Scene& scene) {
   std::vector<int> next(scene.balloon.corner_begin.begin(), scene.balloon.corner_begin.end() - 1);
   std::vector<Vec3> fibres(mesh.triangles.size());
   if (scene.balloon.membrane.fibre.count > 0)
-    fibres = hoop_fibres(mesh.triangles, model.balloon_rest, model.guidewire);
+    fibres = hoop_fibres(mesh.triangles, model.balloon_rest, axis_of_rest(model));
   for (std::size_t i = 0; i < mesh.triangles.size(); ++i)
     for (std::size_t k = 0; k < 3; ++k) {
       const Triangle& t = mesh.triangles[i];
@@ -141,6 +149,14 @@ void add_rod(const SimulationModel& model, const GuidewireOptions& options, Scen
   scene.fixed.resize(scene.start.size(), 0);
 }
 
+// With a rod the neck is tied to it.
+void add_slide(const SimulationModel& model, const GuidewireOptions& guidewire, Scene& scene) {
+  if (guidewire.model == GuidewireModel::rod || model.guidewire.size() < 2) return;
+  scene.slide.along = normalized(model.guidewire.back() - model.guidewire.end()[-2]);
+  for (std::size_t v = 0; v < model.balloon_sliding.size(); ++v)
+    if (model.balloon_sliding[v] != 0) scene.slide.vertices.push_back(int(v));
+}
+
 // Do layers of the membrane lie on each other? On the two sides of a tube they are a diameter
 // apart.
 bool starts_in_folds(const Scene& scene) {
@@ -220,6 +236,7 @@ Scene make_scene(const SimulationModel& given, const SimulationOptions& options)
   add_wall(model, options, scene);
   if (layered) add_solid(options, given.layered_wall, wall, scene);
   add_rod(model, options.guidewire, scene);
+  add_slide(model, options.guidewire, scene);
   add_self_contact(options, scene);
   return scene;
 }

@@ -36,6 +36,12 @@ struct SceneBalloon {
   bool has_folds = false;        ///< layers of the balloon lie on each other at the start
 };
 
+/// The balloon's distal neck, where it slides along the wire.
+struct SceneSlide {
+  std::vector<int> vertices;  ///< of the balloon; none: it is held
+  Vec3 along;                 ///< unit: the direction in which the guidewire ends
+};
+
 /// The wall's constants, of either model.
 struct SceneWall {
   std::vector<Triangle> triangles;  ///< of its lumen
@@ -61,6 +67,7 @@ struct Scene {
                                    ///< numbering of that surface, shape [vertex]
   Vec3 origin;                     ///< the middle of the balloon's box at the start [mm]
   SceneBalloon balloon;
+  SceneSlide slide;
   SceneWall wall;
   std::vector<Tet> air;
   std::vector<Vec3> guidewire;  ///< nodes as they are given

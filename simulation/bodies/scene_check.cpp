@@ -176,6 +176,16 @@ void check_guidewire(const SimulationModel& model) {
            " (it must run from one end of the balloon to the other)");
 }
 
+void check_sliding(const SimulationModel& model) {
+  bool is_sound = model.balloon_sliding.size() == model.balloon_fixed.size();
+  for (std::size_t v = 0; v < model.balloon_sliding.size() && is_sound; ++v)
+    is_sound = model.balloon_sliding[v] == 0 || model.balloon_fixed[v] != 0;
+  if (is_sound) return;
+  throw InputError(
+      "the balloon's sliding flags do not match its fixed ones (only what is tied to the shaft can "
+      "slide along it). Run the stage meshing again");
+}
+
 void check_balloon(const SimulationModel& model) {
   const TriangleMesh& mesh = model.balloon;
   if (mesh.vertices.empty() || mesh.triangles.empty())
@@ -185,6 +195,7 @@ void check_balloon(const SimulationModel& model) {
     throw InputError(
         "the balloon's rest shape or fixed flags do not match its vertices (the files belong to "
         "different runs). Run the stage meshing again");
+  if (!model.balloon_sliding.empty()) check_sliding(model);
   check_numbers(mesh.vertices, "balloon");
   check_numbers(model.balloon_rest, "balloon's rest shape");
   check_numbers(model.guidewire, "guidewire");

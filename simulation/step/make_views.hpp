@@ -280,6 +280,18 @@ GuidewireView<Real> make_guidewire_view(const Scene& scene, Memory& memory) {
   return view;
 }
 
+/// The distal neck, if it slides.
+template <class Real, class Memory>
+SlideView<Real> make_slide_view(const Scene& scene, Memory& memory) {
+  SlideView<Real> view;
+  view.count = int(scene.slide.vertices.size());
+  if (view.count == 0) return view;
+  view.along = converted<Real>(scene.slide.along);
+  view.vertices = memory.store(scene.slide.vertices);
+  view.loads = memory.template allocate<SlideLoad<Real>>(scene.slide.vertices.size());
+  return view;
+}
+
 template <class Real, class Memory>
 ContactView<Real> make_contact_view(const Scene& scene, const SimulationOptions& options,
                                     Memory& memory) {
@@ -366,6 +378,7 @@ StepView<Real> make_view(const Scene& scene, const SimulationOptions& options, M
   view.slabs = make_slabs_view<Real>(scene, options.wall, memory);
   view.layered = make_layered_view<Real>(scene, memory);
   view.guidewire = make_guidewire_view<Real>(scene, memory);
+  view.slide = make_slide_view<Real>(scene, memory);
   view.contact = make_contact_view<Real>(scene, options, memory);
   view.pbd.vertex_count = scene.vertex_count();
   if (projects_contact(scene, options))

@@ -84,6 +84,11 @@ ANGIO_HOST_DEVICE inline void foresee(Team& team, const StepView<Real>& s, const
     team.barrier();
     take_rod(team, s);
   }
+  if (!rules.still && s.slide.count > 0) {
+    const int v = s.slide.vertices[0];
+    slide_by(team, s,
+             Real(kForesight) * dot(s.slide.along, s.motion.x_inertial[v] - s.motion.x_before[v]));
+  }
   measure_gas(team, s, status);
 }
 
@@ -112,7 +117,11 @@ ANGIO_HOST_DEVICE inline void leap(Team& team, const StepView<Real>& s, StepStat
   const double length = leap_length(status.leap, total);
   if (!(length > 0.0)) return;
   const bool held = move_all(team, s, [&](int v) { return Real(length) * s.motion.swept_by[v]; });
-  status.blocked = status.blocked || held;
+  const bool slides = s.slide.count > 0;
+  const bool is_neck_held =
+      slides &&
+      slide_by(team, s, Real(length) * dot(s.slide.along, s.motion.swept_by[s.slide.vertices[0]]));
+  status.blocked = status.blocked || held || is_neck_held;
   status.leap = {};
   for (double& moved : status.moved) moved = 0.0;
   mark_positions(team, s);
@@ -133,8 +142,9 @@ template <class Real, class Team>
 ANGIO_HOST_DEVICE inline bool run_sweeps(Team& team, const StepView<Real>& s,
                                          const StepRules& rules, StepStatus& status) {
   StepReport& report = status.report;
-  // A balloon alone has no mode that is slow.
-  const bool leaps = Team::kSurroundings && s.bodies.wall().count > 0 && !s.pbd.gas.is_on;
+  // A balloon alone has no mode that is slow, unless its length is free.
+  const bool leaps =
+      ((Team::kSurroundings && s.bodies.wall().count > 0) || s.slide.count > 0) && !s.pbd.gas.is_on;
   if (leaps) mark_positions(team, s);
   const int patience = s.balloon.has_folds ? kFoldsPatience : kPatience;
   const auto goes_on = [&] {

@@ -5,6 +5,7 @@
 #include "simulation/step/sweep_guidewire.hpp"
 #include "simulation/step/sweep_layered_wall.hpp"
 #include "simulation/step/sweep_slabs.hpp"
+#include "simulation/step/sweep_slide.hpp"
 
 /// A sweep over all bodies.
 namespace angio::simulation::detail {
@@ -74,6 +75,7 @@ ANGIO_HOST_DEVICE inline SweepSums sweep(Team& team, const StepView<Real>& s, bo
   const double refreshed = team.now();
   sweep_balloon(team, s, status, sums);
   if (Team::kSurroundings && s.guidewire.shape.count > 0) sweep_rod(team, s, status, sums);
+  if (s.slide.count > 0) sweep_slide(team, s, status, sums);
   const double swept = team.now();
   if (Team::kSurroundings && wall) sweep_wall(team, s, sums);
   if constexpr (Team::kSolids) project_pbd(team, s, status);

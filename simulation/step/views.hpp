@@ -6,7 +6,9 @@
 #include "simulation/materials/shape_matching.hpp"
 #include "simulation/pbd/contact.hpp"
 #include "simulation/pbd/gas.hpp"
+#include "simulation/step/array_role.hpp"
 #include "simulation/step/contact_pairs.hpp"
+#include "simulation/step/slide_view.hpp"
 #include "simulation/step/solid_column.hpp"
 
 /// A step's arrays as plain views, one for each concept. The inner loops on them are functions of
@@ -18,12 +20,6 @@
 /// from the state, which lives from step to step, and from the work space of one step. What drives
 /// a run is StepRules and StepStatus::law (status.hpp).
 namespace angio::simulation::detail {
-
-enum class ArrayRole {
-  model,  ///< constant
-  state,  ///< lives from step to step
-  work,   ///< no more than memory when a step begins
-};
 
 /// The other corners of one triangle seen from one of its corners, counter-clockwise.
 struct CornerLink {
@@ -362,6 +358,7 @@ struct StepView {
   SlabsView<Real> slabs;
   LayeredWallView<Real> layered;
   GuidewireView<Real> guidewire;
+  SlideView<Real> slide;
   ContactView<Real> contact;
   PbdView<Real> pbd;
 
@@ -374,6 +371,7 @@ struct StepView {
     slabs.for_each_array(visit);
     layered.for_each_array(visit);
     guidewire.for_each_array(visit);
+    slide.for_each_array(visit);
     contact.for_each_array(visit);
     pbd.for_each_array(visit);
   }

@@ -110,6 +110,18 @@ TEST_P(FoldedBalloon, IsASphereThatDoesNotCrossItself) {
   EXPECT_EQ(count_self_intersections(balloon_.start), 0);
 }
 
+// On the shaft the folds of a balloon with cones run out in necks, without being stretched along
+// the cones.
+TEST_P(FoldedBalloon, WithConesDoesNotCrossItselfEither) {
+  detail::BalloonPlan plan = folded_plan(folds());
+  plan.ends = BalloonEnds::cones;
+  plan.neck_radius = plan.shaft_radius;
+  plan.ring_count = 40;
+  const Balloon balloon = detail::shape_balloon(plan, make_line(line()), OpenSpace{}).balloon;
+  EXPECT_TRUE(surface_topology(balloon.start).is_closed());
+  EXPECT_EQ(count_self_intersections(balloon.start), 0);
+}
+
 TEST_P(FoldedBalloon, HasTheCrossingProfile) {
   EXPECT_LE(balloon_.start_diameter_mm, 0.9 + 1e-9);
   EXPECT_GT(balloon_.start_diameter_mm, 0.85);

@@ -7,6 +7,7 @@
 #include "formats/csv.hpp"
 #include "pipeline/config/balloon_file.hpp"
 #include "run_program.hpp"
+#include "simulation/balloon_size.hpp"
 
 namespace angio::test {
 namespace {
@@ -28,6 +29,25 @@ TEST(BalloonCatalogue, ComesWithTheProgramAndEveryEntryIsSound) {
   const auto all = balloon_catalogue();
   EXPECT_GE(all.size(), 10u);
   for (const auto& balloon : all) EXPECT_NO_THROW(balloon.validate()) << balloon.name;
+}
+
+// Its semi-compliant balloons are the representative one at their sizes, to the figures written.
+TEST(BalloonCatalogue, HoldsTheUsualBalloonAtEverySize) {
+  int count = 0;
+  for (const auto& balloon : balloon_catalogue()) {
+    if (balloon.material != "pa12") continue;
+    ++count;
+    const simulation::BalloonSize usual = simulation::balloon_size(balloon.nominal_diameter_mm);
+    EXPECT_NEAR(usual.wall_mm, balloon.wall_mm, 0.0005) << balloon.name;
+    EXPECT_EQ(usual.nominal_pressure_atm, balloon.nominal_pressure_atm);
+    EXPECT_EQ(usual.rated_burst_atm, balloon.rated_burst_pressure_atm);
+    ASSERT_EQ(usual.chart.size(), balloon.chart.size());
+    for (std::size_t i = 0; i < usual.chart.size(); ++i) {
+      EXPECT_EQ(usual.chart[i].pressure_atm, balloon.chart[i].pressure_atm);
+      EXPECT_NEAR(usual.chart[i].diameter_mm, balloon.chart[i].diameter_mm, 0.001);
+    }
+  }
+  EXPECT_GE(count, 6);
 }
 
 TEST(BalloonCatalogue, OnesOwnEntryCountsBeforeOneOfTheSameName) {

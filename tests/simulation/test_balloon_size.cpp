@@ -2,6 +2,7 @@
 
 #include "core/units.hpp"
 #include "simulation/balloon_size.hpp"
+#include "simulation/inflate.hpp"
 
 namespace angio::simulation {
 namespace {
@@ -14,8 +15,8 @@ double rated_stress(double diameter) {
 
 TEST(BalloonSize, UpToFourMillimetresIsTheCoronaryOne) {
   const SimulationOptions coronary;
+  EXPECT_DOUBLE_EQ(balloon_size(3.0).wall_mm, coronary.balloon.wall_mm);
   for (const double diameter : {1.0, 2.5, 4.0}) {
-    EXPECT_EQ(balloon_size(diameter).wall_mm, coronary.balloon.wall_mm);
     EXPECT_EQ(balloon_size(diameter).nominal_pressure_atm, coronary.inflation.peak_pressure_atm);
   }
 }
@@ -34,6 +35,34 @@ TEST(BalloonSize, IsNearMeasuredValvuloplastyBalloons) {
     EXPECT_LT(balloon_size(diameter).nominal_pressure_atm, balloon_size(diameter).rated_burst_atm);
 }
 
+TEST(BalloonSize, HasItsNominalDiameterAtItsNominalPressure) {
+  for (const double diameter : {0.6, 1.5, 2.25, 3.0, 4.0, 7.0, 16.0, 30.0}) {
+    const BalloonSize size = balloon_size(diameter);
+    EXPECT_NO_THROW(validate_chart(size.chart, "usual"));
+    EXPECT_NEAR(chart_diameter_mm(size.chart, size.nominal_pressure_atm), diameter,
+                1e-12 * diameter);
+    EXPECT_NEAR(size.chart.back().pressure_atm, size.rated_burst_atm, 1e-12);
+  }
+}
+
+// By Newton's method, in equilibrium: the membrane follows the chart within 0.5 %, whatever its
+// size.
+TEST(BalloonSize, AloneAtItsNominalPressureItHasItsNominalDiameter) {
+  for (const double diameter : {1.25, 3.0, 3.75, 9.0}) {
+    const BalloonSize size = balloon_size(diameter);
+    FreeBalloon balloon;
+    balloon.radius_mm = 0.5 * rest_diameter_mm(size.chart);
+    balloon.length_mm = 4.0 * diameter;
+    balloon.material.wall_mm = size.wall_mm;
+    balloon.material.chart = size.chart;
+    InflateOptions options;
+    options.pressures_atm = {size.nominal_pressure_atm, size.rated_burst_atm};
+    const auto points = inflate(balloon, options);
+    EXPECT_NEAR(points[0].diameter_mm / diameter, 1.0, 0.005);
+    EXPECT_NEAR(points[1].diameter_mm / size.chart.back().diameter_mm, 1.0, 0.005);
+  }
+}
+
 TEST(Sized, FillsInWhatIsLeftToTheSizeAndNothingElse) {
   SimulationOptions given = options_by_size();
   given.balloon.wall_mm = 0.033;
@@ -47,7 +76,7 @@ TEST(Sized, FillsInWhatIsLeftToTheSizeAndNothingElse) {
 
 TEST(Sized, IsTheDefaultsForACoronaryBalloon) {
   const SimulationOptions options = sized(options_by_size(), 3.0), coronary;
-  EXPECT_EQ(options.balloon.wall_mm, coronary.balloon.wall_mm);
+  EXPECT_DOUBLE_EQ(options.balloon.wall_mm, coronary.balloon.wall_mm);
   EXPECT_EQ(options.inflation.peak_pressure_atm, coronary.inflation.peak_pressure_atm);
   EXPECT_EQ(options.contact.distance_mm, coronary.contact.distance_mm);
   EXPECT_EQ(options.contact.adhesion_traction_kpa, coronary.contact.adhesion_traction_kpa);

@@ -1,0 +1,48 @@
+#include "simulation/balloon_measures.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <utility>
+
+#include "core/units.hpp"
+
+namespace angio::simulation {
+
+SharpestFold sharpest_fold(const TriangleMesh& balloon, const std::vector<char>& fixed) {
+  std::map<std::pair<int, int>, Vec3> normal_at;  // of the first triangle at an edge
+  SharpestFold sharpest;
+  for (const Triangle& t : balloon.triangles) {
+    const Vec3 &a = balloon.vertices[std::size_t(t[0])], &b = balloon.vertices[std::size_t(t[1])],
+               &c = balloon.vertices[std::size_t(t[2])];
+    const Vec3 normal = cross(b - a, c - a);
+    for (std::size_t k = 0; k < 3; ++k) {
+      const int v = t[k], w = t[(k + 1) % 3];
+      if (fixed[std::size_t(v)] != 0 || fixed[std::size_t(w)] != 0) continue;
+      const auto [other, is_new] = normal_at.try_emplace(std::minmax({v, w}), normal);
+      if (is_new) continue;
+      const double angle =
+          std::atan2(norm(cross(normal, other->second)), dot(normal, other->second)) * 180.0 /
+          units::kPi;
+      if (angle > sharpest.angle_degrees)
+        sharpest = {angle,
+                    0.5 * (balloon.vertices[std::size_t(v)] + balloon.vertices[std::size_t(w)])};
+    }
+  }
+  return sharpest;
+}
+
+double elongation_mm(const SimulationModel& model, const std::vector<Vec3>& balloon) {
+  if (model.guidewire.size() < 2) return 0.0;
+  const Vec3 along = normalized(model.guidewire.back() - model.guidewire.end()[-2]);
+  double sum = 0.0;
+  int count = 0;
+  for (std::size_t v = 0; v < model.balloon_sliding.size(); ++v) {
+    if (model.balloon_sliding[v] == 0) continue;
+    sum += dot(along, balloon[v] - model.balloon.vertices[v]);
+    ++count;
+  }
+  return count > 0 ? sum / count : 0.0;
+}
+
+}  // namespace angio::simulation

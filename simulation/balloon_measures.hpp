@@ -1,0 +1,30 @@
+#pragma once
+
+#include "simulation/simulation.hpp"
+
+/// What a balloon's shape tells.
+namespace angio::simulation {
+
+/// The sharpest edge of a surface.
+struct SharpestFold {
+  double angle_degrees = 0.0;  ///< between the normals of its triangles: 0 flat, 180 folded
+  Vec3 place;                  ///< its middle [mm]
+};
+
+/// A taut balloon is round: an edge sharper than this is a kink. A cone meets the cylinder, and the
+/// flat end its neck, at no more than 90 degrees.
+inline constexpr double kKinkDegrees = 120.0;
+
+/// Of the balloon's membrane, without the edges at what is tied to the shaft: there a cone bulges
+/// over its neck.
+///
+/// @param fixed  shape [vertex]
+SharpestFold sharpest_fold(const TriangleMesh& balloon, const std::vector<char>& fixed);
+
+/// How far the distal neck has slid along the wire since the start [mm]: the mean over its vertices
+/// of t . (x - x0), t the direction in which the guidewire ends. 0 where nothing slides.
+///
+/// @param balloon  positions, shape [balloon vertex]
+double elongation_mm(const SimulationModel& model, const std::vector<Vec3>& balloon);
+
+}  // namespace angio::simulation
