@@ -172,9 +172,9 @@ struct SimulationModel {
   /// Of the fixed ones: the distal neck. Without a rod it slides, as one body, along the direction
   /// in which the guidewire ends. Empty: nothing slides.
   std::vector<char> balloon_sliding;
-  std::vector<Vec3> guidewire;      ///< nodes from the near end to the tip, inside the balloon
-  TriangleMesh wall;                ///< contact region, normals leave the lumen
-  std::vector<char> wall_fixed;     ///< shape [wall vertex]
+  std::vector<Vec3> guidewire;   ///< nodes from the near end to the tip, inside the balloon
+  TriangleMesh wall;             ///< contact region, normals leave the lumen
+  std::vector<char> wall_fixed;  ///< shape [wall vertex]
   /// The wall as a solid; without it the wall is shape-matched. Its first vertices are those of
   /// `wall`, further out follow whole copies of them. A column of copies with a held vertex does
   /// not move.
