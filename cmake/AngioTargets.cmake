@@ -26,10 +26,10 @@ function(angio_add_library name)
   target_link_libraries(angio_${name} PUBLIC ${ARG_PUBLIC} PRIVATE angio_warnings ${ARG_PRIVATE})
 endfunction()
 
-# angio_add_test(NAME SOURCES ... LINK ... [LABEL unit|gpu|pipeline] [TIMEOUT seconds])
-# One GoogleTest program; CTest sees its cases one by one.
+# angio_add_test(NAME SOURCES ... LINK ... [LABEL unit|gpu|pipeline] [TIMEOUT seconds] [WHOLE])
+# One GoogleTest program; CTest sees its cases one by one, or, WHOLE, as one: they share what is dear.
 function(angio_add_test name)
-  cmake_parse_arguments(ARG "" "LABEL;TIMEOUT" "SOURCES;LINK" ${ARGN})
+  cmake_parse_arguments(ARG "WHOLE" "LABEL;TIMEOUT" "SOURCES;LINK" ${ARGN})
   if(NOT ARG_LABEL)
     set(ARG_LABEL unit)
   endif()
@@ -39,6 +39,11 @@ function(angio_add_test name)
   add_executable(${name} ${ARG_SOURCES})
   target_include_directories(${name} PRIVATE ${PROJECT_SOURCE_DIR})
   target_link_libraries(${name} PRIVATE ${ARG_LINK} angio_warnings GTest::gtest_main GTest::gmock)
-  gtest_discover_tests(${name} DISCOVERY_TIMEOUT 60
-    PROPERTIES LABELS ${ARG_LABEL} TIMEOUT ${ARG_TIMEOUT})
+  if(ARG_WHOLE)
+    add_test(NAME ${name} COMMAND ${name})
+    set_tests_properties(${name} PROPERTIES LABELS ${ARG_LABEL} TIMEOUT ${ARG_TIMEOUT})
+  else()
+    gtest_discover_tests(${name} DISCOVERY_TIMEOUT 60
+      PROPERTIES LABELS ${ARG_LABEL} TIMEOUT ${ARG_TIMEOUT})
+  endif()
 endfunction()

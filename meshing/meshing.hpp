@@ -90,8 +90,8 @@ struct BalloonOptions {
   /// Crossing profile, [0.3, 30]; 0: 0.9 mm up to a diameter D of 4 mm, above it times (D / 4)^2/3;
   /// less where it must pass.
   double start_diameter_mm = 0.0;
-  BalloonEnds ends = BalloonEnds::cones;
-  int ring_count = 32;            ///< rings of vertices, [6, 400]; 26 x 20 + 2 = the paper's 522
+  BalloonEnds ends = BalloonEnds::hemispheres;
+  int ring_count = 26;            ///< rings of vertices, [6, 400]; 26 x 20 + 2 = the paper's 522
   int ring_vertex_count = 20;     ///< vertices a ring, [6, 200]
   int guidewire_node_count = 24;  ///< [2, 1000]
   /// Flaps wrapped around the shaft at the start, {0, 2, 3, 5}; 0: a tube of the start diameter,

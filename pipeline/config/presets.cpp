@@ -32,7 +32,7 @@ const std::vector<Preset>& presets() {
       {"fine",
        "finer vessel and balloon",
        {},
-       {"mesh.edges_per_circumference=24", "balloon.ring_count=64",
+       {"mesh.edges_per_circumference=24", "balloon.ring_count=52",
         "balloon.ring_vertex_count=40"}},
       {"hydrophilic",
        "a balloon with a slippery coating",

@@ -16,8 +16,16 @@ struct PlacedCase {
   BalloonSetup setup;
 };
 
+/// A balloon with cones and necks, of rings enough for them.
+inline BalloonOptions with_cones() {
+  BalloonOptions options;
+  options.ends = BalloonEnds::cones;
+  options.ring_count = 32;
+  return options;
+}
+
 inline PlacedCase place(Vessel vessel, double abscissa, double lesion_length,
-                        double reference_diameter, const BalloonOptions& options = {}) {
+                        double reference_diameter, const BalloonOptions& options = with_cones()) {
   PlacedCase result{std::move(vessel), {}, {}};
   result.lumen = mesh_lumen(result.vessel.level_set, result.vessel.tree, {});
   result.setup = place_balloon(result.lumen, result.vessel.tree, result.vessel.tree.paths[0],

@@ -276,7 +276,7 @@ TEST(FoldPack, NeedsMoreThanTheCoresPerimeter) {
 }
 
 BalloonOptions with_folds(int folds) {
-  BalloonOptions options;
+  BalloonOptions options = test::with_cones();
   options.folds = folds;
   return options;
 }

@@ -22,6 +22,7 @@ using std::numbers::pi;
 
 using test::place;
 using test::stenosed_tube;
+using test::with_cones;
 using Case = test::PlacedCase;
 
 /// Placed once; many tests look at it.
@@ -317,7 +318,7 @@ TEST(PlaceBalloon, AWiderOneHasAThickerProfileAndIsAsLongAsWide) {
 }
 
 TEST(PlaceBalloon, TakesAnySizeThatIsAskedFor) {
-  BalloonOptions options;
+  BalloonOptions options = with_cones();
   options.nominal_diameter_mm = 2.3;
   options.length_mm = 9.0;
   options.start_diameter_mm = 0.7;
@@ -389,7 +390,7 @@ FusedVessels fused_vessels(int line_count) {
 }
 
 BalloonSetup place_in(const FusedVessels& fused) {
-  BalloonOptions options;
+  BalloonOptions options = with_cones();
   options.length_mm = 4.0;
   return place_balloon(fused.lumen, fused.tree, fused.tree.paths[0], 15.0, 2.0, 2.0, options);
 }

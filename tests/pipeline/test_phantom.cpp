@@ -100,7 +100,7 @@ TEST_P(StenosedPhantom, IsMeasuredAndDilatedFromDicom) {
                 .exit_code,
             0);
   const ProgramResult run = run_program("run '" + folder / "phantom/dicom" + "' -o '" +
-                                        folder / "case" + "' --set simulation.write_every=20");
+                                        folder / "case" + "' --preset draft");
   ASSERT_EQ(run.exit_code, 0) << run.error;
   EXPECT_NE(run.out.find("report/index.html"), std::string::npos);
   EXPECT_TRUE(fs::exists(folder.path() / "case/report/index.html"));
@@ -210,7 +210,7 @@ TEST_P(ChangedSetting, GivesTheCaseThatWouldHaveBeenFromTheStart) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Settings, ChangedSetting,
-                         testing::Values("wall.model=layered", "wall.thickness_ratio=0.25",
+                         testing::Values("wall.model=shape_matching", "wall.thickness_ratio=0.25",
                                          "balloon.shaft_diameter_mm=0.5 balloon.folds=0",
                                          "lesion.min_stenosis_percent=70"));
 
@@ -247,7 +247,7 @@ TEST(Run, AStageAloneRefusesWhatTheOnesBeforeItRead) {
   ASSERT_EQ(run_program(kSmallRun + "--until meshing -o " + to).exit_code, 0);
   for (const char* command :
        {"mesh --set lesion.min_stenosis_percent=40", "mesh --set segmentation.scale_count=3",
-        "simulate --set wall.model=layered", "simulate --preset fine",
+        "simulate --set wall.model=shape_matching", "simulate --preset fine",
         "segment --set input.resample=true"})
     EXPECT_EQ(run_program(std::string(command) + " --quiet " + to).exit_code, 64) << command;
   EXPECT_EQ(run_program("mesh " + to + " --quiet --set lesion.centerline=0 lesion.abscissa_mm=6")
