@@ -103,6 +103,9 @@ void add_meshing_settings(Config& c, std::vector<Setting>& table) {
   table.push_back(make_setting("volume.least_dihedral_degrees",
                                c.lumen_volume.least_dihedral_degrees,
                                "sharper tetrahedra are worked on [degrees], 5 to 25"));
+}
+
+void add_placement_settings(Config& c, std::vector<Setting>& table) {
   table.push_back(make_setting("balloon.nominal_diameter_mm", c.balloon.nominal_diameter_mm,
                                "[mm], 0.5 to 30; 0: the reference diameter, to the next 0.25 mm"));
   table.push_back(make_setting("balloon.rest_diameter_mm", c.balloon.rest_diameter_mm,
@@ -302,6 +305,7 @@ std::vector<Setting> settings(Config& config) {
   add_segmentation_settings(config, table);
   add_centerline_settings(config, table);
   add_meshing_settings(config, table);
+  add_placement_settings(config, table);
   add_material_settings(config, table);
   add_guidewire_settings(config, table);
   add_inflation_settings(config, table);

@@ -505,7 +505,7 @@ TEST(PlaceBalloon, InALumenWithExtensionsIsWhatItIsWithout) {
   options.extension_diameters = 3.0;
   const LumenMesh lumen = mesh_lumen(vessel.level_set, vessel.tree, options);
   const BalloonSetup setup =
-      place_balloon(lumen, vessel.tree, vessel.tree.paths[0], 18.0, 8.0, 3.0, {});
+      place_balloon(lumen, vessel.tree, vessel.tree.paths[0], 18.0, 8.0, 3.0, with_cones());
   EXPECT_EQ(count_intersections(setup.balloon.start, lumen.capped), 0);
   EXPECT_EQ(setup.balloon.start.vertices, stenosed().setup.balloon.start.vertices);
   EXPECT_EQ(setup.region.lumen_vertex, stenosed().setup.region.lumen_vertex);
