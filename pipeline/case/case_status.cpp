@@ -41,7 +41,7 @@ CaseStatus case_status(const StageFiles& files, const RunRecord& record) {
   }
   if (!record.is(Stage::meshing, "done") || !files.exists(kPlacement)) return {};
   const nlohmann::json placement = read_json(files.path(kPlacement));
-  const CaseStatus found{placement.value("status", "done"), placement.value("status_reason", "")};
+  CaseStatus found{placement.value("status", "done"), placement.value("status_reason", "")};
   if (!placement.contains("balloon")) return found;
   if (!record.is(Stage::simulation, "done")) return {};
   if (found.status != "done" || !files.exists(kSummary)) return found;
