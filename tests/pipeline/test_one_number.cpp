@@ -74,17 +74,17 @@ class OneNumber : public testing::Test {
   }
   void SetUp() override {
     ASSERT_EQ(result_->exit_code, 0) << result_->error;
-    root = folder_->path() / "out/narrow";
-    metrics = json_file(root / "metrics.json");
-    summary = json_file(root / "simulation/summary.json");
+    root_ = folder_->path() / "out/narrow";
+    metrics_ = json_file(root_ / "metrics.json");
+    summary_ = json_file(root_ / "simulation/summary.json");
   }
   [[nodiscard]] double number(const char* group, const char* key) const {
-    return metrics.at(group).at(key).get<double>();
+    return metrics_.at(group).at(key).get<double>();
   }
   [[nodiscard]] static fs::path batch_folder() { return folder_->path() / "out"; }
 
-  fs::path root;
-  json metrics, summary;
+  fs::path root_;
+  json metrics_, summary_;
 
   /// Before, at peak, after: the metrics' group, the profile's word, the frame.
   struct When {
@@ -94,8 +94,8 @@ class OneNumber : public testing::Test {
   };
   [[nodiscard]] std::vector<When> times() const {
     return {{"lesion", "before", 0},
-            {"peak", "peak", summary.at("peak_frame").get<int>()},
-            {"result", "after", summary.at("last_frame").get<int>()}};
+            {"peak", "peak", summary_.at("peak_frame").get<int>()},
+            {"result", "after", summary_.at("last_frame").get<int>()}};
   }
 
  private:
@@ -107,12 +107,12 @@ ProgramResult* OneNumber::result_ = nullptr;
 
 TEST_F(OneNumber, OfMetricsAndSummaryIsTheSame) {
   for (const char* group : {"lesion", "peak", "result"})
-    for (const auto& [key, value] : summary.at(group).items())
-      EXPECT_EQ(metrics.at(group).at(key), value) << group << "." << key;
+    for (const auto& [key, value] : summary_.at(group).items())
+      EXPECT_EQ(metrics_.at(group).at(key), value) << group << "." << key;
 }
 
 TEST_F(OneNumber, IsTheTimeSeriesAtTheFirstThePeakAndTheLastFrame) {
-  const auto rows = table(root / "simulation/timeseries.csv");
+  const auto rows = table(root_ / "simulation/timeseries.csv");
   for (const When& when : times()) {
     ASSERT_EQ(rows.at(std::size_t(when.frame)).at("frame"), when.frame);
     EXPECT_NEAR(rows[std::size_t(when.frame)].at("lumen_mld_mm"), number(when.group, "mld_mm"),
@@ -122,7 +122,7 @@ TEST_F(OneNumber, IsTheTimeSeriesAtTheFirstThePeakAndTheLastFrame) {
 }
 
 TEST_F(OneNumber, IsTheLeastOfTheProfileWhereTheLesionIsTreated) {
-  const auto rows = table(root / "simulation/lumen_profile.csv");
+  const auto rows = table(root_ / "simulation/lumen_profile.csv");
   const double first = number("lesion", "treated_first_mm"),
                last = number("lesion", "treated_last_mm");
   for (const When& when : times()) {
@@ -139,7 +139,7 @@ TEST_F(OneNumber, IsTheLeastOfTheProfileWhereTheLesionIsTreated) {
 
 // Twice the distance of the wall's nearest vertex from the phantom's axis, between the edges.
 TEST_F(OneNumber, IsThatOfTheFramesThatAreWritten) {
-  const json site = json_file(root / "meshing/placement.json").at("site");
+  const json site = json_file(root_ / "meshing/placement.json").at("site");
   const auto vec = [&](const char* key) {
     return Vec3{site.at(key).at(0).get<double>(), site.at(key).at(1).get<double>(),
                 site.at(key).at(2).get<double>()};
@@ -147,7 +147,7 @@ TEST_F(OneNumber, IsThatOfTheFramesThatAreWritten) {
   const Vec3 point = vec("point"), tangent = normalized(vec("tangent"));
   const double throat = number("lesion", "abscissa_mm");
   for (const When& when : times()) {
-    const auto shape = pipeline::read_frame(root / "simulation/frames", when.frame);
+    const auto shape = pipeline::read_frame(root_ / "simulation/frames", when.frame);
     double least = std::numeric_limits<double>::max();
     for (const Vec3& p : shape.wall.vertices) {
       const double s = dot(p - point, tangent), place = throat + s;
@@ -176,7 +176,7 @@ TEST_F(OneNumber, GainAndRecoilAreDifferencesOfIt) {
 }
 
 TEST_F(OneNumber, IsTheReports) {
-  const std::string page = file_text(root / "report/index.html");
+  const std::string page = file_text(root_ / "report/index.html");
   const auto mm = [&](const char* group) {
     return formats::fixed_text(number(group, "mld_mm"), 2) + " mm";
   };
@@ -204,8 +204,8 @@ TEST_F(OneNumber, IsTheBatchSummarys) {
 }
 
 TEST_F(OneNumber, HoldsTheSecondRunsRange) {
-  EXPECT_EQ(metrics.at("simulation").at("guard"), "agrees");
-  const json& result = metrics.at("result");
+  EXPECT_EQ(metrics_.at("simulation").at("guard"), "agrees");
+  const json& result = metrics_.at("result");
   const auto within = [&](const char* key, const char* range) {
     const double low = result.at(range).at(0).get<double>(),
                  high = result.at(range).at(1).get<double>();
