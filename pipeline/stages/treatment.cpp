@@ -18,8 +18,8 @@ constexpr double kLeastDifference = 0.02;  // [mm]
 constexpr double kWorthSaying = 0.5;  // [mm]
 
 constexpr const char* kWhatToTry =
-    "Try a smaller or shorter balloon (balloon.nominal_diameter_mm, balloon.length_mm), a finer "
-    "wall (mesh.edges_per_circumference), or the layered wall (wall.model)";
+    "Try a smaller or shorter balloon (balloon.nominal_diameter_mm, balloon.length_mm), or a finer "
+    "wall (mesh.edges_per_circumference)";
 
 double stenosis_percent(double mld_mm, double reference_mm) {
   return 100.0 * (1.0 - mld_mm / reference_mm);
