@@ -5,6 +5,7 @@
 #include <string>
 
 #include "simulation/backends/step_solver.hpp"
+#include "simulation/guard.hpp"
 #include "simulation/run/measure.hpp"
 #include "tests/simulation/folded.hpp"
 #include "tests/simulation/layered.hpp"
@@ -125,24 +126,44 @@ double farthest(const std::vector<Vec3>& a, const std::vector<Vec3>& b) {
   return worst;
 }
 
+// The largest distance [mm] between two runs' bodies in any frame.
+double farthest(const std::vector<SimulationFrame>& one, const std::vector<SimulationFrame>& two) {
+  EXPECT_EQ(one.size(), two.size());
+  double worst = 0.0;
+  for (std::size_t f = 0; f < one.size(); ++f)
+    worst = std::max({worst, farthest(one[f].balloon, two[f].balloon),
+                      farthest(one[f].wall, two[f].wall),
+                      farthest(one[f].layered_wall, two[f].layered_wall),
+                      farthest(one[f].guidewire, two[f].guidewire)});
+  return worst;
+}
+
+constexpr double kApart = 1e-3;  // mm: between backends where the result is determined
+
 // Both backends' frames, the GPU's second; empty where there is none.
 std::array<std::vector<SimulationFrame>, 2> on_both(const SimulationModel& model,
-                                                    const SimulationOptions& options) {
+                                                    const SimulationOptions& options,
+                                                    double most_apart = kApart) {
   if (!has_cuda_device()) return {};
   std::array<std::vector<SimulationFrame>, 2> frames = {frames_on(Backend::cpu, model, options),
                                                         frames_on(Backend::cuda, model, options)};
-  EXPECT_EQ(frames[0].size(), frames[1].size());
-  double worst = 0.0;
-  for (std::size_t f = 0; f < frames[0].size(); ++f) {
-    const SimulationFrame &cpu = frames[0][f], &gpu = frames[1][f];
-    worst = std::max({worst, farthest(cpu.balloon, gpu.balloon), farthest(cpu.wall, gpu.wall),
-                      farthest(cpu.layered_wall, gpu.layered_wall),
-                      farthest(cpu.guidewire, gpu.guidewire)});
-  }
-  EXPECT_LT(worst, 1e-3);  // mm
+  const double worst = farthest(frames[0], frames[1]);
+  EXPECT_LT(worst, most_apart);
   ::testing::Test::RecordProperty("worst_mm", std::to_string(worst));
   std::printf("CPU and CUDA: %.2e mm apart at most\n", worst);
   return frames;
+}
+
+// How far the CPU comes from itself [mm] if its start is moved by what no one can know: by a
+// rounding error, and by the guard's disturbance.
+double undetermined(const SimulationModel& model, const SimulationOptions& options) {
+  const auto frames = frames_on(Backend::cpu, model, options);
+  double worst = 0.0;
+  for (const double move_mm : {1e-13, Disturbance{}.move_mm})
+    worst = std::max(
+        worst,
+        farthest(frames, frames_on(Backend::cpu, disturbed(model, {.move_mm = move_mm}), options)));
+  return worst;
 }
 
 SimulationOptions short_course(SimulationOptions options) {
@@ -192,14 +213,19 @@ TEST(CudaLayeredWall, TwoRunsGiveTheSameBits) {
   }
 }
 
+// The paper's contact ends with its sweeps, not with a balance: a rounding error is moved on from
+// frame to frame and grows (8.7e-3 mm from 1e-13 mm where GCC 13 compiled both, 1e-4 by GCC 12).
+// No two programs agree better than either does with itself.
 TEST(CudaPaper, ItsContactIsTheCpus) {
   SimulationOptions options;
   options.contact.model = ContactModel::paper;
   options.balloon.name = "polyurethane";
   options.inflation.control = InflationControl::pressure;
   options.inflation.peak_pressure_atm = 2.0;
-  const auto frames = on_both(testing::matched_model(0.5, 0.62), short_course(options));
-  if (frames[0].empty()) GTEST_SKIP() << "no GPU";
+  if (!has_cuda_device()) GTEST_SKIP() << "no GPU";
+  options = short_course(options);
+  const SimulationModel model = testing::matched_model(0.5, 0.62);
+  const auto frames = on_both(model, options, std::max(kApart, 2.0 * undetermined(model, options)));
   int contacts = 0;
   for (const SimulationFrame& frame : frames[1]) contacts = std::max(contacts, frame.contact.count);
   EXPECT_GT(contacts, 0);
