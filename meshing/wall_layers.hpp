@@ -11,8 +11,8 @@
 namespace angio::meshing {
 
 /// What a wedge of the wall is made of, from the lumen outward but for the plaque, which lies
-/// inside the intima.
-enum class WallTissue { intima = 0, media = 1, adventitia = 2, plaque = 3 };
+/// inside the intima, and for what of both is calcified.
+enum class WallTissue { intima = 0, media = 1, adventitia = 2, plaque = 3, calcium = 4 };
 
 struct WallLayerOptions {
   /// Wall thickness / outer diameter of the healthy vessel, [0.02, 0.4].

@@ -24,11 +24,11 @@ struct EnumNames<simulation::WallModel> {
 };
 template <>
 struct EnumNames<simulation::WallRegion> {
-  static constexpr std::array kNames{"intima", "media", "adventitia", "plaque"};
+  static constexpr std::array kNames{"intima", "media", "adventitia", "plaque", "calcium"};
 };
 template <>
 struct EnumNames<simulation::Plaque> {
-  static constexpr std::array kNames{"fibrous", "hypocellular", "calcified"};
+  static constexpr std::array kNames{"fibrous", "hypocellular", "calcified", "lipid"};
 };
 template <>
 struct EnumNames<simulation::ContactModel> {

@@ -16,8 +16,8 @@ namespace angio::simulation {
 using Wedge = std::array<int, 6>;
 
 /// What a wedge is made of.
-enum class WallRegion { intima = 0, media = 1, adventitia = 2, plaque = 3 };
-inline constexpr int kWallRegionCount = 4;
+enum class WallRegion { intima = 0, media = 1, adventitia = 2, plaque = 3, calcium = 4 };
+inline constexpr int kWallRegionCount = 5;
 const char* name(WallRegion region);
 
 /// The wall's solid mesh: copies of the lumen's surface, joined layer by layer.
@@ -56,10 +56,11 @@ struct WallRegionMaterial {
 };
 
 /// How the plaque is made.
-enum class Plaque { fibrous, hypocellular, calcified };
+enum class Plaque { fibrous, hypocellular, calcified, lipid };
 const char* name(Plaque plaque);
 
-/// The human left anterior descending artery's layers and the named plaque (README: sources).
+/// The human left anterior descending artery's layers, the named plaque, and calcified plaque as
+/// calcium (README: sources).
 std::array<WallRegionMaterial, kWallRegionCount> wall_materials(Plaque plaque = Plaque::fibrous);
 
 struct WallOptions {

@@ -2,18 +2,16 @@
 #include <cstdio>
 #include <fstream>
 #include <iostream>
-#include <map>
-#include <sstream>
 #include <string>
 
+#include "benchmarks/calculix/ccx_wall.hpp"
 #include "core/error.hpp"
 #include "simulation/wall.hpp"
 
 /// A narrowed wall segment of neo-Hookean layers under pressure, rims held along the vessel, here
 /// and in CalculiX.
 /// wall_segment.sh runs both:  wall_segment write FILE.inp;  ccx FILE;  wall_segment compare
-/// FILE.dat. CalculiX gets the same wedges with a node in the middle of every edge (C3D15): its
-/// linear wedge locks where the solid is nearly incompressible.
+/// FILE.dat.
 namespace {
 
 using namespace angio;
@@ -47,78 +45,29 @@ WallOptions options() {
   return o;
 }
 
-void write_nodes(std::ostream& out, const std::vector<Vec3>& nodes) {
-  out << "*NODE, NSET=NALL\n";
-  for (std::size_t v = 0; v < nodes.size(); ++v)
-    out << v + 1 << ", " << nodes[v].x << ", " << nodes[v].y << ", " << nodes[v].z << '\n';
-}
-
-// Kilopascal and millimetre throughout, so that forces are in mN.
 void write_calculix(const LayeredWall& wall, const std::string& path) {
-  std::vector<Vec3> nodes = wall.vertices;
-  std::vector<char> fixed = wall.fixed;
-  std::map<std::pair<int, int>, int> middles;
-  const auto middle = [&](int a, int b) {
-    const auto [place, is_new] =
-        middles.insert({std::minmax(a, b), static_cast<int>(nodes.size())});
-    if (is_new) {
-      const auto i = static_cast<std::size_t>(a), j = static_cast<std::size_t>(b);
-      nodes.push_back(0.5 * (nodes[i] + nodes[j]));
-      fixed.push_back(fixed[i] != 0 && fixed[j] != 0 && nodes[i].z == nodes[j].z ? 8 : 0);
-    }
-    return place->second;
-  };
-  std::ostringstream elements, loads;
-  for (std::size_t w = 0; w < wall.wedges.size(); ++w) {
-    const Wedge& c = wall.wedges[w];
-    elements << w + 1;
-    for (const int v : c) elements << ", " << v + 1;
-    for (const auto& [a, b] :
-         {std::pair{0, 1}, {1, 2}, {2, 0}, {3, 4}, {4, 5}, {5, 3}, {0, 3}, {1, 4}, {2, 5}})
-      elements << ", "
-               << middle(c[static_cast<std::size_t>(a)], c[static_cast<std::size_t>(b)]) + 1;
-    elements << '\n';
-    if (wall.layer[w] == 0) loads << w + 1 << ", P1, " << kPressureKpa << '\n';
-  }
+  ccx::Nodes nodes;
+  const std::string elements = ccx::elements_of(wall, nodes);
   std::ofstream out(path);
   out << std::fixed;  // a field holds 20 characters
   out.precision(12);
-  write_nodes(out, nodes);
-  out << "*ELEMENT, TYPE=C3D15, ELSET=EALL\n" << elements.str();
+  out << "*NODE, NSET=NALL\n";
+  ccx::write_nodes(out, nodes.places);
+  out << "*ELEMENT, TYPE=C3D15, ELSET=EALL\n" << elements;
   // C10 = G/2, D1 = 2/K
   out << "*MATERIAL, NAME=WALL\n*HYPERELASTIC, NEO HOOKE\n"
       << 0.5 * kShearKpa << ", " << 2.0 / (kBulkRatio * kShearKpa)
       << "\n*SOLID SECTION, ELSET=EALL, MATERIAL=WALL\n*BOUNDARY\n";
-  for (std::size_t v = 0; v < fixed.size(); ++v)
-    for (int axis = 1; axis <= 3; ++axis)
-      if ((fixed[v] >> axis & 1) != 0) out << v + 1 << ", " << axis << '\n';
-  out << "*STEP, NLGEOM, INC=200\n*STATIC\n0.1, 1.0\n*DLOAD\n"
-      << loads.str() << "*NODE PRINT, NSET=NALL, FREQUENCY=1000\nU\n*END STEP\n";
+  ccx::write_held(out, nodes.fixed);
+  out << "*STEP, NLGEOM, INC=200\n*STATIC\n0.1, 1.0\n*DLOAD\n";
+  for (std::size_t w = 0; w < wall.wedges.size(); ++w)
+    if (wall.layer[w] == 0) out << w + 1 << ", P1, " << kPressureKpa << '\n';
+  out << "*NODE PRINT, NSET=NALL, FREQUENCY=1000\nU\n*END STEP\n";
   if (!out.flush()) throw IoError("cannot write " + path + ". Check the folder and the disk");
 }
 
-// The last displacements of the table that CalculiX prints.
-std::vector<Vec3> read_displacements(const std::string& path, std::size_t count) {
-  std::ifstream in(path);
-  if (!in) throw IoError("cannot read " + path + ". Run ccx first", ExitCode::no_input);
-  std::vector<Vec3> u(count);
-  std::size_t found = 0;
-  for (std::string line; std::getline(in, line);) {
-    std::istringstream words(line);
-    std::size_t node = 0;
-    Vec3 d;
-    if (line.find("displacements") != std::string::npos) found = 0;
-    if (!(words >> node >> d.x >> d.y >> d.z) || node == 0 || node > count) continue;
-    u[node - 1] = d;
-    ++found;
-  }
-  if (found != count)
-    throw InputError(path + " holds no displacements (ccx did not finish). See its output");
-  return u;
-}
-
 int compare(const LayeredWall& wall, const std::string& path) {
-  const std::vector<Vec3> theirs = read_displacements(path, wall.vertices.size());
+  const std::vector<Vec3> theirs = ccx::read_displacements(path, wall.vertices.size()).back();
   const WallSolution ours = solve_wall(wall, options(), unloaded_state(wall), kPressureKpa);
   double most = 0.0, worst = 0.0, squares = 0.0, size = 0.0;
   for (std::size_t v = 0; v < theirs.size(); ++v) {

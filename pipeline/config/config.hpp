@@ -43,6 +43,7 @@ struct Config {
   simulation::WallModel wall_model = simulation::WallModel::layered;
   meshing::WallLayerOptions wall_layers;  ///< of the layered wall
   simulation::Plaque plaque = simulation::Plaque::fibrous;
+  bool calcium_from_scan = true;
   simulation::SimulationOptions simulation = simulation::options_by_size();
   simulation::ClothOptions cloth;
   /// Simulate a second time from a start that is moved a little, to see whether the result is

@@ -163,8 +163,12 @@ void add_material_settings(Config& c, std::vector<Setting>& table) {
   table.push_back(make_setting("wall.model", c.wall_model,
                                "layered (a solid of intima, media, adventitia and plaque), or "
                                "shape_matching (the lumen's surface, plastic; the seed paper's)"));
-  table.push_back(make_setting("wall.plaque", c.plaque,
-                               "layered: what it is made of: fibrous, hypocellular or calcified"));
+  table.push_back(
+      make_setting("wall.plaque", c.plaque,
+                   "layered: what it is made of: fibrous, hypocellular, calcified or lipid"));
+  table.push_back(make_setting("wall.calcium_from_scan", c.calcium_from_scan,
+                               "layered: plaque is calcified where the scan shows it brighter than "
+                               "the blood"));
   table.push_back(make_setting("wall.axial_stretch", s.layered_wall.axial_stretch,
                                "layered: in place, of the unloaded wall, 0.9 to 1.5"));
   table.push_back(make_setting("wall.layer_fractions", c.wall_layers.layer_fractions,

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "core/statistics.hpp"
+#include "core/tet_mesh.hpp"
 #include "formats/case_file.hpp"
 #include "formats/files.hpp"
 
@@ -43,6 +44,35 @@ std::vector<Triangle> outer_triangles(const std::vector<std::array<int, 6>>& wed
   for (std::size_t w = 0; w < wedges.size(); ++w)
     if (layer[w] == outermost) triangles.push_back({wedges[w][3], wedges[w][4], wedges[w][5]});
   return triangles;
+}
+
+double wedge_volume(const std::vector<Vec3>& x, const simulation::Wedge& w) {
+  const auto at = [&](int corner) { return x[std::size_t(w[std::size_t(corner)])]; };
+  return tet_volume(at(0), at(1), at(2), at(3)) + tet_volume(at(1), at(2), at(3), at(4)) +
+         tet_volume(at(2), at(3), at(4), at(5));
+}
+
+// Of the vessel's own layers where the balloon touches them at the peak, the share [% of volume]
+// that has reached its strength: it has flowed by more than 0.2 %, the usual proof strain. 0 where
+// nothing is touched.
+double over_strength_percent(const simulation::LayeredWall& wall,
+                             const simulation::SimulationFrame& peak,
+                             const simulation::SimulationFrame& last) {
+  constexpr double kProofStrain = 0.002;
+  const std::vector<double>& pressure = peak.contact_pressure_kpa;  // at the lumen's vertices
+  double all = 0.0, over = 0.0;
+  for (std::size_t w = 0; w < wall.wedges.size(); ++w) {
+    const simulation::Wedge& wedge = wall.wedges[w];
+    const bool touched = std::any_of(wedge.begin(), wedge.end(), [&](int v) {
+      return pressure[std::size_t(v) % pressure.size()] > 0.0;
+    });
+    const bool is_vessel = int(wall.region[w]) <= int(simulation::WallRegion::adventitia);
+    if (!touched || !is_vessel) continue;
+    const double volume = wedge_volume(wall.vertices, wedge);
+    all += volume;
+    if (last.wall_stress[w].plastic_strain > kProofStrain) over += volume;
+  }
+  return all > 0.0 ? 100.0 * over / all : 0.0;
 }
 
 }  // namespace
@@ -138,7 +168,9 @@ nlohmann::json wall_summary(const simulation::LayeredWall& wall,
         {"peak_principal_stress_p99_kpa", quantile(stress, 0.99)},
         {"plastic_strain_p99", quantile(plastic, 0.99)}};
   }
-  return {{"model", "layered"}, {"regions", regions}};
+  return {{"model", "layered"},
+          {"over_strength_percent", over_strength_percent(wall, peak, last)},
+          {"regions", regions}};
 }
 
 }  // namespace angio::pipeline

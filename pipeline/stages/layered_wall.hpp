@@ -19,8 +19,8 @@ meshing::WallLayers layer_wall(const meshing::ContactRegion& region, const Cente
                                const centerline::LesionOptions& lesions,
                                const meshing::WallLayerOptions& options);
 
-/// wall.vtu: wedges with Layer, Region (0 intima, 1 media, 2 adventitia, 3 plaque), Axial; Fixed
-/// at the points, the first of which are the region's.
+/// wall.vtu: wedges with Layer, Region (0 intima, 1 media, 2 adventitia, 3 plaque, 4 calcium),
+/// Axial; Fixed at the points, the first of which are the region's.
 void write_layered_wall(const std::filesystem::path& meshing_folder,
                         const meshing::WallLayers& wall);
 /// Empty if the meshing stage has made none.
@@ -32,8 +32,9 @@ simulation::LayeredWall read_layered_wall(const StageFiles& files, const Triangl
 void write_wall_frame(const std::filesystem::path& file, const simulation::LayeredWall& wall,
                       const simulation::SimulationFrame& frame);
 
-/// Of metrics.json: for each region that the wall has, stress at the peak [kPa] and what plastic
-/// strain stays. Of the wedges' values; the 99th percentile, as single corners peak.
+/// Of metrics.json: the share of the wall that has reached its strength, and for each region that
+/// the wall has, stress at the peak [kPa] and what plastic strain stays. Of the wedges' values; the
+/// 99th percentile, as single corners peak.
 nlohmann::json wall_summary(const simulation::LayeredWall& wall,
                             const simulation::SimulationFrame& peak,
                             const simulation::SimulationFrame& last);

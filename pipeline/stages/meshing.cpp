@@ -11,6 +11,7 @@
 #include "core/error.hpp"
 #include "formats/case_file.hpp"
 #include "formats/files.hpp"
+#include "meshing/calcium.hpp"
 #include "meshing/lumen_volume.hpp"
 #include "meshing/meshing.hpp"
 #include "pipeline/case/case_files.hpp"
@@ -18,6 +19,8 @@
 #include "pipeline/case/resolution.hpp"
 #include "pipeline/config/shared_quantities.hpp"
 #include "pipeline/stages/layered_wall.hpp"
+#include "segmentation/read_volume.hpp"
+#include "segmentation/segmentation.hpp"
 
 // From the lumen and its lesions to the meshes.
 namespace angio::pipeline {
@@ -163,6 +166,22 @@ void tell_of_balloon(StageWork& work, const centerline::LesionOptions& asked, do
   work.warnings.push_back(placement.reason);
 }
 
+/// Plaque that is brighter than the blood is calcified; a surface or a label map shows none.
+void show_calcium(StageWork& work, meshing::WallLayers& wall) {
+  constexpr double kWorthSaying = 0.1;  // mm^3: less is a voxel or two
+  if (has_surface_input(work.files) || !work.files.exists(file::kScan)) return;
+  const Volume<float> scan = segmentation::read_volume_file(work.files.path(file::kScan));
+  if (segmentation::is_label_map(scan)) return;
+  const auto level = meshing::measure_calcium_level(scan, read_level_set(work.files), wall);
+  if (!level) return;
+  const double volume = meshing::mark_calcium(scan, *level, wall);
+  if (volume >= kWorthSaying)
+    work.warnings.push_back(
+        fmt::format("{:.1f} mm^3 of the wall are brighter than the blood ({:.0f}, threshold "
+                    "{:.0f}) and taken for calcified; wall.calcium_from_scan = false leaves them",
+                    volume, level->lumen, level->threshold()));
+}
+
 }  // namespace
 
 void do_meshing(StageWork& work, const MeshingSettings& settings) {
@@ -186,10 +205,10 @@ void do_meshing(StageWork& work, const MeshingSettings& settings) {
   if (placement.setup && settings.get<&Config::wall_model>() == simulation::WallModel::layered) {
     const meshing::WallLayerOptions layers = wall_layer_options(
         settings.get<&Config::wall_layers>(), settings.get<wall_thickness_ratio>());
-    const meshing::WallLayers wall =
-        layer_wall(placement.setup->region, tree, placement.lesion,
-                   centerline::lesion_options(lesion, resolution), layers);
+    meshing::WallLayers wall = layer_wall(placement.setup->region, tree, placement.lesion,
+                                          centerline::lesion_options(lesion, resolution), layers);
     keep(work.warnings, wall.warnings);
+    if (settings.get<&Config::calcium_from_scan>()) show_calcium(work, wall);
     write_layered_wall(work.out, wall);
   }
   write_lumen(work.out, lumen);

@@ -27,9 +27,10 @@ using SegmentationSettings =
 using CenterlineSettings =
     ConfigView<&Config::centerline, &Config::inlet_end, &Config::lesion, &Config::narrowing>;
 
-using MeshingSettings = ConfigView<&Config::lesion, &Config::lumen_mesh, &Config::fill_lumen,
-                                   &Config::lumen_volume, &Config::balloon, membrane,
-                                   &Config::wall_model, &Config::wall_layers, wall_thickness_ratio>;
+using MeshingSettings =
+    ConfigView<&Config::lesion, &Config::lumen_mesh, &Config::fill_lumen, &Config::lumen_volume,
+               &Config::balloon, membrane, &Config::wall_model, &Config::wall_layers,
+               &Config::calcium_from_scan, wall_thickness_ratio>;
 
 using SimulationSettings =
     ConfigView<&Config::simulation, &Config::plaque, &Config::guard, &Config::write_every,

@@ -132,6 +132,27 @@ void check_whole(const LayeredWall& wall, const WallOptions& options) {
         "rims or set wall.foundation_kpa_per_mm");
 }
 
+// Fibrous: E 1.84 MPa, perfect plasticity at 0.4 MPa (Morlacchi, Chiastra). Hypocellular and
+// calcified: the circumferential tangent moduli at 25 kPa of Loree, Grodzinsky, Park, Gibson, Lee,
+// J. Biomech. 27 (1994) 195; the same yield stress. Lipid: it tears at 69 kPa, stretched by 1.25
+// (Teng et al. 2015, PMC4655866), and G is what leads a neo-Hookean
+// strip there: stress = G (lambda^2 - 1 / lambda). Else G = E / 3.
+WallRegionMaterial plaque_material(Plaque plaque) {
+  constexpr double kTears = 69.0, kStretch = 1.25;
+  const double lipid_shear = kTears / (kStretch * kStretch - 1.0 / kStretch);
+  switch (plaque) {
+    case Plaque::fibrous:
+      return {.shear_kpa = 1840.0 / 3.0, .yield_kpa = 400.0};
+    case Plaque::hypocellular:
+      return {.shear_kpa = 2312.0 / 3.0, .yield_kpa = 400.0};
+    case Plaque::calcified:
+      return {.shear_kpa = 1466.0 / 3.0, .yield_kpa = 400.0};
+    case Plaque::lipid:
+      return {.shear_kpa = lipid_shear, .yield_kpa = kTears};
+  }
+  return {};
+}
+
 }  // namespace
 
 const char* name(WallRegion region) { return enum_name(region); }
@@ -153,15 +174,7 @@ std::array<WallRegionMaterial, kWallRegionCount> wall_materials(Plaque plaque) {
   adventitia.fiber_angle_deg = 67.0;
   adventitia.fiber_share = 0.55;
   adventitia.yield_kpa = 1365.0;
-  // Plaque: G = E / 3. Fibrous: E 1.84 MPa, perfect plasticity at 0.4 MPa (Morlacchi, Chiastra).
-  // Hypocellular and calcified: the circumferential tangent moduli at 25 kPa of Loree, Grodzinsky,
-  // Park, Gibson, Lee, J. Biomech. 27 (1994) 195: 2312 and 1466 kPa; the same yield stress.
-  const double modulus = plaque == Plaque::fibrous        ? 1840.0
-                         : plaque == Plaque::hypocellular ? 2312.0
-                                                          : 1466.0;
-  WallRegionMaterial plaque_material{.shear_kpa = modulus / 3.0};
-  plaque_material.yield_kpa = 400.0;
-  return {intima, media, adventitia, plaque_material};
+  return {intima, media, adventitia, plaque_material(plaque), plaque_material(Plaque::calcified)};
 }
 
 void WallOptions::validate() const {

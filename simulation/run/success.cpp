@@ -29,31 +29,40 @@ std::string text(const char* format, Values... values) {
 
 }  // namespace
 
-PatchPressure patch_pressure(const Scene& scene, const State& state) {
+PatchPressure patch_pressure(const Scene& scene, const State& state, double radius) {
+  constexpr int kRings = 2;
+  const int first = scene.bodies.wall().first, count = scene.bodies.wall().count;
+  const auto place = [&](int v) { return state.x[std::size_t(first + v)]; };
+  std::vector<double> area(std::size_t(count), 0.0);
+  for (const Triangle& t : scene.wall.triangles) {
+    const Vec3 &a = state.x[std::size_t(t[0])], &b = state.x[std::size_t(t[1])],
+               &c = state.x[std::size_t(t[2])];
+    for (const int v : t) area[std::size_t(v - first)] += norm(cross(b - a, c - a)) / 6.0;
+  }
   PatchPressure worst;
-  std::vector<int> mark(std::size_t(scene.bodies.wall().count), -1), patch;
-  for (int v = 0; v < scene.bodies.wall().count; ++v) {
+  std::vector<int> mark(std::size_t(count), -1), patch;
+  for (int v = 0; v < count; ++v) {
     if (!(state.contact_pressure[std::size_t(v)] > 0.0)) continue;
     patch.assign(1, v);
     mark[std::size_t(v)] = v;
-    for (std::size_t ring = 0, first = 0; ring < 2; ++ring) {
-      const std::size_t end = patch.size();
-      for (; first < end; ++first) {
-        const auto i = std::size_t(patch[first]);
+    std::size_t next = 0;
+    for (int ring = 1; next < patch.size(); ++ring)
+      for (const std::size_t end = patch.size(); next < end; ++next) {
+        const auto i = std::size_t(patch[next]);
         for (int n = scene.wall.neighbor_begin[i]; n < scene.wall.neighbor_begin[i + 1]; ++n) {
-          const int u = scene.wall.neighbors[std::size_t(n)] - scene.bodies.wall().first;
+          const int u = scene.wall.neighbors[std::size_t(n)] - first;
           if (mark[std::size_t(u)] == v) continue;
+          if (ring > kRings && distance(place(u), place(v)) > radius) continue;
           mark[std::size_t(u)] = v;
           patch.push_back(u);
         }
       }
-    }
-    double area = 0.0, force = 0.0;
+    double whole = 0.0, force = 0.0;
     for (const int u : patch) {
-      area += scene.wall.area[std::size_t(u)];
-      force += scene.wall.area[std::size_t(u)] * state.contact_pressure[std::size_t(u)];
+      whole += area[std::size_t(u)];
+      force += area[std::size_t(u)] * state.contact_pressure[std::size_t(u)];
     }
-    if (force > worst.pressure * area) worst = {force / area, v};
+    if (force > worst.pressure * whole) worst = {force / whole, v};
   }
   return worst;
 }
@@ -88,7 +97,7 @@ void SuccessWatch::add(const State& state, const SimulationFrame& frame) {
               "their contact to be resolved)",
               frame.contact.max_penetration_mm),
          kSmallerBalloon);
-  const PatchPressure patch = patch_pressure(scene_, state);
+  const PatchPressure patch = patch_pressure(scene_, state, 0.5 * model_.reference_radius_mm);
   const double ratio = patch.pressure / peak_pressure_;
   worst_ratio_ = std::max(worst_ratio_, ratio);
   if (ratio > kMostPressure) {

@@ -8,14 +8,16 @@
 /// Did a run end right?
 namespace angio::simulation::detail {
 
-/// The greatest contact pressure of a patch of the wall: the mean, by area, over a vertex and two
-/// rings of neighbours, about a radius wide. A single sliver's pressure is its mesh's, not the
-/// balloon's.
+/// The greatest contact pressure of a patch of the wall: the mean, by present area, over what is
+/// connected to a vertex within half the healthy vessel's radius, and over two rings of neighbours
+/// where the mesh is coarser. So it does not depend on the mesh: what a single sliver carries is
+/// its mesh's, not the balloon's.
 struct PatchPressure {
   double pressure = 0.0;  ///< [Pa]
   int vertex = -1;        ///< in its middle, of the wall, in the scene's order
 };
-PatchPressure patch_pressure(const Scene& scene, const State& state);
+/// @param radius  of a patch [mm]
+PatchPressure patch_pressure(const Scene& scene, const State& state, double radius);
 
 /// Watches a run's frames for what cannot be a result:
 ///

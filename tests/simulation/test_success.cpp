@@ -1,5 +1,7 @@
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include "core/units.hpp"
 #include "simulation/run/success.hpp"
 #include "simulation/step/make_views.hpp"
@@ -55,6 +57,28 @@ TEST(SuccessWatch, APatchUnderPressureIsAFailureAndASliverIsNot) {
   for (double& p : patch.state.contact_pressure) p = 6.0 * patch.peak();
   patch.watch.add(patch.state, patch.frame(1));
   EXPECT_NE(patch.watch.failure().find("6.0 times"), std::string::npos) << patch.watch.failure();
+}
+
+// The greatest patch pressure of a band around a tube's middle, whose pressure falls off along the
+// tube within a third of the radius.
+double pressure_of_a_band(int rings, int around) {
+  testing::StenosedTube tube;
+  tube.wall_rings = rings;
+  tube.wall_around = around;
+  const SimulationModel model = testing::make_model(tube);
+  const Scene scene = make_scene(model, {});
+  State state = start_state(scene, 1e5);
+  const int first = scene.bodies.wall().first;
+  for (std::size_t v = 0; v < state.contact_pressure.size(); ++v) {
+    const double z = state.x[std::size_t(first) + v].z / (model.reference_radius_mm / 3.0);
+    state.contact_pressure[v] = 1e5 * std::exp(-z * z);
+  }
+  return patch_pressure(scene, state, 0.5 * model.reference_radius_mm).pressure;
+}
+
+TEST(SuccessWatch, APatchsPressureDoesNotDependOnTheMesh) {
+  const double fine = pressure_of_a_band(161, 64);
+  EXPECT_NEAR(pressure_of_a_band(81, 32), fine, 0.1 * fine);
 }
 
 TEST(SuccessWatch, ForcesOffBalanceInAnyFrameAreAFailure) {
