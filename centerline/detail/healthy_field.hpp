@@ -9,8 +9,9 @@ struct FieldCell {
   double log_diameter = 0.0;  ///< mean of ln(diameter / mm)
   double weight = 0.0;        ///< its length in diameters; 0: nothing was measured
   double position = 0.0;      ///< of its middle from the branch's beginning, in diameters
-  double scatter = 0.0;       ///< sd of the measured ln diameters around their course
-  double spread = 0.05;       ///< sd of healthy ln diameters around their taper
+  double length_mm = 0.0;
+  double abscissa_mm = 0.0;  ///< of its middle along the path
+  double spread = 0.05;      ///< sd of healthy ln diameters around their taper
 };
 
 struct FieldBranch {

@@ -3,14 +3,13 @@
 #include <algorithm>
 #include <cmath>
 
+#include "centerline/detail/healthy_line.hpp"
+
 namespace angio::centerline {
 namespace {
 
-constexpr double kCell = 0.25;         // diameters
-constexpr double kLeastSpread = 0.05;  // healthy vessels are no better cones than that
-constexpr double kMostSpread = 0.15;   // wilder is no scatter, but lesion after lesion
-constexpr double kVoxelError = 0.29;   // of a length counted in voxels: the sd of its last one
-constexpr double kHealthy = 2.0;       // standard deviations
+constexpr double kCell = 0.25;        // diameters
+constexpr double kVoxelError = 0.29;  // of a length counted in voxels: the sd of its last one
 
 /// The radius of the lumen at a point, freed of noise; but a ball that fits into the lumen as it is
 /// proves that it is hardly narrower, whatever the fitted section says. The ball's own radius errs
@@ -98,12 +97,18 @@ FieldBranch cut_into_cells(const CenterlinePath& path, const Branch& branch,
                            const std::vector<double>& unit, ReferenceDiameter& reference) {
   FieldBranch field;
   field.daughters = branch.daughters;
-  double position = 0.0, sum = 0.0, middle = 0.0, length = 0.0;
+  double position = 0.0, length = 0.0;
+  FieldCell cell;  // sums over its points
   int count = 0;
   const auto close = [&] {
     if (count == 0) return;
-    field.cells.push_back({sum / count, length, middle / count});
-    sum = middle = length = 0.0;
+    cell.log_diameter /= count;
+    cell.position /= count;
+    cell.abscissa_mm /= count;
+    cell.weight = length;
+    field.cells.push_back(cell);
+    cell = {};
+    length = 0.0;
     count = 0;
   };
   for (int k = branch.first; k <= branch.last; ++k) {
@@ -116,16 +121,18 @@ FieldBranch cut_into_cells(const CenterlinePath& path, const Branch& branch,
       close();
       continue;
     }
-    const double stands_for = 0.5 * (path.abscissa[after] - path.abscissa[before]) / unit[i];
-    sum += std::log(reference.measured[i]);
-    middle += position;
+    const double stands_for_mm = 0.5 * (path.abscissa[after] - path.abscissa[before]);
+    cell.log_diameter += std::log(reference.measured[i]);
+    cell.position += position;
+    cell.abscissa_mm += path.abscissa[i];
+    cell.length_mm += stands_for_mm;
     ++count;
-    length += stands_for;
+    length += stands_for_mm / unit[i];
     reference.cell[i] = int(field.cells.size());
     if (length >= kCell) close();
   }
   close();
-  if (field.cells.empty()) field.cells.push_back({0.0, 0.0, 0.5 * position});
+  if (field.cells.empty()) field.cells.push_back({.position = 0.5 * position});
   field.length = position;
   return field;
 }
@@ -140,8 +147,14 @@ double deviation_of(std::vector<double> magnitudes) {
   return *at / kQuartile;
 }
 
+/// The spread of healthy diameters around a cell that scatter that much, counted in voxels.
+double spread_of(double scatter, const FieldCell& cell, double voxel) {
+  return std::max(std::clamp(scatter, kLeastSpread, kMostSpread),
+                  kVoxelError * voxel / std::exp(cell.log_diameter));
+}
+
 /// How much healthy diameters scatter around a cell: from second differences over a diameter, which
-/// no taper and no single lesion changes.
+/// no taper changes, nor a single lesion in a vessel most of which is healthy.
 void set_spreads(FieldBranch& branch, double voxel) {
   constexpr double kLag = 1.0, kReach = 8.0;
   auto& cells = branch.cells;
@@ -166,71 +179,8 @@ void set_spreads(FieldBranch& branch, double voxel) {
     std::vector<double> near;
     for (const auto& [position, value] : roughness)
       if (std::abs(position - cell.position) <= kReach) near.push_back(value);
-    cell.scatter = deviation_of(near);
-    cell.spread = std::max(std::clamp(cell.scatter, kLeastSpread, kMostSpread),
-                           kVoxelError * voxel / std::exp(cell.log_diameter));
+    cell.spread = spread_of(deviation_of(near), cell, voxel);
   }
-}
-
-/// Weighted least squares for a straight line, whose slope is small by itself.
-struct LineFit {
-  double w = 0.0, wt = 0.0, wtt = 0.0, wy = 0.0, wty = 0.0;
-
-  void add(double weight, double t, double y) {
-    w += weight;
-    wt += weight * t;
-    wtt += weight * t * t;
-    wy += weight * y;
-    wty += weight * t * y;
-  }
-  [[nodiscard]] double at_zero() const { return (wy * wtt - wty * wt) / (w * wtt - wt * wt); }
-};
-
-/// Tukey's weight of a residual.
-double biweight(double residual, double most) {
-  const double x = residual / most;
-  return std::abs(x) < 1.0 ? (1.0 - x * x) * (1.0 - x * x) : 0.0;
-}
-
-/// ln of the healthy diameter at each cell of a branch: a straight line through the healthy cells
-/// around it, weighted by their distance. What is taken for healthy is told ever more sharply, down
-/// to three times the scatter: the shoulders of a lesion are left out. Where nothing is healthy the
-/// line is that of the field.
-std::vector<double> smooth(const FieldBranch& branch, const std::vector<double>& best) {
-  constexpr double kReach = 6.0, kTaper = 0.03, kPrior = 0.2, kLeastScatter = 0.01;
-  const auto& cells = branch.cells;
-  std::vector<double> line = best;
-  for (const double sharpness : {2.0, 1.0, 0.5, 0.0}) {
-    std::vector<double> next;
-    for (std::size_t i = 0; i < cells.size(); ++i) {
-      LineFit fit;
-      fit.wtt = 1.0 / (kTaper * kTaper);
-      for (std::size_t j = 0; j < cells.size(); ++j) {
-        const double t = cells[j].position - cells[i].position, x = std::abs(t) / kReach;
-        if (x >= 1.0) continue;
-        const double near = std::pow(1.0 - x * x * x, 3.0);
-        const double most =
-            std::max(sharpness * cells[j].spread, 3.0 * std::max(cells[j].scatter, kLeastScatter));
-        const double healthy = biweight(cells[j].log_diameter - line[j], most);
-        fit.add(near * healthy * cells[j].weight / (cells[j].spread * cells[j].spread), t,
-                cells[j].log_diameter);
-        fit.add(near * std::max(cells[j].weight, 0.01) / (kPrior * kPrior), t, best[j]);
-      }
-      next.push_back(fit.at_zero());
-    }
-    line = next;
-  }
-  return line;
-}
-
-/// ln of the healthy diameter at a position of a branch, between its cells.
-double value_at(const FieldBranch& branch, const std::vector<double>& line, double position) {
-  const auto& cells = branch.cells;
-  std::size_t c = 0;
-  while (c + 1 < cells.size() && cells[c + 1].position < position) ++c;
-  if (c + 1 == cells.size() || position <= cells[c].position) return line[c];
-  const double t = (position - cells[c].position) / (cells[c + 1].position - cells[c].position);
-  return (1.0 - t) * line[c] + t * line[c + 1];
 }
 
 ReferenceDiameter measure(const CenterlinePath& path) {
@@ -244,13 +194,33 @@ ReferenceDiameter measure(const CenterlinePath& path) {
   return reference;
 }
 
-/// Gives the points of a branch their reference.
-void fill_branch(const TreeReference& tree, std::size_t b, const CenterlinePath& path,
-                 const std::vector<double>& unit, ReferenceDiameter& reference) {
+/// Finds the field that explains the cells, and ln of the healthy diameter at each of them.
+std::vector<std::vector<double>> explain(TreeReference& tree) {
+  tree.field = HealthyField(tree.field_branches);
+  std::vector<std::vector<double>> lines;
+  for (std::size_t b = 0; b < tree.field_branches.size(); ++b) {
+    const FieldBranch& field = tree.field_branches[b];
+    std::vector<double> best;
+    for (std::size_t c = 0; c < field.cells.size(); ++c) best.push_back(tree.field.best(b, c));
+    lines.push_back(fit_healthy_line(field, best));
+  }
+  return lines;
+}
+
+/// The spreads without what lesions added to them: those around the line, where they are smaller.
+void narrow_spreads(FieldBranch& branch, const std::vector<double>& line, double voxel) {
+  const std::vector<double> scatter = scatter_around(branch.cells, line);
+  for (std::size_t c = 0; c < scatter.size(); ++c)
+    branch.cells[c].spread =
+        std::min(branch.cells[c].spread, spread_of(scatter[c], branch.cells[c], voxel));
+}
+
+/// Gives the points of a branch their reference, from its line.
+void fill_branch(const TreeReference& tree, std::size_t b, const std::vector<double>& line,
+                 const std::vector<double>& unit, const CenterlineTree& lumen,
+                 ReferenceDiameter& reference) {
   const FieldBranch& field = tree.field_branches[b];
-  std::vector<double> best;
-  for (std::size_t c = 0; c < field.cells.size(); ++c) best.push_back(tree.field.best(b, c));
-  const std::vector<double> line = smooth(field, best);
+  const CenterlinePath& path = lumen.paths[std::size_t(tree.branches[b].path)];
   double position = 0.0;
   for (int k = tree.branches[b].first; k <= tree.branches[b].last; ++k) {
     const auto i = std::size_t(k);
@@ -300,10 +270,14 @@ TreeReference find_reference(const CenterlineTree& tree, double voxel_mm) {
         cut_into_cells(tree.paths[p], branch, units[p], result.paths[p]));
     set_spreads(result.field_branches.back(), voxel_mm);
   }
-  result.field = HealthyField(result.field_branches);
+  // Where little is healthy, the first spreads are those of the lesions.
+  std::vector<std::vector<double>> lines = explain(result);
+  for (std::size_t b = 0; b < lines.size(); ++b)
+    narrow_spreads(result.field_branches[b], lines[b], voxel_mm);
+  lines = explain(result);
   for (std::size_t b = 0; b < result.branches.size(); ++b) {
     const auto p = std::size_t(result.branches[b].path);
-    fill_branch(result, b, tree.paths[p], units[p], result.paths[p]);
+    fill_branch(result, b, lines[b], units[p], tree, result.paths[p]);
   }
   for (const Branch& branch : result.branches) share_branch(branch, tree, result.paths);
   return result;

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "centerline/centerline.hpp"
+#include "core/units.hpp"
 #include "tests/centerline/straight_lines.hpp"
 
 namespace angio::centerline {
@@ -50,6 +51,48 @@ TEST(LesionReferences, ABallThatFitsProvesThatTheLumenIsNoNarrower) {
   for (std::size_t i = 0; i < path.points.size(); ++i)
     path.inscribed_radius[i] = path.tube_radius[i];
   EXPECT_TRUE(find_lesions(tree_of({path}), {}).at(0).is_stenosis);
+}
+
+struct ShortVessel {
+  double depth = 0.0;   ///< diameter stenosis
+  double length = 0.0;  ///< of the narrowed stretch [mm]
+  double beside = 0.0;  ///< healthy vessel on each side of it, up to the line's ends [mm]
+
+  [[nodiscard]] double throat() const { return beside + 0.5 * length; }
+  [[nodiscard]] CenterlineTree tree() const {
+    const auto diameter = [&](double s) {
+      return 3.0 * narrowed(s, throat(), 0.5 * length, depth);
+    };
+    return tree_of({line_of(diameter, length + 2.0 * beside)});
+  }
+  /// Whether the radii are those of balls in a lumen, which change by no more than the way between
+  /// them: by up to 3 / 2 pi depth / length a mm here.
+  [[nodiscard]] bool is_possible() const { return 1.5 * units::kPi * depth <= length; }
+};
+
+std::vector<ShortVessel> short_vessels() {
+  std::vector<ShortVessel> vessels;
+  for (const double depth : {0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9})
+    for (const double length : {3.0, 4.5, 6.0, 8.0, 10.0, 12.0, 15.0})
+      for (const double beside : {5.0, 7.0, 10.0}) {
+        const ShortVessel vessel{depth, length, beside};
+        if (vessel.is_possible()) vessels.push_back(vessel);
+      }
+  return vessels;
+}
+
+TEST(LesionReferences, FiveMillimetresOfHealthyVesselOnEachSideTellItsDiameter) {
+  for (const ShortVessel& vessel : short_vessels()) {
+    SCOPED_TRACE(testing::Message() << 100.0 * vessel.depth << " % over " << vessel.length
+                                    << " mm, " << vessel.beside << " mm beside it");
+    LesionOptions options;
+    options.abscissa_mm = vessel.throat();
+    const Lesion lesion = find_lesions(vessel.tree(), options).at(0);
+    EXPECT_NEAR(lesion.reference_diameter_mm, 3.0, 0.03);
+    EXPECT_NEAR(lesion.diameter_stenosis_percent, 100.0 * vessel.depth, 1.0);
+    EXPECT_NEAR(lesion.reference_interpolated_mm, 3.0, 0.03);
+    EXPECT_NEAR(lesion.reference_average_mm, 3.0, 0.03);
+  }
 }
 
 /// A thread of a tenth of the vessel, uneven, over the last or first 5 mm.
