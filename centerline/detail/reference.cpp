@@ -147,12 +147,6 @@ double deviation_of(std::vector<double> magnitudes) {
   return *at / kQuartile;
 }
 
-/// The spread of healthy diameters around a cell that scatter that much, counted in voxels.
-double spread_of(double scatter, const FieldCell& cell, double voxel) {
-  return std::max(std::clamp(scatter, kLeastSpread, kMostSpread),
-                  kVoxelError * voxel / std::exp(cell.log_diameter));
-}
-
 /// How much healthy diameters scatter around a cell: from second differences over a diameter, which
 /// no taper changes, nor a single lesion in a vessel most of which is healthy.
 void set_spreads(FieldBranch& branch, double voxel) {
@@ -179,7 +173,8 @@ void set_spreads(FieldBranch& branch, double voxel) {
     std::vector<double> near;
     for (const auto& [position, value] : roughness)
       if (std::abs(position - cell.position) <= kReach) near.push_back(value);
-    cell.spread = spread_of(deviation_of(near), cell, voxel);
+    cell.spread = std::max(std::clamp(deviation_of(near), kLeastSpread, kMostSpread),
+                           kVoxelError * voxel / std::exp(cell.log_diameter));
   }
 }
 
@@ -205,14 +200,6 @@ std::vector<std::vector<double>> explain(TreeReference& tree) {
     lines.push_back(fit_healthy_line(field, best));
   }
   return lines;
-}
-
-/// The spreads without what lesions added to them: those around the line, where they are smaller.
-void narrow_spreads(FieldBranch& branch, const std::vector<double>& line, double voxel) {
-  const std::vector<double> scatter = scatter_around(branch.cells, line);
-  for (std::size_t c = 0; c < scatter.size(); ++c)
-    branch.cells[c].spread =
-        std::min(branch.cells[c].spread, spread_of(scatter[c], branch.cells[c], voxel));
 }
 
 /// Gives the points of a branch their reference, from its line.
@@ -270,11 +257,7 @@ TreeReference find_reference(const CenterlineTree& tree, double voxel_mm) {
         cut_into_cells(tree.paths[p], branch, units[p], result.paths[p]));
     set_spreads(result.field_branches.back(), voxel_mm);
   }
-  // Where little is healthy, the first spreads are those of the lesions.
-  std::vector<std::vector<double>> lines = explain(result);
-  for (std::size_t b = 0; b < lines.size(); ++b)
-    narrow_spreads(result.field_branches[b], lines[b], voxel_mm);
-  lines = explain(result);
+  const std::vector<std::vector<double>> lines = explain(result);
   for (std::size_t b = 0; b < result.branches.size(); ++b) {
     const auto p = std::size_t(result.branches[b].path);
     fill_branch(result, b, lines[b], units[p], tree, result.paths[p]);

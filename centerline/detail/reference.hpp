@@ -30,8 +30,7 @@ struct TreeReference {
 /// which finds the healthy tree that explains most of them. Through the cells that agree with it
 /// runs, on each branch, a local straight line in ln(diameter) (robust local regression: Cleveland,
 /// J. Am. Stat. Assoc. 74(368), 1979, doi:10.1080/01621459.1979.10481038), which is the reference.
-/// Where no cell agrees, it is the field's own value. Both are found twice: with the spread of all
-/// diameters, and with that of the healthy ones, as the first line tells them.
+/// Where no cell agrees, it is the field's own value.
 ///
 /// Lengths count in diameters of the vessel around, so nothing changes when a tree is scaled. What
 /// tracts with `blanking` hide is not measured.
