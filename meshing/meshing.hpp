@@ -111,6 +111,9 @@ struct Balloon {
   std::vector<char> fixed;  ///< tied to the shaft: the poles, necks, rings no wider than the shaft
   std::vector<char> sliding;    ///< of the fixed ones: the distal neck, which slides along the wire
   std::vector<Vec3> guidewire;  ///< nodes from pole to pole
+  /// Its nodes along the vessel on the inlet's side and on the other one, from the near end to the
+  /// tip, without the poles; where the line ends there, fewer or none.
+  std::vector<Vec3> guidewire_before, guidewire_behind;
   double nominal_diameter_mm = 0.0;
   double length_mm = 0.0;
   double start_diameter_mm = 0.0;

@@ -12,6 +12,7 @@
 #include "meshing/detail/balloon_shape.hpp"
 #include "meshing/detail/contact_region.hpp"
 #include "meshing/detail/winding.hpp"
+#include "meshing/detail/wire_beyond.hpp"
 #include "meshing/meshing.hpp"
 
 namespace angio::meshing {
@@ -283,6 +284,7 @@ BalloonSetup place_balloon(const LumenMesh& lumen, const CenterlineTree& tree,
       shape_in_bend(plan, lesion, options.length_mm > 0.0, path, lumen.open, setup.warnings);
   setup.balloon = std::move(shaped.balloon);
   setup.warnings.insert(setup.warnings.end(), shaped.warnings.begin(), shaped.warnings.end());
+  detail::extend_wire(path, 0.5 * plan.rest_radius, setup.balloon);
 
   progress.report(0.3, "contact region");
   ClosedRegion closed = find_region(lumen, tree, path, setup.balloon);

@@ -45,4 +45,27 @@ double elongation_mm(const SimulationModel& model, const std::vector<Vec3>& ball
   return count > 0 ? sum / count : 0.0;
 }
 
+WholeWire whole_wire(const SimulationModel& model, const std::vector<Vec3>& inside) {
+  const std::vector<Vec3>&before = model.guidewire_before, &behind = model.guidewire_behind;
+  WholeWire wire;
+  const auto add = [&](const Vec3& p, bool is_inside) {
+    wire.nodes.push_back(p);
+    wire.in_balloon.push_back(is_inside ? 1 : 0);
+  };
+  const auto fade = [](double u) { return 1.0 - u * u * (3.0 - 2.0 * u); };
+  const auto moved = [&](std::size_t end) {
+    return inside.empty() || model.guidewire.empty()
+               ? Vec3()
+               : inside[end * (inside.size() - 1)] -
+                     model.guidewire[end * (model.guidewire.size() - 1)];
+  };
+  const Vec3 first = moved(0), last = moved(1);
+  for (std::size_t i = 0; i < before.size(); ++i)
+    add(before[i] + fade(1.0 - double(i) / double(before.size())) * first, false);
+  for (const Vec3& p : inside) add(p, true);
+  for (std::size_t i = 0; i < behind.size(); ++i)
+    add(behind[i] + fade(double(i + 1) / double(behind.size())) * last, false);
+  return wire;
+}
+
 }  // namespace angio::simulation

@@ -27,4 +27,18 @@ SharpestFold sharpest_fold(const TriangleMesh& balloon, const std::vector<char>&
 /// @param balloon  positions, shape [balloon vertex]
 double elongation_mm(const SimulationModel& model, const std::vector<Vec3>& balloon);
 
+/// A guidewire from its near end to its tip.
+struct WholeWire {
+  std::vector<Vec3> nodes;       ///< [mm]
+  std::vector<char> in_balloon;  ///< shape [node]
+};
+
+/// The guidewire with what lies of it outside the balloon. That goes along with the pole that it
+/// leaves, less and less along it, and its far end stays:
+///
+///     x(u) = x0(u) + (1 - 3 u^2 + 2 u^3) (x_pole - x0_pole),   u from 0 at the pole to 1
+///
+/// @param inside  nodes in the balloon in a frame, as many as model.guidewire
+WholeWire whole_wire(const SimulationModel& model, const std::vector<Vec3>& inside);
+
 }  // namespace angio::simulation

@@ -203,7 +203,7 @@ class Run {
     const Inflator inflator(options_, volume, nominal_volume(model_, scene_, volume));
     slow_frames_ = 0;
     air_mesh::AdaptiveAir air = make_air(model_, scene_);
-    const DrawnWire wire(model_);
+    DrawnWire wire(model_, options_.guidewire);
     SuccessWatch watch(scene_, model_, options_);
     const auto follow = [&](const State& state, SimulationFrame& output) {
       timed(summary.time.air, [&] { air.follow(state.x); });
@@ -246,11 +246,11 @@ class Run {
 
  private:
   /// Completes a frame, judges it and hands it over.
-  void deliver(const State& state, const DrawnWire& wire, double outside, SuccessWatch& watch,
+  void deliver(const State& state, DrawnWire& wire, double outside, SuccessWatch& watch,
                SimulationFrame& output, SimulationSummary& summary) {
     timed(summary.time.outputs, [&] {
       add_state(model_, scene_, state, outside, output);
-      if (output.guidewire.empty()) output.guidewire = wire.nodes(output.balloon);
+      if (output.guidewire.empty()) output.guidewire = wire.follow(output.balloon);
       watch.add(state, output);
     });
     slow_frames_ += output.residual > kWarnResidual ? 1 : 0;

@@ -172,7 +172,10 @@ struct SimulationModel {
   /// Of the fixed ones: the distal neck. Without a rod it slides, as one body, along the direction
   /// in which the guidewire ends. Empty: nothing slides.
   std::vector<char> balloon_sliding;
-  std::vector<Vec3> guidewire;   ///< nodes from the near end to the tip, inside the balloon
+  std::vector<Vec3> guidewire;  ///< nodes from the near end to the tip, inside the balloon
+  /// Where it goes on outside, to be drawn: nodes before the first of those inside, and behind the
+  /// last; may be empty.
+  std::vector<Vec3> guidewire_before, guidewire_behind;
   TriangleMesh wall;             ///< contact region, normals leave the lumen
   std::vector<char> wall_fixed;  ///< shape [wall vertex]
   /// The wall as a solid; without it the wall is shape-matched. Its first vertices are those of
@@ -223,7 +226,8 @@ struct SimulationFrame {
   int sweep_count = 0;
   std::vector<Vec3> balloon;  ///< positions [mm]
   std::vector<Vec3> wall;
-  /// Nodes: of GuidewireModel::rod; without one it is drawn through the balloon's middle
+  /// Nodes inside the balloon: of GuidewireModel::rod; without one it is drawn as the smoothest
+  /// curve that stays inside
   std::vector<Vec3> guidewire;
   MembraneMeasures membrane;
   std::vector<double> plastic_strain, contact_pressure_kpa;  ///< wall, per vertex

@@ -151,6 +151,18 @@ AxisFrame frame_at(const FramedAxis& axis, double abscissa) {
   return {(1.0 - t) * axis.points[a] + t * axis.points[a + 1], tangent, normal};
 }
 
+Vec3 smoothed_point(const CenterlinePath& path, double abscissa, double sigma) {
+  constexpr int kSide = 24;  // three deviations in eighths
+  Vec3 sum;
+  double weight_sum = 0.0;
+  for (int k = -kSide; k <= kSide; ++k) {
+    const double u = k / 8.0, weight = std::exp(-0.5 * u * u);
+    sum += weight * extended_point(path, abscissa + u * sigma);
+    weight_sum += weight;
+  }
+  return sum / weight_sum;
+}
+
 double room_for(double radius) { return std::max(radius / (1.0 - kGapShare), radius + kLeastGap); }
 
 FramedAxis fit_axis(const AxisWish& wish, const CenterlinePath& path, const SurfaceTarget& wall) {

@@ -26,6 +26,10 @@ struct AxisFrame {
 };
 AxisFrame frame_at(const FramedAxis& axis, double abscissa);
 
+/// The path smoothed by a Gaussian; beyond its ends it goes on straight.
+/// @param sigma  standard deviation [mm], > 0
+Vec3 smoothed_point(const CenterlinePath& path, double abscissa, double sigma);
+
 /// The distance from the wall that a ring's axis needs, with the gap [mm].
 double room_for(double radius);
 

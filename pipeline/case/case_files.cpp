@@ -10,11 +10,14 @@
 #include "formats/case_file.hpp"
 #include "formats/files.hpp"
 #include "segmentation/read_volume.hpp"
+#include "simulation/balloon_measures.hpp"
 
 namespace angio::pipeline {
 namespace file = formats::case_file;
 namespace fs = std::filesystem;
 namespace {
+
+constexpr const char* kInBalloon = "InBalloon";
 
 DataArray scalar(std::string array_name, std::vector<double> values,
                  ArrayType type = ArrayType::float64) {
@@ -62,10 +65,11 @@ std::string frame_file(const char* body, int frame) {
   return fmt::format("{}_{:06d}.vtp", body, frame);
 }
 
-void write_line(const fs::path& file, const std::vector<Vec3>& points) {
+void write_wire(const fs::path& file, const simulation::WholeWire& wire) {
   formats::PolylineData line;
-  line.points = points;
-  line.lines.emplace_back(points.size());
+  line.points = wire.nodes;
+  line.point_arrays = {integers(kInBalloon, wire.in_balloon, ArrayType::uint8)};
+  line.lines.emplace_back(wire.nodes.size());
   std::iota(line.lines[0].begin(), line.lines[0].end(), 0);
   formats::write_polylines(file, line);
 }
@@ -235,7 +239,11 @@ void write_balloon_setup(const fs::path& folder, const meshing::BalloonSetup& se
         integers("Sliding", balloon.sliding, ArrayType::uint8)},
        {}});
 
-  write_line(folder / "guidewire.vtp", balloon.guidewire);
+  simulation::SimulationModel wire;
+  wire.guidewire = balloon.guidewire;
+  wire.guidewire_before = balloon.guidewire_before;
+  wire.guidewire_behind = balloon.guidewire_behind;
+  write_wire(folder / "guidewire.vtp", simulation::whole_wire(wire, wire.guidewire));
 
   const meshing::ContactRegion& region = setup.region;
   formats::write_surface(
@@ -253,6 +261,25 @@ void write_balloon_setup(const fs::path& folder, const meshing::BalloonSetup& se
   formats::write_tets(folder / "air.vtu", air);
 }
 
+namespace {
+
+// A wire of a program before the array was there lies in the balloon.
+void read_wire(const fs::path& file, simulation::SimulationModel& model) {
+  const formats::PolylineData wire = formats::read_polylines(file);
+  const bool is_marked = std::any_of(wire.point_arrays.begin(), wire.point_arrays.end(),
+                                     [](const DataArray& a) { return a.name == kInBalloon; });
+  const std::vector<char> inside = is_marked ? integers_of<char>(wire.point_arrays, kInBalloon)
+                                             : std::vector<char>(wire.points.size(), 1);
+  for (std::size_t i = 0; i < wire.points.size(); ++i) {
+    std::vector<Vec3>& part = inside[i] != 0            ? model.guidewire
+                              : model.guidewire.empty() ? model.guidewire_before
+                                                        : model.guidewire_behind;
+    part.push_back(wire.points[i]);
+  }
+}
+
+}  // namespace
+
 simulation::SimulationModel read_simulation_model(const StageFiles& files) {
   simulation::SimulationModel model;
   const formats::SurfaceData balloon = formats::read_surface(files.path(file::kBalloon));
@@ -260,7 +287,7 @@ simulation::SimulationModel read_simulation_model(const StageFiles& files) {
   model.balloon_rest = vectors_of(balloon.point_arrays, "RestPosition");
   model.balloon_fixed = integers_of<char>(balloon.point_arrays, "Fixed");
   model.balloon_sliding = integers_of<char>(balloon.point_arrays, "Sliding");
-  model.guidewire = formats::read_polylines(files.path(file::kGuidewire)).points;
+  read_wire(files.path(file::kGuidewire), model);
   const formats::SurfaceData region = formats::read_surface(files.path(file::kRegion));
   model.wall = region.mesh;
   model.wall_fixed = integers_of<char>(region.point_arrays, "Fixed");
@@ -295,7 +322,8 @@ void write_frame(const fs::path& frames_folder, const simulation::SimulationMode
                            scalar("contact_pressure", frame.contact_pressure_kpa, f32)},
                           {}});
   if (!frame.guidewire.empty())
-    write_line(frames_folder / frame_file("guidewire", frame.frame), frame.guidewire);
+    write_wire(frames_folder / frame_file("guidewire", frame.frame),
+               simulation::whole_wire(model, frame.guidewire));
 }
 
 FrameShape read_frame(const fs::path& frames_folder, int frame) {

@@ -50,7 +50,8 @@ StepRules make_rules(const Scene& scene, const SimulationOptions& options) {
   if (projects(options))
     rules.least_sweeps = rules.most_sweeps = options.sweeps > 0 ? options.sweeps : kPbdSweeps;
   rules.later_sweeps = rules.most_sweeps / 2;
-  if (scene.bodies.wall().count > 0 && rules.least_sweeps < rules.most_sweeps)
+  if ((scene.bodies.wall().count > 0 || scene.rod.count > 0) &&
+      rules.least_sweeps < rules.most_sweeps)
     rules.last_sweeps = kLastFactor * rules.most_sweeps;
   rules.still = options.gas_model == GasModel::per_tet;
   rules.tolerance = options.tolerance;

@@ -2,29 +2,57 @@
 
 #include <vector>
 
+#include "simulation/contact/wire_gap.hpp"
+#include "simulation/materials/rod.hpp"
 #include "simulation/simulation.hpp"
 
 namespace angio::simulation::detail {
 
-/// The guidewire where it is no body of its own: drawn so that it stays in the balloon. Each node
-/// is the middle of what was around it at the start; where that lies outside, as in an emptied
-/// balloon that has folded, half-way through the balloon from its nearest vertex. The ends stay at
-/// the poles.
+/// The guidewire where it is no body of its own: drawn as the curve of least bending energy inside
+/// the membrane, which it does not push. Its ends are the poles, and it leaves them in the
+/// direction that it has there at the start.
+///
+///     E = sum EI |kb|^2 / l + sum EA (l / l0 - 1)^2 l0 / 2 + sum k A b(d),   EA = 4 pi^2 EI / L^2
+///
+/// with the rod's terms (rod.hpp), and the barrier b (contact_force.hpp) over the gaps d between
+/// segments and triangles of area A, below the wire's radius. EA is Euler's load between clamped
+/// ends: a neck that slides back does not buckle the wire, and a bend by an angle a lengthens it by
+/// a^2 / (8 pi^2), 3 % at a right angle.
+///
+/// From frame to frame the wire is taken along by the membrane around it, then settles. Both
+/// motions stop before any gap is closed, so that it stays inside, however the membrane folds.
+/// Where it cannot follow (a membrane that begins in a place where the wire is not inside) it goes
+/// along without settling.
 class DrawnWire {
  public:
   /// @param model  its guidewire has no nodes: none is drawn
-  explicit DrawnWire(const SimulationModel& model);
+  DrawnWire(const SimulationModel& model, const GuidewireOptions& options);
 
+  /// The wire in the next frame.
   /// @param balloon  positions [mm], in the model's numbering
-  [[nodiscard]] std::vector<Vec3> nodes(const std::vector<Vec3>& balloon) const;
+  std::vector<Vec3> follow(const std::vector<Vec3>& balloon);
 
  private:
-  struct Share {
-    int vertex;
-    double weight;  ///< those of a node sum to 1
-  };
-  std::vector<std::vector<Share>> around_;  ///< shape [node]
+  [[nodiscard]] std::vector<WirePair> pairs_within(double reach, const std::vector<Vec3>& wire_by,
+                                                   const std::vector<Vec3>& membrane_by) const;
+  [[nodiscard]] double share_of(const std::vector<Vec3>& wire_by,
+                                const std::vector<Vec3>& membrane_by) const;
+  [[nodiscard]] std::vector<Vec3> taken_along(const std::vector<Vec3>& membrane_by) const;
+  [[nodiscard]] double energy(const std::vector<Vec3>& x) const;
+  [[nodiscard]] std::vector<Vec3> newton_step() const;
+  [[nodiscard]] bool is_inside() const;
+  void settle(int most_steps);
+
   std::vector<Triangle> triangles_;
+  std::vector<Vec3> membrane_;  ///< where the wire has followed it to [mm]
+  std::vector<Vec3> wire_;      ///< the nodes, and one beyond each pole
+  std::vector<double> rest_;    ///< of the segments [mm]
+  std::vector<Vec3> bend_;      ///< unloaded: straight
+  RodSection<double> section_;
+  double reach_ = 0.0;      ///< the wire's radius [mm]
+  double stiffness_ = 0.0;  ///< of the barrier [Pa/mm]
+  int poles_[2] = {-1, -1};
+  bool inside_ = false;
 };
 
 }  // namespace angio::simulation::detail

@@ -18,7 +18,8 @@ struct StepRules {
   /// From this many sweeps on a frame ends at kLaterLag of the tolerance and kLaterResidual: the
   /// next one goes on from there. This bounds what a vessel costs that keeps a frame open.
   int later_sweeps = 1 << 30;
-  /// A frame that is so far off balance that it is no result gets up to this many, until it is not.
+  /// A frame that is so far off balance that it is no result gets up to this many, until it is not;
+  /// with a rod the first one until it is within kLaterResidual.
   int last_sweeps = 0;
   double least_load = 0.0;  ///< pressure [Pa] against which a slack balloon's forces are measured
   bool still = false;       ///< no inertia, no prediction: equilibria
@@ -61,11 +62,12 @@ struct StepStatus {
   GasLaw<double> law;
   StepReport report;
   LeapStatus leap;
-  int since_search = 0;     ///< sweeps
-  bool blocked = false;     ///< a vertex has met its bound in the last sweep
-  bool halted = false;      ///< for want of candidates
-  bool wall_rests = false;  ///< a layered one that is left alone: in balance, and no pair is near
-  double tet_growth = 1.0;  ///< of the paper's gas: targets over volumes at the start
+  int since_search = 0;      ///< sweeps
+  bool blocked = false;      ///< a vertex has met its bound in the last sweep
+  bool halted = false;       ///< for want of candidates
+  bool wall_rests = false;   ///< a layered one that is left alone: in balance, and no pair is near
+  bool has_stepped = false;  ///< the start shape, which no forces have made, is behind
+  double tet_growth = 1.0;   ///< of the paper's gas: targets over volumes at the start
   StepStage stage = StepStage::begin;
   int frame = 0;  ///< that is under way or has ended
 };

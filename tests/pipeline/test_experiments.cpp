@@ -41,7 +41,11 @@ void expect_counts(const fs::path& file, std::size_t triangles, std::size_t vert
 
 void expect_paper_balloon(const fs::path& case_folder) {
   expect_counts(case_folder / "meshing/balloon.vtp", 1040, 522);
-  EXPECT_EQ(formats::read_polylines(case_folder / "meshing/guidewire.vtp").points.size(), 24u);
+  const auto wire = formats::read_polylines(case_folder / "meshing/guidewire.vtp");
+  const auto& inside = formats::find_array(wire.point_arrays, "InBalloon").values;
+  EXPECT_EQ(inside.size(), wire.points.size());
+  EXPECT_EQ(std::count(inside.begin(), inside.end(), 1.0), 24);
+  EXPECT_EQ(inside.front() + inside.back(), 0.0);  // it runs on along the vessel
 }
 
 /// A few frames of a gentle inflation.
