@@ -177,13 +177,16 @@ LumenMesh keep_surface(const TriangleMesh& surface, const CenterlineTree& tree,
 }  // namespace
 
 LumenMesh mesh_lumen(const Volume<float>& level_set, const CenterlineTree& tree,
-                     const LumenMeshOptions& options, const Progress& progress) {
+                     const LumenMeshOptions& options, const Progress& progress,
+                     const std::vector<WidenedStretch>& widened) {
   options.validate();
   check_tree(tree);
   progress.report(0.0, "isosurface");
   const Volume<float> padded = detail::pad_level_set(level_set);
   const detail::LevelSetTarget target(padded);
+  const detail::Widening widening(tree, widened);
   SurfaceDraft draft;
+  draft.widening = &widening;
   std::vector<std::string> warnings;
   draft.mesh = detail::component_of_lines(detail::extract_isosurface(padded), tree);
   draft.rim.assign(draft.mesh.vertices.size(), -1);
@@ -203,7 +206,8 @@ LumenMesh mesh_lumen(const Volume<float>& level_set, const CenterlineTree& tree,
 }
 
 LumenMesh mesh_lumen(const TriangleMesh& surface, const CenterlineTree& tree,
-                     const LumenMeshOptions& options, const Progress& progress) {
+                     const LumenMeshOptions& options, const Progress& progress,
+                     const std::vector<WidenedStretch>& widened) {
   options.validate();
   check_tree(tree);
   if (options.keep) return keep_surface(surface, tree, options);
@@ -213,6 +217,8 @@ LumenMesh mesh_lumen(const TriangleMesh& surface, const CenterlineTree& tree,
   SurfaceDraft draft = detail::repaired_draft(surface, tree, ends, warnings);
   const TriangleMesh original = draft.mesh;
   const detail::MeshTarget target(original);
+  const detail::Widening widening(tree, widened);
+  draft.widening = &widening;
   progress.report(0.1, "opening the ends");
   detail::open_ends(draft, tree, ends, warnings);
   // A given surface may have long triangles, which do not show where the lumen is narrow: the
