@@ -12,8 +12,6 @@
 namespace angio::benchmarks {
 namespace {
 
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
-
 double in_degrees(double radians) { return radians * 180.0 / std::numbers::pi; }
 
 /// The triangles' places in unique_edges, by edge.
@@ -102,8 +100,7 @@ std::vector<double> edge_bends(const TriangleMesh& mesh) {
       const int a = mesh.triangles[t][c], b = mesh.triangles[t][(c + 1) % 3];
       const Vec3 n = area_vector_doubled(mesh, mesh.triangles[t]),
                  m = area_vector_doubled(mesh, mesh.triangles[std::size_t(other)]);
-      const Vec3 edge =
-          normalized(mesh.vertices[std::size_t(b)] - mesh.vertices[std::size_t(a)]);
+      const Vec3 edge = normalized(mesh.vertices[std::size_t(b)] - mesh.vertices[std::size_t(a)]);
       bends[index.at({std::min(a, b), std::max(a, b)})] =
           in_degrees(std::atan2(dot(cross(n, m), edge), dot(n, m)));
     }
@@ -122,57 +119,47 @@ std::vector<double> triangle_aspects(const TriangleMesh& mesh) {
   return aspects;
 }
 
-std::vector<double> unevenness_mm(const TriangleMesh& mesh, const std::vector<Vec3>& along,
-                                  const std::vector<char>& chosen) {
+Unevenness unevenness(const std::vector<TubePoint>& points) {
   constexpr double kReach = 0.5;  // [mm] along: a few rows of the coarsest meshes in use
   constexpr double kAngle = 0.25 * std::numbers::pi;
   constexpr int kLeastCount = 10;  // of vertices; a quadratic has six coefficients
-  std::vector<double> result(mesh.vertices.size(), kNaN);
-  for (std::size_t v = 0; v < mesh.vertices.size(); ++v) {
-    if (!chosen[v]) continue;
-    const Vec3& own = mesh.vertices[v];
+  Unevenness sum;
+  int count = 0;
+  for (const auto& [own, along] : points) {
     std::vector<Vec3> near;  // the ring of the tube
     Vec3 middle;
-    for (std::size_t u = 0; u < mesh.vertices.size(); ++u) {
-      if (!chosen[u] || dot(along[u], along[v]) < std::cos(kAngle)) continue;
-      if (std::abs(dot(mesh.vertices[u] - own, along[v])) > kReach) continue;
-      near.push_back(mesh.vertices[u]);
-      middle += near.back();
+    for (const TubePoint& other : points) {
+      if (dot(other.along, along) < std::cos(kAngle) ||
+          std::abs(dot(other.point - own, along)) > kReach)
+        continue;
+      near.push_back(other.point);
+      middle += other.point;
     }
     middle = middle / double(near.size());
-    const auto across = [&](const Vec3& p) {
-      return p - middle - dot(p - middle, along[v]) * along[v];
-    };
-    const Vec3 radial = normalized(across(own)), aside = cross(along[v], radial);
+    const auto across = [&](const Vec3& p) { return p - middle - dot(p - middle, along) * along; };
+    const Vec3 radial = normalized(across(own)), aside = cross(along, radial);
     std::vector<std::array<double, 3>> places;  // angle, place along, distance from the middle
     for (const Vec3& p : near) {
       const Vec3 r = across(p);
       const double angle = std::atan2(dot(r, aside), dot(r, radial));
-      if (std::abs(angle) < kAngle) places.push_back({angle, dot(p - own, along[v]), norm(r)});
+      if (std::abs(angle) < kAngle) places.push_back({angle, dot(p - own, along), norm(r)});
     }
     if (int(places.size()) < kLeastCount) continue;
     Eigen::MatrixXd terms(Eigen::Index(places.size()), 6);
-    Eigen::VectorXd radius{Eigen::Index(places.size())};
+    Eigen::VectorXd radius(Eigen::Index(places.size()));
     for (std::size_t i = 0; i < places.size(); ++i) {
       const auto [a, s, r] = places[i];
       terms.row(Eigen::Index(i)) << 1.0, a, s, a * a, a * s, s * s;
       radius(Eigen::Index(i)) = r;
     }
     const Eigen::VectorXd fit = terms.colPivHouseholderQr().solve(radius);
-    result[v] = norm(across(own)) - fit(0);
+    const double off = norm(across(own)) - fit(0), share = 100.0 * off / fit(0);
+    sum.mm += off * off;
+    sum.percent += share * share;
+    ++count;
   }
-  return result;
-}
-
-double root_mean_square(const std::vector<double>& values) {
-  double sum = 0.0;
-  int count = 0;
-  for (const double value : values)
-    if (!std::isnan(value)) {
-      sum += value * value;
-      ++count;
-    }
-  return count > 0 ? std::sqrt(sum / count) : 0.0;
+  if (count == 0) return {};
+  return {std::sqrt(sum.mm / count), std::sqrt(sum.percent / count)};
 }
 
 TubeSection section_of(const TriangleMesh& tube, const Vec3& origin, const Vec3& normal) {

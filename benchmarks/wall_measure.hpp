@@ -16,24 +16,27 @@ std::vector<double> edge_bends(const TriangleMesh& mesh);
 ///     sqrt(3)/2 l^2 / (2 A)
 std::vector<double> triangle_aspects(const TriangleMesh& mesh);
 
-/// How far each vertex lies off the smooth tube around it [mm], shape [vertex_count]: off the
-/// quadratic in angle and place along the vessel that fits best the distances from the tube's
-/// middle of all that lies within 45 degrees and 0.5 mm. A round or oval tube, a cone and a waist
-/// have next to none, whatever their width; rows of vertices that stand in and out have their
-/// height. NaN outside of `chosen`, and where less than ten vertices are near.
-///
-/// @param along   unit, the vessel's direction at each vertex
-/// @param chosen  which are measured, and looked at
-std::vector<double> unevenness_mm(const TriangleMesh& mesh, const std::vector<Vec3>& along,
-                                  const std::vector<char>& chosen);
+/// A point of a tube's surface, and the tube's direction there, unit.
+struct TubePoint {
+  Vec3 point, along;
+};
 
-/// Root of the mean square of those that are numbers; 0 where none is.
-double root_mean_square(const std::vector<double>& values);
+/// How far points of a tube lie off the smooth tube around them, root mean squares.
+struct Unevenness {
+  double mm = 0.0;
+  double percent = 0.0;  ///< of the tube's radius at each point
+};
+
+/// Off the quadratic in angle and place along the tube that fits best the distances from the tube's
+/// middle of all points within 45 degrees and 0.5 mm. A round or oval tube, a cone and a waist have
+/// next to none, whatever their width; rows of points that stand in and out have their height.
+/// Points with less than ten others near are left out.
+Unevenness unevenness(const std::vector<TubePoint>& points);
 
 /// What a plane cuts out of a tube.
 struct TubeSection {
   double area_mm2 = 0.0;
-  double roundness = 0.0;  ///< 4 pi area / length^2, 1 of a circle
+  double roundness = 0.0;                      ///< 4 pi area / length^2, 1 of a circle
   double narrowest_mm = 0.0, widest_mm = 0.0;  ///< distances of parallel lines that hold it
 };
 

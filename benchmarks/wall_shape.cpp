@@ -113,19 +113,23 @@ std::string oval(const TubeSection& section) {
   return fmt::format("{:.2f} x {:.2f}", section.narrowest_mm, section.widest_mm);
 }
 
-/// rms unevenness of the balloon's middle half [mm].
-double balloon_unevenness(const Moment& moment) {
-  constexpr double kMiddle = 0.25;  // from each end of the wire: balloons taper there
-  const TriangleMesh& balloon = moment.shape.balloon;
-  std::vector<Vec3> along;
-  std::vector<char> chosen;
-  const double length = moment.wire.abscissa.back();
-  for (const Vec3& p : balloon.vertices) {
-    const double s = project(moment.wire, p);
-    along.push_back(sample(moment.wire, s).tangent);
-    chosen.push_back(s > kMiddle * length && s < (1.0 - kMiddle) * length);
+std::vector<TubePoint> vertices_of(const Moment& moment, const std::vector<char>& chosen) {
+  std::vector<TubePoint> points;
+  for (std::size_t v = 0; v < chosen.size(); ++v)
+    if (chosen[v]) points.push_back({moment.shape.wall.vertices[v], moment.along[v]});
+  return points;
+}
+
+/// The vertices and the middles of edges: points of the facets, too.
+std::vector<TubePoint> surface_of(const Moment& moment, const std::vector<char>& chosen) {
+  std::vector<TubePoint> points = vertices_of(moment, chosen);
+  const std::vector<Vec3>& x = moment.shape.wall.vertices;
+  for (const auto& [i, j] : unique_edges(moment.shape.wall)) {
+    const auto a = std::size_t(i), b = std::size_t(j);
+    if (chosen[a] && chosen[b])
+      points.push_back({0.5 * (x[a] + x[b]), normalized(moment.along[a] + moment.along[b])});
   }
-  return root_mean_square(unevenness_mm(balloon, along, chosen));
+  return points;
 }
 
 struct Tables {
@@ -142,10 +146,11 @@ void measure(const fs::path& folder, Tables& tables) {
   const Moment before = at_frame(folder / file::kFrames, 0), peak = frame("peak_frame"),
                after = frame("last_frame");
   const std::vector<char> chosen = wall_beside(before);
-  const auto unevenness = [&](const Moment& m) {
-    return root_mean_square(unevenness_mm(m.shape.wall, m.along, chosen));
-  };
-  const double start = unevenness(before), opened = unevenness(peak), left = unevenness(after);
+  std::vector<double> vertices, surface;
+  for (const Moment* moment : {&before, &peak, &after}) {
+    vertices.push_back(unevenness(vertices_of(*moment, chosen)).mm);
+    surface.push_back(unevenness(surface_of(*moment, chosen)).percent);
+  }
   const Bent at_peak = bent_since(before.shape.wall, peak.shape.wall, chosen),
              at_end = bent_since(before.shape.wall, after.shape.wall, chosen);
   const std::vector<double> first = aspects_of(before.shape.wall, chosen),
@@ -157,21 +162,20 @@ void measure(const fs::path& folder, Tables& tables) {
        fmt::format("{:.1f}", at_peak.newly_bent), fmt::format("{:.0f}", at_peak.most),
        fmt::format("{:.1f}, {:.1f}", quantile(first, 0.5), quantile(first, 0.95)),
        fmt::format("{:.1f}, {:.1f}", quantile(then, 0.5), quantile(then, 0.95)),
-       fmt::format("{:.4f}", start), fmt::format("{:.4f}", opened), fmt::format("{:.4f}", left),
-       fmt::format("{:.2f}, {:.2f}", opened / start, left / start),
-       fmt::format("{:.4f}", balloon_unevenness(peak))});
+       fmt::format("{:.4f}, {:.4f}, {:.4f}", vertices[0], vertices[1], vertices[2]),
+       fmt::format("{:.2f}, {:.2f}, {:.2f}", surface[0], surface[1], surface[2]),
+       fmt::format("{:.2f}, {:.2f}", surface[1] / surface[0], surface[2] / surface[0])});
   const json& point = placement.at("site").at("point");
   const Vec3 throat{point[0].get<double>(), point[1].get<double>(), point[2].get<double>()};
   const TubeSection wall = section_at(before, before.shape.wall, throat),
                     wide = section_at(peak, peak.shape.wall, throat),
                     balloon = section_at(peak, peak.shape.balloon, throat),
                     end = section_at(after, after.shape.wall, throat);
-  tables.sections.push_back({name, oval(wall), oval(balloon), oval(wide), oval(end),
-                             fmt::format("{:.3f}", wall.roundness),
-                             fmt::format("{:.3f}", balloon.roundness),
-                             fmt::format("{:.3f}", wide.roundness),
-                             fmt::format("{:.3f}", end.roundness),
-                             fmt::format("{:.3f}", wide.area_mm2 / balloon.area_mm2)});
+  tables.sections.push_back(
+      {name, oval(wall), oval(balloon), oval(wide), oval(end),
+       fmt::format("{:.3f}", wall.roundness), fmt::format("{:.3f}", balloon.roundness),
+       fmt::format("{:.3f}", wide.roundness), fmt::format("{:.3f}", end.roundness),
+       fmt::format("{:.3f}", wide.area_mm2 / balloon.area_mm2)});
 }
 
 void print(const Tables& tables, ResultTable& results) {
@@ -179,15 +183,18 @@ void print(const Tables& tables, ResultTable& results) {
   results.paragraph(
       "Edges: share that has turned by more than 30 degrees since before; newly bent: over 30 "
       "degrees, below 15 before. Aspect: longest side over least height, 1 if equilateral; median, "
-      "95th percentile. Unevenness: rms distance of vertices from the smooth tube around them "
-      "(quadratic within 45 degrees and 0.5 mm).");
+      "95th percentile. Uneven: rms distance of vertices, or of vertices and the middles of edges "
+      "(the facets), from the smooth tube around them (quadratic within 45 degrees and 0.5 mm). A "
+      "tube of 16 flat sides round the circle has facets of 0.6 % of its radius by this measure.");
   results.columns({"case", "vertices", "turned at peak %", "after %", "newly bent at peak %",
-                   "most degrees", "aspect before", "at peak", "unevenness before mm", "at peak",
-                   "after", "peak, after / before", "of the balloon at peak mm"});
+                   "most degrees", "aspect before", "at peak",
+                   "vertices uneven before, at peak, after mm", "surface uneven, % of the radius",
+                   "peak, after / before"});
   for (const auto& row : tables.edges) results.row(row);
   results.section("The section at the throat");
   results.paragraph(
-      "Least and greatest width [mm]; roundness 4 pi area / length^2 (20 sides: 0.992, 16: 0.987).");
+      "Least and greatest width [mm]; roundness 4 pi area / length^2 (20 sides: 0.992, 16: "
+      "0.987).");
   results.columns({"case", "lumen before", "balloon at peak", "lumen at peak", "lumen after",
                    "roundness before", "of the balloon", "at peak", "after",
                    "area at peak / balloon's"});

@@ -141,6 +141,13 @@ LumenMesh finish(SurfaceDraft draft, const SurfaceTarget& target, const LumenMes
   return result;
 }
 
+/// Who asks for a length or a count of his own gets even triangles.
+detail::Widening widening_for(const LumenMeshOptions& options, const CenterlineTree& tree,
+                              const std::vector<WidenedStretch>& widened) {
+  const bool is_by_radius = options.edge_length_mm == 0.0 && options.triangle_count == 0;
+  return is_by_radius ? detail::Widening(tree, widened) : detail::Widening();
+}
+
 double voxel_size(const VolumeGeometry& grid) {
   return std::min({grid.spacing.x, grid.spacing.y, grid.spacing.z});
 }
@@ -184,7 +191,7 @@ LumenMesh mesh_lumen(const Volume<float>& level_set, const CenterlineTree& tree,
   progress.report(0.0, "isosurface");
   const Volume<float> padded = detail::pad_level_set(level_set);
   const detail::LevelSetTarget target(padded);
-  const detail::Widening widening(tree, widened);
+  const detail::Widening widening = widening_for(options, tree, widened);
   SurfaceDraft draft;
   draft.widening = &widening;
   std::vector<std::string> warnings;
@@ -217,7 +224,7 @@ LumenMesh mesh_lumen(const TriangleMesh& surface, const CenterlineTree& tree,
   SurfaceDraft draft = detail::repaired_draft(surface, tree, ends, warnings);
   const TriangleMesh original = draft.mesh;
   const detail::MeshTarget target(original);
-  const detail::Widening widening(tree, widened);
+  const detail::Widening widening = widening_for(options, tree, widened);
   draft.widening = &widening;
   progress.report(0.1, "opening the ends");
   detail::open_ends(draft, tree, ends, warnings);

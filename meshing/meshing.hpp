@@ -77,7 +77,8 @@ struct LumenMesh {
 /// The lumen's surface, remeshed, from its level set or from a given surface.
 ///
 /// @param widened  stretches whose triangles are longer along the vessel than around, half way to
-///                 what they would have to be to come out equilateral when widened
+///                 what they would have to be to come out equilateral when widened; not where
+///                 `options` ask for a length or a count
 LumenMesh mesh_lumen(const Volume<float>& level_set, const CenterlineTree& tree,
                      const LumenMeshOptions& options, const Progress& progress = {},
                      const std::vector<WidenedStretch>& widened = {});

@@ -131,8 +131,7 @@ class AngleImprover {
 /// Of each triangle, as lengths count where the lumen will be widened.
 std::vector<double> least_sines_squared(const SurfaceDraft& draft) {
   const std::vector<Vec3>& x = draft.mesh.vertices;
-  const std::vector<Vec3> w =
-      draft.widening ? draft.widening->at(x) : std::vector<Vec3>(x.size());
+  const std::vector<Vec3> w = draft.widening ? draft.widening->at(x) : std::vector<Vec3>(x.size());
   std::vector<double> sines;
   for (const Triangle& t : draft.mesh.triangles) {
     const auto a = std::size_t(t[0]), b = std::size_t(t[1]), c = std::size_t(t[2]);
@@ -234,7 +233,9 @@ std::vector<std::array<int, 2>> improve_angles(SurfaceDraft& draft, const Surfac
   constexpr int kPlaces = 200;
   std::vector<Vec3> hopeless;
   for (int i = 0; i < kPlaces; ++i) {
-    const auto first_corner = [&](std::size_t t) { return std::size_t(draft.mesh.triangles[t][0]); };
+    const auto first_corner = [&](std::size_t t) {
+      return std::size_t(draft.mesh.triangles[t][0]);
+    };
     const auto is_hopeless = [&](std::size_t t) {
       return std::any_of(hopeless.begin(), hopeless.end(), [&](const Vec3& place) {
         return distance(place, draft.mesh.vertices[first_corner(t)]) <

@@ -108,8 +108,8 @@ double SurfaceEditor::least_sine_squared_around(Vertex v, const Vec3& place) con
   double least = 1.0;
   for (const Halfedge h : CGAL::halfedges_around_target(v, mesh_))
     if (!mesh_.is_border(h))
-      least =
-          std::min(least, least_sine_squared(v, place, mesh_.target(mesh_.next(h)), mesh_.source(h)));
+      least = std::min(least,
+                       least_sine_squared(v, place, mesh_.target(mesh_.next(h)), mesh_.source(h)));
   return least;
 }
 

@@ -46,8 +46,8 @@ Vec3 Widening::at(const Vec3& point) const {
     const double own = place.inscribed_radius;
     if (!(own < radius) || distance(point, place.point) > kReach * own) continue;
     const double reach = kTangentReach * own;
-    const Vec3 along = normalized(sample(path, abscissa + reach).point -
-                                  sample(path, abscissa - reach).point);
+    const Vec3 along =
+        normalized(sample(path, abscissa + reach).point - sample(path, abscissa - reach).point);
     const Vec3 w = std::sqrt(1.0 - std::sqrt(own / radius)) * along;
     if (norm_squared(w) > norm_squared(most)) most = w;
   }
@@ -57,9 +57,8 @@ Vec3 Widening::at(const Vec3& point) const {
 std::vector<Vec3> Widening::at(const std::vector<Vec3>& points) const {
   std::vector<Vec3> result(points.size());
   if (is_none()) return result;
-  parallel_for(std::ptrdiff_t(points.size()), [&](std::ptrdiff_t i) {
-    result[std::size_t(i)] = at(points[std::size_t(i)]);
-  });
+  parallel_for(std::ptrdiff_t(points.size()),
+               [&](std::ptrdiff_t i) { result[std::size_t(i)] = at(points[std::size_t(i)]); });
   return result;
 }
 

@@ -32,10 +32,10 @@ TriangleMesh tube(const std::function<double(double angle, int row)>& radius) {
   return mesh;
 }
 
-double unevenness(const TriangleMesh& mesh) {
-  const std::vector<Vec3> along(mesh.vertices.size(), {0.0, 0.0, 1.0});
-  return root_mean_square(
-      unevenness_mm(mesh, along, std::vector<char>(mesh.vertices.size(), 1)));
+Unevenness unevenness_of(const TriangleMesh& mesh) {
+  std::vector<TubePoint> points;
+  for (const Vec3& p : mesh.vertices) points.push_back({p, {0.0, 0.0, 1.0}});
+  return unevenness(points);
 }
 
 TEST(EdgeBends, OfAPrismAreItsCornersAndOfItsInsideTheSameHollow) {
@@ -58,14 +58,14 @@ TEST(TriangleAspects, AreOneIfEquilateralAndGrowWithTheStretch) {
 }
 
 TEST(Unevenness, IsNextToNothingOfConesWaistsAndOvals) {
-  EXPECT_LT(unevenness(tube([](double, int) { return 0.3; })), 1e-9);
-  EXPECT_LT(unevenness(tube([](double, int row) { return 0.5 + 0.01 * row; })), 1e-9);
+  EXPECT_LT(unevenness_of(tube([](double, int) { return 0.3; })).mm, 1e-9);
+  EXPECT_LT(unevenness_of(tube([](double, int row) { return 0.5 + 0.01 * row; })).mm, 1e-9);
   const auto waist = [](double, int row) {
     return 1.0 - 0.6 * std::cos(0.25 * pi * (kStep * row - 2.0));
   };
-  EXPECT_LT(unevenness(tube(waist)), 2e-3);
-  EXPECT_LT(unevenness(tube([](double angle, int) { return 1.0 + 0.1 * std::cos(2.0 * angle); })),
-            2e-3);
+  EXPECT_LT(unevenness_of(tube(waist)).mm, 2e-3);
+  const auto oval = [](double angle, int) { return 1.0 + 0.1 * std::cos(2.0 * angle); };
+  EXPECT_LT(unevenness_of(tube(oval)).mm, 5e-3);  // of 0.1 mm: no quadratic
 }
 
 // Rows that stand in and out by h are off their mean by h, whatever the tube's width. The fit goes
@@ -73,10 +73,10 @@ TEST(Unevenness, IsNextToNothingOfConesWaistsAndOvals) {
 TEST(Unevenness, IsTheHeightOfRowsThatStandInAndOut) {
   for (const double width : {0.3, 1.5}) {
     const double h = 0.02;
-    const double found =
-        unevenness(tube([&](double, int row) { return width + (row % 2 == 0 ? h : -h); }));
-    EXPECT_GT(found, 0.8 * h) << width;
-    EXPECT_LT(found, 1.2 * h) << width;
+    const Unevenness found =
+        unevenness_of(tube([&](double, int row) { return width + (row % 2 == 0 ? h : -h); }));
+    EXPECT_NEAR(found.mm / h, 1.0, 0.2) << width;
+    EXPECT_NEAR(found.percent / (100.0 * h / width), 1.0, 0.2) << width;
   }
 }
 
@@ -85,12 +85,12 @@ TEST(SectionOf, AnOvalTubeHasItsAxesAndArea) {
     return 1.0 / std::hypot(std::cos(angle) / 2.0, std::sin(angle) / 1.0);
   };
   const TubeSection section = section_of(tube(oval), {0.1, 0.0, 2.03}, {0.0, 0.0, 1.0});
-  EXPECT_NEAR(section.widest_mm, 4.0, 1e-3);
-  EXPECT_NEAR(section.narrowest_mm, 2.0, 1e-3);
+  EXPECT_NEAR(section.widest_mm, 4.0, 5e-3);  // widths are looked for at each degree
+  EXPECT_NEAR(section.narrowest_mm, 2.0, 5e-3);
   EXPECT_NEAR(section.area_mm2, 2.0 * pi, 0.1 * pi);  // a polygon has less
   EXPECT_LT(section.roundness, 0.9);
-  const TubeSection round = section_of(tube([](double, int) { return 2.0; }), {0.0, 0.0, 2.03},
-                                       {0.0, 0.0, 1.0});
+  const TubeSection round =
+      section_of(tube([](double, int) { return 2.0; }), {0.0, 0.0, 2.03}, {0.0, 0.0, 1.0});
   EXPECT_NEAR(round.roundness, pi / (kAround * std::tan(pi / kAround)), 1e-3);
 }
 
