@@ -11,6 +11,7 @@ namespace {
 // From the line, in radii of the lumen there: what lies further off is another vessel's. The wall
 // of a lumen whose line is well in the middle is at 1, that of an oval of 1:2 at 2.
 constexpr double kReach = 2.0;
+constexpr double kLeastShare = 0.4;    // that lengths count: triangles keep their angles
 constexpr double kTangentReach = 0.5;  // radii over which a line's direction is taken
 
 /// The points of a path on a stretch.
@@ -48,7 +49,7 @@ Vec3 Widening::at(const Vec3& point) const {
     const double reach = kTangentReach * own;
     const Vec3 along =
         normalized(sample(path, abscissa + reach).point - sample(path, abscissa - reach).point);
-    const Vec3 w = std::sqrt(1.0 - std::sqrt(own / radius)) * along;
+    const Vec3 w = std::sqrt(1.0 - std::max(std::sqrt(own / radius), kLeastShare)) * along;
     if (norm_squared(w) > norm_squared(most)) most = w;
   }
   return most;

@@ -98,6 +98,12 @@ TEST(Widening, ShortensLengthsAlongTheVesselByTheRootOfTheShareOfWidths) {
   }
 }
 
+TEST(Widening, LeavesTwoFifthsOfALengthAtTheLeast) {
+  const detail::Widening widening(vessel().tree, {{0, 5.0, 15.0, 100.0 * kThroat}});
+  const Vec3 edge = detail::shortened({0.0, 0.0, 1.0}, widening.at(Vec3{kThroat, 0.0, kMiddle}));
+  EXPECT_NEAR(edge.z, 0.4, 1e-6);
+}
+
 TEST(Widening, IsNoneWhereNothingIsWidenedNorFarOffTheLine) {
   const detail::Widening widening(vessel().tree, kStretches);
   for (const Vec3& p : {Vec3{1.5, 0, 2.0}, Vec3{1.5, 0, 17.0}, Vec3{3.0 * kThroat, 0, 10.0}})
