@@ -2,6 +2,7 @@
 #include <cmath>
 #include <numbers>
 #include <numeric>
+#include <utility>
 
 #include "air_mesh/build/surface_crossings.hpp"
 #include "meshing/detail/patch.hpp"
@@ -226,10 +227,8 @@ bool improve_place(SurfaceDraft& draft, const SurfaceTarget& target, const Vec3&
   return false;
 }
 
-}  // namespace
-
-std::vector<std::array<int, 2>> improve_angles(SurfaceDraft& draft, const SurfaceTarget& target) {
-  improve_everywhere(draft, target);
+/// Improves the places of triangles below an angle, one after the other.
+void improve_places(SurfaceDraft& draft, const SurfaceTarget& target, double sine_squared) {
   constexpr int kPlaces = 200;
   std::vector<Vec3> hopeless;
   for (int i = 0; i < kPlaces; ++i) {
@@ -244,10 +243,23 @@ std::vector<std::array<int, 2>> improve_angles(SurfaceDraft& draft, const Surfac
     };
     const std::vector<double> sines = least_sines_squared(draft);
     std::size_t poor = 0;
-    while (poor < sines.size() && (sines[poor] >= kLeast || is_hopeless(poor))) ++poor;
+    while (poor < sines.size() && (sines[poor] >= sine_squared || is_hopeless(poor))) ++poor;
     if (poor == sines.size()) break;
     const Vec3 place = draft.mesh.vertices[first_corner(poor)];
     if (!improve_place(draft, target, place)) hopeless.push_back(place);
+  }
+}
+
+}  // namespace
+
+std::vector<std::array<int, 2>> improve_angles(SurfaceDraft& draft, const SurfaceTarget& target) {
+  improve_everywhere(draft, target);
+  improve_places(draft, target, kLeast);
+  if (draft.widening && !draft.widening->is_none()) {
+    // Of angles that are good as they count, some few are not as they are.
+    const Widening* widening = std::exchange(draft.widening, nullptr);
+    improve_places(draft, target, kLeast);
+    draft.widening = widening;
   }
   std::vector<std::array<int, 2>> left;
   const std::vector<double> sines = least_sines_squared(draft);
