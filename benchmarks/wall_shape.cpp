@@ -133,7 +133,7 @@ std::vector<TubePoint> surface_of(const Moment& moment, const std::vector<char>&
 }
 
 struct Tables {
-  std::vector<std::vector<std::string>> edges, sections;
+  std::vector<std::vector<std::string>> edges, sections, results;
 };
 
 void measure(const fs::path& folder, Tables& tables) {
@@ -176,6 +176,15 @@ void measure(const fs::path& folder, Tables& tables) {
        fmt::format("{:.3f}", wall.roundness), fmt::format("{:.3f}", balloon.roundness),
        fmt::format("{:.3f}", wide.roundness), fmt::format("{:.3f}", end.roundness),
        fmt::format("{:.3f}", wide.area_mm2 / balloon.area_mm2)});
+  const json metrics = json::parse(read_text(folder / file::kMetrics));
+  const auto number = [&](const char* part, const char* key, int digits) {
+    return fmt::format("{:.{}f}", metrics.at(part).at(key).get<double>(), digits);
+  };
+  tables.results.push_back(
+      {name, number("mesh", "lumen_triangles", 0), number("mesh", "min_angle_degrees", 1),
+       number("mesh", "volume_change_percent", 3), number("lesion", "mld_mm", 4),
+       number("peak", "mld_mm", 4), number("result", "mld_mm", 4),
+       number("result", "recoil_percent", 2), number("simulation", "frames_without_air", 0)});
 }
 
 void print(const Tables& tables, ResultTable& results) {
@@ -184,8 +193,7 @@ void print(const Tables& tables, ResultTable& results) {
       "Edges: share that has turned by more than 30 degrees since before; newly bent: over 30 "
       "degrees, below 15 before. Aspect: longest side over least height, 1 if equilateral; median, "
       "95th percentile. Uneven: rms distance of vertices, or of vertices and the middles of edges "
-      "(the facets), from the smooth tube around them (quadratic within 45 degrees and 0.5 mm). A "
-      "tube of 16 flat sides round the circle has facets of 0.6 % of its radius by this measure.");
+      "(the facets), from the smooth tube around them (quadratic within 45 degrees and 0.5 mm).");
   results.columns({"case", "vertices", "turned at peak %", "after %", "newly bent at peak %",
                    "most degrees", "aspect before", "at peak",
                    "vertices uneven before, at peak, after mm", "surface uneven, % of the radius",
@@ -199,6 +207,10 @@ void print(const Tables& tables, ResultTable& results) {
                    "roundness before", "of the balloon", "at peak", "after",
                    "area at peak / balloon's"});
   for (const auto& row : tables.sections) results.row(row);
+  results.section("Mesh and results");
+  results.columns({"case", "lumen triangles", "least angle", "volume change %", "MLD before mm",
+                   "at peak", "after", "recoil %", "frames without air"});
+  for (const auto& row : tables.results) results.row(row);
 }
 
 }  // namespace
