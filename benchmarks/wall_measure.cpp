@@ -125,7 +125,8 @@ Unevenness unevenness(const std::vector<TubePoint>& points) {
   constexpr int kLeastCount = 10;  // of vertices; a quadratic has six coefficients
   Unevenness sum;
   int count = 0;
-  for (const auto& [own, along] : points) {
+  for (const TubePoint& at : points) {
+    const Vec3 &own = at.point, &along = at.along;
     std::vector<Vec3> near;  // the ring of the tube
     Vec3 middle;
     for (const TubePoint& other : points) {
