@@ -1,7 +1,9 @@
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
 #include <numeric>
+#include <span>
 #include <utility>
 
 #include "air_mesh/build/surface_crossings.hpp"
@@ -21,6 +23,7 @@ using Place = SurfaceEditor::Place;
 
 constexpr double kWanted = sine_squared_of_degrees(28.0);
 constexpr double kLeast = sine_squared_of_degrees(21.0);
+constexpr double kNeedle = sine_squared_of_degrees(20.0);  // what flow solvers can use
 constexpr double kGain = 1.02;  // a step must raise the least squared sine around it by this
 
 /// Raises the least angles of a finished surface one poor triangle at a time.
@@ -194,18 +197,22 @@ void improve_everywhere(SurfaceDraft& draft, const SurfaceTarget& target) {
   }
 }
 
-/// Improves the patch around one place on its own, as stiffly as that goes: with the target first,
-/// then as a membrane. @return false if nothing helps
-bool improve_place(SurfaceDraft& draft, const SurfaceTarget& target, const Vec3& place) {
+/// How a patch may be improved: as stiffly as that goes, with the target first, then as a membrane.
+struct Way {
+  int ring_count;
+  bool as_membrane;
+};
+constexpr std::array<Way, 6> kWays{
+    {{3, false}, {1, false}, {1, true}, {2, true}, {4, true}, {7, true}}};
+constexpr std::size_t kWaysOnTarget = 2;  // the first of them
+
+/// Improves the patch around one place on its own. @return false if nothing helps
+bool improve_place(SurfaceDraft& draft, const SurfaceTarget& target, const Vec3& place,
+                   std::span<const Way> ways) {
   std::vector<char> marked(draft.mesh.vertices.size(), 0);
   for (std::size_t v = 0; v < marked.size(); ++v)
     marked[v] = distance(draft.mesh.vertices[v], place) < 1.5 * draft.edge_length[v] ? 1 : 0;
-  struct Way {
-    int ring_count;
-    bool as_membrane;
-  };
-  for (const Way way :
-       {Way{3, false}, Way{1, false}, Way{1, true}, Way{2, true}, Way{4, true}, Way{7, true}}) {
+  for (const Way way : ways) {
     Patch patch = take_patch(draft, marked, way.ring_count);
     if (patch.empty()) return false;
     const double before = least_of(patch.draft);
@@ -228,7 +235,8 @@ bool improve_place(SurfaceDraft& draft, const SurfaceTarget& target, const Vec3&
 }
 
 /// Improves the places of triangles below an angle, one after the other.
-void improve_places(SurfaceDraft& draft, const SurfaceTarget& target, double sine_squared) {
+void improve_places(SurfaceDraft& draft, const SurfaceTarget& target, double sine_squared,
+                    std::span<const Way> ways) {
   constexpr int kPlaces = 200;
   std::vector<Vec3> hopeless;
   for (int i = 0; i < kPlaces; ++i) {
@@ -246,7 +254,7 @@ void improve_places(SurfaceDraft& draft, const SurfaceTarget& target, double sin
     while (poor < sines.size() && (sines[poor] >= sine_squared || is_hopeless(poor))) ++poor;
     if (poor == sines.size()) break;
     const Vec3 place = draft.mesh.vertices[first_corner(poor)];
-    if (!improve_place(draft, target, place)) hopeless.push_back(place);
+    if (!improve_place(draft, target, place, ways)) hopeless.push_back(place);
   }
 }
 
@@ -254,11 +262,12 @@ void improve_places(SurfaceDraft& draft, const SurfaceTarget& target, double sin
 
 std::vector<std::array<int, 2>> improve_angles(SurfaceDraft& draft, const SurfaceTarget& target) {
   improve_everywhere(draft, target);
-  improve_places(draft, target, kLeast);
+  improve_places(draft, target, kLeast, kWays);
   if (draft.widening && !draft.widening->is_none()) {
-    // Of angles that are good as they count, some few are not as they are.
+    // Of angles that are good as they count, some few are not as they are. A throat is too narrow
+    // for membranes: they would dent it.
     const Widening* widening = std::exchange(draft.widening, nullptr);
-    improve_places(draft, target, kLeast);
+    improve_places(draft, target, kNeedle, std::span(kWays).first(kWaysOnTarget));
     draft.widening = widening;
   }
   std::vector<std::array<int, 2>> left;
