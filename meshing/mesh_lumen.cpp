@@ -141,6 +141,13 @@ LumenMesh finish(SurfaceDraft draft, const SurfaceTarget& target, const LumenMes
   return result;
 }
 
+/// Who asks for a length or a count of his own gets even triangles.
+detail::Widening widening_for(const LumenMeshOptions& options, const CenterlineTree& tree,
+                              const std::vector<WidenedStretch>& widened) {
+  const bool is_by_radius = options.edge_length_mm == 0.0 && options.triangle_count == 0;
+  return is_by_radius ? detail::Widening(tree, widened) : detail::Widening();
+}
+
 double voxel_size(const VolumeGeometry& grid) {
   return std::min({grid.spacing.x, grid.spacing.y, grid.spacing.z});
 }
@@ -177,13 +184,16 @@ LumenMesh keep_surface(const TriangleMesh& surface, const CenterlineTree& tree,
 }  // namespace
 
 LumenMesh mesh_lumen(const Volume<float>& level_set, const CenterlineTree& tree,
-                     const LumenMeshOptions& options, const Progress& progress) {
+                     const LumenMeshOptions& options, const Progress& progress,
+                     const std::vector<WidenedStretch>& widened) {
   options.validate();
   check_tree(tree);
   progress.report(0.0, "isosurface");
   const Volume<float> padded = detail::pad_level_set(level_set);
   const detail::LevelSetTarget target(padded);
+  const detail::Widening widening = widening_for(options, tree, widened);
   SurfaceDraft draft;
+  draft.widening = &widening;
   std::vector<std::string> warnings;
   draft.mesh = detail::component_of_lines(detail::extract_isosurface(padded), tree);
   draft.rim.assign(draft.mesh.vertices.size(), -1);
@@ -203,7 +213,8 @@ LumenMesh mesh_lumen(const Volume<float>& level_set, const CenterlineTree& tree,
 }
 
 LumenMesh mesh_lumen(const TriangleMesh& surface, const CenterlineTree& tree,
-                     const LumenMeshOptions& options, const Progress& progress) {
+                     const LumenMeshOptions& options, const Progress& progress,
+                     const std::vector<WidenedStretch>& widened) {
   options.validate();
   check_tree(tree);
   if (options.keep) return keep_surface(surface, tree, options);
@@ -213,6 +224,8 @@ LumenMesh mesh_lumen(const TriangleMesh& surface, const CenterlineTree& tree,
   SurfaceDraft draft = detail::repaired_draft(surface, tree, ends, warnings);
   const TriangleMesh original = draft.mesh;
   const detail::MeshTarget target(original);
+  const detail::Widening widening = widening_for(options, tree, widened);
+  draft.widening = &widening;
   progress.report(0.1, "opening the ends");
   detail::open_ends(draft, tree, ends, warnings);
   // A given surface may have long triangles, which do not show where the lumen is narrow: the

@@ -27,6 +27,13 @@ struct LumenMeshOptions {
   void validate() const;
 };
 
+/// A stretch of a path that a balloon will widen.
+struct WidenedStretch {
+  int path_id = 0;
+  double proximal_mm = 0.0, distal_mm = 0.0;  ///< abscissas of its ends
+  double diameter_mm = 0.0;                   ///< that the lumen will have
+};
+
 /// What the open lumen is like, before extensions.
 struct LumenQuality {
   int triangle_count = 0;
@@ -68,10 +75,16 @@ struct LumenMesh {
 };
 
 /// The lumen's surface, remeshed, from its level set or from a given surface.
+///
+/// @param widened  stretches whose triangles are longer along the vessel than around, half way to
+///                 what they would have to be to come out equilateral when widened; not where
+///                 `options` ask for a length or a count
 LumenMesh mesh_lumen(const Volume<float>& level_set, const CenterlineTree& tree,
-                     const LumenMeshOptions& options, const Progress& progress = {});
+                     const LumenMeshOptions& options, const Progress& progress = {},
+                     const std::vector<WidenedStretch>& widened = {});
 LumenMesh mesh_lumen(const TriangleMesh& surface, const CenterlineTree& tree,
-                     const LumenMeshOptions& options, const Progress& progress = {});
+                     const LumenMeshOptions& options, const Progress& progress = {},
+                     const std::vector<WidenedStretch>& widened = {});
 
 /// How a balloon's cylinder ends.
 enum class BalloonEnds {

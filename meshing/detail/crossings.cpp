@@ -103,6 +103,7 @@ void keep_largest_piece(const TriangleMesh& mesh, std::vector<char>& gone) {
 void remove_triangles(SurfaceDraft& draft, const std::vector<char>& gone) {
   SurfaceDraft rest;
   rest.rim_planes = draft.rim_planes;
+  rest.widening = draft.widening;
   std::vector<int> index(draft.mesh.vertices.size(), -1);
   for (std::size_t t = 0; t < gone.size(); ++t) {
     if (gone[t]) continue;

@@ -1,6 +1,10 @@
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
+#include <numeric>
+#include <span>
+#include <utility>
 
 #include "air_mesh/build/surface_crossings.hpp"
 #include "meshing/detail/patch.hpp"
@@ -19,6 +23,7 @@ using Place = SurfaceEditor::Place;
 
 constexpr double kWanted = sine_squared_of_degrees(28.0);
 constexpr double kLeast = sine_squared_of_degrees(21.0);
+constexpr double kNeedle = sine_squared_of_degrees(20.0);  // what flow solvers can use
 constexpr double kGain = 1.02;  // a step must raise the least squared sine around it by this
 
 /// Raises the least angles of a finished surface one poor triangle at a time.
@@ -127,16 +132,32 @@ class AngleImprover {
   const SurfaceEditor::Mesh& mesh_;
 };
 
-double least_sine_squared_of(const TriangleMesh& mesh, const Triangle& t) {
-  return least_sine_squared(mesh.vertices[std::size_t(t[0])], mesh.vertices[std::size_t(t[1])],
-                            mesh.vertices[std::size_t(t[2])]);
+/// Of each triangle, as lengths count where the lumen will be widened.
+std::vector<double> least_sines_squared(const SurfaceDraft& draft) {
+  const std::vector<Vec3>& x = draft.mesh.vertices;
+  const std::vector<Vec3> w = draft.widening ? draft.widening->at(x) : std::vector<Vec3>(x.size());
+  std::vector<double> sines;
+  for (const Triangle& t : draft.mesh.triangles) {
+    const auto a = std::size_t(t[0]), b = std::size_t(t[1]), c = std::size_t(t[2]);
+    const Vec3 mean = (1.0 / 3.0) * (w[a] + w[b] + w[c]);
+    sines.push_back(
+        least_sine_squared(Vec3{}, shortened(x[b] - x[a], mean), shortened(x[c] - x[a], mean)));
+  }
+  return sines;
 }
 
-std::vector<char> corners_of_poor(const TriangleMesh& mesh, double sine_squared) {
-  std::vector<char> marked(mesh.vertices.size(), 0);
-  for (const Triangle& t : mesh.triangles)
-    if (least_sine_squared_of(mesh, t) < sine_squared)
-      for (const int v : t) marked[std::size_t(v)] = 1;
+double least_of(const SurfaceDraft& draft) {
+  const std::vector<double> sines = least_sines_squared(draft);
+  return std::accumulate(sines.begin(), sines.end(), 1.0,
+                         [](double a, double b) { return std::min(a, b); });
+}
+
+std::vector<char> corners_of_poor(const SurfaceDraft& draft, double sine_squared) {
+  std::vector<char> marked(draft.mesh.vertices.size(), 0);
+  const std::vector<double> sines = least_sines_squared(draft);
+  for (std::size_t t = 0; t < sines.size(); ++t)
+    if (sines[t] < sine_squared)
+      for (const int v : draft.mesh.triangles[t]) marked[std::size_t(v)] = 1;
   return marked;
 }
 
@@ -155,7 +176,7 @@ void improve_everywhere(SurfaceDraft& draft, const SurfaceTarget& target) {
   constexpr int kRings = 4;
   std::vector<Vec3> untouchable;
   for (int attempt = 0; attempt < kAttempts; ++attempt) {
-    Patch patch = take_patch(draft, corners_of_poor(draft.mesh, kWanted), kRings);
+    Patch patch = take_patch(draft, corners_of_poor(draft, kWanted), kRings);
     if (patch.empty()) return;
     for (std::size_t v = 0; v < patch.free.size(); ++v)
       for (const Vec3& place : untouchable)
@@ -176,23 +197,25 @@ void improve_everywhere(SurfaceDraft& draft, const SurfaceTarget& target) {
   }
 }
 
-/// Improves the patch around one place on its own, as stiffly as that goes: with the target first,
-/// then as a membrane. @return false if nothing helps
-bool improve_place(SurfaceDraft& draft, const SurfaceTarget& target, const Vec3& place) {
+/// How a patch may be improved: as stiffly as that goes, with the target first, then as a membrane.
+struct Way {
+  int ring_count;
+  bool as_membrane;
+};
+constexpr std::array<Way, 6> kWays{
+    {{3, false}, {1, false}, {1, true}, {2, true}, {4, true}, {7, true}}};
+constexpr std::size_t kWaysOnTarget = 2;  // the first of them
+
+/// Improves the patch around one place on its own. @return false if nothing helps
+bool improve_place(SurfaceDraft& draft, const SurfaceTarget& target, const Vec3& place,
+                   std::span<const Way> ways) {
   std::vector<char> marked(draft.mesh.vertices.size(), 0);
   for (std::size_t v = 0; v < marked.size(); ++v)
     marked[v] = distance(draft.mesh.vertices[v], place) < 1.5 * draft.edge_length[v] ? 1 : 0;
-  struct Way {
-    int ring_count;
-    bool as_membrane;
-  };
-  for (const Way way :
-       {Way{3, false}, Way{1, false}, Way{1, true}, Way{2, true}, Way{4, true}, Way{7, true}}) {
+  for (const Way way : ways) {
     Patch patch = take_patch(draft, marked, way.ring_count);
     if (patch.empty()) return false;
-    double before = 1.0;
-    for (const Triangle& t : patch.draft.mesh.triangles)
-      before = std::min(before, least_sine_squared_of(patch.draft.mesh, t));
+    const double before = least_of(patch.draft);
     if (way.as_membrane) {
       constexpr int kRounds = 3;
       for (std::size_t v = 0; v < patch.free.size(); ++v)
@@ -200,9 +223,7 @@ bool improve_place(SurfaceDraft& draft, const SurfaceTarget& target, const Vec3&
       remesh_membrane(patch.draft, patch.free, kRounds);
     }
     AngleImprover(patch.draft, &target, patch.free).run();
-    double after = 1.0;
-    for (const Triangle& t : patch.draft.mesh.triangles)
-      after = std::min(after, least_sine_squared_of(patch.draft.mesh, t));
+    const double after = least_of(patch.draft);
     if (after < kLeast && after <= kGain * before) continue;
     SurfaceDraft improved = draft;
     const std::vector<char> changed = put_back(improved, patch);
@@ -213,30 +234,46 @@ bool improve_place(SurfaceDraft& draft, const SurfaceTarget& target, const Vec3&
   return false;
 }
 
+/// Improves the places of triangles below an angle, one after the other.
+void improve_places(SurfaceDraft& draft, const SurfaceTarget& target, double sine_squared,
+                    std::span<const Way> ways) {
+  constexpr int kPlaces = 200;
+  std::vector<Vec3> hopeless;
+  for (int i = 0; i < kPlaces; ++i) {
+    const auto first_corner = [&](std::size_t t) {
+      return std::size_t(draft.mesh.triangles[t][0]);
+    };
+    const auto is_hopeless = [&](std::size_t t) {
+      return std::any_of(hopeless.begin(), hopeless.end(), [&](const Vec3& place) {
+        return distance(place, draft.mesh.vertices[first_corner(t)]) <
+               draft.edge_length[first_corner(t)];
+      });
+    };
+    const std::vector<double> sines = least_sines_squared(draft);
+    std::size_t poor = 0;
+    while (poor < sines.size() && (sines[poor] >= sine_squared || is_hopeless(poor))) ++poor;
+    if (poor == sines.size()) break;
+    const Vec3 place = draft.mesh.vertices[first_corner(poor)];
+    if (!improve_place(draft, target, place, ways)) hopeless.push_back(place);
+  }
+}
+
 }  // namespace
 
 std::vector<std::array<int, 2>> improve_angles(SurfaceDraft& draft, const SurfaceTarget& target) {
   improve_everywhere(draft, target);
-  constexpr int kPlaces = 200;
-  std::vector<Vec3> hopeless;
-  for (int i = 0; i < kPlaces; ++i) {
-    const auto is_due = [&](const Triangle& t) {
-      return least_sine_squared_of(draft.mesh, t) < kLeast &&
-             std::none_of(hopeless.begin(), hopeless.end(), [&](const Vec3& place) {
-               return distance(place, draft.mesh.vertices[std::size_t(t[0])]) <
-                      draft.edge_length[std::size_t(t[0])];
-             });
-    };
-    const auto poor =
-        std::find_if(draft.mesh.triangles.begin(), draft.mesh.triangles.end(), is_due);
-    if (poor == draft.mesh.triangles.end()) break;
-    const Vec3 place = draft.mesh.vertices[std::size_t((*poor)[0])];
-    if (!improve_place(draft, target, place)) hopeless.push_back(place);
+  improve_places(draft, target, kLeast, kWays);
+  if (draft.widening && !draft.widening->is_none()) {
+    // Of angles that are good as they count, some few are not as they are. A throat is too narrow
+    // for membranes: they would dent it.
+    const Widening* widening = std::exchange(draft.widening, nullptr);
+    improve_places(draft, target, kNeedle, std::span(kWays).first(kWaysOnTarget));
+    draft.widening = widening;
   }
   std::vector<std::array<int, 2>> left;
-  for (std::size_t t = 0; t < draft.mesh.triangles.size(); ++t)
-    if (least_sine_squared_of(draft.mesh, draft.mesh.triangles[t]) < kLeast)
-      left.push_back({int(t), int(t)});
+  const std::vector<double> sines = least_sines_squared(draft);
+  for (std::size_t t = 0; t < sines.size(); ++t)
+    if (sines[t] < kLeast) left.push_back({int(t), int(t)});
   return left;
 }
 

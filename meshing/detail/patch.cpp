@@ -91,6 +91,7 @@ Patch take_patch(const SurfaceDraft& whole, const std::vector<char>& marked, int
     if (!patch.in_patch[t])
       for (const int v : mesh.triangles[t]) shared[std::size_t(v)] = 1;
   patch.draft.rim_planes = whole.rim_planes;
+  patch.draft.widening = whole.widening;
   std::vector<int> index(mesh.vertices.size(), -1);
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
     if (!patch.in_patch[t]) continue;
@@ -116,6 +117,7 @@ Patch take_patch(const SurfaceDraft& whole, const std::vector<char>& marked, int
 std::vector<char> put_back(SurfaceDraft& whole, const Patch& patch) {
   SurfaceDraft result;
   result.rim_planes = std::move(whole.rim_planes);
+  result.widening = whole.widening;
   whole.membrane.resize(whole.mesh.vertices.size(), 0);
   std::vector<char> is_new;
   std::vector<int> index(whole.mesh.vertices.size(), -1);

@@ -88,12 +88,10 @@ class Remesher {
 
   [[nodiscard]] bool is_shortest_of_sliver(Halfedge h) const {
     if (mesh_.is_border(h)) return false;
-    const Vec3 a = editor_.position(mesh_.source(h));
-    const Vec3 b = editor_.position(mesh_.target(h));
-    const Vec3 c = editor_.position(mesh_.target(mesh_.next(h)));
-    const double own = norm_squared(b - a);
-    return own <= norm_squared(c - b) && own <= norm_squared(a - c) &&
-           least_sine_squared(a, b, c) < kSliver;
+    const double own = editor_.length(mesh_.edge(h));
+    return own <= editor_.length(mesh_.edge(mesh_.next(h))) &&
+           own <= editor_.length(mesh_.edge(mesh_.prev(h))) &&
+           editor_.least_sine_squared(mesh_.face(h)) < kSliver;
   }
 
   void flip_edges(FlipRule rule) {

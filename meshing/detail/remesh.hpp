@@ -5,6 +5,7 @@
 
 #include "core/triangle_mesh.hpp"
 #include "meshing/detail/surface_target.hpp"
+#include "meshing/detail/widening.hpp"
 
 namespace angio::meshing::detail {
 
@@ -22,6 +23,7 @@ struct SurfaceDraft {
   std::vector<char> membrane;       ///< vertices that need not lie on the target
   std::vector<int> origin;          ///< vertex of a larger draft that it is, -1: new; or empty
   std::vector<Plane> rim_planes;
+  const Widening* widening = nullptr;  ///< how lengths count, not owned; null: as they are
 };
 
 /// Remeshes towards equilateral triangles of the wanted edge lengths, vertices on the target.
@@ -32,7 +34,8 @@ struct SurfaceDraft {
 /// Source: Botsch, Kobbelt, "A remeshing approach to multiresolution modeling", SGP 2004, section
 /// 4. Departures: L varies over the surface; every step is refused that turns a triangle by more
 /// than about 70 degrees from the surface or spoils its angles; the last rounds flip, collapse and
-/// move for the least angle; rim vertices stay in their planes.
+/// move for the least angle; rim vertices stay in their planes; where the lumen will be widened,
+/// lengths and angles are those that count (Widening).
 void remesh(SurfaceDraft& draft, const SurfaceTarget& target, int round_count);
 
 /// The same for some vertices only.

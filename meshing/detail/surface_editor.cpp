@@ -52,13 +52,17 @@ SurfaceEditor::SurfaceEditor(SurfaceDraft& draft, const SurfaceTarget* target,
   free_ = mesh_.add_property_map<Vertex, char>("v:free", 1).first;
   membrane_ = mesh_.add_property_map<Vertex, char>("v:membrane", 0).first;
   normal_ = mesh_.add_property_map<Vertex, Vec3>("v:normal_lps", Vec3{}).first;
+  widening_ = mesh_.add_property_map<Vertex, Vec3>("v:widening", Vec3{}).first;
   draft.membrane.resize(draft.mesh.vertices.size(), 0);
+  const std::vector<Vec3> widening =
+      draft.widening ? draft.widening->at(draft.mesh.vertices) : std::vector<Vec3>{};
   for (const Vertex v : mesh_.vertices()) {
     length_[v] = draft.edge_length[v.idx()];
     rim_[v] = draft.rim[v.idx()];
     membrane_[v] = draft.membrane[v.idx()];
     if (!draft.origin.empty()) origin_[v] = draft.origin[v.idx()];
     if (!free.empty()) free_[v] = free[v.idx()];
+    if (!widening.empty()) widening_[v] = widening[v.idx()];
   }
   parallel_for(std::ptrdiff_t(draft.mesh.vertices.size()), [&](std::ptrdiff_t i) {
     const auto v = Vertex(unsigned(i));
@@ -90,17 +94,22 @@ Vec3 SurfaceEditor::normal_at(Vertex v, const Vec3& place) const {
 
 double SurfaceEditor::least_sine_squared(Face f) const {
   const Halfedge h = mesh_.halfedge(f);
-  return detail::least_sine_squared(position(mesh_.source(h)), position(mesh_.target(h)),
-                                    position(mesh_.target(mesh_.next(h))));
+  const Vertex a = mesh_.source(h);
+  return least_sine_squared(a, position(a), mesh_.target(h), mesh_.target(mesh_.next(h)));
+}
+
+double SurfaceEditor::least_sine_squared(Vertex a, const Vec3& place, Vertex b, Vertex c) const {
+  const Vec3 w = (1.0 / 3.0) * (widening_[a] + widening_[b] + widening_[c]);
+  return detail::least_sine_squared(Vec3{}, shortened(position(b) - place, w),
+                                    shortened(position(c) - place, w));
 }
 
 double SurfaceEditor::least_sine_squared_around(Vertex v, const Vec3& place) const {
   double least = 1.0;
   for (const Halfedge h : CGAL::halfedges_around_target(v, mesh_))
     if (!mesh_.is_border(h))
-      least =
-          std::min(least, detail::least_sine_squared(place, position(mesh_.target(mesh_.next(h))),
-                                                     position(mesh_.source(h))));
+      least = std::min(least,
+                       least_sine_squared(v, place, mesh_.target(mesh_.next(h)), mesh_.source(h)));
   return least;
 }
 
@@ -122,6 +131,7 @@ void SurfaceEditor::split(Edge e) {
   free_[v] = 1;
   membrane_[v] = membrane_[a] && membrane_[b];
   normal_[v] = normalized(normal_[a] + normal_[b]);
+  widening_[v] = 0.5 * (widening_[a] + widening_[b]);
   if (!mesh_.is_border(incoming))
     CGAL::Euler::split_face(incoming, mesh_.next(mesh_.next(incoming)), mesh_);
   const Halfedge other = mesh_.opposite(incoming);
@@ -160,6 +170,7 @@ bool SurfaceEditor::collapse(Edge e, double length_limit, double sine_squared) {
     const int rim = std::max(rim_[a], rim_[b]);
     const int origin = !free_[a] ? origin_[a] : (free_[b] ? -1 : origin_[b]);
     const char free = free_[a] && free_[b];
+    const Vec3 widening = 0.5 * (widening_[a] + widening_[b]);
     const char membrane = membrane_[a] && membrane_[b];
     const Vertex kept = CGAL::Euler::collapse_edge(e, mesh_);
     mesh_.point(kept) = to_point(place);
@@ -170,6 +181,7 @@ bool SurfaceEditor::collapse(Edge e, double length_limit, double sine_squared) {
     free_[kept] = free;
     membrane_[kept] = membrane;
     normal_[kept] = normal;
+    widening_[kept] = widening;
     return true;
   }
   return false;
@@ -206,15 +218,17 @@ bool SurfaceEditor::star_stays_good(Vertex v, Vertex other, const Place& place, 
     const Vec3 x = position(p);
     const Vec3 y = position(q);
     const double limit = length_limit * 0.5 * (length_[v] + length_[p]);
-    const double reach_squared = norm_squared(place.point - x);
-    if (reach_squared > limit * limit && reach_squared > norm_squared(position(v) - x))
+    const Vec3 w = 0.5 * (widening_[v] + widening_[p]);
+    const double reach_squared = norm_squared(shortened(place.point - x, w));
+    if (reach_squared > limit * limit &&
+        reach_squared > norm_squared(shortened(position(v) - x, w)))
       return false;
     const Vec3 sides = normal_[p] + normal_[q];
     if (!faces_target(place.point, x, y, place.normal + sides) &&
         faces_target(position(v), x, y, normal_[v] + sides))
       return false;
-    const double before = detail::least_sine_squared(position(v), x, y);
-    const double after = detail::least_sine_squared(place.point, x, y);
+    const double before = least_sine_squared(v, position(v), p, q);
+    const double after = least_sine_squared(v, place.point, p, q);
     if (after < std::max(sine_squared, std::min(0.5 * before, kept_sine_squared_))) return false;
   }
   return true;
@@ -239,9 +253,10 @@ bool SurfaceEditor::flip(Halfedge h) {
 
 SurfaceEditor::Shapes SurfaceEditor::flip_shapes(Halfedge h) const {
   const auto [a, b, c, d] = diamond(h);
-  const Vec3 pa = position(a), pb = position(b), pc = position(c), pd = position(d);
-  return {std::min(detail::least_sine_squared(pa, pb, pc), detail::least_sine_squared(pb, pa, pd)),
-          std::min(detail::least_sine_squared(pa, pd, pc), detail::least_sine_squared(pd, pb, pc))};
+  const auto shape = [this](Vertex p, Vertex q, Vertex r) {
+    return least_sine_squared(p, position(p), q, r);
+  };
+  return {std::min(shape(a, b, c), shape(b, a, d)), std::min(shape(a, d, c), shape(d, b, c))};
 }
 
 int SurfaceEditor::excess(Vertex v, int change) const {
@@ -281,9 +296,9 @@ bool SurfaceEditor::may_move(Vertex v, const Place& place) const {
     if (!faces_target(place.point, x, y, place.normal + sides) &&
         faces_target(from, x, y, normal_[v] + sides))
       return false;
-    const double after = detail::least_sine_squared(place.point, x, y);
+    const double after = least_sine_squared(v, place.point, p, q);
     if (after < kGoodSineSquared && after < kept_sine_squared_ &&
-        after < detail::least_sine_squared(from, x, y) - 1e-9)
+        after < least_sine_squared(v, from, p, q) - 1e-9)
       return false;
   }
   return true;

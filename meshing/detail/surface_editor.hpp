@@ -55,9 +55,13 @@ class SurfaceEditor {
   [[nodiscard]] double wanted_length(Edge e) const {
     return 0.5 * (length_[mesh_.vertex(e, 0)] + length_[mesh_.vertex(e, 1)]);
   }
+  /// As it counts where the lumen will be widened, as all lengths and angles here do.
   [[nodiscard]] double length(Edge e) const {
-    return distance(position(mesh_.vertex(e, 0)), position(mesh_.vertex(e, 1)));
+    const Vertex a = mesh_.vertex(e, 0), b = mesh_.vertex(e, 1);
+    return norm(shortened(position(a) - position(b), 0.5 * (widening_[a] + widening_[b])));
   }
+  /// Of a triangle of these corners as if the first lay at `place`.
+  [[nodiscard]] double least_sine_squared(Vertex a, const Vec3& place, Vertex b, Vertex c) const;
   [[nodiscard]] double least_sine_squared(Face f) const;
   /// Of the triangles around a vertex as if it lay at `place`.
   [[nodiscard]] double least_sine_squared_around(Vertex v, const Vec3& place) const;
@@ -119,6 +123,7 @@ class SurfaceEditor {
   Mesh::Property_map<Vertex, char> free_;      ///< may move
   Mesh::Property_map<Vertex, char> membrane_;  ///< need not lie on the target
   Mesh::Property_map<Vertex, Vec3> normal_;
+  Mesh::Property_map<Vertex, Vec3> widening_;  ///< Widening::at
 };
 
 }  // namespace angio::meshing::detail

@@ -102,18 +102,29 @@ Placement no_placement(const centerline::Lesion& worst, const std::string& reaso
                       least, place_of(worst), reason)};
 }
 
+/// The lesions' stretches with the diameter of the balloon that would be brought there.
+std::vector<meshing::WidenedStretch> stretches_to_widen(
+    const std::vector<centerline::Lesion>& lesions, double nominal_diameter_mm) {
+  std::vector<meshing::WidenedStretch> stretches;
+  for (const centerline::Lesion& lesion : lesions)
+    if (!lesion.is_too_thin)
+      stretches.push_back({lesion.path_id, lesion.proximal_mm, lesion.distal_mm,
+                           nominal_diameter_mm > 0.0
+                               ? nominal_diameter_mm
+                               : meshing::usual_balloon_diameter_mm(lesion.reference_diameter_mm)});
+  return stretches;
+}
+
 /// The balloon across the place that the user named, otherwise across the most severe lesion that
 /// one can be brought to.
 Placement place_on_a_lesion(StageWork& work, const MeshingSettings& settings,
                             const CenterlineTree& tree, const meshing::LumenMesh& lumen,
-                            const centerline::Resolution& resolution) {
+                            const std::vector<centerline::Lesion>& lesions) {
   const centerline::LesionOptions& asked = settings.get<&Config::lesion>();
   const meshing::BalloonOptions& balloon = settings.get<&Config::balloon>();
   const bool is_place_given = asked.abscissa_mm >= 0.0,
              is_balloon_given = balloon.nominal_diameter_mm > 0.0;
   const bool is_usual = is_usual_balloon(settings.get<membrane>(), balloon.rest_diameter_mm);
-  const std::vector<centerline::Lesion> lesions =
-      centerline::find_lesions(tree, centerline::lesion_options(asked, resolution));
   std::string first_reason;
   for (const centerline::Lesion& lesion : lesions) {
     if (lesion.is_too_thin) continue;
@@ -188,19 +199,24 @@ void do_meshing(StageWork& work, const MeshingSettings& settings) {
   const CenterlineTree tree = read_centerlines(work.files.path(file::kCenterlines));
   const meshing::LumenMeshOptions& options = settings.get<&Config::lumen_mesh>();
   const centerline::LesionOptions& lesion = settings.get<&Config::lesion>();
+  const centerline::Resolution resolution = case_resolution(work.files);
+  const std::vector<centerline::Lesion> lesions =
+      centerline::find_lesions(tree, centerline::lesion_options(lesion, resolution));
+  const std::vector<meshing::WidenedStretch> widened =
+      stretches_to_widen(lesions, settings.get<&Config::balloon>().nominal_diameter_mm);
   const Progress lumen_progress = part(work.progress, 0.0, 0.5);
   const meshing::LumenMesh lumen =
       work.files.exists(file::kNarrowedLumen)
           ? meshing::mesh_lumen(formats::read_surface(work.files.path(file::kNarrowedLumen)).mesh,
-                                tree, options, lumen_progress)
+                                tree, options, lumen_progress, widened)
       : has_surface_input(work.files)
-          ? meshing::mesh_lumen(read_given_surface(work.files), tree, options, lumen_progress)
-          : meshing::mesh_lumen(read_level_set(work.files), tree, options, lumen_progress);
+          ? meshing::mesh_lumen(read_given_surface(work.files), tree, options, lumen_progress,
+                                widened)
+          : meshing::mesh_lumen(read_level_set(work.files), tree, options, lumen_progress, widened);
   keep(work.warnings, lumen.warnings);
   const std::optional<meshing::LumenVolume> volume = fill_lumen(work, settings, lumen);
 
-  const centerline::Resolution resolution = case_resolution(work.files);
-  Placement placement = place_on_a_lesion(work, settings, tree, lumen, resolution);
+  Placement placement = place_on_a_lesion(work, settings, tree, lumen, lesions);
   if (placement.setup) tell_of_balloon(work, lesion, resolution.longest_mm, placement);
   if (placement.setup && settings.get<&Config::wall_model>() == simulation::WallModel::layered) {
     const meshing::WallLayerOptions layers = wall_layer_options(
