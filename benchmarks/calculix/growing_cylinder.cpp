@@ -64,45 +64,47 @@ WallOptions options() {
   return o;
 }
 
-void write_calculix(const LayeredWall& wall, const std::string& path) {
-  ccx::Nodes nodes;
-  const std::string elements = ccx::elements_of(wall, nodes);
-  // The cylinder: a thin ring of bricks, every node of which is moved.
-  const std::size_t first = nodes.places.size(), wedges = wall.wedges.size();
-  std::vector<Vec3> ring;
+/// The cylinder's nodes: inner and outer circle at either end.
+std::vector<Vec3> cylinder_nodes() {
+  std::vector<Vec3> nodes;
   for (const double z : {-0.5, kLength + 0.5})
     for (const double r : {kSmall - 0.1, kSmall})
       for (int k = 0; k < kFacets; ++k) {
         const double angle = 2.0 * units::kPi * k / kFacets;
-        ring.push_back({r * std::cos(angle), r * std::sin(angle), z});
+        nodes.push_back({r * std::cos(angle), r * std::sin(angle), z});
       }
-  std::ofstream out(path);
-  out << std::fixed;  // a field holds 20 characters
-  out.precision(12);
-  out << "*NODE, NSET=NWALL\n";
-  ccx::write_nodes(out, nodes.places);
-  out << "*NODE, NSET=NRING\n";
-  ccx::write_nodes(out, ring, first);
-  out << "*ELEMENT, TYPE=C3D15, ELSET=EALL\n" << elements;
+  return nodes;
+}
+
+/// Bricks around the axis, and their outer faces as a surface.
+///
+/// @param node, element  numbers of the first ones less one
+void write_cylinder(std::ostream& out, std::size_t node, std::size_t element) {
   out << "*ELEMENT, TYPE=C3D8, ELSET=ERING\n";
   for (int k = 0; k < kFacets; ++k) {
     const int n = (k + 1) % kFacets, corner[4] = {k, n, n + kFacets, k + kFacets};
-    out << wedges + std::size_t(k) + 1;
-    for (const int c : {0, 3, 2, 1}) out << ", " << first + std::size_t(corner[c]) + 1;
-    for (const int c : {0, 3, 2, 1})
-      out << ", " << first + std::size_t(corner[c] + 2 * kFacets) + 1;
+    out << element + std::size_t(k) + 1;
+    for (const int end : {0, 2 * kFacets})
+      for (const int c : {0, 3, 2, 1}) out << ", " << node + std::size_t(corner[c] + end) + 1;
     out << '\n';
   }
+  out << "*SURFACE, NAME=SRING\n";
+  for (int k = 0; k < kFacets; ++k) out << element + std::size_t(k) + 1 << ", S4\n";
+}
+
+/// Which elements are plaque, and which faces are the lumen's.
+void write_parts(std::ostream& out, const LayeredWall& wall) {
   for (const bool plaque : {true, false}) {
     out << "*ELSET, ELSET=" << (plaque ? "EPLAQUE" : "EVESSEL") << '\n';
-    for (std::size_t w = 0; w < wedges; ++w)
+    for (std::size_t w = 0; w < wall.wedges.size(); ++w)
       if ((wall.region[w] == WallRegion::plaque) == plaque) out << w + 1 << '\n';
   }
   out << "*SURFACE, NAME=SINNER\n";
-  for (std::size_t w = 0; w < wedges; ++w)
+  for (std::size_t w = 0; w < wall.wedges.size(); ++w)
     if (wall.layer[w] == 0) out << w + 1 << ", S1\n";
-  out << "*SURFACE, NAME=SRING\n";  // the bricks' outer faces
-  for (int k = 0; k < kFacets; ++k) out << wedges + std::size_t(k) + 1 << ", S4\n";
+}
+
+void write_materials(std::ostream& out) {
   out << "*MATERIAL, NAME=PLAQUE\n*ELASTIC\n"
       << kPlaqueKpa << ", " << kPoisson << "\n*PLASTIC\n"
       << kYieldKpa << ", 0.\n"
@@ -114,20 +116,42 @@ void write_calculix(const LayeredWall& wall, const std::string& path) {
       << "*SOLID SECTION, ELSET=ERING, MATERIAL=RIGID\n"
       << "*SURFACE INTERACTION, NAME=TOUCH\n*SURFACE BEHAVIOR, PRESSURE-OVERCLOSURE=LINEAR\n"
       << kContactKpaPerMm << ", 1.\n"
-      << "*CONTACT PAIR, INTERACTION=TOUCH, TYPE=SURFACE TO SURFACE\nSINNER, SRING\n"
-      << "*BOUNDARY\n";
-  ccx::write_held(out, nodes.fixed);
-  // Both phases' place of the cylinder, from where it was made.
+      << "*CONTACT PAIR, INTERACTION=TOUCH, TYPE=SURFACE TO SURFACE\nSINNER, SRING\n";
+}
+
+/// The cylinder grows, then shrinks: its displacements count from where it was made.
+void write_steps(std::ostream& out, const std::vector<Vec3>& cylinder, std::size_t node) {
   for (const double radius : {kLarge, kSmall}) {
     out << "*STEP, NLGEOM, INC=2000\n*STATIC\n0.02, 1.0, 1e-6, 0.05\n*BOUNDARY\n";
-    for (std::size_t v = 0; v < ring.size(); ++v) {
-      const double size = std::hypot(ring[v].x, ring[v].y), grown = (radius - kSmall) / size;
-      out << first + v + 1 << ", 1, 1, " << grown * ring[v].x << '\n'
-          << first + v + 1 << ", 2, 2, " << grown * ring[v].y << '\n'
-          << first + v + 1 << ", 3, 3, 0.\n";
+    for (std::size_t v = 0; v < cylinder.size(); ++v) {
+      const Vec3& x = cylinder[v];
+      const double grown = (radius - kSmall) / std::hypot(x.x, x.y);
+      out << node + v + 1 << ", 1, 1, " << grown * x.x << '\n'
+          << node + v + 1 << ", 2, 2, " << grown * x.y << '\n'
+          << node + v + 1 << ", 3, 3, 0.\n";
     }
     out << "*NODE PRINT, NSET=NWALL, FREQUENCY=100000\nU\n*END STEP\n";
   }
+}
+
+void write_calculix(const LayeredWall& wall, const std::string& path) {
+  ccx::Nodes nodes;
+  const std::string elements = ccx::elements_of(wall, nodes);
+  const std::vector<Vec3> cylinder = cylinder_nodes();
+  std::ofstream out(path);
+  out << std::fixed;  // a field holds 20 characters
+  out.precision(12);
+  out << "*NODE, NSET=NWALL\n";
+  ccx::write_nodes(out, nodes.places);
+  out << "*NODE, NSET=NRING\n";
+  ccx::write_nodes(out, cylinder, nodes.places.size());
+  out << "*ELEMENT, TYPE=C3D15, ELSET=EALL\n" << elements;
+  write_cylinder(out, nodes.places.size(), wall.wedges.size());
+  write_parts(out, wall);
+  write_materials(out);
+  out << "*BOUNDARY\n";
+  ccx::write_held(out, nodes.fixed);
+  write_steps(out, cylinder, nodes.places.size());
   if (!out.flush()) throw IoError("cannot write " + path + ". Check the folder and the disk");
 }
 

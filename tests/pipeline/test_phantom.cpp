@@ -226,7 +226,7 @@ TEST(Run, WhatIsStaleLeavesTheCaseUntilItIsMadeAgain) {
           .exit_code,
       0);
   const json metrics = read_json_file(root / "metrics.json");
-  EXPECT_NEAR(metrics.at("lesion").at("abscissa_mm").get<double>(), 6.0, 1e-9);
+  EXPECT_NEAR(metrics.at("lesion").at("abscissa_mm").get<double>(), 5.5, 1e-9);
   EXPECT_EQ(metrics.at("status"), "stale");
   for (const char* group : {"result", "simulation"})
     for (const auto& value : metrics.at(group)) EXPECT_TRUE(value.is_null()) << group;
