@@ -134,7 +134,9 @@ INSTANTIATE_TEST_SUITE_P(AllShapes, StenosedPhantom,
 
 TEST(Run, TheSameCommandTwiceGivesTheSameBytes) {
   TemporaryFolder folder;
-  const std::string run = "run phantom:unilateral,length=24,stenosis=50 --preset draft -o ";
+  const std::string run =
+      "run phantom:unilateral,length=24,stenosis=50 --preset draft --set inflation.inflate_s=0.6 "
+      "inflation.hold_s=0.1 inflation.deflate_s=0.4 inflation.rest_s=0.1 -o ";
   ASSERT_EQ(run_program(run + "'" + folder / "a" + "'").exit_code, 0);
   ASSERT_EQ(run_program(run + "'" + folder / "b" + "' --threads 1").exit_code, 0);
   const std::vector<fs::path> files = files_under(folder.path() / "a");
