@@ -59,8 +59,7 @@ double mark_calcium(const Volume<float>& scan, const CalciumLevel& level, WallLa
     }
     if (!(interpolate(scan, centre) > level.threshold())) continue;
     wall.tissue[w] = WallTissue::calcium;
-    volume += tet_volume(x[0], x[1], x[2], x[3]) + tet_volume(x[1], x[2], x[3], x[4]) +
-              tet_volume(x[2], x[3], x[4], x[5]);
+    volume += cut_wedge_volume(x);
   }
   return volume;
 }

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <fstream>
+#include <iostream>
 #include <map>
 #include <ostream>
 #include <sstream>
@@ -90,6 +91,24 @@ inline std::vector<std::vector<Vec3>> read_displacements(const std::string& path
   if (tables.size() < steps || found != count)
     throw InputError(path + " holds no displacements (ccx did not finish). See its output");
   return tables;
+}
+
+/// The main function of a comparison: PROGRAM write FILE.inp | compare FILE.dat.
+///
+/// @param compare  gives the exit code
+template <class Write, class Compare>
+int write_or_compare(int argc, char** argv, const LayeredWall& wall, const Write& write,
+                     const Compare& compare) {
+  try {
+    const std::string what = argc == 3 ? argv[1] : "";
+    if (what == "write") return write(wall, argv[2]), 0;
+    if (what == "compare") return compare(wall, argv[2]);
+    std::cerr << "usage: " << argv[0] << " write FILE.inp | compare FILE.dat\n";
+    return static_cast<int>(ExitCode::usage);
+  } catch (const Error& e) {
+    std::cerr << "error: " << e.what() << '\n';
+    return static_cast<int>(e.exit_code());
+  }
 }
 
 }  // namespace angio::simulation::ccx

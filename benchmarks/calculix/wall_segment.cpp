@@ -1,7 +1,6 @@
 #include <cmath>
 #include <cstdio>
 #include <fstream>
-#include <iostream>
 #include <string>
 
 #include "benchmarks/calculix/ccx_wall.hpp"
@@ -90,15 +89,5 @@ int compare(const LayeredWall& wall, const std::string& path) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  try {
-    const std::string what = argc == 3 ? argv[1] : "";
-    const LayeredWall wall = segment();
-    if (what == "write") return write_calculix(wall, argv[2]), 0;
-    if (what == "compare") return compare(wall, argv[2]);
-    std::cerr << "usage: wall_segment write FILE.inp | compare FILE.dat\n";
-    return static_cast<int>(ExitCode::usage);
-  } catch (const Error& e) {
-    std::cerr << "error: " << e.what() << '\n';
-    return static_cast<int>(e.exit_code());
-  }
+  return ccx::write_or_compare(argc, argv, segment(), write_calculix, compare);
 }

@@ -3,15 +3,10 @@
 # wedges. Fails above 1 %.
 # usage: benchmarks/calculix/wall_segment.sh BUILD_FOLDER [--markdown FILE]
 set -euo pipefail
-build=$(realpath "$1")
-options=("${@:2}")
-[[ ${options[0]:-} != --markdown ]] || options[1]=$(realpath -m "${options[1]}")
-folder=$(mktemp -d)
-trap 'rm -rf "$folder"' EXIT
-cd "$folder"
+source "$(dirname "${BASH_SOURCE[0]}")/prepare.sh"
 failed=0
 "$build/benchmarks/wall_segment" write segment.inp
-ccx segment >ccx.log 2>&1 || { tail ccx.log; exit 1; }
+ccx segment >ccx.log 2>&1 || { tail ccx.log >&2; exit 1; }
 "$build/benchmarks/wall_segment" compare segment.dat >table.md || failed=1
 "$build/benchmarks/result_file" "The layered wall against CalculiX" \
   --command "benchmarks/calculix/wall_segment.sh BUILD_FOLDER" "${options[@]}" <table.md

@@ -1,6 +1,7 @@
 #include "pipeline/stages/layered_wall.hpp"
 
 #include <algorithm>
+#include <array>
 #include <iterator>
 #include <utility>
 
@@ -46,12 +47,6 @@ std::vector<Triangle> outer_triangles(const std::vector<std::array<int, 6>>& wed
   return triangles;
 }
 
-double wedge_volume(const std::vector<Vec3>& x, const simulation::Wedge& w) {
-  const auto at = [&](int corner) { return x[std::size_t(w[std::size_t(corner)])]; };
-  return tet_volume(at(0), at(1), at(2), at(3)) + tet_volume(at(1), at(2), at(3), at(4)) +
-         tet_volume(at(2), at(3), at(4), at(5));
-}
-
 // Of the vessel's own layers where the balloon touches them at the peak, the share [% of volume]
 // that has reached its strength: it has flowed by more than 0.2 %, the usual proof strain. 0 where
 // nothing is touched.
@@ -68,7 +63,9 @@ double over_strength_percent(const simulation::LayeredWall& wall,
     });
     const bool is_vessel = int(wall.region[w]) <= int(simulation::WallRegion::adventitia);
     if (!touched || !is_vessel) continue;
-    const double volume = wedge_volume(wall.vertices, wedge);
+    std::array<Vec3, 6> corners;
+    for (std::size_t c = 0; c < 6; ++c) corners[c] = wall.vertices[std::size_t(wedge[c])];
+    const double volume = cut_wedge_volume(corners);
     all += volume;
     if (last.wall_stress[w].plastic_strain > kProofStrain) over += volume;
   }
