@@ -33,6 +33,7 @@ struct SolidStress {
 template <class Real>
 struct SolidTangent {
   Real d1{}, d11{};                  ///< by I1'
+  Real pressed{}, pressed2{};        ///< J B', J^2 B'' of the barrier
   Real d4[2]{}, d14[2]{}, d44[2]{};  ///< by I4_i (and I1')
   Real i1{};                         ///< tr F^T F
   Real scale{};                      ///< J^(-2/3)
@@ -62,12 +63,58 @@ ANGIO_HOST_DEVICE inline Stiffening<Real> stiffening(Real q) {
   return {e * (Real(1) + over + Real(0.5) * over * over), e * (Real(1) + over), e};
 }
 
-/// Energy and stress of a deformation gradient, without the volumetric part, and what the tangent
-/// needs.
+/// U(J) = K/2 ((J^2 - 1)/2 - ln J) and its derivatives [Pa]: infinite resistance to J -> 0.
 ///
-///     Psi = G/2 (I1' - 3) + sum_i k1 / (2 k2) (exp(Q_i) - 1)
+/// Source: Simo, Taylor, Comput. Methods Appl. Mech. Eng. 85 (1991) 273.
+template <class Real>
+struct VolumeEnergy {
+  Real value{}, d1{}, d2{};
+};
+
+template <class Real>
+ANGIO_HOST_DEVICE inline VolumeEnergy<Real> volume_energy(Real bulk, Real j) {
+  using std::log1p;
+  if (!(j > Real(0))) return {Real(INFINITY), Real(0), Real(0)};
+  const Real d = j - Real(1);  // small: formed first, so that its digits are kept
+  return {Real(0.5) * bulk * (d + Real(0.5) * d * d - log1p(d)),
+          Real(0.5) * bulk * d * (Real(1) + Real(1) / j),
+          Real(0.5) * bulk * (Real(1) + Real(1) / (j * j))};
+}
+
+/// A point's volume below which its barrier acts.
+inline constexpr double kPressed = 0.7;
+
+/// Keeps a point from being pressed to nothing.
+///
+///     B(J) = -K (J - J0)^2 ln(J / J0),  J < J0;  0 from J0 on;  J0 = kPressed
+///
+/// The bulk modulus sees a patch's mean dilatation alone (solid.hpp), and a matrix that yields
+/// holds a single point by no more than its yield stress: at the shoulder of a severe, short throat
+/// a point is pressed to nothing beside others that swell. The tissue does not: it keeps its volume
+/// at every point. The barrier has no part in the moderate strains by which a mesh locks, and
+/// vanishes as the mesh is refined.
+///
+/// Source of its form, twice differentiable at J0: Li, Ferguson, Schneider, Langlois, Zorin, Panozzo,
+/// Jiang, Kaufman, "Incremental Potential Contact", ACM TOG 39 (2020), Eq. 6.
+///
+/// @return [Pa]; infinite for J <= 0
+template <class Real>
+ANGIO_HOST_DEVICE inline VolumeEnergy<Real> pressed_energy(Real bulk, Real j) {
+  using std::log;
+  const Real limit = Real(kPressed);
+  if (!(j > Real(0))) return {Real(INFINITY), Real(0), Real(0)};
+  if (!(j < limit)) return {};
+  const Real over = j - limit, l = log(j / limit), share = over / j;
+  return {-bulk * over * over * l, -bulk * over * (Real(2) * l + share),
+          -bulk * (Real(2) * l + Real(4) * share - share * share)};
+}
+
+/// Energy and stress of a deformation gradient, without the patch's volumetric part, and what the
+/// tangent needs.
+///
+///     Psi = G/2 (I1' - 3) + sum_i k1 / (2 k2) (exp(Q_i) - 1) + B(J)
 ///     Q_i = k2 [(1 - rho) (I1' - 3)^2 + rho <I4_i - 1>^2]
-///     P   = Psi_1 dI1'/dF + sum_i 2 Psi_4i (F a_i) a_i^T
+///     P   = Psi_1 dI1'/dF + sum_i 2 Psi_4i (F a_i) a_i^T + J B' F^-T
 ///
 /// Source: Holzapfel, Gasser, Ogden, J. Elasticity 61 (2000), Eqs. 63-66 (rho = 1), and Holzapfel,
 /// Sommer, Gasser, Regitnig, Am. J. Physiol. 289 (2005) H2048 (rho < 1; mu = G/2; the sum over both
@@ -124,7 +171,11 @@ ANGIO_HOST_DEVICE inline SolidStress<Real> solid_stress(const SolidLaw<Real>& la
     k.d44[i] =
         half * (e.d2 * q4 * q4 + (over > Real(0) ? e.d1 * Real(2) * law.k2 * law.share : Real(0)));
   }
-  out.p = k.d1 * k.dev;
+  const VolumeEnergy<Real> barrier = pressed_energy(law.bulk, j);
+  out.value += barrier.value;
+  k.pressed = j * barrier.d1;
+  k.pressed2 = j * j * barrier.d2;
+  out.p = k.d1 * k.dev + k.pressed * k.t;
   for (int i = 0; i < 2; ++i)
     if (k.d4[i] > Real(0)) out.p += (Real(2) * k.d4[i]) * outer(k.pushed[i], k.fiber[i]);
   return out;
@@ -149,8 +200,10 @@ ANGIO_HOST_DEVICE inline SeenGradient<Real> seen_gradient(const SolidTangent<Rea
 /// The block H_ik = sum_JL d2 Psi / dF_iJ dF_kL g_J h_L: what the corners with gradients g and h
 /// ask of each other at this point [Pa/mm^2]. With T = F^-T, u = F g, v = F h, p = T g, q = T h:
 ///
-///     d2 I1'/dF2 : (g, h) = 2 J^(-2/3) [(g.h) I - 2/3 (p v^T + u q^T) + I1 (2/9 p q^T + 1/3 q
-///     p^T)] d2 I4_i/dF2 : (g, h) = 2 (a_i.g) (a_i.h) I
+///     d2 I1'/dF2 : (g, h)
+///         = 2 J^(-2/3) [(g.h) I - 2/3 (p v^T + u q^T) + I1 (2/9 p q^T + 1/3 q p^T)]
+///     d2 I4_i/dF2 : (g, h) = 2 (a_i.g) (a_i.h) I
+///     d2 B/dF2 : (g, h) = J^2 B'' p q^T + J B' (p q^T - q p^T)
 template <class Real>
 ANGIO_HOST_DEVICE inline Mat3T<Real> solid_block(const SolidTangent<Real>& k,
                                                  const SeenGradient<Real>& g,
@@ -159,8 +212,9 @@ ANGIO_HOST_DEVICE inline Mat3T<Real> solid_block(const SolidTangent<Real>& k,
   Real diagonal = s * dot(g.g, h.g);
   // Rows of the outer products with v, q and p, gathered so that each entry takes few products.
   const Vec3T<Real> by_v = (Real(-2) / Real(3) * s) * g.t;
-  const Vec3T<Real> by_q = s * (Real(-2) / Real(3) * g.f + Real(2) / Real(9) * k.i1 * g.t);
-  const Vec3T<Real> by_p = (s * k.i1 / Real(3)) * h.t;
+  const Vec3T<Real> by_q = s * (Real(-2) / Real(3) * g.f + Real(2) / Real(9) * k.i1 * g.t) +
+                           (k.pressed2 + k.pressed) * g.t;
+  const Vec3T<Real> by_p = (s * k.i1 / Real(3) - k.pressed) * h.t;
   Vec3T<Real> by_dev = k.d11 * g.dev, by_pushed[2];
   for (int i = 0; i < 2; ++i) {
     diagonal += Real(2) * k.d4[i] * g.along[i] * h.along[i];
@@ -175,24 +229,6 @@ ANGIO_HOST_DEVICE inline Mat3T<Real> solid_block(const SolidTangent<Real>& k,
                   by_pushed[0][a] * k.pushed[0][b] + by_pushed[1][a] * k.pushed[1][b] +
                   (a == b ? diagonal : Real(0));
   return out;
-}
-
-/// U(J) = K/2 ((J^2 - 1)/2 - ln J) and its derivatives [Pa]: infinite resistance to J -> 0.
-///
-/// Source: Simo, Taylor, Comput. Methods Appl. Mech. Eng. 85 (1991) 273.
-template <class Real>
-struct VolumeEnergy {
-  Real value{}, d1{}, d2{};
-};
-
-template <class Real>
-ANGIO_HOST_DEVICE inline VolumeEnergy<Real> volume_energy(Real bulk, Real j) {
-  using std::log1p;
-  if (!(j > Real(0))) return {Real(INFINITY), Real(0), Real(0)};
-  const Real d = j - Real(1);  // small: formed first, so that its digits are kept
-  return {Real(0.5) * bulk * (d + Real(0.5) * d * d - log1p(d)),
-          Real(0.5) * bulk * d * (Real(1) + Real(1) / j),
-          Real(0.5) * bulk * (Real(1) + Real(1) / (j * j))};
 }
 
 }  // namespace angio::simulation::detail

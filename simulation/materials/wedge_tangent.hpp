@@ -23,6 +23,8 @@ struct WedgePlace {
   Vec3T<Real> x[6];          ///< X [mm]
   Vec3T<Real> by_volume[6];  ///< dv/dx_a [mm^2]
   Real volume{};             ///< at X [mm^3]
+  Real dilatation[kWedgePoints]{};  ///< det F at X
+  bool is_pressed = false;          ///< is a point near its barrier?
   bool is_taken = false;
 };
 
@@ -79,6 +81,9 @@ ANGIO_HOST_DEVICE inline void add_volume_tangent(Real pressure, WedgePlace<Real>
   }
 }
 
+/// det F below which a point is watched.
+inline constexpr double kNearPressed = 0.8;
+
 /// @param pressure  dU/dv of the wedge's patch [Pa]
 template <class Real>
 ANGIO_HOST_DEVICE inline void take_tangent(const SolidView<Real>& view, int w, Real pressure,
@@ -92,6 +97,8 @@ ANGIO_HOST_DEVICE inline void take_tangent(const SolidView<Real>& view, int w, R
     SolidTangent<Real> tangent;
     const SolidStress<Real> s =
         solid_stress(wedge.law, wedge.fiber, solid::deformation(point, place.x), tangent);
+    place.dilatation[q] = s.valid ? determinant(tangent.f) : Real(0);
+    place.is_pressed = place.is_pressed || !s.valid || place.dilatation[q] < Real(kNearPressed);
     if (!s.valid) continue;
     SeenGradient<Real> seen[6];
     for (int a = 0; a < 6; ++a) {
@@ -130,6 +137,31 @@ ANGIO_HOST_DEVICE inline bool has_moved(const WedgePlace<Real>& t, const Vec3T<R
     return norm_squared(x[b] - x[a] - before) > share * share * norm_squared(before);
   };
   return changed(0, 1) || changed(0, 2) || changed(0, 3) || changed(1, 4) || changed(2, 5);
+}
+
+/// det F at a wedge's points.
+template <class Real>
+ANGIO_HOST_DEVICE inline void point_dilatations(const SolidPoint<Real>* points,
+                                                const Vec3T<Real>* x,
+                                                Real (&dilatation)[kWedgePoints]) {
+  for (int q = 0; q < kWedgePoints; ++q)
+    dilatation[q] = determinant(solid::deformation(points[q], x));
+}
+
+/// Has a point's dilatation changed by more than a share of it? Beside its barrier it can, while no
+/// edge does: where a wedge leans over.
+template <class Real>
+ANGIO_HOST_DEVICE inline bool is_pressed_on(const WedgePlace<Real>& t,
+                                            const SolidPoint<Real>* points, const Vec3T<Real>* x,
+                                            Real share) {
+  Real now[kWedgePoints];
+  point_dilatations(points, x, now);
+  bool changed = false;
+  for (int q = 0; q < kWedgePoints; ++q) {
+    const Real change = now[q] - t.dilatation[q];
+    changed = changed || !(change * change < share * share * t.dilatation[q] * t.dilatation[q]);
+  }
+  return changed;
 }
 
 }  // namespace angio::simulation::detail

@@ -13,8 +13,11 @@
 namespace angio::simulation::detail {
 
 inline constexpr int kMostColumnLevels = 8;
-/// Strain since a wedge's tangent was taken above which it is taken again.
-inline constexpr double kTangentStrain = 2e-3;
+/// Strain since a wedge's tangent was taken above which it is taken again; a pressed point's change
+/// of volume, as a share of it.
+inline constexpr double kTangentStrain = 2e-3, kTangentPressed = 2e-2;
+/// What a point near its barrier keeps of its volume in one move, at least.
+inline constexpr double kKeptInMove = 0.7;
 
 /// A wedge at a column: it has the corners `corner` and corner + 3.
 struct ColumnWedge {
@@ -51,6 +54,7 @@ struct ColumnRows {
   Mat3T<Real>* beside = nullptr;  ///< [link][level][3]: blocks to the link's levels l - 1, l, l + 1
   Vec3T<Real>* by_low = nullptr;  ///< [patch of a column] dv/dx of the patch at its lower level
   Vec3T<Real>* by_high = nullptr;
+  char* is_pressed = nullptr;  ///< [column] has it a wedge with a point near its barrier?
 };
 
 /// Takes the tangents of the wedges that have been strained, and the volumes of all.
@@ -60,7 +64,9 @@ ANGIO_HOST_DEVICE inline void renew_wedge(const SolidView<Real>& view, const Col
   Vec3T<Real> x[6];
   view.gather(w, x);
   WedgePlace<Real>& t = rows.places[w];
-  rows.is_new[w] = !t.is_taken || has_moved(t, x, Real(kTangentStrain));
+  const SolidPoint<Real>* points = view.wedge(w).points;
+  rows.is_new[w] = !t.is_taken || has_moved(t, x, Real(kTangentStrain)) ||
+                   (t.is_pressed && is_pressed_on(t, points, x, Real(kTangentPressed)));
   if (rows.is_new[w]) {
     const int patch = view.patch[w];
     Real volume = 0;
@@ -262,6 +268,54 @@ ANGIO_HOST_DEVICE inline void solve_column(const SolidColumns& columns,
   for (int l = 1; l < levels; ++l)
     move[l] = Real(-1) * (rows.pivot[row + l] *
                           (gradient[l] + transpose(rows.upper[row + l - 1]) * move[l - 1]));
+}
+
+/// Has the column a wedge with a point near its barrier?
+template <class Real>
+ANGIO_HOST_DEVICE inline bool is_column_pressed(const SolidColumns& columns,
+                                                const ColumnRows<Real>& rows, int column) {
+  bool pressed = false;
+  for (int n = columns.wedge_begin[column]; n < columns.wedge_begin[column + 1]; ++n)
+    pressed = pressed || rows.places[columns.wedges[n].wedge].is_pressed;
+  return pressed;
+}
+
+/// Does a wedge keep of every point's volume what a move must leave?
+template <class Real>
+ANGIO_HOST_DEVICE inline bool keeps_volume(const SolidPoint<Real>* points,
+                                           const Vec3T<Real>* before, const Vec3T<Real>* after) {
+  Real had[kWedgePoints], has[kWedgePoints];
+  point_dilatations(points, before, had);
+  point_dilatations(points, after, has);
+  bool keeps = true;
+  for (int q = 0; q < kWedgePoints; ++q)
+    keeps = keeps && has[q] >= Real(kKeptInMove) * (had[q] < Real(1) ? had[q] : Real(1));
+  return keeps;
+}
+
+/// The share of a column's move that its pressed wedges bear: halved until none of their points
+/// loses more of its volume than a move may take.
+template <class Real>
+ANGIO_HOST_DEVICE inline Real borne_share(const SolidView<Real>& view, const SolidColumns& columns,
+                                          const ColumnRows<Real>& rows, int column,
+                                          const Vec3T<Real>* move, Real share) {
+  constexpr int kMostHalvings = 12;
+  for (int n = columns.wedge_begin[column]; n < columns.wedge_begin[column + 1]; ++n) {
+    const ColumnWedge& at = columns.wedges[n];
+    if (!rows.places[at.wedge].is_pressed) continue;
+    const int l = columns.layer[at.wedge];
+    Vec3T<Real> before[6], after[6];
+    view.gather(at.wedge, before);
+    for (int halving = 0; halving <= kMostHalvings; ++halving) {
+      if (halving == kMostHalvings) share = Real(0);
+      for (int a = 0; a < 6; ++a) after[a] = before[a];
+      after[at.corner] += share * move[l];
+      after[at.corner + 3] += share * move[l + 1];
+      if (keeps_volume(view.wedge(at.wedge).points, before, after)) break;
+      share *= Real(0.5);
+    }
+  }
+  return share;
 }
 
 /// Tells the patches around a column that it moves.

@@ -67,8 +67,9 @@ ANGIO_HOST_DEVICE inline void renew_columns(Team& team, const StepView<Real>& s)
     for (int l = lanes.rank(); l < columns.levels; l += lanes.size())
       gather_level(solid, columns, rows, column, l);
     lanes.sync();
-    if (lanes.rank() == 0)
-      eliminate(columns, rows, column, [&](int l) { return hold_of_level(s, column, l); });
+    if (lanes.rank() > 0) return;
+    eliminate(columns, rows, column, [&](int l) { return hold_of_level(s, column, l); });
+    rows.is_pressed[column] = is_column_pressed(columns, rows, column);
   });
   team.barrier();
 }
@@ -122,7 +123,10 @@ ANGIO_HOST_DEVICE inline Real take_column(const StepView<Real>& s, int v, const 
   const int column = v - s.bodies.wall().first;
   const Real upright = upright_share(s, column, proposed.move);
   const Real bounded = allowed_share(s, v, upright * proposed.move[0], travel);
-  const Real share = bounded * upright;
+  Real share = bounded * upright;
+  if (s.layered.rows.is_pressed[column])
+    share = borne_share(s.layered.solid, s.layered.columns, s.layered.rows, column, proposed.move,
+                        share);
   move_patches(s.layered.solid, s.layered.columns, s.layered.rows, column, share, proposed.move,
                lanes);
   lanes.sync();
@@ -131,6 +135,31 @@ ANGIO_HOST_DEVICE inline Real take_column(const StepView<Real>& s, int v, const 
   for (int l = 1; l < s.layered.columns.levels; ++l)
     s.motion.x[column_vertex(s, column, l)] += share * proposed.move[l];
   return bounded;
+}
+
+/// After a motion of all bodies at once: puts the wall back if a point of it lost more of its volume
+/// than a move may take. @param before  by vertex of the step
+template <class Real, class Team>
+ANGIO_HOST_DEVICE inline void take_back_if_pressed(Team& team, const StepView<Real>& s,
+                                                   const Vec3T<Real>* before) {
+  const int first = s.bodies.wall().first;
+  const SolidView<Real>& solid = s.layered.solid;
+  double lost[1];
+  team.template quick_sum<1, 1>(
+      s.layered.wedge_count,
+      [&](int w, const auto&, auto* part) {
+        Vec3T<Real> x[6], was[6];
+        solid.gather(w, x);
+        for (int a = 0; a < 6; ++a) was[a] = before[first + solid.corners[6 * w + a]];
+        part[0] += keeps_volume(solid.wedge(w).points, was, x) ? Real(0) : Real(1);
+      },
+      lost);
+  if (!(lost[0] > 0.0)) return;
+  team.template for_each<1>(s.bodies.wall().count * s.layered.columns.levels,
+                            [&](int i, const auto&) {
+                              s.motion.x[first + i] = before[first + i];
+                            });
+  team.barrier();
 }
 
 /// Lets a wedge's points flow at the positions reached: F_e <- F_e G^-1 is g_a <- G^-T g_a.

@@ -237,6 +237,7 @@ struct LayeredWallView {
     visit(ArrayRole::model, patch_count, solid.patch_volume);
     visit(ArrayRole::model, columns.stride + 1, columns.patch_begin, columns.wedge_begin,
           columns.link_begin);
+    visit(ArrayRole::state, columns.stride, rows.is_pressed);
     visit(ArrayRole::model, column_patch_count, columns.patches);
     visit(ArrayRole::model, column_wedge_count, columns.wedges);
     visit(ArrayRole::model, link_count, columns.links);

@@ -80,6 +80,7 @@ struct Case {
   double noise;      // of the deformed corners
   double stretch;    // along z
   bool prestress;
+  double squeeze = 1.0;  // along z, volume and all
 };
 
 class Wedges : public ::testing::TestWithParam<Case> {
@@ -94,7 +95,7 @@ class Wedges : public ::testing::TestWithParam<Case> {
     const Mat3 turn = rotation(3u);
     for (int a = 0; a < 6; ++a) {
       Vec3 p = element_.rest[static_cast<std::size_t>(a)];
-      p.z *= c.stretch;
+      p.z *= c.stretch * c.squeeze;
       p.x /= std::sqrt(c.stretch);
       p.y /= std::sqrt(c.stretch);
       p += c.noise * std::min(1.0, c.thickness) * Vec3{u(random), u(random), u(random)};
@@ -228,6 +229,8 @@ INSTANTIATE_TEST_SUITE_P(States, Wedges,
                                            Case{"sliver", -1.0, 0.02, 0.5, 1.0, false},
                                            Case{"prestressed", -1.0, 1.0, 0.02, 1.1, true},
                                            Case{"crushed", -1.0, 1.0, 0.01, 0.3, false},
+                                           Case{"pressed", -1.0, 1.0, 0.01, 1.0, false, 0.5},
+                                           Case{"fibers_pressed", 1.0, 1.0, 0.02, 0.9, true, 0.45},
                                            Case{"fibers_hair_taut", 1.0, 1.0, 0.0, 0.999, false},
                                            Case{"fibers_hair_slack", 1.0, 1.0, 0.0, 1.001, false},
                                            Case{"fibers_taut", 1.0, 1.0, 0.02, 0.8, false},
@@ -237,6 +240,25 @@ INSTANTIATE_TEST_SUITE_P(States, Wedges,
                                            Case{"dispersed_taut", 0.5, 1.0, 0.02, 0.85, true},
                                            Case{"dispersed_slack", 0.5, 1.0, 0.02, 1.2, false}),
                          [](const auto& test) { return std::string(test.param.what); });
+
+TEST(PressedPoint, HasABarrierThatBeginsSmoothlyAndEndsAtNothing) {
+  const double bulk = 2e6, h = 1e-5;
+  EXPECT_EQ(pressed_energy(bulk, kPressed).value, 0.0);
+  EXPECT_EQ(pressed_energy(bulk, 1.0).d2, 0.0);
+  // Its second derivative leaves zero as -6 K (J - J0) / J0.
+  EXPECT_NEAR(pressed_energy(bulk, kPressed - h).d2, 6.0 * bulk * h / kPressed, 1e-3 * bulk * h);
+  for (double j = 0.02; j < kPressed; j += 0.02) {
+    const auto at = [&](double by) { return pressed_energy(bulk, j + by); };
+    EXPECT_NEAR(at(0).d1, slope<double>([&](double by) { return at(by).value; }, h), 1e-6 * bulk);
+    EXPECT_NEAR(at(0).d2, slope<double>([&](double by) { return at(by).d1; }, h),
+                1e-6 * at(0).d2);
+    EXPECT_LT(at(0).d1, 0.0);
+    EXPECT_GT(at(0).d2, 0.0);
+  }
+  // The work of pressing the last tenth to nothing has no end.
+  EXPECT_GT(pressed_energy(bulk, 1e-30).value, 30.0 * bulk);
+  EXPECT_TRUE(std::isinf(pressed_energy(bulk, 0.0).value));
+}
 
 // Isochoric extension along a turned axis.
 Mat3 extension(double stretch, unsigned seed) {

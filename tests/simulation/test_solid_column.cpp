@@ -54,9 +54,11 @@ class Columns : public ::testing::Test {
     beside_.resize(lists_.links.size() * std::size_t(3 * levels_));
     low_.resize(lists_.patches.size());
     high_.resize(lists_.patches.size());
+    is_pressed_.resize(std::size_t(columns_));
     rows_ = {places_.data(),       tangents_.data(), is_new_.data(), wedge_volume_.data(),
              patch_volume_.data(), constant_.data(), pivot_.data(),  upper_.data(),
-             above_.data(),        beside_.data(),   low_.data(),    high_.data()};
+             above_.data(),        beside_.data(),   low_.data(),    high_.data(),
+             is_pressed_.data()};
   }
   void renew() {
     const SolidView<double> view = model_.view(x_.data());
@@ -115,7 +117,7 @@ class Columns : public ::testing::Test {
   std::vector<Vec3> x_;
   std::vector<WedgePlace<double>> places_;
   std::vector<WedgeTangent<double>> tangents_;
-  std::vector<char> is_new_;
+  std::vector<char> is_new_, is_pressed_;
   std::vector<double> wedge_volume_, patch_volume_;
   std::vector<Vec3> constant_, low_, high_;
   std::vector<Mat3> pivot_, upper_, above_, beside_;
@@ -196,6 +198,47 @@ TEST_F(Columns, StepSolvesTheColumnsOwnBlock) {
   for (int l = 0; l < levels_; ++l)
     for (int a = 0; a < 3; ++a)
       EXPECT_NEAR(move[std::size_t(l)][a], exact[3 * l + a], 1e-9 * exact.norm());
+}
+
+// The wall pressed to 0.72 of its height, and a column of it sent through its own outside.
+TEST_F(Columns, AreNotMovedThroughAPressedPoint) {
+  for (int l = 0; l < levels_; ++l)
+    for (int i = 0; i < columns_; ++i) {
+      const Vec3 in = wall_.vertices[std::size_t(i)];
+      Vec3& p = x_[std::size_t(l * columns_ + i)];
+      p = in + 0.72 * (wall_.vertices[std::size_t(l * columns_ + i)] - in);
+    }
+  renew();
+  const SolidView<double> view = model_.view(x_.data());
+  const auto least = [&](int column) {
+    double out = 10.0;
+    for (int n = lists_.wedge_begin[std::size_t(column)];
+         n < lists_.wedge_begin[std::size_t(column) + 1]; ++n) {
+      const int w = lists_.wedges[std::size_t(n)].wedge;
+      Vec3 x[6];
+      view.gather(w, x);
+      double at[kWedgePoints];
+      point_dilatations(view.wedge(w).points, x, at);
+      for (const double j : at) out = std::min(out, j);
+    }
+    return out;
+  };
+  const int column = 12;
+  ASSERT_TRUE(is_column_pressed(columns(), rows_, column));
+  const double before = least(column);
+  ASSERT_GT(before, 0.5);
+  std::vector<Vec3> move(std::size_t(levels_), Vec3{});
+  const Vec3 out = wall_.vertices[std::size_t((levels_ - 1) * columns_ + column)] -
+                   wall_.vertices[std::size_t(column)];
+  move[0] = 2.0 * out;
+  const double share = borne_share(view, columns(), rows_, column, move.data(), 1.0);
+  EXPECT_GT(share, 0.0);
+  const Vec3 place = x_[std::size_t(column)];
+  x_[std::size_t(column)] = place + move[0];
+  EXPECT_LT(least(column), 0.0);
+  x_[std::size_t(column)] = place + share * move[0];
+  EXPECT_GE(least(column), kKeptInMove * before);
+  EXPECT_LT(least(column), before);
 }
 
 }  // namespace
