@@ -24,7 +24,9 @@ struct WedgePlace {
   Vec3T<Real> by_volume[6];  ///< dv/dx_a [mm^2]
   Real volume{};             ///< at X [mm^3]
   Real dilatation[kWedgePoints]{};  ///< det F at X
-  bool is_pressed = false;          ///< is a point near its barrier?
+  /// Of a corner and the one above it: the largest |d ln det F / dx| of a point at X [1/mm]
+  Real steepness[3]{};
+  bool is_pressed = false;  ///< is a point near its barrier?
   bool is_taken = false;
 };
 
@@ -104,6 +106,10 @@ ANGIO_HOST_DEVICE inline void take_tangent(const SolidView<Real>& view, int w, R
     for (int a = 0; a < 6; ++a) {
       seen[a] = seen_gradient(tangent, point.g[a]);
       out.constant[a] += point.weight * (s.p * point.g[a]);
+    }
+    for (int a = 0; a < 3; ++a) {
+      const Real steep = norm(seen[a].t) + norm(seen[a + 3].t);
+      if (steep > place.steepness[a]) place.steepness[a] = steep;
     }
     for (int a = 0; a < 6; ++a)
       for (int b = a; b < 6; ++b)

@@ -218,7 +218,7 @@ ColumnRows<Real> make_column_rows(const LayeredWallView<Real>& view, Memory& mem
   out.beside = memory.template allocate<Mat3T<Real>>(3 * levels * links);
   out.by_low = memory.template allocate<Vec3T<Real>>(column_patches);
   out.by_high = memory.template allocate<Vec3T<Real>>(column_patches);
-  out.is_pressed = memory.template allocate<char>(std::size_t(view.columns.stride));
+  out.steepness = memory.template allocate<Real>(std::size_t(view.columns.stride));
   return out;
 }
 

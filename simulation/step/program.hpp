@@ -174,17 +174,19 @@ ANGIO_HOST_DEVICE inline bool run_sweeps(Team& team, const StepView<Real>& s,
     ++report.sweeps;
     ++status.leap.sweeps;
     ++status.since_search;
-    status.blocked = sums.blocked;
+    status.blocked = sums.blocked();
     report.residual = std::sqrt(sums.net / (sums.load + status.load_floor));
     for (int i = 3; i > 0; --i) status.moved[i] = status.moved[i - 1];
     status.moved[0] = std::sqrt(sums.moved / s.bodies.balloon().count);
-    report.lag = estimated_lag(status.moved) / rules.radius;
+    const double withheld = std::sqrt(sums.withheld / s.bodies.balloon().count);
+    report.lag = (estimated_lag(status.moved) + withheld) / rules.radius;
     const bool is_late = report.sweeps >= rules.later_sweeps;
     const bool near = status.leap.sweeps >= kSweepsToTell && report.sweeps >= rules.least_sweeps &&
                       report.lag < (is_late ? kLaterLag : 1.0) * rules.tolerance &&
                       report.residual < (is_late ? kLaterResidual : rules.residual);
-    const bool rests = report.residual < rules.rest;
-    if (report.sweeps >= kLeastSweeps && !sums.blocked && (near || rests)) break;
+    const bool rests =
+        report.residual < rules.rest && withheld < rules.tolerance * rules.radius;
+    if (report.sweeps >= kLeastSweeps && (near || rests)) break;
     if (leaps) leap(team, s, status);
   }
   return true;

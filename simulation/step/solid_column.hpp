@@ -16,8 +16,10 @@ inline constexpr int kMostColumnLevels = 8;
 /// Strain since a wedge's tangent was taken above which it is taken again; a pressed point's change
 /// of volume, as a share of it.
 inline constexpr double kTangentStrain = 2e-3, kTangentPressed = 2e-2;
-/// What a point near its barrier keeps of its volume in one move, at least.
+/// A move changes no point's volume to less than this share of it, nor to more than its inverse.
 inline constexpr double kKeptInMove = 0.7;
+/// A move that changes volumes by less, as their slopes have it, is not looked at.
+inline constexpr double kSmallMove = 0.15;
 
 /// A wedge at a column: it has the corners `corner` and corner + 3.
 struct ColumnWedge {
@@ -54,7 +56,7 @@ struct ColumnRows {
   Mat3T<Real>* beside = nullptr;  ///< [link][level][3]: blocks to the link's levels l - 1, l, l + 1
   Vec3T<Real>* by_low = nullptr;  ///< [patch of a column] dv/dx of the patch at its lower level
   Vec3T<Real>* by_high = nullptr;
-  char* is_pressed = nullptr;  ///< [column] has it a wedge with a point near its barrier?
+  Real* steepness = nullptr;  ///< [column] the largest of its wedges [1/mm]
 };
 
 /// Takes the tangents of the wedges that have been strained, and the volumes of all.
@@ -270,17 +272,19 @@ ANGIO_HOST_DEVICE inline void solve_column(const SolidColumns& columns,
                           (gradient[l] + transpose(rows.upper[row + l - 1]) * move[l - 1]));
 }
 
-/// Has the column a wedge with a point near its barrier?
 template <class Real>
-ANGIO_HOST_DEVICE inline bool is_column_pressed(const SolidColumns& columns,
-                                                const ColumnRows<Real>& rows, int column) {
-  bool pressed = false;
-  for (int n = columns.wedge_begin[column]; n < columns.wedge_begin[column + 1]; ++n)
-    pressed = pressed || rows.places[columns.wedges[n].wedge].is_pressed;
-  return pressed;
+ANGIO_HOST_DEVICE inline Real column_steepness(const SolidColumns& columns,
+                                               const ColumnRows<Real>& rows, int column) {
+  Real most = 0;
+  for (int n = columns.wedge_begin[column]; n < columns.wedge_begin[column + 1]; ++n) {
+    const ColumnWedge& at = columns.wedges[n];
+    const Real steep = rows.places[at.wedge].steepness[at.corner];
+    most = steep > most ? steep : most;
+  }
+  return most;
 }
 
-/// Does a wedge keep of every point's volume what a move must leave?
+/// Does no point of a wedge lose or gain more of its volume than a move may change?
 template <class Real>
 ANGIO_HOST_DEVICE inline bool keeps_volume(const SolidPoint<Real>* points,
                                            const Vec3T<Real>* before, const Vec3T<Real>* after) {
@@ -288,26 +292,31 @@ ANGIO_HOST_DEVICE inline bool keeps_volume(const SolidPoint<Real>* points,
   point_dilatations(points, before, had);
   point_dilatations(points, after, has);
   bool keeps = true;
-  for (int q = 0; q < kWedgePoints; ++q)
-    keeps = keeps && has[q] >= Real(kKeptInMove) * (had[q] < Real(1) ? had[q] : Real(1));
+  for (int q = 0; q < kWedgePoints; ++q) {
+    const Real low = had[q] < Real(1) ? had[q] : Real(1), high = had[q] > Real(1) ? had[q] : Real(1);
+    keeps = keeps && has[q] >= Real(kKeptInMove) * low && Real(kKeptInMove) * has[q] <= high;
+  }
   return keeps;
 }
 
-/// The share of a column's move that its pressed wedges bear: halved until none of their points
-/// loses more of its volume than a move may take.
+/// The share of a column's move that its wedges bear: halved until all keep their points' volumes.
+/// No wedge may turn inside out within a move: where its law ends no force brings it back.
 template <class Real>
 ANGIO_HOST_DEVICE inline Real borne_share(const SolidView<Real>& view, const SolidColumns& columns,
                                           const ColumnRows<Real>& rows, int column,
                                           const Vec3T<Real>* move, Real share) {
   constexpr int kMostHalvings = 12;
+  Real longest = 0;
+  for (int l = 0; l < columns.levels; ++l)
+    longest = norm(move[l]) > longest ? norm(move[l]) : longest;
+  if (share * longest * rows.steepness[column] < Real(kSmallMove)) return share;
   for (int n = columns.wedge_begin[column]; n < columns.wedge_begin[column + 1]; ++n) {
     const ColumnWedge& at = columns.wedges[n];
-    if (!rows.places[at.wedge].is_pressed) continue;
     const int l = columns.layer[at.wedge];
     Vec3T<Real> before[6], after[6];
     view.gather(at.wedge, before);
     for (int halving = 0; halving <= kMostHalvings; ++halving) {
-      if (halving == kMostHalvings) share = Real(0);
+      if (halving == kMostHalvings) return Real(0);
       for (int a = 0; a < 6; ++a) after[a] = before[a];
       after[at.corner] += share * move[l];
       after[at.corner + 3] += share * move[l + 1];

@@ -58,7 +58,7 @@ ANGIO_HOST_DEVICE inline void sweep_wall(Team& team, const StepView<Real>& s, Sw
     make_wall_moves(team, s, first, count);
     sums.net += total[0];
     sums.load += total[1];
-    sums.blocked = sums.blocked || total[2] > 0.0;
+    sums.withheld += total[2];
   }
   sums.wall_net = sums.net - net_before;
   sums.wall_load = sums.load - load_before;

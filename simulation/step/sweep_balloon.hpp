@@ -133,7 +133,8 @@ ANGIO_HOST_DEVICE inline void propose_moves(Team& team, const StepView<Real>& s,
       total);
 }
 
-/// Takes the moves with the change of pressure; total: volume gained, squared motion, blocked.
+/// Takes the moves with the change of pressure; total: volume gained, squared motion, and
+/// what contact has withheld of it.
 template <class Real, class Team>
 ANGIO_HOST_DEVICE inline void take_moves(Team& team, const StepView<Real>& s, int first, int count,
                                          Real change, Real gauge, double (&total)[3]) {
@@ -145,10 +146,10 @@ ANGIO_HOST_DEVICE inline void take_moves(Team& team, const StepView<Real>& s, in
         Vec3T<Real> by = move.by_force + change * move.by_pressure;
         if (!move.taut) by *= balloon_line_search(s, v, lanes, gauge, by);
         const Real share = bounded_share<Team>(s, v, by);
+        part[2] += norm_squared((Real(1) - share) * by);
         by *= share;
         part[0] += dot(move.by_volume, by);
         part[1] += norm_squared(by);
-        part[2] += share < Real(1) ? Real(1) : Real(0);
         lanes.sync();
         if (lanes.rank() == 0) s.motion.x[v] += by;
       },
@@ -180,7 +181,7 @@ ANGIO_HOST_DEVICE inline void sweep_balloon(Team& team, const StepView<Real>& s,
     sums.load += proposed[3];
     sums.compliance += proposed[1];
     sums.moved += taken[1];
-    sums.blocked = sums.blocked || taken[2] > 0.0;
+    sums.withheld += taken[2];
   }
   status.compliance = sums.compliance;
   if (law.volume > 0.0) law.slope_pressure = status.pressure;

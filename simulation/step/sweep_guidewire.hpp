@@ -147,15 +147,18 @@ ANGIO_HOST_DEVICE inline double take_rod(Team& team, const StepView<Real>& s) {
   }
   team.barrier();
   const Real share = Real(rod.report->share);
-  double total[1];
-  team.template sum<1, 1>(
+  double total[2];
+  team.template sum<1, 2>(
       parts,
       [&](int i, const auto&, auto* part) {
-        const Vec3T<Real> move = share * rod_move(rod, i);
+        const Vec3T<Real> wanted = rod_move(rod, i), move = share * wanted;
         s.motion.x[rod_part_vertex(rod, i)] += move;
         if (i >= rod.shape.count) part[0] += dot(rod.loads[i].by_volume, move);
+        part[1] += norm_squared(wanted - move);
       },
       total);
+  if (team.leader()) rod.report->withheld = total[1];
+  team.barrier();
   return total[0];
 }
 
@@ -174,7 +177,7 @@ ANGIO_HOST_DEVICE inline void sweep_rod(Team& team, const StepView<Real>& s, Ste
   status.pressure = pressure_at(status.law, status.volume);
   sums.net += s.guidewire.report->net;
   sums.load += s.guidewire.report->load;
-  sums.blocked = sums.blocked || s.guidewire.report->share < 1.0;
+  sums.withheld += s.guidewire.report->withheld;
   team.barrier();
 }
 

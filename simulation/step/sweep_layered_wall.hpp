@@ -69,7 +69,7 @@ ANGIO_HOST_DEVICE inline void renew_columns(Team& team, const StepView<Real>& s)
     lanes.sync();
     if (lanes.rank() > 0) return;
     eliminate(columns, rows, column, [&](int l) { return hold_of_level(s, column, l); });
-    rows.is_pressed[column] = is_column_pressed(columns, rows, column);
+    rows.steepness[column] = column_steepness(columns, rows, column);
   });
   team.barrier();
 }
@@ -100,41 +100,24 @@ ANGIO_HOST_DEVICE inline ColumnMove<Real> propose_column(const StepView<Real>& s
   return out;
 }
 
-/// The share of a column's move that leaves every layer most of its height: no wedge may turn
-/// inside out within a move.
-template <class Real>
-ANGIO_HOST_DEVICE inline Real upright_share(const StepView<Real>& s, int column,
-                                            const Vec3T<Real>* move) {
-  constexpr Real kMost = Real(0.3);
-  Real share = 1;
-  for (int l = 0; l + 1 < s.layered.columns.levels; ++l) {
-    const Real height =
-        norm(s.motion.x[column_vertex(s, column, l + 1)] - s.motion.x[column_vertex(s, column, l)]);
-    const Real change = norm(move[l + 1] - move[l]);
-    if (change * share > kMost * height) share = kMost * height / change;
-  }
-  return share;
-}
-
-/// Moves a column. @return the part that its bounds left of the move
+/// Moves a column. @return the part of the move that contact has withheld, squared [mm^2]
 template <class Real, class Lanes>
 ANGIO_HOST_DEVICE inline Real take_column(const StepView<Real>& s, int v, const Lanes& lanes,
                                           const ColumnMove<Real>& proposed, Real travel) {
   const int column = v - s.bodies.wall().first;
-  const Real upright = upright_share(s, column, proposed.move);
-  const Real bounded = allowed_share(s, v, upright * proposed.move[0], travel);
-  Real share = bounded * upright;
-  if (s.layered.rows.is_pressed[column])
-    share = borne_share(s.layered.solid, s.layered.columns, s.layered.rows, column, proposed.move,
-                        share);
+  const Real borne = borne_share(s.layered.solid, s.layered.columns, s.layered.rows, column,
+                                 proposed.move, Real(1));
+  const Vec3T<Real> wanted = borne * proposed.move[0];
+  const Real bounded = allowed_share(s, v, wanted, travel), share = bounded * borne;
   move_patches(s.layered.solid, s.layered.columns, s.layered.rows, column, share, proposed.move,
                lanes);
   lanes.sync();
-  if (lanes.rank() > 0) return bounded;
-  move_wall_vertex(s, v, share * proposed.move[0]);
-  for (int l = 1; l < s.layered.columns.levels; ++l)
-    s.motion.x[column_vertex(s, column, l)] += share * proposed.move[l];
-  return bounded;
+  if (lanes.rank() == 0) {
+    move_wall_vertex(s, v, share * proposed.move[0]);
+    for (int l = 1; l < s.layered.columns.levels; ++l)
+      s.motion.x[column_vertex(s, column, l)] += share * proposed.move[l];
+  }
+  return norm_squared((Real(1) - bounded) * wanted);
 }
 
 /// After a motion of all bodies at once: puts the wall back if a point of it lost more of its volume
@@ -191,9 +174,7 @@ ANGIO_HOST_DEVICE inline void move_wall_columns(Team& team, const StepView<Real>
         const ColumnMove<Real> column = propose_column(s, first + i, lanes);
         part[0] += column.net;
         part[1] += column.load;
-        const Real share =
-            take_column(s, first + i, lanes, column, s.contact.near.max_move[first + i]);
-        part[2] += share < Real(1) ? Real(1) : Real(0);
+        part[2] += take_column(s, first + i, lanes, column, s.contact.near.max_move[first + i]);
       },
       total);
 }

@@ -260,7 +260,8 @@ ANGIO_HOST_DEVICE inline void flow_slab(const StepView<Real>& s, const PlasticFl
     s.slabs.fit.place_along[e] = dot(s.slabs.shape.axis[c], plastic_offset(s, c, e));
 }
 
-/// Moves the wall's vertices of a colour; total: squared net force and load, blocked.
+/// Moves the wall's vertices of a colour; total: squared net force and load, and what
+/// contact has withheld.
 template <class Real, class Team>
 ANGIO_HOST_DEVICE inline void move_wall_vertices(Team& team, const StepView<Real>& s, int first,
                                                  int count, double (&total)[3]) {
@@ -275,7 +276,7 @@ ANGIO_HOST_DEVICE inline void move_wall_vertices(Team& team, const StepView<Real
         Vec3T<Real> move;
         if (net > Real(0)) move = inverse_block(f.hessian) * f.force;
         const Real share = bounded_share<Team>(s, v, move);
-        part[2] += share < Real(1) ? Real(1) : Real(0);
+        part[2] += norm_squared((Real(1) - share) * move);
         lanes.sync();
         if (lanes.rank() == 0) move_wall_vertex(s, v, share * move);
       },

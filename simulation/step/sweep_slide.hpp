@@ -71,7 +71,8 @@ ANGIO_HOST_DEVICE inline void sweep_slide(Team& team, const StepView<Real>& s, S
   status.volume += gone * area;
   status.pressure = pressure_at(status.law, status.volume);
   sums.moved += slide.count * gone * gone;
-  sums.blocked = sums.blocked || share < Real(1);
+  const double held = double(q) - gone;
+  sums.withheld += slide.count * held * held;
 }
 
 }  // namespace angio::simulation::detail

@@ -36,8 +36,10 @@ struct SweepSums {
   double net = 0.0, load = 0.0;            ///< squared [uN^2]
   double moved = 0.0;                      ///< squared [mm^2], of the balloon
   double compliance = 0.0;                 ///< [mm^3/Pa]
-  bool blocked = false;                    ///< a vertex has met its bound
+  double withheld = 0.0;                   ///< squared [mm^2]: of moves, by the bounds of contact
   double wall_net = 0.0, wall_load = 0.0;  ///< the wall's part of net and load
+
+  [[nodiscard]] ANGIO_HOST_DEVICE bool blocked() const { return withheld > 0.0; }
 };
 
 }  // namespace angio::simulation::detail

@@ -237,7 +237,7 @@ struct LayeredWallView {
     visit(ArrayRole::model, patch_count, solid.patch_volume);
     visit(ArrayRole::model, columns.stride + 1, columns.patch_begin, columns.wedge_begin,
           columns.link_begin);
-    visit(ArrayRole::state, columns.stride, rows.is_pressed);
+    visit(ArrayRole::state, columns.stride, rows.steepness);
     visit(ArrayRole::model, column_patch_count, columns.patches);
     visit(ArrayRole::model, column_wedge_count, columns.wedges);
     visit(ArrayRole::model, link_count, columns.links);
@@ -277,6 +277,7 @@ struct RodLoad {
 struct RodReport {
   double net = 0.0, load = 0.0;  ///< squared [uN^2]
   double share = 1.0;            ///< of the moves that the bounds let it take
+  double withheld = 0.0;         ///< of them by the bounds, squared [mm^2]
 };
 
 /// The guidewire: `shape.count` vertices of the step from `first` on, moved all at once

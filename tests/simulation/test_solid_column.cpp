@@ -54,11 +54,11 @@ class Columns : public ::testing::Test {
     beside_.resize(lists_.links.size() * std::size_t(3 * levels_));
     low_.resize(lists_.patches.size());
     high_.resize(lists_.patches.size());
-    is_pressed_.resize(std::size_t(columns_));
+    steepness_.resize(std::size_t(columns_));
     rows_ = {places_.data(),       tangents_.data(), is_new_.data(), wedge_volume_.data(),
              patch_volume_.data(), constant_.data(), pivot_.data(),  upper_.data(),
              above_.data(),        beside_.data(),   low_.data(),    high_.data(),
-             is_pressed_.data()};
+             steepness_.data()};
   }
   void renew() {
     const SolidView<double> view = model_.view(x_.data());
@@ -72,6 +72,7 @@ class Columns : public ::testing::Test {
            ++e)
         gather_patch(view, columns(), rows_, i, e);
       for (int l = 0; l < levels_; ++l) gather_level(view, columns(), rows_, i, l);
+      steepness_[std::size_t(i)] = column_steepness(columns(), rows_, i);
     }
   }
   std::vector<Vec3> gradient(int column) const {
@@ -117,7 +118,8 @@ class Columns : public ::testing::Test {
   std::vector<Vec3> x_;
   std::vector<WedgePlace<double>> places_;
   std::vector<WedgeTangent<double>> tangents_;
-  std::vector<char> is_new_, is_pressed_;
+  std::vector<char> is_new_;
+  std::vector<double> steepness_;
   std::vector<double> wedge_volume_, patch_volume_;
   std::vector<Vec3> constant_, low_, high_;
   std::vector<Mat3> pivot_, upper_, above_, beside_;
@@ -200,20 +202,14 @@ TEST_F(Columns, StepSolvesTheColumnsOwnBlock) {
       EXPECT_NEAR(move[std::size_t(l)][a], exact[3 * l + a], 1e-9 * exact.norm());
 }
 
-// The wall pressed to 0.72 of its height, and a column of it sent through its own outside.
-TEST_F(Columns, AreNotMovedThroughAPressedPoint) {
-  for (int l = 0; l < levels_; ++l)
-    for (int i = 0; i < columns_; ++i) {
-      const Vec3 in = wall_.vertices[std::size_t(i)];
-      Vec3& p = x_[std::size_t(l * columns_ + i)];
-      p = in + 0.72 * (wall_.vertices[std::size_t(l * columns_ + i)] - in);
-    }
-  renew();
-  const SolidView<double> view = model_.view(x_.data());
-  const auto least = [&](int column) {
+// A column sent through its own outside, from the wall as it is and pressed to 0.72 of its height.
+TEST_F(Columns, AreNotMovedThroughAnyPoint) {
+  const int column = 12;
+  const auto place = [&](int l) -> Vec3& { return x_[std::size_t(l * columns_ + column)]; };
+  const auto least = [&] {
+    const SolidView<double> view = model_.view(x_.data());
     double out = 10.0;
-    for (int n = lists_.wedge_begin[std::size_t(column)];
-         n < lists_.wedge_begin[std::size_t(column) + 1]; ++n) {
+    for (int n = lists_.wedge_begin[column]; n < lists_.wedge_begin[column + 1]; ++n) {
       const int w = lists_.wedges[std::size_t(n)].wedge;
       Vec3 x[6];
       view.gather(w, x);
@@ -223,22 +219,30 @@ TEST_F(Columns, AreNotMovedThroughAPressedPoint) {
     }
     return out;
   };
-  const int column = 12;
-  ASSERT_TRUE(is_column_pressed(columns(), rows_, column));
-  const double before = least(column);
-  ASSERT_GT(before, 0.5);
-  std::vector<Vec3> move(std::size_t(levels_), Vec3{});
-  const Vec3 out = wall_.vertices[std::size_t((levels_ - 1) * columns_ + column)] -
-                   wall_.vertices[std::size_t(column)];
-  move[0] = 2.0 * out;
-  const double share = borne_share(view, columns(), rows_, column, move.data(), 1.0);
-  EXPECT_GT(share, 0.0);
-  const Vec3 place = x_[std::size_t(column)];
-  x_[std::size_t(column)] = place + move[0];
-  EXPECT_LT(least(column), 0.0);
-  x_[std::size_t(column)] = place + share * move[0];
-  EXPECT_GE(least(column), kKeptInMove * before);
-  EXPECT_LT(least(column), before);
+  for (const double height : {1.0, 0.72}) {
+    for (int l = 0; l < levels_; ++l)
+      for (int i = 0; i < columns_; ++i) {
+        const Vec3 in = wall_.vertices[std::size_t(i)];
+        x_[std::size_t(l * columns_ + i)] =
+            in + height * (wall_.vertices[std::size_t(l * columns_ + i)] - in);
+      }
+    renew();
+    const double before = least();
+    ASSERT_GT(before, 0.5);
+    std::vector<Vec3> move(std::size_t(levels_), Vec3{});
+    move[0] = 3.0 * (place(levels_ - 1) - place(0));
+    const SolidView<double> view = model_.view(x_.data());
+    const double share = borne_share(view, columns(), rows_, column, move.data(), 1.0);
+    EXPECT_GT(share, 0.0);
+    const Vec3 start = place(0);
+    place(0) = start + move[0];
+    EXPECT_LT(least(), 0.0);
+    place(0) = start + share * move[0];
+    EXPECT_GE(least(), kKeptInMove * before);
+    EXPECT_LT(least(), before);
+    // A small move is taken whole.
+    EXPECT_EQ(borne_share(view, columns(), rows_, column, move.data(), 1e-4), 1e-4);
+  }
 }
 
 }  // namespace
