@@ -205,13 +205,14 @@ Lesion tightest_place(const Known& known, double min_reference_mm) {
     for (std::size_t i = 0; i < path.points.size(); ++i) {
       const double s = path.abscissa[i];
       if (s <= 0.5 * length) middle = i;
-      const double d = known.reference.measured[i];
-      // A balloon of a few mm with its cones, or two diameters.
+      const double d = known.reference.diameter[i];
+      // A balloon of a few mm with its cones, or two diameters of the healthy vessel: a closed end
+      // tapers to nothing within one.
       const double margin = std::min(std::max(2.0 * d, 5.0 + d), 0.4 * length);
       if (!known.is_measured(i) || s < margin || length - s < margin) continue;
       if (distance_to_branching(path, s) < diameters * d) continue;
       if (diameters >= 0.0 &&
-          (known.reference.diameter[i] < min_reference_mm || is_on_bridge(known, whole, i)))
+          (d < min_reference_mm || is_on_bridge(known, whole, i)))
         continue;
       // Two points of %DS are no difference: then rather in the middle.
       const double score = known.percent(i) - 4.0 * std::abs(s / length - 0.5);

@@ -19,7 +19,7 @@ using detail::WallColumn;
 
 constexpr double kGoodShape = 0.05;  // of a wedge, see untangle
 constexpr double kLeastShape = 0.005;
-constexpr double kLeastShare = 0.25;   // of the wanted way outward; what is shorter is held
+constexpr double kLeastShare = 0.25;   // of the wanted way outward; what is shorter is led
 constexpr double kLimitedShare = 0.9;  // of the wanted thickness; less is told
 
 /// The layers of elements, from the lumen outward. Where there is no plaque, its elements are the
@@ -175,19 +175,19 @@ double length_of(const WallLayers& wall, std::size_t v) {
                   wall.vertices[std::size_t(wall.element_layer_count) * count + v]);
 }
 
-/// Holds the columns that are too thin and those of triangles whose wedges are wrong; the latter
+/// Has the columns led that are too thin and those of triangles whose wedges are wrong; the latter
 /// have no wedges then.
 void leave_out(WallLayers& wall, const TriangleMesh& lumen, const std::vector<char>& wrong,
                const std::vector<double>& least_length) {
   const auto count = std::size_t(wall.lumen_vertex_count);
-  wall.rigid.assign(count, 0);
+  wall.led.assign(count, 0);
   for (std::size_t v = 0; v < count; ++v)
-    if (length_of(wall, v) < (1.0 - 1e-6) * least_length[v]) wall.rigid[v] = 1;
+    if (length_of(wall, v) < (1.0 - 1e-6) * least_length[v]) wall.led[v] = 1;
   for (std::size_t t = 0; t < wrong.size(); ++t)
     if (wrong[t])
-      for (const int v : lumen.triangles[t]) wall.rigid[std::size_t(v)] = 1;
+      for (const int v : lumen.triangles[t]) wall.led[std::size_t(v)] = 1;
   for (std::size_t v = 0; v < wall.vertices.size(); ++v)
-    wall.fixed[v] = char(wall.fixed[v] | wall.rigid[v % count]);
+    wall.fixed[v] = char(wall.fixed[v] | wall.led[v % count]);
   const auto keep = [&](auto& values) {
     std::size_t i = 0;
     std::erase_if(values, [&](const auto&) { return wrong[i++ % wrong.size()] != 0; });
@@ -223,17 +223,17 @@ void warn_of_limits(WallLayers& wall, const std::vector<WallColumn>& columns) {
                           where);
 }
 
-/// Tells where there are no layers.
-void warn_of_rigid(WallLayers& wall) {
-  const auto first = std::find(wall.rigid.begin(), wall.rigid.end(), 1);
-  if (first == wall.rigid.end()) return;
-  const Vec3& place = wall.vertices[std::size_t(first - wall.rigid.begin())];
+/// Tells where the wall is led.
+void warn_of_led(WallLayers& wall) {
+  const auto first = std::find(wall.led.begin(), wall.led.end(), 1);
+  if (first == wall.led.end()) return;
+  const Vec3& place = wall.vertices[std::size_t(first - wall.led.begin())];
   char where[80];
   std::snprintf(where, sizeof where, ", such as %.1f %.1f %.1f mm", place.x, place.y, place.z);
   wall.warnings.push_back(
-      "the wall is held rigid at " +
-      share_of(std::size_t(std::count(wall.rigid.begin(), wall.rigid.end(), 1)),
-               wall.rigid.size()) +
+      "the wall goes with what is around it at " +
+      share_of(std::size_t(std::count(wall.led.begin(), wall.led.end(), 1)),
+               wall.led.size()) +
       " of the lumen's vertices around the balloon, where there is no room for its layers (vessels "
       "touch, or the surface folds)" +
       where);
@@ -276,7 +276,7 @@ WallLayers build_wall_layers(const ContactRegion& region, const CenterlineTree& 
         "a "
         "thinner wall (wall.thickness_ratio), or smooth the lumen more "
         "(mesh.smoothing_iterations)");
-  warn_of_rigid(wall);
+  warn_of_led(wall);
   warn_of_limits(wall, columns);
   return wall;
 }

@@ -24,6 +24,7 @@ struct WallSolid {
   WallState seen;    ///< with its pre-stress
   int levels = 0;    ///< vertices of a column; 0: there is no solid
   ColumnLists columns;
+  std::vector<char> led;           ///< columns that go with their neighbours, [column]
   std::vector<int> caller_vertex;  ///< of a vertex, in the caller's numbering
   double blood_pressure = 0.0;     ///< [Pa]
   std::vector<std::string> warnings;

@@ -32,15 +32,6 @@ void check_layered(const SimulationModel& model, const SimulationOptions& option
         "different runs). Run the stage meshing again");
 }
 
-// Of the wall; a column of the solid does not move where one of its vertices is held.
-std::vector<char> held_vertices(const SimulationModel& model, bool layered) {
-  std::vector<char> held = model.wall_fixed;
-  if (!layered) return held;
-  for (std::size_t v = 0; v < model.layered_wall.fixed.size(); ++v)
-    if (model.layered_wall.fixed[v] != 0) held[v % held.size()] = 1;
-  return held;
-}
-
 // The guidewire where it runs through the rest shape, as in a balloon that starts at rest. Else
 // that shape stands straight, in a frame of its own, and its longest extent is its axis.
 std::vector<Vec3> axis_of_rest(const SimulationModel& model) {
@@ -132,6 +123,12 @@ void add_solid(const SimulationOptions& options, const LayeredWall& layered, con
                Scene& scene) {
   scene.wall.solid = make_wall_solid(layered, wall.order, options.layered_wall);
   const auto first = std::size_t(scene.bodies.wall().count);
+  const std::vector<char>& fixed = scene.wall.solid.wall.fixed;
+  std::vector<char>& led = scene.wall.solid.led;
+  led.assign(first, 0);
+  for (std::size_t v = 0; v < fixed.size(); ++v) led[v % first] |= char(fixed[v] != 0);
+  for (std::size_t i = 0; i < first; ++i)
+    if (scene.fixed[std::size_t(scene.bodies.wall().first) + i] != 0) led[i] = 0;
   const std::vector<Vec3>& x = scene.wall.solid.wall.vertices;
   scene.start.insert(scene.start.end(), x.begin() + std::ptrdiff_t(first), x.end());
   scene.mass.resize(std::size_t(scene.bodies.wall().first));
@@ -211,7 +208,7 @@ Scene make_scene(const SimulationModel& given, const SimulationOptions& options)
   const Numbering balloon = number_vertices(given.balloon, given.balloon_fixed);
   const bool layered = !given.layered_wall.vertices.empty();
   if (layered) check_layered(given, options);
-  const std::vector<char> held = held_vertices(given, layered);
+  const std::vector<char>& held = given.wall_fixed;
   const Numbering wall = layered
                              ? number_vertices(given.wall, held, patch_partners(given.layered_wall))
                              : number_vertices(given.wall, held);

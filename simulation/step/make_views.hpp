@@ -254,6 +254,7 @@ LayeredWallView<Real> make_layered_view(const Scene& scene, Memory& memory) {
                   memory.store(wall.columns.wedges),
                   memory.store(wall.columns.link_begin),
                   memory.store(wall.columns.links)};
+  view.led = memory.store(wall.led);
   view.rows = make_column_rows<Real>(view, memory);
   view.blood_pressure = Real(wall.blood_pressure);
   return view;

@@ -74,10 +74,30 @@ ANGIO_HOST_DEVICE inline void renew_columns(Team& team, const StepView<Real>& s)
   team.barrier();
 }
 
+/// A column without sound layers goes with the mean displacement of its neighbours, level by level:
+/// it neither holds the wall nor bears a load.
+template <class Real>
+ANGIO_HOST_DEVICE inline ColumnMove<Real> lead_column(const StepView<Real>& s, int v) {
+  const MeshView& mesh = s.wall.mesh;
+  const int first = mesh.corner_begin[v - mesh.first], end = mesh.corner_begin[v - mesh.first + 1];
+  const Real share = Real(0.5) / Real(end - first);
+  ColumnMove<Real> out;
+  for (int l = 0; l < s.layered.columns.levels; ++l) {
+    const int up = l * s.layered.columns.stride;
+    const auto displacement = [&](int u) { return s.motion.x[u + up] - s.motion.start[u + up]; };
+    Vec3T<Real> sum;
+    for (int c = first; c < end; ++c)
+      sum += displacement(mesh.corners[c].next) + displacement(mesh.corners[c].last);
+    out.move[l] = share * sum - displacement(v);
+  }
+  return out;
+}
+
 template <class Real, class Lanes>
 ANGIO_HOST_DEVICE inline ColumnMove<Real> propose_column(const StepView<Real>& s, int v,
                                                          const Lanes& lanes) {
   const int column = v - s.bodies.wall().first, levels = s.layered.columns.levels;
+  if (s.layered.led[column]) return lead_column(s, v);
   Vec3T<Real> gradient[kMostColumnLevels];
   add_column_gradient(s.layered.solid, s.layered.columns, s.layered.rows, column, lanes, gradient);
   for (int l = 0; l < levels; ++l) gradient[l] = sum_over(lanes, gradient[l]);

@@ -223,6 +223,7 @@ struct LayeredWallView {
   int column_patch_count = 0, column_wedge_count = 0, link_count = 0;  ///< of all columns
   SolidPoint<Real>* points = nullptr;                                  ///< those of `solid`
   Real* plastic_strain = nullptr;                                      ///< [point]
+  const char* led = nullptr;  ///< [column] does it go with its neighbours?
 
   [[nodiscard]] ANGIO_HOST_DEVICE int point_count() const { return kWedgePoints * wedge_count; }
 
@@ -238,6 +239,7 @@ struct LayeredWallView {
     visit(ArrayRole::model, columns.stride + 1, columns.patch_begin, columns.wedge_begin,
           columns.link_begin);
     visit(ArrayRole::state, columns.stride, rows.steepness);
+    visit(ArrayRole::model, columns.stride, led);
     visit(ArrayRole::model, column_patch_count, columns.patches);
     visit(ArrayRole::model, column_wedge_count, columns.wedges);
     visit(ArrayRole::model, link_count, columns.links);

@@ -67,13 +67,13 @@ CenterlineTree straight_line(double radius, double first, double last) {
   return tree;
 }
 
-/// Where there are layers they are right, and where there are none the wall is held.
+/// Where there are layers they are right, and where there are none it is led.
 void expect_sound(const WallLayers& wall, const ContactRegion& region) {
   const std::size_t count = region.mesh.vertices.size();
   ASSERT_EQ(wall.lumen_vertex_count, int(count));
   ASSERT_EQ(wall.vertices.size(), count * std::size_t(wall.element_layer_count + 1));
   ASSERT_EQ(wall.fixed.size(), wall.vertices.size());
-  ASSERT_EQ(wall.rigid.size(), count);
+  ASSERT_EQ(wall.led.size(), count);
   const std::size_t wedge_count =
       wall.outer_triangles.size() * std::size_t(wall.element_layer_count);
   ASSERT_EQ(wall.wedges.size(), wedge_count);
@@ -81,13 +81,13 @@ void expect_sound(const WallLayers& wall, const ContactRegion& region) {
   for (const auto& w : wall.wedges) layered.insert({w[0], w[1], w[2]});
   for (const Triangle& t : region.mesh.triangles)
     EXPECT_TRUE(layered.count(t) > 0 || std::all_of(t.begin(), t.end(), [&](int v) {
-                  return wall.rigid[std::size_t(v)] != 0;
+                  return wall.led[std::size_t(v)] != 0;
                 }));
   ASSERT_EQ(wall.layer.size(), wedge_count);
   ASSERT_EQ(wall.tissue.size(), wedge_count);
   ASSERT_EQ(wall.axial.size(), wedge_count);
   for (std::size_t v = 0; v < wall.vertices.size(); ++v)
-    EXPECT_EQ(wall.fixed[v] != 0, region.fixed[v % count] != 0 || wall.rigid[v % count] != 0);
+    EXPECT_EQ(wall.fixed[v] != 0, region.fixed[v % count] != 0 || wall.led[v % count] != 0);
   EXPECT_TRUE(
       std::equal(region.mesh.vertices.begin(), region.mesh.vertices.end(), wall.vertices.begin()));
   double least = 1.0;
@@ -239,7 +239,7 @@ struct Vessel {
   const char* name;
   test::Vessel (*make)();
   bool has_room;            ///< for the whole wall everywhere
-  double most_rigid = 0.0;  ///< share of the lumen's vertices
+  double most_led = 0.0;  ///< share of the lumen's vertices
 };
 class WallAround : public testing::TestWithParam<Vessel> {};
 
@@ -250,8 +250,8 @@ TEST_P(WallAround, IsSoundEverywhere) {
   const WallLayers wall = build_wall_layers(region, vessel.tree, {}, {});
   expect_sound(wall, region);
   EXPECT_EQ(wall.warnings.empty(), GetParam().has_room);
-  EXPECT_LE(double(std::count(wall.rigid.begin(), wall.rigid.end(), 1)),
-            GetParam().most_rigid * double(wall.rigid.size()));
+  EXPECT_LE(double(std::count(wall.led.begin(), wall.led.end(), 1)),
+            GetParam().most_led * double(wall.led.size()));
   const WallLayers again = build_wall_layers(region, vessel.tree, {}, {});
   EXPECT_EQ(wall.vertices, again.vertices);
 }
@@ -288,7 +288,7 @@ TEST(WallLayers, OfAVesselWithoutALineGoByItsOwnWidth) {
     const double thickness =
         distance(wall.vertices[v], wall.vertices[wall.vertices.size() - count + v]);
     EXPECT_NEAR(thickness / (0.6 * (kOuter - 1.0)), 1.0, 0.1);
-    EXPECT_EQ(wall.rigid[v], 0);
+    EXPECT_EQ(wall.led[v], 0);
     ++seen;
   }
   EXPECT_GT(seen, 20);
@@ -309,7 +309,7 @@ TEST(WallLayers, OfTwoNearVesselsShareTheRoomBetweenThem) {
   const ContactRegion region = region_of(both);
   const WallLayers wall = build_wall_layers(region, tree, {}, {});
   expect_sound(wall, region);
-  EXPECT_EQ(std::count(wall.rigid.begin(), wall.rigid.end(), 1), 0);
+  EXPECT_EQ(std::count(wall.led.begin(), wall.led.end(), 1), 0);
   const auto count = std::size_t(wall.lumen_vertex_count);
   for (std::size_t v = 0; v < count; ++v) {
     const Vec3& outside = wall.vertices[wall.vertices.size() - count + v];
