@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdio>
 #include <limits>
+#include <map>
 #include <numeric>
 
 #include "core/error.hpp"
@@ -19,7 +20,7 @@ using detail::WallColumn;
 
 constexpr double kGoodShape = 0.05;  // of a wedge, see untangle
 constexpr double kLeastShape = 0.005;
-constexpr double kLeastShare = 0.25;   // of the wanted way outward; what is shorter is led
+constexpr double kLeastShare = 0.25;   // of the wanted way outward; none is made shorter
 constexpr double kLimitedShare = 0.9;  // of the wanted thickness; less is told
 
 /// The layers of elements, from the lumen outward. Where there is no plaque, its elements are the
@@ -175,22 +176,77 @@ double length_of(const WallLayers& wall, std::size_t v) {
                   wall.vertices[std::size_t(wall.element_layer_count) * count + v]);
 }
 
-/// Has the columns led that are too thin and those of triangles whose wedges are wrong; the latter
-/// have no wedges then.
-void leave_out(WallLayers& wall, const TriangleMesh& lumen, const std::vector<char>& wrong,
-               const std::vector<double>& least_length) {
+/// Pieces of a surface's marked triangles, joined by edges: of each triangle the piece, -1 unmarked.
+std::vector<int> pieces_of(const TriangleMesh& mesh, const std::vector<char>& marked) {
+  std::map<std::array<int, 2>, std::vector<int>> around;
+  for (std::size_t t = 0; t < marked.size(); ++t)
+    for (std::size_t k = 0; k < 3 && marked[t]; ++k) {
+      const auto [a, b] = std::minmax(mesh.triangles[t][k], mesh.triangles[t][(k + 1) % 3]);
+      around[std::array{a, b}].push_back(int(t));
+    }
+  std::vector<int> piece(marked.size(), -1);
+  int count = 0;
+  for (std::size_t seed = 0; seed < marked.size(); ++seed) {
+    if (!marked[seed] || piece[seed] >= 0) continue;
+    std::vector<int> open{int(seed)};
+    piece[seed] = count;
+    while (!open.empty()) {
+      const Triangle& t = mesh.triangles[std::size_t(open.back())];
+      open.pop_back();
+      for (std::size_t k = 0; k < 3; ++k) {
+        const auto [a, b] = std::minmax(t[k], t[(k + 1) % 3]);
+        for (const int next : around.at(std::array{a, b})) {
+          if (piece[std::size_t(next)] >= 0) continue;
+          piece[std::size_t(next)] = count;
+          open.push_back(next);
+        }
+      }
+    }
+    ++count;
+  }
+  return piece;
+}
+
+/// Unmarks the triangles of every piece that neither is the largest nor reaches a rim.
+void drop_islands(const TriangleMesh& mesh, const std::vector<char>& is_rim,
+                  std::vector<char>& marked) {
+  const std::vector<int> piece = pieces_of(mesh, marked);
+  const int count = piece.empty() ? 0 : *std::max_element(piece.begin(), piece.end()) + 1;
+  std::vector<int> size(std::size_t(count), 0);
+  std::vector<char> keep(std::size_t(count), 0);
+  for (std::size_t t = 0; t < piece.size(); ++t) {
+    if (piece[t] < 0) continue;
+    ++size[std::size_t(piece[t])];
+    for (const int v : mesh.triangles[t])
+      if (is_rim[std::size_t(v)]) keep[std::size_t(piece[t])] = 1;
+  }
+  if (count > 0) keep[std::size_t(std::max_element(size.begin(), size.end()) - size.begin())] = 1;
+  for (std::size_t t = 0; t < piece.size(); ++t)
+    if (piece[t] >= 0 && !keep[std::size_t(piece[t])]) marked[t] = 0;
+}
+
+/// Leaves out the wedges over wrong triangles and over those that share a vertex with them, and
+/// what is an island then: columns that no wedge is left of are led.
+void leave_out(WallLayers& wall, const TriangleMesh& lumen, const std::vector<char>& wrong) {
   const auto count = std::size_t(wall.lumen_vertex_count);
-  wall.led.assign(count, 0);
-  for (std::size_t v = 0; v < count; ++v)
-    if (length_of(wall, v) < (1.0 - 1e-6) * least_length[v]) wall.led[v] = 1;
+  std::vector<char> is_beside(count, 0), layered(wrong.size(), 1);
   for (std::size_t t = 0; t < wrong.size(); ++t)
-    if (wrong[t])
-      for (const int v : lumen.triangles[t]) wall.led[std::size_t(v)] = 1;
+    for (const int v : lumen.triangles[t])
+      is_beside[std::size_t(v)] = char(is_beside[std::size_t(v)] | wrong[t]);
+  for (std::size_t t = 0; t < wrong.size(); ++t)
+    for (const int v : lumen.triangles[t])
+      if (is_beside[std::size_t(v)]) layered[t] = 0;
+  const std::vector<char> is_rim(wall.fixed.begin(), wall.fixed.begin() + std::ptrdiff_t(count));
+  drop_islands(lumen, is_rim, layered);
+  wall.led.assign(count, 1);
+  for (std::size_t t = 0; t < layered.size(); ++t)
+    if (layered[t])
+      for (const int v : lumen.triangles[t]) wall.led[std::size_t(v)] = 0;
   for (std::size_t v = 0; v < wall.vertices.size(); ++v)
     wall.fixed[v] = char(wall.fixed[v] | wall.led[v % count]);
   const auto keep = [&](auto& values) {
     std::size_t i = 0;
-    std::erase_if(values, [&](const auto&) { return wrong[i++ % wrong.size()] != 0; });
+    std::erase_if(values, [&](const auto&) { return layered[i++ % layered.size()] == 0; });
   };
   keep(wall.wedges);
   keep(wall.layer);
@@ -269,7 +325,7 @@ WallLayers build_wall_layers(const ContactRegion& region, const CenterlineTree& 
   for (const WallColumn& column : columns)
     least_length.push_back(kLeastShare * wanted_length(column));
   const auto wrong = detail::untangle(wall, region.mesh, kGoodShape, kLeastShape, least_length);
-  leave_out(wall, region.mesh, wrong, least_length);
+  leave_out(wall, region.mesh, wrong);
   if (wall.wedges.empty())
     throw InputError(
         "the wall around the lumen folds over itself everywhere (the surface is too rough). Choose "

@@ -38,15 +38,15 @@ struct WallLayers {
   /// same ones further out, level by level.
   std::vector<Vec3> vertices;
   /// Corners: a triangle on the lumen's side, then the same one a level further out; the volume is
-  /// positive. Level by level, each in the order of the lumen's triangles; over triangles of led
-  /// vertices there may be none.
+  /// positive. Level by level, each in the order of the lumen's triangles; over a triangle
+  /// with a led vertex there is none.
   std::vector<std::array<int, 6>> wedges;
   std::vector<int> layer;          ///< of elements, 0 next to the lumen, shape [wedge_count]
   std::vector<WallTissue> tissue;  ///< shape [wedge_count]
   std::vector<Vec3> axial;         ///< unit, along the vessel away from the inlet, [wedge_count]
   std::vector<Triangle> outer_triangles;  ///< normals leave the wall
   std::vector<char> fixed;                ///< on the region's rims, and led, shape [vertex_count]
-  /// Without room for sound layers: the column goes with its neighbours, shape [lumen_vertex_count].
+  /// Without room for layers: the column goes with its neighbours, shape [lumen_vertex_count].
   std::vector<char> led;
   int lumen_vertex_count = 0;
   int element_layer_count = 0;
@@ -62,7 +62,7 @@ struct WallLayers {
 /// reference's and the healthy axis is the line's course without the lesion; elsewhere both are the
 /// line's own. Every wedge is right-handed at its six corners, and the outside does not cross
 /// itself; where that needs a thinner wall (in creases at branches), a warning says so. Where a
-/// quarter of the thickness is still too much, the wall has no sound layers and is led: it
+/// quarter of the thickness is still too much, there are no layers and the wall is led: it
 /// goes with what is around it.
 ///
 /// Where the lumen does not lie around its lines, its own width gives the thickness.
