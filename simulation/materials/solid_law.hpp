@@ -44,7 +44,7 @@ struct SolidTangent {
   Vec3T<Real> pushed[2];             ///< F a
 };
 
-/// exp(Q) and its derivatives; from Q = 15 on (a stress of a million times k1, beyond any tissue)
+/// exp(Q) and its derivatives; from Q = 8 on (a stress of a thousand times k1, beyond any tissue)
 /// its parabola: neither precision overflows, and a sweep that has gone too far finds back.
 template <class Real>
 struct Stiffening {
@@ -54,7 +54,7 @@ struct Stiffening {
 template <class Real>
 ANGIO_HOST_DEVICE inline Stiffening<Real> stiffening(Real q) {
   using std::exp;
-  constexpr Real kLast = Real(15);
+  constexpr Real kLast = Real(8);
   if (q <= kLast) {
     const Real e = exp(q);
     return {e, e, e};

@@ -84,6 +84,47 @@ TEST(LayeredAngioplasty, ColumnsThatMoveAtOnceShareNoPatch) {
   }
 }
 
+// A column that is held for the wall's own equilibria and has no wedges: it goes with the others,
+// and the vessel is widened as if it were whole.
+TEST(LayeredAngioplasty, ColumnsWithoutLayersGoWithTheirNeighbors) {
+  const SimulationModel whole = layered_model();
+  SimulationModel model = whole;
+  LayeredWall& wall = model.layered_wall;
+  const auto around = std::size_t(testing::layered_tube().wall_around);
+  const std::size_t columns = model.wall.vertices.size(), led = columns / 2 / around * around + 3;
+  for (std::size_t v = led; v < wall.fixed.size(); v += columns) wall.fixed[v] = 1;
+  std::vector<char> drop;
+  for (const Wedge& wedge : wall.wedges)
+    drop.push_back(std::any_of(wedge.begin(), wedge.end(),
+                               [&](int v) { return std::size_t(v) % columns == led; }));
+  const auto keep = [&](auto& values) {
+    std::size_t i = 0;
+    std::erase_if(values, [&](const auto&) { return drop[i++] != 0; });
+  };
+  keep(wall.wedges);
+  keep(wall.layer);
+  keep(wall.region);
+  keep(wall.axial);
+  const auto neighbors = vertex_neighbors(model.wall)[led];
+  const auto peak_of = [&](const SimulationModel& of, bool is_led) {
+    double peak = 0.0;
+    simulate(of, layered_options(), [&](const SimulationFrame& f) {
+      peak = std::max(peak, throat_diameter(f));
+      if (!is_led) return;
+      Vec3 mean;
+      for (const int n : neighbors)
+        mean += (1.0 / double(neighbors.size())) *
+                (f.wall[std::size_t(n)] - model.wall.vertices[std::size_t(n)]);
+      EXPECT_LT(norm(f.wall[led] - model.wall.vertices[led] - mean), 0.005) << f.frame;
+    });
+    return peak;
+  };
+  const double start = testing::layered_tube().radius * 2.0 * (1.0 - 0.4);
+  const double of_whole = peak_of(whole, false);
+  EXPECT_GT(of_whole, start + 0.3);
+  EXPECT_NEAR(peak_of(model, true), of_whole, 0.1 * (of_whole - start));
+}
+
 TEST(LayeredAngioplasty, GivesTheSameBitsForOneAndTwoThreads) {
   const SimulationModel model = layered_model();
   SimulationOptions options = layered_options();
