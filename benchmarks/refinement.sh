@@ -1,24 +1,24 @@
 #!/usr/bin/env bash
 # The layered wall's refinement: the same lesions at 16, 24 and 48 edges around, one after the other.
 #
-#   benchmarks/refinement.sh BUILD OUT [--edges "16 24 48"] [--markdown FILE]
+#   benchmarks/refinement.sh BUILD OUT [--edges "16 24 48"] [--jobs N] [--markdown FILE]
 #
 # BUILD has bin/angio and benchmarks/case_table. OUT gets a case folder CASE-EDGES each; those that
 # are done are kept. $ANGIO_DATA: the coronary lumen from X-ray angiography is run, too, if it is
-# there. Exit codes: 0 done, whatever the cases gave; 64 usage.
+# there. --jobs: so many at once, one thread each if more than 1 (default 1, all cores). Exit codes: 0 done, whatever the cases gave; 64 usage.
 set -euo pipefail
 
 stop() {
-  echo "refinement.sh: $1. Usage: benchmarks/refinement.sh BUILD OUT [--edges LIST] [--markdown FILE]" >&2
+  echo "refinement.sh: $1. Usage: benchmarks/refinement.sh BUILD OUT [--edges LIST] [--jobs N] [--markdown FILE]" >&2
   exit 64
 }
 
-edges="16 24 48" markdown=() folders=()
+edges="16 24 48" jobs=1 markdown=() folders=()
 while [[ $# -gt 0 ]]; do
   case $1 in
-    --edges | --markdown)
+    --edges | --jobs | --markdown)
       [[ $# -gt 1 ]] || stop "$1 needs a value"
-      if [[ $1 = --edges ]]; then edges=$2; else markdown=(--markdown "$2"); fi
+      if [[ $1 = --markdown ]]; then markdown=(--markdown "$2"); else printf -v "${1#--}" %s "$2"; fi
       shift
       ;;
     -*) stop "unknown option $1" ;;
@@ -39,6 +39,14 @@ declare -A inputs=(
 lumen=$(find -L "${ANGIO_DATA:-/nowhere}/coronary-lumen-xra" -name '*.stl' 2>/dev/null | sort | head -n 1)
 [[ -z $lumen ]] || inputs[coronary-lumen]=$lumen
 
+threads=()
+[[ $jobs -eq 1 ]] || threads=(--threads 1)
+run_case() { # FOLDER INPUT EDGES
+  "$build/bin/angio" run "$2" -o "$1" --until simulation --quiet "${threads[@]}" \
+    --set volume.fill=false --set simulation.guard=false --set simulation.write_every=1000 \
+    --set mesh.edges_per_circumference="$3" || echo "refinement.sh: ${1##*/}: exit code $?" >&2
+}
+
 cases=()
 for name in concentric unilateral coronary coronary-lumen; do
   [[ -n ${inputs[$name]:-} ]] || continue
@@ -46,9 +54,9 @@ for name in concentric unilateral coronary coronary-lumen; do
     folder=$out/$name-$around
     cases+=("$folder")
     [[ ! -e $folder/simulation/simulation.pvd ]] || continue
-    "$build/bin/angio" run "${inputs[$name]}" -o "$folder" --until simulation --quiet \
-      --set volume.fill=false --set simulation.guard=false --set simulation.write_every=1000 \
-      --set mesh.edges_per_circumference="$around" || echo "refinement.sh: $name-$around: exit code $?" >&2
+    while [[ $(jobs -rp | wc -l) -ge $jobs ]]; do wait -n; done
+    run_case "$folder" "${inputs[$name]}" "$around" &
   done
 done
+wait
 "$build/benchmarks/case_table" "${cases[@]}" "${markdown[@]}"

@@ -111,10 +111,11 @@ struct Lesion {
 /// The reference is that of the best healthy tree (centerline/detail/reference.hpp). A dip below it
 /// is listed if neither a healthy tree that is as thin there nor the diameters' errors explain it
 /// as well. Stenoses are apart where the vessel between them is back above the edges' 20 %; a
-/// branching, where nothing is measured, does not part them along the wider daughter. A neck
-/// shorter than half its reference diameter, round which the line turns by more than 80 degrees out
-/// of one vessel and into another, or whose area falls by less than half the percentage that its
-/// diameter does, is a bridge between vessels that touch and no stenosis. Where there is none, one
+/// branching, where nothing is measured, does not part them along the wider daughter. A neck is
+/// a bridge between vessels that touch and no stenosis if it is shorter than half its reference
+/// diameter; or than 1.25 of them, and the line turns round it by more than 80 degrees out of one
+/// vessel and into another; or if its area falls by less than half the percentage that its diameter
+/// does. Where there is none, one
 /// entry with is_stenosis = false. Then those of vessels too thin to be measured (is_too_thin).
 std::vector<Lesion> find_lesions(const CenterlineTree& tree, const LesionOptions& options);
 

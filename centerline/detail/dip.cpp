@@ -12,9 +12,11 @@
 namespace angio::centerline {
 namespace {
 
-/// A bridge is shorter than this many reference diameters, or the line turns by more than this (80
-/// degrees) around it.
+/// A bridge is shorter than this many reference diameters; or no longer than from the one vessel's
+/// axis over their walls to the other's, and the line turns by more than this (80 degrees) around
+/// it. A stenosis in a bend is longer.
 constexpr double kLeastLength = 0.5;
+constexpr double kFromAxisToAxis = 1.25;
 constexpr double kMostTurning = 80.0 / 180.0 * units::kPi;
 constexpr double kLeastTurn = 25.0 / 180.0 * units::kPi;
 
@@ -212,7 +214,8 @@ bool turns_like_a_bridge(const CenterlinePath& path, double s, double diameter) 
 bool is_bridge(const CenterlinePath& path, const Lesion& lesion) {
   return lesion.length_mm < kLeastLength * lesion.reference_diameter_mm ||
          lesion.area_stenosis_percent < kLeastAreaShare * lesion.diameter_stenosis_percent ||
-         turns_like_a_bridge(path, lesion.abscissa_mm, lesion.reference_diameter_mm);
+         (lesion.length_mm < kFromAxisToAxis * lesion.reference_diameter_mm &&
+          turns_like_a_bridge(path, lesion.abscissa_mm, lesion.reference_diameter_mm));
 }
 
 }  // namespace angio::centerline

@@ -325,6 +325,28 @@ TEST(LesionLaws, AVesselIsNoReferenceForItsOwnNarrowing) {
   EXPECT_NEAR(lesion.diameter_stenosis_percent, 82.0, 1.5);
 }
 
+// A line that turns by 153 degrees round a narrow place, as in a siphon or an aortic arch. Between
+// vessels that touch the narrow stretch is no longer than from the one's axis to the other's.
+TEST(LesionLaws, InABendAreStenosesUnlessTheNeckIsShort) {
+  const auto narrow_in_bend = [](double half) {
+    CenterlinePath path =
+        line_of([=](double s) { return 3.0 * narrowed(s, 20.0, half, 0.6); }, 40.0);
+    constexpr double kBegin = 16.0, kRadius = 3.0, kAngle = 8.0 / kRadius;
+    for (Vec3& p : path.points) {
+      const double angle = std::clamp((p.z - kBegin) / kRadius, 0.0, kAngle);
+      const double before = std::min(p.z, kBegin), after = std::max(0.0, p.z - kBegin - 8.0);
+      p = Vec3{kRadius * (1.0 - std::cos(angle)) + after * std::sin(angle), 0.0,
+               before + kRadius * std::sin(angle) + after * std::cos(angle)};
+    }
+    return find_lesions(tree_of({path}), {}).front();
+  };
+  const Lesion stenosis = narrow_in_bend(4.0);
+  EXPECT_TRUE(stenosis.is_stenosis);
+  EXPECT_NEAR(stenosis.diameter_stenosis_percent, 60.0, 2.0);
+  EXPECT_GT(stenosis.length_mm, 1.25 * 3.0);
+  EXPECT_FALSE(narrow_in_bend(2.0).is_stenosis);
+}
+
 TEST(LesionLaws, AtTheInletALesionIsFound) {
   const auto diameter = [](double s) { return 4.0 * narrowed(s, 1.0, 7.0, 0.7); };
   const Lesion lesion = find_lesions(tree_of({line_of(diameter, 50.0)}), {}).at(0);
