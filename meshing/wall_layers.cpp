@@ -175,7 +175,8 @@ double length_of(const WallLayers& wall, std::size_t v) {
                   wall.vertices[std::size_t(wall.element_layer_count) * count + v]);
 }
 
-/// Pieces of a surface's marked triangles, joined by edges: of each triangle the piece, -1 unmarked.
+/// Pieces of a surface's marked triangles, joined by edges: of each triangle the piece, -1
+/// unmarked.
 std::vector<int> pieces_of(const TriangleMesh& mesh, const std::vector<char>& marked) {
   std::map<std::array<int, 2>, std::vector<int>> around;
   for (std::size_t t = 0; t < marked.size(); ++t)
@@ -287,8 +288,7 @@ void warn_of_led(WallLayers& wall) {
   std::snprintf(where, sizeof where, ", such as %.1f %.1f %.1f mm", place.x, place.y, place.z);
   wall.warnings.push_back(
       "the wall goes with what is around it at " +
-      share_of(std::size_t(std::count(wall.led.begin(), wall.led.end(), 1)),
-               wall.led.size()) +
+      share_of(std::size_t(std::count(wall.led.begin(), wall.led.end(), 1)), wall.led.size()) +
       " of the lumen's vertices around the balloon, where there is no room for its layers (vessels "
       "touch, or the surface folds)" +
       where);

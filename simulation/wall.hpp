@@ -30,8 +30,8 @@ struct LayeredWall {
   std::vector<Triangle> lumen_triangles;  ///< normals leave the lumen
   std::vector<Triangle> outer_triangles;  ///< normals leave the wall
   /// Held in place: 1 all, or the sum of 2, 4, 8 along x, y, z; shape [vertex]. In a simulation the
-  /// lumen's rims stay held (SimulationModel::wall_fixed); any other column that is held here has no
-  /// sound layers, and goes with the mean displacement of its neighbours.
+  /// lumen's rims stay held (SimulationModel::wall_fixed); any other column that is held here has
+  /// no sound layers, and goes with the mean displacement of its neighbours.
   std::vector<char> fixed;
 };
 

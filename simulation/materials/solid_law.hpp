@@ -94,8 +94,8 @@ inline constexpr double kPressed = 0.7;
 /// at every point. The barrier has no part in the moderate strains by which a mesh locks, and
 /// vanishes as the mesh is refined.
 ///
-/// Source of its form, twice differentiable at J0: Li, Ferguson, Schneider, Langlois, Zorin, Panozzo,
-/// Jiang, Kaufman, "Incremental Potential Contact", ACM TOG 39 (2020), Eq. 6.
+/// Source of its form, twice differentiable at J0: Li, Ferguson, Schneider, Langlois, Zorin,
+/// Panozzo, Jiang, Kaufman, "Incremental Potential Contact", ACM TOG 39 (2020), Eq. 6.
 ///
 /// @return [Pa]; infinite for J <= 0
 template <class Real>

@@ -20,9 +20,9 @@ inline constexpr int kWedgeBlocks = 21;
 /// Where a wedge's tangent was taken, and its volume's line: what every sweep looks at.
 template <class Real>
 struct WedgePlace {
-  Vec3T<Real> x[6];          ///< X [mm]
-  Vec3T<Real> by_volume[6];  ///< dv/dx_a [mm^2]
-  Real volume{};             ///< at X [mm^3]
+  Vec3T<Real> x[6];                 ///< X [mm]
+  Vec3T<Real> by_volume[6];         ///< dv/dx_a [mm^2]
+  Real volume{};                    ///< at X [mm^3]
   Real dilatation[kWedgePoints]{};  ///< det F at X
   /// Of a corner and the one above it: the largest |d ln det F / dx| of a point at X [1/mm]
   Real steepness[3]{};

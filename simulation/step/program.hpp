@@ -184,8 +184,7 @@ ANGIO_HOST_DEVICE inline bool run_sweeps(Team& team, const StepView<Real>& s,
     const bool near = status.leap.sweeps >= kSweepsToTell && report.sweeps >= rules.least_sweeps &&
                       report.lag < (is_late ? kLaterLag : 1.0) * rules.tolerance &&
                       report.residual < (is_late ? kLaterResidual : rules.residual);
-    const bool rests =
-        report.residual < rules.rest && withheld < rules.tolerance * rules.radius;
+    const bool rests = report.residual < rules.rest && withheld < rules.tolerance * rules.radius;
     if (report.sweeps >= kLeastSweeps && (near || rests)) break;
     if (leaps) leap(team, s, status);
   }

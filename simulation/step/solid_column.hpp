@@ -293,7 +293,8 @@ ANGIO_HOST_DEVICE inline bool keeps_volume(const SolidPoint<Real>* points,
   point_dilatations(points, after, has);
   bool keeps = true;
   for (int q = 0; q < kWedgePoints; ++q) {
-    const Real low = had[q] < Real(1) ? had[q] : Real(1), high = had[q] > Real(1) ? had[q] : Real(1);
+    const Real low = had[q] < Real(1) ? had[q] : Real(1),
+               high = had[q] > Real(1) ? had[q] : Real(1);
     keeps = keeps && has[q] >= Real(kKeptInMove) * low && Real(kKeptInMove) * has[q] <= high;
   }
   return keeps;

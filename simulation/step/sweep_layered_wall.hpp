@@ -140,8 +140,8 @@ ANGIO_HOST_DEVICE inline Real take_column(const StepView<Real>& s, int v, const 
   return norm_squared((Real(1) - bounded) * wanted);
 }
 
-/// After a motion of all bodies at once: puts the wall back if a point of it lost more of its volume
-/// than a move may take. @param before  by vertex of the step
+/// After a motion of all bodies at once: puts the wall back if a point of it lost more of its
+/// volume than a move may take. @param before  by vertex of the step
 template <class Real, class Team>
 ANGIO_HOST_DEVICE inline void take_back_if_pressed(Team& team, const StepView<Real>& s,
                                                    const Vec3T<Real>* before) {
@@ -159,9 +159,7 @@ ANGIO_HOST_DEVICE inline void take_back_if_pressed(Team& team, const StepView<Re
       lost);
   if (!(lost[0] > 0.0)) return;
   team.template for_each<1>(s.bodies.wall().count * s.layered.columns.levels,
-                            [&](int i, const auto&) {
-                              s.motion.x[first + i] = before[first + i];
-                            });
+                            [&](int i, const auto&) { s.motion.x[first + i] = before[first + i]; });
   team.barrier();
 }
 

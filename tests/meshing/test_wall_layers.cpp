@@ -238,7 +238,7 @@ TEST(WallLayers, AroundAOneSidedStenosisKeepToTheHealthyAxis) {
 struct Vessel {
   const char* name;
   test::Vessel (*make)();
-  bool has_room;            ///< for the whole wall everywhere
+  bool has_room;          ///< for the whole wall everywhere
   double most_led = 0.0;  ///< share of the lumen's vertices
 };
 class WallAround : public testing::TestWithParam<Vessel> {};

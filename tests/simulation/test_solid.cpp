@@ -250,8 +250,7 @@ TEST(PressedPoint, HasABarrierThatBeginsSmoothlyAndEndsAtNothing) {
   for (double j = 0.02; j < kPressed; j += 0.02) {
     const auto at = [&](double by) { return pressed_energy(bulk, j + by); };
     EXPECT_NEAR(at(0).d1, slope<double>([&](double by) { return at(by).value; }, h), 1e-6 * bulk);
-    EXPECT_NEAR(at(0).d2, slope<double>([&](double by) { return at(by).d1; }, h),
-                1e-6 * at(0).d2);
+    EXPECT_NEAR(at(0).d2, slope<double>([&](double by) { return at(by).d1; }, h), 1e-6 * at(0).d2);
     EXPECT_LT(at(0).d1, 0.0);
     EXPECT_GT(at(0).d2, 0.0);
   }
