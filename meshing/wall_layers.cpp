@@ -18,7 +18,8 @@ namespace {
 
 using detail::WallColumn;
 
-constexpr double kLeastShape = 0.05;   // of a wedge, see untangle
+constexpr double kGoodShape = 0.05;    // of a wedge, see untangle
+constexpr double kLeastShape = 0.02;   // a worse one is drawn out where the wall is widened
 constexpr double kLeastShare = 0.25;   // of the wanted way outward; none is made shorter
 constexpr double kLimitedShare = 0.9;  // of the wanted thickness; less is told
 
@@ -323,7 +324,7 @@ WallLayers build_wall_layers(const ContactRegion& region, const CenterlineTree& 
   std::vector<double> least_length;
   for (const WallColumn& column : columns)
     least_length.push_back(kLeastShare * wanted_length(column));
-  const auto wrong = detail::untangle(wall, region.mesh, kLeastShape, least_length);
+  const auto wrong = detail::untangle(wall, region.mesh, kGoodShape, kLeastShape, least_length);
   leave_out(wall, region.mesh, wrong);
   if (wall.wedges.empty())
     throw InputError(

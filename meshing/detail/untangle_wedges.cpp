@@ -19,7 +19,7 @@ constexpr double kLeastRise = 0.2;    // sine of the angle between a way and the
 
 class Untangler {
  public:
-  Untangler(WallLayers& wall, const TriangleMesh& lumen, double least_shape,
+  Untangler(WallLayers& wall, const TriangleMesh& lumen, double good_shape, double least_shape,
             const std::vector<double>& least_length)
       : wall_(wall),
         lumen_(lumen),
@@ -27,6 +27,7 @@ class Untangler {
         count_(lumen.vertices.size()),
         normals_(normals_around_vertices(lumen)),
         outward_(count_),
+        good_shape_(good_shape),
         least_shape_(least_shape),
         least_length_(least_length) {
     parallel_for(std::ptrdiff_t(count_), [&](std::ptrdiff_t v) {
@@ -38,7 +39,7 @@ class Untangler {
     std::vector<int> attempts(lumen_.triangles.size(), 0);
     std::vector<char> wrong(attempts.size(), 0);
     for (int attempt = 0; attempt < kAttempts; ++attempt) {
-      wrong = without_given_up(wrong_wedges(), attempts);
+      wrong = without_given_up(wrong_wedges(good_shape_), attempts);
       // Crossings are worth a search only where all wedges are right.
       if (!any(wrong)) wrong = without_given_up(crossings(), attempts);
       if (!any(wrong)) break;
@@ -50,7 +51,7 @@ class Untangler {
                 std::max(rings[std::size_t(v)], 2 + attempts[t]++ / kAttemptsPerRing);
       relax(within_rings(std::move(rings)));
     }
-    wrong = wrong_wedges();
+    wrong = wrong_wedges(least_shape_);
     const std::vector<char> crossing = crossings();
     for (std::size_t t = 0; t < wrong.size(); ++t) wrong[t] = char(wrong[t] | crossing[t]);
     return wrong;
@@ -62,25 +63,25 @@ class Untangler {
   }
 
   /// By the sharpest of its six corners: the determinant over the product of the three edges.
-  [[nodiscard]] bool is_wrong(const std::array<int, 6>& wedge) const {
+  [[nodiscard]] bool is_wrong(const std::array<int, 6>& wedge, double least_shape) const {
     const auto at = [&](std::size_t c) { return wall_.vertices[std::size_t(wedge[c])]; };
     for (std::size_t side = 0; side < 6; side += 3)
       for (std::size_t c = 0; c < 3; ++c) {
         const Vec3 next = at(side + (c + 1) % 3) - at(side + c);
         const Vec3 last = at(side + (c + 2) % 3) - at(side + c);
         const Vec3 up = at(3 + c) - at(c);
-        if (dot(cross(next, last), up) <= least_shape_ * norm(next) * norm(last) * norm(up))
+        if (dot(cross(next, last), up) <= least_shape * norm(next) * norm(last) * norm(up))
           return true;
       }
     return false;
   }
 
   /// Triangles of the lumen with a wrong wedge over them.
-  [[nodiscard]] std::vector<char> wrong_wedges() const {
+  [[nodiscard]] std::vector<char> wrong_wedges(double least_shape) const {
     std::vector<char> wrong(lumen_.triangles.size(), 0);
     parallel_for(std::ptrdiff_t(wrong.size()), [&](std::ptrdiff_t t) {
       for (std::size_t w = std::size_t(t); w < wall_.wedges.size(); w += wrong.size())
-        if (is_wrong(wall_.wedges[w])) wrong[std::size_t(t)] = 1;
+        if (is_wrong(wall_.wedges[w], least_shape)) wrong[std::size_t(t)] = 1;
     });
     return wrong;
   }
@@ -148,15 +149,15 @@ class Untangler {
   std::size_t count_;
   std::vector<std::vector<Vec3>> normals_;  ///< of the lumen's triangles at each vertex
   std::vector<Outward> outward_;
-  double least_shape_;
+  double good_shape_, least_shape_;
   const std::vector<double>& least_length_;
 };
 
 }  // namespace
 
-std::vector<char> untangle(WallLayers& wall, const TriangleMesh& lumen, double least_shape,
-                           const std::vector<double>& least_length) {
-  return Untangler(wall, lumen, least_shape, least_length).run();
+std::vector<char> untangle(WallLayers& wall, const TriangleMesh& lumen, double good_shape,
+                           double least_shape, const std::vector<double>& least_length) {
+  return Untangler(wall, lumen, good_shape, least_shape, least_length).run();
 }
 
 }  // namespace angio::meshing::detail
