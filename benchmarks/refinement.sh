@@ -32,7 +32,7 @@ readonly build=${folders[0]} out=${folders[1]}
 mkdir -p "$out"
 
 declare -A inputs=(
-  [concentric]=phantom:concentric,stenosis=60,noise=0
+  [concentric]="phantom:concentric,stenosis=60,noise=0"
   [unilateral]=phantom:unilateral
   [coronary]=phantom:coronary
 )
