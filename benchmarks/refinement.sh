@@ -36,8 +36,9 @@ declare -A inputs=(
   [unilateral]=phantom:unilateral
   [coronary]=phantom:coronary
 )
-lumen=$(find -L "${ANGIO_DATA:-/nowhere}/coronary-lumen-xra" -name '*.stl' 2>/dev/null | sort | head -n 1)
-[[ -z $lumen ]] || inputs[coronary-lumen]=$lumen
+for lumen in "${ANGIO_DATA:-}"/coronary-lumen-xra/*.stl; do
+  [[ ! -e $lumen ]] || inputs[coronary-lumen]=$lumen
+done
 
 threads=()
 [[ $jobs -eq 1 ]] || threads=(--threads 1)
