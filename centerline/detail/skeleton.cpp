@@ -9,6 +9,7 @@
 #include "centerline/detail/fronts.hpp"
 #include "centerline/detail/inlet.hpp"
 #include "centerline/detail/places.hpp"
+#include "centerline/detail/short_branches.hpp"
 #include "core/error.hpp"
 
 namespace angio::centerline {
@@ -33,15 +34,6 @@ double voxel_size(const LumenVoxels& lumen) {
   return std::max({h.x, h.y, h.z});
 }
 
-/// Whether a voxel is one of the volume's last.
-bool at_border(const LumenVoxels& lumen, int voxel) {
-  const auto at = lumen.index(voxel);
-  for (std::size_t a = 0; a < 3; ++a)
-    if (at[a] + lumen.corner[a] == 0 || at[a] + lumen.corner[a] == lumen.geometry.size[a] - 1)
-      return true;
-  return false;
-}
-
 int farthest(const Front& front) {
   return int(std::max_element(front.length.begin(), front.length.end()) - front.length.begin());
 }
@@ -53,46 +45,30 @@ struct Ends {
   std::vector<int> loop_cuts;  ///< a voxel next to each round's first cut
 };
 
-/// Whether a branch is the sac of an aneurysm: wider inside than at its mouth, and beyond its
-/// parent's wall not much longer than wide. One that the border of the volume cuts off is a vessel.
-/// @param own  the branch's voxels, tip first
-/// @param junction  the parent's voxel that it leaves
-bool is_sac(const LumenVoxels& lumen, const std::vector<int>& own, int junction) {
-  constexpr double kWider = 1.2, kLonger = 1.5;
-  if (own.empty() || junction < 0 || at_border(lumen, own.front())) return false;
-  double narrowest = 1e300, mouth = 1e300, widest = 0.0, length = 0.0;
-  for (std::size_t i = own.size(); i-- > 0;) {
-    if (distance(lumen.position(own[i]), lumen.position(junction)) <
-        double(lumen.depth[std::size_t(junction)]))
-      continue;  // within the parent
-    if (i + 1 < own.size()) length += distance(lumen.position(own[i]), lumen.position(own[i + 1]));
-    const double depth = double(lumen.depth[std::size_t(own[i])]);
-    narrowest = std::min(narrowest, depth);
-    if (depth <= widest) continue;
-    widest = depth;
-    mouth = narrowest;  // the narrowest place before the widest
-  }
-  return widest > kWider * mouth && length < kLonger * 2.0 * widest;
-}
-
 /// Leaves out maxima that are bumps of the wall: a side branch must stand out of its parent by
-/// about the parent's diameter.
+/// about the parent's diameter, the stump of a vessel by its radius, a tube by 1.5 times its own
+/// width.
 Ends prune_spurs(const LumenVoxels& lumen, const Front& front, const std::vector<LumenEnd>& maxima,
                  double min_length) {
   Ends result;
-  std::vector<char> in_tree(std::size_t(lumen.count()), 0);
+  VoxelTree tree(lumen.count());
+  const double noise = 4.0 * voxel_size(lumen);
   for (const LumenEnd& end : maxima) {
     std::vector<int> own;
     int v = end.voxel;
-    for (; v >= 0 && in_tree[std::size_t(v)] == 0; v = front.previous[std::size_t(v)])
-      own.push_back(v);
+    for (; v >= 0 && !tree.has(v); v = front.previous[std::size_t(v)]) own.push_back(v);
     const double parent = v >= 0 ? double(lumen.depth[std::size_t(v)]) : 0.0;
-    const double least =
-        min_length > 0.0 ? min_length : std::max(2.0 * parent, 4.0 * voxel_size(lumen));
-    if (!result.ends.empty() && end.prominence < least) continue;
-    const bool sac = !result.ends.empty() && is_sac(lumen, own, v);
+    const auto stands_out = [&] {
+      if (min_length > 0.0) return end.prominence >= min_length;
+      return end.prominence >= std::max(2.0 * parent, noise) ||
+             (end.prominence >= std::max(parent, noise) && is_stump(lumen, tree, own, v)) ||
+             is_tube(lumen, own, v, end.prominence);
+    };
+    const bool is_first = result.ends.empty();
+    if (!is_first && !stands_out()) continue;
+    const bool sac = !is_first && is_sac(lumen, own, v);
     (sac ? result.sacs : result.ends).push_back(end);
-    for (const int w : own) in_tree[std::size_t(w)] = 1;
+    tree.add(own, v);
   }
   return result;
 }

@@ -149,6 +149,46 @@ TEST(CenterlineTree, InventsNoBranchForAStub) {
   EXPECT_EQ(extract(tubes).tree.paths.size(), 1U);
 }
 
+/// The ends of the lines, the inlet too, that lie within a reach [mm] of a place.
+int count_ends_near(const CenterlineTree& tree, const Vec3& place, double reach) {
+  int count = distance(tree.paths.front().points.front(), place) < reach ? 1 : 0;
+  for (const CenterlinePath& path : tree.paths)
+    count += distance(path.points.back(), place) < reach ? 1 : 0;
+  return count;
+}
+
+TEST(CenterlineTree, TakesTheStumpOfAVesselBehindAForkForAnEnd) {
+  // A wide vessel, cut off one of its diameters behind a side branch, with a round end or a flat
+  // one.
+  const std::vector<Tube> tubes{straight_tube({0, 0, -35}, {0, 0, 6}, constant(6.0)),
+                                straight_tube({0, 0, 0}, {40, 0, 8}, constant(2.4))};
+  for (const bool is_flat : {false, true}) {
+    std::vector<test::Cut> cuts;
+    if (is_flat) cuts.push_back({{0, 0, 1}, 11.0});
+    const auto result =
+        extract_centerline(level_set_of(tubes, grid_around(tubes, 0.8, 2.0), cuts), {});
+    ASSERT_EQ(result.tree.paths.size(), 2U) << is_flat;
+    EXPECT_EQ(count_ends_near(result.tree, {0, 0, 11}, 6.0), 1) << is_flat;
+    EXPECT_EQ(count_ends_near(result.tree, {0, 0, -41}, 6.0), 1) << is_flat;
+  }
+}
+
+TEST(CenterlineTree, InventsNoEndInTheCornerOfABend) {
+  for (const double beyond : {0.0, 2.0, 4.0}) {
+    const std::vector<Tube> tubes{straight_tube({0, 0, -40}, {0, 0, beyond}, constant(6.0)),
+                                  straight_tube({0, 0, 0}, {40, 0, 0}, constant(6.0))};
+    const auto result = extract_centerline(level_set_of(tubes, grid_around(tubes, 0.8, 2.0)), {});
+    EXPECT_EQ(result.tree.paths.size(), 1U) << beyond;
+  }
+}
+
+TEST(CenterlineTree, InventsNoEndInABulgeAsWideAsItsVessel) {
+  const std::vector<Tube> tubes{straight_tube({0, 0, -35}, {0, 0, 35}, constant(5.0)),
+                                straight_tube({0, 0, 0}, {6, 0, 0}, constant(5.0))};
+  const auto result = extract_centerline(level_set_of(tubes, grid_around(tubes, 0.7, 2.0)), {});
+  EXPECT_EQ(result.tree.paths.size(), 1U);
+}
+
 bool warns_of(const CenterlineResult& result, const std::string& what, const std::string& where) {
   return std::any_of(result.warnings.begin(), result.warnings.end(), [&](const std::string& text) {
     return text.find(what) != std::string::npos && text.find(where) != std::string::npos;

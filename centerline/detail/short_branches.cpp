@@ -1,0 +1,132 @@
+#include "centerline/detail/short_branches.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/statistics.hpp"
+
+namespace angio::centerline {
+
+void VoxelTree::add(const std::vector<int>& own, int junction) {
+  for (std::size_t i = own.size(); i-- > 0;) {
+    const int before = i + 1 < own.size() ? own[i + 1] : junction;
+    const auto voxel = std::size_t(own[i]);
+    toward_root_[voxel] = before < 0 ? kNone : before;
+    if (before < 0) continue;
+    int* last = &first_away_[std::size_t(before)];
+    while (*last >= 0) last = &next_beside_[std::size_t(*last)];
+    *last = own[i];
+  }
+}
+
+std::vector<std::vector<int>> VoxelTree::arms(const LumenVoxels& lumen, int voxel,
+                                              double length) const {
+  const Vec3 from = lumen.position(voxel);
+  const auto walk = [&](int first, const std::vector<int>& next) {
+    std::vector<int> arm;
+    for (int v = first; v >= 0; v = next[std::size_t(v)]) {
+      arm.push_back(v);
+      if (distance(lumen.position(v), from) > length) break;
+    }
+    return arm;
+  };
+  std::vector<std::vector<int>> arms;
+  if (toward_root_[std::size_t(voxel)] >= 0)
+    arms.push_back(walk(toward_root_[std::size_t(voxel)], toward_root_));
+  for (int v = first_away_[std::size_t(voxel)]; v >= 0; v = next_beside_[std::size_t(v)])
+    arms.push_back(walk(v, first_away_));
+  return arms;
+}
+
+bool at_border(const LumenVoxels& lumen, int voxel) {
+  const auto at = lumen.index(voxel);
+  for (std::size_t a = 0; a < 3; ++a)
+    if (at[a] + lumen.corner[a] == 0 || at[a] + lumen.corner[a] == lumen.geometry.size[a] - 1)
+      return true;
+  return false;
+}
+
+bool is_sac(const LumenVoxels& lumen, const std::vector<int>& own, int junction) {
+  constexpr double kWider = 1.2, kLonger = 1.5;
+  if (own.empty() || junction < 0 || at_border(lumen, own.front())) return false;
+  double narrowest = 1e300, mouth = 1e300, widest = 0.0, length = 0.0;
+  for (std::size_t i = own.size(); i-- > 0;) {
+    if (distance(lumen.position(own[i]), lumen.position(junction)) <
+        double(lumen.depth[std::size_t(junction)]))
+      continue;  // within the parent
+    if (i + 1 < own.size()) length += distance(lumen.position(own[i]), lumen.position(own[i + 1]));
+    const double depth = double(lumen.depth[std::size_t(own[i])]);
+    narrowest = std::min(narrowest, depth);
+    if (depth <= widest) continue;
+    widest = depth;
+    mouth = narrowest;  // the narrowest place before the widest
+  }
+  return widest > kWider * mouth && length < kLonger * 2.0 * widest;
+}
+
+namespace {
+
+/// What an arm of a fork looks like from it, outside the ball that fits there.
+struct Arm {
+  double radius = 0.0;  ///< [mm]; 0: it does not leave the ball
+  Vec3 direction;       ///< unit, away from the fork
+};
+
+/// @param voxels  away from the fork
+/// @param radius_of  of the depths outside the fork's ball
+template <class RadiusOf>
+Arm see_arm(const LumenVoxels& lumen, int fork, const std::vector<int>& voxels,
+            RadiusOf radius_of) {
+  const Vec3 from = lumen.position(fork);
+  std::vector<float> depths;
+  Vec3 middle;
+  for (const int v : voxels) {
+    const Vec3 away = lumen.position(v) - from;
+    if (norm(away) < double(lumen.depth[std::size_t(fork)])) continue;
+    depths.push_back(lumen.depth[std::size_t(v)]);
+    middle += away;
+  }
+  if (depths.empty()) return {};
+  return {double(radius_of(std::move(depths))), normalized(middle)};
+}
+
+}  // namespace
+
+bool is_stump(const LumenVoxels& lumen, const VoxelTree& tree, const std::vector<int>& own,
+              int junction) {
+  constexpr double kInLine = -0.766, kWider = 1.25, kReach = 3.0;  // cosine of 140 degrees
+  if (own.empty() || junction < 0) return false;
+  const std::vector<int> away(own.rbegin(), own.rend());
+  const Arm stump = see_arm(lumen, junction, away, [](const std::vector<float>& depths) {
+    return *std::max_element(depths.begin(), depths.end());  // towards its cap it narrows
+  });
+  const double reach = kReach * double(lumen.depth[std::size_t(junction)]);
+  for (const std::vector<int>& voxels : tree.arms(lumen, junction, reach)) {
+    const Arm arm = see_arm(lumen, junction, voxels,
+                            [](std::vector<float> depths) { return median(std::move(depths)); });
+    if (stump.radius * kWider > arm.radius && stump.radius < kWider * arm.radius &&
+        dot(stump.direction, arm.direction) < kInLine)
+      return true;
+  }
+  return false;
+}
+
+bool is_tube(const LumenVoxels& lumen, const std::vector<int>& own, int junction, double length) {
+  constexpr double kLonger = 1.5, kNarrower = 0.7, kLeastVoxels = 2.0;
+  if (junction < 0) return false;
+  std::vector<float> depths;  // outside the parent, tip first
+  for (const int v : own)
+    if (distance(lumen.position(v), lumen.position(junction)) >
+        double(lumen.depth[std::size_t(junction)]))
+      depths.push_back(lumen.depth[std::size_t(v)]);
+  if (depths.size() < 4) return false;
+  const auto half = depths.begin() + std::ptrdiff_t(depths.size() / 2);
+  // The greatest of either half: a cap, round or flat, makes its end narrow, and no less a tube.
+  const double outer = double(*std::max_element(depths.begin(), half));
+  const double inner = double(*std::max_element(half, depths.end()));
+  const Vec3 h = lumen.geometry.spacing;
+  return outer >= kNarrower * inner && outer >= kLeastVoxels * std::max({h.x, h.y, h.z}) &&
+         length >= kLonger * 2.0 * std::max(outer, inner);
+}
+
+}  // namespace angio::centerline

@@ -1,0 +1,61 @@
+#pragma once
+
+#include <vector>
+
+#include "centerline/detail/lumen_voxels.hpp"
+
+/// What a short branch is: a bump of the wall, the sac of an aneurysm, or a vessel that was cut off
+/// close to a fork.
+namespace angio::centerline {
+
+/// The paths to the ends that were found so far, which part once and never meet again.
+class VoxelTree {
+ public:
+  explicit VoxelTree(int voxel_count)
+      : toward_root_(std::size_t(voxel_count), kOutside),
+        first_away_(std::size_t(voxel_count), kOutside),
+        next_beside_(std::size_t(voxel_count), kOutside) {}
+
+  [[nodiscard]] bool has(int voxel) const { return toward_root_[std::size_t(voxel)] != kOutside; }
+  /// Adds a branch.
+  /// @param own       its voxels, tip first
+  /// @param junction  the tree's voxel that it leaves; -1: it is the first
+  void add(const std::vector<int>& own, int junction);
+  /// The tree's arms at one of its voxels: the ways from there, up to a length [mm]; where one
+  /// parts, the way that was added first.
+  [[nodiscard]] std::vector<std::vector<int>> arms(const LumenVoxels& lumen, int voxel,
+                                                   double length) const;
+
+ private:
+  static constexpr int kNone = -1, kOutside = -2;
+  std::vector<int> toward_root_;               ///< kNone: the root
+  std::vector<int> first_away_, next_beside_;  ///< the voxels that come from one, as a list
+};
+
+/// Whether the border of the volume cuts a voxel's surroundings off.
+bool at_border(const LumenVoxels& lumen, int voxel);
+
+/// Whether a branch is the sac of an aneurysm: wider inside than at its mouth, and beyond its
+/// parent's wall not much longer than wide. One that the border of the volume cuts off is a vessel.
+/// @param own  the branch's voxels, tip first
+/// @param junction  the parent's voxel that it leaves
+bool is_sac(const LumenVoxels& lumen, const std::vector<int>& own, int junction);
+
+/// Whether a branch, however short, is the stump of a vessel that was cut off behind a fork: it
+/// goes on in line (within 40 degrees) with another arm of the fork, and a ball as wide as that arm
+/// (within a quarter) fits into it with its middle outside the fork's own ball. The outer side of a
+/// bend and a bump of the wall are in line with no arm, or narrower.
+/// @param own  the branch's voxels, tip first
+/// @param junction  the tree's voxel that it leaves
+bool is_stump(const LumenVoxels& lumen, const VoxelTree& tree, const std::vector<int>& own,
+              int junction);
+
+/// Whether a branch that leaves a wider one is a tube: half as long again as wide, hardly narrower
+/// in its outer half than in its inner one, and at least four voxels wide. Bumps and thorns are
+/// not.
+/// @param own  the branch's voxels, tip first
+/// @param junction  the tree's voxel that it leaves
+/// @param length  from the flow divider to its tip [mm]
+bool is_tube(const LumenVoxels& lumen, const std::vector<int>& own, int junction, double length);
+
+}  // namespace angio::centerline
