@@ -46,12 +46,25 @@ std::function<double(double)> last_step(const CenterlineOptions& options, const 
 struct GivenSurface {
   SurfaceWall triangles;
   int wall_vertex_count;
+  bool has_caps;  ///< the rims are those of flat caps that were removed
+  std::vector<OpenRim> flat_ends;
   [[nodiscard]] std::vector<Vec3> wall_vertices() const {
     const auto begin = triangles.mesh().vertices.begin();
     return {begin, begin + wall_vertex_count};
   }
-  /// What the caps have closed.
-  [[nodiscard]] std::vector<OpenRim> open_rims() const {
+  [[nodiscard]] Openings openings() const {
+    Openings openings{rims(), has_caps, flat_ends};
+    std::erase_if(openings.flat_ends, [&](const OpenRim& end) {  // the fan over a rim is flat, too
+      return std::any_of(openings.rims.begin(), openings.rims.end(), [&](const OpenRim& rim) {
+        return distance(rim.middle, end.middle) < std::max(rim.radius, end.radius);
+      });
+    });
+    return openings;
+  }
+
+ private:
+  /// What the fans have closed.
+  [[nodiscard]] std::vector<OpenRim> rims() const {
     const TriangleMesh& mesh = triangles.mesh();
     std::vector<OpenRim> rims;
     for (auto v = std::size_t(wall_vertex_count); v < mesh.vertices.size(); ++v)
@@ -80,7 +93,7 @@ CenterlineResult extract(const Volume<float>& level_set, const GivenSurface* sur
               : WallDistance(points);
   progress.report(0.2, "finding the ends");
   Skeleton skeleton =
-      find_skeleton(lumen.voxels, options, surface ? surface->open_rims() : std::vector<OpenRim>{});
+      find_skeleton(lumen.voxels, options, surface ? surface->openings() : Openings{});
   progress.report(0.4, "centring lines");
   CenterlineResult result;
   const Surroundings around{lumen.voxels, wall, points, distance_to_wall, last_step(options, wall)};
@@ -142,9 +155,11 @@ CenterlineResult extract_centerline(const TriangleMesh& surface, const Centerlin
   ClosedSurface closed = close_surface(surface);
   constexpr double kRough = 0.1;
   const bool is_rough = roughness(closed.mesh) > kRough;
-  if (!is_rough && closed.wall_vertex_count == int(closed.mesh.vertices.size()))
+  const bool was_closed = closed.wall_vertex_count == int(closed.mesh.vertices.size());
+  if (!is_rough && was_closed)
     closed = close_surface(remove_flat_caps(closed.mesh));  // flat caps are ends, as rims are
-  const GivenSurface given{SurfaceWall(closed.mesh), closed.wall_vertex_count};
+  const GivenSurface given{SurfaceWall(closed.mesh), closed.wall_vertex_count, was_closed,
+                           is_rough ? std::vector<OpenRim>{} : find_flat_ends(closed.mesh)};
   if (is_rough) smooth_surface(closed.mesh, 15);
   const Volume<float> level_set = voxelize(closed.mesh, choose_spacing(SurfaceWall(closed.mesh)));
   return extract(level_set, &given, options, progress);

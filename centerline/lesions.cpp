@@ -30,7 +30,11 @@ namespace {
 /// diameters err. Many places are looked at, and errors are no better known than that.
 constexpr double kLeastEvidence = 0.2;
 constexpr double kLeastEvidenceAtEnd = 1.0;
+constexpr double kLeastEvidenceInEnd = 5.0;
 constexpr double kLeastOddsOfErrors = 5.0;
+
+/// A dip is in the end where its tightest place is within this many healthy diameters of it.
+constexpr double kReachOfEnd = 0.25;
 
 /// A vessel is seen from this many voxels on: a thinner one is shown by partial volumes alone.
 constexpr double kLeastVoxels = 3.0;
@@ -125,14 +129,23 @@ bool is_tip(const Known& known, const Dip& dip) {
   return is_tip_at(radius.size() - 1) || is_tip_at(0);
 }
 
+/// Whether a dip is tightest in the end of its line, as where a vessel but tapers to its end:
+/// nothing behind it tells how wide it would be.
+bool ends_tightest(const Known& known, const Dip& dip) {
+  const std::vector<double>& s = known.path.abscissa;
+  const double reach = kReachOfEnd * known.reference.diameter[dip.tightest];
+  return s.back() - s[dip.tightest] < reach || s[dip.tightest] - s.front() < reach;
+}
+
 bool is_lesion(const Known& known, const Vessel& vessel, const Dip& dip,
                const LesionOptions& options) {
   if (is_tip(known, dip)) return false;
   if (known.percent(dip.tightest) < options.min_stenosis_percent) return false;
   if (known.reference.diameter[dip.tightest] < options.min_reference_mm) return false;
-  const bool at_end = !is_measured_behind(known, vessel, dip.last);
-  return cost_of_thin_vessel(known, dip, options.min_stenosis_percent) >=
-             (at_end ? kLeastEvidenceAtEnd : kLeastEvidence) &&
+  const double least = ends_tightest(known, dip)                      ? kLeastEvidenceInEnd
+                       : !is_measured_behind(known, vessel, dip.last) ? kLeastEvidenceAtEnd
+                                                                      : kLeastEvidence;
+  return cost_of_thin_vessel(known, dip, options.min_stenosis_percent) >= least &&
          cost_of_errors(known, dip) >= kLeastOddsOfErrors;
 }
 

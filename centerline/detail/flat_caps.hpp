@@ -1,5 +1,8 @@
 #pragma once
 
+#include <vector>
+
+#include "centerline/detail/openings.hpp"
 #include "core/triangle_mesh.hpp"
 
 namespace angio::centerline {
@@ -15,5 +18,15 @@ namespace angio::centerline {
 /// @param closed  outward normals
 /// @return the surface without its caps; the same surface where it has none
 TriangleMesh remove_flat_caps(const TriangleMesh& closed);
+
+/// The flat ends of a closed surface whose edges are rounded, as smoothing leaves them.
+///
+/// One is a flat piece (within 10 degrees of its mean normal), as wide as six triangles' edges,
+/// that is with its edge, as far as that turns by no more than 60 degrees, at most three times as
+/// large, and round (three quarters within the disc of its area). Of a round tip the flat piece is
+/// a thirtieth, of a tube's side a sixth. A sac has none.
+///
+/// @param closed  outward normals, without sharp caps
+std::vector<OpenRim> find_flat_ends(const TriangleMesh& closed);
 
 }  // namespace angio::centerline

@@ -119,12 +119,12 @@ std::vector<LumenEnd> find_maxima(const LumenVoxels& lumen, const Front& front,
       if (higher(pieces.top(root), pieces.top(home))) std::swap(root, home);
       const int tip = pieces.top(root);
       const double prominence = length[std::size_t(tip)] - length[std::size_t(v)];
-      if (prominence >= least_prominence) ends.push_back({tip, prominence, false});
+      if (prominence >= least_prominence) ends.push_back({tip, prominence});
       pieces.join(root, home);
     }
     if (home < 0) pieces.add(v);
   }
-  if (farthest >= 0) ends.push_back({farthest, length[std::size_t(farthest)], false});
+  if (farthest >= 0) ends.push_back({farthest, length[std::size_t(farthest)]});
   std::sort(ends.begin(), ends.end(), [](const LumenEnd& a, const LumenEnd& b) {
     return a.prominence != b.prominence ? a.prominence > b.prominence : a.voxel < b.voxel;
   });

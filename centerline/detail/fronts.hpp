@@ -1,6 +1,6 @@
 #pragma once
 
-#include <functional>
+#include <optional>
 #include <vector>
 
 #include "centerline/detail/lumen_voxels.hpp"
@@ -29,6 +29,7 @@ struct LumenEnd {
   int voxel = -1;
   double prominence = 0.0;  ///< length [mm] from where it joins a longer branch to its tip
   bool at_loop_cut = false;
+  std::optional<Vec3> middle = {};  ///< where its line ends [mm]; none: where the voxels lead
 };
 
 /// The ends of the lumen: the maxima of the path length from the source, each with its prominence.

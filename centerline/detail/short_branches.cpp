@@ -92,23 +92,39 @@ Arm see_arm(const LumenVoxels& lumen, int fork, const std::vector<int>& voxels,
 
 }  // namespace
 
-bool is_stump(const LumenVoxels& lumen, const VoxelTree& tree, const std::vector<int>& own,
-              int junction) {
-  constexpr double kInLine = -0.766, kWider = 1.25, kReach = 3.0;  // cosine of 140 degrees
-  if (own.empty() || junction < 0) return false;
+std::optional<Vec3> end_of_stump(const LumenVoxels& lumen, const VoxelTree& tree,
+                                 const std::vector<int>& own, int junction) {
+  constexpr double kInLine = -0.42, kWider = 4.0 / 3.0, kThin = 0.6, kReach = 3.0;
+  if (own.empty() || junction < 0) return std::nullopt;
   const std::vector<int> away(own.rbegin(), own.rend());
   const Arm stump = see_arm(lumen, junction, away, [](const std::vector<float>& depths) {
     return *std::max_element(depths.begin(), depths.end());  // towards its cap it narrows
   });
   const double reach = kReach * double(lumen.depth[std::size_t(junction)]);
-  for (const std::vector<int>& voxels : tree.arms(lumen, junction, reach)) {
-    const Arm arm = see_arm(lumen, junction, voxels,
-                            [](std::vector<float> depths) { return median(std::move(depths)); });
-    if (stump.radius * kWider > arm.radius && stump.radius < kWider * arm.radius &&
-        dot(stump.direction, arm.direction) < kInLine)
-      return true;
-  }
-  return false;
+  std::vector<Arm> arms;
+  for (const std::vector<int>& voxels : tree.arms(lumen, junction, reach))
+    arms.push_back(see_arm(lumen, junction, voxels,
+                           [](std::vector<float> depths) { return median(std::move(depths)); }));
+  const auto widest = std::max_element(
+      arms.begin(), arms.end(), [](const Arm& a, const Arm& b) { return a.radius < b.radius; });
+  if (arms.size() < 2) return std::nullopt;
+  const auto is_thin = [&](const Arm& arm) {
+    return &arm == &*widest || arm.radius < kThin * widest->radius;
+  };
+  const bool is_stump = stump.radius * kWider > widest->radius &&
+                        stump.radius < kWider * widest->radius &&
+                        dot(stump.direction, widest->direction) < kInLine &&
+                        std::all_of(arms.begin(), arms.end(), is_thin);
+  if (!is_stump) return std::nullopt;
+  // Past the middle of its widest ball, as far as that reaches: a path ends in a cap's edge.
+  const Vec3 from = lumen.position(junction);
+  int widest_ball = own.back();
+  for (const int v : own)
+    if (distance(lumen.position(v), from) >= double(lumen.depth[std::size_t(junction)]) &&
+        lumen.depth[std::size_t(v)] >= lumen.depth[std::size_t(widest_ball)])
+      widest_ball = v;
+  const Vec3 center = lumen.position(widest_ball);
+  return center + double(lumen.depth[std::size_t(widest_ball)]) * normalized(center - from);
 }
 
 bool is_tube(const LumenVoxels& lumen, const std::vector<int>& own, int junction, double length) {

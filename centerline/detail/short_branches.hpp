@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include "centerline/detail/lumen_voxels.hpp"
@@ -41,14 +42,16 @@ bool at_border(const LumenVoxels& lumen, int voxel);
 /// @param junction  the parent's voxel that it leaves
 bool is_sac(const LumenVoxels& lumen, const std::vector<int>& own, int junction);
 
-/// Whether a branch, however short, is the stump of a vessel that was cut off behind a fork: it
-/// goes on in line (within 40 degrees) with another arm of the fork, and a ball as wide as that arm
-/// (within a quarter) fits into it with its middle outside the fork's own ball. The outer side of a
-/// bend and a bump of the wall are in line with no arm, or narrower.
+/// The end of a branch that is, however short, the stump of a vessel that was cut off behind a
+/// fork: it goes on (within 65 degrees) where another arm of the fork comes from, a ball as wide as
+/// that arm (within a quarter) fits into it with its middle outside the fork's own ball, and the
+/// fork's other arms are too thin (0.6) to take that arm's blood. A sac sits on a vessel that goes
+/// on as wide.
 /// @param own  the branch's voxels, tip first
 /// @param junction  the tree's voxel that it leaves
-bool is_stump(const LumenVoxels& lumen, const VoxelTree& tree, const std::vector<int>& own,
-              int junction);
+/// @return the middle of its end [mm]; nothing: it is no stump
+std::optional<Vec3> end_of_stump(const LumenVoxels& lumen, const VoxelTree& tree,
+                                 const std::vector<int>& own, int junction);
 
 /// Whether a branch that leaves a wider one is a tube: half as long again as wide, hardly narrower
 /// in its outer half than in its inner one, and at least four voxels wide. Bumps and thorns are

@@ -5,6 +5,7 @@
 #include <string>
 #include <utility>
 
+#include "centerline/detail/ends.hpp"
 #include "centerline/detail/feeding_chamber.hpp"
 #include "centerline/detail/fronts.hpp"
 #include "centerline/detail/inlet.hpp"
@@ -29,105 +30,8 @@ int end_of_cap(const std::vector<Vec3>& points, const std::vector<double>& depth
 
 namespace {
 
-double voxel_size(const LumenVoxels& lumen) {
-  const Vec3 h = lumen.geometry.spacing;
-  return std::max({h.x, h.y, h.z});
-}
-
 int farthest(const Front& front) {
   return int(std::max_element(front.length.begin(), front.length.end()) - front.length.begin());
-}
-
-struct Ends {
-  std::vector<LumenEnd> ends;
-  std::vector<LumenEnd> sacs;  ///< stand out like branches, but end without an outlet
-  Front front;                 ///< from the source, behind the last cut
-  std::vector<int> loop_cuts;  ///< a voxel next to each round's first cut
-};
-
-/// Leaves out maxima that are bumps of the wall: a side branch must stand out of its parent by
-/// about the parent's diameter, the stump of a vessel by its radius, a tube by 1.5 times its own
-/// width.
-Ends prune_spurs(const LumenVoxels& lumen, const Front& front, const std::vector<LumenEnd>& maxima,
-                 double min_length) {
-  Ends result;
-  VoxelTree tree(lumen.count());
-  const double noise = 4.0 * voxel_size(lumen);
-  for (const LumenEnd& end : maxima) {
-    std::vector<int> own;
-    int v = end.voxel;
-    for (; v >= 0 && !tree.has(v); v = front.previous[std::size_t(v)]) own.push_back(v);
-    const double parent = v >= 0 ? double(lumen.depth[std::size_t(v)]) : 0.0;
-    const auto stands_out = [&] {
-      if (min_length > 0.0) return end.prominence >= min_length;
-      return end.prominence >= std::max(2.0 * parent, noise) ||
-             (end.prominence >= std::max(parent, noise) && is_stump(lumen, tree, own, v)) ||
-             is_tube(lumen, own, v, end.prominence);
-    };
-    const bool is_first = result.ends.empty();
-    if (!is_first && !stands_out()) continue;
-    const bool sac = !is_first && is_sac(lumen, own, v);
-    (sac ? result.sacs : result.ends).push_back(end);
-    tree.add(own, v);
-  }
-  return result;
-}
-
-/// The ends seen from `source`, spurs left out, loops cut.
-/// @param near_cut  1 for the voxels next to a cut so far, shape [voxel]
-Ends find_ends(LumenVoxels& lumen, int source, double min_length, std::vector<char>& near_cut) {
-  Ends result;
-  constexpr int kMostRounds = 6;  // a cut can lay open another loop; more than this is a sponge
-  for (int round = 0;; ++round) {
-    result.front = march(lumen, source);
-    const Front& front = result.front;
-    const auto maxima = find_maxima(lumen, front, 2.0 * voxel_size(lumen));
-    Ends found = prune_spurs(lumen, front, maxima, min_length);
-    result.ends = std::move(found.ends);
-    result.sacs = std::move(found.sacs);
-    for (LumenEnd& end : result.ends) {
-      const double reach = 2.0 * voxel_size(lumen);
-      for (int v = end.voxel;
-           v >= 0 && distance(lumen.position(v), lumen.position(end.voxel)) <= reach;
-           v = front.previous[std::size_t(v)])
-        end.at_loop_cut = end.at_loop_cut || near_cut[std::size_t(v)] != 0;
-    }
-    if (round == kMostRounds) return result;
-    std::vector<std::vector<int>> paths;
-    for (const auto* some : {&result.ends, &result.sacs})
-      for (const LumenEnd& end : *some) paths.push_back(trace(front, end.voxel));
-    const std::vector<int> cut = cut_loops(lumen, front, paths);
-    if (cut.empty()) return result;
-    result.loop_cuts.push_back(cut.front());
-    for (const int v : cut) near_cut[std::size_t(v)] = 1;
-  }
-}
-
-/// The vessel's radius behind a tip: the greatest depth on the way back, until the way is longer
-/// than the vessel is wide.
-double radius_behind(const LumenVoxels& lumen, const Front& front, int tip) {
-  double deepest = 0.0;
-  for (int v = tip; v >= 0; v = front.previous[std::size_t(v)]) {
-    deepest = std::max(deepest, double(lumen.depth[std::size_t(v)]));
-    if (distance(lumen.position(v), lumen.position(tip)) > 2.0 * deepest + voxel_size(lumen)) break;
-  }
-  return deepest;
-}
-
-/// Adds the ends that are seen from another source only: a wide end beside a long branch hardly
-/// stands out when it is looked at from that branch. Tips no farther apart than the vessel is wide
-/// are one end.
-void add_missing(const LumenVoxels& lumen, const Ends& others, int source, Ends& ends) {
-  for (const LumenEnd& other : others.ends) {
-    if (std::isinf(ends.front.length[std::size_t(other.voxel)])) continue;
-    const Vec3 tip = lumen.position(other.voxel);
-    const double reach = 2.0 * radius_behind(lumen, ends.front, other.voxel);
-    bool is_known = distance(tip, lumen.position(source)) <= reach;
-    for (const auto* some : {&ends.ends, &ends.sacs})
-      for (const LumenEnd& end : *some)
-        is_known = is_known || distance(tip, lumen.position(end.voxel)) <= reach;
-    if (!is_known) ends.ends.push_back(other);
-  }
 }
 
 /// Whether the border of the volume cuts a vessel off, rather than a wall ending it.
@@ -151,15 +55,18 @@ struct Rim {
 /// @param front  from the root
 /// @param rims   where there are two or more, blood comes in by one of them
 int find_inlet(const LumenVoxels& lumen, int root, const Front& front,
-               const std::vector<LumenEnd>& ends, const std::vector<Rim>& rims,
+               const std::vector<LumenEnd>& ends, const std::vector<Rim>& rims, bool are_caps,
                std::vector<std::string>& warnings) {
   std::vector<InletCandidate> candidates;
   const auto add = [&](int voxel, const std::vector<int>& tip_first, bool at_loop_cut) {
     InletCandidate candidate{voxel, is_cut_off(lumen, tip_first)};
     const auto rim = std::find_if(rims.begin(), rims.end(),
                                   [&](const Rim& some) { return some.voxel == voxel; });
-    candidate.is_open = rims.size() < 2 || (rim != rims.end() && !at_loop_cut);
-    if (rim != rims.end()) candidate.opening = rim->opening.radius;
+    candidate.is_open = rims.size() < 2 || are_caps || (rim != rims.end() && !at_loop_cut);
+    if (rim != rims.end()) {
+      candidate.opening = rim->opening.radius;
+      candidate.is_cut_off = candidate.is_cut_off || are_caps;
+    }
     candidates.push_back(candidate);
   };
   add(root, trace(front, ends.front().voxel), false);
@@ -186,41 +93,6 @@ int find_inlet(const LumenVoxels& lumen, int root, const Front& front,
                        " was taken, the one at " + place(*choice.rival) +
                        " is nearly as likely. --inlet says which it is");
   return candidates[choice.best].voxel;
-}
-
-/// Makes every open rim an end, and no end of what else stands out but long vessels.
-/// @param rims  voxels in the middle of the rims
-/// @param closed  gets the tips of vessels that end without a rim
-void take_rims(const LumenVoxels& lumen, const std::vector<int>& rims, int source, Ends& ends,
-               std::vector<int>& closed) {
-  constexpr double kLong = 6.0;  // radii
-  std::vector<LumenEnd> kept;
-  for (const int rim : rims) {
-    if (rim == source || std::isinf(ends.front.length[std::size_t(rim)])) continue;
-    kept.push_back({rim, ends.front.length[std::size_t(rim)], false});
-  }
-  std::vector<char> in_tree(std::size_t(lumen.count()), 0);
-  for (const LumenEnd& end : kept)
-    for (int v = end.voxel; v >= 0; v = ends.front.previous[std::size_t(v)])
-      in_tree[std::size_t(v)] = 1;
-  for (const LumenEnd& end : ends.ends) {
-    double length = 0.0, radius = 0.0;
-    int v = end.voxel;
-    for (; v >= 0 && in_tree[std::size_t(v)] == 0; v = ends.front.previous[std::size_t(v)]) {
-      radius = std::max(radius, double(lumen.depth[std::size_t(v)]));
-      const int next = ends.front.previous[std::size_t(v)];
-      if (next >= 0) length += distance(lumen.position(v), lumen.position(next));
-    }
-    // From its parent's wall on; a tip next to a rim is the edge of that rim's cap.
-    if (v >= 0) length -= double(lumen.depth[std::size_t(v)]);
-    if (length < kLong * std::max(radius, voxel_size(lumen))) continue;
-    kept.push_back(end);
-    closed.push_back(end.voxel);
-    for (int w = end.voxel; w >= 0 && in_tree[std::size_t(w)] == 0;
-         w = ends.front.previous[std::size_t(w)])
-      in_tree[std::size_t(w)] = 1;
-  }
-  ends.ends = std::move(kept);
 }
 
 /// The open rims of the piece that is followed.
@@ -312,9 +184,9 @@ void check_tubular(const LumenVoxels& lumen, const Ends& ends) {
 }  // namespace
 
 Skeleton find_skeleton(LumenVoxels& lumen, const CenterlineOptions& options,
-                       const std::vector<OpenRim>& open_rims) {
+                       const Openings& openings) {
   Skeleton skeleton;
-  const std::vector<Rim> open_ends = find_rims(lumen, open_rims, skeleton.warnings);
+  const std::vector<Rim> open_ends = find_rims(lumen, openings.rims, skeleton.warnings);
   std::vector<int> rims;
   for (const Rim& rim : open_ends) rims.push_back(rim.voxel);
   const bool has_rims = rims.size() >= 2;
@@ -328,8 +200,9 @@ Skeleton find_skeleton(LumenVoxels& lumen, const CenterlineOptions& options,
     lumen.links = uncut;  // a loop is cut where the blood from the inlet meets, not from the root
     near_cut.assign(near_cut.size(), 0);
     closed.clear();
-    Ends ends = find_ends(lumen, source, options.min_branch_length_mm, near_cut);
-    if (has_rims) take_rims(lumen, rims, source, ends, closed);
+    Ends ends =
+        find_ends(lumen, source, openings.flat_ends, options.min_branch_length_mm, near_cut);
+    if (has_rims) take_rims(lumen, rims, openings.are_caps, source, ends, closed);
     return ends;
   };
   int source = root;
@@ -343,23 +216,29 @@ Skeleton find_skeleton(LumenVoxels& lumen, const CenterlineOptions& options,
 
   std::vector<int> all_ends{source};
   for (const LumenEnd& end : ends.ends) all_ends.push_back(end.voxel);
-  const int inlet = options.inlet_lps_mm ? snap(lumen, *options.inlet_lps_mm, all_ends)
-                                         : find_inlet(lumen, source, ends.front, ends.ends,
-                                                      open_ends, skeleton.warnings);
+  const int inlet = options.inlet_lps_mm
+                        ? snap(lumen, *options.inlet_lps_mm, all_ends)
+                        : find_inlet(lumen, source, ends.front, ends.ends, open_ends,
+                                     openings.are_caps, skeleton.warnings);
+  skeleton.inlet_rim = middle_of_rim(open_ends, inlet);
+  if (!skeleton.inlet_rim) skeleton.inlet_rim = flat_end_at(lumen, openings.flat_ends, inlet);
+  for (const LumenEnd& end : ends.ends)
+    if (end.voxel == inlet && !skeleton.inlet_rim) skeleton.inlet_rim = end.middle;
   if (inlet != source) ends = find_from(inlet);
   if (!options.outlets_lps_mm.empty()) {
     std::vector<int> found;
     for (const LumenEnd& end : ends.ends) found.push_back(end.voxel);
     ends.ends.clear();
     for (const Vec3& point : options.outlets_lps_mm)
-      ends.ends.push_back({snap(lumen, point, found), 0.0, false});
+      ends.ends.push_back({snap(lumen, point, found), 0.0});
   }
   skeleton.starts_at_end = std::find(all_ends.begin(), all_ends.end(), inlet) != all_ends.end();
-  for (const LumenEnd& end : ends.ends)
-    if (end.voxel != inlet)
-      skeleton.chains.push_back(
-          {trace(ends.front, end.voxel), end.at_loop_cut, middle_of_rim(open_ends, end.voxel)});
-  skeleton.inlet_rim = middle_of_rim(open_ends, inlet);
+  for (const LumenEnd& end : ends.ends) {
+    if (end.voxel == inlet) continue;
+    const std::optional<Vec3> rim = middle_of_rim(open_ends, end.voxel);
+    skeleton.chains.push_back(
+        {trace(ends.front, end.voxel), end.at_loop_cut, rim ? rim : end.middle});
+  }
   std::stable_sort(skeleton.chains.begin(), skeleton.chains.end(),
                    [&](const auto& a, const auto& b) {
                      return chain_length(lumen, a.voxels) > chain_length(lumen, b.voxels);

@@ -6,36 +6,33 @@
 
 #include "centerline/centerline.hpp"
 #include "centerline/detail/lumen_voxels.hpp"
+#include "centerline/detail/openings.hpp"
 
 namespace angio::centerline {
-
-/// An open rim of a surface.
-struct OpenRim {
-  Vec3 middle;          ///< LPS [mm]
-  double radius = 0.0;  ///< of the circle of its area [mm]
-};
 
 /// The lumen's voxel paths from the inlet to each outlet.
 struct Skeleton {
   struct Chain {
     std::vector<int> voxels;   ///< inlet first; chains share their first voxels until they part
     bool ends_at_cut = false;  ///< the far end is where a loop was cut, not a wall
-    std::optional<Vec3> rim;   ///< middle of the open rim where it ends [mm]
+    std::optional<Vec3> rim;   ///< middle of the open rim, cap or stump where it ends [mm]
   };
   std::vector<Chain> chains;      ///< the longest first
-  std::optional<Vec3> inlet_rim;  ///< middle of the open rim of the inlet [mm]
+  std::optional<Vec3> inlet_rim;  ///< the same of the inlet [mm]
   bool starts_at_end = true;      ///< false: the inlet was put inside a vessel
   std::vector<std::string> warnings;
 };
 
 /// Finds inlet and outlets (where the options do not give them) and the paths between, along the
 /// middle of the lumen. Cuts loops in `lumen`.
-/// @param open_rims  of an open surface: with two or more of them, every
-///                   rim is an end and blood comes in by one of them; what ends without a rim is
-///                   an outlet only if it is a vessel (three times as long as wide), and told
+/// @param openings  with two or more rims, every rim is an end; of an open surface blood comes in
+/// by
+///                  one of them, and what ends without a rim is an outlet only if it is a vessel
+///                  (three times as long as wide), and told; of a capped one, if it is longer than
+///                  wide. A flat end is one, however short its vessel
 /// @throws InputError  when nothing tubular is in it
 Skeleton find_skeleton(LumenVoxels& lumen, const CenterlineOptions& options,
-                       const std::vector<OpenRim>& open_rims);
+                       const Openings& openings);
 
 /// How far from the tip of a chain the tip's own shape (a flat cap, a dome) is felt: the longest
 /// arc a with depth(a) < a / 2. Along the edge of a flat cap the depth grows by 0.7 a, into a dome

@@ -1,0 +1,178 @@
+#include "centerline/detail/ends.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "centerline/detail/short_branches.hpp"
+
+namespace angio::centerline {
+
+double voxel_size(const LumenVoxels& lumen) {
+  const Vec3 h = lumen.geometry.spacing;
+  return std::max({h.x, h.y, h.z});
+}
+
+namespace {
+
+bool is_on(const LumenVoxels& lumen, const OpenRim& flat_end, int tip) {
+  constexpr double kOnCap = 1.25;
+  return distance(lumen.position(tip), flat_end.middle) < kOnCap * flat_end.radius;
+}
+
+/// The flat ends of a surface, each of which is one end.
+class FlatEnds {
+ public:
+  FlatEnds(const std::vector<OpenRim>& ends, const LumenVoxels& lumen)
+      : ends_(ends), is_taken_(ends.size(), 0), lumen_(lumen) {}
+  /// The middle of the one that a tip lies on, if none did before.
+  std::optional<Vec3> take(int tip) {
+    for (std::size_t f = 0; f < ends_.size(); ++f)
+      if (is_on(lumen_, ends_[f], tip) && std::exchange(is_taken_[f], char(1)) == 0)
+        return ends_[f].middle;
+    return std::nullopt;
+  }
+
+ private:
+  const std::vector<OpenRim>& ends_;
+  std::vector<char> is_taken_;
+  const LumenVoxels& lumen_;
+};
+
+/// Leaves out maxima that are bumps of the wall: a side branch must stand out of its parent by
+/// about the parent's diameter, the stump of a vessel by three quarters of its radius (the corner
+/// of a sharp bend does by less than half), a tube by 1.5 times its own width.
+Ends prune_spurs(const LumenVoxels& lumen, const Front& front, const std::vector<LumenEnd>& maxima,
+                 FlatEnds flat_ends, double min_length) {
+  constexpr double kStump = 0.75;
+  Ends result;
+  VoxelTree tree(lumen.count());
+  const double noise = 4.0 * voxel_size(lumen);
+  for (LumenEnd end : maxima) {
+    std::vector<int> own;
+    int v = end.voxel;
+    for (; v >= 0 && !tree.has(v); v = front.previous[std::size_t(v)]) own.push_back(v);
+    const double parent = v >= 0 ? double(lumen.depth[std::size_t(v)]) : 0.0;
+    const auto stands_out = [&] {
+      if (min_length > 0.0) return end.prominence >= min_length;
+      if (end.prominence >= std::max(2.0 * parent, noise)) return true;
+      if (end.prominence >= std::max(kStump * parent, noise))
+        end.middle = end_of_stump(lumen, tree, own, v);
+      return end.middle || is_tube(lumen, own, v, end.prominence);
+    };
+    const bool is_first = result.ends.empty();
+    end.middle = flat_ends.take(end.voxel);
+    const bool is_flat = end.middle.has_value();
+    if (!is_first && !is_flat && !stands_out()) continue;
+    const bool sac = !is_first && !is_flat && is_sac(lumen, own, v);
+    (sac ? result.sacs : result.ends).push_back(end);
+    tree.add(own, v);
+  }
+  return result;
+}
+
+/// The vessel's radius behind a tip: the greatest depth on the way back, until the way is longer
+/// than the vessel is wide.
+double radius_behind(const LumenVoxels& lumen, const Front& front, int tip) {
+  double deepest = 0.0;
+  for (int v = tip; v >= 0; v = front.previous[std::size_t(v)]) {
+    deepest = std::max(deepest, double(lumen.depth[std::size_t(v)]));
+    if (distance(lumen.position(v), lumen.position(tip)) > 2.0 * deepest + voxel_size(lumen)) break;
+  }
+  return deepest;
+}
+
+}  // namespace
+
+Ends find_ends(LumenVoxels& lumen, int source, const std::vector<OpenRim>& flat_ends,
+               double min_length, std::vector<char>& near_cut) {
+  Ends result;
+  constexpr int kMostRounds = 6;  // a cut can lay open another loop; more than this is a sponge
+  for (int round = 0;; ++round) {
+    result.front = march(lumen, source);
+    const Front& front = result.front;
+    const auto maxima = find_maxima(lumen, front, 2.0 * voxel_size(lumen));
+    FlatEnds flat(flat_ends, lumen);
+    flat.take(source);
+    Ends found = prune_spurs(lumen, front, maxima, std::move(flat), min_length);
+    result.ends = std::move(found.ends);
+    result.sacs = std::move(found.sacs);
+    for (LumenEnd& end : result.ends) {
+      const double reach = 2.0 * voxel_size(lumen);
+      for (int v = end.voxel;
+           v >= 0 && distance(lumen.position(v), lumen.position(end.voxel)) <= reach;
+           v = front.previous[std::size_t(v)])
+        end.at_loop_cut = end.at_loop_cut || near_cut[std::size_t(v)] != 0;
+    }
+    if (round == kMostRounds) return result;
+    std::vector<std::vector<int>> paths;
+    for (const auto* some : {&result.ends, &result.sacs})
+      for (const LumenEnd& end : *some) paths.push_back(trace(front, end.voxel));
+    const std::vector<int> cut = cut_loops(lumen, front, paths);
+    if (cut.empty()) return result;
+    result.loop_cuts.push_back(cut.front());
+    for (const int v : cut) near_cut[std::size_t(v)] = 1;
+  }
+}
+
+void add_missing(const LumenVoxels& lumen, const Ends& others, int source, Ends& ends) {
+  for (const LumenEnd& other : others.ends) {
+    if (std::isinf(ends.front.length[std::size_t(other.voxel)])) continue;
+    const Vec3 tip = lumen.position(other.voxel);
+    const double reach = 2.0 * radius_behind(lumen, ends.front, other.voxel);
+    bool is_known = distance(tip, lumen.position(source)) <= reach;
+    for (const auto* some : {&ends.ends, &ends.sacs})
+      for (const LumenEnd& end : *some)
+        is_known = is_known || distance(tip, lumen.position(end.voxel)) <= reach;
+    if (!is_known) ends.ends.push_back(other);
+  }
+}
+
+void take_rims(const LumenVoxels& lumen, const std::vector<int>& rims, bool are_caps, int source,
+               Ends& ends, std::vector<int>& closed) {
+  constexpr double kLong = 6.0, kLongerThanWide = 2.0;  // radii
+  const Front& front = ends.front;
+  std::vector<LumenEnd> kept;
+  for (const int rim : rims) {
+    if (rim == source || std::isinf(front.length[std::size_t(rim)])) continue;
+    kept.push_back({rim, front.length[std::size_t(rim)]});
+  }
+  std::vector<char> in_tree(std::size_t(lumen.count()), 0);
+  const auto add_to_tree = [&](int tip) {
+    for (int v = tip; v >= 0 && in_tree[std::size_t(v)] == 0; v = front.previous[std::size_t(v)])
+      in_tree[std::size_t(v)] = 1;
+  };
+  for (const LumenEnd& end : kept) add_to_tree(end.voxel);
+  /// A tip's way to the tree from its parent's wall, in radii; a tip next to a rim is the edge of
+  /// that rim's cap, and has none.
+  const auto length_of = [&](int tip) {
+    double length = 0.0, radius = voxel_size(lumen);
+    int v = tip;
+    for (; v >= 0 && in_tree[std::size_t(v)] == 0; v = front.previous[std::size_t(v)]) {
+      radius = std::max(radius, double(lumen.depth[std::size_t(v)]));
+      const int next = front.previous[std::size_t(v)];
+      if (next >= 0) length += distance(lumen.position(v), lumen.position(next));
+    }
+    return (length - (v >= 0 ? double(lumen.depth[std::size_t(v)]) : 0.0)) / radius;
+  };
+  const auto tips = std::count_if(ends.ends.begin(), ends.ends.end(), [&](const LumenEnd& end) {
+    return length_of(end.voxel) >= kLongerThanWide;
+  });
+  const double least = are_caps && tips > std::ptrdiff_t(rims.size()) ? kLongerThanWide : kLong;
+  for (const LumenEnd& end : ends.ends) {
+    if (!end.middle && length_of(end.voxel) < least) continue;
+    kept.push_back(end);
+    closed.push_back(end.voxel);
+    add_to_tree(end.voxel);
+  }
+  ends.ends = std::move(kept);
+}
+
+std::optional<Vec3> flat_end_at(const LumenVoxels& lumen, const std::vector<OpenRim>& flat_ends,
+                                int tip) {
+  for (const OpenRim& flat_end : flat_ends)
+    if (is_on(lumen, flat_end, tip)) return flat_end.middle;
+  return std::nullopt;
+}
+
+}  // namespace angio::centerline

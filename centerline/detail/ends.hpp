@@ -1,0 +1,47 @@
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "centerline/detail/fronts.hpp"
+#include "centerline/detail/lumen_voxels.hpp"
+#include "centerline/detail/openings.hpp"
+
+/// Which of the lumen's tips are ends of vessels.
+namespace angio::centerline {
+
+struct Ends {
+  std::vector<LumenEnd> ends;
+  std::vector<LumenEnd> sacs;  ///< stand out like branches, but end without an outlet
+  Front front;                 ///< from the source, behind the last cut
+  std::vector<int> loop_cuts;  ///< a voxel next to each round's first cut
+};
+
+/// The ends seen from `source`, spurs left out, loops cut.
+/// @param flat_ends  each of them is an end, however short its vessel
+/// @param min_length  of a branch [mm]; 0: by its shape
+/// @param near_cut  1 for the voxels next to a cut so far, shape [voxel]
+Ends find_ends(LumenVoxels& lumen, int source, const std::vector<OpenRim>& flat_ends,
+               double min_length, std::vector<char>& near_cut);
+
+/// Adds the ends that are seen from another source only: a wide end beside a long branch hardly
+/// stands out when it is looked at from that branch. Tips no farther apart than the vessel is wide
+/// are one end.
+void add_missing(const LumenVoxels& lumen, const Ends& others, int source, Ends& ends);
+
+/// Makes every rim an end, and no end of what else stands out but long vessels.
+/// @param rims  voxels in the middle of the rims
+/// @param are_caps  of a closed surface: where fewer of its vessels end in caps than in tips, a tip
+///                  counts if its vessel is longer than wide
+/// @param closed  gets the tips of vessels that end without a rim
+void take_rims(const LumenVoxels& lumen, const std::vector<int>& rims, bool are_caps, int source,
+               Ends& ends, std::vector<int>& closed);
+
+/// The middle of the flat end that a tip lies on, if it does [mm].
+std::optional<Vec3> flat_end_at(const LumenVoxels& lumen, const std::vector<OpenRim>& flat_ends,
+                                int tip);
+
+/// The greatest side of a voxel [mm].
+double voxel_size(const LumenVoxels& lumen);
+
+}  // namespace angio::centerline
