@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <optional>
+#include <set>
 #include <utility>
 
 #include "core/units.hpp"
@@ -74,6 +76,87 @@ SurfaceRim describe(const TriangleMesh& mesh, std::vector<int> loop, const Acros
   return rim;
 }
 
+/// The wall around rims, without what is nearest to them.
+class WallInside {
+ public:
+  explicit WallInside(const TriangleMesh& mesh)
+      : mesh_(mesh), neighbors_(vertex_neighbors(mesh)), around_(mesh.vertices.size()) {
+    for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
+      for (const int v : mesh.triangles[t]) around_[std::size_t(v)].push_back(int(t));
+  }
+
+  /// The rim of the wall from a distance `inset` [mm] inside a rim on; nothing where that is not
+  /// one loop around it.
+  [[nodiscard]] std::optional<SurfaceRim> rim_at(const SurfaceRim& rim, double inset) const {
+    const std::map<int, double> way = ways_from(rim.loop, 3.0 * inset);
+    TriangleMesh ring;
+    ring.vertices = mesh_.vertices;
+    std::set<int> taken;
+    for (const auto& entry : way)
+      for (const int t : around_[std::size_t(entry.first)]) {
+        const Triangle& corners = mesh_.triangles[std::size_t(t)];
+        const bool is_inside = std::all_of(corners.begin(), corners.end(), [&](int v) {
+          const auto found = way.find(v);
+          return found == way.end() || found->second >= inset;
+        });
+        if (is_inside && taken.insert(t).second) ring.triangles.push_back(corners);
+      }
+    const std::vector<std::vector<int>> loops = boundary_loops(ring);
+    if (loops.size() != 2) return std::nullopt;  // the inner rim, and where the ring was left off
+    const auto farthest = [&](const std::vector<int>& loop) {
+      double most = 0.0;
+      for (const int v : loop) {
+        const auto found = way.find(v);
+        most = std::max(most, found == way.end() ? 1e300 : found->second);
+      }
+      return most;
+    };
+    const std::vector<int>& inner = farthest(loops[0]) < farthest(loops[1]) ? loops[0] : loops[1];
+    return describe(ring, inner, corners_across(ring, loops));
+  }
+
+ private:
+  /// The way along edges [mm] from a rim, of the vertices within a reach (Dijkstra).
+  [[nodiscard]] std::map<int, double> ways_from(const std::vector<int>& loop, double reach) const {
+    std::map<int, double> way;
+    std::set<std::pair<double, int>> front;
+    const auto visit = [&](int v, double length) {
+      const auto [found, is_new] = way.try_emplace(v, length);
+      if (!is_new && found->second <= length) return;
+      front.erase({found->second, v});
+      found->second = length;
+      front.insert({length, v});
+    };
+    for (const int v : loop) visit(v, 0.0);
+    while (!front.empty()) {
+      const auto [length, v] = *front.begin();
+      front.erase(front.begin());
+      for (const int next : neighbors_[std::size_t(v)]) {
+        const double there =
+            length + distance(mesh_.vertices[std::size_t(v)], mesh_.vertices[std::size_t(next)]);
+        if (there < reach) visit(next, there);
+      }
+    }
+    return way;
+  }
+
+  const TriangleMesh& mesh_;
+  std::vector<std::vector<int>> neighbors_, around_;
+};
+
+/// Looks at rims that lean inwards a little inside. Small holes need not be looked at: a wall a
+/// quarter of their radius away pulls no more through them.
+void look_inside(const TriangleMesh& mesh, std::vector<SurfaceRim>& rims) {
+  constexpr double kInset = 0.25, kLeast = 0.15, kEnough = 0.5;
+  std::optional<WallInside> wall;
+  for (SurfaceRim& rim : rims) {
+    if (rim.wall_along < kLeast || rim.wall_along >= kEnough) continue;
+    if (!wall) wall.emplace(mesh);
+    if (const auto inside = wall->rim_at(rim, kInset * 0.5 * rim.diameter_mm))
+      rim.wall_along = std::max(rim.wall_along, inside->wall_along);
+  }
+}
+
 }  // namespace
 
 std::vector<SurfaceRim> surface_rims(const TriangleMesh& mesh) {
@@ -82,6 +165,7 @@ std::vector<SurfaceRim> surface_rims(const TriangleMesh& mesh) {
   std::vector<SurfaceRim> rims;
   rims.reserve(loops.size());
   for (std::vector<int>& loop : loops) rims.push_back(describe(mesh, std::move(loop), across));
+  look_inside(mesh, rims);
   return rims;
 }
 

@@ -130,7 +130,7 @@ void add_missing(const LumenVoxels& lumen, const Ends& others, int source, Ends&
 
 void take_rims(const LumenVoxels& lumen, const std::vector<int>& rims, bool are_caps, int source,
                Ends& ends, std::vector<int>& closed) {
-  constexpr double kLong = 6.0, kLongerThanWide = 2.0;  // radii
+  constexpr double kLong = 6.0, kLongerThanWide = 2.0, kStump = 0.5;  // radii
   const Front& front = ends.front;
   std::vector<LumenEnd> kept;
   for (const int rim : rims) {
@@ -160,7 +160,8 @@ void take_rims(const LumenVoxels& lumen, const std::vector<int>& rims, bool are_
   });
   const double least = are_caps && tips > std::ptrdiff_t(rims.size()) ? kLongerThanWide : kLong;
   for (const LumenEnd& end : ends.ends) {
-    if (!end.middle && length_of(end.voxel) < least) continue;
+    const bool is_flat_or_stump = are_caps && end.middle;
+    if (length_of(end.voxel) < (is_flat_or_stump ? kStump : least)) continue;
     kept.push_back(end);
     closed.push_back(end.voxel);
     add_to_tree(end.voxel);

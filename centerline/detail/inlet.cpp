@@ -259,11 +259,16 @@ InletChoice choose_inlet(const LumenVoxels& lumen, const Front& front,
                            : median_depth(lumen, outer_half(lumen, stretch, last[c] < 0));
     return (candidates[c].is_cut_off ? kCutOff : 1.0) * std::min(own, candidates[c].opening);
   };
-  constexpr double kSure = 1.0;
+  constexpr double kSure = 1.0, kWiderThanCaps = 1.25;
+  double widest_cap = 0.0;
+  for (std::size_t c = 0; c < candidates.size(); ++c)
+    if (candidates[c].is_open && !candidates[c].is_tip)
+      widest_cap = std::max(widest_cap, radius_at(c));
   InletChoice choice;
   double best_cost = 1e300, rival_cost = 1e300;
   for (std::size_t c = 0; c < candidates.size(); ++c) {
     if (!candidates[c].is_open) continue;
+    if (candidates[c].is_tip && radius_at(c) < kWiderThanCaps * widest_cap) continue;
     const double cost = tree_cost(stretches, last[c]) - kWide * std::log(radius_at(c));
     if (cost < best_cost) {
       if (best_cost < 1e300) choice.rival = choice.best;

@@ -15,6 +15,7 @@ struct InletCandidate {
   int voxel = 0;
   bool is_cut_off = false;  ///< by the border of the volume
   bool is_open = true;      ///< false: an end of the tree, but blood does not come in by it
+  bool is_tip = false;      ///< a closed one of a surface whose other vessels end in caps
   double opening = std::numeric_limits<double>::infinity();  ///< radius of its open rim [mm]
 };
 
@@ -41,6 +42,9 @@ struct InletChoice {
 /// comes from. An end that the volume's border cuts off counts a quarter wider: what feeds the
 /// lumen mostly comes from outside. One with an open rim is no wider than that: a hole in the wall
 /// of a wide vessel is a small end.
+///
+/// A closed tip of a surface with caps is a candidate only where it is wider by a quarter than
+/// every cap: what was cut off is the trunk, rather.
 ///
 /// @param front  from the first candidate's voxel
 InletChoice choose_inlet(const LumenVoxels& lumen, const Front& front,

@@ -47,7 +47,7 @@ bool at_border(const LumenVoxels& lumen, int voxel) {
 }
 
 bool is_sac(const LumenVoxels& lumen, const std::vector<int>& own, int junction) {
-  constexpr double kWider = 1.2, kLonger = 1.5;
+  constexpr double kWider = 1.2, kLonger = 1.5, kWiderThanParent = 1.3, kLongerAndWide = 2.5;
   if (own.empty() || junction < 0 || at_border(lumen, own.front())) return false;
   double narrowest = 1e300, mouth = 1e300, widest = 0.0, length = 0.0;
   for (std::size_t i = own.size(); i-- > 0;) {
@@ -61,7 +61,8 @@ bool is_sac(const LumenVoxels& lumen, const std::vector<int>& own, int junction)
     widest = depth;
     mouth = narrowest;  // the narrowest place before the widest
   }
-  return widest > kWider * mouth && length < kLonger * 2.0 * widest;
+  const bool is_wide = widest > kWiderThanParent * double(lumen.depth[std::size_t(junction)]);
+  return widest > kWider * mouth && length < (is_wide ? kLongerAndWide : kLonger) * 2.0 * widest;
 }
 
 namespace {

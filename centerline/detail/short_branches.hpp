@@ -37,7 +37,9 @@ class VoxelTree {
 bool at_border(const LumenVoxels& lumen, int voxel);
 
 /// Whether a branch is the sac of an aneurysm: wider inside than at its mouth, and beyond its
-/// parent's wall not much longer than wide. One that the border of the volume cuts off is a vessel.
+/// parent's wall not longer than 1.5 times its width, or 2.5 times where it is wider than its
+/// parent: vessels do not widen as they branch. One that the border of the volume cuts off is a
+/// vessel.
 /// @param own  the branch's voxels, tip first
 /// @param junction  the parent's voxel that it leaves
 bool is_sac(const LumenVoxels& lumen, const std::vector<int>& own, int junction);

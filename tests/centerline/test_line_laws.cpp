@@ -223,6 +223,46 @@ TEST(FlatCaps, AreRemovedFromATubeAndNotFromASphere) {
   EXPECT_EQ(boundary_loops(remove_flat_caps(closed)).size(), 2U);
 }
 
+TEST(FlatCaps, WithRoundedEdgesAreFlatEndsAndRoundTipsAndWallsAreNone) {
+  EXPECT_TRUE(find_flat_ends(tests::make_sphere({0, 0, 0}, 3.0, 4)).empty());
+  // A tube of radius 3 whose caps have edges rounded by a radius of 0.9, along its profile.
+  const double round = 0.9;
+  std::vector<std::array<double, 2>> profile;  // distance from the axis, z
+  for (double r = 0.3; r < 3.0 - round; r += 0.3) profile.push_back({r, 0.0});
+  for (double a = 0.0; a <= 90.0; a += 15.0)
+    profile.push_back({3.0 - round + round * std::sin(a * units::kPi / 180.0),
+                       round - round * std::cos(a * units::kPi / 180.0)});
+  for (double z = 1.2; z < 10.01; z += 0.3) profile.push_back({3.0, z});
+  for (std::size_t i = profile.size(); i-- > 0;)
+    if (profile[i][1] < 9.99) profile.push_back({profile[i][0], 20.0 - profile[i][1]});
+  const int around = 48;
+  TriangleMesh tube;
+  for (const auto& [r, z] : profile)
+    for (int k = 0; k < around; ++k) {
+      const double angle = 2.0 * units::kPi * k / around;
+      tube.vertices.push_back({r * std::cos(angle), r * std::sin(angle), z});
+    }
+  const int rings = int(profile.size()), first = rings * around, last = first + 1;
+  tube.vertices.push_back({0, 0, 0});
+  tube.vertices.push_back({0, 0, 20});
+  for (int k = 0; k < around; ++k) {
+    const int next = (k + 1) % around;
+    for (int i = 0; i + 1 < rings; ++i) {
+      tube.triangles.push_back({i * around + k, i * around + next, (i + 1) * around + next});
+      tube.triangles.push_back({i * around + k, (i + 1) * around + next, (i + 1) * around + k});
+    }
+    tube.triangles.push_back({first, next, k});
+    tube.triangles.push_back({last, (rings - 1) * around + k, (rings - 1) * around + next});
+  }
+  const std::vector<OpenRim> ends = find_flat_ends(tube);
+  ASSERT_EQ(ends.size(), 2U);
+  for (const OpenRim& end : ends) {
+    EXPECT_LT(std::hypot(end.middle.x, end.middle.y), 0.1);
+    EXPECT_NEAR(std::abs(end.middle.z - 10.0), 10.0, 0.1);
+    EXPECT_NEAR(end.radius, 3.0, 0.3);
+  }
+}
+
 TEST(Inlet, IsTheTrunkThoughItIsTheShortestBranch) {
   // Murray: 2.5^3 = 2.1^3 + 1.86^3. The trunk is but twice as long as wide.
   const std::vector<Tube> fork = {

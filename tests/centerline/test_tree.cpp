@@ -212,6 +212,15 @@ TEST(CenterlineTree, RunsPastASacAndNamesIt) {
   }
 }
 
+TEST(CenterlineTree, RunsPastASacThatIsTwiceAsLongAsWide) {
+  // Wider than the vessel that it sits on: no branch.
+  const auto result = extract({straight_tube({0, 0, 0}, {0, 0, 30}, constant(1.2)),
+                               straight_tube({0, 0, 15}, {3.5, 0, 15}, constant(1.0)),
+                               straight_tube({4, 0, 15}, {8, 0, 15}, constant(2.0))});
+  EXPECT_EQ(result.tree.paths.size(), 1U);
+  EXPECT_EQ(count_sacs(result), 1U);
+}
+
 TEST(CenterlineTree, KeepsTheLineOfAShortBranchThatDoesNotWiden) {
   const auto taper = [](double t) { return 1.0 - 0.2 * t; };
   for (const double noise : {0.0, 0.05}) {

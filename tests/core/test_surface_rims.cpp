@@ -72,6 +72,18 @@ TEST(SurfaceRims, OfAJaggedCutAreEndsToo) {
   EXPECT_GT(rim_at(tube, {0, 0, 7}).wall_along, 0.8);
 }
 
+TEST(SurfaceRims, ThatLeanInwardsAreEndsToo) {
+  // The edge of a rounded cap is left: a quarter circle, so that the last triangles lie across.
+  TriangleMesh tube = tests::make_tube(1.5, 10.0, 161, 96);
+  for (Vec3& v : tube.vertices) {
+    const double beyond = std::max(v.z - 9.7, 0.0) / 0.3;
+    const double shrink = 1.0 - 0.2 * (1.0 - std::sqrt(1.0 - beyond * beyond));
+    v.x *= shrink;
+    v.y *= shrink;
+  }
+  EXPECT_GT(rim_at(tube, {0, 0, 10}).wall_along, 0.9);
+}
+
 TEST(SurfaceRims, OfAHoleInATubesSideAreNone) {
   for (const double radius : {0.3, 0.6, 0.9}) {  // of a tube of radius 1.5: a / 2R = 0.1 to 0.3
     const TriangleMesh tube = cut(tests::make_tube(1.5, 10.0, 161, 160), [&](const Vec3& p) {
