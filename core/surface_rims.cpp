@@ -144,13 +144,13 @@ class WallInside {
   std::vector<std::vector<int>> neighbors_, around_;
 };
 
-/// Looks at rims that lean inwards a little inside. Small holes need not be looked at: a wall a
-/// quarter of their radius away pulls no more through them.
+/// Looks at rims that lean inwards a little inside; not at those of a few triangles.
 void look_inside(const TriangleMesh& mesh, std::vector<SurfaceRim>& rims) {
-  constexpr double kInset = 0.25, kLeast = 0.15, kEnough = 0.5;
+  constexpr double kInset = 0.25, kEnough = 0.5;
+  constexpr std::size_t kFew = 8;
   std::optional<WallInside> wall;
   for (SurfaceRim& rim : rims) {
-    if (rim.wall_along < kLeast || rim.wall_along >= kEnough) continue;
+    if (rim.loop.size() < kFew || rim.wall_along >= kEnough) continue;
     if (!wall) wall.emplace(mesh);
     if (const auto inside = wall->rim_at(rim, kInset * 0.5 * rim.diameter_mm))
       rim.wall_along = std::max(rim.wall_along, inside->wall_along);

@@ -104,11 +104,19 @@ Ends find_ends(LumenVoxels& lumen, int source, const std::vector<OpenRim>& flat_
            v = front.previous[std::size_t(v)])
         end.at_loop_cut = end.at_loop_cut || near_cut[std::size_t(v)] != 0;
     }
+    std::vector<int> cut;
+    for (LumenEnd& end : result.ends) {
+      const std::optional<int> met = meeting_front(lumen, front, end.voxel);
+      if (!met) continue;
+      end.at_loop_cut = true;
+      if (round < kMostRounds && cut.empty())
+        cut = cut_bridge_behind(lumen, front, end.voxel, *met);
+    }
     if (round == kMostRounds) return result;
     std::vector<std::vector<int>> paths;
     for (const auto* some : {&result.ends, &result.sacs})
       for (const LumenEnd& end : *some) paths.push_back(trace(front, end.voxel));
-    const std::vector<int> cut = cut_loops(lumen, front, paths);
+    if (cut.empty()) cut = cut_loops(lumen, front, paths);
     if (cut.empty()) return result;
     result.loop_cuts.push_back(cut.front());
     for (const int v : cut) near_cut[std::size_t(v)] = 1;

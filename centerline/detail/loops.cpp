@@ -1,9 +1,13 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <numeric>
+#include <optional>
+#include <set>
 #include <vector>
 
 #include "centerline/detail/fronts.hpp"
+#include "core/units.hpp"
 
 namespace angio::centerline {
 namespace {
@@ -101,6 +105,143 @@ bool is_long(const LumenVoxels& lumen, const Front& front, const std::vector<int
   return farthest - nearest > std::max(4.0 * radius, 6.0 * std::max({h.x, h.y, h.z}));
 }
 
+/// The tightest place of the widest way through a piece from one contact to another: depth [mm].
+double widest_way(const LumenVoxels& lumen, std::vector<int> piece, const std::vector<int>& from,
+                  const std::vector<int>& to) {
+  piece.insert(piece.end(), from.begin(), from.end());
+  piece.insert(piece.end(), to.begin(), to.end());
+  std::sort(piece.begin(), piece.end(), [&](int a, int b) {
+    const float da = lumen.depth[std::size_t(a)], db = lumen.depth[std::size_t(b)];
+    return da != db ? da > db : a < b;
+  });
+  std::map<int, std::size_t> rank;
+  for (std::size_t i = 0; i < piece.size(); ++i) rank.emplace(piece[i], i);
+  std::vector<std::size_t> parent(piece.size());
+  std::iota(parent.begin(), parent.end(), std::size_t(0));
+  const auto root = [&](std::size_t i) {
+    while (parent[i] != i) i = parent[i] = parent[parent[i]];
+    return i;
+  };
+  const auto joined = [&](std::size_t i) {
+    const auto is_with = [&](int v) {
+      const std::size_t r = rank.at(v);
+      return r <= i && root(r) == root(i);
+    };
+    return std::any_of(from.begin(), from.end(), is_with) &&
+           std::any_of(to.begin(), to.end(), is_with);
+  };
+  for (std::size_t i = 0; i < piece.size(); ++i) {
+    bool is_joining = false;  // two parts so far: only then can the contacts have met
+    for (int n = 0; n < kNeighborCount; ++n) {
+      const auto beside = rank.find(lumen.neighbor(piece[i], n));
+      if (beside == rank.end() || beside->second >= i || root(beside->second) == root(i)) continue;
+      is_joining = true;
+      parent[root(beside->second)] = root(i);
+    }
+    if (is_joining && joined(i)) return double(lumen.depth[std::size_t(piece[i])]);
+  }
+  return 0.0;
+}
+
+/// A place where two stretches of vessel touch, and a path goes over from one to the other.
+struct Bridge {
+  Vec3 middle, along;  ///< where it is tightest; the path's direction there
+  int voxel = -1;
+  double radius = 0.0;  ///< [mm]
+};
+
+/// The bridge on a path's way past a piece, if there is one: tighter (0.6) than the way through the
+/// piece, shorter than 1.25 of that way's diameters, and with a turn of over 80 degrees, 25 at
+/// least on either side, as from one vessel into the one beside it. A stenosed vessel runs on.
+/// @param from  index of the path's first voxel that may be the bridge's
+std::optional<Bridge> find_bridge(const LumenVoxels& lumen, const std::vector<int>& path,
+                                  double other_way, std::size_t from = 0) {
+  constexpr double kTighter = 0.6, kFromAxisToAxis = 1.25;
+  constexpr double kMostTurning = 80.0 / 180.0 * units::kPi;
+  constexpr double kLeastTurn = 25.0 / 180.0 * units::kPi;
+  const auto depth = [&](std::size_t i) { return double(lumen.depth[std::size_t(path[i])]); };
+  const auto at = [&](std::size_t i) { return lumen.position(path[i]); };
+  if (path.size() < from + 3) return std::nullopt;
+  std::size_t neck = std::max(from, std::size_t(1));  // not in the caps at either end
+  for (std::size_t i = neck; i + 1 < path.size(); ++i)
+    if (depth(i) < depth(neck)) neck = i;
+  if (depth(neck) >= kTighter * other_way) return std::nullopt;
+  std::size_t begin = neck, end = neck;
+  while (begin > 0 && depth(begin) < kTighter * other_way) --begin;
+  while (end + 1 < path.size() && depth(end) < kTighter * other_way) ++end;
+  if (distance(at(begin), at(end)) > kFromAxisToAxis * 2.0 * other_way) return std::nullopt;
+  const auto away = [&](int direction, double reach) {
+    auto i = std::ptrdiff_t(neck);
+    while (i + direction >= 0 && i + direction < std::ptrdiff_t(path.size()) &&
+           distance(at(std::size_t(i)), at(neck)) < reach)
+      i += direction;
+    return at(std::size_t(i));
+  };
+  const Vec3 across = normalized(away(1, other_way) - away(-1, other_way));
+  const auto turn = [&](int direction) {
+    const Vec3 chord = away(direction, 3.0 * other_way) - away(direction, other_way);
+    if (norm(chord) == 0.0) return 0.0;
+    return std::acos(std::clamp(double(direction) * dot(normalized(chord), across), -1.0, 1.0));
+  };
+  const double before = turn(-1), behind = turn(1);
+  if (before + behind < kMostTurning || std::min(before, behind) < kLeastTurn) return std::nullopt;
+  return Bridge{at(neck), across, path[neck], depth(neck)};
+}
+
+/// Cuts the links over the plane across a bridge, around its middle.
+std::vector<int> cut_bridge(LumenVoxels& lumen, const Bridge& bridge) {
+  const Vec3 h = lumen.geometry.spacing;
+  const double reach = 2.0 * bridge.radius + 2.0 * std::max({h.x, h.y, h.z});
+  std::vector<int> near{bridge.voxel};
+  std::set<int> seen{bridge.voxel};
+  for (std::size_t next = 0; next < near.size(); ++next)
+    for (int n = 0; n < kNeighborCount; ++n) {
+      const int w = lumen.neighbor(near[next], n);
+      if (w >= 0 && distance(lumen.position(w), bridge.middle) < reach && seen.insert(w).second)
+        near.push_back(w);
+    }
+  const auto is_behind = [&](int v) {
+    return dot(lumen.position(v) - bridge.middle, bridge.along) >= 0.0;
+  };
+  std::vector<int> at_cut;
+  for (const int v : near)
+    for (int n = 0; n < kNeighborCount && !is_behind(v); ++n) {
+      const int w = lumen.neighbor(v, n);
+      if (w < 0 || !is_behind(w)) continue;
+      lumen.cut(v, n);
+      at_cut.insert(at_cut.end(), {v, w});
+    }
+  return at_cut;
+}
+
+/// The way along the paths from one contact of a piece to another.
+std::vector<int> way_between(const Front& front, int from, int to) {
+  std::vector<int> first = trace(front, from), second = trace(front, to);
+  std::size_t shared = 0;
+  while (shared < first.size() && shared < second.size() && first[shared] == second[shared])
+    ++shared;
+  std::vector<int> way(first.rbegin(), first.rend() - std::ptrdiff_t(shared));
+  if (shared > 0) way.push_back(first[shared - 1]);
+  way.insert(way.end(), second.begin() + std::ptrdiff_t(shared), second.end());
+  return way;
+}
+
+/// The deepest voxel: there a contact is best centred.
+int deepest(const LumenVoxels& lumen, const std::vector<int>& voxels) {
+  return *std::max_element(voxels.begin(), voxels.end(), [&](int a, int b) {
+    return lumen.depth[std::size_t(a)] < lumen.depth[std::size_t(b)];
+  });
+}
+
+/// The voxel that lies a way [mm] back on the path to a voxel.
+int behind(const LumenVoxels& lumen, const Front& front, int voxel, double way) {
+  const Vec3 from = lumen.position(voxel);
+  int v = voxel;
+  while (front.previous[std::size_t(v)] >= 0 && distance(lumen.position(v), from) < way)
+    v = front.previous[std::size_t(v)];
+  return v;
+}
+
 }  // namespace
 
 std::vector<int> cut_loops(LumenVoxels& lumen, const Front& front,
@@ -120,6 +261,14 @@ std::vector<int> cut_loops(LumenVoxels& lumen, const Front& front,
       if (mean_length(front, contacts[c]) < mean_length(front, contacts[first])) first = c;
     for (std::size_t c = 0; c < contacts.size(); ++c) {
       if (c == first) continue;
+      const auto bridge = find_bridge(
+          lumen, way_between(front, deepest(lumen, contacts[first]), deepest(lumen, contacts[c])),
+          widest_way(lumen, piece, contacts[first], contacts[c]));
+      if (bridge) {
+        const std::vector<int> cut = cut_bridge(lumen, *bridge);
+        at_cut.insert(at_cut.end(), cut.begin(), cut.end());
+        continue;
+      }
       for (const int v : contacts[c])
         for (int n = 0; n < kNeighborCount; ++n) {
           const int w = lumen.neighbor(v, n);
@@ -132,6 +281,61 @@ std::vector<int> cut_loops(LumenVoxels& lumen, const Front& front,
   std::sort(at_cut.begin(), at_cut.end());
   at_cut.erase(std::unique(at_cut.begin(), at_cut.end()), at_cut.end());
   return at_cut;
+}
+
+std::optional<int> meeting_front(const LumenVoxels& lumen, const Front& front, int tip) {
+  constexpr double kAround = 2.0, kBack = 4.0, kApart = 2.0;  // radii
+  double radius = 0.0;
+  for (int v = tip; v >= 0; v = front.previous[std::size_t(v)]) {
+    radius = std::max(radius, double(lumen.depth[std::size_t(v)]));
+    if (distance(lumen.position(v), lumen.position(tip)) > 2.0 * radius) break;
+  }
+  const Vec3 at = lumen.position(tip);
+  const std::vector<int> own = trace(front, tip);
+  std::map<int, bool> is_apart;  // of the voxels that lie behind others
+  const auto comes_from_elsewhere = [&](int v) {
+    const auto [found, is_new] =
+        is_apart.try_emplace(behind(lumen, front, v, kBack * radius), false);
+    if (is_new)
+      found->second = std::none_of(own.begin(), own.end(), [&](int w) {
+        return distance(lumen.position(w), lumen.position(found->first)) < kApart * radius;
+      });
+    return found->second;
+  };
+  std::vector<int> near{tip};
+  std::set<int> seen{tip};
+  for (std::size_t next = 0; next < near.size(); ++next) {
+    const int v = near[next];
+    if (double(lumen.depth[std::size_t(v)]) > 0.5 * radius && comes_from_elsewhere(v)) return v;
+    for (int n = 0; n < kNeighborCount; ++n) {
+      const int w = lumen.neighbor(v, n);
+      if (w >= 0 && distance(lumen.position(w), at) < kAround * radius && seen.insert(w).second)
+        near.push_back(w);
+    }
+  }
+  return std::nullopt;
+}
+
+std::vector<int> cut_bridge_behind(LumenVoxels& lumen, const Front& front, int tip, int met) {
+  std::vector<int> ways[] = {trace(front, tip), trace(front, met)};
+  std::size_t shared = 0;
+  while (shared < ways[0].size() && shared < ways[1].size() && ways[0][shared] == ways[1][shared])
+    ++shared;
+  for (std::vector<int>& way : ways) {  // without the tip, where both are near the wall
+    const int last = behind(lumen, front, way.back(), 2.0 * double(lumen.depth[std::size_t(met)]));
+    way.erase(std::find(way.begin(), way.end(), last), way.end());
+    if (way.size() <= shared) return {};
+  }
+  const auto least_depth = [&](const std::vector<int>& way) {
+    double least = 1e300;
+    for (std::size_t i = shared; i < way.size(); ++i)
+      least = std::min(least, double(lumen.depth[std::size_t(way[i])]));
+    return least;
+  };
+  for (const int w : {0, 1})
+    if (const auto bridge = find_bridge(lumen, ways[w], least_depth(ways[1 - w]), shared))
+      return cut_bridge(lumen, *bridge);
+  return {};
 }
 
 }  // namespace angio::centerline

@@ -62,7 +62,7 @@ int find_inlet(const LumenVoxels& lumen, int root, const Front& front,
     InletCandidate candidate{voxel, is_cut_off(lumen, tip_first)};
     const auto rim = std::find_if(rims.begin(), rims.end(),
                                   [&](const Rim& some) { return some.voxel == voxel; });
-    candidate.is_open = rims.size() < 2 || are_caps || (rim != rims.end() && !at_loop_cut);
+    candidate.is_open = !at_loop_cut && (rims.size() < 2 || are_caps || rim != rims.end());
     candidate.is_tip = are_caps && rims.size() >= 2 && rim == rims.end();
     if (rim != rims.end()) {
       candidate.opening = rim->opening.radius;
@@ -210,7 +210,10 @@ Skeleton find_skeleton(LumenVoxels& lumen, const CenterlineOptions& options,
   Ends ends = find_from(root);
   if (!has_rims) {
     check_tubular(lumen, ends);
-    source = ends.ends.front().voxel;
+    // The root may be where the ways round a loop meet, and no end.
+    const auto true_end = std::find_if(ends.ends.begin(), ends.ends.end(),
+                                       [](const LumenEnd& end) { return !end.at_loop_cut; });
+    source = (true_end != ends.ends.end() ? *true_end : ends.ends.front()).voxel;
     const Ends from_root = std::exchange(ends, find_from(source));
     add_missing(lumen, from_root, source, ends);
   }

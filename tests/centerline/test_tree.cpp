@@ -276,6 +276,22 @@ TEST(CenterlineTree, KeepsTouchingVesselsApart) {
   EXPECT_GT(result.tree.paths[0].abscissa.back(), 40.0);
 }
 
+TEST(CenterlineTree, RunsRoundAHairpinWhoseLegsTouch) {
+  // A loop of a wide vessel; its legs, half a diameter apart, are bridged by a narrow neck.
+  const Tube hairpin = make_tube(
+      [](double t) {
+        const double angle = units::kPi * std::clamp(3 * t - 1, 0.0, 1.0);
+        const double leg =
+            t < 1.0 / 3 ? 90 * (1.0 / 3 - t) : (t > 2.0 / 3 ? 90 * (t - 2.0 / 3) : 0);
+        return Vec3{3.0 * std::cos(angle), 3.0 * std::sin(angle) - leg, 0.0};
+      },
+      constant(2.0));
+  const auto result = extract({hairpin, straight_tube({-3, -20, 0}, {3, -20, 0}, constant(0.8))});
+  EXPECT_TRUE(warns_of(result, "loop", "cut at ("));
+  ASSERT_EQ(result.tree.paths.size(), 1U);
+  EXPECT_GT(result.tree.paths[0].abscissa.back(), 60.0);
+}
+
 /// A wide vessel along z and a thin one beside it, their walls a gap apart (below zero: merged).
 std::vector<Tube> crossing_vessels(double degrees, double gap) {
   const double angle = degrees * units::kPi / 180.0, aside = 1.5 + 0.9 + gap;

@@ -1,5 +1,6 @@
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <functional>
 #include <random>
@@ -76,7 +77,7 @@ TEST(SurfaceRims, ThatLeanInwardsAreEndsToo) {
   // The edge of a rounded cap is left: a quarter circle, so that the last triangles lie across.
   TriangleMesh tube = tests::make_tube(1.5, 10.0, 161, 96);
   for (Vec3& v : tube.vertices) {
-    const double beyond = std::max(v.z - 9.7, 0.0) / 0.3;
+    const double beyond = std::clamp((v.z - 9.7) / 0.3, 0.0, 1.0);
     const double shrink = 1.0 - 0.2 * (1.0 - std::sqrt(1.0 - beyond * beyond));
     v.x *= shrink;
     v.y *= shrink;
@@ -91,7 +92,10 @@ TEST(SurfaceRims, OfAHoleInATubesSideAreNone) {
     });
     const SurfaceRim hole = rim_at(tube, {1.5, 0, 5});
     EXPECT_NEAR(hole.diameter_mm, 2.0 * radius, 0.1);
-    EXPECT_NEAR(hole.wall_along, radius / 3.0, 0.08);
+    // At the rim, or a quarter of the radius farther.
+    EXPECT_GT(hole.wall_along, radius / 3.0 - 0.08);
+    EXPECT_LT(hole.wall_along, 1.25 * radius / 3.0 + 0.08);
+    EXPECT_LT(hole.wall_along, 0.5);
   }
 }
 
