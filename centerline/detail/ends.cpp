@@ -71,17 +71,6 @@ Ends prune_spurs(const LumenVoxels& lumen, const Front& front, const std::vector
   return result;
 }
 
-/// The vessel's radius behind a tip: the greatest depth on the way back, until the way is longer
-/// than the vessel is wide.
-double radius_behind(const LumenVoxels& lumen, const Front& front, int tip) {
-  double deepest = 0.0;
-  for (int v = tip; v >= 0; v = front.previous[std::size_t(v)]) {
-    deepest = std::max(deepest, double(lumen.depth[std::size_t(v)]));
-    if (distance(lumen.position(v), lumen.position(tip)) > 2.0 * deepest + voxel_size(lumen)) break;
-  }
-  return deepest;
-}
-
 }  // namespace
 
 Ends find_ends(LumenVoxels& lumen, int source, const std::vector<OpenRim>& flat_ends,
@@ -104,20 +93,25 @@ Ends find_ends(LumenVoxels& lumen, int source, const std::vector<OpenRim>& flat_
            v = front.previous[std::size_t(v)])
         end.at_loop_cut = end.at_loop_cut || near_cut[std::size_t(v)] != 0;
     }
-    std::vector<int> cut;
+    std::vector<int> cut, meetings;
     for (LumenEnd& end : result.ends) {
       const std::optional<int> met = meeting_front(lumen, front, end.voxel);
       if (!met) continue;
       end.at_loop_cut = true;
+      meetings.push_back(end.voxel);
       if (round < kMostRounds && cut.empty())
         cut = cut_bridge_behind(lumen, front, end.voxel, *met);
     }
-    if (round == kMostRounds) return result;
+    const auto with_meetings = [&] {
+      result.loop_cuts.insert(result.loop_cuts.end(), meetings.begin(), meetings.end());
+      return std::move(result);
+    };
+    if (round == kMostRounds) return with_meetings();
     std::vector<std::vector<int>> paths;
     for (const auto* some : {&result.ends, &result.sacs})
       for (const LumenEnd& end : *some) paths.push_back(trace(front, end.voxel));
     if (cut.empty()) cut = cut_loops(lumen, front, paths);
-    if (cut.empty()) return result;
+    if (cut.empty()) return with_meetings();
     result.loop_cuts.push_back(cut.front());
     for (const int v : cut) near_cut[std::size_t(v)] = 1;
   }

@@ -47,13 +47,17 @@ std::vector<LumenEnd> find_maxima(const LumenVoxels& lumen, const Front& front,
 /// Finds loops of vessels and cuts the lumen there, so that every stretch of a loop gets an end.
 ///
 /// What the paths to the ends do not run through, though it is long and hangs on to them at two
-/// places or more, is the other way round a loop. It is cut off where it was reached last; where the
-/// paths take a bridge instead, over which two stretches of vessel touch, the bridge is cut.
+/// places or more, is the other way round a loop. It is cut off where it was reached last; where
+/// the paths take a bridge instead, over which two stretches of vessel touch, the bridge is cut.
 ///
 /// @param paths  voxel paths from the source to the ends
 /// @return the voxels next to a cut
 std::vector<int> cut_loops(LumenVoxels& lumen, const Front& lengths,
                            const std::vector<std::vector<int>>& paths);
+
+/// The vessel's radius behind a tip: the greatest depth on the way back, until the way is longer
+/// than the vessel is wide.
+double radius_behind(const LumenVoxels& lumen, const Front& front, int tip);
 
 /// A tip is no end where two ways round a loop meet: then the voxels beside it were reached from
 /// elsewhere (four radii back more than two radii from the tip's own path).

@@ -1,9 +1,9 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <numeric>
 #include <optional>
 #include <set>
+#include <unordered_map>
 #include <vector>
 
 #include "centerline/detail/fronts.hpp"
@@ -108,37 +108,32 @@ bool is_long(const LumenVoxels& lumen, const Front& front, const std::vector<int
 /// The tightest place of the widest way through a piece from one contact to another: depth [mm].
 double widest_way(const LumenVoxels& lumen, std::vector<int> piece, const std::vector<int>& from,
                   const std::vector<int>& to) {
+  enum Reaches : char { kNothing = 0, kFrom = 1, kTo = 2, kBoth = 3 };
+  std::unordered_map<int, char> reaches;  // by voxel
+  for (const int v : from) reaches[v] |= kFrom;
+  for (const int v : to) reaches[v] |= kTo;
   piece.insert(piece.end(), from.begin(), from.end());
   piece.insert(piece.end(), to.begin(), to.end());
   std::sort(piece.begin(), piece.end(), [&](int a, int b) {
     const float da = lumen.depth[std::size_t(a)], db = lumen.depth[std::size_t(b)];
     return da != db ? da > db : a < b;
   });
-  std::map<int, std::size_t> rank;
-  for (std::size_t i = 0; i < piece.size(); ++i) rank.emplace(piece[i], i);
-  std::vector<std::size_t> parent(piece.size());
-  std::iota(parent.begin(), parent.end(), std::size_t(0));
-  const auto root = [&](std::size_t i) {
-    while (parent[i] != i) i = parent[i] = parent[parent[i]];
-    return i;
+  // Voxels are added from the deepest on, in connected parts.
+  std::unordered_map<int, int> parent;
+  const auto root = [&](int v) {
+    while (parent.at(v) != v) v = parent.at(v) = parent.at(parent.at(v));
+    return v;
   };
-  const auto joined = [&](std::size_t i) {
-    const auto is_with = [&](int v) {
-      const std::size_t r = rank.at(v);
-      return r <= i && root(r) == root(i);
-    };
-    return std::any_of(from.begin(), from.end(), is_with) &&
-           std::any_of(to.begin(), to.end(), is_with);
-  };
-  for (std::size_t i = 0; i < piece.size(); ++i) {
-    bool is_joining = false;  // two parts so far: only then can the contacts have met
+  for (const int v : piece) {
+    if (!parent.try_emplace(v, v).second) continue;
     for (int n = 0; n < kNeighborCount; ++n) {
-      const auto beside = rank.find(lumen.neighbor(piece[i], n));
-      if (beside == rank.end() || beside->second >= i || root(beside->second) == root(i)) continue;
-      is_joining = true;
-      parent[root(beside->second)] = root(i);
+      const int w = lumen.neighbor(v, n);
+      if (w < 0 || parent.count(w) == 0 || root(w) == root(v)) continue;
+      const int above = root(w), below = root(v);
+      parent[above] = below;
+      reaches[below] |= reaches[above];
     }
-    if (is_joining && joined(i)) return double(lumen.depth[std::size_t(piece[i])]);
+    if (reaches[root(v)] == kBoth) return double(lumen.depth[std::size_t(v)]);
   }
   return 0.0;
 }
@@ -283,33 +278,41 @@ std::vector<int> cut_loops(LumenVoxels& lumen, const Front& front,
   return at_cut;
 }
 
-std::optional<int> meeting_front(const LumenVoxels& lumen, const Front& front, int tip) {
-  constexpr double kAround = 2.0, kBack = 4.0, kApart = 2.0;  // radii
-  double radius = 0.0;
+double radius_behind(const LumenVoxels& lumen, const Front& front, int tip) {
+  const Vec3 h = lumen.geometry.spacing;
+  double deepest = 0.0;
   for (int v = tip; v >= 0; v = front.previous[std::size_t(v)]) {
-    radius = std::max(radius, double(lumen.depth[std::size_t(v)]));
-    if (distance(lumen.position(v), lumen.position(tip)) > 2.0 * radius) break;
+    deepest = std::max(deepest, double(lumen.depth[std::size_t(v)]));
+    if (distance(lumen.position(v), lumen.position(tip)) >
+        2.0 * deepest + std::max({h.x, h.y, h.z}))
+      break;
   }
+  return deepest;
+}
+
+std::optional<int> meeting_front(const LumenVoxels& lumen, const Front& front, int tip) {
+  constexpr double kAround = 3.0;                           // voxels
+  constexpr double kBack = 4.0, kApart = 2.0, kOwn = 10.0;  // radii
   const Vec3 at = lumen.position(tip);
-  const std::vector<int> own = trace(front, tip);
-  std::map<int, bool> is_apart;  // of the voxels that lie behind others
+  const double radius = radius_behind(lumen, front, tip);
+  std::vector<int> own;  // as far as what lies behind its surroundings can be near it
+  for (int v = tip; v >= 0 && distance(lumen.position(v), at) < kOwn * radius;
+       v = front.previous[std::size_t(v)])
+    own.push_back(v);
   const auto comes_from_elsewhere = [&](int v) {
-    const auto [found, is_new] =
-        is_apart.try_emplace(behind(lumen, front, v, kBack * radius), false);
-    if (is_new)
-      found->second = std::none_of(own.begin(), own.end(), [&](int w) {
-        return distance(lumen.position(w), lumen.position(found->first)) < kApart * radius;
-      });
-    return found->second;
+    const Vec3 from = lumen.position(behind(lumen, front, v, kBack * radius));
+    return std::none_of(own.begin(), own.end(),
+                        [&](int w) { return distance(lumen.position(w), from) < kApart * radius; });
   };
+  const Vec3 h = lumen.geometry.spacing;
+  const double reach = kAround * std::max({h.x, h.y, h.z});
   std::vector<int> near{tip};
-  std::set<int> seen{tip};
   for (std::size_t next = 0; next < near.size(); ++next) {
-    const int v = near[next];
-    if (double(lumen.depth[std::size_t(v)]) > 0.5 * radius && comes_from_elsewhere(v)) return v;
+    if (comes_from_elsewhere(near[next])) return near[next];
     for (int n = 0; n < kNeighborCount; ++n) {
-      const int w = lumen.neighbor(v, n);
-      if (w >= 0 && distance(lumen.position(w), at) < kAround * radius && seen.insert(w).second)
+      const int w = lumen.neighbor(near[next], n);
+      if (w >= 0 && distance(lumen.position(w), at) < reach &&
+          std::find(near.begin(), near.end(), w) == near.end())
         near.push_back(w);
     }
   }
@@ -321,8 +324,9 @@ std::vector<int> cut_bridge_behind(LumenVoxels& lumen, const Front& front, int t
   std::size_t shared = 0;
   while (shared < ways[0].size() && shared < ways[1].size() && ways[0][shared] == ways[1][shared])
     ++shared;
+  const double reach_of_tip = 2.0 * radius_behind(lumen, front, tip);
   for (std::vector<int>& way : ways) {  // without the tip, where both are near the wall
-    const int last = behind(lumen, front, way.back(), 2.0 * double(lumen.depth[std::size_t(met)]));
+    const int last = behind(lumen, front, way.back(), reach_of_tip);
     way.erase(std::find(way.begin(), way.end(), last), way.end());
     if (way.size() <= shared) return {};
   }
