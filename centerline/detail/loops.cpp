@@ -105,37 +105,55 @@ bool is_long(const LumenVoxels& lumen, const Front& front, const std::vector<int
   return farthest - nearest > std::max(4.0 * radius, 6.0 * std::max({h.x, h.y, h.z}));
 }
 
-/// The tightest place of the widest way through a piece from one contact to another: depth [mm].
-double widest_way(const LumenVoxels& lumen, std::vector<int> piece, const std::vector<int>& from,
-                  const std::vector<int>& to) {
-  enum Reaches : char { kNothing = 0, kFrom = 1, kTo = 2, kBoth = 3 };
-  std::unordered_map<int, char> reaches;  // by voxel
-  for (const int v : from) reaches[v] |= kFrom;
-  for (const int v : to) reaches[v] |= kTo;
-  piece.insert(piece.end(), from.begin(), from.end());
-  piece.insert(piece.end(), to.begin(), to.end());
+/// The tightest places of the widest ways through a piece from one of its contacts to each other:
+/// depths [mm], shape [contact].
+std::vector<double> widest_ways(const LumenVoxels& lumen, std::vector<int> piece,
+                                const std::vector<std::vector<int>>& contacts, std::size_t first) {
+  struct Part {
+    int parent = -1;
+    bool has_first = false;
+    std::vector<std::size_t> waiting;  ///< contacts that have not met the first
+  };
+  std::unordered_map<int, Part> parts;  // by voxel
+  std::unordered_map<int, std::size_t> contact_of;
+  for (std::size_t c = 0; c < contacts.size(); ++c)
+    for (const int v : contacts[c]) {
+      contact_of[v] = c;
+      piece.push_back(v);
+    }
   std::sort(piece.begin(), piece.end(), [&](int a, int b) {
     const float da = lumen.depth[std::size_t(a)], db = lumen.depth[std::size_t(b)];
     return da != db ? da > db : a < b;
   });
-  // Voxels are added from the deepest on, in connected parts.
-  std::unordered_map<int, int> parent;
   const auto root = [&](int v) {
-    while (parent.at(v) != v) v = parent.at(v) = parent.at(parent.at(v));
+    while (parts.at(v).parent != v) v = parts.at(v).parent = parts.at(parts.at(v).parent).parent;
     return v;
   };
+  // Voxels are added from the deepest on, in connected parts.
+  std::vector<double> depths(contacts.size(), 0.0);
   for (const int v : piece) {
-    if (!parent.try_emplace(v, v).second) continue;
+    Part& own = parts[v];
+    own.parent = v;
+    if (const auto at = contact_of.find(v); at != contact_of.end()) {
+      own.has_first = at->second == first;
+      if (!own.has_first) own.waiting.push_back(at->second);
+    }
     for (int n = 0; n < kNeighborCount; ++n) {
       const int w = lumen.neighbor(v, n);
-      if (w < 0 || parent.count(w) == 0 || root(w) == root(v)) continue;
-      const int above = root(w), below = root(v);
-      parent[above] = below;
-      reaches[below] |= reaches[above];
+      if (w < 0 || parts.count(w) == 0 || root(w) == root(v)) continue;
+      Part &above = parts.at(root(w)), &below = parts.at(root(v));
+      above.parent = below.parent;
+      below.has_first = below.has_first || above.has_first;
+      below.waiting.insert(below.waiting.end(), above.waiting.begin(), above.waiting.end());
+      above.waiting.clear();
     }
-    if (reaches[root(v)] == kBoth) return double(lumen.depth[std::size_t(v)]);
+    Part& joined = parts.at(root(v));
+    if (!joined.has_first) continue;
+    for (const std::size_t c : joined.waiting)
+      depths[c] = std::max(depths[c], double(lumen.depth[std::size_t(v)]));
+    joined.waiting.clear();
   }
-  return 0.0;
+  return depths;
 }
 
 /// A place where two stretches of vessel touch, and a path goes over from one to the other.
@@ -254,11 +272,12 @@ std::vector<int> cut_loops(LumenVoxels& lumen, const Front& front,
     std::size_t first = 0;
     for (std::size_t c = 1; c < contacts.size(); ++c)
       if (mean_length(front, contacts[c]) < mean_length(front, contacts[first])) first = c;
+    const std::vector<double> other_ways = widest_ways(lumen, piece, contacts, first);
     for (std::size_t c = 0; c < contacts.size(); ++c) {
       if (c == first) continue;
       const auto bridge = find_bridge(
           lumen, way_between(front, deepest(lumen, contacts[first]), deepest(lumen, contacts[c])),
-          widest_way(lumen, piece, contacts[first], contacts[c]));
+          other_ways[c]);
       if (bridge) {
         const std::vector<int> cut = cut_bridge(lumen, *bridge);
         at_cut.insert(at_cut.end(), cut.begin(), cut.end());
