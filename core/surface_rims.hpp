@@ -21,8 +21,8 @@ struct SurfaceRim {
   /// with c the unit vector in the wall, across the rim and away from it: the pull of a wall under
   /// unit tension through the opening, over that of a tube of this width. A round hole of radius a
   /// in a tube of radius R has a / 2R, in a ball a / R; the mouth of a cone that opens by an angle
-  /// has its cosine. Jags of the rim do not change it. A rim that leans inwards, as where the edge of
-  /// a rounded cap is left, is measured again a quarter of its radius inside.
+  /// has its cosine. Jags of the rim do not change it. A rim that leans inwards, as where the edge
+  /// of a rounded cap is left, is measured again a quarter of its radius inside.
   double wall_along = 0.0;
 };
 

@@ -182,6 +182,39 @@ void check_tubular(const LumenVoxels& lumen, const Ends& ends) {
       "through it). Check the segmentation, its seeds and its intensity range");
 }
 
+/// The most prominent end, if there is one, that is not where the ways round a loop meet.
+int most_prominent(const std::vector<LumenEnd>& ends) {
+  const auto at_wall =
+      std::find_if(ends.begin(), ends.end(), [](const LumenEnd& end) { return !end.at_loop_cut; });
+  return (at_wall != ends.end() ? *at_wall : ends.front()).voxel;
+}
+
+/// The middle of the rim, flat end or stump where the lines begin, if they do at one.
+std::optional<Vec3> middle_of_inlet(const LumenVoxels& lumen, const std::vector<Rim>& rims,
+                                    const std::vector<OpenRim>& flat_ends,
+                                    const std::vector<LumenEnd>& ends, int inlet) {
+  if (const auto rim = middle_of_rim(rims, inlet)) return rim;
+  if (const auto flat = flat_end_at(lumen, flat_ends, inlet)) return flat;
+  for (const LumenEnd& end : ends)
+    if (end.voxel == inlet) return end.middle;
+  return std::nullopt;
+}
+
+/// The ways from the inlet to the ends, the longest first.
+std::vector<Skeleton::Chain> chains_to(const LumenVoxels& lumen, const Ends& ends,
+                                       const std::vector<Rim>& rims, int inlet) {
+  std::vector<Skeleton::Chain> chains;
+  for (const LumenEnd& end : ends.ends) {
+    if (end.voxel == inlet) continue;
+    const std::optional<Vec3> rim = middle_of_rim(rims, end.voxel);
+    chains.push_back({trace(ends.front, end.voxel), end.at_loop_cut, rim ? rim : end.middle});
+  }
+  std::stable_sort(chains.begin(), chains.end(), [&](const auto& a, const auto& b) {
+    return chain_length(lumen, a.voxels) > chain_length(lumen, b.voxels);
+  });
+  return chains;
+}
+
 }  // namespace
 
 Skeleton find_skeleton(LumenVoxels& lumen, const CenterlineOptions& options,
@@ -210,10 +243,7 @@ Skeleton find_skeleton(LumenVoxels& lumen, const CenterlineOptions& options,
   Ends ends = find_from(root);
   if (!has_rims) {
     check_tubular(lumen, ends);
-    // The root may be where the ways round a loop meet, and no end.
-    const auto true_end = std::find_if(ends.ends.begin(), ends.ends.end(),
-                                       [](const LumenEnd& end) { return !end.at_loop_cut; });
-    source = (true_end != ends.ends.end() ? *true_end : ends.ends.front()).voxel;
+    source = most_prominent(ends.ends);
     const Ends from_root = std::exchange(ends, find_from(source));
     add_missing(lumen, from_root, source, ends);
   }
@@ -224,10 +254,7 @@ Skeleton find_skeleton(LumenVoxels& lumen, const CenterlineOptions& options,
                         ? snap(lumen, *options.inlet_lps_mm, all_ends)
                         : find_inlet(lumen, source, ends.front, ends.ends, open_ends,
                                      openings.are_caps, skeleton.warnings);
-  skeleton.inlet_rim = middle_of_rim(open_ends, inlet);
-  if (!skeleton.inlet_rim) skeleton.inlet_rim = flat_end_at(lumen, openings.flat_ends, inlet);
-  for (const LumenEnd& end : ends.ends)
-    if (end.voxel == inlet && !skeleton.inlet_rim) skeleton.inlet_rim = end.middle;
+  skeleton.inlet_rim = middle_of_inlet(lumen, open_ends, openings.flat_ends, ends.ends, inlet);
   if (inlet != source) ends = find_from(inlet);
   if (!options.outlets_lps_mm.empty()) {
     std::vector<int> found;
@@ -237,16 +264,7 @@ Skeleton find_skeleton(LumenVoxels& lumen, const CenterlineOptions& options,
       ends.ends.push_back({snap(lumen, point, found), 0.0});
   }
   skeleton.starts_at_end = std::find(all_ends.begin(), all_ends.end(), inlet) != all_ends.end();
-  for (const LumenEnd& end : ends.ends) {
-    if (end.voxel == inlet) continue;
-    const std::optional<Vec3> rim = middle_of_rim(open_ends, end.voxel);
-    skeleton.chains.push_back(
-        {trace(ends.front, end.voxel), end.at_loop_cut, rim ? rim : end.middle});
-  }
-  std::stable_sort(skeleton.chains.begin(), skeleton.chains.end(),
-                   [&](const auto& a, const auto& b) {
-                     return chain_length(lumen, a.voxels) > chain_length(lumen, b.voxels);
-                   });
+  skeleton.chains = chains_to(lumen, ends, open_ends, inlet);
   for (std::string& note : notes_on(lumen, ends, closed))
     skeleton.warnings.push_back(std::move(note));
   return skeleton;
