@@ -97,7 +97,7 @@ Ends find_ends(LumenVoxels& lumen, int source, const std::vector<OpenRim>& flat_
     for (LumenEnd& end : result.ends) {
       const std::optional<int> met = meeting_front(lumen, front, end.voxel);
       if (!met) continue;
-      end.at_loop_cut = true;
+      end.is_meeting = true;
       meetings.push_back(end.voxel);
       if (round < kMostRounds && cut.empty())
         cut = cut_bridge_behind(lumen, front, end.voxel, *met);

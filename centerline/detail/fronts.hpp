@@ -29,6 +29,7 @@ struct LumenEnd {
   int voxel = -1;
   double prominence = 0.0;  ///< length [mm] from where it joins a longer branch to its tip
   bool at_loop_cut = false;
+  bool is_meeting = false;          ///< of two ways round a loop that is not cut there: no inlet
   std::optional<Vec3> middle = {};  ///< where its line ends [mm]; none: where the voxels lead
 };
 

@@ -75,7 +75,7 @@ int find_inlet(const LumenVoxels& lumen, int root, const Front& front,
     if (end.voxel == root) continue;
     std::vector<int> chain = trace(front, end.voxel);
     std::reverse(chain.begin(), chain.end());
-    add(end.voxel, chain, end.at_loop_cut);
+    add(end.voxel, chain, end.at_loop_cut || end.is_meeting);
   }
   if (rims.size() < 2) {
     std::vector<std::vector<int>> paths;
@@ -184,8 +184,9 @@ void check_tubular(const LumenVoxels& lumen, const Ends& ends) {
 
 /// The most prominent end, if there is one, that is not where the ways round a loop meet.
 int most_prominent(const std::vector<LumenEnd>& ends) {
-  const auto at_wall =
-      std::find_if(ends.begin(), ends.end(), [](const LumenEnd& end) { return !end.at_loop_cut; });
+  const auto at_wall = std::find_if(ends.begin(), ends.end(), [](const LumenEnd& end) {
+    return !end.at_loop_cut && !end.is_meeting;
+  });
   return (at_wall != ends.end() ? *at_wall : ends.front()).voxel;
 }
 
