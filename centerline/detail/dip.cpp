@@ -6,19 +6,16 @@
 #include <cmath>
 #include <utility>
 
+#include "centerline/detail/bridge_shape.hpp"
 #include "core/statistics.hpp"
 #include "core/units.hpp"
 
 namespace angio::centerline {
 namespace {
 
-/// A bridge is shorter than this many reference diameters; or no longer than from the one vessel's
-/// axis over their walls to the other's, and the line turns by more than this (80 degrees) around
-/// it. A stenosis in a bend is longer.
+/// A bridge is shorter than this many reference diameters; or has the shape of bridge_shape.hpp. A
+/// stenosis in a bend is longer.
 constexpr double kLeastLength = 0.5;
-constexpr double kFromAxisToAxis = 1.25;
-constexpr double kMostTurning = 80.0 / 180.0 * units::kPi;
-constexpr double kLeastTurn = 25.0 / 180.0 * units::kPi;
 
 /// A stenosis narrows the section, too. Even a slit as wide as the healthy vessel, left by plaque
 /// on two sides, has an area stenosis of more than 0.8 times its diameter stenosis; where the area
@@ -208,13 +205,13 @@ Lesion describe_dip(const Known& known, const Vessel& vessel, const Dip& dip) {
 
 bool turns_like_a_bridge(const CenterlinePath& path, double s, double diameter) {
   const auto [before, behind] = turning(path, s, diameter);
-  return before + behind > kMostTurning && std::min(before, behind) > kLeastTurn;
+  return before + behind > kBridgeTurning && std::min(before, behind) > kBridgeLeastTurn;
 }
 
 bool is_bridge(const CenterlinePath& path, const Lesion& lesion) {
   return lesion.length_mm < kLeastLength * lesion.reference_diameter_mm ||
          lesion.area_stenosis_percent < kLeastAreaShare * lesion.diameter_stenosis_percent ||
-         (lesion.length_mm < kFromAxisToAxis * lesion.reference_diameter_mm &&
+         (lesion.length_mm < kBridgeFromAxisToAxis * lesion.reference_diameter_mm &&
           turns_like_a_bridge(path, lesion.abscissa_mm, lesion.reference_diameter_mm));
 }
 

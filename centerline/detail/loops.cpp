@@ -6,8 +6,8 @@
 #include <unordered_map>
 #include <vector>
 
+#include "centerline/detail/bridge_shape.hpp"
 #include "centerline/detail/fronts.hpp"
-#include "core/units.hpp"
 
 namespace angio::centerline {
 namespace {
@@ -169,9 +169,7 @@ struct Bridge {
 /// @param from  index of the path's first voxel that may be the bridge's
 std::optional<Bridge> find_bridge(const LumenVoxels& lumen, const std::vector<int>& path,
                                   double other_way, std::size_t from = 0) {
-  constexpr double kTighter = 0.6, kFromAxisToAxis = 1.25;
-  constexpr double kMostTurning = 80.0 / 180.0 * units::kPi;
-  constexpr double kLeastTurn = 25.0 / 180.0 * units::kPi;
+  constexpr double kTighter = 0.6;
   const auto depth = [&](std::size_t i) { return double(lumen.depth[std::size_t(path[i])]); };
   const auto at = [&](std::size_t i) { return lumen.position(path[i]); };
   if (path.size() < from + 3) return std::nullopt;
@@ -182,7 +180,7 @@ std::optional<Bridge> find_bridge(const LumenVoxels& lumen, const std::vector<in
   std::size_t begin = neck, end = neck;
   while (begin > 0 && depth(begin) < kTighter * other_way) --begin;
   while (end + 1 < path.size() && depth(end) < kTighter * other_way) ++end;
-  if (distance(at(begin), at(end)) > kFromAxisToAxis * 2.0 * other_way) return std::nullopt;
+  if (distance(at(begin), at(end)) > kBridgeFromAxisToAxis * 2.0 * other_way) return std::nullopt;
   const auto away = [&](int direction, double reach) {
     auto i = std::ptrdiff_t(neck);
     while (i + direction >= 0 && i + direction < std::ptrdiff_t(path.size()) &&
@@ -197,7 +195,8 @@ std::optional<Bridge> find_bridge(const LumenVoxels& lumen, const std::vector<in
     return std::acos(std::clamp(double(direction) * dot(normalized(chord), across), -1.0, 1.0));
   };
   const double before = turn(-1), behind = turn(1);
-  if (before + behind < kMostTurning || std::min(before, behind) < kLeastTurn) return std::nullopt;
+  if (before + behind < kBridgeTurning || std::min(before, behind) < kBridgeLeastTurn)
+    return std::nullopt;
   return Bridge{at(neck), across, path[neck], depth(neck)};
 }
 

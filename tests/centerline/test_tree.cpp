@@ -189,6 +189,13 @@ TEST(CenterlineTree, InventsNoEndInABulgeAsWideAsItsVessel) {
   EXPECT_EQ(result.tree.paths.size(), 1U);
 }
 
+TEST(CenterlineTree, KeepsTheLineOfAThinTubeShorterThanItsParentIsWide) {
+  // It stands out by two thirds of the wide vessel's diameter: two and a half times its own.
+  const std::vector<Tube> tubes{straight_tube({0, 0, -25}, {0, 0, 25}, constant(3.0)),
+                                straight_tube({0, 0, 0}, {6.2, 0, 0}, constant(0.8))};
+  EXPECT_EQ(extract(tubes).tree.paths.size(), 2U);
+}
+
 bool warns_of(const CenterlineResult& result, const std::string& what, const std::string& where) {
   return std::any_of(result.warnings.begin(), result.warnings.end(), [&](const std::string& text) {
     return text.find(what) != std::string::npos && text.find(where) != std::string::npos;
