@@ -7,14 +7,17 @@
 #include <set>
 
 #include "air_mesh/air_points.hpp"
+#include "air_mesh/folds.hpp"
 
 namespace angio::air_mesh {
 namespace {
 
-constexpr double kLeastStep = 0.03;  // of a motion
-constexpr int kLasting = 4;          // motions that a mesh should do, to be worth building
-constexpr int kLongestPause = 32;    // motions after one that has not, or could not be built
-constexpr int kMostTries = 48;       // steps of a motion
+constexpr double kLeastStep = 0.03;     // of a motion
+constexpr int kLasting = 4;             // motions that a mesh should do, to be worth building
+constexpr int kLongestPause = 32;       // motions after one that has not, or could not be built
+constexpr double kMostLeftOut = 0.005;  // of the volume of a mesh that is whole
+constexpr double kTangled = 0.1;        // share of inverted tets
+constexpr int kMostTries = 48;          // steps of a motion
 
 Triangle ascending(Triangle t) {
   std::sort(t.begin(), t.end());
@@ -46,30 +49,6 @@ std::vector<Edge> rims_of(const std::vector<Triangle>& triangles) {
   return rims;
 }
 
-// A polygon with n corners over each rim has n - 2 triangles.
-std::size_t cap_triangle_count(const std::vector<Triangle>& triangles) {
-  std::map<int, std::vector<int>> along;
-  for (const auto& [a, b] : rims_of(triangles)) {
-    along[a].push_back(b);
-    along[b].push_back(a);
-  }
-  std::size_t loops = 0;
-  std::map<int, char> seen;
-  for (const auto& entry : along) {
-    if (seen[entry.first] != 0) continue;
-    ++loops;
-    std::vector<int> stack{entry.first};
-    while (!stack.empty()) {
-      const int v = stack.back();
-      stack.pop_back();
-      if (seen[v] != 0) continue;
-      seen[v] = 1;
-      for (const int u : along[v]) stack.push_back(u);
-    }
-  }
-  return along.size() - 2 * loops;
-}
-
 // The tets that were left out of a mesh for being flat: over two bare triangles of the surfaces
 // that share an edge, where the mesh has its faces over the other diagonal.
 //
@@ -96,7 +75,7 @@ std::vector<Tet> flat_tets(const TetTopology& air, const std::vector<Triangle>& 
   return result;
 }
 
-// Does each of these triangles hang together with a rim of the surfaces?
+// Does each of these triangles hang together with an edge where some surfaces end?
 bool hang_on_rims(std::vector<Triangle> open, const std::vector<Triangle>& surfaces) {
   if (open.empty()) return true;
   const std::vector<Edge> rims = rims_of(surfaces);
@@ -117,10 +96,10 @@ bool hang_on_rims(std::vector<Triangle> open, const std::vector<Triangle>& surfa
 }  // namespace
 
 AdaptiveAir::AdaptiveAir(std::vector<Tet> tets, const std::vector<Vec3>& x,
-                         std::vector<Triangle> surfaces, Rebuild rebuild)
+                         std::vector<Triangle> surfaces, AirMesher mesher)
     : air_(tets),
       surfaces_(std::move(surfaces)),
-      rebuild_(std::move(rebuild)),
+      mesher_(std::move(mesher)),
       x_(x),
       surface_count_(x.size()) {
   for (Triangle& t : surfaces_) t = ascending(t);
@@ -148,14 +127,16 @@ std::vector<Triangle> AdaptiveAir::bare_surfaces(const TetTopology& air) const {
   return bare;
 }
 
+bool AdaptiveAir::is_surface(Triangle face) const {
+  return std::binary_search(surfaces_.begin(), surfaces_.end(), ascending(face));
+}
+
+// All but what hangs on a rim, and the rest of its outside are caps where the surfaces end: none
+// around a hole in the middle.
 bool AdaptiveAir::covers_surfaces(const TetTopology& air) const {
-  const std::vector<Triangle> outer = outer_faces(air);
-  std::vector<Triangle> covered;
-  std::set_intersection(surfaces_.begin(), surfaces_.end(), outer.begin(), outer.end(),
-                        std::back_inserter(covered));
-  if (!hang_on_rims(bare_surfaces(air), surfaces_)) return false;
-  // What is left are caps: polygons over the rims, without vertices of their own.
-  return outer.size() == covered.size() + cap_triangle_count(covered);
+  std::vector<Triangle> covered, caps;
+  for (const Triangle& face : outer_faces(air)) (is_surface(face) ? covered : caps).push_back(face);
+  return hang_on_rims(bare_surfaces(air), surfaces_) && hang_on_rims(std::move(caps), covered);
 }
 
 void AdaptiveAir::measure() {
@@ -173,18 +154,17 @@ void AdaptiveAir::follow(const std::vector<Vec3>& x) {
     adapt(x);
   else
     x_ = x;
-  if (is_whole() || !rebuild_) return;
+  if (is_whole()) return;
   const bool has_lasted = turn_ - built_ >= kLasting;
   if (has_lasted) pause_ = 1;
-  if (turn_ >= resume_ || has_lasted || each_time_) {
+  if (mesher_.whole && (turn_ >= resume_ || has_lasted || each_time_)) {
     resume_ = turn_ + pause_;
     pause_ = std::min(2 * pause_, kLongestPause);
     rebuild_whole();
     built_ = turn_;
   }
-  // The surfaces may cross, or be about to: it is left alone for a while. Flips in a tangled mesh
-  // would not end.
-  if (!is_whole()) drop();
+  // The surfaces may cross, or be about to. Flips in a tangled mesh would not end.
+  if (is_tangled()) drop();
 }
 
 // First tries the whole motion at once. If a tet inverts, splits the motion into shorter steps;
@@ -204,8 +184,11 @@ void AdaptiveAir::adapt(const std::vector<Vec3>& x) {
       step *= 0.5;
   }
   remove_points();
+  mend_folds();
   count_volumes();
 }
+
+bool AdaptiveAir::is_tangled() const { return inverted_count() > kTangled * air_.tet_count(); }
 
 void AdaptiveAir::drop() {
   air_ = TetTopology();
@@ -217,8 +200,9 @@ void AdaptiveAir::drop() {
   count_volumes();
 }
 
-// false, with nothing changed, if a tet stays inverted and `may_fail`.
+// false, with nothing changed, if more tets stay inverted than before and `may_fail`.
 bool AdaptiveAir::move_to(const std::vector<Vec3>& x, bool may_fail) {
+  const int bearable = inverted_count();
   const std::vector<Vec3> before = x_;
   const std::vector<Point> points = points_;
   std::copy(x.begin(), x.end(), x_.begin());
@@ -234,7 +218,7 @@ bool AdaptiveAir::move_to(const std::vector<Vec3>& x, bool may_fail) {
   const AirReport report = report_;
   improve();
   mend_inverted(!may_fail);
-  if (!may_fail || !has_inverted()) return true;
+  if (!may_fail || inverted_count() <= bearable) return true;
   air_ = air;
   x_ = before;
   points_ = points;
@@ -244,10 +228,11 @@ bool AdaptiveAir::move_to(const std::vector<Vec3>& x, bool may_fail) {
   return false;
 }
 
-bool AdaptiveAir::has_inverted() const {
+int AdaptiveAir::inverted_count() const {
+  int count = 0;
   for (int t = 0; t < air_.slot_count(); ++t)
-    if (air_.alive(t) && quality_[std::size_t(t)] <= 0.0) return true;
-  return false;
+    count += air_.alive(t) && quality_[std::size_t(t)] <= 0.0 ? 1 : 0;
+  return count;
 }
 
 AirReport AdaptiveAir::take_report() {
@@ -256,20 +241,48 @@ AirReport AdaptiveAir::take_report() {
   return result;
 }
 
-void AdaptiveAir::count_volumes() {
-  report_.tet_count = air_.tet_count();
-  report_.inverted_count = 0;
-  report_.min_volume = 0.0;
-  bool first = true;
+void AdaptiveAir::leave_out_folds() {
+  left_out_.clear();
+  if (is_tangled()) return;
+  const Folds folds = find_folds(air_, x_, quality_);
+  std::merge(folds.inverted.begin(), folds.inverted.end(), folds.overlapping.begin(),
+             folds.overlapping.end(), std::back_inserter(left_out_));
+}
+
+bool AdaptiveAir::is_whole() const {
+  return closed_ && report_.inverted_count == 0 && report_.left_out_share <= kMostLeftOut;
+}
+
+std::vector<Tet> AdaptiveAir::tets() const {
+  std::vector<Tet> result;
+  auto out = left_out_.begin();
   for (int t = 0; t < air_.slot_count(); ++t) {
-    if (!air_.alive(t)) continue;
-    const Tet& v = air_.tet(t);
-    const double volume = tet_volume(x_[std::size_t(v[0])], x_[std::size_t(v[1])],
-                                     x_[std::size_t(v[2])], x_[std::size_t(v[3])]);
-    if (first || volume < report_.min_volume) report_.min_volume = volume;
-    first = false;
+    const bool is_out = out != left_out_.end() && *out == t;
+    if (is_out) ++out;
+    if (air_.alive(t) && !is_out) result.push_back(air_.tet(t));
+  }
+  return result;
+}
+
+void AdaptiveAir::count_volumes() {
+  leave_out_folds();
+  report_.left_out_count = int(left_out_.size());
+  report_.tet_count = air_.tet_count() - report_.left_out_count;
+  const auto volume_of = [&](const Tet& t) {
+    return tet_volume(x_[std::size_t(t[0])], x_[std::size_t(t[1])], x_[std::size_t(t[2])],
+                      x_[std::size_t(t[3])]);
+  };
+  double kept = 0.0, left_out = 0.0, least = std::numeric_limits<double>::infinity();
+  report_.inverted_count = 0;
+  for (const Tet& t : tets()) {
+    const double volume = volume_of(t);
+    kept += volume;
+    least = std::min(least, volume);
     report_.inverted_count += volume <= 0.0 ? 1 : 0;
   }
+  for (const int t : left_out_) left_out += volume_of(air_.tet(t));  // with signs: each point once
+  report_.min_volume = report_.tet_count > 0 ? least : 0.0;
+  report_.left_out_share = left_out_.empty() ? 0.0 : left_out / (kept + left_out);
   report_.point_count = 0;
   for (const Point& point : points_) report_.point_count += point.tet >= 0 ? 1 : 0;
 }
@@ -304,18 +317,12 @@ void AdaptiveAir::move_points(const std::vector<Vec3>& before) {
 }
 
 void AdaptiveAir::rebuild_whole() {
-  const TetMesh mesh = rebuild_({x_.begin(), x_.begin() + std::ptrdiff_t(surface_count_)});
-  const auto is_right = [&](const Tet& t) {
-    const std::vector<Vec3>& x = mesh.vertices;
-    return tet_volume(x[std::size_t(t[0])], x[std::size_t(t[1])], x[std::size_t(t[2])],
-                      x[std::size_t(t[3])]) > 0.0;
-  };
-  if (mesh.tets.empty() || !std::all_of(mesh.tets.begin(), mesh.tets.end(), is_right) ||
-      !covers_surfaces(TetTopology(mesh.tets)))
-    return;
+  const TetMesh mesh = mesher_.whole({x_.begin(), x_.begin() + std::ptrdiff_t(surface_count_)});
+  if (mesh.tets.empty() || !covers_surfaces(TetTopology(mesh.tets))) return;
   ++report_.rebuild_count;
   closed_ = true;
   take(mesh);
+  mend_folds();
   count_volumes();
 }
 

@@ -1,7 +1,10 @@
 #include <algorithm>
+#include <cstdio>
+#include <set>
 
 #include "air_mesh/adaptive_air.hpp"
 #include "air_mesh/air_points.hpp"
+#include "air_mesh/folds.hpp"
 #include "air_mesh/tet_flips.hpp"
 #include "air_mesh/tet_refill.hpp"
 
@@ -9,15 +12,33 @@
 namespace angio::air_mesh {
 namespace {
 
-constexpr double kGood = 0.3;      // quality that needs no work
-constexpr double kFallen = 0.7;    // share of the quality at the last work: to be worked on again
-constexpr int kMostRounds = 4;     // of mending
-constexpr int kMostSteps = 300;    // of the search for a filling without a point
-constexpr int kMostAround = 80;    // tets taken out around a new point
-constexpr int kEnough = 8;         // places for a point, of which the best is taken
-constexpr int kMostMends = 16;     // places a round
-constexpr int kLeastPatience = 8;  // motions between two attempts to do without a point,
-constexpr int kMostPatience = 64;  // twice as many after each that fails
+constexpr double kGood = 0.3;     // quality that needs no work
+constexpr double kFallen = 0.7;   // share of the quality at the last work: to be worked on again
+constexpr int kMostRounds = 4;    // of mending
+constexpr int kMostSteps = 300;   // of the search for a filling without a point
+constexpr int kMostAround = 80;   // tets taken out around a new point
+constexpr int kMostHollows = 12;  // meshed a motion
+constexpr int kMostLayers = 3;    // of tets taken out: a fold, and what is around it
+constexpr std::size_t kMostInHollow = 400;  // tets
+constexpr int kEnough = 8;                  // places for a point, of which the best is taken
+constexpr int kMostMends = 16;              // places a round
+constexpr int kLeastPatience = 8;           // motions between two attempts to do without a point,
+constexpr int kMostPatience = 64;           // twice as many after each that fails
+
+// With the tets that share a vertex with some.
+std::vector<int> widened(const TetTopology& air, const std::vector<int>& tets) {
+  std::set<int> vertices;
+  for (const int t : tets)
+    for (const int v : air.tet(t)) vertices.insert(v);
+  std::vector<int> result;
+  for (int t = 0; t < air.slot_count(); ++t) {
+    if (!air.alive(t)) continue;
+    const Tet& corners = air.tet(t);
+    if (std::any_of(corners.begin(), corners.end(), [&](int v) { return vertices.count(v) > 0; }))
+      result.push_back(t);
+  }
+  return result;
+}
 
 }  // namespace
 
@@ -70,7 +91,17 @@ bool AdaptiveAir::put_in_place(const int* old, int old_count, const Tet* fresh, 
     for (const int v : air_.tet(slot))
       if (std::size_t(v) >= surface_count_) points_[std::size_t(v) - surface_count_].tet = slot;
   }
+  for (const int v : gone) find_again(v);
   return true;
+}
+
+// A point between folds may have tets that do not hang together with those that were replaced.
+void AdaptiveAir::find_again(int vertex) {
+  int& tet = points_[std::size_t(vertex) - surface_count_].tet;
+  for (int t = 0; tet < 0 && t < air_.slot_count(); ++t) {
+    const Tet& v = air_.tet(t);
+    if (air_.alive(t) && std::find(v.begin(), v.end(), vertex) != v.end()) tet = t;
+  }
 }
 
 // A place that cannot be mended ends it, unless as much is to be mended as can be.
@@ -127,19 +158,96 @@ bool AdaptiveAir::add_point(int t) {
     if (++successes == kEnough) break;
   }
   if (best_hollow.empty()) return false;
-  std::size_t index = 0;
+  const int vertex = take_point(best.point, 0);
+  points_[std::size_t(vertex) - surface_count_].height = best.height;
+  std::vector<Tet> fresh;
+  for (const Triangle& f : outside_of(air_, best_hollow))
+    fresh.push_back({f[0], f[1], f[2], vertex});
+  return put_in_place(best_hollow.data(), int(best_hollow.size()), fresh.data(), int(fresh.size()));
+}
+
+int AdaptiveAir::take_point(const Vec3& at, std::size_t index) {
   while (index < points_.size() && points_[index].tet >= 0) ++index;
   if (index == points_.size()) {
     points_.emplace_back();
     x_.emplace_back();
   }
-  const int vertex = int(surface_count_ + index);
-  std::vector<Tet> fresh;
-  for (const Triangle& f : outside_of(air_, best_hollow))
-    fresh.push_back({f[0], f[1], f[2], vertex});
-  x_[std::size_t(vertex)] = best.point;
-  points_[index] = {-1, best.height};
-  return put_in_place(best_hollow.data(), int(best_hollow.size()), fresh.data(), int(fresh.size()));
+  points_[index] = {};
+  x_[surface_count_ + index] = at;
+  return int(surface_count_ + index);
+}
+
+// Folds are taken out and their hollows meshed anew; as long as too much is left out, with more and
+// more tets around them.
+void AdaptiveAir::mend_folds() {
+  int meshes = 0;
+  for (int layers = 0; layers < kMostLayers && !is_tangled(); ++layers) {
+    const Folds folds = find_folds(air_, x_, quality_);
+    std::set<int> done;
+    for (const int t : folds.inverted) {
+      if (done.count(t) > 0) continue;
+      std::vector<int> hollow = with_whole_folds(air_, folds, {t});
+      done.insert(hollow.begin(), hollow.end());
+      if (end_before_rim(hollow)) break;  // slots have changed
+      for (int layer = 0; layer < layers; ++layer)
+        hollow = with_whole_folds(air_, folds, widened(air_, hollow));
+      if (!mesher_.hollow || hollow.size() > kMostInHollow || ++meshes > kMostHollows) continue;
+      if (fill_hollow(hollow) && layers > 0) break;  // others may have had tets of this hollow
+    }
+    improve();
+    count_volumes();
+    if (is_whole()) return;
+  }
+}
+
+// Takes out tets at a cap that something has moved through, so that the mesh ends before it; with
+// them all around their points in the air, which are to stay inside.
+bool AdaptiveAir::end_before_rim(const std::vector<int>& tets) {
+  const bool is_at_cap = std::any_of(tets.begin(), tets.end(), [&](int t) {
+    for (int c = 0; c < 4; ++c)
+      if (air_.across(t, c).tet < 0 && !is_surface(air_.face(t, c))) return true;
+    return false;
+  });
+  if (!is_at_cap) return false;
+  std::set<int> points, gone(tets.begin(), tets.end());
+  for (const int t : tets)
+    for (const int v : air_.tet(t))
+      if (std::size_t(v) >= surface_count_) points.insert(v);
+  for (const int v : points) {
+    const std::vector<int> star = star_of(air_, points_[std::size_t(v) - surface_count_].tet, v);
+    gone.insert(star.begin(), star.end());
+  }
+  TetTopology rest = air_;
+  rest.remove({gone.begin(), gone.end()});
+  if (!covers_surfaces(rest)) return false;
+  air_ = std::move(rest);
+  for (const int v : points) {
+    points_[std::size_t(v) - surface_count_].tet = -1;
+    find_again(v);
+  }
+  return true;
+}
+
+bool AdaptiveAir::fill_hollow(const std::vector<int>& hollow) {
+  std::vector<Triangle> faces = outside_of(air_, hollow);
+  std::vector<int> vertices;
+  for (const Triangle& f : faces) vertices.insert(vertices.end(), f.begin(), f.end());
+  std::sort(vertices.begin(), vertices.end());
+  vertices.erase(std::unique(vertices.begin(), vertices.end()), vertices.end());
+  std::vector<Vec3> x;
+  for (const int v : vertices) x.push_back(x_[std::size_t(v)]);
+  for (Triangle& f : faces)
+    for (int& v : f)
+      v = int(std::lower_bound(vertices.begin(), vertices.end(), v) - vertices.begin());
+  TetMesh mesh = mesher_.hollow(x, faces);
+  if (mesh.tets.empty()) return false;
+  for (std::size_t v = x.size(), index = 0; v < mesh.vertices.size(); ++v) {
+    vertices.push_back(take_point(mesh.vertices[v], index));
+    index = std::size_t(vertices.back()) - surface_count_ + 1;
+  }
+  for (Tet& t : mesh.tets)
+    for (int& v : t) v = vertices[std::size_t(v)];
+  return put_in_place(hollow.data(), int(hollow.size()), mesh.tets.data(), int(mesh.tets.size()));
 }
 
 void AdaptiveAir::remove_points() {

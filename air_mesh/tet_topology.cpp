@@ -128,4 +128,15 @@ bool TetTopology::replace(const int* old, int old_count, const Tet* fresh, int f
   return true;
 }
 
+void TetTopology::remove(const std::vector<int>& tets) {
+  for (const int t : tets) {
+    for (int& link : links_[std::size_t(t)]) {
+      if (link >= 0) links_[std::size_t(link / 4)][std::size_t(link % 4)] = -1;
+      link = -1;
+    }
+    tets_[std::size_t(t)][0] = -1;
+    free_.push_back(t);
+  }
+}
+
 }  // namespace angio::air_mesh

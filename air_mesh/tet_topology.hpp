@@ -67,6 +67,9 @@ class TetTopology {
   /// @return false, with nothing changed, if the fresh ones do not have the same outer faces
   bool replace(const int* old, int old_count, const Tet* fresh, int fresh_count, int* slots);
 
+  /// Takes tets out: the boundary goes around them.
+  void remove(const std::vector<int>& tets);
+
  private:
   struct FaceEntry {
     Triangle key;  ///< ascending

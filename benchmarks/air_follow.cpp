@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
+#include <cstdlib>
 #include <filesystem>
 #include <string>
 #include <vector>
@@ -59,7 +60,8 @@ void follow(const fs::path& folder, bool each_frame, benchmarks::ResultTable& re
     return air_mesh::build_air({{x.begin(), middle}, start.balloon.triangles},
                                {{middle, x.end()}, start.wall.triangles});
   };
-  air_mesh::AdaptiveAir air(tets, start.vertices(), start.triangles(), rebuild);
+  air_mesh::AdaptiveAir air(tets, start.vertices(), start.triangles(),
+                            {rebuild, air_mesh::mesh_hollow});
   const std::vector<fs::path> balloons = frames_of(folder / "simulation", "balloon_");
   const std::vector<fs::path> walls = frames_of(folder / "simulation", "vessel_");
   int without = 0, rebuilds = 0;
@@ -76,10 +78,11 @@ void follow(const fs::path& folder, bool each_frame, benchmarks::ResultTable& re
     sum += ms;
     worst = std::max(worst, ms);
     if (each_frame)
-      std::printf("%s: %s, %d tets, %d points, %d flips, %d rebuilt, %.0f ms\n",
-                  balloons[i].stem().c_str(), air.is_whole() ? "whole" : "not whole",
-                  report.tet_count, report.point_count, report.flip_count, report.rebuild_count,
-                  ms);
+      std::printf(
+          "%s: %s, %d tets, %d out (%.2f %%), %d open, %d points, %d flips, %d rebuilt, %.0f ms\n",
+          balloons[i].stem().c_str(), air.is_whole() ? "whole" : "not whole", report.tet_count,
+          report.left_out_count, 100.0 * report.left_out_share, report.inverted_count,
+          report.point_count, report.flip_count, report.rebuild_count, ms);
   }
   const double count = double(std::max<std::size_t>(1, balloons.size()));
   results.row({folder.filename().string(), std::to_string(balloons.size()), std::to_string(without),

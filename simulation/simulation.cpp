@@ -208,7 +208,11 @@ class Run {
     const auto follow = [&](const State& state, SimulationFrame& output) {
       timed(summary.time.air, [&] { air.follow(state.x); });
       output.air = air.take_report();
-      summary.frames_without_air += scene_.air.empty() || air.is_whole() ? 0 : 1;
+      if (air.is_whole())
+        summary.air_left_out_percent =
+            std::max(summary.air_left_out_percent, 100.0 * output.air.left_out_share);
+      else
+        summary.frames_without_air += scene_.air.empty() ? 0 : 1;
     };
     Beside delivery;
     double whole = 0.0, taken = 0.0;
@@ -218,7 +222,7 @@ class Run {
       SimulationFrame output = begun_frame(frame, inflator);
       if (needs_air) {
         follow(state, output);
-        solver->set_air(air.topology().tets());
+        solver->set_air(air.tets());
       }
       timed(summary.time.waiting, [&] { delivery.wait(); });
       if (!watch.failure().empty()) throw RunHasFailed();

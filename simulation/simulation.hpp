@@ -255,9 +255,10 @@ struct SimulationSummary {
   double peak_diameter_mm = 0.0;
   int peak_frame = 0;
   double max_penetration_mm = 0.0;
-  int inverted_air_tets = 0;   ///< in the worst frame
-  int frames_without_air = 0;  ///< without a whole air mesh
-  int flip_count = 0;          ///< of the air mesh, in all frames
+  int inverted_air_tets = 0;          ///< in the worst frame
+  int frames_without_air = 0;         ///< without a whole air mesh
+  double air_left_out_percent = 0.0;  ///< of the gap's volume, in the worst frame with a whole one
+  int flip_count = 0;                 ///< of the air mesh, in all frames
   int air_rebuild_count = 0;
   double worst_residual = 0.0;
   double mean_sweeps = 0.0;           ///< a frame

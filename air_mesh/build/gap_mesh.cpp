@@ -4,6 +4,7 @@
 #include <array>
 #include <cstdint>
 
+#include "air_mesh/build/build_air.hpp"
 #include "air_mesh/build/distances_ahead.hpp"
 #include "air_mesh/build/lift_points.hpp"
 #include "air_mesh/build/tetgen_child.hpp"
@@ -154,7 +155,7 @@ std::optional<TetMesh> try_gap_with_points(const Surfaces& surfaces, const Vec3&
   for (std::size_t v = 0; v < mesh.vertices.size(); ++v)
     mesh.vertices[v] =
         v < surfaces.vertices.size() ? surfaces.vertices[v] : mesh.vertices[v] - shift;
-  if (mend_flat(mesh.tets, mesh.vertices) > 0) return std::nullopt;
+  mend_flat(mesh.tets, mesh.vertices);
   return mesh;
 }
 
@@ -215,6 +216,30 @@ TetMesh mesh_gap_with_points(const TriangleMesh& inner, const GapBoundary& gap, 
     if (mesh) return *mesh;
   }
   return {};
+}
+
+TetMesh mesh_hollow(const std::vector<Vec3>& vertices, const std::vector<Triangle>& faces) {
+  constexpr double kLimit = 1.0;          // [s]; it takes milliseconds
+  constexpr std::size_t kMostPoints = 2;  // a vertex of the faces
+  Vec3 centre;
+  for (const Vec3& p : vertices) centre += (1.0 / double(vertices.size())) * p;
+  std::vector<Vec3> moved;
+  moved.reserve(vertices.size());
+  for (const Vec3& p : vertices) moved.push_back(p - centre);
+  TetMesh mesh;
+  try {
+    mesh = run_tetgen({moved, faces, {}, {}, kKeepingSurfaces, "a hollow of the air"}, kLimit);
+  } catch (const InternalError&) {
+    return {};
+  }
+  if (mesh.vertices.size() < vertices.size() ||
+      mesh.vertices.size() > (1 + kMostPoints) * vertices.size())
+    return {};
+  for (Tet& t : mesh.tets)
+    if (volume_of(t, mesh.vertices) < 0.0) std::swap(t[2], t[3]);
+  mend_flat(mesh.tets, mesh.vertices);
+  for (Vec3& p : mesh.vertices) p += centre;
+  return mesh;
 }
 
 GapMesh mesh_gap(const TriangleMesh& inner, const GapBoundary& gap, const Vec3& hole) {

@@ -132,6 +132,7 @@ json solver_json(const simulation::SimulationSummary& summary) {
           {"air_flips", summary.flip_count},
           {"air_rebuilds", summary.air_rebuild_count},
           {"frames_without_air", summary.frames_without_air},
+          {"air_left_out_percent", summary.air_left_out_percent},
           {"mean_sweeps", summary.mean_sweeps}};
 }
 

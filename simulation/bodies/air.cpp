@@ -46,11 +46,12 @@ air_mesh::AdaptiveAir make_air(const SimulationModel& model, const Scene& scene)
   const auto count = std::size_t(scene.bodies.surface_count());
   std::vector<Triangle> surfaces = scene.balloon.triangles;
   surfaces.insert(surfaces.end(), scene.wall.triangles.begin(), scene.wall.triangles.end());
-  air_mesh::AdaptiveAir::Rebuild rebuild;
-  if (!scene.air.empty() && air_mesh::can_build_air()) rebuild = SceneAirBuilder(model, scene);
+  air_mesh::AirMesher mesher;
+  if (!scene.air.empty() && air_mesh::can_build_air())
+    mesher = {SceneAirBuilder(model, scene), air_mesh::mesh_hollow};
   air_mesh::AdaptiveAir air(scene.air,
                             {scene.start.begin(), scene.start.begin() + std::ptrdiff_t(count)},
-                            std::move(surfaces), std::move(rebuild));
+                            std::move(surfaces), std::move(mesher));
   if (model.rebuild_each_frame) air.rebuild_each_time();
   return air;
 }

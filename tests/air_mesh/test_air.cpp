@@ -5,6 +5,7 @@
 
 #include "air_mesh/adaptive_air.hpp"
 #include "air_mesh/air_points.hpp"
+#include "air_mesh/folds.hpp"
 #include "air_mesh/tet_flips.hpp"
 #include "air_mesh/tet_refill.hpp"
 #include "tests/simulation/meshed_gap.hpp"
@@ -111,6 +112,98 @@ TEST(TetTopology, RefusesAReplacementWithAnotherOutside) {
   int slot = -1;
   EXPECT_FALSE(air.replace(&old, 1, &other, 1, &slot));
   EXPECT_EQ(air.tets(), gap.tets);
+}
+
+TEST(TetTopology, GoesAroundWhatIsTakenOut) {
+  const Gap gap = straight_gap();
+  TetTopology air(gap.tets);
+  const std::vector<int> gone{3, 40, 41, 200};
+  air.remove(gone);
+  std::vector<Tet> rest = gap.tets;
+  std::size_t index = 0;
+  std::erase_if(rest, [&](const Tet&) {
+    return std::find(gone.begin(), gone.end(), int(index++)) != gone.end();
+  });
+  EXPECT_EQ(air.tets(), rest);
+  EXPECT_EQ(outer_faces(air), outer_faces(TetTopology(rest)));
+}
+
+// Twisted at one end, the balloon drags its tets there through each other; the surfaces do not
+// cross.
+struct TwistedGap {
+  Gap gap = straight_gap();
+  std::vector<Vec3> x = gap.x;
+  std::vector<double> quality;
+
+  TwistedGap() {
+    for (int v = 0; v < gap.inner_count(); ++v) {
+      Vec3& p = x[std::size_t(v)];
+      p = turned(p, 40.0 * kDegree * std::max(0.0, p.z));
+    }
+    for (const Tet& t : gap.tets) quality.push_back(quality_of(t, x));
+  }
+};
+
+bool holds(const Tet& t, const std::vector<Vec3>& x, const Vec3& p) {
+  return std::all_of(kTetFace.begin(), kTetFace.end(), [&](const Triangle& f) {
+    const auto at = [&](int i) { return x[std::size_t(t[std::size_t(f[std::size_t(i)])])]; };
+    return tet_volume(at(0), at(1), at(2), p) > 0.0;
+  });
+}
+
+TEST(Folds, WithoutThemNoPointIsCoveredTwiceAndNoneIsMissedThatIsNotInThem) {
+  const TwistedGap twisted;
+  const auto& [gap, x, quality] = twisted;
+  const TetTopology air(gap.tets);
+  const Folds folds = find_folds(air, x, quality);
+  ASSERT_GT(folds.inverted.size(), 20U);
+  ASSERT_LT(folds.inverted.size() + folds.overlapping.size(), gap.tets.size());
+  std::vector<char> is_out(gap.tets.size(), 0);
+  for (const auto* part : {&folds.inverted, &folds.overlapping})
+    for (const int t : *part) is_out[std::size_t(t)] = 1;
+  // Points in all tets: each is in one kept tet, or in none and in a fold.
+  std::mt19937 random(3);
+  std::exponential_distribution<double> weight;
+  int in_folds = 0;
+  for (std::size_t t = 0; t < gap.tets.size(); ++t)
+    for (int k = 0; k < 4; ++k) {
+      Vec3 p;
+      double sum = 0.0;
+      for (const int v : gap.tets[t]) {
+        const double w = weight(random);
+        p += w * x[std::size_t(v)];
+        sum += w;
+      }
+      p = p / sum;
+      int kept = 0, right = 0, left = 0;
+      for (std::size_t u = 0; u < gap.tets.size(); ++u) {
+        Tet tet = gap.tets[u];
+        if (quality[u] <= 0.0) std::swap(tet[2], tet[3]);
+        if (!holds(tet, x, p)) continue;
+        (quality[u] > 0.0 ? right : left) += 1;
+        kept += is_out[u] != 0 ? 0 : 1;
+      }
+      EXPECT_GE(right - left, 0);  // 0: tets that reach out of the gap
+      EXPECT_LE(right - left, 1);
+      EXPECT_LE(kept, right - left);
+      if (left > 0) {
+        EXPECT_EQ(kept, 0);
+      }
+      in_folds += kept == 0 ? 1 : 0;
+    }
+  EXPECT_GT(in_folds, 0);
+}
+
+TEST(Folds, AreWholeWithWhatOverlapsThem) {
+  const TwistedGap twisted;
+  const TetTopology air(twisted.gap.tets);
+  const Folds folds = find_folds(air, twisted.x, twisted.quality);
+  for (const int t : folds.inverted) {
+    const std::vector<int> fold = with_whole_folds(air, folds, {t});
+    for (const auto& [a, b] : folds.pairs)
+      EXPECT_EQ(std::binary_search(fold.begin(), fold.end(), a),
+                std::binary_search(fold.begin(), fold.end(), b));
+  }
 }
 
 TEST(Flips, RaiseTheLeastQualityAndKeepVolumeAndOutside) {
@@ -287,10 +380,11 @@ TEST(AdaptiveAir, MakesTheSameFlipsTwice) {
 TEST(AdaptiveAir, IsBuiltAnewWhereNothingElseHelps) {
   const Gap gap = straight_gap();
   int asked = 0;
-  AdaptiveAir air(gap.tets, gap.x, gap.surfaces, [&](const std::vector<Vec3>& x) {
+  const auto whole = [&](const std::vector<Vec3>& x) {
     ++asked;
     return TetMesh{x, gap.tets};
-  });
+  };
+  AdaptiveAir air(gap.tets, gap.x, gap.surfaces, {whole, {}});
   // Through the wall and back: no mesh on the way is whole.
   std::vector<Vec3> away = gap.x;
   std::mt19937 random(7);
