@@ -86,11 +86,14 @@ ParsedSurface parse_ascii(std::string_view text, const std::string& name) {
       ended = word == "endsolid";
     }
   }
-  if (corner_count != 0 || !ended)
-    throw InputError(
-        name +
-        (corner_count != 0 ? " ends in the middle of a facet" : " ends without \"endsolid\"") +
-        " (it was cut short). Copy or export it again");
+  if (corner_count != 0)
+    throw InputError(name +
+                     " ends in the middle of a facet (it was cut short). Copy or export it "
+                     "again");
+  if (!ended)
+    throw InputError(name +
+                     " ends without \"endsolid\" (it was cut short). Copy or export it "
+                     "again, or add that line if no facet is missing");
   return result;
 }
 
