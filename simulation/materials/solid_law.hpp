@@ -109,6 +109,31 @@ ANGIO_HOST_DEVICE inline VolumeEnergy<Real> pressed_energy(Real bulk, Real j) {
           -bulk * (Real(2) * l + Real(4) * share - share * share)};
 }
 
+/// Q of a family of fibres, by I1' - 3 and <I4 - 1>.
+template <class Real>
+ANGIO_HOST_DEVICE inline Real stiffening_exponent(const SolidLaw<Real>& law, Real i1, Real taut) {
+  return law.k2 * ((Real(1) - law.share) * i1 * i1 + law.share * taut * taut);
+}
+
+/// The greater Q of both families at a deformation gradient; 0 without fibres.
+template <class Real>
+ANGIO_HOST_DEVICE inline Real greatest_exponent(const SolidLaw<Real>& law, const Vec3T<Real>* fiber,
+                                                const Mat3T<Real>& f) {
+  using std::cbrt;
+  if (!(law.k1 > Real(0))) return Real(0);
+  Real squares = 0;
+  for (int a = 0; a < 3; ++a)
+    for (int b = 0; b < 3; ++b) squares += f(a, b) * f(a, b);
+  const Real root = cbrt(determinant(f)), i1 = squares / (root * root) - Real(3);
+  Real most = 0;
+  for (int i = 0; i < 2; ++i) {
+    const Real over = norm_squared(f * fiber[i]) - Real(1);
+    const Real q = stiffening_exponent(law, i1, over > Real(0) ? over : Real(0));
+    most = q > most ? q : most;
+  }
+  return most;
+}
+
 /// Energy and stress of a deformation gradient, without the patch's volumetric part, and what the
 /// tangent needs.
 ///
@@ -160,7 +185,7 @@ ANGIO_HOST_DEVICE inline SolidStress<Real> solid_stress(const SolidLaw<Real>& la
     const Real over = norm_squared(k.pushed[i]) - Real(1);
     const Real taut = over > Real(0) ? over : Real(0);
     const Real round = Real(1) - law.share;
-    const Stiffening<Real> e = stiffening(law.k2 * (round * i1 * i1 + law.share * taut * taut));
+    const Stiffening<Real> e = stiffening(stiffening_exponent(law, i1, taut));
     const Real q1 = Real(2) * law.k2 * round * i1, q4 = Real(2) * law.k2 * law.share * taut;
     const Real half = law.k1 / (Real(2) * law.k2);
     out.value += half * (e.value - Real(1));

@@ -77,7 +77,7 @@ ANGIO_HOST_DEVICE inline void foresee(Team& team, const StepView<Real>& s, const
     });
   if constexpr (Team::kSolids) {
     if (!rules.still && s.layered.columns.levels > 0)
-      take_back_if_pressed(team, s, s.motion.x_before);
+      take_back_if_strained(team, s, s.motion.x_before);
   }
   if (Team::kSurroundings && !rules.still && s.guidewire.shape.count > 0) {
     team.template for_each<1>(s.guidewire.shape.count, [&](int i, const auto&) {
@@ -122,7 +122,7 @@ ANGIO_HOST_DEVICE inline void leap(Team& team, const StepView<Real>& s, StepStat
   if (!(length > 0.0)) return;
   const bool held = move_all(team, s, [&](int v) { return Real(length) * s.motion.swept_by[v]; });
   if constexpr (Team::kSolids) {
-    if (s.layered.columns.levels > 0) take_back_if_pressed(team, s, s.motion.x_swept);
+    if (s.layered.columns.levels > 0) take_back_if_strained(team, s, s.motion.x_swept);
   }
   const bool slides = s.slide.count > 0;
   const bool is_neck_held =

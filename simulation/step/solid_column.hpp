@@ -18,6 +18,9 @@ inline constexpr int kMostColumnLevels = 8;
 inline constexpr double kTangentStrain = 2e-3, kTangentPressed = 2e-2;
 /// A move changes no point's volume to less than this share of it, nor to more than its inverse.
 inline constexpr double kKeptInMove = 0.7;
+/// A move adds no more than this to a point's exponent of stiffening: its fibres' stress grows to
+/// no more than about seven times.
+inline constexpr double kStiffenedInMove = 2.0;
 /// A move that changes volumes by less, as their slopes have it, is not looked at.
 inline constexpr double kSmallMove = 0.15;
 
@@ -284,24 +287,27 @@ ANGIO_HOST_DEVICE inline Real column_steepness(const SolidColumns& columns,
   return most;
 }
 
-/// Does no point of a wedge lose or gain more of its volume than a move may change?
+/// Does no point of a wedge lose or gain more of its volume than a move may change, nor stiffen by
+/// more?
 template <class Real>
-ANGIO_HOST_DEVICE inline bool keeps_volume(const SolidPoint<Real>* points,
-                                           const Vec3T<Real>* before, const Vec3T<Real>* after) {
-  Real had[kWedgePoints], has[kWedgePoints];
-  point_dilatations(points, before, had);
-  point_dilatations(points, after, has);
-  bool keeps = true;
+ANGIO_HOST_DEVICE inline bool bears_move(const SolidWedge<Real>& wedge, const Vec3T<Real>* before,
+                                         const Vec3T<Real>* after) {
   for (int q = 0; q < kWedgePoints; ++q) {
-    const Real low = had[q] < Real(1) ? had[q] : Real(1),
-               high = had[q] > Real(1) ? had[q] : Real(1);
-    keeps = keeps && has[q] >= Real(kKeptInMove) * low && Real(kKeptInMove) * has[q] <= high;
+    const Mat3T<Real> was = solid::deformation(wedge.points[q], before),
+                      is = solid::deformation(wedge.points[q], after);
+    const Real had = determinant(was), has = determinant(is);
+    const Real low = had < Real(1) ? had : Real(1), high = had > Real(1) ? had : Real(1);
+    if (!(has >= Real(kKeptInMove) * low && Real(kKeptInMove) * has <= high)) return false;
+    if (!(greatest_exponent(wedge.law, wedge.fiber, is) <=
+          greatest_exponent(wedge.law, wedge.fiber, was) + Real(kStiffenedInMove)))
+      return false;
   }
-  return keeps;
+  return true;
 }
 
-/// The share of a column's move that its wedges bear: halved until all keep their points' volumes.
-/// No wedge may turn inside out within a move: where its law ends no force brings it back.
+/// The share of a column's move that its wedges bear: halved until all do, from a strain of 1 on.
+/// No wedge may turn inside out within a move: where its law ends no force brings it back; nor may
+/// it stiffen so far that what is wanted next is beyond any move.
 template <class Real>
 ANGIO_HOST_DEVICE inline Real borne_share(const SolidView<Real>& view, const SolidColumns& columns,
                                           const ColumnRows<Real>& rows, int column,
@@ -310,9 +316,12 @@ ANGIO_HOST_DEVICE inline Real borne_share(const SolidView<Real>& view, const Sol
   Real longest = 0;
   for (int l = 0; l < columns.levels; ++l)
     longest = norm(move[l]) > longest ? norm(move[l]) : longest;
-  if (share * longest * rows.steepness[column] < Real(kSmallMove)) return share;
+  const Real strain = share * longest * rows.steepness[column];
+  if (strain < Real(kSmallMove)) return share;
+  if (strain > Real(1)) share /= strain;
   for (int n = columns.wedge_begin[column]; n < columns.wedge_begin[column + 1]; ++n) {
     const ColumnWedge& at = columns.wedges[n];
+    const SolidWedge<Real> wedge = view.wedge(at.wedge);
     const int l = columns.layer[at.wedge];
     Vec3T<Real> before[6], after[6];
     view.gather(at.wedge, before);
@@ -321,7 +330,7 @@ ANGIO_HOST_DEVICE inline Real borne_share(const SolidView<Real>& view, const Sol
       for (int a = 0; a < 6; ++a) after[a] = before[a];
       after[at.corner] += share * move[l];
       after[at.corner + 3] += share * move[l + 1];
-      if (keeps_volume(view.wedge(at.wedge).points, before, after)) break;
+      if (bears_move(wedge, before, after)) break;
       share *= Real(0.5);
     }
   }

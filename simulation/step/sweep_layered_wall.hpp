@@ -140,11 +140,11 @@ ANGIO_HOST_DEVICE inline Real take_column(const StepView<Real>& s, int v, const 
   return norm_squared((Real(1) - bounded) * wanted);
 }
 
-/// After a motion of all bodies at once: puts the wall back if a point of it lost more of its
-/// volume than a move may take. @param before  by vertex of the step
+/// After a motion of all bodies at once: puts the wall back if a point of it was strained by more
+/// than a move may. @param before  by vertex of the step
 template <class Real, class Team>
-ANGIO_HOST_DEVICE inline void take_back_if_pressed(Team& team, const StepView<Real>& s,
-                                                   const Vec3T<Real>* before) {
+ANGIO_HOST_DEVICE inline void take_back_if_strained(Team& team, const StepView<Real>& s,
+                                                    const Vec3T<Real>* before) {
   const int first = s.bodies.wall().first;
   const SolidView<Real>& solid = s.layered.solid;
   double lost[1];
@@ -154,7 +154,7 @@ ANGIO_HOST_DEVICE inline void take_back_if_pressed(Team& team, const StepView<Re
         Vec3T<Real> x[6], was[6];
         solid.gather(w, x);
         for (int a = 0; a < 6; ++a) was[a] = before[first + solid.corners[6 * w + a]];
-        part[0] += keeps_volume(solid.wedge(w).points, was, x) ? Real(0) : Real(1);
+        part[0] += bears_move(solid.wedge(w), was, x) ? Real(0) : Real(1);
       },
       lost);
   if (!(lost[0] > 0.0)) return;

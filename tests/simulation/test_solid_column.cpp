@@ -239,10 +239,53 @@ TEST_F(Columns, AreNotMovedThroughAnyPoint) {
     EXPECT_LT(least(), 0.0);
     place(0) = start + share * move[0];
     EXPECT_GE(least(), kKeptInMove * before);
-    EXPECT_LT(least(), before);
+    EXPECT_LE(least(), before);
+    // Newton's step from a point that is far too stiff: it is not refused, but begun.
+    for (Vec3& m : move) m = 1e3 * m;
+    EXPECT_GT(borne_share(view, columns(), rows_, column, move.data(), 1.0), 0.0);
+    for (Vec3& m : move) m = 1e-3 * m;
     // A small move is taken whole.
     EXPECT_EQ(borne_share(view, columns(), rows_, column, move.data(), 1e-4), 1e-4);
   }
+}
+
+// A column drawn along the tube: its fibres stiffen long before its points lose their volumes.
+TEST_F(Columns, AreNotStiffenedBeyondAMove) {
+  const int column = 12;
+  const auto most = [&](double& least_volume) {
+    const SolidView<double> view = model_.view(x_.data());
+    double out = 0.0;
+    least_volume = 10.0;
+    for (int n = lists_.wedge_begin[column]; n < lists_.wedge_begin[column + 1]; ++n) {
+      const SolidWedge<double> wedge = view.wedge(lists_.wedges[std::size_t(n)].wedge);
+      Vec3 x[6];
+      view.gather(lists_.wedges[std::size_t(n)].wedge, x);
+      for (int q = 0; q < kWedgePoints; ++q) {
+        const Mat3 f = solid::deformation(wedge.points[q], x);
+        least_volume = std::min(least_volume, determinant(f));
+        out = std::max(out, greatest_exponent(wedge.law, wedge.fiber, f));
+      }
+    }
+    return out;
+  };
+  const std::vector<Vec3> move(std::size_t(levels_), Vec3{0.0, 0.0, 0.3});
+  double volume = 0.0;
+  const double before = most(volume);
+  ASSERT_LT(before, 1.0);
+  const double share =
+      borne_share(model_.view(x_.data()), columns(), rows_, column, move.data(), 1.0);
+  const std::vector<Vec3> start = x_;
+  const auto go = [&](double by) {
+    for (int l = 0; l < levels_; ++l)
+      x_[std::size_t(l * columns_ + column)] =
+          start[std::size_t(l * columns_ + column)] + by * move[std::size_t(l)];
+  };
+  go(share);
+  EXPECT_GT(share, 0.0);
+  EXPECT_LE(most(volume), before + kStiffenedInMove);
+  go(2.0 * share);  // the halving before: volumes would bear it
+  EXPECT_GT(most(volume), before + kStiffenedInMove);
+  EXPECT_GT(volume, kKeptInMove);
 }
 
 }  // namespace
