@@ -102,17 +102,17 @@ Course go(const Scene& scene, const SimulationModel& model, const SimulationOpti
           StepSolver& solver, int loaded_frames = 120) {
   Course course;
   const double volume = balloon_volume(scene, scene.start);
-  const Inflator inflator(options, volume, volume);
+  const Control control = make_control(scene, options, volume);
   std::vector<State> states;
   const double begin = now();
-  solver.run(inflator, [&](int frame, const State& state) {
+  solver.run(control, [&](int frame, const State& state) {
     if (frame == 0 || frame > loaded_frames) return;
     ++course.frames;
     course.sweeps += state.report.sweeps;
     course.worst_residual = std::max(course.worst_residual, state.report.residual);
     states.push_back(state);
   });
-  course.seconds = (now() - begin) * course.frames / double(inflator.frame_count() - 1);
+  course.seconds = (now() - begin) * course.frames / double(control.inflator.frame_count() - 1);
   for (State& state : states) {
     course.diameter.push_back(diameter_across(scene.balloon.triangles, state.x, model.measure_point,
                                               normalized(model.measure_tangent)));
@@ -259,14 +259,14 @@ void print_split(const WallCase& c, const SimulationModel& model, const Simulati
   const double volume = balloon_volume(scene, scene.start);
   TriangleMesh rest = model.balloon;
   rest.vertices = model.balloon_rest;
-  const Inflator inflator(options, volume, std::max(volume, enclosed_volume(rest)));
+  const Control control = make_control(scene, options, std::max(volume, enclosed_volume(rest)));
   const auto solver = gpu ? make_cuda_solver(scene, options)
                           : make_cpu_solver(scene, options, Precision::automatic, threads);
   StepTimes times;
   long sweeps = 0, searches = 0;
   double pairs = 0.0;
   const double begin = now();
-  solver->run(inflator, [&](int, const State& state) {
+  solver->run(control, [&](int, const State& state) {
     const StepReport& r = state.report;
     times.search += r.times.search;
     times.refresh += r.times.refresh;
@@ -278,7 +278,7 @@ void print_split(const WallCase& c, const SimulationModel& model, const Simulati
     pairs += r.pair_count;
   });
   const double whole = now() - begin;
-  const int frames = inflator.frame_count() - 1;
+  const int frames = control.inflator.frame_count() - 1;
   const auto ms = [&](double seconds) { return 1e3 * seconds / frames; };
   const double inside = times.search + times.refresh + times.balloon + times.wall + times.rest;
   std::vector<std::string> row{c.name,
@@ -415,11 +415,11 @@ Frames frames_of(const SimulationModel& model, const SimulationOptions& options,
   const double volume = balloon_volume(scene, scene.start);
   TriangleMesh rest = model.balloon;
   rest.vertices = model.balloon_rest;
-  const Inflator inflator(options, volume, std::max(volume, enclosed_volume(rest)));
+  const Control control = make_control(scene, options, std::max(volume, enclosed_volume(rest)));
   const auto solver = gpu ? make_cuda_solver(scene, options, precision)
                           : make_cpu_solver(scene, options, precision);
   Frames frames;
-  solver->run(inflator, [&](int, const State& state) { frames.push_back(state.x); });
+  solver->run(control, [&](int, const State& state) { frames.push_back(state.x); });
   return frames;
 }
 
@@ -447,15 +447,15 @@ void check() {
       if (!wall) model.balloon_fixed.back() = model.balloon_fixed.end()[-2] = 1;  // or it drifts
       const Scene scene = make_scene(model, wall ? lesion : options);
       const double volume = balloon_volume(scene, scene.start);
-      const Inflator inflator(wall ? lesion : options, volume, 4.0 * volume);
+      const Control control = make_control(scene, wall ? lesion : options, 4.0 * volume);
       const auto solver =
           make_cuda_solver(scene, wall ? lesion : options, Precision::single, spread);
       const auto reference = make_cpu_solver(scene, wall ? lesion : options, Precision::single);
       std::vector<std::vector<Vec3>> expected;
-      reference->run(inflator, [&](int, const State& s) { expected.push_back(s.x); });
+      reference->run(control, [&](int, const State& s) { expected.push_back(s.x); });
       double worst = 0.0;
       int contacts = 0;
-      solver->run(inflator, [&](int f, const State& s) {
+      solver->run(control, [&](int f, const State& s) {
         for (std::size_t v = 0; v < s.x.size(); ++v)
           worst = std::max(worst, distance(s.x[v], expected[std::size_t(f)][v]));
         contacts = std::max(contacts, s.report.contact_count);

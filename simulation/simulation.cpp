@@ -200,7 +200,8 @@ class Run {
     SimulationSummary summary = begun_summary(backend, *solver);
     const double outside = outside_pressure(options_),
                  volume = balloon_volume(scene_, scene_.start);
-    const Inflator inflator(options_, volume, nominal_volume(model_, scene_, volume));
+    const Control control = make_control(scene_, options_, nominal_volume(model_, scene_, volume));
+    const Inflator& inflator = control.inflator;
     slow_frames_ = 0;
     air_mesh::AdaptiveAir air = make_air(model_, scene_);
     DrawnWire wire(model_, options_.guidewire);
@@ -230,7 +231,7 @@ class Run {
     };
     timed(whole, [&] {
       try {
-        solver->run(inflator, [&](int frame, const State& state) {
+        solver->run(control, [&](int frame, const State& state) {
           timed(taken, [&] { take(frame, state); });
         });
       } catch (const RunHasFailed&) {  // what is to come would be none either

@@ -14,13 +14,8 @@ template <class Real>
 class SolverBase : public StepSolver {
  public:
   State settle(const GasLaw<double>& law, double tolerance, int most_sweeps) final {
-    StepRules rules = rules_;
-    rules.tolerance = rules.residual = tolerance;
-    rules.rest = 0.0;
-    rules.most_sweeps = rules.later_sweeps = most_sweeps;
-    rules.still = true;
     status_.law = law;
-    return take_step(rules);
+    return take_step(settling_rules(scene_, options_, tolerance, most_sweeps));
   }
 
   // A tet that stays keeps its viscous item.
@@ -37,7 +32,6 @@ class SolverBase : public StepSolver {
   SolverBase(const Scene& scene, const SimulationOptions& options, int frames, bool lists)
       : scene_(scene),
         options_(options),
-        rules_(make_rules(scene, options)),
         plasticity_(plastic_flow<Real>(options.wall)),
         start_(local<Real>(scene, scene.start)),
         finder_(scene, options, frames, lists) {
@@ -75,7 +69,6 @@ class SolverBase : public StepSolver {
 
   const Scene& scene_;
   const SimulationOptions options_;
-  const StepRules rules_;
   const PlasticFlow<Real> plasticity_;
   const std::vector<Vec3T<Real>> start_;
   StepStatus status_;

@@ -38,7 +38,7 @@ inline Led lead(const SimulationModel& model, const SimulationOptions& options,
   });
   const double volume = detail::balloon_volume(scene, scene.start);
   Led led;
-  solver->run(detail::Inflator(options, volume, 1.3 * volume),
+  solver->run(detail::make_control(scene, options, 1.3 * volume),
               [&](int frame, const detail::State& state) {
                 SimulationFrame out;
                 out.frame = frame;

@@ -31,7 +31,7 @@ class Cuda : public ::testing::TestWithParam<Spread> {
   std::vector<State> frames(StepSolver& solver, const Scene& scene) const {
     const double volume = balloon_volume(scene, scene.start);
     std::vector<State> states;
-    solver.run(Inflator(options_, volume, 1.3 * volume),
+    solver.run(make_control(scene, options_, 1.3 * volume),
                [&](int, const State& state) { states.push_back(state); });
     return states;
   }

@@ -202,7 +202,7 @@ TEST(PbdContact, GivesTheSameBitsForOneAndThreeThreads) {
   std::vector<std::vector<Vec3>> last(2);
   for (const int threads : {1, 3})
     make_cpu_solver(scene, options, Precision::single, threads)
-        ->run(Inflator(options, volume, volume),
+        ->run(make_control(scene, options, volume),
               [&](int, const State& state) { last[threads == 1 ? 0 : 1] = state.x; });
   EXPECT_EQ(last[0], last[1]);
 }

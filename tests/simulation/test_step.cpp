@@ -68,7 +68,7 @@ std::vector<State> frames_of(StepSolver& solver, const Scene& scene,
                              const SimulationOptions& options) {
   const double volume = balloon_volume(scene, scene.start);
   std::vector<State> states;
-  solver.run(Inflator(options, volume, 1.3 * volume),
+  solver.run(make_control(scene, options, 1.3 * volume),
              [&](int, const State& state) { states.push_back(state); });
   return states;
 }
