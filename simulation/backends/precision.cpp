@@ -3,14 +3,14 @@
 
 #include "core/units.hpp"
 #include "simulation/backends/step_solver.hpp"
+#include "simulation/pbd/policy.hpp"
 #include "simulation/step/near_pairs.hpp"
 
 namespace angio::simulation::detail {
 
 Precision precision_for(const Scene& scene, const SimulationOptions& options) {
   if (scene.wall.solid.levels > 0) return Precision::double_;  // thin, nearly incompressible layers
-  // Its tets do not settle: what one rounding changes is a millionfold larger at the end.
-  if (options.gas_model == GasModel::per_tet) return Precision::double_;
+  if (pbd_policy(options).needs_double()) return Precision::double_;
   double extent = 0.0, edge = 0.0;
   for (int v = 0; v < scene.bodies.balloon().count; ++v)
     extent = std::max(extent, norm(scene.start[std::size_t(v)] - scene.origin));

@@ -5,26 +5,26 @@
 
 #include "core/units.hpp"
 #include "simulation/backends/state.hpp"
-#include "simulation/pbd/tets.hpp"
+#include "simulation/pbd/policy.hpp"
 
 namespace angio::simulation::detail {
 
 StepRules make_rules(const Scene& scene, const SimulationOptions& options) {
   constexpr int kMostSweeps = 120;
-  constexpr int kPbdSweeps = 20;  // what is projected never balances: a count, no tolerance
   constexpr int kMostFactor = 6;  // up to this many times the number asked for
   constexpr int kLastFactor = 24;
   constexpr double kLeastShare = 0.25;  // of the rest radius: none is more exact for a slim start
   StepRules rules;
   rules.least_sweeps = options.sweeps;
   rules.most_sweeps = options.sweeps > 0 ? kMostFactor * options.sweeps : kMostSweeps;
-  if (projects(options))
+  const PbdPolicy pbd = pbd_policy(options);
+  if (!pbd.balances())
     rules.least_sweeps = rules.most_sweeps = options.sweeps > 0 ? options.sweeps : kPbdSweeps;
   rules.later_sweeps = rules.most_sweeps / 2;
   if ((scene.bodies.wall().count > 0 || scene.rod.count > 0) &&
       rules.least_sweeps < rules.most_sweeps)
     rules.last_sweeps = kLastFactor * rules.most_sweeps;
-  rules.still = options.gas_model == GasModel::per_tet;
+  rules.still = !pbd.goes_on();
   rules.tolerance = options.tolerance;
   // Of a cylinder of the balloon's volume and length.
   double length = 0.0;

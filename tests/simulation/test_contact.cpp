@@ -3,6 +3,7 @@
 #include <random>
 
 #include "simulation/backends/host_memory.hpp"
+#include "simulation/contact/candidate_set.hpp"
 #include "simulation/contact/candidates.hpp"
 #include "simulation/contact/contact_force.hpp"
 #include "simulation/contact/distance.hpp"

@@ -4,6 +4,7 @@
 
 #include "core/error.hpp"
 #include "simulation/backends/host_memory.hpp"
+#include "simulation/contact/candidate_set.hpp"
 #include "simulation/contact/candidates.hpp"
 #include "simulation/run/measure.hpp"
 #include "simulation/step/make_views.hpp"
