@@ -274,7 +274,7 @@ struct RodLoad {
   Real magnitude{};       ///< [uN]
 };
 
-/// What a step tells the team of its rod.
+/// What a step reports to the team of its rod.
 struct RodReport {
   double net = 0.0, load = 0.0;  ///< squared [uN^2]
   double share = 1.0;            ///< of the moves that the bounds let it take

@@ -11,8 +11,8 @@
 #include "simulation/step/make_views.hpp"
 #include "simulation/step/program.hpp"
 #include "simulation/step/team.hpp"
+#include "testing/simulation/models.hpp"
 #include "tests/simulation/candidate_order.hpp"
-#include "tests/simulation/models.hpp"
 
 namespace angio::simulation::detail {
 namespace {

@@ -9,7 +9,7 @@
 #include "simulation/bodies/element_colors.hpp"
 #include "simulation/pbd/contact.hpp"
 #include "simulation/pbd/tets.hpp"
-#include "tests/simulation/matched.hpp"
+#include "testing/simulation/matched.hpp"
 
 /// The seed paper's projections, with its errata.
 namespace angio::simulation::detail {

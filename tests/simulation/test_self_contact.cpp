@@ -10,8 +10,8 @@
 #include "simulation/step/make_views.hpp"
 #include "simulation/step/program.hpp"
 #include "simulation/step/team.hpp"
-#include "tests/simulation/folded.hpp"
-#include "tests/simulation/models.hpp"
+#include "testing/simulation/folded.hpp"
+#include "testing/simulation/models.hpp"
 
 namespace angio::simulation::detail {
 namespace {

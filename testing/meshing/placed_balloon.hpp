@@ -5,7 +5,7 @@
 
 #include "core/units.hpp"
 #include "meshing/meshing.hpp"
-#include "tests/meshing/analytic_vessels.hpp"
+#include "testing/meshing/analytic_vessels.hpp"
 
 namespace angio::meshing::test {
 

@@ -3,7 +3,7 @@
 #include <algorithm>
 
 #include "core/tet_mesh.hpp"
-#include "tests/simulation/models.hpp"
+#include "testing/simulation/models.hpp"
 
 /// The gap between two tubes of the same pattern of triangles, meshed by prisms.
 namespace angio::simulation::testing {

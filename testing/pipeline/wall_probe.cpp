@@ -1,4 +1,4 @@
-#include "benchmarks/wall_probe.hpp"
+#include "testing/pipeline/wall_probe.hpp"
 
 #include <vtkCellArray.h>
 #include <vtkPoints.h>

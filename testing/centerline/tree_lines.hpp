@@ -8,10 +8,10 @@
 #include <utility>
 #include <vector>
 
-#include "benchmarks/random_tree.hpp"
 #include "centerline/centerline.hpp"
 #include "centerline/detail/tracts.hpp"
-#include "tests/centerline/shapes.hpp"
+#include "testing/centerline/random_tree.hpp"
+#include "testing/centerline/shapes.hpp"
 
 /// Lines of random trees: straight from the truth, or extracted from a level set; and the lesions
 /// that are truly on them.

@@ -10,6 +10,10 @@
 /// What two cases have to share if they come from the same input and settings.
 namespace angio::test {
 
+inline nlohmann::json read_json_file(const std::filesystem::path& file) {
+  return nlohmann::json::parse(read_text(file));
+}
+
 /// A file of a case without what differs from run to run: times and memory.
 inline std::string lasting_content(const std::filesystem::path& file) {
   std::string text = read_text(file);

@@ -1,18 +1,11 @@
-#include "tests/viewer/shapes.hpp"
+#include "testing/viewer/shapes.hpp"
 
-#include <unistd.h>
-
+#include <algorithm>
 #include <cmath>
-#include <cstdlib>
-#include <system_error>
 
 #include "core/units.hpp"
 
 namespace angio::viewer::test {
-
-namespace {
-constexpr const char* kKeepVariable = "ANGIO_KEEP_TEST_FILES";
-}
 
 TriangleMesh make_cube(const Vec3& offset) {
   TriangleMesh mesh;
@@ -126,23 +119,6 @@ TubeVolumes make_volumes(const TubeShape& shape) {
         result.volume.at(i, j, k) = float(40.0 + 260.0 / (1.0 + std::exp(6.0 * distance)));
       }
   return result;
-}
-
-TemporaryFolder::TemporaryFolder() {
-  if (const char* kept = std::getenv(kKeepVariable)) {
-    path_ = kept;
-    std::filesystem::create_directories(path_);
-    return;
-  }
-  std::string name = (std::filesystem::temp_directory_path() / "angio-viewer-XXXXXX").string();
-  if (!mkdtemp(name.data())) throw std::system_error(errno, std::generic_category(), name);
-  path_ = name;
-}
-
-TemporaryFolder::~TemporaryFolder() {
-  if (std::getenv(kKeepVariable)) return;
-  std::error_code ignored;
-  std::filesystem::remove_all(path_, ignored);
 }
 
 }  // namespace angio::viewer::test

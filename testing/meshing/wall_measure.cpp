@@ -1,4 +1,4 @@
-#include "benchmarks/wall_measure.hpp"
+#include "testing/meshing/wall_measure.hpp"
 
 #include <Eigen/Dense>
 #include <algorithm>

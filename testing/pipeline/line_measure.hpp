@@ -25,7 +25,4 @@ struct LineMeasure {
 /// radii from the ends, where the lines' wall has a cap.
 LineMeasure measure_lines(const CenterlineTree& tree, const std::filesystem::path& case_folder);
 
-/// The value below which a part of the values lies; 0 without values.
-double quantile(std::vector<double> values, double part);
-
 }  // namespace angio

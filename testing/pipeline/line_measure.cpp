@@ -1,10 +1,10 @@
-#include "benchmarks/line_measure.hpp"
+#include "testing/pipeline/line_measure.hpp"
 
 #include <algorithm>
 #include <cmath>
 
-#include "benchmarks/wall_probe.hpp"
 #include "core/units.hpp"
+#include "testing/pipeline/wall_probe.hpp"
 
 namespace angio {
 namespace {
@@ -105,13 +105,6 @@ LineMeasure measure_lines(const CenterlineTree& tree, const std::filesystem::pat
   for (std::size_t k = 0; k < tree.paths.size(); ++k)
     judge_path(tree.paths[k], first_own(tree, k), wall, measure);
   return measure;
-}
-
-double quantile(std::vector<double> values, double part) {
-  if (values.empty()) return 0.0;
-  const auto at = values.begin() + std::ptrdiff_t(part * double(values.size() - 1));
-  std::nth_element(values.begin(), at, values.end());
-  return *at;
 }
 
 }  // namespace angio

@@ -1,4 +1,4 @@
-#include "benchmarks/result_table.hpp"
+#include "testing/result_table.hpp"
 
 #include <unistd.h>
 

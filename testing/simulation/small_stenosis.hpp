@@ -1,6 +1,6 @@
 #pragma once
 
-#include "tests/simulation/models.hpp"
+#include "testing/simulation/models.hpp"
 
 namespace angio::simulation::testing {
 

@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "tests/simulation/meshed_gap.hpp"
+#include "testing/simulation/meshed_gap.hpp"
 
 /// A balloon in a vessel of the same pattern of triangles, so that an air mesh needs no mesher.
 namespace angio::simulation::testing {

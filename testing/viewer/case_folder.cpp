@@ -1,4 +1,4 @@
-#include "tests/viewer/case_folder.hpp"
+#include "testing/viewer/case_folder.hpp"
 
 #include <cstdio>
 #include <sstream>
@@ -7,7 +7,7 @@
 
 #include "core/atomic_file.hpp"
 #include "formats/files.hpp"
-#include "tests/viewer/report_content.hpp"
+#include "testing/viewer/report_content.hpp"
 
 namespace angio::viewer::test {
 namespace {

@@ -1,9 +1,9 @@
-#include "tests/viewer/report_content.hpp"
+#include "testing/viewer/report_content.hpp"
 
 #include <cmath>
 #include <string>
 
-#include "tests/viewer/shapes.hpp"
+#include "testing/viewer/shapes.hpp"
 
 namespace angio::viewer::test {
 namespace {

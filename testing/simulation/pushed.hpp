@@ -6,8 +6,8 @@
 #include "core/units.hpp"
 #include "simulation/backends/step_solver.hpp"
 #include "simulation/step/make_views.hpp"
-#include "tests/simulation/gaps.hpp"
-#include "tests/simulation/models.hpp"
+#include "testing/simulation/gaps.hpp"
+#include "testing/simulation/models.hpp"
 
 /// A balloon led by the hand through a lumen: each frame its vertices get the velocities of a screw
 /// motion along the vessel.

@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "tests/simulation/models.hpp"
+#include "testing/simulation/models.hpp"
 
 /// A balloon in a narrowed vessel whose wall is the layered solid.
 namespace angio::simulation::testing {

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <random>
 
-#include "tests/meshing/placed_balloon.hpp"
+#include "testing/meshing/placed_balloon.hpp"
 
 /// Random stenosed vessels and balloons for them.
 namespace angio::meshing {

@@ -1,4 +1,4 @@
-#include "benchmarks/reading.hpp"
+#include "testing/pipeline/reading.hpp"
 
 #include <vtkFieldData.h>
 #include <vtkNew.h>

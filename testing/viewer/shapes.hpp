@@ -1,14 +1,12 @@
 #pragma once
 
-#include <filesystem>
-#include <string>
-
 #include "core/centerline.hpp"
 #include "core/tet_mesh.hpp"
 #include "core/triangle_mesh.hpp"
 #include "core/volume.hpp"
+#include "testing/temporary_folder.hpp"
 
-/// Small shapes with known answers, and a folder that is gone after the test.
+/// Small shapes with known answers.
 namespace angio::viewer::test {
 
 /// A closed unit cube, outward normals, 8 vertices and 12 triangles, moved by `offset`.
@@ -41,21 +39,6 @@ struct TubeVolumes {
 };
 TubeVolumes make_volumes(const TubeShape& shape);
 
-/// A new empty folder, removed at the end; or the folder $ANGIO_KEEP_TEST_FILES, which is kept, to
-/// look at what a single test makes.
-class TemporaryFolder {
- public:
-  TemporaryFolder();
-  ~TemporaryFolder();
-  TemporaryFolder(const TemporaryFolder&) = delete;
-  TemporaryFolder& operator=(const TemporaryFolder&) = delete;
-  [[nodiscard]] std::filesystem::path operator/(const std::string& name) const {
-    return path_ / name;
-  }
-  [[nodiscard]] const std::filesystem::path& path() const { return path_; }
-
- private:
-  std::filesystem::path path_;
-};
+using angio::test::TemporaryFolder;
 
 }  // namespace angio::viewer::test
