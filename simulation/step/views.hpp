@@ -17,7 +17,7 @@
 /// `for_each_array` is the one list of a view's arrays: what copies a view between memories goes
 /// through it. It calls visit(role, count, arrays...); the role tells the model, which is constant,
 /// from the state, which lives from step to step, and from the work space of one step. What drives
-/// a run is StepRules and StepStatus::law (status.hpp).
+/// a run is Control (run/control.hpp): in a step StepRules and StepStatus::law (status.hpp).
 namespace angio::simulation::detail {
 
 /// The other corners of one triangle seen from one of its corners, counter-clockwise.

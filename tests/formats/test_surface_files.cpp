@@ -15,7 +15,6 @@
 namespace angio::formats {
 namespace {
 namespace fs = std::filesystem;
-using testing::HasSubstr;
 using viewer::test::make_cube;
 using viewer::test::TemporaryFolder;
 
