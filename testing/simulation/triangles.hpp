@@ -7,7 +7,8 @@
 
 #include "simulation/materials/membrane.hpp"
 
-/// Single triangles of the membrane in any state, and central differences in long double as the truth.
+/// Single triangles of the membrane in any state, and central differences in long double as the
+/// truth.
 namespace angio::simulation::testing {
 
 using namespace detail;

@@ -6,13 +6,13 @@
 
 #include "core/atomic_file.hpp"
 #include "core/error.hpp"
-#include "testing/pipeline/other_value.hpp"
 #include "pipeline/experiments/cloth.hpp"
 #include "pipeline/experiments/workflow.hpp"
 #include "pipeline/stages/stage_keys.hpp"
 #include "pipeline/stages/stage_settings.hpp"
 #include "pipeline/stages/stage_table.hpp"
 #include "run_program.hpp"
+#include "testing/pipeline/other_value.hpp"
 
 namespace angio::pipeline {
 namespace {
