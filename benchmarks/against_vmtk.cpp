@@ -19,7 +19,6 @@
 #include <string>
 #include <vector>
 
-#include "benchmarks/result_table.hpp"
 #include "centerline/centerline.hpp"
 #include "core/centerline.hpp"
 #include "core/error.hpp"
@@ -27,6 +26,7 @@
 #include "core/triangle_mesh.hpp"
 #include "core/volume.hpp"
 #include "segmentation/read_volume.hpp"
+#include "testing/result_table.hpp"
 
 namespace angio {
 namespace {

@@ -13,8 +13,8 @@
 
 #include "air_mesh/adaptive_air.hpp"
 #include "air_mesh/build/build_air.hpp"
-#include "benchmarks/result_table.hpp"
 #include "formats/files.hpp"
+#include "testing/result_table.hpp"
 
 namespace angio {
 namespace {

@@ -11,9 +11,9 @@
 
 #include "air_mesh/build/gap_boundary.hpp"
 #include "air_mesh/build/gap_mesh.hpp"
-#include "benchmarks/random_vessel.hpp"
-#include "benchmarks/result_table.hpp"
 #include "core/error.hpp"
+#include "testing/meshing/random_vessel.hpp"
+#include "testing/result_table.hpp"
 
 namespace angio::meshing {
 namespace {

@@ -2,7 +2,7 @@
 
 #include "simulation/contact/candidates.hpp"
 #include "simulation/run/measure.hpp"
-#include "tests/simulation/models.hpp"
+#include "testing/simulation/models.hpp"
 
 /// The solver on the seed paper's sizes: a balloon of 522 vertices in walls of 1220 vertices
 /// (Table 2, unilateral) and more.

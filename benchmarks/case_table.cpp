@@ -17,10 +17,10 @@
 #include <string>
 #include <vector>
 
-#include "benchmarks/result_table.hpp"
 #include "core/atomic_file.hpp"
 #include "core/error.hpp"
 #include "formats/csv.hpp"
+#include "testing/result_table.hpp"
 
 namespace angio::benchmarks {
 namespace {

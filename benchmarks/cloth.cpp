@@ -11,7 +11,7 @@
 #include <string>
 #include <vector>
 
-#include "benchmarks/result_table.hpp"
+#include "testing/result_table.hpp"
 
 namespace {
 

@@ -5,11 +5,12 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
-#include "benchmarks/line_measure.hpp"
 #include "core/atomic_file.hpp"
+#include "core/statistics.hpp"
 #include "formats/csv.hpp"
 #include "pipeline/case/case_files.hpp"
 #include "segmentation/read_volume.hpp"
+#include "testing/pipeline/line_measure.hpp"
 
 namespace angio {
 namespace fs = std::filesystem;
@@ -53,7 +54,7 @@ RowLines measure(const CenterlineTree& tree, const fs::path& folder) {
   lines.sharp_steps = found.sharp_steps;
   lines.sharp_turns = found.sharp_radii;
   lines.inside_percent = found.inside_percent();
-  lines.radius_error_95_percent = 100.0 * quantile(found.radius_errors, 0.95);
+  lines.radius_error_95_percent = 100.0 * quantile(found.radius_errors, 0.95, 0.0);
   lines.radius_off_percent = found.radius_off_percent();
   lines.too_long_percent = found.too_long;
   return lines;

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "benchmarks/reading.hpp"
+#include "testing/pipeline/reading.hpp"
 
 /// A row of the collection's table. docs/collection.md says by which rules the columns are counted.
 namespace angio {

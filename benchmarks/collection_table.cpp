@@ -15,10 +15,10 @@
 #include <vector>
 
 #include "benchmarks/collection_row.hpp"
-#include "benchmarks/result_table.hpp"
 #include "core/atomic_file.hpp"
 #include "core/error.hpp"
 #include "formats/csv.hpp"
+#include "testing/result_table.hpp"
 
 namespace angio {
 namespace {

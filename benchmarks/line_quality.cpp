@@ -10,10 +10,11 @@
 #include <filesystem>
 #include <string>
 
-#include "benchmarks/line_measure.hpp"
-#include "benchmarks/result_table.hpp"
 #include "core/error.hpp"
+#include "core/statistics.hpp"
 #include "pipeline/case/case_files.hpp"
+#include "testing/pipeline/line_measure.hpp"
+#include "testing/result_table.hpp"
 
 namespace angio {
 namespace {
@@ -29,8 +30,8 @@ void judge(const fs::path& folder, benchmarks::ResultTable& results) {
                count(tree.paths.size()), count(q.points), count(q.outside), count(q.sharp_steps),
                count(q.sharp_radii), fmt::format("{:.0f}", q.largest_step),
                fmt::format("{:.0f}", q.largest_radius),
-               fmt::format("{:.2f}", 100.0 * quantile(q.radius_errors, 0.5)),
-               fmt::format("{:.2f}", 100.0 * quantile(q.radius_errors, 0.95)),
+               fmt::format("{:.2f}", 100.0 * quantile(q.radius_errors, 0.5, 0.0)),
+               fmt::format("{:.2f}", 100.0 * quantile(q.radius_errors, 0.95, 0.0)),
                fmt::format("{:.1f}", q.radius_off_percent()), count(q.jumps),
                fmt::format("{:.2f}", q.too_long),
                fmt::format("{:.1f} {:.1f} {:.1f}", inlet.x, inlet.y, inlet.z)});

@@ -19,11 +19,11 @@
 #include <string>
 #include <vector>
 
-#include "benchmarks/result_table.hpp"
 #include "core/atomic_file.hpp"
 #include "core/error.hpp"
 #include "formats/csv.hpp"
 #include "formats/files.hpp"
+#include "testing/result_table.hpp"
 #include "viewer/detail/chart.hpp"
 
 namespace angio::benchmarks {

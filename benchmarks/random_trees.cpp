@@ -13,9 +13,9 @@
 #include <cstring>
 #include <string>
 
-#include "benchmarks/result_table.hpp"
-#include "benchmarks/tree_lines.hpp"
 #include "core/parallel.hpp"
+#include "testing/centerline/tree_lines.hpp"
+#include "testing/result_table.hpp"
 
 namespace angio::benchmarks {
 namespace {

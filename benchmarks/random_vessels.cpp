@@ -13,10 +13,10 @@
 #include <cstring>
 #include <limits>
 
-#include "benchmarks/random_vessel.hpp"
-#include "benchmarks/result_table.hpp"
 #include "core/error.hpp"
 #include "simulation/balloon_size.hpp"
+#include "testing/meshing/random_vessel.hpp"
+#include "testing/result_table.hpp"
 
 namespace angio::meshing {
 namespace {

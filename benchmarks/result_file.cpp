@@ -9,7 +9,7 @@
 #include <iterator>
 #include <string>
 
-#include "benchmarks/result_table.hpp"
+#include "testing/result_table.hpp"
 
 int main(int argument_count, char** arguments) {
   constexpr int kUsage = 64, kFailed = 70;

@@ -22,7 +22,6 @@
 #include <string>
 #include <vector>
 
-#include "benchmarks/result_table.hpp"
 #include "core/atomic_file.hpp"
 #include "core/child_process.hpp"
 #include "core/error.hpp"
@@ -30,8 +29,10 @@
 #include "formats/files.hpp"
 #include "pipeline/experiments/workflow.hpp"
 #include "pipeline/stages/run_case.hpp"
-#include "tests/pipeline/other_value.hpp"
-#include "tests/support/case_content.hpp"
+#include "testing/pipeline/case_content.hpp"
+#include "testing/pipeline/other_value.hpp"
+#include "testing/result_table.hpp"
+#include "testing/temporary_folder.hpp"
 
 namespace {
 
@@ -287,8 +288,8 @@ int main(int argc, char** argv) try {
                "usage: resume [--until STAGE] [--back] [--only KEY-PREFIX]... [--markdown FILE]\n");
     return kUsage;
   }
-  std::string name = (fs::temp_directory_path() / "angio-resume-XXXXXX").string();
-  const fs::path folder = mkdtemp(name.data());
+  const angio::test::TemporaryFolder temporary;
+  const fs::path& folder = temporary.path();
   const std::map<std::string, Base> bases = make_bases(folder);
   in_a_process([&] { write_surface_input(bases.at("surface").input); });
   Config config;
@@ -301,7 +302,6 @@ int main(int argc, char** argv) try {
       ++rows;
     }
   }
-  fs::remove_all(folder);
   results.paragraph(
       fmt::format("{} settings, {} rows, {} differences.", settings_tried, rows, differences));
   results.write();

@@ -16,8 +16,9 @@
 #include <string>
 #include <vector>
 
-#include "benchmarks/result_table.hpp"
-#include "tests/support/case_content.hpp"
+#include "testing/pipeline/case_content.hpp"
+#include "testing/result_table.hpp"
+#include "testing/temporary_folder.hpp"
 
 namespace {
 
@@ -139,8 +140,8 @@ int main(int argc, char** argv) try {
         "usage: same_results BEFORE AFTER [--input FILE]... [--only NAME]... [--markdown FILE]\n");
     return kUsage;
   }
-  std::string name = (fs::temp_directory_path() / "angio-same-XXXXXX").string();
-  const fs::path folder = mkdtemp(name.data());
+  const angio::test::TemporaryFolder temporary;
+  const fs::path& folder = temporary.path();
   const std::string before = version_of(arguments.before, folder),
                     after = version_of(arguments.after, folder);
   results.paragraph(fmt::format("Before: {}. After: {}.", before, after));
@@ -158,7 +159,6 @@ int main(int argc, char** argv) try {
     differences += difference.which.size();
     for (const char* used : {"before", "after"}) fs::remove_all(folder / used);
   }
-  fs::remove_all(folder);
   results.paragraph(fmt::format("{} differences.", differences));
   results.write();
   return differences == 0 ? EXIT_SUCCESS : EXIT_FAILURE;

@@ -9,14 +9,14 @@
 #include <string>
 #include <vector>
 
-#include "benchmarks/result_table.hpp"
 #include "core/units.hpp"
 #include "simulation/inflate.hpp"
-#include "tests/simulation/charts.hpp"
-#include "tests/simulation/closed_forms.hpp"
-#include "tests/simulation/spheres.hpp"
-#include "tests/simulation/thick_tubes.hpp"
-#include "tests/simulation/triangles.hpp"
+#include "testing/result_table.hpp"
+#include "testing/simulation/charts.hpp"
+#include "testing/simulation/closed_forms.hpp"
+#include "testing/simulation/spheres.hpp"
+#include "testing/simulation/thick_tubes.hpp"
+#include "testing/simulation/triangles.hpp"
 
 /// The laws that docs/validation.md explains, a row each:
 ///

@@ -16,8 +16,6 @@
 #include <string>
 #include <vector>
 
-#include "benchmarks/result_table.hpp"
-#include "benchmarks/wall_measure.hpp"
 #include "core/atomic_file.hpp"
 #include "core/centerline.hpp"
 #include "core/error.hpp"
@@ -25,6 +23,8 @@
 #include "formats/case_file.hpp"
 #include "formats/files.hpp"
 #include "pipeline/case/case_files.hpp"
+#include "testing/meshing/wall_measure.hpp"
+#include "testing/result_table.hpp"
 
 namespace angio::benchmarks {
 namespace {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <utility>
 #include <vector>
 
 #include "core/error.hpp"
@@ -19,6 +20,12 @@ Number quantile(std::vector<Number> values, double share) {
   const auto at = values.begin() + std::ptrdiff_t(share * double(values.size() - 1));
   std::nth_element(values.begin(), at, values.end());
   return *at;
+}
+
+/// The same; of no values `otherwise`.
+template <class Number>
+Number quantile(std::vector<Number> values, double share, Number otherwise) {
+  return values.empty() ? otherwise : quantile(std::move(values), share);
 }
 
 /// The middle value; the upper one of the two where their count is even.

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <vector>
@@ -15,6 +16,10 @@ struct VolumeGeometry {
   Vec3 origin;                        ///< centre of voxel (0, 0, 0), LPS [mm]
   Mat3 direction = Mat3::identity();  ///< columns are the unit axes i, j, k in LPS; det = +1
 
+  /// The longest edge of a voxel [mm].
+  [[nodiscard]] double longest_spacing() const {
+    return std::max({spacing.x, spacing.y, spacing.z});
+  }
   [[nodiscard]] std::size_t voxel_count() const {
     return std::size_t(size[0]) * std::size_t(size[1]) * std::size_t(size[2]);
   }

@@ -34,7 +34,7 @@ std::optional<CalciumLevel> measure_calcium_level(const Volume<float>& scan,
   constexpr double kOfNormal = 1.4826;
   const VolumeGeometry& grid = scan.geometry;
   if (wall.vertices.empty() || level_set.geometry.size != grid.size) return std::nullopt;
-  const double voxel = std::max({grid.spacing.x, grid.spacing.y, grid.spacing.z});
+  const double voxel = grid.longest_spacing();
   const auto [first, last] = voxels_around(grid, wall.vertices);
   std::vector<float> blood;
   for (int k = first[2]; k <= last[2]; ++k)

@@ -148,7 +148,7 @@ detail::Widening widening_for(const LumenMeshOptions& options, const CenterlineT
   return is_by_radius ? detail::Widening(tree, widened) : detail::Widening();
 }
 
-double voxel_size(const VolumeGeometry& grid) {
+double shortest_spacing(const VolumeGeometry& grid) {
   return std::min({grid.spacing.x, grid.spacing.y, grid.spacing.z});
 }
 constexpr double kLeastEdge = 0.35;  // voxels; shorter edges would follow noise
@@ -199,11 +199,11 @@ LumenMesh mesh_lumen(const Volume<float>& level_set, const CenterlineTree& tree,
   draft.rim.assign(draft.mesh.vertices.size(), -1);
   progress.report(0.1, "opening the ends");
   detail::open_ends(draft, tree, detail::line_ends(tree), warnings);
-  detail::set_edge_lengths(draft, target, tree, options, kLeastEdge * voxel_size(padded.geometry),
-                           warnings);
+  detail::set_edge_lengths(draft, target, tree, options,
+                           kLeastEdge * shortest_spacing(padded.geometry), warnings);
   progress.report(0.2, "remeshing");
   if (options.triangle_count > 0) detail::aim_at_count(draft, options.triangle_count);
-  const double tolerance = kTolerance * voxel_size(padded.geometry);
+  const double tolerance = kTolerance * shortest_spacing(padded.geometry);
   improve_surface(draft, target, tolerance, options, progress, warnings);
   if (options.triangle_count > 0) fit_triangle_count(draft, target, tolerance, options, warnings);
   progress.report(0.9, "caps and checks");

@@ -30,7 +30,8 @@ constexpr double kLongestCoronary = 30.0, kLongestInDiameters = 8.0, kLongestSol
 constexpr double kDiameterStep = 0.25;  // [mm] in which balloons are sold
 constexpr double kLeastDiameter = 1.0;  // [mm] by default
 // Diameter of a folded balloon [mm]: of coronary ones, up to kMostCoronary. A wider one has more
-// skin around a thicker shaft: 2.3 mm at 16 mm, 3.1 mm at 25 mm, as 7 and 9 French sheaths take.
+// membrane around a thicker shaft: 2.3 mm at 16 mm, 3.1 mm at 25 mm, as 7 and 9 French sheaths
+// take.
 constexpr double kCrossingProfile = 0.9, kMostCoronary = 4.0;
 constexpr double kWidestNeck = 0.8;  // of the balloon's radius
 // A full balloon is stiff. Over one that is chosen the line turns by no more than 45 degrees, from

@@ -8,6 +8,7 @@
 #include "core/surface_rims.hpp"
 #include "meshing/detail/mend_holes.hpp"
 #include "meshing/detail/pieces.hpp"
+#include "meshing/detail/sheets.hpp"
 #include "meshing/detail/soup.hpp"
 
 namespace angio::meshing {

@@ -6,15 +6,15 @@
 #include <cstdio>
 #include <memory>
 #include <string>
+#include <utility>
 
 #include "core/beside.hpp"
 #include "core/error.hpp"
-#include "core/require.hpp"
 #include "core/units.hpp"
 #include "simulation/backends/step_solver.hpp"
 #include "simulation/bodies/air.hpp"
 #include "simulation/bodies/drawn_wire.hpp"
-#include "simulation/materials/material.hpp"
+#include "simulation/pbd/policy.hpp"
 #include "simulation/run/balloon_section.hpp"
 #include "simulation/run/measure.hpp"
 #include "simulation/run/schedule.hpp"
@@ -122,14 +122,7 @@ void summarize(const SimulationFrame& frame, SimulationSummary& summary) {
 
 void add_warnings(const SimulationOptions& options, int slow_frames, SimulationSummary& summary) {
   char text[300];
-  if (options.contact.model == ContactModel::paper)
-    summary.warnings.emplace_back(
-        "contact.model paper does not converge (its result depends on the number of sweeps): for "
-        "comparison only");
-  if (options.gas_model == GasModel::per_tet)
-    summary.warnings.emplace_back(
-        "simulation.gas_model per_tet sets volumes without a balance of forces (its result depends "
-        "on the number of sweeps): for comparison only");
+  for (std::string& warning : pbd_warnings(options)) summary.warnings.push_back(std::move(warning));
   if (slow_frames > 0) {
     std::snprintf(text, sizeof text,
                   "the force balance is off by up to %.0f %% and by more than %.0f %% in %d of %d "
@@ -200,7 +193,8 @@ class Run {
     SimulationSummary summary = begun_summary(backend, *solver);
     const double outside = outside_pressure(options_),
                  volume = balloon_volume(scene_, scene_.start);
-    const Inflator inflator(options_, volume, nominal_volume(model_, scene_, volume));
+    const Control control = make_control(scene_, options_, nominal_volume(model_, scene_, volume));
+    const Inflator& inflator = control.inflator;
     slow_frames_ = 0;
     air_mesh::AdaptiveAir air = make_air(model_, scene_);
     DrawnWire wire(model_, options_.guidewire);
@@ -217,7 +211,7 @@ class Run {
     Beside delivery;
     double whole = 0.0, taken = 0.0;
     // The paper's contact is projected on each frame's tets: the solver waits for them.
-    const bool needs_air = options_.contact.model == ContactModel::paper;
+    const bool needs_air = pbd_policy(options_).contact;
     const auto take = [&](int frame, const State& state) {
       SimulationFrame output = begun_frame(frame, inflator);
       if (needs_air) {
@@ -234,7 +228,7 @@ class Run {
     };
     timed(whole, [&] {
       try {
-        solver->run(inflator, [&](int frame, const State& state) {
+        solver->run(control, [&](int frame, const State& state) {
           timed(taken, [&] { take(frame, state); });
         });
       } catch (const RunHasFailed&) {  // what is to come would be none either
@@ -326,67 +320,6 @@ const char* name(Phase phase) {
       return "rest";
   }
   return "";
-}
-
-void GuidewireOptions::validate() const {
-  require_within("guidewire.shaft_diameter_mm", shaft_diameter_mm, 0.2, 10.0);
-  require_within("guidewire.shaft_modulus_mpa", shaft_modulus_mpa, 1.0, 1e6);
-  require_within("guidewire.wire_diameter_mm", wire_diameter_mm, 0.05, 0.95 * shaft_diameter_mm);
-  require_within("guidewire.wire_modulus_mpa", wire_modulus_mpa, 0.0, 1e6);
-  require_within("guidewire.density_g_mm3", density_g_mm3, 1e-5, 0.1);
-}
-
-void SimulationOptions::validate() const {
-  if (!is_named_material(balloon.name) && !(balloon.c1_mpa > 0.0))
-    throw OptionError("balloon.material is \"" + balloon.name +
-                      "\" (unknown material). Use pa12, pet or polyurethane, or give c1_mpa and "
-                      "c2_mpa");
-  if (!balloon.chart.empty()) validate_chart(balloon.chart, balloon.name);
-  require_within("balloon.c1_mpa", balloon.c1_mpa, 0.0, 1e6);
-  require_within("balloon.c2_mpa", balloon.c2_mpa, 0.0, 1e6);
-  require_within("balloon.wall_mm", balloon.wall_mm, 0.001, 1.0);
-  require_within("balloon.density_g_mm3", balloon.density_g_mm3, 0.0, 1.0);
-  require_within("wall.shape_beta", wall.shape_beta, 0.0, 1.0);
-  require_within("wall.modulus_kpa", wall.modulus_kpa, 1.0, 1e6);
-  require_within("wall.thickness_ratio", wall.thickness_ratio, 1e-6, 0.45);
-  require_within("wall.yield_strain", wall.yield_strain, 0.0, 10.0);
-  require_within("wall.creep_per_s", wall.creep_per_s, 0.0, 1000.0);
-  require_within("wall.max_plastic_strain", wall.max_plastic_strain, 0.0, 10.0);
-  require_within("wall.foundation_kpa_per_mm", wall.foundation_kpa_per_mm, 0.0, 1e5);
-  require_within("wall.density_g_mm3", wall.density_g_mm3, 0.0, 1.0);
-  layered_wall.validate();
-  require_within("inflation.inflate_s", inflation.inflate_s, 1e-6, 600.0);
-  require_within("inflation.hold_s", inflation.hold_s, 0.0, 600.0);
-  require_within("inflation.deflate_s", inflation.deflate_s, 1e-6, 600.0);
-  require_within("inflation.rest_s", inflation.rest_s, 0.0, 600.0);
-  require_within("inflation.peak_pressure_atm", inflation.peak_pressure_atm, 1e-6, 40.0);
-  require_within("inflation.rated_burst_atm", inflation.rated_burst_atm, 0.0, 100.0);
-  require_within("inflation.outside_pressure_kpa", inflation.outside_pressure_kpa, 0.0, 50.0);
-  require_within("inflation.deflate_pressure_atm", inflation.deflate_pressure_atm, -1.0, 0.0);
-  require_within("inflation.peak_volume_mm3", inflation.peak_volume_mm3, 0.0, 1e6);
-  if (gas_model == GasModel::per_tet && inflation.control != InflationControl::volume)
-    throw OptionError(
-        "simulation.gas_model is per_tet, and inflation.control is not volume (the paper's gas is "
-        "a "
-        "command for volumes and knows no pressure). Use inflation.control = volume");
-  if (gas_model == GasModel::per_tet && guidewire.model == GuidewireModel::rod)
-    throw OptionError(
-        "simulation.gas_model is per_tet, and guidewire.model is rod (the paper's tetrahedra stand "
-        "on a guidewire that does not move). Use guidewire.model = none");
-  if (guidewire.model == GuidewireModel::rod) guidewire.validate();
-  require_within("simulation.frame_s", frame_s, 1e-4, 1.0);
-  require_within("simulation.tolerance", tolerance, 1e-6, 0.1);
-  require_within("simulation.sweeps", double(sweeps), 0.0, 1000.0);
-  require_within("simulation.contact_distance_mm", contact.distance_mm, 1e-3, 1.0);
-  require_within("simulation.contact_stiffness", contact.stiffness, 0.01, 100.0);
-  require_within("simulation.friction_static", contact.friction_static, 0.0, 2.0);
-  require_within("simulation.friction_kinetic", contact.friction_kinetic, 0.0, 2.0);
-  require_within("simulation.adhesion_traction_kpa", contact.adhesion_traction_kpa, 0.0, 100.0);
-  require_within("simulation.adhesion_gap_1_mm", contact.adhesion_gap_1_mm, 0.0, 1.0);
-  require_within("simulation.paper_volume_1_mm3", contact.paper_volume_1_mm3, 0.0, 100.0);
-  require_within("simulation.paper_volume_2_mm3", contact.paper_volume_2_mm3, 0.0, 100.0);
-  require_within("simulation.adhesion_gap_2_mm", contact.adhesion_gap_2_mm,
-                 contact.adhesion_gap_1_mm + 1e-3, 2.0);
 }
 
 CudaSupport cuda_support() {

@@ -77,8 +77,7 @@ std::string image_section(const detail::Album& album, const Figures& figures, bo
 /// Of the scan's voxels [mm]; 0 without a scan.
 double largest_spacing(const ReportContent& content) {
   if (!content.volume) return 0.0;
-  const Vec3& spacing = content.volume->geometry.spacing;
-  return std::max({spacing.x, spacing.y, spacing.z});
+  return content.volume->geometry.longest_spacing();
 }
 
 std::string make_page(const ReportContent& content, const Figures& figures,

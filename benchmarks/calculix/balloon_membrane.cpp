@@ -13,8 +13,8 @@
 #include "core/triangle_mesh.hpp"
 #include "core/units.hpp"
 #include "simulation/newton/initial_capsule.hpp"
-#include "tests/simulation/closed_forms.hpp"
-#include "tests/simulation/spheres.hpp"
+#include "testing/simulation/closed_forms.hpp"
+#include "testing/simulation/spheres.hpp"
 
 /// A balloon's membrane in CalculiX and here (see balloon_membrane.sh):
 ///

@@ -8,11 +8,6 @@
 
 namespace angio::centerline {
 
-double voxel_size(const LumenVoxels& lumen) {
-  const Vec3 h = lumen.geometry.spacing;
-  return std::max({h.x, h.y, h.z});
-}
-
 namespace {
 
 bool is_on(const LumenVoxels& lumen, const OpenRim& flat_end, int tip) {
@@ -47,7 +42,7 @@ Ends prune_spurs(const LumenVoxels& lumen, const Front& front, const std::vector
   constexpr double kStump = 0.75;
   Ends result;
   VoxelTree tree(lumen.count());
-  const double noise = 4.0 * voxel_size(lumen);
+  const double noise = 4.0 * lumen.geometry.longest_spacing();
   for (LumenEnd end : maxima) {
     std::vector<int> own;
     int v = end.voxel;
@@ -80,14 +75,14 @@ Ends find_ends(LumenVoxels& lumen, int source, const std::vector<OpenRim>& flat_
   for (int round = 0;; ++round) {
     result.front = march(lumen, source);
     const Front& front = result.front;
-    const auto maxima = find_maxima(lumen, front, 2.0 * voxel_size(lumen));
+    const auto maxima = find_maxima(lumen, front, 2.0 * lumen.geometry.longest_spacing());
     FlatEnds flat(flat_ends, lumen);
     flat.take(source);
     Ends found = prune_spurs(lumen, front, maxima, std::move(flat), min_length);
     result.ends = std::move(found.ends);
     result.sacs = std::move(found.sacs);
     for (LumenEnd& end : result.ends) {
-      const double reach = 2.0 * voxel_size(lumen);
+      const double reach = 2.0 * lumen.geometry.longest_spacing();
       for (int v = end.voxel;
            v >= 0 && distance(lumen.position(v), lumen.position(end.voxel)) <= reach;
            v = front.previous[std::size_t(v)])
@@ -148,7 +143,7 @@ void take_rims(const LumenVoxels& lumen, const std::vector<int>& rims, bool are_
   /// A tip's way to the tree from its parent's wall, in radii; a tip next to a rim is the edge of
   /// that rim's cap, and has none.
   const auto length_of = [&](int tip) {
-    double length = 0.0, radius = voxel_size(lumen);
+    double length = 0.0, radius = lumen.geometry.longest_spacing();
     int v = tip;
     for (; v >= 0 && in_tree[std::size_t(v)] == 0; v = front.previous[std::size_t(v)]) {
       radius = std::max(radius, double(lumen.depth[std::size_t(v)]));

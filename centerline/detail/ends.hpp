@@ -41,7 +41,4 @@ void take_rims(const LumenVoxels& lumen, const std::vector<int>& rims, bool are_
 std::optional<Vec3> flat_end_at(const LumenVoxels& lumen, const std::vector<OpenRim>& flat_ends,
                                 int tip);
 
-/// The greatest side of a voxel [mm].
-double voxel_size(const LumenVoxels& lumen);
-
 }  // namespace angio::centerline

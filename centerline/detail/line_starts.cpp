@@ -67,8 +67,7 @@ void straighten_end(Polyline& line, const Wall& wall, std::size_t least_kept,
 /// @return the first voxel that is the branch's own
 std::size_t leaves_line(const LumenVoxels& lumen, const Skeleton::Chain& chain,
                         std::size_t first_own, const Line& parent) {
-  const Vec3 h = lumen.geometry.spacing;
-  const double voxel = std::max({h.x, h.y, h.z});
+  const double voxel = lumen.geometry.longest_spacing();
   const Polyline& line = parent.line;
   std::size_t own = first_own;
   for (std::size_t i = first_own; i < chain.voxels.size(); ++i) {

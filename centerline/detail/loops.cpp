@@ -17,7 +17,7 @@ std::vector<char> mark_covered(const LumenVoxels& lumen,
                                const std::vector<std::vector<int>>& paths) {
   std::vector<char> covered(std::size_t(lumen.count()), 0), done(std::size_t(lumen.count()), 0);
   const Vec3 h = lumen.geometry.spacing;
-  const double voxel = std::max({h.x, h.y, h.z});
+  const double voxel = lumen.geometry.longest_spacing();
   for (const std::vector<int>& path : paths)
     for (const int v : path) {
       if (done[std::size_t(v)] != 0) continue;
@@ -101,8 +101,7 @@ bool is_long(const LumenVoxels& lumen, const Front& front, const std::vector<int
     farthest = std::max(farthest, front.length[std::size_t(v)]);
     radius = std::max(radius, double(lumen.depth[std::size_t(v)]));
   }
-  const Vec3 h = lumen.geometry.spacing;
-  return farthest - nearest > std::max(4.0 * radius, 6.0 * std::max({h.x, h.y, h.z}));
+  return farthest - nearest > std::max(4.0 * radius, 6.0 * lumen.geometry.longest_spacing());
 }
 
 /// The tightest places of the widest ways through a piece from one of its contacts to each other:
@@ -202,8 +201,7 @@ std::optional<Bridge> find_bridge(const LumenVoxels& lumen, const std::vector<in
 
 /// Cuts the links over the plane across a bridge, around its middle.
 std::vector<int> cut_bridge(LumenVoxels& lumen, const Bridge& bridge) {
-  const Vec3 h = lumen.geometry.spacing;
-  const double reach = 2.0 * bridge.radius + 2.0 * std::max({h.x, h.y, h.z});
+  const double reach = 2.0 * bridge.radius + 2.0 * lumen.geometry.longest_spacing();
   std::vector<int> near{bridge.voxel};
   std::set<int> seen{bridge.voxel};
   for (std::size_t next = 0; next < near.size(); ++next)
@@ -297,12 +295,11 @@ std::vector<int> cut_loops(LumenVoxels& lumen, const Front& front,
 }
 
 double radius_behind(const LumenVoxels& lumen, const Front& front, int tip) {
-  const Vec3 h = lumen.geometry.spacing;
   double deepest = 0.0;
   for (int v = tip; v >= 0; v = front.previous[std::size_t(v)]) {
     deepest = std::max(deepest, double(lumen.depth[std::size_t(v)]));
     if (distance(lumen.position(v), lumen.position(tip)) >
-        2.0 * deepest + std::max({h.x, h.y, h.z}))
+        2.0 * deepest + lumen.geometry.longest_spacing())
       break;
   }
   return deepest;
@@ -322,8 +319,7 @@ std::optional<int> meeting_front(const LumenVoxels& lumen, const Front& front, i
     return std::none_of(own.begin(), own.end(),
                         [&](int w) { return distance(lumen.position(w), from) < kApart * radius; });
   };
-  const Vec3 h = lumen.geometry.spacing;
-  const double reach = kAround * std::max({h.x, h.y, h.z});
+  const double reach = kAround * lumen.geometry.longest_spacing();
   std::vector<int> near{tip};
   for (std::size_t next = 0; next < near.size(); ++next) {
     if (comes_from_elsewhere(near[next])) return near[next];

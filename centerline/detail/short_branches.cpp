@@ -141,8 +141,7 @@ bool is_tube(const LumenVoxels& lumen, const std::vector<int>& own, int junction
   // The greatest of either half: a cap, round or flat, makes its end narrow, and no less a tube.
   const double outer = double(*std::max_element(depths.begin(), half));
   const double inner = double(*std::max_element(half, depths.end()));
-  const Vec3 h = lumen.geometry.spacing;
-  return outer >= kNarrower * inner && outer >= kLeastVoxels * std::max({h.x, h.y, h.z}) &&
+  return outer >= kNarrower * inner && outer >= kLeastVoxels * lumen.geometry.longest_spacing() &&
          length >= kLonger * 2.0 * std::max(outer, inner);
 }
 

@@ -106,7 +106,7 @@ std::vector<Rim> find_rims(const LumenVoxels& lumen, const std::vector<OpenRim>&
     const double away = distance(lumen.position(voxel), middle);
     const bool is_known =
         std::any_of(rims.begin(), rims.end(), [&](const Rim& rim) { return rim.voxel == voxel; });
-    if (away > 3.0 * voxel_size(lumen) + double(lumen.depth[std::size_t(voxel)]))
+    if (away > 3.0 * lumen.geometry.longest_spacing() + double(lumen.depth[std::size_t(voxel)]))
       warnings.push_back("the open rim at " + in_words(middle) +
                          " has no line (its vessel is not connected to the others, or thinner "
                          "than can be followed)");

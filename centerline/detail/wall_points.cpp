@@ -64,9 +64,8 @@ WallPoints::WallPoints(const Volume<float>& level_set, const LumenVoxels& lumen)
         points_.push_back(grid.lps_from_index(index));
       }
   }
-  const Vec3 h = grid.spacing;
   // The scanner's blur spreads the noise over about two voxels.
-  correlation_length_ = 2.0 * std::max({h.x, h.y, h.z});
+  correlation_length_ = 2.0 * grid.longest_spacing();
   build_grid(1.5 * correlation_length_);
 }
 

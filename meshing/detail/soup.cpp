@@ -4,16 +4,13 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
-#include <map>
-#include <numbers>
 #include <numeric>
 #include <set>
-#include <span>
 #include <unordered_map>
 #include <utility>
 
-#include "core/error.hpp"
 #include "core/statistics.hpp"
+#include "meshing/detail/edge_table.hpp"
 
 namespace angio::meshing::detail {
 namespace {
@@ -49,56 +46,6 @@ class PointGrid {
   double cell_;
   std::unordered_map<std::uint64_t, std::vector<int>> cells_;
 };
-
-using EdgeKey = std::array<int, 2>;
-EdgeKey edge_key(int a, int b) { return {std::min(a, b), std::max(a, b)}; }
-
-/// Triangles at each edge, as 3 * triangle + first corner of the edge; edges in ascending order.
-class EdgeTable {
- public:
-  struct Edge {
-    EdgeKey key;
-    std::span<const int> at;
-  };
-  explicit EdgeTable(const TriangleMesh& mesh) {
-    std::vector<std::pair<EdgeKey, int>> sides;
-    sides.reserve(3 * mesh.triangles.size());
-    for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
-      for (std::size_t c = 0; c < 3; ++c)
-        sides.emplace_back(edge_key(mesh.triangles[t][c], mesh.triangles[t][(c + 1) % 3]),
-                           int(3 * t + c));
-    std::sort(sides.begin(), sides.end());
-    at_.reserve(sides.size());
-    for (const auto& [key, index] : sides) at_.push_back(index);
-    for (std::size_t first = 0, last = 0; first < sides.size(); first = last) {
-      while (last < sides.size() && sides[last].first == sides[first].first) ++last;
-      edges_.push_back({sides[first].first, std::span(at_).subspan(first, last - first)});
-    }
-  }
-  [[nodiscard]] auto begin() const { return edges_.begin(); }
-  [[nodiscard]] auto end() const { return edges_.end(); }
-
- private:
-  std::vector<int> at_;
-  std::vector<Edge> edges_;
-};
-
-int find_root(std::vector<int>& parent, int v) {
-  while (parent[std::size_t(v)] != v) {
-    parent[std::size_t(v)] = parent[std::size_t(parent[std::size_t(v)])];
-    v = parent[std::size_t(v)];
-  }
-  return v;
-}
-void unite(std::vector<int>& parent, int a, int b) {
-  a = find_root(parent, a);
-  b = find_root(parent, b);
-  parent[std::size_t(std::max(a, b))] = std::min(a, b);
-}
-
-Vec3 corner(const TriangleMesh& mesh, std::size_t t, std::size_t c) {
-  return mesh.vertices[std::size_t(mesh.triangles[t][c])];
-}
 
 }  // namespace
 
@@ -224,158 +171,6 @@ Count join_t_junctions(TriangleMesh& mesh, double tolerance) {
     if (split.empty()) break;
   }
   return joined;
-}
-
-Count cut_off_fins(TriangleMesh& mesh) {
-  Count cut;
-  constexpr double kLargest = 0.2;  // of the area; what is larger is no fin
-  constexpr int kRounds = 1000;
-  for (int round = 0; round < kRounds; ++round) {
-    const EdgeTable edges(mesh);
-    std::vector<int> parent(mesh.triangles.size());
-    std::iota(parent.begin(), parent.end(), 0);
-    for (const auto& [key, at] : edges)
-      if (at.size() == 2) unite(parent, at[0] / 3, at[1] / 3);
-    std::map<int, double> area;
-    double whole = 0.0;
-    for (std::size_t t = 0; t < parent.size(); ++t) {
-      const double own = norm(area_vector_doubled(mesh, mesh.triangles[t]));
-      area[find_root(parent, int(t))] += own;
-      whole += own;
-    }
-    std::set<int> free;
-    std::set<int> meets;
-    for (const auto& [key, at] : edges)
-      for (const int i : at) {
-        if (at.size() == 1) free.insert(find_root(parent, i / 3));
-        if (at.size() > 2) meets.insert(find_root(parent, i / 3));
-      }
-    int fin = -1;
-    for (const int sheet : meets)
-      if (free.contains(sheet) && area[sheet] < kLargest * whole &&
-          (fin < 0 || area[sheet] < area[fin]))
-        fin = sheet;
-    // A wall between two lumens, without a free border: the smallest sheet at an odd edge.
-    for (const auto& [key, at] : edges) {
-      if (fin >= 0 && free.contains(fin)) break;
-      if (at.size() <= 2 || at.size() % 2 == 0) continue;
-      for (const int i : at) {
-        const int sheet = find_root(parent, i / 3);
-        if (area[sheet] < kLargest * whole && (fin < 0 || area[sheet] < area[fin])) fin = sheet;
-      }
-    }
-    if (fin < 0) break;
-    std::vector<Triangle> kept;
-    for (std::size_t t = 0; t < parent.size(); ++t) {
-      if (find_root(parent, int(t)) == fin)
-        cut.add(corner(mesh, t, 0));
-      else
-        kept.push_back(mesh.triangles[t]);
-    }
-    mesh.triangles = std::move(kept);
-  }
-  return cut;
-}
-
-Count turn_alike(TriangleMesh& mesh) {
-  const EdgeTable edges(mesh);
-  std::vector<std::vector<std::pair<int, bool>>> next(
-      mesh.triangles.size());  // and: same way round
-  for (const auto& [key, at] : edges) {
-    if (at.size() != 2) continue;
-    const auto first = [&](int i) {
-      return mesh.triangles[std::size_t(i / 3)][std::size_t(i % 3)];
-    };
-    const bool alike = first(at[0]) != first(at[1]);
-    next[std::size_t(at[0] / 3)].emplace_back(at[1] / 3, alike);
-    next[std::size_t(at[1] / 3)].emplace_back(at[0] / 3, alike);
-  }
-  std::vector<int> turned(mesh.triangles.size(), -1);
-  Count count;
-  for (std::size_t seed = 0; seed < turned.size(); ++seed) {
-    if (turned[seed] >= 0) continue;
-    std::vector<int> sheet{int(seed)};
-    turned[seed] = 0;
-    std::size_t turned_count = 0;
-    for (std::size_t i = 0; i < sheet.size(); ++i)
-      for (const auto& [t, alike] : next[std::size_t(sheet[i])]) {
-        const int wanted =
-            alike ? turned[std::size_t(sheet[i])] : 1 - turned[std::size_t(sheet[i])];
-        int& own = turned[std::size_t(t)];
-        if (own < 0) {
-          own = wanted;
-          turned_count += std::size_t(wanted);
-          sheet.push_back(t);
-        } else if (own != wanted) {
-          throw InputError(
-              "the surface is one-sided, like a Moebius strip (it has no inside). Cut it open "
-              "where "
-              "it is twisted, or segment again");
-        }
-      }
-    const int minority = 2 * turned_count > sheet.size() ? 0 : 1;
-    for (const int t : sheet) {
-      if (turned[std::size_t(t)] != minority) continue;
-      std::swap(mesh.triangles[std::size_t(t)][1], mesh.triangles[std::size_t(t)][2]);
-      count.add(corner(mesh, std::size_t(t), 0));
-    }
-  }
-  return count;
-}
-
-Count take_sheets_apart(TriangleMesh& mesh) {
-  std::vector<int> parent(3 * mesh.triangles.size());  // of corners
-  std::iota(parent.begin(), parent.end(), 0);
-  const auto join = [&](int i, int j) {  // the two sides run against each other
-    unite(parent, i, j / 3 * 3 + (j % 3 + 1) % 3);
-    unite(parent, i / 3 * 3 + (i % 3 + 1) % 3, j);
-  };
-  const EdgeTable edges(mesh);
-  for (const auto& [key, at] : edges) {
-    const Vec3& a = mesh.vertices[std::size_t(key[0])];
-    const Vec3 along = normalized(mesh.vertices[std::size_t(key[1])] - a);
-    const Vec3 u = any_perpendicular(along);
-    const Vec3 v = cross(along, u);
-    struct Side {
-      double angle;
-      int index;
-      bool forward;
-    };
-    std::vector<Side> sides;
-    for (const int i : at) {
-      const auto t = std::size_t(i / 3);
-      const Vec3 out = corner(mesh, t, std::size_t((i + 2 - (i / 3) * 3) % 3)) - a;
-      sides.push_back({std::atan2(dot(out, v), dot(out, u)), i,
-                       mesh.triangles[t][std::size_t(i % 3)] == key[0]});
-    }
-    std::stable_sort(sides.begin(), sides.end(),
-                     [](const Side& x, const Side& y) { return x.angle < y.angle; });
-    // Going round the edge, the inside begins behind a forward triangle's back.
-    const std::size_t n = sides.size();
-    for (std::size_t i = 0; i < n && n > 1; ++i) {
-      const Side& side = sides[i];
-      const Side& other = sides[(i + n - 1) % n];
-      if (n == 2 ? (i == 0 && side.forward != other.forward) : (side.forward && !other.forward))
-        join(side.index, other.index);
-    }
-  }
-  Count copies;
-  std::map<int, int> vertex_of;  // of a class of corners
-  std::vector<char> taken(mesh.vertices.size(), 0);
-  std::vector<Triangle> triangles = mesh.triangles;
-  for (std::size_t i = 0; i < parent.size(); ++i) {
-    const int old_vertex = mesh.triangles[i / 3][i % 3];
-    const auto [at, is_new] = vertex_of.try_emplace(find_root(parent, int(i)), old_vertex);
-    if (is_new && taken[std::size_t(old_vertex)]) {
-      at->second = int(mesh.vertices.size());
-      mesh.vertices.push_back(Vec3(mesh.vertices[std::size_t(old_vertex)]));
-      copies.add(mesh.vertices.back());
-    }
-    if (is_new) taken[std::size_t(old_vertex)] = 1;
-    triangles[i / 3][i % 3] = at->second;
-  }
-  mesh.triangles = std::move(triangles);
-  return copies;
 }
 
 std::vector<int> vertex_components(const TriangleMesh& mesh) {

@@ -34,19 +34,6 @@ Count drop_duplicates(TriangleMesh& mesh);
 /// Splits open edges at open vertices that lie on them.
 Count join_t_junctions(TriangleMesh& mesh, double tolerance);
 
-/// Cuts off the smaller sheets with a free border that meet others in edges of three and more
-/// triangles.
-Count cut_off_fins(TriangleMesh& mesh);
-
-/// Turns triangles like most of their neighbours.
-///
-/// @throws InputError if the surface is one-sided
-Count turn_alike(TriangleMesh& mesh);
-
-/// Gives every sheet its own vertices where several meet in an edge or in a corner. In an edge,
-/// those two triangles stay together between which the inside lies.
-Count take_sheets_apart(TriangleMesh& mesh);
-
 /// The connected piece of each vertex, numbered by its first vertex.
 std::vector<int> vertex_components(const TriangleMesh& mesh);
 

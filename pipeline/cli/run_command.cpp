@@ -33,7 +33,7 @@ void add_case_options(CLI::App& command, RunArguments& run) {
       .add_option(
           "--inlet", run.inlet,
           "where blood comes in: a point in LPS [mm], or of a surface the number of an open\n"
-          "end as `angio inspect` lists them; otherwise told by the tree's shape")
+          "end as `angio inspect` lists them; otherwise by the tree's shape")
       ->type_name("X,Y,Z|END");
   command.add_flag("--force", run.request.force, "run everything again, into any folder");
   command.add_flag(

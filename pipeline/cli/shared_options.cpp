@@ -29,9 +29,10 @@ void add_run_options(CLI::App& command, SharedOptions& shared) {
       ->type_name("NAME")
       ->allow_extra_args(false);  // else it takes INPUT for a second one
   command
-      .add_option("--balloon", shared.balloon,
-                  "a balloon of the catalogue (`angio inflate --list`): its size, skin, chart and "
-                  "nominal pressure")
+      .add_option(
+          "--balloon", shared.balloon,
+          "a balloon of the catalogue (`angio inflate --list`): its size, membrane, chart and "
+          "nominal pressure")
       ->type_name("NAME");
   command
       .add_option("--catalogue", shared.catalogue, "balloons of your own, TOML as balloons.toml")

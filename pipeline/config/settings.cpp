@@ -143,11 +143,12 @@ void add_material_settings(Config& c, std::vector<Setting>& table) {
       make_setting("balloon.material", s.balloon.name,
                    "pa12 (semi-compliant), pet (non-compliant) or polyurethane (the seed "
                    "paper's)"));
-  table.push_back(make_setting("balloon.chart", s.balloon.chart,
-                               "compliance chart [[atm, mm], ...] that the skin is made to follow; "
-                               "[]: of pa12, that of its diameter (simulation/balloons.toml), if "
-                               "neither balloon.c1_mpa nor balloon.rest_diameter_mm is given; "
-                               "else the material as it is"));
+  table.push_back(
+      make_setting("balloon.chart", s.balloon.chart,
+                   "compliance chart [[atm, mm], ...] that the membrane is made to follow; "
+                   "[]: of pa12, that of its diameter (simulation/balloons.toml), if "
+                   "neither balloon.c1_mpa nor balloon.rest_diameter_mm is given; "
+                   "else the material as it is"));
   table.push_back(make_setting("balloon.c1_mpa", s.balloon.c1_mpa,
                                "Mooney-Rivlin C1 [MPa]; 0: the material's"));
   table.push_back(make_setting("balloon.c2_mpa", s.balloon.c2_mpa,

@@ -176,11 +176,12 @@ json balloon_json(const simulation::BalloonMaterial& membrane,
   const bool is_kinked = fold.angle_degrees > simulation::kKinkDegrees;
   if (is_kinked)
     keep(warnings,
-         {fmt::format("the balloon kinks at its peak, {:.1f} mm from the inlet (its skin folds by "
-                      "{:.0f} degrees there; the vessel bends too sharply for its length). What "
-                      "lies there is not to be trusted: choose a shorter balloon "
-                      "(balloon.length_mm) or another place",
-                      project(path, fold.place), fold.angle_degrees)});
+         {fmt::format(
+             "the balloon kinks at its peak, {:.1f} mm from the inlet (its membrane folds by "
+             "{:.0f} degrees there; the vessel bends too sharply for its length). What "
+             "lies there is not to be trusted: choose a shorter balloon "
+             "(balloon.length_mm) or another place",
+             project(path, fold.place), fold.angle_degrees)});
   return {{"material", membrane.name},
           {"elongation_mm",
            or_null(!model.balloon_sliding.empty(), simulation::elongation_mm(model, peak.balloon))},

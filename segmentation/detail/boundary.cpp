@@ -297,7 +297,7 @@ Boundary find_boundary(const BoundaryInput& input, const SegmentationOptions& op
                        const Progress& progress) {
   const VolumeGeometry& voxels = input.image.geometry;
   const double voxel = mean_spacing(voxels);
-  const double widest = std::max({voxels.spacing.x, voxels.spacing.y, voxels.spacing.z});
+  const double widest = voxels.longest_spacing();
   // One seed or none gives one tree; with more, each may have its own.
   const double all_above = options.seeds_lps_mm.size() > 1
                                ? options.min_component_mm3
@@ -337,7 +337,7 @@ Volume<float> find_label_boundary(const Volume<std::uint8_t>& labels,
                                   const SegmentationOptions& options, const Progress& progress) {
   constexpr double kStepNoise = 0.29;  // deviation of a label from the part inside: 1 / sqrt(12)
   const VolumeGeometry& voxels = labels.geometry;
-  const double widest = std::max({voxels.spacing.x, voxels.spacing.y, voxels.spacing.z});
+  const double widest = voxels.longest_spacing();
   Volume<float> image(voxels), level(voxels);
   for_each_slice(voxels, [&](std::size_t first, std::size_t last) {
     for (std::size_t v = first; v < last; ++v) {

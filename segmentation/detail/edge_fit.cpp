@@ -342,10 +342,9 @@ void smooth_unexplained(Volume<float>& phi, const FineGrid& fine, const std::vec
 void fit_edges(Volume<float>& phi, const FineGrid& fine, const EdgeModel& model, Blur& blur,
                int steps) {
   const VolumeGeometry& voxels = model.image.geometry;
-  const Vec3& h = voxels.spacing;
-  const auto band = float(kBandVoxels * std::max({h.x, h.y, h.z}));
+  const auto band = float(kBandVoxels * voxels.longest_spacing());
   Windows windows(model.noise_share, voxels);
-  const auto edge = float(std::max({h.x, h.y, h.z}));
+  const auto edge = float(voxels.longest_spacing());
   // No step comes to others: each moves the boundary by part of a voxel.
   const auto candidates =
       bricks_at_boundary(phi, fine, voxels, 1.0f + float(kMostShift * std::max(steps - 1, 0)));
@@ -373,7 +372,7 @@ void fit_edges(Volume<float>& phi, const FineGrid& fine, const EdgeModel& model,
         total.right[a] += part.right[a];
         for (int c = 0; c < 3; ++c) total.matrix(a, c) += part.matrix(a, c);
       }
-    if (!model.blur_is_known) improve_blur(blur, total, h);
+    if (!model.blur_is_known) improve_blur(blur, total, voxels.spacing);
   }
 }
 

@@ -215,8 +215,7 @@ bool is_at_boundary(const Volume<float>& phi, const FineGrid& fine, const Brick&
 
 std::vector<Brick> bricks_at_boundary(const Volume<float>& phi, const FineGrid& fine,
                                       const VolumeGeometry& voxels, float band_voxels) {
-  const Vec3& h = voxels.spacing;
-  const float band = band_voxels * float(std::max({h.x, h.y, h.z}));
+  const float band = band_voxels * float(voxels.longest_spacing());
   return bricks_with(voxels, kBrick,
                      [&](const Brick& brick) { return is_at_boundary(phi, fine, brick, band); });
 }

@@ -320,9 +320,7 @@ class SignCells {
   std::vector<std::uint8_t> signs_;  ///< 1: inside, 2: outside, 3: both
 };
 
-double band_of(const VolumeGeometry& geometry) {
-  return kBandVoxels * std::max({geometry.spacing.x, geometry.spacing.y, geometry.spacing.z});
-}
+double band_of(const VolumeGeometry& geometry) { return kBandVoxels * geometry.longest_spacing(); }
 
 /// Turns a level into distances that end at the reach on both sides.
 void end_at_band(Volume<float>& level, double reach_mm, double refined_mm) {

@@ -31,14 +31,14 @@ class CpuSolver final : public SolverBase<Real> {
                              : std::clamp(scene.vertex_count() / kVerticesPerThread, 1,
                                           omp_get_max_threads())) {}
 
-  void run(const Inflator& inflator,
+  void run(const Control& control,
            const std::function<void(int frame, const State& state)>& on_state) override {
-    Inflator schedule = inflator;
+    Inflator inflator = control.inflator;
     on_state(0, start_state(scene_, status_.pressure));
-    for (int frame = 1; frame < schedule.frame_count(); ++frame) {
-      status_.law = schedule.law(frame, status_.pressure * status_.volume, status_.volume);
+    for (int frame = 1; frame < inflator.frame_count(); ++frame) {
+      status_.law = inflator.law(frame, status_.pressure * status_.volume, status_.volume);
       if (push_) push(frame);
-      on_state(frame, take_step(rules_));
+      on_state(frame, take_step(control.rules));
     }
   }
 
@@ -48,7 +48,6 @@ class CpuSolver final : public SolverBase<Real> {
 
  private:
   using SolverBase<Real>::scene_;
-  using SolverBase<Real>::rules_;
   using SolverBase<Real>::status_;
 
   void push(int frame) {

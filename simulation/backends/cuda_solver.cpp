@@ -57,7 +57,6 @@ class CudaSolver final : public SolverBase<Real> {
                               : kFreeFrames) {
     StagingMemory staging;
     program_.view = upload(make_view<Real>(scene, options, staging), memory_);
-    program_.rules = rules_;
     program_.plasticity = this->plasticity_;
     program_.status = memory_.allocate<StepStatus>(1);
     program_.sums = memory_.allocate<char>(kCudaSumBytes);
@@ -70,14 +69,16 @@ class CudaSolver final : public SolverBase<Real> {
     check(cudaDeviceSynchronize(), "copying the scene");
   }
 
-  void run(const Inflator& inflator,
+  void run(const Control& control,
            const std::function<void(int frame, const State& state)>& on_state) override {
     CudaProgram<Real> program = program_;
-    program.last_frame = inflator.frame_count() - 1;
+    program.rules = control.rules;
+    program.last_frame = control.inflator.frame_count() - 1;
     program.inflator = inflator_;
     status_.frame = 0;
     send_status();
-    check(cudaMemcpyAsync(inflator_, &inflator, sizeof inflator, cudaMemcpyHostToDevice, stream_),
+    check(cudaMemcpyAsync(inflator_, &control.inflator, sizeof control.inflator,
+                          cudaMemcpyHostToDevice, stream_),
           "working");
     if (touches()) renew_candidates(this->start_.data(), 0);
     if (!runs_ahead()) on_state(0, start_state(scene_, status_.pressure));
@@ -111,7 +112,6 @@ class CudaSolver final : public SolverBase<Real> {
 
  private:
   using SolverBase<Real>::scene_;
-  using SolverBase<Real>::rules_;
   using SolverBase<Real>::status_;
 
   struct Batch {

@@ -6,7 +6,7 @@
 #include "simulation/backends/cuda_launch.hpp"
 #include "simulation/backends/device_memory.hpp"
 #include "simulation/backends/host_memory.hpp"
-#include "simulation/contact/candidates.hpp"
+#include "simulation/contact/candidate_set.hpp"
 #include "simulation/pbd/tets.hpp"
 
 /// What goes to the GPU and comes back, array by array. Only cuda_solver.cpp includes this.

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "simulation/backends/step_solver.hpp"
+#include "simulation/pbd/run.hpp"
 #include "simulation/step/make_views.hpp"
 
 namespace angio::simulation::detail {
@@ -14,22 +15,15 @@ template <class Real>
 class SolverBase : public StepSolver {
  public:
   State settle(const GasLaw<double>& law, double tolerance, int most_sweeps) final {
-    StepRules rules = rules_;
-    rules.tolerance = rules.residual = tolerance;
-    rules.rest = 0.0;
-    rules.most_sweeps = rules.later_sweeps = most_sweeps;
-    rules.still = true;
     status_.law = law;
-    return take_step(rules);
+    return take_step(settling_rules(scene_, options_, tolerance, most_sweeps));
   }
 
   // A tet that stays keeps its viscous item.
   void set_air(const std::vector<Tet>& air) final {
-    if (!projects_contact(scene_, options_) || air.empty()) return;
-    PbdTets now = pbd_tets(scene_, options_, air);
-    std::vector<char> kept = kept_items(tets_, viscous_items(tets_.balloon_corners.size()), now);
-    tets_ = std::move(now);
-    use_tets(tets_, std::move(kept));
+    if (!pbd_.takes_air() || air.empty()) return;
+    std::vector<char> kept = pbd_.follow(air, viscous_items(pbd_.tets().balloon_corners.size()));
+    use_tets(pbd_.tets(), std::move(kept));
   }
 
  protected:
@@ -37,11 +31,10 @@ class SolverBase : public StepSolver {
   SolverBase(const Scene& scene, const SimulationOptions& options, int frames, bool lists)
       : scene_(scene),
         options_(options),
-        rules_(make_rules(scene, options)),
         plasticity_(plastic_flow<Real>(options.wall)),
         start_(local<Real>(scene, scene.start)),
-        finder_(scene, options, frames, lists) {
-    if (options.gas_model == GasModel::per_tet) gas_ = pbd_gas_tets(scene);
+        finder_(scene, options, frames, lists),
+        pbd_(scene, options) {
     status_.pressure = outside_pressure(options);
     status_.volume = balloon_volume(scene, scene.start);
   }
@@ -55,9 +48,7 @@ class SolverBase : public StepSolver {
   /// @param end  in the computer's memory
   [[nodiscard]] State state_of(const StateView<Real>& end, const StepStatus& status) const {
     State state = make_state(scene_, start_.data(), end, status);
-    if (options_.gas_model == GasModel::per_tet)
-      state.pressure =
-          mean_tet_pressure(gas_, status.tet_growth, outside_pressure(options_), state.x);
+    state.pressure = pbd_.pressure(status, state.x);
     return state;
   }
 
@@ -75,7 +66,6 @@ class SolverBase : public StepSolver {
 
   const Scene& scene_;
   const SimulationOptions options_;
-  const StepRules rules_;
   const PlasticFlow<Real> plasticity_;
   const std::vector<Vec3T<Real>> start_;
   StepStatus status_;
@@ -83,8 +73,7 @@ class SolverBase : public StepSolver {
 
  private:
   CandidateFinder finder_;
-  PbdGasTets gas_;
-  PbdTets tets_;  ///< once the air mesh has followed
+  PbdRun pbd_;
 };
 
 }  // namespace angio::simulation::detail

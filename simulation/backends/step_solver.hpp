@@ -7,7 +7,7 @@
 
 #include "core/tet_mesh.hpp"
 #include "simulation/backends/state.hpp"
-#include "simulation/run/schedule.hpp"
+#include "simulation/run/control.hpp"
 
 namespace angio::simulation::detail {
 
@@ -19,16 +19,15 @@ enum class Precision { automatic, single, double_ };  // NOLINT(readability-iden
 /// the peak pressure asks for, must stay below half the residual that ends the sweeps.
 Precision precision_for(const Scene& scene, const SimulationOptions& options);
 
-StepRules make_rules(const Scene& scene, const SimulationOptions& options);
-
-/// Takes the steps of a run on one backend: program.hpp.
+/// Takes the steps of a run on one backend: program.hpp. It is made from the model (Scene), is
+/// driven by a Control and gives States.
 class StepSolver {
  public:
   virtual ~StepSolver() = default;
 
   /// Goes through the inflator's frames, from the start state (frame 0) on; `on_state` gets each
   /// in order. A backend may be some frames ahead of it.
-  virtual void run(const Inflator& inflator,
+  virtual void run(const Control& control,
                    const std::function<void(int frame, const State& state)>& on_state) = 0;
 
   /// The equilibrium under a law, without a wall, found from the last one.

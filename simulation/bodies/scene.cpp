@@ -9,7 +9,7 @@
 #include "simulation/bodies/scene_check.hpp"
 #include "simulation/contact/candidates.hpp"
 #include "simulation/materials/material.hpp"
-#include "simulation/pbd/tets.hpp"
+#include "simulation/pbd/policy.hpp"
 #include "simulation/run/measure.hpp"
 #include "simulation/step/near_pairs.hpp"
 
@@ -181,7 +181,7 @@ void check_folds(const Scene& scene, double least_gap) {
 // A slack membrane folds where a bend or its wrinkles leave it too much length, and a wall where
 // the balloon pushes it together. A taut balloon and its wall keep apart from themselves.
 void add_self_contact(const SimulationOptions& options, Scene& scene) {
-  if (!options.contact.self_contact || projects(options)) return;
+  if (!options.contact.self_contact || !pbd_policy(options).balances()) return;
   scene.balloon.has_folds = starts_in_folds(scene);
   if (!scene.balloon.has_folds &&
       !(scene.balloon.membrane.relaxed && scene.bodies.wall().count > 0))

@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <vector>
 
+#include "simulation/contact/candidate_set.hpp"
 #include "simulation/contact/candidates.hpp"
+#include "simulation/pbd/policy.hpp"
 
 namespace angio::simulation::detail {
 
@@ -25,7 +27,7 @@ class CandidateFinder {
       : scene_(scene),
         distance_(options.contact.distance_mm),
         range_(contact_range(options)),
-        of_wall_(options.contact.model == ContactModel::barrier),
+        of_wall_(!pbd_policy(options).contact),
         frames_(frames),
         lists_(lists) {}
 

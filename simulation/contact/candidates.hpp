@@ -44,20 +44,4 @@ double gap_of(const std::vector<Vec3>& x, const Candidate& candidate);
 /// Sets a candidate's gap if it is less than `radius`. @return is it?
 bool is_near(const std::vector<Vec3>& x, double radius, Candidate& candidate);
 
-/// Candidates as a step takes them: those of a vertex by ascending gap, then by vertices, so that
-/// their order depends neither on how they were found nor on the number of threads.
-struct CandidateSet {
-  std::vector<Candidate> candidates;
-  std::vector<int> owned_begin;  ///< by first vertex, shape [vertex + 1]
-  std::vector<int> ref_begin;    ///< shape [vertex + 1]; or empty
-  std::vector<ContactRef> refs;  ///< candidates that a vertex is in, by ascending gap; or empty
-  double search_radius = 0.0;    ///< [mm]
-  double self_radius = 0.0;      ///< of a surface with itself [mm]
-};
-
-/// @param candidates  all pairs nearer than `radius`, in any order
-/// @param lists       are those that each vertex is in listed (ref_begin, refs)?
-CandidateSet index_candidates(std::size_t vertex_count, const std::vector<Candidate>& candidates,
-                              double radius, bool lists = true);
-
 }  // namespace angio::simulation::detail

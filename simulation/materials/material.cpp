@@ -110,11 +110,12 @@ MembraneLaw<double> chart_law(const BalloonMaterial& material) {
     if (find_slopes(base, material, rest, slopes)) return {base, fibre_law(slopes), false};
   }
   char text[300];
-  std::snprintf(text, sizeof text,
-                "the chart gives way too much for a wall of %g mm of %.40s (its diameter grows "
-                "faster with pressure than a skin fifty times softer allows). Check the chart's "
-                "units, or give a softer material or a thinner wall",
-                material.wall_mm, material.name.c_str());
+  std::snprintf(
+      text, sizeof text,
+      "the chart gives way too much for a wall of %g mm of %.40s (its diameter grows "
+      "faster with pressure than a membrane fifty times softer allows). Check the chart's "
+      "units, or give a softer material or a thinner wall",
+      material.wall_mm, material.name.c_str());
   throw InputError(text);
 }
 

@@ -3,7 +3,7 @@
 #include "simulation/step/sweep_sums.hpp"
 
 /// The reference method within the step: its contact (contact.hpp) and its gas (gas.hpp), tet by
-/// tet. All that the step knows of the method is `project_pbd` and `fill_tets`.
+/// tet. All that the step knows of the method is PbdView, `begin_pbd` and `project_pbd`.
 namespace angio::simulation::detail {
 
 template <class Real>
@@ -72,7 +72,8 @@ ANGIO_HOST_DEVICE inline void project_tet(const StepView<Real>& s, int index,
 
 /// The paper's air mass of each tet in place of the law: all grow as the balloon's volume is to.
 template <class Real>
-ANGIO_HOST_DEVICE inline void fill_tets(const StepView<Real>& s, StepStatus& status) {
+ANGIO_HOST_DEVICE inline void begin_pbd(const StepView<Real>& s, StepStatus& status) {
+  if (!s.pbd.fills_balloon()) return;
   GasLaw<double>& law = status.law;
   status.tet_growth = law.volume > 0.0 ? law.volume / s.pbd.gas.whole : 1.0;
   law.volume = 0.0;
@@ -120,7 +121,7 @@ ANGIO_HOST_DEVICE inline void project_air(Team& team, const StepView<Real>& s, S
 /// The paper's gas and contact after a sweep (gas.hpp, contact.hpp).
 template <class Real, class Team>
 ANGIO_HOST_DEVICE inline void project_pbd(Team& team, const StepView<Real>& s, StepStatus& status) {
-  if (!s.pbd.contact.is_on && !s.pbd.gas.is_on) return;
+  if (!s.pbd.is_on()) return;
   team.barrier();
   if (s.pbd.gas.is_on) project_gas(team, s, status.tet_growth);
   if (s.pbd.contact.is_on) project_air(team, s, status.report);

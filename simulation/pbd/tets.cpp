@@ -11,11 +11,7 @@
 namespace angio::simulation::detail {
 
 bool projects_contact(const Scene& scene, const SimulationOptions& options) {
-  return options.contact.model == ContactModel::paper && scene.bodies.wall().count > 0;
-}
-
-bool projects(const SimulationOptions& options) {
-  return options.contact.model == ContactModel::paper || options.gas_model == GasModel::per_tet;
+  return pbd_policy(options).contact && scene.bodies.wall().count > 0;
 }
 
 PbdTets pbd_tets(const Scene& scene, const SimulationOptions& options,

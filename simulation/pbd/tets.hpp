@@ -3,15 +3,13 @@
 #include <vector>
 
 #include "simulation/bodies/scene.hpp"
+#include "simulation/pbd/policy.hpp"
 
 /// The tets that the position-based reference method projects.
 namespace angio::simulation::detail {
 
-/// Does the reference method's contact act, in place of the barrier?
+/// Does the reference method's contact act, and on a wall?
 bool projects_contact(const Scene& scene, const SimulationOptions& options);
-
-/// Does the reference method project anything? It has no balance of forces to wait for.
-bool projects(const SimulationOptions& options);
 
 /// What the reference method's contact projects, colour by colour.
 struct PbdTets {

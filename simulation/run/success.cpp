@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "core/units.hpp"
+#include "simulation/pbd/policy.hpp"
 
 namespace angio::simulation::detail {
 namespace {
@@ -71,8 +72,7 @@ SuccessWatch::SuccessWatch(const Scene& scene, const SimulationModel& model,
                            const SimulationOptions& options)
     : scene_(scene),
       model_(model),
-      is_judged_(options.contact.model == ContactModel::barrier &&
-                 options.gas_model == GasModel::enclosed),
+      is_judged_(pbd_policy(options).balances()),
       peak_pressure_(units::pascal_from_atm(options.inflation.peak_pressure_atm)),
       contact_distance_(options.contact.distance_mm) {}
 

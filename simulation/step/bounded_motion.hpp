@@ -64,7 +64,7 @@ ANGIO_HOST_DEVICE inline int last_of_balloon(const StepView<Real>& s) {
 template <class Team, class Real>
 ANGIO_HOST_DEVICE inline bool has_pairs(const StepView<Real>& s) {
   return Team::kSurroundings &&
-         ((s.bodies.wall().count > 0 && !s.pbd.contact.is_on) || s.guidewire.shape.count > 0 ||
+         ((s.bodies.wall().count > 0 && !s.pbd.parts_surfaces()) || s.guidewire.shape.count > 0 ||
           s.contact.law.self_distance > Real(0));
 }
 

@@ -7,7 +7,8 @@
 #include "core/units.hpp"
 #include "simulation/contact/candidate_finder.hpp"
 #include "simulation/contact/contact_force.hpp"
-#include "simulation/pbd/tets.hpp"
+#include "simulation/pbd/make_view.hpp"
+#include "simulation/pbd/policy.hpp"
 #include "simulation/run/schedule.hpp"
 #include "simulation/step/convert.hpp"
 #include "simulation/step/views.hpp"
@@ -48,8 +49,7 @@ BalloonView<Real> make_balloon_view(const Scene& scene, const SimulationOptions&
   constexpr double kRelaxation = 1.6;  // fastest on an inflating capsule
   BalloonView<Real> view;
   view.outside_pressure = Real(outside_pressure(options));
-  // What the reference method projects is no motion to go on with: the balloon would collapse.
-  view.relaxation = options.gas_model == GasModel::per_tet ? Real(1) : Real(kRelaxation);
+  view.relaxation = pbd_policy(options).goes_on() ? Real(kRelaxation) : Real(1);
   view.has_folds = scene.balloon.has_folds;
   view.triangle_count = int(scene.balloon.triangles.size());
   view.mesh.first = scene.bodies.balloon().first;
@@ -311,8 +311,8 @@ ContactView<Real> make_contact_view(const Scene& scene, const SimulationOptions&
                   Real(kStickSpeed * options.contact.distance_mm * options.frame_s)};
   law.range = Real(contact_range(options));
   law.self_distance = Real(scene.self_distance);
-  if (options.contact.model == ContactModel::barrier &&
-      options.contact.adhesion_traction_kpa > 0.0 && scene.bodies.wall().count > 0) {
+  if (!pbd_policy(options).contact && options.contact.adhesion_traction_kpa > 0.0 &&
+      scene.bodies.wall().count > 0) {
     law.adhesion = {Real(units::pascal_from_kilopascal(options.contact.adhesion_traction_kpa)),
                     Real(options.contact.adhesion_gap_1_mm),
                     Real(options.contact.adhesion_gap_2_mm)};
@@ -327,49 +327,6 @@ ContactView<Real> make_contact_view(const Scene& scene, const SimulationOptions&
   return view;
 }
 
-/// The reference method's gas.
-template <class Real, class Memory>
-PbdGas<Real> make_pbd_gas(const Scene& scene, Memory& memory) {
-  const PbdGasTets tets = pbd_gas_tets(scene);
-  std::vector<Real> inverse_mass;
-  for (std::size_t v = 0; v < scene.mass.size(); ++v)
-    inverse_mass.push_back(scene.fixed[v] ? Real(0) : Real(1.0 / scene.mass[v]));
-  PbdGas<Real> gas;
-  gas.is_on = true;
-  gas.tet_count = int(tets.volume.size());
-  gas.colors = int(tets.color_begin.size()) - 1;
-  gas.color_begin = memory.store(tets.color_begin);
-  gas.whole = tets.whole;
-  gas.apex = memory.store(local<Real>(scene, tets.apex));
-  gas.triangles = memory.store(tets.triangles);
-  gas.inverse_mass = memory.store(inverse_mass);
-  gas.volume = memory.store(converted_all<Real>(tets.volume));
-  return gas;
-}
-
-/// The reference method's contact: the air tets between the surfaces, balloon vertices first.
-template <class Real, class Memory>
-PbdContact<Real> make_pbd_contact(const Scene& scene, const SimulationOptions& options,
-                                  Memory& memory) {
-  std::vector<Tet> air = scene.air;
-  const auto at = [&](int v) { return scene.start[std::size_t(v)]; };
-  for (Tet& t : air)
-    if (tet_volume(at(t[0]), at(t[1]), at(t[2]), at(t[3])) < 0.0) std::swap(t[0], t[1]);
-  const PbdTets tets = pbd_tets(scene, options, air);
-  PbdContact<Real> contact;
-  contact.is_on = true;
-  contact.tet_count = int(tets.balloon_corners.size());
-  contact.colors = int(tets.color_begin.size()) - 1;
-  contact.color_begin = memory.store(tets.color_begin);
-  contact.tets = memory.store(tets.vertices);
-  contact.balloon_corners = memory.store(tets.balloon_corners);
-  contact.inverse_mass = memory.store(converted_all<Real>(tets.inverse_mass));
-  contact.triggered = memory.store(std::vector<char>(tets.balloon_corners.size(), 0));
-  contact.volume_1 = Real(tets.volume_1);
-  contact.volume_2 = Real(tets.volume_2);
-  return contact;
-}
-
 template <class Real, class Memory>
 StepView<Real> make_view(const Scene& scene, const SimulationOptions& options, Memory& memory) {
   StepView<Real> view;
@@ -382,10 +339,7 @@ StepView<Real> make_view(const Scene& scene, const SimulationOptions& options, M
   view.guidewire = make_guidewire_view<Real>(scene, memory);
   view.slide = make_slide_view<Real>(scene, memory);
   view.contact = make_contact_view<Real>(scene, options, memory);
-  view.pbd.vertex_count = scene.vertex_count();
-  if (projects_contact(scene, options))
-    view.pbd.contact = make_pbd_contact<Real>(scene, options, memory);
-  if (options.gas_model == GasModel::per_tet) view.pbd.gas = make_pbd_gas<Real>(scene, memory);
+  view.pbd = make_pbd_view<Real>(scene, options, memory);
   view.link();
   return view;
 }

@@ -39,7 +39,7 @@ ANGIO_HOST_DEVICE inline void measure_areas(Team& team, const StepView<Real>& s)
 template <class Real, class Team>
 ANGIO_HOST_DEVICE inline void begin_step(Team& team, const StepView<Real>& s,
                                          const StepRules& rules, StepStatus& status) {
-  if (Team::kSolids && s.pbd.gas.is_on) fill_tets(s, status);
+  if constexpr (Team::kSolids) begin_pbd(s, status);
   team.template for_each<1>(s.motion.count, [&](int v, const auto&) {
     s.motion.x_before[v] = s.motion.x[v];
     s.motion.x_inertial[v] =
@@ -150,8 +150,8 @@ ANGIO_HOST_DEVICE inline bool run_sweeps(Team& team, const StepView<Real>& s,
                                          const StepRules& rules, StepStatus& status) {
   StepReport& report = status.report;
   // A balloon alone has no mode that is slow, unless its length is free.
-  const bool leaps =
-      ((Team::kSurroundings && s.bodies.wall().count > 0) || s.slide.count > 0) && !s.pbd.gas.is_on;
+  const bool leaps = ((Team::kSurroundings && s.bodies.wall().count > 0) || s.slide.count > 0) &&
+                     !s.pbd.fills_balloon();
   if (leaps) mark_positions(team, s);
   const int patience = s.balloon.has_folds ? kFoldsPatience : kPatience;
   // A slack membrane that comes to lie on a shaft in a bend is far from balance at the start: what
@@ -220,7 +220,7 @@ ANGIO_HOST_DEVICE inline void end_step(Team& team, const StepView<Real>& s,
         part[2] += s.balloon.moves[v].adhesion;
       },
       total);
-  if (!s.pbd.contact.is_on) {  // else what the last sweep has projected
+  if (!s.pbd.parts_surfaces()) {  // else what the last sweep has projected
     status.report.contact_count = int(total[0]);
     status.report.friction_delta = total[1];
     status.report.viscous_delta = total[2];

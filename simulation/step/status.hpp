@@ -37,7 +37,7 @@ struct StepTimes {
   double rest = 0.0;                 ///< begin and end of the step
 };
 
-/// What a step tells.
+/// What a step reports.
 struct StepReport {
   double residual = 0.0;        ///< net force over load, root of sums of squares
   double lag = 0.0;             ///< estimated distance from equilibrium over the radius

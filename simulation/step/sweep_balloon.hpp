@@ -14,7 +14,7 @@ ANGIO_HOST_DEVICE inline EnergyDensity<Real> fold_energy(const StepView<Real>& s
   return plain_energy(s.balloon.folds, i.i1, i.i3);
 }
 
-/// Skin, folds and gas on a vertex of the balloon, for the line search.
+/// Membrane, folds and gas on a vertex of the balloon, for the line search.
 template <class Real, class Lanes>
 ANGIO_HOST_DEVICE inline Vec3T<Real> membrane_and_gas_force(const StepView<Real>& s, int v,
                                                             const Lanes& lanes,

@@ -121,14 +121,14 @@ ANGIO_HOST_DEVICE inline ColumnMove<Real> propose_column(const StepView<Real>& s
 }
 
 /// Moves a column. @return the part of the move that contact has withheld, squared [mm^2]
-template <class Real, class Lanes>
+template <class Team, class Real, class Lanes>
 ANGIO_HOST_DEVICE inline Real take_column(const StepView<Real>& s, int v, const Lanes& lanes,
-                                          const ColumnMove<Real>& proposed, Real travel) {
+                                          const ColumnMove<Real>& proposed) {
   const int column = v - s.bodies.wall().first;
   const Real borne = borne_share(s.layered.solid, s.layered.columns, s.layered.rows, column,
                                  proposed.move, Real(1));
   const Vec3T<Real> wanted = borne * proposed.move[0];
-  const Real bounded = allowed_share(s, v, wanted, travel), share = bounded * borne;
+  const Real bounded = bounded_share<Team>(s, v, wanted), share = bounded * borne;
   move_patches(s.layered.solid, s.layered.columns, s.layered.rows, column, share, proposed.move,
                lanes);
   lanes.sync();
@@ -192,7 +192,7 @@ ANGIO_HOST_DEVICE inline void move_wall_columns(Team& team, const StepView<Real>
         const ColumnMove<Real> column = propose_column(s, first + i, lanes);
         part[0] += column.net;
         part[1] += column.load;
-        part[2] += take_column(s, first + i, lanes, column, s.contact.near.max_move[first + i]);
+        part[2] += take_column<Team>(s, first + i, lanes, column);
       },
       total);
 }

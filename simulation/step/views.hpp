@@ -4,8 +4,7 @@
 #include "simulation/materials/membrane.hpp"
 #include "simulation/materials/rod.hpp"
 #include "simulation/materials/shape_matching.hpp"
-#include "simulation/pbd/contact.hpp"
-#include "simulation/pbd/gas.hpp"
+#include "simulation/pbd/view.hpp"
 #include "simulation/step/array_role.hpp"
 #include "simulation/step/contact_pairs.hpp"
 #include "simulation/step/slide_view.hpp"
@@ -18,7 +17,7 @@
 /// `for_each_array` is the one list of a view's arrays: what copies a view between memories goes
 /// through it. It calls visit(role, count, arrays...); the role tells the model, which is constant,
 /// from the state, which lives from step to step, and from the work space of one step. What drives
-/// a run is StepRules and StepStatus::law (status.hpp).
+/// a run is Control (run/control.hpp): in a step StepRules and StepStatus::law (status.hpp).
 namespace angio::simulation::detail {
 
 /// The other corners of one triangle seen from one of its corners, counter-clockwise.
@@ -275,7 +274,7 @@ struct RodLoad {
   Real magnitude{};       ///< [uN]
 };
 
-/// What a step tells the team of its rod.
+/// What a step reports to the team of its rod.
 struct RodReport {
   double net = 0.0, load = 0.0;  ///< squared [uN^2]
   double share = 1.0;            ///< of the moves that the bounds let it take
@@ -327,28 +326,6 @@ struct ContactView {
     visit(ArrayRole::state, vertex_count, wet);
     visit(ArrayRole::work, vertex_count, near.owned_end, near.ref_end, near.bound_end, near.moved,
           near.max_move);
-  }
-};
-
-/// What the position-based reference method projects (pbd/).
-template <class Real>
-struct PbdView {
-  int vertex_count = 0;
-  PbdContact<Real> contact;
-  PbdGas<Real> gas;
-
-  [[nodiscard]] ANGIO_HOST_DEVICE bool is_on() const { return contact.is_on || gas.is_on; }
-
-  template <class Visit>
-  void for_each_array(const Visit& visit) {
-    visit(ArrayRole::model, contact.colors + 1, contact.color_begin);
-    visit(ArrayRole::model, 4 * contact.tet_count, contact.tets);
-    visit(ArrayRole::model, contact.tet_count, contact.balloon_corners);
-    visit(ArrayRole::state, contact.tet_count, contact.triggered);
-    visit(ArrayRole::model, gas.colors + 1, gas.color_begin);
-    visit(ArrayRole::model, 3 * gas.tet_count, gas.triangles);
-    visit(ArrayRole::model, gas.tet_count, gas.apex, gas.volume);
-    visit(ArrayRole::model, vertex_count, contact.inverse_mass, gas.inverse_mass);
   }
 };
 

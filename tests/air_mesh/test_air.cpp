@@ -8,7 +8,7 @@
 #include "air_mesh/folds.hpp"
 #include "air_mesh/tet_flips.hpp"
 #include "air_mesh/tet_refill.hpp"
-#include "tests/simulation/meshed_gap.hpp"
+#include "testing/simulation/meshed_gap.hpp"
 
 namespace angio::air_mesh {
 namespace {

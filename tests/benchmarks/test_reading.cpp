@@ -4,27 +4,18 @@
 #include <cmath>
 #include <limits>
 
-#include "benchmarks/reading.hpp"
 #include "core/atomic_file.hpp"
 #include "formats/files.hpp"
+#include "testing/pipeline/reading.hpp"
+#include "testing/temporary_folder.hpp"
 
 namespace angio {
 namespace {
 namespace fs = std::filesystem;
 
-/// Gone after the test.
-class Folder {
+class Folder : public test::TemporaryFolder {
  public:
-  Folder() : path_(fs::temp_directory_path() / ("angio_reading_" + std::to_string(getpid()))) {
-    make_folder(path_ / "segmentation");
-  }
-  ~Folder() { fs::remove_all(path_); }
-  Folder(const Folder&) = delete;
-  Folder& operator=(const Folder&) = delete;
-  [[nodiscard]] const fs::path& path() const { return path_; }
-
- private:
-  fs::path path_;
+  Folder() { make_folder(path() / "segmentation"); }
 };
 
 /// Along z, radius 2, length 20.

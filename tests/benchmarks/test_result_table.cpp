@@ -4,9 +4,9 @@
 #include <string>
 #include <vector>
 
-#include "benchmarks/result_table.hpp"
 #include "core/atomic_file.hpp"
 #include "core/error.hpp"
+#include "testing/result_table.hpp"
 
 namespace angio::benchmarks {
 namespace {

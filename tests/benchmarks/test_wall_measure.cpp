@@ -5,7 +5,7 @@
 #include <functional>
 #include <numbers>
 
-#include "benchmarks/wall_measure.hpp"
+#include "testing/meshing/wall_measure.hpp"
 
 namespace angio::benchmarks {
 namespace {

@@ -3,7 +3,7 @@
 #include <random>
 #include <vector>
 
-#include "tests/centerline/shapes.hpp"
+#include "testing/centerline/shapes.hpp"
 
 /// Random vessels: bent, tapering trunks with side branches, dilated places and sacs.
 namespace angio::test {

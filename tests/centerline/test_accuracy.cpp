@@ -3,7 +3,7 @@
 #include <cstdio>
 
 #include "centerline/centerline.hpp"
-#include "tests/centerline/shapes.hpp"
+#include "testing/centerline/shapes.hpp"
 
 /// What is measured from surfaces whose true middle line and radius are known; each test prints it.
 namespace angio::centerline {

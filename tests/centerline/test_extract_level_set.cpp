@@ -2,7 +2,7 @@
 
 #include "centerline/centerline.hpp"
 #include "core/error.hpp"
-#include "tests/centerline/shapes.hpp"
+#include "testing/centerline/shapes.hpp"
 
 namespace angio::centerline {
 namespace {

@@ -8,20 +8,16 @@
 
 #include "centerline/centerline.hpp"
 #include "core/error.hpp"
+#include "testing/centerline/shapes.hpp"
 #include "tests/centerline/random_trees.hpp"
-#include "tests/centerline/shapes.hpp"
-#include "tests/centerline/straight_lines.hpp"
 
 namespace angio::centerline {
 namespace {
 
 using test::grid_around;
 using test::level_set_of;
-using test::line_of;
 using test::make_tube;
-using test::narrowed;
 using test::straight_tube;
-using test::tree_of;
 using test::Tube;
 
 /// A vessel of radius R (1 - taper t), narrowed by `severity` at t = at over +-half of its length:
@@ -240,191 +236,6 @@ TEST(FindLesions, InventsNoneInHealthyTrees) {
     const auto lesions = find_lesions(extract_centerline(level_set, {}).tree, {});
     EXPECT_FALSE(lesions[0].is_stenosis) << "seed " << seed;
   }
-}
-
-// ---- laws, on lines without an extraction -----------------------------------------------------
-
-/// A trunk of 4 mm that forks into 3.2 and 2.9 mm after 30 mm (4^p = 3.2^p + 2.9^p at p = 2.7),
-/// times a narrowing of each; the fork hides 4 mm of each side.
-CenterlineTree forked(const std::function<double(double)>& of_trunk,
-                      const std::function<double(double)>& of_first) {
-  const auto daughter = [&](double width, const std::function<double(double)>& narrowing,
-                            const Vec3& way, double length, int id) {
-    CenterlinePath path = line_of([&](double s) { return 4.0 * of_trunk(s); }, 30.0, id);
-    const int parting = int(path.points.size());
-    const Vec3 start = path.points.back();
-    for (double s = 0.2; s <= length; s += 0.125 * width * narrowing(s)) {
-      path.points.push_back(start + s * way);
-      path.inscribed_radius.push_back(0.5 * width * narrowing(s));
-    }
-    int first = parting, last = parting;
-    while (path.points[std::size_t(first)].z > 26.0) --first;
-    while (distance(path.points[std::size_t(last)], start) < 4.0) ++last;
-    path.tracts = {{0, first, 0, 0, false},
-                   {first, last, 1, 1, true},
-                   {last, int(path.points.size()) - 1, 2 + id, 2, false}};
-    return path;
-  };
-  return tree_of({daughter(3.2, of_first, normalized(Vec3{0.5, 0, 1}), 32.0, 0),
-                  daughter(
-                      2.9, [](double) { return 1.0; }, normalized(Vec3{-0.5, 0, 1}), 28.0, 1)});
-}
-double whole(double) { return 1.0; }
-
-TEST(LesionLaws, ASizeDoesNotMatter) {
-  const auto lesion = [](double scale) {
-    LesionOptions options;
-    options.min_reference_mm = 0.0;
-    const auto diameter = [=](double s) {
-      return 3.0 * scale * narrowed(s, 18.0 * scale, 5.0 * scale, 0.6);
-    };
-    return find_lesions(tree_of({line_of(diameter, 40.0 * scale)}), options).at(0);
-  };
-  const Lesion one = lesion(1.0);
-  for (const double scale : {0.2, 7.0}) {
-    const Lesion other = lesion(scale);
-    EXPECT_NEAR(other.diameter_stenosis_percent, one.diameter_stenosis_percent, 1e-2);
-    EXPECT_NEAR(other.length_mm, scale * one.length_mm, 1e-2 * scale);
-    EXPECT_NEAR(other.evidence, one.evidence, 1e-2);
-  }
-}
-
-TEST(LesionLaws, ATubeMayBeReadFromEitherEnd) {
-  const auto diameter = [](double s) { return 3.0 * narrowed(s, 14.0, 5.0, 0.6); };
-  CenterlinePath path = line_of(diameter, 40.0);
-  CenterlinePath back = path;
-  std::reverse(back.points.begin(), back.points.end());
-  std::reverse(back.inscribed_radius.begin(), back.inscribed_radius.end());
-  const double length = path.points.back().z;
-  const Lesion a = find_lesions(tree_of({path}), {}).at(0);
-  const Lesion b = find_lesions(tree_of({back}), {}).at(0);
-  EXPECT_NEAR(a.diameter_stenosis_percent, b.diameter_stenosis_percent, 0.5);
-  EXPECT_NEAR(a.abscissa_mm, length - b.abscissa_mm, 0.1);
-}
-
-TEST(LesionLaws, SeverityIsReadAsItIs) {
-  double before = 0.0;
-  for (const double depth : {0.35, 0.5, 0.65, 0.8, 0.9, 0.95}) {
-    const auto diameter = [=](double s) { return 4.0 * narrowed(s, 25.0, 6.0, depth); };
-    const auto lesions = find_lesions(tree_of({line_of(diameter, 50.0)}), {});
-    ASSERT_EQ(lesions.size(), 1U);
-    ASSERT_TRUE(lesions[0].is_stenosis) << depth;
-    EXPECT_NEAR(lesions[0].diameter_stenosis_percent, 100.0 * depth, 1.5);
-    EXPECT_GT(lesions[0].diameter_stenosis_percent, before);
-    EXPECT_GT(lesions[0].mld_mm, 0.0);
-    before = lesions[0].diameter_stenosis_percent;
-  }
-}
-
-TEST(LesionLaws, AVesselIsNoReferenceForItsOwnNarrowing) {
-  // 19.7 mm, narrowed to 3.56 mm over 6 diameters: 82 %.
-  const auto diameter = [](double s) { return 19.7 * narrowed(s, 100.0, 60.0, 1.0 - 3.56 / 19.7); };
-  const Lesion lesion = find_lesions(tree_of({line_of(diameter, 200.0)}), {}).at(0);
-  EXPECT_TRUE(lesion.is_stenosis);
-  EXPECT_NEAR(lesion.reference_diameter_mm, 19.7, 1.0);
-  EXPECT_NEAR(lesion.diameter_stenosis_percent, 82.0, 1.5);
-}
-
-// A line that turns by 153 degrees round a narrow place, as in a siphon or an aortic arch. Between
-// vessels that touch the narrow stretch is no longer than from the one's axis to the other's.
-TEST(LesionLaws, InABendAreStenosesUnlessTheNeckIsShort) {
-  const auto narrow_in_bend = [](double half) {
-    CenterlinePath path =
-        line_of([=](double s) { return 3.0 * narrowed(s, 20.0, half, 0.6); }, 40.0);
-    constexpr double kBegin = 16.0, kRadius = 3.0, kAngle = 8.0 / kRadius;
-    for (Vec3& p : path.points) {
-      const double angle = std::clamp((p.z - kBegin) / kRadius, 0.0, kAngle);
-      const double before = std::min(p.z, kBegin), after = std::max(0.0, p.z - kBegin - 8.0);
-      p = Vec3{kRadius * (1.0 - std::cos(angle)) + after * std::sin(angle), 0.0,
-               before + kRadius * std::sin(angle) + after * std::cos(angle)};
-    }
-    return find_lesions(tree_of({path}), {}).front();
-  };
-  const Lesion stenosis = narrow_in_bend(4.0);
-  EXPECT_TRUE(stenosis.is_stenosis);
-  EXPECT_NEAR(stenosis.diameter_stenosis_percent, 60.0, 2.0);
-  EXPECT_GT(stenosis.length_mm, 1.25 * 3.0);
-  EXPECT_FALSE(narrow_in_bend(2.0).is_stenosis);
-}
-
-TEST(LesionLaws, AtTheInletALesionIsFound) {
-  const auto diameter = [](double s) { return 4.0 * narrowed(s, 1.0, 7.0, 0.7); };
-  const Lesion lesion = find_lesions(tree_of({line_of(diameter, 50.0)}), {}).at(0);
-  EXPECT_TRUE(lesion.is_stenosis);
-  EXPECT_NEAR(lesion.diameter_stenosis_percent, 70.0, 3.0);
-  EXPECT_EQ(lesion.reference_proximal_mm, 0.0);
-  EXPECT_EQ(lesion.reference_interpolated_mm, 0.0);
-  EXPECT_NEAR(lesion.reference_average_mm, lesion.reference_distal_mm, 1e-12);
-}
-
-TEST(LesionLaws, AClosedTipIsNone) {
-  const auto tip = [](double s) { return std::max(4.0 * std::min(1.0, (50.0 - s) / 12.0), 1e-3); };
-  EXPECT_FALSE(find_lesions(tree_of({line_of(tip, 50.0)}), {}).at(0).is_stenosis);
-  const auto begun = [](double s) { return std::max(4.0 * std::min(1.0, s / 12.0), 1e-3); };
-  EXPECT_FALSE(find_lesions(tree_of({line_of(begun, 50.0)}), {}).at(0).is_stenosis);
-}
-
-TEST(LesionLaws, WhatTheWallCannotShowIsToldApart) {
-  const auto diameter = [](double s) { return 4.0 * narrowed(s, 25.0, 7.0, 0.7); };
-  LesionOptions options;
-  options.least_diameter_mm = [](const Vec3&, double) { return 5.0; };
-  const auto lesions = find_lesions(tree_of({line_of(diameter, 50.0)}), options);
-  ASSERT_EQ(lesions.size(), 2U);
-  EXPECT_FALSE(lesions[0].is_stenosis);
-  EXPECT_TRUE(lesions[1].is_too_thin);
-}
-
-TEST(LesionLaws, AHealthyForkIsNone) {
-  EXPECT_FALSE(find_lesions(forked(whole, whole), {}).at(0).is_stenosis);
-}
-
-TEST(LesionLaws, BehindAForkALesionIsMeasuredByItsOwnBranch) {
-  const auto ostium = [](double s) { return narrowed(s, 5.0, 5.0, 0.6); };
-  const auto lesions = find_lesions(forked(whole, ostium), {});
-  ASSERT_EQ(lesions.size(), 1U);
-  EXPECT_TRUE(lesions[0].is_stenosis);
-  EXPECT_NEAR(lesions[0].reference_diameter_mm, 3.2, 0.1);
-  EXPECT_NEAR(lesions[0].diameter_stenosis_percent, 60.0, 1.0);
-}
-
-TEST(LesionLaws, ALesionMayRunIntoAFork) {
-  const auto end = [](double s) { return s < 20.0 ? narrowed(s, 20.0, 6.0, 0.5) : 0.5; };
-  const auto lesions = find_lesions(forked(end, whole), {});
-  ASSERT_EQ(lesions.size(), 1U);
-  EXPECT_TRUE(lesions[0].is_stenosis);
-  EXPECT_NEAR(lesions[0].reference_diameter_mm, 4.0, 0.15);
-  EXPECT_NEAR(lesions[0].diameter_stenosis_percent, 50.0, 2.0);
-}
-
-TEST(LesionLaws, NeitherTaperNorEctasiaNorAVesselThatEndsInAThinOneIsALesion) {
-  const std::vector<std::function<double(double)>> healthy{
-      [](double s) { return 4.0 - 0.04 * s; },
-      [](double s) { return 4.0 * (2.0 - narrowed(s, 30.0, 10.0, 0.8)); },
-      [](double s) { return 10.0 * (2.0 - narrowed(s, 30.0, 20.0, 1.0)); },
-      [](double s) { return s < 30.0 ? 3.0 : 2.4; },
-      [](double s) { return std::max(3.5, 25.0 - 1.2 * s); },
-  };
-  for (std::size_t k = 0; k < healthy.size(); ++k)
-    EXPECT_FALSE(find_lesions(tree_of({line_of(healthy[k], 70.0)}), {}).at(0).is_stenosis) << k;
-}
-
-TEST(LesionLaws, WhatABranchingHidesIsNotMeasured) {
-  CenterlineTree tree = forked(whole, whole);
-  for (CenterlinePath& path : tree.paths) {
-    const CenterlineTract hidden = path.tracts[1];
-    for (int i = hidden.first_point + 1; i < hidden.last_point; ++i)
-      path.inscribed_radius[std::size_t(i)] = 0.2;
-  }
-  EXPECT_FALSE(find_lesions(tree, {}).at(0).is_stenosis);
-}
-
-TEST(LesionLaws, ASingleWrongRadiusIsNoThroat) {
-  // The spheres beside it prove that the lumen is wide.
-  CenterlinePath path = line_of([](double s) { return 3.0 * narrowed(s, 20.0, 5.0, 0.5); }, 40.0);
-  for (std::size_t i = 1; i + 1 < path.points.size(); i += 17) path.inscribed_radius[i] = 0.01;
-  const auto lesions = find_lesions(tree_of({path}), {});
-  ASSERT_EQ(lesions.size(), 1U);
-  EXPECT_NEAR(lesions[0].diameter_stenosis_percent, 50.0, 3.0);
 }
 
 }  // namespace

@@ -10,9 +10,9 @@
 #include "centerline/detail/ridge.hpp"
 #include "centerline/detail/smooth_curve.hpp"
 #include "core/triangle_mesh.hpp"
+#include "testing/centerline/shapes.hpp"
+#include "testing/shapes.hpp"
 #include "tests/centerline/random_trees.hpp"
-#include "tests/centerline/shapes.hpp"
-#include "tests/support/shapes.hpp"
 
 // What every line is by construction, on vessels whose wall is known exactly.
 namespace angio::centerline {

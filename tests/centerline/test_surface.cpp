@@ -8,7 +8,7 @@
 #include "centerline/centerline.hpp"
 #include "centerline/detail/contour.hpp"
 #include "core/error.hpp"
-#include "tests/centerline/shapes.hpp"
+#include "testing/centerline/shapes.hpp"
 
 namespace angio::centerline {
 namespace {

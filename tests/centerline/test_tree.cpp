@@ -6,7 +6,7 @@
 
 #include "centerline/centerline.hpp"
 #include "centerline/detail/places.hpp"
-#include "tests/centerline/shapes.hpp"
+#include "testing/centerline/shapes.hpp"
 
 namespace angio::centerline {
 namespace {

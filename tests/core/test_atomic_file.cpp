@@ -8,6 +8,7 @@
 
 #include "core/atomic_file.hpp"
 #include "core/error.hpp"
+#include "testing/temporary_folder.hpp"
 
 namespace angio {
 namespace {
@@ -15,18 +16,12 @@ namespace fs = std::filesystem;
 
 class AtomicFile : public testing::Test {
  protected:
-  void SetUp() override {
-    fs::remove_all(folder_);
-    fs::create_directories(folder_);
-  }
-  void TearDown() override { fs::remove_all(folder_); }
-
   [[nodiscard]] std::ptrdiff_t file_count() const {
     return std::distance(fs::directory_iterator(folder_), fs::directory_iterator());
   }
 
-  const fs::path folder_ =
-      fs::temp_directory_path() / ("angio-test-atomic-file-" + std::to_string(getpid()));
+  const test::TemporaryFolder temporary_;
+  const fs::path& folder_ = temporary_.path();
 };
 
 /// The exit code of the Error that `action` throws; done if it throws none.

@@ -13,6 +13,7 @@
 #include "core/atomic_file.hpp"
 #include "core/child_process.hpp"
 #include "core/error.hpp"
+#include "testing/temporary_folder.hpp"
 
 namespace angio {
 namespace {
@@ -25,20 +26,7 @@ ChildResult run(const ChildLimits& limits, const std::function<void(ChildOutput&
   });
 }
 
-class TemporaryFolder {
- public:
-  TemporaryFolder() {
-    std::string name = (fs::temp_directory_path() / "angio-child-XXXXXX").string();
-    path_ = mkdtemp(name.data());
-  }
-  ~TemporaryFolder() { fs::remove_all(path_); }
-  TemporaryFolder(const TemporaryFolder&) = delete;
-  TemporaryFolder& operator=(const TemporaryFolder&) = delete;
-  [[nodiscard]] fs::path operator/(const char* name) const { return path_ / name; }
-
- private:
-  fs::path path_;
-};
+using test::TemporaryFolder;
 
 ProgramCall shell(const std::string& script) {
   ProgramCall call;

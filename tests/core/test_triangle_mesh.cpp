@@ -7,7 +7,7 @@
 
 #include "core/triangle_mesh.hpp"
 #include "core/units.hpp"
-#include "tests/support/shapes.hpp"
+#include "testing/shapes.hpp"
 
 namespace angio {
 namespace {

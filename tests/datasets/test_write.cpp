@@ -19,6 +19,7 @@
 #include "core/error.hpp"
 #include "datasets/detail/write_dicom.hpp"
 #include "datasets/phantom.hpp"
+#include "testing/temporary_folder.hpp"
 
 namespace angio::datasets {
 namespace {
@@ -27,18 +28,11 @@ namespace fs = std::filesystem;
 
 class WritePhantom : public testing::Test {
  protected:
-  void SetUp() override {
-    folder_ =
-        fs::temp_directory_path() / ("angio-write-phantom-" + std::to_string(::getpid()) + "-" +
-                                     testing::UnitTest::GetInstance()->current_test_info()->name());
-    fs::create_directories(folder_);
-  }
-  void TearDown() override { fs::remove_all(folder_); }
-
   static PhantomOptions small_options() {
     return parse_phantom("unilateral,radius=1,length=12,spacing=0.5");
   }
-  fs::path folder_;
+  const test::TemporaryFolder temporary_;
+  const fs::path& folder_ = temporary_.path();
 };
 
 Vec3 triple(DcmDataset& dataset, const DcmTagKey& tag, unsigned long first = 0) {

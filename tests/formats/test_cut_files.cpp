@@ -11,8 +11,8 @@
 #include "core/atomic_file.hpp"
 #include "core/error.hpp"
 #include "formats/files.hpp"
-#include "tests/support/shapes.hpp"
-#include "tests/viewer/shapes.hpp"
+#include "testing/shapes.hpp"
+#include "testing/viewer/shapes.hpp"
 
 // A file that was cut short is refused, wherever it was cut.
 namespace angio::formats {

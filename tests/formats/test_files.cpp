@@ -10,7 +10,8 @@
 #include "core/error.hpp"
 #include "core/tet_mesh.hpp"
 #include "formats/files.hpp"
-#include "tests/viewer/shapes.hpp"
+#include "testing/viewer/shapes.hpp"
+#include "tests/formats/expectations.hpp"
 
 namespace angio::formats {
 namespace {
@@ -40,46 +41,12 @@ std::vector<DataArray> make_arrays(std::size_t count) {
   return {lengths, moves, floats, ids, flags};
 }
 
-void expect_equal(const std::vector<DataArray>& a, const std::vector<DataArray>& b) {
-  ASSERT_EQ(a.size(), b.size());
-  for (std::size_t i = 0; i < a.size(); ++i) {
-    EXPECT_EQ(a[i].name, b[i].name);
-    EXPECT_EQ(a[i].component_count, b[i].component_count) << a[i].name;
-    EXPECT_EQ(a[i].type, b[i].type) << a[i].name;
-    EXPECT_EQ(a[i].values, b[i].values) << a[i].name;
-  }
-}
-
-void expect_equal(const TriangleMesh& a, const TriangleMesh& b) {
-  EXPECT_EQ(a.vertices, b.vertices);
-  EXPECT_EQ(a.triangles, b.triangles);
-}
-
 SurfaceData make_surface() {
   SurfaceData data;
   data.mesh = make_cube({1.0 / 3.0, -100.1, 1e-7});
   data.point_arrays = make_arrays(data.mesh.vertices.size());
   data.cell_arrays = make_arrays(data.mesh.triangles.size());
   return data;
-}
-
-/// Asserts that reading fails as bad data and that the message names the file.
-template <class Read>
-void expect_refused(const fs::path& path, const Read& read, const std::string& why) {
-  try {
-    read(path);
-    FAIL() << path << " was accepted";
-  } catch (const InputError& error) {
-    EXPECT_THAT(error.what(), HasSubstr(path.filename().string()));
-    EXPECT_THAT(error.what(), HasSubstr(why));
-    EXPECT_THAT(error.what(), testing::Not(HasSubstr("\n")));
-  }
-}
-
-void expect_surface_refused(const fs::path& path, const std::string& text, const std::string& why) {
-  write_text_atomically(path, text);
-  expect_refused(
-      path, [](const fs::path& p) { return read_surface(p); }, why);
 }
 
 TEST(Vtp, SurfaceComesBackExactlyWithEveryArrayType) {
@@ -178,152 +145,6 @@ TEST(Files, FolderThatCannotBeMadeIsAnIoError) {
   const TemporaryFolder folder;
   write_text_atomically(folder / "file", "in the way");
   EXPECT_THROW(write_surface((folder / "file") / "a.vtp", make_surface()), IoError);
-}
-
-TEST(Stl, MergesEqualPointsIntoAClosedSurface) {
-  const TemporaryFolder folder;
-  SurfaceData data;
-  data.mesh = make_cube();
-  write_surface(folder / "a.stl", data);
-  EXPECT_EQ(fs::file_size(folder / "a.stl"), 84u + 50u * 12u);
-  const TriangleMesh back = read_surface(folder / "a.stl").mesh;
-  EXPECT_EQ(back.vertices.size(), 8u);
-  EXPECT_TRUE(surface_topology(back).is_closed());
-  EXPECT_DOUBLE_EQ(enclosed_volume(back), 1.0);
-}
-
-TEST(Stl, BinaryWhoseHeaderBeginsWithSolidIsRead) {
-  const TemporaryFolder folder;
-  SurfaceData data;
-  data.mesh = make_cube();
-  write_surface(folder / "a.stl", data);
-  std::string bytes = read_text(folder / "a.stl");
-  bytes.replace(0, 12, "solid facet ");
-  write_text_atomically(folder / "b.stl", bytes);
-  EXPECT_EQ(read_surface(folder / "b.stl").mesh.triangles.size(), 12u);
-}
-
-std::string ascii_facet(const std::string& corners) {
-  return "facet normal 0 0 1\n outer loop\n" + corners + " endloop\nendfacet\n";
-}
-
-TEST(Stl, AsciiIsReadWithAnyNumberFormatAndRasIsConverted) {
-  const TemporaryFolder folder;
-  write_text_atomically(folder / "a.stl",
-                        "solid part SPACE=RAS\r\n" +
-                            ascii_facet("vertex 1.5e+00 2 3\n vertex +2 2 3\n vertex 1.5 4. 3\n") +
-                            "endsolid\n");
-  const TriangleMesh mesh = read_surface(folder / "a.stl").mesh;
-  const std::vector<Vec3> expected{{-1.5, -2, 3}, {-2, -2, 3}, {-1.5, -4, 3}};
-  EXPECT_EQ(mesh.vertices, expected);
-}
-
-TEST(Stl, PositiveAndNegativeZeroAreOnePoint) {
-  const TemporaryFolder folder;
-  write_text_atomically(folder / "a.stl",
-                        "solid\n" + ascii_facet("vertex 0 0 0 vertex 1 0 0 vertex 0 1 0\n") +
-                            ascii_facet("vertex -0 0 0 vertex 0 1 0 vertex -1 0 0\n") +
-                            "endsolid\n");
-  EXPECT_EQ(read_surface(folder / "a.stl").mesh.vertices.size(), 4u);
-}
-
-TEST(Stl, DegenerateTrianglesAreDropped) {
-  const TemporaryFolder folder;
-  write_text_atomically(folder / "a.stl",
-                        "solid\n" + ascii_facet("vertex 0 0 0 vertex 1 0 0 vertex 0 1 0\n") +
-                            ascii_facet("vertex 1 0 0 vertex 1 0 0 vertex 0 1 0\n") + "endsolid\n");
-  EXPECT_EQ(read_surface(folder / "a.stl").mesh.triangles.size(), 1u);
-}
-
-TEST(Stl, BadFilesAreRefusedByName) {
-  const TemporaryFolder folder;
-  expect_refused(
-      folder / "none.stl", [](const fs::path& p) { return read_surface(p); }, "no such file");
-  expect_surface_refused(folder / "a.stl", "", "is empty");
-  expect_surface_refused(folder / "a.stl", "This is a letter, not a mesh.\n", "not an STL");
-  expect_surface_refused(folder / "a.stl", "solid nothing\nendsolid\n", "not an STL");
-  expect_surface_refused(
-      folder / "a.stl",
-      "solid\n" + ascii_facet("vertex nan 0 0 vertex 1 0 0 vertex 0 1 0\n") + "endsolid\n",
-      "not a number");
-  expect_surface_refused(folder / "a.stl",
-                         "solid\n" + ascii_facet("vertex 0 zero 0 vertex 1 0 0 vertex 0 1 0\n"),
-                         "facet 1");
-  expect_surface_refused(folder / "a.stl", "solid\n" + ascii_facet("vertex 0 0 0 vertex 1 0 0\n"),
-                         "2 corners");
-  SurfaceData cube;
-  cube.mesh = make_cube();
-  write_surface(folder / "b.stl", cube);
-  const std::string whole = read_text(folder / "b.stl");
-  expect_surface_refused(folder / "c.stl", whole.substr(0, 300), "cut short");
-  std::string absurd = whole;
-  absurd.replace(80, 4, "\xff\xff\xff\xff");
-  expect_surface_refused(folder / "d.stl", absurd, "cut short");
-}
-
-TEST(Ply, ComesBackExactly) {
-  const TemporaryFolder folder;
-  SurfaceData data;
-  data.mesh = make_cube({1.0 / 3.0, 0.1, 7e-9});
-  write_surface(folder / "a.ply", data);
-  expect_equal(read_surface(folder / "a.ply").mesh, data.mesh);
-}
-
-TEST(Ply, AsciiPolygonsWithOtherPropertiesAreCutIntoTriangles) {
-  const TemporaryFolder folder;
-  write_text_atomically(folder / "a.ply",
-                        "ply\nformat ascii 1.0\ncomment SPACE=RAS\nelement vertex 4\n"
-                        "property float x\nproperty float y\nproperty float z\n"
-                        "property uchar red\nelement face 1\n"
-                        "property list uchar int vertex_index\nproperty float quality\n"
-                        "end_header\n0 0 0 9\n1 0 0 9\n1 1 0 9\n0 1 0 9\n4 0 1 2 3 0.5\n");
-  const TriangleMesh mesh = read_surface(folder / "a.ply").mesh;
-  EXPECT_EQ(mesh.triangles.size(), 2u);
-  EXPECT_DOUBLE_EQ(surface_area(mesh), 1.0);
-  EXPECT_EQ(mesh.vertices[2], (Vec3{-1, -1, 0}));
-}
-
-TEST(Ply, BadFilesAreRefusedByName) {
-  const TemporaryFolder folder;
-  const std::string head =
-      "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\n"
-      "property float z\nelement face 1\nproperty list uchar int vertex_indices\nend_header\n";
-  expect_surface_refused(folder / "a.ply", "hello", "PLY");
-  expect_surface_refused(folder / "a.ply", "ply\nformat ascii 1.0\n", "no end");
-  expect_surface_refused(folder / "a.ply", head + "0 0 0\n1 0 0\n", "ends too early");
-  expect_surface_refused(folder / "a.ply", head + "0 0 0\n1 0 0\n0 1 0\n3 0 1 7\n",
-                         "does not have");
-  expect_surface_refused(folder / "a.ply", head + "0 0 0\n1 0 0\n0 1 0\n3 0 1 -1\n", "not there");
-  expect_surface_refused(folder / "a.ply",
-                         "ply\nformat binary_little_endian 1.0\nelement vertex 4000000000\n"
-                         "property float x\nend_header\n",
-                         "cut short");
-  expect_surface_refused(folder / "a.ply",
-                         "ply\nformat ascii 1.0\nelement vertex 99999999999999999999\n"
-                         "property float x\nend_header\n",
-                         "no count");
-}
-
-TEST(Obj, FacesOfAnyFormBecomeTriangles) {
-  const TemporaryFolder folder;
-  write_text_atomically(folder / "a.obj",
-                        "# SPACE=RAS\nv 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nvn 0 0 1\n"
-                        "f 1/1/1 2//1 3/2 4\nf -4 -3 -1\n");
-  const TriangleMesh mesh = read_surface(folder / "a.obj").mesh;
-  EXPECT_EQ(mesh.triangles.size(), 3u);
-  EXPECT_EQ(mesh.triangles[2], (Triangle{0, 1, 3}));
-  EXPECT_EQ(mesh.vertices[1], (Vec3{-1, 0, 0}));
-}
-
-TEST(Obj, BadFilesAreRefusedByName) {
-  const TemporaryFolder folder;
-  const std::string points = "v 0 0 0\nv 1 0 0\nv 1 1 0\n";
-  expect_surface_refused(folder / "a.obj", points + "f 1 2 9\n", "line 4");
-  expect_surface_refused(folder / "a.obj", points + "f 1 2", "fewer than three");
-  expect_surface_refused(folder / "a.obj", points + "f 1 2\n", "no triangles");
-  expect_surface_refused(folder / "a.obj", points + "f a b c\n", "not a list");
-  expect_surface_refused(folder / "a.obj", "v 0 0\n", "three numbers");
-  expect_surface_refused(folder / "a.obj", "just words\n", "no triangles");
 }
 
 std::string ascii_vtp(const std::string& counts, const std::string& points,

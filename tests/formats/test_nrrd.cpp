@@ -5,8 +5,8 @@
 #include "core/atomic_file.hpp"
 #include "core/error.hpp"
 #include "formats/nrrd.hpp"
-#include "tests/viewer/case_folder.hpp"
-#include "tests/viewer/shapes.hpp"
+#include "testing/viewer/case_folder.hpp"
+#include "testing/viewer/shapes.hpp"
 
 namespace angio::formats {
 namespace {

@@ -14,7 +14,7 @@
 #include "meshing/detail/balloon_shape.hpp"
 #include "meshing/detail/fold_section.hpp"
 #include "meshing/meshing.hpp"
-#include "tests/meshing/placed_balloon.hpp"
+#include "testing/meshing/placed_balloon.hpp"
 
 namespace angio::meshing {
 namespace {

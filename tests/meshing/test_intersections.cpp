@@ -1,7 +1,7 @@
 #include <gtest/gtest.h>
 
 #include "meshing/meshing.hpp"
-#include "tests/support/shapes.hpp"
+#include "testing/shapes.hpp"
 
 namespace angio::meshing {
 namespace {

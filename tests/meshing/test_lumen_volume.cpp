@@ -10,7 +10,7 @@
 #include "core/error.hpp"
 #include "meshing/detail/improve_tets.hpp"
 #include "meshing/lumen_volume.hpp"
-#include "tests/meshing/analytic_vessels.hpp"
+#include "testing/meshing/analytic_vessels.hpp"
 
 namespace angio::meshing {
 namespace {

@@ -12,7 +12,8 @@
 #include "core/surface_rims.hpp"
 #include "meshing/detail/remesh.hpp"
 #include "meshing/meshing.hpp"
-#include "tests/meshing/analytic_vessels.hpp"
+#include "testing/meshing/analytic_vessels.hpp"
+#include "tests/meshing/cap_centre.hpp"
 
 namespace angio::meshing {
 namespace {
@@ -173,13 +174,6 @@ TEST_P(MeshLumen, GivesTheSameBytesTwice) {
 INSTANTIATE_TEST_SUITE_P(Vessels, MeshLumen, testing::ValuesIn(cases()),
                          [](const auto& test_case) { return std::string(test_case.param.name); });
 
-Vec3 cap_centre(const LumenMesh& lumen, int id) {
-  for (const SurfaceRim& rim : surface_rims(lumen.open))
-    if (lumen.inlet_outlet_id[std::size_t(rim.loop[0])] == id) return rim.centre;
-  ADD_FAILURE() << "no cap has the id " << id;
-  return {};
-}
-
 TEST(LumenVolume, OfATubeIsThatOfTheCylinder) {
   for (const double radius : {0.8, 1.5, 3.0}) {
     const auto vessel = test::make_tube(20.0, 0.35, [=](double) { return radius; });
@@ -264,70 +258,6 @@ TEST(LumenMeshing, EdgesFollowTheSurfacesOwnCurvature) {
   EXPECT_LT(tips / tip_count, 0.9 * sides / side_count);
 }
 
-double edge_sum(const LumenMesh& lumen, const std::vector<int>& loop) {
-  double sum = 0.0;
-  for (std::size_t i = 0; i < loop.size(); ++i)
-    sum += distance(lumen.open.vertices[std::size_t(loop[i])],
-                    lumen.open.vertices[std::size_t(loop[(i + 1) % loop.size()])]);
-  return sum;
-}
-
-TEST(LumenExtensions, AreStraightTubesOfTheAskedLength) {
-  const auto vessel = test::make_fork(1.5, 1.1, 12.0, 12.0, 0.6, 0.3);
-  LumenMeshOptions options;
-  const LumenMesh plain = mesh_lumen(vessel.level_set, vessel.tree, options);
-  options.extension_diameters = 3.0;
-  const LumenMesh extended = mesh_lumen(vessel.level_set, vessel.tree, options);
-  EXPECT_TRUE(extended.watertight);
-  EXPECT_EQ(extended.self_intersection_count, 0);
-  EXPECT_GT(extended.min_angle_degrees, 20.0);
-  EXPECT_EQ(boundary_loops(extended.open).size(), 3U);
-  EXPECT_THAT(extended.warnings, testing::IsEmpty());
-  const double radii[3] = {1.5, 1.1, 1.1};
-  double added = 0.0;
-  for (int id = 1; id <= 3; ++id) {
-    const double radius = radii[id - 1];
-    EXPECT_NEAR(distance(cap_centre(plain, id), cap_centre(extended, id)), 6.0 * radius,
-                0.02 * 6.0 * radius);
-    added += pi * radius * radius * 6.0 * radius;
-  }
-  EXPECT_NEAR(enclosed_volume(extended.capped) - enclosed_volume(plain.capped), added,
-              0.03 * added);
-  // The new rims are round: the perimeter is that of the regular polygon with the circle's area.
-  for (const auto& loop : boundary_loops(extended.open)) {
-    const auto n = double(loop.size());
-    const double radius = radii[extended.inlet_outlet_id[std::size_t(loop[0])] - 1];
-    const double perimeter = 2.0 * radius * std::sqrt(pi * n * std::tan(pi / n));
-    EXPECT_NEAR(edge_sum(extended, loop) / perimeter, 1.0, 0.02);
-  }
-  // The lumen's own vertices stay what they were.
-  for (std::size_t v = 0; v < plain.open.vertices.size(); ++v)
-    EXPECT_EQ(plain.open.vertices[v], extended.open.vertices[v]);
-}
-
-TEST(LumenExtensions, AreAnEdgeLongAtLeastAndSaySo) {
-  const auto vessel = test::make_tube(10.0, 0.3, [](double) { return 1.5; });
-  LumenMeshOptions options;
-  const LumenMesh plain = mesh_lumen(vessel.level_set, vessel.tree, options);
-  options.extension_diameters = 0.001;
-  const LumenMesh extended = mesh_lumen(vessel.level_set, vessel.tree, options);
-  EXPECT_GT(extended.min_angle_degrees, 15.0);
-  EXPECT_GT(distance(cap_centre(extended, 1), cap_centre(extended, 2)),
-            distance(cap_centre(plain, 1), cap_centre(plain, 2)) + 2.0 * plain.quality.edge_min_mm);
-  EXPECT_THAT(extended.warnings, testing::Contains(testing::HasSubstr("lengthened")));
-}
-
-TEST(LumenExtensions, ThatWouldCrossTheLumenAreLeftOutWithAWarning) {
-  // A hook: its end points back at its own beginning.
-  const auto vessel = test::make_arc(1.0, 4.0, 1.5 * pi, 0.3);
-  LumenMeshOptions options;
-  options.extension_diameters = 6.0;
-  const LumenMesh lumen = mesh_lumen(vessel.level_set, vessel.tree, options);
-  EXPECT_TRUE(lumen.watertight);
-  EXPECT_EQ(lumen.self_intersection_count, 0);
-  EXPECT_THAT(lumen.warnings, testing::Contains(testing::HasSubstr("no extension")));
-}
-
 TEST(LumenMeshing, KeepsAGivenEdgeLength) {
   const auto vessel = test::make_tube(20.0, 0.3, [](double) { return 1.5; });
   LumenMeshOptions options;
@@ -402,82 +332,6 @@ TEST(LumenMeshing, ALineThatIsNotANumberIsAnInputError) {
   auto vessel = test::make_tube(5.0, 0.5, [](double) { return 1.0; });
   vessel.tree.paths[0].inscribed_radius[3] = std::nan("");
   EXPECT_THROW(mesh_lumen(vessel.level_set, vessel.tree, {}), InputError);
-}
-
-/// A tube along z as rings of 24 vertices, open or closed by fans.
-TriangleMesh tube_surface(double radius, double length, bool closed) {
-  constexpr int kSides = 24;
-  const int rings = int(length / 0.4) + 1;
-  TriangleMesh mesh;
-  for (int i = 0; i < rings; ++i)
-    for (int k = 0; k < kSides; ++k) {
-      const double a = 2.0 * pi * k / kSides;
-      mesh.vertices.push_back(
-          {radius * std::cos(a), radius * std::sin(a), length * i / (rings - 1)});
-    }
-  for (int i = 0; i + 1 < rings; ++i)
-    for (int k = 0; k < kSides; ++k) {
-      const int a = i * kSides + k, b = i * kSides + (k + 1) % kSides;
-      mesh.triangles.push_back({a, b, b + kSides});
-      mesh.triangles.push_back({a, b + kSides, a + kSides});
-    }
-  if (!closed) return mesh;
-  const int first = int(mesh.vertices.size());
-  mesh.vertices.push_back({0.0, 0.0, 0.0});
-  mesh.vertices.push_back({0.0, 0.0, length});
-  const int top = (rings - 1) * kSides;
-  for (int k = 0; k < kSides; ++k) {
-    mesh.triangles.push_back({first, (k + 1) % kSides, k});
-    mesh.triangles.push_back({first + 1, top + k, top + (k + 1) % kSides});
-  }
-  return mesh;
-}
-
-CenterlineTree tube_tree() {
-  return test::make_tube(20.0, 0.5, [](double) { return 1.5; }).tree;
-}
-
-/// Area of the 24-gon of the surface over that of the circle.
-const double kPolygonArea = 12.0 * std::sin(2.0 * pi / 24.0) * 1.5 * 1.5;
-
-void expect_good_tube(const TriangleMesh& surface, double least_length) {
-  const LumenMesh lumen = mesh_lumen(surface, tube_tree(), {});
-  EXPECT_TRUE(lumen.watertight);
-  EXPECT_EQ(lumen.self_intersection_count, 0);
-  EXPECT_GT(lumen.min_angle_degrees, 20.0);
-  ASSERT_EQ(boundary_loops(lumen.open).size(), 2U);
-  const double length = distance(cap_centre(lumen, 1), cap_centre(lumen, 2));
-  EXPECT_GT(length, least_length);
-  EXPECT_NEAR(enclosed_volume(lumen.capped) / (kPolygonArea * length), 1.0, 0.01);
-}
-
-TEST(LumenFromSurface, OpensAClosedTube) { expect_good_tube(tube_surface(1.5, 20.0, true), 17.0); }
-
-TEST(LumenFromSurface, KeepsTheRimsOfAnOpenTube) {
-  expect_good_tube(tube_surface(1.5, 20.0, false), 20.0 - 1e-9);
-}
-
-TEST(LumenFromSurface, TurnsAnInsideOutTube) {
-  TriangleMesh surface = tube_surface(1.5, 20.0, true);
-  for (Triangle& t : surface.triangles) std::swap(t[0], t[1]);
-  expect_good_tube(surface, 17.0);
-}
-
-TEST(LumenFromSurface, MergesATriangleSoupAndFillsItsHole) {
-  const TriangleMesh whole = tube_surface(1.5, 20.0, true);
-  TriangleMesh soup;
-  for (std::size_t t = 0; t < whole.triangles.size(); ++t) {
-    if (t == whole.triangles.size() / 2) continue;
-    const int first = int(soup.vertices.size());
-    for (const int v : whole.triangles[t]) soup.vertices.push_back(whole.vertices[std::size_t(v)]);
-    soup.triangles.push_back(t % 3 == 0 ? Triangle{first, first + 2, first + 1}
-                                        : Triangle{first, first + 1, first + 2});
-  }
-  expect_good_tube(soup, 17.0);
-}
-
-TEST(LumenFromSurface, WithoutTrianglesIsAnInputError) {
-  EXPECT_THROW(mesh_lumen(TriangleMesh{}, tube_tree(), {}), InputError);
 }
 
 TEST(LumenMeshOptions, DefaultsAreValid) { EXPECT_NO_THROW(LumenMeshOptions{}.validate()); }

@@ -12,8 +12,8 @@
 #include "core/error.hpp"
 #include "meshing/detail/winding.hpp"
 #include "meshing/meshing.hpp"
-#include "tests/meshing/placed_balloon.hpp"
-#include "tests/support/shapes.hpp"
+#include "testing/meshing/placed_balloon.hpp"
+#include "testing/shapes.hpp"
 
 namespace angio::meshing {
 namespace {

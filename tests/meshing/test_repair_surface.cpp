@@ -11,7 +11,7 @@
 #include "core/error.hpp"
 #include "meshing/meshing.hpp"
 #include "meshing/repair_surface.hpp"
-#include "tests/support/shapes.hpp"
+#include "testing/shapes.hpp"
 
 /// Every defect is put into a surface whose volume is known; the repaired surface has to be
 /// manifold, free of crossings, and of that volume.

@@ -7,7 +7,7 @@
 
 #include "meshing/detail/pieces.hpp"
 #include "meshing/surface_size.hpp"
-#include "tests/support/shapes.hpp"
+#include "testing/shapes.hpp"
 
 namespace angio::meshing {
 namespace {

@@ -13,7 +13,7 @@
 #include "meshing/detail/winding.hpp"
 #include "meshing/meshing.hpp"
 #include "meshing/repair_surface.hpp"
-#include "tests/support/shapes.hpp"
+#include "testing/shapes.hpp"
 
 /// Parts of known volume, put together in ways whose union is known too: none may be lost.
 namespace angio::meshing {

@@ -13,8 +13,8 @@
 #include "core/error.hpp"
 #include "meshing/detail/outward_cone.hpp"
 #include "meshing/wall_layers.hpp"
-#include "tests/meshing/placed_balloon.hpp"
-#include "tests/support/shapes.hpp"
+#include "testing/meshing/placed_balloon.hpp"
+#include "testing/shapes.hpp"
 
 namespace angio::meshing {
 namespace {

@@ -7,7 +7,7 @@
 #include "air_mesh/build/surface_crossings.hpp"
 #include "meshing/detail/widening.hpp"
 #include "meshing/meshing.hpp"
-#include "tests/meshing/analytic_vessels.hpp"
+#include "testing/meshing/analytic_vessels.hpp"
 
 namespace angio::meshing {
 namespace {

@@ -8,6 +8,8 @@
 #include <sstream>
 #include <string>
 
+#include "testing/temporary_folder.hpp"
+
 namespace angio::test {
 
 struct ProgramResult {
@@ -27,31 +29,17 @@ inline std::string file_text(const std::filesystem::path& file) {
   return text.str();
 }
 
-/// A fresh folder that is removed with its content.
-class TemporaryFolder {
+/// A temporary folder whose files are named in command lines.
+class CommandFolder : public TemporaryFolder {
  public:
-  TemporaryFolder() {
-    std::string name = (std::filesystem::temp_directory_path() / "angio-test-XXXXXX").string();
-    path_ = mkdtemp(name.data());
-  }
-  ~TemporaryFolder() {
-    std::error_code ignored;
-    std::filesystem::remove_all(path_, ignored);
-  }
-  TemporaryFolder(const TemporaryFolder&) = delete;
-  TemporaryFolder& operator=(const TemporaryFolder&) = delete;
-  [[nodiscard]] const std::filesystem::path& path() const { return path_; }
   [[nodiscard]] std::string operator/(const std::string& name) const {
-    return (path_ / name).string();
+    return (path() / name).string();
   }
-
- private:
-  std::filesystem::path path_;
 };
 
 /// Runs `angio ARGUMENTS` in a shell and waits for it.
 inline ProgramResult run_program(const std::string& arguments) {
-  const TemporaryFolder folder;
+  const CommandFolder folder;
   const std::string command = std::string("'") + ANGIO_PROGRAM + "' " + arguments + " >'" +
                               folder / "out" + "' 2>'" + folder / "error" + "' </dev/null";
   const int status = std::system(command.c_str());

@@ -24,7 +24,7 @@ TEST(Csv, WhatIsWrittenReadsBackAndIsNoFormula) {
 }
 
 TEST(Manifest, RowsBecomeCasesWithTheirSettings) {
-  test::TemporaryFolder folder;
+  test::CommandFolder folder;
   write_text_atomically(folder / "m.csv",
                         "case,input,balloon.length_mm\nA1,scan.nrrd,20\nB,phantom:straight,\n");
   const auto cases = read_manifest(folder / "m.csv");
@@ -37,7 +37,7 @@ TEST(Manifest, RowsBecomeCasesWithTheirSettings) {
 }
 
 TEST(Manifest, MistakesAreRefused) {
-  test::TemporaryFolder folder;
+  test::CommandFolder folder;
   for (const char* text : {"", "case,input\n", "name,input\nA,b\n", "case,input\n../up,b\n",
                            "case,input\nA,b\nA,c\n", "case,input\nlogs,b\n", "case,input\nA\n"}) {
     write_text_atomically(folder / "m.csv", text);

@@ -27,7 +27,7 @@ TEST(CaseFiles, CenterlinesReadBackAsTheyWereWritten) {
   tree.paths.push_back(line_of(1, 15, {0, 0.6, 0.8}));
   tree.paths.back().tracts = {{0, 8, 0, 0, false}, {8, 11, 1, 1, true}, {11, 14, 3, 2, false}};
 
-  test::TemporaryFolder folder;
+  test::CommandFolder folder;
   write_centerlines(folder / "centerlines.vtp", tree);
   const CenterlineTree again = read_centerlines(folder / "centerlines.vtp");
   ASSERT_EQ(again.paths.size(), 2u);
@@ -54,7 +54,7 @@ TEST(CaseFiles, CenterlinesCarryTheContractsArrays) {
   CenterlineTree tree;
   tree.paths.push_back(line_of(0, 5, {1, 0, 0}));
   tree.paths.back().tracts = {{0, 4, 0, 0, false}};
-  test::TemporaryFolder folder;
+  test::CommandFolder folder;
   write_centerlines(folder / "centerlines.vtp", tree);
   const formats::PolylineData data = formats::read_polylines(folder / "centerlines.vtp");
   for (const char* array :

@@ -17,7 +17,7 @@ TEST(Sha256, AgreesWithTheStandard) {
 }
 
 TEST(Sha256, OfAFolderDependsOnContentOnly) {
-  test::TemporaryFolder a, b;
+  test::CommandFolder a, b;
   for (const auto& folder : {&a, &b}) {
     write_text_atomically(*folder / "1.dcm", "one");
     write_text_atomically(*folder / "2.dcm", "two");
@@ -28,7 +28,7 @@ TEST(Sha256, OfAFolderDependsOnContentOnly) {
 }
 
 TEST(StageFolder, AppearsAtOnceAndReplacesTheFormer) {
-  test::TemporaryFolder root;
+  test::CommandFolder root;
   const CaseFolder folder(root.path());
   write_text_atomically(root / "meshing/old.txt", "old");
   {
@@ -42,7 +42,7 @@ TEST(StageFolder, AppearsAtOnceAndReplacesTheFormer) {
 }
 
 TEST(StageFolder, LeavesTheCaseAsItWasWhenTheWorkFails) {
-  test::TemporaryFolder root;
+  test::CommandFolder root;
   const CaseFolder folder(root.path());
   write_text_atomically(root / "meshing/old.txt", "old");
   {
@@ -54,7 +54,7 @@ TEST(StageFolder, LeavesTheCaseAsItWasWhenTheWorkFails) {
 }
 
 TEST(CaseFolder, KeepsItsRecord) {
-  test::TemporaryFolder root;
+  test::CommandFolder root;
   const CaseFolder folder(root.path());
   RunRecord record;
   record.case_name = "demo";
@@ -73,7 +73,7 @@ TEST(CaseFolder, KeepsItsRecord) {
 }
 
 TEST(CaseFolder, RefusesAFolderOfAnotherCaseOrOfSomebodyElse) {
-  test::TemporaryFolder root;
+  test::CommandFolder root;
   const CaseFolder folder(root.path());
   RunRecord record;
   record.input_sha256 = "one";
@@ -85,13 +85,13 @@ TEST(CaseFolder, RefusesAFolderOfAnotherCaseOrOfSomebodyElse) {
   EXPECT_THROW(folder.claim(other, false), IoError);
   EXPECT_NO_THROW(folder.claim(other, true));
 
-  test::TemporaryFolder foreign;
+  test::CommandFolder foreign;
   write_text_atomically(foreign / "holiday.txt", "photos");
   EXPECT_THROW(CaseFolder(foreign.path()).claim(record, false), IoError);
 }
 
 TEST(CaseFolder, AStageIsUpToDateOnlyWithItsKeyAndWholeOutputs) {
-  test::TemporaryFolder root;
+  test::CommandFolder root;
   const CaseFolder folder(root.path());
   write_text_atomically(root / "meshing/lumen.vtp", "content");
   StageRecord record;
@@ -107,7 +107,7 @@ TEST(CaseFolder, AStageIsUpToDateOnlyWithItsKeyAndWholeOutputs) {
 }
 
 TEST(CaseLock, KeepsASecondRunOut) {
-  test::TemporaryFolder root;
+  test::CommandFolder root;
   const CaseFolder folder(root.path());
   const CaseLock first(folder);
   EXPECT_THROW(CaseLock{folder}, IoError);

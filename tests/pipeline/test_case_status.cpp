@@ -10,7 +10,7 @@ namespace {
 
 // A case whose stages have all been done.
 struct DoneCase {
-  test::TemporaryFolder root;
+  test::CommandFolder root;
   CaseFolder folder{root.path()};
   RunRecord record;
 
@@ -84,7 +84,7 @@ TEST(CaseStatus, OfATreatmentThatTwoRunsDisagreeOnIsNotDetermined) {
 }
 
 TEST(Run, DoesNotTreatANarrowVesselUnasked) {
-  test::TemporaryFolder folder;
+  test::CommandFolder folder;
   const std::string run =
       "run phantom:straight,radius=0.6,length=12,spacing=0.15 --preset draft --quiet -o '" +
       folder / "c" + "'";

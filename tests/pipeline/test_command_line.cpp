@@ -12,7 +12,7 @@ namespace fs = std::filesystem;
 
 /// A failure prints one line, returns its code, and leaves nothing in `folder` but what was there.
 void expect_failure(const std::string& arguments, int exit_code, const std::string& hint,
-                    const TemporaryFolder& folder) {
+                    const CommandFolder& folder) {
   const auto count = [&] {
     return std::distance(fs::recursive_directory_iterator(folder.path()),
                          fs::recursive_directory_iterator());
@@ -70,7 +70,7 @@ TEST(CommandLine, CompletionAndManualKnowEveryOption) {
 }
 
 TEST(CommandLine, BashCompletesCommandsOptionsAndValues) {
-  TemporaryFolder folder;
+  CommandFolder folder;
   write_text_atomically(folder / "angio.bash", run_program("completion bash").out);
   const auto completed = [&](const std::string& words) {
     const std::string script = ". '" + folder / "angio.bash" + "'; COMP_WORDS=(" + words +
@@ -89,7 +89,7 @@ TEST(CommandLine, BashCompletesCommandsOptionsAndValues) {
 }
 
 TEST(CommandLine, UsageErrorsReturn64AndSuggest) {
-  TemporaryFolder folder;
+  CommandFolder folder;
   expect_failure("", 64, "--help", folder);
   expect_failure("rnu x -o y", 64, "run", folder);
   expect_failure("run phantom:straight -o '" + folder / "c" + "' --qiet", 64, "--quiet", folder);
@@ -100,7 +100,7 @@ TEST(CommandLine, UsageErrorsReturn64AndSuggest) {
 }
 
 TEST(CommandLine, WrongOptionsReturn78) {
-  TemporaryFolder folder;
+  CommandFolder folder;
   const std::string run = "run phantom:straight -o '" + folder / "c" + "' ";
   expect_failure(run + "--set ballon.length_mm=3", 78, "balloon.length_mm", folder);
   expect_failure(run + "--set balloon.length_mm=-3", 78, "balloon.length_mm", folder);
@@ -108,7 +108,7 @@ TEST(CommandLine, WrongOptionsReturn78) {
 }
 
 TEST(CommandLine, MissingOrUnusableInputsReturn66And65) {
-  TemporaryFolder folder;
+  CommandFolder folder;
   const std::string to = " -o '" + folder / "c" + "'";
   fs::create_directory(folder.path() / "empty");
   write_text_atomically(folder / "text/notes.txt", "no image\n");
@@ -126,7 +126,7 @@ TEST(CommandLine, MissingOrUnusableInputsReturn66And65) {
 }
 
 TEST(CommandLine, AFolderThatIsNotOursIsLeftAlone) {
-  TemporaryFolder folder;
+  CommandFolder folder;
   write_text_atomically(folder / "mine/letter.txt", "dear");
   expect_failure("run phantom:straight -o '" + folder / "mine" + "'", 73, "--force", folder);
   write_text_atomically(folder / "file", "x");
@@ -137,7 +137,7 @@ TEST(CommandLine, AFolderThatIsNotOursIsLeftAlone) {
 TEST(CommandLine, DoctorAndInspectSpeakJson) {
   const auto doctor = nlohmann::json::parse(run_program("doctor --json").out);
   EXPECT_GE(doctor.at("threads").get<int>(), 1);
-  TemporaryFolder folder;
+  CommandFolder folder;
   ASSERT_EQ(
       run_program("phantom straight --length 10 --radius 1 --format nrrd -o '" + folder / "p" + "'")
           .exit_code,

@@ -37,7 +37,7 @@ TEST(Config, EveryKeyIsUniqueAndExplained) {
 }
 
 TEST(Config, WhatIsWrittenAsTomlReadsBackTheSame) {
-  test::TemporaryFolder folder;
+  test::CommandFolder folder;
   Config config;
   apply_setting(config, "segmentation.seeds_lps_mm=[[1.5, -2.25, 3], [0.1, 0.2, 0.3]]");
   apply_setting(config, "segmentation.intensity_min=120.5");
@@ -63,7 +63,7 @@ TEST(Config, AnUnknownKeyNamesTheNearestOne) {
 }
 
 TEST(Config, AFileWithAnUnknownKeyIsRefusedAsAWhole) {
-  test::TemporaryFolder folder;
+  test::CommandFolder folder;
   for (const char* text : {"[balloon]\nlenth_mm = 3.0\n", "length_mm = 3.0\n",
                            "[balloon]\nlength_mm = [1\n", "[baloon]\nlength_mm = 3.0\n"}) {
     write_text_atomically(folder / "bad.toml", text);

@@ -14,14 +14,13 @@
 #include "meshing/meshing.hpp"
 #include "meshing/narrow_lumen.hpp"
 #include "run_program.hpp"
+#include "testing/pipeline/case_content.hpp"
 
 namespace angio::test {
 namespace {
 
 namespace fs = std::filesystem;
 using nlohmann::json;
-
-json read_json_file(const fs::path& file) { return json::parse(file_text(file)); }
 
 /// Columns of a CSV file by their names.
 std::map<std::string, std::vector<double>> read_columns(const fs::path& file) {
@@ -54,7 +53,7 @@ const std::string kQuick =
     "inflation.rest_s=0 inflation.peak_pressure_atm=2 simulation.write_every=2";
 
 TEST(PaperCloth, IsPulledThinnerAtItsCornersAndAlongItsDiagonals) {
-  TemporaryFolder folder;
+  CommandFolder folder;
   const ProgramResult run = run_program("run --preset paper-cloth -o '" + folder / "c" + "'");
   ASSERT_EQ(run.exit_code, 0) << run.error;
   const fs::path c = folder.path() / "c";
@@ -77,7 +76,7 @@ TEST(PaperCloth, IsPulledThinnerAtItsCornersAndAlongItsDiagonals) {
 }
 
 TEST(PaperUnilateral, FrictionGrowsWithContactAndFallsAtDeflationWhenAdhesionRises) {
-  TemporaryFolder folder;
+  CommandFolder folder;
   const ProgramResult run = run_program("run --preset paper-unilateral --quiet -o '" +
                                         folder / "u" + "' --set simulation.frame_s=0.05");
   ASSERT_EQ(run.exit_code, 0) << run.error;
@@ -122,7 +121,7 @@ struct Experiment {
 class PaperVessel : public testing::TestWithParam<Experiment> {};
 
 TEST_P(PaperVessel, RunsFromTheMeshOfTable2ToTheReport) {
-  TemporaryFolder folder;
+  CommandFolder folder;
   const std::string c = folder / "c";
   const ProgramResult run = run_program(std::string("run --preset paper-") + GetParam().name +
                                         " -o '" + c + "'" + kQuick);
@@ -142,7 +141,7 @@ INSTANTIATE_TEST_SUITE_P(Table2, PaperVessel,
                                          Experiment{"ytype", 17600, 8859}));
 
 TEST(PaperCoronary, HasTheCountsOfTable2) {
-  TemporaryFolder folder;
+  CommandFolder folder;
   const ProgramResult run =
       run_program("run --preset paper-coronary --quiet --until meshing -o '" + folder / "c" + "'");
   ASSERT_EQ(run.exit_code, 0) << run.error;
@@ -154,7 +153,7 @@ TEST(PaperCoronary, HasTheCountsOfTable2) {
 }
 
 TEST(Narrowing, MakesTheStenosisThatIsAskedFor) {
-  TemporaryFolder folder;
+  CommandFolder folder;
   for (const double percent : {40.0, 60.0}) {
     const std::string c = folder / std::to_string(int(percent));
     const ProgramResult run = run_program(
@@ -173,7 +172,7 @@ TEST(Narrowing, MakesTheStenosisThatIsAskedFor) {
 }
 
 TEST(Narrowing, LeavesAnAnatomyWithAStenosisAlone) {
-  TemporaryFolder folder;
+  CommandFolder folder;
   const ProgramResult run = run_program(
       "run phantom:concentric,noise=0,length=30 --preset draft --quiet --until centerline -o '" +
       folder / "c" + "' --set lesion.narrow_percent=80");
@@ -216,7 +215,7 @@ void PrintTo(const Refusal& refusal, std::ostream* out) { *out << refusal.name; 
 class ClearEnd : public testing::TestWithParam<Refusal> {};
 
 TEST_P(ClearEnd, IsOneLineThatSaysWhatToDo) {
-  TemporaryFolder folder;
+  CommandFolder folder;
   const ProgramResult run = run_program(std::string("run ") + GetParam().arguments +
                                         " --quiet -o '" + folder / "c" + "' --until meshing");
   EXPECT_EQ(run.exit_code, GetParam().exit_code) << run.error;
@@ -243,7 +242,7 @@ INSTANTIATE_TEST_SUITE_P(
                 "the balloon was shortened from 80.00 mm"}));
 
 TEST(ClearEnds, AThreefoldBalloonAboveItsRatedBurstRunsAndIsWarnedOfInTheReport) {
-  TemporaryFolder folder;
+  CommandFolder folder;
   const ProgramResult run =
       run_program("run --preset paper-unilateral -o '" + folder / "c" + "'" + kQuick +
                   " balloon.nominal_diameter_mm=9 balloon.rest_diameter_mm=9 balloon.material=pa12 "

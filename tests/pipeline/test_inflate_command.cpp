@@ -51,7 +51,7 @@ TEST(BalloonCatalogue, HoldsTheUsualBalloonAtEverySize) {
 }
 
 TEST(BalloonCatalogue, OnesOwnEntryCountsBeforeOneOfTheSameName) {
-  TemporaryFolder folder;
+  CommandFolder folder;
   const fs::path file = folder.path() / "own.toml";
   write_text_atomically(file,
                         "[[balloon]]\nname = \"sc-3.0\"\nnominal_diameter_mm = 3.0\n"
@@ -62,7 +62,7 @@ TEST(BalloonCatalogue, OnesOwnEntryCountsBeforeOneOfTheSameName) {
 }
 
 TEST(BalloonCatalogue, MistakesAreNamedWithTheBalloonAndTheKey) {
-  TemporaryFolder folder;
+  CommandFolder folder;
   const fs::path file = folder.path() / "own.toml";
   const auto says = [&](const std::string& text, const std::string& words) {
     write_text_atomically(file, text);
@@ -79,7 +79,7 @@ TEST(BalloonCatalogue, MistakesAreNamedWithTheBalloonAndTheKey) {
 }
 
 TEST(InflateCommand, FollowsTheChartOfABalloonAtEveryPoint) {
-  TemporaryFolder folder;
+  CommandFolder folder;
   const ProgramResult result =
       run_program("inflate nc-3.0 --pressures 8,12,16,20 --quiet -o '" + folder / "d" + "'");
   ASSERT_EQ(result.exit_code, 0) << result.error;
@@ -95,7 +95,7 @@ TEST(InflateCommand, FollowsTheChartOfABalloonAtEveryPoint) {
 }
 
 TEST(InflateCommand, VolumesAndTheSimulationsSolverGiveTheSameCurve) {
-  TemporaryFolder folder;
+  CommandFolder folder;
   const auto rows_of = [&](const std::string& words) {
     const ProgramResult result =
         run_program("inflate --radius 0.5 --length 5 --wall 0.02 --material polyurethane --quiet " +
@@ -114,7 +114,7 @@ TEST(InflateCommand, VolumesAndTheSimulationsSolverGiveTheSameCurve) {
 }
 
 TEST(InflateCommand, WrongWordsAreOneLine) {
-  TemporaryFolder folder;
+  CommandFolder folder;
   const auto fails = [&](const std::string& words, int code, const std::string& hint) {
     const ProgramResult result = run_program("inflate " + words);
     EXPECT_EQ(result.exit_code, code) << words << "\n" << result.error;

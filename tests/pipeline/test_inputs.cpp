@@ -13,8 +13,8 @@
 
 #include "datasets/phantom.hpp"
 #include "formats/files.hpp"
+#include "testing/shapes.hpp"
 #include "tests/pipeline/run_program.hpp"
-#include "tests/support/shapes.hpp"
 
 // What people bring: each way in leads to the same numbers, or to one clear line.
 namespace angio::pipeline {
@@ -22,10 +22,10 @@ namespace {
 
 namespace fs = std::filesystem;
 using nlohmann::json;
+using test::CommandFolder;
 using test::file_text;
 using test::ProgramResult;
 using test::run_program;
-using test::TemporaryFolder;
 
 constexpr const char* kSmallPhantom =
     "phantom concentric --length 20 --spacing 0.4 --noise 0.05 --oblique 20 ";
@@ -41,7 +41,7 @@ json lesions_of(const fs::path& case_folder) {
 }
 
 TEST(Inputs, CtSeriesAndXRay3DGiveTheSameLumen) {
-  TemporaryFolder folder;
+  CommandFolder folder;
   ASSERT_EQ(run_program(std::string(kSmallPhantom) + "-o '" + folder / "ct" + "'").exit_code, 0);
   ASSERT_EQ(run_program(std::string(kSmallPhantom) + "--format xray3d -o '" + folder / "x3" + "'")
                 .exit_code,
@@ -65,7 +65,7 @@ TEST(Inputs, CtSeriesAndXRay3DGiveTheSameLumen) {
 }
 
 TEST(Inputs, WhatLinksACaseToItsSourceIsWrittenOnRequestOnlyAndForItsOwnerOnly) {
-  TemporaryFolder folder;
+  CommandFolder folder;
   ASSERT_EQ(run_program(std::string(kSmallPhantom) + "-o '" + folder / "ct" + "'").exit_code, 0);
   const std::string run =
       "run '" + folder / "ct" + "/dicom' --until segmentation -o '" + folder / "case" + "' ";
@@ -81,7 +81,7 @@ TEST(Inputs, WhatLinksACaseToItsSourceIsWrittenOnRequestOnlyAndForItsOwnerOnly) 
 }
 
 TEST(Inputs, ASurfaceInMetresIsKnownAndTold) {
-  TemporaryFolder folder;
+  CommandFolder folder;
   TriangleMesh mesh = datasets::make_phantom_surface(datasets::parse_phantom("unilateral")).surface;
   for (Vec3& vertex : mesh.vertices) vertex *= 1e-3;
   std::string text = "# exported elsewhere\n";
@@ -104,7 +104,7 @@ TEST(Inputs, ASurfaceInMetresIsKnownAndTold) {
 }
 
 TEST(Inputs, ASurfaceIsInspectedWithItsSizes) {
-  TemporaryFolder folder;
+  CommandFolder folder;
   const TriangleMesh tube = tests::make_tube(1.5, 40.0, 81, 32);
   formats::write_surface(folder.path() / "tube.ply", {tube, {}, {}});
   const ProgramResult inspected = run_program("inspect --json '" + folder / "tube.ply" + "'");
@@ -122,7 +122,7 @@ TEST(Inputs, ASurfaceIsInspectedWithItsSizes) {
 }
 
 TEST(Inputs, ABrokenSurfaceIsRepairedAndEveryRepairTold) {
-  TemporaryFolder folder;
+  CommandFolder folder;
   TriangleMesh mesh = datasets::make_phantom_surface(datasets::parse_phantom("unilateral")).surface;
   mesh.triangles.erase(mesh.triangles.begin() + 500, mesh.triangles.begin() + 504);  // a hole
   for (std::size_t t = 1000; t < 1010; ++t) std::swap(mesh.triangles[t][0], mesh.triangles[t][1]);
@@ -135,7 +135,7 @@ TEST(Inputs, ABrokenSurfaceIsRepairedAndEveryRepairTold) {
 }
 
 TEST(Inputs, TheLumenIsFilledWithTetrahedraThatKnowTheirBoundary) {
-  TemporaryFolder folder;
+  CommandFolder folder;
   const ProgramResult run =
       run_program("run phantom:ytype,noise=0.05 --until meshing -o '" + folder / "case" + "'");
   ASSERT_EQ(run.exit_code, 0) << run.error;
@@ -180,7 +180,7 @@ double length_along_over_around(const std::filesystem::path& case_folder) {
 // A balloon of 3 mm opens the throat of 1.2 mm by 2.5: half way to it edges are 1.6 times as long
 // along the vessel, with what remeshing leaves 1.25; even ones are 1.
 TEST(Inputs, AThroatIsMeshedForTheBalloonUnlessALengthIsAskedFor) {
-  TemporaryFolder folder;
+  CommandFolder folder;
   const std::string run =
       "run phantom:concentric,stenosis=60,noise=0 --until meshing --set "
       "volume.fill=false ";
@@ -202,7 +202,7 @@ TEST(Inputs, AProjectionRunIsDescribedAndRefused) {
   const json series = json::parse(described.out).at("series").at(0);
   EXPECT_FALSE(series.at("usable").get<bool>());
   EXPECT_NEAR(series.at("projection").at("frame_time_ms").get<double>(), 33.33, 0.01);
-  TemporaryFolder folder;
+  CommandFolder folder;
   const ProgramResult refused = run_program("run " + run + " -o '" + folder / "case" + "'");
   EXPECT_EQ(refused.exit_code, 65);
   EXPECT_NE(refused.error.find("projection run"), std::string::npos) << refused.error;
@@ -210,7 +210,7 @@ TEST(Inputs, AProjectionRunIsDescribedAndRefused) {
 }
 
 TEST(Inputs, TheInletIsTheEndOrThePointThatOneNames) {
-  TemporaryFolder folder;
+  CommandFolder folder;
   const std::string surface = folder / "tube.ply";
   formats::write_surface(surface, {tests::make_tube(1.5, 40.0, 81, 32), {}, {}});
   const ProgramResult inspected = run_program("inspect --json '" + surface + "'");

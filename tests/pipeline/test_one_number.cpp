@@ -58,7 +58,7 @@ double least_within(const std::vector<Row>& rows, const std::string& column, dou
 class OneNumber : public testing::Test {
  protected:
   static void SetUpTestSuite() {
-    folder_ = new TemporaryFolder;
+    folder_ = new CommandFolder;
     std::ofstream(*folder_ / "m.csv")
         << "case,input,simulation.guard\n"
         << "narrow,\"phantom:concentric,length=24,stenosis=50,noise=0\",true\n"
@@ -99,10 +99,10 @@ class OneNumber : public testing::Test {
   }
 
  private:
-  static TemporaryFolder* folder_;
+  static CommandFolder* folder_;
   static ProgramResult* result_;
 };
-TemporaryFolder* OneNumber::folder_ = nullptr;
+CommandFolder* OneNumber::folder_ = nullptr;
 ProgramResult* OneNumber::result_ = nullptr;
 
 TEST_F(OneNumber, OfMetricsAndSummaryIsTheSame) {
@@ -223,7 +223,7 @@ TEST_F(OneNumber, HoldsTheSecondRunsRange) {
 }
 
 TEST(NoLesion, IsWhatAHealthyVesselHasUnderEveryPreset) {
-  const TemporaryFolder folder;
+  const CommandFolder folder;
   for (const std::string& preset : pipeline::preset_names()) {
     if (preset.starts_with("paper-")) continue;  // they bring their own vessel or narrow it
     const std::string root = folder / preset;

@@ -14,15 +14,13 @@
 #include "meshing/meshing.hpp"
 #include "pipeline/case/case_files.hpp"
 #include "run_program.hpp"
-#include "tests/support/case_content.hpp"
+#include "testing/pipeline/case_content.hpp"
 
 namespace angio::test {
 namespace {
 
 namespace fs = std::filesystem;
 using nlohmann::json;
-
-json read_json_file(const fs::path& file) { return json::parse(file_text(file)); }
 
 std::vector<fs::path> files_under(const fs::path& folder) {
   std::vector<fs::path> files;
@@ -93,7 +91,7 @@ RadiusError radius_error(const CenterlineTree& found, const CenterlineTree& trut
 class StenosedPhantom : public testing::TestWithParam<const char*> {};
 
 TEST_P(StenosedPhantom, IsMeasuredAndDilatedFromDicom) {
-  TemporaryFolder folder;
+  CommandFolder folder;
   const std::string name = GetParam();
   ASSERT_EQ(run_program("phantom " + name + " --stenosis 60 --noise 0.1 --seed 3 -o '" +
                         folder / "phantom" + "'")
@@ -133,7 +131,7 @@ INSTANTIATE_TEST_SUITE_P(AllShapes, StenosedPhantom,
                          testing::Values("unilateral", "bilateral", "ytype", "coronary"));
 
 TEST(Run, TheSameCommandTwiceGivesTheSameBytes) {
-  TemporaryFolder folder;
+  CommandFolder folder;
   const std::string run =
       "run phantom:unilateral,length=24,stenosis=50 --preset draft --set inflation.inflate_s=0.6 "
       "inflation.hold_s=0.1 inflation.deflate_s=0.4 inflation.rest_s=0.1 -o ";
@@ -164,7 +162,7 @@ double seconds_of(const fs::path& folder, const char* stage) {
 }
 
 TEST(Run, GoesOnWhereItStoppedAndRepeatsOnlyWhatChanged) {
-  TemporaryFolder folder;
+  CommandFolder folder;
   const fs::path root = folder.path() / "c";
   const auto run = [&](const std::string& more) {
     const ProgramResult result = run_program(kSmallRun + more + " -o '" + root.string() + "'");
@@ -194,7 +192,7 @@ TEST(Run, GoesOnWhereItStoppedAndRepeatsOnlyWhatChanged) {
 class ChangedSetting : public testing::TestWithParam<const char*> {};
 
 TEST_P(ChangedSetting, GivesTheCaseThatWouldHaveBeenFromTheStart) {
-  TemporaryFolder folder;
+  CommandFolder folder;
   const std::string until = " --until simulation -o '", setting = GetParam();
   ASSERT_EQ(run_program(kSmallRun + "guidewire.model=rod" + until + folder / "c" + "'").exit_code,
             0);
@@ -217,7 +215,7 @@ INSTANTIATE_TEST_SUITE_P(Settings, ChangedSetting,
                                          "lesion.min_stenosis_percent=70"));
 
 TEST(Run, WhatIsStaleLeavesTheCaseUntilItIsMadeAgain) {
-  TemporaryFolder folder;
+  CommandFolder folder;
   const fs::path root = folder.path() / "c";
   const std::string to = " -o '" + root.string() + "'", notice = "This report is stale.";
   ASSERT_EQ(run_program(kSmallRun + to).exit_code, 0);
@@ -245,7 +243,7 @@ TEST(Run, WhatIsStaleLeavesTheCaseUntilItIsMadeAgain) {
 }
 
 TEST(Run, AStageAloneRefusesWhatTheOnesBeforeItRead) {
-  TemporaryFolder folder;
+  CommandFolder folder;
   const std::string to = "'" + folder / "c" + "'";
   ASSERT_EQ(run_program(kSmallRun + "--until meshing -o " + to).exit_code, 0);
   for (const char* command :
@@ -259,7 +257,7 @@ TEST(Run, AStageAloneRefusesWhatTheOnesBeforeItRead) {
 }
 
 TEST(Run, ALumenSurfaceBeginsAtTheCenterline) {
-  TemporaryFolder folder;
+  CommandFolder folder;
   ASSERT_EQ(
       run_program("phantom unilateral --format surface --stenosis 50 -o '" + folder / "p" + "'")
           .exit_code,
@@ -273,7 +271,7 @@ TEST(Run, ALumenSurfaceBeginsAtTheCenterline) {
 }
 
 TEST(Run, TheWallCanBeASolidOfLayers) {
-  TemporaryFolder folder;
+  CommandFolder folder;
   ASSERT_EQ(run_program("phantom unilateral --format surface --length 16 --stenosis 50 -o '" +
                         folder / "p" + "'")
                 .exit_code,
@@ -298,7 +296,7 @@ TEST(Run, TheWallCanBeASolidOfLayers) {
 }
 
 TEST(Batch, GoesOnPastAFailureAndSumsUp) {
-  TemporaryFolder folder;
+  CommandFolder folder;
   std::ofstream(folder / "m.csv") << "case,input,balloon.length_mm\n"
                                   << "good,\"phantom:straight,length=20,noise=0\",8\n"
                                   << "bad,missing.nrrd,\n";
@@ -313,7 +311,7 @@ TEST(Batch, GoesOnPastAFailureAndSumsUp) {
 }
 
 TEST(Batch, ResumesByContent) {
-  TemporaryFolder folder;
+  CommandFolder folder;
   const auto manifest = [&](const char* length) {
     std::ofstream(folder / "m.csv")
         << "case,input,balloon.length_mm\n"

@@ -6,13 +6,13 @@
 
 #include "core/atomic_file.hpp"
 #include "core/error.hpp"
-#include "other_value.hpp"
 #include "pipeline/experiments/cloth.hpp"
 #include "pipeline/experiments/workflow.hpp"
 #include "pipeline/stages/stage_keys.hpp"
 #include "pipeline/stages/stage_settings.hpp"
 #include "pipeline/stages/stage_table.hpp"
 #include "run_program.hpp"
+#include "testing/pipeline/other_value.hpp"
 
 namespace angio::pipeline {
 namespace {
@@ -173,7 +173,7 @@ TEST(StageKey, HoldsTheBackendThatWasAskedFor) {
 }
 
 TEST(StageFiles, RefusesWhatWasNotDeclaredAndRecordsTheRest) {
-  test::TemporaryFolder root;
+  test::CommandFolder root;
   write_text_atomically(root / "meshing/lumen.vtp", "lumen");
   const StageFiles files(CaseFolder(root.path()), {"meshing/lumen.vtp", "simulation/frames/"});
   EXPECT_TRUE(files.exists("meshing/lumen.vtp"));
@@ -187,7 +187,7 @@ TEST(StageFiles, RefusesWhatWasNotDeclaredAndRecordsTheRest) {
 
 /// A case whose stages have been done, each with a file.
 struct DoneCase {
-  test::TemporaryFolder root;
+  test::CommandFolder root;
   CaseFolder folder{root.path()};
   Config config;
   RunRecord run;

@@ -15,6 +15,7 @@
 #include "core/error.hpp"
 #include "core/vec3.hpp"
 #include "segmentation/read_volume.hpp"
+#include "testing/temporary_folder.hpp"
 
 /// Small made-up DICOM objects for tests.
 namespace angio::segmentation {
@@ -186,13 +187,6 @@ inline void write_enhanced(const fs::path& path, const EnhancedObject& object,
 /// A folder of a test's own, removed at its end.
 class DicomFolder : public testing::Test {
  protected:
-  void SetUp() override {
-    const auto* info = testing::UnitTest::GetInstance()->current_test_info();
-    folder_ = fs::temp_directory_path() / ("angio-" + std::to_string(getpid()) + "-" +
-                                           info->test_suite_name() + "-" + info->name());
-    fs::create_directories(folder_);
-  }
-  void TearDown() override { fs::remove_all(folder_); }
   [[nodiscard]] const fs::path& folder() const { return folder_; }
   [[nodiscard]] fs::path file(const std::string& name) const { return folder_ / name; }
 
@@ -220,7 +214,8 @@ class DicomFolder : public testing::Test {
   }
 
  private:
-  fs::path folder_;
+  const test::TemporaryFolder temporary_;
+  const fs::path& folder_ = temporary_.path();
 };
 
 }  // namespace angio::segmentation

@@ -13,6 +13,7 @@
 
 #include "core/error.hpp"
 #include "segmentation/read_volume.hpp"
+#include "testing/temporary_folder.hpp"
 
 /// Volume files whose geometry is easily mistaken.
 namespace angio::segmentation {
@@ -75,13 +76,6 @@ class Nifti {
 
 class VolumeFileGeometry : public testing::Test {
  protected:
-  void SetUp() override {
-    folder_ =
-        fs::temp_directory_path() / ("angio-geometry-" + std::to_string(getpid()) + "-" +
-                                     testing::UnitTest::GetInstance()->current_test_info()->name());
-    fs::create_directories(folder_);
-  }
-  void TearDown() override { fs::remove_all(folder_); }
   [[nodiscard]] fs::path write(const std::string& name, const std::string& bytes) const {
     std::ofstream(folder_ / name, std::ios::binary) << bytes;
     return folder_ / name;
@@ -102,7 +96,8 @@ class VolumeFileGeometry : public testing::Test {
   }
 
  private:
-  fs::path folder_;
+  const test::TemporaryFolder temporary_;
+  const fs::path& folder_ = temporary_.path();
 };
 
 /// Where a voxel lies, and its value, whichever way the slices were turned.

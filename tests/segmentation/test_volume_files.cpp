@@ -18,6 +18,7 @@
 #include "core/error.hpp"
 #include "formats/nrrd.hpp"
 #include "segmentation/read_volume.hpp"
+#include "testing/temporary_folder.hpp"
 
 namespace angio::segmentation {
 namespace {
@@ -26,13 +27,6 @@ using testing::HasSubstr;
 
 class VolumeFiles : public testing::Test {
  protected:
-  void SetUp() override {
-    folder_ =
-        fs::temp_directory_path() / ("angio-volume-files-" + std::to_string(getpid()) + "-" +
-                                     testing::UnitTest::GetInstance()->current_test_info()->name());
-    fs::create_directories(folder_);
-  }
-  void TearDown() override { fs::remove_all(folder_); }
   [[nodiscard]] fs::path file(const std::string& name) const { return folder_ / name; }
 
   /// The error that reading a path ends in.
@@ -47,7 +41,8 @@ class VolumeFiles : public testing::Test {
   }
 
  private:
-  fs::path folder_;
+  const test::TemporaryFolder temporary_;
+  const fs::path& folder_ = temporary_.path();
 };
 
 Volume<float> oblique_volume() {

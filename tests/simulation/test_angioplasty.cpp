@@ -2,8 +2,8 @@
 #include <omp.h>
 
 #include "core/error.hpp"
-#include "tests/simulation/models.hpp"
-#include "tests/simulation/small_stenosis.hpp"
+#include "testing/simulation/models.hpp"
+#include "testing/simulation/small_stenosis.hpp"
 
 /// A balloon in a stenosed tube, from insertion to rest.
 namespace angio::simulation {

@@ -4,7 +4,7 @@
 
 #include "core/units.hpp"
 #include "simulation/run/balloon_section.hpp"
-#include "tests/simulation/models.hpp"
+#include "testing/simulation/models.hpp"
 
 namespace angio::simulation::detail {
 namespace {

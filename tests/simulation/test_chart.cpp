@@ -7,7 +7,7 @@
 #include "core/error.hpp"
 #include "core/units.hpp"
 #include "simulation/materials/material.hpp"
-#include "tests/simulation/charts.hpp"
+#include "testing/simulation/charts.hpp"
 
 namespace angio::simulation::detail {
 namespace {

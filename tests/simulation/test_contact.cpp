@@ -3,6 +3,7 @@
 #include <random>
 
 #include "simulation/backends/host_memory.hpp"
+#include "simulation/contact/candidate_set.hpp"
 #include "simulation/contact/candidates.hpp"
 #include "simulation/contact/contact_force.hpp"
 #include "simulation/contact/distance.hpp"
@@ -10,8 +11,8 @@
 #include "simulation/step/make_views.hpp"
 #include "simulation/step/program.hpp"
 #include "simulation/step/team.hpp"
+#include "testing/simulation/models.hpp"
 #include "tests/simulation/candidate_order.hpp"
-#include "tests/simulation/models.hpp"
 
 namespace angio::simulation::detail {
 namespace {

@@ -7,9 +7,10 @@
 #include "simulation/backends/step_solver.hpp"
 #include "simulation/guard.hpp"
 #include "simulation/run/measure.hpp"
-#include "tests/simulation/folded.hpp"
-#include "tests/simulation/layered.hpp"
-#include "tests/simulation/matched.hpp"
+#include "testing/simulation/folded.hpp"
+#include "testing/simulation/layered.hpp"
+#include "testing/simulation/matched.hpp"
+#include "testing/simulation/states.hpp"
 
 /// The GPU against the CPU; skipped where there is none.
 namespace angio::simulation::detail {
@@ -29,11 +30,7 @@ class Cuda : public ::testing::TestWithParam<Spread> {
   }
 
   std::vector<State> frames(StepSolver& solver, const Scene& scene) const {
-    const double volume = balloon_volume(scene, scene.start);
-    std::vector<State> states;
-    solver.run(Inflator(options_, volume, 1.3 * volume),
-               [&](int, const State& state) { states.push_back(state); });
-    return states;
+    return testing::states_of(solver, scene, options_);
   }
 
   SimulationModel model_;

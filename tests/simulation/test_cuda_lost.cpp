@@ -3,8 +3,8 @@
 
 #include "core/error.hpp"
 #include "simulation/backends/step_solver.hpp"
+#include "testing/simulation/matched.hpp"
 #include "tests/simulation/lost_device.hpp"
-#include "tests/simulation/matched.hpp"
 
 /// A GPU that is lost on the way. Nothing in this process can use it afterwards: CTest runs each
 /// test in a process of its own.

@@ -8,7 +8,7 @@
 
 #include "simulation/balloon_measures.hpp"
 #include "simulation/bodies/drawn_wire.hpp"
-#include "tests/simulation/models.hpp"
+#include "testing/simulation/models.hpp"
 
 /// The guidewire where it is drawn inside a balloon that moves as it likes.
 namespace angio::simulation::detail {

@@ -1,6 +1,6 @@
 #include <gtest/gtest.h>
 
-#include "tests/simulation/sliding.hpp"
+#include "testing/simulation/sliding.hpp"
 
 /// Coulomb's laws, for all three ways in which an air tet's primitives touch.
 namespace angio::simulation {

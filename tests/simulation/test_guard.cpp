@@ -8,8 +8,8 @@
 
 #include "core/error.hpp"
 #include "simulation/guard.hpp"
-#include "tests/simulation/layered.hpp"
-#include "tests/simulation/small_stenosis.hpp"
+#include "testing/simulation/layered.hpp"
+#include "testing/simulation/small_stenosis.hpp"
 
 /// The second run beside the first one, and what a wall gives back.
 namespace angio::simulation {

@@ -8,7 +8,7 @@
 #include "simulation/bodies/guidewire.hpp"
 #include "simulation/contact/distance.hpp"
 #include "simulation/step/status.hpp"
-#include "tests/simulation/models.hpp"
+#include "testing/simulation/models.hpp"
 
 /// The guidewire's rod inside a balloon that is inflated and emptied.
 namespace angio::simulation {
@@ -169,7 +169,7 @@ TEST(Guidewire, InABendItsFramesAreInBalanceFromTheFirstOn) {
     EXPECT_LE(frame.residual, detail::kBalanceMargin * detail::kOffBalance) << frame.frame;
 }
 
-// Of what pushes the end away, p pi R^2, the skin carries a part.
+// Of what pushes the end away, p pi R^2, the membrane carries a part.
 TEST(Guidewire, AFreeTipGoesForwardAsTheBalloonFills) {
   const SimulationModel model = free_balloon();
   SimulationOptions options = quick(8.0);

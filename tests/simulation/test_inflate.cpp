@@ -7,8 +7,8 @@
 #include "core/error.hpp"
 #include "core/units.hpp"
 #include "simulation/inflate.hpp"
-#include "tests/simulation/charts.hpp"
-#include "tests/simulation/closed_forms.hpp"
+#include "testing/simulation/charts.hpp"
+#include "testing/simulation/closed_forms.hpp"
 
 namespace angio::simulation {
 namespace {

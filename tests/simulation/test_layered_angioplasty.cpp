@@ -6,7 +6,7 @@
 #include <map>
 
 #include "simulation/bodies/scene.hpp"
-#include "tests/simulation/layered.hpp"
+#include "testing/simulation/layered.hpp"
 
 /// A balloon in a narrowed vessel whose wall is the layered solid.
 namespace angio::simulation {

@@ -10,7 +10,7 @@
 #include "core/error.hpp"
 #include "simulation/newton/wall_terms.hpp"
 #include "simulation/wall.hpp"
-#include "tests/simulation/thick_tubes.hpp"
+#include "testing/simulation/thick_tubes.hpp"
 
 namespace angio::simulation {
 namespace {

@@ -5,7 +5,7 @@
 #include <string>
 
 #include "simulation/materials/membrane.hpp"
-#include "tests/simulation/triangles.hpp"
+#include "testing/simulation/triangles.hpp"
 
 namespace angio::simulation::detail {
 namespace {

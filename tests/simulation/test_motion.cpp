@@ -1,6 +1,6 @@
 #include <gtest/gtest.h>
 
-#include "tests/simulation/pushed.hpp"
+#include "testing/simulation/pushed.hpp"
 
 /// A balloon led through a lumen.
 namespace angio::simulation {

@@ -6,7 +6,7 @@
 
 #include "simulation/newton/newton.hpp"
 #include "simulation/newton/sparse_ldlt.hpp"
-#include "tests/simulation/spheres.hpp"
+#include "testing/simulation/spheres.hpp"
 
 namespace angio::simulation::detail {
 namespace {

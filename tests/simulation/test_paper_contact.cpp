@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <random>
 #include <set>
 
@@ -9,7 +10,8 @@
 #include "simulation/bodies/element_colors.hpp"
 #include "simulation/pbd/contact.hpp"
 #include "simulation/pbd/tets.hpp"
-#include "tests/simulation/matched.hpp"
+#include "testing/simulation/layered.hpp"
+#include "testing/simulation/matched.hpp"
 
 /// The seed paper's projections, with its errata.
 namespace angio::simulation::detail {
@@ -202,9 +204,30 @@ TEST(PbdContact, GivesTheSameBitsForOneAndThreeThreads) {
   std::vector<std::vector<Vec3>> last(2);
   for (const int threads : {1, 3})
     make_cpu_solver(scene, options, Precision::single, threads)
-        ->run(Inflator(options, volume, volume),
+        ->run(make_control(scene, options, volume),
               [&](int, const State& state) { last[threads == 1 ? 0 : 1] = state.x; });
   EXPECT_EQ(last[0], last[1]);
+}
+
+// Nothing searches bounds of motion then: a column goes as far as its equations say.
+TEST(PbdContact, MovesTheColumnsOfALayeredWall) {
+  SimulationModel model = testing::matched_model(0.5, 0.62);
+  model.layered_wall = testing::extruded(model.wall, model.wall_fixed, 0.62, 0.189);
+  SimulationOptions options = paper_options();
+  options.inflation.inflate_s = 0.2;
+  options.inflation.deflate_s = options.frame_s;
+  int contacts = 0;
+  double moved = 0.0;
+  simulate(model, options, [&](const SimulationFrame& frame) {
+    contacts = std::max(contacts, frame.contact.count);
+    for (std::size_t v = 0; v < frame.wall.size(); ++v) {
+      const double way = distance(frame.wall[v], model.wall.vertices[v]);
+      ASSERT_TRUE(std::isfinite(way)) << frame.frame;
+      moved = std::max(moved, way);
+    }
+  });
+  EXPECT_GT(contacts, 0);
+  EXPECT_GT(moved, 0.01);
 }
 
 TEST(PbdContact, NeedsAnAirMesh) {

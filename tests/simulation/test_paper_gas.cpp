@@ -7,13 +7,13 @@
 
 #include "core/error.hpp"
 #include "simulation/pbd/gas.hpp"
-#include "tests/simulation/models.hpp"
+#include "testing/simulation/models.hpp"
 
 /// The paper's gas of each tet, and what it makes of a balloon that the gas law fills as it should.
 namespace angio::simulation {
 namespace {
 
-/// The tets of a closed tube around one point in its middle, without a skin.
+/// The tets of a closed tube around one point in its middle, without a membrane.
 struct Fan {
   TriangleMesh mesh = testing::closed_tube(3.0, 8, 10, [](double) { return 1.0; });
   std::vector<Vec3> apex = std::vector<Vec3>(mesh.triangles.size());
@@ -102,7 +102,7 @@ Filled fill(GasModel gas, int sweeps) {
 }
 
 // The tets fill a part of the balloon, and where their volumes are met
-// nothing holds the skin.
+// nothing holds the membrane.
 TEST(PbdGas, LeavesTheVolumeToTheNumberOfSweepsWhereTheGasLawMeetsIt) {
   const Filled law = fill(GasModel::enclosed, 5);
   EXPECT_NEAR(law.volume, 1.0, 1e-3);

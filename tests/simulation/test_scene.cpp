@@ -5,7 +5,7 @@
 #include "core/error.hpp"
 #include "simulation/bodies/scene.hpp"
 #include "simulation/newton/equilibria.hpp"
-#include "tests/simulation/models.hpp"
+#include "testing/simulation/models.hpp"
 
 /// Models that cannot be simulated are refused with the element that is wrong.
 namespace angio::simulation {

@@ -4,13 +4,14 @@
 
 #include "core/error.hpp"
 #include "simulation/backends/host_memory.hpp"
+#include "simulation/contact/candidate_set.hpp"
 #include "simulation/contact/candidates.hpp"
 #include "simulation/run/measure.hpp"
 #include "simulation/step/make_views.hpp"
 #include "simulation/step/program.hpp"
 #include "simulation/step/team.hpp"
-#include "tests/simulation/folded.hpp"
-#include "tests/simulation/models.hpp"
+#include "testing/simulation/folded.hpp"
+#include "testing/simulation/models.hpp"
 
 namespace angio::simulation::detail {
 namespace {

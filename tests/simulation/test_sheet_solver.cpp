@@ -6,7 +6,7 @@
 
 #include "simulation/newton/membrane_term.hpp"
 #include "simulation/pbd/sheet_solver.hpp"
-#include "tests/simulation/spheres.hpp"
+#include "testing/simulation/spheres.hpp"
 
 namespace angio::simulation::detail {
 namespace {

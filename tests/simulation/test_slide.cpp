@@ -6,7 +6,7 @@
 #include "simulation/balloon_measures.hpp"
 #include "simulation/materials/material.hpp"
 #include "simulation/simulation.hpp"
-#include "tests/simulation/models.hpp"
+#include "testing/simulation/models.hpp"
 
 /// The distal neck slides along the wire.
 namespace angio::simulation {

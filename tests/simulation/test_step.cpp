@@ -7,7 +7,8 @@
 #include "simulation/bodies/numbering.hpp"
 #include "simulation/newton/equilibria.hpp"
 #include "simulation/step/leap.hpp"
-#include "tests/simulation/models.hpp"
+#include "testing/simulation/models.hpp"
+#include "testing/simulation/states.hpp"
 
 /// The solver's parts: numbering, precision, threads, ways to drive a balloon.
 namespace angio::simulation::detail {
@@ -64,15 +65,6 @@ SimulationOptions quick(InflationControl control) {
   return options;
 }
 
-std::vector<State> frames_of(StepSolver& solver, const Scene& scene,
-                             const SimulationOptions& options) {
-  const double volume = balloon_volume(scene, scene.start);
-  std::vector<State> states;
-  solver.run(Inflator(options, volume, 1.3 * volume),
-             [&](int, const State& state) { states.push_back(state); });
-  return states;
-}
-
 TEST(StepSolver, SinglePrecisionFollowsDouble) {
   SimulationModel model = held_capsule();
   for (Vec3& v : model.balloon.vertices) v += Vec3{210.0, -180.0, 290.0};  // as in a scan
@@ -80,8 +72,10 @@ TEST(StepSolver, SinglePrecisionFollowsDouble) {
   const SimulationOptions options = quick(InflationControl::gas);
   const Scene scene = make_scene(model, options);
   EXPECT_EQ(precision_for(scene, options), Precision::single);
-  const auto one = frames_of(*make_cpu_solver(scene, options, Precision::single), scene, options);
-  const auto two = frames_of(*make_cpu_solver(scene, options, Precision::double_), scene, options);
+  const auto one =
+      testing::states_of(*make_cpu_solver(scene, options, Precision::single), scene, options);
+  const auto two =
+      testing::states_of(*make_cpu_solver(scene, options, Precision::double_), scene, options);
   ASSERT_EQ(one.size(), two.size());
   for (std::size_t f = 0; f < one.size(); ++f) {
     EXPECT_NEAR(one[f].pressure, two[f].pressure, 1e-4 * two[f].pressure);
@@ -94,8 +88,10 @@ TEST(StepSolver, GivesTheSameBitsForAnyNumberOfThreads) {
   const SimulationOptions options = quick(InflationControl::gas);
   const Scene scene = make_scene(held_capsule(), options);
   const auto automatic = Precision::automatic;
-  const auto one = frames_of(*make_cpu_solver(scene, options, automatic, 1), scene, options);
-  const auto three = frames_of(*make_cpu_solver(scene, options, automatic, 3), scene, options);
+  const auto one =
+      testing::states_of(*make_cpu_solver(scene, options, automatic, 1), scene, options);
+  const auto three =
+      testing::states_of(*make_cpu_solver(scene, options, automatic, 3), scene, options);
   for (std::size_t f = 0; f < one.size(); ++f) EXPECT_EQ(one[f].x, three[f].x) << f;
 }
 

@@ -5,7 +5,7 @@
 #include "core/units.hpp"
 #include "simulation/run/success.hpp"
 #include "simulation/step/make_views.hpp"
-#include "tests/simulation/models.hpp"
+#include "testing/simulation/models.hpp"
 
 namespace angio::simulation::detail {
 namespace {

@@ -4,7 +4,7 @@
 
 #include "simulation/backends/host_memory.hpp"
 #include "simulation/step/make_views.hpp"
-#include "tests/simulation/layered.hpp"
+#include "testing/simulation/layered.hpp"
 
 namespace angio::simulation::detail {
 namespace {

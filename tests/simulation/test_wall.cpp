@@ -7,7 +7,7 @@
 #include "simulation/step/make_views.hpp"
 #include "simulation/step/sweep_slabs.hpp"
 #include "simulation/step/team.hpp"
-#include "tests/simulation/models.hpp"
+#include "testing/simulation/models.hpp"
 
 namespace angio::simulation::detail {
 namespace {

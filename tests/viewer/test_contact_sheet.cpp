@@ -3,8 +3,8 @@
 #include <algorithm>
 
 #include "core/atomic_file.hpp"
-#include "tests/viewer/case_folder.hpp"
-#include "tests/viewer/shapes.hpp"
+#include "testing/viewer/case_folder.hpp"
+#include "testing/viewer/shapes.hpp"
 #include "viewer/contact_sheet.hpp"
 #include "viewer/detail/canvas.hpp"
 #include "viewer/detail/sheet_case.hpp"

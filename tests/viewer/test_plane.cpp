@@ -3,7 +3,7 @@
 #include <cmath>
 
 #include "core/units.hpp"
-#include "tests/viewer/shapes.hpp"
+#include "testing/viewer/shapes.hpp"
 #include "viewer/detail/plane.hpp"
 #include "viewer/detail/projection.hpp"
 

@@ -7,8 +7,8 @@
 
 #include "core/atomic_file.hpp"
 #include "core/error.hpp"
-#include "tests/viewer/report_content.hpp"
-#include "tests/viewer/shapes.hpp"
+#include "testing/viewer/report_content.hpp"
+#include "testing/viewer/shapes.hpp"
 #include "viewer/detail/picture.hpp"
 #include "viewer/detail/tables.hpp"
 #include "viewer/report.hpp"

@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "tests/viewer/shapes.hpp"
+#include "testing/viewer/shapes.hpp"
 #include "viewer/detail/view_frame.hpp"
 
 namespace angio::viewer::detail {

@@ -1,0 +1,22 @@
+#pragma once
+
+#include "core/triangle_mesh.hpp"
+#include "meshing/detail/soup.hpp"
+
+/// Steps that make a manifold of sheets that cross, meet, or are turned inside out; as soup.hpp.
+namespace angio::meshing::detail {
+
+/// Cuts off the smaller sheets with a free border that meet others in edges of three and more
+/// triangles.
+Count cut_off_fins(TriangleMesh& mesh);
+
+/// Turns triangles like most of their neighbours.
+///
+/// @throws InputError if the surface is one-sided
+Count turn_alike(TriangleMesh& mesh);
+
+/// Gives every sheet its own vertices where several meet in an edge or in a corner. In an edge,
+/// those two triangles stay together between which the inside lies.
+Count take_sheets_apart(TriangleMesh& mesh);
+
+}  // namespace angio::meshing::detail
