@@ -2,4 +2,5 @@
 set(CPACK_COMPONENTS_ALL program)
 if(CPACK_GENERATOR STREQUAL "TGZ")
   list(APPEND CPACK_COMPONENTS_ALL libraries)
+  set(CPACK_COMPONENT_INCLUDE_TOPLEVEL_DIRECTORY ON)  # of a Debian package it would be in the root
 endif()
