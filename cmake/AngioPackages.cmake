@@ -23,7 +23,14 @@ install(CODE "
     RESOLVED_DEPENDENCIES_VAR libraries
     PRE_EXCLUDE_REGEXES \"^ld-linux\" \"^lib(c|m|dl|rt|pthread|resolv|gcc_s|stdc\\\\+\\\\+)\\\\.so\")
   file(INSTALL DESTINATION \"\${CMAKE_INSTALL_PREFIX}/${CMAKE_INSTALL_LIBDIR}/angio\"
-    TYPE SHARED_LIBRARY FOLLOW_SYMLINK_CHAIN FILES \${libraries})"
+    TYPE SHARED_LIBRARY FOLLOW_SYMLINK_CHAIN FILES \${libraries})
+  # A library with a path of its own (Open MPI's) is not looked for beside the others.
+  file(GLOB installed \"\$ENV{DESTDIR}\${CMAKE_INSTALL_PREFIX}/${CMAKE_INSTALL_LIBDIR}/angio/*\")
+  foreach(library IN LISTS installed)
+    if(NOT IS_SYMLINK \"\${library}\")
+      file(RPATH_REMOVE FILE \"\${library}\")
+    endif()
+  endforeach()"
   COMPONENT libraries EXCLUDE_FROM_ALL)
 
 set(CPACK_GENERATOR DEB TGZ)
