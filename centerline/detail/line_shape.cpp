@@ -5,6 +5,7 @@
 #include <cstddef>
 
 #include "centerline/detail/polyline.hpp"
+#include "centerline/detail/ridge.hpp"
 #include "core/centerline.hpp"
 #include "core/parallel.hpp"
 
@@ -101,9 +102,77 @@ std::vector<char> find_turns(const Polyline& line, std::size_t first) {
   return turns;
 }
 
+/// The points around which a vessel turns back: its line by more than 90 degrees over three radii,
+/// and nowhere by more than 65 within one, as no tube can whose bend is no tighter than it is wide.
+/// No curve in the vessel turns less there, so a shorter one would only run along its inner wall.
+std::vector<char> find_turns_back(const Polyline& line) {
+  constexpr double kReach = 1.5, kMost = 0.423;  // radii; a cosine
+  const std::size_t count = line.points.size();
+  const std::vector<double> s = arc_length(line.points), radius = radius_around(line, s);
+  const auto along = [&](std::size_t i) {
+    const std::size_t k = std::min(i, count - 2);
+    return normalized(line.points[k + 1] - line.points[k]);
+  };
+  const auto is_a_bend = [&](std::size_t first, std::size_t last) {
+    for (std::size_t i = first; i <= last; ++i)
+      for (std::size_t k = i + 1; k <= last && s[k] - s[i] <= radius[i]; ++k)
+        if (dot(along(i), along(k)) < kMost) return false;
+    return true;
+  };
+  std::vector<char> turns_back(count, 0);
+  for (std::size_t i = 0; i < count; ++i) {
+    const double reach = kReach * radius[i];
+    if (s[i] < 1.5 * reach || s.back() - s[i] < 1.5 * reach) continue;
+    const auto at = [&](double abscissa) {
+      return std::size_t(std::lower_bound(s.begin(), s.end(), abscissa) - s.begin());
+    };
+    const std::size_t before = at(s[i] - reach), behind = at(s[i] + reach);
+    if (dot(tangent_at(line, s, before, 0.5 * reach), tangent_at(line, s, behind, 0.5 * reach)) >
+            0.0 ||
+        !is_a_bend(before, behind))
+      continue;
+    std::fill(turns_back.begin() + std::ptrdiff_t(at(s[i] - 1.5 * reach)),
+              turns_back.begin() + std::ptrdiff_t(at(s[i] + 1.5 * reach)), 1);
+  }
+  return turns_back;
+}
+
+/// How deep in the lumen a line must stay while it is straightened: where it turns back, nearly as
+/// deep as its section is, which is what keeps it in the middle of a bend.
+class LeastDepths {
+ public:
+  LeastDepths(const Line& work, const Surroundings& around)
+      : lumen_(around.lumen), points_(work.line.points), least_(points_.size(), 0.0) {
+    constexpr double kShare = 0.8, kSlack = 0.5;  // the latter in voxels
+    const std::vector<char> turns_back = find_turns_back(work.line);
+    const std::vector<double> s = arc_length(points_), radius = radius_around(work.line, s);
+    for (std::size_t i = 0; i < points_.size(); ++i) {
+      if (turns_back[i] == 0) continue;
+      const Vec3 normal = tangent_at(work.line, s, i, direction_reach(work.line, i));
+      const Vec3 deepest =
+          deepest_in_section(points_[i], normal, radius[i], around.distance_to_wall);
+      least_[i] = kShare * lumen_.depth_at(deepest) - kSlack * around.wall.resolution();
+    }
+  }
+
+  [[nodiscard]] bool allow(const Vec3& place) const {
+    const auto nearest =
+        std::min_element(points_.begin(), points_.end(), [&](const Vec3& a, const Vec3& b) {
+          return norm_squared(a - place) < norm_squared(b - place);
+        });
+    return lumen_.depth_at(place) >= least_[std::size_t(nearest - points_.begin())];
+  }
+
+ private:
+  const LumenVoxels& lumen_;
+  std::vector<Vec3> points_;   ///< of the line before [mm]
+  std::vector<double> least_;  ///< [mm]
+};
+
 /// Shortens the curve where it turns too sharply (points go half way to the middle of their
-/// neighbours), as far as the lumen's core lets it.
-void relax_turns(Line& work, const Line* parent, const Surroundings& around) {
+/// neighbours), as far as the lumen's core lets it and it stays deep enough.
+void relax_turns(Line& work, const Line* parent, const Surroundings& around,
+                 const LeastDepths& depths) {
   constexpr int kMostSweeps = 200;
   Polyline& line = work.line;
   const std::size_t count = line.points.size(), first = first_outside(work, parent);
@@ -114,7 +183,7 @@ void relax_turns(Line& work, const Line* parent, const Surroundings& around) {
     for (std::size_t i = std::max<std::size_t>(work.shared, 1); i + 1 < count; ++i) {
       if (turns[i - 1] == 0 && turns[i] == 0 && turns[i + 1] == 0) continue;
       const Vec3 next = 0.5 * before[i] + 0.25 * (before[i - 1] + before[i + 1]);
-      if (!is_in_core(work, around, next)) continue;
+      if (!is_in_core(work, around, next) || !depths.allow(next)) continue;
       line.points[i] = next;
       has_moved = true;
     }
@@ -191,9 +260,10 @@ bool has_turns(const Line& work, const Line* parent) {
 void straighten(Line& work, const Line* parent, const Surroundings& around,
                 const std::function<double(double)>& step) {
   constexpr int kMostRounds = 12;
+  const LeastDepths depths(work, around);
   for (int round = 0; round < kMostRounds && has_turns(work, parent); ++round) {
     return_to_course(work, around, work.line.points);
-    relax_turns(work, parent, around);
+    relax_turns(work, parent, around, depths);
     check_widths(work, around.distance_to_wall);
     resample(work.line, work.shared, step);
   }

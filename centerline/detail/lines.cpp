@@ -215,8 +215,31 @@ Look measure(Line& work, const Line* parent, const Surroundings& around) {
   return look;
 }
 
+/// How wide the lumen is beside each point of a line that runs off the middle there: the greatest
+/// ball with its middle in the point's section, between which and the point the lumen only gets
+/// wider. 0 where the line is in the middle, or at a tip, where the nearest wall is the cap.
+std::vector<double> radius_beside(const Line& work, const WallDistance& distance_to_wall) {
+  constexpr double kNear = 0.9, kTip = 2.0;
+  const Polyline& line = work.line;
+  const std::vector<double> s = arc_length(line.points), around = radius_around(line, s);
+  std::vector<double> beside(line.points.size(), 0.0);
+  parallel_for_uneven(std::ptrdiff_t(line.points.size() - work.shared), [&](std::ptrdiff_t index) {
+    const std::size_t i = work.shared + std::size_t(index);
+    const double zone = kTip * around[i];
+    if ((work.free_start && s[i] < zone) || (work.free_end && s.back() - s[i] < zone)) return;
+    if (line.radius[i] >= kNear * around[i]) return;
+    const Vec3 deepest =
+        deepest_in_section(line.points[i], tangent_at(line, s, i, direction_reach(line, i)),
+                           around[i], distance_to_wall);
+    beside[i] = distance_to_wall.at(deepest, line.radius[i]);
+  });
+  return beside;
+}
+
 /// The radius at each point is the distance to the wall there: the model's, which the wall's noise
-/// and its flat triangles do not make too low, as long as it is within 1 % of the wall itself.
+/// and its flat triangles do not make too low, as long as it is within 1 % of the wall itself. The
+/// tube's is the model's, or that of the greatest ball beside the line where that is wider: a line
+/// that cuts a bend's corner is no stenosis.
 void take_radii(Line& work, const Look& look, const WallDistance& distance_to_wall) {
   constexpr double kMost = 1.01;
   Polyline& line = work.line;
@@ -228,8 +251,13 @@ void take_radii(Line& work, const Look& look, const WallDistance& distance_to_wa
     work.seen[i] = look.seen[i];
     line.radius[i] = look.seen[i] != 0 ? std::clamp(look.radius[i], here, kMost * here) : here;
     work.fitted[i] = look.seen[i] != 0 ? look.radius[i] : here;
-    work.area[i] = std::max(work.area[i], units::kPi * line.radius[i] * line.radius[i]);
   });
+  const std::vector<double> beside = radius_beside(work, distance_to_wall);
+  for (std::size_t i = work.shared; i < line.points.size(); ++i) {
+    work.fitted[i] = std::max(work.fitted[i], beside[i]);
+    const double widest = std::max(line.radius[i], beside[i]);
+    work.area[i] = std::max(work.area[i], units::kPi * widest * widest);
+  }
 }
 
 /// Settles a line whose sections were measured. A middle that leads much nearer to the wall is

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "centerline/detail/healthy_line.hpp"
 
@@ -189,6 +190,18 @@ ReferenceDiameter measure(const CenterlinePath& path) {
   return reference;
 }
 
+/// The greatest healthy ln diameter that a branch can have by its own look: one that is seen over
+/// many diameters shows its width somewhere, however diseased it is and whatever its forks say.
+double greatest_own_width(const FieldBranch& field) {
+  constexpr double kLong = 6.0, kWider = 0.1;  // diameters; e-folds
+  double seen = 0.0, widest = std::numeric_limits<double>::lowest();
+  for (const FieldCell& cell : field.cells) {
+    seen += cell.weight;
+    if (cell.weight > 0.0) widest = std::max(widest, cell.log_diameter);
+  }
+  return seen < kLong ? std::numeric_limits<double>::max() : widest + kWider;
+}
+
 /// Finds the field that explains the cells, and ln of the healthy diameter at each of them.
 std::vector<std::vector<double>> explain(TreeReference& tree) {
   tree.field = HealthyField(tree.field_branches);
@@ -196,7 +209,8 @@ std::vector<std::vector<double>> explain(TreeReference& tree) {
   for (std::size_t b = 0; b < tree.field_branches.size(); ++b) {
     const FieldBranch& field = tree.field_branches[b];
     std::vector<double> best;
-    for (std::size_t c = 0; c < field.cells.size(); ++c) best.push_back(tree.field.best(b, c));
+    for (std::size_t c = 0; c < field.cells.size(); ++c)
+      best.push_back(std::min(tree.field.best(b, c), greatest_own_width(field)));
     lines.push_back(fit_healthy_line(field, best));
   }
   return lines;

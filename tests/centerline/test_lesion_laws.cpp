@@ -146,6 +146,15 @@ TEST(LesionLaws, WhatTheWallCannotShowIsToldApart) {
   EXPECT_TRUE(lesions[1].is_too_thin);
 }
 
+TEST(LesionLaws, ALongVesselIsHardlyWiderThanItsWidestPlace) {
+  // By its daughters the trunk, 3.4 mm at its widest, is one of 4 mm.
+  const auto trunk = [](double s) { return (s < 22.0 ? 0.8 : 0.85) * narrowed(s, 12.0, 8.0, 0.3); };
+  const CenterlineTree tree = forked([&](double s) { return s < 30.0 ? trunk(s) : 1.0; }, whole);
+  LesionOptions options;
+  options.abscissa_mm = 12.0;
+  EXPECT_LT(find_lesions(tree, options).at(0).reference_diameter_mm, 1.1 * 3.4 + 0.02);
+}
+
 TEST(LesionLaws, AHealthyForkIsNone) {
   EXPECT_FALSE(find_lesions(forked(whole, whole), {}).at(0).is_stenosis);
 }

@@ -172,6 +172,31 @@ TEST(LineLaws, LengthIsThatOfTheVessel) {
   EXPECT_NEAR(result.tree.paths[0].abscissa.back(), truth, 0.01 * truth);
 }
 
+// Round a bend of 1.2 radii a line in the middle turns by 48 degrees within a radius, more than a
+// line may elsewhere. A shorter one would run along the inner wall, where it is no less sharp.
+TEST(LineLaws, RoundATightBendTheLineStaysOffTheInnerWall) {
+  constexpr double kRadius = 1.8, kBend = 1.2 * kRadius;
+  const Tube siphon = test::make_tube(
+      [](double t) {
+        const double angle = units::kPi * std::clamp(3 * t - 1, 0.0, 1.0);
+        const double leg =
+            t < 1.0 / 3 ? 60 * (1.0 / 3 - t) : (t > 2.0 / 3 ? 60 * (t - 2.0 / 3) : 0);
+        return Vec3{kBend * std::cos(angle), kBend * std::sin(angle) - leg, 0.0};
+      },
+      [](double) { return kRadius; });
+  const CenterlineResult result =
+      extract_centerline(level_set_of({siphon}, grid_around({siphon}, 0.32, 1.5)), {});
+  ASSERT_EQ(result.tree.paths.size(), 1U);
+  const CenterlinePath& path = result.tree.paths[0];
+  for (std::size_t i = 0; i < path.points.size(); ++i) {
+    const double s = path.abscissa[i];
+    if (s < 3.0 * kRadius || path.abscissa.back() - s < 3.0 * kRadius) continue;
+    EXPECT_GT(path.inscribed_radius[i], 0.55 * kRadius) << s;
+    EXPECT_NEAR(path.tube_radius[i], kRadius, 0.05 * kRadius) << s;
+  }
+  EXPECT_FALSE(find_lesions(result.tree, {}).at(0).is_stenosis);
+}
+
 TEST(SmoothCurve, KeepsBendsAndTakesZigzagsAway) {
   constexpr int kCount = 200;
   constexpr double kStep = 0.25, kBend = 5.0;  // mm
