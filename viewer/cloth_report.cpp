@@ -69,8 +69,8 @@ Figure draw_cloth(const std::vector<ClothMoment>& moments) {
 
 std::string make_page(const ClothReport& content, const Figure& figure, const Album& album) {
   const Metrics metrics(content.metrics_json);
-  return page_head(content.title, content.version) + status_notice(metrics) +
-         notices(content.warnings) + section("The cloth", album.block({figure}, "stack")) +
+  return page_head(content.title, content.version) + use_notice() + status_notice(metrics) +
+         first_doubts(content.doubts) + section("The cloth", album.block({figure}, "stack")) +
          page_end(metrics, content.run_json);
 }
 

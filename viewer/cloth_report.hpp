@@ -6,6 +6,7 @@
 
 #include "core/progress.hpp"
 #include "core/triangle_mesh.hpp"
+#include "viewer/doubts.hpp"
 
 namespace angio::viewer {
 
@@ -19,10 +20,10 @@ struct ClothMoment {
 struct ClothReport {
   std::string title;  ///< case name; no identity
   std::string version;
-  std::vector<ClothMoment> moments;   ///< at least one; the first is the cloth at rest
-  std::string metrics_json;           ///< metrics.json, shown as tables
-  std::string run_json;               ///< run.json: stages, seconds, memory
-  std::vector<std::string> warnings;  ///< findings to tell first
+  std::vector<ClothMoment> moments;  ///< at least one; the first is the cloth at rest
+  std::string metrics_json;          ///< metrics.json, shown as tables
+  std::string run_json;              ///< run.json: stages, seconds, memory
+  std::vector<Doubts> doubts;
 };
 
 /// Renders the cloth's mesh above its thickness, as the seed paper's Figure 5, and writes the

@@ -83,10 +83,10 @@ double largest_spacing(const ReportContent& content) {
 std::string make_page(const ReportContent& content, const Figures& figures,
                       const detail::Album& album) {
   const detail::Metrics metrics(content.metrics_json);
-  std::string page = detail::page_head(content.title, content.version);
+  std::string page = detail::page_head(content.title, content.version) + detail::use_notice();
   page += detail::status_notice(metrics);
-  page += detail::notices(content.warnings);
   page += "<div class=\"cards\">" + detail::headline_cards(metrics) + "</div>\n";
+  page += detail::first_doubts(content.doubts);
   page += detail::section("Vessel tree", album.block(figures.tree, "tree"));
   page += detail::section("Stenoses",
                           detail::lesion_table(content.lesions_json, largest_spacing(content)));
@@ -97,6 +97,7 @@ std::string make_page(const ReportContent& content, const Figures& figures,
                           detail::svg(detail::diameter_chart(content, metrics)));
   page += detail::section("Course of the inflation", chart_grid(content.time_series));
   page += detail::section("Images", image_section(album, figures, content.moments.size() > 1));
+  page += detail::other_doubts(content.doubts);
   return page + detail::page_end(metrics, content.run_json);
 }
 

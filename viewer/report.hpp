@@ -9,6 +9,7 @@
 #include "core/progress.hpp"
 #include "core/triangle_mesh.hpp"
 #include "core/volume.hpp"
+#include "viewer/doubts.hpp"
 
 namespace angio::viewer {
 
@@ -48,10 +49,10 @@ struct ReportContent {
   std::vector<Moment> sequence;  ///< the whole course, for one picture; may be empty
   DiameterProfile before, peak, after;
   TimeSeries time_series;
-  std::string metrics_json;           ///< metrics.json, shown as tables
-  std::string lesions_json;           ///< lesions.json: a row per stenosis; may be empty
-  std::string run_json;               ///< run.json: stages, seconds, memory
-  std::vector<std::string> warnings;  ///< findings to tell first, e.g. "no stenosis over 30 %"
+  std::string metrics_json;    ///< metrics.json, shown as tables
+  std::string lesions_json;    ///< lesions.json: a row per stenosis; may be empty
+  std::string run_json;        ///< run.json: stages, seconds, memory
+  std::vector<Doubts> doubts;  ///< the result's own first: they stand beside it
 };
 
 /// Renders the pictures and writes the report: index.html, one file, opens offline; every picture

@@ -133,8 +133,9 @@ void do_cloth_report(StageWork& work, const ClothSettings&) {
   }
   content.metrics_json = cloth_metrics(files, {}, work.run).dump();
   content.run_json = repeatable_run(work.run).dump();
+  content.doubts = {{"the cloth", {}}};
   for (const auto& [stage, record] : work.run.stages)
-    if (stage != Stage::report) keep(content.warnings, record.warnings);
+    if (stage != Stage::report) keep(content.doubts.front().texts, record.warnings);
   viewer::write_cloth_report(work.out, content, work.progress);
 }
 

@@ -3,9 +3,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <string>
+#include <utility>
 
 #include "core/atomic_file.hpp"
 #include "core/error.hpp"
@@ -115,6 +117,22 @@ void add_treatment(const StageFiles& files, viewer::ReportContent& content) {
   content.time_series.rows.assign(rows.begin() + 1, rows.end());
 }
 
+/// What the stages have warned of, the treatment's own first.
+std::vector<viewer::Doubts> doubts_of(const RunRecord& run) {
+  const std::array<std::pair<Stage, const char*>, 4> groups{
+      {{Stage::simulation, "the simulation"},
+       {Stage::meshing, "meshes, balloon and wall"},
+       {Stage::centerline, "lines and stenoses"},
+       {Stage::segmentation, "the image"}}};
+  std::vector<viewer::Doubts> doubts;
+  for (const auto& [stage, about] : groups) {
+    doubts.push_back({about, {}});
+    const auto record = run.stages.find(stage);
+    if (record != run.stages.end()) keep(doubts.back().texts, record->second.warnings);
+  }
+  return doubts;
+}
+
 }  // namespace
 
 void do_report(StageWork& work, const ReportSettings& settings) {
@@ -135,8 +153,7 @@ void do_report(StageWork& work, const ReportSettings& settings) {
   content.metrics_json = repeatable_metrics(work, settings).dump();
   content.lesions_json = read_json(files.path(file::kLesions)).dump();
   content.run_json = repeatable_run(work.run).dump();
-  for (const auto& [stage, record] : work.run.stages)
-    if (stage != Stage::report) keep(content.warnings, record.warnings);
+  content.doubts = doubts_of(work.run);
   viewer::write_report(work.out, content, work.progress);
 }
 

@@ -81,7 +81,7 @@ class FrameWriter {
  private:
   void write(const simulation::SimulationFrame& frame) {
     if (mld_.contains(frame.frame)) return;
-    mld_[frame.frame] = lumen_.measures(lumen_.profile(frame.wall)).lesion.mld_mm;
+    mld_[frame.frame] = lumen_.measures(lumen_.profile(frame.wall, frame.balloon)).lesion.mld_mm;
     write_frame(folder_ / "frames", model_, frame);
     steps_.push_back({frame.time_s, 0, fmt::format("frames/balloon_{:06d}.vtp", frame.frame)});
     steps_.push_back({frame.time_s, 1, fmt::format("frames/vessel_{:06d}.vtp", frame.frame)});
@@ -252,13 +252,16 @@ void write_result(StageWork& work, const SimulationSettings& settings, const jso
   const CenterlinePath& path = path_of(tree, placement.at("lesion").at("centerline_id").get<int>());
   const double reference = placement.at("lesion").at("reference_diameter_mm").get<double>();
   const TreatedSpans spans = treated_spans(placement);
-  const auto before = lumen.profile(model.wall.vertices), peak = lumen.profile(frames.peak().wall),
-             after = lumen.profile(frames.last().wall);
+  const auto profile = [&](const simulation::SimulationFrame& frame) {
+    return lumen.profile(frame.wall, frame.balloon);
+  };
+  const auto before = lumen.profile(model.wall.vertices), peak = profile(frames.peak()),
+             after = profile(frames.last());
   const Treatment first{lumen.measures(before), lumen.measures(peak), lumen.measures(after)};
   std::optional<Treatment> second;
   if (runs.second)
-    second = {first.before, lumen.measures(lumen.profile(runs.second->peak().wall)),
-              lumen.measures(lumen.profile(runs.second->last().wall))};
+    second = {first.before, lumen.measures(profile(runs.second->peak())),
+              lumen.measures(profile(runs.second->last()))};
   const GuardVerdict guard = settings.get<&Config::guard>()
                                  ? judge(first, second, runs.second_failure)
                                  : GuardVerdict{"off", ""};

@@ -34,6 +34,21 @@ std::vector<int> points_near(const std::vector<Vec3>& points, const CenterlinePa
   return near;
 }
 
+/// A profile, at no place narrower than another of the same path. Where only the other has a
+/// section there is none: it tells but the least that the lumen can be.
+centerline::LumenProfile widened(centerline::LumenProfile profile,
+                                 const centerline::LumenProfile& least) {
+  for (std::size_t i = 0; i < profile.abscissa.size(); ++i) {
+    const auto at =
+        std::lower_bound(least.abscissa.begin(), least.abscissa.end(), profile.abscissa[i]);
+    if (at == least.abscissa.end() || *at != profile.abscissa[i]) continue;
+    const auto k = std::size_t(at - least.abscissa.begin());
+    profile.inscribed_radius[i] = std::max(profile.inscribed_radius[i], least.inscribed_radius[k]);
+    profile.section_area[i] = std::max(profile.section_area[i], least.section_area[k]);
+  }
+  return profile;
+}
+
 }  // namespace
 
 TreatedSpans treated_spans(const nlohmann::json& placement) {
@@ -107,6 +122,13 @@ centerline::LumenProfile TreatedLumen::profile(const std::vector<Vec3>& wall) co
   const std::vector<Vec3> lumen = mesh(wall).vertices;
   return centerline::measure_lumen(points(lumen), moved_path(lumen), spans_.segment_first,
                                    spans_.segment_last);
+}
+
+centerline::LumenProfile TreatedLumen::profile(const std::vector<Vec3>& wall,
+                                               const std::vector<Vec3>& balloon) const {
+  return widened(profile(wall),
+                 centerline::measure_lumen(balloon, moved_path(mesh(wall).vertices),
+                                           spans_.segment_first, spans_.segment_last));
 }
 
 TreatedMeasures TreatedLumen::measures(const centerline::LumenProfile& profile) const {

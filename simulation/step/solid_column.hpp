@@ -129,22 +129,27 @@ ANGIO_HOST_DEVICE inline Mat3T<Real> inverse_pivot(const Mat3T<Real>& pivot, Rea
   return inverse_above(Real(0.5) * (pivot + transpose(pivot)), kLeast * trace);
 }
 
-/// The blocks to one of the columns beside.
-template <class Real>
-ANGIO_HOST_DEVICE inline void gather_link(const SolidColumns& columns, const ColumnRows<Real>& rows,
-                                          int column, int link) {
-  Mat3T<Real>* beside = rows.beside + 3 * columns.levels * link;
-  for (int k = 0; k < 3 * columns.levels; ++k) beside[k] = {};
+/// The blocks to the columns beside, a lane's part of them.
+template <class Real, class Lanes>
+ANGIO_HOST_DEVICE inline void gather_links(const SolidColumns& columns,
+                                           const ColumnRows<Real>& rows, int column,
+                                           const Lanes& lanes) {
+  const int first = columns.link_begin[column], end = columns.link_begin[column + 1];
+  const auto is_own = [&](int link) { return (link - first) % lanes.size() == lanes.rank(); };
+  const int blocks = 3 * columns.levels;
+  for (int link = first + lanes.rank(); link < end; link += lanes.size())
+    for (int k = 0; k < blocks; ++k) rows.beside[blocks * link + k] = {};
   for (int n = columns.wedge_begin[column]; n < columns.wedge_begin[column + 1]; ++n) {
     const ColumnWedge& at = columns.wedges[n];
+    const WedgeTangent<Real>& t = rows.tangents[at.wedge];
     for (int side = 0; side < 2; ++side) {
-      if (at.link[side] != link) continue;
-      const WedgeTangent<Real>& t = rows.tangents[at.wedge];
-      const int l = columns.layer[at.wedge], a = at.corner, b = (a + 1 + side) % 3;
-      beside[3 * l + 1] += tangent_block(t, a, b);
-      beside[3 * l + 2] += tangent_block(t, a, b + 3);
-      beside[3 * l + 3] += tangent_block(t, a + 3, b);
-      beside[3 * l + 4] += tangent_block(t, a + 3, b + 3);
+      if (!is_own(at.link[side])) continue;
+      Mat3T<Real>* beside = rows.beside + blocks * at.link[side] + 3 * columns.layer[at.wedge];
+      const int a = at.corner, b = (a + 1 + side) % 3;
+      beside[1] += tangent_block(t, a, b);
+      beside[2] += tangent_block(t, a, b + 3);
+      beside[3] += tangent_block(t, a + 3, b);
+      beside[4] += tangent_block(t, a + 3, b + 3);
     }
   }
 }

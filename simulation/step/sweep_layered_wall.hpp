@@ -57,9 +57,7 @@ ANGIO_HOST_DEVICE inline void renew_columns(Team& team, const StepView<Real>& s)
     for (int n = columns.wedge_begin[column]; n < columns.wedge_begin[column + 1]; ++n)
       is_new = is_new || rows.is_new[columns.wedges[n].wedge];
     if (!is_new) return;
-    for (int e = columns.link_begin[column] + lanes.rank(); e < columns.link_begin[column + 1];
-         e += lanes.size())
-      gather_link(columns, rows, column, e);
+    gather_links(columns, rows, column, lanes);
     for (int e = columns.patch_begin[column] + lanes.rank(); e < columns.patch_begin[column + 1];
          e += lanes.size())
       gather_patch(solid, columns, rows, column, e);

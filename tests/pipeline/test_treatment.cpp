@@ -177,6 +177,30 @@ TEST(TreatedLumen, FollowsTheWallAndNoVesselFarAway) {
   EXPECT_NEAR(treated.measures(treated.profile(wide)).lesion.mld_mm, 2.4, 0.03);
 }
 
+TEST(TreatedLumen, IsNowhereNarrowerThanTheBalloonInIt) {
+  // What is seen of the wall is a crease, which reaches into the balloon's place.
+  const TriangleMesh lumen = tube(97, 24, [](double) { return 1.5; });
+  const TriangleMesh creased = tube(97, 24, narrowed);
+  std::vector<int> region;
+  for (std::size_t v = 0; v < lumen.vertices.size(); ++v) region.push_back(int(v));
+  const TreatedLumen treated(lumen, region, axis(), {6.0, 12.0, 3.0, 21.0}, 0.7, false);
+  const TriangleMesh balloon = tube(60, 20, [](double) { return 1.4; });
+  const TreatedMeasures measures =
+      treated.measures(treated.profile(creased.vertices, balloon.vertices));
+  EXPECT_NEAR(measures.lesion.mld_mm, 2.8, 0.03);
+  EXPECT_NEAR(treated.measures(treated.profile(creased.vertices)).lesion.mld_mm, 2.0, 0.05);
+  const TriangleMesh thin = tube(60, 20, [](double) { return 0.4; });
+  EXPECT_NEAR(treated.measures(treated.profile(creased.vertices, thin.vertices)).lesion.mld_mm, 2.0,
+              0.05);
+  // Where no section of the wall is seen a thin balloon is no lumen.
+  std::vector<Vec3> torn = creased.vertices;
+  for (Vec3& p : torn)
+    if (p.z > 5.0 && p.z < 13.0) p = {0.0, 0.0, 60.0};
+  const centerline::LumenProfile seen = treated.profile(torn);
+  EXPECT_LT(seen.abscissa.size(), treated.profile(creased.vertices).abscissa.size());
+  EXPECT_EQ(treated.profile(torn, thin.vertices).abscissa, seen.abscissa);
+}
+
 TEST(TreatedLumen, FollowsAWallThatIsPushedOffItsOldLine) {
   const TriangleMesh lumen = tube(97, 24, narrowed);
   std::vector<int> region;

@@ -65,9 +65,7 @@ class Columns : public ::testing::Test {
     for (int w = 0; w < model_.wedge_count(); ++w) renew_wedge(view, rows_, w);
     for (int p = 0; p < model_.patch_count(); ++p) renew_patch(view, rows_, p);
     for (int i = 0; i < columns_; ++i) {
-      for (int e = lists_.link_begin[std::size_t(i)]; e < lists_.link_begin[std::size_t(i) + 1];
-           ++e)
-        gather_link(columns(), rows_, i, e);
+      gather_links(columns(), rows_, i, OneLane{});
       for (int e = lists_.patch_begin[std::size_t(i)]; e < lists_.patch_begin[std::size_t(i) + 1];
            ++e)
         gather_patch(view, columns(), rows_, i, e);

@@ -21,7 +21,7 @@ p{margin:6px 0}
 .notice{border-left:4px solid var(--warn-line);background:var(--warn);padding:10px 14px;
 border-radius:4px;margin:14px 0}
 .notice ul{margin:4px 0 0;padding-left:20px}
-.cards{display:grid;grid-template-columns:repeat(auto-fit,minmax(290px,1fr));gap:12px;
+.cards{display:grid;grid-template-columns:repeat(auto-fit,minmax(min(290px,100%),1fr));gap:12px;
 margin:18px 0}
 .card{background:var(--panel);border:1px solid var(--line);border-radius:8px;padding:13px 16px}
 .card .value{font-size:23px;font-weight:650;white-space:nowrap}
@@ -35,9 +35,10 @@ background:#fff}
 .row img{width:100%}
 .tree img{margin:0 auto;max-height:760px;width:auto}
 .stack img{width:100%}
-.charts{display:grid;gap:18px;grid-template-columns:repeat(auto-fit,minmax(430px,1fr))}
-.tables{display:grid;gap:22px;grid-template-columns:repeat(auto-fit,minmax(330px,1fr));
+.charts{display:grid;gap:18px;grid-template-columns:repeat(auto-fit,minmax(min(430px,100%),1fr))}
+.tables{display:grid;gap:22px;grid-template-columns:repeat(auto-fit,minmax(min(330px,100%),1fr));
 align-items:start}
+.wide{overflow-x:auto}
 .key{display:inline-block;width:22px;height:3px;vertical-align:middle;margin:0 5px 0 12px}
 table{border-collapse:collapse;width:100%;font-size:14px}
 th,td{border-bottom:1px solid var(--line);padding:4px 6px;vertical-align:top}

@@ -61,15 +61,46 @@ std::string page_head(const std::string& title_text, const std::string& version)
          formats::escape_html(version) + "</p></header>\n<main>\n";
 }
 
-std::string notices(const std::vector<std::string>& warnings) {
-  std::string out =
-      "<div class=\"notice\"><strong>Not for clinical use.</strong> A research computation; it is "
-      "not a medical device and must not guide the treatment of a patient.</div>\n";
-  if (warnings.empty()) return out;
-  out += "<div class=\"notice\"><strong>Please note</strong><ul>";
-  for (const std::string& warning : warnings)
-    out += "<li>" + formats::escape_html(warning) + "</li>";
-  return out + "</ul></div>\n";
+std::string use_notice() {
+  return "<div class=\"notice\"><strong>Not for clinical use.</strong> A research computation; it "
+         "is not a medical device and must not guide the treatment of a patient.</div>\n";
+}
+
+namespace {
+
+std::string list_of(const std::vector<std::string>& texts) {
+  std::string out = "<ul>";
+  for (const std::string& text : texts) out += "<li>" + formats::escape_html(text) + "</li>";
+  return out + "</ul>\n";
+}
+
+}  // namespace
+
+std::string first_doubts(const std::vector<Doubts>& doubts) {
+  if (doubts.empty()) return {};
+  const std::vector<std::string>& first = doubts.front().texts;
+  std::string others;
+  for (std::size_t i = 1; i < doubts.size(); ++i) {
+    if (doubts[i].texts.empty()) continue;
+    others += (others.empty() ? "" : ", ") + std::to_string(doubts[i].texts.size()) + " on " +
+              formats::escape_html(doubts[i].about);
+  }
+  if (first.empty() && others.empty()) return {};
+  std::string out = "<div class=\"notice\"><strong>What to doubt</strong>";
+  if (!first.empty()) out += list_of(first);
+  if (!others.empty())
+    out += "<p><a href=\"#doubts\">" + std::string(first.empty() ? "Remarks" : "More remarks") +
+           "</a>: " + others + ".</p>";
+  return out + "</div>\n";
+}
+
+std::string other_doubts(const std::vector<Doubts>& doubts) {
+  std::string body;
+  for (std::size_t i = 1; i < doubts.size(); ++i)
+    if (!doubts[i].texts.empty())
+      body +=
+          "<h3>On " + formats::escape_html(doubts[i].about) + "</h3>" + list_of(doubts[i].texts);
+  return body.empty() ? body : "<div id=\"doubts\">" + section("Remarks", body) + "</div>\n";
 }
 
 std::string page_end(const Metrics& metrics, const std::string& run_json) {

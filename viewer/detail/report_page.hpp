@@ -6,6 +6,7 @@
 
 #include "viewer/detail/figure.hpp"
 #include "viewer/detail/tables.hpp"
+#include "viewer/doubts.hpp"
 
 /// What the pages of all reports share.
 namespace angio::viewer::detail {
@@ -29,8 +30,14 @@ std::string section(const std::string& title, const std::string& body);
 /// The page up to its first notice. @param title  plain text
 std::string page_head(const std::string& title, const std::string& version);
 
-/// Whose use this is not for, and what is to be told first.
-std::string notices(const std::vector<std::string>& warnings);
+/// Whose use this is not for.
+std::string use_notice();
+
+/// What to doubt in a result, below it: the first, and how many others there are, with a link.
+std::string first_doubts(const std::vector<Doubts>& doubts);
+
+/// The others, group by group.
+std::string other_doubts(const std::vector<Doubts>& doubts);
 
 /// The tables of all numbers, the conventions, and the page's end.
 std::string page_end(const Metrics& metrics, const std::string& run_json);
