@@ -253,7 +253,7 @@ void write_result(StageWork& work, const SimulationSettings& settings, const jso
   const double reference = placement.at("lesion").at("reference_diameter_mm").get<double>();
   const TreatedSpans spans = treated_spans(placement);
   const auto profile = [&](const simulation::SimulationFrame& frame) {
-    return lumen.profile(frame.wall, frame.balloon);
+    return simulated.lumen.profile(frame.wall, frame.balloon);
   };
   const auto before = lumen.profile(model.wall.vertices), peak = profile(frames.peak()),
              after = profile(frames.last());
