@@ -209,8 +209,9 @@ std::vector<std::vector<double>> explain(TreeReference& tree) {
   for (std::size_t b = 0; b < tree.field_branches.size(); ++b) {
     const FieldBranch& field = tree.field_branches[b];
     std::vector<double> best;
+    const double most = greatest_own_width(field);
     for (std::size_t c = 0; c < field.cells.size(); ++c)
-      best.push_back(std::min(tree.field.best(b, c), greatest_own_width(field)));
+      best.push_back(std::min(tree.field.best(b, c), most));
     lines.push_back(fit_healthy_line(field, best));
   }
   return lines;

@@ -118,17 +118,16 @@ std::vector<Vec3> TreatedLumen::points(const std::vector<Vec3>& lumen) const {
   return near;
 }
 
-centerline::LumenProfile TreatedLumen::profile(const std::vector<Vec3>& wall) const {
-  const std::vector<Vec3> lumen = mesh(wall).vertices;
-  return centerline::measure_lumen(points(lumen), moved_path(lumen), spans_.segment_first,
-                                   spans_.segment_last);
-}
-
 centerline::LumenProfile TreatedLumen::profile(const std::vector<Vec3>& wall,
                                                const std::vector<Vec3>& balloon) const {
-  return widened(profile(wall),
-                 centerline::measure_lumen(balloon, moved_path(mesh(wall).vertices),
-                                           spans_.segment_first, spans_.segment_last));
+  const std::vector<Vec3> lumen = mesh(wall).vertices;
+  const CenterlinePath path = moved_path(lumen);
+  const auto measured = [&](std::vector<Vec3> surface) {
+    return centerline::measure_lumen(std::move(surface), path, spans_.segment_first,
+                                     spans_.segment_last);
+  };
+  centerline::LumenProfile seen = measured(points(lumen));
+  return balloon.empty() ? seen : widened(std::move(seen), measured(balloon));
 }
 
 TreatedMeasures TreatedLumen::measures(const centerline::LumenProfile& profile) const {

@@ -38,13 +38,12 @@ class TreatedLumen {
   TreatedLumen(TriangleMesh lumen, std::vector<int> region, CenterlinePath path,
                const TreatedSpans& spans, double least_radius_mm, bool is_kept);
 
+  /// The lumen is nowhere narrower than a balloon in it: in a crease of the wall, where a section
+  /// of it tells little, the balloon's own counts.
   /// @param wall  [mm], shape [region]
-  [[nodiscard]] centerline::LumenProfile profile(const std::vector<Vec3>& wall) const;
-  /// The same with a balloon in the lumen, which is nowhere narrower than the balloon: in a crease
-  /// of the wall, where a section of it tells little, the balloon's own counts.
-  /// @param balloon  its surface's vertices [mm]
+  /// @param balloon  its surface's vertices [mm]; empty: there is none
   [[nodiscard]] centerline::LumenProfile profile(const std::vector<Vec3>& wall,
-                                                 const std::vector<Vec3>& balloon) const;
+                                                 const std::vector<Vec3>& balloon = {}) const;
   [[nodiscard]] TreatedMeasures measures(const centerline::LumenProfile& profile) const;
   /// The whole lumen with the region moved.
   [[nodiscard]] TriangleMesh mesh(const std::vector<Vec3>& wall) const;
