@@ -8,9 +8,12 @@
 namespace angio {
 
 /// Work that goes on beside the caller, one piece at a time. Its parallel loops have as many
-/// threads as the caller's; a caller with one thread does the work itself, at once.
+/// threads as the caller's; a caller with one thread does the work itself, at once, unless there is
+/// one to spare.
 class Beside {
  public:
+  explicit Beside(bool has_spare_thread = false) : has_spare_thread_(has_spare_thread) {}
+
   /// Waits for the last piece, then starts this one.
   ///
   /// @throws what the last piece has thrown
@@ -18,7 +21,7 @@ class Beside {
   void run(Work work) {
     wait();
     const int threads = omp_get_max_threads();
-    if (threads == 1) return work();
+    if (threads == 1 && !has_spare_thread_) return work();
     task_ = std::async(std::launch::async, [threads, work = std::move(work)]() mutable {
       omp_set_num_threads(threads);
       work();
@@ -31,6 +34,7 @@ class Beside {
   }
 
  private:
+  bool has_spare_thread_;
   std::future<void> task_;  // waits when it is destroyed
 };
 

@@ -176,11 +176,13 @@ struct RunHasFailed {};
 class Run {
  public:
   Run(const SimulationModel& model, const SimulationOptions& options,
-      const std::function<void(const SimulationFrame&)>& on_frame, const Progress& progress)
+      const std::function<void(const SimulationFrame&)>& on_frame, const Progress& progress,
+      bool has_spare_thread)
       : model_(model),
         options_(options),
         on_frame_(on_frame),
         progress_(progress),
+        has_spare_thread_(has_spare_thread),
         scene_(make_scene(model, options)) {
     if (max_penetration(scene_, scene_.start) > 0.0)
       throw InputError(
@@ -208,7 +210,7 @@ class Run {
       else
         summary.frames_without_air += scene_.air.empty() ? 0 : 1;
     };
-    Beside delivery;
+    Beside delivery(has_spare_thread_);
     double whole = 0.0, taken = 0.0;
     // The paper's contact is projected on each frame's tets: the solver waits for them.
     const bool needs_air = pbd_policy(options_).contact;
@@ -285,6 +287,7 @@ class Run {
   const SimulationOptions& options_;
   const std::function<void(const SimulationFrame&)>& on_frame_;
   const Progress& progress_;
+  bool has_spare_thread_;
   Scene scene_;
   int slow_frames_ = 0;  ///< frames that ended off balance, of the run under way
   int delivered_ = 0;
@@ -332,10 +335,10 @@ CudaSupport cuda_support() {
 
 SimulationSummary simulate(const SimulationModel& model, const SimulationOptions& options,
                            const std::function<void(const SimulationFrame&)>& on_frame,
-                           const Progress& progress) {
+                           const Progress& progress, bool has_spare_thread) {
   options.validate();
   const auto begin = std::chrono::steady_clock::now();
-  Run run(model, options, on_frame, progress);
+  Run run(model, options, on_frame, progress, has_spare_thread);
   SimulationSummary summary =
       options.backend == Backend::automatic ? run_anywhere(run) : run.on(options.backend);
   summary.wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();

@@ -278,9 +278,12 @@ CudaSupport cuda_support();
 
 /// Inflates, holds, deflates. `on_frame` gets every frame in order, while the next one is computed:
 /// from another thread, one call at a time, all of them before this returns.
+///
+/// @param has_spare_thread  where the solver has one thread only frames are completed and handed
+///                          over between two steps, unless there is one to spare
 SimulationSummary simulate(const SimulationModel& model, const SimulationOptions& options,
                            const std::function<void(const SimulationFrame&)>& on_frame,
-                           const Progress& progress = {});
+                           const Progress& progress = {}, bool has_spare_thread = false);
 
 /// The gap that contact keeps where balloon and wall touch: the mean distance of the wall's
 /// vertices from the balloon's triangles, weighted by the force on them.

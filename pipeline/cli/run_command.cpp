@@ -7,6 +7,9 @@
 #include <string_view>
 
 #include "core/error.hpp"
+#include "formats/case_file.hpp"
+#include "pipeline/case/metrics.hpp"
+#include "pipeline/case/read_out.hpp"
 #include "pipeline/experiments/paper_input.hpp"
 #include "pipeline/experiments/workflow.hpp"
 
@@ -97,7 +100,13 @@ int do_run(RunArguments& run) {
   if (run.request.from && *run.request.from > run.request.until)
     throw Error(ExitCode::usage, "--from names a stage after --until");
   Reporter reporter(run.shared.style());
-  reporter.result(run_case(workflow_of(run.request.config), run.request, reporter).string());
+  const std::filesystem::path result =
+      run_case(workflow_of(run.request.config), run.request, reporter);
+  const CaseFolder folder(run.request.case_folder);
+  for (const std::string& line :
+       read_out(read_json(folder.path(formats::case_file::kMetrics)), folder.read_record()))
+    reporter.note(line);
+  reporter.result(result.string());
   return int(ExitCode::done);
 }
 

@@ -30,12 +30,24 @@ struct WedgePlace {
   bool is_taken = false;
 };
 
+/// A slope as it is kept: in single precision, a sixteen-millionth off, for a sweep's time is that
+/// of reading slopes. The constants go with the slopes that are kept: at X the force is exact.
+using Slope = Mat3T<float>;
+
+template <class To, class From>
+ANGIO_HOST_DEVICE inline Mat3T<To> in_precision(const Mat3T<From>& a) {
+  Mat3T<To> out;
+  for (int i = 0; i < 3; ++i)
+    for (int j = 0; j < 3; ++j) out(i, j) = To(a(i, j));
+  return out;
+}
+
 /// The forces' lines.
 template <class Real>
 struct WedgeTangent {
   /// f_a - sum_b H_ab (X_b - X_a), without the volumetric part [uN]
   Vec3T<Real> constant[6];
-  Mat3T<Real> block[kWedgeBlocks];  ///< H_ab [uN/mm]
+  Slope block[kWedgeBlocks];  ///< H_ab [uN/mm]
   Vec3T<Real> turn[3];  ///< the volume's part of block (a, a + 3): the vector of its cross product
 };
 
@@ -54,15 +66,18 @@ ANGIO_HOST_DEVICE inline Mat3T<Real> cross_matrix(const Vec3T<Real>& w) {
 
 /// H_ab for any two corners.
 template <class Real>
-ANGIO_HOST_DEVICE inline Mat3T<Real> tangent_block(const WedgeTangent<Real>& t, int a, int b) {
+ANGIO_HOST_DEVICE inline Slope tangent_block(const WedgeTangent<Real>& t, int a, int b) {
   return a <= b ? t.block[wedge_block(a, b)] : transpose(t.block[wedge_block(b, a)]);
 }
 
 /// Adds the volume of the wedge, its gradient, and the pressure's part of the Hessian. v is linear
 /// in each corner: d2v / dx_a dx_b u = u x w, w = sum_q w_q J_q (dN_a x dN_b).
+///
+/// @param block  H_ab, shape [kWedgeBlocks], added to
+/// @param turn   of the blocks (a, a + 3), shape [3], added to
 template <class Real>
 ANGIO_HOST_DEVICE inline void add_volume_tangent(Real pressure, WedgePlace<Real>& place,
-                                                 WedgeTangent<Real>& out) {
+                                                 Mat3T<Real>* block, Vec3T<Real>* turn) {
   const Vec3T<Real>* x = place.x;
   const Real weight = solid::parametric_weight<Real>();
   for (int q = 0; q < kWedgePoints; ++q) {
@@ -77,8 +92,8 @@ ANGIO_HOST_DEVICE inline void add_volume_tangent(Real pressure, WedgePlace<Real>
     for (int a = 0; a < 6; ++a)
       for (int b = a + 1; b < 6; ++b) {
         const Vec3T<Real> w = (weight * pressure) * (j * cross(n[a], n[b]));
-        out.block[wedge_block(a, b)] += cross_matrix(w);
-        if (b == a + 3) out.turn[a] += w;
+        block[wedge_block(a, b)] += cross_matrix(w);
+        if (b == a + 3) turn[a] += w;
       }
   }
 }
@@ -91,6 +106,7 @@ template <class Real>
 ANGIO_HOST_DEVICE inline void take_tangent(const SolidView<Real>& view, int w, Real pressure,
                                            WedgePlace<Real>& place, WedgeTangent<Real>& out) {
   const SolidWedge<Real> wedge = view.wedge(w);
+  Mat3T<Real> block[kWedgeBlocks];
   place = {};
   out = {};
   view.gather(w, place.x);
@@ -113,14 +129,16 @@ ANGIO_HOST_DEVICE inline void take_tangent(const SolidView<Real>& view, int w, R
     }
     for (int a = 0; a < 6; ++a)
       for (int b = a; b < 6; ++b)
-        out.block[wedge_block(a, b)] += point.weight * solid_block(tangent, seen[a], seen[b]);
+        block[wedge_block(a, b)] += point.weight * solid_block(tangent, seen[a], seen[b]);
   }
-  add_volume_tangent(pressure, place, out);
+  add_volume_tangent(pressure, place, block, out.turn);
+  for (int k = 0; k < kWedgeBlocks; ++k) out.block[k] = in_precision<float>(block[k]);
   for (int a = 0; a < 6; ++a)
     for (int b = a + 1; b < 6; ++b) {
       const Vec3T<Real> apart = place.x[b] - place.x[a];
-      out.constant[a] -= out.block[wedge_block(a, b)] * apart;
-      out.constant[b] += transpose(out.block[wedge_block(a, b)]) * apart;
+      const Mat3T<Real> kept = in_precision<Real>(out.block[wedge_block(a, b)]);
+      out.constant[a] -= kept * apart;
+      out.constant[b] += transpose(kept) * apart;
     }
   place.is_taken = true;
 }

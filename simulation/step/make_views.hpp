@@ -215,7 +215,7 @@ ColumnRows<Real> make_column_rows(const LayeredWallView<Real>& view, Memory& mem
   out.pivot = memory.template allocate<Mat3T<Real>>(rows);
   out.upper = memory.template allocate<Mat3T<Real>>(rows);
   out.above = memory.template allocate<Mat3T<Real>>(rows);
-  out.beside = memory.template allocate<Mat3T<Real>>(3 * levels * links);
+  out.beside = memory.template allocate<Slope>(3 * levels * links);
   out.by_low = memory.template allocate<Vec3T<Real>>(column_patches);
   out.by_high = memory.template allocate<Vec3T<Real>>(column_patches);
   out.steepness = memory.template allocate<Real>(std::size_t(view.columns.stride));

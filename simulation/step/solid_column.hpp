@@ -56,7 +56,7 @@ struct ColumnRows {
   Mat3T<Real>* pivot = nullptr;  ///< [column][level], inverted but for the first, which has contact
   Mat3T<Real>* upper = nullptr;  ///< [column][level]: the Newton step's block (l, l + 1)
   Mat3T<Real>* above = nullptr;  ///< [column][level]: the gradient's block (l, l + 1)
-  Mat3T<Real>* beside = nullptr;  ///< [link][level][3]: blocks to the link's levels l - 1, l, l + 1
+  Slope* beside = nullptr;       ///< [link][level][3]: blocks to the link's levels l - 1, l, l + 1
   Vec3T<Real>* by_low = nullptr;  ///< [patch of a column] dv/dx of the patch at its lower level
   Vec3T<Real>* by_high = nullptr;
   Real* steepness = nullptr;  ///< [column] the largest of its wedges [1/mm]
@@ -144,7 +144,7 @@ ANGIO_HOST_DEVICE inline void gather_links(const SolidColumns& columns,
     const WedgeTangent<Real>& t = rows.tangents[at.wedge];
     for (int side = 0; side < 2; ++side) {
       if (!is_own(at.link[side])) continue;
-      Mat3T<Real>* beside = rows.beside + blocks * at.link[side] + 3 * columns.layer[at.wedge];
+      Slope* beside = rows.beside + blocks * at.link[side] + 3 * columns.layer[at.wedge];
       const int a = at.corner, b = (a + 1 + side) % 3;
       beside[1] += tangent_block(t, a, b);
       beside[2] += tangent_block(t, a, b + 3);
@@ -187,9 +187,9 @@ ANGIO_HOST_DEVICE inline void gather_level(const SolidView<Real>& view, const So
     const WedgeTangent<Real>& t = rows.tangents[at.wedge];
     const int a = layer == l ? at.corner : at.corner + 3;
     constant += t.constant[a];
-    own += t.block[wedge_block(a, a)];
+    own += in_precision<Real>(t.block[wedge_block(a, a)]);
     if (layer != l) continue;
-    above += t.block[wedge_block(a, a + 3)];
+    above += in_precision<Real>(t.block[wedge_block(a, a + 3)]);
     volume += cross_matrix(t.turn[a]);
   }
   // The pressure's turn of the forces makes no pivot better: the step goes without it.
@@ -239,11 +239,11 @@ ANGIO_HOST_DEVICE inline void add_column_gradient(const SolidView<Real>& view,
   for (int e = columns.link_begin[column] + lanes.rank(); e < columns.link_begin[column + 1];
        e += lanes.size()) {
     const int other = columns.links[e];
-    const Mat3T<Real>* beside = rows.beside + 3 * levels * e;
+    const Slope* beside = rows.beside + 3 * levels * e;
     for (int m = 0; m < levels; ++m) {
       const Vec3T<Real> y = at(other, m);
       for (int l = m > 0 ? m - 1 : 0; l < levels && l <= m + 1; ++l)
-        gradient[l] += beside[3 * l + 1 + m - l] * (y - x[l]);
+        gradient[l] += in_precision<Real>(beside[3 * l + 1 + m - l]) * (y - x[l]);
     }
   }
   for (int e = columns.patch_begin[column] + lanes.rank(); e < columns.patch_begin[column + 1];

@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <stdexcept>
+#include <thread>
 #include <vector>
 
 #include "core/beside.hpp"
@@ -48,6 +49,19 @@ TEST(Beside, WorksInTurnWithTheCallersThreadsAndThrowsWhenWaitedFor) {
           beside.wait();
         },
         InputError);
+  }
+  omp_set_num_threads(before);
+}
+
+TEST(Beside, TakesASpareThreadWhereTheCallerHasOneOnly) {
+  const int before = omp_get_max_threads();
+  omp_set_num_threads(1);
+  for (const bool has_spare_thread : {false, true}) {
+    std::thread::id worker;
+    Beside beside(has_spare_thread);
+    beside.run([&worker] { worker = std::this_thread::get_id(); });
+    beside.wait();
+    EXPECT_EQ(worker == std::this_thread::get_id(), !has_spare_thread);
   }
   omp_set_num_threads(before);
 }

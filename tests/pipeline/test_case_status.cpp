@@ -3,6 +3,7 @@
 #include "core/atomic_file.hpp"
 #include "pipeline/case/case_status.hpp"
 #include "pipeline/case/metrics.hpp"
+#include "pipeline/case/read_out.hpp"
 #include "run_program.hpp"
 
 namespace angio::pipeline {
@@ -98,6 +99,57 @@ TEST(Run, DoesNotTreatANarrowVesselUnasked) {
   const std::string page = test::file_text(folder.path() / "c/report/index.html");
   EXPECT_NE(page.find("No stenosis found."), std::string::npos);
   EXPECT_NE(page.find("narrower than 1.5 mm"), std::string::npos);
+}
+
+// metrics.json of a treated lesion, and what its stages have warned of.
+struct TreatedCase {
+  nlohmann::json metrics = {
+      {"status", "done"},
+      {"status_reason", nullptr},
+      {"lesion",
+       {{"mld_mm", 1.2}, {"diameter_stenosis_percent", 60.0}, {"reference_diameter_mm", 3.0}}},
+      {"balloon", {{"nominal_diameter_mm", 3.0}, {"peak_pressure_atm", 8.0}}},
+      {"result",
+       {{"mld_mm", 2.25}, {"diameter_stenosis_percent", 25.0}, {"recoil_percent", 28.0}}}};
+  RunRecord record;
+
+  TreatedCase() {
+    record.stages[Stage::simulation].status = "done";
+    record.stages[Stage::meshing].warnings = {"the wall is thin"};
+  }
+  [[nodiscard]] std::vector<std::string> lines() const { return read_out(metrics, record); }
+};
+
+TEST(ReadOut, SaysWhatWasBeforeWhatIsAfterAndWhatToDoubt) {
+  TreatedCase treated;
+  ASSERT_EQ(treated.lines().size(), 3u);
+  EXPECT_EQ(treated.lines()[0],
+            "before   minimal lumen diameter 1.20 mm, 60 % stenosis of 3.00 mm");
+  EXPECT_EQ(treated.lines()[1],
+            "after    minimal lumen diameter 2.25 mm, 25 % stenosis, recoil 28 %; balloon of 3.00 "
+            "mm at 8.0 atm");
+  EXPECT_EQ(treated.lines()[2], "to doubt nothing in the simulation (1 more in the report)");
+  treated.record.stages[Stage::simulation].warnings = {"the balloon kinks", "it slips"};
+  EXPECT_EQ(treated.lines()[2], "to doubt the balloon kinks (2 more in the report)");
+}
+
+TEST(ReadOut, HasNoNumberOfAResultThatIsNone) {
+  TreatedCase open;
+  open.metrics["status"] = "not_determined";
+  open.metrics["status_reason"] = "two runs disagree";
+  for (auto& [key, value] : open.metrics["result"].items()) value = nullptr;
+  ASSERT_EQ(open.lines().size(), 3u);
+  EXPECT_EQ(open.lines()[1], "after    not determined");
+  EXPECT_EQ(open.lines()[2], "to doubt two runs disagree (1 more in the report)");
+  open.metrics["status"] = "no_lesion";
+  EXPECT_EQ(open.lines()[1], "after    no lesion was treated");
+}
+
+TEST(ReadOut, IsSilentBeforeTheSimulation) {
+  TreatedCase half;
+  half.record.stages.erase(Stage::simulation);
+  EXPECT_TRUE(half.lines().empty());
+  EXPECT_TRUE(read_out(empty_metrics(), RunRecord()).empty());
 }
 
 }  // namespace

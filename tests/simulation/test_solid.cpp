@@ -193,7 +193,8 @@ struct Line {
   Vec3 force(const SolidView<double>& view, const Corners& x, int a) const {
     const auto at = std::size_t(a);
     Vec3 f = tangent.constant[at];
-    for (int b = 0; b < 6; ++b) f += tangent_block(tangent, a, b) * (x[std::size_t(b)] - x[at]);
+    for (int b = 0; b < 6; ++b)
+      f += in_precision<double>(tangent_block(tangent, a, b)) * (x[std::size_t(b)] - x[at]);
     const double ratio = tangent_volume(place, x.data()) / view.patch_volume[0];
     return f + volume_energy(view.laws[view.region[0]].bulk, ratio).d1 * place.by_volume[at];
   }

@@ -1,0 +1,67 @@
+#include "pipeline/case/read_out.hpp"
+
+#include <fmt/format.h>
+
+namespace angio::pipeline {
+namespace {
+
+using nlohmann::json;
+
+double number(const json& metrics, const char* group, const char* key) {
+  return metrics.at(group).at(key).get<double>();
+}
+
+bool has_number(const json& metrics, const char* group, const char* key) {
+  return metrics.contains(group) && metrics[group].contains(key) && metrics[group][key].is_number();
+}
+
+std::string before(const json& metrics) {
+  return fmt::format("before   minimal lumen diameter {:.2f} mm, {:.0f} % stenosis of {:.2f} mm",
+                     number(metrics, "lesion", "mld_mm"),
+                     number(metrics, "lesion", "diameter_stenosis_percent"),
+                     number(metrics, "lesion", "reference_diameter_mm"));
+}
+
+std::string after(const json& metrics) {
+  if (metrics.at("status") == "no_lesion") return "after    no lesion was treated";
+  if (metrics.at("status") != "done") return "after    not determined";
+  return fmt::format(
+      "after    minimal lumen diameter {:.2f} mm, {:.0f} % stenosis, recoil {:.0f} %; balloon of "
+      "{:.2f} mm at {:.1f} atm",
+      number(metrics, "result", "mld_mm"), number(metrics, "result", "diameter_stenosis_percent"),
+      number(metrics, "result", "recoil_percent"),
+      number(metrics, "balloon", "nominal_diameter_mm"),
+      number(metrics, "balloon", "peak_pressure_atm"));
+}
+
+/// The reason of the status, then the treatment's own warnings; of the others how many there are.
+std::string to_doubt(const json& metrics, const RunRecord& record) {
+  std::vector<std::string> own;
+  if (metrics.at("status_reason").is_string())
+    own.push_back(metrics["status_reason"].get<std::string>());
+  std::size_t others = 0;
+  for (const auto& [stage, entry] : record.stages)
+    if (stage == Stage::simulation)
+      own.insert(own.end(), entry.warnings.begin(), entry.warnings.end());
+    else
+      others += entry.warnings.size();
+  const std::size_t more = own.empty() ? others : own.size() - 1 + others;
+  std::string line =
+      "to doubt " + (own.empty() ? std::string("nothing in the simulation") : own.front());
+  if (more > 0) line += fmt::format(" ({} more in the report)", more);
+  return line;
+}
+
+}  // namespace
+
+std::vector<std::string> read_out(const json& metrics, const RunRecord& record) {
+  const bool was_simulated = has_number(metrics, "lesion", "mld_mm") &&
+                             has_number(metrics, "lesion", "diameter_stenosis_percent") &&
+                             has_number(metrics, "lesion", "reference_diameter_mm") &&
+                             record.is(Stage::simulation, "done") &&
+                             metrics.at("status").is_string();
+  if (!was_simulated) return {};
+  return {before(metrics), after(metrics), to_doubt(metrics, record)};
+}
+
+}  // namespace angio::pipeline

@@ -1,0 +1,19 @@
+#pragma once
+
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "pipeline/case/case_folder.hpp"
+
+namespace angio::pipeline {
+
+/// What a person is told of a case when its run has ended: the lesion before, the lumen after, and
+/// what to doubt. The numbers are those of metrics.json; of a result that is none there is none.
+///
+/// @param metrics  metrics.json (docs/contract.md)
+/// @param record   whose stages have their warnings
+/// @return three lines; none where no treatment was simulated
+std::vector<std::string> read_out(const nlohmann::json& metrics, const RunRecord& record);
+
+}  // namespace angio::pipeline
