@@ -1,4 +1,6 @@
+#include <algorithm>
 #include <array>
+#include <cmath>
 #include <optional>
 #include <string>
 
@@ -41,12 +43,13 @@ std::string change(const Metrics& metrics, const char* key, const char* range_ke
   return shown(before, decimals, "") + " → " + told(metrics, key, range_key, decimals, unit);
 }
 
-/// By how much two runs differ, as the result's numerical uncertainty.
-std::string uncertainty(const Metrics& metrics, const char* range_key, int decimals,
-                        const char* unit) {
+/// By how much two runs differ; nothing is said beyond the last digit shown.
+std::string agreement(const Metrics& metrics, const char* range_key, int decimals,
+                      const char* unit) {
   const auto range = metrics.range("result", range_key);
   if (!range || is_undetermined(metrics)) return {};
-  return ", uncertain by " + formats::fixed_text((*range)[1] - (*range)[0], decimals) + unit;
+  const double apart = std::max((*range)[1] - (*range)[0], std::pow(10.0, -decimals));
+  return ", two runs within " + formats::fixed_text(apart, decimals) + unit;
 }
 
 }  // namespace
@@ -78,16 +81,16 @@ std::string headline_cards(const Metrics& metrics) {
   out += card(change(metrics, "mld_mm", "mld_range_mm", 2, " mm"), "Minimal lumen diameter",
               "at peak " + shown(peak("mld_mm"), 2, " mm") + ", acute gain " +
                   told(metrics, "acute_gain_mm", "acute_gain_range_mm", 2, " mm") +
-                  uncertainty(metrics, "acute_gain_range_mm", 3, " mm"));
+                  agreement(metrics, "acute_gain_range_mm", 3, " mm"));
   out += card(change(metrics, "mla_mm2", nullptr, 2, " mm²"), "Minimal lumen area",
               "at peak " + shown(peak("mla_mm2"), 2, " mm²"));
   const std::string status = metrics.text("status");
   if (status == "failed" || status == "stale" || (status == "not_determined" && !result("mld_mm")))
     return out;
-  out += card(told(metrics, "recoil_mm", nullptr, 2, " mm"), "Elastic recoil",
-              told(metrics, "recoil_percent", "recoil_range_percent", 0, " %") +
-                  " of the lumen at peak" +
-                  uncertainty(metrics, "recoil_range_percent", 1, " points"));
+  out +=
+      card(told(metrics, "recoil_mm", nullptr, 2, " mm"), "Elastic recoil",
+           told(metrics, "recoil_percent", "recoil_range_percent", 0, " %") +
+               " of the lumen at peak" + agreement(metrics, "recoil_range_percent", 1, " points"));
   out += card(
       shown(balloon("nominal_diameter_mm"), 2, "") + " × " + shown(balloon("length_mm"), 0, " mm"),
       "Balloon", "balloon-to-artery ratio " + shown(balloon("balloon_to_artery_ratio"), 2, ""));
