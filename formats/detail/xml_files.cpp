@@ -56,8 +56,6 @@ std::optional<LengthUnit> tagged_unit(vtkDataObject* data) {
   return space == "LPS" || space == "RAS" ? std::optional(LengthUnit::mm) : std::nullopt;
 }
 
-constexpr int kCompressionLevel = 1;  ///< higher ones gain few per cent on coordinates, at length
-
 template <class Writer, class Data>
 void write_xml(const std::filesystem::path& path, Data* data) {
   const VtkMessages messages;
@@ -68,7 +66,6 @@ void write_xml(const std::filesystem::path& path, Data* data) {
   writer->SetDataModeToAppended();
   writer->EncodeAppendedDataOff();
   writer->SetCompressorTypeToZLib();
-  writer->SetCompressionLevel(kCompressionLevel);
   writer->SetIdTypeToInt32();
   if (writer->Write() != 1 || messages.has_error()) {
     const bool is_full = writer->GetErrorCode() == vtkErrorCode::OutOfDiskSpaceError;
