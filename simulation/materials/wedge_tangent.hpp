@@ -31,7 +31,9 @@ struct WedgePlace {
 };
 
 /// A slope as it is kept: in single precision, a sixteen-millionth off, for a sweep's time is that
-/// of reading slopes. The constants go with the slopes that are kept: at X the force is exact.
+/// of reading slopes. The constants go with the slopes that are kept: at X a wedge's force is
+/// exact. A column's sums of slopes are rounded again: they leave its force about 5e-8 of the
+/// largest off.
 using Slope = Mat3T<float>;
 
 template <class To, class From>
