@@ -7,6 +7,7 @@
 #include "formats/text.hpp"
 #include "viewer/detail/offscreen.hpp"
 #include "viewer/detail/report_page.hpp"
+#include "viewer/detail/rendering.hpp"
 #include "viewer/detail/scene.hpp"
 #include "viewer/detail/sheet.hpp"
 

@@ -2,6 +2,7 @@
 
 #include <filesystem>
 #include <string>
+#include <vector>
 
 namespace angio::viewer {
 
@@ -10,6 +11,8 @@ struct ViewOptions {
   int height = 900;
   std::filesystem::path screenshot;  ///< write this picture and return, instead of opening a window
   int frame = -1;                    ///< shown first; -1: the frame of the highest pressure
+  std::vector<std::string> keys;     ///< pressed at the start, by X's names: "space", "F2"
+  std::filesystem::path save_folder = ".";  ///< where the window's pictures and films go
 };
 
 /// Opens the desktop viewer on a case folder: scan, lumen, balloon, wall and a time slider.

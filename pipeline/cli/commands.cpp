@@ -62,6 +62,9 @@ void add_view_command(CLI::App& app, ViewArguments& arguments) {
   view.add_option("CASE", arguments.case_folder, "the case's folder")->required();
   view.add_option("--screenshot", arguments.options.screenshot,
                   "write this PNG instead of a window");
+  view.add_option("--keys", arguments.options.keys,
+                  "keys pressed at the start, by X's names: --keys m,period,F2")
+      ->delimiter(',');
   view.add_option("--frame", arguments.options.frame, "frame shown first; -1: the peak")
       ->capture_default_str();
 }

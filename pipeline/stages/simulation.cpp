@@ -57,28 +57,37 @@ class FrameWriter {
       : folder_(std::move(folder)), model_(model), lumen_(lumen), write_every_(write_every) {}
 
   void add(const simulation::SimulationFrame& frame) {
-    if (frame.frame % write_every_ == 0) write(frame);
-    kept_.add(frame);
     rows_.push_back(frame);
     drop_shape(rows_.back());
+    kept_.add(frame);
+    if (frame.frame % write_every_ != 0) return;
+    write(frame);
+    write_tables();
   }
 
   void finish() {
     write(kept_.peak());
     write(kept_.last());
+    write_tables();
+  }
+
+  [[nodiscard]] const PeakAndLast& kept() const { return kept_; }
+
+ private:
+  /// The list of frames and the time series, as far as the last written frame. They are written
+  /// with each, so that the viewer can follow the run.
+  void write_tables() {
     std::sort(steps_.begin(), steps_.end(), [](const auto& a, const auto& b) {
       return std::tie(a.time_s, a.part) < std::tie(b.time_s, b.part);
     });
     formats::write_collection(folder_ / "simulation.pvd", steps_);
     std::string table = std::string(kTimeSeriesHeader) + "\n";
     for (const simulation::SimulationFrame& row : rows_)
-      table += time_series_row(row, lumen_mld(row.frame)) + "\n";
+      if (row.frame <= mld_.rbegin()->first)
+        table += time_series_row(row, lumen_mld(row.frame)) + "\n";
     write_text_atomically(folder_ / "timeseries.csv", table);
   }
 
-  [[nodiscard]] const PeakAndLast& kept() const { return kept_; }
-
- private:
   void write(const simulation::SimulationFrame& frame) {
     if (mld_.contains(frame.frame)) return;
     mld_[frame.frame] = lumen_.measures(lumen_.profile(frame.wall, frame.balloon)).lesion.mld_mm;

@@ -1,8 +1,12 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <algorithm>
+#include <chrono>
+#include <csignal>
 #include <cstdlib>
+#include <thread>
 
 #include "core/atomic_file.hpp"
 #include "core/error.hpp"
@@ -10,6 +14,7 @@
 #include "testing/viewer/case_folder.hpp"
 #include "testing/viewer/shapes.hpp"
 #include "viewer/detail/case_data.hpp"
+#include "viewer/detail/offscreen.hpp"
 #include "viewer/detail/picture.hpp"
 #include "viewer/view.hpp"
 
@@ -90,6 +95,52 @@ TEST(View, WindowWithoutADisplayIsUnavailable) {
     setenv("DISPLAY", before.c_str(), 1);
   else
     unsetenv("DISPLAY");
+}
+
+TEST(View, KeysArePressedBeforeTheScreenshot) {
+  const TemporaryFolder folder;
+  write_case(folder.path());
+  ViewOptions options;
+  options.screenshot = folder / "view.png";
+  options.keys = {"n"};
+  view_case(folder.path(), options);
+  const detail::Picture picture = detail::picture_from_png(read_text(options.screenshot));
+  EXPECT_EQ(picture.width, options.width);
+  options.keys = {};
+  view_case(folder.path(), options);
+  EXPECT_GT(count_blue(detail::picture_from_png(read_text(options.screenshot))),
+            count_blue(picture) + 500);
+  options.keys = {"no-such-key"};
+  EXPECT_EQ(exit_code_of([&] { view_case(folder.path(), options); }), ExitCode::usage);
+}
+
+TEST(View, SignalClosesTheOpenWindowAtOnce) {
+  if (!detail::find_xvfb()) GTEST_SKIP() << "Xvfb is not installed";
+  const TemporaryFolder folder;
+  write_case(folder.path());
+  const detail::OffscreenDisplay display;
+  for (const int signal : {SIGINT, SIGTERM}) {
+    struct sigaction before = {};
+    sigaction(signal, nullptr, &before);
+    std::chrono::steady_clock::time_point sent;
+    std::thread sender([&] {
+      struct sigaction now = before;
+      while (now.sa_handler == before.sa_handler) {
+        std::this_thread::sleep_for(std::chrono::milliseconds(20));
+        sigaction(signal, nullptr, &now);
+      }
+      std::this_thread::sleep_for(std::chrono::milliseconds(1500));
+      sent = std::chrono::steady_clock::now();
+      kill(getpid(), signal);
+    });
+    view_case(folder.path(), {});
+    const std::chrono::duration<double> took = std::chrono::steady_clock::now() - sent;
+    sender.join();
+    EXPECT_LT(took.count(), 2.0);
+    struct sigaction after = {};
+    sigaction(signal, nullptr, &after);
+    EXPECT_EQ(after.sa_handler, before.sa_handler);
+  }
 }
 
 TEST(CaseData, FramesAndTheirRowsAreFound) {

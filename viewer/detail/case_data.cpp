@@ -22,6 +22,10 @@ namespace case_file = formats::case_file;
 namespace fs = std::filesystem;
 namespace {
 
+const std::string kSimulationName = fs::path(case_file::kFrameList).parent_path();
+const std::string kFrameListName = fs::path(case_file::kFrameList).filename();
+const std::string kTimeSeriesName = fs::path(case_file::kTimeSeries).filename();
+
 /// The digits of "balloon_000120.vtp".
 int frame_number(const fs::path& file) {
   const std::string stem = file.stem().string();
@@ -40,14 +44,6 @@ std::vector<int> line_numbers(const formats::PolylineData& data, const std::stri
       std::transform(array.values.begin(), array.values.end(), numbers.begin(),
                      [](double value) { return int(value); });
   return numbers;
-}
-
-/// The row of a frame in the table; nothing if it has none.
-std::optional<std::size_t> row_of(const TimeSeries& series, int frame) {
-  const std::vector<double> frames = column(series, "frame");
-  const auto found = std::find(frames.begin(), frames.end(), double(frame));
-  if (found == frames.end()) return std::nullopt;
-  return std::size_t(found - frames.begin());
 }
 
 }  // namespace
@@ -81,7 +77,7 @@ std::vector<CenterlinePath> read_paths(const fs::path& file) {
   return paths;
 }
 
-CaseData read_case(const fs::path& folder) {
+void check_case(const fs::path& folder) {
   std::error_code ignored;
   if (!fs::is_directory(folder, ignored))
     throw InputError("no such case: " + folder.string(), ExitCode::no_input);
@@ -92,21 +88,41 @@ CaseData read_case(const fs::path& folder) {
                          "run INPUT -o " +
                          folder.string() + "` first",
                      ExitCode::no_input);
+}
+
+CaseData read_case(const fs::path& folder) {
+  check_case(folder);
+  std::error_code ignored;
   CaseData data;
-  data.lumen = formats::read_surface(lumen).mesh;
+  data.lumen = formats::read_surface(folder / case_file::kLumen).mesh;
   const fs::path scan = folder / case_file::kScan;
   if (fs::exists(scan, ignored)) data.scan = formats::read_nrrd(scan);
   const fs::path lines = folder / case_file::kCenterlines;
   if (fs::exists(lines, ignored)) data.paths = read_paths(lines);
-  const fs::path collection = folder / case_file::kFrameList;
-  if (fs::exists(collection, ignored)) data.frames = read_frame_list(collection);
+  const fs::path simulation = simulation_folder(folder);
+  if (!simulation.empty()) data.frames = read_frame_list(simulation / kFrameListName);
   const fs::path still_wire = folder / case_file::kGuidewire;
   if (fs::exists(still_wire, ignored))
     for (FrameFiles& frame : data.frames)
       if (frame.guidewire.empty()) frame.guidewire = still_wire;
-  const fs::path table = folder / case_file::kTimeSeries;
-  if (fs::exists(table, ignored)) data.series = read_time_series(table);
+  const fs::path table = simulation / kTimeSeriesName;
+  if (!simulation.empty() && fs::exists(table, ignored)) data.series = read_time_series(table);
   return data;
+}
+
+fs::path simulation_folder(const fs::path& case_folder) {
+  fs::path latest;
+  fs::file_time_type latest_time;
+  std::error_code error;
+  for (const fs::directory_entry& entry : fs::directory_iterator(case_folder, error)) {
+    const std::string name = entry.path().filename().string();
+    if (name != kSimulationName && !name.starts_with("." + kSimulationName + ".tmp-")) continue;
+    const fs::file_time_type time = fs::last_write_time(entry.path() / kFrameListName, error);
+    if (error || (!latest.empty() && time <= latest_time)) continue;
+    latest = entry.path();
+    latest_time = time;
+  }
+  return latest;
 }
 
 std::vector<FrameFiles> read_frame_list(const fs::path& collection) {
@@ -119,6 +135,7 @@ std::vector<FrameFiles> read_frame_list(const fs::path& collection) {
     frame.time_s = step.time_s;
     if (name.starts_with("balloon")) frame.balloon = collection.parent_path() / file;
     if (name.starts_with("vessel")) frame.vessel = collection.parent_path() / file;
+    if (name.starts_with("wall")) frame.tissue = collection.parent_path() / file;
     if (name.starts_with("guidewire")) frame.guidewire = collection.parent_path() / file;
   }
   std::vector<FrameFiles> list;
@@ -134,6 +151,13 @@ TimeSeries read_time_series(const fs::path& csv) {
   series.columns = std::move(series.rows.front());
   series.rows.erase(series.rows.begin());
   return series;
+}
+
+std::optional<std::size_t> row_of(const TimeSeries& series, int frame) {
+  const std::vector<double> frames = column(series, "frame");
+  const auto found = std::find(frames.begin(), frames.end(), double(frame));
+  if (found == frames.end()) return std::nullopt;
+  return std::size_t(found - frames.begin());
 }
 
 std::size_t nearest_frame(const std::vector<FrameFiles>& frames, int frame) {

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "formats/text.hpp"
+#include "viewer/detail/rendering.hpp"
 #include "viewer/detail/scene.hpp"
 #include "viewer/detail/sheet.hpp"
 

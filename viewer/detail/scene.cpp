@@ -12,21 +12,17 @@
 #include <vtkPolyDataNormals.h>
 #include <vtkProperty.h>
 #include <vtkProperty2D.h>
-#include <vtkRenderWindow.h>
 #include <vtkTextProperty.h>
 #include <vtkTextRenderer.h>
 #include <vtkTubeFilter.h>
 #include <vtkUnsignedCharArray.h>
-#include <vtkWindowToImageFilter.h>
 
 #include <algorithm>
 #include <cmath>
 
-#include "core/error.hpp"
 #include "core/units.hpp"
 #include "formats/text.hpp"
 #include "formats/vtk_arrays.hpp"
-#include "formats/vtk_messages.hpp"
 #include "viewer/detail/chart.hpp"
 #include "viewer/detail/mark.hpp"
 
@@ -349,45 +345,6 @@ void turn_axes(vtkRenderer* axes, vtkRenderer* scene, int width, int height) {
   camera->SetViewUp(from->GetViewUp());
   camera->SetParallelScale(1.45);
   axes->ResetCameraClippingRange();
-}
-
-Picture render_offscreen(const std::vector<vtkRenderer*>& layers, int width, int height,
-                         const std::function<void()>& before_drawing) {
-  const formats::VtkMessages messages;
-  vtkNew<vtkRenderWindow> window;
-  window->SetOffScreenRendering(1);
-  window->SetMultiSamples(0);
-  window->SetAlphaBitPlanes(1);
-  window->SetNumberOfLayers(int(layers.size()));
-  window->SetSize(width * kSupersampling, height * kSupersampling);
-  for (vtkRenderer* layer : layers) {
-    layer->SetUseDepthPeeling(1);
-    layer->SetMaximumNumberOfPeels(12);
-    layer->SetOcclusionRatio(0.0);
-    window->AddRenderer(layer);
-  }
-  if (before_drawing) before_drawing();
-  window->Render();
-  vtkNew<vtkWindowToImageFilter> grabber;
-  grabber->SetInput(window);
-  grabber->SetInputBufferTypeToRGB();
-  grabber->ReadFrontBufferOff();
-  grabber->Update();
-  auto* pixels =
-      vtkUnsignedCharArray::SafeDownCast(grabber->GetOutput()->GetPointData()->GetScalars());
-  if (!pixels || messages.has_error())
-    throw Error(ExitCode::unavailable,
-                "cannot render pictures (OpenGL failed on this display). Install the packages "
-                "xvfb and libgl1-mesa-dri");
-  Picture large{width * kSupersampling, height * kSupersampling, {}};
-  const std::size_t row_bytes = std::size_t(large.width) * 3;
-  large.rgb.resize(row_bytes * std::size_t(large.height));
-  const unsigned char* source = pixels->GetPointer(0);
-  for (std::size_t row = 0; row < std::size_t(large.height); ++row)  // VTK counts from the bottom
-    std::copy_n(source + row * row_bytes, row_bytes,
-                large.rgb.data() + (std::size_t(large.height) - 1 - row) * row_bytes);
-  for (vtkRenderer* layer : layers) window->RemoveRenderer(layer);
-  return shrink(large, kSupersampling);
 }
 
 }  // namespace angio::viewer::detail

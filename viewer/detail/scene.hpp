@@ -9,7 +9,6 @@
 #include <vtkSmartPointer.h>
 #include <vtkTextActor.h>
 
-#include <functional>
 #include <string>
 #include <vector>
 
@@ -122,15 +121,5 @@ vtkSmartPointer<vtkRenderer> make_axes(int scale, const Rgb& color);
 /// Turns and places them, when the scene's camera moved or the window changed its size.
 /// @param width, height  of the picture, in pixels of scale 1
 void turn_axes(vtkRenderer* axes, vtkRenderer* scene, int width, int height);
-
-/// Scenes are drawn this many times larger and shrunk, which smooths edges the same way on every
-/// machine (multisampling is up to the driver).
-inline constexpr int kSupersampling = 2;
-
-/// Draws into memory. An OffscreenDisplay must live.
-/// @param width, height  of the result; the scene is drawn kSupersampling times larger
-/// @param before_drawing  called once the renderers know their size
-Picture render_offscreen(const std::vector<vtkRenderer*>& layers, int width, int height,
-                         const std::function<void()>& before_drawing = {});
 
 }  // namespace angio::viewer::detail

@@ -2,6 +2,8 @@
 
 #include <vtkTextProperty.h>
 
+#include "viewer/detail/rendering.hpp"
+
 namespace angio::viewer::detail {
 
 vtkSmartPointer<vtkRenderer> make_stage() {

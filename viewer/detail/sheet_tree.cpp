@@ -3,6 +3,7 @@
 #include <numeric>
 
 #include "formats/text.hpp"
+#include "viewer/detail/rendering.hpp"
 #include "viewer/detail/scene.hpp"
 #include "viewer/detail/sheet_pictures.hpp"
 

@@ -1,0 +1,20 @@
+#pragma once
+
+#include "viewer/detail/picture.hpp"
+
+/// What a colour means in the section, in the curve and on the buttons.
+namespace angio::viewer::window::colors {
+
+inline constexpr detail::Rgb kBefore{95, 205, 120};
+inline constexpr detail::Rgb kNow{255, 150, 50};  ///< the frame shown; in the curve the peak
+inline constexpr detail::Rgb kAfter{90, 200, 235};
+inline constexpr detail::Rgb kBalloon{70, 140, 255};
+inline constexpr detail::Rgb kCursor{255, 220, 50};
+inline constexpr detail::Rgb kInk{222, 226, 232};
+inline constexpr detail::Rgb kFaintInk{150, 156, 168};
+inline constexpr detail::Rgb kPanel{28, 32, 40};
+inline constexpr detail::Rgb kButton{52, 58, 70};
+inline constexpr detail::Rgb kButtonOn{38, 98, 176};
+inline constexpr detail::Rgb kButtonTouched{78, 88, 106};
+
+}  // namespace angio::viewer::window::colors
