@@ -153,8 +153,9 @@ TEST(GuardedChild, DiesWithItsParent) {
 
 TEST(GuardedChild, MayHaveAChildOfItsOwn) {
   const ChildLimits short_time{std::size_t(1) << 30, 60, 5.0};
-  const auto parent = run(short_time, [](ChildOutput&) {
-    if (run({}, [](ChildOutput&) {}).end != ChildEnd::done) _exit(1);
+  const auto answer = [](ChildOutput& output) { output.put(1); };
+  const auto parent = run(short_time, [&](ChildOutput& output) {
+    if (run({}, answer).end == ChildEnd::done) answer(output);
   });
   EXPECT_EQ(parent.end, ChildEnd::done);
 }
