@@ -12,6 +12,7 @@
 #include "viewer/detail/pictures_3d.hpp"
 #include "viewer/detail/report_charts.hpp"
 #include "viewer/detail/report_page.hpp"
+#include "viewer/detail/report_scene.hpp"
 #include "viewer/detail/tables.hpp"
 
 namespace angio::viewer {
@@ -93,6 +94,7 @@ std::string make_page(const ReportContent& content, const Figures& figures,
   page += detail::section("Dilation", album.block(figures.moments, "stack") +
                                           album.block(figures.contact, "stack") +
                                           album.block(figures.sequence, "stack"));
+  page += detail::scene_section(content);
   page += detail::section("Diameter along the vessel",
                           detail::svg(detail::diameter_chart(content, metrics)));
   page += detail::section("Course of the inflation", chart_grid(content.time_series));

@@ -36,6 +36,15 @@ struct Moment {
   std::vector<Vec3> guidewire;               ///< nodes inside the balloon; may be empty
 };
 
+/// A written frame of the simulation, for the scene.
+struct CourseFrame {
+  double time_s = 0.0;
+  std::string phase;
+  double pressure_atm = 0.0;
+  bool is_peak = false;
+  Moment shape;  ///< the same triangles in each frame
+};
+
 struct ReportContent {
   std::string title;  ///< case name; no identity
   std::string version;
@@ -45,8 +54,9 @@ struct ReportContent {
   CenterlineTree tree;
   int lesion_path = 0;  ///< CenterlineIds of the line through the lesion
   double lesion_abscissa_mm = 0.0;
-  std::vector<Moment> moments;   ///< before, at peak, after
-  std::vector<Moment> sequence;  ///< the whole course, for one picture; may be empty
+  std::vector<Moment> moments;      ///< before, at peak, after
+  std::vector<Moment> sequence;     ///< the whole course, for one picture; may be empty
+  std::vector<CourseFrame> course;  ///< the whole course, for the scene; may be empty
   DiameterProfile before, peak, after;
   TimeSeries time_series;
   std::string metrics_json;    ///< metrics.json, shown as tables

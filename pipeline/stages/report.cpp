@@ -95,6 +95,35 @@ std::vector<viewer::Moment> read_sequence(const StageFiles& files, const json& s
   return sequence;
 }
 
+/// Written frames from the first to the last, evenly, the peak among them.
+std::vector<viewer::CourseFrame> read_course(const StageFiles& files, const json& summary,
+                                             const viewer::TimeSeries& series) {
+  constexpr std::size_t kMostFrames = 40;
+  const std::vector<viewer::FrameTime> frames =
+      viewer::read_frame_times(files.path(file::kFrameList));
+  const int peak = summary.at("peak_frame").get<int>();
+  const std::size_t steps = std::min(frames.size(), kMostFrames) - 1;
+  std::vector<viewer::FrameTime> chosen;
+  for (std::size_t i = 0; i <= steps; ++i)
+    chosen.push_back(frames[steps == 0 ? 0 : i * (frames.size() - 1) / steps]);
+  const auto nearest =
+      std::min_element(chosen.begin(), chosen.end(), [&](const auto& a, const auto& b) {
+        return std::abs(a.frame - peak) < std::abs(b.frame - peak);
+      });
+  *nearest = *std::find_if(frames.begin(), frames.end(),
+                           [&](const auto& frame) { return frame.frame == peak; });
+  const auto cell = [&](int frame, const std::string& column) {
+    const auto& names = series.columns;
+    const auto of = std::size_t(std::find(names.begin(), names.end(), column) - names.begin());
+    return series.rows.at(std::size_t(frame)).at(of);
+  };
+  std::vector<viewer::CourseFrame> course;
+  for (const viewer::FrameTime& at : chosen)
+    course.push_back({at.time_s, cell(at.frame, "phase"), std::stod(cell(at.frame, "pressure_atm")),
+                      at.frame == peak, read_moment(files, "", at.frame)});
+  return course;
+}
+
 /// The metrics without the times, so that the same input gives the same report.
 json repeatable_metrics(const StageWork& work, const ReportSettings& settings) {
   json metrics = collect_metrics(work.files, settings.get<&Config::lesion>(), work.run);
@@ -115,6 +144,7 @@ void add_treatment(const StageFiles& files, viewer::ReportContent& content) {
   auto rows = read_table(files.path(file::kTimeSeries));
   content.time_series.columns = rows.front();
   content.time_series.rows.assign(rows.begin() + 1, rows.end());
+  content.course = read_course(files, summary, content.time_series);
 }
 
 /// What the stages have warned of, the treatment's own first.
