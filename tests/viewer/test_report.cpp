@@ -77,6 +77,13 @@ void expect_tells_what_a_reader_looks_for(const std::string& page) {
                             "4.52 mm²",
                             "segmentation",
                             "12.3 s",
+                            "0.72 → 0.95",
+                            "after 0.93 to 0.97; 0.80 and less limits flow",
+                            "FFR before 0.72",
+                            "FFR after 0.95",
+                            "not a measurement",
+                            "148 mL/min",
+                            "25.1 mmHg",
                             "512 MiB",
                             "LPS",
                             "240 kPa"})
@@ -92,7 +99,7 @@ void expect_needs_nothing_but_itself(const std::string& page) {
 void expect_shows_every_picture_beside_it(const Files& files) {
   const std::string& page = files.at("index.html");
   EXPECT_EQ(count(page, "<img "), files.size() - 2);  // all but the page and corrections.svg
-  EXPECT_EQ(count(page, "<svg "), 8u);                // along the vessel, and seven over time
+  EXPECT_EQ(count(page, "<svg "), 9u);                // two along the vessel, seven over time
   for (const char* name :
        {"tree.png", "close_up_1.png", "close_up_2.png", "close_up_3.png", "contact.png",
         "projection_axial.png", "projection_coronal.png", "projection_sagittal.png",
