@@ -18,17 +18,16 @@ double lumen_radius(double equivalent, double inscribed) {
 
 /// The radius at an abscissa, linear between the places of a profile; not a number outside.
 double radius_at(const LumenProfile& profile, double abscissa) {
-  const double kNone = std::nan("");
   const auto above =
       std::lower_bound(profile.abscissa.begin(), profile.abscissa.end(), abscissa - 1e-3);
-  if (above == profile.abscissa.end()) return kNone;
+  if (above == profile.abscissa.end()) return std::nan("");
   const auto radius = [&](std::size_t i) {
     return lumen_radius(std::sqrt(profile.section_area[i] / units::kPi),
                         profile.inscribed_radius[i]);
   };
   const auto i = std::size_t(above - profile.abscissa.begin());
   if (*above <= abscissa + 1e-3) return radius(i);  // files round
-  if (i == 0) return kNone;
+  if (i == 0) return std::nan("");
   const double t =
       (abscissa - profile.abscissa[i - 1]) / (profile.abscissa[i] - profile.abscissa[i - 1]);
   return (1.0 - t) * radius(i - 1) + t * radius(i);
