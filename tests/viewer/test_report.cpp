@@ -225,12 +225,15 @@ TEST(Cards, OfWhatIsNotDeterminedTellTheRangeAndNoNumberOfIt) {
       "lesion":{"mld_mm":1.2,"mla_mm2":1.1,"diameter_stenosis_percent":60.0},
       "result":{"mld_mm":2.08,"mla_mm2":3.4,"diameter_stenosis_percent":30.6,"acute_gain_mm":0.88,
         "recoil_mm":0.81,"recoil_percent":28.1,"mld_range_mm":[2.08,2.23],
-        "acute_gain_range_mm":[0.88,1.03],"recoil_range_percent":[22.2,28.1]}})";
+        "acute_gain_range_mm":[0.88,1.03],"recoil_range_percent":[22.2,28.1]},
+      "flow":{"ffr_before":0.72,"ffr_before_range":[0.64,0.79],"ffr_after":0.955}})";
   const std::string cards = detail::headline_cards(detail::Metrics(metrics));
   EXPECT_TRUE(has(cards, "1.20 → 2.08 to 2.23 mm"));
   EXPECT_TRUE(has(cards, "acute gain 0.88 to 1.03 mm"));
   EXPECT_TRUE(has(cards, "22 to 28 % of the lumen at peak"));
   EXPECT_TRUE(has(cards, "60 → not determined"));
+  EXPECT_TRUE(has(cards, "0.72 → not determined"));
+  EXPECT_TRUE(has(cards, "before 0.64 to 0.79"));
   EXPECT_FALSE(has(cards, "0.81 mm"));
   EXPECT_FALSE(has(cards, "uncertain"));
   const std::string notice = detail::status_notice(detail::Metrics(metrics));

@@ -57,11 +57,13 @@ std::string flow_card(const Metrics& metrics) {
   const auto before = metrics.number("flow", "ffr_before"),
              after = metrics.number("flow", "ffr_after");
   if (!before) return {};
-  const auto range = metrics.range("flow", after ? "ffr_after_range" : "ffr_before_range");
-  const std::string value = shown(before, 2, "") + (after ? " → " + shown(after, 2, "") : "");
-  return card(value, "Fractional flow reserve, estimated",
-              (after ? "after " : "") + formats::fixed_text((*range)[0], 2) + " to " +
-                  formats::fixed_text((*range)[1], 2) + "; 0.80 and less limits flow");
+  const bool is_told = after && !is_undetermined(metrics);
+  const auto range = metrics.range("flow", is_told ? "ffr_after_range" : "ffr_before_range");
+  std::string value = shown(before, 2, ""), detail = is_told ? "after " : "before ";
+  if (after) value += " → " + (is_told ? shown(after, 2, "") : "not determined");
+  if (range)
+    detail += formats::fixed_text((*range)[0], 2) + " to " + formats::fixed_text((*range)[1], 2);
+  return card(value, "Fractional flow reserve, estimated", detail + "; 0.80 and less limits flow");
 }
 
 }  // namespace

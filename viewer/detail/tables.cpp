@@ -195,6 +195,7 @@ std::string rows(const std::string& prefix, const ordered_json& object) {
     const std::string_view key = wording.key;
     if (!key.starts_with(prefix + ".")) continue;
     const std::string name(key.substr(prefix.size() + 1));
+    if (name == "reason" && object.contains(name) && object[name].is_null()) continue;
     if (object.contains(name) && (object[name].is_primitive() || is_range(object[name])))
       out += row(prefix, name, object[name]);
   }
