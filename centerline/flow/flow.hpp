@@ -18,7 +18,7 @@ struct FlowOptions {
   /// Through the inlet of the healthy tree, [0, 2000]; 0: velocity times the inlet's healthy area.
   double inlet_flow_ml_min = 0.0;
   /// Mean over the section, [0.05, 2]. The one value of fixed-flow QFR: Tu et al., JACC Cardiovasc.
-  /// Interv. 9(19), 2016, doi:10.1016/j.jcin.2016.07.024.
+  /// Interv. 9(19), 2016.
   double hyperaemic_velocity_m_s = 0.35;
   /// n of Q ~ d^n at forks, [2, 4]; 3: Murray, Proc. Natl. Acad. Sci. 12(3), 1926,
   /// doi:10.1073/pnas.12.3.207.
@@ -96,8 +96,8 @@ struct FlowResult {
 ///
 /// Sources: friction and loss, Young, Tsai, J. Biomech. 6(4), 1973, 395-410,
 /// doi:10.1016/0021-9290(73)90099-7, with the friction integrated along the vessel as in
-/// Mirramezani, Shadden, Ann. Biomed. Eng. 48, 2020, 2870-2886, doi:10.1007/s10439-020-02545-6 (the
-/// vessel of svZeroDSolver). The split is Murray's. The resistances are those of healthy
+/// Mirramezani, Shadden, Ann. Biomed. Eng., 2020 (the vessel of svZeroDSolver). The split is
+/// Murray's. Where a throat begins and ends is our rule. The resistances are those of healthy
 /// diameters, so that a treatment changes the lumen alone. Left out: what is got back where a
 /// vessel widens (pressures are those of blood that flows as fast as in the vessel around), losses
 /// at forks and in bends, entrance lengths, pulsation, side branches that the tree does not have.
@@ -108,7 +108,7 @@ struct FlowResult {
 /// healthy where there are none.
 ///
 /// Newton's method on the whole tree, from the healthy flows: each step is a tree of resistors.
-/// @param diameter_error_mm  options', or of the image that the radii are from
+/// @param diameter_error_mm  of the image that the radii are from, where the options have none
 /// @throws InputError  no branch, an array of another length, a number that is none, a radius < 0
 /// @throws OptionError
 FlowResult solve_flow(const FlowTree& tree, const FlowOptions& options, double diameter_error_mm);
