@@ -21,6 +21,11 @@ struct DiameterProfile {
   std::vector<double> equivalent_diameter_mm;
 };
 
+/// Fractional flow reserve along the lesion's line, and one standard deviation to both sides.
+struct FlowProfile {
+  std::vector<double> ffr, low, high;
+};
+
 /// Columns of timeseries.csv, by the names of docs/contract.md.
 struct TimeSeries {
   std::vector<std::string> columns;
@@ -58,6 +63,8 @@ struct ReportContent {
   std::vector<Moment> sequence;     ///< the whole course, for one picture; may be empty
   std::vector<CourseFrame> course;  ///< the whole course, for the scene; may be empty
   DiameterProfile before, peak, after;
+  std::vector<double> flow_abscissa_mm;  ///< of the flow's profiles; empty: there are none
+  FlowProfile flow_before, flow_after;
   TimeSeries time_series;
   std::string metrics_json;    ///< metrics.json, shown as tables
   std::string lesions_json;    ///< lesions.json: a row per stenosis; may be empty

@@ -15,6 +15,7 @@
 #include "formats/csv.hpp"
 #include "formats/files.hpp"
 #include "pipeline/case/case_files.hpp"
+#include "pipeline/case/flow.hpp"
 #include "pipeline/case/metrics.hpp"
 #include "pipeline/version.hpp"
 #include "segmentation/read_volume.hpp"
@@ -125,8 +126,9 @@ std::vector<viewer::CourseFrame> read_course(const StageFiles& files, const json
 }
 
 /// The metrics without the times, so that the same input gives the same report.
-json repeatable_metrics(const StageWork& work, const ReportSettings& settings) {
-  json metrics = collect_metrics(work.files, settings.get<&Config::lesion>(), work.run);
+json repeatable_metrics(const StageWork& work, const ReportSettings& settings, json flow) {
+  json metrics =
+      collect_metrics(work.files, settings.get<&Config::lesion>(), std::move(flow), work.run);
   for (const char* key : {"wall_s", "time_split_s", "frames_per_second", "real_time_factor"})
     metrics["simulation"].erase(key);
   return metrics;
@@ -145,6 +147,25 @@ void add_treatment(const StageFiles& files, viewer::ReportContent& content) {
   content.time_series.columns = rows.front();
   content.time_series.rows.assign(rows.begin() + 1, rows.end());
   content.course = read_course(files, summary, content.time_series);
+}
+
+viewer::FlowProfile flow_profile(const PullBack& pull) {
+  viewer::FlowProfile profile;
+  for (const centerline::Estimate& ffr : pull.ffr) {
+    profile.ffr.push_back(ffr.value);
+    profile.low.push_back(ffr.low);
+    profile.high.push_back(ffr.high);
+  }
+  return profile;
+}
+
+/// flow.csv, and its curves for the page.
+void add_flow(const StageWork& work, const CaseFlow& flow, viewer::ReportContent& content) {
+  if (flow.abscissa_mm.empty()) return;
+  content.flow_abscissa_mm = flow.abscissa_mm;
+  content.flow_before = flow_profile(flow.before);
+  if (flow.after) content.flow_after = flow_profile(*flow.after);
+  write_text_atomically(work.out / fs::path(file::kFlow).filename(), flow_csv(flow));
 }
 
 /// What the stages have warned of, the treatment's own first.
@@ -180,7 +201,9 @@ void do_report(StageWork& work, const ReportSettings& settings) {
   content.lesion_path = placement.at("lesion").at("centerline_id").get<int>();
   content.lesion_abscissa_mm = placement.at("lesion").at("abscissa_mm").get<double>();
   if (work.run.is(Stage::simulation, "done")) add_treatment(files, content);
-  content.metrics_json = repeatable_metrics(work, settings).dump();
+  const CaseFlow flow = case_flow(files, settings.get<&Config::flow>(), work.run);
+  add_flow(work, flow, content);
+  content.metrics_json = repeatable_metrics(work, settings, flow.metrics).dump();
   content.lesions_json = read_json(files.path(file::kLesions)).dump();
   content.run_json = repeatable_run(work.run).dump();
   content.doubts = doubts_of(work.run);
