@@ -242,6 +242,7 @@ ChildResult run_guarded(const ChildLimits& limits, const std::function<void(Chil
   if (id < 0) fail_to_start("a child process", errno);
   if (id == 0) {
     die_with(parent, SIGKILL);
+    lock.unlock();  // the child may start children of its own
     pipe.from.close();
     run_child(limits, pipe.into.file(), page.text(), work);
   }

@@ -31,6 +31,7 @@ inline constexpr const char* kProfile = "simulation/lumen_profile.csv";
 inline constexpr const char* kSummary = "simulation/summary.json";
 inline constexpr const char* kDiagnosis = "simulation/diagnosis.json";
 
+inline constexpr const char* kFlow = "report/flow.csv";
 inline constexpr const char* kReport = "report/index.html";
 
 }  // namespace angio::formats::case_file

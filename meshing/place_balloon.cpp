@@ -151,7 +151,8 @@ BalloonPlan make_plan(const BalloonOptions& options, const Lesion& lesion,
   if (plan.cylinder_length < wished - 1e-9)
     warnings.push_back("the balloon was shortened from " + millimetres(wished) + " to " +
                        millimetres(plan.cylinder_length) +
-                       " to stay one diameter inside the open ends");
+                       " to stay one diameter inside the open ends; for a longer one, segment more of the "
+                       "vessel");
   return plan;
 }
 

@@ -254,7 +254,7 @@ class Run {
       watch.add(state, output);
     });
     slow_frames_ += output.residual > kWarnResidual ? 1 : 0;
-    summary.open_frames += output.sweep_count >= make_rules(scene_, options_).most_sweeps ? 1 : 0;
+    summary.open_frames += output.sweep_count >= most_sweeps_ ? 1 : 0;
     summarize(output, summary);
     if (output.frame < delivered_) return;  // by a backend that failed later
     ++delivered_;
@@ -289,6 +289,7 @@ class Run {
   const Progress& progress_;
   bool has_spare_thread_;
   Scene scene_;
+  int most_sweeps_ = make_rules(scene_, options_).most_sweeps;
   int slow_frames_ = 0;  ///< frames that ended off balance, of the run under way
   int delivered_ = 0;
 };

@@ -12,6 +12,7 @@
 #include "viewer/detail/pictures_3d.hpp"
 #include "viewer/detail/report_charts.hpp"
 #include "viewer/detail/report_page.hpp"
+#include "viewer/detail/report_scene.hpp"
 #include "viewer/detail/tables.hpp"
 
 namespace angio::viewer {
@@ -80,6 +81,18 @@ double largest_spacing(const ReportContent& content) {
   return content.volume->geometry.longest_spacing();
 }
 
+std::string flow_section(const ReportContent& content, const detail::Metrics& metrics) {
+  const std::string drawing = detail::svg(detail::flow_chart(content, metrics));
+  if (drawing.empty()) return {};
+  return drawing +
+         "<p class=\"sub\">An estimate of a reduced model, not a measurement: friction and the "
+         "losses behind throats (Young, Tsai 1973) in front of small vessels that would let " +
+         formats::fixed_text(metrics.number("flow", "inlet_flow_ml_min").value_or(0.0), 0) +
+         " mL/min, a guess from the inlet's diameter, into a healthy tree. Dashed: one standard "
+         "deviation of diameters and flow; shaded: the lesion. At 0.80 and less a stenosis limits "
+         "flow.</p>\n";
+}
+
 std::string make_page(const ReportContent& content, const Figures& figures,
                       const detail::Album& album) {
   const detail::Metrics metrics(content.metrics_json);
@@ -93,8 +106,10 @@ std::string make_page(const ReportContent& content, const Figures& figures,
   page += detail::section("Dilation", album.block(figures.moments, "stack") +
                                           album.block(figures.contact, "stack") +
                                           album.block(figures.sequence, "stack"));
+  page += detail::scene_section(content);
   page += detail::section("Diameter along the vessel",
                           detail::svg(detail::diameter_chart(content, metrics)));
+  page += detail::section("Fractional flow reserve", flow_section(content, metrics));
   page += detail::section("Course of the inflation", chart_grid(content.time_series));
   page += detail::section("Images", image_section(album, figures, content.moments.size() > 1));
   page += detail::other_doubts(content.doubts);

@@ -21,6 +21,11 @@ struct DiameterProfile {
   std::vector<double> equivalent_diameter_mm;
 };
 
+/// Fractional flow reserve along the lesion's line, and one standard deviation to both sides.
+struct FlowProfile {
+  std::vector<double> ffr, low, high;
+};
+
 /// Columns of timeseries.csv, by the names of docs/contract.md.
 struct TimeSeries {
   std::vector<std::string> columns;
@@ -36,6 +41,15 @@ struct Moment {
   std::vector<Vec3> guidewire;               ///< nodes inside the balloon; may be empty
 };
 
+/// A written frame of the simulation, for the scene.
+struct CourseFrame {
+  double time_s = 0.0;
+  std::string phase;
+  double pressure_atm = 0.0;
+  bool is_peak = false;
+  Moment shape;  ///< the same triangles in each frame
+};
+
 struct ReportContent {
   std::string title;  ///< case name; no identity
   std::string version;
@@ -45,9 +59,12 @@ struct ReportContent {
   CenterlineTree tree;
   int lesion_path = 0;  ///< CenterlineIds of the line through the lesion
   double lesion_abscissa_mm = 0.0;
-  std::vector<Moment> moments;   ///< before, at peak, after
-  std::vector<Moment> sequence;  ///< the whole course, for one picture; may be empty
+  std::vector<Moment> moments;      ///< before, at peak, after
+  std::vector<Moment> sequence;     ///< the whole course, for one picture; may be empty
+  std::vector<CourseFrame> course;  ///< the whole course, for the scene; may be empty
   DiameterProfile before, peak, after;
+  std::vector<double> flow_abscissa_mm;  ///< of the flow's profiles; empty: there are none
+  FlowProfile flow_before, flow_after;
   TimeSeries time_series;
   std::string metrics_json;    ///< metrics.json, shown as tables
   std::string lesions_json;    ///< lesions.json: a row per stenosis; may be empty

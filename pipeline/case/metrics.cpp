@@ -3,12 +3,14 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <utility>
 
 #include "core/atomic_file.hpp"
 #include "core/error.hpp"
 #include "formats/case_file.hpp"
 #include "pipeline/case/case_files.hpp"
 #include "pipeline/case/case_status.hpp"
+#include "pipeline/case/flow.hpp"
 #include "pipeline/case/resolution.hpp"
 
 namespace angio::pipeline {
@@ -53,6 +55,7 @@ json empty_metrics() {
                             "mld_range_mm", "acute_gain_range_mm", "recoil_range_percent"})},
           {"peak", object_of_nulls({"mld_mm", "mla_mm2", "diameter_stenosis_percent",
                                     "segment_mld_mm", "segment_mla_mm2", "contact_gap_mm"})},
+          {"flow", no_flow()},
           {"simulation", object_of_nulls({"backend", "device", "frame_count", "simulated_s",
                                           "wall_s", "frames_per_second", "real_time_factor",
                                           "max_penetration_mm", "inverted_air_tets", "guard"})},
@@ -131,9 +134,10 @@ std::vector<std::string> metrics_files() {
   return files;
 }
 
-json collect_metrics(const StageFiles& files, const centerline::LesionOptions& lesion,
+json collect_metrics(const StageFiles& files, const centerline::LesionOptions& lesion, json flow,
                      const RunRecord& record) {
   json metrics = empty_metrics();
+  metrics["flow"] = std::move(flow);
   const bool is_simulated = record.is(Stage::simulation, "done");
   const CaseStatus status = case_status(files, record);
   if (!status.status.empty()) metrics["status"] = status.status;

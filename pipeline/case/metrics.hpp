@@ -17,8 +17,9 @@ std::vector<std::string> metrics_files();
 /// metrics.json (docs/contract.md) from what the stages have left so far; null where it does not
 /// apply, and where what was left is stale.
 /// @param lesion  which lesion is shown before there is a mesh
+/// @param flow  case_flow()'s part
 nlohmann::json collect_metrics(const StageFiles& files, const centerline::LesionOptions& lesion,
-                               const RunRecord& record);
+                               nlohmann::json flow, const RunRecord& record);
 
 /// The same where no stage has left a number yet.
 nlohmann::json empty_metrics();

@@ -35,7 +35,7 @@ struct Outcome {
   std::string reason;  // the last line that the case printed
 };
 
-constexpr std::array<const char*, 13> kSummaryMetrics = {"/lesion/mld_mm",
+constexpr std::array<const char*, 15> kSummaryMetrics = {"/lesion/mld_mm",
                                                          "/lesion/reference_diameter_mm",
                                                          "/lesion/diameter_stenosis_percent",
                                                          "/lesion/length_mm",
@@ -47,7 +47,9 @@ constexpr std::array<const char*, 13> kSummaryMetrics = {"/lesion/mld_mm",
                                                          "/result/diameter_stenosis_percent",
                                                          "/result/acute_gain_mm",
                                                          "/result/recoil_percent",
-                                                         "/simulation/max_penetration_mm"};
+                                                         "/simulation/max_penetration_mm",
+                                                         "/flow/ffr_before",
+                                                         "/flow/ffr_after"};
 
 formats::CsvRow summary_header() {
   formats::CsvRow header = {"case", "status", "exit_code", "tries"};

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "centerline/centerline.hpp"
+#include "centerline/flow/flow.hpp"
 #include "core/units.hpp"
 #include "meshing/lumen_volume.hpp"
 #include "meshing/meshing.hpp"
@@ -45,6 +46,7 @@ struct Config {
   simulation::Plaque plaque = simulation::Plaque::fibrous;
   bool calcium_from_scan = true;
   simulation::SimulationOptions simulation = simulation::options_by_size();
+  centerline::FlowOptions flow;
   simulation::ClothOptions cloth;
   /// Simulate a second time from a start that is moved a little, to see whether the result is
   /// determined (simulation/guard.hpp).

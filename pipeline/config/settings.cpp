@@ -291,6 +291,31 @@ void add_simulation_settings(Config& c, std::vector<Setting>& table) {
                    "10000"));
 }
 
+void add_flow_settings(Config& c, std::vector<Setting>& table) {
+  table.push_back(make_setting("flow.aortic_pressure_mmhg", c.flow.aortic_pressure_mmhg,
+                               "mean, at the inlet [mmHg], 40 to 200"));
+  table.push_back(make_setting("flow.venous_pressure_mmhg", c.flow.venous_pressure_mmhg,
+                               "behind the small vessels [mmHg], 0 to 30"));
+  table.push_back(make_setting("flow.inlet_flow_ml_min", c.flow.inlet_flow_ml_min,
+                               "hyperaemic, of the healthy tree [mL/min], up to 2000; 0: by the "
+                               "velocity and the inlet's healthy diameter"));
+  table.push_back(make_setting("flow.hyperaemic_velocity_m_s", c.flow.hyperaemic_velocity_m_s,
+                               "mean in the healthy inlet [m/s], 0.05 to 2"));
+  table.push_back(make_setting("flow.branching_exponent", c.flow.branching_exponent,
+                               "n of flow ~ diameter^n at forks (3: Murray), 2 to 4"));
+  table.push_back(
+      make_setting("flow.viscosity_mpa_s", c.flow.viscosity_mpa_s, "of blood [mPa s], 0.5 to 20"));
+  table.push_back(
+      make_setting("flow.density_kg_m3", c.flow.density_kg_m3, "of blood [kg/m3], 900 to 1200"));
+  table.push_back(make_setting("flow.expansion_coefficient", c.flow.expansion_coefficient,
+                               "of the loss behind a throat (1.52: Young and Tsai), 0 to 5"));
+  table.push_back(make_setting("flow.diameter_error_mm", c.flow.diameter_error_mm,
+                               "standard deviation of diameters [mm], 0 to 2; \"auto\": the "
+                               "voxel / sqrt(12), of a surface 0.1"));
+  table.push_back(make_setting("flow.flow_error_percent", c.flow.flow_error_percent,
+                               "standard deviation of the flow [%], 0 to 90"));
+}
+
 void add_cloth_settings(Config& c, std::vector<Setting>& table) {
   table.push_back(make_setting("cloth.side_mm", c.cloth.side_mm, "of the square [mm]"));
   table.push_back(make_setting("cloth.cells", c.cloth.cells, "along a side, even, 2 to 1000"));
@@ -315,6 +340,7 @@ std::vector<Setting> settings(Config& config) {
   add_guidewire_settings(config, table);
   add_inflation_settings(config, table);
   add_simulation_settings(config, table);
+  add_flow_settings(config, table);
   add_cloth_settings(config, table);
   return table;
 }

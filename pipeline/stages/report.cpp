@@ -15,6 +15,7 @@
 #include "formats/csv.hpp"
 #include "formats/files.hpp"
 #include "pipeline/case/case_files.hpp"
+#include "pipeline/case/flow.hpp"
 #include "pipeline/case/metrics.hpp"
 #include "pipeline/version.hpp"
 #include "segmentation/read_volume.hpp"
@@ -95,9 +96,39 @@ std::vector<viewer::Moment> read_sequence(const StageFiles& files, const json& s
   return sequence;
 }
 
+/// Written frames from the first to the last, evenly, the peak among them.
+std::vector<viewer::CourseFrame> read_course(const StageFiles& files, const json& summary,
+                                             const viewer::TimeSeries& series) {
+  constexpr std::size_t kMostFrames = 40;
+  const std::vector<viewer::FrameTime> frames =
+      viewer::read_frame_times(files.path(file::kFrameList));
+  const int peak = summary.at("peak_frame").get<int>();
+  const std::size_t steps = std::min(frames.size(), kMostFrames) - 1;
+  std::vector<viewer::FrameTime> chosen;
+  for (std::size_t i = 0; i <= steps; ++i)
+    chosen.push_back(frames[steps == 0 ? 0 : i * (frames.size() - 1) / steps]);
+  const auto nearest =
+      std::min_element(chosen.begin(), chosen.end(), [&](const auto& a, const auto& b) {
+        return std::abs(a.frame - peak) < std::abs(b.frame - peak);
+      });
+  *nearest = *std::find_if(frames.begin(), frames.end(),
+                           [&](const auto& frame) { return frame.frame == peak; });
+  const auto cell = [&](int frame, const std::string& column) {
+    const auto& names = series.columns;
+    const auto of = std::size_t(std::find(names.begin(), names.end(), column) - names.begin());
+    return series.rows.at(std::size_t(frame)).at(of);
+  };
+  std::vector<viewer::CourseFrame> course;
+  for (const viewer::FrameTime& at : chosen)
+    course.push_back({at.time_s, cell(at.frame, "phase"), std::stod(cell(at.frame, "pressure_atm")),
+                      at.frame == peak, read_moment(files, "", at.frame)});
+  return course;
+}
+
 /// The metrics without the times, so that the same input gives the same report.
-json repeatable_metrics(const StageWork& work, const ReportSettings& settings) {
-  json metrics = collect_metrics(work.files, settings.get<&Config::lesion>(), work.run);
+json repeatable_metrics(const StageWork& work, const ReportSettings& settings, json flow) {
+  json metrics =
+      collect_metrics(work.files, settings.get<&Config::lesion>(), std::move(flow), work.run);
   for (const char* key : {"wall_s", "time_split_s", "frames_per_second", "real_time_factor"})
     metrics["simulation"].erase(key);
   return metrics;
@@ -115,6 +146,26 @@ void add_treatment(const StageFiles& files, viewer::ReportContent& content) {
   auto rows = read_table(files.path(file::kTimeSeries));
   content.time_series.columns = rows.front();
   content.time_series.rows.assign(rows.begin() + 1, rows.end());
+  content.course = read_course(files, summary, content.time_series);
+}
+
+viewer::FlowProfile flow_profile(const PullBack& pull) {
+  viewer::FlowProfile profile;
+  for (const centerline::Estimate& ffr : pull.ffr) {
+    profile.ffr.push_back(ffr.value);
+    profile.low.push_back(ffr.low);
+    profile.high.push_back(ffr.high);
+  }
+  return profile;
+}
+
+/// flow.csv, and its curves for the page.
+void add_flow(const StageWork& work, const CaseFlow& flow, viewer::ReportContent& content) {
+  if (flow.abscissa_mm.empty()) return;
+  content.flow_abscissa_mm = flow.abscissa_mm;
+  content.flow_before = flow_profile(flow.before);
+  if (flow.after) content.flow_after = flow_profile(*flow.after);
+  write_text_atomically(work.out / fs::path(file::kFlow).filename(), flow_csv(flow));
 }
 
 /// What the stages have warned of, the treatment's own first.
@@ -150,7 +201,9 @@ void do_report(StageWork& work, const ReportSettings& settings) {
   content.lesion_path = placement.at("lesion").at("centerline_id").get<int>();
   content.lesion_abscissa_mm = placement.at("lesion").at("abscissa_mm").get<double>();
   if (work.run.is(Stage::simulation, "done")) add_treatment(files, content);
-  content.metrics_json = repeatable_metrics(work, settings).dump();
+  const CaseFlow flow = case_flow(files, settings.get<&Config::flow>(), work.run);
+  add_flow(work, flow, content);
+  content.metrics_json = repeatable_metrics(work, settings, flow.metrics).dump();
   content.lesions_json = read_json(files.path(file::kLesions)).dump();
   content.run_json = repeatable_run(work.run).dump();
   content.doubts = doubts_of(work.run);

@@ -1,6 +1,7 @@
 #include "pipeline/stages/stage_table.hpp"
 
 #include "formats/case_file.hpp"
+#include "pipeline/case/flow.hpp"
 #include "pipeline/case/metrics.hpp"
 #include "pipeline/stages/centerline.hpp"
 #include "pipeline/stages/meshing.hpp"
@@ -28,7 +29,7 @@ std::vector<StageDefinition> vessel_stages() {
       define_stage(Stage::report,
                    together({file::kLevelSet, file::kLumen, file::kGuidewire, file::kLesions,
                              file::kFrameList, file::kTimeSeries, file::kProfile, file::kFrames},
-                            metrics_files()),
+                            together(metrics_files(), flow_files())),
                    see_run, do_report)};
   table.front().own_inputs = {file::kScan, file::kGivenLumen};
   table.back().tells_of_failure = true;
@@ -39,9 +40,10 @@ std::vector<StageDefinition> vessel_stages() {
 
 const Workflow& vessel_workflow() {
   static const Workflow kVessel{
-      vessel_stages(), metrics_files(),
+      vessel_stages(), together(metrics_files(), flow_files()),
       [](const StageFiles& files, const Config& config, const RunRecord& record) {
-        return collect_metrics(files, config.lesion, record);
+        return collect_metrics(files, config.lesion, case_flow(files, config.flow, record).metrics,
+                               record);
       }};
   return kVessel;
 }

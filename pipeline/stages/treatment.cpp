@@ -99,7 +99,8 @@ std::vector<std::string> treatment_warnings(const Treatment& treatment, const Gu
     warnings.push_back(fmt::format(
         "the balloon leaves out {:.1f} mm of the lesion: MLD, gain and recoil are of the part that "
         "it treats, from {:.1f} to {:.1f} mm from the inlet; segment_mld_mm is of all of it. A "
-        "longer balloon (balloon.length_mm) may reach it",
+        "longer balloon (balloon.length_mm) may reach it, unless open ends or a bend, as another "
+        "warning then says, left no room for one",
         spans.untreated_mm, spans.lesion_first, spans.lesion_last));
   return warnings;
 }

@@ -151,6 +151,15 @@ TEST(GuardedChild, DiesWithItsParent) {
   EXPECT_TRUE(comes_true([&] { return is_gone(child); }));
 }
 
+TEST(GuardedChild, MayHaveAChildOfItsOwn) {
+  const ChildLimits short_time{std::size_t(1) << 30, 60, 5.0};
+  const auto answer = [](ChildOutput& output) { output.put(1); };
+  const auto parent = run(short_time, [&](ChildOutput& output) {
+    if (run({}, answer).end == ChildEnd::done) answer(output);
+  });
+  EXPECT_EQ(parent.end, ChildEnd::done);
+}
+
 TEST(GuardedChild, AnotherThreadsChildHoldsNoPipeOpen) {
   std::vector<std::thread> threads;
   std::vector<ChildEnd> ends(64, ChildEnd::done);

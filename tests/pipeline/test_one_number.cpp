@@ -137,6 +137,47 @@ TEST_F(OneNumber, IsTheLeastOfTheProfileWhereTheLesionIsTreated) {
   }
 }
 
+// The balloon's wall is the lumen that blood flows through; the report's curve is the metrics'.
+TEST_F(OneNumber, OfTheFlowIsOfTheSimulatedWall) {
+  const auto rows = table(root_ / "report/flow.csv"),
+             profile = table(root_ / "simulation/lumen_profile.csv");
+  ASSERT_GT(rows.size(), 20u);
+  for (const char* when : {"before", "after"}) {
+    const std::string word = when;
+    std::size_t compared = 0;
+    for (const Row& row : rows) {
+      EXPECT_NEAR(row.at("pressure_" + word + "_mmhg"), 93.0 * row.at("ffr_" + word), 0.01);
+      EXPECT_LE(row.at("ffr_" + word + "_low"), row.at("ffr_" + word));
+      EXPECT_GE(row.at("ffr_" + word + "_high"), row.at("ffr_" + word));
+      for (const Row& wall : profile) {
+        const std::string diameter = "equivalent_diameter_" + word + "_mm";
+        if (std::abs(wall.at("abscissa_mm") - row.at("abscissa_mm")) > 1e-4 ||
+            !wall.contains(diameter) || !row.contains("diameter_" + word + "_mm"))
+          continue;
+        EXPECT_NEAR(row.at("diameter_" + word + "_mm"), wall.at(diameter), 2e-4);
+        ++compared;
+      }
+    }
+    EXPECT_GT(compared, 10u);
+    const auto behind = std::find_if(rows.begin(), rows.end(), [&](const Row& row) {
+      return row.at("abscissa_mm") >= number("flow", "behind_mm");
+    });
+    ASSERT_NE(behind, rows.end());
+    EXPECT_NEAR(behind->at("ffr_" + word), number("flow", ("ffr_" + word).c_str()), 2e-3);
+  }
+  EXPECT_GT(number("flow", "ffr_after"), number("flow", "ffr_before"));
+  EXPECT_LT(number("flow", "pressure_drop_after_mmhg"),
+            number("flow", "pressure_drop_before_mmhg"));
+  EXPECT_TRUE(metrics_.at("flow").at("reason").is_null());
+}
+
+TEST_F(OneNumber, OfTheFlowIsNoneWithoutAStenosis) {
+  const json healthy = json_file(batch_folder() / "healthy/metrics.json").at("flow");
+  EXPECT_EQ(healthy.at("reason"), "no stenosis was found");
+  EXPECT_TRUE(healthy.at("ffr_before").is_null());
+  EXPECT_FALSE(fs::exists(batch_folder() / "healthy/report/flow.csv"));
+}
+
 // Twice the distance of the wall's nearest vertex from the phantom's axis, between the edges.
 TEST_F(OneNumber, IsThatOfTheFramesThatAreWritten) {
   const json site = json_file(root_ / "meshing/placement.json").at("site");

@@ -130,6 +130,7 @@ TEST(StageKey, HoldsWhatMoreThanOneStageReads) {
       {"lesion.min_stenosis_percent", {centerline, meshing, report}},
       {"lesion.abscissa_mm", {meshing, report}},
       {"inflation.hold_s", {simulation}},
+      {"flow.viscosity_mpa_s", {report}},
       {"input.spacing_mm", {segmentation}}};
   for (const auto& [key, stages] : read_by) EXPECT_EQ(stages_changed({}, key), stages) << key;
   EXPECT_EQ(stages_changed(narrowing_config(), "lesion.abscissa_mm"),

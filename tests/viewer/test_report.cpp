@@ -38,13 +38,18 @@ bool has(const std::string& page, const std::string& words) {
   return page.find(words) != std::string::npos;
 }
 
-/// A page without its pictures' bytes.
+/// A page without its pictures' bytes, and without the scene's own scripts.
 std::string without_pictures(std::string page) {
   const std::string begin = "src=\"data:image/png;base64,";
   for (auto at = page.find(begin); at != std::string::npos; at = page.find(begin, at)) {
     at += 5;
     page.erase(at, page.find('"', at) - at);
   }
+  for (const std::string script :
+       {"<script type=\"text/plain\" id=\"scene-program\">",
+        "<script type=\"text/plain\" id=\"scene-data\">", "<script>\n// Opens"})
+    if (const auto at = page.find(script); at != std::string::npos)
+      page.erase(at, page.find("</script>", at) + 9 - at);
   return page;
 }
 
@@ -77,6 +82,13 @@ void expect_tells_what_a_reader_looks_for(const std::string& page) {
                             "4.52 mm²",
                             "segmentation",
                             "12.3 s",
+                            "0.72 → 0.95",
+                            "after 0.93 to 0.97; 0.80 and less limits flow",
+                            "FFR before 0.72",
+                            "FFR after 0.95",
+                            "not a measurement",
+                            "148 mL/min",
+                            "25.1 mmHg",
                             "512 MiB",
                             "LPS",
                             "240 kPa"})
@@ -92,7 +104,7 @@ void expect_needs_nothing_but_itself(const std::string& page) {
 void expect_shows_every_picture_beside_it(const Files& files) {
   const std::string& page = files.at("index.html");
   EXPECT_EQ(count(page, "<img "), files.size() - 2);  // all but the page and corrections.svg
-  EXPECT_EQ(count(page, "<svg "), 8u);                // along the vessel, and seven over time
+  EXPECT_EQ(count(page, "<svg "), 9u);                // two along the vessel, seven over time
   for (const char* name :
        {"tree.png", "close_up_1.png", "close_up_2.png", "close_up_3.png", "contact.png",
         "projection_axial.png", "projection_coronal.png", "projection_sagittal.png",
@@ -189,7 +201,7 @@ TEST(Report, EscapesEverythingThatItIsGiven) {
       "<script>":1}, "balloon":{"material":"<script>"}})";
   content.run_json = R"({"device":"<script>","stages":{"<script>":{"status":"<script>"}}})";
   write_report(folder.path(), content);
-  const std::string page = read_text(folder / "index.html");
+  const std::string page = without_pictures(read_text(folder / "index.html"));
   EXPECT_FALSE(has(page, "<script"));
   EXPECT_FALSE(has(page, "alert('1')"));
   EXPECT_GE(count(page, "&lt;script&gt;"), 8u);
@@ -218,12 +230,15 @@ TEST(Cards, OfWhatIsNotDeterminedTellTheRangeAndNoNumberOfIt) {
       "lesion":{"mld_mm":1.2,"mla_mm2":1.1,"diameter_stenosis_percent":60.0},
       "result":{"mld_mm":2.08,"mla_mm2":3.4,"diameter_stenosis_percent":30.6,"acute_gain_mm":0.88,
         "recoil_mm":0.81,"recoil_percent":28.1,"mld_range_mm":[2.08,2.23],
-        "acute_gain_range_mm":[0.88,1.03],"recoil_range_percent":[22.2,28.1]}})";
+        "acute_gain_range_mm":[0.88,1.03],"recoil_range_percent":[22.2,28.1]},
+      "flow":{"ffr_before":0.72,"ffr_before_range":[0.64,0.79],"ffr_after":0.955}})";
   const std::string cards = detail::headline_cards(detail::Metrics(metrics));
   EXPECT_TRUE(has(cards, "1.20 → 2.08 to 2.23 mm"));
   EXPECT_TRUE(has(cards, "acute gain 0.88 to 1.03 mm"));
   EXPECT_TRUE(has(cards, "22 to 28 % of the lumen at peak"));
   EXPECT_TRUE(has(cards, "60 → not determined"));
+  EXPECT_TRUE(has(cards, "0.72 → not determined"));
+  EXPECT_TRUE(has(cards, "before 0.64 to 0.79"));
   EXPECT_FALSE(has(cards, "0.81 mm"));
   EXPECT_FALSE(has(cards, "uncertain"));
   const std::string notice = detail::status_notice(detail::Metrics(metrics));

@@ -52,6 +52,20 @@ std::string agreement(const Metrics& metrics, const char* range_key, int decimal
   return ", two runs within " + formats::fixed_text(apart, decimals) + unit;
 }
 
+/// Nothing where fractional flow reserve does not apply.
+std::string flow_card(const Metrics& metrics) {
+  const auto before = metrics.number("flow", "ffr_before"),
+             after = metrics.number("flow", "ffr_after");
+  if (!before) return {};
+  const bool is_told = after && !is_undetermined(metrics);
+  const auto range = metrics.range("flow", is_told ? "ffr_after_range" : "ffr_before_range");
+  std::string value = shown(before, 2, ""), detail = is_told ? "after " : "before ";
+  if (after) value += " → " + (is_told ? shown(after, 2, "") : "not determined");
+  if (range)
+    detail += formats::fixed_text((*range)[0], 2) + " to " + formats::fixed_text((*range)[1], 2);
+  return card(value, "Fractional flow reserve, estimated", detail + "; 0.80 and less limits flow");
+}
+
 }  // namespace
 
 std::string status_notice(const Metrics& metrics) {
@@ -84,6 +98,7 @@ std::string headline_cards(const Metrics& metrics) {
                   agreement(metrics, "acute_gain_range_mm", 3, " mm"));
   out += card(change(metrics, "mla_mm2", nullptr, 2, " mm²"), "Minimal lumen area",
               "at peak " + shown(peak("mla_mm2"), 2, " mm²"));
+  out += flow_card(metrics);
   const std::string status = metrics.text("status");
   if (status == "failed" || status == "stale" || (status == "not_determined" && !result("mld_mm")))
     return out;

@@ -64,7 +64,9 @@ Frame make_frame(const Chart& chart, std::vector<double>& x_ticks, std::vector<d
   if (y.high - y.low <= 0.0) y.high = y.low + 1.0;
   x_ticks = round_ticks(x.low, x.high, 8);
   constexpr double kHeadroom = 1.08;  // for the names of the bands
-  const double headroom = chart.bands.empty() || y.high <= 0.0 ? 1.0 : kHeadroom;
+  const bool is_named = std::any_of(chart.bands.begin(), chart.bands.end(),
+                                    [](const ChartBand& band) { return !band.label.empty(); });
+  const double headroom = is_named && y.high > 0.0 ? kHeadroom : 1.0;
   y_ticks = round_ticks(y.low, y.high * headroom, 5);
   Frame frame;
   frame.x_low = x.low;

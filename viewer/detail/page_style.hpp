@@ -63,8 +63,21 @@ svg .hover{fill:transparent;stroke:none}
 svg .hover:hover{fill:currentColor;fill-opacity:.35}
 svg .mark{stroke:var(--paper);stroke-width:1.5}
 svg .mark.s1{fill:var(--c1)}svg .mark.s2{fill:var(--c2)}
+#scene fieldset{border:0;padding:0;margin:0;display:flex;flex-wrap:wrap;gap:4px 14px}
+#scene legend{display:contents}
+.scene-view{height:min(560px,75vh);border:1px solid var(--line);border-radius:6px;overflow:hidden;
+touch-action:none}
+.scene-view canvas{display:block;width:100%!important;height:100%!important}
+.scene-row{display:flex;flex-wrap:wrap;align-items:center;gap:6px 14px;margin:8px 0}
+.scene-slider{display:flex;align-items:center;gap:8px;flex:1 1 240px}
+.scene-slider input{flex:1;min-width:120px;accent-color:var(--c1)}
+#scene button,#scene select{font:inherit;color:inherit;background:var(--panel);
+border:1px solid var(--line);border-radius:6px;padding:4px 12px}
+#scene output{color:var(--soft);font-variant-numeric:tabular-nums;min-width:13em}
+.scene-key i{display:inline-block;width:150px;height:12px;margin:0 8px;vertical-align:middle;
+background:linear-gradient(90deg,#3b4d8c,#73a6bf 35%,#f2d980 65%,#bf261a)}
 @media (max-width:700px){.row{grid-template-columns:1fr}.charts{grid-template-columns:1fr}}
-@media print{:root{color-scheme:light;--paper:#fff;--ink:#000;--soft:#444;--line:#bbb;
+@media print{#scene{display:none}:root{color-scheme:light;--paper:#fff;--ink:#000;--soft:#444;--line:#bbb;
 --panel:#fff;--warn:#fff;--grid:#ddd;--band:#f3f3f3;--c1:#1f6fc4;--c2:#d9690f}
 body{max-width:none;padding:0;font-size:11.5px}h2{break-after:avoid}
 .tree img{max-height:430px}.card,figure,.table{break-inside:avoid}.card .value{font-size:17px}

@@ -74,8 +74,10 @@ double highest(const std::vector<double>& values) {
   return values.empty() ? 0.0 : *std::max_element(values.begin(), values.end());
 }
 
-/// The pressure that all but a fiftieth of the pressed vertices stay below, at the moment where it
-/// is highest: a few sharp corners would otherwise leave one colour to the rest.
+}  // namespace
+
+ViewFrame close_up_frame(const ReportContent& content) { return CloseUp(content).frame; }
+
 double usual_peak(const std::vector<Moment>& moments) {
   double peak = 1e-3;
   for (const Moment& moment : moments) {
@@ -88,8 +90,6 @@ double usual_peak(const std::vector<Moment>& moments) {
   }
   return peak;
 }
-
-}  // namespace
 
 Figure draw_tree(const ReportContent& content) {
   constexpr int kStrip = 120;  // for the scale bar and the axes

@@ -3,6 +3,7 @@
 #include <vector>
 
 #include "viewer/detail/figure.hpp"
+#include "viewer/detail/view_frame.hpp"
 #include "viewer/report.hpp"
 
 namespace angio::viewer::detail {
@@ -20,5 +21,12 @@ std::vector<Figure> draw_sequence(const ReportContent& content);
 /// The wall coloured by contact pressure at the moment where it is highest; empty if nothing
 /// touches.
 std::vector<Figure> draw_contact(const ReportContent& content);
+
+/// Where the close-ups look from. @param content  with moments
+ViewFrame close_up_frame(const ReportContent& content);
+
+/// The pressure [kPa] that all but a fiftieth of the pressed vertices stay below, at the moment
+/// where it is highest: a few sharp corners would otherwise leave one colour to the rest.
+double usual_peak(const std::vector<Moment>& moments);
 
 }  // namespace angio::viewer::detail

@@ -131,6 +131,46 @@ Chart diameter_chart(const ReportContent& content, const Metrics& metrics) {
   return chart;
 }
 
+Chart flow_chart(const ReportContent& content, const Metrics& metrics) {
+  constexpr double kLimitsFlow = 0.8;
+  Chart chart;
+  chart.title = "Fractional flow reserve, pulled back along the vessel";
+  chart.x_label = "distance from the inlet [mm]";
+  chart.y_label = "pressure / inlet's";
+  chart.width = 960;
+  chart.height = 320;
+  chart.y_from_zero = false;
+  const std::vector<double>& place = content.flow_abscissa_mm;
+  const auto add = [&](const FlowProfile& flow, const std::string& when, int color) {
+    if (flow.ffr.empty()) return;
+    chart.series.push_back({when, place, flow.ffr, color, false});
+    ChartSeries range{when + ", one standard deviation", place, flow.low, color, true};
+    range.x.push_back(std::numeric_limits<double>::quiet_NaN());  // breaks the line
+    range.y.push_back(range.x.back());
+    range.x.insert(range.x.end(), place.begin(), place.end());
+    range.y.insert(range.y.end(), flow.high.begin(), flow.high.end());
+    chart.series.push_back(std::move(range));
+  };
+  add(content.flow_before, "before", 1);
+  add(content.flow_after, "after", 2);
+  if (place.empty()) return chart;
+  chart.levels.push_back({kLimitsFlow, "0.80"});
+  const auto first = metrics.number("lesion", "proximal_mm"),
+             last = metrics.number("lesion", "distal_mm"),
+             behind = metrics.number("flow", "behind_mm");
+  if (first && last)
+    chart.bands = {{place.front(), *first, ""}, {*first, *last, ""}, {*last, place.back(), ""}};
+  const auto mark = [&](const char* key, const std::string& when, int color) {
+    const auto ffr = metrics.number("flow", key);
+    if (ffr && behind)
+      chart.marks.push_back(
+          {*behind, *ffr, "FFR " + when + " " + formats::fixed_text(*ffr, 2), color});
+  };
+  mark("ffr_before", "before", 1);
+  mark("ffr_after", "after", 2);
+  return chart;
+}
+
 std::vector<Chart> time_charts(const TimeSeries& series) {
   std::vector<Chart> charts{
       time_chart(series, "Balloon pressure", "pressure [atm]", {{"pressure_atm", "pressure"}}),

@@ -13,6 +13,10 @@ namespace angio::viewer::detail {
 /// both narrowest places.
 Chart diameter_chart(const ReportContent& content, const Metrics& metrics);
 
+/// Fractional flow reserve from the inlet along the lesion's line, before and after, with what
+/// limits flow.
+Chart flow_chart(const ReportContent& content, const Metrics& metrics);
+
 /// Pressure, diameters, volume, contact, penetration and corrections over time, as far as the
 /// columns are there; the phases are marked.
 std::vector<Chart> time_charts(const TimeSeries& series);

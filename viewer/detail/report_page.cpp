@@ -54,6 +54,9 @@ std::string section(const std::string& title, const std::string& body) {
 std::string page_head(const std::string& title_text, const std::string& version) {
   const std::string title = formats::escape_html(title_text);
   return "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n"
+         "<meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; img-src "
+         "data:; "
+         "style-src 'unsafe-inline'; script-src 'unsafe-inline'\">\n"
          "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n<title>" +
          title + " – balloon angioplasty report</title>\n<style>" + kPageStyle +
          "</style>\n</head>\n<body>\n<header><h1>" + title +

@@ -72,6 +72,22 @@ constexpr std::array kWordings{
     Wording{"result.mld_range_mm", "MLD, of two runs", "mm", 3},
     Wording{"result.acute_gain_range_mm", "Acute gain, of two runs", "mm", 3},
     Wording{"result.recoil_range_percent", "Recoil, of two runs", "%", 1},
+    Wording{"flow.reason", "Not told, because", "", 0},
+    Wording{"flow.model", "Model", "", 0},
+    Wording{"flow.inlet_diameter_mm", "Healthy diameter of the inlet", "mm", 2},
+    Wording{"flow.inlet_flow_ml_min", "Healthy flow through the inlet", "mL/min", 0},
+    Wording{"flow.aortic_pressure_mmhg", "Pressure at the inlet", "mmHg", 0},
+    Wording{"flow.behind_mm", "Measured behind the lesion, from the inlet", "mm", 1},
+    Wording{"flow.ffr_before", "FFR behind the lesion, before", "", 2},
+    Wording{"flow.ffr_before_range", "within one standard deviation", "", 2},
+    Wording{"flow.ffr_after", "FFR behind the lesion, after", "", 2},
+    Wording{"flow.ffr_after_range", "within one standard deviation", "", 2},
+    Wording{"flow.least_ffr_before", "Least FFR of the tree, before", "", 2},
+    Wording{"flow.least_ffr_after", "Least FFR of the tree, after", "", 2},
+    Wording{"flow.pressure_drop_before_mmhg", "Pressure drop at the lesion, before", "mmHg", 1},
+    Wording{"flow.pressure_drop_after_mmhg", "Pressure drop at the lesion, after", "mmHg", 1},
+    Wording{"flow.flow_before_ml_min", "Flow behind the lesion, before", "mL/min", 0},
+    Wording{"flow.flow_after_ml_min", "Flow behind the lesion, after", "mL/min", 0},
     Wording{"simulation.backend", "Backend", "", 0},
     Wording{"simulation.device", "Device", "", 0},
     Wording{"simulation.frame_count", "Frames", "", 0},
@@ -101,11 +117,12 @@ constexpr std::array kWordings{
     Wording{"stage.peak_memory_mib", "Peak memory", "MiB", 0},
 };
 
-constexpr std::array<std::array<const char*, 2>, 6> kGroupTitles{
+constexpr std::array<std::array<const char*, 2>, 7> kGroupTitles{
     {{"lesion", "Lesion, before"},
      {"balloon", "Balloon"},
      {"peak", "Lumen at peak"},
      {"result", "Result, after deflation"},
+     {"flow", "Blood flow, estimated"},
      {"simulation", "Simulation"},
      {"mesh", "Surface mesh"}}};
 
@@ -126,14 +143,16 @@ const Wording* find_wording(const std::string& key) {
 
 /// A key that has no wording still has its unit at the end, by the naming rules.
 const char* unit_of(std::string_view key) {
-  constexpr std::array<std::array<const char*, 2>, 8> kUnits{{{"_mm", "mm"},
-                                                              {"_mm2", "mm²"},
-                                                              {"_mm3", "mm³"},
-                                                              {"_percent", "%"},
-                                                              {"_atm", "atm"},
-                                                              {"_kpa", "kPa"},
-                                                              {"_degrees", "°"},
-                                                              {"_s", "s"}}};
+  constexpr std::array<std::array<const char*, 2>, 10> kUnits{{{"_mm", "mm"},
+                                                               {"_mm2", "mm²"},
+                                                               {"_mm3", "mm³"},
+                                                               {"_percent", "%"},
+                                                               {"_atm", "atm"},
+                                                               {"_kpa", "kPa"},
+                                                               {"_degrees", "°"},
+                                                               {"_mmhg", "mmHg"},
+                                                               {"_ml_min", "mL/min"},
+                                                               {"_s", "s"}}};
   for (const auto& [suffix, unit] : kUnits)
     if (key.ends_with(suffix)) return unit;
   return "";
@@ -176,6 +195,7 @@ std::string rows(const std::string& prefix, const ordered_json& object) {
     const std::string_view key = wording.key;
     if (!key.starts_with(prefix + ".")) continue;
     const std::string name(key.substr(prefix.size() + 1));
+    if (name == "reason" && object.contains(name) && object[name].is_null()) continue;
     if (object.contains(name) && (object[name].is_primitive() || is_range(object[name])))
       out += row(prefix, name, object[name]);
   }
