@@ -149,10 +149,11 @@ BalloonPlan make_plan(const BalloonOptions& options, const Lesion& lesion,
                      "a smaller balloon (balloon.nominal_diameter_mm), or segment more of the "
                      "vessel");
   if (plan.cylinder_length < wished - 1e-9)
-    warnings.push_back("the balloon was shortened from " + millimetres(wished) + " to " +
-                       millimetres(plan.cylinder_length) +
-                       " to stay one diameter inside the open ends; for a longer one, segment more of the "
-                       "vessel");
+    warnings.push_back(
+        "the balloon was shortened from " + millimetres(wished) + " to " +
+        millimetres(plan.cylinder_length) +
+        " to stay one diameter inside the open ends; for a longer one, segment more of the "
+        "vessel");
   return plan;
 }
 

@@ -6,8 +6,8 @@
 #include "core/atomic_file.hpp"
 #include "formats/text.hpp"
 #include "viewer/detail/offscreen.hpp"
-#include "viewer/detail/report_page.hpp"
 #include "viewer/detail/rendering.hpp"
+#include "viewer/detail/report_page.hpp"
 #include "viewer/detail/scene.hpp"
 #include "viewer/detail/sheet.hpp"
 
