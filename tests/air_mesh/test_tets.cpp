@@ -14,7 +14,6 @@ namespace angio::air_mesh {
 namespace {
 
 using simulation::testing::Gap;
-using simulation::testing::make_gap;
 using test::outer_faces;
 using test::quality_of;
 using test::straight_gap;
