@@ -81,6 +81,49 @@ void write_xml(const std::filesystem::path& path, Data* data) {
                    "another kind). Write it again");
 }
 
+/// What an attribute says wherever it stands in a text, in either kind of quotes; nothing where it
+/// is no count.
+std::vector<std::optional<std::uint64_t>> counts_of(std::string_view text, std::string_view key) {
+  std::vector<std::optional<std::uint64_t>> counts;
+  for (auto at = text.find(key); at != std::string_view::npos; at = text.find(key, at + 1)) {
+    const auto equals = text.find_first_not_of(" \t\r\n", at + key.size());
+    if (equals == std::string_view::npos || text[equals] != '=') continue;
+    const auto quote = text.find_first_not_of(" \t\r\n", equals + 1);
+    if (quote == std::string_view::npos) continue;
+    const auto end = text.find(text[quote], quote + 1);
+    counts.push_back(parse_number<std::uint64_t>(
+        text.substr(quote + 1, std::min(end, text.size()) - quote - 1)));
+  }
+  return counts;
+}
+
+/// VTK asks for the memory that a head claims before it has seen the data. A value takes at least a
+/// byte, and zlib packs no more than 1032 bytes into one.
+///
+/// @throws InputError if the file is too short for what it claims
+void check_claims(std::string_view bytes, const std::string& name) {
+  constexpr std::uint64_t kMostInAByte = 1032, kMostComponents = 1'000'000;
+  const auto refuse = [&] {
+    throw InputError(name + " claims an absurd size (its header is damaged, or it has over " +
+                     std::to_string(kMaxCount) + " elements). Write it again, or decimate it");
+  };
+  const std::string_view text = bytes.substr(0, bytes.find("<AppendedData"));
+  std::uint64_t most = 1;
+  for (const std::string_view key :
+       {"NumberOfPoints", "NumberOfVerts", "NumberOfLines", "NumberOfStrips", "NumberOfPolys",
+        "NumberOfCells", "NumberOfTuples"})
+    for (const auto& count : counts_of(text, key)) {
+      if (!count || *count > kMaxCount) refuse();
+      most = std::max(most, *count);
+    }
+  std::uint64_t components = 0;
+  for (const auto& count : counts_of(text, "NumberOfComponents")) {
+    if (!count || *count > kMostComponents) refuse();
+    components += *count;
+  }
+  if (components * most > kMostInAByte * bytes.size()) refuse();
+}
+
 /// Looks at the file before VTK does: VTK believes any count that it finds in the head, and takes a
 /// file without an end for one with less in it.
 void check_file(const std::filesystem::path& path, std::string_view file_type,
@@ -97,16 +140,7 @@ void check_file(const std::filesystem::path& path, std::string_view file_type,
       std::string_view(bytes).substr(bytes.size() - std::min<std::size_t>(bytes.size(), 1024));
   if (tail.find("</VTKFile>") == std::string_view::npos)
     throw InputError(name + " ends without </VTKFile> (it was cut short). Copy or write it again");
-  for (const std::string_view key : {"NumberOfPoints=\"", "NumberOfVerts=\"", "NumberOfLines=\"",
-                                     "NumberOfStrips=\"", "NumberOfPolys=\"", "NumberOfCells=\""})
-    for (auto at = head.find(key); at != std::string_view::npos; at = head.find(key, at + 1)) {
-      const auto begin = at + key.size();
-      const auto count =
-          parse_number<std::uint64_t>(head.substr(begin, head.find('"', begin) - begin));
-      if (!count || *count > kMaxCount)
-        throw InputError(name + " claims an absurd size (its header is damaged, or it has over " +
-                         std::to_string(kMaxCount) + " elements). Write it again, or decimate it");
-    }
+  check_claims(bytes, name);
 }
 
 template <class Reader, class Data>

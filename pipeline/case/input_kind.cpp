@@ -25,6 +25,11 @@ InputKind input_kind(const std::string& input) {
   if (!fs::exists(input))
     throw InputError(fmt::format("there is no {} (no such file or folder). Check the path", input),
                      ExitCode::no_input);
+  if (!fs::is_regular_file(input) && !fs::is_directory(input))
+    throw InputError(
+        fmt::format("{} is neither a file nor a folder (a pipe or a device cannot be read twice). "
+                    "Give a DICOM folder, a volume or a surface",
+                    input));
   std::string extension = fs::path(input).extension().string();
   std::transform(extension.begin(), extension.end(), extension.begin(),
                  [](unsigned char c) { return char(std::tolower(c)); });

@@ -1,3 +1,5 @@
+#include <fcntl.h>
+#include <sysexits.h>
 #include <unistd.h>
 
 #include <cstdlib>
@@ -15,9 +17,16 @@ void wait_without_spinning(char** argv) {
   execv("/proc/self/exe", argv);  // returns only if it fails: then with spinning
 }
 
+/// What is opened first would otherwise take a closed stream's number, and be written into.
+void open_standard_streams() {
+  for (int stream = STDIN_FILENO; stream <= STDERR_FILENO; ++stream)
+    if (fcntl(stream, F_GETFD) < 0 && open("/dev/null", O_RDWR) != stream) _exit(EX_IOERR);
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
+  open_standard_streams();
   wait_without_spinning(argv);
   return angio::pipeline::run_command_line(argc, argv);
 }

@@ -4,14 +4,17 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <cstdio>
 #include <filesystem>
 #include <new>
 #include <string>
+#include <system_error>
 #include <vector>
 
 #include "core/error.hpp"
 #include "core/parallel.hpp"
 #include "core/text.hpp"
+#include "pipeline/case/console.hpp"
 #include "pipeline/case/stage.hpp"
 #include "pipeline/cli/batch_command.hpp"
 #include "pipeline/cli/command_description.hpp"
@@ -101,9 +104,9 @@ int report_usage_error(const CLI::App& app, const CLI::ParseError& error,
   for (const CLI::App* command : scope.get_subcommands({})) known.push_back(command->get_name());
   const std::string word = text.substr(text.find_last_of(' ') + 1);
   const std::string guess = guess_name(word, known);
-  fmt::print(stderr, "angio: {}{}. See `angio{} --help`\n", text,
-             guess.empty() || guess == word ? "" : fmt::format(" (did you mean {}?)", guess),
-             used.empty() ? "" : " " + used.front()->get_name());
+  say("angio: {}{}. See `angio{} --help`\n", text,
+      guess.empty() || guess == word ? "" : fmt::format(" (did you mean {}?)", guess),
+      used.empty() ? "" : " " + used.front()->get_name());
   return int(ExitCode::usage);
 }
 
@@ -160,8 +163,11 @@ int dispatch(int argc, char** argv) {
   return do_describe(app, shell);
 }
 
+constexpr const char* kNoOutput =
+    "standard output cannot be written (a full disk, or a closed pipe)";
+
 int fail(ExitCode code, const std::string& message) {
-  fmt::print(stderr, "angio: {}\n", message);
+  say("angio: {}\n", message);
   return int(code);
 }
 
@@ -170,13 +176,15 @@ int fail(ExitCode code, const std::string& message) {
 int run_command_line(int argc, char** argv) {
   catch_interrupts();
   try {
-    return dispatch(argc, argv);
+    const int exit_code = dispatch(argc, argv);
+    if (std::fflush(stdout) != 0 || std::ferror(stdout) != 0) return fail(ExitCode::io, kNoOutput);
+    return exit_code;
   } catch (const Error& error) {
     return fail(error.exit_code(), error.what());
   } catch (const std::bad_alloc&) {
     return fail(ExitCode::unavailable,
                 "not enough memory for this input. Close other programs, or crop the volume");
-  } catch (const fs::filesystem_error& error) {
+  } catch (const std::system_error& error) {  // the file system's are among them
     return fail(ExitCode::io,
                 fmt::format("reading or writing failed ({})", error.code().message()));
   } catch (const std::exception& error) {

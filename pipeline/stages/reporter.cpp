@@ -9,6 +9,7 @@
 #include <nlohmann/json.hpp>
 
 #include "core/error.hpp"
+#include "pipeline/case/console.hpp"
 
 namespace angio::pipeline {
 namespace {
@@ -63,8 +64,7 @@ void Reporter::end_stage(std::string_view stage, std::string_view outcome, doubl
   if (style_ == ReportStyle::json) {
     print_event({{"event", "end"}, {"stage", stage}, {"outcome", outcome}, {"seconds", seconds}});
   } else if (style_ != ReportStyle::quiet) {
-    fmt::print(stderr, "{}{:<13} {} ({:.1f} s)\n", terminal_ ? kClearLine : "", stage, outcome,
-               seconds);
+    say("{}{:<13} {} ({:.1f} s)\n", terminal_ ? kClearLine : "", stage, outcome, seconds);
   }
 }
 
@@ -72,14 +72,14 @@ void Reporter::warn(std::string_view stage, const std::string& warning) {
   if (style_ == ReportStyle::json)
     print_event({{"event", "warning"}, {"stage", stage}, {"text", warning}});
   else
-    fmt::print(stderr, "{}{:<13} note: {}\n", terminal_ ? kClearLine : "", stage, warning);
+    say("{}{:<13} note: {}\n", terminal_ ? kClearLine : "", stage, warning);
 }
 
 void Reporter::note(const std::string& text) {
   if (style_ == ReportStyle::json)
     print_event({{"event", "note"}, {"text", text}});
   else if (style_ != ReportStyle::quiet)
-    fmt::print(stderr, "{}{}\n", terminal_ ? kClearLine : "", text);
+    say("{}{}\n", terminal_ ? kClearLine : "", text);
 }
 
 void Reporter::result(const std::string& path) {
@@ -107,8 +107,8 @@ void Reporter::show(double fraction, std::string_view step) {
     const std::string left =
         fraction > 0.05 ? fmt::format("{:.0f} s left", elapsed / fraction * (1.0 - fraction))
                         : std::string();
-    fmt::print(stderr, "{}{:<13} [{:=<{}}{:<{}}] {:3.0f} % {} {}", kClearLine, stage_, "", filled,
-               "", kBarWidth - filled, 100.0 * fraction, left, step);
+    say("{}{:<13} [{:=<{}}{:<{}}] {:3.0f} % {} {}", kClearLine, stage_, "", filled, "",
+        kBarWidth - filled, 100.0 * fraction, left, step);
     std::fflush(stderr);
     return;
   }
@@ -118,7 +118,7 @@ void Reporter::show(double fraction, std::string_view step) {
   if (style_ == ReportStyle::json)
     print_event({{"event", "progress"}, {"stage", stage_}, {"fraction", fraction}, {"step", step}});
   else if (style_ != ReportStyle::quiet)
-    fmt::print(stderr, "{:<13} {} %{}{}\n", stage_, 10 * tenth, step.empty() ? "" : " ", step);
+    say("{:<13} {} %{}{}\n", stage_, 10 * tenth, step.empty() ? "" : " ", step);
 }
 
 }  // namespace angio::pipeline

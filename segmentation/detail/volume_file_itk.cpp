@@ -36,6 +36,53 @@ std::string header_text(const std::filesystem::path& path, const std::string& fo
   return text;
 }
 
+/// Voxels in a file of their own lie beside the header: a header may come from elsewhere, and ITK
+/// reads whatever file it names.
+///
+/// @throws InputError if a data file lies elsewhere, or is no regular file
+void check_data_files(const std::filesystem::path& path) {
+  constexpr int kMostLines = 100000;
+  std::ifstream file(path, std::ios::binary);
+  const auto trimmed = [](const std::string& words) {
+    const auto first = words.find_first_not_of(" \t");
+    return first == std::string::npos
+               ? std::string()
+               : words.substr(first, words.find_last_not_of(" \t") - first + 1);
+  };
+  const auto check = [&](const std::string& words) {
+    const std::string name = trimmed(words);
+    const std::string first = name.substr(0, name.find_first_of(" \t"));
+    if (name.find_first_of("/\\") != std::string::npos)
+      throw InputError(
+          path.filename().string() +
+          " takes its voxels from another folder (a data file lies beside its header). "
+          "Move it there, and name it without a folder");
+    const bool is_pattern = first.find('%') != std::string::npos;
+    if (!is_pattern && !std::filesystem::is_regular_file(path.parent_path() / name) &&
+        !std::filesystem::is_regular_file(path.parent_path() / first))
+      throw InputError(path.filename().string() +
+                       " takes its voxels from a file that is missing or no regular file. It lies "
+                       "beside its header");
+  };
+  bool is_list = false;
+  std::string line;
+  for (int count = 0; count < kMostLines && std::getline(file, line); ++count) {
+    if (!line.empty() && line.back() == '\r') line.pop_back();
+    const std::string lower = lower_case(line);
+    if (is_list) {
+      if (!trimmed(line).empty()) check(line);
+      continue;
+    }
+    if (line.empty()) return;  // the end of a NRRD's header
+    const bool is_meta = lower.starts_with("elementdatafile");
+    if (!is_meta && !lower.starts_with("data file:") && !lower.starts_with("datafile:")) continue;
+    const std::string value = trimmed(line.substr(line.find(is_meta ? '=' : ':') + 1));
+    if (lower_case(value) == "local") return;
+    is_list = lower_case(value).starts_with("list");
+    if (!is_list) return check(value);
+  }
+}
+
 /// ITK takes a missing spacing for 1 mm and any unit for mm; both are refused here.
 ///
 /// @return whether it states a spacing; if not, the user has to
@@ -110,6 +157,7 @@ VolumeFile load_with_itk(const std::filesystem::path& path, VolumePart part,
   const std::string format = volume_file_format(path);
   VolumeFile file;
   const bool has_spacing = check_header_text(path, format, options, file.warnings);
+  check_data_files(path);
   // A thread per core would take more address space than the child may have; none is of use here.
   itk::MultiThreaderBase::SetGlobalDefaultNumberOfThreads(1);
   itk::ImageIOBase::Pointer io = make_io(format);

@@ -8,6 +8,7 @@
 #include "core/error.hpp"
 #include "formats/checked_arrays.hpp"
 #include "formats/csv.hpp"
+#include "formats/files.hpp"
 #include "testing/temporary_folder.hpp"
 
 namespace angio::formats {
@@ -95,6 +96,34 @@ TEST_F(CsvTables, RefuseWhatIsNoTable) {
   const CsvTable table = read("a\n1\nabc\ninf\n");
   EXPECT_THAT(complaint([&] { (void)table.numbers("a"); }), testing::HasSubstr("row 2, column a"));
   EXPECT_THAT(complaint([&] { (void)table.numbers("c"); }), testing::HasSubstr("no column c"));
+}
+
+TEST(VtkFiles, ThatClaimMoreThanTheyCanHoldAreRefusedBeforeMemoryIsAskedFor) {
+  const test::TemporaryFolder folder;
+  const auto file = folder.path() / "claims.vtp";
+  const auto write = [&](const std::string& points, const std::string& components) {
+    std::ofstream(file)
+        << "<?xml version='1.0'?><VTKFile type='PolyData' version='0.1' "
+           "byte_order='LittleEndian'><PolyData><Piece NumberOfPoints="
+        << points << " NumberOfPolys=\"4\"><PointData><DataArray type='Float64' Name='b' "
+        << "NumberOfComponents = " << components
+        << " format='ascii'>1 2 3 4</DataArray></PointData><Points><DataArray type='Float32' "
+           "NumberOfComponents='3' format='ascii'>0 0 0 1 0 0 0 1 0 0 0 1</DataArray></Points>"
+           "<Polys><DataArray type='Int32' Name='connectivity' format='ascii'>"
+           "0 2 1 0 1 3 1 2 3 0 3 2</DataArray><DataArray type='Int32' Name='offsets' "
+           "format='ascii'>3 6 9 12</DataArray></Polys></Piece></PolyData></VTKFile>";
+  };
+  write("'4'", "'1'");
+  EXPECT_EQ(read_surface(file).mesh.triangles.size(), 4U);
+  for (const auto& [points, components] : {std::pair{"'4'", "'1000000000'"},
+                                           {"'4'", "\"500000\""},
+                                           {"'150000000'", "'1'"},
+                                           {"\"99999999999\"", "'1'"},
+                                           {"'4'", "'many'"}}) {
+    write(points, components);
+    EXPECT_THAT(complaint([&] { read_surface(file); }), testing::HasSubstr("absurd size"))
+        << points << " " << components;
+  }
 }
 
 }  // namespace

@@ -1,4 +1,5 @@
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 
 #include <nlohmann/json.hpp>
 
@@ -132,6 +133,31 @@ TEST(CommandLine, AFolderThatIsNotOursIsLeftAlone) {
   write_text_atomically(folder / "file", "x");
   expect_failure("run phantom:straight -o '" + folder / "file" + "'", 73, "-o", folder);
   expect_failure("run phantom:straight -o /proc/angio-case", 73, "-o", folder);
+}
+
+TEST(CommandLine, PipesAndDevicesAreRefusedBeforeTheyAreRead) {
+  CommandFolder folder;
+  ASSERT_EQ(mkfifo((folder / "pipe.stl").c_str(), 0600), 0);
+  for (const std::string& input : {folder / "pipe.stl", std::string("/dev/zero")})
+    for (const char* verb : {"inspect", "run"})
+      expect_failure(verb + (" '" + input + "'") +
+                         (std::string(verb) == "run" ? " -o '" + folder / "case" + "'" : ""),
+                     65, "neither a file nor a folder", folder);
+}
+
+TEST(CommandLine, FullOrClosedStreamsEndNoRunByASignal) {
+  const auto exit_code = [](const std::string& words) {
+    const int status = std::system((std::string("'") + ANGIO_PROGRAM + "' " + words).c_str());
+    return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+  };
+  CommandFolder folder;
+  const std::string run =
+      "phantom straight --length 10 --radius 1 --format nrrd -o '" + folder / "p";
+  EXPECT_EQ(exit_code("--version >/dev/full 2>&1"), 74);
+  EXPECT_EQ(exit_code("doctor --json >/dev/full 2>/dev/full"), 74);
+  EXPECT_EQ(exit_code("no-such-command 2>/dev/full"), 64);
+  EXPECT_EQ(exit_code(run + "1' >/dev/null 2>/dev/full"), 0);
+  EXPECT_EQ(exit_code(run + "2' <&- >&- 2>&-"), 0);
 }
 
 TEST(CommandLine, DoctorAndInspectSpeakJson) {

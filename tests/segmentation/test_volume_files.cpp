@@ -309,6 +309,25 @@ TEST_F(VolumeFiles, NoneIsReadWhoseOwnFileOfVoxelsIsTruncatedOrMissing) {
   for (const char* name : names) error_of(file(name));
 }
 
+TEST_F(VolumeFiles, NoneTakesItsVoxelsFromElsewhere) {
+  const std::string meta =
+      "ObjectType = Image\nNDims = 3\nDimSize = 2 2 2\n"
+      "ElementSpacing = 1 1 1\nElementType = MET_UCHAR\nElementDataFile = ";
+  const std::string nrrd =
+      "NRRD0004\ntype: uint8\ndimension: 3\nsizes: 2 2 2\nspacings: 1 1 1\nencoding: raw\n";
+  fs::create_directory(file("inner"));
+  std::ofstream(file("voxels.raw")) << "12345678";
+  for (const std::string& from :
+       {file("voxels.raw").string(), std::string("../../etc/passwd"),
+        std::string("inner/../voxels.raw"), std::string("LIST\n/etc/passwd"),
+        std::string("/dev/zero"), std::string("inner")}) {
+    std::ofstream(file("a.mhd")) << meta << from << "\n";
+    EXPECT_THAT(error_of(file("a.mhd")).what(), HasSubstr("beside its header")) << from;
+    std::ofstream(file("a.nhdr")) << nrrd << "data file: " << from << "\n\n";
+    EXPECT_THAT(error_of(file("a.nhdr")).what(), HasSubstr("beside its header")) << from;
+  }
+}
+
 TEST_F(VolumeFiles, InspectRefusesWhatIsShorterThanItsHeaderSays) {
   std::ofstream(file("cut.mha"), std::ios::binary)
       << "ObjectType = Image\nNDims = 3\nDimSize = 4 4 4\nElementSpacing = 1 1 1\n"
