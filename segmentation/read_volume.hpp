@@ -13,6 +13,9 @@
 
 namespace angio::segmentation {
 
+/// In the warning of a volume that does not say how it lies in the patient.
+inline constexpr const char* kNoPatientSpace = "no patient space";
+
 /// How a projection run's angle increments are meant.
 enum class AngleIncrements {
   from_base,   ///< angle_i = base + increment_i, as the standard says (DICOM PS3.3 C.8.7.5.1.3)

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "centerline/centerline.hpp"
+#include "angiogram/working_view.hpp"
 #include "centerline/flow/flow.hpp"
 #include "core/units.hpp"
 #include "meshing/lumen_volume.hpp"
@@ -47,6 +48,7 @@ struct Config {
   bool calcium_from_scan = true;
   simulation::SimulationOptions simulation = simulation::options_by_size();
   centerline::FlowOptions flow;
+  angiogram::WorkingViewOptions view;
   simulation::ClothOptions cloth;
   /// Simulate a second time from a start that is moved a little, to see whether the result is
   /// determined (simulation/guard.hpp).

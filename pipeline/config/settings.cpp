@@ -316,6 +316,18 @@ void add_flow_settings(Config& c, std::vector<Setting>& table) {
                                "standard deviation of the flow [%], 0 to 90"));
 }
 
+void add_view_settings(Config& c, std::vector<Setting>& table) {
+  table.push_back(make_setting("view.primary_limit_degrees", c.view.primary_limit_degrees,
+                               "how far the C-arm goes to LAO and RAO [degrees], 0 to 180"));
+  table.push_back(make_setting("view.secondary_limit_degrees", c.view.secondary_limit_degrees,
+                               "how far the C-arm goes to CRA and CAU [degrees], 0 to 90"));
+  table.push_back(make_setting("view.overlap_weight", c.view.overlap_weight,
+                               "per cent of foreshortening that a per cent of overlap is as bad "
+                               "as, 0 to 100"));
+  table.push_back(make_setting("view.second_view_degrees", c.view.second_view_degrees,
+                               "least angle between best and second view [degrees], 0 to 90"));
+}
+
 void add_cloth_settings(Config& c, std::vector<Setting>& table) {
   table.push_back(make_setting("cloth.side_mm", c.cloth.side_mm, "of the square [mm]"));
   table.push_back(make_setting("cloth.cells", c.cloth.cells, "along a side, even, 2 to 1000"));
@@ -341,6 +353,7 @@ std::vector<Setting> settings(Config& config) {
   add_inflation_settings(config, table);
   add_simulation_settings(config, table);
   add_flow_settings(config, table);
+  add_view_settings(config, table);
   add_cloth_settings(config, table);
   return table;
 }

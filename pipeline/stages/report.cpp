@@ -17,6 +17,7 @@
 #include "pipeline/case/case_files.hpp"
 #include "pipeline/case/flow.hpp"
 #include "pipeline/case/metrics.hpp"
+#include "pipeline/case/working_view.hpp"
 #include "pipeline/version.hpp"
 #include "segmentation/read_volume.hpp"
 #include "viewer/report.hpp"
@@ -126,9 +127,9 @@ std::vector<viewer::CourseFrame> read_course(const StageFiles& files, const json
 }
 
 /// The metrics without the times, so that the same input gives the same report.
-json repeatable_metrics(const StageWork& work, const ReportSettings& settings, json flow) {
-  json metrics =
-      collect_metrics(work.files, settings.get<&Config::lesion>(), std::move(flow), work.run);
+json repeatable_metrics(const StageWork& work, const ReportSettings& settings,
+                        const json& computed) {
+  json metrics = collect_metrics(work.files, settings.get<&Config::lesion>(), computed, work.run);
   for (const char* key : {"wall_s", "time_split_s", "frames_per_second", "real_time_factor"})
     metrics["simulation"].erase(key);
   return metrics;
@@ -203,7 +204,10 @@ void do_report(StageWork& work, const ReportSettings& settings) {
   if (work.run.is(Stage::simulation, "done")) add_treatment(files, content);
   const CaseFlow flow = case_flow(files, settings.get<&Config::flow>(), work.run);
   add_flow(work, flow, content);
-  content.metrics_json = repeatable_metrics(work, settings, flow.metrics).dump();
+  const CaseWorkingView view = case_working_view(files, settings.get<&Config::view>(), work.run);
+  content.metrics_json =
+      repeatable_metrics(work, settings, {{"flow", flow.metrics}, {"working_view", view.metrics}})
+          .dump();
   content.lesions_json = read_json(files.path(file::kLesions)).dump();
   content.run_json = repeatable_run(work.run).dump();
   content.doubts = doubts_of(work.run);
