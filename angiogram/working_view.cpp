@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "angiogram/shadow.hpp"
+#include "core/error.hpp"
 #include "core/parallel.hpp"
 #include "core/require.hpp"
 
@@ -39,11 +40,16 @@ double cost(const SeenSegment& view, const WorkingViewOptions& options) {
   return view.foreshortening_percent + options.overlap_weight * view.overlap_percent;
 }
 
-/// Of the views within kSameCost of the least cost the one nearest to the front.
-/// @param views  not empty
-SeenSegment choose(const std::vector<SeenSegment>& views, const WorkingViewOptions& options) {
+double least_cost(const std::vector<SeenSegment>& views, const WorkingViewOptions& options) {
   double least = std::numeric_limits<double>::infinity();
   for (const SeenSegment& view : views) least = std::min(least, cost(view, options));
+  return least;
+}
+
+/// Of the views that cost no more than kSameCost above `least` the one nearest to the front.
+/// @param views  one of them costs that little
+SeenSegment choose(const std::vector<SeenSegment>& views, double least,
+                   const WorkingViewOptions& options) {
   const SeenSegment* chosen = nullptr;
   double steepness = 0.0;
   for (const SeenSegment& view : views) {
@@ -53,13 +59,16 @@ SeenSegment choose(const std::vector<SeenSegment>& views, const WorkingViewOptio
     chosen = &view;
     steepness = steep;
   }
+  ANGIO_EXPECT(chosen);
   return *chosen;
 }
 
-/// The view on a grid of whole degrees around one of the map's.
-SeenSegment refine(const SegmentShadow& shadow, const SeenSegment& rough,
-                   const WorkingViewOptions& options) {
-  std::vector<SeenSegment> views;
+/// The same among the whole degrees around the map's.
+SeenSegment choose_finely(const SegmentShadow& shadow, const ViewMap& map,
+                          const WorkingViewOptions& options) {
+  const double least = least_cost(map.views, options);
+  const SeenSegment rough = choose(map.views, least, options);
+  std::vector<SeenSegment> views{rough};
   const auto within = [](double angle, double limit) {
     return std::clamp(std::round(angle), -std::floor(limit), std::floor(limit));
   };
@@ -68,7 +77,7 @@ SeenSegment refine(const SegmentShadow& shadow, const SeenSegment& rough,
       views.push_back(shadow.seen(
           {within(rough.angles.primary_degrees + dp, options.primary_limit_degrees),
            within(rough.angles.secondary_degrees + ds, options.secondary_limit_degrees)}));
-  return choose(views, options);
+  return choose(views, std::min(least, least_cost(views, options)), options);
 }
 
 }  // namespace
@@ -86,7 +95,7 @@ WorkingView find_working_view(const CenterlineTree& tree, const ViewedSegment& s
   const SegmentShadow shadow(tree, segment);
   WorkingView view;
   view.map = make_map(shadow, options);
-  view.best = refine(shadow, choose(view.map.views, options), options);
+  view.best = choose_finely(shadow, view.map, options);
   std::vector<SeenSegment> apart;
   for (const SeenSegment& other : view.map.views) {
     // A beam from behind shows the same, mirrored.
@@ -94,7 +103,7 @@ WorkingView find_working_view(const CenterlineTree& tree, const ViewedSegment& s
     if (std::min(angle, 180.0 - angle) >= options.second_view_degrees) apart.push_back(other);
   }
   view.has_second = !apart.empty();
-  if (view.has_second) view.second = choose(apart, options);
+  if (view.has_second) view.second = choose(apart, least_cost(apart, options), options);
   return view;
 }
 

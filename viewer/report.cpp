@@ -6,6 +6,7 @@
 #include "core/error.hpp"
 #include "formats/html.hpp"
 #include "formats/text.hpp"
+#include "viewer/detail/angiograms.hpp"
 #include "viewer/detail/chart.hpp"
 #include "viewer/detail/offscreen.hpp"
 #include "viewer/detail/pictures_2d.hpp"
@@ -14,6 +15,7 @@
 #include "viewer/detail/report_page.hpp"
 #include "viewer/detail/report_scene.hpp"
 #include "viewer/detail/tables.hpp"
+#include "viewer/detail/view_map.hpp"
 
 namespace angio::viewer {
 namespace fs = std::filesystem;
@@ -22,7 +24,7 @@ namespace {
 
 /// Every picture of the report.
 struct Figures {
-  std::vector<Figure> tree, sequence, moments, contact, projections, slices, sections;
+  std::vector<Figure> tree, sequence, moments, contact, angiograms, projections, slices, sections;
 };
 
 Figures draw_all(const ReportContent& content, const Progress& progress) {
@@ -38,6 +40,7 @@ Figures draw_all(const ReportContent& content, const Progress& progress) {
     figures.contact = detail::draw_contact(content);
   }
   progress.report(0.7, "projections and slices");
+  figures.angiograms = detail::draw_angiograms(content);
   figures.projections = detail::draw_projections(content);
   figures.slices = detail::draw_slices(content);
   figures.sections = detail::draw_contact_sheet(content);
@@ -93,6 +96,26 @@ std::string flow_section(const ReportContent& content, const detail::Metrics& me
          "flow.</p>\n";
 }
 
+std::string view_section(const ReportContent& content, const detail::Album& album,
+                         const std::vector<Figure>& angiograms) {
+  std::string out;
+  if (content.views.working) {
+    const angiogram::SeenSegment& best = content.views.working->best;
+    out = "<p><strong>" + angiogram::c_arm_label(best.angles) +
+          "</strong> shortens the lesion by " +
+          formats::fixed_text(best.foreshortening_percent, 0) + " %; other vessels overlap " +
+          formats::fixed_text(best.overlap_percent, 0) +
+          " % of it. Of views within 0.5 % the one nearest to the front is taken.</p>\n" +
+          "<figure>" + detail::view_map_svg(*content.views.working) + "</figure>\n" +
+          detail::view_map_key();
+  }
+  if (!angiograms.empty())
+    out += "<h3>Virtual angiograms</h3>\n" + album.block(angiograms, "pairs") +
+           "<p class=\"sub\">The lumen as X-ray, filled with contrast medium, nothing else in the "
+           "beam; parallel rays. One scale of grey.</p>\n";
+  return out;
+}
+
 std::string make_page(const ReportContent& content, const Figures& figures,
                       const detail::Album& album) {
   const detail::Metrics metrics(content.metrics_json);
@@ -106,6 +129,7 @@ std::string make_page(const ReportContent& content, const Figures& figures,
   page += detail::section("Dilation", album.block(figures.moments, "stack") +
                                           album.block(figures.contact, "stack") +
                                           album.block(figures.sequence, "stack"));
+  page += detail::section("Working view", view_section(content, album, figures.angiograms));
   page += detail::scene_section(content);
   page += detail::section("Diameter along the vessel",
                           detail::svg(detail::diameter_chart(content, metrics)));

@@ -18,6 +18,7 @@
 #include "pipeline/case/flow.hpp"
 #include "pipeline/case/metrics.hpp"
 #include "pipeline/case/working_view.hpp"
+#include "pipeline/stages/report_views.hpp"
 #include "pipeline/version.hpp"
 #include "segmentation/read_volume.hpp"
 #include "viewer/report.hpp"
@@ -205,6 +206,7 @@ void do_report(StageWork& work, const ReportSettings& settings) {
   const CaseFlow flow = case_flow(files, settings.get<&Config::flow>(), work.run);
   add_flow(work, flow, content);
   const CaseWorkingView view = case_working_view(files, settings.get<&Config::view>(), work.run);
+  content.views = carm_views(files, view, content);
   content.metrics_json =
       repeatable_metrics(work, settings, {{"flow", flow.metrics}, {"working_view", view.metrics}})
           .dump();

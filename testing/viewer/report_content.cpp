@@ -122,6 +122,9 @@ ReportContent make_report_content() {
   content.flow_abscissa_mm = {0.0, 12.0, 18.0, 30.0};
   content.flow_before = {{1.0, 0.99, 0.72, 0.71}, {1.0, 0.98, 0.64, 0.62}, {1.0, 1.0, 0.79, 0.78}};
   content.flow_after = {{1.0, 0.99, 0.95, 0.94}, {1.0, 0.98, 0.93, 0.92}, {1.0, 1.0, 0.97, 0.96}};
+  content.views.working = angiogram::find_working_view(content.tree, {0, 12.0, 19.0}, {});
+  content.views.angiograms = {{"Before, AP", 0.5, 40, std::vector<double>(1600, 1.0)},
+                              {"After, AP", 0.5, 40, std::vector<double>(1600, 0.5)}};
   content.time_series = make_series();
   content.metrics_json = R"({"lesion":{"centerline_id":0,"abscissa_mm":15.3,"mld_mm":1.2,
     "mla_mm2":1.13,"reference_diameter_mm":3.0,"reference_rule":"interpolated",

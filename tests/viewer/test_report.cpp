@@ -91,7 +91,11 @@ void expect_tells_what_a_reader_looks_for(const std::string& page) {
                             "25.1 mmHg",
                             "512 MiB",
                             "LPS",
-                            "240 kPa"})
+                            "240 kPa",
+                            "Working view",
+                            "shortens the lesion by 0 %; other vessels overlap 0 % of it",
+                            "Before, AP",
+                            "After, AP"})
     EXPECT_TRUE(has(page, words)) << words;
 }
 
@@ -104,11 +108,12 @@ void expect_needs_nothing_but_itself(const std::string& page) {
 void expect_shows_every_picture_beside_it(const Files& files) {
   const std::string& page = files.at("index.html");
   EXPECT_EQ(count(page, "<img "), files.size() - 2);  // all but the page and corrections.svg
-  EXPECT_EQ(count(page, "<svg "), 9u);                // two along the vessel, seven over time
+  EXPECT_EQ(count(page, "<svg "), 10u);  // two along the vessel, seven over time, a map
   for (const char* name :
        {"tree.png", "close_up_1.png", "close_up_2.png", "close_up_3.png", "contact.png",
         "projection_axial.png", "projection_coronal.png", "projection_sagittal.png",
-        "slice_axial.png", "slice_coronal.png", "slice_sagittal.png", "cross_sections.png"})
+        "angiogram_1.png", "angiogram_2.png", "slice_axial.png", "slice_coronal.png",
+        "slice_sagittal.png", "cross_sections.png"})
     EXPECT_EQ(files.count(name), 1u) << name;
 }
 

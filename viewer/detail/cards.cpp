@@ -52,6 +52,17 @@ std::string agreement(const Metrics& metrics, const char* range_key, int decimal
   return ", two runs within " + formats::fixed_text(apart, decimals) + unit;
 }
 
+/// Nothing where no place was looked at.
+std::string view_card(const Metrics& metrics) {
+  const auto foreshortening = metrics.number("working_view", "foreshortening_percent");
+  if (!foreshortening) return {};
+  const bool is_assumed = metrics.text("working_view", "patient_axes") == "assumed";
+  return card(metrics.text("working_view", "label"), "Best working view",
+              "foreshortening " + shown(foreshortening, 0, " %") + ", overlap " +
+                  shown(metrics.number("working_view", "overlap_percent"), 0, " %") +
+                  (is_assumed ? "; if the input's axes are the patient's" : ""));
+}
+
 /// Nothing where fractional flow reserve does not apply.
 std::string flow_card(const Metrics& metrics) {
   const auto before = metrics.number("flow", "ffr_before"),
@@ -99,6 +110,7 @@ std::string headline_cards(const Metrics& metrics) {
   out += card(change(metrics, "mla_mm2", nullptr, 2, " mm²"), "Minimal lumen area",
               "at peak " + shown(peak("mla_mm2"), 2, " mm²"));
   out += flow_card(metrics);
+  out += view_card(metrics);
   const std::string status = metrics.text("status");
   if (status == "failed" || status == "stale" || (status == "not_determined" && !result("mld_mm")))
     return out;
