@@ -14,6 +14,7 @@
 #include "viewer/detail/report_charts.hpp"
 #include "viewer/detail/report_page.hpp"
 #include "viewer/detail/report_scene.hpp"
+#include "viewer/detail/section_slider.hpp"
 #include "viewer/detail/tables.hpp"
 #include "viewer/detail/view_map.hpp"
 
@@ -24,7 +25,8 @@ namespace {
 
 /// Every picture of the report.
 struct Figures {
-  std::vector<Figure> tree, sequence, moments, contact, angiograms, projections, slices, sections;
+  std::vector<Figure> tree, sequence, moments, contact, angiograms, projections, slices, sections,
+      straightened;
 };
 
 Figures draw_all(const ReportContent& content, const Progress& progress) {
@@ -44,6 +46,7 @@ Figures draw_all(const ReportContent& content, const Progress& progress) {
   figures.projections = detail::draw_projections(content);
   figures.slices = detail::draw_slices(content);
   figures.sections = detail::draw_contact_sheet(content);
+  figures.straightened = detail::draw_straightened(content);
   return figures;
 }
 
@@ -133,6 +136,9 @@ std::string make_page(const ReportContent& content, const Figures& figures,
   page += detail::scene_section(content);
   page += detail::section("Diameter along the vessel",
                           detail::svg(detail::diameter_chart(content, metrics)));
+  page +=
+      detail::section("Sections along the vessel",
+                      detail::section_slider(content) + album.block(figures.straightened, "stack"));
   page += detail::section("Fractional flow reserve", flow_section(content, metrics));
   page += detail::section("Course of the inflation", chart_grid(content.time_series));
   page += detail::section("Images", image_section(album, figures, content.moments.size() > 1));

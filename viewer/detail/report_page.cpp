@@ -129,6 +129,7 @@ void remove_old_pictures(const fs::path& folder) {
                               "angiogram_3.png",
                               "angiogram_4.png",
                               "slice_axial.png",
+                              "straightened.png",
                               "slice_coronal.png",
                               "slice_sagittal.png",
                               "projection_axial.png",
