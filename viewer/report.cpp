@@ -1,6 +1,7 @@
 #include "viewer/report.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 #include "core/atomic_file.hpp"
 #include "core/error.hpp"
@@ -99,6 +100,20 @@ std::string flow_section(const ReportContent& content, const detail::Metrics& me
          "flow.</p>\n";
 }
 
+std::string pressure_section(const ReportContent& content, const detail::Metrics& metrics) {
+  const std::string drawing = detail::svg(detail::pressure_diameter_chart(content, metrics));
+  if (drawing.empty()) return {};
+  std::string words = "The balloon's diameter at the lesion";
+  if (const auto below = metrics.number("balloon", "below_chart_mm"))
+    words += ", at the peak " + formats::fixed_text(std::abs(*below), 2) + " mm " +
+             (*below < 0.0 ? "above" : "below") + " what its chart says of the balloon alone";
+  const auto rated = metrics.number("balloon", "rated_burst_atm"),
+             peak = metrics.number("balloon", "peak_pressure_atm");
+  if (rated && peak && *peak > *rated)
+    words += ". <strong>The peak is above the rated burst pressure</strong>";
+  return drawing + "<p class=\"sub\">" + words + ".</p>\n";
+}
+
 std::string view_section(const ReportContent& content, const detail::Album& album,
                          const std::vector<Figure>& angiograms) {
   std::string out;
@@ -140,6 +155,7 @@ std::string make_page(const ReportContent& content, const Figures& figures,
       detail::section("Sections along the vessel",
                       detail::section_slider(content) + album.block(figures.straightened, "stack"));
   page += detail::section("Fractional flow reserve", flow_section(content, metrics));
+  page += detail::section("Pressure and diameter", pressure_section(content, metrics));
   page += detail::section("Course of the inflation", chart_grid(content.time_series));
   page += detail::section("Images", image_section(album, figures, content.moments.size() > 1));
   page += detail::other_doubts(content.doubts);

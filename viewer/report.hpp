@@ -27,6 +27,11 @@ struct FlowProfile {
   std::vector<double> ffr, low, high;
 };
 
+/// What the balloon measures alone, by its chart; may be empty.
+struct BalloonChart {
+  std::vector<double> pressure_atm, diameter_mm;  ///< shape [point]
+};
+
 /// Columns of timeseries.csv, by the names of docs/contract.md.
 struct TimeSeries {
   std::vector<std::string> columns;
@@ -81,6 +86,7 @@ struct ReportContent {
   std::vector<double> flow_abscissa_mm;  ///< of the flow's profiles; empty: there are none
   FlowProfile flow_before, flow_after;
   CArmViews views;
+  BalloonChart balloon_chart;
   TimeSeries time_series;
   std::string metrics_json;    ///< metrics.json, shown as tables
   std::string lesions_json;    ///< lesions.json: a row per stenosis; may be empty

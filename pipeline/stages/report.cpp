@@ -139,6 +139,8 @@ json repeatable_metrics(const StageWork& work, const ReportSettings& settings,
 /// What the simulation has added: pictures, profiles, curves.
 void add_treatment(const StageFiles& files, viewer::ReportContent& content) {
   const json summary = read_json(files.path(file::kSummary));
+  content.balloon_chart = {summary.at("chart").at("pressure_atm").get<std::vector<double>>(),
+                           summary.at("chart").at("diameter_mm").get<std::vector<double>>()};
   content.moments = read_moments(files, summary);
   content.sequence = read_sequence(files, summary);
   const auto profile = read_table(files.path(file::kProfile));

@@ -94,6 +94,8 @@ void expect_tells_what_a_reader_looks_for(const std::string& page) {
                             "240 kPa",
                             "Place along the vessel",
                             "0.0 mm from the narrowest place. Diameter before 1.2",
+                            "rated burst pressure, 14.0 atm",
+                            "0.06 mm below what its chart says",
                             "Working view",
                             "shortens the lesion by 0 %; other vessels overlap 0 % of it",
                             "Before, AP",
@@ -110,7 +112,8 @@ void expect_needs_nothing_but_itself(const std::string& page) {
 void expect_shows_every_picture_beside_it(const Files& files) {
   const std::string& page = files.at("index.html");
   EXPECT_EQ(count(page, "<img "), files.size() - 2);  // all but the page and corrections.svg
-  EXPECT_EQ(count(page, "<svg "), 11u);  // two along the vessel, seven over time, a map, a section
+  EXPECT_EQ(count(page, "<svg "),
+            12u);  // two along the vessel, seven over time, a map, a section, pressure
   for (const char* name :
        {"tree.png", "close_up_1.png", "close_up_2.png", "close_up_3.png", "contact.png",
         "projection_axial.png", "projection_coronal.png", "projection_sagittal.png",
