@@ -52,7 +52,7 @@ Figures draw_all(const ReportContent& content, const Progress& progress) {
 }
 
 std::string chart_figure(const detail::Chart& chart) {
-  const std::string drawing = detail::svg(chart);
+  const std::string drawing = detail::svg_for_page(chart);
   if (drawing.empty()) return {};
   return "<figure><h3>" + formats::escape_html(chart.title) + "</h3>" + drawing + "</figure>\n";
 }
@@ -89,7 +89,7 @@ double largest_spacing(const ReportContent& content) {
 }
 
 std::string flow_section(const ReportContent& content, const detail::Metrics& metrics) {
-  const std::string drawing = detail::svg(detail::flow_chart(content, metrics));
+  const std::string drawing = detail::svg_for_page(detail::flow_chart(content, metrics));
   if (drawing.empty()) return {};
   return drawing +
          "<p class=\"sub\">An estimate of a reduced model, not a measurement: friction and the "
@@ -101,7 +101,8 @@ std::string flow_section(const ReportContent& content, const detail::Metrics& me
 }
 
 std::string pressure_section(const ReportContent& content, const detail::Metrics& metrics) {
-  const std::string drawing = detail::svg(detail::pressure_diameter_chart(content, metrics));
+  const std::string drawing =
+      detail::svg_for_page(detail::pressure_diameter_chart(content, metrics));
   if (drawing.empty()) return {};
   std::string words = "The balloon's diameter at the lesion";
   if (const auto below = metrics.number("balloon", "below_chart_mm"))
@@ -124,7 +125,7 @@ std::string view_section(const ReportContent& content, const detail::Album& albu
           formats::fixed_text(best.foreshortening_percent, 0) + " %; other vessels overlap " +
           formats::fixed_text(best.overlap_percent, 0) +
           " % of it. Of views within 0.5 % the one nearest to the front is taken.</p>\n" +
-          "<figure>" + detail::view_map_svg(*content.views.working) + "</figure>\n" +
+          "<figure>" + detail::view_map_for_page(*content.views.working) + "</figure>\n" +
           detail::view_map_key();
   }
   if (!angiograms.empty())
@@ -150,7 +151,7 @@ std::string make_page(const ReportContent& content, const Figures& figures,
   page += detail::section("Working view", view_section(content, album, figures.angiograms));
   page += detail::scene_section(content);
   page += detail::section("Diameter along the vessel",
-                          detail::svg(detail::diameter_chart(content, metrics)));
+                          detail::svg_for_page(detail::diameter_chart(content, metrics)));
   page +=
       detail::section("Sections along the vessel",
                       detail::section_slider(content) + album.block(figures.straightened, "stack"));

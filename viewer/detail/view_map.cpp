@@ -13,7 +13,7 @@ using angiogram::SeenSegment;
 using angiogram::ViewMap;
 
 constexpr double kLeft = 58, kRight = 30, kTop = 12, kBottom = 48;  // [px]
-constexpr double kWidth = 760;                                      // [px]
+constexpr double kWide = 760, kNarrow = 420;                        // [px]
 constexpr double kSeam = 0.4;                                       // what neighbours share [px]
 constexpr double kTick = 30.0, kFineTick = 10.0;                    // [degrees]
 constexpr double kOverlapped = 2.0;  // [%]: from here on a view is hatched
@@ -41,14 +41,15 @@ std::string px(double value) { return formats::fixed_text(value, 1); }
 
 /// Where angles lie on the paper.
 struct Paper {
-  double primary_low, primary_high, secondary_low, secondary_high, scale;
+  double width, primary_low, primary_high, secondary_low, secondary_high, scale;
 
-  explicit Paper(const ViewMap& map)
-      : primary_low(map.primary_degrees.front()),
+  Paper(const ViewMap& map, double paper_width)
+      : width(paper_width),
+        primary_low(map.primary_degrees.front()),
         primary_high(map.primary_degrees.back()),
         secondary_low(map.secondary_degrees.front()),
         secondary_high(map.secondary_degrees.back()),
-        scale((kWidth - kLeft - kRight) / std::max(primary_high - primary_low, 1.0)) {}
+        scale((width - kLeft - kRight) / std::max(primary_high - primary_low, 1.0)) {}
   [[nodiscard]] double x(double primary) const { return kLeft + (primary - primary_low) * scale; }
   [[nodiscard]] double y(double secondary) const {
     return kTop + (secondary_high - secondary) * scale;
@@ -108,23 +109,30 @@ std::string text(double x, double y, const char* css, const std::string& words) 
 std::string draw_axes(const Paper& paper) {
   std::string out;
   const double bottom = paper.y(paper.secondary_low);
-  const double step = paper.primary_high - paper.primary_low < 100.0 ? kFineTick : kTick;
+  // A name takes about 50 px.
+  const double step = kFineTick * paper.scale > 50.0 ? kFineTick
+                      : kTick * paper.scale > 50.0   ? kTick
+                                                     : 2 * kTick;
   for (double p = std::ceil(paper.primary_low / step) * step; p <= paper.primary_high; p += step)
     out += text(paper.x(p), bottom + 16, "tick mid",
                 p == 0.0 ? "AP" : (p < 0 ? "RAO " : "LAO ") + degrees(p));
-  const double rise = paper.secondary_high - paper.secondary_low < 30.0 ? kFineTick : 2 * kFineTick;
+  const double rise = kFineTick * paper.scale > 30.0 ? kFineTick : 2 * kFineTick;
   for (double s = std::ceil(paper.secondary_low / rise) * rise; s <= paper.secondary_high;
        s += rise)
     out += text(kLeft - 6, paper.y(s) + 4, "tick end",
                 s == 0.0 ? "0" : (s < 0 ? "CAU " : "CRA ") + degrees(s));
-  return out + text(kLeft + 0.5 * (kWidth - kLeft - kRight), bottom + 38, "tick mid",
-                    "C-arm, to the patient's right (RAO) and left (LAO) [degrees]");
+  return out + text(kLeft + 0.5 * (paper.width - kLeft - kRight), bottom + 38, "tick mid",
+                    "C-arm, to the right (RAO) and left (LAO) [degrees]");
 }
 
-std::string draw_mark(const Paper& paper, const SeenSegment& view, const std::string& name) {
+/// @param other  the other mark: names of neighbours stand above the upper and below the lower one
+std::string draw_mark(const Paper& paper, const SeenSegment& view, const SeenSegment& other,
+                      const std::string& name) {
   const double x = paper.x(view.angles.primary_degrees), y = paper.y(view.angles.secondary_degrees);
-  const bool is_right = x > 0.6 * kWidth;
-  const double high = y < kTop + 24 ? y + 20 : y - 10;
+  const bool is_right = x > 0.6 * paper.width;
+  const double away = y - paper.y(other.angles.secondary_degrees);
+  const bool is_below = y < kTop + 24 || (away > 0.0 && away < 60.0);
+  const double high = is_below ? y + 20 : y - 10;
   return "<circle cx=\"" + px(x) + "\" cy=\"" + px(y) +
          "\" r=\"6\" fill=\"#fff\" stroke=\"#111\" stroke-width=\"2.5\"/>" +
          text(x + (is_right ? -9 : 9), high, is_right ? "on-map end" : "on-map",
@@ -133,17 +141,26 @@ std::string draw_mark(const Paper& paper, const SeenSegment& view, const std::st
 
 }  // namespace
 
-std::string view_map_svg(const angiogram::WorkingView& view) {
+std::string view_map_svg(const angiogram::WorkingView& view, MapWidth width) {
   const ViewMap& map = view.map;
   if (map.views.empty()) return {};
-  const Paper paper(map);
-  std::string out = "<svg class=\"chart\" viewBox=\"0 0 " + px(kWidth) + " " + px(paper.height()) +
+  const Paper paper(map, width == MapWidth::wide ? kWide : kNarrow);
+  std::string out = "<svg class=\"chart\" viewBox=\"0 0 " + px(paper.width) + " " +
+                    px(paper.height()) +
                     "\" role=\"img\" aria-label=\"Foreshortening and overlap by the C-arm's "
                     "angles; least in " +
                     angiogram::c_arm_label(view.best.angles) + "\">";
   out += draw_bands(map, paper) + draw_hatching(map, paper) + draw_axes(paper);
-  if (view.has_second) out += draw_mark(paper, view.second, "second");
-  return out + draw_mark(paper, view.best, "best") + "</svg>";
+  if (view.has_second) out += draw_mark(paper, view.second, view.best, "second");
+  return out + draw_mark(paper, view.best, view.has_second ? view.second : view.best, "best") +
+         "</svg>";
+}
+
+std::string view_map_for_page(const angiogram::WorkingView& view) {
+  const std::string wide = view_map_svg(view, MapWidth::wide);
+  if (wide.empty()) return {};
+  return "<div class=\"on-wide\">" + wide + "</div><div class=\"on-narrow\">" +
+         view_map_svg(view, MapWidth::narrow) + "</div>";
 }
 
 std::string view_map_key() {
