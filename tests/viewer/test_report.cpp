@@ -113,7 +113,7 @@ void expect_shows_every_picture_beside_it(const Files& files) {
   const std::string& page = files.at("index.html");
   EXPECT_EQ(count(page, "<img "), files.size() - 2);  // all but the page and corrections.svg
   EXPECT_EQ(count(page, "<svg "),
-            12u);  // two along the vessel, seven over time, a map, a section, pressure
+            23u);  // eleven, for wide and for narrow pages, and a section
   for (const char* name :
        {"tree.png", "close_up_1.png", "close_up_2.png", "close_up_3.png", "contact.png",
         "projection_axial.png", "projection_coronal.png", "projection_sagittal.png",

@@ -93,7 +93,7 @@ border:1px solid var(--line);border-radius:6px;padding:4px 12px}
 .scene-key i{display:inline-block;width:150px;height:12px;margin:0 8px;vertical-align:middle;
 background:linear-gradient(90deg,#3b4d8c,#73a6bf 35%,#f2d980 65%,#bf261a)}
 @media (max-width:700px){.row,.pairs,.sections{grid-template-columns:1fr}.charts{grid-template-columns:1fr}
-.on-wide{display:none}.on-narrow{display:block}body{padding:16px 14px 40px}}
+.on-wide{display:none}.on-narrow{display:block}#scene svg.chart{font-size:20px}body{padding:16px 14px 40px}}
 @media print{#scene,#section-slider{display:none}:root{color-scheme:light;--paper:#fff;--ink:#000;--soft:#444;--line:#bbb;
 --panel:#fff;--warn:#fff;--grid:#ddd;--band:#f3f3f3;--c1:#1f6fc4;--c2:#d9690f}
 body{max-width:none;padding:0;font-size:11.5px}h2{break-after:avoid}

@@ -12,7 +12,7 @@ namespace {
 using angiogram::SeenSegment;
 using angiogram::ViewMap;
 
-constexpr double kLeft = 58, kRight = 30, kTop = 12, kBottom = 48;  // [px]
+constexpr double kLeft = 58, kRight = 30, kTop = 22, kBottom = 48;  // [px]
 constexpr double kWide = 760, kNarrow = 420;                        // [px]
 constexpr double kSeam = 0.4;                                       // what neighbours share [px]
 constexpr double kTick = 30.0, kFineTick = 10.0;                    // [degrees]
@@ -125,13 +125,13 @@ std::string draw_axes(const Paper& paper) {
                     "C-arm, to the right (RAO) and left (LAO) [degrees]");
 }
 
-/// @param other  the other mark: names of neighbours stand above the upper and below the lower one
-std::string draw_mark(const Paper& paper, const SeenSegment& view, const SeenSegment& other,
-                      const std::string& name) {
+enum class NameSide { above, below };
+
+std::string draw_mark(const Paper& paper, const SeenSegment& view, const std::string& name,
+                      NameSide side) {
   const double x = paper.x(view.angles.primary_degrees), y = paper.y(view.angles.secondary_degrees);
   const bool is_right = x > 0.6 * paper.width;
-  const double away = y - paper.y(other.angles.secondary_degrees);
-  const bool is_below = y < kTop + 24 || (away > 0.0 && away < 60.0);
+  const bool is_below = side == NameSide::below && y + 24 < paper.y(paper.secondary_low);
   const double high = is_below ? y + 20 : y - 10;
   return "<circle cx=\"" + px(x) + "\" cy=\"" + px(y) +
          "\" r=\"6\" fill=\"#fff\" stroke=\"#111\" stroke-width=\"2.5\"/>" +
@@ -151,9 +151,14 @@ std::string view_map_svg(const angiogram::WorkingView& view, MapWidth width) {
                     "angles; least in " +
                     angiogram::c_arm_label(view.best.angles) + "\">";
   out += draw_bands(map, paper) + draw_hatching(map, paper) + draw_axes(paper);
-  if (view.has_second) out += draw_mark(paper, view.second, view.best, "second");
-  return out + draw_mark(paper, view.best, view.has_second ? view.second : view.best, "best") +
-         "</svg>";
+  if (!view.has_second)
+    return out + draw_mark(paper, view.best, "best", NameSide::above) + "</svg>";
+  const bool best_is_upper =
+      view.best.angles.secondary_degrees >= view.second.angles.secondary_degrees;
+  const NameSide best = best_is_upper ? NameSide::above : NameSide::below,
+                 second = best_is_upper ? NameSide::below : NameSide::above;
+  return out + draw_mark(paper, view.second, "second", second) +
+         draw_mark(paper, view.best, "best", best) + "</svg>";
 }
 
 std::string view_map_for_page(const angiogram::WorkingView& view) {
