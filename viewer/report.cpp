@@ -91,13 +91,19 @@ double largest_spacing(const ReportContent& content) {
 std::string flow_section(const ReportContent& content, const detail::Metrics& metrics) {
   const std::string drawing = detail::svg_for_page(detail::flow_chart(content, metrics));
   if (drawing.empty()) return {};
+  const std::string flow =
+      formats::fixed_text(metrics.number("flow", "inlet_flow_ml_min").value_or(0.0), 0);
   return drawing +
          "<p class=\"sub\">An estimate of a reduced model, not a measurement: friction and the "
          "losses behind throats (Young, Tsai 1973) in front of small vessels that would let " +
-         formats::fixed_text(metrics.number("flow", "inlet_flow_ml_min").value_or(0.0), 0) +
+         flow +
          " mL/min, a guess from the inlet's diameter, into a healthy tree. Dashed: one standard "
-         "deviation of diameters and flow; shaded: the lesion. At 0.80 and less a stenosis limits "
-         "flow.</p>\n";
+         "deviation of diameters and flow; shaded: the lesion. " +
+         (detail::is_coronary(metrics)
+              ? "At 0.80 and less a stenosis limits flow."
+              : "In a coronary artery this ratio is the fractional flow reserve (flow.vessel); "
+                "nothing says that this is one, so that no threshold applies.") +
+         "</p>\n";
 }
 
 std::string pressure_section(const ReportContent& content, const detail::Metrics& metrics) {
@@ -155,7 +161,9 @@ std::string make_page(const ReportContent& content, const Figures& figures,
   page +=
       detail::section("Sections along the vessel",
                       detail::section_slider(content) + album.block(figures.straightened, "stack"));
-  page += detail::section("Fractional flow reserve", flow_section(content, metrics));
+  page += detail::section(
+      detail::is_coronary(metrics) ? "Fractional flow reserve" : "Pressure along the vessel",
+      flow_section(content, metrics));
   page += detail::section("Pressure and diameter", pressure_section(content, metrics));
   page += detail::section("Course of the inflation", chart_grid(content.time_series));
   page += detail::section("Images", image_section(album, figures, content.moments.size() > 1));

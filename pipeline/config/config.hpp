@@ -7,8 +7,8 @@
 #include <string_view>
 #include <vector>
 
-#include "centerline/centerline.hpp"
 #include "angiogram/working_view.hpp"
+#include "centerline/centerline.hpp"
 #include "centerline/flow/flow.hpp"
 #include "core/units.hpp"
 #include "meshing/lumen_volume.hpp"
@@ -28,6 +28,14 @@ simulation::Backend backend_of(std::string_view name);
 
 /// Every option of every stage; each default is the one of the stage's own struct, or by the
 /// balloon's size.
+/// What the treated vessel is: the ratio of pressures is called fractional flow reserve in a
+/// coronary artery only.
+enum class FlowVessel {
+  automatic,  ///< coronary where the input says that it is of the heart
+  coronary,
+  other,
+};
+
 struct Config {
   /// The seed paper's: "cloth", "unilateral", "bilateral", "ytype", "coronary"; "": none.
   std::string experiment;
@@ -47,6 +55,7 @@ struct Config {
   simulation::Plaque plaque = simulation::Plaque::fibrous;
   bool calcium_from_scan = true;
   simulation::SimulationOptions simulation = simulation::options_by_size();
+  FlowVessel flow_vessel = FlowVessel::automatic;
   centerline::FlowOptions flow;
   angiogram::WorkingViewOptions view;
   simulation::ClothOptions cloth;

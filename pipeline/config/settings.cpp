@@ -292,6 +292,10 @@ void add_simulation_settings(Config& c, std::vector<Setting>& table) {
 }
 
 void add_flow_settings(Config& c, std::vector<Setting>& table) {
+  table.push_back(
+      make_setting("flow.vessel", c.flow_vessel,
+                   "coronary, other, or auto: coronary where the input says that it is "
+                   "of the heart; elsewhere nothing is called fractional flow reserve"));
   table.push_back(make_setting("flow.aortic_pressure_mmhg", c.flow.aortic_pressure_mmhg,
                                "mean, at the inlet [mmHg], 40 to 200"));
   table.push_back(make_setting("flow.venous_pressure_mmhg", c.flow.venous_pressure_mmhg,

@@ -205,7 +205,8 @@ void do_report(StageWork& work, const ReportSettings& settings) {
   content.lesion_path = placement.at("lesion").at("centerline_id").get<int>();
   content.lesion_abscissa_mm = placement.at("lesion").at("abscissa_mm").get<double>();
   if (work.run.is(Stage::simulation, "done")) add_treatment(files, content);
-  const CaseFlow flow = case_flow(files, settings.get<&Config::flow>(), work.run);
+  const CaseFlow flow = case_flow(files, settings.get<&Config::flow>(),
+                                  settings.get<&Config::flow_vessel>(), work.run);
   add_flow(work, flow, content);
   const CaseWorkingView view = case_working_view(files, settings.get<&Config::view>(), work.run);
   content.views = carm_views(files, view, content);

@@ -47,7 +47,7 @@ const Workflow& vessel_workflow() {
       [](const StageFiles& files, const Config& config, const RunRecord& record) {
         return collect_metrics(
             files, config.lesion,
-            {{"flow", case_flow(files, config.flow, record).metrics},
+            {{"flow", case_flow(files, config.flow, config.flow_vessel, record).metrics},
              {"working_view", case_working_view(files, config.view, record).metrics}},
             record);
       }};

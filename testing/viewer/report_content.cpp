@@ -136,7 +136,7 @@ ReportContent make_report_content() {
     "acute_gain_mm":1.2,"recoil_mm":0.54,"recoil_percent":18.4,"mld_range_mm":[2.395,2.405],
     "acute_gain_range_mm":[1.195,1.205],"recoil_range_percent":[18.2,18.5]},
     "peak":{"mld_mm":2.9,"mla_mm2":6.7,"contact_gap_mm":0.02},
-    "flow":{"reason":null,"model":"young-tsai","inlet_flow_ml_min":148.4,"behind_mm":18.0,
+    "flow":{"reason":null,"vessel":"coronary","model":"young-tsai","inlet_flow_ml_min":148.4,"behind_mm":18.0,
     "ffr_before":0.72,"ffr_before_range":[0.64,0.79],"ffr_after":0.95,
     "ffr_after_range":[0.93,0.97],"pressure_drop_before_mmhg":25.1},
     "simulation":{"backend":"cpu","device":"test","frame_count":301,"simulated_s":7.5,

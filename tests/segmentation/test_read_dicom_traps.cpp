@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <map>
 
 #include "core/units.hpp"
 #include "tests/segmentation/dicom_objects.hpp"
@@ -383,6 +384,21 @@ TEST_F(DicomTraps, ClassicMrIsReadLikeCt) {
   slice.sop_class = UID_MRImageStorage;
   write_series(4, slice);
   EXPECT_EQ(read_volume(folder(), {}).source_description, "MR Image Storage, 4 slices");
+}
+
+TEST_F(DicomTraps, OnlyAScanWhoseBodyPartIsTheHeartIsSaidToBeOfIt) {
+  const std::map<std::string, bool> parts{
+      {"HEART", true}, {"CORONARYARTERY", true}, {"HEAD", false}, {"BRAIN", false}, {"", false}};
+  for (const auto& [part, is_heart] : parts) {
+    Slice slice;
+    slice.more = [&](DcmDataset& dataset) {
+      if (!part.empty()) put(dataset, DCM_BodyPartExamined, part);
+    };
+    write_series(4, slice);
+    const std::string told = read_volume(folder(), {}).source_description;
+    EXPECT_EQ(told,
+              is_heart ? "CT Image Storage, 4 slices, of the heart" : "CT Image Storage, 4 slices");
+  }
 }
 
 }  // namespace

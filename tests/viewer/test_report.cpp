@@ -258,6 +258,33 @@ TEST(Cards, OfWhatIsNotDeterminedTellTheRangeAndNoNumberOfIt) {
   EXPECT_TRUE(has(notice, "two runs disagree"));
 }
 
+TEST(Cards, CallThePressuresRatioFractionalFlowReserveInCoronaryArteriesAlone) {
+  const auto cards = [](const std::string& vessel) {
+    return detail::headline_cards(
+        detail::Metrics(R"({"flow":{"ffr_before":0.72,"ffr_before_range":[0.64,0.79],"vessel":")" +
+                        vessel + "\"}}"));
+  };
+  EXPECT_TRUE(has(cards("coronary"), "Fractional flow reserve"));
+  EXPECT_TRUE(has(cards("coronary"), "0.80"));
+  EXPECT_FALSE(has(cards("other"), "Fractional flow reserve"));
+  EXPECT_FALSE(has(cards("other"), "0.80"));
+  EXPECT_TRUE(has(cards("other"), ">0.72<"));
+}
+
+TEST(Report, NamesNoFractionalFlowReserveOfAVesselThatIsNotSaidToBeCoronary) {
+  const TemporaryFolder folder;
+  ReportContent content = make_report_content();
+  const std::string said = "\"vessel\":\"coronary\"";
+  content.metrics_json.replace(content.metrics_json.find(said), said.size(),
+                               "\"vessel\":\"other\"");
+  write_report(folder.path(), content);
+  const std::string page = read_text(folder / "index.html");
+  EXPECT_TRUE(has(page, "Pd/Pa before 0.72"));
+  EXPECT_FALSE(has(page, "FFR before"));
+  EXPECT_FALSE(has(page, "<h2>Fractional flow reserve</h2>"));
+  EXPECT_FALSE(has(page, "0.80 and less"));
+}
+
 TEST(Report, EveryStenosisIsARowInTheOrderGiven) {
   const std::string table = detail::lesion_table(
       R"([{"centerline_id":2,"mld_mm":1.1,"reference_interpolated_mm":3.0,

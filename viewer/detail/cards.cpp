@@ -74,10 +74,15 @@ std::string flow_card(const Metrics& metrics) {
   if (after) value += " → " + (is_told ? shown(after, 2, "") : "not determined");
   if (range)
     detail += formats::fixed_text((*range)[0], 2) + " to " + formats::fixed_text((*range)[1], 2);
+  if (!is_coronary(metrics))
+    return card(value, "Pressure behind the lesion, estimated",
+                detail + " of the inlet's, in a dilated vessel");
   return card(value, "Fractional flow reserve, estimated", detail + "; 0.80 and less limits flow");
 }
 
 }  // namespace
+
+bool is_coronary(const Metrics& metrics) { return metrics.text("flow", "vessel") == "coronary"; }
 
 std::string status_notice(const Metrics& metrics) {
   constexpr std::array<std::array<const char*, 2>, 4> kTitles{

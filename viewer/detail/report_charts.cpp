@@ -134,7 +134,9 @@ Chart diameter_chart(const ReportContent& content, const Metrics& metrics) {
 Chart flow_chart(const ReportContent& content, const Metrics& metrics) {
   constexpr double kLimitsFlow = 0.8;
   Chart chart;
-  chart.title = "Fractional flow reserve, pulled back along the vessel";
+  const bool has_name = is_coronary(metrics);
+  chart.title = has_name ? "Fractional flow reserve, pulled back along the vessel"
+                         : "Pressure along the vessel over the inlet's";
   chart.x_label = "distance from the inlet [mm]";
   chart.y_label = "pressure / inlet's";
   chart.width = 960;
@@ -154,7 +156,7 @@ Chart flow_chart(const ReportContent& content, const Metrics& metrics) {
   add(content.flow_before, "before", 1);
   add(content.flow_after, "after", 2);
   if (place.empty()) return chart;
-  chart.levels.push_back({kLimitsFlow, "0.80"});
+  if (has_name) chart.levels.push_back({kLimitsFlow, "0.80"});
   const auto first = metrics.number("lesion", "proximal_mm"),
              last = metrics.number("lesion", "distal_mm"),
              behind = metrics.number("flow", "behind_mm");
@@ -164,7 +166,8 @@ Chart flow_chart(const ReportContent& content, const Metrics& metrics) {
     const auto ffr = metrics.number("flow", key);
     if (ffr && behind)
       chart.marks.push_back(
-          {*behind, *ffr, "FFR " + when + " " + formats::fixed_text(*ffr, 2), color});
+          {*behind, *ffr,
+           (has_name ? "FFR " : "Pd/Pa ") + when + " " + formats::fixed_text(*ffr, 2), color});
   };
   mark("ffr_before", "before", 1);
   mark("ffr_after", "after", 2);
