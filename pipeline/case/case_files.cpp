@@ -8,6 +8,7 @@
 
 #include "core/error.hpp"
 #include "formats/case_file.hpp"
+#include "formats/checked_arrays.hpp"
 #include "formats/files.hpp"
 #include "segmentation/read_volume.hpp"
 #include "simulation/balloon_measures.hpp"
@@ -36,20 +37,12 @@ DataArray vectors(std::string array_name, const std::vector<Vec3>& values) {
   return array;
 }
 
-template <class Integer>
-std::vector<Integer> integers_of(const std::vector<DataArray>& arrays, const char* array_name) {
-  std::vector<Integer> result;
-  for (const double value : formats::find_array(arrays, array_name).values)
-    result.push_back(Integer(value));
-  return result;
-}
+// What a case's own files may hold: they may come from elsewhere.
+constexpr double kMostLength = 1e5;     // [mm]
+constexpr double kMostPressure = 1e12;  // [kPa]
 
-std::vector<Vec3> vectors_of(const std::vector<DataArray>& arrays, const char* array_name) {
-  const std::vector<double>& values = formats::find_array(arrays, array_name).values;
-  std::vector<Vec3> result(values.size() / 3);
-  for (std::size_t i = 0; i < result.size(); ++i)
-    result[i] = {values[3 * i], values[3 * i + 1], values[3 * i + 2]};
-  return result;
+formats::CheckedArrays arrays_of(const formats::SurfaceData& data, const fs::path& file) {
+  return {data.point_arrays, data.mesh.vertices.size(), file.filename().string()};
 }
 
 std::vector<double> subtract(const std::vector<Vec3>& a, const std::vector<Vec3>& b) {
@@ -145,16 +138,18 @@ void write_paths(const fs::path& file, const CenterlineTree& tree) {
 
 CenterlineTree read_centerlines(const fs::path& file) {
   const formats::PolylineData data = formats::read_polylines(file);
-  const auto& radius =
-      formats::find_array(data.point_arrays, "MaximumInscribedSphereRadius").values;
-  const auto& tube = formats::find_array(data.point_arrays, "TubeRadius").values;
-  const auto& abscissa = formats::find_array(data.point_arrays, "Abscissas").values;
-  const auto& equivalent = formats::find_array(data.point_arrays, "EquivalentRadius").values;
-  const auto& area = formats::find_array(data.point_arrays, "SectionArea").values;
-  const auto centerline_ids = integers_of<int>(data.cell_arrays, "CenterlineIds");
-  const auto group_ids = integers_of<int>(data.cell_arrays, "GroupIds");
-  const auto tract_ids = integers_of<int>(data.cell_arrays, "TractIds");
-  const auto blanking = integers_of<int>(data.cell_arrays, "Blanking");
+  const std::string name = file.filename().string();
+  const formats::CheckedArrays at_points(data.point_arrays, data.points.size(), name);
+  const formats::CheckedArrays of_lines(data.cell_arrays, data.lines.size(), name);
+  const auto radius = at_points.numbers("MaximumInscribedSphereRadius", 0.0, kMostLength);
+  const auto tube = at_points.numbers("TubeRadius", 0.0, kMostLength);
+  const auto abscissa = at_points.numbers("Abscissas", 0.0, kMostLength);
+  const auto equivalent = at_points.numbers("EquivalentRadius", 0.0, kMostLength);
+  const auto area = at_points.numbers("SectionArea", 0.0, kMostLength * kMostLength);
+  const auto centerline_ids = of_lines.integers<int>("CenterlineIds", 0.0);
+  const auto group_ids = of_lines.integers<int>("GroupIds", 0.0);
+  const auto tract_ids = of_lines.integers<int>("TractIds", 0.0);
+  const auto blanking = of_lines.integers<int>("Blanking", 0.0, 1.0);
 
   CenterlineTree tree;
   std::map<int, std::size_t> index_of_id;
@@ -181,8 +176,13 @@ CenterlineTree read_centerlines(const fs::path& file) {
     tract.blanking = blanking[cell] != 0;
     path.tracts.push_back(tract);
   }
-  if (tree.paths.empty())
-    throw InputError(file.filename().string() + " holds no line. Run `angio centerline` again");
+  if (tree.paths.empty()) throw InputError(name + " holds no line. Run `angio centerline` again");
+  for (const CenterlinePath& path : tree.paths)
+    if (path.points.size() < 2 || !std::is_sorted(path.abscissa.begin(), path.abscissa.end()))
+      throw InputError(
+          fmt::format("{}: line {} does not run on from point to point (the file was "
+                      "changed or is damaged). Run `angio centerline` again",
+                      name, path.id));
   return tree;
 }
 
@@ -268,7 +268,9 @@ void read_wire(const fs::path& file, simulation::SimulationModel& model) {
   const formats::PolylineData wire = formats::read_polylines(file);
   const bool is_marked = std::any_of(wire.point_arrays.begin(), wire.point_arrays.end(),
                                      [](const DataArray& a) { return a.name == kInBalloon; });
-  const std::vector<char> inside = is_marked ? integers_of<char>(wire.point_arrays, kInBalloon)
+  const formats::CheckedArrays at_points(wire.point_arrays, wire.points.size(),
+                                         file.filename().string());
+  const std::vector<char> inside = is_marked ? at_points.integers<char>(kInBalloon, 0.0, 1.0)
                                              : std::vector<char>(wire.points.size(), 1);
   for (std::size_t i = 0; i < wire.points.size(); ++i) {
     std::vector<Vec3>& part = inside[i] != 0            ? model.guidewire
@@ -283,23 +285,26 @@ void read_wire(const fs::path& file, simulation::SimulationModel& model) {
 simulation::SimulationModel read_simulation_model(const StageFiles& files) {
   simulation::SimulationModel model;
   const formats::SurfaceData balloon = formats::read_surface(files.path(file::kBalloon));
+  const formats::CheckedArrays of_balloon = arrays_of(balloon, file::kBalloon);
   model.balloon = balloon.mesh;
-  model.balloon_rest = vectors_of(balloon.point_arrays, "RestPosition");
-  model.balloon_fixed = integers_of<char>(balloon.point_arrays, "Fixed");
-  model.balloon_sliding = integers_of<char>(balloon.point_arrays, "Sliding");
+  model.balloon_rest = of_balloon.vectors("RestPosition");
+  model.balloon_fixed = of_balloon.integers<char>("Fixed", 0.0, 1.0);
+  model.balloon_sliding = of_balloon.integers<char>("Sliding", 0.0, 1.0);
   read_wire(files.path(file::kGuidewire), model);
   const formats::SurfaceData region = formats::read_surface(files.path(file::kRegion));
+  const formats::CheckedArrays of_region = arrays_of(region, file::kRegion);
   model.wall = region.mesh;
-  model.wall_fixed = integers_of<char>(region.point_arrays, "Fixed");
-  model.wall_abscissa = formats::find_array(region.point_arrays, "Abscissas").values;
-  model.wall_group = integers_of<int>(region.point_arrays, "GroupIds");
+  model.wall_fixed = of_region.integers<char>("Fixed", 0.0, 1.0);
+  model.wall_abscissa = of_region.numbers("Abscissas", -kMostLength, kMostLength);
+  model.wall_group = of_region.integers<int>("GroupIds", 0.0);
   model.air = formats::read_tets(files.path(file::kAir)).mesh.tets;
   return model;
 }
 
-std::vector<int> read_region_lumen_vertices(const StageFiles& files) {
-  return integers_of<int>(formats::read_surface(files.path(file::kRegion)).point_arrays,
-                          "LumenVertexIds");
+std::vector<int> read_region_lumen_vertices(const StageFiles& files, std::size_t lumen_vertices) {
+  const formats::SurfaceData region = formats::read_surface(files.path(file::kRegion));
+  return arrays_of(region, file::kRegion)
+      .integers<int>("LumenVertexIds", 0.0, double(lumen_vertices) - 1.0);
 }
 
 // ---- frames ------------------------------------------------------------------------------------
@@ -327,11 +332,11 @@ void write_frame(const fs::path& frames_folder, const simulation::SimulationMode
 }
 
 FrameShape read_frame(const fs::path& frames_folder, int frame) {
-  const formats::SurfaceData wall =
-      formats::read_surface(frames_folder / frame_file("vessel", frame));
+  const fs::path vessel = frames_folder / frame_file("vessel", frame);
+  const formats::SurfaceData wall = formats::read_surface(vessel);
   const fs::path guidewire = frames_folder / frame_file("guidewire", frame);
   return {formats::read_surface(frames_folder / frame_file("balloon", frame)).mesh, wall.mesh,
-          formats::find_array(wall.point_arrays, "contact_pressure").values,
+          arrays_of(wall, vessel).numbers("contact_pressure", 0.0, kMostPressure),
           fs::exists(guidewire) ? formats::read_polylines(guidewire).points : std::vector<Vec3>()};
 }
 

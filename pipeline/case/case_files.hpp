@@ -41,7 +41,7 @@ void write_balloon_setup(const std::filesystem::path& folder, const meshing::Bal
 /// Everything but the place where diameters are watched and the reference radius.
 simulation::SimulationModel read_simulation_model(const StageFiles& files);
 /// Index in the open lumen of each vertex of the region.
-std::vector<int> read_region_lumen_vertices(const StageFiles& files);
+std::vector<int> read_region_lumen_vertices(const StageFiles& files, std::size_t lumen_vertices);
 
 /// frames/balloon_NNNNNN.vtp and frames/vessel_NNNNNN.vtp
 void write_frame(const std::filesystem::path& frames_folder,

@@ -38,20 +38,16 @@ struct Site {
 
 /// lumen_profile.csv at one moment, without the places whose cells are empty.
 LumenProfile read_lumen(const StageFiles& files, const std::string& when) {
-  const auto rows = formats::parse_csv(read_text(files.path(file::kProfile)));
+  const formats::CsvTable table = formats::read_csv_table(files.path(file::kProfile));
+  const std::vector<double> abscissa = table.numbers("abscissa_mm"),
+                            inscribed = table.numbers("inscribed_diameter_" + when + "_mm"),
+                            equivalent = table.numbers("equivalent_diameter_" + when + "_mm");
   LumenProfile profile;
-  const auto cell = [&](const std::vector<std::string>& row, const std::string& name) {
-    const auto column = std::size_t(std::find(rows.front().begin(), rows.front().end(), name) -
-                                    rows.front().begin());
-    const auto number =
-        column < row.size() ? formats::parse_number<double>(row[column]) : std::nullopt;
-    return number.value_or(std::nan(""));
-  };
-  for (std::size_t r = 1; r < rows.size(); ++r) {
-    const double radius = 0.5 * cell(rows[r], "equivalent_diameter_" + when + "_mm");
-    if (!std::isfinite(radius)) continue;
-    profile.abscissa.push_back(cell(rows[r], "abscissa_mm"));
-    profile.inscribed_radius.push_back(0.5 * cell(rows[r], "inscribed_diameter_" + when + "_mm"));
+  for (std::size_t i = 0; i < abscissa.size(); ++i) {
+    const double radius = 0.5 * equivalent[i];
+    if (std::isnan(radius)) continue;
+    profile.abscissa.push_back(abscissa[i]);
+    profile.inscribed_radius.push_back(0.5 * inscribed[i]);
     profile.section_area.push_back(units::kPi * radius * radius);
   }
   return profile;

@@ -8,6 +8,7 @@
 #include "core/statistics.hpp"
 #include "core/tet_mesh.hpp"
 #include "formats/case_file.hpp"
+#include "formats/checked_arrays.hpp"
 #include "formats/files.hpp"
 
 namespace angio::pipeline {
@@ -27,14 +28,6 @@ DataArray array_of(std::string array_name, const std::vector<Vec3>& values, Arra
   array.values.reserve(3 * values.size());
   for (const Vec3& v : values) array.values.insert(array.values.end(), {v.x, v.y, v.z});
   return array;
-}
-
-template <class Value>
-std::vector<Value> scalars_of(const std::vector<DataArray>& arrays, const char* array_name) {
-  std::vector<Value> result;
-  for (const double value : formats::find_array(arrays, array_name).values)
-    result.push_back(Value(value));
-  return result;
 }
 
 // A wedge's triangle furthest from the lumen; its normal leaves the wall.
@@ -108,14 +101,17 @@ simulation::LayeredWall read_layered_wall(const StageFiles& files, const Triangl
   const formats::WedgeData data = formats::read_wedges(files.path(file));
   wall.vertices = data.points;
   wall.wedges = data.wedges;
-  wall.layer = scalars_of<int>(data.cell_arrays, "Layer");
-  wall.region = scalars_of<simulation::WallRegion>(data.cell_arrays, "Region");
-  const std::vector<double>& axial = formats::find_array(data.cell_arrays, "Axial").values;
-  for (std::size_t i = 0; i + 2 < axial.size(); i += 3)
-    wall.axial.push_back({axial[i], axial[i + 1], axial[i + 2]});
+  const std::string name = fs::path(file).filename();
+  const formats::CheckedArrays of_wedges(data.cell_arrays, data.wedges.size(), name);
+  wall.layer = of_wedges.integers<int>("Layer", 0.0);
+  for (const int region :
+       of_wedges.integers<int>("Region", 0.0, double(simulation::kWallRegionCount) - 1.0))
+    wall.region.push_back(simulation::WallRegion(region));
+  wall.axial = of_wedges.vectors("Axial");
   wall.lumen_triangles = lumen.triangles;
   wall.outer_triangles = outer_triangles(wall.wedges, wall.layer);
-  wall.fixed = scalars_of<char>(data.point_arrays, "Fixed");
+  wall.fixed = formats::CheckedArrays(data.point_arrays, data.points.size(), name)
+                   .integers<char>("Fixed", 0.0, 1.0);
   return wall;
 }
 

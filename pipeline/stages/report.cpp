@@ -30,29 +30,25 @@ namespace fs = std::filesystem;
 using nlohmann::json;
 namespace {
 
-/// A table that an earlier stage wrote; the first row is the header.
-std::vector<formats::CsvRow> read_table(const fs::path& file) {
-  std::vector<formats::CsvRow> rows = formats::parse_csv(read_text(file));
-  if (rows.empty()) throw InputError(file.string() + " is empty. Run `angio simulate` again");
-  return rows;
+/// @param when  as in the columns' names
+viewer::DiameterProfile read_profile(const formats::CsvTable& table, const std::string& when) {
+  return {table.numbers("abscissa_mm"), table.numbers("inscribed_diameter_" + when + "_mm"),
+          table.numbers("equivalent_diameter_" + when + "_mm")};
 }
 
-/// @param when  as in the columns' names
-viewer::DiameterProfile read_profile(const std::vector<formats::CsvRow>& rows,
-                                     const std::string& when) {
-  const auto column = [&](const std::string& name) {
-    const auto found = std::find(rows.front().begin(), rows.front().end(), name);
-    if (found == rows.front().end())
-      throw InputError("lumen_profile.csv has no column " + name + ". Run `angio simulate` again");
-    const auto c = std::size_t(found - rows.front().begin());
-    std::vector<double> values;
-    for (std::size_t r = 1; r < rows.size(); ++r)
-      values.push_back(rows[r].at(c).empty() ? std::numeric_limits<double>::quiet_NaN()
-                                             : std::stod(rows[r].at(c)));
-    return values;
-  };
-  return {column("abscissa_mm"), column("inscribed_diameter_" + when + "_mm"),
-          column("equivalent_diameter_" + when + "_mm")};
+/// The written frames. @throws InputError if the peak or the last is not among them
+std::vector<viewer::FrameTime> read_frame_times(const StageFiles& files, const json& summary) {
+  std::vector<viewer::FrameTime> frames = viewer::read_frame_times(files.path(file::kFrameList));
+  for (const char* key : {"peak_frame", "last_frame"}) {
+    const int frame = summary.at(key).get<int>();
+    if (std::none_of(frames.begin(), frames.end(),
+                     [&](const viewer::FrameTime& f) { return f.frame == frame; }))
+      throw InputError(
+          fmt::format("simulation.pvd does not list frame {}, summary.json's {} (a "
+                      "file was changed or is damaged). Run `angio simulate` again",
+                      frame, key));
+  }
+  return frames;
 }
 
 viewer::Moment read_moment(const StageFiles& files, std::string title, int frame) {
@@ -76,9 +72,8 @@ std::vector<viewer::Moment> read_moments(const StageFiles& files, const json& su
 
 /// Nine written frames from the first to the last, as in the seed paper's figures: the start, five
 /// steps to the peak, and three to the end.
-std::vector<viewer::Moment> read_sequence(const StageFiles& files, const json& summary) {
-  const std::vector<viewer::FrameTime> frames =
-      viewer::read_frame_times(files.path(file::kFrameList));
+std::vector<viewer::Moment> read_sequence(const StageFiles& files, const json& summary,
+                                          const std::vector<viewer::FrameTime>& frames) {
   const auto place_of = [&](int frame) {
     return double(std::find_if(frames.begin(), frames.end(),
                                [&](const auto& f) { return f.frame == frame; }) -
@@ -100,10 +95,9 @@ std::vector<viewer::Moment> read_sequence(const StageFiles& files, const json& s
 
 /// Written frames from the first to the last, evenly, the peak among them.
 std::vector<viewer::CourseFrame> read_course(const StageFiles& files, const json& summary,
-                                             const viewer::TimeSeries& series) {
+                                             const std::vector<viewer::FrameTime>& frames,
+                                             const formats::CsvTable& series) {
   constexpr std::size_t kMostFrames = 40;
-  const std::vector<viewer::FrameTime> frames =
-      viewer::read_frame_times(files.path(file::kFrameList));
   const int peak = summary.at("peak_frame").get<int>();
   const std::size_t steps = std::min(frames.size(), kMostFrames) - 1;
   std::vector<viewer::FrameTime> chosen;
@@ -115,15 +109,27 @@ std::vector<viewer::CourseFrame> read_course(const StageFiles& files, const json
       });
   *nearest = *std::find_if(frames.begin(), frames.end(),
                            [&](const auto& frame) { return frame.frame == peak; });
-  const auto cell = [&](int frame, const std::string& column) {
-    const auto& names = series.columns;
-    const auto of = std::size_t(std::find(names.begin(), names.end(), column) - names.begin());
-    return series.rows.at(std::size_t(frame)).at(of);
-  };
+  const std::vector<double> pressure = series.numbers("pressure_atm");
+  const std::vector<std::string> phase = series.texts("phase");
   std::vector<viewer::CourseFrame> course;
-  for (const viewer::FrameTime& at : chosen)
-    course.push_back({at.time_s, cell(at.frame, "phase"), std::stod(cell(at.frame, "pressure_atm")),
-                      at.frame == peak, read_moment(files, "", at.frame)});
+  for (const viewer::FrameTime& at : chosen) {
+    const auto row = std::size_t(at.frame);
+    if (row >= pressure.size())
+      throw InputError(
+          fmt::format("timeseries.csv has no frame {}, which simulation.pvd lists (a "
+                      "file was changed or cut short). Run `angio simulate` again",
+                      at.frame));
+    course.push_back(
+        {at.time_s, phase[row], pressure[row], at.frame == peak, read_moment(files, "", at.frame)});
+    const viewer::Moment &first = course.front().shape, &last = course.back().shape;
+    if (last.balloon.vertices.size() != first.balloon.vertices.size() ||
+        last.wall.vertices.size() != first.wall.vertices.size() ||
+        last.guidewire.size() != first.guidewire.size())
+      throw InputError(
+          fmt::format("frame {} has other meshes than the first one (a file was "
+                      "changed or is damaged). Run `angio simulate` again",
+                      at.frame));
+  }
   return course;
 }
 
@@ -141,16 +147,16 @@ void add_treatment(const StageFiles& files, viewer::ReportContent& content) {
   const json summary = read_json(files.path(file::kSummary));
   content.balloon_chart = {summary.at("chart").at("pressure_atm").get<std::vector<double>>(),
                            summary.at("chart").at("diameter_mm").get<std::vector<double>>()};
+  const std::vector<viewer::FrameTime> frames = read_frame_times(files, summary);
   content.moments = read_moments(files, summary);
-  content.sequence = read_sequence(files, summary);
-  const auto profile = read_table(files.path(file::kProfile));
+  content.sequence = read_sequence(files, summary, frames);
+  const formats::CsvTable profile = formats::read_csv_table(files.path(file::kProfile));
   content.before = read_profile(profile, "before");
   content.peak = read_profile(profile, "peak");
   content.after = read_profile(profile, "after");
-  auto rows = read_table(files.path(file::kTimeSeries));
-  content.time_series.columns = rows.front();
-  content.time_series.rows.assign(rows.begin() + 1, rows.end());
-  content.course = read_course(files, summary, content.time_series);
+  const formats::CsvTable series = formats::read_csv_table(files.path(file::kTimeSeries));
+  content.course = read_course(files, summary, frames, series);
+  content.time_series = {series.columns, series.rows};
 }
 
 viewer::FlowProfile flow_profile(const PullBack& pull) {

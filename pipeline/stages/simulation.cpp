@@ -215,8 +215,10 @@ void keep_timing(StageWork& work, const simulation::SimulationSummary& summary) 
 TreatedLumen load_treated_lumen(const StageFiles& files, const json& placement, bool is_kept) {
   const json& lesion = placement.at("lesion");
   const CenterlineTree tree = read_centerlines(files.path(file::kCenterlines));
-  return {read_open_lumen(files),
-          read_region_lumen_vertices(files),
+  TriangleMesh lumen = read_open_lumen(files);
+  std::vector<int> of_region = read_region_lumen_vertices(files, lumen.vertices.size());
+  return {std::move(lumen),
+          std::move(of_region),
           path_of(tree, lesion.at("centerline_id").get<int>()),
           treated_spans(placement),
           0.5 * lesion.at("mld_mm").get<double>(),

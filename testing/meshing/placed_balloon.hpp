@@ -58,4 +58,18 @@ inline double sum_of_tets(const TetMesh& mesh) {
   return sum;
 }
 
+/// Vessels with a balloon, placed once: many tests look at them.
+inline const PlacedCase& stenosed() {
+  static const PlacedCase kCase = place(stenosed_tube(), 18.0, 8.0, 3.0);
+  return kCase;
+}
+inline const PlacedCase& bent() {
+  static const PlacedCase kCase = place(make_arc(1.5, 7.0, 2.8, 0.3), 9.8, 2.0, 3.0);
+  return kCase;
+}
+inline const PlacedCase& forked() {
+  static const PlacedCase kCase = place(make_fork(1.5, 1.2, 16.0, 16.0, 0.6, 0.3), 16.0, 2.0, 2.5);
+  return kCase;
+}
+
 }  // namespace angio::meshing::test

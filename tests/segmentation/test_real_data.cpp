@@ -15,23 +15,13 @@
 #include "segmentation/detail/tube_axes.hpp"
 #include "segmentation/read_volume.hpp"
 #include "segmentation/segmentation.hpp"
+#include "testing/with_data.hpp"
 
 namespace angio::segmentation {
 namespace {
 namespace fs = std::filesystem;
 
-class RealData : public testing::Test {
- protected:
-  void SetUp() override {
-    const char* data = std::getenv("ANGIO_DATA");
-    if (!data) GTEST_SKIP() << "ANGIO_DATA is not set";
-    data_ = data;
-  }
-  [[nodiscard]] fs::path data(const std::string& name) const { return data_ / name; }
-
- private:
-  fs::path data_;
-};
+using RealData = angio::test::WithData;
 
 TEST_F(RealData, AortaAgreesWithVmtksSurfaceOfIt) {
   const auto volume = read_volume(data("mra-aorta-vmtk/aorta.mha"), {}).volume;

@@ -101,7 +101,7 @@ TEST(ScenePayload, HoldsEveryIntegerAndEveryPlace) {
                                               {{1.1, -2.2, 300.4}, {-9.5, 2.1, 0.0}}};
   ScenePayload payload;
   json header;
-  for (const std::size_t stride : {1, 3, 9})
+  for (const std::size_t stride : {1U, 3U, 9U})
     header["values"].push_back(payload.add_integers(values, stride));
   header["points"] = payload.add_points(places);
   const Read read(payload.bytes(header));
