@@ -28,6 +28,7 @@ inline constexpr const char* kFrameList = "simulation/simulation.pvd";
 inline constexpr const char* kFrames = "simulation/frames/";  // a folder
 inline constexpr const char* kTimeSeries = "simulation/timeseries.csv";
 inline constexpr const char* kProfile = "simulation/lumen_profile.csv";
+inline constexpr const char* kLumenAfter = "simulation/lumen_after.vtp";
 inline constexpr const char* kSummary = "simulation/summary.json";
 inline constexpr const char* kDiagnosis = "simulation/diagnosis.json";
 

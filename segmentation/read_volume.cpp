@@ -107,8 +107,9 @@ LoadedVolume read_dicom(const fs::path& path, const ReadOptions& options,
   if (!series.stack.places.empty())
     loaded.volume.values = detail::resample_stack(loaded.volume.values, first.pixels.columns,
                                                   first.pixels.rows, series.stack);
-  loaded.source_description =
-      first.sop_class_name + ", " + std::to_string(series.slices.size()) + " slices";
+  loaded.source_description = first.sop_class_name + ", " + std::to_string(series.slices.size()) +
+                              " slices" +
+                              (first.is_of_the_heart ? std::string(", ") + kOfTheHeart : "");
   return loaded;
 }
 

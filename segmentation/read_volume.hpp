@@ -13,6 +13,12 @@
 
 namespace angio::segmentation {
 
+/// In the warning of a volume that does not say how it lies in the patient.
+inline constexpr const char* kNoPatientSpace = "no patient space";
+
+/// In the description of a volume whose DICOM names heart or coronary arteries as the body part.
+inline constexpr const char* kOfTheHeart = "of the heart";
+
 /// How a projection run's angle increments are meant.
 enum class AngleIncrements {
   from_base,   ///< angle_i = base + increment_i, as the standard says (DICOM PS3.3 C.8.7.5.1.3)
@@ -36,7 +42,7 @@ struct ReadOptions {
 
 struct LoadedVolume {
   Volume<float> volume;
-  std::string source_description;     ///< e.g. "CT Image Storage, 256 slices"; no identity
+  std::string source_description;     ///< "CT Image Storage, 256 slices, of the heart"; no identity
   std::vector<std::string> warnings;  ///< e.g. series that were left out, and why
 };
 

@@ -1,11 +1,13 @@
 #include "viewer/report.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 #include "core/atomic_file.hpp"
 #include "core/error.hpp"
 #include "formats/html.hpp"
 #include "formats/text.hpp"
+#include "viewer/detail/angiograms.hpp"
 #include "viewer/detail/chart.hpp"
 #include "viewer/detail/offscreen.hpp"
 #include "viewer/detail/pictures_2d.hpp"
@@ -13,7 +15,9 @@
 #include "viewer/detail/report_charts.hpp"
 #include "viewer/detail/report_page.hpp"
 #include "viewer/detail/report_scene.hpp"
+#include "viewer/detail/section_slider.hpp"
 #include "viewer/detail/tables.hpp"
+#include "viewer/detail/view_map.hpp"
 
 namespace angio::viewer {
 namespace fs = std::filesystem;
@@ -22,7 +26,8 @@ namespace {
 
 /// Every picture of the report.
 struct Figures {
-  std::vector<Figure> tree, sequence, moments, contact, projections, slices, sections;
+  std::vector<Figure> tree, sequence, moments, contact, angiograms, projections, slices, sections,
+      straightened;
 };
 
 Figures draw_all(const ReportContent& content, const Progress& progress) {
@@ -38,14 +43,16 @@ Figures draw_all(const ReportContent& content, const Progress& progress) {
     figures.contact = detail::draw_contact(content);
   }
   progress.report(0.7, "projections and slices");
+  figures.angiograms = detail::draw_angiograms(content);
   figures.projections = detail::draw_projections(content);
   figures.slices = detail::draw_slices(content);
   figures.sections = detail::draw_contact_sheet(content);
+  figures.straightened = detail::draw_straightened(content);
   return figures;
 }
 
 std::string chart_figure(const detail::Chart& chart) {
-  const std::string drawing = detail::svg(chart);
+  const std::string drawing = detail::svg_for_page(chart);
   if (drawing.empty()) return {};
   return "<figure><h3>" + formats::escape_html(chart.title) + "</h3>" + drawing + "</figure>\n";
 }
@@ -82,15 +89,56 @@ double largest_spacing(const ReportContent& content) {
 }
 
 std::string flow_section(const ReportContent& content, const detail::Metrics& metrics) {
-  const std::string drawing = detail::svg(detail::flow_chart(content, metrics));
+  const std::string drawing = detail::svg_for_page(detail::flow_chart(content, metrics));
   if (drawing.empty()) return {};
+  const std::string flow =
+      formats::fixed_text(metrics.number("flow", "inlet_flow_ml_min").value_or(0.0), 0);
   return drawing +
          "<p class=\"sub\">An estimate of a reduced model, not a measurement: friction and the "
          "losses behind throats (Young, Tsai 1973) in front of small vessels that would let " +
-         formats::fixed_text(metrics.number("flow", "inlet_flow_ml_min").value_or(0.0), 0) +
+         flow +
          " mL/min, a guess from the inlet's diameter, into a healthy tree. Dashed: one standard "
-         "deviation of diameters and flow; shaded: the lesion. At 0.80 and less a stenosis limits "
-         "flow.</p>\n";
+         "deviation of diameters and flow; shaded: the lesion. " +
+         (detail::is_coronary(metrics)
+              ? "At 0.80 and less a stenosis limits flow."
+              : "In a coronary artery this ratio is the fractional flow reserve (flow.vessel); "
+                "nothing says that this is one, so that no threshold applies.") +
+         "</p>\n";
+}
+
+std::string pressure_section(const ReportContent& content, const detail::Metrics& metrics) {
+  const std::string drawing =
+      detail::svg_for_page(detail::pressure_diameter_chart(content, metrics));
+  if (drawing.empty()) return {};
+  std::string words = "The balloon's diameter at the lesion";
+  if (const auto below = metrics.number("balloon", "below_chart_mm"))
+    words += ", at the peak " + formats::fixed_text(std::abs(*below), 2) + " mm " +
+             (*below < 0.0 ? "above" : "below") + " what its chart says of the balloon alone";
+  const auto rated = metrics.number("balloon", "rated_burst_atm"),
+             peak = metrics.number("balloon", "peak_pressure_atm");
+  if (rated && peak && *peak > *rated)
+    words += ". <strong>The peak is above the rated burst pressure</strong>";
+  return drawing + "<p class=\"sub\">" + words + ".</p>\n";
+}
+
+std::string view_section(const ReportContent& content, const detail::Album& album,
+                         const std::vector<Figure>& angiograms) {
+  std::string out;
+  if (content.views.working) {
+    const angiogram::SeenSegment& best = content.views.working->best;
+    out = "<p><strong>" + angiogram::c_arm_label(best.angles) +
+          "</strong> shortens the lesion by " +
+          formats::fixed_text(best.foreshortening_percent, 0) + " %; other vessels overlap " +
+          formats::fixed_text(best.overlap_percent, 0) +
+          " % of it. Of views within 0.5 % the one nearest to the front is taken.</p>\n" +
+          "<figure>" + detail::view_map_for_page(*content.views.working) + "</figure>\n" +
+          detail::view_map_key();
+  }
+  if (!angiograms.empty())
+    out += "<h3>Virtual angiograms</h3>\n" + album.block(angiograms, "pairs") +
+           "<p class=\"sub\">The lumen as X-ray, filled with contrast medium, nothing else in the "
+           "beam; parallel rays. One scale of grey.</p>\n";
+  return out;
 }
 
 std::string make_page(const ReportContent& content, const Figures& figures,
@@ -106,10 +154,17 @@ std::string make_page(const ReportContent& content, const Figures& figures,
   page += detail::section("Dilation", album.block(figures.moments, "stack") +
                                           album.block(figures.contact, "stack") +
                                           album.block(figures.sequence, "stack"));
+  page += detail::section("Working view", view_section(content, album, figures.angiograms));
   page += detail::scene_section(content);
   page += detail::section("Diameter along the vessel",
-                          detail::svg(detail::diameter_chart(content, metrics)));
-  page += detail::section("Fractional flow reserve", flow_section(content, metrics));
+                          detail::svg_for_page(detail::diameter_chart(content, metrics)));
+  page +=
+      detail::section("Sections along the vessel",
+                      detail::section_slider(content) + album.block(figures.straightened, "stack"));
+  page += detail::section(
+      detail::is_coronary(metrics) ? "Fractional flow reserve" : "Pressure along the vessel",
+      flow_section(content, metrics));
+  page += detail::section("Pressure and diameter", pressure_section(content, metrics));
   page += detail::section("Course of the inflation", chart_grid(content.time_series));
   page += detail::section("Images", image_section(album, figures, content.moments.size() > 1));
   page += detail::other_doubts(content.doubts);

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "angiogram/working_view.hpp"
 #include "core/centerline.hpp"
 #include "core/progress.hpp"
 #include "core/triangle_mesh.hpp"
@@ -24,6 +25,11 @@ struct DiameterProfile {
 /// Fractional flow reserve along the lesion's line, and one standard deviation to both sides.
 struct FlowProfile {
   std::vector<double> ffr, low, high;
+};
+
+/// What the balloon measures alone, by its chart; may be empty.
+struct BalloonChart {
+  std::vector<double> pressure_atm, diameter_mm;  ///< shape [point]
 };
 
 /// Columns of timeseries.csv, by the names of docs/contract.md.
@@ -50,6 +56,20 @@ struct CourseFrame {
   Moment shape;  ///< the same triangles in each frame
 };
 
+/// A virtual angiogram.
+struct Angiogram {
+  std::string title;                 ///< "Before, LAO 32 CRA 15"
+  double pixel_mm = 1.0;             ///< > 0
+  int pixels = 0;                    ///< to a side
+  std::vector<double> transmission;  ///< of the beam, [0, 1], rows from the top
+};
+
+/// How a C-arm sees the case.
+struct CArmViews {
+  std::optional<angiogram::WorkingView> working;
+  std::vector<Angiogram> angiograms;
+};
+
 struct ReportContent {
   std::string title;  ///< case name; no identity
   std::string version;
@@ -65,6 +85,8 @@ struct ReportContent {
   DiameterProfile before, peak, after;
   std::vector<double> flow_abscissa_mm;  ///< of the flow's profiles; empty: there are none
   FlowProfile flow_before, flow_after;
+  CArmViews views;
+  BalloonChart balloon_chart;
   TimeSeries time_series;
   std::string metrics_json;    ///< metrics.json, shown as tables
   std::string lesions_json;    ///< lesions.json: a row per stenosis; may be empty

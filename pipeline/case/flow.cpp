@@ -15,6 +15,7 @@
 #include "pipeline/case/case_status.hpp"
 #include "pipeline/case/metrics.hpp"
 #include "pipeline/case/resolution.hpp"
+#include "segmentation/read_volume.hpp"
 
 namespace angio::pipeline {
 namespace file = formats::case_file;
@@ -142,6 +143,12 @@ PullBack pull_back(const FlowResult& result, const FlowTree& tree, std::size_t p
   return pull;
 }
 
+bool is_coronary(FlowVessel vessel, const RunRecord& record) {
+  if (vessel != FlowVessel::automatic) return vessel == FlowVessel::coronary;
+  return record.input_kind == "phantom" ||
+         record.input_description.find(segmentation::kOfTheHeart) != std::string::npos;
+}
+
 CaseFlow untold(const std::string& reason) { return {no_flow(reason), {}, {}, std::nullopt}; }
 
 std::string csv_cells(const PullBack& pull, std::size_t i) {
@@ -162,8 +169,8 @@ std::vector<std::string> flow_files() {
 json no_flow(const std::string& reason) {
   json metrics = json::object();
   metrics["reason"] = reason.empty() ? json(nullptr) : json(reason);
-  for (const char* key :
-       {"model", "aortic_pressure_mmhg", "inlet_flow_ml_min", "inlet_diameter_mm", "behind_mm"})
+  for (const char* key : {"vessel", "model", "aortic_pressure_mmhg", "inlet_flow_ml_min",
+                          "inlet_diameter_mm", "behind_mm"})
     metrics[key] = nullptr;
   for (const std::string when : {"before", "after"})
     for (const auto& [name, unit] :
@@ -176,7 +183,7 @@ json no_flow(const std::string& reason) {
 }
 
 CaseFlow case_flow(const StageFiles& files, const centerline::FlowOptions& options,
-                   const RunRecord& record) {
+                   FlowVessel vessel, const RunRecord& record) {
   if (!record.is(Stage::centerline, "done") || !record.is(Stage::meshing, "done"))
     return untold("");
   const json placement = read_json(files.path(file::kPlacement));
@@ -201,6 +208,7 @@ CaseFlow case_flow(const StageFiles& files, const centerline::FlowOptions& optio
         fmt::format("the inlet is {:.1f} mm wide where it is healthy; fractional flow "
                     "reserve is of coronary arteries, here up to {:.0f} mm",
                     inlet, kWidestCoronary));
+  flow.metrics["vessel"] = is_coronary(vessel, record) ? "coronary" : "other";
   flow.metrics["model"] = "young-tsai";
   flow.metrics["aortic_pressure_mmhg"] = aortic;
   flow.metrics["inlet_diameter_mm"] = inlet;

@@ -8,6 +8,7 @@
 #include "centerline/flow/flow.hpp"
 #include "pipeline/case/case_folder.hpp"
 #include "pipeline/case/stage_files.hpp"
+#include "pipeline/config/config.hpp"
 
 namespace angio::pipeline {
 
@@ -38,8 +39,13 @@ nlohmann::json no_flow(const std::string& reason = {});
 /// behind its distal edge, where blood no longer shoots out of it. A trunk that is over 6 mm wide
 /// where it is healthy is no coronary artery (a left main stem: 4.5 +- 0.5 mm, Dodge et al.,
 /// Circulation 86, 1992, doi:10.1161/01.CIR.86.1.232); nothing is told of it.
+///
+/// The ratio is called fractional flow reserve, and 0.80 its threshold, in coronary arteries: both
+/// were measured there. `vessel` is "coronary" where the user or the input says so (DICOM's body
+/// part; the phantoms are of coronary arteries), otherwise "other": of a vessel of the brain, say,
+/// the same numbers are a ratio of pressures in a vessel that is dilated as a coronary one.
 CaseFlow case_flow(const StageFiles& files, const centerline::FlowOptions& options,
-                   const RunRecord& record);
+                   FlowVessel vessel, const RunRecord& record);
 
 /// flow.csv: a row for each point of the treated line.
 std::string flow_csv(const CaseFlow& flow);

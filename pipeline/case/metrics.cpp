@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <utility>
 
 #include "core/atomic_file.hpp"
 #include "core/error.hpp"
@@ -12,6 +11,7 @@
 #include "pipeline/case/case_status.hpp"
 #include "pipeline/case/flow.hpp"
 #include "pipeline/case/resolution.hpp"
+#include "pipeline/case/working_view.hpp"
 
 namespace angio::pipeline {
 namespace file = formats::case_file;
@@ -45,10 +45,10 @@ json empty_metrics() {
           {"lesion", object_of_nulls({"centerline_id", "abscissa_mm", "mld_mm", "mla_mm2",
                                       "reference_diameter_mm", "reference_rule",
                                       "diameter_stenosis_percent", "length_mm"})},
-          {"balloon",
-           object_of_nulls({"nominal_diameter_mm", "length_mm", "material", "peak_pressure_atm",
-                            "peak_diameter_mm", "balloon_to_artery_ratio", "elongation_mm",
-                            "below_chart_mm", "kinked", "sharpest_fold_degrees"})},
+          {"balloon", object_of_nulls({"nominal_diameter_mm", "length_mm", "material",
+                                       "peak_pressure_atm", "peak_diameter_mm",
+                                       "balloon_to_artery_ratio", "elongation_mm", "below_chart_mm",
+                                       "rated_burst_atm", "kinked", "sharpest_fold_degrees"})},
           {"result",
            object_of_nulls({"mld_mm", "mla_mm2", "diameter_stenosis_percent", "acute_gain_mm",
                             "recoil_mm", "recoil_percent", "segment_mld_mm", "segment_mla_mm2",
@@ -56,6 +56,7 @@ json empty_metrics() {
           {"peak", object_of_nulls({"mld_mm", "mla_mm2", "diameter_stenosis_percent",
                                     "segment_mld_mm", "segment_mla_mm2", "contact_gap_mm"})},
           {"flow", no_flow()},
+          {"working_view", no_working_view()},
           {"simulation", object_of_nulls({"backend", "device", "frame_count", "simulated_s",
                                           "wall_s", "frames_per_second", "real_time_factor",
                                           "max_penetration_mm", "inverted_air_tets", "guard"})},
@@ -134,10 +135,10 @@ std::vector<std::string> metrics_files() {
   return files;
 }
 
-json collect_metrics(const StageFiles& files, const centerline::LesionOptions& lesion, json flow,
-                     const RunRecord& record) {
+json collect_metrics(const StageFiles& files, const centerline::LesionOptions& lesion,
+                     const json& computed, const RunRecord& record) {
   json metrics = empty_metrics();
-  metrics["flow"] = std::move(flow);
+  metrics.update(computed);
   const bool is_simulated = record.is(Stage::simulation, "done");
   const CaseStatus status = case_status(files, record);
   if (!status.status.empty()) metrics["status"] = status.status;

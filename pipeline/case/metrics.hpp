@@ -17,9 +17,10 @@ std::vector<std::string> metrics_files();
 /// metrics.json (docs/contract.md) from what the stages have left so far; null where it does not
 /// apply, and where what was left is stale.
 /// @param lesion  which lesion is shown before there is a mesh
-/// @param flow  case_flow()'s part
+/// @param computed  parts that are made elsewhere, by their keys: case_flow()'s,
+/// case_working_view()'s
 nlohmann::json collect_metrics(const StageFiles& files, const centerline::LesionOptions& lesion,
-                               nlohmann::json flow, const RunRecord& record);
+                               const nlohmann::json& computed, const RunRecord& record);
 
 /// The same where no stage has left a number yet.
 nlohmann::json empty_metrics();

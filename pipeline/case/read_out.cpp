@@ -34,6 +34,18 @@ std::string after(const json& metrics) {
       number(metrics, "balloon", "peak_pressure_atm"));
 }
 
+/// Nothing where no place was looked at.
+std::string working_view(const json& metrics) {
+  if (!has_number(metrics, "working_view", "foreshortening_percent")) return {};
+  const json& view = metrics.at("working_view");
+  const bool is_assumed = view.at("patient_axes") == "assumed";
+  return fmt::format("view     {}: foreshortening {:.0f} %, overlap {:.0f} %{}",
+                     view.at("label").get<std::string>(),
+                     view.at("foreshortening_percent").get<double>(),
+                     view.at("overlap_percent").get<double>(),
+                     is_assumed ? ", if the input's axes are the patient's" : "");
+}
+
 /// The reason of the status, then the treatment's own warnings; of the others how many there are.
 std::string to_doubt(const json& metrics, const RunRecord& record) {
   std::vector<std::string> own;
@@ -61,7 +73,11 @@ std::vector<std::string> read_out(const json& metrics, const RunRecord& record) 
                              record.is(Stage::simulation, "done") &&
                              metrics.at("status").is_string();
   if (!was_simulated) return {};
-  return {before(metrics), after(metrics), to_doubt(metrics, record)};
+  std::vector<std::string> lines{before(metrics), after(metrics)};
+  const std::string view = working_view(metrics);
+  if (!view.empty()) lines.push_back(view);
+  lines.push_back(to_doubt(metrics, record));
+  return lines;
 }
 
 }  // namespace angio::pipeline

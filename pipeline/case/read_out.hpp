@@ -8,12 +8,13 @@
 
 namespace angio::pipeline {
 
-/// What a person is told of a case when its run has ended: the lesion before, the lumen after, and
-/// what to doubt. The numbers are those of metrics.json; of a result that is none there is none.
+/// What a person is told of a case when its run has ended: the lesion before, the lumen after, the
+/// C-arm's best view, and what to doubt. The numbers are those of metrics.json; of a result that is
+/// none there is none.
 ///
 /// @param metrics  metrics.json (docs/contract.md)
 /// @param record   whose stages have their warnings
-/// @return three lines; none where no treatment was simulated
+/// @return three lines, four where there is a view; none where no treatment was simulated
 std::vector<std::string> read_out(const nlohmann::json& metrics, const RunRecord& record);
 
 }  // namespace angio::pipeline

@@ -62,6 +62,7 @@ void Config::validate() const {
   lumen_volume.validate();
   balloon.validate();
   flow.validate();
+  view.validate();
   wall_layers.validate();
   if (wall_model == simulation::WallModel::layered)
     wall_layer_options(wall_layers, simulation.wall.thickness_ratio).validate();

@@ -7,6 +7,7 @@
 #include <string_view>
 #include <vector>
 
+#include "angiogram/working_view.hpp"
 #include "centerline/centerline.hpp"
 #include "centerline/flow/flow.hpp"
 #include "core/units.hpp"
@@ -27,6 +28,14 @@ simulation::Backend backend_of(std::string_view name);
 
 /// Every option of every stage; each default is the one of the stage's own struct, or by the
 /// balloon's size.
+/// What the treated vessel is: the ratio of pressures is called fractional flow reserve in a
+/// coronary artery only.
+enum class FlowVessel {
+  automatic,  ///< coronary where the input says that it is of the heart
+  coronary,
+  other,
+};
+
 struct Config {
   /// The seed paper's: "cloth", "unilateral", "bilateral", "ytype", "coronary"; "": none.
   std::string experiment;
@@ -46,7 +55,9 @@ struct Config {
   simulation::Plaque plaque = simulation::Plaque::fibrous;
   bool calcium_from_scan = true;
   simulation::SimulationOptions simulation = simulation::options_by_size();
+  FlowVessel flow_vessel = FlowVessel::automatic;
   centerline::FlowOptions flow;
+  angiogram::WorkingViewOptions view;
   simulation::ClothOptions cloth;
   /// Simulate a second time from a start that is moved a little, to see whether the result is
   /// determined (simulation/guard.hpp).

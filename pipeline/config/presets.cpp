@@ -83,7 +83,7 @@ const std::vector<Preset>& presets() {
        "experiment 4, Figures 1 and 12; INPUT: your lumen surface or scan",
        {"paper"},
        {"input.experiment=coronary", "mesh.triangle_count=30420", "lesion.narrow_percent=60.0",
-        "inflation.inflate_s=2.65"}},
+        "flow.vessel=coronary", "inflation.inflate_s=2.65"}},
       {"paper-coronary-3dra",
        "experiment 4 from a 3D rotational angiography",
        {"paper"},

@@ -21,6 +21,11 @@ struct EnumNames<LengthUnit> {
   static constexpr auto kNames = std::to_array(kLengthUnitNames);
 };
 
+template <>
+struct EnumNames<pipeline::FlowVessel> {
+  static constexpr std::array kNames{"auto", "coronary", "other"};
+};
+
 }  // namespace angio
 
 /// How each kind of field of the configuration stands in TOML; for settings.cpp alone.

@@ -292,6 +292,10 @@ void add_simulation_settings(Config& c, std::vector<Setting>& table) {
 }
 
 void add_flow_settings(Config& c, std::vector<Setting>& table) {
+  table.push_back(
+      make_setting("flow.vessel", c.flow_vessel,
+                   "coronary, other, or auto: coronary where the input says that it is "
+                   "of the heart; elsewhere nothing is called fractional flow reserve"));
   table.push_back(make_setting("flow.aortic_pressure_mmhg", c.flow.aortic_pressure_mmhg,
                                "mean, at the inlet [mmHg], 40 to 200"));
   table.push_back(make_setting("flow.venous_pressure_mmhg", c.flow.venous_pressure_mmhg,
@@ -314,6 +318,18 @@ void add_flow_settings(Config& c, std::vector<Setting>& table) {
                                "voxel / sqrt(12), of a surface 0.1"));
   table.push_back(make_setting("flow.flow_error_percent", c.flow.flow_error_percent,
                                "standard deviation of the flow [%], 0 to 90"));
+}
+
+void add_view_settings(Config& c, std::vector<Setting>& table) {
+  table.push_back(make_setting("view.primary_limit_degrees", c.view.primary_limit_degrees,
+                               "how far the C-arm goes to LAO and RAO [degrees], 0 to 180"));
+  table.push_back(make_setting("view.secondary_limit_degrees", c.view.secondary_limit_degrees,
+                               "how far the C-arm goes to CRA and CAU [degrees], 0 to 90"));
+  table.push_back(make_setting("view.overlap_weight", c.view.overlap_weight,
+                               "per cent of foreshortening that a per cent of overlap is as bad "
+                               "as, 0 to 100"));
+  table.push_back(make_setting("view.second_view_degrees", c.view.second_view_degrees,
+                               "least angle between best and second view [degrees], 0 to 90"));
 }
 
 void add_cloth_settings(Config& c, std::vector<Setting>& table) {
@@ -341,6 +357,7 @@ std::vector<Setting> settings(Config& config) {
   add_inflation_settings(config, table);
   add_simulation_settings(config, table);
   add_flow_settings(config, table);
+  add_view_settings(config, table);
   add_cloth_settings(config, table);
   return table;
 }

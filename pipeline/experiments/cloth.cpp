@@ -9,7 +9,6 @@
 #include "core/atomic_file.hpp"
 #include "formats/case_file.hpp"
 #include "formats/files.hpp"
-#include "pipeline/case/flow.hpp"
 #include "pipeline/case/metrics.hpp"
 #include "pipeline/version.hpp"
 #include "simulation/cloth.hpp"
@@ -65,7 +64,7 @@ constexpr const char* kTable = "simulation/cloth.csv";
 /// metrics.json: that of a vessel, until there is a cloth that has been pulled.
 json cloth_metrics(const StageFiles& files, const Config& config, const RunRecord& record) {
   if (!record.is(Stage::simulation, "done") || !files.exists(kTable))
-    return collect_metrics(files, config.lesion, no_flow(), record);
+    return collect_metrics(files, config.lesion, json::object(), record);
   json metrics = empty_metrics();
   metrics["cloth"] = read_json(files.path(file::kSummary));
   return metrics;

@@ -17,6 +17,8 @@
 #include "pipeline/case/case_files.hpp"
 #include "pipeline/case/flow.hpp"
 #include "pipeline/case/metrics.hpp"
+#include "pipeline/case/working_view.hpp"
+#include "pipeline/stages/report_views.hpp"
 #include "pipeline/version.hpp"
 #include "segmentation/read_volume.hpp"
 #include "viewer/report.hpp"
@@ -132,9 +134,9 @@ std::vector<viewer::CourseFrame> read_course(const StageFiles& files, const json
 }
 
 /// The metrics without the times, so that the same input gives the same report.
-json repeatable_metrics(const StageWork& work, const ReportSettings& settings, json flow) {
-  json metrics =
-      collect_metrics(work.files, settings.get<&Config::lesion>(), std::move(flow), work.run);
+json repeatable_metrics(const StageWork& work, const ReportSettings& settings,
+                        const json& computed) {
+  json metrics = collect_metrics(work.files, settings.get<&Config::lesion>(), computed, work.run);
   for (const char* key : {"wall_s", "time_split_s", "frames_per_second", "real_time_factor"})
     metrics["simulation"].erase(key);
   return metrics;
@@ -143,6 +145,8 @@ json repeatable_metrics(const StageWork& work, const ReportSettings& settings, j
 /// What the simulation has added: pictures, profiles, curves.
 void add_treatment(const StageFiles& files, viewer::ReportContent& content) {
   const json summary = read_json(files.path(file::kSummary));
+  content.balloon_chart = {summary.at("chart").at("pressure_atm").get<std::vector<double>>(),
+                           summary.at("chart").at("diameter_mm").get<std::vector<double>>()};
   const std::vector<viewer::FrameTime> frames = read_frame_times(files, summary);
   content.moments = read_moments(files, summary);
   content.sequence = read_sequence(files, summary, frames);
@@ -207,9 +211,14 @@ void do_report(StageWork& work, const ReportSettings& settings) {
   content.lesion_path = placement.at("lesion").at("centerline_id").get<int>();
   content.lesion_abscissa_mm = placement.at("lesion").at("abscissa_mm").get<double>();
   if (work.run.is(Stage::simulation, "done")) add_treatment(files, content);
-  const CaseFlow flow = case_flow(files, settings.get<&Config::flow>(), work.run);
+  const CaseFlow flow = case_flow(files, settings.get<&Config::flow>(),
+                                  settings.get<&Config::flow_vessel>(), work.run);
   add_flow(work, flow, content);
-  content.metrics_json = repeatable_metrics(work, settings, flow.metrics).dump();
+  const CaseWorkingView view = case_working_view(files, settings.get<&Config::view>(), work.run);
+  content.views = carm_views(files, view, content);
+  content.metrics_json =
+      repeatable_metrics(work, settings, {{"flow", flow.metrics}, {"working_view", view.metrics}})
+          .dump();
   content.lesions_json = read_json(files.path(file::kLesions)).dump();
   content.run_json = repeatable_run(work.run).dump();
   content.doubts = doubts_of(work.run);

@@ -225,6 +225,16 @@ TreatedLumen load_treated_lumen(const StageFiles& files, const json& placement, 
           is_kept};
 }
 
+/// The balloon's chart, for the report: what it measures alone.
+json chart_json(const std::vector<simulation::ChartPoint>& chart) {
+  json columns = {{"pressure_atm", json::array()}, {"diameter_mm", json::array()}};
+  for (const simulation::ChartPoint& point : chart) {
+    columns["pressure_atm"].push_back(point.pressure_atm);
+    columns["diameter_mm"].push_back(point.diameter_mm);
+  }
+  return columns;
+}
+
 /// The run, and beside it the second one where it is wanted.
 struct Runs {
   simulation::SimulationSummary first;
@@ -249,7 +259,7 @@ Runs run_both(const simulation::SimulationModel& model,
 /// What was simulated, and what came of it.
 struct Simulated {
   const simulation::SimulationModel& model;
-  const simulation::BalloonMaterial& membrane;
+  const simulation::SimulationOptions& options;
   const TreatedLumen& lumen;
   const Runs& runs;
   const PeakAndLast& frames;
@@ -258,7 +268,8 @@ struct Simulated {
 /// Of the folder's frames the lumen's profile, the mesh after, and the numbers.
 void write_result(StageWork& work, const SimulationSettings& settings, const json& placement,
                   const Simulated& simulated) {
-  const auto& [model, membrane, lumen, runs, frames] = simulated;
+  const auto& [model, options, lumen, runs, frames] = simulated;
+  const simulation::BalloonMaterial& membrane = options.balloon;
   const CenterlineTree tree = read_centerlines(work.files.path(file::kCenterlines));
   const CenterlinePath& path = path_of(tree, placement.at("lesion").at("centerline_id").get<int>());
   const double reference = placement.at("lesion").at("reference_diameter_mm").get<double>();
@@ -284,6 +295,9 @@ void write_result(StageWork& work, const SimulationSettings& settings, const jso
   reached.update(treatment_json(first, second, reference));
   reached["lesion"]["treated_first_mm"] = spans.lesion_first;
   reached["lesion"]["treated_last_mm"] = spans.lesion_last;
+  reached["chart"] = chart_json(membrane.chart);
+  const double rated = options.inflation.rated_burst_atm;
+  reached["balloon"]["rated_burst_atm"] = rated > 0.0 ? json(rated) : json();
   reached["peak"]["contact_gap_mm"] = simulation::contact_gap_mm(model, frames.peak());
   reached["simulation"]["guard"] = guard.state;
   reached["guard_reason"] = guard.reason;
@@ -323,7 +337,7 @@ void do_simulation(StageWork& work, const SimulationSettings& settings) {
         json{{"failure", summary.failure}, {"simulation", solver_json(summary)}}.dump(2) + "\n");
     return;
   }
-  write_result(work, settings, placement, {model, options.balloon, lumen, runs, frames.kept()});
+  write_result(work, settings, placement, {model, options, lumen, runs, frames.kept()});
 }
 
 }  // namespace angio::pipeline

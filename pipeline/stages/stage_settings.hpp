@@ -36,6 +36,7 @@ using SimulationSettings =
     ConfigView<&Config::simulation, &Config::plaque, &Config::guard, &Config::write_every,
                shaft_diameter, rest_diameter, fold_count, keeps_triangles>;
 
-using ReportSettings = ConfigView<&Config::lesion, &Config::flow>;
+using ReportSettings =
+    ConfigView<&Config::lesion, &Config::flow_vessel, &Config::flow, &Config::view>;
 
 }  // namespace angio::pipeline

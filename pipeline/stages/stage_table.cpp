@@ -3,6 +3,7 @@
 #include "formats/case_file.hpp"
 #include "pipeline/case/flow.hpp"
 #include "pipeline/case/metrics.hpp"
+#include "pipeline/case/working_view.hpp"
 #include "pipeline/stages/centerline.hpp"
 #include "pipeline/stages/meshing.hpp"
 #include "pipeline/stages/report.hpp"
@@ -26,11 +27,13 @@ std::vector<StageDefinition> vessel_stages() {
                    {file::kCenterlines, file::kLumen, file::kBalloon, file::kGuidewire,
                     file::kRegion, file::kAir, file::kLayeredWall, file::kPlacement},
                    see_backend, do_simulation),
-      define_stage(Stage::report,
-                   together({file::kLevelSet, file::kLumen, file::kGuidewire, file::kLesions,
-                             file::kFrameList, file::kTimeSeries, file::kProfile, file::kFrames},
-                            together(metrics_files(), flow_files())),
-                   see_run, do_report)};
+      define_stage(
+          Stage::report,
+          together(
+              {file::kLevelSet, file::kLumen, file::kGuidewire, file::kLesions, file::kFrameList,
+               file::kTimeSeries, file::kProfile, file::kFrames, file::kLumenAfter},
+              together(metrics_files(), together(flow_files(), working_view_files()))),
+          see_run, do_report)};
   table.front().own_inputs = {file::kScan, file::kGivenLumen};
   table.back().tells_of_failure = true;
   return table;
@@ -40,10 +43,13 @@ std::vector<StageDefinition> vessel_stages() {
 
 const Workflow& vessel_workflow() {
   static const Workflow kVessel{
-      vessel_stages(), together(metrics_files(), flow_files()),
+      vessel_stages(), together(metrics_files(), together(flow_files(), working_view_files())),
       [](const StageFiles& files, const Config& config, const RunRecord& record) {
-        return collect_metrics(files, config.lesion, case_flow(files, config.flow, record).metrics,
-                               record);
+        return collect_metrics(
+            files, config.lesion,
+            {{"flow", case_flow(files, config.flow, config.flow_vessel, record).metrics},
+             {"working_view", case_working_view(files, config.view, record).metrics}},
+            record);
       }};
   return kVessel;
 }

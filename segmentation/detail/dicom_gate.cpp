@@ -48,6 +48,7 @@ void cross_header(Header& header, const Side& side) {
   side(header.jpeg_2000);
   side(header.lossy);
   side(header.multi_frame_object);
+  side(header.is_of_the_heart);
   side(header.burned_in);
   side(header.instance_number);
   side(header.pixels.rows);

@@ -167,6 +167,9 @@ void read_identifiers(DcmFileFormat& file, DicomHeader& header) {
   header.series_uid = text(dataset, DCM_SeriesInstanceUID);
   header.instance_uid = text(dataset, DCM_SOPInstanceUID);
   header.concatenation_uid = text(dataset, DCM_ConcatenationUID);
+  // Defined terms of PS3.16, annex L: "HEART", "CORONARYARTERY".
+  const std::string part = text(dataset, DCM_BodyPartExamined);
+  header.is_of_the_heart = part.starts_with("HEART") || part.starts_with("CORONARY");
   header.instance_number = int(number(dataset, DCM_InstanceNumber).value_or(0.0));
   header.kind = kind_of(header.sop_class_uid);
   const char* name = dcmFindNameOfUID(header.sop_class_uid.c_str());

@@ -79,6 +79,7 @@ struct DicomHeader {
   bool jpeg_2000 = false;
   bool lossy = false;
   bool multi_frame_object = false;  ///< an object that is a whole series by itself
+  bool is_of_the_heart = false;     ///< the body part that was examined
   bool burned_in = false;           ///< text is written into the pixels
   int instance_number = 0;
   DicomPixels pixels;

@@ -108,7 +108,8 @@ bool check_header_text(const std::filesystem::path& path, const std::string& for
       throw InputError(name + " is not in mm (" + line + "). Convert it to mm");
   }
   if (text.find("\nspace:") == std::string::npos)
-    warnings.push_back("the file names no patient space; its axes were taken as LPS");
+    warnings.push_back(std::string("the file names ") + kNoPatientSpace +
+                       "; its axes were taken as LPS");
   return has_spacing;
 }
 

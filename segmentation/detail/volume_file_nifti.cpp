@@ -203,7 +203,8 @@ VolumeGeometry in_lps(const Affine& affine, double unit) {
 VolumeGeometry geometry_of(const Header& header, const std::string& name,
                            std::vector<std::string>& warnings) {
   if (!header.has_sform && !header.has_qform)
-    warnings.push_back("the file states no patient space; its axes were taken along the patient's");
+    warnings.push_back(std::string("the file states ") + kNoPatientSpace +
+                       "; its axes were taken along the patient's");
   const Affine affine = header.has_sform   ? sform(header)
                         : header.has_qform ? qform(header)
                                            : voxel_sizes(header);

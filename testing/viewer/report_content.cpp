@@ -122,17 +122,21 @@ ReportContent make_report_content() {
   content.flow_abscissa_mm = {0.0, 12.0, 18.0, 30.0};
   content.flow_before = {{1.0, 0.99, 0.72, 0.71}, {1.0, 0.98, 0.64, 0.62}, {1.0, 1.0, 0.79, 0.78}};
   content.flow_after = {{1.0, 0.99, 0.95, 0.94}, {1.0, 0.98, 0.93, 0.92}, {1.0, 1.0, 0.97, 0.96}};
+  content.views.working = angiogram::find_working_view(content.tree, {0, 12.0, 19.0}, {});
+  content.views.angiograms = {{"Before, AP", 0.5, 40, std::vector<double>(1600, 1.0)},
+                              {"After, AP", 0.5, 40, std::vector<double>(1600, 0.5)}};
+  content.balloon_chart = {{4.0, 8.0, 14.0}, {2.85, 3.0, 3.15}};
   content.time_series = make_series();
   content.metrics_json = R"({"lesion":{"centerline_id":0,"abscissa_mm":15.3,"mld_mm":1.2,
     "mla_mm2":1.13,"reference_diameter_mm":3.0,"reference_rule":"interpolated",
     "diameter_stenosis_percent":60.0,"length_mm":8.2},
     "balloon":{"nominal_diameter_mm":3.0,"length_mm":12.0,"material":"pa12",
-    "peak_pressure_atm":8.0,"peak_diameter_mm":2.94,"balloon_to_artery_ratio":0.98},
+    "peak_pressure_atm":8.0,"rated_burst_atm":14.0,"below_chart_mm":0.06,"peak_diameter_mm":2.94,"balloon_to_artery_ratio":0.98},
     "result":{"mld_mm":2.4,"mla_mm2":4.52,"diameter_stenosis_percent":20.0,
     "acute_gain_mm":1.2,"recoil_mm":0.54,"recoil_percent":18.4,"mld_range_mm":[2.395,2.405],
     "acute_gain_range_mm":[1.195,1.205],"recoil_range_percent":[18.2,18.5]},
     "peak":{"mld_mm":2.9,"mla_mm2":6.7,"contact_gap_mm":0.02},
-    "flow":{"reason":null,"model":"young-tsai","inlet_flow_ml_min":148.4,"behind_mm":18.0,
+    "flow":{"reason":null,"vessel":"coronary","model":"young-tsai","inlet_flow_ml_min":148.4,"behind_mm":18.0,
     "ffr_before":0.72,"ffr_before_range":[0.64,0.79],"ffr_after":0.95,
     "ffr_after_range":[0.93,0.97],"pressure_drop_before_mmhg":25.1},
     "simulation":{"backend":"cpu","device":"test","frame_count":301,"simulated_s":7.5,

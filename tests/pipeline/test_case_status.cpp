@@ -145,6 +145,20 @@ TEST(ReadOut, HasNoNumberOfAResultThatIsNone) {
   EXPECT_EQ(open.lines()[1], "after    no lesion was treated");
 }
 
+TEST(ReadOut, NamesTheWorkingViewWhereThereIsOne) {
+  TreatedCase seen;
+  seen.metrics["working_view"] = {{"label", "LAO 32 CRA 15"},
+                                  {"foreshortening_percent", 1.2},
+                                  {"overlap_percent", 0.0},
+                                  {"patient_axes", "stated"}};
+  ASSERT_EQ(seen.lines().size(), 4u);
+  EXPECT_EQ(seen.lines()[2], "view     LAO 32 CRA 15: foreshortening 1 %, overlap 0 %");
+  seen.metrics["working_view"]["patient_axes"] = "assumed";
+  EXPECT_EQ(seen.lines()[2],
+            "view     LAO 32 CRA 15: foreshortening 1 %, overlap 0 %, if the input's axes are the "
+            "patient's");
+}
+
 TEST(ReadOut, IsSilentBeforeTheSimulation) {
   TreatedCase half;
   half.record.stages.erase(Stage::simulation);

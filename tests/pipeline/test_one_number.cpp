@@ -169,6 +169,21 @@ TEST_F(OneNumber, OfTheFlowIsOfTheSimulatedWall) {
   EXPECT_LT(number("flow", "pressure_drop_after_mmhg"),
             number("flow", "pressure_drop_before_mmhg"));
   EXPECT_TRUE(metrics_.at("flow").at("reason").is_null());
+  EXPECT_EQ(metrics_.at("flow").at("vessel"), "coronary");  // the phantoms'
+}
+
+// The phantom's vessel is straight: some view shows all of its length, and nothing hides it.
+TEST_F(OneNumber, OfTheWorkingViewIsInTheReportAndOfAStraightVesselNearlyWithoutForeshortening) {
+  const json& view = metrics_.at("working_view");
+  EXPECT_LT(number("working_view", "foreshortening_percent"), 1.5);
+  EXPECT_EQ(number("working_view", "overlap_percent"), 0.0);
+  EXPECT_EQ(view.at("patient_axes"), "stated");
+  EXPECT_TRUE(view.at("reason").is_null());
+  const std::string page = file_text(root_ / "report/index.html"),
+                    label = view.at("label").get<std::string>();
+  EXPECT_NE(page.find("<strong>" + label + "</strong> shortens"), std::string::npos);
+  EXPECT_NE(page.find("After, " + label), std::string::npos);
+  EXPECT_NE(page.find("Before, " + view.at("second_label").get<std::string>()), std::string::npos);
 }
 
 TEST_F(OneNumber, OfTheFlowIsNoneWithoutAStenosis) {

@@ -131,6 +131,8 @@ TEST(StageKey, HoldsWhatMoreThanOneStageReads) {
       {"lesion.abscissa_mm", {meshing, report}},
       {"inflation.hold_s", {simulation}},
       {"flow.viscosity_mpa_s", {report}},
+      {"flow.vessel", {report}},
+      {"view.primary_limit_degrees", {report}},
       {"input.spacing_mm", {segmentation}}};
   for (const auto& [key, stages] : read_by) EXPECT_EQ(stages_changed({}, key), stages) << key;
   EXPECT_EQ(stages_changed(narrowing_config(), "lesion.abscissa_mm"),

@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <map>
 
 #include "core/units.hpp"
 #include "tests/segmentation/dicom_objects.hpp"
@@ -383,6 +384,16 @@ TEST_F(DicomTraps, ClassicMrIsReadLikeCt) {
   slice.sop_class = UID_MRImageStorage;
   write_series(4, slice);
   EXPECT_EQ(read_volume(folder(), {}).source_description, "MR Image Storage, 4 slices");
+}
+
+TEST_F(DicomTraps, OnlyAScanWhoseBodyPartIsTheHeartIsSaidToBeOfIt) {
+  for (const std::string part : {"HEART", "CORONARYARTERY", "HEAD"}) {
+    Slice slice;
+    slice.more = [&](DcmDataset& dataset) { put(dataset, DCM_BodyPartExamined, part); };
+    write_series(4, slice);
+    const std::string told = read_volume(folder(), {}).source_description;
+    EXPECT_EQ(told.ends_with(" slices, of the heart"), part != "HEAD") << told;
+  }
 }
 
 }  // namespace

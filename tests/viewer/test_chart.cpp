@@ -1,6 +1,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <sstream>
@@ -99,6 +101,50 @@ TEST(Svg, ConstantLinesAreDrawn) {
     EXPECT_THAT(drawing, Not(HasSubstr("nan"))) << level;
     EXPECT_THAT(drawing, Not(HasSubstr("inf"))) << level;
   }
+}
+
+/// Where a label's words begin or end.
+std::array<double, 2> place_of(const std::string& drawing, const std::string& words) {
+  const auto end = drawing.find(">" + words + "</text>");
+  const auto start = drawing.rfind("<text x=\"", end);
+  EXPECT_NE(end, std::string::npos) << words;
+  const auto y = drawing.find("y=\"", start + 9);
+  return {std::stod(drawing.substr(start + 9)), std::stod(drawing.substr(y + 3))};
+}
+
+TEST(Svg, NamesThatDoNotFitBesideEachOtherGoToTheNextRow) {
+  Chart chart = make_chart();
+  chart.width = 420;
+  chart.series[0].label = "what is measured before";
+  chart.series.push_back({"what is measured after it", {0, 1}, {0, 1}, 2, false});
+  chart.series.push_back({"and at peak", {0, 1}, {0, 1}, 3, false});
+  const std::string drawing = svg(chart);
+  const auto first = place_of(drawing, chart.series[0].label),
+             second = place_of(drawing, chart.series[1].label),
+             third = place_of(drawing, chart.series[2].label);
+  EXPECT_EQ(first[0], second[0]);
+  EXPECT_GE(second[1], first[1] + 16.0);
+  EXPECT_EQ(third[1], second[1]);
+  EXPECT_GT(third[0], second[0] + 100.0);
+}
+
+TEST(Svg, LabelsOfMarksAtOnePlaceLieApart) {
+  Chart chart = make_chart();
+  for (const char* name : {"before", "at peak", "after"}) chart.marks.push_back({1, 1, name, 1});
+  const std::string drawing = svg(chart);
+  std::vector<double> heights;
+  for (const ChartMark& mark : chart.marks) heights.push_back(place_of(drawing, mark.label)[1]);
+  std::sort(heights.begin(), heights.end());
+  EXPECT_GE(heights[1] - heights[0], 16.0);
+  EXPECT_GE(heights[2] - heights[1], 16.0);
+}
+
+TEST(Svg, ForAPageIsDrawnForWideAndForNarrowOnes) {
+  const std::string drawing = svg_for_page(make_chart());
+  EXPECT_THAT(drawing, HasSubstr("<div class=\"on-wide\"><svg"));
+  EXPECT_THAT(drawing,
+              HasSubstr("<div class=\"on-narrow\"><svg class=\"chart\" viewBox=\"0 0 420"));
+  EXPECT_EQ(svg_for_page(Chart{}), "");
 }
 
 TEST(Column, IsNumbersAndNotANumberWhereThereIsNone) {

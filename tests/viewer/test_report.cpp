@@ -45,9 +45,9 @@ std::string without_pictures(std::string page) {
     at += 5;
     page.erase(at, page.find('"', at) - at);
   }
-  for (const std::string script :
-       {"<script type=\"text/plain\" id=\"scene-program\">",
-        "<script type=\"text/plain\" id=\"scene-data\">", "<script>\n// Opens"})
+  for (const std::string script : {"<script type=\"text/plain\" id=\"scene-program\">",
+                                   "<script type=\"text/plain\" id=\"scene-data\">",
+                                   "<script>\n// Opens", "<script>\n// Walks"})
     if (const auto at = page.find(script); at != std::string::npos)
       page.erase(at, page.find("</script>", at) + 9 - at);
   return page;
@@ -91,7 +91,15 @@ void expect_tells_what_a_reader_looks_for(const std::string& page) {
                             "25.1 mmHg",
                             "512 MiB",
                             "LPS",
-                            "240 kPa"})
+                            "240 kPa",
+                            "Place along the vessel",
+                            "0.0 mm from the narrowest place. Diameter before 1.2",
+                            "rated burst pressure, 14.0 atm",
+                            "0.06 mm below what its chart says",
+                            "Working view",
+                            "shortens the lesion by 0 %; other vessels overlap 0 % of it",
+                            "Before, AP",
+                            "After, AP"})
     EXPECT_TRUE(has(page, words)) << words;
 }
 
@@ -104,11 +112,13 @@ void expect_needs_nothing_but_itself(const std::string& page) {
 void expect_shows_every_picture_beside_it(const Files& files) {
   const std::string& page = files.at("index.html");
   EXPECT_EQ(count(page, "<img "), files.size() - 2);  // all but the page and corrections.svg
-  EXPECT_EQ(count(page, "<svg "), 9u);                // two along the vessel, seven over time
+  EXPECT_EQ(count(page, "<svg "),
+            23u);  // eleven, for wide and for narrow pages, and a section
   for (const char* name :
        {"tree.png", "close_up_1.png", "close_up_2.png", "close_up_3.png", "contact.png",
         "projection_axial.png", "projection_coronal.png", "projection_sagittal.png",
-        "slice_axial.png", "slice_coronal.png", "slice_sagittal.png", "cross_sections.png"})
+        "angiogram_1.png", "angiogram_2.png", "straightened.png", "slice_axial.png",
+        "slice_coronal.png", "slice_sagittal.png", "cross_sections.png"})
     EXPECT_EQ(files.count(name), 1u) << name;
 }
 
@@ -140,7 +150,9 @@ void expect_elements_close_in_order(const std::string& page) {
     ASSERT_NE(end, std::string::npos);
     const std::string tag = text.substr(at + 1, end - at - 1);
     const std::string name = tag.substr(0, tag.find_first_of(" \n"));
-    if (tag.ends_with("/") || name == "!DOCTYPE" || name == "meta" || name == "img") continue;
+    if (tag.ends_with("/") || name == "!DOCTYPE" || name == "meta" || name == "img" ||
+        name == "input")
+      continue;
     if (name.starts_with("/")) {
       ASSERT_FALSE(open.empty()) << name;
       ASSERT_EQ("/" + open.back(), name);
@@ -244,6 +256,33 @@ TEST(Cards, OfWhatIsNotDeterminedTellTheRangeAndNoNumberOfIt) {
   const std::string notice = detail::status_notice(detail::Metrics(metrics));
   EXPECT_TRUE(has(notice, "Not determined."));
   EXPECT_TRUE(has(notice, "two runs disagree"));
+}
+
+TEST(Cards, CallThePressuresRatioFractionalFlowReserveInCoronaryArteriesAlone) {
+  const auto cards = [](const std::string& vessel) {
+    return detail::headline_cards(
+        detail::Metrics(R"({"flow":{"ffr_before":0.72,"ffr_before_range":[0.64,0.79],"vessel":")" +
+                        vessel + "\"}}"));
+  };
+  EXPECT_TRUE(has(cards("coronary"), "Fractional flow reserve"));
+  EXPECT_TRUE(has(cards("coronary"), "0.80"));
+  EXPECT_FALSE(has(cards("other"), "Fractional flow reserve"));
+  EXPECT_FALSE(has(cards("other"), "0.80"));
+  EXPECT_TRUE(has(cards("other"), ">0.72<"));
+}
+
+TEST(Report, NamesNoFractionalFlowReserveOfAVesselThatIsNotSaidToBeCoronary) {
+  const TemporaryFolder folder;
+  ReportContent content = make_report_content();
+  const std::string said = "\"vessel\":\"coronary\"";
+  content.metrics_json.replace(content.metrics_json.find(said), said.size(),
+                               "\"vessel\":\"other\"");
+  write_report(folder.path(), content);
+  const std::string page = read_text(folder / "index.html");
+  EXPECT_TRUE(has(page, "Pd/Pa before 0.72"));
+  EXPECT_FALSE(has(page, "FFR before"));
+  EXPECT_FALSE(has(page, "<h2>Fractional flow reserve</h2>"));
+  EXPECT_FALSE(has(page, "0.80 and less"));
 }
 
 TEST(Report, EveryStenosisIsARowInTheOrderGiven) {

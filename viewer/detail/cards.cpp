@@ -52,6 +52,17 @@ std::string agreement(const Metrics& metrics, const char* range_key, int decimal
   return ", two runs within " + formats::fixed_text(apart, decimals) + unit;
 }
 
+/// Nothing where no place was looked at.
+std::string view_card(const Metrics& metrics) {
+  const auto foreshortening = metrics.number("working_view", "foreshortening_percent");
+  if (!foreshortening) return {};
+  const bool is_assumed = metrics.text("working_view", "patient_axes") == "assumed";
+  return card(metrics.text("working_view", "label"), "Best working view",
+              "foreshortening " + shown(foreshortening, 0, " %") + ", overlap " +
+                  shown(metrics.number("working_view", "overlap_percent"), 0, " %") +
+                  (is_assumed ? "; if the input's axes are the patient's" : ""));
+}
+
 /// Nothing where fractional flow reserve does not apply.
 std::string flow_card(const Metrics& metrics) {
   const auto before = metrics.number("flow", "ffr_before"),
@@ -63,10 +74,15 @@ std::string flow_card(const Metrics& metrics) {
   if (after) value += " → " + (is_told ? shown(after, 2, "") : "not determined");
   if (range)
     detail += formats::fixed_text((*range)[0], 2) + " to " + formats::fixed_text((*range)[1], 2);
+  if (!is_coronary(metrics))
+    return card(value, "Pressure behind the lesion, estimated",
+                detail + " of the inlet's, in a dilated vessel");
   return card(value, "Fractional flow reserve, estimated", detail + "; 0.80 and less limits flow");
 }
 
 }  // namespace
+
+bool is_coronary(const Metrics& metrics) { return metrics.text("flow", "vessel") == "coronary"; }
 
 std::string status_notice(const Metrics& metrics) {
   constexpr std::array<std::array<const char*, 2>, 4> kTitles{
@@ -99,6 +115,7 @@ std::string headline_cards(const Metrics& metrics) {
   out += card(change(metrics, "mla_mm2", nullptr, 2, " mm²"), "Minimal lumen area",
               "at peak " + shown(peak("mla_mm2"), 2, " mm²"));
   out += flow_card(metrics);
+  out += view_card(metrics);
   const std::string status = metrics.text("status");
   if (status == "failed" || status == "stale" || (status == "not_determined" && !result("mld_mm")))
     return out;

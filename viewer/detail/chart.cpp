@@ -1,6 +1,7 @@
 #include "viewer/detail/chart.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 
@@ -10,7 +11,11 @@
 namespace angio::viewer::detail {
 namespace {
 
-constexpr double kLeft = 62, kRight = 16, kTop = 34, kBottom = 46;  // [px]
+constexpr double kLeft = 62, kRight = 16, kBottom = 46;              // [px]
+constexpr double kLegendRow = 18, kLegendKey = 28, kLegendGap = 18;  // [px]
+constexpr double kLetter = 7.2;                                      // a usual letter's width [px]
+constexpr double kBold = 1.14;                                       // of a bold one, likewise
+constexpr int kNarrow = 420;                                         // a phone's column [px]
 constexpr std::size_t kMaxHoverPoints = 80;
 constexpr std::size_t kMaxLinePoints = 1200;
 
@@ -18,13 +23,13 @@ constexpr std::size_t kMaxLinePoints = 1200;
 struct Frame {
   double x_low = 0, x_high = 1, y_low = 0, y_high = 1;
   int decimals_x = 0, decimals_y = 0;
-  double width = 0, height = 0;
+  double width = 0, height = 0, top = 0;
 
   [[nodiscard]] double px(double x) const {
     return kLeft + (x - x_low) / (x_high - x_low) * (width - kLeft - kRight);
   }
   [[nodiscard]] double py(double y) const {
-    return height - kBottom - (y - y_low) / (y_high - y_low) * (height - kTop - kBottom);
+    return height - kBottom - (y - y_low) / (y_high - y_low) * (height - top - kBottom);
   }
 };
 
@@ -51,6 +56,24 @@ bool can_be_drawn(const Chart& chart) {
   });
 }
 
+double text_width(const std::string& words) { return kLetter * double(words.size()); }
+
+/// Where each series' name begins: in rows from left to right.
+struct LegendPlace {
+  double x = 0, y = 0;
+};
+std::vector<LegendPlace> lay_out_legend(const Chart& chart) {
+  std::vector<LegendPlace> places;
+  LegendPlace at{kLeft, kLegendRow};
+  for (const ChartSeries& series : chart.series) {
+    const double width = kLegendKey + text_width(series.label);
+    if (at.x > kLeft && at.x + width > chart.width) at = {kLeft, at.y + kLegendRow};
+    places.push_back(at);
+    at.x += width + kLegendGap;
+  }
+  return places;
+}
+
 Frame make_frame(const Chart& chart, std::vector<double>& x_ticks, std::vector<double>& y_ticks) {
   Range x, y;
   for (const ChartSeries& s : chart.series)
@@ -62,7 +85,7 @@ Frame make_frame(const Chart& chart, std::vector<double>& x_ticks, std::vector<d
   if (chart.y_from_zero) y.add(0.0);
   if (x.high - x.low <= 0.0) x.high = x.low + 1.0;
   if (y.high - y.low <= 0.0) y.high = y.low + 1.0;
-  x_ticks = round_ticks(x.low, x.high, 8);
+  x_ticks = round_ticks(x.low, x.high, std::clamp(chart.width / 90, 3, 8));
   constexpr double kHeadroom = 1.08;  // for the names of the bands
   const bool is_named = std::any_of(chart.bands.begin(), chart.bands.end(),
                                     [](const ChartBand& band) { return !band.label.empty(); });
@@ -77,6 +100,7 @@ Frame make_frame(const Chart& chart, std::vector<double>& x_ticks, std::vector<d
   frame.decimals_y = tick_decimals(y_ticks[1] - y_ticks[0]);
   frame.width = chart.width;
   frame.height = chart.height;
+  frame.top = 16.0 + (chart.series.empty() ? 0.0 : lay_out_legend(chart).back().y);
   return frame;
 }
 
@@ -107,7 +131,7 @@ std::string draw_axes(const Chart& chart, const Frame& frame, const std::vector<
   }
   out += line(kLeft, bottom, right, bottom, "axis");
   out += text(0.5 * (kLeft + right), frame.height - 10, "label mid", chart.x_label);
-  const std::string middle = at(0.5 * (kTop + bottom));
+  const std::string middle = at(0.5 * (frame.top + bottom));
   out += "<text transform=\"translate(16 " + middle + ") rotate(-90)\" class=\"label mid\">" +
          formats::escape_html(chart.y_label) + "</text>";
   return out;
@@ -120,10 +144,10 @@ std::string draw_bands(const Chart& chart, const Frame& frame) {
     const double x1 = frame.px(std::clamp(band.first, frame.x_low, frame.x_high));
     const double x2 = frame.px(std::clamp(band.last, frame.x_low, frame.x_high));
     if (shaded)
-      out += "<rect x=\"" + at(x1) + "\" y=\"" + at(kTop) + "\" width=\"" + at(x2 - x1) +
-             "\" height=\"" + at(frame.height - kTop - kBottom) + "\" class=\"band\"/>";
-    if (x2 - x1 > 6.5 * double(band.label.size()))
-      out += text(0.5 * (x1 + x2), kTop + 12, "tick mid", band.label);
+      out += "<rect x=\"" + at(x1) + "\" y=\"" + at(frame.top) + "\" width=\"" + at(x2 - x1) +
+             "\" height=\"" + at(frame.height - frame.top - kBottom) + "\" class=\"band\"/>";
+    if (!band.label.empty() && x2 - x1 > text_width(band.label))
+      out += text(0.5 * (x1 + x2), frame.top + 12, "tick mid", band.label);
     shaded = !shaded;
   }
   return out;
@@ -158,24 +182,66 @@ std::string draw_series(const ChartSeries& series, const Frame& frame, const Cha
       path.append(pen_down ? "L" : "M").append(x).append(" ").append(y);
       pen_down = true;
     }
-    if (i % hover_stride == 0 || i + 1 == count)
+    if (chart.tells_values && (i % hover_stride == 0 || i + 1 == count))
       hovers.append(hover_point(series, i, chart, frame));
   }
   return "<path d=\"" + path + "\" class=\"line " + css + (series.dashed ? " dashed" : "") +
          "\"/>" + hovers;
 }
 
-std::string draw_levels(const Chart& chart, const Frame& frame) {
+/// The boxes of the labels so far.
+class Labels {
+ public:
+  /// At the first of the places where it lies in the frame and on no other label; the last one if
+  /// there is none. @param x, y  where the words begin, or end
+  std::string place(const std::vector<std::array<double, 2>>& places, bool is_right_aligned,
+                    const char* css, const std::string& words, const Frame& frame) {
+    std::array<double, 2> chosen = places.back();
+    for (const auto& place : places) {
+      const Box box = box_of(place, is_right_aligned, words);
+      const bool is_inside = box.left >= kLeft && box.right <= frame.width && box.top >= 0.0 &&
+                             box.bottom <= frame.height - kBottom;
+      const bool is_free = std::none_of(boxes_.begin(), boxes_.end(),
+                                        [&](const Box& other) { return box.overlaps(other); });
+      if (!is_inside || !is_free) continue;
+      chosen = place;
+      break;
+    }
+    boxes_.push_back(box_of(chosen, is_right_aligned, words));
+    return text(chosen[0], chosen[1], css, words);
+  }
+
+ private:
+  struct Box {
+    double left, right, top, bottom;
+    [[nodiscard]] bool overlaps(const Box& b) const {
+      return left < b.right && b.left < right && top < b.bottom && b.top < bottom;
+    }
+  };
+  static Box box_of(const std::array<double, 2>& place, bool is_right_aligned,
+                    const std::string& words) {
+    constexpr double kAscent = 12.0, kDescent = 4.0;  // [px]
+    const double width = kBold * text_width(words);
+    const double left = is_right_aligned ? place[0] - width : place[0];
+    return {left, left + width, place[1] - kAscent, place[1] + kDescent};
+  }
+  std::vector<Box> boxes_;
+};
+
+std::string draw_levels(const Chart& chart, const Frame& frame, Labels& labels) {
   std::string out;
+  const double right = frame.width - kRight;
   for (const ChartLevel& level : chart.levels) {
     const double y = frame.py(level.y);
-    out += line(kLeft, y, frame.width - kRight, y, "level");
-    out += text(frame.width - kRight - 4, y - 5, "tick end", level.label);
+    out += line(kLeft, y, right, y, "level");
+    const double begin = kLeft + 6 + text_width(level.label);
+    out += labels.place({{right - 4, y - 5}, {right - 4, y + 14}, {begin, y - 5}, {begin, y + 14}},
+                        true, "tick end", level.label, frame);
   }
   return out;
 }
 
-std::string draw_marks(const Chart& chart, const Frame& frame) {
+std::string draw_marks(const Chart& chart, const Frame& frame, Labels& labels) {
   std::string out;
   for (const ChartMark& mark : chart.marks) {
     if (!std::isfinite(mark.x) || !std::isfinite(mark.y)) continue;
@@ -183,21 +249,26 @@ std::string draw_marks(const Chart& chart, const Frame& frame) {
     out += "<circle cx=\"" + at(x) + "\" cy=\"" + at(y) + "\" r=\"4.5\" class=\"mark s" +
            std::to_string(mark.color) + "\"><title>" + formats::escape_html(mark.label) +
            "</title></circle>";
-    const bool is_right = x > 0.75 * frame.width;
-    out += text(x + (is_right ? -9 : 9), y + 14, is_right ? "note end" : "note", mark.label);
+    if (mark.label.empty()) continue;
+    const bool is_right = x + 9 + kBold * text_width(mark.label) > frame.width;
+    const double beside = x + (is_right ? -9 : 9);
+    std::vector<std::array<double, 2>> places;
+    for (const double down : {14.0, -8.0, 30.0, -24.0, 46.0, -40.0})
+      places.push_back({beside, y + down});
+    out += labels.place(places, is_right, is_right ? "note end" : "note", mark.label, frame);
   }
   return out;
 }
 
 std::string draw_legend(const Chart& chart) {
   std::string out;
-  double x = kLeft;
-  for (const ChartSeries& series : chart.series) {
+  const std::vector<LegendPlace> places = lay_out_legend(chart);
+  for (std::size_t i = 0; i < places.size(); ++i) {
+    const ChartSeries& series = chart.series[i];
     const std::string css =
         "line s" + std::to_string(series.color) + (series.dashed ? " dashed" : "");
-    out += line(x, 18, x + 22, 18, css.c_str());
-    out += text(x + 28, 22, "tick", series.label);
-    x += 46.0 + 6.6 * double(series.label.size());
+    out += line(places[i].x, places[i].y, places[i].x + 22, places[i].y, css.c_str());
+    out += text(places[i].x + kLegendKey, places[i].y + 4, "tick", series.label);
   }
   return out;
 }
@@ -243,11 +314,23 @@ std::string svg(const Chart& chart) {
                     formats::escape_html(chart.title) + "\">";
   out += draw_bands(chart, frame);
   out += draw_axes(chart, frame, x_ticks, y_ticks);
-  out += draw_levels(chart, frame);
+  Labels labels;
+  out += draw_levels(chart, frame, labels);
   for (const ChartSeries& series : chart.series) out += draw_series(series, frame, chart);
-  out += draw_marks(chart, frame);
+  out += draw_marks(chart, frame, labels);
   out += draw_legend(chart);
   return out + "</svg>";
+}
+
+std::string svg_for_page(const Chart& chart) {
+  Chart narrow = chart;
+  narrow.width = kNarrow;
+  narrow.height = std::max(chart.height, 300);
+  narrow.tells_values = false;
+  const std::string drawing = svg(narrow);
+  if (drawing.empty()) return {};
+  return "<div class=\"on-wide\">" + svg(chart) + "</div><div class=\"on-narrow\">" + drawing +
+         "</div>";
 }
 
 std::string svg_file(const std::vector<Chart>& charts) {

@@ -43,13 +43,19 @@ struct Chart {
   std::vector<ChartLevel> levels;
   std::vector<ChartBand> bands;
   bool y_from_zero = true;
-  int width = 760;   ///< [px]
-  int height = 280;  ///< [px]
+  int width = 760;           ///< [px]
+  int height = 280;          ///< [px]
+  bool tells_values = true;  ///< under the mouse
 };
 
 /// The chart as an inline SVG element with axes, legend and hover titles; it scales with the page
-/// and takes its colours from the page's style. Empty if no series has two finite values.
+/// and takes its colours from the page's style. Labels do not lie on each other where there is
+/// another place beside what they name. Empty if no series has two finite values.
 std::string svg(const Chart& chart);
+
+/// The chart twice, for wide pages and for phones, where it is drawn anew for a narrow column: its
+/// letters keep their size. The page's style shows one of them.
+std::string svg_for_page(const Chart& chart);
 
 /// Charts below each other, each with its title, as a file of its own, for programs that are no
 /// browsers; those that are empty are left out. Empty if all are.

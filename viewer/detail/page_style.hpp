@@ -33,6 +33,18 @@ img{max-width:100%;height:auto;display:block;border:1px solid var(--line);border
 background:#fff}
 .row{display:grid;gap:14px;grid-template-columns:repeat(3,1fr)}
 .row img{width:100%}
+.pairs{display:grid;gap:14px;grid-template-columns:repeat(2,1fr)}
+.pairs img{width:100%}
+.sections{display:grid;gap:8px 24px;grid-template-columns:minmax(0,420px) minmax(0,1fr);align-items:center}
+#section-view{width:100%;background:#181a1e;border-radius:6px;display:block}
+#section-view path{fill:none;stroke-width:1.6;vector-effect:non-scaling-stroke}
+#section-view .before{stroke:#46c8ff}#section-view .peak{stroke:#7ee081;stroke-dasharray:4 3}
+#section-view .after{stroke:#ffa028}#section-view .scale{stroke:#fff;stroke-width:3}
+.key.before{background:#46c8ff}.key.peak{background:#7ee081}.key.after{background:#ffa028}
+#section-slider input{width:100%;accent-color:var(--c1)}
+.swatch{display:inline-block;width:16px;height:12px;border:1px solid #555;vertical-align:-1px;
+margin:0 4px 0 8px}
+.hatched{background:repeating-linear-gradient(-45deg,#c0392b 0 2px,#fff 2px 5px)}
 .tree img{margin:0 auto;max-height:760px;width:auto}
 .stack img{width:100%}
 .charts{display:grid;gap:18px;grid-template-columns:repeat(auto-fit,minmax(min(430px,100%),1fr))}
@@ -46,6 +58,8 @@ th{font-weight:400;color:var(--soft);text-align:left}
 td{text-align:right;overflow-wrap:anywhere;font-variant-numeric:tabular-nums}
 th[scope=col]:not(:first-child){text-align:right}
 svg.chart{width:100%;height:auto;display:block;font:12px system-ui,Arial,sans-serif}
+.on-narrow{display:none}
+:focus-visible{outline:3px solid var(--c1);outline-offset:2px}
 svg .grid{stroke:var(--grid)}
 svg .axis{stroke:var(--soft)}
 svg .band{fill:var(--band)}
@@ -59,6 +73,8 @@ svg .line{fill:none;stroke-width:2;stroke-linejoin:round}
 svg .dashed{stroke-dasharray:3 4;stroke-width:1.4}
 svg .s1{stroke:var(--c1)}svg .s2{stroke:var(--c2)}svg .s3{stroke:var(--c3)}
 svg .s4{stroke:var(--c4)}
+svg .hatching{fill:none;stroke:#c0392b;stroke-width:1.6}
+svg .on-map{font-weight:600;fill:#111;paint-order:stroke;stroke:#fff;stroke-width:4px}
 svg .hover{fill:transparent;stroke:none}
 svg .hover:hover{fill:currentColor;fill-opacity:.35}
 svg .mark{stroke:var(--paper);stroke-width:1.5}
@@ -76,8 +92,9 @@ border:1px solid var(--line);border-radius:6px;padding:4px 12px}
 #scene output{color:var(--soft);font-variant-numeric:tabular-nums;min-width:13em}
 .scene-key i{display:inline-block;width:150px;height:12px;margin:0 8px;vertical-align:middle;
 background:linear-gradient(90deg,#3b4d8c,#73a6bf 35%,#f2d980 65%,#bf261a)}
-@media (max-width:700px){.row{grid-template-columns:1fr}.charts{grid-template-columns:1fr}}
-@media print{#scene{display:none}:root{color-scheme:light;--paper:#fff;--ink:#000;--soft:#444;--line:#bbb;
+@media (max-width:700px){.row,.pairs,.sections{grid-template-columns:1fr}.charts{grid-template-columns:1fr}
+.on-wide{display:none}.on-narrow{display:block}#scene svg.chart{font-size:20px}body{padding:16px 14px 40px}}
+@media print{#scene,#section-slider{display:none}:root{color-scheme:light;--paper:#fff;--ink:#000;--soft:#444;--line:#bbb;
 --panel:#fff;--warn:#fff;--grid:#ddd;--band:#f3f3f3;--c1:#1f6fc4;--c2:#d9690f}
 body{max-width:none;padding:0;font-size:11.5px}h2{break-after:avoid}
 .tree img{max-height:430px}.card,figure,.table{break-inside:avoid}.card .value{font-size:17px}

@@ -6,6 +6,8 @@
 #include <opencv2/imgproc.hpp>
 
 #include "formats/text.hpp"
+#include "viewer/detail/grey_window.hpp"
+#include "viewer/detail/path_sections.hpp"
 #include "viewer/detail/plane.hpp"
 #include "viewer/detail/projection.hpp"
 
@@ -31,29 +33,14 @@ cv::Point fixed_point(double x, double y) {
   return {int(std::lround(x * kScale)), int(std::lround(y * kScale))};
 }
 
-/// What is shown as black and as white.
-struct GreyWindow {
-  float black = 0.0f;
-  float white = 1.0f;
-};
-
-/// Clips the darkest 1 % and the brightest 0.3 %, whatever the modality's units.
-GreyWindow window_of(const std::vector<float>& values) {
-  GreyWindow window{percentile(values, 0.01), percentile(values, 0.997)};
-  if (window.white <= window.black) window.white = window.black + 1.0f;
-  return window;
-}
-
 /// @param values  shape [height, width]
 cv::Mat grey_picture(const std::vector<float>& values, int width, int height,
                      const GreyWindow& window) {
   cv::Mat picture(height, width, CV_8UC3);
   for (int y = 0; y < height; ++y)
     for (int x = 0; x < width; ++x) {
-      const float value = values[std::size_t(y) * std::size_t(width) + std::size_t(x)];
-      const float shade = (value - window.black) / (window.white - window.black);
-      const auto level =
-          std::uint8_t(255.0f * std::clamp(std::isfinite(shade) ? shade : 0.0f, 0.0f, 1.0f));
+      const std::uint8_t level =
+          window.shade(values[std::size_t(y) * std::size_t(width) + std::size_t(x)]);
       picture.at<cv::Vec3b>(y, x) = {level, level, level};
     }
   return picture;
@@ -156,52 +143,6 @@ Figure draw_projection(const Projection& projection, const ReportContent& conten
           to_picture(square)};
 }
 
-/// The widest radius within a distance of the lesion along its line [mm].
-double widest_near(const CenterlinePath& path, double abscissa_mm, double reach_mm) {
-  double radius = sample(path, abscissa_mm).equivalent_radius;
-  for (std::size_t i = 0; i < path.points.size(); ++i)
-    if (std::abs(path.abscissa[i] - abscissa_mm) <= reach_mm)
-      radius = std::max({radius, path.inscribed_radius[i], path.equivalent_radius[i]});
-  return std::max(radius, 0.1);
-}
-
-/// How far the sheet goes to each side: over what was measured before and after [mm].
-double sheet_reach(const ReportContent& content, const CenterlinePath& path) {
-  constexpr double kNearMm = 10.0;
-  double reach = 3.0 * widest_near(path, content.lesion_abscissa_mm, kNearMm);
-  const auto& measured = content.after.abscissa_mm;
-  if (!measured.empty())
-    reach = std::max(std::abs(measured.front() - content.lesion_abscissa_mm),
-                     std::abs(measured.back() - content.lesion_abscissa_mm));
-  return reach;
-}
-
-/// The planes of the contact sheet, with the up direction carried along the line so that
-/// neighbouring tiles are not turned against each other.
-std::vector<PlaneWindow> sheet_planes(const ReportContent& content, const CenterlinePath& path,
-                                      std::vector<double>& abscissas) {
-  constexpr int kTiles = kTileColumns * kTileRows;
-  const double reach = sheet_reach(content, path);
-  const double lesion =
-      std::clamp(content.lesion_abscissa_mm, path.abscissa.front(), path.abscissa.back());
-  const double first = std::max(path.abscissa.front(), lesion - reach);
-  const double last = std::min(path.abscissa.back(), lesion + reach);
-  const double half_size = 1.7 * widest_near(path, lesion, reach);
-  std::vector<PlaneWindow> planes;
-  Vec3 right = any_perpendicular(sample(path, first).tangent);
-  constexpr int kMiddle = kTiles / 2;
-  for (int tile = 0; tile < kTiles; ++tile) {
-    const double part = double(tile - kMiddle) / kMiddle;  // -1 to 1
-    const double side = part < 0.0 ? lesion - first : last - lesion;
-    const double abscissa = lesion + part * side;
-    const CenterlineSample place = sample(path, abscissa);
-    right = normalized(right - dot(right, place.tangent) * place.tangent);
-    planes.push_back({place.point, right, cross(place.tangent, right), half_size});
-    abscissas.push_back(abscissa);
-  }
-  return planes;
-}
-
 }  // namespace
 
 std::vector<Figure> draw_projections(const ReportContent& content) {
@@ -223,7 +164,7 @@ std::vector<Figure> draw_slices(const ReportContent& content) {
   const CenterlinePath* path = lesion_path(content);
   if (!content.volume || !path) return {};
   const CenterlineSample lesion = sample(*path, content.lesion_abscissa_mm);
-  const double reach = sheet_reach(content, *path);
+  const double reach = shown_reach(content, *path);
   const double half_size =
       std::max(reach, 4.0 * widest_near(*path, content.lesion_abscissa_mm, reach));
   struct Named {
@@ -259,14 +200,14 @@ std::vector<Figure> draw_slices(const ReportContent& content) {
 std::vector<Figure> draw_contact_sheet(const ReportContent& content) {
   const CenterlinePath* path = lesion_path(content);
   if (!path || content.lumen.triangles.empty()) return {};
-  std::vector<double> abscissas;
-  const std::vector<PlaneWindow> planes = sheet_planes(content, *path, abscissas);
+  const std::vector<PathSection> places =
+      path_sections(content, *path, places_around_lesion(content, *path, kTileColumns * kTileRows));
   std::vector<std::vector<float>> sampled;
   std::vector<float> all;
   if (content.volume) {
     const float outside = lowest(content.volume->values);
-    for (const PlaneWindow& plane : planes) {
-      sampled.push_back(sample_plane(*content.volume, plane, kTilePixels, outside));
+    for (const PathSection& place : places) {
+      sampled.push_back(sample_plane(*content.volume, place.window, kTilePixels, outside));
       all.insert(all.end(), sampled.back().begin(), sampled.back().end());
     }
   }
@@ -274,15 +215,16 @@ std::vector<Figure> draw_contact_sheet(const ReportContent& content) {
   constexpr int kGap = 3;
   cv::Mat sheet(kTileRows * (kTilePixels + kGap) - kGap, kTileColumns * (kTilePixels + kGap) - kGap,
                 CV_8UC3, cv::Scalar(255, 255, 255));
-  for (std::size_t i = 0; i < planes.size(); ++i) {
+  for (std::size_t i = 0; i < places.size(); ++i) {
     cv::Mat tile = content.volume ? grey_picture(sampled[i], kTilePixels, kTilePixels, grey)
                                   : cv::Mat(kTilePixels, kTilePixels, CV_8UC3, {24, 26, 30});
-    draw_contour(tile, content.lumen, planes[i], kBefore);
+    draw_contour(tile, content.lumen, places[i].window, kBefore);
     if (content.moments.size() > 1)
-      draw_contour(tile, content.moments.back().wall, planes[i], kAfter);
-    draw_text(tile, formats::fixed_text(abscissas[i] - content.lesion_abscissa_mm, 1) + " mm",
+      draw_contour(tile, content.moments.back().wall, places[i].window, kAfter);
+    draw_text(tile,
+              formats::fixed_text(places[i].abscissa_mm - content.lesion_abscissa_mm, 1) + " mm",
               {6, 15}, 0.42);
-    if (i == 0) draw_scale(tile, 2.0 * planes[i].half_size_mm / kTilePixels);
+    if (i == 0) draw_scale(tile, 2.0 * places[i].window.half_size_mm / kTilePixels);
     const int column = int(i) % kTileColumns, row = int(i) / kTileColumns;
     tile.copyTo(sheet(cv::Rect(column * (kTilePixels + kGap), row * (kTilePixels + kGap),
                                kTilePixels, kTilePixels)));

@@ -40,20 +40,22 @@ std::vector<Segment> cut(const TriangleMesh& mesh, const Vec3& origin, const Vec
   return segments;
 }
 
+float sample_point(const Volume<float>& volume, const Vec3& point, float outside) {
+  const VolumeGeometry& grid = volume.geometry;
+  const Vec3 index = grid.index_from_lps(point);
+  const bool is_inside = index.x >= -0.5 && index.y >= -0.5 && index.z >= -0.5 &&
+                         index.x <= grid.size[0] - 0.5 && index.y <= grid.size[1] - 0.5 &&
+                         index.z <= grid.size[2] - 0.5;
+  return is_inside ? float(interpolate(volume, point)) : outside;
+}
+
 std::vector<float> sample_plane(const Volume<float>& volume, const PlaneWindow& window, int pixels,
                                 float outside) {
-  const VolumeGeometry& grid = volume.geometry;
   std::vector<float> values;
   values.reserve(std::size_t(pixels) * std::size_t(pixels));
   for (int y = 0; y < pixels; ++y)
-    for (int x = 0; x < pixels; ++x) {
-      const Vec3 point = window.point_of(x, y, pixels);
-      const Vec3 index = grid.index_from_lps(point);
-      const bool is_inside = index.x >= -0.5 && index.y >= -0.5 && index.z >= -0.5 &&
-                             index.x <= grid.size[0] - 0.5 && index.y <= grid.size[1] - 0.5 &&
-                             index.z <= grid.size[2] - 0.5;
-      values.push_back(is_inside ? float(interpolate(volume, point)) : outside);
-    }
+    for (int x = 0; x < pixels; ++x)
+      values.push_back(sample_point(volume, window.point_of(x, y, pixels), outside));
   return values;
 }
 

@@ -32,6 +32,9 @@ using Segment = std::array<Vec3, 2>;
 /// @param normal  unit
 std::vector<Segment> cut(const TriangleMesh& mesh, const Vec3& origin, const Vec3& normal);
 
+/// The volume at a point by trilinear interpolation; outside the volume, the given value.
+float sample_point(const Volume<float>& volume, const Vec3& point, float outside);
+
 /// The volume on the plane by trilinear interpolation, rows from the top, shape [pixels, pixels];
 /// outside the volume, the given value.
 std::vector<float> sample_plane(const Volume<float>& volume, const PlaneWindow& window, int pixels,

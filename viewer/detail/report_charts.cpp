@@ -134,7 +134,9 @@ Chart diameter_chart(const ReportContent& content, const Metrics& metrics) {
 Chart flow_chart(const ReportContent& content, const Metrics& metrics) {
   constexpr double kLimitsFlow = 0.8;
   Chart chart;
-  chart.title = "Fractional flow reserve, pulled back along the vessel";
+  const bool has_name = is_coronary(metrics);
+  chart.title = has_name ? "Fractional flow reserve, pulled back along the vessel"
+                         : "Pressure along the vessel over the inlet's";
   chart.x_label = "distance from the inlet [mm]";
   chart.y_label = "pressure / inlet's";
   chart.width = 960;
@@ -154,7 +156,7 @@ Chart flow_chart(const ReportContent& content, const Metrics& metrics) {
   add(content.flow_before, "before", 1);
   add(content.flow_after, "after", 2);
   if (place.empty()) return chart;
-  chart.levels.push_back({kLimitsFlow, "0.80"});
+  if (has_name) chart.levels.push_back({kLimitsFlow, "0.80"});
   const auto first = metrics.number("lesion", "proximal_mm"),
              last = metrics.number("lesion", "distal_mm"),
              behind = metrics.number("flow", "behind_mm");
@@ -164,10 +166,54 @@ Chart flow_chart(const ReportContent& content, const Metrics& metrics) {
     const auto ffr = metrics.number("flow", key);
     if (ffr && behind)
       chart.marks.push_back(
-          {*behind, *ffr, "FFR " + when + " " + formats::fixed_text(*ffr, 2), color});
+          {*behind, *ffr,
+           (has_name ? "FFR " : "Pd/Pa ") + when + " " + formats::fixed_text(*ffr, 2), color});
   };
   mark("ffr_before", "before", 1);
   mark("ffr_after", "after", 2);
+  return chart;
+}
+
+Chart pressure_diameter_chart(const ReportContent& content, const Metrics& metrics) {
+  Chart chart;
+  chart.title = "Pressure and diameter";
+  chart.x_label = "pressure above the outside [atm]";
+  chart.y_label = "diameter at the lesion [mm]";
+  chart.width = 760;
+  chart.height = 360;
+  const std::vector<double> pressure = column(content.time_series, "pressure_atm"),
+                            diameter = column(content.time_series, "balloon_diameter_mm");
+  if (pressure.empty() || diameter.empty()) return chart;
+  const auto peak = std::size_t(std::max_element(pressure.begin(), pressure.end(),
+                                                 [](double a, double b) { return !(a >= b); }) -
+                                pressure.begin());
+  // The peak is held: the way down begins where it ends.
+  std::size_t down = peak;
+  while (down + 1 < pressure.size() && pressure[down + 1] == pressure[peak]) ++down;
+  const auto part = [](const std::vector<double>& values, std::size_t first, std::size_t last) {
+    return std::vector<double>(values.begin() + std::ptrdiff_t(first),
+                               values.begin() + std::ptrdiff_t(last + 1));
+  };
+  chart.series.push_back(
+      {"in the vessel, inflating", part(pressure, 0, down), part(diameter, 0, down), 1, false});
+  chart.series.push_back({"deflating", part(pressure, down, pressure.size() - 1),
+                          part(diameter, down, pressure.size() - 1), 3, false});
+  const BalloonChart& alone = content.balloon_chart;
+  if (!alone.pressure_atm.empty())
+    chart.series.push_back({"alone, by its chart", alone.pressure_atm, alone.diameter_mm, 2, true});
+  chart.marks.push_back({pressure[peak], diameter[down],
+                         "peak " + formats::fixed_text(pressure[peak], 1) + " atm, " +
+                             formats::fixed_text(diameter[down], 2) + " mm",
+                         1});
+  if (const auto rated = metrics.number("balloon", "rated_burst_atm")) {
+    const double top = std::max(*std::max_element(diameter.begin(), diameter.end()),
+                                alone.diameter_mm.empty() ? 0.0 : alone.diameter_mm.back());
+    chart.series.push_back({"rated burst pressure, " + formats::fixed_text(*rated, 1) + " atm",
+                            {*rated, *rated},
+                            {0.0, top},
+                            4,
+                            true});
+  }
   return chart;
 }
 

@@ -17,6 +17,10 @@ Chart diameter_chart(const ReportContent& content, const Metrics& metrics);
 /// limits flow.
 Chart flow_chart(const ReportContent& content, const Metrics& metrics);
 
+/// The balloon's diameter in the vessel against its pressure, going up and coming down, beside its
+/// chart, with the peak and the rated burst pressure. No series without pressure and diameter.
+Chart pressure_diameter_chart(const ReportContent& content, const Metrics& metrics);
+
 /// Pressure, diameters, volume, contact, penetration and corrections over time, as far as the
 /// columns are there; the phases are marked.
 std::vector<Chart> time_charts(const TimeSeries& series);

@@ -117,12 +117,13 @@ constexpr std::array kWordings{
     Wording{"stage.peak_memory_mib", "Peak memory", "MiB", 0},
 };
 
-constexpr std::array<std::array<const char*, 2>, 7> kGroupTitles{
+constexpr std::array<std::array<const char*, 2>, 8> kGroupTitles{
     {{"lesion", "Lesion, before"},
      {"balloon", "Balloon"},
      {"peak", "Lumen at peak"},
      {"result", "Result, after deflation"},
      {"flow", "Blood flow, estimated"},
+     {"working_view", "Working view"},
      {"simulation", "Simulation"},
      {"mesh", "Surface mesh"}}};
 

@@ -35,6 +35,9 @@ class Metrics {
   std::unique_ptr<Content> content_;
 };
 
+/// Whether the flow's ratio of pressures may be called fractional flow reserve.
+bool is_coronary(const Metrics& metrics);
+
 /// How the case stands, as an HTML notice; empty when it is done, or nothing is known of it.
 std::string status_notice(const Metrics& metrics);
 

@@ -1,0 +1,139 @@
+#include "viewer/detail/section_slider.hpp"
+
+#include <array>
+#include <cmath>
+
+#include "formats/html.hpp"
+#include "formats/text.hpp"
+#include "viewer/detail/grey_window.hpp"
+#include "viewer/detail/path_sections.hpp"
+#include "viewer/page_scripts.hpp"
+
+namespace angio::viewer::detail {
+namespace {
+
+constexpr int kPlaces = 33;  // odd: the narrowest place is in the middle
+constexpr int kTile = 128;   // [pixel]
+
+std::string mm(double value) { return formats::fixed_text(value, 2); }
+
+/// What the lumen is at one moment, near the treated line.
+struct LumenAt {
+  const char* name;
+  const char* css;
+  const DiameterProfile* profile;
+  TriangleMesh mesh;
+};
+
+std::vector<LumenAt> moments_of(const ReportContent& content,
+                                const std::vector<PathSection>& sections) {
+  std::vector<LumenAt> moments{
+      {"before", "before", &content.before, near_sections(content.lumen, sections)}};
+  if (content.moments.size() > 2) {
+    moments.push_back({"at peak", "peak", &content.peak, content.moments[1].wall});
+    moments.push_back({"after", "after", &content.after, content.moments[2].wall});
+  }
+  return moments;
+}
+
+std::string contour_paths(const LumenAt& moment, const PlaneWindow& window) {
+  std::string path;
+  for (const auto& line : section_contours(moment.mesh, window)) {
+    const char* pen = "M";
+    for (const SectionPoint& point : line) {
+      path += pen + mm(point[0]) + " " + mm(point[1]);
+      pen = "L";
+    }
+  }
+  return path.empty() ? path
+                      : "<path class=\"" + std::string(moment.css) + "\" d=\"" + path + "\"/>";
+}
+
+/// The tiles below each other.
+Picture scan_strip(const Volume<float>& volume, const std::vector<PathSection>& sections) {
+  const float outside = lowest(volume.values);
+  std::vector<float> values;
+  for (const PathSection& section : sections) {
+    const auto tile = sample_plane(volume, section.window, kTile, outside);
+    values.insert(values.end(), tile.begin(), tile.end());
+  }
+  const GreyWindow grey = window_of(values);
+  Picture strip{kTile, kTile * int(sections.size()), {}};
+  for (const float value : values) strip.rgb.insert(strip.rgb.end(), 3, grey.shade(value));
+  return strip;
+}
+
+std::string diameter_at(const DiameterProfile& profile, double abscissa_mm) {
+  double nearest = 1.0, diameter = std::nan("");  // no measure further than 1 mm away
+  for (std::size_t i = 0; i < profile.abscissa_mm.size(); ++i) {
+    const double away = std::abs(profile.abscissa_mm[i] - abscissa_mm);
+    if (away >= nearest) continue;
+    nearest = away;
+    diameter = profile.inscribed_diameter_mm[i];
+  }
+  return formats::fixed_text(diameter, 2);
+}
+
+std::string place_text(const ReportContent& content, const std::vector<LumenAt>& moments,
+                       double abscissa_mm) {
+  std::string text = formats::fixed_text(abscissa_mm, 1) + " mm from the inlet, " +
+                     formats::fixed_text(abscissa_mm - content.lesion_abscissa_mm, 1) +
+                     " mm from the narrowest place.";
+  if (content.before.abscissa_mm.empty()) return text;
+  text += " Diameter";
+  const char* comma = " ";
+  for (const LumenAt& moment : moments) {
+    text += comma + std::string(moment.name) + " " + diameter_at(*moment.profile, abscissa_mm);
+    comma = ", ";
+  }
+  return text + " mm";
+}
+
+std::string drawing(const ReportContent& content, const std::vector<PathSection>& sections,
+                    const std::vector<LumenAt>& moments) {
+  const double half = sections.front().window.half_size_mm, size = 2.0 * half;
+  const std::size_t shown = sections.size() / 2;
+  std::string out =
+      "<svg id=\"section-view\" role=\"img\" aria-label=\"Section at right angles to "
+      "the vessel with the lumen's contours\" data-size=\"" +
+      mm(size) + "\" viewBox=\"" + mm(-half) + " " + mm(-half) + " " + mm(size) + " " + mm(size) +
+      "\">";
+  if (content.volume)
+    out += "<image x=\"" + mm(-half) + "\" y=\"" + mm(-half - double(shown) * size) +
+           "\" width=\"" + mm(size) + "\" height=\"" + mm(size * double(sections.size())) +
+           "\" preserveAspectRatio=\"none\" href=\"data:image/png;base64," +
+           formats::base64(png_bytes(scan_strip(*content.volume, sections))) + "\"/>";
+  for (std::size_t i = 0; i < sections.size(); ++i) {
+    out += std::string("<g") + (i == shown ? "" : " display=\"none\"") + " data-text=\"" +
+           formats::escape_html(place_text(content, moments, sections[i].abscissa_mm)) + "\">";
+    for (const LumenAt& moment : moments) out += contour_paths(moment, sections[i].window);
+    out += "</g>";
+  }
+  const double left = -0.92 * half, low = 0.92 * half;
+  return out + "<path class=\"scale\" d=\"M" + mm(left) + " " + mm(low) + "h1\"/></svg>";
+}
+
+}  // namespace
+
+std::string section_slider(const ReportContent& content) {
+  const CenterlinePath* path = lesion_path(content);
+  if (!path || content.lumen.triangles.empty()) return {};
+  const std::vector<PathSection> sections =
+      path_sections(content, *path, places_around_lesion(content, *path, kPlaces));
+  const std::vector<LumenAt> moments = moments_of(content, sections);
+  std::string key;
+  for (const LumenAt& moment : moments)
+    key += "<span class=\"key " + std::string(moment.css) + "\"></span>" + moment.name;
+  const std::string shown = std::to_string(kPlaces / 2);
+  return "<figure class=\"sections\">" + drawing(content, sections, moments) +
+         "<figcaption><p>Lumen:" + key +
+         "; the bar is 1 mm.</p>\n<p><label id=\"section-slider\" hidden>Place along the vessel "
+         "<input type=\"range\" id=\"section-place\" min=\"0\" max=\"" +
+         std::to_string(kPlaces - 1) + "\" value=\"" + shown +
+         "\"></label></p>\n<p><output id=\"section-text\" for=\"section-place\">" +
+         formats::escape_html(
+             place_text(content, moments, sections[sections.size() / 2].abscissa_mm)) +
+         "</output></p></figcaption></figure>\n<script>" + kSectionScript + "</script>\n";
+}
+
+}  // namespace angio::viewer::detail
