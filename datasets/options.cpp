@@ -40,8 +40,9 @@ double parse_number(std::string_view key, std::string_view value) {
   const auto [end, error] = std::from_chars(value.data(), value.data() + value.size(), number);
   if (error != std::errc{} || end != value.data() + value.size())
     throw OptionError("phantom option " + std::string(key) + "=" + std::string(value) +
-                      " is not a number. Write for example " + std::string(key) + "=" +
-                      (key == "seed" ? "1" : "0.5"));
+                      " is not a number. Write " +
+                      (key == "stenosis" ? "the percentage of the diameter, for example stenosis=60"
+                                         : "for example " + std::string(key) + "=0.5"));
   return number;
 }
 

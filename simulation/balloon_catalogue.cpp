@@ -7,6 +7,7 @@
 
 #include "core/error.hpp"
 #include "core/require.hpp"
+#include "core/text.hpp"
 #include "simulation/materials/material.hpp"
 
 namespace angio::simulation {
@@ -69,13 +70,18 @@ void CatalogueBalloon::validate() const {
 
 const CatalogueBalloon& find_balloon(const std::vector<CatalogueBalloon>& catalogue,
                                      const std::string& name) {
-  std::string names;
+  std::string list;
+  std::vector<std::string> names;
   for (const CatalogueBalloon& balloon : catalogue) {
     if (balloon.name == name) return balloon;
-    names += (names.empty() ? "" : ", ") + balloon.name;
+    list += (list.empty() ? "" : ", ") + balloon.name;
+    names.push_back(balloon.name);
   }
-  throw InputError("no balloon \"" + name + "\" in the catalogue (it has " + names +
-                   "). Choose one of them, or add yours to the catalogue file");
+  const std::string guess = guess_name(name, names);
+  throw InputError("no balloon \"" + name + "\" in the catalogue" +
+                       (guess.empty() ? "" : ", did you mean " + guess + "?") + " (it has " + list +
+                       "). Choose one of them, or add yours to the catalogue file",
+                   ExitCode::bad_config);
 }
 
 double rest_diameter_mm(const CatalogueBalloon& balloon) {

@@ -30,7 +30,7 @@ struct CatalogueBalloon {
 
 /// The entry of that name.
 ///
-/// @throws InputError that lists the names there are
+/// @throws InputError (78) that lists the names there are and says which one is near
 const CatalogueBalloon& find_balloon(const std::vector<CatalogueBalloon>& catalogue,
                                      const std::string& name);
 

@@ -15,6 +15,16 @@ namespace {
 constexpr const char* kNames[kStageCount] = {"segmentation", "centerline", "meshing", "simulation",
                                              "report"};
 
+/// The stage that a wrong word means: the one that begins as the word does for four letters or more
+/// (the commands are called `segment`, `mesh`, `simulate`), else the nearest; empty: none.
+std::string guess_stage(std::string_view word) {
+  constexpr std::size_t kLeastStem = 4;
+  for (const char* known : kNames)
+    if (word.size() >= kLeastStem && word.starts_with(std::string_view(known, kLeastStem)))
+      return known;
+  return guess_name(word, std::vector<std::string>(std::begin(kNames), std::end(kNames)));
+}
+
 }  // namespace
 
 const char* name(Stage stage) { return kNames[int(stage)]; }
@@ -22,8 +32,7 @@ const char* name(Stage stage) { return kNames[int(stage)]; }
 Stage parse_stage(std::string_view text) {
   for (int s = 0; s < kStageCount; ++s)
     if (text == kNames[s]) return Stage(s);
-  const std::string guess =
-      guess_name(text, std::vector<std::string>(std::begin(kNames), std::end(kNames)));
+  const std::string guess = guess_stage(text);
   throw Error(ExitCode::usage,
               fmt::format("no stage is called {}{} (the stages: segmentation centerline meshing "
                           "simulation report)",

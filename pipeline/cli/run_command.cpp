@@ -4,6 +4,7 @@
 #include <fmt/ranges.h>
 
 #include <CLI/CLI.hpp>
+#include <initializer_list>
 #include <string_view>
 
 #include "core/error.hpp"
@@ -17,6 +18,12 @@ namespace angio::pipeline {
 namespace {
 
 constexpr std::string_view kPaperPrefix = "paper-";  // of the experiments' presets
+
+/// Puts options under a heading of --help; the others stand under the first, "Options".
+void group_options(CLI::App& command, const char* heading,
+                   std::initializer_list<const char*> names) {
+  for (const char* option : names) command.get_option(option)->group(heading);
+}
 
 /// What `run` and `experiment` share.
 void add_case_options(CLI::App& command, RunArguments& run) {
@@ -44,7 +51,14 @@ void add_case_options(CLI::App& command, RunArguments& run) {
       "keep the input's path in source.private.json and, of a DICOM scan, the lumen as\n"
       "DICOM SEG in segmentation.private.dcm (mode 0600)");
   command.add_flag("--print-config", run.print_config, "print every option in force and end");
-  add_run_options(command, run.shared);
+  add_run_options(command, run.shared, PresetHelp::full);
+  group_options(command, "Input",
+                {"--series", "--allow-lossy", "--spacing", "--resample", "--angles", "--max-memory",
+                 "--unit", "--inlet"});
+  group_options(command, "Treatment",
+                {"--balloon", "--catalogue", "--contact", "--preset", "--set", "--config"});
+  group_options(command, "Output",
+                {"--output", "--name", "--keep-link", "--quiet", "--json", "--print-config"});
 }
 
 }  // namespace

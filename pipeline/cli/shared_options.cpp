@@ -17,15 +17,18 @@ void add_output_options(CLI::App& command, SharedOptions& shared) {
   command.add_flag("--json", shared.json, "results and events as JSON on standard output");
 }
 
-void add_run_options(CLI::App& command, SharedOptions& shared) {
+void add_run_options(CLI::App& command, SharedOptions& shared, PresetHelp presets) {
   add_output_options(command, shared);
   command.add_option("--config", shared.config_file, "options from a TOML file (a case.toml)")
       ->type_name("FILE");
   command.add_option("--set", shared.settings, "one option or more; --print-config lists them all")
       ->type_name("SECTION.KEY=VALUE")
       ->expected(1, -1);
-  command.add_option("--preset", shared.presets,
-                     preset_help())
+  command
+      .add_option("--preset", shared.presets,
+                  presets == PresetHelp::full
+                      ? preset_help()
+                      : "a set of options; `angio run --help` says what each is for")
       ->type_name("NAME")
       ->allow_extra_args(false);  // else it takes INPUT for a second one
   command

@@ -27,7 +27,10 @@ struct SharedOptions {
 };
 
 void add_output_options(CLI::App& command, SharedOptions& shared);
-void add_run_options(CLI::App& command, SharedOptions& shared);
+/// What --help says of the presets: what each is for, or where that stands.
+enum class PresetHelp { full, brief };
+void add_run_options(CLI::App& command, SharedOptions& shared,
+                     PresetHelp presets = PresetHelp::brief);
 
 /// Files first, then presets, the balloon, and single settings, so that the more special wins.
 void apply_options(Config& config, const SharedOptions& shared);

@@ -54,6 +54,12 @@ TEST(PhantomOptions, AMisspeltNameOrKeyIsAnsweredWithTheNearest) {
   EXPECT_THAT(refusal_of("coronary,stenossis=3"), HasSubstr("Did you mean \"stenosis\"?"));
 }
 
+TEST(PhantomOptions, AStenosisThatIsNoNumberIsAskedForInPercent) {
+  EXPECT_THAT(refusal_of("coronary,stenosis=sixty"), HasSubstr("percentage"));
+  EXPECT_THAT(refusal_of("coronary,stenosis=sixty"), HasSubstr("stenosis=60"));
+  EXPECT_THAT(refusal_of("coronary,radius=wide"), HasSubstr("radius=0.5"));
+}
+
 TEST(PhantomOptions, NoiseGivenInPercentIsRefusedWithTheRightUnit) {
   EXPECT_THAT(refusal_of("coronary,noise=10"), HasSubstr("0.1 means 10 %"));
 }

@@ -38,6 +38,20 @@ TEST(CommandLine, EveryCommandOfTheContractHasHelp) {
     EXPECT_EQ(run_program(std::string(command) + " --help").exit_code, 0) << command;
 }
 
+TEST(CommandLine, HelpOfRunIsGroupedAndOnlyItListsThePresets) {
+  const std::string run = run_program("run --help").out;
+  const std::size_t input = run.find("\nInput:"), treatment = run.find("\nTreatment:"),
+                    output = run.find("\nOutput:");
+  ASSERT_NE(std::max({input, treatment, output}), std::string::npos) << run;
+  EXPECT_NE(run.find("--series", input), std::string::npos);
+  EXPECT_NE(run.find("--balloon", treatment), std::string::npos);
+  EXPECT_NE(run.find("--keep-link", output), std::string::npos);
+  EXPECT_NE(run.find("paper-ytype"), std::string::npos);
+  for (const char* command : {"segment", "centerline", "mesh", "simulate", "report", "batch"})
+    EXPECT_EQ(run_program(std::string(command) + " --help").out.find("paper-"), std::string::npos)
+        << command;
+}
+
 // The words of a command's --help that begin with a dash or stand at its place.
 std::vector<std::string> long_options(const std::string& help) {
   std::vector<std::string> names;

@@ -103,7 +103,15 @@ TEST(Config, PresetsHoldKnownKeysOnly) {
 }
 
 TEST(Stages, AWrongNameIsAUsageErrorThatHelps) {
-  EXPECT_NE(message_of([] { parse_stage("mesh"); }, ExitCode::usage).find("meshing"),
+  for (const auto& [word, stage] : {std::pair{"mesh", "meshing"},
+                                    {"segment", "segmentation"},
+                                    {"simulate", "simulation"},
+                                    {"reprot", "report"}})
+    EXPECT_NE(message_of([word = word] { parse_stage(word); }, ExitCode::usage)
+                  .find(std::string("did you mean ") + stage + "?"),
+              std::string::npos)
+        << word;
+  EXPECT_EQ(message_of([] { parse_stage("balloon"); }, ExitCode::usage).find("did you mean"),
             std::string::npos);
   EXPECT_EQ(parse_stage("simulation"), Stage::simulation);
 }

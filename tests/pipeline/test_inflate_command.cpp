@@ -123,7 +123,7 @@ TEST(InflateCommand, WrongWordsAreOneLine) {
   };
   const std::string out = " -o '" + folder / "d" + "'";
   fails("sc-3.0", 64, "-o");
-  fails("sc-3.1" + out, 65, "sc-3.0");
+  fails("sc-3.1" + out, 78, "sc-3.0");
   fails("sc-3.0 --radius 2" + out, 64, "--radius");
   fails("--radius 1.5 --length 15 --wall 0.02 --material pa12" + out, 64, "--pressures");
   fails("--radius 1.5 --length 15 --wall 0.02 --material rubber --pressures 1" + out, 78, "pa12");

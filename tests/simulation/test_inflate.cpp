@@ -308,6 +308,13 @@ TEST(BalloonCatalogue, AMissingNameIsAnsweredWithTheNamesThereAre) {
   } catch (const InputError& error) {
     EXPECT_NE(std::string(error.what()).find("it has sc-3.0"), std::string::npos);
   }
+  try {
+    find_balloon(catalogue, "sc3.0");
+    FAIL();
+  } catch (const InputError& error) {
+    EXPECT_EQ(error.exit_code(), ExitCode::bad_config);
+    EXPECT_NE(std::string(error.what()).find("did you mean sc-3.0?"), std::string::npos);
+  }
 }
 
 }  // namespace
