@@ -13,7 +13,7 @@
 
 namespace angio::formats {
 
-std::vector<CsvRow> parse_csv(const std::string& text) {
+std::vector<CsvRow> parse_csv(const std::string& text, char separator) {
   std::vector<CsvRow> rows;
   CsvRow row;
   std::string cell;
@@ -30,7 +30,7 @@ std::vector<CsvRow> parse_csv(const std::string& text) {
       cell += text[++i];
     else if (c == '"')
       quoted = !quoted;
-    else if (c == ',' && !quoted)
+    else if (c == separator && !quoted)
       row.push_back(std::exchange(cell, {}));
     else if (c == '\n' && !quoted)
       end_row();

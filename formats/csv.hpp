@@ -10,7 +10,7 @@ using CsvRow = std::vector<std::string>;
 
 /// Rows of a CSV text (RFC 4180: quoted cells may hold commas, line ends and doubled quotes); empty
 /// lines are left out.
-std::vector<CsvRow> parse_csv(const std::string& text);
+std::vector<CsvRow> parse_csv(const std::string& text, char separator = ',');
 
 /// A table with a header; every row has a cell for each column.
 struct CsvTable {

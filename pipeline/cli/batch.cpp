@@ -8,8 +8,6 @@
 #include <chrono>
 #include <list>
 #include <nlohmann/json.hpp>
-#include <regex>
-#include <set>
 #include <thread>
 
 #include "core/atomic_file.hpp"
@@ -17,6 +15,7 @@
 #include "core/error.hpp"
 #include "formats/csv.hpp"
 #include "formats/html.hpp"
+#include "pipeline/cli/manifest.hpp"
 #include "pipeline/experiments/workflow.hpp"
 #include "pipeline/stages/run_case.hpp"
 
@@ -176,71 +175,13 @@ int exit_code_of(const ChildResult& result) {
   return result.signal == 0 ? result.exit_status : 128 + result.signal;
 }
 
-std::vector<std::string> settings_of_row(const formats::CsvRow& header,
-                                         const formats::CsvRow& row) {
-  std::vector<std::string> result;
-  for (std::size_t c = 0; c < header.size(); ++c)
-    if (header[c] != "case" && header[c] != "input" && c < row.size() && !row[c].empty())
-      result.push_back(header[c] + "=" + row[c]);
-  return result;
-}
-
-std::size_t column_of(const formats::CsvRow& header, const char* column) {
-  const auto found = std::find(header.begin(), header.end(), column);
-  if (found == header.end())
-    throw InputError(
-        fmt::format("the manifest has no column '{}' (its first row must name the "
-                    "columns case,input[,section.key...])",
-                    column));
-  return std::size_t(found - header.begin());
-}
-
-}  // namespace
-
-std::vector<BatchCase> read_manifest(const fs::path& file) {
-  if (!fs::exists(file))
-    throw InputError(fmt::format("there is no {} (no such manifest)", file.string()),
-                     ExitCode::no_input);
-  const std::vector<formats::CsvRow> rows = formats::parse_csv(read_text(file));
-  if (rows.size() < 2)
-    throw InputError(
-        fmt::format("{} has no cases (a header case,input and a row a case are "
-                    "needed)",
-                    file.string()));
-  const std::size_t name_column = column_of(rows[0], "case");
-  const std::size_t input_column = column_of(rows[0], "input");
-  std::vector<BatchCase> cases;
-  std::set<std::string> names;
-  for (std::size_t r = 1; r < rows.size(); ++r) {
-    if (rows[r].size() <= std::max(name_column, input_column))
-      throw InputError(fmt::format("row {} of the manifest is too short", r + 1));
-    BatchCase batch_case{rows[r][name_column], rows[r][input_column],
-                         settings_of_row(rows[0], rows[r])};
-    if (!std::regex_match(batch_case.name, std::regex("[A-Za-z0-9_-][A-Za-z0-9._-]{0,99}")) ||
-        batch_case.name == "logs")
-      throw InputError(
-          fmt::format("row {} of the manifest: a case's name is made of letters, "
-                      "digits, '.', '_' and '-' (it names a folder)",
-                      r + 1));
-    if (!names.insert(batch_case.name).second)
-      throw InputError(fmt::format("row {} of the manifest: the case {} is there twice", r + 1,
-                                   batch_case.name));
-    if (!batch_case.input.starts_with("phantom:") && fs::path(batch_case.input).is_relative())
-      batch_case.input = (fs::absolute(file).parent_path() / batch_case.input).string();
-    cases.push_back(std::move(batch_case));
-  }
-  return cases;
-}
-
-namespace {
-
 /// Runs cases, some at a time, until none is left or the user asks to stop.
 class Batch {
  public:
   Batch(const BatchRequest& request, Reporter& reporter)
       : request_(request),
         reporter_(reporter),
-        cases_(read_manifest(request.manifest)),
+        cases_(read_manifest(request.manifest, request.config)),
         outcomes_(cases_.size()),
         threads_(request.threads > 0 ? request.threads
                                      : std::max(1, omp_get_max_threads() / request.jobs)) {

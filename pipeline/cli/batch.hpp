@@ -10,18 +10,6 @@
 
 namespace angio::pipeline {
 
-/// One row of a manifest.
-struct BatchCase {
-  std::string name;   ///< letters, digits, '.', '_', '-'; names the case's folder
-  std::string input;  ///< as `angio run` takes it; relative paths count from the manifest's folder
-  std::vector<std::string> settings;  ///< "section.key=value" from the other columns
-};
-
-/// Reads a manifest: CSV (RFC 4180) with a header; columns `case`, `input`, and any number of
-/// configuration keys, whose empty cells mean the default.
-/// @throws InputError (66, 65) naming the row
-std::vector<BatchCase> read_manifest(const std::filesystem::path& file);
-
 struct BatchRequest {
   std::filesystem::path manifest;
   std::filesystem::path folder;        ///< gets CASE/, logs/CASE.log, summary.csv, summary.html
