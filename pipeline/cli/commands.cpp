@@ -17,6 +17,7 @@
 #include "pipeline/cli/command_description.hpp"
 #include "pipeline/cli/data_commands.hpp"
 #include "pipeline/cli/doctor.hpp"
+#include "pipeline/cli/film_command.hpp"
 #include "pipeline/cli/inflate_command.hpp"
 #include "pipeline/cli/run_command.hpp"
 #include "pipeline/cli/stage_commands.hpp"
@@ -128,6 +129,8 @@ int dispatch(int argc, char** argv) {
   CLI::App& inspect = add_inspect_command(app, inspect_arguments);
   ViewArguments view;
   add_view_command(app, view);
+  FilmArguments film;
+  add_film_command(app, film);
   PhantomArguments phantom;
   add_phantom_command(app, phantom);
   InflateArguments inflate;
@@ -152,6 +155,7 @@ int dispatch(int argc, char** argv) {
       return do_stage_again(again[i], stage_options[i], case_folder);
   if (app.got_subcommand(&inspect)) return do_inspect(inspect_arguments);
   if (app.got_subcommand("view")) return do_view(view);
+  if (app.got_subcommand("film")) return do_film(film);
   if (app.got_subcommand("phantom")) return do_phantom(phantom);
   if (app.got_subcommand("inflate")) return do_inflate(inflate);
   if (app.got_subcommand("experiment")) return do_experiment(experiment);
