@@ -17,6 +17,7 @@
 #include "pipeline/cli/command_description.hpp"
 #include "pipeline/cli/data_commands.hpp"
 #include "pipeline/cli/doctor.hpp"
+#include "pipeline/cli/figure_command.hpp"
 #include "pipeline/cli/film_command.hpp"
 #include "pipeline/cli/inflate_command.hpp"
 #include "pipeline/cli/run_command.hpp"
@@ -131,6 +132,8 @@ int dispatch(int argc, char** argv) {
   add_view_command(app, view);
   FilmArguments film;
   add_film_command(app, film);
+  FigureArguments figure;
+  add_figure_command(app, figure);
   PhantomArguments phantom;
   add_phantom_command(app, phantom);
   InflateArguments inflate;
@@ -156,6 +159,7 @@ int dispatch(int argc, char** argv) {
   if (app.got_subcommand(&inspect)) return do_inspect(inspect_arguments);
   if (app.got_subcommand("view")) return do_view(view);
   if (app.got_subcommand("film")) return do_film(film);
+  if (app.got_subcommand("figure")) return do_figure(figure);
   if (app.got_subcommand("phantom")) return do_phantom(phantom);
   if (app.got_subcommand("inflate")) return do_inflate(inflate);
   if (app.got_subcommand("experiment")) return do_experiment(experiment);
