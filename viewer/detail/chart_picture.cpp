@@ -142,7 +142,8 @@ class ChartDrawing {
     axis->GetGridPen()->SetColor(228, 231, 236);
     axis->GetGridPen()->SetWidth(float(scale_));
     axis->SetTickLength(float(4 * scale_));
-    axis->SetLabelOffset(float(7 * scale_));
+    axis->SetLabelOffset(float(4 * scale_));
+    axis->SetMargins(9 * scale_, 9 * scale_);
     set_ticks(axis, range);
     style(axis->GetTitleProperties(), 13);
     style(axis->GetLabelProperties(), 12);
