@@ -15,6 +15,7 @@
 #include "pipeline/case/stage.hpp"
 #include "pipeline/cli/batch_command.hpp"
 #include "pipeline/cli/command_description.hpp"
+#include "pipeline/cli/convert_command.hpp"
 #include "pipeline/cli/data_commands.hpp"
 #include "pipeline/cli/doctor.hpp"
 #include "pipeline/cli/figure_command.hpp"
@@ -134,6 +135,8 @@ int dispatch(int argc, char** argv) {
   add_film_command(app, film);
   FigureArguments figure;
   add_figure_command(app, figure);
+  ConvertArguments convert;
+  add_convert_command(app, convert);
   PhantomArguments phantom;
   add_phantom_command(app, phantom);
   InflateArguments inflate;
@@ -160,6 +163,7 @@ int dispatch(int argc, char** argv) {
   if (app.got_subcommand("view")) return do_view(view);
   if (app.got_subcommand("film")) return do_film(film);
   if (app.got_subcommand("figure")) return do_figure(figure);
+  if (app.got_subcommand("convert")) return do_convert(convert);
   if (app.got_subcommand("phantom")) return do_phantom(phantom);
   if (app.got_subcommand("inflate")) return do_inflate(inflate);
   if (app.got_subcommand("experiment")) return do_experiment(experiment);
