@@ -12,6 +12,7 @@
 #include "formats/gltf.hpp"
 #include "formats/nrrd.hpp"
 #include "pipeline/case/input_kind.hpp"
+#include "pipeline/case/slicer_folder.hpp"
 #include "pipeline/stages/reporter.hpp"
 #include "segmentation/read_volume.hpp"
 #include "viewer/case_scene.hpp"
@@ -48,6 +49,15 @@ void convert_surface(const std::string& input, const fs::path& output) {
   formats::write_surface(output, surface);
 }
 
+int convert_for_slicer(const ConvertArguments& a, Reporter& reporter) {
+  if (kind_of_input(a.input) != Kind::scene)
+    throw Error(ExitCode::usage,
+                a.input + " is no case (--to slicer writes one). Give the folder of `angio run`");
+  for (const fs::path& file : write_slicer_folder(a.input, a.output))
+    reporter.result(file.string());
+  return int(ExitCode::done);
+}
+
 constexpr const char* kWords[] = {"a surface", "a volume", "a case"};
 constexpr const char* kEndings[] = {".stl, .ply, .vtp or .obj", ".nrrd", ".glb or .gltf"};
 
@@ -61,20 +71,25 @@ CLI::App& add_convert_command(CLI::App& app, ConvertArguments& a) {
   command.add_option("IN", a.input, "a surface, volume, DICOM folder or case")->required();
   command.add_option("OUT", a.output, "the file to be written; its ending says the format")
       ->required();
+  command
+      .add_option("--to", a.to,
+                  "slicer: a case as a folder for 3D Slicer, lumen.seg.nrrd and centerlines.vtp")
+      ->check(CLI::IsMember({"slicer"}));
   command.add_flag("--quiet", a.quiet, "warnings and errors only");
   command.add_flag("--json", a.json, "results and events as JSON on standard output");
   return command;
 }
 
 int do_convert(const ConvertArguments& a) {
+  Reporter reporter(a.json ? ReportStyle::json
+                           : (a.quiet ? ReportStyle::quiet : ReportStyle::automatic));
+  if (a.to == "slicer") return convert_for_slicer(a, reporter);
   const Kind wanted = output_kind(a.output), given = kind_of_input(a.input);
   if (wanted != given)
     throw Error(
         ExitCode::usage,
         fmt::format("{} is {}, which cannot be written as {}. Give a name ending in {}", a.input,
                     kWords[int(given)], a.output.filename().string(), kEndings[int(given)]));
-  Reporter reporter(a.json ? ReportStyle::json
-                           : (a.quiet ? ReportStyle::quiet : ReportStyle::automatic));
   reporter.begin_stage("convert");
   switch (wanted) {
     case Kind::surface:

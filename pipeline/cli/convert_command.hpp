@@ -9,6 +9,7 @@ namespace angio::pipeline {
 struct ConvertArguments {
   std::string input;
   std::filesystem::path output;
+  std::string to;  ///< empty: by the output's ending
   bool quiet = false, json = false;
 };
 

@@ -72,5 +72,55 @@ TEST(ConvertCommand, VolumeKeepsGridAndValues) {
   EXPECT_NEAR(norm(back.geometry.origin - grid.origin), 0.0, 1e-9);
 }
 
+TEST(ConvertCommand, SlicerGetsTheMaskOnItsGridAndRadii) {
+  CommandFolder folder;
+  VolumeGeometry grid;
+  grid.size = {4, 3, 2};
+  grid.spacing = {0.5, 0.6, 0.7};
+  grid.origin = {-3, 2, 1};
+  formats::write_nrrd(folder.path() / "case/segmentation/volume.nrrd", Volume<float>(grid));
+  // The mask's grid is twice as fine, and begins a voxel of the volume later.
+  VolumeGeometry fine = grid;
+  fine.size = {5, 5, 3};
+  fine.spacing = 0.5 * grid.spacing;
+  fine.origin = grid.lps_from_index({1, 0, 0});
+  Volume<std::uint8_t> mask(fine);
+  mask.at(0, 4, 2) = mask.at(4, 0, 0) = 1;
+  mask.at(1, 1, 1) = 1;  // between the volume's voxels
+  Volume<std::uint8_t> wanted(grid);
+  wanted.at(1, 2, 1) = wanted.at(3, 0, 0) = 1;
+  formats::write_nrrd(folder.path() / "case/segmentation/lumen_mask.nrrd", mask);
+  const std::vector<double> radii{1.5, 1.0};
+  formats::write_polylines(folder.path() / "case/centerline/centerlines.vtp",
+                           {{{0, 0, 0}, {0, 0, 5}},
+                            {{0, 1}},
+                            {{"MaximumInscribedSphereRadius", radii, 1, ArrayType::float64}},
+                            {}});
+  write_text_atomically(folder / "case/run.json", "{}");
+  const ProgramResult result =
+      run_program("convert " + (folder / "case") + " " + (folder / "out") + " --to slicer");
+  ASSERT_EQ(result.exit_code, 0) << result.error;
+  const Volume<float> back = formats::read_nrrd(folder / "out/lumen.seg.nrrd");
+  EXPECT_EQ(back.geometry, grid);
+  for (std::size_t i = 0; i < wanted.values.size(); ++i)
+    EXPECT_EQ(back.values[i], float(wanted.values[i])) << i;
+  const std::string text = file_text(folder / "out/lumen.seg.nrrd");
+  const std::string header = text.substr(0, text.find("\n\n"));
+  for (const char* line :
+       {"Segment0_ID:=Segment_1", "Segment0_Name:=lumen", "Segment0_LabelValue:=1",
+        "Segment0_Layer:=0", "Segment0_Extent:=0 3 0 2 0 1",
+        "Segmentation_MasterRepresentation:=Binary labelmap"})
+    EXPECT_NE(header.find(std::string("\n") + line), std::string::npos) << line;
+  const auto lines = formats::read_polylines(folder / "out/centerlines.vtp");
+  EXPECT_EQ(formats::find_array(lines.point_arrays, "Radius").values, radii);
+
+  fs::remove(folder / "case/segmentation/lumen_mask.nrrd");
+  const ProgramResult refused =
+      run_program("convert " + (folder / "case") + " " + (folder / "none") + " --to slicer");
+  EXPECT_EQ(refused.exit_code, 66);
+  EXPECT_EQ(refused.error_line_count(), 1) << refused.error;
+  EXPECT_FALSE(fs::exists(folder / "none"));
+}
+
 }  // namespace
 }  // namespace angio::test
