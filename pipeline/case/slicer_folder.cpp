@@ -52,7 +52,7 @@ std::vector<fs::path> write_slicer_folder(const fs::path& case_folder, const fs:
   DataArray radius = formats::find_array(lines.point_arrays, "MaximumInscribedSphereRadius");
   radius.name = "Radius";
   lines.point_arrays.push_back(std::move(radius));
-  const std::vector<fs::path> files{folder / "lumen.seg.nrrd", folder / "centerlines.vtp"};
+  std::vector<fs::path> files{folder / "lumen.seg.nrrd", folder / "centerlines.vtp"};
   formats::write_segmentation(files[0], mask, {"lumen", {0.77, 0.31, 0.27}});
   formats::write_polylines(files[1], lines);
   return files;
