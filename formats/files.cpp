@@ -63,6 +63,8 @@ void write_surface(const fs::path& path, const SurfaceData& data) {
     write_text_atomically(path, detail::stl_bytes(data.mesh));
   else if (extension == ".ply")
     write_text_atomically(path, detail::ply_bytes(data.mesh));
+  else if (extension == ".obj")
+    write_text_atomically(path, detail::obj_text(data.mesh));
   else
     throw InternalError("no surface writer for " + path.filename().string());
 }

@@ -51,7 +51,7 @@ struct WedgeData {
 /// The array of that name. @throws InputError if it is missing
 const DataArray& find_array(const std::vector<DataArray>& arrays, const std::string& name);
 
-/// By the extension: .vtp with all arrays; .stl (binary) and .ply without.
+/// By the extension: .vtp with all arrays; .stl (binary), .ply and .obj without.
 void write_surface(const std::filesystem::path& path, const SurfaceData& data);
 void write_polylines(const std::filesystem::path& path, const PolylineData& data);  ///< .vtp
 void write_tets(const std::filesystem::path& path, const TetData& data);            ///< .vtu

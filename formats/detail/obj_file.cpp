@@ -4,6 +4,7 @@
 #include "core/error.hpp"
 #include "formats/detail/header_text.hpp"
 #include "formats/detail/surface_formats.hpp"
+#include "formats/text.hpp"
 #include "formats/tokens.hpp"
 
 namespace angio::formats::detail {
@@ -113,6 +114,19 @@ ParsedSurface parse_obj(std::string_view bytes, const std::string& name) {
   }
   check_end(bytes, mesh, counts, last_used, last_face, name);
   return result;
+}
+
+std::string obj_text(const TriangleMesh& mesh) {
+  std::string text = "# SPACE=LPS unit=mm\n";
+  for (const Vec3& point : mesh.vertices)
+    text += "v " + number_text(point.x) + ' ' + number_text(point.y) + ' ' + number_text(point.z) +
+            '\n';
+  for (const Triangle& corners : mesh.triangles) {
+    text += 'f';
+    for (const int corner : corners) text += ' ' + std::to_string(corner + 1);
+    text += '\n';
+  }
+  return text;
 }
 
 }  // namespace angio::formats::detail

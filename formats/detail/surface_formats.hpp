@@ -36,4 +36,7 @@ std::string stl_bytes(const TriangleMesh& mesh);
 /// Binary little-endian, float64, comment "SPACE=LPS".
 std::string ply_bytes(const TriangleMesh& mesh);
 
+/// Text with the shortest numbers that read back the same, comment "SPACE=LPS".
+std::string obj_text(const TriangleMesh& mesh);
+
 }  // namespace angio::formats::detail

@@ -18,8 +18,11 @@
 #include "pipeline/case/stage.hpp"
 #include "pipeline/cli/batch_command.hpp"
 #include "pipeline/cli/command_description.hpp"
+#include "pipeline/cli/convert_command.hpp"
 #include "pipeline/cli/data_commands.hpp"
 #include "pipeline/cli/doctor.hpp"
+#include "pipeline/cli/figure_command.hpp"
+#include "pipeline/cli/film_command.hpp"
 #include "pipeline/cli/inflate_command.hpp"
 #include "pipeline/cli/run_command.hpp"
 #include "pipeline/cli/stage_commands.hpp"
@@ -131,6 +134,12 @@ int dispatch(int argc, char** argv) {
   CLI::App& inspect = add_inspect_command(app, inspect_arguments);
   ViewArguments view;
   add_view_command(app, view);
+  FilmArguments film;
+  add_film_command(app, film);
+  FigureArguments figure;
+  add_figure_command(app, figure);
+  ConvertArguments convert;
+  add_convert_command(app, convert);
   PhantomArguments phantom;
   add_phantom_command(app, phantom);
   InflateArguments inflate;
@@ -155,6 +164,9 @@ int dispatch(int argc, char** argv) {
       return do_stage_again(again[i], stage_options[i], case_folder);
   if (app.got_subcommand(&inspect)) return do_inspect(inspect_arguments);
   if (app.got_subcommand("view")) return do_view(view);
+  if (app.got_subcommand("film")) return do_film(film);
+  if (app.got_subcommand("figure")) return do_figure(figure);
+  if (app.got_subcommand("convert")) return do_convert(convert);
   if (app.got_subcommand("phantom")) return do_phantom(phantom);
   if (app.got_subcommand("inflate")) return do_inflate(inflate);
   if (app.got_subcommand("experiment")) return do_experiment(experiment);

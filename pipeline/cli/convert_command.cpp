@@ -1,0 +1,112 @@
+#include "pipeline/cli/convert_command.hpp"
+
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+
+#include "core/error.hpp"
+#include "core/text.hpp"
+#include "core/units.hpp"
+#include "formats/case_file.hpp"
+#include "formats/files.hpp"
+#include "formats/gltf.hpp"
+#include "formats/nrrd.hpp"
+#include "pipeline/case/input_kind.hpp"
+#include "pipeline/case/slicer_folder.hpp"
+#include "pipeline/stages/reporter.hpp"
+#include "segmentation/read_volume.hpp"
+#include "viewer/case_scene.hpp"
+
+namespace angio::pipeline {
+namespace fs = std::filesystem;
+namespace {
+
+enum class Kind { surface, volume, scene };
+
+/// By the ending. @throws Error (64) naming the endings that work
+Kind output_kind(const fs::path& output) {
+  const std::string extension = lower_extension(output);
+  if (extension == ".stl" || extension == ".ply" || extension == ".vtp" || extension == ".obj")
+    return Kind::surface;
+  if (extension == ".nrrd") return Kind::volume;
+  if (extension == ".gltf" || extension == ".glb") return Kind::scene;
+  throw Error(ExitCode::usage,
+              "nothing can be written as " + output.filename().string() +
+                  " (the ending names no format known here). Give .stl, .ply, .vtp or .obj for a "
+                  "surface, .nrrd for a volume, .glb or .gltf for a case");
+}
+
+Kind kind_of_input(const std::string& input) {
+  if (fs::exists(fs::path(input) / formats::case_file::kRun)) return Kind::scene;
+  return input_kind(input) == InputKind::surface ? Kind::surface : Kind::volume;
+}
+
+/// In millimetres, as everything that is written.
+void convert_surface(const std::string& input, const fs::path& output) {
+  formats::SurfaceData surface = formats::read_surface(input);
+  if (surface.unit)
+    for (Vec3& point : surface.mesh.vertices) point = kMillimetresOf[int(*surface.unit)] * point;
+  formats::write_surface(output, surface);
+}
+
+int convert_for_slicer(const ConvertArguments& a, Reporter& reporter) {
+  if (kind_of_input(a.input) != Kind::scene)
+    throw Error(ExitCode::usage,
+                a.input + " is no case (--to slicer writes one). Give the folder of `angio run`");
+  for (const fs::path& file : write_slicer_folder(a.input, a.output))
+    reporter.result(file.string());
+  return int(ExitCode::done);
+}
+
+constexpr const char* kWords[] = {"a surface", "a volume", "a case"};
+constexpr const char* kEndings[] = {".stl, .ply, .vtp or .obj", ".nrrd", ".glb or .gltf"};
+
+}  // namespace
+
+CLI::App& add_convert_command(CLI::App& app, ConvertArguments& a) {
+  CLI::App& command = *app.add_subcommand(
+      "convert",
+      "a surface, a volume or a case into another format: .stl .ply .vtp .obj of a\n"
+      "surface, .nrrd of a volume or DICOM, .glb .gltf (moving) of a case");
+  command.add_option("IN", a.input, "a surface, volume, DICOM folder or case")->required();
+  command.add_option("OUT", a.output, "the file to be written; its ending says the format")
+      ->required();
+  command
+      .add_option("--to", a.to,
+                  "slicer: a case as a folder for 3D Slicer, lumen.seg.nrrd and centerlines.vtp")
+      ->check(CLI::IsMember({"slicer"}));
+  command.add_flag("--quiet", a.quiet, "warnings and errors only");
+  command.add_flag("--json", a.json, "results and events as JSON on standard output");
+  return command;
+}
+
+int do_convert(const ConvertArguments& a) {
+  Reporter reporter(a.json ? ReportStyle::json
+                           : (a.quiet ? ReportStyle::quiet : ReportStyle::automatic));
+  if (a.to == "slicer") return convert_for_slicer(a, reporter);
+  const Kind wanted = output_kind(a.output), given = kind_of_input(a.input);
+  if (wanted != given)
+    throw Error(
+        ExitCode::usage,
+        fmt::format("{} is {}, which cannot be written as {}. Give a name ending in {}", a.input,
+                    kWords[int(given)], a.output.filename().string(), kEndings[int(given)]));
+  reporter.begin_stage("convert");
+  switch (wanted) {
+    case Kind::surface:
+      convert_surface(a.input, a.output);
+      break;
+    case Kind::volume: {
+      const auto loaded = segmentation::read_volume(a.input, {}, reporter.progress());
+      for (const std::string& warning : loaded.warnings) reporter.warn("convert", warning);
+      formats::write_nrrd(a.output, loaded.volume);
+      break;
+    }
+    case Kind::scene:
+      formats::write_gltf(a.output, viewer::read_case_scene(a.input, reporter.progress()));
+      break;
+  }
+  reporter.result(a.output.string());
+  return int(ExitCode::done);
+}
+
+}  // namespace angio::pipeline
