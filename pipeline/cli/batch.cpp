@@ -9,13 +9,13 @@
 #include <list>
 #include <nlohmann/json.hpp>
 #include <thread>
+#include <utility>
 
 #include "core/atomic_file.hpp"
 #include "core/child_process.hpp"
 #include "core/error.hpp"
 #include "formats/csv.hpp"
 #include "formats/html.hpp"
-#include "pipeline/cli/manifest.hpp"
 #include "pipeline/experiments/workflow.hpp"
 #include "pipeline/stages/run_case.hpp"
 
@@ -160,9 +160,11 @@ ChildProgram start_case(const BatchRequest& request, const BatchCase& batch_case
   ProgramCall call;
   call.file = request.program;
   call.log = request.folder / "logs" / (batch_case.name + ".log");
-  call.arguments = {
-      "run",    batch_case.input, "-o",        (request.folder / batch_case.name).string(),
-      "--name", batch_case.name,  "--threads", std::to_string(threads)};
+  call.arguments = {"run"};
+  if (!batch_case.input.empty()) call.arguments.push_back(batch_case.input);
+  call.arguments.insert(call.arguments.end(),
+                        {"-o", (request.folder / batch_case.name).string(), "--name",
+                         batch_case.name, "--threads", std::to_string(threads)});
   call.arguments.insert(call.arguments.end(), request.arguments.begin(), request.arguments.end());
   for (const std::string& setting : batch_case.settings) {
     call.arguments.push_back("--set");
@@ -178,10 +180,10 @@ int exit_code_of(const ChildResult& result) {
 /// Runs cases, some at a time, until none is left or the user asks to stop.
 class Batch {
  public:
-  Batch(const BatchRequest& request, Reporter& reporter)
+  Batch(const BatchRequest& request, std::vector<BatchCase> cases, Reporter& reporter)
       : request_(request),
         reporter_(reporter),
-        cases_(read_manifest(request.manifest, request.config)),
+        cases_(std::move(cases)),
         outcomes_(cases_.size()),
         threads_(request.threads > 0 ? request.threads
                                      : std::max(1, omp_get_max_threads() / request.jobs)) {
@@ -253,8 +255,8 @@ class Batch {
 
 }  // namespace
 
-int run_batch(const BatchRequest& request, Reporter& reporter) {
-  return Batch(request, reporter).run();
+int run_batch(const BatchRequest& request, std::vector<BatchCase> cases, Reporter& reporter) {
+  return Batch(request, std::move(cases), reporter).run();
 }
 
 }  // namespace angio::pipeline

@@ -5,13 +5,13 @@
 #include <utility>
 #include <vector>
 
+#include "pipeline/cli/manifest.hpp"
 #include "pipeline/config/config.hpp"
 #include "pipeline/stages/reporter.hpp"
 
 namespace angio::pipeline {
 
 struct BatchRequest {
-  std::filesystem::path manifest;
   std::filesystem::path folder;        ///< gets CASE/, logs/CASE.log, summary.csv, summary.html
   int jobs = 1;                        ///< cases at a time, [1, 256]
   int threads = 0;                     ///< a case's threads; 0: the computer's, shared out
@@ -24,6 +24,6 @@ struct BatchRequest {
 
 /// Runs every case in a process of its own; a failure stops none of the others.
 /// @return how many cases failed
-int run_batch(const BatchRequest& request, Reporter& reporter);
+int run_batch(const BatchRequest& request, std::vector<BatchCase> cases, Reporter& reporter);
 
 }  // namespace angio::pipeline

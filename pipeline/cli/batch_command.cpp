@@ -14,7 +14,7 @@ void add_batch_command(CLI::App& app, BatchArguments& batch) {
       "a cohort: every row of a CSV manifest is a case\n"
       "columns: case,input and any configuration keys (balloon.length_mm, ...)");
   auto& r = batch.request;
-  command.add_option("MANIFEST", r.manifest, "CSV file with a header")->required();
+  command.add_option("MANIFEST", batch.manifest, "CSV file with a header")->required();
   command.add_option("-o,--output", r.folder, "folder of the cases and the summary")->required();
   command.add_option("-j,--jobs", r.jobs, "cases at a time, 1 to 256")
       ->check(CLI::Range(1, 256))
@@ -45,9 +45,10 @@ int do_batch(BatchArguments& batch) {
   words.insert(words.end(), {"--backend", batch.shared.backend, "--quiet"});
   batch.request.threads = batch.shared.threads;
   batch.request.config = config;
+  std::vector<BatchCase> cases = read_manifest(batch.manifest, config);
   batch.request.program = fs::read_symlink("/proc/self/exe");
   Reporter reporter(batch.shared.style());
-  const int failed = run_batch(batch.request, reporter);
+  const int failed = run_batch(batch.request, std::move(cases), reporter);
   reporter.result((batch.request.folder / "summary.csv").string());
   return int(failed > 0 ? ExitCode::some_cases_failed : ExitCode::done);
 }

@@ -6,6 +6,7 @@
 namespace angio::pipeline {
 
 struct BatchArguments {
+  std::filesystem::path manifest;
   SharedOptions shared;
   BatchRequest request;
 };

@@ -26,6 +26,7 @@
 #include "pipeline/cli/inflate_command.hpp"
 #include "pipeline/cli/run_command.hpp"
 #include "pipeline/cli/stage_commands.hpp"
+#include "pipeline/cli/sweep_command.hpp"
 #include "pipeline/version.hpp"
 #include "viewer/view.hpp"
 
@@ -148,6 +149,8 @@ int dispatch(int argc, char** argv) {
   add_experiment_command(app, experiment);
   BatchArguments batch;
   add_batch_command(app, batch);
+  SweepArguments sweep;
+  add_sweep_command(app, sweep);
   bool doctor_json = false;
   add_doctor_command(app, doctor_json);
   ShellArguments shell;
@@ -171,6 +174,7 @@ int dispatch(int argc, char** argv) {
   if (app.got_subcommand("inflate")) return do_inflate(inflate);
   if (app.got_subcommand("experiment")) return do_experiment(experiment);
   if (app.got_subcommand("batch")) return do_batch(batch);
+  if (app.got_subcommand("sweep")) return do_sweep(sweep);
   if (app.got_subcommand("doctor")) return do_doctor(doctor_json);
   return do_describe(app, shell);
 }

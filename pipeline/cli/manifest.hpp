@@ -10,8 +10,8 @@ namespace angio::pipeline {
 
 /// One row of a manifest.
 struct BatchCase {
-  std::string name;   ///< letters, digits, '.', '_', '-'; names the case's folder
-  std::string input;  ///< as `angio run` takes it; relative paths count from the manifest's folder
+  std::string name;                   ///< letters, digits, '.', '_', '-'; names the case's folder
+  std::string input;                  ///< as `angio run` takes it; empty: the case's own files
   std::vector<std::string> settings;  ///< "section.key=value" from the other columns
 };
 

@@ -11,6 +11,7 @@
 #include "formats/case_file.hpp"
 #include "pipeline/case/metrics.hpp"
 #include "pipeline/case/read_out.hpp"
+#include "pipeline/cli/stage_commands.hpp"
 #include "pipeline/experiments/paper_input.hpp"
 #include "pipeline/experiments/workflow.hpp"
 
@@ -70,7 +71,8 @@ void add_run_command(CLI::App& app, RunArguments& run) {
       "INPUT: a DICOM folder or file, a volume (.nrrd .nhdr .mha .mhd .nii .nii.gz .vti), a\n"
       "lumen surface (.stl .vtp .ply .obj), or phantom:NAME[,key=value...]; none with a preset of\n"
       "the seed paper's experiments (paper-...)");
-  command.add_option("INPUT", run.request.input, "scan, surface or phantom");
+  command.add_option("INPUT", run.request.input,
+                     "scan, surface or phantom; none: CASE goes on from its own files and options");
   add_case_options(command, run);
 }
 
@@ -91,7 +93,16 @@ void add_experiment_command(CLI::App& app, ExperimentArguments& experiment) {
   add_case_options(command, experiment.run);
 }
 
+/// A case that was run before goes on from its own files and options where no INPUT is named.
+bool goes_on(const RunArguments& run) {
+  return run.request.input.empty() && run.shared.presets.empty() &&
+         !run.request.case_folder.empty() && CaseFolder(run.request.case_folder).exists("run.json");
+}
+
 int do_run(RunArguments& run) {
+  const bool is_known = goes_on(run);
+  if (is_known) run.request.config = case_config(CaseFolder(run.request.case_folder));
+  const Config former = run.request.config;
   apply_options(run.request.config, run.shared);
   apply_read_options(run.request.config, run.read);
   if (!run.unit.empty()) apply_setting(run.request.config, "input.unit=" + run.unit);
@@ -104,7 +115,8 @@ int do_run(RunArguments& run) {
     return int(ExitCode::done);
   }
   if (run.request.input.empty()) run.request.input = default_input(run.request.config);
-  if (run.request.input.empty() || run.request.case_folder.empty())
+  if (is_known && run.request.input.empty()) refuse_other_input(former, run.request.config, "run");
+  if ((run.request.input.empty() && !is_known) || run.request.case_folder.empty())
     throw Error(ExitCode::usage,
                 "`angio run` needs an INPUT, before any --set, and -o CASE. See "
                 "`angio run --help`");

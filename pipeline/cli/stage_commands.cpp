@@ -31,26 +31,31 @@ std::string changed_key(const std::string& before, const std::string& after) {
   return {};
 }
 
+/// @param key  of a setting that may not change; empty: none has
+void refuse(const std::string& key, const std::string& reader, const std::string& verb) {
+  if (!key.empty())
+    throw Error(ExitCode::usage,
+                fmt::format("{} belongs to {}, which `angio {}` does not run. Use `angio run "
+                            "INPUT -o CASE --set ...`",
+                            key, reader, verb));
+}
+
 /// What a stage sees that is not run must stay as it was, or its files would be another case's.
 void refuse_foreign_settings(const Config& before, const Config& after,
                              const StageCommand& command) {
-  const auto refuse = [&](const std::string& key, const char* reader) {
-    if (!key.empty())
-      throw Error(ExitCode::usage,
-                  fmt::format("{} belongs to {}, which `angio {}` does not run. Use `angio run "
-                              "INPUT -o CASE --set ...`",
-                              key, reader, command.verb));
-  };
   for (const StageDefinition& stage : workflow_of(after).stages)
     if (stage.stage < command.stage)
       refuse(changed_key(stage.settings_text(before), stage.settings_text(after)),
-             fmt::format("the stage {}", stage.name).c_str());
-  if (command.stage == Stage::segmentation)
-    refuse(changed_key(InputSettings(before).text(), InputSettings(after).text()),
-           "the reading of INPUT");
+             fmt::format("the stage {}", stage.name), command.verb);
+  if (command.stage == Stage::segmentation) refuse_other_input(before, after, command.verb);
 }
 
 }  // namespace
+
+void refuse_other_input(const Config& before, const Config& after, const std::string& verb) {
+  refuse(changed_key(InputSettings(before).text(), InputSettings(after).text()),
+         "the reading of INPUT", verb);
+}
 
 std::span<const StageCommand> stage_commands() { return kStageCommands; }
 

@@ -1,0 +1,34 @@
+#include "viewer/sweep_plot.hpp"
+
+#include <cmath>
+
+#include "core/atomic_file.hpp"
+#include "viewer/detail/chart.hpp"
+
+namespace angio::viewer {
+
+bool write_sweep_plot(const std::filesystem::path& path, const std::string& setting,
+                      const std::vector<SweepPanel>& panels) {
+  constexpr int kColors = 4;
+  std::vector<detail::Chart> charts;
+  for (const SweepPanel& panel : panels) {
+    detail::Chart& chart = charts.emplace_back();
+    chart.title = panel.measure;
+    chart.x_label = setting;
+    chart.y_label = panel.measure;
+    chart.y_from_zero = false;
+    int color = 0;
+    for (const SweepCurve& curve : panel.curves) {
+      color = color % kColors + 1;
+      chart.series.push_back({curve.label, curve.x, curve.y, color, false});
+      for (std::size_t i = 0; i < curve.x.size(); ++i)
+        if (std::isfinite(curve.y[i])) chart.marks.push_back({curve.x[i], curve.y[i], "", color});
+    }
+  }
+  const std::string file = detail::svg_file(charts);
+  if (file.empty()) return false;
+  write_text_atomically(path, file);
+  return true;
+}
+
+}  // namespace angio::viewer
