@@ -6,9 +6,13 @@
 #include <algorithm>
 #include <cstdio>
 #include <filesystem>
+#include <functional>
+#include <memory>
 #include <new>
+#include <optional>
 #include <string>
 #include <system_error>
+#include <utility>
 #include <vector>
 
 #include "core/error.hpp"
@@ -114,6 +118,45 @@ int report_usage_error(const CLI::App& app, const CLI::ParseError& error,
   return int(ExitCode::usage);
 }
 
+/// The commands, each with its arguments and what it does.
+class Commands {
+ public:
+  explicit Commands(CLI::App& app) : app_(app) {}
+
+  template <class Arguments, class Describe, class Action>
+  void add(const Describe& describe, const Action& action) {
+    auto arguments = std::make_shared<Arguments>();
+    describe(app_, *arguments);
+    actions_.emplace_back(app_.get_subcommands({}).back(),
+                          [action, arguments] { return action(*arguments); });
+  }
+  void add_stage(const StageCommand& stage) {
+    struct Arguments {
+      SharedOptions options;
+      fs::path case_folder;
+    };
+    add<Arguments>(
+        [&](CLI::App& app, Arguments& arguments) {
+          CLI::App& command = *app.add_subcommand(stage.verb, stage.help);
+          command.add_option("CASE", arguments.case_folder, "the case's folder")->required();
+          add_run_options(command, arguments.options);
+        },
+        [&stage](Arguments& arguments) {
+          return do_stage_again(stage, arguments.options, arguments.case_folder);
+        });
+  }
+  /// @return the exit code of the command that was given; nothing if it is none of these
+  [[nodiscard]] std::optional<int> run() const {
+    for (const auto& [command, action] : actions_)
+      if (app_.got_subcommand(command)) return action();
+    return std::nullopt;
+  }
+
+ private:
+  CLI::App& app_;
+  std::vector<std::pair<CLI::App*, std::function<int()>>> actions_;
+};
+
 int dispatch(int argc, char** argv) {
   CLI::App app{
       "angio: from a rotational angiography to what a balloon does to the artery.\n"
@@ -121,38 +164,20 @@ int dispatch(int argc, char** argv) {
   app.set_version_flag("--version", "angio " + version_with_commit());
   app.require_subcommand(1);
 
-  RunArguments run;
-  add_run_command(app, run);
-  const auto again = stage_commands();
-  std::vector<SharedOptions> stage_options(again.size());
-  fs::path case_folder;
-  for (std::size_t i = 0; i < again.size(); ++i) {
-    CLI::App& command = *app.add_subcommand(again[i].verb, again[i].help);
-    command.add_option("CASE", case_folder, "the case's folder")->required();
-    add_run_options(command, stage_options[i]);
-  }
-  InspectArguments inspect_arguments;
-  CLI::App& inspect = add_inspect_command(app, inspect_arguments);
-  ViewArguments view;
-  add_view_command(app, view);
-  FilmArguments film;
-  add_film_command(app, film);
-  FigureArguments figure;
-  add_figure_command(app, figure);
-  ConvertArguments convert;
-  add_convert_command(app, convert);
-  PhantomArguments phantom;
-  add_phantom_command(app, phantom);
-  InflateArguments inflate;
-  add_inflate_command(app, inflate);
-  ExperimentArguments experiment;
-  add_experiment_command(app, experiment);
-  BatchArguments batch;
-  add_batch_command(app, batch);
-  SweepArguments sweep;
-  add_sweep_command(app, sweep);
-  bool doctor_json = false;
-  add_doctor_command(app, doctor_json);
+  Commands commands(app);
+  commands.add<RunArguments>(add_run_command, do_run);
+  for (const StageCommand& stage : stage_commands()) commands.add_stage(stage);
+  commands.add<InspectArguments>(add_inspect_command, do_inspect);
+  commands.add<ViewArguments>(add_view_command, do_view);
+  commands.add<FilmArguments>(add_film_command, do_film);
+  commands.add<FigureArguments>(add_figure_command, do_figure);
+  commands.add<ConvertArguments>(add_convert_command, do_convert);
+  commands.add<PhantomArguments>(add_phantom_command, do_phantom);
+  commands.add<InflateArguments>(add_inflate_command, do_inflate);
+  commands.add<ExperimentArguments>(add_experiment_command, do_experiment);
+  commands.add<BatchArguments>(add_batch_command, do_batch);
+  commands.add<SweepArguments>(add_sweep_command, do_sweep);
+  commands.add<bool>(add_doctor_command, do_doctor);
   ShellArguments shell;
   add_description_commands(app, shell);
 
@@ -161,22 +186,8 @@ int dispatch(int argc, char** argv) {
   } catch (const CLI::ParseError& error) {
     return report_usage_error(app, error, argc > 1 && argv[1][0] != '-' ? argv[1] : "");
   }
-  if (app.got_subcommand("run")) return do_run(run);
-  for (std::size_t i = 0; i < again.size(); ++i)
-    if (app.got_subcommand(again[i].verb))
-      return do_stage_again(again[i], stage_options[i], case_folder);
-  if (app.got_subcommand(&inspect)) return do_inspect(inspect_arguments);
-  if (app.got_subcommand("view")) return do_view(view);
-  if (app.got_subcommand("film")) return do_film(film);
-  if (app.got_subcommand("figure")) return do_figure(figure);
-  if (app.got_subcommand("convert")) return do_convert(convert);
-  if (app.got_subcommand("phantom")) return do_phantom(phantom);
-  if (app.got_subcommand("inflate")) return do_inflate(inflate);
-  if (app.got_subcommand("experiment")) return do_experiment(experiment);
-  if (app.got_subcommand("batch")) return do_batch(batch);
-  if (app.got_subcommand("sweep")) return do_sweep(sweep);
-  if (app.got_subcommand("doctor")) return do_doctor(doctor_json);
-  return do_describe(app, shell);
+  const std::optional<int> exit_code = commands.run();
+  return exit_code ? *exit_code : do_describe(app, shell);
 }
 
 constexpr const char* kNoOutput =
