@@ -20,19 +20,14 @@ namespace {
 
 constexpr int kPlotScale = 2;  // of the PNG beside the SVG
 
-/// Five steps to the peak and three to the end, as in the report.
 std::vector<Moment> read_sequence(const Course& course) {
-  constexpr int kToPeak = 5, kToEnd = 3;
   const auto& frames = course.data.frames;
-  const double peak = double(course.peak), last = double(frames.size()) - 1.0;
   std::vector<Moment> sequence;
-  for (int i = 0; i <= kToPeak + kToEnd; ++i) {
-    const double place =
-        i <= kToPeak ? peak * i / kToPeak : peak + (last - peak) * (i - kToPeak) / kToEnd;
-    const FrameFiles& frame = frames[std::size_t(std::lround(place))];
+  for (const std::size_t place : sequence_places(frames.size(), course.peak)) {
+    const FrameFiles& frame = frames[place];
     Moment moment = read_moment(frame);
-    moment.title =
-        std::string("(") + char('a' + i) + ") " + formats::fixed_text(frame.time_s, 3) + " s";
+    moment.title = std::string("(") + char('a' + int(sequence.size())) + ") " +
+                   formats::fixed_text(frame.time_s, 3) + " s";
     const double pressure = value_at(course, frame, "pressure_atm");
     if (std::isfinite(pressure)) moment.title += ", " + formats::fixed_text(pressure, 1) + " atm";
     sequence.push_back(std::move(moment));

@@ -186,4 +186,14 @@ void write_report(const fs::path& folder, const ReportContent& content, const Pr
   progress.report(1.0);
 }
 
+std::vector<std::size_t> sequence_places(std::size_t frame_count, std::size_t peak) {
+  constexpr int kToPeak = 5, kToEnd = 3;
+  const double last = double(frame_count) - 1.0, top = double(peak);
+  std::vector<std::size_t> places;
+  for (int i = 0; i <= kToPeak; ++i) places.push_back(std::size_t(std::lround(top * i / kToPeak)));
+  for (int i = 1; i <= kToEnd; ++i)
+    places.push_back(std::size_t(std::lround(top + (last - top) * i / kToEnd)));
+  return places;
+}
+
 }  // namespace angio::viewer

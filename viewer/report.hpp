@@ -106,6 +106,11 @@ struct FrameTime {
   int frame = 0;
   double time_s = 0.0;
 };
+/// Nine places among a simulation's frames, as in the seed paper's figures: the start, five steps
+/// to the peak, and three to the end. Ascending; some are the same where there are few frames.
+/// @param peak  its place, less than frame_count
+std::vector<std::size_t> sequence_places(std::size_t frame_count, std::size_t peak);
+
 std::vector<FrameTime> read_frame_times(const std::filesystem::path& path);  ///< ascending
 
 }  // namespace angio::viewer

@@ -70,25 +70,18 @@ std::vector<viewer::Moment> read_moments(const StageFiles& files, const json& su
           moment("After", summary.at("last_frame").get<int>())};
 }
 
-/// Nine written frames from the first to the last, as in the seed paper's figures: the start, five
-/// steps to the peak, and three to the end.
 std::vector<viewer::Moment> read_sequence(const StageFiles& files, const json& summary,
                                           const std::vector<viewer::FrameTime>& frames) {
-  const auto place_of = [&](int frame) {
-    return double(std::find_if(frames.begin(), frames.end(),
-                               [&](const auto& f) { return f.frame == frame; }) -
-                  frames.begin());
-  };
-  const double peak = place_of(summary.at("peak_frame").get<int>());
-  const double last = double(frames.size()) - 1.0;
+  const int peak_frame = summary.at("peak_frame").get<int>();
+  const auto peak = std::find_if(frames.begin(), frames.end(),
+                                 [&](const auto& f) { return f.frame == peak_frame; });
   std::vector<viewer::Moment> sequence;
-  constexpr int kToPeak = 5, kToEnd = 3;
-  for (int i = 0; i <= kToPeak + kToEnd; ++i) {
-    const double place =
-        i <= kToPeak ? peak * i / kToPeak : peak + (last - peak) * (i - kToPeak) / kToEnd;
-    const viewer::FrameTime& at = frames[std::size_t(std::lround(place))];
-    sequence.push_back(
-        read_moment(files, fmt::format("({}) {:.3f} s", char('a' + i), at.time_s), at.frame));
+  for (const std::size_t place :
+       viewer::sequence_places(frames.size(), std::size_t(peak - frames.begin()))) {
+    const viewer::FrameTime& at = frames[place];
+    sequence.push_back(read_moment(
+        files, fmt::format("({}) {:.3f} s", char('a' + int(sequence.size())), at.time_s),
+        at.frame));
   }
   return sequence;
 }
