@@ -93,6 +93,21 @@ double default_length(double lesion_length, double nominal_diameter) {
   return std::clamp(wished, std::max(kLeastCylinder, nominal_diameter), longest);
 }
 
+/// Of balloons of a plan's diameter: a balloon is at least as long as wide.
+double shortest_sold(const BalloonPlan& plan) {
+  return std::max(kShortestSold, 2.0 * plan.rest_radius);
+}
+
+std::string shortened_text(const BalloonPlan& plan, double wished) {
+  const char* unsold =
+      plan.cylinder_length < shortest_sold(plan) ? " (none so short is sold in this diameter)" : "";
+  return "the balloon was shortened from " + millimetres(wished) + " to " +
+         millimetres(plan.cylinder_length) +
+         " to stay one diameter inside the open ends; for a longer one, segment more of the "
+         "vessel" +
+         unsold;
+}
+
 /// Fills in the defaults and keeps the balloon a local diameter away from the open ends.
 BalloonPlan make_plan(const BalloonOptions& options, const Lesion& lesion,
                       const OpenStretch& stretch, const CenterlinePath& path,
@@ -148,12 +163,7 @@ BalloonPlan make_plan(const BalloonOptions& options, const Lesion& lesion,
                      " (one lumen diameter must stay free to each open end). Choose another place, "
                      "a smaller balloon (balloon.nominal_diameter_mm), or segment more of the "
                      "vessel");
-  if (plan.cylinder_length < wished - 1e-9)
-    warnings.push_back(
-        "the balloon was shortened from " + millimetres(wished) + " to " +
-        millimetres(plan.cylinder_length) +
-        " to stay one diameter inside the open ends; for a longer one, segment more of the "
-        "vessel");
+  if (plan.cylinder_length < wished - 1e-9) warnings.push_back(shortened_text(plan, wished));
   return plan;
 }
 
@@ -198,7 +208,7 @@ detail::ShapedBalloon shape_in_bend(BalloonPlan& plan, const Lesion& lesion, boo
                                     std::vector<std::string>& warnings) {
   constexpr double kShorter = 0.85;
   const double wished = plan.cylinder_length;
-  const double shortest = std::min(wished, std::max(kShortestSold, 2.0 * plan.rest_radius));
+  const double shortest = std::min(wished, shortest_sold(plan));
   detail::ShapedBalloon shaped = shape_clear(plan, path, lumen);
   double turn = turn_of(shaped.balloon.guidewire);
   const double covering = std::max(shortest, std::min(wished, lesion.length));

@@ -126,6 +126,21 @@ TEST(PlaceBalloon, IsShortenedWithAWarningWhereTheVesselIsShort) {
   EXPECT_THAT(tight.setup.warnings, testing::Contains(testing::HasSubstr("shortened")));
 }
 
+TEST(PlaceBalloon, ShorterThanAnyThatIsSoldIsSaid) {
+  for (const auto& [length, is_said] : {std::pair{15.0, true}, {22.0, false}}) {
+    const Case cut =
+        place(test::make_tube(length, 0.3, test::stenosis(1.5, 0.5 * length, 4.0, 0.5)),
+              0.5 * length, 8.0, 3.0);
+    EXPECT_LT(cut.setup.balloon.length_mm, 14.0);
+    EXPECT_EQ(cut.setup.balloon.length_mm < 5.0, is_said);
+    const auto said = testing::Contains(testing::HasSubstr("none so short is sold"));
+    if (is_said)
+      EXPECT_THAT(cut.setup.warnings, said);
+    else
+      EXPECT_THAT(cut.setup.warnings, testing::Not(said));
+  }
+}
+
 TEST(PlaceBalloon, WhereNoneFitsIsAnInputError) {
   const auto throat = test::make_tube(24.0, 0.08, test::stenosis(0.8, 12.0, 4.0, 0.86));
   const LumenMesh lumen = mesh_lumen(throat.level_set, throat.tree, {});
