@@ -75,14 +75,12 @@ CLI::App& add_convert_command(CLI::App& app, ConvertArguments& a) {
       .add_option("--to", a.to,
                   "slicer: a case as a folder for 3D Slicer, lumen.seg.nrrd and centerlines.vtp")
       ->check(CLI::IsMember({"slicer"}));
-  command.add_flag("--quiet", a.quiet, "warnings and errors only");
-  command.add_flag("--json", a.json, "results and events as JSON on standard output");
+  add_output_options(command, a.shared);
   return command;
 }
 
 int do_convert(const ConvertArguments& a) {
-  Reporter reporter(a.json ? ReportStyle::json
-                           : (a.quiet ? ReportStyle::quiet : ReportStyle::automatic));
+  Reporter reporter(a.shared.style());
   if (a.to == "slicer") return convert_for_slicer(a, reporter);
   const Kind wanted = output_kind(a.output), given = kind_of_input(a.input);
   if (wanted != given)

@@ -4,13 +4,15 @@
 #include <filesystem>
 #include <string>
 
+#include "pipeline/cli/shared_options.hpp"
+
 namespace angio::pipeline {
 
 struct ConvertArguments {
   std::string input;
   std::filesystem::path output;
-  std::string to;  ///< empty: by the output's ending
-  bool quiet = false, json = false;
+  std::string to;        ///< empty: by the output's ending
+  SharedOptions shared;  ///< --quiet and --json alone
 };
 
 CLI::App& add_convert_command(CLI::App& app, ConvertArguments& arguments);

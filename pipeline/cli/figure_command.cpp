@@ -17,14 +17,12 @@ CLI::App& add_figure_command(CLI::App& app, FigureArguments& a) {
   command.add_option("-o,--output", a.folder, "folder of the pictures")
       ->required()
       ->type_name("DIR");
-  command.add_flag("--quiet", a.quiet, "warnings and errors only");
-  command.add_flag("--json", a.json, "results and events as JSON on standard output");
+  add_output_options(command, a.shared);
   return command;
 }
 
 int do_figure(const FigureArguments& a) {
-  Reporter reporter(a.json ? ReportStyle::json
-                           : (a.quiet ? ReportStyle::quiet : ReportStyle::automatic));
+  Reporter reporter(a.shared.style());
   reporter.begin_stage("figure");
   for (const auto& file : viewer::write_case_figures(a.case_folder, a.folder, reporter.progress()))
     reporter.result(file.string());

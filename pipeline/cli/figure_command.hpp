@@ -3,11 +3,13 @@
 #include <CLI/App.hpp>
 #include <filesystem>
 
+#include "pipeline/cli/shared_options.hpp"
+
 namespace angio::pipeline {
 
 struct FigureArguments {
   std::filesystem::path case_folder, folder;
-  bool quiet = false, json = false;
+  SharedOptions shared;  ///< --quiet and --json alone
 };
 
 CLI::App& add_figure_command(CLI::App& app, FigureArguments& arguments);

@@ -40,8 +40,7 @@ CLI::App& add_film_command(CLI::App& app, FilmArguments& a) {
   command.add_option("--fps", a.pictures_per_second, "pictures per second, 1 to 60")
       ->type_name("N")
       ->capture_default_str();
-  command.add_flag("--quiet", a.quiet, "warnings and errors only");
-  command.add_flag("--json", a.json, "results and events as JSON on standard output");
+  add_output_options(command, a.shared);
   return command;
 }
 
@@ -49,8 +48,7 @@ int do_film(const FilmArguments& a) {
   viewer::FilmOptions options;
   read_size(a.size, options);
   options.pictures_per_second = a.pictures_per_second;
-  Reporter reporter(a.json ? ReportStyle::json
-                           : (a.quiet ? ReportStyle::quiet : ReportStyle::automatic));
+  Reporter reporter(a.shared.style());
   reporter.begin_stage("film");
   viewer::write_film(a.case_folder, a.film, options, reporter.progress());
   reporter.result(a.film.string());
