@@ -1,0 +1,64 @@
+#include "reconstruction/detail/line_integrals.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/error.hpp"
+
+namespace angio::reconstruction::detail {
+namespace {
+
+constexpr int kFramesLookedAt = 8;
+constexpr double kAirShare = 0.9995;
+constexpr float kLeastBeam = 1e-5F;  ///< of I0: what is darker is the detector's own noise
+
+}  // namespace
+
+double unattenuated(const RotationalRun& run) {
+  const int count = int(run.frames.size()), looked = std::min(count, kFramesLookedAt);
+  std::vector<float> pixels;
+  for (int n = 0; n < looked; ++n) {
+    const auto frame = run.pictures->read(int(std::int64_t(n) * count / looked), 1);
+    pixels.insert(pixels.end(), frame.begin(), frame.end());
+  }
+  const auto [least, most] = std::minmax_element(pixels.begin(), pixels.end());
+  if (!(*least < *most))
+    throw InputError(
+        "all pixels of the run are the same (frames of air, or a saturated or empty export). "
+        "Export the run again, as the detector had it");
+  const auto place = pixels.begin() + std::ptrdiff_t(kAirShare * double(pixels.size() - 1));
+  std::nth_element(pixels.begin(), place, pixels.end());
+  if (run.relation == PixelRelation::linear && !(*place > 0.0F))
+    throw InputError(
+        "the run's pixels are not above zero (a picture that was subtracted before, or a rescaled "
+        "one). Export the run as the detector had it");
+  return double(*place);
+}
+
+void to_line_integrals(float* pixels, const float* mask, std::size_t count, PixelRelation relation,
+                       double air) {
+  const float top = float(air);
+  if (relation == PixelRelation::logarithmic) {
+    for (std::size_t i = 0; i < count; ++i) pixels[i] = (mask ? mask[i] : top) - pixels[i];
+    return;
+  }
+  const float least = kLeastBeam * top;
+  for (std::size_t i = 0; i < count; ++i) {
+    const float without = mask ? std::max(mask[i], least) : top;
+    pixels[i] = std::log(without / std::max(pixels[i], least));
+  }
+}
+
+void cover_shutter(float* pixels, int columns, int rows, const OpenField& field) {
+  for (int row = 0; row < rows; ++row) {
+    const int from_row = std::clamp(row, field.first_row, field.last_row);
+    for (int c = 0; c < columns; ++c) {
+      const int from = std::clamp(c, field.first_column, field.last_column);
+      if (from_row != row || from != c)
+        pixels[std::size_t(row) * std::size_t(columns) + std::size_t(c)] =
+            pixels[std::size_t(from_row) * std::size_t(columns) + std::size_t(from)];
+    }
+  }
+}
+
+}  // namespace angio::reconstruction::detail

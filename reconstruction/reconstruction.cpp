@@ -1,0 +1,307 @@
+#include "reconstruction/reconstruction.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/error.hpp"
+#include "core/parallel.hpp"
+#include "core/units.hpp"
+#include "reconstruction/detail/back_projection.hpp"
+#include "reconstruction/detail/line_integrals.hpp"
+#include "reconstruction/detail/orbit.hpp"
+#include "reconstruction/detail/plane_frames.hpp"
+#include "reconstruction/detail/ramp_filter.hpp"
+#include "reconstruction/detail/ray_weights.hpp"
+
+namespace angio::reconstruction {
+namespace {
+
+using namespace detail;
+constexpr double kPerDegree = 180.0 / units::kPi;
+/// Frames in memory at a time: their filtered values stay in the processor's cache while all voxels
+/// are gone through.
+constexpr std::size_t kBytesAtATime = std::size_t(16) << 20;
+
+void check(const RotationalRun& run) {
+  ANGIO_EXPECT(run.pictures != nullptr && !run.frames.empty());
+  for (const angiogram::ConeBeamFrame& frame : run.frames)
+    if (frame.columns != run.frames.front().columns || frame.rows != run.frames.front().rows)
+      throw InputError("the frames of the run differ in size. Give one run");
+  if (run.frames.front().columns < 16 || run.frames.front().rows < 16)
+    throw InputError("the frames are under 16 pixels wide or high (icons). Give the run itself");
+}
+
+/// What every frame sees around the axis.
+struct Field {
+  double radius = 0.0, low = 0.0, high = 0.0;  ///< [mm], along the axis from the isocentre
+};
+
+Field common_field(const RotationalRun& run, const Orbit& orbit) {
+  Field field{1e9, -1e9, 1e9};
+  for (std::size_t f = 0; f < run.frames.size(); ++f) {
+    const double half = seen_half_width(run.frames[f], orbit, f), away = orbit.radius[f];
+    field.radius = std::min(field.radius, half * away / std::hypot(half, away));
+    const SeenHeight seen = seen_height(run.frames[f], orbit, f);
+    field.low = std::max(field.low, seen.low);
+    field.high = std::min(field.high, seen.high);
+  }
+  if (!(field.radius > 0.0) || !(field.high > field.low))
+    throw InputError(
+        "no place around the axis is seen by every frame (the detector is off the axis, or its "
+        "distances are wrong). Check the distances and the geometry");
+  return field;
+}
+
+struct Grids {
+  ColumnGrid columns;
+  VolumeGeometry geometry;
+};
+
+/// Voxels over the field, in whole voxels around the isocentre.
+Grids make_grids(const Orbit& orbit, const Field& field, const PlaneGrid& plane,
+                 const ReconstructionOptions& options) {
+  const double height = field.high - field.low, side = std::max(2.0 * field.radius, height);
+  const double voxel = options.voxel_mm > 0.0
+                           ? options.voxel_mm
+                           : std::max(plane.sample_mm, side / options.largest_side);
+  const auto count = [&](double length) { return std::max(2, int(length / voxel)); };
+  Grids grids;
+  ColumnGrid& c = grids.columns;
+  c.i_count = c.j_count = count(2.0 * field.radius);
+  c.k_count = count(height);
+  c.voxel = float(voxel);
+  const auto first = [&](int n) { return -0.5 * (n - 1) * voxel; };
+  const double middle = 0.5 * (field.low + field.high);
+  c.first_x = c.first_y = float(first(c.i_count));
+  c.first_z = float(middle + first(c.k_count));
+  c.field_radius = float(field.radius);
+  VolumeGeometry& g = grids.geometry;
+  g.size = {c.i_count, c.j_count, c.k_count};
+  g.spacing = {voxel, voxel, voxel};
+  for (int row = 0; row < 3; ++row) {
+    g.direction(row, 0) = orbit.first_direction[row];
+    g.direction(row, 1) = orbit.second_direction[row];
+    g.direction(row, 2) = orbit.axis[row];
+  }
+  g.origin = orbit.isocentre + double(c.first_x) * orbit.first_direction +
+             double(c.first_y) * orbit.second_direction + double(c.first_z) * orbit.axis;
+  return grids;
+}
+
+/// Line integrals of some frames, filtered, on their planes.
+class FrameFilter {
+ public:
+  FrameFilter(const RotationalRun& run, const Orbit& orbit, const PlaneGrid& plane, double air,
+              FilterWindow window)
+      : run_(run),
+        orbit_(orbit),
+        plane_(plane),
+        air_(air),
+        ramp_(plane.u_count, plane.sample_mm, window) {}
+
+  FilteredFrames filter(int first, int count);
+  [[nodiscard]] double truncated_percent() const {
+    return rows_ == 0 ? 0.0 : 100.0 * double(truncated_) / double(rows_);
+  }
+
+ private:
+  void filter_rows(std::vector<float>& plane, std::size_t frame, const PlaneFrame& place,
+                   std::size_t& truncated) const;
+
+  const RotationalRun& run_;
+  const Orbit& orbit_;
+  PlaneGrid plane_;
+  double air_;
+  RampFilter ramp_;
+  std::size_t rows_ = 0, truncated_ = 0;
+};
+
+void FrameFilter::filter_rows(std::vector<float>& plane, std::size_t frame, const PlaneFrame& place,
+                              std::size_t& truncated) const {
+  const std::size_t width = std::size_t(plane_.u_count);
+  std::vector<double> across(width);
+  for (std::size_t i = 0; i < width; ++i)
+    across[i] = double(place.first_u) + double(i) * plane_.sample_mm;
+  const std::vector<float> weights = ray_weights(orbit_, frame, across);
+  const float arc = float(orbit_.step[frame]);
+  const double radius = orbit_.radius[frame];
+  RampFilter::Workspace workspace(ramp_);
+  for (int j = 0; j < plane_.v_count; ++j) {
+    float* row = plane.data() + std::size_t(j) * width;
+    truncated += is_truncated(row, plane_.u_count);
+    const double v = double(place.first_v) + j * plane_.sample_mm - double(place.height);
+    for (std::size_t i = 0; i < width; ++i)
+      row[i] *=
+          weights[i] * float(radius / std::sqrt(radius * radius + across[i] * across[i] + v * v));
+    ramp_.filter(row, workspace);
+    for (std::size_t i = 0; i < width; ++i) row[i] *= arc;
+  }
+}
+
+FilteredFrames FrameFilter::filter(int first, int count) {
+  const std::size_t pixels =
+      std::size_t(run_.frames.front().columns) * std::size_t(run_.frames.front().rows);
+  std::vector<float> pictures = run_.pictures->read(first, count);
+  const std::vector<float> masks =
+      run_.masks ? run_.masks->read(first, count) : std::vector<float>();
+  FilteredFrames filtered;
+  filtered.u_count = plane_.u_count;
+  filtered.v_count = plane_.v_count;
+  filtered.frames.resize(std::size_t(count));
+  const std::size_t samples = std::size_t(plane_.u_count) * std::size_t(plane_.v_count);
+  filtered.values.resize(samples * std::size_t(count));
+  std::vector<std::size_t> truncated(std::size_t(count), 0);
+  parallel_for(count, [&](std::ptrdiff_t n) {
+    const std::size_t index = std::size_t(first) + std::size_t(n);
+    const angiogram::ConeBeamFrame& frame = run_.frames[index];
+    float* picture = pictures.data() + std::size_t(n) * pixels;
+    to_line_integrals(picture, masks.empty() ? nullptr : masks.data() + std::size_t(n) * pixels,
+                      pixels, run_.relation, air_);
+    if (run_.open_field) cover_shutter(picture, frame.columns, frame.rows, *run_.open_field);
+    std::vector<float> plane = bring_onto_plane(picture, frame, orbit_, index, plane_);
+    const PlaneFrame place = place_on_plane(frame, orbit_, index, plane_);
+    filter_rows(plane, index, place, truncated[std::size_t(n)]);
+    filtered.frames[std::size_t(n)] = place;
+    float* turned = filtered.values.data() + std::size_t(n) * samples;
+    for (int j = 0; j < plane_.v_count; ++j)
+      for (int i = 0; i < plane_.u_count; ++i)
+        turned[std::size_t(i) * std::size_t(plane_.v_count) + std::size_t(j)] =
+            plane[std::size_t(j) * std::size_t(plane_.u_count) + std::size_t(i)];
+  });
+  rows_ += std::size_t(count) * std::size_t(plane_.v_count);
+  for (const std::size_t rows : truncated) truncated_ += rows;
+  return filtered;
+}
+
+/// Columns of voxels as a volume; those outside the field get the median of what is inside.
+Volume<float> to_volume(const Grids& grids, std::vector<float> sums) {
+  const ColumnGrid& c = grids.columns;
+  const auto is_inside = [&](int i, int j) {
+    const float x = c.first_x + float(i) * c.voxel, y = c.first_y + float(j) * c.voxel;
+    return x * x + y * y <= c.field_radius * c.field_radius;
+  };
+  const auto column = [&](int i, int j) {
+    return sums.data() +
+           (std::size_t(j) * std::size_t(c.i_count) + std::size_t(i)) * std::size_t(c.k_count);
+  };
+  std::vector<float> some;
+  constexpr int kEvery = 5;
+  for (int j = 0; j < c.j_count; j += kEvery)
+    for (int i = 0; i < c.i_count; i += kEvery)
+      for (int k = 0; is_inside(i, j) && k < c.k_count; k += kEvery)
+        some.push_back(column(i, j)[k]);
+  float median = 0.0F;
+  if (!some.empty()) {
+    std::nth_element(some.begin(), some.begin() + std::ptrdiff_t(some.size() / 2), some.end());
+    median = some[some.size() / 2];
+  }
+  Volume<float> volume(grids.geometry, median);
+  parallel_for(c.k_count, [&](std::ptrdiff_t k) {
+    for (int j = 0; j < c.j_count; ++j)
+      for (int i = 0; i < c.i_count; ++i)
+        if (is_inside(i, j)) volume.at(i, j, int(k)) = column(i, j)[k];
+  });
+  return volume;
+}
+
+/// From the median of the differences between neighbours along i: 0.6745 sqrt(2) sd of the noise.
+double noise_of(const Volume<float>& volume) {
+  std::vector<float> steps;
+  const auto& size = volume.geometry.size;
+  for (int k = 0; k < size[2]; k += 3)
+    for (int j = 0; j < size[1]; j += 3)
+      for (int i = 1; i < size[0]; i += 3) {
+        const float step = std::abs(volume.at(i, j, k) - volume.at(i - 1, j, k));
+        if (step > 0.0F) steps.push_back(step);
+      }
+  if (steps.empty()) return 0.0;
+  std::nth_element(steps.begin(), steps.begin() + std::ptrdiff_t(steps.size() / 2), steps.end());
+  return double(steps[steps.size() / 2]) / (0.6745 * std::sqrt(2.0));
+}
+
+RunQuality judge(const RotationalRun& run, const Orbit& orbit, const PlaneGrid& plane,
+                 const Field& field) {
+  RunQuality quality;
+  quality.frame_count = int(run.frames.size());
+  quality.arc_degrees = orbit.arc() * kPerDegree;
+  quality.largest_step_degrees = orbit.largest_step * kPerDegree;
+  quality.source_to_isocentre_mm = orbit.radius[orbit.radius.size() / 2];
+  quality.shortest_arc_degrees =
+      180.0 + 2.0 * std::asin(field.radius / quality.source_to_isocentre_mm) * kPerDegree;
+  quality.pixel_at_isocentre_mm = plane.sample_mm;
+  quality.field_radius_mm = field.radius;
+  quality.is_subtracted = run.masks != nullptr;
+  return quality;
+}
+
+std::vector<std::string> warnings_of(const RotationalRun& run, const RunQuality& quality) {
+  std::vector<std::string> warnings;
+  if (quality.arc_degrees < quality.shortest_arc_degrees)
+    warnings.push_back(fmt::format(
+        "the run turns by {:.0f} degrees; to see all of its field from all sides it would need "
+        "{:.0f}. Vessels are blurred along the direction that is missing",
+        quality.arc_degrees, quality.shortest_arc_degrees));
+  // As many views as a circle over the field has samples across, times pi / 2, leave no streaks.
+  const double needed = quality.pixel_at_isocentre_mm / quality.field_radius_mm * kPerDegree;
+  constexpr double kCoarse = 10.0;
+  if (quality.largest_step_degrees > kCoarse * needed)
+    warnings.push_back(fmt::format(
+        "there are {} frames, up to {:.1f} degrees apart; streaks come from bright places",
+        quality.frame_count, quality.largest_step_degrees));
+  if (quality.truncated_percent > 0.0)
+    warnings.push_back(fmt::format(
+        "{:.0f} % of the rows end within the body; they were continued, and attenuation near the "
+        "edge of the field is less sure",
+        quality.truncated_percent));
+  if (!run.masks)
+    warnings.emplace_back("scattered radiation is not corrected for: dense places look thinner");
+  return warnings;
+}
+
+}  // namespace
+
+void ReconstructionOptions::validate() const {
+  if (!(voxel_mm == 0.0 || (voxel_mm >= 0.05 && voxel_mm <= 5.0)))
+    throw OptionError("reconstruction.voxel_mm: must be in [0.05, 5], or 0 for a pixel's size");
+  if (!(air >= 0.0 && air < 1e9))
+    throw OptionError("reconstruction.air: must be in [0, 1e9); 0 is the brightest pixel");
+  if (largest_side < 16 || largest_side > 2048)
+    throw OptionError("reconstruction.largest_side: must be in [16, 2048]");
+}
+
+Reconstruction reconstruct_volume(const RotationalRun& run, const ReconstructionOptions& options,
+                                  const Progress& progress) {
+  options.validate();
+  check(run);
+  const Orbit orbit = fit_orbit(run.frames);
+  const PlaneGrid plane = plane_grid(run.frames, orbit);
+  const Field field = common_field(run, orbit);
+  const Grids grids = make_grids(orbit, field, plane, options);
+  Reconstruction result;
+  result.quality = judge(run, orbit, plane, field);
+  const double air = run.masks ? 1.0 : options.air > 0.0 ? options.air : unattenuated(run);
+  result.quality.unattenuated = run.masks ? 0.0 : air;
+
+  FrameFilter filter(run, orbit, plane, air, options.window);
+  std::vector<float> sums(grids.geometry.voxel_count(), 0.0F);
+  const std::size_t frame_bytes =
+      std::size_t(plane.u_count) * std::size_t(plane.v_count) * sizeof(float);
+  const int count = int(run.frames.size());
+  const int at_a_time = std::clamp(int(kBytesAtATime / frame_bytes), 4, 32);
+  for (int first = 0; first < count; first += at_a_time) {
+    const int number = std::min(at_a_time, count - first);
+    progress.report(0.95 * first / count,
+                    fmt::format("projecting back, frame {} of {}", first + 1, count));
+    back_project(filter.filter(first, number), grids.columns, sums);
+  }
+  result.quality.truncated_percent = filter.truncated_percent();
+  progress.report(0.95, "putting the volume together");
+  result.volume = to_volume(grids, std::move(sums));
+  result.quality.noise_per_mm = noise_of(result.volume);
+  result.warnings = warnings_of(run, result.quality);
+  return result;
+}
+
+}  // namespace angio::reconstruction

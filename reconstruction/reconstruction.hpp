@@ -1,0 +1,101 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "angiogram/cone_beam.hpp"
+#include "core/progress.hpp"
+#include "core/volume.hpp"
+
+/// From the X-ray frames of a rotational run to a volume.
+namespace angio::reconstruction {
+
+/// The pictures of a run, read when they are needed.
+class FrameReader {
+ public:
+  FrameReader() = default;
+  FrameReader(const FrameReader&) = delete;
+  FrameReader& operator=(const FrameReader&) = delete;
+  virtual ~FrameReader() = default;
+  /// Frames [first, first + count) one behind the other, rows from the top.
+  /// @return pixels as the run has them, shape [count, rows, columns]
+  [[nodiscard]] virtual std::vector<float> read(int first, int count) const = 0;
+};
+
+/// How pixels tell the beam (DICOM PS3.3 C.8.7.1.1.2, Pixel Intensity Relationship).
+enum class PixelRelation {
+  linear,       ///< proportional to the beam's intensity
+  logarithmic,  ///< to its logarithm, at a scale that is not said
+};
+
+/// Columns first, last, rows first, last, numbered from 0, that shutter and collimator leave open.
+struct OpenField {
+  int first_column = 0, last_column = 0, first_row = 0, last_row = 0;
+};
+
+/// A rotational run: contrast medium in the vessels, and the same turn without it where there is
+/// one.
+struct RotationalRun {
+  std::vector<angiogram::ConeBeamFrame> frames;  ///< in the order of time, all of one size
+  const FrameReader* pictures = nullptr;
+  const FrameReader* masks = nullptr;  ///< frame by frame, or null
+  PixelRelation relation = PixelRelation::linear;
+  std::optional<OpenField> open_field = {};
+};
+
+/// The ramp filter's window: what it leaves of the finest detail, and of the noise.
+enum class FilterWindow { ram_lak, shepp_logan, hann };
+inline constexpr const char* kFilterWindowNames[] = {"ram-lak", "shepp-logan", "hann"};
+
+struct ReconstructionOptions {
+  double voxel_mm = 0.0;   ///< edge of a voxel, [0.05, 5]; 0: a pixel's size at the isocentre
+  int largest_side = 512;  ///< voxels along an edge, [16, 2048]; where `voxel_mm` is 0, the voxels
+                           ///< grow until they are no more
+  double air = 0.0;  ///< a pixel's value where nothing is in the beam, >= 0; 0: the brightest in
+                     ///< it. Without air in the run that is too low, and so is all attenuation
+  FilterWindow window = FilterWindow::shepp_logan;
+
+  /// @throws OptionError naming the bad field
+  void validate() const;
+};
+
+/// What a run could give.
+struct RunQuality {
+  int frame_count = 0;
+  double arc_degrees = 0.0;           ///< half a step beyond the first and the last frame
+  double shortest_arc_degrees = 0.0;  ///< that sees all of the field from all sides: 180 + the fan
+  double largest_step_degrees = 0.0;  ///< between frames
+  double source_to_isocentre_mm = 0.0;
+  double pixel_at_isocentre_mm = 0.0;
+  double field_radius_mm = 0.0;    ///< around the axis, that every frame sees
+  double unattenuated = 0.0;       ///< what a pixel has in air; 0 with masks, which need none
+  double truncated_percent = 0.0;  ///< rows of frames that end within the body
+  double noise_per_mm =
+      0.0;  ///< sd between neighbouring voxels, of what is neither vessel nor edge
+  bool is_subtracted = false;
+};
+
+struct Reconstruction {
+  Volume<float> volume;  ///< linear attenuation [1/mm]; subtracted: that of the contrast medium
+  RunQuality quality;
+  std::vector<std::string> warnings;
+};
+
+/// Reconstructs a volume by filtered back-projection (Feldkamp, Davis, Kress, J. Opt. Soc. Am. A
+/// 1:612, 1984, eq. 34), on an arc of any length:
+///
+///     f(x) = sum_i dbeta_i (R / (R - x . s_i))^2 (w p R / sqrt(R^2 + u^2 + v^2) * h)(u(x), v(x))
+///
+/// p: line integrals; u, v: on the plane through the axis that faces the source; s: towards the
+/// source, from the axis; h: the ramp; w: the weight of a ray that is measured more than once
+/// (detail/ray_weights.hpp). Any path of the source near a circle does: each frame is first brought
+/// onto its plane.
+///
+/// @param run  at least 40 degrees of arc, 3 frames
+/// @return     voxels outside the field that every frame sees have the median of those inside
+/// @throws InputError   with what the run is, and what would do
+Reconstruction reconstruct_volume(const RotationalRun& run, const ReconstructionOptions& options,
+                                  const Progress& progress = {});
+
+}  // namespace angio::reconstruction

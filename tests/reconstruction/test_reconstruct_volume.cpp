@@ -1,0 +1,144 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "core/error.hpp"
+#include "tests/reconstruction/turning_balls.hpp"
+
+namespace angio::reconstruction {
+namespace {
+
+using testing::HasSubstr;
+using tests::Ball;
+using tests::PicturesOfBalls;
+using tests::turn;
+
+const std::vector<Ball> kBalls = {{{3.0, -4.0, 2.0}, 5.0, 0.02}, {{-6.0, 5.0, -3.0}, 2.5, 0.04}};
+
+Reconstruction reconstruct(const std::vector<angiogram::ConeBeamFrame>& frames,
+                           const std::vector<Ball>& balls = kBalls,
+                           const ReconstructionOptions& options = {}) {
+  const PicturesOfBalls pictures(frames, balls);
+  RotationalRun run;
+  run.frames = frames;
+  run.pictures = &pictures;
+  return reconstruct_volume(run, options);
+}
+
+double at(const Reconstruction& result, const Vec3& point) {
+  return interpolate(result.volume, point);
+}
+
+/// The mean over places within `reach` of a ball's middle.
+double mean_in(const Reconstruction& result, const Vec3& middle, double reach) {
+  double sum = 0.0;
+  int count = 0;
+  for (double x = -reach; x <= reach; x += 0.5)
+    for (double y = -reach; y <= reach; y += 0.5)
+      for (double z = -reach; z <= reach; z += 0.5)
+        if (x * x + y * y + z * z <= reach * reach) {
+          sum += at(result, middle + Vec3{x, y, z});
+          ++count;
+        }
+  return sum / count;
+}
+
+void expect_balls(const Reconstruction& result, double tolerance) {
+  for (const Ball& ball : kBalls)
+    EXPECT_NEAR(mean_in(result, ball.middle, ball.radius - 1.2), ball.attenuation,
+                tolerance * ball.attenuation);
+  EXPECT_NEAR(mean_in(result, {-5.0, -8.0, 0.0}, 2.0), 0.0, 0.001);
+}
+
+TEST(ReconstructVolume, GivesBallsTheirAttenuationInTheirPlace) {
+  expect_balls(reconstruct(turn(180, -100.0, 100.0)), 0.01);
+}
+
+TEST(ReconstructVolume, OfAFullTurnAndMoreGivesTheSame) {
+  expect_balls(reconstruct(turn(240, 0.0, 358.5)), 0.01);
+  expect_balls(reconstruct(turn(260, 0.0, 388.5)), 0.01);
+}
+
+TEST(ReconstructVolume, DoesNotDependOnTheSenseOfTheTurn) {
+  const Reconstruction a = reconstruct(turn(120, -100.0, 100.0)),
+                       b = reconstruct(turn(120, 100.0, -100.0));
+  for (std::size_t v = 0; v < a.volume.values.size(); v += 97)
+    ASSERT_NEAR(a.volume.values[v], b.volume.values[v], 1e-5);
+}
+
+TEST(ReconstructVolume, TakesARunThatIsTiltedToTheHead) {
+  expect_balls(reconstruct(turn(180, -100.0, 100.0, 96, 64, 8.0)), 0.02);
+}
+
+TEST(ReconstructVolume, TakesADetectorThatIsShiftedAndTurned) {
+  auto frames = turn(180, -100.0, 100.0, 110, 80);
+  for (std::size_t f = 0; f < frames.size(); ++f) {
+    const double roll = 0.01 * std::sin(0.3 * double(f)), shift = std::cos(0.7 * double(f));
+    const Vec3 c = frames[f].column_step, r = frames[f].row_step;
+    frames[f].column_step = std::cos(roll) * c + std::sin(roll) * r;
+    frames[f].row_step = std::cos(roll) * r - std::sin(roll) * c;
+    frames[f].first_pixel += shift * c - 0.5 * shift * r;
+  }
+  expect_balls(reconstruct(frames), 0.015);
+}
+
+TEST(ReconstructVolume, WithMasksLeavesOutWhatIsInBoth) {
+  const auto frames = turn(180, -100.0, 100.0);
+  const std::vector<Ball> both = {{{8.0, 8.0, 0.0}, 4.0, 0.05}};
+  std::vector<Ball> all = both;
+  all.insert(all.end(), kBalls.begin(), kBalls.end());
+  const PicturesOfBalls pictures(frames, all), masks(frames, both);
+  RotationalRun run;
+  run.frames = frames;
+  run.pictures = &pictures;
+  run.masks = &masks;
+  const Reconstruction result = reconstruct_volume(run, {});
+  expect_balls(result, 0.015);
+  EXPECT_NEAR(mean_in(result, both[0].middle, 3.0), 0.0, 0.0006);
+}
+
+TEST(ReconstructVolume, OfABodyWiderThanTheDetectorKeepsItsLevel) {
+  // Water of 60 mm around the field of 24; a hole of nothing in it.
+  const std::vector<Ball> body = {{{0, 0, 0}, 60.0, 0.02}, {{4.0, 0, 0}, 4.0, -0.02}};
+  ReconstructionOptions options;
+  options.air = 10000.0;
+  const Reconstruction result = reconstruct(turn(180, -100.0, 100.0), body, options);
+  EXPECT_GT(result.quality.truncated_percent, 99.0);
+  EXPECT_NEAR(mean_in(result, {-8.0, 0.0, 0.0}, 2.0), 0.02, 0.003);
+  EXPECT_NEAR(mean_in(result, {-8.0, 0.0, 0.0}, 2.0) - mean_in(result, {4.0, 0, 0}, 2.5), 0.02,
+              0.0015);
+}
+
+TEST(ReconstructVolume, OfFewDegreesSaysWhatIsMissing) {
+  const Reconstruction result = reconstruct(turn(90, 0.0, 120.0));
+  ASSERT_FALSE(result.warnings.empty());
+  EXPECT_THAT(result.warnings.front(), HasSubstr("121 degrees"));
+}
+
+TEST(ReconstructVolume, RefusesFramesOfAir) {
+  try {
+    reconstruct(turn(60, -100.0, 100.0), {});
+    FAIL() << "frames of air were taken";
+  } catch (const InputError& error) {
+    EXPECT_THAT(error.what(), HasSubstr("frames of air"));
+  }
+}
+
+TEST(ReconstructVolume, GivesVoxelsTheSizeThatIsAskedFor) {
+  ReconstructionOptions options;
+  options.voxel_mm = 1.25;
+  const Reconstruction result = reconstruct(turn(60, -100.0, 100.0), kBalls, options);
+  EXPECT_EQ(result.volume.geometry.spacing.x, 1.25);
+  EXPECT_NEAR(result.volume.geometry.size[0] * 1.25, 2.0 * result.quality.field_radius_mm, 1.25);
+}
+
+TEST(ReconstructionOptions, OutOfRangeAreRefused) {
+  ReconstructionOptions options;
+  options.voxel_mm = 0.001;
+  EXPECT_THROW(options.validate(), OptionError);
+  options = {};
+  options.largest_side = 4;
+  EXPECT_THROW(options.validate(), OptionError);
+}
+
+}  // namespace
+}  // namespace angio::reconstruction
