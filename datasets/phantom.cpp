@@ -8,6 +8,7 @@
 #include "core/parallel.hpp"
 #include "core/units.hpp"
 #include "datasets/detail/anatomy.hpp"
+#include "datasets/detail/fine_surface.hpp"
 #include "datasets/detail/lumen_surface.hpp"
 #include "datasets/detail/scan.hpp"
 #include "datasets/detail/truth.hpp"
@@ -17,16 +18,7 @@ namespace {
 
 constexpr double kMarginMm = 6.0;
 constexpr double kDefaultBlurVoxels = 0.6;
-constexpr int kTubeVerticesPerRing = 48;
 constexpr std::size_t kLargestVoxelCount = 512u * 512u * 1024u;
-
-/// Whether rings across the axis can be stacked: they are parallel.
-bool is_straight(const detail::Branch& branch) {
-  const auto end = [&](int sample) { return branch.center[std::size_t(sample)]; };
-  const Vec3 chord = normalized(end(branch.last_sample) - end(branch.first_sample));
-  return dot(chord, branch.tangent(branch.first_sample)) > 1.0 - 1e-9 &&
-         dot(chord, branch.tangent(branch.last_sample)) > 1.0 - 1e-9;
-}
 
 /// A turn of the voxel grid around (1, 2, 3), so that no axis keeps its place (Rodrigues).
 Mat3 turn(double degrees) {
@@ -41,17 +33,6 @@ Mat3 turn(double degrees) {
     for (int row = 0; row < 3; ++row) rotation(row, column) = turned[row];
   }
   return rotation;
-}
-
-TriangleMesh surface_of(const detail::LumenShape& shape, const PhantomOptions& sized) {
-  if (shape.branches().size() == 1 && is_straight(shape.branches().front()))
-    return detail::tube_surface(shape, kTubeVerticesPerRing);
-  // Fine enough for the narrowest place and for the gap at a carina, but within reason.
-  double cell = std::min(0.16 * sized.radius_mm, shape.least_radius_mm() / 1.3);
-  for (const detail::Branch& branch : shape.branches())
-    if (branch.parent >= 0) cell = std::min(cell, 0.35 * branch.blend_mm);
-  cell = std::max(cell, 0.04 * sized.radius_mm);
-  return detail::tree_surface(shape, cell);
 }
 
 Phantom make_cloth(const PhantomOptions& sized) {
@@ -104,7 +85,7 @@ Phantom make_phantom_surface(const PhantomOptions& options) {
   const detail::Anatomy anatomy = detail::make_anatomy(sized);
   Phantom phantom;
   phantom.truth = detail::derive_truth(anatomy);
-  phantom.surface = surface_of(anatomy.shape, sized);
+  phantom.surface = detail::usual_surface(anatomy.shape, sized.radius_mm);
   return phantom;
 }
 
@@ -141,7 +122,7 @@ Phantom make_phantom_scan(const PhantomOptions& options, const Progress& progres
 Phantom make_phantom(const PhantomOptions& options, const Progress& progress) {
   Phantom phantom = make_phantom_scan(options, progress);
   const PhantomOptions sized = detail::with_size(options);
-  phantom.surface = surface_of(detail::make_anatomy(sized).shape, sized);
+  phantom.surface = detail::usual_surface(detail::make_anatomy(sized).shape, sized.radius_mm);
   return phantom;
 }
 

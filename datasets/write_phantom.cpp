@@ -1,6 +1,7 @@
 #include <unistd.h>
 
 #include <filesystem>
+#include <functional>
 #include <iomanip>
 #include <nlohmann/json.hpp>
 #include <sstream>
@@ -12,6 +13,7 @@
 #include "datasets/detail/anatomy.hpp"
 #include "datasets/detail/write_dicom.hpp"
 #include "datasets/phantom.hpp"
+#include "datasets/rotational_run.hpp"
 #include "formats/files.hpp"
 #include "formats/nrrd.hpp"
 
@@ -82,7 +84,7 @@ Json json_from(const LesionTruth& lesion) {
           {"lesion_point_mm", json_from(lesion.lesion_point)}};
 }
 
-std::string truth_text(const Phantom& phantom, const PhantomOptions& sized) {
+Json truth_json(const Phantom& phantom, const PhantomOptions& sized) {
   const PhantomTruth& truth = phantom.truth;
   Json json;
   json["phantom"] = sized.name;
@@ -106,12 +108,36 @@ std::string truth_text(const Phantom& phantom, const PhantomOptions& sized) {
                      {"triangle_count", phantom.surface.triangles.size()}};
   json["paths"] = Json::array();
   for (const CenterlinePath& path : truth.tree.paths) json["paths"].push_back(json_from(path));
-  return json.dump(1) + "\n";
+  return json;
 }
 
-/// A series is only whole with all its slices: they are written beside, then the folder is renamed.
-void write_dicom(const Phantom& phantom, const PhantomOptions& sized, PhantomFormat format,
-                 const fs::path& folder) {
+std::string as_text(const Json& json) { return json.dump(1) + "\n"; }
+
+Json json_from(const RotationalRunOfPhantom& run) {
+  const RotationalRunOptions& o = run.options;
+  Json matrices = Json::array();
+  for (const angiogram::ConeBeamFrame& frame : run.frames)
+    matrices.push_back(angiogram::ConeBeamView(frame).matrix());
+  return {{"frames", o.frames},
+          {"arc_degrees", o.arc_degrees},
+          {"columns", run.mount.columns},
+          {"rows", run.mount.rows},
+          {"column_spacing_mm", run.mount.column_spacing_mm},
+          {"source_to_detector_mm", o.source_to_detector_mm},
+          {"source_to_isocentre_mm", o.source_to_isocentre_mm},
+          {"noise", o.noise},
+          {"body", o.body},
+          {"mask_run", o.mask_run},
+          {"contrast_per_mm", o.contrast_per_mm},
+          {"wobble_mm", o.wobble_mm},
+          {"wobble_degrees", o.wobble_degrees},
+          {"primary_angles_degrees", run.primary_angles_degrees},
+          {"matrices", matrices}};
+}
+
+/// A series is only whole with all its files: they are written beside, then the folder is renamed.
+/// @param write  into the folder that it gets
+void write_folder(const fs::path& folder, const std::function<void(const fs::path&)>& write) {
   std::error_code ignored;
   bool is_ours = !fs::exists(folder) || fs::is_directory(folder);
   for (const fs::directory_entry& entry : fs::directory_iterator(folder, ignored))
@@ -124,9 +150,7 @@ void write_dicom(const Phantom& phantom, const PhantomOptions& sized, PhantomFor
   const fs::path temporary = folder.parent_path() / (".dicom.tmp-" + std::to_string(::getpid()));
   make_folder(temporary);
   try {
-    const auto write =
-        format == PhantomFormat::dicom ? detail::write_dicom_series : detail::write_dicom_xray_3d;
-    write(phantom.volume, sized.name, fingerprint(sized, phantom.volume.geometry), temporary);
+    write(temporary);
     fs::remove_all(folder);
     fs::rename(temporary, folder);
   } catch (const fs::filesystem_error& error) {
@@ -138,6 +162,15 @@ void write_dicom(const Phantom& phantom, const PhantomOptions& sized, PhantomFor
     fs::remove_all(temporary, ignored);
     throw;
   }
+}
+
+void write_dicom(const Phantom& phantom, const PhantomOptions& sized, PhantomFormat format,
+                 const fs::path& folder) {
+  const auto write =
+      format == PhantomFormat::dicom ? detail::write_dicom_series : detail::write_dicom_xray_3d;
+  write_folder(folder, [&](const fs::path& temporary) {
+    write(phantom.volume, sized.name, fingerprint(sized, phantom.volume.geometry), temporary);
+  });
 }
 
 }  // namespace
@@ -166,7 +199,27 @@ fs::path write_phantom(const Phantom& phantom, const PhantomOptions& options, Ph
       formats::write_surface(written, {phantom.surface, {}, {}});
       break;
   }
-  write_text_atomically(folder / "truth.json", truth_text(phantom, sized));
+  write_text_atomically(folder / "truth.json", as_text(truth_json(phantom, sized)));
+  return written;
+}
+
+fs::path write_rotational_run(const RotationalRunOfPhantom& run, const PhantomOptions& options,
+                              const fs::path& folder) {
+  const PhantomOptions sized = detail::with_size(options);
+  const Json of_run = json_from(run);
+  const std::string origin = fingerprint(sized, {}) + " " + of_run.dump();
+  make_folder(folder);
+  const fs::path written = folder / "run";
+  write_folder(written, [&](const fs::path& temporary) {
+    const int number = run.masks.empty() ? 1 : 2;
+    detail::write_xa_run(run, run.pictures, sized.name, origin, number, true,
+                         temporary / "IM0001.dcm");
+    if (!run.masks.empty())
+      detail::write_xa_run(run, run.masks, sized.name, origin, 1, false, temporary / "IM0002.dcm");
+  });
+  Json truth = truth_json(run.phantom, sized);
+  truth["run"] = of_run;
+  write_text_atomically(folder / "truth.json", as_text(truth));
   return written;
 }
 

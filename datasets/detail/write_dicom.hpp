@@ -5,6 +5,7 @@
 #include <string_view>
 
 #include "core/volume.hpp"
+#include "datasets/rotational_run.hpp"
 
 namespace angio::datasets::detail {
 
@@ -25,5 +26,15 @@ void write_dicom_series(const Volume<float>& volume, std::string_view name,
 /// geometry in functional groups. Values below -1024 become -1024.
 void write_dicom_xray_3d(const Volume<float>& volume, std::string_view name,
                          std::string_view fingerprint, const std::filesystem::path& folder);
+
+/// A run as one multi-frame X-Ray Angiographic Image Storage object: unsigned 16 bit, linear in the
+/// beam's intensity.
+///
+/// @param pixels  shape [frames, rows, columns]
+/// @param number  of the acquisition, from 1; the masks come before the contrast medium
+/// @param has_contrast_medium  is a contrast medium named in it?
+void write_xa_run(const RotationalRunOfPhantom& run, const std::vector<std::uint16_t>& pixels,
+                  std::string_view name, std::string_view fingerprint, int number,
+                  bool has_contrast_medium, const std::filesystem::path& path);
 
 }  // namespace angio::datasets::detail

@@ -208,6 +208,41 @@ int do_inspect(const InspectArguments& arguments) {
   return int(ExitCode::done);
 }
 
+namespace {
+
+void add_run_options(CLI::App& command, datasets::RotationalRunOptions& run) {
+  constexpr const char* kGroup = "Of an xa-run";
+  const auto add = [&](const char* option, auto& field, const char* help) {
+    command.add_option(option, field, help)->capture_default_str()->group(kGroup);
+  };
+  add("--frames", run.frames, "how many, 3 to 2000");
+  add("--arc", run.arc_degrees, "from the first to the last [degrees], 1 to 400");
+  add("--contrast", run.contrast_per_mm, "attenuation of the medium above blood's [1/mm], to 1");
+  add("--wobble", run.wobble_mm,
+      "shift of the C-arm that its header does not tell, sd [mm], 0 to 5");
+  add("--wobble-angle", run.wobble_degrees, "the same for its turn [degrees], 0 to 5");
+  command.add_flag("--mask-run", run.mask_run, "the same turn without contrast medium, too")
+      ->group(kGroup);
+  command.add_flag("!--no-body", run.body, "without tissue and bone around the vessels")
+      ->group(kGroup);
+}
+
+int do_xa_run(const PhantomArguments& arguments) {
+  datasets::RotationalRunOptions run = arguments.run;
+  const datasets::PhantomOptions& options = arguments.options;
+  if (options.noise_sd != datasets::PhantomOptions().noise_sd) run.noise = options.noise_sd;
+  try {
+    run.validate();
+  } catch (const OptionError& error) {
+    throw Error(ExitCode::usage, error.what());
+  }
+  const auto made = datasets::make_rotational_run(options, run);
+  fmt::print("{}\n", datasets::write_rotational_run(made, options, arguments.folder).string());
+  return int(ExitCode::done);
+}
+
+}  // namespace
+
 void add_phantom_command(CLI::App& app, PhantomArguments& phantom) {
   CLI::App& command = *app.add_subcommand(
       "phantom",
@@ -219,8 +254,9 @@ void add_phantom_command(CLI::App& app, PhantomArguments& phantom) {
   command.add_option("-o,--output", phantom.folder, "folder to write into")->required();
   command
       .add_option("--format", phantom.format,
-                  "dicom (CT series), xray3d (X-Ray 3D Angiographic DICOM), nrrd or surface")
-      ->check(CLI::IsMember({"dicom", "xray3d", "nrrd", "surface"}))
+                  "dicom (CT series), xray3d (X-Ray 3D Angiographic DICOM), xa-run (the X-ray\n"
+                  "frames of a rotational run, DICOM), nrrd or surface")
+      ->check(CLI::IsMember({"dicom", "xray3d", "xa-run", "nrrd", "surface"}))
       ->capture_default_str();
   command.add_option("--stenosis", o.stenosis_percent, "diameter stenosis [%], 0 to 95")
       ->capture_default_str();
@@ -233,7 +269,9 @@ void add_phantom_command(CLI::App& app, PhantomArguments& phantom) {
   command.add_option("--spacing", o.spacing_mm, "voxel size [mm], 0.05 to 2")
       ->capture_default_str();
   command
-      .add_option("--noise", o.noise_sd, "standard deviation as a fraction of the contrast, 0 to 1")
+      .add_option("--noise", o.noise_sd,
+                  "standard deviation as a fraction of the contrast, 0 to 1; of an xa-run: of\n"
+                  "a pixel behind the body, 0 to 0.5, by default 0.02")
       ->capture_default_str();
   command
       .add_option("--blur", o.blur_mm,
@@ -244,6 +282,7 @@ void add_phantom_command(CLI::App& app, PhantomArguments& phantom) {
                   "turn of the voxel grid around (1, 2, 3) [degrees], 0 to 90")
       ->capture_default_str();
   command.add_option("--seed", o.seed, "of the noise")->capture_default_str();
+  add_run_options(command, phantom.run);
 }
 
 int do_phantom(const PhantomArguments& arguments) {
@@ -257,6 +296,7 @@ int do_phantom(const PhantomArguments& arguments) {
   } catch (const OptionError& error) {  // on the command line, not in a configuration
     throw Error(ExitCode::usage, error.what());
   }
+  if (arguments.format == "xa-run") return do_xa_run(arguments);
   const datasets::Phantom phantom = format == PhantomFormat::surface
                                         ? datasets::make_phantom_surface(arguments.options)
                                         : datasets::make_phantom(arguments.options);

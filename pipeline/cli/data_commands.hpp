@@ -5,6 +5,7 @@
 #include <string>
 
 #include "datasets/phantom.hpp"
+#include "datasets/rotational_run.hpp"
 #include "pipeline/config/config.hpp"
 
 /// The commands about data alone: what is there, and phantoms.
@@ -35,6 +36,7 @@ int do_inspect(const InspectArguments& arguments);
 
 struct PhantomArguments {
   datasets::PhantomOptions options;
+  datasets::RotationalRunOptions run;
   std::string format = "dicom";
   std::filesystem::path folder;
 };

@@ -1,0 +1,59 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <vector>
+
+#include "angiogram/cone_beam.hpp"
+#include "core/progress.hpp"
+#include "datasets/phantom.hpp"
+
+namespace angio::datasets {
+
+/// How a phantom is seen by a C-arm that turns around it.
+struct RotationalRunOptions {
+  int frames = 200;                       ///< [3, 2000]
+  double arc_degrees = 200.0;             ///< from the first frame to the last, [1, 400]
+  double source_to_detector_mm = 1200.0;  ///< above the next
+  double source_to_isocentre_mm = 800.0;  ///< [300, 2000]
+  double noise = 0.02;    ///< sd of a pixel behind the body's middle, as a part of it, [0, 0.5]
+  bool body = true;       ///< tissue and bone around the vessels, wider than the detector
+  bool mask_run = false;  ///< the same turn once more, before the contrast medium
+  double contrast_per_mm = 0.1;  ///< attenuation of the medium above that of blood, (0, 1]: 130 mg
+                                 ///< of iodine in a mL
+  /// The C-arm's way beside the one that the header tells, drawn for each frame: by which all of it
+  /// is shifted along each axis, and turned around each, sd.
+  double wobble_mm = 0.0;       ///< [0, 5]
+  double wobble_degrees = 0.0;  ///< [0, 5]
+
+  void validate() const;  ///< @throws OptionError naming the field
+};
+
+/// A run around a phantom. The isocentre, which is the origin, lies in the middle of the lumen's
+/// box; the detector's field covers the lumen with 6 mm around it, with pixels of the phantom's
+/// `spacing_mm` at the isocentre.
+struct RotationalRunOfPhantom {
+  Phantom phantom;  ///< surface and truth, moved to the isocentre
+  RotationalRunOptions options;
+  angiogram::CArmMount mount;
+  std::vector<double> primary_angles_degrees;    ///< as the header tells
+  std::vector<angiogram::ConeBeamFrame> frames;  ///< as they are, with the wobble
+  std::vector<std::uint16_t> pictures;           ///< shape [frames, rows, columns]
+  std::vector<std::uint16_t> masks;              ///< the same, or empty
+};
+
+/// Projects a phantom: the way of each ray through the lumen's fine surface, whose vertices lie on
+/// the analytic wall (under 0.001 of the radius off between them), and through ellipsoids of tissue
+/// and bone; the mean beam of four rays a pixel; quantum noise, whose variance is the beam's.
+RotationalRunOfPhantom make_rotational_run(const PhantomOptions& phantom,
+                                           const RotationalRunOptions& run,
+                                           const Progress& progress = {});
+
+/// Writes the run as multi-frame X-Ray Angiographic objects, run/IM0001.dcm and, of a mask run,
+/// run/IM0002.dcm, and truth.json beside, which also holds the true 3 x 4 matrices.
+/// @return the folder `run`
+std::filesystem::path write_rotational_run(const RotationalRunOfPhantom& run,
+                                           const PhantomOptions& options,
+                                           const std::filesystem::path& folder);
+
+}  // namespace angio::datasets
