@@ -8,6 +8,8 @@ inline constexpr const char* kRun = "run.json";
 inline constexpr const char* kMetrics = "metrics.json";
 inline constexpr const char* kSettings = "case.toml";
 
+inline constexpr const char* kReconstructed = "reconstruction/volume.nrrd";
+
 inline constexpr const char* kScan = "segmentation/volume.nrrd";
 inline constexpr const char* kLevelSet = "segmentation/lumen_level_set.nrrd";
 inline constexpr const char* kGivenLumen = "segmentation/lumen_surface.vtp";

@@ -78,6 +78,16 @@ struct ProjectionRun {
   /// open.
   std::optional<std::array<int, 4>> open_field;
   bool burned_in_text = false;
+  std::string positioner_motion;     ///< "STATIC" or "DYNAMIC"; empty: not stated
+  std::string pixel_relation;        ///< to the beam's intensity: "LIN", "LOG", "DISP"; empty
+  bool has_contrast_medium = false;  ///< one is named
+  double table_travel_mm = 0.0;      ///< from the first frame to the farthest
+  std::array<double, 2> detector_spacing_mm{0.0, 0.0};  ///< between columns, rows; 0: not stated
+  /// How the picture was turned, clockwise, and then mirrored, since the detector had it.
+  double picture_turn_degrees = 0.0;
+  bool picture_is_mirrored = false;
+  /// Of the picture's middle from the detector's, along columns and rows as the detector has them.
+  std::array<double, 2> middle_offset_mm{0.0, 0.0};
   std::vector<std::string> notes;  ///< what is doubtful, and how the spacing was told
 };
 

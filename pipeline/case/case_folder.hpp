@@ -38,7 +38,7 @@ struct StageRecord {
 /// What a case's run.json holds.
 struct RunRecord {
   std::string case_name;   ///< given by the user, or the first digits of the input's hash
-  std::string input_kind;  ///< "volume", "surface" or "phantom"
+  std::string input_kind;  ///< "volume", "surface", "phantom" or "run"
   std::string input_sha256;
   std::string input_description;  ///< no identity
   std::string backend;

@@ -10,8 +10,8 @@ namespace {
 
 using formats::case_file::kPlacement;
 using formats::case_file::kSummary;
-constexpr Stage kTreating[] = {Stage::segmentation, Stage::centerline, Stage::meshing,
-                               Stage::simulation};
+constexpr Stage kTreating[] = {Stage::reconstruction, Stage::segmentation, Stage::centerline,
+                               Stage::meshing, Stage::simulation};
 
 const StageRecord* record_of(const RunRecord& record, Stage stage) {
   const auto found = record.stages.find(stage);

@@ -39,7 +39,7 @@ InputKind input_kind(const std::string& input) {
 }
 
 const char* name(InputKind kind) {
-  constexpr const char* kNames[] = {"volume", "surface", "phantom"};
+  constexpr const char* kNames[] = {"volume", "surface", "phantom", "run"};
   return kNames[int(kind)];
 }
 

@@ -12,8 +12,8 @@
 namespace angio::pipeline {
 namespace {
 
-constexpr const char* kNames[kStageCount] = {"segmentation", "centerline", "meshing", "simulation",
-                                             "report"};
+constexpr const char* kNames[kStageCount] = {"reconstruction", "segmentation", "centerline",
+                                             "meshing",        "simulation",   "report"};
 
 /// The stage that a wrong word means: the one that begins as the word does for four letters or more
 /// (the commands are called `segment`, `mesh`, `simulate`), else the nearest; empty: none.
@@ -33,10 +33,12 @@ Stage parse_stage(std::string_view text) {
   for (int s = 0; s < kStageCount; ++s)
     if (text == kNames[s]) return Stage(s);
   const std::string guess = guess_stage(text);
-  throw Error(ExitCode::usage,
-              fmt::format("no stage is called {}{} (the stages: segmentation centerline meshing "
-                          "simulation report)",
-                          text, guess.empty() ? "" : fmt::format(", did you mean {}?", guess)));
+  throw Error(
+      ExitCode::usage,
+      fmt::format(
+          "no stage is called {}{} (the stages: reconstruction segmentation centerline meshing "
+          "simulation report)",
+          text, guess.empty() ? "" : fmt::format(", did you mean {}?", guess)));
 }
 
 }  // namespace angio::pipeline

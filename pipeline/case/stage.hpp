@@ -5,8 +5,8 @@
 namespace angio::pipeline {
 
 /// The stages, in the order in which they run (stages/stage_table.cpp).
-enum class Stage { segmentation, centerline, meshing, simulation, report };
-inline constexpr int kStageCount = 5;
+enum class Stage { reconstruction, segmentation, centerline, meshing, simulation, report };
+inline constexpr int kStageCount = 6;
 
 /// As in --from, --until, run.json and the case's folders.
 const char* name(Stage stage);

@@ -38,6 +38,10 @@ nlohmann::json to_json(const segmentation::ProjectionRun& run) {
                          {"mask_operation", run.mask_operation},
                          {"open_field", or_null(run.open_field)},
                          {"burned_in_text", run.burned_in_text},
+                         {"positioner_motion", run.positioner_motion},
+                         {"pixel_relation", run.pixel_relation},
+                         {"has_contrast_medium", run.has_contrast_medium},
+                         {"table_travel_mm", run.table_travel_mm},
                          {"notes", run.notes}};
   if (!(run.spacing_mm[0] > 0.0)) json["spacing_mm"] = nullptr;
   return json;

@@ -36,7 +36,7 @@ void add_case_options(CLI::App& command, RunArguments& run) {
       ->type_name("STAGE");
   command
       .add_option("--until", run.until,
-                  "last stage: segmentation, centerline, meshing, simulation or report")
+                  "last stage: reconstruction, segmentation, centerline, meshing, simulation or report")
       ->type_name("STAGE");
   add_read_options(command, run.read);
   add_unit_option(command, run.unit);

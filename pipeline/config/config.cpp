@@ -47,6 +47,7 @@ void apply_table(Config& config, const toml::table& table, const std::string& wh
 
 void Config::validate() const {
   input.validate();
+  reconstruction.validate();
   segmentation.validate();
   centerline.validate();
   constexpr const char* kExperiments[] = {"",          "cloth", "unilateral",

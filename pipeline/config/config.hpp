@@ -15,6 +15,7 @@
 #include "meshing/meshing.hpp"
 #include "meshing/narrow_lumen.hpp"
 #include "meshing/wall_layers.hpp"
+#include "reconstruction/reconstruction.hpp"
 #include "segmentation/read_volume.hpp"
 #include "segmentation/segmentation.hpp"
 #include "simulation/balloon_size.hpp"
@@ -41,6 +42,7 @@ struct Config {
   std::string experiment;
   segmentation::ReadOptions input;
   std::optional<LengthUnit> surface_unit;  ///< of a given surface; unset: as it says, or by size
+  reconstruction::ReconstructionOptions reconstruction;
   segmentation::SegmentationOptions segmentation;
   centerline::CenterlineOptions centerline;
   int inlet_end = 0;  ///< number of the open end of a given surface that is the inlet; 0: none

@@ -22,6 +22,11 @@ struct EnumNames<LengthUnit> {
 };
 
 template <>
+struct EnumNames<reconstruction::FilterWindow> {
+  static constexpr auto kNames = std::to_array(reconstruction::kFilterWindowNames);
+};
+
+template <>
 struct EnumNames<pipeline::FlowVessel> {
   static constexpr std::array kNames{"auto", "coronary", "other"};
 };

@@ -5,6 +5,19 @@
 namespace angio::pipeline {
 namespace {
 
+void add_reconstruction_settings(Config& c, std::vector<Setting>& table) {
+  table.push_back(make_setting("reconstruction.voxel_mm", c.reconstruction.voxel_mm,
+                               "of a rotational run: edge of a voxel [mm], 0.05 to 5; 0: a pixel's "
+                               "size at the isocentre"));
+  table.push_back(make_setting("reconstruction.largest_side", c.reconstruction.largest_side,
+                               "voxels along an edge, 16 to 2048; where voxel_mm is 0 the voxels "
+                               "grow until they are no more"));
+  table.push_back(make_setting("reconstruction.air", c.reconstruction.air,
+                               "a pixel's value where nothing is in the beam; 0: the brightest"));
+  table.push_back(make_setting("reconstruction.window", c.reconstruction.window,
+                               "of the ramp filter: ram-lak, shepp-logan or hann"));
+}
+
 void add_segmentation_settings(Config& c, std::vector<Setting>& table) {
   table.push_back(make_setting("input.experiment", c.experiment,
                                "the seed paper's experiment whose mesh a phantom input gives: "
@@ -349,6 +362,7 @@ void add_cloth_settings(Config& c, std::vector<Setting>& table) {
 std::vector<Setting> settings(Config& config) {
   std::vector<Setting> table;
   add_segmentation_settings(config, table);
+  add_reconstruction_settings(config, table);
   add_centerline_settings(config, table);
   add_meshing_settings(config, table);
   add_placement_settings(config, table);

@@ -17,6 +17,7 @@
 #include "pipeline/stages/stage_work.hpp"
 #include "pipeline/version.hpp"
 #include "segmentation/dicom_segmentation.hpp"
+#include "segmentation/read_run.hpp"
 #include "segmentation/read_volume.hpp"
 
 namespace angio::pipeline {
@@ -81,6 +82,18 @@ bool is_dicom(const std::string& input) {
                                               extension) == std::end(kVolumeFiles);
 }
 
+/// Whether INPUT is a rotational run. What cannot be read is refused by the stage that reads it.
+bool is_run(const std::string& input, InputKind kind, const Config& config) {
+  if (kind != InputKind::volume || !is_dicom(input)) return false;
+  try {
+    return segmentation::is_rotational_run(input, config.input);
+  } catch (const InputError&) {
+    return false;
+  } catch (const OptionError&) {
+    return false;
+  }
+}
+
 RunRecord describe_input(const RunRequest& request, const CaseFolder& folder) {
   if (request.input.empty()) {
     if (!folder.exists("run.json"))
@@ -94,7 +107,9 @@ RunRecord describe_input(const RunRequest& request, const CaseFolder& folder) {
   RunRecord record;
   const InputKind kind = input_kind(request.input);
   const bool is_exact = kind == InputKind::phantom && !request.config.experiment.empty();
-  record.input_kind = name(is_exact ? InputKind::surface : kind);
+  record.input_kind = name(is_exact                                      ? InputKind::surface
+                           : is_run(request.input, kind, request.config) ? InputKind::run
+                                                                         : kind);
   record.input_sha256 =
       kind == InputKind::phantom ? sha256_of_text(request.input) : sha256_of_path(request.input);
   record.case_name =
@@ -114,10 +129,14 @@ RunRecord take_up(const RunRequest& request, const CaseFolder& folder) {
   return record;
 }
 
+bool applies(const StageDefinition& stage, const RunRecord& record) {
+  return stage.input_kind.empty() || stage.input_kind == record.input_kind;
+}
+
 std::map<std::string, std::string> gather_inputs(const StageDefinition& stage,
                                                  const CaseFolder& folder) {
   auto inputs = folder.hashes(stage.inputs);
-  if (inputs.empty() && !stage.inputs.empty())
+  if (inputs.empty() && !stage.inputs.empty() && stage.own_inputs.empty())
     throw InputError(fmt::format("{} has nothing for the stage {} to work on. Run the stages "
                                  "before it: `angio run INPUT -o {}`",
                                  folder.root().string(), stage.name, folder.root().string()),
@@ -139,6 +158,10 @@ class Run {
   /// Takes the numbers that are stale out of the case before anything else is done.
   void begin();
   void run_stage(const StageDefinition& stage, bool forced);
+  [[nodiscard]] bool is_for(const StageDefinition& stage) const { return applies(stage, record_); }
+  [[nodiscard]] bool is_of_projections() const {
+    return record_.input_kind == name(InputKind::run);
+  }
   [[nodiscard]] bool has_failed(Stage stage) const { return record_.is(stage, "failed"); }
   /// Brings run.json, metrics.json and the report's notice up to what the stages have left.
   void settle();
@@ -299,9 +322,9 @@ void Run::settle_quietly() {
 
 void run_stages(const Workflow& workflow, const RunRequest& request, const CaseFolder& folder,
                 Run& run, NewCase& new_case) {
-  const int first = request.input.empty() ? int(request.from.value_or(Stage::segmentation)) : 0;
+  const int first = request.input.empty() ? int(request.from.value_or(Stage::reconstruction)) : 0;
   for (const StageDefinition& stage : workflow.stages) {
-    if (int(stage.stage) < first || stage.stage > request.until) continue;
+    if (int(stage.stage) < first || stage.stage > request.until || !run.is_for(stage)) continue;
     try {
       run.run_stage(stage, request.force || (request.from && stage.stage >= *request.from));
     } catch (const InputError&) {
@@ -314,7 +337,8 @@ void run_stages(const Workflow& workflow, const RunRequest& request, const CaseF
       throw;
     }
     new_case.keep();
-    if (stage.stage == Stage::segmentation && request.keep_link && is_dicom(request.input))
+    if (stage.stage == Stage::segmentation && request.keep_link && !run.is_of_projections() &&
+        is_dicom(request.input))
       segmentation::write_dicom_segmentation(
           folder.path("segmentation.private.dcm"),
           segmentation::read_volume_file(folder.path("segmentation/lumen_level_set.nrrd")),
@@ -354,7 +378,7 @@ bool is_case_done(const Workflow& workflow, const RunRequest& request) {
       record.case_name != wanted.case_name)
     return false;
   for (const StageDefinition& stage : workflow.stages) {
-    if (!stage.work || stage.stage > request.until) continue;
+    if (!stage.work || stage.stage > request.until || !applies(stage, record)) continue;
     const StageRecord& entry = record.stages[stage.stage];
     const std::string key = stage_key(stage, request.config, record, folder.hashes(stage.inputs));
     const bool is_skipped = entry.status == "skipped" && entry.key == key;

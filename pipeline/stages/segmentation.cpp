@@ -16,6 +16,8 @@ namespace file = formats::case_file;
 namespace {
 
 Volume<float> load_volume(StageWork& work, const SegmentationSettings& settings) {
+  if (work.run.input_kind == name(InputKind::run))
+    return segmentation::read_volume_file(work.files.path(file::kReconstructed));
   if (work.input.empty()) return segmentation::read_volume_file(work.files.path(file::kScan));
   if (work.input.starts_with(kPhantomPrefix)) {
     const auto options = datasets::parse_phantom(work.input);

@@ -38,7 +38,7 @@ RunRecord see_run(const Config&, const RunRecord& run) {
 
 StageDefinition without_work(Stage stage) {
   return {stage,       name(stage), {}, {}, [](const Config&) { return std::string(); },
-          see_nothing, nullptr};
+          see_nothing, nullptr,     {}};
 }
 
 std::vector<std::string> together(std::vector<std::string> files,

@@ -25,6 +25,8 @@ struct StageDefinition {
   std::function<RunRecord(const Config&, const RunRecord&)> sees;
   /// Empty: the stage does not apply. @throws Error, leaving `out` for the caller to remove
   std::function<void(StageWork&, const Config&)> work;
+  /// The kind of input that it is for (InputKind); empty: any.
+  std::string input_kind;
   bool tells_of_failure = false;  ///< is it also run where the simulation has failed?
 };
 
@@ -56,7 +58,7 @@ StageDefinition define_stage(Stage stage, std::vector<std::string> inputs,
                              RunRecord (*sees)(const Config&, const RunRecord&),
                              void (*work)(StageWork&, const Settings&),
                              Settings (*settings_of)(const Config&) = all_of<Settings>) {
-  StageDefinition definition{stage, name(stage), std::move(inputs), {}, nullptr, sees, nullptr};
+  StageDefinition definition{stage, name(stage), std::move(inputs), {}, nullptr, sees, nullptr, {}};
   definition.settings_text = [settings_of](const Config& config) {
     return settings_of(config).text();
   };

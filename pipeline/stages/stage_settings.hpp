@@ -21,6 +21,9 @@ inline const bool& keeps_triangles(const Config& config) { return config.lumen_m
 /// How INPUT is read.
 using InputSettings = ConfigView<&Config::experiment, &Config::input, &Config::surface_unit>;
 
+using ReconstructionSettings =
+    ConfigView<&Config::experiment, &Config::input, &Config::reconstruction>;
+
 using SegmentationSettings =
     ConfigView<&Config::experiment, &Config::input, &Config::surface_unit, &Config::segmentation>;
 

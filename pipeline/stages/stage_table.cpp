@@ -2,10 +2,12 @@
 
 #include "formats/case_file.hpp"
 #include "pipeline/case/flow.hpp"
+#include "pipeline/case/input_kind.hpp"
 #include "pipeline/case/metrics.hpp"
 #include "pipeline/case/working_view.hpp"
 #include "pipeline/stages/centerline.hpp"
 #include "pipeline/stages/meshing.hpp"
+#include "pipeline/stages/reconstruction.hpp"
 #include "pipeline/stages/report.hpp"
 #include "pipeline/stages/segmentation.hpp"
 #include "pipeline/stages/simulation.hpp"
@@ -16,7 +18,8 @@ namespace {
 
 std::vector<StageDefinition> vessel_stages() {
   std::vector<StageDefinition> table = {
-      define_stage(Stage::segmentation, {}, see_input, do_segmentation),
+      define_stage(Stage::reconstruction, {}, see_input, do_reconstruction),
+      define_stage(Stage::segmentation, {file::kReconstructed}, see_input, do_segmentation),
       define_stage(Stage::centerline, {file::kScan, file::kLevelSet, file::kGivenLumen},
                    see_nothing, do_centerline, centerline_settings),
       define_stage(Stage::meshing,
@@ -34,7 +37,8 @@ std::vector<StageDefinition> vessel_stages() {
                file::kTimeSeries, file::kProfile, file::kFrames, file::kLumenAfter},
               together(metrics_files(), together(flow_files(), working_view_files()))),
           see_run, do_report)};
-  table.front().own_inputs = {file::kScan, file::kGivenLumen};
+  table[0].input_kind = name(InputKind::run);
+  table[1].own_inputs = {file::kScan, file::kGivenLumen};
   table.back().tells_of_failure = true;
   return table;
 }

@@ -33,6 +33,14 @@ void cross_run(Run& run, const Side& side) {
   side(run.mask_operation);
   side(run.open_field);
   side(run.burned_in_text);
+  side(run.positioner_motion);
+  side(run.pixel_relation);
+  side(run.has_contrast_medium);
+  side(run.table_travel_mm);
+  side(run.detector_spacing_mm);
+  side(run.picture_turn_degrees);
+  side(run.picture_is_mirrored);
+  side(run.middle_offset_mm);
 }
 
 template <class Header, class Side>

@@ -53,6 +53,7 @@ class StoredFrames {
   DcmFileFormat file_;
   const Uint8* bytes_ = nullptr;                    ///< of all frames, if they have 8 bits
   const Uint16* words_ = nullptr;                   ///< of all frames, if they have 16
+  DcmElement* on_disk_ = nullptr;                   ///< of 16 bits, read frame by frame
   std::vector<std::vector<std::uint8_t>> streams_;  ///< of JPEG 2000, one per frame
 };
 
@@ -104,6 +105,12 @@ StoredFrames::StoredFrames(DicomLoader& loader, const DicomHeader& header) : hea
     if (dataset.chooseRepresentation(EXS_LittleEndianExplicit, nullptr).bad())
       fail(header, "the stream is damaged, or of a kind that is not supported");
   }
+  if (!header.compressed && header.pixels.bits_allocated == 16 && header.source.entry < 0 &&
+      dataset.findAndGetElement(DCM_PixelData, on_disk_).good() &&
+      on_disk_->getLength() >=
+          header.pixels.per_frame() * header.frames.size() * sizeof(std::uint16_t))
+    return;
+  on_disk_ = nullptr;
   unsigned long count = 0;
   const OFCondition status = header.pixels.bits_allocated == 8
                                  ? dataset.findAndGetUint8Array(DCM_PixelData, bytes_, &count)
@@ -117,7 +124,11 @@ void StoredFrames::get(int frame, std::vector<std::uint16_t>& out) const {
   const std::size_t count = header_->pixels.per_frame();
   const std::size_t first = std::size_t(frame) * count;
   out.resize(count);
-  if (bytes_) {
+  if (on_disk_) {
+    const auto size = Uint32(sizeof(std::uint16_t));
+    if (on_disk_->getPartialValue(out.data(), Uint32(first) * size, Uint32(count) * size).bad())
+      fail(*header_, "the pixel data are truncated or damaged");
+  } else if (bytes_) {
     std::copy_n(bytes_ + first, count, out.begin());
   } else if (words_) {
     std::copy_n(words_ + first, count, out.begin());

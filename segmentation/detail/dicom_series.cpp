@@ -13,6 +13,8 @@
 #include "segmentation/detail/dicom_repeats.hpp"
 #include "segmentation/detail/format_number.hpp"
 #include "segmentation/detail/given_spacing.hpp"
+#include "segmentation/detail/projection_angles.hpp"
+#include "segmentation/detail/rotational_run.hpp"
 
 namespace angio::segmentation::detail {
 namespace fs = std::filesystem;
@@ -103,13 +105,22 @@ std::vector<DicomSeries> group_by_stack(const std::vector<DicomHeader>& headers,
   return found;
 }
 
-std::string refusal_by_kind(const DicomHeader& header) {
+/// Of a run that turns: it is no volume, but one may be made of it.
+std::string refusal_of_run(const DicomHeader& header, const ReadOptions& options) {
+  ProjectionRun run = *header.projection;
+  settle_angles(run, int(header.frames.size()), options.angles);
+  const std::string why = refusal_of_turn(header, run);
+  return why.empty() ? "it is a rotational run, no volume: `angio run` makes one of it" : why;
+}
+
+std::string refusal_by_kind(const DicomHeader& header, const ReadOptions& options) {
   switch (header.kind) {
     case DicomKind::projection:
       if (header.frames.size() < 2)
         return "it is a projection (" + header.sop_class_name +
                "), not a volume: one picture holds no third axis. Give the 3D reconstruction that "
                "the workstation made (a CT or X-Ray 3D Angiographic series)";
+      if (header.projection && turns(*header.projection)) return refusal_of_run(header, options);
       return "it is a projection run (" + header.sop_class_name +
              "), not a volume: its third axis is time, not a length. Give the 3D reconstruction "
              "that the workstation made of it (a CT or X-Ray 3D Angiographic series); `angio "
@@ -203,7 +214,7 @@ std::vector<DicomSeries> judge(DicomSeries series, const ReadOptions& options) {
   series.is_volume_kind =
       !is_slice_alone && (first.kind == DicomKind::volume || first.kind == DicomKind::capture);
   series.verdict = give_spacing(series, options);
-  if (series.verdict.empty()) series.verdict = refusal_by_kind(first);
+  if (series.verdict.empty()) series.verdict = refusal_by_kind(first, options);
   if (!series.verdict.empty()) {
     series.is_volume_kind = series.is_volume_kind && first.kind == DicomKind::volume;
     return {std::move(series)};

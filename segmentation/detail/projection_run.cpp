@@ -187,6 +187,31 @@ void parse_field(DcmDataset& dataset, ProjectionRun& run) {
   if (any && open[0] <= open[1] && open[2] <= open[3]) run.open_field = open;
 }
 
+/// How far the table goes, by its increments from the first frame.
+void parse_table(DcmDataset& dataset, ProjectionRun& run) {
+  for (const DcmTagKey& tag :
+       {DCM_TableVerticalIncrement, DCM_TableLateralIncrement, DCM_TableLongitudinalIncrement})
+    for (const double travel : numbers(dataset, tag))
+      run.table_travel_mm = std::max(run.table_travel_mm, std::abs(travel));
+}
+
+/// Where the picture lies on the detector (DICOM PS3.3, C.8.7.5, C.8.19.6.3).
+void parse_detector(DcmDataset& dataset, ProjectionRun& run) {
+  run.detector_spacing_mm = spacing_by(dataset, DCM_ImagerPixelSpacing);
+  run.picture_turn_degrees = deep_number(dataset, DCM_FieldOfViewRotation).value_or(0.0);
+  run.picture_is_mirrored = text(dataset, DCM_FieldOfViewHorizontalFlip) == "YES";
+  const auto element = spacing_by(dataset, DCM_DetectorElementSpacing);
+  const auto active = spacing_by(dataset, DCM_DetectorActiveDimensions);  // rows first, in mm
+  const auto row = deep_number(dataset, DCM_FieldOfViewOrigin, 0);
+  const auto column = deep_number(dataset, DCM_FieldOfViewOrigin, 1);
+  if (!row || !column || !(element[0] > 0.0) || !(active[0] > 0.0)) return;
+  const bool lies = std::abs(std::fmod(run.picture_turn_degrees, 180.0)) > 45.0;
+  const double width = integer(dataset, DCM_Columns) * run.detector_spacing_mm[0];
+  const double height = integer(dataset, DCM_Rows) * run.detector_spacing_mm[1];
+  run.middle_offset_mm = {*column * element[0] + 0.5 * (lies ? height : width) - 0.5 * active[0],
+                          *row * element[1] + 0.5 * (lies ? width : height) - 0.5 * active[1]};
+}
+
 }  // namespace
 
 ProjectionRun parse_projection_run(DcmDataset& dataset, int frame_count) {
@@ -197,6 +222,11 @@ ProjectionRun parse_projection_run(DcmDataset& dataset, int frame_count) {
   parse_times(dataset, run);
   parse_mask(dataset, frame_count, run);
   parse_field(dataset, run);
+  parse_table(dataset, run);
+  parse_detector(dataset, run);
+  run.positioner_motion = text(dataset, DCM_PositionerMotion);
+  run.pixel_relation = text(dataset, DCM_PixelIntensityRelationship);
+  run.has_contrast_medium = !text(dataset, DCM_ContrastBolusAgent).empty();
   run.burned_in_text = text(dataset, DCM_BurnedInAnnotation) == "YES";
   return run;
 }

@@ -1,0 +1,123 @@
+#include "reconstruction/reconstruction.hpp"
+
+#include <cmath>
+#include <optional>
+
+#include "core/atomic_file.hpp"
+#include "core/error.hpp"
+#include "formats/nrrd.hpp"
+#include "pipeline/stages/reconstruction.hpp"
+#include "segmentation/read_run.hpp"
+
+namespace angio::pipeline {
+namespace {
+
+using angiogram::ConeBeamFrame;
+using segmentation::LoadedRun;
+
+/// The reader's frames as the stage takes them.
+class Frames : public reconstruction::FrameReader {
+ public:
+  explicit Frames(const segmentation::RunPictures& pictures) : pictures_(pictures) {}
+  [[nodiscard]] std::vector<float> read(int first, int count) const override {
+    return pictures_.read(first, count);
+  }
+
+ private:
+  const segmentation::RunPictures& pictures_;
+};
+
+/// How the picture lies that was turned clockwise by a quarter.
+ConeBeamFrame turned(const ConeBeamFrame& frame) {
+  return {frame.source,    frame.place(0, frame.rows - 1),
+          -frame.row_step, frame.column_step,
+          frame.rows,      frame.columns};
+}
+
+ConeBeamFrame mirrored(const ConeBeamFrame& frame) {
+  return {frame.source,       frame.place(frame.columns - 1, 0),
+          -frame.column_step, frame.row_step,
+          frame.columns,      frame.rows};
+}
+
+/// The frames where the header says that they were taken.
+std::vector<ConeBeamFrame> frames_by_header(const LoadedRun& loaded) {
+  const segmentation::ProjectionRun& run = loaded.run;
+  const int quarters = ((int(std::lround(run.picture_turn_degrees / 90.0)) % 4) + 4) % 4;
+  angiogram::CArmMount mount;
+  mount.source_to_detector_mm = run.source_to_detector_mm.value();
+  mount.source_to_isocentre_mm = run.source_to_isocentre_mm.value();
+  mount.columns = quarters % 2 == 0 ? loaded.columns : loaded.rows;
+  mount.rows = quarters % 2 == 0 ? loaded.rows : loaded.columns;
+  mount.column_spacing_mm = run.detector_spacing_mm[0];
+  mount.row_spacing_mm = run.detector_spacing_mm[1];
+  mount.central_column =
+      0.5 * (mount.columns - 1) - run.middle_offset_mm[0] / mount.column_spacing_mm;
+  mount.central_row = 0.5 * (mount.rows - 1) - run.middle_offset_mm[1] / mount.row_spacing_mm;
+  std::vector<ConeBeamFrame> frames;
+  for (std::size_t f = 0; f < std::size_t(loaded.frame_count); ++f) {
+    ConeBeamFrame frame = angiogram::c_arm_frame(
+        {run.primary_angles_degrees[f], run.secondary_angles_degrees[f]}, mount);
+    for (int q = 0; q < quarters; ++q) frame = turned(frame);
+    frames.push_back(run.picture_is_mirrored ? mirrored(frame) : frame);
+  }
+  return frames;
+}
+
+reconstruction::RotationalRun rotational_run(const LoadedRun& loaded,
+                                             std::vector<std::string>& warnings) {
+  reconstruction::RotationalRun run;
+  run.frames = frames_by_header(loaded);
+  if (loaded.run.pixel_relation == "LOG")
+    run.relation = reconstruction::PixelRelation::logarithmic;
+  else if (loaded.run.pixel_relation != "LIN")
+    warnings.emplace_back(
+        "the run does not say that its pixels are linear in the beam's intensity; they were taken "
+        "so, and attenuation is not to scale");
+  if (const auto& open = loaded.run.open_field)
+    run.open_field = {(*open)[0] - 1, (*open)[1] - 1, (*open)[2] - 1, (*open)[3] - 1};
+  return run;
+}
+
+nlohmann::json to_json(const reconstruction::RunQuality& q) {
+  return {{"frames", q.frame_count},
+          {"arc_degrees", q.arc_degrees},
+          {"shortest_arc_degrees", q.shortest_arc_degrees},
+          {"largest_step_degrees", q.largest_step_degrees},
+          {"source_to_isocentre_mm", q.source_to_isocentre_mm},
+          {"pixel_at_isocentre_mm", q.pixel_at_isocentre_mm},
+          {"field_radius_mm", q.field_radius_mm},
+          {"unattenuated", q.is_subtracted ? nlohmann::json() : nlohmann::json(q.unattenuated)},
+          {"truncated_percent", q.truncated_percent},
+          {"noise_per_mm", q.noise_per_mm},
+          {"subtracted", q.is_subtracted}};
+}
+
+}  // namespace
+
+void do_reconstruction(StageWork& work, const ReconstructionSettings& settings) {
+  if (work.input.empty())
+    throw InputError(
+        "the case holds no X-ray frames to reconstruct from (they are never copied). Give the "
+        "run again: `angio run INPUT -o CASE --from reconstruction`",
+        ExitCode::no_input);
+  const auto loaded = segmentation::read_run(work.input, settings.get<&Config::input>(),
+                                             part(work.progress, 0.0, 0.05));
+  if (!loaded)
+    throw InputError("the input is no rotational run any more (it has changed). Run again");
+  keep(work.warnings, loaded->warnings);
+  work.input_description = loaded->source_description;
+  reconstruction::RotationalRun run = rotational_run(*loaded, work.warnings);
+  const Frames pictures(*loaded->pictures);
+  run.pictures = &pictures;
+  std::optional<Frames> masks;
+  if (loaded->masks) run.masks = &masks.emplace(*loaded->masks);
+  const reconstruction::Reconstruction result = reconstruction::reconstruct_volume(
+      run, settings.get<&Config::reconstruction>(), part(work.progress, 0.05, 0.95));
+  keep(work.warnings, result.warnings);
+  work.progress.report(0.95, "writing");
+  formats::write_nrrd(work.out / "volume.nrrd", result.volume, formats::NrrdEncoding::raw);
+  write_text_atomically(work.out / "quality.json", to_json(result.quality).dump(2) + "\n");
+}
+
+}  // namespace angio::pipeline

@@ -1,0 +1,74 @@
+#include "segmentation/detail/rotational_run.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "segmentation/detail/format_number.hpp"
+
+namespace angio::segmentation::detail {
+namespace {
+
+constexpr double kLeastTurn = 40.0;  ///< [degrees]
+constexpr double kStillMm = 0.5;
+constexpr int kLeastFrames = 3;
+
+double range(const std::vector<double>& values) {
+  if (values.empty()) return 0.0;
+  const auto [least, most] = std::minmax_element(values.begin(), values.end());
+  return *most - *least;
+}
+
+double turn_of(const ProjectionRun& run) {
+  return std::max(range(run.primary_angles_degrees), range(run.secondary_angles_degrees));
+}
+
+bool fits(const std::vector<double>& angles, int frames) {
+  return angles.size() == 1 || int(angles.size()) == frames;
+}
+
+}  // namespace
+
+bool turns(const ProjectionRun& run) {
+  return turn_of(run) >= kLeastTurn || (run.positioner_motion == "DYNAMIC" && turn_of(run) > 0.0);
+}
+
+std::string refusal_of_turn(const DicomHeader& header, const ProjectionRun& run) {
+  const int frames = int(header.frames.size());
+  if (frames < kLeastFrames)
+    return "the run has " + std::to_string(frames) +
+           " frames (a volume needs views from many sides). Give a rotational run";
+  if (turn_of(run) < kLeastTurn)
+    return "the run turns by " + format_number(turn_of(run)) +
+           " degrees (depth is not told by an arc under 40). Give a rotational run, 180 degrees "
+           "or more";
+  if (run.positioner_motion == "STATIC")
+    return "the run says that its positioner stands still, but its angles span " +
+           format_number(turn_of(run)) +
+           " degrees (its header contradicts itself). Export it again, or give its geometry with "
+           "--geometry";
+  if (!fits(run.primary_angles_degrees, frames) || !fits(run.secondary_angles_degrees, frames))
+    return "the run has " +
+           std::to_string(
+               std::max(run.primary_angles_degrees.size(), run.secondary_angles_degrees.size())) +
+           " angles for " + std::to_string(frames) +
+           " frames (frames or angles are missing). Export it again";
+  if (!run.source_to_detector_mm || !run.source_to_isocentre_mm)
+    return "the run does not state its distances from the source to the detector and to the "
+           "isocentre (an anonymiser may have removed them). Export it again, or give its "
+           "geometry with --geometry";
+  if (*run.source_to_detector_mm <= *run.source_to_isocentre_mm)
+    return "the run's detector is nearer to the source than its isocentre (" +
+           format_number(*run.source_to_detector_mm) + " and " +
+           format_number(*run.source_to_isocentre_mm) +
+           " mm; its header is damaged). Give its geometry with --geometry";
+  if (!(run.detector_spacing_mm[0] > 0.0))
+    return "the run does not state its detector's pixel spacing. Export it again, or give its "
+           "geometry with --geometry";
+  if (run.table_travel_mm > kStillMm)
+    return "the table moves by " + format_number(run.table_travel_mm) +
+           " mm during the run (the patient is not where the angles say). Give a run with a table "
+           "that stands still";
+  return {};
+}
+
+}  // namespace angio::segmentation::detail

@@ -1,0 +1,154 @@
+#include "segmentation/read_run.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/error.hpp"
+#include "segmentation/detail/dicom_pixels.hpp"
+#include "segmentation/detail/dicom_series.hpp"
+#include "segmentation/detail/projection_angles.hpp"
+#include "segmentation/detail/rotational_run.hpp"
+#include "segmentation/detail/volume_file.hpp"
+
+namespace angio::segmentation {
+namespace {
+
+namespace fs = std::filesystem;
+using detail::DicomHeader;
+using detail::DicomSeries;
+
+class DicomPictures : public RunPictures {
+ public:
+  explicit DicomPictures(DicomHeader header) : headers_{std::move(header)} {
+    headers_.front().pixels.is_monochrome1 = false;  // that is how to show it, not what it is
+  }
+  [[nodiscard]] std::vector<float> read(int first, int count) const override {
+    std::vector<detail::SliceReference> members;
+    for (int f = first; f < first + count; ++f) members.push_back({0, f});
+    return detail::decode_frames(headers_, members);
+  }
+
+ private:
+  std::vector<DicomHeader> headers_;
+};
+
+/// A series that is one run that turns.
+struct Candidate {
+  std::size_t series = 0;
+  const DicomHeader* header = nullptr;
+  ProjectionRun run;
+};
+
+std::optional<Candidate> candidate(const DicomSeries& series, std::size_t index,
+                                   const ReadOptions& options) {
+  if (series.headers.size() != 1) return {};
+  const DicomHeader& header = series.headers.front();
+  if (header.kind != detail::DicomKind::projection || !header.projection || !header.problem.empty())
+    return {};
+  Candidate found{index, &header, *header.projection};
+  detail::settle_angles(found.run, int(header.frames.size()), options.angles);
+  if (!detail::turns(found.run)) return {};
+  return found;
+}
+
+std::vector<Candidate> candidates(const std::vector<DicomSeries>& all, const ReadOptions& options) {
+  std::vector<Candidate> found;
+  for (std::size_t s = 0; s < all.size(); ++s)
+    if (auto one = candidate(all[s], s, options)) found.push_back(std::move(*one));
+  return found;
+}
+
+/// The one that is asked for, or the largest; null: it is not a run that is wanted.
+const Candidate* choose(const std::vector<DicomSeries>& all, const std::vector<Candidate>& runs,
+                        const ReadOptions& options) {
+  if (options.series.empty()) {
+    if (runs.empty() || std::any_of(all.begin(), all.end(), [](const DicomSeries& series) {
+          return series.is_volume_kind;
+        }))
+      return nullptr;
+    // Of a run and its mask run the filled one.
+    const auto fills = std::find_if(runs.begin(), runs.end(), [&](const Candidate& run) {
+      return run.run.has_contrast_medium &&
+             all[run.series].pixel_count() == all[runs.front().series].pixel_count();
+    });
+    return fills != runs.end() ? &*fills : &runs.front();
+  }
+  for (const Candidate& run : runs)
+    if (all[run.series].key == options.series || std::to_string(run.series + 1) == options.series)
+      return &run;
+  return nullptr;
+}
+
+bool same_angles(const std::vector<double>& a, const std::vector<double>& b) {
+  constexpr double kDegree = 1.0;
+  return a.size() == b.size() && std::equal(a.begin(), a.end(), b.begin(), [](double x, double y) {
+           return std::abs(x - y) <= kDegree;
+         });
+}
+
+const Candidate* mask_run(const std::vector<Candidate>& runs, const Candidate& filled) {
+  for (const Candidate& other : runs)
+    if (other.series != filled.series && filled.run.has_contrast_medium &&
+        !other.run.has_contrast_medium &&
+        other.header->pixels.columns == filled.header->pixels.columns &&
+        other.header->pixels.rows == filled.header->pixels.rows &&
+        other.header->frames.size() == filled.header->frames.size() &&
+        same_angles(other.run.primary_angles_degrees, filled.run.primary_angles_degrees) &&
+        same_angles(other.run.secondary_angles_degrees, filled.run.secondary_angles_degrees))
+      return &other;
+  return nullptr;
+}
+
+/// An angle a frame.
+void spread(std::vector<double>& angles, int frames) {
+  if (angles.empty()) angles.push_back(0.0);
+  if (angles.size() == 1) angles.assign(std::size_t(frames), angles.front());
+}
+
+}  // namespace
+
+std::optional<LoadedRun> read_run(const fs::path& path, const ReadOptions& options,
+                                  const Progress& progress) {
+  options.validate();
+  if (detail::is_volume_file_name(path) && !fs::is_directory(path)) return {};
+  const detail::FoundSeries found = detail::find_series(path, options, progress);
+  const std::vector<Candidate> runs = candidates(found.all, options);
+  const Candidate* chosen = choose(found.all, runs, options);
+  if (!chosen) return {};
+  const DicomHeader& header = *chosen->header;
+  if (const std::string why = detail::refusal_of_turn(header, chosen->run); !why.empty())
+    throw InputError(detail::describe(found.all[chosen->series], chosen->series) + ": " + why);
+  if (header.lossy && !options.allow_lossy)
+    throw InputError(detail::describe(found.all[chosen->series], chosen->series) +
+                     " was compressed with loss (edges may have moved, and so would every "
+                     "diameter). Export it without loss, or measure all the same with "
+                     "--allow-lossy");
+  LoadedRun loaded;
+  loaded.run = chosen->run;
+  loaded.columns = header.pixels.columns;
+  loaded.rows = header.pixels.rows;
+  loaded.frame_count = int(header.frames.size());
+  spread(loaded.run.primary_angles_degrees, loaded.frame_count);
+  spread(loaded.run.secondary_angles_degrees, loaded.frame_count);
+  loaded.pictures = std::make_shared<DicomPictures>(header);
+  const Candidate* mask = mask_run(runs, *chosen);
+  if (mask) loaded.masks = std::make_shared<DicomPictures>(*mask->header);
+  loaded.source_description = header.sop_class_name + ", " + std::to_string(loaded.frame_count) +
+                              " frames" + (mask ? ", with its mask run" : "") +
+                              (header.is_of_the_heart ? std::string(", ") + kOfTheHeart : "");
+  loaded.warnings = found.warnings;
+  for (std::size_t s = 0; s < found.all.size(); ++s)
+    if (s != chosen->series && (!mask || s != mask->series))
+      loaded.warnings.push_back(detail::describe(found.all[s], s) +
+                                " was left out: another run is larger, or was asked for");
+  return loaded;
+}
+
+bool is_rotational_run(const fs::path& path, const ReadOptions& options) {
+  if (detail::is_volume_file_name(path) && !fs::is_directory(path)) return false;
+  const detail::FoundSeries found = detail::find_series(path, options);
+  const std::vector<Candidate> runs = candidates(found.all, options);
+  return choose(found.all, runs, options) != nullptr;
+}
+
+}  // namespace angio::segmentation
