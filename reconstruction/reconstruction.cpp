@@ -14,6 +14,7 @@
 #include "reconstruction/detail/plane_frames.hpp"
 #include "reconstruction/detail/ramp_filter.hpp"
 #include "reconstruction/detail/ray_weights.hpp"
+#include "reconstruction/detail/self_calibration.hpp"
 
 namespace angio::reconstruction {
 namespace {
@@ -90,6 +91,28 @@ Grids make_grids(const Orbit& orbit, const Field& field, const PlaneGrid& plane,
   return grids;
 }
 
+int frames_at_a_time(const RotationalRun& run) {
+  const angiogram::ConeBeamFrame& frame = run.frames.front();
+  const std::size_t bytes = std::size_t(frame.columns) * std::size_t(frame.rows) * sizeof(float);
+  return std::clamp(int(kBytesAtATime / bytes), 4, 32);
+}
+
+/// Of frames [first, first + count), without the shutter, shape [count, rows, columns].
+std::vector<float> read_line_integrals(const RotationalRun& run, int first, int count, double air) {
+  const angiogram::ConeBeamFrame& frame = run.frames.front();
+  const std::size_t pixels = std::size_t(frame.columns) * std::size_t(frame.rows);
+  std::vector<float> pictures = run.pictures->read(first, count);
+  const std::vector<float> masks = run.masks ? run.masks->read(first, count) : std::vector<float>();
+  parallel_for(count, [&](std::ptrdiff_t n) {
+    const std::size_t at = std::size_t(n) * pixels;
+    to_line_integrals(pictures.data() + at, masks.empty() ? nullptr : masks.data() + at, pixels,
+                      run.relation, air);
+    if (run.open_field)
+      cover_shutter(pictures.data() + at, frame.columns, frame.rows, *run.open_field);
+  });
+  return pictures;
+}
+
 /// Line integrals of some frames, filtered, on their planes.
 class FrameFilter {
  public:
@@ -143,9 +166,7 @@ void FrameFilter::filter_rows(std::vector<float>& plane, std::size_t frame, cons
 FilteredFrames FrameFilter::filter(int first, int count) {
   const std::size_t pixels =
       std::size_t(run_.frames.front().columns) * std::size_t(run_.frames.front().rows);
-  std::vector<float> pictures = run_.pictures->read(first, count);
-  const std::vector<float> masks =
-      run_.masks ? run_.masks->read(first, count) : std::vector<float>();
+  const std::vector<float> pictures = read_line_integrals(run_, first, count, air_);
   FilteredFrames filtered;
   filtered.u_count = plane_.u_count;
   filtered.v_count = plane_.v_count;
@@ -156,10 +177,7 @@ FilteredFrames FrameFilter::filter(int first, int count) {
   parallel_for(count, [&](std::ptrdiff_t n) {
     const std::size_t index = std::size_t(first) + std::size_t(n);
     const angiogram::ConeBeamFrame& frame = run_.frames[index];
-    float* picture = pictures.data() + std::size_t(n) * pixels;
-    to_line_integrals(picture, masks.empty() ? nullptr : masks.data() + std::size_t(n) * pixels,
-                      pixels, run_.relation, air_);
-    if (run_.open_field) cover_shutter(picture, frame.columns, frame.rows, *run_.open_field);
+    const float* picture = pictures.data() + std::size_t(n) * pixels;
     std::vector<float> plane = bring_onto_plane(picture, frame, orbit_, index, plane_);
     const PlaneFrame place = place_on_plane(frame, orbit_, index, plane_);
     filter_rows(plane, index, place, truncated[std::size_t(n)]);
@@ -250,6 +268,11 @@ std::vector<std::string> warnings_of(const RotationalRun& run, const RunQuality&
     warnings.push_back(fmt::format(
         "there are {} frames, up to {:.1f} degrees apart; streaks come from bright places",
         quality.frame_count, quality.largest_step_degrees));
+  if (quality.given_residual_pixels > 0.5)
+    warnings.push_back(fmt::format(
+        "the C-arm went {:.1f} pixels beside the path that its header tells; its path was fitted "
+        "to the vessels, to {:.2f} pixels",
+        quality.given_residual_pixels, quality.residual_pixels));
   if (quality.truncated_percent > 0.0)
     warnings.push_back(fmt::format(
         "{:.0f} % of the rows end within the body; they were continued, and attenuation near the "
@@ -258,6 +281,103 @@ std::vector<std::string> warnings_of(const RotationalRun& run, const RunQuality&
   if (!run.masks)
     warnings.emplace_back("scattered radiation is not corrected for: dense places look thinner");
   return warnings;
+}
+
+/// A volume by the frames' places as they are.
+Reconstruction reconstruct_once(const RotationalRun& run, double air,
+                                const ReconstructionOptions& options, const Progress& progress) {
+  const Orbit orbit = fit_orbit(run.frames);
+  const PlaneGrid plane = plane_grid(run.frames, orbit);
+  const Field field = common_field(run, orbit);
+  const Grids grids = make_grids(orbit, field, plane, options);
+  Reconstruction result;
+  result.quality = judge(run, orbit, plane, field);
+  FrameFilter filter(run, orbit, plane, air, options.window);
+  std::vector<float> sums(grids.geometry.voxel_count(), 0.0F);
+  const int count = int(run.frames.size()), at_a_time = frames_at_a_time(run);
+  for (int first = 0; first < count; first += at_a_time) {
+    const int number = std::min(at_a_time, count - first);
+    progress.report(double(first) / count,
+                    fmt::format("projecting back, frame {} of {}", first + 1, count));
+    back_project(filter.filter(first, number), grids.columns, sums);
+  }
+  result.quality.truncated_percent = filter.truncated_percent();
+  result.volume = to_volume(grids, std::move(sums));
+  result.quality.noise_per_mm = noise_of(result.volume);
+  return result;
+}
+
+/// Each frame where it sees the vessels as the volume has them.
+struct Alignment {
+  std::vector<angiogram::ConeBeamFrame> frames;
+  double moved_pixels = 0.0;  ///< root mean square over the frames
+  int fitted = 0;
+};
+
+Alignment align(const RotationalRun& run, double air, const Reconstruction& from,
+                double blur_pixels, const Progress& progress) {
+  Alignment alignment{run.frames, 0.0, 0};
+  const std::vector<BrightPoint> points =
+      find_bright_points(from.volume, from.quality.noise_per_mm);
+  if (points.empty()) return alignment;
+  const int count = int(run.frames.size()), at_a_time = frames_at_a_time(run);
+  const std::size_t pixels =
+      std::size_t(run.frames.front().columns) * std::size_t(run.frames.front().rows);
+  std::vector<double> moved(run.frames.size(), 0.0);
+  std::vector<char> fitted(run.frames.size(), 0);
+  for (int first = 0; first < count; first += at_a_time) {
+    const int number = std::min(at_a_time, count - first);
+    progress.report(double(first) / count,
+                    fmt::format("fitting the C-arm's path, frame {} of {}", first + 1, count));
+    const std::vector<float> integrals = read_line_integrals(run, first, number, air);
+    parallel_for_uneven(number, [&](std::ptrdiff_t n) {
+      const std::size_t index = std::size_t(first) + std::size_t(n);
+      const auto begin = integrals.begin() + std::ptrdiff_t(std::size_t(n) * pixels);
+      const FrameFit fit = fit_frame(run.frames[index], {begin, begin + std::ptrdiff_t(pixels)},
+                                     points, blur_pixels);
+      alignment.frames[index] = fit.frame;
+      moved[index] = fit.moved_pixels;
+      fitted[index] = fit.is_fitted;
+    });
+  }
+  double squares = 0.0;
+  for (std::size_t f = 0; f < moved.size(); ++f) {
+    squares += moved[f] * moved[f];
+    alignment.fitted += fitted[f];
+  }
+  alignment.moved_pixels = std::sqrt(squares / std::max(1, alignment.fitted));
+  return alignment;
+}
+
+/// Reconstructs, moves the frames, and so on, until they stay.
+Reconstruction calibrate(RotationalRun& run, double air, const ReconstructionOptions& options,
+                         const Progress& progress) {
+  constexpr int kMostPasses = 8;
+  constexpr double kEnough = 0.1;  // [pixels]
+  constexpr double kStays = 0.05;
+  constexpr double kFirstBlur = 1.5, kBlur = 0.8;
+  const auto part_of = [&](int pass, double half) {
+    return Progress([&progress, pass, half](double fraction, std::string_view what) {
+      progress.report((pass + 0.5 * (half + fraction)) / (kMostPasses + 1.0), what);
+    });
+  };
+  Reconstruction result = reconstruct_once(run, air, options, part_of(0, 0.0));
+  double given = std::numeric_limits<double>::quiet_NaN(), last = given;
+  int passes = 0;
+  for (; passes < kMostPasses; ++passes) {
+    const Alignment found =
+        align(run, air, result, passes == 0 ? kFirstBlur : kBlur, part_of(passes, 1.0));
+    if (2 * found.fitted < int(run.frames.size())) break;
+    if (passes == 0) given = found.moved_pixels;
+    last = found.moved_pixels;
+    if (found.moved_pixels < (passes == 0 ? kEnough : kStays)) break;
+    run.frames = found.frames;
+    result = reconstruct_once(run, air, options, part_of(passes + 1, 0.0));
+  }
+  result.quality.given_residual_pixels = given;
+  result.quality.residual_pixels = last;
+  result.quality.calibration_passes = passes;
+  return result;
 }
 
 }  // namespace
@@ -271,35 +391,17 @@ void ReconstructionOptions::validate() const {
     throw OptionError("reconstruction.largest_side: must be in [16, 2048]");
 }
 
-Reconstruction reconstruct_volume(const RotationalRun& run, const ReconstructionOptions& options,
+Reconstruction reconstruct_volume(const RotationalRun& given, const ReconstructionOptions& options,
                                   const Progress& progress) {
   options.validate();
-  check(run);
-  const Orbit orbit = fit_orbit(run.frames);
-  const PlaneGrid plane = plane_grid(run.frames, orbit);
-  const Field field = common_field(run, orbit);
-  const Grids grids = make_grids(orbit, field, plane, options);
-  Reconstruction result;
-  result.quality = judge(run, orbit, plane, field);
+  check(given);
+  fit_orbit(given.frames);  // refuses what does not turn, before pixels are read
+  RotationalRun run = given;
   const double air = run.masks ? 1.0 : options.air > 0.0 ? options.air : unattenuated(run);
+  Reconstruction result = options.calibrate ? calibrate(run, air, options, progress)
+                                            : reconstruct_once(run, air, options, progress);
   result.quality.unattenuated = run.masks ? 0.0 : air;
-
-  FrameFilter filter(run, orbit, plane, air, options.window);
-  std::vector<float> sums(grids.geometry.voxel_count(), 0.0F);
-  const std::size_t frame_bytes =
-      std::size_t(plane.u_count) * std::size_t(plane.v_count) * sizeof(float);
-  const int count = int(run.frames.size());
-  const int at_a_time = std::clamp(int(kBytesAtATime / frame_bytes), 4, 32);
-  for (int first = 0; first < count; first += at_a_time) {
-    const int number = std::min(at_a_time, count - first);
-    progress.report(0.95 * first / count,
-                    fmt::format("projecting back, frame {} of {}", first + 1, count));
-    back_project(filter.filter(first, number), grids.columns, sums);
-  }
-  result.quality.truncated_percent = filter.truncated_percent();
-  progress.report(0.95, "putting the volume together");
-  result.volume = to_volume(grids, std::move(sums));
-  result.quality.noise_per_mm = noise_of(result.volume);
+  result.frames = run.frames;
   result.warnings = warnings_of(run, result.quality);
   return result;
 }

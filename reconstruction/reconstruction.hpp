@@ -1,5 +1,6 @@
 #pragma once
 
+#include <limits>
 #include <optional>
 #include <string>
 #include <vector>
@@ -54,6 +55,9 @@ struct ReconstructionOptions {
                            ///< grow until they are no more
   double air = 0.0;  ///< a pixel's value where nothing is in the beam, >= 0; 0: the brightest in
                      ///< it. Without air in the run that is too low, and so is all attenuation
+  /// Find the C-arm's real path from the vessels where it is not the header's by more than a tenth
+  /// of a pixel.
+  bool calibrate = true;
   FilterWindow window = FilterWindow::shepp_logan;
 
   /// @throws OptionError naming the bad field
@@ -74,10 +78,16 @@ struct RunQuality {
   double noise_per_mm =
       0.0;  ///< sd between neighbouring voxels, of what is neither vessel nor edge
   bool is_subtracted = false;
+  /// How far the frames see the vessels from where the volume has them, root mean square [pixels]:
+  /// by the geometry as given, and as it was used. NaN: not measured, or nothing to measure by.
+  double given_residual_pixels = std::numeric_limits<double>::quiet_NaN();
+  double residual_pixels = std::numeric_limits<double>::quiet_NaN();
+  int calibration_passes = 0;
 };
 
 struct Reconstruction {
   Volume<float> volume;  ///< linear attenuation [1/mm]; subtracted: that of the contrast medium
+  std::vector<angiogram::ConeBeamFrame> frames;  ///< where they were taken to be
   RunQuality quality;
   std::vector<std::string> warnings;
 };

@@ -14,6 +14,9 @@ void add_reconstruction_settings(Config& c, std::vector<Setting>& table) {
                                "grow until they are no more"));
   table.push_back(make_setting("reconstruction.air", c.reconstruction.air,
                                "a pixel's value where nothing is in the beam; 0: the brightest"));
+  table.push_back(make_setting("reconstruction.calibrate", c.reconstruction.calibrate,
+                               "find the C-arm's real path from the vessels where it is not the "
+                               "header's"));
   table.push_back(make_setting("reconstruction.window", c.reconstruction.window,
                                "of the ramp filter: ram-lak, shepp-logan or hann"));
 }

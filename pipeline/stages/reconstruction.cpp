@@ -80,6 +80,9 @@ reconstruction::RotationalRun rotational_run(const LoadedRun& loaded,
 }
 
 nlohmann::json to_json(const reconstruction::RunQuality& q) {
+  const auto number = [](double value) {
+    return std::isfinite(value) ? nlohmann::json(value) : nlohmann::json();
+  };
   return {{"frames", q.frame_count},
           {"arc_degrees", q.arc_degrees},
           {"shortest_arc_degrees", q.shortest_arc_degrees},
@@ -90,7 +93,10 @@ nlohmann::json to_json(const reconstruction::RunQuality& q) {
           {"unattenuated", q.is_subtracted ? nlohmann::json() : nlohmann::json(q.unattenuated)},
           {"truncated_percent", q.truncated_percent},
           {"noise_per_mm", q.noise_per_mm},
-          {"subtracted", q.is_subtracted}};
+          {"subtracted", q.is_subtracted},
+          {"given_residual_pixels", number(q.given_residual_pixels)},
+          {"residual_pixels", number(q.residual_pixels)},
+          {"calibration_passes", q.calibration_passes}};
 }
 
 }  // namespace

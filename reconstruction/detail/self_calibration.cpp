@@ -1,0 +1,283 @@
+#include "reconstruction/detail/self_calibration.hpp"
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "core/parallel.hpp"
+#include "core/units.hpp"
+
+namespace angio::reconstruction::detail {
+namespace {
+
+using angiogram::ConeBeamFrame;
+using angiogram::ConeBeamView;
+
+constexpr double kSurroundingsMm = 4.0;  ///< half the box that a voxel stands out of
+constexpr double kAboveNoise = 4.0;      ///< of the voxels' noise
+constexpr std::size_t kMostPoints = 40000;
+constexpr std::size_t kFewestPoints = 50;
+constexpr double kShiftSd = 1.0;                      ///< [mm], of a C-arm's sway
+constexpr double kTurnSd = 0.5 * units::kPi / 180.0;  ///< [radians]
+constexpr double kScaleSd = 0.5;
+constexpr int kInnerSteps = 3;
+constexpr int kBackgroundPixels = 12;  ///< half the box that smooths what lies around the points
+
+/// Sums over boxes of 2 half + 1 in rows, then in columns; each row of `values` on its own.
+void box_sum_rows(std::vector<double>& values, int columns, int rows, int half) {
+  std::vector<double> sums(std::size_t(columns) + 1);
+  for (int r = 0; r < rows; ++r) {
+    double* row = values.data() + std::size_t(r) * std::size_t(columns);
+    sums[0] = 0.0;
+    for (int c = 0; c < columns; ++c) sums[std::size_t(c) + 1] = sums[std::size_t(c)] + row[c];
+    for (int c = 0; c < columns; ++c)
+      row[c] = sums[std::size_t(std::min(c + half + 1, columns))] -
+               sums[std::size_t(std::max(c - half, 0))];
+  }
+}
+
+std::vector<double> transposed(const std::vector<double>& values, int columns, int rows) {
+  std::vector<double> turned(values.size());
+  for (int r = 0; r < rows; ++r)
+    for (int c = 0; c < columns; ++c)
+      turned[std::size_t(c) * std::size_t(rows) + std::size_t(r)] =
+          values[std::size_t(r) * std::size_t(columns) + std::size_t(c)];
+  return turned;
+}
+
+std::vector<double> box_sum(std::vector<double> values, int columns, int rows, int half) {
+  box_sum_rows(values, columns, rows, half);
+  values = transposed(values, columns, rows);
+  box_sum_rows(values, rows, columns, half);
+  return transposed(values, rows, columns);
+}
+
+/// The mean of a volume over a box around each voxel, cut at its border.
+std::vector<float> surroundings(const Volume<float>& volume, int half) {
+  const auto [ni, nj, nk] = volume.geometry.size;
+  const std::size_t slice = std::size_t(ni) * std::size_t(nj);
+  std::vector<float> means(volume.values.size());
+  parallel_for(nk, [&](std::ptrdiff_t k) {
+    const float* from = volume.values.data() + std::size_t(k) * slice;
+    const std::vector<double> sums = box_sum(std::vector<double>(from, from + slice), ni, nj, half);
+    std::copy(sums.begin(), sums.end(), means.begin() + std::ptrdiff_t(std::size_t(k) * slice));
+  });
+  const auto span = [half](int at, int count) {
+    return std::min(at + half, count - 1) - std::max(at - half, 0) + 1;
+  };
+  parallel_for(nj, [&](std::ptrdiff_t j) {
+    std::vector<double> sums(std::size_t(nk) + 1);
+    for (int i = 0; i < ni; ++i) {
+      sums[0] = 0.0;
+      for (int k = 0; k < nk; ++k)
+        sums[std::size_t(k) + 1] =
+            sums[std::size_t(k)] + double(means[volume.geometry.offset(i, int(j), k)]);
+      for (int k = 0; k < nk; ++k) {
+        const double sum = sums[std::size_t(std::min(k + half + 1, nk))] -
+                           sums[std::size_t(std::max(k - half, 0))];
+        means[volume.geometry.offset(i, int(j), k)] =
+            float(sum / (double(span(i, ni)) * span(int(j), nj) * span(k, nk)));
+      }
+    }
+  });
+  return means;
+}
+
+/// A turn and a shift of the whole C-arm.
+ConeBeamFrame moved(ConeBeamFrame frame, const Vec3& turn, const Vec3& shift) {
+  const double angle = norm(turn);
+  const Vec3 axis = normalized(turn);
+  const auto turned = [&](const Vec3& v) {
+    return std::cos(angle) * v + std::sin(angle) * cross(axis, v) +
+           (1.0 - std::cos(angle)) * dot(axis, v) * axis;
+  };
+  frame.source = turned(frame.source) + shift;
+  frame.first_pixel = turned(frame.first_pixel) + shift;
+  frame.column_step = turned(frame.column_step);
+  frame.row_step = turned(frame.row_step);
+  return frame;
+}
+
+constexpr int kParameters = 7;  ///< turn, shift, scale
+using Parameters = Eigen::Matrix<double, kParameters, 1>;
+
+/// What a frame sees of the points, and how that changes when the frame moves.
+struct Picture {
+  int columns = 0, rows = 0;
+  std::vector<double> value;                  ///< shape [rows, columns]
+  std::vector<std::array<double, 6>> change;  ///< by turn and shift
+};
+
+/// How a point's place in the picture changes with the frame's turn and shift: the point goes the
+/// other way, by -(w x x + t).
+struct PlaceChange {
+  std::array<double, 6> column{}, row{};
+};
+PlaceChange place_change(const std::array<std::array<double, 4>, 3>& m, const Vec3& x,
+                         double column, double row, double depth) {
+  const auto gradient = [&](int line, double at) {
+    const auto& a = m[std::size_t(line)];
+    return Vec3{a[0] - at * m[2][0], a[1] - at * m[2][1], a[2] - at * m[2][2]} / depth;
+  };
+  PlaceChange change;
+  const auto fill = [&](const Vec3& g, std::array<double, 6>& out) {
+    const Vec3 by_turn = -cross(x, g);  // g . (w x x) = w . (x x g)
+    for (int k = 0; k < 3; ++k) {
+      out[std::size_t(k)] = by_turn[k];
+      out[std::size_t(k) + 3] = -g[k];
+    }
+  };
+  fill(gradient(0, column), change.column);
+  fill(gradient(1, row), change.row);
+  return change;
+}
+
+/// Adds up Gaussians of the points' amounts.
+Picture splat(const ConeBeamFrame& frame, const std::vector<BrightPoint>& points, double sd) {
+  Picture picture{frame.columns, frame.rows, {}, {}};
+  const std::size_t count = std::size_t(frame.columns) * std::size_t(frame.rows);
+  picture.value.assign(count, 0.0);
+  picture.change.assign(count, {});
+  const auto m = ConeBeamView(frame).matrix();
+  const Vec3 pixel = cross(frame.column_step, frame.row_step);
+  const double pixel_area = norm(pixel);
+  const int reach = int(std::ceil(3.0 * sd));
+  const double per_variance = 1.0 / (sd * sd);
+  for (const BrightPoint& p : points) {
+    const auto at = [&](int line) {
+      const auto& a = m[std::size_t(line)];
+      return a[0] * p.point.x + a[1] * p.point.y + a[2] * p.point.z + a[3];
+    };
+    const double depth = at(2);
+    if (!(depth > 0.0)) continue;
+    const double column = at(0) / depth, row = at(1) / depth;
+    const int c0 = int(std::lround(column)), r0 = int(std::lround(row));
+    if (c0 < 0 || r0 < 0 || c0 >= frame.columns || r0 >= frame.rows) continue;
+    const PlaceChange change = place_change(m, p.point, column, row, depth);
+    // A pixel's area at the point's depth.
+    const double amount =
+        p.amount / (pixel_area * depth * depth) * per_variance / (2.0 * units::kPi);
+    for (int r = std::max(0, r0 - reach); r <= std::min(frame.rows - 1, r0 + reach); ++r)
+      for (int c = std::max(0, c0 - reach); c <= std::min(frame.columns - 1, c0 + reach); ++c) {
+        const double dc = c - column, dr = r - row;
+        const double g = amount * std::exp(-0.5 * per_variance * (dc * dc + dr * dr));
+        const std::size_t place = std::size_t(r) * std::size_t(frame.columns) + std::size_t(c);
+        picture.value[place] += g;
+        for (std::size_t k = 0; k < 6; ++k)
+          picture.change[place][k] +=
+              g * per_variance * (dc * change.column[k] + dr * change.row[k]);
+      }
+  }
+  return picture;
+}
+
+/// What lies around the points, smoothed, goes on under them.
+std::vector<double> background(const std::vector<float>& line_integrals, const Picture& picture,
+                               double least) {
+  std::vector<double> outside(line_integrals.size()), weight(line_integrals.size());
+  for (std::size_t i = 0; i < outside.size(); ++i) {
+    weight[i] = picture.value[i] > least ? 1e-6 : 1.0;
+    outside[i] = weight[i] * double(line_integrals[i]);
+  }
+  for (int pass = 0; pass < 2; ++pass) {
+    outside = box_sum(std::move(outside), picture.columns, picture.rows, kBackgroundPixels);
+    weight = box_sum(std::move(weight), picture.columns, picture.rows, kBackgroundPixels);
+  }
+  for (std::size_t i = 0; i < outside.size(); ++i) outside[i] /= weight[i];
+  return outside;
+}
+
+/// One Gauss-Newton step.
+Parameters step(const std::vector<float>& line_integrals, const Picture& picture, double scale,
+                double least) {
+  const std::vector<double> around = background(line_integrals, picture, least);
+  Eigen::Matrix<double, kParameters, kParameters> normal;
+  normal.setZero();
+  Parameters right = Parameters::Zero();
+  double squares = 0.0, number = 0.0;
+  for (std::size_t i = 0; i < line_integrals.size(); ++i) {
+    if (!(picture.value[i] > least)) continue;
+    Parameters row;
+    for (std::size_t k = 0; k < 6; ++k) row[Eigen::Index(k)] = scale * picture.change[i][k];
+    row[6] = picture.value[i];
+    const double left = double(line_integrals[i]) - around[i] - scale * picture.value[i];
+    normal += row * row.transpose();
+    right += left * row;
+    squares += left * left;
+    number += 1.0;
+  }
+  if (number < double(kFewestPoints)) return Parameters::Zero();
+  const double variance = std::max(squares / number, 1e-12);
+  for (int k = 0; k < 3; ++k) {
+    normal(k, k) += variance / (kTurnSd * kTurnSd);
+    normal(k + 3, k + 3) += variance / (kShiftSd * kShiftSd);
+  }
+  normal(6, 6) += variance / (kScaleSd * kScaleSd);
+  right[6] += variance / (kScaleSd * kScaleSd) * (1.0 - scale);
+  return normal.ldlt().solve(right);
+}
+
+/// How far apart two frames see the points, root mean square [pixels].
+double apart(const ConeBeamFrame& a, const ConeBeamFrame& b,
+             const std::vector<BrightPoint>& points) {
+  const ConeBeamView first(a), second(b);
+  double squares = 0.0;
+  std::size_t count = 0;
+  constexpr std::size_t kEvery = 17;
+  for (std::size_t p = 0; p < points.size(); p += kEvery, ++count) {
+    const auto x = first.see(points[p].point), y = second.see(points[p].point);
+    squares += (x.column - y.column) * (x.column - y.column) + (x.row - y.row) * (x.row - y.row);
+  }
+  return std::sqrt(squares / double(std::max<std::size_t>(count, 1)));
+}
+
+}  // namespace
+
+std::vector<BrightPoint> find_bright_points(const Volume<float>& volume, double noise_per_mm) {
+  const VolumeGeometry& g = volume.geometry;
+  const int half = std::max(2, int(std::lround(kSurroundingsMm / g.spacing.x)));
+  const std::vector<float> means = surroundings(volume, half);
+  std::vector<float> excess(volume.values.size());
+  for (std::size_t v = 0; v < excess.size(); ++v) excess[v] = volume.values[v] - means[v];
+  // The brightest of them, and at least half as bright as the brightest thousandth.
+  std::vector<float> ordered = excess;
+  const auto rank = [&](std::size_t from_top) {
+    const auto place = ordered.end() - std::ptrdiff_t(std::min(from_top + 1, ordered.size()));
+    std::nth_element(ordered.begin(), place, ordered.end());
+    return *place;
+  };
+  const float top = rank(ordered.size() / 1000);
+  const float least = std::max({rank(kMostPoints), 0.5F * top, float(kAboveNoise * noise_per_mm)});
+  const double voxel = g.spacing.x * g.spacing.y * g.spacing.z;
+  std::vector<BrightPoint> points;
+  for (int k = 0; k < g.size[2]; ++k)
+    for (int j = 0; j < g.size[1]; ++j)
+      for (int i = 0; i < g.size[0]; ++i)
+        if (const float value = excess[g.offset(i, j, k)]; value > least)
+          points.push_back(
+              {g.lps_from_index({double(i), double(j), double(k)}), double(value) * voxel});
+  if (points.size() < kFewestPoints) points.clear();
+  return points;
+}
+
+FrameFit fit_frame(const ConeBeamFrame& frame, const std::vector<float>& line_integrals,
+                   const std::vector<BrightPoint>& points, double blur_pixels) {
+  FrameFit fit{frame, 0.0, false};
+  double scale = 1.0;
+  for (int n = 0; n < kInnerSteps; ++n) {
+    const Picture picture = splat(fit.frame, points, blur_pixels);
+    const double most = *std::max_element(picture.value.begin(), picture.value.end());
+    if (!(most > 0.0)) return fit;
+    const Parameters by = step(line_integrals, picture, scale, 0.02 * most);
+    if (by.isZero()) return fit;
+    fit.frame = moved(fit.frame, {by[0], by[1], by[2]}, {by[3], by[4], by[5]});
+    scale = std::clamp(scale + by[6], 0.2, 5.0);
+  }
+  fit.moved_pixels = apart(frame, fit.frame, points);
+  fit.is_fitted = std::isfinite(fit.moved_pixels);
+  if (!fit.is_fitted) fit.frame = frame;
+  return fit;
+}
+
+}  // namespace angio::reconstruction::detail
