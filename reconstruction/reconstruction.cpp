@@ -291,6 +291,7 @@ Reconstruction reconstruct_once(const RotationalRun& run, double air,
   const Field field = common_field(run, orbit);
   const Grids grids = make_grids(orbit, field, plane, options);
   Reconstruction result;
+  result.frames = run.frames;
   result.quality = judge(run, orbit, plane, field);
   FrameFilter filter(run, orbit, plane, air, options.window);
   std::vector<float> sums(grids.geometry.voxel_count(), 0.0F);
@@ -307,16 +308,19 @@ Reconstruction reconstruct_once(const RotationalRun& run, double air,
   return result;
 }
 
-/// Each frame where it sees the vessels as the volume has them.
+/// How each frame stands where it sees the vessels as the volume has them.
 struct Alignment {
-  std::vector<angiogram::ConeBeamFrame> frames;
+  std::vector<Motion> motions;
   double moved_pixels = 0.0;  ///< root mean square over the frames
   int fitted = 0;
 };
 
+/// @param run    its frames as given
+/// @param every  which of them are fitted
 Alignment align(const RotationalRun& run, double air, const Reconstruction& from,
-                double blur_pixels, const Progress& progress) {
-  Alignment alignment{run.frames, 0.0, 0};
+                const std::vector<Motion>& motions, int every, double blur_pixels,
+                const Progress& progress) {
+  Alignment alignment{motions, 0.0, 0};
   const std::vector<BrightPoint> points =
       find_bright_points(from.volume, from.quality.noise_per_mm);
   if (points.empty()) return alignment;
@@ -332,10 +336,11 @@ Alignment align(const RotationalRun& run, double air, const Reconstruction& from
     const std::vector<float> integrals = read_line_integrals(run, first, number, air);
     parallel_for_uneven(number, [&](std::ptrdiff_t n) {
       const std::size_t index = std::size_t(first) + std::size_t(n);
+      if (index % std::size_t(every) != 0) return;
       const auto begin = integrals.begin() + std::ptrdiff_t(std::size_t(n) * pixels);
-      const FrameFit fit = fit_frame(run.frames[index], {begin, begin + std::ptrdiff_t(pixels)},
-                                     points, blur_pixels);
-      alignment.frames[index] = fit.frame;
+      const FrameFit fit = fit_frame(run.frames[index], motions[index],
+                                     {begin, begin + std::ptrdiff_t(pixels)}, points, blur_pixels);
+      alignment.motions[index] = fit.motion;
       moved[index] = fit.moved_pixels;
       fitted[index] = fit.is_fitted;
     });
@@ -350,33 +355,45 @@ Alignment align(const RotationalRun& run, double air, const Reconstruction& from
 }
 
 /// Reconstructs, moves the frames, and so on, until they stay.
-Reconstruction calibrate(RotationalRun& run, double air, const ReconstructionOptions& options,
-                         const Progress& progress) {
+Reconstruction calibrate(const RotationalRun& given_run, double air,
+                         const ReconstructionOptions& options, const Progress& progress) {
   constexpr int kMostPasses = 8;
+  constexpr int kFramesToJudge = 24;
   constexpr double kEnough = 0.1;  // [pixels]
-  constexpr double kStays = 0.05;
+  constexpr double kSlow = 0.8;    // what is left is noise
   constexpr double kFirstBlur = 1.5, kBlur = 0.8;
   const auto part_of = [&](int pass, double half) {
     return Progress([&progress, pass, half](double fraction, std::string_view what) {
       progress.report((pass + 0.5 * (half + fraction)) / (kMostPasses + 1.0), what);
     });
   };
+  RotationalRun run = given_run;
+  std::vector<Motion> motions(run.frames.size());
   Reconstruction result = reconstruct_once(run, air, options, part_of(0, 0.0));
-  double given = std::numeric_limits<double>::quiet_NaN(), last = given;
+  // Some of the frames tell whether there is anything to do.
+  const int every = std::max(1, int(run.frames.size()) / kFramesToJudge);
+  const Alignment judged = align(given_run, air, result, motions, every, kBlur, part_of(0, 1.0));
+  const double given =
+      judged.fitted > 0 ? judged.moved_pixels : std::numeric_limits<double>::quiet_NaN();
+  double last = given;
   int passes = 0;
-  for (; passes < kMostPasses; ++passes) {
-    const Alignment found =
-        align(run, air, result, passes == 0 ? kFirstBlur : kBlur, part_of(passes, 1.0));
+  for (bool stays = !(given > kEnough); !stays && passes < kMostPasses;) {
+    const Alignment found = align(given_run, air, result, motions, 1,
+                                  passes == 0 ? kFirstBlur : kBlur, part_of(passes, 1.0));
     if (2 * found.fitted < int(run.frames.size())) break;
-    if (passes == 0) given = found.moved_pixels;
+    stays = passes > 0 && (found.moved_pixels < kEnough || found.moved_pixels > kSlow * last);
     last = found.moved_pixels;
-    if (found.moved_pixels < (passes == 0 ? kEnough : kStays)) break;
-    run.frames = found.frames;
-    result = reconstruct_once(run, air, options, part_of(passes + 1, 0.0));
+    if (stays) break;
+    motions = found.motions;
+    take_out_common(motions);
+    for (std::size_t f = 0; f < motions.size(); ++f)
+      run.frames[f] = moved(given_run.frames[f], motions[f]);
+    result = reconstruct_once(run, air, options, part_of(++passes, 0.0));
   }
   result.quality.given_residual_pixels = given;
   result.quality.residual_pixels = last;
   result.quality.calibration_passes = passes;
+  result.frames = run.frames;
   return result;
 }
 
@@ -391,17 +408,15 @@ void ReconstructionOptions::validate() const {
     throw OptionError("reconstruction.largest_side: must be in [16, 2048]");
 }
 
-Reconstruction reconstruct_volume(const RotationalRun& given, const ReconstructionOptions& options,
+Reconstruction reconstruct_volume(const RotationalRun& run, const ReconstructionOptions& options,
                                   const Progress& progress) {
   options.validate();
-  check(given);
-  fit_orbit(given.frames);  // refuses what does not turn, before pixels are read
-  RotationalRun run = given;
+  check(run);
+  fit_orbit(run.frames);  // refuses what does not turn, before pixels are read
   const double air = run.masks ? 1.0 : options.air > 0.0 ? options.air : unattenuated(run);
   Reconstruction result = options.calibrate ? calibrate(run, air, options, progress)
                                             : reconstruct_once(run, air, options, progress);
   result.quality.unattenuated = run.masks ? 0.0 : air;
-  result.frames = run.frames;
   result.warnings = warnings_of(run, result.quality);
   return result;
 }

@@ -14,14 +14,17 @@ namespace {
 using angiogram::ConeBeamFrame;
 using angiogram::ConeBeamView;
 
-constexpr double kSurroundingsMm = 4.0;  ///< half the box that a voxel stands out of
-constexpr double kAboveNoise = 4.0;      ///< of the voxels' noise
-constexpr std::size_t kMostPoints = 40000;
+constexpr double kSurroundingsMm = 4.0;     ///< half the box that a voxel stands out of
+constexpr double kAboveNoise = 4.0;         ///< of the voxels' noise
+constexpr std::size_t kMostVoxels = 60000;  ///< that stand out
+constexpr std::size_t kMostPoints = 8000;   ///< that they are gathered into
 constexpr std::size_t kFewestPoints = 50;
 constexpr double kShiftSd = 1.0;                      ///< [mm], of a C-arm's sway
 constexpr double kTurnSd = 0.5 * units::kPi / 180.0;  ///< [radians]
+constexpr double kHeldSd = 1e-4;                      ///< [mm]
 constexpr double kScaleSd = 0.5;
 constexpr int kInnerSteps = 3;
+constexpr double kSeen = 0.02;         ///< of the brightest pixel of the points
 constexpr int kBackgroundPixels = 12;  ///< half the box that smooths what lies around the points
 
 /// Sums over boxes of 2 half + 1 in rows, then in columns; each row of `values` on its own.
@@ -84,19 +87,26 @@ std::vector<float> surroundings(const Volume<float>& volume, int half) {
   return means;
 }
 
-/// A turn and a shift of the whole C-arm.
-ConeBeamFrame moved(ConeBeamFrame frame, const Vec3& turn, const Vec3& shift) {
-  const double angle = norm(turn);
-  const Vec3 axis = normalized(turn);
-  const auto turned = [&](const Vec3& v) {
-    return std::cos(angle) * v + std::sin(angle) * cross(axis, v) +
-           (1.0 - std::cos(angle)) * dot(axis, v) * axis;
-  };
-  frame.source = turned(frame.source) + shift;
-  frame.first_pixel = turned(frame.first_pixel) + shift;
-  frame.column_step = turned(frame.column_step);
-  frame.row_step = turned(frame.row_step);
-  return frame;
+/// The voxels above a value, those of a cell of voxels as one point in their middle.
+std::vector<BrightPoint> gather(const VolumeGeometry& g, const std::vector<float>& excess,
+                                float least, int cell) {
+  const double voxel = g.spacing.x * g.spacing.y * g.spacing.z;
+  std::vector<BrightPoint> points;
+  for (int k = 0; k < g.size[2]; k += cell)
+    for (int j = 0; j < g.size[1]; j += cell)
+      for (int i = 0; i < g.size[0]; i += cell) {
+        Vec3 sum;
+        double amount = 0.0;
+        for (int c = k; c < std::min(k + cell, g.size[2]); ++c)
+          for (int b = j; b < std::min(j + cell, g.size[1]); ++b)
+            for (int a = i; a < std::min(i + cell, g.size[0]); ++a)
+              if (const double value = double(excess[g.offset(a, b, c)]); value > double(least)) {
+                sum += value * Vec3{double(a), double(b), double(c)};
+                amount += value;
+              }
+        if (amount > 0.0) points.push_back({g.lps_from_index(sum / amount), amount * voxel});
+      }
+  return points;
 }
 
 constexpr int kParameters = 7;  ///< turn, shift, scale
@@ -142,7 +152,7 @@ Picture splat(const ConeBeamFrame& frame, const std::vector<BrightPoint>& points
   const auto m = ConeBeamView(frame).matrix();
   const Vec3 pixel = cross(frame.column_step, frame.row_step);
   const double pixel_area = norm(pixel);
-  const int reach = int(std::ceil(3.0 * sd));
+  const int reach = int(std::ceil(2.5 * sd));
   const double per_variance = 1.0 / (sd * sd);
   for (const BrightPoint& p : points) {
     const auto at = [&](int line) {
@@ -189,8 +199,12 @@ std::vector<double> background(const std::vector<float>& line_integrals, const P
 }
 
 /// One Gauss-Newton step.
-Parameters step(const std::vector<float>& line_integrals, const Picture& picture, double scale,
-                double least) {
+///
+/// A shift along the beam only changes the size of the picture, by so little that noise and blur
+/// would tell it: it is held.
+/// @param beam  unit
+Parameters step(const std::vector<float>& line_integrals, const Picture& picture,
+                const Motion& motion, const Vec3& beam, double scale, double least) {
   const std::vector<double> around = background(line_integrals, picture, least);
   Eigen::Matrix<double, kParameters, kParameters> normal;
   normal.setZero();
@@ -210,8 +224,14 @@ Parameters step(const std::vector<float>& line_integrals, const Picture& picture
   if (number < double(kFewestPoints)) return Parameters::Zero();
   const double variance = std::max(squares / number, 1e-12);
   for (int k = 0; k < 3; ++k) {
-    normal(k, k) += variance / (kTurnSd * kTurnSd);
-    normal(k + 3, k + 3) += variance / (kShiftSd * kShiftSd);
+    const double turn = variance / (kTurnSd * kTurnSd);
+    const double shift = variance / (kShiftSd * kShiftSd);
+    normal(k, k) += turn;
+    normal(k + 3, k + 3) += shift;
+    right[k] -= turn * motion.turn[k];
+    right[k + 3] -= shift * motion.shift[k];
+    for (int l = 0; l < 3; ++l)
+      normal(k + 3, l + 3) += variance / (kHeldSd * kHeldSd) * beam[k] * beam[l];
   }
   normal(6, 6) += variance / (kScaleSd * kScaleSd);
   right[6] += variance / (kScaleSd * kScaleSd) * (1.0 - scale);
@@ -234,6 +254,32 @@ double apart(const ConeBeamFrame& a, const ConeBeamFrame& b,
 
 }  // namespace
 
+ConeBeamFrame moved(ConeBeamFrame frame, const Motion& motion) {
+  const double angle = norm(motion.turn);
+  const Vec3 axis = normalized(motion.turn);
+  const auto turned = [&](const Vec3& v) {
+    return std::cos(angle) * v + std::sin(angle) * cross(axis, v) +
+           (1.0 - std::cos(angle)) * dot(axis, v) * axis;
+  };
+  frame.source = turned(frame.source) + motion.shift;
+  frame.first_pixel = turned(frame.first_pixel) + motion.shift;
+  frame.column_step = turned(frame.column_step);
+  frame.row_step = turned(frame.row_step);
+  return frame;
+}
+
+void take_out_common(std::vector<Motion>& motions) {
+  Motion mean;
+  for (const Motion& m : motions) {
+    mean.turn += m.turn / double(motions.size());
+    mean.shift += m.shift / double(motions.size());
+  }
+  for (Motion& m : motions) {
+    m.turn -= mean.turn;
+    m.shift -= mean.shift;
+  }
+}
+
 std::vector<BrightPoint> find_bright_points(const Volume<float>& volume, double noise_per_mm) {
   const VolumeGeometry& g = volume.geometry;
   const int half = std::max(2, int(std::lround(kSurroundingsMm / g.spacing.x)));
@@ -248,36 +294,35 @@ std::vector<BrightPoint> find_bright_points(const Volume<float>& volume, double 
     return *place;
   };
   const float top = rank(ordered.size() / 1000);
-  const float least = std::max({rank(kMostPoints), 0.5F * top, float(kAboveNoise * noise_per_mm)});
-  const double voxel = g.spacing.x * g.spacing.y * g.spacing.z;
-  std::vector<BrightPoint> points;
-  for (int k = 0; k < g.size[2]; ++k)
-    for (int j = 0; j < g.size[1]; ++j)
-      for (int i = 0; i < g.size[0]; ++i)
-        if (const float value = excess[g.offset(i, j, k)]; value > least)
-          points.push_back(
-              {g.lps_from_index({double(i), double(j), double(k)}), double(value) * voxel});
-  if (points.size() < kFewestPoints) points.clear();
-  return points;
+  const float least = std::max({rank(kMostVoxels), 0.5F * top, float(kAboveNoise * noise_per_mm)});
+  for (int cell = 1;; ++cell) {
+    std::vector<BrightPoint> points = gather(g, excess, least, cell);
+    if (points.size() > kMostPoints) continue;
+    if (points.size() < kFewestPoints) points.clear();
+    return points;
+  }
 }
 
-FrameFit fit_frame(const ConeBeamFrame& frame, const std::vector<float>& line_integrals,
-                   const std::vector<BrightPoint>& points, double blur_pixels) {
-  FrameFit fit{frame, 0.0, false};
+FrameFit fit_frame(const ConeBeamFrame& given, const Motion& from,
+                   const std::vector<float>& line_integrals, const std::vector<BrightPoint>& points,
+                   double blur_pixels) {
+  const FrameFit unfitted{from, 0.0, false};
+  FrameFit fit{from, 0.0, true};
+  const Vec3 beam =
+      normalized(given.place(0.5 * (given.columns - 1), 0.5 * (given.rows - 1)) - given.source);
   double scale = 1.0;
   for (int n = 0; n < kInnerSteps; ++n) {
-    const Picture picture = splat(fit.frame, points, blur_pixels);
+    const Picture picture = splat(moved(given, fit.motion), points, blur_pixels);
     const double most = *std::max_element(picture.value.begin(), picture.value.end());
-    if (!(most > 0.0)) return fit;
-    const Parameters by = step(line_integrals, picture, scale, 0.02 * most);
-    if (by.isZero()) return fit;
-    fit.frame = moved(fit.frame, {by[0], by[1], by[2]}, {by[3], by[4], by[5]});
+    if (!(most > 0.0)) return unfitted;
+    const Parameters by = step(line_integrals, picture, fit.motion, beam, scale, kSeen * most);
+    if (by.isZero()) return unfitted;
+    fit.motion.turn += {by[0], by[1], by[2]};
+    fit.motion.shift += {by[3], by[4], by[5]};
     scale = std::clamp(scale + by[6], 0.2, 5.0);
   }
-  fit.moved_pixels = apart(frame, fit.frame, points);
-  fit.is_fitted = std::isfinite(fit.moved_pixels);
-  if (!fit.is_fitted) fit.frame = frame;
-  return fit;
+  fit.moved_pixels = apart(moved(given, from), moved(given, fit.motion), points);
+  return std::isfinite(fit.moved_pixels) ? fit : unfitted;
 }
 
 }  // namespace angio::reconstruction::detail
