@@ -16,6 +16,7 @@
 #include "core/error.hpp"
 #include "formats/csv.hpp"
 #include "formats/html.hpp"
+#include "pipeline/experiments/paper_input.hpp"
 #include "pipeline/experiments/workflow.hpp"
 #include "pipeline/stages/run_case.hpp"
 
@@ -125,7 +126,10 @@ bool is_done(const BatchRequest& request, const BatchCase& batch_case) {
     run.case_folder = request.folder / batch_case.name;
     run.case_name = batch_case.name;
     run.config = request.config;
-    for (const std::string& setting : batch_case.settings) apply_setting(run.config, setting);
+    SharedOptions options = row_options(request.shared, batch_case);
+    options.threads = 0;
+    apply_options(run.config, options);
+    if (run.input.empty()) run.input = default_input(run.config);
     return is_case_done(workflow_of(run.config), run);
   } catch (const Error&) {  // the case's own run says what is wrong
     return false;
@@ -165,11 +169,9 @@ ChildProgram start_case(const BatchRequest& request, const BatchCase& batch_case
   call.arguments.insert(call.arguments.end(),
                         {"-o", (request.folder / batch_case.name).string(), "--name",
                          batch_case.name, "--threads", std::to_string(threads)});
+  const std::vector<std::string> options = command_line_of(row_options(request.shared, batch_case));
+  call.arguments.insert(call.arguments.end(), options.begin(), options.end());
   call.arguments.insert(call.arguments.end(), request.arguments.begin(), request.arguments.end());
-  for (const std::string& setting : batch_case.settings) {
-    call.arguments.push_back("--set");
-    call.arguments.push_back(setting);
-  }
   return ChildProgram(call);
 }
 

@@ -17,9 +17,10 @@ struct BatchRequest {
   int threads = 0;                     ///< a case's threads; 0: the computer's, shared out
   int retries = 0;                     ///< further tries of a case that failed, [0, 10]
   bool resume = false;                 ///< leave out cases that are done: see is_case_done()
-  Config config;                       ///< what `arguments` come to
+  Config config;                       ///< what a case's options change
+  SharedOptions shared;                ///< of every case
   std::filesystem::path program;       ///< this executable
-  std::vector<std::string> arguments;  ///< passed on to every `angio run`
+  std::vector<std::string> arguments;  ///< also passed on to every `angio run`
 };
 
 /// Runs every case in a process of its own; a failure stops none of the others.

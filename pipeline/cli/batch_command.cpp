@@ -12,7 +12,8 @@ void add_batch_command(CLI::App& app, BatchArguments& batch) {
   CLI::App& command = *app.add_subcommand(
       "batch",
       "a cohort: every row of a CSV manifest is a case\n"
-      "columns: case,input and any configuration keys (balloon.length_mm, ...)");
+      "columns: case,input and, as they are needed, preset, balloon, series and any\n"
+      "configuration keys (balloon.length_mm, ...); all rows are checked first");
   auto& r = batch.request;
   command.add_option("MANIFEST", batch.manifest, "CSV file with a header")->required();
   command.add_option("-o,--output", r.folder, "folder of the cases and the summary")->required();
@@ -31,21 +32,10 @@ int do_batch(BatchArguments& batch) {
   Config config;  // refuses wrong options before the first case
   apply_options(config, batch.shared);
   config.validate();
-  auto& words = batch.request.arguments;
-  if (!batch.shared.config_file.empty())
-    words.insert(words.end(), {"--config", batch.shared.config_file});
-  for (const std::string& preset : batch.shared.presets)
-    words.insert(words.end(), {"--preset", preset});
-  if (!batch.shared.balloon.empty()) words.insert(words.end(), {"--balloon", batch.shared.balloon});
-  if (!batch.shared.catalogue.empty())
-    words.insert(words.end(), {"--catalogue", batch.shared.catalogue});
-  if (!batch.shared.contact.empty()) words.insert(words.end(), {"--contact", batch.shared.contact});
-  for (const std::string& setting : batch.shared.settings)
-    words.insert(words.end(), {"--set", setting});
-  words.insert(words.end(), {"--backend", batch.shared.backend, "--quiet"});
   batch.request.threads = batch.shared.threads;
-  batch.request.config = config;
-  std::vector<BatchCase> cases = read_manifest(batch.manifest, config);
+  batch.request.shared = batch.shared;
+  batch.request.arguments = {"--quiet"};
+  std::vector<BatchCase> cases = read_manifest(batch.manifest, batch.shared);
   batch.request.program = fs::read_symlink("/proc/self/exe");
   Reporter reporter(batch.shared.style());
   const int failed = run_batch(batch.request, std::move(cases), reporter);

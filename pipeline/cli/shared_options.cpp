@@ -70,4 +70,19 @@ void apply_options(Config& config, const SharedOptions& shared) {
   if (shared.threads > 0) omp_set_num_threads(shared.threads);
 }
 
+std::vector<std::string> command_line_of(const SharedOptions& shared) {
+  std::vector<std::string> words;
+  const auto add = [&](const char* option, const std::string& value) {
+    if (!value.empty()) words.insert(words.end(), {option, value});
+  };
+  add("--config", shared.config_file);
+  for (const std::string& preset : shared.presets) add("--preset", preset);
+  add("--balloon", shared.balloon);
+  add("--catalogue", shared.catalogue);
+  add("--contact", shared.contact);
+  for (const std::string& setting : shared.settings) add("--set", setting);
+  add("--backend", shared.backend);
+  return words;
+}
+
 }  // namespace angio::pipeline

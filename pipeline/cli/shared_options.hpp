@@ -35,4 +35,7 @@ void add_run_options(CLI::App& command, SharedOptions& shared,
 /// Files first, then presets, the balloon, and single settings, so that the more special wins.
 void apply_options(Config& config, const SharedOptions& shared);
 
+/// The same as words of a command line; without threads and output.
+std::vector<std::string> command_line_of(const SharedOptions& shared);
+
 }  // namespace angio::pipeline

@@ -62,7 +62,8 @@ int do_sweep(SweepArguments& sweep) {
   request.config = config;
   request.program = fs::read_symlink("/proc/self/exe");
   request.threads = sweep.shared.threads;
-  request.arguments = {"--backend", sweep.shared.backend, "--quiet"};
+  request.shared.backend = sweep.shared.backend;
+  request.arguments = {"--quiet"};
   if (!sweep.reports) request.arguments.insert(request.arguments.end(), {"--until", "simulation"});
   request.resume = true;  // what is done with these very settings stays
   Reporter reporter(sweep.shared.style());
