@@ -8,6 +8,9 @@ namespace angio::pipeline {
 struct BatchArguments {
   std::filesystem::path manifest;
   SharedOptions shared;
+  std::string shard;  ///< "i/n"; empty: all rows
+  bool dry_run = false;
+  bool summary_only = false;
   BatchRequest request;
 };
 

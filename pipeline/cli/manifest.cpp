@@ -218,7 +218,8 @@ class Rows {
                  }) &&
                  is_right;
     if (is_right) attempt([&] { config.validate(); });
-    attempt([&] { found.input = input_of(cell(row, "input"), config, inputs); });
+    found.input_cell = cell(row, "input");
+    attempt([&] { found.input = input_of(found.input_cell, config, inputs); });
     return found;
   }
 
@@ -243,10 +244,12 @@ class Rows {
 
   std::string name_of(const ManifestRow& row) {
     static const std::regex kForm("[A-Za-z0-9_-][A-Za-z0-9._-]{0,99}");
-    const std::string name = cell(row, "case");
-    if (!std::regex_match(name, kForm) || name == "logs")
+    static const std::regex kTaken("summary.*\\.(csv|html)");
+    std::string name = cell(row, "case");
+    const bool is_taken = name == "logs" || std::regex_match(name, kTaken);
+    if (!std::regex_match(name, kForm) || is_taken)
       throw InputError(fmt::format(
-          "{} (it names a folder: letters, digits, '.', '_' and '-', and not \"logs\")",
+          "{} (it names a folder, beside logs and summary.csv: letters, digits, '.', '_' and '-')",
           name.empty() ? "the case has no name"
                        : fmt::format("'{}' cannot be a case's name", name.substr(0, 100))));
     if (!names_.insert(name).second)
@@ -283,7 +286,7 @@ class Rows {
       if (inputs == InputsAre::needed) check_input(cell, config);
       return cell;
     }
-    const std::string path = (folder_ / cell).lexically_normal().string();
+    std::string path = (folder_ / cell).lexically_normal().string();
     if (inputs == InputsAre::not_needed) return path;
     std::error_code ignored;
     if (!fs::exists(path, ignored))

@@ -16,6 +16,7 @@ struct BatchCase {
   std::vector<std::string> settings;  ///< "section.key=value" from the other columns
   std::string preset;                 ///< after the batch's own; empty: none
   std::string balloon;                ///< of the catalogue, instead of the batch's; empty: that one
+  std::string input_cell;             ///< the input as the manifest has it
 };
 
 /// A case's options: the batch's own, and the row's, which win.

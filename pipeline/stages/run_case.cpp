@@ -144,6 +144,22 @@ std::map<std::string, std::string> gather_inputs(const StageDefinition& stage,
   return inputs;
 }
 
+/// Why a stage is not up to date; empty: it is.
+std::string why_again(const StageDefinition& stage, const Config& config, const RunRecord& record,
+                      const CaseFolder& folder) {
+  const auto found = record.stages.find(stage.stage);
+  const StageRecord entry = found == record.stages.end() ? StageRecord{} : found->second;
+  const std::string key = stage_key(stage, config, record, folder.hashes(stage.inputs));
+  const bool is_skipped = entry.status == "skipped" && entry.key == key;
+  if (!entry.is_stale && (is_skipped || folder.is_up_to_date(entry, key))) return {};
+  if (entry.status == "not run") return "it was not run";
+  if (entry.status == "failed") return "it failed";
+  if (entry.status == "interrupted") return "it was interrupted";
+  if (entry.is_stale || entry.key != key)
+    return "its settings, its files or the program have changed";
+  return "its files are missing or changed";
+}
+
 /// One run through the stages of a case.
 class Run {
  public:
@@ -369,22 +385,25 @@ fs::path run_case(const Workflow& workflow, const RunRequest& request, Reporter&
                                         : folder.folder(request.until);
 }
 
-bool is_case_done(const Workflow& workflow, const RunRequest& request) {
+CaseProgress case_progress(const Workflow& workflow, const RunRequest& request) {
+  using State = CaseProgress::State;
   const CaseFolder folder(request.case_folder);
-  if (!folder.exists("run.json")) return false;
+  if (!folder.exists("run.json")) {
+    const bool is_free = !fs::exists(folder.root()) ||
+                         (fs::is_directory(folder.root()) && fs::is_empty(folder.root()));
+    return {is_free ? State::not_begun : State::of_another, ""};
+  }
   const RunRecord wanted = describe_input(request, folder);
   RunRecord record = folder.read_record();
-  if (record.input_sha256 != wanted.input_sha256 || record.input_kind != wanted.input_kind ||
-      record.case_name != wanted.case_name)
-    return false;
+  if (record.input_sha256 != wanted.input_sha256) return {State::of_another, ""};
+  if (record.input_kind != wanted.input_kind) return {State::begun, "its input is taken otherwise"};
+  if (record.case_name != wanted.case_name) return {State::begun, "its name has changed"};
   for (const StageDefinition& stage : workflow.stages) {
     if (!stage.work || stage.stage > request.until || !applies(stage, record)) continue;
-    const StageRecord& entry = record.stages[stage.stage];
-    const std::string key = stage_key(stage, request.config, record, folder.hashes(stage.inputs));
-    const bool is_skipped = entry.status == "skipped" && entry.key == key;
-    if (entry.is_stale || (!is_skipped && !folder.is_up_to_date(entry, key))) return false;
+    const std::string reason = why_again(stage, request.config, record, folder);
+    if (!reason.empty()) return {State::begun, fmt::format("from {}: {}", stage.name, reason)};
   }
-  return true;
+  return {State::done, ""};
 }
 
 Config case_config(const CaseFolder& case_folder) {

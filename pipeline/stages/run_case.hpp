@@ -29,9 +29,20 @@ struct RunRequest {
 std::filesystem::path run_case(const Workflow& workflow, const RunRequest& request,
                                Reporter& reporter);
 
-/// Has everything that a request asks for been done already, with its very input and configuration,
-/// and lies there as it was left? Nothing is written.
-bool is_case_done(const Workflow& workflow, const RunRequest& request);
+/// How far a case has come with what a request asks for.
+struct CaseProgress {
+  enum class State {
+    not_begun,
+    of_another,  ///< the folder is another case's, or no case's: a run is refused
+    begun,
+    done,
+  };
+  State state = State::not_begun;
+  std::string next;  ///< the stage that would be run next, and why; empty unless it is begun
+};
+
+/// Judges a case by its present files, its very input and configuration. Nothing is written.
+CaseProgress case_progress(const Workflow& workflow, const RunRequest& request);
 
 /// The configuration that a case was last run with.
 /// @throws InputError (66) if the folder is no case

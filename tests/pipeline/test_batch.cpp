@@ -50,12 +50,12 @@ TEST(Manifest, ARowWinsOverTheBatch) {
   batch.presets = {"draft"};
   batch.settings = {"a.b=1"};
   batch.balloon = "sc-2.5";
-  const SharedOptions row = row_options(batch, {"A", "", {"a.b=2"}, "fine", "sc-3.0"});
+  const SharedOptions row = row_options(batch, {"A", "", {"a.b=2"}, "fine", "sc-3.0", ""});
   EXPECT_EQ(
       command_line_of(row),
       (std::vector<std::string>{"--preset", "draft", "--preset", "fine", "--balloon", "sc-3.0",
                                 "--set", "a.b=1", "--set", "a.b=2", "--backend", "auto"}));
-  EXPECT_EQ(command_line_of(row_options(batch, {"A", "", {}, "", ""})), command_line_of(batch));
+  EXPECT_EQ(command_line_of(row_options(batch, {"A", "", {}, "", "", ""})), command_line_of(batch));
 }
 
 TEST(Manifest, MistakesAreRefused) {
