@@ -64,6 +64,7 @@ json to_json(const StageRecord& record) {
                {"outputs", record.outputs},
                {"warnings", record.warnings}};
   if (record.is_stale) node["status_then"] = record.status;
+  if (!record.removed.empty()) node["removed"] = record.removed;
   return node;
 }
 
@@ -79,6 +80,8 @@ StageRecord stage_from_json(const json& node) {
   record.time_split = node.value("time_split_s", std::map<std::string, double>{});
   record.inputs = node.value("inputs", std::map<std::string, std::string>{});
   record.outputs = node.value("outputs", std::map<std::string, std::string>{});
+  for (const std::string& file : node.value("removed", std::vector<std::string>{}))
+    if (record.outputs.contains(file)) record.removed.push_back(file);
   record.warnings = node.value("warnings", std::vector<std::string>{});
   return record;
 }

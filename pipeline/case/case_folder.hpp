@@ -31,6 +31,7 @@ struct StageRecord {
   double solver_seconds = 0.0;                 ///< of the simulation, with its frames' files
   std::map<std::string, std::string> inputs;   ///< file -> SHA-256
   std::map<std::string, std::string> outputs;  ///< file in the case -> SHA-256
+  std::vector<std::string> removed;            ///< of the outputs: see stages/minimal_case.hpp
   std::vector<std::string> warnings;
   std::map<std::string, double> time_split;  ///< of the simulation [s]; see TimeSplit
 };

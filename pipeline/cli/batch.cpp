@@ -16,7 +16,7 @@
 #include "pipeline/cli/batch_outcome.hpp"
 #include "pipeline/experiments/paper_input.hpp"
 #include "pipeline/experiments/workflow.hpp"
-#include "pipeline/stages/run_case.hpp"
+#include "pipeline/stages/case_progress.hpp"
 
 namespace angio::pipeline {
 namespace fs = std::filesystem;
@@ -31,6 +31,7 @@ CaseProgress progress_of(const BatchRequest& request, const BatchCase& batch_cas
   run.input = batch_case.input;
   run.case_folder = request.folder / batch_case.name;
   run.case_name = batch_case.name;
+  run.keep = request.keep;
   run.config = request.config;
   SharedOptions options = row_options(request.shared, batch_case);
   options.threads = 0;
@@ -63,7 +64,12 @@ CasePlan plan_case(const BatchRequest& request, const BatchCase& batch_case) {
       break;
   }
   if (request.resume) return {Action::skip, "done", true};
-  return {Action::run, "done before: nothing changes (--resume leaves it out)", false};
+  const bool comes_back = progress.is_minimal && request.keep == Keep::all;
+  return {Action::run,
+          comes_back
+              ? "done before: what --keep minimal removed is made again (--resume leaves it out)"
+              : "done before: nothing changes (--resume leaves it out)",
+          false};
 }
 
 // ---- processes
@@ -102,6 +108,8 @@ ChildProgram start_case(const BatchRequest& request, const BatchCase& batch_case
   const std::vector<std::string> options = command_line_of(row_options(request.shared, batch_case));
   call.arguments.insert(call.arguments.end(), options.begin(), options.end());
   call.arguments.insert(call.arguments.end(), request.arguments.begin(), request.arguments.end());
+  if (request.keep == Keep::minimal)
+    call.arguments.insert(call.arguments.end(), {"--keep", "minimal"});
   return ChildProgram(call);
 }
 

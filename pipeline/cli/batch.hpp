@@ -6,6 +6,7 @@
 
 #include "pipeline/cli/manifest.hpp"
 #include "pipeline/config/config.hpp"
+#include "pipeline/stages/minimal_case.hpp"
 #include "pipeline/stages/reporter.hpp"
 
 namespace angio::pipeline {
@@ -28,6 +29,7 @@ struct BatchRequest {
   int retries = 0;                     ///< further tries of a case that failed, [0, 10]
   bool resume = false;                 ///< leave out cases that are done: see case_progress()
   bool only_failed = false;            ///< run those alone whose last run has failed
+  Keep keep = Keep::all;               ///< which files of a case stay when it is done
   Shard shard;                         ///< whose rows the summary is of; it has its own name
   Config config;                       ///< what a case's options change
   SharedOptions shared;                ///< of every case

@@ -46,6 +46,7 @@ void add_batch_command(CLI::App& app, BatchArguments& batch) {
                 "run nothing: write the summary of what former runs have left")
       ->excludes(dry)
       ->excludes(failed);
+  add_keep_option(command, batch.keep);
   add_run_options(command, batch.shared);
 }
 
@@ -99,6 +100,7 @@ int do_batch(BatchArguments& batch) {
   config.validate();
   batch.request.threads = batch.shared.threads;
   batch.request.shared = batch.shared;
+  batch.request.keep = keep_of(batch.keep);
   batch.request.arguments = {"--quiet"};
   if (!batch.shard.empty()) batch.request.shard = parse_shard(batch.shard);
   check_folder(batch);

@@ -53,6 +53,17 @@ void add_run_options(CLI::App& command, SharedOptions& shared, PresetHelp preset
       ->capture_default_str();
 }
 
+void add_keep_option(CLI::App& command, std::string& keep) {
+  command
+      .add_option("--keep", keep,
+                  "which files of a case stay when it is done: all, or minimal (metrics, report,\n"
+                  "centrelines, tables)")
+      ->check(CLI::IsMember({"all", "minimal"}))
+      ->capture_default_str();
+}
+
+Keep keep_of(const std::string& text) { return text == "minimal" ? Keep::minimal : Keep::all; }
+
 void apply_options(Config& config, const SharedOptions& shared) {
   if (!shared.config_file.empty()) {
     if (!fs::exists(shared.config_file))

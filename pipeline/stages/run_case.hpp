@@ -6,6 +6,7 @@
 
 #include "pipeline/case/case_folder.hpp"
 #include "pipeline/config/config.hpp"
+#include "pipeline/stages/minimal_case.hpp"
 #include "pipeline/stages/reporter.hpp"
 #include "pipeline/stages/stage_definition.hpp"
 
@@ -20,6 +21,7 @@ struct RunRequest {
   std::optional<Stage> from;  ///< this stage and those after it run again
   Stage until = Stage::report;
   bool force = false;      ///< run everything again, into any folder
+  Keep keep = Keep::all;   ///< when the report is made, too; not of a run that ends before it
   bool keep_link = false;  ///< write source.private.json and, of DICOM, segmentation.private.dcm
 };
 
@@ -28,21 +30,6 @@ struct RunRequest {
 /// @return the report, or the folder of the last stage that was asked for
 std::filesystem::path run_case(const Workflow& workflow, const RunRequest& request,
                                Reporter& reporter);
-
-/// How far a case has come with what a request asks for.
-struct CaseProgress {
-  enum class State {
-    not_begun,
-    of_another,  ///< the folder is another case's, or no case's: a run is refused
-    begun,
-    done,
-  };
-  State state = State::not_begun;
-  std::string next;  ///< the stage that would be run next, and why; empty unless it is begun
-};
-
-/// Judges a case by its present files, its very input and configuration. Nothing is written.
-CaseProgress case_progress(const Workflow& workflow, const RunRequest& request);
 
 /// The configuration that a case was last run with.
 /// @throws InputError (66) if the folder is no case

@@ -149,5 +149,33 @@ TEST_F(Cohort, ADryRunSaysWhatARunDoesAndChangesNothing) {
   EXPECT_TRUE(after == before);
 }
 
+TEST_F(Cohort, AMinimalCaseIsDoneUntilItsRowChanges) {
+  write_manifest("A," + kPhantom + ",3\n");
+  EXPECT_EQ(batch("--keep minimal" + kQuick).exit_code, 0);
+  for (const char* file : {"report/index.html", "metrics.json", "centerline/centerlines.vtp",
+                           "centerline/lesions.json", "simulation/lumen_profile.csv"})
+    EXPECT_TRUE(fs::exists(path("out/A") / file)) << file;
+  for (const char* bulky : {"segmentation", "meshing/lumen.vtp", "simulation/frames"})
+    EXPECT_FALSE(fs::exists(path("out/A") / bulky)) << bulky;
+  const std::string summary = file_text(path("out/summary.csv"));
+  EXPECT_EQ(batch("--summary-only").exit_code, 0);
+  EXPECT_EQ(file_text(path("out/summary.csv")), summary);
+
+  const std::string record = file_text(path("out/A/run.json"));
+  for (const char* again : {"--resume", "--resume --keep minimal", "--keep minimal"}) {
+    EXPECT_EQ(batch(again + kQuick).exit_code, 0) << again;
+    EXPECT_EQ(file_text(path("out/A/run.json")), record) << again;
+  }
+  const ProgramResult report = run_program("report '" + folder_ / "out/A" + "'");
+  EXPECT_EQ(report.exit_code, 66);
+  EXPECT_EQ(report.error_line_count(), 1) << report.error;
+
+  write_manifest("A," + kPhantom + ",2\n");
+  EXPECT_EQ(batch("--resume --keep minimal" + kQuick).exit_code, 0);
+  EXPECT_NE(file_text(path("out/A/run.json")), record);
+  EXPECT_NE(file_text(path("out/A/metrics.json")).find("\"length_mm\": 2.0"), std::string::npos);
+  EXPECT_FALSE(fs::exists(path("out/A/segmentation")));
+}
+
 }  // namespace
 }  // namespace angio::test
