@@ -18,6 +18,13 @@ bool is_removed(const CaseFolder& case_folder, const StageRecord& stage, const s
          !case_folder.exists(name);
 }
 
+/// Does a name of run.json stand for a file inside the case, also past links?
+bool is_inside(const CaseFolder& case_folder, const std::string& name) {
+  const fs::path root = fs::weakly_canonical(case_folder.root());
+  const fs::path path = fs::weakly_canonical(case_folder.path(name));
+  return std::mismatch(root.begin(), root.end(), path.begin(), path.end()).first == root.end();
+}
+
 void remove_empty_folders(const CaseFolder& case_folder) {
   std::vector<fs::path> folders;
   for (int s = 0; s < kStageCount; ++s) {
@@ -51,7 +58,8 @@ std::vector<std::string> bulky_files(const CaseFolder& case_folder, const RunRec
   std::vector<std::string> files;
   for (const auto& [stage, entry] : record.stages)
     for (const auto& [name, hash] : entry.outputs)
-      if (!is_kept(name) && case_folder.exists(name)) files.push_back(name);
+      if (!is_kept(name) && case_folder.exists(name) && is_inside(case_folder, name))
+        files.push_back(name);
   return files;
 }
 

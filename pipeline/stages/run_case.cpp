@@ -11,6 +11,7 @@
 
 #include "core/atomic_file.hpp"
 #include "core/error.hpp"
+#include "formats/case_file.hpp"
 #include "pipeline/case/case_status.hpp"
 #include "pipeline/case/input_kind.hpp"
 #include "pipeline/stages/case_progress.hpp"
@@ -179,6 +180,7 @@ void Run::make(const StageDefinition& stage, const std::map<std::string, std::st
   const auto end = [&] {
     entry.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
     entry.key = key_of(stage, inputs);
+    entry.build = version_with_commit();
   };
   try {
     work(stage, entry);
@@ -212,6 +214,7 @@ void Run::skip(const StageDefinition& stage, const std::map<std::string, std::st
   record_.stages[stage.stage] = {};
   record_.stages[stage.stage].status = "skipped";
   record_.stages[stage.stage].key = key_of(stage, inputs);
+  record_.stages[stage.stage].build = version_with_commit();
 }
 
 void Run::run_stage(const StageDefinition& stage, bool forced) {
@@ -247,6 +250,7 @@ void Run::write_metrics(const RunRecord& record) const {
 }
 
 void Run::begin() {
+  record_.files.clear();
   mark_stale(folder_, workflow_, request_.config, record_);
   folder_.write_record(record_);
   if (std::none_of(record_.stages.begin(), record_.stages.end(),
@@ -259,9 +263,12 @@ void Run::begin() {
 }
 
 void Run::settle() {
+  record_.files.clear();
   mark_stale(folder_, workflow_, request_.config, record_);
-  folder_.write_record(record_);
+  folder_.write_record(record_);  // first: what metrics.json lacks run.json must not tell
   write_metrics(record_);
+  record_.files = folder_.hashes({formats::case_file::kSettings, formats::case_file::kMetrics});
+  folder_.write_record(record_);
   mark_report(folder_, !record_.is(Stage::report, "done"));
   is_settled_ = true;
 }
