@@ -10,7 +10,7 @@
 #include "core/error.hpp"
 #include "formats/case_file.hpp"
 #include "pipeline/experiments/workflow.hpp"
-#include "pipeline/stages/run_case.hpp"
+#include "pipeline/stages/case_progress.hpp"
 #include "pipeline/stages/stage_keys.hpp"
 #include "pipeline/version.hpp"
 
@@ -33,7 +33,7 @@ class Judge {
     const std::optional<Config> config = read_config();
     const Workflow& workflow = workflow_of(config.value_or(Config{}));
     for (const StageDefinition& stage : workflow.stages) {
-      if (!stage.work) continue;
+      if (!stage.work || !applies(stage, record_)) continue;
       const StageRecord& entry = record_.stages[stage.stage];
       check_end(stage, entry);
       check_files(stage, entry);
