@@ -22,6 +22,8 @@ namespace fs = std::filesystem;
 using nlohmann::json;
 namespace {
 
+constexpr const char* kOwnHash = "record_sha256";
+
 class Sha256 {
  public:
   Sha256() { EVP_DigestInit_ex(context_.get(), EVP_sha256(), nullptr); }
@@ -64,6 +66,8 @@ json to_json(const StageRecord& record) {
                {"outputs", record.outputs},
                {"warnings", record.warnings}};
   if (record.is_stale) node["status_then"] = record.status;
+  if (!record.build.empty()) node["build"] = record.build;
+  if (!record.removed.empty()) node["removed"] = record.removed;
   return node;
 }
 
@@ -79,8 +83,18 @@ StageRecord stage_from_json(const json& node) {
   record.time_split = node.value("time_split_s", std::map<std::string, double>{});
   record.inputs = node.value("inputs", std::map<std::string, std::string>{});
   record.outputs = node.value("outputs", std::map<std::string, std::string>{});
+  record.build = node.value("build", "");
+  for (const std::string& file : node.value("removed", std::vector<std::string>{}))
+    if (record.outputs.contains(file)) record.removed.push_back(file);
   record.warnings = node.value("warnings", std::vector<std::string>{});
   return record;
+}
+
+[[noreturn]] void refuse_record(const fs::path& file) {
+  throw InputError(
+      fmt::format("{} is damaged (not the JSON that this program writes). Add --force to "
+                  "`angio run` to start again",
+                  file.string()));
 }
 
 }  // namespace
@@ -144,13 +158,14 @@ RunRecord CaseFolder::read_record() const {
     record.input_kind = input.value("kind", "");
     record.input_sha256 = input.value("sha256", "");
     record.input_description = input.value("description", "");
+    record.files = root.value("files", std::map<std::string, std::string>{});
     for (const auto& [stage, node] : root.at("stages").items())
       record.stages[parse_stage(stage)] = stage_from_json(node);
   } catch (const json::exception&) {
-    throw InputError(
-        fmt::format("{} is damaged (not the JSON that this program writes). Add "
-                    "--force to start again",
-                    path("run.json").string()));
+    refuse_record(path("run.json"));
+  } catch (const Error& error) {  // an unknown stage
+    if (error.exit_code() != ExitCode::usage) throw;
+    refuse_record(path("run.json"));
   }
   return record;
 }
@@ -166,16 +181,18 @@ json to_json(const RunRecord& record) {
     const auto found = record.stages.find(Stage(s));
     stages[name(Stage(s))] = to_json(found == record.stages.end() ? StageRecord{} : found->second);
   }
-  return {{"program", "angio"},
-          {"version", kVersion},
-          {"case", record.case_name},
-          {"backend", record.backend},
-          {"device", record.device},
-          {"input",
-           {{"kind", record.input_kind},
-            {"sha256", record.input_sha256},
-            {"description", record.input_description}}},
-          {"stages", stages}};
+  json root = {{"program", "angio"},
+               {"version", kVersion},
+               {"case", record.case_name},
+               {"backend", record.backend},
+               {"device", record.device},
+               {"input",
+                {{"kind", record.input_kind},
+                 {"sha256", record.input_sha256},
+                 {"description", record.input_description}}},
+               {"stages", stages}};
+  if (!record.files.empty()) root["files"] = record.files;
+  return root;
 }
 
 json repeatable_run(const RunRecord& record) {
@@ -187,7 +204,20 @@ json repeatable_run(const RunRecord& record) {
 }
 
 void CaseFolder::write_record(const RunRecord& record) const {
-  write_text_atomically(path("run.json"), to_json(record).dump(2) + "\n");
+  json root = to_json(record);
+  root[kOwnHash] = sha256_of_text(root.dump(2));
+  write_text_atomically(path("run.json"), root.dump(2) + "\n");
+}
+
+bool CaseFolder::is_record_intact() const {
+  const std::string text = read_text(path("run.json"));
+  json root = json::parse(text, nullptr, false);
+  if (!root.is_object()) return false;
+  if (!root.contains(kOwnHash)) return true;
+  if (root.dump(2) + "\n" != text) return false;
+  const json hash = root[kOwnHash];
+  root.erase(kOwnHash);
+  return hash == sha256_of_text(root.dump(2));
 }
 
 std::map<std::string, std::string> CaseFolder::hashes(

@@ -31,6 +31,8 @@ struct StageRecord {
   double solver_seconds = 0.0;                 ///< of the simulation, with its frames' files
   std::map<std::string, std::string> inputs;   ///< file -> SHA-256
   std::map<std::string, std::string> outputs;  ///< file in the case -> SHA-256
+  std::string build;                           ///< version and commit of the program that did it
+  std::vector<std::string> removed;            ///< of the outputs: see stages/minimal_case.hpp
   std::vector<std::string> warnings;
   std::map<std::string, double> time_split;  ///< of the simulation [s]; see TimeSplit
 };
@@ -44,6 +46,8 @@ struct RunRecord {
   std::string backend;
   std::string device;
   std::map<Stage, StageRecord> stages;
+  /// case.toml and metrics.json -> SHA-256; empty while they are being written.
+  std::map<std::string, std::string> files;
 
   /// Has the stage this status, and is it not stale?
   [[nodiscard]] bool is(Stage stage, std::string_view status) const;
@@ -73,6 +77,9 @@ class CaseFolder {
 
   /// An empty record if there is no run.json.
   [[nodiscard]] RunRecord read_record() const;
+  /// Is run.json as write_record() left it, by the hash that it holds of itself? One without a hash
+  /// is of an older program.
+  [[nodiscard]] bool is_record_intact() const;
   void write_record(const RunRecord& record) const;
 
   /// The SHA-256 of each of the case's files named, and of all files in the folders named (with a

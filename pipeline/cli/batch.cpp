@@ -4,132 +4,72 @@
 #include <omp.h>
 
 #include <algorithm>
-#include <array>
 #include <chrono>
 #include <list>
-#include <nlohmann/json.hpp>
+#include <regex>
 #include <thread>
 #include <utility>
 
 #include "core/atomic_file.hpp"
 #include "core/child_process.hpp"
 #include "core/error.hpp"
-#include "formats/csv.hpp"
-#include "formats/html.hpp"
+#include "pipeline/cli/batch_outcome.hpp"
+#include "pipeline/experiments/paper_input.hpp"
 #include "pipeline/experiments/workflow.hpp"
-#include "pipeline/stages/run_case.hpp"
+#include "pipeline/stages/case_progress.hpp"
 
 namespace angio::pipeline {
 namespace fs = std::filesystem;
-using nlohmann::json;
+
 namespace {
 
-// ---- outcomes
-// ------------------------------------------------------------------------------------
+// ---- plan --------------------------------------------------------------------------------------
 
-struct Outcome {
-  std::string status = "not run";  // done, failed, not run
-  int exit_code = -1;
-  int tries = 0;
-  std::string reason;  // the last line that the case printed
-};
-
-constexpr std::array<const char*, 15> kSummaryMetrics = {"/lesion/mld_mm",
-                                                         "/lesion/reference_diameter_mm",
-                                                         "/lesion/diameter_stenosis_percent",
-                                                         "/lesion/length_mm",
-                                                         "/balloon/nominal_diameter_mm",
-                                                         "/balloon/peak_pressure_atm",
-                                                         "/balloon/peak_diameter_mm",
-                                                         "/peak/mld_mm",
-                                                         "/result/mld_mm",
-                                                         "/result/diameter_stenosis_percent",
-                                                         "/result/acute_gain_mm",
-                                                         "/result/recoil_percent",
-                                                         "/simulation/max_penetration_mm",
-                                                         "/flow/ffr_before",
-                                                         "/flow/ffr_after"};
-
-formats::CsvRow summary_header() {
-  formats::CsvRow header = {"case", "status", "exit_code", "tries"};
-  for (const std::string metric : kSummaryMetrics) {
-    std::string column = metric.substr(1);
-    std::replace(column.begin(), column.end(), '/', '.');
-    header.push_back(column);
-  }
-  header.insert(header.end(), {"case_status", "reason"});
-  return header;
+/// How far a row's case has come, with its input and options as they are now.
+CaseProgress progress_of(const BatchRequest& request, const BatchCase& batch_case) {
+  RunRequest run;
+  run.input = batch_case.input;
+  run.case_folder = request.folder / batch_case.name;
+  run.case_name = batch_case.name;
+  run.keep = request.keep;
+  run.config = request.config;
+  SharedOptions options = row_options(request.shared, batch_case);
+  options.threads = 0;
+  apply_options(run.config, options);
+  if (run.input.empty()) run.input = default_input(run.config);
+  return case_progress(workflow_of(run.config), run);
 }
 
-formats::CsvRow summary_row(const fs::path& folder, const BatchCase& batch_case,
-                            const Outcome& outcome) {
-  formats::CsvRow row = {batch_case.name, outcome.status,
-                         outcome.exit_code < 0 ? "" : std::to_string(outcome.exit_code),
-                         std::to_string(outcome.tries)};
-  json metrics;
-  const fs::path file = folder / batch_case.name / "metrics.json";
-  if (outcome.status == "done" && fs::exists(file))
-    metrics = json::parse(read_text(file), nullptr, false);
-  for (const char* metric : kSummaryMetrics) {
-    const json::json_pointer pointer(metric);
-    const bool known =
-        metrics.is_object() && metrics.contains(pointer) && metrics.at(pointer).is_number();
-    row.push_back(known ? fmt::format("{:.4g}", metrics.at(pointer).get<double>()) : "");
+CasePlan plan_case(const BatchRequest& request, const BatchCase& batch_case) {
+  using Action = CasePlan::Action;
+  using State = CaseProgress::State;
+  const Outcome last = last_outcome(request.folder, batch_case);
+  if (request.only_failed) {
+    if (last.status != "failed") return {Action::skip, "it has not failed: " + last.status, false};
   }
-  const auto words = [&](const char* key) {
-    return metrics.is_object() && metrics.contains(key) && metrics[key].is_string()
-               ? metrics[key].get<std::string>()
-               : std::string();
-  };
-  row.push_back(words("status"));
-  row.push_back(outcome.reason.empty() ? words("status_reason") : outcome.reason);
-  return row;
-}
-
-void write_summary(const fs::path& folder, const std::vector<BatchCase>& cases,
-                   const std::vector<Outcome>& outcomes) {
-  std::vector<formats::CsvRow> rows = {summary_header()};
-  for (std::size_t c = 0; c < cases.size(); ++c)
-    rows.push_back(summary_row(folder, cases[c], outcomes[c]));
-  std::string csv;
-  std::string html =
-      "<!doctype html><html lang=\"en\"><meta charset=\"utf-8\"><title>angio batch</title><style>"
-      "body{font:15px system-ui,sans-serif;margin:2em}table{border-collapse:collapse}"
-      "td,th{border:1px solid #bbb;padding:.3em .6em;text-align:right}"
-      "td:first-child,td:last-child,th{text-align:left}.failed{background:#fdd}"
-      "</style><h1>Cases</h1><table>\n";
-  for (std::size_t r = 0; r < rows.size(); ++r) {
-    html += fmt::format("<tr class=\"{}\">", r == 0 ? "head" : formats::escape_html(rows[r][1]));
-    for (std::size_t c = 0; c < rows[r].size(); ++c) {
-      csv += (c == 0 ? "" : ",") + formats::csv_cell(rows[r][c]);
-      const bool links = r > 0 && c == 0 && rows[r][1] == "done";
-      const std::string text = formats::escape_html(rows[r][c]);
-      const std::string shown =
-          links ? fmt::format("<a href=\"{0}/report/index.html\">{0}</a>", text) : text;
-      html += r == 0 ? "<th>" + shown + "</th>" : "<td>" + shown + "</td>";
-    }
-    csv += "\n";
-    html += "</tr>\n";
-  }
-  write_text_atomically(folder / "summary.csv", csv);
-  write_text_atomically(
-      folder / "summary.html",
-      html + "</table><p>mm, mm2, atm, percent. Not for clinical use.</p></html>\n");
-}
-
-/// Is a row done, with its input and options as they are now?
-bool is_done(const BatchRequest& request, const BatchCase& batch_case) {
+  CaseProgress progress;
   try {
-    RunRequest run;
-    run.input = batch_case.input;
-    run.case_folder = request.folder / batch_case.name;
-    run.case_name = batch_case.name;
-    run.config = request.config;
-    for (const std::string& setting : batch_case.settings) apply_setting(run.config, setting);
-    return is_case_done(workflow_of(run.config), run);
-  } catch (const Error&) {  // the case's own run says what is wrong
-    return false;
+    progress = progress_of(request, batch_case);
+  } catch (const Error& error) {  // the case's own run says what is wrong
+    return {Action::run, error.what(), false};
   }
+  switch (progress.state) {
+    case State::not_begun:
+      return {Action::run, last.status == "failed" ? "it failed the last time" : "new", false};
+    case State::of_another:
+      return {Action::run, "its folder holds something else, so that it will fail", false};
+    case State::begun:
+      return {Action::resume, progress.next, false};
+    case State::done:
+      break;
+  }
+  if (request.resume) return {Action::skip, "done", true};
+  const bool comes_back = progress.is_minimal && request.keep == Keep::all;
+  return {Action::run,
+          comes_back
+              ? "done before: what --keep minimal removed is made again (--resume leaves it out)"
+              : "done before: nothing changes (--resume leaves it out)",
+          false};
 }
 
 // ---- processes
@@ -165,11 +105,11 @@ ChildProgram start_case(const BatchRequest& request, const BatchCase& batch_case
   call.arguments.insert(call.arguments.end(),
                         {"-o", (request.folder / batch_case.name).string(), "--name",
                          batch_case.name, "--threads", std::to_string(threads)});
+  const std::vector<std::string> options = command_line_of(row_options(request.shared, batch_case));
+  call.arguments.insert(call.arguments.end(), options.begin(), options.end());
   call.arguments.insert(call.arguments.end(), request.arguments.begin(), request.arguments.end());
-  for (const std::string& setting : batch_case.settings) {
-    call.arguments.push_back("--set");
-    call.arguments.push_back(setting);
-  }
+  if (request.keep == Keep::minimal)
+    call.arguments.insert(call.arguments.end(), {"--keep", "minimal"});
   return ChildProgram(call);
 }
 
@@ -187,12 +127,17 @@ class Batch {
         outcomes_(cases_.size()),
         threads_(request.threads > 0 ? request.threads
                                      : std::max(1, omp_get_max_threads() / request.jobs)) {
+    const bool looks = request.resume || request.only_failed;  // otherwise each case finds out
+    const std::vector<CasePlan> plan =
+        looks ? plan_batch(request, cases_) : std::vector<CasePlan>(cases_.size());
     for (std::size_t c = cases_.size(); c-- > 0;) {
-      if (request.resume && is_done(request, cases_[c]))
-        outcomes_[c] = {"done", 0, 0, "done before"};
-      else
+      if (plan[c].action != CasePlan::Action::skip)
         waiting_.push_back(c);
+      else
+        outcomes_[c] = plan[c].is_done ? Outcome{"done", 0, 0, "done before"}
+                                       : last_outcome(request.folder, cases_[c]);
     }
+    chosen_ = waiting_;
   }
 
   int run() {
@@ -207,10 +152,10 @@ class Batch {
       }
       take_ended();
     }
-    write_summary(request_.folder, cases_, outcomes_);
+    sum_up();
     if (interrupted_) throw Interrupted();
-    return int(std::count_if(outcomes_.begin(), outcomes_.end(),
-                             [](const Outcome& o) { return o.status != "done"; }));
+    return int(std::count_if(chosen_.begin(), chosen_.end(),
+                             [this](std::size_t c) { return outcomes_[c].status != "done"; }));
   }
 
  private:
@@ -220,6 +165,7 @@ class Batch {
     const std::size_t c = waiting_.back();
     waiting_.pop_back();
     ++outcomes_[c].tries;
+    write_outcome(request_.folder, cases_[c], {"started", -1, outcomes_[c].tries, ""});
     running_.push_back({c, start_case(request_, cases_[c], threads_)});
   }
 
@@ -235,13 +181,17 @@ class Batch {
     const std::string& name = cases_[c].name;
     Outcome& outcome = outcomes_[c];
     outcome.exit_code = exit_code;
-    outcome.status = exit_code == 0 ? "done" : "failed";
+    const bool was_stopped = interrupted_ || exit_code == int(ExitCode::interrupted);
+    outcome.status = exit_code == 0 ? "done" : (was_stopped ? "interrupted" : "failed");
     outcome.reason = exit_code == 0 ? "" : last_line(request_.folder / "logs" / (name + ".log"));
     if (exit_code != 0 && outcome.tries <= request_.retries && !interrupted_) waiting_.push_back(c);
     reporter_.note(fmt::format("{}: {}{}", name, outcome.status,
                                outcome.reason.empty() ? "" : ", " + outcome.reason));
-    write_summary(request_.folder, cases_, outcomes_);
+    write_outcome(request_.folder, cases_[c], outcome);
+    sum_up();
   }
+
+  void sum_up() const { write_summary(request_.folder, summary_file(request_), cases_, outcomes_); }
 
   const BatchRequest& request_;
   Reporter& reporter_;
@@ -249,14 +199,59 @@ class Batch {
   std::vector<Outcome> outcomes_;
   int threads_;
   std::vector<std::size_t> waiting_;  // the next one last
+  std::vector<std::size_t> chosen_;   // to be run in this call
   std::list<RunningCase> running_;
   bool interrupted_ = false;
 };
 
 }  // namespace
 
+Shard parse_shard(const std::string& text) {
+  static const std::regex kForm("([0-9]{1,6})/([0-9]{1,6})");
+  std::smatch parts;
+  if (std::regex_match(text, parts, kForm)) {
+    const Shard shard{std::stoi(parts[1]), std::stoi(parts[2])};
+    if (shard.number >= 1 && shard.number <= shard.count) return shard;
+  }
+  throw Error(ExitCode::usage, fmt::format("--shard {} is no part (write i/n, i from 1 to n: "
+                                           "--shard 2/5)",
+                                           text));
+}
+
+std::vector<BatchCase> rows_of_shard(const std::vector<BatchCase>& cases, const Shard& shard) {
+  std::vector<BatchCase> rows;
+  for (auto c = std::size_t(shard.number - 1); c < cases.size(); c += std::size_t(shard.count))
+    rows.push_back(cases[c]);
+  return rows;
+}
+
+fs::path summary_file(const BatchRequest& request) {
+  const Shard& shard = request.shard;
+  return request.folder / (shard.count == 1
+                               ? "summary.csv"
+                               : fmt::format("summary-{}-of-{}.csv", shard.number, shard.count));
+}
+
+std::vector<CasePlan> plan_batch(const BatchRequest& request, const std::vector<BatchCase>& cases) {
+  std::vector<CasePlan> plans;
+  for (const BatchCase& batch_case : cases) {
+    throw_if_interrupted();
+    plans.push_back(plan_case(request, batch_case));
+  }
+  return plans;
+}
+
 int run_batch(const BatchRequest& request, std::vector<BatchCase> cases, Reporter& reporter) {
   return Batch(request, std::move(cases), reporter).run();
+}
+
+int summarize_batch(const BatchRequest& request, const std::vector<BatchCase>& cases) {
+  std::vector<Outcome> outcomes;
+  for (const BatchCase& batch_case : cases)
+    outcomes.push_back(last_outcome(request.folder, batch_case));
+  write_summary(request.folder, summary_file(request), cases, outcomes);
+  return int(std::count_if(outcomes.begin(), outcomes.end(),
+                           [](const Outcome& outcome) { return outcome.status != "done"; }));
 }
 
 }  // namespace angio::pipeline

@@ -8,6 +8,10 @@ namespace angio::pipeline {
 struct BatchArguments {
   std::filesystem::path manifest;
   SharedOptions shared;
+  std::string shard;  ///< "i/n"; empty: all rows
+  std::string keep = "all";
+  bool dry_run = false;
+  bool summary_only = false;
   BatchRequest request;
 };
 

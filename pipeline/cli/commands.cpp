@@ -31,6 +31,7 @@
 #include "pipeline/cli/run_command.hpp"
 #include "pipeline/cli/stage_commands.hpp"
 #include "pipeline/cli/sweep_command.hpp"
+#include "pipeline/cli/verify_command.hpp"
 #include "pipeline/version.hpp"
 #include "viewer/view.hpp"
 
@@ -177,6 +178,7 @@ int dispatch(int argc, char** argv) {
   commands.add<ExperimentArguments>(add_experiment_command, do_experiment);
   commands.add<BatchArguments>(add_batch_command, do_batch);
   commands.add<SweepArguments>(add_sweep_command, do_sweep);
+  commands.add<VerifyArguments>(add_verify_command, do_verify);
   commands.add<bool>(add_doctor_command, do_doctor);
   ShellArguments shell;
   add_description_commands(app, shell);

@@ -51,6 +51,7 @@ void add_case_options(CLI::App& command, RunArguments& run) {
       "--keep-link", run.request.keep_link,
       "keep the input's path in source.private.json and, of a DICOM scan, the lumen as\n"
       "DICOM SEG in segmentation.private.dcm (mode 0600)");
+  add_keep_option(command, run.keep);
   command.add_flag("--print-config", run.print_config, "print every option in force and end");
   add_run_options(command, run.shared, PresetHelp::full);
   group_options(command, "Input",
@@ -58,8 +59,9 @@ void add_case_options(CLI::App& command, RunArguments& run) {
                  "--unit", "--inlet"});
   group_options(command, "Treatment",
                 {"--balloon", "--catalogue", "--contact", "--preset", "--set", "--config"});
-  group_options(command, "Output",
-                {"--output", "--name", "--keep-link", "--quiet", "--json", "--print-config"});
+  group_options(
+      command, "Output",
+      {"--output", "--name", "--keep-link", "--keep", "--quiet", "--json", "--print-config"});
 }
 
 }  // namespace
@@ -125,6 +127,11 @@ int do_run(RunArguments& run) {
   if (!run.until.empty()) run.request.until = parse_stage(run.until);
   if (run.request.from && *run.request.from > run.request.until)
     throw Error(ExitCode::usage, "--from names a stage after --until");
+  run.request.keep = keep_of(run.keep);
+  if (run.request.keep == Keep::minimal && run.request.until != Stage::report)
+    throw Error(ExitCode::usage,
+                "--keep minimal is for a whole run (the stages after --until would have nothing to "
+                "go on from). Leave one of them out");
   Reporter reporter(run.shared.style());
   const std::filesystem::path result =
       run_case(workflow_of(run.request.config), run.request, reporter);

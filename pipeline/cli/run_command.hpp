@@ -12,6 +12,7 @@ struct RunArguments {
   SharedOptions shared;
   RunRequest request;
   std::string from, until, unit, inlet;
+  std::string keep = "all";
   ReadArguments read;
   bool print_config = false;
 };

@@ -53,6 +53,17 @@ void add_run_options(CLI::App& command, SharedOptions& shared, PresetHelp preset
       ->capture_default_str();
 }
 
+void add_keep_option(CLI::App& command, std::string& keep) {
+  command
+      .add_option("--keep", keep,
+                  "which files of a case stay when it is done: all, or minimal (metrics, report,\n"
+                  "centrelines, tables)")
+      ->check(CLI::IsMember({"all", "minimal"}))
+      ->capture_default_str();
+}
+
+Keep keep_of(const std::string& text) { return text == "minimal" ? Keep::minimal : Keep::all; }
+
 void apply_options(Config& config, const SharedOptions& shared) {
   if (!shared.config_file.empty()) {
     if (!fs::exists(shared.config_file))
@@ -68,6 +79,21 @@ void apply_options(Config& config, const SharedOptions& shared) {
   for (const std::string& setting : shared.settings) apply_setting(config, setting);
   config.simulation.backend = backend_of(shared.backend);
   if (shared.threads > 0) omp_set_num_threads(shared.threads);
+}
+
+std::vector<std::string> command_line_of(const SharedOptions& shared) {
+  std::vector<std::string> words;
+  const auto add = [&](const char* option, const std::string& value) {
+    if (!value.empty()) words.insert(words.end(), {option, value});
+  };
+  add("--config", shared.config_file);
+  for (const std::string& preset : shared.presets) add("--preset", preset);
+  add("--balloon", shared.balloon);
+  add("--catalogue", shared.catalogue);
+  add("--contact", shared.contact);
+  for (const std::string& setting : shared.settings) add("--set", setting);
+  add("--backend", shared.backend);
+  return words;
 }
 
 }  // namespace angio::pipeline

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "pipeline/config/config.hpp"
+#include "pipeline/stages/minimal_case.hpp"
 #include "pipeline/stages/reporter.hpp"
 
 namespace angio::pipeline {
@@ -32,7 +33,14 @@ enum class PresetHelp { full, brief };
 void add_run_options(CLI::App& command, SharedOptions& shared,
                      PresetHelp presets = PresetHelp::brief);
 
+/// --keep: which files of a case stay when it is done.
+void add_keep_option(CLI::App& command, std::string& keep);
+Keep keep_of(const std::string& text);
+
 /// Files first, then presets, the balloon, and single settings, so that the more special wins.
 void apply_options(Config& config, const SharedOptions& shared);
+
+/// The same as words of a command line; without threads and output.
+std::vector<std::string> command_line_of(const SharedOptions& shared);
 
 }  // namespace angio::pipeline

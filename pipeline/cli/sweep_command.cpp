@@ -43,6 +43,11 @@ void add_sweep_command(CLI::App& app, SweepArguments& sweep) {
 
 int do_sweep(SweepArguments& sweep) {
   const Config config = case_config(CaseFolder(sweep.base));
+  if (is_minimal(CaseFolder(sweep.base).read_record()))
+    throw InputError(fmt::format("the stages' files of {0} were removed (--keep minimal; a sweep "
+                                 "goes on from them). Make them again: `angio run INPUT -o {0}`",
+                                 sweep.base.string()),
+                     ExitCode::no_input);
   std::vector<SweepAxis> axes;
   for (const std::string& text : sweep.axes) axes.push_back(parse_axis(text));
   const std::vector<BatchCase> variants = make_variants(axes, config);
@@ -62,7 +67,8 @@ int do_sweep(SweepArguments& sweep) {
   request.config = config;
   request.program = fs::read_symlink("/proc/self/exe");
   request.threads = sweep.shared.threads;
-  request.arguments = {"--backend", sweep.shared.backend, "--quiet"};
+  request.shared.backend = sweep.shared.backend;
+  request.arguments = {"--quiet"};
   if (!sweep.reports) request.arguments.insert(request.arguments.end(), {"--until", "simulation"});
   request.resume = true;  // what is done with these very settings stays
   Reporter reporter(sweep.shared.style());

@@ -11,13 +11,14 @@
 
 #include "core/atomic_file.hpp"
 #include "core/error.hpp"
+#include "formats/case_file.hpp"
 #include "pipeline/case/case_status.hpp"
 #include "pipeline/case/input_kind.hpp"
+#include "pipeline/stages/case_progress.hpp"
 #include "pipeline/stages/stage_keys.hpp"
 #include "pipeline/stages/stage_work.hpp"
 #include "pipeline/version.hpp"
 #include "segmentation/dicom_segmentation.hpp"
-#include "segmentation/read_run.hpp"
 #include "segmentation/read_volume.hpp"
 
 namespace angio::pipeline {
@@ -74,49 +75,6 @@ void write_private_link(const CaseFolder& folder, const std::string& input) {
   umask(former);
 }
 
-bool is_dicom(const std::string& input) {
-  if (input.empty() || input_kind(input) != InputKind::volume) return false;
-  constexpr const char* kVolumeFiles[] = {".nrrd", ".nhdr", ".mha", ".mhd", ".nii", ".gz", ".vti"};
-  const std::string extension = fs::path(input).extension().string();
-  return fs::is_directory(input) || std::find(std::begin(kVolumeFiles), std::end(kVolumeFiles),
-                                              extension) == std::end(kVolumeFiles);
-}
-
-/// Whether INPUT is a rotational run. What cannot be read is refused by the stage that reads it.
-bool is_run(const std::string& input, InputKind kind, const Config& config) {
-  if (kind != InputKind::volume || !is_dicom(input)) return false;
-  try {
-    return segmentation::is_rotational_run(input, config.input);
-  } catch (const InputError&) {
-    return false;
-  } catch (const OptionError&) {
-    return false;
-  }
-}
-
-RunRecord describe_input(const RunRequest& request, const CaseFolder& folder) {
-  if (request.input.empty()) {
-    if (!folder.exists("run.json"))
-      throw InputError(
-          fmt::format("{} is no case (it has no run.json). Begin with `angio run INPUT "
-                      "-o {}`",
-                      folder.root().string(), folder.root().string()),
-          ExitCode::no_input);
-    return folder.read_record();
-  }
-  RunRecord record;
-  const InputKind kind = input_kind(request.input);
-  const bool is_exact = kind == InputKind::phantom && !request.config.experiment.empty();
-  record.input_kind = name(is_exact                                      ? InputKind::surface
-                           : is_run(request.input, kind, request.config) ? InputKind::run
-                                                                         : kind);
-  record.input_sha256 =
-      kind == InputKind::phantom ? sha256_of_text(request.input) : sha256_of_path(request.input);
-  record.case_name =
-      request.case_name.empty() ? record.input_sha256.substr(0, 12) : request.case_name;
-  return record;
-}
-
 /// The record to go on from: what the case already has, if its input is the same.
 RunRecord take_up(const RunRequest& request, const CaseFolder& folder) {
   RunRecord wanted = describe_input(request, folder);
@@ -127,10 +85,6 @@ RunRecord take_up(const RunRequest& request, const CaseFolder& folder) {
   if (!request.case_name.empty()) record.case_name = request.case_name;
   record.input_kind = wanted.input_kind;  // the settings say how INPUT is taken
   return record;
-}
-
-bool applies(const StageDefinition& stage, const RunRecord& record) {
-  return stage.input_kind.empty() || stage.input_kind == record.input_kind;
 }
 
 std::map<std::string, std::string> gather_inputs(const StageDefinition& stage,
@@ -226,6 +180,7 @@ void Run::make(const StageDefinition& stage, const std::map<std::string, std::st
   const auto end = [&] {
     entry.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
     entry.key = key_of(stage, inputs);
+    entry.build = version_with_commit();
   };
   try {
     work(stage, entry);
@@ -259,6 +214,7 @@ void Run::skip(const StageDefinition& stage, const std::map<std::string, std::st
   record_.stages[stage.stage] = {};
   record_.stages[stage.stage].status = "skipped";
   record_.stages[stage.stage].key = key_of(stage, inputs);
+  record_.stages[stage.stage].build = version_with_commit();
 }
 
 void Run::run_stage(const StageDefinition& stage, bool forced) {
@@ -294,6 +250,7 @@ void Run::write_metrics(const RunRecord& record) const {
 }
 
 void Run::begin() {
+  record_.files.clear();
   mark_stale(folder_, workflow_, request_.config, record_);
   folder_.write_record(record_);
   if (std::none_of(record_.stages.begin(), record_.stages.end(),
@@ -306,9 +263,12 @@ void Run::begin() {
 }
 
 void Run::settle() {
+  record_.files.clear();
   mark_stale(folder_, workflow_, request_.config, record_);
-  folder_.write_record(record_);
+  folder_.write_record(record_);  // first: what metrics.json lacks run.json must not tell
   write_metrics(record_);
+  record_.files = folder_.hashes({formats::case_file::kSettings, formats::case_file::kMetrics});
+  folder_.write_record(record_);
   mark_report(folder_, !record_.is(Stage::report, "done"));
   is_settled_ = true;
 }
@@ -346,6 +306,21 @@ void run_stages(const Workflow& workflow, const RunRequest& request, const CaseF
   }
 }
 
+/// Is a case done whose bulky files were removed, and are not asked for? Otherwise they are made
+/// again.
+bool is_done_minimal(const Workflow& workflow, RunRequest request) {
+  if (!is_minimal(CaseFolder(request.case_folder).read_record())) return false;
+  if (request.input.empty())
+    throw InputError(
+        fmt::format("the stages' files of {0} were removed (--keep minimal; nothing is left to go "
+                    "on from). Name its input again: `angio run INPUT -o {0}`",
+                    request.case_folder.string()),
+        ExitCode::no_input);
+  if (request.keep == Keep::all || request.force || request.from || request.keep_link) return false;
+  request.keep = Keep::all;
+  return case_progress(workflow, request).state == CaseProgress::State::done;
+}
+
 }  // namespace
 
 fs::path run_case(const Workflow& workflow, const RunRequest& request, Reporter& reporter) {
@@ -354,6 +329,12 @@ fs::path run_case(const Workflow& workflow, const RunRequest& request, Reporter&
   NewCase new_case(folder);
   RunRecord record = take_up(request, folder);
   const CaseLock lock(folder);
+  const bool is_thinned = request.keep == Keep::minimal && request.until == Stage::report;
+  if (is_done_minimal(workflow, request)) {
+    remove_bulky_files(folder);
+    reporter.note("up to date; the stages' files were removed (--keep minimal)");
+    return folder.path("report/index.html");
+  }
   write_text_atomically(folder.path("case.toml"), to_toml(request.config));
   if (request.keep_link && !request.input.empty()) write_private_link(folder, request.input);
   Run run(workflow, request, folder, std::move(record), reporter);
@@ -365,26 +346,9 @@ fs::path run_case(const Workflow& workflow, const RunRequest& request, Reporter&
     throw;
   }
   run.end();
+  if (is_thinned) remove_bulky_files(folder);
   return request.until == Stage::report ? folder.path("report/index.html")
                                         : folder.folder(request.until);
-}
-
-bool is_case_done(const Workflow& workflow, const RunRequest& request) {
-  const CaseFolder folder(request.case_folder);
-  if (!folder.exists("run.json")) return false;
-  const RunRecord wanted = describe_input(request, folder);
-  RunRecord record = folder.read_record();
-  if (record.input_sha256 != wanted.input_sha256 || record.input_kind != wanted.input_kind ||
-      record.case_name != wanted.case_name)
-    return false;
-  for (const StageDefinition& stage : workflow.stages) {
-    if (!stage.work || stage.stage > request.until || !applies(stage, record)) continue;
-    const StageRecord& entry = record.stages[stage.stage];
-    const std::string key = stage_key(stage, request.config, record, folder.hashes(stage.inputs));
-    const bool is_skipped = entry.status == "skipped" && entry.key == key;
-    if (entry.is_stale || (!is_skipped && !folder.is_up_to_date(entry, key))) return false;
-  }
-  return true;
 }
 
 Config case_config(const CaseFolder& case_folder) {

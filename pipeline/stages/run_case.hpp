@@ -6,6 +6,7 @@
 
 #include "pipeline/case/case_folder.hpp"
 #include "pipeline/config/config.hpp"
+#include "pipeline/stages/minimal_case.hpp"
 #include "pipeline/stages/reporter.hpp"
 #include "pipeline/stages/stage_definition.hpp"
 
@@ -20,6 +21,7 @@ struct RunRequest {
   std::optional<Stage> from;  ///< this stage and those after it run again
   Stage until = Stage::report;
   bool force = false;      ///< run everything again, into any folder
+  Keep keep = Keep::all;   ///< when the report is made, too; not of a run that ends before it
   bool keep_link = false;  ///< write source.private.json and, of DICOM, segmentation.private.dcm
 };
 
@@ -28,10 +30,6 @@ struct RunRequest {
 /// @return the report, or the folder of the last stage that was asked for
 std::filesystem::path run_case(const Workflow& workflow, const RunRequest& request,
                                Reporter& reporter);
-
-/// Has everything that a request asks for been done already, with its very input and configuration,
-/// and lies there as it was left? Nothing is written.
-bool is_case_done(const Workflow& workflow, const RunRequest& request);
 
 /// The configuration that a case was last run with.
 /// @throws InputError (66) if the folder is no case

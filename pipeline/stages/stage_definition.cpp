@@ -25,6 +25,7 @@ RunRecord see_backend(const Config& config, const RunRecord& run) {
 RunRecord see_run(const Config&, const RunRecord& run) {
   RunRecord seen = run;
   seen.stages.clear();
+  seen.files.clear();
   for (const auto& [stage, record] : run.stages) {
     if (stage == Stage::report) continue;
     seen.stages[stage].status = record.status;

@@ -33,6 +33,11 @@ bool has_result(const StageRecord& record) {
          record.status == "failed";
 }
 
+std::string without_notice(std::string report) {
+  const std::size_t notice = report.find(kNotice);
+  return notice == std::string::npos ? report : report.erase(notice, std::string(kNotice).size());
+}
+
 }  // namespace
 
 std::string stage_key(const StageDefinition& stage, const Config& config, const RunRecord& run,
@@ -42,6 +47,10 @@ std::string stage_key(const StageDefinition& stage, const Config& config, const 
                   to_json(stage.sees(config, run)).dump());
   for (const auto& [file, hash] : inputs) text += file + " " + hash + "\n";
   return sha256_of_text(text);
+}
+
+std::string recorded_key(const StageDefinition& stage, const Config& config, const RunRecord& run) {
+  return stage_key(stage, config, run, recorded_inputs(stage, run));
 }
 
 void mark_stale(const CaseFolder& case_folder, const Workflow& workflow, const Config& config,
@@ -54,18 +63,19 @@ void mark_stale(const CaseFolder& case_folder, const Workflow& workflow, const C
     const bool is_whole =
         std::all_of(record.outputs.begin(), record.outputs.end(),
                     [&](const auto& output) { return case_folder.exists(output.first); });
-    record.is_stale = is_one_stale || !is_whole ||
-                      record.key != stage_key(stage, config, run, recorded_inputs(stage, run));
+    record.is_stale = is_one_stale || !is_whole || record.key != recorded_key(stage, config, run);
     is_one_stale = is_one_stale || record.is_stale;
   }
+}
+
+std::string report_hash(const CaseFolder& case_folder) {
+  return sha256_of_text(without_notice(read_text(case_folder.path(kReport))));
 }
 
 void mark_report(const CaseFolder& case_folder, bool is_stale) {
   if (!case_folder.exists(kReport)) return;
   const std::string text = read_text(case_folder.path(kReport));
-  std::string marked = text;
-  const std::size_t notice = marked.find(kNotice);
-  if (notice != std::string::npos) marked.erase(notice, std::string(kNotice).size());
+  std::string marked = without_notice(text);
   if (is_stale) {
     constexpr const char* kBody = "<body>\n";
     const std::size_t body = marked.find(kBody);

@@ -21,6 +21,7 @@ inline std::string lasting_content(const std::filesystem::path& file) {
   auto root = nlohmann::json::parse(text);
   for (const char* key : {"wall_s", "time_split_s", "frames_per_second", "real_time_factor"})
     if (root.contains("simulation")) root["simulation"].erase(key);
+  for (const char* key : {"files", "record_sha256"}) root.erase(key);  // hashes of those
   if (root.contains("stages"))
     for (auto& stage : root["stages"])
       for (const char* key : {"seconds", "peak_memory_mib", "solver_seconds", "time_split_s"})

@@ -65,7 +65,7 @@ TEST(Sweep, WrongKeysAndValuesAreRefusedBeforeAnythingRuns) {
 
 TEST(Sweep, AVariantWithoutAResultHasNoNumbers) {
   const test::CommandFolder folder;
-  const BatchCase variant{"v", "", {"balloon.length_mm=8"}};
+  const BatchCase variant{"v", "", {"balloon.length_mm=8"}, "", "", ""};
   EXPECT_EQ(read_variant(folder.path(), variant).status, "failed");
   for (const char* status : {"done", "not_determined", "failed"}) {
     write_text_atomically(folder.path() / "v/metrics.json",

@@ -1,0 +1,108 @@
+#include "pipeline/stages/case_progress.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <iterator>
+
+#include "core/error.hpp"
+#include "pipeline/case/input_kind.hpp"
+#include "pipeline/stages/stage_keys.hpp"
+#include "segmentation/read_run.hpp"
+
+namespace angio::pipeline {
+namespace fs = std::filesystem;
+namespace {
+
+/// Whether INPUT is a rotational run. What cannot be read is refused by the stage that reads it.
+bool is_run(const std::string& input, InputKind kind, const Config& config) {
+  if (kind != InputKind::volume || !is_dicom(input)) return false;
+  try {
+    return segmentation::is_rotational_run(input, config.input);
+  } catch (const InputError&) {
+    return false;
+  } catch (const OptionError&) {
+    return false;
+  }
+}
+
+/// Why a stage is not up to date; empty: it is.
+std::string why_again(const StageDefinition& stage, const Config& config, const RunRecord& record,
+                      const CaseFolder& folder) {
+  const auto found = record.stages.find(stage.stage);
+  const StageRecord entry = found == record.stages.end() ? StageRecord{} : found->second;
+  const std::string key =
+      stage_key(stage, config, record, hashes_as_left(folder, record, stage.inputs));
+  const bool is_skipped = entry.status == "skipped" && entry.key == key;
+  const bool is_whole = folder.is_up_to_date(without_removed(folder, entry), key);
+  if (!entry.is_stale && (is_skipped || is_whole)) return {};
+  if (entry.status == "not run") return "it was not run";
+  if (entry.status == "failed") return "it failed";
+  if (entry.status == "interrupted") return "it was interrupted";
+  if (entry.is_stale || entry.key != key)
+    return "its settings, its files or the program have changed";
+  return "its files are missing or changed";
+}
+
+}  // namespace
+
+bool is_dicom(const std::string& input) {
+  if (input.empty() || input_kind(input) != InputKind::volume) return false;
+  constexpr const char* kVolumeFiles[] = {".nrrd", ".nhdr", ".mha", ".mhd", ".nii", ".gz", ".vti"};
+  const std::string extension = fs::path(input).extension().string();
+  return fs::is_directory(input) || std::find(std::begin(kVolumeFiles), std::end(kVolumeFiles),
+                                              extension) == std::end(kVolumeFiles);
+}
+
+bool applies(const StageDefinition& stage, const RunRecord& record) {
+  return stage.input_kind.empty() || stage.input_kind == record.input_kind;
+}
+
+RunRecord describe_input(const RunRequest& request, const CaseFolder& folder) {
+  if (request.input.empty()) {
+    if (!folder.exists("run.json"))
+      throw InputError(
+          fmt::format("{} is no case (it has no run.json). Begin with `angio run INPUT "
+                      "-o {}`",
+                      folder.root().string(), folder.root().string()),
+          ExitCode::no_input);
+    return folder.read_record();
+  }
+  RunRecord record;
+  const InputKind kind = input_kind(request.input);
+  const bool is_exact = kind == InputKind::phantom && !request.config.experiment.empty();
+  record.input_kind = name(is_exact                                      ? InputKind::surface
+                           : is_run(request.input, kind, request.config) ? InputKind::run
+                                                                         : kind);
+  record.input_sha256 =
+      kind == InputKind::phantom ? sha256_of_text(request.input) : sha256_of_path(request.input);
+  record.case_name =
+      request.case_name.empty() ? record.input_sha256.substr(0, 12) : request.case_name;
+  return record;
+}
+
+CaseProgress case_progress(const Workflow& workflow, const RunRequest& request) {
+  using State = CaseProgress::State;
+  const CaseFolder folder(request.case_folder);
+  if (!folder.exists("run.json")) {
+    const bool is_free = !fs::exists(folder.root()) ||
+                         (fs::is_directory(folder.root()) && fs::is_empty(folder.root()));
+    return {is_free ? State::not_begun : State::of_another, ""};
+  }
+  const RunRecord wanted = describe_input(request, folder);
+  RunRecord record = folder.read_record();
+  if (record.input_sha256 != wanted.input_sha256) return {State::of_another, ""};
+  if (record.input_kind != wanted.input_kind) return {State::begun, "its input is taken otherwise"};
+  if (record.case_name != wanted.case_name) return {State::begun, "its name has changed"};
+  for (const StageDefinition& stage : workflow.stages) {
+    if (!stage.work || stage.stage > request.until || !applies(stage, record)) continue;
+    const std::string reason = why_again(stage, request.config, record, folder);
+    if (!reason.empty()) return {State::begun, fmt::format("from {}: {}", stage.name, reason)};
+  }
+  if (request.keep == Keep::minimal && !bulky_files(folder, record).empty())
+    return {State::begun, "its bulky files are to be removed"};
+  return {State::done, "", is_minimal(record)};
+}
+
+}  // namespace angio::pipeline
