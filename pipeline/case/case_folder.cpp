@@ -179,6 +179,7 @@ json to_json(const RunRecord& record) {
   json stages = json::object();
   for (int s = 0; s < kStageCount; ++s) {
     const auto found = record.stages.find(Stage(s));
+    if (Stage(s) == Stage::reconstruction && found == record.stages.end()) continue;
     stages[name(Stage(s))] = to_json(found == record.stages.end() ? StageRecord{} : found->second);
   }
   json root = {{"program", "angio"},

@@ -227,7 +227,9 @@ void add_run_options(CLI::App& command, datasets::RotationalRunOptions& run) {
   add("--wobble-angle", run.wobble_degrees, "the same for its turn [degrees], 0 to 5");
   command.add_flag("--mask-run", run.mask_run, "the same turn without contrast medium, too")
       ->group(kGroup);
-  command.add_flag("!--no-body", run.body, "without tissue and bone around the vessels")
+  command
+      .add_flag_callback(
+          "--no-body", [&run] { run.body = false; }, "without tissue and bone around the vessels")
       ->group(kGroup);
 }
 

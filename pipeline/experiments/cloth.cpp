@@ -9,6 +9,7 @@
 #include "core/atomic_file.hpp"
 #include "formats/case_file.hpp"
 #include "formats/files.hpp"
+#include "pipeline/case/input_kind.hpp"
 #include "pipeline/case/metrics.hpp"
 #include "pipeline/version.hpp"
 #include "simulation/cloth.hpp"
@@ -145,7 +146,8 @@ std::vector<std::string> cloth_metrics_files() { return together(metrics_files()
 
 const Workflow& cloth_workflow() {
   static const Workflow kCloth{
-      {without_work(Stage::segmentation), without_work(Stage::centerline),
+      {without_work(Stage::reconstruction, name(InputKind::run)), without_work(Stage::segmentation),
+       without_work(Stage::centerline),
        define_stage(Stage::meshing, {}, see_input, do_cloth_meshing),
        define_stage(Stage::simulation, {kMesh}, see_nothing, do_cloth_simulation),
        define_stage(Stage::report, together({file::kFrames}, cloth_metrics_files()), see_run,

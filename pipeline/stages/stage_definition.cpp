@@ -1,5 +1,7 @@
 #include "pipeline/stages/stage_definition.hpp"
 
+#include <utility>
+
 #include "formats/case_file.hpp"
 
 namespace angio::pipeline {
@@ -37,9 +39,15 @@ RunRecord see_run(const Config&, const RunRecord& run) {
   return seen;
 }
 
-StageDefinition without_work(Stage stage) {
-  return {stage,       name(stage), {}, {}, [](const Config&) { return std::string(); },
-          see_nothing, nullptr,     {}};
+StageDefinition without_work(Stage stage, std::string input_kind) {
+  return {stage,
+          name(stage),
+          {},
+          {},
+          [](const Config&) { return std::string(); },
+          see_nothing,
+          nullptr,
+          std::move(input_kind)};
 }
 
 std::vector<std::string> together(std::vector<std::string> files,

@@ -69,7 +69,8 @@ StageDefinition define_stage(Stage stage, std::vector<std::string> inputs,
 }
 
 /// A stage that does not apply.
-StageDefinition without_work(Stage stage);
+/// @param input_kind  but would to an input of that kind; empty: to any
+StageDefinition without_work(Stage stage, std::string input_kind = {});
 
 std::vector<std::string> together(std::vector<std::string> files,
                                   const std::vector<std::string>& more);

@@ -133,7 +133,8 @@ TEST(StageKey, HoldsWhatMoreThanOneStageReads) {
       {"flow.viscosity_mpa_s", {report}},
       {"flow.vessel", {report}},
       {"view.primary_limit_degrees", {report}},
-      {"input.spacing_mm", {segmentation}}};
+      {"input.spacing_mm", {reconstruction, segmentation}},
+      {"reconstruction.window", {reconstruction}}};
   for (const auto& [key, stages] : read_by) EXPECT_EQ(stages_changed({}, key), stages) << key;
   EXPECT_EQ(stages_changed(narrowing_config(), "lesion.abscissa_mm"),
             (std::set<Stage>{centerline, meshing, report}));
@@ -149,7 +150,8 @@ TEST(StageKey, ChangesWithEveryFileThatIsRead) {
                 stage_key(stage, config, {}, {{file, "2"}}))
           << file;
     }
-  EXPECT_TRUE(names_file(workflow_of(config).stages[3].inputs, "meshing/wall.vtu"));
+  EXPECT_TRUE(names_file(workflow_of(config).stages[std::size_t(Stage::simulation)].inputs,
+                         "meshing/wall.vtu"));
 }
 
 TEST(StageKey, OfTheReportChangesWithWhatTheStagesSaid) {
@@ -196,9 +198,9 @@ struct DoneCase {
   RunRecord run;
 
   DoneCase() {
-    const char* files[] = {"segmentation/lumen_level_set.nrrd", "centerline/centerlines.vtp",
-                           "meshing/placement.json", "simulation/summary.json",
-                           "report/index.html"};
+    const char* files[] = {"reconstruction/volume.nrrd", "segmentation/lumen_level_set.nrrd",
+                           "centerline/centerlines.vtp", "meshing/placement.json",
+                           "simulation/summary.json",    "report/index.html"};
     for (const StageDefinition& stage : workflow_of(config).stages) {
       const char* file = files[int(stage.stage)];
       write_text_atomically(root / file, "<html>\n<body>\nfirst</body>\n");

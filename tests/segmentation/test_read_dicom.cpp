@@ -216,7 +216,7 @@ TEST_F(ReadDicomData, ProjectionRunsAreNamedAsSuch) {
     read_volume(data("dicom-traps/xa_frametime.dcm"), {});
     FAIL();
   } catch (const InputError& error) {
-    EXPECT_THAT(error.what(), HasSubstr("projection run"));
+    EXPECT_THAT(error.what(), HasSubstr("rotational run"));
     EXPECT_EQ(error.exit_code(), ExitCode::bad_data);
   }
 }

@@ -1,0 +1,98 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "tests/pipeline/run_program.hpp"
+
+// From X-ray frames to the lumen, as a user goes.
+namespace angio::pipeline {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+using test::CommandFolder;
+using test::file_text;
+using test::ProgramResult;
+using test::run_program;
+using testing::HasSubstr;
+
+json json_of(const fs::path& file) { return json::parse(file_text(file)); }
+
+class RotationalRuns : public testing::Test {
+ protected:
+  /// Makes a run around a short vessel with a stenosis of 60 %.
+  std::string make_run(const std::string& name, const std::string& options) {
+    const std::string out = folder_ / name;
+    const ProgramResult made = run_program("phantom concentric --length 20 --format xa-run " +
+                                           options + " -o '" + out + "'");
+    EXPECT_EQ(made.exit_code, 0) << made.error;
+    return out + "/run";
+  }
+  ProgramResult run(const std::string& input, const std::string& name,
+                    const std::string& more = "--until centerline") {
+    return run_program("run '" + input + "' -o '" + folder_ / name + "' " + more);
+  }
+  void expect_stenosis(const std::string& name, double tolerance_mm) {
+    const json lesions = json_of(folder_.path() / name / "centerline/lesions.json");
+    ASSERT_EQ(lesions.size(), 1u);
+    EXPECT_NEAR(lesions[0].at("mld_mm").get<double>(), 1.2, tolerance_mm);
+  }
+  CommandFolder folder_;
+};
+
+TEST_F(RotationalRuns, LeadToTheLumenAndAreUpToDateAfterwards) {
+  const std::string input = make_run("xa", "--frames 120");
+  const ProgramResult first = run(input, "case");
+  ASSERT_EQ(first.exit_code, 0) << first.error;
+  expect_stenosis("case", 0.06);
+  const json record = json_of(folder_.path() / "case/run.json");
+  EXPECT_EQ(record.at("input").at("kind"), "run");
+  EXPECT_EQ(record.at("stages").at("reconstruction").at("status"), "done");
+  const json quality = json_of(folder_.path() / "case/reconstruction/quality.json");
+  EXPECT_EQ(quality.at("frames"), 120);
+  EXPECT_LT(quality.at("residual_pixels").get<double>(), 0.15);
+  const ProgramResult again = run(input, "case");
+  EXPECT_THAT(again.error, HasSubstr("reconstruction up to date"));
+  EXPECT_EQ(run_program("segment '" + folder_ / "case" + "'").exit_code, 0);
+  const ProgramResult changed =
+      run(input, "case", "--until centerline --set reconstruction.window=hann");
+  EXPECT_THAT(changed.error, HasSubstr("reconstruction done"));
+  EXPECT_THAT(changed.error, HasSubstr("segmentation  done"));
+}
+
+TEST_F(RotationalRuns, ThatWobbleAreCalibrated) {
+  const ProgramResult result =
+      run(make_run("xa", "--frames 120 --wobble 0.5 --wobble-angle 0.3"), "case");
+  ASSERT_EQ(result.exit_code, 0) << result.error;
+  EXPECT_THAT(result.error, HasSubstr("beside the path that its header tells"));
+  expect_stenosis("case", 0.08);
+}
+
+TEST_F(RotationalRuns, AreSubtractedFromTheirMaskRun) {
+  const ProgramResult result = run(make_run("xa", "--frames 100 --mask-run"), "case");
+  ASSERT_EQ(result.exit_code, 0) << result.error;
+  EXPECT_TRUE(json_of(folder_.path() / "case/reconstruction/quality.json").at("subtracted"));
+  expect_stenosis("case", 0.06);
+}
+
+TEST_F(RotationalRuns, ThatCannotGiveAVolumeAreRefusedInOneLine) {
+  for (const auto& [options, why] : {std::pair{"--arc 30", "turns by 30 degrees"},
+                                     std::pair{"--frames 3 --arc 1", "1 degree"}}) {
+    const ProgramResult result = run(make_run("xa", options), "case");
+    EXPECT_EQ(result.exit_code, 65);
+    EXPECT_THAT(result.error, HasSubstr(why));
+    EXPECT_FALSE(fs::exists(folder_.path() / "case"));
+  }
+}
+
+TEST_F(RotationalRuns, AreNotAStageOfOtherInputs) {
+  ASSERT_EQ(run("phantom:concentric,length=20,spacing=0.4", "case").exit_code, 0);
+  EXPECT_FALSE(json_of(folder_.path() / "case/run.json").at("stages").contains("reconstruction"));
+  EXPECT_FALSE(fs::exists(folder_.path() / "case/reconstruction"));
+}
+
+}  // namespace
+}  // namespace angio::pipeline
