@@ -40,21 +40,22 @@ struct Candidate {
 };
 
 std::optional<Candidate> candidate(const DicomSeries& series, std::size_t index,
-                                   const ReadOptions& options) {
+                                   const ReadOptions& options, RunGeometry geometry) {
   if (series.headers.size() != 1) return {};
   const DicomHeader& header = series.headers.front();
   if (header.kind != detail::DicomKind::projection || !header.projection || !header.problem.empty())
     return {};
   Candidate found{index, &header, *header.projection};
   detail::settle_angles(found.run, int(header.frames.size()), options.angles);
-  if (!detail::turns(found.run)) return {};
+  if (geometry == RunGeometry::by_header && !detail::turns(found.run)) return {};
   return found;
 }
 
-std::vector<Candidate> candidates(const std::vector<DicomSeries>& all, const ReadOptions& options) {
+std::vector<Candidate> candidates(const std::vector<DicomSeries>& all, const ReadOptions& options,
+                                  RunGeometry geometry) {
   std::vector<Candidate> found;
   for (std::size_t s = 0; s < all.size(); ++s)
-    if (auto one = candidate(all[s], s, options)) found.push_back(std::move(*one));
+    if (auto one = candidate(all[s], s, options, geometry)) found.push_back(std::move(*one));
   return found;
 }
 
@@ -105,18 +106,57 @@ void spread(std::vector<double>& angles, int frames) {
   if (angles.size() == 1) angles.assign(std::size_t(frames), angles.front());
 }
 
+/// The slices of a volume file.
+class StackPictures : public RunPictures {
+ public:
+  explicit StackPictures(Volume<float> stack) : stack_(std::move(stack)) {}
+  [[nodiscard]] std::vector<float> read(int first, int count) const override {
+    const auto begin = stack_.values.begin() + std::ptrdiff_t(stack_.geometry.offset(0, 0, first));
+    return {begin, begin + std::ptrdiff_t(stack_.geometry.offset(0, 0, count))};
+  }
+  [[nodiscard]] const VolumeGeometry& geometry() const { return stack_.geometry; }
+
+ private:
+  Volume<float> stack_;
+};
+
+LoadedRun read_stack(const fs::path& path, const ReadOptions& options, const Progress& progress) {
+  LoadedVolume file = read_volume(path, options, progress);
+  const auto stack = std::make_shared<StackPictures>(std::move(file.volume));
+  LoadedRun loaded;
+  const VolumeGeometry& g = stack->geometry();
+  loaded.columns = g.size[0];
+  loaded.rows = g.size[1];
+  loaded.frame_count = g.size[2];
+  loaded.run.detector_spacing_mm = {g.spacing.x, g.spacing.y};
+  loaded.run.pixel_relation = "LIN";
+  loaded.pictures = stack;
+  loaded.source_description =
+      "stack of " + std::to_string(loaded.frame_count) + " frames, " + file.source_description;
+  loaded.warnings = std::move(file.warnings);
+  loaded.warnings.emplace_back(
+      "the stack's pixels were taken to be linear in the beam's intensity");
+  return loaded;
+}
+
 }  // namespace
 
 std::optional<LoadedRun> read_run(const fs::path& path, const ReadOptions& options,
-                                  const Progress& progress) {
+                                  RunGeometry geometry, const Progress& progress) {
   options.validate();
+  if (geometry == RunGeometry::given && detail::is_volume_file_name(path) &&
+      !fs::is_directory(path))
+    return read_stack(path, options, progress);
   if (detail::is_volume_file_name(path) && !fs::is_directory(path)) return {};
   const detail::FoundSeries found = detail::find_series(path, options, progress);
-  const std::vector<Candidate> runs = candidates(found.all, options);
+  const std::vector<Candidate> runs = candidates(found.all, options, geometry);
   const Candidate* chosen = choose(found.all, runs, options);
   if (!chosen) return {};
   const DicomHeader& header = *chosen->header;
-  if (const std::string why = detail::refusal_of_turn(header, chosen->run); !why.empty())
+  if (const std::string why = geometry == RunGeometry::given
+                                  ? std::string()
+                                  : detail::refusal_of_turn(header, chosen->run);
+      !why.empty())
     throw InputError(detail::describe(found.all[chosen->series], chosen->series) + ": " + why);
   if (header.lossy && !options.allow_lossy)
     throw InputError(detail::describe(found.all[chosen->series], chosen->series) +
@@ -147,7 +187,7 @@ std::optional<LoadedRun> read_run(const fs::path& path, const ReadOptions& optio
 bool is_rotational_run(const fs::path& path, const ReadOptions& options) {
   if (detail::is_volume_file_name(path) && !fs::is_directory(path)) return false;
   const detail::FoundSeries found = detail::find_series(path, options);
-  const std::vector<Candidate> runs = candidates(found.all, options);
+  const std::vector<Candidate> runs = candidates(found.all, options, RunGeometry::by_header);
   return choose(found.all, runs, options) != nullptr;
 }
 

@@ -26,12 +26,19 @@ class RunPictures {
 
 /// A run of projections that turns, so that a volume can be made of it.
 struct LoadedRun {
-  ProjectionRun run;  ///< its angles settled, one a frame
+  ProjectionRun run;  ///< its angles settled, one a frame (none of a stack)
   int columns = 0, rows = 0, frame_count = 0;
   std::shared_ptr<const RunPictures> pictures;
   std::shared_ptr<const RunPictures> masks;  ///< frame by frame; null: there is no mask run
   std::string source_description;            ///< "X-Ray Angiographic Image Storage, 200 frames"
   std::vector<std::string> warnings;         ///< what was left out, and doubtful
+};
+
+/// Who says where the frames were taken.
+enum class RunGeometry {
+  by_header,
+  given,  ///< in a file of its own: the header need not say it, and a volume file is a stack of
+          ///< frames
 };
 
 /// The rotational run of an input, if that is what it is: the run that `options.series` names, or,
@@ -42,6 +49,7 @@ struct LoadedRun {
 /// @return nothing where the input is something else, which read_volume() reads or refuses
 /// @throws InputError  it is a run that says it turns, but cannot be used: why, and what would do
 std::optional<LoadedRun> read_run(const std::filesystem::path& path, const ReadOptions& options,
+                                  RunGeometry geometry = RunGeometry::by_header,
                                   const Progress& progress = {});
 
 /// Is it one? Reads headers only.

@@ -35,11 +35,18 @@ void add_case_options(CLI::App& command, RunArguments& run) {
   command.add_option("--from", run.from, "run this stage and those after it again")
       ->type_name("STAGE");
   command
-      .add_option("--until", run.until,
-                  "last stage: reconstruction, segmentation, centerline, meshing, simulation or report")
+      .add_option(
+          "--until", run.until,
+          "last stage: reconstruction, segmentation, centerline, meshing, simulation or report")
       ->type_name("STAGE");
   add_read_options(command, run.read);
   add_unit_option(command, run.unit);
+  command
+      .add_option(
+          "--geometry", run.request.geometry,
+          "where X-ray frames were taken, instead of what their header says: RTK's XML, or\n"
+          "CSV of 3 x 4 matrices; INPUT may then be a stack of frames (.mha .nrrd ...)")
+      ->type_name("FILE");
   command
       .add_option(
           "--inlet", run.inlet,
@@ -56,7 +63,7 @@ void add_case_options(CLI::App& command, RunArguments& run) {
   add_run_options(command, run.shared, PresetHelp::full);
   group_options(command, "Input",
                 {"--series", "--allow-lossy", "--spacing", "--resample", "--angles", "--max-memory",
-                 "--unit", "--inlet"});
+                 "--unit", "--inlet", "--geometry"});
   group_options(command, "Treatment",
                 {"--balloon", "--catalogue", "--contact", "--preset", "--set", "--config"});
   group_options(

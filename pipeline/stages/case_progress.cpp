@@ -16,10 +16,18 @@ namespace fs = std::filesystem;
 namespace {
 
 /// Whether INPUT is a rotational run. What cannot be read is refused by the stage that reads it.
-bool is_run(const std::string& input, InputKind kind, const Config& config) {
+bool is_run(const RunRequest& request, InputKind kind) {
+  const std::string& input = request.input;
+  if (!request.geometry.empty()) {
+    if (kind != InputKind::volume)
+      throw Error(ExitCode::usage,
+                  "--geometry belongs to X-ray frames (DICOM, or a stack as a volume file); INPUT "
+                  "is something else");
+    return true;
+  }
   if (kind != InputKind::volume || !is_dicom(input)) return false;
   try {
-    return segmentation::is_rotational_run(input, config.input);
+    return segmentation::is_rotational_run(input, request.config.input);
   } catch (const InputError&) {
     return false;
   } catch (const OptionError&) {
@@ -72,11 +80,13 @@ RunRecord describe_input(const RunRequest& request, const CaseFolder& folder) {
   RunRecord record;
   const InputKind kind = input_kind(request.input);
   const bool is_exact = kind == InputKind::phantom && !request.config.experiment.empty();
-  record.input_kind = name(is_exact                                      ? InputKind::surface
-                           : is_run(request.input, kind, request.config) ? InputKind::run
-                                                                         : kind);
+  record.input_kind = name(is_exact                ? InputKind::surface
+                           : is_run(request, kind) ? InputKind::run
+                                                   : kind);
   record.input_sha256 =
       kind == InputKind::phantom ? sha256_of_text(request.input) : sha256_of_path(request.input);
+  if (!request.geometry.empty())  // it is as much of the input as the frames are
+    record.input_sha256 = sha256_of_text(record.input_sha256 + sha256_of_path(request.geometry));
   record.case_name =
       request.case_name.empty() ? record.input_sha256.substr(0, 12) : request.case_name;
   return record;

@@ -1,5 +1,7 @@
 #include "reconstruction/reconstruction.hpp"
 
+#include <fmt/format.h>
+
 #include <cmath>
 #include <optional>
 
@@ -7,6 +9,7 @@
 #include "core/error.hpp"
 #include "formats/nrrd.hpp"
 #include "pipeline/stages/reconstruction.hpp"
+#include "reconstruction/geometry_file.hpp"
 #include "segmentation/read_run.hpp"
 
 namespace angio::pipeline {
@@ -64,10 +67,25 @@ std::vector<ConeBeamFrame> frames_by_header(const LoadedRun& loaded) {
   return frames;
 }
 
+std::vector<ConeBeamFrame> frames_by_file(const LoadedRun& loaded,
+                                          const std::filesystem::path& file) {
+  const auto& spacing = loaded.run.detector_spacing_mm;
+  std::vector<ConeBeamFrame> frames = reconstruction::read_geometry(
+      file, loaded.columns, loaded.rows, spacing[0] > 0.0 ? spacing[0] : 1.0,
+      spacing[1] > 0.0 ? spacing[1] : 1.0);
+  if (int(frames.size()) != loaded.frame_count)
+    throw InputError(
+        fmt::format("the geometry file {} holds {} frames, the run {} (it is another "
+                    "run's). Give the one that belongs to it",
+                    file.filename().string(), frames.size(), loaded.frame_count));
+  return frames;
+}
+
 reconstruction::RotationalRun rotational_run(const LoadedRun& loaded,
+                                             const std::filesystem::path& geometry,
                                              std::vector<std::string>& warnings) {
   reconstruction::RotationalRun run;
-  run.frames = frames_by_header(loaded);
+  run.frames = geometry.empty() ? frames_by_header(loaded) : frames_by_file(loaded, geometry);
   if (loaded.run.pixel_relation == "LOG")
     run.relation = reconstruction::PixelRelation::logarithmic;
   else if (loaded.run.pixel_relation != "LIN")
@@ -107,13 +125,16 @@ void do_reconstruction(StageWork& work, const ReconstructionSettings& settings) 
         "the case holds no X-ray frames to reconstruct from (they are never copied). Give the "
         "run again: `angio run INPUT -o CASE --from reconstruction`",
         ExitCode::no_input);
-  const auto loaded = segmentation::read_run(work.input, settings.get<&Config::input>(),
-                                             part(work.progress, 0.0, 0.05));
+  const auto loaded =
+      segmentation::read_run(work.input, settings.get<&Config::input>(),
+                             work.geometry.empty() ? segmentation::RunGeometry::by_header
+                                                   : segmentation::RunGeometry::given,
+                             part(work.progress, 0.0, 0.05));
   if (!loaded)
     throw InputError("the input is no rotational run any more (it has changed). Run again");
   keep(work.warnings, loaded->warnings);
   work.input_description = loaded->source_description;
-  reconstruction::RotationalRun run = rotational_run(*loaded, work.warnings);
+  reconstruction::RotationalRun run = rotational_run(*loaded, work.geometry, work.warnings);
   const Frames pictures(*loaded->pictures);
   run.pictures = &pictures;
   std::optional<Frames> masks;
@@ -123,6 +144,7 @@ void do_reconstruction(StageWork& work, const ReconstructionSettings& settings) 
   keep(work.warnings, result.warnings);
   work.progress.report(0.95, "writing");
   formats::write_nrrd(work.out / "volume.nrrd", result.volume, formats::NrrdEncoding::raw);
+  write_text_atomically(work.out / "geometry.xml", reconstruction::rtk_geometry(result.frames));
   write_text_atomically(work.out / "quality.json", to_json(result.quality).dump(2) + "\n");
 }
 

@@ -154,7 +154,8 @@ void Run::work(const StageDefinition& stage, StageRecord& entry) {
   const StageFiles files(folder_, declared);
   const RunRecord seen = stage.sees(request_.config, record_);
   StageFolder output(folder_, stage.stage);
-  StageWork work{files, seen, request_.input, output.path(), reporter_.progress()};
+  StageWork work{
+      files, seen, request_.input, request_.geometry, output.path(), reporter_.progress()};
   stage.work(work, request_.config);
   throw_if_interrupted();
   output.commit();

@@ -13,10 +13,11 @@ namespace angio::pipeline {
 
 /// What a stage works with beside its settings (a ConfigView): all that it sees is in its key.
 struct StageWork {
-  const StageFiles& files;    ///< the case's files that it has declared
-  const RunRecord& run;       ///< what it may know of the run (StageDefinition::sees)
-  std::string input;          ///< segmentation only; empty: take the case's own volume
-  std::filesystem::path out;  ///< becomes case/STAGE once the work is done
+  const StageFiles& files;         ///< the case's files that it has declared
+  const RunRecord& run;            ///< what it may know of the run (StageDefinition::sees)
+  std::string input;               ///< segmentation only; empty: take the case's own volume
+  std::filesystem::path geometry;  ///< of a run's frames, in a file; empty: the header's
+  std::filesystem::path out;       ///< becomes case/STAGE once the work is done
   Progress progress;
 
   // What the stage has to say beside its files.
