@@ -14,7 +14,6 @@
 #include "core/error.hpp"
 #include "formats/csv.hpp"
 #include "formats/tokens.hpp"
-#include "pipeline/case/stage.hpp"
 #include "viewer/sweep_plot.hpp"
 
 namespace angio::pipeline {
@@ -35,24 +34,16 @@ std::string name_of(const SweepAxis& axis, const std::string& value) {
   return as_name(axis.key.substr(axis.key.find('.') + 1) + "-" + value);
 }
 
-/// A variant's value of an axis.
-std::string value_of(const BatchCase& variant, std::size_t axis) {
-  const std::string& setting = variant.settings[axis];
-  return setting.substr(setting.find('=') + 1);
-}
-
-std::string cell_of(double value) { return std::isnan(value) ? "" : fmt::format("{:.4g}", value); }
-
 formats::CsvRow header_of(const std::vector<SweepAxis>& axes) {
   formats::CsvRow header{"variant"};
   for (const SweepAxis& axis : axes) header.push_back(axis.key);
   header.emplace_back("status");
-  for (const SweepMeasure& measure : sweep_measures()) header.emplace_back(measure.column);
+  for (const VariantMeasure& measure : variant_measures()) header.emplace_back(measure.column);
   header.emplace_back("reason");
   return header;
 }
 
-formats::CsvRow cells_of(const SweepRow& row, std::size_t axis_count) {
+formats::CsvRow cells_of(const VariantRow& row, std::size_t axis_count) {
   formats::CsvRow cells{row.variant.name};
   for (std::size_t a = 0; a < axis_count; ++a) cells.push_back(value_of(row.variant, a));
   cells.push_back(row.status);
@@ -61,27 +52,24 @@ formats::CsvRow cells_of(const SweepRow& row, std::size_t axis_count) {
   return cells;
 }
 
-json json_of(const SweepRow& row, const std::vector<SweepAxis>& axes) {
-  json values = json::object(), measures = json::object();
+json json_of(const VariantRow& row, const std::vector<SweepAxis>& axes) {
+  json values = json::object();
   for (std::size_t a = 0; a < axes.size(); ++a) values[axes[a].key] = value_of(row.variant, a);
-  for (std::size_t m = 0; m < row.measures.size(); ++m)
-    measures[sweep_measures()[m].column] =
-        std::isnan(row.measures[m]) ? json() : json(row.measures[m]);
   return {{"variant", row.variant.name},
           {"values", values},
           {"status", row.status},
           {"reason", row.reason.empty() ? json() : json(row.reason)},
-          {"measures", measures}};
+          {"measures", measures_json(row)}};
 }
 
 /// Each measure against the first setting, a curve for each choice of the others.
 std::vector<viewer::SweepPanel> panels_of(const std::vector<SweepAxis>& axes,
-                                          const std::vector<SweepRow>& rows) {
+                                          const std::vector<VariantRow>& rows) {
   std::vector<viewer::SweepPanel> panels;
-  for (std::size_t m = 0; m < sweep_measures().size(); ++m) {
+  for (std::size_t m = 0; m < variant_measures().size(); ++m) {
     viewer::SweepPanel& panel = panels.emplace_back();
-    panel.measure = sweep_measures()[m].title;
-    for (const SweepRow& row : rows) {
+    panel.measure = variant_measures()[m].title;
+    for (const VariantRow& row : rows) {
       std::string others;
       for (std::size_t a = 1; a < axes.size(); ++a)
         others += (others.empty() ? "" : ", ") + row.variant.settings[a];
@@ -149,80 +137,15 @@ std::vector<BatchCase> make_variants(const std::vector<SweepAxis>& axes, const C
   return variants;
 }
 
-void seed_variant(const fs::path& base, const fs::path& variant) {
-  if (fs::exists(variant / "run.json")) return;
-  fs::create_directories(variant);
-  const auto link = [](const fs::path& from, const fs::path& to) {
-    std::error_code error;
-    fs::create_hard_link(from, to, error);
-    if (error) fs::copy_file(from, to, fs::copy_options::overwrite_existing);
-  };
-  for (const Stage stage :
-       {Stage::segmentation, Stage::centerline, Stage::meshing, Stage::simulation}) {
-    const fs::path folder = base / name(stage);
-    if (!fs::exists(folder)) continue;
-    fs::create_directories(variant / name(stage));
-    for (const auto& entry : fs::recursive_directory_iterator(folder)) {
-      const fs::path to = variant / fs::relative(entry.path(), base);
-      if (entry.is_directory())
-        fs::create_directories(to);
-      else
-        link(entry.path(), to);
-    }
-  }
-  // run.json last: a variant that has none is begun again.
-  for (const char* file : {"case.toml", "metrics.json", "run.json"})
-    if (fs::exists(base / file)) write_text_atomically(variant / file, read_text(base / file));
-}
-
-const std::vector<SweepMeasure>& sweep_measures() {
-  static const std::vector<SweepMeasure> kMeasures = {
-      {"/lesion/mld_mm", "mld_before_mm", "MLD before [mm]"},
-      {"/result/mld_mm", "mld_after_mm", "MLD after [mm]"},
-      {"/result/acute_gain_mm", "acute_gain_mm", "acute gain [mm]"},
-      {"/result/recoil_percent", "recoil_percent", "recoil [% of the lumen at peak]"},
-      {"/result/diameter_stenosis_percent", "residual_stenosis_percent", "residual stenosis [%]"},
-      {"/balloon/balloon_to_artery_ratio", "balloon_to_artery_ratio", "balloon-to-artery ratio"},
-      {"/wall/over_strength_percent", "over_strength_percent", "wall over its strength [%]"},
-      {"/flow/ffr_after", "ffr_after", "pressure behind the lesion after / inlet's"}};
-  return kMeasures;
-}
-
-SweepRow read_variant(const fs::path& folder, const BatchCase& variant) {
-  SweepRow row{variant, "failed", "", std::vector<double>(sweep_measures().size(), kNone)};
-  const fs::path file = folder / variant.name / "metrics.json";
-  const json metrics = fs::exists(file) ? json::parse(read_text(file), nullptr, false) : json();
-  if (!metrics.is_object()) return row;
-  const auto words = [&](const char* key) {
-    return metrics.contains(key) && metrics[key].is_string() ? metrics[key].get<std::string>()
-                                                             : std::string();
-  };
-  if (!words("status").empty()) row.status = words("status");
-  row.reason = words("status_reason");
-  if (row.status != "done") return row;
-  for (std::size_t m = 0; m < row.measures.size(); ++m) {
-    const json::json_pointer pointer(sweep_measures()[m].pointer);
-    if (metrics.contains(pointer) && metrics.at(pointer).is_number())
-      row.measures[m] = metrics.at(pointer).get<double>();
-  }
-  return row;
-}
-
 void write_sweep(const fs::path& folder, const std::vector<SweepAxis>& axes,
-                 const std::vector<SweepRow>& rows) {
-  std::string csv;
-  const auto add = [&](const formats::CsvRow& cells) {
-    for (std::size_t c = 0; c < cells.size(); ++c)
-      csv += (c == 0 ? "" : ",") + formats::csv_cell(cells[c]);
-    csv += "\n";
-  };
-  add(header_of(axes));
+                 const std::vector<VariantRow>& rows) {
+  std::vector<formats::CsvRow> table = {header_of(axes)};
   json variants = json::array();
-  for (const SweepRow& row : rows) {
-    add(cells_of(row, axes.size()));
+  for (const VariantRow& row : rows) {
+    table.push_back(cells_of(row, axes.size()));
     variants.push_back(json_of(row, axes));
   }
-  write_text_atomically(folder / "sweep.csv", csv);
+  write_text_atomically(folder / "sweep.csv", csv_text(table));
   write_text_atomically(folder / "sweep.json", json{{"variants", variants}}.dump(2) + "\n");
   const auto is_number = [](const std::string& value) {
     return formats::parse_number<double>(value).has_value();
@@ -231,29 +154,20 @@ void write_sweep(const fs::path& folder, const std::vector<SweepAxis>& axes,
     viewer::write_sweep_plot(folder / "sweep.svg", axes[0].key, panels_of(axes, rows));
 }
 
-std::string sweep_table(const std::vector<SweepAxis>& axes, const std::vector<SweepRow>& rows) {
+std::string sweep_table(const std::vector<SweepAxis>& axes, const std::vector<VariantRow>& rows) {
   constexpr std::array<std::size_t, 5> kShown = {1, 2, 3, 4, 7};  // of the measures
   std::vector<formats::CsvRow> table(1);
   for (const SweepAxis& axis : axes) table[0].push_back(axis.key);
   table[0].emplace_back("status");
-  for (const std::size_t m : kShown) table[0].emplace_back(sweep_measures()[m].column);
-  for (const SweepRow& row : rows) {
+  for (const std::size_t m : kShown) table[0].emplace_back(variant_measures()[m].column);
+  for (const VariantRow& row : rows) {
     formats::CsvRow& cells = table.emplace_back();
     for (std::size_t a = 0; a < axes.size(); ++a) cells.push_back(value_of(row.variant, a));
     cells.push_back(row.status);
     for (const std::size_t m : kShown)
       cells.push_back(std::isnan(row.measures[m]) ? "-" : cell_of(row.measures[m]));
   }
-  std::vector<std::size_t> width(table[0].size(), 0);
-  for (const formats::CsvRow& cells : table)
-    for (std::size_t c = 0; c < cells.size(); ++c) width[c] = std::max(width[c], cells[c].size());
-  std::string text;
-  for (const formats::CsvRow& cells : table) {
-    for (std::size_t c = 0; c < cells.size(); ++c)
-      text += fmt::format("{}{:>{}}", c == 0 ? "" : "  ", cells[c], width[c]);
-    text += "\n";
-  }
-  return text;
+  return aligned_text(table);
 }
 
 }  // namespace angio::pipeline

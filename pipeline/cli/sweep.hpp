@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "pipeline/cli/manifest.hpp"
+#include "pipeline/cli/variants.hpp"
 #include "pipeline/config/config.hpp"
 
 namespace angio::pipeline {
@@ -26,35 +27,11 @@ SweepAxis parse_axis(const std::string& text);
 ///         for more than 1000 variants
 std::vector<BatchCase> make_variants(const std::vector<SweepAxis>& axes, const Config& config);
 
-/// Gives a variant the case's finished stages, by hard links where the file system has them: what
-/// its settings do not change is not made again. The report stays behind. A variant that is there
-/// already is left as it is.
-void seed_variant(const std::filesystem::path& base, const std::filesystem::path& variant);
-
-/// What came of a variant. Numbers are those of metrics.json, and none are told where its `status`
-/// is not `done`.
-struct SweepRow {
-  BatchCase variant;
-  std::string status;  ///< as in metrics.json; "failed" if the run ended without one
-  std::string reason;
-  std::vector<double> measures;  ///< as sweep_measures(); NaN: none
-};
-
-/// A number of metrics.json, and its name in the table.
-struct SweepMeasure {
-  const char* pointer;
-  const char* column;  ///< with its unit, as CSV
-  const char* title;   ///< with its unit, for people
-};
-const std::vector<SweepMeasure>& sweep_measures();
-
-SweepRow read_variant(const std::filesystem::path& folder, const BatchCase& variant);
-
 /// Writes sweep.csv, sweep.json and, where the first setting is a number, sweep.svg.
 void write_sweep(const std::filesystem::path& folder, const std::vector<SweepAxis>& axes,
-                 const std::vector<SweepRow>& rows);
+                 const std::vector<VariantRow>& rows);
 
 /// The table for a terminal.
-std::string sweep_table(const std::vector<SweepAxis>& axes, const std::vector<SweepRow>& rows);
+std::string sweep_table(const std::vector<SweepAxis>& axes, const std::vector<VariantRow>& rows);
 
 }  // namespace angio::pipeline

@@ -70,7 +70,7 @@ TEST(Sweep, AVariantWithoutAResultHasNoNumbers) {
   for (const char* status : {"done", "not_determined", "failed"}) {
     write_text_atomically(folder.path() / "v/metrics.json",
                           nlohmann::json{{"status", status}, {"result", {{"mld_mm", 2.5}}}}.dump());
-    const SweepRow row = read_variant(folder.path(), variant);
+    const VariantRow row = read_variant(folder.path(), variant);
     EXPECT_EQ(row.status, status);
     EXPECT_EQ(std::isnan(row.measures[1]), status != std::string("done")) << status;
   }
