@@ -160,6 +160,10 @@ struct BalloonSetup {
 /// diameter, to the next 0.25 mm in which balloons are sold, at least 1 mm.
 double usual_balloon_diameter_mm(double reference_diameter_mm);
 
+/// Its length [mm] where none is given: over the lesion by 3 mm each side, no shorter than wide,
+/// and no longer than balloons of the diameter are sold.
+double usual_balloon_length_mm(double lesion_length_mm, double nominal_diameter_mm);
+
 /// The least diameter of a lumen [mm] that a balloon crosses, whatever its profile: the thinnest
 /// start shape and the gap around it.
 double least_lumen_to_cross_mm();

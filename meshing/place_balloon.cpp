@@ -85,14 +85,6 @@ double crossing_profile(double nominal_diameter) {
   return kCrossingProfile * std::pow(std::max(1.0, nominal_diameter / kMostCoronary), 2.0 / 3.0);
 }
 
-/// Of the cylindrical part, over a lesion.
-double default_length(double lesion_length, double nominal_diameter) {
-  const double longest =
-      std::clamp(kLongestInDiameters * nominal_diameter, kLongestCoronary, kLongestSold);
-  const double wished = std::ceil(lesion_length + 2.0 * kShoulder - 1e-9);
-  return std::clamp(wished, std::max(kLeastCylinder, nominal_diameter), longest);
-}
-
 /// Of balloons of a plan's diameter: a balloon is at least as long as wide.
 double shortest_sold(const BalloonPlan& plan) {
   return std::max(kShortestSold, 2.0 * plan.rest_radius);
@@ -135,7 +127,7 @@ BalloonPlan make_plan(const BalloonOptions& options, const Lesion& lesion,
        plan.start_radius, kWidestNeck * plan.rest_radius});
   const double wished = options.length_mm > 0.0
                             ? options.length_mm
-                            : default_length(lesion.length, plan.nominal_diameter);
+                            : usual_balloon_length_mm(lesion.length, plan.nominal_diameter);
   const auto diameter_at = [&](double s) { return 2.0 * sample(path, s).inscribed_radius; };
   const double first = stretch.first + diameter_at(stretch.first);
   const double last = stretch.last - diameter_at(stretch.last);
@@ -275,6 +267,13 @@ ClosedRegion find_region(const LumenMesh& lumen, const CenterlineTree& tree,
 double usual_balloon_diameter_mm(double reference_diameter_mm) {
   return std::max(kLeastDiameter,
                   kDiameterStep * std::round(reference_diameter_mm / kDiameterStep));
+}
+
+double usual_balloon_length_mm(double lesion_length_mm, double nominal_diameter_mm) {
+  const double longest =
+      std::clamp(kLongestInDiameters * nominal_diameter_mm, kLongestCoronary, kLongestSold);
+  const double wished = std::ceil(lesion_length_mm + 2.0 * kShoulder - 1e-9);
+  return std::clamp(wished, std::max(kLeastCylinder, nominal_diameter_mm), longest);
 }
 
 double least_lumen_to_cross_mm() { return 2.0 * detail::room_for(detail::kLeastStartRadius); }

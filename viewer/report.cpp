@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "core/atomic_file.hpp"
+#include "core/clinical_limits.hpp"
 #include "core/error.hpp"
 #include "formats/html.hpp"
 #include "formats/text.hpp"
@@ -100,7 +101,8 @@ std::string flow_section(const ReportContent& content, const detail::Metrics& me
          " mL/min, a guess from the inlet's diameter, into a healthy tree. Dashed: one standard "
          "deviation of diameters and flow; shaded: the lesion. " +
          (detail::is_coronary(metrics)
-              ? "At 0.80 and less a stenosis limits flow."
+              ? "At " + formats::fixed_text(limits::kFlowLimitingFfr, 2) +
+                    " and less a stenosis limits flow."
               : "In a coronary artery this ratio is the fractional flow reserve (flow.vessel); "
                 "nothing says that this is one, so that no threshold applies.") +
          "</p>\n";

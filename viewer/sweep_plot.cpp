@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "core/atomic_file.hpp"
+#include "formats/text.hpp"
 #include "viewer/detail/chart.hpp"
 
 namespace angio::viewer {
@@ -17,6 +18,8 @@ bool write_sweep_plot(const std::filesystem::path& path, const std::string& sett
     chart.x_label = setting;
     chart.y_label = panel.measure;
     chart.y_from_zero = false;
+    if (panel.limit)
+      chart.levels.push_back({*panel.limit, "limit " + formats::number_text(*panel.limit)});
     int color = 0;
     for (const SweepCurve& curve : panel.curves) {
       color = color % kColors + 1;

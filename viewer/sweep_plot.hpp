@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -16,6 +17,7 @@ struct SweepCurve {
 struct SweepPanel {
   std::string measure;  ///< with its unit
   std::vector<SweepCurve> curves;
+  std::optional<double> limit = {};  ///< drawn across
 };
 
 /// Writes an SVG file of a chart a measure, below each other, atomically; measures with fewer than

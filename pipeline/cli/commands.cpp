@@ -28,6 +28,7 @@
 #include "pipeline/cli/figure_command.hpp"
 #include "pipeline/cli/film_command.hpp"
 #include "pipeline/cli/inflate_command.hpp"
+#include "pipeline/cli/recommend_command.hpp"
 #include "pipeline/cli/run_command.hpp"
 #include "pipeline/cli/stage_commands.hpp"
 #include "pipeline/cli/sweep_command.hpp"
@@ -179,6 +180,7 @@ int dispatch(int argc, char** argv) {
   commands.add<BatchArguments>(add_batch_command, do_batch);
   commands.add<SweepArguments>(add_sweep_command, do_sweep);
   commands.add<VerifyArguments>(add_verify_command, do_verify);
+  commands.add<RecommendArguments>(add_recommend_command, do_recommend);
   commands.add<bool>(add_doctor_command, do_doctor);
   ShellArguments shell;
   add_description_commands(app, shell);

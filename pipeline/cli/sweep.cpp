@@ -65,23 +65,15 @@ json json_of(const VariantRow& row, const std::vector<SweepAxis>& axes) {
 /// Each measure against the first setting, a curve for each choice of the others.
 std::vector<viewer::SweepPanel> panels_of(const std::vector<SweepAxis>& axes,
                                           const std::vector<VariantRow>& rows) {
-  std::vector<viewer::SweepPanel> panels;
-  for (std::size_t m = 0; m < variant_measures().size(); ++m) {
-    viewer::SweepPanel& panel = panels.emplace_back();
-    panel.measure = variant_measures()[m].title;
-    for (const VariantRow& row : rows) {
-      std::string others;
-      for (std::size_t a = 1; a < axes.size(); ++a)
-        others += (others.empty() ? "" : ", ") + row.variant.settings[a];
-      auto curve = std::find_if(panel.curves.begin(), panel.curves.end(),
-                                [&](const auto& c) { return c.label == others; });
-      if (curve == panel.curves.end())
-        curve = panel.curves.insert(curve, viewer::SweepCurve{others, {}, {}});
-      curve->x.push_back(formats::parse_number<double>(value_of(row.variant, 0)).value_or(kNone));
-      curve->y.push_back(row.measures[m]);
-    }
+  std::vector<double> x;
+  std::vector<std::string> labels;
+  for (const VariantRow& row : rows) {
+    x.push_back(formats::parse_number<double>(value_of(row.variant, 0)).value_or(kNone));
+    std::string& others = labels.emplace_back();
+    for (std::size_t a = 1; a < axes.size(); ++a)
+      others += (others.empty() ? "" : ", ") + row.variant.settings[a];
   }
-  return panels;
+  return panels_of(rows, x, labels);
 }
 
 }  // namespace
@@ -106,7 +98,6 @@ SweepAxis parse_axis(const std::string& text) {
 }
 
 std::vector<BatchCase> make_variants(const std::vector<SweepAxis>& axes, const Config& config) {
-  constexpr std::size_t kMost = 1000;
   std::vector<BatchCase> variants{{}};
   std::set<std::string> keys;
   for (const SweepAxis& axis : axes) {
@@ -120,9 +111,10 @@ std::vector<BatchCase> make_variants(const std::vector<SweepAxis>& axes, const C
         more.push_back(std::move(one));
       }
     variants = std::move(more);
-    if (variants.size() > kMost)
-      throw Error(ExitCode::usage,
-                  fmt::format("the sweep has more than {} variants. Give fewer values", kMost));
+    if (variants.size() > kMostVariants)
+      throw Error(
+          ExitCode::usage,
+          fmt::format("the sweep has more than {} variants. Give fewer values", kMostVariants));
   }
   std::set<std::string> names;
   for (std::size_t v = 0; v < variants.size(); ++v) {

@@ -83,6 +83,33 @@ VariantRow read_variant(const fs::path& folder, const BatchCase& variant) {
   return row;
 }
 
+double measure_of(const VariantRow& row, std::string_view column) {
+  const auto& measures = variant_measures();
+  const auto found = std::find_if(measures.begin(), measures.end(),
+                                  [&](const VariantMeasure& m) { return m.column == column; });
+  ANGIO_EXPECT(found != measures.end());
+  return row.measures[std::size_t(found - measures.begin())];
+}
+
+std::vector<viewer::SweepPanel> panels_of(const std::vector<VariantRow>& rows,
+                                          const std::vector<double>& x,
+                                          const std::vector<std::string>& labels) {
+  std::vector<viewer::SweepPanel> panels;
+  for (std::size_t m = 0; m < variant_measures().size(); ++m) {
+    viewer::SweepPanel& panel = panels.emplace_back();
+    panel.measure = variant_measures()[m].title;
+    for (std::size_t r = 0; r < rows.size(); ++r) {
+      auto curve = std::find_if(panel.curves.begin(), panel.curves.end(),
+                                [&](const auto& c) { return c.label == labels[r]; });
+      if (curve == panel.curves.end())
+        curve = panel.curves.insert(curve, viewer::SweepCurve{labels[r], {}, {}});
+      curve->x.push_back(x[r]);
+      curve->y.push_back(rows[r].measures[m]);
+    }
+  }
+  return panels;
+}
+
 std::string value_of(const BatchCase& variant, std::size_t setting) {
   const std::string& text = variant.settings[setting];
   return text.substr(text.find('=') + 1);

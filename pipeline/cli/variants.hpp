@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "formats/csv.hpp"
@@ -11,9 +12,13 @@
 #include "pipeline/cli/manifest.hpp"
 #include "pipeline/cli/shared_options.hpp"
 #include "pipeline/config/config.hpp"
+#include "viewer/sweep_plot.hpp"
 
 /// A case with other settings: what `angio sweep` and `angio recommend` share.
 namespace angio::pipeline {
+
+/// Of one call.
+inline constexpr std::size_t kMostVariants = 1000;
 
 /// Gives a variant the case's finished stages, by hard links where the file system has them: what
 /// its settings do not change is not made again. The report stays behind. A variant that is there
@@ -38,6 +43,16 @@ struct VariantMeasure {
 const std::vector<VariantMeasure>& variant_measures();
 
 VariantRow read_variant(const std::filesystem::path& folder, const BatchCase& variant);
+
+/// A measure of a row by its column.
+double measure_of(const VariantRow& row, std::string_view column);
+
+/// Each measure against `x`, a curve for each label, in the order of the rows.
+///
+/// @param x, labels  shape [row]
+std::vector<viewer::SweepPanel> panels_of(const std::vector<VariantRow>& rows,
+                                          const std::vector<double>& x,
+                                          const std::vector<std::string>& labels);
 
 /// A variant's value of its setting of that index.
 std::string value_of(const BatchCase& variant, std::size_t setting);

@@ -4,6 +4,7 @@
 #include <optional>
 #include <string>
 
+#include "core/clinical_limits.hpp"
 #include "formats/html.hpp"
 #include "formats/text.hpp"
 #include "viewer/detail/tables.hpp"
@@ -77,7 +78,9 @@ std::string flow_card(const Metrics& metrics) {
   if (!is_coronary(metrics))
     return card(value, "Pressure behind the lesion, estimated",
                 detail + " of the inlet's, in a dilated vessel");
-  return card(value, "Fractional flow reserve, estimated", detail + "; 0.80 and less limits flow");
+  return card(
+      value, "Fractional flow reserve, estimated",
+      detail + "; " + formats::fixed_text(limits::kFlowLimitingFfr, 2) + " and less limits flow");
 }
 
 }  // namespace

@@ -6,6 +6,7 @@
 #include <optional>
 #include <utility>
 
+#include "core/clinical_limits.hpp"
 #include "formats/text.hpp"
 #include "formats/tokens.hpp"
 
@@ -132,7 +133,6 @@ Chart diameter_chart(const ReportContent& content, const Metrics& metrics) {
 }
 
 Chart flow_chart(const ReportContent& content, const Metrics& metrics) {
-  constexpr double kLimitsFlow = 0.8;
   Chart chart;
   const bool has_name = is_coronary(metrics);
   chart.title = has_name ? "Fractional flow reserve, pulled back along the vessel"
@@ -156,7 +156,9 @@ Chart flow_chart(const ReportContent& content, const Metrics& metrics) {
   add(content.flow_before, "before", 1);
   add(content.flow_after, "after", 2);
   if (place.empty()) return chart;
-  if (has_name) chart.levels.push_back({kLimitsFlow, "0.80"});
+  if (has_name)
+    chart.levels.push_back(
+        {limits::kFlowLimitingFfr, formats::fixed_text(limits::kFlowLimitingFfr, 2)});
   const auto first = metrics.number("lesion", "proximal_mm"),
              last = metrics.number("lesion", "distal_mm"),
              behind = metrics.number("flow", "behind_mm");
