@@ -11,11 +11,11 @@ namespace angio::pipeline {
 
 /// Which balloons are compared, as on the command line; what is left empty is chosen by the lesion.
 struct CandidateRequest {
-  std::vector<std::string> balloons;   ///< names of the catalogue, instead of diameters
-  std::filesystem::path catalogue;     ///< the user's own
-  std::vector<std::string> diameters;  ///< nominal [mm]
-  std::vector<std::string> lengths;    ///< [mm]
-  std::vector<std::string> pressures;  ///< [atm], "nominal" or "rated"
+  std::vector<std::string> balloons = {};   ///< names of the catalogue, instead of diameters
+  std::filesystem::path catalogue = {};     ///< the user's own
+  std::vector<std::string> diameters = {};  ///< nominal [mm]
+  std::vector<std::string> lengths = {};    ///< [mm]
+  std::vector<std::string> pressures = {};  ///< [atm], "nominal" or "rated"
 };
 
 /// What the choice depends on.

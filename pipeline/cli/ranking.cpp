@@ -32,7 +32,7 @@ std::vector<Standing> comparable(std::vector<Standing> standings) {
 
 /// Layer by layer: who is dominated by nobody that is left.
 std::vector<int> fronts_of(const std::vector<Standing>& standings) {
-  constexpr int kLeft = -1;
+  constexpr int kLeft = 0;
   std::vector<int> fronts(standings.size(), kLeft);
   const auto is_behind = [&](std::size_t c) {
     for (std::size_t other = 0; other < standings.size(); ++other)
@@ -42,14 +42,13 @@ std::vector<int> fronts_of(const std::vector<Standing>& standings) {
         return true;
     return false;
   };
-  for (int front = 0;; ++front) {
+  for (int front = 1;; ++front) {
     std::vector<std::size_t> layer;
     for (std::size_t c = 0; c < standings.size(); ++c)
       if (fronts[c] == kLeft && is_determined(standings[c]) && !is_behind(c)) layer.push_back(c);
     if (layer.empty()) break;
     for (const std::size_t c : layer) fronts[c] = front;
   }
-  std::replace(fronts.begin(), fronts.end(), kLeft, 0);
   return fronts;
 }
 

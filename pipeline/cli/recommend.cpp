@@ -69,7 +69,8 @@ void ask_limits(CandidateResult& result, const json& metrics) {
   if (is_over(ratio, limits::kMostBalloonToArteryRatio, kRatios))
     miss(kRatio, fmt::format("balloon-to-artery ratio {:.2f} (at most {:.2f})", ratio,
                              limits::kMostBalloonToArteryRatio));
-  if (!is_coronary(metrics))
+  result.is_coronary = is_coronary(metrics);
+  if (!result.is_coronary)
     result.notes.emplace_back(
         "fractional flow reserve is not asked: nothing says that the vessel is a coronary artery "
         "(flow.vessel)");
@@ -88,9 +89,17 @@ void take_notes(CandidateResult& result, const json& metrics) {
   const double placed = number_at(metrics, "/balloon/length_mm");
   if (placed < result.candidate.length_mm - 0.05)
     result.notes.push_back(fmt::format("the vessel had room for {:.1f} mm only", placed));
+  if (std::isnan(measure_of(result.row, kInjury)))
+    result.notes.emplace_back(
+        "injury is not compared: only a layered wall has a strength (wall.model)");
   const json::json_pointer kinked("/balloon/kinked");
   if (metrics.contains(kinked) && metrics.at(kinked) == true)
     result.notes.emplace_back("the balloon kinks: what lies there is not to be trusted");
+}
+
+/// The order of equals.
+auto size_of(const Candidate& c) {
+  return std::tuple(c.diameter_mm, c.balloon, c.length_mm, c.pressure_atm);
 }
 
 std::string words_of(const Candidate& candidate) {
@@ -110,8 +119,12 @@ std::string misses_of(const CandidateResult& result) {
   return fmt::format("{}", fmt::join(texts, "; "));
 }
 
+std::string front_of(const CandidateResult& result, const char* none) {
+  return result.ranked.front > 0 ? std::to_string(result.ranked.front) : none;
+}
+
 formats::CsvRow csv_header() {
-  formats::CsvRow header = {"rank",      "variant",      "balloon",  "diameter_mm",
+  formats::CsvRow header = {"rank",      "front",        "variant",  "balloon", "diameter_mm",
                             "length_mm", "pressure_atm", "pressure", "status"};
   for (const VariantMeasure& measure : variant_measures()) header.emplace_back(measure.column);
   header.insert(header.end(), {"limits_missed", "reason", "notes"});
@@ -121,6 +134,7 @@ formats::CsvRow csv_header() {
 formats::CsvRow csv_row(const CandidateResult& result) {
   const Candidate& c = result.candidate;
   formats::CsvRow cells = {std::to_string(result.ranked.rank),
+                           front_of(result, ""),
                            c.variant.name,
                            c.balloon,
                            cell_of(c.diameter_mm),
@@ -166,8 +180,10 @@ json limits_json() {
 
 void draw(const fs::path& file, std::vector<CandidateResult> results) {
   std::stable_sort(results.begin(), results.end(), [](const auto& a, const auto& b) {
-    return a.candidate.diameter_mm < b.candidate.diameter_mm;
+    return size_of(a.candidate) < size_of(b.candidate);
   });
+  const bool is_coronary = std::any_of(results.begin(), results.end(),
+                                       [](const auto& result) { return result.is_coronary; });
   std::vector<VariantRow> rows;
   std::vector<double> diameters;
   std::vector<std::string> labels;
@@ -184,7 +200,8 @@ void draw(const fs::path& file, std::vector<CandidateResult> results) {
   for (std::size_t m = 0; m < panels.size(); ++m) {
     const std::string column = variant_measures()[m].column;
     const json all = limits_json();
-    if (all.contains(column)) panels[m].limit = all[column].get<double>();
+    if (all.contains(column) && (column != kFlow || is_coronary))
+      panels[m].limit = all[column].get<double>();
   }
   panels.erase(panels.begin());  // before: of the lesion, not of the balloon
   if (!viewer::write_sweep_plot(file, "balloon's nominal diameter [mm]", panels)) fs::remove(file);
@@ -214,7 +231,7 @@ TreatedLesion treated_lesion(const fs::path& case_folder) {
 
 CandidateResult judge_candidate(const Candidate& candidate, const VariantRow& row,
                                 const json& metrics, const TreatedLesion& lesion) {
-  CandidateResult result{candidate, row, {}, {}, {}, {}};
+  CandidateResult result{candidate, row, false, {}, {}, {}, {}};
   Standing& standing = result.standing;
   if (row.status == "done" && !is_lesion_of(metrics, lesion)) {
     result.row.status = "not_determined";
@@ -241,22 +258,21 @@ void rank_results(std::vector<CandidateResult>& results) {
   const std::vector<Ranked> ranked = rank_candidates(standings);
   for (std::size_t c = 0; c < results.size(); ++c) results[c].ranked = ranked[c];
   std::stable_sort(results.begin(), results.end(), [](const auto& a, const auto& b) {
-    const auto key = [](const CandidateResult& r) {
-      return std::tuple(r.ranked.rank, r.candidate.diameter_mm, r.candidate.balloon,
-                        r.candidate.length_mm, r.candidate.pressure_atm);
-    };
-    return key(a) < key(b);
+    return std::pair(a.ranked.rank, size_of(a.candidate)) <
+           std::pair(b.ranked.rank, size_of(b.candidate));
   });
 }
 
 std::string ranking_rule() {
   return fmt::format(
-      "Rank: determined results before not_determined before failed; then the fewest limits missed "
+      "Rank: determined results before not_determined before failed; then fewest limits missed "
       "(residual stenosis at most {:.0f} %, balloon-to-artery ratio at most {:.2f}, fractional "
-      "flow reserve of coronary arteries over {:.2f}, pressure at most rated burst); then those "
-      "that no other one beats or equals in residual stenosis, recoil, wall over its strength and "
-      "pressure behind the lesion, then those that only these beat, and so on; then the least "
-      "residual stenosis. Equals share a rank. Numbers are compared as printed.",
+      "flow "
+      "reserve of a coronary artery over {:.2f}, pressure at most rated burst); then by fronts of "
+      "Pareto dominance over residual stenosis, recoil, wall over its strength, and pressure "
+      "behind "
+      "the lesion; then least residual stenosis. Equals share a rank. Numbers are compared as "
+      "printed: whole percents, hundredths.",
       limits::kMostResidualStenosisPercent, limits::kMostBalloonToArteryRatio,
       limits::kFlowLimitingFfr);
 }
@@ -264,9 +280,9 @@ std::string ranking_rule() {
 std::string recommendation_table(const std::vector<CandidateResult>& results) {
   static const std::map<std::string, std::string> kShort = {
       {kResidual, "residual"}, {kRatio, "ratio"}, {kFlow, "ffr"}, {kPressure, "burst"}};
-  std::vector<formats::CsvRow> table = {{"rank", "balloon_mm", "length_mm", "atm", "status",
-                                         "gain_mm", "residual_%", "recoil_%", "over_strength_%",
-                                         "ratio", "ffr", "misses"}};
+  std::vector<formats::CsvRow> table = {{"rank", "front", "balloon_mm", "length_mm", "atm",
+                                         "status", "gain_mm", "residual_%", "recoil_%",
+                                         "over_strength_%", "ratio", "ffr", "misses"}};
   for (const CandidateResult& result : results) {
     const Candidate& c = result.candidate;
     const auto told = [&](const char* column, int decimals) {

@@ -32,6 +32,7 @@ struct Miss {
 struct CandidateResult {
   Candidate candidate;
   VariantRow row;
+  bool is_coronary = false;  ///< the limit of fractional flow reserve holds
   std::vector<Miss> missed;
   std::vector<std::string> notes;  ///< limits that could not be asked, a kink, a shorter balloon
   Standing standing;

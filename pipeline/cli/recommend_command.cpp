@@ -24,7 +24,10 @@ void add_recommend_command(CLI::App& app, RecommendArguments& recommend) {
   CandidateRequest& request = recommend.candidates;
   const auto add_values = [&](const char* name, std::vector<std::string>& values, const char* type,
                               const char* help) {
-    return command.add_option(name, values, help)->type_name(type)->delimiter(',')->expected(1, -1);
+    return command.add_option(name, values, help)
+        ->type_name(type)
+        ->delimiter(',')
+        ->allow_extra_args(false);  // else it takes CASE for a value
   };
   CLI::Option* diameters = add_values(
       "--diameters", request.diameters, "MM,...",
