@@ -70,7 +70,7 @@ TEST(CommandLine, CompletionAndManualKnowEveryOption) {
                     zsh = run_program("completion zsh").out,
                     fish = run_program("completion fish").out, manual = run_program("manual").out;
   for (const char* command : {"run", "inspect", "segment", "view", "film", "figure", "convert",
-                              "phantom", "batch", "verify", "inflate"}) {
+                              "phantom", "batch", "sweep", "recommend", "verify", "inflate"}) {
     const std::vector<std::string> names =
         long_options(run_program(std::string(command) + " --help").out);
     ASSERT_FALSE(names.empty()) << command;
