@@ -32,11 +32,10 @@ void seed_variant(const fs::path& base, const fs::path& variant) {
     fs::create_hard_link(from, to, error);
     if (error) fs::copy_file(from, to, fs::copy_options::overwrite_existing);
   };
-  for (const Stage stage :
-       {Stage::segmentation, Stage::centerline, Stage::meshing, Stage::simulation}) {
-    const fs::path folder = base / name(stage);
+  for (int stage = 0; stage < int(Stage::report); ++stage) {
+    const fs::path folder = base / name(Stage(stage));
     if (!fs::exists(folder)) continue;
-    fs::create_directories(variant / name(stage));
+    fs::create_directories(variant / name(Stage(stage)));
     for (const auto& entry : fs::recursive_directory_iterator(folder)) {
       const fs::path to = variant / fs::relative(entry.path(), base);
       if (entry.is_directory())
