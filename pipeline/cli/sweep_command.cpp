@@ -4,7 +4,6 @@
 
 #include "core/error.hpp"
 #include "pipeline/cli/sweep.hpp"
-#include "pipeline/stages/run_case.hpp"
 
 namespace angio::pipeline {
 namespace fs = std::filesystem;
