@@ -9,7 +9,6 @@
 #include "pipeline/case/metrics.hpp"
 #include "pipeline/cli/recommend.hpp"
 #include "pipeline/cli/stage_commands.hpp"
-#include "pipeline/stages/run_case.hpp"
 
 namespace angio::pipeline {
 namespace fs = std::filesystem;
@@ -55,7 +54,7 @@ void add_recommend_command(CLI::App& app, RecommendArguments& recommend) {
 
 int do_recommend(RecommendArguments& recommend) {
   VariantArguments& arguments = recommend.variants;
-  const Config own = case_config(CaseFolder(arguments.base));
+  const Config own = base_config(arguments.base);
   const TreatedLesion lesion = treated_lesion(arguments.base);
   Config config = own;
   for (const std::string& preset : recommend.presets) apply_preset(config, preset);

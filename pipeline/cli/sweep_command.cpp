@@ -4,7 +4,6 @@
 
 #include "core/error.hpp"
 #include "pipeline/cli/sweep.hpp"
-#include "pipeline/stages/run_case.hpp"
 
 namespace angio::pipeline {
 namespace fs = std::filesystem;
@@ -23,7 +22,7 @@ void add_sweep_command(CLI::App& app, SweepArguments& sweep) {
 }
 
 int do_sweep(SweepArguments& sweep) {
-  const Config config = case_config(CaseFolder(sweep.variants.base));
+  const Config config = base_config(sweep.variants.base);
   std::vector<SweepAxis> axes;
   for (const std::string& text : sweep.axes) axes.push_back(parse_axis(text));
   const std::vector<BatchCase> variants = make_variants(axes, config);

@@ -13,6 +13,7 @@
 #include "pipeline/case/stage.hpp"
 #include "pipeline/cli/stage_commands.hpp"
 #include "pipeline/stages/minimal_case.hpp"
+#include "pipeline/stages/run_case.hpp"
 
 namespace angio::pipeline {
 namespace fs = std::filesystem;
@@ -167,14 +168,20 @@ void add_variant_options(CLI::App& command, VariantArguments& arguments,
   add_output_options(command, arguments.shared);
 }
 
+Config base_config(const fs::path& base) {
+  const CaseFolder case_folder(base);
+  Config config = case_config(case_folder);
+  if (is_minimal(case_folder.read_record()))
+    throw InputError(fmt::format("the stages' files of {0} were removed (--keep minimal; variants "
+                                 "go on from them). Make them again: `angio run INPUT -o {0}`",
+                                 base.string()),
+                     ExitCode::no_input);
+  return config;
+}
+
 VariantResults run_variants(VariantArguments& arguments, const Config& config,
                             const std::vector<BatchCase>& variants, const std::string& verb,
                             Reporter& reporter) {
-  if (is_minimal(CaseFolder(arguments.base).read_record()))
-    throw InputError(fmt::format("the stages' files of {0} were removed (--keep minimal; variants "
-                                 "go on from them). Make them again: `angio run INPUT -o {0}`",
-                                 arguments.base.string()),
-                     ExitCode::no_input);
   for (const BatchCase& variant : variants) {
     Config changed = config;
     for (const std::string& setting : variant.settings) apply_setting(changed, setting);
@@ -196,8 +203,9 @@ VariantResults run_variants(VariantArguments& arguments, const Config& config,
   request.config = config;
   request.program = fs::read_symlink("/proc/self/exe");
   request.threads = arguments.shared.threads;
+  request.shared.config_file = settings.string();
   request.shared.backend = arguments.shared.backend;
-  request.arguments = {"--config", settings.string(), "--quiet"};
+  request.arguments = {"--quiet"};
   if (!arguments.reports)
     request.arguments.insert(request.arguments.end(), {"--until", "simulation"});
   request.resume = true;  // what is done with these very settings stays

@@ -78,6 +78,10 @@ struct VariantArguments {
 void add_variant_options(CLI::App& command, VariantArguments& arguments,
                          const std::string& otherwise);
 
+/// The configuration of the case that is varied.
+/// @throws InputError (66) if it is no case, or its stages' files were removed
+Config base_config(const std::filesystem::path& base);
+
 struct VariantResults {
   int failed = 0;                ///< runs that ended with an error
   std::vector<VariantRow> rows;  ///< shape [variant]

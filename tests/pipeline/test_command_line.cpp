@@ -33,9 +33,9 @@ TEST(CommandLine, HelpAndVersionAreResults) {
 }
 
 TEST(CommandLine, EveryCommandOfTheContractHasHelp) {
-  for (const char* command :
-       {"run", "inspect", "segment", "centerline", "mesh", "simulate", "report", "view", "film",
-        "convert", "figure", "phantom", "batch", "sweep", "recommend", "verify", "doctor", "inflate"})
+  for (const char* command : {"run", "inspect", "segment", "centerline", "mesh", "simulate",
+                              "report", "view", "film", "convert", "figure", "phantom", "batch",
+                              "sweep", "recommend", "verify", "doctor", "inflate"})
     EXPECT_EQ(run_program(std::string(command) + " --help").exit_code, 0) << command;
 }
 
@@ -70,7 +70,7 @@ TEST(CommandLine, CompletionAndManualKnowEveryOption) {
                     zsh = run_program("completion zsh").out,
                     fish = run_program("completion fish").out, manual = run_program("manual").out;
   for (const char* command : {"run", "inspect", "segment", "view", "film", "figure", "convert",
-                              "phantom", "batch", "verify", "inflate"}) {
+                              "phantom", "batch", "sweep", "recommend", "verify", "inflate"}) {
     const std::vector<std::string> names =
         long_options(run_program(std::string(command) + " --help").out);
     ASSERT_FALSE(names.empty()) << command;
