@@ -209,7 +209,7 @@ fs::path write_rotational_run(const RotationalRunOfPhantom& run, const PhantomOp
   const Json of_run = json_from(run);
   const std::string origin = fingerprint(sized, {}) + " " + of_run.dump();
   make_folder(folder);
-  const fs::path written = folder / "run";
+  fs::path written = folder / "run";
   write_folder(written, [&](const fs::path& temporary) {
     const int number = run.masks.empty() ? 1 : 2;
     detail::write_xa_run(run, run.pictures, sized.name, origin, number, true,

@@ -58,7 +58,8 @@ std::vector<double> box_sum(std::vector<double> values, int columns, int rows, i
 
 /// The mean of a volume over a box around each voxel, cut at its border.
 std::vector<float> surroundings(const Volume<float>& volume, int half) {
-  const auto [ni, nj, nk] = volume.geometry.size;
+  const int ni = volume.geometry.size[0], nj = volume.geometry.size[1],
+            nk = volume.geometry.size[2];
   const std::size_t slice = std::size_t(ni) * std::size_t(nj);
   std::vector<float> means(volume.values.size());
   parallel_for(nk, [&](std::ptrdiff_t k) {
