@@ -359,7 +359,7 @@ Reconstruction calibrate(const RotationalRun& given_run, double air,
                          const ReconstructionOptions& options, const Progress& progress) {
   constexpr int kMostPasses = 8;
   constexpr int kFramesToJudge = 24;
-  constexpr double kEnough = 0.1;  // [pixels]
+  constexpr double kEnough = 0.3;  // [pixels]; less may be the noise of the fit
   constexpr double kSlow = 0.8;    // what is left is noise
   constexpr double kFirstBlur = 1.5, kBlur = 0.8;
   const auto part_of = [&](int pass, double half) {
@@ -381,7 +381,7 @@ Reconstruction calibrate(const RotationalRun& given_run, double air,
     const Alignment found = align(given_run, air, result, motions, 1,
                                   passes == 0 ? kFirstBlur : kBlur, part_of(passes, 1.0));
     if (2 * found.fitted < int(run.frames.size())) break;
-    stays = passes > 0 && (found.moved_pixels < kEnough || found.moved_pixels > kSlow * last);
+    stays = passes > 0 && found.moved_pixels > kSlow * last;
     last = found.moved_pixels;
     if (stays) break;
     motions = found.motions;
