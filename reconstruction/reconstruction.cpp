@@ -359,7 +359,7 @@ Reconstruction calibrate(const RotationalRun& given_run, double air,
                          const ReconstructionOptions& options, const Progress& progress) {
   constexpr int kMostPasses = 8;
   constexpr int kFramesToJudge = 24;
-  constexpr double kEnough = 0.3;  // [pixels]; less may be the noise of the fit
+  constexpr double kEnough = 0.3;  // of a pixel or a voxel; less may be the noise of the fit
   constexpr double kSlow = 0.8;    // what is left is noise
   constexpr double kFirstBlur = 1.5, kBlur = 0.8;
   const auto part_of = [&](int pass, double half) {
@@ -370,16 +370,20 @@ Reconstruction calibrate(const RotationalRun& given_run, double air,
   RotationalRun run = given_run;
   std::vector<Motion> motions(run.frames.size());
   Reconstruction result = reconstruct_once(run, air, options, part_of(0, 0.0));
+  const double coarse =
+      std::max(1.0, result.volume.geometry.spacing.x / result.quality.pixel_at_isocentre_mm);
   // Some of the frames tell whether there is anything to do.
   const int every = std::max(1, int(run.frames.size()) / kFramesToJudge);
-  const Alignment judged = align(given_run, air, result, motions, every, kBlur, part_of(0, 1.0));
+  const Alignment judged =
+      align(given_run, air, result, motions, every, coarse * kBlur, part_of(0, 1.0));
   const double given =
       judged.fitted > 0 ? judged.moved_pixels : std::numeric_limits<double>::quiet_NaN();
   double last = given;
   int passes = 0;
-  for (bool stays = !(given > kEnough); !stays && passes < kMostPasses;) {
-    const Alignment found = align(given_run, air, result, motions, 1,
-                                  passes == 0 ? kFirstBlur : kBlur, part_of(passes, 1.0));
+  for (bool stays = !(given > coarse * kEnough); !stays && passes < kMostPasses;) {
+    const Alignment found =
+        align(given_run, air, result, motions, 1, coarse * (passes == 0 ? kFirstBlur : kBlur),
+              part_of(passes, 1.0));
     if (2 * found.fitted < int(run.frames.size())) break;
     stays = passes > 0 && found.moved_pixels > kSlow * last;
     last = found.moved_pixels;

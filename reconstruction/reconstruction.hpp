@@ -56,7 +56,7 @@ struct ReconstructionOptions {
   double air = 0.0;  ///< a pixel's value where nothing is in the beam, >= 0; 0: the brightest in
                      ///< it. Without air in the run that is too low, and so is all attenuation
   /// Find the C-arm's real path from the vessels where it is not the header's, by more than 0.3
-  /// pixels.
+  /// pixels (or voxels, where they are larger).
   bool calibrate = true;
   FilterWindow window = FilterWindow::shepp_logan;
 
