@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "core/error.hpp"
 #include "core/parallel.hpp"
@@ -359,8 +360,9 @@ Reconstruction calibrate(const RotationalRun& given_run, double air,
                          const ReconstructionOptions& options, const Progress& progress) {
   constexpr int kMostPasses = 8;
   constexpr int kFramesToJudge = 24;
-  constexpr double kEnough = 0.3;  // of a pixel or a voxel; less may be the noise of the fit
-  constexpr double kSlow = 0.8;    // what is left is noise
+  constexpr double kEnough = 0.3;   // of a pixel or a voxel; less may be the noise of the fit
+  constexpr double kWorthIt = 0.5;  // of the residual by the header
+  constexpr double kSlow = 0.8;     // what is left is noise
   constexpr double kFirstBlur = 1.5, kBlur = 0.8;
   const auto part_of = [&](int pass, double half) {
     return Progress([&progress, pass, half](double fraction, std::string_view what) {
@@ -380,14 +382,21 @@ Reconstruction calibrate(const RotationalRun& given_run, double air,
       judged.fitted > 0 ? judged.moved_pixels : std::numeric_limits<double>::quiet_NaN();
   double last = given;
   int passes = 0;
+  Reconstruction as_given;
   for (bool stays = !(given > coarse * kEnough); !stays && passes < kMostPasses;) {
     const Alignment found =
         align(given_run, air, result, motions, 1, coarse * (passes == 0 ? kFirstBlur : kBlur),
               part_of(passes, 1.0));
     if (2 * found.fitted < int(run.frames.size())) break;
+    if (passes == 1 && found.moved_pixels > kWorthIt * given) {
+      // The fit cannot tell the path from its noise: the header's stands.
+      as_given.quality.given_residual_pixels = as_given.quality.residual_pixels = given;
+      return as_given;
+    }
     stays = passes > 0 && found.moved_pixels > kSlow * last;
     last = found.moved_pixels;
     if (stays) break;
+    if (passes == 0) as_given = std::move(result);
     motions = found.motions;
     take_out_common(motions);
     for (std::size_t f = 0; f < motions.size(); ++f)
