@@ -388,11 +388,6 @@ Reconstruction calibrate(const RotationalRun& given_run, double air,
         align(given_run, air, result, motions, 1, coarse * (passes == 0 ? kFirstBlur : kBlur),
               part_of(passes, 1.0));
     if (2 * found.fitted < int(run.frames.size())) break;
-    if (passes == 1 && found.moved_pixels > kWorthIt * given) {
-      // The fit cannot tell the path from its noise: the header's stands.
-      as_given.quality.given_residual_pixels = as_given.quality.residual_pixels = given;
-      return as_given;
-    }
     stays = passes > 0 && found.moved_pixels > kSlow * last;
     last = found.moved_pixels;
     if (stays) break;
@@ -402,6 +397,13 @@ Reconstruction calibrate(const RotationalRun& given_run, double air,
     for (std::size_t f = 0; f < motions.size(); ++f)
       run.frames[f] = moved(given_run.frames[f], motions[f]);
     result = reconstruct_once(run, air, options, part_of(++passes, 0.0));
+  }
+  if (passes > 0 && last > kWorthIt * given) {
+    // The fit cannot tell the path from its noise: the header's stands.
+    result = std::move(as_given);
+    run.frames = given_run.frames;
+    last = given;
+    passes = 0;
   }
   result.quality.given_residual_pixels = given;
   result.quality.residual_pixels = last;
