@@ -22,7 +22,8 @@ namespace {
 
 using nlohmann::json;
 
-constexpr const char* kStages[] = {"reconstruction", "segmentation", "centerline", "meshing", "simulation", "report"};
+constexpr const char* kStages[] = {"reconstruction", "segmentation", "centerline",
+                                   "meshing",        "simulation",   "report"};
 constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 
 /// The file's JSON; null if it is missing or damaged.

@@ -219,7 +219,8 @@ std::string stage_row(const std::string& name, const ordered_json& stage) {
 
 /// The stages in the order in which they run, then any others.
 std::string stage_rows(const ordered_json& stages) {
-  constexpr std::array kOrder{"reconstruction", "segmentation", "centerline", "meshing", "simulation", "report"};
+  constexpr std::array kOrder{"reconstruction", "segmentation", "centerline",
+                              "meshing",        "simulation",   "report"};
   std::string body =
       "<tr><th scope=\"col\">Stage</th><th scope=\"col\">Status</th><th scope=\"col\">Time</th>"
       "<th scope=\"col\">Peak memory</th></tr>";
