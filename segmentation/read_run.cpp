@@ -177,6 +177,8 @@ std::optional<LoadedRun> read_run(const fs::path& path, const ReadOptions& optio
                               " frames" + (mask ? ", with its mask run" : "") +
                               (header.is_of_the_heart ? std::string(", ") + kOfTheHeart : "");
   loaded.warnings = found.warnings;
+  for (const std::string& note : chosen->run.notes)
+    if (!note.starts_with("spacing:")) loaded.warnings.push_back(note);
   for (std::size_t s = 0; s < found.all.size(); ++s)
     if (s != chosen->series && (!mask || s != mask->series))
       loaded.warnings.push_back(detail::describe(found.all[s], s) +

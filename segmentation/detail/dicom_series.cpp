@@ -122,7 +122,8 @@ std::string refusal_by_kind(const DicomHeader& header, const ReadOptions& option
                "the workstation made (a CT or X-Ray 3D Angiographic series)";
       if (header.projection && turns(*header.projection)) return refusal_of_run(header, options);
       return "it is a projection run (" + header.sop_class_name +
-             "), not a volume: its third axis is time, not a length. Give the 3D reconstruction "
+             "), not a volume: its third axis is time, not a length, and it does not say "
+             "that it turns. Give a rotational run, or the 3D reconstruction "
              "that the workstation made of it (a CT or X-Ray 3D Angiographic series); `angio "
              "inspect` shows the run's angles and distances";
     case DicomKind::unsupported:

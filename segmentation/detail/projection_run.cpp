@@ -31,11 +31,17 @@ std::optional<double> deep_number(DcmItem& item, const DcmTagKey& tag, unsigned 
 
 /// base + increment per frame; one angle if the object has no increments.
 std::vector<double> angles_by_increments(DcmDataset& dataset, const DcmTagKey& base_tag,
-                                         const DcmTagKey& increment_tag, double& base) {
+                                         const DcmTagKey& increment_tag, ProjectionRun& run,
+                                         std::size_t which) {
   const auto stated = number(dataset, base_tag);
   std::vector<double> angles = numbers(dataset, increment_tag);
   if (!stated && angles.empty()) return {};
+  double& base = run.base_angles_degrees[which];
   base = stated.value_or(0.0);
+  if (!stated)
+    run.notes.push_back(
+        std::string(which == 0 ? "primary" : "secondary") +
+        " angles: the one that the increments count from is not stated; it was taken to be 0");
   if (angles.empty()) return {base};
   for (double& angle : angles) angle += base;
   return angles;
@@ -71,13 +77,11 @@ void parse_angles(DcmDataset& dataset, ProjectionRun& run) {
   run.secondary_angles_degrees = angles_by_frames(dataset, DCM_PositionerSecondaryAngle,
                                                   DCM_PositionerIsocenterSecondaryAngle);
   if (run.primary_angles_degrees.empty())
-    run.primary_angles_degrees =
-        angles_by_increments(dataset, DCM_PositionerPrimaryAngle,
-                             DCM_PositionerPrimaryAngleIncrement, run.base_angles_degrees[0]);
+    run.primary_angles_degrees = angles_by_increments(dataset, DCM_PositionerPrimaryAngle,
+                                                      DCM_PositionerPrimaryAngleIncrement, run, 0);
   if (run.secondary_angles_degrees.empty())
-    run.secondary_angles_degrees =
-        angles_by_increments(dataset, DCM_PositionerSecondaryAngle,
-                             DCM_PositionerSecondaryAngleIncrement, run.base_angles_degrees[1]);
+    run.secondary_angles_degrees = angles_by_increments(
+        dataset, DCM_PositionerSecondaryAngle, DCM_PositionerSecondaryAngleIncrement, run, 1);
 }
 
 void parse_distances(DcmDataset& dataset, ProjectionRun& run) {

@@ -48,8 +48,9 @@ std::string refusal_of_turn(const DicomHeader& header, const ProjectionRun& run)
            "--geometry";
   if (!fits(run.primary_angles_degrees, frames) || !fits(run.secondary_angles_degrees, frames))
     return "the run has " +
-           std::to_string(
-               std::max(run.primary_angles_degrees.size(), run.secondary_angles_degrees.size())) +
+           std::to_string(fits(run.primary_angles_degrees, frames)
+                              ? run.secondary_angles_degrees.size()
+                              : run.primary_angles_degrees.size()) +
            " angles for " + std::to_string(frames) +
            " frames (frames or angles are missing). Export it again";
   if (!run.source_to_detector_mm || !run.source_to_isocentre_mm)
