@@ -98,22 +98,6 @@ int frames_at_a_time(const RotationalRun& run) {
   return std::clamp(int(kBytesAtATime / bytes), 4, 32);
 }
 
-/// Of frames [first, first + count), without the shutter, shape [count, rows, columns].
-std::vector<float> read_line_integrals(const RotationalRun& run, int first, int count, double air) {
-  const angiogram::ConeBeamFrame& frame = run.frames.front();
-  const std::size_t pixels = std::size_t(frame.columns) * std::size_t(frame.rows);
-  std::vector<float> pictures = run.pictures->read(first, count);
-  const std::vector<float> masks = run.masks ? run.masks->read(first, count) : std::vector<float>();
-  parallel_for(count, [&](std::ptrdiff_t n) {
-    const std::size_t at = std::size_t(n) * pixels;
-    to_line_integrals(pictures.data() + at, masks.empty() ? nullptr : masks.data() + at, pixels,
-                      run.relation, air);
-    if (run.open_field)
-      cover_shutter(pictures.data() + at, frame.columns, frame.rows, *run.open_field);
-  });
-  return pictures;
-}
-
 /// Line integrals of some frames, filtered, on their planes.
 class FrameFilter {
  public:

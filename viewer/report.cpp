@@ -19,6 +19,7 @@
 #include "viewer/detail/section_slider.hpp"
 #include "viewer/detail/tables.hpp"
 #include "viewer/detail/view_map.hpp"
+#include "viewer/detail/xray_frames.hpp"
 
 namespace angio::viewer {
 namespace fs = std::filesystem;
@@ -28,7 +29,7 @@ namespace {
 /// Every picture of the report.
 struct Figures {
   std::vector<Figure> tree, sequence, moments, contact, angiograms, projections, slices, sections,
-      straightened;
+      straightened, frames;
 };
 
 Figures draw_all(const ReportContent& content, const Progress& progress) {
@@ -45,6 +46,7 @@ Figures draw_all(const ReportContent& content, const Progress& progress) {
   }
   progress.report(0.7, "projections and slices");
   figures.angiograms = detail::draw_angiograms(content);
+  figures.frames = detail::draw_xray_frames(content);
   figures.projections = detail::draw_projections(content);
   figures.slices = detail::draw_slices(content);
   figures.sections = detail::draw_contact_sheet(content);
@@ -143,6 +145,19 @@ std::string view_section(const ReportContent& content, const detail::Album& albu
   return out;
 }
 
+std::string frames_section(const ReportContent& content, const detail::Album& album,
+                           const std::vector<Figure>& figures) {
+  if (figures.empty()) return {};
+  return album.block(figures, "tiles") +
+         "<p class=\"sub\"><span class=\"key\" style=\"background:#ff5a1e\"></span>The lumen's "
+         "outline as the C-arm sees it from where each frame was taken to be; where it leaves the "
+         "vessel's shadow, that place or the lumen is off. Dark: the beam is weakened" +
+         std::string(content.frames.front().is_subtracted
+                         ? ", by contrast medium alone"
+                         : "; what is broader than vessels was taken out") +
+         ".</p>\n";
+}
+
 std::string make_page(const ReportContent& content, const Figures& figures,
                       const detail::Album& album) {
   const detail::Metrics metrics(content.metrics_json);
@@ -168,6 +183,7 @@ std::string make_page(const ReportContent& content, const Figures& figures,
       flow_section(content, metrics));
   page += detail::section("Pressure and diameter", pressure_section(content, metrics));
   page += detail::section("Course of the inflation", chart_grid(content.time_series));
+  page += detail::section("X-ray frames", frames_section(content, album, figures.frames));
   page += detail::section("Images", image_section(album, figures, content.moments.size() > 1));
   page += detail::other_doubts(content.doubts);
   return page + detail::page_end(metrics, content.run_json);
@@ -182,6 +198,9 @@ void write_report(const fs::path& folder, const ReportContent& content, const Pr
   detail::remove_old_pictures(folder);
   progress.report(0.9, "page");
   const std::string page = make_page(content, figures, detail::Album(folder));
+  if (!figures.frames.empty())
+    write_text_atomically(folder / "frames_sheet.png",
+                          detail::png_bytes(detail::sheet_of(figures.frames)));
   const std::string corrections = detail::svg_file(detail::correction_charts(content.time_series));
   if (!corrections.empty()) write_text_atomically(folder / "corrections.svg", corrections);
   write_text_atomically(folder / "index.html", page);

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "angiogram/cone_beam.hpp"
 #include "angiogram/working_view.hpp"
 #include "core/centerline.hpp"
 #include "core/progress.hpp"
@@ -64,6 +65,14 @@ struct Angiogram {
   std::vector<double> transmission;  ///< of the beam, [0, 1], rows from the top
 };
 
+/// A frame that the case was reconstructed from.
+struct XrayPicture {
+  std::string title;               ///< "Frame 57, LAO 32"
+  angiogram::ConeBeamFrame place;  ///< where its pixels lie
+  std::vector<float> attenuation;  ///< line integrals, shape [place.rows, place.columns]
+  bool is_subtracted = false;      ///< contrast medium alone
+};
+
 /// How a C-arm sees the case.
 struct CArmViews {
   std::optional<angiogram::WorkingView> working;
@@ -86,6 +95,7 @@ struct ReportContent {
   std::vector<double> flow_abscissa_mm;  ///< of the flow's profiles; empty: there are none
   FlowProfile flow_before, flow_after;
   CArmViews views;
+  std::vector<XrayPicture> frames;  ///< all of one size; may be empty
   BalloonChart balloon_chart;
   TimeSeries time_series;
   std::string metrics_json;    ///< metrics.json, shown as tables

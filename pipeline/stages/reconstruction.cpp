@@ -10,6 +10,7 @@
 #include "formats/nrrd.hpp"
 #include "pipeline/stages/reconstruction.hpp"
 #include "reconstruction/geometry_file.hpp"
+#include "reconstruction/shown_frames.hpp"
 #include "segmentation/read_run.hpp"
 
 namespace angio::pipeline {
@@ -117,6 +118,19 @@ nlohmann::json to_json(const reconstruction::RunQuality& q) {
           {"calibration_passes", q.calibration_passes}};
 }
 
+/// Frames to be looked at, and where they see what.
+void write_shown_frames(const std::filesystem::path& out, const reconstruction::ShownFrames& shown,
+                        bool is_subtracted) {
+  formats::write_nrrd(out / "frames.nrrd", shown.pictures, formats::NrrdEncoding::gzip);
+  nlohmann::json places = nlohmann::json::array();
+  for (std::size_t n = 0; n < shown.frames.size(); ++n)
+    places.push_back({{"frame", shown.indices[n] + 1},
+                      {"matrix", angiogram::ConeBeamView(shown.frames[n]).matrix()}});
+  write_text_atomically(
+      out / "frames.json",
+      nlohmann::json{{"subtracted", is_subtracted}, {"frames", places}}.dump(2) + "\n");
+}
+
 }  // namespace
 
 void do_reconstruction(StageWork& work, const ReconstructionSettings& settings) {
@@ -146,6 +160,7 @@ void do_reconstruction(StageWork& work, const ReconstructionSettings& settings) 
   formats::write_nrrd(work.out / "volume.nrrd", result.volume, formats::NrrdEncoding::raw);
   write_text_atomically(work.out / "geometry.xml", reconstruction::rtk_geometry(result.frames));
   write_text_atomically(work.out / "quality.json", to_json(result.quality).dump(2) + "\n");
+  write_shown_frames(work.out, reconstruction::show_frames(run, result), run.masks != nullptr);
 }
 
 }  // namespace angio::pipeline

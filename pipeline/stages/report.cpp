@@ -173,11 +173,12 @@ void add_flow(const StageWork& work, const CaseFlow& flow, viewer::ReportContent
 
 /// What the stages have warned of, the treatment's own first.
 std::vector<viewer::Doubts> doubts_of(const RunRecord& run) {
-  const std::array<std::pair<Stage, const char*>, 4> groups{
+  const std::array<std::pair<Stage, const char*>, 5> groups{
       {{Stage::simulation, "the simulation"},
        {Stage::meshing, "meshes, balloon and wall"},
        {Stage::centerline, "lines and stenoses"},
-       {Stage::segmentation, "the image"}}};
+       {Stage::segmentation, "the image"},
+       {Stage::reconstruction, "the X-ray frames"}}};
   std::vector<viewer::Doubts> doubts;
   for (const auto& [stage, about] : groups) {
     doubts.push_back({about, {}});
@@ -200,6 +201,7 @@ void do_report(StageWork& work, const ReportSettings& settings) {
     content.level_set = read_level_set(work.files);
   }
   content.lumen = read_open_lumen(files);
+  content.frames = xray_frames(files);
   content.tree = read_centerlines(files.path(file::kCenterlines));
   content.lesion_path = placement.at("lesion").at("centerline_id").get<int>();
   content.lesion_abscissa_mm = placement.at("lesion").at("abscissa_mm").get<double>();

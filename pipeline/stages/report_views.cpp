@@ -1,14 +1,22 @@
 #include "pipeline/stages/report_views.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
+#include <array>
+#include <nlohmann/json.hpp>
 
 #include "angiogram/xray.hpp"
+#include "core/error.hpp"
 #include "formats/case_file.hpp"
 #include "formats/files.hpp"
+#include "formats/nrrd.hpp"
 #include "pipeline/case/case_files.hpp"
+#include "pipeline/case/metrics.hpp"
 
 namespace angio::pipeline {
 namespace file = formats::case_file;
+using nlohmann::json;
 namespace {
 
 constexpr int kPixels = 480;
@@ -31,7 +39,42 @@ viewer::Angiogram take(const TriangleMesh& closed, const angiogram::XrayFrame& f
                                    angiogram::kContrastMedium)};
 }
 
+viewer::XrayPicture xray_picture(const Volume<float>& stack, int slice, const json& place) {
+  const auto& size = stack.geometry.size;
+  const auto matrix = place.at("matrix").get<std::array<std::array<double, 4>, 3>>();
+  viewer::XrayPicture picture;
+  picture.place = angiogram::frame_from_matrix(matrix, {}, size[0], size[1]);
+  const Vec3 middle = picture.place.place(0.5 * (size[0] - 1), 0.5 * (size[1] - 1));
+  const angiogram::CArmAngles angles = angiogram::c_arm_angles(middle - picture.place.source);
+  picture.title =
+      fmt::format("Frame {}, {}", place.at("frame").get<int>(), angiogram::c_arm_label(angles));
+  const auto begin = stack.values.begin() + std::ptrdiff_t(stack.geometry.offset(0, 0, slice));
+  picture.attenuation = {begin, begin + std::ptrdiff_t(stack.geometry.offset(0, 0, 1))};
+  return picture;
+}
+
 }  // namespace
+
+std::vector<viewer::XrayPicture> xray_frames(const StageFiles& files) {
+  if (!files.exists(file::kShownFrames)) return {};
+  const Volume<float> stack = formats::read_nrrd(files.path(file::kShownFrames));
+  const json places = read_json(files.path(file::kShownPlaces));
+  try {
+    const json& frames = places.at("frames");
+    if (int(frames.size()) != stack.geometry.size[2])
+      throw InputError("frames.json and frames.nrrd differ in their number of frames");
+    std::vector<viewer::XrayPicture> pictures;
+    for (int n = 0; n < stack.geometry.size[2]; ++n) {
+      pictures.push_back(xray_picture(stack, n, frames.at(std::size_t(n))));
+      pictures.back().is_subtracted = places.at("subtracted").get<bool>();
+    }
+    return pictures;
+  } catch (const json::exception&) {
+    throw InputError(
+        "reconstruction/frames.json lacks something (a file was changed or is damaged). Run "
+        "`angio run INPUT -o CASE --from reconstruction`");
+  }
+}
 
 viewer::CArmViews carm_views(const StageFiles& files, const CaseWorkingView& view,
                              const viewer::ReportContent& content) {

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <vector>
+
 #include "pipeline/case/stage_files.hpp"
 #include "pipeline/case/working_view.hpp"
 #include "viewer/report.hpp"
@@ -12,5 +14,9 @@ namespace angio::pipeline {
 /// @param content  with lumen, tree, lesion and profiles
 viewer::CArmViews carm_views(const StageFiles& files, const CaseWorkingView& view,
                              const viewer::ReportContent& content);
+
+/// Some frames of the rotational run that the case was reconstructed from; none of other cases.
+/// @throws InputError  its files do not belong together
+std::vector<viewer::XrayPicture> xray_frames(const StageFiles& files);
 
 }  // namespace angio::pipeline

@@ -32,10 +32,10 @@ std::vector<StageDefinition> vessel_stages() {
                    see_backend, do_simulation),
       define_stage(
           Stage::report,
-          together(
-              {file::kLevelSet, file::kLumen, file::kGuidewire, file::kLesions, file::kFrameList,
-               file::kTimeSeries, file::kProfile, file::kFrames, file::kLumenAfter},
-              together(metrics_files(), together(flow_files(), working_view_files()))),
+          together({file::kShownFrames, file::kShownPlaces, file::kLevelSet, file::kLumen,
+                    file::kGuidewire, file::kLesions, file::kFrameList, file::kTimeSeries,
+                    file::kProfile, file::kFrames, file::kLumenAfter},
+                   together(metrics_files(), together(flow_files(), working_view_files()))),
           see_run, do_report)};
   table[0].input_kind = name(InputKind::run);
   table[1].own_inputs = {file::kScan, file::kGivenLumen};

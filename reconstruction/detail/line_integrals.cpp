@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "core/error.hpp"
+#include "core/parallel.hpp"
 
 namespace angio::reconstruction::detail {
 namespace {
@@ -59,6 +60,21 @@ void cover_shutter(float* pixels, int columns, int rows, const OpenField& field)
             pixels[std::size_t(from_row) * std::size_t(columns) + std::size_t(from)];
     }
   }
+}
+
+std::vector<float> read_line_integrals(const RotationalRun& run, int first, int count, double air) {
+  const angiogram::ConeBeamFrame& frame = run.frames.front();
+  const std::size_t pixels = std::size_t(frame.columns) * std::size_t(frame.rows);
+  std::vector<float> pictures = run.pictures->read(first, count);
+  const std::vector<float> masks = run.masks ? run.masks->read(first, count) : std::vector<float>();
+  parallel_for(count, [&](std::ptrdiff_t n) {
+    const std::size_t at = std::size_t(n) * pixels;
+    to_line_integrals(pictures.data() + at, masks.empty() ? nullptr : masks.data() + at, pixels,
+                      run.relation, air);
+    if (run.open_field)
+      cover_shutter(pictures.data() + at, frame.columns, frame.rows, *run.open_field);
+  });
+  return pictures;
 }
 
 }  // namespace angio::reconstruction::detail

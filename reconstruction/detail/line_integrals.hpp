@@ -24,4 +24,9 @@ void to_line_integrals(float* pixels, const float* mask, std::size_t count, Pixe
 /// What a shutter covers takes the nearest open pixel's value.
 void cover_shutter(float* pixels, int columns, int rows, const OpenField& field);
 
+/// Line integrals of frames [first, first + count), with what a shutter covers filled in.
+/// @param air  unattenuated(); of no matter where the run has masks
+/// @return shape [count, rows, columns]
+std::vector<float> read_line_integrals(const RotationalRun& run, int first, int count, double air);
+
 }  // namespace angio::reconstruction::detail

@@ -35,6 +35,8 @@ background:#fff}
 .row img{width:100%}
 .pairs{display:grid;gap:14px;grid-template-columns:repeat(2,1fr)}
 .pairs img{width:100%}
+.tiles{display:grid;gap:6px 12px;grid-template-columns:repeat(4,1fr)}
+.tiles img{width:100%}
 .sections{display:grid;gap:8px 24px;grid-template-columns:minmax(0,420px) minmax(0,1fr);align-items:center}
 #section-view{width:100%;background:#181a1e;border-radius:6px;display:block}
 #section-view path{fill:none;stroke-width:1.6;vector-effect:non-scaling-stroke}
@@ -92,7 +94,8 @@ border:1px solid var(--line);border-radius:6px;padding:4px 12px}
 #scene output{color:var(--soft);font-variant-numeric:tabular-nums;min-width:13em}
 .scene-key i{display:inline-block;width:150px;height:12px;margin:0 8px;vertical-align:middle;
 background:linear-gradient(90deg,#3b4d8c,#73a6bf 35%,#f2d980 65%,#bf261a)}
-@media (max-width:700px){.row,.pairs,.sections{grid-template-columns:1fr}.charts{grid-template-columns:1fr}
+@media (max-width:700px){.row,.pairs,.sections{grid-template-columns:1fr}
+.tiles{grid-template-columns:1fr 1fr}.charts{grid-template-columns:1fr}
 .on-wide{display:none}.on-narrow{display:block}#scene svg.chart{font-size:20px}body{padding:16px 14px 40px}}
 @media print{#scene,#section-slider{display:none}:root{color-scheme:light;--paper:#fff;--ink:#000;--soft:#444;--line:#bbb;
 --panel:#fff;--warn:#fff;--grid:#ddd;--band:#f3f3f3;--c1:#1f6fc4;--c2:#d9690f}

@@ -6,6 +6,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "formats/text.hpp"
+#include "viewer/detail/drawing.hpp"
 #include "viewer/detail/grey_window.hpp"
 #include "viewer/detail/path_sections.hpp"
 #include "viewer/detail/plane.hpp"
@@ -22,16 +23,6 @@ constexpr int kTilePixels = 202;
 constexpr int kTileColumns = 5;
 constexpr int kTileRows = 3;       // an odd number of tiles: the lesion is in the middle
 constexpr float kHeadroom = 0.4f;  // vessels are not drawn white: their outline must be seen
-constexpr int kShift = 6;          // OpenCV draws to 1/64 pixel
-
-cv::Scalar cv_color(const Rgb& color) {
-  return {double(color[0]), double(color[1]), double(color[2])};
-}
-
-cv::Point fixed_point(double x, double y) {
-  constexpr double kScale = 1 << kShift;
-  return {int(std::lround(x * kScale)), int(std::lround(y * kScale))};
-}
 
 /// @param values  shape [height, width]
 cv::Mat grey_picture(const std::vector<float>& values, int width, int height,
@@ -46,13 +37,6 @@ cv::Mat grey_picture(const std::vector<float>& values, int width, int height,
   return picture;
 }
 
-Picture to_picture(const cv::Mat& image) {
-  Picture picture{image.cols, image.rows, {}};
-  for (int row = 0; row < image.rows; ++row)
-    picture.rgb.insert(picture.rgb.end(), image.ptr(row), image.ptr(row) + 3 * image.cols);
-  return picture;
-}
-
 void draw_contour(cv::Mat& picture, const TriangleMesh& mesh, const PlaneWindow& window,
                   const Rgb& color) {
   const Vec3 normal = cross(window.right, window.down);
@@ -62,14 +46,8 @@ void draw_contour(cv::Mat& picture, const TriangleMesh& mesh, const PlaneWindow&
     const double far = 4.0 * picture.cols;
     if (std::max({std::abs(a.x), std::abs(a.y), std::abs(b.x), std::abs(b.y)}) > far) continue;
     cv::line(picture, fixed_point(a.x, a.y), fixed_point(b.x, b.y), cv_color(color), 1, cv::LINE_AA,
-             kShift);
+             kDrawingShift);
   }
-}
-
-/// Small text on a dark edge, so that it reads on any grey.
-void draw_text(cv::Mat& picture, const std::string& text, cv::Point at, double size) {
-  cv::putText(picture, text, at, cv::FONT_HERSHEY_SIMPLEX, size, {0, 0, 0}, 3, cv::LINE_AA);
-  cv::putText(picture, text, at, cv::FONT_HERSHEY_SIMPLEX, size, {255, 255, 255}, 1, cv::LINE_AA);
 }
 
 /// A bar of a round length at the lower left.
@@ -95,23 +73,15 @@ void draw_sides(cv::Mat& picture, const std::string& name) {
   draw_text(picture, top, {picture.cols / 2 - 5, 16}, 0.5);
 }
 
-/// The outline of the lumen's shadow: every triangle filled, then the border of the whole.
+/// The outline of the lumen's shadow on a projection.
 void draw_silhouette(cv::Mat& picture, const Projection& projection, const TriangleMesh& lumen,
                      const VolumeGeometry& grid, double scale_x, double scale_y) {
-  cv::Mat shadow = cv::Mat::zeros(picture.rows, picture.cols, CV_8UC1);
-  std::vector<cv::Point> place(lumen.vertices.size());
-  for (std::size_t v = 0; v < place.size(); ++v) {
+  std::vector<Spot> places(lumen.vertices.size());
+  for (std::size_t v = 0; v < places.size(); ++v) {
     const auto pixel = projection.pixel_of(grid.index_from_lps(lumen.vertices[v]));
-    place[v] = fixed_point((pixel.x + 0.5) * scale_x - 0.5, (pixel.y + 0.5) * scale_y - 0.5);
+    places[v] = {(pixel.x + 0.5) * scale_x - 0.5, (pixel.y + 0.5) * scale_y - 0.5};
   }
-  for (const Triangle& t : lumen.triangles) {
-    const std::array<cv::Point, 3> corners{place[std::size_t(t[0])], place[std::size_t(t[1])],
-                                           place[std::size_t(t[2])]};
-    cv::fillConvexPoly(shadow, corners.data(), 3, 255, cv::LINE_8, kShift);
-  }
-  std::vector<std::vector<cv::Point>> outlines;
-  cv::findContours(shadow, outlines, cv::RETR_CCOMP, cv::CHAIN_APPROX_NONE);
-  cv::drawContours(picture, outlines, -1, cv_color(kBefore), 1, cv::LINE_AA);
+  draw_shadow_outline(picture, lumen, places, kBefore);
 }
 
 std::string capitalized(std::string word) {

@@ -6,6 +6,7 @@
 #include "formats/html.hpp"
 #include "formats/text.hpp"
 #include "viewer/detail/page_style.hpp"
+#include "viewer/detail/xray_frames.hpp"
 
 namespace angio::viewer::detail {
 namespace fs = std::filesystem;
@@ -120,6 +121,7 @@ void remove_old_pictures(const fs::path& folder) {
                               "cloth.png",
                               "corrections.svg",
                               "contact.png",
+                              "frames_sheet.png",
                               "cross_sections.png",
                               "close_up_1.png",
                               "close_up_2.png",
@@ -136,6 +138,8 @@ void remove_old_pictures(const fs::path& folder) {
                               "projection_coronal.png",
                               "projection_sagittal.png"};
   std::error_code ignored;
+  for (int n = 1; fs::remove(folder / xray_file(n), ignored); ++n) {
+  }
   for (const char* name : kNames) fs::remove(folder / name, ignored);
 }
 
