@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <opencv2/imgproc.hpp>
 
+#include "viewer/detail/canvas.hpp"
 #include "viewer/detail/drawing.hpp"
 #include "viewer/detail/grey_window.hpp"
 
@@ -10,7 +11,9 @@ namespace angio::viewer::detail {
 namespace {
 
 constexpr Rgb kOutline{255, 90, 30};
-constexpr int kTile = 360;  // [pixel]
+constexpr Rgb kInk{20, 20, 20};
+constexpr double kLetter = 11.0;  // [pixel]
+constexpr int kTile = 360;        // [pixel]
 constexpr int kGround = 200;
 constexpr double kBroad = 0.125;  // of the shorter side: wider than vessels, narrower than bones
 
@@ -60,7 +63,6 @@ Figure draw_frame(const XrayPicture& picture, const std::vector<float>& values,
   cv::Mat tile(kTile, kTile, CV_8UC3, cv::Scalar::all(kGround));
   image.copyTo(
       tile({(kTile - size.width) / 2, (kTile - size.height) / 2, size.width, size.height}));
-  draw_text(tile, picture.title, {8, 20}, 0.5);
   return {xray_file(number), picture.title, to_picture(tile)};
 }
 
@@ -88,11 +90,15 @@ Picture sheet_of(const std::vector<Figure>& figures) {
   const int count = int(figures.size()), across = std::min(count, kColumns);
   const int width = figures.front().picture.width + kGap,
             height = figures.front().picture.height + kGap;
-  Picture sheet =
-      blank_picture(across * width - kGap, (count + kColumns - 1) / kColumns * height - kGap);
-  for (int n = 0; n < count; ++n)
-    paste(figures[std::size_t(n)].picture, n % kColumns * width, n / kColumns * height, sheet);
-  return sheet;
+  Canvas sheet(
+      blank_picture(across * width - kGap, (count + kColumns - 1) / kColumns * height - kGap));
+  for (int n = 0; n < count; ++n) {
+    const double left = n % kColumns * width, top = n / kColumns * height;
+    const Picture& tile = figures[std::size_t(n)].picture;
+    sheet.place(tile, {left, top, double(tile.width), double(tile.height)});
+    sheet.write(figures[std::size_t(n)].caption, {left + 8.0, top + 20.0}, kLetter, kInk);
+  }
+  return sheet.picture();
 }
 
 }  // namespace angio::viewer::detail

@@ -19,7 +19,7 @@ std::vector<Figure> draw_xray_frames(const ReportContent& content);
 /// The file of a frame's picture. @param number  from 1
 std::string xray_file(int number);
 
-/// Pictures of one size side by side, four in a row, on white paper.
+/// Pictures of one size side by side, four in a row, each with its caption.
 Picture sheet_of(const std::vector<Figure>& figures);
 
 }  // namespace angio::viewer::detail
