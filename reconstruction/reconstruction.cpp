@@ -26,12 +26,12 @@ constexpr double kPerDegree = 180.0 / units::kPi;
 /// are gone through.
 constexpr std::size_t kBytesAtATime = std::size_t(16) << 20;
 
-void check(const RotationalRun& run) {
-  ANGIO_EXPECT(run.pictures != nullptr && !run.frames.empty());
-  for (const angiogram::ConeBeamFrame& frame : run.frames)
-    if (frame.columns != run.frames.front().columns || frame.rows != run.frames.front().rows)
+void check(const std::vector<angiogram::ConeBeamFrame>& frames) {
+  ANGIO_EXPECT(!frames.empty());
+  for (const angiogram::ConeBeamFrame& frame : frames)
+    if (frame.columns != frames.front().columns || frame.rows != frames.front().rows)
       throw InputError("the frames of the run differ in size. Give one run");
-  if (run.frames.front().columns < 16 || run.frames.front().rows < 16)
+  if (frames.front().columns < 16 || frames.front().rows < 16)
     throw InputError("the frames are under 16 pixels wide or high (icons). Give the run itself");
 }
 
@@ -40,12 +40,12 @@ struct Field {
   double radius = 0.0, low = 0.0, high = 0.0;  ///< [mm], along the axis from the isocentre
 };
 
-Field common_field(const RotationalRun& run, const Orbit& orbit) {
+Field common_field(const std::vector<angiogram::ConeBeamFrame>& frames, const Orbit& orbit) {
   Field field{1e9, -1e9, 1e9};
-  for (std::size_t f = 0; f < run.frames.size(); ++f) {
-    const double half = seen_half_width(run.frames[f], orbit, f), away = orbit.radius[f];
+  for (std::size_t f = 0; f < frames.size(); ++f) {
+    const double half = seen_half_width(frames[f], orbit, f), away = orbit.radius[f];
     field.radius = std::min(field.radius, half * away / std::hypot(half, away));
-    const SeenHeight seen = seen_height(run.frames[f], orbit, f);
+    const SeenHeight seen = seen_height(frames[f], orbit, f);
     field.low = std::max(field.low, seen.low);
     field.high = std::min(field.high, seen.high);
   }
@@ -224,10 +224,9 @@ double noise_of(const Volume<float>& volume) {
   return double(steps[steps.size() / 2]) / (0.6745 * std::sqrt(2.0));
 }
 
-RunQuality judge(const RotationalRun& run, const Orbit& orbit, const PlaneGrid& plane,
-                 const Field& field) {
+RunQuality judge(bool has_masks, const Orbit& orbit, const PlaneGrid& plane, const Field& field) {
   RunQuality quality;
-  quality.frame_count = int(run.frames.size());
+  quality.frame_count = int(orbit.angle.size());
   quality.arc_degrees = orbit.arc() * kPerDegree;
   quality.largest_step_degrees = orbit.largest_step * kPerDegree;
   quality.source_to_isocentre_mm = orbit.radius[orbit.radius.size() / 2];
@@ -235,7 +234,7 @@ RunQuality judge(const RotationalRun& run, const Orbit& orbit, const PlaneGrid& 
       180.0 + 2.0 * std::asin(field.radius / quality.source_to_isocentre_mm) * kPerDegree;
   quality.pixel_at_isocentre_mm = plane.sample_mm;
   quality.field_radius_mm = field.radius;
-  quality.is_subtracted = run.masks != nullptr;
+  quality.is_subtracted = has_masks;
   return quality;
 }
 
@@ -273,11 +272,11 @@ Reconstruction reconstruct_once(const RotationalRun& run, double air,
                                 const ReconstructionOptions& options, const Progress& progress) {
   const Orbit orbit = fit_orbit(run.frames);
   const PlaneGrid plane = plane_grid(run.frames, orbit);
-  const Field field = common_field(run, orbit);
+  const Field field = common_field(run.frames, orbit);
   const Grids grids = make_grids(orbit, field, plane, options);
   Reconstruction result;
   result.frames = run.frames;
-  result.quality = judge(run, orbit, plane, field);
+  result.quality = judge(run.masks != nullptr, orbit, plane, field);
   FrameFilter filter(run, orbit, plane, air, options.window);
   std::vector<float> sums(grids.geometry.voxel_count(), 0.0F);
   const int count = int(run.frames.size()), at_a_time = frames_at_a_time(run);
@@ -348,9 +347,13 @@ Reconstruction calibrate(const RotationalRun& given_run, double air,
   constexpr double kWorthIt = 0.5;  // of the residual by the header
   constexpr double kSlow = 0.8;     // what is left is noise
   constexpr double kFirstBlur = 1.5, kBlur = 0.8;
+  // How many passes it will take is not known: the first takes up to 0.4, each other one 0.4 of
+  // what is left.
   const auto part_of = [&](int pass, double half) {
     return Progress([&progress, pass, half](double fraction, std::string_view what) {
-      progress.report((pass + 0.5 * (half + fraction)) / (kMostPasses + 1.0), what);
+      constexpr double kPart = 0.4;
+      progress.report(1.0 - std::pow(1.0 - kPart, pass) * (1.0 - kPart * 0.5 * (half + fraction)),
+                      what);
     });
   };
   RotationalRun run = given_run;
@@ -407,10 +410,30 @@ void ReconstructionOptions::validate() const {
     throw OptionError("reconstruction.largest_side: must be in [16, 2048]");
 }
 
+RunForecast forecast_run(const std::vector<angiogram::ConeBeamFrame>& frames, bool has_masks,
+                         const ReconstructionOptions& options) {
+  constexpr double kSparseDegrees = 3.5;
+  constexpr double kPartOfPixel = 0.1, kPartWhereSparse = 0.2;
+  options.validate();
+  check(frames);
+  const Orbit orbit = fit_orbit(frames);
+  const PlaneGrid plane = plane_grid(frames, orbit);
+  const Field field = common_field(frames, orbit);
+  RunForecast forecast;
+  forecast.quality = judge(has_masks, orbit, plane, field);
+  forecast.grid = make_grids(orbit, field, plane, options).geometry;
+  forecast.is_sparse = forecast.quality.largest_step_degrees > kSparseDegrees;
+  if (forecast.quality.arc_degrees >= forecast.quality.shortest_arc_degrees)
+    forecast.radius_error_mm = (forecast.is_sparse ? kPartWhereSparse : kPartOfPixel) *
+                               std::max(plane.sample_mm, forecast.grid.longest_spacing());
+  return forecast;
+}
+
 Reconstruction reconstruct_volume(const RotationalRun& run, const ReconstructionOptions& options,
                                   const Progress& progress) {
   options.validate();
-  check(run);
+  ANGIO_EXPECT(run.pictures != nullptr);
+  check(run.frames);
   fit_orbit(run.frames);  // refuses what does not turn, before pixels are read
   const double air = run.masks ? 1.0 : options.air > 0.0 ? options.air : unattenuated(run);
   Reconstruction result = options.calibrate ? calibrate(run, air, options, progress)

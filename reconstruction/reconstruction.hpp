@@ -92,6 +92,24 @@ struct Reconstruction {
   std::vector<std::string> warnings;
 };
 
+/// What a run will give, by where its frames were taken alone.
+struct RunForecast {
+  RunQuality quality;   ///< as far as it needs no pixels
+  VolumeGeometry grid;  ///< of the volume
+  /// By which a radius may be wrong, root mean square, where the patient and the table stand still:
+  /// a tenth of a pixel at the isocentre or a voxel, whichever is more; a fifth of it where streaks
+  /// are to be expected (`is_sparse`). From phantoms (docs/results/rotational-runs.md). NaN where
+  /// the arc is shorter than the field needs: vessels are blurred along one direction.
+  double radius_error_mm = std::numeric_limits<double>::quiet_NaN();
+  bool is_sparse = false;  ///< steps of more than 3.5 degrees (60 frames over 200 degrees)
+};
+
+/// @param frames     of one size
+/// @param has_masks  are they to be subtracted?
+/// @throws InputError  as reconstruct_volume(), for what no pixels are needed
+RunForecast forecast_run(const std::vector<angiogram::ConeBeamFrame>& frames, bool has_masks,
+                         const ReconstructionOptions& options);
+
 /// Reconstructs a volume by filtered back-projection (Feldkamp, Davis, Kress, J. Opt. Soc. Am. A
 /// 1:612, 1984, eq. 34), on an arc of any length:
 ///

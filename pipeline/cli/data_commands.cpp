@@ -5,13 +5,17 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <cmath>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <vector>
 
 #include "core/error.hpp"
 #include "pipeline/case/input_kind.hpp"
+#include "pipeline/stages/reconstruction.hpp"
 #include "pipeline/stages/surface_input.hpp"
+#include "reconstruction/reconstruction.hpp"
+#include "segmentation/read_run.hpp"
 #include "segmentation/read_volume.hpp"
 
 namespace angio::pipeline {
@@ -132,6 +136,64 @@ void print_series(std::size_t number, const segmentation::SeriesSummary& s) {
   for (const std::string& warning : s.warnings) fmt::print("   note: {}\n", warning);
 }
 
+/// What `angio run` makes of the folder, where that is the volume of a rotational run.
+std::optional<reconstruction::RunForecast> forecast_of(const std::string& input,
+                                                       const Config& config,
+                                                       std::string& description) {
+  try {
+    const auto loaded = segmentation::read_run(input, config.input);
+    if (!loaded) return {};
+    description = loaded->source_description;
+    return reconstruction::forecast_run(frames_by_header(*loaded), loaded->masks != nullptr,
+                                        config.reconstruction);
+  } catch (const InputError&) {
+    return {};  // the list has said why it is refused
+  }
+}
+
+nlohmann::json to_json(const reconstruction::RunForecast& forecast, const std::string& source) {
+  const auto& [quality, grid, error, is_sparse] = forecast;
+  return {
+      {"source", source},
+      {"frames", quality.frame_count},
+      {"arc_degrees", quality.arc_degrees},
+      {"shortest_arc_degrees", quality.shortest_arc_degrees},
+      {"largest_step_degrees", quality.largest_step_degrees},
+      {"sparse", is_sparse},
+      {"subtracted", quality.is_subtracted},
+      {"pixel_at_isocentre_mm", quality.pixel_at_isocentre_mm},
+      {"field_radius_mm", quality.field_radius_mm},
+      {"size", grid.size},
+      {"voxel_mm", grid.spacing.x},
+      {"radius_error_mm", std::isfinite(error) ? nlohmann::json(error) : nlohmann::json(nullptr)}};
+}
+
+void print_forecast(const reconstruction::RunForecast& forecast, const std::string& source) {
+  constexpr double kBytesPerVoxel = 12.0;  // the sums, the volume, and the one before it
+  const auto& [quality, grid, error, is_sparse] = forecast;
+  const auto& n = grid.size;
+  fmt::print("`angio run` makes a volume of: {}\n", source);
+  fmt::print(
+      "   {} frames over {:.0f} degrees, up to {:.1f} degrees apart; all sides are seen from "
+      "{:.0f} "
+      "degrees on\n",
+      quality.frame_count, quality.arc_degrees, quality.largest_step_degrees,
+      quality.shortest_arc_degrees);
+  fmt::print(
+      "   {} x {} x {} voxels of {:.3g} mm, {:.0f} mm across, {:.0f} mm high; about {:.0f} MiB "
+      "of memory\n",
+      n[0], n[1], n[2], grid.spacing.x, 2.0 * quality.field_radius_mm, n[2] * grid.spacing.z,
+      kBytesPerVoxel * double(grid.voxel_count()) / double(1 << 20));
+  if (std::isfinite(error))
+    fmt::print("   expected: radii to about {:.2g} mm, where all stands still{}\n", error,
+               is_sparse ? "; streaks, for there are few frames" : "");
+  else
+    fmt::print(
+        "   expected: vessels blurred along the direction that the arc lacks; radii there are "
+        "not to be trusted\n");
+  if (!quality.is_subtracted) fmt::print("   no mask run: bone and tissue stay in the volume\n");
+}
+
 }  // namespace
 
 void add_read_options(CLI::App& command, ReadArguments& read) {
@@ -202,13 +264,20 @@ int do_inspect(const InspectArguments& arguments) {
   apply_read_options(config, arguments.read);
   const std::vector<segmentation::SeriesSummary> all =
       segmentation::inspect(arguments.input, config.input);
+  std::string source;
+  std::optional<reconstruction::RunForecast> forecast;
+  if (std::any_of(all.begin(), all.end(), [](const auto& series) { return series.projection; }))
+    forecast = forecast_of(arguments.input, config, source);
   if (arguments.as_json) {
     nlohmann::json list = nlohmann::json::array();
     for (const auto& series : all) list.push_back(to_json(series));
-    fmt::print("{}\n", nlohmann::json{{"series", list}}.dump(2));
+    nlohmann::json found = {{"series", list}};
+    if (forecast) found["reconstruction"] = to_json(*forecast, source);
+    fmt::print("{}\n", found.dump(2));
     return int(ExitCode::done);
   }
   for (std::size_t i = 0; i < all.size(); ++i) print_series(i + 1, all[i]);
+  if (forecast) print_forecast(*forecast, source);
   return int(ExitCode::done);
 }
 
@@ -236,7 +305,7 @@ void add_run_options(CLI::App& command, datasets::RotationalRunOptions& run) {
 int do_xa_run(const PhantomArguments& arguments) {
   datasets::RotationalRunOptions run = arguments.run;
   const datasets::PhantomOptions& options = arguments.options;
-  if (options.noise_sd != datasets::PhantomOptions().noise_sd) run.noise = options.noise_sd;
+  if (arguments.noise_is_given) run.noise = options.noise_sd;
   try {
     run.validate();
   } catch (const OptionError& error) {
@@ -278,6 +347,7 @@ void add_phantom_command(CLI::App& app, PhantomArguments& phantom) {
       .add_option("--noise", o.noise_sd,
                   "standard deviation as a fraction of the contrast, 0 to 1; of an xa-run: of\n"
                   "a pixel behind the body, 0 to 0.5, by default 0.02")
+      ->each([&phantom](const std::string&) { phantom.noise_is_given = true; })
       ->capture_default_str();
   command
       .add_option("--blur", o.blur_mm,

@@ -37,6 +37,7 @@ int do_inspect(const InspectArguments& arguments);
 struct PhantomArguments {
   datasets::PhantomOptions options;
   datasets::RotationalRunOptions run;
+  bool noise_is_given = false;
   std::string format = "dicom";
   std::filesystem::path folder;
 };

@@ -44,30 +44,6 @@ ConeBeamFrame mirrored(const ConeBeamFrame& frame) {
           frame.columns,      frame.rows};
 }
 
-/// The frames where the header says that they were taken.
-std::vector<ConeBeamFrame> frames_by_header(const LoadedRun& loaded) {
-  const segmentation::ProjectionRun& run = loaded.run;
-  const int quarters = ((int(std::lround(run.picture_turn_degrees / 90.0)) % 4) + 4) % 4;
-  angiogram::CArmMount mount;
-  mount.source_to_detector_mm = run.source_to_detector_mm.value();
-  mount.source_to_isocentre_mm = run.source_to_isocentre_mm.value();
-  mount.columns = quarters % 2 == 0 ? loaded.columns : loaded.rows;
-  mount.rows = quarters % 2 == 0 ? loaded.rows : loaded.columns;
-  mount.column_spacing_mm = run.detector_spacing_mm[0];
-  mount.row_spacing_mm = run.detector_spacing_mm[1];
-  mount.central_column =
-      0.5 * (mount.columns - 1) - run.middle_offset_mm[0] / mount.column_spacing_mm;
-  mount.central_row = 0.5 * (mount.rows - 1) - run.middle_offset_mm[1] / mount.row_spacing_mm;
-  std::vector<ConeBeamFrame> frames;
-  for (std::size_t f = 0; f < std::size_t(loaded.frame_count); ++f) {
-    ConeBeamFrame frame = angiogram::c_arm_frame(
-        {run.primary_angles_degrees[f], run.secondary_angles_degrees[f]}, mount);
-    for (int q = 0; q < quarters; ++q) frame = turned(frame);
-    frames.push_back(run.picture_is_mirrored ? mirrored(frame) : frame);
-  }
-  return frames;
-}
-
 std::vector<ConeBeamFrame> frames_by_file(const LoadedRun& loaded,
                                           const std::filesystem::path& file) {
   const auto& spacing = loaded.run.detector_spacing_mm;
@@ -132,6 +108,29 @@ void write_shown_frames(const std::filesystem::path& out, const reconstruction::
 }
 
 }  // namespace
+
+std::vector<ConeBeamFrame> frames_by_header(const LoadedRun& loaded) {
+  const segmentation::ProjectionRun& run = loaded.run;
+  const int quarters = ((int(std::lround(run.picture_turn_degrees / 90.0)) % 4) + 4) % 4;
+  angiogram::CArmMount mount;
+  mount.source_to_detector_mm = run.source_to_detector_mm.value();
+  mount.source_to_isocentre_mm = run.source_to_isocentre_mm.value();
+  mount.columns = quarters % 2 == 0 ? loaded.columns : loaded.rows;
+  mount.rows = quarters % 2 == 0 ? loaded.rows : loaded.columns;
+  mount.column_spacing_mm = run.detector_spacing_mm[0];
+  mount.row_spacing_mm = run.detector_spacing_mm[1];
+  mount.central_column =
+      0.5 * (mount.columns - 1) - run.middle_offset_mm[0] / mount.column_spacing_mm;
+  mount.central_row = 0.5 * (mount.rows - 1) - run.middle_offset_mm[1] / mount.row_spacing_mm;
+  std::vector<ConeBeamFrame> frames;
+  for (std::size_t f = 0; f < std::size_t(loaded.frame_count); ++f) {
+    ConeBeamFrame frame = angiogram::c_arm_frame(
+        {run.primary_angles_degrees[f], run.secondary_angles_degrees[f]}, mount);
+    for (int q = 0; q < quarters; ++q) frame = turned(frame);
+    frames.push_back(run.picture_is_mirrored ? mirrored(frame) : frame);
+  }
+  return frames;
+}
 
 void do_reconstruction(StageWork& work, const ReconstructionSettings& settings) {
   if (work.input.empty())
