@@ -65,6 +65,10 @@ reconstruction::RotationalRun rotational_run(const LoadedRun& loaded,
   run.frames = geometry.empty() ? frames_by_header(loaded) : frames_by_file(loaded, geometry);
   if (loaded.run.pixel_relation == "LOG")
     run.relation = reconstruction::PixelRelation::logarithmic;
+  else if (loaded.run.pixel_relation == "DISP")
+    warnings.emplace_back(
+        "the run's pixels are scaled for display (Pixel Intensity Relationship DISP); they were "
+        "taken to be linear in the beam's intensity, and attenuation is not to scale");
   else if (loaded.run.pixel_relation != "LIN")
     warnings.emplace_back(
         "the run does not say that its pixels are linear in the beam's intensity; they were taken "

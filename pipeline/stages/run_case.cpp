@@ -283,6 +283,10 @@ void Run::settle_quietly() {
 
 void run_stages(const Workflow& workflow, const RunRequest& request, const CaseFolder& folder,
                 Run& run, NewCase& new_case) {
+  if (request.until == Stage::reconstruction && !run.is_of_projections())
+    throw InputError(
+        "there is nothing to reconstruct: the input is no rotational run that can be used. `angio "
+        "inspect` says what it is");
   const int first = request.input.empty() ? int(request.from.value_or(Stage::reconstruction)) : 0;
   for (const StageDefinition& stage : workflow.stages) {
     if (int(stage.stage) < first || stage.stage > request.until || !run.is_for(stage)) continue;

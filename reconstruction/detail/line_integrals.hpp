@@ -10,7 +10,7 @@ namespace angio::reconstruction::detail {
 /// What a run's pixels have where nothing lies in the beam: the 99.95th percentile of some frames,
 /// spread over the run. A run without air in it takes the least that is in its beam for air, which
 /// an offset of all line integrals is, and the ramp filter hardly passes.
-/// @throws InputError  all pixels are the same (an empty or saturated run)
+/// @throws InputError  all pixels are the same (an empty or saturated run), or noise alone
 double unattenuated(const RotationalRun& run);
 
 /// p = ln(I0 / I) (Beer, Lambert), in place.

@@ -217,6 +217,10 @@ std::optional<DicomHeader> parse_header(DicomLoader& loader, const DicomSource& 
     header.problem =
         "its transfer syntax is not known here (a newer or a private compression). Export the "
         "series uncompressed (Explicit VR Little Endian)";
+  else if (status.bad() && file.getDataset()->tagExists(DCM_Rows))
+    header.problem =
+        "the file is truncated or damaged (it ends within its pixels, as a copy that was broken "
+        "off). Copy or export it again";
   else if (status.bad() || !has_known_class(header))
     header.problem =
         "the file is truncated or damaged (its header cannot be read to the end). Copy or export "

@@ -116,6 +116,7 @@ std::string refusal_of_run(const DicomHeader& header, const ReadOptions& options
 std::string refusal_by_kind(const DicomHeader& header, const ReadOptions& options) {
   switch (header.kind) {
     case DicomKind::projection:
+      if (is_damaged(header)) return header.problem;
       if (header.frames.size() < 2)
         return "it is a projection (" + header.sop_class_name +
                "), not a volume: one picture holds no third axis. Give the 3D reconstruction that "
