@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <filesystem>
+#include <fstream>
 #include <nlohmann/json.hpp>
 #include <string>
 
@@ -86,6 +87,45 @@ TEST_F(RotationalRuns, ThatCannotGiveAVolumeAreRefusedInOneLine) {
     EXPECT_THAT(result.error, HasSubstr(why));
     EXPECT_FALSE(fs::exists(folder_.path() / "case"));
   }
+}
+
+TEST_F(RotationalRuns, CutShortOrWithAnotherGeometryLeaveNothingBehind) {
+  const std::string input = make_run("xa", "--frames 40");
+  const std::string file = input + "/IM0001.dcm", table = folder_ / "nan.csv";
+  std::ofstream(table) << "1,0,0,0,0,1,0,0,0,0,1,nan\n";
+  const auto expect_refused = [&](const ProgramResult& result, const std::string& why) {
+    EXPECT_EQ(result.exit_code, 65);
+    EXPECT_EQ(result.error_line_count(), 1) << result.error;
+    EXPECT_THAT(result.error, HasSubstr(why));
+    EXPECT_FALSE(fs::exists(folder_.path() / "case"));
+  };
+  expect_refused(run(input, "case", "--geometry '" + table + "'"), "not finite");
+  fs::resize_file(file, fs::file_size(file) / 2);
+  expect_refused(run(input, "case"), "ends within its pixels");
+  expect_refused(run(input, "case", "--until reconstruction"), "nothing to reconstruct");
+}
+
+TEST_F(RotationalRuns, AreInspectedForWhatTheyCanGive) {
+  const std::string input = make_run("xa", "--frames 120 --mask-run");
+  const ProgramResult text = run_program("inspect '" + input + "'");
+  EXPECT_THAT(text.out,
+              HasSubstr("makes a volume of: X-Ray Angiographic Image Storage, 120 frames, "
+                        "with its mask run"));
+  EXPECT_THAT(text.out, HasSubstr("expected: radii to about 0.03 mm"));  // pixels of 0.3 mm
+  const json told = json::parse(run_program("inspect --json '" + input + "'").out);
+  EXPECT_EQ(told.at("reconstruction").at("frames"), 120);
+  EXPECT_TRUE(told.at("reconstruction").at("subtracted"));
+}
+
+TEST_F(RotationalRuns, ShowTheLumenOnTheirFrames) {
+  ASSERT_EQ(run(make_run("xa", "--frames 90"), "case", "--preset draft").exit_code, 0);
+  const fs::path report = folder_.path() / "case/report";
+  EXPECT_TRUE(fs::exists(report / "frames_sheet.png"));
+  EXPECT_TRUE(fs::exists(report / "frame_8.png"));
+  EXPECT_THAT(file_text(report / "index.html"), HasSubstr("X-ray frames"));
+  const json shown = json_of(folder_.path() / "case/reconstruction/frames.json");
+  EXPECT_EQ(shown.at("frames").size(), 8u);
+  EXPECT_EQ(shown.at("frames").back().at("frame"), 90);
 }
 
 TEST_F(RotationalRuns, AreNotAStageOfOtherInputs) {

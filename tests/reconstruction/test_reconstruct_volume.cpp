@@ -1,6 +1,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <random>
+
 #include "core/error.hpp"
 #include "tests/reconstruction/turning_balls.hpp"
 
@@ -121,6 +124,50 @@ TEST(ReconstructVolume, RefusesFramesOfAir) {
   } catch (const InputError& error) {
     EXPECT_THAT(error.what(), HasSubstr("frames of air"));
   }
+}
+
+/// A detector in a bare beam.
+class NoisyAir : public FrameReader {
+ public:
+  [[nodiscard]] std::vector<float> read(int first, int count) const override {
+    std::mt19937 random{std::uint32_t(first)};
+    std::normal_distribution<float> pixel(10000.0F, 50.0F);
+    std::vector<float> pixels(std::size_t(count) * 96 * 64);
+    for (float& value : pixels) value = std::round(pixel(random));
+    return pixels;
+  }
+};
+
+TEST(ReconstructVolume, RefusesFramesOfNoiseAlone) {
+  const NoisyAir air;
+  RotationalRun run;
+  run.frames = turn(60, -100.0, 100.0);
+  run.pictures = &air;
+  try {
+    reconstruct_volume(run, {});
+    FAIL() << "noise was taken";
+  } catch (const InputError& error) {
+    EXPECT_THAT(error.what(), HasSubstr("nothing but noise"));
+  }
+}
+
+TEST(RunForecast, SaysWhatTheVolumeThenIs) {
+  const auto frames = turn(120, -100.0, 100.0);
+  const RunForecast forecast = forecast_run(frames, false, {});
+  const Reconstruction result = reconstruct(frames);
+  EXPECT_EQ(forecast.grid.size, result.volume.geometry.size);
+  EXPECT_EQ(forecast.grid.spacing.x, result.volume.geometry.spacing.x);
+  EXPECT_EQ(forecast.quality.arc_degrees, result.quality.arc_degrees);
+  EXPECT_FALSE(forecast.is_sparse);
+  EXPECT_NEAR(forecast.radius_error_mm, 0.05, 1e-3);  // a tenth of 0.5 mm
+}
+
+TEST(RunForecast, ExpectsLessOfFewFramesAndNothingOfAShortArc) {
+  const RunForecast sparse = forecast_run(turn(19, -100.0, 100.0), false, {});
+  EXPECT_TRUE(sparse.is_sparse);
+  EXPECT_NEAR(sparse.radius_error_mm, 0.1, 2e-3);
+  EXPECT_TRUE(std::isnan(forecast_run(turn(120, 0.0, 120.0), false, {}).radius_error_mm));
+  EXPECT_THROW(forecast_run(turn(20, 0.0, 20.0), false, {}), InputError);
 }
 
 TEST(ReconstructVolume, GivesVoxelsTheSizeThatIsAskedFor) {

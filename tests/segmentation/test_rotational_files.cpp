@@ -1,0 +1,140 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "segmentation/read_run.hpp"
+#include "tests/segmentation/dicom_objects.hpp"
+
+// Files of rotational runs: which are taken, and why others are not.
+namespace angio::segmentation {
+namespace {
+using testing::HasSubstr;
+
+constexpr int kFrames = 5, kRows = 6;
+
+std::vector<double> times(double step, int count = kFrames) {
+  std::vector<double> values;
+  for (int f = 0; f < count; ++f) values.push_back(step * f);
+  return values;
+}
+
+/// A run of five frames over 200 degrees, with what `change` changes.
+Slice run_object(const std::function<void(DcmDataset&)>& change = [](DcmDataset&) {}) {
+  Slice slice;
+  slice.sop_class = UID_XRayAngiographicImageStorage;
+  slice.has_geometry = false;
+  slice.rows = kFrames * kRows;
+  slice.more = [change](DcmDataset& d) {
+    put(d, DCM_NumberOfFrames, std::to_string(kFrames));
+    d.putAndInsertUint16(DCM_Rows, kRows);
+    put(d, DCM_PositionerMotion, "DYNAMIC");
+    put(d, DCM_PositionerPrimaryAngle, "-100");
+    put(d, DCM_PositionerSecondaryAngle, "0");
+    put(d, DCM_PositionerPrimaryAngleIncrement, decimals(times(50.0)));
+    put(d, DCM_DistanceSourceToDetector, "1200");
+    put(d, DCM_DistanceSourceToPatient, "800");
+    put(d, DCM_ImagerPixelSpacing, "0.3\\0.3");
+    put(d, DCM_PixelIntensityRelationship, "LIN");
+    change(d);
+  };
+  return slice;
+}
+
+class RotationalFiles : public DicomFolder {
+ protected:
+  /// Why the run that is changed like that is refused.
+  std::string refusal_of(const std::function<void(DcmDataset&)>& change) {
+    write_slice(file("run"), run_object(change));
+    try {
+      return read_run(folder(), {}) ? "it was taken" : "it is no run";
+    } catch (const InputError& error) {
+      EXPECT_EQ(std::string(error.what()).find('\n'), std::string::npos);
+      return error.what();
+    }
+  }
+};
+
+TEST_F(RotationalFiles, AreTakenWithTheirAnglesAndDistances) {
+  write_slice(file("run"), run_object());
+  const auto loaded = read_run(folder(), {});
+  ASSERT_TRUE(loaded);
+  EXPECT_EQ(loaded->frame_count, kFrames);
+  EXPECT_EQ(loaded->run.primary_angles_degrees, (std::vector<double>{-100, -50, 0, 50, 100}));
+  EXPECT_EQ(loaded->run.source_to_detector_mm, 1200.0);
+  EXPECT_EQ(loaded->pictures->read(1, 2).size(), 2u * kRows * 5u);
+}
+
+TEST_F(RotationalFiles, ThatCannotGiveAVolumeAreRefusedWithTheReason) {
+  EXPECT_THAT(refusal_of([](DcmDataset& d) { put(d, DCM_PositionerMotion, "STATIC"); }),
+              HasSubstr("its header contradicts itself"));
+  EXPECT_THAT(refusal_of([](DcmDataset& d) { put(d, DCM_DistanceSourceToDetector, "700"); }),
+              HasSubstr("nearer to the source than its isocentre (700 and 800 mm"));
+  EXPECT_THAT(
+      refusal_of([](DcmDataset& d) { d.findAndDeleteElement(DCM_DistanceSourceToPatient); }),
+      HasSubstr("does not state its distances"));
+  EXPECT_THAT(refusal_of([](DcmDataset& d) { d.findAndDeleteElement(DCM_ImagerPixelSpacing); }),
+              HasSubstr("pixel spacing"));
+  EXPECT_THAT(refusal_of([](DcmDataset& d) {
+                put(d, DCM_TableLongitudinalIncrement, decimals(times(10.0)));
+              }),
+              HasSubstr("the table moves by 40 mm"));
+  EXPECT_THAT(refusal_of([](DcmDataset& d) {
+                put(d, DCM_PositionerPrimaryAngleIncrement, decimals(times(50.0, 4)));
+              }),
+              HasSubstr("4 angles for 5 frames"));
+  EXPECT_THAT(refusal_of([](DcmDataset& d) {
+                put(d, DCM_PositionerPrimaryAngleIncrement, decimals(times(7.0)));
+              }),
+              HasSubstr("turns by 28 degrees"));
+}
+
+TEST_F(RotationalFiles, OfTwoFramesAreRefused) {
+  EXPECT_THAT(refusal_of([](DcmDataset& d) {
+                put(d, DCM_NumberOfFrames, "2");
+                put(d, DCM_PositionerPrimaryAngleIncrement, "0\\100");
+              }),
+              HasSubstr("the run has 2 frames"));
+}
+
+/// Without angles, or with frames from one side, a run is a film.
+TEST_F(RotationalFiles, ThatDoNotTurnAreNoRotationalRuns) {
+  const auto without_angles = [](DcmDataset& d) {
+    d.findAndDeleteElement(DCM_PositionerPrimaryAngle);
+    d.findAndDeleteElement(DCM_PositionerPrimaryAngleIncrement);
+  };
+  EXPECT_EQ(refusal_of(without_angles), "it is no run");
+  EXPECT_THAT(refusal(), HasSubstr("does not say that it turns"));
+  EXPECT_EQ(refusal_of([](DcmDataset& d) {
+              put(d, DCM_PositionerPrimaryAngleIncrement, decimals(times(0.0)));
+            }),
+            "it is no run");
+}
+
+TEST_F(RotationalFiles, CutInTheirPixelsAreSaidToBe) {
+  write_slice(file("run"), run_object());
+  fs::resize_file(file("run"), fs::file_size(file("run")) - 100);
+  EXPECT_FALSE(read_run(folder(), {}));
+  EXPECT_THAT(refusal(), HasSubstr("it ends within its pixels"));
+}
+
+/// Two planes of one series are two runs; neither is the other's mask.
+TEST_F(RotationalFiles, OfTwoPlanesAreTakenPlaneByPlane) {
+  Slice other = run_object([](DcmDataset& d) { put(d, DCM_PositionerPrimaryAngle, "-10"); });
+  other.number = 2;
+  write_slice(file("a"), run_object([](DcmDataset& d) { put(d, DCM_ContrastBolusAgent, "any"); }));
+  write_slice(file("b"), other);
+  for (const auto& [series, first_angle] : {std::pair{"1", -100.0}, std::pair{"2", -10.0}}) {
+    ReadOptions options;
+    options.series = series;
+    const auto loaded = read_run(folder(), options);
+    ASSERT_TRUE(loaded);
+    EXPECT_EQ(loaded->run.primary_angles_degrees.front(), first_angle);
+    EXPECT_FALSE(loaded->masks);
+  }
+}
+
+}  // namespace
+}  // namespace angio::segmentation
