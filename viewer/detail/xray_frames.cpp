@@ -93,7 +93,8 @@ Picture sheet_of(const std::vector<Figure>& figures) {
   Canvas sheet(
       blank_picture(across * width - kGap, (count + kColumns - 1) / kColumns * height - kGap));
   for (int n = 0; n < count; ++n) {
-    const double left = n % kColumns * width, top = n / kColumns * height;
+    const int column = n % kColumns, row = n / kColumns;
+    const double left = column * width, top = row * height;
     const Picture& tile = figures[std::size_t(n)].picture;
     sheet.place(tile, {left, top, double(tile.width), double(tile.height)});
     sheet.write(figures[std::size_t(n)].caption, {left + 8.0, top + 20.0}, kLetter, kInk);
