@@ -128,6 +128,20 @@ TEST_F(RotationalRuns, ShowTheLumenOnTheirFrames) {
   EXPECT_EQ(shown.at("frames").back().at("frame"), 90);
 }
 
+/// Also where it is the default of other formats.
+TEST_F(RotationalRuns, HaveTheNoiseThatIsAskedFor) {
+  const auto noise_of = [&](const std::string& name, const std::string& options) {
+    EXPECT_EQ(run(make_run("xa_" + name, "--frames 60 --no-body " + options), name,
+                  "--until reconstruction --set reconstruction.calibrate=false")
+                  .exit_code,
+              0);
+    return json_of(folder_.path() / name / "reconstruction/quality.json")
+        .at("noise_per_mm")
+        .get<double>();
+  };
+  EXPECT_NEAR(noise_of("much", "--noise 0.1") / noise_of("little", "--noise 0.02"), 5.0, 1.0);
+}
+
 TEST_F(RotationalRuns, AreNotAStageOfOtherInputs) {
   ASSERT_EQ(run("phantom:concentric,length=20,spacing=0.4", "case").exit_code, 0);
   EXPECT_FALSE(json_of(folder_.path() / "case/run.json").at("stages").contains("reconstruction"));
