@@ -16,6 +16,7 @@
 #include "formats/files.hpp"
 #include "pipeline/case/case_files.hpp"
 #include "pipeline/case/flow.hpp"
+#include "pipeline/case/input_kind.hpp"
 #include "pipeline/case/metrics.hpp"
 #include "pipeline/case/working_view.hpp"
 #include "pipeline/stages/report_views.hpp"
@@ -201,7 +202,7 @@ void do_report(StageWork& work, const ReportSettings& settings) {
     content.level_set = read_level_set(work.files);
   }
   content.lumen = read_open_lumen(files);
-  content.frames = xray_frames(files);
+  if (work.run.input_kind == name(InputKind::run)) content.frames = xray_frames(files);
   content.tree = read_centerlines(files.path(file::kCenterlines));
   content.lesion_path = placement.at("lesion").at("centerline_id").get<int>();
   content.lesion_abscissa_mm = placement.at("lesion").at("abscissa_mm").get<double>();
