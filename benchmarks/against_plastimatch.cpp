@@ -200,9 +200,10 @@ int main(int argc, char** argv) try {
   }
   table.paragraph(
       "The same 360 frames of a full turn, no body, no noise; pixels and voxels of 0.3 mm. "
-      "plastimatch's values have a scale of their own, which is fitted first; what it calls ramp "
-      "leaves as much of the finest detail as our hann, so that the other windows differ at "
-      "edges. Voxels within 95 % of the field. In percent of the contrast of 0.1/mm.");
+      "plastimatch's values have a scale of their own, which is fitted first: the absolute scale is "
+      "not compared. It has one filter, a ramp; the windows are all told, because which of them is "
+      "like it is not known. Voxels within 95 % of the field. In percent of the contrast of "
+      "0.1/mm.");
   table.columns(
       {"phantom", "our window", "voxels", "RMSE [%]", "mean, ours - theirs [%]", "largest [%]"});
   for (const char* name : {"straight", "tandem", "helix", "ytype"})
