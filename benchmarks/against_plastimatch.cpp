@@ -200,7 +200,8 @@ int main(int argc, char** argv) try {
   }
   table.paragraph(
       "The same 360 frames of a full turn, no body, no noise; pixels and voxels of 0.3 mm. "
-      "plastimatch's values have a scale of their own, which is fitted first: the absolute scale is "
+      "plastimatch's values have a scale of their own, which is fitted first: the absolute scale "
+      "is "
       "not compared. It has one filter, a ramp; the windows are all told, because which of them is "
       "like it is not known. Voxels within 95 % of the field. In percent of the contrast of "
       "0.1/mm.");
