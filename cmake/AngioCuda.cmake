@@ -51,7 +51,8 @@ function(angio_find_native result)
   set(${result} ${architectures} PARENT_SCOPE)
 endfunction()
 
-file(GLOB_RECURSE angio_cuda_sources ${PROJECT_SOURCE_DIR}/simulation/*.cu)
+file(GLOB_RECURSE angio_cuda_sources ${PROJECT_SOURCE_DIR}/simulation/*.cu
+  ${PROJECT_SOURCE_DIR}/reconstruction/*.cu)
 set(ANGIO_CUDA_ENABLED OFF)
 if(NOT ANGIO_CUDA STREQUAL "OFF")
   if(NOT CMAKE_CUDA_COMPILER AND NOT DEFINED ENV{CUDACXX})

@@ -9,22 +9,17 @@
 #include "core/error.hpp"
 #include "core/parallel.hpp"
 #include "core/units.hpp"
-#include "reconstruction/detail/back_projection.hpp"
 #include "reconstruction/detail/line_integrals.hpp"
 #include "reconstruction/detail/orbit.hpp"
 #include "reconstruction/detail/plane_frames.hpp"
-#include "reconstruction/detail/ramp_filter.hpp"
-#include "reconstruction/detail/ray_weights.hpp"
 #include "reconstruction/detail/self_calibration.hpp"
+#include "reconstruction/detail/volume_task.hpp"
 
 namespace angio::reconstruction {
 namespace {
 
 using namespace detail;
 constexpr double kPerDegree = 180.0 / units::kPi;
-/// Frames in memory at a time: their filtered values stay in the processor's cache while all voxels
-/// are gone through.
-constexpr std::size_t kBytesAtATime = std::size_t(16) << 20;
 
 void check(const std::vector<angiogram::ConeBeamFrame>& frames) {
   ANGIO_EXPECT(!frames.empty());
@@ -92,121 +87,26 @@ Grids make_grids(const Orbit& orbit, const Field& field, const PlaneGrid& plane,
   return grids;
 }
 
-int frames_at_a_time(const RotationalRun& run) {
-  const angiogram::ConeBeamFrame& frame = run.frames.front();
-  const std::size_t bytes = std::size_t(frame.columns) * std::size_t(frame.rows) * sizeof(float);
-  return std::clamp(int(kBytesAtATime / bytes), 4, 32);
-}
-
-/// Line integrals of some frames, filtered, on their planes.
-class FrameFilter {
- public:
-  FrameFilter(const RotationalRun& run, const Orbit& orbit, const PlaneGrid& plane, double air,
-              FilterWindow window)
-      : run_(run),
-        orbit_(orbit),
-        plane_(plane),
-        air_(air),
-        ramp_(plane.u_count, plane.sample_mm, window) {}
-
-  FilteredFrames filter(int first, int count);
-  [[nodiscard]] double truncated_percent() const {
-    return rows_ == 0 ? 0.0 : 100.0 * double(truncated_) / double(rows_);
-  }
-
- private:
-  void filter_rows(std::vector<float>& plane, std::size_t frame, const PlaneFrame& place,
-                   std::size_t& truncated) const;
-
-  const RotationalRun& run_;
-  const Orbit& orbit_;
-  PlaneGrid plane_;
-  double air_;
-  RampFilter ramp_;
-  std::size_t rows_ = 0, truncated_ = 0;
-};
-
-void FrameFilter::filter_rows(std::vector<float>& plane, std::size_t frame, const PlaneFrame& place,
-                              std::size_t& truncated) const {
-  const std::size_t width = std::size_t(plane_.u_count);
-  std::vector<double> across(width);
-  for (std::size_t i = 0; i < width; ++i)
-    across[i] = double(place.first_u) + double(i) * plane_.sample_mm;
-  const std::vector<float> weights = ray_weights(orbit_, frame, across);
-  const float arc = float(orbit_.step[frame]);
-  const double radius = orbit_.radius[frame];
-  RampFilter::Workspace workspace(ramp_);
-  for (int j = 0; j < plane_.v_count; ++j) {
-    float* row = plane.data() + std::size_t(j) * width;
-    truncated += is_truncated(row, plane_.u_count);
-    const double v = double(place.first_v) + j * plane_.sample_mm - double(place.height);
-    for (std::size_t i = 0; i < width; ++i)
-      row[i] *=
-          weights[i] * float(radius / std::sqrt(radius * radius + across[i] * across[i] + v * v));
-    ramp_.filter(row, workspace);
-    for (std::size_t i = 0; i < width; ++i) row[i] *= arc;
-  }
-}
-
-FilteredFrames FrameFilter::filter(int first, int count) {
-  const std::size_t pixels =
-      std::size_t(run_.frames.front().columns) * std::size_t(run_.frames.front().rows);
-  const std::vector<float> pictures = read_line_integrals(run_, first, count, air_);
-  FilteredFrames filtered;
-  filtered.u_count = plane_.u_count;
-  filtered.v_count = plane_.v_count;
-  filtered.frames.resize(std::size_t(count));
-  const std::size_t samples = std::size_t(plane_.u_count) * std::size_t(plane_.v_count);
-  filtered.values.resize(samples * std::size_t(count));
-  std::vector<std::size_t> truncated(std::size_t(count), 0);
-  parallel_for(count, [&](std::ptrdiff_t n) {
-    const std::size_t index = std::size_t(first) + std::size_t(n);
-    const angiogram::ConeBeamFrame& frame = run_.frames[index];
-    const float* picture = pictures.data() + std::size_t(n) * pixels;
-    std::vector<float> plane = bring_onto_plane(picture, frame, orbit_, index, plane_);
-    const PlaneFrame place = place_on_plane(frame, orbit_, index, plane_);
-    filter_rows(plane, index, place, truncated[std::size_t(n)]);
-    filtered.frames[std::size_t(n)] = place;
-    float* turned = filtered.values.data() + std::size_t(n) * samples;
-    for (int j = 0; j < plane_.v_count; ++j)
-      for (int i = 0; i < plane_.u_count; ++i)
-        turned[std::size_t(i) * std::size_t(plane_.v_count) + std::size_t(j)] =
-            plane[std::size_t(j) * std::size_t(plane_.u_count) + std::size_t(i)];
-  });
-  rows_ += std::size_t(count) * std::size_t(plane_.v_count);
-  for (const std::size_t rows : truncated) truncated_ += rows;
-  return filtered;
-}
-
-/// Columns of voxels as a volume; those outside the field get the median of what is inside.
-Volume<float> to_volume(const Grids& grids, std::vector<float> sums) {
-  const ColumnGrid& c = grids.columns;
+/// Voxels outside the field get the median of those inside.
+void fill_outside(const ColumnGrid& c, Volume<float>& volume) {
   const auto is_inside = [&](int i, int j) {
     const float x = c.first_x + float(i) * c.voxel, y = c.first_y + float(j) * c.voxel;
     return x * x + y * y <= c.field_radius * c.field_radius;
   };
-  const auto column = [&](int i, int j) {
-    return sums.data() +
-           (std::size_t(j) * std::size_t(c.i_count) + std::size_t(i)) * std::size_t(c.k_count);
-  };
   std::vector<float> some;
   constexpr int kEvery = 5;
-  for (int j = 0; j < c.j_count; j += kEvery)
-    for (int i = 0; i < c.i_count; i += kEvery)
-      for (int k = 0; is_inside(i, j) && k < c.k_count; k += kEvery)
-        some.push_back(column(i, j)[k]);
-  float median = 0.0F;
-  if (!some.empty()) {
-    std::nth_element(some.begin(), some.begin() + std::ptrdiff_t(some.size() / 2), some.end());
-    median = some[some.size() / 2];
-  }
-  Volume<float> volume(grids.geometry, median);
+  for (int k = 0; k < c.k_count; k += kEvery)
+    for (int j = 0; j < c.j_count; j += kEvery)
+      for (int i = 0; i < c.i_count; i += kEvery)
+        if (is_inside(i, j)) some.push_back(volume.at(i, j, k));
+  if (some.empty()) return;
+  const auto middle = some.begin() + std::ptrdiff_t(some.size() / 2);
+  std::nth_element(some.begin(), middle, some.end());
   parallel_for(c.k_count, [&](std::ptrdiff_t k) {
     for (int j = 0; j < c.j_count; ++j)
       for (int i = 0; i < c.i_count; ++i)
-        if (is_inside(i, j)) volume.at(i, j, int(k)) = column(i, j)[k];
+        if (!is_inside(i, j)) volume.at(i, j, int(k)) = *middle;
   });
-  return volume;
 }
 
 /// From the median of the differences between neighbours along i: 0.6745 sqrt(2) sd of the noise.
@@ -267,7 +167,13 @@ std::vector<std::string> warnings_of(const RotationalRun& run, const RunQuality&
   return warnings;
 }
 
+ProjectedBack project_back(const VolumeTask& task, Backend backend, const Progress& progress) {
+  return backend == Backend::cuda ? project_back_on_gpu(task, progress)
+                                  : project_back_on_cpu(task, progress);
+}
+
 /// A volume by the frames' places as they are.
+/// @param options  its backend settled
 Reconstruction reconstruct_once(const RotationalRun& run, double air,
                                 const ReconstructionOptions& options, const Progress& progress) {
   const Orbit orbit = fit_orbit(run.frames);
@@ -277,17 +183,13 @@ Reconstruction reconstruct_once(const RotationalRun& run, double air,
   Reconstruction result;
   result.frames = run.frames;
   result.quality = judge(run.masks != nullptr, orbit, plane, field);
-  FrameFilter filter(run, orbit, plane, air, options.window);
-  std::vector<float> sums(grids.geometry.voxel_count(), 0.0F);
-  const int count = int(run.frames.size()), at_a_time = frames_at_a_time(run);
-  for (int first = 0; first < count; first += at_a_time) {
-    const int number = std::min(at_a_time, count - first);
-    progress.report(double(first) / count,
-                    fmt::format("projecting back, frame {} of {}", first + 1, count));
-    back_project(filter.filter(first, number), grids.columns, sums);
-  }
-  result.quality.truncated_percent = filter.truncated_percent();
-  result.volume = to_volume(grids, std::move(sums));
+  ProjectedBack back = project_back({run, orbit, plane, grids.columns, air, options.window},
+                                    options.backend, progress);
+  result.gpu = back.gpu;
+  result.quality.truncated_percent = back.truncated_percent;
+  result.volume.geometry = grids.geometry;
+  result.volume.values = std::move(back.values);
+  fill_outside(grids.columns, result.volume);
   result.quality.noise_per_mm = noise_of(result.volume);
   return result;
 }
@@ -308,7 +210,7 @@ Alignment align(const RotationalRun& run, double air, const Reconstruction& from
   const std::vector<BrightPoint> points =
       find_bright_points(from.volume, from.quality.noise_per_mm);
   if (points.empty()) return alignment;
-  const int count = int(run.frames.size()), at_a_time = frames_at_a_time(run);
+  const int count = int(run.frames.size()), at_a_time = frames_at_a_time(run.frames);
   const std::size_t pixels =
       std::size_t(run.frames.front().columns) * std::size_t(run.frames.front().rows);
   std::vector<double> moved(run.frames.size(), 0.0);
@@ -399,6 +301,33 @@ Reconstruction calibrate(const RotationalRun& given_run, double air,
   return result;
 }
 
+Reconstruction reconstruct_on(Backend backend, const RotationalRun& run, double air,
+                              ReconstructionOptions options, const Progress& progress) {
+  options.backend = backend;
+  Reconstruction result = options.calibrate ? calibrate(run, air, options, progress)
+                                            : reconstruct_once(run, air, options, progress);
+  result.backend = backend == Backend::cuda ? "cuda" : "cpu";
+  if (backend == Backend::cuda) result.device = gpu_name();
+  return result;
+}
+
+/// Where the options say; of `automatic` the GPU, and the CPU where there is none or it fails.
+Reconstruction reconstruct_anywhere(const RotationalRun& run, double air,
+                                    const ReconstructionOptions& options,
+                                    const Progress& progress) {
+  if (options.backend != Backend::automatic)
+    return reconstruct_on(options.backend, run, air, options, progress);
+  if (gpu_name().empty()) return reconstruct_on(Backend::cpu, run, air, options, progress);
+  try {
+    return reconstruct_on(Backend::cuda, run, air, options, progress);
+  } catch (const Error& error) {
+    if (error.exit_code() != ExitCode::unavailable) throw;
+    Reconstruction result = reconstruct_on(Backend::cpu, run, air, options, progress);
+    result.warnings.push_back("the CPU was used instead: " + std::string(error.what()));
+    return result;
+  }
+}
+
 }  // namespace
 
 void ReconstructionOptions::validate() const {
@@ -436,10 +365,10 @@ Reconstruction reconstruct_volume(const RotationalRun& run, const Reconstruction
   check(run.frames);
   fit_orbit(run.frames);  // refuses what does not turn, before pixels are read
   const double air = run.masks ? 1.0 : options.air > 0.0 ? options.air : unattenuated(run);
-  Reconstruction result = options.calibrate ? calibrate(run, air, options, progress)
-                                            : reconstruct_once(run, air, options, progress);
+  Reconstruction result = reconstruct_anywhere(run, air, options, progress);
   result.quality.unattenuated = run.masks ? 0.0 : air;
-  result.warnings = warnings_of(run, result.quality);
+  const std::vector<std::string> warnings = warnings_of(run, result.quality);
+  result.warnings.insert(result.warnings.end(), warnings.begin(), warnings.end());
   return result;
 }
 

@@ -1,11 +1,13 @@
 #pragma once
 
+#include <algorithm>
 #include <limits>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "angiogram/cone_beam.hpp"
+#include "core/backend.hpp"
 #include "core/progress.hpp"
 #include "core/volume.hpp"
 
@@ -22,6 +24,11 @@ class FrameReader {
   /// Frames [first, first + count) one behind the other, rows from the top.
   /// @return pixels as the run has them, shape [count, rows, columns]
   [[nodiscard]] virtual std::vector<float> read(int first, int count) const = 0;
+  /// The same, put where the caller wants them.
+  virtual void read_into(int first, int count, float* pixels) const {
+    const std::vector<float> all = read(first, count);
+    std::copy(all.begin(), all.end(), pixels);
+  }
 };
 
 /// How pixels tell the beam (DICOM PS3.3 C.8.7.1.1.2, Pixel Intensity Relationship).
@@ -59,6 +66,7 @@ struct ReconstructionOptions {
   /// pixels (or voxels, where they are larger).
   bool calibrate = true;
   FilterWindow window = FilterWindow::shepp_logan;
+  Backend backend = Backend::automatic;
 
   /// @throws OptionError naming the bad field
   void validate() const;
@@ -85,10 +93,19 @@ struct RunQuality {
   int calibration_passes = 0;
 };
 
+/// For how long a GPU computed, by its own clock, without reading and copying.
+struct GpuSeconds {
+  double filtering = 0.0;  ///< pixels to filtered frames on their planes
+  double projecting = 0.0;
+};
+
 struct Reconstruction {
   Volume<float> volume;  ///< linear attenuation [1/mm]; subtracted: that of the contrast medium
   std::vector<angiogram::ConeBeamFrame> frames;  ///< where they were taken to be
   RunQuality quality;
+  std::string backend;  ///< "cpu" or "cuda"
+  std::string device;   ///< the GPU's name; empty on the CPU
+  GpuSeconds gpu;       ///< of the last pass
   std::vector<std::string> warnings;
 };
 
@@ -123,6 +140,7 @@ RunForecast forecast_run(const std::vector<angiogram::ConeBeamFrame>& frames, bo
 /// @param run  at least 40 degrees of arc, 3 frames
 /// @return     voxels outside the field that every frame sees have the median of those inside
 /// @throws InputError   with what the run is, and what would do
+/// @throws Error        ExitCode::unavailable: Backend::cuda, and the GPU fails or there is none
 Reconstruction reconstruct_volume(const RotationalRun& run, const ReconstructionOptions& options,
                                   const Progress& progress = {});
 

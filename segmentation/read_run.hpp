@@ -21,7 +21,12 @@ class RunPictures {
   /// Frames [first, first + count), rescaled as the file says, never inverted.
   /// @return shape [count, rows, columns]
   /// @throws InputError  the pixels are damaged
-  [[nodiscard]] virtual std::vector<float> read(int first, int count) const = 0;
+  [[nodiscard]] std::vector<float> read(int first, int count) const;
+  /// The same, put where the caller wants them.
+  virtual void read_into(int first, int count, float* pixels) const = 0;
+
+ protected:
+  [[nodiscard]] virtual std::size_t per_frame() const = 0;  ///< pixels
 };
 
 /// A run of projections that turns, so that a volume can be made of it.

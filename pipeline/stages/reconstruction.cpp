@@ -26,6 +26,9 @@ class Frames : public reconstruction::FrameReader {
   [[nodiscard]] std::vector<float> read(int first, int count) const override {
     return pictures_.read(first, count);
   }
+  void read_into(int first, int count, float* pixels) const override {
+    pictures_.read_into(first, count, pixels);
+  }
 
  private:
   const segmentation::RunPictures& pictures_;

@@ -39,6 +39,25 @@ ANGIO_HOST_DEVICE inline ColumnView view_column(const PlaneFrame& f, float x, fl
   return view;
 }
 
+/// Where a stretch of voxels along the axis begins [mm].
+struct Stretch {
+  float x = 0, y = 0, z = 0;
+  float voxel = 1;
+};
+
+/// Adds what a frame gives to a stretch of a line of voxels, from z on upward.
+///
+/// @param sample  the filtered frame between its samples, linear, its outermost values going on
+///                beyond its edges: sample(u, v)
+template <int kCount, class Sample>
+ANGIO_HOST_DEVICE inline void add_frame(const PlaneFrame& frame, int u_count, const Stretch& at,
+                                        const Sample& sample, float (&sums)[kCount]) {
+  const ColumnView view = view_column(frame, at.x, at.y);
+  if (!(view.u >= 0.0F && view.u < float(u_count - 1))) return;
+  const float first = view.v + view.v_per_mm * at.z, step = view.v_per_mm * at.voxel;
+  for (int n = 0; n < kCount; ++n) sums[n] += view.weight * sample(view.u, first + float(n) * step);
+}
+
 /// Filtered frames on their planes. Lines along v lie one behind the other.
 struct FilteredFrames {
   int u_count = 0, v_count = 0;

@@ -12,7 +12,7 @@ namespace {
 
 constexpr int kFramesLookedAt = 8;
 constexpr double kAirShare = 0.9995;
-constexpr float kLeastBeam = 1e-5F;  ///< of I0: what is darker is the detector's own noise
+constexpr float kLeastBeam = 1e-5F;  ///< of I0
 
 /// Do frames hold nothing but the detector's noise? Means of blocks of 8 x 8 pixels scatter by an
 /// eighth of it, so that the farthest of a million lie 1.2 of it apart.
@@ -68,18 +68,15 @@ double unattenuated(const RotationalRun& run) {
   return double(*place);
 }
 
+BeamRule beam_rule(PixelRelation relation, double air) {
+  return {relation == PixelRelation::logarithmic, float(air), kLeastBeam * float(air)};
+}
+
 void to_line_integrals(float* pixels, const float* mask, std::size_t count, PixelRelation relation,
                        double air) {
-  const float top = float(air);
-  if (relation == PixelRelation::logarithmic) {
-    for (std::size_t i = 0; i < count; ++i) pixels[i] = (mask ? mask[i] : top) - pixels[i];
-    return;
-  }
-  const float least = kLeastBeam * top;
-  for (std::size_t i = 0; i < count; ++i) {
-    const float without = mask ? std::max(mask[i], least) : top;
-    pixels[i] = std::log(without / std::max(pixels[i], least));
-  }
+  const BeamRule rule = beam_rule(relation, air);
+  for (std::size_t i = 0; i < count; ++i)
+    pixels[i] = line_integral(pixels[i], mask ? mask + i : nullptr, rule);
 }
 
 void cover_shutter(float* pixels, int columns, int rows, const OpenField& field) {

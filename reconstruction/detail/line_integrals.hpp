@@ -1,8 +1,10 @@
 #pragma once
 
+#include <cmath>
 #include <cstddef>
 #include <vector>
 
+#include "core/host_device.hpp"
 #include "reconstruction/reconstruction.hpp"
 
 namespace angio::reconstruction::detail {
@@ -13,7 +15,23 @@ namespace angio::reconstruction::detail {
 /// @throws InputError  all pixels are the same (an empty or saturated run), or noise alone
 double unattenuated(const RotationalRun& run);
 
-/// p = ln(I0 / I) (Beer, Lambert), in place.
+/// How a pixel becomes a line integral.
+struct BeamRule {
+  bool is_logarithmic = false;
+  float air = 1.0F;    ///< I0, where there is no mask
+  float least = 0.0F;  ///< of the beam: what is darker is the detector's own noise
+};
+BeamRule beam_rule(PixelRelation relation, double air);
+
+/// p = ln(I0 / I) (Beer, Lambert); of a logarithmic pixel the difference.
+/// @param mask  takes the place of I0, or null
+ANGIO_HOST_DEVICE inline float line_integral(float pixel, const float* mask, const BeamRule& rule) {
+  if (rule.is_logarithmic) return (mask ? *mask : rule.air) - pixel;
+  const float without = !mask ? rule.air : *mask > rule.least ? *mask : rule.least;
+  return std::log(without / (pixel > rule.least ? pixel : rule.least));
+}
+
+/// The same of a frame's pixels, in place.
 ///
 /// @param pixels  of one frame
 /// @param mask    of the same size: it takes the place of I0, pixel by pixel; or null

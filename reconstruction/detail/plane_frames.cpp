@@ -30,52 +30,6 @@ std::array<PlanePoint, 4> corners(const ConeBeamFrame& frame, const Orbit& orbit
           on_plane(frame, orbit, index, 0, r), on_plane(frame, orbit, index, c, r)};
 }
 
-std::array<float, 4> cubic_weights(float t) {
-  return {t * (-0.5F + t * (1.0F - 0.5F * t)), 1.0F + t * t * (-2.5F + 1.5F * t),
-          t * (0.5F + t * (2.0F - 1.5F * t)), t * t * (-0.5F + 0.5F * t)};
-}
-
-/// The value at a place between pixels; beyond the edge the edge goes on.
-float interpolate(const float* pixels, int columns, int rows, double column, double row) {
-  const double x = std::clamp(column, 0.0, columns - 1.0), y = std::clamp(row, 0.0, rows - 1.0);
-  const int c0 = int(x), r0 = int(y);
-  const auto wx = cubic_weights(float(x - c0)), wy = cubic_weights(float(y - r0));
-  float sum = 0.0F;
-  for (int b = 0; b < 4; ++b) {
-    const float* line =
-        pixels + std::size_t(std::clamp(r0 - 1 + b, 0, rows - 1)) * std::size_t(columns);
-    float part = 0.0F;
-    for (int a = 0; a < 4; ++a)
-      part += wx[std::size_t(a)] * line[std::clamp(c0 - 1 + a, 0, columns - 1)];
-    sum += wy[std::size_t(b)] * part;
-  }
-  return sum;
-}
-
-/// The place in the frame of sample (i, j) on the plane, as a homography:
-/// depth (column, row, 1) = at + i di + j dj.
-struct Homography {
-  Vec3 at, di, dj;
-};
-Homography homography(const ConeBeamFrame& frame, const Orbit& orbit, std::size_t index,
-                      const PlaneGrid& grid) {
-  const PlaneFrame place = place_on_plane(frame, orbit, index, grid);
-  const auto matrix = ConeBeamView(frame).matrix();
-  const auto seen = [&](const Vec3& x, double one) {
-    Vec3 result;
-    for (int row = 0; row < 3; ++row) {
-      const auto& m = matrix[std::size_t(row)];
-      result[row] = m[0] * x.x + m[1] * x.y + m[2] * x.z + m[3] * one;
-    }
-    return result;
-  };
-  const Vec3 across = orbit.across(index);
-  return {
-      seen(orbit.isocentre + double(place.first_u) * across + double(place.first_v) * orbit.axis,
-           1.0),
-      seen(grid.sample_mm * across, 0.0), seen(grid.sample_mm * orbit.axis, 0.0)};
-}
-
 }  // namespace
 
 PlaneGrid plane_grid(const std::vector<ConeBeamFrame>& frames, const Orbit& orbit) {
@@ -129,33 +83,52 @@ SeenHeight seen_height(const ConeBeamFrame& frame, const Orbit& orbit, std::size
                          : SeenHeight{std::max(c[2].v, c[3].v), std::min(c[0].v, c[1].v)};
 }
 
-std::vector<float> bring_onto_plane(const float* pixels, const ConeBeamFrame& frame,
-                                    const Orbit& orbit, std::size_t index, const PlaneGrid& grid) {
-  const Homography to_frame = homography(frame, orbit, index, grid);
-  std::vector<float> values(std::size_t(grid.u_count) * std::size_t(grid.v_count));
-  const auto place = [&](int i, int j) {
-    const Vec3 p = to_frame.at + double(i) * to_frame.di + double(j) * to_frame.dj;
-    return std::array{p.x / p.z, p.y / p.z};
+std::vector<double> across_mm(const PlaneFrame& place, const PlaneGrid& grid) {
+  std::vector<double> across;
+  for (int i = 0; i < grid.u_count; ++i)
+    across.push_back(double(place.first_u) + i * grid.sample_mm);
+  return across;
+}
+
+PlaneMap plane_map(const ConeBeamFrame& frame, const Orbit& orbit, std::size_t index,
+                   const PlaneGrid& grid) {
+  const PlaneFrame place = place_on_plane(frame, orbit, index, grid);
+  const auto matrix = ConeBeamView(frame).matrix();
+  const auto seen = [&](const Vec3& x, double one) {
+    Vec3 result;
+    for (int row = 0; row < 3; ++row) {
+      const auto& m = matrix[std::size_t(row)];
+      result[row] = m[0] * x.x + m[1] * x.y + m[2] * x.z + m[3] * one;
+    }
+    return result;
   };
+  const Vec3 across = orbit.across(index);
+  PlaneMap map;
+  map.at = seen(
+      orbit.isocentre + double(place.first_u) * across + double(place.first_v) * orbit.axis, 1.0);
+  map.di = seen(grid.sample_mm * across, 0.0);
+  map.dj = seen(grid.sample_mm * orbit.axis, 0.0);
+  map.columns = frame.columns;
+  map.rows = frame.rows;
   // A detector that stands as it should has its pixels on the samples already.
   constexpr double kOnAPixel = 1e-3;
-  bool is_exact = true;
+  const auto is_whole = [](double at) { return std::abs(at - std::round(at)) < kOnAPixel; };
+  map.is_exact = true;
   for (const int i : {0, grid.u_count - 1})
-    for (const int j : {0, grid.v_count - 1})
-      for (const double at : place(i, j))
-        is_exact = is_exact && std::abs(at - std::round(at)) < kOnAPixel;
-  for (int j = 0; j < grid.v_count; ++j)
-    for (int i = 0; i < grid.u_count; ++i) {
-      const auto [column, row] = place(i, j);
-      float& value = values[std::size_t(j) * std::size_t(grid.u_count) + std::size_t(i)];
-      if (is_exact) {
-        const int c = std::clamp(int(std::lround(column)), 0, frame.columns - 1);
-        const int r = std::clamp(int(std::lround(row)), 0, frame.rows - 1);
-        value = pixels[std::size_t(r) * std::size_t(frame.columns) + std::size_t(c)];
-      } else {
-        value = interpolate(pixels, frame.columns, frame.rows, column, row);
-      }
+    for (const int j : {0, grid.v_count - 1}) {
+      const PicturePlace at = place_of(map, i, j);
+      map.is_exact = map.is_exact && is_whole(at.column) && is_whole(at.row);
     }
+  return map;
+}
+
+std::vector<float> bring_onto_plane(const float* pixels, const PlaneMap& map,
+                                    const PlaneGrid& grid) {
+  std::vector<float> values(std::size_t(grid.u_count) * std::size_t(grid.v_count));
+  for (int j = 0; j < grid.v_count; ++j)
+    for (int i = 0; i < grid.u_count; ++i)
+      values[std::size_t(j) * std::size_t(grid.u_count) + std::size_t(i)] =
+          sample_picture(pixels, map, i, j);
   return values;
 }
 

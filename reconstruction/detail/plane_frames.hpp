@@ -4,6 +4,7 @@
 
 #include "reconstruction/detail/back_projection.hpp"
 #include "reconstruction/detail/orbit.hpp"
+#include "reconstruction/detail/plane_samples.hpp"
 
 /// Frames as if their detectors stood in the plane through the axis that faces the source, their
 /// rows across the axis.
@@ -33,10 +34,16 @@ struct SeenHeight {
 SeenHeight seen_height(const angiogram::ConeBeamFrame& frame, const Orbit& orbit,
                        std::size_t index);
 
-/// Brings a frame's values onto its plane, by cubic convolution (Keys, IEEE Trans. Acoust. Speech
-/// Signal Process. 29:1153, 1981, a = -1/2), which keeps what needs no interpolation.
+/// u of a frame's samples [mm], shape [u_count].
+std::vector<double> across_mm(const PlaneFrame& place, const PlaneGrid& grid);
+
+PlaneMap plane_map(const angiogram::ConeBeamFrame& frame, const Orbit& orbit, std::size_t index,
+                   const PlaneGrid& grid);
+
+/// Brings a frame's values onto its plane, by cubic convolution, which keeps what needs no
+/// interpolation.
 /// @return shape [v_count, u_count]
-std::vector<float> bring_onto_plane(const float* pixels, const angiogram::ConeBeamFrame& frame,
-                                    const Orbit& orbit, std::size_t index, const PlaneGrid& grid);
+std::vector<float> bring_onto_plane(const float* pixels, const PlaneMap& map,
+                                    const PlaneGrid& grid);
 
 }  // namespace angio::reconstruction::detail

@@ -7,13 +7,10 @@
 #include <mutex>
 
 #include "core/units.hpp"
+#include "reconstruction/detail/row_ends.hpp"
 
 namespace angio::reconstruction::detail {
 namespace {
-
-constexpr double kWater = 0.0206;     ///< [1/mm] at 60 keV (NIST, Hubbell, Seltzer, NISTIR 5632)
-constexpr int kEdge = 8;              ///< pixels that tell a row's value and slope at its end
-constexpr double kWithinBody = 0.15;  ///< a line integral of 7 mm of water
 
 std::mutex& planner() {  // FFTW plans one at a time
   static std::mutex mutex;
@@ -43,38 +40,28 @@ double window_at(FilterWindow window, double part) {  // of the highest frequenc
   return 1.0;
 }
 
-/// A row's value and its slope outward at an end, by a line through the last pixels.
-struct RowEnd {
-  double value = 0.0, slope = 0.0;
-};
-RowEnd row_end(const float* row, int columns, bool is_last) {
-  const int count = std::min(kEdge, columns);
-  double mean = 0.0, rise = 0.0, spread = 0.0;
-  const auto at = [&](int i) { return double(row[is_last ? columns - 1 - i : i]); };
-  for (int i = 0; i < count; ++i) mean += at(i) / count;
-  const double middle = 0.5 * (count - 1);
-  for (int i = 0; i < count; ++i) {
-    rise += (middle - i) * at(i);  // i grows inward
-    spread += (i - middle) * (i - middle);
-  }
-  const double slope = spread > 0.0 ? rise / spread : 0.0;
-  return {mean + slope * middle, slope};
-}
-
-/// Fills `beyond` pixels outward from a row's end.
-template <class Put>
-void go_on(const RowEnd& end, double spacing_mm, int beyond, const Put& put) {
-  const double value = std::max(end.value, 0.0), slope = std::min(end.slope / spacing_mm, 0.0);
-  const double scale = 1.0 / (4.0 * kWater * kWater);
-  const double x = -value * slope * scale;  // of the end, from the cylinder's axis
-  const double radius_squared = value * value * scale + x * x;
-  for (int i = 0; i < beyond; ++i) {
-    const double at = x + (i + 1) * spacing_mm, left = radius_squared - at * at;
-    put(i, left > 0.0 ? float(2.0 * kWater * std::sqrt(left)) : 0.0F);
-  }
-}
-
 }  // namespace
+
+std::vector<float> ramp_response(int length, double spacing_mm, FilterWindow window) {
+  std::vector<float> kernel(std::size_t(length), 0.0F);
+  std::vector<float> spectrum = kernel;
+  {
+    const std::lock_guard lock(planner());
+    fftwf_plan plan =
+        fftwf_plan_r2r_1d(length, kernel.data(), spectrum.data(), FFTW_R2HC, FFTW_ESTIMATE);
+    kernel[0] = float(1.0 / (4.0 * spacing_mm));
+    for (int n = 1; n <= length / 2; n += 2)
+      kernel[std::size_t(n)] = kernel[std::size_t(length - n)] =
+          float(-1.0 / (units::kPi * units::kPi * n * n * spacing_mm));
+    fftwf_execute(plan);
+    fftwf_destroy_plan(plan);
+  }
+  std::vector<float> response;
+  for (int f = 0; f <= length / 2; ++f)  // h is even: its spectrum is real, and comes first
+    response.push_back(
+        float(double(spectrum[std::size_t(f)]) * window_at(window, 2.0 * f / length) / length));
+  return response;
+}
 
 struct RampFilter::Plans {
   fftwf_plan forward = nullptr, backward = nullptr;
@@ -100,27 +87,15 @@ RampFilter::RampFilter(int columns, double spacing_mm, FilterWindow window)
       columns_(columns),
       beyond_(columns / 2),
       length_(good_length(3 * columns)),
-      spacing_mm_(spacing_mm) {
+      spacing_mm_(spacing_mm),
+      response_(ramp_response(length_, spacing_mm, window)) {
   const Workspace buffers(*this);
   float* values = buffers.buffers_->values;
   fftwf_complex* spectrum = buffers.buffers_->spectrum;
-  {
-    const std::lock_guard lock(planner());
-    // ESTIMATE, so that the same plan, hence the same bits, comes every time.
-    plans_->forward = fftwf_plan_dft_r2c_1d(length_, values, spectrum, FFTW_ESTIMATE);
-    plans_->backward = fftwf_plan_dft_c2r_1d(length_, spectrum, values, FFTW_ESTIMATE);
-  }
-  std::fill_n(values, length_, 0.0F);
-  const double a = spacing_mm;
-  values[0] = float(1.0 / (4.0 * a));
-  for (int n = 1; n <= length_ / 2; n += 2) {
-    const double h = -1.0 / (units::kPi * units::kPi * n * n * a);
-    values[n] = values[length_ - n] = float(h);
-  }
-  fftwf_execute(plans_->forward);
-  for (int f = 0; f <= length_ / 2; ++f)  // h is even: its spectrum is real
-    response_.push_back(
-        float(double(spectrum[f][0]) * window_at(window, 2.0 * f / length_) / length_));
+  const std::lock_guard lock(planner());
+  // ESTIMATE, so that the same plan, hence the same bits, comes every time.
+  plans_->forward = fftwf_plan_dft_r2c_1d(length_, values, spectrum, FFTW_ESTIMATE);
+  plans_->backward = fftwf_plan_dft_c2r_1d(length_, spectrum, values, FFTW_ESTIMATE);
 }
 
 RampFilter::~RampFilter() {
@@ -134,10 +109,13 @@ void RampFilter::filter(float* row, Workspace& workspace) const {
   fftwf_complex* spectrum = workspace.buffers_->spectrum;
   std::fill_n(values, length_, 0.0F);
   std::copy_n(row, columns_, values + beyond_);
-  go_on(row_end(row, columns_, false), spacing_mm_, beyond_,
-        [&](int i, float value) { values[beyond_ - 1 - i] = value; });
-  go_on(row_end(row, columns_, true), spacing_mm_, beyond_,
-        [&](int i, float value) { values[beyond_ + columns_ + i] = value; });
+  const auto pixel = [row](int i) { return row[i]; };
+  const WaterEdge first = water_edge(row_end(pixel, columns_, false), spacing_mm_),
+                  last = water_edge(row_end(pixel, columns_, true), spacing_mm_);
+  for (int i = 0; i < beyond_; ++i) {
+    values[beyond_ - 1 - i] = first.beyond(i, spacing_mm_);
+    values[beyond_ + columns_ + i] = last.beyond(i, spacing_mm_);
+  }
   fftwf_execute_dft_r2c(plans_->forward, values, spectrum);
   for (int f = 0; f <= length_ / 2; ++f) {
     spectrum[f][0] *= response_[std::size_t(f)];
@@ -148,8 +126,9 @@ void RampFilter::filter(float* row, Workspace& workspace) const {
 }
 
 bool is_truncated(const float* row, int columns) {
-  return row_end(row, columns, false).value > kWithinBody ||
-         row_end(row, columns, true).value > kWithinBody;
+  const auto pixel = [row](int i) { return row[i]; };
+  return is_within_body(row_end(pixel, columns, false)) ||
+         is_within_body(row_end(pixel, columns, true));
 }
 
 }  // namespace angio::reconstruction::detail

@@ -7,16 +7,20 @@
 
 namespace angio::reconstruction::detail {
 
+/// What the ramp filter does to each frequency of a circle of `length` pixels, over `length`: the
+/// spectrum of a h(n) (RampFilter) times a window of the frequency f up to the highest, F: 1,
+/// sinc(f / 2F), or (1 + cos(pi f / F)) / 2.
+/// @param length  even
+/// @return shape [length / 2 + 1]
+std::vector<float> ramp_response(int length, double spacing_mm, FilterWindow window);
+
 /// The ramp filter of rows of line integrals, by FFTW.
 ///
 ///     q(u) = a sum_n p(u - n a) h(n),   h(0) = 1 / (4 a^2),   h(odd n) = -1 / (pi n a)^2,   else 0
 ///
 /// (Kak, Slaney, Principles of Computerized Tomographic Imaging, 1988, ch. 3, eq. 61), times a
-/// window of the frequency f up to the highest, F: 1, sinc(f / 2F), or (1 + cos(pi f / F)) / 2.
-///
-/// A row that ends within the body goes on as that of a cylinder of water, whose chord
-/// p = 2 mu sqrt(r^2 - x^2) has the row's value and slope there (Hsieh et al., Med. Phys. 31:2385,
-/// 2004).
+/// window of the frequency. A row that ends within the body goes on as that of a cylinder of water
+/// (row_ends.hpp).
 class RampFilter {
  public:
   RampFilter(int columns, double spacing_mm, FilterWindow window);

@@ -9,6 +9,7 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <cstring>
 #include <limits>
 #include <mutex>
 #include <system_error>
@@ -46,15 +47,23 @@ class StoredFrames {
  public:
   StoredFrames(DicomLoader& loader, const DicomHeader& header);
   /// Fills `out` with one frame.
-  void get(int frame, std::vector<std::uint16_t>& out) const;
+  void get(int frame, std::vector<std::uint16_t>& out);
 
  private:
+  [[nodiscard]] std::size_t frame_bytes() const;
+  /// A frame's bytes, 8 or 16 bits a pixel, to numbers.
+  void widen(std::vector<std::uint16_t>& out) const;
+  bool decode_alone(int frame);
+  void take_all();
+
   const DicomHeader* header_;
   DcmFileFormat file_;
+  DcmElement* on_disk_ = nullptr;                   ///< read frame by frame
+  DcmPixelData* packed_ = nullptr;                  ///< decoded frame by frame
   const Uint8* bytes_ = nullptr;                    ///< of all frames, if they have 8 bits
   const Uint16* words_ = nullptr;                   ///< of all frames, if they have 16
-  DcmElement* on_disk_ = nullptr;                   ///< of 16 bits, read frame by frame
   std::vector<std::vector<std::uint8_t>> streams_;  ///< of JPEG 2000, one per frame
+  std::vector<Uint8> frame_;                        ///< of one frame
 };
 
 /// Whether a fragment begins a JPEG 2000 code stream or file.
@@ -100,35 +109,70 @@ StoredFrames::StoredFrames(DicomLoader& loader, const DicomHeader& header) : hea
     streams_ = frame_streams(dataset, header);
     return;
   }
+  DcmElement* pixels = nullptr;
+  dataset.findAndGetElement(DCM_PixelData, pixels);
   if (header.compressed) {
     register_decoders();
-    if (dataset.chooseRepresentation(EXS_LittleEndianExplicit, nullptr).bad())
-      fail(header, "the stream is damaged, or of a kind that is not supported");
+    packed_ = dynamic_cast<DcmPixelData*>(pixels);
+  } else if (header.source.entry < 0 && pixels && frame_bytes() % 2 == 0 &&
+             pixels->getLength() >= frame_bytes() * header.frames.size()) {
+    on_disk_ = pixels;
   }
-  if (!header.compressed && header.pixels.bits_allocated == 16 && header.source.entry < 0 &&
-      dataset.findAndGetElement(DCM_PixelData, on_disk_).good() &&
-      on_disk_->getLength() >=
-          header.pixels.per_frame() * header.frames.size() * sizeof(std::uint16_t))
-    return;
-  on_disk_ = nullptr;
+  if (!packed_ && !on_disk_) take_all();
+}
+
+std::size_t StoredFrames::frame_bytes() const {
+  return header_->pixels.per_frame() * (header_->pixels.bits_allocated == 8 ? 1 : 2);
+}
+
+/// A run of hundreds of frames is read some at a time: the others need not be decoded with them.
+bool StoredFrames::decode_alone(int frame) {
+  frame_.resize(frame_bytes() + frame_bytes() % 2);
+  Uint32 fragment = 0;  // it is looked for
+  OFString colors;
+  return packed_
+      ->getUncompressedFrame(file_.getDataset(), Uint32(frame), fragment, frame_.data(),
+                             Uint32(frame_.size()), colors)
+      .good();
+}
+
+void StoredFrames::take_all() {
+  DcmDataset& dataset = *file_.getDataset();
+  if (header_->compressed && dataset.chooseRepresentation(EXS_LittleEndianExplicit, nullptr).bad())
+    fail(*header_, "the stream is damaged, or of a kind that is not supported");
   unsigned long count = 0;
-  const OFCondition status = header.pixels.bits_allocated == 8
+  const OFCondition status = header_->pixels.bits_allocated == 8
                                  ? dataset.findAndGetUint8Array(DCM_PixelData, bytes_, &count)
                                  : dataset.findAndGetUint16Array(DCM_PixelData, words_, &count);
   if (status.bad() || (!bytes_ && !words_) ||
-      count < header.pixels.per_frame() * header.frames.size())
-    fail(header, "the pixel data are truncated or damaged");
+      count < header_->pixels.per_frame() * header_->frames.size())
+    fail(*header_, "the pixel data are truncated or damaged");
 }
 
-void StoredFrames::get(int frame, std::vector<std::uint16_t>& out) const {
+void StoredFrames::widen(std::vector<std::uint16_t>& out) const {
+  if (header_->pixels.bits_allocated == 8)
+    std::copy_n(frame_.begin(), out.size(), out.begin());
+  else
+    std::memcpy(out.data(), frame_.data(), out.size() * sizeof(std::uint16_t));
+}
+
+void StoredFrames::get(int frame, std::vector<std::uint16_t>& out) {
   const std::size_t count = header_->pixels.per_frame();
   const std::size_t first = std::size_t(frame) * count;
   out.resize(count);
   if (on_disk_) {
-    const auto size = Uint32(sizeof(std::uint16_t));
-    if (on_disk_->getPartialValue(out.data(), Uint32(first) * size, Uint32(count) * size).bad())
+    frame_.resize(frame_bytes());
+    const auto size = Uint32(frame_bytes());
+    if (on_disk_->getPartialValue(frame_.data(), Uint32(frame) * size, size).bad())
       fail(*header_, "the pixel data are truncated or damaged");
-  } else if (bytes_) {
+    return widen(out);
+  }
+  if (packed_) {
+    if (decode_alone(frame)) return widen(out);
+    packed_ = nullptr;  // its fragments do not say which frame they are of
+    take_all();
+  }
+  if (bytes_) {
     std::copy_n(bytes_ + first, count, out.begin());
   } else if (words_) {
     std::copy_n(words_ + first, count, out.begin());
@@ -212,7 +256,7 @@ void stream_frames(const std::vector<DicomHeader>& headers,
     std::vector<std::uint16_t> raw;
     for (std::size_t h = 0; h < headers.size(); ++h) {
       if (wanted[h].empty()) continue;
-      const StoredFrames frames(loader, headers[h]);
+      StoredFrames frames(loader, headers[h]);
       for (std::size_t m : wanted[h]) {
         frames.get(members[m].frame, raw);
         output.write(raw.data(), raw.size() * sizeof(std::uint16_t));
@@ -240,15 +284,21 @@ std::vector<float> decode_frames(const std::vector<DicomHeader>& headers,
   if (members.empty()) return {};
   const std::size_t slice_size = headers[std::size_t(members.front().header)].pixels.per_frame();
   std::vector<float> values(slice_size * members.size());
+  decode_frames(headers, members, values.data(), progress);
+  return values;
+}
+
+void decode_frames(const std::vector<DicomHeader>& headers,
+                   const std::vector<SliceReference>& members, float* values,
+                   const Progress& progress) {
   std::size_t done = 0;
   stream_frames(headers, members, [&](std::size_t m, const std::vector<std::uint16_t>& raw) {
     const auto [h, f] = members[m];
     const DicomHeader& header = headers[std::size_t(h)];
-    rescale(header, header.frames[std::size_t(f)], raw, values.data() + m * slice_size);
+    rescale(header, header.frames[std::size_t(f)], raw, values + m * raw.size());
     if (++done % 16 == 0)
       progress.report(0.5 + 0.5 * double(done) / double(members.size()), "reading pixels");
   });
-  return values;
 }
 
 std::vector<std::uint64_t> hash_frames(const std::vector<DicomHeader>& headers,

@@ -21,6 +21,11 @@ std::vector<float> decode_frames(const std::vector<DicomHeader>& headers,
                                  const std::vector<SliceReference>& members,
                                  const Progress& progress = {});
 
+/// The same, put where the caller wants them.
+void decode_frames(const std::vector<DicomHeader>& headers,
+                   const std::vector<SliceReference>& members, float* values,
+                   const Progress& progress = {});
+
 /// A number per frame that is the same for the same stored pixels, and hardly ever otherwise.
 std::vector<std::uint64_t> hash_frames(const std::vector<DicomHeader>& headers,
                                        const std::vector<SliceReference>& members);

@@ -18,39 +18,13 @@ constexpr int kLaunches = 5;
 // New candidates are found once bodies have used this share of the free move that the last
 // ones leave.
 constexpr double kUsed = 0.65;
-constexpr int kLeastCapability = 75;
-
-int use_device() {
-  int count = 0;
-  const cudaError_t error = cudaGetDeviceCount(&count);
-  if (error != cudaSuccess || count == 0)
-    throw Error(ExitCode::unavailable,
-                std::string("the CUDA backend was asked for, but there is no usable GPU (") +
-                    (error != cudaSuccess ? cudaGetErrorString(error) : "none found") +
-                    "). Check the driver with nvidia-smi, or use --backend cpu");
-  int device = 0, major = 0, minor = 0;
-  check(cudaGetDevice(&device), "starting");
-  cudaDeviceGetAttribute(&major, cudaDevAttrComputeCapabilityMajor, device);
-  cudaDeviceGetAttribute(&minor, cudaDevAttrComputeCapabilityMinor, device);
-  if (10 * major + minor < kLeastCapability)
-    throw Error(ExitCode::unavailable, "the GPU is too old (compute capability " +
-                                           std::to_string(major) + "." + std::to_string(minor) +
-                                           "; 7.5 is needed). Use --backend cpu");
-  return device;
-}
-
-std::string name_of(int device) {
-  cudaDeviceProp properties;
-  if (cudaGetDeviceProperties(&properties, device) != cudaSuccess) return "GPU";
-  return properties.name;
-}
 
 template <class Real>
 class CudaSolver final : public SolverBase<Real> {
  public:
   CudaSolver(const Scene& scene, const SimulationOptions& options, Spread spread)
       : SolverBase<Real>(scene, options, (kLaunches + 2) * kWallFrames, true),
-        device_(use_device()),
+        device_(cuda::use_device()),
         is_projected_(projects_contact(scene, options)),
         frames_(is_projected_ ? 1
                 : touches()   ? kWallFrames
@@ -108,7 +82,7 @@ class CudaSolver final : public SolverBase<Real> {
     copies_.wait("solving");
   }
 
-  [[nodiscard]] std::string device() const override { return name_of(device_); }
+  [[nodiscard]] std::string device() const override { return cuda::name_of(device_); }
 
  private:
   using SolverBase<Real>::scene_;
@@ -221,7 +195,7 @@ bool has_cuda_device() { return !cuda_device_name().empty(); }
 
 std::string cuda_device_name() {
   try {
-    return name_of(use_device());
+    return cuda::name_of(cuda::use_device());
   } catch (const Error&) {
     return {};
   }

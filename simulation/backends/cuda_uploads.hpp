@@ -3,14 +3,21 @@
 #include <type_traits>
 #include <vector>
 
+#include "core/cuda/device_memory.hpp"
 #include "simulation/backends/cuda_launch.hpp"
-#include "simulation/backends/device_memory.hpp"
 #include "simulation/backends/host_memory.hpp"
 #include "simulation/contact/candidate_set.hpp"
 #include "simulation/pbd/tets.hpp"
 
 /// What goes to the GPU and comes back, array by array. Only cuda_solver.cpp includes this.
 namespace angio::simulation::detail {
+
+using cuda::check;
+using cuda::DeviceMemory;
+using cuda::Event;
+using cuda::PinnedBlock;
+using cuda::Stream;
+using cuda::Upload;
 
 /// A set of candidates on the device.
 template <class Real>

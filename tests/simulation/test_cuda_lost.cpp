@@ -3,8 +3,8 @@
 
 #include "core/error.hpp"
 #include "simulation/backends/step_solver.hpp"
+#include "testing/cuda/lost_device.hpp"
 #include "testing/simulation/matched.hpp"
-#include "tests/simulation/lost_device.hpp"
 
 /// A GPU that is lost on the way. Nothing in this process can use it afterwards: CTest runs each
 /// test in a process of its own.
@@ -19,7 +19,8 @@ SimulationSummary run_and_lose(Backend backend, std::vector<SimulationFrame>& fr
   return simulate(testing::model_in_a_bag(0.5, 0.62), testing::rubber_options(backend),
                   [&](const SimulationFrame& frame) {
                     frames.push_back(frame);
-                    if (frame.frame == kLostAt && backend != Backend::cpu) testing::lose_device();
+                    if (frame.frame == kLostAt && backend != Backend::cpu)
+                      angio::testing::lose_device();
                   });
 }
 

@@ -10,8 +10,8 @@
 
 #include "core/error.hpp"
 
-/// The GPU's memory, streams and errors. Of cuda_solver.cpp and cuda_uploads.hpp only.
-namespace angio::simulation::detail {
+/// The GPU, its memory, streams and errors. Only the sources of a CUDA backend include this.
+namespace angio::cuda {
 
 [[noreturn]] inline void fail(cudaError_t error, const char* doing) {
   std::string text =
@@ -24,6 +24,35 @@ namespace angio::simulation::detail {
 
 inline void check(cudaError_t error, const char* doing) {
   if (error != cudaSuccess) fail(error, doing);
+}
+
+inline constexpr int kLeastCapability = 75;
+
+/// The GPU that is used.
+/// @throws Error  there is none, or it is too old
+inline int use_device() {
+  int count = 0;
+  const cudaError_t error = cudaGetDeviceCount(&count);
+  if (error != cudaSuccess || count == 0)
+    throw Error(ExitCode::unavailable,
+                std::string("the CUDA backend was asked for, but there is no usable GPU (") +
+                    (error != cudaSuccess ? cudaGetErrorString(error) : "none found") +
+                    "). Check the driver with nvidia-smi, or use --backend cpu");
+  int device = 0, major = 0, minor = 0;
+  check(cudaGetDevice(&device), "starting");
+  cudaDeviceGetAttribute(&major, cudaDevAttrComputeCapabilityMajor, device);
+  cudaDeviceGetAttribute(&minor, cudaDevAttrComputeCapabilityMinor, device);
+  if (10 * major + minor < kLeastCapability)
+    throw Error(ExitCode::unavailable, "the GPU is too old (compute capability " +
+                                           std::to_string(major) + "." + std::to_string(minor) +
+                                           "; 7.5 is needed). Use --backend cpu");
+  return device;
+}
+
+inline std::string name_of(int device) {
+  cudaDeviceProp properties;
+  if (cudaGetDeviceProperties(&properties, device) != cudaSuccess) return "GPU";
+  return properties.name;
 }
 
 /// A block of the device's memory.
@@ -148,4 +177,4 @@ class Upload {
   PinnedBlock host_;
 };
 
-}  // namespace angio::simulation::detail
+}  // namespace angio::cuda

@@ -1,8 +1,8 @@
 #pragma once
 
-namespace angio::simulation::testing {
+namespace angio::testing {
 
 /// Traps in a kernel, after which CUDA refuses all work to this process.
 void lose_device();
 
-}  // namespace angio::simulation::testing
+}  // namespace angio::testing

@@ -1,6 +1,6 @@
-#include "tests/simulation/lost_device.hpp"
+#include "testing/cuda/lost_device.hpp"
 
-namespace angio::simulation::testing {
+namespace angio::testing {
 namespace {
 
 __global__ void trap() { __trap(); }
@@ -12,4 +12,4 @@ void lose_device() {
   cudaDeviceSynchronize();
 }
 
-}  // namespace angio::simulation::testing
+}  // namespace angio::testing
