@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "air_mesh/air_report.hpp"
+#include "core/backend.hpp"
 #include "core/progress.hpp"
 #include "core/tet_mesh.hpp"
 #include "core/triangle_mesh.hpp"
@@ -14,7 +15,7 @@
 
 namespace angio::simulation {
 
-enum class Backend { automatic, cpu, cuda };
+using angio::Backend;
 
 /// How the balloon's membrane takes compression. `automatic` is `relaxed` where the start shape is
 /// folded (it differs from the rest shape), else `plain`.

@@ -44,7 +44,9 @@ void add_run_options(CLI::App& command, SharedOptions& shared, PresetHelp preset
       .add_option("--contact", shared.contact,
                   "how balloon and wall touch: barrier (default), or paper (for comparison)")
       ->check(CLI::IsMember({"barrier", "paper"}));
-  command.add_option("--backend", shared.backend, "where the simulation runs: auto, cpu or cuda")
+  command
+      .add_option("--backend", shared.backend,
+                  "where volume and simulation are computed: auto, cpu or cuda")
       ->check(CLI::IsMember({"auto", "cpu", "cuda"}))
       ->capture_default_str();
   command
@@ -78,6 +80,7 @@ void apply_options(Config& config, const SharedOptions& shared) {
   if (!shared.contact.empty()) apply_setting(config, "simulation.contact_model=" + shared.contact);
   for (const std::string& setting : shared.settings) apply_setting(config, setting);
   config.simulation.backend = backend_of(shared.backend);
+  config.reconstruction.backend = config.simulation.backend;
   if (shared.threads > 0) omp_set_num_threads(shared.threads);
 }
 

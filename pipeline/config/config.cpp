@@ -74,9 +74,9 @@ void Config::validate() const {
   require_within("simulation.write_every", write_every, 1, 10000);
 }
 
-simulation::Backend backend_of(std::string_view name) {
-  if (name == "cpu") return simulation::Backend::cpu;
-  return name == "cuda" ? simulation::Backend::cuda : simulation::Backend::automatic;
+Backend backend_of(std::string_view name) {
+  if (name == "cpu") return Backend::cpu;
+  return name == "cuda" ? Backend::cuda : Backend::automatic;
 }
 
 void load_config(Config& config, const std::filesystem::path& file) {

@@ -25,7 +25,7 @@
 namespace angio::pipeline {
 
 /// Of --backend: "cpu", "cuda", else automatic.
-simulation::Backend backend_of(std::string_view name);
+Backend backend_of(std::string_view name);
 
 /// Every option of every stage; each default is the one of the stage's own struct, or by the
 /// balloon's size.

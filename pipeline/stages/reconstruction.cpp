@@ -81,7 +81,8 @@ reconstruction::RotationalRun rotational_run(const LoadedRun& loaded,
   return run;
 }
 
-nlohmann::json to_json(const reconstruction::RunQuality& q) {
+nlohmann::json to_json(const reconstruction::Reconstruction& result) {
+  const reconstruction::RunQuality& q = result.quality;
   const auto number = [](double value) {
     return std::isfinite(value) ? nlohmann::json(value) : nlohmann::json();
   };
@@ -98,7 +99,9 @@ nlohmann::json to_json(const reconstruction::RunQuality& q) {
           {"subtracted", q.is_subtracted},
           {"given_residual_pixels", number(q.given_residual_pixels)},
           {"residual_pixels", number(q.residual_pixels)},
-          {"calibration_passes", q.calibration_passes}};
+          {"calibration_passes", q.calibration_passes},
+          {"backend", result.backend},
+          {"device", result.device.empty() ? nlohmann::json() : nlohmann::json(result.device)}};
 }
 
 /// Frames to be looked at, and where they see what.
@@ -165,7 +168,7 @@ void do_reconstruction(StageWork& work, const ReconstructionSettings& settings) 
   work.progress.report(0.95, "writing");
   formats::write_nrrd(work.out / "volume.nrrd", result.volume, formats::NrrdEncoding::raw);
   write_text_atomically(work.out / "geometry.xml", reconstruction::rtk_geometry(result.frames));
-  write_text_atomically(work.out / "quality.json", to_json(result.quality).dump(2) + "\n");
+  write_text_atomically(work.out / "quality.json", to_json(result).dump(2) + "\n");
   write_shown_frames(work.out, reconstruction::show_frames(run, result), run.masks != nullptr);
 }
 

@@ -24,7 +24,7 @@ ANGIO_WIDE void blend_lines(const float* low, const float* high, float part, int
   for (int v = 0; v < count; ++v) line[v] = low[v] + part * (high[v] - low[v]);
 }
 
-/// A blended line, and where a column of voxels lies on it.
+/// A blended line, its last sample twice, and where a column of voxels lies on it.
 struct SeenColumn {
   const float* line = nullptr;
   int count = 0;              ///< of the line's samples, >= 2
@@ -33,7 +33,7 @@ struct SeenColumn {
 };
 
 void add_voxels(const SeenColumn& seen, int first_k, int k_count, float* sums) {
-  const float last = float(seen.count - 1) - 1e-3F;
+  const float last = float(seen.count - 1);
   for (int k = first_k; k < k_count; ++k) {
     const float v = std::min(std::max(seen.first + float(k) * seen.step, 0.0F), last);
     const int low = int(v);
@@ -51,7 +51,7 @@ void add_voxels(const SeenColumn& seen, int first_k, int k_count, float* sums) {
 /// Eight voxels at a time; a sample and the next are loaded together.
 /// @return how many voxels were done
 [[gnu::target("avx2")]] int add_eights(const SeenColumn& seen, int k_count, float* sums) {
-  const __m256 last = _mm256_set1_ps(float(seen.count - 1) - 1e-3F), eight = _mm256_set1_ps(8.0F);
+  const __m256 last = _mm256_set1_ps(float(seen.count - 1)), eight = _mm256_set1_ps(8.0F);
   const __m256 first = _mm256_set1_ps(seen.first), step = _mm256_set1_ps(seen.step),
                weight = _mm256_set1_ps(seen.weight);
   // In the order in which shuffles of halves leave pairs.
@@ -97,6 +97,7 @@ void add_frame_to_column(const FilteredFrames& frames, std::size_t f, const Colu
   const int from = std::clamp(int(std::floor(first)), 0, frames.v_count - 2);
   const int to = std::clamp(int(std::ceil(last)) + 1, from + 2, frames.v_count);
   blend_lines(values + from, values + from + per_line, view.u - float(low), to - from, line.data());
+  line[std::size_t(to - from)] = line[std::size_t(to - from) - 1];
   add_column({line.data(), to - from, first - float(from), step, view.weight}, grid.k_count, sums);
 }
 
@@ -129,6 +130,22 @@ void back_project(const FilteredFrames& frames, const ColumnGrid& grid, std::vec
   parallel_for_uneven(std::ptrdiff_t(across) * down, [&](std::ptrdiff_t tile) {
     add_tile(frames, grid, int(tile % across) * kTile, int(tile / across) * kTile, sums);
   });
+}
+
+std::vector<float> to_slices(const std::vector<float>& columns, const ColumnGrid& grid) {
+  constexpr int kTogether = 16;  // of a column: a line of the cache
+  const std::size_t ni = std::size_t(grid.i_count), nj = std::size_t(grid.j_count),
+                    nk = std::size_t(grid.k_count);
+  std::vector<float> slices(columns.size());
+  parallel_for(grid.j_count, [&](std::ptrdiff_t j) {
+    for (std::size_t first = 0; first < nk; first += kTogether)
+      for (std::size_t i = 0; i < ni; ++i) {
+        const float* column = columns.data() + (std::size_t(j) * ni + i) * nk;
+        for (std::size_t k = first; k < std::min(first + kTogether, nk); ++k)
+          slices[(k * nj + std::size_t(j)) * ni + i] = column[k];
+      }
+  });
+  return slices;
 }
 
 }  // namespace angio::reconstruction::detail

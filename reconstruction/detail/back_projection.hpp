@@ -77,4 +77,9 @@ struct ColumnGrid {
 /// @param sums  shape [j_count, i_count, k_count]
 void back_project(const FilteredFrames& frames, const ColumnGrid& grid, std::vector<float>& sums);
 
+/// Columns of voxels as a volume's slices.
+/// @param columns  shape [j_count, i_count, k_count]
+/// @return shape [k_count, j_count, i_count]
+std::vector<float> to_slices(const std::vector<float>& columns, const ColumnGrid& grid);
+
 }  // namespace angio::reconstruction::detail

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <map>
 
 #include "core/parallel.hpp"
 #include "core/units.hpp"
@@ -71,42 +72,66 @@ std::vector<float> surroundings(const Volume<float>& volume, int half) {
     return std::min(at + half, count - 1) - std::max(at - half, 0) + 1;
   };
   parallel_for(nj, [&](std::ptrdiff_t j) {
-    std::vector<double> sums(std::size_t(nk) + 1);
-    for (int i = 0; i < ni; ++i) {
-      sums[0] = 0.0;
-      for (int k = 0; k < nk; ++k)
-        sums[std::size_t(k) + 1] =
-            sums[std::size_t(k)] + double(means[volume.geometry.offset(i, int(j), k)]);
-      for (int k = 0; k < nk; ++k) {
-        const double sum = sums[std::size_t(std::min(k + half + 1, nk))] -
-                           sums[std::size_t(std::max(k - half, 0))];
+    const std::size_t width = std::size_t(ni);
+    std::vector<double> sums((std::size_t(nk) + 1) * width, 0.0);  // over k, of each i
+    for (int k = 0; k < nk; ++k)
+      for (std::size_t i = 0; i < width; ++i)
+        sums[(std::size_t(k) + 1) * width + i] =
+            sums[std::size_t(k) * width + i] +
+            double(means[volume.geometry.offset(int(i), int(j), k)]);
+    for (int k = 0; k < nk; ++k) {
+      const double* above = sums.data() + std::size_t(std::min(k + half + 1, nk)) * width;
+      const double* below = sums.data() + std::size_t(std::max(k - half, 0)) * width;
+      for (int i = 0; i < ni; ++i)
         means[volume.geometry.offset(i, int(j), k)] =
-            float(sum / (double(span(i, ni)) * span(int(j), nj) * span(k, nk)));
-      }
+            float((above[i] - below[i]) / (double(span(i, ni)) * span(int(j), nj) * span(k, nk)));
     }
   });
   return means;
 }
 
-/// The voxels above a value, those of a cell of voxels as one point in their middle.
-std::vector<BrightPoint> gather(const VolumeGeometry& g, const std::vector<float>& excess,
-                                float least, int cell) {
+/// A voxel and how far it stands out of its surroundings.
+struct BrightVoxel {
+  int i = 0, j = 0, k = 0;
+  float excess = 0.0F;
+};
+
+/// Those that stand out by more than `least`, in the order of the volume.
+std::vector<BrightVoxel> bright_voxels(const Volume<float>& volume, float least) {
+  const VolumeGeometry& g = volume.geometry;
+  const int half = std::max(2, int(std::lround(kSurroundingsMm / g.spacing.x)));
+  const std::vector<float> means = surroundings(volume, half);
+  std::vector<std::vector<BrightVoxel>> slices(std::size_t(g.size[2]));
+  parallel_for(g.size[2], [&](std::ptrdiff_t k) {
+    for (int j = 0; j < g.size[1]; ++j)
+      for (int i = 0; i < g.size[0]; ++i) {
+        const std::size_t v = g.offset(i, j, int(k));
+        const float excess = volume.values[v] - means[v];
+        if (excess > least) slices[std::size_t(k)].push_back({i, j, int(k), excess});
+      }
+  });
+  std::vector<BrightVoxel> all;
+  for (const auto& slice : slices) all.insert(all.end(), slice.begin(), slice.end());
+  return all;
+}
+
+/// Those of a cell of voxels as one point in their middle.
+std::vector<BrightPoint> gather(const VolumeGeometry& g, const std::vector<BrightVoxel>& voxels,
+                                int cell) {
+  struct Sum {
+    Vec3 place;
+    double amount = 0.0;
+  };
+  std::map<std::array<int, 3>, Sum> cells;
+  for (const BrightVoxel& v : voxels) {
+    Sum& sum = cells[{v.k / cell, v.j / cell, v.i / cell}];
+    sum.place += double(v.excess) * Vec3{double(v.i), double(v.j), double(v.k)};
+    sum.amount += double(v.excess);
+  }
   const double voxel = g.spacing.x * g.spacing.y * g.spacing.z;
   std::vector<BrightPoint> points;
-  for (int k = 0; k < g.size[2]; k += cell)
-    for (int j = 0; j < g.size[1]; j += cell)
-      for (int i = 0; i < g.size[0]; i += cell) {
-        Vec3 sum;
-        double amount = 0.0;
-        for (int c = k; c < std::min(k + cell, g.size[2]); ++c)
-          for (int b = j; b < std::min(j + cell, g.size[1]); ++b)
-            for (int a = i; a < std::min(i + cell, g.size[0]); ++a)
-              if (const double value = double(excess[g.offset(a, b, c)]); value > double(least)) {
-                sum += value * Vec3{double(a), double(b), double(c)};
-                amount += value;
-              }
-        if (amount > 0.0) points.push_back({g.lps_from_index(sum / amount), amount * voxel});
-      }
+  for (const auto& [place, sum] : cells)
+    points.push_back({g.lps_from_index(sum.place / sum.amount), sum.amount * voxel});
   return points;
 }
 
@@ -283,21 +308,21 @@ void take_out_common(std::vector<Motion>& motions) {
 
 std::vector<BrightPoint> find_bright_points(const Volume<float>& volume, double noise_per_mm) {
   const VolumeGeometry& g = volume.geometry;
-  const int half = std::max(2, int(std::lround(kSurroundingsMm / g.spacing.x)));
-  const std::vector<float> means = surroundings(volume, half);
-  std::vector<float> excess(volume.values.size());
-  for (std::size_t v = 0; v < excess.size(); ++v) excess[v] = volume.values[v] - means[v];
+  std::vector<BrightVoxel> voxels = bright_voxels(volume, float(kAboveNoise * noise_per_mm));
   // The brightest of them, and at least half as bright as the brightest thousandth.
-  std::vector<float> ordered = excess;
-  const auto rank = [&](std::size_t from_top) {
-    const auto place = ordered.end() - std::ptrdiff_t(std::min(from_top + 1, ordered.size()));
+  const auto keep_above = [&](std::size_t from_top, float part) {
+    if (from_top >= voxels.size()) return;
+    std::vector<float> ordered;
+    for (const BrightVoxel& voxel : voxels) ordered.push_back(voxel.excess);
+    const auto place = ordered.end() - std::ptrdiff_t(from_top + 1);
     std::nth_element(ordered.begin(), place, ordered.end());
-    return *place;
+    std::erase_if(voxels,
+                  [least = part * *place](const BrightVoxel& v) { return v.excess <= least; });
   };
-  const float top = rank(ordered.size() / 1000);
-  const float least = std::max({rank(kMostVoxels), 0.5F * top, float(kAboveNoise * noise_per_mm)});
+  keep_above(g.voxel_count() / 1000, 0.5F);
+  keep_above(kMostVoxels, 1.0F);
   for (int cell = 1;; ++cell) {
-    std::vector<BrightPoint> points = gather(g, excess, least, cell);
+    std::vector<BrightPoint> points = gather(g, voxels, cell);
     if (points.size() > kMostPoints) continue;
     if (points.size() < kFewestPoints) points.clear();
     return points;

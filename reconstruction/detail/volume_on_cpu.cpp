@@ -2,7 +2,6 @@
 
 #include <algorithm>
 
-#include "core/parallel.hpp"
 #include "reconstruction/detail/frame_filter.hpp"
 
 namespace angio::reconstruction::detail {
@@ -11,24 +10,6 @@ namespace {
 /// Frames in memory at a time: their filtered values stay in the processor's cache while all voxels
 /// are gone through.
 constexpr std::size_t kBytesAtATime = std::size_t(16) << 20;
-
-/// Columns of voxels as slices.
-/// @param columns  shape [j_count, i_count, k_count]
-std::vector<float> to_slices(const ColumnGrid& grid, const std::vector<float>& columns) {
-  constexpr int kTogether = 16;  // of a column: a line of the cache
-  const std::size_t ni = std::size_t(grid.i_count), nj = std::size_t(grid.j_count),
-                    nk = std::size_t(grid.k_count);
-  std::vector<float> slices(columns.size());
-  parallel_for(grid.j_count, [&](std::ptrdiff_t j) {
-    for (std::size_t first = 0; first < nk; first += kTogether)
-      for (std::size_t i = 0; i < ni; ++i) {
-        const float* column = columns.data() + (std::size_t(j) * ni + i) * nk;
-        for (std::size_t k = first; k < std::min(first + kTogether, nk); ++k)
-          slices[(k * nj + std::size_t(j)) * ni + i] = column[k];
-      }
-  });
-  return slices;
-}
 
 }  // namespace
 
@@ -53,7 +34,7 @@ ProjectedBack project_back_on_cpu(const VolumeTask& task, const Progress& progre
     report_frame(progress, first, count);
     back_project(filter.filter(first, std::min(at_a_time, count - first)), grid, columns);
   }
-  return {to_slices(grid, columns), filter.truncated_percent(), {}};
+  return {to_slices(columns, grid), filter.truncated_percent(), {}};
 }
 
 }  // namespace angio::reconstruction::detail
