@@ -53,7 +53,7 @@ double median(std::vector<double> values) {
 struct Plan {
   int frames, columns, rows;
   double pixel_mm;  ///< at the isocentre
-  int side;         ///< voxels
+  int side;         ///< of a cube of as many voxels
 };
 
 struct Ball {
@@ -148,12 +148,12 @@ Reconstruction reconstruct(const fs::path& run_folder, const Plan& plan,
   const Pictures pictures(*loaded->pictures);
   run.pictures = &pictures;
   ReconstructionOptions sized = options;
-  // As many voxels along each edge as are asked for, in the field that the frames see.
+  // As many voxels as a cube of that many, in the field that the frames see.
   sized.voxel_mm = 0.0;
-  const auto forecast = reconstruction::forecast_run(run.frames, false, sized);
-  const double longest = std::max(2.0 * forecast.quality.field_radius_mm,
-                                  forecast.grid.size[2] * forecast.grid.spacing.z);
-  sized.voxel_mm = longest / plan.side;
+  const auto& grid = reconstruction::forecast_run(run.frames, false, sized).grid;
+  const double volume =
+      grid.spacing.x * grid.spacing.y * grid.spacing.z * double(grid.voxel_count());
+  sized.voxel_mm = std::cbrt(volume) / plan.side;
   return reconstruct_volume(run, sized);
 }
 
@@ -217,7 +217,7 @@ void measure_cpu(ResultTable& results, const fs::path& folder) {
   results.section("Two cores of the CPU");
   results.paragraph(
       "133 frames of 512 x 512 pixels (DICOM, uncompressed, in the system's cache) to a "
-      "volume of 256 voxels along its edges, file to volume. Two threads on two "
+      "volume of as many voxels as 256 x 256 x 256 has, file to volume. Two threads on two "
       "cores. Bar: 8 s. The path of a C-arm that keeps to its header is judged by some "
       "frames, by default.");
   results.columns({"options", "voxels", "s", "10^9 updates/s, everything included"});

@@ -104,6 +104,8 @@ struct Pipe {
 Pipe make_pipe(const std::string& what) {
   std::array<int, 2> files{};
   if (pipe2(files.data(), O_CLOEXEC) != 0) fail_to_start(what, errno);
+  constexpr int kPipeBytes = 1 << 20;  // fewer turns with pixels; what is not granted stays small
+  fcntl(files[1], F_SETPIPE_SZ, kPipeBytes);
   return {PipeEnd(files[0]), PipeEnd(files[1])};
 }
 

@@ -111,14 +111,19 @@ void fill_outside(const ColumnGrid& c, Volume<float>& volume) {
 
 /// From the median of the differences between neighbours along i: 0.6745 sqrt(2) sd of the noise.
 double noise_of(const Volume<float>& volume) {
-  std::vector<float> steps;
+  constexpr int kEvery = 3;
   const auto& size = volume.geometry.size;
-  for (int k = 0; k < size[2]; k += 3)
-    for (int j = 0; j < size[1]; j += 3)
-      for (int i = 1; i < size[0]; i += 3) {
+  std::vector<std::vector<float>> slices(std::size_t((size[2] + kEvery - 1) / kEvery));
+  parallel_for(std::ptrdiff_t(slices.size()), [&](std::ptrdiff_t n) {
+    const int k = int(n) * kEvery;
+    for (int j = 0; j < size[1]; j += kEvery)
+      for (int i = 1; i < size[0]; i += kEvery) {
         const float step = std::abs(volume.at(i, j, k) - volume.at(i - 1, j, k));
-        if (step > 0.0F) steps.push_back(step);
+        if (step > 0.0F) slices[std::size_t(n)].push_back(step);
       }
+  });
+  std::vector<float> steps;
+  for (const auto& slice : slices) steps.insert(steps.end(), slice.begin(), slice.end());
   if (steps.empty()) return 0.0;
   std::nth_element(steps.begin(), steps.begin() + std::ptrdiff_t(steps.size() / 2), steps.end());
   return double(steps[steps.size() / 2]) / (0.6745 * std::sqrt(2.0));

@@ -4,11 +4,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <mutex>
 
 #include "core/error.hpp"
 #include "core/parallel.hpp"
 #include "segmentation/detail/dicom_pixels.hpp"
 #include "segmentation/detail/dicom_series.hpp"
+#include "segmentation/detail/frame_stream.hpp"
 #include "segmentation/detail/projection_angles.hpp"
 #include "segmentation/detail/rotational_run.hpp"
 #include "segmentation/detail/volume_file.hpp"
@@ -20,22 +22,28 @@ namespace fs = std::filesystem;
 using detail::DicomHeader;
 using detail::DicomSeries;
 
+/// Frames that are read in their order are decoded ahead, by some processes that take turns.
 class DicomPictures : public RunPictures {
  public:
   explicit DicomPictures(DicomHeader header) : headers_{std::move(header)} {
     headers_.front().pixels.is_monochrome1 = false;  // that is how to show it, not what it is
   }
   void read_into(int first, int count, float* pixels) const override {
-    // Each part has a process of its own (decode_frames), which is as fast as its pipe.
-    constexpr int kLeastFrames = 4, kMostParts = 4;
-    const int parts =
-        std::clamp(count / kLeastFrames, 1, std::min(kMostParts, omp_get_max_threads()));
-    parallel_for(parts, [&](std::ptrdiff_t part) {
-      const int begin = int(part * count / parts), end = int((part + 1) * count / parts);
-      std::vector<detail::SliceReference> members;
-      for (int f = begin; f < end; ++f) members.push_back({0, first + f});
-      detail::decode_frames(headers_, members, pixels + std::size_t(begin) * per_frame());
-    });
+    if (count == 1 && !follows(first)) {
+      const std::vector<float> one = detail::decode_frames(headers_, {{0, first}});
+      std::copy(one.begin(), one.end(), pixels);
+      return;
+    }
+    const std::lock_guard lock(mutex_);
+    if (streams_.empty() || first != next_) start(first);
+    try {
+      take(first, count, pixels);
+    } catch (...) {
+      streams_.clear();
+      throw;
+    }
+    next_ = first + count;
+    if (next_ == int(headers_.front().frames.size())) streams_.clear();
   }
 
  protected:
@@ -44,7 +52,34 @@ class DicomPictures : public RunPictures {
   }
 
  private:
+  void take(int first, int count, float* pixels) const {
+    const int taking_turns = int(streams_.size());
+    parallel_for(taking_turns, [&](std::ptrdiff_t n) {
+      // The stream of the frames whose number is n more than a multiple from begin_ on.
+      const int offset = ((int(n) - (first - begin_)) % taking_turns + taking_turns) % taking_turns;
+      for (int f = offset; f < count; f += taking_turns)
+        streams_[std::size_t(n)]->next(pixels + std::size_t(f) * per_frame());
+    });
+  }
+  [[nodiscard]] bool follows(int first) const {
+    const std::lock_guard lock(mutex_);
+    return !streams_.empty() && first == next_;
+  }
+  void start(int first) const {
+    constexpr int kMostStreams = 4;  // more are not faster
+    streams_.clear();
+    begin_ = first;
+    const int taking_turns = std::min(kMostStreams, omp_get_max_threads());
+    for (int n = 0; n < taking_turns; ++n)
+      streams_.push_back(
+          std::make_unique<detail::FrameStream>(headers_.front(), first + n, taking_turns));
+  }
+
   std::vector<DicomHeader> headers_;
+  // Where reading stands; what is read does not depend on it.
+  mutable std::mutex mutex_;
+  mutable std::vector<std::unique_ptr<detail::FrameStream>> streams_;
+  mutable int begin_ = 0, next_ = 0;
 };
 
 /// A series that is one run that turns.

@@ -46,11 +46,12 @@ bool is_only_noise(const std::vector<float>& pixels, int columns, int rows) {
 
 double unattenuated(const RotationalRun& run) {
   const int count = int(run.frames.size()), looked = std::min(count, kFramesLookedAt);
-  std::vector<float> pixels;
-  for (int n = 0; n < looked; ++n) {
-    const auto frame = run.pictures->read(int(std::int64_t(n) * count / looked), 1);
-    pixels.insert(pixels.end(), frame.begin(), frame.end());
-  }
+  const angiogram::ConeBeamFrame& frame = run.frames.front();
+  const std::size_t per_frame = std::size_t(frame.columns) * std::size_t(frame.rows);
+  std::vector<float> pixels(per_frame * std::size_t(looked));
+  parallel_for(looked, [&](std::ptrdiff_t n) {
+    run.pictures->read_into(int(n * count / looked), 1, pixels.data() + std::size_t(n) * per_frame);
+  });
   const auto [least, most] = std::minmax_element(pixels.begin(), pixels.end());
   if (!(*least < *most))
     throw InputError(

@@ -28,7 +28,7 @@ constexpr int kInnerSteps = 3;
 constexpr double kSeen = 0.02;         ///< of the brightest pixel of the points
 constexpr int kBackgroundPixels = 12;  ///< half the box that smooths what lies around the points
 
-/// Sums over boxes of 2 half + 1 in rows, then in columns; each row of `values` on its own.
+/// Sums over 2 half + 1 pixels of each row.
 void box_sum_rows(std::vector<double>& values, int columns, int rows, int half) {
   std::vector<double> sums(std::size_t(columns) + 1);
   for (int r = 0; r < rows; ++r) {
@@ -41,20 +41,19 @@ void box_sum_rows(std::vector<double>& values, int columns, int rows, int half) 
   }
 }
 
-std::vector<double> transposed(const std::vector<double>& values, int columns, int rows) {
-  std::vector<double> turned(values.size());
-  for (int r = 0; r < rows; ++r)
-    for (int c = 0; c < columns; ++c)
-      turned[std::size_t(c) * std::size_t(rows) + std::size_t(r)] =
-          values[std::size_t(r) * std::size_t(columns) + std::size_t(c)];
-  return turned;
-}
-
+/// The same down the columns, then: sums over squares.
 std::vector<double> box_sum(std::vector<double> values, int columns, int rows, int half) {
   box_sum_rows(values, columns, rows, half);
-  values = transposed(values, columns, rows);
-  box_sum_rows(values, rows, columns, half);
-  return transposed(values, rows, columns);
+  const std::size_t width = std::size_t(columns);
+  std::vector<double> sums((std::size_t(rows) + 1) * width, 0.0);  // of the rows above
+  for (std::size_t i = 0; i < values.size(); ++i) sums[i + width] = sums[i] + values[i];
+  for (int r = 0; r < rows; ++r) {
+    const double* below = sums.data() + std::size_t(std::min(r + half + 1, rows)) * width;
+    const double* above = sums.data() + std::size_t(std::max(r - half, 0)) * width;
+    double* row = values.data() + std::size_t(r) * width;
+    for (std::size_t c = 0; c < width; ++c) row[c] = below[c] - above[c];
+  }
+  return values;
 }
 
 /// The mean of a volume over a box around each voxel, cut at its border.
@@ -142,6 +141,7 @@ using Parameters = Eigen::Matrix<double, kParameters, 1>;
 struct Picture {
   int columns = 0, rows = 0;
   std::vector<double> value;                  ///< shape [rows, columns]
+  std::vector<int> seen;                      ///< the same; which of `change`, -1: it sees none
   std::vector<std::array<double, 6>> change;  ///< by turn and shift
 };
 
@@ -171,10 +171,10 @@ PlaceChange place_change(const std::array<std::array<double, 4>, 3>& m, const Ve
 
 /// Adds up Gaussians of the points' amounts.
 Picture splat(const ConeBeamFrame& frame, const std::vector<BrightPoint>& points, double sd) {
-  Picture picture{frame.columns, frame.rows, {}, {}};
+  Picture picture{frame.columns, frame.rows, {}, {}, {}};
   const std::size_t count = std::size_t(frame.columns) * std::size_t(frame.rows);
   picture.value.assign(count, 0.0);
-  picture.change.assign(count, {});
+  picture.seen.assign(count, -1);
   const auto m = ConeBeamView(frame).matrix();
   const Vec3 pixel = cross(frame.column_step, frame.row_step);
   const double pixel_area = norm(pixel);
@@ -200,9 +200,13 @@ Picture splat(const ConeBeamFrame& frame, const std::vector<BrightPoint>& points
         const double g = amount * std::exp(-0.5 * per_variance * (dc * dc + dr * dr));
         const std::size_t place = std::size_t(r) * std::size_t(frame.columns) + std::size_t(c);
         picture.value[place] += g;
+        if (picture.seen[place] < 0) {
+          picture.seen[place] = int(picture.change.size());
+          picture.change.push_back({});
+        }
+        auto& sum = picture.change[std::size_t(picture.seen[place])];
         for (std::size_t k = 0; k < 6; ++k)
-          picture.change[place][k] +=
-              g * per_variance * (dc * change.column[k] + dr * change.row[k]);
+          sum[k] += g * per_variance * (dc * change.column[k] + dr * change.row[k]);
       }
   }
   return picture;
@@ -239,7 +243,8 @@ Parameters step(const std::vector<float>& line_integrals, const Picture& picture
   for (std::size_t i = 0; i < line_integrals.size(); ++i) {
     if (!(picture.value[i] > least)) continue;
     Parameters row;
-    for (std::size_t k = 0; k < 6; ++k) row[Eigen::Index(k)] = scale * picture.change[i][k];
+    const auto& change = picture.change[std::size_t(picture.seen[i])];
+    for (std::size_t k = 0; k < 6; ++k) row[Eigen::Index(k)] = scale * change[k];
     row[6] = picture.value[i];
     const double left = double(line_integrals[i]) - around[i] - scale * picture.value[i];
     normal += row * row.transpose();

@@ -17,7 +17,7 @@ using cuda::check;
 using cuda::DeviceBlock;
 
 /// What a buffer of pictures takes at most, so that the GPU's and the computer's memory hold some.
-constexpr std::size_t kBufferBytes = std::size_t(96) << 20;
+constexpr std::size_t kBufferBytes = std::size_t(64) << 20;
 constexpr std::size_t kCopyBytes = std::size_t(32) << 20;
 
 template <class Value>

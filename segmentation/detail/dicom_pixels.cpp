@@ -192,28 +192,6 @@ int stored_value(std::uint16_t raw, const DicomHeader& header) {
   return header.pixels.is_signed && (value & sign) ? value - mask - 1 : value;
 }
 
-/// value = slope * stored + intercept, with MONOCHROME1 inverted first and what lies outside the
-/// scanned field set to the least other value of the frame.
-void rescale(const DicomHeader& header, const DicomFrame& frame,
-             const std::vector<std::uint16_t>& raw, float* out) {
-  const int least = header.pixels.is_signed ? -(1 << (header.pixels.bits_stored - 1)) : 0;
-  const int most = least + (1 << header.pixels.bits_stored) - 1;
-  float lowest = std::numeric_limits<float>::infinity();
-  std::vector<std::size_t> padded;
-  for (std::size_t p = 0; p < raw.size(); ++p) {
-    const int stored = stored_value(raw[p], header);
-    const int shown = header.pixels.is_monochrome1 ? least + most - stored : stored;
-    out[p] = float(frame.slope * double(shown) + frame.intercept);
-    if (header.pixels.has_padding && stored >= header.pixels.padding_first &&
-        stored <= header.pixels.padding_last)
-      padded.push_back(p);
-    else
-      lowest = std::min(lowest, out[p]);
-  }
-  if (padded.size() < raw.size())
-    for (std::size_t p : padded) out[p] = lowest;
-}
-
 /// Time and memory that decoding takes at the worst, with much to spare.
 ChildLimits decode_limits(const std::vector<DicomHeader>& headers) {
   std::size_t total = 0;
@@ -243,17 +221,37 @@ ChildLimits decode_limits(const std::vector<DicomHeader>& headers) {
   }
 }
 
-using UseFrame = std::function<void(std::size_t member, const std::vector<std::uint16_t>& raw)>;
+}  // namespace
 
-/// Decodes some frames in a child process and hands each to `use`, object by object.
-void stream_frames(const std::vector<DicomHeader>& headers,
-                   const std::vector<SliceReference>& members, const UseFrame& use) {
+void rescale(const DicomHeader& header, int index, const StoredPixels& raw, float* out) {
+  const DicomFrame& frame = header.frames[std::size_t(index)];
+  const int least = header.pixels.is_signed ? -(1 << (header.pixels.bits_stored - 1)) : 0;
+  const int most = least + (1 << header.pixels.bits_stored) - 1;
+  float lowest = std::numeric_limits<float>::infinity();
+  std::vector<std::size_t> padded;
+  for (std::size_t p = 0; p < raw.size(); ++p) {
+    const int stored = stored_value(raw[p], header);
+    const int shown = header.pixels.is_monochrome1 ? least + most - stored : stored;
+    out[p] = float(frame.slope * double(shown) + frame.intercept);
+    if (header.pixels.has_padding && stored >= header.pixels.padding_first &&
+        stored <= header.pixels.padding_last)
+      padded.push_back(p);
+    else
+      lowest = std::min(lowest, out[p]);
+  }
+  if (padded.size() < raw.size())
+    for (std::size_t p : padded) out[p] = lowest;
+}
+
+void decode_each(const std::vector<DicomHeader>& headers,
+                 const std::vector<SliceReference>& members,
+                 const std::function<void(std::size_t member, const StoredPixels& pixels)>& use) {
   std::vector<std::vector<std::size_t>> wanted(headers.size());
   for (std::size_t m = 0; m < members.size(); ++m)
     wanted[std::size_t(members[m].header)].push_back(m);
   const auto decode = [&](ChildOutput& output) {
     DicomLoader loader;
-    std::vector<std::uint16_t> raw;
+    StoredPixels raw;
     for (std::size_t h = 0; h < headers.size(); ++h) {
       if (wanted[h].empty()) continue;
       StoredFrames frames(loader, headers[h]);
@@ -264,7 +262,7 @@ void stream_frames(const std::vector<DicomHeader>& headers,
     }
   };
   const auto take = [&](ChildInput& input) {
-    std::vector<std::uint16_t> raw;
+    StoredPixels raw;
     for (std::size_t h = 0; h < headers.size(); ++h)
       for (std::size_t m : wanted[h]) {
         raw.resize(headers[h].pixels.per_frame());
@@ -276,35 +274,26 @@ void stream_frames(const std::vector<DicomHeader>& headers,
   if (result.end != ChildEnd::done) fail_by(result, headers.front());
 }
 
-}  // namespace
-
 std::vector<float> decode_frames(const std::vector<DicomHeader>& headers,
                                  const std::vector<SliceReference>& members,
                                  const Progress& progress) {
   if (members.empty()) return {};
   const std::size_t slice_size = headers[std::size_t(members.front().header)].pixels.per_frame();
   std::vector<float> values(slice_size * members.size());
-  decode_frames(headers, members, values.data(), progress);
-  return values;
-}
-
-void decode_frames(const std::vector<DicomHeader>& headers,
-                   const std::vector<SliceReference>& members, float* values,
-                   const Progress& progress) {
   std::size_t done = 0;
-  stream_frames(headers, members, [&](std::size_t m, const std::vector<std::uint16_t>& raw) {
+  decode_each(headers, members, [&](std::size_t m, const StoredPixels& raw) {
     const auto [h, f] = members[m];
-    const DicomHeader& header = headers[std::size_t(h)];
-    rescale(header, header.frames[std::size_t(f)], raw, values + m * raw.size());
+    rescale(headers[std::size_t(h)], f, raw, values.data() + m * slice_size);
     if (++done % 16 == 0)
       progress.report(0.5 + 0.5 * double(done) / double(members.size()), "reading pixels");
   });
+  return values;
 }
 
 std::vector<std::uint64_t> hash_frames(const std::vector<DicomHeader>& headers,
                                        const std::vector<SliceReference>& members) {
   std::vector<std::uint64_t> hashes(members.size());
-  stream_frames(headers, members, [&](std::size_t m, const std::vector<std::uint16_t>& raw) {
+  decode_each(headers, members, [&](std::size_t m, const StoredPixels& raw) {
     std::uint64_t hash = 14695981039346656037u;  // FNV-1a
     for (const std::uint16_t pixel : raw) hash = (hash ^ pixel) * 1099511628211u;
     hashes[m] = hash;

@@ -1,9 +1,6 @@
 #include <dcmtk/dcmdata/dcddirif.h>
-#include <dcmtk/dcmdata/dcrleerg.h>
 #include <dcmtk/dcmdata/dcrlerp.h>
-#include <dcmtk/dcmjpeg/djencode.h>
 #include <dcmtk/dcmjpeg/djrplol.h>
-#include <dcmtk/dcmjpls/djencode.h>
 #include <dcmtk/dcmjpls/djrparam.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -15,6 +12,7 @@
 #include <random>
 
 #include "core/atomic_file.hpp"
+#include "tests/segmentation/dicom_encoders.hpp"
 #include "tests/segmentation/dicom_objects.hpp"
 
 /// The ways in which DICOM arrives: folders, discs, archives, transfer syntaxes.
@@ -196,32 +194,6 @@ TEST_F(DicomInput, PartsOfAConcatenationAreOneVolume) {
   const auto volume = read_volume(folder(), {}).volume;
   EXPECT_EQ(volume.geometry.size[2], 6);
   EXPECT_EQ(volume.at(0, 0, 5), 5.0f);
-}
-
-/// Encoders of DCMTK, for the length of a test.
-struct Encoders {
-  Encoders() {
-    OFLog::configure(OFLogger::OFF_LOG_LEVEL);
-    DJEncoderRegistration::registerCodecs();
-    DJLSEncoderRegistration::registerCodecs(0, 0, 0, 0, OFFalse);  // the pixels as they are
-    DcmRLEEncoderRegistration::registerCodecs();
-  }
-  ~Encoders() {
-    DJEncoderRegistration::cleanup();
-    DJLSEncoderRegistration::cleanup();
-    DcmRLEEncoderRegistration::cleanup();
-  }
-  Encoders(const Encoders&) = delete;
-  Encoders& operator=(const Encoders&) = delete;
-};
-
-void recode(const fs::path& path, E_TransferSyntax syntax,
-            const DcmRepresentationParameter* parameter) {
-  DcmFileFormat file;
-  ASSERT_TRUE(file.loadFile(path.c_str()).good());
-  ASSERT_TRUE(file.getDataset()->chooseRepresentation(syntax, parameter).good());
-  file.loadAllDataIntoMemory();
-  ASSERT_TRUE(file.saveFile(path.c_str(), syntax).good());
 }
 
 /// A stack of noise, in which any wrong prediction would show.

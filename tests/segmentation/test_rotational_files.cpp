@@ -1,11 +1,14 @@
+#include <dcmtk/dcmdata/dcrlerp.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <functional>
 #include <string>
 #include <vector>
 
 #include "segmentation/read_run.hpp"
+#include "tests/segmentation/dicom_encoders.hpp"
 #include "tests/segmentation/dicom_objects.hpp"
 
 // Files of rotational runs: which are taken, and why others are not.
@@ -134,6 +137,55 @@ TEST_F(RotationalFiles, OfTwoPlanesAreTakenPlaneByPlane) {
     EXPECT_EQ(loaded->run.primary_angles_degrees.front(), first_angle);
     EXPECT_FALSE(loaded->masks);
   }
+}
+
+/// Every pixel of a frame differs from those of the others.
+std::vector<float> frame(const RunPictures& pictures, int index) { return pictures.read(index, 1); }
+
+void expect_frames(const RunPictures& pictures, const std::vector<std::vector<float>>& expected,
+                   int first, int count) {
+  const std::vector<float> all = pictures.read(first, count);
+  const std::size_t size = expected.front().size();
+  ASSERT_EQ(all.size(), size * std::size_t(count));
+  for (int n = 0; n < count; ++n)
+    EXPECT_TRUE(std::equal(all.begin() + n * std::ptrdiff_t(size),
+                           all.begin() + (n + 1) * std::ptrdiff_t(size),
+                           expected[std::size_t(first + n)].begin()))
+        << "frame " << first + n;
+}
+
+/// Alone, one after the other, some at a time, from anywhere, from the beginning again.
+TEST_F(RotationalFiles, GiveTheSameFramesInAnyOrder) {
+  for (const int bits : {8, 12})
+    for (const bool is_compressed : {false, true}) {
+      Slice slice = run_object();
+      slice.bits_allocated = bits == 8 ? 8 : 16;
+      slice.bits_stored = bits;
+      slice.columns = 4;
+      slice.pixel = [](int i, int j) { return 8 * j + i; };
+      write_slice(file("run"), slice);
+      if (is_compressed) {
+        const Encoders encoders;
+        const DcmRLERepresentationParameter rle;
+        recode(file("run"), EXS_RLELossless, &rle);
+      }
+      const auto loaded = read_run(folder(), {});
+      ASSERT_TRUE(loaded);
+      const RunPictures& pictures = *loaded->pictures;
+      std::vector<std::vector<float>> expected;
+      for (int f = 0; f < kFrames; ++f) {
+        std::vector<float> pixels;
+        for (int j = f * kRows; j < (f + 1) * kRows; ++j)
+          for (int i = 0; i < 4; ++i) pixels.push_back(float(slice.pixel(i, j)));
+        expected.push_back(pixels);
+      }
+      for (const int f : {3, 0, 4, 0, 1}) EXPECT_EQ(frame(pictures, f), expected[std::size_t(f)]);
+      for (int f = 0; f + 2 <= kFrames; f += 2) expect_frames(pictures, expected, f, 2);
+      EXPECT_EQ(frame(pictures, 4), expected[4]);  // follows
+      expect_frames(pictures, expected, 1, 3);
+      expect_frames(pictures, expected, 0, kFrames);
+      expect_frames(pictures, expected, 2, 2);  // is left half read
+    }
 }
 
 }  // namespace
