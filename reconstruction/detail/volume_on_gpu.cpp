@@ -132,6 +132,17 @@ class GpuProjector {
   GpuSeconds seconds_;
 };
 
+void check_row_length(int device, int columns) {
+  int bytes = 0;
+  check(cudaDeviceGetAttribute(&bytes, cudaDevAttrMaxSharedMemoryPerBlockOptin, device),
+        "starting");
+  const std::size_t needed = std::size_t(fourier_length(3 * columns)) * sizeof(Complex);
+  if (needed + sizeof(RowPairEnds) <= std::size_t(bytes)) return;
+  throw Error(ExitCode::unavailable,
+              "the frames' rows of " + std::to_string(columns) +
+                  " pixels are longer than this GPU can filter. Use --backend cpu");
+}
+
 int frames_together(std::size_t pixels, std::size_t frames) {
   const std::size_t fit = kBufferBytes / (pixels * sizeof(float));
   return int(std::clamp<std::size_t>(fit, 1, std::min<std::size_t>(kMostFrames, frames)));
@@ -315,7 +326,7 @@ std::string gpu_name() {
 }
 
 ProjectedBack project_back_on_gpu(const VolumeTask& task, const Progress& progress) {
-  cuda::use_device();
+  check_row_length(cuda::use_device(), task.plane.u_count);
   return GpuProjector(task).run(progress);
 }
 
