@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <array>
 #include <cstring>
+#include <deque>
 #include <future>
 
 #include "core/cuda/device_memory.hpp"
@@ -82,11 +83,27 @@ class TimedEvent {
   cudaEvent_t event_ = nullptr;
 };
 
-double seconds_between(cudaEvent_t first, cudaEvent_t last) {
-  float milliseconds = 0.0F;
-  check(cudaEventElapsedTime(&milliseconds, first, last), "working");
-  return double(milliseconds) * 1e-3;
-}
+/// For how long a stream works on something.
+class GpuClock {
+ public:
+  void start(cudaStream_t stream) {
+    check(cudaEventRecord(laps_.emplace_back()[0], stream), "working");
+  }
+  void stop(cudaStream_t stream) { check(cudaEventRecord(laps_.back()[1], stream), "working"); }
+  /// Once the work is done.
+  [[nodiscard]] double seconds() const {
+    double sum = 0.0;
+    for (const auto& [first, last] : laps_) {
+      float milliseconds = 0.0F;
+      check(cudaEventElapsedTime(&milliseconds, first, last), "working");
+      sum += double(milliseconds) * 1e-3;
+    }
+    return sum;
+  }
+
+ private:
+  std::deque<std::array<TimedEvent, 2>> laps_;
+};
 
 /// Frames on their way to the GPU: two such buffers take turns, so that one is read into while the
 /// other's frames are worked on.
@@ -99,9 +116,7 @@ struct Slot {
 
   cuda::PinnedBlock pictures, masks;
   DeviceBlock pictures_on_gpu, masks_on_gpu;
-  cuda::Event copied;
-  TimedEvent begun, filtered, done;  ///< of the kernels
-  bool is_in_use = false;
+  cuda::Event copied, done;  ///< onto the GPU; with what was copied
 };
 
 class GpuProjector {
@@ -113,8 +128,8 @@ class GpuProjector {
  private:
   [[nodiscard]] int frame_count() const { return int(task_.run.frames.size()); }
   void send(Slot& slot, int first, int count);
-  void work(Slot& slot, int first, int count);
-  void finish(Slot& slot);
+  void filter(Slot& slot, int first, int count);
+  void project_back();
   void bring_back(std::vector<float>& values);
   void place_frames();
 
@@ -125,11 +140,12 @@ class GpuProjector {
   cuda::Stream copies_, stream_;
   std::array<Slot, 2> slots_;
   FrameLayers layers_;
+  int layers_begin_ = 0, layers_end_ = 0;  ///< the frames that stand in the layers
   DeviceBlock integrals_, volume_, truncated_;
   DeviceBlock frames_, weights_, response_, roots_;
   RowFilter filter_;
   std::vector<PlaneFrame> places_;
-  GpuSeconds seconds_;
+  GpuClock filtering_, projecting_;
 };
 
 void check_row_length(int device, int columns) {
@@ -160,7 +176,7 @@ GpuProjector::GpuProjector(const VolumeTask& task)
       at_a_time_(frames_together(pixels_, task.run.frames.size())),
       slots_{Slot(std::size_t(at_a_time_) * pixels_ * sizeof(float), task.run.masks != nullptr),
              Slot(std::size_t(at_a_time_) * pixels_ * sizeof(float), task.run.masks != nullptr)},
-      layers_(task.plane, at_a_time_),
+      layers_(task.plane, std::min(kMostFrames, frame_count())),
       integrals_(std::size_t(at_a_time_) * pixels_ * sizeof(float)),
       volume_(voxel_count(task.columns) * sizeof(float)),
       truncated_(sizeof(unsigned)) {
@@ -215,9 +231,11 @@ void GpuProjector::send(Slot& slot, int first, int count) {
   check(cudaEventRecord(slot.copied, copies_), "copying frames");
 }
 
-void GpuProjector::work(Slot& slot, int first, int count) {
+/// Brings frames that were sent into the layers, where there is room for them.
+void GpuProjector::filter(Slot& slot, int first, int count) {
+  if (first + count - layers_begin_ > kMostFrames) project_back();
   check(cudaStreamWaitEvent(stream_, slot.copied, 0), "working");
-  check(cudaEventRecord(slot.begun, stream_), "working");
+  filtering_.start(stream_);
   IntegralsTask integrals;
   integrals.pictures = slot.pictures_on_gpu.as<float>();
   integrals.masks = task_.run.masks ? slot.masks_on_gpu.as<float>() : nullptr;
@@ -233,31 +251,30 @@ void GpuProjector::work(Slot& slot, int first, int count) {
   filter.frames = frames_.as<FrameOnGpu>() + first;
   filter.weights = weights_.as<float>() + std::size_t(first) * std::size_t(task_.plane.u_count);
   filter.frame_count = count;
+  filter.first_layer = first - layers_begin_;
   filter.v_count = task_.plane.v_count;
   filter.filter = filter_;
   filter.filtered = layers_.surface();
   filter.truncated_rows = truncated_.as<unsigned>();
   check(launch_filter(filter, stream_), "filtering frames");
-  check(cudaEventRecord(slot.filtered, stream_), "working");
+  filtering_.stop(stream_);
+  check(cudaEventRecord(slot.done, stream_), "working");
+  layers_end_ = first + count;
+}
+
+/// Adds the frames of the layers to the volume. Many at once, as it is read and written for it.
+void GpuProjector::project_back() {
+  projecting_.start(stream_);
   VoxelTask voxels;
   voxels.filtered = layers_.texture();
   voxels.u_count = task_.plane.u_count;
-  voxels.frame_count = count;
+  voxels.frame_count = layers_end_ - layers_begin_;
   voxels.grid = task_.columns;
   voxels.values = volume_.as<float>();
-  std::copy_n(places_.begin() + first, count, voxels.frames);
+  std::copy(places_.begin() + layers_begin_, places_.begin() + layers_end_, voxels.frames);
   check(launch_voxels(voxels, stream_), "projecting back");
-  check(cudaEventRecord(slot.done, stream_), "working");
-  slot.is_in_use = true;
-}
-
-/// Waits until what was sent last in a buffer is done with.
-void GpuProjector::finish(Slot& slot) {
-  if (!slot.is_in_use) return;
-  check(cudaEventSynchronize(slot.done), "projecting back");
-  seconds_.filtering += seconds_between(slot.begun, slot.filtered);
-  seconds_.projecting += seconds_between(slot.filtered, slot.done);
-  slot.is_in_use = false;
+  projecting_.stop(stream_);
+  layers_begin_ = layers_end_;
 }
 
 /// The volume, by way of memory that the GPU writes to by itself: one part is copied on while the
@@ -299,11 +316,12 @@ ProjectedBack GpuProjector::run(const Progress& progress) {
     const int number = std::min(at_a_time_, count - first);
     report_frame(progress, first, count);
     Slot& slot = slots_[std::size_t(n % 2)];
-    finish(slot);
+    check(cudaEventSynchronize(slot.done), "projecting back");  // at once, the first time
     send(slot, first, number);
-    work(slot, first, number);
+    filter(slot, first, number);
   }
-  for (Slot& slot : slots_) finish(slot);
+  project_back();
+  stream_.wait("projecting back");
   back.values = room.get();
   bring_back(back.values);
   unsigned truncated = 0;
@@ -311,7 +329,7 @@ ProjectedBack GpuProjector::run(const Progress& progress) {
         "copying the volume");
   back.truncated_percent =
       100.0 * double(truncated) / (double(count) * double(task_.plane.v_count));
-  back.gpu = seconds_;
+  back.gpu = {filtering_.seconds(), projecting_.seconds()};
   return back;
 }
 

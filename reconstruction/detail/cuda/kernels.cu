@@ -31,7 +31,7 @@ __global__ void integrals_kernel(IntegralsTask task) {
 __global__ void __launch_bounds__(kFilterThreads) filter_kernel(FilterTask task) {
   extern __shared__ Complex values[];
   __shared__ RowPairEnds ends;
-  const int j = 2 * int(blockIdx.x), f = int(blockIdx.y);
+  const int j = 2 * int(blockIdx.x), f = int(blockIdx.y), layer = task.first_layer + f;
   const bool is_pair = j + 1 < task.v_count;
   const FrameOnGpu& frame = task.frames[f];
   const float* picture = task.integrals + std::size_t(f) * std::size_t(frame.map.columns) *
@@ -51,9 +51,10 @@ __global__ void __launch_bounds__(kFilterThreads) filter_kernel(FilterTask task)
                        weights[i] * slant_weight(radius, across, along + spacing)};
       },
       [&](int i, const Complex& pair) {
-        surf2DLayeredwrite(frame.arc * pair.re, task.filtered, i * int(sizeof(float)), j, f);
+        surf2DLayeredwrite(frame.arc * pair.re, task.filtered, i * int(sizeof(float)), j, layer);
         if (is_pair)
-          surf2DLayeredwrite(frame.arc * pair.im, task.filtered, i * int(sizeof(float)), j + 1, f);
+          surf2DLayeredwrite(frame.arc * pair.im, task.filtered, i * int(sizeof(float)), j + 1,
+                             layer);
       },
       values, ends);
   if (threadIdx.x == 0) atomicAdd(task.truncated_rows, unsigned(ends.truncated_rows()));

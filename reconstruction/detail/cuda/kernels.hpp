@@ -11,7 +11,7 @@
 /// include this.
 namespace angio::reconstruction::detail {
 
-inline constexpr int kMostFrames = 32;  ///< at a time
+inline constexpr int kMostFrames = 32;  ///< that voxels are made of at a time
 
 /// Pictures to line integrals, with what a shutter covers filled in.
 struct IntegralsTask {
@@ -36,7 +36,7 @@ struct FilterTask {
   const float* integrals = nullptr;    ///< shape [frame_count, rows, columns]
   const FrameOnGpu* frames = nullptr;  ///< shape [frame_count]
   const float* weights = nullptr;      ///< ray_weights(), shape [frame_count, u_count]
-  int frame_count = 0, v_count = 0;
+  int frame_count = 0, first_layer = 0, v_count = 0;
   RowFilter filter;                    ///< its columns are u_count
   cudaSurfaceObject_t filtered = 0;    ///< layers of u_count x v_count
   unsigned* truncated_rows = nullptr;  ///< is added to
