@@ -123,6 +123,9 @@ class Pictures : public reconstruction::FrameReader {
   void read_into(int first, int count, float* pixels) const override {
     pictures_.read_into(first, count, pixels);
   }
+  [[nodiscard]] std::vector<float> read_some(const std::vector<int>& frames) const override {
+    return pictures_.read_some(frames);
+  }
 
  private:
   const segmentation::RunPictures& pictures_;

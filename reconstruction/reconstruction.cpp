@@ -223,17 +223,17 @@ Alignment align(const RotationalRun& run, double air, const Reconstruction& from
   for (int first = 0; first < count; first += at_a_time * every) {
     progress.report(double(first) / count,
                     fmt::format("fitting the C-arm's path, frame {} of {}", first + 1, count));
-    const int number = std::min(at_a_time, (count - first + every - 1) / every);
-    std::vector<float> integrals;  // of all frames; of some each is read alone
-    if (every == 1) integrals = read_line_integrals(run, first, number, air);
-    parallel_for_uneven(number, [&](std::ptrdiff_t n) {
-      const std::size_t index = std::size_t(first) + std::size_t(n) * std::size_t(every);
+    std::vector<int> some;
+    for (int f = first; f < std::min(count, first + at_a_time * every); f += every)
+      some.push_back(f);
+    const std::vector<float> integrals =
+        every == 1 ? read_line_integrals(run, first, int(some.size()), air)
+                   : read_line_integrals(run, some, air);
+    parallel_for_uneven(std::ptrdiff_t(some.size()), [&](std::ptrdiff_t n) {
+      const std::size_t index = std::size_t(some[std::size_t(n)]);
       const auto begin = integrals.begin() + std::ptrdiff_t(std::size_t(n) * pixels);
-      const std::vector<float> picture =
-          every == 1 ? std::vector<float>(begin, begin + std::ptrdiff_t(pixels))
-                     : read_line_integrals(run, int(index), 1, air);
-      const FrameFit fit =
-          fit_frame(run.frames[index], motions[index], picture, points, blur_pixels);
+      const FrameFit fit = fit_frame(run.frames[index], motions[index],
+                                     {begin, begin + std::ptrdiff_t(pixels)}, points, blur_pixels);
       alignment.motions[index] = fit.motion;
       moved[index] = fit.moved_pixels;
       fitted[index] = fit.is_fitted;

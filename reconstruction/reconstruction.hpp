@@ -29,6 +29,16 @@ class FrameReader {
     const std::vector<float> all = read(first, count);
     std::copy(all.begin(), all.end(), pixels);
   }
+  /// Frames that need not follow each other.
+  /// @return shape [frames.size(), rows, columns]
+  [[nodiscard]] virtual std::vector<float> read_some(const std::vector<int>& frames) const {
+    std::vector<float> pixels;
+    for (const int frame : frames) {
+      const std::vector<float> one = read(frame, 1);
+      pixels.insert(pixels.end(), one.begin(), one.end());
+    }
+    return pixels;
+  }
 };
 
 /// How pixels tell the beam (DICOM PS3.3 C.8.7.1.1.2, Pixel Intensity Relationship).

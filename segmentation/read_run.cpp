@@ -30,7 +30,7 @@ class DicomPictures : public RunPictures {
   }
   void read_into(int first, int count, float* pixels) const override {
     if (count == 1 && !follows(first)) {
-      const std::vector<float> one = detail::decode_frames(headers_, {{0, first}});
+      const std::vector<float> one = read_some({first});
       std::copy(one.begin(), one.end(), pixels);
       return;
     }
@@ -44,6 +44,11 @@ class DicomPictures : public RunPictures {
     }
     next_ = first + count;
     if (next_ == int(headers_.front().frames.size())) streams_.clear();
+  }
+  [[nodiscard]] std::vector<float> read_some(const std::vector<int>& frames) const override {
+    std::vector<detail::SliceReference> members;
+    for (const int frame : frames) members.push_back({0, frame});
+    return detail::decode_frames(headers_, members);
   }
 
  protected:
@@ -163,6 +168,12 @@ class StackPictures : public RunPictures {
   void read_into(int first, int count, float* pixels) const override {
     std::copy_n(stack_.values.data() + stack_.geometry.offset(0, 0, first),
                 stack_.geometry.offset(0, 0, count), pixels);
+  }
+  [[nodiscard]] std::vector<float> read_some(const std::vector<int>& frames) const override {
+    std::vector<float> pixels(frames.size() * per_frame());
+    for (std::size_t n = 0; n < frames.size(); ++n)
+      read_into(frames[n], 1, pixels.data() + n * per_frame());
+    return pixels;
   }
   [[nodiscard]] const VolumeGeometry& geometry() const { return stack_.geometry; }
 

@@ -24,6 +24,9 @@ class RunPictures {
   [[nodiscard]] std::vector<float> read(int first, int count) const;
   /// The same, put where the caller wants them.
   virtual void read_into(int first, int count, float* pixels) const = 0;
+  /// Frames that need not follow each other.
+  /// @return shape [frames.size(), rows, columns]
+  [[nodiscard]] virtual std::vector<float> read_some(const std::vector<int>& frames) const = 0;
 
  protected:
   [[nodiscard]] virtual std::size_t per_frame() const = 0;  ///< pixels

@@ -42,16 +42,28 @@ bool is_only_noise(const std::vector<float>& pixels, int columns, int rows) {
   return most - least < kFarApart * noise;
 }
 
+/// Of whole frames.
+std::vector<float> line_integrals(const RotationalRun& run, std::vector<float> pictures,
+                                  const std::vector<float>& masks, double air) {
+  const angiogram::ConeBeamFrame& frame = run.frames.front();
+  const std::size_t pixels = std::size_t(frame.columns) * std::size_t(frame.rows);
+  parallel_for(std::ptrdiff_t(pictures.size() / pixels), [&](std::ptrdiff_t n) {
+    const std::size_t at = std::size_t(n) * pixels;
+    to_line_integrals(pictures.data() + at, masks.empty() ? nullptr : masks.data() + at, pixels,
+                      run.relation, air);
+    if (run.open_field)
+      cover_shutter(pictures.data() + at, frame.columns, frame.rows, *run.open_field);
+  });
+  return pictures;
+}
+
 }  // namespace
 
 double unattenuated(const RotationalRun& run) {
   const int count = int(run.frames.size()), looked = std::min(count, kFramesLookedAt);
-  const angiogram::ConeBeamFrame& frame = run.frames.front();
-  const std::size_t per_frame = std::size_t(frame.columns) * std::size_t(frame.rows);
-  std::vector<float> pixels(per_frame * std::size_t(looked));
-  parallel_for(looked, [&](std::ptrdiff_t n) {
-    run.pictures->read_into(int(n * count / looked), 1, pixels.data() + std::size_t(n) * per_frame);
-  });
+  std::vector<int> spread;
+  for (int n = 0; n < looked; ++n) spread.push_back(int(std::int64_t(n) * count / looked));
+  std::vector<float> pixels = run.pictures->read_some(spread);
   const auto [least, most] = std::minmax_element(pixels.begin(), pixels.end());
   if (!(*least < *most))
     throw InputError(
@@ -94,18 +106,14 @@ void cover_shutter(float* pixels, int columns, int rows, const OpenField& field)
 }
 
 std::vector<float> read_line_integrals(const RotationalRun& run, int first, int count, double air) {
-  const angiogram::ConeBeamFrame& frame = run.frames.front();
-  const std::size_t pixels = std::size_t(frame.columns) * std::size_t(frame.rows);
-  std::vector<float> pictures = run.pictures->read(first, count);
-  const std::vector<float> masks = run.masks ? run.masks->read(first, count) : std::vector<float>();
-  parallel_for(count, [&](std::ptrdiff_t n) {
-    const std::size_t at = std::size_t(n) * pixels;
-    to_line_integrals(pictures.data() + at, masks.empty() ? nullptr : masks.data() + at, pixels,
-                      run.relation, air);
-    if (run.open_field)
-      cover_shutter(pictures.data() + at, frame.columns, frame.rows, *run.open_field);
-  });
-  return pictures;
+  return line_integrals(run, run.pictures->read(first, count),
+                        run.masks ? run.masks->read(first, count) : std::vector<float>(), air);
+}
+
+std::vector<float> read_line_integrals(const RotationalRun& run, const std::vector<int>& frames,
+                                       double air) {
+  return line_integrals(run, run.pictures->read_some(frames),
+                        run.masks ? run.masks->read_some(frames) : std::vector<float>(), air);
 }
 
 }  // namespace angio::reconstruction::detail

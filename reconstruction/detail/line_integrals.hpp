@@ -46,5 +46,8 @@ void cover_shutter(float* pixels, int columns, int rows, const OpenField& field)
 /// @param air  unattenuated(); of no matter where the run has masks
 /// @return shape [count, rows, columns]
 std::vector<float> read_line_integrals(const RotationalRun& run, int first, int count, double air);
+/// The same of frames that need not follow each other.
+std::vector<float> read_line_integrals(const RotationalRun& run, const std::vector<int>& frames,
+                                       double air);
 
 }  // namespace angio::reconstruction::detail

@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 #include <map>
+#include <utility>
 
 #include "core/parallel.hpp"
 #include "core/units.hpp"
@@ -41,19 +42,22 @@ void box_sum_rows(std::vector<double>& values, int columns, int rows, int half) 
   }
 }
 
-/// The same down the columns, then: sums over squares.
-std::vector<double> box_sum(std::vector<double> values, int columns, int rows, int half) {
+/// The same down the columns, then: sums over squares, in place.
+/// @param above  room for sums, kept from one call to the next: memory that is new to the program
+///               would take longer than the sums
+void box_sum(std::vector<double>& values, int columns, int rows, int half,
+             std::vector<double>& above) {
   box_sum_rows(values, columns, rows, half);
   const std::size_t width = std::size_t(columns);
-  std::vector<double> sums((std::size_t(rows) + 1) * width, 0.0);  // of the rows above
-  for (std::size_t i = 0; i < values.size(); ++i) sums[i + width] = sums[i] + values[i];
+  above.resize((std::size_t(rows) + 1) * width);
+  std::fill_n(above.begin(), width, 0.0);
+  for (std::size_t i = 0; i < values.size(); ++i) above[i + width] = above[i] + values[i];
   for (int r = 0; r < rows; ++r) {
-    const double* below = sums.data() + std::size_t(std::min(r + half + 1, rows)) * width;
-    const double* above = sums.data() + std::size_t(std::max(r - half, 0)) * width;
+    const double* last = above.data() + std::size_t(std::min(r + half + 1, rows)) * width;
+    const double* first = above.data() + std::size_t(std::max(r - half, 0)) * width;
     double* row = values.data() + std::size_t(r) * width;
-    for (std::size_t c = 0; c < width; ++c) row[c] = below[c] - above[c];
+    for (std::size_t c = 0; c < width; ++c) row[c] = last[c] - first[c];
   }
-  return values;
 }
 
 /// The mean of a volume over a box around each voxel, cut at its border.
@@ -64,7 +68,8 @@ std::vector<float> surroundings(const Volume<float>& volume, int half) {
   std::vector<float> means(volume.values.size());
   parallel_for(nk, [&](std::ptrdiff_t k) {
     const float* from = volume.values.data() + std::size_t(k) * slice;
-    const std::vector<double> sums = box_sum(std::vector<double>(from, from + slice), ni, nj, half);
+    std::vector<double> sums(from, from + slice), above;
+    box_sum(sums, ni, nj, half, above);
     std::copy(sums.begin(), sums.end(), means.begin() + std::ptrdiff_t(std::size_t(k) * slice));
   });
   const auto span = [half](int at, int count) {
@@ -140,8 +145,9 @@ using Parameters = Eigen::Matrix<double, kParameters, 1>;
 /// What a frame sees of the points, and how that changes when the frame moves.
 struct Picture {
   int columns = 0, rows = 0;
-  std::vector<double> value;                  ///< shape [rows, columns]
-  std::vector<int> seen;                      ///< the same; which of `change`, -1: it sees none
+  double least = 0.0;         ///< what is seen less is not looked at; 0: nothing is seen
+  std::vector<double> value;  ///< shape [rows, columns]
+  std::vector<int> seen;      ///< the same; which of `change`, -1: it sees none
   std::vector<std::array<double, 6>> change;  ///< by turn and shift
 };
 
@@ -170,11 +176,16 @@ PlaceChange place_change(const std::array<std::array<double, 4>, 3>& m, const Ve
 }
 
 /// Adds up Gaussians of the points' amounts.
-Picture splat(const ConeBeamFrame& frame, const std::vector<BrightPoint>& points, double sd) {
-  Picture picture{frame.columns, frame.rows, {}, {}, {}};
+/// @param last  a picture whose memory is taken over
+Picture splat(const ConeBeamFrame& frame, const std::vector<BrightPoint>& points, double sd,
+              Picture last) {
+  Picture picture = std::move(last);
   const std::size_t count = std::size_t(frame.columns) * std::size_t(frame.rows);
+  picture.columns = frame.columns;
+  picture.rows = frame.rows;
   picture.value.assign(count, 0.0);
   picture.seen.assign(count, -1);
+  picture.change.clear();
   const auto m = ConeBeamView(frame).matrix();
   const Vec3 pixel = cross(frame.column_step, frame.row_step);
   const double pixel_area = norm(pixel);
@@ -209,39 +220,46 @@ Picture splat(const ConeBeamFrame& frame, const std::vector<BrightPoint>& points
           sum[k] += g * per_variance * (dc * change.column[k] + dr * change.row[k]);
       }
   }
+  picture.least = kSeen * *std::max_element(picture.value.begin(), picture.value.end());
   return picture;
 }
 
 /// What lies around the points, smoothed, goes on under them.
-std::vector<double> background(const std::vector<float>& line_integrals, const Picture& picture,
-                               double least) {
-  std::vector<double> outside(line_integrals.size()), weight(line_integrals.size());
-  for (std::size_t i = 0; i < outside.size(); ++i) {
-    weight[i] = picture.value[i] > least ? 1e-6 : 1.0;
-    outside[i] = weight[i] * double(line_integrals[i]);
+class Background {
+ public:
+  const std::vector<double>& of(const std::vector<float>& line_integrals, const Picture& picture) {
+    outside_.resize(line_integrals.size());
+    weight_.resize(line_integrals.size());
+    for (std::size_t i = 0; i < outside_.size(); ++i) {
+      weight_[i] = picture.value[i] > picture.least ? 1e-6 : 1.0;
+      outside_[i] = weight_[i] * double(line_integrals[i]);
+    }
+    for (int pass = 0; pass < 2; ++pass) {
+      box_sum(outside_, picture.columns, picture.rows, kBackgroundPixels, above_);
+      box_sum(weight_, picture.columns, picture.rows, kBackgroundPixels, above_);
+    }
+    for (std::size_t i = 0; i < outside_.size(); ++i) outside_[i] /= weight_[i];
+    return outside_;
   }
-  for (int pass = 0; pass < 2; ++pass) {
-    outside = box_sum(std::move(outside), picture.columns, picture.rows, kBackgroundPixels);
-    weight = box_sum(std::move(weight), picture.columns, picture.rows, kBackgroundPixels);
-  }
-  for (std::size_t i = 0; i < outside.size(); ++i) outside[i] /= weight[i];
-  return outside;
-}
+
+ private:
+  std::vector<double> outside_, weight_, above_;
+};
 
 /// One Gauss-Newton step.
 ///
 /// A shift along the beam only changes the size of the picture, by so little that noise and blur
 /// would tell it: it is held.
-/// @param beam  unit
-Parameters step(const std::vector<float>& line_integrals, const Picture& picture,
-                const Motion& motion, const Vec3& beam, double scale, double least) {
-  const std::vector<double> around = background(line_integrals, picture, least);
+/// @param around  the background
+/// @param beam    unit
+Parameters step(const std::vector<float>& line_integrals, const std::vector<double>& around,
+                const Picture& picture, const Motion& motion, const Vec3& beam, double scale) {
   Eigen::Matrix<double, kParameters, kParameters> normal;
   normal.setZero();
   Parameters right = Parameters::Zero();
   double squares = 0.0, number = 0.0;
   for (std::size_t i = 0; i < line_integrals.size(); ++i) {
-    if (!(picture.value[i] > least)) continue;
+    if (!(picture.value[i] > picture.least)) continue;
     Parameters row;
     const auto& change = picture.change[std::size_t(picture.seen[i])];
     for (std::size_t k = 0; k < 6; ++k) row[Eigen::Index(k)] = scale * change[k];
@@ -342,11 +360,13 @@ FrameFit fit_frame(const ConeBeamFrame& given, const Motion& from,
   const Vec3 beam =
       normalized(given.place(0.5 * (given.columns - 1), 0.5 * (given.rows - 1)) - given.source);
   double scale = 1.0;
+  Picture picture;
+  Background background;
   for (int n = 0; n < kInnerSteps; ++n) {
-    const Picture picture = splat(moved(given, fit.motion), points, blur_pixels);
-    const double most = *std::max_element(picture.value.begin(), picture.value.end());
-    if (!(most > 0.0)) return unfitted;
-    const Parameters by = step(line_integrals, picture, fit.motion, beam, scale, kSeen * most);
+    picture = splat(moved(given, fit.motion), points, blur_pixels, std::move(picture));
+    if (!(picture.least > 0.0)) return unfitted;
+    const std::vector<double>& around = background.of(line_integrals, picture);
+    const Parameters by = step(line_integrals, around, picture, fit.motion, beam, scale);
     if (by.isZero()) return unfitted;
     fit.motion.turn += {by[0], by[1], by[2]};
     fit.motion.shift += {by[3], by[4], by[5]};

@@ -1,4 +1,5 @@
 #include <fmt/format.h>
+#include <omp.h>
 
 #include <algorithm>
 
@@ -7,8 +8,8 @@
 namespace angio::reconstruction::detail {
 namespace {
 
-/// Frames in memory at a time: their filtered values stay in the processor's cache while all voxels
-/// are gone through.
+/// Frames in memory at a time: so many that their filtered values stay in the processor's cache
+/// while all voxels are gone through, and at least one a thread.
 constexpr std::size_t kBytesAtATime = std::size_t(16) << 20;
 
 }  // namespace
@@ -21,7 +22,7 @@ void report_frame(const Progress& progress, int frame, int count) {
 int frames_at_a_time(const std::vector<angiogram::ConeBeamFrame>& frames) {
   const angiogram::ConeBeamFrame& frame = frames.front();
   const std::size_t bytes = std::size_t(frame.columns) * std::size_t(frame.rows) * sizeof(float);
-  return std::clamp(int(kBytesAtATime / bytes), 4, 32);
+  return std::clamp(std::max(int(kBytesAtATime / bytes), omp_get_max_threads()), 4, 32);
 }
 
 ProjectedBack project_back_on_cpu(const VolumeTask& task, const Progress& progress) {
