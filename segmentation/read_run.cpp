@@ -71,7 +71,7 @@ class DicomPictures : public RunPictures {
     return !streams_.empty() && first == next_;
   }
   void start(int first) const {
-    constexpr int kMostStreams = 4;  // more are not faster
+    constexpr int kMostStreams = 4;
     streams_.clear();
     begin_ = first;
     const int taking_turns = std::min(kMostStreams, omp_get_max_threads());

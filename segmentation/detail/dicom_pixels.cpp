@@ -8,6 +8,7 @@
 #include <dcmtk/dcmjpls/djdecode.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <cstring>
 #include <limits>
@@ -227,20 +228,22 @@ void rescale(const DicomHeader& header, int index, const StoredPixels& raw, floa
   const DicomFrame& frame = header.frames[std::size_t(index)];
   const int least = header.pixels.is_signed ? -(1 << (header.pixels.bits_stored - 1)) : 0;
   const int most = least + (1 << header.pixels.bits_stored) - 1;
+  const int sense = header.pixels.is_monochrome1 ? -1 : 1;
+  const int from = header.pixels.is_monochrome1 ? least + most : 0;
+  for (std::size_t p = 0; p < raw.size(); ++p)
+    out[p] =
+        float(frame.slope * double(from + sense * stored_value(raw[p], header)) + frame.intercept);
+  if (!header.pixels.has_padding) return;
+  const auto is_padding = [&](std::uint16_t pixel) {
+    const int stored = stored_value(pixel, header);
+    return stored >= header.pixels.padding_first && stored <= header.pixels.padding_last;
+  };
   float lowest = std::numeric_limits<float>::infinity();
-  std::vector<std::size_t> padded;
-  for (std::size_t p = 0; p < raw.size(); ++p) {
-    const int stored = stored_value(raw[p], header);
-    const int shown = header.pixels.is_monochrome1 ? least + most - stored : stored;
-    out[p] = float(frame.slope * double(shown) + frame.intercept);
-    if (header.pixels.has_padding && stored >= header.pixels.padding_first &&
-        stored <= header.pixels.padding_last)
-      padded.push_back(p);
-    else
-      lowest = std::min(lowest, out[p]);
-  }
-  if (padded.size() < raw.size())
-    for (std::size_t p : padded) out[p] = lowest;
+  for (std::size_t p = 0; p < raw.size(); ++p)
+    if (!is_padding(raw[p])) lowest = std::min(lowest, out[p]);
+  if (!std::isfinite(lowest)) return;
+  for (std::size_t p = 0; p < raw.size(); ++p)
+    if (is_padding(raw[p])) out[p] = lowest;
 }
 
 void decode_each(const std::vector<DicomHeader>& headers,
