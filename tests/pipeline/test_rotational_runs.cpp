@@ -55,6 +55,7 @@ TEST_F(RotationalRuns, LeadToTheLumenAndAreUpToDateAfterwards) {
   const json quality = json_of(folder_.path() / "case/reconstruction/quality.json");
   EXPECT_EQ(quality.at("frames"), 120);
   EXPECT_LT(quality.at("residual_pixels").get<double>(), 0.3);
+  EXPECT_EQ(quality.at("device").is_null(), quality.at("backend") == "cpu");
   const ProgramResult again = run(input, "case");
   EXPECT_THAT(again.error, HasSubstr("reconstruction up to date"));
   EXPECT_EQ(run_program("segment '" + folder_ / "case" + "'").exit_code, 0);

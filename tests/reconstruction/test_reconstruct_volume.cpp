@@ -1,6 +1,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <random>
 
@@ -149,6 +150,36 @@ TEST(ReconstructVolume, RefusesFramesOfNoiseAlone) {
   } catch (const InputError& error) {
     EXPECT_THAT(error.what(), HasSubstr("nothing but noise"));
   }
+}
+
+/// Counts how many frames are asked for at once.
+class CountingPictures : public FrameReader {
+ public:
+  explicit CountingPictures(const FrameReader& pictures) : pictures_(pictures) {}
+  [[nodiscard]] std::vector<float> read(int first, int count) const override {
+    most_ = std::max(most_, count);
+    return pictures_.read(first, count);
+  }
+  [[nodiscard]] std::vector<float> read_some(const std::vector<int>& frames) const override {
+    most_ = std::max(most_, int(frames.size()));
+    return pictures_.read_some(frames);
+  }
+  [[nodiscard]] int most() const { return most_; }
+
+ private:
+  const FrameReader& pictures_;
+  mutable int most_ = 0;
+};
+
+TEST(ReconstructVolume, HoldsSomeFramesAtATime) {
+  const auto frames = turn(150, -100.0, 100.0);
+  const PicturesOfBalls balls(frames, kBalls);
+  const CountingPictures pictures(balls);
+  RotationalRun run;
+  run.frames = frames;
+  run.pictures = &pictures;
+  reconstruct_volume(run, {});
+  EXPECT_LE(pictures.most(), 32);
 }
 
 TEST(RunForecast, SaysWhatTheVolumeThenIs) {
