@@ -20,6 +20,7 @@
 #include "core/text.hpp"
 #include "pipeline/case/console.hpp"
 #include "pipeline/case/stage.hpp"
+#include "pipeline/cli/archive_commands.hpp"
 #include "pipeline/cli/batch_command.hpp"
 #include "pipeline/cli/command_description.hpp"
 #include "pipeline/cli/convert_command.hpp"
@@ -174,6 +175,8 @@ int dispatch(int argc, char** argv) {
   commands.add<FilmArguments>(add_film_command, do_film);
   commands.add<FigureArguments>(add_figure_command, do_figure);
   commands.add<ConvertArguments>(add_convert_command, do_convert);
+  commands.add<SendArguments>(add_send_command, do_send);
+  commands.add<FetchArguments>(add_fetch_command, do_fetch);
   commands.add<PhantomArguments>(add_phantom_command, do_phantom);
   commands.add<InflateArguments>(add_inflate_command, do_inflate);
   commands.add<ExperimentArguments>(add_experiment_command, do_experiment);
