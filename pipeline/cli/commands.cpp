@@ -29,6 +29,7 @@
 #include "pipeline/cli/figure_command.hpp"
 #include "pipeline/cli/film_command.hpp"
 #include "pipeline/cli/inflate_command.hpp"
+#include "pipeline/cli/live_command.hpp"
 #include "pipeline/cli/recommend_command.hpp"
 #include "pipeline/cli/run_command.hpp"
 #include "pipeline/cli/stage_commands.hpp"
@@ -172,6 +173,7 @@ int dispatch(int argc, char** argv) {
   for (const StageCommand& stage : stage_commands()) commands.add_stage(stage);
   commands.add<InspectArguments>(add_inspect_command, do_inspect);
   commands.add<ViewArguments>(add_view_command, do_view);
+  commands.add<LiveArguments>(add_live_command, do_live);
   commands.add<FilmArguments>(add_film_command, do_film);
   commands.add<FigureArguments>(add_figure_command, do_figure);
   commands.add<ConvertArguments>(add_convert_command, do_convert);
