@@ -11,6 +11,7 @@
 #include "formats/files.hpp"
 #include "formats/gltf.hpp"
 #include "formats/nrrd.hpp"
+#include "formats/volume_files.hpp"
 #include "pipeline/case/dicom_folder.hpp"
 #include "pipeline/case/input_kind.hpp"
 #include "pipeline/case/slicer_folder.hpp"
@@ -24,6 +25,20 @@ namespace {
 
 enum class Kind { surface, volume, scene };
 
+bool is_nifti(const fs::path& output) {
+  const std::string name = output.filename().string();
+  return name.ends_with(".nii.gz") || name.ends_with(".NII.GZ");
+}
+
+void write_volume(const fs::path& output, const Volume<float>& volume) {
+  if (is_nifti(output))
+    formats::write_nifti(output, volume);
+  else if (lower_extension(output) == ".mha")
+    formats::write_mha(output, volume);
+  else
+    formats::write_nrrd(output, volume);
+}
+
 /// A report on paper, of a case.
 bool is_pdf(const fs::path& output) { return lower_extension(output) == ".pdf"; }
 
@@ -32,12 +47,12 @@ Kind output_kind(const fs::path& output) {
   const std::string extension = lower_extension(output);
   if (extension == ".stl" || extension == ".ply" || extension == ".vtp" || extension == ".obj")
     return Kind::surface;
-  if (extension == ".nrrd") return Kind::volume;
+  if (extension == ".nrrd" || extension == ".mha" || is_nifti(output)) return Kind::volume;
   if (is_pdf(output) || extension == ".gltf" || extension == ".glb") return Kind::scene;
   throw Error(ExitCode::usage,
               "nothing can be written as " + output.filename().string() +
                   " (the ending names no format known here). Give .stl, .ply, .vtp or .obj for a "
-                  "surface, .nrrd for a volume, .glb, .gltf or .pdf for a case");
+                  "surface, .nrrd, .mha or .nii.gz for a volume, .glb, .gltf or .pdf for a case");
 }
 
 Kind kind_of_input(const std::string& input) {
@@ -78,7 +93,8 @@ int convert_for_slicer(const ConvertArguments& a, Reporter& reporter) {
 }
 
 constexpr const char* kWords[] = {"a surface", "a volume", "a case"};
-constexpr const char* kEndings[] = {".stl, .ply, .vtp or .obj", ".nrrd", ".glb, .gltf or .pdf"};
+constexpr const char* kEndings[] = {".stl, .ply, .vtp or .obj", ".nrrd, .mha or .nii.gz",
+                                    ".glb, .gltf or .pdf"};
 
 }  // namespace
 
@@ -86,7 +102,8 @@ CLI::App& add_convert_command(CLI::App& app, ConvertArguments& a) {
   CLI::App& command = *app.add_subcommand(
       "convert",
       "a surface, a volume or a case into another format: .stl .ply .vtp .obj of a\n"
-      "surface, .nrrd of a volume or DICOM, .glb .gltf (moving) or .pdf (the report) of a case");
+      "surface, .nrrd .mha .nii.gz of a volume or DICOM, .glb .gltf (moving) or .pdf (the report) "
+      "of a case");
   command.add_option("IN", a.input, "a surface, volume, DICOM folder or case")->required();
   command.add_option("OUT", a.output, "the file to be written; its ending says the format")
       ->required();
@@ -122,7 +139,7 @@ int do_convert(const ConvertArguments& a) {
     case Kind::volume: {
       const auto loaded = segmentation::read_volume(a.input, {}, reporter.progress());
       for (const std::string& warning : loaded.warnings) reporter.warn("convert", warning);
-      formats::write_nrrd(a.output, loaded.volume);
+      write_volume(a.output, loaded.volume);
       break;
     }
     case Kind::scene:
