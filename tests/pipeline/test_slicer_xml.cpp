@@ -67,8 +67,9 @@ std::vector<Parameter> parameters_of(const std::string& xml) {
            e = e->NextSiblingElement("element"))
         elements.insert(e->GetText());
       EXPECT_EQ(type == "string-enumeration", !elements.empty()) << one.name;
-      if (type == "string-enumeration" && !one.value.empty())
+      if (type == "string-enumeration" && !one.value.empty()) {
         EXPECT_TRUE(elements.contains(one.value)) << one.name << " is " << one.value;
+      }
       if (type == "string-enumeration" && one.value.empty()) one.value = *elements.begin();
       if (const auto* range = item->FirstChildElement("constraints"); range != nullptr) {
         EXPECT_LT(std::stod(text_of(range, "minimum")), std::stod(text_of(range, "maximum")));
@@ -94,10 +95,14 @@ TEST_P(SlicerXml, IsWellFormedAndNamesEachParameterOnce) {
         << one.name;
     EXPECT_TRUE(names.insert(one.name).second) << one.name << " twice";
     for (const std::string& flag : {one.flag, one.longflag})
-      if (!flag.empty()) EXPECT_TRUE(flags.insert(flag).second) << flag << " twice";
+      if (!flag.empty()) {
+        EXPECT_TRUE(flags.insert(flag).second) << flag << " twice";
+      }
     EXPECT_NE(one.index.empty(), one.flag.empty() && one.longflag.empty())
         << one.name << " has a place or flags, not both";
-    if (!one.index.empty()) EXPECT_EQ(one.index, std::to_string(positional_count++));
+    if (!one.index.empty()) {
+      EXPECT_EQ(one.index, std::to_string(positional_count++));
+    }
   }
 }
 
