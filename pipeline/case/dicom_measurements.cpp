@@ -29,6 +29,7 @@ const Code kPressureGradient{"251081004", "SCT", "Pressure Gradient"};
 
 // What a group is about.
 const Code kStenosis{"415582006", "SCT", "Stenosis"};
+const Code kLumen{"91747007", "SCT", "Lumen of blood vessel"};
 const Code kInflated{"122303", "DCM", "Angioplasty balloon inflated"};
 const Code kDeflated{"122304", "DCM", "Angioplasty balloon deflated"};
 
@@ -117,8 +118,13 @@ std::vector<dicom::MeasurementGroup> measurement_groups(const json& metrics) {
   const bool has_result = status == "done" || status == "no_lesion";
   const bool is_coronary =
       metrics.contains("flow") && metrics["flow"].value("vessel", json()) == "coronary";
+  const bool has_lesion = status != "no_lesion";
   std::vector<dicom::MeasurementGroup> groups{
-      {"Lesion before", kStenosis, {}}, {"At peak", kInflated, {}}, {"After", kDeflated, {}}};
+      {has_lesion ? "Lesion before" : "Narrowest place before",
+       has_lesion ? kStenosis : kLumen,
+       {}},
+      {"At peak", kInflated, {}},
+      {"After", kDeflated, {}}};
   add_terms(metrics, "lesion", lesion_terms(), groups[0].measurements);
   add_terms(metrics, "flow", flow_terms(is_coronary, false), groups[0].measurements);
   add_ffr_range(metrics, "ffr_before_range", groups[0].measurements);
