@@ -15,6 +15,17 @@ install(FILES ${described}/_angio DESTINATION ${CMAKE_INSTALL_DATADIR}/zsh/vendo
   COMPONENT program)
 install(FILES ${described}/angio.fish DESTINATION ${CMAKE_INSTALL_DATADIR}/fish/vendor_completions.d
   COMPONENT program)
+# Each command as a module of 3D Slicer: a folder for its "Additional module paths".
+set(slicer_commands run segment centerline mesh simulate report convert film figure inflate recommend)
+foreach(command IN LISTS slicer_commands)
+  install(CODE "
+    set(modules \"\$ENV{DESTDIR}\${CMAKE_INSTALL_PREFIX}/${CMAKE_INSTALL_LIBDIR}/angio/slicer\")
+    file(MAKE_DIRECTORY \"\${modules}\")
+    file(RELATIVE_PATH program \"\${modules}\"
+      \"\$ENV{DESTDIR}\${CMAKE_INSTALL_PREFIX}/${CMAKE_INSTALL_BINDIR}/angio\")
+    file(CREATE_LINK \"\${program}\" \"\${modules}/angio-${command}\" SYMBOLIC)"
+    COMPONENT program)
+endforeach()
 install(FILES LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR} RENAME copyright COMPONENT program)
 
 # All libraries but those of the compiler and of glibc, which a system has, and fits to each other.

@@ -15,4 +15,7 @@ std::string fixed_text(double value, int decimals);
 /// Bytes in base64 (RFC 4648).
 std::string base64(std::string_view bytes);
 
+/// The other way. Empty if the text is no base64.
+std::string from_base64(std::string_view text);
+
 }  // namespace angio::formats

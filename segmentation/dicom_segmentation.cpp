@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <system_error>
 
@@ -11,6 +12,7 @@
 #include "core/parallel.hpp"
 #include "segmentation/detail/dicom_series.hpp"
 #include "segmentation/detail/segmentation_object.hpp"
+#include "segmentation/detail/source_identity.hpp"
 #include "segmentation/detail/volume_file.hpp"
 
 namespace angio::segmentation {
@@ -73,19 +75,77 @@ detail::SegmentationFrames resample_to(const detail::DicomSeries& series,
                                        const Volume<float>& level_set) {
   const IndexBox box = lumen_box(level_set);
   const detail::DicomHeader& first = series.headers.front();
+  const detail::DicomFrame& place = series.frame(series.slices.front());
+  detail::SegmentationFrames frames;
+  frames.rows = first.pixels.rows;
+  frames.columns = first.pixels.columns;
+  frames.spacing_i = place.spacing_i;
+  frames.spacing_j = place.spacing_j;
+  frames.thickness = series.stack.geometry.spacing.z;
+  frames.axis_i = place.axis_i;
+  frames.axis_j = place.axis_j;
+  frames.source_series_uid = first.series_uid;
   std::vector<std::vector<std::uint8_t>> masks(series.slices.size());
   parallel_for(std::ptrdiff_t(masks.size()), [&](std::ptrdiff_t k) {
-    masks[std::size_t(k)] =
-        mask_on_slice(level_set, box, series.frame(series.slices[std::size_t(k)]),
-                      first.pixels.columns, first.pixels.rows);
+    masks[std::size_t(k)] = mask_on_slice(
+        level_set, box, series.frame(series.slices[std::size_t(k)]), frames.columns, frames.rows);
   });
-  detail::SegmentationFrames frames;
   for (std::size_t k = 0; k < masks.size(); ++k) {
     if (masks[k].empty()) continue;
-    frames.slices.push_back(series.slices[k]);
+    const detail::SliceReference& slice = series.slices[k];
+    const detail::DicomHeader& header = series.headers[std::size_t(slice.header)];
+    frames.planes.push_back({series.frame(slice).position,
+                             {header.sop_class_uid, header.instance_uid},
+                             header.multi_frame_object ? slice.frame : -1});
     frames.masks.push_back(std::move(masks[k]));
   }
   return frames;
+}
+
+/// The slices of a mask that hold some of it.
+detail::SegmentationFrames slices_of(const Volume<std::uint8_t>& mask) {
+  const VolumeGeometry& grid = mask.geometry;
+  const auto axis = [&](int column) {
+    const Vec3 unit{column == 0 ? 1.0 : 0.0, column == 1 ? 1.0 : 0.0, 0.0};
+    return normalized(grid.lps_from_index(unit) - grid.lps_from_index({}));
+  };
+  detail::SegmentationFrames frames;
+  frames.rows = grid.size[1];
+  frames.columns = grid.size[0];
+  frames.spacing_i = grid.spacing.x;
+  frames.spacing_j = grid.spacing.y;
+  frames.thickness = grid.spacing.z;
+  frames.axis_i = axis(0);
+  frames.axis_j = axis(1);
+  const std::size_t pixel_count = std::size_t(frames.rows) * std::size_t(frames.columns);
+  for (int k = 0; k < grid.size[2]; ++k) {
+    const auto first = mask.values.begin() + std::ptrdiff_t(std::size_t(k) * pixel_count);
+    const auto last = first + std::ptrdiff_t(pixel_count);
+    if (std::find(first, last, std::uint8_t(1)) == last) continue;
+    frames.planes.push_back({grid.lps_from_index({0.0, 0.0, double(k)}), {}, -1});
+    frames.masks.emplace_back(first, last);
+  }
+  return frames;
+}
+
+/// Writes it so that it appears at once and only its owner can read it.
+void write_object(const fs::path& path, const detail::SegmentationFrames& frames,
+                  const std::function<dicom::StudyIdentity(const std::string& seed)>& identity) {
+  write_atomically(path, [&](const fs::path& temporary) {
+    const std::size_t frame_bytes = frames.masks.front().size() * frames.masks.size();
+    const ChildResult result = run_guarded(
+        {(std::size_t(1) << 30) + 8 * frame_bytes, 600, 600},
+        [&](ChildOutput&) {
+          const std::string seed = detail::seed_of(frames);
+          detail::write_segmentation_object(temporary, frames, identity(seed), seed);
+        },
+        [](ChildInput&) {});
+    if (result.end == ChildEnd::refused) throw IoError(result.message);
+    if (result.end != ChildEnd::done)
+      throw IoError("could not write " + path.string() +
+                    " (the source's headers are damaged, or memory is short). Is the disk full?");
+    fs::permissions(temporary, fs::perms::owner_read | fs::perms::owner_write);
+  });
 }
 
 /// @param options  of reading; a voxel size that the user gave is no place in the patient, so that
@@ -114,20 +174,19 @@ void write_dicom_segmentation(const fs::path& path, const Volume<float>& level_s
     throw InputError(
         "the lumen holds no pixel centre of the source (it lies elsewhere, or is thinner than a "
         "pixel). Check that the segmentation was made from this source");
-  write_atomically(path, [&](const fs::path& temporary) {
-    const std::size_t frame_bytes = frames.masks.front().size() * frames.masks.size();
-    const ChildResult result = run_guarded(
-        {(std::size_t(1) << 30) + 8 * frame_bytes, 600, 600},
-        [&](ChildOutput&) {
-          detail::write_segmentation_object(temporary, series, frames, options);
-        },
-        [](ChildInput&) {});
-    if (result.end == ChildEnd::refused) throw IoError(result.message);
-    if (result.end != ChildEnd::done)
-      throw IoError("could not write " + path.string() +
-                    " (the source's headers are damaged, or memory is short). Is the disk full?");
-    fs::permissions(temporary, fs::perms::owner_read | fs::perms::owner_write);
+  write_object(path, frames, [&](const std::string& seed) {
+    const dicom::StudyIdentity identity =
+        detail::source_identity(series.headers.front().source, seed);
+    return options.keep_patient ? identity : detail::without_patient(identity);
   });
+}
+
+void write_dicom_segmentation(const fs::path& path, const Volume<std::uint8_t>& mask,
+                              const dicom::StudyIdentity& identity) {
+  const detail::SegmentationFrames frames = slices_of(mask);
+  if (frames.masks.empty())
+    throw InputError("the mask holds no lumen, so that there is no segmentation to write");
+  write_object(path, frames, [&](const std::string&) { return identity; });
 }
 
 }  // namespace angio::segmentation

@@ -1,8 +1,10 @@
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 
 #include "core/volume.hpp"
+#include "dicom/identity.hpp"
 #include "segmentation/read_volume.hpp"
 
 namespace angio::segmentation {
@@ -30,5 +32,14 @@ void write_dicom_segmentation(const std::filesystem::path& path, const Volume<fl
                               const std::filesystem::path& source,
                               const ReadOptions& source_options,
                               const DicomSegmentationOptions& options = {});
+
+/// The same of a mask on a grid of its own, without a source: for a case whose link to its scan is
+/// not kept, or that has none.
+///
+/// @param mask      1 inside, on any grid in LPS
+/// @param identity  whose it is said to be
+/// @throws InputError if the mask is empty
+void write_dicom_segmentation(const std::filesystem::path& path, const Volume<std::uint8_t>& mask,
+                              const dicom::StudyIdentity& identity);
 
 }  // namespace angio::segmentation

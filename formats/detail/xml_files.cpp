@@ -221,8 +221,10 @@ std::vector<Vec3> read_grid(const std::filesystem::path& path, const Take& take,
 
 }  // namespace
 
-void write_vtp(const std::filesystem::path& path, const SurfaceData& data) {
+void write_vtp(const std::filesystem::path& path, const SurfaceData& data, vtkFieldData* fields) {
   const auto poly = to_vtk(data.mesh);
+  for (int i = 0; fields != nullptr && i < fields->GetNumberOfArrays(); ++i)
+    poly->GetFieldData()->AddArray(fields->GetAbstractArray(i));
   add_arrays(poly->GetPointData(), data.point_arrays, data.mesh.vertices.size());
   add_arrays(poly->GetCellData(), data.cell_arrays, data.mesh.triangles.size());
   write_xml<vtkXMLPolyDataWriter>(path, poly.Get());

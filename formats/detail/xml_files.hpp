@@ -7,9 +7,13 @@
 
 /// VTK's XML files. The writers fill the file that they are given: wrap them in write_atomically.
 /// Points and arrays are exact (float64 points; zlib-compressed, appended raw).
+class vtkFieldData;
+
 namespace angio::formats::detail {
 
-void write_vtp(const std::filesystem::path& path, const SurfaceData& data);
+/// @param fields  more field data; null: none
+void write_vtp(const std::filesystem::path& path, const SurfaceData& data,
+               vtkFieldData* fields = nullptr);
 void write_vtp(const std::filesystem::path& path, const PolylineData& data);
 void write_vtu(const std::filesystem::path& path, const TetData& data);
 void write_vtu(const std::filesystem::path& path, const WedgeData& data);

@@ -10,6 +10,7 @@
 #include "formats/case_file.hpp"
 #include "formats/checked_arrays.hpp"
 #include "formats/files.hpp"
+#include "formats/frame_file.hpp"
 #include "segmentation/read_volume.hpp"
 #include "simulation/balloon_measures.hpp"
 
@@ -312,20 +313,25 @@ std::vector<int> read_region_lumen_vertices(const StageFiles& files, std::size_t
 void write_frame(const fs::path& frames_folder, const simulation::SimulationModel& model,
                  const simulation::SimulationFrame& frame) {
   const auto f32 = ArrayType::float32;
-  formats::write_surface(
+  const formats::FrameMoment moment{frame.time_s, frame.pressure_atm,
+                                    simulation::name(frame.phase)};
+  formats::write_frame_surface(
       frames_folder / frame_file("balloon", frame.frame),
       {{frame.balloon, model.balloon.triangles},
        {{"displacement", subtract(frame.balloon, model.balloon.vertices), 3, f32},
         scalar("thickness", frame.membrane.thickness_mm, f32),
         scalar("stretch_1", frame.membrane.stretch_1, f32),
         scalar("stretch_2", frame.membrane.stretch_2, f32)},
-       {}});
-  formats::write_surface(frames_folder / frame_file("vessel", frame.frame),
-                         {{frame.wall, model.wall.triangles},
-                          {{"displacement", subtract(frame.wall, model.wall.vertices), 3, f32},
-                           scalar("plastic_strain", frame.plastic_strain, f32),
-                           scalar("contact_pressure", frame.contact_pressure_kpa, f32)},
-                          {}});
+       {}},
+      moment);
+  formats::write_frame_surface(
+      frames_folder / frame_file("vessel", frame.frame),
+      {{frame.wall, model.wall.triangles},
+       {{"displacement", subtract(frame.wall, model.wall.vertices), 3, f32},
+        scalar("plastic_strain", frame.plastic_strain, f32),
+        scalar("contact_pressure", frame.contact_pressure_kpa, f32)},
+       {}},
+      moment);
   if (!frame.guidewire.empty())
     write_wire(frames_folder / frame_file("guidewire", frame.frame),
                simulation::whole_wire(model, frame.guidewire));

@@ -2,6 +2,9 @@
 
 #include <CLI/CLI.hpp>
 #include <sstream>
+#include <string_view>
+
+#include "formats/tokens.hpp"
 
 namespace angio::pipeline {
 namespace {
@@ -16,6 +19,18 @@ std::vector<std::string> checked_choices(const std::string& type) {
   return choices;
 }
 
+/// The range in a check's description, as INT in [0 - 1024].
+void add_range(const std::string& type, OptionDescription& option) {
+  constexpr std::string_view kBegin = " in [", kBetween = " - ";
+  const std::size_t begin = type.find(kBegin), between = type.find(kBetween, begin);
+  if (begin == std::string::npos || between == std::string::npos) return;
+  option.least = formats::parse_number<double>(
+      std::string_view(type).substr(begin + kBegin.size(), between - begin - kBegin.size()));
+  const std::size_t last = between + kBetween.size();
+  option.most = formats::parse_number<double>(
+      std::string_view(type).substr(last, type.find(']', last) - last));
+}
+
 OptionDescription describe_option(const CLI::Option& option, const KnownValues& known) {
   OptionDescription result;
   for (const std::string& name : option.get_snames()) result.names.push_back("-" + name);
@@ -28,6 +43,10 @@ OptionDescription describe_option(const CLI::Option& option, const KnownValues& 
     if (const auto found = known.find(name); found != known.end()) result.choices = found->second;
   result.help = option.get_description();
   result.required = option.get_required();
+  result.is_multiple = option.get_items_expected_max() > 1;
+  result.group = option.get_group();
+  result.default_value = option.get_default_str();
+  add_range(type, result);
   return result;
 }
 

@@ -2,6 +2,7 @@
 
 #include <CLI/App.hpp>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -15,6 +16,10 @@ struct OptionDescription {
   std::vector<std::string> choices;
   std::string help;
   bool required = false;
+  bool is_multiple = false;           ///< may be given several times
+  std::string group;                  ///< its heading in --help
+  std::string default_value;          ///< as --help tells it; empty: none, or not told
+  std::optional<double> least, most;  ///< of a number that has a range
 };
 
 struct CommandDescription {
@@ -39,5 +44,8 @@ std::string completion_script(const ProgramDescription& program, const std::stri
 
 /// A manual page (section 1) as troff.
 std::string manual_page(const ProgramDescription& program, const std::string& version);
+
+/// A command's parameters for 3D Slicer, which shows a form of them (Slicer Execution Model).
+std::string slicer_xml(const CommandDescription& command, const std::string& version);
 
 }  // namespace angio::pipeline

@@ -11,6 +11,7 @@
 #include <new>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <system_error>
 #include <utility>
 #include <vector>
@@ -20,6 +21,7 @@
 #include "core/text.hpp"
 #include "pipeline/case/console.hpp"
 #include "pipeline/case/stage.hpp"
+#include "pipeline/cli/archive_commands.hpp"
 #include "pipeline/cli/batch_command.hpp"
 #include "pipeline/cli/command_description.hpp"
 #include "pipeline/cli/convert_command.hpp"
@@ -28,6 +30,7 @@
 #include "pipeline/cli/figure_command.hpp"
 #include "pipeline/cli/film_command.hpp"
 #include "pipeline/cli/inflate_command.hpp"
+#include "pipeline/cli/live_command.hpp"
 #include "pipeline/cli/recommend_command.hpp"
 #include "pipeline/cli/run_command.hpp"
 #include "pipeline/cli/stage_commands.hpp"
@@ -53,14 +56,36 @@ void add_description_commands(CLI::App& app, ShellArguments& arguments) {
   app.add_subcommand("manual", "the manual page")->group("");
 }
 
-int do_describe(const CLI::App& app, const ShellArguments& arguments) {
+ProgramDescription describe_program(const CLI::App& app) {
   std::vector<std::string> stages;
   for (int s = 0; s < kStageCount; ++s) stages.emplace_back(name(Stage(s)));
-  const ProgramDescription program =
-      describe(app, {{"--preset", preset_names()}, {"--from", stages}, {"--until", stages}});
+  return describe(app, {{"--preset", preset_names()}, {"--from", stages}, {"--until", stages}});
+}
+
+int do_describe(const CLI::App& app, const ShellArguments& arguments) {
+  const ProgramDescription program = describe_program(app);
   fmt::print("{}", app.got_subcommand("manual") ? manual_page(program, kVersion)
                                                 : completion_script(program, arguments.shell));
   return int(ExitCode::done);
+}
+
+/// Every command has the option; it is answered before the others are looked at.
+void add_xml_options(CLI::App& app) {
+  for (CLI::App* command : app.get_subcommands([](const CLI::App*) { return true; }))
+    if (!command->get_group().empty())
+      command->add_flag("--xml")->description(
+          "print this command's parameters as XML, for 3D Slicer, and end");
+}
+
+/// @return the exit code, where a command's parameters are asked for
+std::optional<int> answer_xml(const CLI::App& app, const std::vector<std::string>& words) {
+  if (words.size() != 2 || words[1] != "--xml") return std::nullopt;
+  for (const CommandDescription& command : describe_program(app).commands) {
+    if (command.name != words[0]) continue;
+    fmt::print("{}", slicer_xml(command, kVersion));
+    return int(ExitCode::done);
+  }
+  return std::nullopt;
 }
 
 // ---- a case in a window, and the computer ------------------------------------------------------
@@ -159,6 +184,16 @@ class Commands {
   std::vector<std::pair<CLI::App*, std::function<int()>>> actions_;
 };
 
+/// What was asked for. A program called angio-COMMAND (a link to this one) is that command: so 3D
+/// Slicer, which starts a file without arguments of ours, finds each command as a module.
+std::vector<std::string> words_of(int argc, char** argv) {
+  std::vector<std::string> words(argv + std::min(argc, 1), argv + argc);
+  constexpr std::string_view kPrefix = "angio-";
+  const std::string called = argc > 0 ? fs::path(argv[0]).filename().string() : "";
+  if (called.starts_with(kPrefix)) words.insert(words.begin(), called.substr(kPrefix.size()));
+  return words;
+}
+
 int dispatch(int argc, char** argv) {
   CLI::App app{
       "angio: from a rotational angiography to what a balloon does to the artery.\n"
@@ -171,9 +206,12 @@ int dispatch(int argc, char** argv) {
   for (const StageCommand& stage : stage_commands()) commands.add_stage(stage);
   commands.add<InspectArguments>(add_inspect_command, do_inspect);
   commands.add<ViewArguments>(add_view_command, do_view);
+  commands.add<LiveArguments>(add_live_command, do_live);
   commands.add<FilmArguments>(add_film_command, do_film);
   commands.add<FigureArguments>(add_figure_command, do_figure);
   commands.add<ConvertArguments>(add_convert_command, do_convert);
+  commands.add<SendArguments>(add_send_command, do_send);
+  commands.add<FetchArguments>(add_fetch_command, do_fetch);
   commands.add<PhantomArguments>(add_phantom_command, do_phantom);
   commands.add<InflateArguments>(add_inflate_command, do_inflate);
   commands.add<ExperimentArguments>(add_experiment_command, do_experiment);
@@ -185,10 +223,16 @@ int dispatch(int argc, char** argv) {
   ShellArguments shell;
   add_description_commands(app, shell);
 
+  add_xml_options(app);
+  app.name(argc > 0 ? argv[0] : "angio");
+
+  const std::vector<std::string> words = words_of(argc, argv);
+  if (const std::optional<int> exit_code = answer_xml(app, words)) return *exit_code;
   try {
-    app.parse(argc, argv);
+    app.parse(std::vector<std::string>(words.rbegin(), words.rend()));
   } catch (const CLI::ParseError& error) {
-    return report_usage_error(app, error, argc > 1 && argv[1][0] != '-' ? argv[1] : "");
+    return report_usage_error(app, error,
+                              !words.empty() && !words[0].starts_with('-') ? words[0] : "");
   }
   const std::optional<int> exit_code = commands.run();
   return exit_code ? *exit_code : do_describe(app, shell);

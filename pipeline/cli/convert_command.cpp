@@ -11,6 +11,8 @@
 #include "formats/files.hpp"
 #include "formats/gltf.hpp"
 #include "formats/nrrd.hpp"
+#include "formats/volume_files.hpp"
+#include "pipeline/case/dicom_folder.hpp"
 #include "pipeline/case/input_kind.hpp"
 #include "pipeline/case/slicer_folder.hpp"
 #include "pipeline/stages/reporter.hpp"
@@ -23,17 +25,34 @@ namespace {
 
 enum class Kind { surface, volume, scene };
 
+bool is_nifti(const fs::path& output) {
+  const std::string name = output.filename().string();
+  return name.ends_with(".nii.gz") || name.ends_with(".NII.GZ");
+}
+
+void write_volume(const fs::path& output, const Volume<float>& volume) {
+  if (is_nifti(output))
+    formats::write_nifti(output, volume);
+  else if (lower_extension(output) == ".mha")
+    formats::write_mha(output, volume);
+  else
+    formats::write_nrrd(output, volume);
+}
+
+/// A report on paper, of a case.
+bool is_pdf(const fs::path& output) { return lower_extension(output) == ".pdf"; }
+
 /// By the ending. @throws Error (64) naming the endings that work
 Kind output_kind(const fs::path& output) {
   const std::string extension = lower_extension(output);
   if (extension == ".stl" || extension == ".ply" || extension == ".vtp" || extension == ".obj")
     return Kind::surface;
-  if (extension == ".nrrd") return Kind::volume;
-  if (extension == ".gltf" || extension == ".glb") return Kind::scene;
+  if (extension == ".nrrd" || extension == ".mha" || is_nifti(output)) return Kind::volume;
+  if (is_pdf(output) || extension == ".gltf" || extension == ".glb") return Kind::scene;
   throw Error(ExitCode::usage,
               "nothing can be written as " + output.filename().string() +
                   " (the ending names no format known here). Give .stl, .ply, .vtp or .obj for a "
-                  "surface, .nrrd for a volume, .glb or .gltf for a case");
+                  "surface, .nrrd, .mha or .nii.gz for a volume, .glb, .gltf or .pdf for a case");
 }
 
 Kind kind_of_input(const std::string& input) {
@@ -49,17 +68,33 @@ void convert_surface(const std::string& input, const fs::path& output) {
   formats::write_surface(output, surface);
 }
 
-int convert_for_slicer(const ConvertArguments& a, Reporter& reporter) {
+void require_case(const ConvertArguments& a) {
   if (kind_of_input(a.input) != Kind::scene)
     throw Error(ExitCode::usage,
-                a.input + " is no case (--to slicer writes one). Give the folder of `angio run`");
+                fmt::format("{} is no case (--to {} writes one). Give the folder of `angio run`",
+                            a.input, a.to));
+}
+
+int convert_to_dicom(const ConvertArguments& a, Reporter& reporter) {
+  require_case(a);
+  reporter.begin_stage("convert");
+  for (const fs::path& file :
+       write_dicom_folder(a.input, a.output, a.keep_link ? DicomLink::source : DicomLink::none,
+                          reporter.progress()))
+    reporter.result(file.string());
+  return int(ExitCode::done);
+}
+
+int convert_for_slicer(const ConvertArguments& a, Reporter& reporter) {
+  require_case(a);
   for (const fs::path& file : write_slicer_folder(a.input, a.output))
     reporter.result(file.string());
   return int(ExitCode::done);
 }
 
 constexpr const char* kWords[] = {"a surface", "a volume", "a case"};
-constexpr const char* kEndings[] = {".stl, .ply, .vtp or .obj", ".nrrd", ".glb or .gltf"};
+constexpr const char* kEndings[] = {".stl, .ply, .vtp or .obj", ".nrrd, .mha or .nii.gz",
+                                    ".glb, .gltf or .pdf"};
 
 }  // namespace
 
@@ -67,20 +102,28 @@ CLI::App& add_convert_command(CLI::App& app, ConvertArguments& a) {
   CLI::App& command = *app.add_subcommand(
       "convert",
       "a surface, a volume or a case into another format: .stl .ply .vtp .obj of a\n"
-      "surface, .nrrd of a volume or DICOM, .glb .gltf (moving) of a case");
+      "surface, .nrrd .mha .nii.gz of a volume or DICOM, .glb .gltf (moving) or .pdf (the report) "
+      "of a case");
   command.add_option("IN", a.input, "a surface, volume, DICOM folder or case")->required();
   command.add_option("OUT", a.output, "the file to be written; its ending says the format")
       ->required();
   command
       .add_option("--to", a.to,
-                  "slicer: a case as a folder for 3D Slicer, lumen.seg.nrrd and centerlines.vtp")
-      ->check(CLI::IsMember({"slicer"}));
+                  "slicer: a case as a folder for 3D Slicer, lumen.seg.nrrd and centerlines.vtp;\n"
+                  "dicom: a case as DICOM objects, report.dcm, measurements.dcm and lumen.dcm")
+      ->check(CLI::IsMember({"slicer", "dicom"}));
+  command.add_flag("--keep-link", a.keep_link,
+                   "of --to dicom: under the scan's patient and study, with references to its "
+                   "images (the case was run with --keep-link)");
   add_output_options(command, a.shared);
   return command;
 }
 
 int do_convert(const ConvertArguments& a) {
   Reporter reporter(a.shared.style());
+  if (a.keep_link && a.to != "dicom")
+    throw Error(ExitCode::usage, "--keep-link is for --to dicom. Leave it out");
+  if (a.to == "dicom") return convert_to_dicom(a, reporter);
   if (a.to == "slicer") return convert_for_slicer(a, reporter);
   const Kind wanted = output_kind(a.output), given = kind_of_input(a.input);
   if (wanted != given)
@@ -96,11 +139,14 @@ int do_convert(const ConvertArguments& a) {
     case Kind::volume: {
       const auto loaded = segmentation::read_volume(a.input, {}, reporter.progress());
       for (const std::string& warning : loaded.warnings) reporter.warn("convert", warning);
-      formats::write_nrrd(a.output, loaded.volume);
+      write_volume(a.output, loaded.volume);
       break;
     }
     case Kind::scene:
-      formats::write_gltf(a.output, viewer::read_case_scene(a.input, reporter.progress()));
+      if (is_pdf(a.output))
+        write_case_pdf(a.input, a.output);
+      else
+        formats::write_gltf(a.output, viewer::read_case_scene(a.input, reporter.progress()));
       break;
   }
   reporter.result(a.output.string());

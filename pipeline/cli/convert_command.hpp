@@ -11,7 +11,8 @@ namespace angio::pipeline {
 struct ConvertArguments {
   std::string input;
   std::filesystem::path output;
-  std::string to;        ///< empty: by the output's ending
+  std::string to;  ///< empty: by the output's ending
+  bool keep_link = false;
   SharedOptions shared;  ///< --quiet and --json alone
 };
 

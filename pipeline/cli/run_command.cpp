@@ -5,12 +5,17 @@
 
 #include <CLI/CLI.hpp>
 #include <initializer_list>
+#include <optional>
 #include <string_view>
+#include <utility>
 
 #include "core/error.hpp"
+#include "dicom/archive.hpp"
 #include "formats/case_file.hpp"
+#include "pipeline/case/fetched_scan.hpp"
 #include "pipeline/case/metrics.hpp"
 #include "pipeline/case/read_out.hpp"
+#include "pipeline/cli/archive_commands.hpp"
 #include "pipeline/cli/stage_commands.hpp"
 #include "pipeline/experiments/paper_input.hpp"
 #include "pipeline/experiments/workflow.hpp"
@@ -53,6 +58,7 @@ void add_case_options(CLI::App& command, RunArguments& run) {
           "where blood comes in: a point in LPS [mm], or of a surface the number of an open\n"
           "end as `angio inspect` lists them; otherwise by the tree's shape")
       ->type_name("X,Y,Z|END");
+  add_calling_option(command, run.calling);
   command.add_flag("--force", run.request.force, "run everything again, into any folder");
   command.add_flag(
       "--keep-link", run.request.keep_link,
@@ -63,7 +69,7 @@ void add_case_options(CLI::App& command, RunArguments& run) {
   add_run_options(command, run.shared, PresetHelp::full);
   group_options(command, "Input",
                 {"--series", "--allow-lossy", "--spacing", "--resample", "--angles", "--max-memory",
-                 "--unit", "--inlet", "--geometry"});
+                 "--unit", "--inlet", "--geometry", "--calling"});
   group_options(command, "Treatment",
                 {"--balloon", "--catalogue", "--contact", "--preset", "--set", "--config"});
   group_options(
@@ -79,7 +85,7 @@ void add_run_command(CLI::App& app, RunArguments& run) {
       "every stage, from the input to the report\n"
       "INPUT: a DICOM folder or file, a volume (.nrrd .nhdr .mha .mhd .nii .nii.gz .vti), a\n"
       "lumen surface (.stl .vtp .ply .obj), or phantom:NAME[,key=value...]; none with a preset of\n"
-      "the seed paper's experiments (paper-...)");
+      "the seed paper's experiments (paper-...); or pacs://AET@HOST:PORT/STUDY_UID[/SERIES_UID]");
   command.add_option("INPUT", run.request.input,
                      "scan, surface or phantom; none: CASE goes on from its own files and options");
   add_case_options(command, run);
@@ -106,6 +112,16 @@ void add_experiment_command(CLI::App& app, ExperimentArguments& experiment) {
 bool goes_on(const RunArguments& run) {
   return run.request.input.empty() && run.shared.presets.empty() &&
          !run.request.case_folder.empty() && CaseFolder(run.request.case_folder).exists("run.json");
+}
+
+/// Fetches an INPUT that an archive holds; the run then goes on from the files.
+std::optional<FetchedScan> fetch_input(RunArguments& run, Reporter& reporter) {
+  if (!dicom::is_archive_location(run.request.input)) return std::nullopt;
+  reporter.begin_stage("fetch");
+  std::optional<FetchedScan> fetched(std::in_place, run.request.input, run.calling,
+                                     reporter.progress());
+  run.request.source = std::exchange(run.request.input, fetched->path());
+  return fetched;
 }
 
 int do_run(RunArguments& run) {
@@ -140,6 +156,7 @@ int do_run(RunArguments& run) {
                 "--keep minimal is for a whole run (the stages after --until would have nothing to "
                 "go on from). Leave one of them out");
   Reporter reporter(run.shared.style());
+  const std::optional<FetchedScan> fetched = fetch_input(run, reporter);
   const std::filesystem::path result =
       run_case(workflow_of(run.request.config), run.request, reporter);
   const CaseFolder folder(run.request.case_folder);

@@ -11,7 +11,7 @@ namespace angio::pipeline {
 struct RunArguments {
   SharedOptions shared;
   RunRequest request;
-  std::string from, until, unit, inlet;
+  std::string from, until, unit, inlet, calling;
   std::string keep = "all";
   ReadArguments read;
   bool print_config = false;

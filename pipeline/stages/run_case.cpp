@@ -68,10 +68,12 @@ class NewCase {
   bool undo_;
 };
 
-void write_private_link(const CaseFolder& folder, const std::string& input) {
+void write_private_link(const CaseFolder& folder, const RunRequest& request) {
+  const std::string source =
+      request.source.empty() ? fs::absolute(request.input).string() : request.source;
   const mode_t former = umask(0077);
   write_text_atomically(folder.path("source.private.json"),
-                        nlohmann::json{{"input", fs::absolute(input).string()}}.dump(2) + "\n");
+                        nlohmann::json{{"input", source}}.dump(2) + "\n");
   umask(former);
 }
 
@@ -341,7 +343,7 @@ fs::path run_case(const Workflow& workflow, const RunRequest& request, Reporter&
     return folder.path("report/index.html");
   }
   write_text_atomically(folder.path("case.toml"), to_toml(request.config));
-  if (request.keep_link && !request.input.empty()) write_private_link(folder, request.input);
+  if (request.keep_link && !request.input.empty()) write_private_link(folder, request);
   Run run(workflow, request, folder, std::move(record), reporter);
   run.begin();
   try {

@@ -15,6 +15,7 @@ namespace angio::pipeline {
 /// One call of `angio run`, or of a single stage on a case that exists.
 struct RunRequest {
   std::string input;               ///< path or "phantom:..."; empty: the case's own
+  std::string source;              ///< what `keep_link` keeps, if it is not INPUT's path
   std::filesystem::path geometry;  ///< a file that says where INPUT's X-ray frames were taken
   std::filesystem::path case_folder;
   std::string case_name;  ///< empty: the first digits of the input's hash

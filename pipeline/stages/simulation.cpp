@@ -15,8 +15,8 @@
 #include "formats/files.hpp"
 #include "pipeline/case/case_files.hpp"
 #include "pipeline/case/metrics.hpp"
-#include "pipeline/config/shared_quantities.hpp"
 #include "pipeline/stages/layered_wall.hpp"
+#include "pipeline/stages/simulation_input.hpp"
 #include "pipeline/stages/treated_lumen.hpp"
 #include "pipeline/stages/treatment.hpp"
 #include "simulation/balloon_measures.hpp"
@@ -29,10 +29,6 @@ namespace file = formats::case_file;
 namespace fs = std::filesystem;
 using nlohmann::json;
 namespace {
-
-Vec3 vec3_of(const json& node) {
-  return {node.at(0).get<double>(), node.at(1).get<double>(), node.at(2).get<double>()};
-}
 
 /// The two frames of a run that its result is of.
 class PeakAndLast {
@@ -158,17 +154,6 @@ json summary_json(json balloon, double reference_mm, const simulation::Simulatio
           {"last_frame", frames.last().frame},
           {"balloon", balloon},
           {"simulation", solver_json(summary)}};
-}
-
-/// The solver's model from the files of the stages before.
-simulation::SimulationModel load_model(const StageFiles& files, const json& placement) {
-  const json& lesion = placement.at("lesion");
-  simulation::SimulationModel model = read_simulation_model(files);
-  model.reference_radius_mm = 0.5 * lesion.at("reference_diameter_mm").get<double>();
-  model.measure_point = vec3_of(placement.at("site").at("point"));
-  model.measure_tangent = vec3_of(placement.at("site").at("tangent"));
-  model.layered_wall = read_layered_wall(files, model.wall);
-  return model;
 }
 
 /// The balloon at its peak: how far it has lengthened, how far it stays below its chart, and
@@ -311,15 +296,12 @@ void write_result(StageWork& work, const SimulationSettings& settings, const jso
 void do_simulation(StageWork& work, const SimulationSettings& settings) {
   const simulation::SimulationOptions& asked = settings.get<&Config::simulation>();
   const json placement = read_json(work.files.path(file::kPlacement));
-  const simulation::SimulationModel model = load_model(work.files, placement);
+  const simulation::SimulationModel model = load_simulation_model(work.files, placement);
   const TreatedLumen lumen =
       load_treated_lumen(work.files, placement, settings.get<keeps_triangles>());
 
   FrameWriter frames(work.out, model, lumen, settings.get<&Config::write_every>());
-  const simulation::SimulationOptions options =
-      solver_options(asked, settings.get<&Config::plaque>(), settings.get<shaft_diameter>(),
-                     placement.at("balloon").at("nominal_diameter_mm").get<double>(),
-                     is_usual_balloon(asked.balloon, settings.get<rest_diameter>()));
+  const simulation::SimulationOptions options = load_simulation_options(settings, placement);
   const Runs runs = run_both(model, options, settings.get<&Config::guard>(), frames,
                              part(work.progress, 0.0, 0.95));
   frames.finish();

@@ -9,7 +9,6 @@
 #include <dcmtk/dcmiod/iodreferences.h>
 #include <dcmtk/dcmseg/segdoc.h>
 #include <dcmtk/dcmseg/segment.h>
-#include <openssl/evp.h>
 
 #include <array>
 #include <cstdio>
@@ -17,12 +16,10 @@
 #include <string>
 
 #include "core/error.hpp"
-#include "segmentation/detail/dicom_parse.hpp"
 
 namespace angio::segmentation::detail {
 namespace {
 
-constexpr Uint32 kReadLimitBytes = 4096;
 constexpr const char* kNoDate =
     "19000101";  ///< the standard wants one; the true one tells of the patient
 constexpr const char* kNoTime = "000000";
@@ -34,6 +31,8 @@ void check(const OFCondition& condition, const char* what) {
                   condition.text() + "). Take lumen_mask.nrrd instead");
 }
 
+OFString uid_from(const std::string& text) { return dicom::hashed_uid(text).c_str(); }
+
 /// As precise as 16 characters can say it, as DICOM's decimal strings may have no more.
 OFString decimal(double value) {
   std::array<char, 40> text{};
@@ -44,50 +43,10 @@ OFString decimal(double value) {
   return {text.data()};
 }
 
-/// A UID made of a hash: 2.25 and a number of 128 bits (DICOM PS3.5 B.2).
-OFString uid_from(const std::string& text) {
-  std::array<unsigned char, EVP_MAX_MD_SIZE> digest{};
-  unsigned int length = 0;
-  EVP_Digest(text.data(), text.size(), digest.data(), &length, EVP_sha256(), nullptr);
-  std::string digits;
-  std::array<unsigned char, 16> number{};
-  std::copy_n(digest.begin(), number.size(), number.begin());
-  bool rest = true;
-  while (rest) {  // division by ten, digit by digit of base 256
-    unsigned int remainder = 0;
-    rest = false;
-    for (unsigned char& byte : number) {
-      const unsigned int value = remainder * 256u + byte;
-      byte = static_cast<unsigned char>(value / 10u);
-      remainder = value % 10u;
-      rest = rest || byte != 0;
-    }
-    digits.insert(digits.begin(), char('0' + remainder));
-  }
-  return ("2.25." + digits).c_str();
-}
-
-/// Names the object's UIDs: the source and the lumen in it.
-std::string seed_of(const DicomSeries& series, const SegmentationFrames& frames) {
-  std::string seed = series.headers.front().series_uid;
-  for (std::size_t f = 0; f < frames.slices.size(); ++f) {
-    const auto [h, frame] = frames.slices[f];
-    seed += "|" + series.headers[std::size_t(h)].instance_uid + "|" + std::to_string(frame) + "|";
-    seed.append(frames.masks[f].begin(), frames.masks[f].end());
-  }
-  return seed;
-}
-
-/// A UID of the source, or one made up where anonymisation took it away.
-OFString uid_or(DcmDataset& source, const DcmTagKey& tag, const std::string& seed) {
-  OFString uid;
-  return source.findAndGetOFString(tag, uid).good() && !uid.empty() ? uid : uid_from(seed);
-}
-
-std::unique_ptr<DcmSegmentation> create(const DicomHeader& header) {
+std::unique_ptr<DcmSegmentation> create(const SegmentationFrames& frames) {
   DcmSegmentation* created = nullptr;
   check(DcmSegmentation::createBinarySegmentation(
-            created, Uint16(header.pixels.rows), Uint16(header.pixels.columns),
+            created, Uint16(frames.rows), Uint16(frames.columns),
             IODGeneralEquipmentModule::EquipmentInfo("angio", "angio", "none", "1"),
             ContentIdentificationMacro("1", "LUMEN", "Lumen of the contrast-filled vessels", "")),
         "image");
@@ -106,55 +65,64 @@ void add_segment(DcmSegmentation& object) {
   check(object.addSegment(segment, number), "segment");
 }
 
-void set_identity(DcmSegmentation& object, DcmDataset& source, const std::string& seed,
-                  const DicomSegmentationOptions& options) {
-  if (options.keep_patient)
-    check(object.importHierarchy(source, OFTrue, OFTrue, OFFalse, OFFalse), "patient and study");
-  check(object.getStudy().setStudyInstanceUID(uid_or(source, DCM_StudyInstanceUID, seed + "study")),
-        "study");
-  check(object.getFrameOfReference().setFrameOfReferenceUID(
-            uid_or(source, DCM_FrameOfReferenceUID, seed + "frame of reference")),
-        "frame of reference");
+void set_identity(DcmSegmentation& object, const dicom::StudyIdentity& identity,
+                  const std::string& seed) {
+  IODPatientModule& patient = object.getPatient();
+  check(patient.setPatientName(identity.patient_name.c_str(), OFFalse), "patient");
+  check(patient.setPatientID(identity.patient_id.c_str(), OFFalse), "patient");
+  check(patient.setPatientBirthDate(identity.birth_date.c_str(), OFFalse), "patient");
+  check(patient.setPatientSex(identity.sex.c_str(), OFFalse), "patient");
+  IODGeneralStudyModule& study = object.getStudy();
+  check(study.setStudyInstanceUID(identity.study_uid.c_str()), "study");
+  check(study.setStudyID(identity.study_id.c_str(), OFFalse), "study");
+  check(study.setStudyDate(identity.study_date.c_str(), OFFalse), "study");
+  check(study.setStudyTime(identity.study_time.c_str(), OFFalse), "study");
+  check(study.setAccessionNumber(identity.accession_number.c_str(), OFFalse), "study");
+  check(study.setReferringPhysicianName(identity.referring_physician.c_str(), OFFalse), "study");
+  if (!identity.study_description.empty())
+    check(study.setStudyDescription(identity.study_description.c_str(), OFFalse), "study");
+  check(
+      object.getFrameOfReference().setFrameOfReferenceUID(identity.frame_of_reference_uid.c_str()),
+      "frame of reference");
   check(object.getSeries().setSeriesInstanceUID(uid_from(seed + "series")), "series");
   check(object.getSeries().setSeriesNumber("1"), "series");
   check(object.getSeries().setSeriesDescription("Vessel lumen"), "series");
   check(object.getSOPCommon().setSOPInstanceUID(uid_from(seed + "object")), "object");
 }
 
-void add_references(DcmSegmentation& object, const DicomSeries& series,
-                    const SegmentationFrames& frames, const OFString& study_uid) {
+void add_references(DcmSegmentation& object, const SegmentationFrames& frames,
+                    const OFString& study_uid) {
   IODReferences references;
-  int last = -1;
-  for (const auto& [h, frame] : frames.slices) {
-    if (h == last) continue;  // frames of an object follow each other, or are the same anyway
-    last = h;
-    const DicomHeader& header = series.headers[std::size_t(h)];
-    references.add(new IODImageReference("", study_uid, header.series_uid.c_str(),
-                                         header.instance_uid.c_str(),
-                                         header.sop_class_uid.c_str()));
+  std::string last;
+  for (const SegmentationPlane& plane : frames.planes) {
+    // Frames of an object follow each other, or are the same anyway.
+    if (plane.source.instance_uid.empty() || plane.source.instance_uid == last) continue;
+    last = plane.source.instance_uid;
+    references.add(new IODImageReference("", study_uid, frames.source_series_uid.c_str(),
+                                         plane.source.instance_uid.c_str(),
+                                         plane.source.sop_class_uid.c_str()));
   }
-  object.getCommonInstanceReference().addReferences(references, study_uid);
+  if (!last.empty()) object.getCommonInstanceReference().addReferences(references, study_uid);
 }
 
-void add_shared_groups(DcmSegmentation& object, const DicomSeries& series) {
-  const DicomFrame& frame = series.frame(series.slices.front());
-  const OFString thickness = decimal(series.stack.geometry.spacing.z);
+void add_shared_groups(DcmSegmentation& object, const SegmentationFrames& frames) {
+  const OFString thickness = decimal(frames.thickness);
   FGPixelMeasures measures;
-  check(measures.setPixelSpacing(decimal(frame.spacing_j) + "\\" + decimal(frame.spacing_i)),
+  check(measures.setPixelSpacing(decimal(frames.spacing_j) + "\\" + decimal(frames.spacing_i)),
         "spacing");
   check(measures.setSliceThickness(thickness), "thickness");
   check(measures.setSpacingBetweenSlices(thickness), "thickness");
   check(object.addForAllFrames(measures), "spacing");
   const std::unique_ptr<FGPlaneOrientationPatient> orientation(
-      FGPlaneOrientationPatient::createMinimal(decimal(frame.axis_i.x), decimal(frame.axis_i.y),
-                                               decimal(frame.axis_i.z), decimal(frame.axis_j.x),
-                                               decimal(frame.axis_j.y), decimal(frame.axis_j.z)));
+      FGPlaneOrientationPatient::createMinimal(decimal(frames.axis_i.x), decimal(frames.axis_i.y),
+                                               decimal(frames.axis_i.z), decimal(frames.axis_j.x),
+                                               decimal(frames.axis_j.y), decimal(frames.axis_j.z)));
   if (!orientation) throw IoError("cannot make a DICOM segmentation (orientation)");
   check(object.addForAllFrames(*orientation), "orientation");
 }
 
 /// Which image of the source a frame was drawn on.
-std::unique_ptr<FGDerivationImage> derivation_from(const DicomHeader& header, int frame) {
+std::unique_ptr<FGDerivationImage> derivation_from(const SegmentationPlane& plane) {
   auto derivation = std::make_unique<FGDerivationImage>();
   DerivationImageItem* item = nullptr;
   check(derivation->addDerivationImageItem(CodeSequenceMacro("113076", "DCM", "Segmentation"),
@@ -165,28 +133,31 @@ std::unique_ptr<FGDerivationImage> derivation_from(const DicomHeader& header, in
                                                 "Source image for image processing operation"),
         "derivation");
   ImageSOPInstanceReferenceMacro& reference = source->getImageSOPInstanceReference();
-  check(reference.setReferencedSOPClassUID(header.sop_class_uid.c_str()), "source image");
-  check(reference.setReferencedSOPInstanceUID(header.instance_uid.c_str()), "source image");
-  if (header.multi_frame_object)
-    check(reference.addReferencedFrameNumber(Uint16(frame + 1)), "source frame");
+  check(reference.setReferencedSOPClassUID(plane.source.sop_class_uid.c_str()), "source image");
+  check(reference.setReferencedSOPInstanceUID(plane.source.instance_uid.c_str()), "source image");
+  if (plane.source_frame >= 0)
+    check(reference.addReferencedFrameNumber(Uint16(plane.source_frame + 1)), "source frame");
   item->getSourceImageItems().push_back(source.release());
   return derivation;
 }
 
-void add_frame(DcmSegmentation& object, const DicomHeader& header, const SliceReference& slice,
+void add_frame(DcmSegmentation& object, const SegmentationPlane& plane,
                const std::vector<std::uint8_t>& mask, std::size_t number) {
-  const Vec3& position = header.frames[std::size_t(slice.frame)].position;
+  const Vec3& position = plane.position;
   const std::unique_ptr<FGPlanePosPatient> place(FGPlanePosPatient::createMinimal(
       decimal(position.x), decimal(position.y), decimal(position.z)));
   if (!place) throw IoError("cannot make a DICOM segmentation (position)");
   FGFrameContent content;
   check(content.setDimensionIndexValues(1, 0), "dimension");  // of the segment
   check(content.setDimensionIndexValues(Uint32(number + 1), 1), "dimension");
-  const auto derivation = derivation_from(header, slice.frame);
+  std::unique_ptr<FGDerivationImage> derivation;
   OFVector<FGBase*> groups;
   groups.push_back(place.get());
   groups.push_back(&content);
-  groups.push_back(derivation.get());
+  if (!plane.source.instance_uid.empty()) {
+    derivation = derivation_from(plane);
+    groups.push_back(derivation.get());
+  }
   std::vector<Uint8> pixels(mask.begin(), mask.end());
   check(object.addFrame(pixels.data(), 1, groups), "frame");
 }
@@ -213,30 +184,31 @@ void set_dates(DcmDataset& dataset) {
 
 }  // namespace
 
-void write_segmentation_object(const std::filesystem::path& path, const DicomSeries& series,
-                               const SegmentationFrames& frames,
-                               const DicomSegmentationOptions& options) {
-  const DicomHeader& first = series.headers.front();
-  DicomLoader loader;
-  DcmFileFormat source;
-  check(loader.load(first.source, kReadLimitBytes, source), "the source cannot be read again");
-  const std::string seed = seed_of(series, frames);
+std::string seed_of(const SegmentationFrames& frames) {
+  std::string seed = frames.source_series_uid;
+  for (std::size_t f = 0; f < frames.planes.size(); ++f) {
+    const SegmentationPlane& plane = frames.planes[f];
+    seed += "|" + plane.source.instance_uid + "|" + std::to_string(plane.source_frame) + "|";
+    seed.append(frames.masks[f].begin(), frames.masks[f].end());
+  }
+  return seed;
+}
 
-  const std::unique_ptr<DcmSegmentation> object = create(first);
+void write_segmentation_object(const std::filesystem::path& path, const SegmentationFrames& frames,
+                               const dicom::StudyIdentity& identity, const std::string& seed) {
+  const std::unique_ptr<DcmSegmentation> object = create(frames);
   add_segment(*object);
-  set_identity(*object, *source.getDataset(), seed, options);
-  OFString study_uid;
-  object->getStudy().getStudyInstanceUID(study_uid);
-  add_references(*object, series, frames, study_uid);
-  add_shared_groups(*object, series);
+  set_identity(*object, identity, seed);
+  add_references(*object, frames, identity.study_uid.c_str());
+  add_shared_groups(*object, frames);
   add_dimensions(*object, uid_from(seed + "dimensions"));
-  for (std::size_t f = 0; f < frames.slices.size(); ++f)
-    add_frame(*object, series.headers[std::size_t(frames.slices[f].header)], frames.slices[f],
-              frames.masks[f], f);
+  for (std::size_t f = 0; f < frames.planes.size(); ++f)
+    add_frame(*object, frames.planes[f], frames.masks[f], f);
 
   DcmFileFormat file;
   check(object->writeDataset(*file.getDataset()), "object");
   set_dates(*file.getDataset());
+  check(file.getDataset()->putAndInsertString(DCM_SpecificCharacterSet, "ISO_IR 192"), "texts");
   check(file.saveFile(path.c_str(), EXS_LittleEndianExplicit), "file");
 }
 

@@ -46,6 +46,16 @@ class CpuSolver final : public SolverBase<Real> {
 
   void set_push(const StepSolver::Push& push) override { push_ = push; }
 
+  void put(const std::vector<Vec3>& x) override {
+    const std::vector<Vec3> before = global(scene_, view_.motion.start, view_.motion.x);
+    for (std::size_t v = 0; v < x.size(); ++v) {
+      if (x[v] == before[v]) continue;
+      view_.motion.x[v] += converted<Real>(x[v] - before[v]);
+      view_.motion.velocity[v] = {};
+    }
+    view_.contact.candidates.list = nullptr;  // they are those of another place
+  }
+
  private:
   using SolverBase<Real>::scene_;
   using SolverBase<Real>::status_;

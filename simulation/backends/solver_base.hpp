@@ -19,6 +19,11 @@ class SolverBase : public StepSolver {
     return take_step(settling_rules(scene_, options_, tolerance, most_sweeps));
   }
 
+  State step(const GasLaw<double>& law, const StepRules& rules) final {
+    status_.law = law;
+    return take_step(rules);
+  }
+
   // A tet that stays keeps its viscous item.
   void set_air(const std::vector<Tet>& air) final {
     if (!pbd_.takes_air() || air.empty()) return;

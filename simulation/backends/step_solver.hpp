@@ -35,6 +35,13 @@ class StepSolver {
   /// @param tolerance  of the remaining distance, as a share of the radius
   virtual State settle(const GasLaw<double>& law, double tolerance, int most_sweeps) = 0;
 
+  /// One step with inertia under a law, from where the last one has ended.
+  virtual State step(const GasLaw<double>& law, const StepRules& rules) = 0;
+
+  /// Puts the vertices elsewhere, in the scene's numbering [mm]; those that move are at rest there.
+  /// On the CPU only.
+  virtual void put(const std::vector<Vec3>&) {}
+
   [[nodiscard]] virtual std::string device() const = 0;
 
   /// The air mesh as it is after a frame, right-handed, for the reference method's contact in the

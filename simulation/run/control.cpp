@@ -8,6 +8,24 @@
 #include "simulation/pbd/policy.hpp"
 
 namespace angio::simulation::detail {
+namespace {
+
+constexpr double kTaperInRadii = 4.0;
+
+}  // namespace
+
+double expected_volume(const SimulationModel& model, const Scene& scene, double start_volume) {
+  TriangleMesh rest = model.balloon;
+  rest.vertices = model.balloon_rest;
+  const double rest_volume = enclosed_volume(rest);
+  if (scene.balloon.membrane.relaxed || scene.bodies.wall().count == 0)
+    return std::max(rest_volume, start_volume);
+  const double radius = 2.0 * start_volume / surface_area(model.balloon);  // a tube's
+  const double length = start_volume / (units::kPi * radius * radius);
+  const double full = std::max(radius, model.reference_radius_mm);
+  const double taper = std::min(0.5 * length, kTaperInRadii * full);
+  return std::max(start_volume, units::kPi * full * full * (length - 2.0 / 3.0 * taper));
+}
 
 StepRules make_rules(const Scene& scene, const SimulationOptions& options) {
   constexpr int kMostSweeps = 120;

@@ -72,6 +72,44 @@ TEST(ConvertCommand, VolumeKeepsGridAndValues) {
   EXPECT_NEAR(norm(back.geometry.origin - grid.origin), 0.0, 1e-9);
 }
 
+/// As oblique as a C-arm's volume, with axes that run against the patient's.
+Volume<float> turned_volume() {
+  VolumeGeometry grid;
+  grid.size = {5, 4, 3};
+  grid.spacing = {0.5, 0.6, 0.7};
+  grid.origin = {-3, 2, 1};
+  const Vec3 i = normalized(Vec3{-0.9, 0.3, 0.1}), k = normalized(cross(i, Vec3{0.2, -1, 0.3})),
+             j = cross(k, i);
+  for (int row = 0; row < 3; ++row) {
+    grid.direction(row, 0) = i[row];
+    grid.direction(row, 1) = j[row];
+    grid.direction(row, 2) = k[row];
+  }
+  Volume<float> volume(grid);
+  for (std::size_t v = 0; v < volume.values.size(); ++v) volume.values[v] = float(v) * 0.25F - 3.0F;
+  return volume;
+}
+
+TEST(ConvertCommand, VolumeComesBackFromMetaImageAndNifti) {
+  CommandFolder folder;
+  const Volume<float> volume = turned_volume();
+  formats::write_nrrd(folder.path() / "a.nrrd", volume);
+  for (const auto& [name, tolerance] : {std::pair{"b.mha", 1e-9}, {"b.nii.gz", 1e-5}}) {
+    SCOPED_TRACE(name);
+    ProgramResult result = run_program("convert " + (folder / "a.nrrd") + " " + (folder / name));
+    ASSERT_EQ(result.exit_code, 0) << result.error;
+    result = run_program("convert " + (folder / name) + " " + (folder / "c.nrrd"));
+    ASSERT_EQ(result.exit_code, 0) << result.error;
+    const Volume<float> back = formats::read_nrrd(folder / "c.nrrd");
+    ASSERT_EQ(back.geometry.size, volume.geometry.size);
+    EXPECT_EQ(back.values, volume.values);
+    for (const Vec3& index : {Vec3{0, 0, 0}, Vec3{4, 0, 0}, Vec3{0, 3, 0}, Vec3{1, 2, 2}})
+      EXPECT_LT(
+          distance(back.geometry.lps_from_index(index), volume.geometry.lps_from_index(index)),
+          tolerance * 10.0);
+  }
+}
+
 TEST(ConvertCommand, SlicerGetsTheMaskOnItsGridAndRadii) {
   CommandFolder folder;
   VolumeGeometry grid;

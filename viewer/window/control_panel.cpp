@@ -2,7 +2,6 @@
 
 #include <vtkContextActor.h>
 #include <vtkContextScene.h>
-#include <vtkProperty2D.h>
 #include <vtkTextProperty.h>
 
 #include <algorithm>
@@ -29,18 +28,14 @@ const std::vector<std::pair<Action, Layer>>& layer_rows() {
   return kRows;
 }
 
-void paint(vtkProperty2D* property, const detail::Rgb& color) {
-  property->SetColor(color[0] / 255.0, color[1] / 255.0, color[2] / 255.0);
-}
-
 }  // namespace
 
 ControlPanel::ControlPanel(vtkRenderWindowInteractor* interactor, vtkRenderer* front,
                            ControlEvents events)
     : interactor_(interactor), front_(front), events_(std::move(events)) {
   for (const ActionText& text : action_table()) add_button(text.action);
-  for (const auto& [action, layer] : layer_rows()) opacity_[layer] = make_slider();
-  time_ = make_slider();
+  for (const auto& [action, layer] : layer_rows()) opacity_[layer] = add_slider();
+  time_ = add_slider();
   time_.look->ShowSliderLabelOn();
   time_.look->SetLabelFormat("%.2f s");
   vtkNew<vtkContextActor> actor;
@@ -63,30 +58,8 @@ void ControlPanel::add_button(Action action) {
   buttons_.push_back(button);
 }
 
-ControlPanel::Slider ControlPanel::make_slider() {
-  Slider slider{vtkSmartPointer<vtkSliderRepresentation2D>::New(),
-                vtkSmartPointer<vtkSliderWidget>::New(),
-                {}};
-  vtkSliderRepresentation2D* look = slider.look;
-  look->SetMinimumValue(0.0);
-  look->SetMaximumValue(1.0);
-  look->ShowSliderLabelOff();
-  look->SetTitleText("");
-  paint(look->GetSliderProperty(), colors::kInk);
-  paint(look->GetSelectedProperty(), colors::kCursor);
-  paint(look->GetTubeProperty(), colors::kButtonTouched);
-  paint(look->GetCapProperty(), colors::kButtonTouched);
-  vtkTextProperty* label = look->GetLabelProperty();
-  label->SetColor(0.87, 0.89, 0.91);
-  label->ShadowOff();
-  label->BoldOff();
-  label->ItalicOff();
-  label->SetFontFamilyToArial();
-  slider.widget->SetInteractor(interactor_);
-  slider.widget->SetDefaultRenderer(front_);
-  slider.widget->SetCurrentRenderer(front_);
-  slider.widget->SetRepresentation(look);
-  slider.widget->SetAnimationModeToJump();
+PlainSlider ControlPanel::add_slider() {
+  PlainSlider slider = make_slider(interactor_, front_);
   slider.widget->AddObserver(vtkCommand::InteractionEvent, this, &ControlPanel::on_slider);
   return slider;
 }
@@ -107,25 +80,6 @@ void ControlPanel::place(Action action, const PixelBox& box) {
     if (button.action == action) button.look->place(box);
 }
 
-void ControlPanel::place(Slider& slider, const PixelBox& track) {
-  slider.track = track;
-  slider.widget->SetEnabled(track.width > 0 ? 1 : 0);
-  if (track.width <= 0) return;
-  const double middle = track.bottom + 0.5 * track.height;
-  slider.look->GetPoint1Coordinate()->SetCoordinateSystemToDisplay();
-  slider.look->GetPoint1Coordinate()->SetValue(track.left, middle);
-  slider.look->GetPoint2Coordinate()->SetCoordinateSystemToDisplay();
-  slider.look->GetPoint2Coordinate()->SetValue(track.right(), middle);
-  const int* window = front_->GetSize();  // VTK counts in parts of it
-  slider.look->SetSliderLength(8.0 / window[0]);
-  slider.look->SetSliderWidth(16.0 / window[1]);
-  slider.look->SetTubeWidth(4.0 / window[1]);
-  slider.look->SetEndCapLength(0.0);
-  slider.look->SetEndCapWidth(4.0 / window[1]);
-  slider.look->SetLabelHeight(14.0 / window[1]);
-  slider.look->BuildRepresentation();
-}
-
 void ControlPanel::place_row(int left, int bottom, int width, const std::vector<Action>& actions) {
   const int count = int(actions.size());
   const int each = (width - (count - 1) * kGap) / count;
@@ -142,8 +96,8 @@ void ControlPanel::place_word(const std::string& word, int left, int bottom) {
 
 void ControlPanel::lay_out(const WindowLayout& layout) {
   for (const Button& button : buttons_) button.look->place({});
-  for (auto& [layer, slider] : opacity_) place(slider, {});
-  place(time_, {});
+  for (auto& [layer, slider] : opacity_) window::place(slider, {}, front_);
+  window::place(time_, {}, front_);
   for (const auto& word : words_) front_->RemoveActor2D(word);
   words_.clear();
   dial_->place(0, 0, 0);
@@ -170,7 +124,7 @@ int ControlPanel::lay_out_layers(const PixelBox& box, int top) {
   for (const auto& [action, layer] : layer_rows()) {
     y -= kRow + kGap;
     place(action, {left, y, kName, kRow});
-    place(opacity_[layer], {left + kName + 12, y, width - kName - 18, kRow});
+    window::place(opacity_[layer], {left + kName + 12, y, width - kName - 18, kRow}, front_);
   }
   y -= kRow + kGap;
   place_word("coloured by", left, y + 4);
@@ -206,8 +160,10 @@ void ControlPanel::lay_out_player(const PixelBox& box) {
   place_row(box.left + kMargin, bottom, kButtons,
             {Action::first_frame, Action::step_back, Action::play, Action::step_on,
              Action::last_frame, Action::loop});
-  place(time_, {box.left + kButtons + 3 * kMargin, box.bottom + 8,
-                box.width - kButtons - 5 * kMargin, kRow});
+  window::place(
+      time_,
+      {box.left + kButtons + 3 * kMargin, box.bottom + 8, box.width - kButtons - 5 * kMargin, kRow},
+      front_);
 }
 
 void ControlPanel::refresh(const ControlState& state) {

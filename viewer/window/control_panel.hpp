@@ -3,8 +3,6 @@
 #include <vtkButtonWidget.h>
 #include <vtkRenderWindowInteractor.h>
 #include <vtkRenderer.h>
-#include <vtkSliderRepresentation2D.h>
-#include <vtkSliderWidget.h>
 #include <vtkSmartPointer.h>
 #include <vtkTextActor.h>
 
@@ -15,6 +13,7 @@
 
 #include "viewer/window/actions.hpp"
 #include "viewer/window/layout.hpp"
+#include "viewer/window/plain_slider.hpp"
 #include "viewer/window/pressure_dial.hpp"
 #include "viewer/window/scene_view.hpp"
 #include "viewer/window/text_button.hpp"
@@ -58,16 +57,9 @@ class ControlPanel {
     vtkSmartPointer<TextButton> look;
     vtkSmartPointer<vtkButtonWidget> widget;
   };
-  struct Slider {
-    vtkSmartPointer<vtkSliderRepresentation2D> look;
-    vtkSmartPointer<vtkSliderWidget> widget;
-    PixelBox track;
-  };
-
   void add_button(Action action);
-  Slider make_slider();
+  PlainSlider add_slider();
   void place(Action action, const PixelBox& box);
-  void place(Slider& slider, const PixelBox& track);
   void place_row(int left, int bottom, int width, const std::vector<Action>& actions);
   void place_word(const std::string& word, int left, int bottom);
   int lay_out_layers(const PixelBox& box, int top);
@@ -80,8 +72,8 @@ class ControlPanel {
   vtkRenderer* front_;
   ControlEvents events_;
   std::vector<Button> buttons_;
-  std::map<Layer, Slider> opacity_;
-  Slider time_;
+  std::map<Layer, PlainSlider> opacity_;
+  PlainSlider time_;
   vtkNew<PressureDial> dial_;
   std::vector<vtkSmartPointer<vtkTextActor>> words_;
 };
