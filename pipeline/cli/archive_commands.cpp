@@ -8,6 +8,7 @@
 #include "core/scratch_folder.hpp"
 #include "pipeline/case/dicom_folder.hpp"
 #include "pipeline/stages/reporter.hpp"
+#include "pipeline/stages/stage_work.hpp"
 
 namespace angio::pipeline {
 namespace {
@@ -61,9 +62,11 @@ int do_send(const SendArguments& send) {
   Reporter reporter(send.shared.style());
   reporter.begin_stage("send");
   const ScratchFolder folder("angio-send");
+  const Progress whole = reporter.progress();
   const auto files = write_dicom_folder(send.case_folder, folder.path(),
-                                        send.keep_link ? DicomLink::source : DicomLink::none);
-  dicom::send_to_archive(address, files, reporter.progress());
+                                        send.keep_link ? DicomLink::source : DicomLink::none,
+                                        part(whole, 0.0, 0.5));
+  dicom::send_to_archive(address, files, part(whole, 0.5, 1.0));
   for (const auto& file : files)
     reporter.result(fmt::format("{} sent to {}", file.filename().string(), address.ae_title));
   return int(ExitCode::done);

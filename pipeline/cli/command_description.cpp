@@ -43,7 +43,8 @@ OptionDescription describe_option(const CLI::Option& option, const KnownValues& 
     if (const auto found = known.find(name); found != known.end()) result.choices = found->second;
   result.help = option.get_description();
   result.required = option.get_required();
-  result.is_multiple = option.get_items_expected_max() > 1;
+  result.is_repeatable = option.get_items_expected_max() > 1;
+  result.is_list = option.get_items_expected_max() > 1 && option.get_delimiter() == ',';
   result.group = option.get_group();
   result.default_value = option.get_default_str();
   add_range(type, result);

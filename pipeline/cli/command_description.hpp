@@ -16,10 +16,14 @@ struct OptionDescription {
   std::vector<std::string> choices;
   std::string help;
   bool required = false;
-  bool is_multiple = false;           ///< may be given several times
+  bool is_list = false;               ///< takes several values with commas between
   std::string group;                  ///< its heading in --help
   std::string default_value;          ///< as --help tells it; empty: none, or not told
   std::optional<double> least, most;  ///< of a number that has a range
+  bool is_repeatable = false;         ///< may be given several times, or takes several values
+
+  /// Is its value one of the choices?
+  [[nodiscard]] bool is_enumeration() const { return !choices.empty() && !is_repeatable; }
 };
 
 struct CommandDescription {

@@ -80,7 +80,8 @@ void add_xml_options(CLI::App& app) {
 /// @return the exit code, where a command's parameters are asked for
 std::optional<int> answer_xml(const CLI::App& app, const std::vector<std::string>& words) {
   if (words.size() != 2 || words[1] != "--xml") return std::nullopt;
-  for (const CommandDescription& command : describe_program(app).commands) {
+  const ProgramDescription program = describe_program(app);
+  for (const CommandDescription& command : program.commands) {
     if (command.name != words[0]) continue;
     fmt::print("{}", slicer_xml(command, kVersion));
     return int(ExitCode::done);

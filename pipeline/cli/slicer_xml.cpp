@@ -31,30 +31,31 @@ std::string identifier(const OptionDescription& option) {
 
 /// What a parameter is in Slicer, and in which direction it goes; empty: neither.
 struct SlicerType {
-  const char* name = "string";
-  const char* channel = "";
+  std::string name = "string";
+  std::string channel;
 };
 
 /// By the word that stands for its value; a scan is chosen among Slicer's volumes, which it hands
 /// over as a file.
 SlicerType type_of(const OptionDescription& option) {
   if (option.value.empty()) return {"boolean", ""};
-  if (!option.choices.empty()) return {"string-enumeration", ""};
+  if (option.is_enumeration()) return {"string-enumeration", ""};
   if (option.value == "INPUT" && option.names.empty()) return {"image", "input"};
   const bool is_output =
       std::find(option.names.begin(), option.names.end(), "--output") != option.names.end() ||
       option.value == "OUT";
   static const std::map<std::string_view, const char*> kTypes = {
-      {"INT", "integer"},   {"UINT", "integer"},   {"FLOAT", "double"},  {"ATM", "double"},
-      {"MM", "double"},     {"S", "double"},       {"FILE", "file"},     {"IN", "file"},
-      {"OUT", "file"},      {"CASE", "directory"}, {"DIR", "directory"}, {"FOLDER", "directory"},
-      {"MANIFEST", "file"},
+      {"INT", "integer"},      {"UINT", "integer"},  {"FLOAT", "double"},   {"ATM", "double"},
+      {"MM", "double"},        {"N", "integer"},     {"S", "double"},       {"FILE", "file"},
+      {"IN", "file"},          {"OUT", "file"},      {"CASE", "directory"}, {"DIR", "directory"},
+      {"FOLDER", "directory"}, {"MANIFEST", "file"},
   };
-  const auto known = kTypes.find(option.value);
-  if (known == kTypes.end()) return {};
-  const std::string_view name = known->second;
+  const std::string word = option.value.substr(0, option.value.find(','));  // "ATM,ATM,..."
+  const auto known = kTypes.find(word);
+  std::string name = known == kTypes.end() ? "string" : known->second;
   const bool is_path = name == "file" || name == "directory";
-  return {known->second, is_path ? (is_output ? "output" : "input") : ""};
+  if (option.is_list && !is_path) name += "-vector";
+  return {name, is_path ? (is_output ? "output" : "input") : ""};
 }
 
 std::string flags_of(const OptionDescription& option) {
@@ -74,9 +75,7 @@ std::string constraints_of(const OptionDescription& option) {
 std::string parameter(const OptionDescription& option, int& positional_count) {
   const SlicerType type = type_of(option);
   const std::string name = identifier(option);
-  std::string text =
-      fmt::format("<{}{}>\n", type.name,
-                  option.is_multiple && !option.names.empty() ? " multiple=\"true\"" : "");
+  std::string text = fmt::format("<{}>\n", type.name);
   text += element("name", name);
   if (option.names.empty())
     text += element("index", fmt::format("{}", positional_count++));
@@ -84,12 +83,13 @@ std::string parameter(const OptionDescription& option, int& positional_count) {
     text += flags_of(option);
   text += element("label", option.names.empty() ? option.value : option.names.back());
   text += element("description", option.help.empty() ? name : option.help);
-  if (*type.channel != '\0') text += element("channel", type.channel);
+  if (!type.channel.empty()) text += element("channel", type.channel);
   if (option.value.empty())
     text += element("default", "false");
   else if (!option.default_value.empty())
     text += element("default", option.default_value);
-  for (const std::string& choice : option.choices) text += element("element", choice);
+  if (option.is_enumeration())
+    for (const std::string& choice : option.choices) text += element("element", choice);
   text += constraints_of(option);
   return text + fmt::format("</{}>\n", type.name);
 }

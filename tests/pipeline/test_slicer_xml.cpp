@@ -21,7 +21,8 @@ const std::vector<std::string> kCommands{
     "sweep", "verify",  "recommend", "send",       "fetch",   "doctor"};
 
 const std::set<std::string> kTypes{
-    "integer", "double", "boolean", "string", "string-enumeration", "file", "directory", "image"};
+    "integer",   "double", "boolean",       "string",         "string-enumeration", "file",
+    "directory", "image",  "double-vector", "integer-vector", "string-vector"};
 
 std::string text_of(const tinyxml2::XMLElement* parent, const char* name) {
   const tinyxml2::XMLElement* child = parent->FirstChildElement(name);
@@ -114,6 +115,7 @@ TEST_P(SlicerXml, EveryFlagIsOneThatTheCommandTakes) {
     EXPECT_THAT(help, HasSubstr(flag)) << "of " << GetParam();
     std::string value;
     if (one.type == "integer" || one.type == "double") value = one.value.empty() ? "3" : one.value;
+    if (one.type.ends_with("-vector")) value = "1,2";
     if (one.type == "string-enumeration") value = one.value;
     if (one.type == "string" || one.type == "file" || one.type == "directory")
       value = one.value.empty() ? "x" : one.value;
