@@ -126,7 +126,7 @@ class Ways {
 }  // namespace
 
 Count cut_out_twists(TriangleMesh& mesh) {
-  constexpr double kShort = 0.1;  // of the surface's extent
+  constexpr double kShort = 0.25;  // of the surface's extent
   std::vector<Neighbors> sound = find_neighbors(mesh), twists;
   std::stable_sort(sound.begin(), sound.end(),
                    [](const Neighbors& x, const Neighbors& y) { return x.flatness > y.flatness; });

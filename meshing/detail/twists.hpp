@@ -11,8 +11,8 @@ namespace angio::meshing::detail {
 /// told across the flattest edges first (Kruskal's tree), so that the edge is a fold and not the
 /// smooth wall beside it.
 ///
-/// A ring longer than a tenth of the surface's extent is no flaw: that surface is one-sided, and
-/// stays as it is for turn_alike to refuse.
+/// A ring longer than a quarter of the surface's extent is no flaw (a Moebius strip's goes all
+/// round): that surface is one-sided, and stays as it is for turn_alike to refuse.
 Count cut_out_twists(TriangleMesh& mesh);
 
 }  // namespace angio::meshing::detail
