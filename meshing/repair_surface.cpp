@@ -6,10 +6,12 @@
 
 #include "core/error.hpp"
 #include "core/surface_rims.hpp"
+#include "meshing/detail/edge_table.hpp"
 #include "meshing/detail/mend_holes.hpp"
 #include "meshing/detail/pieces.hpp"
 #include "meshing/detail/sheets.hpp"
 #include "meshing/detail/soup.hpp"
+#include "meshing/detail/twists.hpp"
 
 namespace angio::meshing {
 namespace {
@@ -59,20 +61,45 @@ void make_manifold(Work& work) {
             "triangles of sheets that hang on the wall cut off", detail::cut_off_fins(work.mesh));
   if (work.mesh.triangles.empty())
     throw InputError("nothing is left of the surface (its triangles have no area). Check its unit");
+  work.note("triangle that turned the surface inside out cut out",
+            "triangles that turned the surface inside out cut out",
+            detail::cut_out_twists(work.mesh));
   work.note("triangle turned like its neighbours", "triangles turned like their neighbours",
             detail::turn_alike(work.mesh));
   work.note("corner where several sheets meet taken apart",
             "corners where several sheets meet taken apart", detail::take_sheets_apart(work.mesh));
 }
 
+/// The diameter of the tube that has the surface's volume V for its area A, 4 V / A: about that of
+/// its widest vessels. Openings count as closed by fans.
+double mean_diameter(const TriangleMesh& mesh, const std::vector<SurfaceRim>& rims) {
+  double volume_sixfold = 0.0, area = 0.0;
+  const Vec3 origin = mesh.vertices.front();
+  const auto add = [&](const Vec3& a, const Vec3& b, const Vec3& c) {
+    volume_sixfold += dot(a - origin, cross(b - origin, c - origin));
+  };
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    add(detail::corner(mesh, t, 0), detail::corner(mesh, t, 1), detail::corner(mesh, t, 2));
+    area += 0.5 * norm(area_vector_doubled(mesh, mesh.triangles[t]));
+  }
+  for (const SurfaceRim& rim : rims)
+    for (std::size_t i = 0; i < rim.loop.size(); ++i)
+      add(mesh.vertices[std::size_t(rim.loop[i])],
+          mesh.vertices[std::size_t(rim.loop[(i + 1) % rim.loop.size()])], rim.centre);
+  return area > 0.0 ? 4.0 * std::abs(volume_sixfold) / 6.0 / area : 0.0;
+}
+
 /// Openings that are holes in the wall are filled; those that are ends of vessels stay.
 void fill_holes(Work& work) {
-  constexpr double kEnd = 0.5;  // of the wall runs along the opening, at least; surface_rims.hpp
-  constexpr int kEach = 5;      // as many holes are told one by one
+  constexpr double kEnd = 0.5;     // of the wall runs along the opening, at least; surface_rims.hpp
+  constexpr double kLeast = 0.01;  // of the widest vessels' diameter: no scan shows both
+  constexpr int kEach = 5;         // as many holes are told one by one
   std::vector<Count> holes;
   Count filled;
-  for (const SurfaceRim& rim : surface_rims(work.mesh)) {
-    if (rim.loop.size() > 3 && rim.wall_along >= kEnd) continue;
+  const std::vector<SurfaceRim> rims = surface_rims(work.mesh);
+  const double least = kLeast * mean_diameter(work.mesh, rims);
+  for (const SurfaceRim& rim : rims) {
+    if (rim.loop.size() > 3 && rim.wall_along >= kEnd && rim.diameter_mm >= least) continue;
     holes.emplace_back().add(rim.centre, rim.diameter_mm);
     filled.add(rim.centre, rim.diameter_mm);
     detail::fill_hole_fair(work.mesh, rim.loop);

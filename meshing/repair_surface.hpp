@@ -35,15 +35,17 @@ struct RepairedSurface {
 /// Makes a manifold surface that a lumen can have of one that arrives broken.
 ///
 /// In this order: points that coincide are merged, degenerate and repeated triangles dropped,
-/// T-junctions joined, sheets that hang on the wall cut off, triangles turned alike and outward,
-/// edges and corners where several sheets meet taken apart, the outside of a wall left out, pieces
-/// that cross each other united, small pieces left out, holes in the wall filled, triangles that
-/// cross cut out and closed anew or, where they are many, the inside contoured. No step loses
-/// volume: what is inside at the end is where the winding number was above 0, to 2 %.
+/// T-junctions joined, sheets that hang on the wall cut off, small twists cut out, triangles turned
+/// alike and outward, edges and corners where several sheets meet taken apart, the outside of a
+/// wall left out, pieces that cross each other united, small pieces left out, holes in the wall
+/// filled, triangles that cross cut out and closed anew or, where they are many, the inside
+/// contoured. No step loses volume: what is inside at the end is where the winding number was above
+/// 0, to 2 %.
 ///
 /// An opening is the end of a vessel and stays, where half of the wall around it or more runs out
 /// through it (SurfaceRim::wall_along); otherwise it is a hole in the wall, as every one of three
-/// edges is. So each rim of the result is an end. A sound surface comes back as it is.
+/// edges is, and one a hundred times narrower than the widest vessels. So each rim of the result is
+/// an end. A sound surface comes back as it is.
 ///
 /// @throws InputError naming what cannot be repaired: numbers that are not finite, missing
 ///         vertices, one-sided surfaces, crossings over much of the surface

@@ -11,12 +11,14 @@
 namespace angio::centerline {
 namespace {
 
-/// Whether a flat piece is where a vessel was cut off.
+/// Whether a flat piece is where a vessel was cut off: round, with a sharp edge, and its radius two
+/// edges of its own rim or of the mesh. A thin vessel beside wide ones is of finer triangles.
 bool is_cap(const TriangleMesh& mesh, const std::vector<std::array<int, 3>>& neighbors,
             const std::vector<int>& piece, const std::vector<int>& piece_of,
             const std::vector<Vec3>& normals, double mean_edge) {
   constexpr double kSharp = 0.866, kMostOfRim = 0.9, kRound = 0.4, kWide = 2.0;
   double area = 0.0, rim = 0.0, sharp = 0.0;
+  int rim_edges = 0;
   Vec3 normal;
   for (const int t : piece) {
     const Vec3 doubled = area_vector_doubled(mesh, mesh.triangles[std::size_t(t)]);
@@ -33,13 +35,15 @@ bool is_cap(const TriangleMesh& mesh, const std::vector<std::array<int, 3>>& nei
       const Vec3& from = mesh.vertices[std::size_t(a)];
       const double length = distance(from, mesh.vertices[std::size_t(b)]);
       rim += length;
+      ++rim_edges;
       if (beside < 0 || dot(normals[std::size_t(beside)], normal) > kSharp) continue;
       for (const int v : mesh.triangles[std::size_t(beside)])
         if (v != a && v != b && dot(mesh.vertices[std::size_t(v)] - from, normal) < 0.0)
           sharp += length;
     }
+  const double edge = std::min(mean_edge, rim / std::max(rim_edges, 1));
   return rim > 0.0 && sharp > kMostOfRim * rim && 4.0 * units::kPi * area > kRound * rim * rim &&
-         std::sqrt(area / units::kPi) > kWide * mean_edge;
+         std::sqrt(area / units::kPi) > kWide * edge;
 }
 
 /// The triangles' unit normals, each the mean of its own and its neighbours', some times over:

@@ -301,9 +301,9 @@ TriangleMesh without_crossings(const TriangleMesh& mesh, std::vector<SurfaceRepa
   }
   Union result = unite_parts({closed});
   if (result.mesh.triangles.empty())
-    throw InputError("the surface crosses itself in " +
-                     std::to_string(std::lround(100.0 * count / double(crossing.size()))) +
-                     " % of its triangles (what is inside is not known where they cross). "
+    throw InputError("the surface crosses itself in " + std::to_string(std::lround(count)) +
+                     " of its " + std::to_string(crossing.size()) +
+                     " triangles (what is inside is not known where they cross). "
                      "Segment again, or unite its parts in a mesh editor");
   places.count = int(pairs.size());
   note(repairs, "crossing of the surface with itself resolved by contouring what is inside",

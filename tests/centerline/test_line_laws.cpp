@@ -248,6 +248,27 @@ TEST(FlatCaps, AreRemovedFromATubeAndNotFromASphere) {
   EXPECT_EQ(boundary_loops(remove_flat_caps(closed)).size(), 2U);
 }
 
+TEST(FlatCaps, AreKnownOfAThinVesselBesideCoarserWalls) {
+  constexpr int kAround = 16;
+  constexpr double kRadius = 0.4, kLength = 4.0;  // the thin one; the wide one's edges are longer
+  TriangleMesh mesh = tests::make_sphere({20, 0, 0}, 10.0, 3);
+  const int first = int(mesh.vertices.size());
+  for (const double z : {0.0, kLength})
+    for (int k = 0; k < kAround; ++k) {
+      const double angle = 2.0 * units::kPi * k / kAround;
+      mesh.vertices.push_back({kRadius * std::cos(angle), kRadius * std::sin(angle), z});
+    }
+  for (const double z : {0.0, kLength}) mesh.vertices.push_back({0, 0, z});
+  for (int k = 0; k < kAround; ++k) {
+    const int a = first + k, b = first + (k + 1) % kAround;
+    mesh.triangles.push_back({a, b, b + kAround});
+    mesh.triangles.push_back({a, b + kAround, a + kAround});
+    mesh.triangles.push_back({first + 2 * kAround, b, a});
+    mesh.triangles.push_back({first + 2 * kAround + 1, a + kAround, b + kAround});
+  }
+  EXPECT_EQ(boundary_loops(remove_flat_caps(mesh)).size(), 2U);
+}
+
 TEST(FlatCaps, WithRoundedEdgesAreFlatEndsAndRoundTipsAndWallsAreNone) {
   EXPECT_TRUE(find_flat_ends(tests::make_sphere({0, 0, 0}, 3.0, 4)).empty());
   // A tube of radius 3 whose caps have edges rounded by a radius of 0.9, along its profile.

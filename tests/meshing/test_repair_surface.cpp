@@ -122,9 +122,18 @@ void remove_wall_patch(TriangleMesh& mesh, int half_width) {
   mesh.triangles = kept;
 }
 
+/// A band over a hole in the wall, turned half round on its way: with it the surface has one side.
+void bridge_hole_by_twisted_band(TriangleMesh& mesh) {
+  remove_wall_patch(mesh, 1);
+  const int below = (kRings / 2 - 1) * kSides + 4, above = (kRings / 2 + 1) * kSides + 4;
+  mesh.triangles.push_back({below, below + 1, above});
+  mesh.triangles.push_back({below, above, above + 1});
+}
+
 std::vector<Defect> defects_of_triangles() {
   return {{"UnstitchedSoup", to_soup, "merged"},
           {"SoupRoundedInHalf", round_to_single_in_one_half, "merged", 1e-6},
+          {"TwistedBand", bridge_hole_by_twisted_band, "inside out cut out", 0.01},
           {"InsideOut",
            [](TriangleMesh& mesh) {
              for (Triangle& t : mesh.triangles) std::swap(t[0], t[1]);
@@ -284,6 +293,37 @@ TEST(RepairSurface, TakesSolidsThatTouchInAnEdgeApart) {
   EXPECT_EQ(surface_topology(repaired.mesh).component_count, 1);
   EXPECT_NEAR(enclosed_volume(repaired.mesh), 2.0, 1e-12);
   EXPECT_THAT(texts(repaired), Contains(HasSubstr("left out")));
+}
+
+TEST(RepairSurface, FillsAnOpeningThatNoScanShowsBesideTheVessel) {
+  // A spout of a hundredth of the tube's width and ten times as long as wide, open at its tip.
+  const auto rims_with_spout = [](double radius) {
+    TriangleMesh mesh = make_tube(true);
+    const int top = int(mesh.vertices.size()) - 1, sides = 12;
+    std::erase_if(mesh.triangles, [&](const Triangle& t) { return t[0] == top; });
+    const int rim = (kRings - 1) * kSides, spout = int(mesh.vertices.size());
+    for (const double z : {kLength, kLength + 10.0 * radius, kLength + 20.0 * radius})
+      for (int k = 0; k < sides; ++k) {
+        const double a = 2.0 * pi * k / sides;
+        mesh.vertices.push_back({radius * std::cos(a), radius * std::sin(a), z});
+      }
+    for (int i = 0; i < 2; ++i)
+      for (int k = 0; k < sides; ++k) {
+        const int a = spout + i * sides + k, b = spout + i * sides + (k + 1) % sides;
+        mesh.triangles.push_back({a, b, b + sides});
+        mesh.triangles.push_back({a, b + sides, a + sides});
+      }
+    for (int k = 0, j = 0; k < kSides; ++k) {  // the flat ring between both
+      const int next_j = (k + 1) * sides / kSides;
+      const int a = rim + k, b = rim + (k + 1) % kSides, c = spout + j % sides;
+      mesh.triangles.push_back({a, b, c});
+      if (next_j > j) mesh.triangles.push_back({b, spout + next_j % sides, c});
+      j = next_j;
+    }
+    return boundary_loops(repair_surface(mesh).mesh).size();
+  };
+  EXPECT_EQ(rims_with_spout(0.2), 1U);
+  EXPECT_EQ(rims_with_spout(0.01), 0U);
 }
 
 TEST(RepairSurface, RefusesByName) {
