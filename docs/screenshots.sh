@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Makes the pictures of docs/screenshots.md: report, viewer, live window and film as a user sees them.
+# Makes docs/images/screenshots: report, viewer, live window and film as a user sees them.
 #
 #     docs/screenshots.sh ANGIO CASE_SCAN CASE_PHANTOM [CASE_LIVE]
 #

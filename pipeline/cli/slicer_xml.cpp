@@ -72,9 +72,9 @@ std::string constraints_of(const OptionDescription& option) {
       *option.least, *option.most);
 }
 
-std::string parameter(const OptionDescription& option, int& positional_count) {
+std::string parameter(const OptionDescription& option, const std::string& name,
+                      int& positional_count) {
   const SlicerType type = type_of(option);
-  const std::string name = identifier(option);
   std::string text = fmt::format("<{}>\n", type.name);
   text += element("name", name);
   if (option.names.empty())
@@ -114,6 +114,16 @@ std::string group(const std::string& label, const std::string& parameters, bool 
          element("label", label) + element("description", label) + parameters + "</parameters>\n";
 }
 
+/// Unlike every other: an argument may have the name of an option.
+std::string unique_identifier(const CommandDescription& command, const OptionDescription& option) {
+  const std::string name = identifier(option);
+  const bool is_taken =
+      option.names.empty() &&
+      std::any_of(command.options.begin(), command.options.end(),
+                  [&](const auto& o) { return !o.names.empty() && identifier(o) == name; });
+  return is_taken ? name + "_argument" : name;
+}
+
 }  // namespace
 
 std::string slicer_xml(const CommandDescription& command, const std::string& version) {
@@ -131,11 +141,11 @@ std::string slicer_xml(const CommandDescription& command, const std::string& ver
   for (const OptionDescription& option : command.options) {
     if (!is_shown(option)) continue;
     if (is_main(option)) {
-      main += parameter(option, positional_count);
+      main += parameter(option, unique_identifier(command, option), positional_count);
       continue;
     }
     if (!others.contains(option.group)) groups.push_back(option.group);
-    others[option.group] += parameter(option, positional_count);
+    others[option.group] += parameter(option, unique_identifier(command, option), positional_count);
   }
   text += group("What", main, false);
   for (const std::string& name : groups) text += group(name, others[name], true);
