@@ -216,7 +216,8 @@ void iterate(const RotationalRun& run, double air, const Orbit& orbit, const Pla
   result.quality.has_converged = found.has_converged;
   result.quality.line_integral_residual = found.residual;
   result.quality.line_integral_noise = frames.noise;
-  result.volume = {grids.geometry, to_slices(in_columns(voxels, found.values), grids.columns)};
+  result.volume.geometry = grids.geometry;
+  result.volume.values = to_slices(in_columns(voxels, found.values), grids.columns);
 }
 
 /// A volume by the frames' places as they are.

@@ -67,8 +67,9 @@ TEST(OrganMotion, LeavesTheTruthWhereTheHeartRests) {
   const RunMotion motion = plan_motion(run, 1);
   ASSERT_EQ(motion.cardiac_phases.size(), 133u);
   for (std::size_t f = 0; f < 133; ++f) {
-    if (std::abs(motion.cardiac_phases[f] - kRestingPhase) < 0.05)
+    if (std::abs(motion.cardiac_phases[f] - kRestingPhase) < 0.05) {
       EXPECT_LT(std::abs(motion.heart_excursions[f]), 0.03);
+    }
     EXPECT_NEAR(motion.filled_parts[f], std::min(1.0, 0.033 * double(f)), 1e-12);
     EXPECT_LE(norm(motion.breathing_shifts_mm[f]), 5.0 + 1e-9);
   }
