@@ -86,16 +86,19 @@ std::vector<double> background(const std::vector<float>& p, const std::vector<do
   return wide;
 }
 
-/// From the median of the differences between neighbours in a row: 0.6745 sqrt(2) sd.
+/// From the median of the second differences along rows, which slopes do not change: 0.6745 sqrt(6)
+/// sd.
 double noise_of(const std::vector<float>& p, const Size& size) {
-  std::vector<float> steps;
+  std::vector<float> bends;
   for (int row = 0; row < size.rows; row += 2)
-    for (int column = 1; column < size.columns; column += 2)
-      steps.push_back(std::abs(p[size.at(column, row)] - p[size.at(column - 1, row)]));
-  if (steps.empty()) return 0.0;
-  const auto middle = steps.begin() + std::ptrdiff_t(steps.size() / 2);
-  std::nth_element(steps.begin(), middle, steps.end());
-  return double(*middle) / (0.6745 * std::sqrt(2.0));
+    for (int column = 1; column + 1 < size.columns; column += 2) {
+      const float* at = p.data() + size.at(column, row);
+      bends.push_back(std::abs(at[-1] - 2.0F * at[0] + at[1]));
+    }
+  if (bends.empty()) return 0.0;
+  const auto middle = bends.begin() + std::ptrdiff_t(bends.size() / 2);
+  std::nth_element(bends.begin(), middle, bends.end());
+  return double(*middle) / (0.6745 * std::sqrt(6.0));
 }
 
 /// What stands out, and what lies around it.
