@@ -71,9 +71,11 @@ std::vector<double> summed(std::vector<double> values, const Size& size, int hal
   return values;
 }
 
-std::vector<double> background(const std::vector<float>& p, const std::vector<double>& weight,
-                               const Size& size, int half) {
-  std::vector<double> wide = wide_part(p, weight, size), rest(size.count()), sum = weight;
+/// @param fits    where the polynomial is fitted
+/// @param weight  of the box
+std::vector<double> background(const std::vector<float>& p, const std::vector<double>& fits,
+                               const std::vector<double>& weight, const Size& size, int half) {
+  std::vector<double> wide = wide_part(p, fits, size), rest(size.count()), sum = weight;
   for (std::size_t i = 0; i < rest.size(); ++i) {
     sum[i] = std::max(sum[i], 1e-6);
     rest[i] = sum[i] * (double(p[i]) - wide[i]);
@@ -113,16 +115,17 @@ std::vector<std::uint8_t> bright(const std::vector<float>& excess, const Size& s
   return is_bright;
 }
 
-/// Takes out what holds a square of more than `half` to all sides, and its skirt: bone, the heart's
-/// and the diaphragm's edges.
-void leave_out_wide(std::vector<std::uint8_t>& is_vessel, const Size& size, int half) {
+/// Adds what holds a square of more than `half` to all sides, and its skirt: bone, the heart's and
+/// the diaphragm's edges.
+void add_wide(const std::vector<std::uint8_t>& is_bright, const Size& size, int half,
+              std::vector<std::uint8_t>& is_wide) {
   std::vector<double> outside(size.count());
-  for (std::size_t i = 0; i < outside.size(); ++i) outside[i] = is_vessel[i] ? 0.0 : 1.0;
+  for (std::size_t i = 0; i < outside.size(); ++i) outside[i] = is_bright[i] ? 0.0 : 1.0;
   std::vector<double> wide = summed(std::move(outside), size, half);
   for (double& value : wide) value = value < 0.5 ? 1.0 : 0.0;
   wide = summed(std::move(wide), size, half + kSkirt);
   for (std::size_t i = 0; i < wide.size(); ++i)
-    if (wide[i] > 0.5) is_vessel[i] = 0;
+    if (wide[i] > 0.5) is_wide[i] = 1;
 }
 
 }  // namespace
@@ -135,19 +138,25 @@ VesselPicture vessels_of(std::vector<float> line_integrals, int columns, int row
   picture.line_integrals = line_integrals;
   if (!is_subtracted) {
     const int half = std::max(2, int(std::lround(0.5 * widest)));
-    std::vector<double> weight(size.count(), 1.0);
+    std::vector<double> fits(size.count(), 1.0), weight(size.count(), 1.0);
+    std::vector<std::uint8_t> is_wide(size.count(), 0);
     for (int turn = 0; turn < kTurns; ++turn) {
-      const std::vector<double> behind = background(line_integrals, weight, size, half);
+      const std::vector<double> behind = background(line_integrals, fits, weight, size, half);
       for (std::size_t i = 0; i < behind.size(); ++i)
         picture.line_integrals[i] = float(double(line_integrals[i]) - behind[i]);
-      std::vector<std::uint8_t> is_vessel = bright(picture.line_integrals, size, picture.noise);
-      leave_out_wide(is_vessel, size, half + kSkirt);
-      for (std::size_t i = 0; i < behind.size(); ++i) weight[i] = is_vessel[i] ? 0.0 : 1.0;
+      picture.is_vessel = bright(picture.line_integrals, size, picture.noise);
+      add_wide(picture.is_vessel, size, half + kSkirt, is_wide);
+      for (std::size_t i = 0; i < behind.size(); ++i) {
+        fits[i] = picture.is_vessel[i] || is_wide[i] ? 0.0 : 1.0;
+        weight[i] = picture.is_vessel[i] && !is_wide[i] ? 0.0 : 1.0;
+      }
     }
+    // There may be vessels before what is wide.
+    for (std::size_t i = 0; i < is_wide.size(); ++i)
+      picture.is_vessel[i] = picture.is_vessel[i] || is_wide[i] ? 1 : 0;
+    return picture;
   }
   picture.is_vessel = bright(picture.line_integrals, size, picture.noise);
-  if (!is_subtracted)
-    leave_out_wide(picture.is_vessel, size, int(std::lround(0.5 * widest)) + kSkirt);
   return picture;
 }
 
