@@ -10,6 +10,7 @@
 #include "core/units.hpp"
 #include "datasets/detail/anatomy.hpp"
 #include "datasets/detail/fine_surface.hpp"
+#include "datasets/detail/organ_motion.hpp"
 #include "datasets/detail/scan.hpp"
 #include "datasets/detail/truth.hpp"
 
@@ -70,8 +71,9 @@ CArmMount mount_around(const TriangleMesh& mesh, double spacing_mm,
     radius = std::max(radius, std::hypot(v.x, v.y));
     height = std::max(height, std::abs(v.z));
   }
-  radius += kMarginMm;
-  height += kMarginMm;
+  const double margin = kMarginMm + run.heartbeat_mm + run.breathing_mm;
+  radius += margin;
+  height += margin;
   const double away = run.source_to_isocentre_mm;
   if (radius > 0.5 * away)
     throw OptionError("the phantom is too large for a C-arm with its source " +
@@ -131,7 +133,8 @@ ConeBeamFrame finer(const ConeBeamFrame& frame) {
 struct Beam {
   std::vector<double> filled, empty;  ///< with contrast medium and without
 };
-Beam beam(const TriangleMesh& lumen, const ConeBeamFrame& frame, const RotationalRunOptions& run) {
+Beam beam(const TriangleMesh& lumen, const ConeBeamFrame& frame, const RotationalRunOptions& run,
+          double filled_part) {
   const ConeBeamFrame fine = finer(frame);
   const std::vector<double> chords = angiogram::chord_lengths(lumen, fine);
   Beam beam;
@@ -145,7 +148,7 @@ Beam beam(const TriangleMesh& lumen, const ConeBeamFrame& frame, const Rotationa
       const std::size_t pixel =
           std::size_t(row / 2) * std::size_t(frame.columns) + std::size_t(c / 2);
       beam.empty[pixel] += 0.25 * std::exp(-body);
-      beam.filled[pixel] += 0.25 * std::exp(-body - run.contrast_per_mm * way);
+      beam.filled[pixel] += 0.25 * std::exp(-body - filled_part * run.contrast_per_mm * way);
     }
   return beam;
 }
@@ -187,6 +190,15 @@ void RotationalRunOptions::validate() const {
           "run.contrast_per_mm: must be in (0, 1]");
   require(wobble_mm >= 0.0 && wobble_mm <= 5.0, "run.wobble_mm: must be in [0, 5]");
   require(wobble_degrees >= 0.0 && wobble_degrees <= 5.0, "run.wobble_degrees: must be in [0, 5]");
+  require(frame_time_ms >= 1.0 && frame_time_ms <= 10000.0,
+          "run.frame_time_ms: must be in [1, 10000]");
+  require(heartbeat_mm >= 0.0 && heartbeat_mm <= 20.0, "run.heartbeat_mm: must be in [0, 20]");
+  require(heart_rate_per_min >= 30.0 && heart_rate_per_min <= 200.0,
+          "run.heart_rate_per_min: must be in [30, 200]");
+  require(breathing_mm >= 0.0 && breathing_mm <= 30.0, "run.breathing_mm: must be in [0, 30]");
+  require(breaths_per_min >= 4.0 && breaths_per_min <= 60.0,
+          "run.breaths_per_min: must be in [4, 60]");
+  require(inflow_s >= 0.0 && inflow_s <= 30.0, "run.inflow_s: must be in [0, 30]");
 }
 
 RotationalRunOfPhantom make_rotational_run(const PhantomOptions& phantom,
@@ -212,6 +224,10 @@ RotationalRunOfPhantom make_rotational_run(const PhantomOptions& phantom,
     result.frames.push_back(
         wobbled(angiogram::c_arm_frame({angle, 0.0}, result.mount), f, sized.seed, run));
   }
+  result.motion = detail::plan_motion(run, sized.seed);
+  const std::vector<Vec3> ways =
+      run.heartbeat_mm > 0.0 ? detail::systolic_ways(result.phantom.surface, run.heartbeat_mm)
+                             : std::vector<Vec3>();
   const std::size_t pixels = std::size_t(result.mount.columns) * std::size_t(result.mount.rows);
   const double quanta = quanta_in_air(run);
   result.pictures.resize(pixels * result.frames.size());
@@ -219,7 +235,10 @@ RotationalRunOfPhantom make_rotational_run(const PhantomOptions& phantom,
   int done = 0;
   parallel_for_uneven(run.frames, [&](std::ptrdiff_t f) {
     const std::size_t first = std::size_t(f) * pixels;
-    const Beam seen = beam(result.phantom.surface, result.frames[std::size_t(f)], run);
+    const std::size_t frame = std::size_t(f);
+    const Beam seen =
+        beam(detail::moved_surface(result.phantom.surface, ways, result.motion, frame),
+             result.frames[frame], run, result.motion.filled_parts[frame]);
     expose(seen.filled, quanta, sized.seed, first, result.pictures.data() + first);
     if (run.mask_run)
       expose(seen.empty, quanta, sized.seed + 1, first, result.masks.data() + first);

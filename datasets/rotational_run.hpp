@@ -25,8 +25,30 @@ struct RotationalRunOptions {
   /// is shifted along each axis, and turned around each, sd.
   double wobble_mm = 0.0;       ///< [0, 5]
   double wobble_degrees = 0.0;  ///< [0, 5]
+  double frame_time_ms = 33.0;  ///< from a frame to the next, [1, 10000]
+  /// The heart's motion: the longest way of a place of the wall from rest to the end of systole, on
+  /// which all others depend (detail/organ_motion.hpp). The header then names the R waves.
+  double heartbeat_mm = 0.0;         ///< [0, 20]
+  double heart_rate_per_min = 70.0;  ///< [30, 200]
+  double breathing_mm = 0.0;         ///< the way of all vessels with each breath, [0, 30]
+  double breaths_per_min = 15.0;     ///< [4, 60]
+  double inflow_s = 0.0;  ///< from the first frame until the medium fills the vessels, everywhere
+                          ///< alike, [0, 30]
+  bool tells_r_waves = true;  ///< otherwise the header says nothing of the heart
 
+  [[nodiscard]] bool moves() const {
+    return heartbeat_mm > 0.0 || breathing_mm > 0.0 || inflow_s > 0.0;
+  }
   void validate() const;  ///< @throws OptionError naming the field
+};
+
+/// What moves during a run, frame by frame.
+struct RunMotion {
+  std::vector<double> cardiac_phases;     ///< part of the beat that is over, [0, 1)
+  std::vector<double> heart_excursions;   ///< 0: where the truth is; 1: end of systole
+  std::vector<Vec3> breathing_shifts_mm;  ///< from breathed out, where the truth is
+  std::vector<double> filled_parts;       ///< of the contrast medium, [0, 1]
+  std::vector<int> r_wave_frames;         ///< numbered from 0: the nearest to each R wave
 };
 
 /// A run around a phantom. The isocentre, which is the origin, lies in the middle of the lumen's
@@ -38,6 +60,7 @@ struct RotationalRunOfPhantom {
   angiogram::CArmMount mount;
   std::vector<double> primary_angles_degrees;    ///< as the header tells
   std::vector<angiogram::ConeBeamFrame> frames;  ///< as they are, with the wobble
+  RunMotion motion;                              ///< the truth stands for its rest
   std::vector<std::uint16_t> pictures;           ///< shape [frames, rows, columns]
   std::vector<std::uint16_t> masks;              ///< the same, or empty
 };

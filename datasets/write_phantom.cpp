@@ -11,6 +11,7 @@
 #include "core/atomic_file.hpp"
 #include "core/error.hpp"
 #include "datasets/detail/anatomy.hpp"
+#include "datasets/detail/organ_motion.hpp"
 #include "datasets/detail/write_dicom.hpp"
 #include "datasets/phantom.hpp"
 #include "datasets/rotational_run.hpp"
@@ -113,26 +114,48 @@ Json truth_json(const Phantom& phantom, const PhantomOptions& sized) {
 
 std::string as_text(const Json& json) { return json.dump(1) + "\n"; }
 
+Json motion_json(const RotationalRunOfPhantom& run) {
+  const RotationalRunOptions& o = run.options;
+  Json shifts = Json::array(), r_waves = Json::array();
+  for (const Vec3& shift : run.motion.breathing_shifts_mm) shifts.push_back(json_from(shift));
+  for (const int frame : run.motion.r_wave_frames) r_waves.push_back(frame + 1);
+  return {{"frame_time_ms", o.frame_time_ms},
+          {"heartbeat_mm", o.heartbeat_mm},
+          {"heart_rate_per_min", o.heart_rate_per_min},
+          {"breathing_mm", o.breathing_mm},
+          {"breaths_per_min", o.breaths_per_min},
+          {"inflow_s", o.inflow_s},
+          {"tells_r_waves", o.tells_r_waves},
+          {"truth_phase_percent", 100.0 * detail::kRestingPhase},
+          {"r_wave_frames", r_waves},
+          {"cardiac_phases", run.motion.cardiac_phases},
+          {"heart_excursions", run.motion.heart_excursions},
+          {"breathing_shifts_mm", shifts},
+          {"filled_parts", run.motion.filled_parts}};
+}
+
 Json json_from(const RotationalRunOfPhantom& run) {
   const RotationalRunOptions& o = run.options;
   Json matrices = Json::array();
   for (const angiogram::ConeBeamFrame& frame : run.frames)
     matrices.push_back(angiogram::ConeBeamView(frame).matrix());
-  return {{"frames", o.frames},
-          {"arc_degrees", o.arc_degrees},
-          {"columns", run.mount.columns},
-          {"rows", run.mount.rows},
-          {"column_spacing_mm", run.mount.column_spacing_mm},
-          {"source_to_detector_mm", o.source_to_detector_mm},
-          {"source_to_isocentre_mm", o.source_to_isocentre_mm},
-          {"noise", o.noise},
-          {"body", o.body},
-          {"mask_run", o.mask_run},
-          {"contrast_per_mm", o.contrast_per_mm},
-          {"wobble_mm", o.wobble_mm},
-          {"wobble_degrees", o.wobble_degrees},
-          {"primary_angles_degrees", run.primary_angles_degrees},
-          {"matrices", matrices}};
+  Json json = {{"frames", o.frames},
+               {"arc_degrees", o.arc_degrees},
+               {"columns", run.mount.columns},
+               {"rows", run.mount.rows},
+               {"column_spacing_mm", run.mount.column_spacing_mm},
+               {"source_to_detector_mm", o.source_to_detector_mm},
+               {"source_to_isocentre_mm", o.source_to_isocentre_mm},
+               {"noise", o.noise},
+               {"body", o.body},
+               {"mask_run", o.mask_run},
+               {"contrast_per_mm", o.contrast_per_mm},
+               {"wobble_mm", o.wobble_mm},
+               {"wobble_degrees", o.wobble_degrees},
+               {"primary_angles_degrees", run.primary_angles_degrees},
+               {"matrices", matrices}};
+  if (o.moves()) json["motion"] = motion_json(run);
+  return json;
 }
 
 /// A series is only whole with all its files: they are written beside, then the folder is renamed.

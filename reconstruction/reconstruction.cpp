@@ -9,6 +9,8 @@
 #include "core/error.hpp"
 #include "core/parallel.hpp"
 #include "core/units.hpp"
+#include "reconstruction/detail/few_views.hpp"
+#include "reconstruction/detail/gating.hpp"
 #include "reconstruction/detail/line_integrals.hpp"
 #include "reconstruction/detail/orbit.hpp"
 #include "reconstruction/detail/plane_frames.hpp"
@@ -153,14 +155,27 @@ std::vector<std::string> warnings_of(const RotationalRun& run, const RunQuality&
   // As many views as a circle over the field has samples across, times pi / 2, leave no streaks.
   const double needed = quality.pixel_at_isocentre_mm / quality.field_radius_mm * kPerDegree;
   constexpr double kCoarse = 10.0;
-  if (quality.largest_step_degrees > kCoarse * needed)
+  if (quality.method == Method::few_views)
+    warnings.push_back(fmt::format(
+        "the vessels alone were fitted to {} frames, up to {:.1f} degrees apart; what is as wide "
+        "as bone is not in the volume{}",
+        quality.frame_count, quality.largest_step_degrees,
+        quality.has_converged ? "" : ", and the fit was ended before it stood still"));
+  else if (quality.largest_step_degrees > kCoarse * needed)
     warnings.push_back(fmt::format(
         "there are {} frames, up to {:.1f} degrees apart; streaks come from bright places",
         quality.frame_count, quality.largest_step_degrees));
+  if (quality.gating.is_gated)
+    warnings.push_back(fmt::format(
+        "the vessels move with the heart ({:.0f} beats a minute, told by {}): {} frames of one "
+        "phase were taken",
+        quality.gating.heart_rate_per_min,
+        quality.gating.by_r_waves ? "the R waves" : "the frames themselves", quality.frame_count));
   if (quality.given_residual_pixels > 0.5)
     warnings.push_back(fmt::format(
-        "the C-arm went {:.1f} pixels beside the path that its header tells; its path was fitted "
+        "{} went {:.1f} pixels beside the path that its header tells; its path was fitted "
         "to the vessels, to {:.2f} pixels",
+        quality.gating.is_gated ? "the C-arm, or the patient's breath," : "the C-arm",
         quality.given_residual_pixels, quality.residual_pixels));
   if (quality.truncated_percent > 0.0)
     warnings.push_back(fmt::format(
@@ -177,6 +192,34 @@ ProjectedBack project_back(const VolumeTask& task, Backend backend, const Progre
                                   : project_back_on_cpu(task, progress);
 }
 
+/// A part of a stage's progress.
+Progress part(const Progress& progress, double from, double to) {
+  return Progress([&progress, from, to](double fraction, std::string_view what) {
+    progress.report(from + (to - from) * fraction, what);
+  });
+}
+
+constexpr double kSparseDegrees = 3.5;
+
+Method method_for(const ReconstructionOptions& options, const RunQuality& quality) {
+  if (options.method != Method::automatic) return options.method;
+  return quality.largest_step_degrees > kSparseDegrees ? Method::few_views : Method::fdk;
+}
+
+/// The vessels alone, from frames that are few.
+void iterate(const RotationalRun& run, double air, const Orbit& orbit, const PlaneGrid& plane,
+             const Grids& grids, Reconstruction& result, const Progress& progress) {
+  const VesselFrames frames = read_vessel_frames(run, air, orbit, plane, part(progress, 0.0, 0.2));
+  const ChosenVoxels voxels = choose_voxels(frames, grids.columns);
+  const FewViews found = reconstruct_few_views(frames, voxels, part(progress, 0.25, 1.0));
+  result.quality.iterations = found.iterations;
+  result.quality.has_converged = found.has_converged;
+  result.quality.line_integral_residual = found.residual;
+  result.quality.line_integral_noise = frames.noise;
+  result.volume.geometry = grids.geometry;
+  result.volume.values = to_slices(in_columns(voxels, found.values), grids.columns);
+}
+
 /// A volume by the frames' places as they are.
 /// @param options  its backend settled
 Reconstruction reconstruct_once(const RotationalRun& run, double air,
@@ -188,6 +231,11 @@ Reconstruction reconstruct_once(const RotationalRun& run, double air,
   Reconstruction result;
   result.frames = run.frames;
   result.quality = judge(run.masks != nullptr, orbit, plane, field);
+  result.quality.method = method_for(options, result.quality);
+  if (result.quality.method == Method::few_views) {
+    iterate(run, air, orbit, plane, grids, result, progress);
+    return result;
+  }
   ProjectedBack back = project_back({run, orbit, plane, grids.columns, air, options.window},
                                     options.backend, progress);
   result.gpu = back.gpu;
@@ -250,13 +298,21 @@ Alignment align(const RotationalRun& run, double air, const Reconstruction& from
 
 /// Reconstructs, moves the frames, and so on, until they stay.
 Reconstruction calibrate(const RotationalRun& given_run, double air,
-                         const ReconstructionOptions& options, const Progress& progress) {
+                         const ReconstructionOptions& options, bool is_gated,
+                         const Progress& progress) {
   constexpr int kMostPasses = 8;
   constexpr int kFramesToJudge = 24;
   constexpr double kEnough = 0.3;   // of a pixel or a voxel; less may be the noise of the fit
   constexpr double kWorthIt = 0.5;  // of the residual by the header
   constexpr double kSlow = 0.8;     // what is left is noise
+  constexpr double kGatedBlur = 6.0;
   constexpr double kFirstBlur = 1.5, kBlur = 0.8;
+  // Breath moves vessels by several of their widths: they are looked for from afar at first.
+  const double first_blur = is_gated ? kGatedBlur : kFirstBlur;
+  const auto blur_of = [&](int pass) {
+    return is_gated ? std::max(kBlur, first_blur / double(1 << pass))
+                    : (pass == 0 ? first_blur : kBlur);
+  };
   // How many passes it will take is not known: the first takes up to 0.4, each other one 0.4 of
   // what is left.
   const auto part_of = [&](int pass, double half) {
@@ -282,10 +338,9 @@ Reconstruction calibrate(const RotationalRun& given_run, double air,
   Reconstruction as_given;
   for (bool stays = !(given > coarse * kEnough); !stays && passes < kMostPasses;) {
     const Alignment found =
-        align(given_run, air, result, motions, 1, coarse * (passes == 0 ? kFirstBlur : kBlur),
-              part_of(passes, 1.0));
+        align(given_run, air, result, motions, 1, coarse * blur_of(passes), part_of(passes, 1.0));
     if (2 * found.fitted < int(run.frames.size())) break;
-    stays = passes > 0 && found.moved_pixels > kSlow * last;
+    stays = passes > 0 && blur_of(passes - 1) <= kBlur && found.moved_pixels > kSlow * last;
     last = found.moved_pixels;
     if (stays) break;
     if (passes == 0) as_given = std::move(result);
@@ -310,27 +365,31 @@ Reconstruction calibrate(const RotationalRun& given_run, double air,
 }
 
 Reconstruction reconstruct_on(Backend backend, const RotationalRun& run, double air,
-                              ReconstructionOptions options, const Progress& progress) {
+                              ReconstructionOptions options, bool is_gated,
+                              const Progress& progress) {
   options.backend = backend;
-  Reconstruction result = options.calibrate ? calibrate(run, air, options, progress)
+  Reconstruction result = options.calibrate ? calibrate(run, air, options, is_gated, progress)
                                             : reconstruct_once(run, air, options, progress);
-  result.backend = backend == Backend::cuda ? "cuda" : "cpu";
-  if (backend == Backend::cuda) result.device = gpu_name();
+  // Few views are iterated over by the CPU.
+  const bool by_gpu = backend == Backend::cuda && result.quality.method == Method::fdk;
+  result.backend = by_gpu ? "cuda" : "cpu";
+  if (by_gpu) result.device = gpu_name();
   return result;
 }
 
 /// Where the options say; of `automatic` the GPU, and the CPU where there is none or it fails.
 Reconstruction reconstruct_anywhere(const RotationalRun& run, double air,
-                                    const ReconstructionOptions& options,
+                                    const ReconstructionOptions& options, bool is_gated,
                                     const Progress& progress) {
   if (options.backend != Backend::automatic)
-    return reconstruct_on(options.backend, run, air, options, progress);
-  if (gpu_name().empty()) return reconstruct_on(Backend::cpu, run, air, options, progress);
+    return reconstruct_on(options.backend, run, air, options, is_gated, progress);
+  if (gpu_name().empty())
+    return reconstruct_on(Backend::cpu, run, air, options, is_gated, progress);
   try {
-    return reconstruct_on(Backend::cuda, run, air, options, progress);
+    return reconstruct_on(Backend::cuda, run, air, options, is_gated, progress);
   } catch (const Error& error) {
     if (error.exit_code() != ExitCode::unavailable) throw;
-    Reconstruction result = reconstruct_on(Backend::cpu, run, air, options, progress);
+    Reconstruction result = reconstruct_on(Backend::cpu, run, air, options, is_gated, progress);
     result.warnings.push_back("the CPU was used instead: " + std::string(error.what()));
     return result;
   }
@@ -343,13 +402,16 @@ void ReconstructionOptions::validate() const {
     throw OptionError("reconstruction.voxel_mm: must be in [0.05, 5], or 0 for a pixel's size");
   if (!(air >= 0.0 && air < 1e9))
     throw OptionError("reconstruction.air: must be in [0, 1e9); 0 is the brightest pixel");
+  if (!(phase_percent >= 0.0 && phase_percent < 100.0))
+    throw OptionError("reconstruction.phase_percent: must be in [0, 100)");
+  if (!(phase_width_percent >= 2.0 && phase_width_percent <= 100.0))
+    throw OptionError("reconstruction.phase_width_percent: must be in [2, 100]");
   if (largest_side < 16 || largest_side > 2048)
     throw OptionError("reconstruction.largest_side: must be in [16, 2048]");
 }
 
 RunForecast forecast_run(const std::vector<angiogram::ConeBeamFrame>& frames, bool has_masks,
                          const ReconstructionOptions& options) {
-  constexpr double kSparseDegrees = 3.5;
   constexpr double kPartOfPixel = 0.1, kPartWhereSparse = 0.2;
   options.validate();
   check(frames);
@@ -366,6 +428,21 @@ RunForecast forecast_run(const std::vector<angiogram::ConeBeamFrame>& frames, bo
   return forecast;
 }
 
+std::optional<HeartForecast> forecast_heart(const std::vector<double>& times_s,
+                                            const std::vector<double>& r_waves_s,
+                                            const ReconstructionOptions& options) {
+  if (times_s.size() < 2 || r_waves_s.size() < 2) return {};
+  HeartForecast forecast;
+  forecast.beats_per_min =
+      60.0 * double(r_waves_s.size() - 1) / (r_waves_s.back() - r_waves_s.front());
+  forecast.beats = (times_s.back() - times_s.front()) * forecast.beats_per_min / 60.0;
+  forecast.phase_frames =
+      int(frames_of_phase(cardiac_phases(times_s, r_waves_s), options.phase_percent / 100.0,
+                          options.phase_width_percent / 100.0)
+              .size());
+  return forecast;
+}
+
 Reconstruction reconstruct_volume(const RotationalRun& run, const ReconstructionOptions& options,
                                   const Progress& progress) {
   options.validate();
@@ -373,10 +450,21 @@ Reconstruction reconstruct_volume(const RotationalRun& run, const Reconstruction
   check(run.frames);
   fit_orbit(run.frames);  // refuses what does not turn, before pixels are read
   const double air = run.masks ? 1.0 : options.air > 0.0 ? options.air : unattenuated(run);
-  Reconstruction result = reconstruct_anywhere(run, air, options, progress);
+  const Gate gate = gate_run(run, air, options, part(progress, 0.0, 0.1));
+  const GatedRun gated(run, gate.frames);
+  const Progress rest = part(progress, options.gating == Gating::off ? 0.0 : 0.1, 1.0);
+  Reconstruction result = reconstruct_anywhere(gate.quality.is_gated ? gated.run() : run, air,
+                                               options, gate.quality.is_gated, rest);
   result.quality.unattenuated = run.masks ? 0.0 : air;
+  result.quality.gating = gate.quality;
   const std::vector<std::string> warnings = warnings_of(run, result.quality);
   result.warnings.insert(result.warnings.end(), warnings.begin(), warnings.end());
+  if (!gate.warning.empty()) result.warnings.push_back(gate.warning);
+  std::vector<angiogram::ConeBeamFrame> frames = run.frames;
+  for (std::size_t n = 0; n < gate.frames.size(); ++n)
+    frames[std::size_t(gate.frames[n])] = result.frames[n];
+  result.frames = std::move(frames);
+  result.used = gate.frames;
   return result;
 }
 

@@ -60,13 +60,35 @@ struct RotationalRun {
   const FrameReader* masks = nullptr;  ///< frame by frame, or null
   PixelRelation relation = PixelRelation::linear;
   std::optional<OpenField> open_field = {};
+  std::vector<double> times_s = {};    ///< of each frame; empty: not known
+  std::vector<double> r_waves_s = {};  ///< of the heart, on the same clock, ascending
 };
 
 /// The ramp filter's window: what it leaves of the finest detail, and of the noise.
 enum class FilterWindow { ram_lak, shepp_logan, hann };
 inline constexpr const char* kFilterWindowNames[] = {"ram-lak", "shepp-logan", "hann"};
 
+/// How frames become a volume.
+enum class Method {
+  automatic,  ///< few_views where neighbouring frames lie more than 3.5 degrees apart
+  fdk,        ///< filtered back-projection: needs many frames, keeps bone and tissue
+  few_views,  ///< the vessels alone, by iteration (detail/few_views.hpp)
+};
+inline constexpr const char* kMethodNames[] = {"auto", "fdk", "few-views"};
+
+/// Whether the frames of one phase of the heart are taken alone.
+enum class Gating {
+  automatic,  ///< where the vessels move with the heart, and three beats or more are in the run
+  off,
+  on,  ///< also where nothing is seen to move, by R waves
+};
+inline constexpr const char* kGatingNames[] = {"auto", "off", "on"};
+
 struct ReconstructionOptions {
+  Method method = Method::automatic;
+  Gating gating = Gating::automatic;
+  double phase_percent = 75.0;  ///< of the way from R wave to R wave, [0, 100); 75: the heart rests
+  double phase_width_percent = 20.0;  ///< that frames are taken from, around it, [2, 100]
   double voxel_mm = 0.0;   ///< edge of a voxel, [0.05, 5]; 0: a pixel's size at the isocentre
   int largest_side = 512;  ///< voxels along an edge, [16, 2048]; where `voxel_mm` is 0, the voxels
                            ///< grow until they are no more
@@ -80,6 +102,18 @@ struct ReconstructionOptions {
 
   /// @throws OptionError naming the bad field
   void validate() const;
+};
+
+/// How a run's heartbeat was told, and used.
+struct GatingQuality {
+  bool is_gated = false;
+  bool by_r_waves = false;          ///< otherwise by what is seen in the frames
+  double heart_rate_per_min = 0.0;  ///< 0: not looked for
+  double beats = 0.0;               ///< in the run
+  /// The vessels' motion along the axis that comes back with each beat, root mean square, and how
+  /// sure it is (detail/heart_signal.hpp).
+  double signal_rms_mm = 0.0;
+  double signal_f_ratio = 0.0;
 };
 
 /// What a run could give.
@@ -96,11 +130,19 @@ struct RunQuality {
   double noise_per_mm =
       0.0;  ///< sd between neighbouring voxels, of what is neither vessel nor edge
   bool is_subtracted = false;
+  Method method = Method::fdk;  ///< that was used
+  int iterations = 0;           ///< of few_views
+  bool has_converged = true;    ///< those were enough
+  /// Of few_views: between the frames' line integrals and the volume's, where vessels are, and
+  /// the frames' own noise; root mean square.
+  double line_integral_residual = std::numeric_limits<double>::quiet_NaN();
+  double line_integral_noise = std::numeric_limits<double>::quiet_NaN();
   /// How far the frames see the vessels from where the volume has them, root mean square [pixels]:
   /// by the geometry as given, and as it was used. NaN: not measured, or nothing to measure by.
   double given_residual_pixels = std::numeric_limits<double>::quiet_NaN();
   double residual_pixels = std::numeric_limits<double>::quiet_NaN();
   int calibration_passes = 0;
+  GatingQuality gating = {};
 };
 
 /// For how long a GPU computed, by its own clock, without reading and copying.
@@ -110,8 +152,10 @@ struct GpuSeconds {
 };
 
 struct Reconstruction {
-  Volume<float> volume;  ///< linear attenuation [1/mm]; subtracted: that of the contrast medium
-  std::vector<angiogram::ConeBeamFrame> frames;  ///< where they were taken to be
+  /// Linear attenuation [1/mm]; subtracted, or of few views: that of the contrast medium alone.
+  Volume<float> volume;
+  std::vector<angiogram::ConeBeamFrame> frames;  ///< all, where they were taken to be
+  std::vector<int> used;                         ///< those that the volume is made of, ascending
   RunQuality quality;
   std::string backend;  ///< "cpu" or "cuda"
   std::string device;   ///< the GPU's name; empty on the CPU
@@ -137,8 +181,21 @@ struct RunForecast {
 RunForecast forecast_run(const std::vector<angiogram::ConeBeamFrame>& frames, bool has_masks,
                          const ReconstructionOptions& options);
 
-/// Reconstructs a volume by filtered back-projection (Feldkamp, Davis, Kress, J. Opt. Soc. Am. A
-/// 1:612, 1984, eq. 34), on an arc of any length:
+/// What gating will leave of a run, should its vessels move.
+struct HeartForecast {
+  double beats_per_min = 0.0;
+  double beats = 0.0;    ///< within the run
+  int phase_frames = 0;  ///< of options.phase_percent
+};
+/// @return nothing without two R waves
+std::optional<HeartForecast> forecast_heart(const std::vector<double>& times_s,
+                                            const std::vector<double>& r_waves_s,
+                                            const ReconstructionOptions& options);
+
+/// Reconstructs a volume. Where the vessels are seen to move with the heart, the frames of one of
+/// its phases are taken alone (detail/gating.hpp); few frames are iterated over
+/// (detail/few_views.hpp), many go through filtered back-projection (Feldkamp, Davis, Kress, J.
+/// Opt. Soc. Am. A 1:612, 1984, eq. 34), on an arc of any length:
 ///
 ///     f(x) = sum_i dbeta_i (R / (R - x . s_i))^2 (w p R / sqrt(R^2 + u^2 + v^2) * h)(u(x), v(x))
 ///

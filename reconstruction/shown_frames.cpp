@@ -40,9 +40,9 @@ void take_means(const std::vector<float>& picture, int columns, const ConeBeamFr
 }  // namespace
 
 ShownFrames show_frames(const RotationalRun& run, const Reconstruction& result) {
-  ANGIO_EXPECT(!result.frames.empty() && result.frames.size() == run.frames.size());
+  ANGIO_EXPECT(!result.used.empty() && result.frames.size() == run.frames.size());
   const ConeBeamFrame& first = result.frames.front();
-  const int count = int(result.frames.size()), shown = std::min(count, kShown);
+  const int count = int(result.used.size()), shown = std::min(count, kShown);
   const int block = (std::max(first.columns, first.rows) + kLongestSide - 1) / kLongestSide;
   const ConeBeamFrame small = coarser(first, block);
   VolumeGeometry grid;
@@ -51,7 +51,8 @@ ShownFrames show_frames(const RotationalRun& run, const Reconstruction& result) 
   ShownFrames out{{}, {}, Volume<float>(grid, 0.0F)};
   const double air = run.masks ? 1.0 : result.quality.unattenuated;
   for (int n = 0; n < shown; ++n) {
-    const int index = shown > 1 ? int(std::lround(double(n) * (count - 1) / (shown - 1))) : 0;
+    const int place = shown > 1 ? int(std::lround(double(n) * (count - 1) / (shown - 1))) : 0;
+    const int index = result.used[std::size_t(place)];
     out.indices.push_back(index);
     out.frames.push_back(coarser(result.frames[std::size_t(index)], block));
     take_means(detail::read_line_integrals(run, index, 1, air), first.columns, small, block,

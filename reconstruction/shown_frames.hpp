@@ -15,8 +15,8 @@ struct ShownFrames {
   Volume<float> pictures;  ///< line integrals, frame behind frame; spacing: on the detector [mm]
 };
 
-/// Eight frames (all, of fewer) evenly from the first to the last; pixels are the means of square
-/// blocks, so that no side is longer than 400.
+/// Eight of the frames that were used (all, of fewer), evenly from the first to the last; pixels
+/// are the means of square blocks, so that no side is longer than 400.
 ///
 /// @param run     as reconstruct_volume() takes it
 /// @param result  what it gave: where the frames were, and what air is

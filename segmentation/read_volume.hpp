@@ -72,8 +72,11 @@ struct ProjectionRun {
   std::array<double, 2> spacing_mm{0.0, 0.0};  ///< between columns, rows; 0: not stated
   SpacingPlane spacing_plane = SpacingPlane::unknown;
   std::optional<double> frame_time_ms;  ///< mean
-  std::vector<int> mask_frames;         ///< numbered from 1; digital subtraction
-  std::string mask_operation;           ///< e.g. "AVG_SUB", "NONE"; empty: no subtraction
+  std::vector<double> frame_times_ms;   ///< of each frame since the first; empty: not stated
+  /// Of the heart's R waves, on the same clock, ascending, also outside the run; empty: not stated.
+  std::vector<double> r_wave_times_ms;
+  std::vector<int> mask_frames;  ///< numbered from 1; digital subtraction
+  std::string mask_operation;    ///< e.g. "AVG_SUB", "NONE"; empty: no subtraction
   /// Columns first, last, rows first, last, numbered from 1, that shutter and collimator leave
   /// open.
   std::optional<std::array<int, 4>> open_field;

@@ -371,12 +371,26 @@ class XaRun : PhantomDicom {
     put(dataset, DCM_PositionerSecondaryAngleIncrement, secondary);
   }
 
+  /// The frames of the R waves, numbered from 1 (PS3.3, C.8.7.1, X-Ray Image Module).
+  void put_heart(DcmItem& dataset) const {
+    const std::vector<int>& frames = run_.motion.r_wave_frames;
+    if (frames.empty() || !run_.options.tells_r_waves) return;
+    std::vector<Uint16> numbers;
+    for (const int frame : frames) numbers.push_back(Uint16(frame + 1));
+    if (dataset
+            .putAndInsertUint16Array(DCM_RWavePointer, numbers.data(),
+                                     static_cast<unsigned long>(numbers.size()))
+            .bad())
+      throw InternalError("DCMTK refuses the R waves of a run");
+    put(dataset, DCM_HeartRate, std::to_string(int(std::lround(run_.options.heart_rate_per_min))));
+  }
+
   void put_frames(DcmItem& dataset, const std::vector<std::uint16_t>& pixels) const {
-    constexpr double kFrameTimeMs = 33.0;
     put(dataset, DCM_NumberOfFrames, std::to_string(run_.frames.size()));
     if (dataset.putAndInsertTagKey(DCM_FrameIncrementPointer, DCM_FrameTime).bad())
       throw InternalError("DCMTK refuses a frame pointer");
-    put(dataset, DCM_FrameTime, decimal(kFrameTimeMs));
+    put(dataset, DCM_FrameTime, decimal(run_.options.frame_time_ms));
+    put_heart(dataset);
     put(dataset, DCM_SamplesPerPixel, 1);
     put(dataset, DCM_PhotometricInterpretation, "MONOCHROME2");
     put(dataset, DCM_Rows, run_.mount.rows);

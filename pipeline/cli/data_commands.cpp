@@ -39,6 +39,7 @@ nlohmann::json to_json(const segmentation::ProjectionRun& run) {
                          {"spacing_mm", run.spacing_mm},
                          {"spacing_plane", kSpacingPlanes[int(run.spacing_plane)]},
                          {"frame_time_ms", or_null(run.frame_time_ms)},
+                         {"r_wave_times_ms", run.r_wave_times_ms},
                          {"mask_frames", run.mask_frames},
                          {"mask_operation", run.mask_operation},
                          {"open_field", or_null(run.open_field)},
@@ -99,6 +100,8 @@ void print_projection(const segmentation::ProjectionRun& run) {
   else
     tell("   pixel size unknown");
   if (run.frame_time_ms) tell("   {:.4g} ms a frame", *run.frame_time_ms);
+  if (!run.r_wave_times_ms.empty())
+    tell("   {} R wave(s) of the heart", run.r_wave_times_ms.size());
   if (!run.mask_operation.empty())
     tell("   digital subtraction: {}, mask frame(s) {}", run.mask_operation,
          fmt::join(run.mask_frames, ", "));
@@ -137,25 +140,33 @@ void print_series(std::size_t number, const segmentation::SeriesSummary& s) {
   for (const std::string& warning : s.warnings) tell("   note: {}", warning);
 }
 
-/// What `angio run` makes of the folder, where that is the volume of a rotational run.
-std::optional<reconstruction::RunForecast> forecast_of(const std::string& input,
-                                                       const Config& config,
-                                                       std::string& description) {
+/// What `angio run` makes of a rotational run.
+struct Forecast {
+  reconstruction::RunForecast run;
+  std::optional<reconstruction::HeartForecast> heart;
+  std::string source;
+};
+
+/// What it makes of the folder, where that is the volume of a rotational run.
+std::optional<Forecast> forecast_of(const std::string& input, const Config& config) {
   try {
     const auto loaded = segmentation::read_run(input, config.input);
     if (!loaded) return {};
-    description = loaded->source_description;
-    return reconstruction::forecast_run(frames_by_header(*loaded), loaded->masks != nullptr,
-                                        config.reconstruction);
+    return Forecast{reconstruction::forecast_run(frames_by_header(*loaded),
+                                                 loaded->masks != nullptr, config.reconstruction),
+                    reconstruction::forecast_heart(in_seconds(loaded->run.frame_times_ms),
+                                                   in_seconds(loaded->run.r_wave_times_ms),
+                                                   config.reconstruction),
+                    loaded->source_description};
   } catch (const InputError&) {
     return {};  // the list has said why it is refused
   }
 }
 
-nlohmann::json to_json(const reconstruction::RunForecast& forecast, const std::string& source) {
-  const auto& [quality, grid, error, is_sparse] = forecast;
-  return {
-      {"source", source},
+nlohmann::json to_json(const Forecast& forecast) {
+  const auto& [quality, grid, error, is_sparse] = forecast.run;
+  nlohmann::json json = {
+      {"source", forecast.source},
       {"frames", quality.frame_count},
       {"arc_degrees", quality.arc_degrees},
       {"shortest_arc_degrees", quality.shortest_arc_degrees},
@@ -166,14 +177,20 @@ nlohmann::json to_json(const reconstruction::RunForecast& forecast, const std::s
       {"field_radius_mm", quality.field_radius_mm},
       {"size", grid.size},
       {"voxel_mm", grid.spacing.x},
-      {"radius_error_mm", std::isfinite(error) ? nlohmann::json(error) : nlohmann::json(nullptr)}};
+      {"radius_error_mm", std::isfinite(error) ? nlohmann::json(error) : nlohmann::json(nullptr)},
+      {"heart", nullptr}};
+  if (forecast.heart)
+    json["heart"] = {{"beats_per_min", forecast.heart->beats_per_min},
+                     {"beats", forecast.heart->beats},
+                     {"phase_frames", forecast.heart->phase_frames}};
+  return json;
 }
 
-void print_forecast(const reconstruction::RunForecast& forecast, const std::string& source) {
+void print_forecast(const Forecast& forecast) {
   constexpr double kBytesPerVoxel = 12.0;  // the sums, the volume, and the one before it
-  const auto& [quality, grid, error, is_sparse] = forecast;
+  const auto& [quality, grid, error, is_sparse] = forecast.run;
   const auto& n = grid.size;
-  tell("`angio run` makes a volume of: {}", source);
+  tell("`angio run` makes a volume of: {}", forecast.source);
   tell(
       "   {} frames over {:.0f} degrees, up to {:.1f} degrees apart; all sides are seen from "
       "{:.0f} "
@@ -187,12 +204,18 @@ void print_forecast(const reconstruction::RunForecast& forecast, const std::stri
       kBytesPerVoxel * double(grid.voxel_count()) / double(1 << 20));
   if (std::isfinite(error))
     tell("   expected: radii to about {:.2g} mm, where all stands still{}", error,
-         is_sparse ? "; streaks, for there are few frames" : "");
+         is_sparse ? "; the vessels alone, for there are few frames" : "");
   else
     tell(
         "   expected: vessels blurred along the direction that the arc lacks; radii there are "
         "not to be trusted");
-  if (!quality.is_subtracted) tell("   no mask run: bone and tissue stay in the volume");
+  if (!quality.is_subtracted && !is_sparse)
+    tell("   no mask run: bone and tissue stay in the volume");
+  if (forecast.heart)
+    tell(
+        "   heart: {:.1f} beats, {:.0f} a minute; where the vessels move with it, the volume is "
+        "made of the {} frames of one phase",
+        forecast.heart->beats, forecast.heart->beats_per_min, forecast.heart->phase_frames);
 }
 
 }  // namespace
@@ -265,20 +288,19 @@ int do_inspect(const InspectArguments& arguments) {
   apply_read_options(config, arguments.read);
   const std::vector<segmentation::SeriesSummary> all =
       segmentation::inspect(arguments.input, config.input);
-  std::string source;
-  std::optional<reconstruction::RunForecast> forecast;
+  std::optional<Forecast> forecast;
   if (std::any_of(all.begin(), all.end(), [](const auto& series) { return series.projection; }))
-    forecast = forecast_of(arguments.input, config, source);
+    forecast = forecast_of(arguments.input, config);
   if (arguments.as_json) {
     nlohmann::json list = nlohmann::json::array();
     for (const auto& series : all) list.push_back(to_json(series));
     nlohmann::json found = {{"series", list}};
-    if (forecast) found["reconstruction"] = to_json(*forecast, source);
+    if (forecast) found["reconstruction"] = to_json(*forecast);
     fmt::print("{}\n", found.dump(2));
     return int(ExitCode::done);
   }
   for (std::size_t i = 0; i < all.size(); ++i) print_series(i + 1, all[i]);
-  if (forecast) print_forecast(*forecast, source);
+  if (forecast) print_forecast(*forecast);
   return int(ExitCode::done);
 }
 
@@ -295,6 +317,18 @@ void add_run_options(CLI::App& command, datasets::RotationalRunOptions& run) {
   add("--wobble", run.wobble_mm,
       "shift of the C-arm that its header does not tell, sd [mm], 0 to 5");
   add("--wobble-angle", run.wobble_degrees, "the same for its turn [degrees], 0 to 5");
+  add("--frame-time", run.frame_time_ms, "from a frame to the next [ms], 1 to 10000");
+  add("--heartbeat", run.heartbeat_mm,
+      "the longest way of a place of the wall with each beat [mm], 0 to 20");
+  add("--heart-rate", run.heart_rate_per_min, "beats a minute, 30 to 200");
+  add("--breathing", run.breathing_mm, "way of all vessels with each breath [mm], 0 to 30");
+  add("--breaths", run.breaths_per_min, "breaths a minute, 4 to 60");
+  add("--inflow", run.inflow_s, "until the contrast medium has filled the vessels [s], 0 to 30");
+  command
+      .add_flag_callback(
+          "--no-r-waves", [&run] { run.tells_r_waves = false; },
+          "the header does not name the heart's R waves")
+      ->group(kGroup);
   command.add_flag("--mask-run", run.mask_run, "the same turn without contrast medium, too")
       ->group(kGroup);
   command

@@ -22,6 +22,14 @@ struct EnumNames<LengthUnit> {
 };
 
 template <>
+struct EnumNames<reconstruction::Method> {
+  static constexpr auto kNames = std::to_array(reconstruction::kMethodNames);
+};
+template <>
+struct EnumNames<reconstruction::Gating> {
+  static constexpr auto kNames = std::to_array(reconstruction::kGatingNames);
+};
+template <>
 struct EnumNames<reconstruction::FilterWindow> {
   static constexpr auto kNames = std::to_array(reconstruction::kFilterWindowNames);
 };

@@ -6,6 +6,20 @@ namespace angio::pipeline {
 namespace {
 
 void add_reconstruction_settings(Config& c, std::vector<Setting>& table) {
+  table.push_back(
+      make_setting("reconstruction.method", c.reconstruction.method,
+                   "of a rotational run: fdk (filtered back-projection), few-views (the "
+                   "vessels alone, by iteration), or auto: few-views where frames lie "
+                   "more than 3.5 degrees apart"));
+  table.push_back(
+      make_setting("reconstruction.gating", c.reconstruction.gating,
+                   "the frames of one phase of the heart alone: on, off, or auto: where "
+                   "the vessels move with it for three beats or more"));
+  table.push_back(make_setting("reconstruction.phase_percent", c.reconstruction.phase_percent,
+                               "the phase, of the way from R wave to R wave [%], 0 to 100"));
+  table.push_back(make_setting("reconstruction.phase_width_percent",
+                               c.reconstruction.phase_width_percent,
+                               "how much of the beat around it, 2 to 100 [%]"));
   table.push_back(make_setting("reconstruction.voxel_mm", c.reconstruction.voxel_mm,
                                "of a rotational run: edge of a voxel [mm], 0.05 to 5; 0: a pixel's "
                                "size at the isocentre"));

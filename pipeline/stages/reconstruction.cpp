@@ -79,16 +79,37 @@ reconstruction::RotationalRun rotational_run(const LoadedRun& loaded,
     warnings.emplace_back(
         "the run does not say that its pixels are linear in the beam's intensity; they were taken "
         "so, and attenuation is not to scale");
+  run.times_s = in_seconds(loaded.run.frame_times_ms);
+  run.r_waves_s = in_seconds(loaded.run.r_wave_times_ms);
   if (const auto& open = loaded.run.open_field)
     run.open_field = {(*open)[0] - 1, (*open)[1] - 1, (*open)[2] - 1, (*open)[3] - 1};
   return run;
 }
 
+nlohmann::json number(double value) {
+  return std::isfinite(value) ? nlohmann::json(value) : nlohmann::json();
+}
+
+/// @param used  frames of the run, numbered from 0
+nlohmann::json to_json(const reconstruction::GatingQuality& gating, const std::vector<int>& used,
+                       const reconstruction::ReconstructionOptions& options) {
+  nlohmann::json frames = nlohmann::json::array();
+  for (const int frame : used) frames.push_back(frame + 1);
+  return {
+      {"gated", gating.is_gated},
+      {"by_r_waves", gating.by_r_waves},
+      {"heart_rate_per_min", gating.heart_rate_per_min > 0.0
+                                 ? nlohmann::json(gating.heart_rate_per_min)
+                                 : nlohmann::json()},
+      {"beats", gating.beats},
+      {"motion_rms_mm", gating.signal_rms_mm},
+      {"motion_f_ratio", gating.signal_f_ratio},
+      {"phase_percent", gating.is_gated ? nlohmann::json(options.phase_percent) : nlohmann::json()},
+      {"frames_used", frames}};
+}
+
 nlohmann::json to_json(const reconstruction::Reconstruction& result) {
   const reconstruction::RunQuality& q = result.quality;
-  const auto number = [](double value) {
-    return std::isfinite(value) ? nlohmann::json(value) : nlohmann::json();
-  };
   return {{"frames", q.frame_count},
           {"arc_degrees", q.arc_degrees},
           {"shortest_arc_degrees", q.shortest_arc_degrees},
@@ -98,7 +119,12 @@ nlohmann::json to_json(const reconstruction::Reconstruction& result) {
           {"field_radius_mm", q.field_radius_mm},
           {"unattenuated", q.is_subtracted ? nlohmann::json() : nlohmann::json(q.unattenuated)},
           {"truncated_percent", q.truncated_percent},
-          {"noise_per_mm", q.noise_per_mm},
+          {"noise_per_mm", number(q.noise_per_mm)},
+          {"method", reconstruction::kMethodNames[int(q.method)]},
+          {"iterations", q.iterations},
+          {"converged", q.has_converged},
+          {"line_integral_residual", number(q.line_integral_residual)},
+          {"line_integral_noise", number(q.line_integral_noise)},
           {"subtracted", q.is_subtracted},
           {"given_residual_pixels", number(q.given_residual_pixels)},
           {"residual_pixels", number(q.residual_pixels)},
@@ -121,6 +147,12 @@ void write_shown_frames(const std::filesystem::path& out, const reconstruction::
 }
 
 }  // namespace
+
+std::vector<double> in_seconds(std::vector<double> times_ms) {
+  constexpr double kMsPerSecond = 1000.0;
+  for (double& time : times_ms) time /= kMsPerSecond;
+  return times_ms;
+}
 
 std::vector<ConeBeamFrame> frames_by_header(const LoadedRun& loaded) {
   const segmentation::ProjectionRun& run = loaded.run;
@@ -171,7 +203,10 @@ void do_reconstruction(StageWork& work, const ReconstructionSettings& settings) 
   work.progress.report(0.95, "writing");
   formats::write_nrrd(work.out / "volume.nrrd", result.volume, formats::NrrdEncoding::raw);
   write_text_atomically(work.out / "geometry.xml", reconstruction::rtk_geometry(result.frames));
-  write_text_atomically(work.out / "quality.json", to_json(result).dump(2) + "\n");
+  nlohmann::json quality = to_json(result);
+  quality["gating"] =
+      to_json(result.quality.gating, result.used, settings.get<&Config::reconstruction>());
+  write_text_atomically(work.out / "quality.json", quality.dump(2) + "\n");
   write_shown_frames(work.out, reconstruction::show_frames(run, result), run.masks != nullptr);
 }
 

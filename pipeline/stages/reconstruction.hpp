@@ -15,4 +15,7 @@ void do_reconstruction(StageWork& work, const ReconstructionSettings& settings);
 /// The frames of a run where its header says that they were taken.
 std::vector<angiogram::ConeBeamFrame> frames_by_header(const segmentation::LoadedRun& loaded);
 
+/// @return [s]
+std::vector<double> in_seconds(std::vector<double> times_ms);
+
 }  // namespace angio::pipeline

@@ -33,6 +33,8 @@ void cross_run(Run& run, const Side& side) {
   side(run.spacing_mm);
   side(run.spacing_plane);
   side(run.frame_time_ms);
+  side(run.frame_times_ms);
+  side(run.r_wave_times_ms);
   side(run.mask_frames);
   side(run.mask_operation);
   side(run.open_field);

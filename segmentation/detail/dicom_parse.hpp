@@ -66,4 +66,15 @@ void parse_frames(DcmDataset& dataset, int frame_count, DicomHeader& header);
 /// Angles, distances, spacing and field of a run of projections.
 ProjectionRun parse_projection_run(DcmDataset& dataset, int frame_count);
 
+/// When the frames of a run were taken, and when the heart beat, as ProjectionRun holds it.
+///
+///     frame pointer's R wave k:   t(frame k)                  (PS3.3, C.8.7.1)
+///     enhanced, of each frame:    t(frame) - trigger delay    (C.7.6.16.2.7), once a beat
+///
+/// Times that do not fit the number of frames are left out, with a note.
+void parse_run_times(DcmDataset& dataset, int frame_count, ProjectionRun& run);
+
+/// Every value of an attribute of decimal numbers; none where one is not finite.
+std::vector<double> decimal_numbers(DcmItem& item, const DcmTagKey& tag);
+
 }  // namespace angio::segmentation::detail

@@ -10,19 +10,6 @@ namespace {
 
 constexpr double kSameSpacing = 1e-3;        ///< relative
 constexpr double kSameMagnification = 0.01;  ///< relative
-constexpr std::size_t kMaxValueCount = std::size_t(1) << 16;
-
-/// Every value of an attribute of decimal numbers.
-std::vector<double> numbers(DcmItem& item, const DcmTagKey& tag) {
-  DcmElement* element = nullptr;
-  item.findAndGetElement(tag, element);
-  auto* decimals = dynamic_cast<DcmDecimalString*>(element);
-  OFVector<Float64> values;
-  if (!decimals || decimals->getFloat64Vector(values).bad() || values.size() > kMaxValueCount ||
-      !std::all_of(values.begin(), values.end(), [](double value) { return std::isfinite(value); }))
-    return {};
-  return {values.begin(), values.end()};
-}
 
 /// A value anywhere in an object, also in its functional groups.
 std::optional<double> deep_number(DcmItem& item, const DcmTagKey& tag, unsigned long place = 0) {
@@ -34,7 +21,7 @@ std::vector<double> angles_by_increments(DcmDataset& dataset, const DcmTagKey& b
                                          const DcmTagKey& increment_tag, ProjectionRun& run,
                                          std::size_t which) {
   const auto stated = number(dataset, base_tag);
-  std::vector<double> angles = numbers(dataset, increment_tag);
+  std::vector<double> angles = decimal_numbers(dataset, increment_tag);
   if (!stated && angles.empty()) return {};
   double& base = run.base_angles_degrees[which];
   base = stated.value_or(0.0);
@@ -146,20 +133,6 @@ void parse_spacing(DcmDataset& dataset, ProjectionRun& run) {
           " at the isocentre");
 }
 
-void parse_times(DcmDataset& dataset, ProjectionRun& run) {
-  const std::vector<double> steps = numbers(dataset, DCM_FrameTimeVector);
-  const auto rate = number(dataset, DCM_CineRate);
-  double sum = 0.0;
-  for (const double step : steps) sum += step;
-  if (const auto time = number(dataset, DCM_FrameTime))
-    run.frame_time_ms = time;
-  else if (steps.size() > 1)
-    run.frame_time_ms =
-        sum / double(steps.size() - 1);  // the first step is 0: before it is nothing
-  else if (rate && *rate > 0.0)
-    run.frame_time_ms = 1000.0 / *rate;
-}
-
 /// A word of DICOM's own (PS3.5 6.2, CS); what is none could be anybody's text.
 std::string keyword(const std::string& text) {
   constexpr const char* kLetters = "ABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_ ";
@@ -202,7 +175,7 @@ void parse_field(DcmDataset& dataset, ProjectionRun& run) {
 void parse_table(DcmDataset& dataset, ProjectionRun& run) {
   for (const DcmTagKey& tag :
        {DCM_TableVerticalIncrement, DCM_TableLateralIncrement, DCM_TableLongitudinalIncrement})
-    for (const double travel : numbers(dataset, tag))
+    for (const double travel : decimal_numbers(dataset, tag))
       run.table_travel_mm = std::max(run.table_travel_mm, std::abs(travel));
 }
 
@@ -230,7 +203,7 @@ ProjectionRun parse_projection_run(DcmDataset& dataset, int frame_count) {
   parse_angles(dataset, run);
   parse_distances(dataset, run);
   parse_spacing(dataset, run);
-  parse_times(dataset, run);
+  parse_run_times(dataset, frame_count, run);
   parse_mask(dataset, frame_count, run);
   parse_field(dataset, run);
   parse_table(dataset, run);

@@ -81,6 +81,30 @@ TEST(RotationalRunOfPhantom, GivesTheSamePixelsAgain) {
             make_rotational_run(short_tube(), options).pictures);
 }
 
+/// The contrast medium's amount does not depend on where the vessel has gone: only its volume does,
+/// which the heart's motion changes by its divergence alone.
+TEST(RotationalRunOfPhantom, MovesWithBreathAndFills) {
+  RotationalRunOptions options = bare();
+  options.breathing_mm = 6.0;
+  options.frame_time_ms = 500.0;  // frame 4 is breathed in
+  options.inflow_s = 2.0;
+  const auto run = make_rotational_run(short_tube(), options);
+  const auto sums = [&](int frame) {
+    double sum = 0.0, height = 0.0;
+    for (int row = 0; row < run.mount.rows; ++row)
+      for (int c = 0; c < run.mount.columns; ++c) {
+        const double p = std::log(60000.0 / pixel(run, frame, row, c));
+        sum += p;
+        height -= p * (row - run.mount.central_row) * 0.3;
+      }
+    return std::pair{sum, height / sum};
+  };
+  EXPECT_NEAR(sums(2).first / sums(8).first, 0.5, 0.02);
+  EXPECT_NEAR(sums(8).second, 0.0, 0.1);  // breathed out again
+  EXPECT_NEAR(sums(4).second, run.motion.breathing_shifts_mm[4].z, 0.1);
+  EXPECT_LT(run.motion.breathing_shifts_mm[4].z, -5.0);
+}
+
 TEST(RotationalRunOptions, OutOfRangeAreRefused) {
   RotationalRunOptions options;
   options.frames = 2;
@@ -90,6 +114,9 @@ TEST(RotationalRunOptions, OutOfRangeAreRefused) {
   EXPECT_THROW(options.validate(), OptionError);
   options = {};
   options.wobble_mm = -1.0;
+  EXPECT_THROW(options.validate(), OptionError);
+  options = {};
+  options.heart_rate_per_min = 10.0;
   EXPECT_THROW(options.validate(), OptionError);
 }
 

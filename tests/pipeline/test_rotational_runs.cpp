@@ -80,6 +80,34 @@ TEST_F(RotationalRuns, AreSubtractedFromTheirMaskRun) {
   expect_stenosis("case", 0.06);
 }
 
+TEST_F(RotationalRuns, OfFewFramesGiveTheVesselsAlone) {
+  const std::string input = make_run("xa", "--frames 19 --arc 180");
+  ASSERT_EQ(run(input, "case").exit_code, 0);
+  const json quality = json_of(folder_.path() / "case/reconstruction/quality.json");
+  EXPECT_EQ(quality.at("method"), "few-views");
+  EXPECT_TRUE(quality.at("converged"));
+  EXPECT_FALSE(quality.at("gating").at("gated"));
+  expect_stenosis("case", 0.1);
+}
+
+TEST_F(RotationalRuns, ThatBeatAreGatedByTheirRWaves) {
+  const std::string input = make_run("xa", "--spacing 0.4 --frames 133 --heartbeat 4");
+  const ProgramResult inspected = run_program("inspect '" + input + "'");
+  EXPECT_THAT(inspected.out, HasSubstr("R wave(s) of the heart"));
+  EXPECT_THAT(inspected.out, HasSubstr("frames of one phase"));
+  const ProgramResult result = run(input, "case");
+  ASSERT_EQ(result.exit_code, 0) << result.error;
+  const json gating = json_of(folder_.path() / "case/reconstruction/quality.json").at("gating");
+  EXPECT_TRUE(gating.at("gated"));
+  EXPECT_TRUE(gating.at("by_r_waves"));
+  EXPECT_NEAR(gating.at("heart_rate_per_min").get<double>(), 70.0, 4.0);
+  const json phases = json_of(folder_.path() / "xa/truth.json").at("run").at("motion");
+  for (const json& frame : gating.at("frames_used"))
+    EXPECT_NEAR(phases.at("cardiac_phases").at(frame.get<std::size_t>() - 1).get<double>(), 0.75,
+                0.13);
+  expect_stenosis("case", 0.2);
+}
+
 TEST_F(RotationalRuns, ThatCannotGiveAVolumeAreRefusedInOneLine) {
   for (const auto& [options, why] : {std::pair{"--arc 30", "turns by 30 degrees"},
                                      std::pair{"--frames 3 --arc 1", "1 degree"}}) {

@@ -15,6 +15,7 @@ ShownFrames show(const std::vector<angiogram::ConeBeamFrame>& frames) {
   run.pictures = &pictures;
   Reconstruction result;
   result.frames = frames;
+  for (int f = 0; f < int(frames.size()); ++f) result.used.push_back(f);
   result.quality.unattenuated = 10000.0;
   return show_frames(run, result);
 }

@@ -150,6 +150,55 @@ TEST_F(ProjectionRuns, MaskFramesAndTheOpenFieldAreShown) {
   EXPECT_THAT(*run.open_field, ElementsAre(2, 5, 3, 6));
 }
 
+void put_r_waves(DcmDataset& d, const std::vector<Uint16>& frames) {
+  d.putAndInsertUint16Array(DCM_RWavePointer, frames.data(),
+                            static_cast<unsigned long>(frames.size()));
+}
+
+TEST_F(ProjectionRuns, TellTheirFramesTimesAndTheHeartsRWaves) {
+  write_slice(file("a"), run_of_four([](DcmDataset& d) { put_r_waves(d, {1, 4}); }));
+  auto run = inspect_run(folder());
+  EXPECT_THAT(run.frame_times_ms, ElementsAre(0, 40, 80, 120));
+  EXPECT_THAT(run.r_wave_times_ms, ElementsAre(0, 120));
+  write_slice(file("a"), run_of_four([](DcmDataset& d) {
+                delete d.remove(DCM_FrameTime);
+                put(d, DCM_FrameTimeVector, "0\\30\\50\\30");
+                put_r_waves(d, {3});
+              }));
+  run = inspect_run(folder());
+  EXPECT_THAT(run.frame_times_ms, ElementsAre(0, 30, 80, 110));
+  EXPECT_THAT(run.r_wave_times_ms, ElementsAre(80));
+}
+
+TEST_F(ProjectionRuns, LeaveRWavesOutThatAreNotInTheRun) {
+  for (const std::vector<Uint16>& frames : {std::vector<Uint16>{2, 9}, {3, 2}, {0, 1}}) {
+    write_slice(file("a"), run_of_four([&](DcmDataset& d) { put_r_waves(d, frames); }));
+    const auto run = inspect_run(folder());
+    EXPECT_THAT(run.r_wave_times_ms, IsEmpty());
+    EXPECT_THAT(run.notes, Contains(HasSubstr("R waves")));
+  }
+}
+
+TEST_F(ProjectionRuns, AnEnhancedRunTellsTheHeartsPhaseFrameByFrame) {
+  EnhancedObject object;
+  object.frames.assign(6, Slice{});
+  for (Slice& slice : object.frames) slice.sop_class = UID_EnhancedXAImageStorage;
+  object.more_groups = [](DcmItem& groups, int frame) {
+    const int ms = 59900 + 50 * frame;  // over the minute, and R waves at 59850 and 60040
+    char time[32];
+    std::snprintf(time, sizeof time, "202001012359%02d.%03d000", ms / 1000 % 60, ms % 1000);
+    if (ms >= 60000) std::snprintf(time, sizeof time, "202001020000%02d.%03d000", 0, ms - 60000);
+    put(group(groups, DCM_FrameContentSequence), DCM_FrameReferenceDateTime, time);
+    group(groups, DCM_CardiacSynchronizationSequence)
+        .putAndInsertFloat64(DCM_ActualCardiacTriggerDelayTime,
+                             ms < 60040 ? ms - 59850 : ms - 60040);
+  };
+  write_enhanced(file("a"), object);
+  const auto run = inspect_run(folder());
+  EXPECT_THAT(run.frame_times_ms, ElementsAre(0, 50, 100, 150, 200, 250));
+  EXPECT_THAT(run.r_wave_times_ms, ElementsAre(-50, 140));
+}
+
 TEST_F(ProjectionRuns, AnEnhancedRunStatesItsGeometryInFunctionalGroups) {
   EnhancedObject object;
   for (int f = 0; f < 3; ++f) {
