@@ -2,16 +2,30 @@
 
 #include <unistd.h>
 
+#include <algorithm>
 #include <cmath>
 
+#include "core/interrupt.hpp"
 #include "core/system_call.hpp"
 
 namespace angio {
 namespace {
 
 constexpr std::size_t kGatherBytes = std::size_t(1) << 16;
-constexpr std::uint64_t kMaxCountedBytes = std::uint64_t(1) << 28;  ///< pixels come uncounted
 constexpr int kBrokenPipeStatus = 104;
+constexpr double kLookAgainSeconds = 0.1;  ///< whether the user asks to stop
+
+/// @return false: the child was silent for too long
+bool wait_for_bytes(int file, double silent_seconds) {
+  double left = silent_seconds;
+  do {
+    throw_if_interrupted();
+    const double part = std::min(left, kLookAgainSeconds);
+    if (is_ready(file, int(std::ceil(1000.0 * part)))) return true;
+    left -= part;
+  } while (left > 0.0);
+  return false;
+}
 
 }  // namespace
 
@@ -46,7 +60,7 @@ void ChildOutput::send(const char* bytes, std::size_t size) const {
 void ChildInput::read(void* bytes, std::size_t size) {
   auto* begin = static_cast<char*>(bytes);
   while (size > 0) {
-    if (!is_ready(file_, int(std::ceil(1000.0 * silent_seconds_)))) throw EndOfChild{true};
+    if (!wait_for_bytes(file_, silent_seconds_)) throw EndOfChild{true};
     const ssize_t got = repeat([&] { return ::read(file_, begin, size); });
     if (got <= 0) throw EndOfChild{false};
     begin += got;
@@ -57,14 +71,10 @@ void ChildInput::read(void* bytes, std::size_t size) {
 std::size_t ChildInput::count_of(std::size_t item_size) {
   std::uint64_t count = 0;
   get(count);
-  // A child that a hostile file has taken over must not make the parent take any memory.
-  if (count > kMaxCountedBytes / item_size) throw EndOfChild{false};
+  if (count > most_bytes_ / item_size) throw EndOfChild{false};
   return std::size_t(count);
 }
 
-void ChildInput::get(std::string& text) {
-  text.resize(count_of(1));
-  read(text.data(), text.size());
-}
+void ChildInput::get(std::string& text) { fill(text, count_of(1)); }
 
 }  // namespace angio

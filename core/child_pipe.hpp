@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <string>
@@ -44,7 +45,10 @@ class ChildOutput {
 /// The parent's end of the pipe. Reading past the child's end leaves run_guarded's receive.
 class ChildInput {
  public:
-  ChildInput(int file, double silent_seconds) : file_(file), silent_seconds_(silent_seconds) {}
+  /// @param most_bytes  of a text or vector; what claims more is not believed
+  ChildInput(int file, double silent_seconds, std::uint64_t most_bytes)
+      : file_(file), silent_seconds_(silent_seconds), most_bytes_(most_bytes) {}
+  /// @throws EndOfChild, Interrupted
   void read(void* bytes, std::size_t size);
   template <class Value>
   void get(Value& value) {
@@ -55,15 +59,28 @@ class ChildInput {
   template <class Value>
   void get(std::vector<Value>& values) {
     static_assert(std::is_trivially_copyable_v<Value>);
-    values.resize(count_of(sizeof(Value)));
-    read(values.data(), values.size() * sizeof(Value));
+    fill(values, count_of(sizeof(Value)));
   }
 
  private:
+  /// Takes memory as the values come: a child that a hostile file has taken over could claim any
+  /// count.
+  template <class Values>
+  void fill(Values& values, std::size_t count) {
+    constexpr std::size_t kStepBytes = std::size_t(1) << 24;
+    constexpr std::size_t kItem = sizeof(typename Values::value_type);
+    values.clear();
+    while (values.size() < count) {
+      const std::size_t have = values.size();
+      values.resize(have + std::min(count - have, kStepBytes / kItem + 1));
+      read(values.data() + have, (values.size() - have) * kItem);
+    }
+  }
   [[nodiscard]] std::size_t count_of(std::size_t item_size);
 
   int file_;
   double silent_seconds_;
+  std::uint64_t most_bytes_;
 };
 
 }  // namespace angio

@@ -138,9 +138,8 @@ void silence() {
   dup2(nowhere, STDERR_FILENO);
 }
 
-void apply(const ChildLimits& limits) {
+void apply(const ChildLimits& limits, [[maybe_unused]] int file) {
   for (const int crash : {SIGSEGV, SIGABRT, SIGBUS, SIGFPE}) signal(crash, SIG_DFL);
-  prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0);
   const auto cpu = rlim_t(limits.cpu_seconds);
   const rlimit time{cpu, cpu + 1};
   setrlimit(RLIMIT_CPU, &time);
@@ -151,6 +150,10 @@ void apply(const ChildLimits& limits) {
   const std::size_t held = address_space_bytes();
   const rlimit space{held + limits.memory_bytes, held + limits.memory_bytes};
   if (held > 0) setrlimit(RLIMIT_AS, &space);
+  const rlimit written{limits.written_bytes, limits.written_bytes};
+  setrlimit(RLIMIT_FSIZE, &written);
+  signal(SIGXFSZ, SIG_IGN);  // such a write fails instead
+  enter_sandbox(limits.reach, file);
 #endif
 }
 
@@ -158,7 +161,7 @@ void apply(const ChildLimits& limits) {
                             const std::function<void(ChildOutput&)>& work) {
   int status = 0;
   try {
-    apply(limits);
+    apply(limits, file);
     ChildOutput output(file);
     work(output);
     output.flush();
@@ -234,6 +237,31 @@ struct ProgramImage {
 
 }  // namespace
 
+#if defined(ANGIO_FUZZ)
+// A fuzzer sees what is done in its own process alone: there the work writes into a file, which is
+// then read.
+ChildResult run_guarded(const ChildLimits& limits, const std::function<void(ChildOutput&)>& work,
+                        const std::function<void(ChildInput&)>& receive) {
+  const PipeEnd file(memfd_create("child", MFD_CLOEXEC));
+  try {
+    ChildOutput output(file.file());
+    work(output);
+    output.flush();
+  } catch (const std::bad_alloc&) {
+    return {ChildEnd::out_of_memory, {}};
+  } catch (const Error& error) {
+    return {ChildEnd::refused, error.what()};
+  }
+  lseek(file.file(), 0, SEEK_SET);
+  try {
+    ChildInput input(file.file(), limits.silent_seconds, limits.handed_bytes);
+    receive(input);
+  } catch (const EndOfChild&) {
+    return {ChildEnd::broke_down, {}};
+  }
+  return {};
+}
+#else
 ChildResult run_guarded(const ChildLimits& limits, const std::function<void(ChildOutput&)>& work,
                         const std::function<void(ChildInput&)>& receive) {
   const SharedPage page;
@@ -253,7 +281,7 @@ ChildResult run_guarded(const ChildLimits& limits, const std::function<void(Chil
   lock.unlock();
   bool ended_early = false;
   try {
-    ChildInput input(pipe.from.file(), limits.silent_seconds);
+    ChildInput input(pipe.from.file(), limits.silent_seconds, limits.handed_bytes);
     receive(input);
   } catch (const EndOfChild& end) {
     if (end.timed_out) return {ChildEnd::timed_out, {}};
@@ -264,6 +292,8 @@ ChildResult run_guarded(const ChildLimits& limits, const std::function<void(Chil
   if (ended_early && result.end == ChildEnd::done) result.end = ChildEnd::broke_down;
   return result;
 }
+
+#endif
 
 ChildProgram::ChildProgram(const ProgramCall& call) {
   const ProgramImage image(call);

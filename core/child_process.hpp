@@ -3,6 +3,7 @@
 #include <sys/types.h>
 
 #include <cstddef>
+#include <cstdint>
 #include <filesystem>
 #include <functional>
 #include <optional>
@@ -10,6 +11,7 @@
 #include <vector>
 
 #include "core/child_pipe.hpp"
+#include "core/sandbox.hpp"
 
 /// Child processes: a function of ours that may crash or take too much, or another program. Neither
 /// outlives this process, not even when it is killed, and both say in the same words how they
@@ -22,7 +24,10 @@ namespace angio {
 struct ChildLimits {
   std::size_t memory_bytes = std::size_t(1) << 30;  ///< beyond what the program holds already
   int cpu_seconds = 600;
-  double silent_seconds = 120.0;  ///< without a byte sent to the parent
+  double silent_seconds = 120.0;                        ///< without a byte sent to the parent
+  ReachableFiles reach = {};                            ///< nothing else: see enter_sandbox()
+  std::uint64_t written_bytes = 0;                      ///< into any one file
+  std::uint64_t handed_bytes = std::uint64_t(1) << 28;  ///< a text or vector to the parent
 };
 
 enum class ChildEnd {
@@ -43,12 +48,13 @@ struct ChildResult {
 /// Runs `work` on data nobody has checked in a forked child under limits of memory and time, and
 /// hands what it sends to `receive` here. However the child ends, this process goes on.
 ///
-/// The child prints nothing, leaves no core file and is killed with this process. It ends without
-/// destructors: what `work` puts into the temporary folder is for the caller to remove.
+/// The child prints nothing, leaves no core file and is killed with this process. It is shut into a
+/// sandbox (enter_sandbox()): what it needs beside limits.reach, `work` must hold already, as a
+/// library's tables that are read at their first use.
 ///
 /// @param work     in the child; may throw
 /// @param receive  here; what it throws ends the child and is thrown on
-/// @throws IoError if no process can be started
+/// @throws IoError if no process can be started, Interrupted if the user asks to stop meanwhile
 ChildResult run_guarded(const ChildLimits& limits, const std::function<void(ChildOutput&)>& work,
                         const std::function<void(ChildInput&)>& receive);
 

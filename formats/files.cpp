@@ -5,6 +5,7 @@
 #include "core/atomic_file.hpp"
 #include "core/error.hpp"
 #include "core/text.hpp"
+#include "formats/detail/guarded_files.hpp"
 #include "formats/detail/surface_cleanup.hpp"
 #include "formats/detail/surface_formats.hpp"
 #include "formats/detail/xml_files.hpp"

@@ -10,6 +10,7 @@
 #include "core/child_process.hpp"
 #include "core/error.hpp"
 #include "core/parallel.hpp"
+#include "segmentation/detail/dicom_load.hpp"
 #include "segmentation/detail/dicom_series.hpp"
 #include "segmentation/detail/segmentation_object.hpp"
 #include "segmentation/detail/source_identity.hpp"
@@ -129,12 +130,20 @@ detail::SegmentationFrames slices_of(const Volume<std::uint8_t>& mask) {
 }
 
 /// Writes it so that it appears at once and only its owner can read it.
+///
+/// @param sources  files that `identity` reads
 void write_object(const fs::path& path, const detail::SegmentationFrames& frames,
+                  const std::vector<fs::path>& sources,
                   const std::function<dicom::StudyIdentity(const std::string& seed)>& identity) {
   write_atomically(path, [&](const fs::path& temporary) {
     const std::size_t frame_bytes = frames.masks.front().size() * frames.masks.size();
+    detail::prepare_dcmtk();
+    ChildLimits limits{(std::size_t(1) << 30) + 8 * frame_bytes, 600, 600};
+    limits.reach.read = sources;
+    limits.reach.write = {fs::absolute(temporary).parent_path()};
+    limits.written_bytes = (std::uint64_t(256) << 20) + 2 * frame_bytes;
     const ChildResult result = run_guarded(
-        {(std::size_t(1) << 30) + 8 * frame_bytes, 600, 600},
+        limits,
         [&](ChildOutput&) {
           const std::string seed = detail::seed_of(frames);
           detail::write_segmentation_object(temporary, frames, identity(seed), seed);
@@ -174,7 +183,7 @@ void write_dicom_segmentation(const fs::path& path, const Volume<float>& level_s
     throw InputError(
         "the lumen holds no pixel centre of the source (it lies elsewhere, or is thinner than a "
         "pixel). Check that the segmentation was made from this source");
-  write_object(path, frames, [&](const std::string& seed) {
+  write_object(path, frames, {series.headers.front().source.path}, [&](const std::string& seed) {
     const dicom::StudyIdentity identity =
         detail::source_identity(series.headers.front().source, seed);
     return options.keep_patient ? identity : detail::without_patient(identity);
@@ -186,7 +195,7 @@ void write_dicom_segmentation(const fs::path& path, const Volume<std::uint8_t>& 
   const detail::SegmentationFrames frames = slices_of(mask);
   if (frames.masks.empty())
     throw InputError("the mask holds no lumen, so that there is no segmentation to write");
-  write_object(path, frames, [&](const std::string&) { return identity; });
+  write_object(path, frames, {}, [&](const std::string&) { return identity; });
 }
 
 }  // namespace angio::segmentation

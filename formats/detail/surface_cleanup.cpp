@@ -3,6 +3,7 @@
 #include <bit>
 #include <cmath>
 #include <cstdint>
+#include <fstream>
 #include <unordered_map>
 
 #include "core/atomic_file.hpp"
@@ -95,16 +96,21 @@ void swap_ras_lps(std::vector<Vec3>& points) {
   for (Vec3& point : points) point = lps_from_ras(point);
 }
 
-std::string read_input(const std::filesystem::path& path) {
+void require_input(const std::filesystem::path& path) {
   std::error_code ignored;
   if (!std::filesystem::exists(path, ignored))
     throw InputError("no such file: " + path.string(), ExitCode::no_input);
   if (!std::filesystem::is_regular_file(path, ignored))
     throw InputError(path.string() + " is not a file. Give a surface file");
-  std::string bytes = read_text(path);
-  if (bytes.empty())
+  if (std::filesystem::file_size(path, ignored) == 0)
     throw InputError(path.string() + " is empty (its copy or export was cut short). Copy it again");
-  return bytes;
+  if (!std::ifstream(path))
+    throw IoError("cannot read " + path.string() + " (permission?). Check it, or copy it again");
+}
+
+std::string read_input(const std::filesystem::path& path) {
+  require_input(path);
+  return read_text(path);
 }
 
 }  // namespace angio::formats::detail

@@ -21,7 +21,11 @@ void require_finite(const std::vector<Vec3>& points, const std::string& name);
 /// Converts RAS to LPS [mm] or back. Orientation is kept (a half turn). Arrays stay as they are.
 void swap_ras_lps(std::vector<Vec3>& points);
 
-/// The whole file. @throws InputError (66) if it is not there, (65) if it is empty
+/// @throws InputError (66) if it is not there, (65) if it is no file or empty; IoError if it cannot
+/// be opened
+void require_input(const std::filesystem::path& path);
+
+/// The whole file. @throws as require_input()
 std::string read_input(const std::filesystem::path& path);
 
 }  // namespace angio::formats::detail

@@ -23,6 +23,7 @@
 #include "formats/detail/surface_cleanup.hpp"
 #include "formats/tokens.hpp"
 #include "formats/vtk_arrays.hpp"
+#include "formats/vtk_grid.hpp"
 #include "formats/vtk_messages.hpp"
 
 namespace angio::formats::detail {
@@ -185,13 +186,6 @@ bool has_triangles_only(vtkPolyData* data) {
          (data->GetNumberOfPolys() == 0 || data->GetPolys()->IsHomogeneous() == 3);
 }
 
-/// From our order of a wedge's corners to VTK's, or back: there the first triangle's normal points
-/// out of the wedge.
-template <class Corners>
-std::vector<int> turned_wedge(const Corners& wedge) {
-  return {wedge[0], wedge[2], wedge[1], wedge[3], wedge[5], wedge[4]};
-}
-
 vtkSmartPointer<vtkPolyData> triangulated(vtkPolyData* data) {
   vtkNew<vtkTriangleFilter> filter;
   filter->SetInputData(data);
@@ -251,18 +245,10 @@ void write_vtu(const std::filesystem::path& path, const TetData& data) {
 }
 
 void write_vtu(const std::filesystem::path& path, const WedgeData& data) {
-  vtkNew<vtkUnstructuredGrid> grid;
-  grid->SetPoints(to_vtk(data.points));
-  std::vector<std::vector<int>> cells;
-  cells.reserve(data.wedges.size());
-  for (const auto& wedge : data.wedges) cells.push_back(turned_wedge(wedge));
-  grid->SetCells(VTK_WEDGE, to_vtk_cells(cells));
-  add_arrays(grid->GetPointData(), data.point_arrays, data.points.size());
-  add_arrays(grid->GetCellData(), data.cell_arrays, data.wedges.size());
-  write_xml<vtkXMLUnstructuredGridWriter>(path, grid.Get());
+  write_xml<vtkXMLUnstructuredGridWriter>(path, to_vtk(data).Get());
 }
 
-ParsedSurface read_vtp_surface(const std::filesystem::path& path) {
+ParsedSurface parse_vtp_surface(const std::filesystem::path& path) {
   const std::string name = path.string();
   auto poly = read_xml<vtkXMLPolyDataReader, vtkPolyData>(path, "PolyData");
   const auto point_count = std::size_t(poly->GetNumberOfPoints());
@@ -283,7 +269,7 @@ ParsedSurface read_vtp_surface(const std::filesystem::path& path) {
   return result;
 }
 
-PolylineData read_vtp_polylines(const std::filesystem::path& path) {
+PolylineData parse_vtp_polylines(const std::filesystem::path& path) {
   const std::string name = path.string();
   const auto poly = read_xml<vtkXMLPolyDataReader, vtkPolyData>(path, "PolyData");
   PolylineData result;
@@ -298,7 +284,7 @@ PolylineData read_vtp_polylines(const std::filesystem::path& path) {
   return result;
 }
 
-TetData read_vtu_tets(const std::filesystem::path& path) {
+TetData parse_vtu_tets(const std::filesystem::path& path) {
   const std::string name = path.string();
   TetData result;
   result.mesh.vertices = read_grid(
@@ -317,7 +303,7 @@ TetData read_vtu_tets(const std::filesystem::path& path) {
   return result;
 }
 
-WedgeData read_vtu_wedges(const std::filesystem::path& path) {
+WedgeData parse_vtu_wedges(const std::filesystem::path& path) {
   const std::string name = path.string();
   WedgeData result;
   result.points = read_grid(
@@ -325,8 +311,8 @@ WedgeData read_vtu_wedges(const std::filesystem::path& path) {
       [&](const std::vector<int>& cell) {
         if (cell.size() != 6)
           throw InputError(name + " holds other cells than wedges. Give a mesh of a layered wall");
-        const std::vector<int> c = turned_wedge(cell);
-        result.wedges.push_back({c[0], c[1], c[2], c[3], c[4], c[5]});
+        result.wedges.push_back(
+            turned_wedge({cell[0], cell[1], cell[2], cell[3], cell[4], cell[5]}));
       },
       result.point_arrays, result.cell_arrays);
   return result;

@@ -18,10 +18,11 @@ void write_vtp(const std::filesystem::path& path, const PolylineData& data);
 void write_vtu(const std::filesystem::path& path, const TetData& data);
 void write_vtu(const std::filesystem::path& path, const WedgeData& data);
 
-/// Polygons and strips are cut into triangles.
-ParsedSurface read_vtp_surface(const std::filesystem::path& path);
-PolylineData read_vtp_polylines(const std::filesystem::path& path);
-TetData read_vtu_tets(const std::filesystem::path& path);
-WedgeData read_vtu_wedges(const std::filesystem::path& path);
+/// VTK's readers believe a damaged file, so that these are for a guarded child only: see
+/// guarded_files.hpp. Polygons and strips are cut into triangles.
+ParsedSurface parse_vtp_surface(const std::filesystem::path& path);
+PolylineData parse_vtp_polylines(const std::filesystem::path& path);
+TetData parse_vtu_tets(const std::filesystem::path& path);
+WedgeData parse_vtu_wedges(const std::filesystem::path& path);
 
 }  // namespace angio::formats::detail

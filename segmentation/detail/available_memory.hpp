@@ -5,10 +5,6 @@
 
 namespace angio::segmentation::detail {
 
-/// What this process can still take [bytes]: the computer's free memory, the limit of its control
-/// group (container), and the limit of its address space, whichever is least.
-std::uint64_t available_memory_bytes();
-
 /// @param needed_bytes    what reading takes at the most
 /// @param max_memory_gib  the user's own limit; 0: none
 /// @throws InputError naming need and limit, if the need is greater

@@ -1,8 +1,8 @@
 #include <algorithm>
 
+#include "core/available_memory.hpp"
 #include "core/child_process.hpp"
 #include "core/error.hpp"
-#include "segmentation/detail/available_memory.hpp"
 #include "segmentation/detail/dicom_parse.hpp"
 
 namespace angio::segmentation::detail {
@@ -14,7 +14,11 @@ constexpr int kMaxTimeouts = 5;  ///< after which the input is given up: each co
 ChildLimits header_limits() {
   constexpr std::uint64_t kLeast = std::uint64_t(1) << 28;
   constexpr std::uint64_t kMost = std::uint64_t(1) << 32;
-  return {std::size_t(std::clamp(available_memory_bytes() / 2, kLeast, kMost)), 300, 60};
+  ChildLimits limits;
+  limits.memory_bytes = std::size_t(std::clamp(available_memory_bytes() / 2, kLeast, kMost));
+  limits.cpu_seconds = 300;
+  limits.silent_seconds = 60;
+  return limits;
 }
 
 /// Every field that crosses from the child; `side` puts or gets one.
@@ -128,7 +132,7 @@ DicomHeader broken_header(const DicomSource& source, const ChildResult& result) 
 std::vector<DicomHeader> read_dicom_headers(const std::vector<DicomSource>& sources,
                                             const Progress& progress) {
   std::vector<DicomHeader> headers;
-  const ChildLimits limits = header_limits();
+  prepare_dcmtk();
   std::size_t next = 0;
   int timeouts = 0;
   while (next < sources.size()) {
@@ -154,6 +158,8 @@ std::vector<DicomHeader> read_dicom_headers(const std::vector<DicomSource>& sour
         headers.back().source = sources[next];
       }
     };
+    ChildLimits limits = header_limits();
+    for (std::size_t f = first; f < end; ++f) limits.reach.read.push_back(sources[f].path);
     const ChildResult result = run_guarded(limits, parse_all, take_all);
     if (next == end) continue;
     if (result.end == ChildEnd::timed_out && ++timeouts == kMaxTimeouts)

@@ -1,6 +1,7 @@
 #include "segmentation/detail/dicom_load.hpp"
 
 #include <dcmtk/dcmdata/dcdicdir.h>
+#include <dcmtk/dcmdata/dcdict.h>
 #include <dcmtk/dcmdata/dcistrmb.h>
 #include <dcmtk/oflog/oflog.h>
 
@@ -73,6 +74,12 @@ void silence_dcmtk() {
   std::call_once(once, [] { OFLog::configure(OFLogger::OFF_LOG_LEVEL); });
 }
 
+void prepare_dcmtk() {
+  silence_dcmtk();
+  dcmDataDict.rdlock();  // reads it, where nobody has before
+  dcmDataDict.rdunlock();
+}
+
 const ZipArchive& DicomLoader::archive(const fs::path& path) {
   if (!archive_ || archive_path_ != path) {
     archive_ = std::make_unique<ZipArchive>(path);
@@ -109,8 +116,11 @@ OFCondition DicomLoader::load(const DicomSource& source, Uint32 read_limit_bytes
 
 std::vector<std::vector<std::string>> read_dicom_directory(const fs::path& path) {
   std::vector<std::vector<std::string>> ids;
+  prepare_dcmtk();
+  ChildLimits limits;
+  limits.reach.read = {path};
   const ChildResult result = run_guarded(
-      {},
+      limits,
       [&](ChildOutput& output) {
         DicomLoader loader;
         DcmFileFormat file;

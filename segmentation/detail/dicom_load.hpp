@@ -34,4 +34,8 @@ class DicomLoader {
 /// DCMTK's log could print attribute values, hence identity.
 void silence_dcmtk();
 
+/// What DCMTK reads at its first use (its dictionary, a file) is read here, before a guarded child
+/// that has it needs it.
+void prepare_dcmtk();
+
 }  // namespace angio::segmentation::detail

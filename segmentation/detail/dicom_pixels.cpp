@@ -193,6 +193,23 @@ int stored_value(std::uint16_t raw, const DicomHeader& header) {
   return header.pixels.is_signed && (value & sign) ? value - mask - 1 : value;
 }
 
+/// Decoders ask for the memory that a header claims before they have seen a stream. PackBits (RLE)
+/// makes 128 bytes of two; the other codecs, and deflation, pack a picture that shows anything less
+/// than two thousand times.
+///
+/// @throws InputError if a file is too short for its pixels
+void check_packed_size(const DicomHeader& header) {
+  constexpr std::uint64_t kMostOfRle = 64, kMostOfOthers = 2000, kMostOfZip = 1032;
+  std::error_code ignored;
+  const std::uint64_t file_size = std::filesystem::file_size(header.source.path, ignored);
+  if (ignored) return;  // its reader says so
+  const bool is_rle = header.transfer_syntax_name.find("RLE") != std::string::npos;
+  const std::uint64_t most = (is_rle ? kMostOfRle : kMostOfOthers) *
+                             (header.source.entry >= 0 ? kMostOfZip : 1) * file_size;
+  if (std::uint64_t(stored_bytes(header)) > most)
+    fail(header, "the file is far too short for the pixels that its header claims");
+}
+
 /// Time and memory that decoding takes at the worst, with much to spare.
 ChildLimits decode_limits(const std::vector<DicomHeader>& headers) {
   std::size_t total = 0;
@@ -206,7 +223,9 @@ ChildLimits decode_limits(const std::vector<DicomHeader>& headers) {
   }
   constexpr std::size_t kBytesPerSecond = std::size_t(1) << 20;
   const int seconds = 60 + int(std::min<std::size_t>(total / kBytesPerSecond, 86400));
-  return {(std::size_t(512) << 20) + largest, seconds, double(seconds)};
+  ChildLimits limits{(std::size_t(512) << 20) + largest, seconds, double(seconds)};
+  for (const auto& header : headers) limits.reach.read.push_back(header.source.path);
+  return limits;
 }
 
 [[noreturn]] void fail_by(const ChildResult& result, const DicomHeader& header) {
@@ -273,6 +292,9 @@ void decode_each(const std::vector<DicomHeader>& headers,
         use(m, raw);
       }
   };
+  for (std::size_t h = 0; h < headers.size(); ++h)
+    if (!wanted[h].empty()) check_packed_size(headers[h]);
+  prepare_dcmtk();
   const ChildResult result = run_guarded(decode_limits(headers), decode, take);
   if (result.end != ChildEnd::done) fail_by(result, headers.front());
 }
@@ -282,10 +304,11 @@ std::vector<float> decode_frames(const std::vector<DicomHeader>& headers,
                                  const Progress& progress) {
   if (members.empty()) return {};
   const std::size_t slice_size = headers[std::size_t(members.front().header)].pixels.per_frame();
-  std::vector<float> values(slice_size * members.size());
+  std::vector<float> values;  // take memory when the first frame has come
   std::size_t done = 0;
   decode_each(headers, members, [&](std::size_t m, const StoredPixels& raw) {
     const auto [h, f] = members[m];
+    values.resize(slice_size * members.size());
     rescale(headers[std::size_t(h)], f, raw, values.data() + m * slice_size);
     if (++done % 16 == 0)
       progress.report(0.5 + 0.5 * double(done) / double(members.size()), "reading pixels");

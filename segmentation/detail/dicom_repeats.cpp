@@ -53,18 +53,21 @@ DicomSeries part_of(const DicomSeries& series, const std::vector<SliceReference>
 /// The members without those whose pixels and rescale another one at the same place has, too.
 std::vector<SliceReference> without_copies(const DicomSeries& series,
                                            const std::vector<std::vector<int>>& groups) {
-  std::set<int> copies;
-  for (const auto& group : groups) {
-    std::vector<SliceReference> members;
+  std::vector<SliceReference> members;  // of all groups: one child reads them, each file once
+  for (const auto& group : groups)
     for (int m : group) members.push_back(series.members[std::size_t(m)]);
-    const auto hashes = hash_frames(series.headers, members);
+  const auto hashes = hash_frames(series.headers, members);
+  std::set<int> copies;
+  std::size_t head = 0;
+  for (const auto& group : groups) {
+    const DicomFrame& first = series.frame(members[head]);
     for (std::size_t m = 1; m < group.size(); ++m) {
-      const DicomFrame& first = series.frame(members.front());
-      const DicomFrame& other = series.frame(members[m]);
-      if (hashes[m] == hashes[0] && first.slope == other.slope &&
+      const DicomFrame& other = series.frame(members[head + m]);
+      if (hashes[head + m] == hashes[head] && first.slope == other.slope &&
           first.intercept == other.intercept)
         copies.insert(group[m]);
     }
+    head += group.size();
   }
   std::vector<SliceReference> kept;
   for (std::size_t m = 0; m < series.members.size(); ++m)

@@ -124,8 +124,10 @@ DicomInput list_directory(const fs::path& dicomdir,
 
 DicomInput list_archive(const fs::path& path) {
   DicomInput input;
+  ChildLimits limits;
+  limits.reach.read = {path};
   const ChildResult result = run_guarded(
-      {},
+      limits,
       [&](ChildOutput& output) {
         std::vector<std::int64_t> entries;
         for (const auto& entry : ZipArchive(path).entries()) entries.push_back(entry.index);

@@ -160,10 +160,17 @@ void parse_times(DcmDataset& dataset, ProjectionRun& run) {
     run.frame_time_ms = 1000.0 / *rate;
 }
 
+/// A word of DICOM's own (PS3.5 6.2, CS); what is none could be anybody's text.
+std::string keyword(const std::string& text) {
+  constexpr const char* kLetters = "ABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_ ";
+  const bool is_one = text.size() <= 16 && text.find_first_not_of(kLetters) == std::string::npos;
+  return is_one ? text : "(not readable)";
+}
+
 void parse_mask(DcmDataset& dataset, int frame_count, ProjectionRun& run) {
   DcmItem* mask = first_item(dataset, DCM_MaskSubtractionSequence);
   if (!mask) return;
-  run.mask_operation = text(*mask, DCM_MaskOperation);
+  run.mask_operation = keyword(text(*mask, DCM_MaskOperation));
   Uint16 frame = 0;
   for (unsigned long place = 0; mask->findAndGetUint16(DCM_MaskFrameNumbers, frame, place).good();
        ++place)

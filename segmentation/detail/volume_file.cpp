@@ -80,9 +80,13 @@ ChildLimits limits_for(const std::filesystem::path& path, std::uint64_t voxel_co
   constexpr std::size_t kWorstBytesPerVoxel = 24;  // doubles, converted and copied
   constexpr std::size_t kBytesPerSecond = std::size_t(1) << 20;
   const int seconds = 120 + int(std::min<std::size_t>(size / kBytesPerSecond, 86400));
+  const std::string extension = lower_extension(path);
+  const bool lies_beside = extension == ".mhd" || extension == ".nhdr";
   return {(std::size_t(2) << 30) + 32 * std::min(size, std::size_t(1) << 38) +
               kWorstBytesPerVoxel * std::size_t(voxel_count),
-          seconds, double(seconds)};
+          seconds,
+          double(seconds),
+          {{lies_beside ? std::filesystem::absolute(path).parent_path() : path}, {}}};
 }
 
 VolumeFile load_guarded(const std::filesystem::path& path, VolumePart part,

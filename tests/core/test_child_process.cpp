@@ -142,11 +142,18 @@ TEST(GuardedChild, ACountThatNoMemoryHoldsIsNotBelieved) {
 
 TEST(GuardedChild, DiesWithItsParent) {
   const pid_t child = kill_parent_of([](int pipe) {
-    const auto work = [&](ChildOutput&) {
-      const pid_t own = getpid();
-      if (write(pipe, &own, sizeof own) > 0) sleep(600);
-    };
-    run({}, work);
+    run_guarded(
+        {},
+        [](ChildOutput& output) {
+          output.put(getpid());
+          output.flush();
+          sleep(600);
+        },
+        [&](ChildInput& input) {
+          pid_t own = -1;
+          input.get(own);
+          if (write(pipe, &own, sizeof own) > 0) input.get(own);
+        });
   });
   EXPECT_TRUE(comes_true([&] { return is_gone(child); }));
 }

@@ -238,6 +238,27 @@ TEST_F(DicomInput, EveryLosslessCompressionGivesTheSamePixels) {
     }
 }
 
+// Decoders take what Rows and Columns ask for before they see a stream.
+TEST_F(DicomInput, AFewBytesClaimNoGigabytes) {
+  const Encoders encoders;
+  const DcmRLERepresentationParameter rle;
+  const DJLSRepresentationParameter jpeg_ls(0, OFTrue);
+  for (const auto& [syntax, how] :
+       {std::pair<E_TransferSyntax, const DcmRepresentationParameter*>{EXS_RLELossless, &rle},
+        {EXS_JPEGLSLossless, &jpeg_ls}}) {
+    write_series(2);
+    for (const auto& entry : fs::directory_iterator(folder())) {
+      recode(entry.path(), syntax, how);
+      DcmFileFormat object;
+      ASSERT_TRUE(object.loadFile(entry.path().c_str()).good());
+      object.getDataset()->putAndInsertUint16(DCM_Rows, 20000);
+      object.getDataset()->putAndInsertUint16(DCM_Columns, 20000);
+      ASSERT_TRUE(object.saveFile(entry.path().c_str(), syntax).good());
+    }
+    EXPECT_THAT(refusal(), HasSubstr("far too short for the pixels"));
+  }
+}
+
 TEST_F(DicomInput, AnUnknownTransferSyntaxIsNamed) {
   write_series(2);
   for (const auto& entry : fs::directory_iterator(folder())) {

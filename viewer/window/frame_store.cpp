@@ -8,31 +8,19 @@
 #include <vtkPointData.h>
 #include <vtkPolyDataNormals.h>
 #include <vtkUnstructuredGrid.h>
-#include <vtkXMLPolyDataReader.h>
-#include <vtkXMLUnstructuredGridReader.h>
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 
-#include "core/error.hpp"
+#include "formats/files.hpp"
 #include "formats/vtk_arrays.hpp"
+#include "formats/vtk_grid.hpp"
 #include "viewer/detail/plane.hpp"
 
 namespace angio::viewer::window {
 namespace fs = std::filesystem;
 namespace {
-
-template <class Reader>
-void read(Reader& reader, const fs::path& file) {
-  std::error_code ignored;
-  if (!fs::exists(file, ignored))
-    throw InputError("no such file: " + file.string(), ExitCode::no_input);
-  reader.SetFileName(file.c_str());
-  reader.Update();
-  if (reader.GetErrorCode() != 0 || reader.GetOutput()->GetNumberOfPoints() == 0)
-    throw InputError(file.string() + " cannot be read (it is damaged). Run the stage again");
-}
 
 vtkSmartPointer<vtkPolyData> with_normals(vtkPolyData* surface) {
   vtkNew<vtkPolyDataNormals> normals;
@@ -43,17 +31,26 @@ vtkSmartPointer<vtkPolyData> with_normals(vtkPolyData* surface) {
   return normals->GetOutput();
 }
 
+vtkSmartPointer<vtkPolyData> read_triangles(const fs::path& file) {
+  const formats::SurfaceData data = formats::read_surface(file);
+  const vtkSmartPointer<vtkPolyData> surface = formats::to_vtk(data.mesh);
+  formats::add_arrays(surface->GetPointData(), data.point_arrays, data.mesh.vertices.size());
+  formats::add_arrays(surface->GetCellData(), data.cell_arrays, data.mesh.triangles.size());
+  return surface;
+}
+
 vtkSmartPointer<vtkPolyData> read_lines(const fs::path& file) {
-  vtkNew<vtkXMLPolyDataReader> reader;
-  read(*reader, file);
-  return reader->GetOutput();
+  const formats::PolylineData data = formats::read_polylines(file);
+  vtkNew<vtkPolyData> lines;
+  lines->SetPoints(formats::to_vtk(data.points));
+  lines->SetLines(formats::to_vtk_cells(data.lines));
+  formats::add_arrays(lines->GetPointData(), data.point_arrays, data.points.size());
+  return lines;
 }
 
 vtkSmartPointer<vtkPolyData> read_border(const fs::path& file) {
-  vtkNew<vtkXMLUnstructuredGridReader> reader;
-  read(*reader, file);
   vtkNew<vtkGeometryFilter> border;
-  border->SetInputData(reader->GetOutput());
+  border->SetInputData(formats::to_vtk(formats::read_wedges(file)));
   border->Update();
   return with_normals(border->GetOutput());
 }
@@ -131,8 +128,8 @@ const FrameShapes& FrameStore::at(std::size_t index) {
   const auto found = shapes_.find(files.frame);
   if (found != shapes_.end()) return found->second;
   FrameShapes shapes;
-  shapes.wall = with_normals(read_lines(files.vessel));
-  shapes.balloon = with_normals(read_lines(files.balloon));
+  shapes.wall = with_normals(read_triangles(files.vessel));
+  shapes.balloon = with_normals(read_triangles(files.balloon));
   shapes.wall_mesh = triangles_of(shapes.wall);
   shapes.balloon_mesh = triangles_of(shapes.balloon);
   if (!files.guidewire.empty()) shapes.wire = read_lines(files.guidewire);

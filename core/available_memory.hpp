@@ -1,0 +1,12 @@
+#pragma once
+
+#include <cstdint>
+
+namespace angio {
+
+/// What this process can still take [bytes]: the computer's free memory, the limits of its control
+/// group (a container's, a cluster's; version 1 or 2) and of those around it, and the limit of its
+/// address space, whichever is least.
+std::uint64_t available_memory_bytes();
+
+}  // namespace angio

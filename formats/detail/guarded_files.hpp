@@ -1,0 +1,19 @@
+#pragma once
+
+#include <filesystem>
+
+#include "formats/detail/surface_formats.hpp"
+#include "formats/files.hpp"
+
+/// VTK's XML files, parsed in a child process that reaches nothing but the file
+/// (core/child_process.hpp).
+///
+/// @throws InputError naming the file, also where it ends the child
+namespace angio::formats::detail {
+
+ParsedSurface read_vtp_surface(const std::filesystem::path& path);
+PolylineData read_vtp_polylines(const std::filesystem::path& path);
+TetData read_vtu_tets(const std::filesystem::path& path);
+WedgeData read_vtu_wedges(const std::filesystem::path& path);
+
+}  // namespace angio::formats::detail
