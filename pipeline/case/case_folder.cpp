@@ -15,6 +15,8 @@
 
 #include "core/atomic_file.hpp"
 #include "core/error.hpp"
+#include "core/interrupt.hpp"
+#include "pipeline/case/running_case.hpp"
 #include "pipeline/version.hpp"
 
 namespace angio::pipeline {
@@ -50,6 +52,7 @@ void add_file(Sha256& hash, const fs::path& file) {
   while (stream) {
     stream.read(buffer.data(), std::streamsize(buffer.size()));
     hash.add({buffer.data(), std::size_t(stream.gcount())});
+    throw_if_interrupted();
   }
   if (!stream.eof())
     throw IoError("cannot read a file of the input (permission, or a broken disk)");
@@ -114,7 +117,8 @@ std::string sha256_of_path(const fs::path& path) {
   std::vector<fs::path> files;
   for (const fs::directory_entry& entry :
        fs::recursive_directory_iterator(path, fs::directory_options::skip_permission_denied))
-    if (entry.is_regular_file()) files.push_back(entry.path());
+    if (entry.is_regular_file() && access(entry.path().c_str(), R_OK) == 0)
+      files.push_back(entry.path());  // the others are no part of what is read either
   std::sort(files.begin(), files.end());
   for (const fs::path& file : files) add_file(hash, file);
   return hash.hex();
@@ -125,8 +129,7 @@ void CaseFolder::claim(const RunRecord& wanted, bool force) const {
     throw IoError(
         fmt::format("{} is a file (a case is a folder). Choose another with -o", root_.string()),
         ExitCode::cannot_create);
-  std::error_code unreadable;
-  if (fs::exists(root_) && !fs::is_empty(root_, unreadable) && !force) {
+  if (!is_free(*this) && !force) {
     if (!exists("run.json"))
       throw IoError(fmt::format("{} is not empty and is no case of this program (its files could "
                                 "be overwritten). Choose another with -o, or add --force",
@@ -253,9 +256,10 @@ CaseLock::CaseLock(const CaseFolder& case_folder)
   // A file system without locks (some network mounts) is used without.
   if (folder_ >= 0 && flock(folder_, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK) {
     close(folder_);
-    throw IoError(fmt::format("another run is at work in {} (two would spoil each other's files). "
-                              "Wait for it, or choose another -o",
-                              case_folder.root().string()),
+    const std::string who = who_is_at_work(case_folder);
+    throw IoError(fmt::format("another run is at work in {}{} (two would spoil each other's "
+                              "files). Wait for it, or choose another -o",
+                              case_folder.root().string(), who.empty() ? who : ": " + who),
                   ExitCode::cannot_create);
   }
 }

@@ -5,14 +5,19 @@
 
 #include <algorithm>
 #include <chrono>
+#include <csignal>
+#include <iterator>
 #include <list>
 #include <regex>
 #include <thread>
 #include <utility>
 
 #include "core/atomic_file.hpp"
+#include "core/available_memory.hpp"
 #include "core/child_process.hpp"
 #include "core/error.hpp"
+#include "core/interrupt.hpp"
+#include "pipeline/cli/batch_memory.hpp"
 #include "pipeline/cli/batch_outcome.hpp"
 #include "pipeline/experiments/paper_input.hpp"
 #include "pipeline/experiments/workflow.hpp"
@@ -32,6 +37,7 @@ CaseProgress progress_of(const BatchRequest& request, const BatchCase& batch_cas
   run.case_folder = request.folder / batch_case.name;
   run.case_name = batch_case.name;
   run.keep = request.keep;
+  run.until = request.until;
   run.config = request.config;
   SharedOptions options = row_options(request.shared, batch_case);
   options.threads = 0;
@@ -72,8 +78,7 @@ CasePlan plan_case(const BatchRequest& request, const BatchCase& batch_case) {
           false};
 }
 
-// ---- processes
-// -----------------------------------------------------------------------------------
+// ---- processes ---------------------------------------------------------------------------------
 
 /// The last line of a log is the one line that every failure prints.
 std::string last_line(const fs::path& log) {
@@ -83,7 +88,8 @@ std::string last_line(const fs::path& log) {
 }
 
 struct RunningCase {
-  std::size_t index = 0;  ///< in the manifest
+  std::size_t index = 0;     ///< in the manifest
+  std::uint64_t memory = 0;  ///< that it may take [bytes]
   ChildProgram program;
 };
 
@@ -104,17 +110,35 @@ ChildProgram start_case(const BatchRequest& request, const BatchCase& batch_case
   if (!batch_case.input.empty()) call.arguments.push_back(batch_case.input);
   call.arguments.insert(call.arguments.end(),
                         {"-o", (request.folder / batch_case.name).string(), "--name",
-                         batch_case.name, "--threads", std::to_string(threads)});
+                         batch_case.name, "--hide-input", "--threads", std::to_string(threads)});
   const std::vector<std::string> options = command_line_of(row_options(request.shared, batch_case));
   call.arguments.insert(call.arguments.end(), options.begin(), options.end());
   call.arguments.insert(call.arguments.end(), request.arguments.begin(), request.arguments.end());
   if (request.keep == Keep::minimal)
     call.arguments.insert(call.arguments.end(), {"--keep", "minimal"});
+  if (request.until != Stage::report)
+    call.arguments.insert(call.arguments.end(), {"--until", name(request.until)});
   return ChildProgram(call);
 }
 
 int exit_code_of(const ChildResult& result) {
   return result.signal == 0 ? result.exit_status : 128 + result.signal;
+}
+
+/// Whether a further try may end otherwise: not where data, options or the command are at fault.
+bool may_end_otherwise(int exit_code) {
+  constexpr ExitCode kForGood[] = {ExitCode::usage, ExitCode::bad_data, ExitCode::no_input,
+                                   ExitCode::bad_config};
+  return std::none_of(std::begin(kForGood), std::end(kForGood),
+                      [&](ExitCode code) { return int(code) == exit_code; });
+}
+
+/// Why a case has failed: the one line that every failure prints, or what killed it.
+std::string reason_of(const ChildResult& result, const fs::path& log) {
+  if (result.signal == SIGKILL)
+    return "killed by signal 9 (was memory short? Fewer --jobs need less)";
+  if (result.signal != 0) return fmt::format("ended by signal {}", result.signal);
+  return result.exit_status == 0 ? std::string() : last_line(log);
 }
 
 /// Runs cases, some at a time, until none is left or the user asks to stop.
@@ -138,13 +162,16 @@ class Batch {
                                        : last_outcome(request.folder, cases_[c]);
     }
     chosen_ = waiting_;
+    for (std::size_t c = 0; c < cases_.size(); ++c)
+      if (plan[c].is_done) mark_done(request.folder, cases_[c]);
   }
 
-  int run() {
+  BatchResult run() {
     make_folder(request_.folder / "logs");
     while (!running_.empty() || (!waiting_.empty() && !interrupted_)) {
-      while (!interrupted_ && !waiting_.empty() && int(running_.size()) < request_.jobs)
-        start_next();
+      while (!interrupted_ && !waiting_.empty() && int(running_.size()) < request_.jobs &&
+             start_next()) {
+      }
       std::this_thread::sleep_for(kLookAgain);
       if (!interrupted_ && is_interrupted()) {
         for (const RunningCase& one : running_) one.program.ask_to_end();
@@ -154,44 +181,82 @@ class Batch {
     }
     sum_up();
     if (interrupted_) throw Interrupted();
-    return int(std::count_if(chosen_.begin(), chosen_.end(),
-                             [this](std::size_t c) { return outcomes_[c].status != "done"; }));
+    BatchResult result;
+    for (const std::size_t c : chosen_) {
+      if (outcomes_[c].status == "done") continue;
+      ++result.failed;
+      result.worth_another_try += may_end_otherwise(outcomes_[c].exit_code) ? 1 : 0;
+    }
+    return result;
   }
 
  private:
+  using Clock = std::chrono::steady_clock;
   static constexpr std::chrono::milliseconds kLookAgain{20};
+  static constexpr std::chrono::seconds kSumUpAgain{5};
 
-  void start_next() {
+  /// By what it has taken before, what others have, or its input's size.
+  [[nodiscard]] std::uint64_t memory_for(const BatchCase& one) const {
+    const std::uint64_t before = memory_taken(request_.folder / one.name);
+    if (before > 0) return before;
+    return most_taken_ > 0 ? most_taken_ : memory_guess(one.input);
+  }
+
+  /// @return false: there is no memory for one more at present
+  bool start_next() {
     const std::size_t c = waiting_.back();
+    const std::uint64_t memory = memory_for(cases_[c]);
+    if (!memory_.has_room_for(memory)) {
+      if (!std::exchange(is_short_, true))
+        reporter_.note(
+            fmt::format("{} of {} cases at a time: more would need more memory than is "
+                        "free",
+                        running_.size(), request_.jobs));
+      return false;
+    }
+    memory_.take(memory);
     waiting_.pop_back();
     ++outcomes_[c].tries;
     write_outcome(request_.folder, cases_[c], {"started", -1, outcomes_[c].tries, ""});
-    running_.push_back({c, start_case(request_, cases_[c], threads_)});
+    running_.push_back({c, memory, start_case(request_, cases_[c], threads_)});
+    return true;
   }
 
   void take_ended() {
     for (auto one = running_.begin(); one != running_.end();) {
       const auto result = one->program.result();
-      if (result) take(one->index, exit_code_of(*result));
+      if (result) {
+        memory_.give_back(one->memory);
+        most_taken_ =
+            std::max(most_taken_, memory_taken(request_.folder / cases_[one->index].name));
+        take(one->index, *result);
+      }
       one = result ? running_.erase(one) : std::next(one);
     }
   }
 
-  void take(std::size_t c, int exit_code) {
+  void take(std::size_t c, const ChildResult& result) {
+    const int exit_code = exit_code_of(result);
     const std::string& name = cases_[c].name;
     Outcome& outcome = outcomes_[c];
     outcome.exit_code = exit_code;
     const bool was_stopped = interrupted_ || exit_code == int(ExitCode::interrupted);
     outcome.status = exit_code == 0 ? "done" : (was_stopped ? "interrupted" : "failed");
-    outcome.reason = exit_code == 0 ? "" : last_line(request_.folder / "logs" / (name + ".log"));
-    if (exit_code != 0 && outcome.tries <= request_.retries && !interrupted_) waiting_.push_back(c);
+    outcome.reason = reason_of(result, request_.folder / "logs" / (name + ".log"));
+    if (outcome.status == "failed" && outcome.tries <= request_.retries &&
+        may_end_otherwise(exit_code))
+      waiting_.push_back(c);
     reporter_.note(fmt::format("{}: {}{}", name, outcome.status,
                                outcome.reason.empty() ? "" : ", " + outcome.reason));
     write_outcome(request_.folder, cases_[c], outcome);
-    sum_up();
+    // It reads every case: of thousands that end one after another not each time.
+    if (Clock::now() - last_summary_ > kSumUpAgain) sum_up();
   }
 
-  void sum_up() const { write_summary(request_.folder, summary_file(request_), cases_, outcomes_); }
+  void sum_up() {
+    last_summary_ = Clock::now();
+    write_summary(request_.folder, summary_file(request_), cases_, outcomes_);
+  }
 
   const BatchRequest& request_;
   Reporter& reporter_;
@@ -201,6 +266,10 @@ class Batch {
   std::vector<std::size_t> waiting_;  // the next one last
   std::vector<std::size_t> chosen_;   // to be run in this call
   std::list<RunningCase> running_;
+  MemoryBudget memory_{available_memory_bytes()};
+  Clock::time_point last_summary_;
+  std::uint64_t most_taken_ = 0;  // by a case of this call [bytes]
+  bool is_short_ = false;
   bool interrupted_ = false;
 };
 
@@ -241,7 +310,9 @@ std::vector<CasePlan> plan_batch(const BatchRequest& request, const std::vector<
   return plans;
 }
 
-int run_batch(const BatchRequest& request, std::vector<BatchCase> cases, Reporter& reporter) {
+BatchResult run_batch(const BatchRequest& request, std::vector<BatchCase> cases,
+                      Reporter& reporter) {
+  end_in_own_time();  // after its cases
   return Batch(request, std::move(cases), reporter).run();
 }
 

@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "pipeline/case/stage.hpp"
 #include "pipeline/cli/manifest.hpp"
 #include "pipeline/config/config.hpp"
 #include "pipeline/stages/minimal_case.hpp"
@@ -30,6 +31,7 @@ struct BatchRequest {
   bool resume = false;                 ///< leave out cases that are done: see case_progress()
   bool only_failed = false;            ///< run those alone whose last run has failed
   Keep keep = Keep::all;               ///< which files of a case stay when it is done
+  Stage until = Stage::report;         ///< a case is done when this stage is
   Shard shard;                         ///< whose rows the summary is of; it has its own name
   Config config;                       ///< what a case's options change
   SharedOptions shared;                ///< of every case
@@ -48,11 +50,17 @@ struct CasePlan {
 /// Looks at every case's files. Nothing is written.
 std::vector<CasePlan> plan_batch(const BatchRequest& request, const std::vector<BatchCase>& cases);
 
+/// How the cases of one call have ended.
+struct BatchResult {
+  int failed = 0;
+  int worth_another_try = 0;  ///< of these: neither data nor options were at fault
+};
+
 /// Runs every case that is not left out in a process of its own; a failure stops none of the
 /// others.
 /// @param cases  the shard's
-/// @return how many cases failed
-int run_batch(const BatchRequest& request, std::vector<BatchCase> cases, Reporter& reporter);
+BatchResult run_batch(const BatchRequest& request, std::vector<BatchCase> cases,
+                      Reporter& reporter);
 
 /// Writes the summary of what former runs, also of shards, have left.
 /// @return how many cases are not done

@@ -26,7 +26,10 @@ void add_batch_command(CLI::App& app, BatchArguments& batch) {
   command.add_option("-j,--jobs", r.jobs, "cases at a time, 1 to 256")
       ->check(CLI::Range(1, 256))
       ->capture_default_str();
-  command.add_option("--retry", r.retries, "further tries of a case that failed, 0 to 10")
+  command
+      .add_option("--retry", r.retries,
+                  "further tries of a case that failed for another reason than its data or "
+                  "options, 0 to 10")
       ->check(CLI::Range(0, 10))
       ->capture_default_str();
   command.add_flag("--resume", r.resume,
@@ -39,6 +42,13 @@ void add_batch_command(CLI::App& app, BatchArguments& batch) {
                   "run every n-th row from the i-th on, 1 <= i <= n, as one of n machines that "
                   "share\nDIR; --summary-only sums up all")
       ->type_name("I/N");
+  command
+      .add_option("--until", batch.until, "of each case no more than this stage and those before")
+      ->type_name("STAGE");
+  command.add_flag(
+      "--engine", batch.for_engine,
+      "exit codes for workflow engines: 75 where a further try may end otherwise, else "
+      "0, also\nwhere cases failed for good: see the summary");
   CLI::Option* dry = command.add_flag(
       "--dry-run", batch.dry_run, "list what would be run, resumed or left out, and why; no more");
   command
@@ -101,6 +111,9 @@ int do_batch(BatchArguments& batch) {
   batch.request.threads = batch.shared.threads;
   batch.request.shared = batch.shared;
   batch.request.keep = keep_of(batch.keep);
+  if (!batch.until.empty()) batch.request.until = parse_stage(batch.until);
+  if (batch.request.keep == Keep::minimal && batch.request.until != Stage::report)
+    throw Error(ExitCode::usage, "--keep minimal is for whole cases. Leave out --until");
   batch.request.arguments = {"--quiet"};
   if (!batch.shard.empty()) batch.request.shard = parse_shard(batch.shard);
   check_folder(batch);
@@ -113,12 +126,16 @@ int do_batch(BatchArguments& batch) {
   }
   batch.request.program = fs::read_symlink("/proc/self/exe");
   Reporter reporter(batch.shared.style());
-  const int failed = batch.summary_only ? summarize_batch(batch.request, cases)
-                                        : run_batch(batch.request, cases, reporter);
+  const BatchResult result = batch.summary_only
+                                 ? BatchResult{summarize_batch(batch.request, cases), 0}
+                                 : run_batch(batch.request, cases, reporter);
+  const int failed = result.failed;
   if (failed > 0)
     reporter.note(fmt::format("{}: {} of {}", batch.summary_only ? "not done" : "failed", failed,
                               cases.size()));
   reporter.result(summary_file(batch.request).string());
+  if (batch.for_engine)
+    return int(result.worth_another_try > 0 ? ExitCode::interrupted : ExitCode::done);
   return int(failed > 0 ? ExitCode::some_cases_failed : ExitCode::done);
 }
 

@@ -10,7 +10,9 @@ struct BatchArguments {
   SharedOptions shared;
   std::string shard;  ///< "i/n"; empty: all rows
   std::string keep = "all";
+  std::string until;  ///< a stage; empty: all
   bool dry_run = false;
+  bool for_engine = false;
   bool summary_only = false;
   BatchRequest request;
 };

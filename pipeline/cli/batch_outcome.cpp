@@ -3,35 +3,21 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
+#include <map>
 #include <nlohmann/json.hpp>
+#include <optional>
+#include <set>
 
 #include "core/atomic_file.hpp"
 #include "core/error.hpp"
 #include "formats/csv.hpp"
-#include "formats/html.hpp"
 #include "pipeline/case/case_folder.hpp"
+#include "pipeline/cli/batch_page.hpp"
 
 namespace angio::pipeline {
 namespace fs = std::filesystem;
 using nlohmann::json;
 namespace {
-
-constexpr std::array<const char*, 15> kSummaryMetrics = {"/lesion/mld_mm",
-                                                         "/lesion/reference_diameter_mm",
-                                                         "/lesion/diameter_stenosis_percent",
-                                                         "/lesion/length_mm",
-                                                         "/balloon/nominal_diameter_mm",
-                                                         "/balloon/peak_pressure_atm",
-                                                         "/balloon/peak_diameter_mm",
-                                                         "/peak/mld_mm",
-                                                         "/result/mld_mm",
-                                                         "/result/diameter_stenosis_percent",
-                                                         "/result/acute_gain_mm",
-                                                         "/result/recoil_percent",
-                                                         "/simulation/max_penetration_mm",
-                                                         "/flow/ffr_before",
-                                                         "/flow/ffr_after"};
 
 json metrics_of(const fs::path& folder, const BatchCase& batch_case) {
   const fs::path file = folder / batch_case.name / "metrics.json";
@@ -46,6 +32,10 @@ std::string words_of(const json& node, const char* key) {
 
 fs::path record_file(const fs::path& folder, const BatchCase& batch_case) {
   return folder / "logs" / (batch_case.name + ".json");
+}
+
+fs::path done_file(const fs::path& folder, const BatchCase& batch_case) {
+  return folder / "logs" / (batch_case.name + ".done");
 }
 
 /// What the row says, by which an edited one is known. The batch's own options are not in it, so
@@ -66,37 +56,137 @@ Outcome outcome_of_files(const json& metrics) {
   return {};
 }
 
-formats::CsvRow summary_header() {
-  formats::CsvRow header = {"case", "status", "exit_code", "tries"};
-  for (const std::string metric : kSummaryMetrics) {
-    std::string column = metric.substr(1);
-    std::replace(column.begin(), column.end(), '/', '.');
-    header.push_back(column);
+/// What a case's own record says of it. A record may come from elsewhere.
+void add_record(const fs::path& folder, SummaryCase& one) {
+  const fs::path file = folder / one.name / "run.json";
+  if (!fs::exists(file)) return;
+  const json record = json::parse(read_text(file), nullptr, false);
+  if (!record.is_object()) return;
+  one.version = words_of(record, "version");
+  if (record.contains("input")) one.input_sha256 = words_of(record["input"], "sha256");
+  if (!record.contains("stages") || !record["stages"].is_object()) return;
+  const auto number = [](const json& stage, const char* key) {
+    return stage.contains(key) && stage[key].is_number() ? stage[key].get<double>() : 0.0;
+  };
+  for (const json& stage : record["stages"]) {
+    if (!stage.is_object()) continue;
+    one.seconds += number(stage, "seconds");
+    one.peak_memory_mib = std::max(one.peak_memory_mib, number(stage, "peak_memory_mib"));
+    if (!stage.contains("warnings") || !stage["warnings"].is_array()) continue;
+    for (const json& warning : stage["warnings"])
+      if (warning.is_string()) one.warnings.push_back(warning);
   }
-  header.insert(header.end(), {"case_status", "reason"});
-  return header;
 }
 
-formats::CsvRow summary_row(const fs::path& folder, const BatchCase& batch_case,
-                            const Outcome& outcome) {
-  formats::CsvRow row = {batch_case.name, outcome.status,
-                         outcome.exit_code < 0 ? "" : std::to_string(outcome.exit_code),
-                         std::to_string(outcome.tries)};
-  const json metrics = outcome.status == "done" ? metrics_of(folder, batch_case) : json();
-  for (const char* metric : kSummaryMetrics) {
-    const json::json_pointer pointer(metric);
-    const bool known =
-        metrics.is_object() && metrics.contains(pointer) && metrics.at(pointer).is_number();
-    row.push_back(known ? fmt::format("{:.4g}", metrics.at(pointer).get<double>()) : "");
+SummaryCase summary_case(const fs::path& folder, const BatchCase& batch_case,
+                         const Outcome& outcome) {
+  SummaryCase one;
+  one.name = batch_case.name;
+  one.outcome = outcome;
+  if (outcome.status == "done") one.metrics = metrics_of(folder, batch_case);
+  one.case_status = words_of(one.metrics, "status");
+  one.reason = outcome.reason.empty() ? words_of(one.metrics, "status_reason") : outcome.reason;
+  if (outcome.status != "not run") add_record(folder, one);
+  return one;
+}
+
+/// "/lesion/mld_mm" as "lesion.mld_mm".
+std::string column_of(std::string pointer) {
+  pointer.erase(0, 1);
+  std::replace(pointer.begin(), pointer.end(), '/', '.');
+  return pointer;
+}
+
+/// How long things took is no part of a table that is the same wherever it was made.
+bool is_time(const std::string& column) {
+  return column.find("wall_s") != std::string::npos ||
+         column.find("time_split") != std::string::npos ||
+         column.find("frames_per_second") != std::string::npos ||
+         column.find("real_time_factor") != std::string::npos;
+}
+
+/// Every number of metrics.json by its column, but the measures, which have columns of their own.
+std::map<std::string, double> further_numbers(const SummaryCase& one) {
+  std::map<std::string, double> numbers;
+  if (!one.metrics.is_object()) return numbers;
+  for (const auto& [pointer, value] : one.metrics.flatten().items())
+    if (value.is_number() && !is_time(pointer)) numbers[column_of(pointer)] = value.get<double>();
+  for (const SummaryMeasure& measure : summary_measures())
+    numbers.erase(column_of(measure.pointer));
+  return numbers;
+}
+
+std::string cell_of(std::optional<double> value) {
+  return value ? fmt::format("{:.4g}", *value) : std::string();
+}
+
+std::string csv_of(const std::vector<SummaryCase>& cases) {
+  std::vector<std::map<std::string, double>> further;
+  std::set<std::string> columns;
+  for (const SummaryCase& one : cases) {
+    further.push_back(further_numbers(one));
+    for (const auto& [column, value] : further.back()) columns.insert(column);
   }
-  row.push_back(words_of(metrics, "status"));
-  row.push_back(outcome.reason.empty() ? words_of(metrics, "status_reason") : outcome.reason);
-  return row;
+  std::vector<formats::CsvRow> rows = {{"case", "status", "exit_code", "tries"}};
+  for (const SummaryMeasure& measure : summary_measures())
+    rows[0].push_back(column_of(measure.pointer));
+  rows[0].insert(rows[0].end(), {"case_status", "reason", "input_sha256", "version", "warnings"});
+  rows[0].insert(rows[0].end(), columns.begin(), columns.end());
+  for (std::size_t c = 0; c < cases.size(); ++c) {
+    const SummaryCase& one = cases[c];
+    const int code = one.outcome.exit_code;
+    formats::CsvRow& row = rows.emplace_back(formats::CsvRow{one.name, one.outcome.status,
+                                                             code < 0 ? "" : std::to_string(code),
+                                                             std::to_string(one.outcome.tries)});
+    for (const SummaryMeasure& measure : summary_measures())
+      row.push_back(cell_of(measure_of(one, measure)));
+    row.insert(row.end(), {one.case_status, one.reason, one.input_sha256, one.version,
+                           std::to_string(one.warnings.size())});
+    for (const std::string& column : columns) {
+      const auto found = further[c].find(column);
+      row.push_back(found == further[c].end() ? "" : cell_of(found->second));
+    }
+  }
+  std::string csv;
+  for (const formats::CsvRow& row : rows)
+    for (const std::string& cell : row)
+      csv += formats::csv_cell(cell) + (&cell == &row.back() ? "\n" : ",");
+  return csv;
+}
+
+json json_of(const SummaryCase& one) {
+  const auto text = [](const std::string& words) { return words.empty() ? json() : json(words); };
+  return {{"case", one.name},
+          {"status", one.outcome.status},
+          {"exit_code", one.outcome.exit_code < 0 ? json() : json(one.outcome.exit_code)},
+          {"tries", one.outcome.tries},
+          {"case_status", text(one.case_status)},
+          {"reason", text(one.reason)},
+          {"input_sha256", text(one.input_sha256)},
+          {"version", text(one.version)},
+          {"seconds", one.seconds},
+          {"peak_memory_mib", one.peak_memory_mib},
+          {"warnings", one.warnings},
+          {"metrics", one.metrics}};
+}
+
+void write_figures(const fs::path& folder, const std::vector<SummaryCase>& cases) {
+  for (const SummaryMeasure& measure : summary_measures()) {
+    const std::string figure = spread_figure(cases, measure);
+    const fs::path file = folder / "figures" / (column_of(measure.pointer) + ".svg");
+    if (!figure.empty()) write_text_atomically(file, figure);
+  }
 }
 
 }  // namespace
 
+void mark_done(const fs::path& folder, const BatchCase& batch_case) {
+  if (!fs::exists(done_file(folder, batch_case)))
+    write_text_atomically(done_file(folder, batch_case), "");
+}
+
 void write_outcome(const fs::path& folder, const BatchCase& batch_case, const Outcome& outcome) {
+  if (outcome.status != "done") fs::remove(done_file(folder, batch_case));
   const json record = {{"case", batch_case.name},
                        {"status", outcome.status},
                        {"exit_code", outcome.exit_code < 0 ? json() : json(outcome.exit_code)},
@@ -105,6 +195,7 @@ void write_outcome(const fs::path& folder, const BatchCase& batch_case, const Ou
                        {"row_sha256", row_hash(batch_case)}};
   write_text_atomically(record_file(folder, batch_case),
                         record.dump(2, ' ', false, json::error_handler_t::replace) + "\n");
+  if (outcome.status == "done") mark_done(folder, batch_case);
 }
 
 Outcome last_outcome(const fs::path& folder, const BatchCase& batch_case) {
@@ -129,33 +220,19 @@ Outcome last_outcome(const fs::path& folder, const BatchCase& batch_case) {
 
 void write_summary(const fs::path& folder, const fs::path& file,
                    const std::vector<BatchCase>& cases, const std::vector<Outcome>& outcomes) {
-  std::vector<formats::CsvRow> rows = {summary_header()};
-  for (std::size_t c = 0; c < cases.size(); ++c)
-    rows.push_back(summary_row(folder, cases[c], outcomes[c]));
-  std::string csv;
-  std::string html =
-      "<!doctype html><html lang=\"en\"><meta charset=\"utf-8\"><title>angio batch</title><style>"
-      "body{font:15px system-ui,sans-serif;margin:2em}table{border-collapse:collapse}"
-      "td,th{border:1px solid #bbb;padding:.3em .6em;text-align:right}"
-      "td:first-child,td:last-child,th{text-align:left}.failed{background:#fdd}"
-      "</style><h1>Cases</h1><table>\n";
-  for (std::size_t r = 0; r < rows.size(); ++r) {
-    html += fmt::format("<tr class=\"{}\">", r == 0 ? "head" : formats::escape_html(rows[r][1]));
-    for (std::size_t c = 0; c < rows[r].size(); ++c) {
-      csv += (c == 0 ? "" : ",") + formats::csv_cell(rows[r][c]);
-      const bool links = r > 0 && c == 0 && rows[r][1] == "done";
-      const std::string text = formats::escape_html(rows[r][c]);
-      const std::string shown =
-          links ? fmt::format("<a href=\"{0}/report/index.html\">{0}</a>", text) : text;
-      html += r == 0 ? "<th>" + shown + "</th>" : "<td>" + shown + "</td>";
-    }
-    csv += "\n";
-    html += "</tr>\n";
+  std::vector<SummaryCase> summary;
+  json all = json::array();
+  for (std::size_t c = 0; c < cases.size(); ++c) {
+    summary.push_back(summary_case(folder, cases[c], outcomes[c]));
+    all.push_back(json_of(summary.back()));
   }
-  write_text_atomically(file, csv);
-  write_text_atomically(
-      fs::path(file).replace_extension(".html"),
-      html + "</table><p>mm, mm2, atm, percent. Not for clinical use.</p></html>\n");
+  write_text_atomically(file, csv_of(summary));
+  write_text_atomically(fs::path(file).replace_extension(".json"),
+                        all.dump(2, ' ', false, json::error_handler_t::replace) + "\n");
+  write_text_atomically(fs::path(file).replace_extension(".html"), summary_page(folder, summary));
+  if (file.filename() != "summary.csv") return;  // a shard's
+  write_text_atomically(folder / "sheet.html", quality_page(folder, summary));
+  write_figures(folder, summary);
 }
 
 }  // namespace angio::pipeline

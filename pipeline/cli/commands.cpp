@@ -17,12 +17,15 @@
 #include <vector>
 
 #include "core/error.hpp"
+#include "core/interrupt.hpp"
 #include "core/parallel.hpp"
+#include "core/printable.hpp"
 #include "core/text.hpp"
 #include "pipeline/case/console.hpp"
 #include "pipeline/case/stage.hpp"
 #include "pipeline/cli/archive_commands.hpp"
 #include "pipeline/cli/batch_command.hpp"
+#include "pipeline/cli/bids_command.hpp"
 #include "pipeline/cli/command_description.hpp"
 #include "pipeline/cli/convert_command.hpp"
 #include "pipeline/cli/data_commands.hpp"
@@ -109,6 +112,7 @@ void add_view_command(CLI::App& app, ViewArguments& arguments) {
 }
 
 int do_view(const ViewArguments& arguments) {
+  end_in_own_time();
   viewer::view_case(arguments.case_folder, arguments.options);
   return int(ExitCode::done);
 }
@@ -140,7 +144,7 @@ int report_usage_error(const CLI::App& app, const CLI::ParseError& error,
   for (const CLI::App* command : scope.get_subcommands({})) known.push_back(command->get_name());
   const std::string word = text.substr(text.find_last_of(' ') + 1);
   const std::string guess = guess_name(word, known);
-  say("angio: {}{}. See `angio{} --help`\n", text,
+  say("angio: {}{}. See `angio{} --help`\n", printable(text),
       guess.empty() || guess == word ? "" : fmt::format(" (did you mean {}?)", guess),
       used.empty() ? "" : " " + used.front()->get_name());
   return int(ExitCode::usage);
@@ -217,6 +221,7 @@ int dispatch(int argc, char** argv) {
   commands.add<InflateArguments>(add_inflate_command, do_inflate);
   commands.add<ExperimentArguments>(add_experiment_command, do_experiment);
   commands.add<BatchArguments>(add_batch_command, do_batch);
+  commands.add<BidsArguments>(add_bids_command, do_bids);
   commands.add<SweepArguments>(add_sweep_command, do_sweep);
   commands.add<VerifyArguments>(add_verify_command, do_verify);
   commands.add<RecommendArguments>(add_recommend_command, do_recommend);
@@ -243,7 +248,14 @@ constexpr const char* kNoOutput =
     "standard output cannot be written (a full disk, or a closed pipe)";
 
 int fail(ExitCode code, const std::string& message) {
-  say("angio: {}\n", message);
+  // A manifest's faults have a line each.
+  std::string lines = printable(message.substr(0, message.find('\n')));
+  for (auto at = message.find('\n'); at != std::string::npos;) {
+    const auto end = message.find('\n', at + 1);
+    lines += "\n" + printable(message.substr(at + 1, end - at - 1));
+    at = end;
+  }
+  say("angio: {}\n", lines);
   return int(code);
 }
 
@@ -256,6 +268,7 @@ int run_command_line(int argc, char** argv) {
     if (std::fflush(stdout) != 0 || std::ferror(stdout) != 0) return fail(ExitCode::io, kNoOutput);
     return exit_code;
   } catch (const Error& error) {
+    end_in_own_time();  // it does end
     return fail(error.exit_code(), error.what());
   } catch (const std::bad_alloc&) {
     return fail(ExitCode::unavailable,

@@ -12,6 +12,7 @@
 
 #include "core/error.hpp"
 #include "pipeline/case/input_kind.hpp"
+#include "pipeline/case/tell.hpp"
 #include "pipeline/stages/reconstruction.hpp"
 #include "pipeline/stages/surface_input.hpp"
 #include "reconstruction/reconstruction.hpp"
@@ -85,27 +86,27 @@ std::string range_text(const std::vector<double>& angles) {
 }
 
 void print_projection(const segmentation::ProjectionRun& run) {
-  fmt::print("   angles: primary (RAO to LAO) {}, secondary (CAU to CRA) {} degrees\n",
-             range_text(run.primary_angles_degrees), range_text(run.secondary_angles_degrees));
+  tell("   angles: primary (RAO to LAO) {}, secondary (CAU to CRA) {} degrees",
+       range_text(run.primary_angles_degrees), range_text(run.secondary_angles_degrees));
   const auto distance_text = [](const std::optional<double>& mm) {
     return mm ? fmt::format("{:.1f} mm", *mm) : std::string("unknown");
   };
-  fmt::print("   source to detector {}, source to isocentre {}\n",
-             distance_text(run.source_to_detector_mm), distance_text(run.source_to_isocentre_mm));
+  tell("   source to detector {}, source to isocentre {}", distance_text(run.source_to_detector_mm),
+       distance_text(run.source_to_isocentre_mm));
   if (run.spacing_mm[0] > 0.0)
-    fmt::print("   pixels of {:.4g} x {:.4g} mm, plane: {}\n", run.spacing_mm[0], run.spacing_mm[1],
-               kSpacingPlanes[int(run.spacing_plane)]);
+    tell("   pixels of {:.4g} x {:.4g} mm, plane: {}", run.spacing_mm[0], run.spacing_mm[1],
+         kSpacingPlanes[int(run.spacing_plane)]);
   else
-    fmt::print("   pixel size unknown\n");
-  if (run.frame_time_ms) fmt::print("   {:.4g} ms a frame\n", *run.frame_time_ms);
+    tell("   pixel size unknown");
+  if (run.frame_time_ms) tell("   {:.4g} ms a frame", *run.frame_time_ms);
   if (!run.mask_operation.empty())
-    fmt::print("   digital subtraction: {}, mask frame(s) {}\n", run.mask_operation,
-               fmt::join(run.mask_frames, ", "));
+    tell("   digital subtraction: {}, mask frame(s) {}", run.mask_operation,
+         fmt::join(run.mask_frames, ", "));
   if (run.open_field)
-    fmt::print("   open field: columns {} to {}, rows {} to {}\n", (*run.open_field)[0],
-               (*run.open_field)[1], (*run.open_field)[2], (*run.open_field)[3]);
-  if (run.burned_in_text) fmt::print("   text is burned into the pixels\n");
-  for (const std::string& note : run.notes) fmt::print("   note: {}\n", note);
+    tell("   open field: columns {} to {}, rows {} to {}", (*run.open_field)[0],
+         (*run.open_field)[1], (*run.open_field)[2], (*run.open_field)[3]);
+  if (run.burned_in_text) tell("   text is burned into the pixels");
+  for (const std::string& note : run.notes) tell("   note: {}", note);
 }
 
 void print_labels(const segmentation::SeriesSummary& s) {
@@ -116,24 +117,24 @@ void print_labels(const segmentation::SeriesSummary& s) {
   for (std::size_t n = 0; n < std::min(s.labels.size(), kMost); ++n)
     texts.push_back(fmt::format("{} ({:.4g} ml)", s.labels[n].value,
                                 double(s.labels[n].voxel_count) * h.x * h.y * h.z / 1000.0));
-  fmt::print("   a label map, no image, of {} label(s): {}{}; segmentation.labels chooses\n",
-             s.labels.size(), fmt::join(texts, ", "), s.labels.size() > kMost ? ", ..." : "");
+  tell("   a label map, no image, of {} label(s): {}{}; segmentation.labels chooses",
+       s.labels.size(), fmt::join(texts, ", "), s.labels.size() > kMost ? ", ..." : "");
 }
 
 void print_series(std::size_t number, const segmentation::SeriesSummary& s) {
   const auto& g = s.geometry;
-  fmt::print("{}  {}  {}, {} file(s), {} frame(s), {}{}\n", number, s.key, s.kind, s.file_count,
-             s.frame_count, s.transfer_syntax, s.lossy ? " (lossy)" : "");
-  if (!s.pixel_format.empty()) fmt::print("   {}\n", s.pixel_format);
+  tell("{}  {}  {}, {} file(s), {} frame(s), {}{}", number, s.key, s.kind, s.file_count,
+       s.frame_count, s.transfer_syntax, s.lossy ? " (lossy)" : "");
+  if (!s.pixel_format.empty()) tell("   {}", s.pixel_format);
   if (s.usable)
-    fmt::print("   {} x {} x {} voxels of {:.4g} x {:.4g} x {:.4g} mm\n", g.size[0], g.size[1],
-               g.size[2], g.spacing.x, g.spacing.y, g.spacing.z);
+    tell("   {} x {} x {} voxels of {:.4g} x {:.4g} x {:.4g} mm", g.size[0], g.size[1], g.size[2],
+         g.spacing.x, g.spacing.y, g.spacing.z);
   else if (g.size[0] > 0)
-    fmt::print("   {} columns x {} rows x {} frame(s)\n", g.size[0], g.size[1], g.size[2]);
+    tell("   {} columns x {} rows x {} frame(s)", g.size[0], g.size[1], g.size[2]);
   print_labels(s);
   if (s.projection) print_projection(*s.projection);
-  fmt::print("   {}: {}\n", s.usable ? "usable" : "refused", s.verdict);
-  for (const std::string& warning : s.warnings) fmt::print("   note: {}\n", warning);
+  tell("   {}: {}", s.usable ? "usable" : "refused", s.verdict);
+  for (const std::string& warning : s.warnings) tell("   note: {}", warning);
 }
 
 /// What `angio run` makes of the folder, where that is the volume of a rotational run.
@@ -172,26 +173,26 @@ void print_forecast(const reconstruction::RunForecast& forecast, const std::stri
   constexpr double kBytesPerVoxel = 12.0;  // the sums, the volume, and the one before it
   const auto& [quality, grid, error, is_sparse] = forecast;
   const auto& n = grid.size;
-  fmt::print("`angio run` makes a volume of: {}\n", source);
-  fmt::print(
+  tell("`angio run` makes a volume of: {}", source);
+  tell(
       "   {} frames over {:.0f} degrees, up to {:.1f} degrees apart; all sides are seen from "
       "{:.0f} "
-      "degrees on\n",
+      "degrees on",
       quality.frame_count, quality.arc_degrees, quality.largest_step_degrees,
       quality.shortest_arc_degrees);
-  fmt::print(
+  tell(
       "   {} x {} x {} voxels of {:.3g} mm, {:.0f} mm across, {:.0f} mm high; about {:.0f} MiB "
-      "of memory\n",
+      "of memory",
       n[0], n[1], n[2], grid.spacing.x, 2.0 * quality.field_radius_mm, n[2] * grid.spacing.z,
       kBytesPerVoxel * double(grid.voxel_count()) / double(1 << 20));
   if (std::isfinite(error))
-    fmt::print("   expected: radii to about {:.2g} mm, where all stands still{}\n", error,
-               is_sparse ? "; streaks, for there are few frames" : "");
+    tell("   expected: radii to about {:.2g} mm, where all stands still{}", error,
+         is_sparse ? "; streaks, for there are few frames" : "");
   else
-    fmt::print(
+    tell(
         "   expected: vessels blurred along the direction that the arc lacks; radii there are "
-        "not to be trusted\n");
-  if (!quality.is_subtracted) fmt::print("   no mask run: bone and tissue stay in the volume\n");
+        "not to be trusted");
+  if (!quality.is_subtracted) tell("   no mask run: bone and tissue stay in the volume");
 }
 
 }  // namespace

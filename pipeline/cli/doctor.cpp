@@ -7,6 +7,7 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
+#include "core/sandbox.hpp"
 #include "pipeline/version.hpp"
 #include "simulation/simulation.hpp"
 #include "viewer/view.hpp"
@@ -48,6 +49,7 @@ std::string examine_computer(bool as_json) {
   const std::string driver = gpu_driver();
   const simulation::CudaSupport cuda = simulation::cuda_support();
   const int threads = omp_get_max_threads();
+  const SandboxSupport sandbox = sandbox_support();
   if (as_json)
     return nlohmann::json{
                {"version", kVersion},
@@ -60,7 +62,9 @@ std::string examine_computer(bool as_json) {
                {"backend_used", cuda.device.empty() ? "cpu" : "cuda"},
                {"window", display.window},
                {"offscreen", display.offscreen},
-               {"display", display.description}}
+               {"display", display.description},
+               {"landlock", sandbox.landlock_version},
+               {"seccomp", sandbox.system_calls}}
                .dump(2) +
            "\n";
   std::string text = fmt::format("angio {}\n", version_with_commit());
@@ -74,6 +78,7 @@ std::string examine_computer(bool as_json) {
   line("backend", !cuda.built           ? "cpu will be used (this program was built without CUDA)"
                   : cuda.device.empty() ? "cpu will be used (no GPU that CUDA can use)"
                                         : "cuda will be used, on " + cuda.device);
+  line("sandbox", to_text(sandbox));
   line("display", display.description);
   line("pictures", display.offscreen ? "can be made"
                                      : "cannot be made: install the package xvfb, or set DISPLAY");

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "core/error.hpp"
+#include "core/interrupt.hpp"
 #include "formats/case_file.hpp"
 #include "pipeline/case/metrics.hpp"
 #include "pipeline/stages/reporter.hpp"
@@ -91,6 +92,7 @@ CLI::App& add_live_command(CLI::App& app, LiveArguments& a) {
 }
 
 int do_live(const LiveArguments& a) {
+  end_in_own_time();  // its window closes on Ctrl-C
   Reporter reporter(a.shared.style());
   viewer::LiveDrive drive;
   simulation::SimulationOptions options;

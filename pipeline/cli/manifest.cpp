@@ -244,9 +244,9 @@ class Rows {
 
   std::string name_of(const ManifestRow& row) {
     static const std::regex kForm("[A-Za-z0-9_-][A-Za-z0-9._-]{0,99}");
-    static const std::regex kTaken("summary.*\\.(csv|html)");
+    static const std::regex kTaken("summary.*\\.(csv|html|json)|sheet\\.html|figures|logs");
     std::string name = cell(row, "case");
-    const bool is_taken = name == "logs" || std::regex_match(name, kTaken);
+    const bool is_taken = std::regex_match(name, kTaken);
     if (!std::regex_match(name, kForm) || is_taken)
       throw InputError(fmt::format(
           "{} (it names a folder, beside logs and summary.csv: letters, digits, '.', '_' and '-')",

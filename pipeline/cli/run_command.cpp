@@ -13,6 +13,7 @@
 #include "dicom/archive.hpp"
 #include "formats/case_file.hpp"
 #include "pipeline/case/fetched_scan.hpp"
+#include "pipeline/case/hidden_input.hpp"
 #include "pipeline/case/metrics.hpp"
 #include "pipeline/case/read_out.hpp"
 #include "pipeline/cli/archive_commands.hpp"
@@ -64,6 +65,9 @@ void add_case_options(CLI::App& command, RunArguments& run) {
       "--keep-link", run.request.keep_link,
       "keep the input's path in source.private.json and, of a DICOM scan, the lumen as\n"
       "DICOM SEG in segmentation.private.dcm (mode 0600)");
+  command.add_flag(
+      "--hide-input", run.hide_input,
+      "name no path or file of the input in messages: what is printed goes into a log");
   add_keep_option(command, run.keep);
   command.add_flag("--print-config", run.print_config, "print every option in force and end");
   add_run_options(command, run.shared, PresetHelp::full);
@@ -72,9 +76,9 @@ void add_case_options(CLI::App& command, RunArguments& run) {
                  "--unit", "--inlet", "--geometry", "--calling"});
   group_options(command, "Treatment",
                 {"--balloon", "--catalogue", "--contact", "--preset", "--set", "--config"});
-  group_options(
-      command, "Output",
-      {"--output", "--name", "--keep-link", "--keep", "--quiet", "--json", "--print-config"});
+  group_options(command, "Output",
+                {"--output", "--name", "--keep-link", "--hide-input", "--keep", "--quiet", "--json",
+                 "--print-config"});
 }
 
 }  // namespace
@@ -114,6 +118,8 @@ bool goes_on(const RunArguments& run) {
          !run.request.case_folder.empty() && CaseFolder(run.request.case_folder).exists("run.json");
 }
 
+namespace {
+
 /// Fetches an INPUT that an archive holds; the run then goes on from the files.
 std::optional<FetchedScan> fetch_input(RunArguments& run, Reporter& reporter) {
   if (!dicom::is_archive_location(run.request.input)) return std::nullopt;
@@ -124,7 +130,7 @@ std::optional<FetchedScan> fetch_input(RunArguments& run, Reporter& reporter) {
   return fetched;
 }
 
-int do_run(RunArguments& run) {
+int run_whole(RunArguments& run) {
   const bool is_known = goes_on(run);
   if (is_known) run.request.config = case_config(CaseFolder(run.request.case_folder));
   const Config former = run.request.config;
@@ -165,6 +171,17 @@ int do_run(RunArguments& run) {
     reporter.note(line);
   reporter.result(result.string());
   return int(ExitCode::done);
+}
+
+}  // namespace
+
+int do_run(RunArguments& run) {
+  try {
+    return run_whole(run);
+  } catch (const Error& error) {
+    if (!run.hide_input) throw;
+    throw Error(error.exit_code(), without_input(error.what(), run.request.input));
+  }
 }
 
 int do_experiment(ExperimentArguments& experiment) {

@@ -15,6 +15,7 @@ struct RunArguments {
   std::string keep = "all";
   ReadArguments read;
   bool print_config = false;
+  bool hide_input = false;
 };
 
 void add_run_command(CLI::App& app, RunArguments& run);

@@ -210,7 +210,7 @@ VariantResults run_variants(VariantArguments& arguments, const Config& config,
     request.arguments.insert(request.arguments.end(), {"--until", "simulation"});
   request.resume = true;  // what is done with these very settings stays
   VariantResults results;
-  results.failed = run_batch(request, variants, reporter);
+  results.failed = run_batch(request, variants, reporter).failed;
   for (const BatchCase& variant : variants)
     results.rows.push_back(read_variant(request.folder, variant));
   return results;

@@ -8,6 +8,7 @@
 
 #include "core/error.hpp"
 #include "pipeline/case/input_kind.hpp"
+#include "pipeline/case/running_case.hpp"
 #include "pipeline/stages/stage_keys.hpp"
 #include "segmentation/read_run.hpp"
 
@@ -96,9 +97,7 @@ CaseProgress case_progress(const Workflow& workflow, const RunRequest& request) 
   using State = CaseProgress::State;
   const CaseFolder folder(request.case_folder);
   if (!folder.exists("run.json")) {
-    const bool is_free = !fs::exists(folder.root()) ||
-                         (fs::is_directory(folder.root()) && fs::is_empty(folder.root()));
-    return {is_free ? State::not_begun : State::of_another, ""};
+    return {is_free(folder) ? State::not_begun : State::of_another, ""};
   }
   const RunRecord wanted = describe_input(request, folder);
   RunRecord record = folder.read_record();

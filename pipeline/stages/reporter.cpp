@@ -3,12 +3,12 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
-#include <atomic>
-#include <csignal>
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
 #include "core/error.hpp"
+#include "core/interrupt.hpp"
+#include "core/printable.hpp"
 #include "pipeline/case/console.hpp"
 
 namespace angio::pipeline {
@@ -16,10 +16,6 @@ namespace {
 
 using nlohmann::json;
 using Clock = std::chrono::steady_clock;
-
-volatile std::sig_atomic_t stop_requested = 0;  // a signal handler can reach nothing else
-
-void request_stop(int) { stop_requested = 1; }
 
 double seconds_since(Clock::time_point start) {
   return std::chrono::duration<double>(Clock::now() - start).count();
@@ -34,16 +30,9 @@ constexpr std::string_view kClearLine = "\r\x1b[K";
 
 }  // namespace
 
-void catch_interrupts() {
-  struct sigaction action = {};
-  action.sa_handler = request_stop;
-  sigaction(SIGINT, &action, nullptr);
-  sigaction(SIGTERM, &action, nullptr);
-}
+void catch_interrupts() { angio::catch_interrupts(); }
 
-void throw_if_interrupted() {
-  if (stop_requested != 0) throw Interrupted();
-}
+void throw_if_interrupted() { angio::throw_if_interrupted(); }
 
 Reporter::Reporter(ReportStyle style)
     : style_(style), terminal_(style == ReportStyle::automatic && isatty(STDERR_FILENO) != 0) {}
@@ -72,14 +61,14 @@ void Reporter::warn(std::string_view stage, const std::string& warning) {
   if (style_ == ReportStyle::json)
     print_event({{"event", "warning"}, {"stage", stage}, {"text", warning}});
   else
-    say("{}{:<13} note: {}\n", terminal_ ? kClearLine : "", stage, warning);
+    say("{}{:<13} note: {}\n", terminal_ ? kClearLine : "", stage, printable(warning));
 }
 
 void Reporter::note(const std::string& text) {
   if (style_ == ReportStyle::json)
     print_event({{"event", "note"}, {"text", text}});
   else if (style_ != ReportStyle::quiet)
-    say("{}{}\n", terminal_ ? kClearLine : "", text);
+    say("{}{}\n", terminal_ ? kClearLine : "", printable(text));
 }
 
 void Reporter::result(const std::string& path) {

@@ -13,7 +13,9 @@
 #include "core/error.hpp"
 #include "formats/case_file.hpp"
 #include "pipeline/case/case_status.hpp"
+#include "pipeline/case/hidden_input.hpp"
 #include "pipeline/case/input_kind.hpp"
+#include "pipeline/case/running_case.hpp"
 #include "pipeline/stages/case_progress.hpp"
 #include "pipeline/stages/stage_keys.hpp"
 #include "pipeline/stages/stage_work.hpp"
@@ -48,9 +50,7 @@ class PeakMemory {
 class NewCase {
  public:
   explicit NewCase(const CaseFolder& folder)
-      : folder_(folder),
-        existed_(fs::exists(folder.root())),
-        undo_(!existed_ || (fs::is_directory(folder.root()) && fs::is_empty(folder.root()))) {}
+      : folder_(folder), existed_(fs::exists(folder.root())), undo_(is_free(folder)) {}
   ~NewCase() {
     if (!undo_) return;
     std::error_code ignored;
@@ -168,7 +168,8 @@ void Run::work(const StageDefinition& stage, StageRecord& entry) {
   }
   entry.solver_seconds = work.solver_seconds;
   entry.time_split = work.time_split;
-  entry.warnings = work.warnings;
+  for (const std::string& warning : work.warnings)
+    entry.warnings.push_back(without_input(warning, request_.input));
   entry.outputs = folder_.hashes(stage.stage);
   if (!work.failure.empty()) throw InputError(work.failure);
 }
@@ -197,7 +198,7 @@ void Run::make(const StageDefinition& stage, const std::map<std::string, std::st
   } catch (const Error& error) {
     end();
     if (error.exit_code() == ExitCode::interrupted) entry.status = "interrupted";
-    entry.warnings.insert(entry.warnings.begin(), error.what());
+    entry.warnings.insert(entry.warnings.begin(), without_input(error.what(), request_.input));
     throw;
   } catch (...) {
     end();
@@ -336,16 +337,18 @@ fs::path run_case(const Workflow& workflow, const RunRequest& request, Reporter&
   NewCase new_case(folder);
   RunRecord record = take_up(request, folder);
   const CaseLock lock(folder);
+  const LockNote note(folder);
+  remove_leftovers(folder);
   const bool is_thinned = request.keep == Keep::minimal && request.until == Stage::report;
   if (is_done_minimal(workflow, request)) {
     remove_bulky_files(folder);
     reporter.note("up to date; the stages' files were removed (--keep minimal)");
     return folder.path("report/index.html");
   }
+  Run run(workflow, request, folder, std::move(record), reporter);
+  run.begin();  // run.json comes first: a folder without it is no case, and would be refused
   write_text_atomically(folder.path("case.toml"), to_toml(request.config));
   if (request.keep_link && !request.input.empty()) write_private_link(folder, request);
-  Run run(workflow, request, folder, std::move(record), reporter);
-  run.begin();
   try {
     run_stages(workflow, request, folder, run, new_case);
   } catch (...) {

@@ -14,6 +14,7 @@
 #include "formats/files.hpp"
 #include "meshing/meshing.hpp"
 #include "pipeline/case/input_kind.hpp"
+#include "pipeline/case/tell.hpp"
 
 namespace angio::pipeline {
 namespace fs = std::filesystem;
@@ -181,31 +182,31 @@ const char* source_in_words(const std::string& unit_source) {
 }
 
 void print_inspection(const RawCounts& raw, const GivenSurface* given, const std::string& verdict) {
-  fmt::print(
+  tell(
       "lumen surface: {} triangles, {} vertices, {} piece(s), {}, {} non-manifold edges, {} "
-      "crossings\n",
+      "crossings",
       raw.triangles, raw.vertices, raw.topology.component_count,
       raw.topology.boundary_edge_count == 0 ? "closed" : "open",
       raw.topology.nonmanifold_edge_count, raw.crossings);
   if (given) {
     const meshing::SurfaceSize& size = given->size;
     const Vec3 sides = size.high - size.low;
-    fmt::print("   unit: {} ({})\n", unit_name(given->unit), source_in_words(given->unit_source));
-    fmt::print("   {:.1f} x {:.1f} x {:.1f} mm, from ({:.1f}, {:.1f}, {:.1f}) mm; {:.4g} mm3\n",
-               sides.x, sides.y, sides.z, size.low.x, size.low.y, size.low.z, size.volume);
-    fmt::print("   diameter: {:.2f} mm thin, {:.2f} mm median, {:.2f} mm wide\n", size.thin,
-               size.median, size.wide);
-    fmt::print("   {} open end(s)\n", size.rims.size());
+    tell("   unit: {} ({})", unit_name(given->unit), source_in_words(given->unit_source));
+    tell("   {:.1f} x {:.1f} x {:.1f} mm, from ({:.1f}, {:.1f}, {:.1f}) mm; {:.4g} mm3", sides.x,
+         sides.y, sides.z, size.low.x, size.low.y, size.low.z, size.volume);
+    tell("   diameter: {:.2f} mm thin, {:.2f} mm median, {:.2f} mm wide", size.thin, size.median,
+         size.wide);
+    tell("   {} open end(s)", size.rims.size());
     int number = 0;
     for (const SurfaceRim& rim : size.rims)
-      fmt::print("      {}: {:.2f} mm at ({:.1f}, {:.1f}, {:.1f}) mm\n", ++number, rim.diameter_mm,
-                 rim.centre.x, rim.centre.y, rim.centre.z);
+      tell("      {}: {:.2f} mm at ({:.1f}, {:.1f}, {:.1f}) mm", ++number, rim.diameter_mm,
+           rim.centre.x, rim.centre.y, rim.centre.z);
   }
-  fmt::print("   {}: {}\n", given ? "usable" : "refused", verdict);
+  tell("   {}: {}", given ? "usable" : "refused", verdict);
   if (!given) return;
   for (const auto& repair : given->repairs)
-    if (!repair.is_routine) fmt::print("   repair: {}\n", to_text(repair));
-  for (const std::string& warning : given->warnings) fmt::print("   note: {}\n", warning);
+    if (!repair.is_routine) tell("   repair: {}", to_text(repair));
+  for (const std::string& warning : given->warnings) tell("   note: {}", warning);
 }
 
 /// The lumen surface that an experiment of the seed paper's begins with.

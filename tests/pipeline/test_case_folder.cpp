@@ -1,8 +1,11 @@
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include "core/atomic_file.hpp"
 #include "core/error.hpp"
 #include "pipeline/case/case_folder.hpp"
+#include "pipeline/case/running_case.hpp"
 #include "run_program.hpp"
 
 namespace angio::pipeline {
@@ -111,6 +114,35 @@ TEST(CaseLock, KeepsASecondRunOut) {
   const CaseFolder folder(root.path());
   const CaseLock first(folder);
   EXPECT_THROW(CaseLock{folder}, IoError);
+}
+
+TEST(LockNote, NamesTheProcessThatIsAtWork) {
+  test::CommandFolder root;
+  const CaseFolder folder(root.path());
+  {
+    const CaseLock first(folder);
+    const LockNote note(folder);
+    try {
+      const CaseLock second(folder);
+      FAIL();
+    } catch (const IoError& error) {
+      EXPECT_THAT(error.what(), testing::HasSubstr("process " + std::to_string(getpid()) + " on "));
+    }
+  }
+  EXPECT_TRUE(std::filesystem::is_empty(root.path()));
+}
+
+TEST(RunningCase, WhatAKilledRunLeavesKeepsNobodyOut) {
+  test::CommandFolder root;
+  const CaseFolder folder(root.path());
+  write_text_atomically(root / ".lock", "process 1 on nowhere\n");
+  write_text_atomically(root / ".run.tmp-7.json", "{");
+  EXPECT_TRUE(is_free(folder));
+  EXPECT_NO_THROW(CaseLock{folder});  // nobody holds it
+  remove_leftovers(folder);
+  EXPECT_FALSE(folder.exists(".run.tmp-7.json"));
+  write_text_atomically(root / "notes.txt", "somebody's");
+  EXPECT_FALSE(is_free(folder));
 }
 
 }  // namespace
