@@ -26,6 +26,7 @@ foreach(command IN LISTS slicer_commands)
     file(CREATE_LINK \"\${program}\" \"\${modules}/angio-${command}\" SYMBOLIC)"
     COMPONENT program)
 endforeach()
+install(FILES ${described}/angio.spdx DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT program)
 install(FILES LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR} RENAME copyright COMPONENT program)
 
 # All libraries but those of the compiler and of glibc, which a system has, and fits to each other.

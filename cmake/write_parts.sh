@@ -1,0 +1,61 @@
+#!/usr/bin/env bash
+# write_parts.sh PROGRAM SOURCE_DIR VERSION OUTPUT: the third-party parts of a built program as an SPDX 2.3
+# document (tag:value): every library that the dynamic linker loads with the package and version that it is of,
+# and what lies bundled or is compiled in from headers. Debian's dpkg tells; elsewhere versions are NOASSERTION.
+set -euo pipefail
+program=$1 source=$2 version=$3 output=$4
+export LC_ALL=C
+
+installed=$(dpkg-query -W -f '${Package}\t${Version}\n' 2>/dev/null || true)
+version_of() {
+  awk -F'\t' -v p="$1" '$1 == p { print $2; found = 1; exit } END { if (!found) print "NOASSERTION" }' <<< "$installed"
+}
+
+# "package<TAB>file" of the shared libraries. dpkg knows a library by the one of its names that /usr has merged;
+# of what it does not know, as CUDA's, the file is the part.
+find_linked() {
+  local files owners file
+  mapfile -t files < <(ldd "$program" | awk '/=> \// { print $3 }' | xargs -r realpath | sort -u)
+  owners=$(dpkg-query -S "${files[@]}" "${files[@]#/usr}" 2>/dev/null | sed -E 's|^([^:,]+)[^/]*/(.*/)?|\1\t|' || true)
+  for file in "${files[@]}"; do
+    awk -F'\t' -v f="$(basename "$file")" '$2 == f { print; found = 1; exit } END { if (!found) print f "\t" f }' \
+      <<< "$owners"
+  done | sort -u
+}
+
+part() {  # NAME VERSION COMMENT [LICENCE]
+  local id
+  id=$(tr -c 'A-Za-z0-9.\n' '-' <<< "$1")
+  printf '\nPackageName: %s\nSPDXID: SPDXRef-%s\nPackageVersion: %s\nPackageDownloadLocation: NOASSERTION\n' "$1" "$id" "$2"
+  printf 'FilesAnalyzed: false\nPackageLicenseConcluded: NOASSERTION\nPackageLicenseDeclared: %s\n' "${4:-NOASSERTION}"
+  printf 'PackageCopyrightText: NOASSERTION\nPackageComment: <text>%s</text>\n' "$3"
+  printf 'Relationship: SPDXRef-angio DEPENDS_ON SPDXRef-%s\n' "$id"
+}
+
+parts=$(find_linked)
+linked() { printf '%s\n' "$parts"; }
+
+write() {
+  local name files package
+  # The document's name space is its content's: the same build gives the same bytes.
+  local hash
+  hash=$(linked | sha256sum | cut -c1-32)
+  printf 'SPDXVersion: SPDX-2.3\nDataLicense: CC0-1.0\nSPDXID: SPDXRef-DOCUMENT\nDocumentName: angio-%s\n' "$version"
+  printf 'DocumentNamespace: urn:angio:parts:%s\nCreator: Tool: write_parts.sh\nCreated: %s\n' "$hash" \
+    "$(date -u -d "@${SOURCE_DATE_EPOCH:-$(git -C "$source" log -1 --format=%ct 2>/dev/null || echo 0)}" +%Y-%m-%dT%H:%M:%SZ)"
+  printf '\nPackageName: angio\nSPDXID: SPDXRef-angio\nPackageVersion: %s\nPackageDownloadLocation: NOASSERTION\n' "$version"
+  printf 'FilesAnalyzed: false\nPackageLicenseConcluded: NOASSERTION\nPackageLicenseDeclared: GPL-3.0-or-later\n'
+  printf 'PackageCopyrightText: NOASSERTION\nRelationship: SPDXRef-DOCUMENT DESCRIBES SPDXRef-angio\n'
+  linked | cut -f1 | sort -u | while read -r name; do
+    files=$(linked | awk -F'\t' -v p="$name" '$1 == p { printf "%s ", $2 }')
+    part "$name" "$(version_of "$name")" "shared library: ${files% }"
+  done
+  # Headers alone, or static: nothing is left of them that could be asked for.
+  for package in libcgal-dev libeigen3-dev libtomlplusplus-dev nlohmann-json3-dev libcli11-dev; do
+    part "$package" "$(version_of "$package")" "compiled in from headers"
+  done
+  part vtk.js 37.4 "bundled in viewer/page, inside the report" BSD-3-Clause
+}
+
+write > "$output.tmp"
+mv "$output.tmp" "$output"
