@@ -18,23 +18,31 @@ struct End {
   double seconds = 0.0;
 };
 
-/// Runs `work` in a process that has caught its interrupts, and ends it by `signal` after 50 ms.
-End interrupt(int signal, const std::function<void()>& work) {
+/// Runs `work` in a process that has caught its interrupts, and ends it by `signal` when it says
+/// that it is ready.
+End interrupt(int signal, const std::function<void(const std::function<void()>& ready)>& work) {
+  int files[2];
+  EXPECT_EQ(pipe(files), 0);
   const pid_t id = fork();
   if (id == 0) {
     catch_interrupts();
     try {
-      work();
+      work([&] {
+        if (write(files[1], "x", 1) != 1) _exit(1);
+      });
     } catch (const Interrupted&) {
       _exit(75);
     }
     _exit(0);
   }
-  usleep(50'000);
+  char letter = 0;
+  EXPECT_EQ(read(files[0], &letter, 1), 1);
   const auto start = std::chrono::steady_clock::now();
   kill(id, signal);
   int status = 0;
   waitpid(id, &status, 0);
+  close(files[0]);
+  close(files[1]);
   const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - start;
   return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, elapsed.count()};
 }
@@ -45,25 +53,30 @@ void sleep_on() {
 
 TEST(Interrupt, EndsWorkThatDoesNotListen) {
   for (const int signal : {SIGINT, SIGTERM}) {
-    const End end = interrupt(signal, sleep_on);
+    const End end = interrupt(signal, [](const auto& ready) {
+      ready();
+      sleep_on();
+    });
     EXPECT_EQ(end.exit_code, 75);
-    EXPECT_GT(end.seconds, 0.5);
-    EXPECT_LT(end.seconds, 5.0);  // 1 s on a machine that does nothing else
+    EXPECT_LT(end.seconds, 15.0);  // 1 s on a machine that does nothing else; sleep_on takes 30
   }
 }
 
 TEST(Interrupt, IsHeardWhileAChildIsSilent) {
-  const End end = interrupt(SIGTERM, [] {
+  const End end = interrupt(SIGTERM, [](const auto& ready) {
+    end_in_own_time();  // so that it is heard, not ended
+    ready();
     run_guarded(
         {}, [](ChildOutput&) { sleep_on(); }, [](ChildInput& input) { input.get(*new int); });
   });
   EXPECT_EQ(end.exit_code, 75);
-  EXPECT_LT(end.seconds, 0.9);  // heard, not ended
+  EXPECT_LT(end.seconds, 15.0);
 }
 
 TEST(Interrupt, WaitsForWhatEndsInItsOwnTime) {
-  const End end = interrupt(SIGTERM, [] {
+  const End end = interrupt(SIGTERM, [](const auto& ready) {
     end_in_own_time();
+    ready();
     for (int i = 0; i < 15; ++i) usleep(100'000);
   });
   EXPECT_EQ(end.exit_code, 0);
