@@ -173,9 +173,8 @@ std::vector<std::string> warnings_of(const RotationalRun& run, const RunQuality&
         quality.gating.by_r_waves ? "the R waves" : "the frames themselves", quality.frame_count));
   if (quality.given_residual_pixels > 0.5)
     warnings.push_back(fmt::format(
-        "{} went {:.1f} pixels beside the path that its header tells; its path was fitted "
+        "the C-arm went {:.1f} pixels beside the path that its header tells; its path was fitted "
         "to the vessels, to {:.2f} pixels",
-        quality.gating.is_gated ? "the C-arm, or the patient's breath," : "the C-arm",
         quality.given_residual_pixels, quality.residual_pixels));
   if (quality.truncated_percent > 0.0)
     warnings.push_back(fmt::format(
@@ -298,21 +297,13 @@ Alignment align(const RotationalRun& run, double air, const Reconstruction& from
 
 /// Reconstructs, moves the frames, and so on, until they stay.
 Reconstruction calibrate(const RotationalRun& given_run, double air,
-                         const ReconstructionOptions& options, bool is_gated,
-                         const Progress& progress) {
+                         const ReconstructionOptions& options, const Progress& progress) {
   constexpr int kMostPasses = 8;
   constexpr int kFramesToJudge = 24;
   constexpr double kEnough = 0.3;   // of a pixel or a voxel; less may be the noise of the fit
   constexpr double kWorthIt = 0.5;  // of the residual by the header
   constexpr double kSlow = 0.8;     // what is left is noise
-  constexpr double kGatedBlur = 6.0;
   constexpr double kFirstBlur = 1.5, kBlur = 0.8;
-  // Breath moves vessels by several of their widths: they are looked for from afar at first.
-  const double first_blur = is_gated ? kGatedBlur : kFirstBlur;
-  const auto blur_of = [&](int pass) {
-    return is_gated ? std::max(kBlur, first_blur / double(1 << pass))
-                    : (pass == 0 ? first_blur : kBlur);
-  };
   // How many passes it will take is not known: the first takes up to 0.4, each other one 0.4 of
   // what is left.
   const auto part_of = [&](int pass, double half) {
@@ -338,9 +329,10 @@ Reconstruction calibrate(const RotationalRun& given_run, double air,
   Reconstruction as_given;
   for (bool stays = !(given > coarse * kEnough); !stays && passes < kMostPasses;) {
     const Alignment found =
-        align(given_run, air, result, motions, 1, coarse * blur_of(passes), part_of(passes, 1.0));
+        align(given_run, air, result, motions, 1, coarse * (passes == 0 ? kFirstBlur : kBlur),
+              part_of(passes, 1.0));
     if (2 * found.fitted < int(run.frames.size())) break;
-    stays = passes > 0 && blur_of(passes - 1) <= kBlur && found.moved_pixels > kSlow * last;
+    stays = passes > 0 && found.moved_pixels > kSlow * last;
     last = found.moved_pixels;
     if (stays) break;
     if (passes == 0) as_given = std::move(result);
@@ -365,10 +357,9 @@ Reconstruction calibrate(const RotationalRun& given_run, double air,
 }
 
 Reconstruction reconstruct_on(Backend backend, const RotationalRun& run, double air,
-                              ReconstructionOptions options, bool is_gated,
-                              const Progress& progress) {
+                              ReconstructionOptions options, const Progress& progress) {
   options.backend = backend;
-  Reconstruction result = options.calibrate ? calibrate(run, air, options, is_gated, progress)
+  Reconstruction result = options.calibrate ? calibrate(run, air, options, progress)
                                             : reconstruct_once(run, air, options, progress);
   // Few views are iterated over by the CPU.
   const bool by_gpu = backend == Backend::cuda && result.quality.method == Method::fdk;
@@ -379,17 +370,16 @@ Reconstruction reconstruct_on(Backend backend, const RotationalRun& run, double 
 
 /// Where the options say; of `automatic` the GPU, and the CPU where there is none or it fails.
 Reconstruction reconstruct_anywhere(const RotationalRun& run, double air,
-                                    const ReconstructionOptions& options, bool is_gated,
+                                    const ReconstructionOptions& options,
                                     const Progress& progress) {
   if (options.backend != Backend::automatic)
-    return reconstruct_on(options.backend, run, air, options, is_gated, progress);
-  if (gpu_name().empty())
-    return reconstruct_on(Backend::cpu, run, air, options, is_gated, progress);
+    return reconstruct_on(options.backend, run, air, options, progress);
+  if (gpu_name().empty()) return reconstruct_on(Backend::cpu, run, air, options, progress);
   try {
-    return reconstruct_on(Backend::cuda, run, air, options, is_gated, progress);
+    return reconstruct_on(Backend::cuda, run, air, options, progress);
   } catch (const Error& error) {
     if (error.exit_code() != ExitCode::unavailable) throw;
-    Reconstruction result = reconstruct_on(Backend::cpu, run, air, options, is_gated, progress);
+    Reconstruction result = reconstruct_on(Backend::cpu, run, air, options, progress);
     result.warnings.push_back("the CPU was used instead: " + std::string(error.what()));
     return result;
   }
@@ -453,8 +443,11 @@ Reconstruction reconstruct_volume(const RotationalRun& run, const Reconstruction
   const Gate gate = gate_run(run, air, options, part(progress, 0.0, 0.1));
   const GatedRun gated(run, gate.frames);
   const Progress rest = part(progress, options.gating == Gating::off ? 0.0 : 0.1, 1.0);
-  Reconstruction result = reconstruct_anywhere(gate.quality.is_gated ? gated.run() : run, air,
-                                               options, gate.quality.is_gated, rest);
+  ReconstructionOptions used = options;
+  // What moves within a phase is the heart's, and no path of the C-arm's.
+  used.calibrate = options.calibrate && !gate.quality.is_gated;
+  Reconstruction result =
+      reconstruct_anywhere(gate.quality.is_gated ? gated.run() : run, air, used, rest);
   result.quality.unattenuated = run.masks ? 0.0 : air;
   result.quality.gating = gate.quality;
   const std::vector<std::string> warnings = warnings_of(run, result.quality);
