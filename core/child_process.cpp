@@ -150,6 +150,7 @@ void apply(const ChildLimits& limits, [[maybe_unused]] int file) {
   const std::size_t held = address_space_bytes();
   const rlimit space{held + limits.memory_bytes, held + limits.memory_bytes};
   if (held > 0) setrlimit(RLIMIT_AS, &space);
+  if (limits.confinement == Confinement::none) return;
   const rlimit written{limits.written_bytes, limits.written_bytes};
   setrlimit(RLIMIT_FSIZE, &written);
   signal(SIGXFSZ, SIG_IGN);  // such a write fails instead

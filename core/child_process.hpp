@@ -20,6 +20,11 @@
 /// Linux ends a child with the thread that started it, so this thread has to outlive the child.
 namespace angio {
 
+enum class Confinement {
+  sandbox,  ///< see enter_sandbox()
+  none,     ///< work of our own, or with a network: files of any size, as this process
+};
+
 /// What a child process may take before it is ended.
 struct ChildLimits {
   std::size_t memory_bytes = std::size_t(1) << 30;  ///< beyond what the program holds already
@@ -28,6 +33,7 @@ struct ChildLimits {
   ReachableFiles reach = {};                            ///< nothing else: see enter_sandbox()
   std::uint64_t written_bytes = 0;                      ///< into any one file
   std::uint64_t handed_bytes = std::uint64_t(1) << 28;  ///< a text or vector to the parent
+  Confinement confinement = Confinement::sandbox;
 };
 
 enum class ChildEnd {
@@ -48,9 +54,9 @@ struct ChildResult {
 /// Runs `work` on data nobody has checked in a forked child under limits of memory and time, and
 /// hands what it sends to `receive` here. However the child ends, this process goes on.
 ///
-/// The child prints nothing, leaves no core file and is killed with this process. It is shut into a
-/// sandbox (enter_sandbox()): what it needs beside limits.reach, `work` must hold already, as a
-/// library's tables that are read at their first use.
+/// The child prints nothing, leaves no core file and is killed with this process. As a rule it is
+/// shut into a sandbox (enter_sandbox()): what it needs beside limits.reach, `work` must hold
+/// already, as a library's tables that are read at their first use.
 ///
 /// @param work     in the child; may throw
 /// @param receive  here; what it throws ends the child and is thrown on

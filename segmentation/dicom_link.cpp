@@ -5,6 +5,7 @@
 
 #include "core/child_process.hpp"
 #include "core/error.hpp"
+#include "segmentation/detail/dicom_load.hpp"
 #include "segmentation/detail/dicom_parse.hpp"
 #include "segmentation/detail/dicom_series.hpp"
 #include "segmentation/detail/source_identity.hpp"
@@ -28,8 +29,11 @@ std::array<std::string*, 12> texts_of(dicom::StudyIdentity& identity) {
 
 /// Reads identity and modality in a guarded child, as every header.
 void add_identity(const detail::DicomHeader& header, dicom::SourceLink& link) {
+  detail::prepare_dcmtk();
+  ChildLimits limits{kMemoryBytes, 60, 60};
+  limits.reach.read = {header.source.path};
   const ChildResult result = run_guarded(
-      {kMemoryBytes, 60, 60},
+      limits,
       [&](ChildOutput& output) {
         dicom::StudyIdentity found = detail::source_identity(header.source, header.series_uid);
         for (const std::string* text : texts_of(found)) output.put(*text);

@@ -95,9 +95,10 @@ std::vector<std::int64_t> run_session(
     const std::function<std::vector<std::int64_t>(const TellFraction&)>& work) {
   std::optional<std::vector<std::int64_t>> result;
   Failure failure;
+  ChildLimits limits{kMemoryBytes, kCpuSeconds, kSilentSeconds};
+  limits.confinement = Confinement::none;  // it speaks with a network, and writes what comes
   const ChildResult end = run_guarded(
-      {kMemoryBytes, kCpuSeconds, kSilentSeconds},
-      [&](ChildOutput& output) { work_in_child(output, address.timeout_s, work); },
+      limits, [&](ChildOutput& output) { work_in_child(output, address.timeout_s, work); },
       [&](ChildInput& input) {
         for (;;) {
           Word word{};

@@ -100,6 +100,21 @@ TEST(GuardedChild, OutlivesEveryEndOfTheChild) {
   EXPECT_EQ(refused.message, "no good");
 }
 
+// In the sandbox it may not open a file that it was not given, nor write; unconfined it may.
+TEST(GuardedChild, IsShutInUnlessItIsOurOwnWork) {
+  const TemporaryFolder folder;
+  for (const Confinement confinement : {Confinement::sandbox, Confinement::none}) {
+    const std::filesystem::path file =
+        folder / (confinement == Confinement::none ? "free" : "shut_in");
+    ChildLimits limits;
+    limits.confinement = confinement;
+    run_guarded(
+        limits, [&](ChildOutput&) { std::ofstream(file) << "text"; }, [](ChildInput&) {});
+    EXPECT_EQ(std::filesystem::exists(file) && std::filesystem::file_size(file) > 0,
+              confinement == Confinement::none);
+  }
+}
+
 TEST(GuardedChild, StopsAChildThatHangs) {
   const ChildLimits asleep{std::size_t(1) << 28, 60, 1};
   EXPECT_EQ(run(asleep, [](ChildOutput&) { sleep(30); }).end, ChildEnd::timed_out);
