@@ -296,7 +296,7 @@ int do_inspect(const InspectArguments& arguments) {
     for (const auto& series : all) list.push_back(to_json(series));
     nlohmann::json found = {{"series", list}};
     if (forecast) found["reconstruction"] = to_json(*forecast);
-    fmt::print("{}\n", found.dump(2));
+    fmt::print("{}\n", found.dump(2, ' ', false, nlohmann::json::error_handler_t::replace));
     return int(ExitCode::done);
   }
   for (std::size_t i = 0; i < all.size(); ++i) print_series(i + 1, all[i]);

@@ -11,6 +11,7 @@
 
 #include "core/atomic_file.hpp"
 #include "core/error.hpp"
+#include "core/printable.hpp"
 #include "formats/case_file.hpp"
 #include "pipeline/case/case_status.hpp"
 #include "pipeline/case/hidden_input.hpp"
@@ -84,7 +85,7 @@ RunRecord take_up(const RunRequest& request, const CaseFolder& folder) {
   if (request.force) return wanted;
   RunRecord record = folder.read_record();
   if (record.input_sha256 != wanted.input_sha256) return wanted;
-  if (!request.case_name.empty()) record.case_name = request.case_name;
+  if (!request.case_name.empty()) record.case_name = printable(request.case_name);
   record.input_kind = wanted.input_kind;  // the settings say how INPUT is taken
   return record;
 }

@@ -28,8 +28,9 @@ void expect_one_clean_line(const ProgramResult& result, int exit_code) {
 
 TEST(StrangeNames, CommandNoTerminal) {
   test::CommandFolder folder;
-  write_text_atomically(folder / "\x1b[31mred\r.nrrd", "no NRRD");
-  const std::string file = "\"" + folder / "\"$'\\e[31mred\\r.nrrd'";
+  const std::string path = folder / "\x1b[31mred\r.nrrd";
+  write_text_atomically(path, "no NRRD");
+  const std::string file = "'" + path + "'";
   const auto inspected = run_program("inspect " + file);
   EXPECT_EQ(inspected.out.find('\x1b'), std::string::npos);
   EXPECT_EQ(inspected.error.find('\x1b'), std::string::npos);
@@ -38,17 +39,18 @@ TEST(StrangeNames, CommandNoTerminal) {
 
 TEST(StrangeNames, ThatAreNotUtf8AreTakenOrRefusedInOneLine) {
   test::CommandFolder folder;
-  write_text_atomically(folder /
-                            "Gr\xe4"
-                            "f.nrrd",
-                        "no NRRD");
-  const std::string file = "\"" + folder / "\"$'Gr\\xe4f.nrrd'";
+  const std::string path = folder /
+                           "Gr\xe4"
+                           "f.nrrd";
+  write_text_atomically(path, "no NRRD");
+  const std::string file = "'" + path + "'";
   expect_one_clean_line(run_program("run " + file + " -o '" + folder / "case" + "'"), 65);
   const auto json = run_program("inspect --json " + file);
   EXPECT_NE(json.exit_code, 70) << json.error;
-  const auto named =
-      run_program("run phantom:straight,length=8,spacing=0.8 --until segmentation -o '" +
-                  folder / "named" + "' --quiet --name $'Gr\\xe4fin'");
+  const auto named = run_program(
+      "run phantom:straight,length=8,spacing=0.8 --until segmentation -o '" + folder / "named" +
+      "' --quiet --name 'Gr\xe4"
+      "fin'");
   EXPECT_NE(named.exit_code, 70) << named.error;
 }
 
