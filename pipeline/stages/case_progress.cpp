@@ -7,6 +7,7 @@
 #include <iterator>
 
 #include "core/error.hpp"
+#include "core/printable.hpp"
 #include "pipeline/case/input_kind.hpp"
 #include "pipeline/case/running_case.hpp"
 #include "pipeline/stages/stage_keys.hpp"
@@ -89,7 +90,7 @@ RunRecord describe_input(const RunRequest& request, const CaseFolder& folder) {
   if (!request.geometry.empty())  // it is as much of the input as the frames are
     record.input_sha256 = sha256_of_text(record.input_sha256 + sha256_of_path(request.geometry));
   record.case_name =
-      request.case_name.empty() ? record.input_sha256.substr(0, 12) : request.case_name;
+      request.case_name.empty() ? record.input_sha256.substr(0, 12) : printable(request.case_name);
   return record;
 }
 
