@@ -109,7 +109,8 @@ bool is_time(const std::string& column) {
 std::map<std::string, double> further_numbers(const SummaryCase& one) {
   std::map<std::string, double> numbers;
   if (!one.metrics.is_object()) return numbers;
-  for (const auto& [pointer, value] : one.metrics.flatten().items())
+  const json flat = one.metrics.flatten();  // items() only refers to it
+  for (const auto& [pointer, value] : flat.items())
     if (value.is_number() && !is_time(pointer)) numbers[column_of(pointer)] = value.get<double>();
   for (const SummaryMeasure& measure : summary_measures())
     numbers.erase(column_of(measure.pointer));

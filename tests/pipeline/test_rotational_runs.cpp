@@ -91,7 +91,7 @@ TEST_F(RotationalRuns, OfFewFramesGiveTheVesselsAlone) {
 }
 
 TEST_F(RotationalRuns, ThatBeatAreGatedByTheirRWaves) {
-  const std::string input = make_run("xa", "--spacing 0.4 --frames 133 --heartbeat 4");
+  const std::string input = make_run("xa", "--spacing 0.4 --frames 133 --heartbeat 3");
   const ProgramResult inspected = run_program("inspect '" + input + "'");
   EXPECT_THAT(inspected.out, HasSubstr("R wave(s) of the heart"));
   EXPECT_THAT(inspected.out, HasSubstr("frames of one phase"));
