@@ -6,6 +6,8 @@ include(GNUInstallDirs)
 set_target_properties(angio PROPERTIES INSTALL_RPATH "$ORIGIN/../${CMAKE_INSTALL_LIBDIR}/angio")
 # As RPATH, not RUNPATH: the libraries find each other by it, too.
 target_link_options(angio PRIVATE LINKER:--disable-new-dtags)
+install(TARGETS angio_film_codecs LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR}/angio COMPONENT program)
+set_target_properties(angio_film_codecs PROPERTIES INSTALL_RPATH "$ORIGIN")
 install(TARGETS angio RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT program)
 set(described ${PROJECT_BINARY_DIR}/share)
 install(FILES ${described}/angio.1 DESTINATION ${CMAKE_INSTALL_MANDIR}/man1 COMPONENT program)
@@ -32,6 +34,7 @@ install(FILES LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR} RENAME copyright COMPO
 # All libraries but those of the compiler and of glibc, which a system has, and fits to each other.
 install(CODE "
   file(GET_RUNTIME_DEPENDENCIES EXECUTABLES \"$<TARGET_FILE:angio>\"
+    MODULES \"$<TARGET_FILE:angio_film_codecs>\"
     RESOLVED_DEPENDENCIES_VAR libraries
     PRE_EXCLUDE_REGEXES \"^ld-linux\" \"^lib(c|m|dl|rt|pthread|resolv|gcc_s|stdc\\\\+\\\\+)\\\\.so\")
   file(INSTALL DESTINATION \"\${CMAKE_INSTALL_PREFIX}/${CMAKE_INSTALL_LIBDIR}/angio\"

@@ -1,9 +1,10 @@
 #!/usr/bin/env bash
-# write_parts.sh PROGRAM SOURCE_DIR VERSION OUTPUT: the third-party parts of a built program as an SPDX 2.3
+# write_parts.sh SOURCE_DIR VERSION OUTPUT PROGRAM...: the third-party parts of built programs and modules as an SPDX 2.3
 # document (tag:value): every library that the dynamic linker loads with the package and version that it is of,
 # and what lies bundled or is compiled in from headers. Debian's dpkg tells; elsewhere versions are NOASSERTION.
 set -euo pipefail
-program=$1 source=$2 version=$3 output=$4
+source=$1 version=$2 output=$3
+programs=("${@:4}")
 export LC_ALL=C
 
 installed=$(dpkg-query -W -f '${Package}\t${Version}\n' 2>/dev/null || true)
@@ -15,7 +16,7 @@ version_of() {
 # of what it does not know, as CUDA's, the file is the part.
 find_linked() {
   local files owners file
-  mapfile -t files < <(ldd "$program" | awk '/=> \// { print $3 }' | xargs -r realpath | sort -u)
+  mapfile -t files < <(ldd "${programs[@]}" | awk '/=> \// { print $3 }' | xargs -r realpath | sort -u)
   owners=$(dpkg-query -S "${files[@]}" "${files[@]#/usr}" 2>/dev/null | sed -E 's|^([^:,]+)[^/]*/(.*/)?|\1\t|' || true)
   for file in "${files[@]}"; do
     awk -F'\t' -v f="$(basename "$file")" '$2 == f { print; found = 1; exit } END { if (!found) print f "\t" f }' \

@@ -372,6 +372,7 @@ Reconstruction reconstruct_on(Backend backend, const RotationalRun& run, double 
 Reconstruction reconstruct_anywhere(const RotationalRun& run, double air,
                                     const ReconstructionOptions& options,
                                     const Progress& progress) {
+  if (options.backend == Backend::cuda) require_gpu();
   if (options.backend != Backend::automatic)
     return reconstruct_on(options.backend, run, air, options, progress);
   if (gpu_name().empty()) return reconstruct_on(Backend::cpu, run, air, options, progress);

@@ -6,10 +6,15 @@ namespace angio::reconstruction::detail {
 
 std::string gpu_name() { return {}; }
 
-ProjectedBack project_back_on_gpu(const VolumeTask&, const Progress&) {
+std::string require_gpu() {
   throw Error(ExitCode::unavailable,
               "the CUDA backend was asked for, but this program was not built with CUDA. Use "
               "--backend cpu");
+}
+
+ProjectedBack project_back_on_gpu(const VolumeTask&, const Progress&) {
+  require_gpu();
+  return {};
 }
 
 }  // namespace angio::reconstruction::detail

@@ -335,9 +335,11 @@ ProjectedBack GpuProjector::run(const Progress& progress) {
 
 }  // namespace
 
+std::string require_gpu() { return cuda::name_of(cuda::use_device()); }
+
 std::string gpu_name() {
   try {
-    return cuda::name_of(cuda::use_device());
+    return require_gpu();
   } catch (const Error&) {
     return {};
   }

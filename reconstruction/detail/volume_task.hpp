@@ -41,7 +41,9 @@ ProjectedBack project_back_on_gpu(const VolumeTask& task, const Progress& progre
 /// Frames of a run that the CPU works on together.
 int frames_at_a_time(const std::vector<angiogram::ConeBeamFrame>& frames);
 
-/// Of the GPU that would be used; empty if there is none.
+/// The name of the GPU that would be used. @throws Error  ExitCode::unavailable: there is none
+std::string require_gpu();
+/// The same; empty if there is none.
 std::string gpu_name();
 
 /// A step of the work, for people.

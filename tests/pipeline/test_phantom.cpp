@@ -128,13 +128,14 @@ TEST_P(StenosedPhantom, IsMeasuredAndDilatedFromDicom) {
 }
 
 INSTANTIATE_TEST_SUITE_P(AllShapes, StenosedPhantom,
-                         testing::Values("unilateral", "bilateral", "ytype", "coronary"));
+                         testing::Values("bilateral", "coronary"));
 
 TEST(Run, TheSameCommandTwiceGivesTheSameBytes) {
   CommandFolder folder;
   const std::string run =
-      "run phantom:unilateral,length=24,stenosis=50 --preset draft --set inflation.inflate_s=0.6 "
-      "inflation.hold_s=0.1 inflation.deflate_s=0.4 inflation.rest_s=0.1 -o ";
+      "run phantom:unilateral,length=14,stenosis=50 --preset draft --set balloon.length_mm=5 "
+      "inflation.inflate_s=0.2 inflation.hold_s=0 inflation.deflate_s=0.15 inflation.rest_s=0.05 "
+      "-o ";
   ASSERT_EQ(run_program(run + "'" + folder / "a" + "'").exit_code, 0);
   ASSERT_EQ(run_program(run + "'" + folder / "b" + "' --threads 1").exit_code, 0);
   const std::vector<fs::path> files = files_under(folder.path() / "a");
@@ -263,7 +264,7 @@ TEST(Run, ALumenSurfaceBeginsAtTheCenterline) {
           .exit_code,
       0);
   const ProgramResult run =
-      run_program("run '" + folder / "p/lumen.stl" + "' --preset draft -o '" + folder / "c" + "'");
+      run_program("run '" + folder / "p/lumen.stl" + "' --until meshing -o '" + folder / "c" + "'");
   ASSERT_EQ(run.exit_code, 0) << run.error;
   EXPECT_FALSE(fs::exists(folder.path() / "c/segmentation/lumen_mask.nrrd"));
   const json metrics = read_json_file(folder.path() / "c/metrics.json");

@@ -109,6 +109,7 @@ TEST_P(SlicerXml, IsWellFormedAndNamesEachParameterOnce) {
 
 TEST_P(SlicerXml, EveryFlagIsOneThatTheCommandTakes) {
   const std::string help = run_program(GetParam() + " --help").out;
+  std::string all;
   for (const Parameter& one : parameters_of(run_program(GetParam() + " --xml").out)) {
     if (!one.index.empty()) continue;
     const std::string flag = one.longflag.empty() ? one.flag : one.longflag;
@@ -119,11 +120,10 @@ TEST_P(SlicerXml, EveryFlagIsOneThatTheCommandTakes) {
     if (one.type == "string-enumeration") value = one.value;
     if (one.type == "string" || one.type == "file" || one.type == "directory")
       value = one.value.empty() ? "x" : one.value;
-    const ProgramResult result = run_program(GetParam() + " " + flag +
-                                             (value.empty() ? "" : " '" + value + "'") + " --help");
-    EXPECT_EQ(result.exit_code, 0)
-        << GetParam() << " " << flag << " " << value << ": " << result.error;
+    all += flag + (value.empty() ? " " : " '" + value + "' ");
   }
+  const ProgramResult result = run_program(GetParam() + " " + all + "--help");
+  EXPECT_EQ(result.exit_code, 0) << GetParam() << " " << all << ": " << result.error;
 }
 
 INSTANTIATE_TEST_SUITE_P(Commands, SlicerXml, testing::ValuesIn(kCommands),

@@ -7,6 +7,7 @@
 #include "core/atomic_file.hpp"
 #include "core/error.hpp"
 #include "testing/viewer/case_folder.hpp"
+#include "testing/viewer/png.hpp"
 #include "testing/viewer/shapes.hpp"
 #include "viewer/case_figures.hpp"
 #include "viewer/detail/chart_picture.hpp"
@@ -58,7 +59,7 @@ TEST(CaseFigures, NineMomentsAndThePlotsAreWritten) {
   EXPECT_THAT(read_text(files[3]), HasSubstr("diameter [mm]"));
 
   // The case's frames have three shapes: as many different panels, from one view.
-  const Picture sheet = detail::picture_from_png(read_text(files[0]));
+  const Picture sheet = angio::test::picture_from_png(read_text(files[0]));
   std::set<std::vector<std::uint8_t>> panels;
   for (int row = 0; row < 3; ++row)
     for (int column = 0; column < 3; ++column) panels.insert(panel_of(sheet, column, row));

@@ -4,6 +4,7 @@
 
 #include "core/atomic_file.hpp"
 #include "testing/viewer/case_folder.hpp"
+#include "testing/viewer/png.hpp"
 #include "testing/viewer/shapes.hpp"
 #include "viewer/contact_sheet.hpp"
 #include "viewer/detail/canvas.hpp"
@@ -17,7 +18,7 @@ using test::TemporaryFolder;
 detail::Picture sheet_of(const fs::path& folder, const TemporaryFolder& out,
                          const fs::path& log = {}) {
   write_contact_sheet(folder, out / "sheet.png", log);
-  return detail::picture_from_png(read_text(out / "sheet.png"));
+  return angio::test::picture_from_png(read_text(out / "sheet.png"));
 }
 
 /// Pixels of a rectangle that are not white paper.

@@ -7,6 +7,7 @@
 
 #include "core/atomic_file.hpp"
 #include "core/error.hpp"
+#include "testing/viewer/png.hpp"
 #include "testing/viewer/report_content.hpp"
 #include "testing/viewer/shapes.hpp"
 #include "viewer/detail/picture.hpp"
@@ -123,7 +124,7 @@ void expect_shows_every_picture_beside_it(const Files& files) {
 }
 
 int count_blue(const std::string& png) {
-  const detail::Picture picture = detail::picture_from_png(png);
+  const detail::Picture picture = angio::test::picture_from_png(png);
   int blue = 0;
   for (std::size_t i = 0; i < picture.rgb.size(); i += 3)
     blue += picture.rgb[i + 2] > picture.rgb[i] + 30 ? 1 : 0;
@@ -133,7 +134,7 @@ int count_blue(const std::string& png) {
 void expect_pictures_show_something(const Files& files) {
   for (const auto& [name, bytes] : files) {
     if (!name.ends_with(".png")) continue;
-    const detail::Picture picture = detail::picture_from_png(bytes);
+    const detail::Picture picture = angio::test::picture_from_png(bytes);
     const auto [low, high] = std::minmax_element(picture.rgb.begin(), picture.rgb.end());
     EXPECT_GT(*high - *low, 100) << name;
   }

@@ -7,6 +7,7 @@
 #include "core/error.hpp"
 #include "formats/text.hpp"
 #include "testing/temporary_folder.hpp"
+#include "testing/viewer/png.hpp"
 #include "viewer/detail/chart.hpp"
 #include "viewer/detail/page_blocks.hpp"
 #include "viewer/detail/picture.hpp"
@@ -83,7 +84,7 @@ TEST(PageBlocks, KeepPicturesByteForByteAndOneOfEachChart) {
   ASSERT_EQ(pictures.size(), 2u);
   EXPECT_EQ(pictures[1].text, "second");
   EXPECT_EQ(pictures[1].columns, 3);
-  EXPECT_EQ(detail::picture_from_png(pictures[0].bytes).width, 60);
+  EXPECT_EQ(angio::test::picture_from_png(pictures[0].bytes).width, 60);
   EXPECT_EQ(of_kind(BlockKind::drawing).size(), 1u) << "not the phone's";
 }
 

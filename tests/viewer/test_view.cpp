@@ -12,6 +12,7 @@
 #include "core/error.hpp"
 #include "formats/files.hpp"
 #include "testing/viewer/case_folder.hpp"
+#include "testing/viewer/png.hpp"
 #include "testing/viewer/shapes.hpp"
 #include "viewer/detail/case_data.hpp"
 #include "viewer/detail/offscreen.hpp"
@@ -31,7 +32,7 @@ detail::Picture take_screenshot(const TemporaryFolder& folder, int frame) {
   options.frame = frame;
   options.screenshot = folder / "view.png";
   view_case(folder.path(), options);
-  return detail::picture_from_png(read_text(options.screenshot));
+  return angio::test::picture_from_png(read_text(options.screenshot));
 }
 
 int count_blue(const detail::Picture& picture) {
@@ -104,11 +105,11 @@ TEST(View, KeysArePressedBeforeTheScreenshot) {
   options.screenshot = folder / "view.png";
   options.keys = {"n"};
   view_case(folder.path(), options);
-  const detail::Picture picture = detail::picture_from_png(read_text(options.screenshot));
+  const detail::Picture picture = angio::test::picture_from_png(read_text(options.screenshot));
   EXPECT_EQ(picture.width, options.width);
   options.keys = {};
   view_case(folder.path(), options);
-  EXPECT_GT(count_blue(detail::picture_from_png(read_text(options.screenshot))),
+  EXPECT_GT(count_blue(angio::test::picture_from_png(read_text(options.screenshot))),
             count_blue(picture) + 500);
   options.keys = {"no-such-key"};
   EXPECT_EQ(exit_code_of([&] { view_case(folder.path(), options); }), ExitCode::usage);

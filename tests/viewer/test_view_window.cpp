@@ -12,6 +12,7 @@
 
 #include "core/atomic_file.hpp"
 #include "formats/files.hpp"
+#include "testing/viewer/png.hpp"
 #include "tests/viewer/view_window_test.hpp"
 #include "viewer/window/closing_signals.hpp"
 #include "viewer/window/view_window.hpp"
@@ -291,7 +292,7 @@ TEST_F(ViewWindowTest, NoTwoActionsShareAKey) {
 TEST_F(ViewWindowTest, PictureAndFilmAreSavedUnderFreeNames) {
   click(Action::save_picture);
   view_->press("F2");
-  const Picture saved = detail::picture_from_png(read_text(folder_ / "angio_view_002.png"));
+  const Picture saved = angio::test::picture_from_png(read_text(folder_ / "angio_view_002.png"));
   EXPECT_EQ(saved.width, 1200);
   EXPECT_GT(count_blue(saved, scene()), 500);
   EXPECT_THAT(view_->message(), HasSubstr("angio_view_002.png"));

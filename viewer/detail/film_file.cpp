@@ -1,68 +1,33 @@
 #include "viewer/detail/film_file.hpp"
 
+#include <dlfcn.h>
+#include <fmt/format.h>
 #include <vtkImageData.h>
 #include <vtkNew.h>
 #include <vtkOggTheoraWriter.h>
 
-#include <algorithm>
-#include <opencv2/imgproc.hpp>
-#include <opencv2/videoio.hpp>
-
 #include "core/error.hpp"
 #include "core/text.hpp"
+#include "viewer/detail/film_encoder.hpp"
 
 namespace angio::viewer::detail {
 namespace fs = std::filesystem;
 
-class FilmFile::Encoder {
- public:
-  Encoder() = default;
-  virtual ~Encoder() = default;
-  Encoder(const Encoder&) = delete;
-  Encoder& operator=(const Encoder&) = delete;
-  virtual void add(const Picture& picture) = 0;
-  virtual bool close() = 0;
-};
-
 namespace {
 
-/// By OpenCV: FFmpeg's codecs for .mp4, its own motion JPEG for .avi.
-class OpenCvEncoder : public FilmFile::Encoder {
- public:
-  OpenCvEncoder(const fs::path& file, FilmKind kind, const cv::Size& size, double rate) {
-    if (kind == FilmKind::avi) {
-      writer_.open(file.string(), cv::CAP_OPENCV_MJPEG, cv::VideoWriter::fourcc('M', 'J', 'P', 'G'),
-                   rate, size);
-      return;
-    }
-    writer_.open(file.string(), cv::CAP_FFMPEG, cv::VideoWriter::fourcc('a', 'v', 'c', '1'), rate,
-                 size);
-    if (!writer_.isOpened())  // an FFmpeg without H.264
-      writer_.open(file.string(), cv::CAP_FFMPEG, cv::VideoWriter::fourcc('m', 'p', '4', 'v'), rate,
-                   size);
-  }
-
-  [[nodiscard]] bool is_open() const { return writer_.isOpened(); }
-
-  void add(const Picture& picture) override {
-    const cv::Mat rgb(picture.height, picture.width, CV_8UC3,
-                      const_cast<std::uint8_t*>(picture.rgb.data()));
-    cv::Mat bgr;
-    cv::cvtColor(rgb, bgr, cv::COLOR_RGB2BGR);
-    writer_.write(bgr);
-  }
-
-  bool close() override {
-    writer_.release();
-    return true;  // OpenCV does not say
-  }
-
- private:
-  cv::VideoWriter writer_;
-};
+/// The codecs of FFmpeg load 160 libraries, 0.3 s of every command; so they wait until a film asks.
+MakeFilmEncoder* load_codecs() {
+  void* codecs = dlopen("libangio_film_codecs.so", RTLD_NOW | RTLD_LOCAL);
+  if (!codecs)
+    throw Error(ExitCode::unavailable,
+                fmt::format("no .mp4 or .avi can be written here (the program's film codecs cannot "
+                            "be loaded: {}). Install angio whole, or give a name ending in .ogv",
+                            dlerror()));
+  return reinterpret_cast<MakeFilmEncoder*>(dlsym(codecs, "make_film_encoder"));
+}
 
 /// By VTK, which brings the Theora encoder along.
-class TheoraEncoder : public FilmFile::Encoder {
+class TheoraEncoder : public FilmEncoder {
  public:
   TheoraEncoder(const fs::path& file, int width, int height, int rate) {
     image_->SetDimensions(width, height, 1);
@@ -74,11 +39,7 @@ class TheoraEncoder : public FilmFile::Encoder {
   }
 
   void add(const Picture& picture) override {
-    auto* pixels = static_cast<std::uint8_t*>(image_->GetScalarPointer());
-    const std::size_t row_bytes = std::size_t(picture.width) * 3;
-    for (std::size_t row = 0; row < std::size_t(picture.height); ++row)  // VTK's from the bottom
-      std::copy_n(picture.rgb.data() + (std::size_t(picture.height) - 1 - row) * row_bytes,
-                  row_bytes, pixels + row * row_bytes);
+    copy_upside_down(picture, static_cast<std::uint8_t*>(image_->GetScalarPointer()));
     image_->Modified();
     if (!is_started_) writer_->Start();
     is_started_ = true;
@@ -115,16 +76,15 @@ FilmFile::FilmFile(const fs::path& file, int width, int height, int pictures_per
     encoder_ = std::make_unique<TheoraEncoder>(file, width, height, pictures_per_second);
     return;
   }
-  auto encoder =
-      std::make_unique<OpenCvEncoder>(file, kind, cv::Size(width, height), pictures_per_second);
-  if (!encoder->is_open())
+  encoder_ = std::unique_ptr<FilmEncoder>(
+      load_codecs()(file.c_str(), kind == FilmKind::mp4, width, height, pictures_per_second));
+  if (!encoder_)
     throw Error(ExitCode::unavailable,
                 kind == FilmKind::mp4
                     ? "no .mp4 can be written here (the codecs of FFmpeg are missing in OpenCV). "
                       "Give a name ending in .avi or .ogv"
                     : "no .avi can be written here (OpenCV could not open it). Give a name ending "
                       "in .ogv");
-  encoder_ = std::move(encoder);
 }
 
 FilmFile::~FilmFile() = default;

@@ -8,6 +8,8 @@
 
 namespace angio::viewer::detail {
 
+class FilmEncoder;
+
 /// How a film's file is encoded.
 enum class FilmKind { mp4, avi, ogv };
 
@@ -30,11 +32,9 @@ class FilmFile {
   /// Ends the file. @throws IoError (74) if it could not be written
   void close();
 
-  class Encoder;
-
  private:
   std::filesystem::path file_;
-  std::unique_ptr<Encoder> encoder_;
+  std::unique_ptr<FilmEncoder> encoder_;
 };
 
 }  // namespace angio::viewer::detail

@@ -1,24 +1,15 @@
 #include "viewer/detail/picture.hpp"
 
+#include <vtkImageData.h>
+#include <vtkNew.h>
+#include <vtkPNGWriter.h>
+#include <vtkUnsignedCharArray.h>
+
 #include <algorithm>
-#include <opencv2/imgcodecs.hpp>
-#include <opencv2/imgproc.hpp>
 
 #include "core/error.hpp"
 
 namespace angio::viewer::detail {
-namespace {
-
-Picture from_cv_rgb(const cv::Mat& image) {
-  Picture picture{image.cols, image.rows, {}};
-  picture.rgb.reserve(std::size_t(image.cols) * std::size_t(image.rows) * 3);
-  for (int row = 0; row < image.rows; ++row)
-    picture.rgb.insert(picture.rgb.end(), image.ptr(row), image.ptr(row) + 3 * image.cols);
-  return picture;
-}
-
-}  // namespace
-
 Picture shrink(const Picture& picture, int factor) {
   Picture small{picture.width / factor, picture.height / factor, {}};
   small.rgb.resize(std::size_t(small.width) * std::size_t(small.height) * 3);
@@ -52,24 +43,27 @@ void paste(const Picture& picture, int left, int top, Picture& onto) {
                     (std::size_t(top + row) * std::size_t(onto.width) + std::size_t(left)) * 3);
 }
 
-std::string png_bytes(const Picture& picture) {
-  ANGIO_EXPECT(picture.rgb.size() == std::size_t(picture.width) * std::size_t(picture.height) * 3);
-  const cv::Mat rgb(picture.height, picture.width, CV_8UC3,
-                    const_cast<std::uint8_t*>(picture.rgb.data()));
-  cv::Mat bgr;
-  cv::cvtColor(rgb, bgr, cv::COLOR_RGB2BGR);
-  std::vector<std::uint8_t> bytes;
-  cv::imencode(".png", bgr, bytes, {cv::IMWRITE_PNG_COMPRESSION, 9});
-  return {bytes.begin(), bytes.end()};
+void copy_upside_down(const Picture& picture, std::uint8_t* rgb) {
+  const std::size_t row_bytes = std::size_t(picture.width) * 3;
+  for (std::size_t row = 0; row < std::size_t(picture.height); ++row)
+    std::copy_n(picture.rgb.data() + (std::size_t(picture.height) - 1 - row) * row_bytes, row_bytes,
+                rgb + row * row_bytes);
 }
 
-Picture picture_from_png(const std::string& bytes) {
-  const std::vector<std::uint8_t> raw(bytes.begin(), bytes.end());
-  const cv::Mat bgr = raw.empty() ? cv::Mat() : cv::imdecode(raw, cv::IMREAD_COLOR);
-  if (bgr.empty()) throw InputError("not a PNG picture (it is damaged). Write it again");
-  cv::Mat rgb;
-  cv::cvtColor(bgr, rgb, cv::COLOR_BGR2RGB);
-  return from_cv_rgb(rgb);
+std::string png_bytes(const Picture& picture) {
+  ANGIO_EXPECT(picture.rgb.size() == std::size_t(picture.width) * std::size_t(picture.height) * 3);
+  vtkNew<vtkImageData> image;
+  image->SetDimensions(picture.width, picture.height, 1);
+  image->AllocateScalars(VTK_UNSIGNED_CHAR, 3);
+  copy_upside_down(picture, static_cast<std::uint8_t*>(image->GetScalarPointer()));
+  vtkNew<vtkPNGWriter> writer;
+  writer->SetInputData(image);
+  writer->SetCompressionLevel(9);
+  writer->WriteToMemoryOn();
+  writer->Write();
+  vtkUnsignedCharArray* bytes = writer->GetResult();
+  const std::uint8_t* begin = bytes->GetPointer(0);
+  return {begin, begin + bytes->GetNumberOfValues()};
 }
 
 }  // namespace angio::viewer::detail

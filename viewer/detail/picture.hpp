@@ -26,10 +26,10 @@ Picture blank_picture(int width, int height);
 /// Copies a picture onto another, its upper left corner at (left, top); it must fit.
 void paste(const Picture& picture, int left, int top, Picture& onto);
 
+/// As VTK lays pictures out, from the lowest row up. @param rgb  width x height x 3
+void copy_upside_down(const Picture& picture, std::uint8_t* rgb);
+
 /// A whole PNG file; no time stamp, so the same picture gives the same bytes.
 std::string png_bytes(const Picture& picture);
-
-/// The other way. @throws InputError if it is no picture
-Picture picture_from_png(const std::string& bytes);
 
 }  // namespace angio::viewer::detail
