@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "angiogram/cone_beam.hpp"
+#include "benchmarks/phantom_pictures.hpp"
 #include "core/error.hpp"
 #include "core/volume.hpp"
 #include "datasets/rotational_run.hpp"
@@ -28,20 +29,6 @@ namespace {
 namespace fs = std::filesystem;
 using angiogram::ConeBeamFrame;
 constexpr int kMargin = 2;  // of air, in widths of a frame
-
-class Pictures : public reconstruction::FrameReader {
- public:
-  Pictures(const std::vector<std::uint16_t>& pixels, std::size_t per_frame)
-      : pixels_(pixels), per_frame_(per_frame) {}
-  [[nodiscard]] std::vector<float> read(int first, int count) const override {
-    const auto begin = pixels_.begin() + std::ptrdiff_t(std::size_t(first) * per_frame_);
-    return {begin, begin + std::ptrdiff_t(std::size_t(count) * per_frame_)};
-  }
-
- private:
-  const std::vector<std::uint16_t>& pixels_;
-  std::size_t per_frame_;
-};
 
 /// A full turn in even steps, without body (no row is cut off by the detector) and without noise.
 datasets::RotationalRunOfPhantom make_run(const std::string& name) {
@@ -164,7 +151,7 @@ Comparison compare(const Volume<float>& ours, const Volume<float>& theirs, doubl
 void measure(const std::string& name, const fs::path& folder, benchmarks::ResultTable& table) {
   const datasets::RotationalRunOfPhantom made = make_run(name);
   const std::size_t per_frame = std::size_t(made.mount.columns) * std::size_t(made.mount.rows);
-  const Pictures pictures(made.pictures, per_frame);
+  const benchmarks::PhantomPictures pictures(made.pictures, per_frame);
   reconstruction::RotationalRun run;
   run.frames = made.frames;
   run.pictures = &pictures;

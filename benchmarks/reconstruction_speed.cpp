@@ -23,6 +23,7 @@
 #include "benchmarks/texture_limit.hpp"
 #include "core/parallel.hpp"
 #include "datasets/rotational_run.hpp"
+#include "pipeline/stages/loaded_frames.hpp"
 #include "reconstruction/reconstruction.hpp"
 #include "segmentation/read_run.hpp"
 #include "testing/result_table.hpp"
@@ -114,23 +115,6 @@ fs::path write_run(const Plan& plan, const fs::path& folder) {
   return datasets::write_rotational_run(made, {}, folder);
 }
 
-class Pictures : public reconstruction::FrameReader {
- public:
-  explicit Pictures(const segmentation::RunPictures& pictures) : pictures_(pictures) {}
-  [[nodiscard]] std::vector<float> read(int first, int count) const override {
-    return pictures_.read(first, count);
-  }
-  void read_into(int first, int count, float* pixels) const override {
-    pictures_.read_into(first, count, pixels);
-  }
-  [[nodiscard]] std::vector<float> read_some(const std::vector<int>& frames) const override {
-    return pictures_.read_some(frames);
-  }
-
- private:
-  const segmentation::RunPictures& pictures_;
-};
-
 /// From the file to the volume, as `angio run` does it.
 Reconstruction reconstruct(const fs::path& run_folder, const Plan& plan,
                            const ReconstructionOptions& options) {
@@ -147,7 +131,7 @@ Reconstruction reconstruct(const fs::path& run_folder, const Plan& plan,
   reconstruction::RotationalRun run;
   for (const double angle : loaded->run.primary_angles_degrees)
     run.frames.push_back(angiogram::c_arm_frame({angle, 0.0}, mount));
-  const Pictures pictures(*loaded->pictures);
+  const pipeline::LoadedFrames pictures(*loaded->pictures);
   run.pictures = &pictures;
   ReconstructionOptions sized = options;
   // As many voxels as a cube of that many, in the field that the frames see.

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "benchmarks/accuracy_measures.hpp"
+#include "benchmarks/phantom_pictures.hpp"
 #include "centerline/centerline.hpp"
 #include "datasets/detail/anatomy.hpp"
 #include "datasets/rotational_run.hpp"
@@ -25,20 +26,6 @@ namespace {
 using benchmarks::formatted;
 using datasets::RotationalRunOfPhantom;
 using datasets::RotationalRunOptions;
-
-class Pictures : public reconstruction::FrameReader {
- public:
-  Pictures(const std::vector<std::uint16_t>& pixels, std::size_t per_frame)
-      : pixels_(pixels), per_frame_(per_frame) {}
-  [[nodiscard]] std::vector<float> read(int first, int count) const override {
-    const auto begin = pixels_.begin() + std::ptrdiff_t(std::size_t(first) * per_frame_);
-    return {begin, begin + std::ptrdiff_t(std::size_t(count) * per_frame_)};
-  }
-
- private:
-  const std::vector<std::uint16_t>& pixels_;
-  std::size_t per_frame_;
-};
 
 struct Plan {
   const char* name;
@@ -158,7 +145,8 @@ std::vector<std::string> measure(const std::string& phantom, const Plan& plan) {
   options.stenosis_percent = plan.stenosis_percent;
   const RotationalRunOfPhantom made = datasets::make_rotational_run(options, plan.run);
   const std::size_t per_frame = std::size_t(made.mount.columns) * std::size_t(made.mount.rows);
-  const Pictures pictures(made.pictures, per_frame), masks(made.masks, per_frame);
+  const benchmarks::PhantomPictures pictures(made.pictures, per_frame),
+      masks(made.masks, per_frame);
   reconstruction::RotationalRun run = told_run(made);
   run.pictures = &pictures;
   if (!made.masks.empty()) run.masks = &masks;

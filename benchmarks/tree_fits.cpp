@@ -11,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "benchmarks/phantom_pictures.hpp"
 #include "datasets/rotational_run.hpp"
 #include "reconstruction/tree_fit.hpp"
 #include "testing/result_table.hpp"
@@ -21,26 +22,6 @@ namespace {
 using benchmarks::formatted;
 using datasets::RotationalRunOfPhantom;
 using datasets::RotationalRunOptions;
-
-class Pictures : public reconstruction::FrameReader {
- public:
-  Pictures(const std::vector<std::uint16_t>& pixels, std::size_t per_frame,
-           std::vector<std::size_t> frames)
-      : pixels_(pixels), per_frame_(per_frame), frames_(std::move(frames)) {}
-  [[nodiscard]] std::vector<float> read(int first, int count) const override {
-    std::vector<float> values;
-    for (int f = first; f < first + count; ++f) {
-      const auto begin = pixels_.begin() + std::ptrdiff_t(frames_[std::size_t(f)] * per_frame_);
-      values.insert(values.end(), begin, begin + std::ptrdiff_t(per_frame_));
-    }
-    return values;
-  }
-
- private:
-  const std::vector<std::uint16_t>& pixels_;
-  std::size_t per_frame_;
-  std::vector<std::size_t> frames_;
-};
 
 struct Plan {
   const char* name;
@@ -179,7 +160,8 @@ std::vector<std::string> measure(const std::string& phantom, const Plan& plan) {
   for (std::size_t f = 0; f < made.frames.size(); ++f)
     if (!plan.ends_only || f == 0 || f + 1 == made.frames.size()) frames.push_back(f);
   const std::size_t per_frame = std::size_t(made.mount.columns) * std::size_t(made.mount.rows);
-  const Pictures pictures(made.pictures, per_frame, frames), masks(made.masks, per_frame, frames);
+  const benchmarks::PhantomPictures pictures(made.pictures, per_frame, frames),
+      masks(made.masks, per_frame, frames);
   reconstruction::RotationalRun run;
   for (const std::size_t f : frames)
     run.frames.push_back(angiogram::c_arm_frame({made.primary_angles_degrees[f], 0.0}, made.mount));

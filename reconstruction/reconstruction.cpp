@@ -14,6 +14,7 @@
 #include "reconstruction/detail/line_integrals.hpp"
 #include "reconstruction/detail/orbit.hpp"
 #include "reconstruction/detail/plane_frames.hpp"
+#include "reconstruction/detail/seen_field.hpp"
 #include "reconstruction/detail/self_calibration.hpp"
 #include "reconstruction/detail/volume_task.hpp"
 
@@ -30,105 +31,6 @@ void check(const std::vector<angiogram::ConeBeamFrame>& frames) {
       throw InputError("the frames of the run differ in size. Give one run");
   if (frames.front().columns < 16 || frames.front().rows < 16)
     throw InputError("the frames are under 16 pixels wide or high (icons). Give the run itself");
-}
-
-/// What every frame sees around the axis.
-struct Field {
-  double radius = 0.0, low = 0.0, high = 0.0;  ///< [mm], along the axis from the isocentre
-};
-
-Field common_field(const std::vector<angiogram::ConeBeamFrame>& frames, const Orbit& orbit) {
-  Field field{1e9, -1e9, 1e9};
-  for (std::size_t f = 0; f < frames.size(); ++f) {
-    const double half = seen_half_width(frames[f], orbit, f), away = orbit.radius[f];
-    field.radius = std::min(field.radius, half * away / std::hypot(half, away));
-    const SeenHeight seen = seen_height(frames[f], orbit, f);
-    field.low = std::max(field.low, seen.low);
-    field.high = std::min(field.high, seen.high);
-  }
-  if (!(field.radius > 0.0) || !(field.high > field.low))
-    throw InputError(
-        "no place around the axis is seen by every frame (the detector is off the axis, or its "
-        "distances are wrong). Check the distances and the geometry");
-  return field;
-}
-
-struct Grids {
-  ColumnGrid columns;
-  VolumeGeometry geometry;
-};
-
-/// Voxels over the field, in whole voxels around the isocentre.
-Grids make_grids(const Orbit& orbit, const Field& field, const PlaneGrid& plane,
-                 const ReconstructionOptions& options) {
-  const double height = field.high - field.low, side = std::max(2.0 * field.radius, height);
-  const double voxel = options.voxel_mm > 0.0
-                           ? options.voxel_mm
-                           : std::max(plane.sample_mm, side / options.largest_side);
-  const auto count = [&](double length) { return std::max(2, int(length / voxel)); };
-  Grids grids;
-  ColumnGrid& c = grids.columns;
-  c.i_count = c.j_count = count(2.0 * field.radius);
-  c.k_count = count(height);
-  c.voxel = float(voxel);
-  const auto first = [&](int n) { return -0.5 * (n - 1) * voxel; };
-  const double middle = 0.5 * (field.low + field.high);
-  c.first_x = c.first_y = float(first(c.i_count));
-  c.first_z = float(middle + first(c.k_count));
-  c.field_radius = float(field.radius);
-  VolumeGeometry& g = grids.geometry;
-  g.size = {c.i_count, c.j_count, c.k_count};
-  g.spacing = {voxel, voxel, voxel};
-  for (int row = 0; row < 3; ++row) {
-    g.direction(row, 0) = orbit.first_direction[row];
-    g.direction(row, 1) = orbit.second_direction[row];
-    g.direction(row, 2) = orbit.axis[row];
-  }
-  g.origin = orbit.isocentre + double(c.first_x) * orbit.first_direction +
-             double(c.first_y) * orbit.second_direction + double(c.first_z) * orbit.axis;
-  return grids;
-}
-
-/// Voxels outside the field get the median of those inside.
-void fill_outside(const ColumnGrid& c, Volume<float>& volume) {
-  const auto is_inside = [&](int i, int j) {
-    const float x = c.first_x + float(i) * c.voxel, y = c.first_y + float(j) * c.voxel;
-    return x * x + y * y <= c.field_radius * c.field_radius;
-  };
-  std::vector<float> some;
-  constexpr int kEvery = 5;
-  for (int k = 0; k < c.k_count; k += kEvery)
-    for (int j = 0; j < c.j_count; j += kEvery)
-      for (int i = 0; i < c.i_count; i += kEvery)
-        if (is_inside(i, j)) some.push_back(volume.at(i, j, k));
-  if (some.empty()) return;
-  const auto middle = some.begin() + std::ptrdiff_t(some.size() / 2);
-  std::nth_element(some.begin(), middle, some.end());
-  parallel_for(c.k_count, [&](std::ptrdiff_t k) {
-    for (int j = 0; j < c.j_count; ++j)
-      for (int i = 0; i < c.i_count; ++i)
-        if (!is_inside(i, j)) volume.at(i, j, int(k)) = *middle;
-  });
-}
-
-/// From the median of the differences between neighbours along i: 0.6745 sqrt(2) sd of the noise.
-double noise_of(const Volume<float>& volume) {
-  constexpr int kEvery = 3;
-  const auto& size = volume.geometry.size;
-  std::vector<std::vector<float>> slices(std::size_t((size[2] + kEvery - 1) / kEvery));
-  parallel_for(std::ptrdiff_t(slices.size()), [&](std::ptrdiff_t n) {
-    const int k = int(n) * kEvery;
-    for (int j = 0; j < size[1]; j += kEvery)
-      for (int i = 1; i < size[0]; i += kEvery) {
-        const float step = std::abs(volume.at(i, j, k) - volume.at(i - 1, j, k));
-        if (step > 0.0F) slices[std::size_t(n)].push_back(step);
-      }
-  });
-  std::vector<float> steps;
-  for (const auto& slice : slices) steps.insert(steps.end(), slice.begin(), slice.end());
-  if (steps.empty()) return 0.0;
-  std::nth_element(steps.begin(), steps.begin() + std::ptrdiff_t(steps.size() / 2), steps.end());
-  return double(steps[steps.size() / 2]) / (0.6745 * std::sqrt(2.0));
 }
 
 RunQuality judge(bool has_masks, const Orbit& orbit, const PlaneGrid& plane, const Field& field) {
@@ -173,8 +75,9 @@ std::vector<std::string> warnings_of(const RotationalRun& run, const RunQuality&
         quality.gating.by_r_waves ? "the R waves" : "the frames themselves", quality.frame_count));
   if (quality.given_residual_pixels > 0.5)
     warnings.push_back(fmt::format(
-        "the C-arm went {:.1f} pixels beside the path that its header tells; its path was fitted "
+        "{} went {:.1f} pixels beside the path that its header tells; its path was fitted "
         "to the vessels, to {:.2f} pixels",
+        quality.gating.is_gated ? "the C-arm, or the patient's breath," : "the C-arm",
         quality.given_residual_pixels, quality.residual_pixels));
   if (quality.truncated_percent > 0.0)
     warnings.push_back(fmt::format(
@@ -200,9 +103,11 @@ Progress part(const Progress& progress, double from, double to) {
 
 constexpr double kSparseDegrees = 3.5;
 
-Method method_for(const ReconstructionOptions& options, const RunQuality& quality) {
+/// By the frames as the header has them: where a calibration moves them is no reason to change it.
+Method method_for(const ReconstructionOptions& options, const RotationalRun& run) {
   if (options.method != Method::automatic) return options.method;
-  return quality.largest_step_degrees > kSparseDegrees ? Method::few_views : Method::fdk;
+  return fit_orbit(run.frames).largest_step * kPerDegree > kSparseDegrees ? Method::few_views
+                                                                          : Method::fdk;
 }
 
 /// The vessels alone, from frames that are few.
@@ -220,7 +125,7 @@ void iterate(const RotationalRun& run, double air, const Orbit& orbit, const Pla
 }
 
 /// A volume by the frames' places as they are.
-/// @param options  its backend settled
+/// @param options  its backend and method settled
 Reconstruction reconstruct_once(const RotationalRun& run, double air,
                                 const ReconstructionOptions& options, const Progress& progress) {
   const Orbit orbit = fit_orbit(run.frames);
@@ -230,7 +135,7 @@ Reconstruction reconstruct_once(const RotationalRun& run, double air,
   Reconstruction result;
   result.frames = run.frames;
   result.quality = judge(run.masks != nullptr, orbit, plane, field);
-  result.quality.method = method_for(options, result.quality);
+  result.quality.method = options.method;
   if (result.quality.method == Method::few_views) {
     iterate(run, air, orbit, plane, grids, result, progress);
     return result;
@@ -296,14 +201,18 @@ Alignment align(const RotationalRun& run, double air, const Reconstruction& from
 }
 
 /// Reconstructs, moves the frames, and so on, until they stay.
+/// @param is_gated  the vessels breathe from frame to frame, as the C-arm sways
 Reconstruction calibrate(const RotationalRun& given_run, double air,
-                         const ReconstructionOptions& options, const Progress& progress) {
+                         const ReconstructionOptions& options, bool is_gated,
+                         const Progress& progress) {
   constexpr int kMostPasses = 8;
   constexpr int kFramesToJudge = 24;
   constexpr double kEnough = 0.3;   // of a pixel or a voxel; less may be the noise of the fit
   constexpr double kWorthIt = 0.5;  // of the residual by the header
   constexpr double kSlow = 0.8;     // what is left is noise
-  constexpr double kFirstBlur = 1.5, kBlur = 0.8;
+  // Breath moves vessels by several of their widths: they are looked for from afar at first.
+  constexpr double kBlur = 0.8, kFirstBlur = 1.5, kGatedBlur = 6.0;
+  const double first_blur = is_gated ? kGatedBlur : kFirstBlur;
   // How many passes it will take is not known: the first takes up to 0.4, each other one 0.4 of
   // what is left.
   const auto part_of = [&](int pass, double half) {
@@ -325,14 +234,16 @@ Reconstruction calibrate(const RotationalRun& given_run, double air,
   const double given =
       judged.fitted > 0 ? judged.moved_pixels : std::numeric_limits<double>::quiet_NaN();
   double last = given;
+  bool was_from_afar = false;
   int passes = 0;
   Reconstruction as_given;
   for (bool stays = !(given > coarse * kEnough); !stays && passes < kMostPasses;) {
+    const double blur = std::max(kBlur, first_blur / double(1 << passes));
     const Alignment found =
-        align(given_run, air, result, motions, 1, coarse * (passes == 0 ? kFirstBlur : kBlur),
-              part_of(passes, 1.0));
+        align(given_run, air, result, motions, 1, coarse * blur, part_of(passes, 1.0));
     if (2 * found.fitted < int(run.frames.size())) break;
-    stays = passes > 0 && found.moved_pixels > kSlow * last;
+    stays = passes > 0 && !was_from_afar && found.moved_pixels > kSlow * last;
+    was_from_afar = is_gated && blur > kBlur;
     last = found.moved_pixels;
     if (stays) break;
     if (passes == 0) as_given = std::move(result);
@@ -357,9 +268,10 @@ Reconstruction calibrate(const RotationalRun& given_run, double air,
 }
 
 Reconstruction reconstruct_on(Backend backend, const RotationalRun& run, double air,
-                              ReconstructionOptions options, const Progress& progress) {
+                              ReconstructionOptions options, bool is_gated,
+                              const Progress& progress) {
   options.backend = backend;
-  Reconstruction result = options.calibrate ? calibrate(run, air, options, progress)
+  Reconstruction result = options.calibrate ? calibrate(run, air, options, is_gated, progress)
                                             : reconstruct_once(run, air, options, progress);
   // Few views are iterated over by the CPU.
   const bool by_gpu = backend == Backend::cuda && result.quality.method == Method::fdk;
@@ -370,17 +282,18 @@ Reconstruction reconstruct_on(Backend backend, const RotationalRun& run, double 
 
 /// Where the options say; of `automatic` the GPU, and the CPU where there is none or it fails.
 Reconstruction reconstruct_anywhere(const RotationalRun& run, double air,
-                                    const ReconstructionOptions& options,
+                                    const ReconstructionOptions& options, bool is_gated,
                                     const Progress& progress) {
   if (options.backend == Backend::cuda) require_gpu();
   if (options.backend != Backend::automatic)
-    return reconstruct_on(options.backend, run, air, options, progress);
-  if (gpu_name().empty()) return reconstruct_on(Backend::cpu, run, air, options, progress);
+    return reconstruct_on(options.backend, run, air, options, is_gated, progress);
+  if (gpu_name().empty())
+    return reconstruct_on(Backend::cpu, run, air, options, is_gated, progress);
   try {
-    return reconstruct_on(Backend::cuda, run, air, options, progress);
+    return reconstruct_on(Backend::cuda, run, air, options, is_gated, progress);
   } catch (const Error& error) {
     if (error.exit_code() != ExitCode::unavailable) throw;
-    Reconstruction result = reconstruct_on(Backend::cpu, run, air, options, progress);
+    Reconstruction result = reconstruct_on(Backend::cpu, run, air, options, is_gated, progress);
     result.warnings.push_back("the CPU was used instead: " + std::string(error.what()));
     return result;
   }
@@ -444,11 +357,10 @@ Reconstruction reconstruct_volume(const RotationalRun& run, const Reconstruction
   const Gate gate = gate_run(run, air, options, part(progress, 0.0, 0.1));
   const GatedRun gated(run, gate.frames);
   const Progress rest = part(progress, options.gating == Gating::off ? 0.0 : 0.1, 1.0);
-  ReconstructionOptions used = options;
-  // What moves within a phase is the heart's, and no path of the C-arm's.
-  used.calibrate = options.calibrate && !gate.quality.is_gated;
-  Reconstruction result =
-      reconstruct_anywhere(gate.quality.is_gated ? gated.run() : run, air, used, rest);
+  const RotationalRun& taken = gate.quality.is_gated ? gated.run() : run;
+  ReconstructionOptions settled = options;
+  settled.method = method_for(options, taken);
+  Reconstruction result = reconstruct_anywhere(taken, air, settled, gate.quality.is_gated, rest);
   result.quality.unattenuated = run.masks ? 0.0 : air;
   result.quality.gating = gate.quality;
   const std::vector<std::string> warnings = warnings_of(run, result.quality);

@@ -34,6 +34,7 @@
 #include "pipeline/cli/film_command.hpp"
 #include "pipeline/cli/inflate_command.hpp"
 #include "pipeline/cli/live_command.hpp"
+#include "pipeline/cli/phantom_command.hpp"
 #include "pipeline/cli/recommend_command.hpp"
 #include "pipeline/cli/run_command.hpp"
 #include "pipeline/cli/stage_commands.hpp"

@@ -1,14 +1,11 @@
 #pragma once
 
 #include <CLI/App.hpp>
-#include <filesystem>
 #include <string>
 
-#include "datasets/phantom.hpp"
-#include "datasets/rotational_run.hpp"
 #include "pipeline/config/config.hpp"
 
-/// The commands about data alone: what is there, and phantoms.
+/// How inputs are read, and what there is in one.
 namespace angio::pipeline {
 
 /// How an input is to be read, as it stands on the command line; empty: as configured.
@@ -33,18 +30,5 @@ CLI::App& add_inspect_command(CLI::App& app, InspectArguments& inspect);
 
 /// Lists a folder's series, or describes a volume or surface. @return the exit code
 int do_inspect(const InspectArguments& arguments);
-
-struct PhantomArguments {
-  datasets::PhantomOptions options;
-  datasets::RotationalRunOptions run;
-  bool noise_is_given = false;
-  std::string format = "dicom";
-  std::filesystem::path folder;
-};
-
-void add_phantom_command(CLI::App& app, PhantomArguments& phantom);
-
-/// Writes the phantom and its truth, and prints the path that `angio run` takes.
-int do_phantom(const PhantomArguments& arguments);
 
 }  // namespace angio::pipeline

@@ -8,6 +8,7 @@
 #include "core/atomic_file.hpp"
 #include "core/error.hpp"
 #include "formats/nrrd.hpp"
+#include "pipeline/stages/loaded_frames.hpp"
 #include "pipeline/stages/reconstruction.hpp"
 #include "reconstruction/geometry_file.hpp"
 #include "reconstruction/shown_frames.hpp"
@@ -18,24 +19,6 @@ namespace {
 
 using angiogram::ConeBeamFrame;
 using segmentation::LoadedRun;
-
-/// The reader's frames as the stage takes them.
-class Frames : public reconstruction::FrameReader {
- public:
-  explicit Frames(const segmentation::RunPictures& pictures) : pictures_(pictures) {}
-  [[nodiscard]] std::vector<float> read(int first, int count) const override {
-    return pictures_.read(first, count);
-  }
-  void read_into(int first, int count, float* pixels) const override {
-    pictures_.read_into(first, count, pixels);
-  }
-  [[nodiscard]] std::vector<float> read_some(const std::vector<int>& frames) const override {
-    return pictures_.read_some(frames);
-  }
-
- private:
-  const segmentation::RunPictures& pictures_;
-};
 
 /// How the picture lies that was turned clockwise by a quarter.
 ConeBeamFrame turned(const ConeBeamFrame& frame) {
@@ -193,9 +176,9 @@ void do_reconstruction(StageWork& work, const ReconstructionSettings& settings) 
   keep(work.warnings, loaded->warnings);
   work.input_description = loaded->source_description;
   reconstruction::RotationalRun run = rotational_run(*loaded, work.geometry, work.warnings);
-  const Frames pictures(*loaded->pictures);
+  const LoadedFrames pictures(*loaded->pictures);
   run.pictures = &pictures;
-  std::optional<Frames> masks;
+  std::optional<LoadedFrames> masks;
   if (loaded->masks) run.masks = &masks.emplace(*loaded->masks);
   const reconstruction::Reconstruction result = reconstruction::reconstruct_volume(
       run, settings.get<&Config::reconstruction>(), part(work.progress, 0.05, 0.95));

@@ -71,6 +71,8 @@ TEST_F(RotationalRuns, ThatWobbleAreCalibrated) {
       run(make_run("xa", "--frames 120 --wobble 0.5 --wobble-angle 0.3"), "case");
   ASSERT_EQ(result.exit_code, 0) << result.error;
   EXPECT_THAT(result.error, HasSubstr("beside the path that its header tells"));
+  // By the header's steps, however far a fitted frame lies from its neighbours.
+  EXPECT_EQ(json_of(folder_.path() / "case/reconstruction/quality.json").at("method"), "fdk");
   expect_stenosis("case", 0.08);
 }
 

@@ -51,6 +51,7 @@ void copy_upside_down(const Picture& picture, std::uint8_t* rgb) {
 }
 
 std::string png_bytes(const Picture& picture) {
+  constexpr int kLevel = 4;  // of a report's pictures 9 takes 25 times as long for a fifth less
   ANGIO_EXPECT(picture.rgb.size() == std::size_t(picture.width) * std::size_t(picture.height) * 3);
   vtkNew<vtkImageData> image;
   image->SetDimensions(picture.width, picture.height, 1);
@@ -58,7 +59,7 @@ std::string png_bytes(const Picture& picture) {
   copy_upside_down(picture, static_cast<std::uint8_t*>(image->GetScalarPointer()));
   vtkNew<vtkPNGWriter> writer;
   writer->SetInputData(image);
-  writer->SetCompressionLevel(9);
+  writer->SetCompressionLevel(kLevel);
   writer->WriteToMemoryOn();
   writer->Write();
   vtkUnsignedCharArray* bytes = writer->GetResult();
