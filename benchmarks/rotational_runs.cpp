@@ -30,6 +30,7 @@ using datasets::RotationalRunOptions;
 struct Plan {
   const char* name;
   RotationalRunOptions run;
+  reconstruction::Method method = reconstruction::Method::automatic;
   double stenosis_percent = 60.0;
   std::vector<const char*> phantoms = {"straight", "tandem", "helix", "ytype"};
 };
@@ -59,12 +60,26 @@ std::vector<Plan> plans() {
   all[5].name = "19 frames over 180 degrees, 80 %";
   all[5].stenosis_percent = 80.0;
   all[5].phantoms = {"concentric", "unilateral", "tandem", "helix", "ytype"};
-  all.push_back({"133 frames, at rest", beating(), 60.0, {"coronary"}});
+  for (const auto& [name, frames] : {std::pair{"19 frames, iterated", 19},
+                                     {"13 frames", 13},
+                                     {"13 frames, iterated", 13},
+                                     {"10 frames, back-projected", 10},
+                                     {"10 frames, iterated", 10}}) {
+    all.push_back(all[4]);
+    all.back().name = name;
+    all.back().run.frames = frames;
+    all.back().method = std::string_view(name).ends_with("iterated")
+                            ? reconstruction::Method::few_views
+                            : reconstruction::Method::fdk;
+  }
+  constexpr auto kAutomatic = reconstruction::Method::automatic;
+  all.push_back({"133 frames, at rest", beating(), kAutomatic, 60.0, {"coronary"}});
   all.back().run.heartbeat_mm = 0.0;
-  all.push_back({"133 frames, heartbeat 8 mm", beating(), 60.0, {"coronary"}});
-  all.push_back({"the same without R waves", beating(), 60.0, {"coronary"}});
+  all.push_back({"133 frames, heartbeat 8 mm", beating(), kAutomatic, 60.0, {"coronary"}});
+  all.push_back({"the same without R waves", beating(), kAutomatic, 60.0, {"coronary"}});
   all.back().run.tells_r_waves = false;
-  all.push_back({"133 frames, heartbeat 8 mm, breath 5 mm", beating(), 60.0, {"coronary"}});
+  all.push_back(
+      {"133 frames, heartbeat 8 mm, breath 5 mm", beating(), kAutomatic, 60.0, {"coronary"}});
   all.back().run.breathing_mm = 5.0;
   return all;
 }
@@ -150,8 +165,11 @@ std::vector<std::string> measure(const std::string& phantom, const Plan& plan) {
   reconstruction::RotationalRun run = told_run(made);
   run.pictures = &pictures;
   if (!made.masks.empty()) run.masks = &masks;
+  reconstruction::ReconstructionOptions reconstruction_options;
+  reconstruction_options.method = plan.method;
   const auto start = std::chrono::steady_clock::now();
-  const reconstruction::Reconstruction result = reconstruction::reconstruct_volume(run, {});
+  const reconstruction::Reconstruction result =
+      reconstruction::reconstruct_volume(run, reconstruction_options);
   const double seconds =
       std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   std::vector<std::string> cells = {phantom, plan.name};

@@ -101,13 +101,13 @@ Progress part(const Progress& progress, double from, double to) {
   });
 }
 
-constexpr double kSparseDegrees = 3.5;
+constexpr double kSparseDegrees = 3.5;  ///< streaks cost accuracy from here on,
+constexpr double kFewDegrees = 16.0;    ///< and vessels: docs/results/rotational-runs.md
 
 /// By the frames as the header has them: where a calibration moves them is no reason to change it.
-Method method_for(const ReconstructionOptions& options, const RotationalRun& run) {
+Method method_for(const ReconstructionOptions& options, const Orbit& orbit) {
   if (options.method != Method::automatic) return options.method;
-  return fit_orbit(run.frames).largest_step * kPerDegree > kSparseDegrees ? Method::few_views
-                                                                          : Method::fdk;
+  return orbit.largest_step * kPerDegree > kFewDegrees ? Method::few_views : Method::fdk;
 }
 
 /// The vessels alone, from frames that are few.
@@ -324,6 +324,7 @@ RunForecast forecast_run(const std::vector<angiogram::ConeBeamFrame>& frames, bo
   const Field field = common_field(frames, orbit);
   RunForecast forecast;
   forecast.quality = judge(has_masks, orbit, plane, field);
+  forecast.quality.method = method_for(options, orbit);
   forecast.grid = make_grids(orbit, field, plane, options).geometry;
   forecast.is_sparse = forecast.quality.largest_step_degrees > kSparseDegrees;
   if (forecast.quality.arc_degrees >= forecast.quality.shortest_arc_degrees)
@@ -359,7 +360,7 @@ Reconstruction reconstruct_volume(const RotationalRun& run, const Reconstruction
   const Progress rest = part(progress, options.gating == Gating::off ? 0.0 : 0.1, 1.0);
   const RotationalRun& taken = gate.quality.is_gated ? gated.run() : run;
   ReconstructionOptions settled = options;
-  settled.method = method_for(options, taken);
+  settled.method = method_for(options, fit_orbit(taken.frames));
   Reconstruction result = reconstruct_anywhere(taken, air, settled, gate.quality.is_gated, rest);
   result.quality.unattenuated = run.masks ? 0.0 : air;
   result.quality.gating = gate.quality;

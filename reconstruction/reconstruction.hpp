@@ -70,7 +70,7 @@ inline constexpr const char* kFilterWindowNames[] = {"ram-lak", "shepp-logan", "
 
 /// How frames become a volume.
 enum class Method {
-  automatic,  ///< few_views where neighbouring frames lie more than 3.5 degrees apart
+  automatic,  ///< few_views where neighbouring frames lie more than 16 degrees apart
   fdk,        ///< filtered back-projection: needs many frames, keeps bone and tissue
   few_views,  ///< the vessels alone, by iteration (detail/few_views.hpp)
 };

@@ -189,6 +189,7 @@ nlohmann::json to_json(const Forecast& forecast) {
 void print_forecast(const Forecast& forecast) {
   constexpr double kBytesPerVoxel = 12.0;  // the sums, the volume, and the one before it
   const auto& [quality, grid, error, is_sparse] = forecast.run;
+  const bool vessels_alone = quality.method == reconstruction::Method::few_views;
   const auto& n = grid.size;
   tell("`angio run` makes a volume of: {}", forecast.source);
   tell(
@@ -204,12 +205,12 @@ void print_forecast(const Forecast& forecast) {
       kBytesPerVoxel * double(grid.voxel_count()) / double(1 << 20));
   if (std::isfinite(error))
     tell("   expected: radii to about {:.2g} mm, where all stands still{}", error,
-         is_sparse ? "; the vessels alone, for there are few frames" : "");
+         vessels_alone ? "; the vessels alone, for there are few frames" : "");
   else
     tell(
         "   expected: vessels blurred along the direction that the arc lacks; radii there are "
         "not to be trusted");
-  if (!quality.is_subtracted && !is_sparse)
+  if (!quality.is_subtracted && !vessels_alone)
     tell("   no mask run: bone and tissue stay in the volume");
   if (forecast.heart)
     tell(

@@ -84,7 +84,7 @@ TEST_F(RotationalRuns, AreSubtractedFromTheirMaskRun) {
 }
 
 TEST_F(RotationalRuns, OfFewFramesGiveTheVesselsAlone) {
-  const std::string input = make_run("xa", "--frames 19 --arc 180");
+  const std::string input = make_run("xa", "--frames 11 --arc 180");
   ASSERT_EQ(run(input, "case").exit_code, 0);
   const json quality = json_of(folder_.path() / "case/reconstruction/quality.json");
   EXPECT_EQ(quality.at("method"), "few-views");

@@ -152,7 +152,7 @@ double sum_around(const Reconstruction& result, const Vec3& middle, double reach
 const std::vector<Ball> kVessels = {{{3.0, -4.0, 2.0}, 1.5, 0.1}, {{-5.0, 3.0, -3.0}, 1.0, 0.1}};
 
 TEST(FewViews, GiveBallsTheirAttenuationWithoutStreaks) {
-  const Reconstruction result = of_balls(turn(19, -90.0, 90.0), kVessels, Method::automatic);
+  const Reconstruction result = of_balls(turn(19, -90.0, 90.0), kVessels, Method::few_views);
   EXPECT_EQ(result.quality.method, Method::few_views);
   EXPECT_TRUE(result.quality.has_converged);
   for (const Ball& ball : kVessels) {
@@ -176,7 +176,7 @@ TEST(FewViews, GiveBallsTheirAttenuationWithoutStreaks) {
 TEST(FewViews, TakeWideTissueOut) {
   std::vector<Ball> all = kVessels;
   all.push_back({{0, 0, 0}, 60.0, 0.02});
-  const Reconstruction result = of_balls(turn(19, -90.0, 90.0), all, Method::automatic);
+  const Reconstruction result = of_balls(turn(19, -90.0, 90.0), all, Method::few_views);
   for (const Ball& ball : kVessels) {
     const double amount =
         ball.attenuation * 4.0 / 3.0 * M_PI * ball.radius * ball.radius * ball.radius;
@@ -185,9 +185,12 @@ TEST(FewViews, TakeWideTissueOut) {
 }
 
 TEST(FewViews, AreForRunsOfFewFramesOnly) {
-  EXPECT_EQ(of_balls(turn(90, -100.0, 100.0), kVessels, Method::automatic).quality.method,
-            Method::fdk);
-  EXPECT_EQ(of_balls(turn(19, -90.0, 90.0), kVessels, Method::fdk).quality.method, Method::fdk);
+  const auto method_of = [](int frames, Method asked) {
+    return of_balls(turn(frames, -90.0, 90.0), kVessels, asked).quality.method;
+  };
+  EXPECT_EQ(method_of(19, Method::automatic), Method::fdk);
+  EXPECT_EQ(method_of(10, Method::automatic), Method::few_views);
+  EXPECT_EQ(method_of(10, Method::fdk), Method::fdk);
 }
 
 }  // namespace
