@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <limits>
 
 #include "centerline/detail/polyline.hpp"
 #include "centerline/detail/ridge.hpp"
@@ -11,12 +12,23 @@
 
 namespace angio::centerline {
 
+namespace {
+
+std::size_t nearest_of(const std::vector<Vec3>& points, const Vec3& place) {
+  std::size_t nearest = 0;
+  double least = std::numeric_limits<double>::infinity();
+  for (std::size_t i = 0; i < points.size(); ++i)
+    if (const double squared = norm_squared(points[i] - place); squared < least) {
+      least = squared;
+      nearest = i;
+    }
+  return nearest;
+}
+
+}  // namespace
+
 std::size_t nearest_of_course(const Line& work, const Vec3& place) {
-  const auto nearest =
-      std::min_element(work.course.begin(), work.course.end(), [&](const Vec3& a, const Vec3& b) {
-        return norm_squared(a - place) < norm_squared(b - place);
-      });
-  return std::size_t(nearest - work.course.begin());
+  return nearest_of(work.course, place);
 }
 
 namespace {
@@ -153,20 +165,19 @@ class LeastDepths {
           deepest_in_section(points_[i], normal, radius[i], around.distance_to_wall);
       least_[i] = kShare * lumen_.depth_at(deepest) - kSlack * around.wall.resolution();
     }
+    most_ = *std::max_element(least_.begin(), least_.end());
   }
 
   [[nodiscard]] bool allow(const Vec3& place) const {
-    const auto nearest =
-        std::min_element(points_.begin(), points_.end(), [&](const Vec3& a, const Vec3& b) {
-          return norm_squared(a - place) < norm_squared(b - place);
-        });
-    return lumen_.depth_at(place) >= least_[std::size_t(nearest - points_.begin())];
+    const double depth = lumen_.depth_at(place);
+    return depth >= most_ || depth >= least_[nearest_of(points_, place)];
   }
 
  private:
   const LumenVoxels& lumen_;
   std::vector<Vec3> points_;   ///< of the line before [mm]
   std::vector<double> least_;  ///< [mm]
+  double most_ = 0.0;          ///< of these
 };
 
 /// Shortens the curve where it turns too sharply (points go half way to the middle of their
