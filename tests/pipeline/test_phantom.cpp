@@ -127,8 +127,7 @@ TEST_P(StenosedPhantom, IsMeasuredAndDilatedFromDicom) {
   expect_no_surface_crosses(folder.path() / "case");
 }
 
-INSTANTIATE_TEST_SUITE_P(AllShapes, StenosedPhantom,
-                         testing::Values("bilateral", "coronary"));
+INSTANTIATE_TEST_SUITE_P(AllShapes, StenosedPhantom, testing::Values("bilateral", "coronary"));
 
 TEST(Run, TheSameCommandTwiceGivesTheSameBytes) {
   CommandFolder folder;
