@@ -78,9 +78,12 @@ std::vector<Plan> plans() {
   all.push_back({"133 frames, heartbeat 8 mm", beating(), kAutomatic, 60.0, {"coronary"}});
   all.push_back({"the same without R waves", beating(), kAutomatic, 60.0, {"coronary"}});
   all.back().run.tells_r_waves = false;
-  all.push_back(
-      {"133 frames, heartbeat 8 mm, breath 5 mm", beating(), kAutomatic, 60.0, {"coronary"}});
-  all.back().run.breathing_mm = 5.0;
+  for (const auto& [name, breath] : {std::pair{"133 frames, heartbeat 8 mm, breath 3 mm", 3.0},
+                                     {"133 frames, heartbeat 8 mm, breath 5 mm", 5.0},
+                                     {"133 frames, heartbeat 8 mm, breath 8 mm", 8.0}}) {
+    all.push_back({name, beating(), kAutomatic, 60.0, {"coronary"}});
+    all.back().run.breathing_mm = breath;
+  }
   return all;
 }
 

@@ -101,13 +101,12 @@ Progress part(const Progress& progress, double from, double to) {
   });
 }
 
-constexpr double kSparseDegrees = 3.5;  ///< streaks cost accuracy from here on,
-constexpr double kFewDegrees = 16.0;    ///< and vessels: docs/results/rotational-runs.md
+constexpr double kSparseDegrees = 3.5;  ///< streaks cost accuracy from here on
 
 /// By the frames as the header has them: where a calibration moves them is no reason to change it.
 Method method_for(const ReconstructionOptions& options, const Orbit& orbit) {
   if (options.method != Method::automatic) return options.method;
-  return orbit.largest_step * kPerDegree > kFewDegrees ? Method::few_views : Method::fdk;
+  return orbit.largest_step * kPerDegree > kFewViewsDegrees ? Method::few_views : Method::fdk;
 }
 
 /// The vessels alone, from frames that are few.

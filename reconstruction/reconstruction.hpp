@@ -68,9 +68,13 @@ struct RotationalRun {
 enum class FilterWindow { ram_lak, shepp_logan, hann };
 inline constexpr const char* kFilterWindowNames[] = {"ram-lak", "shepp-logan", "hann"};
 
+/// Neighbouring frames that lie further apart than this are few views [degrees]: back-projection
+/// then loses vessels in streaks, below it is the more accurate (docs/results/rotational-runs.md).
+inline constexpr double kFewViewsDegrees = 16.0;
+
 /// How frames become a volume.
 enum class Method {
-  automatic,  ///< few_views where neighbouring frames lie more than 16 degrees apart
+  automatic,  ///< few_views where frames lie more than kFewViewsDegrees apart
   fdk,        ///< filtered back-projection: needs many frames, keeps bone and tissue
   few_views,  ///< the vessels alone, by iteration (detail/few_views.hpp)
 };

@@ -6,11 +6,12 @@ namespace angio::pipeline {
 namespace {
 
 void add_reconstruction_settings(Config& c, std::vector<Setting>& table) {
-  table.push_back(
-      make_setting("reconstruction.method", c.reconstruction.method,
-                   "of a rotational run: fdk (filtered back-projection), few-views (the "
-                   "vessels alone, by iteration), or auto: few-views where frames lie "
-                   "more than 16 degrees apart"));
+  table.push_back(make_setting(
+      "reconstruction.method", c.reconstruction.method,
+      fmt::format("of a rotational run: fdk (filtered back-projection), few-views (the "
+                  "vessels alone, by iteration), or auto: few-views where frames lie "
+                  "more than {:g} degrees apart",
+                  reconstruction::kFewViewsDegrees)));
   table.push_back(
       make_setting("reconstruction.gating", c.reconstruction.gating,
                    "the frames of one phase of the heart alone: on, off, or auto: where "

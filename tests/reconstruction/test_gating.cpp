@@ -1,6 +1,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "core/error.hpp"
@@ -166,6 +167,57 @@ TEST(Gating, ReadsTheFramesThatItTook) {
   EXPECT_TRUE(std::equal(fourth.begin(), fourth.end(), some.begin()));
   EXPECT_TRUE(std::equal(ninth.begin(), ninth.end(), some.begin() + std::ptrdiff_t(fourth.size())));
   EXPECT_EQ(gated.run().frames.size(), 3u);
+}
+
+/// Beads on a helix that beat, and go up and back with a breath of 2.6 s.
+class BreathingBeads : public FrameReader {
+ public:
+  explicit BreathingBeads(std::vector<angiogram::ConeBeamFrame> frames)
+      : frames_(std::move(frames)) {}
+  [[nodiscard]] std::vector<float> read(int first, int count) const override {
+    std::vector<float> pixels;
+    for (int f = first; f < first + count; ++f) {
+      const double heart = beating(f * kFrameTime / BeatingBall::kBeat),
+                   breath = std::sin(2.0 * units::kPi * f * kFrameTime / 2.6);
+      std::vector<Ball> balls;
+      for (int n = 0; n < 9; ++n)
+        balls.push_back({Vec3{9.0 * std::cos(0.9 * n), 9.0 * std::sin(0.9 * n), 2.0 * (n - 4)} +
+                             heart * Vec3{0.0, 0.0, 1.5} + breath * Vec3{0.0, -0.9, -3.0},
+                         1.2, 0.1});
+      const std::vector<float> one = PicturesOfBalls({frames_[std::size_t(f)]}, balls).read(0, 1);
+      pixels.insert(pixels.end(), one.begin(), one.end());
+    }
+    return pixels;
+  }
+
+ private:
+  std::vector<angiogram::ConeBeamFrame> frames_;
+};
+
+/// The beads come out of the blur: what is seen of them in a voxel rises towards their own.
+TEST(Gating, BreathIsFittedAsAMotionOfTheCArm) {
+  RotationalRun run;
+  run.frames = turn(133, -100.0, 100.0, 64, 64);
+  const BreathingBeads pictures(run.frames);
+  run.pictures = &pictures;
+  run.times_s = times(133);
+  for (int n = 0; n < 6; ++n) run.r_waves_s.push_back(n * BeatingBall::kBeat);
+  const auto amount_at_peak = [&](bool calibrate) {
+    ReconstructionOptions options;
+    options.calibrate = calibrate;
+    const Reconstruction result = reconstruct_volume(run, options);
+    EXPECT_TRUE(result.quality.gating.is_gated);
+    if (calibrate) {
+      EXPECT_GT(result.quality.calibration_passes, 0);
+      EXPECT_LT(result.quality.residual_pixels, 0.5 * result.quality.given_residual_pixels);
+    }
+    std::vector<float> values = result.volume.values;
+    const auto top = values.end() - std::ptrdiff_t(values.size() / 2000);
+    std::nth_element(values.begin(), top, values.end());
+    return double(*top);
+  };
+  const double as_told = amount_at_peak(false), fitted = amount_at_peak(true);
+  EXPECT_GT(fitted, 1.3 * as_told);
 }
 
 }  // namespace

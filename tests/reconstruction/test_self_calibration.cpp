@@ -122,5 +122,21 @@ TEST(SelfCalibration, BringsBackAWobblingRun) {
   EXPECT_GT(middle_of(told, true), 0.97 * right);
 }
 
+/// Frames told to be 15.4 degrees apart, which really lie up to 18.8 apart.
+TEST(SelfCalibration, DoesNotTurnARunIntoOneOfFewViews) {
+  const auto told = turn(14, -100.0, 100.0);
+  std::vector<angiogram::ConeBeamFrame> real;
+  for (std::size_t f = 0; f < told.size(); ++f)
+    real.push_back(moved(told[f], {{0.0, 0.0, f % 2 == 0 ? 0.03 : -0.03}, {}}));
+  const PicturesOfBalls pictures(real, beads());
+  RotationalRun run;
+  run.frames = told;
+  run.pictures = &pictures;
+  const Reconstruction result = reconstruct_volume(run, {});
+  EXPECT_GT(result.quality.calibration_passes, 0);
+  EXPECT_GT(result.quality.largest_step_degrees, kFewViewsDegrees);
+  EXPECT_EQ(result.quality.method, Method::fdk);
+}
+
 }  // namespace
 }  // namespace angio::reconstruction::detail
