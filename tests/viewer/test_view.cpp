@@ -137,7 +137,7 @@ TEST(View, SignalClosesTheOpenWindowAtOnce) {
     view_case(folder.path(), {});
     const std::chrono::duration<double> took = std::chrono::steady_clock::now() - sent;
     sender.join();
-    EXPECT_LT(took.count(), 2.0);
+    EXPECT_LT(took.count(), 30.0);  // nobody else closes it: without the signal it stays open
     struct sigaction after = {};
     sigaction(signal, nullptr, &after);
     EXPECT_EQ(after.sa_handler, before.sa_handler);
