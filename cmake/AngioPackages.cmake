@@ -18,7 +18,7 @@ install(FILES ${described}/_angio DESTINATION ${CMAKE_INSTALL_DATADIR}/zsh/vendo
 install(FILES ${described}/angio.fish DESTINATION ${CMAKE_INSTALL_DATADIR}/fish/vendor_completions.d
   COMPONENT program)
 # Each command as a module of 3D Slicer: a folder for its "Additional module paths".
-set(slicer_commands run segment centerline mesh simulate report convert film figure inflate recommend)
+set(slicer_commands run segment centerline mesh simulate report convert film figure fit inflate recommend)
 foreach(command IN LISTS slicer_commands)
   install(CODE "
     set(modules \"\$ENV{DESTDIR}\${CMAKE_INSTALL_PREFIX}/${CMAKE_INSTALL_LIBDIR}/angio/slicer\")

@@ -9,6 +9,8 @@ inline constexpr const char* kMetrics = "metrics.json";
 inline constexpr const char* kSettings = "case.toml";
 
 inline constexpr const char* kReconstructed = "reconstruction/volume.nrrd";
+inline constexpr const char* kGeometry = "reconstruction/geometry.xml";
+inline constexpr const char* kQuality = "reconstruction/quality.json";
 inline constexpr const char* kShownFrames = "reconstruction/frames.nrrd";
 inline constexpr const char* kShownPlaces = "reconstruction/frames.json";
 

@@ -93,8 +93,14 @@ formats::PolylineData points_of(const CenterlineTree& tree) {
 
 // ---- centreline --------------------------------------------------------------------------------
 
-void write_centerlines(const fs::path& file, const CenterlineTree& tree) {
+void write_centerlines(const fs::path& file, const CenterlineTree& tree,
+                       const std::vector<std::vector<double>>& radius_sd) {
   formats::PolylineData data = points_of(tree);
+  if (!radius_sd.empty()) {
+    DataArray& sd = data.point_arrays.emplace_back(scalar("RadiusStandardDeviation", {}));
+    for (const std::vector<double>& path : radius_sd)
+      sd.values.insert(sd.values.end(), path.begin(), path.end());
+  }
   std::vector<int> centerline_ids, group_ids, tract_ids, blanking;
   int first = 0;
   for (const CenterlinePath& path : tree.paths) {

@@ -14,7 +14,10 @@
 /// written, bit for bit, so a stage gives the same result from memory and from files.
 namespace angio::pipeline {
 
-void write_centerlines(const std::filesystem::path& file, const CenterlineTree& tree);
+/// @param radius_sd  of each point's radius [mm], shape [paths][points]; empty: not known, not
+///                   written
+void write_centerlines(const std::filesystem::path& file, const CenterlineTree& tree,
+                       const std::vector<std::vector<double>>& radius_sd = {});
 /// paths.vtp: one polyline from the inlet to each outlet, for programs that follow one vessel; the
 /// radius also by the name that SlicerVMTK asks for.
 void write_paths(const std::filesystem::path& file, const CenterlineTree& tree);

@@ -32,6 +32,7 @@
 #include "pipeline/cli/doctor.hpp"
 #include "pipeline/cli/figure_command.hpp"
 #include "pipeline/cli/film_command.hpp"
+#include "pipeline/cli/fit_command.hpp"
 #include "pipeline/cli/inflate_command.hpp"
 #include "pipeline/cli/live_command.hpp"
 #include "pipeline/cli/phantom_command.hpp"
@@ -215,6 +216,7 @@ int dispatch(int argc, char** argv) {
   commands.add<LiveArguments>(add_live_command, do_live);
   commands.add<FilmArguments>(add_film_command, do_film);
   commands.add<FigureArguments>(add_figure_command, do_figure);
+  commands.add<FitArguments>(add_fit_command, do_fit);
   commands.add<ConvertArguments>(add_convert_command, do_convert);
   commands.add<SendArguments>(add_send_command, do_send);
   commands.add<FetchArguments>(add_fetch_command, do_fetch);

@@ -47,28 +47,6 @@ std::vector<ConeBeamFrame> frames_by_file(const LoadedRun& loaded,
   return frames;
 }
 
-reconstruction::RotationalRun rotational_run(const LoadedRun& loaded,
-                                             const std::filesystem::path& geometry,
-                                             std::vector<std::string>& warnings) {
-  reconstruction::RotationalRun run;
-  run.frames = geometry.empty() ? frames_by_header(loaded) : frames_by_file(loaded, geometry);
-  if (loaded.run.pixel_relation == "LOG")
-    run.relation = reconstruction::PixelRelation::logarithmic;
-  else if (loaded.run.pixel_relation == "DISP")
-    warnings.emplace_back(
-        "the run's pixels are scaled for display (Pixel Intensity Relationship DISP); they were "
-        "taken to be linear in the beam's intensity, and attenuation is not to scale");
-  else if (loaded.run.pixel_relation != "LIN")
-    warnings.emplace_back(
-        "the run does not say that its pixels are linear in the beam's intensity; they were taken "
-        "so, and attenuation is not to scale");
-  run.times_s = in_seconds(loaded.run.frame_times_ms);
-  run.r_waves_s = in_seconds(loaded.run.r_wave_times_ms);
-  if (const auto& open = loaded.run.open_field)
-    run.open_field = {(*open)[0] - 1, (*open)[1] - 1, (*open)[2] - 1, (*open)[3] - 1};
-  return run;
-}
-
 nlohmann::json number(double value) {
   return std::isfinite(value) ? nlohmann::json(value) : nlohmann::json();
 }
@@ -158,6 +136,28 @@ std::vector<ConeBeamFrame> frames_by_header(const LoadedRun& loaded) {
     frames.push_back(run.picture_is_mirrored ? mirrored(frame) : frame);
   }
   return frames;
+}
+
+reconstruction::RotationalRun rotational_run(const LoadedRun& loaded,
+                                             const std::filesystem::path& geometry,
+                                             std::vector<std::string>& warnings) {
+  reconstruction::RotationalRun run;
+  run.frames = geometry.empty() ? frames_by_header(loaded) : frames_by_file(loaded, geometry);
+  if (loaded.run.pixel_relation == "LOG")
+    run.relation = reconstruction::PixelRelation::logarithmic;
+  else if (loaded.run.pixel_relation == "DISP")
+    warnings.emplace_back(
+        "the run's pixels are scaled for display (Pixel Intensity Relationship DISP); they were "
+        "taken to be linear in the beam's intensity, and attenuation is not to scale");
+  else if (loaded.run.pixel_relation != "LIN")
+    warnings.emplace_back(
+        "the run does not say that its pixels are linear in the beam's intensity; they were taken "
+        "so, and attenuation is not to scale");
+  run.times_s = in_seconds(loaded.run.frame_times_ms);
+  run.r_waves_s = in_seconds(loaded.run.r_wave_times_ms);
+  if (const auto& open = loaded.run.open_field)
+    run.open_field = {(*open)[0] - 1, (*open)[1] - 1, (*open)[2] - 1, (*open)[3] - 1};
+  return run;
 }
 
 void do_reconstruction(StageWork& work, const ReconstructionSettings& settings) {

@@ -1,16 +1,26 @@
 #pragma once
 
+#include <filesystem>
+#include <string>
 #include <vector>
 
 #include "angiogram/cone_beam.hpp"
 #include "pipeline/stages/stage_settings.hpp"
 #include "pipeline/stages/stage_work.hpp"
+#include "reconstruction/reconstruction.hpp"
 #include "segmentation/read_run.hpp"
 
 namespace angio::pipeline {
 
 /// From the frames of a rotational run to a volume.
 void do_reconstruction(StageWork& work, const ReconstructionSettings& settings);
+
+/// A run as the reconstruction takes it, but its pictures.
+/// @param geometry  where the frames were taken, in a file; empty: where the header says
+/// @throws InputError  the file is damaged, or has another number of frames
+reconstruction::RotationalRun rotational_run(const segmentation::LoadedRun& loaded,
+                                             const std::filesystem::path& geometry,
+                                             std::vector<std::string>& warnings);
 
 /// The frames of a run where its header says that they were taken.
 std::vector<angiogram::ConeBeamFrame> frames_by_header(const segmentation::LoadedRun& loaded);

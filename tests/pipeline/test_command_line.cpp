@@ -34,8 +34,8 @@ TEST(CommandLine, HelpAndVersionAreResults) {
 
 TEST(CommandLine, EveryCommandOfTheContractHasHelp) {
   for (const char* command : {"run", "inspect", "segment", "centerline", "mesh", "simulate",
-                              "report", "view", "film", "convert", "figure", "phantom", "batch",
-                              "sweep", "recommend", "verify", "doctor", "inflate"})
+                              "report", "view", "film", "fit", "convert", "figure", "phantom",
+                              "batch", "sweep", "recommend", "verify", "doctor", "inflate"})
     EXPECT_EQ(run_program(std::string(command) + " --help").exit_code, 0) << command;
 }
 

@@ -93,6 +93,32 @@ TEST_F(RotationalRuns, OfFewFramesGiveTheVesselsAlone) {
   expect_stenosis("case", 0.1);
 }
 
+TEST_F(RotationalRuns, HaveTheirLinesFittedToTheFrames) {
+  const std::string input = make_run("xa", "--frames 30");
+  ASSERT_EQ(run(input, "case").exit_code, 0);
+  const std::string lines = file_text(folder_.path() / "case/centerline/centerlines.vtp");
+  const std::string fit = "fit '" + folder_ / "case" + "' ";
+  const ProgramResult fitted = run_program(fit + "'" + input + "' -o '" + folder_ / "fit" + "'");
+  ASSERT_EQ(fitted.exit_code, 0) << fitted.error;
+  EXPECT_THAT(fitted.error, HasSubstr("by the frames"));
+  const json result = json_of(folder_.path() / "fit/fit.json");
+  EXPECT_TRUE(result.at("converged"));
+  EXPECT_EQ(result.at("frames").size(), 30u);
+  ASSERT_EQ(result.at("lesions").size(), 1u);
+  EXPECT_NEAR(result.at("lesions")[0].at("mld_mm").get<double>(), 1.2, 0.05);
+  EXPECT_GT(result.at("lesions")[0].at("mld_sd_mm").get<double>(), 0.0);
+  EXPECT_THAT(file_text(folder_.path() / "fit/centerlines.vtp"),
+              HasSubstr("RadiusStandardDeviation"));
+  EXPECT_EQ(file_text(folder_.path() / "case/centerline/centerlines.vtp"), lines);
+
+  const std::string other = make_run("other", "--frames 31");
+  const ProgramResult refused = run_program(fit + "'" + other + "' -o '" + folder_ / "none" + "'");
+  EXPECT_EQ(refused.exit_code, 65);
+  EXPECT_EQ(refused.error_line_count(), 1) << refused.error;
+  EXPECT_THAT(refused.error, HasSubstr("31"));
+  EXPECT_FALSE(fs::exists(folder_.path() / "none"));
+}
+
 TEST_F(RotationalRuns, ThatBeatAreGatedByTheirRWaves) {
   const std::string input =
       make_run("xa", "--spacing 0.6 --frames 133 --heartbeat 8", "coronary --stenosis 60");

@@ -18,7 +18,7 @@ using testing::HasSubstr;
 const std::vector<std::string> kCommands{
     "run",   "inspect", "segment",   "centerline", "mesh",    "simulate", "report",     "view",
     "live",  "film",    "figure",    "convert",    "phantom", "inflate",  "experiment", "batch",
-    "sweep", "verify",  "recommend", "send",       "fetch",   "doctor"};
+    "sweep", "verify",  "recommend", "fit",        "send",    "fetch",    "doctor"};
 
 const std::set<std::string> kTypes{
     "integer",   "double", "boolean",       "string",         "string-enumeration", "file",
