@@ -26,16 +26,6 @@ function(angio_add_library name)
   target_link_libraries(angio_${name} PUBLIC ${ARG_PUBLIC} PRIVATE angio_warnings ${ARG_PRIVATE})
 endfunction()
 
-# What every test includes, compiled once for all of them.
-function(angio_precompile_test_headers)
-  set(source ${PROJECT_BINARY_DIR}/generated/tests/test_headers.cpp)
-  file(CONFIGURE OUTPUT ${source} CONTENT "")
-  add_library(angio_test_headers STATIC ${source})
-  target_link_libraries(angio_test_headers PRIVATE angio::core angio_warnings GTest::gtest_main GTest::gmock)
-  target_precompile_headers(angio_test_headers PRIVATE
-    "$<$<COMPILE_LANGUAGE:CXX>:<filesystem$<ANGLE-R>;<functional$<ANGLE-R>;<gmock/gmock.h$<ANGLE-R>;<gtest/gtest.h$<ANGLE-R>>")
-endfunction()
-
 # angio_add_test(NAME SOURCES ... LINK ... [LABEL unit|gpu|pipeline] [TIMEOUT seconds] [EACH])
 # One GoogleTest program, and one test of CTest, so that 2,000 cases do not load the libraries 2,000 times.
 # EACH: a test of CTest a case, where a second one in the same process does not work.
@@ -49,11 +39,7 @@ function(angio_add_test name)
     set(ARG_TIMEOUT 600)
   endif()
   set(properties LABELS ${ARG_LABEL} TIMEOUT ${ARG_TIMEOUT} COST ${ARG_TIMEOUT})
-  if(NOT TARGET angio_test_headers)
-    angio_precompile_test_headers()
-  endif()
   add_executable(${name} ${ARG_SOURCES})
-  target_precompile_headers(${name} REUSE_FROM angio_test_headers)
   target_link_libraries(${name} PRIVATE angio::testing ${ARG_LINK} angio_warnings GTest::gtest_main GTest::gmock)
   if(ARG_EACH)
     gtest_discover_tests(${name} DISCOVERY_TIMEOUT 60 PROPERTIES ${properties})
