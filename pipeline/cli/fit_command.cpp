@@ -54,6 +54,13 @@ void require_files(const fs::path& case_folder) {
       throw InputError(fmt::format("there is no {} ({}", (case_folder / name).string(), why),
                        ExitCode::no_input);
   }
+  std::error_code ignored;
+  if (fs::exists(case_folder / file::kNarrowedLumen, ignored))
+    throw InputError(
+        fmt::format("the lines of {} are of a vessel that was narrowed "
+                    "(lesion.narrow_percent), which no frame shows. Fit the case "
+                    "that it was made of",
+                    case_folder.string()));
 }
 
 /// Those that the case's volume was made of, numbered from 0.
@@ -124,42 +131,7 @@ void tell(Reporter& reporter, const json& lesion) {
       lesion.at("volume_mld_mm").get<double>()));
 }
 
-}  // namespace
-
-CLI::App& add_fit_command(CLI::App& app, FitArguments& a) {
-  CLI::App& command = *app.add_subcommand(
-      "fit",
-      "the lines and radii of a case of a rotational run, fitted to its X-ray frames:\n"
-      "centerlines.vtp with each radius' standard deviation, geometry.xml, fit.json");
-  command.add_option("CASE", a.case_folder, "the case's folder")->required();
-  command.add_option("RUN", a.run, "the rotational run that the case was made of")->required();
-  command.add_option("-o,--output", a.folder, "folder of the results")
-      ->required()
-      ->type_name("DIR");
-  command.add_option("--series", a.read.series, "run of a DICOM folder, from `angio inspect`");
-  command.add_flag("--allow-lossy", a.read.allow_lossy, "also frames compressed with loss");
-  command
-      .add_option("--node-spacing", a.fit.node_spacing_mm,
-                  "between places where a line may bend and its radius change, mm, 0.2 to 10; "
-                  "0: half the mean radius, at least a pixel")
-      ->type_name("MM")
-      ->capture_default_str();
-  command
-      .add_option("--shift", a.fit.frame_shift_sd_mm,
-                  "how far a frame may have been taken from its place, sd, mm, 0 to 20")
-      ->type_name("MM")
-      ->capture_default_str();
-  command
-      .add_option("--turn", a.fit.frame_turn_sd_degrees, "and how far turned, sd, degrees, 0 to 20")
-      ->type_name("DEG")
-      ->capture_default_str();
-  add_output_options(command, a.shared);
-  return command;
-}
-
-int do_fit(const FitArguments& a) {
-  a.fit.validate();
-  require_files(a.case_folder);
+void fit_case(const FitArguments& a) {
   Reporter reporter(a.shared.style());
   reporter.begin_stage("fit");
   const Progress progress = reporter.progress();
@@ -204,6 +176,52 @@ int do_fit(const FitArguments& a) {
   write_text_atomically(a.folder / "geometry.xml", reconstruction::rtk_geometry(fit.frames));
   write_text_atomically(a.folder / "fit.json", result.dump(2) + "\n");
   reporter.result((a.folder / "fit.json").string());
+}
+
+}  // namespace
+
+CLI::App& add_fit_command(CLI::App& app, FitArguments& a) {
+  CLI::App& command = *app.add_subcommand(
+      "fit",
+      "the lines and radii of a case of a rotational run, fitted to its X-ray frames:\n"
+      "centerlines.vtp with each radius' standard deviation, geometry.xml, fit.json");
+  command.add_option("CASE", a.case_folder, "the case's folder")->required();
+  command.add_option("RUN", a.run, "the rotational run that the case was made of")->required();
+  command.add_option("-o,--output", a.folder, "folder of the results")
+      ->required()
+      ->type_name("DIR");
+  command.add_option("--series", a.read.series, "run of a DICOM folder, from `angio inspect`");
+  command.add_flag("--allow-lossy", a.read.allow_lossy, "also frames compressed with loss");
+  command
+      .add_option("--node-spacing", a.fit.node_spacing_mm,
+                  "between places where a line may bend and its radius change, mm, 0.2 to 10; "
+                  "0: half the mean radius, at least a pixel")
+      ->type_name("MM")
+      ->capture_default_str();
+  command
+      .add_option("--shift", a.fit.frame_shift_sd_mm,
+                  "how far a frame may have been taken from its place, sd, mm, 0 to 20")
+      ->type_name("MM")
+      ->capture_default_str();
+  command
+      .add_option("--turn", a.fit.frame_turn_sd_degrees, "and how far turned, sd, degrees, 0 to 20")
+      ->type_name("DEG")
+      ->capture_default_str();
+  add_output_options(command, a.shared);
+  return command;
+}
+
+int do_fit(const FitArguments& a) {
+  a.fit.validate();
+  require_files(a.case_folder);
+  try {
+    fit_case(a);
+  } catch (const json::exception&) {
+    throw InputError(
+        fmt::format("{} or {} in {} is damaged, or of an older program. Make the case "
+                    "again: `angio run RUN -o CASE --from reconstruction`",
+                    file::kQuality, file::kLesions, a.case_folder.string()));
+  }
   return int(ExitCode::done);
 }
 

@@ -117,6 +117,11 @@ TEST_F(RotationalRuns, HaveTheirLinesFittedToTheFrames) {
   EXPECT_EQ(refused.error_line_count(), 1) << refused.error;
   EXPECT_THAT(refused.error, HasSubstr("31"));
   EXPECT_FALSE(fs::exists(folder_.path() / "none"));
+
+  std::ofstream(folder_.path() / "case/reconstruction/quality.json") << "{}";
+  const ProgramResult damaged = run_program(fit + "'" + input + "' -o '" + folder_ / "none" + "'");
+  EXPECT_EQ(damaged.exit_code, 65);
+  EXPECT_THAT(damaged.error, HasSubstr("quality.json"));
 }
 
 TEST_F(RotationalRuns, ThatBeatAreGatedByTheirRWaves) {
