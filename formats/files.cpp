@@ -44,6 +44,15 @@ detail::ParsedSurface parse_surface(const fs::path& path) {
   return detail::parse_obj(bytes, name);
 }
 
+/// @param name  of the file
+SurfaceData finished(detail::ParsedSurface parsed, const std::string& name) {
+  detail::require_usable(parsed.data, name);
+  if (parsed.in_ras) detail::swap_ras_lps(parsed.data.mesh.vertices);
+  SurfaceData merged = detail::merge_equal_points(std::move(parsed.data));
+  detail::require_usable(merged, name);
+  return merged;
+}
+
 }  // namespace
 
 const DataArray& find_array(const std::vector<DataArray>& arrays, const std::string& name) {
@@ -83,15 +92,24 @@ void write_wedges(const fs::path& path, const WedgeData& data) {
 }
 
 SurfaceData read_surface(const fs::path& path) {
-  detail::ParsedSurface parsed = parse_surface(path);
-  detail::require_usable(parsed.data, path.string());
-  if (parsed.in_ras) detail::swap_ras_lps(parsed.data.mesh.vertices);
-  SurfaceData merged = detail::merge_equal_points(std::move(parsed.data));
-  detail::require_usable(merged, path.string());
-  return merged;
+  return finished(parse_surface(path), path.string());
 }
 
-PolylineData read_polylines(const fs::path& path) { return detail::read_vtp_polylines(path); }
+std::vector<SurfaceData> read_vtp_surfaces(const std::vector<fs::path>& paths) {
+  std::vector<SurfaceData> surfaces;
+  detail::read_vtp_surfaces(paths, [&](detail::ParsedSurface&& parsed) {
+    surfaces.push_back(finished(std::move(parsed), paths[surfaces.size()].string()));
+  });
+  return surfaces;
+}
+
+PolylineData read_polylines(const fs::path& path) {
+  return std::move(read_polylines(std::vector{path}).front());
+}
+
+std::vector<PolylineData> read_polylines(const std::vector<fs::path>& paths) {
+  return detail::read_vtp_polylines(paths);
+}
 
 TetData read_tets(const fs::path& path) { return detail::read_vtu_tets(path); }
 

@@ -63,6 +63,9 @@ void write_wedges(const std::filesystem::path& path, const WedgeData& data);    
 /// header or SPACE array that says RAS is converted; arrays of vectors are not.
 SurfaceData read_surface(const std::filesystem::path& path);
 PolylineData read_polylines(const std::filesystem::path& path);
+/// Many .vtp files, in their order, at a small part of the price: one guarded process reads them.
+std::vector<SurfaceData> read_vtp_surfaces(const std::vector<std::filesystem::path>& paths);
+std::vector<PolylineData> read_polylines(const std::vector<std::filesystem::path>& paths);
 TetData read_tets(const std::filesystem::path& path);
 WedgeData read_wedges(const std::filesystem::path& path);
 

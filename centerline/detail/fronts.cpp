@@ -5,11 +5,11 @@
 #include <bit>
 #include <cmath>
 #include <cstdint>
-#include <functional>
 #include <limits>
 #include <numeric>
-#include <queue>
 #include <utility>
+
+#include "centerline/detail/monotone_queue.hpp"
 
 namespace angio::centerline {
 namespace {
@@ -58,13 +58,11 @@ Front march(const LumenVoxels& lumen, int source) {
   std::vector<double> cost(std::size_t(lumen.count()), far);
   front.length.assign(std::size_t(lumen.count()), far);
   front.previous.assign(std::size_t(lumen.count()), -1);
-  using Entry = std::pair<double, int>;
-  std::priority_queue<Entry, std::vector<Entry>, std::greater<>> queue;
+  MonotoneQueue queue;
   cost[std::size_t(source)] = front.length[std::size_t(source)] = 0.0;
-  queue.emplace(0.0, source);
+  queue.add(0.0, source);
   while (!queue.empty()) {
-    const auto [here, v] = queue.top();
-    queue.pop();
+    const auto [here, v] = queue.take();
     if (here > cost[std::size_t(v)]) continue;
     const float own_depth = lumen.depth[std::size_t(v)];
     const double own_length = front.length[std::size_t(v)];
@@ -77,7 +75,7 @@ Front march(const LumenVoxels& lumen, int source) {
       cost[std::size_t(w)] = candidate;
       front.length[std::size_t(w)] = own_length + step[n];
       front.previous[std::size_t(w)] = v;
-      queue.emplace(candidate, w);
+      queue.add(candidate, w);
     }
   }
   return front;

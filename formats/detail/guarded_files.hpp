@@ -1,6 +1,8 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
+#include <vector>
 
 #include "formats/detail/surface_formats.hpp"
 #include "formats/files.hpp"
@@ -12,7 +14,10 @@
 namespace angio::formats::detail {
 
 ParsedSurface read_vtp_surface(const std::filesystem::path& path);
-PolylineData read_vtp_polylines(const std::filesystem::path& path);
+/// One child for all of them. @param take  gets each, in order
+void read_vtp_surfaces(const std::vector<std::filesystem::path>& paths,
+                       const std::function<void(ParsedSurface&&)>& take);
+std::vector<PolylineData> read_vtp_polylines(const std::vector<std::filesystem::path>& paths);
 TetData read_vtu_tets(const std::filesystem::path& path);
 WedgeData read_vtu_wedges(const std::filesystem::path& path);
 

@@ -343,13 +343,33 @@ void write_frame(const fs::path& frames_folder, const simulation::SimulationMode
                simulation::whole_wire(model, frame.guidewire));
 }
 
+std::vector<FrameShape> read_frames(const fs::path& frames_folder, const std::vector<int>& frames) {
+  std::vector<fs::path> surfaces, wires;
+  for (const int frame : frames) {
+    surfaces.push_back(frames_folder / frame_file("balloon", frame));
+    surfaces.push_back(frames_folder / frame_file("vessel", frame));
+    const fs::path wire = frames_folder / frame_file("guidewire", frame);
+    if (fs::exists(wire)) wires.push_back(wire);
+  }
+  if (!wires.empty() && wires.size() < frames.size())
+    throw InputError("some frames have a guidewire and some do not, in " + frames_folder.string() +
+                     " (files were removed). Run `angio simulate` again");
+  std::vector<formats::SurfaceData> bodies = formats::read_vtp_surfaces(surfaces);
+  std::vector<formats::PolylineData> moved = formats::read_polylines(wires);
+  std::vector<FrameShape> shapes(frames.size());
+  for (std::size_t n = 0; n < shapes.size(); ++n) {
+    formats::SurfaceData &balloon = bodies[2 * n], &wall = bodies[2 * n + 1];
+    shapes[n].balloon = std::move(balloon.mesh);
+    shapes[n].contact_pressure_kpa =
+        arrays_of(wall, surfaces[2 * n + 1]).numbers("contact_pressure", 0.0, kMostPressure);
+    shapes[n].wall = std::move(wall.mesh);
+    if (!moved.empty()) shapes[n].guidewire = std::move(moved[n].points);
+  }
+  return shapes;
+}
+
 FrameShape read_frame(const fs::path& frames_folder, int frame) {
-  const fs::path vessel = frames_folder / frame_file("vessel", frame);
-  const formats::SurfaceData wall = formats::read_surface(vessel);
-  const fs::path guidewire = frames_folder / frame_file("guidewire", frame);
-  return {formats::read_surface(frames_folder / frame_file("balloon", frame)).mesh, wall.mesh,
-          arrays_of(wall, vessel).numbers("contact_pressure", 0.0, kMostPressure),
-          fs::exists(guidewire) ? formats::read_polylines(guidewire).points : std::vector<Vec3>()};
+  return std::move(read_frames(frames_folder, {frame}).front());
 }
 
 const char* const kTimeSeriesHeader =

@@ -59,6 +59,9 @@ struct FrameShape {
   std::vector<Vec3> guidewire;  ///< where it moves; otherwise it stays where meshing has put it
 };
 FrameShape read_frame(const std::filesystem::path& frames_folder, int frame);
+/// Many, in their order: one guarded process reads them (formats::read_vtp_surfaces).
+std::vector<FrameShape> read_frames(const std::filesystem::path& frames_folder,
+                                    const std::vector<int>& frames);
 
 /// Header and row of timeseries.csv. @param lumen_mld_mm  of the treated path (TreatedLumen)
 extern const char* const kTimeSeriesHeader;

@@ -6,6 +6,8 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <map>
+#include <set>
 #include <string>
 #include <utility>
 
@@ -52,61 +54,92 @@ std::vector<viewer::FrameTime> read_frame_times(const StageFiles& files, const j
   return frames;
 }
 
-viewer::Moment read_moment(const StageFiles& files, std::string title, int frame) {
-  FrameShape shape = read_frame(files.path(file::kFrames), frame);
-  if (shape.guidewire.empty())
-    shape.guidewire = formats::read_polylines(files.path(file::kGuidewire)).points;
-  return {std::move(title), std::move(shape.balloon), std::move(shape.wall),
-          std::move(shape.contact_pressure_kpa), std::move(shape.guidewire)};
-}
-
-std::vector<viewer::Moment> read_moments(const StageFiles& files, const json& summary) {
-  const auto moment = [&](std::string title, int frame) {
-    return read_moment(files, std::move(title), frame);
-  };
-  const double peak_pressure = summary.at("balloon").at("peak_pressure_atm").get<double>();
-  return {moment("Before", 0),
-          moment(fmt::format("At peak, {:.1f} atm", peak_pressure),
-                 summary.at("peak_frame").get<int>()),
-          moment("After", summary.at("last_frame").get<int>())};
-}
-
-std::vector<viewer::Moment> read_sequence(const StageFiles& files, const json& summary,
-                                          const std::vector<viewer::FrameTime>& frames) {
-  const int peak_frame = summary.at("peak_frame").get<int>();
-  const auto peak = std::find_if(frames.begin(), frames.end(),
-                                 [&](const auto& f) { return f.frame == peak_frame; });
-  std::vector<viewer::Moment> sequence;
-  for (const std::size_t place :
-       viewer::sequence_places(frames.size(), std::size_t(peak - frames.begin()))) {
-    const viewer::FrameTime& at = frames[place];
-    sequence.push_back(read_moment(
-        files, fmt::format("({}) {:.3f} s", char('a' + int(sequence.size())), at.time_s),
-        at.frame));
+/// The shapes of the frames that the report shows, each read once.
+class Shapes {
+ public:
+  Shapes(const StageFiles& files, const std::set<int>& frames) {
+    const std::vector<int> list(frames.begin(), frames.end());
+    std::vector<FrameShape> shapes = read_frames(files.path(file::kFrames), list);
+    const bool rests = !shapes.empty() && shapes.front().guidewire.empty();
+    const std::vector<Vec3> resting_wire =
+        rests ? formats::read_polylines(files.path(file::kGuidewire)).points : std::vector<Vec3>();
+    for (std::size_t n = 0; n < list.size(); ++n) {
+      if (rests) shapes[n].guidewire = resting_wire;
+      shapes_.emplace(list[n], std::move(shapes[n]));
+    }
   }
+  [[nodiscard]] viewer::Moment at(int frame, std::string title) const {
+    const FrameShape& shape = shapes_.at(frame);
+    return {std::move(title), shape.balloon, shape.wall, shape.contact_pressure_kpa,
+            shape.guidewire};
+  }
+
+ private:
+  std::map<int, FrameShape> shapes_;
+};
+
+/// Which of the written frames the report shows.
+struct ShownFrames {
+  int peak = 0, last = 0;
+  std::vector<viewer::FrameTime> sequence;
+  std::vector<viewer::FrameTime> course;  ///< from the first to the last, evenly, with the peak
+
+  [[nodiscard]] std::set<int> all() const {
+    std::set<int> frames{0, peak, last};
+    for (const auto* some : {&sequence, &course})
+      for (const viewer::FrameTime& at : *some) frames.insert(at.frame);
+    return frames;
+  }
+};
+
+std::vector<viewer::FrameTime> course_of(const std::vector<viewer::FrameTime>& frames,
+                                         const viewer::FrameTime& peak) {
+  constexpr std::size_t kMostFrames = 40;
+  const std::size_t steps = std::min(frames.size(), kMostFrames) - 1;
+  std::vector<viewer::FrameTime> course;
+  for (std::size_t i = 0; i <= steps; ++i)
+    course.push_back(frames[steps == 0 ? 0 : i * (frames.size() - 1) / steps]);
+  *std::min_element(course.begin(), course.end(), [&](const auto& a, const auto& b) {
+    return std::abs(a.frame - peak.frame) < std::abs(b.frame - peak.frame);
+  }) = peak;
+  return course;
+}
+
+ShownFrames choose_frames(const StageFiles& files, const json& summary) {
+  const std::vector<viewer::FrameTime> frames = read_frame_times(files, summary);
+  ShownFrames shown{
+      summary.at("peak_frame").get<int>(), summary.at("last_frame").get<int>(), {}, {}};
+  const auto peak = std::find_if(frames.begin(), frames.end(),
+                                 [&](const auto& f) { return f.frame == shown.peak; });
+  for (const std::size_t place :
+       viewer::sequence_places(frames.size(), std::size_t(peak - frames.begin())))
+    shown.sequence.push_back(frames[place]);
+  shown.course = course_of(frames, *peak);
+  return shown;
+}
+
+std::vector<viewer::Moment> moments_of(const Shapes& shapes, const ShownFrames& shown,
+                                       const json& summary) {
+  const double peak_pressure = summary.at("balloon").at("peak_pressure_atm").get<double>();
+  return {shapes.at(0, "Before"),
+          shapes.at(shown.peak, fmt::format("At peak, {:.1f} atm", peak_pressure)),
+          shapes.at(shown.last, "After")};
+}
+
+std::vector<viewer::Moment> sequence_of(const Shapes& shapes, const ShownFrames& shown) {
+  std::vector<viewer::Moment> sequence;
+  for (const viewer::FrameTime& at : shown.sequence)
+    sequence.push_back(shapes.at(
+        at.frame, fmt::format("({}) {:.3f} s", char('a' + int(sequence.size())), at.time_s)));
   return sequence;
 }
 
-/// Written frames from the first to the last, evenly, the peak among them.
-std::vector<viewer::CourseFrame> read_course(const StageFiles& files, const json& summary,
-                                             const std::vector<viewer::FrameTime>& frames,
-                                             const formats::CsvTable& series) {
-  constexpr std::size_t kMostFrames = 40;
-  const int peak = summary.at("peak_frame").get<int>();
-  const std::size_t steps = std::min(frames.size(), kMostFrames) - 1;
-  std::vector<viewer::FrameTime> chosen;
-  for (std::size_t i = 0; i <= steps; ++i)
-    chosen.push_back(frames[steps == 0 ? 0 : i * (frames.size() - 1) / steps]);
-  const auto nearest =
-      std::min_element(chosen.begin(), chosen.end(), [&](const auto& a, const auto& b) {
-        return std::abs(a.frame - peak) < std::abs(b.frame - peak);
-      });
-  *nearest = *std::find_if(frames.begin(), frames.end(),
-                           [&](const auto& frame) { return frame.frame == peak; });
+std::vector<viewer::CourseFrame> course_of(const Shapes& shapes, const ShownFrames& shown,
+                                           const formats::CsvTable& series) {
   const std::vector<double> pressure = series.numbers("pressure_atm");
   const std::vector<std::string> phase = series.texts("phase");
   std::vector<viewer::CourseFrame> course;
-  for (const viewer::FrameTime& at : chosen) {
+  for (const viewer::FrameTime& at : shown.course) {
     const auto row = std::size_t(at.frame);
     if (row >= pressure.size())
       throw InputError(
@@ -114,7 +147,7 @@ std::vector<viewer::CourseFrame> read_course(const StageFiles& files, const json
                       "file was changed or cut short). Run `angio simulate` again",
                       at.frame));
     course.push_back(
-        {at.time_s, phase[row], pressure[row], at.frame == peak, read_moment(files, "", at.frame)});
+        {at.time_s, phase[row], pressure[row], at.frame == shown.peak, shapes.at(at.frame, "")});
     const viewer::Moment &first = course.front().shape, &last = course.back().shape;
     if (last.balloon.vertices.size() != first.balloon.vertices.size() ||
         last.wall.vertices.size() != first.wall.vertices.size() ||
@@ -141,15 +174,16 @@ void add_treatment(const StageFiles& files, viewer::ReportContent& content) {
   const json summary = read_json(files.path(file::kSummary));
   content.balloon_chart = {summary.at("chart").at("pressure_atm").get<std::vector<double>>(),
                            summary.at("chart").at("diameter_mm").get<std::vector<double>>()};
-  const std::vector<viewer::FrameTime> frames = read_frame_times(files, summary);
-  content.moments = read_moments(files, summary);
-  content.sequence = read_sequence(files, summary, frames);
+  const ShownFrames shown = choose_frames(files, summary);
+  const Shapes shapes(files, shown.all());
+  content.moments = moments_of(shapes, shown, summary);
+  content.sequence = sequence_of(shapes, shown);
   const formats::CsvTable profile = formats::read_csv_table(files.path(file::kProfile));
   content.before = read_profile(profile, "before");
   content.peak = read_profile(profile, "peak");
   content.after = read_profile(profile, "after");
   const formats::CsvTable series = formats::read_csv_table(files.path(file::kTimeSeries));
-  content.course = read_course(files, summary, frames, series);
+  content.course = course_of(shapes, shown, series);
   content.time_series = {series.columns, series.rows};
 }
 

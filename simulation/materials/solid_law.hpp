@@ -206,6 +206,19 @@ ANGIO_HOST_DEVICE inline SolidStress<Real> solid_stress(const SolidLaw<Real>& la
   return out;
 }
 
+/// How steeply the stress rises where it rises most, within a factor of two: half of the largest
+/// eigenvalue of d2 Psi / dF2, the sum of its terms' largest ones, without the barrier [Pa].
+template <class Real>
+ANGIO_HOST_DEVICE inline Real solid_stiffness(const SolidTangent<Real>& k) {
+  Real dev = 0;
+  for (int a = 0; a < 3; ++a)
+    for (int b = 0; b < 3; ++b) dev += k.dev(a, b) * k.dev(a, b);
+  Real stiffness = k.scale * k.d1 + Real(0.5) * k.d11 * dev;
+  for (int i = 0; i < 2; ++i)
+    if (k.d4[i] > Real(0)) stiffness += k.d4[i] + Real(2) * k.d44[i] * norm_squared(k.pushed[i]);
+  return stiffness;
+}
+
 /// A corner's gradient as the tangent sees it: F g, F^-T g, (dI1'/dF) g, a_i . g.
 template <class Real>
 struct SeenGradient {

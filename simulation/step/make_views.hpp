@@ -208,7 +208,8 @@ ColumnRows<Real> make_column_rows(const LayeredWallView<Real>& view, Memory& mem
   ColumnRows<Real> out;
   out.places = memory.template allocate<WedgePlace<Real>>(wedges);
   out.tangents = memory.template allocate<WedgeTangent<Real>>(wedges);
-  out.is_new = memory.template allocate<char>(wedges);
+  out.forces = memory.template allocate<WedgeForce<Real>>(wedges);
+  out.renewed = memory.template allocate<Renewed>(wedges);
   out.wedge_volume = memory.template allocate<Real>(wedges);
   out.patch_volume = memory.template allocate<Real>(patches);
   out.constant = memory.template allocate<Vec3T<Real>>(rows);

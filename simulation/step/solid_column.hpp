@@ -6,16 +6,27 @@
 /// by one Newton step in their own block of 3 x 3 blocks. Vertex by vertex the thin, nearly
 /// incompressible layers hand a load on one sweep at a time.
 ///
-/// The wedges' laws are evaluated only where they have been strained since the last time
-/// (wedge_tangent.hpp). A column keeps its row of the sum of all tangents, and its own block
-/// eliminated from the outside in, so that a sweep costs products only; what varies from sweep to
-/// sweep, the contact, is on its first vertex.
+/// The wedges' laws are evaluated only where they have been strained since the last time, their
+/// slopes only where the law has changed (wedge_tangent.hpp). A column keeps its row of the sum of
+/// all tangents, and its own block eliminated from the outside in, so that a sweep costs products
+/// only; what varies from sweep to sweep, the contact, is on its first vertex.
 namespace angio::simulation::detail {
 
 inline constexpr int kMostColumnLevels = 8;
-/// Strain since a wedge's tangent was taken above which it is taken again; a pressed point's change
+/// Strain since a wedge's force was taken above which it is taken again; a pressed point's change
 /// of volume, as a share of it.
-inline constexpr double kTangentStrain = 2e-3, kTangentPressed = 2e-2;
+inline constexpr double kForceStrain = 2e-3, kForcePressed = 2e-2;
+/// Strain since its slopes were taken above which they are taken again, and their law's change.
+/// Slopes are renewed together, in the first sweep of a step and every kSlopePeriod ones: a column
+/// adds up those of all its wedges. In between only what has changed much is renewed.
+struct SlopeAge {
+  double strain, stiffer;
+};
+inline constexpr int kSlopePeriod = 8;
+/// What slopes may be in a sweep of a step.
+ANGIO_HOST_DEVICE constexpr SlopeAge oldest_slopes(int sweep) {
+  return sweep % kSlopePeriod == 0 ? SlopeAge{1e-2, 0.1} : SlopeAge{4e-2, 0.4};
+}
 /// A move changes no point's volume to less than this share of it, nor to more than its inverse.
 inline constexpr double kKeptInMove = 0.7;
 /// A move adds no more than this to a point's exponent of stiffening: its fibres' stress grows to
@@ -44,12 +55,16 @@ struct SolidColumns {
   const int* links = nullptr;       ///< the columns that share a wedge with it
 };
 
+/// What of a wedge's line has been taken anew; each with those before it.
+enum class Renewed : char { nothing, force, slopes };
+
 /// What the columns keep of the solid's tangents.
 template <class Real>
 struct ColumnRows {
   WedgePlace<Real>* places = nullptr;      ///< [wedge]
   WedgeTangent<Real>* tangents = nullptr;  ///< [wedge]
-  char* is_new = nullptr;                  ///< [wedge] taken in this sweep
+  WedgeForce<Real>* forces = nullptr;      ///< [wedge]
+  Renewed* renewed = nullptr;              ///< [wedge] in this sweep
   Real* wedge_volume = nullptr;            ///< [wedge] by the tangent
   Real* patch_volume = nullptr;            ///< [patch] now; a column that moves adds its part
   Vec3T<Real>* constant = nullptr;         ///< [column][level]
@@ -62,27 +77,32 @@ struct ColumnRows {
   Real* steepness = nullptr;  ///< [column] the largest of its wedges [1/mm]
 };
 
-/// Takes the tangents of the wedges that have been strained, and the volumes of all.
+/// dU/dv of a wedge's patch, of the volumes at the positions now [Pa].
+template <class Real>
+ANGIO_HOST_DEVICE inline Real patch_pressure(const SolidView<Real>& view, int w) {
+  return patch_energy(view, view.patch[w]).d1;
+}
+
+/// Takes force and slopes of a wedge where it has been strained, and its volume.
+/// @param most  age that slopes may have
 template <class Real>
 ANGIO_HOST_DEVICE inline void renew_wedge(const SolidView<Real>& view, const ColumnRows<Real>& rows,
-                                          int w) {
+                                          const SlopeAge& most, int w) {
   Vec3T<Real> x[6];
   view.gather(w, x);
   WedgePlace<Real>& t = rows.places[w];
-  const SolidPoint<Real>* points = view.wedge(w).points;
-  rows.is_new[w] = !t.is_taken || has_moved(t, x, Real(kTangentStrain)) ||
-                   (t.is_pressed && is_pressed_on(t, points, x, Real(kTangentPressed)));
-  if (rows.is_new[w]) {
-    const int patch = view.patch[w];
-    Real volume = 0;
-    for (int m = view.patch_begin[patch]; m < view.patch_begin[patch + 1]; ++m) {
-      Vec3T<Real> y[6];
-      view.gather(view.patch_wedges[m], y);
-      volume += wedge_volume(y);
-    }
-    const Real bulk = view.laws[view.region[w]].bulk;
-    take_tangent(view, w, volume_energy(bulk, volume / view.patch_volume[patch]).d1, t,
-                 rows.tangents[w]);
+  const SolidWedge<Real> wedge = view.wedge(w);
+  rows.renewed[w] = Renewed::nothing;
+  const bool was_pressed = t.is_pressed;
+  if (!t.has_slopes || !t.has_force || has_moved(t.x, x, Real(kForceStrain)) ||
+      (was_pressed && is_pressed_on(t, wedge.points, x, Real(kForcePressed)))) {
+    const WedgeLaw<Real> law = evaluate_law(wedge, x);
+    const bool is_old = !t.has_slopes || was_pressed || t.flowed > Real(most.strain) ||
+                        has_moved(t.x_slopes, x, Real(most.strain)) ||
+                        is_stiffer(t, law, Real(most.stiffer));
+    if (is_old) take_slopes(wedge, law, patch_pressure(view, w), x, t, rows.tangents[w]);
+    take_force(wedge, law, x, rows.tangents[w], t, rows.forces[w]);
+    rows.renewed[w] = is_old ? Renewed::slopes : Renewed::force;
   }
   rows.wedge_volume[w] = tangent_volume(t, x);
 }
@@ -162,8 +182,9 @@ ANGIO_HOST_DEVICE inline void gather_patch(const SolidView<Real>& view, const So
   const int patch = columns.patches[e];
   for (int m = view.patch_begin[patch]; m < view.patch_begin[patch + 1]; ++m) {
     const int w = view.patch_wedges[m];
+    const int vertex = columns.layer[w] * columns.stride + column;
     int a = 0;
-    while (a < 3 && view.corners[6 * w + a] % columns.stride != column) ++a;
+    while (a < 3 && view.corners[6 * w + a] != vertex) ++a;
     if (a == 3) continue;
     low += rows.places[w].by_volume[a];
     high += rows.places[w].by_volume[a + 3];
@@ -172,13 +193,31 @@ ANGIO_HOST_DEVICE inline void gather_patch(const SolidView<Real>& view, const So
   rows.by_high[e] = high;
 }
 
-/// A level's own part of the row: its constant, its pivot before the elimination, and its blocks to
-/// the level above. Positions enter as differences to the vertex itself (a wedge that moves as a
-/// whole has no force), which keeps the digits.
+/// The levels' constants. Positions enter as differences to the vertex itself (a wedge that moves
+/// as a whole has no force), which keeps the digits.
+template <class Real, class Lanes>
+ANGIO_HOST_DEVICE inline void gather_constants(const SolidColumns& columns,
+                                               const ColumnRows<Real>& rows, int column,
+                                               const Lanes& lanes) {
+  Vec3T<Real> constant[kMostColumnLevels];
+  for (int n = columns.wedge_begin[column] + lanes.rank(); n < columns.wedge_begin[column + 1];
+       n += lanes.size()) {
+    const ColumnWedge& at = columns.wedges[n];
+    const int layer = columns.layer[at.wedge];
+    constant[layer] += rows.forces[at.wedge].constant[at.corner];
+    constant[layer + 1] += rows.forces[at.wedge].constant[at.corner + 3];
+  }
+  for (int l = 0; l < columns.levels; ++l) {
+    const Vec3T<Real> sum{lanes.sum(constant[l].x), lanes.sum(constant[l].y),
+                          lanes.sum(constant[l].z)};
+    if (lanes.rank() == 0) rows.constant[column * columns.levels + l] = sum;
+  }
+}
+
+/// A level's own slopes: its pivot before the elimination, and its blocks to the level above.
 template <class Real>
 ANGIO_HOST_DEVICE inline void gather_level(const SolidView<Real>& view, const SolidColumns& columns,
                                            const ColumnRows<Real>& rows, int column, int l) {
-  Vec3T<Real> constant;
   Mat3T<Real> own, above, volume;
   for (int n = columns.wedge_begin[column]; n < columns.wedge_begin[column + 1]; ++n) {
     const ColumnWedge& at = columns.wedges[n];
@@ -186,7 +225,6 @@ ANGIO_HOST_DEVICE inline void gather_level(const SolidView<Real>& view, const So
     if (layer != l && layer + 1 != l) continue;
     const WedgeTangent<Real>& t = rows.tangents[at.wedge];
     const int a = layer == l ? at.corner : at.corner + 3;
-    constant += t.constant[a];
     own += in_precision<Real>(t.block[wedge_block(a, a)]);
     if (layer != l) continue;
     above += in_precision<Real>(t.block[wedge_block(a, a + 3)]);
@@ -204,7 +242,6 @@ ANGIO_HOST_DEVICE inline void gather_level(const SolidView<Real>& view, const So
     if (layer == l) upper += k * outer(by, rows.by_high[e]);
   }
   const int row = column * columns.levels + l;
-  rows.constant[row] = constant;
   rows.pivot[row] = own;
   rows.above[row] = above;
   rows.upper[row] = upper;

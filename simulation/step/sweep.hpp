@@ -40,10 +40,11 @@ ANGIO_HOST_DEVICE inline void refresh(Team& team, const StepView<Real>& s) {
 }
 
 template <class Real, class Team>
-ANGIO_HOST_DEVICE inline void sweep_wall(Team& team, const StepView<Real>& s, SweepSums& sums) {
+ANGIO_HOST_DEVICE inline void sweep_wall(Team& team, const StepView<Real>& s, int sweep,
+                                         SweepSums& sums) {
   const double net_before = sums.net, load_before = sums.load;
   if constexpr (Team::kSolids) {
-    if (s.layered.columns.levels > 0) renew_columns(team, s);
+    if (s.layered.columns.levels > 0) renew_columns(team, s, sweep);
   }
   for (int color = 0; color < s.wall.mesh.colors; ++color) {
     const int first = s.wall.mesh.color_begin[color],
@@ -77,7 +78,7 @@ ANGIO_HOST_DEVICE inline SweepSums sweep(Team& team, const StepView<Real>& s, bo
   if (Team::kSurroundings && s.guidewire.shape.count > 0) sweep_rod(team, s, status, sums);
   if (s.slide.count > 0) sweep_slide(team, s, status, sums);
   const double swept = team.now();
-  if (Team::kSurroundings && wall) sweep_wall(team, s, sums);
+  if (Team::kSurroundings && wall) sweep_wall(team, s, status.report.sweeps, sums);
   if constexpr (Team::kSolids) project_pbd(team, s, status);
   times.refresh += refreshed - begin;
   times.balloon += swept - refreshed;

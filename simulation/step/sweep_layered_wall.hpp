@@ -39,28 +39,42 @@ ANGIO_HOST_DEVICE inline Real hold_of_level(const StepView<Real>& s, int column,
   return l + 1 < s.layered.columns.levels ? inertia : inertia + s.wall.foundation[column];
 }
 
-/// Takes the tangents of the wedges that have been strained, and renews the columns around them.
+/// The most that has been renewed of a column's wedges.
+template <class Real>
+ANGIO_HOST_DEVICE inline Renewed renewed_around(const SolidColumns& columns,
+                                                const ColumnRows<Real>& rows, int column) {
+  Renewed most = Renewed::nothing;
+  for (int n = columns.wedge_begin[column]; n < columns.wedge_begin[column + 1]; ++n) {
+    const Renewed renewed = rows.renewed[columns.wedges[n].wedge];
+    most = renewed > most ? renewed : most;
+  }
+  return most;
+}
+
+/// Takes the lines of the wedges that have been strained, and renews the columns around them.
+/// @param sweep  of the step
 template <class Real, class Team>
-ANGIO_HOST_DEVICE inline void renew_columns(Team& team, const StepView<Real>& s) {
+ANGIO_HOST_DEVICE inline void renew_columns(Team& team, const StepView<Real>& s, int sweep) {
+  const SlopeAge most = oldest_slopes(sweep);
   const SolidView<Real>& solid = s.layered.solid;
   const SolidColumns& columns = s.layered.columns;
   const ColumnRows<Real>& rows = s.layered.rows;
   team.template for_each<1>(s.layered.wedge_count,
-                            [&](int w, const auto&) { renew_wedge(solid, rows, w); });
+                            [&](int w, const auto&) { renew_wedge(solid, rows, most, w); });
   team.barrier();
   team.template for_each<1>(s.layered.patch_count,
                             [&](int p, const auto&) { renew_patch(solid, rows, p); });
   team.barrier();
   const int moving = s.wall.mesh.color_begin[s.wall.mesh.colors] - s.bodies.wall().first;
   team.template for_each<Team::kVertexLanes>(moving, [&](int column, const auto& lanes) {
-    bool is_new = false;
-    for (int n = columns.wedge_begin[column]; n < columns.wedge_begin[column + 1]; ++n)
-      is_new = is_new || rows.is_new[columns.wedges[n].wedge];
-    if (!is_new) return;
-    gather_links(columns, rows, column, lanes);
+    const Renewed renewed = renewed_around(columns, rows, column);
+    if (renewed == Renewed::nothing) return;
+    gather_constants(columns, rows, column, lanes);
     for (int e = columns.patch_begin[column] + lanes.rank(); e < columns.patch_begin[column + 1];
          e += lanes.size())
       gather_patch(solid, columns, rows, column, e);
+    if (renewed == Renewed::force) return;
+    gather_links(columns, rows, column, lanes);
     lanes.sync();
     for (int l = lanes.rank(); l < columns.levels; l += lanes.size())
       gather_level(solid, columns, rows, column, l);
@@ -176,7 +190,8 @@ ANGIO_HOST_DEVICE inline void flow_wedge(const StepView<Real>& s, int w) {
     const Mat3T<Real> back = transpose(inverse(step.growth));
     for (int a = 0; a < 6; ++a) point.g[a] = back * point.g[a];
     s.layered.plastic_strain[kWedgePoints * w + q] += step.strain;
-    s.layered.rows.places[w].is_taken = false;
+    s.layered.rows.places[w].flowed += step.strain;
+    s.layered.rows.places[w].has_force = false;
   }
 }
 

@@ -243,8 +243,8 @@ struct LayeredWallView {
     visit(ArrayRole::model, column_wedge_count, columns.wedges);
     visit(ArrayRole::model, link_count, columns.links);
     visit(ArrayRole::state, point_count(), points, plastic_strain);
-    visit(ArrayRole::state, wedge_count, rows.places, rows.tangents);
-    visit(ArrayRole::work, wedge_count, rows.is_new, rows.wedge_volume);
+    visit(ArrayRole::state, wedge_count, rows.places, rows.tangents, rows.forces);
+    visit(ArrayRole::work, wedge_count, rows.renewed, rows.wedge_volume);
     visit(ArrayRole::work, patch_count, rows.patch_volume);
     visit(ArrayRole::state, columns.stride * columns.levels, rows.constant, rows.pivot, rows.upper,
           rows.above);

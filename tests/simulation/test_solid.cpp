@@ -187,12 +187,12 @@ TEST_P(Wedges, EnergyDoesNotChangeAndForcesTurnWhenTurned) {
 
 struct Line {
   explicit Line(const SolidView<double>& view) {
-    take_tangent(view, 0, patch_energy(view, 0).d1, place, tangent);
+    take_tangent(view, 0, patch_energy(view, 0).d1, place, tangent, at_rest);
   }
   // The force on a corner at other places of the corners.
   Vec3 force(const SolidView<double>& view, const Corners& x, int a) const {
     const auto at = std::size_t(a);
-    Vec3 f = tangent.constant[at];
+    Vec3 f = at_rest.constant[at];
     for (int b = 0; b < 6; ++b)
       f += in_precision<double>(tangent_block(tangent, a, b)) * (x[std::size_t(b)] - x[at]);
     const double ratio = tangent_volume(place, x.data()) / view.patch_volume[0];
@@ -200,6 +200,7 @@ struct Line {
   }
   WedgePlace<double> place;
   WedgeTangent<double> tangent;
+  WedgeForce<double> at_rest;
 };
 
 TEST_P(Wedges, TangentIsTheForceAndItsSlopeWhereItWasTaken) {

@@ -7,6 +7,7 @@
 #include <sstream>
 
 #include "core/error.hpp"
+#include "viewer/detail/rendering.hpp"
 
 namespace angio::viewer::detail {
 namespace fs = std::filesystem;
@@ -65,7 +66,10 @@ OffscreenDisplay::OffscreenDisplay()
                 "installed). Install the packages xvfb and libgl1-mesa-dri");
 }
 
-OffscreenDisplay::~OffscreenDisplay() { stop(); }
+OffscreenDisplay::~OffscreenDisplay() {
+  close_offscreen_window();
+  stop();
+}
 
 void OffscreenDisplay::start(const fs::path& xvfb) {
   server_.emplace(ProgramCall{xvfb,

@@ -2,6 +2,7 @@
 
 #include <vtkNew.h>
 #include <vtkPointData.h>
+#include <vtkSmartPointer.h>
 #include <vtkUnsignedCharArray.h>
 #include <vtkWindowToImageFilter.h>
 
@@ -18,6 +19,36 @@ Error rendering_failed() {
           "cannot render pictures (OpenGL failed on this display). Install the packages "
           "xvfb and libgl1-mesa-dri"};
 }
+
+/// One window draws all pictures on a display: each new one would compile its shaders again.
+vtkSmartPointer<vtkRenderWindow>& offscreen_window() {
+  static vtkSmartPointer<vtkRenderWindow> window;
+  return window;
+}
+
+/// Layers in a window for as long as it lives.
+class ShownLayers {
+ public:
+  ShownLayers(vtkRenderWindow* window, const std::vector<vtkRenderer*>& layers)
+      : window_(window), layers_(layers) {
+    window_->SetNumberOfLayers(int(layers_.size()));
+    for (vtkRenderer* layer : layers_) {
+      layer->SetUseDepthPeeling(1);
+      layer->SetMaximumNumberOfPeels(12);
+      layer->SetOcclusionRatio(0.0);
+      window_->AddRenderer(layer);
+    }
+  }
+  ~ShownLayers() {
+    for (vtkRenderer* layer : layers_) window_->RemoveRenderer(layer);
+  }
+  ShownLayers(const ShownLayers&) = delete;
+  ShownLayers& operator=(const ShownLayers&) = delete;
+
+ private:
+  vtkRenderWindow* window_;
+  const std::vector<vtkRenderer*>& layers_;
+};
 
 }  // namespace
 
@@ -45,24 +76,22 @@ Picture read_pixels(vtkRenderWindow* window) {
 Picture render_offscreen(const std::vector<vtkRenderer*>& layers, int width, int height,
                          const std::function<void()>& before_drawing) {
   const formats::VtkMessages messages;
-  vtkNew<vtkRenderWindow> window;
-  window->SetOffScreenRendering(1);
-  window->SetMultiSamples(0);
-  window->SetAlphaBitPlanes(1);
-  window->SetNumberOfLayers(int(layers.size()));
-  window->SetSize(width * kSupersampling, height * kSupersampling);
-  for (vtkRenderer* layer : layers) {
-    layer->SetUseDepthPeeling(1);
-    layer->SetMaximumNumberOfPeels(12);
-    layer->SetOcclusionRatio(0.0);
-    window->AddRenderer(layer);
+  vtkSmartPointer<vtkRenderWindow>& window = offscreen_window();
+  if (!window) {
+    window = vtkSmartPointer<vtkRenderWindow>::New();
+    window->SetOffScreenRendering(1);
+    window->SetMultiSamples(0);
+    window->SetAlphaBitPlanes(1);
   }
+  window->SetSize(width * kSupersampling, height * kSupersampling);
+  const ShownLayers shown(window, layers);
   if (before_drawing) before_drawing();
   window->Render();
   const Picture large = read_pixels(window);
   if (messages.has_error()) throw rendering_failed();
-  for (vtkRenderer* layer : layers) window->RemoveRenderer(layer);
   return shrink(large, kSupersampling);
 }
+
+void close_offscreen_window() { offscreen_window() = nullptr; }
 
 }  // namespace angio::viewer::detail

@@ -23,5 +23,7 @@ Picture read_pixels(vtkRenderWindow* window);
 /// @param before_drawing  called once the renderers know their size
 Picture render_offscreen(const std::vector<vtkRenderer*>& layers, int width, int height,
                          const std::function<void()>& before_drawing = {});
+/// For an OffscreenDisplay that ends: the window of its pictures.
+void close_offscreen_window();
 
 }  // namespace angio::viewer::detail
