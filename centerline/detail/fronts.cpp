@@ -66,16 +66,31 @@ Front march(const LumenVoxels& lumen, int source) {
     if (here > cost[std::size_t(v)]) continue;
     const float own_depth = lumen.depth[std::size_t(v)];
     const double own_length = front.length[std::size_t(v)];
+    // First all that lies far away in memory, so that the processor waits for it once.
+    std::array<int, kNeighborCount> direction, beside;
+    std::array<float, kNeighborCount> depth;
+    std::array<double, kNeighborCount> known;
+    std::size_t count = 0;
     for (std::uint32_t links = lumen.links[std::size_t(v)]; links != 0; links &= links - 1) {
-      const auto n = std::size_t(std::countr_zero(links));
-      const int w = lumen.voxel_of_cell[std::size_t(lumen.cell[std::size_t(v)] + to[n])];
-      const double depth = 0.5 * double(own_depth + lumen.depth[std::size_t(w)]);
-      const double candidate = here + step[n] / (depth * depth);
-      if (candidate >= cost[std::size_t(w)]) continue;
-      cost[std::size_t(w)] = candidate;
-      front.length[std::size_t(w)] = own_length + step[n];
-      front.previous[std::size_t(w)] = v;
-      queue.add(candidate, w);
+      const int n = std::countr_zero(links);
+      direction[count] = n;
+      beside[count++] =
+          lumen.voxel_of_cell[std::size_t(lumen.cell[std::size_t(v)] + to[std::size_t(n)])];
+    }
+    for (std::size_t k = 0; k < count; ++k) {
+      depth[k] = lumen.depth[std::size_t(beside[k])];
+      known[k] = cost[std::size_t(beside[k])];
+    }
+    for (std::size_t k = 0; k < count; ++k) {
+      const double length = step[std::size_t(direction[k])];
+      const double mean_depth = 0.5 * double(own_depth + depth[k]);
+      const double candidate = here + length / (mean_depth * mean_depth);
+      if (candidate >= known[k]) continue;
+      const auto w = std::size_t(beside[k]);
+      cost[w] = candidate;
+      front.length[w] = own_length + length;
+      front.previous[w] = v;
+      queue.add(candidate, beside[k]);
     }
   }
   return front;

@@ -304,16 +304,22 @@ void find_depth(const Volume<float>& level_set, LumenVoxels& lumen) {
     queue.pop();
     if (d > depth[std::size_t(v)]) continue;
     const auto at = lumen.index(v);
-    for (int n = 0; n < kNeighborCount; ++n) {
-      const int w = lumen.neighbor(v, n);
-      if (w < 0) continue;
-      const auto& o = neighbor_offsets()[std::size_t(n)];
+    const Vec3 nearest = wall[std::size_t(v)];
+    // First all that lies far away in memory, so that the processor waits for it once.
+    std::array<int, kNeighborCount> beside;
+    std::array<double, kNeighborCount> known;
+    for (int n = 0; n < kNeighborCount; ++n) beside[std::size_t(n)] = lumen.neighbor(v, n);
+    for (std::size_t n = 0; n < beside.size(); ++n)
+      known[n] = beside[n] < 0 ? 0.0 : depth[std::size_t(beside[n])];
+    for (std::size_t n = 0; n < beside.size(); ++n) {
+      const auto& o = neighbor_offsets()[n];
       const Vec3 place{(at[0] + o[0]) * h.x, (at[1] + o[1]) * h.y, (at[2] + o[2]) * h.z};
-      const double candidate = distance(place, wall[std::size_t(v)]);
-      if (candidate >= depth[std::size_t(w)]) continue;
-      depth[std::size_t(w)] = candidate;
-      wall[std::size_t(w)] = wall[std::size_t(v)];
-      queue.emplace(candidate, w);
+      const double candidate = distance(place, nearest);
+      if (candidate >= known[n]) continue;  // nor is one taken that is not linked
+      const auto w = std::size_t(beside[n]);
+      depth[w] = candidate;
+      wall[w] = nearest;
+      queue.emplace(candidate, beside[n]);
     }
   }
   lumen.depth.resize(count);

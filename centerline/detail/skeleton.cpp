@@ -216,6 +216,13 @@ std::vector<Skeleton::Chain> chains_to(const LumenVoxels& lumen, const Ends& end
   return chains;
 }
 
+/// What was found from the root, and what that has changed.
+struct SeenFromRoot {
+  Ends ends;
+  std::vector<std::uint32_t> links;
+  std::vector<char> near_cut;
+};
+
 }  // namespace
 
 Skeleton find_skeleton(LumenVoxels& lumen, const CenterlineOptions& options,
@@ -241,12 +248,14 @@ Skeleton find_skeleton(LumenVoxels& lumen, const CenterlineOptions& options,
     return ends;
   };
   int source = root;
+  SeenFromRoot seen;
   Ends ends = find_from(root);
   if (!has_rims) {
     check_tubular(lumen, ends);
     source = most_prominent(ends.ends);
-    const Ends from_root = std::exchange(ends, find_from(source));
-    add_missing(lumen, from_root, source, ends);
+    seen = {std::move(ends), lumen.links, near_cut};
+    ends = find_from(source);
+    add_missing(lumen, seen.ends, source, ends);
   }
 
   std::vector<int> all_ends{source};
@@ -256,7 +265,13 @@ Skeleton find_skeleton(LumenVoxels& lumen, const CenterlineOptions& options,
                         : find_inlet(lumen, source, ends.front, ends.ends, open_ends,
                                      openings.are_caps, skeleton.warnings);
   skeleton.inlet_rim = middle_of_inlet(lumen, open_ends, openings.flat_ends, ends.ends, inlet);
-  if (inlet != source) ends = find_from(inlet);
+  if (inlet == root && !has_rims && inlet != source) {
+    ends = std::move(seen.ends);  // as find_from(root) would find it again
+    lumen.links = std::move(seen.links);
+    near_cut = std::move(seen.near_cut);
+  } else if (inlet != source) {
+    ends = find_from(inlet);
+  }
   if (!options.outlets_lps_mm.empty()) {
     std::vector<int> found;
     for (const LumenEnd& end : ends.ends) found.push_back(end.voxel);
