@@ -51,12 +51,14 @@ ANGIO_HOST_DEVICE inline Mat3T<To> in_precision(const Mat3T<From>& a) {
   return out;
 }
 
-/// f_a - sum_b H_ab (X_b - X_a), without the volumetric part [uN]
+/// The force at X as the line has it: f_a - sum_b H_ab (X_b - X_a), without the volumetric part
+/// [uN]
 template <class Real>
 struct WedgeForce {
   Vec3T<Real> constant[6];
 };
 
+/// The slopes at Y.
 template <class Real>
 struct WedgeTangent {
   Slope block[kWedgeBlocks];  ///< H_ab [uN/mm], without what the patch adds

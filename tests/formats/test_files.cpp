@@ -198,6 +198,31 @@ TEST(Vtp, BadFilesAreRefusedByName) {
                            whole.substr(0, std::size_t(part * double(whole.size()))), "c.vtp");
 }
 
+TEST(Vtp, ManySurfacesComeInTheirOrderAndABadOneIsNamed) {
+  const TemporaryFolder folder;
+  std::vector<fs::path> paths;
+  for (const char* name : {"c.vtp", "a.vtp", "b.vtp"}) {
+    SurfaceData data = make_surface();
+    for (Vec3& p : data.mesh.vertices) p.x += double(paths.size());
+    write_surface(folder / name, data);
+    paths.push_back(folder / name);
+  }
+  const std::vector<SurfaceData> all = read_vtp_surfaces(paths);
+  ASSERT_EQ(all.size(), paths.size());
+  for (std::size_t i = 0; i < paths.size(); ++i) {
+    const SurfaceData one = read_surface(paths[i]);
+    expect_equal(all[i].mesh, one.mesh);
+    expect_equal(all[i].point_arrays, one.point_arrays);
+  }
+  EXPECT_TRUE(read_vtp_surfaces({}).empty());
+  const auto read_all = [&](const fs::path&) { return read_vtp_surfaces(paths); };
+  const std::string whole = read_text(folder / "a.vtp");
+  write_text_atomically(folder / "a.vtp", whole.substr(0, whole.size() / 2));
+  expect_refused(folder / "a.vtp", read_all, "a.vtp");
+  write_text_atomically(folder / "a.vtp", "a text");
+  expect_refused(folder / "a.vtp", read_all, "not a VTK XML");
+}
+
 TEST(Vtp, LinesAreNoSurfaceAndSurfacesHoldNoLines) {
   const TemporaryFolder folder;
   write_surface(folder / "surface.vtp", make_surface());
