@@ -11,7 +11,8 @@
 namespace angio::centerline {
 
 /// Items by rising key, for a front that never goes back: nothing may be added below the key taken
-/// last. Items of one key come in rising order, but for those added after its first was taken.
+/// last, which is 0 at first. Items of one key come in rising order, but for those added at the key
+/// taken last.
 ///
 /// A radix heap. Non-negative doubles are ordered as their bits are. A bucket holds the keys that
 /// differ from the last one first in one and the same bit, so that adding costs one look at the

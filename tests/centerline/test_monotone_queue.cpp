@@ -23,7 +23,7 @@ TEST(MonotoneQueue, GivesWhatABinaryHeapGives) {
     heap.push(entry);
     queue.add(entry.first, entry.second);
   };
-  for (int i = 0; i < 100; ++i) add(i % 3 == 0 ? 0.0 : 1.0);
+  for (int i = 0; i < 100; ++i) add(i % 3 == 0 ? 0.5 : 1.0);
   for (int n = 0; n < 20000 && !heap.empty(); ++n) {
     ASSERT_FALSE(queue.empty());
     const Entry least = queue.take();
