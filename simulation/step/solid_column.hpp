@@ -20,7 +20,7 @@ inline constexpr double kForceStrain = 2e-3, kForcePressed = 2e-2;
 /// Slopes are renewed together, in the first sweep of a step and every kSlopePeriod ones: a column
 /// adds up those of all its wedges. In between only what has changed much is renewed.
 struct SlopeAge {
-  double strain, stiffer;
+  double strain, stiffer;  ///< the second a share of the law's stiffness then
 };
 inline constexpr int kSlopePeriod = 8;
 /// What slopes may be in a sweep of a step.
@@ -77,12 +77,6 @@ struct ColumnRows {
   Real* steepness = nullptr;  ///< [column] the largest of its wedges [1/mm]
 };
 
-/// dU/dv of a wedge's patch, of the volumes at the positions now [Pa].
-template <class Real>
-ANGIO_HOST_DEVICE inline Real patch_pressure(const SolidView<Real>& view, int w) {
-  return patch_energy(view, view.patch[w]).d1;
-}
-
 /// Takes force and slopes of a wedge where it has been strained, and its volume.
 /// @param most  age that slopes may have
 template <class Real>
@@ -100,7 +94,8 @@ ANGIO_HOST_DEVICE inline void renew_wedge(const SolidView<Real>& view, const Col
     const bool is_old = !t.has_slopes || was_pressed || t.flowed > Real(most.strain) ||
                         has_moved(t.x_slopes, x, Real(most.strain)) ||
                         is_stiffer(t, law, Real(most.stiffer));
-    if (is_old) take_slopes(wedge, law, patch_pressure(view, w), x, t, rows.tangents[w]);
+    if (is_old)
+      take_slopes(wedge, law, patch_energy(view, view.patch[w]).d1, x, t, rows.tangents[w]);
     take_force(wedge, law, x, rows.tangents[w], t, rows.forces[w]);
     rows.renewed[w] = is_old ? Renewed::slopes : Renewed::force;
   }

@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Dense>
+#include <algorithm>
 #include <random>
 
 #include "simulation/bodies/layered_wall.hpp"
@@ -198,6 +199,18 @@ TEST_F(Columns, TakeTheSlopesAgainWhereTheLawHasChanged) {
   for (Vec3& p : x_) p.z *= 1.2;
   renew();
   for (const Renewed renewed : renewed_) EXPECT_EQ(renewed, Renewed::slopes);
+}
+
+// Fibres that become taut stiffen at a strain that is otherwise too small for new slopes.
+TEST_F(Columns, TakeTheSlopesAgainWhereFibersBecomeTaut) {
+  x_ = wall_.vertices;
+  renew();
+  const double since = 8e-3;
+  ASSERT_LT(since, oldest_slopes(1).strain);
+  for (Vec3& p : x_) p = (1.0 + since) * p;
+  renew();
+  EXPECT_GT(std::count(renewed_.begin(), renewed_.end(), Renewed::slopes), 0);
+  EXPECT_LT(error(), kOfSlopes);
 }
 
 // A column that moves tells its patches: their volumes stay those of the tangents.
