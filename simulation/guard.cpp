@@ -116,6 +116,15 @@ SimulationModel second_model(const SimulationModel& model, const SimulationOptio
   return second;
 }
 
+/// Both runs begin with one pre-stress, which all threads find: what two of them differ by, 0.001
+/// mm at most, is no answer of the balloon's.
+SimulationModel with_prestress(SimulationModel model, const SimulationOptions& options) {
+  if (!model.layered_wall.vertices.empty() && model.wall_seen == nullptr)
+    model.wall_seen = std::make_shared<const WallSolution>(
+        prestress_wall(model.layered_wall, options.layered_wall));
+  return model;
+}
+
 bool takes_a_gpu(Backend backend) {
   return backend == Backend::cuda ||
          (backend == Backend::automatic && !cuda_support().device.empty());
@@ -142,9 +151,10 @@ SimulationModel disturbed(SimulationModel model, const Disturbance& by) {
   return model;
 }
 
-GuardedSummary simulate_guarded(const SimulationModel& model, const SimulationOptions& options,
+GuardedSummary simulate_guarded(const SimulationModel& given, const SimulationOptions& options,
                                 const Disturbance& by, const FrameSink& on_frame,
                                 const FrameSink& on_second_frame, const Progress& progress) {
+  const SimulationModel model = with_prestress(given, options);
   const SimulationModel other_model = second_model(model, options, by);
   SimulationOptions other = options;
   other.tolerance = std::min(by.tolerance_factor * options.tolerance, kLargestTolerance);

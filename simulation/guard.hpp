@@ -35,12 +35,13 @@ using FrameSink = std::function<void(const SimulationFrame&)>;
 
 /// simulate() twice, the second time disturbed and without following the air. On the CPU both run
 /// at once and share the threads (results do not depend on their number); with one thread, and on a
-/// GPU, which both would need whole, one after the other on the same backend. The first run is bit
+/// GPU, which both would need whole, one after the other on the same backend. A layered wall's
+/// pre-stress is found once, for both. The first run is bit
 /// for bit that of simulate(). If it fails, the second is given up. Frames of the two runs may come
 /// at once, each sink's own one at a time.
 ///
 /// @throws what simulate() does for the first run; that the second one throws is second_failure
-GuardedSummary simulate_guarded(const SimulationModel& model, const SimulationOptions& options,
+GuardedSummary simulate_guarded(const SimulationModel& given, const SimulationOptions& options,
                                 const Disturbance& by, const FrameSink& on_frame,
                                 const FrameSink& on_second_frame, const Progress& progress = {});
 

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <functional>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -183,6 +184,9 @@ struct SimulationModel {
   /// `wall`, further out follow whole copies of them. A column of copies with a held vertex does
   /// not move.
   LayeredWall layered_wall;
+  /// Its pre-stress where that is known (prestress_wall), of this wall or of one that nobody could
+  /// tell apart from it; null: it is found.
+  std::shared_ptr<const WallSolution> wall_seen;
   std::vector<double> wall_abscissa;  ///< along the lesion's line [mm], shape [wall vertex]
   std::vector<int> wall_group;        ///< branch, shape [wall vertex]
   /// Over balloon vertices, then wall vertices; empty: the air is not followed. It is built anew

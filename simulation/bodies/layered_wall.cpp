@@ -128,7 +128,7 @@ std::vector<std::array<int, 2>> patch_partners(const LayeredWall& wall) {
 }
 
 WallSolid make_wall_solid(const LayeredWall& wall, const std::vector<int>& order,
-                          const WallOptions& options) {
+                          const WallOptions& options, const WallSolution* seen) {
   const int columns = static_cast<int>(order.size());
   check_columns(wall, columns);
   WallSolid solid;
@@ -142,9 +142,11 @@ WallSolid make_wall_solid(const LayeredWall& wall, const std::vector<int>& order
       solid.caller_vertex[at(level * columns + i)] = caller;
     }
   solid.wall = renumbered(wall, new_vertex);
-  const WallSolution seen = prestress_wall(solid.wall, options);
-  check_balance(seen, solid.warnings);
-  solid.seen = seen.state;
+  // In the caller's numbering: found here or given, it is the same. Of its state only vertices are
+  // numbered.
+  const WallSolution found = seen == nullptr ? prestress_wall(wall, options) : *seen;
+  check_balance(found, solid.warnings);
+  solid.seen = found.state;
   solid.seen.vertices = solid.wall.vertices;
   solid.model = make_solid_model(solid.wall, options);
   set_memory(solid.seen, solid.model);

@@ -38,7 +38,8 @@ std::vector<std::array<int, 2>> patch_partners(const LayeredWall& wall);
 
 /// @param wall   copies of the lumen's vertices, level by level; otherwise InputError
 /// @param order  the caller's lumen vertex of each column
+/// @param seen   the wall's pre-stress; null: it is found
 WallSolid make_wall_solid(const LayeredWall& wall, const std::vector<int>& order,
-                          const WallOptions& options);
+                          const WallOptions& options, const WallSolution* seen = nullptr);
 
 }  // namespace angio::simulation::detail

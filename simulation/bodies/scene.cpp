@@ -119,9 +119,10 @@ void add_wall(const SimulationModel& model, const SimulationOptions& options, Sc
   }
 }
 
-void add_solid(const SimulationOptions& options, const LayeredWall& layered, const Numbering& wall,
-               Scene& scene) {
-  scene.wall.solid = make_wall_solid(layered, wall.order, options.layered_wall);
+void add_solid(const SimulationOptions& options, const SimulationModel& given,
+               const Numbering& wall, Scene& scene) {
+  scene.wall.solid =
+      make_wall_solid(given.layered_wall, wall.order, options.layered_wall, given.wall_seen.get());
   const auto first = std::size_t(scene.bodies.wall().count);
   const std::vector<char>& fixed = scene.wall.solid.wall.fixed;
   std::vector<char>& led = scene.wall.solid.led;
@@ -231,7 +232,7 @@ Scene make_scene(const SimulationModel& given, const SimulationOptions& options)
   scene.origin = middle_of_box(model.balloon.vertices);
   add_balloon(model, options, scene);
   add_wall(model, options, scene);
-  if (layered) add_solid(options, given.layered_wall, wall, scene);
+  if (layered) add_solid(options, given, wall, scene);
   add_rod(model, options.guidewire, scene);
   add_slide(model, options.guidewire, scene);
   add_self_contact(options, scene);

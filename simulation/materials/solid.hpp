@@ -249,6 +249,19 @@ ANGIO_HOST_DEVICE inline VolumeEnergy<Real> patch_energy(const SolidView<Real>& 
   return volume_energy(view.laws[view.region[first]].bulk, volume / view.patch_volume[patch]);
 }
 
+/// Gives the gradient of a patch and its wedges to a sink: add_gradient(vertex, slope).
+template <class Real, class Sink>
+inline void add_patch_gradient(const SolidView<Real>& view, int patch, Sink& sink) {
+  const Real pressure = patch_energy(view, patch).d1;
+  for (int m = view.patch_begin[patch]; m < view.patch_begin[patch + 1]; ++m) {
+    const int w = view.patch_wedges[m];
+    Vec3T<Real> x[6], gradient[6];
+    view.gather(w, x);
+    wedge_gradient(view.wedge(w), x, pressure, gradient);
+    for (int a = 0; a < 6; ++a) sink.add_gradient(view.corners[6 * w + a], gradient[a]);
+  }
+}
+
 /// Gives gradient and Hessian of a patch and its wedges to a sink: add_gradient(vertex, slope) and
 /// add_block(i, j, block), the blocks once for each unordered pair, in an order that is always the
 /// same.

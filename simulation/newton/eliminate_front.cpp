@@ -4,10 +4,12 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/parallel.hpp"
+
 namespace angio::simulation::detail {
 
 int eliminate_front(double* front_data, std::ptrdiff_t size, std::ptrdiff_t count, double* pivots) {
-  constexpr Eigen::Index kPanel = 32;
+  constexpr Eigen::Index kPanel = 32, kStrip = 96;
   Eigen::Map<Eigen::MatrixXd> front(front_data, size, size);
   int negative = 0;
   Eigen::MatrixXd scaled;
@@ -27,7 +29,16 @@ int eliminate_front(double* front_data, std::ptrdiff_t size, std::ptrdiff_t coun
     if (rest == 0) continue;
     const auto l = front.block(end, begin, rest, width);
     scaled = l * Eigen::Map<const Eigen::VectorXd>(pivots + begin, width).asDiagonal();
-    front.bottomRightCorner(rest, rest).triangularView<Eigen::Lower>() -= scaled * l.transpose();
+    auto left = front.bottomRightCorner(rest, rest);
+    // In strips of columns, which threads share; the last one's are few rows.
+    parallel_for_uneven((rest + kStrip - 1) / kStrip, [&](std::ptrdiff_t strip) {
+      const Eigen::Index from = strip * kStrip, columns = std::min(kStrip, rest - from),
+                         below = rest - from - columns;
+      left.block(from, from, columns, columns).triangularView<Eigen::Lower>() -=
+          scaled.middleRows(from, columns) * l.middleRows(from, columns).transpose();
+      left.block(from + columns, from, below, columns).noalias() -=
+          scaled.bottomRows(below) * l.middleRows(from, columns).transpose();
+    });
   }
   return negative;
 }

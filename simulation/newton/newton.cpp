@@ -32,18 +32,22 @@ class Minimizer::Loop {
     double enough = options_.tolerance, before = 0.0;
     for (;; ++result.iterations) {
       set_gas_pressure(enclosed(enclosure_.triangles, x));
-      system_.assemble(terms_, x, pressure_, false);
+      system_.assemble(terms_, x, pressure_, factor_serves_ ? Part::gradient : Part::all);
       result.residual = residual();
       if (result.iterations == 0) enough = std::max(enough, options_.reduction * result.residual);
       result.converged = result.residual <= enough;
       if (result.converged || result.iterations >= options_.most_iterations) break;
+      const bool had_factor = factor_serves_;
       if (result.iterations > 0 && result.residual > options_.reuse * before)
         factor_serves_ = false;
       before = result.residual;
-      if (factor_serves_) {
-        step_by_last_factor();
-        if (move(x)) continue;
-        factor_serves_ = false;
+      if (had_factor) {
+        if (factor_serves_) {
+          step_by_last_factor();
+          if (move(x)) continue;
+          factor_serves_ = false;
+        }
+        system_.assemble(terms_, x, pressure_, Part::all);
       }
       if (!find_step(x) || !move(x)) break;
     }
@@ -55,6 +59,7 @@ class Minimizer::Loop {
 
  private:
   using Control = Enclosure::Control;
+  using Part = NewtonSystem::Part;
   [[nodiscard]] bool holds(Control control) const {
     return !enclosure_.triangles.empty() && enclosure_.control == control;
   }
@@ -102,7 +107,7 @@ class Minimizer::Loop {
       factor_serves_ = options_.reuse > 0.0 && !is_coupled();
       return true;
     }
-    system_.assemble(terms_, x, pressure_, true);
+    system_.assemble(terms_, x, pressure_, Part::all_clamped);
     for (double shift = std::max(kFirstShift, 0.1 * last_shift_); shift < kLastShift; shift *= 10.0)
       if (try_shift(shift)) {
         last_shift_ = shift;

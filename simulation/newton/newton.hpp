@@ -22,6 +22,8 @@ class Assembly {
   void add_gradient(int v, const Vec3& slope) { gradient_[std::size_t(v)] += slope; }
   /// Adds d2E/dx_i dx_j^T [uN/mm], once for each unordered pair: the block (j, i) is its transpose.
   void add_block(int i, int j, const Mat3& block);
+  /// Is the Hessian asked for, too? If not, blocks are ignored.
+  [[nodiscard]] bool wants_blocks() const { return wants_blocks_; }
 
  private:
   friend class NewtonSystem;
@@ -31,6 +33,7 @@ class Assembly {
   };
   std::vector<Vec3> gradient_;
   std::vector<Block> blocks_;
+  bool wants_blocks_ = true;
 };
 
 /// One term of the energy that is minimised.
@@ -47,7 +50,7 @@ class EnergyTerm {
   /// The energy [nJ]; not finite where x is not admissible (the line search then steps back).
   [[nodiscard]] virtual double value(const std::vector<Vec3>& x) const = 0;
 
-  /// Adds gradient and Hessian.
+  /// Adds gradient and Hessian, which need not be computed unless out.wants_blocks().
   ///
   /// @param clamp  leave out the negative eigenvalues of each element's Hessian, where it can be
   ///               done: asked for when the exact sum is not positive definite

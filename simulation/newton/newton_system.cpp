@@ -44,7 +44,9 @@ double enclosed(const std::vector<Triangle>& triangles, const std::vector<Vec3>&
   return sum / 6.0;
 }
 
-void Assembly::add_block(int i, int j, const Mat3& block) { blocks_.push_back({i, j, block}); }
+void Assembly::add_block(int i, int j, const Mat3& block) {
+  if (wants_blocks_) blocks_.push_back({i, j, block});
+}
 
 NewtonSystem::NewtonSystem(const std::vector<char>& fixed, const Enclosure& enclosure)
     : enclosure_(enclosure), unknown_(3 * fixed.size(), -1) {
@@ -71,19 +73,22 @@ std::vector<Vec3> NewtonSystem::moved(const std::vector<Vec3>& x, const Eigen::V
 }
 
 void NewtonSystem::assemble(const std::vector<const EnergyTerm*>& terms, const std::vector<Vec3>& x,
-                            double pressure, bool clamp) {
+                            double pressure, Part part) {
   assembly_.blocks_.clear();
+  assembly_.wants_blocks_ = part != Part::gradient;
   gradient.setZero(unknown_count_);
   double squared = 0.0;
   for (const EnergyTerm* term : terms) {
     assembly_.gradient_.assign(x.size(), {});
-    term->add(x, clamp, assembly_);
+    term->add(x, part == Part::all_clamped, assembly_);
     gradient += free_part(assembly_.gradient_);
     for (const Vec3& g : assembly_.gradient_) squared += norm_squared(g);
   }
   add_volume(x, pressure);
-  find_pattern();
-  fill_matrix();
+  if (assembly_.wants_blocks()) {
+    find_pattern();
+    fill_matrix();
+  }
   force_scale = std::max(std::sqrt(squared + pressure * pressure * volume_slope.squaredNorm()),
                          kLeastStrain * mean_diagonal() * extent(x));
 }

@@ -16,9 +16,15 @@ class NewtonSystem {
  public:
   NewtonSystem(const std::vector<char>& fixed, const Enclosure& enclosure);
 
-  /// Sums the terms at x: gradient, Hessian less pressure * V'', volume and V'.
+  /// What is summed.
+  enum class Part {
+    gradient,  ///< the matrix stays that of the last time
+    all,
+    all_clamped,  ///< EnergyTerm::add
+  };
+  /// Sums the terms at x: gradient, volume and V', and the matrix, Hessian less pressure * V''.
   void assemble(const std::vector<const EnergyTerm*>& terms, const std::vector<Vec3>& x,
-                double pressure, bool clamp);
+                double pressure, Part part);
   /// LDL^T of the matrix + shift * its mean diagonal.
   /// @return the number of negative eigenvalues; -1 where the factorisation broke down
   int factorize(double shift) { return solver_.factorize(matrix_, shift * mean_diagonal()); }

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numeric>
 
+#include "core/parallel.hpp"
 #include "simulation/newton/eliminate_front.hpp"
 
 namespace angio::simulation::detail {
@@ -61,6 +62,7 @@ void SparseLdlt::analyze(const Matrix& lower) {
   const Matrix pattern = renumbered(lower, position_);
   find_blocks(pattern, parents_of(pattern));
   place_in_parents();
+  find_subtrees();
   place_entries(lower);
 }
 
@@ -137,6 +139,7 @@ void SparseLdlt::place_in_parents() {
   for (Block& block : blocks_) {
     if (block.rows.size() == at(block.count)) continue;
     block.parent = block_of_[at(block.rows[at(block.count)])];
+    blocks_[at(block.parent)].children.push_back(static_cast<int>(&block - blocks_.data()));
     const std::vector<int>& rows = blocks_[at(block.parent)].rows;
     for (std::size_t r = at(block.count); r < block.rows.size(); ++r)
       block.in_parent.push_back(static_cast<int>(
@@ -164,35 +167,73 @@ void SparseLdlt::place_entries(const Matrix& lower) {
   }
 }
 
+// Subtrees of about equal work, which can be eliminated at the same time. In postorder the blocks
+// of a subtree are in one piece.
+void SparseLdlt::find_subtrees() {
+  constexpr double kMostShare = 1.0 / 32.0;  // of all work
+  std::vector<double> work(blocks_.size(), 0.0);
+  std::vector<int> first(blocks_.size());
+  double whole = 0.0;
+  for (std::size_t b = 0; b < blocks_.size(); ++b) first[b] = static_cast<int>(b);
+  for (std::size_t b = 0; b < blocks_.size(); ++b) {
+    const Block& block = blocks_[b];
+    const auto rows = static_cast<double>(block.rows.size());
+    work[b] += rows * rows * block.count;
+    whole += rows * rows * block.count;
+    if (block.parent < 0) continue;
+    work[at(block.parent)] += work[b];
+    first[at(block.parent)] = std::min(first[at(block.parent)], first[b]);
+  }
+  const auto is_small = [&](int b) { return work[at(b)] <= kMostShare * whole; };
+  subtrees_.clear();
+  trunk_.clear();
+  for (int b = 0; b < static_cast<int>(blocks_.size()); ++b) {
+    const int parent = blocks_[at(b)].parent;
+    if (!is_small(b))
+      trunk_.push_back(b);
+    else if (parent < 0 || !is_small(parent))
+      subtrees_.push_back({first[at(b)], b});
+  }
+  std::stable_sort(subtrees_.begin(), subtrees_.end(), [&](const Subtree& a, const Subtree& b) {
+    return work[at(a.last)] > work[at(b.last)];
+  });
+}
+
 int SparseLdlt::factorize(const Matrix& lower, double shift) {
   d_.resize(lower.rows());
   std::vector<Dense> left(blocks_.size());  // what a block's elimination leaves to its parent
-  std::vector<std::vector<int>> children(blocks_.size());
-  int negative = 0;
-  for (std::size_t b = 0; b < blocks_.size(); ++b) {
-    Block& block = blocks_[b];
-    const auto size = static_cast<Eigen::Index>(block.rows.size());
-    Dense front = Dense::Zero(size, size);
-    for (int e = entry_begin_[b]; e < entry_begin_[b + 1]; ++e)
-      front(entries_[at(e)].row, entries_[at(e)].column) += lower.valuePtr()[entries_[at(e)].value];
-    for (Eigen::Index i = 0; i < block.count; ++i) front(i, i) += shift;
-    for (const int child : children[b]) {
-      const std::vector<int>& to = blocks_[at(child)].in_parent;
-      Dense& from = left[at(child)];
-      for (Eigen::Index j = 0; j < from.cols(); ++j)
-        for (Eigen::Index i = j; i < from.rows(); ++i) front(to[at(i)], to[at(j)]) += from(i, j);
-      from.resize(0, 0);
-    }
-    const int own = eliminate_front(front.data(), size, block.count, d_.data() + block.first);
+  std::vector<int> negative(blocks_.size(), 0);
+  parallel_for_uneven(static_cast<std::ptrdiff_t>(subtrees_.size()), [&](std::ptrdiff_t s) {
+    for (int b = subtrees_[at(s)].first; b <= subtrees_[at(s)].last; ++b)
+      negative[at(b)] = eliminate(b, lower, shift, left);
+  });
+  for (const int b : trunk_) negative[at(b)] = eliminate(b, lower, shift, left);
+  int sum = 0;
+  for (const int own : negative) {
     if (own < 0) return -1;
-    block.l = front.leftCols(block.count);
-    negative += own;
-    if (block.parent >= 0) {
-      const Eigen::Index rest = size - block.count;
-      left[b] = front.bottomRightCorner(rest, rest);
-      children[at(block.parent)].push_back(static_cast<int>(b));
-    }
+    sum += own;
   }
+  return sum;
+}
+
+int SparseLdlt::eliminate(int b, const Matrix& lower, double shift, std::vector<Dense>& left) {
+  Block& block = blocks_[at(b)];
+  const auto size = static_cast<Eigen::Index>(block.rows.size());
+  Dense front = Dense::Zero(size, size);
+  for (int e = entry_begin_[at(b)]; e < entry_begin_[at(b) + 1]; ++e)
+    front(entries_[at(e)].row, entries_[at(e)].column) += lower.valuePtr()[entries_[at(e)].value];
+  for (Eigen::Index i = 0; i < block.count; ++i) front(i, i) += shift;
+  for (const int child : block.children) {
+    const std::vector<int>& to = blocks_[at(child)].in_parent;
+    Dense& from = left[at(child)];
+    for (Eigen::Index j = 0; j < from.cols(); ++j)
+      for (Eigen::Index i = j; i < from.rows(); ++i) front(to[at(i)], to[at(j)]) += from(i, j);
+    from.resize(0, 0);
+  }
+  const int negative = eliminate_front(front.data(), size, block.count, d_.data() + block.first);
+  block.l = front.leftCols(block.count);
+  const Eigen::Index rest = size - block.count;
+  if (block.parent >= 0) left[at(b)] = front.bottomRightCorner(rest, rest);
   return negative;
 }
 

@@ -57,10 +57,14 @@ void SolidTerm::add(const std::vector<Vec3>& x, bool clamp, Assembly& out) const
   const SolidView<double> view = model_.view(x.data());
   std::vector<Share> shares(model_.patch_volume.size());
   parallel_for(model_.patch_count(), [&](std::ptrdiff_t patch) {
-    add_patch(view, static_cast<int>(patch), shares[static_cast<std::size_t>(patch)],
-              [clamp](Mat3(*hessian)[6]) {
-                if (clamp) clamp_wedge(hessian);
-              });
+    Share& share = shares[static_cast<std::size_t>(patch)];
+    if (!out.wants_blocks()) {
+      add_patch_gradient(view, static_cast<int>(patch), share);
+      return;
+    }
+    add_patch(view, static_cast<int>(patch), share, [clamp](Mat3(*hessian)[6]) {
+      if (clamp) clamp_wedge(hessian);
+    });
   });
   for (const Share& share : shares) {
     for (const auto& [v, slope] : share.gradient) out.add_gradient(v, slope);
