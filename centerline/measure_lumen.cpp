@@ -28,12 +28,27 @@ Range widened(const CenterlinePath& path, Range range) {
   return range;
 }
 
+/// The wall's distance at a point of a line, which may have moved outward to several times the
+/// path's radius there; in a throat that has been opened to the width of the widest place or
+/// beyond.
+/// @return 0: there is none around
+double find_wall(const WallPoints& points, const LocalCurve& curve, double radius, double widest) {
+  constexpr double kMostGrowth = 4.0, kMostOfWidest = 2.0;
+  double found = 0.0;
+  for (double most = kMostGrowth * radius; radius > 0.0 && !(found > 0.0); most *= 2.0) {
+    found = look_for_wall(points, curve, most);
+    if (most >= kMostOfWidest * widest) break;
+  }
+  return found;
+}
+
 /// Sections at some points of a line, whose widths are known from elsewhere or not yet.
 std::vector<TubeSection> fit_sections(const WallPoints& points, const Polyline& line, Range stretch,
                                       bool look) {
-  // The wall may have moved outward to several times the radius of the path.
-  constexpr double kMostGrowth = 4.0;
   const std::vector<double> s = arc_length(line.points);
+  double widest = 0.0;
+  for (std::size_t i = stretch.first; i < stretch.last; ++i)
+    widest = std::max({widest, line.radius[i], line.extent[i]});
   std::vector<TubeSection> sections(line.points.size());
   parallel_for_uneven(std::ptrdiff_t(stretch.last - stretch.first), [&](std::ptrdiff_t index) {
     const std::size_t i = stretch.first + std::size_t(index);
@@ -41,7 +56,7 @@ std::vector<TubeSection> fit_sections(const WallPoints& points, const Polyline& 
         fit_curve(line, s, i, course_reach(TubeEffort::center) * direction_reach(line, i));
     double radius = line.radius[i], extent = line.extent[i];
     if (look) {
-      radius = look_for_wall(points, curve, kMostGrowth * radius);
+      radius = find_wall(points, curve, radius, widest);
       extent = std::max(extent, radius);
     }
     if (radius > 0.0)

@@ -171,6 +171,22 @@ TEST(MeasureLumen, SeesADilatedVesselOnTheOldLine) {
   }
 }
 
+TEST(MeasureLumen, SeesAThroatThatWasOpenedTenfold) {
+  CenterlinePath path;
+  for (double z = 0.0; z < 30.0; z += 0.5 * path.inscribed_radius.back()) {
+    path.points.push_back({0.0, 0.0, z});
+    path.inscribed_radius.push_back(1.5 - 1.35 * std::exp(-0.25 * (z - 15.0) * (z - 15.0)));
+  }
+  path.abscissa = arc_length(path.points);
+  path.equivalent_radius = path.inscribed_radius;
+  const auto opened = make_elliptic_tube(30, 61, 19, constant(1.5), constant(1.5), false);
+  const LumenProfile profile = measure_lumen(opened, path, 3.0, 27.0);
+  const auto is_asked_for = [](double s) { return s >= 3.0 && s <= 27.0; };
+  ASSERT_EQ(std::ptrdiff_t(profile.abscissa.size()),
+            std::count_if(path.abscissa.begin(), path.abscissa.end(), is_asked_for));
+  for (const double radius : profile.inscribed_radius) EXPECT_NEAR(radius, 1.5, 0.005);
+}
+
 TEST(MeasureLumen, AgreesWithTheLineItself) {
   const auto mesh = make_elliptic_tube(30, 101, 48, stenosed, stenosed, false);
   const auto path = extract_centerline(mesh, {}).tree.paths[0];
