@@ -12,8 +12,8 @@
 namespace angio::pipeline {
 namespace {
 
-// No section looks for its wall farther than four radii away, three times over; what grows, grows
-// no more than that (measure_lumen).
+// No section looks for its wall farther than four of the greatest radii away, three times over;
+// what grows, grows no more than that (measure_lumen).
 constexpr double kAroundInRadii = 12.0;
 
 std::vector<int> points_near(const std::vector<Vec3>& points, const CenterlinePath& path,
@@ -63,8 +63,10 @@ TreatedSpans treated_spans(const nlohmann::json& placement) {
   const double length = placement.at("balloon").at("length_mm").get<double>(),
                end = std::max(0.5 * (last - first - length), 0.0);
   TreatedSpans spans;
-  spans.lesion_first = std::min(std::max(proximal, first + end), throat);
-  spans.lesion_last = std::max(std::min(distal, last - end), throat);
+  spans.cylinder_first = first + end;
+  spans.cylinder_last = last - end;
+  spans.lesion_first = std::min(std::max(proximal, spans.cylinder_first), throat);
+  spans.lesion_last = std::max(std::min(distal, spans.cylinder_last), throat);
   spans.segment_first = std::min(first, proximal);
   spans.segment_last = std::max(last, distal);
   spans.untreated_mm = spans.lesion_first - proximal + distal - spans.lesion_last;
@@ -122,12 +124,13 @@ centerline::LumenProfile TreatedLumen::profile(const std::vector<Vec3>& wall,
                                                const std::vector<Vec3>& balloon) const {
   const std::vector<Vec3> lumen = mesh(wall).vertices;
   const CenterlinePath path = moved_path(lumen);
-  const auto measured = [&](std::vector<Vec3> surface) {
-    return centerline::measure_lumen(std::move(surface), path, spans_.segment_first,
-                                     spans_.segment_last);
-  };
-  centerline::LumenProfile seen = measured(points(lumen));
-  return balloon.empty() ? seen : widened(std::move(seen), measured(balloon));
+  centerline::LumenProfile seen =
+      centerline::measure_lumen(points(lumen), path, spans_.segment_first, spans_.segment_last);
+  if (balloon.empty()) return seen;
+  return widened(std::move(seen),
+                 centerline::measure_lumen(balloon, path,
+                                           std::max(spans_.segment_first, spans_.cylinder_first),
+                                           std::min(spans_.segment_last, spans_.cylinder_last)));
 }
 
 TreatedMeasures TreatedLumen::measures(const centerline::LumenProfile& profile) const {

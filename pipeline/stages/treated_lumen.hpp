@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <limits>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
@@ -18,6 +19,10 @@ struct TreatedSpans {
   double lesion_first = 0.0, lesion_last = 0.0;
   double segment_first = 0.0, segment_last = 0.0;  ///< what the balloon reaches, and the lesion
   double untreated_mm = 0.0;                       ///< of the lesion, that the balloon leaves out
+  /// Of the balloon's cylindrical part. Beyond it a section looks for its wall farther than the
+  /// balloon's tapering end is.
+  double cylinder_first = std::numeric_limits<double>::lowest(),
+         cylinder_last = std::numeric_limits<double>::max();
 };
 
 /// @param placement  meshing/placement.json
