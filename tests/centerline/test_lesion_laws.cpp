@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "centerline/centerline.hpp"
+#include "centerline/detail/healthy_field.hpp"
 #include "tests/centerline/straight_lines.hpp"
 
 // Laws of the search for lesions, on lines without an extraction.
@@ -155,40 +156,28 @@ TEST(LesionLaws, ALongVesselIsHardlyWiderThanItsWidestPlace) {
   EXPECT_LT(find_lesions(tree, options).at(0).reference_diameter_mm, 1.1 * 3.4 + 0.02);
 }
 
-TEST(LesionLaws, AThinVesselBetweenTwoTreesIsNone) {
-  // A communicating artery: from an inlet of 4 mm a vessel of 1.2 mm runs to another tree's trunk
-  // of 4 mm, which has an open end of its own: blood comes in there. Taken for that tree's trunk
-  // the thin vessel would have to be the widest of all.
-  const auto line = [](const Vec3& last_way, int id) {
-    CenterlinePath path;
-    const auto add = [&](const Vec3& p, double d) {
-      path.points.push_back(p);
-      path.inscribed_radius.push_back(0.5 * d);
-    };
-    double s = 0.0;
-    for (; s < 24.0; s += 0.4) add({0, 0, s}, 4.0);
-    const int first_fork = int(path.points.size());
-    for (s = 0.0; s < 5.0; s += 0.15) add(Vec3{0, 0, 24.0} + s * Vec3{1, 0, 0}, 1.2);
-    const int second_fork = int(path.points.size());
-    for (s = 0.0; s < 24.0; s += 0.4) add(Vec3{5.0, 0, 24.0} + s * last_way, 3.97);
-    path.tracts = {{0, first_fork - 5, 0, 0, false},
-                   {first_fork - 5, first_fork + 10, 1, 1, true},
-                   {first_fork + 10, second_fork - 10, 2, 2, false},
-                   {second_fork - 10, second_fork + 5, 3, 3, true},
-                   {second_fork + 5, int(path.points.size()) - 1, 4 + id, 4, false}};
-    return path;
+TEST(HealthyField, AThinVesselMayJoinTwoTreesThatEachHaveAnInlet) {
+  // A communicating artery of 1.2 mm: it leaves a vessel of 5.6 mm and runs into one of 4 mm whose
+  // both ends are open. By the forks' law it would be a vessel of 5 mm, narrow all along.
+  const auto branch = [](double diameter, int cells, std::vector<int> daughters, bool may_feed) {
+    FieldBranch result;
+    for (int c = 0; c < cells; ++c)
+      result.cells.push_back(
+          {.log_diameter = std::log(diameter), .weight = 0.25, .position = 0.25 * c});
+    result.daughters = std::move(daughters);
+    result.length = 0.25 * cells;
+    result.may_feed = may_feed;
+    return result;
   };
-  CenterlinePath own = line({0, 0, 1}, 2);  // the first tree's own way on
-  own.points.resize(60);
-  own.inscribed_radius.resize(60);
-  for (double s = 0.4; s < 24.0; s += 0.4) {
-    own.points.push_back(Vec3{0, 0, 23.6} + s * Vec3{-0.3, 0, 0.954});
-    own.inscribed_radius.push_back(1.97);
-  }
-  own.tracts = {
-      {0, 55, 0, 0, false}, {55, 65, 1, 1, true}, {65, int(own.points.size()) - 1, 7, 2, false}};
-  const CenterlineTree tree = tree_of({line({0, 0, 1}, 0), line({0, 0, -1}, 1), own});
-  for (const Lesion& lesion : find_lesions(tree, {})) EXPECT_FALSE(lesion.is_stenosis);
+  const auto healthy_diameter = [&](bool fed) {
+    const HealthyField field({branch(5.6, 24, {1, 2}, false), branch(3.9, 24, {}, false),
+                              branch(1.2, 16, {3, 4}, fed), branch(4.0, 24, {}, fed),
+                              branch(3.97, 24, {}, fed)});
+    return std::exp(field.best(2, 8));
+  };
+  EXPECT_NEAR(healthy_diameter(true), 1.2, 0.1);
+  // Were there one inlet only, it would be diseased.
+  EXPECT_GT(healthy_diameter(false), 4.0);
 }
 
 TEST(LesionLaws, AHealthyForkIsNone) {
