@@ -101,6 +101,20 @@ TEST(Guard, LeavesTheFirstRunAsItIsHoweverTheThreadsAreShared) {
   EXPECT_NE(seconds[0].back(), alone.back());
 }
 
+TEST(Guard, FindsALayeredWallsPreStressForBothRunsAndLeavesTheFirstAsItIs) {
+  const SimulationModel model = testing::layered_model();
+  SimulationOptions options = testing::layered_options();
+  options.inflation = short_course().inflation;
+  Walls alone, first, second;
+  simulate(model, options, into(alone));
+  const Threads two(2);
+  const GuardedSummary both = simulate_guarded(model, options, {}, into(first), into(second));
+  EXPECT_EQ(first, alone);
+  EXPECT_EQ(both.second_failure, "");
+  ASSERT_EQ(second.size(), first.size());
+  EXPECT_NE(second.back(), first.back());
+}
+
 TEST(Guard, OfNoDisturbanceIsTheSameRunTwice) {
   const SimulationModel model = small_model();
   Walls first, second;
