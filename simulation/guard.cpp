@@ -116,8 +116,9 @@ SimulationModel second_model(const SimulationModel& model, const SimulationOptio
   return second;
 }
 
-/// Both runs begin with one pre-stress, which all threads find: what two of them differ by, 0.001
-/// mm at most, is no answer of the balloon's.
+/// Both runs begin with one pre-stress, which all threads find. What two of them would differ by is
+/// how near each comes to balance (WallSolution::displacement_mm), which is no answer of the
+/// balloon's.
 SimulationModel with_prestress(SimulationModel model, const SimulationOptions& options) {
   if (!model.layered_wall.vertices.empty() && model.wall_seen == nullptr)
     model.wall_seen = std::make_shared<const WallSolution>(

@@ -92,6 +92,8 @@ TEST(TreatedSpans, AreOfTheLesionAsFarAsTheBalloonsCylinderGoes) {
   EXPECT_EQ(whole.lesion_last, 24.0);
   EXPECT_EQ(whole.segment_first, 12.5);
   EXPECT_EQ(whole.segment_last, 27.5);
+  EXPECT_EQ(whole.cylinder_first, 14.0);
+  EXPECT_EQ(whole.cylinder_last, 26.0);
   EXPECT_EQ(whole.untreated_mm, 0.0);
   const TreatedSpans part = spans(12.0, 21.0, 4.0);
   EXPECT_EQ(part.lesion_first, 18.0);
@@ -189,6 +191,11 @@ TEST(TreatedLumen, IsNowhereNarrowerThanTheBalloonInIt) {
       treated.measures(treated.profile(creased.vertices, balloon.vertices));
   EXPECT_NEAR(measures.lesion.mld_mm, 2.8, 0.03);
   EXPECT_NEAR(treated.measures(treated.profile(creased.vertices)).lesion.mld_mm, 2.0, 0.05);
+  // Beyond its cylinder the balloon's end would be taken for a wider section than it has.
+  const TreatedSpans elsewhere{6.0, 12.0, 3.0, 21.0, 0.0, 15.0, 20.0};
+  const TreatedLumen beside(lumen, region, axis(), elsewhere, 0.7, false);
+  EXPECT_NEAR(beside.measures(beside.profile(creased.vertices, balloon.vertices)).lesion.mld_mm,
+              2.0, 0.05);
   const TriangleMesh thin = tube(60, 20, [](double) { return 0.4; });
   EXPECT_NEAR(treated.measures(treated.profile(creased.vertices, thin.vertices)).lesion.mld_mm, 2.0,
               0.05);
