@@ -21,8 +21,7 @@ constexpr double kMostNarrowing = 15.0, kMostWidening = 60.0;  // of a step with
 constexpr double kLaw = 7.0 / 3.0;                             // exponent of the fork's law
 constexpr double kFork = 0.10;                                 // its sd (ln diameter),
 constexpr double kForkTail = 15.0;  // and the cost of each e-fold far off
-constexpr double kSwapped = 8.0;    // of another vessel than the one before being the trunk,
-constexpr double kFed = 1.0;        // and where it may come from another inlet
+constexpr double kSwapped = 8.0;    // of another vessel than the one before being the trunk
 
 /// A way in which a healthy branch may run: its taper per diameter, what a step to a narrower and
 /// to a wider diameter costs (per e-fold), and what the way itself costs.
@@ -217,12 +216,10 @@ class Fork {
 
   /// Costs at vessel `x` of a fork from those of the others; the first is the one nearest to the
   /// inlet.
-  /// @param swapped  what it costs that a vessel is the trunk
-  [[nodiscard]] Costs to(std::size_t x, const std::vector<Costs>& vessels,
-                         const std::vector<double>& swapped) const {
+  [[nodiscard]] Costs to(std::size_t x, const std::vector<Costs>& vessels) const {
     Costs result(count_, std::numeric_limits<double>::max());
     for (std::size_t trunk = 0; trunk < vessels.size(); ++trunk) {
-      const double more = swapped[trunk];
+      const double more = trunk == 0 ? 0.0 : kSwapped;
       Costs sum;  // of the others' flows
       for (std::size_t v = 0; v < vessels.size(); ++v)
         if (v != x && v != trunk) sum = sum.empty() ? vessels[v] : joined(sum, vessels[v]);
@@ -272,14 +269,6 @@ class Fork {
   std::vector<double> law_;
 };
 
-/// What it costs that each vessel of the fork behind a branch is its trunk.
-std::vector<double> swapping_costs(const std::vector<FieldBranch>& branches, std::size_t b) {
-  std::vector<double> costs{0.0};
-  for (const int d : branches[b].daughters)
-    costs.push_back(branches[std::size_t(d)].may_feed ? kFed : kSwapped);
-  return costs;
-}
-
 }  // namespace
 
 HealthyField::HealthyField(const std::vector<FieldBranch>& branches) {
@@ -302,7 +291,7 @@ HealthyField::HealthyField(const std::vector<FieldBranch>& branches) {
     if (!branches[b].daughters.empty()) {
       std::vector<Costs> vessels{Costs()};
       for (const int d : branches[b].daughters) vessels.push_back(up[std::size_t(d)]);
-      behind[b] = fork.to(0, vessels, swapping_costs(branches, b));
+      behind[b] = fork.to(0, vessels);
     }
     up[b] = BranchPass(branches[b], low_, count).up(behind[b]);
   }
@@ -313,9 +302,8 @@ HealthyField::HealthyField(const std::vector<FieldBranch>& branches) {
     if (branches[b].daughters.empty()) continue;
     std::vector<Costs> vessels{pass.down(before[b])};
     for (const int d : branches[b].daughters) vessels.push_back(up[std::size_t(d)]);
-    const std::vector<double> swapped = swapping_costs(branches, b);
     for (std::size_t k = 1; k < vessels.size(); ++k)
-      before[std::size_t(branches[b].daughters[k - 1])] = fork.to(k, vessels, swapped);
+      before[std::size_t(branches[b].daughters[k - 1])] = fork.to(k, vessels);
   }
 }
 

@@ -18,7 +18,6 @@ struct FieldBranch {
   std::vector<FieldCell> cells;  ///< at least one
   std::vector<int> daughters;    ///< indices above its own
   double length = 0.0;           ///< in diameters
-  bool may_feed = false;         ///< behind it, or on it, is an end that may be another inlet
 };
 
 /// For each cell, the cost of the best healthy tree that has a given ln diameter there.
@@ -30,7 +29,7 @@ struct FieldBranch {
 /// probability of all that; it is least exactly, by min-sum messages along the tree, which has no
 /// loops (Pearl, Probabilistic reasoning in intelligent systems, 1988, section 4.3). Directions are
 /// not taken for granted: a branch may widen along the flow, and any vessel of a fork may be its
-/// trunk, at a price, which is small where blood may come in behind that vessel.
+/// trunk, at a price.
 class HealthyField {
  public:
   /// @param branches  parents before daughters; the first is the root

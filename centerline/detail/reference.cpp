@@ -190,33 +190,6 @@ ReferenceDiameter measure(const CenterlinePath& path) {
   return reference;
 }
 
-/// The mean ln diameter of a branch's last two diameters; lowest() where nothing is measured.
-double width_at_end(const FieldBranch& branch) {
-  constexpr double kReach = 2.0;
-  double sum = 0.0, weight = 0.0;
-  for (auto cell = branch.cells.rbegin(); cell != branch.cells.rend() && weight < kReach; ++cell) {
-    sum += cell->weight * cell->log_diameter;
-    weight += cell->weight;
-  }
-  return weight > 0.0 ? sum / weight : std::numeric_limits<double>::lowest();
-}
-
-/// Marks the branches behind which another inlet may be: an end nearly as wide as the inlet's
-/// branch at its widest, as in a circle of arteries that several feed. Of an even fork no daughter
-/// is that wide (2^-3/7 = 0.74).
-void find_feeders(std::vector<FieldBranch>& branches) {
-  constexpr double kAsWide = 0.8;
-  double inlet = std::numeric_limits<double>::lowest();
-  for (const FieldCell& cell : branches.front().cells)
-    if (cell.weight > 0.0) inlet = std::max(inlet, cell.log_diameter);
-  const double least = inlet + std::log(kAsWide);
-  for (std::size_t b = branches.size(); b-- > 0;) {
-    FieldBranch& branch = branches[b];
-    branch.may_feed = branch.daughters.empty() && width_at_end(branch) >= least;
-    for (const int d : branch.daughters) branch.may_feed |= branches[std::size_t(d)].may_feed;
-  }
-}
-
 /// The greatest healthy ln diameter that a branch can have by its own look: one that is seen over
 /// many diameters shows its width somewhere, however diseased it is and whatever its forks say.
 double greatest_own_width(const FieldBranch& field) {
@@ -299,7 +272,6 @@ TreeReference find_reference(const CenterlineTree& tree, double voxel_mm) {
         cut_into_cells(tree.paths[p], branch, units[p], result.paths[p]));
     set_spreads(result.field_branches.back(), voxel_mm);
   }
-  if (!result.field_branches.empty()) find_feeders(result.field_branches);
   const std::vector<std::vector<double>> lines = explain(result);
   for (std::size_t b = 0; b < result.branches.size(); ++b) {
     const auto p = std::size_t(result.branches[b].path);

@@ -6,7 +6,6 @@
 #include <limits>
 
 #include "centerline/centerline.hpp"
-#include "centerline/detail/healthy_field.hpp"
 #include "tests/centerline/straight_lines.hpp"
 
 // Laws of the search for lesions, on lines without an extraction.
@@ -154,30 +153,6 @@ TEST(LesionLaws, ALongVesselIsHardlyWiderThanItsWidestPlace) {
   LesionOptions options;
   options.abscissa_mm = 12.0;
   EXPECT_LT(find_lesions(tree, options).at(0).reference_diameter_mm, 1.1 * 3.4 + 0.02);
-}
-
-TEST(HealthyField, AThinVesselMayJoinTwoTreesThatEachHaveAnInlet) {
-  // A communicating artery of 1.2 mm: it leaves a vessel of 5.6 mm and runs into one of 4 mm whose
-  // both ends are open. By the forks' law it would be a vessel of 5 mm, narrow all along.
-  const auto branch = [](double diameter, int cells, std::vector<int> daughters, bool may_feed) {
-    FieldBranch result;
-    for (int c = 0; c < cells; ++c)
-      result.cells.push_back(
-          {.log_diameter = std::log(diameter), .weight = 0.25, .position = 0.25 * c});
-    result.daughters = std::move(daughters);
-    result.length = 0.25 * cells;
-    result.may_feed = may_feed;
-    return result;
-  };
-  const auto healthy_diameter = [&](bool fed) {
-    const HealthyField field({branch(5.6, 24, {1, 2}, false), branch(3.9, 24, {}, false),
-                              branch(1.2, 16, {3, 4}, fed), branch(4.0, 24, {}, fed),
-                              branch(3.97, 24, {}, fed)});
-    return std::exp(field.best(2, 8));
-  };
-  EXPECT_NEAR(healthy_diameter(true), 1.2, 0.1);
-  // Were there one inlet only, it would be diseased.
-  EXPECT_GT(healthy_diameter(false), 4.0);
 }
 
 TEST(LesionLaws, AHealthyForkIsNone) {
