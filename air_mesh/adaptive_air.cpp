@@ -184,8 +184,8 @@ void AdaptiveAir::adapt(const std::vector<Vec3>& x) {
       step *= 0.5;
   }
   remove_points();
-  mend_folds();
   count_volumes();
+  if (!left_out_.empty() && (!is_whole() || turn_ >= folds_resume_)) mend_folds();
 }
 
 bool AdaptiveAir::is_tangled() const { return inverted_count() > kTangled * air_.tet_count(); }

@@ -80,6 +80,7 @@ class AdaptiveAir {
   void mend_inverted(bool all);
   bool refill_around(int t);
   void mend_folds();
+  void fill_folds();
   bool end_before_rim(const std::vector<int>& tets);
   [[nodiscard]] bool is_surface(Triangle face) const;
   bool fill_hollow(const std::vector<int>& hollow);
@@ -110,10 +111,12 @@ class AdaptiveAir {
   std::vector<int> left_out_;  ///< slots, ascending
   bool closed_ = false;
   bool each_time_ = false;
-  int turn_ = 0;    ///< motions so far
-  int built_ = 0;   ///< when a mesh was last built, or tried
-  int resume_ = 0;  ///< until then none is, unless the last one has lasted
-  int pause_ = 1;   ///< after the next one
+  int turn_ = 0;          ///< motions so far
+  int built_ = 0;         ///< when a mesh was last built, or tried
+  int resume_ = 0;        ///< until then none is, unless the last one has lasted
+  int pause_ = 1;         ///< after the next one
+  int folds_resume_ = 0;  ///< until then folds are let be in a mesh that is whole
+  int folds_pause_ = 1;   ///< after the next attempt
   AirReport report_;
 };
 

@@ -22,6 +22,7 @@ constexpr int kMostLayers = 3;    // of tets taken out: a fold, and what is arou
 constexpr std::size_t kMostInHollow = 400;  // tets
 constexpr int kEnough = 8;                  // places for a point, of which the best is taken
 constexpr int kMostMends = 16;              // places a round
+constexpr int kLongestRest = 16;            // motions for which folds are let be
 constexpr int kLeastPatience = 8;           // motions between two attempts to do without a point,
 constexpr int kMostPatience = 64;           // twice as many after each that fails
 
@@ -178,8 +179,15 @@ int AdaptiveAir::take_point(const Vec3& at, std::size_t index) {
 }
 
 // Folds are taken out and their hollows meshed anew; as long as too much is left out, with more and
-// more tets around them.
+// more tets around them. Folds that stay, in a mesh that is whole without them, are let be for a
+// while, and twice as long each time: each hollow is a call of the mesher.
 void AdaptiveAir::mend_folds() {
+  fill_folds();
+  folds_pause_ = left_out_.empty() ? 1 : std::min(2 * folds_pause_, kLongestRest);
+  folds_resume_ = turn_ + folds_pause_;
+}
+
+void AdaptiveAir::fill_folds() {
   int meshes = 0;
   for (int layers = 0; layers < kMostLayers && !is_tangled(); ++layers) {
     const Folds folds = find_folds(air_, x_, quality_);

@@ -42,7 +42,7 @@ struct LiveSimulation::Session {
   Session(SimulationModel given, SimulationOptions asked)
       : model(std::move(given)),
         options(drivable(std::move(asked))),
-        scene(make_scene(model, options)),
+        shared_scene(std::make_shared<const Scene>(make_scene(model, options))),
         rules(make_rules(scene, options)),
         outside(outside_pressure(options)),
         track(whole_wire(model)),
@@ -108,13 +108,14 @@ struct LiveSimulation::Session {
     frame = {};
     frame.frame = number;
     frame.time_s = number * options.frame_s;
-    add_state(model, scene, state, outside, frame);
+    add_state(model, shared_scene, std::make_shared<const State>(state), outside, frame);
     if (frame.guidewire.empty()) frame.guidewire = wire.follow(frame.balloon);
   }
 
   SimulationModel model;
   SimulationOptions options;
-  Scene scene;
+  std::shared_ptr<const Scene> shared_scene;
+  const Scene& scene = *shared_scene;
   StepRules rules;
   double outside;  ///< [Pa]
   WireTrack track;

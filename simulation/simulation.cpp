@@ -108,7 +108,7 @@ class Run {
         on_frame_(on_frame),
         progress_(progress),
         has_spare_thread_(has_spare_thread),
-        scene_(make_scene(model, options)) {
+        shared_scene_(std::make_shared<const Scene>(make_scene(model, options))) {
     if (max_penetration(scene_, scene_.start) > 0.0)
       throw InputError(
           "the balloon crosses the vessel wall before it is inflated (contact cannot part them). "
@@ -147,10 +147,11 @@ class Run {
       }
       timed(summary.time.waiting, [&] { delivery.wait(); });
       if (!watch.failure().empty()) throw RunHasFailed();
-      delivery.run([&, state, output = std::move(output)]() mutable {
-        if (!needs_air) follow(state, output);
-        deliver(state, wire, outside, watch, output, summary);
-      });
+      delivery.run(
+          [&, shared = std::make_shared<const State>(state), output = std::move(output)]() mutable {
+            if (!needs_air) follow(*shared, output);
+            deliver(shared, wire, outside, watch, output, summary);
+          });
       progress_.report(double(frame + 1) / inflator.frame_count(), name(inflator.phase(frame)));
     };
     timed(whole, [&] {
@@ -171,12 +172,12 @@ class Run {
 
  private:
   /// Completes a frame, judges it and hands it over.
-  void deliver(const State& state, DrawnWire& wire, double outside, SuccessWatch& watch,
-               SimulationFrame& output, SimulationSummary& summary) {
+  void deliver(const std::shared_ptr<const State>& state, DrawnWire& wire, double outside,
+               SuccessWatch& watch, SimulationFrame& output, SimulationSummary& summary) {
     timed(summary.time.outputs, [&] {
-      add_state(model_, scene_, state, outside, output);
+      add_state(model_, shared_scene_, state, outside, output);
       if (output.guidewire.empty()) output.guidewire = wire.follow(output.balloon);
-      watch.add(state, output);
+      watch.add(*state, output);
     });
     slow_frames_ += output.residual > kWarnResidual ? 1 : 0;
     summary.open_frames += output.sweep_count >= most_sweeps_ ? 1 : 0;
@@ -213,7 +214,8 @@ class Run {
   const std::function<void(const SimulationFrame&)>& on_frame_;
   const Progress& progress_;
   bool has_spare_thread_;
-  Scene scene_;
+  std::shared_ptr<const Scene> shared_scene_;  ///< with the frames' stresses
+  const Scene& scene_ = *shared_scene_;
   int most_sweeps_ = make_rules(scene_, options_).most_sweeps;
   int slow_frames_ = 0;  ///< frames that ended off balance, of the run under way
   int delivered_ = 0;

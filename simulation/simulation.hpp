@@ -236,8 +236,10 @@ struct SimulationFrame {
   std::vector<Vec3> guidewire;
   MembraneMeasures membrane;
   std::vector<double> plastic_strain, contact_pressure_kpa;  ///< wall, per vertex
-  std::vector<Vec3> layered_wall;       ///< positions of the solid's vertices [mm]
-  std::vector<WallStress> wall_stress;  ///< of the solid's wedges
+  std::vector<Vec3> layered_wall;  ///< positions of the solid's vertices [mm]
+  /// Stress and strain of the solid's wedges, found when it is called: few frames are asked. Empty
+  /// without a layered wall.
+  std::function<std::vector<WallStress>()> wall_stress;
 };
 
 /// Where the time of a run goes [s].

@@ -45,7 +45,7 @@ std::vector<Triangle> outer_triangles(const std::vector<std::array<int, 6>>& wed
 // nothing is touched.
 double over_strength_percent(const simulation::LayeredWall& wall,
                              const simulation::SimulationFrame& peak,
-                             const simulation::SimulationFrame& last) {
+                             const std::vector<simulation::WallStress>& last) {
   constexpr double kProofStrain = 0.002;
   const std::vector<double>& pressure = peak.contact_pressure_kpa;  // at the lumen's vertices
   double all = 0.0, over = 0.0;
@@ -60,7 +60,7 @@ double over_strength_percent(const simulation::LayeredWall& wall,
     for (std::size_t c = 0; c < 6; ++c) corners[c] = wall.vertices[std::size_t(wedge[c])];
     const double volume = cut_wedge_volume(corners);
     all += volume;
-    if (last.wall_stress[w].plastic_strain > kProofStrain) over += volume;
+    if (last[w].plastic_strain > kProofStrain) over += volume;
   }
   return all > 0.0 ? 100.0 * over / all : 0.0;
 }
@@ -119,14 +119,14 @@ void write_wall_frame(const fs::path& file, const simulation::LayeredWall& wall,
                       const simulation::SimulationFrame& frame) {
   using simulation::WallStress;
   formats::WedgeData data{frame.layered_wall, wall.wedges, {}, {}};
+  const std::vector<WallStress> stresses = frame.wall_stress();
   std::vector<Vec3> displacement;
   for (std::size_t v = 0; v < frame.layered_wall.size(); ++v)
     displacement.push_back(frame.layered_wall[v] - wall.vertices[v]);
   data.point_arrays = {array_of("displacement", displacement, ArrayType::float32)};
   const auto add = [&](const char* array_name, double WallStress::*field) {
     DataArray array{array_name, {}, 1, ArrayType::float32};
-    std::transform(frame.wall_stress.begin(), frame.wall_stress.end(),
-                   std::back_inserter(array.values),
+    std::transform(stresses.begin(), stresses.end(), std::back_inserter(array.values),
                    [&](const WallStress& stress) { return stress.*field; });
     data.cell_arrays.push_back(std::move(array));
   };
@@ -146,13 +146,15 @@ void write_wall_frame(const fs::path& file, const simulation::LayeredWall& wall,
 nlohmann::json wall_summary(const simulation::LayeredWall& wall,
                             const simulation::SimulationFrame& peak,
                             const simulation::SimulationFrame& last) {
+  const std::vector<simulation::WallStress> at_peak = peak.wall_stress(),
+                                            at_last = last.wall_stress();
   nlohmann::json regions = nlohmann::json::object();
   for (int r = 0; r < simulation::kWallRegionCount; ++r) {
     std::vector<double> stress, plastic;
     for (std::size_t w = 0; w < wall.wedges.size(); ++w) {
       if (int(wall.region[w]) != r) continue;
-      stress.push_back(peak.wall_stress[w].principal_kpa);
-      plastic.push_back(last.wall_stress[w].plastic_strain);
+      stress.push_back(at_peak[w].principal_kpa);
+      plastic.push_back(at_last[w].plastic_strain);
     }
     if (stress.empty()) continue;
     regions[simulation::name(simulation::WallRegion(r))] = {
@@ -162,7 +164,7 @@ nlohmann::json wall_summary(const simulation::LayeredWall& wall,
         {"plastic_strain_p99", quantile(plastic, 0.99)}};
   }
   return {{"model", "layered"},
-          {"over_strength_percent", over_strength_percent(wall, peak, last)},
+          {"over_strength_percent", over_strength_percent(wall, peak, at_last)},
           {"regions", regions}};
 }
 

@@ -45,6 +45,12 @@ class PeakAndLast {
   simulation::SimulationFrame last_;
 };
 
+/// The lumen of a frame. A balloon that touches the wall nowhere is narrower: it need not be seen.
+centerline::LumenProfile profile_of(const TreatedLumen& lumen,
+                                    const simulation::SimulationFrame& frame) {
+  return lumen.profile(frame.wall, frame.contact.count > 0 ? frame.balloon : std::vector<Vec3>());
+}
+
 /// Writes and measures frames as they come: every n-th, and in the end the peak and the last.
 class FrameWriter {
  public:
@@ -86,7 +92,7 @@ class FrameWriter {
 
   void write(const simulation::SimulationFrame& frame) {
     if (mld_.contains(frame.frame)) return;
-    mld_[frame.frame] = lumen_.measures(lumen_.profile(frame.wall, frame.balloon)).lesion.mld_mm;
+    mld_[frame.frame] = lumen_.measures(profile_of(lumen_, frame)).lesion.mld_mm;
     write_frame(folder_ / "frames", model_, frame);
     steps_.push_back({frame.time_s, 0, fmt::format("frames/balloon_{:06d}.vtp", frame.frame)});
     steps_.push_back({frame.time_s, 1, fmt::format("frames/vessel_{:06d}.vtp", frame.frame)});
@@ -111,7 +117,7 @@ class FrameWriter {
     frame.balloon = frame.wall = frame.guidewire = frame.layered_wall = {};
     frame.membrane = {};
     frame.plastic_strain = frame.contact_pressure_kpa = {};
-    frame.wall_stress = {};
+    frame.wall_stress = nullptr;
   }
 
   fs::path folder_;
@@ -260,7 +266,7 @@ void write_result(StageWork& work, const SimulationSettings& settings, const jso
   const double reference = placement.at("lesion").at("reference_diameter_mm").get<double>();
   const TreatedSpans spans = treated_spans(placement);
   const auto profile = [&](const simulation::SimulationFrame& frame) {
-    return simulated.lumen.profile(frame.wall, frame.balloon);
+    return profile_of(simulated.lumen, frame);
   };
   const auto before = lumen.profile(model.wall.vertices), peak = profile(frames.peak()),
              after = profile(frames.last());
@@ -286,7 +292,7 @@ void write_result(StageWork& work, const SimulationSettings& settings, const jso
   reached["peak"]["contact_gap_mm"] = simulation::contact_gap_mm(model, frames.peak());
   reached["simulation"]["guard"] = guard.state;
   reached["guard_reason"] = guard.reason;
-  if (!frames.last().wall_stress.empty())
+  if (frames.last().wall_stress)
     reached["wall"] = wall_summary(model.layered_wall, frames.peak(), frames.last());
   write_text_atomically(work.out / "summary.json", reached.dump(2) + "\n");
 }

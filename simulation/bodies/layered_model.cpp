@@ -131,6 +131,13 @@ WallStress stress_of(const SolidModel& model, std::size_t w, const std::array<Ve
   return out;
 }
 
+std::vector<double> volumes_around(const SolidModel& model, const LayeredWall& wall) {
+  std::vector<double> sum(wall.vertices.size(), 0.0);
+  for (std::size_t w = 0; w < wall.wedges.size(); ++w)
+    for (const int v : wall.wedges[w]) sum[static_cast<std::size_t>(v)] += model.volume[w];
+  return sum;
+}
+
 void add(const WallStress& s, double weight, WallStress& sum) {
   sum.principal_kpa += weight * s.principal_kpa;
   sum.circumferential_kpa += weight * s.circumferential_kpa;
@@ -231,16 +238,41 @@ double flow(SolidModel& model, WallState& state, double dt) {
   return most;
 }
 
+std::vector<WallStress> wedge_stresses(const SolidModel& model, const LayeredWall& wall,
+                                       const WallState& state) {
+  std::vector<WallStress> out;
+  out.reserve(wall.wedges.size());
+  for (std::size_t w = 0; w < wall.wedges.size(); ++w)
+    out.push_back(
+        stress_of(model, w, corners_of(model, static_cast<int>(w), state.vertices), state, wall));
+  return out;
+}
+
+std::vector<double> wedge_plastic_strain(const SolidModel& model,
+                                         const std::vector<double>& plastic_strain) {
+  std::vector<double> means(static_cast<std::size_t>(model.wedge_count()), 0.0);
+  for (std::size_t p = 0; p < plastic_strain.size(); ++p)
+    means[p / kWedgePoints] += plastic_strain[p] / kWedgePoints;
+  return means;
+}
+
+std::vector<double> vertex_means(const SolidModel& model, const LayeredWall& wall,
+                                 const std::vector<double>& of_wedges) {
+  const std::vector<double> weight = volumes_around(model, wall);
+  std::vector<double> means(wall.vertices.size(), 0.0);
+  for (std::size_t w = 0; w < wall.wedges.size(); ++w)
+    for (const int v : wall.wedges[w]) {
+      const auto i = static_cast<std::size_t>(v);
+      means[i] += model.volume[w] / weight[i] * of_wedges[w];
+    }
+  return means;
+}
+
 WallFields fields(const SolidModel& model, const LayeredWall& wall, const WallState& state) {
   WallFields out;
-  out.wedges.resize(wall.wedges.size());
+  out.wedges = wedge_stresses(model, wall, state);
   out.vertices.assign(wall.vertices.size(), WallStress{.volume_ratio = 0.0});
-  std::vector<double> weight(wall.vertices.size(), 0.0);
-  for (std::size_t w = 0; w < wall.wedges.size(); ++w) {
-    const std::array<Vec3, 6> x = corners_of(model, static_cast<int>(w), state.vertices);
-    out.wedges[w] = stress_of(model, w, x, state, wall);
-    for (const int v : wall.wedges[w]) weight[static_cast<std::size_t>(v)] += model.volume[w];
-  }
+  const std::vector<double> weight = volumes_around(model, wall);
   for (std::size_t w = 0; w < wall.wedges.size(); ++w)
     for (const int v : wall.wedges[w])
       add(out.wedges[w], model.volume[w] / weight[static_cast<std::size_t>(v)],

@@ -42,7 +42,19 @@ std::array<Vec3, 6> corners_of(const SolidModel& model, int wedge, const std::ve
 /// @return the largest equivalent strain that was added
 double flow(SolidModel& model, WallState& state, double dt);
 
-/// Stress and strain at the positions of the state.
+/// Stress and strain of the wedges at the positions of the state.
+std::vector<WallStress> wedge_stresses(const SolidModel& model, const LayeredWall& wall,
+                                       const WallState& state);
+
+/// Of the points' plastic strain, shape [wedge][kWedgePoints], the wedges' means.
+std::vector<double> wedge_plastic_strain(const SolidModel& model,
+                                         const std::vector<double>& plastic_strain);
+
+/// Of the wedges' values the means over those around each vertex, by their volume.
+std::vector<double> vertex_means(const SolidModel& model, const LayeredWall& wall,
+                                 const std::vector<double>& of_wedges);
+
+/// Stress and strain at the positions of the state, of wedges and vertices.
 WallFields fields(const SolidModel& model, const LayeredWall& wall, const WallState& state);
 
 }  // namespace angio::simulation::detail

@@ -27,7 +27,13 @@ ANGIO_HOST_DEVICE inline Real frobenius_norm(const Mat3T<Real>& a) {
   return sqrt(sum);
 }
 
-/// The von Mises stress of the Kirchhoff stress P F^T [Pa], and the Mandel stress F^T P.
+/// The von Mises stress of the Kirchhoff stress P F^T [Pa].
+template <class Real>
+ANGIO_HOST_DEVICE inline Real von_mises_stress(const Mat3T<Real>& p, const Mat3T<Real>& f) {
+  return Real(1.2247448713915890) * frobenius_norm(deviator(p * transpose(f)));
+}
+
+/// The von Mises stress [Pa] and the Mandel stress F^T P.
 template <class Real>
 struct YieldStress {
   Real von_mises{};
@@ -41,8 +47,7 @@ ANGIO_HOST_DEVICE inline YieldStress<Real> yield_stress(const SolidLaw<Real>& la
   SolidTangent<Real> tangent;
   const SolidStress<Real> s = solid_stress(law, fiber, f, tangent);
   if (!s.valid) return {};
-  return {Real(1.2247448713915890) * frobenius_norm(deviator(s.p * transpose(f))),
-          deviator(transpose(f) * s.p)};
+  return {von_mises_stress(s.p, f), deviator(transpose(f) * s.p)};
 }
 
 /// A step of plastic flow at a point.
@@ -75,7 +80,7 @@ ANGIO_HOST_DEVICE inline FlowStep<Real> flow_solid(const SolidLaw<Real>& law,
   if (!(at.von_mises > law.yield)) return out;
   const Real kept = law.creep > Real(0) ? exp(-law.creep * dt) : Real(0);
   const Real target = law.yield + kept * (at.von_mises - law.yield);
-  const Real close = Real(64) * Real(sizeof(Real) == 4 ? 6e-8 : 1.1e-16) * target;
+  const Real close = Real(sizeof(Real) == 4 ? 4e-6 : 1e-8) * target;
   for (int turn = 0; turn < 20 && at.von_mises - target > close; ++turn) {
     const Real size = frobenius_norm(at.mandel);
     const Eigen3<Real> direction = eigen_decomposition((Real(1) / size) * at.mandel);
@@ -87,12 +92,16 @@ ANGIO_HOST_DEVICE inline FlowStep<Real> flow_solid(const SolidLaw<Real>& law,
     const auto over = [&](Real g) {
       return yield_stress(law, fiber, elastic * back(g)).von_mises - target;
     };
-    // Bracket, then regula falsi (Illinois); the least stress on the way where it turns first.
+    // Bracket, by the line through the last two or twice as far; then regula falsi (Illinois); the
+    // least stress on the way where it turns first.
     Real low = 0, at_low = at.von_mises - target, high = Real(1e-4), at_high = over(high);
     while (at_high > Real(0) && at_high < at_low && high < Real(4)) {
+      const Real most = Real(7) * high;
+      Real ahead = Real(1.1) * (high - low) * at_high / (at_low - at_high);
+      ahead = ahead < high ? high : (ahead < most ? ahead : most);
       low = high;
       at_low = at_high;
-      high *= Real(2);
+      high += ahead;
       at_high = over(high);
     }
     Real g = low;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "simulation/materials/solid.hpp"
+#include "simulation/materials/solid_flow.hpp"
 
 /// A wedge's forces as a line around the place where its law was evaluated last.
 ///
@@ -33,6 +34,7 @@ struct WedgePlace {
   /// Of a corner and the one above it: the largest |d ln det F / dx| of a point at Y [1/mm]
   Real steepness[3]{};
   bool is_pressed = false;  ///< is a point near its barrier?
+  bool may_flow = false;    ///< is a point near its yield stress?
   bool has_force = false;   ///< false: the law has changed since X
   bool has_slopes = false;
 };
@@ -187,6 +189,21 @@ ANGIO_HOST_DEVICE inline void take_slopes(const SolidWedge<Real>& wedge, const W
   place.has_slopes = true;
 }
 
+/// Share of the yield stress below which no point flows as long as the force at X is good enough.
+inline constexpr double kFarFromYield = 0.8;
+
+/// Is a point of the wedge near its yield stress, or beyond?
+template <class Real>
+ANGIO_HOST_DEVICE inline bool may_flow(const SolidWedge<Real>& wedge, const WedgeLaw<Real>& law) {
+  if (!(wedge.law.yield > Real(0))) return false;
+  bool near = false;
+  for (int q = 0; q < kWedgePoints; ++q)
+    near =
+        near || !law.stress[q].valid ||
+        von_mises_stress(law.stress[q].p, law.tangent[q].f) > Real(kFarFromYield) * wedge.law.yield;
+  return near;
+}
+
 /// Takes the force at the places x, and the volume.
 /// @param slopes  H_ab
 template <class Real>
@@ -196,6 +213,7 @@ ANGIO_HOST_DEVICE inline void take_force(const SolidWedge<Real>& wedge, const We
   for (int a = 0; a < 6; ++a) place.x[a] = x[a];
   out = {};
   place.is_pressed = false;
+  place.may_flow = may_flow(wedge, law);
   for (int q = 0; q < kWedgePoints; ++q) {
     const SolidPoint<Real>& point = wedge.points[q];
     const SolidStress<Real>& s = law.stress[q];

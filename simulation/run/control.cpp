@@ -31,6 +31,7 @@ StepRules make_rules(const Scene& scene, const SimulationOptions& options) {
   constexpr int kMostSweeps = 120;
   constexpr int kMostFactor = 6;  // up to this many times the number asked for
   constexpr int kLastFactor = 24;
+  constexpr int kSlackSweeps = 8;
   constexpr double kLeastShare = 0.25;  // of the rest radius: none is more exact for a slim start
   StepRules rules;
   rules.least_sweeps = options.sweeps;
@@ -39,6 +40,7 @@ StepRules make_rules(const Scene& scene, const SimulationOptions& options) {
   if (!pbd.balances())
     rules.least_sweeps = rules.most_sweeps = options.sweeps > 0 ? options.sweeps : kPbdSweeps;
   rules.later_sweeps = rules.most_sweeps / 2;
+  rules.slack_sweeps = std::max(kSlackSweeps, rules.least_sweeps);
   if ((scene.bodies.wall().count > 0 || scene.rod.count > 0) &&
       rules.least_sweeps < rules.most_sweeps)
     rules.last_sweeps = kLastFactor * rules.most_sweeps;
@@ -60,7 +62,7 @@ StepRules settling_rules(const Scene& scene, const SimulationOptions& options, d
   StepRules rules = make_rules(scene, options);
   rules.tolerance = rules.residual = tolerance;
   rules.rest = 0.0;
-  rules.most_sweeps = rules.later_sweeps = most_sweeps;
+  rules.most_sweeps = rules.later_sweeps = rules.slack_sweeps = most_sweeps;
   rules.still = true;
   return rules;
 }

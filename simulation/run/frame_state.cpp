@@ -18,25 +18,32 @@ std::vector<Value> for_caller(const Scene& scene, int first, const std::vector<V
   return result;
 }
 
-// A layered wall's shape, stress and plastic strain.
-void add_solid(const Scene& scene, const State& state, SimulationFrame& frame) {
-  const WallFields fields = solid_fields(scene, state);
-  frame.wall_stress = fields.wedges;
-  frame.layered_wall.resize(scene.wall.solid.caller_vertex.size());
-  std::vector<double> plastic;
-  for (std::size_t v = 0; v < frame.layered_wall.size(); ++v) {
-    frame.layered_wall[std::size_t(scene.wall.solid.caller_vertex[v])] =
-        state.x[std::size_t(scene.bodies.wall().first) + v];
-    if (v < std::size_t(scene.bodies.wall().count))
-      plastic.push_back(fields.vertices[v].plastic_strain);
-  }
-  frame.plastic_strain = for_caller(scene, scene.bodies.wall().first, plastic);
+// A layered wall's shape and plastic strain, and how to find its stress.
+void add_solid(const std::shared_ptr<const Scene>& shared_scene,
+               const std::shared_ptr<const State>& shared_state, SimulationFrame& frame) {
+  const Scene& scene = *shared_scene;
+  const State& state = *shared_state;
+  frame.wall_stress = [shared_scene, shared_state] {
+    return solid_stresses(*shared_scene, *shared_state);
+  };
+  const WallSolid& solid = scene.wall.solid;
+  const int first = scene.bodies.wall().first;
+  frame.layered_wall.resize(solid.caller_vertex.size());
+  for (std::size_t v = 0; v < frame.layered_wall.size(); ++v)
+    frame.layered_wall[std::size_t(solid.caller_vertex[v])] = state.x[std::size_t(first) + v];
+  std::vector<double> plastic = vertex_means(
+      solid.model, solid.wall, wedge_plastic_strain(solid.model, state.solid_plastic_strain));
+  plastic.resize(std::size_t(scene.bodies.wall().count));
+  frame.plastic_strain = for_caller(scene, first, plastic);
 }
 
 }  // namespace
 
-void add_state(const SimulationModel& model, const Scene& scene, const State& state, double outside,
+void add_state(const SimulationModel& model, const std::shared_ptr<const Scene>& shared_scene,
+               const std::shared_ptr<const State>& shared_state, double outside,
                SimulationFrame& frame) {
+  const Scene& scene = *shared_scene;
+  const State& state = *shared_state;
   frame.pressure_atm = units::atm_from_pascal(state.pressure - outside);
   frame.balloon_volume_mm3 = state.volume;
   frame.balloon_diameter_mm = diameter_across(scene.balloon.triangles, state.x, model.measure_point,
@@ -54,7 +61,7 @@ void add_state(const SimulationModel& model, const Scene& scene, const State& st
   frame.membrane.stretch_1 = for_caller(scene, 0, membrane.stretch_1);
   frame.membrane.stretch_2 = for_caller(scene, 0, membrane.stretch_2);
   if (scene.wall.solid.levels > 0)
-    add_solid(scene, state, frame);
+    add_solid(shared_scene, shared_state, frame);
   else
     frame.plastic_strain = for_caller(scene, wall, plastic_strain(scene, state));
   for (const double p : for_caller(scene, wall, state.contact_pressure))

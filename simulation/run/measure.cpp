@@ -217,13 +217,13 @@ std::vector<double> plastic_strain(const Scene& scene, const State& state) {
   return result;
 }
 
-WallFields solid_fields(const Scene& scene, const State& state) {
+std::vector<WallStress> solid_stresses(const Scene& scene, const State& state) {
   SolidModel model = scene.wall.solid.model;
   model.points = state.solid_points;
   WallState wall;
   wall.vertices.assign(state.x.begin() + scene.bodies.wall().first, state.x.end());
   wall.plastic_strain = state.solid_plastic_strain;
-  return fields(model, scene.wall.solid.wall, wall);
+  return wedge_stresses(model, scene.wall.solid.wall, wall);
 }
 
 }  // namespace angio::simulation::detail

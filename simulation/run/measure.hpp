@@ -27,7 +27,7 @@ MembraneState membrane_state(const Scene& scene, const std::vector<Vec3>& x);
 /// |S^p - I|_2 of the slabs of each wall vertex, their mean.
 std::vector<double> plastic_strain(const Scene& scene, const State& state);
 
-/// Stress and strain of a layered wall, in the scene's numbering.
-WallFields solid_fields(const Scene& scene, const State& state);
+/// Stress and strain of a layered wall's wedges.
+std::vector<WallStress> solid_stresses(const Scene& scene, const State& state);
 
 }  // namespace angio::simulation::detail

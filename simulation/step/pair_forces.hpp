@@ -84,6 +84,13 @@ struct PairForces {
   Vec3T<Real> slip;  // in this step, of side a against side b [mm]
 };
 
+/// The gap at which a pair's barrier is infinite [mm]: between two parts of one surface the one
+/// that motions leave, so that the barrier, no bound, carries what presses there.
+template <class Real>
+ANGIO_HOST_DEVICE inline Real closed_gap(const NearPair<Real>& pair) {
+  return pair.self ? Real(kSelfLeastGap) * pair.distance : Real(0);
+}
+
 /// Within a sweep a gap is taken along its last direction with its last weights, d = n . sum w_i
 /// x_i (exact to first order); refresh_pair renews both before each sweep.
 template <class Real>
@@ -93,14 +100,15 @@ ANGIO_HOST_DEVICE inline PairForces<Real> pair_forces(const StepView<Real>& s,
   const Vec3T<Real> n = pair.direction, base = s.motion.x[pair.vertex[0]];
   Vec3T<Real> gap;
   for (int i = 1; i < 4; ++i) gap += pair.weights.w[i] * (s.motion.x[pair.vertex[i]] - base);
-  const Real least = Real(0.05) * pair.distance;
-  Real d = out.gap = dot(n, gap) - pair.radius;
-  if (!(pair.weight > Real(0)) || d >= pair.distance) return out;
+  out.gap = dot(n, gap) - pair.radius;
+  if (!(pair.weight > Real(0)) || out.gap >= pair.distance) return out;
+  const Real closed = closed_gap(pair), range = pair.distance - closed, least = Real(0.05) * range;
+  Real d = out.gap - closed;
   if (!(d > least)) {
-    const Real true_gap = norm(gap) - pair.radius, tiny = Real(1e-3) * least;
+    const Real true_gap = norm(gap) - pair.radius - closed, tiny = Real(1e-3) * least;
     d = true_gap < least ? (true_gap > tiny ? true_gap : tiny) : least;
   }
-  const Barrier<Real> b = barrier(d, pair.distance);
+  const Barrier<Real> b = barrier(d, range);
   // The slope goes with the distance: any carries the same pressure at its half.
   const Real scale =
       s.contact.law.stiffness * (s.contact.law.distance / pair.distance) * pair.weight;

@@ -181,11 +181,15 @@ ANGIO_HOST_DEVICE inline bool run_sweeps(Team& team, const StepView<Real>& s,
     const double withheld = std::sqrt(sums.withheld / s.bodies.balloon().count);
     report.lag = (estimated_lag(status.moved) + withheld) / rules.radius;
     const bool is_late = report.sweeps >= rules.later_sweeps;
+    const bool is_slack =
+        report.sweeps >= rules.slack_sweeps && sums.slack > kSlackShare * s.bodies.balloon().count;
+    const bool near_slack = is_slack && report.residual < kLaterResidual &&
+                            status.moved[0] + withheld < rules.tolerance * rules.radius;
     const bool near = status.leap.sweeps >= kSweepsToTell && report.sweeps >= rules.least_sweeps &&
                       report.lag < (is_late ? kLaterLag : 1.0) * rules.tolerance &&
                       report.residual < (is_late ? kLaterResidual : rules.residual);
     const bool rests = report.residual < rules.rest && withheld < rules.tolerance * rules.radius;
-    if (report.sweeps >= kLeastSweeps && (near || rests)) break;
+    if (report.sweeps >= kLeastSweeps && (near || near_slack || rests)) break;
     if (leaps) leap(team, s, status);
   }
   return true;

@@ -18,6 +18,10 @@ struct StepRules {
   /// From this many sweeps on a frame ends at kLaterLag of the tolerance and kLaterResidual: the
   /// next one goes on from there. This bounds what a vessel costs that keeps a frame open.
   int later_sweeps = 1 << 30;
+  /// From this many on a frame whose balloon is slack ends within kLaterResidual, as soon as a
+  /// sweep moves it by less than the tolerance: where a membrane without tension lies is not
+  /// determined, and sweeps push it about without end.
+  int slack_sweeps = 1 << 30;
   /// A frame that is so far off balance that it is no result gets up to this many, until it is not;
   /// with a rod the first one until it is within kLaterResidual.
   int last_sweeps = 0;
@@ -26,6 +30,8 @@ struct StepRules {
 };
 
 inline constexpr double kLaterLag = 4.0, kLaterResidual = 0.05;
+/// A balloon is slack as long as more than this share of its vertices is not taut.
+inline constexpr double kSlackShare = 0.75;
 /// A residual from which on a frame is off balance (success.hpp), less a margin.
 inline constexpr double kOffBalance = 0.2, kBalanceMargin = 0.75;
 

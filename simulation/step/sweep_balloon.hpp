@@ -133,12 +133,12 @@ ANGIO_HOST_DEVICE inline void propose_moves(Team& team, const StepView<Real>& s,
       total);
 }
 
-/// Takes the moves with the change of pressure; total: volume gained, squared motion, and
-/// what contact has withheld of it.
+/// Takes the moves with the change of pressure; total: volume gained, squared motion, what contact
+/// has withheld of it, and vertices that are not taut.
 template <class Real, class Team>
 ANGIO_HOST_DEVICE inline void take_moves(Team& team, const StepView<Real>& s, int first, int count,
-                                         Real change, Real gauge, double (&total)[3]) {
-  team.template quick_sum<Team::kBalloonLanes, 3>(
+                                         Real change, Real gauge, double (&total)[4]) {
+  team.template quick_sum<Team::kBalloonLanes, 4>(
       count,
       [&](int i, const auto& lanes, auto* part) {
         const int v = first + i;
@@ -150,6 +150,7 @@ ANGIO_HOST_DEVICE inline void take_moves(Team& team, const StepView<Real>& s, in
         by *= share;
         part[0] += dot(move.by_volume, by);
         part[1] += norm_squared(by);
+        part[3] += move.taut ? Real(0) : Real(1);
         lanes.sync();
         if (lanes.rank() == 0) s.motion.x[v] += by;
       },
@@ -164,7 +165,7 @@ ANGIO_HOST_DEVICE inline void sweep_balloon(Team& team, const StepView<Real>& s,
     const int first = s.balloon.mesh.color_begin[color],
               count = s.balloon.mesh.color_begin[color + 1] - first;
     const Real p = Real(status.pressure);
-    double proposed[4], taken[3];
+    double proposed[4], taken[4];
     propose_moves(team, s, first, count, p - s.balloon.outside_pressure, proposed);
     if (law.volume > 0.0) {
       const double whole =
@@ -182,6 +183,7 @@ ANGIO_HOST_DEVICE inline void sweep_balloon(Team& team, const StepView<Real>& s,
     sums.compliance += proposed[1];
     sums.moved += taken[1];
     sums.withheld += taken[2];
+    sums.slack += taken[3];
   }
   status.compliance = sums.compliance;
   if (law.volume > 0.0) law.slope_pressure = status.pressure;

@@ -182,6 +182,9 @@ ANGIO_HOST_DEVICE inline void flow_wedge(const StepView<Real>& s, int w) {
   if (!(wedge.law.yield > Real(0))) return;
   Vec3T<Real> x[6];
   s.layered.solid.gather(w, x);
+  const WedgePlace<Real>& place = s.layered.rows.places[w];
+  if (place.has_force && !place.may_flow && !has_moved(place.x, x, Real(2.0 * kForceStrain)))
+    return;
   for (int q = 0; q < kWedgePoints; ++q) {
     SolidPoint<Real>& point = s.layered.points[kWedgePoints * w + q];
     const FlowStep<Real> step =

@@ -37,6 +37,7 @@ struct SweepSums {
   double moved = 0.0;                      ///< squared [mm^2], of the balloon
   double compliance = 0.0;                 ///< [mm^3/Pa]
   double withheld = 0.0;                   ///< squared [mm^2]: of moves, by the bounds of contact
+  double slack = 0.0;                      ///< the balloon's vertices that are not taut all around
   double wall_net = 0.0, wall_load = 0.0;  ///< the wall's part of net and load
 
   [[nodiscard]] ANGIO_HOST_DEVICE bool blocked() const { return withheld > 0.0; }

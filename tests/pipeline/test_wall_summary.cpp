@@ -27,9 +27,12 @@ double over_strength(double pressure, simulation::WallRegion region, double plas
   const simulation::LayeredWall wall = tube();
   simulation::SimulationFrame frame;
   frame.contact_pressure_kpa.assign(wall.vertices.size() / 4, pressure);
-  frame.wall_stress.resize(wall.wedges.size());
-  for (std::size_t w = 0; w < wall.wedges.size(); ++w)
-    if (wall.region[w] == region) frame.wall_stress[w].plastic_strain = plastic_strain;
+  frame.wall_stress = [&] {
+    std::vector<simulation::WallStress> stresses(wall.wedges.size());
+    for (std::size_t w = 0; w < wall.wedges.size(); ++w)
+      if (wall.region[w] == region) stresses[w].plastic_strain = plastic_strain;
+    return stresses;
+  };
   return wall_summary(wall, frame, frame).at("over_strength_percent").get<double>();
 }
 

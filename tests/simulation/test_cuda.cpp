@@ -181,9 +181,10 @@ TEST(CudaLayeredWall, IsTheCpusInShapeStressAndPlasticStrain) {
   double kept = 0.0, stressed = 0.0;
   for (std::size_t f = 0; f < frames[0].size(); ++f) {
     const SimulationFrame &cpu = frames[0][f], &gpu = frames[1][f];
-    ASSERT_EQ(cpu.wall_stress.size(), gpu.wall_stress.size());
-    for (std::size_t w = 0; w < cpu.wall_stress.size(); ++w) {
-      const WallStress &a = cpu.wall_stress[w], &b = gpu.wall_stress[w];
+    const std::vector<WallStress> by_cpu = cpu.wall_stress(), by_gpu = gpu.wall_stress();
+    ASSERT_EQ(by_cpu.size(), by_gpu.size());
+    for (std::size_t w = 0; w < by_cpu.size(); ++w) {
+      const WallStress &a = by_cpu[w], &b = by_gpu[w];
       EXPECT_NEAR(a.von_mises_kpa, b.von_mises_kpa, 0.1 + 1e-3 * a.von_mises_kpa) << f << ' ' << w;
       EXPECT_NEAR(a.plastic_strain, b.plastic_strain, 1e-4) << f << ' ' << w;
       kept = std::max(kept, b.plastic_strain);

@@ -40,12 +40,13 @@ TEST(LayeredAngioplasty, WidensThePlaqueForGoodAndRecoils) {
         peak = std::max(peak, end);
         touched = touched || f.contact.count > 0;
         ASSERT_EQ(f.layered_wall.size(), model.layered_wall.vertices.size());
-        ASSERT_EQ(f.wall_stress.size(), model.layered_wall.wedges.size());
+        const std::vector<WallStress> stresses = f.wall_stress();
+        ASSERT_EQ(stresses.size(), model.layered_wall.wedges.size());
         for (std::size_t v = 0; v < f.layered_wall.size() && !touched; ++v)
           moved_before_contact = std::max(
               moved_before_contact, distance(f.layered_wall[v], model.layered_wall.vertices[v]));
         for (std::size_t v = 0; v < f.wall.size(); ++v) ASSERT_EQ(f.wall[v], f.layered_wall[v]);
-        for (const WallStress& w : f.wall_stress) {
+        for (const WallStress& w : stresses) {
           low = std::min(low, w.volume_ratio);
           high = std::max(high, w.volume_ratio);
         }
@@ -140,7 +141,7 @@ TEST(LayeredAngioplasty, BeginsWithThePreStressThatItIsGiven) {
   const auto begin = [&] {
     std::pair<std::vector<WallStress>, std::vector<Vec3>> stress_then_shape;
     simulate(model, shorter, [&](const SimulationFrame& f) {
-      if (f.frame == 0) stress_then_shape.first = f.wall_stress;
+      if (f.frame == 0) stress_then_shape.first = f.wall_stress();
       if (f.frame == 1) stress_then_shape.second = f.layered_wall;
     });
     return stress_then_shape;

@@ -170,6 +170,28 @@ TEST(SelfContact, KeepsMomentum) {
   EXPECT_LT(norm(sum.force), 1e-12 * sum.magnitude);
 }
 
+TEST(SelfContact, PressesWithoutLimitBeforeTheGapThatMotionsLeave) {
+  Folds folds(testing::folded_model({}));
+  NearPair<double> pair;
+  pair.vertex[0] = 0;
+  for (int i = 1; i < 4; ++i) pair.vertex[i] = 1;
+  pair.weights.w[0] = 1.0;
+  pair.weights.w[1] = -1.0;
+  pair.direction = {0.0, 0.0, 1.0};
+  pair.distance = folds.scene.self_distance;
+  pair.weight = 1.0;
+  pair.self = true;
+  const auto force_at = [&](double gap) {
+    folds.view.motion.x[1] = folds.view.motion.x[0] - Vec3{0.0, 0.0, gap};
+    return pair_forces(folds.view, pair).normal;
+  };
+  const double least = kSelfLeastGap * pair.distance;
+  EXPECT_EQ(force_at(pair.distance), 0.0);
+  EXPECT_GT(force_at(0.99 * pair.distance), 0.0);
+  for (double over = 0.01 * pair.distance; over > 2e-4 * pair.distance; over *= 0.5)
+    EXPECT_NEAR(force_at(least + 0.5 * over) / force_at(least + over), 2.0, 0.2) << over;
+}
+
 TEST(SelfContact, NoMotionWithinItsBoundsTakesTheSkinThroughItself) {
   Folds folds(testing::folded_model({}));
   std::mt19937 random(5);
