@@ -70,6 +70,10 @@ Picture render_close_up(vtkRenderer* renderer, const CloseUp& close_up, int stri
   return render_offscreen({renderer}, kCloseUpWidth, height, [&] { bar.update(); });
 }
 
+std::string kpa_text(double pressure) {
+  return formats::fixed_text(pressure, pressure < 10.0 ? 2 : 0) + " kPa";
+}
+
 double highest(const std::vector<double>& values) {
   return values.empty() ? 0.0 : *std::max_element(values.begin(), values.end());
 }
@@ -188,7 +192,8 @@ std::vector<Figure> draw_contact(const ReportContent& content) {
   if (!pressed) return {};
   const CloseUp close_up(content);
   const auto renderer = make_stage();
-  const auto map = make_pressure_colors(high);
+  const double shown = usual_peak(content.sequence.empty() ? content.moments : content.sequence);
+  const auto map = make_pressure_colors(shown);
   const auto wall = make_surface(pressed->wall, {colors::kLumen, 1.0});
   color_by(wall, pressed->contact_pressure_kpa, map);
   renderer->AddActor(wall);
@@ -198,8 +203,10 @@ std::vector<Figure> draw_contact(const ReportContent& content) {
                  0.5 * kCloseUpWidth * kSupersampling, 14.0 * kSupersampling},
                 kSupersampling, colors::kInk);
   return {{"contact.png",
-           pressed->title + ": pressure of the balloon on the wall, at most " +
-               formats::fixed_text(high, high < 10.0 ? 2 : 0) + " kPa (seen from outside).",
+           pressed->title + ": pressure of the balloon on the wall, at most " + kpa_text(high) +
+               " (seen from outside)." +
+               (high > shown ? " The colours end at " + kpa_text(shown) + ": few places bear more."
+                             : ""),
            render_close_up(renderer, close_up, kStrip)}};
 }
 
