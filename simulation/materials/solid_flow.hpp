@@ -67,6 +67,8 @@ struct FlowStep {
 /// spin), for any law; it keeps the volume. Where fibres turn the stress the direction is renewed,
 /// up to 20 times. The overstress decays as in Perzyna's viscoplasticity with a constant rate.
 ///
+/// The stress is met to 1e-8 of it, in single precision to 4e-6.
+///
 /// @param elastic  F_e = dx/dX F0 Fp^-1
 /// @param dt       [s]; used if the law creeps
 template <class Real>

@@ -189,7 +189,9 @@ ANGIO_HOST_DEVICE inline void take_slopes(const SolidWedge<Real>& wedge, const W
   place.has_slopes = true;
 }
 
-/// Share of the yield stress below which no point flows as long as the force at X is good enough.
+/// Share of the yield stress up to which a wedge's points are taken not to flow, as long as the
+/// force at X is good enough: a strain of 0.004 adds a fifth of it only where the law is very
+/// stiff.
 inline constexpr double kFarFromYield = 0.8;
 
 /// Is a point of the wedge near its yield stress, or beyond?

@@ -175,7 +175,9 @@ ANGIO_HOST_DEVICE inline void take_back_if_strained(Team& team, const StepView<R
   team.barrier();
 }
 
-/// Lets a wedge's points flow at the positions reached: F_e <- F_e G^-1 is g_a <- G^-T g_a.
+/// Lets a wedge's points flow at the positions reached: F_e <- F_e G^-1 is g_a <- G^-T g_a. A wedge
+/// that was well below its yield stress when its force was taken, and has hardly been strained
+/// since, is not asked; should it yield yet, the next step, which takes its force again, sees it.
 template <class Real>
 ANGIO_HOST_DEVICE inline void flow_wedge(const StepView<Real>& s, int w) {
   const SolidWedge<Real> wedge = s.layered.solid.wedge(w);
