@@ -85,7 +85,7 @@ class AdaptiveAir {
   [[nodiscard]] bool is_surface(Triangle face) const;
   bool fill_hollow(const std::vector<int>& hollow);
   [[nodiscard]] std::vector<int> inverted_around(int t) const;
-  bool add_point(int t);
+  bool add_point(const std::vector<int>& fold);
   void find_again(int vertex);
   int take_point(const Vec3& at, std::size_t index);
   void remove_points();

@@ -105,15 +105,22 @@ void AdaptiveAir::find_again(int vertex) {
   }
 }
 
-// A place that cannot be mended ends it, unless as much is to be mended as can be.
+// A place that cannot be mended ends it, unless as much is to be mended as can be. A fold that had
+// no room for a point has none from another of its tets either.
 void AdaptiveAir::mend_inverted(bool all) {
   for (int round = 0; round < kMostRounds; ++round) {
     int places = 0;
     bool changed = false;
+    std::set<int> without_room;
     for (int t = 0; t < air_.slot_count() && places < kMostMends; ++t) {
       if (!air_.alive(t) || quality_[std::size_t(t)] > 0.0) continue;
       ++places;
-      const bool mended = refill_around(t) || add_point(t);
+      bool mended = refill_around(t);
+      if (!mended && without_room.count(t) == 0) {
+        const std::vector<int> fold = inverted_around(t);
+        mended = add_point(fold);
+        if (!mended) without_room.insert(fold.begin(), fold.end());
+      }
       if (!mended && !all) return;
       changed |= mended;
     }
@@ -140,13 +147,12 @@ std::vector<int> AdaptiveAir::inverted_around(int t) const {
   return found;
 }
 
-bool AdaptiveAir::add_point(int t) {
-  const std::vector<int> seeds = inverted_around(t);
+bool AdaptiveAir::add_point(const std::vector<int>& fold) {
   InnerPoint best;
   std::vector<int> best_hollow;
   int successes = 0;
-  HollowSearch search(air_, x_, seeds);
-  for (const Vec3& place : places_around(air_, x_, seeds)) {
+  HollowSearch search(air_, x_, fold);
+  for (const Vec3& place : places_around(air_, x_, fold)) {
     SeenHollow hollow = search.find(place, kMostAround);
     if (hollow.tets.empty()) continue;
     const std::vector<Triangle> outside = outside_of(air_, hollow.tets);

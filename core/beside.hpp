@@ -1,41 +1,50 @@
 #pragma once
 
-#include <omp.h>
-
-#include <future>
-#include <utility>
+#include <condition_variable>
+#include <cstddef>
+#include <deque>
+#include <exception>
+#include <functional>
+#include <mutex>
+#include <thread>
 
 namespace angio {
 
-/// Work that goes on beside the caller, one piece at a time. Its parallel loops have as many
-/// threads as the caller's; a caller with one thread does the work itself, at once, unless there is
-/// one to spare.
+/// Work that goes on beside the caller, piece after piece in the given order, on a thread of its
+/// own. Its parallel loops have as many threads as those of the caller that made it; where that is
+/// one, the caller does the work itself, at once, unless there is a thread to spare. A piece that
+/// throws is the last one that is done. What waits when it is destroyed is dropped.
 class Beside {
  public:
-  explicit Beside(bool has_spare_thread = false) : has_spare_thread_(has_spare_thread) {}
+  /// @param most_waiting  pieces that may wait for those before them, > 0
+  explicit Beside(bool has_spare_thread = false, std::size_t most_waiting = 1);
+  ~Beside();
+  Beside(const Beside&) = delete;
+  Beside& operator=(const Beside&) = delete;
 
-  /// Waits for the last piece, then starts this one.
+  /// Hands over a piece of work; waits while too many others do.
   ///
-  /// @throws what the last piece has thrown
-  template <class Work>
-  void run(Work work) {
-    wait();
-    const int threads = omp_get_max_threads();
-    if (threads == 1 && !has_spare_thread_) return work();
-    task_ = std::async(std::launch::async, [threads, work = std::move(work)]() mutable {
-      omp_set_num_threads(threads);
-      work();
-    });
-  }
+  /// @throws what an earlier piece has thrown
+  void run(std::function<void()> work);
 
-  /// @throws what the last piece has thrown
-  void wait() {
-    if (task_.valid()) task_.get();
-  }
+  /// Until all pieces are done.
+  ///
+  /// @throws what a piece has thrown
+  void wait();
 
  private:
-  bool has_spare_thread_;
-  std::future<void> task_;  // waits when it is destroyed
+  void work_on();
+  void throw_failure();
+
+  int threads_;
+  bool is_beside_;
+  std::size_t most_waiting_;
+  std::mutex mutex_;
+  std::condition_variable changed_;
+  std::deque<std::function<void()>> waiting_;
+  bool is_busy_ = false, is_ending_ = false;
+  std::exception_ptr failure_;
+  std::thread thread_;  // last: it uses the others
 };
 
 }  // namespace angio

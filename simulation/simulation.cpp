@@ -1,6 +1,7 @@
 #include "simulation/simulation.hpp"
 
 #include <algorithm>
+#include <atomic>
 #include <chrono>
 #include <cmath>
 #include <cstdio>
@@ -27,8 +28,9 @@ namespace {
 using namespace detail;
 
 constexpr double kWarnResidual = 0.05;
+constexpr std::size_t kMostWaiting = 16;  // frames behind the solver, for each of two threads
 
-void summarize(const SimulationFrame& frame, SimulationSummary& summary) {
+void summarize(const SimulationFrame& frame, bool is_air_whole, SimulationSummary& summary) {
   ++summary.frame_count;
   summary.simulated_s = frame.time_s;
   if (frame.pressure_atm > summary.peak_pressure_atm || frame.frame == 0) {
@@ -43,6 +45,11 @@ void summarize(const SimulationFrame& frame, SimulationSummary& summary) {
   summary.air_rebuild_count += frame.air.rebuild_count;
   summary.worst_residual = std::max(summary.worst_residual, frame.residual);
   summary.mean_sweeps += frame.sweep_count;
+  if (is_air_whole)
+    summary.air_left_out_percent =
+        std::max(summary.air_left_out_percent, 100.0 * frame.air.left_out_share);
+  else
+    ++summary.frames_without_air;
 }
 
 void add_warnings(const SimulationOptions& options, int slow_frames, SimulationSummary& summary) {
@@ -126,32 +133,38 @@ class Run {
     air_mesh::AdaptiveAir air = make_air(model_, scene_);
     DrawnWire wire(model_, options_.guidewire);
     SuccessWatch watch(scene_, model_, options_);
-    const auto follow = [&](const State& state, SimulationFrame& output) {
-      timed(summary.time.air, [&] { air.follow(state.x); });
-      output.air = air.take_report();
-      if (air.is_whole())
-        summary.air_left_out_percent =
-            std::max(summary.air_left_out_percent, 100.0 * output.air.left_out_share);
-      else
-        summary.frames_without_air += scene_.air.empty() ? 0 : 1;
+    const auto follow = [&](BegunFrame& begun) {
+      timed(summary.time.air, [&] { air.follow(begun.state->x); });
+      begun.output.air = air.take_report();
+      begun.is_air_whole = scene_.air.empty() || air.is_whole();
     };
-    Beside delivery(has_spare_thread_);
-    double whole = 0.0, taken = 0.0;
+    // Frames queue up behind the solver: first for their air, then to be completed and handed over.
+    Beside delivery(has_spare_thread_, kMostWaiting), following(has_spare_thread_, kMostWaiting);
+    std::atomic<bool> has_failed = false;
+    const auto hand_over = [&](BegunFrame&& begun) {
+      delivery.run([&, begun = std::move(begun)]() mutable {
+        if (has_failed) return;
+        deliver(begun, wire, outside, watch, summary);
+        has_failed = !watch.failure().empty();
+      });
+    };
     // The paper's contact is projected on each frame's tets: the solver waits for them.
     const bool needs_air = pbd_policy(options_).contact;
+    double whole = 0.0, taken = 0.0;
     const auto take = [&](int frame, const State& state) {
-      SimulationFrame output = begun_frame(frame, inflator);
+      if (has_failed) throw RunHasFailed();
+      BegunFrame begun{begun_frame(frame, inflator), std::make_shared<const State>(state), true};
       if (needs_air) {
-        follow(state, output);
+        follow(begun);
         solver->set_air(air.tets());
       }
-      timed(summary.time.waiting, [&] { delivery.wait(); });
-      if (!watch.failure().empty()) throw RunHasFailed();
-      delivery.run(
-          [&, shared = std::make_shared<const State>(state), output = std::move(output)]() mutable {
-            if (!needs_air) follow(*shared, output);
-            deliver(shared, wire, outside, watch, output, summary);
-          });
+      timed(summary.time.waiting, [&] {
+        if (needs_air) return hand_over(std::move(begun));
+        following.run([&, begun = std::move(begun)]() mutable {
+          follow(begun);
+          hand_over(std::move(begun));
+        });
+      });
       progress_.report(double(frame + 1) / inflator.frame_count(), name(inflator.phase(frame)));
     };
     timed(whole, [&] {
@@ -162,6 +175,7 @@ class Run {
       } catch (const RunHasFailed&) {  // what is to come would be none either
       }
     });
+    following.wait();
     delivery.wait();
     summary.time.solver = whole - taken;
     summary.failure = watch.failure();
@@ -171,17 +185,25 @@ class Run {
   }
 
  private:
+  /// A frame as the solver leaves it.
+  struct BegunFrame {
+    SimulationFrame output;
+    std::shared_ptr<const State> state;
+    bool is_air_whole;
+  };
+
   /// Completes a frame, judges it and hands it over.
-  void deliver(const std::shared_ptr<const State>& state, DrawnWire& wire, double outside,
-               SuccessWatch& watch, SimulationFrame& output, SimulationSummary& summary) {
+  void deliver(BegunFrame& begun, DrawnWire& wire, double outside, SuccessWatch& watch,
+               SimulationSummary& summary) {
+    SimulationFrame& output = begun.output;
     timed(summary.time.outputs, [&] {
-      add_state(model_, shared_scene_, state, outside, output);
+      add_state(model_, shared_scene_, begun.state, outside, output);
       if (output.guidewire.empty()) output.guidewire = wire.follow(output.balloon);
-      watch.add(*state, output);
+      watch.add(*begun.state, output);
     });
     slow_frames_ += output.residual > kWarnResidual ? 1 : 0;
     summary.open_frames += output.sweep_count >= most_sweeps_ ? 1 : 0;
-    summarize(output, summary);
+    summarize(output, begun.is_air_whole, summary);
     if (output.frame < delivered_) return;  // by a backend that failed later
     ++delivered_;
     if (on_frame_) timed(summary.time.files, [&] { on_frame_(output); });

@@ -130,8 +130,7 @@ struct ContactOptions {
   /// [0.01, 100].
   double stiffness = 1.0;
   /// Contact of a slack balloon with itself, and of the wall around it with itself: without
-  /// friction, barrier only. A balloon alone has it where it starts in folds that are meshed. What
-  /// it costs is in docs/contact.md.
+  /// friction, barrier only. A balloon alone has it where it starts in folds that are meshed.
   bool self_contact = true;
   double friction_static = 0.2;    ///< the usual value in balloon models, [0, 2]
   double friction_kinetic = 0.15;  ///< [0, 2]
@@ -270,7 +269,7 @@ struct SimulationSummary {
   double worst_residual = 0.0;
   double mean_sweeps = 0.0;           ///< a frame
   int open_frames = 0;                ///< that ended before they had converged
-  double worst_pressure_ratio = 0.0;  ///< of a patch of wall, over the peak pressure; see README
+  double worst_pressure_ratio = 0.0;  ///< of a patch of wall, over the peak pressure: SuccessWatch
   /// Why this is no result: what happened, where, the likely cause, what to try. Empty: it is one.
   std::string failure;
   std::vector<std::string> warnings;

@@ -62,7 +62,7 @@ enum class Plaque { fibrous, hypocellular, calcified, lipid };
 const char* name(Plaque plaque);
 
 /// The human left anterior descending artery's layers, the named plaque, and calcified plaque as
-/// calcium (README: sources).
+/// calcium (sources: docs/method/simulation.md).
 std::array<WallRegionMaterial, kWallRegionCount> wall_materials(Plaque plaque = Plaque::fibrous);
 
 struct WallOptions {

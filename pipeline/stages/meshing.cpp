@@ -5,9 +5,12 @@
 #include <algorithm>
 #include <optional>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "centerline/centerline.hpp"
 #include "core/atomic_file.hpp"
+#include "core/beside.hpp"
 #include "core/error.hpp"
 #include "formats/case_file.hpp"
 #include "formats/files.hpp"
@@ -58,18 +61,20 @@ json placement_json(double resolution_mm, const CenterlinePath& path,
   return result;
 }
 
-/// The tetrahedral lumen mesh is for other programs: without it, the run goes on.
-std::optional<meshing::LumenVolume> fill_lumen(StageWork& work, const MeshingSettings& settings,
-                                               const meshing::LumenMesh& lumen) {
-  if (!settings.get<&Config::fill_lumen>()) return std::nullopt;
+/// The tetrahedral lumen mesh, which is for other programs: without it, the run goes on.
+struct FilledLumen {
+  std::optional<meshing::LumenVolume> volume;
+  std::vector<std::string> warnings;
+};
+
+FilledLumen fill_lumen(const meshing::LumenVolumeOptions& options,
+                       const meshing::LumenMesh& lumen) {
   try {
-    meshing::LumenVolume volume = meshing::mesh_lumen_volume(
-        lumen, settings.get<&Config::lumen_volume>(), part(work.progress, 0.5, 0.7));
-    keep(work.warnings, volume.warnings);
-    return volume;
+    meshing::LumenVolume volume = meshing::mesh_lumen_volume(lumen, options);
+    std::vector<std::string> warnings = volume.warnings;
+    return {std::move(volume), std::move(warnings)};
   } catch (const InputError& error) {
-    work.warnings.push_back(fmt::format("there is no lumen.vtu: {}", error.what()));
-    return std::nullopt;
+    return {std::nullopt, {fmt::format("there is no lumen.vtu: {}", error.what())}};
   }
 }
 
@@ -136,7 +141,7 @@ Placement place_on_a_lesion(StageWork& work, const MeshingSettings& settings,
             meshing::place_balloon(lumen, tree, path_of(tree, lesion.path_id), lesion.abscissa_mm,
                                    lesion.length_mm, lesion.reference_diameter_mm,
                                    balloon_options(balloon, is_usual, lesion.reference_diameter_mm),
-                                   part(work.progress, 0.7, 0.95)),
+                                   part(work.progress, 0.5, 0.9)),
             "done", ""};
     } catch (const InputError& error) {
       if (is_place_given) throw;
@@ -214,7 +219,10 @@ void do_meshing(StageWork& work, const MeshingSettings& settings) {
                                 widened)
           : meshing::mesh_lumen(read_level_set(work.files), tree, options, lumen_progress, widened);
   keep(work.warnings, lumen.warnings);
-  const std::optional<meshing::LumenVolume> volume = fill_lumen(work, settings, lumen);
+  FilledLumen filled;
+  Beside filling;
+  if (settings.get<&Config::fill_lumen>())
+    filling.run([&] { filled = fill_lumen(settings.get<&Config::lumen_volume>(), lumen); });
 
   Placement placement = place_on_a_lesion(work, settings, tree, lumen, lesions);
   if (placement.setup) tell_of_balloon(work, lesion, resolution.longest_mm, placement);
@@ -228,12 +236,14 @@ void do_meshing(StageWork& work, const MeshingSettings& settings) {
     write_layered_wall(work.out, wall);
   }
   write_lumen(work.out, lumen);
-  if (volume) write_lumen_volume(work.out, *volume);
+  filling.wait();
+  keep(work.warnings, filled.warnings);
+  if (filled.volume) write_lumen_volume(work.out, *filled.volume);
   if (placement.setup) write_balloon_setup(work.out, *placement.setup);
   const CenterlinePath& path = path_of(tree, placement.lesion.path_id);
   write_text_atomically(
       work.out / "placement.json",
-      placement_json(resolution.longest_mm, path, lumen, volume, placement).dump(2) + "\n");
+      placement_json(resolution.longest_mm, path, lumen, filled.volume, placement).dump(2) + "\n");
 }
 
 }  // namespace angio::pipeline

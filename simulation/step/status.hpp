@@ -47,8 +47,8 @@ struct StepTimes {
 struct StepReport {
   double residual = 0.0;        ///< net force over load, root of sums of squares
   double lag = 0.0;             ///< estimated distance from equilibrium over the radius
-  double friction_delta = 0.0;  ///< see README [mm]
-  double viscous_delta = 0.0;   ///< see README [mm]
+  double friction_delta = 0.0;  ///< docs/method/simulation.md [mm]
+  double viscous_delta = 0.0;   ///< docs/method/simulation.md [mm]
   int sweeps = 0;
   int searches = 0;       ///< of near pairs
   int pair_count = 0;     ///< near in the last one

@@ -1,7 +1,11 @@
 #include <gtest/gtest.h>
 #include <omp.h>
 
+#include <atomic>
+#include <chrono>
 #include <cmath>
+#include <future>
+#include <mutex>
 #include <stdexcept>
 #include <thread>
 #include <vector>
@@ -51,6 +55,56 @@ TEST(Beside, WorksInTurnWithTheCallersThreadsAndThrowsWhenWaitedFor) {
         InputError);
   }
   omp_set_num_threads(before);
+}
+
+TEST(Beside, LetsAFewPiecesWaitAndTheCallerGoOn) {
+  std::mutex gate;
+  std::atomic<int> done = 0;
+  Beside beside(true, 3);
+  {
+    const std::unique_lock closed(gate);
+    const auto piece = [&] {
+      const std::lock_guard open(gate);
+      ++done;
+    };
+    for (int i = 0; i < 3; ++i) beside.run(piece);  // does not block
+    EXPECT_EQ(done, 0);
+  }
+  beside.wait();
+  EXPECT_EQ(done, 3);
+}
+
+TEST(Beside, DoesNothingAfterAPieceThatThrowsAndTellsOnce) {
+  std::atomic<int> done = 0;
+  std::promise<void> all_wait;
+  Beside beside(true, 4);
+  beside.run([all = all_wait.get_future().share()] {
+    all.wait();
+    throw InputError("beside");
+  });
+  for (int i = 0; i < 3; ++i) beside.run([&] { ++done; });
+  all_wait.set_value();
+  EXPECT_THROW(beside.wait(), InputError);
+  EXPECT_EQ(done, 0);
+  beside.run([&] { ++done; });
+  beside.wait();
+  EXPECT_EQ(done, 1);
+}
+
+TEST(Beside, DropsWhatWaitsWhenItIsDestroyed) {
+  std::atomic<int> done = 0;
+  std::promise<void> has_begun;
+  {
+    Beside beside(true, 4);
+    beside.run([&] {
+      has_begun.set_value();
+      std::this_thread::sleep_for(std::chrono::milliseconds(300));
+      ++done;
+    });
+    for (int i = 0; i < 3; ++i) beside.run([&] { done += 10; });
+    has_begun.get_future().wait();
+  }
+  EXPECT_EQ(done, 1);
 }
 
 TEST(Beside, TakesASpareThreadWhereTheCallerHasOneOnly) {
