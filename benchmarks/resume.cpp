@@ -140,6 +140,7 @@ std::string value_for(const Config& config, const std::string& key) {
       {"lesion.centerline", "0"},
       {"lesion.abscissa_mm", "6.0"},
       {"cloth.cells", "6"},
+      {"flow.diameter_error_mm", "0.25"},
       {"inflation.control", "\"pressure\""}};
   const auto found = values.find(key);
   return found == values.end() ? angio::test::other_value(config, key) : found->second;

@@ -84,11 +84,11 @@ struct PairForces {
   Vec3T<Real> slip;  // in this step, of side a against side b [mm]
 };
 
-/// The gap at which a pair's barrier is infinite [mm]: between two parts of one surface the one
-/// that motions leave, so that the barrier, no bound, carries what presses there.
+/// The gap at which a pair's barrier is infinite [mm]: the one that motions leave, so that the
+/// barrier, no bound, carries what presses there.
 template <class Real>
 ANGIO_HOST_DEVICE inline Real closed_gap(const NearPair<Real>& pair) {
-  return pair.self ? Real(kSelfLeastGap) * pair.distance : Real(0);
+  return Real(pair.self ? kSelfLeastGap : kLeastGap) * pair.distance;
 }
 
 /// Within a sweep a gap is taken along its last direction with its last weights, d = n . sum w_i

@@ -170,7 +170,7 @@ TEST(SelfContact, KeepsMomentum) {
   EXPECT_LT(norm(sum.force), 1e-12 * sum.magnitude);
 }
 
-TEST(SelfContact, PressesWithoutLimitBeforeTheGapThatMotionsLeave) {
+TEST(Contact, PressesWithoutLimitBeforeTheGapThatMotionsLeave) {
   Folds folds(testing::folded_model({}));
   NearPair<double> pair;
   pair.vertex[0] = 0;
@@ -178,18 +178,21 @@ TEST(SelfContact, PressesWithoutLimitBeforeTheGapThatMotionsLeave) {
   pair.weights.w[0] = 1.0;
   pair.weights.w[1] = -1.0;
   pair.direction = {0.0, 0.0, 1.0};
-  pair.distance = folds.scene.self_distance;
   pair.weight = 1.0;
-  pair.self = true;
   const auto force_at = [&](double gap) {
     folds.view.motion.x[1] = folds.view.motion.x[0] - Vec3{0.0, 0.0, gap};
     return pair_forces(folds.view, pair).normal;
   };
-  const double least = kSelfLeastGap * pair.distance;
-  EXPECT_EQ(force_at(pair.distance), 0.0);
-  EXPECT_GT(force_at(0.99 * pair.distance), 0.0);
-  for (double over = 0.01 * pair.distance; over > 2e-4 * pair.distance; over *= 0.5)
-    EXPECT_NEAR(force_at(least + 0.5 * over) / force_at(least + over), 2.0, 0.2) << over;
+  for (const bool self : {true, false}) {
+    pair.self = self;
+    pair.distance = self ? folds.scene.self_distance : folds.view.contact.law.distance;
+    const double least = (self ? kSelfLeastGap : kLeastGap) * pair.distance;
+    EXPECT_EQ(force_at(pair.distance), 0.0);
+    EXPECT_GT(force_at(0.99 * pair.distance), 0.0);
+    for (double over = 0.01 * pair.distance; over > 2e-4 * pair.distance; over *= 0.5)
+      EXPECT_NEAR(force_at(least + 0.5 * over) / force_at(least + over), 2.0, 0.2)
+          << self << " " << over;
+  }
 }
 
 TEST(SelfContact, NoMotionWithinItsBoundsTakesTheSkinThroughItself) {
