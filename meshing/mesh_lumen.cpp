@@ -60,6 +60,7 @@ void improve_surface(SurfaceDraft& draft, const SurfaceTarget& target, double to
     poor.insert(poor.end(), at_caps.begin(), at_caps.end());
     if (poor.empty()) break;
   }
+  detail::bring_membranes_back(draft, target);
   if (closed_count > 0)
     warnings.push_back("at " + std::to_string(closed_count) +
                        " places finer than the image can show, the lumen's surface crossed itself "

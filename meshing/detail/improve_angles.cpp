@@ -258,7 +258,113 @@ void improve_places(SurfaceDraft& draft, const SurfaceTarget& target, double sin
   }
 }
 
+/// Sets of marked vertices that hang together.
+std::vector<std::vector<int>> connected_sets(const TriangleMesh& mesh,
+                                             const std::vector<char>& marked) {
+  const auto neighbors = vertex_neighbors(mesh);
+  std::vector<char> seen(marked.size(), 0);
+  std::vector<std::vector<int>> sets;
+  for (std::size_t first = 0; first < seen.size(); ++first) {
+    if (marked[first] == 0 || seen[first] != 0) continue;
+    std::vector<int> set{int(first)};
+    seen[first] = 1;
+    for (std::size_t i = 0; i < set.size(); ++i)
+      for (const int v : neighbors[std::size_t(set[i])]) {
+        if (marked[std::size_t(v)] == 0 || seen[std::size_t(v)] != 0) continue;
+        seen[std::size_t(v)] = 1;
+        set.push_back(v);
+      }
+    sets.push_back(std::move(set));
+  }
+  return sets;
+}
+
+/// Takes a patch's free vertices to the target; each connected part as far from it as, on average,
+/// the vertices that tie it to the rest.
+/// @return places from which the target is out of reach
+std::vector<Vec3> project_free(Patch& patch, const SurfaceTarget& target) {
+  constexpr double kNear = 0.1;  // of the edge length: there
+  SurfaceDraft& draft = patch.draft;
+  std::vector<Vec3> beyond;
+  const std::vector<char> all(patch.free.size(), 1);
+  for (const std::vector<int>& part : connected_sets(draft.mesh, all)) {
+    double level = 0.0;
+    int tied = 0;
+    for (const int v : part) {
+      if (patch.free[std::size_t(v)] != 0 || draft.membrane[std::size_t(v)] != 0) continue;
+      level += target.evaluate(draft.mesh.vertices[std::size_t(v)]).signed_distance;
+      ++tied;
+    }
+    if (tied > 0) level /= tied;
+    for (const int v : part) {
+      if (patch.free[std::size_t(v)] == 0 || draft.rim[std::size_t(v)] >= 0) continue;
+      draft.membrane[std::size_t(v)] = 0;
+      Vec3& at = draft.mesh.vertices[std::size_t(v)];
+      const double edge = draft.edge_length[std::size_t(v)];
+      const Vec3 there = target.project(at, 0.5 * edge, level).point;
+      if (std::abs(target.evaluate(there).signed_distance - level) > kNear * edge)
+        beyond.push_back(at);
+      at = there;
+    }
+  }
+  return beyond;
+}
+
+/// Where a draft has become wrong: corners of changed triangles that are poor, fold or cross.
+std::vector<Vec3> wrong_places(const SurfaceDraft& draft, const std::vector<char>& changed) {
+  std::vector<char> is_wrong(changed.size(), 0);
+  const std::vector<double> sines = least_sines_squared(draft);
+  for (std::size_t t = 0; t < changed.size(); ++t)
+    is_wrong[t] = changed[t] != 0 && sines[t] < kLeast ? 1 : 0;
+  for (const auto& pair : faults_of(draft.mesh, changed))
+    for (const int t : pair) is_wrong[std::size_t(t)] = 1;
+  std::vector<Vec3> places;
+  for (std::size_t t = 0; t < is_wrong.size(); ++t)
+    if (is_wrong[t] != 0)
+      places.push_back(draft.mesh.vertices[std::size_t(draft.mesh.triangles[t][0])]);
+  return places;
+}
+
 }  // namespace
+
+void bring_membranes_back(SurfaceDraft& draft, const SurfaceTarget& target) {
+  constexpr int kAttempts = 6;
+  constexpr int kRings = 3;  // what was collapsed beside a membrane lies beside the target, too
+  draft.membrane.resize(draft.mesh.vertices.size(), 0);
+  std::vector<std::vector<int>> membranes = connected_sets(draft.mesh, draft.membrane);
+  for (int attempt = 0; attempt < kAttempts && !membranes.empty(); ++attempt) {
+    std::vector<char> marked(draft.mesh.vertices.size(), 0);
+    for (const std::vector<int>& membrane : membranes)
+      for (const int v : membrane) marked[std::size_t(v)] = 1;
+    Patch patch = take_patch(draft, marked, kRings);
+    std::vector<Vec3> wrong = project_free(patch, target);
+    AngleImprover(patch.draft, &target, patch.free).run();
+    SurfaceDraft improved = draft;
+    const std::vector<char> changed = put_back(improved, patch);
+    for (const Vec3& place : wrong_places(improved, changed)) wrong.push_back(place);
+    if (wrong.empty()) {
+      draft = std::move(improved);
+      return;
+    }
+    std::vector<char> stays(membranes.size(), 0);
+    for (const Vec3& place : wrong) {
+      const auto away = [&](const std::vector<int>& membrane) {
+        double nearest = 1e300;
+        for (const int v : membrane)
+          nearest = std::min(nearest, distance(place, draft.mesh.vertices[std::size_t(v)]));
+        return nearest;
+      };
+      const auto nearest =
+          std::min_element(membranes.begin(), membranes.end(),
+                           [&](const auto& a, const auto& b) { return away(a) < away(b); });
+      stays[std::size_t(nearest - membranes.begin())] = 1;
+    }
+    std::vector<std::vector<int>> left;
+    for (std::size_t m = 0; m < membranes.size(); ++m)
+      if (stays[m] == 0) left.push_back(std::move(membranes[m]));
+    membranes = std::move(left);
+  }
+}
 
 std::vector<std::array<int, 2>> improve_angles(SurfaceDraft& draft, const SurfaceTarget& target) {
   improve_everywhere(draft, target);

@@ -57,6 +57,11 @@ void remesh_membrane(SurfaceDraft& draft, const std::vector<char>& free, int rou
 /// @return triangles that stay below 21 degrees, each as a pair with itself
 std::vector<std::array<int, 2>> improve_angles(SurfaceDraft& draft, const SurfaceTarget& target);
 
+/// Takes membranes, and what lies within three rings of them, back to the target, as far from it as
+/// the surface around: those with which no triangle crosses, folds or has an angle below 21
+/// degrees.
+void bring_membranes_back(SurfaceDraft& draft, const SurfaceTarget& target);
+
 /// Taubin's smoothing along the normals (lambda 0.5, mu -0.53): noise goes, volume stays. Then
 /// vertices move until triangles lie as much outside as inside the target, so that flat triangles
 /// enclose the volume of the curved surface. Rims move within their planes; where triangles would
