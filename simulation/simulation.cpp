@@ -28,7 +28,7 @@ namespace {
 using namespace detail;
 
 constexpr double kWarnResidual = 0.05;
-constexpr std::size_t kMostWaiting = 16;  // frames behind the solver, for each of two threads
+constexpr std::size_t kMostWaiting = 8;  // frames behind the solver, for each of two threads
 
 void summarize(const SimulationFrame& frame, bool is_air_whole, SimulationSummary& summary) {
   ++summary.frame_count;
