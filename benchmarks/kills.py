@@ -38,7 +38,7 @@ def processes():
     for entry in pathlib.Path("/proc").iterdir():
         if entry.name.isdigit():
             try:
-                if os.readlink(entry / "exe") == PROGRAM and str(FOLDER) in (entry / "cmdline").read_text():
+                if os.readlink(entry / "exe") == PROGRAM and f"{FOLDER}/" in (entry / "cmdline").read_text():
                     found.add(int(entry.name))
             except OSError:
                 pass

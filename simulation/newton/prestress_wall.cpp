@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "core/parallel.hpp"
 #include "core/units.hpp"
@@ -24,6 +25,7 @@ constexpr double kReuse = 0.8;         // of it, by a step with the last factori
 constexpr double kLooser = 0.3;        // of the tissue's hold, each round that goes well
 constexpr double kLeastHold = 3e-3;    // of it
 constexpr double kGoodProgress = 0.8;  // of the displacement, from round to round
+constexpr int kPatience = 8;           // rounds without any
 
 // Of a pure stretch along the vessel that keeps the volume.
 Mat3 axial_stretch(const Vec3& axial, double stretch) {
@@ -75,7 +77,7 @@ class Prestress {
       const bool is_full = load_ == 1.0;
       load_ = load;
       measure(x);
-      if (load == 1.0 && out_.displacement_mm <= kClose) break;
+      if (load == 1.0 && (out_.displacement_mm <= kClose || is_stuck())) break;
       if (is_full && out_.displacement_mm > kGoodProgress * last)
         hold_tighter();
       else
@@ -91,6 +93,18 @@ class Prestress {
   }
 
  private:
+  // A wall whose layers have no room buckles from round to round: none has come nearer for a while,
+  // and this one is among the nearest.
+  bool is_stuck() {
+    if (out_.displacement_mm < kGoodProgress * nearest_mm_) {
+      nearest_mm_ = out_.displacement_mm;
+      rounds_since_ = 0;
+      return false;
+    }
+    return nearest_mm_ > kEnough && ++rounds_since_ >= kPatience &&
+           kGoodProgress * out_.displacement_mm <= nearest_mm_;
+  }
+
   void hold_tighter() { hold_ = std::min(1.0, hold_ / (kLooser * kLooser)); }
 
   // Newton's method from the shape that was seen, as far as a round needs it.
@@ -152,8 +166,10 @@ class Prestress {
   FoundationTerm foundation_;
   Enclosure enclosure_;
   Minimizer newton_;
-  double load_ = 0.0;  // share of the pressure that is reached
-  double hold_ = 1.0;  // share of the tissue's stiffness
+  double load_ = 0.0;                                       // share of the pressure that is reached
+  double hold_ = 1.0;                                       // share of the tissue's stiffness
+  double nearest_mm_ = std::numeric_limits<double>::max();  // under the full load
+  int rounds_since_ = 0;
   WallSolution out_;
 };
 
