@@ -69,7 +69,7 @@ def main():
              "- Command: `angio run INPUT -o CASE --backend cpu`, then "
              f"`benchmarks/cost.py --cores {options.cores} CASE...`",
              f"- Commit: {commit}, measured on {datetime.date.today()}",
-             f"- Machine: {os.cpu_count()} cores, {platform.machine()}, nothing beside it", "",
+             f"- Machine: {os.cpu_count()} cores, {platform.machine()}", "",
              "## A case", "",
              *table(["case", *(f"{stage} s" for stage in stages), "whole s", "GPU s", "memory MiB", "all files",
                      "`--keep minimal`"],
