@@ -63,18 +63,20 @@ TEST(BringMembranesBack, TakesADentedThroatToItsTargetAndNothingElse) {
   }
 }
 
-// A sheet over the mouth of a pit: its middle is farther from the pit's walls than it may go.
+// A sheet over the mouth of a hollow that is deeper than a membrane may go.
 TEST(BringMembranesBack, LeavesAMembraneThatTheTargetIsFarFrom) {
-  const TriangleMesh torus = tests::make_torus(kRing, kTube, 120, 24);
-  constexpr double kPit = 0.9;  // wide to each side, and deep [mm]
-  TriangleMesh pitted = torus;
-  const Vec3 place{kRing + kTube, 0.0, 0.0};
-  for (Vec3& p : pitted.vertices)
-    if (distance(p, place) < kPit) p.x -= kPit;
-  const MeshTarget target(pitted);
+  constexpr double kWide = 3.0, kDeep = 0.9;  // to each side, of the hollow [mm]
+  const TriangleMesh torus = tests::make_torus(2.0 * kRing, 2.0 * kTube, 240, 48);
+  TriangleMesh hollow = torus;
+  const Vec3 place{2.0 * (kRing + kTube), 0.0, 0.0};
+  for (Vec3& p : hollow.vertices) {
+    const double away = distance(p, place) / kWide;
+    if (away < 1.0) p.x -= kDeep * (1.0 - away * away) * (1.0 - away * away);
+  }
+  const MeshTarget target(hollow);
   SurfaceDraft draft = draft_of(torus);
   for (std::size_t v = 0; v < torus.vertices.size(); ++v)
-    draft.membrane[v] = distance(torus.vertices[v], place) < kPit ? 1 : 0;
+    draft.membrane[v] = distance(torus.vertices[v], place) < kWide ? 1 : 0;
   bring_membranes_back(draft, target);
   EXPECT_TRUE(draft.mesh.vertices == torus.vertices);
   EXPECT_GT(std::count(draft.membrane.begin(), draft.membrane.end(), 1), 0);
