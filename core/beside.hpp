@@ -12,8 +12,9 @@ namespace angio {
 
 /// Work that goes on beside the caller, piece after piece in the given order, on a thread of its
 /// own. Its parallel loops have as many threads as those of the caller that made it; where that is
-/// one, the caller does the work itself, at once, unless there is a thread to spare. A piece that
-/// throws is the last one that is done. What waits when it is destroyed is dropped.
+/// one, the caller does the work itself, at once, unless there is a thread to spare. After a piece
+/// that throws nothing is done until the caller has been told. What waits when it is destroyed is
+/// dropped.
 class Beside {
  public:
   /// @param most_waiting  pieces that may wait for those before them, > 0

@@ -139,8 +139,9 @@ class Run {
       begun.is_air_whole = scene_.air.empty() || air.is_whole();
     };
     // Frames queue up behind the solver: first for their air, then to be completed and handed over.
-    Beside delivery(has_spare_thread_, kMostWaiting), following(has_spare_thread_, kMostWaiting);
+    // What a thread uses is declared before it, so that it ends first.
     std::atomic<bool> has_failed = false;
+    Beside delivery(has_spare_thread_, kMostWaiting);
     const auto hand_over = [&](BegunFrame&& begun) {
       delivery.run([&, begun = std::move(begun)]() mutable {
         if (has_failed) return;
@@ -148,6 +149,7 @@ class Run {
         has_failed = !watch.failure().empty();
       });
     };
+    Beside following(has_spare_thread_, kMostWaiting);
     // The paper's contact is projected on each frame's tets: the solver waits for them.
     const bool needs_air = pbd_policy(options_).contact;
     double whole = 0.0, taken = 0.0;
