@@ -1,7 +1,8 @@
-// random_trees [lines|aneurysms|level-set] [FIRST_SEED] [COUNT] [each]: the stenoses that are
-// listed on random vessel trees against those that are there, beside a plain rule. `lines`: radii
-// along the true lines, with noise; `aneurysms`: the same with one or two large aneurysms a tree;
-// `level-set`: lines extracted from smaller trees. `each` prints what went wrong.
+// random_trees [lines|aneurysms|two-inlets|level-set] [FIRST_SEED] [COUNT] [each]: the stenoses that
+// are listed on random vessel trees against those that are there, beside a plain rule. `lines`:
+// radii along the true lines, with noise; `aneurysms`: the same with one or two large aneurysms a
+// tree; `two-inlets`: two trees joined by an end of each, as communicating arteries do; `level-set`:
+// lines extracted from smaller trees. `each` prints what went wrong.
 //
 // There: a stretch narrowed by at least 20 %, whose severity is that of its tightest place. Found:
 // a listed stenosis (30 % or more) overlaps it. False: a listed stenosis without a narrowing of 20
@@ -243,11 +244,12 @@ void print(const char* name, const Score& score, ResultTable& results) {
                 score.hidden.found, score.hidden.there));
 }
 
-enum class Source { lines, aneurysms, level_set };
+enum class Source { lines, aneurysms, two_inlets, level_set };
 
 GrowOptions grow_options(Source source) {
   if (source == Source::level_set) return {.most_branches = 6, .most_diameters = 8.0};
-  return {.with_aneurysms = source == Source::aneurysms};
+  return {.with_aneurysms = source == Source::aneurysms,
+          .with_two_inlets = source == Source::two_inlets};
 }
 
 void run(Source source, unsigned first, int count, Output output, ResultTable& results) {
@@ -281,9 +283,10 @@ int main(int argument_count, char** arguments) {
     };
     const unsigned first = argument_count > 2 ? unsigned(std::atoi(arguments[2])) : 0;
     const int count = argument_count > 3 ? std::max(1, std::atoi(arguments[3])) : 300;
-    const Source source = is(1, "level-set")   ? Source::level_set
-                          : is(1, "aneurysms") ? Source::aneurysms
-                                               : Source::lines;
+    const Source source = is(1, "level-set")    ? Source::level_set
+                          : is(1, "aneurysms")  ? Source::aneurysms
+                          : is(1, "two-inlets") ? Source::two_inlets
+                                                : Source::lines;
     run(source, first, count, is(4, "each") ? Output::each : Output::table, results);
     results.write();
     return 0;

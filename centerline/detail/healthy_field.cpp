@@ -17,28 +17,43 @@ constexpr double kOff = 0.7;       // and of each of its diameters;
 constexpr double kWide = 3.0;      // of each, and each e-fold that it is wider than
 constexpr double kWideFrom = 0.4;  // this: few ectasias are wider;
 constexpr double kAneurysm = 2.0;  // of a stretch wider than that throughout, more than of another
-constexpr double kMostNarrowing = 15.0, kMostWidening = 60.0;  // of a step without a fork
 constexpr double kLaw = 7.0 / 3.0;                             // exponent of the fork's law
 constexpr double kFork = 0.10;                                 // its sd (ln diameter),
 constexpr double kForkTail = 15.0;  // and the cost of each e-fold far off
-constexpr double kSwapped = 8.0;    // of another vessel than the one before being the trunk
-
-/// A way in which a healthy branch may run: its taper per diameter, what a step to a narrower and
-/// to a wider diameter costs (per e-fold), and what the way itself costs.
-struct Course {
-  double taper, narrowing, widening, cost;
-};
-constexpr std::array<Course, 6> kCourses{{{0.0, 15.0, 40.0, 0.0},
-                                          {-0.025, 15.0, 40.0, 0.0},
-                                          {-0.05, 15.0, 40.0, 1.0},
-                                          {-0.1, 15.0, 40.0, 2.0},
-                                          {0.0, 40.0, 15.0, 5.0},
-                                          {0.025, 40.0, 15.0, 5.0}}};
+constexpr double kInlet = 4.0;       // of blood coming in by an end that is not the inlet,
+constexpr double kNoInlet = 3.0;    // and of none coming in by the inlet
+constexpr double kTurned = 1.0;     // of a fork whose trunk is another vessel than the one before
+constexpr double kConfluence = 2.0;  // of vessels that join
 
 /// What a step costs per e-fold, and at most.
 struct Slope {
   double per_fold, most;
 };
+
+/// A way in which a healthy branch may run: its taper per diameter, what a step to a narrower and
+/// to a wider diameter costs, and what the way itself costs.
+struct Course {
+  double taper;
+  Slope narrowing, widening;
+  double cost;
+};
+constexpr Slope kToNarrower{15.0, 15.0}, kToWider{40.0, 60.0};  // as blood runs
+constexpr Slope kToNarrowerUpwards{40.0, 15.0}, kToWiderUpwards{15.0, 60.0};
+constexpr std::array<Course, 6> kCourses{{{0.0, kToNarrower, kToWider, 0.0},
+                                          {-0.025, kToNarrower, kToWider, 0.0},
+                                          {-0.05, kToNarrower, kToWider, 1.0},
+                                          {-0.1, kToNarrower, kToWider, 2.0},
+                                          {0.0, kToNarrowerUpwards, kToWiderUpwards, 5.0},
+                                          {0.025, kToNarrowerUpwards, kToWiderUpwards, 5.0}}};
+
+/// Which way blood runs in a branch: from the inlet that the lines begin at, or towards it.
+enum class Flow { along, against };
+
+/// The same way as it looks from the branch's beginning.
+Course seen(const Course& course, Flow flow) {
+  if (flow == Flow::along) return course;
+  return {-course.taper, course.widening, course.narrowing, course.cost};
+}
 
 /// Costs after a step that may be taken upwards or downwards.
 void allow_steps(Costs& costs, Slope up, Slope down) {
@@ -75,6 +90,21 @@ void add(Costs& costs, const Costs& other) {
   for (std::size_t i = 0; i < costs.size(); ++i) costs[i] += other[i];
 }
 
+/// Costs where blood runs along a branch and where it runs against it.
+struct Directed {
+  Costs along, against;
+
+  Directed(Costs one, Costs other) : along(std::move(one)), against(std::move(other)) {}
+  explicit Directed(std::size_t count = 0)
+      : along(count, std::numeric_limits<double>::max()), against(along) {}
+  void keep_lower(const Costs& one, const Costs& other, double more) {
+    angio::centerline::keep_lower(along, one, more);
+    angio::centerline::keep_lower(against, other, more);
+  }
+  [[nodiscard]] const Costs& of(Flow flow) const { return flow == Flow::along ? along : against; }
+  [[nodiscard]] Costs& of(Flow flow) { return flow == Flow::along ? along : against; }
+};
+
 constexpr double kNever = 1e6;
 
 /// What each of the two ends of a stretch costs that is not healthy.
@@ -96,6 +126,11 @@ struct Labelled {
     keep_lower(off, before, kEnd);
     keep_lower(aneurysm, before, kAneurysmEnd);
   }
+  void keep_lower_of(const Labelled& other, double offset) {
+    keep_lower(healthy, shifted(other.healthy, offset), 0.0);
+    keep_lower(off, shifted(other.off, offset), 0.0);
+    keep_lower(aneurysm, shifted(other.aneurysm, offset), 0.0);
+  }
   [[nodiscard]] Costs ended() const {
     Costs costs = healthy;
     keep_lower(costs, off, kEnd);
@@ -104,85 +139,118 @@ struct Labelled {
   }
 };
 
-/// The passes over one branch.
+/// The passes over one branch. Blood that comes in by both of its ends meets somewhere on it: up to
+/// there it runs along, from there on against. Blood that leaves by both has no source.
 class BranchPass {
  public:
   BranchPass(const FieldBranch& branch, double low, std::size_t count)
       : branch_(branch), low_(low), count_(count) {}
 
   /// The cost at the branch's beginning of all that is on it and behind it.
-  [[nodiscard]] Costs up(const Costs& behind) const {
-    Costs result(count_, std::numeric_limits<double>::max());
+  [[nodiscard]] Directed up(const Directed& behind) const {
+    Directed result(count_);
     for (const Course& course : kCourses) {
-      Labelled costs(shifted(behind, course.taper * branch_.length));
-      for (std::size_t c = branch_.cells.size(); c-- > 0;) {
-        add_misfit(costs, c, course);
-        step_up(costs, course);
-      }
-      keep_lower(result, costs.ended(), course.cost);
+      Ways ways = behind_end(behind, course);
+      for (std::size_t c = branch_.cells.size(); c-- > 0;) go_up(ways, c, course);
+      result.keep_lower(ways.along.ended(), ways.against.ended(), course.cost);
     }
     return result;
   }
 
   /// The cost at the branch's end of all that is on it and before it.
-  [[nodiscard]] Costs down(const Costs& before) const {
-    Costs result(count_, std::numeric_limits<double>::max());
+  [[nodiscard]] Directed down(const Directed& before) const {
+    Directed result(count_);
     for (const Course& course : kCourses) {
-      Labelled costs(before);
-      for (std::size_t c = 0; c < branch_.cells.size(); ++c) {
-        step_down(costs, course);
-        add_misfit(costs, c, course);
-      }
-      keep_lower(result, shifted(costs.ended(), -course.taper * branch_.length), course.cost);
+      Ways ways{Labelled(before.along), Labelled(before.against)};
+      for (std::size_t c = 0; c < branch_.cells.size(); ++c) go_down(ways, c, course);
+      const double taper = course.taper * branch_.length;
+      result.keep_lower(shifted(ways.along.ended(), -taper), shifted(ways.against.ended(), taper),
+                        course.cost);
     }
     return result;
   }
 
   /// The cost of the whole tree at each cell.
-  [[nodiscard]] std::vector<Costs> whole(const Costs& before, const Costs& behind) const {
+  [[nodiscard]] std::vector<Costs> whole(const Directed& before, const Directed& behind) const {
     const std::size_t cells = branch_.cells.size();
     std::vector<Costs> result(cells, Costs(count_, std::numeric_limits<double>::max()));
     for (const Course& course : kCourses) {
-      std::vector<Labelled> from_before;
-      Labelled costs(before);
+      std::vector<Ways> from_before;
+      Ways ways{Labelled(before.along), Labelled(before.against)};
       for (std::size_t c = 0; c < cells; ++c) {
-        step_down(costs, course);
-        add_misfit(costs, c, course);
-        from_before.push_back(costs);
+        go_down(ways, c, course);
+        from_before.push_back(ways);
       }
-      costs = Labelled(shifted(behind, course.taper * branch_.length));
+      ways = behind_end(behind, course);
       for (std::size_t c = cells; c-- > 0;) {
-        Labelled& here = from_before[c];
-        add(here.healthy, costs.healthy);
-        add(here.off, costs.off);
-        add(here.aneurysm, costs.aneurysm);
-        keep_lower(here.healthy, here.off, 0.0);
-        keep_lower(here.healthy, here.aneurysm, 0.0);
-        keep_lower(result[c], shifted(here.healthy, -course.taper * branch_.cells[c].position),
+        const double taper = course.taper * branch_.cells[c].position;
+        meet_up(ways, c, course);
+        keep_lower(result[c], shifted(with(from_before[c].along, ways.along), -taper), course.cost);
+        keep_lower(result[c], shifted(with(from_before[c].against, ways.against), taper),
                    course.cost);
-        add_misfit(costs, c, course);
-        step_up(costs, course);
+        leave_up(ways, c, course);
       }
     }
     return result;
   }
 
  private:
+  /// A branch's costs while blood runs along it, and while it runs against it.
+  struct Ways {
+    Labelled along, against;
+  };
+
+  [[nodiscard]] Ways behind_end(const Directed& behind, const Course& course) const {
+    const double taper = course.taper * branch_.length;
+    return {Labelled(shifted(behind.along, taper)), Labelled(shifted(behind.against, -taper))};
+  }
+  void meet_up(Ways& ways, std::size_t c, const Course& course) const {
+    const double apart = 2.0 * course.taper * branch_.cells[c].position;
+    ways.along.keep_lower_of(ways.against, apart);
+  }
+  void leave_up(Ways& ways, std::size_t c, const Course& course) const {
+    add_misfit(ways.along, c, course.taper);
+    add_misfit(ways.against, c, -course.taper);
+    step_up(ways.along, course);
+    step_up(ways.against, seen(course, Flow::against));
+  }
+  void go_up(Ways& ways, std::size_t c, const Course& course) const {
+    meet_up(ways, c, course);
+    leave_up(ways, c, course);
+  }
+  void go_down(Ways& ways, std::size_t c, const Course& course) const {
+    step_down(ways.along, course);
+    step_down(ways.against, seen(course, Flow::against));
+    const double apart = 2.0 * course.taper * branch_.cells[c].position;
+    ways.against.keep_lower_of(ways.along, -apart);
+    add_misfit(ways.along, c, course.taper);
+    add_misfit(ways.against, c, -course.taper);
+  }
+  /// What comes from before and what comes from behind, together.
+  static Costs with(const Labelled& before, const Labelled& behind) {
+    Costs costs = before.healthy, off = before.off, aneurysm = before.aneurysm;
+    add(costs, behind.healthy);
+    add(off, behind.off);
+    add(aneurysm, behind.aneurysm);
+    keep_lower(costs, off, 0.0);
+    keep_lower(costs, aneurysm, 0.0);
+    return costs;
+  }
   static void step_up(Labelled& costs, const Course& course) {
     costs.change();
     for (Costs* c : {&costs.healthy, &costs.off, &costs.aneurysm})
-      allow_steps(*c, {course.narrowing, kMostNarrowing}, {course.widening, kMostWidening});
+      allow_steps(*c, course.narrowing, course.widening);
   }
   static void step_down(Labelled& costs, const Course& course) {
     costs.change();
     for (Costs* c : {&costs.healthy, &costs.off, &costs.aneurysm})
-      allow_steps(*c, {course.widening, kMostWidening}, {course.narrowing, kMostNarrowing});
+      allow_steps(*c, course.widening, course.narrowing);
   }
-  void add_misfit(Labelled& costs, std::size_t c, const Course& course) const {
+  void add_misfit(Labelled& costs, std::size_t c, double taper) const {
     const FieldCell& cell = branch_.cells[c];
     if (cell.weight <= 0.0) return;
     const double scale = 0.5 * cell.weight / (cell.spread * cell.spread);
-    const double expected = low_ + course.taper * cell.position;
+    const double expected = low_ + taper * cell.position;
     for (std::size_t i = 0; i < count_; ++i) {
       const double e = cell.log_diameter - (expected + double(i) * kStep);
       costs.healthy[i] += scale * e * e;
@@ -215,21 +283,29 @@ class Fork {
   }
 
   /// Costs at vessel `x` of a fork from those of the others; the first is the one nearest to the
-  /// inlet.
-  [[nodiscard]] Costs to(std::size_t x, const std::vector<Costs>& vessels) const {
-    Costs result(count_, std::numeric_limits<double>::max());
-    for (std::size_t trunk = 0; trunk < vessels.size(); ++trunk) {
-      const double more = trunk == 0 ? 0.0 : kSwapped;
-      Costs sum;  // of the others' flows
-      for (std::size_t v = 0; v < vessels.size(); ++v)
-        if (v != x && v != trunk) sum = sum.empty() ? vessels[v] : joined(sum, vessels[v]);
-      if (trunk == x) {
-        keep_lower(result, by_law(sum), more);
-      } else {
-        const Costs of_sum = by_law(vessels[trunk]);
-        keep_lower(result, sum.empty() ? of_sum : parted(of_sum, sum), more);
+  /// inlet. Either the trunk feeds all others, or they feed it.
+  [[nodiscard]] Directed to(std::size_t x, const std::vector<Directed>& vessels) const {
+    Directed result(count_);
+    for (std::size_t trunk = 0; trunk < vessels.size(); ++trunk)
+      for (const bool is_fed_by_trunk : {true, false}) {
+        const auto flow = [&](std::size_t v) {
+          const bool comes_in = (v == trunk) == is_fed_by_trunk;
+          return comes_in == (v == 0) ? Flow::along : Flow::against;
+        };
+        const double more = !is_fed_by_trunk ? kConfluence : trunk > 0 ? kTurned : 0.0;
+        Costs sum;  // of the others' flows
+        for (std::size_t v = 0; v < vessels.size(); ++v) {
+          if (v == x || v == trunk) continue;
+          const Costs& costs = vessels[v].of(flow(v));
+          sum = sum.empty() ? costs : joined(sum, costs);
+        }
+        if (trunk == x) {
+          keep_lower(result.of(flow(x)), by_law(sum), more);
+        } else {
+          const Costs of_sum = by_law(vessels[trunk].of(flow(trunk)));
+          keep_lower(result.of(flow(x)), sum.empty() ? of_sum : parted(of_sum, sum), more);
+        }
       }
-    }
     return result;
   }
 
@@ -285,11 +361,12 @@ HealthyField::HealthyField(const std::vector<FieldBranch>& branches) {
   const auto count = std::size_t((high + 0.5 - low_) / kStep) + 2;
   const Fork fork(count);
   const std::size_t branch_count = branches.size();
-  std::vector<Costs> up(branch_count), before(branch_count, Costs(count, 0.0)),
-      behind(branch_count, Costs(count, 0.0));
+  const Directed inlet{Costs(count, 0.0), Costs(count, kNoInlet)};
+  const Directed end{Costs(count, 0.0), Costs(count, kInlet)};
+  std::vector<Directed> up(branch_count), before(branch_count, inlet), behind(branch_count, end);
   for (std::size_t b = branch_count; b-- > 0;) {
     if (!branches[b].daughters.empty()) {
-      std::vector<Costs> vessels{Costs()};
+      std::vector<Directed> vessels(1);
       for (const int d : branches[b].daughters) vessels.push_back(up[std::size_t(d)]);
       behind[b] = fork.to(0, vessels);
     }
@@ -300,7 +377,7 @@ HealthyField::HealthyField(const std::vector<FieldBranch>& branches) {
     const BranchPass pass(branches[b], low_, count);
     cost_[b] = pass.whole(before[b], behind[b]);
     if (branches[b].daughters.empty()) continue;
-    std::vector<Costs> vessels{pass.down(before[b])};
+    std::vector<Directed> vessels{pass.down(before[b])};
     for (const int d : branches[b].daughters) vessels.push_back(up[std::size_t(d)]);
     for (std::size_t k = 1; k < vessels.size(); ++k)
       before[std::size_t(branches[b].daughters[k - 1])] = fork.to(k, vessels);

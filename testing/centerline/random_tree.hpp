@@ -88,6 +88,7 @@ struct GrowOptions {
   int most_branches = 25;
   double most_diameters = 16.0;  ///< length of a branch
   bool with_aneurysms = false;   ///< one or two a tree
+  bool with_two_inlets = false;  ///< two trees, joined by an end of each
 };
 
 /// Adds the two daughters of a branch; their radii follow r0^p = r1^p + r2^p with 5 % scatter.
@@ -172,9 +173,8 @@ inline void draw_aneurysm(Draw& draw, TrueBranch& branch) {
         branch.healthy[i] * (1.0 + more * bump(branch.abscissa[i], middle, half, plateau)));
 }
 
-inline TrueTree draw_tree(unsigned seed, const GrowOptions& grow = {}) {
-  Draw draw{std::mt19937(seed)};
-  for (int i = 0; i < 10; ++i) draw.random();
+/// A tree without disease.
+inline TrueTree grow_tree(Draw& draw, const GrowOptions& grow) {
   TrueTree tree;
   const double radius = 1.2 * std::pow(10.0, draw.between(0.0, 1.0));  // 1.2 to 12 mm
   const double exponent = draw.between(2.1, 3.0);  // from area-preserving to Murray's
@@ -186,6 +186,102 @@ inline TrueTree draw_tree(unsigned seed, const GrowOptions& grow = {}) {
   tree.branches.push_back(root);
   for (std::size_t b = 0; b < tree.branches.size() && int(tree.branches.size()) < wanted; ++b)
     fork(draw, tree, b, exponent, grow);
+  return tree;
+}
+
+/// The branch in which a tree ends whose end is as wide as can be to a given radius.
+inline std::size_t find_end(const TrueTree& tree, double radius) {
+  std::size_t best = 0;
+  double least = 1e300;
+  for (std::size_t b = 0; b < tree.branches.size(); ++b) {
+    const double off = std::abs(std::log(tree.branches[b].healthy.back() / radius));
+    if (!tree.branches[b].daughters.empty() || off >= least) continue;
+    least = off;
+    best = b;
+  }
+  return best;
+}
+
+/// Adds a branch of another tree, and all that hangs on it, turned round: the vessel through which
+/// it is come to (`from`, a daughter or the parent) has become its parent.
+inline void append_reversed(const TrueTree& other, int b, int from, int parent, TrueTree& tree) {
+  const TrueBranch& source = other.branches[std::size_t(b)];
+  const bool is_against = from != source.parent;
+  TrueBranch branch = source;
+  branch.parent = parent;
+  branch.daughters.clear();
+  if (is_against) {
+    for (auto* values : {&branch.healthy, &branch.ectatic})
+      std::reverse(values->begin(), values->end());
+    std::reverse(branch.points.begin(), branch.points.end());
+    std::reverse(branch.abscissa.begin(), branch.abscissa.end());
+    for (double& s : branch.abscissa) s = source.abscissa.back() - s;
+  }
+  const int at = int(tree.branches.size());
+  tree.branches.push_back(branch);
+  tree.branches[std::size_t(parent)].daughters.push_back(at);
+  if (!is_against) {
+    for (const int daughter : source.daughters) append_reversed(other, daughter, b, at, tree);
+  } else if (source.parent >= 0) {
+    append_reversed(other, source.parent, b, at, tree);
+    for (const int sister : other.branches[std::size_t(source.parent)].daughters)
+      if (sister != b) append_reversed(other, sister, source.parent, at, tree);
+  }
+}
+
+/// The same vector after the turn that takes unit vector u to w.
+inline Vec3 turned(const Vec3& vector, const Vec3& u, const Vec3& w) {
+  const Vec3 axis = cross(u, w);
+  const double cosine = dot(u, w);
+  return cosine * vector + cross(axis, vector) +
+         (dot(axis, vector) / std::max(1.0 + cosine, 1e-9)) * axis;
+}
+
+/// Joins another tree to an end of this one, as communicating arteries do: the two ends that are
+/// wide as one another become one vessel, and the other tree's trunk is a second inlet.
+inline void join(TrueTree& tree, TrueTree other) {
+  const auto end = find_end(tree, 1e-9);  // the thinnest
+  const double radius = tree.branches[end].healthy.back();
+  const auto others = find_end(other, radius);
+  const auto direction = [](const TrueBranch& branch) {
+    return normalized(branch.points.back() - branch.points[branch.points.size() - 10]);
+  };
+  const double scale = radius / other.branches[others].healthy.back();
+  const Vec3 from = other.branches[others].points.back(), to = tree.branches[end].points.back();
+  const Vec3 inwards = -1.0 * direction(other.branches[others]);
+  const Vec3 ahead = direction(tree.branches[end]);
+  for (TrueBranch& branch : other.branches) {
+    for (Vec3& point : branch.points) point = to + scale * turned(point - from, inwards, ahead);
+    for (auto* values : {&branch.abscissa, &branch.healthy, &branch.ectatic})
+      for (double& value : *values) value *= scale;
+  }
+  append_reversed(other, int(others), -2, int(end), tree);
+  // The two are one vessel.
+  TrueBranch& first = tree.branches[end];
+  const int second_at = first.daughters.front();
+  const TrueBranch second = tree.branches[std::size_t(second_at)];
+  const double length = first.abscissa.back();
+  for (std::size_t i = 1; i < second.points.size(); ++i) {
+    first.points.push_back(second.points[i]);
+    first.abscissa.push_back(length + second.abscissa[i]);
+    first.healthy.push_back(second.healthy[i]);
+    first.ectatic.push_back(second.ectatic[i]);
+  }
+  first.daughters = second.daughters;
+  tree.branches.erase(tree.branches.begin() + second_at);
+  for (TrueBranch& branch : tree.branches) {
+    if (branch.parent == second_at) branch.parent = int(end);
+    if (branch.parent > second_at) --branch.parent;
+    for (int& daughter : branch.daughters)
+      if (daughter > second_at) --daughter;
+  }
+}
+
+inline TrueTree draw_tree(unsigned seed, const GrowOptions& grow = {}) {
+  Draw draw{std::mt19937(seed)};
+  for (int i = 0; i < 10; ++i) draw.random();
+  TrueTree tree = grow_tree(draw, grow);
+  if (grow.with_two_inlets) join(tree, grow_tree(draw, grow));
   for (int k = grow.with_aneurysms ? 1 + int(draw.random() % 2) : 0; k > 0; --k)
     draw_aneurysm(draw, tree.branches[draw.random() % tree.branches.size()]);
   tree.least_radius = 1e9;
