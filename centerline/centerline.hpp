@@ -79,7 +79,8 @@ struct LesionOptions {
 struct Lesion {
   bool is_stenosis = false;  ///< false: no stenosis, and this is the tightest place of the longest
                              ///< vessel (or where the user said)
-  bool is_too_thin = false;  ///< it would be one, but its vessel is too thin to be measured
+  bool is_too_thin = false;  ///< it would be one, but its vessel is too thin to be measured,
+  bool is_doubtful = false;  ///< or so many vessels touch that it may be a place where they do
   int path_id = 0;
   double abscissa_mm = 0.0;
   double proximal_mm = 0.0;  ///< abscissas of the lesion's edges: where the stenosis is 20 %;
@@ -103,6 +104,8 @@ struct Lesion {
   /// By how much a healthy tree that is as thin there explains all diameters worse: the natural
   /// logarithm of the odds. 0 where no stenosis is listed.
   double evidence = 0.0;
+
+  [[nodiscard]] bool is_left_out() const { return is_too_thin || is_doubtful; }
 };
 
 /// Every stenosis of at least min_stenosis_percent, the most severe first, each once though several
@@ -110,13 +113,15 @@ struct Lesion {
 ///
 /// The reference is that of the best healthy tree (centerline/detail/reference.hpp). A dip below it
 /// is listed if neither a healthy tree that is as thin there nor the diameters' errors explain it
-/// as well. Stenoses are apart where the vessel between them is back above the edges' 20 %; a
-/// branching, where nothing is measured, does not part them along the wider daughter. A neck is
-/// a bridge between vessels that touch and no stenosis if it is shorter than half its reference
-/// diameter; or than 1.25 of them, and the line turns round it by more than 80 degrees out of one
-/// vessel and into another; or if its area falls by less than half the percentage that its diameter
-/// does. Where there is none, one
-/// entry with is_stenosis = false. Then those of vessels too thin to be measured (is_too_thin).
+/// as well; in a tree whose lines pass from vessel to vessel, where vessels touch or a loop was
+/// cut, and in one of more than 25 branches, the evidence for it has to be as much stronger as
+/// there are more places to be misled by (unless `centerline` names a line). Stenoses are apart
+/// where the vessel between them is back above the edges' 20 %; a branching, where nothing is
+/// measured, does not part them along the wider daughter. A neck is a bridge between vessels that
+/// touch and no stenosis if it is shorter than half its reference diameter; or than 1.25 of them,
+/// and the line turns round it by more than 80 degrees out of one vessel and into another; or if
+/// its area falls by less than half the percentage that its diameter does. Where there is none, one
+/// entry with is_stenosis = false. Then those that are left out (is_left_out).
 std::vector<Lesion> find_lesions(const CenterlineTree& tree, const LesionOptions& options);
 
 /// Every stenosis of the whole tree that does not overlap one of them, wherever the options look.

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "centerline/centerline.hpp"
+#include "centerline/detail/contacts.hpp"
 #include "centerline/detail/dip.hpp"
 #include "centerline/resolution.hpp"
 #include "core/error.hpp"
@@ -32,6 +33,16 @@ constexpr double kLeastEvidence = 0.2;
 constexpr double kLeastEvidenceAtEnd = 1.0;
 constexpr double kLeastEvidenceInEnd = 5.0;
 constexpr double kLeastOddsOfErrors = 5.0;
+
+/// What a listing has to cost more in a large tree and in one whose lines pass from vessel to
+/// vessel (natural logarithm of the odds): of more places some are narrow by chance, and each place
+/// where vessels touch or a loop was cut is a bridge that might be taken for a stenosis.
+double doubt_in(const CenterlineTree& tree, const TreeReference& reference) {
+  constexpr double kUsualBranches = 25.0;
+  const double wrong_joints = double(find_contacts(tree).size()) + double(count_cut_ends(tree));
+  return std::log1p(wrong_joints) +
+         std::max(0.0, std::log(double(reference.branches.size()) / kUsualBranches));
+}
 
 /// A dip is in the end where its tightest place is within this many healthy diameters of it.
 constexpr double kReachOfEnd = 0.25;
@@ -137,15 +148,18 @@ bool ends_tightest(const Known& known, const Dip& dip) {
   return s.back() - s[dip.tightest] < reach || s[dip.tightest] - s.front() < reach;
 }
 
-bool is_lesion(const Known& known, const Vessel& vessel, const Dip& dip,
-               const LesionOptions& options) {
-  if (is_tip(known, dip)) return false;
-  if (known.percent(dip.tightest) < options.min_stenosis_percent) return false;
-  if (known.reference.diameter[dip.tightest] < options.min_reference_mm) return false;
+/// Whether a dip is no vessel's end and no bridge, and narrow enough, whatever speaks for it.
+bool is_candidate(const Known& known, const Dip& dip, const LesionOptions& options) {
+  return known.percent(dip.tightest) >= options.min_stenosis_percent &&
+         known.reference.diameter[dip.tightest] >= options.min_reference_mm && !is_tip(known, dip);
+}
+
+bool is_evident(const Known& known, const Vessel& vessel, const Dip& dip, double doubt,
+                const LesionOptions& options) {
   const double least = ends_tightest(known, dip)                      ? kLeastEvidenceInEnd
                        : !is_measured_behind(known, vessel, dip.last) ? kLeastEvidenceAtEnd
                                                                       : kLeastEvidence;
-  return cost_of_thin_vessel(known, dip, options.min_stenosis_percent) >= least &&
+  return cost_of_thin_vessel(known, dip, options.min_stenosis_percent) >= least + doubt &&
          cost_of_errors(known, dip) >= kLeastOddsOfErrors;
 }
 
@@ -165,21 +179,23 @@ Vessel on_longest_path(const TreeReference& tree, const Vessel& vessel, const Di
 }
 
 void find_on_vessel(const CenterlineTree& tree, const TreeReference& reference,
-                    const Vessel& vessel, const LesionOptions& options,
+                    const Vessel& vessel, double doubt, const LesionOptions& options,
                     std::vector<Lesion>& found) {
   const Known known{tree.paths[vessel.path], reference, reference.paths[vessel.path]};
   for (std::size_t i = vessel.first; i <= vessel.last; ++i) {
     if (known.percent(i) < kShoulderPercent) continue;
     const Dip dip = grow_dip(known, vessel, i);
     i = dip.last;
-    if (!is_lesion(known, vessel, dip, options)) continue;
+    if (!is_candidate(known, dip, options) || !is_evident(known, vessel, dip, 0.0, options))
+      continue;
     const Vessel shown = options.centerline >= 0 ? vessel : on_longest_path(reference, vessel, dip);
     Lesion lesion =
         describe_dip({tree.paths[shown.path], reference, reference.paths[shown.path]}, shown, dip);
     if (is_bridge(known.path, lesion)) continue;
     lesion.evidence = cost_of_thin_vessel(known, dip, options.min_stenosis_percent);
     lesion.is_too_thin = is_too_thin(tree.paths[shown.path], lesion, options);
-    lesion.is_stenosis = !lesion.is_too_thin;
+    lesion.is_doubtful = !is_evident(known, vessel, dip, doubt, options);
+    lesion.is_stenosis = !lesion.is_left_out();
     found.push_back(lesion);
   }
 }
@@ -276,10 +292,11 @@ std::vector<Lesion> find_lesions(const CenterlineTree& tree, const LesionOptions
   std::vector<Lesion> lesions;
   if (options.centerline >= 0) {
     const Vessel whole{chosen, 0, tree.paths[chosen].points.size() - 1};
-    find_on_vessel(tree, reference, whole, options, lesions);
+    find_on_vessel(tree, reference, whole, 0.0, options, lesions);
   } else {
+    const double doubt = doubt_in(tree, reference);
     for (const Vessel& vessel : find_vessels(reference))
-      find_on_vessel(tree, reference, vessel, options, lesions);
+      find_on_vessel(tree, reference, vessel, doubt, options, lesions);
   }
   std::stable_sort(lesions.begin(), lesions.end(), [](const Lesion& a, const Lesion& b) {
     if (a.is_stenosis != b.is_stenosis) return a.is_stenosis;

@@ -5,7 +5,9 @@
 #include <optional>
 #include <utility>
 
+#include "centerline/detail/branches.hpp"
 #include "centerline/detail/polyline.hpp"
+#include "centerline/detail/tracts.hpp"
 #include "core/statistics.hpp"
 
 namespace angio::centerline {
@@ -112,6 +114,24 @@ std::vector<Vec3> find_contacts(const CenterlineTree& tree) {
       }
   }
   return places;
+}
+
+int count_cut_ends(const CenterlineTree& tree) {
+  constexpr double kOwn = 4.0;  // radii of a branch's beginning, which lies in its parent
+  int count = 0;
+  for (const Branch& branch : find_branches(tree)) {
+    if (!branch.daughters.empty()) continue;
+    const CenterlinePath& path = tree.paths[std::size_t(branch.path)];
+    const double length = path.abscissa.back() - path.abscissa[std::size_t(branch.first)];
+    if (length < kOwn * path.inscribed_radius[std::size_t(branch.first)]) continue;
+    count += std::any_of(tree.paths.begin(), tree.paths.end(), [&](const CenterlinePath& other) {
+      const int shared = count_shared(path, other);
+      return other.id != path.id &&
+             inside_tube(other.points, other.inscribed_radius, std::size_t(std::max(0, shared - 1)),
+                         path.points.back());
+    });
+  }
+  return count;
 }
 
 }  // namespace angio::centerline

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <string>
 #include <vector>
 
 #include "core/centerline.hpp"
@@ -17,5 +16,8 @@ namespace angio::centerline {
 ///
 /// @return the places [mm]
 std::vector<Vec3> find_contacts(const CenterlineTree& tree);
+
+/// How many lines end inside another vessel than the one they left, as where a loop was cut.
+int count_cut_ends(const CenterlineTree& tree);
 
 }  // namespace angio::centerline

@@ -28,8 +28,8 @@ struct FieldBranch {
 /// diseased or dilated, whose diameter tells nothing. The cost is minus the logarithm of the
 /// probability of all that; it is least exactly, by min-sum messages along the tree, which has no
 /// loops (Pearl, Probabilistic reasoning in intelligent systems, 1988, section 4.3). Directions are
-/// not taken for granted: a branch may widen along the flow, and any vessel of a fork may be its
-/// trunk, at a price.
+/// not taken for granted: blood may come in by any end and run against a branch, at a price, and
+/// where it comes in by both ends of a branch, it meets there.
 class HealthyField {
  public:
   /// @param branches  parents before daughters; the first is the root

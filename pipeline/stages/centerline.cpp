@@ -125,6 +125,24 @@ void tell_of_thin_vessels(StageWork& work, const std::vector<centerline::Lesion>
                   widest, thin == 1 ? "is" : "are", is_surface ? "surface" : "scan"));
 }
 
+/// Narrowings that are as likely places where vessels touch are not listed, but told of.
+void tell_of_doubtful(StageWork& work, const std::vector<centerline::Lesion>& lesions) {
+  const auto is_told = [](const centerline::Lesion& lesion) {
+    return lesion.is_doubtful && !lesion.is_too_thin;
+  };
+  const auto worst = std::find_if(lesions.begin(), lesions.end(), is_told);
+  if (worst == lesions.end()) return;
+  const auto count = std::count_if(lesions.begin(), lesions.end(), is_told);
+  work.warnings.push_back(fmt::format(
+      "{} narrowing{} not listed, the worst of {:.0f} % on line {}, {:.1f} mm from the inlet: in "
+      "so "
+      "large a tree, or one where so many vessels touch or form loops, {} may be where one vessel "
+      "meets another. --set lesion.centerline={} looks at that line alone; "
+      "segmentation.region_lps_mm or seeds_lps_mm take the vessel without its neighbours",
+      count, count == 1 ? " is" : "s are", worst->diameter_stenosis_percent, worst->path_id,
+      worst->abscissa_mm, count == 1 ? "it" : "they", worst->path_id));
+}
+
 }  // namespace
 
 CenterlineSettings centerline_settings(const Config& config) {
@@ -160,6 +178,7 @@ void do_centerline(StageWork& work, const CenterlineSettings& settings) {
       centerline::find_lesions(result.tree, centerline::whole_tree(centerline::lesion_options(
                                                 settings.get<&Config::lesion>(), resolution)));
   tell_of_thin_vessels(work, lesions);
+  tell_of_doubtful(work, lesions);
   write_text_atomically(work.out / "lesions.json",
                         to_json(lesions, resolution.longest_mm).dump(2) + "\n");
 }

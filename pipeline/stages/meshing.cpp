@@ -95,16 +95,25 @@ std::string place_of(const centerline::Lesion& lesion) {
   return fmt::format("line {}, {:.1f} mm from the inlet", lesion.path_id, lesion.abscissa_mm);
 }
 
+std::string none_was_found(const std::vector<centerline::Lesion>& lesions, double least) {
+  const auto doubtful = std::count_if(lesions.begin(), lesions.end(),
+                                      [](const auto& lesion) { return lesion.is_doubtful; });
+  if (doubtful == 0) return fmt::format("no stenosis of {:.0f} % or more was found", least);
+  return fmt::format("no stenosis of {:.0f} % or more is certain ({} narrowing{} in doubt)", least,
+                     doubtful, doubtful == 1 ? " is" : "s are");
+}
+
 /// Nothing is treated: of the worst lesion it is told why.
-Placement no_placement(const centerline::Lesion& worst, const std::string& reason, double least) {
+Placement no_placement(const std::vector<centerline::Lesion>& lesions, const std::string& reason,
+                       double least) {
+  const centerline::Lesion& worst = lesions.front();
   if (worst.is_stenosis)
     return {worst, std::nullopt, "not_determined",
             fmt::format("the stenosis of {:.0f} % on {} is not treated: {}",
                         worst.diameter_stenosis_percent, place_of(worst), reason)};
   return {worst, std::nullopt, "no_lesion",
-          fmt::format("no stenosis of {:.0f} % or more was found, and no balloon is placed at the "
-                      "tightest place ({}): {}",
-                      least, place_of(worst), reason)};
+          fmt::format("{}, and no balloon is placed at the tightest place ({}): {}",
+                      none_was_found(lesions, least), place_of(worst), reason)};
 }
 
 /// The lesions' stretches with the diameter of the balloon that would be brought there.
@@ -112,7 +121,7 @@ std::vector<meshing::WidenedStretch> stretches_to_widen(
     const std::vector<centerline::Lesion>& lesions, double nominal_diameter_mm) {
   std::vector<meshing::WidenedStretch> stretches;
   for (const centerline::Lesion& lesion : lesions)
-    if (!lesion.is_too_thin)
+    if (!lesion.is_left_out())
       stretches.push_back({lesion.path_id, lesion.proximal_mm, lesion.distal_mm,
                            nominal_diameter_mm > 0.0
                                ? nominal_diameter_mm
@@ -132,7 +141,7 @@ Placement place_on_a_lesion(StageWork& work, const MeshingSettings& settings,
   const bool is_usual = is_usual_balloon(settings.get<membrane>(), balloon.rest_diameter_mm);
   std::string first_reason;
   for (const centerline::Lesion& lesion : lesions) {
-    if (lesion.is_too_thin) continue;
+    if (lesion.is_left_out()) continue;
     std::string reason = is_place_given || is_balloon_given ? "" : reason_to_leave(lesion);
     try {
       if (reason.empty())
@@ -152,11 +161,12 @@ Placement place_on_a_lesion(StageWork& work, const MeshingSettings& settings,
                                         reason));
     if (first_reason.empty()) first_reason = reason;
   }
-  return no_placement(lesions.front(), first_reason, asked.min_stenosis_percent);
+  return no_placement(lesions, first_reason, asked.min_stenosis_percent);
 }
 
 /// What is to be told of a balloon that was placed.
-void tell_of_balloon(StageWork& work, const centerline::LesionOptions& asked, double resolution_mm,
+void tell_of_balloon(StageWork& work, const centerline::LesionOptions& asked,
+                     const std::vector<centerline::Lesion>& lesions, double resolution_mm,
                      Placement& placement) {
   const centerline::Lesion& lesion = placement.lesion;
   keep(work.warnings, placement.setup->warnings);
@@ -176,9 +186,9 @@ void tell_of_balloon(StageWork& work, const centerline::LesionOptions& asked, do
   if (lesion.is_stenosis || asked.abscissa_mm >= 0.0) return;
   placement.status = "no_lesion";
   placement.reason = fmt::format(
-      "no stenosis of {:.0f} % or more was found; the balloon is placed at the tightest place "
-      "of the longest vessel ({}). --set lesion.centerline=N lesion.abscissa_mm=S moves it",
-      asked.min_stenosis_percent, place_of(lesion));
+      "{}; the balloon is placed at the tightest place of the longest vessel ({}). --set "
+      "lesion.centerline=N lesion.abscissa_mm=S moves it",
+      none_was_found(lesions, asked.min_stenosis_percent), place_of(lesion));
   work.warnings.push_back(placement.reason);
 }
 
@@ -225,7 +235,7 @@ void do_meshing(StageWork& work, const MeshingSettings& settings) {
     filling.run([&] { filled = fill_lumen(settings.get<&Config::lumen_volume>(), lumen); });
 
   Placement placement = place_on_a_lesion(work, settings, tree, lumen, lesions);
-  if (placement.setup) tell_of_balloon(work, lesion, resolution.longest_mm, placement);
+  if (placement.setup) tell_of_balloon(work, lesion, lesions, resolution.longest_mm, placement);
   if (placement.setup && settings.get<&Config::wall_model>() == simulation::WallModel::layered) {
     const meshing::WallLayerOptions layers = wall_layer_options(
         settings.get<&Config::wall_layers>(), settings.get<wall_thickness_ratio>());

@@ -203,7 +203,7 @@ inline std::size_t find_end(const TrueTree& tree, double radius) {
 }
 
 /// Adds a branch of another tree, and all that hangs on it, turned round: the vessel through which
-/// it is come to (`from`, a daughter or the parent) has become its parent.
+/// it is come to (`from`, a daughter or the parent) has become its parent (-1: none).
 inline void append_reversed(const TrueTree& other, int b, int from, int parent, TrueTree& tree) {
   const TrueBranch& source = other.branches[std::size_t(b)];
   const bool is_against = from != source.parent;
@@ -211,7 +211,7 @@ inline void append_reversed(const TrueTree& other, int b, int from, int parent, 
   branch.parent = parent;
   branch.daughters.clear();
   if (is_against) {
-    for (auto* values : {&branch.healthy, &branch.ectatic})
+    for (auto* values : {&branch.healthy, &branch.ectatic, &branch.radius})
       std::reverse(values->begin(), values->end());
     std::reverse(branch.points.begin(), branch.points.end());
     std::reverse(branch.abscissa.begin(), branch.abscissa.end());
@@ -219,7 +219,7 @@ inline void append_reversed(const TrueTree& other, int b, int from, int parent, 
   }
   const int at = int(tree.branches.size());
   tree.branches.push_back(branch);
-  tree.branches[std::size_t(parent)].daughters.push_back(at);
+  if (parent >= 0) tree.branches[std::size_t(parent)].daughters.push_back(at);
   if (!is_against) {
     for (const int daughter : source.daughters) append_reversed(other, daughter, b, at, tree);
   } else if (source.parent >= 0) {
@@ -227,6 +227,14 @@ inline void append_reversed(const TrueTree& other, int b, int from, int parent, 
     for (const int sister : other.branches[std::size_t(source.parent)].daughters)
       if (sister != b) append_reversed(other, sister, source.parent, at, tree);
   }
+}
+
+/// The same tree, entered by another of its ends.
+inline TrueTree entered_at(const TrueTree& tree, std::size_t end) {
+  TrueTree turned;
+  turned.least_radius = tree.least_radius;
+  append_reversed(tree, int(end), -2, -1, turned);
+  return turned;
 }
 
 /// The same vector after the turn that takes unit vector u to w.

@@ -1,0 +1,130 @@
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "centerline/centerline.hpp"
+#include "centerline/detail/contacts.hpp"
+#include "centerline/detail/reference.hpp"
+#include "core/statistics.hpp"
+#include "testing/centerline/tree_lines.hpp"
+#include "tests/centerline/straight_lines.hpp"
+
+// Trees in which blood does not run from where the lines begin.
+namespace angio::centerline {
+namespace {
+
+using benchmarks::Draw;
+using benchmarks::Lines;
+using benchmarks::TrueTree;
+
+constexpr double kScatter = 0.05;  // of the radii at forks, with which trees are drawn
+
+TrueTree healthy_tree(unsigned seed, bool with_two_inlets) {
+  Draw draw{std::mt19937(seed)};
+  TrueTree tree = grow_tree(draw, {});
+  if (with_two_inlets) join(tree, grow_tree(draw, {}));
+  for (benchmarks::TrueBranch& branch : tree.branches)
+    branch.radius = branch.ectatic = branch.healthy;
+  return tree;
+}
+
+int count_listed(const TrueTree& tree, unsigned seed) {
+  const auto lesions = find_lesions(make_lines(tree, seed).tree, {});
+  return int(std::count_if(lesions.begin(), lesions.end(),
+                           [](const Lesion& lesion) { return lesion.is_stenosis; }));
+}
+
+/// How far the reference is from the healthy diameter, the median over all points [ln].
+double reference_error(const TrueTree& tree, unsigned seed) {
+  const Lines lines = make_lines(tree, seed);
+  const TreeReference reference = find_reference(lines.tree, 0.0);
+  std::vector<double> errors;
+  for (std::size_t p = 0; p < lines.places.size(); ++p)
+    for (std::size_t i = 0; i < lines.places[p].size(); ++i) {
+      if (reference.paths[p].measured[i] <= 0.0) continue;
+      const benchmarks::Place at = lines.places[p][i];
+      const double healthy =
+          2.0 * tree.branches[std::size_t(at.branch)].healthy[std::size_t(at.sample)];
+      errors.push_back(std::abs(std::log(reference.paths[p].diameter[i] / healthy)));
+    }
+  return median(std::move(errors));
+}
+
+TEST(SeveralInlets, AHealthyTreeIsHealthyFromWhicheverEndItIsEntered) {
+  for (unsigned seed = 0; seed < 12; ++seed) {
+    const TrueTree tree = healthy_tree(seed, false);
+    for (const double radius : {1e-9, 2.0, 1e9}) {
+      const TrueTree turned = entered_at(tree, find_end(tree, radius));
+      EXPECT_EQ(count_listed(turned, seed), 0) << seed << ", " << radius;
+      EXPECT_LT(reference_error(turned, seed), kScatter) << seed << ", " << radius;
+    }
+  }
+}
+
+TEST(SeveralInlets, TwoHealthyTreesThatAreJoinedAreHealthy) {
+  for (unsigned seed = 0; seed < 12; ++seed) {
+    const TrueTree tree = healthy_tree(seed, true);
+    EXPECT_EQ(count_listed(tree, seed), 0) << seed;
+    EXPECT_LT(reference_error(tree, seed), kScatter) << seed;
+  }
+}
+
+constexpr double kTight = 150.0;
+constexpr int kMany = 40;
+
+/// A line of 4 mm, 160 mm long, narrowed near its end, and side branches of 2 mm that come back to
+/// it or go away.
+CenterlineTree with_side_branches(int count, double depth, bool come_back) {
+  CenterlineTree tree;
+  const CenterlinePath trunk = test::line_of(
+      [=](double s) { return 4.0 * test::narrowed(s, kTight, 6.0, depth); }, 160.0, 0);
+  tree.paths.push_back(trunk);
+  for (int k = 0; k < count; ++k) {
+    const double start = 8.0 + 100.0 * k / count;
+    CenterlinePath path;
+    path.id = k + 1;
+    for (std::size_t i = 0; trunk.points[i].z <= start; ++i) {
+      path.points.push_back(trunk.points[i]);
+      path.inscribed_radius.push_back(trunk.inscribed_radius[i]);
+    }
+    const double most = come_back ? units::kPi : 0.5 * units::kPi;
+    for (double angle = 0.03; angle < most; angle += 0.03) {  // half a circle of 20 mm across
+      path.points.push_back({10.0 * std::sin(angle) * std::cos(k),
+                             10.0 * std::sin(angle) * std::sin(k),
+                             start + 10.0 * (1.0 - std::cos(angle))});
+      path.inscribed_radius.push_back(1.0);
+    }
+    tree.paths.push_back(path);
+  }
+  std::vector<std::vector<char>> is_tube;
+  for (const CenterlinePath& path : tree.paths) is_tube.emplace_back(path.points.size(), 1);
+  tree = test::tree_of(tree.paths);
+  assign_tracts(tree, is_tube);
+  return tree;
+}
+
+TEST(SeveralInlets, LinesThatEndInAnotherVesselAreCounted) {
+  EXPECT_EQ(count_cut_ends(with_side_branches(5, 0.0, true)), 5);
+  EXPECT_EQ(count_cut_ends(with_side_branches(5, 0.0, false)), 0);
+}
+
+TEST(SeveralInlets, WhereVesselsTouchALesionNeedsMoreEvidence) {
+  const auto listed = [](double depth, bool come_back) {
+    return find_lesions(with_side_branches(kMany, depth, come_back), {});
+  };
+  double faint = 0.30;  // the least that is listed in a clean tree
+  while (faint < 0.95 && !listed(faint, false).front().is_stenosis) faint += 0.01;
+  const auto lesions = listed(faint, true);
+  ASSERT_EQ(lesions.size(), 2U);
+  EXPECT_FALSE(lesions[0].is_stenosis);
+  EXPECT_TRUE(lesions[1].is_doubtful);
+  EXPECT_NEAR(lesions[1].abscissa_mm, kTight, 0.5);
+  EXPECT_TRUE(
+      find_lesions(with_side_branches(kMany, faint, true), {.centerline = 0}).front().is_stenosis);
+  EXPECT_TRUE(listed(0.9, true).front().is_stenosis);
+}
+
+}  // namespace
+}  // namespace angio::centerline
