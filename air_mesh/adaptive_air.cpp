@@ -131,12 +131,17 @@ bool AdaptiveAir::is_surface(Triangle face) const {
   return std::binary_search(surfaces_.begin(), surfaces_.end(), ascending(face));
 }
 
-// All but what hangs on a rim, and the rest of its outside are caps where the surfaces end: none
-// around a hole in the middle.
+// All but what hangs on a rim, and nothing is open in the middle.
 bool AdaptiveAir::covers_surfaces(const TetTopology& air) const {
+  return hang_on_rims(bare_surfaces(air), surfaces_) && ends_where_surfaces_do(air);
+}
+
+// What of its outside is no surface are caps where the covered surfaces end: none around a hole in
+// the middle.
+bool AdaptiveAir::ends_where_surfaces_do(const TetTopology& air) const {
   std::vector<Triangle> covered, caps;
   for (const Triangle& face : outer_faces(air)) (is_surface(face) ? covered : caps).push_back(face);
-  return hang_on_rims(bare_surfaces(air), surfaces_) && hang_on_rims(std::move(caps), covered);
+  return hang_on_rims(std::move(caps), covered);
 }
 
 void AdaptiveAir::measure() {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <functional>
+#include <set>
 #include <vector>
 
 #include "air_mesh/air_report.hpp"
@@ -81,7 +82,10 @@ class AdaptiveAir {
   bool refill_around(int t);
   void mend_folds();
   void fill_folds();
-  bool end_before_rim(const std::vector<int>& tets);
+  enum class Bare { at_rims, anywhere };  // what of the surfaces may stay without tets
+  bool end_before_cap(const std::vector<int>& tets, Bare bare);
+  [[nodiscard]] std::vector<int> tets_at_caps(const std::set<int>& tets) const;
+  [[nodiscard]] bool hang_on_caps(std::set<int> tets) const;
   [[nodiscard]] bool is_surface(Triangle face) const;
   bool fill_hollow(const std::vector<int>& hollow);
   [[nodiscard]] std::vector<int> inverted_around(int t) const;
@@ -97,6 +101,7 @@ class AdaptiveAir {
   void count_volumes();
   [[nodiscard]] double quality_of(const Tet& t) const;
   [[nodiscard]] bool covers_surfaces(const TetTopology& air) const;
+  [[nodiscard]] bool ends_where_surfaces_do(const TetTopology& air) const;
   [[nodiscard]] std::vector<Triangle> bare_surfaces(const TetTopology& air) const;
 
   TetTopology air_;

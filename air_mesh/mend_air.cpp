@@ -202,11 +202,15 @@ void AdaptiveAir::fill_folds() {
       if (done.count(t) > 0) continue;
       std::vector<int> hollow = with_whole_folds(air_, folds, {t});
       done.insert(hollow.begin(), hollow.end());
-      if (end_before_rim(hollow)) break;  // slots have changed
+      if (end_before_cap(hollow, Bare::at_rims)) break;  // slots have changed
       for (int layer = 0; layer < layers; ++layer)
         hollow = with_whole_folds(air_, folds, widened(air_, hollow));
       if (!mesher_.hollow || hollow.size() > kMostInHollow || ++meshes > kMostHollows) continue;
-      if (fill_hollow(hollow) && layers > 0) break;  // others may have had tets of this hollow
+      if (fill_hollow(hollow)) {
+        if (layers > 0) break;  // others may have had tets of this hollow
+      } else if (end_before_cap(with_whole_folds(air_, folds, {t}), Bare::anywhere)) {
+        break;
+      }
     }
     improve();
     count_volumes();
@@ -215,14 +219,10 @@ void AdaptiveAir::fill_folds() {
 }
 
 // Takes out tets at a cap that something has moved through, so that the mesh ends before it; with
-// them all around their points in the air, which are to stay inside.
-bool AdaptiveAir::end_before_rim(const std::vector<int>& tets) {
-  const bool is_at_cap = std::any_of(tets.begin(), tets.end(), [&](int t) {
-    for (int c = 0; c < 4; ++c)
-      if (air_.across(t, c).tet < 0 && !is_surface(air_.face(t, c))) return true;
-    return false;
-  });
-  if (!is_at_cap) return false;
+// them all around their points in the air, which are to stay inside. A wall may leave by its rim; a
+// balloon, by the middle of the cap.
+bool AdaptiveAir::end_before_cap(const std::vector<int>& tets, Bare bare) {
+  if (tets_at_caps({tets.begin(), tets.end()}).empty()) return false;
   std::set<int> points, gone(tets.begin(), tets.end());
   for (const int t : tets)
     for (const int v : air_.tet(t))
@@ -231,15 +231,38 @@ bool AdaptiveAir::end_before_rim(const std::vector<int>& tets) {
     const std::vector<int> star = star_of(air_, points_[std::size_t(v) - surface_count_].tet, v);
     gone.insert(star.begin(), star.end());
   }
+  if (bare == Bare::anywhere && !hang_on_caps(gone)) return false;
   TetTopology rest = air_;
   rest.remove({gone.begin(), gone.end()});
-  if (!covers_surfaces(rest)) return false;
+  if (bare == Bare::at_rims ? !covers_surfaces(rest) : !ends_where_surfaces_do(rest)) return false;
   air_ = std::move(rest);
   for (const int v : points) {
     points_[std::size_t(v) - surface_count_].tet = -1;
     find_again(v);
   }
   return true;
+}
+
+std::vector<int> AdaptiveAir::tets_at_caps(const std::set<int>& tets) const {
+  std::vector<int> found;
+  for (const int t : tets)
+    for (int c = 0; c < 4; ++c)
+      if (air_.across(t, c).tet < 0 && !is_surface(air_.face(t, c))) {
+        found.push_back(t);
+        break;
+      }
+  return found;
+}
+
+// Is each of these tets, from face to face, connected with one at a cap?
+bool AdaptiveAir::hang_on_caps(std::set<int> tets) const {
+  std::vector<int> reached = tets_at_caps(tets);
+  for (const int t : reached) tets.erase(t);
+  for (std::size_t i = 0; i < reached.size(); ++i)
+    for (int c = 0; c < 4; ++c)
+      if (const int next = air_.across(reached[i], c).tet; tets.erase(next) > 0)
+        reached.push_back(next);
+  return tets.empty();
 }
 
 bool AdaptiveAir::fill_hollow(const std::vector<int>& hollow) {

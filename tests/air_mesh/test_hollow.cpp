@@ -3,9 +3,11 @@
 #include <algorithm>
 #include <cmath>
 
+#include "air_mesh/adaptive_air.hpp"
 #include "air_mesh/build/build_air.hpp"
 #include "air_mesh/tet_topology.hpp"
 #include "core/units.hpp"
+#include "testing/shapes.hpp"
 
 namespace angio::air_mesh {
 namespace {
@@ -50,6 +52,27 @@ TEST(Hollow, ThatNoTetsOverItsCornersFillGetsPoints) {
   std::sort(given.begin(), given.end());
   std::sort(found.begin(), found.end());
   EXPECT_EQ(found, given);
+}
+
+// A ball in a tube leaves it by the middle of the cap over its end.
+TEST(AdaptiveAir, EndsBeforeACapThatTheBalloonBulgesThrough) {
+  const TriangleMesh ball = angio::tests::make_sphere({0.0, 0.0, 4.0}, 0.8, 2);
+  TriangleMesh tube = angio::tests::make_tube(1.5, 8.0, 13, 24);
+  const TetMesh mesh = build_air(ball, tube);
+  ASSERT_FALSE(mesh.tets.empty());
+  std::vector<Triangle> surfaces = ball.triangles;
+  const int count = int(ball.vertices.size());
+  for (const Triangle& t : tube.triangles)
+    surfaces.push_back({t[0] + count, t[1] + count, t[2] + count});
+  std::vector<Vec3> x = mesh.vertices;  // with those of the caps, which rest
+  AdaptiveAir air(mesh.tets, x, surfaces, {{}, mesh_hollow});
+  ASSERT_TRUE(air.is_whole());
+  for (int frame = 0; frame < 40; ++frame) {
+    for (int v = 0; v < count; ++v) x[std::size_t(v)].z += 0.1;
+    air.follow(x);
+    EXPECT_TRUE(air.is_whole()) << frame;
+    EXPECT_EQ(air.take_report().inverted_count, 0) << frame;
+  }
 }
 
 }  // namespace
