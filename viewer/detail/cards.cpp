@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <array>
+#include <cctype>
 #include <cmath>
 #include <optional>
 #include <string>
@@ -95,11 +96,13 @@ std::string status_notice(const Metrics& metrics) {
        {"stale", "Out of date: there is no result."}}};
   const std::string status = metrics.text("status");
   const bool is_treated = metrics.number("result", "mld_mm").has_value();
+  std::string reason = metrics.text("status_reason");
+  if (!reason.empty()) reason[0] = char(std::toupper(static_cast<unsigned char>(reason[0])));
   for (const auto& [name, title] : kTitles)
     if (status == name)
       return "<div class=\"notice status\"><strong>" +
              std::string(status == "not_determined" && is_treated ? "Not determined." : title) +
-             "</strong> " + formats::escape_html(metrics.text("status_reason")) + "</div>\n";
+             "</strong> " + formats::escape_html(reason) + "</div>\n";
   return {};
 }
 

@@ -317,7 +317,9 @@ std::string lesion_table(const std::string& json, double voxel_mm) {
   const ordered_json lesions = ordered_json::parse(json, nullptr, false);
   if (!lesions.is_array())
     throw InputError("lesions.json is damaged (not a JSON array). Run the centerline stage again");
-  if (lesions.empty()) return "<p class=\"sub\">No stenosis over the threshold.</p>\n";
+  if (lesions.empty())
+    return "<p class=\"sub\">No stenosis is listed. Narrowings in doubt, if there are any, are "
+           "among the remarks.</p>\n";
   constexpr std::array kColumns{
       Wording{"centerline_id", "Centreline", "", 0},
       Wording{"abscissa_mm", "From the inlet", "mm", 1},
