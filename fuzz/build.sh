@@ -6,6 +6,7 @@ source=$(realpath "$(dirname "${BASH_SOURCE[0]}")/..")
 OUT=${OUT:-$(realpath -m "${1:?fuzz/build.sh FOLDER}")}
 CXX=${CXX:-clang++-14} CC=${CC:-clang-14}
 CXXFLAGS=${CXXFLAGS:--O1 -g1 -fno-omit-frame-pointer -fsanitize=address,undefined,fuzzer-no-link -fno-sanitize=vptr -fno-sanitize-recover=undefined}
+CXXFLAGS="$CXXFLAGS -include $source/fuzz/itk_with_clang.hpp"
 LIB_FUZZING_ENGINE=${LIB_FUZZING_ENGINE:--fsanitize=fuzzer}
 stages=${ANGIO_STAGES:-all}
 mkdir -p "$OUT"

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <future>
 
 #include "core/atomic_file.hpp"
 #include "core/clinical_limits.hpp"
@@ -159,7 +160,7 @@ std::string frames_section(const ReportContent& content, const detail::Album& al
 }
 
 std::string make_page(const ReportContent& content, const Figures& figures,
-                      const detail::Album& album) {
+                      const detail::Album& album, const std::string& scene) {
   const detail::Metrics metrics(content.metrics_json);
   std::string page = detail::page_head(content.title, content.version) + detail::use_notice();
   page += detail::status_notice(metrics);
@@ -172,7 +173,7 @@ std::string make_page(const ReportContent& content, const Figures& figures,
                                           album.block(figures.contact, "stack") +
                                           album.block(figures.sequence, "stack"));
   page += detail::section("Working view", view_section(content, album, figures.angiograms));
-  page += detail::scene_section(content);
+  page += scene;
   page += detail::section("Diameter along the vessel",
                           detail::svg_for_page(detail::diameter_chart(content, metrics)));
   page +=
@@ -193,11 +194,14 @@ std::string make_page(const ReportContent& content, const Figures& figures,
 
 void write_report(const fs::path& folder, const ReportContent& content, const Progress& progress) {
   progress.report(0.0, "pictures");
+  // Its meshes are thinned beside the drawing.
+  std::future<std::string> scene =
+      std::async(std::launch::async, [&content] { return detail::scene_section(content); });
   const Figures figures = draw_all(content, progress);
   make_folder(folder);
   detail::remove_old_pictures(folder);
   progress.report(0.9, "page");
-  const std::string page = make_page(content, figures, detail::Album(folder));
+  const std::string page = make_page(content, figures, detail::Album(folder), scene.get());
   if (!figures.frames.empty())
     write_text_atomically(folder / "frames_sheet.png",
                           detail::png_bytes(detail::sheet_of(figures.frames)));
