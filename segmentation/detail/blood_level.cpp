@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <utility>
 
 namespace angio::segmentation::detail {
@@ -11,8 +12,9 @@ constexpr std::size_t kBinCount = 512;
 constexpr double kLeastShare = 0.02;     ///< of the voxels: a tissue
 constexpr double kLeastSmoothing = 3.0;  ///< [bins]
 constexpr double kValley = 0.85;         ///< of the lower mode beside it: parts two of them
-constexpr float kOwnReach = 0.25f;       ///< of the way to the next mode below
-constexpr double kOwnPart = 0.25;        ///< of the axes within it: the mode is blood's own
+constexpr float kOwnReach = 0.25f;       ///< of the way to the next mode below,
+constexpr float kOwnWidths = 2.5f;       ///< and of the mode's width at half its height
+constexpr double kOwnPart = 0.25;        ///< of the axes within both: the mode is blood's own
 
 /// Intensities on the axes, with their weights.
 std::vector<std::pair<float, double>> intensities(const std::vector<TubeAxis>& axes) {
@@ -122,6 +124,19 @@ double peak_place(const std::vector<double>& share, std::size_t peak) {
   return double(peak) + (curvature < 0.0 ? 0.5 * (a - c) / curvature : 0.0);
 }
 
+/// From a peak to where its mode has fallen to half, on the side where that is nearer [bins].
+double half_width(const std::vector<double>& share, std::size_t peak) {
+  const auto is_low = [&](double value) { return value <= 0.5 * share[peak]; };
+  const auto top = share.begin() + std::ptrdiff_t(peak);
+  const auto above = std::find_if(top, share.end(), is_low) - top;
+  const auto below = std::find_if(std::make_reverse_iterator(top), share.rend(), is_low) -
+                     std::make_reverse_iterator(top) + 1;
+  // A mode at the end of the range has one side.
+  if (std::size_t(below) > peak) return double(above);
+  if (std::size_t(above) == share.size() - peak) return double(below);
+  return double(std::min(above, below));
+}
+
 }  // namespace
 
 float weighted_quantile(std::vector<std::pair<float, double>>& values, double share) {
@@ -150,13 +165,19 @@ BloodLevel find_blood_level(const std::vector<TubeAxis>& axes, const Volume<floa
       return histogram.low + histogram.bin * float(0.5 + peak_place(share, modes[n].peak));
     };
     const float mode = value_of(m);
-    const float reach = m > 0 ? kOwnReach * (mode - value_of(m - 1)) : 0.0f;
+    const float reach =
+        m > 0 ? std::min(kOwnReach * (mode - value_of(m - 1)),
+                         kOwnWidths * histogram.bin * float(half_width(share, modes[m].peak)))
+              : 0.0f;
     if (m > 0 && part_within(on_axes, mode - reach, mode + reach) > kOwnPart) {
       level.lumen = mode;
       level.tissue = value_of(m - 1);
       is_found = true;
     } else if (mode < level.lumen) {
       level.tissue = mode;
+      // Vessels darker than tissue are thin ones in lung, whose voxels are part of it.
+      std::erase_if(on_axes, [&](const auto& value) { return value.first <= mode; });
+      level.lumen = weighted_quantile(on_axes, 0.5);
       is_found = true;
     }
   }

@@ -9,7 +9,8 @@ namespace angio::segmentation::detail {
 
 /// Tells whether a lumen can be one of vessels, whatever it was made from.
 ///
-/// Half of what was scanned is no vessel, and is refused; over 30 % is told. So is a place farther
+/// Half of what was scanned is no vessel, and is refused, as are more than 1.75 l, which arteries,
+/// heart and lungs together do not hold; over 30 % is told. So is a place farther
 /// than 20 mm from any wall: but for aneurysms of the aorta, no artery has one, a heart's chamber
 /// and tissue do.
 ///
