@@ -159,6 +159,8 @@ BloodLevel find_blood_level(const std::vector<TubeAxis>& axes, const Volume<floa
   const double sigma = std::max(kLeastSmoothing, 0.7 * noise / double(histogram.bin));
   const std::vector<double> share = smoothed(histogram.share, sigma);
   const std::vector<Mode> modes = modes_of(share);
+  const float upper =
+      weighted_quantile(on_axes, 0.75);  // blood's, though half of the tubes are thin
   bool is_found = false;
   for (std::size_t m = modes.size(); m-- > 0 && !is_found;) {
     const auto value_of = [&](std::size_t n) {
@@ -173,7 +175,7 @@ BloodLevel find_blood_level(const std::vector<TubeAxis>& axes, const Volume<floa
       level.lumen = mode;
       level.tissue = value_of(m - 1);
       is_found = true;
-    } else if (mode < level.lumen) {
+    } else if (mode < level.lumen || mode + reach < upper) {
       level.tissue = mode;
       // Vessels darker than tissue are thin ones in lung, whose voxels are part of it.
       std::erase_if(on_axes, [&](const auto& value) { return value.first <= mode; });

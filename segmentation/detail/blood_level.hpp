@@ -23,7 +23,9 @@ struct BloodLevel {
 /// The lumen is the median over the axes, weighted with their length and with their contrast
 /// squared, which counts for no more than its own median (else bone and metal would have their
 /// say). Of the histogram's modes, each with 2 % of the voxels or more and a valley to the next,
-/// the highest below the lumen is tissue; a mode much nearer to the lumen than the next one below
+/// the highest below the lumen, or clearly below a quarter of the axes, is tissue, and the lumen is
+/// then the median of the axes that are brighter: those that are darker are thin vessels in lung. A
+/// mode that a quarter of the axes lie in, within its own width and nearer than the next one below,
 /// is blood's own. So a vessel beside lung and muscle has muscle's level to stand out from,
 /// although lung is farther from its own.
 BloodLevel find_blood_level(const std::vector<TubeAxis>& axes, const Volume<float>& volume,
