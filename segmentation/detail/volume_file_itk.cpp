@@ -5,7 +5,9 @@
 #include <itkNrrdImageIO.h>
 
 #include <algorithm>
+#include <cstdlib>
 #include <fstream>
+#include <system_error>
 
 #include "core/error.hpp"
 #include "core/text.hpp"
@@ -58,8 +60,9 @@ void check_data_files(const std::filesystem::path& path) {
           " takes its voxels from another folder (a data file lies beside its header). "
           "Move it there, and name it without a folder");
     const bool is_pattern = first.find('%') != std::string::npos;
-    if (!is_pattern && !std::filesystem::is_regular_file(path.parent_path() / name) &&
-        !std::filesystem::is_regular_file(path.parent_path() / first))
+    std::error_code is_no_name;  // too long, or with bytes that no file's name has
+    if (!is_pattern && !std::filesystem::is_regular_file(path.parent_path() / name, is_no_name) &&
+        !std::filesystem::is_regular_file(path.parent_path() / first, is_no_name))
       throw InputError(path.filename().string() +
                        " takes its voxels from a file that is missing or no regular file. It lies "
                        "beside its header");
@@ -83,6 +86,20 @@ void check_data_files(const std::filesystem::path& path) {
   }
 }
 
+/// MetaIO reads as many numbers as a file says that it has dimensions, and of -3 never comes back.
+void check_dimensions(const std::string& header, const std::string& name) {
+  constexpr int kMost = 10;
+  const std::string field = "ndims";
+  for (std::size_t at = header.find(field); at != std::string::npos;
+       at = header.find(field, at + 1)) {
+    const std::size_t value = header.find_first_not_of(" \t=", at + field.size());
+    const int count = value == std::string::npos ? 0 : std::atoi(header.c_str() + value);
+    if (count < 1 || count > kMost)
+      throw InputError(name + " has " + std::to_string(count) +
+                       " dimensions, as its NDims says (its header is damaged). Export it again");
+  }
+}
+
 /// ITK takes a missing spacing for 1 mm and any unit for mm; both are refused here.
 ///
 /// @return whether it states a spacing; if not, the user has to
@@ -99,7 +116,10 @@ bool check_header_text(const std::filesystem::path& path, const std::string& for
     throw InputError(name + " states no voxel spacing (no length can be measured). Add " +
                      (nrrd ? "\"space directions\"" : "\"ElementSpacing\"") +
                      " to its header, or give --spacing");
-  if (!nrrd) return has_spacing;
+  if (!nrrd) {
+    check_dimensions(text, name);
+    return has_spacing;
+  }
   const auto units = text.find("\nspace units:");
   if (units != std::string::npos) {
     const std::string line = text.substr(units + 1, text.find('\n', units + 1) - units - 1);

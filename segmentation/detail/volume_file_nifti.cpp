@@ -5,7 +5,9 @@
 #include <cmath>
 #include <cstdint>
 #include <cstring>
+#include <limits>
 #include <memory>
+#include <type_traits>
 
 #include "core/error.hpp"
 #include "segmentation/detail/format_number.hpp"
@@ -59,7 +61,11 @@ class Fields {
       : bytes_(bytes.data()), swapped_(swapped) {}
   template <class Stored, class Wanted>
   void get(std::size_t place, Wanted& wanted) const {
-    wanted = Wanted(number_at<Stored>(bytes_ + place, swapped_));
+    const Stored number = number_at<Stored>(bytes_ + place, swapped_);
+    if constexpr (std::is_floating_point_v<Stored> && std::is_integral_v<Wanted>)
+      wanted = std::abs(number) < Stored(std::numeric_limits<int>::max()) ? Wanted(number) : -1;
+    else
+      wanted = Wanted(number);
   }
   template <class Stored, class Wanted, std::size_t count>
   void get(std::size_t place, std::array<Wanted, count>& wanted) const {

@@ -88,8 +88,12 @@ std::vector<char> ZipArchive::read(std::int64_t index, std::uint64_t limit) cons
   const std::unique_ptr<zip_file_t, int (*)(zip_file_t*)> file(
       zip_fopen_index(handle_->zip, zip_uint64_t(index), 0), zip_fclose);
   if (!file) fail("a file in it cannot be unpacked");
-  std::vector<char> bytes(std::size_t(std::min<std::uint64_t>(stat.size, limit)));
-  for (std::size_t got = 0; got < bytes.size();) {
+  // A size is but a claim: memory is taken as the bytes come.
+  constexpr std::size_t kStep = std::size_t(16) << 20;
+  const auto size = std::size_t(std::min<std::uint64_t>(stat.size, limit));
+  std::vector<char> bytes;
+  for (std::size_t got = 0; got < size;) {
+    bytes.resize(std::min(size, std::max(bytes.size(), got + kStep)));
     const zip_int64_t count = zip_fread(file.get(), bytes.data() + got, bytes.size() - got);
     if (count <= 0) fail("a file in it is truncated or damaged");
     got += std::size_t(count);

@@ -256,7 +256,7 @@ TEST(Cards, OfWhatIsNotDeterminedTellTheRangeAndNoNumberOfIt) {
   EXPECT_FALSE(has(cards, "uncertain"));
   const std::string notice = detail::status_notice(detail::Metrics(metrics));
   EXPECT_TRUE(has(notice, "Not determined."));
-  EXPECT_TRUE(has(notice, "two runs disagree"));
+  EXPECT_TRUE(has(notice, "Two runs disagree"));
 }
 
 TEST(Cards, CallThePressuresRatioFractionalFlowReserveInCoronaryArteriesAlone) {
