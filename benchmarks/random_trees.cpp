@@ -1,8 +1,8 @@
-// random_trees [lines|aneurysms|two-inlets|level-set] [FIRST_SEED] [COUNT] [each]: the stenoses that
-// are listed on random vessel trees against those that are there, beside a plain rule. `lines`:
-// radii along the true lines, with noise; `aneurysms`: the same with one or two large aneurysms a
-// tree; `two-inlets`: two trees joined by an end of each, as communicating arteries do; `level-set`:
-// lines extracted from smaller trees. `each` prints what went wrong.
+// random_trees [lines|aneurysms|two-inlets|level-set] [FIRST_SEED] [COUNT] [each]: the stenoses
+// that are listed on random vessel trees against those that are there, beside a plain rule.
+// `lines`: radii along the true lines, with noise; `aneurysms`: the same with one or two large
+// aneurysms a tree; `two-inlets`: two trees joined by an end of each, as communicating arteries do;
+// `level-set`: lines extracted from smaller trees. `each` prints what went wrong.
 //
 // There: a stretch narrowed by at least 20 %, whose severity is that of its tightest place. Found:
 // a listed stenosis (30 % or more) overlaps it. False: a listed stenosis without a narrowing of 20

@@ -1,7 +1,7 @@
 #pragma once
 
-// Debian builds ITK 5.2 with GCC, and its itk_compiler_detection.h refuses every other compiler. What
-// it would find out of a Clang of this century, in its place.
+// Debian builds ITK 5.2 with GCC, and its itk_compiler_detection.h refuses every other compiler.
+// What it would find out of a Clang of this century, in its place.
 #define ITK_COMPILER_DETECTION_H
 #define ITK_COMPILER_IS_AppleClang 0
 #define ITK_COMPILER_IS_Clang 1

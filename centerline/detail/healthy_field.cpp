@@ -11,16 +11,16 @@ namespace {
 using Costs = std::vector<double>;  // of ln diameters on the grid
 
 // Costs are natural logarithms of odds.
-constexpr double kStep = 0.02;     // of the grid of ln diameters
-constexpr double kStretch = 4.0;   // of a stretch that is not healthy,
-constexpr double kOff = 0.7;       // and of each of its diameters;
-constexpr double kWide = 3.0;      // of each, and each e-fold that it is wider than
-constexpr double kWideFrom = 0.4;  // this: few ectasias are wider;
-constexpr double kAneurysm = 2.0;  // of a stretch wider than that throughout, more than of another
-constexpr double kLaw = 7.0 / 3.0;                             // exponent of the fork's law
-constexpr double kFork = 0.10;                                 // its sd (ln diameter),
+constexpr double kStep = 0.02;      // of the grid of ln diameters
+constexpr double kStretch = 4.0;    // of a stretch that is not healthy,
+constexpr double kOff = 0.7;        // and of each of its diameters;
+constexpr double kWide = 3.0;       // of each, and each e-fold that it is wider than
+constexpr double kWideFrom = 0.4;   // this: few ectasias are wider;
+constexpr double kAneurysm = 2.0;   // of a stretch wider than that throughout, more than of another
+constexpr double kLaw = 7.0 / 3.0;  // exponent of the fork's law
+constexpr double kFork = 0.10;      // its sd (ln diameter),
 constexpr double kForkTail = 15.0;  // and the cost of each e-fold far off
-constexpr double kInlet = 4.0;       // of blood coming in by an end that is not the inlet,
+constexpr double kInlet = 4.0;      // of blood coming in by an end that is not the inlet,
 constexpr double kNoInlet = 3.0;    // and of none coming in by the inlet
 constexpr double kTurned = 1.0;     // of a fork whose trunk is another vessel than the one before
 constexpr double kConfluence = 2.0;  // of vessels that join
