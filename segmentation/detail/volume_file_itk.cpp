@@ -89,11 +89,10 @@ void check_data_files(const std::filesystem::path& path) {
 /// MetaIO reads as many numbers as a file says that it has dimensions, and of -3 never comes back.
 void check_dimensions(const std::string& header, const std::string& name) {
   constexpr int kMost = 10;
-  const std::string field = "ndims";
-  for (std::size_t at = header.find(field); at != std::string::npos;
-       at = header.find(field, at + 1)) {
-    const std::size_t value = header.find_first_not_of(" \t=", at + field.size());
-    const int count = value == std::string::npos ? 0 : std::atoi(header.c_str() + value);
+  const std::string text = "\n" + header, field = "\nndims";
+  for (std::size_t at = text.find(field); at != std::string::npos; at = text.find(field, at + 1)) {
+    const std::size_t value = text.find_first_not_of(" \t=", at + field.size());
+    const int count = value == std::string::npos ? 0 : std::atoi(text.c_str() + value);
     if (count < 1 || count > kMost)
       throw InputError(name + " has " + std::to_string(count) +
                        " dimensions, as its NDims says (its header is damaged). Export it again");
