@@ -44,6 +44,10 @@ double doubt_in(const CenterlineTree& tree, const TreeReference& reference) {
          std::max(0.0, std::log(double(reference.branches.size()) / kUsualBranches));
 }
 
+/// What is wider, in a tree where vessels touch, is more often the heart, narrow at its valves, than
+/// an aorta [mm of diameter].
+constexpr double kWidestTreated = 25.0;
+
 /// A dip is in the end where its tightest place is within this many healthy diameters of it.
 constexpr double kReachOfEnd = 0.25;
 
@@ -194,7 +198,8 @@ void find_on_vessel(const CenterlineTree& tree, const TreeReference& reference,
     if (is_bridge(known.path, lesion)) continue;
     lesion.evidence = cost_of_thin_vessel(known, dip, options.min_stenosis_percent);
     lesion.is_too_thin = is_too_thin(tree.paths[shown.path], lesion, options);
-    lesion.is_doubtful = !is_evident(known, vessel, dip, doubt, options);
+    lesion.is_doubtful = !is_evident(known, vessel, dip, doubt, options) ||
+                         (doubt > 0.0 && lesion.reference_diameter_mm > kWidestTreated);
     lesion.is_stenosis = !lesion.is_left_out();
     found.push_back(lesion);
   }

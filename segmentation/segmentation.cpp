@@ -9,9 +9,7 @@
 #include "core/error.hpp"
 #include "core/parallel.hpp"
 #include "core/require.hpp"
-#include "segmentation/detail/blood_level.hpp"
 #include "segmentation/detail/boundary.hpp"
-#include "segmentation/detail/bright_objects.hpp"
 #include "segmentation/detail/components.hpp"
 #include "segmentation/detail/edge_image.hpp"
 #include "segmentation/detail/fields.hpp"
@@ -20,7 +18,7 @@
 #include "segmentation/detail/label_map.hpp"
 #include "segmentation/detail/plausibility.hpp"
 #include "segmentation/detail/thin_vessels.hpp"
-#include "segmentation/detail/tube_axes.hpp"
+#include "segmentation/detail/vessel_image.hpp"
 #include "segmentation/detail/vessel_tree.hpp"
 
 namespace angio::segmentation {
@@ -139,14 +137,10 @@ Segmentation segment_all(const Volume<float>& scanned, const SegmentationOptions
   if (!options.labels.empty())
     throw InputError(
         "segmentation.labels is set, but the volume is an image and no label map. Leave it out");
-  const std::vector<detail::TubeAxis> axes = detail::find_tube_axes(scanned);
-  detail::BrightObjects bright;
-  if (options.exclude_bone && !options.intensity_max)
-    bright = detail::find_bright_objects(scanned, axes, options);
-  const Volume<float>& volume = bright.count > 0 ? bright.image_without : scanned;
-  const detail::BloodLevel level =
-      detail::find_blood_level(axes, volume, detail::noise_deviation(volume));
-  detail::VesselTree tree = detail::find_vessel_tree(volume, level, options, progress);
+  detail::VesselImage image = detail::find_vessel_image(scanned, options);
+  const Volume<float>& volume = image.without.values.empty() ? scanned : image.without;
+  detail::VesselTree tree =
+      detail::find_vessel_tree(volume, image.level, image.trunks, options, progress);
 
   const detail::VoxelBox box = detail::bounding_box(tree.mask, kMarginMm);
   const Volume<float> around = detail::crop(volume, box);
@@ -167,7 +161,7 @@ Segmentation segment_all(const Volume<float>& scanned, const SegmentationOptions
       std::cbrt(boundary.blur_sd_mm.x * boundary.blur_sd_mm.y * boundary.blur_sd_mm.z);
   result.warnings = detail::check_plausibility(result.level_set, scanned.geometry);
   std::move(tree.warnings.begin(), tree.warnings.end(), std::back_inserter(result.warnings));
-  if (bright.count > 0) result.warnings.push_back(std::move(bright.warning));
+  std::move(image.warnings.begin(), image.warnings.end(), std::back_inserter(result.warnings));
   for (std::string& warning : narrow_place_warnings(boundary.bridges_lps_mm))
     result.warnings.push_back(std::move(warning));
   if (std::string warning = blur_warning(boundary, around.geometry.spacing); !warning.empty())

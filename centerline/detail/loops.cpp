@@ -111,7 +111,7 @@ std::vector<double> widest_ways(const LumenVoxels& lumen, std::vector<int> piece
   struct Part {
     int parent = -1;
     bool has_first = false;
-    std::vector<std::size_t> waiting;  ///< contacts that have not met the first
+    std::set<std::size_t> waiting;  ///< contacts that have not met the first
   };
   std::unordered_map<int, Part> parts;  // by voxel
   std::unordered_map<int, std::size_t> contact_of;
@@ -135,7 +135,7 @@ std::vector<double> widest_ways(const LumenVoxels& lumen, std::vector<int> piece
     own.parent = v;
     if (const auto at = contact_of.find(v); at != contact_of.end()) {
       own.has_first = at->second == first;
-      if (!own.has_first) own.waiting.push_back(at->second);
+      if (!own.has_first) own.waiting.insert(at->second);
     }
     for (int n = 0; n < kNeighborCount; ++n) {
       const int w = lumen.neighbor(v, n);
@@ -143,7 +143,7 @@ std::vector<double> widest_ways(const LumenVoxels& lumen, std::vector<int> piece
       Part &above = parts.at(root(w)), &below = parts.at(root(v));
       above.parent = below.parent;
       below.has_first = below.has_first || above.has_first;
-      below.waiting.insert(below.waiting.end(), above.waiting.begin(), above.waiting.end());
+      below.waiting.merge(above.waiting);
       above.waiting.clear();
     }
     Part& joined = parts.at(root(v));

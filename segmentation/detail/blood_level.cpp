@@ -48,11 +48,16 @@ struct Histogram {
   std::vector<double> share;  ///< of all voxels, shape [kBinCount]
 };
 
-Histogram histogram_of(const Volume<float>& volume, float lumen) {
+std::vector<float> sample_of(const Volume<float>& volume) {
   constexpr std::size_t kSampleCount = 2000000;
   const std::size_t step = std::max<std::size_t>(1, volume.values.size() / kSampleCount);
   std::vector<float> sample;
   for (std::size_t v = 0; v < volume.values.size(); v += step) sample.push_back(volume.values[v]);
+  return sample;
+}
+
+/// @param sample  of the volume, not empty
+Histogram histogram_of(std::vector<float> sample, float lumen) {
   const auto low = sample.begin() + std::ptrdiff_t(sample.size() / 200);
   std::nth_element(sample.begin(), low, sample.end());
   Histogram histogram{*low, 1.5f * (lumen - *low) / float(kBinCount),
@@ -154,7 +159,7 @@ BloodLevel find_blood_level(const std::vector<TubeAxis>& axes, const Volume<floa
   if (axes.empty()) return level;
   std::vector<std::pair<float, double>> on_axes = intensities(axes);
   level.lumen = weighted_quantile(on_axes, 0.5);
-  const Histogram histogram = histogram_of(volume, level.lumen);
+  const Histogram histogram = histogram_of(sample_of(volume), level.lumen);
   if (!(histogram.bin > 0.0f)) return level;
   const double sigma = std::max(kLeastSmoothing, 0.7 * noise / double(histogram.bin));
   const std::vector<double> share = smoothed(histogram.share, sigma);
@@ -185,6 +190,45 @@ BloodLevel find_blood_level(const std::vector<TubeAxis>& axes, const Volume<floa
   }
   if (!is_found) return level;
   level.is_told = level.contrast() > 3.0f * float(noise);
+  return level;
+}
+
+BloodLevel find_even_level(const std::vector<TubeAxis>& axes, std::vector<float> even,
+                           const BloodLevel& rough) {
+  constexpr double kLeastLength = 10.0;  // [mm]
+  constexpr double kCommonPart = 0.25;   // of the commonest tissue
+  constexpr float kKindReach = 3.0f;     // of the way down from blood: fat and muscle, not air
+  BloodLevel level;
+  std::vector<std::pair<float, double>> on_axes;
+  double length = 0.0;
+  for (const TubeAxis& axis : axes)
+    for (const float intensity : axis.intensity)
+      if (intensity > rough.half()) {
+        on_axes.emplace_back(intensity, axis.length_share);
+        length += axis.length_share;
+      }
+  if (length < kLeastLength || even.empty()) return level;
+  level.lumen = weighted_quantile(on_axes, 0.5);
+  level.tissue = rough.tissue;
+  const Histogram histogram = histogram_of(std::move(even), level.lumen);
+  if (!(histogram.bin > 0.0f)) return level;
+  const std::vector<double> share = smoothed(histogram.share, kLeastSmoothing);
+  // From the brightest down: the first that is common among those of its kind, not air or lung.
+  std::vector<std::pair<float, double>> tissues;
+  for (const Mode& mode : modes_of(share)) {
+    const float value = histogram.low + histogram.bin * float(0.5 + peak_place(share, mode.peak));
+    if (value < level.half()) tissues.emplace_back(value, mode.share);
+  }
+  for (std::size_t n = tissues.size(); n-- > 0;) {
+    double most = 0.0;
+    for (const auto& [value, part] : tissues)
+      if (level.lumen - value < kKindReach * (level.lumen - tissues[n].first))
+        most = std::max(most, part);
+    if (tissues[n].second < kCommonPart * most) continue;
+    level.tissue = tissues[n].first;
+    break;
+  }
+  level.is_told = level.is_even = true;
   return level;
 }
 

@@ -20,6 +20,7 @@ namespace {
 
 constexpr float kWeakShare = 0.15f;    ///< of the typical contrast: counts for the half level
 constexpr float kBridgeShare = 0.2f;   ///< joins the tree even below the half level
+constexpr float kBridgeLevel = 0.25f;  ///< of the way from tissue to blood, among organs
 constexpr float kStrongShare = 0.4f;   ///< sure to be a vessel
 constexpr double kLevelSpacing = 1.0;  ///< [mm] grid of the half level
 constexpr double kLevelSigma = 2.5;    ///< [mm] reach of the half level
@@ -94,6 +95,9 @@ Volume<std::uint8_t> candidates(const Volume<float>& smoothed, const Tubes& tube
   const HalfLevel half = half_level(smoothed, tubes.contrast, typical);
   const auto lowest = float(options.intensity_min.value_or(-1e30));
   const auto highest = float(options.intensity_max.value_or(1e30));
+  // Among organs a tube may be a fold of bowel, or the edge of a liver.
+  const float least_bridge =
+      blood.is_even ? blood.tissue + kBridgeLevel * blood.contrast() : -1e30f;
   Volume<std::uint8_t> mask(smoothed.geometry, 0);
   const auto [ni, nj, nk] = smoothed.geometry.size;
   parallel_for(nk, [&, ni = ni, nj = nj](std::ptrdiff_t k) {
@@ -105,9 +109,11 @@ Volume<std::uint8_t> candidates(const Volume<float>& smoothed, const Tubes& tube
       for (int i = 0; i < ni; ++i) {
         const float value = smoothed.at(i, j, int(k));
         const float w = weight[std::size_t(i)];
-        const bool above = w > kLeastWeight && value * w > level[std::size_t(i)] &&
-                           (value > blood.half() || tubes.is_near.at(i, j, int(k)));
-        const bool tube = tubes.contrast.at(i, j, int(k)) > kBridgeShare * typical;
+        const bool above =
+            w > kLeastWeight && value * w > level[std::size_t(i)] &&
+            (value > blood.half() || (!blood.is_even && tubes.is_near.at(i, j, int(k))));
+        const bool tube =
+            tubes.contrast.at(i, j, int(k)) > kBridgeShare * typical && value > least_bridge;
         mask.at(i, j, int(k)) = value < lowest || value > highest ? 0
                                 : above                           ? kLumen
                                 : tube                            ? kBridge
@@ -126,6 +132,15 @@ std::vector<double> score_pieces(const Components& pieces, const Volume<float>& 
     if (pieces.label[v] > 0 && contrast.values[v] >= kStrongShare * typical)
       score[std::size_t(pieces.label[v])] += double(contrast.values[v]);
   return score;
+}
+
+/// The length of trunks in each piece [mm].
+std::vector<double> score_trunks(const Components& pieces, const std::vector<TubeAxis>& trunks) {
+  std::vector<double> length(std::size_t(pieces.count()) + 1, 0.0);
+  for (const TubeAxis& trunk : trunks)
+    for (const std::size_t v : trunk.voxels)
+      if (pieces.label[v] > 0) length[std::size_t(pieces.label[v])] += trunk.length_share;
+  return length;
 }
 
 /// The voxel of the piece with the greatest C: an automatic seed.
@@ -179,7 +194,8 @@ void warn_of_dropped(const Components& pieces, const std::vector<double>& score,
 }
 
 void keep_pieces(const Components& pieces, const Volume<float>& contrast,
-                 const SegmentationOptions& options, VesselTree& tree) {
+                 const std::vector<TubeAxis>& trunks, const SegmentationOptions& options,
+                 VesselTree& tree) {
   const auto score = score_pieces(pieces, contrast, float(tree.contrast));
   std::vector<bool> kept(score.size(), false);
   for (const Vec3& seed : options.seeds_lps_mm) {
@@ -187,7 +203,10 @@ void keep_pieces(const Components& pieces, const Volume<float>& contrast,
     tree.seeds_lps_mm.push_back(seed);
   }
   if (options.seeds_lps_mm.empty()) {
-    const auto best = std::max_element(score.begin(), score.end()) - score.begin();
+    const std::vector<double> length = score_trunks(pieces, trunks);
+    const auto longest = std::max_element(length.begin(), length.end());
+    const auto best = *longest > 0.0 ? longest - length.begin()
+                                     : std::max_element(score.begin(), score.end()) - score.begin();
     const double volume =
         double(pieces.voxel_count[std::size_t(best)]) * voxel_volume(contrast.geometry);
     const double tubular =
@@ -236,13 +255,15 @@ double denoising_sigma(const Volume<float>& volume, double noise, double contras
 }
 
 VesselTree find_vessel_tree(const Volume<float>& volume, const BloodLevel& level,
-                            const SegmentationOptions& options, const Progress& progress) {
+                            const std::vector<TubeAxis>& trunks, const SegmentationOptions& options,
+                            const Progress& progress) {
   const Tubes tubes = find_tubes(volume, scale_radii(options), level, progress);
   const Volume<float>& contrast = tubes.contrast;
   VesselTree tree;
   tree.contrast = typical_contrast(contrast);
-  if (level.is_told && double(level.contrast()) < kSeveralTissues * tree.contrast) {
-    tree.contrast = double(level.contrast());
+  if (level.is_even ||
+      (level.is_told && double(level.contrast()) < kSeveralTissues * tree.contrast)) {
+    tree.contrast = std::min(tree.contrast, double(level.contrast()));
     tree.blood_half_level = level.half();
   }
   tree.noise = noise_deviation(volume);
@@ -253,7 +274,7 @@ VesselTree find_vessel_tree(const Volume<float>& volume, const BloodLevel& level
   tree.mask = candidates(smoothed, tubes, float(tree.contrast), level, options);
   if (level.is_told) add_pools(smoothed, level, options, tree.mask);
   progress.report(0.45, "connecting vessels");
-  keep_pieces(label_components(tree.mask, Connectivity::faces), contrast, options, tree);
+  keep_pieces(label_components(tree.mask, Connectivity::faces), contrast, trunks, options, tree);
   for (std::size_t v = 0; v < tree.seen.values.size(); ++v)
     tree.seen.values[v] = tree.seen.values[v] && tubes.is_thin.values[v];
   progress.report(0.55, "connecting vessels");

@@ -8,6 +8,7 @@
 #include "core/progress.hpp"
 #include "core/volume.hpp"
 #include "segmentation/detail/blood_level.hpp"
+#include "segmentation/detail/tube_axes.hpp"
 #include "segmentation/segmentation.hpp"
 
 namespace angio::segmentation::detail {
@@ -30,12 +31,14 @@ struct VesselTree {
 /// A voxel belongs to it if it is above the half level of the tubes nearby, I - C / 2 averaged with
 /// weight C^2 (C: find_tubes), and above the half level between blood and tissue or beside a tube;
 /// or if C itself is high there, which bridges narrow places whose peak is below the half level; or
-/// if it lies in a pool (add_pools). Of the connected pieces, the one with most contrast in it is
-/// kept, or those with a seed in them.
+/// if it lies in a pool (add_pools). Of the connected pieces, the one with the longest trunks in it
+/// is kept, where there are none that with most contrast, or those with a seed in them.
 ///
+/// @param trunks  axes of wide tubes that are sure to hold blood, or none
 /// @throws InputError if there is no vessel, or a seed lies in none
 VesselTree find_vessel_tree(const Volume<float>& volume, const BloodLevel& level,
-                            const SegmentationOptions& options, const Progress& progress);
+                            const std::vector<TubeAxis>& trunks, const SegmentationOptions& options,
+                            const Progress& progress);
 
 /// Standard deviation [intensity] of the noise from voxel to voxel, from the median absolute
 /// second difference along i, j, k.

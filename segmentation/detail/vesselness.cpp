@@ -17,6 +17,7 @@ constexpr double kLeastSigmaVoxels = 0.9;   ///< below it, differences stand for
 constexpr double kBorderSigmas = 2.5;       ///< from the volume's border
 constexpr float kBorderNoise = 1.6f;        ///< more noise there, for each axis
 constexpr float kLeastShare = 0.1f;         ///< of blood's contrast that a tube of it must have
+constexpr float kToldShare = 0.6f;          // told
 constexpr float kMostShare = 0.4f;          ///< of it that is asked for because of tissue
 constexpr float kTissueExcess = 1.3f;       ///< of the contrast that tissue would have there
 constexpr float kLeastLevel = 0.25f;        ///< of the way from tissue to blood
@@ -71,8 +72,9 @@ CoarseField contrast_at_scale(const ScaleView& view, double sigma) {
 /// What a tube's contrast must be to hold blood, by the level of its surroundings.
 float least_contrast(const BloodLevel& level, float surroundings) {
   const float blood = level.lumen - surroundings;
-  return std::clamp(kTissueExcess * (level.tissue - surroundings), kLeastShare * blood,
-                    kMostShare * blood);
+  const float excess = kTissueExcess * (level.tissue - surroundings);
+  const float most = level.is_even && excess < kToldShare * blood ? kToldShare : kMostShare;
+  return std::clamp(excess, kLeastShare * blood, most * blood);
 }
 
 /// C without the tubes that hold no blood; a mask of those that do is left in `blood`.
@@ -83,18 +85,22 @@ Volume<float> contrast_of_blood(const ScaleView& view, const Volume<float>& cont
   const Volume<float> wide = smooth(view.smoothed, std::sqrt(3.0) * sigma);
   const bool is_resolved =
       std::numbers::sqrt2 * sigma >= kLeastRadiusVoxels * mean_spacing(view.voxels);
-  const float least_level = level.tissue + kLeastLevel * level.contrast();
+  const float least_level =
+      level.is_even ? level.half() : level.tissue + kLeastLevel * level.contrast();
+  const float bright = level.is_even ? level.tissue + kLeastLevel * level.contrast() : 1e30f;
   Volume<float> kept = contrast;
   blood = Volume<std::uint8_t>(contrast.geometry, 0);
   for (std::size_t v = 0; v < kept.values.size(); ++v) {
     float& c = kept.values[v];
     if (c <= 0.0f) continue;
-    const float surroundings = std::min(wide.values[v] - kHeldWide * c, level.tissue);
+    const float around = wide.values[v] - kHeldWide * c;
+    const float surroundings = std::min(around, level.tissue);
     // Beside tissue alone a low level is that of a narrow place, or of a thinner tube.
     const bool is_in_dark = surroundings < level.tissue - kLeastLevel * level.contrast();
     const bool is_blood =
         c >= least_contrast(level, surroundings) &&
-        (!is_resolved || !is_in_dark || view.smoothed.values[v] + kLost * c > least_level);
+        (!(is_resolved && is_in_dark) || view.smoothed.values[v] + kLost * c > least_level) &&
+        (around < bright || view.smoothed.values[v] + kLost * c > level.half());
     blood.values[v] = is_blood;
     if (!is_blood) c = 0.0f;
   }

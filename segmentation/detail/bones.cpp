@@ -1,0 +1,184 @@
+#include "segmentation/detail/bones.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <utility>
+
+#include "segmentation/detail/bodies.hpp"
+#include "segmentation/detail/depth.hpp"
+#include "segmentation/detail/evenness.hpp"
+#include "segmentation/detail/fields.hpp"
+#include "segmentation/detail/format_number.hpp"
+#include "segmentation/detail/take_out.hpp"
+#include "segmentation/detail/vessel_tree.hpp"
+
+namespace angio::segmentation::detail {
+namespace {
+
+constexpr double kNeckShare = 0.75;  ///< of the less deep of two bodies: a narrower way is a neck
+constexpr float kBrightExcess = 0.35f;  ///< of the contrast above blood: as cortex is
+constexpr double kBrightShare = 0.1;    ///< of a bone
+constexpr double kUnevenShare = 0.1;    ///< of what is deep in a bone is even, at most,
+constexpr double kEvenShare = 0.25;     ///< and in blood, at least
+constexpr float kBloodShare = 0.7f;     ///< of the way from tissue to blood: organs are darker
+constexpr double kWide =
+    2.0;  ///< depths at which evenness tells: what is wider and not even is no blood
+constexpr float kTrunkShare = 0.2f;       ///< of the contrast around blood's level: a trunk
+constexpr double kMarrow = 600.0;         ///< [mm^2] of a section, darker than half way to blood
+constexpr std::size_t kLeastVoxels = 27;  ///< deep ones that tell
+constexpr double kLeastBone = 5000.0;     ///< [mm^3]
+
+/// What of the tubes is wide enough to be seen as even, and is.
+std::vector<TubeAxis> even_parts(const std::vector<TubeAxis>& axes, const Evenness& evenness) {
+  std::vector<TubeAxis> even;
+  for (const TubeAxis& axis : axes) {
+    if (axis.radius_mm < evenness.depth_mm()) continue;
+    TubeAxis part{axis.radius_mm, {}, axis.length_share, {}, {}};
+    for (std::size_t n = 0; n < axis.voxels.size(); ++n) {
+      if (!evenness.is_even(axis.voxels[n])) continue;
+      part.voxels.push_back(axis.voxels[n]);
+      part.intensity.push_back(evenness.mean.values[axis.voxels[n]]);
+      part.contrast.push_back(axis.contrast[n]);
+    }
+    if (!part.voxels.empty()) even.push_back(std::move(part));
+  }
+  return even;
+}
+
+/// What of them is as bright as blood is.
+std::vector<TubeAxis> trunks_of(std::vector<TubeAxis> even, const BloodLevel& level) {
+  const float tolerance = kTrunkShare * level.contrast();
+  for (TubeAxis& axis : even) {
+    std::size_t kept = 0;
+    for (std::size_t n = 0; n < axis.voxels.size(); ++n) {
+      if (std::abs(axis.intensity[n] - level.lumen) > tolerance) continue;
+      axis.voxels[kept] = axis.voxels[n];
+      axis.intensity[kept] = axis.intensity[n];
+      axis.contrast[kept++] = axis.contrast[n];
+    }
+    axis.voxels.resize(kept);
+    axis.intensity.resize(kept);
+    axis.contrast.resize(kept);
+  }
+  std::erase_if(even, [](const TubeAxis& axis) { return axis.voxels.empty(); });
+  return even;
+}
+
+/// Means of even neighbourhoods, from all over the volume.
+std::vector<float> even_sample(const Evenness& evenness) {
+  constexpr std::size_t kSampleCount = 2000000;
+  const std::size_t count = evenness.mean.values.size();
+  const std::size_t step = std::max<std::size_t>(1, count / kSampleCount);
+  std::vector<float> sample;
+  for (std::size_t v = 0; v < count; v += step)
+    if (evenness.is_even(v)) sample.push_back(evenness.mean.values[v]);
+  return sample;
+}
+
+/// What is inside a body.
+struct Inside {
+  std::size_t all = 0, bright = 0, deep = 0, even = 0;  ///< voxels; even ones of the deep ones
+  double even_sum = 0.0;                                ///< of the even ones' values
+  /// @param depth_mm  of its deepest voxel
+  [[nodiscard]] Tissue tissue(double depth_mm, const Evenness& evenness,
+                              const BloodLevel& level) const {
+    const auto is_part = [](std::size_t part, double share, std::size_t whole) {
+      return double(part) > share * double(whole);
+    };
+    if (deep < kLeastVoxels) return Tissue::unknown;
+    if (is_part(even, kEvenShare, deep)) {
+      const double least = double(level.tissue + kBloodShare * level.contrast());
+      return even_sum > least * double(even) ? Tissue::blood : Tissue::other;
+    }
+    if (is_part(even, kUnevenShare, deep)) return Tissue::unknown;
+    return is_part(bright, kBrightShare, all) || depth_mm > kWide * evenness.depth_mm()
+               ? Tissue::other
+               : Tissue::unknown;
+  }
+};
+
+/// What each body is, shape [body_count + 1].
+std::vector<Tissue> judge(const Bodies& bodies, const Volume<float>& depth,
+                          const Volume<float>& denoised, const Evenness& evenness,
+                          const BloodLevel& level, const SegmentationOptions& options) {
+  const float half = level.half(), bright = level.lumen + kBrightExcess * level.contrast();
+  std::vector<Inside> inside(std::size_t(bodies.count()) + 1);
+  for (std::size_t v = 0; v < bodies.label.size(); ++v) {
+    if (bodies.label[v] == 0) continue;
+    Inside& body = inside[std::size_t(bodies.label[v])];
+    const bool is_deep = double(depth.values[v]) >= evenness.depth_mm();
+    ++body.all;
+    body.bright += denoised.values[v] > bright;
+    body.deep += is_deep;
+    if (!is_deep || !(denoised.values[v] > half) || !evenness.is_even(v)) continue;
+    ++body.even;
+    body.even_sum += double(evenness.mean.values[v]);
+  }
+  std::vector<Tissue> tissues(inside.size(), Tissue::unknown);
+  for (std::size_t b = 1; b < inside.size(); ++b)
+    tissues[b] = inside[b].tissue(double(bodies.depth_mm[b]), evenness, level);
+  const VolumeGeometry& grid = depth.geometry;
+  for (const Vec3& seed : options.seeds_lps_mm) {
+    const Vec3 index = grid.index_from_lps(seed);
+    const int i = int(std::lround(index.x)), j = int(std::lround(index.y)),
+              k = int(std::lround(index.z));
+    if (!grid.contains(i, j, k)) continue;
+    if (const auto body = std::size_t(bodies.label[grid.offset(i, j, k)]); body > 0)
+      tissues[body] = Tissue::blood;
+  }
+  spread(bodies, tissues);
+  return tissues;
+}
+
+std::string warning_of(double volume_mm3) {
+  return "bone and the like, " + format_number(std::round(volume_mm3 / 100.0) / 10.0) +
+         " ml that are as bright as the vessels but not as even inside, was kept out; if vessel is "
+         "missing, give a seed in it or set segmentation.exclude_bone = false";
+}
+
+}  // namespace
+
+Bones find_bones(const Volume<float>& volume, const std::vector<TubeAxis>& axes,
+                 const SegmentationOptions& options) {
+  const double noise = noise_deviation(volume);
+  const BloodLevel rough = find_blood_level(axes, volume, noise);
+  if (!rough.is_told) return {};
+  const Evenness evenness = find_evenness(volume, rough);
+  std::vector<TubeAxis> even = even_parts(axes, evenness);
+  const BloodLevel level = find_even_level(even, even_sample(evenness), rough);
+  if (!(level.contrast() > 3.0f * evenness.of_tissue)) return {};
+
+  const Volume<float> denoised =
+      smooth(volume, denoising_sigma(volume, noise, double(level.contrast())));
+  Volume<std::uint8_t> above(volume.geometry);
+  for (std::size_t v = 0; v < above.values.size(); ++v)
+    above.values[v] = denoised.values[v] > level.half();
+  Volume<std::uint8_t> filled = above;
+  fill_holes(filled, kMarrow);
+  const Volume<float> depth = depth_in(filled);
+  const Bodies bodies = part_into_bodies(depth, evenness.depth_mm(), kNeckShare);
+  const std::vector<Tissue> tissues = judge(bodies, depth, denoised, evenness, level, options);
+
+  Bones bones;
+  bones.mask = Volume<std::uint8_t>(volume.geometry);
+  std::size_t count = 0;
+  for (std::size_t v = 0; v < above.values.size(); ++v) {
+    const Tissue tissue = tissues[std::size_t(bodies.label[v])];
+    bones.mask.values[v] = tissue == Tissue::other;
+    count += bones.mask.values[v] && above.values[v];
+    above.values[v] = above.values[v] && tissue != Tissue::other;
+  }
+  const Vec3& h = volume.geometry.spacing;
+  const double bone_mm3 = double(count) * h.x * h.y * h.z;
+  if (bone_mm3 < kLeastBone) return {};
+  bones.are_there = true;
+  bones.level = level;
+  bones.trunks = trunks_of(std::move(even), level);
+  bones.warning = warning_of(bone_mm3);
+  add_shells(bones.mask, denoised, float(std::min(noise, 0.05 * double(level.contrast()))), above);
+  bones.image_without = take_out(volume, bones.mask, level.half());
+  return bones;
+}
+
+}  // namespace angio::segmentation::detail

@@ -1,0 +1,56 @@
+#include "segmentation/detail/vessel_image.hpp"
+
+#include <utility>
+
+#include "segmentation/detail/bones.hpp"
+#include "segmentation/detail/bright_objects.hpp"
+#include "segmentation/detail/tube_axes.hpp"
+#include "segmentation/detail/vessel_tree.hpp"
+
+namespace angio::segmentation::detail {
+namespace {
+
+/// Axes outside of a mask.
+std::vector<TubeAxis> outside(const std::vector<TubeAxis>& axes, const Volume<std::uint8_t>& mask) {
+  std::vector<TubeAxis> result;
+  for (const TubeAxis& axis : axes) {
+    TubeAxis part{axis.radius_mm, {}, axis.length_share, {}, {}};
+    for (std::size_t n = 0; n < axis.voxels.size(); ++n) {
+      if (mask.values[axis.voxels[n]] != 0) continue;
+      part.voxels.push_back(axis.voxels[n]);
+      part.intensity.push_back(axis.intensity[n]);
+      part.contrast.push_back(axis.contrast[n]);
+    }
+    if (!part.voxels.empty()) result.push_back(std::move(part));
+  }
+  return result;
+}
+
+}  // namespace
+
+VesselImage find_vessel_image(const Volume<float>& scanned, const SegmentationOptions& options) {
+  VesselImage image;
+  std::vector<TubeAxis> axes = find_tube_axes(scanned);
+  const auto present = [&]() -> const Volume<float>& {
+    return image.without.values.empty() ? scanned : image.without;
+  };
+  const bool exclude = options.exclude_bone && !options.intensity_max;
+  if (exclude) {
+    if (Bones bones = find_bones(scanned, axes, options); bones.are_there) {
+      axes = outside(axes, bones.mask);
+      image.level = bones.level;
+      image.trunks = std::move(bones.trunks);
+      image.without = std::move(bones.image_without);
+      image.warnings.push_back(std::move(bones.warning));
+    }
+    if (BrightObjects bright = find_bright_objects(present(), axes, options); bright.count > 0) {
+      image.without = std::move(bright.image_without);
+      image.warnings.push_back(std::move(bright.warning));
+    }
+  }
+  if (!image.level.is_told)
+    image.level = find_blood_level(axes, present(), noise_deviation(present()));
+  return image;
+}
+
+}  // namespace angio::segmentation::detail

@@ -1,0 +1,23 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "core/volume.hpp"
+#include "segmentation/detail/blood_level.hpp"
+#include "segmentation/detail/tube_axes.hpp"
+#include "segmentation/segmentation.hpp"
+
+namespace angio::segmentation::detail {
+
+/// A scan in which nothing as bright as blood is seen but blood, as far as that can be told.
+struct VesselImage {
+  Volume<float> without;         ///< bone, calcification and metal; empty: there were none
+  BloodLevel level;              ///< of blood and tissue
+  std::vector<TubeAxis> trunks;  ///< wide tubes that are sure to hold blood; none: not told
+  std::vector<std::string> warnings;
+};
+
+VesselImage find_vessel_image(const Volume<float>& scanned, const SegmentationOptions& options);
+
+}  // namespace angio::segmentation::detail

@@ -1,0 +1,221 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <random>
+
+#include "segmentation/detail/bodies.hpp"
+#include "segmentation/detail/bones.hpp"
+#include "segmentation/detail/depth.hpp"
+#include "segmentation/detail/evenness.hpp"
+#include "segmentation/detail/fields.hpp"
+#include "segmentation/segmentation.hpp"
+#include "tests/segmentation/tube_volume.hpp"
+
+namespace angio::segmentation {
+namespace {
+
+using namespace detail;
+using testing::Contains;
+using testing::HasSubstr;
+
+VolumeGeometry grid_of(const std::array<int, 3>& size, const Vec3& spacing) {
+  VolumeGeometry grid;
+  grid.size = size;
+  grid.spacing = spacing;
+  for (int a = 0; a < 3; ++a) grid.origin[a] = -0.5 * (size[std::size_t(a)] - 1) * spacing[a];
+  return grid;
+}
+
+/// Calls body(place in LPS, voxel).
+template <class Body>
+void for_each_voxel(const VolumeGeometry& grid, const Body& body) {
+  for (int k = 0; k < grid.size[2]; ++k)
+    for (int j = 0; j < grid.size[1]; ++j)
+      for (int i = 0; i < grid.size[0]; ++i)
+        body(grid.lps_from_index({double(i), double(j), double(k)}), grid.offset(i, j, k));
+}
+
+TEST(Depth, IsTheWayToTheNearestVoxelOutside) {
+  const VolumeGeometry grid = grid_of({14, 12, 9}, {0.7, 0.9, 2.5});
+  Volume<std::uint8_t> mask(grid);
+  std::mt19937 random(3);
+  for (auto& value : mask.values) value = random() % 12 != 0;
+  const Volume<float> depth = depth_in(mask);
+  for_each_voxel(grid, [&](const Vec3& p, std::size_t v) {
+    double nearest = 1e30;
+    for_each_voxel(grid, [&](const Vec3& q, std::size_t w) {
+      if (!mask.values[w]) nearest = std::min(nearest, distance(p, q));
+    });
+    EXPECT_NEAR(depth.values[v], mask.values[v] ? nearest : 0.0, 1e-4);
+  });
+}
+
+TEST(FillHoles, FillsWhatASectionGoesAround) {
+  const VolumeGeometry grid = grid_of({40, 40, 20}, {1.0, 1.0, 1.0});
+  Volume<std::uint8_t> shell(grid), open(grid);
+  for_each_voxel(grid, [&](const Vec3& p, std::size_t v) {
+    const double r = std::hypot(p.x, p.y);
+    shell.values[v] = r > 8.0 && r < 10.0;
+    open.values[v] = shell.values[v] && p.x < 6.0;
+  });
+  const Volume<std::uint8_t> before = open, large = shell;
+  fill_holes(shell, 300.0);
+  fill_holes(open, 300.0);
+  for_each_voxel(grid, [&](const Vec3& p, std::size_t v) {
+    EXPECT_EQ(shell.values[v], std::hypot(p.x, p.y) < 10.0);
+    EXPECT_EQ(open.values[v], before.values[v]);
+  });
+  Volume<std::uint8_t> too_large = large;
+  fill_holes(too_large, 150.0);
+  EXPECT_EQ(too_large.values, large.values);
+}
+
+/// Two balls of radius 10, 24 apart, and a bar between them.
+Bodies balls_and_bar(double bar_radius) {
+  const VolumeGeometry grid = grid_of({60, 30, 30}, {1.0, 1.0, 1.0});
+  Volume<std::uint8_t> mask(grid);
+  for_each_voxel(grid, [&](const Vec3& p, std::size_t v) {
+    mask.values[v] = norm(p - Vec3{-12, 0, 0}) < 10.0 || norm(p - Vec3{12, 0, 0}) < 10.0 ||
+                     (std::abs(p.x) < 12.0 && std::hypot(p.y, p.z) < bar_radius);
+  });
+  return part_into_bodies(depth_in(mask), 3.0, 0.75);
+}
+
+TEST(Bodies, ArePartedAtNecksOnly) {
+  EXPECT_EQ(balls_and_bar(9.0).count(), 1);
+  const Bodies two = balls_and_bar(5.0);
+  const auto deep =
+      std::count_if(two.depth_mm.begin(), two.depth_mm.end(), [](float d) { return d > 8.0f; });
+  EXPECT_EQ(deep, 2);
+}
+
+TEST(Bodies, GoWithTheOneOnTheDeepestNeck) {
+  Bodies bodies;
+  bodies.depth_mm = {0.0f, 9.0f, 2.0f, 9.0f, 1.0f};
+  bodies.necks = {{1, 2, 1.8f}, {2, 3, 1.2f}};  // 4 touches none
+  std::vector<Tissue> tissues{Tissue::unknown, Tissue::blood, Tissue::unknown, Tissue::other,
+                              Tissue::unknown};
+  spread(bodies, tissues);
+  EXPECT_EQ(tissues[2], Tissue::blood);
+  EXPECT_EQ(tissues[3], Tissue::other);
+  EXPECT_EQ(tissues[4], Tissue::unknown);
+}
+
+constexpr double kAorta = 8.0;                                   ///< radius [mm]
+constexpr double kBlood = 350.0, kMuscle = 50.0, kFat = -100.0;  ///< [HU]
+
+/// A body: fat with muscle, an aorta along z with a branch to the left, and a vertebra that it lies
+/// on, cortex around marrow of struts; between them the mean of the marrow is that of blood.
+struct BodyImage {
+  Volume<float> volume;
+  Volume<std::uint8_t> is_bone, is_blood;
+};
+
+BodyImage body_image(bool with_bone, double noise_sd, double blood = kBlood) {
+  const VolumeGeometry grid = grid_of({90, 90, 60}, {1.0, 1.0, 1.0});
+  BodyImage body{Volume<float>(grid), Volume<std::uint8_t>(grid), Volume<std::uint8_t>(grid)};
+  std::mt19937 random(5);
+  std::vector<float> struts(64 * 64 * 64);
+  std::uniform_real_distribution<float> strut(100.0f, 600.0f);
+  for (float& value : struts) value = strut(random);
+  for_each_voxel(grid, [&](const Vec3& p, std::size_t v) {
+    const double to_axis = std::hypot(p.x, p.y);
+    const bool is_branch = std::hypot(p.y, p.z) < 3.0 && p.x < 0.0 && p.x > -35.0;
+    const bool is_blood = to_axis < kAorta || is_branch;
+    // Behind the aorta, 30 mm wide.
+    const double face = kAorta + 1.0 + std::max(0.0, p.z / 2.5);  // fat between, of 1 to 13 mm
+    const double in_bone = std::min({15.0 - std::abs(p.x), p.y - face, 38.0 - p.y});
+    const bool is_bone = with_bone && !is_blood && in_bone > 0.0;
+    const auto cell = [](double x) { return std::size_t(std::floor(x / 2.5) + 32.0); };
+    const double marrow = struts[(cell(p.x) * 64 + cell(p.y)) * 64 + cell(p.z)];
+    body.is_bone.values[v] = is_bone;
+    body.is_blood.values[v] = is_blood;
+    body.volume.values[v] = float(is_blood                      ? blood
+                                  : is_bone                     ? (in_bone < 2.0 ? 750.0 : marrow)
+                                  : std::hypot(p.x, p.y) < 38.0 ? kMuscle
+                                                                : kFat);
+  });
+  body.volume = smooth(body.volume, 0.7);
+  std::normal_distribution<float> noise(0.0f, float(noise_sd));
+  for (float& value : body.volume.values) value += noise(random);
+  return body;
+}
+
+/// Which part of the voxels of one mask are in another.
+double part_in(const Volume<std::uint8_t>& mask, const Volume<std::uint8_t>& other) {
+  double all = 0.0, both = 0.0;
+  for (std::size_t v = 0; v < mask.values.size(); ++v) {
+    all += mask.values[v] != 0;
+    both += mask.values[v] != 0 && other.values[v] != 0;
+  }
+  return both / all;
+}
+
+TEST(Evenness, IsThatOfNoiseInBloodAndMoreInBone) {
+  const BodyImage body = body_image(true, 15.0);
+  BloodLevel level;
+  level.lumen = float(kBlood);
+  level.tissue = float(kMuscle);
+  const Evenness evenness = find_evenness(body.volume, level);
+  EXPECT_NEAR(evenness.of_tissue, 15.0, 3.0);
+  Volume<std::uint8_t> even(body.volume.geometry);
+  for (std::size_t v = 0; v < even.values.size(); ++v) even.values[v] = evenness.is_even(v);
+  Volume<std::uint8_t> deep_bone = body.is_bone, deep_blood = body.is_blood;
+  const Volume<float> in_bone = depth_in(body.is_bone), in_blood = depth_in(body.is_blood);
+  for (std::size_t v = 0; v < even.values.size(); ++v) {
+    deep_bone.values[v] = in_bone.values[v] > evenness.depth_mm();
+    deep_blood.values[v] = in_blood.values[v] > evenness.depth_mm();
+  }
+  EXPECT_LT(part_in(deep_bone, even), 0.05);
+  EXPECT_GT(part_in(deep_blood, even), 0.7);
+}
+
+TEST(Bones, AreToldFromTheVesselThatLiesOnThem) {
+  for (const double noise : {5.0, 20.0}) {
+    const BodyImage body = body_image(true, noise);
+    const Bones bones = find_bones(body.volume, find_tube_axes(body.volume), {});
+    ASSERT_TRUE(bones.are_there) << noise;
+    EXPECT_NEAR(bones.level.lumen, kBlood, 0.05 * kBlood);
+    EXPECT_NEAR(bones.level.tissue, kMuscle, 15.0);
+    EXPECT_GT(part_in(body.is_bone, bones.mask), 0.9) << noise;
+    EXPECT_LT(part_in(body.is_blood, bones.mask), 0.05) << noise;
+  }
+}
+
+TEST(Bones, AreNotSeenWhereThereAreNone) {
+  const BodyImage body = body_image(false, 10.0);
+  EXPECT_FALSE(find_bones(body.volume, find_tube_axes(body.volume), {}).are_there);
+}
+
+TEST(Bones, AreKeptOutOfTheLumen) {
+  const BodyImage body = body_image(true, 15.0);
+  const Segmentation result = segment_vessels(body.volume, {});
+  EXPECT_THAT(result.warnings, Contains(HasSubstr("bone")));
+  double inside = 0.0;
+  for_each_voxel(body.volume.geometry, [&](const Vec3& p, std::size_t v) {
+    inside += body.is_bone.values[v] && interpolate(result.level_set, p) < 0.0;
+  });
+  double all = 0.0;
+  for (const auto value : body.is_bone.values) all += value;
+  EXPECT_LT(inside, 0.02 * all);
+  // The wall that looks away from the bone, and the branch.
+  for (double z = -20.0; z <= 20.0; z += 2.0) {
+    EXPECT_LT(interpolate(result.level_set, {0.0, -(kAorta - 0.4), z}), 0.0) << z;
+    EXPECT_GT(interpolate(result.level_set, {0.0, -(kAorta + 0.4), z}), 0.0) << z;
+  }
+  EXPECT_LT(interpolate(result.level_set, {-25.0, 0.0, 0.0}), 0.0);
+}
+
+TEST(Bones, ASeedMakesABodyAVessel) {
+  const BodyImage body = body_image(true, 15.0);
+  SegmentationOptions options;
+  options.seeds_lps_mm = {{0.0, kAorta + 14.0, 0.0}};
+  const Bones bones = find_bones(body.volume, find_tube_axes(body.volume), options);
+  const bool is_kept = !bones.are_there || part_in(body.is_bone, bones.mask) < 0.5;
+  EXPECT_TRUE(is_kept);
+}
+
+}  // namespace
+}  // namespace angio::segmentation
