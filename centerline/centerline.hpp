@@ -80,7 +80,8 @@ struct Lesion {
   bool is_stenosis = false;  ///< false: no stenosis, and this is the tightest place of the longest
                              ///< vessel (or where the user said)
   bool is_too_thin = false;  ///< it would be one, but its vessel is too thin to be measured,
-  bool is_doubtful = false;  ///< or so many vessels touch that it may be a place where they do
+  bool is_doubtful = false;  ///< or so many vessels touch that it may be a place where they do, or
+                             ///< that of a heart's valve, or the line begins in it
   int path_id = 0;
   double abscissa_mm = 0.0;
   double proximal_mm = 0.0;  ///< abscissas of the lesion's edges: where the stenosis is 20 %;

@@ -44,9 +44,12 @@ double doubt_in(const CenterlineTree& tree, const TreeReference& reference) {
          std::max(0.0, std::log(double(reference.branches.size()) / kUsualBranches));
 }
 
-/// What is wider, in a tree where vessels touch, is more often the heart, narrow at its valves, than
-/// an aorta [mm of diameter].
+/// What is wider, in a tree where vessels touch, is more often the heart, narrow at its valves,
+/// than an aorta [mm of diameter].
 constexpr double kWidestTreated = 25.0;
+
+/// Of its healthy diameter a vessel is to be seen before a stenosis.
+constexpr double kSeenBefore = 0.5;
 
 /// A dip is in the end where its tightest place is within this many healthy diameters of it.
 constexpr double kReachOfEnd = 0.25;
@@ -182,6 +185,12 @@ Vessel on_longest_path(const TreeReference& tree, const Vessel& vessel, const Di
   return {std::size_t(branch.path), vessel.first, std::size_t(branch.last)};
 }
 
+/// Whether a line begins in a dip: no healthy vessel is seen before it, and where a picture ends
+/// its edge or fading signal look the same.
+bool begins_in(const Known& known, const Dip& dip) {
+  return known.path.abscissa[dip.first] < kSeenBefore * known.reference.diameter[dip.tightest];
+}
+
 void find_on_vessel(const CenterlineTree& tree, const TreeReference& reference,
                     const Vessel& vessel, double doubt, const LesionOptions& options,
                     std::vector<Lesion>& found) {
@@ -199,7 +208,8 @@ void find_on_vessel(const CenterlineTree& tree, const TreeReference& reference,
     lesion.evidence = cost_of_thin_vessel(known, dip, options.min_stenosis_percent);
     lesion.is_too_thin = is_too_thin(tree.paths[shown.path], lesion, options);
     lesion.is_doubtful = !is_evident(known, vessel, dip, doubt, options) ||
-                         (doubt > 0.0 && lesion.reference_diameter_mm > kWidestTreated);
+                         (doubt > 0.0 && lesion.reference_diameter_mm > kWidestTreated) ||
+                         begins_in(known, dip);
     lesion.is_stenosis = !lesion.is_left_out();
     found.push_back(lesion);
   }

@@ -23,8 +23,9 @@ struct SegmentationOptions {
   std::vector<Vec3> seeds_lps_mm;       ///< points inside the vessel; empty: found automatically
   std::optional<double> intensity_min;  ///< lowest intensity of the lumen; unset: automatic
   std::optional<double> intensity_max;  ///< highest intensity of the lumen; unset: automatic
-  bool exclude_bone = true;  ///< keeps objects out that are brighter than the vessels by half their
-                             ///< contrast and no tubes (bone, metal); not if intensity_max is set
+  bool exclude_bone = true;  ///< keeps bones and organs out that are no vessels by what is inside,
+                             ///< and objects that are brighter than the vessels by half their
+                             ///< contrast and no tubes (metal, calcium); not with intensity_max
   std::optional<LpsBox> region_lps_mm;  ///< only vessels in it are looked for; unset: everywhere.
                                         ///< In a turned volume: the voxel box around it
   double min_component_mm3 = 5.0;       ///< smaller pieces are noise, [0, 1e6]

@@ -72,7 +72,7 @@ void add_segmentation_settings(Config& c, std::vector<Setting>& table) {
   table.push_back(make_setting("segmentation.intensity_max", c.segmentation.intensity_max,
                                "highest intensity of the lumen; \"auto\""));
   table.push_back(make_setting("segmentation.exclude_bone", c.segmentation.exclude_bone,
-                               "keep out bone, calcification and metal brighter than the vessels"));
+                               "keep out bone, organs, calcification and metal"));
   table.push_back(make_setting("segmentation.region_lps_mm", c.segmentation.region_lps_mm,
                                "box [[x, y, z], [x, y, z]] in LPS [mm] in which vessels are looked "
                                "for; \"auto\": everywhere"));

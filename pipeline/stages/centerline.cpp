@@ -136,8 +136,8 @@ void tell_of_doubtful(StageWork& work, const std::vector<centerline::Lesion>& le
   work.warnings.push_back(fmt::format(
       "{} narrowing{} not listed, the worst of {:.0f} % on line {}, {:.1f} mm from the inlet: in "
       "so large a tree, or one where so many vessels touch or form loops, {} may be where one "
-      "vessel "
-      "meets another. --set lesion.centerline={} looks at that line alone; "
+      "vessel meets another; or the line begins there. --set lesion.centerline={} looks at that "
+      "line alone; "
       "segmentation.region_lps_mm or seeds_lps_mm take the vessel without its neighbours",
       count, count == 1 ? " is" : "s are", worst->diameter_stenosis_percent, worst->path_id,
       worst->abscissa_mm, count == 1 ? "it" : "they", worst->path_id));

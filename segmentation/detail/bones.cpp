@@ -22,48 +22,11 @@ constexpr double kBrightShare = 0.1;    ///< of a bone
 constexpr double kUnevenShare = 0.1;    ///< of what is deep in a bone is even, at most,
 constexpr double kEvenShare = 0.25;     ///< and in blood, at least
 constexpr float kBloodShare = 0.7f;     ///< of the way from tissue to blood: organs are darker
-constexpr double kWide =
-    2.0;  ///< depths at which evenness tells: what is wider and not even is no blood
-constexpr float kTrunkShare = 0.2f;       ///< of the contrast around blood's level: a trunk
-constexpr double kMarrow = 600.0;         ///< [mm^2] of a section, darker than half way to blood
+constexpr double kWide = 2.0;        ///< depths that tell: what is as deep and not even is no blood
+constexpr float kTrunkShare = 0.2f;  ///< of the contrast around blood's level: a trunk
+constexpr double kMarrow = 600.0;    ///< [mm^2] of a section, darker than half way to blood
 constexpr std::size_t kLeastVoxels = 27;  ///< deep ones that tell
 constexpr double kLeastBone = 5000.0;     ///< [mm^3]
-
-/// What of the tubes is wide enough to be seen as even, and is.
-std::vector<TubeAxis> even_parts(const std::vector<TubeAxis>& axes, const Evenness& evenness) {
-  std::vector<TubeAxis> even;
-  for (const TubeAxis& axis : axes) {
-    if (axis.radius_mm < evenness.depth_mm()) continue;
-    TubeAxis part{axis.radius_mm, {}, axis.length_share, {}, {}};
-    for (std::size_t n = 0; n < axis.voxels.size(); ++n) {
-      if (!evenness.is_even(axis.voxels[n])) continue;
-      part.voxels.push_back(axis.voxels[n]);
-      part.intensity.push_back(evenness.mean.values[axis.voxels[n]]);
-      part.contrast.push_back(axis.contrast[n]);
-    }
-    if (!part.voxels.empty()) even.push_back(std::move(part));
-  }
-  return even;
-}
-
-/// What of them is as bright as blood is.
-std::vector<TubeAxis> trunks_of(std::vector<TubeAxis> even, const BloodLevel& level) {
-  const float tolerance = kTrunkShare * level.contrast();
-  for (TubeAxis& axis : even) {
-    std::size_t kept = 0;
-    for (std::size_t n = 0; n < axis.voxels.size(); ++n) {
-      if (std::abs(axis.intensity[n] - level.lumen) > tolerance) continue;
-      axis.voxels[kept] = axis.voxels[n];
-      axis.intensity[kept] = axis.intensity[n];
-      axis.contrast[kept++] = axis.contrast[n];
-    }
-    axis.voxels.resize(kept);
-    axis.intensity.resize(kept);
-    axis.contrast.resize(kept);
-  }
-  std::erase_if(even, [](const TubeAxis& axis) { return axis.voxels.empty(); });
-  return even;
-}
 
 /// Means of even neighbourhoods, from all over the volume.
 std::vector<float> even_sample(const Evenness& evenness) {
@@ -132,8 +95,9 @@ std::vector<Tissue> judge(const Bodies& bodies, const Volume<float>& depth,
 }
 
 std::string warning_of(double volume_mm3) {
-  return "bone and the like, " + format_number(std::round(volume_mm3 / 100.0) / 10.0) +
-         " ml that are as bright as the vessels but not as even inside, was kept out; if vessel is "
+  return format_number(std::round(volume_mm3 / 1000.0)) +
+         " ml of bone and organs that are about as bright as the vessels were kept out; if vessel "
+         "is "
          "missing, give a seed in it or set segmentation.exclude_bone = false";
 }
 
@@ -145,7 +109,12 @@ Bones find_bones(const Volume<float>& volume, const std::vector<TubeAxis>& axes,
   const BloodLevel rough = find_blood_level(axes, volume, noise);
   if (!rough.is_told) return {};
   const Evenness evenness = find_evenness(volume, rough);
-  std::vector<TubeAxis> even = even_parts(axes, evenness);
+  std::vector<TubeAxis> even = parts_of(axes, [&](const TubeAxis& axis, std::size_t n) {
+    return axis.radius_mm >= evenness.depth_mm() && evenness.is_even(axis.voxels[n]);
+  });
+  for (TubeAxis& axis : even)
+    std::transform(axis.voxels.begin(), axis.voxels.end(), axis.intensity.begin(),
+                   [&](std::size_t v) { return evenness.mean.values[v]; });
   const BloodLevel level = find_even_level(even, even_sample(evenness), rough);
   if (!(level.contrast() > 3.0f * evenness.of_tissue)) return {};
 
@@ -174,7 +143,9 @@ Bones find_bones(const Volume<float>& volume, const std::vector<TubeAxis>& axes,
   if (bone_mm3 < kLeastBone) return {};
   bones.are_there = true;
   bones.level = level;
-  bones.trunks = trunks_of(std::move(even), level);
+  bones.trunks = parts_of(even, [&](const TubeAxis& axis, std::size_t n) {
+    return std::abs(axis.intensity[n] - level.lumen) < kTrunkShare * level.contrast();
+  });
   bones.warning = warning_of(bone_mm3);
   add_shells(bones.mask, denoised, float(std::min(noise, 0.05 * double(level.contrast()))), above);
   bones.image_without = take_out(volume, bones.mask, level.half());

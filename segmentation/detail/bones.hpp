@@ -11,7 +11,7 @@
 
 namespace angio::segmentation::detail {
 
-/// Bones that are as bright as the vessels are, or brighter.
+/// Bones and organs that are about as bright as the vessels are.
 struct Bones {
   bool are_there = false;        ///< false: the rest is empty
   Volume<std::uint8_t> mask;     ///< 1 in them and in their blurred shells
@@ -24,12 +24,18 @@ struct Bones {
 /// Tells bones from vessels by what is inside: blood with contrast is as even as the scanner's
 /// noise lets it be (evenness.hpp), bone is cortex, struts and marrow.
 ///
-/// L is the median over wide tubes that are even, and T the commonest soft tissue
-/// (find_even_level). What is above (L + T) / 2 is parted at its necks (part_into_bodies). A body
-/// that is deep enough to be judged is blood if a quarter of its deep voxels are even, and bone if
-/// less than a tenth are and a tenth of all its voxels are above L + 0.35 (L - T). The others, thin
-/// vessels and thin bones, go with the body that they hang on by the deepest neck. A body with a
-/// seed is blood. Nothing is bone where no wide tube is even, or there is too little of it.
+/// L is the median over wide tubes that are even, and T soft tissue (find_even_level). What is
+/// above (L + T) / 2, with the marrow that a section of it goes around, is parted at its necks
+/// (part_into_bodies). Of the voxels that are deep enough in a body to show nothing else,
+///
+///   a quarter even, at more than T + 0.7 (L - T) on average:                    blood;
+///   a quarter even, but darker:                                                 an organ;
+///   less than a tenth even, and a tenth of the body above L + 0.35 (L - T):     bone;
+///   less than a tenth even, in a body of twice the depth that tells:            bone or an organ.
+///
+/// The others, thin vessels and thin bones, go with the body that they hang on by the deepest neck.
+/// A body with a seed is blood. Nothing is bone where no wide tube is even, or there is too little
+/// of it (5 ml).
 ///
 /// @param axes  of the volume (find_tube_axes)
 Bones find_bones(const Volume<float>& volume, const std::vector<TubeAxis>& axes,

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <utility>
 #include <vector>
 
 #include "core/volume.hpp"
@@ -23,5 +24,22 @@ struct TubeAxis {
 /// against the surroundings at two radii. Plates, spheres and edges fail that. Places that touch
 /// make an axis if they span three radii or more.
 std::vector<TubeAxis> find_tube_axes(const Volume<float>& volume);
+
+/// The places of axes that keep(axis, n) is true for.
+template <class Keep>
+std::vector<TubeAxis> parts_of(const std::vector<TubeAxis>& axes, const Keep& keep) {
+  std::vector<TubeAxis> parts;
+  for (const TubeAxis& axis : axes) {
+    TubeAxis part{axis.radius_mm, {}, axis.length_share, {}, {}};
+    for (std::size_t n = 0; n < axis.voxels.size(); ++n) {
+      if (!keep(axis, n)) continue;
+      part.voxels.push_back(axis.voxels[n]);
+      part.intensity.push_back(axis.intensity[n]);
+      part.contrast.push_back(axis.contrast[n]);
+    }
+    if (!part.voxels.empty()) parts.push_back(std::move(part));
+  }
+  return parts;
+}
 
 }  // namespace angio::segmentation::detail

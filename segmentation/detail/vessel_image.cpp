@@ -8,26 +8,6 @@
 #include "segmentation/detail/vessel_tree.hpp"
 
 namespace angio::segmentation::detail {
-namespace {
-
-/// Axes outside of a mask.
-std::vector<TubeAxis> outside(const std::vector<TubeAxis>& axes, const Volume<std::uint8_t>& mask) {
-  std::vector<TubeAxis> result;
-  for (const TubeAxis& axis : axes) {
-    TubeAxis part{axis.radius_mm, {}, axis.length_share, {}, {}};
-    for (std::size_t n = 0; n < axis.voxels.size(); ++n) {
-      if (mask.values[axis.voxels[n]] != 0) continue;
-      part.voxels.push_back(axis.voxels[n]);
-      part.intensity.push_back(axis.intensity[n]);
-      part.contrast.push_back(axis.contrast[n]);
-    }
-    if (!part.voxels.empty()) result.push_back(std::move(part));
-  }
-  return result;
-}
-
-}  // namespace
-
 VesselImage find_vessel_image(const Volume<float>& scanned, const SegmentationOptions& options) {
   VesselImage image;
   std::vector<TubeAxis> axes = find_tube_axes(scanned);
@@ -37,7 +17,9 @@ VesselImage find_vessel_image(const Volume<float>& scanned, const SegmentationOp
   const bool exclude = options.exclude_bone && !options.intensity_max;
   if (exclude) {
     if (Bones bones = find_bones(scanned, axes, options); bones.are_there) {
-      axes = outside(axes, bones.mask);
+      axes = parts_of(axes, [&](const TubeAxis& axis, std::size_t n) {
+        return bones.mask.values[axis.voxels[n]] == 0;
+      });
       image.level = bones.level;
       image.trunks = std::move(bones.trunks);
       image.without = std::move(bones.image_without);

@@ -18,6 +18,8 @@ struct VesselImage {
   std::vector<std::string> warnings;
 };
 
+/// Takes out bones and organs (find_bones), then what is brighter than blood (find_bright_objects),
+/// unless the options say not to.
 VesselImage find_vessel_image(const Volume<float>& scanned, const SegmentationOptions& options);
 
 }  // namespace angio::segmentation::detail

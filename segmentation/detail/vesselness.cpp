@@ -17,8 +17,8 @@ constexpr double kLeastSigmaVoxels = 0.9;   ///< below it, differences stand for
 constexpr double kBorderSigmas = 2.5;       ///< from the volume's border
 constexpr float kBorderNoise = 1.6f;        ///< more noise there, for each axis
 constexpr float kLeastShare = 0.1f;         ///< of blood's contrast that a tube of it must have
-constexpr float kToldShare = 0.6f;          // told
-constexpr float kMostShare = 0.4f;          ///< of it that is asked for because of tissue
+constexpr float kMostShare = 0.4f;          ///< of it that is asked for because of tissue,
+constexpr float kMostAmongOrgans = 0.6f;    ///< and among organs, if tissue has no more
 constexpr float kTissueExcess = 1.3f;       ///< of the contrast that tissue would have there
 constexpr float kLeastLevel = 0.25f;        ///< of the way from tissue to blood
 constexpr double kLeastRadiusVoxels = 2.2;  ///< of a tube that shows its full level
@@ -73,7 +73,8 @@ CoarseField contrast_at_scale(const ScaleView& view, double sigma) {
 float least_contrast(const BloodLevel& level, float surroundings) {
   const float blood = level.lumen - surroundings;
   const float excess = kTissueExcess * (level.tissue - surroundings);
-  const float most = level.is_even && excess < kToldShare * blood ? kToldShare : kMostShare;
+  const bool is_told = level.is_even && excess < kMostAmongOrgans * blood;
+  const float most = is_told ? kMostAmongOrgans : kMostShare;
   return std::clamp(excess, kLeastShare * blood, most * blood);
 }
 
@@ -85,9 +86,8 @@ Volume<float> contrast_of_blood(const ScaleView& view, const Volume<float>& cont
   const Volume<float> wide = smooth(view.smoothed, std::sqrt(3.0) * sigma);
   const bool is_resolved =
       std::numbers::sqrt2 * sigma >= kLeastRadiusVoxels * mean_spacing(view.voxels);
-  const float least_level =
-      level.is_even ? level.half() : level.tissue + kLeastLevel * level.contrast();
-  const float bright = level.is_even ? level.tissue + kLeastLevel * level.contrast() : 1e30f;
+  const float quarter = level.tissue + kLeastLevel * level.contrast();
+  const float least_level = level.is_even ? level.half() : quarter;
   Volume<float> kept = contrast;
   blood = Volume<std::uint8_t>(contrast.geometry, 0);
   for (std::size_t v = 0; v < kept.values.size(); ++v) {
@@ -97,10 +97,10 @@ Volume<float> contrast_of_blood(const ScaleView& view, const Volume<float>& cont
     const float surroundings = std::min(around, level.tissue);
     // Beside tissue alone a low level is that of a narrow place, or of a thinner tube.
     const bool is_in_dark = surroundings < level.tissue - kLeastLevel * level.contrast();
-    const bool is_blood =
-        c >= least_contrast(level, surroundings) &&
-        (!(is_resolved && is_in_dark) || view.smoothed.values[v] + kLost * c > least_level) &&
-        (around < bright || view.smoothed.values[v] + kLost * c > level.half());
+    const bool is_in_organ = level.is_even && around > quarter;
+    const bool shows_level = is_in_organ || (is_resolved && is_in_dark);
+    const bool is_blood = c >= least_contrast(level, surroundings) &&
+                          (!shows_level || view.smoothed.values[v] + kLost * c > least_level);
     blood.values[v] = is_blood;
     if (!is_blood) c = 0.0f;
   }
