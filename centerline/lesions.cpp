@@ -185,10 +185,12 @@ Vessel on_longest_path(const TreeReference& tree, const Vessel& vessel, const Di
   return {std::size_t(branch.path), vessel.first, std::size_t(branch.last)};
 }
 
-/// Whether a line begins in a dip: no healthy vessel is seen before it, and where a picture ends
-/// its edge or fading signal look the same.
+/// Whether a line begins in a dip, and is tightest there: no healthy vessel is seen before it, and
+/// where an image ends its edge or fading signal look the same.
 bool begins_in(const Known& known, const Dip& dip) {
-  return known.path.abscissa[dip.first] < kSeenBefore * known.reference.diameter[dip.tightest];
+  const double healthy = known.reference.diameter[dip.tightest];
+  return known.path.abscissa[dip.first] < kSeenBefore * healthy &&
+         known.path.abscissa[dip.tightest] < healthy;
 }
 
 void find_on_vessel(const CenterlineTree& tree, const TreeReference& reference,
@@ -209,7 +211,7 @@ void find_on_vessel(const CenterlineTree& tree, const TreeReference& reference,
     lesion.is_too_thin = is_too_thin(tree.paths[shown.path], lesion, options);
     lesion.is_doubtful = !is_evident(known, vessel, dip, doubt, options) ||
                          (doubt > 0.0 && lesion.reference_diameter_mm > kWidestTreated) ||
-                         begins_in(known, dip);
+                         (options.voxel_mm > 0.0 && begins_in(known, dip));
     lesion.is_stenosis = !lesion.is_left_out();
     found.push_back(lesion);
   }
