@@ -8,6 +8,7 @@
 #include "segmentation/detail/vessel_tree.hpp"
 
 namespace angio::segmentation::detail {
+
 VesselImage find_vessel_image(const Volume<float>& scanned, const SegmentationOptions& options) {
   VesselImage image;
   std::vector<TubeAxis> axes = find_tube_axes(scanned);
