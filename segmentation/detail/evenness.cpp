@@ -14,10 +14,9 @@ namespace {
 constexpr double kReach = 0.8;          ///< [mm] and [voxels], the longer of the two
 constexpr double kDepthReaches = 2.75;  ///< there an edge adds 0.05 of its height to the deviation
 constexpr float kEvenShare = 1.6f;  ///< of the deviation in tissue: noise is not the same all over
-constexpr float kAboveTissue =
-    0.25f;  ///< contrasts around the level of tissue: fat, muscle and organs
-constexpr float kBelowTissue = 1.5f;
-constexpr float kRange = 5.0f;  ///< contrasts beyond tissue: values farther away are cut
+constexpr float kAboveTissue = 0.25f;  ///< contrasts above the level of tissue,
+constexpr float kBelowTissue = 1.5f;   ///< and below it: fat, muscle and organs
+constexpr float kRange = 5.0f;         ///< contrasts beyond tissue: values farther away are cut
 constexpr std::size_t kBinCount = 400;
 
 /// The commonest deviation, to a bin's width, of the voxels whose mean is that of soft tissue.
