@@ -116,7 +116,10 @@ struct Lesion {
 /// is listed if neither a healthy tree that is as thin there nor the diameters' errors explain it
 /// as well; in a tree whose lines pass from vessel to vessel, where vessels touch or a loop was
 /// cut, and in one of more than 25 branches, the evidence for it has to be as much stronger as
-/// there are more places to be misled by (unless `centerline` names a line). Stenoses are apart
+/// there are more places to be misled by. There no narrowing of a vessel over 25 mm wide is listed
+/// (a heart's valve), and in no scan (voxel_mm > 0) one that its line begins in, tightest within a
+/// diameter of the beginning (the image's edge). None of that where `centerline` names a line.
+/// Stenoses are apart
 /// where the vessel between them is back above the edges' 20 %; a branching, where nothing is
 /// measured, does not part them along the wider daughter. A neck is a bridge between vessels that
 /// touch and no stenosis if it is shorter than half its reference diameter; or than 1.25 of them,

@@ -44,8 +44,8 @@ double doubt_in(const CenterlineTree& tree, const TreeReference& reference) {
          std::max(0.0, std::log(double(reference.branches.size()) / kUsualBranches));
 }
 
-/// What is wider, in a tree where vessels touch, is more often the heart, narrow at its valves,
-/// than an aorta [mm of diameter].
+/// What is wider, in a large tree or one where vessels touch, is more often the heart, narrow at
+/// its valves, than an aorta [mm of diameter].
 constexpr double kWidestTreated = 25.0;
 
 /// Of its healthy diameter a vessel is to be seen before a stenosis.
@@ -209,9 +209,10 @@ void find_on_vessel(const CenterlineTree& tree, const TreeReference& reference,
     if (is_bridge(known.path, lesion)) continue;
     lesion.evidence = cost_of_thin_vessel(known, dip, options.min_stenosis_percent);
     lesion.is_too_thin = is_too_thin(tree.paths[shown.path], lesion, options);
-    lesion.is_doubtful = !is_evident(known, vessel, dip, doubt, options) ||
-                         (doubt > 0.0 && lesion.reference_diameter_mm > kWidestTreated) ||
-                         (options.voxel_mm > 0.0 && begins_in(known, dip));
+    lesion.is_doubtful =
+        !is_evident(known, vessel, dip, doubt, options) ||
+        (doubt > 0.0 && lesion.reference_diameter_mm > kWidestTreated) ||
+        (options.centerline < 0 && options.voxel_mm > 0.0 && begins_in(known, dip));
     lesion.is_stenosis = !lesion.is_left_out();
     found.push_back(lesion);
   }

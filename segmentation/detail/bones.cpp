@@ -10,6 +10,7 @@
 #include "segmentation/detail/evenness.hpp"
 #include "segmentation/detail/fields.hpp"
 #include "segmentation/detail/format_number.hpp"
+#include "segmentation/detail/seeds.hpp"
 #include "segmentation/detail/take_out.hpp"
 #include "segmentation/detail/vessel_tree.hpp"
 
@@ -81,14 +82,9 @@ std::vector<Tissue> judge(const Bodies& bodies, const Volume<float>& depth,
   std::vector<Tissue> tissues(inside.size(), Tissue::unknown);
   for (std::size_t b = 1; b < inside.size(); ++b)
     tissues[b] = inside[b].tissue(double(bodies.depth_mm[b]), evenness, level);
-  const VolumeGeometry& grid = depth.geometry;
   for (const Vec3& seed : options.seeds_lps_mm) {
-    const Vec3 index = grid.index_from_lps(seed);
-    const int i = int(std::lround(index.x)), j = int(std::lround(index.y)),
-              k = int(std::lround(index.z));
-    if (!grid.contains(i, j, k)) continue;
-    if (const auto body = std::size_t(bodies.label[grid.offset(i, j, k)]); body > 0)
-      tissues[body] = Tissue::blood;
+    const auto v = voxel_at(depth.geometry, seed);
+    if (v && bodies.label[*v] > 0) tissues[std::size_t(bodies.label[*v])] = Tissue::blood;
   }
   spread(bodies, tissues);
   return tissues;

@@ -9,6 +9,7 @@
 #include "segmentation/detail/components.hpp"
 #include "segmentation/detail/fields.hpp"
 #include "segmentation/detail/format_number.hpp"
+#include "segmentation/detail/seeds.hpp"
 #include "segmentation/detail/take_out.hpp"
 #include "segmentation/detail/tube_axes.hpp"
 #include "segmentation/detail/vessel_tree.hpp"
@@ -88,10 +89,7 @@ std::vector<bool> objects_among(const Components& pieces, const Volume<float>& d
                    double(pieces.voxel_count[p]) * voxel >= options.min_component_mm3 &&
                    tube[p] < kTubeShare * extent[p].length(grid.spacing);
   for (const Vec3& seed : options.seeds_lps_mm) {
-    const Vec3 index = grid.index_from_lps(seed);
-    const int i = int(std::lround(index.x)), j = int(std::lround(index.y)),
-              k = int(std::lround(index.z));
-    if (grid.contains(i, j, k)) is_object[std::size_t(pieces.label[grid.offset(i, j, k)])] = false;
+    if (const auto v = voxel_at(grid, seed)) is_object[std::size_t(pieces.label[*v])] = false;
   }
   return is_object;
 }

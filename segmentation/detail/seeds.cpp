@@ -8,6 +8,14 @@
 
 namespace angio::segmentation::detail {
 
+std::optional<std::size_t> voxel_at(const VolumeGeometry& grid, const Vec3& place) {
+  const Vec3 index = grid.index_from_lps(place);
+  const int i = int(std::lround(index.x)), j = int(std::lround(index.y)),
+            k = int(std::lround(index.z));
+  if (!grid.contains(i, j, k)) return std::nullopt;
+  return grid.offset(i, j, k);
+}
+
 int piece_at_seed(const Components& pieces, const VolumeGeometry& geometry, const Vec3& seed) {
   const Vec3 index = geometry.index_from_lps(seed);
   const std::string where = "the seed at (" + format_number(seed.x) + ", " + format_number(seed.y) +

@@ -7,6 +7,7 @@
 
 namespace angio::segmentation::detail {
 
+/// The place (i, j, k) of a voxel in its grid.
 std::array<int, 3> voxel_of(const VolumeGeometry& grid, std::size_t v);
 
 /// Adds the shells of partial volume to objects: voxels within two blurs and a voxel (2.6 voxels)

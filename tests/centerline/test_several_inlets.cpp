@@ -126,5 +126,42 @@ TEST(SeveralInlets, WhereVesselsTouchALesionNeedsMoreEvidence) {
   EXPECT_TRUE(listed(0.9, true).front().is_stenosis);
 }
 
+TEST(DoubtfulStenosis, OfAVesselAsWideAsAHeartIsNotListedWhereVesselsTouch) {
+  const auto scaled = [](double factor, bool come_back) {
+    constexpr int kFew = 20;  // no large tree
+    CenterlineTree tree = with_side_branches(kFew, 0.8, come_back);
+    for (CenterlinePath& path : tree.paths)
+      for (double& radius : path.inscribed_radius) radius *= factor;
+    for (CenterlinePath& path : tree.paths)
+      for (Vec3& point : path.points) point = factor * point;
+    std::vector<std::vector<char>> is_tube;
+    for (const CenterlinePath& path : tree.paths) is_tube.emplace_back(path.points.size(), 1);
+    tree = test::tree_of(tree.paths);
+    assign_tracts(tree, is_tube);
+    return tree;
+  };
+  EXPECT_TRUE(find_lesions(scaled(5.0, true), {}).front().is_stenosis);   // 20 mm wide
+  EXPECT_FALSE(find_lesions(scaled(8.0, true), {}).front().is_stenosis);  // 32 mm wide
+  EXPECT_TRUE(find_lesions(scaled(8.0, false), {}).front().is_stenosis);  // and nothing touches
+  EXPECT_TRUE(find_lesions(scaled(8.0, true), {.centerline = 0}).front().is_stenosis);
+}
+
+TEST(DoubtfulStenosis, ThatAScansLineBeginsInIsNotListed) {
+  const auto listed = [](double at, const LesionOptions& options) {
+    CenterlineTree tree;
+    tree.paths.push_back(
+        test::line_of([=](double s) { return 4.0 * test::narrowed(s, at, 3.0, 0.8); }, 100.0, 0));
+    std::vector<std::vector<char>> is_tube{std::vector<char>(tree.paths[0].points.size(), 1)};
+    tree = test::tree_of(tree.paths);
+    assign_tracts(tree, is_tube);
+    return find_lesions(tree, options).front().is_stenosis;
+  };
+  const LesionOptions scan{.voxel_mm = 0.3}, surface{}, named{.centerline = 0, .voxel_mm = 0.3};
+  EXPECT_FALSE(listed(2.0, scan));
+  EXPECT_TRUE(listed(2.0, surface));
+  EXPECT_TRUE(listed(2.0, named));
+  EXPECT_TRUE(listed(20.0, scan));
+}
+
 }  // namespace
 }  // namespace angio::centerline
