@@ -128,7 +128,7 @@ TEST(SeveralInlets, WhereVesselsTouchALesionNeedsMoreEvidence) {
 
 TEST(DoubtfulStenosis, OfAVesselAsWideAsAHeartIsNotListedWhereVesselsTouch) {
   const auto scaled = [](double factor, bool come_back) {
-    constexpr int kFew = 20;  // no large tree
+    constexpr int kFew = 10;  // 21 branches: no large tree
     CenterlineTree tree = with_side_branches(kFew, 0.8, come_back);
     for (CenterlinePath& path : tree.paths)
       for (double& radius : path.inscribed_radius) radius *= factor;
