@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
+#include <optional>
 #include <utility>
 
 namespace angio::segmentation::detail {
@@ -15,6 +16,9 @@ constexpr double kValley = 0.85;         ///< of the lower mode beside it: parts
 constexpr float kOwnReach = 0.25f;       ///< of the way to the next mode below,
 constexpr float kOwnWidths = 2.5f;       ///< and of the mode's width at half its height
 constexpr double kOwnPart = 0.25;        ///< of the axes within both: the mode is blood's own
+constexpr double kLeastLength = 10.0;    ///< [mm] of even tubes that tell
+constexpr double kCommonPart = 0.25;     ///< of the commonest tissue
+constexpr double kLeastPool = 20000.0;   ///< [mm^3] of even places
 
 /// Intensities on the axes, with their weights.
 std::vector<std::pair<float, double>> intensities(const std::vector<TubeAxis>& axes) {
@@ -92,7 +96,9 @@ struct Mode {
 };
 
 /// Modes from the lowest to the highest, none without a valley to the next.
-std::vector<Mode> modes_of(const std::vector<double>& share) {
+///
+/// @param least  share of the values that a mode has
+std::vector<Mode> modes_of(const std::vector<double>& share, double least = kLeastShare) {
   std::vector<Mode> modes;
   Mode current;
   std::size_t valley = 0;
@@ -117,7 +123,7 @@ std::vector<Mode> modes_of(const std::vector<double>& share) {
   std::size_t from = 0;
   for (Mode& mode : modes)
     for (; from < mode.end; ++from) mode.share += share[from];
-  std::erase_if(modes, [](const Mode& mode) { return mode.share < kLeastShare; });
+  std::erase_if(modes, [&](const Mode& mode) { return mode.share < least; });
   return modes;
 }
 
@@ -140,6 +146,70 @@ double half_width(const std::vector<double>& share, std::size_t peak) {
   if (std::size_t(below) > peak) return double(above);
   if (std::size_t(above) == share.size() - peak) return double(below);
   return double(std::min(above, below));
+}
+
+/// Values and shares, from the darkest to the brightest.
+using Tissues = std::vector<std::pair<float, double>>;
+
+/// From the brightest tissue down, the first that is common among those of its kind, not air or
+/// lung.
+///
+/// @param lumen    the value that their kind is counted down from
+std::optional<std::size_t> brightest_common(const Tissues& tissues, float lumen) {
+  constexpr float kKindReach = 3.0f;  // of the way down from blood: fat and muscle, not air
+  for (std::size_t n = tissues.size(); n-- > 0;) {
+    double most = 0.0;
+    for (const auto& [value, part] : tissues)
+      if (lumen - value < kKindReach * (lumen - tissues[n].first)) most = std::max(most, part);
+    if (tissues[n].second >= kCommonPart * most) return n;
+  }
+  return std::nullopt;
+}
+
+/// The modes among even places, below a value, with a least share of the places.
+Tissues tissues_below(float top, std::vector<float> even, float scale, double least_share) {
+  Tissues tissues;
+  const Histogram histogram = histogram_of(std::move(even), scale);
+  if (!(histogram.bin > 0.0f)) return tissues;
+  const std::vector<double> share = smoothed(histogram.share, kLeastSmoothing);
+  for (const Mode& mode : modes_of(share, least_share)) {
+    const float value = histogram.low + histogram.bin * float(0.5 + peak_place(share, mode.peak));
+    if (value < top) tissues.emplace_back(value, mode.share);
+  }
+  return tissues;
+}
+
+BloodLevel even_level(float lumen, float tissue) {
+  BloodLevel level;
+  level.lumen = lumen;
+  level.tissue = tissue;
+  level.is_told = level.is_even = true;
+  return level;
+}
+
+/// @param lumen   of the even tubes
+/// @param tissue  where no other is common
+BloodLevel level_of_tubes(float lumen, std::vector<float> even, float tissue) {
+  const Tissues tissues =
+      tissues_below(0.5f * (lumen + tissue), std::move(even), lumen, kLeastShare);
+  const auto common = brightest_common(tissues, lumen);
+  return even_level(lumen, common ? tissues[*common].first : tissue);
+}
+
+/// The largest pool of something rarer than the brightest common tissue.
+BloodLevel level_of_pools(std::vector<float> even, double place_mm3, float top) {
+  const double all_mm3 = place_mm3 * double(even.size());
+  const Tissues tissues = tissues_below(top, std::move(even), top, kLeastPool / all_mm3);
+  if (tissues.size() < 2) return {};
+  const auto common = brightest_common({tissues.begin(), tissues.end() - 1}, tissues.back().first);
+  const auto& [tissue, tissue_share] = tissues[common.value()];
+  const auto& [lumen, lumen_share] =
+      *std::max_element(tissues.begin() + std::ptrdiff_t(*common) + 1, tissues.end(),
+                        [](const auto& a, const auto& b) { return a.second < b.second; });
+  if (lumen_share >= kCommonPart * tissue_share) return {};
+  BloodLevel level = even_level(lumen, tissue);
+  level.is_of_pools = true;
+  return level;
 }
 
 }  // namespace
@@ -194,11 +264,8 @@ BloodLevel find_blood_level(const std::vector<TubeAxis>& axes, const Volume<floa
 }
 
 BloodLevel find_even_level(const std::vector<TubeAxis>& axes, std::vector<float> even,
-                           const BloodLevel& rough) {
-  constexpr double kLeastLength = 10.0;  // [mm]
-  constexpr double kCommonPart = 0.25;   // of the commonest tissue
-  constexpr float kKindReach = 3.0f;     // of the way down from blood: fat and muscle, not air
-  BloodLevel level;
+                           double place_mm3, const BloodLevel& rough) {
+  if (even.empty()) return {};
   std::vector<std::pair<float, double>> on_axes;
   double length = 0.0;
   for (const TubeAxis& axis : axes)
@@ -207,29 +274,9 @@ BloodLevel find_even_level(const std::vector<TubeAxis>& axes, std::vector<float>
         on_axes.emplace_back(intensity, axis.length_share);
         length += axis.length_share;
       }
-  if (length < kLeastLength || even.empty()) return level;
-  level.lumen = weighted_quantile(on_axes, 0.5);
-  level.tissue = rough.tissue;
-  const Histogram histogram = histogram_of(std::move(even), level.lumen);
-  if (!(histogram.bin > 0.0f)) return level;
-  const std::vector<double> share = smoothed(histogram.share, kLeastSmoothing);
-  // From the brightest down: the first that is common among those of its kind, not air or lung.
-  std::vector<std::pair<float, double>> tissues;
-  for (const Mode& mode : modes_of(share)) {
-    const float value = histogram.low + histogram.bin * float(0.5 + peak_place(share, mode.peak));
-    if (value < level.half()) tissues.emplace_back(value, mode.share);
-  }
-  for (std::size_t n = tissues.size(); n-- > 0;) {
-    double most = 0.0;
-    for (const auto& [value, part] : tissues)
-      if (level.lumen - value < kKindReach * (level.lumen - tissues[n].first))
-        most = std::max(most, part);
-    if (tissues[n].second < kCommonPart * most) continue;
-    level.tissue = tissues[n].first;
-    break;
-  }
-  level.is_told = level.is_even = true;
-  return level;
+  return length < kLeastLength
+             ? level_of_pools(std::move(even), place_mm3, rough.half())
+             : level_of_tubes(weighted_quantile(on_axes, 0.5), std::move(even), rough.tissue);
 }
 
 }  // namespace angio::segmentation::detail

@@ -10,10 +10,11 @@ namespace angio::segmentation::detail {
 
 /// What tells contrast-filled blood from the tissues around it.
 struct BloodLevel {
-  float lumen = 0.0f;    ///< of pure blood
-  float tissue = 0.0f;   ///< of the brightest tissue that is common and no blood
-  bool is_told = false;  ///< false: the volume does not show it
-  bool is_even = false;  ///< told by vessels that are wide enough to be seen as even inside
+  float lumen = 0.0f;        ///< of pure blood
+  float tissue = 0.0f;       ///< of the brightest tissue that is common and no blood
+  bool is_told = false;      ///< false: the volume does not show it
+  bool is_even = false;      ///< told by vessels that are wide enough to be seen as even inside
+  bool is_of_pools = false;  ///< told by even pools, though brighter tubes are there
   [[nodiscard]] float contrast() const { return lumen - tissue; }
   [[nodiscard]] float half() const { return 0.5f * (lumen + tissue); }
 };
@@ -37,12 +38,17 @@ BloodLevel find_blood_level(const std::vector<TubeAxis>& axes, const Volume<floa
 /// places below half that is common: it has a quarter of the voxels of the commonest within three
 /// times its way down from blood (fat and muscle, not air and lung).
 ///
-/// @param axes   even parts of wide tubes
-/// @param even   means of even neighbourhoods in the volume
-/// @param rough  find_blood_level's
-/// @return not told if there are less than 10 mm of such tubes
+/// Where nothing even is that bright, the tubes were those of bones, or of veins with a bolus that
+/// has not mixed yet. Blood is then the largest pool of even places, 20 ml or more, that is
+/// brighter than the brightest common tissue.
+///
+/// @param axes       even parts of wide tubes
+/// @param even       means of even neighbourhoods in the volume
+/// @param place_mm3  volume that each of them stands for
+/// @param rough      find_blood_level's
+/// @return not told if there are less than 10 mm of such tubes and no such pool
 BloodLevel find_even_level(const std::vector<TubeAxis>& axes, std::vector<float> even,
-                           const BloodLevel& rough);
+                           double place_mm3, const BloodLevel& rough);
 
 /// A value that a share of the weights lies below. Sorts the values.
 float weighted_quantile(std::vector<std::pair<float, double>>& values, double share);

@@ -23,17 +23,22 @@ constexpr double kBrightShare = 0.1;    ///< of a bone
 constexpr double kUnevenShare = 0.1;    ///< of what is deep in a bone is even, at most,
 constexpr double kEvenShare = 0.25;     ///< and in blood, at least
 constexpr float kBloodShare = 0.7f;     ///< of the way from tissue to blood: organs are darker
+constexpr float kOtherBolus = 0.5f;  ///< of the contrast above blood: veins, where they outshine it
 constexpr double kWide = 2.0;        ///< depths that tell: what is as deep and not even is no blood
 constexpr float kTrunkShare = 0.2f;  ///< of the contrast around blood's level: a trunk
 constexpr double kMarrow = 600.0;    ///< [mm^2] of a section, darker than half way to blood
 constexpr std::size_t kLeastVoxels = 27;  ///< deep ones that tell
 constexpr double kLeastBone = 5000.0;     ///< [mm^3]
 
+/// Each how many voxels are asked for a sample of the volume.
+std::size_t sample_step(std::size_t voxel_count) {
+  constexpr std::size_t kSampleCount = 2000000;
+  return std::max<std::size_t>(1, voxel_count / kSampleCount);
+}
+
 /// Means of even neighbourhoods, from all over the volume.
 std::vector<float> even_sample(const Evenness& evenness) {
-  constexpr std::size_t kSampleCount = 2000000;
-  const std::size_t count = evenness.mean.values.size();
-  const std::size_t step = std::max<std::size_t>(1, count / kSampleCount);
+  const std::size_t count = evenness.mean.values.size(), step = sample_step(count);
   std::vector<float> sample;
   for (std::size_t v = 0; v < count; v += step)
     if (evenness.is_even(v)) sample.push_back(evenness.mean.values[v]);
@@ -53,7 +58,10 @@ struct Inside {
     if (deep < kLeastVoxels) return Tissue::unknown;
     if (is_part(even, kEvenShare, deep)) {
       const double least = double(level.tissue + kBloodShare * level.contrast());
-      return even_sum > least * double(even) ? Tissue::blood : Tissue::other;
+      const double most =
+          level.is_of_pools ? double(level.lumen + kOtherBolus * level.contrast()) : 1e30;
+      const double mean = even_sum / double(even);
+      return mean > least && mean < most ? Tissue::blood : Tissue::other;
     }
     if (is_part(even, kUnevenShare, deep)) return Tissue::unknown;
     return is_part(bright, kBrightShare, all) || depth_mm > kWide * evenness.depth_mm()
@@ -90,11 +98,14 @@ std::vector<Tissue> judge(const Bodies& bodies, const Volume<float>& depth,
   return tissues;
 }
 
-std::string warning_of(double volume_mm3) {
-  return format_number(std::round(volume_mm3 / 1000.0)) +
-         " ml of bone and organs that are about as bright as the vessels were kept out; if vessel "
-         "is "
-         "missing, give a seed in it or set segmentation.exclude_bone = false";
+std::string warning_of(double volume_mm3, bool is_of_pools) {
+  const std::string what =
+      is_of_pools ? "bone and vessels that are far brighter than most of the blood (veins before "
+                    "their contrast has mixed?)"
+                  : "bone and organs that are about as bright as the vessels";
+  return format_number(std::round(volume_mm3 / 1000.0)) + " ml of " + what +
+         " were kept out; if vessel is missing, give a seed in it or set "
+         "segmentation.exclude_bone = false";
 }
 
 }  // namespace
@@ -111,7 +122,10 @@ Bones find_bones(const Volume<float>& volume, const std::vector<TubeAxis>& axes,
   for (TubeAxis& axis : even)
     std::transform(axis.voxels.begin(), axis.voxels.end(), axis.intensity.begin(),
                    [&](std::size_t v) { return evenness.mean.values[v]; });
-  const BloodLevel level = find_even_level(even, even_sample(evenness), rough);
+  const Vec3& h = volume.geometry.spacing;
+  const double voxel_mm3 = h.x * h.y * h.z;
+  const BloodLevel level = find_even_level(
+      even, even_sample(evenness), voxel_mm3 * double(sample_step(volume.values.size())), rough);
   if (!(level.contrast() > 3.0f * evenness.of_tissue)) return {};
 
   const Volume<float> denoised =
@@ -134,15 +148,14 @@ Bones find_bones(const Volume<float>& volume, const std::vector<TubeAxis>& axes,
     count += bones.mask.values[v] && above.values[v];
     above.values[v] = above.values[v] && tissue != Tissue::other;
   }
-  const Vec3& h = volume.geometry.spacing;
-  const double bone_mm3 = double(count) * h.x * h.y * h.z;
+  const double bone_mm3 = double(count) * voxel_mm3;
   if (bone_mm3 < kLeastBone) return {};
   bones.are_there = true;
   bones.level = level;
   bones.trunks = parts_of(even, [&](const TubeAxis& axis, std::size_t n) {
     return std::abs(axis.intensity[n] - level.lumen) < kTrunkShare * level.contrast();
   });
-  bones.warning = warning_of(bone_mm3);
+  bones.warning = warning_of(bone_mm3, level.is_of_pools);
   add_shells(bones.mask, denoised, float(std::min(noise, 0.05 * double(level.contrast()))), above);
   bones.image_without = take_out(volume, bones.mask, level.half());
   return bones;
