@@ -153,10 +153,11 @@ CenterlineResult extract_centerline(const TriangleMesh& surface, const Centerlin
   options.validate();
   progress.report(0.0, "filling the surface");
   ClosedSurface closed = close_surface(surface);
-  constexpr double kRough = 0.1;
-  const bool is_rough = roughness(closed.mesh) > kRough;
+  constexpr double kRough = 0.1, kStairs = 0.2;  // the stairs of a voxel mask have flat tops, too
+  const double rough = roughness(closed.mesh);
+  const bool is_rough = rough > kRough;
   const bool was_closed = closed.wall_vertex_count == int(closed.mesh.vertices.size());
-  if (!is_rough && was_closed)
+  if (rough < kStairs && was_closed)
     closed = close_surface(remove_flat_caps(closed.mesh));  // flat caps are ends, as rims are
   const GivenSurface given{SurfaceWall(closed.mesh), closed.wall_vertex_count, was_closed,
                            is_rough ? std::vector<OpenRim>{} : find_flat_ends(closed.mesh)};

@@ -192,11 +192,18 @@ double angle_of_least_work(double parent, double r, double rest) {
   return std::acos(std::clamp(cosine, -1.0, 1.0));
 }
 
+/// How far blood that comes in by one radius is from what leaves by others; `cubes` is the sum of
+/// their cubes (Murray, PNAS 12:207, 1926).
+double misfit_cost(double in, double cubes) {
+  constexpr double kMurray = 3.0;
+  const double misfit = std::log(std::pow(in, 3) / cubes);
+  return kMurray * misfit * misfit;
+}
+
 double fork_cost(const Arm& in, const std::vector<Arm>& out) {
-  constexpr double kMurray = 3.0, kAngle = 3.0, kMost = 2.0;
+  constexpr double kAngle = 3.0, kMost = 2.0;
   double cubes = 0.0;
   for (const Arm& arm : out) cubes += std::pow(arm.radius, 3);
-  const double misfit = std::log(std::pow(in.radius, 3) / cubes);
   double angles = 0.0;
   for (const Arm& arm : out) {
     const double rest = std::cbrt(std::max(cubes - std::pow(arm.radius, 3), 0.0));
@@ -204,7 +211,7 @@ double fork_cost(const Arm& in, const std::vector<Arm>& out) {
     const double off = turn - angle_of_least_work(std::cbrt(cubes), arm.radius, rest);
     angles += off * off / double(out.size());
   }
-  return std::min(kMurray * misfit * misfit + kAngle * angles, kMost);
+  return std::min(misfit_cost(in.radius, cubes) + kAngle * angles, kMost);
 }
 
 /// The costs of all forks when blood comes from the far end of stretch `inlet` (-1: the root).
@@ -240,7 +247,7 @@ double tree_cost(const std::vector<Stretch>& stretches, int inlet) {
 
 InletChoice choose_inlet(const LumenVoxels& lumen, const Front& front,
                          const std::vector<InletCandidate>& candidates) {
-  constexpr double kWide = 2.0, kCutOff = 1.25;
+  constexpr double kWide = 2.0, kCutOff = 1.25, kMostOfTree = 6.0;
   std::vector<std::vector<int>> paths;
   for (std::size_t c = 1; c < candidates.size(); ++c)
     paths.push_back(trace(front, candidates[c].voxel));
@@ -264,12 +271,18 @@ InletChoice choose_inlet(const LumenVoxels& lumen, const Front& front,
   for (std::size_t c = 0; c < candidates.size(); ++c)
     if (candidates[c].is_open && !candidates[c].is_tip)
       widest_cap = std::max(widest_cap, radius_at(c));
+  double cubes = 0.0;
+  for (std::size_t c = 0; c < candidates.size(); ++c) cubes += std::pow(radius_at(c), 3);
   InletChoice choice;
   double best_cost = 1e300, rival_cost = 1e300;
   for (std::size_t c = 0; c < candidates.size(); ++c) {
     if (!candidates[c].is_open) continue;
     if (candidates[c].is_tip && radius_at(c) < kWiderThanCaps * widest_cap) continue;
-    const double cost = tree_cost(stretches, last[c]) - kWide * std::log(radius_at(c));
+    const double radius = radius_at(c);
+    // The tree as a whole is a fork, too, and aneurysms at its forks do not change that one.
+    const double as_one_fork = std::min(
+        misfit_cost(radius, std::max(cubes - std::pow(radius, 3), 1e-6 * cubes)), kMostOfTree);
+    const double cost = tree_cost(stretches, last[c]) + as_one_fork - kWide * std::log(radius);
     if (cost < best_cost) {
       if (best_cost < 1e300) choice.rival = choice.best;
       rival_cost = std::exchange(best_cost, cost);

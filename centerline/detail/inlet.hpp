@@ -31,17 +31,18 @@ struct InletChoice {
 ///     sum over forks min(2, 3 ln^2(r_in^3 / sum r_out^3) + 3 mean((turn - turn_M)^2)) + 2 ln(r_max
 ///     / r)
 ///
-/// are added up: Murray's law of radii (PNAS 12:207, 1926) and of angles (J Gen Physiol 9:835,
-/// 1926: cos turn_M = (r_p^4 + r^4 - r_q^4) / (2 r_p^2 r^2), r_p^3 = sum r_out^3, r_q^3 = r_p^3 -
-/// r^3), each within the scatter of real forks (one standard deviation: a factor of 1.5 in the
-/// cubes, 0.41 rad), and a wide end rather than a narrow one. A fork off by two standard deviations
-/// is as bad as any: an aneurysm, or vessels that touch, must not outvote the others. r is the
-/// median depth of a stretch between forks, without what lies in a fork and in a cap, so a short
-/// trunk counts as much as a long one, and a stenosis little. In the last term r is that of the
-/// half that ends at the tip: an end is as wide as its vessel is there, not as the sac that it
-/// comes from. An end that the volume's border cuts off counts a quarter wider: what feeds the
-/// lumen mostly comes from outside. One with an open rim is no wider than that: a hole in the wall
-/// of a wide vessel is a small end.
+/// are added up, and the same for the tree as one fork, min(6, 3 ln^2(r^3 / sum r_other^3)), which
+/// aneurysms at its forks do not change: Murray's law of radii (PNAS 12:207, 1926) and of angles (J
+/// Gen Physiol 9:835, 1926: cos turn_M = (r_p^4 + r^4 - r_q^4) / (2 r_p^2 r^2), r_p^3 = sum
+/// r_out^3, r_q^3 = r_p^3 - r^3), each within the scatter of real forks (one standard deviation: a
+/// factor of 1.5 in the cubes, 0.41 rad), and a wide end rather than a narrow one. A fork off by
+/// two standard deviations is as bad as any: an aneurysm, or vessels that touch, must not outvote
+/// the others. r is the median depth of a stretch between forks, without what lies in a fork and in
+/// a cap, so a short trunk counts as much as a long one, and a stenosis little. In the last term r
+/// is that of the half that ends at the tip: an end is as wide as its vessel is there, not as the
+/// sac that it comes from. An end that the volume's border cuts off counts a quarter wider: what
+/// feeds the lumen mostly comes from outside. One with an open rim is no wider than that: a hole in
+/// the wall of a wide vessel is a small end.
 ///
 /// A closed tip of a surface with caps is a candidate only where it is wider by a quarter than
 /// every cap: what was cut off is the trunk, rather.

@@ -274,9 +274,10 @@ BloodLevel find_even_level(const std::vector<TubeAxis>& axes, std::vector<float>
         on_axes.emplace_back(intensity, axis.length_share);
         length += axis.length_share;
       }
-  return length < kLeastLength
-             ? level_of_pools(std::move(even), place_mm3, rough.half())
-             : level_of_tubes(weighted_quantile(on_axes, 0.5), std::move(even), rough.tissue);
+  const BloodLevel of_pools = level_of_pools(even, place_mm3, rough.half());
+  const bool is_tissue_blood = of_pools.is_told && rough.tissue > of_pools.half();
+  if (length < kLeastLength || is_tissue_blood) return of_pools;
+  return level_of_tubes(weighted_quantile(on_axes, 0.5), std::move(even), rough.tissue);
 }
 
 }  // namespace angio::segmentation::detail

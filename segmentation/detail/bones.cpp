@@ -48,7 +48,7 @@ std::vector<float> even_sample(const Evenness& evenness) {
 /// What is inside a body.
 struct Inside {
   std::size_t all = 0, bright = 0, deep = 0, even = 0;  ///< voxels; even ones of the deep ones
-  double even_sum = 0.0;                                ///< of the even ones' values
+  double deep_sum = 0.0, even_sum = 0.0;                ///< of the values of these two
   /// @param depth_mm  of its deepest voxel
   [[nodiscard]] Tissue tissue(double depth_mm, const Evenness& evenness,
                               const BloodLevel& level) const {
@@ -56,12 +56,11 @@ struct Inside {
       return double(part) > share * double(whole);
     };
     if (deep < kLeastVoxels) return Tissue::unknown;
+    const double most = double(level.lumen + kOtherBolus * level.contrast());
+    if (level.is_of_pools && deep_sum > most * double(deep)) return Tissue::other;
     if (is_part(even, kEvenShare, deep)) {
       const double least = double(level.tissue + kBloodShare * level.contrast());
-      const double most =
-          level.is_of_pools ? double(level.lumen + kOtherBolus * level.contrast()) : 1e30;
-      const double mean = even_sum / double(even);
-      return mean > least && mean < most ? Tissue::blood : Tissue::other;
+      return even_sum > least * double(even) ? Tissue::blood : Tissue::other;
     }
     if (is_part(even, kUnevenShare, deep)) return Tissue::unknown;
     return is_part(bright, kBrightShare, all) || depth_mm > kWide * evenness.depth_mm()
@@ -83,6 +82,7 @@ std::vector<Tissue> judge(const Bodies& bodies, const Volume<float>& depth,
     ++body.all;
     body.bright += denoised.values[v] > bright;
     body.deep += is_deep;
+    body.deep_sum += is_deep ? double(denoised.values[v]) : 0.0;
     if (!is_deep || !(denoised.values[v] > half) || !evenness.is_even(v)) continue;
     ++body.even;
     body.even_sum += double(evenness.mean.values[v]);

@@ -33,9 +33,10 @@ struct Bones {
 ///   less than a tenth even, and a tenth of the body above L + 0.35 (L - T):     bone;
 ///   less than a tenth even, in a body of twice the depth that tells:            bone or an organ.
 ///
-/// The others, thin vessels and thin bones, go with the body that they hang on by the deepest neck.
-/// A body with a seed is blood. Nothing is bone where no wide tube is even, or there is too little
-/// of it (5 ml).
+/// Where pools told the level, though brighter tubes are there, what is above L + (L - T) / 2 on
+/// average is none of it either. The others, thin vessels and thin bones, go with the body that
+/// they hang on by the deepest neck. A body with a seed is blood. Nothing is bone where no wide
+/// tube is even, or there is too little of it (5 ml).
 ///
 /// @param axes  of the volume (find_tube_axes)
 Bones find_bones(const Volume<float>& volume, const std::vector<TubeAxis>& axes,

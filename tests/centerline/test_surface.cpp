@@ -7,6 +7,7 @@
 
 #include "centerline/centerline.hpp"
 #include "centerline/detail/contour.hpp"
+#include "centerline/detail/smooth_surface.hpp"
 #include "core/error.hpp"
 #include "testing/centerline/shapes.hpp"
 
@@ -105,6 +106,23 @@ TEST(ExtractFromSurface, DoesNotCareHowTheTrianglesAreTurnedOrShared) {
   const auto result = extract_centerline(soup, {});
   ASSERT_EQ(result.tree.paths.size(), 1U);
   EXPECT_NEAR(result.tree.paths[0].abscissa.back(), reference.tree.paths[0].abscissa.back(), 0.05);
+}
+
+TEST(ExtractFromSurface, EndsAtTheCapsOfARoughWall) {
+  TriangleMesh mesh = make_elliptic_tube(20, 81, 40, constant(1.5), constant(1.5), true);
+  std::mt19937 random(8);
+  std::uniform_real_distribution<double> off(0.96, 1.04);
+  for (Vec3& v : mesh.vertices) {  // within the caps' planes
+    const double scale = off(random);
+    v = {scale * v.x, scale * v.y, v.z};
+  }
+  const double rough = roughness(mesh);
+  EXPECT_GT(rough, 0.1);
+  EXPECT_LT(rough, 0.2);
+  const auto result = extract_centerline(mesh, {});
+  ASSERT_EQ(result.tree.paths.size(), 1U);
+  const Vec3 inlet = result.tree.paths[0].points.front();
+  EXPECT_LT(std::min(distance(inlet, {0, 0, 0}), distance(inlet, {0, 0, 20})), 0.01);
 }
 
 TEST(ExtractFromSurface, RefusesAFlatOne) {

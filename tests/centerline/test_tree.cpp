@@ -197,6 +197,21 @@ TEST(CenterlineTree, KeepsTheLineOfAVesselThatLeavesASac) {
   EXPECT_EQ(result.tree.paths.size(), 2U);
 }
 
+TEST(CenterlineTree, BeginsAtTheTrunkThoughItsTwigsRunBack) {
+  // Their forks look as if the blood came from the other side: the widths of all ends tell.
+  const Vec3 fork{0, 0, 25}, along = normalized(Vec3{10, 0, 35});
+  std::vector<Tube> tubes{straight_tube({0, 0, 0}, fork, constant(1.25)),
+                          straight_tube(fork, fork + 42.0 * along, constant(0.9)),
+                          straight_tube(fork, {-12, 0, 42}, constant(0.8))};
+  for (const double at : {12.0, 22.0, 32.0}) {
+    const Vec3 from = fork + at * along, back = normalized(Vec3{0, 1, 0} - along);
+    tubes.push_back(straight_tube(from, from + 8.0 * back, constant(0.45)));
+  }
+  const auto result = extract(tubes);
+  ASSERT_EQ(result.tree.paths.size(), 5U);
+  EXPECT_LT(distance(result.tree.paths[0].points.front(), {0, 0, 0}), 2.0);
+}
+
 TEST(CenterlineTree, TakesANarrowBranchingForABranching) {
   const auto result = extract({straight_tube({0, 0, -15}, {0, 0, 0}, constant(2.0)),
                                straight_tube({0, 0, 0}, {4.2, 0, 24}, constant(1.5)),

@@ -208,33 +208,48 @@ TEST(Bones, AreKeptOutOfTheLumen) {
   EXPECT_LT(interpolate(result.level_set, {-25.0, 0.0, 0.0}), 0.0);
 }
 
+/// Muscle in fat, an artery along z, and two veins with contrast in streaks; with an even, bright
+/// rod (an implant), if asked for.
+struct UnmixedBolus {
+  static constexpr double kMixed = 200.0;
+  Volume<float> volume;
+  Volume<std::uint8_t> artery, bright;
+  explicit UnmixedBolus(bool with_rod) {
+    const VolumeGeometry grid = grid_of({90, 90, 70}, {1.0, 1.0, 1.0});
+    volume = Volume<float>(grid);
+    artery = bright = Volume<std::uint8_t>(grid);
+    std::mt19937 random(7);
+    std::vector<float> streaks(64 * 64 * 64);
+    std::uniform_real_distribution<float> streak(600.0f, 1800.0f);
+    for (float& value : streaks) value = streak(random);
+    for_each_voxel(grid, [&](const Vec3& p, std::size_t v) {
+      const bool is_vein = std::hypot(p.x - 26.0, p.y) < 6.0 || std::hypot(p.x, p.y - 26.0) < 4.0;
+      const bool is_rod = with_rod && std::hypot(p.x + 27.0, p.y) < 6.0 && std::abs(p.z) < 25.0;
+      artery.values[v] = std::hypot(p.x, p.y) < 15.0;
+      bright.values[v] = is_vein || is_rod;
+      const auto cell = [](double x) { return std::size_t(std::floor(x / 3.0) + 32.0); };
+      volume.values[v] = artery.values[v] ? float(kMixed)
+                         : is_vein        ? streaks[(cell(p.x) * 64 + cell(p.y)) * 64 + cell(p.z)]
+                         : is_rod         ? 1500.0f
+                                          : float(std::hypot(p.x, p.y) < 40.0 ? kMuscle : kFat);
+    });
+    volume = smooth(volume, 0.7);
+    std::normal_distribution<float> noise(0.0f, 10.0f);
+    for (float& value : volume.values) value += noise(random);
+  }
+};
+
 TEST(Bones, VeinsWithAnUnmixedBolusAreNoLevelOfBlood) {
-  constexpr double kMixed = 200.0, kRadius = 15.0;
-  const VolumeGeometry grid = grid_of({90, 90, 70}, {1.0, 1.0, 1.0});
-  Volume<float> volume(grid);
-  Volume<std::uint8_t> artery(grid), vein(grid);
-  std::mt19937 random(7);
-  std::vector<float> streaks(64 * 64 * 64);
-  std::uniform_real_distribution<float> streak(600.0f, 1800.0f);
-  for (float& value : streaks) value = streak(random);
-  for_each_voxel(grid, [&](const Vec3& p, std::size_t v) {
-    artery.values[v] = std::hypot(p.x, p.y) < kRadius;
-    vein.values[v] = std::hypot(p.x - 26.0, p.y) < 6.0 || std::hypot(p.x, p.y - 26.0) < 4.0;
-    const auto cell = [](double x) { return std::size_t(std::floor(x / 3.0) + 32.0); };
-    volume.values[v] = artery.values[v] ? float(kMixed)
-                       : vein.values[v] ? streaks[(cell(p.x) * 64 + cell(p.y)) * 64 + cell(p.z)]
-                                        : float(std::hypot(p.x, p.y) < 40.0 ? kMuscle : kFat);
-  });
-  volume = smooth(volume, 0.7);
-  std::normal_distribution<float> noise(0.0f, 10.0f);
-  for (float& value : volume.values) value += noise(random);
-  const Bones bones = find_bones(volume, find_tube_axes(volume), {});
-  ASSERT_TRUE(bones.are_there);
-  EXPECT_NEAR(bones.level.lumen, kMixed, 0.05 * kMixed);
-  EXPECT_NEAR(bones.level.tissue, kMuscle, 15.0);
-  EXPECT_GT(part_in(vein, bones.mask), 0.9);
-  EXPECT_LT(part_in(artery, bones.mask), 0.02);
-  EXPECT_THAT(bones.warning, HasSubstr("brighter than most of the blood"));
+  for (const bool with_rod : {false, true}) {
+    const UnmixedBolus body(with_rod);
+    const Bones bones = find_bones(body.volume, find_tube_axes(body.volume), {});
+    ASSERT_TRUE(bones.are_there);
+    EXPECT_NEAR(bones.level.lumen, UnmixedBolus::kMixed, 0.05 * UnmixedBolus::kMixed) << with_rod;
+    EXPECT_NEAR(bones.level.tissue, kMuscle, 15.0) << with_rod;
+    EXPECT_GT(part_in(body.bright, bones.mask), 0.9) << with_rod;
+    EXPECT_LT(part_in(body.artery, bones.mask), 0.02) << with_rod;
+    EXPECT_THAT(bones.warning, HasSubstr("brighter than most of the blood"));
+  }
 }
 
 TEST(Bones, ASeedMakesABodyAVessel) {
