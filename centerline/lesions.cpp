@@ -193,6 +193,24 @@ bool begins_in(const Known& known, const Dip& dip) {
          known.path.abscissa[dip.tightest] < healthy;
 }
 
+/// Whether the line has come through the heart, or out of one wide vessel into one beside it: what
+/// is too wide for a balloon is half as wide as it should be, or as it was before and is again.
+bool lies_beyond_the_heart(const Known& known, const Dip& dip) {
+  constexpr double kNarrow = 0.5;
+  double widest = 0.0, tightest = 0.0;  // of what is too wide, and behind it [mm]
+  for (std::size_t i = 0; i < dip.first; ++i) {
+    if (known.reference.diameter[i] > kWidestTreated && known.percent(i) > 100.0 * kNarrow)
+      return true;
+    const double diameter = 2.0 * known.path.equivalent_radius[i];
+    if (diameter > kWidestTreated && tightest < kNarrow * widest) return true;
+    if (diameter > widest && diameter > kWidestTreated)
+      widest = tightest = diameter;
+    else
+      tightest = std::min(tightest, diameter);
+  }
+  return false;
+}
+
 void find_on_vessel(const CenterlineTree& tree, const TreeReference& reference,
                     const Vessel& vessel, double doubt, const LesionOptions& options,
                     std::vector<Lesion>& found) {
@@ -211,7 +229,8 @@ void find_on_vessel(const CenterlineTree& tree, const TreeReference& reference,
     lesion.is_too_thin = is_too_thin(tree.paths[shown.path], lesion, options);
     lesion.is_doubtful =
         !is_evident(known, vessel, dip, doubt, options) ||
-        (doubt > 0.0 && lesion.reference_diameter_mm > kWidestTreated) ||
+        (doubt > 0.0 &&
+         (lesion.reference_diameter_mm > kWidestTreated || lies_beyond_the_heart(known, dip))) ||
         (options.centerline < 0 && options.voxel_mm > 0.0 && begins_in(known, dip));
     lesion.is_stenosis = !lesion.is_left_out();
     found.push_back(lesion);

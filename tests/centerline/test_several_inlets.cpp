@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <vector>
 
 #include "centerline/centerline.hpp"
@@ -74,12 +75,11 @@ TEST(SeveralInlets, TwoHealthyTreesThatAreJoinedAreHealthy) {
 constexpr double kTight = 150.0;
 constexpr int kMany = 40;
 
-/// A line of 4 mm, 160 mm long, narrowed near its end, and side branches of 2 mm that come back to
-/// it or go away.
-CenterlineTree with_side_branches(int count, double depth, bool come_back) {
+/// A line of 160 mm, and side branches of 2 mm that come back to it or go away.
+CenterlineTree with_side_branches(int count, const std::function<double(double)>& diameter,
+                                  bool come_back) {
   CenterlineTree tree;
-  const CenterlinePath trunk = test::line_of(
-      [=](double s) { return 4.0 * test::narrowed(s, kTight, 6.0, depth); }, 160.0, 0);
+  const CenterlinePath trunk = test::line_of(diameter, 160.0, 0);
   tree.paths.push_back(trunk);
   for (int k = 0; k < count; ++k) {
     const double start = 8.0 + 100.0 * k / count;
@@ -103,6 +103,12 @@ CenterlineTree with_side_branches(int count, double depth, bool come_back) {
   tree = test::tree_of(tree.paths);
   assign_tracts(tree, is_tube);
   return tree;
+}
+
+/// The same, of a line of 4 mm that is narrowed near its end.
+CenterlineTree with_side_branches(int count, double depth, bool come_back) {
+  const auto diameter = [=](double s) { return 4.0 * test::narrowed(s, kTight, 6.0, depth); };
+  return with_side_branches(count, diameter, come_back);
 }
 
 TEST(SeveralInlets, LinesThatEndInAnotherVesselAreCounted) {
@@ -144,6 +150,23 @@ TEST(DoubtfulStenosis, OfAVesselAsWideAsAHeartIsNotListedWhereVesselsTouch) {
   EXPECT_FALSE(find_lesions(scaled(8.0, true), {}).front().is_stenosis);  // 32 mm wide
   EXPECT_TRUE(find_lesions(scaled(8.0, false), {}).front().is_stenosis);  // and nothing touches
   EXPECT_TRUE(find_lesions(scaled(8.0, true), {.centerline = 0}).front().is_stenosis);
+}
+
+TEST(DoubtfulStenosis, BeyondAChamberIsNotListedWhereVesselsTouch) {
+  // 30 mm wide, then 8 mm with a stenosis; with a valve between two wide parts, or without one.
+  const auto listed = [](double valve, int line) {
+    const auto diameter = [=](double s) {
+      const double wide = 8.0 + 22.0 * std::clamp((105.0 - s) / 15.0, 0.0, 1.0);
+      return wide * test::narrowed(s, 55.0, 12.0, valve) * test::narrowed(s, kTight, 6.0, 0.85);
+    };
+    const auto lesions = find_lesions(with_side_branches(4, diameter, true), {.centerline = line});
+    return std::any_of(lesions.begin(), lesions.end(), [](const Lesion& lesion) {
+      return lesion.is_stenosis && std::abs(lesion.abscissa_mm - kTight) < 3.0;
+    });
+  };
+  EXPECT_TRUE(listed(0.0, -1));
+  EXPECT_FALSE(listed(0.7, -1));
+  EXPECT_TRUE(listed(0.7, 0));  // asked for by name
 }
 
 TEST(DoubtfulStenosis, ThatAScansLineBeginsInIsNotListed) {
