@@ -80,11 +80,6 @@ def all_places():
     return places
 
 
-def has_target(build, test):
-    return subprocess.run(["ctest", "--test-dir", build, "-N", "-R", f"^{test}$"], capture_output=True,
-                          text=True).stdout.count(test) > 0
-
-
 def builds(build, test):
     return subprocess.run(["cmake", "--build", build, "--target", test], capture_output=True).returncode == 0
 
