@@ -20,6 +20,7 @@ class FlatEnds {
  public:
   FlatEnds(const std::vector<OpenRim>& ends, const LumenVoxels& lumen)
       : ends_(ends), is_taken_(ends.size(), 0), lumen_(lumen) {}
+  [[nodiscard]] std::size_t count() const { return ends_.size(); }
   /// The middle of the one that a tip lies on, if none did before.
   std::optional<Vec3> take(int tip) {
     for (std::size_t f = 0; f < ends_.size(); ++f)
@@ -40,6 +41,7 @@ class FlatEnds {
 Ends prune_spurs(const LumenVoxels& lumen, const Front& front, const std::vector<LumenEnd>& maxima,
                  FlatEnds flat_ends, double min_length) {
   constexpr double kStump = 0.75;
+  constexpr std::size_t kOthers = 2;  // flat ends: then vessels are cut off, and a sac is round
   Ends result;
   VoxelTree tree(lumen.count());
   const double noise = 4.0 * lumen.geometry.longest_spacing();
@@ -59,7 +61,7 @@ Ends prune_spurs(const LumenVoxels& lumen, const Front& front, const std::vector
     end.middle = flat_ends.take(end.voxel);
     const bool is_flat = end.middle.has_value();
     if (!is_first && !is_flat && !stands_out()) continue;
-    const bool sac = !is_first && !is_flat && is_sac(lumen, own, v);
+    const bool sac = !is_first && !is_flat && is_sac(lumen, own, v, flat_ends.count() >= kOthers);
     (sac ? result.sacs : result.ends).push_back(end);
     tree.add(own, v);
   }

@@ -46,7 +46,8 @@ bool at_border(const LumenVoxels& lumen, int voxel) {
   return false;
 }
 
-bool is_sac(const LumenVoxels& lumen, const std::vector<int>& own, int junction) {
+bool is_sac(const LumenVoxels& lumen, const std::vector<int>& own, int junction,
+            bool others_are_cut) {
   constexpr double kWider = 1.2, kLonger = 1.5, kWiderThanParent = 1.3, kLongerAndWide = 2.5;
   if (own.empty() || junction < 0 || at_border(lumen, own.front())) return false;
   double narrowest = 1e300, mouth = 1e300, widest = 0.0, length = 0.0;
@@ -61,8 +62,11 @@ bool is_sac(const LumenVoxels& lumen, const std::vector<int>& own, int junction)
     widest = depth;
     mouth = narrowest;  // the narrowest place before the widest
   }
-  const bool is_wide = widest > kWiderThanParent * double(lumen.depth[std::size_t(junction)]);
-  return widest > kWider * mouth && length < (is_wide ? kLongerAndWide : kLonger) * 2.0 * widest;
+  const double parent = double(lumen.depth[std::size_t(junction)]);
+  const auto is_shorter_than = [&](double widths) { return length < widths * 2.0 * widest; };
+  if (others_are_cut && widest > kWider * parent && is_shorter_than(kLongerAndWide)) return true;
+  const bool is_wide = widest > kWiderThanParent * parent;
+  return widest > kWider * mouth && is_shorter_than(is_wide ? kLongerAndWide : kLonger);
 }
 
 namespace {

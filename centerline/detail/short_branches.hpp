@@ -38,11 +38,13 @@ bool at_border(const LumenVoxels& lumen, int voxel);
 
 /// Whether a branch is the sac of an aneurysm: wider inside than at its mouth, and beyond its
 /// parent's wall not longer than 1.5 times its width, or 2.5 times where it is wider than its
-/// parent: vessels do not widen as they branch. One that the border of the volume cuts off is a
-/// vessel.
+/// parent: vessels do not widen as they branch. Where other vessels are cut off flat, one that is
+/// round and wider than its parent needs no narrower mouth. One that the border of the volume cuts
+/// off is a vessel.
 /// @param own  the branch's voxels, tip first
 /// @param junction  the parent's voxel that it leaves
-bool is_sac(const LumenVoxels& lumen, const std::vector<int>& own, int junction);
+bool is_sac(const LumenVoxels& lumen, const std::vector<int>& own, int junction,
+            bool others_are_cut);
 
 /// The end of a branch that is, however short, the stump of a vessel that was cut off behind a
 /// fork: it goes on (within 65 degrees) where another arm of the fork comes from, a ball as wide as

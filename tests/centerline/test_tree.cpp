@@ -5,7 +5,9 @@
 #include <string>
 
 #include "centerline/centerline.hpp"
+#include "centerline/detail/lumen_voxels.hpp"
 #include "centerline/detail/places.hpp"
+#include "centerline/detail/short_branches.hpp"
 #include "tests/centerline/tree_checks.hpp"
 
 namespace angio::centerline {
@@ -176,6 +178,20 @@ TEST(CenterlineTree, RunsPastASacThatIsTwiceAsLongAsWide) {
                                straight_tube({4, 0, 15}, {8, 0, 15}, constant(2.0))});
   EXPECT_EQ(result.tree.paths.size(), 1U);
   EXPECT_EQ(count_sacs(result), 1U);
+}
+
+TEST(Sac, WithoutANarrowMouthIsOneWhereTheOtherVesselsAreCutOffFlat) {
+  // A blind branch of 2.1 mm on a vessel of 1.5, or of 1.3, on which it may be a vessel.
+  for (const double radius : {2.1, 1.3}) {
+    const std::vector<Tube> tubes{straight_tube({0, 0, 0}, {0, 0, 30}, constant(1.5)),
+                                  straight_tube({1.5, 0, 15}, {7, 0, 15}, constant(radius))};
+    const auto lumen = find_lumen_voxels(level_set_of(tubes, grid_around(tubes, 0.3, 1.5))).voxels;
+    std::vector<int> own;
+    for (double x = 7.0 + radius - 0.3; x > 0.2; x -= 0.3) own.push_back(lumen.nearest({x, 0, 15}));
+    const int junction = lumen.nearest({0, 0, 15});
+    EXPECT_FALSE(is_sac(lumen, own, junction, false)) << radius;
+    EXPECT_EQ(is_sac(lumen, own, junction, true), radius > 1.5) << radius;
+  }
 }
 
 TEST(CenterlineTree, KeepsTheLineOfAShortBranchThatDoesNotWiden) {
