@@ -74,9 +74,9 @@ Ends find_ends(LumenVoxels& lumen, int source, const std::vector<OpenRim>& flat_
                double min_length, std::vector<char>& near_cut) {
   Ends result;
   constexpr int kMostRounds = 6;  // a cut can lay open another loop; more than this is a sponge
+  result.front = march(lumen, source);
+  const Front& front = result.front;
   for (int round = 0;; ++round) {
-    result.front = march(lumen, source);
-    const Front& front = result.front;
     const auto maxima = find_maxima(lumen, front, 2.0 * lumen.geometry.longest_spacing());
     FlatEnds flat(flat_ends, lumen);
     flat.take(source);
@@ -111,6 +111,7 @@ Ends find_ends(LumenVoxels& lumen, int source, const std::vector<OpenRim>& flat_
     if (cut.empty()) return with_meetings();
     result.loop_cuts.push_back(cut.front());
     for (const int v : cut) near_cut[std::size_t(v)] = 1;
+    march_round_cuts(lumen, result.front);
   }
 }
 

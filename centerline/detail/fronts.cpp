@@ -44,23 +44,28 @@ std::vector<int> in_falling_order(const std::vector<double>& values) {
   return order;
 }
 
-}  // namespace
+constexpr double kFar = std::numeric_limits<double>::infinity();
 
-Front march(const LumenVoxels& lumen, int source) {
-  const auto step = neighbor_lengths(lumen.geometry);
-  std::array<int, kNeighborCount> to{};  // cells between neighbours
+/// Cells between a voxel and each of its neighbours.
+std::array<int, kNeighborCount> cell_steps(const LumenVoxels& lumen) {
+  std::array<int, kNeighborCount> to{};
   for (std::size_t n = 0; n < to.size(); ++n) {
     const auto& o = neighbor_offsets()[n];
     to[n] = (o[2] * lumen.size[1] + o[1]) * lumen.size[0] + o[0];
   }
-  const double far = std::numeric_limits<double>::infinity();
-  Front front;
-  std::vector<double> cost(std::size_t(lumen.count()), far);
-  front.length.assign(std::size_t(lumen.count()), far);
-  front.previous.assign(std::size_t(lumen.count()), -1);
-  MonotoneQueue queue;
-  cost[std::size_t(source)] = front.length[std::size_t(source)] = 0.0;
-  queue.add(0.0, source);
+  return to;
+}
+
+double step_cost(double length, float depth, float next_depth) {
+  const double mean_depth = 0.5 * double(depth + next_depth);
+  return length / (mean_depth * mean_depth);
+}
+
+/// Moves the front on from what is in the queue.
+void spread(const LumenVoxels& lumen, MonotoneQueue& queue, Front& front) {
+  const auto step = neighbor_lengths(lumen.geometry);
+  const std::array<int, kNeighborCount> to = cell_steps(lumen);
+  std::vector<double>& cost = front.cost;
   while (!queue.empty()) {
     const auto [here, v] = queue.take();
     if (here > cost[std::size_t(v)]) continue;
@@ -83,8 +88,7 @@ Front march(const LumenVoxels& lumen, int source) {
     }
     for (std::size_t k = 0; k < count; ++k) {
       const double length = step[std::size_t(direction[k])];
-      const double mean_depth = 0.5 * double(own_depth + depth[k]);
-      const double candidate = here + length / (mean_depth * mean_depth);
+      const double candidate = here + step_cost(length, own_depth, depth[k]);
       if (candidate >= known[k]) continue;
       const auto w = std::size_t(beside[k]);
       cost[w] = candidate;
@@ -93,7 +97,81 @@ Front march(const LumenVoxels& lumen, int source) {
       queue.add(candidate, beside[k]);
     }
   }
+}
+
+/// The voxels whose path runs over a link that is no more: 1, shape [voxel].
+std::vector<char> lost_voxels(const LumenVoxels& lumen, const Front& front) {
+  constexpr char kUnknown = 2;
+  const std::array<int, kNeighborCount> to = cell_steps(lumen);
+  std::vector<char> lost(front.previous.size(), kUnknown);
+  const auto is_linked = [&](int v, int before) {
+    const int away = lumen.cell[std::size_t(before)] - lumen.cell[std::size_t(v)];
+    const auto n = std::find(to.begin(), to.end(), away) - to.begin();
+    return (lumen.links[std::size_t(v)] >> n & 1U) != 0;
+  };
+  std::vector<int> way;
+  for (int start = 0; start < lumen.count(); ++start) {
+    way.clear();
+    int v = start;
+    for (; lost[std::size_t(v)] == kUnknown; v = front.previous[std::size_t(v)]) {
+      way.push_back(v);
+      if (front.previous[std::size_t(v)] < 0) break;  // the source, or cut off all round
+    }
+    char is_lost = lost[std::size_t(v)] == 1;
+    for (auto w = way.rbegin(); w != way.rend(); ++w) {
+      const int before = front.previous[std::size_t(*w)];
+      if (before >= 0 && !is_linked(*w, before)) is_lost = 1;
+      lost[std::size_t(*w)] = is_lost;
+    }
+  }
+  return lost;
+}
+
+}  // namespace
+
+Front march(const LumenVoxels& lumen, int source) {
+  Front front;
+  front.cost.assign(std::size_t(lumen.count()), kFar);
+  front.length = front.cost;
+  front.previous.assign(std::size_t(lumen.count()), -1);
+  front.cost[std::size_t(source)] = front.length[std::size_t(source)] = 0.0;
+  MonotoneQueue queue;
+  queue.add(0.0, source);
+  spread(lumen, queue, front);
   return front;
+}
+
+void march_round_cuts(const LumenVoxels& lumen, Front& front) {
+  const std::vector<char> lost = lost_voxels(lumen, front);
+  for (std::size_t v = 0; v < lost.size(); ++v)
+    if (lost[v] != 0) {
+      front.cost[v] = front.length[v] = kFar;
+      front.previous[v] = -1;
+    }
+  // What is kept beside them is where they are reached from, the nearest first.
+  const auto step = neighbor_lengths(lumen.geometry);
+  MonotoneQueue queue;
+  for (int v = 0; v < lumen.count(); ++v) {
+    if (lost[std::size_t(v)] == 0) continue;
+    for (int n = 0; n < kNeighborCount; ++n) {
+      const int w = lumen.neighbor(v, n);
+      if (w < 0 || lost[std::size_t(w)] != 0 || !(front.cost[std::size_t(w)] < kFar)) continue;
+      const double length = step[std::size_t(n)];
+      const double candidate =
+          front.cost[std::size_t(w)] +
+          step_cost(length, lumen.depth[std::size_t(w)], lumen.depth[std::size_t(v)]);
+      double& cost = front.cost[std::size_t(v)];
+      int& before = front.previous[std::size_t(v)];
+      const bool is_nearer = candidate == cost && before >= 0 &&
+                             front.cost[std::size_t(w)] < front.cost[std::size_t(before)];
+      if (!(candidate < cost) && !is_nearer) continue;
+      cost = candidate;
+      front.length[std::size_t(v)] = front.length[std::size_t(w)] + length;
+      before = w;
+    }
+    if (front.previous[std::size_t(v)] >= 0) queue.add(front.cost[std::size_t(v)], v);
+  }
+  spread(lumen, queue, front);
 }
 
 std::vector<int> trace(const Front& front, int target) {

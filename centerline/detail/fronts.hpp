@@ -9,6 +9,7 @@ namespace angio::centerline {
 
 /// Least-cost paths from a source voxel to all others.
 struct Front {
+  std::vector<double> cost;    ///< of the least-cost path [1/mm], shape [voxel]; infinite: cut off
   std::vector<double> length;  ///< of the least-cost path [mm], shape [voxel]; infinite: cut off
   std::vector<int> previous;   ///< voxel before this one on its path; -1 at the source
 };
@@ -20,6 +21,9 @@ struct Front {
 /// would run along the inner wall of a wide bend, where its end is hardly farther than its outer
 /// wall half way round.
 Front march(const LumenVoxels& lumen, int source);
+
+/// The same where links have been cut since: only what was reached over them is reached anew.
+void march_round_cuts(const LumenVoxels& lumen, Front& front);
 
 /// The voxels of the least path from the source to `target`, source first.
 std::vector<int> trace(const Front& front, int target);

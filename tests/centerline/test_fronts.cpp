@@ -1,0 +1,69 @@
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+#include <vector>
+
+#include "centerline/detail/fronts.hpp"
+#include "centerline/detail/lumen_voxels.hpp"
+#include "testing/centerline/shapes.hpp"
+#include "tests/centerline/tree_checks.hpp"
+
+namespace angio::centerline {
+namespace {
+
+using test::add_noise;
+using test::constant;
+using test::grid_around;
+using test::level_set_of;
+using test::straight_tube;
+using test::Tube;
+
+/// A square of vessels with a branch: two ways to each place. Noise keeps paths from being as dear
+/// as each other.
+LumenVoxels square() {
+  const std::vector<Tube> tubes{straight_tube({0, 0, 0}, {20, 0, 0}, constant(2.0)),
+                                straight_tube({20, 0, 0}, {20, 0, 20}, constant(1.7)),
+                                straight_tube({20, 0, 20}, {0, 0, 20}, constant(1.5)),
+                                straight_tube({0, 0, 20}, {0, 0, 0}, constant(1.8)),
+                                straight_tube({20, 0, 10}, {32, 0, 10}, constant(1.2))};
+  Volume<float> level_set = level_set_of(tubes, grid_around(tubes, 0.4, 1.5));
+  add_noise(level_set, 0.05, 3);
+  return find_lumen_voxels(level_set).voxels;
+}
+
+void expect_same(const Front& a, const Front& b) {
+  EXPECT_EQ(a.cost, b.cost);
+  EXPECT_EQ(a.length, b.length);
+  EXPECT_EQ(a.previous, b.previous);
+}
+
+TEST(Front, RoundCutsIsThatOfAMarchFromTheSource) {
+  LumenVoxels lumen = square();
+  const int source = lumen.nearest({-1, 0, 0});
+  Front front = march(lumen, source);
+  std::mt19937 random(5);
+  for (const Vec3& place : {Vec3{0, 0, 10}, Vec3{20, 0, 16}, Vec3{26, 0, 10}}) {
+    // All links over a plane there; the branch beyond the last one is cut off.
+    const Front before = front;
+    for (int v = 0; v < lumen.count(); ++v)
+      for (int n = 0; n < kNeighborCount; ++n) {
+        const int w = lumen.neighbor(v, n);
+        if (w < 0 || distance(lumen.position(v), place) > 4.0) continue;
+        const int axis = place.x > 20.0 ? 0 : 2;
+        if (lumen.position(v)[axis] < place[axis] && lumen.position(w)[axis] >= place[axis])
+          lumen.cut(v, n);
+      }
+    march_round_cuts(lumen, front);
+    EXPECT_NE(front.previous, before.previous);
+    expect_same(front, march(lumen, source));
+  }
+  EXPECT_TRUE(std::isinf(front.length[std::size_t(lumen.nearest({32, 0, 10}))]));
+  for (int cut = 0; cut < 2000; ++cut)  // here and there
+    lumen.cut(int(random() % unsigned(lumen.count())), int(random() % kNeighborCount));
+  march_round_cuts(lumen, front);
+  expect_same(front, march(lumen, source));
+}
+
+}  // namespace
+}  // namespace angio::centerline
