@@ -156,9 +156,10 @@ Placement place_on_a_lesion(StageWork& work, const MeshingSettings& settings,
       if (is_place_given) throw;
       reason = error.what();
     }
-    work.warnings.push_back(fmt::format("the stenosis of {:.0f} % on {} is passed over: {}",
-                                        lesion.diameter_stenosis_percent, place_of(lesion),
-                                        reason));
+    if (lesion.is_stenosis)  // of the tightest place of a healthy tree no_placement tells
+      work.warnings.push_back(fmt::format("the stenosis of {:.0f} % on {} is passed over: {}",
+                                          lesion.diameter_stenosis_percent, place_of(lesion),
+                                          reason));
     if (first_reason.empty()) first_reason = reason;
   }
   return no_placement(lesions, first_reason, asked.min_stenosis_percent);

@@ -40,6 +40,7 @@ TEST(Config, WhatIsWrittenAsTomlReadsBackTheSame) {
   test::CommandFolder folder;
   Config config;
   apply_setting(config, "segmentation.seeds_lps_mm=[[1.5, -2.25, 3], [0.1, 0.2, 0.3]]");
+  apply_setting(config, "segmentation.region_lps_mm=[[-1.5, -2, -3], [4, 5, 6.5]]");
   apply_setting(config, "segmentation.intensity_min=120.5");
   apply_setting(config, "centerline.inlet_lps_mm=[1, 2, 3]");
   apply_setting(config, "balloon.material=polyurethane");
@@ -51,6 +52,9 @@ TEST(Config, WhatIsWrittenAsTomlReadsBackTheSame) {
   load_config(again, folder / "case.toml");
   EXPECT_EQ(to_toml(again), text);
   EXPECT_EQ(again.segmentation.seeds_lps_mm.at(1), (Vec3{0.1, 0.2, 0.3}));
+  ASSERT_TRUE(again.segmentation.region_lps_mm);
+  EXPECT_EQ(again.segmentation.region_lps_mm->low, (Vec3{-1.5, -2, -3}));
+  EXPECT_EQ(again.segmentation.region_lps_mm->high, (Vec3{4, 5, 6.5}));
   EXPECT_EQ(again.segmentation.intensity_min, 120.5);
   EXPECT_EQ(again.simulation.balloon.name, "polyurethane");
 }

@@ -144,6 +144,24 @@ TEST_F(VolumeFileGeometry, NiftiQformIsAQuaternionWithAHand) {
   expect_at(volume, {-1, -2, 1}, 48.0f);
 }
 
+TEST_F(VolumeFileGeometry, NiftiQformTurnsAboutAnyAxis) {
+  const Vec3 axis = (1.0 / 3.0) * Vec3{1, 2, 2};
+  const double angle = 1.1;
+  const Vec3 turn = std::sin(0.5 * angle) * axis;
+  const auto at = [&](const Vec3& p) {  // Rodrigues' formula; RAS to LPS
+    const Vec3 q = std::cos(angle) * p + std::sin(angle) * cross(axis, p) +
+                   (1.0 - std::cos(angle)) * dot(axis, p) * axis + Vec3{1, 2, 3};
+    return Vec3{-q.x, -q.y, q.z};
+  };
+  Nifti nifti;
+  nifti.qform({float(turn.x), float(turn.y), float(turn.z)}, {1, 2, 3}, 1.0f);
+  const auto volume = read_volume(write("a.nii", nifti.file()), {}).volume;
+  expect_at(volume, at({0, 0, 0}), 0.0f);
+  expect_at(volume, at({0.6, 0, 0}), 2.0f);
+  expect_at(volume, at({0, 1.2, 0}), 9.0f);
+  expect_at(volume, at({0, 0, 2.0}), 48.0f);
+}
+
 TEST_F(VolumeFileGeometry, NiftiInOtherUnitsIsBroughtToMillimetres) {
   Nifti nifti;
   nifti.voxel_sizes(300, 400, 500);
