@@ -117,15 +117,18 @@ struct Lesion {
 /// as well; in a tree whose lines pass from vessel to vessel, where vessels touch or a loop was
 /// cut, and in one of more than 25 branches, the evidence for it has to be as much stronger as
 /// there are more places to be misled by. There no narrowing of a vessel over 25 mm wide is listed
-/// (a heart's valve), and in no scan (voxel_mm > 0) one that its line begins in, tightest within a
-/// diameter of the beginning (the image's edge). None of that where `centerline` names a line.
-/// Stenoses are apart
-/// where the vessel between them is back above the edges' 20 %; a branching, where nothing is
-/// measured, does not part them along the wider daughter. A neck is a bridge between vessels that
-/// touch and no stenosis if it is shorter than half its reference diameter; or than 1.25 of them,
-/// and the line turns round it by more than 80 degrees out of one vessel and into another; or if
-/// its area falls by less than half the percentage that its diameter does. Where there is none, one
-/// entry with is_stenosis = false. Then those that are left out (is_left_out).
+/// (a heart's valve), and none beyond the heart: where a vessel over 25 mm wide has lost half of
+/// its reference on the way, or has fallen to half of its width and is over 25 mm wide again. In no
+/// scan (voxel_mm > 0) one is listed that its line begins in, tightest within a diameter of the
+/// beginning (the image's edge). None of that where `centerline` names a line.
+///
+/// Stenoses are apart where the vessel between them is back above the edges' 20 %; a branching,
+/// where nothing is measured, does not part them along the wider daughter. A neck is a bridge
+/// between vessels that touch and no stenosis if it is shorter than half its reference diameter; or
+/// than 1.25 of them, and the line turns round it by more than 80 degrees out of one vessel and
+/// into another; or if its area falls by less than half the percentage that its diameter does.
+/// Where there is none, one entry with is_stenosis = false. Then those that are left out
+/// (is_left_out).
 std::vector<Lesion> find_lesions(const CenterlineTree& tree, const LesionOptions& options);
 
 /// Every stenosis of the whole tree that does not overlap one of them, wherever the options look.

@@ -39,12 +39,14 @@ BloodLevel find_blood_level(const std::vector<TubeAxis>& axes, const Volume<floa
 /// times its way down from blood (fat and muscle, not air and lung).
 ///
 /// Where nothing even is that bright, the tubes were those of bones, or of veins with a bolus that
-/// has not mixed yet. Blood is then the largest pool of even places, 20 ml or more, that is
-/// brighter than the brightest common tissue.
+/// has not mixed yet. Blood is then the largest pool of even places: a mode of 20 ml or more, below
+/// the half level of before, that is brighter than the brightest common tissue and has less than a
+/// quarter of its volume. The same where such a pool is there and the tissue of before is above
+/// half of it: blood was taken for tissue.
 ///
 /// @param axes       even parts of wide tubes
 /// @param even       means of even neighbourhoods in the volume
-/// @param place_mm3  volume that each of them stands for
+/// @param place_mm3  volume that each of them stands for [mm^3]
 /// @param rough      find_blood_level's
 /// @return not told if there are less than 10 mm of such tubes and no such pool
 BloodLevel find_even_level(const std::vector<TubeAxis>& axes, std::vector<float> even,

@@ -24,7 +24,7 @@ struct Bones {
 /// Tells bones from vessels by what is inside: blood with contrast is as even as the scanner's
 /// noise lets it be (evenness.hpp), bone is cortex, struts and marrow.
 ///
-/// L is the median over wide tubes that are even, and T soft tissue (find_even_level). What is
+/// L is the level of even blood, and T that of soft tissue (find_even_level). What is
 /// above (L + T) / 2, with the marrow that a section of it goes around, is parted at its necks
 /// (part_into_bodies). Of the voxels that are deep enough in a body to show nothing else,
 ///
@@ -35,8 +35,8 @@ struct Bones {
 ///
 /// Where pools told the level, though brighter tubes are there, what is above L + (L - T) / 2 on
 /// average is none of it either. The others, thin vessels and thin bones, go with the body that
-/// they hang on by the deepest neck. A body with a seed is blood. Nothing is bone where no wide
-/// tube is even, or there is too little of it (5 ml).
+/// they hang on by the deepest neck. A body with a seed is blood. Nothing is bone where no blood
+/// is even (find_even_level), or there is too little of it (5 ml).
 ///
 /// @param axes  of the volume (find_tube_axes)
 Bones find_bones(const Volume<float>& volume, const std::vector<TubeAxis>& axes,

@@ -99,6 +99,7 @@ TEST(Run, DoesNotTreatANarrowVesselUnasked) {
   const std::string page = test::file_text(folder.path() / "c/report/index.html");
   EXPECT_NE(page.find("No stenosis found."), std::string::npos);
   EXPECT_NE(page.find("narrower than 1.5 mm"), std::string::npos);
+  EXPECT_EQ(page.find("is passed over"), std::string::npos);  // what is healthy is no stenosis
 }
 
 // metrics.json of a treated lesion, and what its stages have warned of.
