@@ -6,6 +6,7 @@
 
 #include "core/error.hpp"
 #include "segmentation/detail/format_number.hpp"
+#include "segmentation/detail/tunnels.hpp"
 
 namespace angio::segmentation::detail {
 namespace {
@@ -25,15 +26,21 @@ double volume_of(const VolumeGeometry& grid) {
   return double(grid.voxel_count()) * grid.spacing.x * grid.spacing.y * grid.spacing.z;
 }
 
+/// The share of what was scanned that voxels of a grid in it fill.
+double share_of(std::ptrdiff_t voxels, const VolumeGeometry& grid, const VolumeGeometry& scanned) {
+  return double(voxels) / double(grid.voxel_count()) * volume_of(grid) / volume_of(scanned);
+}
+
+std::string in_percent(double share) { return format_number(std::round(100.0 * share)) + " %"; }
+
 }  // namespace
 
 std::vector<std::string> check_plausibility(const Volume<float>& level_set,
                                             const VolumeGeometry& scanned) {
   const auto inside = std::count_if(level_set.values.begin(), level_set.values.end(),
                                     [](float d) { return d < 0.0f; });
-  const double share = double(inside) / double(level_set.values.size()) *
-                       volume_of(level_set.geometry) / volume_of(scanned);
-  const std::string percent = format_number(std::round(100.0 * share)) + " %";
+  const double share = share_of(inside, level_set.geometry, scanned);
+  const std::string percent = in_percent(share);
   if (share > kMostShare)
     throw InputError("no vessel was found apart from the rest (" + percent +
                      " of the volume would be lumen: the contrast between blood and tissue is not "
@@ -68,6 +75,22 @@ std::vector<std::string> check_plausibility(const Volume<float>& level_set,
         kAdvice);
   }
   return warnings;
+}
+
+void refuse_sponge(const Volume<std::uint8_t>& mask, const VolumeGeometry& scanned) {
+  constexpr double kShareOfSponge = 0.2;
+  constexpr std::int64_t kTunnelsOfSponge = 1000;
+  const auto inside = std::count_if(mask.values.begin(), mask.values.end(),
+                                    [](std::uint8_t voxel) { return voxel != 0; });
+  const double share = share_of(inside, mask.geometry, scanned);
+  if (share <= kShareOfSponge) return;
+  const std::int64_t tunnels = least_tunnels(mask);
+  if (tunnels <= kTunnelsOfSponge) return;
+  throw InputError("no vessel was found apart from the rest (" + in_percent(share) +
+                   " of the volume would be lumen, with " + std::to_string(tunnels) +
+                   " holes through it, as tissue has and no tree of vessels: the contrast between "
+                   "blood and tissue is not clear, or the scan is no angiography). Try to " +
+                   kAdvice);
 }
 
 }  // namespace angio::segmentation::detail

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <string>
 #include <vector>
 
@@ -19,5 +20,12 @@ namespace angio::segmentation::detail {
 /// @throws InputError if it cannot
 std::vector<std::string> check_plausibility(const Volume<float>& level_set,
                                             const VolumeGeometry& scanned);
+
+/// Refuses what is both a fifth of what was scanned and run through by over a thousand tunnels:
+/// tissue among noise or bone is such a sponge, a tree of vessels has dozens at most, and the nidus
+/// of a malformation is small.
+///
+/// @throws InputError if it is, with what helps
+void refuse_sponge(const Volume<std::uint8_t>& mask, const VolumeGeometry& scanned);
 
 }  // namespace angio::segmentation::detail

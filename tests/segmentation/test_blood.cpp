@@ -9,6 +9,7 @@
 #include "segmentation/detail/blood_level.hpp"
 #include "segmentation/detail/fields.hpp"
 #include "segmentation/detail/plausibility.hpp"
+#include "segmentation/detail/tunnels.hpp"
 #include "segmentation/detail/vessel_tree.hpp"
 #include "segmentation/segmentation.hpp"
 #include "tests/segmentation/tube_volume.hpp"
@@ -18,6 +19,7 @@ namespace {
 
 using testing::Contains;
 using testing::HasSubstr;
+using testing::ThrowsMessage;
 
 constexpr double kLung = -850.0, kMuscle = 50.0, kBlood = 450.0;
 
@@ -199,6 +201,55 @@ TEST(Plausibility, RefusesWhatFillsTheVolumeAndTellsOfWideBodies) {
   EXPECT_TRUE(check(15.0, 100.0).empty());
   EXPECT_FALSE(check(74.0, 220.0).empty());      // 1.70 l, 16 %
   EXPECT_THROW(check(76.0, 220.0), InputError);  // 1.84 l
+}
+
+/// Voxels of a box where a function of the place (in voxels) is true.
+template <class Function>
+Volume<std::uint8_t> mask_where(int size, Function&& is_inside) {
+  VolumeGeometry grid;
+  grid.size = {size, size, size};
+  Volume<std::uint8_t> mask(grid, 0);
+  for (int k = 0; k < size; ++k)
+    for (int j = 0; j < size; ++j)
+      for (int i = 0; i < size; ++i) mask.at(i, j, k) = is_inside(i, j, k);
+  return mask;
+}
+
+/// A lattice of rods along the three axes, `cells` to a side.
+Volume<std::uint8_t> lattice(int cells) {
+  constexpr int kCell = 4, kRod = 2;
+  return mask_where(kCell * cells + kRod, [&](int i, int j, int k) {
+    return (i % kCell < kRod) + (j % kCell < kRod) + (k % kCell < kRod) >= 2;
+  });
+}
+
+TEST(Tunnels, AreThoseOfBodiesWhoseNumberIsKnown) {
+  const auto ball = [](int i, int j, int k) {
+    return (i - 10) * (i - 10) + (j - 10) * (j - 10) + (k - 10) * (k - 10) < 64;
+  };
+  const auto ring = [](int i, int j, int k) {
+    const double r = std::hypot(i - 10.0, j - 10.0) - 6.0;
+    return r * r + (k - 10.0) * (k - 10.0) < 6.0;
+  };
+  EXPECT_EQ(detail::least_tunnels(mask_where(21, ball)), 0);
+  EXPECT_EQ(detail::least_tunnels(mask_where(21, ring)), 1);
+  EXPECT_EQ(detail::least_tunnels(mask_where(5, [](int, int, int) { return true; })), 0);
+  for (const int n : {1, 2, 5}) {
+    // A network has edges - nodes + 1 independent rings.
+    const int nodes = (n + 1) * (n + 1) * (n + 1), edges = 3 * n * (n + 1) * (n + 1);
+    EXPECT_EQ(detail::least_tunnels(lattice(n)), edges - nodes + 1) << n;
+  }
+}
+
+TEST(Plausibility, RefusesASpongeAndNoTreeWithLoops) {
+  const auto sponge = lattice(9);  // 1701 tunnels in 53 % of the box
+  EXPECT_THAT([&] { detail::refuse_sponge(sponge, sponge.geometry); },
+              ThrowsMessage<InputError>(HasSubstr("1701 holes through it")));
+  const auto fewer = lattice(7);  // 833
+  EXPECT_NO_THROW(detail::refuse_sponge(fewer, fewer.geometry));
+  VolumeGeometry wide = sponge.geometry;  // a nidus in the scan of a head
+  for (int& n : wide.size) n *= 2;
+  EXPECT_NO_THROW(detail::refuse_sponge(sponge, wide));
 }
 
 }  // namespace
