@@ -92,8 +92,8 @@ CenterlineResult extract(const Volume<float>& level_set, const GivenSurface* sur
       surface ? WallDistance(points, surface->triangles, surface->wall_vertex_count)
               : WallDistance(points);
   progress.report(0.2, "finding the ends");
-  Skeleton skeleton =
-      find_skeleton(lumen.voxels, options, surface ? surface->openings() : Openings{});
+  Skeleton skeleton = find_skeleton(
+      lumen.voxels, options, surface ? surface->openings() : Openings{}, part(progress, 0.2, 0.4));
   progress.report(0.4, "centring lines");
   CenterlineResult result;
   const Surroundings around{lumen.voxels, wall, points, distance_to_wall, last_step(options, wall)};

@@ -25,4 +25,11 @@ class Progress {
   Sink sink_;
 };
 
+/// The progress of a part of a stage, as [first, last] of the whole, which must outlive it.
+inline Progress part(const Progress& whole, double first, double last) {
+  return Progress([&whole, first, last](double fraction, std::string_view step) {
+    whole.report(first + (last - first) * fraction, step);
+  });
+}
+
 }  // namespace angio

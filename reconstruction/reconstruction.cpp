@@ -94,13 +94,6 @@ ProjectedBack project_back(const VolumeTask& task, Backend backend, const Progre
                                   : project_back_on_cpu(task, progress);
 }
 
-/// A part of a stage's progress.
-Progress part(const Progress& progress, double from, double to) {
-  return Progress([&progress, from, to](double fraction, std::string_view what) {
-    progress.report(from + (to - from) * fraction, what);
-  });
-}
-
 constexpr double kSparseDegrees = 3.5;  ///< streaks cost accuracy from here on
 
 /// By the frames as the header has them: where a calibration moves them is no reason to change it.

@@ -71,12 +71,13 @@ Ends prune_spurs(const LumenVoxels& lumen, const Front& front, const std::vector
 }  // namespace
 
 Ends find_ends(LumenVoxels& lumen, int source, const std::vector<OpenRim>& flat_ends,
-               double min_length, std::vector<char>& near_cut) {
+               double min_length, std::vector<char>& near_cut, const Progress& progress) {
   Ends result;
   constexpr int kMostRounds = 6;  // a cut can lay open another loop; more than this is a sponge
   result.front = march(lumen, source);
   const Front& front = result.front;
   for (int round = 0;; ++round) {
+    progress.report((round + 1.0) / (kMostRounds + 2.0), "finding the ends");
     const auto maxima = find_maxima(lumen, front, 2.0 * lumen.geometry.longest_spacing());
     FlatEnds flat(flat_ends, lumen);
     flat.take(source);

@@ -6,6 +6,7 @@
 #include "centerline/detail/fronts.hpp"
 #include "centerline/detail/lumen_voxels.hpp"
 #include "centerline/detail/openings.hpp"
+#include "core/progress.hpp"
 
 /// Which of the lumen's tips are ends of vessels.
 namespace angio::centerline {
@@ -22,7 +23,7 @@ struct Ends {
 /// @param min_length  of a branch [mm]; 0: by its shape
 /// @param near_cut  1 for the voxels next to a cut so far, shape [voxel]
 Ends find_ends(LumenVoxels& lumen, int source, const std::vector<OpenRim>& flat_ends,
-               double min_length, std::vector<char>& near_cut);
+               double min_length, std::vector<char>& near_cut, const Progress& progress);
 
 /// Adds the ends that are seen from another source only: a wide end beside a long branch hardly
 /// stands out when it is looked at from that branch. Tips no farther apart than the vessel is wide

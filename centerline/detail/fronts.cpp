@@ -6,42 +6,95 @@
 #include <cmath>
 #include <cstdint>
 #include <limits>
-#include <numeric>
+#include <unordered_map>
 #include <utility>
 
 #include "centerline/detail/monotone_queue.hpp"
+#include "core/parallel.hpp"
 
 namespace angio::centerline {
 namespace {
 
-/// Union-find over voxels, by the maximum of each piece.
+/// Union-find over basins, by the maximum of each piece.
 class Pieces {
  public:
-  explicit Pieces(std::size_t count) : parent_(count, -1), top_(count, -1) {}
-  void add(int v) { parent_[std::size_t(v)] = top_[std::size_t(v)] = v; }
-  [[nodiscard]] bool has(int v) const { return parent_[std::size_t(v)] >= 0; }
-  int find(int v) {
-    while (parent_[std::size_t(v)] != v) {
-      parent_[std::size_t(v)] = parent_[std::size_t(parent_[std::size_t(v)])];
-      v = parent_[std::size_t(v)];
-    }
-    return v;
+  explicit Pieces(std::size_t voxel_count) : parent_(voxel_count, -1) {}
+  /// The maximum of the piece that a basin is in. @param top  a basin's own maximum
+  int find(int top) {
+    int& parent = parent_[std::size_t(top)];
+    if (parent < 0) return top;
+    return parent = find(parent);
   }
-  [[nodiscard]] int top(int root) const { return top_[std::size_t(root)]; }
-  void join(int root, int into) { parent_[std::size_t(root)] = into; }
+  void join(int top, int into) { parent_[std::size_t(top)] = into; }
 
  private:
-  std::vector<int> parent_, top_;
+  std::vector<int> parent_;
 };
 
-std::vector<int> in_falling_order(const std::vector<double>& values) {
-  std::vector<int> order(values.size());
-  std::iota(order.begin(), order.end(), 0);
-  std::sort(order.begin(), order.end(), [&](int a, int b) {
-    const double va = values[std::size_t(a)], vb = values[std::size_t(b)];
-    return va != vb ? va > vb : a < b;
+/// Voxels by the length of their paths, farther first; among equals the first one.
+struct Farther {
+  const std::vector<double>& length;
+  bool operator()(int a, int b) const {
+    const double la = length[std::size_t(a)], lb = length[std::size_t(b)];
+    return la != lb ? la > lb : a < b;
+  }
+};
+
+/// The maximum that is reached from each voxel by going on to its farthest neighbour; itself where
+/// the voxel is cut off. Shape [voxel].
+std::vector<int> find_basins(const LumenVoxels& lumen, const Front& front) {
+  const std::vector<double>& length = front.length;
+  const Farther farther{length};
+  std::vector<int> top(length.size());
+  parallel_for(lumen.count(), [&](std::ptrdiff_t v) {
+    int best = int(v);
+    for (int n = 0; n < kNeighborCount; ++n) {
+      const int w = lumen.neighbor(int(v), n);
+      if (w >= 0 && !std::isinf(length[std::size_t(w)]) && farther(w, best)) best = w;
+    }
+    top[std::size_t(v)] = best;
   });
-  return order;
+  std::vector<int> way;
+  for (int v = 0; v < lumen.count(); ++v) {
+    int w = v;
+    for (way.clear(); top[std::size_t(w)] != w; w = top[std::size_t(w)]) way.push_back(w);
+    for (const int on_way : way) top[std::size_t(on_way)] = w;
+  }
+  return top;
+}
+
+/// Where two basins meet: the farthest voxel that has a neighbour in the other one that is not
+/// nearer.
+struct Saddle {
+  int voxel;
+  int tops[2];
+};
+
+/// The saddles between basins, the farthest first.
+std::vector<Saddle> find_saddles(const LumenVoxels& lumen, const Front& front,
+                                 const std::vector<int>& top) {
+  const Farther farther{front.length};
+  std::unordered_map<std::uint64_t, int> saddle_of;  // pair of tops
+  for (int v = 0; v < lumen.count(); ++v) {
+    if (std::isinf(front.length[std::size_t(v)])) continue;
+    for (int n = 0; n < kNeighborCount / 2; ++n) {  // each pair once
+      const int w = lumen.neighbor(v, n);
+      if (w < 0 || top[std::size_t(w)] == top[std::size_t(v)] ||
+          std::isinf(front.length[std::size_t(w)]))
+        continue;
+      const auto [a, b] = std::minmax(top[std::size_t(v)], top[std::size_t(w)]);
+      const int nearer = farther(v, w) ? w : v;
+      const auto [at, is_new] =
+          saddle_of.try_emplace(std::uint64_t(a) << 32 | std::uint64_t(b), nearer);
+      if (!is_new && farther(nearer, at->second)) at->second = nearer;
+    }
+  }
+  std::vector<Saddle> saddles;
+  for (const auto& [pair, voxel] : saddle_of)
+    saddles.push_back({voxel, {int(pair >> 32), int(pair & 0xffffffffU)}});
+  std::sort(saddles.begin(), saddles.end(),
+            [&](const Saddle& a, const Saddle& b) { return farther(a.voxel, b.voxel); });
+  return saddles;
 }
 
 constexpr double kFar = std::numeric_limits<double>::infinity();
@@ -50,7 +103,7 @@ constexpr double kFar = std::numeric_limits<double>::infinity();
 std::array<int, kNeighborCount> cell_steps(const LumenVoxels& lumen) {
   std::array<int, kNeighborCount> to{};
   for (std::size_t n = 0; n < to.size(); ++n) {
-    const auto& o = neighbor_offsets()[n];
+    const auto& o = kNeighborOffsets[n];
     to[n] = (o[2] * lumen.size[1] + o[1]) * lumen.size[0] + o[0];
   }
   return to;
@@ -184,37 +237,21 @@ std::vector<int> trace(const Front& front, int target) {
 std::vector<LumenEnd> find_maxima(const LumenVoxels& lumen, const Front& front,
                                   double least_prominence) {
   const std::vector<double>& length = front.length;
-  const std::vector<int> order = in_falling_order(length);
-  const auto higher = [&](int a, int b) {
-    const double la = length[std::size_t(a)], lb = length[std::size_t(b)];
-    return la != lb ? la > lb : a < b;
-  };
+  const Farther farther{length};
+  const std::vector<int> top = find_basins(lumen, front);
   Pieces pieces(length.size());
   std::vector<LumenEnd> ends;
-  int farthest = -1;
-  for (const int v : order) {
-    if (std::isinf(length[std::size_t(v)])) continue;  // cut off all round
-    if (farthest < 0) farthest = v;
-    int home = -1;
-    for (int n = 0; n < kNeighborCount; ++n) {
-      const int w = lumen.neighbor(v, n);
-      if (w < 0 || !pieces.has(w)) continue;
-      int root = pieces.find(w);
-      if (home < 0) {
-        pieces.add(v);
-        pieces.join(v, root);
-        home = root;
-        continue;
-      }
-      if (root == home) continue;
-      if (higher(pieces.top(root), pieces.top(home))) std::swap(root, home);
-      const int tip = pieces.top(root);
-      const double prominence = length[std::size_t(tip)] - length[std::size_t(v)];
-      if (prominence >= least_prominence) ends.push_back({tip, prominence});
-      pieces.join(root, home);
-    }
-    if (home < 0) pieces.add(v);
+  for (const Saddle& saddle : find_saddles(lumen, front, top)) {
+    int low = pieces.find(saddle.tops[0]), high = pieces.find(saddle.tops[1]);
+    if (low == high) continue;
+    if (farther(low, high)) std::swap(low, high);
+    const double prominence = length[std::size_t(low)] - length[std::size_t(saddle.voxel)];
+    if (prominence >= least_prominence) ends.push_back({low, prominence});
+    pieces.join(low, high);
   }
+  int farthest = -1;
+  for (const int v : top)
+    if (!std::isinf(length[std::size_t(v)]) && (farthest < 0 || farther(v, farthest))) farthest = v;
   if (farthest >= 0) ends.push_back({farthest, length[std::size_t(farthest)]});
   std::sort(ends.begin(), ends.end(), [](const LumenEnd& a, const LumenEnd& b) {
     return a.prominence != b.prominence ? a.prominence > b.prominence : a.voxel < b.voxel;

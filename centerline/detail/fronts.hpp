@@ -39,10 +39,11 @@ struct LumenEnd {
 
 /// The ends of the lumen: the maxima of the path length from the source, each with its prominence.
 ///
-/// The voxels are added in falling order of length; a maximum starts a piece, and where two pieces
-/// meet, the one with the lower maximum ends: its prominence is the fall from its maximum to there
-/// (0-dimensional persistence; Edelsbrunner, Letscher, Zomorodian 2002). For a side branch that is
-/// its length from the flow divider to its tip, whatever the shape of its wall.
+/// The voxels from which the farthest neighbours lead to one maximum are its basin. Basins are
+/// joined at the saddles between them, the farthest first; where two pieces meet, the one with the
+/// lower maximum ends: its prominence is the fall from its maximum to there (0-dimensional
+/// persistence; Edelsbrunner, Letscher, Zomorodian 2002). For a side branch that is its length from
+/// the flow divider to its tip, whatever the shape of its wall.
 ///
 /// @param least_prominence  [mm]; lower maxima are left out
 /// @return the most prominent first; the farthest voxel has its whole length as prominence

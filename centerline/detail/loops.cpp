@@ -1,13 +1,16 @@
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <map>
 #include <optional>
 #include <set>
 #include <unordered_map>
+#include <utility>
 #include <vector>
 
 #include "centerline/detail/bridge_shape.hpp"
 #include "centerline/detail/fronts.hpp"
+#include "core/parallel.hpp"
 
 namespace angio::centerline {
 namespace {
@@ -15,31 +18,45 @@ namespace {
 /// Marks the voxels near the paths: within 1.5 radii and two voxels of their middle.
 std::vector<char> mark_covered(const LumenVoxels& lumen,
                                const std::vector<std::vector<int>>& paths) {
-  std::vector<char> covered(std::size_t(lumen.count()), 0), done(std::size_t(lumen.count()), 0);
+  struct Ball {
+    std::array<int, 3> middle;
+    double reach;
+  };
   const Vec3 h = lumen.geometry.spacing;
   const double voxel = lumen.geometry.longest_spacing();
+  std::vector<char> covered(std::size_t(lumen.count()), 0), done(std::size_t(lumen.count()), 0);
+  std::vector<std::vector<Ball>> balls_of_slice(std::size_t(lumen.size[2]));
   for (const std::vector<int>& path : paths)
     for (const int v : path) {
-      if (done[std::size_t(v)] != 0) continue;
-      done[std::size_t(v)] = 1;
-      const double reach = 1.5 * double(lumen.depth[std::size_t(v)]) + 2.0 * voxel;
-      const auto at = lumen.index(v);
-      int low[3], high[3];
-      for (int axis = 0; axis < 3; ++axis) {
-        const auto a = std::size_t(axis);
-        const int span = int(reach / h[axis]);
-        low[axis] = std::max(0, at[a] - span);
-        high[axis] = std::min(lumen.size[a] - 1, at[a] + span);
-      }
-      for (int k = low[2]; k <= high[2]; ++k)
-        for (int j = low[1]; j <= high[1]; ++j)
-          for (int i = low[0]; i <= high[0]; ++i) {
-            const Vec3 d{(i - at[0]) * h.x, (j - at[1]) * h.y, (k - at[2]) * h.z};
-            const int w =
-                lumen.voxel_of_cell[std::size_t((k * lumen.size[1] + j) * lumen.size[0] + i)];
-            if (w >= 0 && norm_squared(d) <= reach * reach) covered[std::size_t(w)] = 1;
-          }
+      if (std::exchange(done[std::size_t(v)], char(1)) != 0) continue;
+      const Ball ball{lumen.index(v), 1.5 * double(lumen.depth[std::size_t(v)]) + 2.0 * voxel};
+      const int span = int(ball.reach / h.z);
+      for (int k = std::max(0, ball.middle[2] - span);
+           k <= std::min(lumen.size[2] - 1, ball.middle[2] + span); ++k)
+        balls_of_slice[std::size_t(k)].push_back(ball);
     }
+  const auto ni = std::size_t(lumen.size[0]), nj = std::size_t(lumen.size[1]);
+  parallel_for_uneven(lumen.size[2], [&](std::ptrdiff_t k) {
+    if (balls_of_slice[std::size_t(k)].empty()) return;
+    std::vector<char> cells(ni * nj, 0);
+    for (const Ball& ball : balls_of_slice[std::size_t(k)]) {
+      const double dz = (int(k) - ball.middle[2]) * h.z;
+      const int rows = int(ball.reach / h.y);
+      for (int j = std::max(0, ball.middle[1] - rows);
+           j <= std::min(lumen.size[1] - 1, ball.middle[1] + rows); ++j) {
+        const double dy = (j - ball.middle[1]) * h.y;
+        const double rest = ball.reach * ball.reach - dy * dy - dz * dz;
+        if (rest < 0.0) continue;
+        const int span = int(std::sqrt(rest) / h.x);
+        const auto row = cells.begin() + std::ptrdiff_t(std::size_t(j) * ni);
+        std::fill(row + std::max(0, ball.middle[0] - span),
+                  row + std::min(lumen.size[0], ball.middle[0] + span + 1), char(1));
+      }
+    }
+    const int* voxel_of = &lumen.voxel_of_cell[std::size_t(k) * ni * nj];
+    for (std::size_t c = 0; c < cells.size(); ++c)
+      if (cells[c] != 0 && voxel_of[c] >= 0) covered[std::size_t(voxel_of[c])] = 1;
+  });
   return covered;
 }
 

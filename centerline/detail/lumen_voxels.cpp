@@ -2,33 +2,19 @@
 
 #include <algorithm>
 #include <cmath>
-#include <functional>
 #include <limits>
-#include <queue>
 #include <utility>
 
+#include "centerline/detail/monotone_queue.hpp"
 #include "core/error.hpp"
 #include "core/parallel.hpp"
 
 namespace angio::centerline {
 
-const std::array<std::array<int, 3>, kNeighborCount>& neighbor_offsets() {
-  static const auto kOffsets = [] {
-    std::array<std::array<int, 3>, kNeighborCount> result{};
-    int n = 0;
-    for (int k = -1; k <= 1; ++k)
-      for (int j = -1; j <= 1; ++j)
-        for (int i = -1; i <= 1; ++i)
-          if (i != 0 || j != 0 || k != 0) result[std::size_t(n++)] = {i, j, k};
-    return result;
-  }();
-  return kOffsets;
-}
-
 std::array<double, kNeighborCount> neighbor_lengths(const VolumeGeometry& geometry) {
   std::array<double, kNeighborCount> lengths{};
   for (std::size_t n = 0; n < lengths.size(); ++n) {
-    const auto& o = neighbor_offsets()[n];
+    const auto& o = kNeighborOffsets[n];
     lengths[n] =
         norm(Vec3{o[0] * geometry.spacing.x, o[1] * geometry.spacing.y, o[2] * geometry.spacing.z});
   }
@@ -44,13 +30,6 @@ Vec3 LumenVoxels::position(int voxel) const {
   const auto i = index(voxel);
   return geometry.lps_from_index(
       {double(i[0] + corner[0]), double(i[1] + corner[1]), double(i[2] + corner[2])});
-}
-
-int LumenVoxels::neighbor(int voxel, int n) const {
-  if ((links[std::size_t(voxel)] >> n & 1U) == 0) return -1;
-  const auto& o = neighbor_offsets()[std::size_t(n)];
-  return voxel_of_cell[std::size_t(cell[std::size_t(voxel)] + (o[2] * size[1] + o[1]) * size[0] +
-                                   o[0])];
 }
 
 int LumenVoxels::nearest(const Vec3& point_in_lps) const {
@@ -128,7 +107,7 @@ std::uint32_t find_links(const Volume<float>& level_set, const Index& at) {
   if (is_deep(level_set, at)) return kAll;
   std::uint32_t bits = 0;
   for (int n = 0; n < kNeighborCount; ++n) {
-    const auto& o = neighbor_offsets()[std::size_t(n)];
+    const auto& o = kNeighborOffsets[std::size_t(n)];
     const Index to{at[0] + o[0], at[1] + o[1], at[2] + o[2]};
     if (level_set.geometry.contains(to[0], to[1], to[2]) &&
         level_set.at(to[0], to[1], to[2]) < 0.0F && inside_half_way(level_set, at, o))
@@ -283,8 +262,8 @@ void find_depth(const Volume<float>& level_set, LumenVoxels& lumen) {
   const double far = std::numeric_limits<double>::max();
   std::vector<Vec3> wall(count);  // in mm along the voxel axes
   std::vector<double> depth(count, far);
-  using Entry = std::pair<double, int>;
-  std::priority_queue<Entry, std::vector<Entry>, std::greater<>> queue;
+  MonotoneQueue queue;
+  std::vector<double> key(count, far);  // as it was last queued
   const Vec3 h = level_set.geometry.spacing;
   const auto local = [&](int v) {
     const auto i = lumen.index(v);
@@ -297,12 +276,12 @@ void find_depth(const Volume<float>& level_set, LumenVoxels& lumen) {
     if (!find_wall_point(level_set, at, offset)) continue;
     wall[std::size_t(v)] = local(v) + offset;
     depth[std::size_t(v)] = norm(offset);
-    queue.emplace(depth[std::size_t(v)], v);
+    key[std::size_t(v)] = depth[std::size_t(v)];
+    queue.add(depth[std::size_t(v)], v);
   }
   while (!queue.empty()) {
-    const auto [d, v] = queue.top();
-    queue.pop();
-    if (d > depth[std::size_t(v)]) continue;
+    const auto [d, v] = queue.take();
+    if (d != key[std::size_t(v)]) continue;
     const auto at = lumen.index(v);
     const Vec3 nearest = wall[std::size_t(v)];
     // First all that lies far away in memory, so that the processor waits for it once.
@@ -312,14 +291,15 @@ void find_depth(const Volume<float>& level_set, LumenVoxels& lumen) {
     for (std::size_t n = 0; n < beside.size(); ++n)
       known[n] = beside[n] < 0 ? 0.0 : depth[std::size_t(beside[n])];
     for (std::size_t n = 0; n < beside.size(); ++n) {
-      const auto& o = neighbor_offsets()[n];
+      const auto& o = kNeighborOffsets[n];
       const Vec3 place{(at[0] + o[0]) * h.x, (at[1] + o[1]) * h.y, (at[2] + o[2]) * h.z};
       const double candidate = distance(place, nearest);
       if (candidate >= known[n]) continue;  // nor is one taken that is not linked
       const auto w = std::size_t(beside[n]);
       depth[w] = candidate;
       wall[w] = nearest;
-      queue.emplace(candidate, beside[n]);
+      key[w] = std::max(candidate, d);  // nearer than its neighbour: seldom, and then at once
+      queue.add(key[w], beside[n]);
     }
   }
   lumen.depth.resize(count);

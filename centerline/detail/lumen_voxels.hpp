@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <vector>
 
@@ -21,9 +22,9 @@ struct LumenVoxels {
   std::vector<float> depth;            ///< distance to the wall [mm], shape [voxel]
 
   [[nodiscard]] int count() const { return int(cell.size()); }
-  [[nodiscard]] std::array<int, 3> index(int voxel) const;  ///< in the box
-  [[nodiscard]] Vec3 position(int voxel) const;             ///< LPS [mm]
-  [[nodiscard]] int neighbor(int voxel, int n) const;       ///< -1 when not linked
+  [[nodiscard]] std::array<int, 3> index(int voxel) const;    ///< in the box
+  [[nodiscard]] Vec3 position(int voxel) const;               ///< LPS [mm]
+  [[nodiscard]] inline int neighbor(int voxel, int n) const;  ///< -1 when not linked
   [[nodiscard]] int nearest(const Vec3& point_in_lps) const;
   /// The depth between voxels, linear, 0 at voxels outside [mm].
   [[nodiscard]] double depth_at(const Vec3& point_in_lps) const;
@@ -32,9 +33,24 @@ struct LumenVoxels {
 
 inline constexpr int kNeighborCount = 26;
 /// The 26 neighbours of a voxel; the opposite of n is 25 - n.
-const std::array<std::array<int, 3>, kNeighborCount>& neighbor_offsets();
+inline constexpr auto kNeighborOffsets = [] {
+  std::array<std::array<int, 3>, kNeighborCount> result{};
+  std::size_t n = 0;
+  for (int k = -1; k <= 1; ++k)
+    for (int j = -1; j <= 1; ++j)
+      for (int i = -1; i <= 1; ++i)
+        if (i != 0 || j != 0 || k != 0) result[n++] = {i, j, k};
+  return result;
+}();
 /// Their distances [mm] on this grid.
 std::array<double, kNeighborCount> neighbor_lengths(const VolumeGeometry& geometry);
+
+inline int LumenVoxels::neighbor(int voxel, int n) const {
+  if ((links[std::size_t(voxel)] >> n & 1U) == 0) return -1;
+  const auto& o = kNeighborOffsets[std::size_t(n)];
+  return voxel_of_cell[std::size_t(cell[std::size_t(voxel)] + (o[2] * size[1] + o[1]) * size[0] +
+                                   o[0])];
+}
 
 struct LumenVoxelsResult {
   LumenVoxels voxels;

@@ -226,7 +226,7 @@ struct SeenFromRoot {
 }  // namespace
 
 Skeleton find_skeleton(LumenVoxels& lumen, const CenterlineOptions& options,
-                       const Openings& openings) {
+                       const Openings& openings, const Progress& progress) {
   Skeleton skeleton;
   const std::vector<Rim> open_ends = find_rims(lumen, openings.rims, skeleton.warnings);
   std::vector<int> rims;
@@ -238,12 +238,16 @@ Skeleton find_skeleton(LumenVoxels& lumen, const CenterlineOptions& options,
   std::vector<char> near_cut(std::size_t(lumen.count()), 0);
   const std::vector<std::uint32_t> uncut = lumen.links;
   std::vector<int> closed;
+  int passes = 0;
   const auto find_from = [&](int source) {
+    constexpr double kMostPasses = 3.0;  // from the root, the farthest end, the inlet
+    const Progress pass = part(progress, passes / kMostPasses, (passes + 1) / kMostPasses);
+    ++passes;
     lumen.links = uncut;  // a loop is cut where the blood from the inlet meets, not from the root
     near_cut.assign(near_cut.size(), 0);
     closed.clear();
     Ends ends =
-        find_ends(lumen, source, openings.flat_ends, options.min_branch_length_mm, near_cut);
+        find_ends(lumen, source, openings.flat_ends, options.min_branch_length_mm, near_cut, pass);
     if (has_rims) take_rims(lumen, rims, openings.are_caps, source, ends, closed);
     return ends;
   };

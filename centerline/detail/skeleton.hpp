@@ -7,6 +7,7 @@
 #include "centerline/centerline.hpp"
 #include "centerline/detail/lumen_voxels.hpp"
 #include "centerline/detail/openings.hpp"
+#include "core/progress.hpp"
 
 namespace angio::centerline {
 
@@ -26,13 +27,12 @@ struct Skeleton {
 /// Finds inlet and outlets (where the options do not give them) and the paths between, along the
 /// middle of the lumen. Cuts loops in `lumen`.
 /// @param openings  with two or more rims, every rim is an end; of an open surface blood comes in
-/// by
-///                  one of them, and what ends without a rim is an outlet only if it is a vessel
+///                  by one of them, and what ends without a rim is an outlet only if it is a vessel
 ///                  (three times as long as wide), and told; of a capped one, if it is longer than
 ///                  wide. A flat end is one, however short its vessel
 /// @throws InputError  when nothing tubular is in it
 Skeleton find_skeleton(LumenVoxels& lumen, const CenterlineOptions& options,
-                       const Openings& openings);
+                       const Openings& openings, const Progress& progress);
 
 /// How far from the tip of a chain the tip's own shape (a flat cap, a dome) is felt: the longest
 /// arc a with depth(a) < a / 2. Along the edge of a flat cap the depth grows by 0.7 a, into a dome

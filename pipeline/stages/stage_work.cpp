@@ -6,10 +6,4 @@ void keep(std::vector<std::string>& warnings, const std::vector<std::string>& mo
   warnings.insert(warnings.end(), more.begin(), more.end());
 }
 
-Progress part(const Progress& whole, double first, double last) {
-  return Progress([&whole, first, last](double fraction, std::string_view step) {
-    whole.report(first + (last - first) * fraction, step);
-  });
-}
-
 }  // namespace angio::pipeline

@@ -34,7 +34,4 @@ struct StageWork {
 /// Appends to a list of warnings.
 void keep(std::vector<std::string>& warnings, const std::vector<std::string>& more);
 
-/// The part of a stage's progress between two fractions. `whole` must outlive it.
-Progress part(const Progress& whole, double first, double last);
-
 }  // namespace angio::pipeline
