@@ -12,6 +12,7 @@
 #include "segmentation/detail/label_map.hpp"
 #include "segmentation/detail/projection_angles.hpp"
 #include "segmentation/detail/volume_file.hpp"
+#include "segmentation/detail/volume_unit.hpp"
 
 namespace angio::segmentation {
 namespace fs = std::filesystem;
@@ -37,6 +38,11 @@ void check_exists(const fs::path& path) {
                      "Give a DICOM folder or a volume file");
   if (fs::file_size(path, error) == 0 && !error)
     throw InputError(path.string() + " is empty. Give a DICOM folder or a volume file");
+}
+
+/// A voxel size that is given is in mm.
+std::optional<LengthUnit> unit_of(const ReadOptions& options) {
+  return options.spacing_mm[0] > 0.0 && !options.unit ? LengthUnit::mm : options.unit;
 }
 
 bool is_volume_file(const fs::path& path) {
@@ -187,7 +193,8 @@ SeriesSummary summarize(const fs::path& path, const ReadOptions& options) {
   summary.transfer_syntax = "none";
   summary.file_count = 1;
   try {
-    const auto file = detail::load_volume_file(path, detail::VolumePart::header, options);
+    auto file = detail::load_volume_file(path, detail::VolumePart::header, options);
+    detail::bring_to_mm(file, path, unit_of(options));
     summary.geometry = file.volume.geometry;
     summary.frame_count = summary.geometry.size[2];
     summary.usable = true;
@@ -222,9 +229,13 @@ LoadedVolume read_volume(const fs::path& path, const ReadOptions& options,
   LoadedVolume loaded;
   if (is_volume_file(path)) {
     auto file = detail::load_volume_file(path, detail::VolumePart::whole, options);
+    detail::bring_to_mm(file, path, unit_of(options));
     loaded = {std::move(file.volume), detail::volume_file_format(path) + " file",
               std::move(file.warnings)};
   } else {
+    if (options.unit && *options.unit != LengthUnit::mm)
+      throw OptionError(
+          "input.unit is of a surface or a volume file; DICOM is in mm. Leave it out");
     loaded = read_dicom(path, options, progress);
   }
   replace_non_finite(loaded);

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "core/progress.hpp"
+#include "core/units.hpp"
 #include "core/volume.hpp"
 
 namespace angio::segmentation {
@@ -31,6 +32,8 @@ struct ReadOptions {
   /// For a series or file that states none (anonymised): voxel size between columns, rows and
   /// slices [mm], in (1e-4, 100); zeros: refuse such a series. Never overrules what a file states.
   std::array<double, 3> spacing_mm{0.0, 0.0, 0.0};
+  /// Of a volume file; unset: as it says, or mm, or by its size where in mm nothing is so small.
+  std::optional<LengthUnit> unit = {};
   bool resample = false;  ///< bring unevenly spaced or missing slices onto an even grid
   AngleIncrements angles = AngleIncrements::from_base;
   double max_memory_gib =

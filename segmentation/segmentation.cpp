@@ -137,7 +137,7 @@ Segmentation segment_all(const Volume<float>& scanned, const SegmentationOptions
   if (!options.labels.empty())
     throw InputError(
         "segmentation.labels is set, but the volume is an image and no label map. Leave it out");
-  detail::VesselImage image = detail::find_vessel_image(scanned, options);
+  detail::VesselImage image = detail::find_vessel_image(scanned, options, part(progress, 0.0, 0.1));
   const Volume<float>& volume = image.without.values.empty() ? scanned : image.without;
   detail::VesselTree tree =
       detail::find_vessel_tree(volume, image.level, image.trunks, options, progress);

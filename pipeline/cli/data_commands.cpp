@@ -244,8 +244,8 @@ void add_unit_option(CLI::App& command, std::string& unit) {
   command
       .add_option(
           "--unit", unit,
-          "of a given lumen surface: mm, cm, m, inch, or auto (default): as the file says,\n"
-          "otherwise by its size")
+          "of a given lumen surface or volume file: mm, cm, m, inch, or auto (default): as the\n"
+          "file says, otherwise by its size")
       ->check(CLI::IsMember({"auto", "mm", "cm", "m", "inch"}));
 }
 
@@ -277,16 +277,16 @@ CLI::App& add_inspect_command(CLI::App& app, InspectArguments& inspect) {
 
 int do_inspect(const InspectArguments& arguments) {
   const InputKind kind = input_kind(arguments.input);
+  Config config;
+  if (!arguments.unit.empty()) apply_setting(config, "input.unit=" + arguments.unit);
   if (kind == InputKind::surface) {
-    Config config;
-    if (!arguments.unit.empty()) apply_setting(config, "input.unit=" + arguments.unit);
     inspect_surface(arguments.input, config.surface_unit, arguments.as_json);
     return int(ExitCode::done);
   }
   if (kind == InputKind::phantom)
     throw Error(ExitCode::usage, "a phantom has nothing to inspect. See `angio phantom --help`");
-  Config config;
   apply_read_options(config, arguments.read);
+  config.input.unit = config.surface_unit;
   const std::vector<segmentation::SeriesSummary> all =
       segmentation::inspect(arguments.input, config.input);
   std::optional<Forecast> forecast;

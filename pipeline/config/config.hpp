@@ -41,7 +41,7 @@ struct Config {
   /// The seed paper's: "cloth", "unilateral", "bilateral", "ytype", "coronary"; "": none.
   std::string experiment;
   segmentation::ReadOptions input;
-  std::optional<LengthUnit> surface_unit;  ///< of a given surface; unset: as it says, or by size
+  std::optional<LengthUnit> surface_unit;  ///< of a surface or volume file; unset: as it says
   reconstruction::ReconstructionOptions reconstruction;
   segmentation::SegmentationOptions segmentation;
   centerline::CenterlineOptions centerline;

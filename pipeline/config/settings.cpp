@@ -57,8 +57,8 @@ void add_segmentation_settings(Config& c, std::vector<Setting>& table) {
                                "refuse a scan that needs more [GiB]; 0: what is free"));
   table.push_back(
       make_setting("input.unit", c.surface_unit,
-                   "what a given lumen surface is measured in: mm, cm, m or inch; \"auto\": "
-                   "as the file says, otherwise by its size"));
+                   "what a given lumen surface or volume file is measured in: mm, cm, m or inch; "
+                   "\"auto\": as the file says, otherwise by its size"));
   table.push_back(make_setting("segmentation.smallest_radius_mm", c.segmentation.smallest_radius_mm,
                                "thinnest vessel looked for [mm], 0.1 to 20"));
   table.push_back(make_setting("segmentation.largest_radius_mm", c.segmentation.largest_radius_mm,

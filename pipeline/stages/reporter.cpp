@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
@@ -41,8 +42,7 @@ void Reporter::begin_stage(std::string_view stage) {
   throw_if_interrupted();
   stage_ = stage;
   last_tenth_ = 0;
-  stage_start_ = Clock::now();
-  last_shown_ = {};
+  stage_start_ = last_shown_ = Clock::now();
   if (style_ == ReportStyle::json)
     print_event({{"event", "begin"}, {"stage", stage_}});
   else if (terminal_)
@@ -101,13 +101,16 @@ void Reporter::show(double fraction, std::string_view step) {
     std::fflush(stderr);
     return;
   }
-  const int tenth = int(fraction * 10.0 + 1e-9);
-  if (tenth <= last_tenth_ || tenth >= 10) return;
-  last_tenth_ = tenth;
+  constexpr double kLongestSilence = 8.0;  // [s]
+  const int percent = int(fraction * 100.0 + 1e-9), tenth = percent / 10;
+  const bool is_next = tenth > last_tenth_;
+  if (tenth >= 10 || (!is_next && seconds_since(last_shown_) < kLongestSilence)) return;
+  last_tenth_ = std::max(tenth, last_tenth_);
+  last_shown_ = Clock::now();
   if (style_ == ReportStyle::json)
     print_event({{"event", "progress"}, {"stage", stage_}, {"fraction", fraction}, {"step", step}});
   else if (style_ != ReportStyle::quiet)
-    say("{:<13} {} %{}{}\n", stage_, 10 * tenth, step.empty() ? "" : " ", step);
+    say("{:<13} {} %{}{}\n", stage_, is_next ? 10 * tenth : percent, step.empty() ? "" : " ", step);
 }
 
 }  // namespace angio::pipeline

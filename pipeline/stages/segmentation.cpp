@@ -24,8 +24,10 @@ Volume<float> load_volume(StageWork& work, const SegmentationSettings& settings)
     work.input_description = fmt::format("phantom {}", options.name);
     return datasets::make_phantom_scan(options, part(work.progress, 0.0, 0.2)).volume;
   }
-  segmentation::LoadedVolume loaded = segmentation::read_volume(
-      work.input, settings.get<&Config::input>(), part(work.progress, 0.0, 0.2));
+  segmentation::ReadOptions options = settings.get<&Config::input>();
+  options.unit = settings.get<&Config::surface_unit>();
+  segmentation::LoadedVolume loaded =
+      segmentation::read_volume(work.input, options, part(work.progress, 0.0, 0.2));
   keep(work.warnings, loaded.warnings);
   work.input_description = loaded.source_description;
   return std::move(loaded.volume);

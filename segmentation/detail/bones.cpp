@@ -26,6 +26,7 @@ constexpr float kBloodShare = 0.7f;     ///< of the way from tissue to blood: or
 constexpr float kOtherBolus = 0.5f;  ///< of the contrast above blood: veins, where they outshine it
 constexpr double kWide = 2.0;        ///< depths that tell: what is as deep and not even is no blood
 constexpr float kTrunkShare = 0.2f;  ///< of the contrast around blood's level: a trunk
+constexpr double kMostAbove = 0.25;  ///< of a scan: blood, bones and organs with contrast
 constexpr double kMarrow = 600.0;    ///< [mm^2] of a section, darker than half way to blood
 constexpr std::size_t kLeastVoxels = 27;  ///< deep ones that tell
 constexpr double kLeastBone = 5000.0;     ///< [mm^3]
@@ -110,6 +111,12 @@ std::string warning_of(double volume_mm3, bool is_of_pools) {
 
 }  // namespace
 
+bool is_muscle(const BloodLevel& level, const Volume<float>& volume) {
+  const auto above = std::count_if(volume.values.begin(), volume.values.end(),
+                                   [&](float value) { return value > level.half(); });
+  return level.is_of_pools && double(above) > kMostAbove * double(volume.values.size());
+}
+
 Bones find_bones(const Volume<float>& volume, const std::vector<TubeAxis>& axes,
                  const SegmentationOptions& options) {
   const double noise = noise_deviation(volume);
@@ -127,6 +134,7 @@ Bones find_bones(const Volume<float>& volume, const std::vector<TubeAxis>& axes,
   const BloodLevel level = find_even_level(
       even, even_sample(evenness), voxel_mm3 * double(sample_step(volume.values.size())), rough);
   if (!(level.contrast() > 3.0f * evenness.of_tissue)) return {};
+  if (is_muscle(level, volume)) return {};
 
   const Volume<float> denoised =
       smooth(volume, denoising_sigma(volume, noise, double(level.contrast())));

@@ -9,7 +9,9 @@
 
 namespace angio::segmentation::detail {
 
-VesselImage find_vessel_image(const Volume<float>& scanned, const SegmentationOptions& options) {
+VesselImage find_vessel_image(const Volume<float>& scanned, const SegmentationOptions& options,
+                              const Progress& progress) {
+  progress.report(0.0, "finding tubes");
   VesselImage image;
   std::vector<TubeAxis> axes = find_tube_axes(scanned);
   const auto present = [&]() -> const Volume<float>& {
@@ -17,6 +19,7 @@ VesselImage find_vessel_image(const Volume<float>& scanned, const SegmentationOp
   };
   const bool exclude = options.exclude_bone && !options.intensity_max;
   if (exclude) {
+    progress.report(0.3, "telling blood from bone");
     if (Bones bones = find_bones(scanned, axes, options); bones.are_there) {
       axes = parts_of(axes, [&](const TubeAxis& axis, std::size_t n) {
         return bones.mask.values[axis.voxels[n]] == 0;
@@ -26,6 +29,7 @@ VesselImage find_vessel_image(const Volume<float>& scanned, const SegmentationOp
       image.without = std::move(bones.image_without);
       image.warnings.push_back(std::move(bones.warning));
     }
+    progress.report(0.9, "telling blood from bone");
     if (BrightObjects bright = find_bright_objects(present(), axes, options); bright.count > 0) {
       image.without = std::move(bright.image_without);
       image.warnings.push_back(std::move(bright.warning));

@@ -3,6 +3,7 @@
 #include <string>
 #include <vector>
 
+#include "core/progress.hpp"
 #include "core/volume.hpp"
 #include "segmentation/detail/blood_level.hpp"
 #include "segmentation/detail/tube_axes.hpp"
@@ -20,6 +21,7 @@ struct VesselImage {
 
 /// Takes out bones and organs (find_bones), then what is brighter than blood (find_bright_objects),
 /// unless the options say not to.
-VesselImage find_vessel_image(const Volume<float>& scanned, const SegmentationOptions& options);
+VesselImage find_vessel_image(const Volume<float>& scanned, const SegmentationOptions& options,
+                              const Progress& progress);
 
 }  // namespace angio::segmentation::detail

@@ -193,7 +193,7 @@ Tubes find_tubes(const Volume<float>& volume, const std::vector<double>& radii_m
     if (s == 0)
       for (std::size_t v = 0; v < tubes.is_thin.values.size(); ++v)
         tubes.is_thin.values[v] = tubes.contrast.values[v] > 0.0f;
-    progress.report(0.3 * double(s + 1) / double(radii_mm.size()), "enhancing vessels");
+    progress.report(0.1 + 0.2 * double(s + 1) / double(radii_mm.size()), "enhancing vessels");
   }
   return tubes;
 }

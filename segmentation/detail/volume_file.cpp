@@ -99,12 +99,14 @@ VolumeFile load_guarded(const std::filesystem::path& path, VolumePart part,
       [&](ChildOutput& output) {
         const VolumeFile parsed = parse(path, part, options);
         output.put(parsed.volume.geometry);
+        output.put(parsed.unit_mm);
         output.put(std::uint64_t(parsed.warnings.size()));
         for (const auto& warning : parsed.warnings) output.put(warning);
         output.write(parsed.volume.values.data(), parsed.volume.values.size() * sizeof(float));
       },
       [&](ChildInput& input) {
         input.get(file.volume.geometry);
+        input.get(file.unit_mm);
         std::uint64_t warning_count = 0;
         input.get(warning_count);
         for (std::uint64_t w = 0; w < warning_count; ++w) input.get(file.warnings.emplace_back());

@@ -18,6 +18,7 @@ std::string volume_file_format(const std::filesystem::path& path);
 struct VolumeFile {
   Volume<float> volume;               ///< LPS, right-handed; no values if only the header was asked
   std::vector<std::string> warnings;  ///< e.g. an axis that was turned to make it right-handed
+  double unit_mm = 1.0;               ///< that the file states and the grid was scaled by [mm]
 };
 
 enum class VolumePart { whole, header };

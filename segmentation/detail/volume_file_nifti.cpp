@@ -304,6 +304,7 @@ VolumeFile load_nifti(const std::filesystem::path& path, VolumePart part) {
   check_type(header.type, name);
   VolumeFile file;
   file.volume.geometry = geometry_of(header, name, file.warnings);
+  file.unit_mm = header.unit;
   if (part == VolumePart::header) return file;
   if (header.offset < std::int64_t(kSize1) ||
       gzseek(gzip.get(), z_off_t(header.offset), SEEK_SET) < 0)

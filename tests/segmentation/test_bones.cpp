@@ -252,6 +252,23 @@ TEST(Bones, VeinsWithAnUnmixedBolusAreNoLevelOfBlood) {
   }
 }
 
+TEST(Bones, MuscleAgainstAirIsNoPoolOfBlood) {
+  const UnmixedBolus body(false);
+  const BloodLevel level = find_bones(body.volume, find_tube_axes(body.volume), {}).level;
+  ASSERT_TRUE(level.is_of_pools);
+  EXPECT_FALSE(is_muscle(level, body.volume));
+  // As MR shows a limb: muscle as bright as those pools fills half of the scan.
+  Volume<float> limb = body.volume;
+  for_each_voxel(limb.geometry, [&](const Vec3& p, std::size_t v) {
+    if (std::hypot(p.x, p.y) < 36.0 && body.bright.values[v] == 0)
+      limb.values[v] = float(UnmixedBolus::kMixed);
+  });
+  EXPECT_TRUE(is_muscle(level, limb));
+  BloodLevel of_tubes = level;
+  of_tubes.is_of_pools = false;
+  EXPECT_FALSE(is_muscle(of_tubes, limb));
+}
+
 TEST(Bones, ASeedMakesABodyAVessel) {
   const BodyImage body = body_image(true, 15.0);
   SegmentationOptions options;

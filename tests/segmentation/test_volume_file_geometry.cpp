@@ -21,6 +21,7 @@ namespace {
 namespace fs = std::filesystem;
 using testing::Contains;
 using testing::HasSubstr;
+using testing::Not;
 
 /// A NIfTI-1 file of 3 x 4 x 5 numbers that count up, with a plain affine unless changed.
 class Nifti {
@@ -282,6 +283,45 @@ TEST_F(VolumeFileGeometry, MetaImageKeepsItsMatrixOffsetAndByteOrder) {
   expect_at(volume, {7, 8.3, 9}, 1.0f);  // i runs along y
   expect_at(volume, {6.6, 8, 9}, 2.0f);  // j runs along -x
   expect_at(volume, {7, 8, 9.5}, 6.0f);
+}
+
+TEST_F(VolumeFileGeometry, AVolumeInCentimetresOrMetresIsBroughtToMillimetresAndTold) {
+  const auto scan = [&](const std::string& spacing) {
+    return write("a.mha",
+                 "ObjectType = Image\nNDims = 3\nBinaryData = True\nOffset = 1 2 3\n"
+                 "ElementSpacing = " +
+                     spacing +
+                     "\nDimSize = 250 250 20\nElementType = MET_UCHAR\nElementDataFile = LOCAL\n" +
+                     std::string(250 * 250 * 20, 'a'));
+  };
+  const auto expect = [](const LoadedVolume& loaded, const Vec3& spacing, const Vec3& origin) {
+    EXPECT_NEAR(distance(loaded.volume.geometry.spacing, spacing), 0.0, 1e-9);
+    EXPECT_NEAR(distance(loaded.volume.geometry.origin, origin), 0.0, 1e-9);
+  };
+  const auto in_cm = scan("0.04 0.04 0.3");  // 100 mm long, or 10
+  const LoadedVolume guessed = read_volume(in_cm, {});
+  expect(guessed, {0.4, 0.4, 3.0}, {10, 20, 30});
+  EXPECT_THAT(guessed.warnings, Contains(HasSubstr("read in cm: voxels of 0.4 x 0.4 x 3 mm")));
+  EXPECT_EQ(inspect(in_cm).front().geometry.spacing.z, guessed.volume.geometry.spacing.z);
+  EXPECT_EQ(inspect(in_cm).front().warnings, guessed.warnings);
+  expect(read_volume(in_cm, {.unit = LengthUnit::mm}), {0.04, 0.04, 0.3}, {1, 2, 3});
+  expect(read_volume(in_cm, {.spacing_mm = {0.04, 0.04, 0.3}}), {0.04, 0.04, 0.3}, {1, 2, 3});
+  expect(read_volume(in_cm, {.unit = LengthUnit::inch}), {1.016, 1.016, 7.62}, {25.4, 50.8, 76.2});
+  expect(read_volume(scan("0.0004 0.0004 0.003"), {}), {0.4, 0.4, 3.0}, {1000, 2000, 3000});
+  const LoadedVolume plain = read_volume(scan("0.1 0.1 0.1"), {});
+  expect(plain, {0.1, 0.1, 0.1}, {1, 2, 3});
+  EXPECT_THAT(plain.warnings, Not(Contains(HasSubstr("read in"))));
+}
+
+TEST_F(VolumeFileGeometry, AnotherUnitOverrulesTheFilesAndDicomIsInMillimetres) {
+  Nifti nifti;
+  nifti.voxel_sizes(300, 400, 500);
+  nifti.sform({300, 0, 0, 10000, 0, 400, 0, 20000, 0, 0, 500, 30000});
+  nifti.unit(3);  // micrometres
+  const auto volume = read_volume(write("a.nii", nifti.file()), {.unit = LengthUnit::mm}).volume;
+  EXPECT_NEAR(volume.geometry.spacing.x, 300.0, 1e-9);
+  EXPECT_THROW(read_volume(write("a.dcm", "no volume file"), {.unit = LengthUnit::cm}),
+               OptionError);
 }
 
 TEST_F(VolumeFileGeometry, VtiKeepsItsDirectionAndExtent) {
