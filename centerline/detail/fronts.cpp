@@ -21,9 +21,10 @@ class Pieces {
   explicit Pieces(std::size_t voxel_count) : parent_(voxel_count, -1) {}
   /// The maximum of the piece that a basin is in. @param top  a basin's own maximum
   int find(int top) {
-    int& parent = parent_[std::size_t(top)];
-    if (parent < 0) return top;
-    return parent = find(parent);
+    int root = top;
+    while (parent_[std::size_t(root)] >= 0) root = parent_[std::size_t(root)];
+    while (top != root) top = std::exchange(parent_[std::size_t(top)], root);
+    return root;
   }
   void join(int top, int into) { parent_[std::size_t(top)] = into; }
 
