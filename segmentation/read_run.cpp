@@ -184,7 +184,9 @@ class StackPictures : public RunPictures {
   Volume<float> stack_;
 };
 
-LoadedRun read_stack(const fs::path& path, const ReadOptions& options, const Progress& progress) {
+LoadedRun read_stack(const fs::path& path, ReadOptions options, const Progress& progress) {
+  if (!options.unit)
+    options.unit = LengthUnit::mm;  // a detector's pixels may be as fine as they are
   LoadedVolume file = read_volume(path, options, progress);
   const auto stack = std::make_shared<StackPictures>(std::move(file.volume));
   LoadedRun loaded;

@@ -22,8 +22,8 @@ struct Bones {
 };
 
 /// Whether what was taken for pools of blood is muscle, as MR shows it between air and blood: over
-/// a quarter of the scan is brighter than half way to it. Blood, bones and organs with contrast are
-/// 3 to 14 % of a CT scan of the trunk.
+/// a quarter of the scan is brighter than half way to it, more than blood, bones and organs with
+/// contrast are of a CT scan.
 bool is_muscle(const BloodLevel& level, const Volume<float>& volume);
 
 /// Tells bones from vessels by what is inside: blood with contrast is as even as the scanner's

@@ -12,6 +12,7 @@
 #include <limits>
 
 #include "core/error.hpp"
+#include "segmentation/read_run.hpp"
 #include "segmentation/read_volume.hpp"
 #include "testing/temporary_folder.hpp"
 
@@ -308,6 +309,9 @@ TEST_F(VolumeFileGeometry, AVolumeInCentimetresOrMetresIsBroughtToMillimetresAnd
   expect(read_volume(in_cm, {.spacing_mm = {0.04, 0.04, 0.3}}), {0.04, 0.04, 0.3}, {1, 2, 3});
   expect(read_volume(in_cm, {.unit = LengthUnit::inch}), {1.016, 1.016, 7.62}, {25.4, 50.8, 76.2});
   expect(read_volume(scan("0.0004 0.0004 0.003"), {}), {0.4, 0.4, 3.0}, {1000, 2000, 3000});
+  const auto frames = read_run(scan("0.04 0.04 0.3"), {}, RunGeometry::given);
+  ASSERT_TRUE(frames);  // a detector's pixels are as fine
+  EXPECT_NEAR(frames->run.detector_spacing_mm[0], 0.04, 1e-9);
   const LoadedVolume plain = read_volume(scan("0.1 0.1 0.1"), {});
   expect(plain, {0.1, 0.1, 0.1}, {1, 2, 3});
   EXPECT_THAT(plain.warnings, Not(Contains(HasSubstr("read in"))));
