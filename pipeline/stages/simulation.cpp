@@ -45,10 +45,10 @@ class PeakAndLast {
   simulation::SimulationFrame last_;
 };
 
-/// The lumen of a frame. A balloon that touches the wall nowhere is narrower: it need not be seen.
-centerline::LumenProfile profile_of(const TreatedLumen& lumen,
-                                    const simulation::SimulationFrame& frame) {
-  return lumen.profile(frame.wall, frame.contact.count > 0 ? frame.balloon : std::vector<Vec3>());
+/// The balloon in a frame's lumen. One that touches the wall nowhere is narrower: it need not be
+/// seen.
+std::vector<Vec3> balloon_in_lumen(const simulation::SimulationFrame& frame) {
+  return frame.contact.count > 0 ? frame.balloon : std::vector<Vec3>();
 }
 
 /// Writes and measures frames as they come: every n-th, and in the end the peak and the last.
@@ -92,7 +92,7 @@ class FrameWriter {
 
   void write(const simulation::SimulationFrame& frame) {
     if (mld_.contains(frame.frame)) return;
-    mld_[frame.frame] = lumen_.measures(profile_of(lumen_, frame)).lesion.mld_mm;
+    mld_[frame.frame] = lumen_.lesion(frame.wall, balloon_in_lumen(frame)).mld_mm;
     write_frame(folder_ / "frames", model_, frame);
     steps_.push_back({frame.time_s, 0, fmt::format("frames/balloon_{:06d}.vtp", frame.frame)});
     steps_.push_back({frame.time_s, 1, fmt::format("frames/vessel_{:06d}.vtp", frame.frame)});
@@ -266,7 +266,7 @@ void write_result(StageWork& work, const SimulationSettings& settings, const jso
   const double reference = placement.at("lesion").at("reference_diameter_mm").get<double>();
   const TreatedSpans spans = treated_spans(placement);
   const auto profile = [&](const simulation::SimulationFrame& frame) {
-    return profile_of(simulated.lumen, frame);
+    return simulated.lumen.profile(frame.wall, balloon_in_lumen(frame));
   };
   const auto before = lumen.profile(model.wall.vertices), peak = profile(frames.peak()),
              after = profile(frames.last());

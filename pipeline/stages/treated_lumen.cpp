@@ -120,17 +120,36 @@ std::vector<Vec3> TreatedLumen::points(const std::vector<Vec3>& lumen) const {
   return near;
 }
 
-centerline::LumenProfile TreatedLumen::profile(const std::vector<Vec3>& wall,
-                                               const std::vector<Vec3>& balloon) const {
+centerline::LumenProfile TreatedLumen::profile_between(double first, double last,
+                                                       const std::vector<Vec3>& wall,
+                                                       const std::vector<Vec3>& balloon) const {
   const std::vector<Vec3> lumen = mesh(wall).vertices;
   const CenterlinePath path = moved_path(lumen);
-  centerline::LumenProfile seen =
-      centerline::measure_lumen(points(lumen), path, spans_.segment_first, spans_.segment_last);
+  centerline::LumenProfile seen = centerline::measure_lumen(points(lumen), path, first, last);
   if (balloon.empty()) return seen;
   return widened(std::move(seen),
-                 centerline::measure_lumen(balloon, path,
-                                           std::max(spans_.segment_first, spans_.cylinder_first),
-                                           std::min(spans_.segment_last, spans_.cylinder_last)));
+                 centerline::measure_lumen(balloon, path, std::max(first, spans_.cylinder_first),
+                                           std::min(last, spans_.cylinder_last)));
+}
+
+centerline::LumenProfile TreatedLumen::profile(const std::vector<Vec3>& wall,
+                                               const std::vector<Vec3>& balloon) const {
+  return profile_between(spans_.segment_first, spans_.segment_last, wall, balloon);
+}
+
+centerline::Tightest TreatedLumen::lesion(const std::vector<Vec3>& wall,
+                                          const std::vector<Vec3>& balloon) const {
+  // A lesion may be a single place, and the nearest section lie a little beside it.
+  const auto radius_at = [&](double abscissa) {
+    const auto at = std::lower_bound(path_.abscissa.begin(), path_.abscissa.end() - 1, abscissa);
+    return path_.equivalent_radius[std::size_t(at - path_.abscissa.begin())];
+  };
+  const double around = std::max(radius_at(spans_.lesion_first), radius_at(spans_.lesion_last));
+  centerline::LumenProfile near =
+      profile_between(std::max(spans_.lesion_first - around, spans_.segment_first),
+                      std::min(spans_.lesion_last + around, spans_.segment_last), wall, balloon);
+  if (near.abscissa.empty()) near = profile(wall, balloon);
+  return centerline::tightest_between(near, spans_.lesion_first, spans_.lesion_last);
 }
 
 TreatedMeasures TreatedLumen::measures(const centerline::LumenProfile& profile) const {

@@ -50,6 +50,10 @@ class TreatedLumen {
   [[nodiscard]] centerline::LumenProfile profile(const std::vector<Vec3>& wall,
                                                  const std::vector<Vec3>& balloon = {}) const;
   [[nodiscard]] TreatedMeasures measures(const centerline::LumenProfile& profile) const;
+  /// The lesion's measure alone, without sections anywhere else: that of measures(profile(...)),
+  /// sooner.
+  [[nodiscard]] centerline::Tightest lesion(const std::vector<Vec3>& wall,
+                                            const std::vector<Vec3>& balloon = {}) const;
   /// The whole lumen with the region moved.
   [[nodiscard]] TriangleMesh mesh(const std::vector<Vec3>& wall) const;
 
@@ -60,6 +64,9 @@ class TreatedLumen {
     double weight = 0.0;
   };
   void find_shares();
+  [[nodiscard]] centerline::LumenProfile profile_between(double first, double last,
+                                                         const std::vector<Vec3>& wall,
+                                                         const std::vector<Vec3>& balloon) const;
   [[nodiscard]] std::vector<Vec3> points(const std::vector<Vec3>& lumen) const;
   /// The path, taken along by the wall: every point by the mean motion of the wall round it, by
   /// area, out to two radii. A balloon that straightens a bend takes the lumen off its old line.

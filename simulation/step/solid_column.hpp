@@ -144,27 +144,52 @@ ANGIO_HOST_DEVICE inline Mat3T<Real> inverse_pivot(const Mat3T<Real>& pivot, Rea
   return inverse_above(Real(0.5) * (pivot + transpose(pivot)), kLeast * trace);
 }
 
-/// The blocks to the columns beside, a lane's part of them.
+/// Which layers of a link's wedges have new slopes, a bit each.
+template <class Real>
+ANGIO_HOST_DEVICE inline unsigned renewed_layers(const SolidColumns& columns,
+                                                 const ColumnRows<Real>& rows, int column,
+                                                 int link) {
+  unsigned layers = 0;
+  for (int n = columns.wedge_begin[column]; n < columns.wedge_begin[column + 1]; ++n) {
+    const ColumnWedge& at = columns.wedges[n];
+    if (at.link[0] != link && at.link[1] != link) continue;
+    if (rows.renewed[at.wedge] == Renewed::slopes) layers |= 1u << columns.layer[at.wedge];
+  }
+  return layers;
+}
+
+/// The blocks to the columns beside, a lane's part of them: where a wedge has new slopes, the sum
+/// over its neighbours' is taken anew.
 template <class Real, class Lanes>
 ANGIO_HOST_DEVICE inline void gather_links(const SolidColumns& columns,
                                            const ColumnRows<Real>& rows, int column,
                                            const Lanes& lanes) {
-  const int first = columns.link_begin[column], end = columns.link_begin[column + 1];
-  const auto is_own = [&](int link) { return (link - first) % lanes.size() == lanes.rank(); };
   const int blocks = 3 * columns.levels;
-  for (int link = first + lanes.rank(); link < end; link += lanes.size())
-    for (int k = 0; k < blocks; ++k) rows.beside[blocks * link + k] = {};
-  for (int n = columns.wedge_begin[column]; n < columns.wedge_begin[column + 1]; ++n) {
-    const ColumnWedge& at = columns.wedges[n];
-    const WedgeTangent<Real>& t = rows.tangents[at.wedge];
-    for (int side = 0; side < 2; ++side) {
-      if (!is_own(at.link[side])) continue;
-      Slope* beside = rows.beside + blocks * at.link[side] + 3 * columns.layer[at.wedge];
-      const int a = at.corner, b = (a + 1 + side) % 3;
-      beside[1] += tangent_block(t, a, b);
+  for (int link = columns.link_begin[column] + lanes.rank(); link < columns.link_begin[column + 1];
+       link += lanes.size()) {
+    const unsigned layers = renewed_layers(columns, rows, column, link);
+    if (layers == 0) continue;
+    const auto is_new = [&](int layer) { return layer >= 0 && (layers >> layer & 1u) != 0; };
+    const auto is_new_at = [&](int level) { return is_new(level - 1) || is_new(level); };
+    Slope* all = rows.beside + blocks * link;
+    for (int l = 0; l < columns.levels; ++l) {
+      if (is_new(l - 1)) all[3 * l] = {};
+      if (is_new_at(l)) all[3 * l + 1] = {};
+      if (is_new(l)) all[3 * l + 2] = {};
+    }
+    for (int n = columns.wedge_begin[column]; n < columns.wedge_begin[column + 1]; ++n) {
+      const ColumnWedge& at = columns.wedges[n];
+      if (at.link[0] != link && at.link[1] != link) continue;
+      const int layer = columns.layer[at.wedge];
+      if (!is_new_at(layer) && !is_new_at(layer + 1)) continue;
+      const WedgeTangent<Real>& t = rows.tangents[at.wedge];
+      Slope* beside = all + 3 * layer;
+      const int a = at.corner, b = (a + (at.link[0] == link ? 1 : 2)) % 3;
+      if (is_new_at(layer)) beside[1] += tangent_block(t, a, b);
+      if (is_new_at(layer + 1)) beside[4] += tangent_block(t, a + 3, b + 3);
+      if (!is_new(layer)) continue;
       beside[2] += tangent_block(t, a, b + 3);
       beside[3] += tangent_block(t, a + 3, b);
-      beside[4] += tangent_block(t, a + 3, b + 3);
     }
   }
 }

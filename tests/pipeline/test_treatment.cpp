@@ -158,6 +158,26 @@ TEST(TreatedLumen, IsOfTheLesionBetweenItsEdgesAndOfTheWholeSegment) {
   EXPECT_EQ(treated.mesh(wall).vertices, lumen.vertices);
 }
 
+TEST(TreatedLumen, OfTheLesionAloneIsThatOfTheWholeProfile) {
+  const TriangleMesh lumen = tube(97, 24, narrowed);
+  std::vector<int> region;
+  std::vector<Vec3> wall, balloon;
+  for (std::size_t v = 0; v < lumen.vertices.size(); ++v) region.push_back(int(v));
+  for (const Vec3& p : lumen.vertices) {
+    wall.push_back({1.1 * p.x, 0.9 * p.y, p.z});
+    if (p.z > 5.0 && p.z < 20.0) balloon.push_back({0.95 * p.x, 0.95 * p.y, p.z});
+  }
+  for (const auto& [first, last] : {std::pair(6.0, 12.0), std::pair(9.1, 9.1)}) {
+    const TreatedLumen treated(lumen, region, axis(), {first, last, 3.0, 21.0}, 0.7, false);
+    for (const auto& inside : {std::vector<Vec3>(), balloon}) {
+      const centerline::Tightest whole = treated.measures(treated.profile(wall, inside)).lesion;
+      const centerline::Tightest own = treated.lesion(wall, inside);
+      EXPECT_NEAR(own.mld_mm, whole.mld_mm, 1e-9);
+      EXPECT_NEAR(own.mla_mm2, whole.mla_mm2, 1e-9);
+    }
+  }
+}
+
 TEST(TreatedLumen, FollowsTheWallAndNoVesselFarAway) {
   TriangleMesh lumen = tube(97, 24, narrowed);
   const std::size_t own = lumen.vertices.size();

@@ -201,6 +201,24 @@ TEST_F(Columns, TakeTheSlopesAgainWhereTheLawHasChanged) {
   for (const Renewed renewed : renewed_) EXPECT_EQ(renewed, Renewed::slopes);
 }
 
+// Only the sums that have a new slope in them are taken again: to the last bit as if all were.
+TEST_F(Columns, AddUpTheSlopesAroundFewNewOnesAsAroundMany) {
+  for (const int vertex : {2, columns_ + 5, 2 * columns_ + 1}) {
+    ASSERT_LT(vertex, int(x_.size()));
+    x_[std::size_t(vertex)] += Vec3{0.03, -0.02, 0.01};
+    renew();
+    const auto few = std::count(renewed_.begin(), renewed_.end(), Renewed::slopes);
+    ASSERT_GT(few, 0);
+    ASSERT_LT(few, int(renewed_.size()));
+    const std::vector<Slope> own = beside_;
+    std::fill(renewed_.begin(), renewed_.end(), Renewed::slopes);
+    for (int i = 0; i < columns_; ++i) gather_links(columns(), rows_, i, OneLane{});
+    for (std::size_t k = 0; k < own.size(); ++k)
+      for (int r = 0; r < 3; ++r)
+        for (int c = 0; c < 3; ++c) ASSERT_EQ(own[k](r, c), beside_[k](r, c));
+  }
+}
+
 // Fibres that become taut stiffen at a strain that is otherwise too small for new slopes.
 TEST_F(Columns, TakeTheSlopesAgainWhereFibersBecomeTaut) {
   x_ = wall_.vertices;
