@@ -42,6 +42,14 @@ void check_numbers(const TriangleMesh& mesh) {
             "again");
 }
 
+void check_edges(const TriangleMesh& mesh) {
+  const SurfaceTopology topology = surface_topology(mesh);
+  if (topology.nonmanifold_edge_count > 0)
+    throw InputError(
+        "the surface has " + std::to_string(topology.nonmanifold_edge_count) +
+        " edges where its sheets could not be taken apart. Repair it in a mesh editor");
+}
+
 /// One vertex a place, one sheet an edge.
 void make_manifold(Work& work) {
   constexpr double kSame = 1e-5;  // of the median edge
@@ -68,6 +76,7 @@ void make_manifold(Work& work) {
             detail::turn_alike(work.mesh));
   work.note("corner where several sheets meet taken apart",
             "corners where several sheets meet taken apart", detail::take_sheets_apart(work.mesh));
+  check_edges(work.mesh);
 }
 
 /// The diameter of the tube that has the surface's volume V for its area A, 4 V / A: about that of
@@ -107,14 +116,6 @@ void fill_holes(Work& work) {
   if (filled.count > kEach) holes = {filled};
   for (const Count& hole : holes)
     work.note("hole in the wall filled", "holes in the wall filled", hole);
-}
-
-void check_edges(const TriangleMesh& mesh) {
-  const SurfaceTopology topology = surface_topology(mesh);
-  if (topology.nonmanifold_edge_count > 0)
-    throw InputError(
-        "the surface has " + std::to_string(topology.nonmanifold_edge_count) +
-        " edges where its sheets could not be taken apart. Repair it in a mesh editor");
 }
 
 }  // namespace

@@ -56,6 +56,36 @@ inline TriangleMesh make_sphere(const Vec3& centre, double radius, int level) {
   return mesh;
 }
 
+/// The surface of unit cubes, a vertex for each corner of the grid.
+inline TriangleMesh surface_of_cubes(const std::vector<std::array<int, 3>>& cubes) {
+  TriangleMesh mesh;
+  std::map<std::array<int, 3>, int> vertex_at;
+  const auto vertex = [&](std::array<int, 3> at) {
+    const auto [known, is_new] = vertex_at.try_emplace(at, int(mesh.vertices.size()));
+    if (is_new) mesh.vertices.push_back({double(at[0]), double(at[1]), double(at[2])});
+    return known->second;
+  };
+  for (const std::array<int, 3>& cube : cubes)
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      for (const int side : {0, 1}) {
+        std::array<int, 3> beside = cube;
+        beside[axis] += 2 * side - 1;
+        if (std::find(cubes.begin(), cubes.end(), beside) != cubes.end()) continue;
+        const std::size_t u = (axis + 1) % 3, v = (axis + 2) % 3;
+        std::array<int, 4> quad{};
+        for (int k = 0; k < 4; ++k) {
+          std::array<int, 3> at = cube;
+          at[axis] += side;
+          at[u] += k == 1 || k == 2 ? 1 : 0;
+          at[v] += k >= 2 ? 1 : 0;
+          quad[std::size_t(side == 1 ? k : 3 - k)] = vertex(at);
+        }
+        mesh.triangles.push_back({quad[0], quad[1], quad[2]});
+        mesh.triangles.push_back({quad[0], quad[2], quad[3]});
+      }
+  return mesh;
+}
+
 /// An open tube along z from 0 to `length`: rings of `ring_vertex_count` vertices on the radius,
 /// outward normals.
 inline TriangleMesh make_tube(double radius, double length, int ring_count, int ring_vertex_count) {

@@ -129,14 +129,14 @@ void add_missing(const LumenVoxels& lumen, const Ends& others, int source, Ends&
   }
 }
 
-void take_rims(const LumenVoxels& lumen, const std::vector<int>& rims, bool are_caps, int source,
+void take_rims(const LumenVoxels& lumen, const std::vector<Rim>& rims, bool are_caps, int source,
                Ends& ends, std::vector<int>& closed) {
   constexpr double kLong = 6.0, kLongerThanWide = 2.0, kStump = 0.5;  // radii
   const Front& front = ends.front;
   std::vector<LumenEnd> kept;
-  for (const int rim : rims) {
-    if (rim == source || std::isinf(front.length[std::size_t(rim)])) continue;
-    kept.push_back({rim, front.length[std::size_t(rim)]});
+  for (const Rim& rim : rims) {
+    if (rim.voxel == source || std::isinf(front.length[std::size_t(rim.voxel)])) continue;
+    kept.push_back({rim.voxel, front.length[std::size_t(rim.voxel)]});
   }
   std::vector<char> in_tree(std::size_t(lumen.count()), 0);
   const auto add_to_tree = [&](int tip) {
@@ -160,7 +160,12 @@ void take_rims(const LumenVoxels& lumen, const std::vector<int>& rims, bool are_
     return length_of(end.voxel) >= kLongerThanWide;
   });
   const double least = are_caps && tips > std::ptrdiff_t(rims.size()) ? kLongerThanWide : kLong;
+  const auto is_on_a_rim = [&](int tip) {
+    return std::any_of(rims.begin(), rims.end(),
+                       [&](const Rim& rim) { return is_on(lumen, rim.opening, tip); });
+  };
   for (const LumenEnd& end : ends.ends) {
+    if (is_on_a_rim(end.voxel)) continue;
     const bool is_flat_or_stump = are_caps && end.middle;
     if (length_of(end.voxel) < (is_flat_or_stump ? kStump : least)) continue;
     kept.push_back(end);

@@ -18,6 +18,12 @@ struct Ends {
   std::vector<int> loop_cuts;  ///< a voxel next to each round's first cut
 };
 
+/// An open rim of the piece that is followed.
+struct Rim {
+  int voxel = -1;  ///< in its middle
+  OpenRim opening;
+};
+
 /// The ends seen from `source`, spurs left out, loops cut.
 /// @param flat_ends  each of them is an end, however short its vessel
 /// @param min_length  of a branch [mm]; 0: by its shape
@@ -30,12 +36,12 @@ Ends find_ends(LumenVoxels& lumen, int source, const std::vector<OpenRim>& flat_
 /// are one end.
 void add_missing(const LumenVoxels& lumen, const Ends& others, int source, Ends& ends);
 
-/// Makes every rim an end, and no end of what else stands out but long vessels.
-/// @param rims  voxels in the middle of the rims
+/// Makes every rim an end, and no end of what else stands out but long vessels; a tip that lies on
+/// a rim is that rim's.
 /// @param are_caps  of a closed surface: where fewer of its vessels end in caps than in tips, a tip
 ///                  counts if its vessel is longer than wide
 /// @param closed  gets the tips of vessels that end without a rim
-void take_rims(const LumenVoxels& lumen, const std::vector<int>& rims, bool are_caps, int source,
+void take_rims(const LumenVoxels& lumen, const std::vector<Rim>& rims, bool are_caps, int source,
                Ends& ends, std::vector<int>& closed);
 
 /// The middle of the flat end that a tip lies on, if it does [mm].

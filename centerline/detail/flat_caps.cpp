@@ -11,12 +11,14 @@
 namespace angio::centerline {
 namespace {
 
-/// Whether a flat piece is where a vessel was cut off: round, with a sharp edge, and its radius two
-/// edges of its own rim or of the mesh. A thin vessel beside wide ones is of finer triangles.
+/// Whether a flat piece is where a vessel was cut off: with a sharp edge, and its radius two edges
+/// of its own rim or of the mesh (a thin vessel beside wide ones is of finer triangles) and about
+/// round, or its rim six edges or more and as good as a circle's polygon.
 bool is_cap(const TriangleMesh& mesh, const std::vector<std::array<int, 3>>& neighbors,
             const std::vector<int>& piece, const std::vector<int>& piece_of,
             const std::vector<Vec3>& normals, double mean_edge) {
-  constexpr double kSharp = 0.866, kMostOfRim = 0.9, kRound = 0.4, kWide = 2.0;
+  constexpr double kSharp = 0.866, kMostOfRim = 0.9;
+  constexpr double kRound = 0.4, kWide = 2.0, kPolygon = 0.85, kSixEdges = 0.85;
   double area = 0.0, rim = 0.0, sharp = 0.0;
   int rim_edges = 0;
   Vec3 normal;
@@ -41,9 +43,11 @@ bool is_cap(const TriangleMesh& mesh, const std::vector<std::array<int, 3>>& nei
         if (v != a && v != b && dot(mesh.vertices[std::size_t(v)] - from, normal) < 0.0)
           sharp += length;
     }
-  const double edge = std::min(mean_edge, rim / std::max(rim_edges, 1));
-  return rim > 0.0 && sharp > kMostOfRim * rim && 4.0 * units::kPi * area > kRound * rim * rim &&
-         std::sqrt(area / units::kPi) > kWide * edge;
+  if (!(sharp > kMostOfRim * rim)) return false;
+  const double roundness = 4.0 * units::kPi * area / (rim * rim);
+  const double radius = std::sqrt(area / units::kPi), rim_edge = rim / double(rim_edges);
+  return (roundness > kRound && radius > kWide * std::min(mean_edge, rim_edge)) ||
+         (roundness > kPolygon && radius > kSixEdges * rim_edge);
 }
 
 /// The triangles' unit normals, each the mean of its own and its neighbours', some times over:

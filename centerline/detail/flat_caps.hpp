@@ -11,9 +11,10 @@ namespace angio::centerline {
 ///
 /// A cap is a flat piece (triangles within 3 degrees of one plane) that the wall leaves by a sharp
 /// edge (over 30 degrees, on nine tenths of its rim) towards the inside all round, that is round
-/// (4 pi area / perimeter^2 over 0.4) and wider than four triangles' edges. A wall has no such
-/// piece: where it is flat it goes on without an edge. The stairs of a voxel mask have; they are
-/// rough, and not to be asked for.
+/// (4 pi area / perimeter^2 over 0.4) and wider than four triangles' edges, or a polygon of six
+/// edges or more (over 0.85, which no rectangle has). A wall has no such piece: where it is flat it
+/// goes on without an edge. The stairs of a voxel mask have; they are rough, and not to be asked
+/// for.
 ///
 /// @param closed  outward normals
 /// @return the surface without its caps; the same surface where it has none

@@ -47,11 +47,6 @@ bool is_cut_off(const LumenVoxels& lumen, const std::vector<int>& tip_first) {
                      [&](int v) { return at_border(lumen, v); });
 }
 
-struct Rim {
-  int voxel = -1;  ///< in its middle
-  OpenRim opening;
-};
-
 /// @param front  from the root
 /// @param rims   where there are two or more, blood comes in by one of them
 int find_inlet(const LumenVoxels& lumen, int root, const Front& front,
@@ -229,12 +224,10 @@ Skeleton find_skeleton(LumenVoxels& lumen, const CenterlineOptions& options,
                        const Openings& openings, const Progress& progress) {
   Skeleton skeleton;
   const std::vector<Rim> open_ends = find_rims(lumen, openings.rims, skeleton.warnings);
-  std::vector<int> rims;
-  for (const Rim& rim : open_ends) rims.push_back(rim.voxel);
-  const bool has_rims = rims.size() >= 2;
+  const bool has_rims = open_ends.size() >= 2;
   const int deepest =
       int(std::max_element(lumen.depth.begin(), lumen.depth.end()) - lumen.depth.begin());
-  const int root = has_rims ? rims.front() : farthest(march(lumen, deepest));
+  const int root = has_rims ? open_ends.front().voxel : farthest(march(lumen, deepest));
   std::vector<char> near_cut(std::size_t(lumen.count()), 0);
   const std::vector<std::uint32_t> uncut = lumen.links;
   std::vector<int> closed;
@@ -248,7 +241,7 @@ Skeleton find_skeleton(LumenVoxels& lumen, const CenterlineOptions& options,
     closed.clear();
     Ends ends =
         find_ends(lumen, source, openings.flat_ends, options.min_branch_length_mm, near_cut, pass);
-    if (has_rims) take_rims(lumen, rims, openings.are_caps, source, ends, closed);
+    if (has_rims) take_rims(lumen, open_ends, openings.are_caps, source, ends, closed);
     return ends;
   };
   int source = root;

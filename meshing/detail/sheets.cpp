@@ -110,42 +110,44 @@ Count turn_alike(TriangleMesh& mesh) {
   return count;
 }
 
-Count take_sheets_apart(TriangleMesh& mesh) {
-  std::vector<int> parent(3 * mesh.triangles.size());  // of corners
-  std::iota(parent.begin(), parent.end(), 0);
-  const auto join = [&](int i, int j) {  // the two sides run against each other
-    unite(parent, i, j / 3 * 3 + (j % 3 + 1) % 3);
-    unite(parent, i / 3 * 3 + (i % 3 + 1) % 3, j);
+namespace {
+
+/// Of the triangles' sides at an edge, the pairs that stay together: those between which the inside
+/// lies.
+std::vector<std::array<int, 2>> pairs_at(const TriangleMesh& mesh, const EdgeTable::Edge& edge) {
+  const Vec3& a = mesh.vertices[std::size_t(edge.key[0])];
+  const Vec3 along = normalized(mesh.vertices[std::size_t(edge.key[1])] - a);
+  const Vec3 u = any_perpendicular(along);
+  const Vec3 v = cross(along, u);
+  struct Side {
+    double angle;
+    int index;
+    bool forward;
   };
-  const EdgeTable edges(mesh);
-  for (const auto& [key, at] : edges) {
-    const Vec3& a = mesh.vertices[std::size_t(key[0])];
-    const Vec3 along = normalized(mesh.vertices[std::size_t(key[1])] - a);
-    const Vec3 u = any_perpendicular(along);
-    const Vec3 v = cross(along, u);
-    struct Side {
-      double angle;
-      int index;
-      bool forward;
-    };
-    std::vector<Side> sides;
-    for (const int i : at) {
-      const auto t = std::size_t(i / 3);
-      const Vec3 out = corner(mesh, t, std::size_t((i + 2 - (i / 3) * 3) % 3)) - a;
-      sides.push_back({std::atan2(dot(out, v), dot(out, u)), i,
-                       mesh.triangles[t][std::size_t(i % 3)] == key[0]});
-    }
-    std::stable_sort(sides.begin(), sides.end(),
-                     [](const Side& x, const Side& y) { return x.angle < y.angle; });
-    // Going round the edge, the inside begins behind a forward triangle's back.
-    const std::size_t n = sides.size();
-    for (std::size_t i = 0; i < n && n > 1; ++i) {
-      const Side& side = sides[i];
-      const Side& other = sides[(i + n - 1) % n];
-      if (n == 2 ? (i == 0 && side.forward != other.forward) : (side.forward && !other.forward))
-        join(side.index, other.index);
-    }
+  std::vector<Side> sides;
+  for (const int i : edge.at) {
+    const auto t = std::size_t(i / 3);
+    const Vec3 out = corner(mesh, t, std::size_t((i + 2 - (i / 3) * 3) % 3)) - a;
+    sides.push_back({std::atan2(dot(out, v), dot(out, u)), i,
+                     mesh.triangles[t][std::size_t(i % 3)] == edge.key[0]});
   }
+  std::stable_sort(sides.begin(), sides.end(),
+                   [](const Side& x, const Side& y) { return x.angle < y.angle; });
+  // Going round the edge, the inside begins behind a forward triangle's back.
+  std::vector<std::array<int, 2>> pairs;
+  const std::size_t n = sides.size();
+  for (std::size_t i = 0; i < n && n > 1; ++i) {
+    const Side& side = sides[i];
+    const Side& other = sides[(i + n - 1) % n];
+    if (n == 2 ? (i == 0 && side.forward != other.forward) : (side.forward && !other.forward))
+      pairs.push_back({side.index, other.index});
+  }
+  return pairs;
+}
+
+/// Gives every class of corners a vertex of its own.
+/// @param parent  of corners, see find_root
+Count separate_corners(TriangleMesh& mesh, std::vector<int>& parent) {
   Count copies;
   std::map<int, int> vertex_of;  // of a class of corners
   std::vector<char> taken(mesh.vertices.size(), 0);
@@ -163,6 +165,51 @@ Count take_sheets_apart(TriangleMesh& mesh) {
   }
   mesh.triangles = std::move(triangles);
   return copies;
+}
+
+/// Halves the edges of pairs of triangles until no two pairs have the same corners at their edge:
+/// sheets that meet in an edge may hang together at both its ends, so that no corner comes apart.
+void halve_shared_edges(TriangleMesh& mesh, Count& halved) {
+  for (bool any = true; any;) {
+    any = false;
+    std::vector<std::array<int, 2>> pairs;
+    for (const EdgeTable edges(mesh); const EdgeTable::Edge& edge : edges) {
+      if (edge.at.size() <= 2) continue;
+      const auto own = pairs_at(mesh, edge);
+      if (own.size() > 1) pairs.insert(pairs.end(), own.begin() + 1, own.end());
+    }
+    std::vector<char> is_halved(mesh.triangles.size(), 0);  // a triangle's next edge has to wait
+    for (const auto& [i, j] : pairs) {
+      if (is_halved[std::size_t(i / 3)] || is_halved[std::size_t(j / 3)]) continue;
+      const int middle = int(mesh.vertices.size());
+      const auto t = std::size_t(i / 3), first = std::size_t(i % 3);
+      mesh.vertices.push_back(0.5 * (corner(mesh, t, first) + corner(mesh, t, (first + 1) % 3)));
+      for (const int side : {i, j}) {
+        is_halved[std::size_t(side / 3)] = 1;
+        Triangle& one = mesh.triangles[std::size_t(side / 3)];
+        Triangle other = one;
+        one[std::size_t(side % 3 + 1) % 3] = other[std::size_t(side % 3)] = middle;
+        mesh.triangles.push_back(other);
+      }
+      halved.add(mesh.vertices.back());
+      any = true;
+    }
+  }
+}
+
+}  // namespace
+
+Count take_sheets_apart(TriangleMesh& mesh) {
+  std::vector<int> parent(3 * mesh.triangles.size());  // of corners
+  std::iota(parent.begin(), parent.end(), 0);
+  for (const EdgeTable edges(mesh); const EdgeTable::Edge& edge : edges)
+    for (const auto& [i, j] : pairs_at(mesh, edge)) {  // the two sides run against each other
+      unite(parent, i, j / 3 * 3 + (j % 3 + 1) % 3);
+      unite(parent, i / 3 * 3 + (i % 3 + 1) % 3, j);
+    }
+  Count apart = separate_corners(mesh, parent);
+  halve_shared_edges(mesh, apart);
+  return apart;
 }
 
 }  // namespace angio::meshing::detail

@@ -16,7 +16,8 @@ Count cut_off_fins(TriangleMesh& mesh);
 Count turn_alike(TriangleMesh& mesh);
 
 /// Gives every sheet its own vertices where several meet in an edge or in a corner. In an edge,
-/// those two triangles stay together between which the inside lies.
+/// those two triangles stay together between which the inside lies; where sheets that meet in an
+/// edge hang together at both its ends, the edge of one is halved.
 Count take_sheets_apart(TriangleMesh& mesh);
 
 }  // namespace angio::meshing::detail

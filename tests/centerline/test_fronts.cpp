@@ -1,11 +1,14 @@
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <random>
 #include <vector>
 
+#include "centerline/detail/ends.hpp"
 #include "centerline/detail/fronts.hpp"
 #include "centerline/detail/lumen_voxels.hpp"
+#include "core/units.hpp"
 #include "testing/centerline/shapes.hpp"
 #include "tests/centerline/tree_checks.hpp"
 
@@ -63,6 +66,36 @@ TEST(Front, RoundCutsIsThatOfAMarchFromTheSource) {
     lumen.cut(int(random() % unsigned(lumen.count())), int(random() % kNeighborCount));
   march_round_cuts(lumen, front);
   expect_same(front, march(lumen, source));
+}
+
+/// The farthest voxel of a vessel that was cut off askew, by 50 degrees, is the corner of its rim.
+TEST(Rims, HaveNoEndBesideTheirOwnAtTheCornerOfTheCap) {
+  const double lean = std::tan(50.0 * units::kPi / 180.0);
+  Volume<float> level_set =
+      level_set_of({straight_tube({0, 0, 0}, {0, 0, 40}, constant(3.0))},
+                   grid_around({straight_tube({0, 0, 0}, {0, 0, 40}, constant(3.0))}, 0.4, 1.5));
+  const VolumeGeometry& grid = level_set.geometry;
+  for (int k = 0; k < grid.size[2]; ++k)
+    for (int j = 0; j < grid.size[1]; ++j)
+      for (int i = 0; i < grid.size[0]; ++i) {
+        const Vec3 p = grid.lps_from_index({double(i), double(j), double(k)});
+        const double beyond = (p.z - 30.0 - lean * p.x) / std::hypot(1.0, lean);
+        level_set.at(i, j, k) = std::max(level_set.at(i, j, k), float(beyond));
+      }
+  const LumenVoxels lumen = find_lumen_voxels(level_set).voxels;
+  const int source = lumen.nearest({0, 0, 1});
+  const double askew = std::sqrt(std::hypot(1.0, lean));  // the radius of the rim's area
+  const std::vector<Rim> rims{{source, {{0, 0, 1}, 3.0}},
+                              {lumen.nearest({0, 0, 30}), {{0, 0, 30}, 3.0 * askew}}};
+  Ends ends;
+  ends.front = march(lumen, source);
+  const int corner = lumen.nearest({2.8, 0, 30 + 2.7 * lean});
+  ends.ends.push_back({corner, 4.0, false, false, lumen.position(corner)});
+  std::vector<int> closed;
+  take_rims(lumen, rims, true, source, ends, closed);
+  ASSERT_EQ(ends.ends.size(), 1U);
+  EXPECT_EQ(ends.ends[0].voxel, rims[1].voxel);
+  EXPECT_TRUE(closed.empty());
 }
 
 }  // namespace

@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <string>
 #include <vector>
@@ -267,6 +268,37 @@ TEST(FlatCaps, AreKnownOfAThinVesselBesideCoarserWalls) {
     mesh.triangles.push_back({first + 2 * kAround + 1, a + kAround, b + kAround});
   }
   EXPECT_EQ(boundary_loops(remove_flat_caps(mesh)).size(), 2U);
+}
+
+TEST(FlatCaps, OfCoarseTubesArePolygonsAndNoRectangleIsOne) {
+  for (const int around : {6, 8, 12}) {
+    // Rings half as far apart as the rim's corners: the mean edge is no longer than those of the
+    // rim.
+    const double edge = 2.0 * std::sin(units::kPi / around);
+    const int rings = 2 + int(20.0 / edge);
+    TriangleMesh tube = tests::make_tube(1.0, 20.0, rings, around);
+    for (const std::vector<int>& rim : boundary_loops(TriangleMesh(tube)))
+      for (std::size_t i = 1; i + 1 < rim.size(); ++i)
+        tube.triangles.push_back({rim[0], rim[i], rim[i + 1]});
+    ASSERT_TRUE(surface_topology(tube).is_closed());
+    EXPECT_EQ(boundary_loops(remove_flat_caps(tube)).size(), 2U) << around;
+  }
+  // The steps of a staircase of cubes have sharp edges all round, too.
+  std::vector<std::array<int, 3>> stairs;
+  for (int k = 0; k < 3; ++k)
+    for (int i = k; i < 7 - k; ++i)
+      for (int j = k; j < 7 - k; ++j)
+        if (k < 2 || (i > 1 && i < 5 && j > 1 && j < 5)) stairs.push_back({i, j, k});
+  const TriangleMesh steps = tests::surface_of_cubes(stairs);
+  const TriangleMesh left = remove_flat_caps(steps);
+  const auto on_top = [](const TriangleMesh& mesh) {
+    return std::count_if(mesh.triangles.begin(), mesh.triangles.end(), [&](const Triangle& t) {
+      return std::all_of(t.begin(), t.end(),
+                         [&](int v) { return mesh.vertices[std::size_t(v)].z == 3.0; });
+    });
+  };
+  EXPECT_EQ(on_top(steps), 18);
+  EXPECT_EQ(on_top(left), 18);
 }
 
 TEST(FlatCaps, WithRoundedEdgesAreFlatEndsAndRoundTipsAndWallsAreNone) {

@@ -9,6 +9,7 @@
 #include <set>
 
 #include "core/error.hpp"
+#include "meshing/detail/sheets.hpp"
 #include "meshing/meshing.hpp"
 #include "meshing/repair_surface.hpp"
 #include "testing/shapes.hpp"
@@ -293,6 +294,18 @@ TEST(RepairSurface, TakesSolidsThatTouchInAnEdgeApart) {
   EXPECT_EQ(surface_topology(repaired.mesh).component_count, 1);
   EXPECT_NEAR(enclosed_volume(repaired.mesh), 2.0, 1e-12);
   EXPECT_THAT(texts(repaired), Contains(HasSubstr("left out")));
+}
+
+TEST(RepairSurface, TakesSheetsApartThatHangTogetherAtBothEndsOfAnEdge) {
+  // Two cubes that touch in an edge, and hang together over and under it.
+  const TriangleMesh mesh = surface_of_cubes(
+      {{0, 0, 0}, {1, 1, 0}, {0, 0, 1}, {1, 0, 1}, {1, 1, 1}, {0, 0, -1}, {1, 0, -1}, {1, 1, -1}});
+  ASSERT_EQ(surface_topology(mesh).nonmanifold_edge_count, 1);
+  TriangleMesh apart = mesh;
+  EXPECT_GT(detail::take_sheets_apart(apart).count, 0);
+  EXPECT_EQ(surface_topology(apart).nonmanifold_edge_count, 0);
+  EXPECT_TRUE(surface_topology(apart).is_closed());
+  EXPECT_NEAR(enclosed_volume(apart), 8.0, 1e-12);
 }
 
 TEST(RepairSurface, FillsAnOpeningThatNoScanShowsBesideTheVessel) {
