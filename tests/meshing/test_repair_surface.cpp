@@ -298,7 +298,7 @@ TEST(RepairSurface, TakesSolidsThatTouchInAnEdgeApart) {
 
 TEST(RepairSurface, TakesSheetsApartThatHangTogetherAtBothEndsOfAnEdge) {
   // Two cubes that touch in an edge, and hang together over and under it.
-  const TriangleMesh mesh = surface_of_cubes(
+  const TriangleMesh mesh = tests::surface_of_cubes(
       {{0, 0, 0}, {1, 1, 0}, {0, 0, 1}, {1, 0, 1}, {1, 1, 1}, {0, 0, -1}, {1, 0, -1}, {1, 1, -1}});
   ASSERT_EQ(surface_topology(mesh).nonmanifold_edge_count, 1);
   TriangleMesh apart = mesh;
