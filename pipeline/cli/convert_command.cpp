@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <optional>
 
 #include "core/error.hpp"
 #include "core/text.hpp"
@@ -15,6 +16,8 @@
 #include "pipeline/case/dicom_folder.hpp"
 #include "pipeline/case/input_kind.hpp"
 #include "pipeline/case/slicer_folder.hpp"
+#include "pipeline/cli/data_commands.hpp"
+#include "pipeline/config/config.hpp"
 #include "pipeline/stages/reporter.hpp"
 #include "segmentation/read_volume.hpp"
 #include "viewer/case_scene.hpp"
@@ -60,12 +63,27 @@ Kind kind_of_input(const std::string& input) {
   return input_kind(input) == InputKind::surface ? Kind::surface : Kind::volume;
 }
 
+std::optional<LengthUnit> unit_of(const ConvertArguments& a) {
+  Config config;
+  if (!a.unit.empty()) apply_setting(config, "input.unit=" + a.unit);
+  return config.surface_unit;
+}
+
 /// In millimetres, as everything that is written.
-void convert_surface(const std::string& input, const fs::path& output) {
-  formats::SurfaceData surface = formats::read_surface(input);
-  if (surface.unit)
-    for (Vec3& point : surface.mesh.vertices) point = kMillimetresOf[int(*surface.unit)] * point;
-  formats::write_surface(output, surface);
+void convert_surface(const ConvertArguments& a) {
+  formats::SurfaceData surface = formats::read_surface(a.input);
+  const std::optional<LengthUnit> given = unit_of(a);
+  if (const auto unit = given ? given : surface.unit)
+    for (Vec3& point : surface.mesh.vertices) point = kMillimetresOf[int(*unit)] * point;
+  formats::write_surface(a.output, surface);
+}
+
+void convert_volume(const ConvertArguments& a, Reporter& reporter) {
+  segmentation::ReadOptions options;
+  options.unit = unit_of(a);
+  const auto loaded = segmentation::read_volume(a.input, options, reporter.progress());
+  for (const std::string& warning : loaded.warnings) reporter.warn("convert", warning);
+  write_volume(a.output, loaded.volume);
 }
 
 void require_case(const ConvertArguments& a) {
@@ -115,6 +133,7 @@ CLI::App& add_convert_command(CLI::App& app, ConvertArguments& a) {
   command.add_flag("--keep-link", a.keep_link,
                    "of --to dicom: under the scan's patient and study, with references to its "
                    "images (the case was run with --keep-link)");
+  add_unit_option(command, a.unit);
   add_output_options(command, a.shared);
   return command;
 }
@@ -123,6 +142,8 @@ int do_convert(const ConvertArguments& a) {
   Reporter reporter(a.shared.style());
   if (a.keep_link && a.to != "dicom")
     throw Error(ExitCode::usage, "--keep-link is for --to dicom. Leave it out");
+  if (!a.unit.empty() && kind_of_input(a.input) == Kind::scene)
+    throw Error(ExitCode::usage, "--unit is for a surface or a volume file. Leave it out");
   if (a.to == "dicom") return convert_to_dicom(a, reporter);
   if (a.to == "slicer") return convert_for_slicer(a, reporter);
   const Kind wanted = output_kind(a.output), given = kind_of_input(a.input);
@@ -134,14 +155,11 @@ int do_convert(const ConvertArguments& a) {
   reporter.begin_stage("convert");
   switch (wanted) {
     case Kind::surface:
-      convert_surface(a.input, a.output);
+      convert_surface(a);
       break;
-    case Kind::volume: {
-      const auto loaded = segmentation::read_volume(a.input, {}, reporter.progress());
-      for (const std::string& warning : loaded.warnings) reporter.warn("convert", warning);
-      write_volume(a.output, loaded.volume);
+    case Kind::volume:
+      convert_volume(a, reporter);
       break;
-    }
     case Kind::scene:
       if (is_pdf(a.output))
         write_case_pdf(a.input, a.output);

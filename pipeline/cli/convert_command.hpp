@@ -11,7 +11,8 @@ namespace angio::pipeline {
 struct ConvertArguments {
   std::string input;
   std::filesystem::path output;
-  std::string to;  ///< empty: by the output's ending
+  std::string to;    ///< empty: by the output's ending
+  std::string unit;  ///< of a surface or volume file; empty: as it says
   bool keep_link = false;
   SharedOptions shared;  ///< --quiet and --json alone
 };

@@ -38,6 +38,28 @@ TEST(ConvertCommand, CentimetresBecomeMillimetres) {
   EXPECT_EQ(formats::read_surface(folder / "mm.ply").mesh.vertices[1], (Vec3{10, 0, 0}));
 }
 
+TEST(ConvertCommand, UnitCountsForSurfacesAndVolumes) {
+  CommandFolder folder;
+  formats::write_surface(folder.path() / "a.ply", {kTetrahedron, {}, {}});
+  ASSERT_EQ(
+      run_program("convert --unit cm " + (folder / "a.ply") + " " + (folder / "b.ply")).exit_code,
+      0);
+  EXPECT_EQ(formats::read_surface(folder / "b.ply").mesh.vertices[1], (Vec3{10, 0, 0}));
+  VolumeGeometry grid;
+  grid.size = {5, 4, 3};
+  grid.spacing = {0.5, 0.6, 0.7};
+  formats::write_nrrd(folder.path() / "a.nrrd", Volume<float>(grid));
+  ASSERT_EQ(
+      run_program("convert --unit cm " + (folder / "a.nrrd") + " " + (folder / "b.nrrd")).exit_code,
+      0);
+  EXPECT_NEAR(formats::read_nrrd(folder / "b.nrrd").geometry.spacing.y, 6.0, 1e-9);
+  write_text_atomically(folder.path() / "case" / "run.json", "{}");
+  const ProgramResult of_case =
+      run_program("convert --unit cm " + (folder / "case") + " " + (folder / "c.glb"));
+  EXPECT_EQ(of_case.exit_code, 64);
+  EXPECT_EQ(of_case.error_line_count(), 1) << of_case.error;
+}
+
 TEST(ConvertCommand, WhatDoesNotFitIsRefusedInOneLine) {
   CommandFolder folder;
   formats::write_surface(folder.path() / "a.vtp", {kTetrahedron, {}, {}});
