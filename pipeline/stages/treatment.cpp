@@ -43,10 +43,10 @@ GuardVerdict judge(const Treatment& first, const std::optional<Treatment>& secon
   if (std::max(gain, recoil) <= std::max(most, kLeastDifference)) return {"agrees", ""};
   return {"differs",
           fmt::format("the result is not determined: two runs, from starts that nobody could tell "
-                      "apart, gave a gain of {:.2f} and {:.2f} mm and a recoil of {:.1f} and "
-                      "{:.1f} %. {}",
-                      first.gain_mm(), second->gain_mm(), first.recoil_percent(),
-                      second->recoil_percent(), kWhatToTry)};
+                      "apart, gave a gain of {:.3f} and {:.3f} mm and a recoil of {:.3f} and "
+                      "{:.3f} mm, apart by more than {:.0f} % of the gain. {}",
+                      first.gain_mm(), second->gain_mm(), first.recoil_mm(), second->recoil_mm(),
+                      100.0 * kLargestShare, kWhatToTry)};
 }
 
 json treatment_json(const Treatment& first, const std::optional<Treatment>& second,

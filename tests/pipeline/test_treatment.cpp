@@ -62,10 +62,11 @@ TEST(Guard, DoesNotCountHundredthsOfAMillimetre) {
   EXPECT_EQ(judge(treatment(3.0, 3.1, 3.01), treatment(3.0, 3.1, 3.04), "").state, "differs");
 }
 
-TEST(Guard, SaysBothGainsOrWhyThereIsNoSecond) {
+TEST(Guard, SaysBothGainsAndRecoilsOrWhyThereIsNoSecond) {
   const GuardVerdict apart = judge(treatment(1.0, 3.0, 2.0), treatment(1.0, 3.0, 1.5), "");
   EXPECT_NE(apart.reason.find("not determined"), std::string::npos);
-  EXPECT_NE(apart.reason.find("1.00 and 0.50 mm"), std::string::npos) << apart.reason;
+  EXPECT_NE(apart.reason.find("gain of 1.000 and 0.500 mm"), std::string::npos) << apart.reason;
+  EXPECT_NE(apart.reason.find("recoil of 1.000 and 1.500 mm"), std::string::npos) << apart.reason;
   const GuardVerdict failed = judge(treatment(1.0, 3.0, 2.0), std::nullopt, "it burst");
   EXPECT_EQ(failed.state, "failed");
   EXPECT_NE(failed.reason.find("it burst"), std::string::npos);
