@@ -187,13 +187,25 @@ BloodLevel even_level(float lumen, float tissue) {
   return level;
 }
 
-/// @param lumen   of the even tubes
+/// @param lumen   of even tubes or pools
 /// @param tissue  where no other is common
-BloodLevel level_of_tubes(float lumen, std::vector<float> even, float tissue) {
+BloodLevel level_above_tissue(float lumen, std::vector<float> even, float tissue) {
   const Tissues tissues =
       tissues_below(0.5f * (lumen + tissue), std::move(even), lumen, kLeastShare);
   const auto common = brightest_common(tissues, lumen);
   return even_level(lumen, common ? tissues[*common].first : tissue);
+}
+
+/// The largest pool above half of what tubes show.
+std::optional<float> level_of_bright_pool(std::vector<float> even, double place_mm3,
+                                          const BloodLevel& rough) {
+  const double least_share = kLeastPool / (place_mm3 * double(even.size()));
+  Tissues pools = tissues_below(1e30f, std::move(even), rough.lumen, least_share);
+  std::erase_if(pools, [&](const auto& pool) { return pool.first < rough.half(); });
+  if (pools.empty()) return std::nullopt;
+  return std::max_element(pools.begin(), pools.end(),
+                          [](const auto& a, const auto& b) { return a.second < b.second; })
+      ->first;
 }
 
 /// The largest pool of something rarer than the brightest common tissue.
@@ -276,8 +288,10 @@ BloodLevel find_even_level(const std::vector<TubeAxis>& axes, std::vector<float>
       }
   const BloodLevel of_pools = level_of_pools(even, place_mm3, rough.half());
   const bool is_tissue_blood = of_pools.is_told && rough.tissue > of_pools.half();
-  if (length < kLeastLength || is_tissue_blood) return of_pools;
-  return level_of_tubes(weighted_quantile(on_axes, 0.5), std::move(even), rough.tissue);
+  const std::optional<float> pool = level_of_bright_pool(even, place_mm3, rough);
+  if (is_tissue_blood || (length < kLeastLength && !pool)) return of_pools;
+  if (length < kLeastLength) return level_above_tissue(*pool, std::move(even), rough.tissue);
+  return level_above_tissue(weighted_quantile(on_axes, 0.5), std::move(even), rough.tissue);
 }
 
 }  // namespace angio::segmentation::detail

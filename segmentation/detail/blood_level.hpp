@@ -38,6 +38,9 @@ BloodLevel find_blood_level(const std::vector<TubeAxis>& axes, const Volume<floa
 /// places below half that is common: it has a quarter of the voxels of the commonest within three
 /// times its way down from blood (fat and muscle, not air and lung).
 ///
+/// Where less than 10 mm of such tubes are there (a slab across the body), 20 ml or more of even
+/// places above half (a heart) tell the lumen as well as they: their commonest level.
+///
 /// Where nothing even is that bright, the tubes were those of bones, or of veins with a bolus that
 /// has not mixed yet. Blood is then the largest pool of even places: a mode of 20 ml or more, below
 /// the half level of before, that is brighter than the brightest common tissue and has less than a
@@ -48,7 +51,7 @@ BloodLevel find_blood_level(const std::vector<TubeAxis>& axes, const Volume<floa
 /// @param even       means of even neighbourhoods in the volume
 /// @param place_mm3  volume that each of them stands for [mm^3]
 /// @param rough      find_blood_level's
-/// @return not told if there are less than 10 mm of such tubes and no such pool
+/// @return not told if there are less than 10 mm of such tubes and no pool
 BloodLevel find_even_level(const std::vector<TubeAxis>& axes, std::vector<float> even,
                            double place_mm3, const BloodLevel& rough);
 

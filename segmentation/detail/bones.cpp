@@ -28,6 +28,7 @@ constexpr double kWide = 2.0;        ///< depths that tell: what is as deep and 
 constexpr float kTrunkShare = 0.2f;  ///< of the contrast around blood's level: a trunk
 constexpr double kMostAbove = 0.25;  ///< of a scan: blood, bones and organs with contrast
 constexpr double kMarrow = 600.0;    ///< [mm^2] of a section, darker than half way to blood
+constexpr double kLeastTrunk = 10.0;      ///< [mm]
 constexpr std::size_t kLeastVoxels = 27;  ///< deep ones that tell
 constexpr double kLeastBone = 5000.0;     ///< [mm^3]
 
@@ -44,6 +45,29 @@ std::vector<float> even_sample(const Evenness& evenness) {
   for (std::size_t v = 0; v < count; v += step)
     if (evenness.is_even(v)) sample.push_back(evenness.mean.values[v]);
   return sample;
+}
+
+/// The parts of wide tubes that are even inside, with the means there.
+std::vector<TubeAxis> even_parts(const std::vector<TubeAxis>& axes, const Evenness& evenness) {
+  std::vector<TubeAxis> even = parts_of(axes, [&](const TubeAxis& axis, std::size_t n) {
+    return axis.radius_mm >= evenness.depth_mm() && evenness.is_even(axis.voxels[n]);
+  });
+  for (TubeAxis& axis : even)
+    std::transform(axis.voxels.begin(), axis.voxels.end(), axis.intensity.begin(),
+                   [&](std::size_t v) { return evenness.mean.values[v]; });
+  return even;
+}
+
+double length_of(const std::vector<TubeAxis>& axes) {
+  double length = 0.0;
+  for (const TubeAxis& axis : axes) length += axis.length_share * double(axis.voxels.size());
+  return length;
+}
+
+std::vector<TubeAxis> trunks_among(const std::vector<TubeAxis>& even, const BloodLevel& level) {
+  return parts_of(even, [&](const TubeAxis& axis, std::size_t n) {
+    return std::abs(axis.intensity[n] - level.lumen) < kTrunkShare * level.contrast();
+  });
 }
 
 /// What is inside a body.
@@ -123,12 +147,7 @@ Bones find_bones(const Volume<float>& volume, const std::vector<TubeAxis>& axes,
   const BloodLevel rough = find_blood_level(axes, volume, noise);
   if (!rough.is_told) return {};
   const Evenness evenness = find_evenness(volume, rough);
-  std::vector<TubeAxis> even = parts_of(axes, [&](const TubeAxis& axis, std::size_t n) {
-    return axis.radius_mm >= evenness.depth_mm() && evenness.is_even(axis.voxels[n]);
-  });
-  for (TubeAxis& axis : even)
-    std::transform(axis.voxels.begin(), axis.voxels.end(), axis.intensity.begin(),
-                   [&](std::size_t v) { return evenness.mean.values[v]; });
+  const std::vector<TubeAxis> even = even_parts(axes, evenness);
   const Vec3& h = volume.geometry.spacing;
   const double voxel_mm3 = h.x * h.y * h.z;
   const BloodLevel level = find_even_level(
@@ -160,12 +179,13 @@ Bones find_bones(const Volume<float>& volume, const std::vector<TubeAxis>& axes,
   if (bone_mm3 < kLeastBone) return {};
   bones.are_there = true;
   bones.level = level;
-  bones.trunks = parts_of(even, [&](const TubeAxis& axis, std::size_t n) {
-    return std::abs(axis.intensity[n] - level.lumen) < kTrunkShare * level.contrast();
-  });
   bones.warning = warning_of(bone_mm3, level.is_of_pools);
   add_shells(bones.mask, denoised, float(std::min(noise, 0.05 * double(level.contrast()))), above);
   bones.image_without = take_out(volume, bones.mask, level.half());
+  bones.trunks = trunks_among(even, level);
+  // A spine beside it bends a wide vessel's axis away.
+  if (length_of(bones.trunks) < kLeastTrunk)
+    bones.trunks = trunks_among(even_parts(find_tube_axes(bones.image_without), evenness), level);
   return bones;
 }
 

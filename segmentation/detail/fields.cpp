@@ -77,10 +77,10 @@ void convolve_rows(Volume<float>& volume, const std::vector<float>& kernel, int 
 
 }  // namespace
 
-Volume<float> smooth(const Volume<float>& volume, double sigma_mm) {
+Volume<float> smooth(const Volume<float>& volume, const Vec3& sigma_mm) {
   Volume<float> result = volume;
   for (int axis = 0; axis < 3; ++axis) {
-    const double sigma_voxels = sigma_mm / volume.geometry.spacing[axis];
+    const double sigma_voxels = sigma_mm[axis] / volume.geometry.spacing[axis];
     if (sigma_voxels < 0.2) continue;
     const auto kernel = gaussian_kernel(sigma_voxels);
     if (axis == 0)
@@ -89,6 +89,10 @@ Volume<float> smooth(const Volume<float>& volume, double sigma_mm) {
       convolve_rows(result, kernel, axis);
   }
   return result;
+}
+
+Volume<float> smooth(const Volume<float>& volume, double sigma_mm) {
+  return smooth(volume, Vec3{sigma_mm, sigma_mm, sigma_mm});
 }
 
 double mean_spacing(const VolumeGeometry& geometry) {

@@ -7,9 +7,12 @@
 
 namespace angio::segmentation::detail {
 
-/// Convolves with an isotropic Gaussian; the border voxel is repeated beyond the border.
+/// Convolves with a Gaussian; the border voxel is repeated beyond the border.
 ///
-/// @param sigma_mm  standard deviation; an axis with spacing above 5 sigma is left as it is
+/// @param sigma_mm  standard deviation along each of the grid's axes; an axis with spacing above 5
+///                  sigma is left as it is
+Volume<float> smooth(const Volume<float>& volume, const Vec3& sigma_mm);
+/// The same with one standard deviation along all axes.
 Volume<float> smooth(const Volume<float>& volume, double sigma_mm);
 
 /// The geometric mean of a voxel's edges [mm].

@@ -166,13 +166,14 @@ double robust_deviation(std::span<const float> values) {
 ScaleView view_at_scale(const Volume<float>& volume, double sigma) {
   const auto factor = block_size(volume.geometry, sigma / kBlocksPerSigma);
   const Volume<float> blocks = block_average(volume, factor);
-  const Vec3 h = blocks.geometry.spacing;
-  // A block average blurs by h^2 / 12 beyond what a voxel holds already, a difference by h^2 / 6.
-  const double blurred = dot(h, h) / 36.0 -
-                         dot(volume.geometry.spacing, volume.geometry.spacing) / 36.0 +
-                         dot(h, h) / 18.0;
-  return {smooth(blocks, std::sqrt(std::max(sigma * sigma - blurred, 0.0))), factor,
-          volume.geometry};
+  Vec3 left;
+  for (int axis = 0; axis < 3; ++axis) {
+    const double h = blocks.geometry.spacing[axis], voxel = volume.geometry.spacing[axis];
+    // A block average blurs by h^2 / 12 beyond what a voxel holds already, a difference by h^2 / 6.
+    const double blurred = (h * h - voxel * voxel) / 12.0 + h * h / 6.0;
+    left[axis] = std::sqrt(std::max(sigma * sigma - blurred, 0.0));
+  }
+  return {smooth(blocks, left), factor, volume.geometry};
 }
 
 Tubes find_tubes(const Volume<float>& volume, const std::vector<double>& radii_mm,

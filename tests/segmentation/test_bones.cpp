@@ -5,11 +5,13 @@
 #include <cmath>
 #include <random>
 
+#include "segmentation/detail/blood_level.hpp"
 #include "segmentation/detail/bodies.hpp"
 #include "segmentation/detail/bones.hpp"
 #include "segmentation/detail/depth.hpp"
 #include "segmentation/detail/evenness.hpp"
 #include "segmentation/detail/fields.hpp"
+#include "segmentation/detail/take_out.hpp"
 #include "segmentation/segmentation.hpp"
 #include "tests/segmentation/tube_volume.hpp"
 
@@ -267,6 +269,66 @@ TEST(Bones, MuscleAgainstAirIsNoPoolOfBlood) {
   BloodLevel of_tubes = level;
   of_tubes.is_of_pools = false;
   EXPECT_FALSE(is_muscle(of_tubes, limb));
+}
+
+TEST(EvenLevel, IsThatOfAHeartWhereNoTubeIsLongEnough) {
+  constexpr double kPlace = 100.0;  // [mm^3]
+  std::vector<float> even;
+  std::mt19937 random(3);
+  const auto add = [&](double mean, int count) {
+    std::normal_distribution<float> values(float(mean), 5.0f);
+    for (int n = 0; n < count; ++n) even.push_back(values(random));
+  };
+  add(kFat, 3000);
+  add(kMuscle, 3000);
+  add(130.0, 2000);  // a liver with contrast
+  BloodLevel rough;
+  rough.lumen = 400.0f;  // the bones have their say
+  rough.tissue = float(kMuscle);
+  const std::vector<float> without_heart = even;
+  add(kBlood, 500);
+  const BloodLevel level = find_even_level({}, even, kPlace, rough);
+  EXPECT_TRUE(level.is_told && level.is_even && !level.is_of_pools);
+  EXPECT_NEAR(level.lumen, kBlood, 5.0);
+  EXPECT_NEAR(level.tissue, 130.0, 5.0);
+  even = without_heart;
+  add(kBlood, 100);  // 10 ml
+  EXPECT_FALSE(find_even_level({}, even, kPlace, rough).is_told);
+}
+
+/// A slab across the chest, 40 mm thick: a heart, and an aorta between lung and the spine.
+TEST(Bones, TrunksAreSoughtAgainWithoutTheSpine) {
+  const VolumeGeometry grid = grid_of({150, 130, 16}, {1.0, 1.0, 2.5});
+  Volume<float> volume(grid);
+  std::mt19937 random(5);
+  std::vector<float> struts(64 * 64 * 64);
+  std::uniform_real_distribution<float> strut(100.0f, 600.0f);
+  for (float& value : struts) value = strut(random);
+  const auto cell = [](double x) { return std::size_t(std::floor(x / 2.5) + 32.0); };
+  for_each_voxel(grid, [&](const Vec3& p, std::size_t v) {
+    const double to_aorta = std::hypot(p.x - 12.0, p.y - 10.0);
+    const double to_heart = norm(p - Vec3{-12.0, -32.0, 0.0});
+    const double in_spine = 18.0 - std::hypot(p.x, p.y - 35.0);
+    volume.values[v] =
+        float(to_aorta < 9.0 || to_heart < 25.0 ? kBlood
+              : in_spine > 3.0 ? struts[(cell(p.x) * 64 + cell(p.y)) * 64 + cell(p.z)]
+              : in_spine > 0.0 ? 900.0
+              : p.y > 15.0 || std::abs(p.x) > 45.0 ? kMuscle
+                                                   : -800.0);
+  });
+  volume = smooth(volume, 0.7);
+  std::normal_distribution<float> noise(0.0f, 10.0f);
+  for (float& value : volume.values) value += noise(random);
+  const Bones bones = find_bones(volume, find_tube_axes(volume), {});
+  ASSERT_TRUE(bones.are_there);
+  double length = 0.0;
+  for (const TubeAxis& axis : bones.trunks)
+    for (const std::size_t v : axis.voxels) {
+      const auto voxel = voxel_of(grid, v);
+      const Vec3 p = grid.lps_from_index({double(voxel[0]), double(voxel[1]), double(voxel[2])});
+      if (std::hypot(p.x - 12.0, p.y - 10.0) < 4.0) length += axis.length_share;
+    }
+  EXPECT_GT(length, 5.0);  // an axis counts with two fifths of its length
 }
 
 TEST(Bones, ASeedMakesABodyAVessel) {

@@ -44,6 +44,18 @@ TEST(TubeContrast, OnTheAxisOfATubeFollowsTheClosedForm) {
   }
 }
 
+TEST(TubeContrast, OfATubeAlongThickSlicesFollowsTheSameForm) {
+  const double radius = 1.5;
+  TubeImage image{{60, 60, 16}, {0.25, 0.25, 3.0}, 400, 40, 0.1};
+  const auto volume = image_of(image, [&](const Vec3& p) { return along_z(p, radius); });
+  for (double scale_radius : {1.0, 1.5, 2.0}) {
+    const double x = radius * radius / (scale_radius * scale_radius);
+    const double expected = 360.0 * std::numbers::e * x * std::exp(-x);
+    const auto contrast = tube_contrast(volume, {scale_radius}, {});
+    EXPECT_NEAR(double(contrast.at(30, 30, 8)), expected, 0.1 * expected) << scale_radius;
+  }
+}
+
 TEST(TubeContrast, IsNothingOnAPlateOrInAConstantVolume) {
   TubeImage image{{40, 40, 40}, {0.3, 0.3, 0.3}, 400, 40, 0.15};
   const auto plate = image_of(image, [](const Vec3& p) { return std::abs(p.x) - 1.0; });
