@@ -125,12 +125,6 @@ bool is_long(const LumenVoxels& lumen, const Front& front, const std::vector<int
 /// depths [mm], shape [contact].
 std::vector<double> widest_ways(const LumenVoxels& lumen, std::vector<int> piece,
                                 const std::vector<std::vector<int>>& contacts, std::size_t first) {
-  struct Part {
-    int parent = -1;
-    bool has_first = false;
-    std::set<std::size_t> waiting;  ///< contacts that have not met the first
-  };
-  std::unordered_map<int, Part> parts;  // by voxel
   std::unordered_map<int, std::size_t> contact_of;
   for (std::size_t c = 0; c < contacts.size(); ++c)
     for (const int v : contacts[c]) {
@@ -141,33 +135,38 @@ std::vector<double> widest_ways(const LumenVoxels& lumen, std::vector<int> piece
     const float da = lumen.depth[std::size_t(a)], db = lumen.depth[std::size_t(b)];
     return da != db ? da > db : a < b;
   });
+  // Voxels are added from the deepest on, in connected parts; a part is known by its root.
+  std::vector<int> parent(std::size_t(lumen.count()), -1);  // by voxel; -1: not added
+  std::set<int> with_first;
+  std::unordered_map<int, std::set<std::size_t>> waiting;  // contacts that have not met the first
   const auto root = [&](int v) {
-    while (parts.at(v).parent != v) v = parts.at(v).parent = parts.at(parts.at(v).parent).parent;
+    while (parent[std::size_t(v)] != v)
+      v = parent[std::size_t(v)] = parent[std::size_t(parent[std::size_t(v)])];
     return v;
   };
-  // Voxels are added from the deepest on, in connected parts.
+  const auto join = [&](int above, int below) {
+    parent[std::size_t(above)] = below;
+    if (with_first.erase(above) > 0) with_first.insert(below);
+    if (auto node = waiting.extract(above); !node.empty())
+      waiting[below].merge(std::move(node.mapped()));
+  };
   std::vector<double> depths(contacts.size(), 0.0);
   for (const int v : piece) {
-    Part& own = parts[v];
-    own.parent = v;
+    parent[std::size_t(v)] = v;
     if (const auto at = contact_of.find(v); at != contact_of.end()) {
-      own.has_first = at->second == first;
-      if (!own.has_first) own.waiting.insert(at->second);
+      if (at->second == first)
+        with_first.insert(v);
+      else
+        waiting[v].insert(at->second);
     }
     for (int n = 0; n < kNeighborCount; ++n) {
       const int w = lumen.neighbor(v, n);
-      if (w < 0 || parts.count(w) == 0 || root(w) == root(v)) continue;
-      Part &above = parts.at(root(w)), &below = parts.at(root(v));
-      above.parent = below.parent;
-      below.has_first = below.has_first || above.has_first;
-      below.waiting.merge(above.waiting);
-      above.waiting.clear();
+      if (w >= 0 && parent[std::size_t(w)] >= 0 && root(w) != v) join(root(w), v);
     }
-    Part& joined = parts.at(root(v));
-    if (!joined.has_first) continue;
-    for (const std::size_t c : joined.waiting)
-      depths[c] = std::max(depths[c], double(lumen.depth[std::size_t(v)]));
-    joined.waiting.clear();
+    if (with_first.count(v) == 0) continue;
+    if (const auto node = waiting.extract(v); !node.empty())
+      for (const std::size_t c : node.mapped())
+        depths[c] = std::max(depths[c], double(lumen.depth[std::size_t(v)]));
   }
   return depths;
 }
