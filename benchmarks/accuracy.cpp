@@ -225,6 +225,7 @@ struct Plan {
   int seed_count = 20;
   double oblique_degrees = 0.0;
   double blur_mm = 0.0;
+  double slice_mm = 0.0;
   double stenosis_percent = 60.0;
 };
 
@@ -260,6 +261,8 @@ Plan parse(int argc, char** argv) {
       plan.oblique_degrees = std::stod(value);
     else if (key == "blur")
       plan.blur_mm = std::stod(value);
+    else if (key == "slice")
+      plan.slice_mm = std::stod(value);
     else if (key == "stenosis")
       plan.stenosis_percent = std::stod(value);
     else if (key != "image")
@@ -277,6 +280,7 @@ PhantomOptions options_of(const Plan& plan, const std::string& phantom, double s
   if (spacing > 0.0) options.spacing_mm = spacing;
   options.noise_sd = noise;
   options.blur_mm = plan.blur_mm;
+  options.slice_mm = plan.slice_mm;
   options.oblique_degrees = plan.oblique_degrees;
   return options;
 }

@@ -60,10 +60,11 @@ void set_option(PhantomOptions& options, std::string_view key, std::string_view 
     std::string_view key;
     double PhantomOptions::*field;
   };
-  constexpr std::array<Known, 7> kKnown{{{"stenosis", &PhantomOptions::stenosis_percent},
+  constexpr std::array<Known, 8> kKnown{{{"stenosis", &PhantomOptions::stenosis_percent},
                                          {"radius", &PhantomOptions::radius_mm},
                                          {"length", &PhantomOptions::length_mm},
                                          {"spacing", &PhantomOptions::spacing_mm},
+                                         {"slice", &PhantomOptions::slice_mm},
                                          {"noise", &PhantomOptions::noise_sd},
                                          {"blur", &PhantomOptions::blur_mm},
                                          {"oblique", &PhantomOptions::oblique_degrees}}};
@@ -81,7 +82,7 @@ void set_option(PhantomOptions& options, std::string_view key, std::string_view 
   }
   throw OptionError(
       "a phantom has no option \"" + std::string(key) +
-      "\" (there are: stenosis, radius, length, spacing, noise, blur, oblique, seed). "
+      "\" (there are: stenosis, radius, length, spacing, slice, noise, blur, oblique, seed). "
       "Did you mean \"" +
       nearest_name(key, names) + "\"?");
 }
@@ -98,6 +99,8 @@ void PhantomOptions::validate() const {
     require_within("phantom.length_mm", length_mm, 5.0, 200.0,
                    ". Leave it out for the phantom's own");
   require_within("phantom.spacing_mm", spacing_mm, 0.05, 2.0);
+  if (slice_mm != 0.0)
+    require_within("phantom.slice_mm", slice_mm, 0.05, 5.0, ". Leave it out for cubic voxels");
   require_within("phantom.noise_sd", noise_sd, 0.0, 1.0,
                  " (it is a fraction of the contrast). 0.1 means 10 %");
   require_within("phantom.blur_mm", blur_mm, 0.0, 3.0);

@@ -67,8 +67,9 @@ Volume<float> scan(const detail::LumenShape& shape, const VolumeGeometry& geomet
     progress.report(0.1 + 0.6 * fraction, "scanning the phantom");
   });
   Volume<float> volume = detail::lumen_fraction(shape, geometry, first_part);
-  const double blur_voxels =
-      sized.blur_mm > 0.0 ? sized.blur_mm / sized.spacing_mm : kDefaultBlurVoxels;
+  Vec3 blur_voxels{kDefaultBlurVoxels, kDefaultBlurVoxels, kDefaultBlurVoxels};
+  for (int axis = 0; axis < 3 && sized.blur_mm > 0.0; ++axis)
+    blur_voxels[axis] = sized.blur_mm / geometry.spacing[axis];
   detail::blur(volume, blur_voxels);
   progress.report(0.9, "adding noise");
   const float contrast = float(kLumenIntensity - kBackgroundIntensity);
@@ -108,8 +109,10 @@ Phantom make_phantom_scan(const PhantomOptions& options, const Progress& progres
         "the phantom cloth cannot be scanned (it is a sheet without a lumen). "
         "Use --format surface, or another phantom");
   const detail::Anatomy anatomy = detail::make_anatomy(sized);
+  const double slice_mm = sized.slice_mm > 0.0 ? sized.slice_mm : sized.spacing_mm;
   const VolumeGeometry geometry =
-      detail::grid_around(anatomy.shape, sized.spacing_mm, kMarginMm, turn(sized.oblique_degrees));
+      detail::grid_around(anatomy.shape, {sized.spacing_mm, sized.spacing_mm, slice_mm}, kMarginMm,
+                          turn(sized.oblique_degrees));
   check_size(geometry, sized.spacing_mm);
   Phantom phantom;
   progress.report(0.0, "deriving the truth");

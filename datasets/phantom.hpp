@@ -26,10 +26,11 @@ struct PhantomOptions {
   double stenosis_percent = 60.0;  ///< diameter stenosis, [0, 95]; 0 is a healthy vessel
   double radius_mm = 0.0;          ///< at the inlet, [0.4, 15]; 0: the phantom's own (see README)
   double length_mm = 0.0;          ///< of the main branch, [5, 200]; 0: the phantom's own
-  double spacing_mm = 0.3;         ///< isotropic voxels, [0.05, 2]
+  double spacing_mm = 0.3;         ///< of voxels, [0.05, 2]
+  double slice_mm = 0.0;           ///< their length along k, [0.05, 5]; 0: spacing_mm
   double noise_sd = 0.1;           ///< fraction of the contrast, [0, 1]; 0.1 is 10 %
-  double blur_mm = 0.0;            ///< sd of the scanner's blur, [0, 3]; 0: 0.6 voxels
-  double oblique_degrees = 0.0;    ///< the voxel grid is turned by this around (1, 2, 3), [0, 90]
+  double blur_mm = 0.0;  ///< sd of the scanner's blur, [0, 3]; 0: 0.6 voxels along each axis
+  double oblique_degrees = 0.0;  ///< the voxel grid is turned by this around (1, 2, 3), [0, 90]
   std::uint64_t seed = 1;
 
   void validate() const;  ///< @throws OptionError naming the field
@@ -61,8 +62,8 @@ struct Phantom {
 };
 
 /// Reads "NAME[,key=value...]", with or without "phantom:" before it; the keys are stenosis,
-/// radius, length, spacing, noise, blur, oblique and seed. @throws OptionError with the nearest
-/// name that there is
+/// radius, length, spacing, slice, noise, blur, oblique and seed. @throws OptionError with the
+/// nearest name that there is
 PhantomOptions parse_phantom(std::string_view description);
 
 /// Makes the surface and the truth only (the volume stays empty).

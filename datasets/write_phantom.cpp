@@ -31,7 +31,7 @@ std::string fingerprint(const PhantomOptions& o, const VolumeGeometry& g) {
       << o.length_mm << ' ' << o.spacing_mm << ' ' << o.noise_sd << ' ' << o.blur_mm << ' '
       << o.oblique_degrees << ' ' << o.seed;
   for (int axis = 0; axis < 3; ++axis) {
-    out << ' ' << g.size[std::size_t(axis)] << ' ' << g.origin[axis];
+    out << ' ' << g.size[std::size_t(axis)] << ' ' << g.spacing[axis] << ' ' << g.origin[axis];
     for (int column = 0; column < 3; ++column) out << ' ' << g.direction(axis, column);
   }
   return out.str();
@@ -69,6 +69,7 @@ Json json_from(const PhantomOptions& o) {
           {"radius_mm", o.radius_mm},
           {"length_mm", o.length_mm},
           {"spacing_mm", o.spacing_mm},
+          {"slice_mm", o.slice_mm},
           {"noise_sd", o.noise_sd},
           {"blur_mm", o.blur_mm},
           {"oblique_degrees", o.oblique_degrees},

@@ -16,42 +16,56 @@ constexpr int kBlock = 16;  ///< voxels along a block that one thread fills
 /// bending changes the volume by less than 0.1 %.
 constexpr double kCellOverRadius = 0.15;
 
-/// The part of a cube inside the lumen. The wall bends away from its tangent plane by k t^2 / 2 at
+/// The part of a box inside the lumen. The wall bends away from its tangent plane by k t^2 / 2 at
 /// a distance t; over a cell of edge e that is k e^2 / 24 on average, by which the plane is moved.
 ///
-/// @param axes  of the voxels: columns are i, j, k in LPS
-double cube_fraction(const LumenShape& shape, const Mat3& axes, const Vec3& center, double edge) {
+/// @param axes   of the voxels: columns are i, j, k in LPS
+/// @param edges  of the box along these
+double box_fraction(const LumenShape& shape, const Mat3& axes, const Vec3& center,
+                    const Vec3& edges) {
   const NearestWall wall = shape.nearest_wall(center);
-  const double reach = 0.5 * std::sqrt(3.0) * edge;
+  const double reach = 0.5 * norm(edges);
   if (wall.distance > reach + shape.margin_mm()) return 0.0;
   if (wall.distance < -reach - shape.margin_mm()) return 1.0;
-  if (edge <= kCellOverRadius * wall.radius)
-    return fraction_below_plane(transpose(axes) * wall.normal,
-                                (wall.distance + wall.curvature * edge * edge / 24.0) / edge);
-  double sum = 0.0;
-  for (int corner = 0; corner < 8; ++corner) {
-    const Vec3 side{corner & 1 ? 0.25 : -0.25, corner & 2 ? 0.25 : -0.25,
-                    corner & 4 ? 0.25 : -0.25};
-    sum += cube_fraction(shape, axes, center + edge * (axes * side), 0.5 * edge);
+  const double longest = std::max({edges.x, edges.y, edges.z});
+  if (longest <= kCellOverRadius * wall.radius) {
+    // In units of the edges, the box is the unit cube.
+    Vec3 normal = transpose(axes) * wall.normal;
+    for (int axis = 0; axis < 3; ++axis) normal[axis] *= edges[axis];
+    const double bend = wall.curvature * norm_squared(edges) / 72.0;
+    return fraction_below_plane(normal / norm(normal), (wall.distance + bend) / norm(normal));
   }
-  return 0.125 * sum;
+  double sum = 0.0;
+  int count = 0;
+  std::array<int, 3> parts{};
+  for (std::size_t axis = 0; axis < 3; ++axis)
+    parts[axis] = edges[int(axis)] > 0.5 * longest ? 2 : 1;
+  const Vec3 part{edges.x / parts[0], edges.y / parts[1], edges.z / parts[2]};
+  for (int k = 0; k < parts[2]; ++k)
+    for (int j = 0; j < parts[1]; ++j)
+      for (int i = 0; i < parts[0]; ++i, ++count) {
+        const Vec3 aside{(i + 0.5) * part.x - 0.5 * edges.x, (j + 0.5) * part.y - 0.5 * edges.y,
+                         (k + 0.5) * part.z - 0.5 * edges.z};
+        sum += box_fraction(shape, axes, center + axes * aside, part);
+      }
+  return sum / count;
 }
 
 /// Fills voxels [lo, hi), halving the box until it is far from the wall or one voxel.
 void fill_box(const LumenShape& shape, Volume<float>& volume, const std::array<int, 3>& lo,
               const std::array<int, 3>& hi) {
-  const double spacing = volume.geometry.spacing.x;
+  const Vec3& spacing = volume.geometry.spacing;
   const auto width = [&](std::size_t axis) { return hi[axis] - lo[axis]; };
   const Vec3 center_index{0.5 * (lo[0] + hi[0] - 1), 0.5 * (lo[1] + hi[1] - 1),
                           0.5 * (lo[2] + hi[2] - 1)};
   const Vec3 center = volume.geometry.lps_from_index(center_index);
   if (width(0) == 1 && width(1) == 1 && width(2) == 1) {
     volume.at(lo[0], lo[1], lo[2]) =
-        float(cube_fraction(shape, volume.geometry.direction, center, spacing));
+        float(box_fraction(shape, volume.geometry.direction, center, spacing));
     return;
   }
   const double reach =
-      0.5 * spacing * norm(Vec3{double(width(0)), double(width(1)), double(width(2))});
+      0.5 * norm(Vec3{width(0) * spacing.x, width(1) * spacing.y, width(2) * spacing.z});
   const double d = shape.signed_distance(center);
   if (d > reach + shape.margin_mm() || d < -reach - shape.margin_mm()) {
     const float value = d > 0.0 ? 0.0f : 1.0f;
@@ -108,7 +122,7 @@ std::vector<float> half_kernel(double sd) {
 
 }  // namespace
 
-VolumeGeometry grid_around(const LumenShape& shape, double spacing_mm, double margin_mm,
+VolumeGeometry grid_around(const LumenShape& shape, const Vec3& spacing_mm, double margin_mm,
                            const Mat3& direction) {
   VolumeGeometry geometry;
   geometry.direction = direction;
@@ -116,12 +130,12 @@ VolumeGeometry grid_around(const LumenShape& shape, double spacing_mm, double ma
   for (int axis = 0; axis < 3; ++axis) {
     const auto [least, greatest] =
         shape.extent_along({direction(0, axis), direction(1, axis), direction(2, axis)});
-    const int count = int(std::ceil((greatest - least + 2.0 * margin_mm) / spacing_mm)) + 1;
+    const int count = int(std::ceil((greatest - least + 2.0 * margin_mm) / spacing_mm[axis])) + 1;
     geometry.size[std::size_t(axis)] = count;
-    origin_along_axes[axis] = 0.5 * (least + greatest) - 0.5 * (count - 1) * spacing_mm;
+    origin_along_axes[axis] = 0.5 * (least + greatest) - 0.5 * (count - 1) * spacing_mm[axis];
   }
   geometry.origin = direction * origin_along_axes;
-  geometry.spacing = {spacing_mm, spacing_mm, spacing_mm};
+  geometry.spacing = spacing_mm;
   return geometry;
 }
 
@@ -161,23 +175,24 @@ Volume<float> lumen_fraction(const LumenShape& shape, const VolumeGeometry& geom
   return volume;
 }
 
-void blur(Volume<float>& volume, double sd_voxels) {
-  if (sd_voxels <= 0.0) return;
-  const std::vector<float> kernel = half_kernel(sd_voxels);
+void blur(Volume<float>& volume, const Vec3& sd_voxels) {
+  if (sd_voxels.x <= 0.0) return;
+  std::array<std::vector<float>, 3> kernel;
+  for (std::size_t axis = 0; axis < 3; ++axis) kernel[axis] = half_kernel(sd_voxels[int(axis)]);
   const VolumeGeometry& g = volume.geometry;
   const std::ptrdiff_t row = g.size[0], slice = row * g.size[1];
   float* values = volume.values.data();
   parallel_for(g.size[2], [&](std::ptrdiff_t k) {
     std::vector<float> padded;
     for (int j = 0; j < g.size[1]; ++j)
-      blur_line(values + k * slice + j * row, 1, g.size[0], kernel, padded);
+      blur_line(values + k * slice + j * row, 1, g.size[0], kernel[0], padded);
     for (int i = 0; i < g.size[0]; ++i)
-      blur_line(values + k * slice + i, row, g.size[1], kernel, padded);
+      blur_line(values + k * slice + i, row, g.size[1], kernel[1], padded);
   });
   parallel_for(g.size[1], [&](std::ptrdiff_t j) {
     std::vector<float> padded;
     for (int i = 0; i < g.size[0]; ++i)
-      blur_line(values + j * row + i, slice, g.size[2], kernel, padded);
+      blur_line(values + j * row + i, slice, g.size[2], kernel[2], padded);
   });
 }
 

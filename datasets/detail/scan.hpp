@@ -9,8 +9,8 @@
 /// What a scanner makes of a lumen: partial volume, blur, noise.
 namespace angio::datasets::detail {
 
-/// The grid of isotropic voxels around a lumen with `margin_mm` of background on every side.
-VolumeGeometry grid_around(const LumenShape& shape, double spacing_mm, double margin_mm,
+/// The grid of voxels around a lumen with `margin_mm` of background on every side.
+VolumeGeometry grid_around(const LumenShape& shape, const Vec3& spacing_mm, double margin_mm,
                            const Mat3& direction = Mat3::identity());
 
 /// The part of each voxel inside the lumen, in [0, 1]. Cells at the wall are halved until they are
@@ -31,7 +31,9 @@ double fraction_below_plane(const Vec3& normal, double offset);
 
 /// Convolves with a Gaussian along each axis, cut at 4 standard deviations; at the border the
 /// nearest voxel is repeated.
-void blur(Volume<float>& volume, double sd_voxels);
+///
+/// @param sd_voxels  along each axis; all zero: none
+void blur(Volume<float>& volume, const Vec3& sd_voxels);
 
 /// A standard normal number that depends on seed and counter alone (SplitMix64, Box-Muller).
 double normal_number(std::uint64_t seed, std::uint64_t counter);

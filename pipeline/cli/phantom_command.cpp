@@ -81,6 +81,8 @@ void add_phantom_command(CLI::App& app, PhantomArguments& phantom) {
       ->capture_default_str();
   command.add_option("--spacing", o.spacing_mm, "voxel size [mm], 0.05 to 2")
       ->capture_default_str();
+  command.add_option("--slice", o.slice_mm, "distance of slices, if it is another [mm], 0.05 to 5")
+      ->capture_default_str();
   command
       .add_option("--noise", o.noise_sd,
                   "standard deviation as a fraction of the contrast, 0 to 1; of an xa-run: of\n"
@@ -89,7 +91,8 @@ void add_phantom_command(CLI::App& app, PhantomArguments& phantom) {
       ->capture_default_str();
   command
       .add_option("--blur", o.blur_mm,
-                  "standard deviation of the scanner's blur [mm], 0 to 3; 0: 0.6 voxels")
+                  "standard deviation of the scanner's blur [mm], 0 to 3; 0: 0.6 voxels\n"
+                  "along each axis")
       ->capture_default_str();
   command
       .add_option("--oblique", o.oblique_degrees,
@@ -110,6 +113,9 @@ int do_phantom(const PhantomArguments& arguments) {
   } catch (const OptionError& error) {  // on the command line, not in a configuration
     throw Error(ExitCode::usage, error.what());
   }
+  if (arguments.format == "xa-run" && arguments.options.slice_mm > 0.0)
+    throw Error(ExitCode::usage,
+                "--slice is that of a scan (an xa-run has no slices). Leave it out");
   if (arguments.format == "xa-run") return do_xa_run(arguments);
   const datasets::Phantom phantom = format == PhantomFormat::surface
                                         ? datasets::make_phantom_surface(arguments.options)

@@ -41,7 +41,7 @@ TEST(LumenFraction, SumsToTheVolumeOfACylinder) {
   const double radius = 1.5, length = 20.0;
   const parts::Anatomy tube = parts::make_anatomy(parse_phantom("straight,radius=1.5,length=20"));
   for (double spacing : {0.25, 0.31, 0.7}) {
-    const VolumeGeometry grid = parts::grid_around(tube.shape, spacing, 1.0);
+    const VolumeGeometry grid = parts::grid_around(tube.shape, {spacing, spacing, spacing}, 1.0);
     double sum = 0.0;
     for (float part : parts::lumen_fraction(tube.shape, grid, {}).values) sum += double(part);
     EXPECT_NEAR(sum * std::pow(spacing, 3) / (units::kPi * radius * radius * length), 1.0, 1e-3)
@@ -54,7 +54,7 @@ TEST(LumenFraction, SumsToTheVolumeInsideTheSurface) {
                            "helix", "torus", "trifurcation", "aneurysm"}) {
     const Phantom phantom = make_phantom_surface(parse_phantom(name));
     const parts::Anatomy anatomy = parts::make_anatomy(parse_phantom(name));
-    const VolumeGeometry grid = parts::grid_around(anatomy.shape, 0.4, 1.0);
+    const VolumeGeometry grid = parts::grid_around(anatomy.shape, {0.4, 0.4, 0.4}, 1.0);
     double sum = 0.0;
     for (float part : parts::lumen_fraction(anatomy.shape, grid, {}).values) sum += double(part);
     // The surface's flat triangles lie inside the wall: up to 0.3 % for 48 vertices around.
@@ -80,9 +80,24 @@ TEST(LumenFraction, KeepsTheVolumeOnATurnedGrid) {
     EXPECT_NEAR(interpolate(turned.volume, point), interpolate(straight.volume, point), 40.0);
 }
 
+TEST(LumenFraction, KeepsTheVolumeInThickSlices) {
+  PhantomOptions options = parse_phantom("helix,spacing=0.4,noise=0");
+  const Phantom cubes = make_phantom(options);
+  options.slice_mm = 1.5;
+  const Phantom slices = make_phantom(options);
+  EXPECT_EQ(slices.volume.geometry.spacing.z, 1.5);
+  const auto lumen_volume = [](const Volume<float>& volume) {
+    double sum = 0.0;
+    for (float value : volume.values) sum += double(value) - kBackgroundIntensity;
+    const Vec3& h = volume.geometry.spacing;
+    return sum * h.x * h.y * h.z;
+  };
+  EXPECT_NEAR(lumen_volume(slices.volume) / lumen_volume(cubes.volume), 1.0, 2e-3);
+}
+
 TEST(LumenFraction, IsTheSameWithAnyNumberOfThreads) {
   const parts::Anatomy anatomy = parts::make_anatomy(parse_phantom("ytype"));
-  const VolumeGeometry grid = parts::grid_around(anatomy.shape, 0.5, 1.0);
+  const VolumeGeometry grid = parts::grid_around(anatomy.shape, {0.5, 0.5, 0.5}, 1.0);
   const int before = omp_get_max_threads();
   omp_set_num_threads(1);
   const Volume<float> alone = parts::lumen_fraction(anatomy.shape, grid, {});
@@ -97,7 +112,7 @@ TEST(Blur, KeepsTheSumAndHasTheVarianceAskedFor) {
   grid.size = {31, 31, 31};
   Volume<float> volume(grid);
   volume.at(15, 15, 15) = 1.0f;
-  parts::blur(volume, 1.5);
+  parts::blur(volume, {1.5, 1.5, 1.5});
   double sum = 0.0, second_moment = 0.0;
   for (int k = 0; k < 31; ++k)
     for (int j = 0; j < 31; ++j)
