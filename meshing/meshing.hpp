@@ -164,6 +164,9 @@ double usual_balloon_diameter_mm(double reference_diameter_mm);
 /// and no longer than balloons of the diameter are sold.
 double usual_balloon_length_mm(double lesion_length_mm, double nominal_diameter_mm);
 
+/// The length of the shortest balloons sold in a diameter [mm]: they are at least as long as wide.
+double shortest_balloon_length_mm(double diameter_mm);
+
 /// The least diameter of a lumen [mm] that a balloon crosses, whatever its profile: the thinnest
 /// start shape and the gap around it.
 double least_lumen_to_cross_mm();

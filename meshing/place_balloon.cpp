@@ -85,14 +85,10 @@ double crossing_profile(double nominal_diameter) {
   return kCrossingProfile * std::pow(std::max(1.0, nominal_diameter / kMostCoronary), 2.0 / 3.0);
 }
 
-/// Of balloons of a plan's diameter: a balloon is at least as long as wide.
-double shortest_sold(const BalloonPlan& plan) {
-  return std::max(kShortestSold, 2.0 * plan.rest_radius);
-}
-
 std::string shortened_text(const BalloonPlan& plan, double wished) {
-  const char* unsold =
-      plan.cylinder_length < shortest_sold(plan) ? " (none so short is sold in this diameter)" : "";
+  const char* unsold = plan.cylinder_length < shortest_balloon_length_mm(2.0 * plan.rest_radius)
+                           ? " (none so short is sold in this diameter)"
+                           : "";
   return "the balloon was shortened from " + millimetres(wished) + " to " +
          millimetres(plan.cylinder_length) +
          " to stay one diameter inside the open ends; for a longer one, segment more of the "
@@ -200,7 +196,7 @@ detail::ShapedBalloon shape_in_bend(BalloonPlan& plan, const Lesion& lesion, boo
                                     std::vector<std::string>& warnings) {
   constexpr double kShorter = 0.85;
   const double wished = plan.cylinder_length;
-  const double shortest = std::min(wished, shortest_sold(plan));
+  const double shortest = std::min(wished, shortest_balloon_length_mm(2.0 * plan.rest_radius));
   detail::ShapedBalloon shaped = shape_clear(plan, path, lumen);
   double turn = turn_of(shaped.balloon.guidewire);
   const double covering = std::max(shortest, std::min(wished, lesion.length));
@@ -274,6 +270,10 @@ double usual_balloon_length_mm(double lesion_length_mm, double nominal_diameter_
       std::clamp(kLongestInDiameters * nominal_diameter_mm, kLongestCoronary, kLongestSold);
   const double wished = std::ceil(lesion_length_mm + 2.0 * kShoulder - 1e-9);
   return std::clamp(wished, std::max(kLeastCylinder, nominal_diameter_mm), longest);
+}
+
+double shortest_balloon_length_mm(double diameter_mm) {
+  return std::max(kShortestSold, diameter_mm);
 }
 
 double least_lumen_to_cross_mm() { return 2.0 * detail::room_for(detail::kLeastStartRadius); }

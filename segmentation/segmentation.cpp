@@ -155,6 +155,7 @@ Segmentation segment_all(const Volume<float>& scanned, const SegmentationOptions
   result.level_set = std::move(boundary.level_set);
   result.mask = mask_of(result.level_set);
   detail::refuse_sponge(result.mask, scanned.geometry);
+  detail::refuse_shell(result.mask);
   result.seeds_lps_mm = std::move(tree.seeds_lps_mm);
   result.lumen_intensity = boundary.lumen_intensity;
   result.background_intensity = boundary.background_intensity;

@@ -34,6 +34,8 @@ TriangleMesh remeshed_cap(const TriangleMesh& cap, const std::vector<char>& on_r
   std::vector<int> of_origin(cap.vertices.size(), -1);
   for (std::size_t v = 0; v < index.size(); ++v)
     if (draft.origin[v] >= 0) of_origin[std::size_t(draft.origin[v])] = int(v);
+  for (std::size_t v = 0; v < on_rim.size(); ++v)
+    if (on_rim[v] && of_origin[v] < 0) return cap;
   const auto take = [&](int v) {
     if (index[std::size_t(v)] >= 0) return;
     index[std::size_t(v)] = int(result.vertices.size());

@@ -8,8 +8,10 @@ namespace angio::meshing::detail {
 
 /// A cap with triangles like those at its rim, between the rim's vertices.
 ///
-/// @param on_rim  per vertex of the cap; each is a corner of a triangle
-/// @return the rim's vertices first, in their order
+/// @param cap     its rim's vertices come first
+/// @param on_rim  per vertex of the cap
+/// @return the rim's vertices first, in their order; the cap as it is if one of them is no corner of
+///         a triangle (rims that touch)
 TriangleMesh remeshed_cap(const TriangleMesh& cap, const std::vector<char>& on_rim);
 
 /// Every cap remeshed; a cap that would cross the wall by it stays as it is.

@@ -91,6 +91,16 @@ std::string reason_to_leave(const centerline::Lesion& lesion) {
   return {};
 }
 
+/// Why a balloon that fits at a healthy place is not tried there; empty: it is.
+std::string reason_not_to_try(const meshing::Balloon& balloon) {
+  const double shortest = meshing::shortest_balloon_length_mm(balloon.nominal_diameter_mm);
+  if (balloon.length_mm >= shortest) return {};
+  return fmt::format(
+      "no balloon longer than {:.1f} mm fits there, and none of {:.2f} mm is sold shorter than "
+      "{:.1f} mm",
+      balloon.length_mm, balloon.nominal_diameter_mm, shortest);
+}
+
 std::string place_of(const centerline::Lesion& lesion) {
   return fmt::format("line {}, {:.1f} mm from the inlet", lesion.path_id, lesion.abscissa_mm);
 }
@@ -144,14 +154,16 @@ Placement place_on_a_lesion(StageWork& work, const MeshingSettings& settings,
     if (lesion.is_left_out()) continue;
     std::string reason = is_place_given || is_balloon_given ? "" : reason_to_leave(lesion);
     try {
-      if (reason.empty())
-        return {
-            lesion,
+      if (reason.empty()) {
+        meshing::BalloonSetup setup =
             meshing::place_balloon(lumen, tree, path_of(tree, lesion.path_id), lesion.abscissa_mm,
                                    lesion.length_mm, lesion.reference_diameter_mm,
                                    balloon_options(balloon, is_usual, lesion.reference_diameter_mm),
-                                   part(work.progress, 0.5, 0.9)),
-            "done", ""};
+                                   part(work.progress, 0.5, 0.9));
+        const bool is_asked_for = is_place_given || is_balloon_given || balloon.length_mm > 0.0;
+        if (!lesion.is_stenosis && !is_asked_for) reason = reason_not_to_try(setup.balloon);
+        if (reason.empty()) return {lesion, std::move(setup), "done", ""};
+      }
     } catch (const InputError& error) {
       if (is_place_given) throw;
       reason = error.what();

@@ -18,6 +18,7 @@ constexpr float kOwnWidths = 2.5f;       ///< and of the mode's width at half it
 constexpr double kOwnPart = 0.25;        ///< of the axes within both: the mode is blood's own
 constexpr double kLeastLength = 10.0;    ///< [mm] of even tubes that tell
 constexpr double kCommonPart = 0.25;     ///< of the commonest tissue
+constexpr float kStandsOut = 0.2f;       ///< of the way from tissue to the level of before
 constexpr double kLeastPool = 20000.0;   ///< [mm^3] of even places
 
 /// Intensities on the axes, with their weights.
@@ -196,6 +197,34 @@ BloodLevel level_above_tissue(float lumen, std::vector<float> even, float tissue
   return even_level(lumen, common ? tissues[*common].first : tissue);
 }
 
+/// The median over axes between two values, by length; none if there are less than 10 mm.
+std::optional<float> level_on(const std::vector<TubeAxis>& axes, float low, float high) {
+  std::vector<std::pair<float, double>> on_axes;
+  double length = 0.0;
+  for (const TubeAxis& axis : axes)
+    for (const float intensity : axis.intensity)
+      if (intensity > low && intensity < high) {
+        on_axes.emplace_back(intensity, axis.length_share);
+        length += axis.length_share;
+      }
+  if (length < kLeastLength) return std::nullopt;
+  return weighted_quantile(on_axes, 0.5);
+}
+
+/// Of the even tubes that stand out of the brightest common tissue.
+BloodLevel level_of_darker_tubes(const std::vector<TubeAxis>& axes, std::vector<float> even,
+                                 float top) {
+  const Tissues tissues = tissues_below(top, std::move(even), top, kLeastShare);
+  const auto common = brightest_common(tissues, top);
+  if (!common) return {};
+  const float tissue = tissues[*common].first;
+  const auto lumen = level_on(axes, tissue + kStandsOut * (top - tissue), top);
+  if (!lumen) return {};
+  BloodLevel level = even_level(*lumen, tissue);
+  level.is_of_pools = true;
+  return level;
+}
+
 /// The largest pool above half of what tubes show.
 std::optional<float> level_of_bright_pool(std::vector<float> even, double place_mm3,
                                           const BloodLevel& rough) {
@@ -278,20 +307,14 @@ BloodLevel find_blood_level(const std::vector<TubeAxis>& axes, const Volume<floa
 BloodLevel find_even_level(const std::vector<TubeAxis>& axes, std::vector<float> even,
                            double place_mm3, const BloodLevel& rough) {
   if (even.empty()) return {};
-  std::vector<std::pair<float, double>> on_axes;
-  double length = 0.0;
-  for (const TubeAxis& axis : axes)
-    for (const float intensity : axis.intensity)
-      if (intensity > rough.half()) {
-        on_axes.emplace_back(intensity, axis.length_share);
-        length += axis.length_share;
-      }
   const BloodLevel of_pools = level_of_pools(even, place_mm3, rough.half());
-  const bool is_tissue_blood = of_pools.is_told && rough.tissue > of_pools.half();
-  const std::optional<float> pool = level_of_bright_pool(even, place_mm3, rough);
-  if (is_tissue_blood || (length < kLeastLength && !pool)) return of_pools;
-  if (length < kLeastLength) return level_above_tissue(*pool, std::move(even), rough.tissue);
-  return level_above_tissue(weighted_quantile(on_axes, 0.5), std::move(even), rough.tissue);
+  if (of_pools.is_told && rough.tissue > of_pools.half()) return of_pools;  // blood, not tissue
+  if (const auto tubes = level_on(axes, rough.half(), 1e30f))
+    return level_above_tissue(*tubes, std::move(even), rough.tissue);
+  if (const auto pool = level_of_bright_pool(even, place_mm3, rough))
+    return level_above_tissue(*pool, std::move(even), rough.tissue);
+  if (of_pools.is_told) return of_pools;
+  return level_of_darker_tubes(axes, std::move(even), rough.half());
 }
 
 }  // namespace angio::segmentation::detail

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "segmentation/detail/bodies.hpp"
+#include "segmentation/detail/components.hpp"
 #include "segmentation/detail/depth.hpp"
 #include "segmentation/detail/evenness.hpp"
 #include "segmentation/detail/fields.hpp"
@@ -18,17 +19,22 @@ namespace angio::segmentation::detail {
 namespace {
 
 constexpr double kNeckShare = 0.75;  ///< of the less deep of two bodies: a narrower way is a neck
-constexpr float kBrightExcess = 0.35f;  ///< of the contrast above blood: as cortex is
-constexpr double kBrightShare = 0.1;    ///< of a bone
-constexpr double kUnevenShare = 0.1;    ///< of what is deep in a bone is even, at most,
-constexpr double kEvenShare = 0.25;     ///< and in blood, at least
-constexpr float kBloodShare = 0.7f;     ///< of the way from tissue to blood: organs are darker
+constexpr float kBrightExcess = 0.35f;   ///< of the contrast above blood: as cortex is
+constexpr double kBrightShare = 0.1;     ///< of a bone
+constexpr double kLeastCortex = 1000.0;  ///< [mm^3] in one piece: calcified plaque is smaller
+constexpr double kUnevenShare = 0.1;     ///< of what is deep in a bone is even, at most,
+constexpr double kEvenShare = 0.25;      ///< and in blood, at least
+constexpr float kBloodShare = 0.7f;      ///< of the way from tissue to blood: organs are darker
+constexpr double kOrgan = 5.0;           ///< [mm] depth of organs; what is less deep may be a vein
+constexpr double kBloodyShare = 0.3;     ///< of what is even is brighter, where veins lie beside it
 constexpr float kOtherBolus = 0.5f;  ///< of the contrast above blood: veins, where they outshine it
+constexpr double kGlaringShare = 0.5;  ///< of what is deep in them
 constexpr double kWide = 2.0;        ///< depths that tell: what is as deep and not even is no blood
 constexpr float kTrunkShare = 0.2f;  ///< of the contrast around blood's level: a trunk
 constexpr double kMostAbove = 0.25;  ///< of a scan: blood, bones and organs with contrast
 constexpr double kMarrow = 600.0;    ///< [mm^2] of a section, darker than half way to blood
 constexpr double kLeastTrunk = 10.0;      ///< [mm]
+constexpr double kLeastLeft = 0.2;        ///< of the wide tubes of blood's level: not all are bone
 constexpr std::size_t kLeastVoxels = 27;  ///< deep ones that tell
 constexpr double kLeastBone = 5000.0;     ///< [mm^3]
 
@@ -47,15 +53,20 @@ std::vector<float> even_sample(const Evenness& evenness) {
   return sample;
 }
 
-/// The parts of wide tubes that are even inside, with the means there.
-std::vector<TubeAxis> even_parts(const std::vector<TubeAxis>& axes, const Evenness& evenness) {
-  std::vector<TubeAxis> even = parts_of(axes, [&](const TubeAxis& axis, std::size_t n) {
-    return axis.radius_mm >= evenness.depth_mm() && evenness.is_even(axis.voxels[n]);
+/// Tubes that are wide enough to show whether they are even inside, with the means there.
+std::vector<TubeAxis> wide_tubes(const std::vector<TubeAxis>& axes, const Evenness& evenness) {
+  std::vector<TubeAxis> wide = parts_of(axes, [&](const TubeAxis& axis, std::size_t) {
+    return axis.radius_mm >= evenness.depth_mm();
   });
-  for (TubeAxis& axis : even)
+  for (TubeAxis& axis : wide)
     std::transform(axis.voxels.begin(), axis.voxels.end(), axis.intensity.begin(),
                    [&](std::size_t v) { return evenness.mean.values[v]; });
-  return even;
+  return wide;
+}
+
+std::vector<TubeAxis> even_parts(const std::vector<TubeAxis>& axes, const Evenness& evenness) {
+  return parts_of(
+      axes, [&](const TubeAxis& axis, std::size_t n) { return evenness.is_even(axis.voxels[n]); });
 }
 
 double length_of(const std::vector<TubeAxis>& axes) {
@@ -64,16 +75,18 @@ double length_of(const std::vector<TubeAxis>& axes) {
   return length;
 }
 
-std::vector<TubeAxis> trunks_among(const std::vector<TubeAxis>& even, const BloodLevel& level) {
-  return parts_of(even, [&](const TubeAxis& axis, std::size_t n) {
+/// The parts of wide tubes that are as bright as blood.
+std::vector<TubeAxis> parts_at_level(const std::vector<TubeAxis>& wide, const BloodLevel& level) {
+  return parts_of(wide, [&](const TubeAxis& axis, std::size_t n) {
     return std::abs(axis.intensity[n] - level.lumen) < kTrunkShare * level.contrast();
   });
 }
 
 /// What is inside a body.
 struct Inside {
-  std::size_t all = 0, bright = 0, deep = 0, even = 0;  ///< voxels; even ones of the deep ones
-  double deep_sum = 0.0, even_sum = 0.0;                ///< of the values of these two
+  std::size_t all = 0, bright = 0, deep = 0;  ///< voxels
+  std::size_t glaring = 0, even = 0;          ///< of the deep ones
+  std::size_t bloody = 0;                     ///< of the even ones: as bright as blood
   /// @param depth_mm  of its deepest voxel
   [[nodiscard]] Tissue tissue(double depth_mm, const Evenness& evenness,
                               const BloodLevel& level) const {
@@ -81,12 +94,11 @@ struct Inside {
       return double(part) > share * double(whole);
     };
     if (deep < kLeastVoxels) return Tissue::unknown;
-    const double most = double(level.lumen + kOtherBolus * level.contrast());
-    if (level.is_of_pools && deep_sum > most * double(deep)) return Tissue::other;
-    if (is_part(even, kEvenShare, deep)) {
-      const double least = double(level.tissue + kBloodShare * level.contrast());
-      return even_sum > least * double(even) ? Tissue::blood : Tissue::other;
-    }
+    if (level.is_of_pools && is_part(glaring, kGlaringShare, deep)) return Tissue::other;
+    if (is_part(even, kEvenShare, deep))
+      return is_part(bloody, kBloodyShare, even) ? Tissue::blood
+             : depth_mm > kOrgan                 ? Tissue::other
+                                                 : Tissue::unknown;
     if (is_part(even, kUnevenShare, deep)) return Tissue::unknown;
     return is_part(bright, kBrightShare, all) || depth_mm > kWide * evenness.depth_mm()
                ? Tissue::other
@@ -94,23 +106,41 @@ struct Inside {
   }
 };
 
+/// What is as bright as cortex, in pieces as large as those of bones.
+Volume<std::uint8_t> cortex_in(const Volume<float>& denoised, const BloodLevel& level) {
+  const float bright = level.lumen + kBrightExcess * level.contrast();
+  Volume<std::uint8_t> cortex(denoised.geometry);
+  for (std::size_t v = 0; v < cortex.values.size(); ++v)
+    cortex.values[v] = denoised.values[v] > bright;
+  const Components pieces = label_components(cortex, Connectivity::faces);
+  const Vec3& h = denoised.geometry.spacing;
+  const double least = kLeastCortex / (h.x * h.y * h.z);
+  for (std::size_t v = 0; v < cortex.values.size(); ++v)
+    cortex.values[v] =
+        cortex.values[v] != 0 && double(pieces.voxel_count[std::size_t(pieces.label[v])]) >= least;
+  return cortex;
+}
+
 /// What each body is, shape [body_count + 1].
 std::vector<Tissue> judge(const Bodies& bodies, const Volume<float>& depth,
                           const Volume<float>& denoised, const Evenness& evenness,
                           const BloodLevel& level, const SegmentationOptions& options) {
-  const float half = level.half(), bright = level.lumen + kBrightExcess * level.contrast();
+  const Volume<std::uint8_t> cortex = cortex_in(denoised, level);
+  const float half = level.half();
+  const float glaring = level.lumen + kOtherBolus * level.contrast();
+  const float organ = level.tissue + kBloodShare * level.contrast();
   std::vector<Inside> inside(std::size_t(bodies.count()) + 1);
   for (std::size_t v = 0; v < bodies.label.size(); ++v) {
     if (bodies.label[v] == 0) continue;
     Inside& body = inside[std::size_t(bodies.label[v])];
     const bool is_deep = double(depth.values[v]) >= evenness.depth_mm();
     ++body.all;
-    body.bright += denoised.values[v] > bright;
+    body.bright += cortex.values[v];
     body.deep += is_deep;
-    body.deep_sum += is_deep ? double(denoised.values[v]) : 0.0;
+    body.glaring += is_deep && cortex.values[v] != 0 && denoised.values[v] > glaring;
     if (!is_deep || !(denoised.values[v] > half) || !evenness.is_even(v)) continue;
     ++body.even;
-    body.even_sum += double(evenness.mean.values[v]);
+    body.bloody += evenness.mean.values[v] > organ;
   }
   std::vector<Tissue> tissues(inside.size(), Tissue::unknown);
   for (std::size_t b = 1; b < inside.size(); ++b)
@@ -147,7 +177,8 @@ Bones find_bones(const Volume<float>& volume, const std::vector<TubeAxis>& axes,
   const BloodLevel rough = find_blood_level(axes, volume, noise);
   if (!rough.is_told) return {};
   const Evenness evenness = find_evenness(volume, rough);
-  const std::vector<TubeAxis> even = even_parts(axes, evenness);
+  const std::vector<TubeAxis> wide = wide_tubes(axes, evenness);
+  const std::vector<TubeAxis> even = even_parts(wide, evenness);
   const Vec3& h = volume.geometry.spacing;
   const double voxel_mm3 = h.x * h.y * h.z;
   const BloodLevel level = find_even_level(
@@ -177,15 +208,23 @@ Bones find_bones(const Volume<float>& volume, const std::vector<TubeAxis>& axes,
   }
   const double bone_mm3 = double(count) * voxel_mm3;
   if (bone_mm3 < kLeastBone) return {};
+  const std::vector<TubeAxis> bloody = parts_at_level(wide, level);
+  const std::vector<TubeAxis> left = parts_of(bloody, [&](const TubeAxis& axis, std::size_t n) {
+    return bones.mask.values[axis.voxels[n]] == 0;
+  });
+  if (length_of(bloody) >= kLeastTrunk && length_of(left) < kLeastLeft * length_of(bloody))
+    return {};
   bones.are_there = true;
   bones.level = level;
   bones.warning = warning_of(bone_mm3, level.is_of_pools);
   add_shells(bones.mask, denoised, float(std::min(noise, 0.05 * double(level.contrast()))), above);
   bones.image_without = take_out(volume, bones.mask, level.half());
-  bones.trunks = trunks_among(even, level);
+  bones.trunks = even_parts(bloody, evenness);
   // A spine beside it bends a wide vessel's axis away.
-  if (length_of(bones.trunks) < kLeastTrunk)
-    bones.trunks = trunks_among(even_parts(find_tube_axes(bones.image_without), evenness), level);
+  if (length_of(bones.trunks) < kLeastTrunk) {
+    const auto again = wide_tubes(find_tube_axes(bones.image_without), evenness);
+    bones.trunks = even_parts(parts_at_level(again, level), evenness);
+  }
   return bones;
 }
 

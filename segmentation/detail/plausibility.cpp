@@ -1,10 +1,13 @@
 #include "segmentation/detail/plausibility.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstddef>
 
 #include "core/error.hpp"
+#include "segmentation/detail/depth.hpp"
+#include "segmentation/detail/fields.hpp"
 #include "segmentation/detail/format_number.hpp"
 #include "segmentation/detail/tunnels.hpp"
 
@@ -32,6 +35,23 @@ double share_of(std::ptrdiff_t voxels, const VolumeGeometry& grid, const VolumeG
 }
 
 std::string in_percent(double share) { return format_number(std::round(100.0 * share)) + " %"; }
+
+/// A grid of blocks; set where any voxel of a block is.
+Volume<std::uint8_t> any_of_blocks(const Volume<std::uint8_t>& mask,
+                                   const std::array<int, 3>& factor) {
+  const VolumeGeometry& fine = mask.geometry;
+  VolumeGeometry grid = fine;
+  for (std::size_t a = 0; a < 3; ++a) {
+    grid.size[a] = (fine.size[a] + factor[a] - 1) / factor[a];
+    grid.spacing[int(a)] *= factor[a];
+  }
+  Volume<std::uint8_t> coarse(grid, 0);
+  for (int k = 0; k < fine.size[2]; ++k)
+    for (int j = 0; j < fine.size[1]; ++j)
+      for (int i = 0; i < fine.size[0]; ++i)
+        if (mask.at(i, j, k)) coarse.at(i / factor[0], j / factor[1], k / factor[2]) = 1;
+  return coarse;
+}
 
 }  // namespace
 
@@ -90,6 +110,27 @@ void refuse_sponge(const Volume<std::uint8_t>& mask, const VolumeGeometry& scann
                    " of the volume would be lumen, with " + std::to_string(tunnels) +
                    " holes through it, as tissue has and no tree of vessels: the contrast between "
                    "blood and tissue is not clear, or the scan is no angiography). Try to " +
+                   kAdvice);
+}
+
+void refuse_shell(const Volume<std::uint8_t>& mask) {
+  constexpr double kWideHole = 4000.0;  // [mm^2] in a section: heart and arteries close around less
+  constexpr double kMostInside = 3.0e5;  // [mm^3]: a brain has 1.2 l
+  constexpr double kAnyHole = 1e9;       // [mm^2]
+  const Volume<std::uint8_t> coarse = any_of_blocks(mask, block_size(mask.geometry, 1.0));
+  const auto filled_up_to = [&](double most_mm2) {
+    Volume<std::uint8_t> filled = coarse;
+    fill_holes(filled, most_mm2);
+    return std::count_if(filled.values.begin(), filled.values.end(),
+                         [](std::uint8_t voxel) { return voxel != 0; });
+  };
+  const Vec3& h = coarse.geometry.spacing;
+  const double inside = double(filled_up_to(kAnyHole) - filled_up_to(kWideHole)) * h.x * h.y * h.z;
+  if (inside <= kMostInside) return;
+  throw InputError("no vessel was found apart from the rest (what was found closes around " +
+                   format_number(std::round(1e-5 * inside) / 10.0) +
+                   " l, as a skull or skin does: bone or fat is brighter than the vessels, or the "
+                   "scan is no angiography). Try to " +
                    kAdvice);
 }
 

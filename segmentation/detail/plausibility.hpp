@@ -28,4 +28,10 @@ std::vector<std::string> check_plausibility(const Volume<float>& level_set,
 /// @throws InputError if it is, with what helps
 void refuse_sponge(const Volume<std::uint8_t>& mask, const VolumeGeometry& scanned);
 
+/// Refuses what closes around 0.3 l or more, in sections along the grid's planes with a hole of
+/// 40 cm^2 or more: a skull does, and the skin's fat; heart and great vessels close around less.
+///
+/// @throws InputError if it is, with what helps
+void refuse_shell(const Volume<std::uint8_t>& mask);
+
 }  // namespace angio::segmentation::detail

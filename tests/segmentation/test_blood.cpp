@@ -252,5 +252,18 @@ TEST(Plausibility, RefusesASpongeAndNoTreeWithLoops) {
   EXPECT_NO_THROW(detail::refuse_sponge(sponge, wide));
 }
 
+TEST(Plausibility, RefusesASkullAndNoHeart) {
+  const auto shell = [](double radius, double box) {
+    Volume<float> level = ball(radius, box);
+    Volume<std::uint8_t> mask(level.geometry);
+    for (std::size_t v = 0; v < mask.values.size(); ++v)
+      mask.values[v] = std::abs(level.values[v]) < 4.0f;
+    return mask;
+  };
+  EXPECT_THAT([&] { detail::refuse_shell(shell(65.0, 160.0)); },  // 0.8 l inside
+              ThrowsMessage<InputError>(HasSubstr("closes around 0.8 l")));
+  EXPECT_NO_THROW(detail::refuse_shell(shell(35.0, 90.0)));  // 25 cm^2 in its widest section
+}
+
 }  // namespace
 }  // namespace angio::segmentation

@@ -296,6 +296,37 @@ TEST(EvenLevel, IsThatOfAHeartWhereNoTubeIsLongEnough) {
   EXPECT_FALSE(find_even_level({}, even, kPlace, rough).is_told);
 }
 
+/// Noise of 15 at one end and of 30 at the other, as in a head and shoulders.
+TEST(Evenness, IsMeasuredByTheNoiseAround) {
+  const VolumeGeometry grid = grid_of({50, 50, 160}, {1.0, 1.0, 1.0});
+  Volume<float> volume(grid);
+  std::mt19937 random(9);
+  std::normal_distribution<float> noise(0.0f, 1.0f);
+  for_each_voxel(grid, [&](const Vec3& p, std::size_t v) {
+    const bool is_blood = std::hypot(p.x, p.y) < kAorta;
+    const bool is_cut = std::hypot(p.x - 17.0, p.y) < 7.0;  // at the scale's end
+    volume.values[v] =
+        is_cut ? 3071.0f
+               : float(is_blood ? kBlood : kMuscle) + (p.z < 40.0 ? 15.0f : 30.0f) * noise(random);
+  });
+  BloodLevel level;
+  level.lumen = float(kBlood);
+  level.tissue = float(kMuscle);
+  const Evenness evenness = find_evenness(volume, level);
+  const auto even_part = [&](double from_z, double to_z, double x) {
+    double even = 0.0, all = 0.0;
+    for_each_voxel(grid, [&](const Vec3& p, std::size_t v) {
+      if (p.z < from_z || p.z > to_z || std::hypot(p.x - x, p.y) > 2.0) return;
+      all += 1.0;
+      even += evenness.is_even(v);
+    });
+    return even / all;
+  };
+  EXPECT_GT(even_part(-60.0, 0.0, 0.0), 0.9);
+  EXPECT_GT(even_part(60.0, 75.0, 0.0), 0.9);
+  EXPECT_LT(even_part(-60.0, 75.0, 17.0), 0.01);
+}
+
 /// A slab across the chest, 40 mm thick: a heart, and an aorta between lung and the spine.
 TEST(Bones, TrunksAreSoughtAgainWithoutTheSpine) {
   const VolumeGeometry grid = grid_of({150, 130, 16}, {1.0, 1.0, 2.5});
@@ -329,6 +360,31 @@ TEST(Bones, TrunksAreSoughtAgainWithoutTheSpine) {
       if (std::hypot(p.x - 12.0, p.y - 10.0) < 4.0) length += axis.length_share;
     }
   EXPECT_GT(length, 5.0);  // an axis counts with two fifths of its length
+}
+
+TEST(EvenLevel, IsThatOfVesselsDarkerThanBone) {
+  std::vector<float> even;
+  std::mt19937 random(3);
+  std::normal_distribution<float> muscle(float(kMuscle), 5.0f);
+  for (int n = 0; n < 5000; ++n) even.push_back(muscle(random));
+  BloodLevel rough;  // of a skull
+  rough.lumen = 900.0f;
+  rough.tissue = float(kMuscle);
+  const auto tube = [](double intensity, double length) {
+    TubeAxis axis;
+    axis.radius_mm = 3.0;
+    axis.length_share = length / 10.0;
+    axis.voxels.assign(10, 0);
+    axis.contrast.assign(10, 100.0f);
+    axis.intensity.assign(10, float(intensity));
+    return axis;
+  };
+  const TubeAxis strand = tube(kMuscle, 100.0), carotid = tube(kBlood, 40.0);
+  const BloodLevel level = find_even_level({strand, carotid}, even, 10.0, rough);
+  EXPECT_TRUE(level.is_told && level.is_of_pools);
+  EXPECT_NEAR(level.lumen, kBlood, 1.0);
+  EXPECT_NEAR(level.tissue, kMuscle, 5.0);
+  EXPECT_FALSE(find_even_level({strand, tube(kBlood, 5.0)}, even, 10.0, rough).is_told);
 }
 
 TEST(Bones, ASeedMakesABodyAVessel) {
