@@ -19,22 +19,24 @@ namespace angio::segmentation::detail {
 namespace {
 
 constexpr double kNeckShare = 0.75;  ///< of the less deep of two bodies: a narrower way is a neck
-constexpr float kBrightExcess = 0.35f;   ///< of the contrast above blood: as cortex is
-constexpr double kBrightShare = 0.1;     ///< of a bone
-constexpr double kLeastCortex = 1000.0;  ///< [mm^3] in one piece: calcified plaque is smaller
-constexpr double kUnevenShare = 0.1;     ///< of what is deep in a bone is even, at most,
-constexpr double kEvenShare = 0.25;      ///< and in blood, at least
-constexpr float kBloodShare = 0.7f;      ///< of the way from tissue to blood: organs are darker
-constexpr double kOrgan = 5.0;           ///< [mm] depth of organs; what is less deep may be a vein
-constexpr double kBloodyShare = 0.3;     ///< of what is even is brighter, where veins lie beside it
+constexpr float kBrightExcess = 0.35f;  ///< of the contrast above blood: as cortex is
+constexpr double kBrightShare = 0.1;    ///< of a bone
+constexpr double kLeastCortex = 300.0;  ///< [mm^3] in one piece: calcified plaque is smaller
+constexpr double kUnevenShare = 0.1;    ///< of what is deep in a bone is even, at most,
+constexpr double kEvenShare = 0.25;     ///< and in blood, at least
+constexpr float kBloodShare = 0.7f;     ///< of the way from tissue to blood: organs are darker
+constexpr double kOrgan = 5.0;          ///< [mm] depth of organs; what is less deep may be a vein
+constexpr double kBloodyShare = 0.3;    ///< of what is even is brighter, where veins lie beside it
 constexpr float kOtherBolus = 0.5f;  ///< of the contrast above blood: veins, where they outshine it
 constexpr double kGlaringShare = 0.5;  ///< of what is deep in them
 constexpr double kWide = 2.0;        ///< depths that tell: what is as deep and not even is no blood
 constexpr float kTrunkShare = 0.2f;  ///< of the contrast around blood's level: a trunk
 constexpr double kMostAbove = 0.25;  ///< of a scan: blood, bones and organs with contrast
 constexpr double kMarrow = 600.0;    ///< [mm^2] of a section, darker than half way to blood
-constexpr double kLeastTrunk = 10.0;      ///< [mm]
-constexpr double kLeastLeft = 0.2;        ///< of the wide tubes of blood's level: not all are bone
+constexpr double kLeastTrunk = 10.0;  ///< [mm]
+constexpr double kMostKeptOut =
+    0.33;                           ///< of a scan: in a plain one all flesh is as bright as blood
+constexpr double kLeastLeft = 0.2;  ///< of the wide tubes of blood's level: not all are bone
 constexpr std::size_t kLeastVoxels = 27;  ///< deep ones that tell
 constexpr double kLeastBone = 5000.0;     ///< [mm^3]
 
@@ -207,7 +209,8 @@ Bones find_bones(const Volume<float>& volume, const std::vector<TubeAxis>& axes,
     above.values[v] = above.values[v] && tissue != Tissue::other;
   }
   const double bone_mm3 = double(count) * voxel_mm3;
-  if (bone_mm3 < kLeastBone) return {};
+  const double scanned_mm3 = voxel_mm3 * double(volume.values.size());
+  if (bone_mm3 < kLeastBone || bone_mm3 > kMostKeptOut * scanned_mm3) return {};
   const std::vector<TubeAxis> bloody = parts_at_level(wide, level);
   const std::vector<TubeAxis> left = parts_of(bloody, [&](const TubeAxis& axis, std::size_t n) {
     return bones.mask.values[axis.voxels[n]] == 0;
