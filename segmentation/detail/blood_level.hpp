@@ -14,7 +14,7 @@ struct BloodLevel {
   float tissue = 0.0f;       ///< of the brightest tissue that is common and no blood
   bool is_told = false;      ///< false: the volume does not show it
   bool is_even = false;      ///< told by vessels that are wide enough to be seen as even inside
-  bool is_of_pools = false;  ///< told by even pools, though brighter tubes are there
+  bool is_of_pools = false;  ///< told by what is even, though brighter tubes are there
   [[nodiscard]] float contrast() const { return lumen - tissue; }
   [[nodiscard]] float half() const { return 0.5f * (lumen + tissue); }
 };
@@ -45,13 +45,15 @@ BloodLevel find_blood_level(const std::vector<TubeAxis>& axes, const Volume<floa
 /// has not mixed yet. Blood is then the largest pool of even places: a mode of 20 ml or more, below
 /// the half level of before, that is brighter than the brightest common tissue and has less than a
 /// quarter of its volume. The same where such a pool is there and the tissue of before is above
-/// half of it: blood was taken for tissue.
+/// half of it: blood was taken for tissue. Where there is no such pool either (a head, whose bones
+/// are the brightest tubes), blood is the even tubes that stand out of the brightest common tissue
+/// by a fifth of its way to the half level of before: their median, if they are 10 mm long.
 ///
 /// @param axes       even parts of wide tubes
 /// @param even       means of even neighbourhoods in the volume
 /// @param place_mm3  volume that each of them stands for [mm^3]
 /// @param rough      find_blood_level's
-/// @return not told if there are less than 10 mm of such tubes and no pool
+/// @return not told if there are no such tubes and no pool
 BloodLevel find_even_level(const std::vector<TubeAxis>& axes, std::vector<float> even,
                            double place_mm3, const BloodLevel& rough);
 

@@ -26,11 +26,11 @@ constexpr double kUnevenShare = 0.1;    ///< of what is deep in a bone is even, 
 constexpr double kEvenShare = 0.25;     ///< and in blood, at least
 constexpr float kBloodShare = 0.7f;     ///< of the way from tissue to blood: organs are darker
 constexpr double kOrgan = 5.0;          ///< [mm] depth of organs; what is less deep may be a vein
-constexpr double kBloodyShare = 0.3;    ///< of what is even is brighter, where veins lie beside it
+constexpr double kBloodyShare = 0.5;    ///< of what is even is brighter, where veins lie beside it
 constexpr float kOtherBolus = 0.5f;  ///< of the contrast above blood: veins, where they outshine it
 constexpr double kGlaringShare = 0.5;  ///< of what is deep in them
 constexpr double kWide = 2.0;        ///< depths that tell: what is as deep and not even is no blood
-constexpr float kTrunkShare = 0.2f;  ///< of the contrast around blood's level: a trunk
+constexpr float kTrunkShare = 0.2f;  ///< of the contrast below blood's level: a trunk
 constexpr double kMostAbove = 0.25;  ///< of a scan: blood, bones and organs with contrast
 constexpr double kMarrow = 600.0;    ///< [mm^2] of a section, darker than half way to blood
 constexpr double kLeastTrunk = 10.0;  ///< [mm]
@@ -78,9 +78,13 @@ double length_of(const std::vector<TubeAxis>& axes) {
 }
 
 /// The parts of wide tubes that are as bright as blood.
-std::vector<TubeAxis> parts_at_level(const std::vector<TubeAxis>& wide, const BloodLevel& level) {
+///
+/// @param above  contrasts that it may be brighter
+std::vector<TubeAxis> parts_at_level(const std::vector<TubeAxis>& wide, const BloodLevel& level,
+                                     float above) {
   return parts_of(wide, [&](const TubeAxis& axis, std::size_t n) {
-    return std::abs(axis.intensity[n] - level.lumen) < kTrunkShare * level.contrast();
+    const float excess = (axis.intensity[n] - level.lumen) / level.contrast();
+    return excess > -kTrunkShare && excess < above;
   });
 }
 
@@ -211,7 +215,7 @@ Bones find_bones(const Volume<float>& volume, const std::vector<TubeAxis>& axes,
   const double bone_mm3 = double(count) * voxel_mm3;
   const double scanned_mm3 = voxel_mm3 * double(volume.values.size());
   if (bone_mm3 < kLeastBone || bone_mm3 > kMostKeptOut * scanned_mm3) return {};
-  const std::vector<TubeAxis> bloody = parts_at_level(wide, level);
+  const std::vector<TubeAxis> bloody = parts_at_level(wide, level, kTrunkShare);
   const std::vector<TubeAxis> left = parts_of(bloody, [&](const TubeAxis& axis, std::size_t n) {
     return bones.mask.values[axis.voxels[n]] == 0;
   });
@@ -222,11 +226,11 @@ Bones find_bones(const Volume<float>& volume, const std::vector<TubeAxis>& axes,
   bones.warning = warning_of(bone_mm3, level.is_of_pools);
   add_shells(bones.mask, denoised, float(std::min(noise, 0.05 * double(level.contrast()))), above);
   bones.image_without = take_out(volume, bones.mask, level.half());
-  bones.trunks = even_parts(bloody, evenness);
+  bones.trunks = even_parts(parts_at_level(wide, level, kOtherBolus), evenness);
   // A spine beside it bends a wide vessel's axis away.
   if (length_of(bones.trunks) < kLeastTrunk) {
     const auto again = wide_tubes(find_tube_axes(bones.image_without), evenness);
-    bones.trunks = even_parts(parts_at_level(again, level), evenness);
+    bones.trunks = even_parts(parts_at_level(again, level, kOtherBolus), evenness);
   }
   return bones;
 }

@@ -17,7 +17,7 @@ struct Bones {
   Volume<std::uint8_t> mask;     ///< 1 in them and in their blurred shells
   Volume<float> image_without;   ///< the image with the local background in their place
   BloodLevel level;              ///< of blood and soft tissue
-  std::vector<TubeAxis> trunks;  ///< wide, even tubes of blood's level
+  std::vector<TubeAxis> trunks;  ///< wide, even tubes, as bright as blood or brighter
   std::string warning;
 };
 
@@ -33,15 +33,20 @@ bool is_muscle(const BloodLevel& level, const Volume<float>& volume);
 /// above (L + T) / 2, with the marrow that a section of it goes around, is parted at its necks
 /// (part_into_bodies). Of the voxels that are deep enough in a body to show nothing else,
 ///
-///   a quarter even, at more than T + 0.7 (L - T) on average:                    blood;
-///   a quarter even, but darker:                                                 an organ;
-///   less than a tenth even, and a tenth of the body above L + 0.35 (L - T):     bone;
+///   a quarter even, most of that above T + 0.7 (L - T):                         blood;
+///   a quarter even, but darker, in a body deeper than 5 mm:                     an organ;
+///   less than a tenth even, and a tenth of the body cortex:                     bone;
 ///   less than a tenth even, in a body of twice the depth that tells:            bone or an organ.
 ///
-/// Where pools told the level, though brighter tubes are there, what is above L + (L - T) / 2 on
-/// average is none of it either. The others, thin vessels and thin bones, go with the body that
-/// they hang on by the deepest neck. A body with a seed is blood. Nothing is bone where no blood
-/// is even (find_even_level), or there is too little of it (5 ml).
+/// Cortex is above L + 0.35 (L - T) in a piece of 0.3 ml or more: calcified plaque is smaller. Where
+/// something darker than the brightest tubes told the level, a body whose depth is cortex above
+/// L + (L - T) / 2 for the most part is none of it either. The others, thin vessels, veins less
+/// filled and thin bones, go with the body that they hang on by the deepest neck. A body with a
+/// seed is blood.
+///
+/// Nothing is bone where no blood is even (find_even_level), there is too little of it (5 ml) or
+/// too much (a third of the scan), or four fifths of the wide tubes of blood's level were in it: in
+/// a MR angiography blood pulsates, and is not even.
 ///
 /// @param axes  of the volume (find_tube_axes)
 Bones find_bones(const Volume<float>& volume, const std::vector<TubeAxis>& axes,

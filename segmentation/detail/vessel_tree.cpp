@@ -29,6 +29,7 @@ constexpr double kSeveralTissues = 0.7;  ///< of the tubes' contrast, from tissu
                                          ///< others lie in something darker, as lung
 constexpr double kTubularShare = 0.4;    ///< of the smallest piece: noise has a voxel or two of C
 constexpr double kToleratedNoise = 0.05;
+constexpr double kLeastTrunk = 500.0;  ///< [mm^3] that is believed where a couch has more
 
 const char* const kAdvice =
     "Check that the vessels are filled with contrast and brighter than their surroundings, or give "
@@ -134,13 +135,16 @@ std::vector<double> score_pieces(const Components& pieces, const Volume<float>& 
   return score;
 }
 
-/// The length of trunks in each piece [mm].
+/// The volume of trunks in each piece, as length times radius squared [mm^3]: an aorta counts for
+/// more than many veins of the liver.
 std::vector<double> score_trunks(const Components& pieces, const std::vector<TubeAxis>& trunks) {
-  std::vector<double> length(std::size_t(pieces.count()) + 1, 0.0);
+  std::vector<double> volume(std::size_t(pieces.count()) + 1, 0.0);
   for (const TubeAxis& trunk : trunks)
     for (const std::size_t v : trunk.voxels)
-      if (pieces.label[v] > 0) length[std::size_t(pieces.label[v])] += trunk.length_share;
-  return length;
+      if (pieces.label[v] > 0)
+        volume[std::size_t(pieces.label[v])] +=
+            trunk.length_share * trunk.radius_mm * trunk.radius_mm;
+  return volume;
 }
 
 /// The voxel of the piece with the greatest C: an automatic seed.
@@ -157,6 +161,27 @@ Vec3 strongest_point(const Components& pieces, int piece, const Volume<float>& c
   const std::size_t slice = row / std::size_t(size[1]);
   return contrast.geometry.lps_from_index(
       {double(best % std::size_t(size[0])), double(row % std::size_t(size[1])), double(slice)});
+}
+
+/// Whether a piece is the same in every slice, as the couch under the patient is: from the first
+/// slice to the last, over 15 cm or more, and slices 5 cm apart overlap by 90 %.
+bool is_couch(const Components& pieces, int piece, const VolumeGeometry& grid) {
+  constexpr double kLeastLength = 150.0, kApart = 50.0;  // [mm]
+  constexpr double kOverlap = 0.9;
+  const int slices = grid.size[2], apart = int(std::lround(kApart / grid.spacing.z));
+  if (slices * grid.spacing.z < kLeastLength || apart < 1) return false;
+  const std::size_t slice = grid.voxel_count() / std::size_t(slices);
+  std::vector<std::size_t> count(std::size_t(slices), 0);
+  std::size_t both = 0, all = 0;
+  for (std::size_t v = 0; v < pieces.label.size(); ++v) {
+    if (pieces.label[v] != piece) continue;
+    const std::size_t k = v / slice;
+    ++count[k];
+    if (k + std::size_t(apart) >= count.size()) continue;
+    ++all;
+    both += pieces.label[v + std::size_t(apart) * slice] == piece;
+  }
+  return count.front() > 0 && count.back() > 0 && double(both) > kOverlap * double(all);
 }
 
 double voxel_volume(const VolumeGeometry& geometry) {
@@ -193,6 +218,29 @@ void warn_of_dropped(const Components& pieces, const std::vector<double>& score,
                             " mm3 in all, were left out; give a seed in each that you want");
 }
 
+/// The piece with most of trunks; where there are none, that with most contrast.
+int best_piece(const Components& pieces, std::vector<double> score, std::vector<double> trunk,
+               const VolumeGeometry& grid) {
+  const bool has_trunks = *std::max_element(trunk.begin(), trunk.end()) > 0.0;
+  std::vector<double>& measure = has_trunks ? trunk : score;
+  double least = 0.0;
+  for (;;) {
+    const auto best = std::max_element(measure.begin(), measure.end());
+    const int piece = int(best - measure.begin());
+    if (*best > 0.0 && is_couch(pieces, piece, grid)) {
+      *best = 0.0;
+      least = has_trunks ? kLeastTrunk : 0.0;
+    } else if (*best > least || !has_trunks) {
+      return piece;
+    } else {
+      throw InputError(
+          std::string("no vessel was found (what is wide, even and bright is the couch under the "
+                      "patient: a scan without contrast?). ") +
+          kAdvice);
+    }
+  }
+}
+
 void keep_pieces(const Components& pieces, const Volume<float>& contrast,
                  const std::vector<TubeAxis>& trunks, const SegmentationOptions& options,
                  VesselTree& tree) {
@@ -203,10 +251,7 @@ void keep_pieces(const Components& pieces, const Volume<float>& contrast,
     tree.seeds_lps_mm.push_back(seed);
   }
   if (options.seeds_lps_mm.empty()) {
-    const std::vector<double> length = score_trunks(pieces, trunks);
-    const auto longest = std::max_element(length.begin(), length.end());
-    const auto best = *longest > 0.0 ? longest - length.begin()
-                                     : std::max_element(score.begin(), score.end()) - score.begin();
+    const int best = best_piece(pieces, score, score_trunks(pieces, trunks), contrast.geometry);
     const double volume =
         double(pieces.voxel_count[std::size_t(best)]) * voxel_volume(contrast.geometry);
     const double tubular =
@@ -217,7 +262,7 @@ void keep_pieces(const Components& pieces, const Volume<float>& contrast,
                                    "segmentation.min_component_mm3 or not tubular). ") +
                        kAdvice);
     kept[std::size_t(best)] = true;
-    tree.seeds_lps_mm.push_back(strongest_point(pieces, int(best), contrast));
+    tree.seeds_lps_mm.push_back(strongest_point(pieces, best, contrast));
   }
   warn_of_dropped(pieces, score, kept, options, tree);
   for (std::size_t v = 0; v < pieces.label.size(); ++v)

@@ -115,8 +115,9 @@ struct BodyImage {
   Volume<std::uint8_t> is_bone, is_blood;
 };
 
-BodyImage body_image(bool with_bone, double noise_sd, double blood = kBlood) {
-  const VolumeGeometry grid = grid_of({90, 90, 60}, {1.0, 1.0, 1.0});
+BodyImage body_image(bool with_bone, double noise_sd, double blood = kBlood,
+                     double slice_mm = 1.0) {
+  const VolumeGeometry grid = grid_of({90, 90, 60}, {1.0, 1.0, slice_mm});
   BodyImage body{Volume<float>(grid), Volume<std::uint8_t>(grid), Volume<std::uint8_t>(grid)};
   std::mt19937 random(5);
   std::vector<float> struts(64 * 64 * 64);
@@ -269,6 +270,25 @@ TEST(Bones, MuscleAgainstAirIsNoPoolOfBlood) {
   BloodLevel of_tubes = level;
   of_tubes.is_of_pools = false;
   EXPECT_FALSE(is_muscle(of_tubes, limb));
+}
+
+TEST(Couch, IsNoVessel) {
+  const auto on_couch = [](double blood) {  // 18 cm of body over a rail
+    BodyImage body = body_image(true, 10.0, blood, 3.0);
+    std::mt19937 random(8);
+    std::normal_distribution<float> rail(float(kBlood), 10.0f);
+    for_each_voxel(body.volume.geometry, [&](const Vec3& p, std::size_t v) {
+      if (std::hypot(p.x - 30.0, p.y + 36.0) < 5.0) body.volume.values[v] = rail(random);
+    });
+    return body.volume;
+  };
+  EXPECT_THAT([&] { segment_vessels(on_couch(kMuscle), {}); },
+              testing::ThrowsMessage<InputError>(HasSubstr("couch under the patient")));
+  const Segmentation result = segment_vessels(on_couch(kBlood), {});
+  EXPECT_LT(interpolate(result.level_set, {0.0, 0.0, 0.0}), 0.0);
+  EXPECT_FALSE(result.level_set.geometry.contains(
+                   result.level_set.geometry.index_from_lps({30.0, -36.0, 0.0})) &&
+               interpolate(result.level_set, {30.0, -36.0, 0.0}) < 0.0);
 }
 
 TEST(EvenLevel, IsThatOfAHeartWhereNoTubeIsLongEnough) {
