@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <set>
 #include <string>
 #include <vector>
@@ -207,7 +208,7 @@ int cut_and_close(SurfaceDraft& draft, Pairs pairs,
 int resolve_crossings(SurfaceDraft& draft, const SurfaceTarget& target,
                       const std::vector<std::array<int, 2>>& others,
                       std::vector<std::string>& warnings) {
-  constexpr int kRemeshings = 2;
+  constexpr int kRemeshings = 2, kAgain = 2;
   Pairs pairs = others;
   if (others.empty()) {
     pairs = find_faults(draft.mesh, std::vector<char>(draft.mesh.triangles.size(), 1));
@@ -216,13 +217,23 @@ int resolve_crossings(SurfaceDraft& draft, const SurfaceTarget& target,
   }
   if (pairs.empty()) return 0;
   const std::set<int> rims = rims_of(draft);
-  const int closed_count = cut_and_close(draft, pairs, &find_faults);
+  int closed_count = cut_and_close(draft, pairs, &find_faults);
+  Pairs left = air_mesh::self_intersections(draft.mesh);
+  for (int again = 0; again < kAgain && !left.empty(); ++again) {
+    closed_count += cut_and_close(draft, left, &find_faults);
+    left = air_mesh::self_intersections(draft.mesh);
+  }
   warn_of_lost_rims(rims, rims_of(draft), warnings);
-  const std::size_t left = air_mesh::self_intersections(draft.mesh).size();
-  if (left == 0) return closed_count;
-  throw InternalError("the lumen's surface still crosses itself (" + std::to_string(left) +
-                      " pairs of triangles; vessels that touch each other, or noise). Smooth the "
-                      "segmentation, or mesh with shorter edges (meshing.edges_per_circumference)");
+  if (left.empty()) return closed_count;
+  const Triangle& first = draft.mesh.triangles[std::size_t(left.front()[0])];
+  const Vec3& at = draft.mesh.vertices[std::size_t(first[0])];
+  throw InputError(
+      "the lumen's surface crosses itself and could not be closed (" + std::to_string(left.size()) +
+      " pairs of triangles, the first around (" + std::to_string(std::lround(at.x)) + ", " +
+      std::to_string(std::lround(at.y)) + ", " + std::to_string(std::lround(at.z)) +
+      ") mm: vessels that touch each other all around, or bone or noise taken for vessels). "
+      "Look at the lumen; segmentation.region_lps_mm or seeds_lps_mm take the vessel without it, "
+      "meshing.edges_per_circumference shorter edges");
 }
 
 int close_crossings(TriangleMesh& mesh) {

@@ -16,7 +16,7 @@ namespace angio::meshing::detail {
 /// @param others  pairs of triangles (or of a triangle and itself) to cut out of a surface that has
 ///                no faults besides; none: faults are searched
 /// @return number of places that were closed anew
-/// @throws InternalError if crossings remain
+/// @throws InputError if crossings remain
 int resolve_crossings(SurfaceDraft& draft, const SurfaceTarget& target,
                       const std::vector<std::array<int, 2>>& others,
                       std::vector<std::string>& warnings);

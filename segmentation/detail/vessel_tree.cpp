@@ -1,6 +1,7 @@
 #include "segmentation/detail/vessel_tree.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
 #include <utility>
@@ -163,9 +164,9 @@ Vec3 strongest_point(const Components& pieces, int piece, const Volume<float>& c
       {double(best % std::size_t(size[0])), double(row % std::size_t(size[1])), double(slice)});
 }
 
-/// Whether a piece is the same in every slice, as the couch under the patient is: from the first
-/// slice to the last, over 15 cm or more, and slices 5 cm apart overlap by 90 %.
-bool is_couch(const Components& pieces, int piece, const VolumeGeometry& grid) {
+/// Whether a piece is the same in every slice: from the first to the last, over 15 cm or more, and
+/// slices 5 cm apart overlap by 90 %.
+bool is_extruded(const Components& pieces, int piece, const VolumeGeometry& grid) {
   constexpr double kLeastLength = 150.0, kApart = 50.0;  // [mm]
   constexpr double kOverlap = 0.9;
   const int slices = grid.size[2], apart = int(std::lround(kApart / grid.spacing.z));
@@ -182,6 +183,30 @@ bool is_couch(const Components& pieces, int piece, const VolumeGeometry& grid) {
     both += pieces.label[v + std::size_t(apart) * slice] == piece;
   }
   return count.front() > 0 && count.back() > 0 && double(both) > kOverlap * double(all);
+}
+
+/// Whether what lies 4 mm beside a piece, in its slices, is air for the most part.
+bool is_in_air(const Components& pieces, int piece, const Volume<float>& volume,
+               const BloodLevel& level) {
+  constexpr double kBeside = 4.0;    // [mm]
+  constexpr float kAirBelow = 1.5f;  // contrasts below tissue: fat and organs are above
+  const float air = level.tissue - kAirBelow * level.contrast();
+  const VolumeGeometry& grid = volume.geometry;
+  const std::array<int, 2> step{std::max(1, int(std::lround(kBeside / grid.spacing.x))),
+                                std::max(1, int(std::lround(kBeside / grid.spacing.y)))};
+  std::size_t beside = 0, in_air = 0;
+  for (int k = 0; k < grid.size[2]; ++k)
+    for (int j = 0; j < grid.size[1]; ++j)
+      for (int i = 0; i < grid.size[0]; ++i) {
+        if (pieces.label[grid.offset(i, j, k)] != piece) continue;
+        for (const auto& [x, y] :
+             {std::pair{i - step[0], j}, {i + step[0], j}, {i, j - step[1]}, {i, j + step[1]}}) {
+          if (!grid.contains(x, y, k) || pieces.label[grid.offset(x, y, k)] == piece) continue;
+          ++beside;
+          in_air += volume.at(x, y, k) < air;
+        }
+      }
+  return 2 * in_air > beside;
 }
 
 double voxel_volume(const VolumeGeometry& geometry) {
@@ -220,14 +245,18 @@ void warn_of_dropped(const Components& pieces, const std::vector<double>& score,
 
 /// The piece with most of trunks; where there are none, that with most contrast.
 int best_piece(const Components& pieces, std::vector<double> score, std::vector<double> trunk,
-               const VolumeGeometry& grid) {
+               const Volume<float>& volume, const BloodLevel& level) {
+  const auto is_couch = [&](int piece) {
+    return level.is_told && is_extruded(pieces, piece, volume.geometry) &&
+           is_in_air(pieces, piece, volume, level);
+  };
   const bool has_trunks = *std::max_element(trunk.begin(), trunk.end()) > 0.0;
   std::vector<double>& measure = has_trunks ? trunk : score;
   double least = 0.0;
   for (;;) {
     const auto best = std::max_element(measure.begin(), measure.end());
     const int piece = int(best - measure.begin());
-    if (*best > 0.0 && is_couch(pieces, piece, grid)) {
+    if (*best > 0.0 && is_couch(piece)) {
       *best = 0.0;
       least = has_trunks ? kLeastTrunk : 0.0;
     } else if (*best > least || !has_trunks) {
@@ -241,9 +270,9 @@ int best_piece(const Components& pieces, std::vector<double> score, std::vector<
   }
 }
 
-void keep_pieces(const Components& pieces, const Volume<float>& contrast,
-                 const std::vector<TubeAxis>& trunks, const SegmentationOptions& options,
-                 VesselTree& tree) {
+void keep_pieces(const Components& pieces, const Volume<float>& volume, const BloodLevel& level,
+                 const Volume<float>& contrast, const std::vector<TubeAxis>& trunks,
+                 const SegmentationOptions& options, VesselTree& tree) {
   const auto score = score_pieces(pieces, contrast, float(tree.contrast));
   std::vector<bool> kept(score.size(), false);
   for (const Vec3& seed : options.seeds_lps_mm) {
@@ -251,12 +280,12 @@ void keep_pieces(const Components& pieces, const Volume<float>& contrast,
     tree.seeds_lps_mm.push_back(seed);
   }
   if (options.seeds_lps_mm.empty()) {
-    const int best = best_piece(pieces, score, score_trunks(pieces, trunks), contrast.geometry);
-    const double volume =
+    const int best = best_piece(pieces, score, score_trunks(pieces, trunks), volume, level);
+    const double piece_mm3 =
         double(pieces.voxel_count[std::size_t(best)]) * voxel_volume(contrast.geometry);
     const double tubular =
         score[std::size_t(best)] / tree.contrast * voxel_volume(contrast.geometry);
-    if (score[std::size_t(best)] <= 0.0 || volume < options.min_component_mm3 ||
+    if (score[std::size_t(best)] <= 0.0 || piece_mm3 < options.min_component_mm3 ||
         tubular < kTubularShare * options.min_component_mm3)
       throw InputError(std::string("no vessel was found (every bright piece is smaller than "
                                    "segmentation.min_component_mm3 or not tubular). ") +
@@ -319,7 +348,8 @@ VesselTree find_vessel_tree(const Volume<float>& volume, const BloodLevel& level
   tree.mask = candidates(smoothed, tubes, float(tree.contrast), level, options);
   if (level.is_told) add_pools(smoothed, level, options, tree.mask);
   progress.report(0.45, "connecting vessels");
-  keep_pieces(label_components(tree.mask, Connectivity::faces), contrast, trunks, options, tree);
+  keep_pieces(label_components(tree.mask, Connectivity::faces), volume, level, contrast, trunks,
+              options, tree);
   for (std::size_t v = 0; v < tree.seen.values.size(); ++v)
     tree.seen.values[v] = tree.seen.values[v] && tubes.is_thin.values[v];
   progress.report(0.55, "connecting vessels");
