@@ -10,7 +10,8 @@ namespace angio::meshing::detail {
 ///
 /// @param cap     its rim's vertices come first
 /// @param on_rim  per vertex of the cap
-/// @return the rim's vertices first, in their order; the cap as it is if one of them is no corner of
+/// @return the rim's vertices first, in their order; the cap as it is if one of them is no corner
+/// of
 ///         a triangle (rims that touch)
 TriangleMesh remeshed_cap(const TriangleMesh& cap, const std::vector<char>& on_rim);
 

@@ -38,11 +38,11 @@ bool is_muscle(const BloodLevel& level, const Volume<float>& volume);
 ///   less than a tenth even, and a tenth of the body cortex:                     bone;
 ///   less than a tenth even, in a body of twice the depth that tells:            bone or an organ.
 ///
-/// Cortex is above L + 0.35 (L - T) in a piece of 0.3 ml or more: calcified plaque is smaller. Where
-/// something darker than the brightest tubes told the level, a body whose depth is cortex above
-/// L + (L - T) / 2 for the most part is none of it either. The others, thin vessels, veins less
-/// filled and thin bones, go with the body that they hang on by the deepest neck. A body with a
-/// seed is blood.
+/// Cortex is above L + 0.35 (L - T) in a piece of 0.3 ml or more: calcified plaque is smaller.
+/// Where something darker than the brightest tubes told the level, a body whose depth is cortex
+/// above L + (L - T) / 2 for the most part is none of it either. The others, thin vessels, veins
+/// less filled and thin bones, go with the body that they hang on by the deepest neck. A body with
+/// a seed is blood.
 ///
 /// Nothing is bone where no blood is even (find_even_level), there is too little of it (5 ml) or
 /// too much (a third of the scan), or four fifths of the wide tubes of blood's level were in it: in
