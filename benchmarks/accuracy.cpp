@@ -1,7 +1,7 @@
 // Prints how near the pipeline comes to phantoms whose truth is known. docs/accuracy.md explains
 // the columns.
 //
-//     accuracy [image|surface] [phantoms=a,b] [spacings=0.3] [noises=0.1] [seeds=20]
+//     accuracy [image|surface] [phantoms=a,b] [spacings=0.3] [slices=0] [noises=0.1] [seeds=20]
 //              [oblique=0] [blur=0] [stenosis=60] [--markdown FILE]
 //
 // image:   scan (exact partial volume, blur, noise) -> level set -> centreline -> lesions
@@ -135,6 +135,7 @@ void append(std::vector<double>& all, const std::vector<double>& part) {
 struct Row {
   std::string phantom;
   double spacing_mm = 0.0;
+  double slice_mm = 0.0;  ///< 0: cubes
   double noise = 0.0;
   int run_count = 0;
   int failure_count = 0;
@@ -196,7 +197,9 @@ std::vector<std::string> column_names(bool is_surface) {
 std::vector<std::string> cells(const Row& r, bool is_surface) {
   const Accuracy& a = r.pooled;
   std::vector<std::string> row{r.phantom};
-  if (!is_surface) row.push_back(cell("%g", r.spacing_mm));
+  if (!is_surface)
+    row.push_back(r.slice_mm > 0.0 ? fmt::format("{0:g} x {0:g} x {1:g}", r.spacing_mm, r.slice_mm)
+                                   : cell("%g", r.spacing_mm));
   row.insert(row.end(), {cell("%g", r.noise),
                          fmt::format("{:.4f} / {:.4f}", mean(a.line_mm),
                                      quantile(a.line_mm, 0.95, std::nan(""))),
@@ -225,7 +228,7 @@ struct Plan {
   int seed_count = 20;
   double oblique_degrees = 0.0;
   double blur_mm = 0.0;
-  double slice_mm = 0.0;
+  std::vector<double> slices{0.0};  ///< [mm]; 0: cubes
   double stenosis_percent = 60.0;
 };
 
@@ -261,8 +264,8 @@ Plan parse(int argc, char** argv) {
       plan.oblique_degrees = std::stod(value);
     else if (key == "blur")
       plan.blur_mm = std::stod(value);
-    else if (key == "slice")
-      plan.slice_mm = std::stod(value);
+    else if (key == "slices")
+      plan.slices = numbers(value);
     else if (key == "stenosis")
       plan.stenosis_percent = std::stod(value);
     else if (key != "image")
@@ -273,21 +276,22 @@ Plan parse(int argc, char** argv) {
 }
 
 PhantomOptions options_of(const Plan& plan, const std::string& phantom, double spacing,
-                          double noise) {
+                          double slice, double noise) {
   PhantomOptions options;
   options.name = phantom;
   options.stenosis_percent = plan.stenosis_percent;
   if (spacing > 0.0) options.spacing_mm = spacing;
   options.noise_sd = noise;
   options.blur_mm = plan.blur_mm;
-  options.slice_mm = plan.slice_mm;
+  options.slice_mm = slice;
   options.oblique_degrees = plan.oblique_degrees;
   return options;
 }
 
-Row measure_row(const Plan& plan, const std::string& phantom, double spacing, double noise) {
-  Row row{phantom, spacing, noise, 0, 0, {}, {}, {}, {}, {}, {}};
-  PhantomOptions options = options_of(plan, phantom, spacing, noise);
+Row measure_row(const Plan& plan, const std::string& phantom, double spacing, double slice,
+                double noise) {
+  Row row{phantom, spacing, slice, noise, 0, 0, {}, {}, {}, {}, {}, {}};
+  PhantomOptions options = options_of(plan, phantom, spacing, slice, noise);
   const ExactSurface exact = plan.is_surface ? make_exact_surface(options) : ExactSurface{};
   const int seed_count = noise > 0.0 ? plan.seed_count : 1;
   for (options.seed = 1; options.seed <= std::uint64_t(seed_count); ++options.seed) {
@@ -310,10 +314,11 @@ int main(int argc, char** argv) try {
   const angio::Plan plan = angio::parse(argc, argv);
   results.columns(angio::column_names(plan.is_surface));
   for (double spacing : plan.spacings)
-    for (double noise : plan.noises)
-      for (const std::string& phantom : plan.phantoms)
-        results.row(
-            angio::cells(angio::measure_row(plan, phantom, spacing, noise), plan.is_surface));
+    for (double slice : plan.slices)
+      for (double noise : plan.noises)
+        for (const std::string& phantom : plan.phantoms)
+          results.row(angio::cells(angio::measure_row(plan, phantom, spacing, slice, noise),
+                                   plan.is_surface));
   results.write();
   return EXIT_SUCCESS;
 } catch (const std::exception& error) {
