@@ -33,7 +33,7 @@ bool is_muscle(const BloodLevel& level, const Volume<float>& volume);
 /// above (L + T) / 2, with the marrow that a section of it goes around, is parted at its necks
 /// (part_into_bodies). Of the voxels that are deep enough in a body to show nothing else,
 ///
-///   a quarter even, most of that above T + 0.7 (L - T):                         blood;
+///   a quarter even, three tenths of that above T + 0.7 (L - T):                 blood;
 ///   a quarter even, but darker, in a body deeper than 5 mm:                     an organ;
 ///   less than a tenth even, and a tenth of the body cortex:                     bone;
 ///   less than a tenth even, in a body of twice the depth that tells:            bone or an organ.

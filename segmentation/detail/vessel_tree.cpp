@@ -30,7 +30,7 @@ constexpr double kSeveralTissues = 0.7;  ///< of the tubes' contrast, from tissu
                                          ///< others lie in something darker, as lung
 constexpr double kTubularShare = 0.4;    ///< of the smallest piece: noise has a voxel or two of C
 constexpr double kToleratedNoise = 0.05;
-constexpr double kLeastTrunk = 500.0;  ///< [mm^3] that is believed where a couch has more
+constexpr double kLeastTrunk = 10.0;  ///< [mm] that is believed where a couch has more
 
 const char* const kAdvice =
     "Check that the vessels are filled with contrast and brighter than their surroundings, or give "
@@ -136,16 +136,13 @@ std::vector<double> score_pieces(const Components& pieces, const Volume<float>& 
   return score;
 }
 
-/// The volume of trunks in each piece, as length times radius squared [mm^3]: an aorta counts for
-/// more than many veins of the liver.
+/// The length of trunks in each piece [mm].
 std::vector<double> score_trunks(const Components& pieces, const std::vector<TubeAxis>& trunks) {
-  std::vector<double> volume(std::size_t(pieces.count()) + 1, 0.0);
+  std::vector<double> length(std::size_t(pieces.count()) + 1, 0.0);
   for (const TubeAxis& trunk : trunks)
     for (const std::size_t v : trunk.voxels)
-      if (pieces.label[v] > 0)
-        volume[std::size_t(pieces.label[v])] +=
-            trunk.length_share * trunk.radius_mm * trunk.radius_mm;
-  return volume;
+      if (pieces.label[v] > 0) length[std::size_t(pieces.label[v])] += trunk.length_share;
+  return length;
 }
 
 /// The voxel of the piece with the greatest C: an automatic seed.
@@ -243,7 +240,7 @@ void warn_of_dropped(const Components& pieces, const std::vector<double>& score,
                             " mm3 in all, were left out; give a seed in each that you want");
 }
 
-/// The piece with most of trunks; where there are none, that with most contrast.
+/// The piece with the longest trunks; where there are none, that with most contrast.
 int best_piece(const Components& pieces, std::vector<double> score, std::vector<double> trunk,
                const Volume<float>& volume, const BloodLevel& level) {
   const auto is_couch = [&](int piece) {

@@ -32,7 +32,7 @@ struct VesselTree {
 /// weight C^2 (C: find_tubes), and above the half level between blood and tissue or, but among
 /// organs (is_even), beside a tube; or if C itself is high there (among organs at a quarter of the
 /// way to blood or more), which bridges narrow places whose peak is below the half level; or
-/// if it lies in a pool (add_pools). Of the connected pieces, the one with the largest trunks in it
+/// if it lies in a pool (add_pools). Of the connected pieces, the one with the longest trunks in it
 /// is kept, where there are none that with most contrast, or those with a seed in them; the couch
 /// under the patient, which is the same in all slices, is none of them.
 ///
