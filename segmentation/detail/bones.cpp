@@ -30,7 +30,7 @@ constexpr double kBloodyShare = 0.3;    ///< of what is even is brighter, where 
 constexpr float kOtherBolus = 0.5f;  ///< of the contrast above blood: veins, where they outshine it
 constexpr double kGlaringShare = 0.5;  ///< of what is deep in them
 constexpr double kWide = 2.0;        ///< depths that tell: what is as deep and not even is no blood
-constexpr float kTrunkShare = 0.2f;  ///< of the contrast below blood's level: a trunk
+constexpr float kTrunkShare = 0.2f;  ///< of the contrast around blood's level: a trunk
 constexpr double kMostAbove = 0.25;  ///< of a scan: blood, bones and organs with contrast
 constexpr double kMarrow = 600.0;    ///< [mm^2] of a section, darker than half way to blood
 constexpr double kLeastTrunk = 10.0;  ///< [mm]
@@ -78,13 +78,9 @@ double length_of(const std::vector<TubeAxis>& axes) {
 }
 
 /// The parts of wide tubes that are as bright as blood.
-///
-/// @param above  contrasts that it may be brighter
-std::vector<TubeAxis> parts_at_level(const std::vector<TubeAxis>& wide, const BloodLevel& level,
-                                     float above) {
+std::vector<TubeAxis> parts_at_level(const std::vector<TubeAxis>& wide, const BloodLevel& level) {
   return parts_of(wide, [&](const TubeAxis& axis, std::size_t n) {
-    const float excess = (axis.intensity[n] - level.lumen) / level.contrast();
-    return excess > -kTrunkShare && excess < above;
+    return std::abs(axis.intensity[n] - level.lumen) < kTrunkShare * level.contrast();
   });
 }
 
@@ -215,7 +211,7 @@ Bones find_bones(const Volume<float>& volume, const std::vector<TubeAxis>& axes,
   const double bone_mm3 = double(count) * voxel_mm3;
   const double scanned_mm3 = voxel_mm3 * double(volume.values.size());
   if (bone_mm3 < kLeastBone || bone_mm3 > kMostKeptOut * scanned_mm3) return {};
-  const std::vector<TubeAxis> bloody = parts_at_level(wide, level, kTrunkShare);
+  const std::vector<TubeAxis> bloody = parts_at_level(wide, level);
   const std::vector<TubeAxis> left = parts_of(bloody, [&](const TubeAxis& axis, std::size_t n) {
     return bones.mask.values[axis.voxels[n]] == 0;
   });
@@ -226,11 +222,11 @@ Bones find_bones(const Volume<float>& volume, const std::vector<TubeAxis>& axes,
   bones.warning = warning_of(bone_mm3, level.is_of_pools);
   add_shells(bones.mask, denoised, float(std::min(noise, 0.05 * double(level.contrast()))), above);
   bones.image_without = take_out(volume, bones.mask, level.half());
-  bones.trunks = even_parts(parts_at_level(wide, level, kOtherBolus), evenness);
+  bones.trunks = even_parts(bloody, evenness);
   // A spine beside it bends a wide vessel's axis away.
   if (length_of(bones.trunks) < kLeastTrunk) {
     const auto again = wide_tubes(find_tube_axes(bones.image_without), evenness);
-    bones.trunks = even_parts(parts_at_level(again, level, kOtherBolus), evenness);
+    bones.trunks = even_parts(parts_at_level(again, level), evenness);
   }
   return bones;
 }

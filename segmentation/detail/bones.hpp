@@ -17,7 +17,7 @@ struct Bones {
   Volume<std::uint8_t> mask;     ///< 1 in them and in their blurred shells
   Volume<float> image_without;   ///< the image with the local background in their place
   BloodLevel level;              ///< of blood and soft tissue
-  std::vector<TubeAxis> trunks;  ///< wide, even tubes, as bright as blood or brighter
+  std::vector<TubeAxis> trunks;  ///< wide, even tubes of blood's level
   std::string warning;
 };
 
