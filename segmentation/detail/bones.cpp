@@ -33,10 +33,9 @@ constexpr double kWide = 2.0;        ///< depths that tell: what is as deep and 
 constexpr float kTrunkShare = 0.2f;  ///< of the contrast around blood's level: a trunk
 constexpr double kMostAbove = 0.25;  ///< of a scan: blood, bones and organs with contrast
 constexpr double kMarrow = 600.0;    ///< [mm^2] of a section, darker than half way to blood
-constexpr double kLeastTrunk = 10.0;  ///< [mm]
-constexpr double kMostKeptOut =
-    0.33;                           ///< of a scan: in a plain one all flesh is as bright as blood
-constexpr double kLeastLeft = 0.2;  ///< of the wide tubes of blood's level: not all are bone
+constexpr double kLeastTrunk = 10.0;      ///< [mm]
+constexpr double kMostKeptOut = 0.33;     ///< of a scan: in a plain one all flesh is bright
+constexpr double kLeastLeft = 0.2;        ///< of the wide tubes of blood's level: not all are bone
 constexpr std::size_t kLeastVoxels = 27;  ///< deep ones that tell
 constexpr double kLeastBone = 5000.0;     ///< [mm^3]
 

@@ -20,8 +20,8 @@ constexpr double kNoiseReach = 20.0;   ///< [mm] standard deviation of what is a
 constexpr double kQuiet = 0.2;         ///< of a block's tissue is the quietest, whose deviation is
 constexpr float kQuietNoise = 0.9f;    ///< times that of noise: it is measured to some 15 %
 constexpr float kLeastNoise = 1.0f, kMostNoise = 1.75f;  ///< of the whole volume's
-constexpr float kAboveTissue = 0.25f;                     ///< contrasts above the level of tissue,
-constexpr float kBelowTissue = 1.5f;                      ///< and below it: fat, muscle and organs
+constexpr float kAboveTissue = 0.25f;                    ///< contrasts above the level of tissue,
+constexpr float kBelowTissue = 1.5f;                     ///< and below it: fat, muscle and organs
 constexpr float kRange = 5.0f;  ///< contrasts beyond tissue: values farther away are cut
 constexpr std::size_t kBinCount = 400;
 

@@ -19,8 +19,8 @@ struct Evenness {
 };
 
 /// Noise is not the same all over: shoulders have several times a head's. Around each place it is
-/// the deviation of the quietest soft tissue within some 3 cm, between half and three times the
-/// whole volume's.
+/// the deviation of the quietest soft tissue within some 3 cm, from the whole volume's to 1.75
+/// times that.
 ///
 /// @param level  tells soft tissue, and the range of values that count
 Evenness find_evenness(const Volume<float>& volume, const BloodLevel& level);
