@@ -122,7 +122,11 @@ EndOpener::EndOpener(const TriangleMesh& mesh, const std::vector<Vec3>& tips)
       cut_of_(mesh.triangles.size(), -1),
       gone_(mesh.vertices.size(), 0) {
   for (const Triangle& t : mesh.triangles)
-    for (const int v : t) ++first_triangle_[std::size_t(v) + 1];
+    for (std::size_t c = 0; c < 3; ++c) {
+      ++first_triangle_[std::size_t(t[c]) + 1];
+      longest_edge_ = std::max(longest_edge_, distance(mesh.vertices[std::size_t(t[c])],
+                                                       mesh.vertices[std::size_t(t[(c + 1) % 3])]));
+    }
   for (std::size_t v = 0; v < mesh.vertices.size(); ++v)
     first_triangle_[v + 1] += first_triangle_[v];
   triangles_around_.resize(3 * mesh.triangles.size());
@@ -150,7 +154,9 @@ std::vector<EndOpener::Loop> EndOpener::sections(const Plane& plane,
                                                  const std::vector<int>& nearby) const {
   std::map<EdgeKey, int> leaving;  // edge by which a crossed triangle leaves for the far side
   std::map<int, EdgeKey> edge_of;
+  const double reach = 1.001 * longest_edge_;
   for (const int v : nearby) {
+    if (std::abs(side(plane, v)) > reach) continue;  // no triangle around it is crossed
     for (int i = first_triangle_[std::size_t(v)]; i < first_triangle_[std::size_t(v) + 1]; ++i) {
       const int t = triangles_around_[std::size_t(i)];
       const Triangle& corners = mesh_.triangles[std::size_t(t)];

@@ -81,6 +81,7 @@ class EndOpener {
                                              double reach) const;
 
   const TriangleMesh& mesh_;
+  double longest_edge_ = 0.0;          ///< [mm]
   std::vector<int> first_triangle_;    ///< shape [vertex_count + 1], into triangles_around_
   std::vector<int> triangles_around_;  ///< of each vertex
   std::vector<int> tip_vertex_;        ///< nearest to each tip
