@@ -10,6 +10,7 @@
 #include "air_mesh/build/triangulate_loop.hpp"
 #include "core/triangle_mesh.hpp"
 #include "meshing/detail/mend_holes.hpp"
+#include "meshing/detail/remesh_caps.hpp"
 
 namespace angio::meshing {
 namespace {
@@ -107,6 +108,21 @@ INSTANTIATE_TEST_SUITE_P(Shapes, RegularLoop,
                                          Loop{"LongZigzag", 60, zigzag},
                                          Loop{"LongSaddle", 60, saddle}),
                          [](const auto& test_case) { return std::string(test_case.param.name); });
+
+TEST(RemeshedCap, StaysAsItIsWhereARimsVertexHasNoTriangle) {
+  TriangleMesh cap;
+  constexpr int kRim = 12;
+  for (int n = 0; n < kRim; ++n)
+    cap.vertices.push_back({std::cos(2.0 * pi * n / kRim), std::sin(2.0 * pi * n / kRim), 0.0});
+  cap.vertices.push_back({3.0, 0.0, 0.0});  // of a rim that touches this one
+  cap.vertices.push_back({0.0, 0.0, 0.0});
+  for (int n = 0; n < kRim; ++n) cap.triangles.push_back({n, (n + 1) % kRim, kRim + 1});
+  std::vector<char> on_rim(cap.vertices.size(), 1);
+  on_rim.back() = 0;
+  const TriangleMesh result = detail::remeshed_cap(cap, on_rim);
+  EXPECT_EQ(result.triangles, cap.triangles);
+  EXPECT_EQ(result.vertices.size(), cap.vertices.size());
+}
 
 }  // namespace
 }  // namespace angio::meshing
