@@ -75,26 +75,39 @@ struct Saddle {
 std::vector<Saddle> find_saddles(const LumenVoxels& lumen, const Front& front,
                                  const std::vector<int>& top) {
   const Farther farther{front.length};
-  std::unordered_map<std::uint64_t, int> saddle_of;  // pair of tops
-  for (int v = 0; v < lumen.count(); ++v) {
-    if (std::isinf(front.length[std::size_t(v)])) continue;
-    for (int n = 0; n < kNeighborCount / 2; ++n) {  // each pair once
-      const int w = lumen.neighbor(v, n);
-      if (w < 0 || top[std::size_t(w)] == top[std::size_t(v)] ||
-          std::isinf(front.length[std::size_t(w)]))
-        continue;
-      const auto [a, b] = std::minmax(top[std::size_t(v)], top[std::size_t(w)]);
-      const int nearer = farther(v, w) ? w : v;
-      const auto [at, is_new] =
-          saddle_of.try_emplace(std::uint64_t(a) << 32 | std::uint64_t(b), nearer);
-      if (!is_new && farther(nearer, at->second)) at->second = nearer;
+  using SaddleOf = std::unordered_map<std::uint64_t, int>;  // by the pair of tops
+  const auto put = [&](SaddleOf& saddle_of, std::uint64_t pair, int voxel) {
+    const auto [at, is_new] = saddle_of.try_emplace(pair, voxel);
+    if (!is_new && farther(voxel, at->second)) at->second = voxel;
+  };
+  constexpr int kBlock = 1 << 15;  // voxels
+  std::vector<SaddleOf> of_block(std::size_t(lumen.count() / kBlock) + 1);
+  parallel_for_uneven(std::ptrdiff_t(of_block.size()), [&](std::ptrdiff_t block) {
+    const int begin = int(block) * kBlock, end = std::min(begin + kBlock, lumen.count());
+    for (int v = begin; v < end; ++v) {
+      if (std::isinf(front.length[std::size_t(v)])) continue;
+      for (int n = 0; n < kNeighborCount / 2; ++n) {  // each pair once
+        const int w = lumen.neighbor(v, n);
+        if (w < 0 || top[std::size_t(w)] == top[std::size_t(v)] ||
+            std::isinf(front.length[std::size_t(w)]))
+          continue;
+        const auto [a, b] = std::minmax(top[std::size_t(v)], top[std::size_t(w)]);
+        put(of_block[std::size_t(block)], std::uint64_t(a) << 32 | std::uint64_t(b),
+            farther(v, w) ? w : v);
+      }
     }
-  }
+  });
+  SaddleOf saddle_of;
+  for (const SaddleOf& some : of_block)
+    for (const auto& [pair, voxel] : some) put(saddle_of, pair, voxel);
   std::vector<Saddle> saddles;
   for (const auto& [pair, voxel] : saddle_of)
     saddles.push_back({voxel, {int(pair >> 32), int(pair & 0xffffffffU)}});
-  std::sort(saddles.begin(), saddles.end(),
-            [&](const Saddle& a, const Saddle& b) { return farther(a.voxel, b.voxel); });
+  std::sort(saddles.begin(), saddles.end(), [&](const Saddle& a, const Saddle& b) {
+    return a.voxel != b.voxel
+               ? farther(a.voxel, b.voxel)
+               : std::lexicographical_compare(a.tops, a.tops + 2, b.tops, b.tops + 2);
+  });
   return saddles;
 }
 

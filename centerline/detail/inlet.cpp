@@ -1,9 +1,13 @@
 #include "centerline/detail/inlet.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstddef>
+#include <map>
 #include <numeric>
+#include <optional>
+#include <set>
 #include <utility>
 
 #include "core/statistics.hpp"
@@ -81,6 +85,55 @@ Vec3 leaving(const LumenVoxels& lumen, const std::vector<int>& from_fork) {
   return normalized(distance(far, near) > 0.0 ? far - near : far - fork);
 }
 
+/// The inscribed ball around a voxel of a path.
+struct PathBall {
+  Vec3 center;
+  double radius;
+  std::size_t path, place;  ///< which path, and where on it
+};
+
+/// Balls, found by the places inside them: each lies in the cells of a grid as wide as itself.
+class NestedBalls {
+ public:
+  void add(const PathBall& ball) {
+    const int level = int(std::ceil(std::log2(std::max(ball.radius, 1e-9))));
+    const Vec3 r{ball.radius, ball.radius, ball.radius};
+    const Cell low = cell_of(level, ball.center - r), high = cell_of(level, ball.center + r);
+    for (int k = low[3]; k <= high[3]; ++k)
+      for (int j = low[2]; j <= high[2]; ++j)
+        for (int i = low[1]; i <= high[1]; ++i)
+          balls_of_[{level, i, j, k}].push_back(balls_.size());
+    levels_.insert(level);
+    balls_.push_back(ball);
+  }
+  /// The ball in which a place lies the deepest, by its radius; the last one among equals.
+  [[nodiscard]] std::optional<PathBall> innermost(const Vec3& place) const {
+    std::pair<double, std::size_t> best{1.0, 0};
+    bool is_in_one = false;
+    for (const int level : levels_) {
+      const auto at = balls_of_.find(cell_of(level, place));
+      if (at == balls_of_.end()) continue;
+      for (const std::size_t b : at->second) {
+        const double ratio = distance(place, balls_[b].center) / std::max(balls_[b].radius, 1e-9);
+        if (ratio > best.first || (ratio == best.first && is_in_one && b < best.second)) continue;
+        best = {ratio, b};
+        is_in_one = true;
+      }
+    }
+    return is_in_one ? std::optional(balls_[best.second]) : std::nullopt;
+  }
+
+ private:
+  using Cell = std::array<int, 4>;  ///< level, i, j, k; of a width of 2^level mm
+  [[nodiscard]] static Cell cell_of(int level, const Vec3& place) {
+    const Vec3 at = std::ldexp(1.0, -level) * place;
+    return {level, int(std::floor(at.x)), int(std::floor(at.y)), int(std::floor(at.z))};
+  }
+  std::vector<PathBall> balls_;
+  std::set<int> levels_;
+  std::map<Cell, std::vector<std::size_t>> balls_of_;
+};
+
 /// Lets paths part where their vessels do. In a wide vessel two paths may run side by side from
 /// their root on; here a path goes with those before it as long as it is within the inscribed balls
 /// around them, and on its own from where it first leaves them. Paths that part so never meet
@@ -92,34 +145,19 @@ std::vector<std::vector<int>> part_with_the_vessels(const LumenVoxels& lumen,
   std::iota(order.begin(), order.end(), std::size_t(0));
   std::stable_sort(order.begin(), order.end(),
                    [&](std::size_t a, std::size_t b) { return paths[a].size() > paths[b].size(); });
-  // Where the voxels of the paths so far are: which path, which place on it, in balls of that
-  // depth.
-  struct Ball {
-    Vec3 center;
-    double radius;
-    std::size_t path, place;
-  };
-  std::vector<Ball> balls;
+  NestedBalls balls;
   for (const std::size_t p : order) {
     const std::vector<int>& path = paths[p];
     std::size_t own = 0;
-    const Ball* last = nullptr;
+    std::optional<PathBall> last;
     for (; own + 1 < path.size(); ++own) {
-      const Vec3 at = lumen.position(path[own]);
-      const Ball* nearest = nullptr;
-      double least = 1.0;
-      for (const Ball& ball : balls) {
-        const double ratio = distance(at, ball.center) / std::max(ball.radius, 1e-9);
-        if (ratio > least) continue;
-        least = ratio;
-        nearest = &ball;
-      }
-      if (nearest == nullptr) break;
+      const std::optional<PathBall> nearest = balls.innermost(lumen.position(path[own]));
+      if (!nearest) break;
       last = nearest;
     }
     std::vector<int>& result = parted[p];
     std::size_t shared = 0;
-    if (last != nullptr) {
+    if (last) {
       const std::vector<int>& with = parted[last->path];
       shared = last->place + 1;
       result.assign(with.begin(), with.begin() + std::ptrdiff_t(shared));
@@ -128,8 +166,7 @@ std::vector<std::vector<int>> part_with_the_vessels(const LumenVoxels& lumen,
     }
     result.insert(result.end(), path.begin() + std::ptrdiff_t(own), path.end());
     for (std::size_t i = shared; i < result.size(); ++i)
-      balls.push_back(
-          {lumen.position(result[i]), double(lumen.depth[std::size_t(result[i])]), p, i});
+      balls.add({lumen.position(result[i]), double(lumen.depth[std::size_t(result[i])]), p, i});
   }
   return parted;
 }

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <utility>
 
 namespace angio::centerline {
@@ -128,14 +129,42 @@ void WallPoints::collect(const Vec3& center, double reach, std::vector<int>& fou
 }
 
 double WallPoints::distance_to_nearest(const Vec3& place, double guess) const {
-  std::vector<int> found;
-  for (double reach = std::max(1.1 * guess, 0.5 * cell_);; reach *= 2.0) {
-    collect(place, reach, found);
-    if (found.empty() && !points_.empty()) continue;
-    double nearest = reach * reach;
-    for (const int n : found) nearest = std::min(nearest, norm_squared(point(n) - place));
-    return std::sqrt(nearest);
+  if (points_.empty()) return std::numeric_limits<double>::infinity();
+  for (double reach = std::max(1.1 * guess, 0.5 * cell_);; reach *= 2.0)
+    if (const double nearest = nearest_squared(place, reach * reach); nearest < reach * reach)
+      return std::sqrt(nearest);
+}
+
+double WallPoints::nearest_squared(const Vec3& place, double bound) const {
+  const double reach = std::sqrt(bound);
+  const Vec3 r{reach, reach, reach};
+  const Key low = key_of(place - r), high = key_of(place + r);
+  /// How far a place is from a cell along an axis.
+  const auto away = [&](double at, int cell) {
+    return std::max({0.0, cell * cell_ - at, at - (cell + 1) * cell_});
+  };
+  for (int k = low[0]; k <= high[0]; ++k) {
+    const double dz = away(place.z, k);
+    auto row = std::lower_bound(rows_.begin(), rows_.end(), std::pair{k, low[1]},
+                                [](const Row& some, const std::pair<int, int>& kj) {
+                                  return std::pair{some.k, some.j} < kj;
+                                });
+    for (; row != rows_.end() && row->k == k && row->j <= high[1]; ++row) {
+      const double dy = away(place.y, row->j);
+      const double rest = bound - dz * dz - dy * dy;
+      if (rest < 0.0) continue;
+      const double along = std::sqrt(rest);
+      const int last = int(std::floor((place.x + along) / cell_));
+      const auto end = cells_.begin() + row->end;
+      auto cell = std::lower_bound(cells_.begin() + row->begin, end,
+                                   int(std::floor((place.x - along) / cell_)),
+                                   [](const Cell& some, int i) { return some.i < i; });
+      for (; cell != end && cell->i <= last; ++cell)
+        for (int n = cell->first; n < (cell + 1)->first; ++n)
+          bound = std::min(bound, norm_squared(points_[std::size_t(n)] - place));
+    }
   }
+  return bound;
 }
 
 }  // namespace angio::centerline

@@ -42,6 +42,8 @@ class WallPoints {
   };
   void build_grid(double cell);
   [[nodiscard]] Key key_of(const Vec3& p) const;
+  /// Squared distance [mm^2] to the nearest point that is nearer than `bound`; else `bound`.
+  [[nodiscard]] double nearest_squared(const Vec3& place, double bound) const;
 
   std::vector<Vec3> points_;  ///< cell by cell, row by row
   std::vector<Cell> cells_;   ///< of all rows, and one behind

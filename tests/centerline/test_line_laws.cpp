@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <random>
 #include <string>
 #include <vector>
 
@@ -114,6 +115,21 @@ TEST(Ridge, IsClimbedFromBesideTheWall) {
     // The ridge of an ellipse is the axis between its focal circles' middles: |x| <= 1.5, y = 0.
     EXPECT_NEAR(deepest.y, 0.0, 0.06) << start.x;
     EXPECT_GT(distance_to_wall.at(deepest, 1.0), 0.9);
+  }
+}
+
+TEST(WallPoints, NearestIsThatOfAllPoints) {
+  std::mt19937 random(17);
+  std::uniform_real_distribution<double> at(-20.0, 20.0);
+  std::vector<Vec3> wall;
+  for (int i = 0; i < 3000; ++i) wall.push_back({at(random), at(random), 0.3 * at(random)});
+  const WallPoints points(wall);
+  for (int trial = 0; trial < 300; ++trial) {
+    const Vec3 place{1.5 * at(random), 1.5 * at(random), at(random)};
+    double nearest = 1e300;
+    for (const Vec3& p : wall) nearest = std::min(nearest, distance(p, place));
+    for (const double guess : {0.01, nearest, 30.0})
+      EXPECT_NEAR(points.distance_to_nearest(place, guess), nearest, 1e-12);
   }
 }
 
