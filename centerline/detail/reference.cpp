@@ -20,11 +20,28 @@ double lumen_radius(const CenterlinePath& path, std::size_t i) {
   return std::max(measured_radius(path)[i], kProved * path.inscribed_radius[i]);
 }
 
-/// Points whose radius tells nothing: in branchings, and where the sphere reaches an end of the
-/// line, so that the end may have cut it off.
+/// Hides the flare in which a branch leaves a far wider vessel: right behind a branching the lumen
+/// narrows to half its radius within that radius.
+void hide_flares(const CenterlinePath& path, std::vector<char>& hidden) {
+  constexpr double kFlare = 0.5;
+  const std::vector<double>& s = path.abscissa;
+  for (std::size_t i = 1; i < hidden.size(); ++i) {
+    if (hidden[i] != 0 || hidden[i - 1] == 0) continue;
+    const double radius = lumen_radius(path, i);
+    for (std::size_t k = i; k < hidden.size() && hidden[k] == 0 && s[k] - s[i] < radius; ++k)
+      if (lumen_radius(path, k) < (1.0 - kFlare) * radius) {
+        hidden[i] = 1;
+        break;
+      }
+  }
+}
+
+/// Points whose radius tells nothing: in branchings and their flares, and where the sphere reaches
+/// an end of the line, so that the end may have cut it off.
 std::vector<char> find_unmeasured(const CenterlinePath& path) {
   constexpr double kReach = 0.8;
   std::vector<char> hidden = find_hidden(path);
+  hide_flares(path, hidden);
   for (std::size_t i = 0; i < hidden.size(); ++i) {
     const double to_end = std::min(path.abscissa[i], path.abscissa.back() - path.abscissa[i]);
     if (lumen_radius(path, i) > kReach * to_end) hidden[i] = 1;

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "centerline/centerline.hpp"
+#include "centerline/detail/reference.hpp"
 #include "core/units.hpp"
 #include "tests/centerline/straight_lines.hpp"
 
@@ -51,6 +52,38 @@ TEST(LesionReferences, ABallThatFitsProvesThatTheLumenIsNoNarrower) {
   for (std::size_t i = 0; i < path.points.size(); ++i)
     path.inscribed_radius[i] = path.tube_radius[i];
   EXPECT_TRUE(find_lesions(tree_of({path}), {}).at(0).is_stenosis);
+}
+
+TEST(LesionReferences, TheFlareOfAnOstiumIsNoVessel) {
+  // A vessel 3.2 mm wide that leaves one of 24 mm through a funnel.
+  constexpr double kOstium = 35.0;
+  const auto diameter = [](double s) {
+    if (s < kOstium) return 24.0;
+    return std::max(3.2, 12.0 - 2.0 * (s - kOstium));
+  };
+  CenterlinePath trunk = line_of([](double) { return 24.0; }, 100.0);
+  CenterlinePath branch = line_of(diameter, 53.0, 1);
+  for (Vec3& p : branch.points)
+    if (p.z > 21.0) p = {p.z - 21.0, 0.0, 21.0};
+  const auto part = [](CenterlinePath& path, double begin, double end) {
+    const std::vector<double> s = arc_length(path.points);
+    const auto at = [&](double where) {
+      return int(std::lower_bound(s.begin(), s.end(), where) - s.begin());
+    };
+    path.tracts = {{0, at(begin), 0, 0, false},
+                   {at(begin), at(end), 1, 1, true},
+                   {at(end), int(s.size()) - 1, 2 + path.id, 2, false}};
+  };
+  part(trunk, 20.0, 44.0);
+  part(branch, 20.0, kOstium);
+  const CenterlineTree tree = tree_of({trunk, branch});
+  const ReferenceDiameter reference = find_reference(tree, 0.0).paths[1];
+  const std::vector<double>& s = tree.paths[1].abscissa;
+  for (std::size_t i = 0; i < s.size(); ++i) {
+    if (s[i] < kOstium) continue;
+    EXPECT_NEAR(reference.diameter[i], 3.2, 0.16) << s[i];
+    EXPECT_LT(reference.measured[i], 6.4) << s[i];
+  }
 }
 
 struct ShortVessel {
