@@ -4,6 +4,7 @@
 
 #include "air_mesh/build/surface_crossings.hpp"
 #include "core/error.hpp"
+#include "meshing/detail/cap_rims.hpp"
 #include "meshing/detail/crossings.hpp"
 #include "meshing/detail/edge_lengths.hpp"
 #include "meshing/detail/extend_rims.hpp"

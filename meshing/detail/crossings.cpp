@@ -9,6 +9,7 @@
 
 #include "air_mesh/build/surface_crossings.hpp"
 #include "core/error.hpp"
+#include "meshing/detail/cap_rims.hpp"
 #include "meshing/detail/edge_lengths.hpp"
 #include "meshing/detail/fill_hole.hpp"
 #include "meshing/detail/open_ends.hpp"

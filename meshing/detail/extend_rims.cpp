@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "air_mesh/build/surface_crossings.hpp"
+#include "meshing/detail/cap_rims.hpp"
 #include "meshing/detail/open_ends.hpp"
 
 namespace angio::meshing::detail {

@@ -2,7 +2,7 @@
 
 #include <vector>
 
-#include "meshing/detail/open_ends.hpp"
+#include "meshing/detail/cap_rims.hpp"
 
 namespace angio::meshing::detail {
 
@@ -11,8 +11,7 @@ namespace angio::meshing::detail {
 /// @param cap     its rim's vertices come first
 /// @param on_rim  per vertex of the cap
 /// @return the rim's vertices first, in their order; the cap as it is if one of them is no corner
-/// of
-///         a triangle (rims that touch)
+///         of a triangle (rims that touch)
 TriangleMesh remeshed_cap(const TriangleMesh& cap, const std::vector<char>& on_rim);
 
 /// Every cap remeshed; a cap that would cross the wall by it stays as it is.
