@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""mutation_trial.py --build DIR --results FILE.csv [--count N] [--seed S] [--markdown FILE]
+"""mutation_trial.py --build DIR --results FILE.csv [--count N] [--seed S] [--folder NAME]... [--markdown FILE]
 
 Which part of small faults the tests find. Draws random places of simulation, segmentation, centerline and pipeline,
 changes one operator or constant in each, builds, and runs the tests of that folder until one fails. A change that does
@@ -47,6 +47,7 @@ parser.add_argument("--build", type=pathlib.Path, required=True, help="a configu
 parser.add_argument("--results", type=pathlib.Path, required=True)
 parser.add_argument("--count", type=int, default=200)
 parser.add_argument("--seed", type=int, default=1)
+parser.add_argument("--folder", choices=TESTS, action="append", help="of these alone; may be given again")
 parser.add_argument("--markdown", type=pathlib.Path)
 
 
@@ -153,7 +154,7 @@ def main():
         with options.results.open(encoding="utf-8", newline="") as file:
             rows = list(csv.DictReader(file))
     fields = ("draw", "file", "line", "before", "after", "killed_by", "seconds")
-    folders = sorted(TESTS)
+    folders = sorted(options.folder or TESTS)
     by_folder = {folder: [place for place in places if place[0].startswith(folder + "/")] for folder in folders}
     drawn = int(rows[-1]["draw"]) if rows else 0
     for n in range(10**6):
