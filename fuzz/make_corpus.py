@@ -57,6 +57,11 @@ def volumes():
     packed = base64.b64encode(struct.pack("<I", len(VOXELS)) + VOXELS).decode()
     put("vti", "base64.vti", vti % ("binary", packed))
     put("vti", "ascii.vti", vti % ("ascii", " ".join(map(str, struct.unpack(f"<{N**3}h", VOXELS)))))
+    legacy = (f"# vtk DataFile Version 3.0\nt\n%s\nDATASET STRUCTURED_POINTS\nDIMENSIONS {N} {N} {N}\nORIGIN 0 0 0\n"
+              f"SPACING 0.5 0.5 0.7\nPOINT_DATA {N**3}\nSCALARS v short 1\nLOOKUP_TABLE default\n")
+    values = struct.unpack(f"<{N**3}h", VOXELS)
+    put("vtk_image", "ascii.vtk", legacy % "ASCII" + " ".join(map(str, values)) + "\n")
+    put("vtk_image", "binary.vtk", (legacy % "BINARY").encode() + struct.pack(f">{N**3}h", *values) + b"\n")
 
 
 POINTS = [(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)]
@@ -85,6 +90,12 @@ def surfaces():
         "".join("f %d %d %d\n" % tuple(i + 1 for i in f) for f in FACES))
     put("obj", "mixed.obj", "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0 0 1\nvn 0 0 1\nvt 0 0\n"
         "f 1/1/1 2/1/1 3/1/1 4/1/1\nf -1//1 -2//1 -3//1\nusemtl x\ng y\n")
+    legacy = "# vtk DataFile Version %s\nt\nASCII\nDATASET POLYDATA\nPOINTS 4 float\n%s\nPOLYGONS %s\n"
+    text_points = " ".join("%g %g %g" % p for p in POINTS)
+    put("vtk_polygons", "version_3.vtk", legacy % ("3.0", text_points, "4 16\n" + "".join("3 %d %d %d\n" % f for f in FACES)))
+    put("vtk_polygons", "version_5.vtk", legacy % (
+        "5.1", text_points, "5 12\nOFFSETS vtktypeint64\n0 3 6 9 12\nCONNECTIVITY vtktypeint64\n" +
+        " ".join(str(i) for f in FACES for i in f)))
     xml = ('<?xml version="1.0"?>\n<VTKFile type="PolyData" version="1.0" byte_order="LittleEndian">\n<PolyData>\n'
            '<Piece NumberOfPoints="4" NumberOfVerts="0" NumberOfLines="%d" NumberOfStrips="0" NumberOfPolys="%d">\n'
            '<PointData><DataArray type="Float64" Name="R" format="ascii">1 2 3 4</DataArray></PointData>\n'

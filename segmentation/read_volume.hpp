@@ -49,8 +49,8 @@ struct LoadedVolume {
   std::vector<std::string> warnings;  ///< e.g. series that were left out, and why
 };
 
-/// Reads a DICOM folder, file, DICOMDIR or zip archive, .nrrd .nhdr .mha .mhd .nii .nii.gz .vti.
-/// Whatever the input holds, the program survives it: files are parsed in a child process.
+/// Reads a DICOM folder, file, DICOMDIR or zip archive, .nrrd .nhdr .mha .mhd .nii .nii.gz .vti
+/// .vtk. Whatever the input holds, the program survives it: files are parsed in a child process.
 ///
 /// @throws InputError (65, or 66 if there is nothing) with the reason and what to do
 LoadedVolume read_volume(const std::filesystem::path& path, const ReadOptions& options,

@@ -172,11 +172,11 @@ Data read_guarded(const fs::path& path, Data (*parse)(const fs::path&)) {
 
 void read_vtp_surfaces(const std::vector<fs::path>& paths,
                        const std::function<void(ParsedSurface&&)>& take) {
-  read_guarded<ParsedSurface>(paths, parse_vtp_surface, take);
+  read_guarded<ParsedSurface>(paths, parse_vtk_surface, take);
 }
 
-ParsedSurface read_vtp_surface(const fs::path& path) {
-  return read_guarded(path, parse_vtp_surface);
+ParsedSurface read_vtk_surface(const fs::path& path) {
+  return read_guarded(path, parse_vtk_surface);
 }
 
 std::vector<PolylineData> read_vtp_polylines(const std::vector<fs::path>& paths) {

@@ -13,7 +13,7 @@
 /// @throws InputError naming the file, also where it ends the child
 namespace angio::formats::detail {
 
-ParsedSurface read_vtp_surface(const std::filesystem::path& path);
+ParsedSurface read_vtk_surface(const std::filesystem::path& path);
 /// One child for all of them. @param take  gets each, in order
 void read_vtp_surfaces(const std::vector<std::filesystem::path>& paths,
                        const std::function<void(ParsedSurface&&)>& take);

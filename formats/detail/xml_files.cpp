@@ -19,7 +19,9 @@
 #include <optional>
 
 #include "core/error.hpp"
+#include "core/text.hpp"
 #include "formats/detail/header_text.hpp"
+#include "formats/detail/legacy_file.hpp"
 #include "formats/detail/surface_cleanup.hpp"
 #include "formats/tokens.hpp"
 #include "formats/vtk_arrays.hpp"
@@ -248,9 +250,11 @@ void write_vtu(const std::filesystem::path& path, const WedgeData& data) {
   write_xml<vtkXMLUnstructuredGridWriter>(path, to_vtk(data).Get());
 }
 
-ParsedSurface parse_vtp_surface(const std::filesystem::path& path) {
+ParsedSurface parse_vtk_surface(const std::filesystem::path& path) {
   const std::string name = path.string();
-  auto poly = read_xml<vtkXMLPolyDataReader, vtkPolyData>(path, "PolyData");
+  auto poly = lower_extension(path) == ".vtk"
+                  ? read_legacy_polygons(path)
+                  : read_xml<vtkXMLPolyDataReader, vtkPolyData>(path, "PolyData");
   const auto point_count = std::size_t(poly->GetNumberOfPoints());
   read_cells(poly->GetPolys(), point_count, name);  // checks before a filter relies on them
   read_cells(poly->GetStrips(), point_count, name);

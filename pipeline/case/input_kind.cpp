@@ -2,12 +2,12 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
-#include <cctype>
 #include <filesystem>
 #include <set>
 
 #include "core/error.hpp"
+#include "core/legacy_vtk.hpp"
+#include "core/text.hpp"
 #include "datasets/phantom.hpp"
 
 namespace angio::pipeline {
@@ -30,12 +30,12 @@ InputKind input_kind(const std::string& input) {
         fmt::format("{} is neither a file nor a folder (a pipe or a device cannot be read twice). "
                     "Give a DICOM folder, a volume or a surface",
                     input));
-  std::string extension = fs::path(input).extension().string();
-  std::transform(extension.begin(), extension.end(), extension.begin(),
-                 [](unsigned char c) { return char(std::tolower(c)); });
+  if (fs::is_directory(input)) return InputKind::volume;
+  const std::string extension = lower_extension(input);
   const std::set<std::string> surfaces = {".stl", ".vtp", ".ply", ".obj"};
-  return surfaces.contains(extension) && !fs::is_directory(input) ? InputKind::surface
-                                                                  : InputKind::volume;
+  const bool is_surface =
+      extension == ".vtk" ? legacy_vtk_data_set(input) == "POLYDATA" : surfaces.contains(extension);
+  return is_surface ? InputKind::surface : InputKind::volume;
 }
 
 const char* name(InputKind kind) {

@@ -87,8 +87,9 @@ void add_run_command(CLI::App& app, RunArguments& run) {
   CLI::App& command = *app.add_subcommand(
       "run",
       "every stage, from the input to the report\n"
-      "INPUT: a DICOM folder or file, a volume (.nrrd .nhdr .mha .mhd .nii .nii.gz .vti), a\n"
-      "lumen surface (.stl .vtp .ply .obj), or phantom:NAME[,key=value...]; none with a preset of\n"
+      "INPUT: a DICOM folder or file, a volume (.nrrd .nhdr .mha .mhd .nii .nii.gz .vti .vtk), a\n"
+      "lumen surface (.stl .vtp .vtk .ply .obj), or phantom:NAME[,key=value...]; none with a "
+      "preset of\n"
       "the seed paper's experiments (paper-...); or pacs://AET@HOST:PORT/STUDY_UID[/SERIES_UID]");
   command.add_option("INPUT", run.request.input,
                      "scan, surface or phantom; none: CASE goes on from its own files and options");

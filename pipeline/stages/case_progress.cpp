@@ -59,7 +59,8 @@ std::string why_again(const StageDefinition& stage, const Config& config, const 
 
 bool is_dicom(const std::string& input) {
   if (input.empty() || input_kind(input) != InputKind::volume) return false;
-  constexpr const char* kVolumeFiles[] = {".nrrd", ".nhdr", ".mha", ".mhd", ".nii", ".gz", ".vti"};
+  constexpr const char* kVolumeFiles[] = {".nrrd", ".nhdr", ".mha", ".mhd",
+                                          ".nii",  ".gz",   ".vti", ".vtk"};
   const std::string extension = fs::path(input).extension().string();
   return fs::is_directory(input) || std::find(std::begin(kVolumeFiles), std::end(kVolumeFiles),
                                               extension) == std::end(kVolumeFiles);

@@ -210,6 +210,50 @@ Layout nrrd_layout(const fs::path& path) {
   return layout;
 }
 
+int legacy_vtk_bytes(const std::string& type) {
+  static const std::map<std::string, int> bytes_of_type{
+      {"char", 1},          {"unsigned_char", 1}, {"short", 2},        {"unsigned_short", 2},
+      {"int", 4},           {"unsigned_int", 4},  {"float", 4},        {"long", 8},
+      {"unsigned_long", 8}, {"double", 8},        {"vtktypeint64", 8}, {"vtktypeuint64", 8}};
+  const auto found = bytes_of_type.find(type);
+  return found == bytes_of_type.end() ? 0 : found->second;
+}
+
+/// Of the first values at the points of VTK's legacy format; no files where it names none.
+Layout legacy_vtk_layout(const fs::path& path) {
+  std::ifstream file(path, std::ios::binary);
+  Layout layout;
+  std::uint64_t points = 0;
+  std::string line, word, name, type;
+  for (std::uint64_t read = 0; read < kMostHeaderBytes && std::getline(file, line);) {
+    read += line.size() + 1;
+    std::istringstream words(lower_case(line));
+    if (!(words >> word)) continue;
+    if (word == "ascii") layout.encoding = Encoding::text;
+    if (word == "point_data") words >> points;
+    if (word == "scalars" && points > 0) {
+      std::uint64_t components = 1;
+      words >> name >> type >> components;
+      layout.value_count = points * std::max<std::uint64_t>(components, 1);
+      const auto after = file.tellg();  // a table of colours follows, or none
+      if (!std::getline(file, line) || !lower_case(line).starts_with("lookup_table"))
+        file.seekg(after);
+    } else if (word == "field" && points > 0 && std::getline(file, line)) {
+      std::uint64_t components = 0, tuples = 0;
+      std::istringstream(lower_case(line)) >> name >> components >> tuples >> type;
+      layout.value_count = components * tuples;
+    } else {
+      continue;
+    }
+    if (layout.value_count > kMostValues) refuse(path, "its header promises an absurd size");
+    layout.value_bytes = std::uint64_t(legacy_vtk_bytes(type));
+    layout.offset = std::uint64_t(file.tellg());
+    layout.files = {path};
+    break;
+  }
+  return layout;
+}
+
 /// Skips lines at the head of a file of data.
 void skip_lines(std::istream& file, std::uint64_t count) {
   std::string line;
@@ -295,10 +339,14 @@ void check_closed(const fs::path& path) {
 
 void check_complete(const fs::path& path, VolumePart part) {
   const std::string format = volume_file_format(path);
-  if (format == "VTK image") return check_closed(path);
+  if (format == "VTK image" && lower_extension(path) != ".vtk") return check_closed(path);
   if (format == "NIfTI") return;  // counted where it is read
   const bool is_nrrd = format == "NRRD";
-  const Layout layout = is_nrrd ? nrrd_layout(path) : meta_image_layout(path);
+  const bool is_legacy_vtk = format == "VTK image";
+  const Layout layout = is_legacy_vtk ? legacy_vtk_layout(path)
+                        : is_nrrd     ? nrrd_layout(path)
+                                      : meta_image_layout(path);
+  if (is_legacy_vtk && layout.files.empty()) return;  // told where it is read
   if (layout.files.empty()) refuse(path, "its header names no file of voxels");
   if (layout.value_bytes == 0) return;  // refused by name where it is read
   for (const fs::path& file : layout.files) check_file(file, layout, part);

@@ -9,7 +9,7 @@
 
 namespace angio::segmentation::detail {
 
-/// Whether a name ends like a volume file: .nrrd .nhdr .mha .mhd .nii .nii.gz .vti.
+/// Whether a name ends like a volume file: .nrrd .nhdr .mha .mhd .nii .nii.gz .vti .vtk.
 bool is_volume_file_name(const std::filesystem::path& path);
 
 /// The format in words, e.g. "NRRD".
@@ -34,7 +34,7 @@ VolumeFile load_with_itk(const std::filesystem::path& path, VolumePart part,
 /// NIfTI-1 and -2, read here: ITK refuses axes that are off by rounding. The
 /// grid is that of the sform, else of the qform, else of the voxel sizes alone.
 VolumeFile load_nifti(const std::filesystem::path& path, VolumePart part);
-/// VTK's part: .vti.
+/// VTK's part: .vti, and .vtk of its legacy format.
 VolumeFile load_vti(const std::filesystem::path& path, VolumePart part);
 
 /// Makes the axes orthonormal and right-handed, reversing the order of slices if it must. Axes off

@@ -7,10 +7,16 @@
 #include <vtkPointData.h>
 #include <vtkSmartPointer.h>
 #include <vtkStringArray.h>
+#include <vtkStructuredPoints.h>
+#include <vtkStructuredPointsReader.h>
 #include <vtkXMLImageDataReader.h>
+
+#include <type_traits>
 
 #include "core/error.hpp"
 #include "core/frames.hpp"
+#include "core/legacy_vtk.hpp"
+#include "core/text.hpp"
 #include "segmentation/detail/volume_file.hpp"
 
 namespace angio::segmentation::detail {
@@ -56,23 +62,47 @@ VolumeGeometry geometry_of(vtkImageData& image, bool ras) {
   return geometry;
 }
 
-}  // namespace
-
-VolumeFile load_vti(const std::filesystem::path& path, VolumePart part) {
-  const std::string name = path.filename().string();
-  vtkNew<vtkXMLImageDataReader> reader;
+/// @throws InputError  unless the reader has read all without a complaint
+template <class Reader>
+vtkSmartPointer<vtkImageData> read_image(const std::filesystem::path& path,
+                                         const std::string& damaged) {
+  vtkNew<Reader> reader;
   vtkNew<ErrorSink> errors;
   reader->AddObserver(vtkCommand::ErrorEvent, errors);
   reader->AddObserver(vtkCommand::WarningEvent, errors);
   reader->SetFileName(path.c_str());
+  if constexpr (std::is_same_v<Reader, vtkXMLImageDataReader>)
+    if (!reader->CanReadFile(path.c_str())) throw InputError(damaged);
+  reader->Update();  // the frame lies in the field data, so the whole file is read either way
+  if (errors->happened) throw InputError(damaged);
+  return reader->GetOutput();
+}
+
+/// An image of VTK's legacy format.
+vtkSmartPointer<vtkImageData> read_legacy(const std::filesystem::path& path,
+                                          const std::string& damaged) {
+  const std::string name = path.filename().string(), kind = legacy_vtk_data_set(path);
+  if (kind.empty()) throw InputError(damaged);
+  if (kind != "STRUCTURED_POINTS")
+    throw InputError(name + " holds a VTK data set of the kind " + kind +
+                     ", which is no image (STRUCTURED_POINTS) and no surface (POLYDATA). Convert "
+                     "it; of a grid extract its surface");
+  return read_image<vtkStructuredPointsReader>(path, damaged);
+}
+
+}  // namespace
+
+VolumeFile load_vti(const std::filesystem::path& path, VolumePart part) {
+  const std::string name = path.filename().string();
   const std::string damaged =
       "cannot read " + name + " (truncated, damaged, or not a VTK image). Copy or export it again";
-  if (!reader->CanReadFile(path.c_str())) throw InputError(damaged);
-  reader->Update();  // the frame lies in the field data, so the whole file is read either way
-  vtkImageData& image = *reader->GetOutput();
+  const auto data = lower_extension(path) == ".vtk"
+                        ? read_legacy(path, damaged)
+                        : read_image<vtkXMLImageDataReader>(path, damaged);
+  vtkImageData& image = *data;
   vtkDataArray* scalars = image.GetPointData()->GetScalars();
   if (!scalars) scalars = image.GetPointData()->GetArray(0);
-  if (errors->happened || !scalars || scalars->GetNumberOfTuples() != image.GetNumberOfPoints())
+  if (!scalars || scalars->GetNumberOfTuples() != image.GetNumberOfPoints())
     throw InputError(damaged);
   if (scalars->GetNumberOfComponents() != 1)
     throw InputError(name +

@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cstdint>
 #include <fstream>
 #include <optional>
 #include <random>
@@ -87,6 +88,38 @@ std::string ascii_vtp(const TriangleMesh& mesh) {
          offsets + "</DataArray></Polys></Piece></PolyData></VTKFile>\n";
 }
 
+template <class Number>
+std::string big_endian(Number number) {
+  std::string bytes(reinterpret_cast<const char*>(&number), sizeof number);
+  std::reverse(bytes.begin(), bytes.end());
+  return bytes;
+}
+
+/// VTK's legacy format; from version 5 on, cells are where each begins, and points.
+std::string legacy_vtk(const TriangleMesh& mesh, bool is_text, bool is_version_5) {
+  const auto value = [&](auto number) {
+    return is_text ? std::to_string(number) + " " : big_endian(number);
+  };
+  const auto count = std::to_string(mesh.triangles.size());
+  std::string points, cells, offsets = value(std::int64_t(0)), corners;
+  std::int64_t end = 0;
+  for (const Vec3& p : mesh.vertices) points += value(p.x) + value(p.y) + value(p.z);
+  for (const Triangle& t : mesh.triangles) {
+    cells += value(3) + value(t[0]) + value(t[1]) + value(t[2]);
+    for (const int v : t) corners += value(std::int64_t(v));
+    offsets += value(end += 3);
+  }
+  const std::string head = std::string("# vtk DataFile Version ") + (is_version_5 ? "5.1" : "3.0") +
+                           "\nmade by hand\n" + (is_text ? "ASCII" : "BINARY") +
+                           "\nDATASET POLYDATA\nPOINTS " + std::to_string(mesh.vertices.size()) +
+                           " double\n" + points + "\nPOLYGONS ";
+  return is_version_5
+             ? head + std::to_string(mesh.triangles.size() + 1) + " " +
+                   std::to_string(3 * mesh.triangles.size()) + "\nOFFSETS vtktypeint64\n" +
+                   offsets + "\nCONNECTIVITY vtktypeint64\n" + corners + "\n"
+             : head + count + " " + std::to_string(4 * mesh.triangles.size()) + "\n" + cells + "\n";
+}
+
 std::string written(const TemporaryFolder& folder, const std::string& extension,
                     const TriangleMesh& mesh) {
   write_surface(folder / ("whole" + extension), {mesh, {}, {}});
@@ -133,6 +166,9 @@ std::vector<Whole> whole_files(const TemporaryFolder& folder) {
     add("ASCII PLY", ".ply", ascii_ply(mesh));
     add("appended VTP", ".vtp", written(folder, ".vtp", mesh));
     add("ASCII VTP", ".vtp", ascii_vtp(mesh));
+    for (const bool is_text : {true, false})
+      for (const bool is_version_5 : {true, false})
+        add(is_text ? "ASCII VTK" : "binary VTK", ".vtk", legacy_vtk(mesh, is_text, is_version_5));
   }
   return files;
 }

@@ -345,6 +345,22 @@ TEST_F(VolumeFileGeometry, VtiKeepsItsDirectionAndExtent) {
   expect_at(volume, {7, 8.6, 9.5}, 4.0f);
 }
 
+TEST_F(VolumeFileGeometry, LegacyVtkLiesInPlaceAndGridsAreRefusedByTheirKind) {
+  const std::string head = "# vtk DataFile Version 2.0\nby hand\nASCII\nDATASET ";
+  const auto volume = read_volume(write("a.vtk", head + "STRUCTURED_POINTS\nDIMENSIONS 2 2 2\n"
+                                                        "ORIGIN 7 8 9\nASPECT_RATIO 0.3 0.4 0.5\n"
+                                                        "POINT_DATA 8\nSCALARS a short\n"
+                                                        "LOOKUP_TABLE default\n0 1 2 3 4 5 6 7\n"),
+                                  {})
+                          .volume;
+  expect_at(volume, {7.3, 8, 9}, 1.0f);
+  expect_at(volume, {7, 8.4, 9}, 2.0f);
+  expect_at(volume, {7, 8, 9.5}, 4.0f);
+  EXPECT_THAT(refusal(write("b.vtk", head + "UNSTRUCTURED_GRID\nPOINTS 0 float\n")),
+              HasSubstr("UNSTRUCTURED_GRID"));
+  EXPECT_THAT(refusal(write("c.vtk", "no VTK file")), HasSubstr("c.vtk"));
+}
+
 TEST_F(VolumeFileGeometry, WhatIsNoVolumeOfNumbersIsRefusedByName) {
   const std::string space = "space directions: (1,0,0) (0,1,0) (0,0,1)";
   EXPECT_THAT(refusal(write("flat.nrrd",

@@ -231,6 +231,22 @@ TEST_F(VolumeFiles, DamagedFilesAreRefusedWithOneLine) {
   }
 }
 
+/// A file of VTK's legacy format, 20 x 15 x 10 points, up to its values.
+std::string legacy_vtk(const std::string& encoding, const std::string& values) {
+  return "# vtk DataFile Version 3.0\nmade by hand\n" + encoding +
+         "\nDATASET STRUCTURED_POINTS\nDIMENSIONS 20 15 10\nORIGIN 1 2 3\nSPACING 0.5 0.5 0.5\n" +
+         values;
+}
+
+std::string big_endian(const std::vector<float>& values) {
+  std::string bytes;
+  for (const float value : values) {
+    std::string of_one(reinterpret_cast<const char*>(&value), sizeof value);
+    bytes.append(of_one.rbegin(), of_one.rend());
+  }
+  return bytes;
+}
+
 /// Every way in which a volume file may end before its time.
 std::vector<std::size_t> places_to_cut(std::size_t size) {
   std::vector<std::size_t> places{1, size / 2, size - 1, size - 2, size - 4, size - 9, size - 33};
@@ -268,7 +284,13 @@ TEST_F(VolumeFiles, NoneIsReadThatIsTruncatedAnywhere) {
       {"raw.vti", vti_of(volume, vtkXMLWriter::Appended, false)},
       {"zlib.vti", vti_of(volume, vtkXMLWriter::Appended, true)},
       {"inline.vti", vti_of(volume, vtkXMLWriter::Binary, true)},
-      {"text.vti", vti_of(volume, vtkXMLWriter::Ascii, false)}};
+      {"text.vti", vti_of(volume, vtkXMLWriter::Ascii, false)},
+      {"text.vtk",
+       legacy_vtk("ASCII", "POINT_DATA 3000\nSCALARS a float\nLOOKUP_TABLE default\n") + written},
+      {"field.vtk", legacy_vtk("ASCII", "POINT_DATA 3000\nFIELD f 1\na 1 3000 float\n") + written},
+      {"raw.vtk",
+       legacy_vtk("BINARY", "POINT_DATA 3000\nSCALARS a float 1\nLOOKUP_TABLE default\n") +
+           big_endian(volume.values) + "\n"}};
   for (const auto& [name, bytes] : whole) {
     std::ofstream(file(name), std::ios::binary) << bytes;
     EXPECT_EQ(read_volume(file(name), {}).volume.values, volume.values) << name;

@@ -1,0 +1,117 @@
+#include "formats/detail/legacy_file.hpp"
+
+#include <vtkErrorCode.h>
+#include <vtkNew.h>
+#include <vtkPolyDataReader.h>
+
+#include <algorithm>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "core/error.hpp"
+#include "core/legacy_vtk.hpp"
+#include "formats/detail/surface_cleanup.hpp"
+#include "formats/tokens.hpp"
+#include "formats/vtk_messages.hpp"
+
+namespace angio::formats::detail {
+namespace {
+
+constexpr std::uint64_t kMostCount = 1'000'000'000;  ///< more is a damaged header
+
+/// A line that begins with a keyword, and where the data behind it are.
+struct Section {
+  std::vector<std::string_view> words;  ///< behind the keyword
+  std::size_t data = 0;
+  [[nodiscard]] std::uint64_t count(std::size_t word) const {
+    const auto number = word < words.size() ? parse_number<std::uint64_t>(words[word]) : 0;
+    return number.value_or(kMostCount + 1);
+  }
+};
+
+std::optional<Section> find_section(std::string_view bytes, const std::string& keyword,
+                                    std::size_t from) {
+  const auto at = bytes.find("\n" + keyword + " ", from);
+  if (at == std::string_view::npos) return std::nullopt;
+  const auto begin = at + keyword.size() + 2;
+  const auto end = std::min(bytes.find('\n', begin), bytes.size());
+  Section section;
+  Tokens tokens(bytes.substr(begin, end - begin));
+  for (auto word = tokens.next(); !word.empty(); word = tokens.next())
+    section.words.push_back(word);
+  section.data = std::min(end + 1, bytes.size());
+  return section;
+}
+
+/// Whether so many words follow, each with a blank or a line's end behind it.
+bool has_words(std::string_view text, std::uint64_t count) {
+  bool in_word = false;
+  for (const char c : text) {
+    const bool is_blank = c == ' ' || c == '\n' || c == '\t' || c == '\r';
+    if (is_blank && in_word && --count == 0) return true;
+    in_word = !is_blank;
+  }
+  return count == 0;
+}
+
+std::uint64_t bytes_of(std::string_view type) {
+  return type == "double" || type.ends_with("64") || type.ends_with("long") ? 8 : 4;
+}
+
+/// Cells are a list of counts and points, or (from version 5 on) where each begins, then points.
+bool has_cells(std::string_view bytes, const Section& cells, bool is_text) {
+  const std::uint64_t first = cells.count(0), second = cells.count(1);
+  if (first > kMostCount || second > kMostCount) return false;
+  const bool has_offsets = bytes.substr(cells.data).starts_with("OFFSETS ");
+  if (is_text)
+    return has_words(bytes.substr(cells.data), has_offsets ? 2 + first + 2 + second : second);
+  if (!has_offsets) return bytes.size() - cells.data >= 4 * second;
+  const auto offsets = find_section(bytes, "OFFSETS", cells.data - 1);
+  if (!offsets || offsets->words.empty()) return false;
+  const std::uint64_t begin = offsets->data + bytes_of(offsets->words[0]) * first;
+  if (begin >= bytes.size()) return false;
+  const auto points = find_section(bytes, "CONNECTIVITY", std::size_t(begin));
+  return points && !points->words.empty() &&
+         bytes.size() - points->data >= bytes_of(points->words[0]) * second;
+}
+
+bool is_whole(std::string_view bytes) {
+  const bool is_text = bytes.find("\nASCII") < bytes.find("\nDATASET");
+  const auto points = find_section(bytes, "POINTS", 0);
+  if (!points || points->words.size() < 2 || points->count(0) > kMostCount) return false;
+  const std::uint64_t values = 3 * points->count(0);
+  const bool has_points = is_text
+                              ? has_words(bytes.substr(points->data), values)
+                              : bytes.size() - points->data >= bytes_of(points->words[1]) * values;
+  if (!has_points) return false;
+  for (const char* keyword : {"POLYGONS", "TRIANGLE_STRIPS"})
+    if (const auto cells = find_section(bytes, keyword, points->data);
+        cells && !has_cells(bytes, *cells, is_text))
+      return false;
+  return true;
+}
+
+}  // namespace
+
+vtkSmartPointer<vtkPolyData> read_legacy_polygons(const std::filesystem::path& path) {
+  const std::string name = path.string();
+  if (legacy_vtk_data_set(path) != "POLYDATA")
+    throw InputError(name +
+                     " holds no polygons of VTK's legacy format (DATASET POLYDATA). Convert it, "
+                     "for example to .vtp");
+  const std::string damaged = name + " was cut short, or is damaged. Copy or write it again";
+  if (!is_whole(read_input(path))) throw InputError(damaged);
+  const VtkMessages messages;
+  vtkNew<vtkPolyDataReader> reader;
+  reader->SetFileName(path.c_str());
+  reader->Update();
+  vtkSmartPointer<vtkPolyData> data = reader->GetOutput();
+  if (messages.has_error() || reader->GetErrorCode() != vtkErrorCode::NoError || !data)
+    throw InputError(damaged);
+  return data;
+}
+
+}  // namespace angio::formats::detail
