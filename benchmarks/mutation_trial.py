@@ -116,16 +116,17 @@ def try_change(build, place):
         file.write_text(original, encoding="utf-8")
 
 
-def write_markdown(path, rows, seed):
+def write_markdown(path, rows, seed, folders):
     killed = [row for row in rows if row["killed_by"]]
     commit = subprocess.run(["git", "rev-parse", "--short", "HEAD"], cwd=ROOT, capture_output=True,
                             text=True).stdout.strip()
+    only = "".join(f" --folder {folder}" for folder in folders or ())
     lines = ["# Faults that the tests find", "",
              f"- Command: `benchmarks/mutation_trial.py --build build/dev --results mutations.csv --count {len(rows)} "
-             f"--seed {seed} --markdown docs/results/mutation-trial.md`",
+             f"--seed {seed}{only} --markdown docs/results/{path.name}`",
              f"- Commit: {commit}, {datetime.date.today()}",
              f"- Machine: {platform.machine()}, {os.cpu_count()} cores", "",
-             "One operator or constant changed at a random place of four folders; the tests of that folder, no others.",
+             "One operator or constant changed at a random place of a folder; the tests of that folder, no others.",
              "", "| folder | changes | found | share |", "| --- | --- | --- | --- |"]
     for folder in (*TESTS, ""):
         own = [row for row in rows if row["file"].startswith(folder)]
@@ -177,7 +178,7 @@ def main():
         print(f"{len(rows)} of {options.count}: {place[0]}:{place[1] + 1} {place[3]} -> {place[4]}: "
               f"{killed_by or 'not found'}", flush=True)
     if options.markdown:
-        write_markdown(options.markdown, rows, options.seed)
+        write_markdown(options.markdown, rows, options.seed, options.folder)
     found = sum(bool(row["killed_by"]) for row in rows)
     print(f"{found} of {len(rows)} found")
     return 0

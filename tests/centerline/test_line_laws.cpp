@@ -10,7 +10,6 @@
 #include "centerline/centerline.hpp"
 #include "centerline/detail/flat_caps.hpp"
 #include "centerline/detail/ridge.hpp"
-#include "centerline/detail/smooth_curve.hpp"
 #include "core/triangle_mesh.hpp"
 #include "testing/centerline/shapes.hpp"
 #include "testing/shapes.hpp"
@@ -212,39 +211,6 @@ TEST(LineLaws, RoundATightBendTheLineStaysOffTheInnerWall) {
     EXPECT_NEAR(path.tube_radius[i], kRadius, 0.05 * kRadius) << s;
   }
   EXPECT_FALSE(find_lesions(result.tree, {}).at(0).is_stenosis);
-}
-
-TEST(SmoothCurve, KeepsBendsAndTakesZigzagsAway) {
-  constexpr int kCount = 200;
-  constexpr double kStep = 0.25, kBend = 5.0;  // mm
-  std::vector<Vec3> circle;
-  Middles middles;
-  for (int i = 0; i < kCount; ++i) {
-    const double angle = kStep * i / kBend;
-    circle.push_back({kBend * std::cos(angle), kBend * std::sin(angle), 0.0});
-    middles.center.push_back(circle.back() + Vec3{0.0, 0.0, i % 2 == 0 ? 0.05 : -0.05});
-    middles.weight.push_back(1.0);
-  }
-  const std::vector<double> stiffness(kCount, 1.5), tolerance(kCount, 1.0);
-  const auto curve = smooth_curve(circle, middles, 0, stiffness, tolerance);
-  for (int i = 10; i + 10 < kCount; ++i) {
-    EXPECT_NEAR(std::hypot(curve[std::size_t(i)].x, curve[std::size_t(i)].y), kBend, 1e-3);
-    EXPECT_NEAR(curve[std::size_t(i)].z, 0.0, 1e-3);
-  }
-}
-
-TEST(SmoothCurve, LeavesOutAMiddleThatLiesFarOff) {
-  std::vector<Vec3> line;
-  Middles middles;
-  for (int i = 0; i < 60; ++i) {
-    line.push_back({0.25 * i, 0.0, 0.0});
-    middles.center.push_back(line.back());
-    middles.weight.push_back(1.0);
-  }
-  middles.center[30].y = 2.0;
-  const auto curve =
-      smooth_curve(line, middles, 0, std::vector<double>(60, 1.5), std::vector<double>(60, 0.5));
-  for (const Vec3& p : curve) EXPECT_NEAR(p.y, 0.0, 1e-3);
 }
 
 TEST(Inlet, IsTheTrunkThoughItIsTheShortestBranch) {
