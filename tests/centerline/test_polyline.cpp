@@ -70,6 +70,9 @@ TEST(Polyline, TangentsAreChords) {
     EXPECT_NEAR(dot(tangent, line.points[i]), 0.0, 1e-9);  // even to both sides
     EXPECT_GT(cross(line.points[i], tangent).z, 0.0);
   }
+  EXPECT_NEAR(
+      distance(tangent_at(line, s, 90, reach), normalized(line.points[90] - line.points[89])), 0.0,
+      1e-9);
   // At the end the chord is of the last stretch, to a whole point: turned back by half its angle.
   const Vec3 end = end_tangent(line, reach);
   EXPECT_NEAR(std::atan2(end.y, end.x), units::kPi - 0.5 * reach / 5.0, 0.6 * s[1] / 5.0);
