@@ -57,8 +57,15 @@ bool has_words(std::string_view text, std::uint64_t count) {
   return count == 0;
 }
 
+/// Of a number of a type that coordinates and indices have; 0 of others (VTK's reader writes past
+/// its memory over a "string").
 std::uint64_t bytes_of(std::string_view type) {
-  return type == "double" || type.ends_with("64") || type.ends_with("long") ? 8 : 4;
+  if (type.starts_with("unsigned_")) type.remove_prefix(9);
+  for (const std::string_view known : {"double", "long", "vtktypeint64"})
+    if (type == known) return 8;
+  for (const std::string_view known : {"float", "int", "vtktypeint32", "vtkIdType"})
+    if (type == known) return 4;
+  return type == "short" ? 2 : type == "char" ? 1 : 0;
 }
 
 /// Cells are a list of counts and points, or (from version 5 on) where each begins, then points.
@@ -72,9 +79,9 @@ bool has_cells(std::string_view bytes, const Section& cells, bool is_text) {
   const auto offsets = find_section(bytes, "OFFSETS", cells.data - 1);
   if (!offsets || offsets->words.empty()) return false;
   const std::uint64_t begin = offsets->data + bytes_of(offsets->words[0]) * first;
-  if (begin >= bytes.size()) return false;
+  if (begin == offsets->data || begin >= bytes.size()) return false;
   const auto points = find_section(bytes, "CONNECTIVITY", std::size_t(begin));
-  return points && !points->words.empty() &&
+  return points && !points->words.empty() && bytes_of(points->words[0]) > 0 &&
          bytes.size() - points->data >= bytes_of(points->words[0]) * second;
 }
 
@@ -83,6 +90,7 @@ bool is_whole(std::string_view bytes) {
   const auto points = find_section(bytes, "POINTS", 0);
   if (!points || points->words.size() < 2 || points->count(0) > kMostCount) return false;
   const std::uint64_t values = 3 * points->count(0);
+  if (bytes_of(points->words[1]) == 0) return false;
   const bool has_points = is_text
                               ? has_words(bytes.substr(points->data), values)
                               : bytes.size() - points->data >= bytes_of(points->words[1]) * values;

@@ -188,6 +188,16 @@ TEST(CutFiles, AreRefusedWhereverTheyEndBeforeTheLastTriangle) {
   }
 }
 
+TEST(CutFiles, LegacyVtkOfPointsThatAreNoNumbersIsRefused) {
+  const TemporaryFolder folder;
+  const std::string whole = legacy_vtk(ball(), true, false);
+  for (const std::string type : {"string", "float0", "bit"}) {
+    std::string changed = whole;
+    changed.replace(changed.find(" double"), 7, " " + type);
+    EXPECT_EQ(triangles_read(folder, ".vtk", changed), std::nullopt) << type;
+  }
+}
+
 TEST(CutFiles, ObjFilesAreReadOnlyIfTheyEndWithAWholeFace) {
   const TemporaryFolder folder;
   for (const bool open : {true, false}) {
