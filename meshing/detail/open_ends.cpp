@@ -7,6 +7,7 @@
 #include <numbers>
 #include <set>
 #include <unordered_set>
+#include <utility>
 
 #include "core/error.hpp"
 
@@ -151,8 +152,11 @@ Vec3 EndOpener::crossing(const Plane& plane, int a, int b) const {
 
 std::vector<EndOpener::Loop> EndOpener::sections(const Plane& plane,
                                                  const std::vector<int>& nearby) const {
-  std::map<EdgeKey, int> leaving;  // edge by which a crossed triangle leaves for the far side
-  std::map<int, EdgeKey> edge_of;
+  struct Crossed {
+    int triangle;
+    EdgeKey edge;  ///< by which it leaves for the far side
+  };
+  std::vector<Crossed> crossed;
   const double reach = 1.001 * longest_edge_;
   for (const int v : nearby) {
     if (std::abs(side(plane, v)) > reach) continue;  // no triangle around it is crossed
@@ -162,35 +166,44 @@ std::vector<EndOpener::Loop> EndOpener::sections(const Plane& plane,
       for (std::size_t c = 0; c < 3; ++c) {
         const int a = corners[c];
         const int b = corners[(c + 1) % 3];
-        if (side(plane, a) > 0.0 || side(plane, b) < 0.0) continue;
-        leaving[edge_key(a, b)] = t;
-        edge_of[t] = edge_key(a, b);
+        if (side(plane, a) <= 0.0 && side(plane, b) >= 0.0) crossed.push_back({t, edge_key(a, b)});
       }
     }
   }
-  const auto next_triangle = [&](int t) {  // across the edge by which t enters
+  const auto is_before = [](const Crossed& x, const Crossed& y) { return x.triangle < y.triangle; };
+  std::sort(crossed.begin(), crossed.end(), is_before);
+  crossed.erase(
+      std::unique(crossed.begin(), crossed.end(),
+                  [](const Crossed& x, const Crossed& y) { return x.triangle == y.triangle; }),
+      crossed.end());
+  std::vector<std::pair<EdgeKey, int>> leaving;  // edge, place in `crossed`
+  for (std::size_t i = 0; i < crossed.size(); ++i) leaving.emplace_back(crossed[i].edge, int(i));
+  std::sort(leaving.begin(), leaving.end());
+  const auto next_place = [&](int t) {  // across the edge by which t enters; -1: a border
     const Triangle& corners = mesh_.triangles[std::size_t(t)];
     for (std::size_t c = 0; c < 3; ++c) {
       const int a = corners[c];
       const int b = corners[(c + 1) % 3];
       if (side(plane, a) < 0.0 || side(plane, b) > 0.0) continue;
-      const auto found = leaving.find(edge_key(a, b));
-      return found == leaving.end() ? -1 : found->second;
+      const std::pair<EdgeKey, int> wanted{edge_key(a, b), -1};
+      const auto found = std::lower_bound(leaving.begin(), leaving.end(), wanted);
+      return found == leaving.end() || found->first != wanted.first ? -1 : found->second;
     }
     return -1;
   };
   std::vector<Loop> loops;
-  while (!edge_of.empty()) {
+  std::vector<char> is_taken(crossed.size(), 0);
+  for (std::size_t first = 0; first < crossed.size(); ++first) {
+    if (is_taken[first] != 0) continue;
     Loop loop;
-    const int first = edge_of.begin()->first;
-    int t = first;
-    for (auto at = edge_of.find(t); at != edge_of.end(); at = edge_of.find(t)) {
-      loop.triangles.push_back(t);
-      loop.points.push_back(crossing(plane, at->second[0], at->second[1]));
-      edge_of.erase(at);
-      t = next_triangle(t);
+    int place = int(first);
+    while (place >= 0 && std::exchange(is_taken[std::size_t(place)], char(1)) == 0) {
+      const auto& [triangle, edge] = crossed[std::size_t(place)];
+      loop.triangles.push_back(triangle);
+      loop.points.push_back(crossing(plane, edge[0], edge[1]));
+      place = next_place(triangle);
     }
-    if (t == first) loops.push_back(std::move(loop));  // else it ends at a border
+    if (place == int(first)) loops.push_back(std::move(loop));  // else it ends at a border
   }
   return loops;
 }
