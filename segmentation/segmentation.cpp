@@ -20,6 +20,7 @@
 #include "segmentation/detail/thin_vessels.hpp"
 #include "segmentation/detail/vessel_image.hpp"
 #include "segmentation/detail/vessel_tree.hpp"
+#include "segmentation/detail/wide_parts.hpp"
 
 namespace angio::segmentation {
 namespace {
@@ -182,6 +183,8 @@ void SegmentationOptions::validate() const {
   require_within("segmentation.largest_radius_mm", largest_radius_mm, 0.2, 30.0);
   require_within("segmentation.scale_count", scale_count, 1, 8);
   require_within("segmentation.min_component_mm3", min_component_mm3, 0.0, 1e6);
+  if (max_diameter_mm != 0.0)
+    require_within("segmentation.max_diameter_mm", max_diameter_mm, 1.0, 60.0);
   if (!(largest_radius_mm >= smallest_radius_mm))
     throw OptionError(
         "segmentation.largest_radius_mm is smaller than "
@@ -208,8 +211,12 @@ Segmentation segment_vessels(const Volume<float>& volume, const SegmentationOpti
                              const Progress& progress) {
   options.validate();
   check_volume(volume);
-  if (!options.region_lps_mm) return segment_all(volume, options, progress);
-  return segment_all(part_in_region(volume, *options.region_lps_mm), options, progress);
+  Segmentation result =
+      options.region_lps_mm
+          ? segment_all(part_in_region(volume, *options.region_lps_mm), options, progress)
+          : segment_all(volume, options, progress);
+  detail::leave_out_wide_parts(options, result);
+  return result;
 }
 
 bool is_label_map(const Volume<float>& volume) { return !detail::find_labels(volume).empty(); }

@@ -29,6 +29,8 @@ struct SegmentationOptions {
   std::optional<LpsBox> region_lps_mm;  ///< only vessels in it are looked for; unset: everywhere.
                                         ///< In a turned volume: the voxel box around it
   double min_component_mm3 = 5.0;       ///< smaller pieces are noise, [0, 1e6]
+  double max_diameter_mm = 0.0;  ///< wider parts are left out, as the heart's chambers beside
+                                 ///< coronaries (detail/wide_parts.hpp); 0: none, or [1, 60]
   std::vector<double> labels;  ///< of a label map: those that are lumen; empty: all but background
 
   void validate() const;  ///< @throws OptionError naming the field

@@ -78,6 +78,10 @@ void add_segmentation_settings(Config& c, std::vector<Setting>& table) {
                                "for; \"auto\": everywhere"));
   table.push_back(make_setting("segmentation.min_component_mm3", c.segmentation.min_component_mm3,
                                "smaller pieces are noise [mm3], 0 to 1e6"));
+  table.push_back(
+      make_setting("segmentation.max_diameter_mm", c.segmentation.max_diameter_mm,
+                   "wider parts are left out, as the heart's chambers beside coronaries "
+                   "[mm], 1 to 60; 0: none"));
   table.push_back(make_setting("segmentation.labels", c.segmentation.labels,
                                "of a label map: the labels that are lumen; []: all of them"));
 }

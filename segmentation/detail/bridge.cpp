@@ -11,6 +11,7 @@
 
 #include "core/parallel.hpp"
 #include "segmentation/detail/components.hpp"
+#include "segmentation/detail/fields.hpp"
 
 namespace angio::segmentation::detail {
 namespace {
@@ -140,11 +141,7 @@ std::vector<Vec3> bridge_pieces(Volume<float>& level, const Volume<std::uint8_t>
     const auto way = search.next_way();
     if (way.empty()) break;
     for (std::size_t v : way) level.values[v] = std::min(level.values[v], kBridgeLevel);
-    const std::size_t middle = way[way.size() / 2];
-    const auto ni = std::size_t(level.geometry.size[0]), nj = std::size_t(level.geometry.size[1]);
-    const std::size_t slice = middle / ni / nj;
-    middles.push_back(level.geometry.lps_from_index(
-        {double(middle % ni), double(middle / ni % nj), double(slice)}));
+    middles.push_back(place_of_voxel(level.geometry, way[way.size() / 2]));
   }
   return middles;
 }

@@ -99,6 +99,12 @@ double mean_spacing(const VolumeGeometry& geometry) {
   return std::cbrt(geometry.spacing.x * geometry.spacing.y * geometry.spacing.z);
 }
 
+Vec3 place_of_voxel(const VolumeGeometry& geometry, std::size_t offset) {
+  const auto ni = std::size_t(geometry.size[0]), nj = std::size_t(geometry.size[1]);
+  const std::size_t slice = offset / ni / nj;
+  return geometry.lps_from_index({double(offset % ni), double(offset / ni % nj), double(slice)});
+}
+
 std::array<int, 3> block_size(const VolumeGeometry& geometry, double spacing_mm) {
   std::array<int, 3> factor{};
   for (int axis = 0; axis < 3; ++axis)

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cstddef>
 
 #include "core/volume.hpp"
 
@@ -17,6 +18,9 @@ Volume<float> smooth(const Volume<float>& volume, double sigma_mm);
 
 /// The geometric mean of a voxel's edges [mm].
 double mean_spacing(const VolumeGeometry& geometry);
+
+/// Where a voxel's centre lies, LPS [mm].
+Vec3 place_of_voxel(const VolumeGeometry& geometry, std::size_t offset);
 
 /// Averages blocks of voxels; incomplete blocks at the far border are averaged as they are.
 Volume<float> block_average(const Volume<float>& volume, const std::array<int, 3>& factor);

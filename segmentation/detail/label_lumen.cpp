@@ -89,12 +89,9 @@ std::vector<std::string> keep_pieces(Volume<std::uint8_t>& mask, const Segmentat
   for (std::size_t v = 0; v < mask.values.size(); ++v)
     mask.values[v] = kept[std::size_t(pieces.label[v])] && pieces.label[v] > 0;
   if (result.seeds_lps_mm.empty()) {
-    const auto first =
-        std::size_t(std::find(mask.values.begin(), mask.values.end(), 1) - mask.values.begin());
-    const auto ni = std::size_t(mask.geometry.size[0]), nj = std::size_t(mask.geometry.size[1]);
-    const std::size_t slice = first / ni / nj;
+    const auto first = std::find(mask.values.begin(), mask.values.end(), 1);
     result.seeds_lps_mm.push_back(
-        mask.geometry.lps_from_index({double(first % ni), double(first / ni % nj), double(slice)}));
+        place_of_voxel(mask.geometry, std::size_t(first - mask.values.begin())));
   }
   if (count == 0) return {};
   return {std::to_string(count) + (count == 1 ? " piece" : " pieces") +

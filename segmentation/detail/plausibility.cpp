@@ -81,17 +81,14 @@ std::vector<std::string> check_plausibility(const Volume<float>& level_set,
         kAdvice);
   const auto deepest = std::min_element(level_set.values.begin(), level_set.values.end());
   if (double(*deepest) < -kWidestArtery) {
-    const auto v = std::size_t(deepest - level_set.values.begin());
-    const auto ni = std::size_t(level_set.geometry.size[0]),
-               nj = std::size_t(level_set.geometry.size[1]);
-    const std::size_t slice = v / ni / nj;
     const Vec3 place =
-        level_set.geometry.lps_from_index({double(v % ni), double(v / ni % nj), double(slice)});
+        place_of_voxel(level_set.geometry, std::size_t(deepest - level_set.values.begin()));
     warnings.push_back(
         "the lumen is " + format_number(-2.0 * double(*deepest)) + " mm wide around (" +
         format_number(place.x) + ", " + format_number(place.y) + ", " + format_number(place.z) +
         ") mm, as chambers of the heart are, or tissue, and arteries only where they "
-        "are aneurysms; if it is not wanted, " +
+        "are aneurysms; segmentation.max_diameter_mm leaves wide parts out (7 for coronaries, with "
+        "a seed in one); or " +
         kAdvice);
   }
   return warnings;

@@ -154,11 +154,7 @@ Vec3 strongest_point(const Components& pieces, int piece, const Volume<float>& c
       highest = contrast.values[v];
       best = v;
     }
-  const auto& size = contrast.geometry.size;
-  const std::size_t row = best / std::size_t(size[0]);
-  const std::size_t slice = row / std::size_t(size[1]);
-  return contrast.geometry.lps_from_index(
-      {double(best % std::size_t(size[0])), double(row % std::size_t(size[1])), double(slice)});
+  return place_of_voxel(contrast.geometry, best);
 }
 
 /// Whether a piece is the same in every slice: from the first to the last, over 15 cm or more, and
