@@ -60,8 +60,8 @@ TEST(WideParts, LeaveAVesselFromAQuarterOfTheBallBeyondItsChamber) {
   // The face is a sphere's: it begins beside the axis.
   const double face = std::sqrt(std::pow(kChamber + 0.25 * 3.0, 2) - kVessel * kVessel);
   EXPECT_GT(first, face);
-  EXPECT_LT(first, face + kSpacing);
-  EXPECT_NEAR(last, 22.25, 0.01);  // the grid's end
+  EXPECT_LT(first, face + 1.5 * kSpacing);  // the closed corner beside the mouth adds a little
+  EXPECT_NEAR(last, 22.25, 0.01);           // the grid's end
   // The vessel itself is as it was: its deepest place has its radius.
   const auto& d = lumen.level_set.values;
   EXPECT_NEAR(-*std::min_element(d.begin(), d.end()), kVessel, 0.1 * kSpacing);
