@@ -79,25 +79,29 @@ struct GivenSurface {
   }
 };
 
+/// What a lumen is measured in.
+struct Lumen {
+  const Volume<float>& level_set;
+  const GivenSurface* surface;  ///< that was filled; null: the level set's own wall is measured
+};
+
 /// What level sets and surfaces have in common: the voxels tell where the lines run, the points of
 /// the wall where exactly their middle is.
-/// @param surface  that was filled; null: the level set's own wall is measured
-CenterlineResult extract(const Volume<float>& level_set, const GivenSurface* surface,
-                         const CenterlineOptions& options, const Progress& progress) {
-  LumenVoxelsResult lumen = find_lumen_voxels(level_set);
-  const LevelSetWall wall(level_set);
-  const WallPoints points =
-      surface ? WallPoints(surface->wall_vertices()) : WallPoints(level_set, lumen.voxels);
+CenterlineResult extract_tree(const Lumen& lumen, LumenVoxels& voxels, const Openings& openings,
+                              const CenterlineOptions& options, const Progress& progress) {
+  const LevelSetWall wall(lumen.level_set);
+  const WallPoints points = lumen.surface ? WallPoints(lumen.surface->wall_vertices())
+                                          : WallPoints(lumen.level_set, voxels);
   const WallDistance distance_to_wall =
-      surface ? WallDistance(points, surface->triangles, surface->wall_vertex_count)
-              : WallDistance(points);
-  progress.report(0.2, "finding the ends");
-  Skeleton skeleton = find_skeleton(
-      lumen.voxels, options, surface ? surface->openings() : Openings{}, part(progress, 0.2, 0.4));
-  progress.report(0.4, "centring lines");
+      lumen.surface
+          ? WallDistance(points, lumen.surface->triangles, lumen.surface->wall_vertex_count)
+          : WallDistance(points);
+  progress.report(0.0, "finding the ends");
+  Skeleton skeleton = find_skeleton(voxels, options, openings, part(progress, 0.0, 0.25));
+  progress.report(0.25, "centring lines");
   CenterlineResult result;
-  const Surroundings around{lumen.voxels, wall, points, distance_to_wall, last_step(options, wall)};
-  TracedLines lines = trace_lines(skeleton, around, progress);
+  const Surroundings around{voxels, wall, points, distance_to_wall, last_step(options, wall)};
+  TracedLines lines = trace_lines(skeleton, around, part(progress, 0.25, 1.0));
   result.tree = std::move(lines.tree);
   result.warnings = std::move(skeleton.warnings);
   for (std::string& note : assign_tracts(result.tree, lines.is_tube))
@@ -107,14 +111,112 @@ CenterlineResult extract(const Volume<float>& level_set, const GivenSurface* sur
         "two vessels seem to touch " + at_places(contacts) +
         " (two branches lie on one line that runs past the vessel they leave); the lines go "
         "through the contact. Check the place, and name the outlets that are wanted");
-  for (std::string& pair : find_vessels_side_by_side(result.tree, level_set))
+  for (std::string& pair : find_vessels_side_by_side(result.tree, lumen.level_set))
     result.warnings.push_back(std::move(pair));
-  result.left_out = 1.0 - lumen.largest_fraction;
-  if (lumen.piece_count > 1)
-    result.warnings.push_back("the lumen has " + std::to_string(lumen.piece_count) +
-                              " separate pieces; lines were found in the largest (" +
-                              std::to_string(int(std::lround(100.0 * lumen.largest_fraction))) +
-                              " % of the voxels)");
+  return result;
+}
+
+/// The piece that a place lies in, or nearest to.
+std::size_t piece_at(const std::vector<LumenVoxels>& pieces, const Vec3& place) {
+  if (pieces.size() == 1) return 0;
+  std::vector<double> away;
+  for (const LumenVoxels& piece : pieces)
+    away.push_back(distance(piece.position(piece.nearest(place)), place));
+  return std::size_t(std::min_element(away.begin(), away.end()) - away.begin());
+}
+
+/// What a piece's own tree is made with.
+struct TreeOrder {
+  CenterlineOptions options;
+  Openings openings;
+  bool is_wanted = true;  ///< false: outlets are named, and all lie elsewhere
+};
+
+/// Named ends and the surface's openings, each given to the piece that it lies in.
+std::vector<TreeOrder> orders_for(const std::vector<LumenVoxels>& pieces,
+                                  const CenterlineOptions& options, const Openings& openings) {
+  TreeOrder order{options, openings};
+  order.options.inlet_lps_mm.reset();
+  order.options.outlets_lps_mm.clear();
+  order.openings.rims.clear();
+  order.openings.flat_ends.clear();
+  order.is_wanted = options.outlets_lps_mm.empty();
+  std::vector<TreeOrder> orders(pieces.size(), order);
+  if (options.inlet_lps_mm)
+    orders[piece_at(pieces, *options.inlet_lps_mm)].options.inlet_lps_mm = options.inlet_lps_mm;
+  for (const Vec3& outlet : options.outlets_lps_mm) {
+    TreeOrder& own = orders[piece_at(pieces, outlet)];
+    own.options.outlets_lps_mm.push_back(outlet);
+    own.is_wanted = true;
+  }
+  for (const OpenRim& rim : openings.rims)
+    orders[piece_at(pieces, rim.middle)].openings.rims.push_back(rim);
+  for (const OpenRim& end : openings.flat_ends)
+    orders[piece_at(pieces, end.middle)].openings.flat_ends.push_back(end);
+  return orders;
+}
+
+/// Adds a tree's lines behind those that are there, with ids of their own.
+void add_tree(CenterlineTree tree, CenterlineTree& lines) {
+  int first_group = 0;
+  for (const CenterlinePath& path : lines.paths)
+    for (const CenterlineTract& tract : path.tracts)
+      first_group = std::max(first_group, tract.group_id + 1);
+  for (CenterlinePath& path : tree.paths) {
+    path.id = int(lines.paths.size());
+    for (CenterlineTract& tract : path.tracts) tract.group_id += first_group;
+    lines.paths.push_back(std::move(path));
+  }
+}
+
+/// Whether a piece beside the largest is worth lines: a stump of which is hardly seen more than its
+/// cut ends is not.
+bool is_long(const CenterlineTree& tree) {
+  constexpr double kLong = 8.0;  // radii
+  const CenterlinePath& path = tree.paths.front();
+  const auto& radius = path.inscribed_radius;
+  return path.abscissa.back() > kLong * *std::max_element(radius.begin(), radius.end());
+}
+
+/// The trees of all pieces; small ones and those that are no vessels are left out.
+CenterlineResult extract(const Lumen& lumen, const CenterlineOptions& options,
+                         const Progress& progress) {
+  LumenPieces found = find_lumen_pieces(lumen.level_set);
+  const std::size_t count = found.pieces.size();
+  const std::vector<TreeOrder> orders =
+      orders_for(found.pieces, options, lumen.surface ? lumen.surface->openings() : Openings{});
+  CenterlineResult result;
+  result.left_out = 1.0;
+  result.beside_largest = 1.0 - found.voxel_share.front();
+  std::string refusal;
+  for (std::size_t n = 0; n < count; ++n) {
+    if (!orders[n].is_wanted) continue;
+    const double begin = 0.2 + 0.8 * double(n) / double(count);
+    try {
+      CenterlineResult tree =
+          extract_tree(lumen, found.pieces[n], orders[n].openings, orders[n].options,
+                       part(progress, begin, begin + 0.8 / double(count)));
+      if (result.tree_count > 0 && !is_long(tree.tree)) continue;
+      add_tree(std::move(tree.tree), result.tree);
+      result.left_out -= found.voxel_share[n];
+      ++result.tree_count;
+      for (std::string& warning : tree.warnings) result.warnings.push_back(std::move(warning));
+    } catch (const InputError& error) {
+      if (count == 1) throw;
+      if (refusal.empty()) refusal = error.what();
+    }
+  }
+  if (result.tree_count == 0) throw InputError(refusal);
+  result.left_out = std::max(0.0, result.left_out);
+  if (found.piece_count > 1)
+    result.warnings.push_back(
+        "the lumen has " + std::to_string(found.piece_count) +
+        " separate pieces; lines were found in " +
+        (result.tree_count == 1 ? "the largest"
+                                : std::to_string(result.tree_count) +
+                                      " of them, each a tree with an inlet of its own") +
+        " (" + std::to_string(int(std::lround(100.0 * (1.0 - result.left_out)))) +
+        " % of the voxels)");
   progress.report(1.0);
   return result;
 }
@@ -145,7 +247,7 @@ CenterlineResult extract_centerline(const Volume<float>& level_set,
                                     const CenterlineOptions& options, const Progress& progress) {
   options.validate();
   progress.report(0.0, "finding the lumen");
-  return extract(level_set, nullptr, options, progress);
+  return extract({level_set, nullptr}, options, progress);
 }
 
 CenterlineResult extract_centerline(const TriangleMesh& surface, const CenterlineOptions& options,
@@ -163,7 +265,7 @@ CenterlineResult extract_centerline(const TriangleMesh& surface, const Centerlin
                            is_rough ? std::vector<OpenRim>{} : find_flat_ends(closed.mesh)};
   if (is_rough) smooth_surface(closed.mesh, 15);
   const Volume<float> level_set = voxelize(closed.mesh, choose_spacing(SurfaceWall(closed.mesh)));
-  return extract(level_set, &given, options, progress);
+  return extract({level_set, &given}, options, progress);
 }
 
 }  // namespace angio::centerline

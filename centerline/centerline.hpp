@@ -13,21 +13,28 @@
 namespace angio::centerline {
 
 struct CenterlineOptions {
-  std::optional<Vec3> inlet_lps_mm;   ///< unset: told by the tree (detail/inlet.hpp)
-  std::vector<Vec3> outlets_lps_mm;   ///< empty: every other end
-  double step_mm = 0.0;               ///< distance of points, (0, 5]; 0: a quarter of the radius
+  std::optional<Vec3>
+      inlet_lps_mm;  ///< of the tree there; unset: told by the tree (detail/inlet.hpp)
+  std::vector<Vec3>
+      outlets_lps_mm;    ///< empty: every other end; else trees without one are left out
+  double step_mm = 0.0;  ///< distance of points, (0, 5]; 0: a quarter of the radius
   double min_branch_length_mm = 0.0;  ///< shorter side branches are spurs; 0: by the radius
 
   void validate() const;  ///< @throws OptionError naming the field
 };
 
 struct CenterlineResult {
-  CenterlineTree tree;                ///< with radii, sections, tracts; at least one path
+  /// With radii, sections, tracts; at least one path. Of a lumen in several pieces the lines of
+  /// several trees, the largest piece's first (core/centerline_trees.hpp).
+  CenterlineTree tree;
+  int tree_count = 0;
+  double beside_largest = 0.0;        ///< share of the lumen outside of its largest piece, [0, 1)
   double left_out = 0.0;              ///< share of the lumen in pieces without a line, [0, 1)
   std::vector<std::string> warnings;  ///< loops that were cut, contacts, pieces left out
 };
 
-/// The tree of lines of a segmented lumen. @param level_set signed distance [mm], negative inside
+/// The lines of a segmented lumen: a tree for each of its pieces of at least 5 % of the largest.
+/// @param level_set signed distance [mm], negative inside
 /// @throws InputError if nothing tubular is in it
 CenterlineResult extract_centerline(const Volume<float>& level_set,
                                     const CenterlineOptions& options,

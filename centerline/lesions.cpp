@@ -8,6 +8,7 @@
 #include "centerline/detail/contacts.hpp"
 #include "centerline/detail/dip.hpp"
 #include "centerline/resolution.hpp"
+#include "core/centerline_trees.hpp"
 #include "core/error.hpp"
 #include "core/require.hpp"
 
@@ -312,36 +313,60 @@ Lesion lesion_at(const Known& known, const LesionOptions& options) {
   return lesion;
 }
 
+/// A tree and what it would be like if it were healthy.
+struct ReferredTree {
+  const CenterlineTree& tree;
+  TreeReference reference;
+
+  [[nodiscard]] Known known(std::size_t path) const {
+    return {tree.paths[path], reference, reference.paths[path]};
+  }
+};
+
+/// The narrowings of one tree.
+void find_in_tree(const ReferredTree& referred, const LesionOptions& options,
+                  std::vector<Lesion>& found) {
+  const auto& [tree, reference] = referred;
+  if (options.centerline >= 0) {
+    const std::size_t chosen = index_of_path(tree, options.centerline);
+    const Vessel whole{chosen, 0, tree.paths[chosen].points.size() - 1};
+    return find_on_vessel(tree, reference, whole, 0.0, options, found);
+  }
+  const double doubt = doubt_in(tree, reference);
+  for (const Vessel& vessel : find_vessels(reference))
+    find_on_vessel(tree, reference, vessel, doubt, options, found);
+}
+
+/// The trees that are looked at: all, or that of the line that is named.
+std::vector<CenterlineTree> trees_to_search(const CenterlineTree& lines,
+                                            const LesionOptions& options) {
+  if (options.centerline < 0 && options.abscissa_mm < 0.0) return separate_trees(lines);
+  const std::size_t named = index_of_path(lines, std::max(options.centerline, 0));
+  return {tree_with_path(lines, lines.paths[named].id)};
+}
+
 }  // namespace
 
-std::vector<Lesion> find_lesions(const CenterlineTree& tree, const LesionOptions& options) {
+std::vector<Lesion> find_lesions(const CenterlineTree& lines, const LesionOptions& options) {
   options.validate();
-  if (tree.paths.empty())
+  if (lines.paths.empty())
     throw InputError("the tree has no paths, so no lesion can be on them. Run centerline first");
-  const TreeReference reference = find_reference(tree, options.voxel_mm);
-  const auto known = [&](std::size_t p) {
-    return Known{tree.paths[p], reference, reference.paths[p]};
-  };
-  const std::size_t chosen = options.centerline >= 0 || options.abscissa_mm >= 0.0
-                                 ? index_of_path(tree, std::max(options.centerline, 0))
-                                 : 0;
-  if (options.abscissa_mm >= 0.0) return {lesion_at(known(chosen), options)};
+  const std::vector<CenterlineTree> trees = trees_to_search(lines, options);
+  std::vector<ReferredTree> referred;
+  for (const CenterlineTree& tree : trees)
+    referred.push_back({tree, find_reference(tree, options.voxel_mm)});
+  const Known first = referred.front().known(
+      options.centerline >= 0 ? index_of_path(trees.front(), options.centerline) : 0);
+  if (options.abscissa_mm >= 0.0) return {lesion_at(first, options)};
   std::vector<Lesion> lesions;
-  if (options.centerline >= 0) {
-    const Vessel whole{chosen, 0, tree.paths[chosen].points.size() - 1};
-    find_on_vessel(tree, reference, whole, 0.0, options, lesions);
-  } else {
-    const double doubt = doubt_in(tree, reference);
-    for (const Vessel& vessel : find_vessels(reference))
-      find_on_vessel(tree, reference, vessel, doubt, options, lesions);
-  }
+  for (const ReferredTree& tree : referred) find_in_tree(tree, options, lesions);
   std::stable_sort(lesions.begin(), lesions.end(), [](const Lesion& a, const Lesion& b) {
     if (a.is_stenosis != b.is_stenosis) return a.is_stenosis;
     return a.diameter_stenosis_percent > b.diameter_stenosis_percent;
   });
   if (lesions.empty() || !lesions.front().is_stenosis) {
     const double least = std::max(options.min_reference_mm, kLeastVoxels * options.voxel_mm);
-    lesions.insert(lesions.begin(), tightest_place(known(chosen), least));
+    lesions.insert(lesions.begin(), tightest_place(first, least));
   }
   return lesions;
 }

@@ -119,6 +119,7 @@ void measure_least_angles(LumenMesh& lumen) {
 LumenMesh finish(SurfaceDraft draft, const SurfaceTarget& target, const LumenMeshOptions& options,
                  std::vector<std::string> warnings) {
   LumenMesh result;
+  const int vessels = surface_topology(draft.mesh).component_count;
   result.quality = detail::measure_quality(draft, target);
   detail::set_volume(result.quality, detail::cap_rims(draft.mesh, draft.rim).mesh);
   detail::extend_rims(draft, options.extension_diameters, warnings);
@@ -131,7 +132,7 @@ LumenMesh finish(SurfaceDraft draft, const SurfaceTarget& target, const LumenMes
   result.inlet_outlet_id = std::move(capped.id);
   if (options.triangle_count > 0) detail::close_but_inlet(result);
   const SurfaceTopology topology = surface_topology(result.capped);
-  result.watertight = topology.is_closed() && topology.component_count == 1;
+  result.watertight = topology.is_closed() && topology.component_count == vessels;
   result.self_intersection_count = int(air_mesh::self_intersections(result.capped).size());
   measure_least_angles(result);
   if (!result.watertight) refuse("the capped lumen is not watertight", options);
@@ -197,7 +198,7 @@ LumenMesh mesh_lumen(const Volume<float>& level_set, const CenterlineTree& tree,
   SurfaceDraft draft;
   draft.widening = &widening;
   std::vector<std::string> warnings;
-  draft.mesh = detail::component_of_lines(detail::extract_isosurface(padded), tree);
+  draft.mesh = detail::components_of_lines(detail::extract_isosurface(padded), tree);
   draft.rim.assign(draft.mesh.vertices.size(), -1);
   progress.report(0.1, "opening the ends");
   detail::open_ends(draft, tree, detail::line_ends(tree), warnings);

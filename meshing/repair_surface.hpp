@@ -8,7 +8,7 @@
 namespace angio::meshing {
 
 struct SurfaceRepairOptions {
-  bool keep_all_pieces = false;  ///< otherwise the largest piece only
+  bool keep_all_pieces = false;  ///< otherwise those of at least 5 % of the largest one's area
 };
 
 /// One kind of repair that was made.

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <utility>
 
 #include "centerline/detail/short_branches.hpp"
@@ -126,6 +127,74 @@ void add_missing(const LumenVoxels& lumen, const Ends& others, int source, Ends&
       for (const LumenEnd& end : *some)
         is_known = is_known || distance(tip, lumen.position(end.voxel)) <= reach;
     if (!is_known) ends.ends.push_back(other);
+  }
+}
+
+namespace {
+
+/// Where the border of the volume cuts the lumen.
+struct BorderSection {
+  int deepest = -1;   ///< the voxel in its middle
+  double area = 0.0;  ///< [mm^2]
+};
+
+/// The area in which a voxel lies open at the border [mm^2]; 0: it does not.
+double open_area(const LumenVoxels& lumen, int voxel) {
+  const auto at = lumen.index(voxel);
+  const Vec3& h = lumen.geometry.spacing;
+  double area = 0.0;
+  for (std::size_t a = 0; a < 3; ++a) {
+    const int i = at[a] + lumen.corner[a];
+    const bool is_open = i == 0 || i == lumen.geometry.size[a] - 1;
+    if (is_open) area += h.x * h.y * h.z / h[int(a)];
+  }
+  return area;
+}
+
+std::vector<BorderSection> find_border_sections(const LumenVoxels& lumen) {
+  std::vector<BorderSection> sections;
+  std::vector<char> is_seen(std::size_t(lumen.count()), 0);
+  std::vector<int> stack;
+  for (int seed = 0; seed < lumen.count(); ++seed) {
+    if (is_seen[std::size_t(seed)] != 0 || open_area(lumen, seed) == 0.0) continue;
+    BorderSection& section = sections.emplace_back();
+    section.deepest = seed;
+    is_seen[std::size_t(seed)] = 1;
+    stack.assign(1, seed);
+    while (!stack.empty()) {
+      const int v = stack.back();
+      stack.pop_back();
+      section.area += open_area(lumen, v);
+      if (lumen.depth[std::size_t(v)] > lumen.depth[std::size_t(section.deepest)])
+        section.deepest = v;
+      for (int n = 0; n < kNeighborCount; ++n) {
+        const int w = lumen.neighbor(v, n);
+        if (w < 0 || is_seen[std::size_t(w)] != 0 || open_area(lumen, w) == 0.0) continue;
+        is_seen[std::size_t(w)] = 1;
+        stack.push_back(w);
+      }
+    }
+  }
+  return sections;
+}
+
+}  // namespace
+
+void add_border_sections(const LumenVoxels& lumen, int source, Ends& ends) {
+  constexpr double kRound = 1.5, kNear = 3.0, kLeastVoxels = 2.0;  // radii; voxels
+  for (const BorderSection& section : find_border_sections(lumen)) {
+    const auto v = std::size_t(section.deepest);
+    const double radius = double(lumen.depth[v]);
+    if (radius < kLeastVoxels * lumen.geometry.longest_spacing() ||
+        std::isinf(ends.front.length[v]))
+      continue;
+    if (std::sqrt(section.area / std::numbers::pi) > kRound * radius) continue;
+    const auto is_near = [&](int tip) {
+      return distance(lumen.position(tip), lumen.position(section.deepest)) < kNear * radius;
+    };
+    const auto is_near_end = [&](const LumenEnd& end) { return is_near(end.voxel); };
+    if (is_near(source) || std::any_of(ends.ends.begin(), ends.ends.end(), is_near_end)) continue;
+    ends.ends.push_back({section.deepest, ends.front.length[v]});
   }
 }
 

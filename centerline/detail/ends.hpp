@@ -36,6 +36,11 @@ Ends find_ends(LumenVoxels& lumen, int source, const std::vector<OpenRim>& flat_
 /// are one end.
 void add_missing(const LumenVoxels& lumen, const Ends& others, int source, Ends& ends);
 
+/// Adds the round sections in which the border of the volume cuts vessels across, where no end is
+/// known within three radii: of a wide vessel that a long branch leaves beside the border nothing
+/// stands out. A vessel of four voxels or more; a cut along a vessel is not round.
+void add_border_sections(const LumenVoxels& lumen, int source, Ends& ends);
+
 /// Makes every rim an end, and no end of what else stands out but long vessels; a tip that lies on
 /// a rim is that rim's.
 /// @param are_caps  of a closed surface: where fewer of its vessels end in caps than in tips, a tip

@@ -364,7 +364,7 @@ TracedLines trace_lines(const Skeleton& skeleton, const Surroundings& around,
       parallel_for_uneven(std::ptrdiff_t(now.size()),
                           [&](std::ptrdiff_t i) { trace_line(now[std::size_t(i)]); });
     done += now.size();
-    progress.report(0.4 + 0.6 * double(done) / double(plans.size()), "centring lines");
+    progress.report(double(done) / double(plans.size()), "centring lines");
   }
   std::stable_sort(lines.begin(), lines.end(), [](const Line& a, const Line& b) {
     return arc_length(a.line.points).back() > arc_length(b.line.points).back();

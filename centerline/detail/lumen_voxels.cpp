@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 #include <utility>
 
 #include "centerline/detail/monotone_queue.hpp"
@@ -207,21 +208,29 @@ std::pair<std::vector<int>, std::vector<int>> label_pieces(const LumenVoxels& lu
   return {std::move(label), std::move(counts)};
 }
 
-void keep_piece(LumenVoxels& lumen, const std::vector<int>& label, int piece) {
-  std::vector<int> cell;
-  std::vector<std::uint32_t> links;
-  for (int v = 0; v < lumen.count(); ++v) {
-    const auto c = std::size_t(lumen.cell[std::size_t(v)]);
-    if (label[std::size_t(v)] != piece) {
-      lumen.voxel_of_cell[c] = -1;
-      continue;
-    }
-    lumen.voxel_of_cell[c] = int(cell.size());
-    cell.push_back(int(c));
-    links.push_back(lumen.links[std::size_t(v)]);
+/// One piece, in the box around it.
+LumenVoxels take_piece(const LumenVoxels& all, const std::vector<int>& label, int piece) {
+  Box box{all.size, {-1, -1, -1}};
+  for (int v = 0; v < all.count(); ++v)
+    if (label[std::size_t(v)] == piece) box.add(all.index(v), all.index(v));
+  LumenVoxels lumen;
+  lumen.geometry = all.geometry;
+  for (std::size_t a = 0; a < 3; ++a) {
+    lumen.corner[a] = all.corner[a] + box.low[a];
+    lumen.size[a] = box.high[a] - box.low[a] + 1;
   }
-  lumen.cell = std::move(cell);
-  lumen.links = std::move(links);
+  lumen.voxel_of_cell.assign(
+      std::size_t(lumen.size[0]) * std::size_t(lumen.size[1]) * std::size_t(lumen.size[2]), -1);
+  for (int v = 0; v < all.count(); ++v) {
+    if (label[std::size_t(v)] != piece) continue;
+    const Index at = all.index(v);
+    const int cell = ((at[2] - box.low[2]) * lumen.size[1] + at[1] - box.low[1]) * lumen.size[0] +
+                     at[0] - box.low[0];
+    lumen.voxel_of_cell[std::size_t(cell)] = lumen.count();
+    lumen.cell.push_back(cell);
+    lumen.links.push_back(all.links[std::size_t(v)]);
+  }
+  return lumen;
 }
 
 /// The nearest point of the wall [mm, in the voxel's own axes] seen from a voxel at the wall:
@@ -313,16 +322,25 @@ void find_depth(const Volume<float>& level_set, LumenVoxels& lumen) {
 
 }  // namespace
 
-LumenVoxelsResult find_lumen_voxels(const Volume<float>& level_set) {
-  LumenVoxelsResult result;
-  LumenVoxels& lumen = result.voxels;
-  lumen = collect(level_set);
-  const auto [label, counts] = label_pieces(lumen);
-  const auto largest = std::max_element(counts.begin(), counts.end());
+LumenPieces find_lumen_pieces(const Volume<float>& level_set) {
+  constexpr double kLeastTree = 0.05;  // of the largest piece
+  LumenPieces result;
+  LumenVoxels all = collect(level_set);
+  const auto [label, counts] = label_pieces(all);
   result.piece_count = int(counts.size());
-  result.largest_fraction = double(*largest) / double(lumen.count());
-  if (counts.size() > 1) keep_piece(lumen, label, int(largest - counts.begin()));
-  find_depth(level_set, lumen);
+  std::vector<int> order(counts.size());
+  std::iota(order.begin(), order.end(), 0);
+  std::stable_sort(order.begin(), order.end(), [&, &count = counts](int a, int b) {
+    return count[std::size_t(a)] > count[std::size_t(b)];
+  });
+  const int largest = counts[std::size_t(order.front())];
+  for (const int piece : order) {
+    const int count = counts[std::size_t(piece)];
+    if (count < kLeastTree * largest) break;
+    result.voxel_share.push_back(double(count) / double(label.size()));
+    result.pieces.push_back(counts.size() > 1 ? take_piece(all, label, piece) : std::move(all));
+    find_depth(level_set, result.pieces.back());
+  }
   return result;
 }
 

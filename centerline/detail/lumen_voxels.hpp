@@ -52,18 +52,18 @@ inline int LumenVoxels::neighbor(int voxel, int n) const {
                                    o[0])];
 }
 
-struct LumenVoxelsResult {
-  LumenVoxels voxels;
-  int piece_count = 0;            ///< connected pieces in the level set
-  double largest_fraction = 1.0;  ///< of all lumen voxels that are in the largest piece
+struct LumenPieces {
+  std::vector<LumenVoxels> pieces;  ///< that may hold a tree, the largest first
+  std::vector<double> voxel_share;  ///< of all lumen voxels, shape [piece]
+  int piece_count = 0;              ///< connected pieces in the level set, small ones too
 };
 
-/// Takes the largest connected piece of {level_set < 0} and the distance of its voxels to the wall.
-/// The distance is built anew from the sub-voxel zero crossings (each voxel inherits the nearest
-/// crossing of its neighbours), so the level set need only be right near the wall. The border of
-/// the volume is not a wall.
+/// Takes the connected pieces of {level_set < 0} that hold at least 5 % of the largest one's
+/// voxels, and the distance of their voxels to the wall. The distance is built anew from the
+/// sub-voxel zero crossings (each voxel inherits the nearest crossing of its neighbours), so the
+/// level set need only be right near the wall. The border of the volume is not a wall.
 ///
 /// @throws InputError  when nothing is inside
-LumenVoxelsResult find_lumen_voxels(const Volume<float>& level_set);
+LumenPieces find_lumen_pieces(const Volume<float>& level_set);
 
 }  // namespace angio::centerline

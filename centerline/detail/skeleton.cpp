@@ -241,7 +241,10 @@ Skeleton find_skeleton(LumenVoxels& lumen, const CenterlineOptions& options,
     closed.clear();
     Ends ends =
         find_ends(lumen, source, openings.flat_ends, options.min_branch_length_mm, near_cut, pass);
-    if (has_rims) take_rims(lumen, open_ends, openings.are_caps, source, ends, closed);
+    if (has_rims)
+      take_rims(lumen, open_ends, openings.are_caps, source, ends, closed);
+    else
+      add_border_sections(lumen, source, ends);
     return ends;
   };
   int source = root;

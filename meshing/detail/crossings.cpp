@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <map>
 #include <set>
 #include <string>
 #include <vector>
@@ -14,6 +15,7 @@
 #include "meshing/detail/fill_hole.hpp"
 #include "meshing/detail/open_ends.hpp"
 #include "meshing/detail/patch.hpp"
+#include "meshing/detail/soup.hpp"
 #include "meshing/detail/surface_query.hpp"
 
 namespace angio::meshing::detail {
@@ -70,14 +72,17 @@ std::vector<char> triangles_to_cut(const SurfaceDraft& draft, const Pairs& pairs
   return gone;
 }
 
-/// Marks the triangles outside the largest connected piece as gone as well.
-void keep_largest_piece(const TriangleMesh& mesh, std::vector<char>& gone) {
+/// Of each vessel, marks the triangles outside the largest piece that is left as gone as well.
+void keep_largest_pieces(const TriangleMesh& mesh, std::vector<char>& gone) {
   std::vector<std::vector<int>> around(mesh.vertices.size());
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
     if (!gone[t])
       for (const int v : mesh.triangles[t]) around[std::size_t(v)].push_back(int(t));
   std::vector<int> piece(mesh.triangles.size(), -1);
   std::vector<double> area;
+  const std::vector<int> vessel = vertex_components(mesh);
+  const auto vessel_of = [&](std::size_t t) { return vessel[std::size_t(mesh.triangles[t][0])]; };
+  std::map<int, int> largest;  // piece of each vessel
   for (std::size_t first = 0; first < mesh.triangles.size(); ++first) {
     if (gone[first] || piece[first] >= 0) continue;
     std::vector<int> stack{int(first)};
@@ -95,10 +100,11 @@ void keep_largest_piece(const TriangleMesh& mesh, std::vector<char>& gone) {
         }
     }
     area.push_back(sum);
+    const auto [known, is_new] = largest.try_emplace(vessel_of(first), piece[first]);
+    if (!is_new && sum > area[std::size_t(known->second)]) known->second = piece[first];
   }
-  const auto largest = int(std::max_element(area.begin(), area.end()) - area.begin());
   for (std::size_t t = 0; t < gone.size(); ++t)
-    if (!gone[t] && piece[t] != largest) gone[t] = 1;
+    if (!gone[t] && piece[t] != largest.at(vessel_of(t))) gone[t] = 1;
 }
 
 /// The draft without some triangles and the vertices that only they used.
@@ -195,7 +201,7 @@ int cut_and_close(SurfaceDraft& draft, Pairs pairs,
   for (int attempt = 0; attempt < kAttempts && !pairs.empty(); ++attempt) {
     give_up_rims(draft, pairs);
     std::vector<char> gone = triangles_to_cut(draft, pairs, 1 + attempt);
-    keep_largest_piece(draft.mesh, gone);
+    keep_largest_pieces(draft.mesh, gone);
     remove_triangles(draft, gone);
     const Closed closed = close_holes(draft);
     closed_count += closed.count;

@@ -6,7 +6,9 @@
 #include <limits>
 #include <map>
 #include <numbers>
+#include <set>
 
+#include "core/centerline_trees.hpp"
 #include "core/error.hpp"
 #include "core/surface_rims.hpp"
 #include "meshing/detail/fill_hole.hpp"
@@ -46,14 +48,9 @@ int end_at(const SurfaceRim& rim, const std::vector<LineEnd>& ends,
   return nearest >= 0 && radius > 0.5 * ends[std::size_t(nearest)].radius ? nearest : -1;
 }
 
-}  // namespace
-
-TriangleMesh component_of_lines(const TriangleMesh& mesh, const CenterlineTree& tree) {
-  const std::vector<int> component = vertex_components(mesh);
-  if (std::all_of(mesh.triangles.begin(), mesh.triangles.end(), [&](const Triangle& t) {
-        return component[std::size_t(t[0])] == component[std::size_t(mesh.triangles[0][0])];
-      }))
-    return mesh;
+/// The component that most of a tree's points are nearest to.
+int component_around(const CenterlineTree& tree, const TriangleMesh& mesh,
+                     const std::vector<int>& component) {
   std::map<int, int> votes;
   constexpr std::size_t kSamples = 16;  // a path
   for (const CenterlinePath& path : tree.paths) {
@@ -70,11 +67,25 @@ TriangleMesh component_of_lines(const TriangleMesh& mesh, const CenterlineTree& 
       ++votes[owner];
     }
   }
-  const auto most = std::max_element(
-      votes.begin(), votes.end(), [](const auto& a, const auto& b) { return a.second < b.second; });
+  return std::max_element(votes.begin(), votes.end(),
+                          [](const auto& a, const auto& b) { return a.second < b.second; })
+      ->first;
+}
+
+}  // namespace
+
+TriangleMesh components_of_lines(const TriangleMesh& mesh, const CenterlineTree& lines) {
+  const std::vector<int> component = vertex_components(mesh);
+  if (std::all_of(mesh.triangles.begin(), mesh.triangles.end(), [&](const Triangle& t) {
+        return component[std::size_t(t[0])] == component[std::size_t(mesh.triangles[0][0])];
+      }))
+    return mesh;
+  std::set<int> kept;
+  for (const CenterlineTree& tree : separate_trees(lines))
+    kept.insert(component_around(tree, mesh, component));
   std::vector<char> keep(mesh.triangles.size());
   for (std::size_t t = 0; t < keep.size(); ++t)
-    keep[t] = component[std::size_t(mesh.triangles[t][0])] == most->first;
+    keep[t] = kept.contains(component[std::size_t(mesh.triangles[t][0])]);
   return part_of(mesh, keep);
 }
 
@@ -85,7 +96,7 @@ SurfaceDraft repaired_draft(const TriangleMesh& surface, const CenterlineTree& t
   for (const SurfaceRepair& repair : repaired.repairs)
     if (!repair.is_routine)
       warnings.push_back("the given surface was repaired: " + to_text(repair));
-  draft.mesh = component_of_lines(repaired.mesh, tree);
+  draft.mesh = components_of_lines(repaired.mesh, tree);
   draft.rim.assign(draft.mesh.vertices.size(), -1);
   draft.rim_planes.resize(ends.size());
   std::vector<char> taken(ends.size(), 0);

@@ -10,8 +10,9 @@
 
 namespace angio::meshing::detail {
 
-/// The connected piece that the centreline runs through: the one nearest to most of its points.
-TriangleMesh component_of_lines(const TriangleMesh& mesh, const CenterlineTree& tree);
+/// The connected pieces that the lines run through: for each tree the one nearest to most of its
+/// points.
+TriangleMesh components_of_lines(const TriangleMesh& mesh, const CenterlineTree& lines);
 
 /// A given surface made manifold and outward; flat openings at line ends stay open as rims, other
 /// openings are filled. What was repaired is a warning.

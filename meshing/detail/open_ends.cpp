@@ -9,6 +9,7 @@
 #include <unordered_set>
 #include <utility>
 
+#include "core/centerline_trees.hpp"
 #include "core/error.hpp"
 
 namespace angio::meshing::detail {
@@ -64,16 +65,21 @@ int nearest_vertex(const TriangleMesh& mesh, const Vec3& point) {
 }  // namespace
 
 std::vector<LineEnd> line_ends(const CenterlineTree& tree) {
-  std::vector<LineEnd> ends;
+  std::vector<LineEnd> ends, other_inlets;
+  const std::vector<int> tree_of = tree_of_paths(tree);
   for (std::size_t p = 0; p < tree.paths.size(); ++p) {
     const CenterlinePath& path = tree.paths[p];
     if (path.points.size() < 2)
       throw InputError(
           "a line of the centreline has less than two points (it has no direction to "
           "cut across). Run the stage centerline again");
-    if (p == 0) ends.push_back({path.points.front(), 0.0, 0, true});
+    const bool is_first = std::find(tree_of.begin(), tree_of.begin() + std::ptrdiff_t(p),
+                                    tree_of[p]) == tree_of.begin() + std::ptrdiff_t(p);
+    if (is_first)
+      (p == 0 ? ends : other_inlets).push_back({path.points.front(), 0.0, int(p), true});
     ends.push_back({path.points.back(), 0.0, int(p), false});
   }
+  ends.insert(ends.end(), other_inlets.begin(), other_inlets.end());
   for (LineEnd& end : ends) {
     // Towards a blind tip the inscribed sphere shrinks; walk inwards until it stops growing.
     const CenterlinePath& path = tree.paths[std::size_t(end.path)];

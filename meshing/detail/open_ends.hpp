@@ -9,7 +9,8 @@
 
 namespace angio::meshing::detail {
 
-/// Where the lumen is to be opened: the inlet first, then the outlets in path order.
+/// Where the lumen is to be opened: the inlet first, then the outlets in path order, then the
+/// inlets of further trees.
 struct LineEnd {
   Vec3 tip;             ///< end point of the line [mm]
   double radius = 0.0;  ///< of the lumen near the end [mm]

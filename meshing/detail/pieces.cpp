@@ -255,7 +255,7 @@ TriangleMesh settle_pieces(const TriangleMesh& mesh, const SurfaceRepairOptions&
   std::vector<Piece> pieces = pieces_outward(mesh, repairs);
   if (pieces.size() == 1) return std::move(pieces.front().mesh);
   settle_nested(pieces, repairs);
-  std::vector<TriangleMesh> apart;
+  std::vector<TriangleMesh> apart, touching;
   for (const auto& members : crossing_groups(pieces)) {
     std::vector<const Piece*> group;
     for (const std::size_t i : members) group.push_back(&pieces[i]);
@@ -264,16 +264,29 @@ TriangleMesh settle_pieces(const TriangleMesh& mesh, const SurfaceRepairOptions&
       apart.push_back(std::move(united));
       continue;
     }
-    for (const Piece* piece : group) apart.push_back(piece->mesh);
+    const auto largest =
+        std::max_element(group.begin(), group.end(), [](const Piece* one, const Piece* other) {
+          return surface_area(one->mesh) < surface_area(other->mesh);
+        });
+    for (const Piece* piece : group)  // what only touches another is no vessel of its own
+      (piece == *largest || options.keep_all_pieces ? apart : touching).push_back(piece->mesh);
   }
   if (options.keep_all_pieces) return joined(apart);
   std::stable_sort(apart.begin(), apart.end(),
                    [](const auto& a, const auto& b) { return surface_area(a) > surface_area(b); });
+  constexpr double kLeastTree = 0.05;  // of the largest piece's area: a vessel of its own
+  const double least = kLeastTree * surface_area(apart.front());
+  const auto small = std::find_if(apart.begin(), apart.end(), [&](const TriangleMesh& piece) {
+    return surface_area(piece) < least;
+  });
   Count left_out;
-  for (std::size_t i = 1; i < apart.size(); ++i)
-    left_out.add(apart[i].vertices.front(), Box(apart[i]).extent());
+  for (auto piece = small; piece != apart.end(); ++piece)
+    left_out.add(piece->vertices.front(), Box(*piece).extent());
+  for (const TriangleMesh& piece : touching)
+    left_out.add(piece.vertices.front(), Box(piece).extent());
   note(repairs, "smaller piece left out", "smaller pieces left out", left_out);
-  return std::move(apart.front());
+  apart.erase(small, apart.end());
+  return joined(apart);
 }
 
 TriangleMesh without_crossings(const TriangleMesh& mesh, std::vector<SurfaceRepair>& repairs) {

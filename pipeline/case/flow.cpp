@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "core/atomic_file.hpp"
+#include "core/centerline_trees.hpp"
 #include "core/error.hpp"
 #include "core/units.hpp"
 #include "formats/case_file.hpp"
@@ -65,13 +66,15 @@ struct Vessels {
 
 Vessels read_vessels(const StageFiles& files, const json& lesion) {
   Vessels vessels;
-  vessels.lines = read_centerlines(files.path(file::kCenterlines));
+  const CenterlineTree all = read_centerlines(files.path(file::kCenterlines));
+  const int id = path_of(all, lesion.at("centerline_id").get<int>()).id;
+  vessels.lines = tree_with_path(all, id);
   const centerline::Resolution resolution = case_resolution(files);
   const double voxel = centerline::lesion_options({}, resolution).voxel_mm;
   vessels.error =
       resolution.surface ? centerline::FlowOptions::kSurfaceError : voxel / std::sqrt(12.0);
   vessels.tree = centerline::make_flow_tree(vessels.lines, voxel);
-  const CenterlinePath& line = path_of(vessels.lines, lesion.at("centerline_id").get<int>());
+  const CenterlinePath& line = path_of(vessels.lines, id);
   vessels.site.path = std::size_t(&line - vessels.lines.paths.data());
   vessels.site.before_mm = lesion.at("proximal_mm").get<double>();
   const double reference = lesion.at("reference_diameter_mm").get<double>();

@@ -26,18 +26,19 @@ using nlohmann::json;
 namespace {
 
 /// A lumen in pieces has no way through for a balloon: refused where a surface in one piece is so
-/// narrow that its lines cannot pass; told where a scan shows pieces, which may be other vessels.
+/// narrow that its lines cannot pass; told where pieces, which may be other vessels, have no lines.
 void check_for_occlusion(StageWork& work, const centerline::CenterlineResult& result,
                          const TriangleMesh* surface) {
   constexpr double kSpeck = 0.02;  // of the lumen
-  if (result.left_out < kSpeck) return;
+  const bool is_one_vessel = surface && surface_topology(*surface).component_count == 1;
+  if (result.left_out < kSpeck && !(is_one_vessel && result.tree_count > 1)) return;
   const std::string needed = fmt::format("a balloon crosses a lumen of at least {:.2f} mm",
                                          meshing::least_lumen_to_cross_mm());
-  if (surface && surface_topology(*surface).component_count == 1)
+  if (is_one_vessel)
     throw InputError(fmt::format(
         "the vessel is shut: {:.0f} % of the lumen cannot be reached from the rest ({}). Open it "
         "there, or give the part to be treated as a vessel of its own",
-        100.0 * result.left_out, needed));
+        100.0 * result.beside_largest, needed));
   work.warnings.push_back(
       fmt::format("if the lumen's pieces are one vessel, it is shut between them ({})", needed));
 }

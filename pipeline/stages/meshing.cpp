@@ -11,6 +11,7 @@
 #include "centerline/centerline.hpp"
 #include "core/atomic_file.hpp"
 #include "core/beside.hpp"
+#include "core/centerline_trees.hpp"
 #include "core/error.hpp"
 #include "formats/case_file.hpp"
 #include "formats/files.hpp"
@@ -155,11 +156,12 @@ Placement place_on_a_lesion(StageWork& work, const MeshingSettings& settings,
     std::string reason = is_place_given || is_balloon_given ? "" : reason_to_leave(lesion);
     try {
       if (reason.empty()) {
-        meshing::BalloonSetup setup =
-            meshing::place_balloon(lumen, tree, path_of(tree, lesion.path_id), lesion.abscissa_mm,
-                                   lesion.length_mm, lesion.reference_diameter_mm,
-                                   balloon_options(balloon, is_usual, lesion.reference_diameter_mm),
-                                   part(work.progress, 0.5, 0.9));
+        const CenterlineTree treated = tree_with_path(tree, lesion.path_id);
+        meshing::BalloonSetup setup = meshing::place_balloon(
+            lumen, treated, path_of(treated, lesion.path_id), lesion.abscissa_mm, lesion.length_mm,
+            lesion.reference_diameter_mm,
+            balloon_options(balloon, is_usual, lesion.reference_diameter_mm),
+            part(work.progress, 0.5, 0.9));
         const bool is_asked_for = is_place_given || is_balloon_given || balloon.length_mm > 0.0;
         if (!lesion.is_stenosis && !is_asked_for) reason = reason_not_to_try(setup.balloon);
         if (reason.empty()) return {lesion, std::move(setup), "done", ""};
@@ -252,8 +254,9 @@ void do_meshing(StageWork& work, const MeshingSettings& settings) {
   if (placement.setup && settings.get<&Config::wall_model>() == simulation::WallModel::layered) {
     const meshing::WallLayerOptions layers = wall_layer_options(
         settings.get<&Config::wall_layers>(), settings.get<wall_thickness_ratio>());
-    meshing::WallLayers wall = layer_wall(placement.setup->region, tree, placement.lesion,
-                                          centerline::lesion_options(lesion, resolution), layers);
+    meshing::WallLayers wall =
+        layer_wall(placement.setup->region, tree_with_path(tree, placement.lesion.path_id),
+                   placement.lesion, centerline::lesion_options(lesion, resolution), layers);
     keep(work.warnings, wall.warnings);
     if (settings.get<&Config::calcium_from_scan>()) show_calcium(work, wall);
     write_layered_wall(work.out, wall);

@@ -193,7 +193,7 @@ RoughBoundary rough_boundary(const BoundaryInput& input, const SegmentationOptio
     Pieces inside = find_pieces_inside(level);
     const double least = least_part(grid, options);
     if (is_broken(inside, input.tree, {1, 1, 1}, grid.spacing, least)) {
-      rough.bridges_lps_mm = bridge_pieces(level, input.tree, least);
+      rough.bridges_lps_mm = bridge_pieces(level, input.tree, least, input.are_several);
       inside = find_pieces_inside(level);
     }
     rough.is_foreign = Volume<std::uint8_t>(grid);
@@ -258,12 +258,12 @@ Volume<float> without_roughness(const Volume<float>& distance) {
 /// The fit may have closed a place that is too narrow for the grid.
 /// @return the pieces of the inside
 Pieces join_pieces(Volume<float>& phi, const FineGrid& fine, const Volume<std::uint8_t>& tree,
-                   const SegmentationOptions& options, Boundary& boundary) {
+                   bool are_several, const SegmentationOptions& options, Boundary& boundary) {
   Pieces inside = find_pieces_inside(phi);
   const double least = least_part(tree.geometry, options);
   if (!is_broken(inside, tree, fine.ratio, phi.geometry.spacing, least)) return inside;
   const auto fine_tree = refine_mask(tree, phi.geometry, fine.ratio);
-  for (const Vec3& place : bridge_pieces(phi, fine_tree, least))
+  for (const Vec3& place : bridge_pieces(phi, fine_tree, least, are_several))
     boundary.bridges_lps_mm.push_back(place);
   return find_pieces_inside(phi);
 }
@@ -298,10 +298,8 @@ Boundary find_boundary(const BoundaryInput& input, const SegmentationOptions& op
   const VolumeGeometry& voxels = input.image.geometry;
   const double voxel = mean_spacing(voxels);
   const double widest = voxels.longest_spacing();
-  // One seed or none gives one tree; with more, each may have its own.
-  const double all_above = options.seeds_lps_mm.size() > 1
-                               ? options.min_component_mm3
-                               : std::numeric_limits<double>::infinity();
+  const double all_above =
+      input.are_several ? options.min_component_mm3 : std::numeric_limits<double>::infinity();
   const RoughBoundary rough = rough_boundary(input, options, all_above, kFirstBlurVoxels);
   progress.report(0.7, "finding the boundary");
   const FineGrid fine = fine_grid(voxels);
@@ -325,7 +323,7 @@ Boundary find_boundary(const BoundaryInput& input, const SegmentationOptions& op
   }
   boundary.bridges_lps_mm = rough.bridges_lps_mm;
   boundary.clipped_share = share_at_highest(input.image, rough.distance);
-  const Pieces inside = join_pieces(phi, fine, input.tree, options, boundary);
+  const Pieces inside = join_pieces(phi, fine, input.tree, input.are_several, options, boundary);
   keep_tree_only(phi, inside, input.tree, fine.ratio, all_above);
   boundary.level_set = signed_distance(std::move(phi), kReachMm);
   for (int a = 0; a < 3; ++a) boundary.blur_sd_mm[a] = blur.sd_voxels[a] * voxels.spacing[a];
@@ -365,7 +363,7 @@ Volume<float> find_label_boundary(const Volume<std::uint8_t>& labels,
     progress.report(0.4 + 0.2 * (round + 1), "smoothing labels");
   }
   Boundary boundary;
-  join_pieces(phi, fine, labels, options, boundary);
+  join_pieces(phi, fine, labels, true, options, boundary);
   Volume<float> result = signed_distance(std::move(phi), kReachMm);
   match_volume(result, labels);
   return result;

@@ -28,6 +28,7 @@ struct BoundaryInput {
   const Volume<std::uint8_t>& tree;  ///< the vessels' voxels
   double denoising_mm = 0.0;
   double noise_share = 0.0;  ///< standard deviation / contrast
+  bool are_several = false;  ///< trees, each to be kept
   /// Where vessels lie in several tissues: what is below it is no lumen but beside the tree.
   std::optional<float> blood_half_level = std::nullopt;
 };

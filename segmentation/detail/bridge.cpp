@@ -47,6 +47,8 @@ class BridgeSearch {
     for (std::size_t v : piece_[std::size_t(label)].voxels) reach(v, {0.0, 0.0, v});
   }
 
+  [[nodiscard]] bool is_joined(std::int32_t label) const { return is_joined_[std::size_t(label)]; }
+
   /// The way to the nearest piece, from it on; it is made part of what is joined, as is the piece.
   /// Empty if there is none.
   std::vector<std::size_t> next_way() {
@@ -120,7 +122,7 @@ class BridgeSearch {
 }  // namespace
 
 std::vector<Vec3> bridge_pieces(Volume<float>& level, const Volume<std::uint8_t>& tree,
-                                double least_volume) {
+                                double least_volume, bool are_several) {
   Volume<std::uint8_t> inside(level.geometry);
   for (std::size_t v = 0; v < level.values.size(); ++v) inside.values[v] = level.values[v] < 0.0f;
   const Components pieces = label_components(inside, Connectivity::faces);
@@ -131,15 +133,25 @@ std::vector<Vec3> bridge_pieces(Volume<float>& level, const Volume<std::uint8_t>
   std::vector<bool> worthy;
   for (std::size_t count : overlap)
     worthy.push_back(count > 0 && double(count) * h.x * h.y * h.z >= least_volume);
-  const auto largest =
-      std::int32_t(std::max_element(overlap.begin(), overlap.end()) - overlap.begin());
 
   std::vector<Vec3> middles;
   BridgeSearch search(level, tree, pieces.label, worthy);
-  search.join(largest);
+  const auto join_largest = [&] {
+    std::int32_t largest = -1;
+    for (std::int32_t p = 1; p <= pieces.count(); ++p)
+      if (!search.is_joined(p) &&
+          (largest < 0 || overlap[std::size_t(p)] > overlap[std::size_t(largest)]))
+        largest = p;
+    if (largest > 0) search.join(largest);
+  };
+  join_largest();
   for (auto left = std::count(worthy.begin(), worthy.end(), true); left > 1; --left) {
     const auto way = search.next_way();
-    if (way.empty()) break;
+    if (way.empty() && !are_several) break;
+    if (way.empty()) {
+      join_largest();
+      continue;
+    }
     for (std::size_t v : way) level.values[v] = std::min(level.values[v], kBridgeLevel);
     middles.push_back(place_of_voxel(level.geometry, way[way.size() / 2]));
   }

@@ -14,11 +14,13 @@ namespace angio::segmentation::detail {
 /// inside, as thin as the grid can hold.
 ///
 /// @param level         negative inside; changed along the bridges
-/// @param tree          connected voxels that the vessels run through, on the same grid
+/// @param tree          connected voxels that the vessels run through, on the same grid; of several
+///                      trees all
 /// @param least_volume  of a piece that is worth a bridge [mm^3]
+/// @param are_several   trees: pieces that cannot be reached from the largest are joined, too
 /// @return the middle of each bridge, LPS [mm]
 std::vector<Vec3> bridge_pieces(Volume<float>& level, const Volume<std::uint8_t>& tree,
-                                double least_volume);
+                                double least_volume, bool are_several);
 
 /// The share of the tree in each piece of a finer grid's inside.
 ///

@@ -19,6 +19,7 @@ namespace {
 
 constexpr double kMarginMm = 5.0;
 constexpr double kToldDifference = 0.01;  ///< of the volume
+constexpr double kTreeOfItsOwn = 0.05;    ///< of the largest piece
 
 double voxel_mm3(const VolumeGeometry& grid) {
   return grid.spacing.x * grid.spacing.y * grid.spacing.z;
@@ -67,7 +68,8 @@ Volume<std::uint8_t> wanted_mask(const Volume<float>& volume, const std::vector<
   return mask;
 }
 
-/// Keeps the largest piece, or those with a seed. @return what is to be told
+/// Keeps the pieces of at least 5 % of the largest, or those with a seed. @return what is to be
+/// told
 std::vector<std::string> keep_pieces(Volume<std::uint8_t>& mask, const SegmentationOptions& options,
                                      Segmentation& result) {
   const Components pieces = label_components(mask, Connectivity::corners);
@@ -77,7 +79,9 @@ std::vector<std::string> keep_pieces(Volume<std::uint8_t>& mask, const Segmentat
   result.seeds_lps_mm = options.seeds_lps_mm;
   const auto largest = std::max_element(pieces.voxel_count.begin() + 1, pieces.voxel_count.end()) -
                        pieces.voxel_count.begin();
-  if (options.seeds_lps_mm.empty()) kept[std::size_t(largest)] = true;
+  const double least = kTreeOfItsOwn * double(pieces.voxel_count[std::size_t(largest)]);
+  for (std::size_t p = 1; p < kept.size(); ++p)
+    kept[p] = kept[p] || (options.seeds_lps_mm.empty() && double(pieces.voxel_count[p]) >= least);
   int count = 0;
   double left_out = 0.0;
   for (std::size_t p = 1; p < kept.size(); ++p) {
@@ -95,7 +99,7 @@ std::vector<std::string> keep_pieces(Volume<std::uint8_t>& mask, const Segmentat
   }
   if (count == 0) return {};
   return {std::to_string(count) + (count == 1 ? " piece" : " pieces") +
-          " of the labels without a connection to the largest, " + format_number(left_out) +
+          " of the labels without a connection to what was taken, " + format_number(left_out) +
           " mm3 in all, were left out; give a seed in each that you want"};
 }
 

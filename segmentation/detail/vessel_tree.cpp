@@ -202,6 +202,13 @@ bool is_in_air(const Components& pieces, int piece, const Volume<float>& volume,
   return 2 * in_air > beside;
 }
 
+/// Whether a piece is the couch under the patient.
+bool is_couch(const Components& pieces, int piece, const Volume<float>& volume,
+              const BloodLevel& level) {
+  return level.is_told && is_extruded(pieces, piece, volume.geometry) &&
+         is_in_air(pieces, piece, volume, level);
+}
+
 double voxel_volume(const VolumeGeometry& geometry) {
   return geometry.spacing.x * geometry.spacing.y * geometry.spacing.z;
 }
@@ -236,20 +243,20 @@ void warn_of_dropped(const Components& pieces, const std::vector<double>& score,
                             " mm3 in all, were left out; give a seed in each that you want");
 }
 
+/// Of the best piece's tubular part: what has as much is another tree (the left and the right
+/// carotid), not a part that noise has cut off.
+constexpr double kTreeOfItsOwn = 0.2;
+
 /// The piece with the longest trunks; where there are none, that with most contrast.
 int best_piece(const Components& pieces, std::vector<double> score, std::vector<double> trunk,
                const Volume<float>& volume, const BloodLevel& level) {
-  const auto is_couch = [&](int piece) {
-    return level.is_told && is_extruded(pieces, piece, volume.geometry) &&
-           is_in_air(pieces, piece, volume, level);
-  };
   const bool has_trunks = *std::max_element(trunk.begin(), trunk.end()) > 0.0;
   std::vector<double>& measure = has_trunks ? trunk : score;
   double least = 0.0;
   for (;;) {
     const auto best = std::max_element(measure.begin(), measure.end());
     const int piece = int(best - measure.begin());
-    if (*best > 0.0 && is_couch(piece)) {
+    if (*best > 0.0 && is_couch(pieces, piece, volume, level)) {
       *best = 0.0;
       least = has_trunks ? kLeastTrunk : 0.0;
     } else if (*best > least || !has_trunks) {
@@ -284,7 +291,12 @@ void keep_pieces(const Components& pieces, const Volume<float>& volume, const Bl
                                    "segmentation.min_component_mm3 or not tubular). ") +
                        kAdvice);
     kept[std::size_t(best)] = true;
-    tree.seeds_lps_mm.push_back(strongest_point(pieces, best, contrast));
+    // Where bones and organs had to be kept out, what else is large may be more of them, or veins.
+    const double least = kTreeOfItsOwn * score[std::size_t(best)];
+    for (std::size_t p = 1; p < kept.size() && trunks.empty(); ++p)
+      kept[p] = kept[p] || (score[p] >= least && !is_couch(pieces, int(p), volume, level));
+    for (std::size_t p = 1; p < kept.size(); ++p)
+      if (kept[p]) tree.seeds_lps_mm.push_back(strongest_point(pieces, int(p), contrast));
   }
   warn_of_dropped(pieces, score, kept, options, tree);
   for (std::size_t v = 0; v < pieces.label.size(); ++v)

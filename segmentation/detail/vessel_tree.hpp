@@ -17,7 +17,7 @@ namespace angio::segmentation::detail {
 struct VesselTree {
   Volume<std::uint8_t> mask;       ///< 1 in the kept tree, on the input's grid
   Volume<std::uint8_t> seen;       ///< 1 on thin vessels, in the tree or left out without a word
-  std::vector<Vec3> seeds_lps_mm;  ///< the seeds that were used
+  std::vector<Vec3> seeds_lps_mm;  ///< the seeds that were used, or one in each piece
   double contrast = 0.0;           ///< typical, of lumen against background [intensity]
   double noise = 0.0;              ///< standard deviation from voxel to voxel [intensity]
   /// Between blood and tissue, where vessels also lie in something darker: whatever is below it is
@@ -26,15 +26,15 @@ struct VesselTree {
   std::vector<std::string> warnings;
 };
 
-/// Finds the connected tree of bright tubes.
+/// Finds the connected trees of bright tubes.
 ///
 /// A voxel belongs to it if it is above the half level of the tubes nearby, I - C / 2 averaged with
 /// weight C^2 (C: find_tubes), and above the half level between blood and tissue or, but among
 /// organs (is_even), beside a tube; or if C itself is high there (among organs at a quarter of the
 /// way to blood or more), which bridges narrow places whose peak is below the half level; or
 /// if it lies in a pool (add_pools). Of the connected pieces, the one with the longest trunks in it
-/// is kept, where there are none that with most contrast, or those with a seed in them; the couch
-/// under the patient, which is the same in all slices, is none of them.
+/// is kept, where there are none that with most contrast and those with a fifth of it, or those
+/// with a seed in them; the couch under the patient, which is the same in all slices, is none.
 ///
 /// @param trunks  axes of wide tubes that are sure to hold blood, or none
 /// @throws InputError if there is no vessel, or a seed lies in none

@@ -74,6 +74,26 @@ inline Vessel make_tube(double length, double spacing, const std::function<doubl
   return vessel;
 }
 
+/// Two such tubes of one radius, side by side and apart: two trees.
+inline Vessel make_two_tubes(double length, double radius, double spacing) {
+  const Vessel one = make_tube(length, spacing, [=](double) { return radius; });
+  const Vec3 beside{4.0 * radius, 0.0, 0.0};
+  Vessel vessel;
+  vessel.signed_distance = [=](const Vec3& p) {
+    return std::min(one.signed_distance(p), one.signed_distance(p - beside));
+  };
+  const double margin = radius + 3.0 * spacing;
+  vessel.level_set = sample_level_set({-margin + 0.013, -margin - 0.007, -3.0 * spacing + 0.011},
+                                      Vec3{margin, margin, length + 3.0 * spacing} + beside,
+                                      spacing, vessel.signed_distance);
+  CenterlinePath second = one.tree.paths.front();
+  second.id = 1;
+  second.tracts.front().group_id = 1;
+  for (Vec3& p : second.points) p += beside;
+  vessel.tree.paths = {one.tree.paths.front(), second};
+  return vessel;
+}
+
 /// A narrowing in the middle of a straight tube: r(z) = R (1 - s (1 + cos(pi u)) / 2), |u| < 1.
 inline std::function<double(double)> stenosis(double radius, double middle, double half_length,
                                               double severity) {

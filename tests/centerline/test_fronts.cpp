@@ -32,7 +32,7 @@ LumenVoxels square() {
                                 straight_tube({20, 0, 10}, {32, 0, 10}, constant(1.2))};
   Volume<float> level_set = level_set_of(tubes, grid_around(tubes, 0.4, 1.5));
   add_noise(level_set, 0.05, 3);
-  return find_lumen_voxels(level_set).voxels;
+  return find_lumen_pieces(level_set).pieces.front();
 }
 
 void expect_same(const Front& a, const Front& b) {
@@ -82,7 +82,7 @@ TEST(Rims, HaveNoEndBesideTheirOwnAtTheCornerOfTheCap) {
         const double beyond = (p.z - 30.0 - lean * p.x) / std::hypot(1.0, lean);
         level_set.at(i, j, k) = std::max(level_set.at(i, j, k), float(beyond));
       }
-  const LumenVoxels lumen = find_lumen_voxels(level_set).voxels;
+  const LumenVoxels lumen = find_lumen_pieces(level_set).pieces.front();
   const int source = lumen.nearest({0, 0, 1});
   const double askew = std::sqrt(std::hypot(1.0, lean));  // the radius of the rim's area
   const std::vector<Rim> rims{{source, {{0, 0, 1}, 3.0}},

@@ -185,7 +185,8 @@ TEST(Sac, WithoutANarrowMouthIsOneWhereTheOtherVesselsAreCutOffFlat) {
   for (const double radius : {2.1, 1.3}) {
     const std::vector<Tube> tubes{straight_tube({0, 0, 0}, {0, 0, 30}, constant(1.5)),
                                   straight_tube({1.5, 0, 15}, {7, 0, 15}, constant(radius))};
-    const auto lumen = find_lumen_voxels(level_set_of(tubes, grid_around(tubes, 0.3, 1.5))).voxels;
+    const auto lumen =
+        find_lumen_pieces(level_set_of(tubes, grid_around(tubes, 0.3, 1.5))).pieces.front();
     std::vector<int> own;
     for (double x = 7.0 + radius - 0.3; x > 0.2; x -= 0.3) own.push_back(lumen.nearest({x, 0, 15}));
     const int junction = lumen.nearest({0, 0, 15});

@@ -8,6 +8,7 @@
 #include <numeric>
 #include <set>
 
+#include "core/centerline_trees.hpp"
 #include "core/error.hpp"
 #include "core/surface_rims.hpp"
 #include "meshing/detail/remesh.hpp"
@@ -35,6 +36,7 @@ std::vector<Case> cases() {
           // Inlet and outlet lie in one plane: a cut at one end must not touch the other.
           {"HalfTurn", test::make_arc(1.5, 6.0, pi, 0.3), 0.3},
           {"Fork", test::make_fork(1.5, 1.1, 12.0, 12.0, 0.6, 0.3), 0.3},
+          {"TwoTubes", test::make_two_tubes(20.0, 1.5, 0.3), 0.3},
           {"Trifurcation", test::make_branching(3, 1.5, 1.0, 8.0, 9.0, 0.9, 0.3), 0.3}};
 }
 
@@ -54,8 +56,9 @@ TEST_P(MeshLumen, IsClosedManifoldAndOnePieceWhenCapped) {
   const LumenMesh& lumen = mesh();
   const SurfaceTopology topology = surface_topology(lumen.capped);
   EXPECT_TRUE(topology.is_closed());
-  EXPECT_EQ(topology.component_count, 1);
-  EXPECT_EQ(topology.euler_number, 2);
+  const auto trees = int(separate_trees(vessel().tree).size());
+  EXPECT_EQ(topology.component_count, trees);
+  EXPECT_EQ(topology.euler_number, 2 * trees);
   EXPECT_TRUE(lumen.watertight);
   EXPECT_GT(enclosed_volume(lumen.capped), 0.0);
   EXPECT_THAT(lumen.warnings, testing::IsEmpty());
@@ -70,7 +73,8 @@ TEST_P(MeshLumen, HasNoSelfIntersections) {
 TEST_P(MeshLumen, IsOpenAtEveryLineEndWithPlanarRims) {
   const LumenMesh& lumen = mesh();
   const auto loops = boundary_loops(lumen.open);
-  ASSERT_EQ(loops.size(), vessel().tree.paths.size() + 1);
+  const std::size_t trees = separate_trees(vessel().tree).size();
+  ASSERT_EQ(loops.size(), vessel().tree.paths.size() + trees);
   for (const auto& loop : loops) {
     const auto at = [&](std::size_t i) {
       return lumen.open.vertices[std::size_t(loop[i % loop.size()])];
@@ -92,12 +96,17 @@ TEST_P(MeshLumen, TellsInletAndOutletsApart) {
     ++count[lumen.inlet_outlet_id[v]];
   }
   const auto& paths = vessel().tree.paths;
-  ASSERT_EQ(count.size(), paths.size() + 2);  // wall, inlet, outlets
+  const std::vector<CenterlineTree> trees = separate_trees(vessel().tree);
+  ASSERT_EQ(count.size(), paths.size() + trees.size() + 1);  // wall, inlets, outlets
   const double reach = 2.0 * paths[0].inscribed_radius.front();
   EXPECT_LT(distance(sum[1] / count[1], paths[0].points.front()), reach);
   for (std::size_t p = 0; p < paths.size(); ++p) {
     const int id = int(p) + 2;
     EXPECT_LT(distance(sum[id] / count[id], paths[p].points.back()), reach);
+  }
+  for (std::size_t t = 1; t < trees.size(); ++t) {  // further inlets behind all outlets
+    const int id = int(paths.size() + t) + 1;
+    EXPECT_LT(distance(sum[id] / count[id], trees[t].paths.front().points.front()), reach);
   }
   // A triangle is of a cap exactly if all its corners carry the cap's id.
   std::size_t cap_triangles = 0;

@@ -281,6 +281,23 @@ TEST(RepairSurface, UnitesTubesThatCross) {
   EXPECT_THAT(texts(repaired), Contains(HasSubstr("united")));
 }
 
+/// A vessel, and beside it another of a share of its size.
+TEST(RepairSurface, KeepsVesselsThatLieApart) {
+  for (const double share : {1.0, 0.5, 0.1}) {
+    TriangleMesh mesh = make_tube(true);
+    const int offset = int(mesh.vertices.size());
+    const TriangleMesh other = make_tube(true);
+    for (const Vec3& p : other.vertices)
+      mesh.vertices.push_back(share * p + Vec3{5.0 * kRadius, 0.0, 0.0});
+    for (const Triangle& t : other.triangles)
+      mesh.triangles.push_back({t[0] + offset, t[1] + offset, t[2] + offset});
+    const RepairedSurface repaired = repair_surface(mesh);
+    const bool is_kept = share * share > 0.05;  // of the area
+    EXPECT_EQ(surface_topology(repaired.mesh).component_count, is_kept ? 2 : 1) << share;
+    EXPECT_EQ(repaired.repairs.empty(), is_kept) << share;
+  }
+}
+
 TEST(RepairSurface, TakesSolidsThatTouchInAnEdgeApart) {
   // Two boxes that share one edge: four triangles meet there.
   TriangleMesh mesh = tests::make_box({0.0, 0.0, 0.0}, {1.0, 1.0, 2.0});

@@ -158,16 +158,13 @@ TEST(SegmentVessels, TakesTheTreeOfTheSeedAndTellsOfTheRest) {
   const auto volume = image_of(image, [](const Vec3& p) {
     return std::min(std::hypot(p.x + 6.0, p.y) - 2.0, std::hypot(p.x - 6.0, p.y) - 1.2);
   });
-  const auto large = segment_vessels(volume, {});
-  EXPECT_LT(interpolate(large.level_set, {-6, 0, 0}), 0.0);
-  EXPECT_GT(interpolate(large.level_set, {6, 0, 0}), 0.0);
-  EXPECT_EQ(large.warnings.size(), 1u);
   SegmentationOptions options;
   options.seeds_lps_mm = {{6.1, 0.1, 0.5}};
   const auto small = segment_vessels(volume, options);
   EXPECT_LT(interpolate(small.level_set, {6, 0, 0}), 0.0);
   EXPECT_GT(interpolate(small.level_set, {-6, 0, 0}), 0.0);
   EXPECT_EQ(small.seeds_lps_mm.size(), 1u);
+  EXPECT_EQ(small.warnings.size(), 1u);
   options.seeds_lps_mm = {{6.1, 0.1, 0.5}, {-6.1, 0.1, 0.5}};
   const auto both = segment_vessels(volume, options);
   EXPECT_LT(interpolate(both.level_set, {6, 0, 0}), 0.0);
@@ -176,6 +173,32 @@ TEST(SegmentVessels, TakesTheTreeOfTheSeedAndTellsOfTheRest) {
   EXPECT_THAT(refusal(volume, options), HasSubstr("lies in no vessel"));
   options.seeds_lps_mm = {{500.0, 0.0, 0.0}};
   EXPECT_THAT(refusal(volume, options), HasSubstr("outside the volume"));
+}
+
+/// A tube and a second one of a share of its length, 6 mm apart.
+Volume<float> two_tubes(double share) {
+  TubeImage image;
+  image.size = {60, 40, 100};
+  image.noise_sd = 5.0;
+  const double end = -0.5 * 99 * 0.3 + share * 30.0;
+  return image_of(image, [&](const Vec3& p) {
+    const double second = std::max(along_z(p - Vec3{3.0, 0.0, 0.0}, 1.2), p.z - end);
+    return std::min(along_z(p - Vec3{-3.0, 0.0, 0.0}, 1.2), second);
+  });
+}
+
+TEST(SegmentVessels, TakesEveryLargeTree) {
+  for (const double share : {1.0, 0.5, 0.1}) {
+    const Segmentation result = segment_vessels(two_tubes(share), {});
+    const auto is_inside = [&](const Vec3& p) {
+      const Vec3 at = result.mask.geometry.index_from_lps(p);
+      const int i = int(std::lround(at.x)), j = int(std::lround(at.y)), k = int(std::lround(at.z));
+      return result.mask.geometry.contains(i, j, k) && result.mask.at(i, j, k) != 0;
+    };
+    EXPECT_TRUE(is_inside({-2.93, -0.04, 0.0})) << share;
+    EXPECT_EQ(is_inside({3.07, -0.04, -13.5}), share > 0.2) << share;
+    EXPECT_EQ(result.seeds_lps_mm.size(), share > 0.2 ? 2U : 1U) << share;
+  }
 }
 
 TEST(SegmentVessels, ClosesTheLevelSetAroundAVesselThatStaysInside) {

@@ -2,6 +2,7 @@
 #include <cmath>
 #include <numeric>
 
+#include "core/centerline_trees.hpp"
 #include "formats/text.hpp"
 #include "viewer/detail/rendering.hpp"
 #include "viewer/detail/scene.hpp"
@@ -99,16 +100,17 @@ struct Projector {
   }
 };
 
-/// In the order in which they get their room: inlet, lesions, the widest outlets.
+/// In the order in which they get their room: inlets, lesions, the widest outlets.
 std::vector<Label> make_labels(const SheetCase& sheet, const Projector& project) {
   std::vector<Label> labels;
   const auto& paths = sheet.content.tree.paths;
   if (paths.empty()) return labels;
-  labels.push_back({project(paths.front().points.front()),
-                    "inlet " +
-                        formats::fixed_text(2.0 * radius_at_end(paths.front(), PathEnd::inlet), 1) +
-                        " mm",
-                    kInlet, 7.0});
+  for (const CenterlineTree& tree : separate_trees(sheet.content.tree)) {
+    const CenterlinePath& path = tree.paths.front();
+    const double diameter = 2.0 * radius_at_end(path, PathEnd::inlet);
+    labels.push_back({project(path.points.front()),
+                      "inlet " + formats::fixed_text(diameter, 1) + " mm", kInlet, 7.0});
+  }
   for (const SheetLesion& lesion : sheet.lesions)
     for (const CenterlinePath& path : paths) {
       if (path.id != lesion.path) continue;
