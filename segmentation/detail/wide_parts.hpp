@@ -12,6 +12,8 @@ namespace angio::segmentation::detail {
 ///
 /// with the signed distances phi of the lumen, d_K of the closed lumen, d_C of the balls' centres.
 /// What remains falls into pieces: those with a seed are kept, or the largest where none is given.
+/// Beside a chamber closed gaps cost a vessel its side: what a ball of radius R does not fit into
+/// without them, within R / 2 of the kept pieces, is given back.
 /// A vessel ends at its mouth in a face that is bent as the ball is.
 /// Source: Serra, Image Analysis and Mathematical Morphology, 1982, ch. II: closing, opening.
 ///

@@ -79,14 +79,17 @@ TEST(WideParts, SeedsChooseAndTheOthersAreTold) {
   options.seeds_lps_mm = {{-20.0, 0.0, 0.0}};
   detail::leave_out_wide_parts(options, one);
   EXPECT_LT(extent_of(one).second, 0.0);
-  ASSERT_EQ(one.warnings.size(), 2u);
+  ASSERT_EQ(one.warnings.size(), 3u);
   EXPECT_NE(one.warnings[0].find("wider than 6 mm"), std::string::npos) << one.warnings[0];
   EXPECT_NE(one.warnings[1].find("1 other piece"), std::string::npos) << one.warnings[1];
+  EXPECT_NE(one.warnings[2].find("opens into what was left out at [-"), std::string::npos)
+      << one.warnings[2];
   options.seeds_lps_mm.push_back({20.0, 0.0, 0.0});
   detail::leave_out_wide_parts(options, both);
   EXPECT_LT(extent_of(both).first, 0.0);
   EXPECT_GT(extent_of(both).second, 0.0);
-  EXPECT_EQ(both.warnings.size(), 1u);
+  ASSERT_EQ(both.warnings.size(), 2u);
+  EXPECT_NE(both.warnings[1].find("], ["), std::string::npos) << "two mouths";
   options.seeds_lps_mm = {{0.0, 0.0, 0.0}};  // in the chamber
   Segmentation none = lumen_of(heart);
   EXPECT_THROW(detail::leave_out_wide_parts(options, none), InputError);
@@ -103,7 +106,33 @@ TEST(WideParts, AChamberThatMusclesDivideIsOne) {
   SegmentationOptions options = narrower_than(6.0);
   options.seeds_lps_mm = {{20.0, 0.0, 0.0}};
   detail::leave_out_wide_parts(options, lumen);
-  EXPECT_GT(extent_of(lumen).first, kChamber);
+  // Of the slab that the vessel hangs on, half a ball's radius around it is given back.
+  test::for_each_voxel(lumen.mask.geometry, [&](const Vec3& p, std::size_t v) {
+    if (lumen.mask.values[v] != 0 && p.x < kChamber) {
+      EXPECT_LT(std::hypot(p.y, p.z), kVessel + 1.5 + kSpacing);
+    }
+  });
+  EXPECT_GT(extent_of(lumen).first, kChamber - 1.5);
+}
+
+/// Beside a chamber, nearer than the gaps that are closed, a vessel keeps its side.
+TEST(WideParts, AVesselBesideAChamberIsWhole) {
+  constexpr double kGap = 0.8, kBall = 6.0;
+  const auto beside = [](const Vec3& p) {
+    return std::hypot(p.y - kBall - kGap - kVessel, p.z) - kVessel;
+  };
+  Segmentation lumen =
+      lumen_of([&](const Vec3& p) { return std::min(norm(p) - kBall, beside(p)); });
+  SegmentationOptions options = narrower_than(6.0);
+  options.seeds_lps_mm = {{20.0, kBall + kGap + kVessel, 0.0}};
+  detail::leave_out_wide_parts(options, lumen);
+  std::size_t inside = 0, wrong = 0;
+  test::for_each_voxel(lumen.mask.geometry, [&](const Vec3& p, std::size_t v) {
+    inside += beside(p) < 0.0;
+    wrong += (lumen.mask.values[v] != 0) != (beside(p) < 0.0);
+  });
+  EXPECT_GT(inside, 2000u);
+  EXPECT_EQ(wrong, 0u);
 }
 
 TEST(WideParts, NothingIsTakenFromNarrowVesselsOrUnasked) {
