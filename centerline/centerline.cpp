@@ -169,8 +169,8 @@ void add_tree(CenterlineTree tree, CenterlineTree& lines) {
   }
 }
 
-/// Whether a piece beside the largest is worth lines: a stump of which is hardly seen more than its
-/// cut ends is not.
+/// Whether a piece beside the largest is worth lines: a stump, of which hardly more is seen than
+/// its cut ends, is not.
 bool is_long(const CenterlineTree& tree) {
   constexpr double kLong = 8.0;  // radii
   const CenterlinePath& path = tree.paths.front();
@@ -212,7 +212,7 @@ CenterlineResult extract(const Lumen& lumen, const CenterlineOptions& options,
     result.warnings.push_back(
         "the lumen has " + std::to_string(found.piece_count) +
         " separate pieces; lines were found in " +
-        (result.tree_count == 1 ? "the largest"
+        (result.tree_count == 1 ? "one"
                                 : std::to_string(result.tree_count) +
                                       " of them, each a tree with an inlet of its own") +
         " (" + std::to_string(int(std::lround(100.0 * (1.0 - result.left_out)))) +
