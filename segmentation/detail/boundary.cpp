@@ -26,7 +26,6 @@ constexpr double kRoughnessVoxels = 0.7;  ///< that noise leaves on the rough bo
 constexpr int kFitRounds = 2;             ///< between which intensities are told anew
 constexpr int kFitSteps = 3;
 constexpr double kBandVoxels = 2.5;    ///< of distance that the fit looks at
-constexpr double kReachMm = 5.0;       ///< to which the level set tells distances outside
 constexpr float kLeastShare = 0.2f;    ///< of the contrast: T never goes below
 constexpr double kVoxelBudget = 64e6;  ///< of the result
 constexpr double kBesideVoxels = 1.5;  ///< of the tree: may be lumen below the level of blood

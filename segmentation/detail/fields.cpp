@@ -99,6 +99,10 @@ double mean_spacing(const VolumeGeometry& geometry) {
   return std::cbrt(geometry.spacing.x * geometry.spacing.y * geometry.spacing.z);
 }
 
+double voxel_volume(const VolumeGeometry& geometry) {
+  return geometry.spacing.x * geometry.spacing.y * geometry.spacing.z;
+}
+
 Vec3 place_of_voxel(const VolumeGeometry& geometry, std::size_t offset) {
   const auto ni = std::size_t(geometry.size[0]), nj = std::size_t(geometry.size[1]);
   const std::size_t slice = offset / ni / nj;

@@ -19,6 +19,9 @@ Volume<float> smooth(const Volume<float>& volume, double sigma_mm);
 /// The geometric mean of a voxel's edges [mm].
 double mean_spacing(const VolumeGeometry& geometry);
 
+/// [mm^3]
+double voxel_volume(const VolumeGeometry& geometry);
+
 /// Where a voxel's centre lies, LPS [mm].
 Vec3 place_of_voxel(const VolumeGeometry& geometry, std::size_t offset);
 

@@ -21,17 +21,13 @@ constexpr double kMarginMm = 5.0;
 constexpr double kToldDifference = 0.01;  ///< of the volume
 constexpr double kTreeOfItsOwn = 0.05;    ///< of the largest piece
 
-double voxel_mm3(const VolumeGeometry& grid) {
-  return grid.spacing.x * grid.spacing.y * grid.spacing.z;
-}
-
 /// "1 (3.2 ml), 2 (0.4 ml), ..."
 std::string list_of(const std::vector<Label>& labels, const VolumeGeometry& grid) {
   constexpr std::size_t kMost = 8;
   std::string text;
   for (std::size_t n = 0; n < labels.size() && n < kMost; ++n)
     text += (n > 0 ? ", " : "") + format_number(labels[n].value) + " (" +
-            format_number(double(labels[n].voxel_count) * voxel_mm3(grid) / 1000.0) + " ml)";
+            format_number(double(labels[n].voxel_count) * voxel_volume(grid) / 1000.0) + " ml)";
   return text + (labels.size() > kMost ? ", ..." : "");
 }
 
@@ -85,7 +81,7 @@ std::vector<std::string> keep_pieces(Volume<std::uint8_t>& mask, const Segmentat
   int count = 0;
   double left_out = 0.0;
   for (std::size_t p = 1; p < kept.size(); ++p) {
-    const double volume = double(pieces.voxel_count[p]) * voxel_mm3(mask.geometry);
+    const double volume = double(pieces.voxel_count[p]) * voxel_volume(mask.geometry);
     if (kept[p] || volume < options.min_component_mm3) continue;
     ++count;
     left_out += volume;
@@ -105,7 +101,7 @@ std::vector<std::string> keep_pieces(Volume<std::uint8_t>& mask, const Segmentat
 
 double inside_mm3(const Volume<std::uint8_t>& mask) {
   const auto count = std::count(mask.values.begin(), mask.values.end(), 1);
-  return double(count) * voxel_mm3(mask.geometry);
+  return double(count) * voxel_volume(mask.geometry);
 }
 
 }  // namespace

@@ -4,6 +4,9 @@
 
 namespace angio::segmentation::detail {
 
+/// To which the lumen's level set tells distances outside [mm].
+inline constexpr double kReachMm = 5.0;
+
 /// Signed Euclidean distance [mm] to the zero of a level function, negative where it is negative.
 ///
 /// Beside the zero, the distance is that to the plane through the crossings d_x, d_y, d_z that

@@ -209,10 +209,6 @@ bool is_couch(const Components& pieces, int piece, const Volume<float>& volume,
          is_in_air(pieces, piece, volume, level);
 }
 
-double voxel_volume(const VolumeGeometry& geometry) {
-  return geometry.spacing.x * geometry.spacing.y * geometry.spacing.z;
-}
-
 void warn_of_dropped(const Components& pieces, const std::vector<double>& score,
                      const std::vector<bool>& kept, const SegmentationOptions& options,
                      VesselTree& tree) {

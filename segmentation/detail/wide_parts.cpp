@@ -21,11 +21,6 @@ namespace {
 constexpr double kAlongBranches = 0.25;  ///< of the ball's radius
 constexpr double kGaps = 0.3;            ///< of it, half of the widest gap that is closed
 constexpr double kGivenBack = 0.5;       ///< likewise, around the vessels that are kept
-constexpr double kReachMm = 5.0;         ///< to which the level set tells distances outside
-
-double voxel_mm3(const VolumeGeometry& grid) {
-  return grid.spacing.x * grid.spacing.y * grid.spacing.z;
-}
 
 Volume<std::uint8_t> inside_of(const Volume<float>& level_set) {
   Volume<std::uint8_t> mask(level_set.geometry, 0);
@@ -162,7 +157,7 @@ void leave_out_wide_parts(const SegmentationOptions& options, Segmentation& segm
       without_wide_parts(lumen, radius, std::min(kGaps * radius, 0.8 * kReachMm));
   if (const std::size_t taken = count_inside(lumen) - count_inside(narrow); taken > 0)
     segmentation.warnings.push_back("what is wider than " + most + " was left out (" +
-                                    format_number(double(taken) * voxel_mm3(grid) / 1000.0) +
+                                    format_number(double(taken) * voxel_volume(grid) / 1000.0) +
                                     " ml)");
   const Components pieces = label_components(inside_of(narrow), Connectivity::faces);
   if (pieces.count() == 0)
@@ -178,8 +173,8 @@ void leave_out_wide_parts(const SegmentationOptions& options, Segmentation& segm
   }
   for (const Vec3& seed : options.seeds_lps_mm)
     kept[std::size_t(piece_at_seed(pieces, grid, seed))] = true;
-  if (std::string told =
-          tell_of_other_pieces(pieces, kept, deepest, options.min_component_mm3 / voxel_mm3(grid));
+  if (std::string told = tell_of_other_pieces(pieces, kept, deepest,
+                                              options.min_component_mm3 / voxel_volume(grid));
       !told.empty())
     segmentation.warnings.push_back(std::move(told));
   keep(pieces, kept, narrow);

@@ -23,10 +23,9 @@ using test::Tube;
 
 /// A fork, and beside it, 12 mm away, a shorter vessel.
 std::vector<Tube> fork_and_tube() {
-  return {straight_tube({0, 0, 0}, {0, 0, 20}, constant(2.0)),
-          straight_tube({0, 0, 20}, {8, 0, 38}, constant(1.5)),
-          straight_tube({0, 0, 20}, {-9, 1, 36}, constant(1.2)),
-          straight_tube({24, 0, 0}, {24, 0, 30}, [](double t) { return 1.6 - 0.3 * t; })};
+  std::vector<Tube> tubes = test::y_shape();
+  tubes.push_back(straight_tube({24, 0, 0}, {24, 0, 30}, [](double t) { return 1.6 - 0.3 * t; }));
+  return tubes;
 }
 
 CenterlineResult lines_of(const std::vector<Tube>& tubes, const CenterlineOptions& options) {

@@ -20,12 +20,7 @@ using test::grid_around;
 using test::level_set_of;
 using test::straight_tube;
 using test::Tube;
-
-std::vector<Tube> y_shape() {
-  return {straight_tube({0, 0, 0}, {0, 0, 20}, constant(2.0)),
-          straight_tube({0, 0, 20}, {8, 0, 38}, constant(1.5)),
-          straight_tube({0, 0, 20}, {-9, 1, 36}, constant(1.2))};
-}
+using test::y_shape;
 
 TEST(CenterlineTree, OfAYHasTwoPathsThatShareTheirTrunk) {
   const auto result = extract(y_shape());

@@ -15,6 +15,13 @@ inline std::function<double(double)> constant(double radius) {
   return [radius](double) { return radius; };
 }
 
+/// A trunk along z and two unlike branches [mm].
+inline std::vector<Tube> y_shape() {
+  return {straight_tube({0, 0, 0}, {0, 0, 20}, constant(2.0)),
+          straight_tube({0, 0, 20}, {8, 0, 38}, constant(1.5)),
+          straight_tube({0, 0, 20}, {-9, 1, 36}, constant(1.2))};
+}
+
 inline centerline::CenterlineResult extract(const std::vector<Tube>& tubes, double noise = 0.0) {
   Volume<float> level_set = level_set_of(tubes, grid_around(tubes, 0.3, 1.5));
   if (noise > 0.0) add_noise(level_set, noise, 11);
