@@ -104,7 +104,7 @@ CenterlineResult extract_tree(const Lumen& lumen, LumenVoxels& voxels, const Ope
   TracedLines lines = trace_lines(skeleton, around, part(progress, 0.25, 1.0));
   result.tree = std::move(lines.tree);
   result.warnings = std::move(skeleton.warnings);
-  for (std::string& note : assign_tracts(result.tree, lines.is_tube))
+  for (std::string& note : assign_tracts(result.tree, lines.is_tube, lines.is_cut))
     result.warnings.push_back(std::move(note));
   if (const std::vector<Vec3> contacts = find_contacts(result.tree); !contacts.empty())
     result.warnings.push_back(

@@ -334,6 +334,14 @@ CenterlinePath to_path(const Line& line, int id) {
   return path;
 }
 
+/// Where the data end within the inscribed ball.
+std::vector<char> find_cut(const CenterlinePath& path, const Wall& wall) {
+  std::vector<char> is_cut;
+  for (std::size_t i = 0; i < path.points.size(); ++i)
+    is_cut.push_back(char(wall.depth_in_data(path.points[i]) < path.inscribed_radius[i]));
+  return is_cut;
+}
+
 }  // namespace
 
 TracedLines trace_lines(const Skeleton& skeleton, const Surroundings& around,
@@ -373,6 +381,7 @@ TracedLines trace_lines(const Skeleton& skeleton, const Surroundings& around,
   for (Line& line : lines) {
     result.tree.paths.push_back(to_path(line, int(result.tree.paths.size())));
     result.is_tube.push_back(std::move(line.seen));
+    result.is_cut.push_back(find_cut(result.tree.paths.back(), around.wall));
   }
   return result;
 }

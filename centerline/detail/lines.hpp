@@ -11,6 +11,7 @@ namespace angio::centerline {
 struct TracedLines {
   CenterlineTree tree;
   std::vector<std::vector<char>> is_tube;  ///< 1: a section was seen all round, shape [path][point]
+  std::vector<std::vector<char>> is_cut;   ///< 1: the inscribed ball reaches beyond the data, same
 };
 
 /// Turns voxel paths into lines through the middle of the lumen, with radii and section areas.

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <limits>
 #include <vector>
 
 #include "centerline/detail/wall.hpp"
@@ -28,7 +29,9 @@ class SurfaceWall final : public Wall {
   explicit SurfaceWall(TriangleMesh closed, double resolution = 0.0);
   [[nodiscard]] double ray(const Vec3& from, const Vec3& direction, double longest) const override;
   [[nodiscard]] bool inside(const Vec3&) const override { return true; }
-  [[nodiscard]] bool beyond_data(const Vec3&) const override { return false; }
+  [[nodiscard]] double depth_in_data(const Vec3&) const override {
+    return std::numeric_limits<double>::infinity();
+  }
   [[nodiscard]] double resolution() const override { return resolution_; }
   [[nodiscard]] const TriangleMesh& mesh() const { return mesh_; }
   /// Distance [mm] to the nearest triangle without a vertex of index `first_cap_vertex` or more.

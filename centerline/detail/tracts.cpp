@@ -109,20 +109,36 @@ class Splitter {
       start_of_branching_;  // its first line, where they part
 };
 
+/// The stretches of equal flags.
+std::vector<Interval> find_runs(const std::vector<char>& flags, char value) {
+  std::vector<Interval> runs;
+  for (int i = 0; i < int(flags.size()); ++i) {
+    if (flags[std::size_t(i)] != value) continue;
+    if (runs.empty() || runs.back().last + 1 < i) runs.push_back({i, i});
+    runs.back().last = i;
+  }
+  return runs;
+}
+
+double widest_radius(const CenterlinePath& path, const Interval& some) {
+  const auto begin = path.inscribed_radius.begin();
+  return *std::max_element(begin + some.first, begin + some.last + 1);
+}
+
+double length_of(const CenterlinePath& path, const Interval& some) {
+  return path.abscissa[std::size_t(some.last)] - path.abscissa[std::size_t(some.first)];
+}
+
+/// What is shorter is not blanked [radii].
+constexpr double kLong = 3.0;
+
 /// The stretches of a path, off its tips and branchings, where no tube was seen.
 std::vector<Interval> find_gaps(const CenterlinePath& path, const std::vector<char>& is_tube,
                                 const std::vector<Interval>& branchings) {
-  constexpr double kLong = 3.0, kTip = 2.0;  // radii
+  constexpr double kTip = 2.0;  // radii
   std::vector<Interval> gaps;
-  const int count = int(path.points.size());
-  for (int i = 0; i < count; ++i) {
-    if (is_tube[std::size_t(i)] != 0) continue;
-    Interval gap{i, i};
-    while (gap.last + 1 < count && is_tube[std::size_t(gap.last) + 1] == 0) ++gap.last;
-    i = gap.last;
-    double radius = 0.0;
-    for (int k = gap.first; k <= gap.last; ++k)
-      radius = std::max(radius, path.inscribed_radius[std::size_t(k)]);
+  for (const Interval& gap : find_runs(is_tube, 0)) {
+    const double radius = widest_radius(path, gap);
     const double first = path.abscissa[std::size_t(gap.first)];
     const double last = path.abscissa[std::size_t(gap.last)];
     const bool is_at_tip = first < kTip * radius || path.abscissa.back() - last < kTip * radius;
@@ -134,12 +150,23 @@ std::vector<Interval> find_gaps(const CenterlinePath& path, const std::vector<ch
   return gaps;
 }
 
-std::string note_of(const CenterlinePath& path, const Interval& gap) {
+/// The stretches of a path along the border of the data, between what is blanked. Where the border
+/// cuts a vessel across, it is no farther than a radius from the end.
+std::vector<Interval> find_cut_stretches(const CenterlinePath& path, std::vector<char> is_cut,
+                                         const std::vector<Interval>& blanked) {
+  for (const Interval& other : blanked)
+    std::fill(is_cut.begin() + other.first + 1, is_cut.begin() + other.last, char(0));
+  std::vector<Interval> stretches = find_runs(is_cut, 1);
+  std::erase_if(stretches, [&](const Interval& some) {
+    return length_of(path, some) <= kLong * widest_radius(path, some);
+  });
+  return stretches;
+}
+
+std::string note_of(const CenterlinePath& path, const Interval& gap, const std::string& what) {
   const auto mm = [&](int i) { return std::to_string(std::lround(path.abscissa[std::size_t(i)])); };
   return "between " + mm(gap.first) + " and " + mm(gap.last) + " mm of line " +
-         std::to_string(path.id) +
-         " the lumen is no tube (a sac, a chamber, or vessels that touch): the line goes straight "
-         "through, and nothing is measured there (Blanking)";
+         std::to_string(path.id) + " " + what + ", and nothing is measured there (Blanking)";
 }
 
 }  // namespace
@@ -152,7 +179,8 @@ int count_shared(const CenterlinePath& a, const CenterlinePath& b) {
 }
 
 std::vector<std::string> assign_tracts(CenterlineTree& tree,
-                                       const std::vector<std::vector<char>>& is_tube) {
+                                       const std::vector<std::vector<char>>& is_tube,
+                                       const std::vector<std::vector<char>>& is_cut) {
   Splitter splitter(tree, is_tube);
   std::vector<std::string> notes;
   std::map<std::tuple<std::size_t, int, bool>, int> group_of;  // first owner, start, blanking
@@ -170,13 +198,23 @@ std::vector<std::string> assign_tracts(CenterlineTree& tree,
       path.tracts.push_back({first, last, group, int(path.tracts.size()), blanking});
     };
     std::vector<Interval> blanked = splitter.branchings(i);
-    for (const Interval& gap : find_gaps(path, is_tube[i], blanked)) {
-      blanked.push_back(gap);
-      const bool is_known = std::any_of(
-          tree.paths.begin(), tree.paths.begin() + std::ptrdiff_t(i),
-          [&](const auto& other) { return splitter.shared(std::size_t(other.id), i) > gap.first; });
-      if (!is_known) notes.push_back(note_of(path, gap));
-    }
+    const auto blank = [&](const std::vector<Interval>& stretches, const std::string& what) {
+      for (const Interval& gap : stretches) {
+        blanked.push_back(gap);
+        const auto has_it = [&](const CenterlinePath& other) {
+          return splitter.shared(std::size_t(other.id), i) > gap.first;
+        };
+        const auto others = tree.paths.begin() + std::ptrdiff_t(i);
+        if (std::none_of(tree.paths.begin(), others, has_it))
+          notes.push_back(note_of(path, gap, what));
+      }
+    };
+    blank(find_gaps(path, is_tube[i], blanked),
+          "the lumen is no tube (a sac, a chamber, or vessels that touch): the line goes straight "
+          "through");
+    if (!is_cut.empty())
+      blank(find_cut_stretches(path, is_cut[i], blanked),
+            "the vessel runs along the border of the data, which cuts it open");
     std::sort(blanked.begin(), blanked.end(),
               [](const Interval& a, const Interval& b) { return a.first < b.first; });
     int at = 0;

@@ -24,11 +24,14 @@ int count_shared(const CenterlinePath& a, const CenterlinePath& b);
 /// distance, but by these points.
 ///
 /// A stretch elsewhere without a section that was seen all round, longer than three radii, is no
-/// tube (a sac, a chamber, vessels that touch): it is blanked, too.
+/// tube (a sac, a chamber, vessels that touch): it is blanked, too. So is one as long that runs
+/// along the border of the data, which cuts its vessel open.
 ///
 /// @param is_tube  1: the section was seen, shape [path][point]
+/// @param is_cut   1: the inscribed ball reaches beyond the data, same shape; empty: nowhere
 /// @return a note for each such stretch
 std::vector<std::string> assign_tracts(CenterlineTree& tree,
-                                       const std::vector<std::vector<char>>& is_tube);
+                                       const std::vector<std::vector<char>>& is_tube,
+                                       const std::vector<std::vector<char>>& is_cut = {});
 
 }  // namespace angio::centerline

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace angio::centerline {
 
@@ -14,12 +15,15 @@ bool LevelSetWall::inside(const Vec3& point) const {
   return linear(level_set_.geometry.index_from_lps(point)) < 0.0;
 }
 
-bool LevelSetWall::beyond_data(const Vec3& point) const {
-  const Vec3 index = level_set_.geometry.index_from_lps(point);
-  for (int axis = 0; axis < 3; ++axis)
-    if (index[axis] < 0.0 || index[axis] > level_set_.geometry.size[std::size_t(axis)] - 1)
-      return true;
-  return false;
+double LevelSetWall::depth_in_data(const Vec3& point) const {
+  const VolumeGeometry& grid = level_set_.geometry;
+  const Vec3 index = grid.index_from_lps(point);
+  double depth = std::numeric_limits<double>::infinity();
+  for (int axis = 0; axis < 3; ++axis) {
+    const double last = grid.size[std::size_t(axis)] - 1;
+    depth = std::min(depth, grid.spacing[axis] * std::min(index[axis], last - index[axis]));
+  }
+  return depth;
 }
 
 double LevelSetWall::linear(const Vec3& index) const {

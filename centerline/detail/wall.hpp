@@ -16,8 +16,10 @@ class Wall {
   [[nodiscard]] virtual double ray(const Vec3& from, const Vec3& direction,
                                    double longest) const = 0;
   [[nodiscard]] virtual bool inside(const Vec3& point) const = 0;
-  /// True where the data end (the border of the volume), not the lumen.
-  [[nodiscard]] virtual bool beyond_data(const Vec3& point) const = 0;
+  /// How far from a point the data end, not the lumen (the border of the volume) [mm]; below zero
+  /// beyond it.
+  [[nodiscard]] virtual double depth_in_data(const Vec3& point) const = 0;
+  [[nodiscard]] bool beyond_data(const Vec3& point) const { return depth_in_data(point) < 0.0; }
   /// The detail the data can show [mm].
   [[nodiscard]] virtual double resolution() const = 0;
 };
@@ -30,7 +32,7 @@ class LevelSetWall final : public Wall {
   explicit LevelSetWall(const Volume<float>& level_set);
   [[nodiscard]] double ray(const Vec3& from, const Vec3& direction, double longest) const override;
   [[nodiscard]] bool inside(const Vec3& point) const override;
-  [[nodiscard]] bool beyond_data(const Vec3& point) const override;
+  [[nodiscard]] double depth_in_data(const Vec3& point) const override;
   [[nodiscard]] double resolution() const override { return step_; }
 
  private:

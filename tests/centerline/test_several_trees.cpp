@@ -150,5 +150,50 @@ TEST(BorderSections, AreEndsThoughNothingStandsOut) {
   EXPECT_LT(norm(result.tree.paths[0].points.front()), 2.0) << "the wide vessel's face";
 }
 
+/// A vessel of 5 mm that bends out of the data, which end at x = border, and comes back.
+CenterlineResult bend_beyond(double border) {
+  constexpr double kRadius = 2.5, kOut = 3.0;
+  const auto axis = [](double z) {
+    const double t = (z - 30.0) / 15.0;
+    return std::abs(t) < 1.0 ? -0.5 * kOut * (1.0 + std::cos(units::kPi * t)) : 0.0;
+  };
+  VolumeGeometry grid;
+  grid.spacing = {0.3, 0.3, 0.3};
+  grid.origin = {border, -4.51, 0.0};
+  grid.size = {int((4.5 - border) / 0.3), 31, 201};
+  Volume<float> level_set(grid);
+  for (int k = 0; k < grid.size[2]; ++k)
+    for (int j = 0; j < grid.size[1]; ++j)
+      for (int i = 0; i < grid.size[0]; ++i) {
+        const Vec3 p = grid.lps_from_index({double(i), double(j), double(k)});
+        double nearest = 1e9;
+        for (double z = p.z - 5.0; z < p.z + 5.0; z += 0.1)
+          nearest = std::min(nearest, norm(p - Vec3{axis(z), 0.0, z}));
+        level_set.at(i, j, k) = float(nearest - kRadius);
+      }
+  return extract_centerline(level_set, {});
+}
+
+TEST(BorderSections, AlongAVesselAreNotMeasured) {
+  const auto blanked = [](const CenterlineResult& result) {
+    double length = 0.0;
+    for (const CenterlinePath& path : result.tree.paths)
+      for (const CenterlineTract& tract : path.tracts)
+        if (tract.blanking)
+          length += path.abscissa[std::size_t(tract.last_point)] -
+                    path.abscissa[std::size_t(tract.first_point)];
+    return length;
+  };
+  const CenterlineResult whole = bend_beyond(-8.0), cut = bend_beyond(-2.7);
+  EXPECT_EQ(blanked(whole), 0.0);
+  EXPECT_GT(blanked(cut), 8.0);
+  EXPECT_LT(blanked(cut), 40.0);
+  const auto tells = [](const std::string& note) {
+    return note.find("border of the data") != std::string::npos;
+  };
+  EXPECT_TRUE(std::any_of(cut.warnings.begin(), cut.warnings.end(), tells));
+  for (const Lesion& lesion : find_lesions(cut.tree, {})) EXPECT_FALSE(lesion.is_stenosis);
+}
+
 }  // namespace
 }  // namespace angio::centerline
