@@ -61,6 +61,7 @@ void improve_surface(SurfaceDraft& draft, const SurfaceTarget& target, double to
     poor.insert(poor.end(), at_caps.begin(), at_caps.end());
     if (poor.empty()) break;
   }
+  closed_count += detail::close_openings(draft);
   detail::bring_membranes_back(draft, target);
   if (closed_count > 0)
     warnings.push_back("at " + std::to_string(closed_count) +

@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <array>
 #include <bit>
+#include <cmath>
 #include <cstdint>
 #include <cstring>
 #include <limits>
@@ -53,6 +54,23 @@ ParsedSurface parse_binary(std::string_view bytes) {
     add_triangle(mesh);
   }
   return result;
+}
+
+/// Whether whole facets are there and something else behind them, as some programs write it. What
+/// is no STL at all would ask for more facets than it is long, or hold numbers that are none.
+bool has_more_behind(std::string_view bytes) {
+  constexpr float kMost = 1e9f;
+  if (bytes.size() < kHeaderBytes + 4 + kFacetBytes) return false;
+  const std::size_t count = binary_facet_count(bytes);
+  if (count == 0 || (bytes.size() - kHeaderBytes - 4) / kFacetBytes < count) return false;
+  for (std::size_t facet = 0; facet < count; ++facet) {
+    std::array<float, 12> numbers;
+    std::memcpy(numbers.data(), bytes.data() + kHeaderBytes + 4 + kFacetBytes * facet,
+                sizeof(numbers));
+    for (const float number : numbers)
+      if (!(std::abs(number) < kMost)) return false;
+  }
+  return true;
 }
 
 ParsedSurface parse_ascii(std::string_view text, const std::string& name) {
@@ -119,6 +137,7 @@ ParsedSurface parse_stl(std::string_view bytes, const std::string& name) {
   }
   if (Tokens(bytes).next() == "solid" && bytes.find("facet") != std::string_view::npos)
     return parse_ascii(bytes, name);
+  if (has_more_behind(bytes)) return parse_binary(bytes);
   const bool cut_short = bytes.substr(0, kHeaderBytes).find('\0') != std::string_view::npos;
   throw InputError(name +
                    (cut_short ? " is not as long as its STL header says (it was cut short)."

@@ -243,6 +243,8 @@ int resolve_crossings(SurfaceDraft& draft, const SurfaceTarget& target,
       "meshing.edges_per_circumference shorter edges");
 }
 
+int close_openings(SurfaceDraft& draft) { return close_holes(draft).count; }
+
 int close_crossings(TriangleMesh& mesh) {
   SurfaceDraft draft;
   draft.rim.assign(mesh.vertices.size(), -1);

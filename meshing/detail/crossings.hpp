@@ -21,7 +21,11 @@ int resolve_crossings(SurfaceDraft& draft, const SurfaceTarget& target,
                       const std::vector<std::array<int, 2>>& others,
                       std::vector<std::string>& warnings);
 
-/// The same for a surface without a target, by cutting and closing alone; its openings stay.
+/// Closes every opening that is no rim by a membrane: where an end was too fine to stay one.
+/// @return how many
+int close_openings(SurfaceDraft& draft);
+
+/// As resolve_crossings, for a surface without a target, by cutting and closing alone; its openings stay.
 ///
 /// @return number of places that were closed anew; crossings may remain
 int close_crossings(TriangleMesh& mesh);

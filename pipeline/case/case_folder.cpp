@@ -245,7 +245,9 @@ std::map<std::string, std::string> CaseFolder::hashes(Stage stage) const {
 }
 
 bool CaseFolder::is_up_to_date(const StageRecord& record, const std::string& key) const {
-  if ((record.status != "done" && record.status != "given") || record.key != key) return false;
+  constexpr std::array kMade{"done", "given", "skipped"};
+  const bool is_made = std::find(kMade.begin(), kMade.end(), record.status) != kMade.end();
+  if (!is_made || record.key != key) return false;
   return std::all_of(record.outputs.begin(), record.outputs.end(), [&](const auto& output) {
     return exists(output.first) && sha256_of_path(path(output.first)) == output.second;
   });

@@ -21,7 +21,7 @@ std::string sha256_of_path(const std::filesystem::path& path);
 struct StageRecord {
   std::string status = "not run";  ///< "done", "given" (the input was a surface), "failed" (the
                                    ///< first warning says why), "interrupted", "skipped" (it does
-                                   ///< not apply)
+                                   ///< not apply, or what was tried unasked gave no result)
   /// What it depends on has changed since (run.json's status is then "stale", and status_then is
   /// this status): what it left is that of another state of the case.
   bool is_stale = false;

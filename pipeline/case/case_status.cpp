@@ -43,6 +43,10 @@ CaseStatus case_status(const StageFiles& files, const RunRecord& record) {
   const nlohmann::json placement = read_json(files.path(kPlacement));
   CaseStatus found{placement.value("status", "done"), placement.value("status_reason", "")};
   if (!placement.contains("balloon")) return found;
+  if (record.is(Stage::simulation, "skipped")) {
+    found.reason += "; it gives no result there (the simulation's warning says why)";
+    return found;
+  }
   if (!record.is(Stage::simulation, "done")) return {};
   if (found.status != "done" || !files.exists(kSummary)) return found;
   const std::string reason = read_json(files.path(kSummary)).value("guard_reason", "");

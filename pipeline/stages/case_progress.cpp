@@ -44,9 +44,7 @@ std::string why_again(const StageDefinition& stage, const Config& config, const 
   const StageRecord entry = found == record.stages.end() ? StageRecord{} : found->second;
   const std::string key =
       stage_key(stage, config, record, hashes_as_left(folder, record, stage.inputs));
-  const bool is_skipped = entry.status == "skipped" && entry.key == key;
-  const bool is_whole = folder.is_up_to_date(without_removed(folder, entry), key);
-  if (!entry.is_stale && (is_skipped || is_whole)) return {};
+  if (!entry.is_stale && folder.is_up_to_date(without_removed(folder, entry), key)) return {};
   if (entry.status == "not run") return "it was not run";
   if (entry.status == "failed") return "it failed";
   if (entry.status == "interrupted") return "it was interrupted";

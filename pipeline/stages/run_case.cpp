@@ -173,6 +173,9 @@ void Run::work(const StageDefinition& stage, StageRecord& entry) {
     entry.warnings.push_back(without_input(warning, request_.input));
   entry.outputs = folder_.hashes(stage.stage);
   if (!work.failure.empty()) throw InputError(work.failure);
+  const bool is_given =
+      stage.stage == Stage::segmentation && record_.input_kind == name(InputKind::surface);
+  entry.status = work.is_given_up ? "skipped" : is_given ? "given" : "done";
 }
 
 void Run::make(const StageDefinition& stage, const std::map<std::string, std::string>& inputs) {
@@ -205,9 +208,6 @@ void Run::make(const StageDefinition& stage, const std::map<std::string, std::st
     end();
     throw;
   }
-  const bool given =
-      stage.stage == Stage::segmentation && record_.input_kind == name(InputKind::surface);
-  entry.status = given ? "given" : "done";
   entry.peak_memory_mib = memory.mebibytes();
   end();
 }

@@ -297,6 +297,24 @@ void write_result(StageWork& work, const SimulationSettings& settings, const jso
   write_text_atomically(work.out / "summary.json", reached.dump(2) + "\n");
 }
 
+/// Frames and time series are kept for diagnosis; not so of a balloon at a healthy place, which
+/// nobody has asked for.
+void tell_of_failure(StageWork& work, const json& placement,
+                     const simulation::SimulationSummary& summary) {
+  if (placement.at("status") == "no_lesion") {
+    work.is_given_up = true;
+    work.warnings = {"the balloon that was tried at the tightest place gives no result: " +
+                     summary.failure};
+    for (const fs::directory_entry& entry : fs::directory_iterator(work.out))
+      fs::remove_all(entry.path());
+  } else {
+    work.failure = summary.failure;
+  }
+  write_text_atomically(
+      work.out / "diagnosis.json",
+      json{{"failure", summary.failure}, {"simulation", solver_json(summary)}}.dump(2) + "\n");
+}
+
 }  // namespace
 
 void do_simulation(StageWork& work, const SimulationSettings& settings) {
@@ -318,13 +336,7 @@ void do_simulation(StageWork& work, const SimulationSettings& settings) {
          {"the folds' lobes may pass through each other: contact of the balloon with "
           "itself is not computed (simulation.self_contact)"});
   keep_timing(work, summary);
-  if (!summary.failure.empty()) {
-    work.failure = summary.failure;
-    write_text_atomically(
-        work.out / "diagnosis.json",
-        json{{"failure", summary.failure}, {"simulation", solver_json(summary)}}.dump(2) + "\n");
-    return;
-  }
+  if (!summary.failure.empty()) return tell_of_failure(work, placement, summary);
   write_result(work, settings, placement, {model, options, lumen, runs, frames.kept()});
 }
 

@@ -29,6 +29,8 @@ struct StageWork {
   /// Why what is in `out` is no result: it is kept for diagnosis, the stage fails. Empty: it is
   /// one.
   std::string failure = {};
+  /// What was tried without being asked for gave no result: the stage counts as skipped.
+  bool is_given_up = false;
 };
 
 /// Appends to a list of warnings.

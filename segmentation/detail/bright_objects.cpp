@@ -9,6 +9,7 @@
 #include "segmentation/detail/components.hpp"
 #include "segmentation/detail/fields.hpp"
 #include "segmentation/detail/format_number.hpp"
+#include "segmentation/detail/plaque.hpp"
 #include "segmentation/detail/seeds.hpp"
 #include "segmentation/detail/take_out.hpp"
 #include "segmentation/detail/tube_axes.hpp"
@@ -29,10 +30,17 @@ struct TubeLevel {
 };
 
 TubeLevel tube_level(const std::vector<TubeAxis>& axes, const Volume<float>& denoised) {
-  std::vector<std::pair<float, double>> intensity, contrast;
+  std::vector<std::pair<float, double>> contrast;
+  for (const TubeAxis& axis : axes)
+    for (const float of_place : axis.contrast)
+      contrast.emplace_back(of_place, axis.length_share * double(of_place) * double(of_place));
+  const float typical = weighted_quantile(contrast, 0.5);
+  std::vector<std::pair<float, double>> intensity;
+  contrast.clear();
   for (const TubeAxis& axis : axes)
     for (std::size_t n = 0; n < axis.voxels.size(); ++n) {
-      const double weight = axis.length_share * double(axis.contrast[n]) * double(axis.contrast[n]);
+      const double counted = double(std::min(axis.contrast[n], typical));
+      const double weight = axis.length_share * counted * counted;
       intensity.emplace_back(denoised.values[axis.voxels[n]], weight);
       contrast.emplace_back(axis.contrast[n], weight);
     }
@@ -49,25 +57,45 @@ struct Extent {
       high[a] = std::max(high[a], voxel[a]);
     }
   }
+  [[nodiscard]] VoxelBox box() const {
+    return {low, {high[0] - low[0] + 1, high[1] - low[1] + 1, high[2] - low[2] + 1}};
+  }
   [[nodiscard]] double length(const Vec3& h) const {
     if (high[0] < 0) return 0.0;
     return std::hypot((high[0] - low[0]) * h.x, (high[1] - low[1]) * h.y, (high[2] - low[2]) * h.z);
   }
 };
 
-/// Which pieces of the bright voxels are no vessels.
-std::vector<bool> objects_among(const Components& pieces, const Volume<float>& denoised,
-                                const std::vector<TubeAxis>& axes, float least_peak,
-                                const SegmentationOptions& options) {
+std::vector<Extent> extents_of(const Components& pieces, const VolumeGeometry& grid) {
+  std::vector<Extent> extents(pieces.voxel_count.size());
+  for (std::size_t v = 0; v < pieces.label.size(); ++v)
+    if (pieces.label[v] != 0) extents[std::size_t(pieces.label[v])].add(voxel_of(grid, v));
+  return extents;
+}
+
+/// Which pieces of the bright voxels are large and bright enough to be something.
+std::vector<bool> bright_among(const Components& pieces, const Volume<float>& denoised,
+                               float least_peak, const SegmentationOptions& options) {
   const VolumeGeometry& grid = denoised.geometry;
-  std::vector<Extent> extent(pieces.voxel_count.size());
-  std::vector<float> peak(extent.size(), -1e30f);
-  for (std::size_t v = 0; v < pieces.label.size(); ++v) {
-    if (pieces.label[v] == 0) continue;
-    const auto p = std::size_t(pieces.label[v]);
-    extent[p].add(voxel_of(grid, v));
-    peak[p] = std::max(peak[p], denoised.values[v]);
-  }
+  std::vector<float> peak(pieces.voxel_count.size(), -1e30f);
+  for (std::size_t v = 0; v < pieces.label.size(); ++v)
+    if (pieces.label[v] != 0) {
+      float& of_piece = peak[std::size_t(pieces.label[v])];
+      of_piece = std::max(of_piece, denoised.values[v]);
+    }
+  std::vector<bool> is_bright(peak.size(), false);
+  for (std::size_t p = 1; p < peak.size(); ++p)
+    is_bright[p] = peak[p] >= least_peak && pieces.voxel_count[p] >= kLeastVoxels &&
+                   double(pieces.voxel_count[p]) * voxel_volume(grid) >= options.min_component_mm3;
+  for (const Vec3& seed : options.seeds_lps_mm)
+    if (const auto v = voxel_at(grid, seed)) is_bright[std::size_t(pieces.label[*v])] = false;
+  return is_bright;
+}
+
+/// Leaves out the pieces that are vessels themselves.
+std::vector<bool> without_tubes(std::vector<bool> is_object, const Components& pieces,
+                                const std::vector<Extent>& extent,
+                                const std::vector<TubeAxis>& axes, const VolumeGeometry& grid) {
   std::vector<double> tube(extent.size(), 0.0);
   for (const TubeAxis& axis : axes) {
     std::vector<std::pair<std::int32_t, std::size_t>> inside;
@@ -82,20 +110,18 @@ std::vector<bool> objects_among(const Components& pieces, const Volume<float>& d
       tube[std::size_t(label)] = std::max(tube[std::size_t(label)], part.length(grid.spacing));
     }
   }
-  const double voxel = grid.spacing.x * grid.spacing.y * grid.spacing.z;
-  std::vector<bool> is_object(extent.size(), false);
   for (std::size_t p = 1; p < extent.size(); ++p)
-    is_object[p] = peak[p] >= least_peak && pieces.voxel_count[p] >= kLeastVoxels &&
-                   double(pieces.voxel_count[p]) * voxel >= options.min_component_mm3 &&
-                   tube[p] < kTubeShare * extent[p].length(grid.spacing);
-  for (const Vec3& seed : options.seeds_lps_mm) {
-    if (const auto v = voxel_at(grid, seed)) is_object[std::size_t(pieces.label[*v])] = false;
-  }
+    is_object[p] = is_object[p] && tube[p] < kTubeShare * extent[p].length(grid.spacing);
   return is_object;
 }
 
-std::string warning_of(const Components& pieces, const std::vector<bool>& is_object, int count,
-                       const VolumeGeometry& grid) {
+int count_of(const std::vector<bool>& flags) {
+  return int(std::count(flags.begin(), flags.end(), true));
+}
+
+/// How much they are, and where the largest is.
+std::string amount_of(const Components& pieces, const std::vector<bool>& is_object,
+                      const VolumeGeometry& grid) {
   std::size_t voxels = 0, largest = 0;
   for (std::size_t p = 1; p < is_object.size(); ++p) {
     if (!is_object[p]) continue;
@@ -110,13 +136,9 @@ std::string warning_of(const Components& pieces, const std::vector<bool>& is_obj
         middle[int(a)] += voxel[a] / double(pieces.voxel_count[largest]);
     }
   const Vec3 place = grid.lps_from_index(middle);
-  const double volume = double(voxels) * grid.spacing.x * grid.spacing.y * grid.spacing.z;
-  return std::to_string(count) + (count == 1 ? " object" : " objects") +
-         " brighter than the vessels (bone, calcification or metal), " + format_number(volume) +
-         " mm3 in all, the largest around (" + format_number(place.x) + ", " +
-         format_number(place.y) + ", " + format_number(place.z) +
-         ") mm, were kept out; if that is vessel, set segmentation.exclude_bone = false or give a "
-         "seed in it";
+  const double volume = double(voxels) * voxel_volume(grid);
+  return format_number(volume) + " mm3 in all, the largest around (" + format_number(place.x) +
+         ", " + format_number(place.y) + ", " + format_number(place.z) + ") mm";
 }
 
 }  // namespace
@@ -133,19 +155,44 @@ BrightObjects find_bright_objects(const Volume<float>& volume, const std::vector
   const float least_peak = level.lumen + kObjectExcess * level.contrast;
   if (*std::max_element(denoised.values.begin(), denoised.values.end()) < least_peak) return {};
 
-  BrightObjects objects;
-  objects.mask = Volume<std::uint8_t>(volume.geometry);
+  const VolumeGeometry& grid = volume.geometry;
+  Volume<std::uint8_t> mask(grid);
   for (std::size_t v = 0; v < denoised.values.size(); ++v)
-    objects.mask.values[v] = denoised.values[v] > level.lumen + kCoreExcess * level.contrast;
-  const Components pieces = label_components(objects.mask, Connectivity::faces);
-  const auto is_object = objects_among(pieces, denoised, axes, least_peak, options);
-  objects.count = int(std::count(is_object.begin(), is_object.end(), true));
-  if (objects.count == 0) return {};
-  for (std::size_t v = 0; v < pieces.label.size(); ++v)
-    objects.mask.values[v] = is_object[std::size_t(pieces.label[v])];
-  objects.warning = warning_of(pieces, is_object, objects.count, volume.geometry);
-  add_shells(objects.mask, denoised, float(std::min(noise, 0.05 * double(level.contrast))));
-  objects.image_without = take_out(volume, objects.mask, level.lumen - 0.5f * level.contrast);
+    mask.values[v] = denoised.values[v] > level.lumen + kCoreExcess * level.contrast;
+  const Components pieces = label_components(mask, Connectivity::faces);
+  const std::vector<Extent> extents = extents_of(pieces, grid);
+  std::vector<VoxelBox> boxes;
+  for (const Extent& extent : extents) boxes.push_back(extent.box());
+  std::vector<bool> is_bright = bright_among(pieces, denoised, least_peak, options);
+  const PlaqueLevel blood{level.lumen, level.contrast};
+  const std::vector<bool> is_plaque = find_plaque(pieces, boxes, is_bright, denoised, blood);
+  for (std::size_t p = 0; p < is_plaque.size(); ++p)
+    if (is_plaque[p]) is_bright[p] = false;
+  const std::vector<bool> is_object =
+      without_tubes(std::move(is_bright), pieces, extents, axes, grid);
+
+  BrightObjects objects;
+  if (const int count = count_of(is_object); count > 0) {
+    for (std::size_t v = 0; v < pieces.label.size(); ++v)
+      mask.values[v] = is_object[std::size_t(pieces.label[v])];
+    add_shells(mask, denoised, float(std::min(noise, 0.05 * double(level.contrast))));
+    objects.image_without = take_out(volume, mask, blood.half());
+    objects.warnings.push_back(
+        std::to_string(count) + (count == 1 ? " object" : " objects") +
+        " brighter than the vessels (bone, calcification or metal), " +
+        amount_of(pieces, is_object, grid) +
+        ", were kept out; if that is vessel, set segmentation.exclude_bone = false or give a seed "
+        "in it");
+  }
+  if (const int count = count_of(is_plaque); count > 0) {
+    if (objects.image_without.values.empty()) objects.image_without = volume;
+    darken_plaque(pieces, boxes, is_plaque, denoised, blood, objects.image_without);
+    objects.warnings.push_back(
+        std::to_string(count) + (count == 1 ? " piece" : " pieces") +
+        " of the vessels brighter than blood, " + amount_of(pieces, is_plaque, grid) +
+        ", are taken for calcified plaque: the lumen ends half way to their brightness; if that is "
+        "blood, set segmentation.exclude_bone = false or give a seed in it");
+  }
   return objects;
 }
 

@@ -6,6 +6,7 @@
 #include <cstddef>
 
 #include "core/error.hpp"
+#include "segmentation/detail/blood_level.hpp"
 #include "segmentation/detail/depth.hpp"
 #include "segmentation/detail/fields.hpp"
 #include "segmentation/detail/format_number.hpp"
@@ -129,6 +130,31 @@ void refuse_shell(const Volume<std::uint8_t>& mask) {
                    " l, as a skull or skin does: bone or fat is brighter than the vessels, or the "
                    "scan is no angiography). Try to " +
                    kAdvice);
+}
+
+std::string check_evenness(const Volume<float>& level_set, const Volume<float>& image) {
+  constexpr float kToldSpread = 1.3f, kMostSpread = 1.9f;  // medians
+  constexpr std::size_t kLeastVoxels = 200, kEnough = 100000;
+  const auto deep = float(-0.7 * image.geometry.longest_spacing());
+  std::vector<std::size_t> inside;
+  for (std::size_t v = 0; v < level_set.values.size(); ++v)
+    if (level_set.values[v] < deep) inside.push_back(v);
+  if (inside.size() < kLeastVoxels) return {};
+  std::vector<std::pair<float, double>> values;
+  for (std::size_t n = 0; n < inside.size(); n += 1 + inside.size() / kEnough)
+    values.emplace_back(float(interpolate(image, place_of_voxel(level_set.geometry, inside[n]))),
+                        1.0);
+  const float low = weighted_quantile(values, 0.1), middle = weighted_quantile(values, 0.5),
+              high = weighted_quantile(values, 0.9);
+  if (!(middle > 0.0f) || high - low < kToldSpread * middle) return {};
+  const std::string what = "of the lumen a tenth is darker than " +
+                           format_number(std::round(double(low))) + " and a tenth brighter than " +
+                           format_number(std::round(double(high))) +
+                           ", as in bone, where blood is of one brightness";
+  if (high - low > kMostSpread * middle)
+    throw InputError("no vessel was found apart from bone (" + what +
+                     ": there is no contrast medium, or bone is brighter). Try to " + kAdvice);
+  return what + " (bone or organs may have been taken for vessels: look at it); if so, " + kAdvice;
 }
 
 }  // namespace angio::segmentation::detail

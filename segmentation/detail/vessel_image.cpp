@@ -1,5 +1,6 @@
 #include "segmentation/detail/vessel_image.hpp"
 
+#include <iterator>
 #include <utility>
 
 #include "segmentation/detail/bones.hpp"
@@ -30,10 +31,9 @@ VesselImage find_vessel_image(const Volume<float>& scanned, const SegmentationOp
       image.warnings.push_back(std::move(bones.warning));
     }
     progress.report(0.9, "telling blood from bone");
-    if (BrightObjects bright = find_bright_objects(present(), axes, options); bright.count > 0) {
-      image.without = std::move(bright.image_without);
-      image.warnings.push_back(std::move(bright.warning));
-    }
+    BrightObjects bright = find_bright_objects(present(), axes, options);
+    if (!bright.image_without.values.empty()) image.without = std::move(bright.image_without);
+    std::move(bright.warnings.begin(), bright.warnings.end(), std::back_inserter(image.warnings));
   }
   if (!image.level.is_told)
     image.level = find_blood_level(axes, present(), noise_deviation(present()));

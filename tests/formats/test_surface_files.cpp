@@ -97,6 +97,11 @@ TEST(Stl, BadFilesAreRefusedByName) {
   std::string absurd = whole;
   absurd.replace(80, 4, "\xff\xff\xff\xff");
   expect_surface_refused(folder / "d.stl", absurd, "cut short");
+  write_text_atomically(folder / "e.stl", whole + "what another program has written behind it");
+  EXPECT_EQ(read_surface(folder / "e.stl").mesh.triangles.size(), cube.mesh.triangles.size());
+  std::string broken = whole + "and more";
+  broken.replace(100, 4, "\xff\xff\xff\x7f");  // no number
+  expect_surface_refused(folder / "f.stl", broken, "STL");
 }
 
 TEST(Ply, ComesBackExactly) {

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "air_mesh/build/surface_crossings.hpp"
+#include "meshing/detail/crossings.hpp"
 #include "meshing/detail/edge_lengths.hpp"
 #include "meshing/detail/remesh.hpp"
 #include "meshing/detail/surface_target.hpp"
@@ -80,6 +81,24 @@ TEST(BringMembranesBack, LeavesAMembraneThatTheTargetIsFarFrom) {
   bring_membranes_back(draft, target);
   EXPECT_TRUE(draft.mesh.vertices == torus.vertices);
   EXPECT_GT(std::count(draft.membrane.begin(), draft.membrane.end(), 1), 0);
+}
+
+// Two triangles are missing: one beside a rim, and one on its own.
+TEST(CloseOpenings, LeavesRimsOpenAlone) {
+  const TriangleMesh torus = tests::make_torus(kRing, kTube, 60, 16);
+  SurfaceDraft draft = draft_of(torus);
+  std::vector<Triangle>& triangles = draft.mesh.triangles;
+  const Triangle rim = triangles.front();
+  triangles.erase(triangles.begin() + std::ptrdiff_t(triangles.size() / 2));
+  triangles.erase(triangles.begin());
+  EXPECT_EQ(boundary_loops(draft.mesh).size(), 2U);
+  for (const int v : rim) draft.rim[std::size_t(v)] = 0;
+  draft.rim_planes.push_back({torus.vertices[std::size_t(rim[0])], {0.0, 0.0, 1.0}});
+  EXPECT_EQ(close_openings(draft), 1);
+  const auto loops = boundary_loops(draft.mesh);
+  ASSERT_EQ(loops.size(), 1U);
+  for (const int v : loops.front()) EXPECT_EQ(draft.rim[std::size_t(v)], 0);
+  EXPECT_EQ(close_openings(draft), 0);
 }
 
 }  // namespace

@@ -102,6 +102,46 @@ TEST(Run, DoesNotTreatANarrowVesselUnasked) {
   EXPECT_EQ(page.find("is passed over"), std::string::npos);  // what is healthy is no stenosis
 }
 
+// One sweep a second leaves the forces off balance: of a place that was asked for the run has
+// failed, of a healthy one it goes on without the balloon that was tried there.
+TEST(Run, FailsWithABalloonThatWasAskedForAlone) {
+  test::CommandFolder folder;
+  const auto run = [&](const std::string& name, const std::string& place) {
+    return test::run_program(
+        "run phantom:straight,radius=1.2,length=24,spacing=0.3 --preset draft --quiet -o '" +
+        folder / name + "' --set simulation.frame_s=1 simulation.contact_distance_mm=0.001 " +
+        "simulation.sweeps=1 balloon.nominal_diameter_mm=5" + place);
+  };
+  const auto metrics = [&](const char* name) {
+    return read_json(folder.path() / name / "metrics.json");
+  };
+  const test::ProgramResult asked = run("asked", " lesion.abscissa_mm=12");
+  EXPECT_EQ(asked.exit_code, 65);
+  EXPECT_NE(asked.error.find("off balance"), std::string::npos) << asked.error;
+  EXPECT_EQ(metrics("asked").at("status"), "failed");
+  EXPECT_TRUE(std::filesystem::exists(folder.path() / "asked/simulation/frames"));
+
+  const test::ProgramResult healthy = run("healthy", "");
+  EXPECT_EQ(healthy.exit_code, 0) << healthy.error;
+  EXPECT_NE(healthy.error.find("off balance"), std::string::npos) << healthy.error;
+  const nlohmann::json told = metrics("healthy");
+  EXPECT_EQ(told.at("status"), "no_lesion");
+  EXPECT_NE(told.at("status_reason").get<std::string>().find("no result"), std::string::npos);
+  EXPECT_TRUE(told.at("result").at("mld_mm").is_null());
+  EXPECT_TRUE(told.at("simulation").at("frame_count").is_null());
+  EXPECT_FALSE(std::filesystem::exists(folder.path() / "healthy/simulation/frames"));
+  EXPECT_TRUE(std::filesystem::exists(folder.path() / "healthy/simulation/diagnosis.json"));
+  const nlohmann::json record = read_json(folder.path() / "healthy/run.json");
+  EXPECT_EQ(record.at("stages").at("simulation").at("status"), "skipped");
+
+  const auto made = std::filesystem::last_write_time(folder.path() /
+                                                     "healthy/simulation/diagnosis.json");
+  EXPECT_EQ(run("healthy", "").exit_code, 0);
+  EXPECT_EQ(std::filesystem::last_write_time(folder.path() / "healthy/simulation/diagnosis.json"),
+            made)
+      << "it is not tried again";
+}
+
 // metrics.json of a treated lesion, and what its stages have warned of.
 struct TreatedCase {
   nlohmann::json metrics = {

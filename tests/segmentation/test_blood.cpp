@@ -265,5 +265,22 @@ TEST(Plausibility, RefusesASkullAndNoHeart) {
   EXPECT_NO_THROW(detail::refuse_shell(shell(35.0, 90.0)));  // 25 cm^2 in its widest section
 }
 
+TEST(Plausibility, RefusesBoneAndNoBlood) {
+  // A fifth of a ball is as dark, a fifth as bright as is said, the rest 200.
+  const Volume<float> level = ball(10.0, 30.0);
+  const auto image = [&](float dark, float bright) {
+    Volume<float> values(level.geometry, 200.0f);
+    for (std::size_t v = 0; v < values.values.size(); ++v)
+      if (v % 5 < 2) values.values[v] = v % 5 == 0 ? dark : bright;
+    return values;
+  };
+  EXPECT_EQ(detail::check_evenness(level, image(150.0f, 350.0f)), "");
+  EXPECT_THAT(detail::check_evenness(level, image(100.0f, 400.0f)), HasSubstr("brighter than 400"));
+  EXPECT_THAT([&] { detail::check_evenness(level, image(20.0f, 500.0f)); },
+              ThrowsMessage<InputError>(HasSubstr("apart from bone")));
+  EXPECT_EQ(detail::check_evenness(ball(1.0, 30.0), image(20.0f, 500.0f)), "")
+      << "too thin to tell";
+}
+
 }  // namespace
 }  // namespace angio::segmentation

@@ -1,0 +1,207 @@
+#include "segmentation/detail/plaque.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+
+namespace angio::segmentation::detail {
+namespace {
+
+constexpr int kReach = 4;                ///< voxels around a piece that are looked at
+constexpr double kShell = 2.6;           ///< voxels: two blurs of 0.8 voxels and a voxel
+constexpr double kOuterShell = 1.5;      ///< voxels: from plaque's threshold to half of blood's
+constexpr double kSharp = 0.12;          ///< contrasts a voxel: where blood mixes, it is gentler
+constexpr double kSteep = 0.55;          ///< contrasts a voxel
+constexpr float kNearBlood = 0.25f;      ///< of the contrast
+constexpr double kLongestPlaque = 40.0;  ///< [mm]
+
+using Index = std::array<int, 3>;
+
+/// The steps to all voxels within a reach, the nearest first.
+std::vector<Index> steps_within(double reach) {
+  std::vector<Index> steps;
+  const int n = int(reach);
+  for (int k = -n; k <= n; ++k)
+    for (int j = -n; j <= n; ++j)
+      for (int i = -n; i <= n; ++i)
+        if (i * i + j * j + k * k <= reach * reach) steps.push_back({i, j, k});
+  const auto square = [](const Index& s) { return s[0] * s[0] + s[1] * s[1] + s[2] * s[2]; };
+  std::stable_sort(steps.begin(), steps.end(),
+                   [&](const Index& a, const Index& b) { return square(a) < square(b); });
+  return steps;
+}
+
+VoxelBox grown(const VoxelBox& box, const VolumeGeometry& grid) {
+  VoxelBox result;
+  for (std::size_t a = 0; a < 3; ++a) {
+    result.first[a] = std::max(box.first[a] - kReach, 0);
+    result.size[a] = std::min(box.first[a] + box.size[a] + kReach, grid.size[a]) - result.first[a];
+  }
+  return result;
+}
+
+double length_of(const VoxelBox& box, const Vec3& h) {
+  return std::hypot((box.size[0] - 1) * h.x, (box.size[1] - 1) * h.y, (box.size[2] - 1) * h.z);
+}
+
+template <class Visit>
+void for_each_voxel(const VoxelBox& box, const Visit& visit) {
+  for (int k = box.first[2]; k < box.first[2] + box.size[2]; ++k)
+    for (int j = box.first[1]; j < box.first[1] + box.size[1]; ++j)
+      for (int i = box.first[0]; i < box.first[0] + box.size[0]; ++i) visit(Index{i, j, k});
+}
+
+/// A piece and what surrounds it.
+class Surroundings {
+ public:
+  Surroundings(const Components& pieces, std::size_t piece, const Volume<float>& denoised,
+               const PlaqueLevel& level)
+      : pieces_(pieces), piece_(std::int32_t(piece)), denoised_(denoised), level_(level) {}
+
+  [[nodiscard]] bool is_piece(const Index& at) const { return pieces_.label[offset(at)] == piece_; }
+  [[nodiscard]] float value(const Index& at) const { return denoised_.values[offset(at)]; }
+  /// Darker than the half level of blood.
+  [[nodiscard]] bool is_tissue(const Index& at) const { return value(at) < level_.half(); }
+  /// As bright as blood, and not on the steep way from plaque to tissue.
+  [[nodiscard]] bool is_blood(const Index& at) const {
+    if (is_piece(at) || std::abs(value(at) - level_.blood) > kNearBlood * level_.contrast)
+      return false;
+    return slope(at) < kSteep;
+  }
+  /// Of the image [contrasts a voxel].
+  [[nodiscard]] double slope(const Index& at) const {
+    double square = 0.0;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      Index before = at, behind = at;
+      --before[axis];
+      ++behind[axis];
+      if (!contains(before) || !contains(behind)) continue;
+      const double along = 0.5 * (value(behind) - value(before));
+      square += along * along;
+    }
+    return std::sqrt(square) / level_.contrast;
+  }
+  /// Whether a voxel of the piece borders on what is neither the piece nor tissue.
+  [[nodiscard]] bool faces_blood(const Index& at) const {
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      for (const int side : {-1, 1}) {
+        Index there = at;
+        there[axis] += side;
+        if (contains(there) && !is_piece(there) && !is_tissue(there)) return true;
+      }
+    return false;
+  }
+  /// A voxel at a step; none beyond the border.
+  [[nodiscard]] bool contains(const Index& at) const {
+    return denoised_.geometry.contains(at[0], at[1], at[2]);
+  }
+  [[nodiscard]] std::size_t offset(const Index& at) const {
+    return denoised_.geometry.offset(at[0], at[1], at[2]);
+  }
+
+ private:
+  const Components& pieces_;
+  std::int32_t piece_;
+  const Volume<float>& denoised_;
+  const PlaqueLevel& level_;
+};
+
+Index moved(const Index& at, const Index& step) {
+  return {at[0] + step[0], at[1] + step[1], at[2] + step[2]};
+}
+
+/// What a voxel in plaque or in its blurred shell is next to.
+enum class Side { neither, blood, tissue };
+
+Side side_of(const Surroundings& around, const Index& at, const std::vector<Index>& steps) {
+  for (const Index& step : steps) {
+    const Index there = moved(at, step);
+    if (!around.contains(there)) continue;
+    if (around.is_tissue(there)) return Side::tissue;
+    if (around.is_blood(there)) return Side::blood;
+  }
+  return Side::neither;
+}
+
+/// The distance in voxels to the nearest voxel of the piece, and the peak of those within reach.
+struct Nearness {
+  double distance = std::numeric_limits<double>::infinity();
+  float peak = 0.0f;
+};
+
+Nearness nearness(const Surroundings& around, const Index& at, const std::vector<Index>& steps) {
+  Nearness near;
+  for (const Index& step : steps) {
+    const Index there = moved(at, step);
+    if (!around.contains(there) || !around.is_piece(there)) continue;
+    near.distance = std::min(near.distance, std::hypot(step[0], step[1], step[2]));
+    near.peak = std::max(near.peak, around.value(there));
+  }
+  return near;
+}
+
+/// The mean slope where a piece borders on blood [contrasts a voxel]; 0: nowhere.
+double edge_slope(const Surroundings& around, const VoxelBox& box) {
+  double sum = 0.0;
+  int count = 0;
+  for_each_voxel(box, [&](const Index& at) {
+    if (!around.is_piece(at) || !around.faces_blood(at)) return;
+    sum += around.slope(at);
+    ++count;
+  });
+  return count > 0 ? sum / count : 0.0;
+}
+
+}  // namespace
+
+std::vector<bool> find_plaque(const Components& pieces, const std::vector<VoxelBox>& boxes,
+                              const std::vector<bool>& candidates, const Volume<float>& denoised,
+                              const PlaqueLevel& level) {
+  const Vec3& h = denoised.geometry.spacing;
+  std::vector<bool> is_plaque(boxes.size(), false);
+  for (std::size_t p = 1; p < boxes.size(); ++p) {
+    const double length = candidates[p] ? length_of(boxes[p], h) : 0.0;
+    if (!candidates[p] || length > kLongestPlaque) continue;
+    const Surroundings around(pieces, p, denoised, level);
+    if (edge_slope(around, boxes[p]) < kSharp) continue;
+    Index low{1 << 30, 1 << 30, 1 << 30}, high{-1, -1, -1};
+    for_each_voxel(grown(boxes[p], denoised.geometry), [&](const Index& at) {
+      if (!around.is_blood(at)) return;
+      for (std::size_t a = 0; a < 3; ++a) {
+        low[a] = std::min(low[a], at[a]);
+        high[a] = std::max(high[a], at[a]);
+      }
+    });
+    if (high[0] < 0) continue;
+    VoxelBox blood{low, {}};
+    for (std::size_t a = 0; a < 3; ++a) blood.size[a] = high[a] - low[a] + 1;
+    is_plaque[p] = length_of(blood, h) >= length;
+  }
+  return is_plaque;
+}
+
+void darken_plaque(const Components& pieces, const std::vector<VoxelBox>& boxes,
+                   const std::vector<bool>& is_plaque, const Volume<float>& denoised,
+                   const PlaqueLevel& level, Volume<float>& image) {
+  const std::vector<Index> steps = steps_within(kReach), shell = steps_within(kShell);
+  for (std::size_t p = 1; p < boxes.size(); ++p) {
+    if (!is_plaque[p]) continue;
+    const Surroundings around(pieces, p, denoised, level);
+    for_each_voxel(grown(boxes[p], denoised.geometry), [&](const Index& at) {
+      const Nearness near = nearness(around, at, shell);
+      if (!std::isfinite(near.distance)) return;
+      float& value = image.values[around.offset(at)];
+      const Side side = side_of(around, at, steps);
+      if (side == Side::blood) {
+        const float above = (value - level.blood) / std::max(near.peak - level.blood, 1.0f);
+        value -=
+            std::max(value - level.blood, 0.0f) + level.contrast * std::clamp(above, 0.0f, 1.0f);
+      } else if (near.distance <= kOuterShell) {
+        value = std::min(value, level.surroundings());
+      }
+    });
+  }
+}
+
+}  // namespace angio::segmentation::detail

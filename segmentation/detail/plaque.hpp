@@ -1,0 +1,45 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "core/volume.hpp"
+#include "segmentation/detail/components.hpp"
+#include "segmentation/detail/fields.hpp"
+
+/// Calcified plaque: bright as bone, in the wall of a vessel, and no lumen.
+namespace angio::segmentation::detail {
+
+/// Blood that plaque lies in.
+struct PlaqueLevel {
+  float blood = 0.0f;
+  float contrast = 0.0f;  ///< of blood against its surroundings
+  [[nodiscard]] float half() const { return blood - 0.5f * contrast; }
+  [[nodiscard]] float surroundings() const { return blood - contrast; }
+};
+
+/// The bright pieces that lie in a vessel: 40 mm long at most, with an edge towards blood, and
+/// blood beside them (within four voxels) along their whole length. A denser vessel has its own
+/// wall beside it, or a shorter piece of blood that it crosses; blood that has not mixed has no
+/// edge.
+///
+/// @param pieces      of what is brighter than blood
+/// @param boxes       around each, shape [piece_count + 1]
+/// @param candidates  to be looked at, the same shape
+std::vector<bool> find_plaque(const Components& pieces, const std::vector<VoxelBox>& boxes,
+                              const std::vector<bool>& candidates, const Volume<float>& denoised,
+                              const PlaqueLevel& level);
+
+/// Darkens plaque, so that the lumen ends at it as at any wall: with a peak P around, what lies
+/// between it and blood L becomes L - C (v - L) / (P - L). So the edge between blood and plaque,
+/// half way from L to P, is at the half level of the lumen's other edges, and as blurred. Where
+/// plaque falls to tissue it passes through blood's level, too; there, it becomes tissue.
+///
+/// @param pieces    of what is brighter than blood
+/// @param is_plaque which are darkened, shape [piece_count + 1]
+void darken_plaque(const Components& pieces, const std::vector<VoxelBox>& boxes,
+                   const std::vector<bool>& is_plaque, const Volume<float>& denoised,
+                   const PlaqueLevel& level, Volume<float>& image);
+
+}  // namespace angio::segmentation::detail

@@ -1,0 +1,133 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/units.hpp"
+#include "segmentation/detail/plaque.hpp"
+#include "segmentation/segmentation.hpp"
+#include "tests/segmentation/tube_volume.hpp"
+
+/// Calcified plaque narrows the lumen; it is none itself.
+namespace angio::segmentation {
+namespace {
+
+constexpr double kTissue = 50.0, kBlood = 400.0, kRadius = 2.0, kHalfLength = 5.0;  // mm
+
+struct Plaque {
+  double intensity = 1100.0;
+  double rest = 0.5;         ///< of the radius that is left in the middle
+  bool is_one_sided = true;  ///< or all around
+};
+
+/// The lumen's radius along the vessel.
+double lumen_radius(const Plaque& plaque, double z) {
+  const double t = z / kHalfLength;
+  const double share = std::abs(t) < 1.0 ? 0.5 * (1.0 + std::cos(units::kPi * t)) : 0.0;
+  return kRadius * (1.0 - share * (1.0 - plaque.rest));
+}
+
+double lumen_middle(const Plaque& plaque, double z) {
+  return plaque.is_one_sided ? kRadius - lumen_radius(plaque, z) : 0.0;
+}
+
+/// A vessel along z whose lumen is narrowed in the middle, plaque between it and the wall. A
+/// blurred image is linear: that of the vessel full of plaque, and that of the lumen in its place.
+Volume<float> image_with(const Plaque& plaque) {
+  TubeImage image;
+  image.size = {50, 50, 180};
+  image.spacing = {0.4, 0.4, 0.4};
+  image.blur_mm = 0.35;
+  image.noise_sd = 20.0;
+  image.background = kTissue;
+  image.lumen = plaque.intensity;
+  Volume<float> volume =
+      image_of(image, [](const Vec3& p) { return std::hypot(p.x, p.y) - kRadius; });
+  image.noise_sd = 0.0;
+  image.background = 0.0;
+  image.lumen = 1.0;
+  const Volume<float> lumen = image_of(image, [&](const Vec3& p) {
+    return std::hypot(p.x - lumen_middle(plaque, p.z), p.y) - lumen_radius(plaque, p.z);
+  });
+  for (std::size_t v = 0; v < volume.values.size(); ++v)
+    volume.values[v] += lumen.values[v] * float(kBlood - plaque.intensity);
+  return volume;
+}
+
+/// Of the circle that has a section's area.
+double diameter_at(const Volume<float>& level_set, double z) {
+  constexpr double kStep = 0.05;
+  int inside = 0;
+  for (double y = -4.0; y < 4.0; y += kStep)
+    for (double x = -4.0; x < 4.0; x += kStep) inside += interpolate(level_set, {x, y, z}) < 0.0;
+  return 2.0 * kStep * std::sqrt(inside / units::kPi);
+}
+
+void expect_true_lumen(const Plaque& plaque) {
+  constexpr double kVoxel = 0.4;
+  const Segmentation result = segment_vessels(image_with(plaque), {});
+  // The horns of a crescent are thinner than the blur and look like blood.
+  EXPECT_NEAR(diameter_at(result.level_set, 0.0), 2.0 * kRadius * plaque.rest, 1.5 * kVoxel);
+  EXPECT_NEAR(diameter_at(result.level_set, 12.0), 2.0 * kRadius, 0.5 * kVoxel);
+  for (double z = -15.0; z < 15.0; z += 0.5)
+    EXPECT_LT(interpolate(result.level_set, {lumen_middle(plaque, z), 0.0, z}), 0.0) << z;
+}
+
+TEST(Plaque, OnOneSideIsNoLumen) {
+  expect_true_lumen({});
+  expect_true_lumen({.rest = 0.3});
+  expect_true_lumen({.intensity = 900.0});
+}
+
+TEST(Plaque, AllAroundIsNoLumen) {
+  expect_true_lumen({.is_one_sided = false});
+  expect_true_lumen({.rest = 0.3, .is_one_sided = false});
+}
+
+TEST(Plaque, ThatIsSoftIsNoLumenEither) { expect_true_lumen({.intensity = kTissue}); }
+
+TEST(Plaque, IsToldOf) {
+  const auto told = testing::Contains(testing::HasSubstr("calcified plaque"));
+  EXPECT_THAT(segment_vessels(image_with({}), {}).warnings, told);
+  SegmentationOptions all;
+  all.exclude_bone = false;
+  EXPECT_THAT(segment_vessels(image_with({}), all).warnings, testing::Not(told));
+  EXPECT_THAT(segment_vessels(image_with({.intensity = kTissue}), {}).warnings, testing::Not(told));
+}
+
+/// Whether the largest bright piece of a volume is plaque.
+bool is_plaque(const Volume<float>& volume) {
+  Volume<std::uint8_t> mask(volume.geometry);
+  for (std::size_t v = 0; v < mask.values.size(); ++v) mask.values[v] = volume.values[v] > 530.0f;
+  const detail::Components pieces = detail::label_components(mask, detail::Connectivity::faces);
+  const auto largest =
+      std::size_t(std::max_element(pieces.voxel_count.begin() + 1, pieces.voxel_count.end()) -
+                  pieces.voxel_count.begin());
+  for (std::size_t v = 0; v < mask.values.size(); ++v)
+    mask.values[v] = pieces.label[v] == std::int32_t(largest);
+  std::vector<detail::VoxelBox> boxes(pieces.voxel_count.size());
+  boxes[largest] = detail::bounding_box(mask, 0.0);
+  std::vector<bool> candidates(boxes.size(), false);
+  candidates[largest] = true;
+  return detail::find_plaque(pieces, boxes, candidates, volume, {float(kBlood), 350.0f})[largest];
+}
+
+TEST(Plaque, IsNoDenserVesselThatCrosses) {
+  EXPECT_TRUE(is_plaque(image_with({})));
+  TubeImage image;
+  image.size = {70, 50, 70};
+  image.spacing = {0.4, 0.4, 0.4};
+  image.background = kTissue;
+  image.lumen = kBlood;
+  Volume<float> volume = image_of(image, [](const Vec3& p) { return along_z(p, kRadius); });
+  image.lumen = 900.0;
+  const Volume<float> vein =
+      image_of(image, [](const Vec3& p) { return std::hypot(p.y - 4.2, p.z) - kRadius; });
+  for (std::size_t v = 0; v < volume.values.size(); ++v)
+    volume.values[v] = std::max(volume.values[v], vein.values[v]);
+  EXPECT_FALSE(is_plaque(volume));
+}
+
+}  // namespace
+}  // namespace angio::segmentation
