@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <utility>
 
 #include "segmentation/detail/blood_level.hpp"
@@ -29,22 +30,26 @@ struct TubeLevel {
   float contrast = 0.0f;  ///< 0: there are none
 };
 
-TubeLevel tube_level(const std::vector<TubeAxis>& axes, const Volume<float>& denoised) {
-  std::vector<std::pair<float, double>> contrast;
-  for (const TubeAxis& axis : axes)
-    for (const float of_place : axis.contrast)
-      contrast.emplace_back(of_place, axis.length_share * double(of_place) * double(of_place));
-  const float typical = weighted_quantile(contrast, 0.5);
-  std::vector<std::pair<float, double>> intensity;
-  contrast.clear();
+/// @param most  a place counts by its contrast squared, which counts for no more than this
+TubeLevel tube_level(const std::vector<TubeAxis>& axes, const Volume<float>& denoised,
+                     float most = std::numeric_limits<float>::infinity()) {
+  std::vector<std::pair<float, double>> intensity, contrast;
   for (const TubeAxis& axis : axes)
     for (std::size_t n = 0; n < axis.voxels.size(); ++n) {
-      const double counted = double(std::min(axis.contrast[n], typical));
+      const double counted = double(std::min(axis.contrast[n], most));
       const double weight = axis.length_share * counted * counted;
       intensity.emplace_back(denoised.values[axis.voxels[n]], weight);
       contrast.emplace_back(axis.contrast[n], weight);
     }
   return {weighted_quantile(intensity, 0.9), weighted_quantile(contrast, 0.9)};
+}
+
+/// The median contrast of places on axes, by length.
+float typical_contrast(const std::vector<TubeAxis>& axes) {
+  std::vector<std::pair<float, double>> contrast;
+  for (const TubeAxis& axis : axes)
+    for (const float of_place : axis.contrast) contrast.emplace_back(of_place, axis.length_share);
+  return weighted_quantile(contrast, 0.5);
 }
 
 /// The box of a set of voxels, in steps of the grid.
@@ -96,6 +101,7 @@ std::vector<bool> bright_among(const Components& pieces, const Volume<float>& de
 std::vector<bool> without_tubes(std::vector<bool> is_object, const Components& pieces,
                                 const std::vector<Extent>& extent,
                                 const std::vector<TubeAxis>& axes, const VolumeGeometry& grid) {
+  if (is_object.empty()) return {};
   std::vector<double> tube(extent.size(), 0.0);
   for (const TubeAxis& axis : axes) {
     std::vector<std::pair<std::int32_t, std::size_t>> inside;
@@ -113,6 +119,26 @@ std::vector<bool> without_tubes(std::vector<bool> is_object, const Components& p
   for (std::size_t p = 1; p < extent.size(); ++p)
     is_object[p] = is_object[p] && tube[p] < kTubeShare * extent[p].length(grid.spacing);
   return is_object;
+}
+
+/// What is brighter than tubes.
+struct BrightPieces {
+  Components pieces;
+  std::vector<Extent> extents;     ///< shape [piece_count + 1]
+  std::vector<bool> is_something;  ///< large and bright enough, the same shape
+};
+
+BrightPieces find_bright_pieces(const Volume<float>& denoised, const TubeLevel& level,
+                                const SegmentationOptions& options) {
+  const float least_peak = level.lumen + kObjectExcess * level.contrast;
+  if (*std::max_element(denoised.values.begin(), denoised.values.end()) < least_peak) return {};
+  Volume<std::uint8_t> mask(denoised.geometry);
+  for (std::size_t v = 0; v < denoised.values.size(); ++v)
+    mask.values[v] = denoised.values[v] > level.lumen + kCoreExcess * level.contrast;
+  BrightPieces bright{label_components(mask, Connectivity::faces), {}, {}};
+  bright.extents = extents_of(bright.pieces, denoised.geometry);
+  bright.is_something = bright_among(bright.pieces, denoised, least_peak, options);
+  return bright;
 }
 
 int count_of(const std::vector<bool>& flags) {
@@ -151,47 +177,47 @@ BrightObjects find_bright_objects(const Volume<float>& volume, const std::vector
   if (!(double(level.contrast) > 2.0 * noise)) return {};
   const Volume<float> denoised =
       smooth(volume, denoising_sigma(volume, noise, double(level.contrast)));
-  level = tube_level(axes, denoised);
-  const float least_peak = level.lumen + kObjectExcess * level.contrast;
-  if (*std::max_element(denoised.values.begin(), denoised.values.end()) < least_peak) return {};
-
   const VolumeGeometry& grid = volume.geometry;
-  Volume<std::uint8_t> mask(grid);
-  for (std::size_t v = 0; v < denoised.values.size(); ++v)
-    mask.values[v] = denoised.values[v] > level.lumen + kCoreExcess * level.contrast;
-  const Components pieces = label_components(mask, Connectivity::faces);
-  const std::vector<Extent> extents = extents_of(pieces, grid);
-  std::vector<VoxelBox> boxes;
-  for (const Extent& extent : extents) boxes.push_back(extent.box());
-  std::vector<bool> is_bright = bright_among(pieces, denoised, least_peak, options);
+
+  level = tube_level(axes, denoised, typical_contrast(axes));
   const PlaqueLevel blood{level.lumen, level.contrast};
-  const std::vector<bool> is_plaque = find_plaque(pieces, boxes, is_bright, denoised, blood);
-  for (std::size_t p = 0; p < is_plaque.size(); ++p)
-    if (is_plaque[p]) is_bright[p] = false;
+  const BrightPieces in_vessels = find_bright_pieces(denoised, level, options);
+  std::vector<VoxelBox> boxes;
+  for (const Extent& extent : in_vessels.extents) boxes.push_back(extent.box());
+  const std::vector<bool> is_plaque =
+      find_plaque(in_vessels.pieces, boxes, in_vessels.is_something, axes, denoised, blood);
+
+  level = tube_level(axes, denoised);
+  BrightPieces bright = find_bright_pieces(denoised, level, options);
+  for (std::size_t v = 0; v < in_vessels.pieces.label.size(); ++v)
+    if (!bright.is_something.empty() && is_plaque[std::size_t(in_vessels.pieces.label[v])])
+      bright.is_something[std::size_t(bright.pieces.label[v])] = false;
   const std::vector<bool> is_object =
-      without_tubes(std::move(is_bright), pieces, extents, axes, grid);
+      without_tubes(std::move(bright.is_something), bright.pieces, bright.extents, axes, grid);
 
   BrightObjects objects;
   if (const int count = count_of(is_object); count > 0) {
-    for (std::size_t v = 0; v < pieces.label.size(); ++v)
-      mask.values[v] = is_object[std::size_t(pieces.label[v])];
+    Volume<std::uint8_t> mask(grid);
+    for (std::size_t v = 0; v < bright.pieces.label.size(); ++v)
+      mask.values[v] = is_object[std::size_t(bright.pieces.label[v])];
     add_shells(mask, denoised, float(std::min(noise, 0.05 * double(level.contrast))));
-    objects.image_without = take_out(volume, mask, blood.half());
+    objects.image_without = take_out(volume, mask, level.lumen - 0.5f * level.contrast);
     objects.warnings.push_back(
         std::to_string(count) + (count == 1 ? " object" : " objects") +
         " brighter than the vessels (bone, calcification or metal), " +
-        amount_of(pieces, is_object, grid) +
+        amount_of(bright.pieces, is_object, grid) +
         ", were kept out; if that is vessel, set segmentation.exclude_bone = false or give a seed "
         "in it");
   }
   if (const int count = count_of(is_plaque); count > 0) {
     if (objects.image_without.values.empty()) objects.image_without = volume;
-    darken_plaque(pieces, boxes, is_plaque, denoised, blood, objects.image_without);
+    darken_plaque(in_vessels.pieces, boxes, is_plaque, denoised, blood, objects.image_without);
     objects.warnings.push_back(
         std::to_string(count) + (count == 1 ? " piece" : " pieces") +
-        " of the vessels brighter than blood, " + amount_of(pieces, is_plaque, grid) +
-        ", are taken for calcified plaque: the lumen ends half way to their brightness; if that is "
-        "blood, set segmentation.exclude_bone = false or give a seed in it");
+        " of the vessels brighter than blood, " + amount_of(in_vessels.pieces, is_plaque, grid) +
+        (count == 1 ? ", is" : ", are") +
+        " taken for calcified plaque: the lumen ends half way to its brightness; if that is blood, "
+        "set segmentation.exclude_bone = false or give a seed in it");
   }
   return objects;
 }

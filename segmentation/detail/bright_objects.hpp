@@ -19,14 +19,15 @@ struct BrightObjects {
 /// Finds objects that are brighter than the tubes of the volume by half their contrast and are no
 /// tubes themselves.
 ///
-/// L and C are the 0.9 quantiles of intensity and contrast on tube axes, by length times C^2, in
-/// which C counts for no more than its own median: bone and plaque have the greatest. Pieces above
-/// L + 0.35 C that reach L + C / 2 count, unless a seed lies in them. Those in a vessel are
-/// calcified plaque, which is darkened (plaque.hpp). The others are no vessels, unless a tube axis
-/// runs through half their extent; they become local background, with their shells of partial
+/// L and C are the 0.9 quantiles of intensity and contrast on tube axes, by length times C^2.
+/// Pieces above L + 0.35 C that reach L + C / 2 count, unless a seed lies in them, or a tube axis
+/// runs through half their extent. They become local background, with their shells of partial
 /// volume: voxels within two blurs and a voxel (2.6 voxels) that are reached on a falling way,
 /// which ends at the valley before a vessel. Without a tube that voxels show in full, nothing is
 /// taken for bright.
+///
+/// Pieces in a vessel's wall are calcified plaque, and darkened instead (plaque.hpp). For them, C
+/// counts in the weights for no more than its median: plaque's own is the greatest.
 ///
 /// @param axes  of the volume (find_tube_axes)
 BrightObjects find_bright_objects(const Volume<float>& volume, const std::vector<TubeAxis>& axes,

@@ -5,16 +5,20 @@
 #include <cmath>
 #include <limits>
 
+#include "segmentation/detail/take_out.hpp"
+
 namespace angio::segmentation::detail {
 namespace {
 
-constexpr int kReach = 4;                ///< voxels around a piece that are looked at
-constexpr double kShell = 2.6;           ///< voxels: two blurs of 0.8 voxels and a voxel
-constexpr double kOuterShell = 1.5;      ///< voxels: from plaque's threshold to half of blood's
-constexpr double kSharp = 0.12;          ///< contrasts a voxel: where blood mixes, it is gentler
-constexpr double kSteep = 0.55;          ///< contrasts a voxel
-constexpr float kNearBlood = 0.25f;      ///< of the contrast
-constexpr double kLongestPlaque = 40.0;  ///< [mm]
+constexpr int kReach = 4;            ///< voxels around a piece that are looked at
+constexpr double kShell = 2.6;       ///< voxels: two blurs of 0.8 voxels and a voxel
+constexpr double kOuterShell = 1.5;  ///< voxels: from plaque's threshold to half of blood's
+constexpr double kSharp = 0.12;      ///< contrasts a voxel: where blood mixes, it is gentler
+constexpr double kAtWall = 0.25;     ///< of its border: plaque lies in the wall
+constexpr double kSteep = 0.55;      ///< contrasts a voxel
+constexpr float kNearBlood = 0.25f;  ///< of the contrast
+constexpr double kReachOfAxis = 4.0, kLeastAxis = 4.0;  ///< [mm]
+constexpr double kLongestPlaque = 40.0;                 ///< [mm]
 
 using Index = std::array<int, 3>;
 
@@ -82,15 +86,13 @@ class Surroundings {
     }
     return std::sqrt(square) / level_.contrast;
   }
-  /// Whether a voxel of the piece borders on what is neither the piece nor tissue.
+  /// Whether blood, or what is on the way to it, is beside a voxel of the piece.
   [[nodiscard]] bool faces_blood(const Index& at) const {
-    for (std::size_t axis = 0; axis < 3; ++axis)
-      for (const int side : {-1, 1}) {
-        Index there = at;
-        there[axis] += side;
-        if (contains(there) && !is_piece(there) && !is_tissue(there)) return true;
-      }
-    return false;
+    return sees(at, 1, [&](const Index& there) { return !is_piece(there) && !is_tissue(there); });
+  }
+  /// Whether tissue is beside it, behind the blurred edge.
+  [[nodiscard]] bool faces_tissue(const Index& at) const {
+    return sees(at, 2, [&](const Index& there) { return is_tissue(there); });
   }
   /// A voxel at a step; none beyond the border.
   [[nodiscard]] bool contains(const Index& at) const {
@@ -101,6 +103,19 @@ class Surroundings {
   }
 
  private:
+  /// Whether something is within some steps along the axes.
+  template <class Test>
+  [[nodiscard]] bool sees(const Index& at, int reach, const Test& is_it) const {
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      for (const int side : {-1, 1})
+        for (int step = 1; step <= reach; ++step) {
+          Index there = at;
+          there[axis] += side * step;
+          if (contains(there) && is_it(there)) return true;
+        }
+    return false;
+  }
+
   const Components& pieces_;
   std::int32_t piece_;
   const Volume<float>& denoised_;
@@ -141,30 +156,75 @@ Nearness nearness(const Surroundings& around, const Index& at, const std::vector
   return near;
 }
 
-/// The mean slope where a piece borders on blood [contrasts a voxel]; 0: nowhere.
-double edge_slope(const Surroundings& around, const VoxelBox& box) {
-  double sum = 0.0;
-  int count = 0;
+/// A place on the axis of a tube of blood.
+struct AxisPlace {
+  Index at;
+  double length;  ///< that it stands for [mm]
+};
+
+std::vector<AxisPlace> places_of_blood(const std::vector<TubeAxis>& axes,
+                                       const Volume<float>& denoised, const PlaqueLevel& level) {
+  std::vector<AxisPlace> places;
+  for (const TubeAxis& axis : axes)
+    for (const std::size_t v : axis.voxels)
+      if (std::abs(denoised.values[v] - level.blood) <= kNearBlood * level.contrast)
+        places.push_back({voxel_of(denoised.geometry, v), axis.length_share});
+  return places;
+}
+
+/// The length of the axes of blood within reach of a piece [mm].
+double length_near(const std::vector<AxisPlace>& places, const VoxelBox& box, const Vec3& h) {
+  double length = 0.0;
+  for (const AxisPlace& place : places) {
+    bool is_near = true;
+    for (std::size_t a = 0; a < 3; ++a) {
+      const double reach = kReachOfAxis / h[int(a)];
+      is_near = is_near && place.at[a] >= box.first[a] - reach &&
+                place.at[a] < box.first[a] + box.size[a] + reach;
+    }
+    if (is_near) length += place.length;
+  }
+  return length;
+}
+
+/// A piece's border.
+struct Border {
+  double slope = 0.0;         ///< mean where blood is beside it [contrasts a voxel]; 0: nowhere
+  double tissue_share = 0.0;  ///< of its voxels that have blood or tissue beside them
+};
+
+Border border_of(const Surroundings& around, const VoxelBox& box) {
+  double slopes = 0.0;
+  int at_blood = 0, at_tissue = 0, all = 0;
   for_each_voxel(box, [&](const Index& at) {
-    if (!around.is_piece(at) || !around.faces_blood(at)) return;
-    sum += around.slope(at);
-    ++count;
+    if (!around.is_piece(at)) return;
+    const bool has_blood = around.faces_blood(at), has_tissue = around.faces_tissue(at);
+    all += has_blood || has_tissue;
+    at_tissue += has_tissue;
+    if (!has_blood) return;
+    slopes += around.slope(at);
+    ++at_blood;
   });
-  return count > 0 ? sum / count : 0.0;
+  if (at_blood == 0) return {};
+  return {slopes / at_blood, double(at_tissue) / all};
 }
 
 }  // namespace
 
 std::vector<bool> find_plaque(const Components& pieces, const std::vector<VoxelBox>& boxes,
-                              const std::vector<bool>& candidates, const Volume<float>& denoised,
+                              const std::vector<bool>& candidates,
+                              const std::vector<TubeAxis>& axes, const Volume<float>& denoised,
                               const PlaqueLevel& level) {
+  const std::vector<AxisPlace> places = places_of_blood(axes, denoised, level);
   const Vec3& h = denoised.geometry.spacing;
   std::vector<bool> is_plaque(boxes.size(), false);
   for (std::size_t p = 1; p < boxes.size(); ++p) {
     const double length = candidates[p] ? length_of(boxes[p], h) : 0.0;
     if (!candidates[p] || length > kLongestPlaque) continue;
+    if (length_near(places, boxes[p], h) < kLeastAxis) continue;
     const Surroundings around(pieces, p, denoised, level);
-    if (edge_slope(around, boxes[p]) < kSharp) continue;
+    const Border border = border_of(around, boxes[p]);
+    if (border.slope < kSharp || border.tissue_share < kAtWall) continue;
     Index low{1 << 30, 1 << 30, 1 << 30}, high{-1, -1, -1};
     for_each_voxel(grown(boxes[p], denoised.geometry), [&](const Index& at) {
       if (!around.is_blood(at)) return;

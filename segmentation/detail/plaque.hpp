@@ -7,6 +7,7 @@
 #include "core/volume.hpp"
 #include "segmentation/detail/components.hpp"
 #include "segmentation/detail/fields.hpp"
+#include "segmentation/detail/tube_axes.hpp"
 
 /// Calcified plaque: bright as bone, in the wall of a vessel, and no lumen.
 namespace angio::segmentation::detail {
@@ -19,16 +20,19 @@ struct PlaqueLevel {
   [[nodiscard]] float surroundings() const { return blood - contrast; }
 };
 
-/// The bright pieces that lie in a vessel: 40 mm long at most, with an edge towards blood, and
-/// blood beside them (within four voxels) along their whole length. A denser vessel has its own
-/// wall beside it, or a shorter piece of blood that it crosses; blood that has not mixed has no
-/// edge.
+/// The bright pieces that lie in a vessel's wall: 40 mm long at most, with an edge towards blood,
+/// tissue beside a quarter of their border, a tube of blood near, and blood beside them (within
+/// four voxels) along their whole length. A denser vessel has its own wall beside it, or a shorter
+/// piece of blood that it crosses; blood that has not mixed has no edge, and a jet of it no tissue
+/// beside it.
 ///
 /// @param pieces      of what is brighter than blood
 /// @param boxes       around each, shape [piece_count + 1]
 /// @param candidates  to be looked at, the same shape
+/// @param axes        of the volume: plaque has 4 mm or more of one as bright as blood within 4 mm
 std::vector<bool> find_plaque(const Components& pieces, const std::vector<VoxelBox>& boxes,
-                              const std::vector<bool>& candidates, const Volume<float>& denoised,
+                              const std::vector<bool>& candidates,
+                              const std::vector<TubeAxis>& axes, const Volume<float>& denoised,
                               const PlaqueLevel& level);
 
 /// Darkens plaque, so that the lumen ends at it as at any wall: with a peak P around, what lies

@@ -36,7 +36,7 @@ double lumen_middle(const Plaque& plaque, double z) {
 /// blurred image is linear: that of the vessel full of plaque, and that of the lumen in its place.
 Volume<float> image_with(const Plaque& plaque) {
   TubeImage image;
-  image.size = {50, 50, 180};
+  image.size = {50, 50, 150};
   image.spacing = {0.4, 0.4, 0.4};
   image.blur_mm = 0.35;
   image.noise_sd = 20.0;
@@ -77,7 +77,7 @@ void expect_true_lumen(const Plaque& plaque) {
 TEST(Plaque, OnOneSideIsNoLumen) {
   expect_true_lumen({});
   expect_true_lumen({.rest = 0.3});
-  expect_true_lumen({.intensity = 900.0});
+  expect_true_lumen({.intensity = 1500.0});
 }
 
 TEST(Plaque, AllAroundIsNoLumen) {
@@ -110,7 +110,8 @@ bool is_plaque(const Volume<float>& volume) {
   boxes[largest] = detail::bounding_box(mask, 0.0);
   std::vector<bool> candidates(boxes.size(), false);
   candidates[largest] = true;
-  return detail::find_plaque(pieces, boxes, candidates, volume, {float(kBlood), 350.0f})[largest];
+  return detail::find_plaque(pieces, boxes, candidates, detail::find_tube_axes(volume), volume,
+                             {float(kBlood), 350.0f})[largest];
 }
 
 TEST(Plaque, IsNoDenserVesselThatCrosses) {
