@@ -19,9 +19,10 @@
 namespace angio::segmentation::detail {
 namespace {
 
-constexpr float kCoreExcess = 0.35f;   ///< of the contrast above the lumen: part of an object
-constexpr float kObjectExcess = 0.5f;  ///< that an object must reach
-constexpr double kTubeShare = 0.5;     ///< of an object's extent with an axis in it: a vessel
+constexpr float kCoreExcess = 0.35f;      ///< of the contrast above the lumen: part of an object
+constexpr float kObjectExcess = 0.5f;     ///< that an object must reach
+constexpr double kTubeShare = 0.5;        ///< of an object's extent with an axis in it: a vessel
+constexpr double kPlaqueQuantile = 0.75;  ///< plaque may lie along a quarter of the vessels
 constexpr std::size_t kLeastVoxels = 27;
 
 /// Of the tubes of a volume.
@@ -30,9 +31,10 @@ struct TubeLevel {
   float contrast = 0.0f;  ///< 0: there are none
 };
 
-/// @param most  a place counts by its contrast squared, which counts for no more than this
+/// @param share  the quantile that is their level
+/// @param most   a place counts by its contrast squared, which counts for no more than this
 TubeLevel tube_level(const std::vector<TubeAxis>& axes, const Volume<float>& denoised,
-                     float most = std::numeric_limits<float>::infinity()) {
+                     double share = 0.9, float most = std::numeric_limits<float>::infinity()) {
   std::vector<std::pair<float, double>> intensity, contrast;
   for (const TubeAxis& axis : axes)
     for (std::size_t n = 0; n < axis.voxels.size(); ++n) {
@@ -41,7 +43,7 @@ TubeLevel tube_level(const std::vector<TubeAxis>& axes, const Volume<float>& den
       intensity.emplace_back(denoised.values[axis.voxels[n]], weight);
       contrast.emplace_back(axis.contrast[n], weight);
     }
-  return {weighted_quantile(intensity, 0.9), weighted_quantile(contrast, 0.9)};
+  return {weighted_quantile(intensity, share), weighted_quantile(contrast, share)};
 }
 
 /// The median contrast of places on axes, by length.
@@ -179,7 +181,7 @@ BrightObjects find_bright_objects(const Volume<float>& volume, const std::vector
       smooth(volume, denoising_sigma(volume, noise, double(level.contrast)));
   const VolumeGeometry& grid = volume.geometry;
 
-  level = tube_level(axes, denoised, typical_contrast(axes));
+  level = tube_level(axes, denoised, kPlaqueQuantile, typical_contrast(axes));
   const PlaqueLevel blood{level.lumen, level.contrast};
   const BrightPieces in_vessels = find_bright_pieces(denoised, level, options);
   std::vector<VoxelBox> boxes;

@@ -26,8 +26,9 @@ struct BrightObjects {
 /// which ends at the valley before a vessel. Without a tube that voxels show in full, nothing is
 /// taken for bright.
 ///
-/// Pieces in a vessel's wall are calcified plaque, and darkened instead (plaque.hpp). For them, C
-/// counts in the weights for no more than its median: plaque's own is the greatest.
+/// Pieces in a vessel's wall are calcified plaque, and darkened instead (plaque.hpp). For them, L
+/// and C are 0.75 quantiles, and C counts in the weights for no more than its median: plaque's own
+/// is the greatest.
 ///
 /// @param axes  of the volume (find_tube_axes)
 BrightObjects find_bright_objects(const Volume<float>& volume, const std::vector<TubeAxis>& axes,

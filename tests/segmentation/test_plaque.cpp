@@ -3,8 +3,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <random>
 
 #include "core/units.hpp"
+#include "segmentation/detail/fields.hpp"
 #include "segmentation/detail/plaque.hpp"
 #include "segmentation/segmentation.hpp"
 #include "tests/segmentation/tube_volume.hpp"
@@ -13,7 +15,8 @@
 namespace angio::segmentation {
 namespace {
 
-constexpr double kTissue = 50.0, kBlood = 400.0, kRadius = 2.0, kHalfLength = 5.0;  // mm
+constexpr double kTissue = 50.0, kBlood = 400.0;
+constexpr double kRadius = 2.0, kHalfLength = 5.0, kVoxel = 0.4;  // mm
 
 struct Plaque {
   double intensity = 1100.0;
@@ -32,43 +35,44 @@ double lumen_middle(const Plaque& plaque, double z) {
   return plaque.is_one_sided ? kRadius - lumen_radius(plaque, z) : 0.0;
 }
 
-/// A vessel along z whose lumen is narrowed in the middle, plaque between it and the wall. A
-/// blurred image is linear: that of the vessel full of plaque, and that of the lumen in its place.
+/// A vessel along z whose lumen is narrowed in the middle, plaque between it and the wall, as a
+/// scanner sees it: blurred, and averaged over voxels.
 Volume<float> image_with(const Plaque& plaque) {
-  TubeImage image;
-  image.size = {50, 50, 150};
-  image.spacing = {0.4, 0.4, 0.4};
-  image.blur_mm = 0.35;
-  image.noise_sd = 20.0;
-  image.background = kTissue;
-  image.lumen = plaque.intensity;
-  Volume<float> volume =
-      image_of(image, [](const Vec3& p) { return std::hypot(p.x, p.y) - kRadius; });
-  image.noise_sd = 0.0;
-  image.background = 0.0;
-  image.lumen = 1.0;
-  const Volume<float> lumen = image_of(image, [&](const Vec3& p) {
-    return std::hypot(p.x - lumen_middle(plaque, p.z), p.y) - lumen_radius(plaque, p.z);
-  });
-  for (std::size_t v = 0; v < volume.values.size(); ++v)
-    volume.values[v] += lumen.values[v] * float(kBlood - plaque.intensity);
-  return volume;
+  constexpr int kFine = 2;  // along each edge of a voxel
+  VolumeGeometry grid;
+  grid.size = {50 * kFine, 50 * kFine, 130 * kFine};
+  grid.spacing = (kVoxel / kFine) * Vec3{1.0, 1.0, 1.0};
+  for (int a = 0; a < 3; ++a)
+    grid.origin[a] = -0.5 * (grid.size[std::size_t(a)] - 1) * grid.spacing[a];
+  Volume<float> fine(grid, float(kTissue));
+  for (int k = 0; k < grid.size[2]; ++k)
+    for (int j = 0; j < grid.size[1]; ++j)
+      for (int i = 0; i < grid.size[0]; ++i) {
+        const Vec3 p = grid.lps_from_index({double(i), double(j), double(k)});
+        if (std::hypot(p.x, p.y) > kRadius) continue;
+        const double off = std::hypot(p.x - lumen_middle(plaque, p.z), p.y);
+        fine.at(i, j, k) = float(off <= lumen_radius(plaque, p.z) ? kBlood : plaque.intensity);
+      }
+  Volume<float> image = detail::block_average(detail::smooth(fine, 0.35), {kFine, kFine, kFine});
+  std::mt19937 random(1);
+  std::normal_distribution<float> noise(0.0f, 20.0f);
+  for (float& value : image.values) value += noise(random);
+  return image;
 }
 
-/// Of the circle that has a section's area.
+/// Of the largest ball around a place of a section.
 double diameter_at(const Volume<float>& level_set, double z) {
   constexpr double kStep = 0.05;
-  int inside = 0;
+  double deepest = 0.0;
   for (double y = -4.0; y < 4.0; y += kStep)
-    for (double x = -4.0; x < 4.0; x += kStep) inside += interpolate(level_set, {x, y, z}) < 0.0;
-  return 2.0 * kStep * std::sqrt(inside / units::kPi);
+    for (double x = -4.0; x < 4.0; x += kStep)
+      deepest = std::max(deepest, -interpolate(level_set, {x, y, z}));
+  return 2.0 * deepest;
 }
 
 void expect_true_lumen(const Plaque& plaque) {
-  constexpr double kVoxel = 0.4;
   const Segmentation result = segment_vessels(image_with(plaque), {});
-  // The horns of a crescent are thinner than the blur and look like blood.
-  EXPECT_NEAR(diameter_at(result.level_set, 0.0), 2.0 * kRadius * plaque.rest, 1.5 * kVoxel);
+  EXPECT_NEAR(diameter_at(result.level_set, 0.0), 2.0 * kRadius * plaque.rest, kVoxel);
   EXPECT_NEAR(diameter_at(result.level_set, 12.0), 2.0 * kRadius, 0.5 * kVoxel);
   for (double z = -15.0; z < 15.0; z += 0.5)
     EXPECT_LT(interpolate(result.level_set, {lumen_middle(plaque, z), 0.0, z}), 0.0) << z;
@@ -76,7 +80,8 @@ void expect_true_lumen(const Plaque& plaque) {
 
 TEST(Plaque, OnOneSideIsNoLumen) {
   expect_true_lumen({});
-  expect_true_lumen({.rest = 0.3});
+  expect_true_lumen({.rest = 0.4});
+  expect_true_lumen({.intensity = 900.0});
   expect_true_lumen({.intensity = 1500.0});
 }
 
