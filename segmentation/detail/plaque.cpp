@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 
+#include "core/statistics.hpp"
 #include "segmentation/detail/take_out.hpp"
 
 namespace angio::segmentation::detail {
@@ -14,10 +15,12 @@ constexpr int kReach = 4;            ///< voxels around a piece that are looked 
 constexpr double kShell = 2.6;       ///< voxels: two blurs of 0.8 voxels and a voxel
 constexpr double kOuterShell = 1.5;  ///< voxels: from plaque's threshold to half of blood's
 constexpr double kSharp = 0.12;      ///< contrasts a voxel: where blood mixes, it is gentler
-constexpr double kAtWall = 0.25;     ///< of its border: plaque lies in the wall
+constexpr float kBright = 0.5f;      ///< contrasts above blood: half of it, not noise alone
+constexpr double kEachSide = 0.2;    ///< of its border: plaque is between wall and blood
 constexpr double kSteep = 0.55;      ///< contrasts a voxel
 constexpr float kNearBlood = 0.25f;  ///< of the contrast
 constexpr double kReachOfAxis = 4.0, kLeastAxis = 4.0;  ///< [mm]
+constexpr double kThickest = 2.0;                       ///< [mm] radius of a ball in plaque
 constexpr double kLongestPlaque = 40.0;                 ///< [mm]
 
 using Index = std::array<int, 3>;
@@ -86,14 +89,6 @@ class Surroundings {
     }
     return std::sqrt(square) / level_.contrast;
   }
-  /// Whether blood, or what is on the way to it, is beside a voxel of the piece.
-  [[nodiscard]] bool faces_blood(const Index& at) const {
-    return sees(at, 1, [&](const Index& there) { return !is_piece(there) && !is_tissue(there); });
-  }
-  /// Whether tissue is beside it, behind the blurred edge.
-  [[nodiscard]] bool faces_tissue(const Index& at) const {
-    return sees(at, 2, [&](const Index& there) { return is_tissue(there); });
-  }
   /// A voxel at a step; none beyond the border.
   [[nodiscard]] bool contains(const Index& at) const {
     return denoised_.geometry.contains(at[0], at[1], at[2]);
@@ -103,19 +98,6 @@ class Surroundings {
   }
 
  private:
-  /// Whether something is within some steps along the axes.
-  template <class Test>
-  [[nodiscard]] bool sees(const Index& at, int reach, const Test& is_it) const {
-    for (std::size_t axis = 0; axis < 3; ++axis)
-      for (const int side : {-1, 1})
-        for (int step = 1; step <= reach; ++step) {
-          Index there = at;
-          there[axis] += side * step;
-          if (contains(there) && is_it(there)) return true;
-        }
-    return false;
-  }
-
   const Components& pieces_;
   std::int32_t piece_;
   const Volume<float>& denoised_;
@@ -187,26 +169,66 @@ double length_near(const std::vector<AxisPlace>& places, const VoxelBox& box, co
   return length;
 }
 
-/// A piece's border.
+/// A piece's border, of faces of its voxels. One is at tissue that is reached within three voxels
+/// straight on, else at blood.
 struct Border {
-  double slope = 0.0;         ///< mean where blood is beside it [contrasts a voxel]; 0: nowhere
-  double tissue_share = 0.0;  ///< of its voxels that have blood or tissue beside them
+  double slope = 0.0;         ///< mean at blood [contrasts a voxel]
+  double blood_share = 0.0;   ///< of the faces
+  double tissue_share = 0.0;  ///< likewise
 };
 
 Border border_of(const Surroundings& around, const VoxelBox& box) {
+  constexpr int kAhead = 3;
   double slopes = 0.0;
-  int at_blood = 0, at_tissue = 0, all = 0;
+  int at_blood = 0, at_tissue = 0;
+  const auto look = [&](const Index& at, const Index& step) {
+    Index there = moved(at, step);
+    if (!around.contains(there) || around.is_piece(there)) return;
+    for (int n = 0; n < kAhead && around.contains(there); ++n, there = moved(there, step))
+      if (around.is_tissue(there)) {
+        ++at_tissue;
+        return;
+      }
+    ++at_blood;
+    slopes += around.slope(at);
+  };
   for_each_voxel(box, [&](const Index& at) {
     if (!around.is_piece(at)) return;
-    const bool has_blood = around.faces_blood(at), has_tissue = around.faces_tissue(at);
-    all += has_blood || has_tissue;
-    at_tissue += has_tissue;
-    if (!has_blood) return;
-    slopes += around.slope(at);
-    ++at_blood;
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      for (const int side : {-1, 1}) {
+        Index step{0, 0, 0};
+        step[axis] = side;
+        look(at, step);
+      }
   });
   if (at_blood == 0) return {};
-  return {slopes / at_blood, double(at_tissue) / all};
+  const double all = at_blood + at_tissue;
+  return {slopes / at_blood, at_blood / all, at_tissue / all};
+}
+
+/// Half of a piece is brighter.
+float middle_of(const Surroundings& around, const VoxelBox& box) {
+  std::vector<float> values;
+  for_each_voxel(box, [&](const Index& at) {
+    if (around.is_piece(at)) values.push_back(around.value(at));
+  });
+  return median(std::move(values));
+}
+
+/// Whether a ball fits into a piece.
+bool holds_ball(const Surroundings& around, const VoxelBox& box, double radius, const Vec3& h) {
+  std::vector<Index> ball;
+  for (const Index& step : steps_within(radius / std::min({h.x, h.y, h.z})))
+    if (std::hypot(step[0] * h.x, step[1] * h.y, step[2] * h.z) <= radius) ball.push_back(step);
+  std::reverse(ball.begin(), ball.end());  // its shell is left first
+  bool holds = false;
+  for_each_voxel(box, [&](const Index& at) {
+    holds = holds || std::all_of(ball.begin(), ball.end(), [&](const Index& step) {
+              const Index there = moved(at, step);
+              return around.contains(there) && around.is_piece(there);
+            });
+  });
+  return holds;
 }
 
 }  // namespace
@@ -223,8 +245,11 @@ std::vector<bool> find_plaque(const Components& pieces, const std::vector<VoxelB
     if (!candidates[p] || length > kLongestPlaque) continue;
     if (length_near(places, boxes[p], h) < kLeastAxis) continue;
     const Surroundings around(pieces, p, denoised, level);
+    if (middle_of(around, boxes[p]) < level.blood + kBright * level.contrast) continue;
     const Border border = border_of(around, boxes[p]);
-    if (border.slope < kSharp || border.tissue_share < kAtWall) continue;
+    if (border.slope < kSharp || std::min(border.blood_share, border.tissue_share) < kEachSide)
+      continue;
+    if (holds_ball(around, boxes[p], kThickest, h)) continue;
     Index low{1 << 30, 1 << 30, 1 << 30}, high{-1, -1, -1};
     for_each_voxel(grown(boxes[p], denoised.geometry), [&](const Index& at) {
       if (!around.is_blood(at)) return;

@@ -20,11 +20,11 @@ struct PlaqueLevel {
   [[nodiscard]] float surroundings() const { return blood - contrast; }
 };
 
-/// The bright pieces that lie in a vessel's wall: 40 mm long at most, with an edge towards blood,
-/// tissue beside a quarter of their border, a tube of blood near, and blood beside them (within
-/// four voxels) along their whole length. A denser vessel has its own wall beside it, or a shorter
-/// piece of blood that it crosses; blood that has not mixed has no edge, and a jet of it no tissue
-/// beside it.
+/// The bright pieces that lie in a vessel's wall: half of it brighter than blood by half the
+/// contrast, 40 mm long and 4 mm thick at most, with a fifth of their border at tissue and a fifth
+/// at blood, an edge towards that, a tube of blood near, and blood beside them (within four voxels)
+/// along their whole length. A denser vessel has its own wall all around, or a shorter piece of
+/// blood that it crosses; blood that has not mixed has no edge.
 ///
 /// @param pieces      of what is brighter than blood
 /// @param boxes       around each, shape [piece_count + 1]
