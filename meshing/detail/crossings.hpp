@@ -25,7 +25,8 @@ int resolve_crossings(SurfaceDraft& draft, const SurfaceTarget& target,
 /// @return how many
 int close_openings(SurfaceDraft& draft);
 
-/// As resolve_crossings, for a surface without a target, by cutting and closing alone; its openings stay.
+/// As resolve_crossings, for a surface without a target, by cutting and closing alone; its openings
+/// stay.
 ///
 /// @return number of places that were closed anew; crossings may remain
 int close_crossings(TriangleMesh& mesh);

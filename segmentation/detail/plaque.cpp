@@ -112,13 +112,25 @@ Index moved(const Index& at, const Index& step) {
 enum class Side { neither, blood, tissue };
 
 Side side_of(const Surroundings& around, const Index& at, const std::vector<Index>& steps) {
+  const auto square = [](const Index& s) { return s[0] * s[0] + s[1] * s[1] + s[2] * s[2]; };
+  int to_tissue = std::numeric_limits<int>::max();
   for (const Index& step : steps) {
+    if (square(step) > to_tissue) break;
     const Index there = moved(at, step);
     if (!around.contains(there)) continue;
-    if (around.is_tissue(there)) return Side::tissue;
     if (around.is_blood(there)) return Side::blood;
+    if (around.is_tissue(there)) to_tissue = square(step);
   }
-  return Side::neither;
+  return to_tissue < std::numeric_limits<int>::max() ? Side::tissue : Side::neither;
+}
+
+/// The median of the tissue around a piece.
+float tissue_around(const Surroundings& around, const VoxelBox& box, float otherwise) {
+  std::vector<float> values;
+  for_each_voxel(box, [&](const Index& at) {
+    if (around.is_tissue(at)) values.push_back(around.value(at));
+  });
+  return values.empty() ? otherwise : median(std::move(values));
 }
 
 /// The distance in voxels to the nearest voxel of the piece, and the peak of those within reach.
@@ -273,17 +285,19 @@ void darken_plaque(const Components& pieces, const std::vector<VoxelBox>& boxes,
   for (std::size_t p = 1; p < boxes.size(); ++p) {
     if (!is_plaque[p]) continue;
     const Surroundings around(pieces, p, denoised, level);
-    for_each_voxel(grown(boxes[p], denoised.geometry), [&](const Index& at) {
+    const VoxelBox box = grown(boxes[p], denoised.geometry);
+    const float tissue = tissue_around(around, box, level.surroundings());
+    for_each_voxel(box, [&](const Index& at) {
       const Nearness near = nearness(around, at, shell);
       if (!std::isfinite(near.distance)) return;
       float& value = image.values[around.offset(at)];
       const Side side = side_of(around, at, steps);
       if (side == Side::blood) {
         const float above = (value - level.blood) / std::max(near.peak - level.blood, 1.0f);
-        value -=
-            std::max(value - level.blood, 0.0f) + level.contrast * std::clamp(above, 0.0f, 1.0f);
+        value -= std::max(value - level.blood, 0.0f) +
+                 (level.blood - tissue) * std::clamp(above, 0.0f, 1.0f);
       } else if (near.distance <= kOuterShell) {
-        value = std::min(value, level.surroundings());
+        value = std::min(value, tissue);
       }
     });
   }

@@ -36,9 +36,10 @@ std::vector<bool> find_plaque(const Components& pieces, const std::vector<VoxelB
                               const PlaqueLevel& level);
 
 /// Darkens plaque, so that the lumen ends at it as at any wall: with a peak P around, what lies
-/// between it and blood L becomes L - C (v - L) / (P - L). So the edge between blood and plaque,
-/// half way from L to P, is at the half level of the lumen's other edges, and as blurred. Where
-/// plaque falls to tissue it passes through blood's level, too; there, it becomes tissue.
+/// between it and blood L becomes L - (L - T) (v - L) / (P - L), with T of the tissue around. So
+/// the edge between blood and plaque, half way from L to P, is at the half level of the lumen's
+/// other edges, and as blurred. Where plaque falls to tissue it passes through blood's level, too;
+/// there, it becomes tissue.
 ///
 /// @param pieces    of what is brighter than blood
 /// @param is_plaque which are darkened, shape [piece_count + 1]

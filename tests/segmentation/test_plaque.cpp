@@ -87,7 +87,7 @@ TEST(Plaque, OnOneSideIsNoLumen) {
 
 TEST(Plaque, AllAroundIsNoLumen) {
   expect_true_lumen({.is_one_sided = false});
-  expect_true_lumen({.rest = 0.3, .is_one_sided = false});
+  expect_true_lumen({.rest = 0.4, .is_one_sided = false});
 }
 
 TEST(Plaque, ThatIsSoftIsNoLumenEither) { expect_true_lumen({.intensity = kTissue}); }
