@@ -33,14 +33,15 @@ std::optional<CalciumLevel> measure_calcium_level(const Volume<float>& scan,
   constexpr std::size_t kEnough = 100;
   constexpr double kOfNormal = 1.4826;
   const VolumeGeometry& grid = scan.geometry;
-  if (wall.vertices.empty() || level_set.geometry.size != grid.size) return std::nullopt;
+  if (wall.vertices.empty()) return std::nullopt;
   const double voxel = grid.longest_spacing();
   const auto [first, last] = voxels_around(grid, wall.vertices);
   std::vector<float> blood;
   for (int k = first[2]; k <= last[2]; ++k)
     for (int j = first[1]; j <= last[1]; ++j)
       for (int i = first[0]; i <= last[0]; ++i)
-        if (level_set.at(i, j, k) < -voxel) blood.push_back(scan.at(i, j, k));
+        if (interpolate(level_set, grid.lps_from_index({double(i), double(j), double(k)})) < -voxel)
+          blood.push_back(scan.at(i, j, k));
   if (blood.size() < kEnough) return std::nullopt;
   const float middle = median(blood);
   for (float& value : blood) value = std::abs(value - middle);

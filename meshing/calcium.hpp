@@ -19,8 +19,9 @@ struct CalciumLevel {
 /// lumen, since contrast thins out along a tree. Deviation by the median of the distances from the
 /// median (times 1.4826, of a normal distribution), which bright specks do not move.
 ///
-/// @param level_set  signed distance to the lumen's boundary [mm], negative inside; on the scan's
-///                   grid
+/// @param level_set  signed distance to the lumen's boundary [mm], negative inside; on a grid of
+/// its
+///                   own around the lumen
 /// @return nothing where there are fewer than 100 such voxels
 std::optional<CalciumLevel> measure_calcium_level(const Volume<float>& scan,
                                                   const Volume<float>& level_set,

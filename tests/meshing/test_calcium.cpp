@@ -85,6 +85,25 @@ TEST(Calcium, LevelIsTheBloodsBesideTheWall) {
   EXPECT_NEAR(level->deviation, kNoise, 0.1 * kNoise);
 }
 
+// As a segmentation leaves it: finer, and around the lumen alone.
+TEST(Calcium, LevelNeedsNoLevelSetOnTheScansGrid) {
+  const Scan scan = make_scan(true);
+  VolumeGeometry grid = scan.volume.geometry;
+  grid.spacing = 0.5 * grid.spacing;
+  grid.origin += Vec3{4.3 * kVoxel, 4.1 * kVoxel, 1.2 * kVoxel};
+  grid.size = {38, 39, 150};
+  Volume<float> own(grid);
+  for (std::size_t v = 0; v < own.values.size(); ++v) {
+    const auto i = int(v % 38), j = int(v / 38 % 39), k = int(v / (38 * 39));
+    own.values[v] =
+        float(radius_of(grid.lps_from_index({double(i), double(j), double(k)})) - kRadius);
+  }
+  const auto level = measure_calcium_level(scan.volume, own, make_wall());
+  ASSERT_TRUE(level);
+  EXPECT_NEAR(level->lumen, kBlood, 0.1 * kNoise);
+  EXPECT_NEAR(level->deviation, kNoise, 0.1 * kNoise);
+}
+
 TEST(Calcium, IsThePlaqueThatTheScanShowsBrighterThanTheBlood) {
   const Scan scan = make_scan(true);
   WallLayers wall = make_wall();

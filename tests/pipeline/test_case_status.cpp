@@ -134,8 +134,8 @@ TEST(Run, FailsWithABalloonThatWasAskedForAlone) {
   const nlohmann::json record = read_json(folder.path() / "healthy/run.json");
   EXPECT_EQ(record.at("stages").at("simulation").at("status"), "skipped");
 
-  const auto made = std::filesystem::last_write_time(folder.path() /
-                                                     "healthy/simulation/diagnosis.json");
+  const auto made =
+      std::filesystem::last_write_time(folder.path() / "healthy/simulation/diagnosis.json");
   EXPECT_EQ(run("healthy", "").exit_code, 0);
   EXPECT_EQ(std::filesystem::last_write_time(folder.path() / "healthy/simulation/diagnosis.json"),
             made)
