@@ -133,9 +133,9 @@ float tissue_around(const Surroundings& around, const VoxelBox& box, float other
   return values.empty() ? otherwise : median(std::move(values));
 }
 
-/// The distance in voxels to the nearest voxel of the piece, and the peak of those within reach.
+/// The nearest voxel of the piece, and the brightest within reach, which is brighter than blood.
 struct Nearness {
-  double distance = std::numeric_limits<double>::infinity();
+  double distance = std::numeric_limits<double>::infinity();  ///< voxels; none within reach
   float peak = 0.0f;
 };
 
@@ -218,6 +218,22 @@ Border border_of(const Surroundings& around, const VoxelBox& box) {
   return {slopes / at_blood, at_blood / all, at_tissue / all};
 }
 
+/// How far blood reaches in a box [mm].
+double length_of_blood(const Surroundings& around, const VoxelBox& box, const Vec3& h) {
+  Index low{1 << 30, 1 << 30, 1 << 30}, high{-1, -1, -1};
+  for_each_voxel(box, [&](const Index& at) {
+    if (!around.is_blood(at)) return;
+    for (std::size_t a = 0; a < 3; ++a) {
+      low[a] = std::min(low[a], at[a]);
+      high[a] = std::max(high[a], at[a]);
+    }
+  });
+  if (high[0] < 0) return 0.0;
+  VoxelBox blood{low, {}};
+  for (std::size_t a = 0; a < 3; ++a) blood.size[a] = high[a] - low[a] + 1;
+  return length_of(blood, h);
+}
+
 /// Half of a piece is brighter.
 float middle_of(const Surroundings& around, const VoxelBox& box) {
   std::vector<float> values;
@@ -262,18 +278,7 @@ std::vector<bool> find_plaque(const Components& pieces, const std::vector<VoxelB
     if (border.slope < kSharp || std::min(border.blood_share, border.tissue_share) < kEachSide)
       continue;
     if (holds_ball(around, boxes[p], kThickest, h)) continue;
-    Index low{1 << 30, 1 << 30, 1 << 30}, high{-1, -1, -1};
-    for_each_voxel(grown(boxes[p], denoised.geometry), [&](const Index& at) {
-      if (!around.is_blood(at)) return;
-      for (std::size_t a = 0; a < 3; ++a) {
-        low[a] = std::min(low[a], at[a]);
-        high[a] = std::max(high[a], at[a]);
-      }
-    });
-    if (high[0] < 0) continue;
-    VoxelBox blood{low, {}};
-    for (std::size_t a = 0; a < 3; ++a) blood.size[a] = high[a] - low[a] + 1;
-    is_plaque[p] = length_of(blood, h) >= length;
+    is_plaque[p] = length_of_blood(around, grown(boxes[p], denoised.geometry), h) >= length;
   }
   return is_plaque;
 }
@@ -293,7 +298,7 @@ void darken_plaque(const Components& pieces, const std::vector<VoxelBox>& boxes,
       float& value = image.values[around.offset(at)];
       const Side side = side_of(around, at, steps);
       if (side == Side::blood) {
-        const float above = (value - level.blood) / std::max(near.peak - level.blood, 1.0f);
+        const float above = (value - level.blood) / (near.peak - level.blood);
         value -= std::max(value - level.blood, 0.0f) +
                  (level.blood - tissue) * std::clamp(above, 0.0f, 1.0f);
       } else if (near.distance <= kOuterShell) {

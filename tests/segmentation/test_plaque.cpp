@@ -92,6 +92,13 @@ TEST(Plaque, AllAroundIsNoLumen) {
 
 TEST(Plaque, ThatIsSoftIsNoLumenEither) { expect_true_lumen({.intensity = kTissue}); }
 
+TEST(Plaque, DoesNotDependOnTheImagesUnit) {
+  Volume<float> image = image_with({});
+  const double in_hounsfield = diameter_at(segment_vessels(image, {}).level_set, 0.0);
+  for (float& value : image.values) value *= 1e-4f;
+  EXPECT_NEAR(diameter_at(segment_vessels(image, {}).level_set, 0.0), in_hounsfield, 0.02);
+}
+
 TEST(Plaque, IsToldOf) {
   const auto told = testing::Contains(testing::HasSubstr("calcified plaque"));
   EXPECT_THAT(segment_vessels(image_with({}), {}).warnings, told);
