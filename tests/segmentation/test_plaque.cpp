@@ -142,5 +142,21 @@ TEST(Plaque, IsNoDenserVesselThatCrosses) {
   EXPECT_FALSE(is_plaque(volume));
 }
 
+TEST(Plaque, IsNoPlugOfBrighterBlood) {
+  constexpr double kWide = 4.0, kHalfPlug = 3.0;  // mm
+  TubeImage image;
+  image.size = {50, 50, 100};
+  image.spacing = {0.4, 0.4, 0.4};
+  image.background = kTissue;
+  image.lumen = kBlood;
+  Volume<float> volume = image_of(image, [&](const Vec3& p) { return along_z(p, kWide); });
+  image.lumen = 900.0;
+  const Volume<float> plug = image_of(
+      image, [&](const Vec3& p) { return std::max(along_z(p, kWide), std::abs(p.z) - kHalfPlug); });
+  for (std::size_t v = 0; v < volume.values.size(); ++v)
+    volume.values[v] = std::max(volume.values[v], plug.values[v]);
+  EXPECT_FALSE(is_plaque(volume));
+}
+
 }  // namespace
 }  // namespace angio::segmentation
