@@ -3,6 +3,10 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
+#include <utility>
+
+#include "centerline/detail/lattice.hpp"
 
 namespace angio::centerline {
 
@@ -10,6 +14,17 @@ Resolution resolution_of_voxels(const Vec3& spacing) {
   Resolution resolution;
   resolution.longest_mm = std::max({spacing.x, spacing.y, spacing.z});
   resolution.mean_mm = std::cbrt(spacing.x * spacing.y * spacing.z);
+  return resolution;
+}
+
+Resolution resolution_of_labels(const Vec3& spacing) { return resolution_of_voxels(2.0 * spacing); }
+
+Resolution resolution_of_surface(TriangleMesh surface) {
+  Resolution resolution;
+  if (const std::optional<detail::Lattice> voxels = detail::find_lattice(surface))
+    resolution = voxels->is_of_blocks ? resolution_of_labels(voxels->spacing)
+                                      : resolution_of_voxels(voxels->spacing);
+  resolution.surface = std::make_shared<const TriangleMesh>(std::move(surface));
   return resolution;
 }
 

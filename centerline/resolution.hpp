@@ -7,15 +7,19 @@
 namespace angio::centerline {
 
 /// What the data that a lumen was found in can show: a scan by its voxels, a surface by its
-/// triangles.
+/// triangles, and by the voxels that it was made from where it shows them.
 struct Resolution {
   double longest_mm = 0.0;  ///< edge of a voxel. Narrower throats are seen, but not measured
   double mean_mm = 0.0;     ///< edge of a cube of a voxel's volume
-  std::shared_ptr<const TriangleMesh> surface;  ///< null: there are voxels
+  std::shared_ptr<const TriangleMesh> surface;  ///< null: a scan
 };
 
 /// Of voxels of a size [mm].
 Resolution resolution_of_voxels(const Vec3& spacing);
+/// Of voxels of a label map, which has nothing between inside and outside: it shows half as much.
+Resolution resolution_of_labels(const Vec3& spacing);
+/// Of a surface. Voxels are told by the grid that its vertices keep to (detail/lattice.hpp).
+Resolution resolution_of_surface(TriangleMesh surface);
 
 /// The settings for lesions, with what the data can show.
 LesionOptions lesion_options(LesionOptions options, const Resolution& resolution);

@@ -71,8 +71,7 @@ Vessels read_vessels(const StageFiles& files, const json& lesion) {
   vessels.lines = tree_with_path(all, id);
   const centerline::Resolution resolution = case_resolution(files);
   const double voxel = centerline::lesion_options({}, resolution).voxel_mm;
-  vessels.error =
-      resolution.surface ? centerline::FlowOptions::kSurfaceError : voxel / std::sqrt(12.0);
+  vessels.error = voxel > 0.0 ? voxel / std::sqrt(12.0) : centerline::FlowOptions::kSurfaceError;
   vessels.tree = centerline::make_flow_tree(vessels.lines, voxel);
   const CenterlinePath& line = path_of(vessels.lines, id);
   vessels.site.path = std::size_t(&line - vessels.lines.paths.data());

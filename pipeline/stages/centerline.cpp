@@ -111,19 +111,25 @@ json to_json(const std::vector<centerline::Lesion>& lesions, double resolution_m
 }
 
 /// Narrowings that nobody can measure are not listed, but told of.
-void tell_of_thin_vessels(StageWork& work, const std::vector<centerline::Lesion>& lesions) {
+void tell_of_thin_vessels(StageWork& work, const std::vector<centerline::Lesion>& lesions,
+                          const centerline::Resolution& resolution) {
   const auto thin = std::count_if(lesions.begin(), lesions.end(),
                                   [](const auto& lesion) { return lesion.is_too_thin; });
   if (thin == 0) return;
-  const bool is_surface = has_surface_input(work.files);
+  const bool has_voxels = resolution.mean_mm > 0.0;
+  const std::string data =
+      !resolution.surface ? "scan"
+      : has_voxels
+          ? fmt::format("surface, which was made from voxels of {:.2f} mm,", resolution.mean_mm)
+          : "surface";
   double widest = 0.0;
   for (const centerline::Lesion& lesion : lesions)
     if (lesion.is_too_thin) widest = std::max(widest, lesion.reference_diameter_mm);
   work.warnings.push_back(
       fmt::format("{} narrowing{} in vessels under {} wide ({:.2f} mm at most) {} not listed: the "
                   "{} is too coarse to measure a stenosis there",
-                  thin, thin == 1 ? "" : "s", is_surface ? "two triangles' edges" : "three voxels",
-                  widest, thin == 1 ? "is" : "are", is_surface ? "surface" : "scan"));
+                  thin, thin == 1 ? "" : "s", has_voxels ? "three voxels" : "two triangles' edges",
+                  widest, thin == 1 ? "is" : "are", data));
 }
 
 /// Narrowings that are as likely places where vessels touch are not listed, but told of.
@@ -178,7 +184,7 @@ void do_centerline(StageWork& work, const CenterlineSettings& settings) {
   const auto lesions =
       centerline::find_lesions(result.tree, centerline::whole_tree(centerline::lesion_options(
                                                 settings.get<&Config::lesion>(), resolution)));
-  tell_of_thin_vessels(work, lesions);
+  tell_of_thin_vessels(work, lesions, resolution);
   tell_of_doubtful(work, lesions);
   write_text_atomically(work.out / "lesions.json",
                         to_json(lesions, resolution.longest_mm).dump(2) + "\n");

@@ -26,6 +26,8 @@ constexpr double kUnevenShare = 0.1;    ///< of what is deep in a bone is even, 
 constexpr double kEvenShare = 0.25;     ///< and in blood, at least
 constexpr float kBloodShare = 0.7f;     ///< of the way from tissue to blood: organs are darker
 constexpr double kOrgan = 5.0;          ///< [mm] depth of organs; what is less deep may be a vein
+constexpr double kLightShare = 0.5;     ///< of what is deep in a wide vessel is as bright as blood,
+constexpr double kMixedShare = 0.85;    ///< or even, as blood with less contrast is, and no organ
 constexpr double kBloodyShare = 0.3;    ///< of what is even is brighter, where veins lie beside it
 constexpr float kOtherBolus = 0.5f;  ///< of the contrast above blood: veins, where they outshine it
 constexpr double kGlaringShare = 0.5;  ///< of what is deep in them
@@ -87,7 +89,8 @@ std::vector<TubeAxis> parts_at_level(const std::vector<TubeAxis>& wide, const Bl
 struct Inside {
   std::size_t all = 0, bright = 0, deep = 0;  ///< voxels
   std::size_t glaring = 0, even = 0;          ///< of the deep ones
-  std::size_t bloody = 0;                     ///< of the even ones: as bright as blood
+  std::size_t light = 0;                      ///< of the deep ones: as bright as blood,
+  std::size_t bloody = 0;                     ///< and even
   /// @param depth_mm  of its deepest voxel
   [[nodiscard]] Tissue tissue(double depth_mm, const Evenness& evenness,
                               const BloodLevel& level) const {
@@ -96,6 +99,8 @@ struct Inside {
     };
     if (deep < kLeastVoxels) return Tissue::unknown;
     if (level.is_of_pools && is_part(glaring, kGlaringShare, deep)) return Tissue::other;
+    const bool is_dark = !is_part(light, kLightShare, deep);
+    if (depth_mm > kOrgan && is_dark && !is_part(even, kMixedShare, deep)) return Tissue::other;
     if (is_part(even, kEvenShare, deep))
       return is_part(bloody, kBloodyShare, even) ? Tissue::blood
              : depth_mm > kOrgan                 ? Tissue::other
@@ -139,9 +144,11 @@ std::vector<Tissue> judge(const Bodies& bodies, const Volume<float>& depth,
     body.bright += cortex.values[v];
     body.deep += is_deep;
     body.glaring += is_deep && cortex.values[v] != 0 && denoised.values[v] > glaring;
+    const bool is_light = evenness.mean.values[v] > organ;
+    body.light += is_deep && is_light;
     if (!is_deep || !(denoised.values[v] > half) || !evenness.is_even(v)) continue;
     ++body.even;
-    body.bloody += evenness.mean.values[v] > organ;
+    body.bloody += is_light;
   }
   std::vector<Tissue> tissues(inside.size(), Tissue::unknown);
   for (std::size_t b = 1; b < inside.size(); ++b)

@@ -33,6 +33,8 @@ bool is_muscle(const BloodLevel& level, const Volume<float>& volume);
 /// above (L + T) / 2, with the marrow that a section of it goes around, is parted at its necks
 /// (part_into_bodies). Of the voxels that are deep enough in a body to show nothing else,
 ///
+///   less than half above T + 0.7 (L - T), and less than 0.85 even, in a body deeper than 5 mm:
+///                                                                               an organ or bone;
 ///   a quarter even, three tenths of that above T + 0.7 (L - T):                 blood;
 ///   a quarter even, but darker, in a body deeper than 5 mm:                     an organ;
 ///   less than a tenth even, and a tenth of the body cortex:                     bone;

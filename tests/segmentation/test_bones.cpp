@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <random>
 
 #include "core/error.hpp"
@@ -334,6 +335,33 @@ TEST(EvenLevel, IsThatOfVesselsDarkerThanBone) {
   EXPECT_NEAR(level.lumen, kBlood, 1.0);
   EXPECT_NEAR(level.tissue, kMuscle, 5.0);
   EXPECT_FALSE(find_even_level({strand, tube(kBlood, 5.0)}, even, 10.0, rough).is_told);
+}
+
+/// A body with a ball beside the aorta, and which part of the ball is kept out.
+double ball_kept_out(const std::function<double(const Vec3&)>& share_of_blood) {
+  BodyImage body = body_image(true, 12.0);
+  Volume<std::uint8_t> ball(body.volume.geometry);
+  std::mt19937 random(9);
+  std::normal_distribution<float> noise(0.0f, 12.0f);
+  for_each_voxel(ball.geometry, [&](const Vec3& p, std::size_t v) {
+    if (distance(p, {-24.0, -16.0, 0.0}) > 11.0) return;
+    ball.values[v] = 1;
+    body.volume.values[v] = float(kMuscle + share_of_blood(p) * (kBlood - kMuscle)) + noise(random);
+  });
+  const Bones bones = find_bones(body.volume, find_tube_axes(body.volume), {});
+  EXPECT_TRUE(bones.are_there);
+  EXPECT_LT(part_in(body.is_blood, bones.mask), 0.05);
+  return bones.are_there ? part_in(ball, bones.mask) : 0.0;
+}
+
+TEST(Bones, AnOrganIsDarkerThanBloodAndUneven) {
+  const auto streaks = [](double mean) {
+    return [mean](const Vec3& p) { return mean + 0.12 * std::sin(p.x / 1.2); };
+  };
+  EXPECT_GT(ball_kept_out(streaks(0.64)), 0.9);  // cortex and medulla
+  EXPECT_LT(ball_kept_out(streaks(0.85)), 0.1);  // a heart whose contrast is not mixed
+  EXPECT_LT(ball_kept_out([](const Vec3&) { return 0.72; }), 0.1);  // less contrast, but even
+  EXPECT_GT(ball_kept_out([](const Vec3&) { return 0.6; }), 0.9);   // far less: a vein or a spleen
 }
 
 TEST(Bones, ASeedMakesABodyAVessel) {
