@@ -218,7 +218,7 @@ Look measure(Line& work, const Line* parent, const Surroundings& around) {
 /// How wide the lumen is beside each point of a line that runs off the middle there: the greatest
 /// ball with its middle in the point's section, between which and the point the lumen only gets
 /// wider. 0 where the line is in the middle, or at a tip, where the nearest wall is the cap.
-std::vector<double> radius_beside(const Line& work, const WallDistance& distance_to_wall) {
+std::vector<double> radius_beside(const Line& work, const Surroundings& surroundings) {
   constexpr double kNear = 0.9, kTip = 2.0;
   const Polyline& line = work.line;
   const std::vector<double> s = arc_length(line.points), around = radius_around(line, s);
@@ -228,10 +228,9 @@ std::vector<double> radius_beside(const Line& work, const WallDistance& distance
     const double zone = kTip * around[i];
     if ((work.free_start && s[i] < zone) || (work.free_end && s.back() - s[i] < zone)) return;
     if (line.radius[i] >= kNear * around[i]) return;
-    const Vec3 deepest =
-        deepest_in_section(line.points[i], tangent_at(line, s, i, direction_reach(line, i)),
-                           around[i], distance_to_wall);
-    beside[i] = distance_to_wall.at(deepest, line.radius[i]);
+    const Vec3 deepest = deepest_in_section(
+        line.points[i], tangent_at(line, s, i, direction_reach(line, i)), around[i], surroundings);
+    beside[i] = surroundings.distance_to_wall.at(deepest, line.radius[i]);
   });
   return beside;
 }
@@ -240,19 +239,19 @@ std::vector<double> radius_beside(const Line& work, const WallDistance& distance
 /// and its flat triangles do not make too low, as long as it is within 1 % of the wall itself. The
 /// tube's is the model's, or that of the greatest ball beside the line where that is wider: a line
 /// that cuts a bend's corner is no stenosis.
-void take_radii(Line& work, const Look& look, const WallDistance& distance_to_wall) {
+void take_radii(Line& work, const Look& look, const Surroundings& around) {
   constexpr double kMost = 1.01;
   Polyline& line = work.line;
   work.seen.resize(line.points.size(), 0);
   work.fitted.resize(line.points.size(), 0.0);
   parallel_for_uneven(std::ptrdiff_t(line.points.size() - work.shared), [&](std::ptrdiff_t index) {
     const std::size_t i = work.shared + std::size_t(index);
-    const double here = distance_to_wall.at(line.points[i], line.radius[i]);
+    const double here = around.distance_to_wall.at(line.points[i], line.radius[i]);
     work.seen[i] = look.seen[i];
     line.radius[i] = look.seen[i] != 0 ? std::clamp(look.radius[i], here, kMost * here) : here;
     work.fitted[i] = look.seen[i] != 0 ? look.radius[i] : here;
   });
-  const std::vector<double> beside = radius_beside(work, distance_to_wall);
+  const std::vector<double> beside = radius_beside(work, around);
   for (std::size_t i = work.shared; i < line.points.size(); ++i) {
     work.fitted[i] = std::max(work.fitted[i], beside[i]);
     const double widest = std::max(line.radius[i], beside[i]);
@@ -318,7 +317,7 @@ void finish(Line& work, const Line* parent, const Surroundings& around) {
     spread();
     look = measure(work, parent, around);
   }
-  take_radii(work, look, around.distance_to_wall);
+  take_radii(work, look, around);
 }
 
 CenterlinePath to_path(const Line& line, int id) {

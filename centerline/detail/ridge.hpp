@@ -11,13 +11,13 @@
 namespace angio::centerline {
 
 /// The place in the plane through a point that is deepest in the lumen, climbed to from there: the
-/// ridge of the distance to the wall. No step is as long as the wall is far, so none leaves the
-/// lumen.
+/// ridge of the distance to the wall. No step is as long as the wall is far, nor leads out of the
+/// lumen: in a throat of a voxel the wall's points are farther apart than it is wide.
 ///
 /// @param normal  of the plane, unit
 /// @param enough  [mm] a depth at which the climb ends; it goes no farther than 1.5 times as much
 Vec3 deepest_in_section(const Vec3& place, const Vec3& normal, double enough,
-                        const WallDistance& distance_to_wall);
+                        const Surroundings& around);
 
 /// The radius [mm] that the vessel has before and behind each point, within four of such radii: the
 /// lesser of both.
