@@ -16,7 +16,7 @@
 namespace angio::segmentation::detail {
 namespace {
 
-constexpr double kLongestBridge = 5.0;  ///< [mm] a longer gap is no narrow place but a hole
+constexpr double kLongestBridge = 9.0;  ///< [mm] a longer gap is no narrow place but a hole
 constexpr float kBridgeLevel = -0.1f;
 constexpr double kOutsideCost = 8.0;  ///< of a step through pure background, against lumen
 

@@ -13,6 +13,7 @@
 #include "segmentation/detail/components.hpp"
 #include "segmentation/detail/fields.hpp"
 #include "segmentation/detail/format_number.hpp"
+#include "segmentation/detail/gaps.hpp"
 #include "segmentation/detail/seeds.hpp"
 #include "segmentation/detail/vesselness.hpp"
 
@@ -30,7 +31,8 @@ constexpr double kSeveralTissues = 0.7;  ///< of the tubes' contrast, from tissu
                                          ///< others lie in something darker, as lung
 constexpr double kTubularShare = 0.4;    ///< of the smallest piece: noise has a voxel or two of C
 constexpr double kToleratedNoise = 0.05;
-constexpr double kLeastTrunk = 10.0;  ///< [mm] that is believed where a couch has more
+constexpr double kLeastJoined = 20.0;  ///< [mm^3] of a vessel that a stenosis may have cut
+constexpr double kLeastTrunk = 10.0;   ///< [mm] that is believed where a couch has more
 
 const char* const kAdvice =
     "Check that the vessels are filled with contrast and brighter than their surroundings, or give "
@@ -348,6 +350,7 @@ VesselTree find_vessel_tree(const Volume<float>& volume, const BloodLevel& level
   const Volume<float> smoothed = smooth(volume, denoising_sigma(volume, tree.noise, tree.contrast));
   tree.mask = candidates(smoothed, tubes, float(tree.contrast), level, options);
   if (level.is_told) add_pools(smoothed, level, options, tree.mask);
+  join_across_gaps(tree.mask, kBridge, std::max(kLeastJoined, options.min_component_mm3));
   progress.report(0.45, "connecting vessels");
   keep_pieces(label_components(tree.mask, Connectivity::faces), volume, level, contrast, trunks,
               options, tree);
