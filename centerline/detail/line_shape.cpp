@@ -161,7 +161,8 @@ class LeastDepths {
     for (std::size_t i = 0; i < points_.size(); ++i) {
       if (turns_back[i] == 0) continue;
       const Vec3 normal = tangent_at(work.line, s, i, direction_reach(work.line, i));
-      const Vec3 deepest = deepest_in_section(points_[i], normal, radius[i], around);
+      const Vec3 deepest =
+          deepest_in_section(points_[i], normal, radius[i], around.distance_to_wall, around.wall);
       least_[i] = kShare * lumen_.depth_at(deepest) - kSlack * around.wall.resolution();
     }
     most_ = *std::max_element(least_.begin(), least_.end());

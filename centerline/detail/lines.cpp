@@ -228,8 +228,9 @@ std::vector<double> radius_beside(const Line& work, const Surroundings& surround
     const double zone = kTip * around[i];
     if ((work.free_start && s[i] < zone) || (work.free_end && s.back() - s[i] < zone)) return;
     if (line.radius[i] >= kNear * around[i]) return;
-    const Vec3 deepest = deepest_in_section(
-        line.points[i], tangent_at(line, s, i, direction_reach(line, i)), around[i], surroundings);
+    const Vec3 deepest =
+        deepest_in_section(line.points[i], tangent_at(line, s, i, direction_reach(line, i)),
+                           around[i], surroundings.distance_to_wall, surroundings.wall);
     beside[i] = surroundings.distance_to_wall.at(deepest, line.radius[i]);
   });
   return beside;

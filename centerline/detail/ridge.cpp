@@ -11,8 +11,7 @@
 namespace angio::centerline {
 
 Vec3 deepest_in_section(const Vec3& place, const Vec3& normal, double enough,
-                        const Surroundings& around) {
-  const WallDistance& distance_to_wall = around.distance_to_wall;
+                        const WallDistance& distance_to_wall, const Wall& wall) {
   constexpr int kDirections = 8, kMostSteps = 60;
   constexpr double kFarthest = 1.5, kLeastStep = 0.03, kStay = 0.9, kLeastGain = 0.02;
   const Vec3 aside =
@@ -32,7 +31,7 @@ Vec3 deepest_in_section(const Vec3& place, const Vec3& normal, double enough,
       next = there;
       next_depth = there_depth;
     }
-    if (next == best || !around.wall.inside(next)) {
+    if (next == best || !wall.inside(next)) {
       step *= 0.5;
       continue;
     }
@@ -71,8 +70,9 @@ bool climb_to_ridge(Line& work, const Surroundings& around, double stiffness) {
     if ((work.free_start && s[i] < zone) || (work.free_end && s.back() - s[i] < zone)) return;
     const double here = around.distance_to_wall.at(line.points[i], line.radius[i]);
     if (here >= kNear * radius[i]) return;
-    const Vec3 deepest = deepest_in_section(
-        line.points[i], tangent_at(line, s, i, direction_reach(line, i)), radius[i], around);
+    const Vec3 deepest =
+        deepest_in_section(line.points[i], tangent_at(line, s, i, direction_reach(line, i)),
+                           radius[i], around.distance_to_wall, around.wall);
     if (around.distance_to_wall.at(deepest, here) < kDeeper * here) return;
     middles.center[i] = deepest;
     has_moved[i] = 1;

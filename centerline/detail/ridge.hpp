@@ -17,7 +17,7 @@ namespace angio::centerline {
 /// @param normal  of the plane, unit
 /// @param enough  [mm] a depth at which the climb ends; it goes no farther than 1.5 times as much
 Vec3 deepest_in_section(const Vec3& place, const Vec3& normal, double enough,
-                        const Surroundings& around);
+                        const WallDistance& distance_to_wall, const Wall& wall);
 
 /// The radius [mm] that the vessel has before and behind each point, within four of such radii: the
 /// lesser of both.

@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <map>
 #include <optional>
+#include <set>
 #include <utility>
 #include <vector>
 
@@ -23,7 +24,8 @@ constexpr double kWider = 1.5;          ///< the next reach, where the vessel is
 constexpr double kFarthest = 45.0;      ///< [mm] the last reach
 constexpr double kAhead = 0.1;          ///< of the reach: what is farther ahead,
 constexpr double kMostAhead = 0.05;     ///< of all around a tip, at most
-constexpr double kInLine = 0.77;        ///< cosine of the angle to the gap
+constexpr double kInLine = 0.77;        ///< cosine of the angle to the gap, between two ends,
+constexpr double kAtFlank = 0.35;       ///< and where one may end at the flank of the other
 constexpr double kMostWider = 2.0;      ///< than the other one
 
 /// The voxels of two pieces that are nearest to each other.
@@ -55,6 +57,19 @@ struct Part {
   }
 };
 
+/// Calls body(voxel) for the six voxels beside one.
+template <class Body>
+void for_each_beside(const VolumeGeometry& grid, std::size_t v, const Body& body) {
+  const auto at = voxel_of(grid, v);
+  for (std::size_t axis = 0; axis < 3; ++axis)
+    for (const int side : {-1, 1}) {
+      auto there = at;
+      there[axis] += side;
+      if (grid.contains(there[0], there[1], there[2]))
+        body(grid.offset(there[0], there[1], there[2]));
+    }
+}
+
 class GapSearch {
  public:
   GapSearch(const VolumeGeometry& grid, Components pieces, double least_mm3)
@@ -73,7 +88,7 @@ class GapSearch {
     while (!front.empty()) {
       std::vector<std::size_t> next;
       for (const std::size_t v : front)
-        for_each_neighbour(v, [&](std::size_t w) {
+        for_each_beside(grid_, v, [&](std::size_t w) {
           if (label_[w] == 0) {
             const std::size_t source = source_of(v);
             if (2.0 * apart(source, w) > kLongest) return;
@@ -89,7 +104,9 @@ class GapSearch {
   }
 
   /// The radius [mm] of a piece that ends at a voxel of its own towards a place, if it does.
-  [[nodiscard]] std::optional<double> end_towards(std::size_t tip, const Vec3& place) const {
+  /// @param in_line  the least cosine between it and the way
+  [[nodiscard]] std::optional<double> end_towards(std::size_t tip, const Vec3& place,
+                                                  double in_line) const {
     const Vec3 at = place_of_voxel(grid_, tip);
     const Vec3 way = normalized(place - at);
     const double least = kLeastReach * mean_spacing(grid_);
@@ -109,7 +126,7 @@ class GapSearch {
       if (behind.places.empty() || double(ahead) > kMostAhead * double(all)) continue;
       const double radius = behind.radius_across(way);
       if (front.radius_across(way) > slab || radius > slab) continue;
-      const bool is_in_line = dot(normalized(at - behind.middle()), way) >= kInLine;
+      const bool is_in_line = dot(normalized(at - behind.middle()), way) >= in_line;
       return is_in_line ? std::optional(radius) : std::nullopt;
     }
     return {};
@@ -123,20 +140,9 @@ class GapSearch {
   [[nodiscard]] std::size_t source_of(std::size_t v) const {
     return label_[v] < 0 ? std::size_t(-(label_[v] + 1)) : v;
   }
-  template <class Body>
-  void for_each_neighbour(std::size_t v, const Body& body) const {
-    const auto at = voxel_of(grid_, v);
-    for (std::size_t axis = 0; axis < 3; ++axis)
-      for (const int side : {-1, 1}) {
-        auto there = at;
-        there[axis] += side;
-        if (grid_.contains(there[0], there[1], there[2]))
-          body(grid_.offset(there[0], there[1], there[2]));
-      }
-  }
   [[nodiscard]] bool is_at_border(std::size_t v) const {
     bool is_border = false;
-    for_each_neighbour(v, [&](std::size_t w) { is_border = is_border || label_[w] == 0; });
+    for_each_beside(grid_, v, [&](std::size_t w) { is_border = is_border || label_[w] == 0; });
     return is_border;
   }
   [[nodiscard]] double apart(std::size_t v, std::size_t w) const {
@@ -207,13 +213,45 @@ void draw_way(Volume<std::uint8_t>& mask, const Gap& gap, std::uint8_t way) {
 
 }  // namespace
 
+void part_passing_vessels(Volume<std::uint8_t>& mask, std::uint8_t way, double least_mm3) {
+  const VolumeGeometry& grid = mask.geometry;
+  Volume<std::uint8_t> vessels(grid), ways(grid);
+  for (std::size_t v = 0; v < mask.values.size(); ++v) {
+    ways.values[v] = mask.values[v] == way;
+    vessels.values[v] = mask.values[v] != 0 && mask.values[v] != way;
+  }
+  const Components pieces = label_components(vessels, Connectivity::faces);
+  GapSearch search(grid, pieces, least_mm3);
+  std::set<std::pair<std::int32_t, std::int32_t>> passing;
+  for (const auto& [pair, gap] : search.find_gaps()) {
+    const Vec3 one = place_of_voxel(grid, gap.one), other = place_of_voxel(grid, gap.other);
+    if (!search.end_towards(gap.one, other, kAtFlank) &&
+        !search.end_towards(gap.other, one, kAtFlank))
+      passing.insert(pair);
+  }
+  if (passing.empty()) return;
+  // Ways between two of them, and no third one.
+  const Components links = label_components(ways, Connectivity::faces);
+  std::vector<std::set<std::int32_t>> linked(links.voxel_count.size());
+  for (std::size_t v = 0; v < mask.values.size(); ++v)
+    if (links.label[v] > 0)
+      for_each_beside(grid, v, [&](std::size_t w) {
+        if (pieces.label[w] > 0) linked[std::size_t(links.label[v])].insert(pieces.label[w]);
+      });
+  for (std::size_t v = 0; v < mask.values.size(); ++v) {
+    const std::set<std::int32_t>& ends = linked[std::size_t(links.label[v])];
+    if (ends.size() == 2 && passing.contains({*ends.begin(), *ends.rbegin()})) mask.values[v] = 0;
+  }
+}
+
 bool join_across_gaps(Volume<std::uint8_t>& mask, std::uint8_t way, double least_mm3) {
   GapSearch search(mask.geometry, label_components(mask, Connectivity::faces), least_mm3);
   bool is_any = false;
   for (const auto& [pieces, gap] : search.find_gaps()) {
-    const auto one = search.end_towards(gap.one, place_of_voxel(mask.geometry, gap.other));
+    const auto one = search.end_towards(gap.one, place_of_voxel(mask.geometry, gap.other), kInLine);
     if (!one) continue;
-    const auto other = search.end_towards(gap.other, place_of_voxel(mask.geometry, gap.one));
+    const auto other =
+        search.end_towards(gap.other, place_of_voxel(mask.geometry, gap.one), kInLine);
     if (!other) continue;
     const auto [thin, wide] = std::minmax(*one, *other);
     if (wide > kMostWider * thin || gap.length_mm > kMostDiameters * 2.0 * thin) continue;

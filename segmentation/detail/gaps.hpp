@@ -22,4 +22,12 @@ namespace angio::segmentation::detail {
 /// @return whether there are any
 bool join_across_gaps(Volume<std::uint8_t>& mask, std::uint8_t way, double least_mm3);
 
+/// Parts vessels that pass each other: of two that lie closer than the voxels can show well, the
+/// image between is a saddle, which looks like a thin vessel from flank to flank. Ways between two
+/// pieces, none of which ends there (as above, but within 70 degrees: a branch may leave aslant),
+/// are set to 0.
+///
+/// @param mask  as above; pieces are of what is neither 0 nor `way`
+void part_passing_vessels(Volume<std::uint8_t>& mask, std::uint8_t way, double least_mm3);
+
 }  // namespace angio::segmentation::detail

@@ -350,6 +350,7 @@ VesselTree find_vessel_tree(const Volume<float>& volume, const BloodLevel& level
   const Volume<float> smoothed = smooth(volume, denoising_sigma(volume, tree.noise, tree.contrast));
   tree.mask = candidates(smoothed, tubes, float(tree.contrast), level, options);
   if (level.is_told) add_pools(smoothed, level, options, tree.mask);
+  part_passing_vessels(tree.mask, kBridge, std::max(kLeastJoined, options.min_component_mm3));
   join_across_gaps(tree.mask, kBridge, std::max(kLeastJoined, options.min_component_mm3));
   progress.report(0.45, "connecting vessels");
   keep_pieces(label_components(tree.mask, Connectivity::faces), volume, level, contrast, trunks,

@@ -100,6 +100,31 @@ double least_share_of_radius(const CenterlinePath& path, const std::vector<Tube>
   return least;
 }
 
+/// Of half axes 2 and 1, along z.
+class EllipticTube final : public Wall {
+ public:
+  [[nodiscard]] double ray(const Vec3&, const Vec3&, double) const override { return 0.0; }
+  [[nodiscard]] bool inside(const Vec3& p) const override {
+    return 0.25 * p.x * p.x + p.y * p.y < 1.0;
+  }
+  [[nodiscard]] double depth_in_data(const Vec3&) const override { return 1e3; }
+  [[nodiscard]] double resolution() const override { return 0.1; }
+};
+
+TEST(Ridge, IsNotClimbedOutOfTheLumen) {
+  // Points so far apart that the wall is nearer than any of them.
+  std::vector<Vec3> wall;
+  for (int k = -5; k <= 5; ++k)
+    for (int a = 0; a < 8; ++a)
+      wall.push_back(
+          {2.0 * std::cos(a * units::kPi / 4.0), std::sin(a * units::kPi / 4.0), 3.0 * k});
+  const WallPoints points(wall);
+  const EllipticTube tube;
+  for (const Vec3& start : {Vec3{1.0, 0.0, 1.5}, Vec3{0.8, 0.85, 1.5}, Vec3{-1.7, 0.3, -1.5}})
+    EXPECT_TRUE(tube.inside(deepest_in_section(start, {0, 0, 1}, 6.0, WallDistance(points), tube)))
+        << start.x;
+}
+
 TEST(Ridge, IsClimbedFromBesideTheWall) {
   std::vector<Vec3> wall;  // of an elliptic tube, half axes 2 and 1
   for (int k = -100; k <= 100; ++k)
@@ -109,7 +134,8 @@ TEST(Ridge, IsClimbedFromBesideTheWall) {
   const WallPoints points(wall);
   const WallDistance distance_to_wall(points);
   for (const Vec3& start : {Vec3{1.9, 0.0, 0.0}, Vec3{0.3, 0.95, 0.1}, Vec3{-1.2, -0.7, 0.0}}) {
-    const Vec3 deepest = deepest_in_section(start, {0, 0, 1}, 1.0, distance_to_wall);
+    const Vec3 deepest =
+        deepest_in_section(start, {0, 0, 1}, 1.0, distance_to_wall, EllipticTube());
     EXPECT_NEAR(deepest.z, start.z, 1e-12);
     // The ridge of an ellipse is the axis between its focal circles' middles: |x| <= 1.5, y = 0.
     EXPECT_NEAR(deepest.y, 0.0, 0.06) << start.x;

@@ -92,6 +92,52 @@ TEST(Gaps, CrumbsAreNot) {
   })));
 }
 
+/// The same with a way where `is_way`; whether it is left.
+bool is_left(const std::function<bool(const Vec3&)>& is_vessel,
+             const std::function<bool(const Vec3&)>& is_way) {
+  Volume<std::uint8_t> mask = draw(is_vessel);
+  for_each_voxel(mask.geometry, [&](const Vec3& p, std::size_t v) {
+    if (mask.values[v] == 0 && is_way(p)) mask.values[v] = kWay;
+  });
+  EXPECT_EQ(piece_count(mask), 1);
+  part_passing_vessels(mask, kWay, 20.0);
+  return piece_count(mask) == 1;
+}
+
+TEST(Gaps, AWayFromFlankToFlankIsNone) {
+  const auto way = [](const Vec3& p) {
+    return std::hypot(p.y, p.z) < 0.7 && p.x > 0.0 && p.x < 3.5;
+  };
+  EXPECT_FALSE(is_left(
+      [](const Vec3& p) {  // crossing
+        return std::hypot(p.x, p.y) < kRadius || std::hypot(p.x - 4.2, p.z) < kRadius;
+      },
+      way));
+  EXPECT_FALSE(is_left(
+      [](const Vec3& p) {  // side by side, nearest in their middle
+        return std::hypot(p.x, p.y) < kRadius ||
+               std::hypot(p.x - 4.2 - 0.01 * p.z * p.z, p.y) < kRadius;
+      },
+      way));
+}
+
+TEST(Gaps, AWayToABranchOrThroughAStenosisIsOne) {
+  const auto trunk = [](const Vec3& p) { return std::hypot(p.x, p.y) < kRadius; };
+  for (const double degrees : {90.0, 60.0, 40.0}) {  // to the trunk
+    const double angle = degrees * units::kPi / 180.0;
+    const Vec3 axis{std::sin(angle), 0.0, std::cos(angle)};
+    const auto branch = [=](const Vec3& p) {
+      const double along = dot(p, axis);
+      return along > 0.0 && norm(p - along * axis) < 1.0;
+    };
+    EXPECT_TRUE(is_left(
+        [=](const Vec3& p) { return trunk(p) || (branch(p) && p.x > kRadius + 1.0); }, branch))
+        << degrees;
+  }
+  EXPECT_TRUE(is_left([=](const Vec3& p) { return trunk(p) && std::abs(p.z) > 1.0; },
+                      [](const Vec3& p) { return std::hypot(p.x, p.y) < 0.5; }));
+}
+
 TEST(Gaps, AThroatThatNoVoxelShowsLeavesOneTree) {
   // 85 % over 12 mm of a vessel of 3.2 mm, in voxels of 0.4 mm: its throat holds a sixth of one.
   const auto radius = [](double z) {
