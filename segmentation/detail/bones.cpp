@@ -31,13 +31,15 @@ constexpr double kMixedShare = 0.85;    ///< or even, as blood with less contras
 constexpr double kBloodyShare = 0.3;    ///< of what is even is brighter, where veins lie beside it
 constexpr float kOtherBolus = 0.5f;  ///< of the contrast above blood: veins, where they outshine it
 constexpr double kGlaringShare = 0.5;  ///< of what is deep in them
-constexpr double kWide = 2.0;        ///< depths that tell: what is as deep and not even is no blood
-constexpr float kTrunkShare = 0.2f;  ///< of the contrast around blood's level: a trunk
-constexpr double kMostAbove = 0.25;  ///< of a scan: blood, bones and organs with contrast
-constexpr double kMarrow = 600.0;    ///< [mm^2] of a section, darker than half way to blood
-constexpr double kLeastTrunk = 10.0;      ///< [mm]
-constexpr double kMostKeptOut = 0.33;     ///< of a scan: in a plain one all flesh is bright
-constexpr double kLeastLeft = 0.2;        ///< of the wide tubes of blood's level: not all are bone
+constexpr double kWide = 2.0;      ///< depths that tell: what is as deep and not even is no blood
+constexpr double kEvenTube = 0.5;  ///< of a vessel's axis is even, at least
+constexpr double kLeastOthers = 15.0;  ///< [mm] of tubes that may be vessels, beside those of bones
+constexpr float kTrunkShare = 0.2f;    ///< of the contrast around blood's level: a trunk
+constexpr double kMostAbove = 0.25;    ///< of a scan: blood, bones and organs with contrast
+constexpr double kMarrow = 600.0;      ///< [mm^2] of a section, darker than half way to blood
+constexpr double kLeastTrunk = 10.0;   ///< [mm]
+constexpr double kMostKeptOut = 0.33;  ///< of a scan: in a plain one all flesh is bright
+constexpr double kLeastLeft = 0.2;     ///< of the wide tubes of blood's level: not all are bone
 constexpr std::size_t kLeastVoxels = 27;  ///< deep ones that tell
 constexpr double kLeastBone = 5000.0;     ///< [mm^3]
 
@@ -76,6 +78,33 @@ double length_of(const std::vector<TubeAxis>& axes) {
   double length = 0.0;
   for (const TubeAxis& axis : axes) length += axis.length_share * double(axis.voxels.size());
   return length;
+}
+
+/// The tubes that are no bones (find_bones).
+std::vector<TubeAxis> without_bones(const std::vector<TubeAxis>& axes, const Evenness& evenness) {
+  std::vector<TubeAxis> uneven, others;
+  for (const TubeAxis& axis : axes) {
+    const auto even = std::count_if(axis.voxels.begin(), axis.voxels.end(),
+                                    [&](std::size_t v) { return evenness.is_even(v); });
+    const bool is_uneven = axis.radius_mm >= evenness.depth_mm() &&
+                           double(even) < kEvenTube * double(axis.voxels.size());
+    (is_uneven ? uneven : others).push_back(axis);
+  }
+  if (length_of(others) < kLeastOthers) return axes;
+  std::vector<std::pair<float, double>> intensity, contrast;
+  for (const TubeAxis& axis : others)
+    for (std::size_t n = 0; n < axis.voxels.size(); ++n) {
+      intensity.emplace_back(axis.intensity[n], axis.length_share);
+      contrast.emplace_back(axis.contrast[n], axis.length_share);
+    }
+  const float glaring =
+      weighted_quantile(intensity, 0.5) + kOtherBolus * weighted_quantile(contrast, 0.5);
+  for (TubeAxis& axis : uneven) {
+    const auto above = std::count_if(axis.intensity.begin(), axis.intensity.end(),
+                                     [&](float value) { return value > glaring; });
+    if (2 * std::size_t(above) < axis.intensity.size()) others.push_back(std::move(axis));
+  }
+  return others;
 }
 
 /// The parts of wide tubes that are as bright as blood.
@@ -183,7 +212,11 @@ Bones find_bones(const Volume<float>& volume, const std::vector<TubeAxis>& axes,
                  const SegmentationOptions& options) {
   const double noise = noise_deviation(volume);
   const BloodLevel rough = find_blood_level(axes, volume, noise);
-  if (!rough.is_told) return {};
+  if (!rough.is_told) {
+    Bones none;
+    none.tubes = axes;
+    return none;
+  }
   const Evenness evenness = find_evenness(volume, rough);
   const std::vector<TubeAxis> wide = wide_tubes(axes, evenness);
   const std::vector<TubeAxis> even = even_parts(wide, evenness);
@@ -191,8 +224,10 @@ Bones find_bones(const Volume<float>& volume, const std::vector<TubeAxis>& axes,
   const double voxel_mm3 = h.x * h.y * h.z;
   const BloodLevel level = find_even_level(
       even, even_sample(evenness), voxel_mm3 * double(sample_step(volume.values.size())), rough);
-  if (!(level.contrast() > 3.0f * evenness.of_tissue)) return {};
-  if (is_muscle(level, volume)) return {};
+  Bones none;
+  none.tubes = without_bones(axes, evenness);
+  if (!(level.contrast() > 3.0f * evenness.of_tissue)) return none;
+  if (is_muscle(level, volume)) return none;
 
   const Volume<float> denoised =
       smooth(volume, denoising_sigma(volume, noise, double(level.contrast())));
@@ -216,14 +251,15 @@ Bones find_bones(const Volume<float>& volume, const std::vector<TubeAxis>& axes,
   }
   const double bone_mm3 = double(count) * voxel_mm3;
   const double scanned_mm3 = voxel_mm3 * double(volume.values.size());
-  if (bone_mm3 < kLeastBone || bone_mm3 > kMostKeptOut * scanned_mm3) return {};
+  if (bone_mm3 < kLeastBone || bone_mm3 > kMostKeptOut * scanned_mm3) return none;
   const std::vector<TubeAxis> bloody = parts_at_level(wide, level);
   const std::vector<TubeAxis> left = parts_of(bloody, [&](const TubeAxis& axis, std::size_t n) {
     return bones.mask.values[axis.voxels[n]] == 0;
   });
   if (length_of(bloody) >= kLeastTrunk && length_of(left) < kLeastLeft * length_of(bloody))
-    return {};
+    return none;
   bones.are_there = true;
+  bones.tubes = std::move(none.tubes);
   bones.level = level;
   bones.warning = warning_of(bone_mm3, level.is_of_pools);
   add_shells(bones.mask, denoised, float(std::min(noise, 0.05 * double(level.contrast()))), above);

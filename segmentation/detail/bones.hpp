@@ -13,7 +13,8 @@ namespace angio::segmentation::detail {
 
 /// Bones and organs that are about as bright as the vessels are.
 struct Bones {
-  bool are_there = false;        ///< false: the rest is empty
+  std::vector<TubeAxis> tubes;   ///< of the volume, but those that are bones
+  bool are_there = false;        ///< false: what follows is empty
   Volume<std::uint8_t> mask;     ///< 1 in them and in their blurred shells
   Volume<float> image_without;   ///< the image with the local background in their place
   BloodLevel level;              ///< of blood and soft tissue
@@ -49,6 +50,9 @@ bool is_muscle(const BloodLevel& level, const Volume<float>& volume);
 /// Nothing is bone where no blood is even (find_even_level), there is too little of it (5 ml) or
 /// too much (a third of the scan), or four fifths of the wide tubes of blood's level were in it: in
 /// a MR angiography blood pulsates, and is not even.
+///
+/// A bone may be a tube itself, as those of legs are: wide, uneven inside, and brighter than the
+/// other tubes by over half of their contrast, where 15 mm or more of these are there.
 ///
 /// @param axes  of the volume (find_tube_axes)
 Bones find_bones(const Volume<float>& volume, const std::vector<TubeAxis>& axes,

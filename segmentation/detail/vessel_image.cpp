@@ -21,7 +21,9 @@ VesselImage find_vessel_image(const Volume<float>& scanned, const SegmentationOp
   const bool exclude = options.exclude_bone && !options.intensity_max;
   if (exclude) {
     progress.report(0.3, "telling blood from bone");
-    if (Bones bones = find_bones(scanned, axes, options); bones.are_there) {
+    Bones bones = find_bones(scanned, axes, options);
+    axes = std::move(bones.tubes);
+    if (bones.are_there) {
       axes = parts_of(axes, [&](const TubeAxis& axis, std::size_t n) {
         return bones.mask.values[axis.voxels[n]] == 0;
       });

@@ -20,12 +20,14 @@
 namespace angio::segmentation::detail {
 namespace {
 
-constexpr float kWeakShare = 0.15f;    ///< of the typical contrast: counts for the half level
-constexpr float kBridgeShare = 0.2f;   ///< joins the tree even below the half level
-constexpr float kBridgeLevel = 0.25f;  ///< of the way from tissue to blood, among organs
-constexpr float kStrongShare = 0.4f;   ///< sure to be a vessel
-constexpr double kLevelSpacing = 1.0;  ///< [mm] grid of the half level
-constexpr double kLevelSigma = 2.5;    ///< [mm] reach of the half level
+constexpr float kWeakShare = 0.15f;        ///< of the typical contrast: counts for the half level
+constexpr float kBridgeShare = 0.2f;       ///< joins the tree even below the half level
+constexpr float kBridgeLevel = 0.25f;      ///< of the way from tissue to blood, among organs
+constexpr float kStrongShare = 0.4f;       ///< sure to be a vessel
+constexpr float kGlare = 0.75f;            ///< contrasts above blood: cortex
+constexpr double kLeastBesideBone = 0.03;  ///< of a bone's score: a vessel's
+constexpr double kLevelSpacing = 1.0;      ///< [mm] grid of the half level
+constexpr double kLevelSigma = 2.5;        ///< [mm] reach of the half level
 constexpr double kLeastContrastToNoise = 2.0;
 constexpr double kSeveralTissues = 0.7;  ///< of the tubes' contrast, from tissue to blood: less, if
                                          ///< others lie in something darker, as lung
@@ -136,6 +138,34 @@ std::vector<double> score_pieces(const Components& pieces, const Volume<float>& 
     if (pieces.label[v] > 0 && contrast.values[v] >= kStrongShare * typical)
       score[std::size_t(pieces.label[v])] += double(contrast.values[v]);
   return score;
+}
+
+/// Whether a piece is a bone: a tenth of it and more is brighter than blood by most of the
+/// contrast, as cortex is, and a tenth darker than tissue, as marrow is.
+bool is_bone(const Components& pieces, int piece, const Volume<float>& smoothed,
+             const BloodLevel& level) {
+  if (!level.is_told) return false;
+  const float bright = level.lumen + kGlare * level.contrast();
+  std::size_t all = 0, brighter = 0, darker = 0;
+  for (std::size_t v = 0; v < pieces.label.size(); ++v) {
+    if (pieces.label[v] != piece) continue;
+    ++all;
+    brighter += smoothed.values[v] > bright;
+    darker += smoothed.values[v] < level.tissue;
+  }
+  return 10 * brighter > all && 10 * darker > all;
+}
+
+/// The scores without those of bones, as long as vessels of a fair size are left.
+std::vector<double> without_bones(const Components& pieces, std::vector<double> score,
+                                  const Volume<float>& smoothed, const BloodLevel& level) {
+  const double most = *std::max_element(score.begin(), score.end());
+  std::vector<double> vessels = score;
+  for (std::size_t p = 1; p < score.size(); ++p)
+    if (score[p] >= kLeastBesideBone * most && is_bone(pieces, int(p), smoothed, level))
+      vessels[p] = 0.0;
+  const double left = *std::max_element(vessels.begin(), vessels.end());
+  return left >= kLeastBesideBone * most ? vessels : score;
 }
 
 /// The length of trunks in each piece [mm].
@@ -271,7 +301,8 @@ int best_piece(const Components& pieces, std::vector<double> score, std::vector<
 void keep_pieces(const Components& pieces, const Volume<float>& volume, const BloodLevel& level,
                  const Volume<float>& contrast, const std::vector<TubeAxis>& trunks,
                  const SegmentationOptions& options, VesselTree& tree) {
-  const auto score = score_pieces(pieces, contrast, float(tree.contrast));
+  const auto score =
+      without_bones(pieces, score_pieces(pieces, contrast, float(tree.contrast)), volume, level);
   std::vector<bool> kept(score.size(), false);
   for (const Vec3& seed : options.seeds_lps_mm) {
     kept[std::size_t(piece_at_seed(pieces, contrast.geometry, seed))] = true;

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <functional>
 #include <random>
+#include <utility>
 
 #include "core/error.hpp"
 #include "segmentation/detail/blood_level.hpp"
@@ -335,6 +336,43 @@ TEST(EvenLevel, IsThatOfVesselsDarkerThanBone) {
   EXPECT_NEAR(level.lumen, kBlood, 1.0);
   EXPECT_NEAR(level.tissue, kMuscle, 5.0);
   EXPECT_FALSE(find_even_level({strand, tube(kBlood, 5.0)}, even, 10.0, rough).is_told);
+}
+
+/// A leg: an artery along z and, 16 mm beside it, a bone with marrow of fat from end to end.
+Volume<float> leg_image(double artery, double bone, double cortex_hu) {
+  TubeImage image;
+  image.size = {90, 60, 90};
+  image.spacing = {0.6, 0.6, 0.8};
+  image.background = kMuscle;
+  image.lumen = kBlood;
+  image.blur_mm = 0.5;
+  Volume<float> volume = image_of(image, [&](const Vec3& p) {
+    return std::hypot(p.x - 9.07, p.y + 0.04) - artery - 0.2 * std::sin(0.2 * p.z);
+  });
+  std::mt19937 random(4);
+  std::normal_distribution<float> noise(0.0f, 18.0f);
+  for_each_voxel(volume.geometry, [&](const Vec3& p, std::size_t v) {
+    const double out = std::hypot(p.x + 10.0, p.y - 2.0) - bone;
+    const auto edge = [](double d) { return 0.5 * std::erfc(d / (std::sqrt(2.0) * 0.5)); };
+    volume.values[v] +=
+        float(edge(out) * (cortex_hu - kMuscle) - edge(out + 2.5) * (cortex_hu - kFat)) +
+        noise(random);
+  });
+  return volume;
+}
+
+TEST(Bones, ATubeOfBoneIsNoVessel) {
+  for (const auto& [bone, cortex] :
+       {std::pair{4.5, 900.0}, std::pair{7.0, 1400.0}, std::pair{9.0, 900.0}}) {
+    const Segmentation result = segment_vessels(leg_image(2.0, bone, cortex), {});
+    double in_bone = 0.0;
+    for_each_voxel(result.mask.geometry, [&](const Vec3& p, std::size_t v) {
+      in_bone += result.mask.values[v] && std::hypot(p.x + 10.0, p.y - 2.0) < bone;
+    });
+    EXPECT_EQ(in_bone, 0.0) << bone << " mm, " << cortex << " HU";
+    for (double z = -30.0; z <= 30.0; z += 5.0)
+      EXPECT_LT(interpolate(result.level_set, {9.07, -0.04, z}), -1.0) << bone << " mm";
+  }
 }
 
 /// A body with a ball beside the aorta, and which part of the ball is kept out.
