@@ -88,7 +88,8 @@ struct Lesion {
                              ///< vessel (or where the user said)
   bool is_too_thin = false;  ///< it would be one, but its vessel is too thin to be measured,
   bool is_doubtful = false;  ///< or so many vessels touch that it may be a place where they do, or
-                             ///< that of a heart's valve, or the line begins in it
+                             ///< that of a heart's valve, or the line begins in it,
+  bool is_diffuse = false;   ///< or the vessel is thin for most of its length, and wide at its ends
   int path_id = 0;
   double abscissa_mm = 0.0;
   double proximal_mm = 0.0;  ///< abscissas of the lesion's edges: where the stenosis is 20 %;

@@ -6,6 +6,7 @@
 
 #include "centerline/centerline.hpp"
 #include "centerline/detail/contacts.hpp"
+#include "centerline/detail/diffuse.hpp"
 #include "centerline/detail/dip.hpp"
 #include "centerline/resolution.hpp"
 #include "core/centerline_trees.hpp"
@@ -236,6 +237,11 @@ void find_on_vessel(const CenterlineTree& tree, const TreeReference& reference,
     lesion.is_stenosis = !lesion.is_left_out();
     found.push_back(lesion);
   }
+  if (const std::optional<Lesion> diffuse =
+          find_diffuse(known, vessel, options.min_stenosis_percent);
+      diffuse && diffuse->reference_diameter_mm >= options.min_reference_mm &&
+      !is_too_thin(tree.paths[vessel.path], *diffuse, options))
+    found.push_back(*diffuse);
 }
 
 /// Distance [mm] from a point to the nearest branching on its path.

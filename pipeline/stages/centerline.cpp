@@ -135,7 +135,7 @@ void tell_of_thin_vessels(StageWork& work, const std::vector<centerline::Lesion>
 /// Narrowings that are as likely places where vessels touch are not listed, but told of.
 void tell_of_doubtful(StageWork& work, const std::vector<centerline::Lesion>& lesions) {
   const auto is_told = [](const centerline::Lesion& lesion) {
-    return lesion.is_doubtful && !lesion.is_too_thin;
+    return lesion.is_doubtful && !lesion.is_too_thin && !lesion.is_diffuse;
   };
   const auto worst = std::find_if(lesions.begin(), lesions.end(), is_told);
   if (worst == lesions.end()) return;
@@ -148,6 +148,19 @@ void tell_of_doubtful(StageWork& work, const std::vector<centerline::Lesion>& le
       "segmentation.region_lps_mm or seeds_lps_mm take the vessel without its neighbours",
       count, count == 1 ? " is" : "s are", worst->diameter_stenosis_percent, worst->path_id,
       worst->abscissa_mm, count == 1 ? "it" : "they", worst->path_id));
+}
+
+/// A vessel that is thin for most of its length is told of: its ends may be dilated.
+void tell_of_diffuse(StageWork& work, const std::vector<centerline::Lesion>& lesions) {
+  for (const centerline::Lesion& lesion : lesions)
+    if (lesion.is_diffuse)
+      work.warnings.push_back(fmt::format(
+          "from {:.1f} to {:.1f} mm line {} is up to {:.0f} % narrower than before and behind "
+          "({:.2f} mm at {:.1f} mm): diffuse disease, or ends that are dilated; it is not listed, "
+          "for most of the vessel is as thin. --set lesion.centerline={} lesion.abscissa_mm={:.1f} "
+          "places a balloon there",
+          lesion.proximal_mm, lesion.distal_mm, lesion.path_id, lesion.diameter_stenosis_percent,
+          lesion.mld_mm, lesion.abscissa_mm, lesion.path_id, lesion.abscissa_mm));
 }
 
 }  // namespace
@@ -186,6 +199,7 @@ void do_centerline(StageWork& work, const CenterlineSettings& settings) {
                                                 settings.get<&Config::lesion>(), resolution)));
   tell_of_thin_vessels(work, lesions, resolution);
   tell_of_doubtful(work, lesions);
+  tell_of_diffuse(work, lesions);
   write_text_atomically(work.out / "lesions.json",
                         to_json(lesions, resolution.longest_mm).dump(2) + "\n");
 }

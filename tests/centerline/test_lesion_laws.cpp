@@ -208,5 +208,39 @@ TEST(LesionLaws, ASingleWrongRadiusIsNoThroat) {
   EXPECT_NEAR(lesions[0].diameter_stenosis_percent, 50.0, 3.0);
 }
 
+/// Of 4 mm, and 70 % thinner over `length` in its middle.
+CenterlineTree diffuse_vessel(double length, double whole = 66.0, double percent = 70.0) {
+  const auto diameter = [=](double s) {
+    const double in = 0.5 * length - std::abs(s - 0.5 * whole);  // [mm] behind the edge
+    const double part = std::clamp(in / 3.0, 0.0, 1.0);
+    return 4.0 * (1.0 - 0.01 * percent * part * part * (3.0 - 2.0 * part));
+  };
+  return tree_of({line_of(diameter, whole)});
+}
+
+TEST(DiffuseDisease, IsListedOrTold) {
+  for (const double percent : {50.0, 70.0})
+    for (double length = 15.0; length <= 50.0; length += 5.0) {
+      const std::vector<Lesion> lesions = find_lesions(diffuse_vessel(length, 66.0, percent), {});
+      const auto said = std::find_if(lesions.begin(), lesions.end(), [](const Lesion& lesion) {
+        return lesion.is_stenosis || lesion.is_diffuse;
+      });
+      ASSERT_NE(said, lesions.end()) << percent << " % over " << length << " mm";
+      EXPECT_NEAR(said->diameter_stenosis_percent, percent, 2.0) << length;
+      EXPECT_NEAR(said->reference_diameter_mm, 4.0, 0.1) << length;
+      EXPECT_NE(said->is_stenosis, said->is_diffuse);
+    }
+}
+
+TEST(DiffuseDisease, IsNotATaperOrAnAneurysm) {
+  const auto none = [](const std::function<double(double)>& diameter) {
+    for (const Lesion& lesion : find_lesions(tree_of({line_of(diameter, 60.0)}), {}))
+      EXPECT_FALSE(lesion.is_diffuse);
+  };
+  none([](double s) { return 4.0 * std::exp(-0.02 * s); });
+  none([](double s) { return 4.0 * (2.0 - narrowed(s, 30.0, 12.0, 1.0)); });  // wide in the middle
+  none([](double s) { return s < 30.0 ? 4.0 : 2.2; });                        // a step
+}
+
 }  // namespace
 }  // namespace angio::centerline
