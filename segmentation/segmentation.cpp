@@ -165,6 +165,9 @@ Segmentation segment_all(const Volume<float>& scanned, const SegmentationOptions
   result.warnings = detail::check_plausibility(result.level_set, scanned.geometry);
   if (std::string warning = detail::check_evenness(result.level_set, denoised); !warning.empty())
     result.warnings.push_back(std::move(warning));
+  if (std::string warning = detail::check_contrast(result.lumen_intensity, scanned);
+      !warning.empty())
+    result.warnings.push_back(std::move(warning));
   std::move(tree.warnings.begin(), tree.warnings.end(), std::back_inserter(result.warnings));
   std::move(image.warnings.begin(), image.warnings.end(), std::back_inserter(result.warnings));
   for (std::string& warning : narrow_place_warnings(boundary.bridges_lps_mm))

@@ -157,4 +157,15 @@ std::string check_evenness(const Volume<float>& level_set, const Volume<float>& 
   return what + " (bone or organs may have been taken for vessels: look at it); if so, " + kAdvice;
 }
 
+std::string check_contrast(double lumen_intensity, const Volume<float>& scanned) {
+  constexpr double kAir = -500.0, kLeast = -50.0, kMost = 90.0;  // [HU]
+  const float lowest = *std::min_element(scanned.values.begin(), scanned.values.end());
+  if (double(lowest) > kAir || lumen_intensity < kLeast || lumen_intensity > kMost) return {};
+  return "the lumen is as bright as tissue without contrast medium (" +
+         format_number(std::round(lumen_intensity)) +
+         "; in CT blood with it is above 100): vessels of the lung may be seen, others hardly; "
+         "check "
+         "that the series was scanned with contrast";
+}
+
 }  // namespace angio::segmentation::detail

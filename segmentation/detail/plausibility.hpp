@@ -45,4 +45,10 @@ void refuse_shell(const Volume<std::uint8_t>& mask);
 /// @throws InputError if it is
 std::string check_evenness(const Volume<float>& level_set, const Volume<float>& image);
 
+/// Tells of a lumen that is as bright as tissue: in a scan that holds air (below -500, as CT's
+/// Hounsfield units have it), blood without contrast medium is at 30 to 60, and with it above 100.
+///
+/// @return a warning, with what helps, or nothing
+std::string check_contrast(double lumen_intensity, const Volume<float>& scanned);
+
 }  // namespace angio::segmentation::detail

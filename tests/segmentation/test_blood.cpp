@@ -12,6 +12,7 @@
 #include "segmentation/detail/tunnels.hpp"
 #include "segmentation/detail/vessel_tree.hpp"
 #include "segmentation/segmentation.hpp"
+#include "tests/segmentation/grids.hpp"
 #include "tests/segmentation/tube_volume.hpp"
 
 namespace angio::segmentation {
@@ -263,6 +264,16 @@ TEST(Plausibility, RefusesASkullAndNoHeart) {
   EXPECT_THAT([&] { detail::refuse_shell(shell(65.0, 160.0)); },  // 0.8 l inside
               ThrowsMessage<InputError>(HasSubstr("closes around 0.8 l")));
   EXPECT_NO_THROW(detail::refuse_shell(shell(35.0, 90.0)));  // 25 cm^2 in its widest section
+}
+
+TEST(Plausibility, OfALumenWithoutContrastIsTold) {
+  Volume<float> ct(test::grid_of({4, 4, 4}, {1.0, 1.0, 1.0}), 40.0f);
+  ct.values[7] = -1000.0f;
+  EXPECT_THAT(detail::check_contrast(45.0, ct), HasSubstr("contrast"));
+  EXPECT_EQ(detail::check_contrast(180.0, ct), "");
+  EXPECT_EQ(detail::check_contrast(-700.0, ct), "");  // another scale
+  ct.values[7] = 0.0f;                                // MR
+  EXPECT_EQ(detail::check_contrast(45.0, ct), "");
 }
 
 TEST(Plausibility, RefusesBoneAndNoBlood) {
