@@ -212,11 +212,9 @@ Bones find_bones(const Volume<float>& volume, const std::vector<TubeAxis>& axes,
                  const SegmentationOptions& options) {
   const double noise = noise_deviation(volume);
   const BloodLevel rough = find_blood_level(axes, volume, noise);
-  if (!rough.is_told) {
-    Bones none;
-    none.tubes = axes;
-    return none;
-  }
+  Bones none;
+  none.tubes = axes;
+  if (!rough.is_told) return none;
   const Evenness evenness = find_evenness(volume, rough);
   const std::vector<TubeAxis> wide = wide_tubes(axes, evenness);
   const std::vector<TubeAxis> even = even_parts(wide, evenness);
@@ -224,7 +222,6 @@ Bones find_bones(const Volume<float>& volume, const std::vector<TubeAxis>& axes,
   const double voxel_mm3 = h.x * h.y * h.z;
   const BloodLevel level = find_even_level(
       even, even_sample(evenness), voxel_mm3 * double(sample_step(volume.values.size())), rough);
-  Bones none;
   none.tubes = without_bones(axes, evenness);
   if (!(level.contrast() > 3.0f * evenness.of_tissue)) return none;
   if (is_muscle(level, volume)) return none;
