@@ -20,8 +20,9 @@ struct Lattice {
 /// has a peak at the voxels' frequency along each axis, where a surface of another making has but
 /// noise of height 1 / sqrt(N). A grid is told by peaks of 0.05 and of five times the median of the
 /// frequencies around, for periods of 0.45 to 2.4 mean edges, two of them the same, as a scan's
-/// pixels are square. In 181 surfaces that were looked at, those of scans had 5 to 220 medians
-/// along their worst axis, and those remeshed, drawn or turned out of their scan's axes under 4.
+/// pixels are square; a third of the vertices along an axis each has to be in phase with the rest.
+/// Of 171 surfaces that were looked at 61 show a grid; two of these are of no scan, but were drawn
+/// or remeshed on one.
 ///
 /// @return nothing where there is none to be seen
 std::optional<Lattice> find_lattice(const TriangleMesh& surface);
