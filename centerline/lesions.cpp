@@ -9,6 +9,7 @@
 #include "centerline/detail/diffuse.hpp"
 #include "centerline/detail/dip.hpp"
 #include "centerline/resolution.hpp"
+#include "centerline/treated.hpp"
 #include "core/centerline_trees.hpp"
 #include "core/error.hpp"
 #include "core/require.hpp"
@@ -273,7 +274,13 @@ Lesion tightest_place(const Known& known, double min_reference_mm) {
   std::optional<std::size_t> best;
   double best_score = 0.0;
   std::size_t middle = 0;
-  for (const double diameters : {1.0, 0.0, -1.0}) {  // in the last resort, anywhere
+  // Rather where a balloon is placed unasked; in the last resort, anywhere.
+  const double trial = std::max(kLeastTreated, min_reference_mm);
+  for (const auto& [diameters, least] : {std::pair{1.0, trial},
+                                         {0.0, trial},
+                                         {1.0, min_reference_mm},
+                                         {0.0, min_reference_mm},
+                                         {-1.0, 0.0}}) {
     if (best) break;
     for (std::size_t i = 0; i < path.points.size(); ++i) {
       const double s = path.abscissa[i];
@@ -284,7 +291,7 @@ Lesion tightest_place(const Known& known, double min_reference_mm) {
       const double margin = std::min(std::max(2.0 * d, 5.0 + d), 0.4 * length);
       if (!known.is_measured(i) || s < margin || length - s < margin) continue;
       if (distance_to_branching(path, s) < diameters * d) continue;
-      if (diameters >= 0.0 && (d < min_reference_mm || is_on_bridge(known, whole, i))) continue;
+      if (d < least || (diameters >= 0.0 && is_on_bridge(known, whole, i))) continue;
       // Two points of %DS are no difference: then rather in the middle.
       const double score = known.percent(i) - 4.0 * std::abs(s / length - 0.5);
       if (best && score <= best_score) continue;

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "centerline/centerline.hpp"
+#include "centerline/treated.hpp"
 #include "core/atomic_file.hpp"
 #include "core/beside.hpp"
 #include "core/centerline_trees.hpp"
@@ -81,12 +82,11 @@ FilledLumen fill_lumen(const meshing::LumenVolumeOptions& options,
 
 /// Why a vessel is not treated unless somebody asks for it; empty: it is.
 std::string reason_to_leave(const centerline::Lesion& lesion) {
-  constexpr double kLeastTreated = 1.5;     // [mm] the smallest vessels that balloons are used in
   constexpr double kLargestBalloon = 30.0;  // [mm] that is sold
   const double diameter = lesion.reference_diameter_mm;
-  if (diameter < kLeastTreated)
+  if (diameter < centerline::kLeastTreated)
     return fmt::format("the vessel there, of {:.2f} mm, is narrower than {} mm", diameter,
-                       kLeastTreated);
+                       centerline::kLeastTreated);
   if (diameter > kLargestBalloon)
     return fmt::format("there is no balloon for a vessel of {:.1f} mm", diameter);
   return {};

@@ -208,6 +208,21 @@ TEST(LesionLaws, ASingleWrongRadiusIsNoThroat) {
   EXPECT_NEAR(lesions[0].diameter_stenosis_percent, 50.0, 3.0);
 }
 
+TEST(TightestPlace, IsRatherInAVesselThatIsTreated) {
+  // 2 mm at first, 1.3 mm behind a fork's step, where it undulates more.
+  const auto diameter = [](double s) {
+    return s < 30.0 ? 2.0 * (1.0 - 0.04 * (1.0 + std::sin(s)))
+                    : 1.3 * (1.0 - 0.1 * (1.0 + std::sin(s)));
+  };
+  const Lesion place = find_lesions(tree_of({line_of(diameter, 60.0)}), {}).at(0);
+  EXPECT_FALSE(place.is_stenosis);
+  EXPECT_GT(place.reference_diameter_mm, 1.5);
+  // Where all is thinner, in that.
+  const auto thin = [](double s) { return 1.3 * (1.0 - 0.04 * (1.0 + std::sin(s))); };
+  EXPECT_NEAR(find_lesions(tree_of({line_of(thin, 60.0)}), {}).at(0).reference_diameter_mm, 1.3,
+              0.15);
+}
+
 /// Of 4 mm, and 70 % thinner over `length` in its middle.
 CenterlineTree diffuse_vessel(double length, double whole = 66.0, double percent = 70.0) {
   const auto diameter = [=](double s) {
