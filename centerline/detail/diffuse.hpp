@@ -12,7 +12,7 @@ namespace angio::centerline {
 ///
 /// D_p and D_d are the median diameters over 1.5 diameters of both ends, no more than 1.8 times
 /// apart; between them ln D runs straight. Narrowed is the longest stretch that lies below that
-/// line by `least_percent` or more wherever it is measured; it counts if it is half of the vessel
+/// line by `least_percent` or more wherever it is measured; it counts if it is 0.4 of the vessel
 /// and the healthy tree sees less than the shoulder's stenosis at its tightest place.
 ///
 /// @return in doubt (is_diffuse), with the line's diameter for a reference

@@ -28,7 +28,7 @@ struct FlowOptions {
   /// Kt of the loss behind a throat, [0, 5]; 1.52: Young, Tsai 1973; 1: Borda, Carnot.
   double expansion_coefficient = 1.52;
   /// Standard deviation of diameters, all wrong alike, [0, 2]; unset: the voxel / sqrt(12), as in
-  /// find_reference(), or kSurfaceError where the lumen was given as a surface.
+  /// find_reference(), or kSurfaceError of a surface that shows no voxels.
   std::optional<double> diameter_error_mm;
   /// Standard deviation of the flow, [0, 90]. Our assumption: people's hyperaemic velocities are
   /// not known better than that from a picture.

@@ -16,7 +16,8 @@
 namespace angio::segmentation::detail {
 namespace {
 
-constexpr double kLongestBridge = 9.0;  ///< [mm] a longer gap is no narrow place but a hole
+/// [mm] along the axes; a longer gap is no narrow place but a hole. 5 sqrt(3): join_across_gaps
+constexpr double kLongestBridge = 9.0;
 constexpr float kBridgeLevel = -0.1f;
 constexpr double kOutsideCost = 8.0;  ///< of a step through pure background, against lumen
 

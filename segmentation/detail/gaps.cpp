@@ -244,9 +244,8 @@ void part_passing_vessels(Volume<std::uint8_t>& mask, std::uint8_t way, double l
   }
 }
 
-bool join_across_gaps(Volume<std::uint8_t>& mask, std::uint8_t way, double least_mm3) {
+void join_across_gaps(Volume<std::uint8_t>& mask, std::uint8_t way, double least_mm3) {
   GapSearch search(mask.geometry, label_components(mask, Connectivity::faces), least_mm3);
-  bool is_any = false;
   for (const auto& [pieces, gap] : search.find_gaps()) {
     const auto one = search.end_towards(gap.one, place_of_voxel(mask.geometry, gap.other), kInLine);
     if (!one) continue;
@@ -256,9 +255,7 @@ bool join_across_gaps(Volume<std::uint8_t>& mask, std::uint8_t way, double least
     const auto [thin, wide] = std::minmax(*one, *other);
     if (wide > kMostWider * thin || gap.length_mm > kMostDiameters * 2.0 * thin) continue;
     draw_way(mask, gap, way);
-    is_any = true;
   }
-  return is_any;
 }
 
 }  // namespace angio::segmentation::detail

@@ -18,9 +18,8 @@ namespace angio::segmentation::detail {
 /// until it holds the vessel. One piece is no more than twice as wide as the other.
 ///
 /// @param mask         a vessel's voxels are not 0; ways are set to `way`
-/// @param least_mm3    of a piece
-/// @return whether there are any
-bool join_across_gaps(Volume<std::uint8_t>& mask, std::uint8_t way, double least_mm3);
+/// @param least_mm3    of a piece [mm^3]
+void join_across_gaps(Volume<std::uint8_t>& mask, std::uint8_t way, double least_mm3);
 
 /// Parts vessels that pass each other: of two that lie closer than the voxels can show well, the
 /// image between is a saddle, which looks like a thin vessel from flank to flank. Ways between two

@@ -142,7 +142,7 @@ std::vector<double> score_pieces(const Components& pieces, const Volume<float>& 
 
 /// Whether a piece is a bone: a tenth of it and more is brighter than blood by most of the
 /// contrast, as cortex is, and a tenth darker than tissue, as marrow is.
-bool is_bone(const Components& pieces, int piece, const Volume<float>& smoothed,
+bool is_bone(const Components& pieces, int piece, const Volume<float>& volume,
              const BloodLevel& level) {
   if (!level.is_told) return false;
   const float bright = level.lumen + kGlare * level.contrast();
@@ -150,19 +150,19 @@ bool is_bone(const Components& pieces, int piece, const Volume<float>& smoothed,
   for (std::size_t v = 0; v < pieces.label.size(); ++v) {
     if (pieces.label[v] != piece) continue;
     ++all;
-    brighter += smoothed.values[v] > bright;
-    darker += smoothed.values[v] < level.tissue;
+    brighter += volume.values[v] > bright;
+    darker += volume.values[v] < level.tissue;
   }
   return 10 * brighter > all && 10 * darker > all;
 }
 
 /// The scores without those of bones, as long as vessels of a fair size are left.
 std::vector<double> without_bones(const Components& pieces, std::vector<double> score,
-                                  const Volume<float>& smoothed, const BloodLevel& level) {
+                                  const Volume<float>& volume, const BloodLevel& level) {
   const double most = *std::max_element(score.begin(), score.end());
   std::vector<double> vessels = score;
   for (std::size_t p = 1; p < score.size(); ++p)
-    if (score[p] >= kLeastBesideBone * most && is_bone(pieces, int(p), smoothed, level))
+    if (score[p] >= kLeastBesideBone * most && is_bone(pieces, int(p), volume, level))
       vessels[p] = 0.0;
   const double left = *std::max_element(vessels.begin(), vessels.end());
   return left >= kLeastBesideBone * most ? vessels : score;
@@ -381,8 +381,9 @@ VesselTree find_vessel_tree(const Volume<float>& volume, const BloodLevel& level
   const Volume<float> smoothed = smooth(volume, denoising_sigma(volume, tree.noise, tree.contrast));
   tree.mask = candidates(smoothed, tubes, float(tree.contrast), level, options);
   if (level.is_told) add_pools(smoothed, level, options, tree.mask);
-  part_passing_vessels(tree.mask, kBridge, std::max(kLeastJoined, options.min_component_mm3));
-  join_across_gaps(tree.mask, kBridge, std::max(kLeastJoined, options.min_component_mm3));
+  const double least_mm3 = std::max(kLeastJoined, options.min_component_mm3);
+  part_passing_vessels(tree.mask, kBridge, least_mm3);
+  join_across_gaps(tree.mask, kBridge, least_mm3);
   progress.report(0.45, "connecting vessels");
   keep_pieces(label_components(tree.mask, Connectivity::faces), volume, level, contrast, trunks,
               options, tree);

@@ -43,9 +43,8 @@ Volume<std::uint8_t> cut_vessel(double gap, double aside = 0.0, double radius_be
 
 bool joins(Volume<std::uint8_t> mask) {
   const int before = piece_count(mask);
-  const bool is_any = join_across_gaps(mask, kWay, 20.0);
-  EXPECT_EQ(piece_count(mask), is_any ? before - 1 : before);
-  return is_any;
+  join_across_gaps(mask, kWay, 20.0);
+  return piece_count(mask) == before - 1;
 }
 
 TEST(Gaps, AVesselThatIsCutIsJoined) {
@@ -57,7 +56,8 @@ TEST(Gaps, AVesselThatIsCutIsJoined) {
 TEST(Gaps, TheWayIsThinAndOfItsOwnKind) {
   Volume<std::uint8_t> mask = cut_vessel(3.0);
   const Volume<std::uint8_t> before = mask;
-  ASSERT_TRUE(join_across_gaps(mask, kWay, 20.0));
+  join_across_gaps(mask, kWay, 20.0);
+  ASSERT_EQ(piece_count(mask), 1);
   std::size_t added = 0;
   for (std::size_t v = 0; v < mask.values.size(); ++v) {
     if (mask.values[v] == before.values[v]) continue;
