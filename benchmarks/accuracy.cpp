@@ -58,7 +58,9 @@ Accuracy measure_image(const PhantomOptions& options) {
   const segmentation::Segmentation lumen = segmentation::segment_vessels(phantom.volume, {});
   accuracy.segmentation_s = cpu_seconds_since(start);
   start = std::clock();
-  const CenterlineTree tree = centerline::extract_centerline(lumen.level_set, {}).tree;
+  centerline::CenterlineOptions lines;
+  lines.voxel_mm = phantom.volume.geometry.longest_spacing();
+  const CenterlineTree tree = centerline::extract_centerline(lumen.level_set, lines).tree;
   accuracy.centerline_s = cpu_seconds_since(start);
   accuracy.surface_mm = surface_distances(lumen.level_set, shape);
   compare_volumes(lumen.level_set, shape, accuracy);

@@ -178,7 +178,9 @@ std::vector<std::string> measure(const std::string& phantom, const Plan& plan) {
   std::vector<std::string> cells = {phantom, plan.name};
   try {
     const segmentation::Segmentation lumen = segmentation::segment_vessels(result.volume, {});
-    CenterlineTree tree = centerline::extract_centerline(lumen.level_set, {}).tree;
+    centerline::CenterlineOptions lines;
+    lines.voxel_mm = result.volume.geometry.longest_spacing();
+    CenterlineTree tree = centerline::extract_centerline(lumen.level_set, lines).tree;
     Vec3 shift;
     take_out_shift(tree, made.phantom.truth.tree, shift);
     Accuracy accuracy;

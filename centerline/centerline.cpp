@@ -91,7 +91,7 @@ CenterlineResult extract_tree(const Lumen& lumen, LumenVoxels& voxels, const Ope
                               const CenterlineOptions& options, const Progress& progress) {
   const LevelSetWall wall(lumen.level_set);
   const WallPoints points = lumen.surface ? WallPoints(lumen.surface->wall_vertices())
-                                          : WallPoints(lumen.level_set, voxels);
+                                          : WallPoints(lumen.level_set, voxels, options.voxel_mm);
   const WallDistance distance_to_wall =
       lumen.surface
           ? WallDistance(points, lumen.surface->triangles, lumen.surface->wall_vertex_count)

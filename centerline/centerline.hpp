@@ -16,8 +16,9 @@ struct CenterlineOptions {
   std::optional<Vec3>
       inlet_lps_mm;  ///< of the tree there; unset: told by the tree (detail/inlet.hpp)
   std::vector<Vec3>
-      outlets_lps_mm;    ///< empty: every other end; else trees without one are left out
-  double step_mm = 0.0;  ///< distance of points, (0, 5]; 0: a quarter of the radius
+      outlets_lps_mm;     ///< empty: every other end; else trees without one are left out
+  double step_mm = 0.0;   ///< distance of points, (0, 5]; 0: a quarter of the radius
+  double voxel_mm = 0.0;  ///< longest edge of the voxels that a level set was found in; 0: its own
   double min_branch_length_mm = 0.0;  ///< shorter side branches are spurs; 0: by the radius
 
   void validate() const;  ///< @throws OptionError naming the field

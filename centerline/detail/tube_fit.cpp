@@ -12,8 +12,7 @@
 namespace angio::centerline {
 namespace {
 
-constexpr int kDegree = 2;            // of the polynomial along the line
-constexpr double kSignificant = 3.0;  // -log 5 %: noise alone rarely has more times its mean power
+constexpr int kDegree = 2;  // of the polynomial along the line
 
 constexpr int kPowers = kDegree + 1;
 
@@ -137,21 +136,25 @@ double samples_per_error(const std::vector<Sample>& samples, const std::vector<s
 /// correlation length, so there are fewer independent samples than points.
 void set_errors(Fit& fit, double seen_together, const std::vector<double>& residual,
                 const Eigen::VectorXd& weight, const Eigen::VectorXd& robust,
-                const Eigen::VectorXd& inverse_diagonal, double correlation, double radius) {
+                const Eigen::VectorXd& inverse_diagonal, const WallErrors& errors, double radius) {
   double rss = 0.0;
   for (Eigen::Index n = 0; n < weight.size(); ++n)
     rss += robust[n] * weight[n] * residual[std::size_t(n)] * residual[std::size_t(n)];
   const double sum = weight.sum();
   fit.count = sum * sum / weight.squaredNorm();
   const double density = fit.count / (2.0 * units::kPi * radius * 1.3 * fit.window);
-  const double patch = std::max(1.0, density * 1.4 * correlation * correlation);
+  const double patch = std::max(1.0, density * 1.4 * errors.correlation * errors.correlation);
   const double samples = fit.count / patch, terms = double(fit.terms.size());
   // What the terms took up is missing in the residuals.
   const double left_over = std::max(1.0 - terms / fit.count, 0.25);
-  const double variance = fit.noise * fit.noise / left_over * std::max(patch, seen_together);
+  const double noise = std::max(fit.noise / std::sqrt(left_over), errors.least_sd);
+  const double variance = noise * noise * std::max(patch, seen_together);
   fit.error = (variance * inverse_diagonal).cwiseMax(0.0).cwiseSqrt();
-  fit.score = samples * std::log(std::max(rss / sum, 1e-18 * radius * radius)) +
-              2.0 * terms * (1.0 + terms / samples);
+  // Akaike's criterion, of known errors or of such as the residuals tell.
+  const double known = errors.least_sd * errors.least_sd;
+  fit.score = known > 0.0 ? samples * rss / (sum * known) + 2.0 * terms
+                          : samples * std::log(std::max(rss / sum, 1e-18 * radius * radius)) +
+                                2.0 * terms * (1.0 + terms / samples);
 }
 
 /// Whether a longer window changes nothing but noise. It holds the shorter one's samples: where
@@ -190,7 +193,7 @@ double predict(const Fit& fit, const Sample& sample) {
 }
 
 Fit fit_window(std::vector<Sample>& samples, double window, int order, int passes,
-               double correlation, double radius) {
+               const WallErrors& errors, double radius) {
   Fit fit;
   fit.order = order;
   fit.window = window;
@@ -236,10 +239,12 @@ Fit fit_window(std::vector<Sample>& samples, double window, int order, int passe
     }
   }
   const double together =
-      correlation > 0.0 ? samples_per_error(samples, inside, left, 2.0 * correlation, radius) : 1.0;
+      errors.correlation > 0.0
+          ? samples_per_error(samples, inside, left, 2.0 * errors.correlation, radius)
+          : 1.0;
   const Eigen::MatrixXd root = factor.matrixL().solve(Eigen::MatrixXd::Identity(terms, terms));
   set_errors(fit, together, residual, weight, robust, root.colwise().squaredNorm().transpose(),
-             correlation, radius);
+             errors, radius);
   fit.valid = fit.terms.allFinite() && fit.terms[0] > 0.0;
   return fit;
 }
@@ -260,26 +265,25 @@ void shrink_harmonics(Fit& fit) {
     }
 }
 
-Fit choose_window(std::vector<Sample>& samples, double radius, double correlation) {
+Fit choose_window(std::vector<Sample>& samples, double radius, const WallErrors& errors) {
   constexpr double kSamplesPerTerm = 3.0;  // with fewer the errors are not known
   std::vector<Fit> kept;
   for (const double factor : kWindows) {
-    Fit fit = fit_window(samples, factor * radius, 2, 2, correlation, radius);
+    Fit fit = fit_window(samples, factor * radius, 2, 2, errors, radius);
     if (!fit.valid || fit.count < kSamplesPerTerm * term_count(2)) continue;
     for (const Fit& shorter : kept)
-      if (!agrees(shorter, fit, correlation <= 0.0)) return kept.back();
+      if (!agrees(shorter, fit, errors.correlation <= 0.0)) return kept.back();
     kept.push_back(std::move(fit));
   }
   if (kept.empty())
-    return fit_window(samples, kWindows[std::size(kWindows) - 1] * radius, 2, 2, correlation,
-                      radius);
+    return fit_window(samples, kWindows[std::size(kWindows) - 1] * radius, 2, 2, errors, radius);
   return kept.back();
 }
 
-Fit choose_order(std::vector<Sample>& samples, Fit best, int most_order, double correlation,
+Fit choose_order(std::vector<Sample>& samples, Fit best, int most_order, const WallErrors& errors,
                  double radius) {
   for (int order = 4; order <= most_order; order += 2) {
-    Fit fit = fit_window(samples, best.window, order, 2, correlation, radius);
+    Fit fit = fit_window(samples, best.window, order, 2, errors, radius);
     if (!fit.valid || fit.score >= best.score) break;
     best = std::move(fit);
   }

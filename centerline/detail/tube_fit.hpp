@@ -9,7 +9,8 @@ namespace angio::centerline {
 
 inline constexpr double kWindows[] = {0.4, 0.6, 0.9, 1.35, 2.0, 3.0};  ///< half lengths, in radii
 inline constexpr int kMostOrder = 8;                                   ///< of the harmonics
-inline constexpr double kConfidence = 2.5;  ///< standard errors that are noise
+inline constexpr double kSignificant = 3.0;  ///< -log 5 %: noise rarely has more times its power
+inline constexpr double kConfidence = 2.5;   ///< standard errors that are noise
 
 /// Harmonics round the line times powers along it, fitted to samples of the wall.
 struct Fit {
@@ -23,6 +24,12 @@ struct Fit {
   Eigen::VectorXd error;  // standard errors of the terms
 };
 
+/// How the wall's samples err.
+struct WallErrors {
+  double correlation = 0.0;  ///< samples nearer than this err together [mm]; 0: each by itself
+  double least_sd = 0.0;     ///< known from the vessel around [mm]
+};
+
 /// Where a harmonic begins in the terms; harmonic 0 has no sine.
 int first_term(int harmonic, bool sine);
 
@@ -30,15 +37,14 @@ int first_term(int harmonic, bool sine);
 double predict(const Fit& fit, const Sample& sample);
 
 /// Weighted least squares, reweighted by Tukey's biweight. The sample weights go in and out.
-/// @param correlation  samples nearer than this err together [mm]
 Fit fit_window(std::vector<Sample>& samples, double window, int order, int passes,
-               double correlation, double radius);
+               const WallErrors& errors, double radius);
 
 /// The fit of order 2 in the longest window that agrees with all shorter ones.
-Fit choose_window(std::vector<Sample>& samples, double radius, double correlation);
+Fit choose_window(std::vector<Sample>& samples, double radius, const WallErrors& errors);
 
 /// More harmonics as long as they say more than noise.
-Fit choose_order(std::vector<Sample>& samples, Fit best, int most_order, double correlation,
+Fit choose_order(std::vector<Sample>& samples, Fit best, int most_order, const WallErrors& errors,
                  double radius);
 
 /// Shrinks each harmonic, with its course along the line, by the noise's part in its power

@@ -31,6 +31,15 @@ Contour contour_of(const Fit& fit, const Stretch& stretch) {
   return contour;
 }
 
+/// Whether a section is no flatter than noise makes a round one: with half axes r l and r / l the
+/// second harmonic is r (l - 1 / l) / 2.
+bool is_noise(const Stretch& stretch, const Fit& fit) {
+  const double squeeze = std::hypot(0.5 * (stretch.xx - stretch.yy), stretch.xy);
+  const double cosine = fit.error[first_term(2, false)], sine = fit.error[first_term(2, true)];
+  const double flat = fit.terms[0] * squeeze;
+  return squeeze > 0.0 && flat * flat < kSignificant * (cosine * cosine + sine * sine);
+}
+
 /// Takes off what the noise of vertices adds. @return the part of each radius that is kept
 std::vector<double> take_off_bias(Contour& contour, double sd) {
   std::vector<double> keep = polar_bias(contour, sd);
@@ -120,30 +129,34 @@ TubeSection fit_tube(const WallPoints& points, const LocalCurve& curve, double r
   keep_first_wall(samples, coarse);
   // Harmonics finer than the widest gap are not seen.
   const int most_order = std::clamp(kSectors / (2 * std::max(coarse.gap, 1)), 1, kMostOrder);
-  const double correlation = points.correlation_length();
-  const Stretch stretch = find_stretch(coarse);
+  const WallErrors errors{points.correlation_length(), scale.least_noise};
+  Stretch stretch = find_stretch(coarse);
   for (Sample& sample : samples) set_polar(sample, stretch);
-  Fit fit =
-      fit_window(samples, kCenterWindow * radius, std::min(2, most_order), 3, correlation, radius);
-  if (!fit.valid) fit = fit_window(samples, reach, std::min(1, most_order), 3, correlation, radius);
+  Fit fit = fit_window(samples, kCenterWindow * radius, std::min(2, most_order), 3, errors, radius);
+  if (!fit.valid) fit = fit_window(samples, reach, std::min(1, most_order), 3, errors, radius);
   if (!fit.valid) return section;
   if (fit.order >= 2) {
-    if (scale.window > 0.0) {
-      fit = fit_window(samples, scale.window * radius, std::min(scale.order, most_order), 2,
-                       correlation, radius);
-    } else {
-      if (measure) fit = choose_window(samples, radius, correlation);
-      if (fit.valid)
-        fit = choose_order(samples, std::move(fit), measure ? most_order : std::min(4, most_order),
-                           correlation, radius);
-    }
+    if (scale.window > 0.0)
+      fit = fit_window(samples, scale.window * radius,
+                       scale.order > 0 ? std::min(scale.order, most_order) : 2, 2, errors, radius);
+    else if (measure)
+      fit = choose_window(samples, radius, errors);
+    if (fit.valid && scale.order == 0)
+      fit = choose_order(samples, std::move(fit), measure ? most_order : std::min(4, most_order),
+                         errors, radius);
     if (!fit.valid) return section;
+    if (measure && is_noise(stretch, fit)) {
+      stretch = {};
+      for (Sample& sample : samples) set_polar(sample, stretch);
+      fit = fit_window(samples, fit.window, fit.order, 2, errors, radius);
+      if (!fit.valid) return section;
+    }
   }
   shrink_harmonics(fit);
   Contour contour = contour_of(fit, stretch);
   std::vector<double> keep(contour.size(), 1.0);
   // Of level sets the errors go together. Both deviations hold some of the wall's shape too.
-  if (correlation <= 0.0) keep = take_off_bias(contour, std::min(coarse.noise, fit.noise));
+  if (errors.correlation <= 0.0) keep = take_off_bias(contour, std::min(coarse.noise, fit.noise));
   const double most_shift = 0.5 * std::max(radius, 0.5 * extent);
   const Circle circle = largest_circle(contour, most_shift);
   if (circle.radius <= 0.0) return section;
@@ -159,34 +172,57 @@ TubeSection fit_tube(const WallPoints& points, const LocalCurve& curve, double r
   section.area = contour_moments(contour).area * step / std::sin(step);
   section.extent = contour_extent(contour, middle);
   section.noise = fit.noise;
-  section.scale = {fit.window / radius, fit.order};
+  section.scale = {fit.window / radius, fit.order, scale.least_noise};
   section.valid = true;
   return section;
 }
 
 namespace {
 
+/// For each point the valid sections within so many of its radii, its own too, if there are any.
+template <class Use>
+void for_each_neighbourhood(const std::vector<TubeSection>& sections, const Polyline& line,
+                            const std::vector<double>& s, double radii, const Use& use) {
+  std::vector<const TubeSection*> near;
+  for (std::size_t i = 0; i < sections.size(); ++i) {
+    const double reach = radii * line.radius[i];
+    std::size_t begin = i, end = i + 1;
+    while (begin > 0 && s[i] - s[begin - 1] < reach) --begin;
+    while (end < sections.size() && s[end] - s[i] < reach) ++end;
+    near.clear();
+    for (std::size_t k = begin; k < end; ++k)
+      if (sections[k].valid) near.push_back(&sections[k]);
+    if (!near.empty()) use(i, near);
+  }
+}
+
+template <class Value>
+double median_of(const std::vector<const TubeSection*>& sections, const Value& value) {
+  std::vector<double> values;
+  for (const TubeSection* section : sections) values.push_back(value(*section));
+  return quantile(values, 0.5);
+}
+
 /// The middle of what the points near each one chose.
 std::vector<TubeScale> settle_scales(const std::vector<TubeSection>& sections, const Polyline& line,
                                      const std::vector<double>& s) {
   constexpr double kNear = 2.0;  // radii
   std::vector<TubeScale> scales(sections.size());
-  std::vector<double> windows, orders;
-  for (std::size_t i = 0; i < sections.size(); ++i) {
-    if (!sections[i].valid) continue;
-    const double near = kNear * line.radius[i];
-    std::size_t begin = i, end = i + 1;
-    while (begin > 0 && s[i] - s[begin - 1] < near) --begin;
-    while (end < sections.size() && s[end] - s[i] < near) ++end;
-    windows.clear();
-    orders.clear();
-    for (std::size_t k = begin; k < end; ++k)
-      if (sections[k].valid) {
-        windows.push_back(sections[k].scale.window);
-        orders.push_back(sections[k].scale.order);
-      }
-    scales[i] = {quantile(windows, 0.5), int(quantile(orders, 0.5))};
-  }
+  for_each_neighbourhood(sections, line, s, kNear, [&](std::size_t i, const auto& near) {
+    scales[i].window = median_of(near, [](const TubeSection& t) { return t.scale.window; });
+    scales[i].order = int(median_of(near, [](const TubeSection& t) { return t.scale.order; }));
+  });
+  return scales;
+}
+
+/// The noise of the vessel around each point.
+std::vector<TubeScale> learn_noise(const std::vector<TubeSection>& sections, const Polyline& line,
+                                   const std::vector<double>& s) {
+  constexpr double kNear = 10.0;  // radii: more vessel than a lesion is long
+  std::vector<TubeScale> scales(sections.size());
+  for_each_neighbourhood(sections, line, s, kNear, [&](std::size_t i, const auto& near) {
+    scales[i].least_noise = median_of(near, [](const TubeSection& t) { return t.noise; });
+  });
   return scales;
 }
 
@@ -194,21 +230,32 @@ std::vector<TubeScale> settle_scales(const std::vector<TubeSection>& sections, c
 
 std::vector<TubeSection> measure_tube(const WallPoints& points, const Polyline& line,
                                       std::size_t first, std::size_t last, const Wall* wall) {
+  constexpr std::size_t kSparse = 8;  // every eighth point tells the noise well enough
   const std::vector<double> s = arc_length(line.points);
   std::vector<TubeSection> sections(line.points.size());
   std::vector<TubeScale> scales(line.points.size());
-  const auto measure = [&](std::ptrdiff_t index) {
-    const std::size_t i = first + std::size_t(index);
+  const auto measure = [&](std::size_t i) {
     const double reach = course_reach(TubeEffort::measure) * direction_reach(line, i);
     sections[i] = fit_tube(points, fit_curve(line, s, i, reach), line.radius[i], line.extent[i],
                            wall, TubeEffort::measure, scales[i]);
   };
-  parallel_for_uneven(std::ptrdiff_t(last - first), measure);
-  if (points.correlation_length() > 0.0) return sections;
-  scales = settle_scales(sections, line, s);
-  parallel_for_uneven(std::ptrdiff_t(last - first), [&](std::ptrdiff_t index) {
-    if (sections[first + std::size_t(index)].valid) measure(index);
-  });
+  const auto measure_all = [&](std::size_t stride, const auto& is_wanted) {
+    parallel_for_uneven(std::ptrdiff_t((last - first + stride - 1) / stride),
+                        [&](std::ptrdiff_t n) {
+                          const std::size_t i = first + stride * std::size_t(n);
+                          if (is_wanted(i)) measure(i);
+                        });
+  };
+  const auto all = [](std::size_t) { return true; };
+  if (points.correlation_length() > 0.0) {
+    measure_all(kSparse, all);
+    scales = learn_noise(sections, line, s);
+    measure_all(1, all);
+  } else {
+    measure_all(1, all);
+    scales = settle_scales(sections, line, s);
+    measure_all(1, [&](std::size_t i) { return bool(sections[i].valid); });
+  }
   return sections;
 }
 

@@ -11,8 +11,9 @@ namespace angio::centerline {
 
 /// What a fit resolves.
 struct TubeScale {
-  double window = 0.0;  ///< half length of the stretch that is used, in radii; 0: by the noise
-  int order = 0;        ///< of the harmonics; 0: by the noise
+  double window = 0.0;       ///< half length of the stretch that is used, in radii; 0: by the noise
+  int order = 0;             ///< of the harmonics; 0: by the noise
+  double least_noise = 0.0;  ///< sd of wall points that is known from the vessel around [mm]
 };
 
 /// What the wall round a point of a line says.
@@ -61,7 +62,9 @@ TubeSection fit_tube(const WallPoints& points, const LocalCurve& curve, double r
 /// Where every wall point errs by itself (a surface), each point of the line first chooses window
 /// and order for itself and is then measured with the median of what its neighbours within two
 /// radii chose: a choice by the noise scatters, and the least radius along a line would be that of
-/// the worst one. On a level set, whose errors go together, neighbours choose alike.
+/// the worst one. On a level set, whose errors go together, neighbours choose alike; but the few
+/// errors around a throat do not tell how large they are, and look like a flat lumen. There each
+/// point is measured again with the noise of the vessel around, the median within ten radii.
 std::vector<TubeSection> measure_tube(const WallPoints& points, const Polyline& line,
                                       std::size_t first, std::size_t last, const Wall* wall);
 

@@ -49,7 +49,7 @@ double crossing(const Volume<float>& level_set, const std::array<int, 3>& at, st
 
 }  // namespace
 
-WallPoints::WallPoints(const Volume<float>& level_set, const LumenVoxels& lumen) {
+WallPoints::WallPoints(const Volume<float>& level_set, const LumenVoxels& lumen, double voxel_mm) {
   const VolumeGeometry& grid = level_set.geometry;
   for (int v = 0; v < lumen.count(); ++v) {
     auto at = lumen.index(v);
@@ -66,8 +66,8 @@ WallPoints::WallPoints(const Volume<float>& level_set, const LumenVoxels& lumen)
       }
   }
   // The scanner's blur spreads the noise over about two voxels.
-  correlation_length_ = 2.0 * grid.longest_spacing();
-  build_grid(1.5 * correlation_length_);
+  correlation_length_ = 2.0 * std::max(grid.longest_spacing(), voxel_mm);
+  build_grid(3.0 * grid.longest_spacing());
 }
 
 WallPoints::WallPoints(std::vector<Vec3> vertices) : points_(std::move(vertices)) {

@@ -18,7 +18,8 @@ class WallPoints {
  public:
   /// The zero crossings of a level set along the grid lines that leave the lumen, by the cubic
   /// through four voxels (the straight line through two is wrong by h^2 / 12 r and more).
-  WallPoints(const Volume<float>& level_set, const LumenVoxels& lumen);
+  /// @param voxel_mm  longest edge of the voxels that it was found in; less than its own: its own
+  WallPoints(const Volume<float>& level_set, const LumenVoxels& lumen, double voxel_mm);
   /// The vertices of a surface.
   explicit WallPoints(std::vector<Vec3> vertices);
 

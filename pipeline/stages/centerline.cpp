@@ -179,7 +179,9 @@ void do_centerline(StageWork& work, const CenterlineSettings& settings) {
   const Progress progress = part(work.progress, 0.0, 0.4);
   const std::optional<TriangleMesh> given =
       has_surface_input(work.files) ? std::optional(read_given_surface(work.files)) : std::nullopt;
-  const centerline::CenterlineOptions options = line_options(settings, given ? &*given : nullptr);
+  const centerline::Resolution resolution = case_resolution(work.files);
+  centerline::CenterlineOptions options = line_options(settings, given ? &*given : nullptr);
+  if (!given) options.voxel_mm = resolution.longest_mm;
   centerline::CenterlineResult result =
       given ? centerline::extract_centerline(*given, options, progress)
             : centerline::extract_centerline(read_level_set(work.files), options, progress);
@@ -193,7 +195,6 @@ void do_centerline(StageWork& work, const CenterlineSettings& settings) {
   keep(work.warnings, result.warnings);
   write_centerlines(work.out / "centerlines.vtp", result.tree);
   write_paths(work.out / "paths.vtp", result.tree);
-  const centerline::Resolution resolution = case_resolution(work.files);
   const auto lesions =
       centerline::find_lesions(result.tree, centerline::whole_tree(centerline::lesion_options(
                                                 settings.get<&Config::lesion>(), resolution)));
