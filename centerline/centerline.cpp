@@ -111,6 +111,15 @@ CenterlineResult extract_tree(const Lumen& lumen, LumenVoxels& voxels, const Ope
         "two vessels seem to touch " + at_places(contacts) +
         " (two branches lie on one line that runs past the vessel they leave); the lines go "
         "through the contact. Check the place, and name the outlets that are wanted");
+  if (options.inlet_lps_mm) {
+    constexpr double kFar = 5.0;  // [mm]
+    const Vec3& asked = *options.inlet_lps_mm;
+    const double away = distance(voxels.position(voxels.nearest(asked)), asked);
+    if (away > kFar)
+      result.warnings.push_back("the inlet that was named lies " + std::to_string(int(away)) +
+                                " mm from the lumen; the end nearest to it was taken. Points are "
+                                "in LPS [mm]: check the order and the signs");
+  }
   for (std::string& pair : find_vessels_side_by_side(result.tree, lumen.level_set))
     result.warnings.push_back(std::move(pair));
   return result;

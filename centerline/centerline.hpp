@@ -129,7 +129,9 @@ struct Lesion {
 /// (a heart's valve), and none beyond the heart: where a vessel over 25 mm wide has lost half of
 /// its reference on the way, or has fallen to half of its width and is over 25 mm wide again. In no
 /// scan (voxel_mm > 0) one is listed that its line begins in, tightest within a diameter of the
-/// beginning (the image's edge). None of that where `centerline` names a line.
+/// beginning (the image's edge). None is listed beside a lumen that is no tube, as an organ's or a
+/// sac's: the largest circle fills less than two fifths of the sections. None of that where
+/// `centerline` names a line.
 ///
 /// Stenoses are apart where the vessel between them is back above the edges' 20 %; a branching,
 /// where nothing is measured, does not part them along the wider daughter. A neck is a bridge

@@ -196,6 +196,27 @@ bool begins_in(const Known& known, const Dip& dip) {
          known.path.abscissa[dip.tightest] < healthy;
 }
 
+/// Whether the lumen to one side of a dip is no tube, as in an organ or a sac: within two healthy
+/// diameters the largest circle fills less than two fifths of the section (as in an ellipse 2.5
+/// times as wide as high), in the median.
+bool lies_beside_no_tube(const Known& known, const Dip& dip) {
+  constexpr double kBeside = 2.0, kLeastShare = 0.4;
+  const std::vector<double>&s = known.path.abscissa, &radius = measured_radius(known.path);
+  const double reach = kBeside * known.reference.diameter[dip.tightest];
+  const auto is_no_tube = [&](double low, double high) {
+    std::vector<double> shares;
+    for (std::size_t i = 0; i < s.size(); ++i)
+      if (s[i] >= low && s[i] <= high && known.path.equivalent_radius[i] > 0.0)
+        shares.push_back(std::pow(radius[i] / known.path.equivalent_radius[i], 2.0));
+    if (shares.empty()) return false;
+    const auto middle = shares.begin() + std::ptrdiff_t(shares.size() / 2);
+    std::nth_element(shares.begin(), middle, shares.end());
+    return *middle < kLeastShare;
+  };
+  return is_no_tube(s[dip.first] - reach, s[dip.first]) ||
+         is_no_tube(s[dip.last], s[dip.last] + reach);
+}
+
 /// Whether the line has come through the heart, or out of one wide vessel into one beside it: what
 /// is too wide for a balloon is half as wide as it should be, or as it was before and is again.
 bool lies_beyond_the_heart(const Known& known, const Dip& dip) {
@@ -232,6 +253,7 @@ void find_on_vessel(const CenterlineTree& tree, const TreeReference& reference,
     lesion.is_too_thin = is_too_thin(tree.paths[shown.path], lesion, options);
     lesion.is_doubtful =
         !is_evident(known, vessel, dip, doubt, options) ||
+        (options.centerline < 0 && lies_beside_no_tube(known, dip)) ||
         (doubt > 0.0 &&
          (lesion.reference_diameter_mm > kWidestTreated || lies_beyond_the_heart(known, dip))) ||
         (options.centerline < 0 && options.voxel_mm > 0.0 && begins_in(known, dip));

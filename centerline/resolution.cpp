@@ -44,7 +44,7 @@ LesionOptions whole_tree(LesionOptions options) {
 }
 
 double least_diameter_shown(const TriangleMesh& surface, const Vec3& place, double reach) {
-  constexpr double kEdges = 2.0;
+  constexpr double kEdges = 3.0;
   std::vector<double> edges;
   double nearest = std::numeric_limits<double>::max(), nearest_edge = 0.0;
   for (const Triangle& t : surface.triangles) {

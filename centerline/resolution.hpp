@@ -27,8 +27,10 @@ LesionOptions lesion_options(LesionOptions options, const Resolution& resolution
 /// The same for the whole tree, wherever the settings want to look.
 LesionOptions whole_tree(LesionOptions options);
 
-/// The narrowest vessel that a surface shows around a place: of six vertices around, so two of its
-/// edges wide. The edges are the median of those within `reach` [mm], or of the nearest triangle.
+/// The narrowest vessel that a surface shows around a place: of nine vertices around, so three of
+/// its edges wide; a throat of half the width has four or five. (A surface of voxels has twelve
+/// around a vessel of three voxels.) The edges are the median of those within `reach` [mm], or of
+/// the nearest triangle.
 double least_diameter_shown(const TriangleMesh& surface, const Vec3& place, double reach);
 
 }  // namespace angio::centerline

@@ -25,4 +25,8 @@ std::string legacy_vtk_data_set(const std::filesystem::path& path) {
   return {};
 }
 
+bool is_legacy_surface(const std::string& data_set) {
+  return data_set == "POLYDATA" || data_set == "UNSTRUCTURED_GRID" || data_set == "STRUCTURED_GRID";
+}
+
 }  // namespace angio

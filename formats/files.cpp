@@ -35,11 +35,12 @@ std::string attribute(std::string_view element, const std::string& name) {
 detail::ParsedSurface parse_surface(const fs::path& path) {
   const std::string name = path.string();
   const std::string extension = lower_extension(path);
-  if (extension == ".vtp" || extension == ".vtk") return detail::read_vtk_surface(path);
+  if (extension == ".vtp" || extension == ".vtk" || extension == ".vtu")
+    return detail::read_vtk_surface(path);
   if (extension != ".stl" && extension != ".ply" && extension != ".obj")
     throw InputError(name +
-                     " is of no surface format known here. Give .stl, .vtp, .vtk, .ply "
-                     "or .obj");
+                     " is of no surface format known here. Give .stl, .vtp, .vtk, .vtu, "
+                     ".ply or .obj");
   const std::string bytes = detail::read_input(path);
   if (extension == ".stl") return detail::parse_stl(bytes, name);
   if (extension == ".ply") return detail::parse_ply(bytes, name);

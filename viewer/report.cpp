@@ -71,7 +71,7 @@ std::string contour_key(bool has_after) {
   std::string out =
       "<p class=\"sub\">Contours: <span class=\"key\" style=\"background:#46c8ff\"></span>lumen "
       "before";
-  if (has_after) out += "<span class=\"key\" style=\"background:#ffa028\"></span>lumen after";
+  if (has_after) out += "<span class=\"key\" style=\"background:#ffa028\"></span>lumen after (sections)";
   return out + "</p>\n";
 }
 

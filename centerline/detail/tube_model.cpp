@@ -145,7 +145,7 @@ TubeSection fit_tube(const WallPoints& points, const LocalCurve& curve, double r
       fit = choose_order(samples, std::move(fit), measure ? most_order : std::min(4, most_order),
                          errors, radius);
     if (!fit.valid) return section;
-    if (measure && is_noise(stretch, fit)) {
+    if (measure && fit.order >= 2 && is_noise(stretch, fit)) {
       stretch = {};
       for (Sample& sample : samples) set_polar(sample, stretch);
       fit = fit_window(samples, fit.window, fit.order, 2, errors, radius);

@@ -53,10 +53,11 @@ void Connection::connect() {
                 fmt::format("{} offers none of the services that this needs. Ask its administrator "
                             "for storage (C-STORE), or query and retrieval (C-FIND, C-GET)",
                             name_));
-  throw Error(ExitCode::unavailable,
-              fmt::format("{} cannot be reached within {:.0f} s ({}). Check host and port, and a "
-                          "firewall between",
-                          name_, address_.timeout_s, one_line(done.text())));
+  throw Error(
+      ExitCode::unavailable,
+      fmt::format("{} cannot be reached ({}; {:.0f} s are waited at most). Check host and port, "
+                  "and a firewall between",
+                  name_, one_line(done.text()), address_.timeout_s));
 }
 
 void Connection::check_answers() { require(sendECHORequest(0), "C-ECHO"); }

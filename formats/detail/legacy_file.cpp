@@ -3,6 +3,10 @@
 #include <vtkErrorCode.h>
 #include <vtkNew.h>
 #include <vtkPolyDataReader.h>
+#include <vtkStructuredGrid.h>
+#include <vtkStructuredGridReader.h>
+#include <vtkUnstructuredGrid.h>
+#include <vtkUnstructuredGridReader.h>
 
 #include <algorithm>
 #include <cstdint>
@@ -13,6 +17,7 @@
 
 #include "core/error.hpp"
 #include "core/legacy_vtk.hpp"
+#include "formats/detail/outer_surface.hpp"
 #include "formats/detail/surface_cleanup.hpp"
 #include "formats/tokens.hpp"
 #include "formats/vtk_messages.hpp"
@@ -95,31 +100,40 @@ bool is_whole(std::string_view bytes) {
                               ? has_words(bytes.substr(points->data), values)
                               : bytes.size() - points->data >= bytes_of(points->words[1]) * values;
   if (!has_points) return false;
-  for (const char* keyword : {"POLYGONS", "TRIANGLE_STRIPS"})
+  for (const char* keyword : {"POLYGONS", "TRIANGLE_STRIPS", "CELLS"})
     if (const auto cells = find_section(bytes, keyword, points->data);
         cells && !has_cells(bytes, *cells, is_text))
       return false;
   return true;
 }
 
+template <class Reader>
+auto read_with(const std::filesystem::path& path, const std::string& damaged) {
+  const VtkMessages messages;
+  vtkNew<Reader> reader;
+  reader->SetFileName(path.c_str());
+  reader->Update();
+  vtkSmartPointer data(reader->GetOutput());
+  if (messages.has_error() || reader->GetErrorCode() != vtkErrorCode::NoError || !data)
+    throw InputError(damaged);
+  return data;
+}
+
 }  // namespace
 
 vtkSmartPointer<vtkPolyData> read_legacy_polygons(const std::filesystem::path& path) {
   const std::string name = path.string();
-  if (legacy_vtk_data_set(path) != "POLYDATA")
+  const std::string kind = legacy_vtk_data_set(path);
+  if (!is_legacy_surface(kind))
     throw InputError(name +
-                     " holds no polygons of VTK's legacy format (DATASET POLYDATA). Convert it, "
-                     "for example to .vtp");
+                     " holds neither polygons nor a grid of VTK's legacy format (DATASET POLYDATA, "
+                     "UNSTRUCTURED_GRID, STRUCTURED_GRID). Convert it, for example to .vtp");
   const std::string damaged = name + " was cut short, or is damaged. Copy or write it again";
   if (!is_whole(read_input(path))) throw InputError(damaged);
-  const VtkMessages messages;
-  vtkNew<vtkPolyDataReader> reader;
-  reader->SetFileName(path.c_str());
-  reader->Update();
-  vtkSmartPointer<vtkPolyData> data = reader->GetOutput();
-  if (messages.has_error() || reader->GetErrorCode() != vtkErrorCode::NoError || !data)
-    throw InputError(damaged);
-  return data;
+  if (kind == "POLYDATA") return read_with<vtkPolyDataReader>(path, damaged);
+  if (kind == "UNSTRUCTURED_GRID")
+    return outer_surface(read_with<vtkUnstructuredGridReader>(path, damaged), name);
+  return outer_surface(read_with<vtkStructuredGridReader>(path, damaged), name);
 }
 
 }  // namespace angio::formats::detail

@@ -22,6 +22,7 @@
 #include "core/text.hpp"
 #include "formats/detail/header_text.hpp"
 #include "formats/detail/legacy_file.hpp"
+#include "formats/detail/outer_surface.hpp"
 #include "formats/detail/surface_cleanup.hpp"
 #include "formats/tokens.hpp"
 #include "formats/vtk_arrays.hpp"
@@ -215,6 +216,14 @@ std::vector<Vec3> read_grid(const std::filesystem::path& path, const Take& take,
   return points;
 }
 
+/// The boundary of a volume mesh.
+vtkSmartPointer<vtkPolyData> read_grid_surface(const std::filesystem::path& path) {
+  const auto grid =
+      read_xml<vtkXMLUnstructuredGridReader, vtkUnstructuredGrid>(path, "UnstructuredGrid");
+  read_cells(grid->GetCells(), std::size_t(grid->GetNumberOfPoints()), path.string());
+  return outer_surface(grid, path.string());
+}
+
 }  // namespace
 
 void write_vtp(const std::filesystem::path& path, const SurfaceData& data, vtkFieldData* fields) {
@@ -252,9 +261,10 @@ void write_vtu(const std::filesystem::path& path, const WedgeData& data) {
 
 ParsedSurface parse_vtk_surface(const std::filesystem::path& path) {
   const std::string name = path.string();
-  auto poly = lower_extension(path) == ".vtk"
-                  ? read_legacy_polygons(path)
-                  : read_xml<vtkXMLPolyDataReader, vtkPolyData>(path, "PolyData");
+  const std::string extension = lower_extension(path);
+  auto poly = extension == ".vtk"   ? read_legacy_polygons(path)
+              : extension == ".vtu" ? read_grid_surface(path)
+                                    : read_xml<vtkXMLPolyDataReader, vtkPolyData>(path, "PolyData");
   const auto point_count = std::size_t(poly->GetNumberOfPoints());
   read_cells(poly->GetPolys(), point_count, name);  // checks before a filter relies on them
   read_cells(poly->GetStrips(), point_count, name);

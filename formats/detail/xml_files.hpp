@@ -20,7 +20,7 @@ void write_vtu(const std::filesystem::path& path, const WedgeData& data);
 
 /// VTK's readers believe a damaged file, so that these are for a guarded child only: see
 /// guarded_files.hpp. Polygons and strips are cut into triangles. A surface is .vtp or, by its
-/// ending, .vtk.
+/// ending, .vtk, or the boundary of the mesh in a .vtu.
 ParsedSurface parse_vtk_surface(const std::filesystem::path& path);
 PolylineData parse_vtp_polylines(const std::filesystem::path& path);
 TetData parse_vtu_tets(const std::filesystem::path& path);

@@ -15,6 +15,7 @@
 #include "pipeline/case/dicom_measurements.hpp"
 #include "pipeline/case/fetched_scan.hpp"
 #include "pipeline/case/input_kind.hpp"
+#include "pipeline/case/mask_on_grid.hpp"
 #include "pipeline/case/metrics.hpp"
 #include "pipeline/config/config.hpp"
 #include "pipeline/version.hpp"
@@ -94,10 +95,10 @@ void write_segmentation(const CaseFolder& folder, const std::optional<Source>& s
     return;
   }
   const Volume<float> mask = formats::read_nrrd(folder.path(kMask));
-  Volume<std::uint8_t> lumen(mask.geometry);
-  for (std::size_t i = 0; i < mask.values.size(); ++i)
-    lumen.values[i] = mask.values[i] > 0.5F ? 1 : 0;
-  segmentation::write_dicom_segmentation(path, lumen, identity);
+  const bool has_scan = folder.exists(file::kScan);  // not where little was kept
+  const VolumeGeometry grid =
+      has_scan ? formats::read_nrrd(folder.path(file::kScan)).geometry : mask.geometry;
+  segmentation::write_dicom_segmentation(path, mask_on_grid(mask, grid), identity);
 }
 
 }  // namespace
@@ -135,9 +136,9 @@ std::vector<fs::path> write_dicom_folder(const fs::path& case_folder, const fs::
     files.push_back(folder / "lumen.dcm");
     write_segmentation(case_files, source, identity, record, files.back());
   }
-  if (source)
-    for (const fs::path& path : files)
-      fs::permissions(path, fs::perms::owner_read | fs::perms::owner_write);
+  const fs::perms wanted = source ? fs::perms::owner_read | fs::perms::owner_write
+                                  : fs::status(files.front()).permissions();
+  for (const fs::path& path : files) fs::permissions(path, wanted);
   progress.report(1.0);
   return files;
 }

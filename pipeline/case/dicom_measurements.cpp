@@ -47,9 +47,15 @@ std::vector<Term> lumen_terms() {
           {"diameter_stenosis_percent", kDiameterStenosis, kPercent}};
 }
 
-std::vector<Term> lesion_terms() {
-  std::vector<Term> terms = lumen_terms();
-  terms.push_back({"area_stenosis_percent", kAreaStenosis, kPercent});
+/// @param is_measured  whether the throat is: else it is narrower than a voxel
+std::vector<Term> lesion_terms(bool is_measured) {
+  std::vector<Term> terms;
+  if (is_measured) {
+    terms = lumen_terms();
+    terms.push_back({"area_stenosis_percent", kAreaStenosis, kPercent});
+  } else {
+    terms.push_back({"stenosis_at_least_percent", kDiameterStenosis, kPercent, kMinimum});
+  }
   terms.push_back({"reference_diameter_mm", own("REFERENCE_D", "Reference diameter"), kMm});
   terms.push_back({"length_mm", own("LESION_LENGTH", "Lesion length"), kMm});
   terms.push_back({"abscissa_mm", own("FROM_INLET", "Distance from the inlet"), kMm});
@@ -125,9 +131,14 @@ std::vector<dicom::MeasurementGroup> measurement_groups(const json& metrics) {
        {}},
       {"At peak", kInflated, {}},
       {"After", kDeflated, {}}};
-  add_terms(metrics, "lesion", lesion_terms(), groups[0].measurements);
-  add_terms(metrics, "flow", flow_terms(is_coronary, false), groups[0].measurements);
-  add_ffr_range(metrics, "ffr_before_range", groups[0].measurements);
+  const bool is_measured =
+      !metrics.contains("lesion") ||
+      !metrics["lesion"].value("stenosis_at_least_percent", json()).is_number();
+  add_terms(metrics, "lesion", lesion_terms(is_measured), groups[0].measurements);
+  if (is_measured) {
+    add_terms(metrics, "flow", flow_terms(is_coronary, false), groups[0].measurements);
+    add_ffr_range(metrics, "ffr_before_range", groups[0].measurements);
+  }
   if (has_result) {
     add_terms(metrics, "peak", lumen_terms(), groups[1].measurements);
     add_terms(metrics, "balloon", balloon_terms(), groups[1].measurements);

@@ -32,9 +32,9 @@ InputKind input_kind(const std::string& input) {
                     input));
   if (fs::is_directory(input)) return InputKind::volume;
   const std::string extension = lower_extension(input);
-  const std::set<std::string> surfaces = {".stl", ".vtp", ".ply", ".obj"};
-  const bool is_surface =
-      extension == ".vtk" ? legacy_vtk_data_set(input) == "POLYDATA" : surfaces.contains(extension);
+  const std::set<std::string> surfaces = {".stl", ".vtp", ".vtu", ".ply", ".obj"};
+  const bool is_surface = extension == ".vtk" ? is_legacy_surface(legacy_vtk_data_set(input))
+                                              : surfaces.contains(extension);
   return is_surface ? InputKind::surface : InputKind::volume;
 }
 

@@ -104,6 +104,11 @@ json mesh_metrics(const meshing::LumenMesh& lumen,
   return mesh;
 }
 
+json stenosis_at_least(const centerline::Lesion& lesion, double resolution_mm) {
+  if (lesion.mld_mm >= resolution_mm) return nullptr;
+  return std::max(0.0, 100.0 * (1.0 - resolution_mm / lesion.reference_diameter_mm));
+}
+
 json lesion_metrics(const centerline::Lesion& lesion, double resolution_mm) {
   return {{"centerline_id", lesion.path_id},
           {"abscissa_mm", lesion.abscissa_mm},
@@ -111,6 +116,7 @@ json lesion_metrics(const centerline::Lesion& lesion, double resolution_mm) {
           {"mla_mm2", lesion.mla_mm2},
           {"resolution_mm", positive_or_null(resolution_mm)},
           {"mld_below_resolution", lesion.mld_mm < resolution_mm},
+          {"stenosis_at_least_percent", stenosis_at_least(lesion, resolution_mm)},
           {"image_mld_mm", lesion.mld_mm},
           {"image_mla_mm2", lesion.mla_mm2},
           {"reference_diameter_mm", lesion.reference_diameter_mm},

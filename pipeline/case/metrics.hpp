@@ -25,6 +25,11 @@ nlohmann::json collect_metrics(const StageFiles& files, const centerline::Lesion
 /// The same where no stage has left a number yet.
 nlohmann::json empty_metrics();
 
+/// The percent diameter stenosis of a throat of a voxel where the lesion's own is narrower, so not
+/// measured; else null.
+nlohmann::json stenosis_at_least(const centerline::Lesion& lesion, double resolution_mm);
+
+
 /// metrics.json's mesh part, with more of the surface and, if it was filled, of the tetrahedra.
 nlohmann::json mesh_metrics(const meshing::LumenMesh& lumen,
                             const std::optional<meshing::LumenVolume>& volume);

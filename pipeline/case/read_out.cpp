@@ -16,6 +16,12 @@ bool has_number(const json& metrics, const char* group, const char* key) {
 }
 
 std::string before(const json& metrics) {
+  if (has_number(metrics, "lesion", "stenosis_at_least_percent"))
+    return fmt::format(
+        "before   narrower than a voxel of {:.2f} mm, at least {:.0f} % stenosis of {:.2f} mm",
+        number(metrics, "lesion", "resolution_mm"),
+        number(metrics, "lesion", "stenosis_at_least_percent"),
+        number(metrics, "lesion", "reference_diameter_mm"));
   return fmt::format("before   minimal lumen diameter {:.2f} mm, {:.0f} % stenosis of {:.2f} mm",
                      number(metrics, "lesion", "mld_mm"),
                      number(metrics, "lesion", "diameter_stenosis_percent"),

@@ -1,6 +1,5 @@
 #include "pipeline/case/slicer_folder.hpp"
 
-#include <cmath>
 #include <cstdint>
 #include <utility>
 
@@ -8,6 +7,7 @@
 #include "formats/case_file.hpp"
 #include "formats/files.hpp"
 #include "formats/nrrd.hpp"
+#include "pipeline/case/mask_on_grid.hpp"
 
 namespace angio::pipeline {
 namespace fs = std::filesystem;
@@ -21,21 +21,6 @@ void require_file(const fs::path& file, const char* why) {
     throw InputError("there is no " + file.string() + " (" + why, ExitCode::no_input);
 }
 
-/// The mask at the middles of another grid's voxels; 0 outside its own.
-Volume<std::uint8_t> on_grid(const Volume<float>& mask, const VolumeGeometry& grid) {
-  Volume<std::uint8_t> result(grid);
-  for (int k = 0; k < grid.size[2]; ++k)
-    for (int j = 0; j < grid.size[1]; ++j)
-      for (int i = 0; i < grid.size[0]; ++i) {
-        const Vec3 at =
-            mask.geometry.index_from_lps(grid.lps_from_index({double(i), double(j), double(k)}));
-        const auto nearest = [](double index) { return int(std::floor(index + 0.5)); };
-        const int x = nearest(at.x), y = nearest(at.y), z = nearest(at.z);
-        if (mask.geometry.contains(x, y, z) && mask.at(x, y, z) > 0.5F) result.at(i, j, k) = 1;
-      }
-  return result;
-}
-
 }  // namespace
 
 std::vector<fs::path> write_slicer_folder(const fs::path& case_folder, const fs::path& folder) {
@@ -46,8 +31,8 @@ std::vector<fs::path> write_slicer_folder(const fs::path& case_folder, const fs:
                "Open its .vtp files instead, or run `angio segment CASE`");
   require_file(lines_file, "its lines are not found yet). Run `angio centerline CASE`");
   const Volume<std::uint8_t> mask =
-      on_grid(formats::read_nrrd(mask_file),
-              formats::read_nrrd(case_folder / formats::case_file::kScan).geometry);
+      mask_on_grid(formats::read_nrrd(mask_file),
+                   formats::read_nrrd(case_folder / formats::case_file::kScan).geometry);
   formats::PolylineData lines = formats::read_polylines(lines_file);
   DataArray radius = formats::find_array(lines.point_arrays, "MaximumInscribedSphereRadius");
   radius.name = "Radius";

@@ -46,6 +46,16 @@ CaseProgress progress_of(const BatchRequest& request, const BatchCase& batch_cas
   return case_progress(workflow_of(run.config), run);
 }
 
+/// Whether the row's folder holds what this batch has made of another input: the row was edited.
+bool has_other_input(const BatchRequest& request, const BatchCase& batch_case) {
+  if (!was_run(request.folder, batch_case)) return false;
+  try {
+    return progress_of(request, batch_case).state == CaseProgress::State::of_another;
+  } catch (const Error&) {  // the case's own run says what is wrong
+    return false;
+  }
+}
+
 CasePlan plan_case(const BatchRequest& request, const BatchCase& batch_case) {
   using Action = CasePlan::Action;
   using State = CaseProgress::State;
@@ -63,6 +73,8 @@ CasePlan plan_case(const BatchRequest& request, const BatchCase& batch_case) {
     case State::not_begun:
       return {Action::run, last.status == "failed" ? "it failed the last time" : "new", false};
     case State::of_another:
+      if (was_run(request.folder, batch_case))
+        return {Action::run, "its input has changed: it is made anew", false};
       return {Action::run, "its folder holds something else, so that it will fail", false};
     case State::begun:
       return {Action::resume, progress.next, false};
@@ -102,7 +114,9 @@ bool is_interrupted() {
   }
 }
 
-ChildProgram start_case(const BatchRequest& request, const BatchCase& batch_case, int threads) {
+/// @param replaces  what the row's folder holds
+ChildProgram start_case(const BatchRequest& request, const BatchCase& batch_case, int threads,
+                        bool replaces) {
   ProgramCall call;
   call.file = request.program;
   call.log = request.folder / "logs" / (batch_case.name + ".log");
@@ -114,6 +128,7 @@ ChildProgram start_case(const BatchRequest& request, const BatchCase& batch_case
   const std::vector<std::string> options = command_line_of(row_options(request.shared, batch_case));
   call.arguments.insert(call.arguments.end(), options.begin(), options.end());
   call.arguments.insert(call.arguments.end(), request.arguments.begin(), request.arguments.end());
+  if (replaces) call.arguments.emplace_back("--force");
   if (request.keep == Keep::minimal)
     call.arguments.insert(call.arguments.end(), {"--keep", "minimal"});
   if (request.until != Stage::report)
@@ -217,8 +232,9 @@ class Batch {
     memory_.take(memory);
     waiting_.pop_back();
     ++outcomes_[c].tries;
+    const bool replaces = has_other_input(request_, cases_[c]);
     write_outcome(request_.folder, cases_[c], {"started", -1, outcomes_[c].tries, ""});
-    running_.push_back({c, memory, start_case(request_, cases_[c], threads_)});
+    running_.push_back({c, memory, start_case(request_, cases_[c], threads_, replaces)});
     return true;
   }
 

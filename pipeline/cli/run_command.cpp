@@ -88,8 +88,8 @@ void add_run_command(CLI::App& app, RunArguments& run) {
       "run",
       "every stage, from the input to the report\n"
       "INPUT: a DICOM folder or file, a volume (.nrrd .nhdr .mha .mhd .nii .nii.gz .vti .vtk), a\n"
-      "lumen surface (.stl .vtp .vtk .ply .obj), or phantom:NAME[,key=value...]; none with a "
-      "preset of\n"
+      "lumen surface or mesh (.stl .vtp .vtk .vtu .ply .obj), or phantom:NAME[,key=value...]; none\n"
+      "with a preset of\n"
       "the seed paper's experiments (paper-...); or pacs://AET@HOST:PORT/STUDY_UID[/SERIES_UID]");
   command.add_option("INPUT", run.request.input,
                      "scan, surface or phantom; none: CASE goes on from its own files and options");
@@ -148,10 +148,12 @@ int run_whole(RunArguments& run) {
   }
   if (run.request.input.empty()) run.request.input = default_input(run.request.config);
   if (is_known && run.request.input.empty()) refuse_other_input(former, run.request.config, "run");
-  if ((run.request.input.empty() && !is_known) || run.request.case_folder.empty())
+  if (run.request.input.empty() && !is_known)
     throw Error(ExitCode::usage,
-                "`angio run` needs an INPUT, before any --set, and -o CASE. See "
-                "`angio run --help`");
+                "`angio run` needs an INPUT, before any --set. See `angio run --help`");
+  if (run.request.case_folder.empty())
+    throw Error(ExitCode::usage,
+                "`angio run` needs a folder for the case: add -o CASE. See `angio run --help`");
   check_experiment_input(run.request.config, run.request.input);
   if (!run.from.empty()) run.request.from = parse_stage(run.from);
   if (!run.until.empty()) run.request.until = parse_stage(run.until);

@@ -125,11 +125,11 @@ void tell_of_thin_vessels(StageWork& work, const std::vector<centerline::Lesion>
   double widest = 0.0;
   for (const centerline::Lesion& lesion : lesions)
     if (lesion.is_too_thin) widest = std::max(widest, lesion.reference_diameter_mm);
-  work.warnings.push_back(
-      fmt::format("{} narrowing{} in vessels under {} wide ({:.2f} mm at most) {} not listed: the "
-                  "{} is too coarse to measure a stenosis there",
-                  thin, thin == 1 ? "" : "s", has_voxels ? "three voxels" : "two triangles' edges",
-                  widest, thin == 1 ? "is" : "are", data));
+  work.warnings.push_back(fmt::format(
+      "{} narrowing{} in vessels under {} wide ({:.2f} mm at most) {} not listed: the "
+      "{} is too coarse to measure a stenosis there",
+      thin, thin == 1 ? "" : "s", has_voxels ? "three voxels" : "three triangles' edges", widest,
+      thin == 1 ? "is" : "are", data));
 }
 
 /// Narrowings that are as likely places where vessels touch are not listed, but told of.
@@ -143,8 +143,8 @@ void tell_of_doubtful(StageWork& work, const std::vector<centerline::Lesion>& le
   work.warnings.push_back(fmt::format(
       "{} narrowing{} not listed, the worst of {:.0f} % on line {}, {:.1f} mm from the inlet: in "
       "so large a tree, or one where so many vessels touch or form loops, {} may be where one "
-      "vessel meets another; or the line begins there. --set lesion.centerline={} looks at that "
-      "line alone; "
+      "vessel meets another; or the lumen beside it is no tube, or the line begins there. --set "
+      "lesion.centerline={} looks at that line alone; "
       "segmentation.region_lps_mm or seeds_lps_mm take the vessel without its neighbours",
       count, count == 1 ? " is" : "s are", worst->diameter_stenosis_percent, worst->path_id,
       worst->abscissa_mm, count == 1 ? "it" : "they", worst->path_id));

@@ -85,8 +85,7 @@ vtkSmartPointer<vtkImageData> read_legacy(const std::filesystem::path& path,
   if (kind.empty()) throw InputError(damaged);
   if (kind != "STRUCTURED_POINTS")
     throw InputError(name + " holds a VTK data set of the kind " + kind +
-                     ", which is no image (STRUCTURED_POINTS) and no surface (POLYDATA). Convert "
-                     "it; of a grid extract its surface");
+                     ", which is no image (STRUCTURED_POINTS). Convert it");
   return read_image<vtkStructuredPointsReader>(path, damaged);
 }
 

@@ -146,6 +146,24 @@ TEST(LesionLaws, WhatTheWallCannotShowIsToldApart) {
   EXPECT_TRUE(lesions[1].is_too_thin);
 }
 
+TEST(LesionLaws, BesideALumenThatIsNoTubeANarrowingIsToldApart) {
+  // Behind the throat sections are as flat as a vein (2 to 1), or as an organ's rind (4 to 1).
+  const auto diameter = [](double s) { return 4.0 * narrowed(s, 25.0, 7.0, 0.7); };
+  for (const double flat : {2.0, 4.0}) {
+    CenterlineTree tree = tree_of({line_of(diameter, 50.0)});
+    CenterlinePath& path = tree.paths[0];
+    for (std::size_t i = 0; i < path.points.size(); ++i)
+      if (path.abscissa[i] > 27.0) {
+        path.equivalent_radius[i] *= std::sqrt(flat);
+        path.section_area[i] *= flat;
+      }
+    EXPECT_EQ(find_lesions(tree, {})[0].is_stenosis, flat < 2.5) << flat;
+    LesionOptions there;
+    there.centerline = 0;
+    EXPECT_TRUE(find_lesions(tree, there)[0].is_stenosis) << flat;
+  }
+}
+
 TEST(LesionLaws, ALongVesselIsHardlyWiderThanItsWidestPlace) {
   // By its daughters the trunk, 3.4 mm at its widest, is one of 4 mm.
   const auto trunk = [](double s) { return (s < 22.0 ? 0.8 : 0.85) * narrowed(s, 12.0, 8.0, 0.3); };

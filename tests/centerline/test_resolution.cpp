@@ -23,9 +23,9 @@ TriangleMesh two_meshes() {
 
 TEST(Resolution, OfASurfaceIsTwoOfTheEdgesAround) {
   const TriangleMesh mesh = two_meshes();
-  EXPECT_NEAR(least_diameter_shown(mesh, {4.0, 4.0, 0.0}, 2.0), 1.0, 1e-9);
-  EXPECT_NEAR(least_diameter_shown(mesh, {16.0, 4.0, 0.0}, 2.0), 4.0, 1e-9);
-  EXPECT_NEAR(least_diameter_shown(mesh, {4.0, 4.0, 9.0}, 2.0), 1.0, 1e-9);  // the nearest one's
+  EXPECT_NEAR(least_diameter_shown(mesh, {4.0, 4.0, 0.0}, 2.0), 1.5, 1e-9);
+  EXPECT_NEAR(least_diameter_shown(mesh, {16.0, 4.0, 0.0}, 2.0), 6.0, 1e-9);
+  EXPECT_NEAR(least_diameter_shown(mesh, {4.0, 4.0, 9.0}, 2.0), 1.5, 1e-9);  // the nearest one's
 }
 
 TEST(Resolution, ForTheWholeTreeNoPlaceIsChosen) {

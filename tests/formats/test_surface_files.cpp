@@ -18,6 +18,55 @@ namespace fs = std::filesystem;
 using viewer::test::make_cube;
 using viewer::test::TemporaryFolder;
 
+constexpr const char* kCubePoints =
+    "POINTS 8 float\n0 0 0 1 0 0 1 1 0 0 1 0 0 0 1 1 0 1 1 1 1 0 1 1\n";
+
+TEST(MeshFiles, AVolumeMeshIsReadAsItsBoundary) {
+  const TemporaryFolder folder;
+  TetData cube;
+  cube.mesh.vertices = make_cube().vertices;
+  const auto corner = [&](double x, double y, double z) {
+    for (std::size_t v = 0; v < cube.mesh.vertices.size(); ++v)
+      if (cube.mesh.vertices[v] == Vec3{x, y, z}) return int(v);
+    return -1;
+  };
+  const int a = corner(0, 0, 0), b = corner(1, 1, 0), c = corner(1, 0, 1), d = corner(0, 1, 1);
+  cube.mesh.tets = {{a, b, c, d},
+                    {a, corner(1, 0, 0), b, c},
+                    {a, b, corner(0, 1, 0), d},
+                    {a, c, d, corner(0, 0, 1)},
+                    {b, d, c, corner(1, 1, 1)}};
+  write_tets(folder / "cube.vtu", cube);
+  const TriangleMesh boundary = read_surface(folder / "cube.vtu").mesh;
+  EXPECT_EQ(boundary.triangles.size(), 12u);
+  EXPECT_TRUE(surface_topology(boundary).is_closed());
+  EXPECT_DOUBLE_EQ(std::abs(enclosed_volume(boundary)), 1.0);
+}
+
+TEST(MeshFiles, AGridOfTheLegacyFormatIsReadAsItsFaces) {
+  const TemporaryFolder folder;
+  const std::string head = "# vtk DataFile Version 3.0\nmade by hand\nASCII\nDATASET ";
+  const std::string cube = head + "UNSTRUCTURED_GRID\n" + kCubePoints +
+                           "CELLS 1 9\n8 0 1 2 3 4 5 6 7\nCELL_TYPES 1\n12\n";
+  write_text_atomically(folder / "cube.vtk", cube);
+  const TriangleMesh boundary = read_surface(folder / "cube.vtk").mesh;
+  EXPECT_TRUE(surface_topology(boundary).is_closed());
+  EXPECT_DOUBLE_EQ(std::abs(enclosed_volume(boundary)), 1.0);
+  // A tube of quadrilaterals whose seam is there twice.
+  write_text_atomically(folder / "tube.vtk",
+                        head +
+                            "STRUCTURED_GRID\nDIMENSIONS 5 2 1\nPOINTS 10 float\n1 0 0 0 1 0 -1 0 "
+                            "0 0 -1 0 1 0 0\n1 0 3 0 1 3 -1 0 3 0 -1 3 1 0 3\n");
+  const TriangleMesh tube = read_surface(folder / "tube.vtk").mesh;
+  EXPECT_EQ(tube.vertices.size(), 8u);
+  EXPECT_EQ(tube.triangles.size(), 8u);
+  for (std::size_t length = cube.find("POINTS"); length < cube.find("CELL_TYPES") - 1;
+       length += 3) {
+    write_text_atomically(folder / "cut.vtk", cube.substr(0, length));
+    EXPECT_THROW(read_surface(folder / "cut.vtk"), InputError) << length;
+  }
+}
+
 TEST(Stl, MergesEqualPointsIntoAClosedSurface) {
   const TemporaryFolder folder;
   SurfaceData data;

@@ -174,6 +174,14 @@ TEST(ReadOut, SaysWhatWasBeforeWhatIsAfterAndWhatToDoubt) {
   EXPECT_EQ(treated.lines()[2], "to doubt the balloon kinks (2 more in the report)");
 }
 
+TEST(ReadOut, TellsABoundOfAThroatThatIsNarrowerThanAVoxel) {
+  TreatedCase coarse;
+  coarse.metrics["lesion"]["resolution_mm"] = 1.0;
+  coarse.metrics["lesion"]["stenosis_at_least_percent"] = 66.7;
+  EXPECT_EQ(coarse.lines()[0],
+            "before   narrower than a voxel of 1.00 mm, at least 67 % stenosis of 3.00 mm");
+}
+
 TEST(ReadOut, HasNoNumberOfAResultThatIsNone) {
   TreatedCase open;
   open.metrics["status"] = "not_determined";

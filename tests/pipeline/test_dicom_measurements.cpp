@@ -58,6 +58,18 @@ TEST(DicomMeasurements, LeaveOutWhatIsNullOrNoNumber) {
   EXPECT_TRUE(measurement_groups(json::object()).empty());
 }
 
+TEST(DicomMeasurements, TellABoundOfAThroatThatIsNarrowerThanAVoxel) {
+  json metrics = treated();
+  metrics["lesion"]["stenosis_at_least_percent"] = 80.0;
+  const auto groups = measurement_groups(metrics);
+  EXPECT_FALSE(find(groups, "Lesion before", "G-0364"));
+  EXPECT_FALSE(find(groups, "Lesion before", "FFR"));
+  const auto* least = find(groups, "Lesion before", "R-101BB");
+  ASSERT_TRUE(least);
+  EXPECT_EQ(least->value, 80.0);
+  EXPECT_EQ(least->derivation->meaning, "Minimum");
+}
+
 TEST(DicomMeasurements, TellNoResultThatIsNone) {
   for (const char* status : {"not_determined", "failed", "stale"}) {
     json metrics = treated();

@@ -313,11 +313,12 @@ TEST(Batch, GoesOnPastAFailureAndSumsUp) {
 
 TEST(Batch, ResumesByContent) {
   CommandFolder folder;
-  const auto manifest = [&](const char* length) {
+  const auto manifest = [&](const char* length, const char* stenosis = "50") {
     std::ofstream(folder / "m.csv")
         << "case,input,balloon.length_mm\n"
         << "kept,\"phantom:unilateral,length=10,stenosis=50,noise=0\",3\n"
-        << "other,\"phantom:unilateral,length=10,stenosis=50,noise=0\"," << length << "\n";
+        << "other,\"phantom:unilateral,length=10,stenosis=" << stenosis << ",noise=0\"," << length
+        << "\n";
   };
   const std::string options = kSmallRun.substr(kSmallRun.find("--preset"));
   const std::string batch = "batch '" + folder / "m.csv" + "' -o '" + folder / "out" + "' " +
@@ -334,6 +335,12 @@ TEST(Batch, ResumesByContent) {
   EXPECT_EQ(seconds_of(kept, "report"), first);
   EXPECT_NE(seconds_of(other, "report"), second);
   EXPECT_EQ(read_json_file(other / "metrics.json").at("balloon").at("length_mm"), 2.0);
+  // Another input in the same row.
+  manifest("2", "60");
+  ASSERT_EQ(run_program(batch + " --resume").exit_code, 0);
+  EXPECT_EQ(seconds_of(kept, "report"), first);
+  EXPECT_NE(read_json_file(other / "run.json").at("input").at("sha256"),
+            read_json_file(kept / "run.json").at("input").at("sha256"));
 }
 
 }  // namespace

@@ -259,6 +259,20 @@ TEST(Cards, OfWhatIsNotDeterminedTellTheRangeAndNoNumberOfIt) {
   EXPECT_TRUE(has(notice, "Two runs disagree"));
 }
 
+TEST(Cards, TellBoundsOfAThroatThatIsNarrowerThanAVoxel) {
+  const std::string cards = detail::headline_cards(detail::Metrics(
+      R"({"status":"done","lesion":{"mld_mm":0.57,"mla_mm2":0.4,"diameter_stenosis_percent":89.0,
+          "resolution_mm":1.0,"stenosis_at_least_percent":81.2},
+          "result":{"mld_mm":2.9,"mla_mm2":6.8,"diameter_stenosis_percent":44.0},
+          "flow":{"ffr_before":0.2,"ffr_before_range":[0.1,0.3],"ffr_after":0.9}})"));
+  EXPECT_TRUE(has(cards, "≥ 81 → 44 %"));
+  EXPECT_TRUE(has(cards, "&lt; 1.00 → 2.90 mm"));
+  EXPECT_TRUE(has(cards, "&lt; 0.79 → 6.80 mm²"));
+  EXPECT_TRUE(has(cards, "narrower than a voxel"));
+  EXPECT_FALSE(has(cards, "0.57"));
+  EXPECT_FALSE(has(cards, "0.10 to 0.30"));
+}
+
 TEST(Cards, CallThePressuresRatioFractionalFlowReserveInCoronaryArteriesAlone) {
   const auto cards = [](const std::string& vessel) {
     return detail::headline_cards(

@@ -1,5 +1,6 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <zlib.h>
 
 #include <cstdlib>
 
@@ -123,6 +124,50 @@ TEST(ReportPdf, GoesOnOverAsManySheetsAsItNeeds) {
        at = pdf.find("/Type /Page %", at + 1))
     ++sheets;
   EXPECT_EQ(sheets, 15u) << "two of that height on each";
+}
+
+/// Without compression: what the sheets' streams say.
+std::string inflated(const std::string& pdf) {
+  std::string all;
+  for (std::size_t at = pdf.find("stream\n"); at != std::string::npos;
+       at = pdf.find("stream\n", at + 1)) {
+    const std::size_t begin = at + 7, end = pdf.find("endstream", begin);
+    std::string text(1u << 20, '\0');
+    uLongf size = uLongf(text.size());
+    if (uncompress(reinterpret_cast<Bytef*>(text.data()), &size,
+                   reinterpret_cast<const Bytef*>(pdf.data() + begin), uLong(end - begin)) == Z_OK)
+      all += text.substr(0, size);
+  }
+  return all;
+}
+
+TEST(ReportPdf, ADrawingEndsWhereItsWindowEnds) {
+  // As the strip of sections does: a box that is far larger than the view.
+  const std::string pdf = report_pdf(
+      "<html><body><figure><svg viewBox=\"0 0 10 10\"><rect x=\"-900\" y=\"-900\" width=\"1800\" "
+      "height=\"1800\" fill=\"#123\"/></svg></figure></body></html>",
+      "A", "1");
+  const std::string drawn = inflated(pdf);
+  const std::size_t fill = drawn.find("0.0666667 0.133333 0.2 rg");
+  ASSERT_NE(fill, std::string::npos) << drawn;
+  EXPECT_NE(drawn.rfind(" re W n", fill), std::string::npos) << drawn;
+}
+
+TEST(ReportPdf, AHeadingStandsOnTheSheetOfWhatItHeads) {
+  const std::string filler = figure(300, 200, "one") + figure(300, 200, "two").substr(0);
+  const auto sheet_count = [](const std::string& pdf) {
+    std::size_t sheets = 0;
+    for (std::size_t at = pdf.find("/Type /Page %"); at != std::string::npos;
+         at = pdf.find("/Type /Page %", at + 1))
+      ++sheets;
+    return sheets;
+  };
+  const std::string begin = "<html><body>" + filler, end = "</body></html>";
+  EXPECT_EQ(sheet_count(report_pdf(begin + "<h2>Below</h2>" + end, "A", "1")), 1u)
+      << "nothing comes behind it";
+  EXPECT_EQ(
+      sheet_count(report_pdf(begin + "<h2>Below</h2>" + figure(300, 200, "x") + end, "A", "1")),
+      2u);
 }
 
 TEST(ReportPdf, RefusesADamagedPicture) {

@@ -6,6 +6,7 @@
 #include <string>
 
 #include "core/clinical_limits.hpp"
+#include "core/units.hpp"
 #include "formats/html.hpp"
 #include "formats/text.hpp"
 #include "viewer/detail/tables.hpp"
@@ -37,12 +38,24 @@ std::string told(const Metrics& metrics, const char* key, const char* range_key,
          formats::fixed_text((*range)[1], decimals) + unit;
 }
 
+/// A bound where the throat is narrower than a voxel, so not measured; else empty.
+std::string bound(const Metrics& metrics, const std::string& key, int decimals) {
+  const auto least = metrics.number("lesion", "stenosis_at_least_percent"),
+             voxel = metrics.number("lesion", "resolution_mm");
+  if (!least || !voxel) return {};
+  if (key == "diameter_stenosis_percent") return "≥ " + formats::fixed_text(*least, decimals);
+  return "< " + formats::fixed_text(key == "mld_mm" ? *voxel : 0.25 * units::kPi * *voxel * *voxel,
+                                    decimals);
+}
+
 /// Before and after.
 std::string change(const Metrics& metrics, const char* key, const char* range_key, int decimals,
                    const char* unit) {
-  const auto before = metrics.number("lesion", key);
-  if (!metrics.number("result", key)) return shown(before, decimals, unit);
-  return shown(before, decimals, "") + " → " + told(metrics, key, range_key, decimals, unit);
+  const std::string known = bound(metrics, key, decimals);
+  const std::string before =
+      known.empty() ? shown(metrics.number("lesion", key), decimals, "") : known;
+  if (!metrics.number("result", key)) return before + (before == "–" ? "" : unit);
+  return before + " → " + told(metrics, key, range_key, decimals, unit);
 }
 
 /// By how much two runs differ; nothing is said beyond the last digit shown.
@@ -71,14 +84,21 @@ std::string flow_card(const Metrics& metrics) {
              after = metrics.number("flow", "ffr_after");
   if (!before) return {};
   const bool is_told = after && !is_undetermined(metrics);
-  const auto range = metrics.range("flow", is_told ? "ffr_after_range" : "ffr_before_range");
-  std::string value = shown(before, 2, ""), detail = is_told ? "after " : "before ";
+  const bool is_measured = !metrics.number("lesion", "stenosis_at_least_percent");
+  std::string value = is_measured ? shown(before, 2, "") : "–";
   if (after) value += " → " + (is_told ? shown(after, 2, "") : "not determined");
-  if (range)
-    detail += formats::fixed_text((*range)[0], 2) + " to " + formats::fixed_text((*range)[1], 2);
+  const auto range = [&](const char* when, const char* key) {
+    const auto ends = metrics.range("flow", key);
+    return ends ? when + formats::fixed_text((*ends)[0], 2) + " to " +
+                      formats::fixed_text((*ends)[1], 2)
+                : std::string();
+  };
+  std::string detail = is_measured ? range("before ", "ffr_before_range")
+                                   : "before not known: the throat is narrower than a voxel";
+  if (is_told) detail += range(", after ", "ffr_after_range");
   if (!is_coronary(metrics))
     return card(value, "Pressure behind the lesion, estimated",
-                detail + " of the inlet's, in a dilated vessel");
+                detail + " of the inlet's, at the greatest flow (hyperaemia)");
   return card(
       value, "Fractional flow reserve, estimated",
       detail + "; " + formats::fixed_text(limits::kFlowLimitingFfr, 2) + " and less limits flow");
@@ -117,7 +137,11 @@ std::string headline_cards(const Metrics& metrics) {
   out += card(change(metrics, "mld_mm", "mld_range_mm", 2, " mm"), "Minimal lumen diameter",
               "at peak " + shown(peak("mld_mm"), 2, " mm") + ", acute gain " +
                   told(metrics, "acute_gain_mm", "acute_gain_range_mm", 2, " mm") +
-                  agreement(metrics, "acute_gain_range_mm", 3, " mm"));
+                  agreement(metrics, "acute_gain_range_mm", 3, " mm") +
+                  (bound(metrics, "mld_mm", 2).empty()
+                       ? ""
+                       : ". Before, the throat is narrower than a voxel: it is not measured, and "
+                         "the gain not certain"));
   out += card(change(metrics, "mla_mm2", nullptr, 2, " mm²"), "Minimal lumen area",
               "at peak " + shown(peak("mla_mm2"), 2, " mm²"));
   out += flow_card(metrics);

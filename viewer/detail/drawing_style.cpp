@@ -22,14 +22,14 @@ std::map<std::string, std::string> light_values(const std::string& style) {
   return values;
 }
 
-/// The rules that begin with "svg", with values in place of var(--name).
+/// The rules of all drawings and of the sections' one, with values in place of var(--name).
 std::string drawing_rules() {
   const std::string style = kPageStyle;
   const auto values = light_values(style);
   std::string rules = "svg{font:12px sans-serif}";
   std::istringstream lines(style);
   for (std::string line; std::getline(lines, line);)
-    if (line.starts_with("svg ")) rules += line + "\n";
+    if (line.starts_with("svg ") || line.starts_with("#section-view")) rules += line + "\n";
   constexpr std::string_view kBegin = "var(";
   for (std::size_t at = rules.find(kBegin); at != std::string::npos; at = rules.find(kBegin, at)) {
     const std::size_t end = rules.find(')', at);

@@ -6,6 +6,8 @@
 #include <vtkNew.h>
 #include <vtkOggTheoraWriter.h>
 
+#include <fstream>
+
 #include "core/error.hpp"
 #include "core/text.hpp"
 #include "viewer/detail/film_encoder.hpp"
@@ -72,6 +74,10 @@ FilmKind film_kind(const fs::path& film) {
 FilmFile::FilmFile(const fs::path& file, int width, int height, int pictures_per_second)
     : file_(file) {
   const FilmKind kind = film_kind(file);
+  if (!std::ofstream(file, std::ios::app))
+    throw IoError("cannot write " + file.string() +
+                      " (no such folder, or no permission). Choose another place",
+                  ExitCode::cannot_create);
   if (kind == FilmKind::ogv) {
     encoder_ = std::make_unique<TheoraEncoder>(file, width, height, pictures_per_second);
     return;

@@ -39,7 +39,7 @@ background:#fff}
 .tiles img{width:100%}
 .sections{display:grid;gap:8px 24px;grid-template-columns:minmax(0,420px) minmax(0,1fr);align-items:center}
 #section-view{width:100%;background:#181a1e;border-radius:6px;display:block}
-#section-view path{fill:none;stroke-width:1.6;vector-effect:non-scaling-stroke}
+#section-view path{fill:none;stroke-width:1.6}
 #section-view .before{stroke:#46c8ff}#section-view .peak{stroke:#7ee081;stroke-dasharray:4 3}
 #section-view .after{stroke:#ffa028}#section-view .scale{stroke:#fff;stroke-width:3}
 .key.before{background:#46c8ff}.key.peak{background:#7ee081}.key.after{background:#ffa028}

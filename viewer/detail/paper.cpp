@@ -108,6 +108,7 @@ struct Paper::Sheets {
   cairo_t* cairo = nullptr;
   double top = kMargin;  ///< where the next thing goes [pt]
   int number = 1;
+  std::vector<PageBlock> headings;  ///< that wait for what they stand above
 
   Owned<PangoLayout> layout(const std::string& text, const Type& type, double width) const {
     Owned<PangoLayout> result(pango_cairo_create_layout(cairo));
@@ -147,15 +148,46 @@ struct Paper::Sheets {
     ++number;
     top = kMargin;
   }
-  /// Begins a new sheet unless there is so much left of this one.
+  static Type type_of(BlockKind kind) {
+    if (kind == BlockKind::title) return {17.0, true};
+    if (kind == BlockKind::heading) return {12.5, true};
+    if (kind == BlockKind::subheading) return {10.0, true};
+    return {};
+  }
+  static double space_before(BlockKind kind) {
+    return kind == BlockKind::heading ? 14.0 : kind == BlockKind::subheading ? 8.0 : 2.0;
+  }
+  /// Begins a new sheet unless there is so much left of this one, for the headings that wait, too;
+  /// writes these.
   void need(double height) {
+    constexpr double kAfter = 3.0;
+    std::vector<Owned<PangoLayout>> shapes;
+    for (const PageBlock& heading : headings) {
+      shapes.push_back(layout(heading.text, type_of(heading.kind), kColumn));
+      height += space_before(heading.kind) + height_of(shapes.back().get()) + kAfter;
+    }
     if (top + height > kHeight - kMargin && top > kMargin) end_sheet();
+    for (std::size_t i = 0; i < headings.size(); ++i) {
+      top += space_before(headings[i].kind);
+      draw(shapes[i].get(), kBlack, kMargin, top);
+      top += height_of(shapes[i].get()) + kAfter;
+    }
+    headings.clear();
+  }
+  /// A heading is written with what comes behind it; one that nothing comes behind is left out.
+  void await(const PageBlock& heading) {
+    while (!headings.empty() && headings.back().kind >= heading.kind) headings.pop_back();
+    headings.push_back(heading);
   }
   void draw_figure(const Figure& figure, double left, double at, double width,
                    double height) const {
     if (figure.drawing) {
       const RsvgRectangle place{left, at, width, height};
+      cairo_save(cairo);
+      cairo_rectangle(cairo, left, at, width, height);  // a page shows no more of it, either
+      cairo_clip(cairo);
       rsvg_handle_render_document(figure.drawing.get(), cairo, &place, nullptr);
+      cairo_restore(cairo);
       return;
     }
     cairo_save(cairo);
@@ -188,21 +220,18 @@ Paper::~Paper() {
 }
 
 void Paper::add_text(const PageBlock& block) {
-  Type type;
-  double before = 2.0, left = kMargin;
-  if (block.kind == BlockKind::title) type = {17.0, true};
-  if (block.kind == BlockKind::heading) type = {12.5, true};
-  if (block.kind == BlockKind::subheading) type = {10.0, true};
-  if (block.kind == BlockKind::heading) before = 14.0;
-  if (block.kind == BlockKind::subheading) before = 8.0;
+  if (block.kind == BlockKind::heading || block.kind == BlockKind::subheading)
+    return sheets_->await(block);
+  const Type type = Sheets::type_of(block.kind);
+  const double before = Sheets::space_before(block.kind);
+  double left = kMargin;
   if (block.kind == BlockKind::bullet) left += 12.0;
   const bool is_note = block.kind == BlockKind::note;
   if (is_note) left += 8.0;
   const double width = kWidth - kMargin - left - (is_note ? 8.0 : 0.0);
   const auto shape = sheets_->layout(block.text, type, width);
   const double height = Sheets::height_of(shape.get());
-  const bool heads = block.kind == BlockKind::heading || block.kind == BlockKind::subheading;
-  sheets_->need(before + height + (heads ? 60.0 : 0.0));
+  sheets_->need(before + height);
   sheets_->top += before;
   if (is_note) {
     sheets_->set_ink(kNotePaper);

@@ -12,15 +12,17 @@
 namespace angio::viewer::detail {
 namespace {
 
-constexpr int kPlaces = 33;  // odd: the narrowest place is in the middle
-constexpr int kTile = 128;   // [pixel]
+constexpr int kPlaces = 33;      // odd: the narrowest place is in the middle
+constexpr int kTile = 128;       // [pixel]
+constexpr double kSide = 420.0;  // of the drawing [px], as wide as the page shows it
 
-std::string mm(double value) { return formats::fixed_text(value, 2); }
+std::string px(double value) { return formats::fixed_text(value, 1); }
 
 /// What the lumen is at one moment, near the treated line.
 struct LumenAt {
   const char* name;
   const char* css;
+  const char* color;  ///< of its contour, in a word
   const DiameterProfile* profile;
   TriangleMesh mesh;
 };
@@ -28,20 +30,21 @@ struct LumenAt {
 std::vector<LumenAt> moments_of(const ReportContent& content,
                                 const std::vector<PathSection>& sections) {
   std::vector<LumenAt> moments{
-      {"before", "before", &content.before, near_sections(content.lumen, sections)}};
+      {"before", "before", "blue", &content.before, near_sections(content.lumen, sections)}};
   if (content.moments.size() > 2) {
-    moments.push_back({"at peak", "peak", &content.peak, content.moments[1].wall});
-    moments.push_back({"after", "after", &content.after, content.moments[2].wall});
+    moments.push_back({"at peak", "peak", "green, dashed", &content.peak, content.moments[1].wall});
+    moments.push_back({"after", "after", "orange", &content.after, content.moments[2].wall});
   }
   return moments;
 }
 
 std::string contour_paths(const LumenAt& moment, const PlaneWindow& window) {
+  const double scale = 0.5 * kSide / window.half_size_mm;
   std::string path;
   for (const auto& line : section_contours(moment.mesh, window)) {
     const char* pen = "M";
     for (const SectionPoint& point : line) {
-      path += pen + mm(point[0]) + " " + mm(point[1]);
+      path += pen + px(scale * point[0]) + " " + px(scale * point[1]);
       pen = "L";
     }
   }
@@ -91,16 +94,15 @@ std::string place_text(const ReportContent& content, const std::vector<LumenAt>&
 
 std::string drawing(const ReportContent& content, const std::vector<PathSection>& sections,
                     const std::vector<LumenAt>& moments) {
-  const double half = sections.front().window.half_size_mm, size = 2.0 * half;
   const std::size_t shown = sections.size() / 2;
+  const std::string low = px(-0.5 * kSide), side = px(kSide);
   std::string out =
       "<svg id=\"section-view\" role=\"img\" aria-label=\"Section at right angles to "
       "the vessel with the lumen's contours\" data-size=\"" +
-      mm(size) + "\" viewBox=\"" + mm(-half) + " " + mm(-half) + " " + mm(size) + " " + mm(size) +
-      "\">";
+      side + "\" viewBox=\"" + low + " " + low + " " + side + " " + side + "\">";
   if (content.volume)
-    out += "<image x=\"" + mm(-half) + "\" y=\"" + mm(-half - double(shown) * size) +
-           "\" width=\"" + mm(size) + "\" height=\"" + mm(size * double(sections.size())) +
+    out += "<image x=\"" + low + "\" y=\"" + px(-(0.5 + double(shown)) * kSide) + "\" width=\"" +
+           side + "\" height=\"" + px(kSide * double(sections.size())) +
            "\" preserveAspectRatio=\"none\" href=\"data:image/png;base64," +
            formats::base64(png_bytes(scan_strip(*content.volume, sections))) + "\"/>";
   for (std::size_t i = 0; i < sections.size(); ++i) {
@@ -109,8 +111,9 @@ std::string drawing(const ReportContent& content, const std::vector<PathSection>
     for (const LumenAt& moment : moments) out += contour_paths(moment, sections[i].window);
     out += "</g>";
   }
-  const double left = -0.92 * half, low = 0.92 * half;
-  return out + "<path class=\"scale\" d=\"M" + mm(left) + " " + mm(low) + "h1\"/></svg>";
+  const double corner = 0.46 * kSide;
+  return out + "<path class=\"scale\" d=\"M" + px(-corner) + " " + px(corner) + "h" +
+         px(0.5 * kSide / sections.front().window.half_size_mm) + "\"/></svg>";
 }
 
 }  // namespace
@@ -123,7 +126,8 @@ std::string section_slider(const ReportContent& content) {
   const std::vector<LumenAt> moments = moments_of(content, sections);
   std::string key;
   for (const LumenAt& moment : moments)
-    key += "<span class=\"key " + std::string(moment.css) + "\"></span>" + moment.name;
+    key += std::string(key.empty() ? " " : ", ") + "<span class=\"key " + moment.css +
+           "\"></span>" + moment.name + " (" + moment.color + ")";
   const std::string shown = std::to_string(kPlaces / 2);
   return "<figure class=\"sections\">" + drawing(content, sections, moments) +
          "<figcaption><p>Lumen:" + key +
