@@ -12,6 +12,7 @@
 #include "segmentation/detail/components.hpp"
 #include "segmentation/detail/fields.hpp"
 #include "segmentation/detail/format_number.hpp"
+#include "segmentation/detail/plausibility.hpp"
 #include "segmentation/detail/seeds.hpp"
 
 namespace angio::segmentation::detail {
@@ -43,6 +44,31 @@ std::string note_of(const std::vector<Label>& labels, const SegmentationOptions&
   note += list_of(labels, grid);
   return labels.size() < 2 ? note
                            : note + ", all of them in one; segmentation.labels takes only some";
+}
+
+/// Whether a label holds more than all blood that a scan could show: a body, a liver, a lung.
+bool is_no_vessel(const Label& label, const VolumeGeometry& grid) {
+  return double(label.voxel_count) * voxel_volume(grid) > kMostBlood;
+}
+
+/// Nobody has said which labels are wanted: what cannot be blood is left out.
+/// @throws InputError if the others cannot be, either
+std::vector<Label> plausible_labels(const std::vector<Label>& labels, const VolumeGeometry& grid,
+                                    std::vector<std::string>& warnings) {
+  std::vector<Label> kept, left_out;
+  for (const Label& label : labels) (is_no_vessel(label, grid) ? left_out : kept).push_back(label);
+  double sum = 0.0;
+  for (const Label& label : kept) sum += double(label.voxel_count) * voxel_volume(grid);
+  if (kept.empty() || sum > kMostBlood)
+    throw InputError(
+        "the labels hold more than heart, lungs and all arteries do (about 1.5 l): they are those "
+        "of organs, or of a whole body. It is a label map of label " +
+        list_of(labels, grid) + ". Name those of the vessels: --set segmentation.labels=[1,2]");
+  if (!left_out.empty())
+    warnings.push_back("label " + list_of(left_out, grid) +
+                       " is left out: no vessel is that large. segmentation.labels names what is "
+                       "wanted");
+  return kept;
 }
 
 /// 1 in the labels that are wanted.
@@ -109,8 +135,10 @@ double inside_mm3(const Volume<std::uint8_t>& mask) {
 Segmentation segment_label_map(const Volume<float>& volume, const std::vector<Label>& labels,
                                const SegmentationOptions& options, const Progress& progress) {
   Segmentation result;
-  Volume<std::uint8_t> mask = wanted_mask(volume, labels, options);
-  result.warnings.push_back(note_of(labels, options, volume.geometry));
+  const std::vector<Label> plausible =
+      options.labels.empty() ? plausible_labels(labels, volume.geometry, result.warnings) : labels;
+  Volume<std::uint8_t> mask = wanted_mask(volume, plausible, options);
+  result.warnings.push_back(note_of(plausible, options, volume.geometry));
   const auto of_pieces = keep_pieces(mask, options, result);
   result.warnings.insert(result.warnings.end(), of_pieces.begin(), of_pieces.end());
   const double labelled = inside_mm3(mask);

@@ -20,7 +20,6 @@ constexpr double kToldShare = 0.3;      ///< likewise
 constexpr double kWidestArtery = 20.0;  ///< radius [mm]
 /// Of 5 l of blood arteries hold 13 %, the heart 7 %, the vessels of the lungs 9 % (Guyton, Hall,
 /// Textbook of Medical Physiology, 11th ed. 2006, ch. 14); a fifth more for large people [mm^3].
-constexpr double kMostBlood = 1.75e6;
 
 const char* const kAdvice =
     "give segmentation.region_lps_mm around the vessels, segmentation.seeds_lps_mm in them or "

@@ -8,6 +8,9 @@
 
 namespace angio::segmentation::detail {
 
+/// More than arteries, heart and lungs together hold [mm^3].
+inline constexpr double kMostBlood = 1.75e6;
+
 /// Tells whether a lumen can be one of vessels, whatever it was made from.
 ///
 /// Half of what was scanned is no vessel, and is refused, as are more than 1.75 l, which arteries,

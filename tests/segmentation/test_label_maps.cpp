@@ -98,6 +98,22 @@ TEST(LabelMap, GivesASmoothLumenOfTheSameVolume) {
     }
 }
 
+TEST(LabelMap, LeavesOutOrRefusesWhatIsTooLargeForVessels) {
+  const Vec3 spacing{4.0, 4.0, 4.0};  // 256 x 240 x 224 mm
+  Volume<float> volume = labelled([](const Vec3& p) { return along_z(p, 14.0); }, spacing, 1.0f);
+  const Volume<float> body = labelled(
+      [](const Vec3& p) { return std::abs(p.x) < 20.0 ? 1.0 : norm(p) - 100.0; }, spacing, 2.0f);
+  for (std::size_t v = 0; v < volume.values.size(); ++v)
+    if (volume.values[v] == 0.0f) volume.values[v] = body.values[v];
+  const Segmentation result = segment_vessels(volume, {});
+  EXPECT_THAT(result.warnings, Contains(HasSubstr("label 2")));
+  EXPECT_LT(lumen_mm3(result), 3.0e5);
+  SegmentationOptions asked;
+  asked.labels = {2.0};
+  EXPECT_GT(lumen_mm3(segment_vessels(volume, asked)), 1.75e6) << "who names it gets it";
+  EXPECT_THROW((void)segment_vessels(body, {}), InputError);
+}
+
 TEST(LabelMap, TakesTheLabelsAskedForAndNamesThem) {
   auto volume = labelled([](const Vec3& p) { return along_z(p, 3.0); }, {0.5, 0.5, 0.5}, 3.0f);
   const auto other = labelled(
