@@ -22,6 +22,8 @@ SplinePlace uniform_place(double abscissa, double step, int spans) {
                  (3.0 * s * s * s - 6.0 * s * s + 4.0) / 6.0, t * t * t / 6.0};
   place.slope = {-0.5 * s * s / step, (1.5 * t * t - 2.0 * t) / step,
                  (-1.5 * s * s + 2.0 * s) / step, 0.5 * t * t / step};
+  const double square = step * step;
+  place.bend = {s / square, (3.0 * t - 2.0) / square, (3.0 * s - 2.0) / square, t / square};
   return place;
 }
 
@@ -146,6 +148,8 @@ CurvePoint TreeCurve::at(const SplinePlace& place) const {
     point.point += place.value[a] * node[n];
     point.tangent += place.slope[a] * node[n];
     point.log_radius += place.value[a] * log_radius[n];
+    point.log_slope += place.slope[a] * log_radius[n];
+    point.log_bend += place.bend[a] * log_radius[n];
   }
   return point;
 }

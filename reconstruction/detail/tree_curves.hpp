@@ -9,17 +9,19 @@
 namespace angio::reconstruction::detail {
 
 /// The weights of four nodes at a place on a uniform cubic B-spline (de Boor, A Practical Guide to
-/// Splines, 2001, ch. IX): those of its value, and of its slope by arc length.
+/// Splines, 2001, ch. IX): those of its value, and of its first and second derivative by arc
+/// length.
 struct SplinePlace {
   int first_node = 0;
-  std::array<double, 4> value{}, slope{};
+  std::array<double, 4> value{}, slope{}, bend{};
 };
 
 /// What a curve has at a place.
 struct CurvePoint {
-  Vec3 point;               ///< LPS [mm]
-  Vec3 tangent;             ///< by the parameter, near unit length
-  double log_radius = 0.0;  ///< of the section at right angles, ln [mm]
+  Vec3 point;                              ///< LPS [mm]
+  Vec3 tangent;                            ///< by the parameter, near unit length
+  double log_radius = 0.0;                 ///< of the section at right angles, ln [mm]
+  double log_slope = 0.0, log_bend = 0.0;  ///< its derivatives by the parameter [1/mm], [1/mm^2]
 };
 
 /// A line that is a curve of its own: the tree's first, or another from where it leaves an earlier

@@ -34,22 +34,40 @@ struct Passage {
 
 /// The tube where a ray passes it.
 struct LocalTube {
-  double part, radius, sine, cosine, width;
-  Vec3 away, tangent;  ///< `tangent` as it is interpolated, not of unit length
-  double length;       ///< of `tangent`
-  TubeChord chord;
+  double part;
+  Vec3 away, tangent;          ///< `tangent` as it is interpolated, not of unit length
+  double length;               ///< of `tangent`
+  double log_slope, log_bend;  ///< by the parameter
+  ObliqueTube shape;           ///< by arc length
+  ObliqueChord chord;
 
   LocalTube(const FrameRays& rays, const Passage& p, double width_pixels) : part(p.part()) {
-    away = p.away_from + part * (p.away_to - p.away_from);
-    tangent = p.from->tangent + part * (p.to->tangent - p.from->tangent);
+    const auto between = [this](const auto& a, const auto& b) { return a + part * (b - a); };
+    away = between(p.away_from, p.away_to);
+    tangent = between(p.from->tangent, p.to->tangent);
     length = norm(tangent);
-    cosine = dot(tangent, p.direction) / length;
-    sine = std::sqrt(std::max(0.0, 1.0 - cosine * cosine));
-    radius = std::exp(p.from->log_radius + part * (p.to->log_radius - p.from->log_radius));
-    width = width_pixels * rays.pixel_mm * rays.view.see(p.from->point).depth;
-    chord = blurred_chord(norm(away), radius, width);
+    log_slope = between(p.from->log_slope, p.to->log_slope);
+    log_bend = between(p.from->log_bend, p.to->log_bend);
+    shape.distance = norm(away);
+    shape.log_radius = between(p.from->log_radius, p.to->log_radius);
+    shape.slope = log_slope / length;
+    shape.bend = log_bend / (length * length);
+    shape.cosine = dot(tangent, p.direction) / length;
+    shape.width = width_pixels * rays.pixel_mm * rays.view.see(p.from->point).depth;
+    // Seen from its end a tube is no tube (find_hits()).
+    if (sine() >= kLeastSine) chord = oblique_chord(shape);
+  }
+  [[nodiscard]] double sine() const {
+    return std::sqrt(std::max(0.0, 1.0 - shape.cosine * shape.cosine));
   }
 };
+
+/// A tube that widens is seen beside its axis as far as oblique_chord() says, at any angle.
+double widest_seen(const CurvePoint& a, const CurvePoint& b) {
+  const double radius = std::exp(std::max(a.log_radius, b.log_radius));
+  const double slope = radius * std::max(std::abs(a.log_slope), std::abs(b.log_slope));
+  return radius * std::hypot(1.0, slope / kLeastSine);
+}
 
 double reach_of(Reach reach, double radius, double pixel_mm, double width_pixels) {
   const double blurred = radius + 0.5 * width_pixels * pixel_mm;
@@ -95,18 +113,27 @@ void add_gradient(const FrameRays& rays, const SampledCurves& sampled, double wi
   const std::size_t s = std::size_t(hit.sample);
   const Passage p(rays.frame.source, rays.direction(hit.pixel), points[s], points[s + 1]);
   const LocalTube tube(rays, p, width_pixels);
-  // Backwards through way = chord / sine, and middle = (c - S) . d.
-  const double to_chord = by_way / tube.sine;
-  const double to_sine = -by_way * tube.chord.value / (tube.sine * tube.sine);
-  const double to_log_radius = to_chord * tube.chord.by_radius * tube.radius;
-  gradient.by_width += to_chord * tube.chord.by_width * tube.width;
-  const double away = norm(tube.away);
-  const Vec3 to_away = away > 0.0 ? to_chord * tube.chord.by_distance / away * tube.away : Vec3{};
-  const Vec3 to_tangent = -to_sine * tube.cosine / (tube.sine * tube.length) *
-                          (p.direction - tube.cosine / tube.length * tube.tangent);
+  // Backwards through the chord, the shape by arc length, and what is interpolated.
+  const auto by = [&](double ObliqueLength::*what) {
+    return by_way * tube.chord.way.*what + by_middle * tube.chord.middle.*what;
+  };
+  gradient.by_width += by(&ObliqueLength::by_width) * tube.shape.width;
+  const double to_log_radius = by(&ObliqueLength::by_log_radius);
+  const double to_slope = by(&ObliqueLength::by_slope) / tube.length;
+  const double to_bend = by(&ObliqueLength::by_bend) / (tube.length * tube.length);
+  const double away = tube.shape.distance;
+  const Vec3 to_away = away > 0.0 ? by(&ObliqueLength::by_distance) / away * tube.away : Vec3{};
+  const Vec3 along = tube.tangent / tube.length;
+  const double to_length =
+      -(to_slope * tube.log_slope + 2.0 * to_bend * tube.log_bend) / tube.length;
+  const Vec3 to_tangent =
+      by(&ObliqueLength::by_cosine) / tube.length * (p.direction - tube.shape.cosine * along) +
+      to_length * along;
   const double to_part = dot(to_away, p.away_to - p.away_from) +
                          dot(to_tangent, p.to->tangent - p.from->tangent) +
                          to_log_radius * (p.to->log_radius - p.from->log_radius) +
+                         to_slope * (p.to->log_slope - p.from->log_slope) +
+                         to_bend * (p.to->log_bend - p.from->log_bend) +
                          by_middle * dot(p.direction, p.to->point - p.from->point);
   const double fall = p.fall_from - p.fall_to;
   const double to_fall_from = -to_part * p.fall_to / (fall * fall);
@@ -126,7 +153,9 @@ void add_gradient(const FrameRays& rays, const SampledCurves& sampled, double wi
       const int first = curve.first_parameter + 3 * int(n);
       gradient.by_parameter.emplace_back(first, dot(to_node, curve.first_normal[n]));
       gradient.by_parameter.emplace_back(first + 1, dot(to_node, curve.second_normal[n]));
-      gradient.by_parameter.emplace_back(first + 2, share[e] * to_log_radius * place.value[a]);
+      gradient.by_parameter.emplace_back(
+          first + 2, share[e] * (to_log_radius * place.value[a] + to_slope * place.slope[a] +
+                                 to_bend * place.bend[a]));
     }
     // The frame's motion moves the tree the other way.
     const Vec3 turn = -cross(end[e]->point, to_point) - cross(end[e]->tangent, to_end_tangent);
@@ -155,20 +184,20 @@ std::vector<TubeHit> find_hits(const FrameRays& rays, const SampledCurves& curve
     for (std::size_t s = 0; s + 1 < curves.points[c].size(); ++s) {
       const CurvePoint &a = curves.points[c][s], &b = curves.points[c][s + 1];
       const double pixel = rays.pixel_mm * rays.view.see(a.point).depth;
-      const double most =
-          reach_of(reach, std::exp(std::max(a.log_radius, b.log_radius)), pixel, width_pixels);
+      const double most = reach_of(reach, widest_seen(a, b), pixel, width_pixels);
       const auto look = [&](int index) {
         if (!wanted.empty() && wanted[std::size_t(index)] == 0) return;
         const Passage passage(rays.frame.source, rays.direction(index), a, b);
         if (!passage.has_foot()) return;
         const LocalTube tube(rays, passage, width_pixels);
-        const double away = norm(tube.away);
-        if (away >= most || tube.sine < kLeastSine) return;
+        const double away = tube.shape.distance;
+        if (away >= most || tube.sine() < kLeastSine) return;
         const double side = dot(cross(tube.tangent, passage.direction), tube.away);
         const Vec3 middle = a.point + tube.part * (b.point - a.point);
-        hits.push_back({index, int(c), int(s), tube.part, away, side < 0.0 ? -away : away,
-                        tube.radius, tube.chord.value / tube.sine,
-                        dot(middle - rays.frame.source, passage.direction)});
+        hits.push_back(
+            {index, int(c), int(s), tube.part, away, side < 0.0 ? -away : away,
+             std::exp(tube.shape.log_radius), tube.chord.way.value,
+             dot(middle - rays.frame.source, passage.direction) + tube.chord.middle.value});
       };
       for_each_pixel(box_around(rays, a.point, b.point, most), rays.frame.columns, look);
     }

@@ -1,8 +1,10 @@
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 #include <functional>
 #include <random>
+#include <utility>
 
 #include "angiogram/cone_beam.hpp"
 #include "reconstruction/detail/self_calibration.hpp"
@@ -49,6 +51,64 @@ TEST(BlurredChord, ItsDerivativesAreThoseOfItsDifferences) {
     EXPECT_NEAR(chord.by_width, (at(d, 1.5, 0.3 + kStep) - at(d, 1.5, 0.3 - kStep)) / (2 * kStep),
                 1e-6);
   }
+}
+
+/// By steps along the ray, from the foot to where it leaves the tube r(s) = exp(L + L' s + L'' s^2
+/// / 2) around a straight axis.
+double stepped_way(const ObliqueTube& tube) {
+  constexpr double kStep = 1e-4;
+  double way = 0.0;
+  for (const double side : {-kStep, kStep})
+    for (double t = 0.0;; t += side, way += kStep) {
+      const double s = tube.cosine * t;
+      const double r = std::exp(tube.log_radius + tube.slope * s + 0.5 * tube.bend * s * s);
+      if (std::hypot(tube.distance, t * std::sqrt(1.0 - tube.cosine * tube.cosine)) >= r) break;
+    }
+  return way;
+}
+
+TEST(ObliqueChord, IsTheWayThroughAThroatAndABulge) {
+  ObliqueTube tube;
+  tube.log_radius = std::log(0.7);
+  tube.width = 1e-3;
+  for (const double bend : {0.3, -0.3})
+    for (const double cosine : {0.0, 0.4, 0.7}) {
+      tube.bend = bend;
+      tube.cosine = cosine;
+      const double way = stepped_way(tube);
+      EXPECT_NEAR(oblique_chord(tube).way.value, way, 0.02 * way) << bend << " " << cosine;
+    }
+  // At 45 degrees a throat is seen 7 % wider than an even tube of its radius.
+  tube.bend = 0.3;
+  tube.cosine = std::sqrt(0.5);
+  EXPECT_GT(oblique_chord(tube).way.value, 1.06 * 2.0 * 0.7 / std::sqrt(0.5));
+  // Where the tube widens, the middle of the way lies on its wide side.
+  tube.slope = 0.2;
+  EXPECT_GT(oblique_chord(tube).middle.value, 0.0);
+}
+
+TEST(ObliqueChord, ItsDerivativesAreThoseOfItsDifferences) {
+  constexpr double kStep = 1e-6;
+  const std::array<std::pair<double ObliqueTube::*, double ObliqueLength::*>, 6> all = {{
+      {&ObliqueTube::distance, &ObliqueLength::by_distance},
+      {&ObliqueTube::log_radius, &ObliqueLength::by_log_radius},
+      {&ObliqueTube::slope, &ObliqueLength::by_slope},
+      {&ObliqueTube::bend, &ObliqueLength::by_bend},
+      {&ObliqueTube::cosine, &ObliqueLength::by_cosine},
+      {&ObliqueTube::width, &ObliqueLength::by_width},
+  }};
+  for (const double bend : {0.4, -0.4})
+    for (const auto& [parameter, derivative] : all) {
+      const ObliqueTube tube{0.35, std::log(0.9), 0.25, bend, 0.6, 0.3};
+      ObliqueTube plus = tube, minus = tube;
+      plus.*parameter += kStep;
+      minus.*parameter -= kStep;
+      const ObliqueChord chord = oblique_chord(tube), a = oblique_chord(plus),
+                         b = oblique_chord(minus);
+      EXPECT_NEAR(chord.way.*derivative, (a.way.value - b.way.value) / (2.0 * kStep), 1e-6);
+      EXPECT_NEAR(chord.middle.*derivative, (a.middle.value - b.middle.value) / (2.0 * kStep),
+                  1e-6);
+    }
 }
 
 /// Two branches that leave each other, seen from the side and askew.
