@@ -18,8 +18,7 @@ namespace {
 constexpr double kMostShare = 0.5;      ///< of the scanned volume
 constexpr double kToldShare = 0.3;      ///< likewise
 constexpr double kWidestArtery = 20.0;  ///< radius [mm]
-/// Of 5 l of blood arteries hold 13 %, the heart 7 %, the vessels of the lungs 9 % (Guyton, Hall,
-/// Textbook of Medical Physiology, 11th ed. 2006, ch. 14); a fifth more for large people [mm^3].
+constexpr double kWideVessel = 5.0;     ///< likewise: none that wide begins and ends in a scan
 
 const char* const kAdvice =
     "give segmentation.region_lps_mm around the vessels, segmentation.seeds_lps_mm in them or "
@@ -35,6 +34,23 @@ double share_of(std::ptrdiff_t voxels, const VolumeGeometry& grid, const VolumeG
 }
 
 std::string in_percent(double share) { return format_number(std::round(100.0 * share)) + " %"; }
+
+/// Whether the lumen reaches the border of what was scanned, to two voxels.
+bool reaches_border(const Volume<float>& level_set, const VolumeGeometry& scanned) {
+  constexpr double kNear = 2.0;
+  const VolumeGeometry& grid = level_set.geometry;
+  for (int k = 0; k < grid.size[2]; ++k)
+    for (int j = 0; j < grid.size[1]; ++j)
+      for (int i = 0; i < grid.size[0]; ++i) {
+        if (level_set.at(i, j, k) >= 0.0f) continue;
+        const Vec3 at =
+            scanned.index_from_lps(grid.lps_from_index({double(i), double(j), double(k)}));
+        for (int axis = 0; axis < 3; ++axis)
+          if (at[axis] < kNear || at[axis] > double(scanned.size[std::size_t(axis)] - 1) - kNear)
+            return true;
+      }
+  return false;
+}
 
 /// A grid of blocks; set where any voxel of a block is.
 Volume<std::uint8_t> any_of_blocks(const Volume<std::uint8_t>& mask,
@@ -80,6 +96,12 @@ std::vector<std::string> check_plausibility(const Volume<float>& level_set,
         "so, " +
         kAdvice);
   const auto deepest = std::min_element(level_set.values.begin(), level_set.values.end());
+  if (double(*deepest) < -kWideVessel && !reaches_border(level_set, scanned))
+    warnings.push_back(
+        "the lumen is up to " + format_number(std::round(-20.0 * double(*deepest)) / 10.0) +
+        " mm wide and reaches the scan's border nowhere, which vessels of that width do: it may be "
+        "bowel with contrast medium, or another organ. Look at it; if so, " +
+        kAdvice);
   if (double(*deepest) < -kWidestArtery) {
     const Vec3 place =
         place_of_voxel(level_set.geometry, std::size_t(deepest - level_set.values.begin()));

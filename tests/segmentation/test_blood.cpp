@@ -19,6 +19,7 @@ namespace angio::segmentation {
 namespace {
 
 using testing::Contains;
+using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::ThrowsMessage;
 
@@ -199,7 +200,12 @@ TEST(Plausibility, RefusesWhatFillsTheVolumeAndTellsOfWideBodies) {
   EXPECT_THAT(check(7.0, 16.0), Contains(HasSubstr("of the volume is lumen")));  // 35 %
   EXPECT_THROW(check(8.3, 16.0), InputError);                                    // 57 %
   EXPECT_THAT(check(25.0, 100.0), Contains(HasSubstr("mm wide")));
-  EXPECT_TRUE(check(15.0, 100.0).empty());
+  EXPECT_TRUE(check(4.5, 40.0).empty());
+  // A wide body within the scan is no vessel; one that the border cuts may be.
+  EXPECT_THAT(check(15.0, 100.0), ElementsAre(HasSubstr("border nowhere")));
+  VolumeGeometry cut = ball(15.0, 100.0).geometry;
+  cut.origin.x = -14.0;
+  EXPECT_TRUE(detail::check_plausibility(ball(15.0, 100.0), cut).empty());
   EXPECT_FALSE(check(74.0, 220.0).empty());      // 1.70 l, 16 %
   EXPECT_THROW(check(76.0, 220.0), InputError);  // 1.84 l
 }
