@@ -54,27 +54,28 @@ std::vector<char> smoothed(const std::vector<char>& marks,
   return result;
 }
 
-/// Unmarks pieces with less than a share of the marked area.
-void drop_small_pieces(std::vector<char>& marks, const std::vector<std::array<int, 3>>& neighbors,
+/// Turns the marks of pieces with less than a share of the area that is marked so.
+void turn_small_pieces(std::vector<char>& marks, char mark,
+                       const std::vector<std::array<int, 3>>& neighbors,
                        const std::vector<double>& area, double least_share) {
   double whole = 0.0;
-  for (std::size_t t = 0; t < marks.size(); ++t) whole += marks[t] != 0 ? area[t] : 0.0;
+  for (std::size_t t = 0; t < marks.size(); ++t) whole += marks[t] == mark ? area[t] : 0.0;
   std::vector<char> seen(marks.size(), 0);
   for (std::size_t start = 0; start < marks.size(); ++start) {
-    if (marks[start] == 0 || seen[start] != 0) continue;
+    if (marks[start] != mark || seen[start] != 0) continue;
     std::vector<int> piece{int(start)};
     seen[start] = 1;
     double sum = 0.0;
     for (std::size_t i = 0; i < piece.size(); ++i) {
       sum += area[std::size_t(piece[i])];
       for (const int n : neighbors[std::size_t(piece[i])])
-        if (n >= 0 && marks[std::size_t(n)] != 0 && seen[std::size_t(n)] == 0) {
+        if (n >= 0 && marks[std::size_t(n)] == mark && seen[std::size_t(n)] == 0) {
           seen[std::size_t(n)] = 1;
           piece.push_back(n);
         }
     }
     if (sum < least_share * whole)
-      for (const int t : piece) marks[std::size_t(t)] = 0;
+      for (const int t : piece) marks[std::size_t(t)] = char(1 - mark);
   }
 }
 
@@ -125,7 +126,8 @@ TriangleMesh hollow_of(const TriangleMesh& mesh) {
   for (const Triangle& t : mesh.triangles) area.push_back(0.5 * norm(area_vector_doubled(mesh, t)));
   const auto neighbors = triangle_neighbors(mesh);
   std::vector<char> is_hollow = smoothed(face_a_hollow(mesh, all), neighbors, area);
-  drop_small_pieces(is_hollow, neighbors, area, kLeastPiece);
+  turn_small_pieces(is_hollow, 1, neighbors, area, kLeastPiece);
+  turn_small_pieces(is_hollow, 0, neighbors, area, kLeastPiece);  // holes in the inner skin
   TriangleMesh hollow;
   std::vector<int> index(mesh.vertices.size(), -1);
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {

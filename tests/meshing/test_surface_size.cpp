@@ -5,6 +5,8 @@
 #include <numbers>
 #include <random>
 
+#include "core/surface_rims.hpp"
+#include "meshing/detail/hollow.hpp"
 #include "meshing/detail/pieces.hpp"
 #include "meshing/surface_size.hpp"
 #include "testing/shapes.hpp"
@@ -67,6 +69,18 @@ TEST(SurfaceSize, TellsAWallFromALumen) {
   EXPECT_GT(measure_surface(wall).hollow_share, 0.35);  // the inside is 44 % of the two
   EXPECT_LT(measure_surface(tests::make_tube(2.0, 40.0, 81, 48)).hollow_share, 0.01);
   EXPECT_LT(measure_surface(tests::make_torus(6.0, 2.0, 96, 32)).hollow_share, 0.1);
+}
+
+TEST(SurfaceSize, TheLumenInAWallIsOpenAtItsEndsOnly) {
+  // A mound on the inner skin, whose slopes look along the lumen and out of its ends.
+  TriangleMesh wall = make_wall(2.0, 2.5, 40.0);
+  for (std::size_t v = wall.vertices.size() / 2; v < wall.vertices.size(); ++v) {
+    Vec3& p = wall.vertices[v];
+    const double away = distance(p, {2.0, 0.0, 20.0});
+    p.x -= 2.5 * std::exp(-away * away / 4.0);
+  }
+  const TriangleMesh lumen = detail::hollow_of(wall);
+  EXPECT_EQ(surface_rims(lumen).size(), 2U);
 }
 
 TEST(SurfaceSize, FindsTheLumenInAWall) {
