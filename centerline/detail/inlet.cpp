@@ -296,7 +296,12 @@ InletChoice choose_inlet(const LumenVoxels& lumen, const Front& front,
     Stretch& stretch = stretches[last[c] < 0 ? 0 : std::size_t(last[c])];
     if (stretch.is_stub) stretch.radius = std::min(stretch.radius, candidates[c].opening);
   }
+  // Of one vessel with two rims these tell its width; half of it may be narrowed.
+  const bool is_one_vessel =
+      stretches.size() == 1 && std::all_of(candidates.begin(), candidates.end(),
+                                           [](const auto& c) { return std::isfinite(c.opening); });
   const auto radius_at = [&](std::size_t c) {
+    if (is_one_vessel) return candidates[c].opening;
     const Stretch& stretch = stretches[last[c] < 0 ? 0 : std::size_t(last[c])];
     const double own = stretch.is_stub
                            ? stretch.radius

@@ -42,7 +42,8 @@ struct InletChoice {
 /// is that of the half that ends at the tip: an end is as wide as its vessel is there, not as the
 /// sac that it comes from. An end that the volume's border cuts off counts a quarter wider: what
 /// feeds the lumen mostly comes from outside. One with an open rim is no wider than that: a hole in
-/// the wall of a wide vessel is a small end.
+/// the wall of a wide vessel is a small end. Where there is but one vessel, open at both ends, r is
+/// that of its rims.
 ///
 /// A closed tip of a surface with caps is a candidate only where it is wider by a quarter than
 /// every cap: what was cut off is the trunk, rather.

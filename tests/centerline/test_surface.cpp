@@ -94,6 +94,23 @@ TEST(ExtractFromSurface, ClosesOpenRims) {
   EXPECT_NEAR(lesions[0].diameter_stenosis_percent, 60.0, 1.0);
 }
 
+TEST(ExtractFromSurface, BeginsAtTheWiderRimThoughTheVesselIsNarrowedThere) {
+  // From 3 to 2 mm; the half at the wide end is narrowed for most of its length.
+  for (const bool is_turned : {false, true}) {
+    const auto radius = [=](double z) {
+      const double from_wide = is_turned ? 1.0 - z / 40.0 : z / 40.0;
+      const double narrowed = std::abs(from_wide - 0.3) < 0.2
+                                  ? 0.5 * (1.0 + std::cos(units::kPi * (from_wide - 0.3) / 0.2))
+                                  : 0.0;
+      return 1.5 * (1.0 - from_wide / 3.0) * (1.0 - 0.5 * std::sqrt(narrowed));
+    };
+    const auto tree =
+        extract_centerline(make_elliptic_tube(40, 161, 48, radius, radius, false), {}).tree;
+    ASSERT_EQ(tree.paths.size(), 1U);
+    EXPECT_NEAR(tree.paths[0].points.front().z, is_turned ? 40.0 : 0.0, 0.5);
+  }
+}
+
 TEST(ExtractFromSurface, DoesNotCareHowTheTrianglesAreTurnedOrShared) {
   TriangleMesh mesh = make_elliptic_tube(20, 61, 32, constant(1.5), constant(1.5), true);
   const auto reference = extract_centerline(mesh, {});
