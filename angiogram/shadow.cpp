@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 
 #include "core/error.hpp"
 
@@ -40,7 +41,8 @@ std::size_t shared_count(const CenterlinePath& a, const CenterlinePath& b) {
 
 }  // namespace
 
-SegmentShadow::SegmentShadow(const CenterlineTree& tree, const ViewedSegment& segment) {
+SegmentShadow::SegmentShadow(const CenterlineTree& tree, const ViewedSegment& segment)
+    : throat_(segment.throat), throat_tangent_(segment.throat_tangent) {
   if (segment.path >= tree.paths.size() || tree.paths[segment.path].points.size() < 2)
     throw InputError("the tree has no line for a working view. Run `angio centerline` again");
   const CenterlinePath& path = tree.paths[segment.path];
@@ -98,7 +100,22 @@ SeenSegment SegmentShadow::seen(const CArmAngles& angles) const {
     seen += std::hypot(dot(step, axes.right), dot(step, axes.up));
   }
   const double hidden = length > 0.0 ? 1.0 - seen / length : 0.0;
-  return {angles, 100.0 * std::clamp(hidden, 0.0, 1.0), overlap_percent(axes)};
+  return {angles, 100.0 * std::clamp(hidden, 0.0, 1.0), overlap_percent(axes), throat_mm(axes)};
+}
+
+/// Its extent across the vessel as it is seen.
+double SegmentShadow::throat_mm(const CArmAxes& axes) const {
+  const Flat along{dot(throat_tangent_, axes.right), dot(throat_tangent_, axes.up)};
+  const double length = std::hypot(along.x, along.y);
+  if (throat_.empty() || length <= 0.0) return 0.0;
+  double low = std::numeric_limits<double>::infinity(), high = -low;
+  for (const Vec3& point : throat_) {
+    const Flat at = flat(point, axes);
+    const double across = (at.y * along.x - at.x * along.y) / length;
+    low = std::min(low, across);
+    high = std::max(high, across);
+  }
+  return high - low;
 }
 
 double SegmentShadow::overlap_percent(const CArmAxes& axes) const {

@@ -25,10 +25,13 @@ class SegmentShadow {
     Ball a, b;
   };
   [[nodiscard]] double overlap_percent(const CArmAxes& axes) const;
+  [[nodiscard]] double throat_mm(const CArmAxes& axes) const;
   void add_pieces(const CenterlineTree& tree, const ViewedSegment& segment);
 
   std::vector<Ball> segment_;  ///< evenly along it
   std::vector<Piece> others_;
+  std::vector<Vec3> throat_;
+  Vec3 throat_tangent_;
 };
 
 }  // namespace angio::angiogram

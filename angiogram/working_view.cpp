@@ -14,6 +14,7 @@ namespace {
 
 constexpr double kStep = 2.0;        // of the map [degrees]
 constexpr double kSameCost = 0.5;    // [%]: views that nobody tells apart
+constexpr double kSameWidth = 1.05;  // of the throat, likewise
 constexpr double kSameAngle = 1e-9;  // [degrees]
 
 /// From -limit to limit in even steps of about kStep, whole where the limit is; 0 among them.
@@ -46,14 +47,18 @@ double least_cost(const std::vector<SeenSegment>& views, const WorkingViewOption
   return least;
 }
 
-/// Of the views that cost no more than kSameCost above `least` the one nearest to the front.
+/// Of the views that cost no more than kSameCost above `least` the one nearest to the front, among
+/// those in which the throat looks narrowest.
 /// @param views  one of them costs that little
 SeenSegment choose(const std::vector<SeenSegment>& views, double least,
                    const WorkingViewOptions& options) {
   const SeenSegment* chosen = nullptr;
-  double steepness = 0.0;
+  double steepness = 0.0, narrowest = std::numeric_limits<double>::infinity();
+  for (const SeenSegment& view : views)
+    if (cost(view, options) <= least + kSameCost) narrowest = std::min(narrowest, view.throat_mm);
   for (const SeenSegment& view : views) {
-    if (cost(view, options) > least + kSameCost) continue;
+    if (cost(view, options) > least + kSameCost || view.throat_mm > kSameWidth * narrowest)
+      continue;
     const double steep = angle_between(view.angles, {});
     if (chosen && steep > steepness - kSameAngle) continue;
     chosen = &view;

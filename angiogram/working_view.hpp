@@ -26,6 +26,9 @@ struct WorkingViewOptions {
 struct ViewedSegment {
   std::size_t path = 0;                  ///< index in the tree
   double first_mm = 0.0, last_mm = 0.0;  ///< abscissas, first_mm < last_mm
+  std::vector<Vec3> throat =
+      {};                    ///< points of the wall round its narrowest section; empty: not known
+  Vec3 throat_tangent = {};  ///< of the line there, unit
 };
 
 /// What a view shows of the segment.
@@ -33,6 +36,7 @@ struct SeenSegment {
   CArmAngles angles;
   double foreshortening_percent = 0.0;  ///< [0, 100]
   double overlap_percent = 0.0;         ///< [0, 100]
+  double throat_mm = 0.0;               ///< how wide the throat looks; 0: not known
 };
 
 /// Views by their angles, on a grid within the limits.
@@ -57,7 +61,9 @@ struct WorkingView {
 /// Sources: Chen, Carroll, IEEE Trans. Med. Imaging 19(4), 2000, 318-336 (both measures, in a map
 /// of the angles); what is reached in coronaries: foreshortening 6 +- 4 %, overlap 5 to 9 % (Garcia
 /// et al., Int. J. Cardiovasc. Imaging 25(5), 2009). Of views within 0.5 of the least cost, which
-/// nobody tells apart, the one nearest to the front is taken: our rule. Angles are whole degrees.
+/// nobody tells apart, those are taken in which the throat looks narrowest, to 5 % (an eccentric
+/// stenosis is hidden in the others), and of these the one nearest to the front: our rules. Angles
+/// are whole degrees.
 ///
 /// Rays are taken as parallel: a C-arm's, from 1 m, differ by 1.5 degrees at 25 mm from its centre.
 /// Points stand evenly along the segment, five across its diameter. "Other vessels" are balls along

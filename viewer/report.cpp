@@ -71,7 +71,8 @@ std::string contour_key(bool has_after) {
   std::string out =
       "<p class=\"sub\">Contours: <span class=\"key\" style=\"background:#46c8ff\"></span>lumen "
       "before";
-  if (has_after) out += "<span class=\"key\" style=\"background:#ffa028\"></span>lumen after (sections)";
+  if (has_after)
+    out += "<span class=\"key\" style=\"background:#ffa028\"></span>lumen after (sections)";
   return out + "</p>\n";
 }
 
@@ -135,7 +136,8 @@ std::string view_section(const ReportContent& content, const detail::Album& albu
           "</strong> shortens the lesion by " +
           formats::fixed_text(best.foreshortening_percent, 0) + " %; other vessels overlap " +
           formats::fixed_text(best.overlap_percent, 0) +
-          " % of it. Of views within 0.5 % the one nearest to the front is taken.</p>\n" +
+          " % of it. Of views within 0.5 % those are taken in which the "
+          "throat looks narrowest, and of these the one nearest to the front.</p>\n" +
           "<figure>" + detail::view_map_for_page(*content.views.working) + "</figure>\n" +
           detail::view_map_key();
   }

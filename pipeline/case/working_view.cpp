@@ -1,6 +1,7 @@
 #include "pipeline/case/working_view.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 #include "formats/case_file.hpp"
 #include "pipeline/case/case_files.hpp"
@@ -30,20 +31,38 @@ bool names_no_patient_space(const StageFiles& files, const RunRecord& record) {
   });
 }
 
-angiogram::ViewedSegment lesion_segment(const CenterlineTree& tree, const json& lesion) {
+/// The wall's vertices within half the radius of the section at an abscissa.
+std::vector<Vec3> wall_near(const TriangleMesh& lumen, const CenterlineSample& at) {
+  constexpr double kSlab = 0.5, kAround = 3.0;  // radii
+  std::vector<Vec3> points;
+  for (const Vec3& p : lumen.vertices) {
+    const Vec3 away = p - at.point;
+    if (std::abs(dot(away, at.tangent)) < kSlab * at.equivalent_radius &&
+        norm(away) < kAround * at.equivalent_radius)
+      points.push_back(p);
+  }
+  return points;
+}
+
+angiogram::ViewedSegment lesion_segment(const CenterlineTree& tree, const TriangleMesh& lumen,
+                                        const json& lesion) {
   const CenterlinePath& line = path_of(tree, lesion.at("centerline_id").get<int>());
   const auto number = [&](const char* key) { return lesion.at(key).get<double>(); };
   const auto path = std::size_t(&line - tree.paths.data());
-  if (number("proximal_mm") < number("distal_mm"))
-    return {path, number("proximal_mm"), number("distal_mm")};
+  const CenterlineSample narrowest = sample(line, number("abscissa_mm"));
+  angiogram::ViewedSegment segment{path, number("proximal_mm"), number("distal_mm"),
+                                   wall_near(lumen, narrowest), narrowest.tangent};
+  if (segment.first_mm < segment.last_mm) return segment;
   const double reach = std::max(number("reference_diameter_mm"), 1.0);
-  return {path, number("abscissa_mm") - reach, number("abscissa_mm") + reach};
+  segment.first_mm = number("abscissa_mm") - reach;
+  segment.last_mm = number("abscissa_mm") + reach;
+  return segment;
 }
 
 }  // namespace
 
 std::vector<std::string> working_view_files() {
-  return {file::kCenterlines, file::kPlacement, file::kGivenLumen};
+  return {file::kCenterlines, file::kPlacement, file::kGivenLumen, file::kLumen};
 }
 
 json no_working_view(const std::string& reason) {
@@ -65,9 +84,10 @@ CaseWorkingView case_working_view(const StageFiles& files,
     return {no_working_view(), std::nullopt};
   const CenterlineTree tree = read_centerlines(files.path(file::kCenterlines));
   const json placement = read_json(files.path(file::kPlacement));
-  CaseWorkingView found{
-      no_working_view(),
-      angiogram::find_working_view(tree, lesion_segment(tree, placement.at("lesion")), options)};
+  const TriangleMesh lumen = files.exists(file::kLumen) ? read_open_lumen(files) : TriangleMesh{};
+  CaseWorkingView found{no_working_view(),
+                        angiogram::find_working_view(
+                            tree, lesion_segment(tree, lumen, placement.at("lesion")), options)};
   put(found.metrics, "", found.view->best);
   if (found.view->has_second) put(found.metrics, "second_", found.view->second);
   found.metrics["primary_limit_degrees"] = options.primary_limit_degrees;

@@ -70,6 +70,27 @@ TEST(WorkingView, ForeshortensHalfACircleByTheShareOfItsDiameter) {
   EXPECT_NEAR(judge_view(tree, all, {0, 0}).foreshortening_percent, 0.0, 1e-6);
 }
 
+// An ellipse of 4 by 1 mm, its long axis turned out of the patient's left-right axis by an angle:
+// from the front it looks wide open, across its short axis it shows.
+TEST(WorkingView, LooksWhereAFlatThroatIsNarrow) {
+  for (const double turned : {0.0, 30.0, -50.0}) {
+    ViewedSegment flat = kMiddle;
+    flat.throat_tangent = {0, 0, 1};
+    const double a = turned * units::kPi / 180.0;
+    for (int i = 0; i < 60; ++i) {
+      const double t = 2.0 * units::kPi * i / 60, x = 2.0 * std::cos(t), y = 0.5 * std::sin(t);
+      flat.throat.push_back(
+          {x * std::cos(a) - y * std::sin(a), x * std::sin(a) + y * std::cos(a), 0.0});
+    }
+    const WorkingView view = find_working_view({{upright()}}, flat, {});
+    EXPECT_LT(view.best.throat_mm, 1.06) << turned;
+    EXPECT_NEAR(judge_view({{upright()}}, flat, view.best.angles).throat_mm, view.best.throat_mm,
+                1e-9);
+  }
+  const WorkingView round = find_working_view({{upright()}}, kMiddle, {});
+  EXPECT_EQ(round.best.angles.primary_degrees, 0.0) << "nothing tells views apart: from the front";
+}
+
 TEST(WorkingView, FindsTheAnglesAtRightAnglesToAVesselInAKnownDirection) {
   for (const double p : {-50.0, 0.0, 35.0})
     for (const double s : {-30.0, 0.0, 20.0}) {
