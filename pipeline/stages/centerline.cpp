@@ -125,11 +125,12 @@ void tell_of_thin_vessels(StageWork& work, const std::vector<centerline::Lesion>
   double widest = 0.0;
   for (const centerline::Lesion& lesion : lesions)
     if (lesion.is_too_thin) widest = std::max(widest, lesion.reference_diameter_mm);
-  work.warnings.push_back(fmt::format(
-      "{} narrowing{} in vessels under {} wide ({:.2f} mm at most) {} not listed: the "
-      "{} is too coarse to measure a stenosis there",
-      thin, thin == 1 ? "" : "s", has_voxels ? "three voxels" : "three triangles' edges", widest,
-      thin == 1 ? "is" : "are", data));
+  work.warnings.push_back(
+      fmt::format("{} narrowing{} in vessels under {} wide ({:.2f} mm at most) {} not listed: the "
+                  "{} is too coarse to measure a stenosis there",
+                  thin, thin == 1 ? "" : "s",
+                  has_voxels ? "three voxels or three triangles' edges" : "three triangles' edges",
+                  widest, thin == 1 ? "is" : "are", data));
 }
 
 /// Narrowings that are as likely places where vessels touch are not listed, but told of.

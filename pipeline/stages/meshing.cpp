@@ -109,9 +109,17 @@ std::string place_of(const centerline::Lesion& lesion) {
 std::string none_was_found(const std::vector<centerline::Lesion>& lesions, double least) {
   const auto doubtful = std::count_if(lesions.begin(), lesions.end(),
                                       [](const auto& lesion) { return lesion.is_doubtful; });
-  if (doubtful == 0) return fmt::format("no stenosis of {:.0f} % or more was found", least);
-  return fmt::format("no stenosis of {:.0f} % or more is certain ({} narrowing{} in doubt)", least,
-                     doubtful, doubtful == 1 ? " is" : "s are");
+  const auto thin = std::count_if(lesions.begin(), lesions.end(),
+                                  [](const auto& lesion) { return lesion.is_too_thin; });
+  if (doubtful > 0)
+    return fmt::format("no stenosis of {:.0f} % or more is certain ({} narrowing{} in doubt)",
+                       least, doubtful, doubtful == 1 ? " is" : "s are");
+  if (thin > 0)
+    return fmt::format(
+        "no stenosis of {:.0f} % or more can be measured ({} narrowing{} in vessels that the data "
+        "are too coarse for)",
+        least, thin, thin == 1 ? " is" : "s are");
+  return fmt::format("no stenosis of {:.0f} % or more was found", least);
 }
 
 /// Nothing is treated: of the worst lesion it is told why.
@@ -193,10 +201,11 @@ void tell_of_balloon(StageWork& work, const centerline::LesionOptions& asked,
         "the balloon's nominal diameter, {:.2f} mm, is {:.1f} times the vessel's at the lesion",
         nominal, to_artery));
   if (lesion.mld_mm < resolution_mm)
-    work.warnings.push_back(fmt::format(
-        "the lesion's throat is narrower than a voxel ({:.2f} mm): its diameter is not measured, and "
-        "the stenosis is at least {:.0f} %",
-        resolution_mm, stenosis_at_least(lesion, resolution_mm).get<double>()));
+    work.warnings.push_back(
+        fmt::format("the lesion's throat is narrower than a voxel ({:.2f} mm): its diameter is not "
+                    "measured, and "
+                    "the stenosis is at least {:.0f} %",
+                    resolution_mm, stenosis_at_least(lesion, resolution_mm).get<double>()));
   if (lesion.is_stenosis || asked.abscissa_mm >= 0.0) return;
   placement.status = "no_lesion";
   placement.reason = fmt::format(
