@@ -57,10 +57,11 @@ void write_polylines(const std::filesystem::path& path, const PolylineData& data
 void write_tets(const std::filesystem::path& path, const TetData& data);            ///< .vtu
 void write_wedges(const std::filesystem::path& path, const WedgeData& data);        ///< .vtu
 
-/// .vtp, .vtk (legacy), .vtu, .stl (ASCII or binary), .ply, .obj; of a grid its boundary. Polygons are cut into triangles. Points
-/// of the same coordinates become one (an STL has three of its own per triangle), and triangles
-/// that lose a corner by it are dropped; a file without such points comes back as written, point by
-/// point. A header or SPACE array that says RAS is converted; arrays of vectors are not.
+/// .vtp, .vtk (legacy), .vtu, .stl (ASCII or binary), .ply, .obj; of a grid its boundary. Polygons
+/// are cut into triangles. Points of the same coordinates become one (an STL has three of its own
+/// per triangle), and triangles that lose a corner by it are dropped; a file without such points
+/// comes back as written, point by point. A header or SPACE array that says RAS is converted;
+/// arrays of vectors are not.
 SurfaceData read_surface(const std::filesystem::path& path);
 PolylineData read_polylines(const std::filesystem::path& path);
 /// Many .vtp files, in their order, at a small part of the price: one guarded process reads them.

@@ -147,7 +147,8 @@ void set_errors(Fit& fit, double seen_together, const std::vector<double>& resid
   const double samples = fit.count / patch, terms = double(fit.terms.size());
   // What the terms took up is missing in the residuals.
   const double left_over = std::max(1.0 - terms / fit.count, 0.25);
-  const double noise = std::max(fit.noise / std::sqrt(left_over), errors.least_sd);
+  fit.sd = fit.noise / std::sqrt(left_over);
+  const double noise = std::max(fit.sd, errors.least_sd);
   const double variance = noise * noise * std::max(patch, seen_together);
   fit.error = (variance * inverse_diagonal).cwiseMax(0.0).cwiseSqrt();
   // Akaike's criterion, of known errors or of such as the residuals tell.

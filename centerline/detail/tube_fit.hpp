@@ -18,6 +18,7 @@ struct Fit {
   int order = 0;
   double window = 0.0;
   double noise = 0.0;     // robust sd of the residuals
+  double sd = 0.0;        // of the samples: what the terms took up is added
   double score = 0.0;     // penalised, as of AIC
   double count = 0.0;     // independent ones
   Eigen::VectorXd terms;  // m, then cos and sin, then powers of s / window

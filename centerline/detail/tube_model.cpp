@@ -136,14 +136,15 @@ TubeSection fit_tube(const WallPoints& points, const LocalCurve& curve, double r
   if (!fit.valid) fit = fit_window(samples, reach, std::min(1, most_order), 3, errors, radius);
   if (!fit.valid) return section;
   if (fit.order >= 2) {
-    if (scale.window > 0.0)
-      fit = fit_window(samples, scale.window * radius,
-                       scale.order > 0 ? std::min(scale.order, most_order) : 2, 2, errors, radius);
-    else if (measure)
-      fit = choose_window(samples, radius, errors);
-    if (fit.valid && scale.order == 0)
-      fit = choose_order(samples, std::move(fit), measure ? most_order : std::min(4, most_order),
-                         errors, radius);
+    if (scale.window > 0.0) {
+      fit = fit_window(samples, scale.window * radius, std::min(scale.order, most_order), 2, errors,
+                       radius);
+    } else {
+      if (measure) fit = choose_window(samples, radius, errors);
+      if (fit.valid)
+        fit = choose_order(samples, std::move(fit), measure ? most_order : std::min(4, most_order),
+                           errors, radius);
+    }
     if (!fit.valid) return section;
     if (measure && fit.order >= 2 && is_noise(stretch, fit)) {
       stretch = {};
@@ -171,21 +172,21 @@ TubeSection fit_tube(const WallPoints& points, const LocalCurve& curve, double r
                                           kSteepest * circle.radius, circle.radius);
   section.area = contour_moments(contour).area * step / std::sin(step);
   section.extent = contour_extent(contour, middle);
-  section.noise = fit.noise;
-  section.scale = {fit.window / radius, fit.order, scale.least_noise};
+  section.noise = fit.sd;
+  section.scale = {fit.window / radius, fit.order};
   section.valid = true;
   return section;
 }
 
 namespace {
 
-/// For each point the valid sections within so many of its radii, its own too, if there are any.
-template <class Use>
-void for_each_neighbourhood(const std::vector<TubeSection>& sections, const Polyline& line,
-                            const std::vector<double>& s, double radii, const Use& use) {
+/// For each point the valid sections within its reach [mm], its own too, if there are any.
+template <class Reach, class Use>
+void for_each_neighbourhood(const std::vector<TubeSection>& sections, const std::vector<double>& s,
+                            const Reach& reach_of, const Use& use) {
   std::vector<const TubeSection*> near;
   for (std::size_t i = 0; i < sections.size(); ++i) {
-    const double reach = radii * line.radius[i];
+    const double reach = reach_of(i);
     std::size_t begin = i, end = i + 1;
     while (begin > 0 && s[i] - s[begin - 1] < reach) --begin;
     while (end < sections.size() && s[end] - s[i] < reach) ++end;
@@ -208,7 +209,8 @@ std::vector<TubeScale> settle_scales(const std::vector<TubeSection>& sections, c
                                      const std::vector<double>& s) {
   constexpr double kNear = 2.0;  // radii
   std::vector<TubeScale> scales(sections.size());
-  for_each_neighbourhood(sections, line, s, kNear, [&](std::size_t i, const auto& near) {
+  const auto reach = [&](std::size_t i) { return kNear * line.radius[i]; };
+  for_each_neighbourhood(sections, s, reach, [&](std::size_t i, const auto& near) {
     scales[i].window = median_of(near, [](const TubeSection& t) { return t.scale.window; });
     scales[i].order = int(median_of(near, [](const TubeSection& t) { return t.scale.order; }));
   });
@@ -218,9 +220,12 @@ std::vector<TubeScale> settle_scales(const std::vector<TubeSection>& sections, c
 /// The noise of the vessel around each point.
 std::vector<TubeScale> learn_noise(const std::vector<TubeSection>& sections, const Polyline& line,
                                    const std::vector<double>& s) {
-  constexpr double kNear = 10.0;  // radii: more vessel than a lesion is long
+  constexpr double kNear = 10.0;  // radii of the healthy vessel: more than a lesion is long
   std::vector<TubeScale> scales(sections.size());
-  for_each_neighbourhood(sections, line, s, kNear, [&](std::size_t i, const auto& near) {
+  std::vector<double> radii = line.radius;
+  const double reach = kNear * quantile(radii, 0.5);
+  const auto everywhere = [reach](std::size_t) { return reach; };
+  for_each_neighbourhood(sections, s, everywhere, [&](std::size_t i, const auto& near) {
     scales[i].least_noise = median_of(near, [](const TubeSection& t) { return t.noise; });
   });
   return scales;

@@ -63,8 +63,9 @@ TubeSection fit_tube(const WallPoints& points, const LocalCurve& curve, double r
 /// and order for itself and is then measured with the median of what its neighbours within two
 /// radii chose: a choice by the noise scatters, and the least radius along a line would be that of
 /// the worst one. On a level set, whose errors go together, neighbours choose alike; but the few
-/// errors around a throat do not tell how large they are, and look like a flat lumen. There each
-/// point is measured again with the noise of the vessel around, the median within ten radii.
+/// errors around a throat do not tell how large they are, and look like a flat lumen. So every
+/// eighth point is measured to learn the vessel's noise, the median within ten of the line's radii,
+/// and then all with it.
 std::vector<TubeSection> measure_tube(const WallPoints& points, const Polyline& line,
                                       std::size_t first, std::size_t last, const Wall* wall);
 

@@ -1,6 +1,8 @@
 #include "formats/detail/legacy_file.hpp"
 
+#include <vtkCellArray.h>
 #include <vtkErrorCode.h>
+#include <vtkIdList.h>
 #include <vtkNew.h>
 #include <vtkPolyDataReader.h>
 #include <vtkStructuredGrid.h>
@@ -90,6 +92,20 @@ bool has_cells(std::string_view bytes, const Section& cells, bool is_text) {
          bytes.size() - points->data >= bytes_of(points->words[0]) * second;
 }
 
+/// Whether a grid has as many points, or types, as its cells ask for: VTK's readers do not look.
+bool counts_agree(std::string_view bytes) {
+  if (const auto size = find_section(bytes, "DIMENSIONS", 0)) {
+    const std::uint64_t i = size->count(0), j = size->count(1), k = size->count(2);
+    const auto points = find_section(bytes, "POINTS", 0);
+    constexpr std::uint64_t kMostAlong = 100'000;
+    if (!points || std::max({i, j, k}) > kMostAlong || i * j * k != points->count(0)) return false;
+  }
+  const auto cells = find_section(bytes, "CELLS", 0), types = find_section(bytes, "CELL_TYPES", 0);
+  if (!cells) return true;
+  const bool has_offsets = bytes.substr(cells->data).starts_with("OFFSETS ");
+  return types && types->count(0) + (has_offsets ? 1 : 0) == cells->count(0);
+}
+
 bool is_whole(std::string_view bytes) {
   const bool is_text = bytes.find("\nASCII") < bytes.find("\nDATASET");
   const auto points = find_section(bytes, "POINTS", 0);
@@ -104,6 +120,17 @@ bool is_whole(std::string_view bytes) {
     if (const auto cells = find_section(bytes, keyword, points->data);
         cells && !has_cells(bytes, *cells, is_text))
       return false;
+  return true;
+}
+
+bool has_points_of_cells(vtkUnstructuredGrid& grid) {
+  vtkCellArray& cells = *grid.GetCells();
+  vtkNew<vtkIdList> corners;
+  for (vtkIdType c = 0; c < cells.GetNumberOfCells(); ++c) {
+    cells.GetCellAtId(c, corners);
+    for (vtkIdType i = 0; i < corners->GetNumberOfIds(); ++i)
+      if (corners->GetId(i) < 0 || corners->GetId(i) >= grid.GetNumberOfPoints()) return false;
+  }
   return true;
 }
 
@@ -129,10 +156,14 @@ vtkSmartPointer<vtkPolyData> read_legacy_polygons(const std::filesystem::path& p
                      " holds neither polygons nor a grid of VTK's legacy format (DATASET POLYDATA, "
                      "UNSTRUCTURED_GRID, STRUCTURED_GRID). Convert it, for example to .vtp");
   const std::string damaged = name + " was cut short, or is damaged. Copy or write it again";
-  if (!is_whole(read_input(path))) throw InputError(damaged);
+  const std::string bytes = read_input(path);
+  if (!is_whole(bytes) || !counts_agree(bytes)) throw InputError(damaged);
   if (kind == "POLYDATA") return read_with<vtkPolyDataReader>(path, damaged);
-  if (kind == "UNSTRUCTURED_GRID")
-    return outer_surface(read_with<vtkUnstructuredGridReader>(path, damaged), name);
+  if (kind == "UNSTRUCTURED_GRID") {
+    const auto grid = read_with<vtkUnstructuredGridReader>(path, damaged);
+    if (!has_points_of_cells(*grid)) throw InputError(damaged);
+    return outer_surface(grid, name);
+  }
   return outer_surface(read_with<vtkStructuredGridReader>(path, damaged), name);
 }
 

@@ -7,7 +7,8 @@
 
 namespace angio::formats::detail {
 
-/// The polygons of a file of VTK's legacy format, or the outer faces of its grid. For a guarded child only: see guarded_files.hpp.
+/// The polygons of a file of VTK's legacy format, or the outer faces of its grid. For a guarded
+/// child only: see guarded_files.hpp.
 ///
 /// VTK's reader makes less of a file that breaks off, or fills it up with zeros, without a word:
 /// points and cells are counted before.

@@ -54,7 +54,8 @@ std::vector<char> smoothed(const std::vector<char>& marks,
   return result;
 }
 
-/// Turns the marks of pieces with less than a share of the area that is marked so.
+/// Turns the marks of pieces with less than a share of the area that is marked so, where they
+/// border on others.
 void turn_small_pieces(std::vector<char>& marks, char mark,
                        const std::vector<std::array<int, 3>>& neighbors,
                        const std::vector<double>& area, double least_share) {
@@ -66,15 +67,18 @@ void turn_small_pieces(std::vector<char>& marks, char mark,
     std::vector<int> piece{int(start)};
     seen[start] = 1;
     double sum = 0.0;
+    bool is_bordered = false;
     for (std::size_t i = 0; i < piece.size(); ++i) {
       sum += area[std::size_t(piece[i])];
-      for (const int n : neighbors[std::size_t(piece[i])])
+      for (const int n : neighbors[std::size_t(piece[i])]) {
+        is_bordered = is_bordered || (n >= 0 && marks[std::size_t(n)] != mark);
         if (n >= 0 && marks[std::size_t(n)] == mark && seen[std::size_t(n)] == 0) {
           seen[std::size_t(n)] = 1;
           piece.push_back(n);
         }
+      }
     }
-    if (sum < least_share * whole)
+    if (is_bordered && sum < least_share * whole)
       for (const int t : piece) marks[std::size_t(t)] = char(1 - mark);
   }
 }

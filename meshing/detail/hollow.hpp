@@ -20,7 +20,8 @@ double touching_ball(const ClosestPoint& wall, const Vec3& at, const Vec3& inwar
 std::vector<char> face_a_hollow(const TriangleMesh& mesh, const std::vector<std::size_t>& samples);
 
 /// The wall of the hollow in a vessel's wall, turned so that its normals leave the hollow: the
-/// triangles that face it, their rough borders smoothed, in pieces of at least a twentieth of it.
+/// triangles that face it, their rough borders smoothed, in pieces of at least a twentieth of it,
+/// and what they surround: a mound's slopes look out of the vessel's ends.
 /// Open where the vessel is; empty if there is none.
 TriangleMesh hollow_of(const TriangleMesh& mesh);
 

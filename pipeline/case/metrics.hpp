@@ -29,7 +29,6 @@ nlohmann::json empty_metrics();
 /// measured; else null.
 nlohmann::json stenosis_at_least(const centerline::Lesion& lesion, double resolution_mm);
 
-
 /// metrics.json's mesh part, with more of the surface and, if it was filled, of the tetrahedra.
 nlohmann::json mesh_metrics(const meshing::LumenMesh& lumen,
                             const std::optional<meshing::LumenVolume>& volume);

@@ -46,16 +46,6 @@ CaseProgress progress_of(const BatchRequest& request, const BatchCase& batch_cas
   return case_progress(workflow_of(run.config), run);
 }
 
-/// Whether the row's folder holds what this batch has made of another input: the row was edited.
-bool has_other_input(const BatchRequest& request, const BatchCase& batch_case) {
-  if (!was_run(request.folder, batch_case)) return false;
-  try {
-    return progress_of(request, batch_case).state == CaseProgress::State::of_another;
-  } catch (const Error&) {  // the case's own run says what is wrong
-    return false;
-  }
-}
-
 CasePlan plan_case(const BatchRequest& request, const BatchCase& batch_case) {
   using Action = CasePlan::Action;
   using State = CaseProgress::State;
@@ -73,8 +63,8 @@ CasePlan plan_case(const BatchRequest& request, const BatchCase& batch_case) {
     case State::not_begun:
       return {Action::run, last.status == "failed" ? "it failed the last time" : "new", false};
     case State::of_another:
-      if (was_run(request.folder, batch_case))
-        return {Action::run, "its input has changed: it is made anew", false};
+      if (was_done(request.folder, batch_case))
+        return {Action::run, "its input has changed: it is made anew", false, true};
       return {Action::run, "its folder holds something else, so that it will fail", false};
     case State::begun:
       return {Action::resume, progress.next, false};
@@ -169,6 +159,7 @@ class Batch {
     const bool looks = request.resume || request.only_failed;  // otherwise each case finds out
     const std::vector<CasePlan> plan =
         looks ? plan_batch(request, cases_) : std::vector<CasePlan>(cases_.size());
+    for (const CasePlan& one : plan) replaces_.push_back(one.replaces);
     for (std::size_t c = cases_.size(); c-- > 0;) {
       if (plan[c].action != CasePlan::Action::skip)
         waiting_.push_back(c);
@@ -232,9 +223,8 @@ class Batch {
     memory_.take(memory);
     waiting_.pop_back();
     ++outcomes_[c].tries;
-    const bool replaces = has_other_input(request_, cases_[c]);
     write_outcome(request_.folder, cases_[c], {"started", -1, outcomes_[c].tries, ""});
-    running_.push_back({c, memory, start_case(request_, cases_[c], threads_, replaces)});
+    running_.push_back({c, memory, start_case(request_, cases_[c], threads_, replaces_[c])});
     return true;
   }
 
@@ -279,6 +269,7 @@ class Batch {
   std::vector<BatchCase> cases_;
   std::vector<Outcome> outcomes_;
   int threads_;
+  std::vector<bool> replaces_;        // what the row's folder holds, shape [cases]
   std::vector<std::size_t> waiting_;  // the next one last
   std::vector<std::size_t> chosen_;   // to be run in this call
   std::list<RunningCase> running_;

@@ -44,7 +44,8 @@ struct CasePlan {
   enum class Action { run, resume, skip };
   Action action = Action::run;
   std::string reason;
-  bool is_done = false;  ///< left out, because it is done
+  bool is_done = false;   ///< left out, because it is done
+  bool replaces = false;  ///< what this batch has made of another input
 };
 
 /// Looks at every case's files. Nothing is written.

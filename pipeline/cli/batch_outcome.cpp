@@ -199,8 +199,10 @@ void write_outcome(const fs::path& folder, const BatchCase& batch_case, const Ou
   if (outcome.status == "done") mark_done(folder, batch_case);
 }
 
-bool was_run(const fs::path& folder, const BatchCase& batch_case) {
-  return fs::exists(record_file(folder, batch_case));
+bool was_done(const fs::path& folder, const BatchCase& batch_case) {
+  const fs::path file = record_file(folder, batch_case);
+  return fs::exists(file) &&
+         words_of(json::parse(read_text(file), nullptr, false), "status") == "done";
 }
 
 Outcome last_outcome(const fs::path& folder, const BatchCase& batch_case) {

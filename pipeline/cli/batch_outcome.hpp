@@ -26,8 +26,8 @@ void write_outcome(const std::filesystem::path& folder, const BatchCase& batch_c
 /// logs/CASE.done, of a case that was found to be done.
 void mark_done(const std::filesystem::path& folder, const BatchCase& batch_case);
 
-/// Whether this batch has run the row before.
-bool was_run(const std::filesystem::path& folder, const BatchCase& batch_case);
+/// Whether this batch has run the row to its end before: its folder is the batch's own.
+bool was_done(const std::filesystem::path& folder, const BatchCase& batch_case);
 
 /// By logs/CASE.json, or by the case's own files where there is none.
 Outcome last_outcome(const std::filesystem::path& folder, const BatchCase& batch_case);

@@ -23,6 +23,7 @@ struct CaseProgress {
   enum class State {
     not_begun,
     of_another,  ///< the folder is another case's, or no case's: a run is refused
+                 ///< without --force
     begun,
     done,
   };

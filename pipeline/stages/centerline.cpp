@@ -129,7 +129,9 @@ void tell_of_thin_vessels(StageWork& work, const std::vector<centerline::Lesion>
       fmt::format("{} narrowing{} in vessels under {} wide ({:.2f} mm at most) {} not listed: the "
                   "{} is too coarse to measure a stenosis there",
                   thin, thin == 1 ? "" : "s",
-                  has_voxels ? "three voxels or three triangles' edges" : "three triangles' edges",
+                  !resolution.surface ? "three voxels"
+                  : has_voxels        ? "three voxels or three triangles' edges"
+                                      : "three triangles' edges",
                   widest, thin == 1 ? "is" : "are", data));
 }
 

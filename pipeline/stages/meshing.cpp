@@ -203,8 +203,7 @@ void tell_of_balloon(StageWork& work, const centerline::LesionOptions& asked,
   if (lesion.mld_mm < resolution_mm)
     work.warnings.push_back(
         fmt::format("the lesion's throat is narrower than a voxel ({:.2f} mm): its diameter is not "
-                    "measured, and "
-                    "the stenosis is at least {:.0f} %",
+                    "measured, and the stenosis is at least {:.0f} %",
                     resolution_mm, stenosis_at_least(lesion, resolution_mm).get<double>()));
   if (lesion.is_stenosis || asked.abscissa_mm >= 0.0) return;
   placement.status = "no_lesion";

@@ -62,7 +62,8 @@ struct LocalTube {
   }
 };
 
-/// A tube that widens is seen beside its axis as far as oblique_chord() says, at any angle.
+/// How far from its axis a tube that widens is looked for: as an even cone is seen at the least
+/// angle.
 double widest_seen(const CurvePoint& a, const CurvePoint& b) {
   const double radius = std::exp(std::max(a.log_radius, b.log_radius));
   const double slope = radius * std::max(std::abs(a.log_slope), std::abs(b.log_slope));

@@ -21,7 +21,7 @@ TriangleMesh two_meshes() {
   return mesh;
 }
 
-TEST(Resolution, OfASurfaceIsTwoOfTheEdgesAround) {
+TEST(Resolution, OfASurfaceIsThreeOfTheEdgesAround) {
   const TriangleMesh mesh = two_meshes();
   EXPECT_NEAR(least_diameter_shown(mesh, {4.0, 4.0, 0.0}, 2.0), 1.5, 1e-9);
   EXPECT_NEAR(least_diameter_shown(mesh, {16.0, 4.0, 0.0}, 2.0), 6.0, 1e-9);

@@ -65,6 +65,17 @@ TEST(MeshFiles, AGridOfTheLegacyFormatIsReadAsItsFaces) {
     write_text_atomically(folder / "cut.vtk", cube.substr(0, length));
     EXPECT_THROW(read_surface(folder / "cut.vtk"), InputError) << length;
   }
+  for (const auto& [from, to] : {std::pair{"4 5 6 7", "4 5 6 9"},
+                                 {"CELL_TYPES 1\n12", "CELL_TYPES 2\n12 12"},
+                                 {"0 1 2 3", "-1 1 2 3"}}) {
+    std::string wrong = cube;
+    wrong.replace(wrong.find(from), std::string(from).size(), to);
+    write_text_atomically(folder / "wrong.vtk", wrong);
+    EXPECT_THROW(read_surface(folder / "wrong.vtk"), InputError) << to;
+  }
+  write_text_atomically(folder / "wrong.vtk",
+                        head + "STRUCTURED_GRID\nDIMENSIONS 5 9 1\n" + std::string(kCubePoints));
+  EXPECT_THROW(read_surface(folder / "wrong.vtk"), InputError);
 }
 
 TEST(Stl, MergesEqualPointsIntoAClosedSurface) {

@@ -154,7 +154,7 @@ TEST(ReportPdf, ADrawingEndsWhereItsWindowEnds) {
 }
 
 TEST(ReportPdf, AHeadingStandsOnTheSheetOfWhatItHeads) {
-  const std::string filler = figure(300, 200, "one") + figure(300, 200, "two").substr(0);
+  const std::string filler = figure(300, 200, "one") + figure(300, 200, "two");
   const auto sheet_count = [](const std::string& pdf) {
     std::size_t sheets = 0;
     for (std::size_t at = pdf.find("/Type /Page %"); at != std::string::npos;

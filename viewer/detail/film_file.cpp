@@ -74,6 +74,7 @@ FilmKind film_kind(const fs::path& film) {
 FilmFile::FilmFile(const fs::path& file, int width, int height, int pictures_per_second)
     : file_(file) {
   const FilmKind kind = film_kind(file);
+  const bool was_there = fs::exists(file);
   if (!std::ofstream(file, std::ios::app))
     throw IoError("cannot write " + file.string() +
                       " (no such folder, or no permission). Choose another place",
@@ -84,6 +85,7 @@ FilmFile::FilmFile(const fs::path& file, int width, int height, int pictures_per
   }
   encoder_ = std::unique_ptr<FilmEncoder>(
       load_codecs()(file.c_str(), kind == FilmKind::mp4, width, height, pictures_per_second));
+  if (!encoder_ && !was_there) fs::remove(file);
   if (!encoder_)
     throw Error(ExitCode::unavailable,
                 kind == FilmKind::mp4
