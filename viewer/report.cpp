@@ -70,9 +70,11 @@ std::string chart_grid(const TimeSeries& series) {
 std::string contour_key(bool has_after) {
   std::string out =
       "<p class=\"sub\">Contours: <span class=\"key\" style=\"background:#46c8ff\"></span>lumen "
-      "before";
+      "before (light blue)";
   if (has_after)
-    out += "<span class=\"key\" style=\"background:#ffa028\"></span>lumen after (sections)";
+    out +=
+        ", <span class=\"key\" style=\"background:#ffa028\"></span>lumen after (orange; in the "
+        "sections)";
   return out + "</p>\n";
 }
 

@@ -150,6 +150,17 @@ TEST_F(Cohort, ADryRunSaysWhatARunDoesAndChangesNothing) {
   EXPECT_TRUE(after == before);
 }
 
+TEST_F(Cohort, AFolderThatIsNotItsOwnIsNeverReplaced) {
+  write_manifest("A," + kPhantom + ",3\n");
+  fs::create_directories(path("out/A"));
+  write_text_atomically(path("out/A/thesis.txt"), "mine");
+  for (const char* again : {"", "--resume", "--only-failed", "--resume --retry 1"}) {
+    EXPECT_EQ(batch(again + kQuick).exit_code, 2) << again;
+    EXPECT_EQ(file_text(path("out/A/thesis.txt")), "mine");
+    EXPECT_FALSE(fs::exists(path("out/A/run.json"))) << again;
+  }
+}
+
 TEST_F(Cohort, AMinimalCaseIsDoneUntilItsRowChanges) {
   write_manifest("A," + kPhantom + ",3\n");
   EXPECT_EQ(batch("--keep minimal" + kQuick).exit_code, 0);

@@ -153,7 +153,7 @@ TEST(ReportPdf, ADrawingEndsWhereItsWindowEnds) {
   EXPECT_NE(drawn.rfind(" re W n", fill), std::string::npos) << drawn;
 }
 
-TEST(ReportPdf, AHeadingStandsOnTheSheetOfWhatItHeads) {
+TEST(ReportPdf, AHeadingThatNothingFollowsIsLeftOut) {
   const std::string filler = figure(300, 200, "one") + figure(300, 200, "two");
   const auto sheet_count = [](const std::string& pdf) {
     std::size_t sheets = 0;

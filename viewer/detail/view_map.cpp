@@ -169,15 +169,16 @@ std::string view_map_for_page(const angiogram::WorkingView& view) {
 }
 
 std::string view_map_key() {
-  std::string out = "<p class=\"sub\">Foreshortening of the lesion [%]:";
+  std::string out = "<p class=\"sub\">Foreshortening of the lesion, light to dark [%]:";
   for (std::size_t b = 0; b < kBands.size(); ++b) {
     const std::string from = formats::fixed_text(kBands[b].from, 0);
-    out += " <span class=\"swatch\" style=\"background:" + std::string(kBands[b].color) +
+    out += std::string(b > 0 ? "," : "") +
+           " <span class=\"swatch\" style=\"background:" + std::string(kBands[b].color) +
            "\"></span>" +
            (b + 1 < kBands.size() ? from + " to " + formats::fixed_text(kBands[b + 1].from, 0)
                                   : from + " and more");
   }
-  return out + " <span class=\"swatch hatched\"></span>other vessels overlap more than " +
+  return out + "; <span class=\"swatch hatched\"></span>hatched: other vessels overlap more than " +
          formats::fixed_text(kOverlapped, 0) + " % of it</p>\n";
 }
 
