@@ -146,7 +146,7 @@ TubeSection fit_tube(const WallPoints& points, const LocalCurve& curve, double r
                            errors, radius);
     }
     if (!fit.valid) return section;
-    if (measure && fit.order >= 2 && is_noise(stretch, fit)) {
+    if (errors.least_sd > 0.0 && fit.order >= 2 && is_noise(stretch, fit)) {
       stretch = {};
       for (Sample& sample : samples) set_polar(sample, stretch);
       fit = fit_window(samples, fit.window, fit.order, 2, errors, radius);
