@@ -54,8 +54,8 @@ std::vector<char> smoothed(const std::vector<char>& marks,
   return result;
 }
 
-/// Turns the marks of pieces with less than a share of the area that is marked so, where they
-/// border on others.
+/// Turns the marks of pieces with less than a share of the area that is marked so; an unmarked one
+/// only where marked ones border on it.
 void turn_small_pieces(std::vector<char>& marks, char mark,
                        const std::vector<std::array<int, 3>>& neighbors,
                        const std::vector<double>& area, double least_share) {
@@ -78,7 +78,7 @@ void turn_small_pieces(std::vector<char>& marks, char mark,
         }
       }
     }
-    if (is_bordered && sum < least_share * whole)
+    if ((mark == 1 || is_bordered) && sum < least_share * whole)
       for (const int t : piece) marks[std::size_t(t)] = char(1 - mark);
   }
 }
