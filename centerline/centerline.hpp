@@ -84,13 +84,22 @@ struct LesionOptions {
   void validate() const;
 };
 
+/// What a narrowing may be that is not listed for it.
+enum class Doubt {
+  none,
+  crowded,         ///< a place where vessels touch, by chance narrow, in a large tree
+  beside_no_tube,  ///< a neck of an organ or of a sac
+  heart,           ///< one of its valves, or vessels beyond it
+  at_beginning,    ///< the end of an image, or of its signal
+  bead,            ///< one of many on a string: a ragged surface, or fibromuscular dysplasia
+  diffuse,         ///< a thin vessel with wide ends
+};
+
 struct Lesion {
-  bool is_stenosis = false;  ///< false: no stenosis, and this is the tightest place of the longest
-                             ///< vessel (or where the user said)
-  bool is_too_thin = false;  ///< it would be one, but its vessel is too thin to be measured,
-  bool is_doubtful = false;  ///< or so many vessels touch that it may be a place where they do, or
-                             ///< that of a heart's valve, or the line begins in it,
-  bool is_diffuse = false;   ///< or the vessel is thin for most of its length, and wide at its ends
+  bool is_stenosis = false;   ///< false: no stenosis, and this is the tightest place of the longest
+                              ///< vessel (or where the user said)
+  bool is_too_thin = false;   ///< it would be one, but its vessel is too thin to be measured,
+  Doubt doubt = Doubt::none;  ///< or it may be something else
   int path_id = 0;
   double abscissa_mm = 0.0;
   double proximal_mm = 0.0;  ///< abscissas of the lesion's edges: where the stenosis is 20 %;
@@ -115,7 +124,8 @@ struct Lesion {
   /// logarithm of the odds. 0 where no stenosis is listed.
   double evidence = 0.0;
 
-  [[nodiscard]] bool is_left_out() const { return is_too_thin || is_doubtful; }
+  [[nodiscard]] bool is_doubtful() const { return doubt != Doubt::none; }
+  [[nodiscard]] bool is_left_out() const { return is_too_thin || is_doubtful(); }
 };
 
 /// Every stenosis of at least min_stenosis_percent, the most severe first, each once though several
@@ -130,8 +140,9 @@ struct Lesion {
 /// its reference on the way, or has fallen to half of its width and is over 25 mm wide again. In no
 /// scan (voxel_mm > 0) one is listed that its line begins in, tightest within a diameter of the
 /// beginning (the image's edge). None is listed beside a lumen that is no tube, as an organ's or a
-/// sac's: the largest circle fills less than two fifths of the sections. None of that where
-/// `centerline` names a line.
+/// sac's: the largest circle fills less than two fifths of the sections; and none where the
+/// width swings to and fro, by 1.35 each time, more than six times within eight healthy diameters
+/// to both sides. None of that where `centerline` names a line.
 ///
 /// Stenoses are apart where the vessel between them is back above the edges' 20 %; a branching,
 /// where nothing is measured, does not part them along the wider daughter. A neck is a bridge

@@ -8,6 +8,7 @@
 #include "centerline/detail/contacts.hpp"
 #include "centerline/detail/diffuse.hpp"
 #include "centerline/detail/dip.hpp"
+#include "centerline/detail/doubt.hpp"
 #include "centerline/resolution.hpp"
 #include "centerline/treated.hpp"
 #include "core/centerline_trees.hpp"
@@ -46,13 +47,6 @@ double doubt_in(const CenterlineTree& tree, const TreeReference& reference) {
   return std::log1p(wrong_joints) +
          std::max(0.0, std::log(double(reference.branches.size()) / kUsualBranches));
 }
-
-/// What is wider, in a large tree or one where vessels touch, is more often the heart, narrow at
-/// its valves, than an aorta [mm of diameter].
-constexpr double kWidestTreated = 25.0;
-
-/// Of its healthy diameter a vessel is to be seen before a stenosis.
-constexpr double kSeenBefore = 0.5;
 
 /// A dip is in the end where its tightest place is within this many healthy diameters of it.
 constexpr double kReachOfEnd = 0.25;
@@ -188,53 +182,6 @@ Vessel on_longest_path(const TreeReference& tree, const Vessel& vessel, const Di
   return {std::size_t(branch.path), vessel.first, std::size_t(branch.last)};
 }
 
-/// Whether a line begins in a dip, and is tightest there: no healthy vessel is seen before it, and
-/// where an image ends its edge or fading signal look the same.
-bool begins_in(const Known& known, const Dip& dip) {
-  const double healthy = known.reference.diameter[dip.tightest];
-  return known.path.abscissa[dip.first] < kSeenBefore * healthy &&
-         known.path.abscissa[dip.tightest] < healthy;
-}
-
-/// Whether the lumen to one side of a dip is no tube, as in an organ or a sac: within two healthy
-/// diameters the largest circle fills less than two fifths of the section (as in an ellipse 2.5
-/// times as wide as high), in the median.
-bool lies_beside_no_tube(const Known& known, const Dip& dip) {
-  constexpr double kBeside = 2.0, kLeastShare = 0.4;
-  const std::vector<double>&s = known.path.abscissa, &radius = measured_radius(known.path);
-  const double reach = kBeside * known.reference.diameter[dip.tightest];
-  const auto is_no_tube = [&](double low, double high) {
-    std::vector<double> shares;
-    for (std::size_t i = 0; i < s.size(); ++i)
-      if (s[i] >= low && s[i] <= high && known.path.equivalent_radius[i] > 0.0)
-        shares.push_back(std::pow(radius[i] / known.path.equivalent_radius[i], 2.0));
-    if (shares.empty()) return false;
-    const auto middle = shares.begin() + std::ptrdiff_t(shares.size() / 2);
-    std::nth_element(shares.begin(), middle, shares.end());
-    return *middle < kLeastShare;
-  };
-  return is_no_tube(s[dip.first] - reach, s[dip.first]) ||
-         is_no_tube(s[dip.last], s[dip.last] + reach);
-}
-
-/// Whether the line has come through the heart, or out of one wide vessel into one beside it: what
-/// is too wide for a balloon is half as wide as it should be, or as it was before and is again.
-bool lies_beyond_the_heart(const Known& known, const Dip& dip) {
-  constexpr double kNarrow = 0.5;
-  double widest = 0.0, tightest = 0.0;  // of what is too wide, and behind it [mm]
-  for (std::size_t i = 0; i < dip.first; ++i) {
-    if (known.reference.diameter[i] > kWidestTreated && known.percent(i) > 100.0 * kNarrow)
-      return true;
-    const double diameter = 2.0 * known.path.equivalent_radius[i];
-    if (diameter > kWidestTreated && tightest < kNarrow * widest) return true;
-    if (diameter > widest && diameter > kWidestTreated)
-      widest = tightest = diameter;
-    else
-      tightest = std::min(tightest, diameter);
-  }
-  return false;
-}
-
 void find_on_vessel(const CenterlineTree& tree, const TreeReference& reference,
                     const Vessel& vessel, double doubt, const LesionOptions& options,
                     std::vector<Lesion>& found) {
@@ -251,12 +198,10 @@ void find_on_vessel(const CenterlineTree& tree, const TreeReference& reference,
     if (is_bridge(known.path, lesion)) continue;
     lesion.evidence = cost_of_thin_vessel(known, dip, options.min_stenosis_percent);
     lesion.is_too_thin = is_too_thin(tree.paths[shown.path], lesion, options);
-    lesion.is_doubtful =
-        !is_evident(known, vessel, dip, doubt, options) ||
-        (options.centerline < 0 && lies_beside_no_tube(known, dip)) ||
-        (doubt > 0.0 &&
-         (lesion.reference_diameter_mm > kWidestTreated || lies_beyond_the_heart(known, dip))) ||
-        (options.centerline < 0 && options.voxel_mm > 0.0 && begins_in(known, dip));
+    if (!is_evident(known, vessel, dip, doubt, options))
+      lesion.doubt = Doubt::crowded;
+    else if (options.centerline < 0)
+      lesion.doubt = find_doubt(known, vessel, dip, lesion, {doubt > 0.0, options.voxel_mm > 0.0});
     lesion.is_stenosis = !lesion.is_left_out();
     found.push_back(lesion);
   }

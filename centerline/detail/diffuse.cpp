@@ -73,7 +73,7 @@ std::optional<Lesion> find_diffuse(const Known& known, const Vessel& vessel, dou
   if (length < kShare * (s[vessel.last] - s[vessel.first]) || known.percent(at) >= kShoulderPercent)
     return {};
   Lesion lesion;
-  lesion.is_doubtful = lesion.is_diffuse = true;
+  lesion.doubt = Doubt::diffuse;
   lesion.path_id = known.path.id;
   lesion.abscissa_mm = s[at];
   lesion.proximal_mm = s[longest.first];

@@ -15,7 +15,7 @@ namespace angio::centerline {
 /// line by `least_percent` or more wherever it is measured; it counts if it is 0.4 of the vessel
 /// and the healthy tree sees less than the shoulder's stenosis at its tightest place.
 ///
-/// @return in doubt (is_diffuse), with the line's diameter for a reference
+/// @return in doubt (Doubt::diffuse), with the line's diameter for a reference
 std::optional<Lesion> find_diffuse(const Known& known, const Vessel& vessel, double least_percent);
 
 }  // namespace angio::centerline

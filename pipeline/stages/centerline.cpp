@@ -135,28 +135,55 @@ void tell_of_thin_vessels(StageWork& work, const std::vector<centerline::Lesion>
                   widest, thin == 1 ? "is" : "are", data));
 }
 
-/// Narrowings that are as likely places where vessels touch are not listed, but told of.
+/// What narrowings may be instead of stenoses.
+std::string what_else(centerline::Doubt doubt) {
+  switch (doubt) {
+    case centerline::Doubt::crowded:
+      return "in so large a tree, or one where so many vessels touch or form loops, it may be "
+             "where "
+             "one vessel meets another; segmentation.region_lps_mm or seeds_lps_mm take the vessel "
+             "without its neighbours";
+    case centerline::Doubt::beside_no_tube:
+      return "the lumen beside it is no tube, but an organ's or a sac's";
+    case centerline::Doubt::heart:
+      return "it may be a valve of the heart, or lie beyond the heart";
+    case centerline::Doubt::at_beginning:
+      return "the line begins in it, and no healthy vessel is seen before it";
+    case centerline::Doubt::bead:
+      return "the width swings to and fro like beads on a string, as in a ragged segmentation or "
+             "in "
+             "fibromuscular dysplasia, where a diameter stenosis is no measure";
+    case centerline::Doubt::none:
+    case centerline::Doubt::diffuse:
+      break;
+  }
+  throw InternalError("a doubt without a reason");
+}
+
+/// Narrowings that are as likely something else are not listed, but told of.
 void tell_of_doubtful(StageWork& work, const std::vector<centerline::Lesion>& lesions) {
-  const auto is_told = [](const centerline::Lesion& lesion) {
-    return lesion.is_doubtful && !lesion.is_too_thin && !lesion.is_diffuse;
-  };
-  const auto worst = std::find_if(lesions.begin(), lesions.end(), is_told);
-  if (worst == lesions.end()) return;
-  const auto count = std::count_if(lesions.begin(), lesions.end(), is_told);
-  work.warnings.push_back(fmt::format(
-      "{} narrowing{} not listed, the worst of {:.0f} % on line {}, {:.1f} mm from the inlet: in "
-      "so large a tree, or one where so many vessels touch or form loops, {} may be where one "
-      "vessel meets another; or the lumen beside it is no tube, or the line begins there. --set "
-      "lesion.centerline={} looks at that line alone; "
-      "segmentation.region_lps_mm or seeds_lps_mm take the vessel without its neighbours",
-      count, count == 1 ? " is" : "s are", worst->diameter_stenosis_percent, worst->path_id,
-      worst->abscissa_mm, count == 1 ? "it" : "they", worst->path_id));
+  using centerline::Doubt;
+  for (const Doubt doubt :
+       {Doubt::crowded, Doubt::beside_no_tube, Doubt::heart, Doubt::at_beginning, Doubt::bead}) {
+    const auto is_told = [&](const centerline::Lesion& lesion) {
+      return lesion.doubt == doubt && !lesion.is_too_thin;
+    };
+    const auto worst = std::find_if(lesions.begin(), lesions.end(), is_told);
+    if (worst == lesions.end()) continue;
+    const auto count = std::count_if(lesions.begin(), lesions.end(), is_told);
+    work.warnings.push_back(
+        fmt::format("{} narrowing{} not listed, the worst of {:.0f} % on line {}, {:.1f} mm from "
+                    "the inlet: {}. "
+                    "--set lesion.centerline={} looks at that line alone",
+                    count, count == 1 ? " is" : "s are", worst->diameter_stenosis_percent,
+                    worst->path_id, worst->abscissa_mm, what_else(doubt), worst->path_id));
+  }
 }
 
 /// A vessel that is thin for most of its length is told of: its ends may be dilated.
 void tell_of_diffuse(StageWork& work, const std::vector<centerline::Lesion>& lesions) {
   for (const centerline::Lesion& lesion : lesions)
-    if (lesion.is_diffuse)
+    if (lesion.doubt == centerline::Doubt::diffuse)
       work.warnings.push_back(fmt::format(
           "from {:.1f} to {:.1f} mm line {} is up to {:.0f} % narrower than before and behind "
           "({:.2f} mm at {:.1f} mm): diffuse disease, or ends that are dilated; it is not listed, "

@@ -108,7 +108,7 @@ std::string place_of(const centerline::Lesion& lesion) {
 
 std::string none_was_found(const std::vector<centerline::Lesion>& lesions, double least) {
   const auto doubtful = std::count_if(lesions.begin(), lesions.end(),
-                                      [](const auto& lesion) { return lesion.is_doubtful; });
+                                      [](const auto& lesion) { return lesion.is_doubtful(); });
   const auto thin = std::count_if(lesions.begin(), lesions.end(),
                                   [](const auto& lesion) { return lesion.is_too_thin; });
   if (doubtful > 0)

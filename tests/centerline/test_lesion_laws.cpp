@@ -256,19 +256,19 @@ TEST(DiffuseDisease, IsListedOrTold) {
     for (double length = 15.0; length <= 50.0; length += 5.0) {
       const std::vector<Lesion> lesions = find_lesions(diffuse_vessel(length, 66.0, percent), {});
       const auto said = std::find_if(lesions.begin(), lesions.end(), [](const Lesion& lesion) {
-        return lesion.is_stenosis || lesion.is_diffuse;
+        return lesion.is_stenosis || lesion.doubt == Doubt::diffuse;
       });
       ASSERT_NE(said, lesions.end()) << percent << " % over " << length << " mm";
       EXPECT_NEAR(said->diameter_stenosis_percent, percent, 2.0) << length;
       EXPECT_NEAR(said->reference_diameter_mm, 4.0, 0.1) << length;
-      EXPECT_NE(said->is_stenosis, said->is_diffuse);
+      EXPECT_NE(said->is_stenosis, said->doubt == Doubt::diffuse);
     }
 }
 
 TEST(DiffuseDisease, IsNotATaperOrAnAneurysm) {
   const auto none = [](const std::function<double(double)>& diameter) {
     for (const Lesion& lesion : find_lesions(tree_of({line_of(diameter, 60.0)}), {}))
-      EXPECT_FALSE(lesion.is_diffuse);
+      EXPECT_NE(lesion.doubt, Doubt::diffuse);
   };
   none([](double s) { return 4.0 * std::exp(-0.02 * s); });
   none([](double s) { return 4.0 * (2.0 - narrowed(s, 30.0, 12.0, 1.0)); });  // wide in the middle

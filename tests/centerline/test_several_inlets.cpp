@@ -125,7 +125,7 @@ TEST(SeveralInlets, WhereVesselsTouchALesionNeedsMoreEvidence) {
   const auto lesions = listed(faint, true);
   ASSERT_EQ(lesions.size(), 2U);
   EXPECT_FALSE(lesions[0].is_stenosis);
-  EXPECT_TRUE(lesions[1].is_doubtful);
+  EXPECT_EQ(lesions[1].doubt, Doubt::crowded);
   EXPECT_NEAR(lesions[1].abscissa_mm, kTight, 0.5);
   EXPECT_TRUE(
       find_lesions(with_side_branches(kMany, faint, true), {.centerline = 0}).front().is_stenosis);
@@ -182,14 +182,16 @@ TEST(DoubtfulStenosis, BeyondAChamberIsNotListedWhereVesselsTouch) {
   EXPECT_FALSE(lists_behind(long_neck, -1));
 }
 
+CenterlineTree tube_with(const std::function<double(double)>& diameter) {
+  CenterlineTree tree = test::tree_of({test::line_of(diameter, 100.0, 0)});
+  assign_tracts(tree, {std::vector<char>(tree.paths[0].points.size(), 1)});
+  return tree;
+}
+
 TEST(DoubtfulStenosis, ThatAScansLineBeginsInIsNotListed) {
   const auto listed = [](double at, const LesionOptions& options) {
-    CenterlineTree tree;
-    tree.paths.push_back(
-        test::line_of([=](double s) { return 4.0 * test::narrowed(s, at, 3.0, 0.8); }, 100.0, 0));
-    std::vector<std::vector<char>> is_tube{std::vector<char>(tree.paths[0].points.size(), 1)};
-    tree = test::tree_of(tree.paths);
-    assign_tracts(tree, is_tube);
+    const CenterlineTree tree =
+        tube_with([=](double s) { return 4.0 * test::narrowed(s, at, 3.0, 0.8); });
     return find_lesions(tree, options).front().is_stenosis;
   };
   const LesionOptions scan{.voxel_mm = 0.3}, surface{}, named{.centerline = 0, .voxel_mm = 0.3};
@@ -197,6 +199,27 @@ TEST(DoubtfulStenosis, ThatAScansLineBeginsInIsNotListed) {
   EXPECT_TRUE(listed(2.0, surface));
   EXPECT_TRUE(listed(2.0, named));
   EXPECT_TRUE(listed(20.0, scan));
+}
+
+TEST(DoubtfulStenosis, ThreeInARowAreListedButNotTheBeadsOfAString) {
+  const auto with_throats = [](int count) {
+    return tube_with([=](double s) {
+      double diameter = 4.0;
+      for (int k = 0; k < count; ++k)
+        diameter *= test::narrowed(s, 50.0 + 9.0 * (k - 0.5 * (count - 1)), 3.0, 0.5);
+      return diameter;
+    });
+  };
+  const auto count_listed = [&](int throats, const LesionOptions& options) {
+    const std::vector<Lesion> lesions = find_lesions(with_throats(throats), options);
+    return std::count_if(lesions.begin(), lesions.end(),
+                         [](const Lesion& lesion) { return lesion.is_stenosis; });
+  };
+  EXPECT_EQ(count_listed(2, {}), 2);
+  EXPECT_EQ(count_listed(3, {}), 3);
+  EXPECT_EQ(count_listed(6, {}), 0);
+  EXPECT_EQ(find_lesions(with_throats(6), {})[1].doubt, Doubt::bead);
+  EXPECT_EQ(count_listed(6, {.centerline = 0}), 6);  // asked for by name
 }
 
 }  // namespace

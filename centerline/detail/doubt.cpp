@@ -1,0 +1,113 @@
+#include "centerline/detail/doubt.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+namespace angio::centerline {
+namespace {
+
+/// What is wider, in a large tree or one where vessels touch, is more often the heart, narrow at
+/// its valves, than an aorta [mm of diameter].
+constexpr double kWidestTreated = 25.0;
+
+/// Of its healthy diameter a vessel is to be seen before a stenosis.
+constexpr double kSeenBefore = 0.5;
+
+/// Whether a line begins in a dip, and is tightest there: no healthy vessel is seen before it, and
+/// where an image ends its edge or fading signal look the same.
+bool begins_in(const Known& known, const Dip& dip) {
+  const double healthy = known.reference.diameter[dip.tightest];
+  return known.path.abscissa[dip.first] < kSeenBefore * healthy &&
+         known.path.abscissa[dip.tightest] < healthy;
+}
+
+/// Whether the lumen to one side of a dip is no tube, as in an organ or a sac: within two healthy
+/// diameters the largest circle fills less than two fifths of the section (as in an ellipse 2.5
+/// times as wide as high), in the median.
+bool lies_beside_no_tube(const Known& known, const Dip& dip) {
+  constexpr double kBeside = 2.0, kLeastShare = 0.4;
+  const std::vector<double>&s = known.path.abscissa, &radius = measured_radius(known.path);
+  const double reach = kBeside * known.reference.diameter[dip.tightest];
+  const auto is_no_tube = [&](double low, double high) {
+    std::vector<double> shares;
+    for (std::size_t i = 0; i < s.size(); ++i)
+      if (s[i] >= low && s[i] <= high && known.path.equivalent_radius[i] > 0.0)
+        shares.push_back(std::pow(radius[i] / known.path.equivalent_radius[i], 2.0));
+    if (shares.empty()) return false;
+    const auto middle = shares.begin() + std::ptrdiff_t(shares.size() / 2);
+    std::nth_element(shares.begin(), middle, shares.end());
+    return *middle < kLeastShare;
+  };
+  return is_no_tube(s[dip.first] - reach, s[dip.first]) ||
+         is_no_tube(s[dip.last], s[dip.last] + reach);
+}
+
+/// Whether the line has come through the heart, or out of one wide vessel into one beside it: what
+/// is too wide for a balloon is half as wide as it should be, or as it was before and is again.
+bool lies_beyond_the_heart(const Known& known, const Dip& dip) {
+  constexpr double kNarrow = 0.5;
+  double widest = 0.0, tightest = 0.0;  // of what is too wide, and behind it [mm]
+  for (std::size_t i = 0; i < dip.first; ++i) {
+    if (known.reference.diameter[i] > kWidestTreated && known.percent(i) > 100.0 * kNarrow)
+      return true;
+    const double diameter = 2.0 * known.path.equivalent_radius[i];
+    if (diameter > kWidestTreated && tightest < kNarrow * widest) return true;
+    if (diameter > widest && diameter > kWidestTreated)
+      widest = tightest = diameter;
+    else
+      tightest = std::min(tightest, diameter);
+  }
+  return false;
+}
+
+/// How often the width swings to and fro within a reach [mm] of a place, by kSwing each time.
+int count_swings(const Known& known, const Vessel& vessel, double place, double reach) {
+  constexpr double kSwing = 0.3;  // of ln(diameter / reference)
+  const std::vector<double>& s = known.path.abscissa;
+  int swings = 0, direction = 0;
+  double low = 0.0, high = 0.0;  // since the last swing
+  bool is_first = true;
+  for (std::size_t i = vessel.first; i <= vessel.last; ++i) {
+    if (!known.is_measured(i) || std::abs(s[i] - place) > reach) continue;
+    const double width = std::log(known.reference.measured[i] / known.reference.diameter[i]);
+    low = is_first ? width : std::min(low, width);
+    high = is_first ? width : std::max(high, width);
+    is_first = false;
+    const int turned = direction <= 0 && width > low + kSwing    ? 1
+                       : direction >= 0 && width < high - kSwing ? -1
+                                                                 : 0;
+    if (turned == 0) continue;
+    direction = turned;
+    low = high = width;
+    ++swings;
+  }
+  return swings;
+}
+
+/// Whether a dip is one bead of many on a string: within eight healthy diameters of it the width
+/// swings to and fro more often than it does in three stenoses one behind the other. So look the
+/// thin veins of many a segmentation, and renal arteries with fibromuscular dysplasia, in which a
+/// diameter stenosis is no measure either (Gornik et al., Vasc. Med. 24(2), 2019,
+/// doi:10.1177/1358863X18821816).
+bool is_a_bead(const Known& known, const Vessel& vessel, const Dip& dip) {
+  constexpr double kReach = 8.0;
+  constexpr int kThreeStenoses = 6;
+  return count_swings(known, vessel, known.path.abscissa[dip.tightest],
+                      kReach * known.reference.diameter[dip.tightest]) > kThreeStenoses;
+}
+
+}  // namespace
+
+Doubt find_doubt(const Known& known, const Vessel& vessel, const Dip& dip, const Lesion& lesion,
+                 const Surroundings& around) {
+  if (lies_beside_no_tube(known, dip)) return Doubt::beside_no_tube;
+  if (around.is_crowded &&
+      (lesion.reference_diameter_mm > kWidestTreated || lies_beyond_the_heart(known, dip)))
+    return Doubt::heart;
+  if (around.is_scan && begins_in(known, dip)) return Doubt::at_beginning;
+  if (is_a_bead(known, vessel, dip)) return Doubt::bead;
+  return Doubt::none;
+}
+
+}  // namespace angio::centerline

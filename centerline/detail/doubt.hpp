@@ -1,0 +1,18 @@
+#pragma once
+
+#include "centerline/detail/dip.hpp"
+
+/// Narrowings that are seen, but may be no stenoses.
+namespace angio::centerline {
+
+/// Where a narrowing lies.
+struct Surroundings {
+  bool is_crowded = false;  ///< the tree is large, or its vessels touch or form loops
+  bool is_scan = false;     ///< the lines end where an image does
+};
+
+/// Why a dip is in doubt by what lies around it: the first reason that holds, or none.
+Doubt find_doubt(const Known& known, const Vessel& vessel, const Dip& dip, const Lesion& lesion,
+                 const Surroundings& around);
+
+}  // namespace angio::centerline
