@@ -16,7 +16,7 @@ namespace {
 
 constexpr double kLeastBeats = 3.0;
 constexpr double kLeastPixels = 0.5;
-constexpr double kLeastRatio = 10.0;
+constexpr double kLeastRatio = 20.0;
 constexpr int kLeastFrames = 24;  ///< that tell a beat from noise
 constexpr std::size_t kLeastGated = 6;
 constexpr double kLeastStep = units::kPi / 180.0;  ///< between frames of a run without R waves

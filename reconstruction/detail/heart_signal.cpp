@@ -5,6 +5,7 @@
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
+#include <functional>
 
 #include "core/parallel.hpp"
 #include "core/units.hpp"
@@ -13,26 +14,49 @@
 namespace angio::reconstruction::detail {
 namespace {
 
-constexpr double kSurroundingsMm = 6.0;  ///< to both sides, in a row
-constexpr double kFarthestMm = 5.0;      ///< that vessels go from a frame to the next
+constexpr double kWidestMm = 8.0;    ///< of what is followed, in a row
+constexpr double kFarthestMm = 5.0;  ///< that vessels go from a frame to the next
 constexpr int kHarmonics = 3;
 constexpr double kSlowPerSecond = 0.5;
-constexpr double kSlowestBeat = 40.0 / 60.0, kFastestBeat = 180.0 / 60.0;
+constexpr double kSlowestBeat = 45.0 / 60.0, kFastestBeat = 180.0 / 60.0;
+constexpr double kSlowestSearched = 36.0 / 60.0;
+constexpr double kMostCarriedOver = 0.98;
+constexpr int kPasses = 2;
 constexpr double kRestWidth = 0.2;
 
-/// What stands out of the row around it, row by row.
-std::vector<double> profile_of(const float* picture, int columns, int rows, int half) {
-  std::vector<double> profile(static_cast<std::size_t>(rows)), sums(std::size_t(columns) + 1);
+/// The least (of std::less) or greatest value of each window of `width`, [from, from + width).
+///
+/// In two runs over blocks of a window: van Herk, Pattern Recognit. Lett. 13 (1992) 517.
+template <class Better>
+std::vector<float> best_in_windows(const std::vector<float>& values, int width, Better is_better) {
+  const int count = int(values.size());
+  const auto best = [&](float a, float b) { return is_better(b, a) ? b : a; };
+  std::vector<float> since = values, until = values;
+  for (int i = 1; i < count; ++i)
+    if (i % width != 0)
+      since[std::size_t(i)] = best(since[std::size_t(i)], since[std::size_t(i) - 1]);
+  for (int i = count - 2; i >= 0; --i)
+    if ((i + 1) % width != 0)
+      until[std::size_t(i)] = best(until[std::size_t(i)], until[std::size_t(i) + 1]);
+  std::vector<float> result;
+  for (int i = 0; i + width <= count; ++i)
+    result.push_back(best(until[std::size_t(i)], since[std::size_t(i + width - 1)]));
+  return result;
+}
+
+/// What stands out of its row and is narrower than a width, row by row: the white top-hat
+/// (Serra, Image analysis and mathematical morphology, 1982), to which wider things, as bones and
+/// the body's edge, add nothing.
+std::vector<double> profile_of(const float* picture, int columns, int rows, int width) {
+  std::vector<double> profile(static_cast<std::size_t>(rows));
   for (int r = 0; r < rows; ++r) {
-    const float* row = picture + std::size_t(r) * std::size_t(columns);
-    for (int c = 0; c < columns; ++c)
-      sums[std::size_t(c) + 1] = sums[std::size_t(c)] + double(row[c]);
-    double sum = 0.0;
-    for (int c = 0; c < columns; ++c) {
-      const int from = std::max(0, c - half), to = std::min(columns, c + half + 1);
-      const double mean = (sums[std::size_t(to)] - sums[std::size_t(from)]) / (to - from);
-      sum += std::max(0.0, double(row[c]) - mean);
-    }
+    const std::vector<float> row(picture + std::size_t(r) * std::size_t(columns),
+                                 picture + std::size_t(r + 1) * std::size_t(columns));
+    const std::vector<float> opened =
+        best_in_windows(best_in_windows(row, width, std::less<>()), width, std::greater<>());
+    double sum = 0.0;  // of what windows cover from all sides
+    for (std::size_t i = 0; i < opened.size(); ++i)
+      sum += double(row[i + std::size_t(width) - 1] - opened[i]);
     profile[std::size_t(r)] = sum;
   }
   return profile;
@@ -66,7 +90,23 @@ double shift_between(const std::vector<double>& a, const std::vector<double>& b,
   return whole + (bend < 0.0 ? 0.5 * (best[-1] - best[1]) / bend : 0.0);
 }
 
-/// Least squares of a signal by slow changes, then by those and a beat.
+/// How much of a residual is left of the one before: an autoregression of the first order.
+double carried_over(const Eigen::VectorXd& residual) {
+  const Eigen::Index n = residual.size() - 1;
+  const double squares = residual.head(n).squaredNorm();
+  return squares > 0.0
+             ? std::clamp(residual.head(n).dot(residual.tail(n)) / squares, 0.0, kMostCarriedOver)
+             : 0.0;
+}
+
+/// Rows less what is carried over from the row before.
+Eigen::MatrixXd whitened(const Eigen::MatrixXd& rows, double carried) {
+  const Eigen::Index n = rows.rows() - 1;
+  return rows.bottomRows(n) - carried * rows.topRows(n);
+}
+
+/// Least squares of a signal by slow changes, then by those and a beat, under errors that go on
+/// from frame to frame (Cochrane, Orcutt, J. Am. Stat. Assoc. 44, 1949, 32).
 class BeatFit {
  public:
   BeatFit(const std::vector<double>& signal, const std::vector<double>& times)
@@ -77,8 +117,6 @@ class BeatFit {
     for (Eigen::Index n = 0; n < signal_.size(); ++n)
       for (int k = 0; k < slow_; ++k)
         terms_(n, k) = std::cos(units::kPi * k * (times[std::size_t(n)] - times.front()) / length);
-    const auto slow = terms_.leftCols(slow_);
-    slow_squares_ = (signal_ - slow * slow.colPivHouseholderQr().solve(signal_)).squaredNorm();
   }
 
   Beat fit(const std::vector<double>& phases) {
@@ -88,12 +126,21 @@ class BeatFit {
         terms_(n, slow_ + 2 * h - 2) = std::cos(angle);
         terms_(n, slow_ + 2 * h - 1) = std::sin(angle);
       }
-    const double freedom = double(signal_.size() - terms_.cols());
+    const double freedom = double(signal_.size() - 1 - terms_.cols());
     Beat beat;
     if (freedom < 1.0) return beat;
-    const Eigen::VectorXd fit = terms_.colPivHouseholderQr().solve(signal_);
-    const double left = (signal_ - terms_ * fit).squaredNorm();
-    beat.f_ratio = (slow_squares_ - left) / (2 * kHarmonics) / std::max(left / freedom, 1e-12);
+    Eigen::VectorXd fit = terms_.colPivHouseholderQr().solve(signal_);
+    double squares = 0.0, left = 0.0;  // of the whitened signal: by slow changes, and all terms
+    for (int pass = 0; pass < kPasses; ++pass) {
+      const double carried = carried_over(signal_ - terms_ * fit);
+      const Eigen::MatrixXd terms = whitened(terms_, carried);
+      const Eigen::VectorXd signal = whitened(signal_, carried);
+      const auto slow = terms.leftCols(slow_);
+      fit = terms.colPivHouseholderQr().solve(signal);
+      left = (signal - terms * fit).squaredNorm();
+      squares = (signal - slow * slow.colPivHouseholderQr().solve(signal)).squaredNorm();
+    }
+    beat.f_ratio = (squares - left) / (2 * kHarmonics) / std::max(left / freedom, 1e-12);
     const Eigen::VectorXd waves = fit.tail(2 * kHarmonics);
     beat.amplitude_mm = std::sqrt(0.5 * waves.squaredNorm());
     beat.resting_phase = rest(waves);
@@ -131,7 +178,6 @@ class BeatFit {
   Eigen::VectorXd signal_;
   Eigen::MatrixXd terms_;
   int slow_ = 1;
-  double slow_squares_ = 0.0;
 };
 
 }  // namespace
@@ -141,7 +187,7 @@ std::vector<double> axial_shifts(const RotationalRun& run, double air, const Orb
   const angiogram::ConeBeamFrame& first = run.frames.front();
   const int count = int(run.frames.size());
   const std::size_t pixels = std::size_t(first.columns) * std::size_t(first.rows);
-  const int half = std::max(1, int(kSurroundingsMm / pixel_mm));
+  const int width = std::clamp(int(kWidestMm / pixel_mm), 3, std::max(3, first.columns / 3));
   const int farthest = std::min(first.rows / 4, int(std::ceil(kFarthestMm / pixel_mm)));
   std::vector<std::vector<double>> profiles(static_cast<std::size_t>(count));
   constexpr int kAtATime = 8;
@@ -152,7 +198,7 @@ std::vector<double> axial_shifts(const RotationalRun& run, double air, const Orb
     const std::vector<float> integrals = read_line_integrals(run, from, number, air);
     parallel_for(number, [&](std::ptrdiff_t n) {
       profiles[std::size_t(from) + std::size_t(n)] =
-          profile_of(integrals.data() + std::size_t(n) * pixels, first.columns, first.rows, half);
+          profile_of(integrals.data() + std::size_t(n) * pixels, first.columns, first.rows, width);
     });
   }
   // Rows that go down the detector go along the axis or against it.
@@ -174,13 +220,13 @@ Beat find_beat(const std::vector<double>& signal, const std::vector<double>& tim
   const double step = 0.1 / length;  // a tenth of a beat over the run
   Beat best;
   std::vector<double> phases(times_s.size());
-  for (double rate = kSlowestBeat; rate <= kFastestBeat; rate += step) {
+  for (double rate = kSlowestSearched; rate <= kFastestBeat; rate += step) {
     for (std::size_t n = 0; n < phases.size(); ++n) phases[n] = rate * (times_s[n] - times_s[0]);
     Beat beat = fit.fit(phases);
     beat.rate_per_s = rate;
     if (beat.f_ratio > best.f_ratio) best = beat;
   }
-  return best;
+  return best.rate_per_s >= kSlowestBeat ? best : Beat{};
 }
 
 }  // namespace angio::reconstruction::detail

@@ -11,8 +11,8 @@ namespace angio::reconstruction::detail {
 /// How far each frame's vessels lie along the axis from where the first frame has them [mm at the
 /// isocentre].
 ///
-/// Of each frame: line integrals that stand out of what lies around them in their row, summed along
-/// the row. What turns around the axis keeps this profile but for the beam's cone (each ray's plane
+/// Of each frame: line integrals that stand out of their row and are narrower than 8 mm there,
+/// summed along the row. What turns around the axis keeps this profile but for the beam's cone (each ray's plane
 /// sees the same attenuation from all sides), what moves along the axis shifts it. Frames are
 /// compared with those before them, by the normalised correlation of their profiles, to a fraction
 /// of a pixel; shifts add up.
@@ -33,13 +33,15 @@ struct Beat {
 ///
 ///     s(t) = sum_k<K c_k cos(pi k t / T) + sum_h=1..3 (a_h cos(2 pi h p) + b_h sin(2 pi h p)),
 ///
-/// by least squares; K: slow changes, as of breath, up to 30 a minute.
+/// by least squares under errors of which each carries over a part of the one before; K: slow
+/// changes, as of breath, up to 30 a minute.
 /// @param phases  p, a frame; whole numbers are beats
 Beat beat_of(const std::vector<double>& signal, const std::vector<double>& times_s,
              const std::vector<double>& phases);
 
-/// The same of an even rate that is not known: the one of 40 to 180 a minute of the largest F
-/// ratio.
+/// The same of an even rate that is not known: the one of the largest F ratio, if it is 45 to 180 a
+/// minute. Vessels and bones that cross each other while the C-arm turns come back more slowly, and
+/// a beat of less than that is not told from them: rate_per_s and f_ratio are 0.
 Beat find_beat(const std::vector<double>& signal, const std::vector<double>& times_s);
 
 }  // namespace angio::reconstruction::detail

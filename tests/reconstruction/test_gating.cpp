@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <random>
 
 #include "core/error.hpp"
 #include "core/units.hpp"
@@ -62,6 +63,17 @@ TEST(HeartSignal, FindsTheRateOfABeat) {
   EXPECT_LT(find_beat(flat, at).amplitude_mm, 0.1);
 }
 
+TEST(HeartSignal, WhatWandersDoesNotBeat) {
+  const std::vector<double> at = times(133);
+  std::mt19937 random(1);
+  std::normal_distribution<double> normal;
+  for (int trial = 0; trial < 50; ++trial) {
+    std::vector<double> signal{0.0};
+    while (signal.size() < at.size()) signal.push_back(signal.back() + 0.1 * normal(random));
+    EXPECT_LT(find_beat(signal, at).f_ratio, 20.0) << trial;
+  }
+}
+
 /// A ball that goes up and down with the heart while the C-arm turns.
 class BeatingBall : public FrameReader {
  public:
@@ -118,6 +130,21 @@ TEST(Gating, OfStillVesselsTakesAllFrames) {
   const Gate gate = gate_run(still.run, 10000.0, {}, {});
   EXPECT_FALSE(gate.quality.is_gated);
   EXPECT_EQ(gate.frames.size(), 133u);
+}
+
+/// A rod of balls along the axis, which looks the same wherever it is along it, and a wide bone
+/// with an end that goes round.
+TEST(Gating, OfAStillVesselBesideABoneTakesAllFrames) {
+  BeatingRun still(0.0);
+  std::vector<Ball> balls;
+  for (int n = -12; n <= 12; ++n) balls.push_back({{0.0, 0.0, 1.0 * n}, 1.5, 0.03});
+  for (int n = 0; n < 8; ++n) balls.push_back({{8.0, 6.0, -12.0 + 1.5 * n}, 6.0, 0.03});
+  const PicturesOfBalls pictures(still.frames, balls);
+  still.run.pictures = &pictures;
+  still.run.r_waves_s.clear();
+  const Gate gate = gate_run(still.run, 10000.0, {}, {});
+  EXPECT_FALSE(gate.quality.is_gated) << gate.quality.signal_rms_mm;
+  EXPECT_EQ(gate.warning, "");
 }
 
 TEST(Gating, WithoutRWavesFindsTheBeatInTheFrames) {
