@@ -10,6 +10,7 @@
 #include "core/parallel.hpp"
 #include "core/units.hpp"
 #include "reconstruction/detail/few_views.hpp"
+#include "reconstruction/detail/frame_checks.hpp"
 #include "reconstruction/detail/gating.hpp"
 #include "reconstruction/detail/line_integrals.hpp"
 #include "reconstruction/detail/orbit.hpp"
@@ -33,6 +34,15 @@ void check(const std::vector<angiogram::ConeBeamFrame>& frames) {
     throw InputError("the frames are under 16 pixels wide or high (icons). Give the run itself");
 }
 
+void check_views(const std::vector<angiogram::ConeBeamFrame>& frames) {
+  if (int(frames.size()) < kLeastViews)
+    throw InputError(
+        fmt::format("the run has {} frames (from fewer than {} sides vessels look narrowed where "
+                    "they are not). "
+                    "Give a rotational run, 19 frames or more over 180 degrees",
+                    frames.size(), kLeastViews));
+}
+
 RunQuality judge(bool has_masks, const Orbit& orbit, const PlaneGrid& plane, const Field& field) {
   RunQuality quality;
   quality.frame_count = int(orbit.angle.size());
@@ -46,6 +56,8 @@ RunQuality judge(bool has_masks, const Orbit& orbit, const PlaneGrid& plane, con
   quality.is_subtracted = has_masks;
   return quality;
 }
+
+constexpr double kPoorPixels = 1.5;  ///< vessels of so few pixels have other diameters then
 
 std::vector<std::string> warnings_of(const RotationalRun& run, const RunQuality& quality) {
   std::vector<std::string> warnings;
@@ -73,12 +85,18 @@ std::vector<std::string> warnings_of(const RotationalRun& run, const RunQuality&
         "phase were taken",
         quality.gating.heart_rate_per_min,
         quality.gating.by_r_waves ? "the R waves" : "the frames themselves", quality.frame_count));
-  if (quality.given_residual_pixels > 0.5)
+  if (quality.given_residual_pixels > 0.5 && quality.calibration_passes > 0)
     warnings.push_back(fmt::format(
-        "{} went {:.1f} pixels beside the path that its header tells; its path was fitted "
+        "{} went {:.1f} pixels beside the path that it was said to go; its path was fitted "
         "to the vessels, to {:.2f} pixels",
         quality.gating.is_gated ? "the C-arm, or the patient's breath," : "the C-arm",
         quality.given_residual_pixels, quality.residual_pixels));
+  else if (quality.given_residual_pixels > kPoorPixels)
+    warnings.push_back(fmt::format(
+        "the frames see the vessels {:.1f} pixels beside where the volume has them, and no other "
+        "path of the C-arm explains it: the vessels move, or the volume is poor. Trust no diameter "
+        "without looking at reconstruction/frames.png",
+        quality.given_residual_pixels));
   if (quality.truncated_percent > 0.0)
     warnings.push_back(fmt::format(
         "{:.0f} % of the rows end within the body; they were continued, and attenuation near the "
@@ -311,6 +329,7 @@ RunForecast forecast_run(const std::vector<angiogram::ConeBeamFrame>& frames, bo
   constexpr double kPartOfPixel = 0.1, kPartWhereSparse = 0.2;
   options.validate();
   check(frames);
+  check_views(frames);
   const Orbit orbit = fit_orbit(frames);
   const PlaneGrid plane = plane_grid(frames, orbit);
   const Field field = common_field(frames, orbit);
@@ -346,6 +365,7 @@ Reconstruction reconstruct_volume(const RotationalRun& run, const Reconstruction
   ANGIO_EXPECT(run.pictures != nullptr);
   check(run.frames);
   fit_orbit(run.frames);  // refuses what does not turn, before pixels are read
+  check_views(run.frames);
   const double air = run.masks ? 1.0 : options.air > 0.0 ? options.air : unattenuated(run);
   const Gate gate = gate_run(run, air, options, part(progress, 0.0, 0.1));
   const GatedRun gated(run, gate.frames);
@@ -358,7 +378,8 @@ Reconstruction reconstruct_volume(const RotationalRun& run, const Reconstruction
   result.quality.gating = gate.quality;
   const std::vector<std::string> warnings = warnings_of(run, result.quality);
   result.warnings.insert(result.warnings.end(), warnings.begin(), warnings.end());
-  if (!gate.warning.empty()) result.warnings.push_back(gate.warning);
+  for (const std::string& warning : {gate.warning, doubt_of_relation(run), doubt_of_filling(run)})
+    if (!warning.empty()) result.warnings.push_back(warning);
   std::vector<angiogram::ConeBeamFrame> frames = run.frames;
   for (std::size_t n = 0; n < gate.frames.size(); ++n)
     frames[std::size_t(gate.frames[n])] = result.frames[n];

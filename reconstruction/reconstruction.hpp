@@ -72,6 +72,9 @@ inline constexpr const char* kFilterWindowNames[] = {"ram-lak", "shepp-logan", "
 /// then loses vessels in streaks, below it is the more accurate (docs/results/rotational-runs.md).
 inline constexpr double kFewViewsDegrees = 16.0;
 
+/// Frames that a volume is made of, at least.
+inline constexpr int kLeastViews = 6;
+
 /// How frames become a volume.
 enum class Method {
   automatic,  ///< few_views where frames lie more than kFewViewsDegrees apart

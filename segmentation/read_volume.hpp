@@ -69,6 +69,7 @@ struct ProjectionRun {
   std::vector<double> primary_angles_degrees;           ///< one, or one per frame; RAO to LAO grows
   std::vector<double> secondary_angles_degrees;         ///< one, or one per frame; CAU to CRA grows
   std::array<double, 2> base_angles_degrees{0.0, 0.0};  ///< primary, secondary
+  bool has_base_angle = true;  ///< false: primary increments count from an angle that is not stated
   std::optional<double> source_to_detector_mm;
   std::optional<double> source_to_isocentre_mm;
   std::optional<double> magnification;         ///< at the isocentre

@@ -27,6 +27,7 @@ void cross_run(Run& run, const Side& side) {
   side(run.primary_angles_degrees);
   side(run.secondary_angles_degrees);
   side(run.base_angles_degrees);
+  side(run.has_base_angle);
   side(run.source_to_detector_mm);
   side(run.source_to_isocentre_mm);
   side(run.magnification);

@@ -124,7 +124,8 @@ std::string refusal_by_kind(const DicomHeader& header, const ReadOptions& option
       if (header.projection && turns(*header.projection)) return refusal_of_run(header, options);
       return "it is a projection run (" + header.sop_class_name +
              "), not a volume: its third axis is time, not a length, and it does not say "
-             "that it turns. Give a rotational run, or the 3D reconstruction "
+             "that it turns (the increments of its angles are missing, all alike, or no numbers). "
+             "Give a rotational run, its geometry with --geometry, or the 3D reconstruction "
              "that the workstation made of it (a CT or X-Ray 3D Angiographic series); `angio "
              "inspect` shows the run's angles and distances";
     case DicomKind::unsupported:

@@ -25,10 +25,11 @@ std::vector<double> angles_by_increments(DcmDataset& dataset, const DcmTagKey& b
   if (!stated && angles.empty()) return {};
   double& base = run.base_angles_degrees[which];
   base = stated.value_or(0.0);
+  if (which == 0) run.has_base_angle = stated.has_value();
   if (!stated)
     run.notes.push_back(
         std::string(which == 0 ? "primary" : "secondary") +
-        " angles: the one that the increments count from is not stated; it was taken to be 0");
+        " angles: the one that the increments count from is not stated; it is taken to be 0");
   if (angles.empty()) return {base};
   for (double& angle : angles) angle += base;
   return angles;

@@ -9,6 +9,7 @@ namespace angio::segmentation::detail {
 namespace {
 
 constexpr double kLeastTurn = 40.0;  ///< [degrees]
+constexpr double kFullTurn = 360.0;
 constexpr double kStillMm = 0.5;
 constexpr int kLeastFrames = 3;
 
@@ -20,6 +21,15 @@ double range(const std::vector<double>& values) {
 
 double turn_of(const ProjectionRun& run) {
   return std::max(range(run.primary_angles_degrees), range(run.secondary_angles_degrees));
+}
+
+/// What to try where increments may be steps from frame to frame.
+std::string hint_of_steps(const ProjectionRun& run) {
+  double sum = 0.0;
+  for (const double angle : run.primary_angles_degrees) sum += angle - run.base_angles_degrees[0];
+  if (std::abs(sum) < kLeastTurn || std::abs(sum) > kFullTurn) return {};
+  return "; its increments add up to " + format_number(std::abs(sum)) +
+         " degrees: where they are steps from frame to frame, give --angles cumulative";
 }
 
 bool fits(const std::vector<double>& angles, int frames) {
@@ -40,7 +50,13 @@ std::string refusal_of_turn(const DicomHeader& header, const ProjectionRun& run)
   if (turn_of(run) < kLeastTurn)
     return "the run turns by " + format_number(turn_of(run)) +
            " degrees (depth is not told by an arc under 40). Give a rotational run, 180 degrees "
-           "or more";
+           "or more" +
+           hint_of_steps(run);
+  if (run.primary_angles_degrees.size() > 1 && !run.has_base_angle)
+    return "the run tells by how much its primary angle changes, but not from where (the angle "
+           "that "
+           "the increments count from is missing: the volume would be turned, and every angle that "
+           "is told). Export it again, or give its geometry with --geometry";
   if (run.positioner_motion == "STATIC")
     return "the run says that its positioner stands still, but its angles span " +
            format_number(turn_of(run)) +

@@ -1,0 +1,116 @@
+#include "reconstruction/detail/frame_checks.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <utility>
+#include <vector>
+
+#include "core/statistics.hpp"
+#include "reconstruction/detail/line_integrals.hpp"
+
+namespace angio::reconstruction::detail {
+namespace {
+
+std::vector<int> spread_frames(const RotationalRun& run, int most) {
+  const int count = int(run.frames.size()), taken = std::min(count, most);
+  std::vector<int> frames;
+  for (int n = 0; n < taken; ++n) frames.push_back(int(std::int64_t(n) * count / taken));
+  return frames;
+}
+
+/// Brightness and noise of blocks of pixels; those without noise are saturated or covered.
+std::vector<std::pair<double, double>> noise_of_blocks(const std::vector<float>& pixels,
+                                                       std::size_t columns, std::size_t rows) {
+  constexpr std::size_t kBlock = 16;
+  const double sd_of_median = 1.0 / (0.6745 * std::sqrt(6.0));  // of second differences
+  std::vector<std::pair<double, double>> blocks;
+  for (std::size_t first = 0; first < pixels.size(); first += columns * rows)
+    for (std::size_t row = 0; row + kBlock <= rows; row += kBlock)
+      for (std::size_t column = 0; column + kBlock <= columns; column += kBlock) {
+        std::vector<double> bends;
+        double sum = 0.0;
+        for (std::size_t y = 0; y < kBlock; ++y) {
+          const float* line = pixels.data() + first + (row + y) * columns + column;
+          for (std::size_t x = 0; x < kBlock; ++x) sum += double(line[x]);
+          for (std::size_t x = 1; x + 1 < kBlock; ++x)
+            bends.push_back(
+                std::abs(double(line[x - 1]) - 2.0 * double(line[x]) + double(line[x + 1])));
+        }
+        const double noise = sd_of_median * median(std::move(bends));
+        if (noise > 0.0) blocks.emplace_back(sum / double(kBlock * kBlock), noise);
+      }
+  return blocks;
+}
+
+/// The median noise of the brightest quarter of blocks to that of the darkest; 0 where the blocks
+/// are too few, or too much alike.
+double noise_ratio(std::vector<std::pair<double, double>> blocks) {
+  constexpr std::size_t kLeast = 64;
+  constexpr double kSpread = 10.0;     // of noise, between dark and bright
+  constexpr double kLeastNoise = 1.5;  // whole numbers tell no less
+  if (blocks.size() < kLeast) return 0.0;
+  std::sort(blocks.begin(), blocks.end());
+  const std::size_t quarter = blocks.size() / 4;
+  std::vector<double> dark, bright;
+  for (std::size_t n = 0; n < quarter; ++n) {
+    dark.push_back(blocks[n].second);
+    bright.push_back(blocks[blocks.size() - 1 - n].second);
+  }
+  const double of_dark = median(dark), of_bright = median(bright);
+  const double apart = blocks[blocks.size() - quarter].first - blocks[quarter].first;
+  const bool is_told =
+      std::min(of_dark, of_bright) > kLeastNoise && apart > kSpread * std::max(of_dark, of_bright);
+  return is_told ? of_bright / of_dark : 0.0;
+}
+
+}  // namespace
+
+std::string doubt_of_relation(const RotationalRun& run) {
+  constexpr int kFrames = 6;
+  constexpr double kClear = 1.2;  // medians of some dozen blocks err by a hundredth
+  const angiogram::ConeBeamFrame& frame = run.frames.front();
+  const double ratio =
+      noise_ratio(noise_of_blocks(run.pictures->read_some(spread_frames(run, kFrames)),
+                                  std::size_t(frame.columns), std::size_t(frame.rows)));
+  if (ratio <= 0.0) return {};
+  const bool is_logarithmic = run.relation == PixelRelation::logarithmic;
+  if (is_logarithmic ? ratio < kClear : ratio > 1.0 / kClear) return {};
+  return fmt::format(
+      "the run says that its pixels are {}, but their noise {} with brightness by {:.1f}, as in {} "
+      "ones: attenuation, and so radii, may be wrong. Export the run as the detector had it",
+      is_logarithmic ? "logarithmic (LOG)" : "proportional to the beam (LIN)",
+      is_logarithmic ? "rises" : "falls", is_logarithmic ? ratio : 1.0 / ratio,
+      is_logarithmic ? "linear" : "logarithmic or inverted");
+}
+
+std::string doubt_of_filling(const RotationalRun& run) {
+  constexpr int kFrames = 24;
+  constexpr double kFull = 0.85;
+  if (!run.masks || int(run.frames.size()) < kFrames) return {};
+  std::vector<double> sums;
+  for (const int frame : spread_frames(run, kFrames)) {
+    double sum = 0.0;
+    for (const float value : read_line_integrals(run, frame, 1, 1.0)) sum += double(value);
+    sums.push_back(sum);
+  }
+  // A median of three tells a frame from its noise.
+  std::vector<double> smooth;
+  for (std::size_t n = 1; n + 1 < sums.size(); ++n)
+    smooth.push_back(median(std::vector{sums[n - 1], sums[n], sums[n + 1]}));
+  const double full = median(std::vector<double>{smooth.begin() + std::ptrdiff_t(smooth.size() / 4),
+                                                 smooth.end() - std::ptrdiff_t(smooth.size() / 4)});
+  if (!(full > 0.0) || std::min(smooth.front(), smooth.back()) > kFull * full) return {};
+  const bool comes = smooth.front() < smooth.back();
+  return fmt::format(
+      "the contrast medium {} during the run (its {} frames hold {:.0f} % of the middle's): what "
+      "is "
+      "{} looks narrower than it is. Inject earlier and longer, or leave those frames out",
+      comes ? "comes in" : "leaves", comes ? "first" : "last",
+      100.0 * std::max(0.0, std::min(smooth.front(), smooth.back()) / full),
+      comes ? "filled late" : "washed out");
+}
+
+}  // namespace angio::reconstruction::detail
