@@ -36,6 +36,8 @@ namespace {
 constexpr double kLeastEvidence = 0.2;
 constexpr double kLeastEvidenceAtEnd = 1.0;
 constexpr double kLeastEvidenceInEnd = 5.0;
+constexpr double kSure =
+    2.0;  ///< at least, where nobody has asked for a line: odds of seven to one
 constexpr double kLeastOddsOfErrors = 5.0;
 
 /// What a listing has to cost more in a large tree and in one whose lines pass from vessel to
@@ -158,11 +160,14 @@ bool is_candidate(const Known& known, const Dip& dip, const LesionOptions& optio
          known.reference.diameter[dip.tightest] >= options.min_reference_mm && !is_tip(known, dip);
 }
 
-bool is_evident(const Known& known, const Vessel& vessel, const Dip& dip, double doubt,
-                const LesionOptions& options) {
-  const double least = ends_tightest(known, dip)                      ? kLeastEvidenceInEnd
-                       : !is_measured_behind(known, vessel, dip.last) ? kLeastEvidenceAtEnd
-                                                                      : kLeastEvidence;
+/// @param least  evidence, where the dip lies open to both sides
+/// @param doubt  in the tree: so much more
+bool is_evident(const Known& known, const Vessel& vessel, const Dip& dip, double least,
+                double doubt, const LesionOptions& options) {
+  if (ends_tightest(known, dip))
+    least = kLeastEvidenceInEnd;
+  else if (!is_measured_behind(known, vessel, dip.last))
+    least = kLeastEvidenceAtEnd;
   return cost_of_thin_vessel(known, dip, options.min_stenosis_percent) >= least + doubt &&
          cost_of_errors(known, dip) >= kLeastOddsOfErrors;
 }
@@ -190,7 +195,8 @@ void find_on_vessel(const CenterlineTree& tree, const TreeReference& reference,
     if (known.percent(i) < kShoulderPercent) continue;
     const Dip dip = grow_dip(known, vessel, i);
     i = dip.last;
-    if (!is_candidate(known, dip, options) || !is_evident(known, vessel, dip, 0.0, options))
+    if (!is_candidate(known, dip, options) ||
+        !is_evident(known, vessel, dip, kLeastEvidence, 0.0, options))
       continue;
     const Vessel shown = options.centerline >= 0 ? vessel : on_longest_path(reference, vessel, dip);
     Lesion lesion =
@@ -198,8 +204,8 @@ void find_on_vessel(const CenterlineTree& tree, const TreeReference& reference,
     if (is_bridge(known.path, lesion)) continue;
     lesion.evidence = cost_of_thin_vessel(known, dip, options.min_stenosis_percent);
     lesion.is_too_thin = is_too_thin(tree.paths[shown.path], lesion, options);
-    if (!is_evident(known, vessel, dip, doubt, options))
-      lesion.doubt = Doubt::crowded;
+    if (options.centerline < 0 && !is_evident(known, vessel, dip, kSure, doubt, options))
+      lesion.doubt = doubt > 0.0 ? Doubt::crowded : Doubt::faint;
     else if (options.centerline < 0)
       lesion.doubt = find_doubt(known, vessel, dip, lesion, {doubt > 0.0, options.voxel_mm > 0.0});
     lesion.is_stenosis = !lesion.is_left_out();

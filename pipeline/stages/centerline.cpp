@@ -138,6 +138,8 @@ void tell_of_thin_vessels(StageWork& work, const std::vector<centerline::Lesion>
 /// What narrowings may be instead of stenoses.
 std::string what_else(centerline::Doubt doubt) {
   switch (doubt) {
+    case centerline::Doubt::faint:
+      return "the vessel may be as thin there by itself";
     case centerline::Doubt::crowded:
       return "in so large a tree, or one where so many vessels touch or form loops, it may be "
              "where "
@@ -163,8 +165,8 @@ std::string what_else(centerline::Doubt doubt) {
 /// Narrowings that are as likely something else are not listed, but told of.
 void tell_of_doubtful(StageWork& work, const std::vector<centerline::Lesion>& lesions) {
   using centerline::Doubt;
-  for (const Doubt doubt :
-       {Doubt::crowded, Doubt::beside_no_tube, Doubt::heart, Doubt::at_beginning, Doubt::bead}) {
+  for (const Doubt doubt : {Doubt::faint, Doubt::crowded, Doubt::beside_no_tube, Doubt::heart,
+                            Doubt::at_beginning, Doubt::bead}) {
     const auto is_told = [&](const centerline::Lesion& lesion) {
       return lesion.doubt == doubt && !lesion.is_too_thin;
     };

@@ -80,8 +80,9 @@ double length_of(const std::vector<TubeAxis>& axes) {
   return length;
 }
 
-/// The tubes that are no bones (find_bones).
-std::vector<TubeAxis> without_bones(const std::vector<TubeAxis>& axes, const Evenness& evenness) {
+/// The tubes that are no bones (find_bones): all where none that is left is brighter than tissue.
+std::vector<TubeAxis> without_bones(const std::vector<TubeAxis>& axes, const Evenness& evenness,
+                                    float tissue) {
   std::vector<TubeAxis> uneven, others;
   for (const TubeAxis& axis : axes) {
     const auto even = std::count_if(axis.voxels.begin(), axis.voxels.end(),
@@ -90,7 +91,9 @@ std::vector<TubeAxis> without_bones(const std::vector<TubeAxis>& axes, const Eve
                            double(even) < kEvenTube * double(axis.voxels.size());
     (is_uneven ? uneven : others).push_back(axis);
   }
-  if (length_of(others) < kLeastOthers) return axes;
+  const std::vector<TubeAxis> bright = parts_of(
+      others, [&](const TubeAxis& axis, std::size_t n) { return axis.intensity[n] > tissue; });
+  if (length_of(bright) < kLeastOthers) return axes;
   std::vector<std::pair<float, double>> intensity, contrast;
   for (const TubeAxis& axis : others)
     for (std::size_t n = 0; n < axis.voxels.size(); ++n) {
@@ -222,7 +225,7 @@ Bones find_bones(const Volume<float>& volume, const std::vector<TubeAxis>& axes,
   const double voxel_mm3 = h.x * h.y * h.z;
   const BloodLevel level = find_even_level(
       even, even_sample(evenness), voxel_mm3 * double(sample_step(volume.values.size())), rough);
-  none.tubes = without_bones(axes, evenness);
+  none.tubes = without_bones(axes, evenness, rough.tissue);
   if (!(level.contrast() > 3.0f * evenness.of_tissue)) return none;
   if (is_muscle(level, volume)) return none;
 

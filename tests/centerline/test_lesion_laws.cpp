@@ -256,13 +256,23 @@ TEST(DiffuseDisease, IsListedOrTold) {
     for (double length = 15.0; length <= 50.0; length += 5.0) {
       const std::vector<Lesion> lesions = find_lesions(diffuse_vessel(length, 66.0, percent), {});
       const auto said = std::find_if(lesions.begin(), lesions.end(), [](const Lesion& lesion) {
-        return lesion.is_stenosis || lesion.doubt == Doubt::diffuse;
+        return lesion.is_stenosis || lesion.doubt == Doubt::diffuse || lesion.doubt == Doubt::faint;
       });
       ASSERT_NE(said, lesions.end()) << percent << " % over " << length << " mm";
       EXPECT_NEAR(said->diameter_stenosis_percent, percent, 2.0) << length;
       EXPECT_NEAR(said->reference_diameter_mm, 4.0, 0.1) << length;
-      EXPECT_NE(said->is_stenosis, said->doubt == Doubt::diffuse);
+      EXPECT_NE(said->is_stenosis, said->is_doubtful());
     }
+}
+
+TEST(FaintEvidence, IsToldAndListedOnlyForALineThatIsNamed) {
+  // As long a stretch of half the width may be all of the vessel that is healthy.
+  const CenterlineTree tree = diffuse_vessel(40.0, 66.0, 50.0);
+  const std::vector<Lesion> lesions = find_lesions(tree, {});
+  EXPECT_FALSE(lesions.front().is_stenosis);
+  EXPECT_TRUE(std::any_of(lesions.begin(), lesions.end(),
+                          [](const Lesion& lesion) { return lesion.doubt == Doubt::faint; }));
+  EXPECT_TRUE(find_lesions(tree, {.centerline = 0}).front().is_stenosis);
 }
 
 TEST(DiffuseDisease, IsNotATaperOrAnAneurysm) {

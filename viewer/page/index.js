@@ -110,7 +110,7 @@ function diameterCurve(scene) {
   svg.setAttribute("aria-label", "diameter along the vessel, before, at peak and after");
   const levels = [0, Math.floor(top / 2) || top / 2, Math.floor(top)];
   svg.innerHTML = levels.map((d) => `<path class="grid" d="M${edge} ${y(d)}H${width - 6}"/><text class="tick end" x="${edge - 4}" y="${y(d) + 4}">${d}</text>`).join("") +
-    [before, peak, after].map((values, k) => `<path class="line s${k + 1}" d="${path(values)}"/>`).join("") + `<path class="axis" id="scene-cursor"/>`;
+    [before, after, peak].map((values, k) => `<path class="line s${k + 1}" d="${path(values)}"/>`).join("") + `<path class="axis" id="scene-cursor"/>`;
   const text = make("output", {});
   const number = (d) => (d === null ? "–" : d.toFixed(2));
   const place = (i) => {
@@ -128,7 +128,7 @@ function diameterCurve(scene) {
   });
   place(narrowest);
   const key = make("p", { class: "sub" }, "Diameter [mm]");
-  for (const [color, name] of [["--c1", "before"], ["--c2", "at peak"], ["--c3", "after"]])
+  for (const [color, name] of [["--c1", "before"], ["--c3", "at peak"], ["--c2", "after"]])
     key.append(make("span", { class: "key", style: `background:var(${color})` }), name);
   return make("div", {}, key, svg, make("div", { class: "scene-row" }, bar, text));
 }
