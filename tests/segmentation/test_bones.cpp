@@ -396,6 +396,34 @@ TEST(Bones, WideTubesOfBoneTellNoLevel) {
   EXPECT_EQ(dark(tubes), dark(axes));  // the artery's are all there
 }
 
+TEST(Bones, TubesDarkerThanTissueAreNotLeftAlone) {
+  // An MR: quiet air around, and an aorta that is uneven by its flow. Folds of skin are tubes, too.
+  Volume<float> volume(grid_of({80, 80, 50}, {1.0, 1.0, 2.0}));
+  std::mt19937 random(6);
+  std::normal_distribution<float> normal;
+  const auto is_aorta = [](const Vec3& p) { return std::hypot(p.x, p.y) < 9.0; };
+  const auto is_fold = [](const Vec3& p) { return std::hypot(p.x - 34.0, p.y) < 3.0; };
+  for_each_voxel(volume.geometry, [&](const Vec3& p, std::size_t v) {
+    volume.values[v] = is_aorta(p)                   ? 1600.0f + 60.0f * normal(random)
+                       : std::hypot(p.x, p.y) < 25.0 ? 500.0f + 30.0f * normal(random)
+                       : is_fold(p)                  ? 30.0f + normal(random)
+                                                     : 5.0f + normal(random);
+  });
+  volume = smooth(volume, 0.7);
+  const auto brightest = [](const std::vector<TubeAxis>& axes) {
+    float most = 0.0f;
+    for (const TubeAxis& axis : axes)
+      for (const float value : axis.intensity) most = std::max(most, value);
+    return most;
+  };
+  const std::vector<TubeAxis> axes = find_tube_axes(volume);
+  ASSERT_GT(brightest(axes), 1400.0f);
+  EXPECT_GT(brightest(find_bones(volume, axes, {}).tubes), 1400.0f);
+  const Segmentation result = segment_vessels(volume, {});
+  EXPECT_LT(interpolate(result.level_set, {0.0, 0.0, 0.0}), -5.0);
+  EXPECT_GT(result.lumen_intensity, 1400.0);
+}
+
 /// A body with a ball beside the aorta, and which part of the ball is kept out.
 double ball_kept_out(const std::function<double(const Vec3&)>& share_of_blood) {
   BodyImage body = body_image(true, 12.0);
