@@ -243,6 +243,8 @@ fs::path write_rotational_run(const RotationalRunOfPhantom& run, const PhantomOp
   });
   Json truth = truth_json(run.phantom, sized);
   truth["run"] = of_run;
+  truth["options"]["noise_sd"] = of_run.at("noise");  // not the volume's
+  truth["units"]["noise_sd"] = "fraction of a pixel behind the body";
   write_text_atomically(folder / "truth.json", as_text(truth));
   return written;
 }

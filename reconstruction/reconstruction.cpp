@@ -75,7 +75,12 @@ std::vector<std::string> warnings_of(const RotationalRun& run, const RunQuality&
         "as bone is not in the volume{}",
         quality.frame_count, quality.largest_step_degrees,
         quality.has_converged ? "" : ", and the fit was ended before it stood still"));
-  else if (quality.largest_step_degrees > kCoarse * needed)
+  if (quality.method == Method::few_views && !run.masks)
+    warnings.emplace_back(
+        "few views and no mask run: where a vessel crosses the edge of a bone it may look narrowed "
+        "or cut. Compare a throat with the frames (reconstruction/frames.nrrd, the report's "
+        "sheet)");
+  if (quality.method != Method::few_views && quality.largest_step_degrees > kCoarse * needed)
     warnings.push_back(fmt::format(
         "there are {} frames, up to {:.1f} degrees apart; streaks come from bright places",
         quality.frame_count, quality.largest_step_degrees));
@@ -95,7 +100,7 @@ std::vector<std::string> warnings_of(const RotationalRun& run, const RunQuality&
     warnings.push_back(fmt::format(
         "the frames see the vessels {:.1f} pixels beside where the volume has them, and no other "
         "path of the C-arm explains it: the vessels move, or the volume is poor. Trust no diameter "
-        "without looking at reconstruction/frames.png",
+        "without looking at the frames (reconstruction/frames.nrrd, the report's sheet)",
         quality.given_residual_pixels));
   if (quality.truncated_percent > 0.0)
     warnings.push_back(fmt::format(

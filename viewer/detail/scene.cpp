@@ -251,14 +251,14 @@ ScaleBar::ScaleBar(vtkRenderer* renderer, int scale, const Rgb& color)
   renderer_->AddActor2D(text_);
 }
 
-void ScaleBar::update() {
+void ScaleBar::update(double clear) {
   const int* size = renderer_->GetSize();
   if (size[0] <= 0 || size[1] <= 0) return;
   const double mm_per_pixel =
       2.0 * renderer_->GetActiveCamera()->GetParallelScale() / double(size[1]);
   const double length_mm = round_length(0.25 * double(size[0]) * mm_per_pixel);
   const double length = length_mm / mm_per_pixel;
-  const double left = 18.0 * scale_, bottom = 18.0 * scale_, tick = 5.0 * scale_;
+  const double left = 18.0 * scale_, bottom = clear + 18.0 * scale_, tick = 5.0 * scale_;
   points_->SetPoint(0, left, bottom + tick, 0);
   points_->SetPoint(1, left, bottom, 0);
   points_->SetPoint(2, left + length, bottom, 0);

@@ -89,7 +89,8 @@ class ScaleBar {
   ScaleBar(vtkRenderer* renderer, int scale, const Rgb& color);
   /// Fits the bar to the camera; to be called before every rendering. Exact in parallel
   /// projection, which is what the scenes use.
-  void update();
+  /// @param clear  kept free at the bottom [pixel]
+  void update(double clear = 0.0);
 
  private:
   vtkRenderer* renderer_;

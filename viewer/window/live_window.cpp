@@ -135,6 +135,7 @@ LiveWindow::LiveWindow(const fs::path& case_folder, const LiveDrive& drive,
   interactor_->AddObserver(vtkCommand::KeyPressEvent, this, &LiveWindow::on_key);
   interactor_->AddObserver(vtkCommand::TimerEvent, this, &LiveWindow::tick);
   const Field pressure{Body::wall, "contact_pressure", false};
+  scene_->keep_clear(kBottom);
   scene_->color_by(pressure, {0.0, 100.0 * drive.most_pressure_atm});
   solver_ = std::make_unique<LiveSolver>(drive_);
   shown_ = solver_->latest();

@@ -180,16 +180,23 @@ void SceneView::show_frame(const FrameShapes& shapes) {
   paint();
 }
 
+void SceneView::keep_clear(int bottom_pixels) {
+  clear_ = bottom_pixels;
+  color_by(field_, field_range_);
+}
+
 void SceneView::color_by(const std::optional<Field>& field, const FieldRange& range) {
   for (const auto& part : color_bar_) renderer_->RemoveViewProp(part);
   color_bar_.clear();
   field_ = field;
+  field_range_ = range;
   if (field) {
     colors_ = field->array == "contact_pressure"
                   ? detail::make_pressure_colors(range.high)
                   : detail::make_thickness_colors(range.low, range.high);
-    color_bar_ = detail::add_color_bar(renderer_, colors_, field->title(),
-                                       {24.0, 84.0, 250.0, 12.0}, 1, detail::colors::kLightInk);
+    color_bar_ =
+        detail::add_color_bar(renderer_, colors_, field->title(),
+                              {24.0, 84.0 + clear_, 250.0, 12.0}, 1, detail::colors::kLightInk);
   }
   paint();
 }

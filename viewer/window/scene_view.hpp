@@ -62,8 +62,10 @@ class SceneView {
 
   void look_at_lesion(double aspect);
   void look_at_tree(double aspect);
+  /// Leaves the lowest pixels to others: bars are drawn above them.
+  void keep_clear(int bottom_pixels);
   /// To be called before every drawing.
-  void update_overlays() { scale_bar_->update(); }
+  void update_overlays() { scale_bar_->update(double(clear_)); }
 
   /// Half the size of what a balloon touches; of the lumen before the simulation.
   [[nodiscard]] double reach_mm() const;
@@ -99,7 +101,9 @@ class SceneView {
   vtkNew<vtkActor> cursor_;
   vtkSmartPointer<vtkTextActor> words_;
   std::unique_ptr<detail::ScaleBar> scale_bar_;
+  int clear_ = 0;  ///< at the bottom [pixel]
   std::optional<Field> field_;
+  FieldRange field_range_;
   vtkSmartPointer<vtkColorTransferFunction> colors_;
   std::vector<vtkSmartPointer<vtkProp>> color_bar_;
 };
