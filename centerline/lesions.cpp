@@ -36,9 +36,13 @@ namespace {
 constexpr double kLeastEvidence = 0.2;
 constexpr double kLeastEvidenceAtEnd = 1.0;
 constexpr double kLeastEvidenceInEnd = 5.0;
-constexpr double kSure =
-    2.0;  ///< at least, where nobody has asked for a line: odds of seven to one
+constexpr double kMostEvidence = 2.0;  ///< that is asked for where many branches are looked at
 constexpr double kLeastOddsOfErrors = 5.0;
+
+/// The same for a place that lies open to both sides: as many branches, as many chances.
+double least_evidence_in(const TreeReference& reference) {
+  return std::min(kMostEvidence, kLeastEvidence + std::log(double(reference.branches.size())));
+}
 
 /// What a listing has to cost more in a large tree and in one whose lines pass from vessel to
 /// vessel (natural logarithm of the odds): of more places some are narrow by chance, and each place
@@ -204,7 +208,8 @@ void find_on_vessel(const CenterlineTree& tree, const TreeReference& reference,
     if (is_bridge(known.path, lesion)) continue;
     lesion.evidence = cost_of_thin_vessel(known, dip, options.min_stenosis_percent);
     lesion.is_too_thin = is_too_thin(tree.paths[shown.path], lesion, options);
-    if (options.centerline < 0 && !is_evident(known, vessel, dip, kSure, doubt, options))
+    if (options.centerline < 0 &&
+        !is_evident(known, vessel, dip, least_evidence_in(reference), doubt, options))
       lesion.doubt = doubt > 0.0 ? Doubt::crowded : Doubt::faint;
     else if (options.centerline < 0)
       lesion.doubt = find_doubt(known, vessel, dip, lesion, {doubt > 0.0, options.voxel_mm > 0.0});

@@ -265,16 +265,6 @@ TEST(DiffuseDisease, IsListedOrTold) {
     }
 }
 
-TEST(FaintEvidence, IsToldAndListedOnlyForALineThatIsNamed) {
-  // As long a stretch of half the width may be all of the vessel that is healthy.
-  const CenterlineTree tree = diffuse_vessel(40.0, 66.0, 50.0);
-  const std::vector<Lesion> lesions = find_lesions(tree, {});
-  EXPECT_FALSE(lesions.front().is_stenosis);
-  EXPECT_TRUE(std::any_of(lesions.begin(), lesions.end(),
-                          [](const Lesion& lesion) { return lesion.doubt == Doubt::faint; }));
-  EXPECT_TRUE(find_lesions(tree, {.centerline = 0}).front().is_stenosis);
-}
-
 TEST(DiffuseDisease, IsNotATaperOrAnAneurysm) {
   const auto none = [](const std::function<double(double)>& diameter) {
     for (const Lesion& lesion : find_lesions(tree_of({line_of(diameter, 60.0)}), {}))

@@ -132,6 +132,27 @@ TEST(SeveralInlets, WhereVesselsTouchALesionNeedsMoreEvidence) {
   EXPECT_TRUE(listed(0.9, true).front().is_stenosis);
 }
 
+TEST(FaintEvidence, IsToldInATreeAndListedForALineThatIsNamedAndInOneVessel) {
+  const auto is_faint = [](const Lesion& lesion) { return lesion.doubt == Doubt::faint; };
+  // So long that the vessel may be thin by itself.
+  const auto with_long_stenosis = [](int branches, double depth) {
+    return with_side_branches(
+        branches, [=](double s) { return 4.0 * test::narrowed(s, 110.0, 40.0, depth); }, false);
+  };
+  int faint = 0;
+  for (double depth = 0.30; depth < 0.95; depth += 0.01) {
+    const CenterlineTree tree = with_long_stenosis(5, depth);  // 11 branches
+    const std::vector<Lesion> lesions = find_lesions(tree, {});
+    const bool is_told = std::any_of(lesions.begin(), lesions.end(), is_faint);
+    if (!is_told) continue;
+    ++faint;
+    EXPECT_TRUE(find_lesions(tree, {.centerline = 0}).front().is_stenosis) << depth;
+    const std::vector<Lesion> alone = find_lesions(with_long_stenosis(0, depth), {});
+    EXPECT_TRUE(std::none_of(alone.begin(), alone.end(), is_faint)) << depth;
+  }
+  EXPECT_GT(faint, 0);
+}
+
 TEST(DoubtfulStenosis, OfAVesselAsWideAsAHeartIsNotListedWhereVesselsTouch) {
   const auto scaled = [](double factor, bool come_back) {
     constexpr int kFew = 10;  // 21 branches: no large tree

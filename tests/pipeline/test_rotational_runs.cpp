@@ -70,7 +70,7 @@ TEST_F(RotationalRuns, ThatWobbleAreCalibrated) {
   const ProgramResult result =
       run(make_run("xa", "--frames 120 --wobble 0.5 --wobble-angle 0.3"), "case");
   ASSERT_EQ(result.exit_code, 0) << result.error;
-  EXPECT_THAT(result.error, HasSubstr("beside the path that its header tells"));
+  EXPECT_THAT(result.error, HasSubstr("beside the path that it was said to go"));
   // By the header's steps, however far a fitted frame lies from its neighbours.
   EXPECT_EQ(json_of(folder_.path() / "case/reconstruction/quality.json").at("method"), "fdk");
   expect_stenosis("case", 0.08);
