@@ -16,8 +16,9 @@ namespace {
 
 constexpr double kLeastBeats = 3.0;
 constexpr double kLeastPixels = 0.5;
-constexpr double kLeastRatio = 20.0;
-constexpr int kLeastFrames = 24;  ///< that tell a beat from noise
+constexpr double kLeastRatio = 10.0;        ///< at a rate that R waves tell,
+constexpr double kLeastRatioSought = 20.0;  ///< and at the best of many
+constexpr int kLeastFrames = 24;            ///< that tell a beat from noise
 constexpr std::size_t kLeastGated = 6;
 constexpr double kLeastStep = units::kPi / 180.0;  ///< between frames of a run without R waves
 
@@ -144,8 +145,9 @@ Gate gate_run(const RotationalRun& run, double air, const ReconstructionOptions&
   quality.beats = phases.beats;
   quality.heart_rate_per_min = 60.0 * phases.beat.rate_per_s;
   quality.by_r_waves = run.r_waves_s.size() >= 2;
+  const double least_ratio = quality.by_r_waves ? kLeastRatio : kLeastRatioSought;
   const bool beats_in_frames =
-      phases.beat.amplitude_mm > kLeastPixels * pixel && phases.beat.f_ratio > kLeastRatio;
+      phases.beat.amplitude_mm > kLeastPixels * pixel && phases.beat.f_ratio > least_ratio;
   if (must && !beats_in_frames && !quality.by_r_waves)
     throw InputError(
         "the run cannot be gated (it names no R waves, and nothing in its frames comes back with a "

@@ -27,7 +27,8 @@ struct Gate {
 };
 
 /// By options.gating: whether the vessels move with the heart (by more than half a pixel, root mean
-/// square, at an F ratio of 20 or more), and if so, the frames of the wanted phase.
+/// square, at an F ratio of 10 or more, or of 20 where R waves do not tell the rate), and if so,
+/// the frames of the wanted phase.
 ///
 /// `automatic` does not look for a beat where there are neither R waves nor steps of a degree: such
 /// runs are of what stands still, and looking means to read all frames once more.
