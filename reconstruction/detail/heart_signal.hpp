@@ -12,10 +12,10 @@ namespace angio::reconstruction::detail {
 /// isocentre].
 ///
 /// Of each frame: line integrals that stand out of their row and are narrower than 8 mm there,
-/// summed along the row. What turns around the axis keeps this profile but for the beam's cone (each ray's plane
-/// sees the same attenuation from all sides), what moves along the axis shifts it. Frames are
-/// compared with those before them, by the normalised correlation of their profiles, to a fraction
-/// of a pixel; shifts add up.
+/// summed along the row. What turns around the axis keeps this profile but for the beam's cone
+/// (each ray's plane sees the same attenuation from all sides), what moves along the axis shifts
+/// it. Frames are compared with those before them, by the normalised correlation of their profiles,
+/// to a fraction of a pixel; shifts add up.
 ///
 /// Motion across the axis alone, and vessels that run along it from edge to edge, leave no signal.
 std::vector<double> axial_shifts(const RotationalRun& run, double air, const Orbit& orbit,
