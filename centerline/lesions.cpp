@@ -208,11 +208,15 @@ void find_on_vessel(const CenterlineTree& tree, const TreeReference& reference,
     if (is_bridge(known.path, lesion)) continue;
     lesion.evidence = cost_of_thin_vessel(known, dip, options.min_stenosis_percent);
     lesion.is_too_thin = is_too_thin(tree.paths[shown.path], lesion, options);
-    if (options.centerline < 0 &&
-        !is_evident(known, vessel, dip, least_evidence_in(reference), doubt, options))
-      lesion.doubt = doubt > 0.0 ? Doubt::crowded : Doubt::faint;
-    else if (options.centerline < 0)
-      lesion.doubt = find_doubt(known, vessel, dip, lesion, {doubt > 0.0, options.voxel_mm > 0.0});
+    if (options.centerline < 0) {
+      const double least = least_evidence_in(reference);
+      lesion.doubt =
+          !is_evident(known, vessel, dip, least, 0.0, options) ? Doubt::faint
+          : !is_evident(known, vessel, dip, least, doubt, options)
+              ? Doubt::crowded
+              : find_doubt(known, vessel, dip, lesion,
+                           {.is_crowded = doubt > 0.0, .is_scan = options.voxel_mm > 0.0});
+    }
     lesion.is_stenosis = !lesion.is_left_out();
     found.push_back(lesion);
   }

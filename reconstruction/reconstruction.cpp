@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <utility>
 
@@ -36,11 +37,11 @@ void check(const std::vector<angiogram::ConeBeamFrame>& frames) {
 
 void check_views(const std::vector<angiogram::ConeBeamFrame>& frames) {
   if (int(frames.size()) < kLeastViews)
-    throw InputError(
-        fmt::format("the run has {} frames (from fewer than {} sides vessels look narrowed where "
-                    "they are not). "
-                    "Give a rotational run, 19 frames or more over 180 degrees",
-                    frames.size(), kLeastViews));
+    throw InputError(fmt::format(
+        "the run has {} frames, or so many of one phase of the heart (from fewer than {} sides "
+        "vessels look narrowed where they are not). Give a rotational run, 19 frames or more over "
+        "180 degrees, or a wider reconstruction.phase_width_percent",
+        frames.size(), kLeastViews));
 }
 
 RunQuality judge(bool has_masks, const Orbit& orbit, const PlaneGrid& plane, const Field& field) {
@@ -98,8 +99,9 @@ std::vector<std::string> warnings_of(const RotationalRun& run, const RunQuality&
         quality.given_residual_pixels, quality.residual_pixels));
   else if (quality.given_residual_pixels > kPoorPixels)
     warnings.push_back(fmt::format(
-        "the frames see the vessels {:.1f} pixels beside where the volume has them, and no other "
-        "path of the C-arm explains it: the vessels move, or the volume is poor. Trust no diameter "
+        "the frames see the vessels {:.1f} pixels beside where the volume has them, and the "
+        "C-arm's "
+        "path could not be fitted to them: they move, or the volume is poor. Trust no diameter "
         "without looking at the frames (reconstruction/frames.nrrd, the report's sheet)",
         quality.given_residual_pixels));
   if (quality.truncated_percent > 0.0)
@@ -376,6 +378,8 @@ Reconstruction reconstruct_volume(const RotationalRun& run, const Reconstruction
   const GatedRun gated(run, gate.frames);
   const Progress rest = part(progress, options.gating == Gating::off ? 0.0 : 0.1, 1.0);
   const RotationalRun& taken = gate.quality.is_gated ? gated.run() : run;
+  check_views(taken.frames);  // a narrow phase may leave few
+  const std::array doubts{gate.warning, doubt_of_relation(run), doubt_of_filling(run)};
   ReconstructionOptions settled = options;
   settled.method = method_for(options, fit_orbit(taken.frames));
   Reconstruction result = reconstruct_anywhere(taken, air, settled, gate.quality.is_gated, rest);
@@ -383,8 +387,8 @@ Reconstruction reconstruct_volume(const RotationalRun& run, const Reconstruction
   result.quality.gating = gate.quality;
   const std::vector<std::string> warnings = warnings_of(run, result.quality);
   result.warnings.insert(result.warnings.end(), warnings.begin(), warnings.end());
-  for (const std::string& warning : {gate.warning, doubt_of_relation(run), doubt_of_filling(run)})
-    if (!warning.empty()) result.warnings.push_back(warning);
+  for (const std::string& doubt : doubts)
+    if (!doubt.empty()) result.warnings.push_back(doubt);
   std::vector<angiogram::ConeBeamFrame> frames = run.frames;
   for (std::size_t n = 0; n < gate.frames.size(); ++n)
     frames[std::size_t(gate.frames[n])] = result.frames[n];

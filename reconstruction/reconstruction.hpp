@@ -211,7 +211,7 @@ std::optional<HeartForecast> forecast_heart(const std::vector<double>& times_s,
 /// (detail/ray_weights.hpp). Any path of the source near a circle does: each frame is first brought
 /// onto its plane.
 ///
-/// @param run  at least 40 degrees of arc, 3 frames
+/// @param run  at least 40 degrees of arc, kLeastViews frames
 /// @return     voxels outside the field that every frame sees have the median of those inside
 /// @throws InputError   with what the run is, and what would do
 /// @throws Error        ExitCode::unavailable: Backend::cuda, and the GPU fails or there is none

@@ -149,17 +149,23 @@ struct Forecast {
 
 /// What it makes of the folder, where that is the volume of a rotational run.
 std::optional<Forecast> forecast_of(const std::string& input, const Config& config) {
+  std::optional<segmentation::LoadedRun> loaded;
   try {
-    const auto loaded = segmentation::read_run(input, config.input);
-    if (!loaded) return {};
+    loaded = segmentation::read_run(input, config.input);
+  } catch (const InputError&) {
+    return {};  // the list has said why it is refused
+  }
+  if (!loaded) return {};
+  try {
     return Forecast{reconstruction::forecast_run(frames_by_header(*loaded),
                                                  loaded->masks != nullptr, config.reconstruction),
                     reconstruction::forecast_heart(in_seconds(loaded->run.frame_times_ms),
                                                    in_seconds(loaded->run.r_wave_times_ms),
                                                    config.reconstruction),
                     loaded->source_description};
-  } catch (const InputError&) {
-    return {};  // the list has said why it is refused
+  } catch (const InputError& error) {
+    fmt::print(stderr, "`angio run` makes no volume of it: {}\n", error.what());
+    return {};
   }
 }
 

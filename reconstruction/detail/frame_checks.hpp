@@ -17,7 +17,8 @@ std::string doubt_of_relation(const RotationalRun& run);
 /// Whether contrast medium comes into the vessels, or leaves them, during a run with masks; empty:
 /// it does not, or there are none. The sum of all line integrals of a frame is the same from all
 /// sides (the zeroth moment: Helgason, Ludwig; Natterer, The mathematics of computerized
-/// tomography, 2001, section II.4), but for the beam's cone and what leaves the picture.
+/// tomography, 2001, section II.4), but for the beam's cone and what leaves the picture: under
+/// two thirds at either end tells.
 std::string doubt_of_filling(const RotationalRun& run);
 
 }  // namespace angio::reconstruction::detail

@@ -218,15 +218,19 @@ Beat find_beat(const std::vector<double>& signal, const std::vector<double>& tim
   BeatFit fit(signal, times_s);
   const double length = times_s.back() - times_s.front();
   const double step = 0.1 / length;  // a tenth of a beat over the run
-  Beat best;
+  std::vector<Beat> beats;
   std::vector<double> phases(times_s.size());
   for (double rate = kSlowestSearched; rate <= kFastestBeat; rate += step) {
     for (std::size_t n = 0; n < phases.size(); ++n) phases[n] = rate * (times_s[n] - times_s[0]);
-    Beat beat = fit.fit(phases);
-    beat.rate_per_s = rate;
-    if (beat.f_ratio > best.f_ratio) best = beat;
+    beats.push_back(fit.fit(phases));
+    beats.back().rate_per_s = rate;
   }
-  return best.rate_per_s >= kSlowestBeat ? best : Beat{};
+  Beat best;
+  for (std::size_t n = 1; n + 1 < beats.size(); ++n)
+    if (beats[n].rate_per_s >= kSlowestBeat && beats[n].f_ratio > best.f_ratio &&
+        beats[n].f_ratio >= std::max(beats[n - 1].f_ratio, beats[n + 1].f_ratio))
+      best = beats[n];
+  return best;
 }
 
 }  // namespace angio::reconstruction::detail

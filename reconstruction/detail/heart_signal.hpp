@@ -39,9 +39,10 @@ struct Beat {
 Beat beat_of(const std::vector<double>& signal, const std::vector<double>& times_s,
              const std::vector<double>& phases);
 
-/// The same of an even rate that is not known: the one of the largest F ratio, if it is 45 to 180 a
-/// minute. Vessels and bones that cross each other while the C-arm turns come back more slowly, and
-/// a beat of less than that is not told from them: rate_per_s and f_ratio are 0.
+/// The same of an even rate that is not known: of the rates of 45 to 180 a minute at which the F
+/// ratio is at its local greatest, the one where it is greatest; rate_per_s and f_ratio are 0 where
+/// there is none. Vessels and bones that cross each other while the C-arm turns come back more
+/// slowly, and a beat of less than that is not told from them.
 Beat find_beat(const std::vector<double>& signal, const std::vector<double>& times_s);
 
 }  // namespace angio::reconstruction::detail

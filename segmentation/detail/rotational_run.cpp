@@ -25,8 +25,14 @@ double turn_of(const ProjectionRun& run) {
 
 /// What to try where increments may be steps from frame to frame.
 std::string hint_of_steps(const ProjectionRun& run) {
-  double sum = 0.0;
-  for (const double angle : run.primary_angles_degrees) sum += angle - run.base_angles_degrees[0];
+  double sum = 0.0, least = kFullTurn, most = 0.0;
+  for (const double angle : run.primary_angles_degrees) {
+    const double step = angle - run.base_angles_degrees[0];
+    sum += step;
+    least = std::min(least, std::abs(step));
+    most = std::max(most, std::abs(step));
+  }
+  if (most > 2.0 * least) return {};  // they grow, as angles do
   if (std::abs(sum) < kLeastTurn || std::abs(sum) > kFullTurn) return {};
   return "; its increments add up to " + format_number(std::abs(sum)) +
          " degrees: where they are steps from frame to frame, give --angles cumulative";

@@ -63,6 +63,26 @@ TEST(HeartSignal, FindsTheRateOfABeat) {
   EXPECT_LT(find_beat(flat, at).amplitude_mm, 0.1);
 }
 
+TEST(HeartSignal, AnEvenWaveBeatsAtItsRateOrAPartOfIt) {
+  const std::vector<double> at = times(133);
+  std::mt19937 random(2);
+  std::normal_distribution<double> normal;
+  for (const double per_minute : {60.0, 75.0, 90.0, 112.0, 150.0})
+    for (int trial = 0; trial < 5; ++trial) {
+      std::vector<double> signal;
+      double wander = 0.0;
+      for (const double t : at) {
+        wander += 0.02 * normal(random);
+        signal.push_back(std::cos(2.0 * units::kPi * t * per_minute / 60.0) + wander +
+                         0.1 * normal(random));
+      }
+      const Beat beat = find_beat(signal, at);
+      EXPECT_GT(beat.f_ratio, 20.0) << per_minute;
+      const double times_slower = per_minute / (60.0 * beat.rate_per_s);  // its overtones fit, too
+      EXPECT_NEAR(times_slower, std::round(times_slower), 0.1) << per_minute;
+    }
+}
+
 TEST(HeartSignal, WhatWandersDoesNotBeat) {
   const std::vector<double> at = times(133);
   std::mt19937 random(1);
