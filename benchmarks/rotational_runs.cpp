@@ -189,9 +189,11 @@ std::vector<std::string> measure(const std::string& phantom, const Plan& plan) {
     cells.push_back(formatted("%.3f", norm(shift)));
     cells.push_back(formatted("%+.3f", mean(accuracy.radius_mm)));
     cells.push_back(formatted("%.3f", rms(accuracy.radius_mm)));
+    constexpr double kLost = 10.0;  // no line is near
     std::string throats;
     for (const double error : accuracy.throat)
-      throats += (throats.empty() ? "" : ", ") + formatted("%+.1f", 100.0 * error);
+      throats += (throats.empty() ? "" : ", ") +
+                 (error < kLost ? formatted("%+.1f", 100.0 * error) : "lost");
     cells.push_back(throats.empty() ? "-" : throats);
     cells.push_back(formatted("%d / %d", accuracy.lesions_missed, accuracy.lesions_invented));
     cells.push_back(formatted("%.3f", dice_of(lumen.level_set, options, shift)));
