@@ -134,17 +134,17 @@ struct Lesion {
 ///
 /// The reference is that of the best healthy tree (centerline/detail/reference.hpp). A dip below it
 /// is listed if neither a healthy tree that is as thin there nor the diameters' errors explain it
-/// (in one vessel as well; at odds of seven to one where there are six branches or more); in a tree
-/// whose lines pass from vessel to vessel, where vessels touch or a loop was cut, and in one of
-/// more than 25 branches, the evidence for it has to be as much stronger as there are more places
-/// to be misled by. There no narrowing of a vessel over 25 mm wide is listed (a heart's valve), and
-/// none beyond the heart: where a vessel over 25 mm wide has lost half of its reference on the way,
-/// or has fallen to half of its width and is over 25 mm wide again. In no scan (voxel_mm > 0) one
-/// is listed that its line begins in, tightest within a diameter of the beginning (the image's
-/// edge). None is listed beside a lumen that is no tube, as an organ's or a sac's: the largest
-/// circle fills less than two fifths of the sections; and none where the width swings to and fro,
-/// by 1.35 each time, more than six times within eight healthy diameters to both sides. None of
-/// that where `centerline` names a line.
+/// (in one vessel as well; open to both sides among six branches or more, at odds of seven to one);
+/// in a tree whose lines pass from vessel to vessel, where vessels touch or a loop was cut, and in
+/// one of more than 25 branches, the evidence for it has to be as much stronger as there are more
+/// places to be misled by. There no narrowing of a vessel over 25 mm wide is listed (a heart's
+/// valve), and none beyond the heart: where a vessel over 25 mm wide has lost half of its reference
+/// on the way, or has fallen to half of its width and is over 25 mm wide again. In no scan
+/// (voxel_mm > 0) one is listed that its line begins in, tightest within a diameter of the
+/// beginning (the image's edge). None is listed beside a lumen that is no tube, as an organ's or a
+/// sac's: the largest circle fills less than two fifths of the sections; and none where the width
+/// swings to and fro, by 1.35 each time, more than six times within eight healthy diameters to both
+/// sides. None of that where `centerline` names a line.
 ///
 /// Stenoses are apart where the vessel between them is back above the edges' 20 %; a branching,
 /// where nothing is measured, does not part them along the wider daughter. A neck is a bridge
