@@ -98,9 +98,9 @@ int count_swings(const Known& known, const Vessel& vessel, double place, double 
 /// doi:10.1177/1358863X18821816).
 bool is_a_bead(const Known& known, const Vessel& vessel, const Dip& dip) {
   constexpr double kReach = 8.0;
-  constexpr int kThreeStenoses = 6;
+  constexpr int kSwingsOfThreeStenoses = 6;
   return count_swings(known, vessel, known.path.abscissa[dip.tightest],
-                      kReach * known.reference.diameter[dip.tightest]) > kThreeStenoses;
+                      kReach * known.reference.diameter[dip.tightest]) > kSwingsOfThreeStenoses;
 }
 
 }  // namespace
