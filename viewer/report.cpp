@@ -168,7 +168,7 @@ std::string make_page(const ReportContent& content, const Figures& figures,
   const detail::Metrics metrics(content.metrics_json);
   std::string page = detail::page_head(content.title, content.version) + detail::use_notice();
   page += detail::status_notice(metrics);
-  page += "<div class=\"cards\">" + detail::headline_cards(metrics) + "</div>\n";
+  page += detail::headline(metrics);
   page += detail::first_doubts(content.doubts);
   page += detail::section("Vessel tree", album.block(figures.tree, "tree"));
   page += detail::section("Stenoses",

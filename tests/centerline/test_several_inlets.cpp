@@ -243,5 +243,16 @@ TEST(DoubtfulStenosis, ThreeInARowAreListedButNotTheBeadsOfAString) {
   EXPECT_EQ(count_listed(6, {.centerline = 0}), 6);  // asked for by name
 }
 
+TEST(DoubtfulStenosis, TheErrorsOfAThreadOfALumenAreNoBeads) {
+  const CenterlineTree tree = tube_with([](double s) {
+    const double error = 0.03 * ((int(s / 2.0) % 2) != 0 ? 1.0 : -1.0);  // of the healthy width
+    return 4.0 * (std::max(0.06, test::narrowed(s, 50.0, 30.0, 0.99)) + error);
+  });
+  const Lesion lesion = find_lesions(tree, {}).front();
+  EXPECT_EQ(lesion.doubt, Doubt::none);
+  EXPECT_TRUE(lesion.is_stenosis);
+  EXPECT_GT(lesion.diameter_stenosis_percent, 85.0);
+}
+
 }  // namespace
 }  // namespace angio::centerline

@@ -245,7 +245,7 @@ TEST(Cards, OfWhatIsNotDeterminedTellTheRangeAndNoNumberOfIt) {
         "recoil_mm":0.81,"recoil_percent":28.1,"mld_range_mm":[2.08,2.23],
         "acute_gain_range_mm":[0.88,1.03],"recoil_range_percent":[22.2,28.1]},
       "flow":{"ffr_before":0.72,"ffr_before_range":[0.64,0.79],"ffr_after":0.955}})";
-  const std::string cards = detail::headline_cards(detail::Metrics(metrics));
+  const std::string cards = detail::headline(detail::Metrics(metrics));
   EXPECT_TRUE(has(cards, "1.20 → 2.08 to 2.23 mm"));
   EXPECT_TRUE(has(cards, "acute gain 0.88 to 1.03 mm"));
   EXPECT_TRUE(has(cards, "22 to 28 % of the lumen at peak"));
@@ -259,8 +259,20 @@ TEST(Cards, OfWhatIsNotDeterminedTellTheRangeAndNoNumberOfIt) {
   EXPECT_TRUE(has(notice, "Two runs disagree"));
 }
 
+TEST(Cards, OfAVesselWithoutALesionAreAMereTrial) {
+  const auto told = [](const std::string& status) {
+    return detail::headline(detail::Metrics(
+        R"({"lesion":{"mld_mm":1.2},"result":{"mld_mm":1.5},"status":")" + status + "\"}"));
+  };
+  EXPECT_TRUE(has(told("no_lesion"), "Trial inflation, not a treatment."));
+  EXPECT_TRUE(has(told("no_lesion"), "1.20 → 1.50 mm"));
+  EXPECT_FALSE(has(told("done"), "Trial"));
+  EXPECT_TRUE(
+      has(detail::headline(detail::Metrics(R"({"status":"no_lesion"})")), "no balloon was tried"));
+}
+
 TEST(Cards, TellBoundsOfAThroatThatIsNarrowerThanAVoxel) {
-  const std::string cards = detail::headline_cards(detail::Metrics(
+  const std::string cards = detail::headline(detail::Metrics(
       R"({"status":"done","lesion":{"mld_mm":0.57,"mla_mm2":0.4,"diameter_stenosis_percent":89.0,
           "resolution_mm":1.0,"stenosis_at_least_percent":81.2},
           "result":{"mld_mm":2.9,"mla_mm2":6.8,"diameter_stenosis_percent":44.0},
@@ -275,7 +287,7 @@ TEST(Cards, TellBoundsOfAThroatThatIsNarrowerThanAVoxel) {
 
 TEST(Cards, CallThePressuresRatioFractionalFlowReserveInCoronaryArteriesAlone) {
   const auto cards = [](const std::string& vessel) {
-    return detail::headline_cards(
+    return detail::headline(
         detail::Metrics(R"({"flow":{"ffr_before":0.72,"ffr_before_range":[0.64,0.79],"vessel":")" +
                         vessel + "\"}}"));
   };

@@ -126,6 +126,8 @@ std::string status_notice(const Metrics& metrics) {
   return {};
 }
 
+namespace {
+
 std::string headline_cards(const Metrics& metrics) {
   const auto lesion = [&](const char* key) { return metrics.number("lesion", key); };
   const auto peak = [&](const char* key) { return metrics.number("peak", key); };
@@ -159,6 +161,20 @@ std::string headline_cards(const Metrics& metrics) {
   out += card(shown(balloon("peak_pressure_atm"), 1, " atm"), "Peak pressure",
               "balloon at peak " + shown(balloon("peak_diameter_mm"), 2, " mm"));
   return out;
+}
+
+}  // namespace
+
+std::string headline(const Metrics& metrics) {
+  const std::string cards = headline_cards(metrics);
+  if (metrics.text("status") != "no_lesion") return "<div class=\"cards\">" + cards + "</div>\n";
+  const bool is_tried = metrics.number("result", "mld_mm").has_value();
+  return "<div class=\"trial\"><p><strong>" +
+         std::string(is_tried ? "Trial inflation, not a treatment." : "The tightest place.") +
+         "</strong> " +
+         (is_tried ? "What a balloon does at the vessel's tightest place, which is not a stenosis."
+                   : "It is not a stenosis, and no balloon was tried there.") +
+         "</p><div class=\"cards\">" + cards + "</div></div>\n";
 }
 
 }  // namespace angio::viewer::detail

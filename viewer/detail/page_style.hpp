@@ -27,6 +27,10 @@ margin:18px 0}
 .card .value{font-size:23px;font-weight:650;white-space:nowrap}
 .card .label{font-weight:600}
 .card .detail{color:var(--soft);font-size:13.5px}
+.trial{border:1px dashed var(--soft);border-radius:8px;padding:8px 14px 2px;margin:18px 0}
+.trial .cards{margin:8px 0 12px}
+.trial .card{background:none}
+.trial .card .value{font-weight:400;color:var(--soft)}
 figure{margin:0 0 16px;break-inside:avoid}
 figcaption{color:var(--soft);font-size:13.5px;margin-top:5px}
 img{max-width:100%;height:auto;display:block;border:1px solid var(--line);border-radius:6px;

@@ -41,8 +41,9 @@ bool is_coronary(const Metrics& metrics);
 /// How the case stands, as an HTML notice; empty when it is done, or nothing is known of it.
 std::string status_notice(const Metrics& metrics);
 
-/// The headline numbers as HTML cards; of a case without a result, only what the images show.
-std::string headline_cards(const Metrics& metrics);
+/// The headline numbers as HTML cards; of a case without a result, only what the images show, and
+/// of one without a lesion, the trial as such.
+std::string headline(const Metrics& metrics);
 
 /// The stenoses as one HTML table, a row each, the most severe first. Empty for an empty text.
 /// @param voxel_mm  of the scan; a narrower lumen is told as such, not as a number; 0: no scan
