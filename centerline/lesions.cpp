@@ -247,6 +247,14 @@ bool is_on_bridge(const Known& known, const Vessel& vessel, std::size_t i) {
   return is_bridge(known.path, describe_dip(known, vessel, grow_dip(known, vessel, i)));
 }
 
+/// Whether the largest circle fills two thirds of the section: beside a sac, or where the line
+/// crosses one, it does not.
+bool is_tube(const CenterlinePath& path, std::size_t i) {
+  constexpr double kLeastShare = 2.0 / 3.0;
+  return std::pow(measured_radius(path)[i], 2.0) >=
+         kLeastShare * std::pow(path.equivalent_radius[i], 2.0);
+}
+
 /// The tightest place, relative to the reference, that leaves room for a balloon on both sides, in
 /// a vessel that balloons are made for, and a diameter away from branchings, if there is one.
 Lesion tightest_place(const Known& known, double min_reference_mm) {
@@ -273,7 +281,8 @@ Lesion tightest_place(const Known& known, double min_reference_mm) {
       const double margin = std::min(std::max(2.0 * d, 5.0 + d), 0.4 * length);
       if (!known.is_measured(i) || s < margin || length - s < margin) continue;
       if (distance_to_branching(path, s) < diameters * d) continue;
-      if (d < least || (diameters >= 0.0 && is_on_bridge(known, whole, i))) continue;
+      if (d < least || (diameters >= 0.0 && (!is_tube(path, i) || is_on_bridge(known, whole, i))))
+        continue;
       // Two points of %DS are no difference: then rather in the middle.
       const double score = known.percent(i) - 4.0 * std::abs(s / length - 0.5);
       if (best && score <= best_score) continue;

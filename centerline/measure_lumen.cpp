@@ -2,6 +2,7 @@
 #include <utility>
 
 #include "centerline/centerline.hpp"
+#include "centerline/detail/disproved.hpp"
 #include "centerline/detail/polyline.hpp"
 #include "centerline/detail/surface_wall.hpp"
 #include "centerline/detail/tube_model.hpp"
@@ -83,6 +84,20 @@ Polyline center_again(const WallPoints& points, Polyline line, Range stretch) {
 
 }  // namespace
 
+LumenProfile without_disproved(const LumenProfile& seen) {
+  const auto& [s, radius, area] = seen;
+  LumenProfile left;
+  for (std::size_t i = 0; i < s.size(); ++i) {
+    if (i > 0 && i + 1 < s.size() && radius[i] < radius[i - 1] - (s[i] - s[i - 1]) &&
+        radius[i] < radius[i + 1] - (s[i + 1] - s[i]))
+      continue;
+    left.abscissa.push_back(s[i]);
+    left.inscribed_radius.push_back(radius[i]);
+    left.section_area.push_back(area[i]);
+  }
+  return left;
+}
+
 LumenProfile measure_lumen(const TriangleMesh& surface, const CenterlinePath& path,
                            double first_abscissa, double last_abscissa) {
   ClosedSurface closed = close_surface(surface);
@@ -111,7 +126,7 @@ LumenProfile measure_lumen(std::vector<Vec3> wall, const CenterlinePath& path,
     profile.inscribed_radius.push_back(sections[i].inscribed_radius);
     profile.section_area.push_back(sections[i].area);
   }
-  return profile;
+  return without_disproved(profile);
 }
 
 Tightest tightest_between(const LumenProfile& profile, double first_abscissa,

@@ -1,6 +1,8 @@
 #include "formats/files.hpp"
 
 #include <algorithm>
+#include <array>
+#include <utility>
 
 #include "core/atomic_file.hpp"
 #include "core/error.hpp"
@@ -32,19 +34,25 @@ std::string attribute(std::string_view element, const std::string& name) {
   return value;
 }
 
+using Parse = detail::ParsedSurface (*)(std::string_view bytes, const std::string& name);
+
+/// How files are read that are not VTK's own.
+constexpr std::array<std::pair<std::string_view, Parse>, 6> kParsers{
+    {{".stl", detail::parse_stl},
+     {".ply", detail::parse_ply},
+     {".obj", detail::parse_obj},
+     {".off", detail::parse_off},
+     {".msh", detail::parse_gmsh},
+     {".mesh", detail::parse_medit}}};
+
 detail::ParsedSurface parse_surface(const fs::path& path) {
-  const std::string name = path.string();
   const std::string extension = lower_extension(path);
   if (extension == ".vtp" || extension == ".vtk" || extension == ".vtu")
     return detail::read_vtk_surface(path);
-  if (extension != ".stl" && extension != ".ply" && extension != ".obj")
-    throw InputError(name +
-                     " is of no surface format known here. Give .stl, .vtp, .vtk, .vtu, "
-                     ".ply or .obj");
-  const std::string bytes = detail::read_input(path);
-  if (extension == ".stl") return detail::parse_stl(bytes, name);
-  if (extension == ".ply") return detail::parse_ply(bytes, name);
-  return detail::parse_obj(bytes, name);
+  for (const auto& [known, parse] : kParsers)
+    if (extension == known) return parse(detail::read_input(path), path.string());
+  throw InputError(path.string() + " is of no surface format known here. Give " +
+                   surface_endings());
 }
 
 /// @param name  of the file
@@ -57,6 +65,19 @@ SurfaceData finished(detail::ParsedSurface parsed, const std::string& name) {
 }
 
 }  // namespace
+
+bool is_surface_ending(std::string_view extension) {
+  return extension == ".vtp" || extension == ".vtk" || extension == ".vtu" ||
+         std::any_of(kParsers.begin(), kParsers.end(),
+                     [&](const auto& parser) { return parser.first == extension; });
+}
+
+std::string surface_endings() {
+  std::string endings = ".vtp, .vtk, .vtu";
+  for (const auto& [extension, parse] : kParsers)
+    endings += (extension == kParsers.back().first ? " or " : ", ") + std::string(extension);
+  return endings;
+}
 
 const DataArray& find_array(const std::vector<DataArray>& arrays, const std::string& name) {
   const auto found = std::find_if(arrays.begin(), arrays.end(),

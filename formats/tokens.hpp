@@ -23,6 +23,8 @@ class Tokens {
     position_ = std::min(text_.find_first_of(kSpace, first), text_.size());
     return text_.substr(first, position_ - first);
   }
+  /// Passes by the rest of the line.
+  void skip_line() { position_ = std::min(text_.find('\n', position_), text_.size()); }
 
  private:
   std::string_view text_;

@@ -65,7 +65,8 @@ std::vector<fs::path> volume_files_in(const fs::path& path) {
   if (!fs::is_directory(path))
     throw InputError(path.filename().string() +
                      " holds no DICOM, and is no volume file (.nrrd .nhdr .mha .mhd .nii .nii.gz "
-                     ".vti .vtk). Give one of these, or a zip archive of DICOM files");
+                     ".vti .vtk). Give one of these, a zip archive of DICOM files, or a surface "
+                     "(.stl .vtp .vtk .vtu .ply .obj .off .msh .mesh)");
   const auto files = volume_files_in(path);
   if (!files.empty())
     throw InputError("the folder " + path.string() + " holds no DICOM, but " +

@@ -9,8 +9,9 @@
 #include "formats/files.hpp"
 
 /// The surface formats other than VTK's own. They are read here rather than by VTK's readers,
-/// which take a text file for a mesh, round to float, or trust the counts of a damaged header.
-/// `name` is the file's, for messages. Points come as stored; the header tells RAS from LPS.
+/// which take a text file for a mesh, round to float, or trust the counts of a damaged header, or
+/// lack them. `name` is the file's, for messages. Points come as stored; the header tells RAS from
+/// LPS.
 namespace angio::formats::detail {
 
 struct ParsedSurface {
@@ -29,6 +30,10 @@ void require_whole_last_face(std::string_view text, const TriangleMesh& mesh, st
 ParsedSurface parse_stl(std::string_view bytes, const std::string& name);  ///< binary or ASCII
 ParsedSurface parse_ply(std::string_view bytes, const std::string& name);  ///< all three encodings
 ParsedSurface parse_obj(std::string_view bytes, const std::string& name);
+ParsedSurface parse_off(std::string_view text, const std::string& name);
+/// Of a mesh of solid cells its boundary: so these two.
+ParsedSurface parse_gmsh(std::string_view bytes, const std::string& name);  ///< 2.x and 4.1
+ParsedSurface parse_medit(std::string_view text, const std::string& name);
 
 /// Binary, float32, header "SPACE=LPS"; normals by the right-hand rule.
 std::string stl_bytes(const TriangleMesh& mesh);

@@ -3,12 +3,12 @@
 #include <fmt/format.h>
 
 #include <filesystem>
-#include <set>
 
 #include "core/error.hpp"
 #include "core/legacy_vtk.hpp"
 #include "core/text.hpp"
 #include "datasets/phantom.hpp"
+#include "formats/files.hpp"
 
 namespace angio::pipeline {
 namespace fs = std::filesystem;
@@ -32,9 +32,8 @@ InputKind input_kind(const std::string& input) {
                     input));
   if (fs::is_directory(input)) return InputKind::volume;
   const std::string extension = lower_extension(input);
-  const std::set<std::string> surfaces = {".stl", ".vtp", ".vtu", ".ply", ".obj"};
   const bool is_surface = extension == ".vtk" ? is_legacy_surface(legacy_vtk_data_set(input))
-                                              : surfaces.contains(extension);
+                                              : formats::is_surface_ending(extension);
   return is_surface ? InputKind::surface : InputKind::volume;
 }
 

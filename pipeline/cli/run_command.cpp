@@ -88,7 +88,8 @@ void add_run_command(CLI::App& app, RunArguments& run) {
       "run",
       "every stage, from the input to the report\n"
       "INPUT: a DICOM folder or file, a volume (.nrrd .nhdr .mha .mhd .nii .nii.gz .vti .vtk), a\n"
-      "lumen surface or mesh (.stl .vtp .vtk .vtu .ply .obj), or phantom:NAME[,key=value...]; "
+      "lumen surface or mesh (.stl .vtp .vtk .vtu .ply .obj .off .msh .mesh), or "
+      "phantom:NAME[,key=value...]; "
       "none\n"
       "with a preset of\n"
       "the seed paper's experiments (paper-...); or pacs://AET@HOST:PORT/STUDY_UID[/SERIES_UID]");

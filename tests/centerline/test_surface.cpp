@@ -7,6 +7,7 @@
 
 #include "centerline/centerline.hpp"
 #include "centerline/detail/contour.hpp"
+#include "centerline/detail/disproved.hpp"
 #include "centerline/detail/smooth_surface.hpp"
 #include "core/error.hpp"
 #include "testing/centerline/shapes.hpp"
@@ -220,6 +221,16 @@ TEST(MeasureLumen, SeesAThroatThatWasOpenedTenfold) {
   ASSERT_EQ(std::ptrdiff_t(profile.abscissa.size()),
             std::count_if(path.abscissa.begin(), path.abscissa.end(), is_asked_for));
   for (const double radius : profile.inscribed_radius) EXPECT_NEAR(radius, 1.5, 0.005);
+}
+
+TEST(MeasureLumen, LeavesOutSingleSectionsThatTheirNeighboursDisproveAndNoShortThroat) {
+  const LumenProfile seen{{1.0, 1.3, 1.6, 1.9, 2.2, 2.5, 2.8, 3.1},
+                          {1.5, 0.6, 1.5, 1.5, 0.9, 0.8, 1.4, 0.5},
+                          {7.0, 7.1, 7.2, 7.3, 3.0, 2.5, 6.0, 6.1}};
+  const LumenProfile left = without_disproved(seen);
+  EXPECT_EQ(left.abscissa, (std::vector<double>{1.0, 1.6, 1.9, 2.2, 2.5, 2.8, 3.1}));
+  EXPECT_EQ(left.inscribed_radius, (std::vector<double>{1.5, 1.5, 1.5, 0.9, 0.8, 1.4, 0.5}));
+  EXPECT_EQ(left.section_area, (std::vector<double>{7.0, 7.2, 7.3, 3.0, 2.5, 6.0, 6.1}));
 }
 
 TEST(MeasureLumen, AgreesWithTheLineItself) {

@@ -89,8 +89,13 @@ std::string ascii_vtp(const TriangleMesh& mesh) {
 }
 
 template <class Number>
+std::string little_endian(Number number) {
+  return std::string(reinterpret_cast<const char*>(&number), sizeof number);
+}
+
+template <class Number>
 std::string big_endian(Number number) {
-  std::string bytes(reinterpret_cast<const char*>(&number), sizeof number);
+  std::string bytes = little_endian(number);
   std::reverse(bytes.begin(), bytes.end());
   return bytes;
 }
@@ -118,6 +123,64 @@ std::string legacy_vtk(const TriangleMesh& mesh, bool is_text, bool is_version_5
                    std::to_string(3 * mesh.triangles.size()) + "\nOFFSETS vtktypeint64\n" +
                    offsets + "\nCONNECTIVITY vtktypeint64\n" + corners + "\n"
              : head + count + " " + std::to_string(4 * mesh.triangles.size()) + "\n" + cells + "\n";
+}
+
+std::string off(const TriangleMesh& mesh) {
+  std::string text = "OFF\n# made by hand\n" + std::to_string(mesh.vertices.size()) + " " +
+                     std::to_string(mesh.triangles.size()) + " 0\n";
+  for (const Vec3& p : mesh.vertices) text += point_text(p) + "\n";
+  for (const Triangle& t : mesh.triangles)
+    text += "3 " + std::to_string(t[0]) + " " + std::to_string(t[1]) + " " + std::to_string(t[2]) +
+            "\n";
+  return text;
+}
+
+std::string medit(const TriangleMesh& mesh) {
+  std::string text = "MeshVersionFormatted 2\nDimension\n3\nVertices\n" +
+                     std::to_string(mesh.vertices.size()) + "\n";
+  for (const Vec3& p : mesh.vertices) text += point_text(p) + " 0\n";
+  text += "Edges 1\n1 2 7\nTriangles\n" + std::to_string(mesh.triangles.size()) + "\n";
+  for (const Triangle& t : mesh.triangles)
+    text += std::to_string(t[0] + 1) + " " + std::to_string(t[1] + 1) + " " +
+            std::to_string(t[2] + 1) + " 4\n";
+  return text + "End\n";
+}
+
+/// Nodes and elements are numbered from 11 on.
+std::string gmsh(const TriangleMesh& mesh, bool is_text, bool is_version_4) {
+  const auto value = [&](auto number) {
+    return is_text ? std::to_string(number) + " " : little_endian(number);
+  };
+  const auto size = [&](std::size_t number) { return value(std::uint64_t(number)); };
+  const auto name = [&](std::size_t k) {
+    return is_version_4 ? size(k + 11) : value(std::int32_t(k + 11));
+  };
+  const auto pair = [&](const char* section, std::size_t count, const std::string& body) {
+    return std::string("$") + section + "\n" +
+           (is_version_4 ? size(1) + size(count) + size(11) + size(count + 10)
+                         : std::to_string(count) + "\n") +
+           body + "\n$End" + section + "\n";
+  };
+  const std::size_t points = mesh.vertices.size(), triangles = mesh.triangles.size();
+  std::string nodes, elements;
+  if (is_version_4) {
+    nodes = value(2) + value(1) + value(0) + size(points);
+    for (std::size_t i = 0; i < points; ++i) nodes += name(i);
+    elements = value(2) + value(1) + value(2) + size(triangles);
+  } else if (!is_text) {
+    elements = value(2) + value(int(triangles)) + value(2);
+  }
+  for (std::size_t i = 0; i < points; ++i)
+    nodes += (is_version_4 ? "" : name(i)) + value(mesh.vertices[i].x) + value(mesh.vertices[i].y) +
+             value(mesh.vertices[i].z);
+  for (std::size_t i = 0; i < triangles; ++i) {
+    elements += name(i);
+    if (!is_version_4) elements += (is_text ? value(2) + value(2) : "") + value(3) + value(1);
+    for (const int v : mesh.triangles[i]) elements += name(std::size_t(v));
+  }
+  return std::string("$MeshFormat\n") + (is_version_4 ? "4.1" : "2.2") + (is_text ? " 0" : " 1") +
+         " 8\n" + (is_text ? "" : little_endian(std::int32_t(1)) + "\n") + "$EndMeshFormat\n" +
+         pair("Nodes", points, nodes) + pair("Elements", triangles, elements);
 }
 
 std::string written(const TemporaryFolder& folder, const std::string& extension,
@@ -166,6 +229,11 @@ std::vector<Whole> whole_files(const TemporaryFolder& folder) {
     add("ASCII PLY", ".ply", ascii_ply(mesh));
     add("appended VTP", ".vtp", written(folder, ".vtp", mesh));
     add("ASCII VTP", ".vtp", ascii_vtp(mesh));
+    add("OFF", ".off", off(mesh));
+    add("Medit", ".mesh", medit(mesh));
+    for (const bool is_text : {true, false})
+      for (const bool is_version_4 : {true, false})
+        add(is_text ? "ASCII Gmsh" : "binary Gmsh", ".msh", gmsh(mesh, is_text, is_version_4));
     for (const bool is_text : {true, false})
       for (const bool is_version_5 : {true, false})
         add(is_text ? "ASCII VTK" : "binary VTK", ".vtk", legacy_vtk(mesh, is_text, is_version_5));
@@ -179,10 +247,11 @@ TEST(CutFiles, AreRefusedWhereverTheyEndBeforeTheLastTriangle) {
     ASSERT_EQ(triangles_read(folder, file.extension, file.bytes), file.triangle_count) << file.name;
     for (const std::size_t size : cuts(file.bytes.size())) {
       const auto count = triangles_read(folder, file.extension, file.bytes.substr(0, size));
-      // What is lost past the last triangle is a line break or the solid's name.
+      // What is lost past the last triangle is a line break, the solid's name or a section's end.
       if (count) {
+        const std::size_t behind = file.extension == ".msh" ? 14 : 8;
         EXPECT_EQ(*count, file.triangle_count) << file.name << " at " << size;
-        EXPECT_LE(file.bytes.size() - size, 8U) << file.name << " at " << size;
+        EXPECT_LE(file.bytes.size() - size, behind) << file.name << " at " << size;
       }
     }
   }

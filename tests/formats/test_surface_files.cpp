@@ -43,6 +43,79 @@ TEST(MeshFiles, AVolumeMeshIsReadAsItsBoundary) {
   EXPECT_DOUBLE_EQ(std::abs(enclosed_volume(boundary)), 1.0);
 }
 
+constexpr const char* kCubeOfMedit =
+    "MeshVersionFormatted 1\nDimension 3\nVertices 9\n0 0 0 1\n1 0 0 1\n1 1 0 1\n0 1 0 1\n"
+    "0 0 1 1\n1 0 1 1\n1 1 1 1\n0 1 1 1\n0.5 0.5 2 1\n";
+
+void expect_solid(const fs::path& file, std::size_t triangles, double volume) {
+  const TriangleMesh mesh = read_surface(file).mesh;
+  EXPECT_EQ(mesh.triangles.size(), triangles);
+  EXPECT_TRUE(surface_topology(mesh).is_closed());
+  EXPECT_NEAR(enclosed_volume(mesh), volume, 1e-12);  // outwards, so positive
+}
+
+TEST(MeshFiles, SolidCellsOfEveryShapeAreReadAsTheirBoundaryFromOutside) {
+  const TemporaryFolder folder;
+  const auto read = [&](const std::string& cells, std::size_t triangles, double volume) {
+    write_text_atomically(folder / "cube.mesh", kCubeOfMedit + cells + "End\n");
+    expect_solid(folder / "cube.mesh", triangles, volume);
+  };
+  read("Hexahedra 1\n1 2 3 4 5 6 7 8 0\n", 12, 1.0);
+  read("Hexahedra 1\n1 2 3 4 5 6 7 8 0\nPyramids 1\n5 6 7 8 9 0\n", 14, 1.0 + 1.0 / 3.0);
+  read("Prisms 2\n1 2 3 5 6 7 0\n1 3 4 5 7 8 0\n", 12, 1.0);
+  // What is flat inside a solid, or a line, is no part of its surface.
+  read("Ridges 1\n1\nTetrahedra 1\n1 2 4 5 0\nTriangles 1\n2 3 6 7\n", 4, 1.0 / 6.0);
+}
+
+TEST(MeshFiles, AMeshOfGmshIsReadAsItsBoundaryWithoutTheNodesInBetween) {
+  const TemporaryFolder folder;
+  // A tetrahedron of second order, a line and a point; the section's end is missing at last.
+  write_text_atomically(
+      folder / "tet.msh",
+      "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$PhysicalNames\n1\n2 1 \"Wall\"\n$EndPhysicalNames\n"
+      "$Nodes\n10\n5 0 0 0\n6 2 0 0\n7 0 2 0\n8 0 0 2\n21 1 0 0\n22 1 1 0\n23 0 1 0\n24 0 0 1\n"
+      "25 0 1 1\n26 1 0 1\n$EndNodes\n$Elements\n3\n1 15 2 0 1 5\n2 1 2 0 1 5 6\n"
+      "3 11 2 0 1 5 6 7 8 21 22 23 24 25 26\n");
+  expect_solid(folder / "tet.msh", 4, 8.0 / 6.0);
+  const auto refused = [&](const std::string& text, const char* why) {
+    write_text_atomically(folder / "wrong.msh", text);
+    try {
+      read_surface(folder / "wrong.msh");
+      ADD_FAILURE() << why;
+    } catch (const InputError& error) {
+      EXPECT_THAT(error.what(), testing::HasSubstr(why));
+    }
+  };
+  refused("$MeshFormat\n4 0 8\n$EndMeshFormat\n", "version 4.0");
+  refused("$Nodes\n1\n1 0 0 0\n$EndNodes\n", "does not begin with $MeshFormat");
+  const std::string head = "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n2\n1 0 0 0\n";
+  refused(head + "1 1 0 0\n$EndNodes\n", "two nodes");
+  refused(head + "2 1 0 0\n$EndNodes\n", "no elements");
+  refused(head + "2 1 0 0\n$EndNodes\n$Elements\n1\n1 2 2 0 1 1 2 3\n$EndElements\n", "not there");
+  refused(head + "2 1 0 0\n$EndNodes\n$Elements\n1\n1 77 2 0 1 1 2\n$EndElements\n", "type 77");
+}
+
+TEST(MeshFiles, OffIsReadWithItsColoursAndPolygons) {
+  const TemporaryFolder folder;
+  const std::string cube =
+      "COFF 8 6 0  # in cm\n0 0 0 255 0 0 1\n1 0 0 0 0 0 1\n1 1 0 0 0 0 1\n0 1 0 0 0 0 1\n"
+      "0 0 1 0 0 0 1\n\n1 0 1 0 0 0 1\n1 1 1 0 0 0 1\n0 1 1 0 0 0 1\n"
+      "4 0 3 2 1\n4 4 5 6 7 0.1 0.2 0.3\n4 0 1 5 4\n4 1 2 6 5\n4 2 3 7 6\n4 3 0 4 7\n";
+  write_text_atomically(folder / "cube.off", cube);
+  expect_solid(folder / "cube.off", 12, 1.0);
+  for (const auto& [from, to] : {std::pair{"COFF", "4OFF"},
+                                 {"COFF", "OFF BINARY"},
+                                 {"4 3 0 4 7", "4 3 0 4 8"},
+                                 {"8 6 0", "8 7 0"},
+                                 {"8 6 0", "-8 6 0"},
+                                 {"1 0 0 0 0", "1 x 0 0 0"}}) {
+    std::string wrong = cube;
+    wrong.replace(wrong.find(from), std::string(from).size(), to);
+    write_text_atomically(folder / "wrong.off", wrong);
+    EXPECT_THROW(read_surface(folder / "wrong.off"), InputError) << to;
+  }
+}
+
 TEST(MeshFiles, AGridOfTheLegacyFormatIsReadAsItsFaces) {
   const TemporaryFolder folder;
   const std::string head = "# vtk DataFile Version 3.0\nmade by hand\nASCII\nDATASET ";
