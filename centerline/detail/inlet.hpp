@@ -15,7 +15,7 @@ struct InletCandidate {
   int voxel = 0;
   bool is_cut_off = false;  ///< by the border of the volume
   bool is_open = true;      ///< false: an end of the tree, but blood does not come in by it
-  bool is_tip = false;      ///< a closed one of a surface whose other vessels end in caps
+  bool is_tip = false;      ///< a closed one of a surface whose other vessels end in rims or caps
   double opening = std::numeric_limits<double>::infinity();  ///< radius of its open rim [mm]
 };
 
@@ -45,8 +45,8 @@ struct InletChoice {
 /// the wall of a wide vessel is a small end. Where there is but one vessel, open at both ends, r is
 /// that of its rims.
 ///
-/// A closed tip of a surface with caps is a candidate only where it is wider by a quarter than
-/// every cap: what was cut off is the trunk, rather.
+/// Where a surface has two rims or caps or more, a closed tip is a candidate only where it is wider
+/// by a quarter than every one of them: what was cut off is the trunk, rather.
 ///
 /// @param front  from the first candidate's voxel
 InletChoice choose_inlet(const LumenVoxels& lumen, const Front& front,

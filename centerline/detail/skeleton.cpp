@@ -57,8 +57,8 @@ int find_inlet(const LumenVoxels& lumen, int root, const Front& front,
     InletCandidate candidate{voxel, is_cut_off(lumen, tip_first)};
     const auto rim = std::find_if(rims.begin(), rims.end(),
                                   [&](const Rim& some) { return some.voxel == voxel; });
-    candidate.is_open = !at_loop_cut && (rims.size() < 2 || are_caps || rim != rims.end());
-    candidate.is_tip = are_caps && rims.size() >= 2 && rim == rims.end();
+    candidate.is_open = !at_loop_cut;
+    candidate.is_tip = rims.size() >= 2 && rim == rims.end();
     if (rim != rims.end()) {
       candidate.opening = rim->opening.radius;
       candidate.is_cut_off = candidate.is_cut_off || are_caps;

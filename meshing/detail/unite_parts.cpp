@@ -134,6 +134,7 @@ TriangleMesh contour_union(const TriangleMesh& closed, double thin) {
   constexpr double kAcross = 8.0;  // steps of the grid over the thinnest part
   constexpr double kLeastAcross = 4.0;
   constexpr double kMostNodes = 3e7;
+  constexpr double kCrumb = 1e-3;       // of the volume
   constexpr double kOff = 1.234567e-4;  // steps; the lines miss the vertices of constructions
   Vec3 low = closed.vertices.front(), high = low;
   for (const Vec3& p : closed.vertices)
@@ -150,12 +151,12 @@ TriangleMesh contour_union(const TriangleMesh& closed, double thin) {
     grid.size[std::size_t(axis)] = int(sides[axis] / step) + 8;
     grid.origin[axis] = low[axis] - (3.0 + kOff) * step;
   }
-  std::vector<TriangleMesh> pieces =
-      connected_pieces(extract_isosurface(union_level_set(closed, grid)));
-  if (pieces.empty()) return {};
-  return std::move(*std::max_element(
-      pieces.begin(), pieces.end(),
-      [](const auto& a, const auto& b) { return enclosed_volume(a) < enclosed_volume(b); }));
+  const TriangleMesh contour = extract_isosurface(union_level_set(closed, grid));
+  std::vector<TriangleMesh> solids = connected_pieces(contour);
+  std::erase_if(solids, [&](const TriangleMesh& piece) {  // crumbs, and walls of hollows inside
+    return enclosed_volume(piece) < kCrumb * enclosed_volume(contour);
+  });
+  return solids.empty() ? TriangleMesh() : joined(solids);
 }
 
 }  // namespace

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <set>
 
+#include "core/statistics.hpp"
 #include "core/units.hpp"
 #include "meshing/subdivide.hpp"
 
@@ -79,6 +80,21 @@ TreatedLumen::TreatedLumen(TriangleMesh lumen, std::vector<int> region, Centerli
   if (is_kept) halved_ = meshing::edges_to_halve(lumen_, least_radius_mm);
   near_ = points_near(points(lumen_.vertices), path_, spans_);
   find_shares();
+  find_mistaken();
+}
+
+void TreatedLumen::find_mistaken() {
+  constexpr double kMostOff = 0.5;  // of the segment's median radius
+  const centerline::LumenProfile seen = centerline::measure_lumen(
+      points(lumen_.vertices), path_, spans_.segment_first, spans_.segment_last);
+  if (seen.abscissa.empty()) return;
+  std::vector<double> radii;
+  for (const double s : seen.abscissa) radii.push_back(sample(path_, s).equivalent_radius);
+  const double most = kMostOff * median(std::vector(radii));
+  for (std::size_t i = 0; i < seen.abscissa.size(); ++i)
+    if (std::sqrt(seen.section_area[i] / units::kPi) > radii[i] + most)
+      mistaken_.insert(seen.abscissa[i]);
+  if (mistaken_.size() == seen.abscissa.size()) mistaken_.clear();  // nothing else is known
 }
 
 void TreatedLumen::find_shares() {
@@ -125,7 +141,14 @@ centerline::LumenProfile TreatedLumen::profile_between(double first, double last
                                                        const std::vector<Vec3>& balloon) const {
   const std::vector<Vec3> lumen = mesh(wall).vertices;
   const CenterlinePath path = moved_path(lumen);
-  centerline::LumenProfile seen = centerline::measure_lumen(points(lumen), path, first, last);
+  const centerline::LumenProfile all = centerline::measure_lumen(points(lumen), path, first, last);
+  centerline::LumenProfile seen;
+  for (std::size_t i = 0; i < all.abscissa.size(); ++i) {
+    if (mistaken_.contains(all.abscissa[i])) continue;
+    seen.abscissa.push_back(all.abscissa[i]);
+    seen.inscribed_radius.push_back(all.inscribed_radius[i]);
+    seen.section_area.push_back(all.section_area[i]);
+  }
   if (balloon.empty()) return seen;
   return widened(std::move(seen),
                  centerline::measure_lumen(balloon, path, std::max(first, spans_.cylinder_first),

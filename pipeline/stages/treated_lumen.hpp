@@ -3,6 +3,7 @@
 #include <array>
 #include <limits>
 #include <nlohmann/json.hpp>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -64,6 +65,9 @@ class TreatedLumen {
     double weight = 0.0;
   };
   void find_shares();
+  /// Sections of the mesh as it was made that are far wider than the image's: that took another
+  /// vessel or an organ for their wall.
+  void find_mistaken();
   [[nodiscard]] centerline::LumenProfile profile_between(double first, double last,
                                                          const std::vector<Vec3>& wall,
                                                          const std::vector<Vec3>& balloon) const;
@@ -79,6 +83,7 @@ class TreatedLumen {
   std::vector<std::array<int, 2>> halved_;  ///< edges whose middles count, too
   std::vector<std::vector<Share>> shares_;  ///< shape [point of the path]
   std::vector<int> near_;                   ///< of vertices and middles: those round the segment
+  std::set<double> mistaken_;               ///< abscissas [mm] of sections that count at no moment
 };
 
 /// lumen_profile.csv: a row for each place of the segment; a cell is empty where the section misses

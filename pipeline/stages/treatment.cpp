@@ -41,12 +41,13 @@ GuardVerdict judge(const Treatment& first, const std::optional<Treatment>& secon
                recoil = std::abs(first.recoil_mm() - second->recoil_mm());
   const double most = kLargestShare * std::max(first.gain_mm(), second->gain_mm());
   if (std::max(gain, recoil) <= std::max(most, kLeastDifference)) return {"agrees", ""};
+  const auto shown = [](double mm) { return std::round(1000.0 * mm) / 1000.0 + 0.0; };  // no -0
   return {"differs",
           fmt::format("the result is not determined: two runs, from starts that nobody could tell "
                       "apart, gave a gain of {:.3f} and {:.3f} mm and a recoil of {:.3f} and "
                       "{:.3f} mm, apart by more than {:.0f} % of the gain. {}",
-                      first.gain_mm(), second->gain_mm(), first.recoil_mm(), second->recoil_mm(),
-                      100.0 * kLargestShare, kWhatToTry)};
+                      shown(first.gain_mm()), shown(second->gain_mm()), shown(first.recoil_mm()),
+                      shown(second->recoil_mm()), 100.0 * kLargestShare, kWhatToTry)};
 }
 
 json treatment_json(const Treatment& first, const std::optional<Treatment>& second,

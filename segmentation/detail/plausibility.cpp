@@ -75,6 +75,11 @@ std::vector<std::string> check_plausibility(const Volume<float>& level_set,
                                             const VolumeGeometry& scanned) {
   const auto inside = std::count_if(level_set.values.begin(), level_set.values.end(),
                                     [](float d) { return d < 0.0f; });
+  if (inside == 0)
+    throw InputError(
+        std::string("no vessel was found (what was brighter than tissue is bone, or too "
+                    "thin to be measured). Try to ") +
+        kAdvice);
   const double share = share_of(inside, level_set.geometry, scanned);
   const std::string percent = in_percent(share);
   if (share > kMostShare)

@@ -10,6 +10,7 @@
 #include "centerline/detail/disproved.hpp"
 #include "centerline/detail/smooth_surface.hpp"
 #include "core/error.hpp"
+#include "meshing/detail/isosurface.hpp"
 #include "testing/centerline/shapes.hpp"
 
 namespace angio::centerline {
@@ -176,6 +177,25 @@ TEST(ExtractFromSurface, RefusesBrokenNumbers) {
   mesh.triangles.erase(mesh.triangles.begin() + 5);
   mesh.vertices[7].x = std::numeric_limits<double>::quiet_NaN();
   EXPECT_THROW(extract_centerline(mesh, {}), InputError);
+}
+
+TEST(ExtractFromSurface, BloodComesInByAClosedTrunkThatIsWiderThanTheOpenEnds) {
+  const auto tube = [](const Vec3& a, const Vec3& b, double radius) {
+    return test::straight_tube(a, b, [=](double) { return radius; });
+  };
+  const Vec3 fork{0.0, 0.0, 30.0};
+  const std::vector<test::Tube> tubes{tube({0.0, 0.0, 0.0}, fork, 4.0),
+                                      tube(fork, {12.0, 0.0, 60.0}, 3.1),
+                                      tube(fork, {-12.0, 0.0, 60.0}, 2.9)};
+  const auto grid = test::grid_around(tubes, 0.5, 2.0);
+  TriangleMesh mesh = meshing::detail::extract_isosurface(test::level_set_of(tubes, grid));
+  std::erase_if(mesh.triangles, [&](const Triangle& t) {
+    return std::any_of(t.begin(), t.end(),
+                       [&](int v) { return mesh.vertices[std::size_t(v)].z > 55.0; });
+  });
+  const auto result = extract_centerline(mesh, {});
+  ASSERT_EQ(result.tree.paths.size(), 2U);
+  EXPECT_LT(distance(result.tree.paths[0].points.front(), {0.0, 0.0, 0.0}), 5.0);
 }
 
 TEST(MeasureLumen, KnowsAnEllipse) {

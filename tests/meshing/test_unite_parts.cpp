@@ -181,8 +181,8 @@ TEST(UniteParts, TheInsideOfAWallIsTheLumen) {
   EXPECT_THAT(texts(bubble), Contains(HasSubstr("inside the lumen left out")));
 }
 
-TEST(UniteParts, ATubeThatRunsThroughItselfKeepsItsVolume) {
-  // A helix of less pitch than its width.
+/// A helix of less pitch than its width, closed, and the volume of what it runs through.
+TriangleMesh helix_through_itself(double& volume) {
   TriangleMesh mesh;
   constexpr int kSteps = 160, kSides = 20;
   for (int i = 0; i < kSteps; ++i)
@@ -198,14 +198,29 @@ TEST(UniteParts, ATubeThatRunsThroughItselfKeepsItsVolume) {
       mesh.triangles.push_back({p, p + kSides, q});
       mesh.triangles.push_back({q, p + kSides, q + kSides});
     }
-  const TriangleMesh closed = detail::closed_copy(mesh);
-  ASSERT_GT(count_self_intersections(closed), 100);
   // Two turns less what they share: a lens of two circles a pitch apart, carried around.
   const double r = 1.5, d = 2.4;
   const double lens =
       2.0 * r * r * std::acos(d / (2.0 * r)) - 0.5 * d * std::sqrt(4.0 * r * r - d * d);
-  const double volume = 2.0 * pi * 6.0 * (2.0 * pi * r * r - lens);
-  expect_sound(repair_surface(closed), volume, 0.03);
+  volume = 2.0 * pi * 6.0 * (2.0 * pi * r * r - lens);
+  return detail::closed_copy(mesh);
+}
+
+TEST(UniteParts, ATubeThatRunsThroughItselfKeepsItsVolume) {
+  double volume = 0.0;
+  const TriangleMesh helix = helix_through_itself(volume);
+  ASSERT_GT(count_self_intersections(helix), 100);
+  expect_sound(repair_surface(helix), volume, 0.03);
+}
+
+TEST(UniteParts, OfWhatCrossesItselfAVesselApartIsKept) {
+  double volume = 0.0;
+  const TriangleMesh ball = tests::make_sphere({20, 0, 0}, 4.0, 4);
+  const TriangleMesh both = detail::joined({helix_through_itself(volume), ball});
+  const detail::Union united = detail::unite_parts({both});
+  EXPECT_EQ(surface_topology(united.mesh).component_count, 2);
+  EXPECT_EQ(count_self_intersections(united.mesh), 0);
+  EXPECT_NEAR(enclosed_volume(united.mesh) / (volume + enclosed_volume(ball)), 1.0, 0.03);
 }
 
 }  // namespace

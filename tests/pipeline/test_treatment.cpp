@@ -179,6 +179,19 @@ TEST(TreatedLumen, OfTheLesionAloneIsThatOfTheWholeProfile) {
   }
 }
 
+TEST(TreatedLumen, WhatTheImageDoesNotShowSoWideIsNoSectionOfIt) {
+  const auto with_organ = [](double z) { return z > 14.0 && z < 20.0 ? 5.0 : narrowed(z); };
+  const TriangleMesh lumen = tube(97, 24, with_organ);
+  std::vector<int> region;
+  for (std::size_t v = 0; v < lumen.vertices.size(); ++v) region.push_back(int(v));
+  const TreatedLumen treated(lumen, region, axis(), {9.0, 17.0, 3.0, 21.0}, 0.7, false);
+  const centerline::LumenProfile profile = treated.profile(lumen.vertices);
+  ASSERT_GT(profile.abscissa.size(), 10U);
+  for (std::size_t i = 0; i < profile.abscissa.size(); ++i)
+    EXPECT_LT(profile.section_area[i], units::kPi * 2.25 * 2.25 + 0.1) << profile.abscissa[i];
+  EXPECT_NEAR(treated.measures(profile).lesion.mld_mm, 2.0, 0.03);
+}
+
 TEST(TreatedLumen, FollowsTheWallAndNoVesselFarAway) {
   TriangleMesh lumen = tube(97, 24, narrowed);
   const std::size_t own = lumen.vertices.size();

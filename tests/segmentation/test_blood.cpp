@@ -196,6 +196,7 @@ TEST(Plausibility, RefusesWhatFillsTheVolumeAndTellsOfWideBodies) {
     const auto level = ball(radius, box);
     return detail::check_plausibility(level, level.geometry);
   };
+  EXPECT_THROW(check(0.0, 16.0), InputError);                                    // nothing
   EXPECT_TRUE(check(4.0, 16.0).empty());                                         // 7 %
   EXPECT_THAT(check(7.0, 16.0), Contains(HasSubstr("of the volume is lumen")));  // 35 %
   EXPECT_THROW(check(8.3, 16.0), InputError);                                    // 57 %

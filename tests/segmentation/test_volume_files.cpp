@@ -210,6 +210,9 @@ TEST_F(VolumeFiles, WithoutSpacingOrWithOtherUnitsOrSkewAreRefused) {
       << head << "space: left-posterior-superior\nspace directions: (1,0,0) (0.2,1,0) (0,0,1)\n"
       << "\n01234567";
   EXPECT_THAT(error_of(file("skew.nrrd")).what(), HasSubstr("right angles"));
+  std::ofstream(file("nowhere.nrrd"), std::ios::binary)
+      << head << "space directions: (1,0,0) (0,1,0) (0,0,1)\n\n01234567";
+  EXPECT_THAT(error_of(file("nowhere.nrrd")).what(), HasSubstr("\"space dimension: 3\""));
   std::ofstream(file("bare.mha"), std::ios::binary)
       << "ObjectType = Image\nNDims = 3\nDimSize = 2 2 2\nElementType = MET_UCHAR\n"
          "ElementDataFile = LOCAL\n01234567";
