@@ -12,7 +12,7 @@ namespace {
 
 using nlohmann::json;
 
-constexpr double kLargestShare = 0.1;      // of the gain
+constexpr double kLargestShare = 0.1;
 constexpr double kLeastDifference = 0.02;  // [mm]
 
 constexpr double kWorthSaying = 0.5;  // [mm]
@@ -39,13 +39,17 @@ GuardVerdict judge(const Treatment& first, const std::optional<Treatment>& secon
                     second_failure)};
   const double gain = std::abs(first.gain_mm() - second->gain_mm()),
                recoil = std::abs(first.recoil_mm() - second->recoil_mm());
-  const double most = kLargestShare * std::max(first.gain_mm(), second->gain_mm());
-  if (std::max(gain, recoil) <= std::max(most, kLeastDifference)) return {"agrees", ""};
+  // Recoil against itself where it is the larger one: a healthy vessel gains next to nothing.
+  const double of_gain = kLargestShare * std::max(first.gain_mm(), second->gain_mm()),
+               of_recoil = kLargestShare * std::max(first.recoil_mm(), second->recoil_mm());
+  if (gain <= std::max(of_gain, kLeastDifference) &&
+      recoil <= std::max({of_gain, of_recoil, kLeastDifference}))
+    return {"agrees", ""};
   const auto shown = [](double mm) { return std::round(1000.0 * mm) / 1000.0 + 0.0; };  // no -0
   return {"differs",
           fmt::format("the result is not determined: two runs, from starts that nobody could tell "
                       "apart, gave a gain of {:.3f} and {:.3f} mm and a recoil of {:.3f} and "
-                      "{:.3f} mm, apart by more than {:.0f} % of the gain. {}",
+                      "{:.3f} mm, apart by more than {:.0f} %. {}",
                       shown(first.gain_mm()), shown(second->gain_mm()), shown(first.recoil_mm()),
                       shown(second->recoil_mm()), 100.0 * kLargestShare, kWhatToTry)};
 }

@@ -57,6 +57,12 @@ TEST(Guard, LooksAtTheRecoilToo) {
   EXPECT_EQ(judge(treatment(1.0, 3.0, 2.0), treatment(1.0, 3.2, 2.0), "").state, "differs");
 }
 
+TEST(Guard, OfAVesselThatGainsNothingComparesRecoilWithItself) {
+  EXPECT_EQ(judge(treatment(3.0, 4.0, 3.0), treatment(3.0, 4.04, 3.0), "").state, "agrees");
+  EXPECT_EQ(judge(treatment(3.0, 4.0, 3.0), treatment(3.0, 4.2, 3.0), "").state, "differs");
+  EXPECT_EQ(judge(treatment(3.0, 4.0, 3.0), treatment(3.0, 4.05, 3.05), "").state, "differs");
+}
+
 TEST(Guard, DoesNotCountHundredthsOfAMillimetre) {
   EXPECT_EQ(judge(treatment(3.0, 3.1, 3.01), treatment(3.0, 3.1, 3.028), "").state, "agrees");
   EXPECT_EQ(judge(treatment(3.0, 3.1, 3.01), treatment(3.0, 3.1, 3.04), "").state, "differs");
