@@ -28,7 +28,8 @@ struct GuardVerdict {
 };
 
 /// A result is not determined where gain or recoil of the two runs differ by more than a tenth of
-/// the larger gain (recoils: or recoil, if that is more), and by more than 0.02 mm, below which the error of the measure lies.
+/// the larger gain (recoils: or of the larger recoil, if that is more), and by more than 0.02 mm,
+/// below which the error of the measure lies.
 /// @param second_failure  why there is no second run; empty: there is
 GuardVerdict judge(const Treatment& first, const std::optional<Treatment>& second,
                    const std::string& second_failure);
