@@ -60,6 +60,11 @@ LumenProfile measure_lumen(const TriangleMesh& surface, const CenterlinePath& pa
 LumenProfile measure_lumen(std::vector<Vec3> wall, const CenterlinePath& path,
                            double first_abscissa, double last_abscissa);
 
+/// Leaves out single sections that took something else for their wall: narrower than both
+/// neighbours allow, r_i < r_j - |s_i - s_j| [mm]. A web thinner than one step of the profile is
+/// lost, too.
+LumenProfile without_disproved(const LumenProfile& seen);
+
 /// The program's one minimal lumen diameter and area: over the profile's places between two
 /// abscissas of the treated path, or over the place nearest to them where there is none.
 struct Tightest {

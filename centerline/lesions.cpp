@@ -266,11 +266,19 @@ Lesion tightest_place(const Known& known, double min_reference_mm) {
   std::size_t middle = 0;
   // Rather where a balloon is placed unasked; in the last resort, anywhere.
   const double trial = std::max(kLeastTreated, min_reference_mm);
-  for (const auto& [diameters, least] : {std::pair{1.0, trial},
-                                         {0.0, trial},
-                                         {1.0, min_reference_mm},
-                                         {0.0, min_reference_mm},
-                                         {-1.0, 0.0}}) {
+  struct Asked {
+    double diameters, least;
+    bool tube;
+  };
+  for (const auto& [diameters, least, tube] : {Asked{1.0, trial, true},
+                                               {0.0, trial, true},
+                                               {1.0, min_reference_mm, true},
+                                               {0.0, min_reference_mm, true},
+                                               {1.0, trial, false},
+                                               {0.0, trial, false},
+                                               {1.0, min_reference_mm, false},
+                                               {0.0, min_reference_mm, false},
+                                               {-1.0, 0.0, false}}) {
     if (best) break;
     for (std::size_t i = 0; i < path.points.size(); ++i) {
       const double s = path.abscissa[i];
@@ -281,7 +289,8 @@ Lesion tightest_place(const Known& known, double min_reference_mm) {
       const double margin = std::min(std::max(2.0 * d, 5.0 + d), 0.4 * length);
       if (!known.is_measured(i) || s < margin || length - s < margin) continue;
       if (distance_to_branching(path, s) < diameters * d) continue;
-      if (d < least || (diameters >= 0.0 && (!is_tube(path, i) || is_on_bridge(known, whole, i))))
+      if (d < least || (tube && !is_tube(path, i)) ||
+          (diameters >= 0.0 && is_on_bridge(known, whole, i)))
         continue;
       // Two points of %DS are no difference: then rather in the middle.
       const double score = known.percent(i) - 4.0 * std::abs(s / length - 0.5);

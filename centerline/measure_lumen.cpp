@@ -2,7 +2,6 @@
 #include <utility>
 
 #include "centerline/centerline.hpp"
-#include "centerline/detail/disproved.hpp"
 #include "centerline/detail/polyline.hpp"
 #include "centerline/detail/surface_wall.hpp"
 #include "centerline/detail/tube_model.hpp"
@@ -126,7 +125,7 @@ LumenProfile measure_lumen(std::vector<Vec3> wall, const CenterlinePath& path,
     profile.inscribed_radius.push_back(sections[i].inscribed_radius);
     profile.section_area.push_back(sections[i].area);
   }
-  return without_disproved(profile);
+  return profile;
 }
 
 Tightest tightest_between(const LumenProfile& profile, double first_abscissa,

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <string_view>
+
 /// Units. Inside the code: mm, g, s, hence stress in Pa (1 g/(mm s^2) = 1 Pa), force in uN,
 /// energy in nJ. People see atm and kPa for pressure.
 namespace angio {
@@ -8,6 +10,8 @@ namespace angio {
 enum class LengthUnit { mm, cm, m, inch };
 inline constexpr const char* kLengthUnitNames[] = {"mm", "cm", "m", "inch"};
 inline constexpr double kMillimetresOf[] = {1.0, 10.0, 1000.0, 25.4};
+/// What a warning begins with where the unit was told from the size: every length rests on that.
+inline constexpr std::string_view kUnitGuessed = "the file does not say its unit";
 
 }  // namespace angio
 

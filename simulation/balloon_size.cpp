@@ -14,7 +14,7 @@ constexpr ChartPoint kGrowth[] = {{4.0, 2.85 / 3.0},  {6.0, 2.93 / 3.0},  {8.0, 
 constexpr double kBySize = -1.0;  // of a film's traction: 0 means that there is none
 
 void fill(double& field, double value) {
-  if (!(field > 0.0)) field = value;
+  if (field == 0.0) field = value;
 }
 
 }  // namespace

@@ -308,18 +308,18 @@ InletChoice choose_inlet(const LumenVoxels& lumen, const Front& front,
                            : median_depth(lumen, outer_half(lumen, stretch, last[c] < 0));
     return (candidates[c].is_cut_off ? kCutOff : 1.0) * std::min(own, candidates[c].opening);
   };
-  constexpr double kSure = 1.0, kWiderThanCaps = 1.25;
-  double widest_cap = 0.0;
+  constexpr double kSure = 1.0, kWiderThanOpen = 1.25;
+  double widest_open = 0.0;
   for (std::size_t c = 0; c < candidates.size(); ++c)
     if (candidates[c].is_open && !candidates[c].is_tip)
-      widest_cap = std::max(widest_cap, radius_at(c));
+      widest_open = std::max(widest_open, radius_at(c));
   double cubes = 0.0;
   for (std::size_t c = 0; c < candidates.size(); ++c) cubes += std::pow(radius_at(c), 3);
   InletChoice choice;
   double best_cost = 1e300, rival_cost = 1e300;
   for (std::size_t c = 0; c < candidates.size(); ++c) {
     if (!candidates[c].is_open) continue;
-    if (candidates[c].is_tip && radius_at(c) < kWiderThanCaps * widest_cap) continue;
+    if (candidates[c].is_tip && radius_at(c) < kWiderThanOpen * widest_open) continue;
     const double radius = radius_at(c);
     // The tree as a whole is a fork, too, and aneurysms at its forks do not change that one.
     const double as_one_fork = std::min(

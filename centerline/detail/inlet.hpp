@@ -46,7 +46,8 @@ struct InletChoice {
 /// that of its rims.
 ///
 /// Where a surface has two rims or caps or more, a closed tip is a candidate only where it is wider
-/// by a quarter than every one of them: what was cut off is the trunk, rather.
+/// by a quarter than every one of them (caps count as cut off, so by more): what was cut off is the
+/// trunk, rather.
 ///
 /// @param front  from the first candidate's voxel
 InletChoice choose_inlet(const LumenVoxels& lumen, const Front& front,

@@ -48,7 +48,7 @@ bool is_cut_off(const LumenVoxels& lumen, const std::vector<int>& tip_first) {
 }
 
 /// @param front  from the root
-/// @param rims   where there are two or more, blood comes in by one of them
+/// @param rims   where there are two or more, blood comes in by one of them, or by a far wider tip
 int find_inlet(const LumenVoxels& lumen, int root, const Front& front,
                const std::vector<LumenEnd>& ends, const std::vector<Rim>& rims, bool are_caps,
                std::vector<std::string>& warnings) {

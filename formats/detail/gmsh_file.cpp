@@ -1,8 +1,8 @@
 #include <array>
 #include <cstdint>
 #include <cstring>
+#include <map>
 #include <optional>
-#include <unordered_map>
 
 #include "core/error.hpp"
 #include "formats/detail/mesh_cells.hpp"
@@ -43,7 +43,9 @@ class Numbers {
   /// Behind a section's end. The counts have told whether all is there: some files lack the last.
   void skip_behind(const std::string& word) {
     const auto found = bytes_.find(word, position_);
-    if (found == std::string_view::npos && bytes_.substr(position_) == "\n") {
+    const std::string_view rest = bytes_.substr(position_);
+    if (found == std::string_view::npos && rest.find('\n') != std::string_view::npos &&
+        rest.find_first_not_of(" \t\r\n") == std::string_view::npos) {
       position_ = bytes_.size();
       return;
     }
@@ -53,7 +55,13 @@ class Numbers {
 
   std::int64_t integer() { return is_binary ? raw<std::int32_t>() : text<std::int64_t>(); }
   /// A count or a name of a node or an element, in version 4.
-  std::int64_t size() { return is_binary ? std::int64_t(raw<std::uint64_t>()) : integer(); }
+  std::int64_t size() { return is_binary ? raw<std::int64_t>() : integer(); }
+  /// The same, of a count. @throws InputError if it is negative
+  std::int64_t count() { return counted(size()); }
+  [[nodiscard]] std::int64_t counted(std::int64_t number) const {
+    if (number < 0) fail(name_, "it counts fewer than none");
+    return number;
+  }
   double real() { return is_binary ? raw<double>() : text<double>(); }
   template <class Number>
   Number text() {
@@ -155,14 +163,14 @@ class Mesh {
 
  private:
   const std::string& name_;
-  std::unordered_map<std::int64_t, int> places_;  ///< of the nodes in points_
+  std::map<std::int64_t, int> places_;  ///< of the nodes in points_
   std::vector<Vec3> points_;
   std::vector<int> nodes_;  ///< of the element at hand
   CellSurface surface_;
 };
 
 void read_nodes_2(Numbers& numbers, Mesh& mesh) {
-  const auto count = numbers.text<std::int64_t>();
+  const std::int64_t count = numbers.counted(numbers.text<std::int64_t>());
   if (numbers.is_binary) numbers.end_line();
   for (std::int64_t i = 0; i < count; ++i) {
     const std::int64_t tag = numbers.integer();
@@ -170,32 +178,34 @@ void read_nodes_2(Numbers& numbers, Mesh& mesh) {
   }
 }
 
-void read_elements_2(Numbers& numbers, Mesh& mesh) {
-  const auto count = numbers.text<std::int64_t>();
+void read_elements_2(Numbers& numbers, Mesh& mesh, const std::string& name) {
+  const std::int64_t count = numbers.counted(numbers.text<std::int64_t>());
   if (numbers.is_binary) numbers.end_line();
   for (std::int64_t done = 0; done < count;) {
     if (!numbers.is_binary) numbers.integer();  // its own number
     const ElementType type = mesh.type(numbers.integer());
     const std::int64_t together = numbers.is_binary ? numbers.integer() : 1;
-    const std::int64_t tags = numbers.integer();
+    const std::int64_t tags = numbers.counted(numbers.integer());
+    if (together < 1) fail(name, "a block of elements is empty");
     for (std::int64_t k = 0; k < together; ++k, ++done) {
       if (numbers.is_binary) numbers.integer();
       for (std::int64_t t = 0; t < tags; ++t) numbers.integer();
       mesh.add_element(type, [&] { return numbers.integer(); });
     }
-    if (together < 1) break;
   }
 }
 
-void read_nodes_4(Numbers& numbers, Mesh& mesh) {
-  const std::int64_t blocks = numbers.size();
-  for (int k = 0; k < 3; ++k) numbers.size();  // number of nodes, least and greatest name
+void read_nodes_4(Numbers& numbers, Mesh& mesh, const std::string& name) {
+  const std::int64_t blocks = numbers.count(), promised = numbers.count();
+  for (int k = 0; k < 2; ++k) numbers.size();  // least and greatest name
   std::vector<std::int64_t> tags;
+  std::int64_t found = 0;
   for (std::int64_t b = 0; b < blocks; ++b) {
     const std::int64_t dimension = numbers.integer();
     numbers.integer();  // of the entity
     const bool has_parameters = numbers.integer() != 0;
-    const std::int64_t count = numbers.size();
+    const std::int64_t count = numbers.count();
+    found += count;
     tags.clear();
     for (std::int64_t i = 0; i < count; ++i) tags.push_back(numbers.size());
     for (const std::int64_t tag : tags) {
@@ -203,20 +213,24 @@ void read_nodes_4(Numbers& numbers, Mesh& mesh) {
       for (std::int64_t k = 0; has_parameters && k < dimension; ++k) numbers.real();
     }
   }
+  if (found != promised) fail(name, "it has another number of nodes than it says");
 }
 
-void read_elements_4(Numbers& numbers, Mesh& mesh) {
-  const std::int64_t blocks = numbers.size();
-  for (int k = 0; k < 3; ++k) numbers.size();
+void read_elements_4(Numbers& numbers, Mesh& mesh, const std::string& name) {
+  const std::int64_t blocks = numbers.count(), promised = numbers.count();
+  for (int k = 0; k < 2; ++k) numbers.size();
+  std::int64_t found = 0;
   for (std::int64_t b = 0; b < blocks; ++b) {
     for (int k = 0; k < 2; ++k) numbers.integer();  // dimension and name of the entity
     const ElementType type = mesh.type(numbers.integer());
-    const std::int64_t count = numbers.size();
+    const std::int64_t count = numbers.count();
+    found += count;
     for (std::int64_t i = 0; i < count; ++i) {
       numbers.size();  // its own number
       mesh.add_element(type, [&] { return numbers.size(); });
     }
   }
+  if (found != promised) fail(name, "it has another number of elements than it says");
 }
 
 /// 2 or 4, the version's first number; numbers are in binary from here on where the file says so.
@@ -244,16 +258,17 @@ ParsedSurface parse_gmsh(std::string_view bytes, const std::string& name) {
   bool has_nodes = false, has_elements = false;
   while (const auto line = numbers.line()) {
     if (!line->starts_with('$')) fail(name, "a section does not begin with '$'");
-    const std::string section(line->substr(1));
+    constexpr std::size_t kLongestName = 64;
+    const std::string section(line->substr(1, kLongestName));
     if (version == 0 && section != "MeshFormat" && section != "Comments")
       fail(name, "it does not begin with $MeshFormat");
     if (section == "MeshFormat") {
       version = read_format(numbers, name);
     } else if (section == "Nodes") {
-      version == 2 ? read_nodes_2(numbers, mesh) : read_nodes_4(numbers, mesh);
+      version == 2 ? read_nodes_2(numbers, mesh) : read_nodes_4(numbers, mesh, name);
       has_nodes = true;
     } else if (section == "Elements") {
-      version == 2 ? read_elements_2(numbers, mesh) : read_elements_4(numbers, mesh);
+      version == 2 ? read_elements_2(numbers, mesh, name) : read_elements_4(numbers, mesh, name);
       has_elements = true;
     }
     numbers.skip_behind("$End" + section);

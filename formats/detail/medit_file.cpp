@@ -33,6 +33,10 @@ std::optional<CellShape> shape_named(std::string_view word) {
   return std::nullopt;
 }
 
+bool is_read(std::string_view section) {
+  return section == "Dimension" || section == "Vertices" || shape_named(section);
+}
+
 class Reader {
  public:
   Reader(std::string_view text, const std::string& name) : tokens_(text), name_(name) {}
@@ -49,9 +53,11 @@ class Reader {
       } else if (const auto shape = shape_named(word)) {
         read_cells(*shape);
       }
-      do {  // what is of no interest here is passed by, number by number
-        word = next();
-      } while (parse_number<double>(word));
+      const std::string_view section = word;
+      bool has_numbers = false;
+      // What is of no interest here is passed by, number by number.
+      for (word = next(); parse_number<double>(word); word = next()) has_numbers = true;
+      if (word.empty() && !has_numbers && !is_read(section)) fail(name_, "it was cut short");
     }
     return surface_.over(points_);
   }
@@ -72,8 +78,13 @@ class Reader {
     if (!value) fail(name_, "it ends too early or holds a word where a number should be");
     return *value;
   }
-  void read_points() {
+  long next_count() {
     const auto count = number<long>();
+    if (count < 0) fail(name_, "it counts fewer than none");
+    return count;
+  }
+  void read_points() {
+    const long count = next_count();
     for (long i = 0; i < count; ++i) {
       Vec3 point;
       for (int axis = 0; axis < 3; ++axis) point[axis] = number<double>();
@@ -82,13 +93,14 @@ class Reader {
     }
   }
   void read_cells(CellShape shape) {
-    const auto count = number<long>();
+    const long count = next_count();
     std::vector<int> nodes(corner_count(shape));
     for (long i = 0; i < count; ++i) {
       for (int& node : nodes) {
-        node = number<int>() - 1;
-        if (node < 0 || std::size_t(node) >= points_.size())
+        const auto named = number<long>();
+        if (named < 1 || std::size_t(named) > points_.size())
           fail(name_, "a cell names a vertex that is not there");
+        node = int(named - 1);
       }
       number<double>();
       surface_.add(shape, nodes);

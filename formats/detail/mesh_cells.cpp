@@ -1,6 +1,7 @@
 #include "formats/detail/mesh_cells.hpp"
 
 #include <algorithm>
+#include <numeric>
 #include <utility>
 
 namespace angio::formats::detail {
@@ -55,19 +56,41 @@ std::vector<Corners> faces_of_one(const std::vector<Corners>& faces) {
 std::size_t corner_count(CellShape shape) { return shape_of(shape).corners; }
 
 void CellSurface::add(CellShape shape, std::span<const int> nodes) {
-  std::vector<Face>& faces = is_flat(shape) ? flat_ : of_solids_;
-  for (const Corners& corners : shape_of(shape).faces) {
-    Face face{-1, -1, -1, -1};
-    for (std::size_t k = 0; k < corners.size(); ++k)
-      if (corners[k] >= 0) face[k] = nodes[std::size_t(corners[k])];
-    faces.push_back(face);
+  const std::span<const int> corners = nodes.first(corner_count(shape));
+  Cell cell{{corners.begin(), corners.end()}, shape, corners_.size()};
+  std::sort(cell.sorted.begin(), cell.sorted.end());
+  cells_.push_back(std::move(cell));
+  corners_.insert(corners_.end(), corners.begin(), corners.end());
+}
+
+std::vector<CellSurface::Face> CellSurface::faces() const {
+  std::vector<std::size_t> order(cells_.size());
+  std::iota(order.begin(), order.end(), std::size_t(0));
+  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
+    return cells_[a].sorted < cells_[b].sorted;
+  });
+  const auto same = [&](std::size_t a, std::size_t b) {
+    return cells_[a].sorted == cells_[b].sorted;
+  };
+  order.erase(std::unique(order.begin(), order.end(), same), order.end());
+  std::sort(order.begin(), order.end());
+  std::vector<Face> flat, of_solids;
+  for (const std::size_t c : order) {
+    const Cell& cell = cells_[c];
+    for (const Corners& corners : shape_of(cell.shape).faces) {
+      Face face{-1, -1, -1, -1};
+      for (std::size_t k = 0; k < corners.size(); ++k)
+        if (corners[k] >= 0) face[k] = corners_[cell.first + std::size_t(corners[k])];
+      (is_flat(cell.shape) ? flat : of_solids).push_back(face);
+    }
   }
+  return of_solids.empty() ? flat : faces_of_one(of_solids);
 }
 
 TriangleMesh CellSurface::over(const std::vector<Vec3>& points) const {
-  const std::vector<Face> faces = of_solids_.empty() ? flat_ : faces_of_one(of_solids_);
+  const std::vector<Face> all = faces();
   std::vector<int> place(points.size(), -1);
-  for (const Face& face : faces)
+  for (const Face& face : all)
     for (const int node : face)
       if (node >= 0) place[std::size_t(node)] = 0;
   TriangleMesh mesh;
@@ -77,7 +100,7 @@ TriangleMesh CellSurface::over(const std::vector<Vec3>& points) const {
     mesh.vertices.push_back(points[p]);
   }
   const auto at = [&](int node) { return place[std::size_t(node)]; };
-  for (const Face& face : faces) {
+  for (const Face& face : all) {
     mesh.triangles.push_back({at(face[0]), at(face[1]), at(face[2])});
     if (face[3] >= 0) mesh.triangles.push_back({at(face[0]), at(face[2]), at(face[3])});
   }

@@ -17,10 +17,11 @@ class Reader {
 
   ParsedSurface read() {
     std::string_view line = next();
+    line.remove_prefix(line.find_first_not_of(" \t"));
     const auto end = line.find("OFF");
-    for (const char letter : line.substr(0, std::min(end, line.size())))
-      if (std::string_view("STCN").find(letter) == std::string_view::npos) fail("it is none");
-    if (end == std::string_view::npos) fail("it does not begin with OFF");
+    if (end == std::string_view::npos ||
+        line.substr(0, end).find_first_not_of("STCN") != std::string_view::npos)
+      fail("it does not begin with OFF");
     line.remove_prefix(end + 3);
     Tokens counts(line);
     std::string_view word = counts.next();

@@ -152,9 +152,10 @@ TriangleMesh contour_union(const TriangleMesh& closed, double thin) {
     grid.origin[axis] = low[axis] - (3.0 + kOff) * step;
   }
   const TriangleMesh contour = extract_isosurface(union_level_set(closed, grid));
+  const double least = kCrumb * enclosed_volume(contour);
   std::vector<TriangleMesh> solids = connected_pieces(contour);
   std::erase_if(solids, [&](const TriangleMesh& piece) {  // crumbs, and walls of hollows inside
-    return enclosed_volume(piece) < kCrumb * enclosed_volume(contour);
+    return enclosed_volume(piece) < least;
   });
   return solids.empty() ? TriangleMesh() : joined(solids);
 }

@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include "core/units.hpp"
+
 namespace angio::pipeline {
 namespace {
 
@@ -52,17 +54,19 @@ std::string working_view(const json& metrics) {
                      is_assumed ? ", if the input's axes are the patient's" : "");
 }
 
-/// The reason of the status, then the treatment's own warnings; of the others how many there are.
+/// The reason of the status, a unit that was guessed, then the treatment's own warnings; of the
+/// others how many there are.
 std::string to_doubt(const json& metrics, const RunRecord& record) {
   std::vector<std::string> own;
   if (metrics.at("status_reason").is_string())
     own.push_back(metrics["status_reason"].get<std::string>());
   std::size_t others = 0;
   for (const auto& [stage, entry] : record.stages)
-    if (stage == Stage::simulation)
-      own.insert(own.end(), entry.warnings.begin(), entry.warnings.end());
-    else
-      others += entry.warnings.size();
+    for (const std::string& text : entry.warnings)
+      if (stage == Stage::simulation || text.starts_with(kUnitGuessed))
+        own.push_back(text);
+      else
+        ++others;
   const std::size_t more = own.empty() ? others : own.size() - 1 + others;
   std::string line =
       "to doubt " + (own.empty() ? std::string("nothing in the simulation") : own.front());

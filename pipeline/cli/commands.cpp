@@ -39,6 +39,7 @@
 #include "pipeline/cli/recommend_command.hpp"
 #include "pipeline/cli/run_command.hpp"
 #include "pipeline/cli/stage_commands.hpp"
+#include "pipeline/cli/stale_note.hpp"
 #include "pipeline/cli/sweep_command.hpp"
 #include "pipeline/cli/verify_command.hpp"
 #include "pipeline/version.hpp"
@@ -115,6 +116,8 @@ void add_view_command(CLI::App& app, ViewArguments& arguments) {
 
 int do_view(const ViewArguments& arguments) {
   end_in_own_time();
+  Reporter reporter(ReportStyle::lines);
+  note_if_stale(arguments.case_folder, reporter);
   viewer::view_case(arguments.case_folder, arguments.options);
   return int(ExitCode::done);
 }

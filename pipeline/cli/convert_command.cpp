@@ -17,6 +17,7 @@
 #include "pipeline/case/input_kind.hpp"
 #include "pipeline/case/slicer_folder.hpp"
 #include "pipeline/cli/data_commands.hpp"
+#include "pipeline/cli/stale_note.hpp"
 #include "pipeline/config/config.hpp"
 #include "pipeline/stages/reporter.hpp"
 #include "segmentation/read_volume.hpp"
@@ -161,6 +162,7 @@ int do_convert(const ConvertArguments& a) {
       convert_volume(a, reporter);
       break;
     case Kind::scene:
+      note_if_stale(a.input, reporter);
       if (is_pdf(a.output))
         write_case_pdf(a.input, a.output);
       else

@@ -5,6 +5,7 @@
 
 #include "core/error.hpp"
 #include "formats/tokens.hpp"
+#include "pipeline/cli/stale_note.hpp"
 #include "pipeline/stages/reporter.hpp"
 #include "viewer/film.hpp"
 
@@ -50,6 +51,7 @@ int do_film(const FilmArguments& a) {
   options.pictures_per_second = a.pictures_per_second;
   Reporter reporter(a.shared.style());
   reporter.begin_stage("film");
+  note_if_stale(a.case_folder, reporter);
   viewer::write_film(a.case_folder, a.film, options, reporter.progress());
   reporter.result(a.film.string());
   return int(ExitCode::done);

@@ -291,11 +291,12 @@ std::string recommendation_table(const std::vector<CandidateResult>& results) {
     };
     std::vector<std::string> misses;
     for (const Miss& miss : result.missed) misses.push_back(kShort.at(miss.limit));
-    table.push_back(
-        {std::to_string(result.ranked.rank), c.balloon.empty() ? cell_of(c.diameter_mm) : c.balloon,
-         cell_of(c.length_mm), cell_of(c.pressure_atm), result.row.status, told("acute_gain_mm", 2),
-         told(kResidual, 0), told(kRecoil, 0), told(kInjury, 0), told(kRatio, 2), told(kFlow, 2),
-         misses.empty() ? "-" : fmt::format("{}", fmt::join(misses, ","))});
+    table.push_back({std::to_string(result.ranked.rank), front_of(result, "-"),
+                     c.balloon.empty() ? cell_of(c.diameter_mm) : c.balloon, cell_of(c.length_mm),
+                     cell_of(c.pressure_atm), result.row.status, told("acute_gain_mm", 2),
+                     told(kResidual, 0), told(kRecoil, 0), told(kInjury, 0), told(kRatio, 2),
+                     told(kFlow, 2),
+                     misses.empty() ? "-" : fmt::format("{}", fmt::join(misses, ","))});
   }
   return aligned_text(table);
 }

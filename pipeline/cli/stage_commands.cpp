@@ -6,6 +6,7 @@
 #include <string>
 
 #include "core/error.hpp"
+#include "pipeline/cli/stale_note.hpp"
 #include "pipeline/experiments/workflow.hpp"
 #include "pipeline/stages/run_case.hpp"
 #include "pipeline/stages/stage_settings.hpp"
@@ -69,6 +70,7 @@ int do_stage_again(const StageCommand& command, const SharedOptions& shared,
   request.from = command.stage;
   request.until = command.stage;
   Reporter reporter(shared.style());
+  if (command.stage == Stage::report) note_if_stale(case_folder, reporter);
   reporter.result(run_case(workflow_of(request.config), request, reporter).string());
   return int(ExitCode::done);
 }

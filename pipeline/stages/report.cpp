@@ -13,6 +13,7 @@
 
 #include "core/atomic_file.hpp"
 #include "core/error.hpp"
+#include "core/units.hpp"
 #include "formats/case_file.hpp"
 #include "formats/csv.hpp"
 #include "formats/files.hpp"
@@ -218,7 +219,9 @@ std::vector<viewer::Doubts> doubts_of(const RunRecord& run) {
   for (const auto& [stage, about] : groups) {
     doubts.push_back({about, {}});
     const auto record = run.stages.find(stage);
-    if (record != run.stages.end()) keep(doubts.back().texts, record->second.warnings);
+    if (record == run.stages.end()) continue;
+    for (const std::string& text : record->second.warnings)
+      doubts[text.starts_with(kUnitGuessed) ? 0 : doubts.size() - 1].texts.push_back(text);
   }
   return doubts;
 }

@@ -13,7 +13,8 @@ namespace {
 
 using formats::case_file::kReport;
 constexpr const char* kNotice =
-    "<p id=\"stale\" style=\"margin:0;padding:1em;background:#b00;color:#fff\"><b>This report is "
+    "<p id=\"stale\" style=\"margin:0 0 1em;padding:1em;background:#b00;color:#fff\"><b>This "
+    "report is "
     "stale.</b> Settings or files of the case have changed since it was made. Run <code>angio "
     "run</code> again.</p>\n";
 

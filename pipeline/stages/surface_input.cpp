@@ -55,7 +55,7 @@ void choose_unit(GivenSurface& given, std::optional<LengthUnit> stated,
   }
   given.unit = guess.unit;
   given.unit_source = guess.is_vessel ? "size" : "default";
-  const std::string read = fmt::format("the file does not say its unit; it is read in {}: {}. ",
+  const std::string read = fmt::format("{}; it is read in {}: {}. ", kUnitGuessed,
                                        unit_name(guess.unit), words(guess.unit));
   if (!guess.others.empty())
     warn(read + fmt::format("In {} it would be {}: add {} if so", unit_name(guess.others.front()),

@@ -90,11 +90,19 @@ void TreatedLumen::find_mistaken() {
   if (seen.abscissa.empty()) return;
   std::vector<double> radii;
   for (const double s : seen.abscissa) radii.push_back(sample(path_, s).equivalent_radius);
-  const double most = kMostOff * median(std::vector(radii));
+  const double most = kMostOff * median(radii);
   for (std::size_t i = 0; i < seen.abscissa.size(); ++i)
     if (std::sqrt(seen.section_area[i] / units::kPi) > radii[i] + most)
       mistaken_.insert(seen.abscissa[i]);
-  if (mistaken_.size() == seen.abscissa.size()) mistaken_.clear();  // nothing else is known
+  // What is left has to tell of the lesion; a single place may be told of by what is beside it.
+  const auto is_left_between = [&](double first, double last) {
+    return std::any_of(seen.abscissa.begin(), seen.abscissa.end(),
+                       [&](double s) { return s >= first && s <= last && !mistaken_.contains(s); });
+  };
+  if (!is_left_between(spans_.segment_first, spans_.segment_last) ||
+      (spans_.lesion_last > spans_.lesion_first &&
+       !is_left_between(spans_.lesion_first, spans_.lesion_last)))
+    mistaken_.clear();
 }
 
 void TreatedLumen::find_shares() {
@@ -149,6 +157,7 @@ centerline::LumenProfile TreatedLumen::profile_between(double first, double last
     seen.inscribed_radius.push_back(all.inscribed_radius[i]);
     seen.section_area.push_back(all.section_area[i]);
   }
+  seen = centerline::without_disproved(seen);
   if (balloon.empty()) return seen;
   return widened(std::move(seen),
                  centerline::measure_lumen(balloon, path, std::max(first, spans_.cylinder_first),

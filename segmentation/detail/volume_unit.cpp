@@ -47,7 +47,7 @@ void bring_to_mm(VolumeFile& file, const std::filesystem::path& path,
   const std::string name = kLengthUnitNames[int(own)];
   file.warnings.push_back(unit
                               ? "read in " + name + ": " + in_words(grid, factor)
-                              : "the file does not say its unit; it is read in " + name + ": " +
+                              : std::string(kUnitGuessed) + "; it is read in " + name + ": " +
                                     in_words(grid, factor) + ". In mm no angiography is like it (" +
                                     in_words(grid, 1.0) + "). --unit says otherwise");
   grid.spacing *= factor;

@@ -7,7 +7,6 @@
 
 #include "centerline/centerline.hpp"
 #include "centerline/detail/contour.hpp"
-#include "centerline/detail/disproved.hpp"
 #include "centerline/detail/smooth_surface.hpp"
 #include "core/error.hpp"
 #include "meshing/detail/isosurface.hpp"

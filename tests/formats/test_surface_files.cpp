@@ -86,6 +86,16 @@ TEST(MeshFiles, AMeshOfGmshIsReadAsItsBoundaryWithoutTheNodesInBetween) {
       EXPECT_THAT(error.what(), testing::HasSubstr(why));
     }
   };
+  // A cell that is there once for each of its groups counts once.
+  const std::string two =
+      "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n5\n1 0 0 0\n2 1 0 0\n3 0 1 0\n"
+      "4 0 0 1\n5 1 1 1\n$EndNodes\n$Elements\n";
+  write_text_atomically(folder / "twice.msh", two +
+                                                  "3\n1 4 2 1 1 1 2 3 4\n2 4 2 2 1 1 2 3 4\n"
+                                                  "3 4 2 1 1 2 3 4 5\n$EndElements\n");
+  expect_solid(folder / "twice.msh", 6, 0.5);
+  refused(two + "1\n1 4 2 1 1 1 2 3 9\n$EndElements\n", "not there");
+  refused(two + "-1\n$EndElements\n", "fewer than none");
   refused("$MeshFormat\n4 0 8\n$EndMeshFormat\n", "version 4.0");
   refused("$Nodes\n1\n1 0 0 0\n$EndNodes\n", "does not begin with $MeshFormat");
   const std::string head = "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n2\n1 0 0 0\n";

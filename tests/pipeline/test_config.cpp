@@ -89,7 +89,8 @@ TEST(Config, ValuesOutsideTheirRangeAreRefused) {
   for (const char* assignment :
        {"balloon.ring_count=1", "simulation.frame_s=-1", "mesh.edges_per_circumference=1",
         "segmentation.scale_count=0", "lesion.min_stenosis_percent=200", "simulation.write_every=0",
-        "inflation.peak_pressure_atm=1000"}) {
+        "inflation.peak_pressure_atm=1000", "inflation.peak_pressure_atm=-3", "balloon.wall_mm=-1",
+        "simulation.contact_distance_mm=-1", "inflation.rated_burst_atm=-1"}) {
     Config config;
     apply_setting(config, assignment);
     message_of([&] { config.validate(); }, ExitCode::bad_config);

@@ -4,9 +4,11 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <iterator>
 #include <limits>
 #include <nlohmann/json.hpp>
 #include <set>
+#include <sstream>
 #include <string>
 #include <vector>
 
@@ -153,6 +155,14 @@ TEST(Recommend, SaysWhereNoCandidateMeetsAllLimits) {
   EXPECT_EQ(results[0].missed.size(), 1U);
   EXPECT_EQ(results[2].row.status, "failed");
   EXPECT_THAT(recommendation_words(results), testing::HasSubstr("No candidate meets all limits"));
+  std::istringstream table(recommendation_table(results));
+  const auto columns_of = [](const std::string& line) {
+    std::istringstream words(line);
+    return std::distance(std::istream_iterator<std::string>(words), {});
+  };
+  std::string header, row;
+  std::getline(table, header);
+  while (std::getline(table, row)) EXPECT_EQ(columns_of(row), columns_of(header)) << row;
   results = {judged("failed", 0, 0, 0, 8)};
   rank_results(results);
   EXPECT_THAT(recommendation_words(results), testing::HasSubstr("determined"));

@@ -196,6 +196,13 @@ TEST(TreatedLumen, WhatTheImageDoesNotShowSoWideIsNoSectionOfIt) {
   for (std::size_t i = 0; i < profile.abscissa.size(); ++i)
     EXPECT_LT(profile.section_area[i], units::kPi * 2.25 * 2.25 + 0.1) << profile.abscissa[i];
   EXPECT_NEAR(treated.measures(profile).lesion.mld_mm, 2.0, 0.03);
+  // A lesion of which nothing else is known is measured as it is; a single place, beside it.
+  const auto mld = [&](double first, double last) {
+    const TreatedLumen of(lumen, region, axis(), {first, last, 3.0, 21.0}, 0.7, false);
+    return of.measures(of.profile(lumen.vertices)).lesion.mld_mm;
+  };
+  EXPECT_GT(mld(15.0, 19.0), 8.0);
+  EXPECT_LT(mld(17.0, 17.0), 3.2);
 }
 
 TEST(TreatedLumen, FollowsTheWallAndNoVesselFarAway) {

@@ -67,6 +67,17 @@ std::string agreement(const Metrics& metrics, const char* range_key, int decimal
   return ", two runs within " + formats::fixed_text(apart, decimals) + unit;
 }
 
+/// By how much the lumen at peak is wider than the balloon in it: contact keeps a gap, and what is
+/// round touches along the edges of its mesh.
+std::string beyond_balloon(const Metrics& metrics) {
+  constexpr double kWorthSaying = 0.02;  // mm
+  const auto lumen = metrics.number("peak", "mld_mm"),
+             balloon = metrics.number("balloon", "peak_diameter_mm");
+  if (!lumen || !balloon || *lumen - *balloon < kWorthSaying) return {};
+  return " (" + formats::fixed_text(*lumen - *balloon, 2) +
+         " mm more than the balloon: contact's gap, and the meshes' edges)";
+}
+
 /// Nothing where no place was looked at.
 std::string view_card(const Metrics& metrics) {
   const auto foreshortening = metrics.number("working_view", "foreshortening_percent");
@@ -136,14 +147,15 @@ std::string headline_cards(const Metrics& metrics) {
   std::string out;
   out += card(change(metrics, "diameter_stenosis_percent", nullptr, 0, " %"), "Diameter stenosis",
               "reference diameter " + shown(lesion("reference_diameter_mm"), 2, " mm"));
-  out += card(change(metrics, "mld_mm", "mld_range_mm", 2, " mm"), "Minimal lumen diameter",
-              "at peak " + shown(peak("mld_mm"), 2, " mm") + ", acute gain " +
-                  told(metrics, "acute_gain_mm", "acute_gain_range_mm", 2, " mm") +
-                  agreement(metrics, "acute_gain_range_mm", 3, " mm") +
-                  (bound(metrics, "mld_mm", 2).empty()
-                       ? ""
-                       : ". Before, the throat is narrower than a voxel: it is not measured, and "
-                         "the gain not certain"));
+  out +=
+      card(change(metrics, "mld_mm", "mld_range_mm", 2, " mm"), "Minimal lumen diameter",
+           "at peak " + shown(peak("mld_mm"), 2, " mm") + beyond_balloon(metrics) +
+               ", acute gain " + told(metrics, "acute_gain_mm", "acute_gain_range_mm", 2, " mm") +
+               agreement(metrics, "acute_gain_range_mm", 3, " mm") +
+               (bound(metrics, "mld_mm", 2).empty()
+                    ? ""
+                    : ". Before, the throat is narrower than a voxel: it is not measured, and "
+                      "the gain not certain"));
   out += card(change(metrics, "mla_mm2", nullptr, 2, " mm²"), "Minimal lumen area",
               "at peak " + shown(peak("mla_mm2"), 2, " mm²"));
   out += flow_card(metrics);
@@ -160,6 +172,9 @@ std::string headline_cards(const Metrics& metrics) {
       "Balloon", "balloon-to-artery ratio " + shown(balloon("balloon_to_artery_ratio"), 2, ""));
   out += card(shown(balloon("peak_pressure_atm"), 1, " atm"), "Peak pressure",
               "balloon at peak " + shown(balloon("peak_diameter_mm"), 2, " mm"));
+  if (const auto over = metrics.number("wall", "over_strength_percent"))
+    out += card(shown(over, 0, " %"), "Wall over its strength",
+                "of intima, media and adventitia where the balloon touches");
   return out;
 }
 

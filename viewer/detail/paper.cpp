@@ -157,20 +157,26 @@ struct Paper::Sheets {
   static double space_before(BlockKind kind) {
     return kind == BlockKind::heading ? 14.0 : kind == BlockKind::subheading ? 8.0 : 2.0;
   }
+  static constexpr double kAfterHeading = 3.0;
+  Owned<PangoLayout> shape_of(const PageBlock& heading) const {
+    return layout(heading.text, type_of(heading.kind), kColumn);
+  }
+  /// What is left of this sheet below the headings that wait.
+  double room() const {
+    double left = kHeight - kMargin - top;
+    for (const PageBlock& heading : headings)
+      left -= space_before(heading.kind) + height_of(shape_of(heading).get()) + kAfterHeading;
+    return left;
+  }
   /// Begins a new sheet unless there is so much left of this one, for the headings that wait, too;
   /// writes these.
   void need(double height) {
-    constexpr double kAfter = 3.0;
-    std::vector<Owned<PangoLayout>> shapes;
+    if (height > room() && top > kMargin) end_sheet();
     for (const PageBlock& heading : headings) {
-      shapes.push_back(layout(heading.text, type_of(heading.kind), kColumn));
-      height += space_before(heading.kind) + height_of(shapes.back().get()) + kAfter;
-    }
-    if (top + height > kHeight - kMargin && top > kMargin) end_sheet();
-    for (std::size_t i = 0; i < headings.size(); ++i) {
-      top += space_before(headings[i].kind);
-      draw(shapes[i].get(), kBlack, kMargin, top);
-      top += height_of(shapes[i].get()) + kAfter;
+      const auto shape = shape_of(heading);
+      top += space_before(heading.kind);
+      draw(shape.get(), kBlack, kMargin, top);
+      top += height_of(shape.get()) + kAfterHeading;
     }
     headings.clear();
   }
@@ -319,6 +325,13 @@ void Paper::Sheets::draw_row(const std::vector<PageBlock>& blocks, std::size_t f
     captions.push_back(layout(blocks[i].text, {7.5, false, kGrey}, cell));
     height =
         std::max(height, scales.back() * figure.height + 3.0 + height_of(captions.back().get()));
+  }
+  // A picture of its own row is made smaller rather than that much of a sheet stays empty.
+  constexpr double kLeastShrunk = 0.6;
+  const double whole = scales.front() * figures.front().height, too_high = height + kGap - room();
+  if (columns == 1 && too_high > 0.0 && whole - too_high >= kLeastShrunk * whole) {
+    scales.front() *= 1.0 - too_high / whole;
+    height -= too_high;
   }
   need(height + kGap);
   for (std::size_t i = 0; i < count; ++i) {

@@ -147,6 +147,9 @@ constexpr std::array kWordings{
     Wording{"mesh.triangles_below_20_degrees", "Triangles with an angle under 20°", "", 0},
     Wording{"mesh.triangles_below_20_degrees_at_rims", "of these at the rims", "", 0},
     Wording{"mesh.triangles_below_20_degrees_capped", "with caps", "", 0},
+    Wording{"wall.model", "Model", "", 0},
+    Wording{"wall.over_strength_percent", "Share over its strength, where the balloon touches", "%",
+            1},
     Wording{"mesh.mean_edge_mm", "Mean edge", "mm", 3},
     Wording{"mesh.distance_mean_mm", "Distance to the image's lumen, mean", "mm", 4},
     Wording{"mesh.distance_percentile_95_mm", "Distance to the image's lumen, 95 %", "mm", 4},
@@ -332,6 +335,30 @@ std::string Metrics::text(const char* key) const {
                                                              : std::string();
 }
 
+namespace {
+
+/// Of a layered wall, a row a layer.
+std::string wall_rows(const ordered_json& wall) {
+  std::string body = rows("wall", wall);
+  if (!wall.contains("regions") || !wall["regions"].is_object()) return body;
+  for (const auto& [layer, told] : wall["regions"].items()) {
+    if (!told.is_object()) continue;
+    const auto number = [&](const char* key, int decimals) {
+      return told.contains(key) ? value_text(told[key], decimals) : std::string("–");
+    };
+    body += "<tr><th scope=\"row\">Stress in the " + formats::escape_html(layer) +
+            ", median; 99 %</th><td>" +
+            formats::escape_html(number("peak_principal_stress_median_kpa", 0) + "; " +
+                                 number("peak_principal_stress_p99_kpa", 0)) +
+            " kPa</td></tr><tr><th scope=\"row\">Plastic strain in the " +
+            formats::escape_html(layer) + ", 99 %</th><td>" +
+            formats::escape_html(number("plastic_strain_p99", 2)) + "</td></tr>";
+  }
+  return body;
+}
+
+}  // namespace
+
 std::string Metrics::tables() const {
   std::string out;
   if (const std::string status = text("status"); !status.empty())
@@ -340,6 +367,8 @@ std::string Metrics::tables() const {
   for (const auto& [group, title] : kGroupTitles)
     if (content_->root.contains(group) && content_->root[group].is_object())
       out += table(title, rows(group, content_->root[group]));
+  if (content_->root.contains("wall") && content_->root["wall"].is_object())
+    out += table("Wall, at peak", wall_rows(content_->root["wall"]));
   return out;
 }
 
