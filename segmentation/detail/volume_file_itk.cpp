@@ -128,10 +128,9 @@ bool check_header_text(const std::filesystem::path& path, const std::string& for
   }
   const auto has = [&](const char* field) { return text.find(field) != std::string::npos; };
   if (has("\nspace directions:") && !has("\nspace:") && !has("\nspace dimension:"))
-    throw InputError(
-        name +
-        " has \"space directions\" but names no space (the format asks for one). Add "
-        "a line \"space dimension: 3\" to its header, before them");
+    throw InputError(name +
+                     " has \"space directions\" but names no space (the format asks for one). Add "
+                     "a line \"space dimension: 3\" to its header, before them");
   if (!has("\nspace:"))
     warnings.push_back(std::string("the file names ") + kNoPatientSpace +
                        "; its axes were taken as LPS");
