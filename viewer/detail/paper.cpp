@@ -7,6 +7,8 @@
 #include <algorithm>
 #include <array>
 #include <cstring>
+#include <numeric>
+#include <sstream>
 #include <utility>
 
 #include "core/error.hpp"
@@ -19,6 +21,7 @@ namespace {
 constexpr double kWidth = 595.276, kHeight = 841.89, kMargin = 45.0, kFooter = 28.0;
 constexpr double kColumn = kWidth - 2.0 * kMargin;
 constexpr double kGap = 8.0;
+constexpr double kCellSpace = 6.0;  // between a table's columns
 constexpr double kMostFigureHeight = 430.0;
 
 struct Ink {
@@ -168,6 +171,36 @@ struct Paper::Sheets {
       left -= space_before(heading.kind) + height_of(shape_of(heading).get()) + kAfterHeading;
     return left;
   }
+  double width_of(const std::string& text, const Type& type) const {
+    const auto shape = layout(text, type, kColumn);
+    pango_layout_set_width(shape.get(), -1);
+    int width = 0, height = 0;
+    pango_layout_get_size(shape.get(), &width, &height);
+    return double(width) / PANGO_SCALE;
+  }
+  /// Every column holds its longest word; what is left of the sheet's width goes to those whose
+  /// longest text is longer, up to a share of it.
+  std::vector<double> column_widths(const std::vector<std::vector<TableCell>>& rows,
+                                    std::size_t columns, const Type& type) const {
+    constexpr double kMostText = 200.0;
+    std::vector<double> word(columns, 1.0), whole(columns, 1.0);
+    for (const auto& row : rows)
+      for (std::size_t c = 0; c < row.size(); ++c) {
+        std::istringstream words(row[c].text);
+        for (std::string one; words >> one;)
+          word[c] = std::max(word[c], std::min(kMostText, width_of(one, type)));
+        whole[c] = std::max(whole[c], std::min(kMostText, width_of(row[c].text, type)));
+      }
+    const double space = kColumn - kCellSpace * double(columns);
+    const double words = std::accumulate(word.begin(), word.end(), 0.0),
+                 more = std::max(1e-9, std::accumulate(whole.begin(), whole.end(), -words));
+    std::vector<double> widths;
+    for (std::size_t c = 0; c < columns; ++c)
+      widths.push_back(kCellSpace +
+                       (words > space ? space * word[c] / words
+                                      : word[c] + (space - words) * (whole[c] - word[c]) / more));
+    return widths;
+  }
   /// Begins a new sheet unless there is so much left of this one, for the headings that wait, too;
   /// writes these.
   void need(double height) {
@@ -274,16 +307,8 @@ void Paper::add_table(const PageBlock& table) {
   std::size_t columns = 0;
   for (const auto& row : table.rows) columns = std::max(columns, row.size());
   if (columns == 0) return;
-  // A column is as wide as its longest text asks, as far as there is room.
-  std::vector<double> widths(columns, 1.0);
-  double sum = 0.0;
-  for (std::size_t c = 0; c < columns; ++c) {
-    for (const auto& row : table.rows)
-      if (c < row.size())
-        widths[c] = std::max(widths[c], std::min(40.0, double(row[c].text.size())));
-    sum += widths[c];
-  }
   const Type plain{8.0, false, kBlack};
+  const std::vector<double> widths = sheets_->column_widths(table.rows, columns, plain);
   for (const auto& row : table.rows) {
     std::vector<Owned<PangoLayout>> cells;
     double height = 0.0;
@@ -291,7 +316,7 @@ void Paper::add_table(const PageBlock& table) {
       Type type = plain;
       if (row[c].is_name) type.ink = kGrey;
       type.align = c == 0 ? PANGO_ALIGN_LEFT : PANGO_ALIGN_RIGHT;
-      cells.push_back(sheets_->layout(row[c].text, type, kColumn * widths[c] / sum - 6.0));
+      cells.push_back(sheets_->layout(row[c].text, type, widths[c] - kCellSpace));
       height = std::max(height, Sheets::height_of(cells.back().get()));
     }
     sheets_->need(height + 5.0);
@@ -299,7 +324,7 @@ void Paper::add_table(const PageBlock& table) {
     for (std::size_t c = 0; c < cells.size(); ++c) {
       sheets_->draw(cells[c].get(), row[c].is_name ? kGrey : kBlack, left + 3.0,
                     sheets_->top + 2.0);
-      left += kColumn * widths[c] / sum;
+      left += widths[c];
     }
     sheets_->top += height + 4.0;
     sheets_->set_ink(kLine);
