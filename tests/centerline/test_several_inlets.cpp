@@ -243,6 +243,24 @@ TEST(DoubtfulStenosis, ThreeInARowAreListedButNotTheBeadsOfAString) {
   EXPECT_EQ(count_listed(6, {.centerline = 0}), 6);  // asked for by name
 }
 
+TEST(TrialPlace, IsNotWhereTheLumenIsNoTubeUnlessItIsNoneAnywhere) {
+  const auto place = [](double first_flat, double last_flat) {
+    CenterlineTree tree = tube_with([](double s) {
+      return 4.0 * test::narrowed(s, 40.0, 3.0, 0.2) * test::narrowed(s, 65.0, 3.0, 0.12);
+    });
+    CenterlinePath& path = tree.paths[0];
+    for (std::size_t i = 0; i < path.points.size(); ++i)
+      if (path.abscissa[i] >= first_flat && path.abscissa[i] <= last_flat)
+        path.equivalent_radius[i] = 1.5 * path.inscribed_radius[i];
+    const Lesion lesion = find_lesions(tree, {}).front();
+    EXPECT_FALSE(lesion.is_stenosis);
+    return lesion.abscissa_mm;
+  };
+  EXPECT_NEAR(place(-2.0, -1.0), 40.0, 1.5);
+  EXPECT_NEAR(place(34.0, 46.0), 65.0, 1.5);  // beside a sac
+  EXPECT_NEAR(place(0.0, 100.0), 40.0, 1.5);  // an oval vessel
+}
+
 TEST(DoubtfulStenosis, TheErrorsOfAThreadOfALumenAreNoBeads) {
   const CenterlineTree tree = tube_with([](double s) {
     const double error = 0.03 * ((int(s / 2.0) % 2) != 0 ? 1.0 : -1.0);  // of the healthy width

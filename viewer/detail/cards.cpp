@@ -187,8 +187,9 @@ std::string headline(const Metrics& metrics) {
   return "<div class=\"trial\"><p><strong>" +
          std::string(is_tried ? "Trial inflation, not a treatment." : "The tightest place.") +
          "</strong> " +
-         (is_tried ? "What a balloon does at the vessel's tightest place, which is not a stenosis."
-                   : "It is not a stenosis, and no balloon was tried there.") +
+         (is_tried
+              ? "What a balloon does at the vessel's tightest place; no stenosis is certain there."
+              : "No stenosis is certain there, and no balloon was tried.") +
          "</p><div class=\"cards\">" + cards + "</div></div>\n";
 }
 

@@ -25,7 +25,7 @@ constexpr const char* kMethodNotes =
     "image. Acute gain = MLD after − "
     "MLD before. Recoil = MLD at peak, the lumen that the balloon holds open, − MLD after. Where "
     "the simulation was run twice, from starts that nobody could tell apart, the range of both is "
-    "how well the solver repeats itself; a finer mesh changes more, a few per cent of the gain. "
+    "how well the solver repeats itself; a finer mesh may change more. "
     "Pressures are above the outside.</p>\n";
 
 }  // namespace
