@@ -68,8 +68,8 @@ CArmMount mount_around(const TriangleMesh& mesh, double spacing_mm,
                        const RotationalRunOptions& run) {
   double radius = 0.0, height = 0.0;
   for (const Vec3& v : mesh.vertices) {
-    radius = std::max(radius, std::hypot(v.x, v.y));
-    height = std::max(height, std::abs(v.z));
+    radius = std::max(radius, run.views.empty() ? std::hypot(v.x, v.y) : norm(v));
+    height = std::max(height, run.views.empty() ? std::abs(v.z) : norm(v));
   }
   const double margin = kMarginMm + run.heartbeat_mm + run.breathing_mm;
   radius += margin;
@@ -179,7 +179,14 @@ void RotationalRunOptions::validate() const {
   const auto require = [](bool ok, const char* message) {
     if (!ok) throw OptionError(message);
   };
-  require(frames >= 3 && frames <= 2000, "run.frames: must be in [3, 2000]");
+  constexpr std::size_t kMostViews = 12;
+  require(frames >= (views.empty() ? 3 : 1) && frames <= 2000,
+          "run.frames: must be in [3, 2000], of views in [1, 2000]");
+  require(views.size() <= kMostViews, "run.views: must be 12 at most");
+  require(views.empty() || !mask_run, "run.mask_run: views have none");
+  for (const angiogram::CArmAngles& view : views)
+    require(std::abs(view.primary_degrees) <= 180.0 && std::abs(view.secondary_degrees) <= 90.0,
+            "run.views: primary angles must be in [-180, 180], secondary ones in [-90, 90]");
   require(arc_degrees >= 1.0 && arc_degrees <= 400.0, "run.arc_degrees: must be in [1, 400]");
   require(source_to_isocentre_mm >= 300.0 && source_to_isocentre_mm <= 2000.0,
           "run.source_to_isocentre_mm: must be in [300, 2000]");
@@ -218,11 +225,16 @@ RotationalRunOfPhantom make_rotational_run(const PhantomOptions& phantom,
   move(result.phantom.surface, result.phantom.truth,
        -0.5 * (anatomy.shape.lower_corner() + anatomy.shape.upper_corner()));
   result.mount = mount_around(result.phantom.surface, sized.spacing_mm, run);
-  for (int f = 0; f < run.frames; ++f) {
-    const double angle = run.arc_degrees * (double(f) / (run.frames - 1) - 0.5);
-    result.primary_angles_degrees.push_back(angle);
-    result.frames.push_back(
-        wobbled(angiogram::c_arm_frame({angle, 0.0}, result.mount), f, sized.seed, run));
+  const int frame_count = run.frames * std::max(1, int(run.views.size()));
+  for (int f = 0; f < frame_count; ++f) {
+    const angiogram::CArmAngles angles =
+        run.views.empty() ? angiogram::CArmAngles{
+                                run.arc_degrees * (double(f) / (run.frames - 1) - 0.5), 0.0}
+                          : run.views[std::size_t(f / run.frames)];
+    result.primary_angles_degrees.push_back(angles.primary_degrees);
+    result.secondary_angles_degrees.push_back(angles.secondary_degrees);
+    result.frames.push_back(wobbled(angiogram::c_arm_frame(angles, result.mount),
+                                    run.views.empty() ? f : f / run.frames, sized.seed, run));
   }
   result.motion = detail::plan_motion(run, sized.seed);
   const std::vector<Vec3> ways =
@@ -233,17 +245,17 @@ RotationalRunOfPhantom make_rotational_run(const PhantomOptions& phantom,
   result.pictures.resize(pixels * result.frames.size());
   if (run.mask_run) result.masks.resize(result.pictures.size());
   int done = 0;
-  parallel_for_uneven(run.frames, [&](std::ptrdiff_t f) {
+  parallel_for_uneven(frame_count, [&](std::ptrdiff_t f) {
     const std::size_t first = std::size_t(f) * pixels;
-    const std::size_t frame = std::size_t(f);
+    const std::size_t frame = std::size_t(f), in_run = frame % std::size_t(run.frames);
     const Beam seen =
-        beam(detail::moved_surface(result.phantom.surface, ways, result.motion, frame),
-             result.frames[frame], run, result.motion.filled_parts[frame]);
+        beam(detail::moved_surface(result.phantom.surface, ways, result.motion, in_run),
+             result.frames[frame], run, result.motion.filled_parts[in_run]);
     expose(seen.filled, quanta, sized.seed, first, result.pictures.data() + first);
     if (run.mask_run)
       expose(seen.empty, quanta, sized.seed + 1, first, result.masks.data() + first);
 #pragma omp critical(angio_rotational_run)
-    progress.report(double(++done) / run.frames, "projecting the phantom");
+    progress.report(double(++done) / frame_count, "projecting the phantom");
   });
   return result;
 }

@@ -10,9 +10,11 @@
 
 namespace angio::datasets {
 
-/// How a phantom is seen by a C-arm that turns around it.
+/// How a phantom is seen by a C-arm that turns around it, or stands still at some places.
 struct RotationalRunOptions {
-  int frames = 200;                       ///< [3, 2000]
+  int frames = 200;  ///< [3, 2000]; of each view, where there are some, [1, 2000]
+  /// Where the C-arm stands still, a run for each, up to 12; empty: it turns.
+  std::vector<angiogram::CArmAngles> views = {};
   double arc_degrees = 200.0;             ///< from the first frame to the last, [1, 400]
   double source_to_detector_mm = 1200.0;  ///< above the next
   double source_to_isocentre_mm = 800.0;  ///< [300, 2000]
@@ -22,7 +24,7 @@ struct RotationalRunOptions {
   double contrast_per_mm = 0.1;  ///< attenuation of the medium above that of blood, (0, 1]: 130 mg
                                  ///< of iodine in a mL
   /// The C-arm's way beside the one that the header tells, drawn for each frame: by which all of it
-  /// is shifted along each axis, and turned around each, sd.
+  /// (each view, where it stands still) is shifted along each axis, and turned around each, sd.
   double wobble_mm = 0.0;       ///< [0, 5]
   double wobble_degrees = 0.0;  ///< [0, 5]
   double frame_time_ms = 33.0;  ///< from a frame to the next, [1, 10000]
@@ -59,6 +61,7 @@ struct RotationalRunOfPhantom {
   RotationalRunOptions options;
   angiogram::CArmMount mount;
   std::vector<double> primary_angles_degrees;    ///< as the header tells
+  std::vector<double> secondary_angles_degrees;  ///< the same
   std::vector<angiogram::ConeBeamFrame> frames;  ///< as they are, with the wobble
   RunMotion motion;                              ///< the truth stands for its rest
   std::vector<std::uint16_t> pictures;           ///< shape [frames, rows, columns]
@@ -73,8 +76,9 @@ RotationalRunOfPhantom make_rotational_run(const PhantomOptions& phantom,
                                            const Progress& progress = {});
 
 /// Writes the run as multi-frame X-Ray Angiographic objects, run/IM0001.dcm and, of a mask run,
-/// run/IM0002.dcm, and truth.json beside, which also holds the true 3 x 4 matrices.
-/// @return the folder `run`
+/// run/IM0002.dcm, and truth.json beside, which also holds the true 3 x 4 matrices. Views of a C-arm
+/// that stands still are an object each, views/IM0001.dcm, IM0002.dcm, ...
+/// @return the folder `run`, or `views`
 std::filesystem::path write_rotational_run(const RotationalRunOfPhantom& run,
                                            const PhantomOptions& options,
                                            const std::filesystem::path& folder);

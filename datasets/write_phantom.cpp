@@ -1,3 +1,4 @@
+#include <fmt/format.h>
 #include <unistd.h>
 
 #include <filesystem>
@@ -233,8 +234,14 @@ fs::path write_rotational_run(const RotationalRunOfPhantom& run, const PhantomOp
   const Json of_run = json_from(run);
   const std::string origin = fingerprint(sized, {}) + " " + of_run.dump();
   make_folder(folder);
-  fs::path written = folder / "run";
+  const std::size_t views = run.options.views.size();
+  const fs::path written = folder / (views == 0 ? "run" : "views");
   write_folder(written, [&](const fs::path& temporary) {
+    for (std::size_t v = 0; v < views; ++v)
+      detail::write_xa_run(run, run.pictures, sized.name, origin, int(v) + 1, true,
+                           temporary / fmt::format("IM{:04}.dcm", v + 1),
+                           v * std::size_t(run.options.frames));
+    if (views > 0) return;
     const int number = run.masks.empty() ? 1 : 2;
     detail::write_xa_run(run, run.pictures, sized.name, origin, number, true,
                          temporary / "IM0001.dcm");

@@ -40,21 +40,25 @@ void take_means(const std::vector<float>& picture, int columns, const ConeBeamFr
 }  // namespace
 
 ShownFrames show_frames(const RotationalRun& run, const Reconstruction& result) {
-  ANGIO_EXPECT(!result.used.empty() && result.frames.size() == run.frames.size());
-  const ConeBeamFrame& first = result.frames.front();
-  const int count = int(result.used.size()), shown = std::min(count, kShown);
+  return show_frames(run, result.frames, result.used, run.masks ? 1.0 : result.quality.unattenuated);
+}
+
+ShownFrames show_frames(const RotationalRun& run, const std::vector<ConeBeamFrame>& places,
+                        const std::vector<int>& used, double air) {
+  ANGIO_EXPECT(!used.empty() && places.size() == run.frames.size());
+  const ConeBeamFrame& first = places.front();
+  const int count = int(used.size()), shown = std::min(count, kShown);
   const int block = (std::max(first.columns, first.rows) + kLongestSide - 1) / kLongestSide;
   const ConeBeamFrame small = coarser(first, block);
   VolumeGeometry grid;
   grid.size = {small.columns, small.rows, shown};
   grid.spacing = {norm(small.column_step), norm(small.row_step), 1.0};
   ShownFrames out{{}, {}, Volume<float>(grid, 0.0F)};
-  const double air = run.masks ? 1.0 : result.quality.unattenuated;
   for (int n = 0; n < shown; ++n) {
     const int place = shown > 1 ? int(std::lround(double(n) * (count - 1) / (shown - 1))) : 0;
-    const int index = result.used[std::size_t(place)];
+    const int index = used[std::size_t(place)];
     out.indices.push_back(index);
-    out.frames.push_back(coarser(result.frames[std::size_t(index)], block));
+    out.frames.push_back(coarser(places[std::size_t(index)], block));
     take_means(detail::read_line_integrals(run, index, 1, air), first.columns, small, block,
                out.pictures.values.data() + out.pictures.geometry.offset(0, 0, n));
   }

@@ -21,5 +21,11 @@ struct ShownFrames {
 /// @param run     as reconstruct_volume() takes it
 /// @param result  what it gave: where the frames were, and what air is
 ShownFrames show_frames(const RotationalRun& run, const Reconstruction& result);
+/// @param places  where all frames were found to be
+/// @param used    frames, from 0
+/// @param air     RunQuality::unattenuated; of no matter where the run has masks
+ShownFrames show_frames(const RotationalRun& run,
+                        const std::vector<angiogram::ConeBeamFrame>& places,
+                        const std::vector<int>& used, double air);
 
 }  // namespace angio::reconstruction

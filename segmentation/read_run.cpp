@@ -1,16 +1,11 @@
 #include "segmentation/read_run.hpp"
 
-#include <omp.h>
-
 #include <algorithm>
 #include <cmath>
-#include <mutex>
 
 #include "core/error.hpp"
-#include "core/parallel.hpp"
-#include "segmentation/detail/dicom_pixels.hpp"
+#include "segmentation/detail/dicom_pictures.hpp"
 #include "segmentation/detail/dicom_series.hpp"
-#include "segmentation/detail/frame_stream.hpp"
 #include "segmentation/detail/projection_angles.hpp"
 #include "segmentation/detail/rotational_run.hpp"
 #include "segmentation/detail/volume_file.hpp"
@@ -21,71 +16,6 @@ namespace {
 namespace fs = std::filesystem;
 using detail::DicomHeader;
 using detail::DicomSeries;
-
-/// Frames that are read in their order are decoded ahead, by some processes that take turns.
-class DicomPictures : public RunPictures {
- public:
-  explicit DicomPictures(DicomHeader header) : headers_{std::move(header)} {
-    headers_.front().pixels.is_monochrome1 = false;  // that is how to show it, not what it is
-  }
-  void read_into(int first, int count, float* pixels) const override {
-    if (count == 1 && !follows(first)) {
-      const std::vector<float> one = read_some({first});
-      std::copy(one.begin(), one.end(), pixels);
-      return;
-    }
-    const std::lock_guard lock(mutex_);
-    if (streams_.empty() || first != next_) start(first);
-    try {
-      take(first, count, pixels);
-    } catch (...) {
-      streams_.clear();
-      throw;
-    }
-    next_ = first + count;
-    if (next_ == int(headers_.front().frames.size())) streams_.clear();
-  }
-  [[nodiscard]] std::vector<float> read_some(const std::vector<int>& frames) const override {
-    std::vector<detail::SliceReference> members;
-    for (const int frame : frames) members.push_back({0, frame});
-    return detail::decode_frames(headers_, members);
-  }
-
- protected:
-  [[nodiscard]] std::size_t per_frame() const override {
-    return headers_.front().pixels.per_frame();
-  }
-
- private:
-  void take(int first, int count, float* pixels) const {
-    const int taking_turns = int(streams_.size());
-    parallel_for(taking_turns, [&](std::ptrdiff_t n) {
-      // The stream of the frames whose number is n more than a multiple from begin_ on.
-      const int offset = ((int(n) - (first - begin_)) % taking_turns + taking_turns) % taking_turns;
-      for (int f = offset; f < count; f += taking_turns)
-        streams_[std::size_t(n)]->next(pixels + std::size_t(f) * per_frame());
-    });
-  }
-  [[nodiscard]] bool follows(int first) const {
-    const std::lock_guard lock(mutex_);
-    return !streams_.empty() && first == next_;
-  }
-  void start(int first) const {
-    constexpr int kMostStreams = 4;
-    streams_.clear();
-    begin_ = first;
-    const int taking_turns = std::min(kMostStreams, omp_get_max_threads());
-    for (int n = 0; n < taking_turns; ++n)
-      streams_.push_back(
-          std::make_unique<detail::FrameStream>(headers_.front(), first + n, taking_turns));
-  }
-
-  std::vector<DicomHeader> headers_;
-  // Where reading stands; what is read does not depend on it.
-  mutable std::mutex mutex_;
-  mutable std::vector<std::unique_ptr<detail::FrameStream>> streams_;
-  mutable int begin_ = 0, next_ = 0;
-};
 
 /// A series that is one run that turns.
 struct Candidate {
@@ -242,9 +172,9 @@ std::optional<LoadedRun> read_run(const fs::path& path, const ReadOptions& optio
   loaded.frame_count = int(header.frames.size());
   spread(loaded.run.primary_angles_degrees, loaded.frame_count);
   spread(loaded.run.secondary_angles_degrees, loaded.frame_count);
-  loaded.pictures = std::make_shared<DicomPictures>(header);
+  loaded.pictures = std::make_shared<detail::DicomPictures>(header);
   const Candidate* mask = mask_run(runs, *chosen);
-  if (mask) loaded.masks = std::make_shared<DicomPictures>(*mask->header);
+  if (mask) loaded.masks = std::make_shared<detail::DicomPictures>(*mask->header);
   loaded.source_description = header.sop_class_name + ", " + std::to_string(loaded.frame_count) +
                               " frames" + (mask ? ", with its mask run" : "") +
                               (header.is_of_the_heart ? std::string(", ") + kOfTheHeart : "");

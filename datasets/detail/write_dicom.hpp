@@ -31,10 +31,12 @@ void write_dicom_xray_3d(const Volume<float>& volume, std::string_view name,
 /// beam's intensity.
 ///
 /// @param pixels  shape [frames, rows, columns]
+/// @param first_frame  of the run that is written: of a standing C-arm its view's first
 /// @param number  of the acquisition, from 1; the masks come before the contrast medium
 /// @param has_contrast_medium  is a contrast medium named in it?
 void write_xa_run(const RotationalRunOfPhantom& run, const std::vector<std::uint16_t>& pixels,
                   std::string_view name, std::string_view fingerprint, int number,
-                  bool has_contrast_medium, const std::filesystem::path& path);
+                  bool has_contrast_medium, const std::filesystem::path& path,
+                  std::size_t first_frame = 0);
 
 }  // namespace angio::datasets::detail

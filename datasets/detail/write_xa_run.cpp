@@ -10,8 +10,11 @@ namespace {
 class XaRun : PhantomDicom {
  public:
   XaRun(const RotationalRunOfPhantom& run, std::string_view name, std::string_view fingerprint,
-        int number)
-      : PhantomDicom(run.phantom.volume, name, fingerprint), run_(run), number_(number) {}
+        int number, std::size_t first_frame)
+      : PhantomDicom(run.phantom.volume, name, fingerprint),
+        run_(run),
+        number_(number),
+        first_(first_frame) {}
 
   void write(const std::vector<std::uint16_t>& pixels, bool has_contrast_medium,
              const std::filesystem::path& path) const {
@@ -52,11 +55,13 @@ class XaRun : PhantomDicom {
         decimal(mount.source_to_detector_mm / mount.source_to_isocentre_mm));
     put(dataset, DCM_ImagerPixelSpacing,
         decimal(mount.row_spacing_mm) + "\\" + decimal(mount.column_spacing_mm));
-    put(dataset, DCM_PositionerMotion, "DYNAMIC");
+    const bool stands = !run_.options.views.empty();
+    put(dataset, DCM_PositionerMotion, stands ? "STATIC" : "DYNAMIC");
     put(dataset, DCM_TableMotion, "STATIC");
-    const double base = run_.primary_angles_degrees.front();
+    const double base = run_.primary_angles_degrees[first_];
     put(dataset, DCM_PositionerPrimaryAngle, decimal(base));
-    put(dataset, DCM_PositionerSecondaryAngle, "0");
+    put(dataset, DCM_PositionerSecondaryAngle, decimal(run_.secondary_angles_degrees[first_]));
+    if (stands) return;
     std::string primary, secondary;
     for (const double angle : run_.primary_angles_degrees) {
       primary += (primary.empty() ? "" : "\\") + decimal(angle - base);
@@ -81,7 +86,9 @@ class XaRun : PhantomDicom {
   }
 
   void put_frames(DcmItem& dataset, const std::vector<std::uint16_t>& pixels) const {
-    put(dataset, DCM_NumberOfFrames, std::to_string(run_.frames.size()));
+    const std::size_t count = std::size_t(run_.options.frames);
+    const std::size_t per_frame = std::size_t(run_.mount.columns) * std::size_t(run_.mount.rows);
+    put(dataset, DCM_NumberOfFrames, std::to_string(count));
     if (dataset.putAndInsertTagKey(DCM_FrameIncrementPointer, DCM_FrameTime).bad())
       throw InternalError("DCMTK refuses a frame pointer");
     put(dataset, DCM_FrameTime, decimal(run_.options.frame_time_ms));
@@ -95,22 +102,24 @@ class XaRun : PhantomDicom {
     put(dataset, DCM_HighBit, 15);
     put(dataset, DCM_PixelRepresentation, 0);
     if (dataset
-            .putAndInsertUint16Array(DCM_PixelData, pixels.data(),
-                                     static_cast<unsigned long>(pixels.size()))
+            .putAndInsertUint16Array(DCM_PixelData, pixels.data() + first_ * per_frame,
+                                     static_cast<unsigned long>(count * per_frame))
             .bad())
       throw InternalError("DCMTK refuses the pixels of a run");
   }
 
   const RotationalRunOfPhantom& run_;
   int number_;
+  std::size_t first_;  ///< frame
 };
 
 }  // namespace
 
 void write_xa_run(const RotationalRunOfPhantom& run, const std::vector<std::uint16_t>& pixels,
                   std::string_view name, std::string_view fingerprint, int number,
-                  bool has_contrast_medium, const std::filesystem::path& path) {
-  XaRun(run, name, std::string(fingerprint) + " XA", number)
+                  bool has_contrast_medium, const std::filesystem::path& path,
+                  std::size_t first_frame) {
+  XaRun(run, name, std::string(fingerprint) + " XA", number, first_frame)
       .write(pixels, has_contrast_medium, path);
 }
 

@@ -229,6 +229,11 @@ void print_forecast(const Forecast& forecast) {
 
 void add_read_options(CLI::App& command, ReadArguments& read) {
   command.add_option("--series", read.series, "series of a DICOM folder, from `angio inspect`");
+  command
+      .add_option("--views", read.views,
+                  "angiograms of a C-arm that stood still, from `angio inspect`: 2 to 6 of one\n"
+                  "vessel, 30 degrees apart")
+      ->type_name("1,3");
   command.add_flag("--allow-lossy", read.allow_lossy, "measure on lossy-compressed pixels");
   command
       .add_option("--spacing", read.spacing,
@@ -258,6 +263,7 @@ void add_unit_option(CLI::App& command, std::string& unit) {
 void apply_read_options(Config& config, const ReadArguments& read) {
   try {
     if (!read.series.empty()) config.input.series = read.series;
+    if (!read.views.empty()) config.input.views = read.views;
     if (!read.spacing.empty()) apply_setting(config, "input.spacing_mm=[" + read.spacing + "]");
     if (!read.angles.empty()) apply_setting(config, "input.angles=" + read.angles);
     if (!read.max_memory.empty()) apply_setting(config, "input.max_memory_gib=" + read.max_memory);

@@ -3,22 +3,32 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <sstream>
+#include <vector>
 
 #include "core/error.hpp"
 
 namespace angio::pipeline {
 namespace {
 
-void add_run_options(CLI::App& command, datasets::RotationalRunOptions& run) {
-  constexpr const char* kGroup = "Of an xa-run";
+void add_run_options(CLI::App& command, PhantomArguments& arguments) {
+  datasets::RotationalRunOptions& run = arguments.run;
+  constexpr const char* kGroup = "Of an xa-run or xa-views";
   const auto add = [&](const char* option, auto& field, const char* help) {
     command.add_option(option, field, help)->capture_default_str()->group(kGroup);
   };
-  add("--frames", run.frames, "how many, 3 to 2000");
+  command
+      .add_option("--frames", run.frames, "how many, 3 to 2000; of each of xa-views 8 by default")
+      ->each([&arguments](const std::string&) { arguments.frames_are_given = true; })
+      ->capture_default_str()
+      ->group(kGroup);
+  add("--views", arguments.views,
+      "of xa-views: where the C-arm stands, primary/secondary angles [degrees]");
   add("--arc", run.arc_degrees, "from the first to the last [degrees], 1 to 400");
   add("--contrast", run.contrast_per_mm, "attenuation of the medium above blood's [1/mm], to 1");
   add("--wobble", run.wobble_mm,
-      "shift of the C-arm that its header does not tell, sd [mm], 0 to 5");
+      "shift of the C-arm that its header does not tell, sd [mm], 0 to 5; of xa-views one of\n"
+      "each view");
   add("--wobble-angle", run.wobble_degrees, "the same for its turn [degrees], 0 to 5");
   add("--frame-time", run.frame_time_ms, "from a frame to the next [ms], 1 to 10000");
   add("--heartbeat", run.heartbeat_mm,
@@ -40,10 +50,32 @@ void add_run_options(CLI::App& command, datasets::RotationalRunOptions& run) {
       ->group(kGroup);
 }
 
+/// "-30/20,40/-15".
+std::vector<angiogram::CArmAngles> views_of(const std::string& text) {
+  std::vector<angiogram::CArmAngles> views;
+  std::istringstream in(text);
+  char slash = 0, comma = ',';
+  for (angiogram::CArmAngles view; comma == ',';) {
+    if (!(in >> view.primary_degrees >> slash >> view.secondary_degrees) || slash != '/')
+      throw Error(ExitCode::usage,
+                  fmt::format("--views {}: must be primary/secondary angles in degrees, parted by "
+                              "commas, as -30/20,40/-15",
+                              text));
+    views.push_back(view);
+    if (!(in >> comma)) comma = 0;
+  }
+  return views;
+}
+
 int do_xa_run(const PhantomArguments& arguments) {
   datasets::RotationalRunOptions run = arguments.run;
   const datasets::PhantomOptions& options = arguments.options;
   if (arguments.noise_is_given) run.noise = options.noise_sd;
+  if (arguments.format == "xa-views") {
+    constexpr int kFramesOfView = 8;
+    run.views = views_of(arguments.views);
+    if (!arguments.frames_are_given) run.frames = kFramesOfView;
+  }
   try {
     run.validate();
   } catch (const OptionError& error) {
@@ -68,8 +100,9 @@ void add_phantom_command(CLI::App& app, PhantomArguments& phantom) {
   command
       .add_option("--format", phantom.format,
                   "dicom (CT series), xray3d (X-Ray 3D Angiographic DICOM), xa-run (the X-ray\n"
-                  "frames of a rotational run, DICOM), nrrd or surface")
-      ->check(CLI::IsMember({"dicom", "xray3d", "xa-run", "nrrd", "surface"}))
+                  "frames of a rotational run, DICOM), xa-views (those of a C-arm that stands still at\n"
+                  "some places), nrrd or surface")
+      ->check(CLI::IsMember({"dicom", "xray3d", "xa-run", "xa-views", "nrrd", "surface"}))
       ->capture_default_str();
   command.add_option("--stenosis", o.stenosis_percent, "diameter stenosis [%], 0 to 95")
       ->capture_default_str();
@@ -99,7 +132,7 @@ void add_phantom_command(CLI::App& app, PhantomArguments& phantom) {
                   "turn of the voxel grid around (1, 2, 3) [degrees], 0 to 90")
       ->capture_default_str();
   command.add_option("--seed", o.seed, "of the noise")->capture_default_str();
-  add_run_options(command, phantom.run);
+  add_run_options(command, phantom);
 }
 
 int do_phantom(const PhantomArguments& arguments) {
@@ -113,10 +146,11 @@ int do_phantom(const PhantomArguments& arguments) {
   } catch (const OptionError& error) {  // on the command line, not in a configuration
     throw Error(ExitCode::usage, error.what());
   }
-  if (arguments.format == "xa-run" && arguments.options.slice_mm > 0.0)
+  const bool is_xa = arguments.format == "xa-run" || arguments.format == "xa-views";
+  if (is_xa && arguments.options.slice_mm > 0.0)
     throw Error(ExitCode::usage,
                 "--slice is that of a scan (an xa-run has no slices). Leave it out");
-  if (arguments.format == "xa-run") return do_xa_run(arguments);
+  if (is_xa) return do_xa_run(arguments);
   const datasets::Phantom phantom = format == PhantomFormat::surface
                                         ? datasets::make_phantom_surface(arguments.options)
                                         : datasets::make_phantom(arguments.options);

@@ -12,7 +12,8 @@ namespace angio::pipeline {
 struct PhantomArguments {
   datasets::PhantomOptions options;
   datasets::RotationalRunOptions run;
-  bool noise_is_given = false;
+  bool noise_is_given = false, frames_are_given = false;
+  std::string views = "-30/20,40/-15";  ///< primary/secondary angles [degrees]
   std::string format = "dicom";
   std::filesystem::path folder;
 };

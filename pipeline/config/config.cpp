@@ -48,6 +48,10 @@ void apply_table(Config& config, const toml::table& table, const std::string& wh
 void Config::validate() const {
   input.validate();
   reconstruction.validate();
+  views.validate();
+  for (const double frame : view_frames)
+    if (!(frame >= 1.0 && frame < 1e6 && frame == std::floor(frame)))
+      throw OptionError("views.frames: must be numbers of frames from 1, one a view");
   segmentation.validate();
   centerline.validate();
   constexpr const char* kExperiments[] = {"",          "cloth", "unilateral",

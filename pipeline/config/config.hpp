@@ -16,6 +16,7 @@
 #include "meshing/narrow_lumen.hpp"
 #include "meshing/wall_layers.hpp"
 #include "reconstruction/reconstruction.hpp"
+#include "reconstruction/views.hpp"
 #include "segmentation/read_volume.hpp"
 #include "segmentation/segmentation.hpp"
 #include "simulation/balloon_size.hpp"
@@ -43,6 +44,8 @@ struct Config {
   segmentation::ReadOptions input;
   std::optional<LengthUnit> surface_unit;  ///< of a surface or volume file; unset: as it says
   reconstruction::ReconstructionOptions reconstruction;
+  reconstruction::ViewsOptions views;
+  std::vector<double> view_frames;  ///< which frame of each view, from 1; empty: the best filled
   segmentation::SegmentationOptions segmentation;
   centerline::CenterlineOptions centerline;
   int inlet_end = 0;  ///< number of the open end of a given surface that is the inlet; 0: none

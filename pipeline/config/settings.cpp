@@ -36,6 +36,24 @@ void add_reconstruction_settings(Config& c, std::vector<Setting>& table) {
                                "of the ramp filter: ram-lak, shepp-logan or hann"));
 }
 
+void add_views_settings(Config& c, std::vector<Setting>& table) {
+  table.push_back(make_setting("input.views", c.input.views,
+                               "angiograms of a C-arm that stood still: their numbers from `angio "
+                               "inspect`, as \"1,3\"; \"\": all that can be used, of each side "
+                               "the longest"));
+  table.push_back(make_setting("views.frames", c.view_frames,
+                               "which frame of each view, from 1, as [5, 9]; []: the one that "
+                               "shows the most contrast medium"));
+  table.push_back(make_setting("views.widest_mm", c.views.widest_mm,
+                               "diameter of the widest vessel in them [mm], 1 to 40: what is wider "
+                               "is background"));
+  table.push_back(make_setting("views.shift_sd_mm", c.views.shift_sd_mm,
+                               "how far a view may have been taken from where it says, beside what "
+                               "is found of it, sd [mm], 0 to 20"));
+  table.push_back(make_setting("views.turn_sd_degrees", c.views.turn_sd_degrees,
+                               "and how far turned, sd [degrees], 0 to 20"));
+}
+
 void add_segmentation_settings(Config& c, std::vector<Setting>& table) {
   table.push_back(make_setting("input.experiment", c.experiment,
                                "the seed paper's experiment whose mesh a phantom input gives: "
@@ -385,6 +403,7 @@ std::vector<Setting> settings(Config& config) {
   std::vector<Setting> table;
   add_segmentation_settings(config, table);
   add_reconstruction_settings(config, table);
+  add_views_settings(config, table);
   add_centerline_settings(config, table);
   add_meshing_settings(config, table);
   add_placement_settings(config, table);

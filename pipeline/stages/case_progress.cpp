@@ -12,12 +12,13 @@
 #include "pipeline/case/running_case.hpp"
 #include "pipeline/stages/stage_keys.hpp"
 #include "segmentation/read_run.hpp"
+#include "segmentation/read_views.hpp"
 
 namespace angio::pipeline {
 namespace fs = std::filesystem;
 namespace {
 
-/// Whether INPUT is a rotational run. What cannot be read is refused by the stage that reads it.
+/// Whether INPUT is of X-ray frames: a rotational run, or views of a C-arm that stood still. What cannot be read is refused by the stage that reads it.
 bool is_run(const RunRequest& request, InputKind kind) {
   const std::string& input = request.input;
   if (!request.geometry.empty()) {
@@ -29,7 +30,8 @@ bool is_run(const RunRequest& request, InputKind kind) {
   }
   if (kind != InputKind::volume || !is_dicom(input)) return false;
   try {
-    return segmentation::is_rotational_run(input, request.config.input);
+    return segmentation::is_rotational_run(input, request.config.input) ||
+           segmentation::are_views(input, request.config.input);
   } catch (const InputError&) {
     return false;
   } catch (const OptionError&) {

@@ -10,9 +10,11 @@
 #include "formats/nrrd.hpp"
 #include "pipeline/stages/loaded_frames.hpp"
 #include "pipeline/stages/reconstruction.hpp"
+#include "pipeline/stages/views.hpp"
 #include "reconstruction/geometry_file.hpp"
 #include "reconstruction/shown_frames.hpp"
 #include "segmentation/read_run.hpp"
+#include "segmentation/read_views.hpp"
 
 namespace angio::pipeline {
 namespace {
@@ -94,7 +96,8 @@ nlohmann::json to_json(const reconstruction::Reconstruction& result) {
           {"device", result.device.empty() ? nlohmann::json() : nlohmann::json(result.device)}};
 }
 
-/// Frames to be looked at, and where they see what.
+}  // namespace
+
 void write_shown_frames(const std::filesystem::path& out, const reconstruction::ShownFrames& shown,
                         bool is_subtracted) {
   formats::write_nrrd(out / "frames.nrrd", shown.pictures, formats::NrrdEncoding::gzip);
@@ -106,8 +109,6 @@ void write_shown_frames(const std::filesystem::path& out, const reconstruction::
       out / "frames.json",
       nlohmann::json{{"subtracted", is_subtracted}, {"frames", places}}.dump(2) + "\n");
 }
-
-}  // namespace
 
 std::vector<double> in_seconds(std::vector<double> times_ms) {
   constexpr double kMsPerSecond = 1000.0;
@@ -171,8 +172,14 @@ void do_reconstruction(StageWork& work, const ReconstructionSettings& settings) 
                              work.geometry.empty() ? segmentation::RunGeometry::by_header
                                                    : segmentation::RunGeometry::given,
                              part(work.progress, 0.0, 0.05));
-  if (!loaded)
-    throw InputError("the input is no rotational run any more (it has changed). Run again");
+  if (!loaded) {
+    const auto views = segmentation::read_views(work.input, settings.get<&Config::input>(),
+                                                part(work.progress, 0.0, 0.05));
+    if (!views)
+      throw InputError(
+          "the input holds no rotational run and no views any more (it has changed). Run again");
+    return do_views(work, *views, settings);
+  }
   keep(work.warnings, loaded->warnings);
   work.input_description = loaded->source_description;
   reconstruction::RotationalRun run = rotational_run(*loaded, work.geometry, work.warnings);

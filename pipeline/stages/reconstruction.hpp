@@ -8,6 +8,7 @@
 #include "pipeline/stages/stage_settings.hpp"
 #include "pipeline/stages/stage_work.hpp"
 #include "reconstruction/reconstruction.hpp"
+#include "reconstruction/shown_frames.hpp"
 #include "segmentation/read_run.hpp"
 
 namespace angio::pipeline {
@@ -24,6 +25,10 @@ reconstruction::RotationalRun rotational_run(const segmentation::LoadedRun& load
 
 /// The frames of a run where its header says that they were taken.
 std::vector<angiogram::ConeBeamFrame> frames_by_header(const segmentation::LoadedRun& loaded);
+
+/// Frames to be looked at, and where they see what.
+void write_shown_frames(const std::filesystem::path& out, const reconstruction::ShownFrames& shown,
+                        bool is_subtracted);
 
 /// @return [s]
 std::vector<double> in_seconds(std::vector<double> times_ms);

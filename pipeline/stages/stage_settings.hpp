@@ -22,7 +22,8 @@ inline const bool& keeps_triangles(const Config& config) { return config.lumen_m
 using InputSettings = ConfigView<&Config::experiment, &Config::input, &Config::surface_unit>;
 
 using ReconstructionSettings =
-    ConfigView<&Config::experiment, &Config::input, &Config::reconstruction>;
+    ConfigView<&Config::experiment, &Config::input, &Config::reconstruction, &Config::views,
+               &Config::view_frames>;
 
 using SegmentationSettings =
     ConfigView<&Config::experiment, &Config::input, &Config::surface_unit, &Config::segmentation>;

@@ -99,6 +99,17 @@ std::array<double, 2> spacing_by(DcmDataset& dataset, const DcmTagKey& tag) {
   return rows > 0.0 && columns > 0.0 ? std::array{columns, rows} : std::array{0.0, 0.0};
 }
 
+/// Of the detector's pixels: as it is stated, or else the field of view over the picture (DICOM
+/// PS3.3 C.8.7.5: of a rectangle its rows, then its columns; of a round one its diameter).
+std::array<double, 2> detector_spacing(DcmDataset& dataset) {
+  const auto stated = spacing_by(dataset, DCM_ImagerPixelSpacing);
+  if (stated[0] > 0.0) return stated;
+  const int columns = integer(dataset, DCM_Columns), rows = integer(dataset, DCM_Rows);
+  const auto field = spacing_by(dataset, DCM_FieldOfViewDimensions);  // [mm], columns first here
+  if (!(field[0] > 0.0) || columns < 1 || rows < 1) return {0.0, 0.0};
+  return {field[0] / columns, field[1] / rows};
+}
+
 /// DICOM PS3.3 C.8.7.5 and 10.7.1.3: a calibrated spacing is finer than the detector's; one that is
 /// not was copied from it.
 void parse_spacing(DcmDataset& dataset, ProjectionRun& run) {
@@ -182,7 +193,11 @@ void parse_table(DcmDataset& dataset, ProjectionRun& run) {
 
 /// Where the picture lies on the detector (DICOM PS3.3, C.8.7.5, C.8.19.6.3).
 void parse_detector(DcmDataset& dataset, ProjectionRun& run) {
-  run.detector_spacing_mm = spacing_by(dataset, DCM_ImagerPixelSpacing);
+  run.detector_spacing_mm = detector_spacing(dataset);
+  if (run.detector_spacing_mm[0] > 0.0 && !(spacing_by(dataset, DCM_ImagerPixelSpacing)[0] > 0.0))
+    run.notes.push_back("the detector's pixel spacing is not stated; the field of view over the "
+                        "picture makes it " +
+                        format_number(run.detector_spacing_mm[0]) + " mm");
   run.picture_turn_degrees = deep_number(dataset, DCM_FieldOfViewRotation).value_or(0.0);
   run.picture_is_mirrored = text(dataset, DCM_FieldOfViewHorizontalFlip) == "YES";
   const auto element = spacing_by(dataset, DCM_DetectorElementSpacing);

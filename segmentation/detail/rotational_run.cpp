@@ -48,6 +48,22 @@ bool turns(const ProjectionRun& run) {
   return turn_of(run) >= kLeastTurn || (run.positioner_motion == "DYNAMIC" && turn_of(run) > 0.0);
 }
 
+std::string refusal_of_distances(const ProjectionRun& run) {
+  if (!run.source_to_detector_mm || !run.source_to_isocentre_mm)
+    return "the run does not state its distances from the source to the detector and to the "
+           "isocentre (an anonymiser may have removed them). Export it again, or give its "
+           "geometry with --geometry";
+  if (*run.source_to_detector_mm <= *run.source_to_isocentre_mm)
+    return "the run's detector is nearer to the source than its isocentre (" +
+           format_number(*run.source_to_detector_mm) + " and " +
+           format_number(*run.source_to_isocentre_mm) +
+           " mm; its header is damaged). Give its geometry with --geometry";
+  if (!(run.detector_spacing_mm[0] > 0.0))
+    return "the run does not state its detector's pixel spacing. Export it again, or give its "
+           "geometry with --geometry";
+  return {};
+}
+
 std::string refusal_of_turn(const DicomHeader& header, const ProjectionRun& run) {
   const int frames = int(header.frames.size());
   if (frames < kLeastFrames)
@@ -75,18 +91,7 @@ std::string refusal_of_turn(const DicomHeader& header, const ProjectionRun& run)
                               : run.primary_angles_degrees.size()) +
            " angles for " + std::to_string(frames) +
            " frames (frames or angles are missing). Export it again";
-  if (!run.source_to_detector_mm || !run.source_to_isocentre_mm)
-    return "the run does not state its distances from the source to the detector and to the "
-           "isocentre (an anonymiser may have removed them). Export it again, or give its "
-           "geometry with --geometry";
-  if (*run.source_to_detector_mm <= *run.source_to_isocentre_mm)
-    return "the run's detector is nearer to the source than its isocentre (" +
-           format_number(*run.source_to_detector_mm) + " and " +
-           format_number(*run.source_to_isocentre_mm) +
-           " mm; its header is damaged). Give its geometry with --geometry";
-  if (!(run.detector_spacing_mm[0] > 0.0))
-    return "the run does not state its detector's pixel spacing. Export it again, or give its "
-           "geometry with --geometry";
+  if (std::string why = refusal_of_distances(run); !why.empty()) return why;
   if (run.table_travel_mm > kStillMm)
     return "the table moves by " + format_number(run.table_travel_mm) +
            " mm during the run (the patient is not where the angles say). Give a run with a table "

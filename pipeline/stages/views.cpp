@@ -1,0 +1,212 @@
+#include "pipeline/stages/views.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <numeric>
+#include <utility>
+#include <vector>
+
+#include "core/atomic_file.hpp"
+#include "core/error.hpp"
+#include "formats/nrrd.hpp"
+#include "pipeline/case/case_files.hpp"
+#include "pipeline/stages/loaded_frames.hpp"
+#include "pipeline/stages/reconstruction.hpp"
+#include "reconstruction/geometry_file.hpp"
+#include "reconstruction/shown_frames.hpp"
+#include "reconstruction/views.hpp"
+
+namespace angio::pipeline {
+namespace {
+
+using angiogram::ConeBeamFrame;
+
+/// One picture a view, all of one size.
+class ChosenFrames : public reconstruction::FrameReader {
+ public:
+  void add(std::vector<float> picture) { pictures_.push_back(std::move(picture)); }
+  [[nodiscard]] std::vector<float> read(int first, int count) const override {
+    std::vector<float> pixels;
+    for (int f = first; f < first + count; ++f)
+      pixels.insert(pixels.end(), pictures_[std::size_t(f)].begin(),
+                    pictures_[std::size_t(f)].end());
+    return pixels;
+  }
+
+ private:
+  std::vector<std::vector<float>> pictures_;
+};
+
+/// A picture of one view, and where it was taken.
+struct Picture {
+  ConeBeamFrame frame;
+  std::vector<float> pixels;
+};
+
+/// Blocks of pixels as one.
+Picture coarser(const Picture& picture, int block) {
+  if (block == 1) return picture;
+  const double middle = 0.5 * (block - 1);
+  Picture small;
+  small.frame = {picture.frame.source,
+                 picture.frame.place(middle, middle),
+                 double(block) * picture.frame.column_step,
+                 double(block) * picture.frame.row_step,
+                 picture.frame.columns / block,
+                 picture.frame.rows / block};
+  for (int row = 0; row < small.frame.rows; ++row)
+    for (int column = 0; column < small.frame.columns; ++column) {
+      double sum = 0.0;
+      for (int y = row * block; y < (row + 1) * block; ++y)
+        for (int x = column * block; x < (column + 1) * block; ++x)
+          sum += double(picture.pixels[std::size_t(y) * std::size_t(picture.frame.columns) +
+                                       std::size_t(x)]);
+      small.pixels.push_back(float(sum / (block * block)));
+    }
+  return small;
+}
+
+/// Cut to its middle, or widened by what its border has.
+Picture of_size(const Picture& picture, int columns, int rows) {
+  const int left = (picture.frame.columns - columns) / 2, top = (picture.frame.rows - rows) / 2;
+  Picture sized{picture.frame, {}};
+  sized.frame.first_pixel = picture.frame.place(left, top);
+  sized.frame.columns = columns;
+  sized.frame.rows = rows;
+  for (int row = 0; row < rows; ++row)
+    for (int column = 0; column < columns; ++column) {
+      const int y = std::clamp(row + top, 0, picture.frame.rows - 1),
+                x = std::clamp(column + left, 0, picture.frame.columns - 1);
+      sized.pixels.push_back(
+          picture.pixels[std::size_t(y) * std::size_t(picture.frame.columns) + std::size_t(x)]);
+    }
+  return sized;
+}
+
+/// Of all views pixels that are about as fine as the coarsest's, and pictures of one size.
+void even_out(std::vector<Picture>& pictures) {
+  double coarsest = 0.0;
+  for (const Picture& picture : pictures)
+    coarsest = std::max(coarsest, norm(picture.frame.column_step));
+  int columns = 0, rows = 0;
+  for (Picture& picture : pictures) {
+    const int block = std::max(1, int(std::lround(coarsest / norm(picture.frame.column_step))));
+    picture = coarser(picture, block);
+    columns = std::max(columns, picture.frame.columns);
+    rows = std::max(rows, picture.frame.rows);
+  }
+  for (Picture& picture : pictures)
+    if (picture.frame.columns != columns || picture.frame.rows != rows)
+      picture = of_size(picture, columns, rows);
+}
+
+/// What one view gives: its best filled frame, or the one that is asked for.
+struct ChosenView {
+  Picture picture;
+  int frame = 0;  ///< numbered from 0
+};
+
+ChosenView choose_frame(const segmentation::LoadedRun& loaded, std::size_t number,
+                        const ReconstructionSettings& settings,
+                        std::vector<std::string>& warnings) {
+  std::vector<std::string> own;
+  reconstruction::RotationalRun run = rotational_run(loaded, {}, own);
+  for (const std::string& warning : own)
+    warnings.push_back(fmt::format("view {}: {}", number + 1, warning));
+  const LoadedFrames pictures(*loaded.pictures);
+  run.pictures = &pictures;
+  ChosenView chosen;
+  const std::vector<double>& asked = settings.get<&Config::view_frames>();
+  if (asked.empty()) {
+    constexpr double kPerCent = 100.0;
+    chosen.frame = reconstruction::find_filled_frame(
+                       run, settings.get<&Config::views>().widest_mm,
+                       settings.get<&Config::reconstruction>().phase_percent / kPerCent)
+                       .best;
+  } else if (number >= asked.size()) {
+    throw OptionError(fmt::format("views.frames names {} frames, and there are more views. Name "
+                                  "one a view",
+                                  asked.size()));
+  } else if (asked[number] > loaded.frame_count) {
+    throw OptionError(fmt::format("views.frames: view {} has {} frames, no {:.0f}", number + 1,
+                                  loaded.frame_count, asked[number]));
+  } else {
+    chosen.frame = int(asked[number]) - 1;
+  }
+  chosen.picture.frame = run.frames[std::size_t(chosen.frame)];
+  chosen.picture.pixels = loaded.pictures->read(chosen.frame, 1);
+  return chosen;
+}
+
+nlohmann::json to_json(const Vec3& v) { return nlohmann::json::array({v.x, v.y, v.z}); }
+
+nlohmann::json to_json(const reconstruction::TreeOfViews& result,
+                       const segmentation::LoadedViews& loaded, const std::vector<int>& frames) {
+  nlohmann::json views = nlohmann::json::array(), used = nlohmann::json::array();
+  for (std::size_t v = 0; v < frames.size(); ++v) {
+    used.push_back(int(v) + 1);
+    views.push_back(
+        {{"primary_degrees", loaded.views[v].run.primary_angles_degrees.front()},
+         {"secondary_degrees", loaded.views[v].run.secondary_angles_degrees.front()},
+         {"frame", frames[v] + 1},
+         {"shift_mm", to_json(result.shifts_mm[v])},
+         {"lines_explained_percent", 100.0 * result.explained_parts[v]},
+         {"contrast_per_mm", result.fit.contrast_per_mm[v]}});
+  }
+  return {{"method", "views"},
+          {"frames", frames.size()},
+          {"views", views},
+          {"widest_angle_degrees", result.widest_angle_degrees},
+          {"agreement", result.agreement},
+          {"converged", result.fit.converged},
+          {"steps", result.fit.steps},
+          {"noise", result.fit.noise},
+          {"correlation", result.fit.correlation},
+          {"blur_pixels", result.fit.blur_pixels},
+          {"gating", {{"gated", false}, {"frames_used", used}}}};
+}
+
+}  // namespace
+
+void do_views(StageWork& work, const segmentation::LoadedViews& loaded,
+              const ReconstructionSettings& settings) {
+  keep(work.warnings, loaded.warnings);
+  work.input_description = loaded.source_description;
+  std::vector<Picture> pictures;
+  std::vector<int> chosen_frames;
+  for (std::size_t v = 0; v < loaded.views.size(); ++v) {
+    work.progress.report(0.05 + 0.15 * double(v) / double(loaded.views.size()),
+                         fmt::format("looking for the best filled frame of view {}", v + 1));
+    ChosenView chosen = choose_frame(loaded.views[v], v, settings, work.warnings);
+    pictures.push_back(std::move(chosen.picture));
+    chosen_frames.push_back(chosen.frame);
+  }
+  even_out(pictures);
+  ChosenFrames frames;
+  reconstruction::RotationalRun run;
+  for (Picture& picture : pictures) {
+    run.frames.push_back(picture.frame);
+    frames.add(std::move(picture.pixels));
+  }
+  run.pictures = &frames;
+  reconstruction::ViewsOptions options = settings.get<&Config::views>();
+  options.voxel_mm = settings.get<&Config::reconstruction>().voxel_mm;
+  options.largest_side = settings.get<&Config::reconstruction>().largest_side;
+  const reconstruction::TreeOfViews result =
+      reconstruction::reconstruct_views(run, options, part(work.progress, 0.2, 0.95));
+  keep(work.warnings, result.warnings);
+  work.progress.report(0.95, "writing");
+  formats::write_nrrd(work.out / "volume.nrrd", result.volume, formats::NrrdEncoding::raw);
+  write_centerlines(work.out / "centerlines.vtp", result.fit.tree, result.fit.radius_sd);
+  write_text_atomically(work.out / "geometry.xml", reconstruction::rtk_geometry(result.fit.frames));
+  write_text_atomically(work.out / "quality.json",
+                        to_json(result, loaded, chosen_frames).dump(2) + "\n");
+  std::vector<int> shown(run.frames.size());
+  std::iota(shown.begin(), shown.end(), 0);
+  write_shown_frames(work.out, reconstruction::show_frames(run, result.fit.frames, shown, result.unattenuated), false);
+}
+
+}  // namespace angio::pipeline

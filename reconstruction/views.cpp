@@ -1,0 +1,311 @@
+#include "reconstruction/views.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <cstddef>
+#include <utility>
+
+#include "core/error.hpp"
+#include "core/statistics.hpp"
+#include "core/units.hpp"
+#include "reconstruction/detail/gating.hpp"
+#include "reconstruction/detail/line_integrals.hpp"
+#include "reconstruction/detail/tube_volume.hpp"
+#include "reconstruction/detail/vessel_pictures.hpp"
+#include "reconstruction/detail/view_picture.hpp"
+#include "reconstruction/detail/view_shifts.hpp"
+#include "reconstruction/detail/view_tree.hpp"
+
+namespace angio::reconstruction {
+namespace {
+
+using namespace detail;
+
+double pixel_at_isocentre(const angiogram::ConeBeamFrame& frame) {
+  return norm(frame.column_step) * angiogram::ConeBeamView(frame).see(Vec3{0.0, 0.0, 0.0}).depth;
+}
+
+/// The largest angle between two views' beams, from whichever end [degrees].
+double widest_angle(const std::vector<angiogram::ConeBeamFrame>& frames) {
+  double widest = 0.0;
+  for (const angiogram::ConeBeamFrame& a : frames)
+    for (const angiogram::ConeBeamFrame& b : frames) {
+      const double cosine = std::abs(dot(normalized(a.source), normalized(b.source)));
+      widest = std::max(widest, std::acos(std::min(1.0, cosine)) * 180.0 / units::kPi);
+    }
+  return widest;
+}
+
+/// How many of the first (or last) rows or columns a collimator covers: their median is far from
+/// the picture's.
+int covered(const std::vector<double>& medians, double middle, bool from_end) {
+  constexpr double kFar = 0.8;  // of a line integral: less than half of the beam, or twice as much
+  const int count = int(medians.size());
+  int border = 0;
+  for (int n = 0; n < count / 3; ++n)
+    if (std::abs(medians[std::size_t(from_end ? count - 1 - n : n)] - middle) > kFar)
+      border = n + 1;
+  return border;
+}
+
+/// The part of a picture that no collimator covers, less its blurred edge.
+OpenField open_field(const std::vector<float>& picture, int columns, int rows) {
+  std::vector<double> all(picture.begin(), picture.end()), of_columns, of_rows;
+  const double middle = median(std::move(all));
+  const auto at = [&](int c, int r) {
+    return double(picture[std::size_t(r) * std::size_t(columns) + std::size_t(c)]);
+  };
+  for (int c = 0; c < columns; ++c) {
+    std::vector<double> values;
+    for (int r = rows / 5; r < rows - rows / 5; ++r) values.push_back(at(c, r));
+    of_columns.push_back(median(std::move(values)));
+  }
+  for (int r = 0; r < rows; ++r) {
+    std::vector<double> values;
+    for (int c = columns / 5; c < columns - columns / 5; ++c) values.push_back(at(c, r));
+    of_rows.push_back(median(std::move(values)));
+  }
+  constexpr double kEdge = 0.03;
+  const auto inside = [&](const std::vector<double>& medians, bool from_end) {
+    const int border = covered(medians, middle, from_end);
+    return border + int(kEdge * double(medians.size()));
+  };
+  return {inside(of_columns, false), columns - 1 - inside(of_columns, true), inside(of_rows, false),
+          rows - 1 - inside(of_rows, true)};
+}
+
+ViewPicture read_view(const RotationalRun& run, int index, double air, double widest_mm) {
+  const angiogram::ConeBeamFrame& frame = run.frames[std::size_t(index)];
+  std::vector<float> integrals = read_line_integrals(run, index, 1, air);
+  const OpenField open = open_field(integrals, frame.columns, frame.rows);
+  cover_shutter(integrals.data(), frame.columns, frame.rows, open);
+  VesselPicture picture = vessels_of(std::move(integrals), frame.columns, frame.rows,
+                                     widest_mm / pixel_at_isocentre(frame), run.masks != nullptr);
+  return make_view_picture(frame, std::move(picture.line_integrals), open, widest_mm);
+}
+
+void require_lines(const std::vector<ViewPicture>& views) {
+  for (std::size_t v = 0; v < views.size(); ++v)
+    if (views[v].lines.empty())
+      throw InputError(
+          fmt::format("view {} of {} shows no vessel (no frame is filled, or its pixels are "
+                      "inverted). Give a view with contrast medium in the vessels",
+                      v + 1, views.size()));
+}
+
+double thinnest_radius(const CenterlineTree& tree) {
+  double least = 1e9;
+  for (const CenterlinePath& path : tree.paths)
+    for (const double radius : path.equivalent_radius) least = std::min(least, radius);
+  return least;
+}
+
+/// Voxels that the thinnest place is two radii wide of, but no finer than 0.1 mm.
+double voxel_size(const ViewsOptions& options, const RotationalRun& run,
+                  const CenterlineTree& tree) {
+  if (options.voxel_mm > 0.0) return options.voxel_mm;
+  constexpr double kFinest = 0.1;
+  double pixel = 1e9;
+  for (const angiogram::ConeBeamFrame& frame : run.frames)
+    pixel = std::min(pixel, pixel_at_isocentre(frame));
+  return std::clamp(0.5 * thinnest_radius(tree), std::min(kFinest, pixel), pixel);
+}
+
+/// How many points at a line's end lie beyond the vessel's: lines reach out of a vessel's end by
+/// their blur, and the tube fitted there has no radius to speak of.
+std::size_t beyond_end(const CenterlinePath& path, bool at_inlet) {
+  constexpr double kNear = 10.0;               // [mm]
+  constexpr double kPart = 0.6, kReach = 4.0;  // of the vessel's radius there
+  const std::size_t count = path.points.size();
+  const auto point = [&](std::size_t n) { return at_inlet ? n : count - 1 - n; };
+  const auto along = [&](std::size_t n) {
+    return std::abs(path.abscissa[point(n)] - path.abscissa[point(0)]);
+  };
+  std::vector<double> radii;
+  for (std::size_t n = 0; n < count && along(n) < kNear; ++n)
+    radii.push_back(path.equivalent_radius[point(n)]);
+  const double vessel = quantile(radii, 0.75);
+  std::size_t beyond = 0;
+  for (std::size_t n = 0; n < radii.size() && along(n) < std::min(kReach * vessel, 0.5 * kNear); ++n)
+    if (radii[n] < kPart * vessel) beyond = n + 1;
+  return beyond;
+}
+
+/// A tree without what lies beyond its vessels' ends, and whether that was anything.
+struct CutTree {
+  CenterlineTree tree;
+  bool is_shorter = false;
+};
+
+CutTree without_ends(const CenterlineTree& tree) {
+  CutTree result;
+  CenterlineTree& cut = result.tree;
+  for (const CenterlinePath& path : tree.paths) {
+    const std::size_t first = beyond_end(path, true),
+                      last = path.points.size() - beyond_end(path, false);
+    result.is_shorter = result.is_shorter || last - first < path.points.size();
+    CenterlinePath& kept = cut.paths.emplace_back();
+    kept.id = path.id;
+    kept.points.assign(path.points.begin() + std::ptrdiff_t(first),
+                       path.points.begin() + std::ptrdiff_t(last));
+    kept.inscribed_radius.assign(path.inscribed_radius.begin() + std::ptrdiff_t(first),
+                                 path.inscribed_radius.begin() + std::ptrdiff_t(last));
+    kept.abscissa = arc_length(kept.points);
+    kept.tracts = {{0, int(kept.points.size()) - 1, path.id, 0, false}};
+  }
+  return result;
+}
+
+/// Fits a tree, cut where its vessels end.
+TreeFit fit_to_ends(const RotationalRun& run, double air, CenterlineTree tree,
+                    const TreeFitOptions& options, const Progress& progress) {
+  constexpr int kMostCuts = 5;
+  for (int cut = 0;; ++cut) {
+    TreeFit fit = fit_tree(run, air, tree, options,
+                           part(progress, double(cut) / (kMostCuts + 1), (cut + 1.0) / (kMostCuts + 1)));
+    CutTree shorter = without_ends(fit.tree);
+    if (!shorter.is_shorter || cut == kMostCuts) return fit;
+    tree = std::move(shorter.tree);
+  }
+}
+
+double medium(const TreeFit& fit) {
+  std::vector<double> found;
+  for (const double contrast : fit.contrast_per_mm)
+    if (contrast > 0.0) found.push_back(contrast);
+  return median(std::move(found));
+}
+
+std::vector<std::string> warnings_of(const TreeOfViews& result, const ViewShifts& shifts) {
+  constexpr double kToldShift = 1.0, kPoorAgreement = 0.7, kPoorPart = 0.6;
+  std::vector<std::string> warnings;
+  warnings.push_back(fmt::format(
+      "the vessels were found from {} views up to {:.0f} degrees apart: sections are taken as "
+      "round, and what overlaps in a view may be joined wrongly. Compare the tree with the views "
+      "(reconstruction/frames.nrrd, the report's sheet)",
+      result.shifts_mm.size(), result.widest_angle_degrees));
+  double farthest = 0.0;
+  for (const Vec3& shift : result.shifts_mm) farthest = std::max(farthest, norm(shift));
+  if (farthest > kToldShift)
+    warnings.push_back(fmt::format(
+        "table or patient moved between the views, by {:.1f} mm as far as they tell it; that was "
+        "corrected. How far they moved along the plane of two beams cannot be seen: depths may be "
+        "off together",
+        farthest));
+  if (shifts.agreement < kPoorAgreement)
+    warnings.push_back(fmt::format(
+        "the views agree poorly on how the contrast medium lies across their common planes "
+        "(correlation {:.2f}): they may show different vessels, phases of the heart, or fillings",
+        shifts.agreement));
+  for (std::size_t v = 0; v < result.explained_parts.size(); ++v)
+    if (result.explained_parts[v] < kPoorPart)
+      warnings.push_back(fmt::format(
+          "view {}: {:.0f} % of the lines in it are explained by the tree; the others (vessels "
+          "that no second view shows, catheter, bone) were left out",
+          v + 1, 100.0 * result.explained_parts[v]));
+  if (!result.fit.converged)
+    warnings.push_back(
+        fmt::format("the fit of the tree has not converged in {} steps", result.fit.steps));
+  return warnings;
+}
+
+}  // namespace
+
+void ViewsOptions::validate() const {
+  if (!(widest_mm >= 1.0 && widest_mm <= 40.0))
+    throw OptionError("views.widest_mm: must be in [1, 40]");
+  if (!(shift_sd_mm >= 0.0 && shift_sd_mm <= 20.0))
+    throw OptionError("views.shift_sd_mm: must be in [0, 20]");
+  if (!(turn_sd_degrees >= 0.0 && turn_sd_degrees <= 20.0))
+    throw OptionError("views.turn_sd_degrees: must be in [0, 20]");
+}
+
+TreeOfViews reconstruct_views(const RotationalRun& run, const ViewsOptions& options,
+                              const Progress& progress) {
+  options.validate();
+  ANGIO_EXPECT(run.pictures != nullptr);
+  TreeOfViews result;
+  result.widest_angle_degrees = widest_angle(run.frames);
+  if (run.frames.size() < 2 || result.widest_angle_degrees < kLeastViewAngle)
+    throw InputError(
+        fmt::format("{} views, {:.0f} degrees apart, tell no depth. Give two or more of the same "
+                    "vessel, {:.0f} degrees apart",
+                    run.frames.size(), result.widest_angle_degrees, kLeastViewAngle));
+  result.unattenuated = run.masks ? 1.0 : unattenuated(run);
+  std::vector<ViewPicture> views;
+  for (std::size_t v = 0; v < run.frames.size(); ++v) {
+    progress.report(0.1 * double(v) / double(run.frames.size()), "finding each view's vessels");
+    views.push_back(read_view(run, int(v), result.unattenuated, options.widest_mm));
+  }
+  require_lines(views);
+  const ViewShifts shifts = find_view_shifts(views);
+  if (const char* dump = std::getenv("VIEW_DUMP")) {  // DEBUG
+    for (std::size_t v = 0; v < views.size(); ++v) {
+      std::FILE* f = std::fopen(fmt::format("{}{}.raw", dump, v).c_str(), "wb");
+      const int n[2] = {views[v].frame.columns, views[v].frame.rows};
+      std::fwrite(n, 4, 2, f);
+      std::fwrite(views[v].vessels.data(), 4, views[v].vessels.size(), f);
+      std::fwrite(views[v].lines.radius.data(), 4, views[v].lines.radius.size(), f);
+      std::fclose(f);
+    }
+  }
+  RotationalRun moved = run;
+  for (std::size_t v = 0; v < views.size(); ++v)
+    moved.frames[v] = views[v].frame = shifted(views[v].frame, shifts.shift[v]);
+  result.shifts_mm = shifts.shift;
+  result.agreement = shifts.agreement;
+  const ViewTree found = find_view_tree(views, part(progress, 0.1, 0.5));
+  if (found.tree.paths.empty())
+    throw InputError(
+        "no vessel is seen in all views (they show different vessels, or are not from where their "
+        "headers say). Give views of the same vessel");
+  result.explained_parts = found.explained_parts;
+  TreeFitOptions fitting;
+  fitting.frame_shift_sd_mm = options.shift_sd_mm;
+  fitting.frame_turn_sd_degrees = options.turn_sd_degrees;
+  result.fit =
+      fit_to_ends(moved, result.unattenuated, found.tree, fitting, part(progress, 0.5, 0.9));
+  result.volume =
+      tube_volume(result.fit.tree, medium(result.fit),
+                  voxel_size(options, run, result.fit.tree), options.largest_side);
+  result.warnings = warnings_of(result, shifts);
+  return result;
+}
+
+FilledFrames find_filled_frame(const RotationalRun& run, double widest_mm, double phase) {
+  constexpr double kFull = 0.9;
+  ANGIO_EXPECT(run.pictures != nullptr && !run.frames.empty());
+  const angiogram::ConeBeamFrame& frame = run.frames.front();
+  const double widest = widest_mm / pixel_at_isocentre(frame);
+  const double air = unattenuated(run);
+  FilledFrames filled;
+  for (int f = 0; f < int(run.frames.size()); ++f) {
+    const VesselPicture picture = vessels_of(read_line_integrals(run, f, 1, air), frame.columns,
+                                             frame.rows, widest, run.masks != nullptr);
+    double sum = 0.0;
+    for (std::size_t i = 0; i < picture.is_vessel.size(); ++i)
+      if (picture.is_vessel[i]) sum += std::max(0.0, double(picture.line_integrals[i]));
+    filled.share.push_back(sum);
+  }
+  const auto most = std::max_element(filled.share.begin(), filled.share.end());
+  filled.best = int(most - filled.share.begin());
+  const double full = *most;
+  for (double& share : filled.share) share = full > 0.0 ? share / full : 0.0;
+  if (run.times_s.size() != run.frames.size() || run.r_waves_s.size() < 2) return filled;
+  const std::vector<double> phases = cardiac_phases(run.times_s, run.r_waves_s);
+  double nearest = 1.0;
+  for (std::size_t f = 0; f < phases.size(); ++f) {
+    const double off = std::abs(phases[f] - phase), away = std::min(off, 1.0 - off);
+    if (filled.share[f] >= kFull && away < nearest) {
+      nearest = away;
+      filled.best = int(f);
+    }
+  }
+  return filled;
+}
+
+}  // namespace angio::reconstruction

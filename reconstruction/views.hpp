@@ -1,0 +1,63 @@
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "core/progress.hpp"
+#include "core/vec3.hpp"
+#include "reconstruction/reconstruction.hpp"
+#include "reconstruction/tree_fit.hpp"
+
+/// From angiograms of a C-arm that stood still, from two sides or more, to the vessels in space
+/// (three-dimensional quantitative coronary angiography).
+namespace angio::reconstruction {
+
+/// Views that differ by less show no depth [degrees].
+inline constexpr double kLeastViewAngle = 30.0;
+
+struct ViewsOptions {
+  double widest_mm = 12.0;  ///< diameter of the widest vessel, [1, 40]
+  /// How far the table may have moved between views beside what is found of it, and how far the
+  /// C-arm stands from its header, sd of each view [mm], [0, 20].
+  double shift_sd_mm = 1.0;
+  double turn_sd_degrees = 0.0;  ///< [0, 20]
+  double voxel_mm = 0.0;         ///< as ReconstructionOptions::voxel_mm
+  int largest_side = 512;        ///< as ReconstructionOptions::largest_side
+
+  void validate() const;  ///< @throws OptionError naming the bad field
+};
+
+/// Vessels that some views show.
+struct TreeOfViews {
+  TreeFit fit;  ///< lines and radii with their sd, and where each view was found to be taken
+  Volume<float> volume;  ///< attenuation of the contrast medium in the fitted tubes [1/mm]
+  double widest_angle_degrees = 0.0;    ///< between two views
+  double unattenuated = 0.0;            ///< as RunQuality::unattenuated
+  std::vector<Vec3> shifts_mm;          ///< of each view's C-arm against the patient, as found
+  std::vector<double> explained_parts;  ///< of each view's lines that the tree accounts for
+  double agreement = 0.0;               ///< detail/view_shifts.hpp
+  std::vector<std::string> warnings;
+};
+
+/// Finds each view's lines (detail/vessel_lines.hpp), by how much the table moved between them
+/// (detail/view_shifts.hpp), the tree that explains them (detail/view_tree.hpp), and fits it to the
+/// views' pixels (fit_tree()). Sections are taken as round, and the vessels as standing still.
+///
+/// @param run  one frame a view: the one that is filled the best
+/// @throws InputError  fewer than two views, none 30 degrees apart; a view shows no vessel; no
+///                     vessel is seen by all of them; as fit_tree()
+TreeOfViews reconstruct_views(const RotationalRun& run, const ViewsOptions& options,
+                              const Progress& progress = {});
+
+/// The frames of a standing run that show the most contrast medium.
+struct FilledFrames {
+  int best = 0;               ///< numbered from 0
+  std::vector<double> share;  ///< of the best one's medium, one a frame, [0, 1]
+};
+
+/// @param run  all frames of one view, from the same place
+/// @param phase  wanted part of the heart's beat, where the run names R waves, [0, 1): of the
+///               frames with nine tenths of the most medium the nearest to it
+FilledFrames find_filled_frame(const RotationalRun& run, double widest_mm, double phase);
+
+}  // namespace angio::reconstruction
