@@ -4,8 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
-#include <cstdlib>
 #include <cstddef>
 #include <utility>
 
@@ -16,9 +14,11 @@
 #include "reconstruction/detail/line_integrals.hpp"
 #include "reconstruction/detail/tube_volume.hpp"
 #include "reconstruction/detail/vessel_pictures.hpp"
+#include "reconstruction/detail/view_by_view.hpp"
 #include "reconstruction/detail/view_picture.hpp"
 #include "reconstruction/detail/view_shifts.hpp"
 #include "reconstruction/detail/view_tree.hpp"
+#include "reconstruction/detail/view_vessel.hpp"
 
 namespace angio::reconstruction {
 namespace {
@@ -78,14 +78,17 @@ OpenField open_field(const std::vector<float>& picture, int columns, int rows) {
           rows - 1 - inside(of_rows, true)};
 }
 
-ViewPicture read_view(const RotationalRun& run, int index, double air, double widest_mm) {
+ViewPicture read_view(const RotationalRun& run, int index, double air,
+                      const ViewsOptions& options) {
   const angiogram::ConeBeamFrame& frame = run.frames[std::size_t(index)];
   std::vector<float> integrals = read_line_integrals(run, index, 1, air);
   const OpenField open = open_field(integrals, frame.columns, frame.rows);
   cover_shutter(integrals.data(), frame.columns, frame.rows, open);
-  VesselPicture picture = vessels_of(std::move(integrals), frame.columns, frame.rows,
-                                     widest_mm / pixel_at_isocentre(frame), run.masks != nullptr);
-  return make_view_picture(frame, std::move(picture.line_integrals), open, widest_mm);
+  VesselPicture picture =
+      vessels_of(std::move(integrals), frame.columns, frame.rows,
+                 options.widest_mm / pixel_at_isocentre(frame), run.masks != nullptr);
+  return make_view_picture(frame, std::move(picture.line_integrals), open, options.thinnest_mm,
+                           options.widest_mm);
 }
 
 void require_lines(const std::vector<ViewPicture>& views) {
@@ -95,6 +98,19 @@ void require_lines(const std::vector<ViewPicture>& views) {
           fmt::format("view {} of {} shows no vessel (no frame is filled, or its pixels are "
                       "inverted). Give a view with contrast medium in the vessels",
                       v + 1, views.size()));
+}
+
+/// Of catheters, bones and vessels that overlap two views make trees that are not there.
+void require_belief(const ViewTree& found, const ViewShifts& shifts) {
+  constexpr double kLeastPart = 0.3, kLeastAgreement = 0.6;
+  const double part = *std::min_element(found.explained_parts.begin(), found.explained_parts.end());
+  if (part >= kLeastPart && shifts.agreement >= kLeastAgreement) return;
+  throw InputError(fmt::format(
+      "the views do not tell which of their lines belong together: the best tree explains {:.0f} % "
+      "of one view's, and the medium across their planes agrees to {:.2f} (catheter, bones, other "
+      "vessels, or another phase of the heart). Name the ends of the one vessel that is wanted in "
+      "each view, --ends COLUMN,ROW,COLUMN,ROW for each, or the frames with views.frames",
+      100.0 * part, shifts.agreement));
 }
 
 double thinnest_radius(const CenterlineTree& tree) {
@@ -130,7 +146,8 @@ std::size_t beyond_end(const CenterlinePath& path, bool at_inlet) {
     radii.push_back(path.equivalent_radius[point(n)]);
   const double vessel = quantile(radii, 0.75);
   std::size_t beyond = 0;
-  for (std::size_t n = 0; n < radii.size() && along(n) < std::min(kReach * vessel, 0.5 * kNear); ++n)
+  for (std::size_t n = 0; n < radii.size() && along(n) < std::min(kReach * vessel, 0.5 * kNear);
+       ++n)
     if (radii[n] < kPart * vessel) beyond = n + 1;
   return beyond;
 }
@@ -160,17 +177,48 @@ CutTree without_ends(const CenterlineTree& tree) {
   return result;
 }
 
-/// Fits a tree, cut where its vessels end.
+double usual_radius(const CenterlineTree& tree) {
+  std::vector<double> radii;
+  for (const CenterlinePath& path : tree.paths)
+    radii.insert(radii.end(), path.inscribed_radius.begin(), path.inscribed_radius.end());
+  return median(std::move(radii));
+}
+
+/// Fits a tree, cut where its vessels end: with coarse nodes until nothing more is cut, then as
+/// fine as is due.
 TreeFit fit_to_ends(const RotationalRun& run, double air, CenterlineTree tree,
                     const TreeFitOptions& options, const Progress& progress) {
   constexpr int kMostCuts = 5;
-  for (int cut = 0;; ++cut) {
-    TreeFit fit = fit_tree(run, air, tree, options,
-                           part(progress, double(cut) / (kMostCuts + 1), (cut + 1.0) / (kMostCuts + 1)));
+  constexpr double kCoarse = 1.25;  // median radii between nodes
+  TreeFitOptions coarse = options;
+  coarse.node_spacing_mm = std::clamp(kCoarse * usual_radius(tree), 1.0, 10.0);
+  for (int cut = 0; cut < kMostCuts; ++cut) {
+    const TreeFit fit =
+        fit_tree(run, air, tree, coarse, part(progress, 0.1 * cut, 0.1 * (cut + 1)));
     CutTree shorter = without_ends(fit.tree);
-    if (!shorter.is_shorter || cut == kMostCuts) return fit;
     tree = std::move(shorter.tree);
+    if (!shorter.is_shorter) break;
   }
+  TreeFit fit = fit_tree(run, air, tree, options, part(progress, 0.5, 0.75));
+  CutTree shorter = without_ends(fit.tree);
+  if (!shorter.is_shorter) return fit;
+  return fit_tree(run, air, shorter.tree, options, part(progress, 0.75, 1.0));
+}
+
+/// Lines and radii: view by view, and where all views see the same places to a pixel from all of
+/// them at once.
+void measure(const RotationalRun& run, const std::vector<ViewPicture>& views,
+             const CenterlineTree& found, const TreeFitOptions& options, const Progress& progress,
+             TreeOfViews& result) {
+  const double air = result.unattenuated;
+  ViewByView alone =
+      measure_view_by_view(run, air, views, found, options, part(progress, 0.0, 0.3));
+  if (const CutTree shorter = without_ends(alone.fit.tree); shorter.is_shorter)
+    alone = measure_view_by_view(run, air, views, shorter.tree, options, part(progress, 0.3, 0.5));
+  result.skew_mm = alone.skew_mm;
+  result.by_view = alone.skew_mm > pixel_at_isocentre(run.frames.front());
+  result.fit = result.by_view ? std::move(alone.fit)
+                              : fit_to_ends(run, air, found, options, part(progress, 0.5, 1.0));
 }
 
 double medium(const TreeFit& fit) {
@@ -201,6 +249,21 @@ std::vector<std::string> warnings_of(const TreeOfViews& result, const ViewShifts
         "the views agree poorly on how the contrast medium lies across their common planes "
         "(correlation {:.2f}): they may show different vessels, phases of the heart, or fillings",
         shifts.agreement));
+  constexpr double kToldApart = 3.0;
+  if (shifts.ends_apart_mm > kToldApart)
+    warnings.push_back(fmt::format(
+        "the views disagree about where the vessel's ends lie by {:.1f} mm after the table's shift "
+        "(other phases of the heart or of the breath, or the isocentre is not where the header has "
+        "it): lengths are off by as much",
+        shifts.ends_apart_mm));
+  if (result.by_view)
+    warnings.push_back(fmt::format(
+        "the views see the same places of the vessel {:.1f} mm beside each other (median: "
+        "the heart or the patient moved between them, or the isocentre is elsewhere): each view "
+        "was "
+        "measured by itself, and a narrowing is less sure. Frames of one phase agree better "
+        "(views.frames)",
+        result.skew_mm));
   for (std::size_t v = 0; v < result.explained_parts.size(); ++v)
     if (result.explained_parts[v] < kPoorPart)
       warnings.push_back(fmt::format(
@@ -218,6 +281,8 @@ std::vector<std::string> warnings_of(const TreeOfViews& result, const ViewShifts
 void ViewsOptions::validate() const {
   if (!(widest_mm >= 1.0 && widest_mm <= 40.0))
     throw OptionError("views.widest_mm: must be in [1, 40]");
+  if (!(thinnest_mm >= 0.2 && thinnest_mm <= 5.0 && thinnest_mm < widest_mm))
+    throw OptionError("views.thinnest_mm: must be in [0.2, 5], below views.widest_mm");
   if (!(shift_sd_mm >= 0.0 && shift_sd_mm <= 20.0))
     throw OptionError("views.shift_sd_mm: must be in [0, 20]");
   if (!(turn_sd_degrees >= 0.0 && turn_sd_degrees <= 20.0))
@@ -230,6 +295,12 @@ TreeOfViews reconstruct_views(const RotationalRun& run, const ViewsOptions& opti
   ANGIO_EXPECT(run.pictures != nullptr);
   TreeOfViews result;
   result.widest_angle_degrees = widest_angle(run.frames);
+  if (!options.ends.empty() && options.ends.size() != run.frames.size())
+    throw OptionError(
+        fmt::format("views.ends: {} vessel ends for {} views. Give column, row of the proximal and "
+                    "of the distal "
+                    "end for each view",
+                    options.ends.size(), run.frames.size()));
   if (run.frames.size() < 2 || result.widest_angle_degrees < kLeastViewAngle)
     throw InputError(
         fmt::format("{} views, {:.0f} degrees apart, tell no depth. Give two or more of the same "
@@ -239,58 +310,56 @@ TreeOfViews reconstruct_views(const RotationalRun& run, const ViewsOptions& opti
   std::vector<ViewPicture> views;
   for (std::size_t v = 0; v < run.frames.size(); ++v) {
     progress.report(0.1 * double(v) / double(run.frames.size()), "finding each view's vessels");
-    views.push_back(read_view(run, int(v), result.unattenuated, options.widest_mm));
+    views.push_back(read_view(run, int(v), result.unattenuated, options));
   }
   require_lines(views);
-  const ViewShifts shifts = find_view_shifts(views);
-  if (const char* dump = std::getenv("VIEW_DUMP")) {  // DEBUG
-    for (std::size_t v = 0; v < views.size(); ++v) {
-      std::FILE* f = std::fopen(fmt::format("{}{}.raw", dump, v).c_str(), "wb");
-      const int n[2] = {views[v].frame.columns, views[v].frame.rows};
-      std::fwrite(n, 4, 2, f);
-      std::fwrite(views[v].vessels.data(), 4, views[v].vessels.size(), f);
-      std::fwrite(views[v].lines.radius.data(), 4, views[v].lines.radius.size(), f);
-      std::fclose(f);
-    }
-  }
+  for (std::size_t v = 0; v < options.ends.size(); ++v) keep_vessel(views[v], options.ends[v]);
+  const ViewShifts shifts = find_view_shifts(views, options.ends);
   RotationalRun moved = run;
   for (std::size_t v = 0; v < views.size(); ++v)
     moved.frames[v] = views[v].frame = shifted(views[v].frame, shifts.shift[v]);
   result.shifts_mm = shifts.shift;
   result.agreement = shifts.agreement;
-  const ViewTree found = find_view_tree(views, part(progress, 0.1, 0.5));
+  const ViewTree found = options.ends.empty() ? find_view_tree(views, part(progress, 0.1, 0.5))
+                                              : find_view_vessel(views, options.ends);
   if (found.tree.paths.empty())
     throw InputError(
         "no vessel is seen in all views (they show different vessels, or are not from where their "
         "headers say). Give views of the same vessel");
+  if (options.ends.empty()) require_belief(found, shifts);
   result.explained_parts = found.explained_parts;
   TreeFitOptions fitting;
   fitting.frame_shift_sd_mm = options.shift_sd_mm;
   fitting.frame_turn_sd_degrees = options.turn_sd_degrees;
-  result.fit =
-      fit_to_ends(moved, result.unattenuated, found.tree, fitting, part(progress, 0.5, 0.9));
-  result.volume =
-      tube_volume(result.fit.tree, medium(result.fit),
-                  voxel_size(options, run, result.fit.tree), options.largest_side);
+  measure(moved, views, found.tree, fitting, part(progress, 0.5, 0.9), result);
+  result.volume = tube_volume(result.fit.tree, medium(result.fit),
+                              voxel_size(options, run, result.fit.tree), options.largest_side);
   result.warnings = warnings_of(result, shifts);
   return result;
 }
 
-FilledFrames find_filled_frame(const RotationalRun& run, double widest_mm, double phase) {
+FilledFrames find_filled_frame(const RotationalRun& run, const ViewsOptions& options,
+                               double phase) {
   constexpr double kFull = 0.9;
   ANGIO_EXPECT(run.pictures != nullptr && !run.frames.empty());
-  const angiogram::ConeBeamFrame& frame = run.frames.front();
-  const double widest = widest_mm / pixel_at_isocentre(frame);
-  const double air = unattenuated(run);
+  const double air = run.masks ? 1.0 : unattenuated(run);
+  constexpr int kAtFirst = 8;
   FilledFrames filled;
-  for (int f = 0; f < int(run.frames.size()); ++f) {
-    const VesselPicture picture = vessels_of(read_line_integrals(run, f, 1, air), frame.columns,
-                                             frame.rows, widest, run.masks != nullptr);
-    double sum = 0.0;
-    for (std::size_t i = 0; i < picture.is_vessel.size(); ++i)
-      if (picture.is_vessel[i]) sum += std::max(0.0, double(picture.line_integrals[i]));
-    filled.share.push_back(sum);
-  }
+  const int count = int(run.frames.size()), every = std::max(1, count / kAtFirst);
+  filled.share.assign(run.frames.size(), 0.0);
+  const auto look_at = [&](int f) {
+    const ViewPicture view = read_view(run, f, air, options);
+    double& sum = filled.share[std::size_t(f)];
+    for (std::size_t i = 0; i < view.vessels.size(); ++i)
+      if (view.nearest[i] >= 0 &&
+          view.distance[i] <= view.lines.radius[std::size_t(view.nearest[i])])
+        sum += std::max(0.0, double(view.vessels[i]));
+  };
+  for (int f = every / 2; f < count; f += every) look_at(f);
+  const int near =
+      int(std::max_element(filled.share.begin(), filled.share.end()) - filled.share.begin());
+  for (int f = std::max(0, near - every + 1); f < std::min(count, near + every); ++f)
+    if (f != near) look_at(f);
   const auto most = std::max_element(filled.share.begin(), filled.share.end());
   filled.best = int(most - filled.share.begin());
   const double full = *most;

@@ -1,6 +1,6 @@
 #pragma once
 
-#include <optional>
+#include <array>
 #include <vector>
 
 #include "core/progress.hpp"
@@ -15,8 +15,18 @@ namespace angio::reconstruction {
 /// Views that differ by less show no depth [degrees].
 inline constexpr double kLeastViewAngle = 30.0;
 
+/// Where one vessel begins and ends in a view: column, row [pixels], from the middle of the first.
+struct VesselEnds {
+  std::array<double, 2> proximal{}, distal{};
+};
+
 struct ViewsOptions {
-  double widest_mm = 12.0;  ///< diameter of the widest vessel, [1, 40]
+  /// Of the one vessel that is wanted, one a view, in the run's order; empty: all vessels that the
+  /// views tell of.
+  std::vector<VesselEnds> ends = {};
+  double thinnest_mm =
+      1.0;  ///< diameter of the thinnest vessel, [0.2, 5]; a stenosis may be thinner
+  double widest_mm = 12.0;  ///< and of the widest, above `thinnest_mm`, to 40
   /// How far the table may have moved between views beside what is found of it, and how far the
   /// C-arm stands from its header, sd of each view [mm], [0, 20].
   double shift_sd_mm = 1.0;
@@ -34,30 +44,36 @@ struct TreeOfViews {
   double widest_angle_degrees = 0.0;    ///< between two views
   double unattenuated = 0.0;            ///< as RunQuality::unattenuated
   std::vector<Vec3> shifts_mm;          ///< of each view's C-arm against the patient, as found
-  std::vector<double> explained_parts;  ///< of each view's lines that the tree accounts for
+  std::vector<double> explained_parts;  ///< of each view's lines that the tree accounts for; of
+                                        ///< the one vessel that is wanted, of its own
   double agreement = 0.0;               ///< detail/view_shifts.hpp
+  double skew_mm = 0.0;  ///< of the views' rays to the same places (detail/view_by_view.hpp)
+  bool by_view = false;  ///< each view was measured by itself, for that is over a pixel
   std::vector<std::string> warnings;
 };
 
 /// Finds each view's lines (detail/vessel_lines.hpp), by how much the table moved between them
-/// (detail/view_shifts.hpp), the tree that explains them (detail/view_tree.hpp), and fits it to the
-/// views' pixels (fit_tree()). Sections are taken as round, and the vessels as standing still.
+/// (detail/view_shifts.hpp), the tree that explains them (detail/view_tree.hpp), or the one vessel
+/// between given ends, and fits it to the pixels of all views at once (fit_tree()), or of each by
+/// itself where the vessels moved between them (detail/view_by_view.hpp). Sections are taken as
+/// round.
 ///
 /// @param run  one frame a view: the one that is filled the best
 /// @throws InputError  fewer than two views, none 30 degrees apart; a view shows no vessel; no
-///                     vessel is seen by all of them; as fit_tree()
+///                     vessel is seen by all of them, or the tree explains too little of the
+///                     views to be believed (name one vessel's ends); as fit_tree()
 TreeOfViews reconstruct_views(const RotationalRun& run, const ViewsOptions& options,
                               const Progress& progress = {});
 
 /// The frames of a standing run that show the most contrast medium.
 struct FilledFrames {
   int best = 0;               ///< numbered from 0
-  std::vector<double> share;  ///< of the best one's medium, one a frame, [0, 1]
+  std::vector<double> share;  ///< of the best one's medium, one a frame, [0, 1]; 0: not looked at
 };
 
 /// @param run  all frames of one view, from the same place
 /// @param phase  wanted part of the heart's beat, where the run names R waves, [0, 1): of the
 ///               frames with nine tenths of the most medium the nearest to it
-FilledFrames find_filled_frame(const RotationalRun& run, double widest_mm, double phase);
+FilledFrames find_filled_frame(const RotationalRun& run, const ViewsOptions& options, double phase);
 
 }  // namespace angio::reconstruction

@@ -67,12 +67,13 @@ std::vector<Candidate> candidates(const std::vector<detail::DicomSeries>& all,
 bool holds_something_else(const std::vector<detail::DicomSeries>& all, const ReadOptions& options) {
   return std::any_of(all.begin(), all.end(), [&](const detail::DicomSeries& series) {
     if (series.is_volume_kind) return true;
-    return std::any_of(series.headers.begin(), series.headers.end(), [&](const DicomHeader& header) {
-      if (!header.projection || !header.problem.empty()) return false;
-      ProjectionRun run = *header.projection;
-      detail::settle_angles(run, int(header.frames.size()), options.angles);
-      return detail::turns(run);
-    });
+    return std::any_of(series.headers.begin(), series.headers.end(),
+                       [&](const DicomHeader& header) {
+                         if (!header.projection || !header.problem.empty()) return false;
+                         ProjectionRun run = *header.projection;
+                         detail::settle_angles(run, int(header.frames.size()), options.angles);
+                         return detail::turns(run);
+                       });
   });
 }
 
@@ -152,6 +153,15 @@ bool tell_depth(const std::vector<Candidate>& all, const std::vector<std::size_t
   return false;
 }
 
+/// Whether there are views that would tell depth, could all be used.
+bool are_views_of(const std::vector<Candidate>& all) {
+  std::vector<std::size_t> with_angles;
+  for (std::size_t v = 0; v < all.size(); ++v)
+    if (!all[v].run.primary_angles_degrees.empty() && !all[v].run.secondary_angles_degrees.empty())
+      with_angles.push_back(v);
+  return tell_depth(all, with_angles);
+}
+
 /// Which are taken; none: the input is not of views.
 Choice choose(const std::vector<Candidate>& all, const ReadOptions& options) {
   if (!options.views.empty()) {
@@ -164,7 +174,12 @@ Choice choose(const std::vector<Candidate>& all, const ReadOptions& options) {
     return choice;
   }
   Choice choice = by_rule(all);
-  if (!tell_depth(all, choice.views)) return {};
+  if (!tell_depth(all, choice.views)) {
+    for (std::size_t v = 0; v < all.size(); ++v)
+      if (!all[v].problem.empty() && are_views_of(all))
+        throw InputError(in_words(all[v], v) + " cannot be used: " + all[v].problem);
+    return {};
+  }
   if (int(choice.views.size()) > kMostViews)
     throw InputError(
         fmt::format("the input holds {} angiograms of a C-arm that stood still (they may be of "
@@ -211,11 +226,9 @@ std::optional<LoadedViews> read_views(const fs::path& path, const ReadOptions& o
         loaded.warnings.push_back(fmt::format("view {}: {}", v + 1, note));
   }
   const DicomHeader& first = *all[choice.views.front()].header;
-  loaded.source_description = fmt::format("{} views, {}{}", choice.views.size(),
-                                          first.sop_class_name,
-                                          first.is_of_the_heart
-                                              ? std::string(", ") + kOfTheHeart
-                                              : std::string());
+  loaded.source_description =
+      fmt::format("{} views, {}{}", choice.views.size(), first.sop_class_name,
+                  first.is_of_the_heart ? std::string(", ") + kOfTheHeart : std::string());
   return loaded;
 }
 
@@ -224,8 +237,7 @@ bool are_views(const fs::path& path, const ReadOptions& options) {
   const detail::FoundSeries found = detail::find_series(path, options);
   if (!options.views.empty()) return true;  // read_views() says what is wrong with them
   if (!options.series.empty() || holds_something_else(found.all, options)) return false;
-  return tell_depth(candidates(found.all, options),
-                    by_rule(candidates(found.all, options)).views);
+  return are_views_of(candidates(found.all, options));  // read_views() says which cannot be used
 }
 
 std::vector<ViewSummary> list_views(const fs::path& path, const ReadOptions& options) {

@@ -234,6 +234,12 @@ void add_read_options(CLI::App& command, ReadArguments& read) {
                   "angiograms of a C-arm that stood still, from `angio inspect`: 2 to 6 of one\n"
                   "vessel, 30 degrees apart")
       ->type_name("1,3");
+  command
+      .add_option(
+          "--ends", read.ends,
+          "the one vessel that is wanted of them: column,row of its proximal end, then of\n"
+          "its distal one, in pixels from 0, for each view; otherwise all that they tell of")
+      ->type_name("C,R,C,R,...");
   command.add_flag("--allow-lossy", read.allow_lossy, "measure on lossy-compressed pixels");
   command
       .add_option("--spacing", read.spacing,
@@ -264,6 +270,7 @@ void apply_read_options(Config& config, const ReadArguments& read) {
   try {
     if (!read.series.empty()) config.input.series = read.series;
     if (!read.views.empty()) config.input.views = read.views;
+    if (!read.ends.empty()) apply_setting(config, "views.ends=[" + read.ends + "]");
     if (!read.spacing.empty()) apply_setting(config, "input.spacing_mm=[" + read.spacing + "]");
     if (!read.angles.empty()) apply_setting(config, "input.angles=" + read.angles);
     if (!read.max_memory.empty()) apply_setting(config, "input.max_memory_gib=" + read.max_memory);

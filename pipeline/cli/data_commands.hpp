@@ -10,7 +10,7 @@ namespace angio::pipeline {
 
 /// How an input is to be read, as it stands on the command line; empty: as configured.
 struct ReadArguments {
-  std::string series, views, spacing, angles, max_memory;
+  std::string series, views, ends, spacing, angles, max_memory;
   bool allow_lossy = false;
   bool resample = false;
 };

@@ -72,8 +72,8 @@ void add_case_options(CLI::App& command, RunArguments& run) {
   command.add_flag("--print-config", run.print_config, "print every option in force and end");
   add_run_options(command, run.shared, PresetHelp::full);
   group_options(command, "Input",
-                {"--series", "--views", "--allow-lossy", "--spacing", "--resample", "--angles", "--max-memory",
-                 "--unit", "--inlet", "--geometry", "--calling"});
+                {"--series", "--views", "--ends", "--allow-lossy", "--spacing", "--resample",
+                 "--angles", "--max-memory", "--unit", "--inlet", "--geometry", "--calling"});
   group_options(command, "Treatment",
                 {"--balloon", "--catalogue", "--contact", "--preset", "--set", "--config"});
   group_options(command, "Output",

@@ -49,6 +49,11 @@ void Config::validate() const {
   input.validate();
   reconstruction.validate();
   views.validate();
+  if (view_ends.size() % 4 != 0)
+    throw OptionError(
+        "views.ends: must be four numbers a view: column, row of the vessel's proximal end, then "
+        "of "
+        "its distal one");
   for (const double frame : view_frames)
     if (!(frame >= 1.0 && frame < 1e6 && frame == std::floor(frame)))
       throw OptionError("views.frames: must be numbers of frames from 1, one a view");

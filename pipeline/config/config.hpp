@@ -45,6 +45,7 @@ struct Config {
   std::optional<LengthUnit> surface_unit;  ///< of a surface or volume file; unset: as it says
   reconstruction::ReconstructionOptions reconstruction;
   reconstruction::ViewsOptions views;
+  std::vector<double> view_ends;    ///< of the wanted vessel: four numbers a view
   std::vector<double> view_frames;  ///< which frame of each view, from 1; empty: the best filled
   segmentation::SegmentationOptions segmentation;
   centerline::CenterlineOptions centerline;

@@ -44,6 +44,13 @@ void add_views_settings(Config& c, std::vector<Setting>& table) {
   table.push_back(make_setting("views.frames", c.view_frames,
                                "which frame of each view, from 1, as [5, 9]; []: the one that "
                                "shows the most contrast medium"));
+  table.push_back(make_setting("views.ends", c.view_ends,
+                               "of the one vessel that is wanted, for each view: column and row of "
+                               "its proximal end, then of its distal one, in pixels from 0; []: "
+                               "all vessels that the views tell of"));
+  table.push_back(make_setting("views.thinnest_mm", c.views.thinnest_mm,
+                               "diameter of the thinnest vessel in them [mm], 0.2 to 5; a stenosis "
+                               "may be thinner"));
   table.push_back(make_setting("views.widest_mm", c.views.widest_mm,
                                "diameter of the widest vessel in them [mm], 1 to 40: what is wider "
                                "is background"));

@@ -23,7 +23,7 @@ using InputSettings = ConfigView<&Config::experiment, &Config::input, &Config::s
 
 using ReconstructionSettings =
     ConfigView<&Config::experiment, &Config::input, &Config::reconstruction, &Config::views,
-               &Config::view_frames>;
+               &Config::view_frames, &Config::view_ends>;
 
 using SegmentationSettings =
     ConfigView<&Config::experiment, &Config::input, &Config::surface_unit, &Config::segmentation>;

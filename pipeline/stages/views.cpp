@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstddef>
 #include <numeric>
@@ -62,8 +63,8 @@ Picture coarser(const Picture& picture, int block) {
       double sum = 0.0;
       for (int y = row * block; y < (row + 1) * block; ++y)
         for (int x = column * block; x < (column + 1) * block; ++x)
-          sum += double(picture.pixels[std::size_t(y) * std::size_t(picture.frame.columns) +
-                                       std::size_t(x)]);
+          sum += double(
+              picture.pixels[std::size_t(y) * std::size_t(picture.frame.columns) + std::size_t(x)]);
       small.pixels.push_back(float(sum / (block * block)));
     }
   return small;
@@ -123,13 +124,14 @@ ChosenView choose_frame(const segmentation::LoadedRun& loaded, std::size_t numbe
   if (asked.empty()) {
     constexpr double kPerCent = 100.0;
     chosen.frame = reconstruction::find_filled_frame(
-                       run, settings.get<&Config::views>().widest_mm,
+                       run, settings.get<&Config::views>(),
                        settings.get<&Config::reconstruction>().phase_percent / kPerCent)
                        .best;
   } else if (number >= asked.size()) {
-    throw OptionError(fmt::format("views.frames names {} frames, and there are more views. Name "
-                                  "one a view",
-                                  asked.size()));
+    throw OptionError(
+        fmt::format("views.frames names {} frames, and there are more views. Name "
+                    "one a view",
+                    asked.size()));
   } else if (asked[number] > loaded.frame_count) {
     throw OptionError(fmt::format("views.frames: view {} has {} frames, no {:.0f}", number + 1,
                                   loaded.frame_count, asked[number]));
@@ -141,6 +143,35 @@ ChosenView choose_frame(const segmentation::LoadedRun& loaded, std::size_t numbe
   return chosen;
 }
 
+/// The wanted vessel's ends, in the pixels of the pictures that are used.
+std::vector<reconstruction::VesselEnds> vessel_ends(const std::vector<double>& numbers,
+                                                    const std::vector<ConeBeamFrame>& as_given,
+                                                    const std::vector<ConeBeamFrame>& used) {
+  constexpr std::size_t kOfView = 4;
+  if (!numbers.empty() && numbers.size() != kOfView * used.size())
+    throw OptionError(fmt::format(
+        "views.ends: {} numbers for {} views. Give column and row of the vessel's proximal "
+        "end, then of its distal one, for each view",
+        numbers.size(), used.size()));
+  std::vector<reconstruction::VesselEnds> ends;
+  for (std::size_t v = 0; v < used.size() && !numbers.empty(); ++v) {
+    const auto moved = [&](std::size_t first) {
+      const double column = numbers[kOfView * v + first], row = numbers[kOfView * v + first + 1];
+      if (!(column >= 0.0 && column <= as_given[v].columns - 1.0 && row >= 0.0 &&
+            row <= as_given[v].rows - 1.0))
+        throw OptionError(
+            fmt::format("views.ends: {:g}, {:g} lies outside view {}, which has {} "
+                        "columns and {} rows of pixels",
+                        column, row, v + 1, as_given[v].columns, as_given[v].rows));
+      const angiogram::SeenPoint seen =
+          angiogram::ConeBeamView(used[v]).see(as_given[v].place(column, row));
+      return std::array{seen.column, seen.row};
+    };
+    ends.push_back({moved(0), moved(2)});
+  }
+  return ends;
+}
+
 nlohmann::json to_json(const Vec3& v) { return nlohmann::json::array({v.x, v.y, v.z}); }
 
 nlohmann::json to_json(const reconstruction::TreeOfViews& result,
@@ -148,19 +179,20 @@ nlohmann::json to_json(const reconstruction::TreeOfViews& result,
   nlohmann::json views = nlohmann::json::array(), used = nlohmann::json::array();
   for (std::size_t v = 0; v < frames.size(); ++v) {
     used.push_back(int(v) + 1);
-    views.push_back(
-        {{"primary_degrees", loaded.views[v].run.primary_angles_degrees.front()},
-         {"secondary_degrees", loaded.views[v].run.secondary_angles_degrees.front()},
-         {"frame", frames[v] + 1},
-         {"shift_mm", to_json(result.shifts_mm[v])},
-         {"lines_explained_percent", 100.0 * result.explained_parts[v]},
-         {"contrast_per_mm", result.fit.contrast_per_mm[v]}});
+    views.push_back({{"primary_degrees", loaded.views[v].run.primary_angles_degrees.front()},
+                     {"secondary_degrees", loaded.views[v].run.secondary_angles_degrees.front()},
+                     {"frame", frames[v] + 1},
+                     {"shift_mm", to_json(result.shifts_mm[v])},
+                     {"lines_explained_percent", 100.0 * result.explained_parts[v]},
+                     {"contrast_per_mm", result.fit.contrast_per_mm[v]}});
   }
   return {{"method", "views"},
           {"frames", frames.size()},
           {"views", views},
           {"widest_angle_degrees", result.widest_angle_degrees},
           {"agreement", result.agreement},
+          {"skew_mm", result.skew_mm},
+          {"measured_view_by_view", result.by_view},
           {"converged", result.fit.converged},
           {"steps", result.fit.steps},
           {"noise", result.fit.noise},
@@ -184,6 +216,8 @@ void do_views(StageWork& work, const segmentation::LoadedViews& loaded,
     pictures.push_back(std::move(chosen.picture));
     chosen_frames.push_back(chosen.frame);
   }
+  std::vector<ConeBeamFrame> as_given;
+  for (const Picture& picture : pictures) as_given.push_back(picture.frame);
   even_out(pictures);
   ChosenFrames frames;
   reconstruction::RotationalRun run;
@@ -194,6 +228,7 @@ void do_views(StageWork& work, const segmentation::LoadedViews& loaded,
   run.pictures = &frames;
   reconstruction::ViewsOptions options = settings.get<&Config::views>();
   options.voxel_mm = settings.get<&Config::reconstruction>().voxel_mm;
+  options.ends = vessel_ends(settings.get<&Config::view_ends>(), as_given, run.frames);
   options.largest_side = settings.get<&Config::reconstruction>().largest_side;
   const reconstruction::TreeOfViews result =
       reconstruction::reconstruct_views(run, options, part(work.progress, 0.2, 0.95));
@@ -206,7 +241,9 @@ void do_views(StageWork& work, const segmentation::LoadedViews& loaded,
                         to_json(result, loaded, chosen_frames).dump(2) + "\n");
   std::vector<int> shown(run.frames.size());
   std::iota(shown.begin(), shown.end(), 0);
-  write_shown_frames(work.out, reconstruction::show_frames(run, result.fit.frames, shown, result.unattenuated), false);
+  write_shown_frames(
+      work.out, reconstruction::show_frames(run, result.fit.frames, shown, result.unattenuated),
+      false);
 }
 
 }  // namespace angio::pipeline

@@ -57,8 +57,8 @@ VolumeGeometry grid_around(const std::vector<Piece>& pieces, double voxel_mm, in
   constexpr double kMargin = 4.0;  // voxels
   Vec3 low{1e9, 1e9, 1e9}, high{-1e9, -1e9, -1e9};
   for (const Piece& piece : pieces)
-    for (const auto& [point, radius] : {std::pair{piece.from, piece.from_radius},
-                                        std::pair{piece.to, piece.to_radius}})
+    for (const auto& [point, radius] :
+         {std::pair{piece.from, piece.from_radius}, std::pair{piece.to, piece.to_radius}})
       for (int axis = 0; axis < 3; ++axis) {
         low[axis] = std::min(low[axis], point[axis] - radius);
         high[axis] = std::max(high[axis], point[axis] + radius);
@@ -97,8 +97,8 @@ Volume<float> tube_volume(const CenterlineTree& tree, double value, double voxel
     for (int k = first[2]; k <= last[2]; ++k)
       for (int j = first[1]; j <= last[1]; ++j)
         for (int i = first[0]; i <= last[0]; ++i) {
-          const double away = signed_distance(
-              piece, grid.origin + h * Vec3{double(i), double(j), double(k)});
+          const double away =
+              signed_distance(piece, grid.origin + h * Vec3{double(i), double(j), double(k)});
           float& voxel = volume.values[grid.offset(i, j, k)];
           voxel = std::max(voxel, float(value * std::clamp(0.5 - away / h, 0.0, 1.0)));
         }

@@ -12,7 +12,7 @@ namespace angio::reconstruction::detail {
 namespace {
 
 constexpr double kRadiusOfScale = 1.0 / 0.6664;
-constexpr double kFinestScale = 0.8;  ///< [pixels]
+constexpr double kFinestScale = 0.8;    ///< [pixels]
 constexpr double kScaleStep = 1.18921;  ///< the fourth root of two
 constexpr double kSure = 9.0, kLikely = 4.0;
 
@@ -52,9 +52,9 @@ std::vector<float> blurred(const std::vector<float>& picture, const Size& size, 
     for (int c = 0; c < size.columns; ++c) {
       float value = weight[0] * along[size.at(c, int(row))];
       for (int k = 1; k <= half; ++k)
-        value += weight[std::size_t(k)] *
-                 (along[size.at(c, std::max(int(row) - k, 0))] +
-                  along[size.at(c, std::min(int(row) + k, size.rows - 1))]);
+        value +=
+            weight[std::size_t(k)] * (along[size.at(c, std::max(int(row) - k, 0))] +
+                                      along[size.at(c, std::min(int(row) + k, size.rows - 1))]);
       both[size.at(c, int(row))] = value;
     }
   });
@@ -63,14 +63,13 @@ std::vector<float> blurred(const std::vector<float>& picture, const Size& size, 
 
 /// Of each pixel, at the scale of its largest response.
 struct Ridges {
-  std::vector<float> response;  ///< R
-  std::vector<float> sureness;  ///< l over its spread
-  std::vector<float> scale;     ///< [pixels]
+  std::vector<float> response;            ///< R
+  std::vector<float> sureness;            ///< l over its spread
+  std::vector<float> scale;               ///< [pixels]
   std::vector<float> across_x, across_y;  ///< unit, across the ridge
 };
 
-void take_scale(const std::vector<float>& picture, const Size& size, double scale,
-                Ridges& ridges) {
+void take_scale(const std::vector<float>& picture, const Size& size, double scale, Ridges& ridges) {
   const std::vector<float> smooth = blurred(picture, size, scale);
   std::vector<float> least(size.count(), 0.0F), nx(size.count(), 1.0F), ny(size.count(), 0.0F);
   parallel_for(size.rows, [&](std::ptrdiff_t r) {
@@ -179,6 +178,22 @@ void smooth_radii(VesselLines& lines) {
     }
 }
 
+/// A throat stays: the vessel around it is wider.
+void leave_out_thin(VesselLines& lines, double least) {
+  const int reach = std::max(4, int(std::lround(10.0 * least)));
+  const Size size{lines.columns, lines.rows};
+  const std::vector<float> as_found = lines.radius;
+  for (int row = 0; row < size.rows; ++row)
+    for (int c = 0; c < size.columns; ++c) {
+      if (as_found[size.at(c, row)] <= 0.0F) continue;
+      std::vector<double> near;
+      for (int y = std::max(0, row - reach); y <= std::min(size.rows - 1, row + reach); ++y)
+        for (int x = std::max(0, c - reach); x <= std::min(size.columns - 1, c + reach); ++x)
+          if (as_found[size.at(x, y)] > 0.0F) near.push_back(double(as_found[size.at(x, y)]));
+      if (median(std::move(near)) < least) lines.radius[size.at(c, row)] = 0.0F;
+    }
+}
+
 }  // namespace
 
 bool VesselLines::empty() const {
@@ -186,7 +201,7 @@ bool VesselLines::empty() const {
 }
 
 VesselLines find_vessel_lines(const std::vector<float>& picture, int columns, int rows,
-                              double widest) {
+                              double thinnest, double widest) {
   const Size size{columns, rows};
   Ridges ridges;
   ridges.response.assign(size.count(), 0.0F);
@@ -204,6 +219,7 @@ VesselLines find_vessel_lines(const std::vector<float>& picture, int columns, in
     for (const std::size_t j : crest) lines.radius[j] = float(kRadiusOfScale) * ridges.scale[j];
   }
   smooth_radii(lines);
+  leave_out_thin(lines, 0.5 * thinnest);
   return lines;
 }
 

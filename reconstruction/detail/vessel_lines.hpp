@@ -16,17 +16,20 @@ struct VesselLines {
 /// Ridges of a picture over scales s (Lindeberg, Int. J. Comput. Vis. 30:117, 1998, eq. 50 with
 /// gamma = 3/4):
 ///
-///     R(s) = - s^(3/2) l(s),   l: the lesser eigenvalue of the Hessian of the picture, blurred by s
+///     R(s) = - s^(3/2) l(s),   l: the lesser eigenvalue of the Hessian of the picture, blurred by
+///     s
 ///
 /// A vessel of round section, p(x) = 2 a sqrt(r^2 - x^2), has its largest R at s = 0.6664 r, which
 /// tells its radius. A line runs where R is the largest across it, and l is `kSure` times its own
 /// spread over the picture (of the median absolute value), or `kLikely` times and joined to such;
-/// what is shorter than four of its radii is none.
+/// what is shorter than four of its radii is none. Where the median radius around is below
+/// `thinnest`, lines are of vessels too thin, or of noise.
 ///
 /// @param picture  line integrals without what is wide (detail/vessel_pictures.hpp), shape [rows,
 ///                 columns]
-/// @param widest   diameter of the widest vessel [pixels]
+/// @param thinnest, widest  diameters of the vessels that are wanted [pixels]; a narrowed place may
+///                 be thinner
 VesselLines find_vessel_lines(const std::vector<float>& picture, int columns, int rows,
-                              double widest);
+                              double thinnest, double widest);
 
 }  // namespace angio::reconstruction::detail

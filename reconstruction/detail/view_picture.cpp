@@ -6,7 +6,6 @@
 #include <utility>
 
 namespace angio::reconstruction::detail {
-namespace {
 
 /// The nearest line pixel of each pixel, passed on from neighbour to neighbour (Danielsson, Comput.
 /// Graph. Image Process. 14:227, 1980).
@@ -26,8 +25,7 @@ void find_nearest(ViewPicture& picture) {
     if (c + dx < 0 || c + dx >= columns || r + dy < 0 || r + dy >= rows) return;
     const int seed = picture.nearest[at(c + dx, r + dy)];
     if (seed < 0) return;
-    const float far =
-        std::hypot(float(seed % columns - c), float(seed / columns - r));
+    const float far = std::hypot(float(seed % columns - c), float(seed / columns - r));
     if (far < picture.distance[at(c, r)]) {
       picture.distance[at(c, r)] = far;
       picture.nearest[at(c, r)] = seed;
@@ -48,16 +46,15 @@ void find_nearest(ViewPicture& picture) {
   }
 }
 
-}  // namespace
-
 ViewPicture make_view_picture(const angiogram::ConeBeamFrame& frame, std::vector<float> vessels,
-                              const OpenField& open, double widest_mm) {
+                              const OpenField& open, double thinnest_mm, double widest_mm) {
   ViewPicture picture;
   picture.frame = frame;
   picture.pixel_mm = std::sqrt(norm(frame.column_step) * norm(frame.row_step));
   const double at_isocentre =
       picture.pixel_mm * angiogram::ConeBeamView(frame).see(Vec3{0.0, 0.0, 0.0}).depth;
-  picture.lines = find_vessel_lines(vessels, frame.columns, frame.rows, widest_mm / at_isocentre);
+  picture.lines = find_vessel_lines(vessels, frame.columns, frame.rows, thinnest_mm / at_isocentre,
+                                    widest_mm / at_isocentre);
   for (int r = 0; r < frame.rows; ++r)
     for (int c = 0; c < frame.columns; ++c)
       if (c < open.first_column || c > open.last_column || r < open.first_row || r > open.last_row)
@@ -81,8 +78,7 @@ LineNear ViewLookup::at(const Vec3& place) const {
       r >= picture_.lines.rows)
     return near;
   near.is_seen = true;
-  const std::size_t i =
-      std::size_t(r) * std::size_t(picture_.lines.columns) + std::size_t(c);
+  const std::size_t i = std::size_t(r) * std::size_t(picture_.lines.columns) + std::size_t(c);
   near.pixel = picture_.nearest[i];
   if (near.pixel < 0) return near;
   const double line_column = near.pixel % picture_.lines.columns,

@@ -8,15 +8,15 @@
 namespace angio::reconstruction::detail {
 namespace {
 
-constexpr double kBin = 0.25;    ///< [mm] at the isocentre
-constexpr double kFar = 120.0;   ///< from the isocentre [mm]
-constexpr double kMost = 30.0;   ///< shift that is looked for [mm]
+constexpr double kBin = 0.25;   ///< [mm] at the isocentre
+constexpr double kFar = 120.0;  ///< from the isocentre [mm]
+constexpr double kMost = 30.0;  ///< shift that is looked for [mm]
 constexpr double kWorthIt = 0.03;
 constexpr double kBlur = 1.0;  ///< sd of a profile's blur [mm]
 
 /// Planes through two sources, by their angle around the line between them.
 struct Planes {
-  Vec3 origin;       ///< a source
+  Vec3 origin;         ///< a source
   Vec3 along, across;  ///< unit, at right angles to the line: towards the isocentre, and beside it
   double away = 0.0;   ///< of the isocentre from the line [mm]
 };
@@ -32,6 +32,12 @@ Planes planes_between(const Vec3& a, const Vec3& b) {
   return planes;
 }
 
+/// Which plane a ray lies in [mm] at the isocentre.
+double plane_of(const Planes& planes, const ViewPicture& view, double column, double row) {
+  const Vec3 ray = view.frame.place(column, row) - view.frame.source;
+  return planes.away * std::atan2(dot(ray, planes.across), dot(ray, planes.along));
+}
+
 /// What a view shows of the medium, plane by plane.
 std::vector<double> profile(const ViewPicture& view, const Planes& planes) {
   constexpr float kBeside = 1.3F;  // radii
@@ -43,10 +49,7 @@ std::vector<double> profile(const ViewPicture& view, const Planes& planes) {
       if (view.nearest[i] < 0 ||
           view.distance[i] > kBeside * view.lines.radius[std::size_t(view.nearest[i])])
         continue;
-      const Vec3 ray = view.frame.place(c, r) - view.frame.source;
-      const double y =
-          planes.away * std::atan2(dot(ray, planes.across), dot(ray, planes.along)) / kBin +
-          0.5 * bins;
+      const double y = plane_of(planes, view, c, r) / kBin + 0.5 * bins;
       const int bin = int(std::floor(y));
       if (bin < 0 || bin + 1 >= bins) continue;
       const double value = std::max(0.0, double(view.vessels[i]));
@@ -62,8 +65,8 @@ std::vector<double> blurred(const std::vector<double>& values) {
   for (int n = 0; n < int(values.size()); ++n)
     for (int k = -half; k <= half; ++k)
       if (n + k >= 0 && n + k < int(values.size()))
-        smooth[std::size_t(n)] += values[std::size_t(n + k)] *
-                                  std::exp(-0.5 * k * k * kBin * kBin / (kBlur * kBlur));
+        smooth[std::size_t(n)] +=
+            values[std::size_t(n + k)] * std::exp(-0.5 * k * k * kBin * kBin / (kBlur * kBlur));
   return smooth;
 }
 
@@ -78,7 +81,8 @@ double correlation(const std::vector<double>& a, const std::vector<double>& b, i
     ++count;
   }
   const double n = std::max(1, count);
-  const double spread = std::sqrt(std::max(0.0, aa - sa * sa / n) * std::max(0.0, bb - sb * sb / n));
+  const double spread =
+      std::sqrt(std::max(0.0, aa - sa * sa / n) * std::max(0.0, bb - sb * sb / n));
   return spread > 0.0 ? (ab - sa * sb / n) / spread : 0.0;
 }
 
@@ -89,13 +93,19 @@ struct PairShift {
   double as_given = 0.0, best = 0.0;
 };
 
-PairShift pair_shift(const ViewPicture& a, const ViewPicture& b) {
-  const Planes planes = planes_between(a.frame.source, b.frame.source);
+/// Where the profiles' shift is looked for [mm].
+struct Window {
+  double middle = 0.0, half = kMost;
+};
+
+PairShift pair_shift(const ViewPicture& a, const ViewPicture& b, const Planes& planes,
+                     const Window& window) {
   const std::vector<double> pa = blurred(profile(a, planes)), pb = blurred(profile(b, planes));
   PairShift pair{planes.across, 0.0, correlation(pa, pb, 0), 0.0};
   pair.best = pair.as_given;
-  const int most = int(kMost / kBin);
-  for (int shift = -most; shift <= most; ++shift)
+  const int middle = int(std::lround(window.middle / kBin)), half = int(window.half / kBin);
+  if (std::abs(window.middle) > window.half) pair.best = -1.0;
+  for (int shift = middle - half; shift <= middle + half; ++shift)
     if (const double found = correlation(pa, pb, shift); found > pair.best) {
       pair.best = found;
       pair.mm = shift * kBin;
@@ -109,7 +119,8 @@ PairShift pair_shift(const ViewPicture& a, const ViewPicture& b) {
 
 }  // namespace
 
-ViewShifts find_view_shifts(const std::vector<ViewPicture>& views) {
+ViewShifts find_view_shifts(const std::vector<ViewPicture>& views,
+                            const std::vector<VesselEnds>& ends) {
   // A shift of a centimetre is nothing rare; a profile tells one to about a millimetre.
   constexpr double kOfShift = 1.0 / (10.0 * 10.0);
   const auto count = Eigen::Index(views.size()) - 1;
@@ -120,7 +131,21 @@ ViewShifts find_view_shifts(const std::vector<ViewPicture>& views) {
   for (std::size_t b = 1; b < views.size(); ++b) {
     double best = -1.0, as_given = -1.0;
     for (std::size_t a = 0; a < b; ++a) {
-      const PairShift pair = pair_shift(views[a], views[b]);
+      const Planes planes = planes_between(views[a].frame.source, views[b].frame.source);
+      Window window;
+      if (!ends.empty()) {
+        constexpr double kEndsErr = 4.0;  // [mm]
+        const auto apart = [&](const std::array<double, 2>& in_a,
+                               const std::array<double, 2>& in_b) {
+          return plane_of(planes, views[b], in_b[0], in_b[1]) -
+                 plane_of(planes, views[a], in_a[0], in_a[1]);
+        };
+        const double proximal = apart(ends[a].proximal, ends[b].proximal),
+                     distal = apart(ends[a].distal, ends[b].distal);
+        window = {0.5 * (proximal + distal), kEndsErr};
+        result.ends_apart_mm = std::max(result.ends_apart_mm, std::abs(proximal - distal));
+      }
+      const PairShift pair = pair_shift(views[a], views[b], planes, window);
       best = std::max(best, pair.best);
       as_given = std::max(as_given, pair.as_given);
       // The patient's picture lies at +mm in b: b's C-arm stands at -mm from where it says.

@@ -4,6 +4,7 @@
 
 #include "core/vec3.hpp"
 #include "reconstruction/detail/view_picture.hpp"
+#include "reconstruction/views.hpp"
 
 namespace angio::reconstruction::detail {
 
@@ -12,6 +13,7 @@ struct ViewShifts {
   std::vector<Vec3> shift;          ///< of each view's C-arm against the patient [mm]; first: none
   double agreement_as_given = 0.0;  ///< of neighbouring views' profiles, least of them, [-1, 1]
   double agreement = 0.0;           ///< after the shifts
+  double ends_apart_mm = 0.0;       ///< how far the vessel's ends disagree about a shift, the most
 };
 
 /// A plane through the sources of two views cuts the same part of the patient in both: across it
@@ -23,6 +25,10 @@ struct ViewShifts {
 /// lie, and nothing else.
 ///
 /// A shift is taken only where it makes the correlation better by `kWorthIt`.
-ViewShifts find_view_shifts(const std::vector<ViewPicture>& views);
+///
+/// @param ends  of the one vessel that the views' lines are of, one a view: a shift is looked for
+///              around the one that they tell; empty: they are not known
+ViewShifts find_view_shifts(const std::vector<ViewPicture>& views,
+                            const std::vector<VesselEnds>& ends = {});
 
 }  // namespace angio::reconstruction::detail

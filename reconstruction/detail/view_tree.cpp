@@ -16,12 +16,12 @@
 namespace angio::reconstruction::detail {
 namespace {
 
-constexpr double kNearLine = 0.5;    ///< [mm], in the cost
-constexpr double kOfRadius = 0.33;   ///< or so much of the radius
-constexpr double kReach = 2.0;       ///< of a place from a view's line [mm]
-constexpr double kRadiiAgree = 4.0;  ///< weight of ln^2 of the radii's ratio
+constexpr double kNearLine = 0.5;     ///< [mm], in the cost
+constexpr double kOfRadius = 0.33;    ///< or so much of the radius
+constexpr double kReach = 2.0;        ///< of a place from a view's line [mm]
+constexpr double kRadiiAgree = 4.0;   ///< weight of ln^2 of the radii's ratio
 constexpr double kLeastBranch = 3.0;  ///< [mm]
-constexpr double kLeastRadii = 2.0;
+constexpr double kLeastRadii = 1.25;
 constexpr int kMostBranches = 60;
 constexpr int kRoots = 4;
 constexpr std::size_t kMostPlaces = 6'000'000;
@@ -32,9 +32,9 @@ struct Hull {
   Vec3 corner;
   std::array<int, 3> size{};
   std::vector<std::array<int, 3>> cell;
-  std::vector<float> cost;            ///< a mm
-  std::vector<float> radius;          ///< the views' median [mm]
-  std::vector<int> pixel;             ///< nearest line, shape [places, views]; -1: too far
+  std::vector<float> cost;    ///< a mm
+  std::vector<float> radius;  ///< the views' median [mm]
+  std::vector<int> pixel;     ///< nearest line, shape [places, views]; -1: too far
   std::unordered_map<std::int64_t, int> place_of;
 
   [[nodiscard]] Vec3 at(int place) const {
@@ -95,7 +95,8 @@ double half_side(const std::vector<ViewPicture>& views) {
   return std::min(half, kMost);
 }
 
-Hull find_hull(const std::vector<ViewPicture>& views, const std::vector<ViewLookup>& lookups) {
+Hull find_hull(const std::vector<ViewPicture>& views, const std::vector<ViewLookup>& lookups,
+               double reach) {
   Hull hull;
   const double half = half_side(views);
   constexpr double kCellsAcross = 320.0;
@@ -103,12 +104,12 @@ Hull find_hull(const std::vector<ViewPicture>& views, const std::vector<ViewLook
   const int side = int(std::ceil(2.0 * half / hull.step)) + 1;
   hull.size = {side, side, side};
   hull.corner = -half * Vec3{1.0, 1.0, 1.0};
-  const double reach = std::max(kReach, 2.0 * hull.step);
+  reach = std::max(reach, 2.0 * hull.step);
   for (int k = 0; k < side; ++k)
     for (int j = 0; j < side; ++j)
       for (int i = 0; i < side; ++i) {
-        Seen seen = look(lookups, hull.corner + hull.step * Vec3{double(i), double(j), double(k)},
-                         reach);
+        Seen seen =
+            look(lookups, hull.corner + hull.step * Vec3{double(i), double(j), double(k)}, reach);
         if (!(seen.cost > 0.0)) continue;
         hull.place_of.emplace(hull.key(i, j, k), int(hull.cell.size()));
         hull.cell.push_back({i, j, k});
@@ -117,7 +118,8 @@ Hull find_hull(const std::vector<ViewPicture>& views, const std::vector<ViewLook
         hull.pixel.insert(hull.pixel.end(), seen.pixel.begin(), seen.pixel.end());
         if (hull.cell.size() > kMostPlaces)
           throw InputError(
-              "the views show lines everywhere (they are noisy, or not of vessels): too many places "
+              "the views show lines everywhere (they are noisy, or not of vessels): too many "
+              "places "
               "could be vessel. Give views with the vessels filled, or fewer structures around");
       }
   return hull;
@@ -185,6 +187,20 @@ struct Grown {
   double gain = 0.0;       ///< what it explains [mm]
 };
 
+/// @param visit  with the place beside, and the cost of the way to it
+template <typename Visit>
+void for_each_neighbour(const Hull& hull, int here, const Visit& visit) {
+  const auto& c = hull.cell[std::size_t(here)];
+  for (int dk = -1; dk <= 1; ++dk)
+    for (int dj = -1; dj <= 1; ++dj)
+      for (int di = -1; di <= 1; ++di) {
+        const int next = hull.find(c[0] + di, c[1] + dj, c[2] + dk);
+        if (next < 0 || next == here) continue;
+        visit(next, float(hull.step * std::sqrt(double(di * di + dj * dj + dk * dk))) * 0.5F *
+                        (hull.cost[std::size_t(here)] + hull.cost[std::size_t(next)]));
+      }
+}
+
 /// How the tree goes on.
 struct Growth {
   std::vector<int> places;  ///< away from the tree, the first one is the tree's
@@ -209,7 +225,8 @@ Growth best_growth(const Hull& hull, const std::vector<ViewLookup>& views,
   int best_end = -1;
   std::vector<double> gain(view_count);
   while (!queue.empty()) {
-    const auto [d, here] = queue.top();
+    const float d = queue.top().first;
+    const int here = queue.top().second;
     queue.pop();
     if (d > distance[std::size_t(here)]) continue;
     const Vec3 at = hull.at(here);
@@ -231,19 +248,12 @@ Growth best_growth(const Hull& hull, const std::vector<ViewLookup>& views,
         best_end = here;
       }
     }
-    const auto& c = hull.cell[std::size_t(here)];
-    for (int dk = -1; dk <= 1; ++dk)
-      for (int dj = -1; dj <= 1; ++dj)
-        for (int di = -1; di <= 1; ++di) {
-          const int next = hull.find(c[0] + di, c[1] + dj, c[2] + dk);
-          if (next < 0 || next == here) continue;
-          const float way = float(hull.step * std::sqrt(double(di * di + dj * dj + dk * dk))) *
-                            0.5F * (hull.cost[std::size_t(here)] + hull.cost[std::size_t(next)]);
-          if (d + way >= distance[std::size_t(next)]) continue;
-          distance[std::size_t(next)] = d + way;
-          from[std::size_t(next)] = here;
-          queue.emplace(d + way, next);
-        }
+    for_each_neighbour(hull, here, [&](int next, float way) {
+      if (d + way >= distance[std::size_t(next)]) return;
+      distance[std::size_t(next)] = d + way;
+      from[std::size_t(next)] = here;
+      queue.emplace(d + way, next);
+    });
   }
   for (int at = best_end; at >= 0; at = from[std::size_t(at)]) best.places.push_back(at);
   std::reverse(best.places.begin(), best.places.end());
@@ -296,9 +306,8 @@ std::vector<int> roots(const Hull& hull) {
   std::vector<int> chosen;
   for (const int place : order) {
     if (int(chosen.size()) == kRoots) break;
-    if (std::all_of(chosen.begin(), chosen.end(), [&](int other) {
-          return distance(hull.at(place), hull.at(other)) > kApart;
-        }))
+    if (std::all_of(chosen.begin(), chosen.end(),
+                    [&](int other) { return distance(hull.at(place), hull.at(other)) > kApart; }))
       chosen.push_back(place);
   }
   return chosen;
@@ -465,7 +474,8 @@ int widest_end(const std::vector<std::vector<int>>& neighbours, const std::vecto
           return std::size_t(stretch.nodes[from_first ? m : stretch.nodes.size() - 1 - m]);
         };
         radii.push_back(tree.radius[node(n)]);
-        if (n + 1 < stretch.nodes.size()) along += distance(tree.point[node(n)], tree.point[node(n + 1)]);
+        if (n + 1 < stretch.nodes.size())
+          along += distance(tree.point[node(n)], tree.point[node(n + 1)]);
       }
       const double radius = median(std::move(radii));
       if (radius > widest) {
@@ -511,22 +521,85 @@ CenterlineTree paths_from(int inlet, const std::vector<std::vector<int>>& neighb
   return tree;
 }
 
+/// The place that the views see nearest to a pixel in each; sum of the distances [mm].
+int nearest_place(const Hull& hull, const std::vector<ViewLookup>& views,
+                  const std::vector<std::array<double, 2>>& pixels) {
+  int best = -1;
+  double least = std::numeric_limits<double>::infinity();
+  for (int place = 0; place < int(hull.cell.size()); ++place) {
+    double away = 0.0;
+    for (std::size_t v = 0; v < views.size(); ++v) {
+      const angiogram::SeenPoint seen = views[v].see(hull.at(place));
+      away += views[v].pixel_mm(seen.depth) *
+              std::hypot(seen.column - pixels[v][0], seen.row - pixels[v][1]);
+    }
+    if (away < least) {
+      least = away;
+      best = place;
+    }
+  }
+  return best;
+}
+
+/// Places from one to another at the least cost; empty: there is no way.
+std::vector<int> cheapest_way(const Hull& hull, int start, int end) {
+  std::vector<float> cost(hull.cell.size(), std::numeric_limits<float>::infinity());
+  std::vector<int> from(hull.cell.size(), -1);
+  using Entry = std::pair<float, int>;
+  std::priority_queue<Entry, std::vector<Entry>, std::greater<>> queue;
+  cost[std::size_t(start)] = 0.0F;
+  queue.emplace(0.0F, start);
+  while (!queue.empty()) {
+    const float so_far = queue.top().first;
+    const int here = queue.top().second;
+    queue.pop();
+    if (here == end) break;
+    if (so_far > cost[std::size_t(here)]) continue;
+    for_each_neighbour(hull, here, [&](int next, float way) {
+      if (so_far + way >= cost[std::size_t(next)]) return;
+      cost[std::size_t(next)] = so_far + way;
+      from[std::size_t(next)] = here;
+      queue.emplace(so_far + way, next);
+    });
+  }
+  std::vector<int> way;
+  if (end != start && from[std::size_t(end)] < 0) return way;
+  for (int at = end; at >= 0; at = from[std::size_t(at)]) way.push_back(at);
+  std::reverse(way.begin(), way.end());
+  return way;
+}
+
+std::vector<ViewLookup> lookups_of(const std::vector<ViewPicture>& views) {
+  std::vector<ViewLookup> lookups;
+  for (const ViewPicture& view : views) lookups.emplace_back(view);
+  return lookups;
+}
+
+/// The tree of places as smooth lines, and what they explain.
+/// @param inlet  node, -1: the widest end
+ViewTree to_tree(const Hull& hull, const std::vector<ViewLookup>& lookups, const Grown& grown,
+                 int inlet) {
+  ViewTree result;
+  const auto neighbours = neighbours_of(grown);
+  const std::vector<Stretch> stretches = stretches_of(neighbours);
+  Explained explained(lookups);
+  for (const int place : grown.place)
+    explained.mark(hull.at(place), double(hull.radius[std::size_t(place)]), hull.step);
+  result.explained_parts = explained.parts();
+  if (stretches.empty()) return result;
+  const SmoothTree smooth_places = smooth_tree(hull, grown, stretches);
+  result.tree = paths_from(inlet >= 0 ? inlet : widest_end(neighbours, stretches, smooth_places),
+                           neighbours, smooth_places);
+  return result;
+}
+
 }  // namespace
 
 ViewTree find_view_tree(const std::vector<ViewPicture>& views, const Progress& progress) {
   ANGIO_EXPECT(views.size() >= 2);
-  std::vector<ViewLookup> lookups;
-  for (const ViewPicture& view : views) lookups.emplace_back(view);
-  ViewTree result;
-  for (const ViewLookup& view : lookups) {
-    double length = 0.0;
-    const double pixel = view.pixel_mm(view.see(Vec3{0.0, 0.0, 0.0}).depth);
-    for (const float radius : view.picture().lines.radius) length += radius > 0.0F ? pixel : 0.0;
-    result.shown_mm.push_back(length);
-  }
-  result.explained_parts.assign(views.size(), 0.0);
+  const std::vector<ViewLookup> lookups = lookups_of(views);
   progress.report(0.0, "looking for places that all views show as vessel");
-  const Hull hull = find_hull(views, lookups);
+  const Hull hull = find_hull(views, lookups, kReach);
   Grown best;
   const std::vector<int> starts = roots(hull);
   for (std::size_t s = 0; s < starts.size(); ++s) {
@@ -534,19 +607,31 @@ ViewTree find_view_tree(const std::vector<ViewPicture>& views, const Progress& p
     Grown grown = grow(hull, lookups, starts[s], kMostBranches);
     if (best.place.empty() || grown.gain > best.gain) best = std::move(grown);
   }
-  if (best.place.size() < 2) return result;
-  prune(hull, lookups, best);
-  const auto neighbours = neighbours_of(best);
-  const std::vector<Stretch> stretches = stretches_of(neighbours);
-  if (stretches.empty()) return result;
-  const SmoothTree smooth_places = smooth_tree(hull, best, stretches);
-  Explained explained(lookups);
-  for (const int place : best.place)
-    explained.mark(hull.at(place), double(hull.radius[std::size_t(place)]), hull.step);
-  result.explained_parts = explained.parts();
-  result.tree =
-      paths_from(widest_end(neighbours, stretches, smooth_places), neighbours, smooth_places);
-  return result;
+  if (best.place.size() > 1) prune(hull, lookups, best);
+  return to_tree(hull, lookups, best, -1);
+}
+
+ViewTree find_view_vessel(const std::vector<ViewPicture>& views,
+                          const std::vector<VesselEnds>& ends) {
+  ANGIO_EXPECT(views.size() >= 2 && ends.size() == views.size());
+  constexpr double kFarthest = 8.0;
+  const std::vector<ViewLookup> lookups = lookups_of(views);
+  std::vector<std::array<double, 2>> proximal, distal;
+  for (const VesselEnds& one : ends) {
+    proximal.push_back(one.proximal);
+    distal.push_back(one.distal);
+  }
+  for (double reach = kReach; reach <= kFarthest; reach *= 2.0) {
+    const Hull hull = find_hull(views, lookups, reach);
+    if (hull.cell.empty()) continue;
+    Grown grown;
+    grown.place = cheapest_way(hull, nearest_place(hull, lookups, proximal),
+                               nearest_place(hull, lookups, distal));
+    if (grown.place.size() < 2) continue;
+    for (std::size_t n = 0; n < grown.place.size(); ++n) grown.from.push_back(int(n) - 1);
+    return to_tree(hull, lookups, grown, 0);
+  }
+  return {};
 }
 
 }  // namespace angio::reconstruction::detail

@@ -125,8 +125,10 @@ std::string refusal_by_kind(const DicomHeader& header, const ReadOptions& option
       return "it is a projection run (" + header.sop_class_name +
              "), not a volume: its third axis is time, not a length, and it does not say "
              "that it turns (the increments of its angles are missing, all alike, or no numbers). "
-             "Give a rotational run, its geometry with --geometry, or the 3D reconstruction "
-             "that the workstation made of it (a CT or X-Ray 3D Angiographic series); `angio "
+             "Give a rotational run, its geometry with --geometry, two or more such runs of the "
+             "same "
+             "vessel from sides 30 degrees apart in one folder, or the 3D reconstruction that the "
+             "workstation made of it (a CT or X-Ray 3D Angiographic series); `angio "
              "inspect` shows the run's angles and distances";
     case DicomKind::unsupported:
       return "its kind (" + header.sop_class_name +
