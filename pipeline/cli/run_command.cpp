@@ -20,6 +20,7 @@
 #include "pipeline/cli/stage_commands.hpp"
 #include "pipeline/experiments/paper_input.hpp"
 #include "pipeline/experiments/workflow.hpp"
+#include "pipeline/stages/require_backend.hpp"
 
 namespace angio::pipeline {
 namespace {
@@ -124,6 +125,8 @@ namespace {
 /// Fetches an INPUT that an archive holds; the run then goes on from the files.
 std::optional<FetchedScan> fetch_input(RunArguments& run, Reporter& reporter) {
   if (!dicom::is_archive_location(run.request.input)) return std::nullopt;
+  if (run.request.until >= Stage::simulation)
+    require_backend(run.request.config.simulation.backend);
   reporter.begin_stage("fetch");
   std::optional<FetchedScan> fetched(std::in_place, run.request.input, run.calling,
                                      reporter.progress());

@@ -13,6 +13,7 @@
 #include "pipeline/case/stage.hpp"
 #include "pipeline/cli/stage_commands.hpp"
 #include "pipeline/stages/minimal_case.hpp"
+#include "pipeline/stages/require_backend.hpp"
 #include "pipeline/stages/run_case.hpp"
 
 namespace angio::pipeline {
@@ -182,6 +183,7 @@ Config base_config(const fs::path& base) {
 VariantResults run_variants(VariantArguments& arguments, const Config& config,
                             const std::vector<BatchCase>& variants, const std::string& verb,
                             Reporter& reporter) {
+  require_backend(backend_of(arguments.shared.backend));
   for (const BatchCase& variant : variants) {
     Config changed = config;
     for (const std::string& setting : variant.settings) apply_setting(changed, setting);
