@@ -1,6 +1,7 @@
 #include "pipeline/cli/sweep.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <array>
@@ -12,6 +13,7 @@
 
 #include "core/atomic_file.hpp"
 #include "core/error.hpp"
+#include "core/text.hpp"
 #include "formats/csv.hpp"
 #include "formats/tokens.hpp"
 #include "viewer/sweep_plot.hpp"
@@ -82,26 +84,59 @@ SweepAxis parse_axis(const std::string& text) {
   const auto equals = text.find('=');
   SweepAxis axis{text.substr(0, equals), {}};
   if (equals == std::string::npos || axis.key.empty())
-    throw Error(ExitCode::usage, "\"" + text +
-                                     "\" is no setting with values. Write "
-                                     "section.key=a,b,c");
+    throw Error(ExitCode::usage,
+                "\"" + text +
+                    "\" is no setting with its values (expected section.key=a,b,c). Separate the "
+                    "values by commas");
   std::set<std::string> seen;
   for (std::size_t at = equals + 1; at <= text.size();) {
     const std::size_t end = std::min(text.find(',', at), text.size());
     axis.values.push_back(text.substr(at, end - at));
     if (axis.values.back().empty() || !seen.insert(axis.values.back()).second)
       throw Error(ExitCode::usage,
-                  axis.key + ": a value is empty or there twice. Write section.key=a,b,c");
+                  text + ": a value is empty or there twice (expected section.key=a,b,c)");
     at = end + 1;
   }
   return axis;
 }
 
+namespace {
+
+/// Values have keys of their own on the command line, without a --set.
+void check_keys(const std::vector<SweepAxis>& axes, Config config) {
+  std::vector<std::string> known;
+  for (const Setting& setting : settings(config)) known.push_back(setting.key);
+  for (const SweepAxis& axis : axes) {
+    if (std::find(known.begin(), known.end(), axis.key) != known.end()) continue;
+    const std::string guess = guess_name(axis.key, known);
+    throw OptionError(
+        fmt::format("there is no setting {} to give the values {}{}. `angio run --print-config` "
+                    "lists all settings",
+                    axis.key, fmt::join(axis.values, ","),
+                    guess.empty() ? "" : fmt::format(" (did you mean {}?)", guess)));
+  }
+}
+
+/// A variant's configuration. @throws OptionError (78) that names the variant's values
+void check_variant(const BatchCase& variant, Config config) {
+  try {
+    for (const std::string& setting : variant.settings) apply_setting(config, setting);
+    config.validate();
+  } catch (const OptionError& error) {
+    throw OptionError(fmt::format("{}: {}", fmt::join(variant.settings, " "), error.what()));
+  }
+}
+
+}  // namespace
+
 std::vector<BatchCase> make_variants(const std::vector<SweepAxis>& axes, const Config& config) {
+  check_keys(axes, config);
   std::vector<BatchCase> variants{{}};
   std::set<std::string> keys;
   for (const SweepAxis& axis : axes) {
-    if (!keys.insert(axis.key).second) throw OptionError(axis.key + " is given twice");
+    if (!keys.insert(axis.key).second)
+      throw OptionError(axis.key + " is given values twice. Write them all once: " + axis.key +
+                        "=a,b,c");
     std::vector<BatchCase> more;
     for (const BatchCase& variant : variants)
       for (const std::string& value : axis.values) {
@@ -118,9 +153,7 @@ std::vector<BatchCase> make_variants(const std::vector<SweepAxis>& axes, const C
   }
   std::set<std::string> names;
   for (std::size_t v = 0; v < variants.size(); ++v) {
-    Config changed = config;
-    for (const std::string& setting : variants[v].settings) apply_setting(changed, setting);
-    changed.validate();
+    check_variant(variants[v], config);
     constexpr std::size_t kLongestName = 90;
     std::string& name = variants[v].name;
     if (name.size() > kLongestName || !names.insert(name).second)

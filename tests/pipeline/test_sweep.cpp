@@ -54,6 +54,22 @@ TEST(Sweep, VariantsAreAllCombinationsWithNamesOfTheirOwn) {
             (std::vector<std::string>{"balloon.length_mm=8", "inflation.peak_pressure_atm=6"}));
 }
 
+TEST(Sweep, FaultsNameWhatWasTypedAndNoOtherOption) {
+  for (const auto& [text, expected] :
+       {std::pair{"balloon.lenght_mm=8,12", "balloon.lenght_mm to give the values 8,12"},
+        {"balloon.length_mm=8,long", "balloon.length_mm=long"},
+        {"balloon.length_mm=8,-4", "balloon.length_mm=-4"},
+        {"balloon.length_mm=8,,4", "balloon.length_mm=8,,4"}}) {
+    try {
+      make_variants({parse_axis(text)}, {});
+      ADD_FAILURE() << text;
+    } catch (const Error& error) {
+      EXPECT_NE(std::string(error.what()).find(expected), std::string::npos) << error.what();
+      EXPECT_EQ(std::string(error.what()).find("--set"), std::string::npos) << error.what();
+    }
+  }
+}
+
 TEST(Sweep, WrongKeysAndValuesAreRefusedBeforeAnythingRuns) {
   for (const char* text :
        {"balloon.lenght_mm=8,12", "balloon.length_mm=8,long", "balloon.length_mm=8,1e9"})
