@@ -9,7 +9,9 @@
 #include <cmath>
 #include <limits>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <set>
+#include <string_view>
 
 #include "core/atomic_file.hpp"
 #include "core/error.hpp"
@@ -64,6 +66,59 @@ json json_of(const VariantRow& row, const std::vector<SweepAxis>& axes) {
           {"measures", measures_json(row)}};
 }
 
+/// What a sweep is for comes first.
+constexpr const char* kChartOrder[] = {"mld_after_mm",
+                                       "acute_gain_mm",
+                                       "recoil_percent",
+                                       "residual_stenosis_percent",
+                                       "over_strength_percent",
+                                       "balloon_to_artery_ratio",
+                                       "ffr_after",
+                                       "mld_before_mm"};
+
+/// A key as people say it: "balloon.length_mm" is the balloon length, in mm.
+struct SettingName {
+  std::string words, unit;
+};
+
+SettingName name_setting(const std::string& key) {
+  struct Unit {
+    std::string_view ending, text;
+  };
+  constexpr Unit kUnits[] = {{"_kpa_per_mm", "kPa/mm"},
+                             {"_per_s", "1/s"},
+                             {"_g_mm3", "g/mm³"},
+                             {"_kg_m3", "kg/m³"},
+                             {"_ml_min", "ml/min"},
+                             {"_m_s", "m/s"},
+                             {"_mpa_s", "mPa s"},
+                             {"_mmhg", "mmHg"},
+                             {"_mm3", "mm³"},
+                             {"_mm", "mm"},
+                             {"_atm", "atm"},
+                             {"_kpa", "kPa"},
+                             {"_mpa", "MPa"},
+                             {"_gib", "GiB"},
+                             {"_percent", "%"},
+                             {"_degrees", "°"},
+                             {"_s", "s"}};
+  SettingName name{key, ""};
+  for (const Unit& unit : kUnits)
+    if (key.ends_with(unit.ending)) {
+      name = {key.substr(0, key.size() - unit.ending.size()), std::string(unit.text)};
+      break;
+    }
+  for (char& c : name.words)
+    if (c == '.' || c == '_') c = ' ';
+  return name;
+}
+
+/// "balloon length 10 mm".
+std::string words_of(const SweepAxis& axis, const std::string& value) {
+  const SettingName name = name_setting(axis.key);
+  return name.words + " " + value + (name.unit.empty() ? "" : " " + name.unit);
+}
+
 /// Each measure against the first setting, a curve for each choice of the others.
 std::vector<viewer::SweepPanel> panels_of(const std::vector<SweepAxis>& axes,
                                           const std::vector<VariantRow>& rows) {
@@ -73,9 +128,41 @@ std::vector<viewer::SweepPanel> panels_of(const std::vector<SweepAxis>& axes,
     x.push_back(formats::parse_number<double>(value_of(row.variant, 0)).value_or(kNone));
     std::string& others = labels.emplace_back();
     for (std::size_t a = 1; a < axes.size(); ++a)
-      others += (others.empty() ? "" : ", ") + row.variant.settings[a];
+      others += (others.empty() ? "" : ", ") + words_of(axes[a], value_of(row.variant, a));
   }
   return panels_of(rows, x, labels);
+}
+
+/// The one value that all results share, as it stands in the table; nothing where they differ or
+/// are fewer than two.
+std::optional<std::string> shared_value(const std::vector<VariantRow>& rows, std::size_t measure) {
+  std::set<std::string> values;
+  std::size_t count = 0;
+  for (const VariantRow& row : rows)
+    if (std::isfinite(row.measures[measure])) {
+      values.insert(cell_of(row.measures[measure]));
+      ++count;
+    }
+  return count > 1 && values.size() == 1 ? std::optional(*values.begin()) : std::nullopt;
+}
+
+/// Charts of what the settings change; a line says what they do not.
+void draw_sweep(const fs::path& file, const std::vector<SweepAxis>& axes,
+                const std::vector<VariantRow>& rows) {
+  std::vector<viewer::SweepPanel> all = panels_of(axes, rows), changed, same;
+  std::vector<std::string> notes;
+  for (const std::string_view column : kChartOrder)
+    for (std::size_t m = 0; m < all.size(); ++m) {
+      if (variant_measures()[m].column != column) continue;
+      const auto value = shared_value(rows, m);
+      if (value) notes.push_back("the same in all variants: " + all[m].measure + ", " + *value);
+      (value ? same : changed).push_back(std::move(all[m]));
+    }
+  const SettingName name = name_setting(axes[0].key);
+  const std::string setting = name.words + (name.unit.empty() ? "" : " [" + name.unit + "]");
+  // Where nothing changes at all that is what is drawn.
+  if (!viewer::write_sweep_plot(file, setting, changed, notes))
+    viewer::write_sweep_plot(file, setting, same);
 }
 
 }  // namespace
@@ -176,7 +263,7 @@ void write_sweep(const fs::path& folder, const std::vector<SweepAxis>& axes,
     return formats::parse_number<double>(value).has_value();
   };
   if (std::all_of(axes[0].values.begin(), axes[0].values.end(), is_number))
-    viewer::write_sweep_plot(folder / "sweep.svg", axes[0].key, panels_of(axes, rows));
+    draw_sweep(folder / "sweep.svg", axes, rows);
 }
 
 std::string sweep_table(const std::vector<SweepAxis>& axes, const std::vector<VariantRow>& rows) {

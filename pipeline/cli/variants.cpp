@@ -103,8 +103,9 @@ std::vector<viewer::SweepPanel> panels_of(const std::vector<VariantRow>& rows,
                                 [&](const auto& c) { return c.label == labels[r]; });
       if (curve == panel.curves.end())
         curve = panel.curves.insert(curve, viewer::SweepCurve{labels[r], {}, {}});
-      curve->x.push_back(x[r]);
-      curve->y.push_back(rows[r].measures[m]);
+      const auto place = std::upper_bound(curve->x.begin(), curve->x.end(), x[r]);
+      curve->y.insert(curve->y.begin() + (place - curve->x.begin()), rows[r].measures[m]);
+      curve->x.insert(place, x[r]);
     }
   }
   return panels;

@@ -61,6 +61,23 @@ TEST(Svg, HasAxesUnitsLegendAndHoverTitles) {
     EXPECT_THAT(drawing, HasSubstr(words));
 }
 
+TEST(Svg, TicksStandWhereTheyAreAskedForAsFarAsThereIsRoom) {
+  Chart chart = make_chart();
+  chart.x_ticks = {0.125, 1.5, 3};
+  const std::string drawing = svg(chart);
+  for (const char* tick : {">0.125<", ">1.5<", ">3<"}) EXPECT_THAT(drawing, HasSubstr(tick));
+  EXPECT_THAT(drawing, Not(HasSubstr("tick mid\">2.0<")));
+  chart.x_ticks = {0, 2.97, 2.98, 3};
+  EXPECT_THAT(svg(chart), Not(HasSubstr(">2.97<")));
+  EXPECT_THAT(svg(chart), HasSubstr(">3<"));
+}
+
+TEST(Svg, NotesStandBelowTheCharts) {
+  const std::string file = svg_file({make_chart()}, {"a <note>"});
+  EXPECT_GT(file.find("a &lt;note&gt;"), file.find("x [mm]"));
+  EXPECT_THAT(svg_file({}, {"a note"}), testing::IsEmpty());
+}
+
 TEST(Svg, EscapesItsTexts) {
   Chart chart = make_chart();
   chart.title = chart.x_label = chart.series[0].label = "<b> & \"c\"";

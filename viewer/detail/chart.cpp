@@ -23,6 +23,7 @@ constexpr std::size_t kMaxLinePoints = 1200;
 struct Frame {
   double x_low = 0, x_high = 1, y_low = 0, y_high = 1;
   int decimals_x = 0, decimals_y = 0;
+  bool has_own_ticks = false;  ///< along x: values as they were given
   double width = 0, height = 0, top = 0;
 
   [[nodiscard]] double px(double x) const {
@@ -74,6 +75,21 @@ std::vector<LegendPlace> lay_out_legend(const Chart& chart) {
   return places;
 }
 
+/// The ticks that are asked for, as far as their numbers have room; the last one has it always.
+std::vector<double> ticks_with_room(const std::vector<double>& wanted, const Frame& frame) {
+  std::vector<double> ticks;
+  const auto half = [](double value) { return 0.5 * text_width(formats::number_text(value)) + 4; };
+  const auto are_apart = [&](double a, double b) {
+    return frame.px(b) - frame.px(a) >= half(a) + half(b);
+  };
+  for (const double value : wanted)
+    if (ticks.empty() || are_apart(ticks.back(), value)) ticks.push_back(value);
+  if (ticks.empty() || ticks.back() == wanted.back()) return ticks;
+  while (ticks.size() > 1 && !are_apart(ticks.back(), wanted.back())) ticks.pop_back();
+  ticks.push_back(wanted.back());
+  return ticks;
+}
+
 Frame make_frame(const Chart& chart, std::vector<double>& x_ticks, std::vector<double>& y_ticks) {
   Range x, y;
   for (const ChartSeries& s : chart.series)
@@ -101,6 +117,13 @@ Frame make_frame(const Chart& chart, std::vector<double>& x_ticks, std::vector<d
   frame.width = chart.width;
   frame.height = chart.height;
   frame.top = 16.0 + (chart.series.empty() ? 0.0 : lay_out_legend(chart).back().y);
+  if (!chart.x_ticks.empty()) {
+    constexpr double kMargin = 0.03;  // so that no mark lies on the axis
+    frame.x_low = x.low - kMargin * (x.high - x.low);
+    frame.x_high = x.high + kMargin * (x.high - x.low);
+    frame.has_own_ticks = true;
+    x_ticks = ticks_with_room(chart.x_ticks, frame);
+  }
   return frame;
 }
 
@@ -127,7 +150,9 @@ std::string draw_axes(const Chart& chart, const Frame& frame, const std::vector<
     if (tick < frame.x_low - 1e-9 || tick > frame.x_high + 1e-9) continue;
     const double x = frame.px(tick);
     out += line(x, bottom, x, bottom + 4, "axis");
-    out += text(x, bottom + 17, "tick mid", formats::fixed_text(tick, frame.decimals_x));
+    out += text(x, bottom + 17, "tick mid",
+                frame.has_own_ticks ? formats::number_text(tick)
+                                    : formats::fixed_text(tick, frame.decimals_x));
   }
   out += line(kLeft, bottom, right, bottom, "axis");
   out += text(0.5 * (kLeft + right), frame.height - 10, "label mid", chart.x_label);
@@ -333,8 +358,8 @@ std::string svg_for_page(const Chart& chart) {
          "</div>";
 }
 
-std::string svg_file(const std::vector<Chart>& charts) {
-  constexpr int kTitleHeight = 34;
+std::string svg_file(const std::vector<Chart>& charts, const std::vector<std::string>& notes) {
+  constexpr int kTitleHeight = 34, kNoteHeight = 20;
   int width = 0, height = 0;
   std::string parts;
   for (const Chart& chart : charts) {
@@ -349,6 +374,11 @@ std::string svg_file(const std::vector<Chart>& charts) {
     width = std::max(width, chart.width);
   }
   if (parts.empty()) return {};
+  for (const std::string& note : notes) {
+    parts += text(20, height + kNoteHeight, "tick", note);
+    height += kNoteHeight;
+  }
+  if (!notes.empty()) height += kNoteHeight;
   const std::string size = std::to_string(width) + "\" height=\"" + std::to_string(height);
   return "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"" + size + "\" viewBox=\"0 0 " +
          std::to_string(width) + " " + std::to_string(height) + "\"><style>" + kFileStyle +
