@@ -12,6 +12,7 @@ struct ChartSeries {
   std::vector<double> y;  ///< as many as x
   int color = 1;          ///< 1 to 4, told apart in light, dark and print by the page's style
   bool dashed = false;
+  bool is_in_legend = true;
 };
 
 struct ChartMark {
@@ -43,6 +44,7 @@ struct Chart {
   std::vector<ChartLevel> levels;
   std::vector<ChartBand> bands;
   std::vector<double> x_ticks = {};  ///< ascending; empty: round numbers
+  std::string dashed_means = {};     ///< of the series that are not in the legend; empty: nothing
   bool y_from_zero = true;
   int width = 760;           ///< [px]
   int height = 280;          ///< [px]
