@@ -6,8 +6,8 @@
 #include "core/atomic_file.hpp"
 #include "formats/case_file.hpp"
 #include "formats/text.hpp"
-#include "viewer/detail/chart_picture.hpp"
 #include "viewer/detail/course.hpp"
+#include "viewer/detail/drawing_picture.hpp"
 #include "viewer/detail/offscreen.hpp"
 #include "viewer/detail/pictures_3d.hpp"
 #include "viewer/detail/report_charts.hpp"
@@ -56,32 +56,13 @@ Chart make_diameter_chart(const fs::path& case_folder, ReportContent& content) {
   return diameter_chart(content, Metrics(fs::exists(metrics, ignored) ? read_text(metrics) : ""));
 }
 
-/// One below the other on white paper.
-Picture stack(const std::vector<Picture>& pictures) {
-  int width = 0, height = 0;
-  for (const Picture& picture : pictures) {
-    width = std::max(width, picture.width);
-    height += picture.height;
-  }
-  Picture paper = blank_picture(width, height);
-  int top = 0;
-  for (const Picture& picture : pictures) {
-    paste(picture, 0, top, paper);
-    top += picture.height;
-  }
-  return paper;
-}
-
 /// NAME.svg and NAME.png; nothing where all charts are empty.
 void write_plots(const fs::path& folder, const std::string& name, const std::vector<Chart>& charts,
                  std::vector<fs::path>& written) {
   const std::string text = svg_file(charts);
   if (text.empty()) return;
-  std::vector<Picture> pictures;
-  for (const Chart& chart : charts)
-    if (!svg(chart).empty()) pictures.push_back(chart_picture(chart, kPlotScale));
   for (const auto& [ending, bytes] :
-       {std::pair{".svg", text}, std::pair{".png", png_bytes(stack(pictures))}}) {
+       {std::pair{".svg", text}, std::pair{".png", png_bytes(drawing_picture(text, kPlotScale))}}) {
     written.push_back(folder / (name + ending));
     write_text_atomically(written.back(), bytes);
   }

@@ -5,6 +5,8 @@
 #include <cmath>
 
 #include "core/atomic_file.hpp"
+#include "core/error.hpp"
+#include "formats/case_file.hpp"
 #include "formats/html.hpp"
 #include "formats/text.hpp"
 #include "viewer/detail/canvas.hpp"
@@ -151,9 +153,26 @@ std::string table_of(const fs::path& csv) {
   return out + "</table></div>\n";
 }
 
+/// A run that failed may have left no case, but then a log.
+void require_case(const fs::path& folder, const fs::path& log) {
+  std::error_code ignored;
+  const bool exists = fs::exists(folder, ignored);
+  if (exists && !fs::is_directory(folder, ignored))
+    throw InputError("this is a file (a case is a folder). Name the case's folder",
+                     ExitCode::no_input);
+  for (const char* part : {formats::case_file::kRun, formats::case_file::kLumen})
+    if (fs::exists(folder / part, ignored)) return;
+  if (fs::exists(log, ignored)) return;
+  throw InputError(exists
+                       ? "this is no case (it has no run.json, and there is no log that says why)"
+                       : "there is no such case, nor a log that says why",
+                   ExitCode::no_input);
+}
+
 }  // namespace
 
 void write_contact_sheet(const fs::path& case_folder, const fs::path& png, const fs::path& log) {
+  require_case(case_folder, log);
   const SheetCase sheet = detail::read_sheet_case(case_folder, log);
   Canvas canvas(detail::blank_picture(kWidth, kHeight));
   draw_title(canvas, sheet);

@@ -15,7 +15,9 @@ namespace angio::viewer {
 /// @param png          written atomically; the same case gives the same bytes on one machine
 /// @param log          what the run printed; its last line explains a case without results; may be
 ///                     empty
-/// @throws Error (69) if nothing can render here
+/// @throws InputError (66) if it is a file, or neither a case nor one whose log is there; Error
+/// (69)
+///         if nothing can render here
 void write_contact_sheet(const std::filesystem::path& case_folder, const std::filesystem::path& png,
                          const std::filesystem::path& log);
 

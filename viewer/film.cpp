@@ -1,10 +1,13 @@
 #include "viewer/film.hpp"
 
+#include <vtkNew.h>
+#include <vtkProperty.h>
 #include <vtkTextProperty.h>
 
 #include <algorithm>
 #include <cmath>
 #include <optional>
+#include <vector>
 
 #include "core/atomic_file.hpp"
 #include "core/error.hpp"
@@ -50,30 +53,48 @@ std::string caption_of(const Course& course, const FrameFiles& files) {
   return text;
 }
 
+/// Adds surfaces that lie in each other, the outermost first, each as its far and its near side, so
+/// that they blend in this order: far sides inwards, near sides outwards.
+void add_nested(vtkRenderer* renderer, const std::vector<vtkSmartPointer<vtkActor>>& surfaces) {
+  for (const auto& near : surfaces) {
+    if (near->HasTranslucentPolygonalGeometry() == 0) continue;
+    vtkNew<vtkActor> far;
+    vtkNew<vtkProperty> look;
+    look->DeepCopy(near->GetProperty());
+    look->FrontfaceCullingOn();
+    far->SetMapper(near->GetMapper());
+    far->SetProperty(look);
+    far->SetForceTranslucent(near->GetForceTranslucent());
+    renderer->AddActor(far);
+    near->GetProperty()->BackfaceCullingOn();
+  }
+  for (auto near = surfaces.rbegin(); near != surfaces.rend(); ++near) renderer->AddActor(*near);
+}
+
 Picture draw_picture(const Set& set, const FrameFiles& files, const FilmOptions& options) {
   const Moment moment = read_moment(files);
   const auto renderer = make_stage();
-  for (const auto& actor : make_balloon(moment.balloon, moment.guidewire))
-    renderer->AddActor(actor);
-  const auto wall = make_surface(moment.wall, {colors::kLumen, 1.0});
-  color_by_translucent(wall, moment.contact_pressure_kpa, set.colors);
-  renderer->AddActor(wall);
+  std::vector<vtkSmartPointer<vtkActor>> nested;  // the outermost first
   if (!set.context.triangles.empty())
-    renderer->AddActor(make_surface(set.context, {colors::kSurroundings, 0.25}));
+    nested.push_back(make_surface(set.context, {colors::kSurroundings, 0.25}));
+  nested.push_back(make_surface(moment.wall, {colors::kLumen, 1.0}));
+  color_by_translucent(nested.back(), moment.contact_pressure_kpa, set.colors);
+  for (const auto& actor : make_balloon(moment.balloon, moment.guidewire)) nested.push_back(actor);
+  add_nested(renderer, nested);
   aim(renderer, set.frame, double(options.width) / options.height);
 
-  const double strip = kStripShare * options.height * kSupersampling;
+  const double strip = kStripShare * options.height;
   const auto text = make_text(caption_of(set.course, files), int(0.45 * strip), colors::kInk);
-  text->SetPosition(0.35 * strip, options.height * kSupersampling - 0.75 * strip);
+  text->SetPosition(0.35 * strip, options.height - 0.75 * strip);
   text->GetTextProperty()->SetBackgroundColor(1.0, 1.0, 1.0);
   text->GetTextProperty()->SetBackgroundOpacity(0.85);
   renderer->AddActor2D(text);
-  const double width = options.width * kSupersampling;
+  const double width = options.width;
   add_color_bar(renderer, set.colors, "contact pressure [kPa]",
-                {0.62 * width, 24.0 * kSupersampling, 0.34 * width, 12.0 * kSupersampling},
-                kSupersampling, colors::kInk);
-  ScaleBar bar(renderer, kSupersampling, colors::kInk);
-  return render_offscreen({renderer}, options.width, options.height, [&] { bar.update(); });
+                {0.62 * width, 24.0, 0.34 * width, 12.0}, 1, colors::kInk);
+  ScaleBar bar(renderer, 1, colors::kInk);
+  return render_offscreen(
+      {renderer}, options.width, options.height, [&] { bar.update(); }, PictureFor::film);
 }
 
 /// The place of the written frame nearest to a time [s].

@@ -10,6 +10,7 @@
 #include "formats/html.hpp"
 #include "formats/text.hpp"
 #include "viewer/detail/angiograms.hpp"
+#include "viewer/detail/case_headline.hpp"
 #include "viewer/detail/chart.hpp"
 #include "viewer/detail/offscreen.hpp"
 #include "viewer/detail/pictures_2d.hpp"
@@ -166,7 +167,10 @@ std::string frames_section(const ReportContent& content, const detail::Album& al
 std::string make_page(const ReportContent& content, const Figures& figures,
                       const detail::Album& album, const std::string& scene) {
   const detail::Metrics metrics(content.metrics_json);
-  std::string page = detail::page_head(content.title, content.version) + detail::use_notice();
+  const std::string headline = detail::case_headline(metrics, content.input_kind);
+  std::string page = headline.empty() ? detail::page_head(content.title, content.version)
+                                      : detail::page_head(headline, content.version, content.title);
+  page += detail::use_notice();
   page += detail::status_notice(metrics);
   page += detail::headline(metrics);
   page += detail::first_doubts(content.doubts);

@@ -80,7 +80,8 @@ struct CArmViews {
 };
 
 struct ReportContent {
-  std::string title;  ///< case name; no identity
+  std::string title;       ///< case name; no identity
+  std::string input_kind;  ///< "volume", "surface", "phantom" or "run"; empty: not told
   std::string version;
   std::optional<Volume<float>> volume;     ///< unset when the input was a surface
   std::optional<Volume<float>> level_set;  ///< signed distance [mm], on a grid of its own

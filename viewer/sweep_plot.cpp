@@ -1,6 +1,7 @@
 #include "viewer/sweep_plot.hpp"
 
 #include <cmath>
+#include <set>
 
 #include "core/atomic_file.hpp"
 #include "formats/text.hpp"
@@ -9,7 +10,8 @@
 namespace angio::viewer {
 
 bool write_sweep_plot(const std::filesystem::path& path, const std::string& setting,
-                      const std::vector<SweepPanel>& panels) {
+                      const std::vector<SweepPanel>& panels,
+                      const std::vector<std::string>& notes) {
   constexpr int kColors = 4;
   std::vector<detail::Chart> charts;
   for (const SweepPanel& panel : panels) {
@@ -20,15 +22,20 @@ bool write_sweep_plot(const std::filesystem::path& path, const std::string& sett
     chart.y_from_zero = false;
     if (panel.limit)
       chart.levels.push_back({*panel.limit, "limit " + formats::number_text(*panel.limit)});
+    std::set<double> tried;
     int color = 0;
     for (const SweepCurve& curve : panel.curves) {
       color = color % kColors + 1;
       chart.series.push_back({curve.label, curve.x, curve.y, color, false});
       for (std::size_t i = 0; i < curve.x.size(); ++i)
-        if (std::isfinite(curve.y[i])) chart.marks.push_back({curve.x[i], curve.y[i], "", color});
+        if (std::isfinite(curve.y[i])) {
+          chart.marks.push_back({curve.x[i], curve.y[i], "", color});
+          tried.insert(curve.x[i]);
+        }
     }
+    chart.x_ticks.assign(tried.begin(), tried.end());
   }
-  const std::string file = detail::svg_file(charts);
+  const std::string file = detail::svg_file(charts, notes);
   if (file.empty()) return false;
   write_text_atomically(path, file);
   return true;

@@ -22,6 +22,7 @@
 #include "pipeline/experiments/paper_input.hpp"
 #include "pipeline/experiments/workflow.hpp"
 #include "pipeline/stages/case_progress.hpp"
+#include "pipeline/stages/require_backend.hpp"
 
 namespace angio::pipeline {
 namespace fs = std::filesystem;
@@ -173,6 +174,8 @@ class Batch {
   }
 
   BatchResult run() {
+    if (!waiting_.empty() && request_.until >= Stage::simulation)
+      require_backend(backend_of(request_.shared.backend));
     make_folder(request_.folder / "logs");
     while (!running_.empty() || (!waiting_.empty() && !interrupted_)) {
       while (!interrupted_ && !waiting_.empty() && int(running_.size()) < request_.jobs &&

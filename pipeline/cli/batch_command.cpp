@@ -111,7 +111,7 @@ int do_batch(BatchArguments& batch) {
   batch.request.threads = batch.shared.threads;
   batch.request.shared = batch.shared;
   batch.request.keep = keep_of(batch.keep);
-  if (!batch.until.empty()) batch.request.until = parse_stage(batch.until);
+  if (!batch.until.empty()) batch.request.until = stage_of("--until", batch.until);
   if (batch.request.keep == Keep::minimal && batch.request.until != Stage::report)
     throw Error(ExitCode::usage, "--keep minimal is for whole cases. Leave out --until");
   batch.request.arguments = {"--quiet"};

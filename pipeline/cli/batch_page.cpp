@@ -19,11 +19,14 @@ constexpr const char* kStyle = R"(
 :root{color-scheme:light dark;--line:#8886;--soft:#8881;--bad:#c33;--doubt:#a70}
 body{font:15px/1.4 system-ui,sans-serif;margin:1.5rem}h1{font-size:1.4rem}h2{font-size:1.1rem}
 .tools{display:flex;flex-wrap:wrap;gap:1rem;margin:1rem 0}input,select{font:inherit;padding:.2em .4em}
-.wide{overflow-x:auto}table{border-collapse:collapse}td,th{border-bottom:1px solid var(--line);padding:.3em .6em;
-text-align:right;vertical-align:middle}thead th{position:sticky;top:0;background:Canvas}th button{font:inherit;font-weight:600;
+.wide{overflow:auto;max-height:85vh;max-width:100%;border:1px solid var(--line)}
+table{border-collapse:separate;border-spacing:0}td,th{border-bottom:1px solid var(--line);padding:.3em .6em;
+text-align:right;vertical-align:middle}thead th{position:sticky;top:0;background:Canvas;z-index:1}
+tr>:first-child{position:sticky;left:0;background:Canvas;border-right:1px solid var(--line);min-width:5rem;max-width:40vw;overflow-wrap:break-word}
+thead tr>:first-child{z-index:2}th button{font:inherit;font-weight:600;
 background:none;border:0;padding:0;cursor:pointer;color:inherit;text-align:inherit}
 th[aria-sort=ascending] button::after{content:" \25B2"}th[aria-sort=descending] button::after{content:" \25BC"}
-.text{text-align:left;max-width:24rem}.reason{min-width:14rem}td img{width:6rem;height:4.5rem;object-fit:contain;display:block}
+.text{text-align:left;max-width:24rem}.reason:not(:empty){min-width:14rem}td img{width:6rem;height:4.5rem;object-fit:contain;display:block}
 small{font-weight:400;opacity:.75}.failed .status,.interrupted .status{color:var(--bad);font-weight:600}
 .stale .status,.doubt .status{color:var(--doubt);font-weight:600}
 .figures{display:flex;flex-wrap:wrap;gap:1rem}figure{margin:0}figure img{max-width:100%}
@@ -97,11 +100,11 @@ std::string row_of(const fs::path& folder, const SummaryCase& one) {
   std::string warnings;
   for (const std::string& warning : one.warnings) warnings += "\n" + warning;
   std::string row = fmt::format(
-      "<tr class=\"{}\" data-status=\"{}\"><td>{}</td>{}<td class=\"text status\">{}</td>"
+      "<tr class=\"{}\" data-status=\"{}\">{}<td>{}</td><td class=\"text status\">{}</td>"
       "<td class=\"text reason\">{}</td>",
-      escape_html(class_of(one)), escape_html(status),
-      image(picture_of(folder, one.name, {"tree.png"}), "tree of " + one.name),
-      name_cell(folder, one), escape_html(status), escape_html(one.reason));
+      escape_html(class_of(one)), escape_html(status), name_cell(folder, one),
+      image(picture_of(folder, one.name, {"tree.png"}), "tree of " + one.name), escape_html(status),
+      escape_html(one.reason));
   for (const SummaryMeasure& measure : summary_measures())
     row += number_cell(measure_of(one, measure), "{:.4g}");
   row += fmt::format("<td data-value=\"{}\" title=\"{}\">{}</td>", one.warnings.size(),
@@ -119,7 +122,7 @@ std::string head_cell(const std::string& title, const std::string& unit, const c
 
 std::string table_head() {
   const char* text = " class=\"text\"";
-  std::string head = "<thead><tr><th scope=\"col\">Tree</th>" + head_cell("Case", "", text) +
+  std::string head = "<thead><tr>" + head_cell("Case", "", text) + "<th scope=\"col\">Tree</th>" +
                      head_cell("Status", "", text) + head_cell("Reason", "", text);
   for (const SummaryMeasure& measure : summary_measures())
     head += head_cell(measure.title, measure.unit);
@@ -145,14 +148,22 @@ std::string status_choices(const std::vector<SummaryCase>& cases) {
   return choices;
 }
 
-std::vector<double> values_of(const std::vector<SummaryCase>& cases,
-                              const SummaryMeasure& measure) {
-  std::vector<double> values;
+/// A case's name and its value.
+using NamedValue = std::pair<std::string, double>;
+
+/// Of the cases that have the measure, the least first.
+std::vector<NamedValue> values_of(const std::vector<SummaryCase>& cases,
+                                  const SummaryMeasure& measure) {
+  std::vector<NamedValue> values;
   for (const SummaryCase& one : cases)
-    if (const auto value = measure_of(one, measure)) values.push_back(*value);
-  std::sort(values.begin(), values.end());
+    if (const auto value = measure_of(one, measure)) values.emplace_back(one.name, *value);
+  std::stable_sort(values.begin(), values.end(),
+                   [](const NamedValue& a, const NamedValue& b) { return a.second < b.second; });
   return values;
 }
+
+/// Where a measure's figure is drawn [px].
+constexpr double kPlotWidth = 260.0, kPlotHeight = 90.0, kPlotLeft = 10.0, kPlotTop = 26.0;
 
 /// Counts in even steps between the least and the greatest value; as many as the square root of
 /// their number, 5 to 20.
@@ -172,6 +183,62 @@ double quantile(const std::vector<double>& sorted, double share) {
   const auto below = std::size_t(place);
   const std::size_t above = std::min(below + 1, sorted.size() - 1);
   return sorted[below] + (place - double(below)) * (sorted[above] - sorted[below]);
+}
+
+std::string draw_bars(const std::vector<double>& sorted) {
+  const std::vector<int> counts = histogram(sorted);
+  const int most = *std::max_element(counts.begin(), counts.end());
+  std::string bars;
+  const double step = kPlotWidth / double(counts.size());
+  for (std::size_t b = 0; b < counts.size(); ++b) {
+    const double height = kPlotHeight * counts[b] / most;
+    bars += fmt::format(
+        "<rect x=\"{:.1f}\" y=\"{:.1f}\" width=\"{:.1f}\" "
+        "height=\"{:.1f}\"><title>{}</title></rect>",
+        kPlotLeft + double(b) * step + 1.0, kPlotTop + kPlotHeight - height, step - 2.0, height,
+        counts[b]);
+  }
+  return bars;
+}
+
+/// Shapes of an SVG file.
+struct Drawing {
+  std::string shapes;
+  double height = 0.0;  ///< [px]
+};
+
+/// A dot a case at its value; one that would lie on another stands above it.
+Drawing draw_dots(const std::vector<NamedValue>& values) {
+  constexpr double kRadius = 5.0, kDiameter = 2.0 * kRadius;
+  const double low = values.front().second, range = values.back().second - low;
+  std::vector<double> last;  // x of the last dot of each row, from the lowest
+  std::vector<std::size_t> rows;
+  std::vector<double> places;
+  for (const NamedValue& one : values) {
+    const double share = range > 0.0 ? (one.second - low) / range : 0.5;
+    places.push_back(kPlotLeft + kRadius + share * (kPlotWidth - kDiameter));
+    std::size_t row = 0;
+    while (row < last.size() && places.back() - last[row] < kDiameter) ++row;
+    if (row == last.size()) last.push_back(places.back());
+    last[row] = places.back();
+    rows.push_back(row);
+  }
+  Drawing strip{"", kDiameter * double(last.size()) + 2.0};
+  for (std::size_t v = 0; v < values.size(); ++v)
+    strip.shapes += fmt::format(
+        "<circle cx=\"{:.1f}\" cy=\"{:.1f}\" r=\"{:.1f}\"><title>{}: {:.4g}</title></circle>",
+        places[v], kPlotTop + strip.height - kRadius - kDiameter * double(rows[v]), kRadius,
+        escape_html(values[v].first), values[v].second);
+  return strip;
+}
+
+/// "12 cases, median 3.1, quartiles 2.9, 3.4"; of few cases no quartiles.
+std::string spread_words(const std::vector<double>& sorted, bool is_few) {
+  const std::string words =
+      fmt::format("{} cases, median {:.3g}", sorted.size(), quantile(sorted, 0.5));
+  return is_few ? words
+                : words + fmt::format(", quartiles {:.3g}, {:.3g}", quantile(sorted, 0.25),
+                                      quantile(sorted, 0.75));
 }
 
 }  // namespace
@@ -204,34 +271,25 @@ std::optional<double> measure_of(const SummaryCase& one, const SummaryMeasure& m
 }
 
 std::string spread_figure(const std::vector<SummaryCase>& cases, const SummaryMeasure& measure) {
-  const std::vector<double> values = values_of(cases, measure);
-  if (values.size() < 2) return {};
-  constexpr double kWidth = 260.0, kHeight = 90.0, kLeft = 10.0, kTop = 26.0;
-  const std::vector<int> counts = histogram(values);
-  const int most = *std::max_element(counts.begin(), counts.end());
-  std::string bars;
-  const double step = kWidth / double(counts.size());
-  for (std::size_t b = 0; b < counts.size(); ++b) {
-    const double height = kHeight * counts[b] / most;
-    bars += fmt::format(
-        "<rect x=\"{:.1f}\" y=\"{:.1f}\" width=\"{:.1f}\" "
-        "height=\"{:.1f}\"><title>{}</title></rect>",
-        kLeft + double(b) * step + 1.0, kTop + kHeight - height, step - 2.0, height, counts[b]);
-  }
-  const double base = kTop + kHeight;
+  constexpr std::size_t kFewestForBars = 8;
+  const std::vector<NamedValue> named = values_of(cases, measure);
+  if (named.size() < 2) return {};
+  std::vector<double> values;
+  for (const NamedValue& one : named) values.push_back(one.second);
+  const bool is_few = values.size() < kFewestForBars;
+  const Drawing drawing = is_few ? draw_dots(named) : Drawing{draw_bars(values), kPlotHeight};
+  const double base = kPlotTop + drawing.height;
   return fmt::format(
       "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{0:.0f}\" height=\"{1:.0f}\" role=\"img\" "
       "font-family=\"sans-serif\" font-size=\"12\"><title>{2}</title><rect width=\"100%\" "
       "height=\"100%\" fill=\"#fff\"/><text x=\"{3}\" y=\"16\" font-weight=\"600\">{2}</text>"
       "<g fill=\"#36c\">{4}</g><path d=\"M{3} {5}h{6}\" stroke=\"#333\"/><text x=\"{3}\" "
-      "y=\"{7}\">{8:.3g}</text><text x=\"{9}\" y=\"{7}\" text-anchor=\"end\">{10:.3g}</text>"
-      "<text x=\"{3}\" y=\"{11}\">{12} cases, median {13:.3g}, quartiles {14:.3g}, {15:.3g}</text>"
-      "</svg>\n",
-      kWidth + 2 * kLeft, base + 40.0,
+      "y=\"{7}\">{8:.4g}</text><text x=\"{9}\" y=\"{7}\" text-anchor=\"end\">{10:.4g}</text>"
+      "<text x=\"{3}\" y=\"{11}\">{12}</text></svg>\n",
+      kPlotWidth + 2 * kPlotLeft, base + 40.0,
       fmt::format("{}{}", measure.title, *measure.unit ? fmt::format(" [{}]", measure.unit) : ""),
-      kLeft, bars, base, kWidth, base + 15.0, values.front(), kLeft + kWidth, values.back(),
-      base + 32.0, values.size(), quantile(values, 0.5), quantile(values, 0.25),
-      quantile(values, 0.75));
+      kPlotLeft, drawing.shapes, base, kPlotWidth, base + 15.0, values.front(),
+      kPlotLeft + kPlotWidth, values.back(), base + 32.0, spread_words(values, is_few));
 }
 
 std::string summary_page(const fs::path& folder, const std::vector<SummaryCase>& cases) {
@@ -239,7 +297,8 @@ std::string summary_page(const fs::path& folder, const std::vector<SummaryCase>&
       "<div class=\"tools\"><label>Words <input id=\"words\" type=\"search\"></label><label>Status "
       "<select id=\"state\">{}</select></label><output id=\"shown\"></output>"
       "<a href=\"sheet.html\">Pictures of all cases</a></div>\n<div "
-      "class=\"wide\"><table>{}<tbody>\n",
+      "class=\"wide\" role=\"region\" aria-label=\"Table of the cases\" "
+      "tabindex=\"0\"><table>{}<tbody>\n",
       status_choices(cases), table_head());
   for (const SummaryCase& one : cases) body += row_of(folder, one);
   body += "</tbody></table></div>\n";

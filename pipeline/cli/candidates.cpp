@@ -32,18 +32,21 @@ struct Balloon {
   Config config;
 };
 
-double number_of(const std::string& text, const char* what) {
+/// @param option  that has the text among its values
+double number_of(const std::string& text, const char* option, const char* expected) {
   const auto value = formats::parse_number<double>(text);
   if (!value || !(*value > 0.0))
-    throw Error(ExitCode::usage, fmt::format("\"{}\" is no {} (a number over 0 is expected). Write "
-                                             "numbers with commas between them",
-                                             text, what));
+    throw Error(ExitCode::usage,
+                fmt::format("\"{}\" of {} cannot be used (expected {}). Write them with commas "
+                            "between them",
+                            text, option, expected));
   return *value;
 }
 
-std::vector<double> numbers_of(const std::vector<std::string>& texts, const char* what) {
+std::vector<double> numbers_of(const std::vector<std::string>& texts, const char* option) {
   std::set<double> values;
-  for (const std::string& text : texts) values.insert(number_of(text, what));
+  for (const std::string& text : texts)
+    values.insert(number_of(text, option, "numbers over 0, in mm"));
   return {values.begin(), values.end()};
 }
 
@@ -84,7 +87,7 @@ std::vector<Balloon> balloons_of(const CandidateRequest& request, const LesionSi
     }
   } else {
     std::set<double> diameters;
-    for (const double diameter : numbers_of(request.diameters, "diameter"))
+    for (const double diameter : numbers_of(request.diameters, "--diameters"))
       diameters.insert(diameter);
     for (std::size_t i = 0; i < kDiameterShares.size() && request.diameters.empty(); ++i)
       diameters.insert(
@@ -122,7 +125,8 @@ std::vector<Pressure> pressures_of(const CandidateRequest& request, const Balloo
     else if (text == kRated)
       pressures.emplace(balloon.rated_atm, text);
     else
-      pressures.emplace(number_of(text, "pressure, nor nominal or rated"), "");
+      pressures.emplace(
+          number_of(text, "--pressures", "numbers over 0, in atm, or nominal or rated"), "");
   std::vector<Pressure> result;
   for (const auto& [atm, name] : pressures) result.push_back({atm, name});
   return result;
@@ -171,7 +175,7 @@ Candidate candidate_of(const Balloon& balloon, double length_mm, const Pressure&
 std::vector<Candidate> make_candidates(const CandidateRequest& request, const LesionSize& lesion,
                                        const Config& config) {
   const bool is_every = !request.lengths.empty() || !request.pressures.empty();
-  const std::vector<double> asked = numbers_of(request.lengths, "length");
+  const std::vector<double> asked = numbers_of(request.lengths, "--lengths");
   std::vector<Candidate> candidates;
   for (const Balloon& balloon : balloons_of(request, lesion, config)) {
     const std::vector<double> lengths =

@@ -10,6 +10,7 @@
 #include <memory>
 #include <new>
 #include <optional>
+#include <regex>
 #include <string>
 #include <string_view>
 #include <system_error>
@@ -134,6 +135,24 @@ int do_doctor(bool as_json) {
 
 // ---- the program -------------------------------------------------------------------------------
 
+/// A value that CLI11 could not read, with what its option expects.
+std::string conversion_fault(const CLI::App& scope, const std::string& text) {
+  static const std::regex kForm("Could not convert: (--?\\S+) = (.*)");
+  std::smatch found;
+  if (!std::regex_match(text, found, kForm)) return text;
+  std::string expected = "another kind of value";
+  if (const CLI::Option* option = scope.get_option_no_throw(found[1].str())) {
+    const std::string type = option->get_type_name();
+    const bool is_list = type.find("...") != std::string::npos;
+    expected = is_list           ? "numbers, as " + type
+               : type == "INT"   ? "a whole number"
+               : type == "FLOAT" ? "a number"
+                                 : "a number: " + type;
+  }
+  return fmt::format("{} {} cannot be used (expected {})", found[1].str(), found[2].str(),
+                     expected);
+}
+
 /// CLI11 writes several lines; docs/contract.md wants one, with exit code 64.
 int report_usage_error(const CLI::App& app, const CLI::ParseError& error,
                        const std::string& first_word) {
@@ -141,6 +160,8 @@ int report_usage_error(const CLI::App& app, const CLI::ParseError& error,
   std::string text = error.what();
   std::replace(text.begin(), text.end(), '\n', ' ');
   const std::vector<CLI::App*> used = app.get_subcommands();
+  if (!used.empty()) text = conversion_fault(*used.front(), text);
+  text = std::regex_replace(text, std::regex("([0-9])\\.0{6}(?![0-9])"), "$1");  // of ranges
   if (used.empty() && !first_word.empty()) text = "there is no command " + first_word;
   std::vector<std::string> known;
   const CLI::App& scope = used.empty() ? app : *used.front();

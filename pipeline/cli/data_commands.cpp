@@ -13,6 +13,7 @@
 #include "core/error.hpp"
 #include "pipeline/case/input_kind.hpp"
 #include "pipeline/case/tell.hpp"
+#include "pipeline/cli/shared_options.hpp"
 #include "pipeline/stages/reconstruction.hpp"
 #include "pipeline/stages/surface_input.hpp"
 #include "reconstruction/reconstruction.hpp"
@@ -267,13 +268,16 @@ void add_unit_option(CLI::App& command, std::string& unit) {
 }
 
 void apply_read_options(Config& config, const ReadArguments& read) {
+  if (!read.spacing.empty())
+    apply_option(config, "--spacing", read.spacing, "input.spacing_mm=[" + read.spacing + "]",
+                 "three voxel sizes I,J,K [mm]");
+  if (!read.max_memory.empty())
+    apply_option(config, "--max-memory", read.max_memory, "input.max_memory_gib=" + read.max_memory,
+                 "a number [GiB]");
   try {
     if (!read.series.empty()) config.input.series = read.series;
     if (!read.views.empty()) config.input.views = read.views;
-    if (!read.ends.empty()) apply_setting(config, "views.ends=[" + read.ends + "]");
-    if (!read.spacing.empty()) apply_setting(config, "input.spacing_mm=[" + read.spacing + "]");
     if (!read.angles.empty()) apply_setting(config, "input.angles=" + read.angles);
-    if (!read.max_memory.empty()) apply_setting(config, "input.max_memory_gib=" + read.max_memory);
     if (read.allow_lossy) config.input.allow_lossy = true;
     if (read.resample) config.input.resample = true;
     config.input.validate();

@@ -1,5 +1,7 @@
 #include "pipeline/cli/film_command.hpp"
 
+#include <fmt/format.h>
+
 #include <CLI/CLI.hpp>
 #include <optional>
 
@@ -26,6 +28,16 @@ void read_size(const std::string& text, viewer::FilmOptions& options) {
   options.height = *height;
 }
 
+/// @throws OptionError (78) that names the options as they were typed
+void check(const viewer::FilmOptions& options, const FilmArguments& a) {
+  try {
+    options.validate();
+  } catch (const OptionError& error) {
+    throw OptionError(
+        fmt::format("--size {} --fps {}: {}", a.size, a.pictures_per_second, error.what()));
+  }
+}
+
 }  // namespace
 
 CLI::App& add_film_command(CLI::App& app, FilmArguments& a) {
@@ -49,6 +61,7 @@ int do_film(const FilmArguments& a) {
   viewer::FilmOptions options;
   read_size(a.size, options);
   options.pictures_per_second = a.pictures_per_second;
+  check(options, a);
   Reporter reporter(a.shared.style());
   reporter.begin_stage("film");
   note_if_stale(a.case_folder, reporter);

@@ -20,6 +20,7 @@
 #include "pipeline/cli/stage_commands.hpp"
 #include "pipeline/experiments/paper_input.hpp"
 #include "pipeline/experiments/workflow.hpp"
+#include "pipeline/stages/require_backend.hpp"
 
 namespace angio::pipeline {
 namespace {
@@ -124,11 +125,21 @@ namespace {
 /// Fetches an INPUT that an archive holds; the run then goes on from the files.
 std::optional<FetchedScan> fetch_input(RunArguments& run, Reporter& reporter) {
   if (!dicom::is_archive_location(run.request.input)) return std::nullopt;
+  if (run.request.until >= Stage::simulation)
+    require_backend(run.request.config.simulation.backend);
   reporter.begin_stage("fetch");
   std::optional<FetchedScan> fetched(std::in_place, run.request.input, run.calling,
                                      reporter.progress());
   run.request.source = std::exchange(run.request.input, fetched->path());
   return fetched;
+}
+
+void apply_inlet(Config& config, const std::string& inlet) {
+  const bool is_point = inlet.find(',') != std::string::npos;
+  apply_option(
+      config, "--inlet", inlet,
+      is_point ? "centerline.inlet_lps_mm=[" + inlet + "]" : "centerline.inlet_end=" + inlet,
+      "a point X,Y,Z in LPS [mm], or the number of an open end of a surface");
 }
 
 int run_whole(RunArguments& run) {
@@ -138,10 +149,7 @@ int run_whole(RunArguments& run) {
   apply_options(run.request.config, run.shared);
   apply_read_options(run.request.config, run.read);
   if (!run.unit.empty()) apply_setting(run.request.config, "input.unit=" + run.unit);
-  if (run.inlet.find(',') != std::string::npos)
-    apply_setting(run.request.config, "centerline.inlet_lps_mm=[" + run.inlet + "]");
-  else if (!run.inlet.empty())
-    apply_setting(run.request.config, "centerline.inlet_end=" + run.inlet);
+  if (!run.inlet.empty()) apply_inlet(run.request.config, run.inlet);
   if (run.print_config) {
     fmt::print("{}", to_toml(run.request.config));
     return int(ExitCode::done);
@@ -155,8 +163,8 @@ int run_whole(RunArguments& run) {
     throw Error(ExitCode::usage,
                 "`angio run` needs a folder for the case: add -o CASE. See `angio run --help`");
   check_experiment_input(run.request.config, run.request.input);
-  if (!run.from.empty()) run.request.from = parse_stage(run.from);
-  if (!run.until.empty()) run.request.until = parse_stage(run.until);
+  if (!run.from.empty()) run.request.from = stage_of("--from", run.from);
+  if (!run.until.empty()) run.request.until = stage_of("--until", run.until);
   if (run.request.from && *run.request.from > run.request.until)
     throw Error(ExitCode::usage, "--from names a stage after --until");
   run.request.keep = keep_of(run.keep);

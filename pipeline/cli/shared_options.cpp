@@ -84,6 +84,39 @@ void apply_options(Config& config, const SharedOptions& shared) {
   if (shared.threads > 0) omp_set_num_threads(shared.threads);
 }
 
+Stage stage_of(const std::string& option, const std::string& text) {
+  try {
+    return parse_stage(text);
+  } catch (const Error& error) {
+    throw Error(error.exit_code(), fmt::format("{} {}: {}", option, text, error.what()));
+  }
+}
+
+void apply_option(Config& config, const std::string& option, const std::string& value,
+                  const std::string& setting, const std::string& expected) {
+  const auto refuse = [&](const std::string& why) {
+    throw Error(ExitCode::usage,
+                fmt::format("{} {} cannot be used (expected {}{})", option, value, expected, why));
+  };
+  const auto fault_of = [](const Config& one) -> std::string {
+    try {
+      one.validate();
+      return {};
+    } catch (const OptionError& error) {
+      return error.what();
+    }
+  };
+  Config changed = config;
+  try {
+    apply_setting(changed, setting);
+  } catch (const OptionError&) {
+    refuse("");
+  }
+  const std::string fault = fault_of(changed);
+  if (!fault.empty() && fault != fault_of(config)) refuse("; " + fault);
+  config = std::move(changed);
+}
+
 std::vector<std::string> command_line_of(const SharedOptions& shared) {
   std::vector<std::string> words;
   const auto add = [&](const char* option, const std::string& value) {

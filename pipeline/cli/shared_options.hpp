@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "pipeline/case/stage.hpp"
 #include "pipeline/config/config.hpp"
 #include "pipeline/stages/minimal_case.hpp"
 #include "pipeline/stages/reporter.hpp"
@@ -40,7 +41,19 @@ Keep keep_of(const std::string& text);
 /// Files first, then presets, the balloon, and single settings, so that the more special wins.
 void apply_options(Config& config, const SharedOptions& shared);
 
-/// The same as words of a command line; without threads and output.
+/// The stage that an option names. @throws Error (64) naming the option, and the stages there are
+Stage stage_of(const std::string& option, const std::string& text);
+
+/// Applies a setting for which an option of the command line stands.
+///
+/// @param option, value  as they were typed, for messages: "--inlet", "1,2"
+/// @param setting        "section.key=value"
+/// @param expected       what may be there, for the reader: "a point X,Y,Z in LPS [mm]"
+/// @throws Error (64) that names all three if the value is of another kind or out of range
+void apply_option(Config& config, const std::string& option, const std::string& value,
+                  const std::string& setting, const std::string& expected);
+
+/// The words of a command line that apply_options takes back; without threads and output.
 std::vector<std::string> command_line_of(const SharedOptions& shared);
 
 }  // namespace angio::pipeline

@@ -1,6 +1,7 @@
 #include "pipeline/cli/sweep.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <array>
@@ -8,10 +9,13 @@
 #include <cmath>
 #include <limits>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <set>
+#include <string_view>
 
 #include "core/atomic_file.hpp"
 #include "core/error.hpp"
+#include "core/text.hpp"
 #include "formats/csv.hpp"
 #include "formats/tokens.hpp"
 #include "viewer/sweep_plot.hpp"
@@ -62,6 +66,59 @@ json json_of(const VariantRow& row, const std::vector<SweepAxis>& axes) {
           {"measures", measures_json(row)}};
 }
 
+/// What a sweep is for comes first.
+constexpr const char* kChartOrder[] = {"mld_after_mm",
+                                       "acute_gain_mm",
+                                       "recoil_percent",
+                                       "residual_stenosis_percent",
+                                       "over_strength_percent",
+                                       "balloon_to_artery_ratio",
+                                       "ffr_after",
+                                       "mld_before_mm"};
+
+/// A key as people say it: "balloon.length_mm" is the balloon length, in mm.
+struct SettingName {
+  std::string words, unit;
+};
+
+SettingName name_setting(const std::string& key) {
+  struct Unit {
+    std::string_view ending, text;
+  };
+  constexpr Unit kUnits[] = {{"_kpa_per_mm", "kPa/mm"},
+                             {"_per_s", "1/s"},
+                             {"_g_mm3", "g/mm³"},
+                             {"_kg_m3", "kg/m³"},
+                             {"_ml_min", "ml/min"},
+                             {"_m_s", "m/s"},
+                             {"_mpa_s", "mPa s"},
+                             {"_mmhg", "mmHg"},
+                             {"_mm3", "mm³"},
+                             {"_mm", "mm"},
+                             {"_atm", "atm"},
+                             {"_kpa", "kPa"},
+                             {"_mpa", "MPa"},
+                             {"_gib", "GiB"},
+                             {"_percent", "%"},
+                             {"_degrees", "°"},
+                             {"_s", "s"}};
+  SettingName name{key, ""};
+  for (const Unit& unit : kUnits)
+    if (key.ends_with(unit.ending)) {
+      name = {key.substr(0, key.size() - unit.ending.size()), std::string(unit.text)};
+      break;
+    }
+  for (char& c : name.words)
+    if (c == '.' || c == '_') c = ' ';
+  return name;
+}
+
+/// "balloon length 10 mm".
+std::string words_of(const SweepAxis& axis, const std::string& value) {
+  const SettingName name = name_setting(axis.key);
+  return name.words + " " + value + (name.unit.empty() ? "" : " " + name.unit);
+}
+
 /// Each measure against the first setting, a curve for each choice of the others.
 std::vector<viewer::SweepPanel> panels_of(const std::vector<SweepAxis>& axes,
                                           const std::vector<VariantRow>& rows) {
@@ -71,9 +128,41 @@ std::vector<viewer::SweepPanel> panels_of(const std::vector<SweepAxis>& axes,
     x.push_back(formats::parse_number<double>(value_of(row.variant, 0)).value_or(kNone));
     std::string& others = labels.emplace_back();
     for (std::size_t a = 1; a < axes.size(); ++a)
-      others += (others.empty() ? "" : ", ") + row.variant.settings[a];
+      others += (others.empty() ? "" : ", ") + words_of(axes[a], value_of(row.variant, a));
   }
   return panels_of(rows, x, labels);
+}
+
+/// The one value that all results share, as it stands in the table; nothing where they differ or
+/// are fewer than two.
+std::optional<std::string> shared_value(const std::vector<VariantRow>& rows, std::size_t measure) {
+  std::set<std::string> values;
+  std::size_t count = 0;
+  for (const VariantRow& row : rows)
+    if (std::isfinite(row.measures[measure])) {
+      values.insert(cell_of(row.measures[measure]));
+      ++count;
+    }
+  return count > 1 && values.size() == 1 ? std::optional(*values.begin()) : std::nullopt;
+}
+
+/// Charts of what the settings change; a line says what they do not.
+void draw_sweep(const fs::path& file, const std::vector<SweepAxis>& axes,
+                const std::vector<VariantRow>& rows) {
+  std::vector<viewer::SweepPanel> all = panels_of(axes, rows), changed, same;
+  std::vector<std::string> notes;
+  for (const std::string_view column : kChartOrder)
+    for (std::size_t m = 0; m < all.size(); ++m) {
+      if (variant_measures()[m].column != column) continue;
+      const auto value = shared_value(rows, m);
+      if (value) notes.push_back("the same in all variants: " + all[m].measure + ", " + *value);
+      (value ? same : changed).push_back(std::move(all[m]));
+    }
+  const SettingName name = name_setting(axes[0].key);
+  const std::string setting = name.words + (name.unit.empty() ? "" : " [" + name.unit + "]");
+  // Where nothing changes at all that is what is drawn.
+  if (!viewer::write_sweep_plot(file, setting, changed, notes))
+    viewer::write_sweep_plot(file, setting, same);
 }
 
 }  // namespace
@@ -82,26 +171,59 @@ SweepAxis parse_axis(const std::string& text) {
   const auto equals = text.find('=');
   SweepAxis axis{text.substr(0, equals), {}};
   if (equals == std::string::npos || axis.key.empty())
-    throw Error(ExitCode::usage, "\"" + text +
-                                     "\" is no setting with values. Write "
-                                     "section.key=a,b,c");
+    throw Error(ExitCode::usage,
+                "\"" + text +
+                    "\" is no setting with its values (expected section.key=a,b,c). Separate the "
+                    "values by commas");
   std::set<std::string> seen;
   for (std::size_t at = equals + 1; at <= text.size();) {
     const std::size_t end = std::min(text.find(',', at), text.size());
     axis.values.push_back(text.substr(at, end - at));
     if (axis.values.back().empty() || !seen.insert(axis.values.back()).second)
       throw Error(ExitCode::usage,
-                  axis.key + ": a value is empty or there twice. Write section.key=a,b,c");
+                  text + ": a value is empty or there twice (expected section.key=a,b,c)");
     at = end + 1;
   }
   return axis;
 }
 
+namespace {
+
+/// Values have keys of their own on the command line, without a --set.
+void check_keys(const std::vector<SweepAxis>& axes, Config config) {
+  std::vector<std::string> known;
+  for (const Setting& setting : settings(config)) known.push_back(setting.key);
+  for (const SweepAxis& axis : axes) {
+    if (std::find(known.begin(), known.end(), axis.key) != known.end()) continue;
+    const std::string guess = guess_name(axis.key, known);
+    throw OptionError(
+        fmt::format("there is no setting {} to give the values {}{}. `angio run --print-config` "
+                    "lists all settings",
+                    axis.key, fmt::join(axis.values, ","),
+                    guess.empty() ? "" : fmt::format(" (did you mean {}?)", guess)));
+  }
+}
+
+/// A variant's configuration. @throws OptionError (78) that names the variant's values
+void check_variant(const BatchCase& variant, Config config) {
+  try {
+    for (const std::string& setting : variant.settings) apply_setting(config, setting);
+    config.validate();
+  } catch (const OptionError& error) {
+    throw OptionError(fmt::format("{}: {}", fmt::join(variant.settings, " "), error.what()));
+  }
+}
+
+}  // namespace
+
 std::vector<BatchCase> make_variants(const std::vector<SweepAxis>& axes, const Config& config) {
+  check_keys(axes, config);
   std::vector<BatchCase> variants{{}};
   std::set<std::string> keys;
   for (const SweepAxis& axis : axes) {
-    if (!keys.insert(axis.key).second) throw OptionError(axis.key + " is given twice");
+    if (!keys.insert(axis.key).second)
+      throw OptionError(axis.key + " is given values twice. Write them all once: " + axis.key +
+                        "=a,b,c");
     std::vector<BatchCase> more;
     for (const BatchCase& variant : variants)
       for (const std::string& value : axis.values) {
@@ -118,9 +240,7 @@ std::vector<BatchCase> make_variants(const std::vector<SweepAxis>& axes, const C
   }
   std::set<std::string> names;
   for (std::size_t v = 0; v < variants.size(); ++v) {
-    Config changed = config;
-    for (const std::string& setting : variants[v].settings) apply_setting(changed, setting);
-    changed.validate();
+    check_variant(variants[v], config);
     constexpr std::size_t kLongestName = 90;
     std::string& name = variants[v].name;
     if (name.size() > kLongestName || !names.insert(name).second)
@@ -143,7 +263,7 @@ void write_sweep(const fs::path& folder, const std::vector<SweepAxis>& axes,
     return formats::parse_number<double>(value).has_value();
   };
   if (std::all_of(axes[0].values.begin(), axes[0].values.end(), is_number))
-    viewer::write_sweep_plot(folder / "sweep.svg", axes[0].key, panels_of(axes, rows));
+    draw_sweep(folder / "sweep.svg", axes, rows);
 }
 
 std::string sweep_table(const std::vector<SweepAxis>& axes, const std::vector<VariantRow>& rows) {

@@ -13,6 +13,7 @@
 #include "pipeline/case/stage.hpp"
 #include "pipeline/cli/stage_commands.hpp"
 #include "pipeline/stages/minimal_case.hpp"
+#include "pipeline/stages/require_backend.hpp"
 #include "pipeline/stages/run_case.hpp"
 
 namespace angio::pipeline {
@@ -102,8 +103,9 @@ std::vector<viewer::SweepPanel> panels_of(const std::vector<VariantRow>& rows,
                                 [&](const auto& c) { return c.label == labels[r]; });
       if (curve == panel.curves.end())
         curve = panel.curves.insert(curve, viewer::SweepCurve{labels[r], {}, {}});
-      curve->x.push_back(x[r]);
-      curve->y.push_back(rows[r].measures[m]);
+      const auto place = std::upper_bound(curve->x.begin(), curve->x.end(), x[r]);
+      curve->y.insert(curve->y.begin() + (place - curve->x.begin()), rows[r].measures[m]);
+      curve->x.insert(place, x[r]);
     }
   }
   return panels;
@@ -182,6 +184,7 @@ Config base_config(const fs::path& base) {
 VariantResults run_variants(VariantArguments& arguments, const Config& config,
                             const std::vector<BatchCase>& variants, const std::string& verb,
                             Reporter& reporter) {
+  require_backend(backend_of(arguments.shared.backend));
   for (const BatchCase& variant : variants) {
     Config changed = config;
     for (const std::string& setting : variant.settings) apply_setting(changed, setting);

@@ -47,7 +47,7 @@ VariantRow read_variant(const std::filesystem::path& folder, const BatchCase& va
 /// A measure of a row by its column.
 double measure_of(const VariantRow& row, std::string_view column);
 
-/// Each measure against `x`, a curve for each label, in the order of the rows.
+/// Each measure against `x`, a curve for each label, in the order of x, then of the rows.
 ///
 /// @param x, labels  shape [row]
 std::vector<viewer::SweepPanel> panels_of(const std::vector<VariantRow>& rows,

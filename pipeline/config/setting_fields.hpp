@@ -51,20 +51,30 @@ namespace angio::pipeline {
                   value, expected));
 }
 
+[[noreturn]] inline void refuse_value(const std::string& key, const toml::node& node,
+                                      const char* expected) {
+  std::ostringstream text;
+  text << toml::node_view<const toml::node>(node);
+  refuse_value(key, text.str(), expected);
+}
+
 inline double number_of(const std::string& key, const toml::node& node) {
   const auto value = node.value<double>();
-  if (!value || !std::isfinite(*value)) {
-    std::ostringstream text;
-    text << toml::node_view<const toml::node>(node);
-    refuse_value(key, text.str(), "a number");
-  }
+  if (!value || !std::isfinite(*value)) refuse_value(key, node, "a number");
   return *value;
 }
 
-inline Vec3 point_of(const std::string& key, const toml::node& node) {
+/// Three numbers.
+inline std::array<double, 3> triple_of(const std::string& key, const toml::node& node,
+                                       const char* expected) {
   const toml::array* array = node.as_array();
-  if (!array || array->size() != 3) refuse_value(key, "this value", "a point [x, y, z] in LPS mm");
+  if (!array || array->size() != 3) refuse_value(key, node, expected);
   return {number_of(key, (*array)[0]), number_of(key, (*array)[1]), number_of(key, (*array)[2])};
+}
+
+inline Vec3 point_of(const std::string& key, const toml::node& node) {
+  const auto [x, y, z] = triple_of(key, node, "a point [x, y, z] in LPS mm");
+  return {x, y, z};
 }
 
 inline void read_field(const std::string& key, const toml::node& node, double& field) {
@@ -77,11 +87,11 @@ inline void read_field(const std::string& key, const toml::node& node, int& fiel
   field = int(number);
 }
 inline void read_field(const std::string& key, const toml::node& node, bool& field) {
-  if (!node.is_boolean()) refuse_value(key, "this value", "true or false");
+  if (!node.is_boolean()) refuse_value(key, node, "true or false");
   field = node.as_boolean()->get();
 }
 inline void read_field(const std::string& key, const toml::node& node, std::string& field) {
-  if (!node.is_string()) refuse_value(key, "this value", "a text");
+  if (!node.is_string()) refuse_value(key, node, "a text");
   field = node.as_string()->get();
 }
 inline void read_field(const std::string& key, const toml::node& node,
@@ -99,26 +109,25 @@ inline void read_field(const std::string& key, const toml::node& node, std::opti
 }
 inline void read_field(const std::string& key, const toml::node& node,
                        std::array<double, 3>& field) {
-  const Vec3 values = point_of(key, node);
-  field = {values.x, values.y, values.z};
+  field = triple_of(key, node, "three numbers [i, j, k]");
 }
 inline void read_field(const std::string& key, const toml::node& node,
                        std::optional<segmentation::LpsBox>& field) {
   if (node.is_string() && node.as_string()->get() == "auto") return field.reset();
   const toml::array* array = node.as_array();
   if (!array || array->size() != 2)
-    refuse_value(key, "this value", "two corners [[x, y, z], [x, y, z]] in LPS mm, or \"auto\"");
+    refuse_value(key, node, "two corners [[x, y, z], [x, y, z]] in LPS mm, or \"auto\"");
   field = {point_of(key, (*array)[0]), point_of(key, (*array)[1])};
 }
 inline void read_field(const std::string& key, const toml::node& node, std::vector<double>& field) {
   const toml::array* array = node.as_array();
-  if (!array) refuse_value(key, "this value", "a list of numbers [1, 2, ...]");
+  if (!array) refuse_value(key, node, "a list of numbers [1, 2, ...]");
   field.clear();
   for (const toml::node& element : *array) field.push_back(number_of(key, element));
 }
 inline void read_field(const std::string& key, const toml::node& node, std::vector<Vec3>& field) {
   const toml::array* array = node.as_array();
-  if (!array) refuse_value(key, "this value", "a list of points [[x, y, z], ...] in LPS mm");
+  if (!array) refuse_value(key, node, "a list of points [[x, y, z], ...] in LPS mm");
   field.clear();
   for (const toml::node& element : *array) field.push_back(point_of(key, element));
 }
@@ -127,11 +136,11 @@ inline void read_field(const std::string& key, const toml::node& node,
                        std::vector<simulation::ChartPoint>& field) {
   constexpr const char* kExpected = "a list of points [[atm, mm], ...]";
   const toml::array* array = node.as_array();
-  if (!array) refuse_value(key, "this value", kExpected);
+  if (!array) refuse_value(key, node, kExpected);
   field.clear();
   for (const toml::node& element : *array) {
     const toml::array* point = element.as_array();
-    if (!point || point->size() != 2) refuse_value(key, "this value", kExpected);
+    if (!point || point->size() != 2) refuse_value(key, node, kExpected);
     field.push_back({number_of(key, (*point)[0]), number_of(key, (*point)[1])});
   }
 }

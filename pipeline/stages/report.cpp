@@ -233,6 +233,7 @@ void do_report(StageWork& work, const ReportSettings& settings) {
   const json placement = read_json(files.path(file::kPlacement));
   viewer::ReportContent content;
   content.title = work.run.case_name;
+  content.input_kind = work.run.input_kind;
   content.version = kVersion;
   if (!has_surface_input(work.files)) {
     content.volume = segmentation::read_volume_file(files.path(file::kScan));

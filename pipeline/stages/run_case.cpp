@@ -18,6 +18,7 @@
 #include "pipeline/case/input_kind.hpp"
 #include "pipeline/case/running_case.hpp"
 #include "pipeline/stages/case_progress.hpp"
+#include "pipeline/stages/require_backend.hpp"
 #include "pipeline/stages/stage_keys.hpp"
 #include "pipeline/stages/stage_work.hpp"
 #include "pipeline/version.hpp"
@@ -315,6 +316,12 @@ void run_stages(const Workflow& workflow, const RunRequest& request, const CaseF
   }
 }
 
+/// Whether the simulation is among the stages that a request may run.
+bool may_simulate(const RunRequest& request) {
+  return request.until >= Stage::simulation &&
+         (!request.input.empty() || request.from.value_or(Stage::simulation) <= Stage::simulation);
+}
+
 /// Is a case done whose bulky files were removed, and are not asked for? Otherwise they are made
 /// again.
 bool is_done_minimal(const Workflow& workflow, RunRequest request) {
@@ -334,6 +341,7 @@ bool is_done_minimal(const Workflow& workflow, RunRequest request) {
 
 fs::path run_case(const Workflow& workflow, const RunRequest& request, Reporter& reporter) {
   request.config.validate();
+  if (may_simulate(request)) require_backend(request.config.simulation.backend);
   const CaseFolder folder(request.case_folder);
   NewCase new_case(folder);
   RunRecord record = take_up(request, folder);

@@ -16,11 +16,12 @@ constexpr int kMostSteps = 20, kStepsOnTheWay = 4;
 constexpr int kMostParts = 24;
 // It has settled where no node moves by this share of its radius.
 constexpr double kSettled = 1e-3;
-// The membrane bears the wire like this at a gap of half its radius. 0.1 mm of membrane's width
-// then carries what bends a 0.014 inch wire from straight into a bend of 10 mm within 5 mm, EI /
-// (10
-// * 5^2) = 3e4 uN/mm, a few times over.
-constexpr double kBearing = units::kPascalPerAtm;
+// The barrier begins at a gap of the wire's width, and bears the wire like this at half of that,
+// where its surface meets the membrane. 0.1 mm of membrane's width then carries what bends a
+// 0.014 inch wire from straight into a bend of 10 mm within 5 mm, EI / (10 * 5^2) = 3e4 uN/mm,
+// three times over: where the membrane leaves it room, the whole wire lies inside, not its axis
+// alone.
+constexpr double kBearing = 10.0 * units::kPascalPerAtm;
 
 struct Box {
   Vec3 low{1e300, 1e300, 1e300}, high{-1e300, -1e300, -1e300};
@@ -78,7 +79,7 @@ DrawnWire::DrawnWire(const SimulationModel& model, const GuidewireOptions& optio
   bend_.resize(wire_.size());
   section_ = rod_section(options);
   section_.stretch = 4.0 * units::kPi * units::kPi * section_.bend / (length * length);
-  reach_ = 0.5 * options.wire_diameter_mm;
+  reach_ = options.wire_diameter_mm;
   stiffness_ = barrier_stiffness(kBearing, reach_);
   inside_ = is_inside();
 }
@@ -199,7 +200,7 @@ void DrawnWire::settle(int most_steps) {
     before = after;
     double most = 0.0;
     for (const Vec3& move : by) most = std::max(most, share * norm(move));
-    if (most < kSettled * reach_) return;
+    if (most < 0.5 * kSettled * reach_) return;
   }
 }
 

@@ -15,9 +15,10 @@ namespace angio::simulation::detail {
 ///     E = sum EI |kb|^2 / l + sum EA (l / l0 - 1)^2 l0 / 2 + sum k A b(d),   EA = 4 pi^2 EI / L^2
 ///
 /// with the rod's terms (rod.hpp), and the barrier b (contact_force.hpp) over the gaps d between
-/// segments and triangles of area A, below the wire's radius. EA is Euler's load between clamped
-/// ends: a neck that slides back does not buckle the wire, and a bend by an angle a lengthens it by
-/// a^2 / (8 pi^2), 3 % at a right angle.
+/// segments and triangles of area A, below the wire's diameter: where there is room its surface,
+/// too, is inside; in a membrane that lies flatter than the wire is thick its axis is in the
+/// middle. EA is Euler's load between clamped ends: a neck that slides back does not buckle the
+/// wire, and a bend by an angle a lengthens it by a^2 / (8 pi^2), 3 % at a right angle.
 ///
 /// From frame to frame the wire is taken along by the membrane around it, then settles. Both
 /// motions stop before any gap is closed, so that it stays inside, however the membrane folds.
@@ -49,7 +50,7 @@ class DrawnWire {
   std::vector<double> rest_;    ///< of the segments [mm]
   std::vector<Vec3> bend_;      ///< unloaded: straight
   RodSection<double> section_;
-  double reach_ = 0.0;      ///< the wire's radius [mm]
+  double reach_ = 0.0;      ///< the wire's diameter [mm]
   double stiffness_ = 0.0;  ///< of the barrier [Pa/mm]
   int poles_[2] = {-1, -1};
   bool inside_ = false;

@@ -1,6 +1,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <map>
 #include <regex>
 
 #include "core/atomic_file.hpp"
@@ -122,7 +123,23 @@ TEST(SpreadFigure, HasEveryCaseInOneBar) {
 TEST(SpreadFigure, NeedsTwoCasesAndTakesEqualOnes) {
   EXPECT_EQ(spread_figure(cases_with_recoil({20.0}), recoil()), "");
   EXPECT_THAT(spread_figure(cases_with_recoil({20.0, 20.0}), recoil()),
+              testing::HasSubstr("2 cases, median 20"));
+  EXPECT_THAT(spread_figure(cases_with_recoil(std::vector<double>(8, 20.0)), recoil()),
               testing::HasSubstr("quartiles 20, 20"));
+}
+
+TEST(SpreadFigure, OfFewCasesIsADotForEachWithItsName) {
+  const std::string figure = spread_figure(cases_with_recoil({20.0, 20.0, 26.0, 23.0}), recoil());
+  EXPECT_EQ(figure.find("<rect x="), std::string::npos);
+  std::map<std::string, std::pair<double, double>> dots;
+  const std::regex dot("<circle cx=\"([0-9.]+)\" cy=\"([0-9.]+)\"[^>]*><title>(case[0-9]): ");
+  for (auto at = std::sregex_iterator(figure.begin(), figure.end(), dot);
+       at != std::sregex_iterator(); ++at)
+    dots[(*at)[3]] = {std::stod((*at)[1]), std::stod((*at)[2])};
+  ASSERT_EQ(dots.size(), 4U) << figure;
+  EXPECT_EQ(dots["case1"].first, dots["case2"].first);
+  EXPECT_NE(dots["case1"].second, dots["case2"].second);  // above each other
+  EXPECT_NEAR(dots["case4"].first, 0.5 * (dots["case1"].first + dots["case3"].first), 0.2);
 }
 
 TEST(SummaryPage, HoldsWhatPeopleAndFilesSayAsText) {

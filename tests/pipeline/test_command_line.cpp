@@ -116,6 +116,41 @@ TEST(CommandLine, UsageErrorsReturn64AndSuggest) {
   expect_failure("phantom nonsense -o '" + folder / "p" + "'", 64, "straight", folder);
 }
 
+TEST(CommandLine, AnOptionsFaultNamesOptionValueAndWhatIsExpected) {
+  CommandFolder folder;
+  const std::string run = "run phantom:straight -o '" + folder / "c" + "' ";
+  for (const char* inlet : {"1,2", "abc", "1,2,x"}) {
+    expect_failure(run + "--inlet " + inlet, 64, std::string("--inlet ") + inlet, folder);
+    expect_failure(run + "--inlet " + inlet, 64, "expected a point X,Y,Z in LPS [mm]", folder);
+  }
+  expect_failure(run + "--spacing 1,2", 64, "--spacing 1,2 cannot be used (expected three", folder);
+  expect_failure(run + "--from foo", 64, "--from foo", folder);
+  expect_failure(run + "--threads 4096", 64, "--threads: Value 4096 not in range 0 to 1024",
+                 folder);
+  expect_failure(run + "--max-memory x", 64, "--max-memory: Value x not in range 0 to 65536",
+                 folder);
+  expect_failure("film c -o x.mp4 --fps x", 64, "--fps x cannot be used (expected a number",
+                 folder);
+  expect_failure("film c -o x.mp4 --fps 99", 78, "--fps 99", folder);
+  expect_failure("inflate -o d --radius 1 --pressures 1,x", 64, "--pressures 1,x", folder);
+  expect_failure(run + "--set centerline.inlet_lps_mm=[1,2]", 78, "[ 1, 2 ]", folder);
+}
+
+TEST(CommandLine, AGpuThatIsNotThereIsRefusedAtTheStart) {
+  const auto doctor = nlohmann::json::parse(run_program("doctor --json").out);
+  if (doctor.at("backend_used") == "cuda") GTEST_SKIP() << "there is a GPU";
+  CommandFolder folder;
+  write_text_atomically(folder / "m.csv", "case,input\na,phantom:straight\n");
+  const std::string cuda = " --backend cuda -o '" + folder / "c" + "'";
+  for (const std::string& call :
+       {"run phantom:straight" + cuda, "run pacs://A@localhost:1/1.2" + cuda,
+        "batch '" + folder / "m.csv" + "'" + cuda})
+    expect_failure(call, 69, "--backend cuda", folder);
+  const std::string until = "run phantom:straight,length=15 --until segmentation --quiet";
+  EXPECT_EQ(run_program(until + cuda).exit_code, 0) << "no stage that needs one";
+  expect_failure("run" + cuda, 69, "--backend cuda", folder);
+}
+
 TEST(CommandLine, WrongOptionsReturn78) {
   CommandFolder folder;
   const std::string run = "run phantom:straight -o '" + folder / "c" + "' ";

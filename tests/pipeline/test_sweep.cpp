@@ -54,6 +54,22 @@ TEST(Sweep, VariantsAreAllCombinationsWithNamesOfTheirOwn) {
             (std::vector<std::string>{"balloon.length_mm=8", "inflation.peak_pressure_atm=6"}));
 }
 
+TEST(Sweep, FaultsNameWhatWasTypedAndNoOtherOption) {
+  for (const auto& [text, expected] :
+       {std::pair{"balloon.lenght_mm=8,12", "balloon.lenght_mm to give the values 8,12"},
+        {"balloon.length_mm=8,long", "balloon.length_mm=long"},
+        {"balloon.length_mm=8,-4", "balloon.length_mm=-4"},
+        {"balloon.length_mm=8,,4", "balloon.length_mm=8,,4"}}) {
+    try {
+      make_variants({parse_axis(text)}, {});
+      ADD_FAILURE() << text;
+    } catch (const Error& error) {
+      EXPECT_NE(std::string(error.what()).find(expected), std::string::npos) << error.what();
+      EXPECT_EQ(std::string(error.what()).find("--set"), std::string::npos) << error.what();
+    }
+  }
+}
+
 TEST(Sweep, WrongKeysAndValuesAreRefusedBeforeAnythingRuns) {
   for (const char* text :
        {"balloon.lenght_mm=8,12", "balloon.length_mm=8,long", "balloon.length_mm=8,1e9"})
@@ -74,6 +90,33 @@ TEST(Sweep, AVariantWithoutAResultHasNoNumbers) {
     EXPECT_EQ(row.status, status);
     EXPECT_EQ(std::isnan(row.measures[1]), status != std::string("done")) << status;
   }
+}
+
+TEST(Sweep, ItsChartsBeginWithTheResultAndLeaveOutWhatDoesNotChange) {
+  const test::CommandFolder folder;
+  const std::vector<SweepAxis> axes = {parse_axis("inflation.peak_pressure_atm=9,6,12.5"),
+                                       parse_axis("balloon.length_mm=10,14")};
+  std::vector<VariantRow> rows;
+  for (const BatchCase& variant : make_variants(axes, {})) {
+    const double place = double(rows.size());
+    rows.push_back({variant, "done", "", std::vector<double>(variant_measures().size(), place)});
+    rows.back().measures[0] = 1.25;  // MLD before
+  }
+  write_sweep(folder.path(), axes, rows);
+  const std::string svg = test::file_text(folder.path() / "sweep.svg");
+  EXPECT_THAT(svg, testing::HasSubstr("the same in all variants: MLD before [mm], 1.25"));
+  std::size_t last = 0;
+  for (const char* title : {">MLD after [mm]<", ">acute gain [mm]<", ">recoil [", ">residual st",
+                            ">wall over", ">balloon-to-artery ratio<"}) {
+    const std::size_t place = svg.find(title);
+    ASSERT_NE(place, std::string::npos) << title;
+    EXPECT_GT(place, last) << title;
+    last = place;
+  }
+  for (const char* words : {">inflation peak pressure [atm]<", ">balloon length 10 mm<", ">12.5<"})
+    EXPECT_THAT(svg, testing::HasSubstr(words));
+  EXPECT_THAT(svg, testing::Not(testing::HasSubstr(">MLD before")));
+  EXPECT_THAT(svg, testing::Not(testing::HasSubstr("_mm")));
 }
 
 /// Of every file, its text; without times.

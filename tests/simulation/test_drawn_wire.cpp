@@ -139,6 +139,28 @@ TEST(DrawnWire, RoundsTheCornersOfABalloonThatIsPushedAside) {
   EXPECT_GT(nodes[12].x, 3.0 * kRadius);
 }
 
+// As between the walls of a throat that lies beside the line of its vessel. The gaps are to the
+// wire's axis; in the last two millimetres it leaves through the pole.
+TEST(DrawnWire, WholeWidthStaysInsideWhereThereIsRoom) {
+  const SimulationModel model = wired_balloon();
+  const GuidewireOptions options;
+  const auto bent = [](const Vec3& p, double s) {
+    return Vec3{p.x + 0.6 * s * std::exp(-p.z * p.z / 6.0), p.y, p.z};
+  };
+  const auto nodes = followed(model, bent);
+  std::vector<Vec3> x = model.balloon.vertices;
+  for (Vec3& p : x) p = bent(p, 1.0);
+  for (std::size_t i = 0; i + 1 < nodes.size(); ++i) {
+    if (std::max(std::abs(nodes[i].z), std::abs(nodes[i + 1].z)) > 4.0) continue;
+    for (const Triangle& t : model.balloon.triangles) {
+      const WireGap gap =
+          wire_gap(nodes[i], nodes[i + 1],
+                   {x[std::size_t(t[0])], x[std::size_t(t[1])], x[std::size_t(t[2])]});
+      EXPECT_GT(gap.distance, 0.9 * 0.5 * options.wire_diameter_mm) << i;
+    }
+  }
+}
+
 TEST(DrawnWire, OfNoGuidewireIsNothing) {
   SimulationModel model = wired_balloon();
   model.guidewire.clear();

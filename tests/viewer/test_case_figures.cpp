@@ -10,8 +10,8 @@
 #include "testing/viewer/png.hpp"
 #include "testing/viewer/shapes.hpp"
 #include "viewer/case_figures.hpp"
-#include "viewer/detail/chart_picture.hpp"
-#include "viewer/detail/offscreen.hpp"
+#include "viewer/detail/chart.hpp"
+#include "viewer/detail/drawing_picture.hpp"
 #include "viewer/detail/picture.hpp"
 
 namespace angio::viewer {
@@ -54,7 +54,7 @@ TEST(CaseFigures, NineMomentsAndThePlotsAreWritten) {
   const auto files = write_case_figures(folder / "case", folder / "out");
   EXPECT_THAT(names_of(files), ElementsAre("moments.png", "diameter.svg", "diameter.png",
                                            "course.svg", "course.png"));
-  EXPECT_THAT(read_text(files[1]), HasSubstr("at peak, inscribed circle"));
+  EXPECT_THAT(read_text(files[1]), HasSubstr(">at peak<"));
   EXPECT_THAT(read_text(files[3]), HasSubstr("pressure [atm]"));
   EXPECT_THAT(read_text(files[3]), HasSubstr("diameter [mm]"));
 
@@ -103,21 +103,30 @@ double height_of_blue(const Picture& picture) {
   return sum / count;
 }
 
-TEST(ChartPicture, LineLiesAtItsValue) {
-  const detail::OffscreenDisplay display;
+TEST(DrawingPicture, LineLiesAtItsValue) {
   detail::Chart chart;
   chart.width = 400;
   chart.height = 300;
   const auto drawn = [&](double y) {
     chart.series = {{"", {0.0, 1.0, 2.0}, {y, y, y}, 1, false},
                     {"", {0.0, 2.0}, {0.0, 10.0}, 2, false}};
-    return detail::chart_picture(chart, 1);
+    return detail::drawing_picture(detail::svg_file({chart}), 1);
   };
   const double low = height_of_blue(drawn(2.0)), middle = height_of_blue(drawn(5.0)),
                high = height_of_blue(drawn(8.0));
   EXPECT_NEAR(middle - low, high - middle, 1.0);  // linear
   EXPECT_GT(high - low, 0.4 * chart.height);
   EXPECT_EQ(drawn(2.0).width, chart.width);
+}
+
+TEST(CaseFigures, ThePngOfAPlotIsItsSvg) {
+  const TemporaryFolder folder;
+  test::write_case(folder / "case");
+  write_case_figures(folder / "case", folder / "out");
+  const Picture png = angio::test::picture_from_png(read_text(folder / "out/course.png"));
+  const Picture drawing = detail::drawing_picture(read_text(folder / "out/course.svg"), 2);
+  EXPECT_EQ(png.width, drawing.width);
+  EXPECT_EQ(png_bytes(png), png_bytes(drawing));
 }
 
 }  // namespace

@@ -12,6 +12,7 @@
 #include "formats/html.hpp"
 #include "formats/text.hpp"
 #include "viewer/detail/chart.hpp"
+#include "viewer/detail/chart_labels.hpp"
 #include "viewer/detail/report_charts.hpp"
 
 namespace angio::viewer::detail {
@@ -59,6 +60,23 @@ TEST(Svg, HasAxesUnitsLegendAndHoverTitles) {
   const std::string drawing = svg(make_chart());
   for (const char* words : {"<svg", "x [mm]", "y [mm]", ">line</text>", "<title>line: 2", "</svg>"})
     EXPECT_THAT(drawing, HasSubstr(words));
+}
+
+TEST(Svg, TicksStandWhereTheyAreAskedForAsFarAsThereIsRoom) {
+  Chart chart = make_chart();
+  chart.x_ticks = {0.125, 1.5, 3};
+  const std::string drawing = svg(chart);
+  for (const char* tick : {">0.125<", ">1.5<", ">3<"}) EXPECT_THAT(drawing, HasSubstr(tick));
+  EXPECT_THAT(drawing, Not(HasSubstr("tick mid\">2.0<")));
+  chart.x_ticks = {0, 2.97, 2.98, 3};
+  EXPECT_THAT(svg(chart), Not(HasSubstr(">2.97<")));
+  EXPECT_THAT(svg(chart), HasSubstr(">3<"));
+}
+
+TEST(Svg, NotesStandBelowTheCharts) {
+  const std::string file = svg_file({make_chart()}, {"a <note>"});
+  EXPECT_GT(file.find("a &lt;note&gt;"), file.find("x [mm]"));
+  EXPECT_THAT(svg_file({}, {"a note"}), testing::IsEmpty());
 }
 
 TEST(Svg, EscapesItsTexts) {
@@ -132,11 +150,34 @@ TEST(Svg, LabelsOfMarksAtOnePlaceLieApart) {
   Chart chart = make_chart();
   for (const char* name : {"before", "at peak", "after"}) chart.marks.push_back({1, 1, name, 1});
   const std::string drawing = svg(chart);
-  std::vector<double> heights;
-  for (const ChartMark& mark : chart.marks) heights.push_back(place_of(drawing, mark.label)[1]);
-  std::sort(heights.begin(), heights.end());
-  EXPECT_GE(heights[1] - heights[0], 16.0);
-  EXPECT_GE(heights[2] - heights[1], 16.0);
+  std::vector<std::array<double, 2>> places;  // above each other, or on both sides of the mark
+  for (const ChartMark& mark : chart.marks) places.push_back(place_of(drawing, mark.label));
+  for (std::size_t a = 0; a < places.size(); ++a)
+    for (std::size_t b = 0; b < a; ++b)
+      EXPECT_TRUE(std::abs(places[a][1] - places[b][1]) >= 16.0 ||
+                  std::abs(places[a][0] - places[b][0]) >= 18.0)
+          << chart.marks[a].label << ", " << chart.marks[b].label;
+}
+
+TEST(ChartLabels, KeepOffTheCurvesAndOffEachOther) {
+  ChartLabels labels({0.0, 200.0, 0.0, 100.0});
+  labels.keep_off({{0.0, 40.0}, {200.0, 40.0}});
+  const std::vector<LabelPlace> wanted = {{10.0, 44.0}, {10.0, 70.0}, {10.0, 90.0}};
+  EXPECT_EQ(labels.place(wanted, 50.0).y, 70.0);  // not across the line
+  EXPECT_EQ(labels.place(wanted, 50.0).y, 90.0);  // not on the first
+  EXPECT_EQ(labels.place(wanted, 50.0).y, 44.0);  // rather on a line than on a label
+  EXPECT_EQ(labels.place({{190.0, 20.0}, {190.0, 20.0, LabelPlace::Anchor::end}}, 50.0).anchor,
+            LabelPlace::Anchor::end);  // inside
+}
+
+TEST(Svg, AMarkOnACurveIsNamedBesideIt) {
+  Chart chart = make_chart();
+  chart.series[0] = {"rises to the mark", {0, 1, 2}, {0, 1, 1}, 1, false};
+  chart.marks = {{2, 1, "the highest of them", 1}};
+  const std::string drawing = svg(chart);
+  const auto at = place_of(drawing, "the highest of them");
+  const double line = heights_of(drawing.substr(drawing.find("<path d=\"M") + 9)).back();
+  EXPECT_GT(std::abs(at[1] - 4.0 - line), 8.0);
 }
 
 TEST(Svg, ForAPageIsDrawnForWideAndForNarrowOnes) {

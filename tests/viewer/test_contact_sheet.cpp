@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "core/atomic_file.hpp"
+#include "core/error.hpp"
 #include "testing/viewer/case_folder.hpp"
 #include "testing/viewer/png.hpp"
 #include "testing/viewer/shapes.hpp"
@@ -57,6 +58,26 @@ TEST(ContactSheet, OfACaseThatFailedSaysWhyInWords) {
   const detail::SheetCase sheet = detail::read_sheet_case(folder.path(), log);
   EXPECT_EQ(sheet.status, "failed: no vessel here. Try another series");
   EXPECT_GT(count_ink(sheet_of(folder.path(), out, log), 0, 0, 1800, 1300), 500);
+}
+
+TEST(ContactSheet, OfNoCaseIsRefused) {
+  const TemporaryFolder folder, out;
+  const fs::path log = out / "case.log";
+  write_text_atomically(log, "angio: no vessel here\n");
+  const auto code_of = [&](const fs::path& one, const fs::path& its_log) {
+    try {
+      write_contact_sheet(one, out / "sheet.png", its_log);
+    } catch (const Error& error) {
+      return error.exit_code();
+    }
+    return ExitCode::done;
+  };
+  EXPECT_EQ(code_of(log, {}), ExitCode::no_input) << "a file";
+  EXPECT_EQ(code_of(log, log), ExitCode::no_input) << "a file";
+  EXPECT_EQ(code_of(folder.path(), {}), ExitCode::no_input) << "an empty folder";
+  EXPECT_EQ(code_of(folder / "nowhere", {}), ExitCode::no_input);
+  EXPECT_FALSE(fs::exists(out / "sheet.png"));
+  EXPECT_EQ(code_of(folder / "nowhere", log), ExitCode::done) << "the log says why";
 }
 
 TEST(ContactSheet, IndexEscapesWhatItShows) {

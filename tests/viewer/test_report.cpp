@@ -10,6 +10,7 @@
 #include "testing/viewer/png.hpp"
 #include "testing/viewer/report_content.hpp"
 #include "testing/viewer/shapes.hpp"
+#include "viewer/detail/case_headline.hpp"
 #include "viewer/detail/picture.hpp"
 #include "viewer/detail/tables.hpp"
 #include "viewer/report.hpp"
@@ -218,6 +219,39 @@ TEST(Report, EscapesEverythingThatItIsGiven) {
   EXPECT_FALSE(has(page, "<script"));
   EXPECT_FALSE(has(page, "alert('1')"));
   EXPECT_GE(count(page, "&lt;script&gt;"), 8u);
+}
+
+TEST(CaseHeadline, SaysWhatTheCaseIs) {
+  const auto headline = [](const std::string& json, const char* kind) {
+    return detail::case_headline(detail::Metrics(json), kind);
+  };
+  const std::string balloon = R"("balloon":{"nominal_diameter_mm":3,"length_mm":12})";
+  EXPECT_EQ(headline(R"({"status":"done","lesion":{"diameter_stenosis_percent":59.6,
+                        "centerline_id":1},)" +
+                         balloon + "}",
+                     "volume"),
+            "Scan: stenosis of 60 % on line 1, 3.00 × 12 mm balloon");
+  EXPECT_EQ(headline(R"({"lesion":{"diameter_stenosis_percent":80,
+                        "stenosis_at_least_percent":75,"centerline_id":0}})",
+                     ""),
+            "Stenosis of at least 75 % on line 0");
+  EXPECT_EQ(headline(R"({"status":"no_lesion",)" + balloon + "}", "surface"),
+            "Surface: no stenosis, trial of a 3.00 × 12 mm balloon");
+  EXPECT_EQ(headline(R"({"status":"no_lesion"})", "run"), "Rotational run: no stenosis");
+  EXPECT_EQ(headline(R"({"status":"not_determined"})", "volume"), "");
+}
+
+TEST(Report, ItsTitleIsWhatTheCaseIsAndItsNameStandsBelow) {
+  const TemporaryFolder folder;
+  ReportContent content;
+  content.title = "0123 <b>";
+  content.input_kind = "phantom";
+  content.lumen = test::make_tube({});
+  content.metrics_json = R"({"lesion":{"diameter_stenosis_percent":60,"centerline_id":2}})";
+  write_report(folder.path(), content);
+  const std::string page = read_text(folder / "index.html");
+  EXPECT_TRUE(has(page, "<h1>Phantom: stenosis of 60 % on line 2</h1>"));
+  EXPECT_TRUE(has(page, "Case 0123 &lt;b&gt; · "));
 }
 
 TEST(Report, SurfaceWithoutScanStenosisOrDilationIsReportedToo) {

@@ -7,6 +7,7 @@
 
 #include "formats/html.hpp"
 #include "formats/text.hpp"
+#include "viewer/detail/chart_labels.hpp"
 
 namespace angio::viewer::detail {
 namespace {
@@ -23,6 +24,7 @@ constexpr std::size_t kMaxLinePoints = 1200;
 struct Frame {
   double x_low = 0, x_high = 1, y_low = 0, y_high = 1;
   int decimals_x = 0, decimals_y = 0;
+  bool has_own_ticks = false;  ///< along x: values as they were given
   double width = 0, height = 0, top = 0;
 
   [[nodiscard]] double px(double x) const {
@@ -58,20 +60,47 @@ bool can_be_drawn(const Chart& chart) {
 
 double text_width(const std::string& words) { return kLetter * double(words.size()); }
 
-/// Where each series' name begins: in rows from left to right.
-struct LegendPlace {
+/// A row of the legend's keys: which line, and its name.
+struct LegendEntry {
+  std::string css, name;
   double x = 0, y = 0;
 };
-std::vector<LegendPlace> lay_out_legend(const Chart& chart) {
-  std::vector<LegendPlace> places;
-  LegendPlace at{kLeft, kLegendRow};
-  for (const ChartSeries& series : chart.series) {
-    const double width = kLegendKey + text_width(series.label);
-    if (at.x > kLeft && at.x + width > chart.width) at = {kLeft, at.y + kLegendRow};
-    places.push_back(at);
-    at.x += width + kLegendGap;
+
+/// The legend's entries, in rows from left to right.
+std::vector<LegendEntry> lay_out_legend(const Chart& chart) {
+  std::vector<LegendEntry> entries;
+  for (const ChartSeries& series : chart.series)
+    if (series.is_in_legend)
+      entries.push_back({"line s" + std::to_string(series.color) + (series.dashed ? " dashed" : ""),
+                         series.label});
+  if (!chart.dashed_means.empty()) entries.push_back({"line axis dashed", chart.dashed_means});
+  double x = kLeft, y = kLegendRow;
+  for (LegendEntry& entry : entries) {
+    const double width = kLegendKey + text_width(entry.name);
+    if (x > kLeft && x + width > chart.width) {
+      x = kLeft;
+      y += kLegendRow;
+    }
+    entry.x = x;
+    entry.y = y;
+    x += width + kLegendGap;
   }
-  return places;
+  return entries;
+}
+
+/// The ticks that are asked for, as far as their numbers have room; the last one has it always.
+std::vector<double> ticks_with_room(const std::vector<double>& wanted, const Frame& frame) {
+  std::vector<double> ticks;
+  const auto half = [](double value) { return 0.5 * text_width(formats::number_text(value)) + 4; };
+  const auto are_apart = [&](double a, double b) {
+    return frame.px(b) - frame.px(a) >= half(a) + half(b);
+  };
+  for (const double value : wanted)
+    if (ticks.empty() || are_apart(ticks.back(), value)) ticks.push_back(value);
+  if (ticks.empty() || ticks.back() == wanted.back()) return ticks;
+  while (ticks.size() > 1 && !are_apart(ticks.back(), wanted.back())) ticks.pop_back();
+  ticks.push_back(wanted.back());
+  return ticks;
 }
 
 Frame make_frame(const Chart& chart, std::vector<double>& x_ticks, std::vector<double>& y_ticks) {
@@ -100,7 +129,15 @@ Frame make_frame(const Chart& chart, std::vector<double>& x_ticks, std::vector<d
   frame.decimals_y = tick_decimals(y_ticks[1] - y_ticks[0]);
   frame.width = chart.width;
   frame.height = chart.height;
-  frame.top = 16.0 + (chart.series.empty() ? 0.0 : lay_out_legend(chart).back().y);
+  const std::vector<LegendEntry> legend = lay_out_legend(chart);
+  frame.top = 16.0 + (legend.empty() ? 0.0 : legend.back().y);
+  if (!chart.x_ticks.empty()) {
+    constexpr double kMargin = 0.03;  // so that no mark lies on the axis
+    frame.x_low = x.low - kMargin * (x.high - x.low);
+    frame.x_high = x.high + kMargin * (x.high - x.low);
+    frame.has_own_ticks = true;
+    x_ticks = ticks_with_room(chart.x_ticks, frame);
+  }
   return frame;
 }
 
@@ -127,7 +164,9 @@ std::string draw_axes(const Chart& chart, const Frame& frame, const std::vector<
     if (tick < frame.x_low - 1e-9 || tick > frame.x_high + 1e-9) continue;
     const double x = frame.px(tick);
     out += line(x, bottom, x, bottom + 4, "axis");
-    out += text(x, bottom + 17, "tick mid", formats::fixed_text(tick, frame.decimals_x));
+    out += text(x, bottom + 17, "tick mid",
+                frame.has_own_ticks ? formats::number_text(tick)
+                                    : formats::fixed_text(tick, frame.decimals_x));
   }
   out += line(kLeft, bottom, right, bottom, "axis");
   out += text(0.5 * (kLeft + right), frame.height - 10, "label mid", chart.x_label);
@@ -189,86 +228,93 @@ std::string draw_series(const ChartSeries& series, const Frame& frame, const Cha
          "\"/>" + hovers;
 }
 
-/// The boxes of the labels so far.
-class Labels {
- public:
-  /// At the first of the places where it lies in the frame and on no other label; the last one if
-  /// there is none. @param x, y  where the words begin, or end
-  std::string place(const std::vector<std::array<double, 2>>& places, bool is_right_aligned,
-                    const char* css, const std::string& words, const Frame& frame) {
-    std::array<double, 2> chosen = places.back();
-    for (const auto& place : places) {
-      const Box box = box_of(place, is_right_aligned, words);
-      const bool is_inside = box.left >= kLeft && box.right <= frame.width && box.top >= 0.0 &&
-                             box.bottom <= frame.height - kBottom;
-      const bool is_free = std::none_of(boxes_.begin(), boxes_.end(),
-                                        [&](const Box& other) { return box.overlaps(other); });
-      if (!is_inside || !is_free) continue;
-      chosen = place;
-      break;
-    }
-    boxes_.push_back(box_of(chosen, is_right_aligned, words));
-    return text(chosen[0], chosen[1], css, words);
-  }
+std::string write_label(const LabelPlace& place, const std::string& css, const std::string& words) {
+  using Anchor = LabelPlace::Anchor;
+  const char* anchor = place.anchor == Anchor::end      ? " end"
+                       : place.anchor == Anchor::middle ? " mid"
+                                                        : "";
+  return text(place.x, place.y, (css + anchor).c_str(), words);
+}
 
- private:
-  struct Box {
-    double left, right, top, bottom;
-    [[nodiscard]] bool overlaps(const Box& b) const {
-      return left < b.right && b.left < right && top < b.bottom && b.top < bottom;
-    }
+/// What no label should be written across.
+ChartLabels make_labels(const Chart& chart, const Frame& frame) {
+  ChartLabels labels({kLeft, frame.width, frame.top - 6.0, frame.height - kBottom});
+  const auto keep_off = [&](const std::vector<double>& x, const std::vector<double>& y) {
+    std::vector<std::array<double, 2>> points;
+    for (std::size_t i = 0; i < std::min(x.size(), y.size()); ++i)
+      points.push_back({frame.px(x[i]), frame.py(y[i])});
+    labels.keep_off(points);
   };
-  static Box box_of(const std::array<double, 2>& place, bool is_right_aligned,
-                    const std::string& words) {
-    constexpr double kAscent = 12.0, kDescent = 4.0;  // [px]
-    const double width = kBold * text_width(words);
-    const double left = is_right_aligned ? place[0] - width : place[0];
-    return {left, left + width, place[1] - kAscent, place[1] + kDescent};
-  }
-  std::vector<Box> boxes_;
-};
+  for (const ChartSeries& series : chart.series) keep_off(series.x, series.y);
+  for (const ChartLevel& level : chart.levels)
+    keep_off({frame.x_low, frame.x_high}, {level.y, level.y});
+  for (const ChartMark& mark : chart.marks) keep_off({mark.x}, {mark.y});
+  return labels;
+}
 
-std::string draw_levels(const Chart& chart, const Frame& frame, Labels& labels) {
+/// Above or below the level, at its right end first, then further and further to the left.
+std::string draw_levels(const Chart& chart, const Frame& frame, ChartLabels& labels) {
+  constexpr double kAbove = -5.0, kBelow = 14.0, kStep = 30.0;  // [px]
   std::string out;
   const double right = frame.width - kRight;
   for (const ChartLevel& level : chart.levels) {
-    const double y = frame.py(level.y);
+    const double y = frame.py(level.y), width = text_width(level.label);
     out += line(kLeft, y, right, y, "level");
-    const double begin = kLeft + 6 + text_width(level.label);
-    out += labels.place({{right - 4, y - 5}, {right - 4, y + 14}, {begin, y - 5}, {begin, y + 14}},
-                        true, "tick end", level.label, frame);
+    std::vector<LabelPlace> places;
+    for (double end = right - 4; end - width >= kLeft + 6; end -= kStep)
+      for (const double down : {kAbove, kBelow})
+        places.push_back({end, y + down, LabelPlace::Anchor::end});
+    if (places.empty()) places.push_back({right - 4, y + kAbove, LabelPlace::Anchor::end});
+    out += write_label(labels.place(places, width), "tick halo", level.label);
   }
   return out;
 }
 
-std::string draw_marks(const Chart& chart, const Frame& frame, Labels& labels) {
+/// Where a mark's name may stand: near, and nearer to it than to any other mark.
+std::vector<LabelPlace> places_of(const ChartMark& mark, const Chart& chart, const Frame& frame) {
+  using Anchor = LabelPlace::Anchor;
+  constexpr double kFar = 0.5, kNearerToAnother = 60.0;  // costs: of each pixel; once
+  const double x = frame.px(mark.x), y = frame.py(mark.y);
+  std::vector<LabelPlace> places;
+  for (const double down : {14.0, -8.0, 4.0, 24.0, -18.0, 34.0, -28.0, 46.0, -40.0}) {
+    const double cost = kFar * std::abs(down - 4.0);
+    places.push_back({x + 9, y + down, Anchor::start, cost});
+    places.push_back({x - 9, y + down, Anchor::end, cost});
+    if (std::abs(down - 4.0) > 15.0) places.push_back({x, y + down, Anchor::middle, cost});
+  }
+  for (LabelPlace& place : places) {
+    const LabelBox box = box_of(place, kBold * text_width(mark.label));
+    const double own = distance_to(box, x, y);
+    const bool misleads =
+        std::any_of(chart.marks.begin(), chart.marks.end(), [&](const ChartMark& other) {
+          return &other != &mark && distance_to(box, frame.px(other.x), frame.py(other.y)) <= own;
+        });
+    if (misleads) place.cost += kNearerToAnother;
+  }
+  return places;
+}
+
+std::string draw_marks(const Chart& chart, const Frame& frame, ChartLabels& labels) {
   std::string out;
   for (const ChartMark& mark : chart.marks) {
     if (!std::isfinite(mark.x) || !std::isfinite(mark.y)) continue;
-    const double x = frame.px(mark.x), y = frame.py(mark.y);
-    out += "<circle cx=\"" + at(x) + "\" cy=\"" + at(y) + "\" r=\"4.5\" class=\"mark s" +
-           std::to_string(mark.color) + "\"><title>" + formats::escape_html(mark.label) +
+    const std::string color = std::to_string(mark.color);
+    out += "<circle cx=\"" + at(frame.px(mark.x)) + "\" cy=\"" + at(frame.py(mark.y)) +
+           "\" r=\"4.5\" class=\"mark s" + color + "\"><title>" + formats::escape_html(mark.label) +
            "</title></circle>";
     if (mark.label.empty()) continue;
-    const bool is_right = x + 9 + kBold * text_width(mark.label) > frame.width;
-    const double beside = x + (is_right ? -9 : 9);
-    std::vector<std::array<double, 2>> places;
-    for (const double down : {14.0, -8.0, 30.0, -24.0, 46.0, -40.0})
-      places.push_back({beside, y + down});
-    out += labels.place(places, is_right, is_right ? "note end" : "note", mark.label, frame);
+    const LabelPlace place =
+        labels.place(places_of(mark, chart, frame), kBold * text_width(mark.label));
+    out += write_label(place, "note n" + color, mark.label);
   }
   return out;
 }
 
 std::string draw_legend(const Chart& chart) {
   std::string out;
-  const std::vector<LegendPlace> places = lay_out_legend(chart);
-  for (std::size_t i = 0; i < places.size(); ++i) {
-    const ChartSeries& series = chart.series[i];
-    const std::string css =
-        "line s" + std::to_string(series.color) + (series.dashed ? " dashed" : "");
-    out += line(places[i].x, places[i].y, places[i].x + 22, places[i].y, css.c_str());
-    out += text(places[i].x + kLegendKey, places[i].y + 4, "tick", series.label);
+  for (const LegendEntry& entry : lay_out_legend(chart)) {
+    out += line(entry.x, entry.y, entry.x + 22, entry.y, entry.css.c_str());
+    out += text(entry.x + kLegendKey, entry.y + 4, "tick", entry.name);
   }
   return out;
 }
@@ -279,10 +325,12 @@ constexpr const char* kFileStyle = R"css(
 .level{stroke:#5b6472;stroke-dasharray:7 5}
 text{fill:#1d2128;font:12px system-ui,Arial,sans-serif}.tick{fill:#5b6472}
 .title{font-weight:600;font-size:15px}.note{font-weight:600}
+.note,.halo{paint-order:stroke;stroke:#fff;stroke-width:3px;stroke-linejoin:round}
 .mid{text-anchor:middle}.end{text-anchor:end}
 .line{fill:none;stroke-width:2;stroke-linejoin:round}
 .dashed{stroke-dasharray:3 4;stroke-width:1.4}
 .s1{stroke:#1f6fc4}.s2{stroke:#d9690f}.s3{stroke:#23864a}.s4{stroke:#8a4fb8}
+.n1{fill:#1a5ca3}.n2{fill:#a84f00}.n3{fill:#1b6b3a}.n4{fill:#6f3f95}
 .mark{fill:#fff;stroke-width:2}.hover{fill:transparent;stroke:none}
 )css";
 
@@ -314,7 +362,7 @@ std::string svg(const Chart& chart) {
                     formats::escape_html(chart.title) + "\">";
   out += draw_bands(chart, frame);
   out += draw_axes(chart, frame, x_ticks, y_ticks);
-  Labels labels;
+  ChartLabels labels = make_labels(chart, frame);
   out += draw_levels(chart, frame, labels);
   for (const ChartSeries& series : chart.series) out += draw_series(series, frame, chart);
   out += draw_marks(chart, frame, labels);
@@ -325,7 +373,7 @@ std::string svg(const Chart& chart) {
 std::string svg_for_page(const Chart& chart) {
   Chart narrow = chart;
   narrow.width = kNarrow;
-  narrow.height = std::max(chart.height, 300);
+  narrow.height = std::max(chart.height, 330);
   narrow.tells_values = false;
   const std::string drawing = svg(narrow);
   if (drawing.empty()) return {};
@@ -333,8 +381,8 @@ std::string svg_for_page(const Chart& chart) {
          "</div>";
 }
 
-std::string svg_file(const std::vector<Chart>& charts) {
-  constexpr int kTitleHeight = 34;
+std::string svg_file(const std::vector<Chart>& charts, const std::vector<std::string>& notes) {
+  constexpr int kTitleHeight = 34, kNoteHeight = 20;
   int width = 0, height = 0;
   std::string parts;
   for (const Chart& chart : charts) {
@@ -349,6 +397,11 @@ std::string svg_file(const std::vector<Chart>& charts) {
     width = std::max(width, chart.width);
   }
   if (parts.empty()) return {};
+  for (const std::string& note : notes) {
+    parts += text(20, height + kNoteHeight, "tick", note);
+    height += kNoteHeight;
+  }
+  if (!notes.empty()) height += kNoteHeight;
   const std::string size = std::to_string(width) + "\" height=\"" + std::to_string(height);
   return "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"" + size + "\" viewBox=\"0 0 " +
          std::to_string(width) + " " + std::to_string(height) + "\"><style>" + kFileStyle +

@@ -12,6 +12,7 @@ struct ChartSeries {
   std::vector<double> y;  ///< as many as x
   int color = 1;          ///< 1 to 4, told apart in light, dark and print by the page's style
   bool dashed = false;
+  bool is_in_legend = true;
 };
 
 struct ChartMark {
@@ -42,6 +43,8 @@ struct Chart {
   std::vector<ChartMark> marks;
   std::vector<ChartLevel> levels;
   std::vector<ChartBand> bands;
+  std::vector<double> x_ticks = {};  ///< ascending; empty: round numbers
+  std::string dashed_means = {};     ///< of the series that are not in the legend; empty: nothing
   bool y_from_zero = true;
   int width = 760;           ///< [px]
   int height = 280;          ///< [px]
@@ -59,7 +62,9 @@ std::string svg_for_page(const Chart& chart);
 
 /// Charts below each other, each with its title, as a file of its own, for programs that are no
 /// browsers; those that are empty are left out. Empty if all are.
-std::string svg_file(const std::vector<Chart>& charts);
+///
+/// @param notes  lines below the charts
+std::string svg_file(const std::vector<Chart>& charts, const std::vector<std::string>& notes = {});
 
 /// Round steps (1, 2 or 5 times a power of ten) from at or below `low` to at or above `high`.
 std::vector<double> round_ticks(double low, double high, int wanted_count);

@@ -6,10 +6,12 @@ namespace angio::viewer::detail {
 inline constexpr const char* kPageStyle = R"css(
 :root{color-scheme:light dark;--paper:#fff;--ink:#1d2128;--soft:#5b6472;--line:#d9dde3;
 --panel:#f5f6f8;--warn:#fff4dc;--warn-line:#e0a526;--c1:#1f6fc4;--c2:#d9690f;--c3:#23864a;
---c4:#8a4fb8;--grid:#e6e8ec;--band:#f1f3f6}
+--c4:#8a4fb8;--grid:#e6e8ec;--band:#f1f3f6;
+--n1:#1a5ca3;--n2:#a84f00;--n3:#1b6b3a;--n4:#6f3f95}
 @media (prefers-color-scheme:dark){:root{--paper:#15181d;--ink:#e7eaef;--soft:#a3adba;
 --line:#353c47;--panel:#1e232b;--warn:#3a2f14;--warn-line:#c08a1a;--c1:#6cb2f7;--c2:#f7a35c;
---c3:#6fd08f;--c4:#c79bea;--grid:#2b313a;--band:#1c2027}}
+--c3:#6fd08f;--c4:#c79bea;--grid:#2b313a;--band:#1c2027;
+--n1:#8cc4fa;--n2:#f9b880;--n3:#8bdba5;--n4:#d5b5f0}}
 *{box-sizing:border-box}
 body{margin:0 auto;max-width:1060px;padding:28px 24px 60px;background:var(--paper);
 color:var(--ink);font:15px/1.5 system-ui,"Segoe UI",Roboto,"Helvetica Neue",Arial,sans-serif}
@@ -72,7 +74,9 @@ svg .band{fill:var(--band)}
 svg .level{stroke:var(--soft);stroke-dasharray:7 5}
 svg text{fill:var(--ink)}
 svg .tick{fill:var(--soft)}
-svg .note{font-weight:600;paint-order:stroke;stroke:var(--paper);stroke-width:3px}
+svg .note{font-weight:600}
+svg .n1{fill:var(--n1)}svg .n2{fill:var(--n2)}svg .n3{fill:var(--n3)}svg .n4{fill:var(--n4)}
+svg .note,svg .halo{paint-order:stroke;stroke:var(--paper);stroke-width:3px;stroke-linejoin:round}
 svg .mid{text-anchor:middle}
 svg .end{text-anchor:end}
 svg .line{fill:none;stroke-width:2;stroke-linejoin:round}
@@ -85,6 +89,7 @@ svg .hover{fill:transparent;stroke:none}
 svg .hover:hover{fill:currentColor;fill-opacity:.35}
 svg .mark{stroke:var(--paper);stroke-width:1.5}
 svg .mark.s1{fill:var(--c1)}svg .mark.s2{fill:var(--c2)}
+svg .mark.s3{fill:var(--c3)}svg .mark.s4{fill:var(--c4)}
 #scene fieldset{border:0;padding:0;margin:0;display:flex;flex-wrap:wrap;gap:4px 14px}
 #scene legend{display:contents}
 .scene-view{height:min(560px,75vh);border:1px solid var(--line);border-radius:6px;overflow:hidden;

@@ -1,8 +1,16 @@
 #include "viewer/detail/rendering.hpp"
 
+#include <vtkCameraPass.h>
+#include <vtkLightsPass.h>
 #include <vtkNew.h>
+#include <vtkOpaquePass.h>
+#include <vtkOpenGLFXAAPass.h>
+#include <vtkOverlayPass.h>
 #include <vtkPointData.h>
+#include <vtkRenderPassCollection.h>
+#include <vtkSequencePass.h>
 #include <vtkSmartPointer.h>
+#include <vtkTranslucentPass.h>
 #include <vtkUnsignedCharArray.h>
 #include <vtkWindowToImageFilter.h>
 
@@ -26,16 +34,37 @@ vtkSmartPointer<vtkRenderWindow>& offscreen_window() {
   return window;
 }
 
+/// Draws translucent surfaces one after the other, in the order of their actors: without passes of
+/// its own VTK weights them, whatever their order. Then smooths edges, then adds words.
+vtkSmartPointer<vtkRenderPass> make_film_pass() {
+  vtkNew<vtkRenderPassCollection> in_space, in_picture;
+  in_space->AddItem(vtkNew<vtkLightsPass>());
+  in_space->AddItem(vtkNew<vtkOpaquePass>());
+  in_space->AddItem(vtkNew<vtkTranslucentPass>());
+  vtkNew<vtkSequencePass> scene;
+  scene->SetPasses(in_space);
+  vtkNew<vtkCameraPass> camera;
+  camera->SetDelegatePass(scene);
+  vtkNew<vtkOpenGLFXAAPass> smoothing;
+  smoothing->SetDelegatePass(camera);
+  in_picture->AddItem(smoothing);
+  in_picture->AddItem(vtkNew<vtkOverlayPass>());
+  auto whole = vtkSmartPointer<vtkSequencePass>::New();
+  whole->SetPasses(in_picture);
+  return whole;
+}
+
 /// Layers in a window for as long as it lives.
 class ShownLayers {
  public:
-  ShownLayers(vtkRenderWindow* window, const std::vector<vtkRenderer*>& layers)
+  ShownLayers(vtkRenderWindow* window, const std::vector<vtkRenderer*>& layers, PictureFor purpose)
       : window_(window), layers_(layers) {
     window_->SetNumberOfLayers(int(layers_.size()));
     for (vtkRenderer* layer : layers_) {
-      layer->SetUseDepthPeeling(1);
+      layer->SetUseDepthPeeling(purpose == PictureFor::still);
       layer->SetMaximumNumberOfPeels(12);
       layer->SetOcclusionRatio(0.0);
+      if (purpose == PictureFor::film) layer->SetPass(make_film_pass());
       window_->AddRenderer(layer);
     }
   }
@@ -74,7 +103,7 @@ Picture read_pixels(vtkRenderWindow* window) {
 }
 
 Picture render_offscreen(const std::vector<vtkRenderer*>& layers, int width, int height,
-                         const std::function<void()>& before_drawing) {
+                         const std::function<void()>& before_drawing, PictureFor purpose) {
   const formats::VtkMessages messages;
   vtkSmartPointer<vtkRenderWindow>& window = offscreen_window();
   if (!window) {
@@ -83,13 +112,14 @@ Picture render_offscreen(const std::vector<vtkRenderer*>& layers, int width, int
     window->SetMultiSamples(0);
     window->SetAlphaBitPlanes(1);
   }
-  window->SetSize(width * kSupersampling, height * kSupersampling);
-  const ShownLayers shown(window, layers);
+  const int scale = purpose == PictureFor::still ? kSupersampling : 1;
+  window->SetSize(width * scale, height * scale);
+  const ShownLayers shown(window, layers, purpose);
   if (before_drawing) before_drawing();
   window->Render();
-  const Picture large = read_pixels(window);
+  Picture large = read_pixels(window);
   if (messages.has_error()) throw rendering_failed();
-  return shrink(large, kSupersampling);
+  return scale == 1 ? large : shrink(large, scale);
 }
 
 void close_offscreen_window() { offscreen_window() = nullptr; }

@@ -37,10 +37,10 @@ std::vector<ChartBand> phase_bands(const TimeSeries& series, const std::vector<d
 
 void add_profile(Chart& chart, const DiameterProfile& profile, const std::string& when, int color) {
   if (profile.abscissa_mm.empty()) return;
-  chart.series.push_back({when + ", inscribed circle", profile.abscissa_mm,
-                          profile.inscribed_diameter_mm, color, false});
-  chart.series.push_back(
-      {when + ", from the area", profile.abscissa_mm, profile.equivalent_diameter_mm, color, true});
+  chart.series.push_back({when, profile.abscissa_mm, profile.inscribed_diameter_mm, color, false});
+  chart.series.push_back({when + ", from the area", profile.abscissa_mm,
+                          profile.equivalent_diameter_mm, color, true, false});
+  chart.dashed_means = "from the area (else of the inscribed circle)";
 }
 
 /// Where the lesion is treated along the line [mm]; everything where it is not told.
@@ -146,7 +146,8 @@ Chart flow_chart(const ReportContent& content, const Metrics& metrics) {
   const auto add = [&](const FlowProfile& flow, const std::string& when, int color) {
     if (flow.ffr.empty()) return;
     chart.series.push_back({when, place, flow.ffr, color, false});
-    ChartSeries range{when + ", one standard deviation", place, flow.low, color, true};
+    ChartSeries range{when + ", one standard deviation", place, flow.low, color, true, false};
+    chart.dashed_means = "one standard deviation";
     range.x.push_back(std::numeric_limits<double>::quiet_NaN());  // breaks the line
     range.y.push_back(range.x.back());
     range.x.insert(range.x.end(), place.begin(), place.end());
@@ -158,7 +159,7 @@ Chart flow_chart(const ReportContent& content, const Metrics& metrics) {
   if (place.empty()) return chart;
   if (has_name)
     chart.levels.push_back(
-        {limits::kFlowLimitingFfr, formats::fixed_text(limits::kFlowLimitingFfr, 2)});
+        {limits::kFlowLimitingFfr, "limit " + formats::fixed_text(limits::kFlowLimitingFfr, 2)});
   const auto first = metrics.number("lesion", "proximal_mm"),
              last = metrics.number("lesion", "distal_mm"),
              behind = metrics.number("flow", "behind_mm");

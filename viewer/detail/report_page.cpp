@@ -53,16 +53,19 @@ std::string section(const std::string& title, const std::string& body) {
              : "<section><h2>" + formats::escape_html(title) + "</h2>\n" + body + "</section>\n";
 }
 
-std::string page_head(const std::string& title_text, const std::string& version) {
-  const std::string title = formats::escape_html(title_text);
+std::string page_head(const std::string& title_text, const std::string& version,
+                      const std::string& case_name) {
+  const std::string title = formats::escape_html(title_text),
+                    name = formats::escape_html(case_name);
   return "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n"
          "<meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; img-src "
          "data:; "
          "style-src 'unsafe-inline'; script-src 'unsafe-inline'\">\n"
          "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n<title>" +
-         title + " – balloon angioplasty report</title>\n<style>" + kPageStyle +
-         "</style>\n</head>\n<body>\n<header><h1>" + title +
-         "</h1><p class=\"sub\">Simulated balloon angioplasty · angio " +
+         title + (name.empty() ? "" : " – " + name) +
+         " – balloon angioplasty report</title>\n<style>" + kPageStyle +
+         "</style>\n</head>\n<body>\n<header><h1>" + title + "</h1><p class=\"sub\">" +
+         (name.empty() ? "" : "Case " + name + " · ") + "Simulated balloon angioplasty · angio " +
          formats::escape_html(version) + "</p></header>\n<main>\n";
 }
 

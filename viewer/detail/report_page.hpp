@@ -27,8 +27,10 @@ class Album {
 /// A part of the page under a heading; empty if it has no body.
 std::string section(const std::string& title, const std::string& body);
 
-/// The page up to its first notice. @param title  plain text
-std::string page_head(const std::string& title, const std::string& version);
+/// The page up to its first notice.
+/// @param title, case_name  plain text; the name stands below the title; empty: it is the title
+std::string page_head(const std::string& title, const std::string& version,
+                      const std::string& case_name = {});
 
 /// Whose use this is not for.
 std::string use_notice();

@@ -1,10 +1,12 @@
 #include "viewer/detail/scene.hpp"
 
+#include <vtkActor2D.h>
+#include <vtkActor2DCollection.h>
 #include <vtkAxesActor.h>
 #include <vtkCamera.h>
-#include <vtkCaptionActor2D.h>
 #include <vtkDoubleArray.h>
 #include <vtkImageData.h>
+#include <vtkMath.h>
 #include <vtkNew.h>
 #include <vtkPointData.h>
 #include <vtkPolyDataMapper.h>
@@ -23,6 +25,7 @@
 #include "core/units.hpp"
 #include "formats/text.hpp"
 #include "formats/vtk_arrays.hpp"
+#include "viewer/detail/axis_letters.hpp"
 #include "viewer/detail/chart.hpp"
 #include "viewer/detail/mark.hpp"
 
@@ -313,38 +316,47 @@ void add_mark(vtkRenderer* renderer, const PicturePlace& place, double radius_fr
 
 vtkSmartPointer<vtkRenderer> make_axes(int scale, const Rgb& color) {
   vtkNew<vtkAxesActor> axes;
-  axes->SetXAxisLabelText("L");
-  axes->SetYAxisLabelText("P");
-  axes->SetZAxisLabelText("H");
-  for (vtkCaptionActor2D* caption : {axes->GetXAxisCaptionActor2D(), axes->GetYAxisCaptionActor2D(),
-                                     axes->GetZAxisCaptionActor2D()}) {
-    vtkTextProperty* text = caption->GetCaptionTextProperty();
-    text->SetColor(unit_rgb(color).data());
-    text->ShadowOff();
-    text->ItalicOff();
-    caption->GetTextActor()->SetTextScaleModeToNone();
-    text->SetFontSize(13 * scale);
-  }
+  axes->AxisLabelsOff();
   auto renderer = vtkSmartPointer<vtkRenderer>::New();
   renderer->SetLayer(1);
   renderer->InteractiveOff();
   renderer->AddActor(axes);
+  for (const char* letter : {"L", "P", "H"}) {
+    const auto text = make_text(letter, 13 * scale, color);
+    text->GetTextProperty()->BoldOn();
+    text->GetTextProperty()->SetJustificationToCentered();
+    text->GetTextProperty()->SetVerticalJustificationToCentered();
+    text->GetPositionCoordinate()->SetCoordinateSystemToNormalizedViewport();
+    renderer->AddActor2D(text);
+  }
   return renderer;
 }
 
 void turn_axes(vtkRenderer* axes, vtkRenderer* scene, int width, int height) {
-  constexpr double kSide = 130.0;  // [pixel]
+  constexpr double kSide = 130.0;       // [pixel]
+  constexpr double kHalfHeight = 1.45;  // an axis is 1 long
   axes->SetViewport(1.0 - std::min(1.0, kSide / width), 0.0, 1.0, std::min(1.0, kSide / height));
   vtkCamera* camera = axes->GetActiveCamera();
   vtkCamera* from = scene->GetActiveCamera();
-  double direction[3];
+  double direction[3], right[3], up[3];
   from->GetDirectionOfProjection(direction);
+  vtkMath::Cross(direction, from->GetViewUp(), right);
+  vtkMath::Normalize(right);
+  vtkMath::Cross(right, direction, up);
   camera->ParallelProjectionOn();
   camera->SetFocalPoint(0, 0, 0);
   camera->SetPosition(-5 * direction[0], -5 * direction[1], -5 * direction[2]);
   camera->SetViewUp(from->GetViewUp());
-  camera->SetParallelScale(1.45);
+  camera->SetParallelScale(kHalfHeight);
   axes->ResetCameraClippingRange();
+  const auto letters =
+      place_axis_letters({{{right[0], up[0]}, {right[1], up[1]}, {right[2], up[2]}}});
+  vtkActor2DCollection* texts = axes->GetActors2D();
+  for (int axis = 0; axis < texts->GetNumberOfItems(); ++axis) {
+    const auto& [x, y] = letters.at(std::size_t(axis));
+    vtkActor2D::SafeDownCast(texts->GetItemAsObject(axis))
+        ->SetPosition(0.5 + 0.5 * x / kHalfHeight, 0.5 + 0.5 * y / kHalfHeight);
+  }
 }
 
 }  // namespace angio::viewer::detail
