@@ -87,8 +87,12 @@ ViewPicture read_view(const RotationalRun& run, int index, double air,
   VesselPicture picture =
       vessels_of(std::move(integrals), frame.columns, frame.rows,
                  options.widest_mm / pixel_at_isocentre(frame), run.masks != nullptr);
-  return make_view_picture(frame, std::move(picture.line_integrals), open, options.thinnest_mm,
-                           options.widest_mm);
+  return make_view_picture(frame, std::move(picture.line_integrals), open, options.widest_mm);
+}
+
+void leave_out_thin_vessels(ViewPicture& view, double thinnest_mm) {
+  leave_out_thin(view.lines, 0.5 * thinnest_mm / pixel_at_isocentre(view.frame));
+  find_nearest(view);
 }
 
 void require_lines(const std::vector<ViewPicture>& views) {
@@ -184,14 +188,35 @@ double usual_radius(const CenterlineTree& tree) {
   return median(std::move(radii));
 }
 
+/// The same of a fit, which stays as it is between its ends.
+void cut_ends(TreeFit& fit) {
+  for (std::size_t p = 0; p < fit.tree.paths.size(); ++p) {
+    CenterlinePath& path = fit.tree.paths[p];
+    const auto first = std::ptrdiff_t(beyond_end(path, true)),
+               last = std::ptrdiff_t(path.points.size() - beyond_end(path, false));
+    const auto cut = [&](auto& values) {
+      values = std::decay_t<decltype(values)>(values.begin() + first, values.begin() + last);
+    };
+    cut(path.points);
+    cut(path.inscribed_radius);
+    cut(path.tube_radius);
+    cut(path.equivalent_radius);
+    cut(path.section_area);
+    cut(fit.radius_sd[p]);
+    path.abscissa = arc_length(path.points);
+    path.tracts = {{0, int(path.points.size()) - 1, path.id, 0, false}};
+  }
+}
+
+constexpr double kCoarseNodes = 1.25;  ///< median radii between them
+
 /// Fits a tree, cut where its vessels end: with coarse nodes until nothing more is cut, then as
 /// fine as is due.
 TreeFit fit_to_ends(const RotationalRun& run, double air, CenterlineTree tree,
                     const TreeFitOptions& options, const Progress& progress) {
   constexpr int kMostCuts = 5;
-  constexpr double kCoarse = 1.25;  // median radii between nodes
   TreeFitOptions coarse = options;
-  coarse.node_spacing_mm = std::clamp(kCoarse * usual_radius(tree), 1.0, 10.0);
+  coarse.node_spacing_mm = std::clamp(kCoarseNodes * usual_radius(tree), 1.0, 10.0);
   for (int cut = 0; cut < kMostCuts; ++cut) {
     const TreeFit fit =
         fit_tree(run, air, tree, coarse, part(progress, 0.1 * cut, 0.1 * (cut + 1)));
@@ -200,9 +225,10 @@ TreeFit fit_to_ends(const RotationalRun& run, double air, CenterlineTree tree,
     if (!shorter.is_shorter) break;
   }
   TreeFit fit = fit_tree(run, air, tree, options, part(progress, 0.5, 0.75));
-  CutTree shorter = without_ends(fit.tree);
-  if (!shorter.is_shorter) return fit;
-  return fit_tree(run, air, shorter.tree, options, part(progress, 0.75, 1.0));
+  if (CutTree shorter = without_ends(fit.tree); shorter.is_shorter)
+    fit = fit_tree(run, air, shorter.tree, options, part(progress, 0.75, 1.0));
+  cut_ends(fit);
+  return fit;
 }
 
 /// Lines and radii: view by view, and where all views see the same places to a pixel from all of
@@ -211,14 +237,14 @@ void measure(const RotationalRun& run, const std::vector<ViewPicture>& views,
              const CenterlineTree& found, const TreeFitOptions& options, const Progress& progress,
              TreeOfViews& result) {
   const double air = result.unattenuated;
-  ViewByView alone =
-      measure_view_by_view(run, air, views, found, options, part(progress, 0.0, 0.3));
-  if (const CutTree shorter = without_ends(alone.fit.tree); shorter.is_shorter)
-    alone = measure_view_by_view(run, air, views, shorter.tree, options, part(progress, 0.3, 0.5));
-  result.skew_mm = alone.skew_mm;
-  result.by_view = alone.skew_mm > pixel_at_isocentre(run.frames.front());
-  result.fit = result.by_view ? std::move(alone.fit)
-                              : fit_to_ends(run, air, found, options, part(progress, 0.5, 1.0));
+  result.skew_mm = view_skew(views, found);
+  result.by_view = result.skew_mm > pixel_at_isocentre(run.frames.front());
+  if (!result.by_view) {
+    result.fit = fit_to_ends(run, air, found, options, progress);
+    return;
+  }
+  result.fit = measure_view_by_view(run, air, views, found, options, progress);
+  cut_ends(result.fit);
 }
 
 double medium(const TreeFit& fit) {
@@ -281,8 +307,8 @@ std::vector<std::string> warnings_of(const TreeOfViews& result, const ViewShifts
 void ViewsOptions::validate() const {
   if (!(widest_mm >= 1.0 && widest_mm <= 40.0))
     throw OptionError("views.widest_mm: must be in [1, 40]");
-  if (!(thinnest_mm >= 0.2 && thinnest_mm <= 5.0 && thinnest_mm < widest_mm))
-    throw OptionError("views.thinnest_mm: must be in [0.2, 5], below views.widest_mm");
+  if (!(thinnest_mm >= 0.0 && thinnest_mm <= 5.0 && thinnest_mm < widest_mm))
+    throw OptionError("views.thinnest_mm: must be in [0, 5], below views.widest_mm");
   if (!(shift_sd_mm >= 0.0 && shift_sd_mm <= 20.0))
     throw OptionError("views.shift_sd_mm: must be in [0, 20]");
   if (!(turn_sd_degrees >= 0.0 && turn_sd_degrees <= 20.0))
@@ -320,6 +346,9 @@ TreeOfViews reconstruct_views(const RotationalRun& run, const ViewsOptions& opti
     moved.frames[v] = views[v].frame = shifted(views[v].frame, shifts.shift[v]);
   result.shifts_mm = shifts.shift;
   result.agreement = shifts.agreement;
+  for (ViewPicture& view : views)
+    if (options.ends.empty() && options.thinnest_mm > 0.0)
+      leave_out_thin_vessels(view, options.thinnest_mm);
   const ViewTree found = options.ends.empty() ? find_view_tree(views, part(progress, 0.1, 0.5))
                                               : find_view_vessel(views, options.ends);
   if (found.tree.paths.empty())

@@ -24,9 +24,9 @@ struct ViewsOptions {
   /// Of the one vessel that is wanted, one a view, in the run's order; empty: all vessels that the
   /// views tell of.
   std::vector<VesselEnds> ends = {};
-  double thinnest_mm =
-      1.0;  ///< diameter of the thinnest vessel, [0.2, 5]; a stenosis may be thinner
-  double widest_mm = 12.0;  ///< and of the widest, above `thinnest_mm`, to 40
+  /// Diameter of the thinnest vessel, [0, 5]; a stenosis may be thinner; 0: all that are seen.
+  double thinnest_mm = 0.0;
+  double widest_mm = 12.0;  ///< and of the widest, above `thinnest_mm`, [1, 40]
   /// How far the table may have moved between views beside what is found of it, and how far the
   /// C-arm stands from its header, sd of each view [mm], [0, 20].
   double shift_sd_mm = 1.0;

@@ -18,6 +18,7 @@
 #include "pipeline/stages/surface_input.hpp"
 #include "reconstruction/reconstruction.hpp"
 #include "segmentation/read_run.hpp"
+#include "segmentation/read_views.hpp"
 #include "segmentation/read_volume.hpp"
 
 namespace angio::pipeline {
@@ -226,6 +227,30 @@ void print_forecast(const Forecast& forecast) {
         forecast.heart->beats, forecast.heart->beats_per_min, forecast.heart->phase_frames);
 }
 
+nlohmann::json to_json(const std::vector<segmentation::ViewSummary>& views) {
+  nlohmann::json list = nlohmann::json::array();
+  for (const segmentation::ViewSummary& view : views)
+    list.push_back({{"view", view.number},
+                    {"series", view.series},
+                    {"primary_degrees", view.primary_degrees},
+                    {"secondary_degrees", view.secondary_degrees},
+                    {"frames", view.frame_count},
+                    {"problem", view.problem.empty() ? nlohmann::json() : nlohmann::json(view.problem)}});
+  return list;
+}
+
+/// What `angio run` can make of angiograms of a C-arm that stood still.
+void print_views(const std::vector<segmentation::ViewSummary>& views) {
+  if (views.size() < 2) return;
+  tell(
+      "views of a C-arm that stood still; `angio run` finds the vessels that two or more of them,");
+  tell("30 degrees apart, show (--views 1,2; --ends for one vessel):");
+  for (const segmentation::ViewSummary& view : views)
+    tell("   view {}: series {}, {:.1f}/{:.1f} degrees, {} frame(s){}", view.number, view.series,
+         view.primary_degrees, view.secondary_degrees, view.frame_count,
+         view.problem.empty() ? "" : "; cannot be used: " + view.problem);
+}
+
 }  // namespace
 
 void add_read_options(CLI::App& command, ReadArguments& read) {
@@ -274,6 +299,10 @@ void apply_read_options(Config& config, const ReadArguments& read) {
   if (!read.max_memory.empty())
     apply_option(config, "--max-memory", read.max_memory, "input.max_memory_gib=" + read.max_memory,
                  "a number [GiB]");
+  if (!read.ends.empty())
+    apply_option(config, "--ends", read.ends, "views.ends=[" + read.ends + "]",
+                 "four numbers a view: column,row of the vessel's proximal end, then of its distal "
+                 "one");
   try {
     if (!read.series.empty()) config.input.series = read.series;
     if (!read.views.empty()) config.input.views = read.views;
@@ -315,16 +344,25 @@ int do_inspect(const InspectArguments& arguments) {
   std::optional<Forecast> forecast;
   if (std::any_of(all.begin(), all.end(), [](const auto& series) { return series.projection; }))
     forecast = forecast_of(arguments.input, config);
+  const std::vector<segmentation::ViewSummary> views =
+      forecast ? std::vector<segmentation::ViewSummary>()
+               : segmentation::list_views(arguments.input, config.input);
   if (arguments.as_json) {
     nlohmann::json list = nlohmann::json::array();
     for (const auto& series : all) list.push_back(to_json(series));
     nlohmann::json found = {{"series", list}};
-    if (forecast) found["reconstruction"] = to_json(*forecast);
+    if (forecast)
+      found["reconstruction"] = to_json(*forecast);
+    else if (!views.empty())
+      found["views"] = to_json(views);
     fmt::print("{}\n", found.dump(2, ' ', false, nlohmann::json::error_handler_t::replace));
     return int(ExitCode::done);
   }
   for (std::size_t i = 0; i < all.size(); ++i) print_series(i + 1, all[i]);
-  if (forecast) print_forecast(*forecast);
+  if (forecast)
+    print_forecast(*forecast);
+  else
+    print_views(views);
   return int(ExitCode::done);
 }
 

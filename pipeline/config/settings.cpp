@@ -49,8 +49,8 @@ void add_views_settings(Config& c, std::vector<Setting>& table) {
                                "its proximal end, then of its distal one, in pixels from 0; []: "
                                "all vessels that the views tell of"));
   table.push_back(make_setting("views.thinnest_mm", c.views.thinnest_mm,
-                               "diameter of the thinnest vessel in them [mm], 0.2 to 5; a stenosis "
-                               "may be thinner"));
+                               "diameter of the thinnest vessel in them [mm], 0 to 5; a stenosis "
+                               "may be thinner; 0: all that are seen"));
   table.push_back(make_setting("views.widest_mm", c.views.widest_mm,
                                "diameter of the widest vessel in them [mm], 1 to 40: what is wider "
                                "is background"));

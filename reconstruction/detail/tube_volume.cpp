@@ -16,8 +16,28 @@ namespace {
 struct Piece {
   Vec3 from, to;
   double from_radius = 0.0, to_radius = 0.0;
-  bool begins = false, ends = false;  ///< the line, so that it is cut flat there
+  std::vector<std::size_t> cuts = {};  ///< ends of lines that are near
 };
+
+/// Where a line ends, and the way out of it, unit.
+struct LineEnd {
+  Vec3 place, outward;
+  double radius = 0.0;
+};
+
+std::vector<LineEnd> ends_of(const CenterlineTree& tree) {
+  std::vector<LineEnd> ends;
+  const auto add = [&](const CenterlinePath& path, std::size_t end, std::size_t before) {
+    ends.push_back({path.points[end], normalized(path.points[end] - path.points[before]),
+                    path.equivalent_radius[end]});
+  };
+  for (const CenterlinePath& path : tree.paths) {
+    if (path.points.size() < 2) continue;
+    if (ends.empty()) add(path, 0, 1);  // all begin there
+    add(path, path.points.size() - 1, path.points.size() - 2);
+  }
+  return ends;
+}
 
 std::vector<Piece> pieces_of(const CenterlineTree& tree) {
   std::vector<Piece> pieces;
@@ -32,24 +52,29 @@ std::vector<Piece> pieces_of(const CenterlineTree& tree) {
     }
     for (std::size_t n = std::max<std::size_t>(shared, 1); n < path.points.size(); ++n)
       pieces.push_back({path.points[n - 1], path.points[n], path.equivalent_radius[n - 1],
-                        path.equivalent_radius[n], n == 1, n + 1 == path.points.size()});
+                        path.equivalent_radius[n]});
   }
+  constexpr double kNear = 2.0;  // radii
+  const std::vector<LineEnd> ends = ends_of(tree);
+  for (Piece& piece : pieces)
+    for (std::size_t e = 0; e < ends.size(); ++e)
+      if (std::min(distance(piece.from, ends[e].place), distance(piece.to, ends[e].place)) <
+          kNear * ends[e].radius)
+        piece.cuts.push_back(e);
   return pieces;
 }
 
 /// Outside the piece positive [mm].
-double signed_distance(const Piece& piece, const Vec3& x) {
+double signed_distance(const Piece& piece, const std::vector<LineEnd>& ends, const Vec3& x) {
   const Vec3 along = piece.to - piece.from;
   const double length = norm(along);
   if (!(length > 0.0)) return std::numeric_limits<double>::infinity();
   const double t = dot(x - piece.from, along) / (length * length);
   const double inside = std::clamp(t, 0.0, 1.0);
   const double radius = (1.0 - inside) * piece.from_radius + inside * piece.to_radius;
-  const double away = norm(x - (piece.from + inside * along)) - radius;
-  if (piece.begins && t < 0.0)
-    return std::max(-t * length, norm(x - (piece.from + t * along)) - radius);
-  if (piece.ends && t > 1.0)
-    return std::max((t - 1.0) * length, norm(x - (piece.from + t * along)) - radius);
+  double away = norm(x - (piece.from + inside * along)) - radius;
+  for (const std::size_t e : piece.cuts)
+    away = std::max(away, dot(x - ends[e].place, ends[e].outward));
   return away;
 }
 
@@ -81,6 +106,7 @@ Volume<float> tube_volume(const CenterlineTree& tree, double value, double voxel
                           int largest_side) {
   const std::vector<Piece> pieces = pieces_of(tree);
   ANGIO_EXPECT(!pieces.empty() && voxel_mm > 0.0 && largest_side >= 16);
+  const std::vector<LineEnd> ends = ends_of(tree);
   Volume<float> volume(grid_around(pieces, voxel_mm, largest_side), 0.0F);
   const VolumeGeometry& grid = volume.geometry;
   const double h = grid.spacing.x;
@@ -98,7 +124,7 @@ Volume<float> tube_volume(const CenterlineTree& tree, double value, double voxel
       for (int j = first[1]; j <= last[1]; ++j)
         for (int i = first[0]; i <= last[0]; ++i) {
           const double away =
-              signed_distance(piece, grid.origin + h * Vec3{double(i), double(j), double(k)});
+              signed_distance(piece, ends, grid.origin + h * Vec3{double(i), double(j), double(k)});
           float& voxel = volume.values[grid.offset(i, j, k)];
           voxel = std::max(voxel, float(value * std::clamp(0.5 - away / h, 0.0, 1.0)));
         }

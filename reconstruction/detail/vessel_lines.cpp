@@ -178,7 +178,8 @@ void smooth_radii(VesselLines& lines) {
     }
 }
 
-/// A throat stays: the vessel around it is wider.
+}  // namespace
+
 void leave_out_thin(VesselLines& lines, double least) {
   const int reach = std::max(4, int(std::lround(10.0 * least)));
   const Size size{lines.columns, lines.rows};
@@ -194,14 +195,12 @@ void leave_out_thin(VesselLines& lines, double least) {
     }
 }
 
-}  // namespace
-
 bool VesselLines::empty() const {
   return std::all_of(radius.begin(), radius.end(), [](float value) { return value <= 0.0F; });
 }
 
 VesselLines find_vessel_lines(const std::vector<float>& picture, int columns, int rows,
-                              double thinnest, double widest) {
+                              double widest) {
   const Size size{columns, rows};
   Ridges ridges;
   ridges.response.assign(size.count(), 0.0F);
@@ -219,7 +218,6 @@ VesselLines find_vessel_lines(const std::vector<float>& picture, int columns, in
     for (const std::size_t j : crest) lines.radius[j] = float(kRadiusOfScale) * ridges.scale[j];
   }
   smooth_radii(lines);
-  leave_out_thin(lines, 0.5 * thinnest);
   return lines;
 }
 

@@ -22,14 +22,16 @@ struct VesselLines {
 /// A vessel of round section, p(x) = 2 a sqrt(r^2 - x^2), has its largest R at s = 0.6664 r, which
 /// tells its radius. A line runs where R is the largest across it, and l is `kSure` times its own
 /// spread over the picture (of the median absolute value), or `kLikely` times and joined to such;
-/// what is shorter than four of its radii is none. Where the median radius around is below
-/// `thinnest`, lines are of vessels too thin, or of noise.
+/// what is shorter than four of its radii is none.
 ///
 /// @param picture  line integrals without what is wide (detail/vessel_pictures.hpp), shape [rows,
 ///                 columns]
-/// @param thinnest, widest  diameters of the vessels that are wanted [pixels]; a narrowed place may
-///                 be thinner
+/// @param widest   diameter of the widest vessel [pixels]
 VesselLines find_vessel_lines(const std::vector<float>& picture, int columns, int rows,
-                              double thinnest, double widest);
+                              double widest);
+
+/// Leaves out lines where the median radius around is below one [pixels]: those of vessels too
+/// thin, or of noise. A throat stays, for the vessel around it is wider.
+void leave_out_thin(VesselLines& lines, double least);
 
 }  // namespace angio::reconstruction::detail

@@ -26,25 +26,27 @@ class OneFrame : public FrameReader {
   int frame_;
 };
 
+/// A place moved across a view's rays onto its nearest line; none: that is too far.
+std::optional<Vec3> on_line(const ViewLookup& lookup, const Vec3& place) {
+  constexpr double kNear = 4.0;  // [mm]
+  const LineNear near = lookup.at(place);
+  if (!near.is_seen || near.pixel < 0 || near.distance_mm > kNear) return {};
+  const angiogram::ConeBeamFrame& frame = lookup.picture().frame;
+  const Vec3 on_detector = frame.place(near.pixel % frame.columns, near.pixel / frame.columns);
+  return frame.source + lookup.see(place).depth * (on_detector - frame.source);
+}
+
 /// The points of a tree moved across a view's rays onto its lines, as far as those are near, and
 /// blurred along themselves; shared points stay shared.
 CenterlineTree on_lines(const CenterlineTree& tree, const ViewPicture& view) {
-  constexpr double kNear = 4.0;  // [mm]
   constexpr int kRounds = 8;
   const ViewLookup lookup(view);
   CenterlineTree moved = tree;
   for (CenterlinePath& path : moved.paths) {
     std::vector<Vec3> by;
     for (const Vec3& point : path.points) {
-      const LineNear near = lookup.at(point);
-      if (!near.is_seen || near.pixel < 0 || near.distance_mm > kNear) {
-        by.emplace_back();
-        continue;
-      }
-      const angiogram::SeenPoint seen = lookup.see(point);
-      const Vec3 on_detector =
-          view.frame.place(near.pixel % view.frame.columns, near.pixel / view.frame.columns);
-      by.push_back(view.frame.source + seen.depth * (on_detector - view.frame.source) - point);
+      const auto place = on_line(lookup, point);
+      by.push_back(place ? *place - point : Vec3{});
     }
     // From the inlet on, so that paths move alike where they are shared.
     for (int round = 0; round < kRounds; ++round) {
@@ -132,15 +134,16 @@ TreeFit fit_one(const RotationalRun& run, double air, const ViewPicture& view, s
   one.pictures = &picture;
   one.masks = mask ? &*mask : nullptr;
   one.relation = run.relation;
+  // Depth is not told by one view: the fit creeps along it.
+  constexpr int kMostSteps = 15;
   options.frame_shift_sd_mm = options.frame_turn_sd_degrees = 0.0;
+  options.most_steps = std::min(options.most_steps, kMostSteps);
   return fit_tree(one, air, on_lines(start, view), options, progress);
 }
 
 /// A path where the views' rays meet, with the radius that they agree on.
-/// @param off  how far off the rays are [mm], one more a point
 void combine(const std::vector<ViewPicture>& views, const std::vector<TreeFit>& fits,
-             std::size_t index, CenterlinePath& path, std::vector<double>& sd,
-             std::vector<double>& off) {
+             std::size_t index, CenterlinePath& path, std::vector<double>& sd) {
   constexpr double kLeastRadius = 0.02, kLeastRelative = 0.02;
   const std::vector<double> as_started = path.inscribed_radius;
   path.inscribed_radius.clear();
@@ -157,9 +160,7 @@ void combine(const std::vector<ViewPicture>& views, const std::vector<TreeFit>& 
       seen.push_back(
           {std::log(radius), std::max(fits[v].radius_sd[index][n] / radius, kLeastRelative)});
     }
-    const Meeting meeting = meet(sources, through);
-    path.points[n] = meeting.place;
-    off.push_back(meeting.off);
+    path.points[n] = meet(sources, through).place;
     const auto [radius, own_sd] =
         seen.empty() ? std::pair{as_started[n], as_started[n]} : agreed_radius(seen);
     path.inscribed_radius.push_back(radius);
@@ -172,12 +173,29 @@ void combine(const std::vector<ViewPicture>& views, const std::vector<TreeFit>& 
 
 }  // namespace
 
-ViewByView measure_view_by_view(const RotationalRun& run, double air,
-                                const std::vector<ViewPicture>& views, const CenterlineTree& start,
-                                const TreeFitOptions& options, const Progress& progress) {
+double view_skew(const std::vector<ViewPicture>& views, const CenterlineTree& tree) {
+  std::vector<ViewLookup> lookups;
+  std::vector<Vec3> sources;
+  for (const ViewPicture& view : views) {
+    lookups.emplace_back(view);
+    sources.push_back(view.frame.source);
+  }
+  std::vector<double> off;
+  for (const CenterlinePath& path : tree.paths)
+    for (const Vec3& point : path.points) {
+      std::vector<Vec3> through;
+      for (const ViewLookup& lookup : lookups)
+        if (const auto place = on_line(lookup, point)) through.push_back(*place);
+      if (through.size() == views.size()) off.push_back(meet(sources, through).off);
+    }
+  return off.empty() ? 0.0 : median(std::move(off));
+}
+
+TreeFit measure_view_by_view(const RotationalRun& run, double air,
+                             const std::vector<ViewPicture>& views, const CenterlineTree& start,
+                             const TreeFitOptions& options, const Progress& progress) {
   std::vector<TreeFit> fits;
-  ViewByView result;
-  TreeFit& all = result.fit;
+  TreeFit all;
   all.tree = start;
   all.converged = true;
   all.correlation = 0.0;
@@ -194,11 +212,9 @@ ViewByView measure_view_by_view(const RotationalRun& run, double air,
     all.steps = std::max(all.steps, fits[v].steps);
     all.converged = all.converged && fits[v].converged;
   }
-  std::vector<double> off;
   for (std::size_t p = 0; p < all.tree.paths.size(); ++p)
-    combine(views, fits, p, all.tree.paths[p], all.radius_sd.emplace_back(), off);
-  result.skew_mm = off.empty() ? 0.0 : median(std::move(off));
-  return result;
+    combine(views, fits, p, all.tree.paths[p], all.radius_sd.emplace_back());
+  return all;
 }
 
 }  // namespace angio::reconstruction::detail

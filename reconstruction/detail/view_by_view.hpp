@@ -9,11 +9,9 @@
 
 namespace angio::reconstruction::detail {
 
-/// A tree, measured in each view by itself.
-struct ViewByView {
-  TreeFit fit;
-  double skew_mm = 0.0;  ///< between the views' rays to the same places, the median
-};
+/// How far the views' rays to the same places of a tree pass each other [mm]: the median over its
+/// points, each seen on the nearest line of every view.
+double view_skew(const std::vector<ViewPicture>& views, const CenterlineTree& tree);
 
 /// Hearts beat and breathe between views, so that no line in space lies on the vessel in all of
 /// them. Each view's line is fitted where that view sees the vessel (fit_tree() to one frame, which
@@ -28,8 +26,8 @@ struct ViewByView {
 ///
 /// @param views  where they were found to be
 /// @param start  lines that all views see within 4 mm of their own
-ViewByView measure_view_by_view(const RotationalRun& run, double air,
-                                const std::vector<ViewPicture>& views, const CenterlineTree& start,
-                                const TreeFitOptions& options, const Progress& progress);
+TreeFit measure_view_by_view(const RotationalRun& run, double air,
+                             const std::vector<ViewPicture>& views, const CenterlineTree& start,
+                             const TreeFitOptions& options, const Progress& progress);
 
 }  // namespace angio::reconstruction::detail

@@ -30,9 +30,9 @@ struct LineNear {
 /// A view whose lines are found.
 /// @param vessels  line integrals without what is wide
 /// @param open     where lines are looked for
-/// @param thinnest_mm, widest_mm  diameters of the vessels that are wanted, at the isocentre
+/// @param widest_mm  diameter of the widest vessel, at the isocentre
 ViewPicture make_view_picture(const angiogram::ConeBeamFrame& frame, std::vector<float> vessels,
-                              const OpenField& open, double thinnest_mm, double widest_mm);
+                              const OpenField& open, double widest_mm);
 
 /// Its lines' distances anew, after lines were taken out.
 void find_nearest(ViewPicture& picture);

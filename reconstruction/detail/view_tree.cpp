@@ -22,8 +22,8 @@ constexpr double kReach = 2.0;        ///< of a place from a view's line [mm]
 constexpr double kRadiiAgree = 4.0;   ///< weight of ln^2 of the radii's ratio
 constexpr double kLeastBranch = 3.0;  ///< [mm]
 constexpr double kLeastRadii = 1.25;
-constexpr int kMostBranches = 60;
-constexpr int kRoots = 4;
+constexpr int kMostBranches = 20;
+constexpr int kRoots = 3;
 constexpr std::size_t kMostPlaces = 6'000'000;
 
 /// Places of a grid that may be vessel.
@@ -184,7 +184,7 @@ double least_of_own(double radius) { return std::max(kLeastBranch, kLeastRadii *
 struct Grown {
   std::vector<int> place;  ///< of the hull, in the order of growth
   std::vector<int> from;   ///< index here, -1: the root
-  double gain = 0.0;       ///< what it explains [mm]
+  double explained = 0.0;  ///< parts of the views' lines, summed
 };
 
 /// @param visit  with the place beside, and the cost of the way to it
@@ -272,21 +272,23 @@ void add(const Hull& hull, const Growth& growth, Grown& grown,
     index_of.emplace(place, before);
     explained.mark(hull.at(place), double(hull.radius[std::size_t(place)]), hull.step);
   }
-  grown.gain += growth.gain;
 }
 
 Grown grow(const Hull& hull, const std::vector<ViewLookup>& views, int root, int most_branches) {
-  Grown grown{{root}, {-1}, 0.0};
+  Grown grown{{root}, {-1}};
   std::unordered_map<int, int> index_of{{root, 0}};
   Explained explained(views);
   explained.mark(hull.at(root), double(hull.radius[std::size_t(root)]), hull.step);
   for (int branch = 0; branch < most_branches; ++branch) {
     const Growth growth = best_growth(hull, views, explained, grown);
     if (growth.places.size() < 2) break;
-    const double radius = double(hull.radius[std::size_t(growth.places.back())]);
+    std::vector<double> radii;
+    for (const int place : growth.places) radii.push_back(double(hull.radius[std::size_t(place)]));
+    const double radius = median(std::move(radii));
     if (growth.gain < least_of_own(radius)) break;
     add(hull, growth, grown, index_of, explained);
   }
+  for (const double part : explained.parts()) grown.explained += part;
   return grown;
 }
 
@@ -376,7 +378,7 @@ void prune(const Hull& hull, const std::vector<ViewLookup>& views, Grown& grown)
       for (std::size_t n = 1; n < leaf.nodes.size(); ++n) {
         const int was = grown.place[std::size_t(leaf.nodes[n - 1])],
                   is = grown.place[std::size_t(leaf.nodes[n])];
-        radius = std::max(radius, double(hull.radius[std::size_t(is)]));
+        radius += double(hull.radius[std::size_t(is)]) / double(leaf.nodes.size() - 1);
         for (std::size_t v = 0; v < views.size(); ++v) {
           const int pixel = hull.pixel[std::size_t(is) * views.size() + v];
           if (pixel < 0 || others.is(v, pixel)) continue;
@@ -398,7 +400,6 @@ void prune(const Hull& hull, const std::vector<ViewLookup>& views, Grown& grown)
     if (neighbours[std::size_t(leaf.first)].size() > 1) goes[std::size_t(leaf.first)] = 0;
     if (neighbours[std::size_t(leaf.last)].size() > 1) goes[std::size_t(leaf.last)] = 0;
     Grown kept;
-    kept.gain = grown.gain;
     std::vector<int> index(grown.place.size(), -1);
     // The root may go: edges are laid anew from the first that stays.
     for (std::size_t n = 0; n < grown.place.size(); ++n)
@@ -605,7 +606,7 @@ ViewTree find_view_tree(const std::vector<ViewPicture>& views, const Progress& p
   for (std::size_t s = 0; s < starts.size(); ++s) {
     progress.report(0.2 + 0.6 * double(s) / double(starts.size()), "growing the tree");
     Grown grown = grow(hull, lookups, starts[s], kMostBranches);
-    if (best.place.empty() || grown.gain > best.gain) best = std::move(grown);
+    if (best.place.empty() || grown.explained > best.explained) best = std::move(grown);
   }
   if (best.place.size() > 1) prune(hull, lookups, best);
   return to_tree(hull, lookups, best, -1);
