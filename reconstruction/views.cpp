@@ -212,19 +212,22 @@ constexpr double kCoarseNodes = 1.25;  ///< median radii between them
 
 /// Fits a tree, cut where its vessels end: with coarse nodes until nothing more is cut, then as
 /// fine as is due.
-TreeFit fit_to_ends(const RotationalRun& run, double air, CenterlineTree tree,
+TreeFit fit_to_ends(RotationalRun run, double air, CenterlineTree tree,
                     const TreeFitOptions& options, const Progress& progress) {
   constexpr int kMostCuts = 5;
   TreeFitOptions coarse = options;
-  coarse.node_spacing_mm = std::clamp(kCoarseNodes * usual_radius(tree), 1.0, 10.0);
+  coarse.node_spacing_mm = std::clamp(kCoarseNodes * usual_radius(tree), 2.0, 10.0);
+  coarse.most_steps = 12;
   for (int cut = 0; cut < kMostCuts; ++cut) {
     const TreeFit fit =
         fit_tree(run, air, tree, coarse, part(progress, 0.1 * cut, 0.1 * (cut + 1)));
+    run.frames = fit.frames;  // the tree lies where they see it
     CutTree shorter = without_ends(fit.tree);
     tree = std::move(shorter.tree);
     if (!shorter.is_shorter) break;
   }
   TreeFit fit = fit_tree(run, air, tree, options, part(progress, 0.5, 0.75));
+  run.frames = fit.frames;
   if (CutTree shorter = without_ends(fit.tree); shorter.is_shorter)
     fit = fit_tree(run, air, shorter.tree, options, part(progress, 0.75, 1.0));
   cut_ends(fit);
