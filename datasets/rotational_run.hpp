@@ -76,9 +76,9 @@ RotationalRunOfPhantom make_rotational_run(const PhantomOptions& phantom,
                                            const Progress& progress = {});
 
 /// Writes the run as multi-frame X-Ray Angiographic objects, run/IM0001.dcm and, of a mask run,
-/// run/IM0002.dcm, and truth.json beside, which also holds the true 3 x 4 matrices. Views of a C-arm
-/// that stands still are an object each, views/IM0001.dcm, IM0002.dcm, ...
-/// @return the folder `run`, or `views`
+/// run/IM0002.dcm, and truth.json beside, which also holds the true 3 x 4 matrices. Views of a
+/// C-arm that stands still are an object each, xa_views/IM0001.dcm, IM0002.dcm, ...
+/// @return the folder `run`, or `xa_views`
 std::filesystem::path write_rotational_run(const RotationalRunOfPhantom& run,
                                            const PhantomOptions& options,
                                            const std::filesystem::path& folder);

@@ -235,7 +235,7 @@ fs::path write_rotational_run(const RotationalRunOfPhantom& run, const PhantomOp
   const std::string origin = fingerprint(sized, {}) + " " + of_run.dump();
   make_folder(folder);
   const std::size_t views = run.options.views.size();
-  const fs::path written = folder / (views == 0 ? "run" : "views");
+  const fs::path written = folder / (views == 0 ? "run" : "xa_views");
   write_folder(written, [&](const fs::path& temporary) {
     for (std::size_t v = 0; v < views; ++v)
       detail::write_xa_run(run, run.pictures, sized.name, origin, int(v) + 1, true,

@@ -82,7 +82,13 @@ ViewPicture read_view(const RotationalRun& run, int index, double air,
                       const ViewsOptions& options) {
   const angiogram::ConeBeamFrame& frame = run.frames[std::size_t(index)];
   std::vector<float> integrals = read_line_integrals(run, index, 1, air);
-  const OpenField open = open_field(integrals, frame.columns, frame.rows);
+  OpenField open = open_field(integrals, frame.columns, frame.rows);
+  if (std::size_t(index) < options.open.size()) {
+    const OpenField& given = options.open[std::size_t(index)];
+    open = {std::max(open.first_column, given.first_column),
+            std::min(open.last_column, given.last_column),
+            std::max(open.first_row, given.first_row), std::min(open.last_row, given.last_row)};
+  }
   cover_shutter(integrals.data(), frame.columns, frame.rows, open);
   VesselPicture picture =
       vessels_of(std::move(integrals), frame.columns, frame.rows,
@@ -138,8 +144,8 @@ double voxel_size(const ViewsOptions& options, const RotationalRun& run,
 /// How many points at a line's end lie beyond the vessel's: lines reach out of a vessel's end by
 /// their blur, and the tube fitted there has no radius to speak of.
 std::size_t beyond_end(const CenterlinePath& path, bool at_inlet) {
-  constexpr double kNear = 10.0;               // [mm]
-  constexpr double kPart = 0.6, kReach = 4.0;  // of the vessel's radius there
+  constexpr double kNear = 10.0;                // [mm]
+  constexpr double kPart = 0.75, kReach = 4.0;  // of the vessel's radius there
   const std::size_t count = path.points.size();
   const auto point = [&](std::size_t n) { return at_inlet ? n : count - 1 - n; };
   const auto along = [&](std::size_t n) {
@@ -150,10 +156,12 @@ std::size_t beyond_end(const CenterlinePath& path, bool at_inlet) {
     radii.push_back(path.equivalent_radius[point(n)]);
   const double vessel = quantile(radii, 0.75);
   std::size_t beyond = 0;
-  for (std::size_t n = 0; n < radii.size() && along(n) < std::min(kReach * vessel, 0.5 * kNear);
-       ++n)
-    if (radii[n] < kPart * vessel) beyond = n + 1;
-  return beyond;
+  while (beyond < radii.size() && along(beyond) < std::min(kReach * vessel, 0.5 * kNear) &&
+         radii[beyond] < kPart * vessel)
+    ++beyond;
+  // A path that would be gone keeps its ends.
+  constexpr std::size_t kFewest = 8;
+  return 2 * beyond + kFewest > count ? 0 : beyond;
 }
 
 /// A tree without what lies beyond its vessels' ends, and whether that was anything.
@@ -236,18 +244,24 @@ TreeFit fit_to_ends(RotationalRun run, double air, CenterlineTree tree,
 
 /// Lines and radii: view by view, and where all views see the same places to a pixel from all of
 /// them at once.
+/// @param has_ends  they were named, and stay
 void measure(const RotationalRun& run, const std::vector<ViewPicture>& views,
-             const CenterlineTree& found, const TreeFitOptions& options, const Progress& progress,
-             TreeOfViews& result) {
+             const CenterlineTree& found, bool has_ends, const TreeFitOptions& options,
+             const Progress& progress, TreeOfViews& result) {
+  constexpr double kSkewPixels = 2.0;
   const double air = result.unattenuated;
   result.skew_mm = view_skew(views, found);
-  result.by_view = result.skew_mm > pixel_at_isocentre(run.frames.front());
+  double pixel = 1e9;
+  for (const angiogram::ConeBeamFrame& frame : run.frames)
+    pixel = std::min(pixel, pixel_at_isocentre(frame));
+  result.by_view = result.skew_mm > kSkewPixels * pixel;
   if (!result.by_view) {
-    result.fit = fit_to_ends(run, air, found, options, progress);
+    result.fit = has_ends ? fit_tree(run, air, found, options, progress)
+                          : fit_to_ends(run, air, found, options, progress);
     return;
   }
   result.fit = measure_view_by_view(run, air, views, found, options, progress);
-  cut_ends(result.fit);
+  if (!has_ends) cut_ends(result.fit);
 }
 
 double medium(const TreeFit& fit) {
@@ -257,7 +271,8 @@ double medium(const TreeFit& fit) {
   return median(std::move(found));
 }
 
-std::vector<std::string> warnings_of(const TreeOfViews& result, const ViewShifts& shifts) {
+std::vector<std::string> warnings_of(const TreeOfViews& result, const ViewShifts& shifts,
+                                     bool has_ends) {
   constexpr double kToldShift = 1.0, kPoorAgreement = 0.7, kPoorPart = 0.6;
   std::vector<std::string> warnings;
   warnings.push_back(fmt::format(
@@ -265,6 +280,13 @@ std::vector<std::string> warnings_of(const TreeOfViews& result, const ViewShifts
       "round, and what overlaps in a view may be joined wrongly. Compare the tree with the views "
       "(reconstruction/frames.nrrd, the report's sheet)",
       result.shifts_mm.size(), result.widest_angle_degrees));
+  if (has_ends) {
+    const Vec3& inlet = result.fit.tree.paths.front().points.front();
+    warnings.push_back(fmt::format(
+        "the vessel's proximal end lies at {:.1f}, {:.1f}, {:.1f} mm; if another end is taken for "
+        "the inlet, run again with --inlet {:.1f},{:.1f},{:.1f}",
+        inlet.x, inlet.y, inlet.z, inlet.x, inlet.y, inlet.z));
+  }
   double farthest = 0.0;
   for (const Vec3& shift : result.shifts_mm) farthest = std::max(farthest, norm(shift));
   if (farthest > kToldShift)
@@ -363,10 +385,11 @@ TreeOfViews reconstruct_views(const RotationalRun& run, const ViewsOptions& opti
   TreeFitOptions fitting;
   fitting.frame_shift_sd_mm = options.shift_sd_mm;
   fitting.frame_turn_sd_degrees = options.turn_sd_degrees;
-  measure(moved, views, found.tree, fitting, part(progress, 0.5, 0.9), result);
+  measure(moved, views, found.tree, !options.ends.empty(), fitting, part(progress, 0.5, 0.9),
+          result);
   result.volume = tube_volume(result.fit.tree, medium(result.fit),
                               voxel_size(options, run, result.fit.tree), options.largest_side);
-  result.warnings = warnings_of(result, shifts);
+  result.warnings = warnings_of(result, shifts, !options.ends.empty());
   return result;
 }
 

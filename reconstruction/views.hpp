@@ -24,6 +24,8 @@ struct ViewsOptions {
   /// Of the one vessel that is wanted, one a view, in the run's order; empty: all vessels that the
   /// views tell of.
   std::vector<VesselEnds> ends = {};
+  /// Where each view's picture lies in its frame, if it is smaller; empty: everywhere.
+  std::vector<OpenField> open = {};
   /// Diameter of the thinnest vessel, [0, 5]; a stenosis may be thinner; 0: all that are seen.
   double thinnest_mm = 0.0;
   double widest_mm = 12.0;  ///< and of the widest, above `thinnest_mm`, [1, 40]
@@ -48,7 +50,7 @@ struct TreeOfViews {
                                         ///< the one vessel that is wanted, of its own
   double agreement = 0.0;               ///< detail/view_shifts.hpp
   double skew_mm = 0.0;  ///< of the views' rays to the same places (detail/view_by_view.hpp)
-  bool by_view = false;  ///< each view was measured by itself, for that is over a pixel
+  bool by_view = false;  ///< each view was measured by itself, for that is over two pixels
   std::vector<std::string> warnings;
 };
 

@@ -39,7 +39,25 @@ std::string why_not(const DicomHeader& header, const ProjectionRun& run,
   if (run.primary_angles_degrees.empty() || run.secondary_angles_degrees.empty())
     return "it does not state both of its angles (an anonymiser may have removed them). Export it "
            "again";
+  constexpr double kStill = 2.0;
+  const auto turn = [](const std::vector<double>& angles) {
+    const auto [least, most] = std::minmax_element(angles.begin(), angles.end());
+    return *most - *least;
+  };
+  if (const double degrees =
+          std::max(turn(run.primary_angles_degrees), turn(run.secondary_angles_degrees));
+      degrees > kStill)
+    return fmt::format(
+        "it turns by {:.0f} degrees (too much for a view, too little for a volume). Give a run of "
+        "a "
+        "C-arm that stands still",
+        degrees);
   if (std::string why = detail::refusal_of_distances(run); !why.empty()) return why;
+  constexpr double kFinest = 0.02, kCoarsest = 5.0;
+  for (const double spacing : run.detector_spacing_mm)
+    if (!(spacing >= kFinest && spacing <= kCoarsest))
+      return fmt::format(
+          "its detector's pixels of {:g} mm are none that there are. Export it again", spacing);
   if (header.lossy && !options.allow_lossy)
     return "it was compressed with loss (edges may have moved, and so would every diameter). "
            "Export it without loss, or measure all the same with --allow-lossy";
@@ -141,8 +159,9 @@ Choice by_rule(const std::vector<Candidate>& all) {
     std::size_t left_out = v;
     if (all[v].header->frames.size() > all[*same].header->frames.size()) std::swap(*same, left_out);
     choice.warnings.push_back(in_words(all[left_out], left_out) +
-                              " was left out: a longer one is from the same side");
+                              " was left out: another one is from the same side");
   }
+  std::sort(choice.views.begin(), choice.views.end());
   return choice;
 }
 
@@ -221,6 +240,7 @@ std::optional<LoadedViews> read_views(const fs::path& path, const ReadOptions& o
   loaded.warnings.insert(loaded.warnings.end(), choice.warnings.begin(), choice.warnings.end());
   for (const std::size_t v : choice.views) {
     loaded.views.push_back(load(all[v]));
+    loaded.numbers.push_back(int(v) + 1);
     for (const std::string& note : all[v].run.notes)
       if (!note.starts_with("spacing:"))
         loaded.warnings.push_back(fmt::format("view {}: {}", v + 1, note));

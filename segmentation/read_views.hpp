@@ -18,6 +18,7 @@ inline constexpr int kMostViews = 6;
 /// those of all its frames.
 struct LoadedViews {
   std::vector<LoadedRun> views;
+  std::vector<int> numbers;           ///< of each, as `angio inspect` lists them
   std::string source_description;     ///< "3 views, X-Ray Angiographic Image Storage"
   std::vector<std::string> warnings;  ///< what was left out, and doubtful
 };

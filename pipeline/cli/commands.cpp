@@ -137,20 +137,21 @@ int do_doctor(bool as_json) {
 
 /// A value that CLI11 could not read, with what its option expects.
 std::string conversion_fault(const CLI::App& scope, const std::string& text) {
-  static const std::regex kForm("Could not convert: (--?\\S+) = (.*)");
-  std::smatch found;
-  if (!std::regex_match(text, found, kForm)) return text;
+  constexpr std::string_view kBegin = "Could not convert: ", kBetween = " = ";
+  const std::size_t between = text.find(kBetween);
+  if (!text.starts_with(kBegin) || between == std::string::npos) return text;
+  const std::string name = text.substr(kBegin.size(), between - kBegin.size()),
+                    value = text.substr(between + kBetween.size());
   std::string expected = "another kind of value";
-  if (const CLI::Option* option = scope.get_option_no_throw(found[1].str())) {
+  if (const CLI::Option* option = scope.get_option_no_throw(name)) {
     const std::string type = option->get_type_name();
     const bool is_list = type.find("...") != std::string::npos;
-    expected = is_list           ? "numbers, as " + type
-               : type == "INT"   ? "a whole number"
-               : type == "FLOAT" ? "a number"
-                                 : "a number: " + type;
+    expected = is_list                           ? "numbers, as " + type
+               : type == "INT" || type == "UINT" ? "a whole number"
+               : type == "FLOAT"                 ? "a number"
+                                                 : "a number: " + type;
   }
-  return fmt::format("{} {} cannot be used (expected {})", found[1].str(), found[2].str(),
-                     expected);
+  return fmt::format("{} {} cannot be used (expected {})", name, value, expected);
 }
 
 /// CLI11 writes several lines; docs/contract.md wants one, with exit code 64.

@@ -230,12 +230,13 @@ void print_forecast(const Forecast& forecast) {
 nlohmann::json to_json(const std::vector<segmentation::ViewSummary>& views) {
   nlohmann::json list = nlohmann::json::array();
   for (const segmentation::ViewSummary& view : views)
-    list.push_back({{"view", view.number},
-                    {"series", view.series},
-                    {"primary_degrees", view.primary_degrees},
-                    {"secondary_degrees", view.secondary_degrees},
-                    {"frames", view.frame_count},
-                    {"problem", view.problem.empty() ? nlohmann::json() : nlohmann::json(view.problem)}});
+    list.push_back(
+        {{"view", view.number},
+         {"series", view.series},
+         {"primary_degrees", view.primary_degrees},
+         {"secondary_degrees", view.secondary_degrees},
+         {"frames", view.frame_count},
+         {"problem", view.problem.empty() ? nlohmann::json() : nlohmann::json(view.problem)}});
   return list;
 }
 
@@ -344,25 +345,21 @@ int do_inspect(const InspectArguments& arguments) {
   std::optional<Forecast> forecast;
   if (std::any_of(all.begin(), all.end(), [](const auto& series) { return series.projection; }))
     forecast = forecast_of(arguments.input, config);
-  const std::vector<segmentation::ViewSummary> views =
-      forecast ? std::vector<segmentation::ViewSummary>()
-               : segmentation::list_views(arguments.input, config.input);
+  std::vector<segmentation::ViewSummary> views;
+  if (std::any_of(all.begin(), all.end(), [](const auto& series) { return series.projection; }))
+    views = segmentation::list_views(arguments.input, config.input);
   if (arguments.as_json) {
     nlohmann::json list = nlohmann::json::array();
     for (const auto& series : all) list.push_back(to_json(series));
     nlohmann::json found = {{"series", list}};
-    if (forecast)
-      found["reconstruction"] = to_json(*forecast);
-    else if (!views.empty())
-      found["views"] = to_json(views);
+    if (forecast) found["reconstruction"] = to_json(*forecast);
+    if (!views.empty()) found["views"] = to_json(views);
     fmt::print("{}\n", found.dump(2, ' ', false, nlohmann::json::error_handler_t::replace));
     return int(ExitCode::done);
   }
   for (std::size_t i = 0; i < all.size(); ++i) print_series(i + 1, all[i]);
-  if (forecast)
-    print_forecast(*forecast);
-  else
-    print_views(views);
+  if (forecast) print_forecast(*forecast);
+  print_views(views);
   return int(ExitCode::done);
 }
 

@@ -167,14 +167,14 @@ void do_reconstruction(StageWork& work, const ReconstructionSettings& settings) 
         "the case holds no X-ray frames to reconstruct from (they are never copied). Give the "
         "run again: `angio run INPUT -o CASE --from reconstruction`",
         ExitCode::no_input);
-  const auto loaded =
-      segmentation::read_run(work.input, settings.get<&Config::input>(),
-                             work.geometry.empty() ? segmentation::RunGeometry::by_header
-                                                   : segmentation::RunGeometry::given,
-                             part(work.progress, 0.0, 0.05));
+  const segmentation::ReadOptions& input = settings.get<&Config::input>();
+  const auto geometry = work.geometry.empty() ? segmentation::RunGeometry::by_header
+                                              : segmentation::RunGeometry::given;
+  std::optional<LoadedRun> loaded;
+  if (input.views.empty())
+    loaded = segmentation::read_run(work.input, input, geometry, part(work.progress, 0.0, 0.05));
   if (!loaded) {
-    const auto views = segmentation::read_views(work.input, settings.get<&Config::input>(),
-                                                part(work.progress, 0.0, 0.05));
+    const auto views = segmentation::read_views(work.input, input, part(work.progress, 0.0, 0.05));
     if (!views)
       throw InputError(
           "the input holds no rotational run and no views any more (it has changed). Run again");

@@ -45,6 +45,7 @@ class ChosenFrames : public reconstruction::FrameReader {
 struct Picture {
   ConeBeamFrame frame;
   std::vector<float> pixels;
+  reconstruction::OpenField open = {};  ///< where it lies in the frame
 };
 
 /// Blocks of pixels as one.
@@ -70,10 +71,12 @@ Picture coarser(const Picture& picture, int block) {
   return small;
 }
 
-/// Cut to its middle, or widened by what its border has.
+/// Widened by what its border has.
 Picture of_size(const Picture& picture, int columns, int rows) {
   const int left = (picture.frame.columns - columns) / 2, top = (picture.frame.rows - rows) / 2;
-  Picture sized{picture.frame, {}};
+  Picture sized{picture.frame,
+                {},
+                {-left, picture.frame.columns - 1 - left, -top, picture.frame.rows - 1 - top}};
   sized.frame.first_pixel = picture.frame.place(left, top);
   sized.frame.columns = columns;
   sized.frame.rows = rows;
@@ -89,13 +92,21 @@ Picture of_size(const Picture& picture, int columns, int rows) {
 
 /// Of all views pixels that are about as fine as the coarsest's, and pictures of one size.
 void even_out(std::vector<Picture>& pictures) {
+  constexpr int kLongestSide = 1024, kShortestSide = 32;
   double coarsest = 0.0;
   for (const Picture& picture : pictures)
     coarsest = std::max(coarsest, norm(picture.frame.column_step));
   int columns = 0, rows = 0;
   for (Picture& picture : pictures) {
     const int block = std::max(1, int(std::lround(coarsest / norm(picture.frame.column_step))));
-    picture = coarser(picture, block);
+    const int longest = std::max(picture.frame.columns, picture.frame.rows);
+    picture = coarser(picture, std::max(block, (longest + kLongestSide - 1) / kLongestSide));
+    if (std::min(picture.frame.columns, picture.frame.rows) < kShortestSide)
+      throw InputError(
+          fmt::format("the views' pixels differ too much ({:g} mm and {:g} mm on their detectors). "
+                      "Give views of like resolution",
+                      norm(picture.frame.column_step) / block, coarsest));
+    picture.open = {0, picture.frame.columns - 1, 0, picture.frame.rows - 1};
     columns = std::max(columns, picture.frame.columns);
     rows = std::max(rows, picture.frame.rows);
   }
@@ -108,15 +119,18 @@ void even_out(std::vector<Picture>& pictures) {
 struct ChosenView {
   Picture picture;
   int frame = 0;  ///< numbered from 0
+  bool is_logarithmic = false;
 };
 
-ChosenView choose_frame(const segmentation::LoadedRun& loaded, std::size_t number,
+/// @param place   among the views that are taken
+/// @param number  as `angio inspect` lists it
+ChosenView choose_frame(const segmentation::LoadedRun& loaded, std::size_t place, int number,
                         const ReconstructionSettings& settings,
                         std::vector<std::string>& warnings) {
   std::vector<std::string> own;
   reconstruction::RotationalRun run = rotational_run(loaded, {}, own);
   for (const std::string& warning : own)
-    warnings.push_back(fmt::format("view {}: {}", number + 1, warning));
+    warnings.push_back(fmt::format("view {}: {}", number, warning));
   const LoadedFrames pictures(*loaded.pictures);
   run.pictures = &pictures;
   ChosenView chosen;
@@ -127,20 +141,28 @@ ChosenView choose_frame(const segmentation::LoadedRun& loaded, std::size_t numbe
                        run, settings.get<&Config::views>(),
                        settings.get<&Config::reconstruction>().phase_percent / kPerCent)
                        .best;
-  } else if (number >= asked.size()) {
-    throw OptionError(
-        fmt::format("views.frames names {} frames, and there are more views. Name "
-                    "one a view",
-                    asked.size()));
-  } else if (asked[number] > loaded.frame_count) {
-    throw OptionError(fmt::format("views.frames: view {} has {} frames, no {:.0f}", number + 1,
-                                  loaded.frame_count, asked[number]));
+  } else if (asked[place] > loaded.frame_count) {
+    throw OptionError(fmt::format("views.frames: view {} has {} frames, no {:.0f}", number,
+                                  loaded.frame_count, asked[place]));
   } else {
-    chosen.frame = int(asked[number]) - 1;
+    chosen.frame = int(asked[place]) - 1;
   }
   chosen.picture.frame = run.frames[std::size_t(chosen.frame)];
   chosen.picture.pixels = loaded.pictures->read(chosen.frame, 1);
+  chosen.is_logarithmic = run.relation == reconstruction::PixelRelation::logarithmic;
   return chosen;
+}
+
+/// Where some pictures are logarithmic the others become so, too: contrast is fitted for each view.
+reconstruction::PixelRelation same_relation(std::vector<Picture>& pictures,
+                                            const std::vector<bool>& is_logarithmic) {
+  using reconstruction::PixelRelation;
+  if (std::find(is_logarithmic.begin(), is_logarithmic.end(), true) == is_logarithmic.end())
+    return PixelRelation::linear;
+  for (std::size_t v = 0; v < pictures.size(); ++v)
+    if (!is_logarithmic[v])
+      for (float& pixel : pictures[v].pixels) pixel = std::log(std::max(pixel, 1.0F));
+  return PixelRelation::logarithmic;
 }
 
 /// The wanted vessel's ends, in the pixels of the pictures that are used.
@@ -179,7 +201,8 @@ nlohmann::json to_json(const reconstruction::TreeOfViews& result,
   nlohmann::json views = nlohmann::json::array(), used = nlohmann::json::array();
   for (std::size_t v = 0; v < frames.size(); ++v) {
     used.push_back(int(v) + 1);
-    views.push_back({{"primary_degrees", loaded.views[v].run.primary_angles_degrees.front()},
+    views.push_back({{"view", loaded.numbers[v]},
+                     {"primary_degrees", loaded.views[v].run.primary_angles_degrees.front()},
                      {"secondary_degrees", loaded.views[v].run.secondary_angles_degrees.front()},
                      {"frame", frames[v] + 1},
                      {"shift_mm", to_json(result.shifts_mm[v])},
@@ -209,24 +232,36 @@ void do_views(StageWork& work, const segmentation::LoadedViews& loaded,
   work.input_description = loaded.source_description;
   std::vector<Picture> pictures;
   std::vector<int> chosen_frames;
+  std::vector<bool> is_logarithmic;
+  if (const std::size_t asked = settings.get<&Config::view_frames>().size();
+      asked != 0 && asked != loaded.views.size())
+    throw OptionError(
+        fmt::format("views.frames names {} frames, and {} views are taken. Name one a "
+                    "view",
+                    asked, loaded.views.size()));
   for (std::size_t v = 0; v < loaded.views.size(); ++v) {
-    work.progress.report(0.05 + 0.15 * double(v) / double(loaded.views.size()),
-                         fmt::format("looking for the best filled frame of view {}", v + 1));
-    ChosenView chosen = choose_frame(loaded.views[v], v, settings, work.warnings);
+    work.progress.report(
+        0.05 + 0.15 * double(v) / double(loaded.views.size()),
+        fmt::format("looking for the best filled frame of view {}", loaded.numbers[v]));
+    ChosenView chosen =
+        choose_frame(loaded.views[v], v, loaded.numbers[v], settings, work.warnings);
     pictures.push_back(std::move(chosen.picture));
     chosen_frames.push_back(chosen.frame);
+    is_logarithmic.push_back(chosen.is_logarithmic);
   }
+  reconstruction::RotationalRun run;
+  run.relation = same_relation(pictures, is_logarithmic);
   std::vector<ConeBeamFrame> as_given;
   for (const Picture& picture : pictures) as_given.push_back(picture.frame);
   even_out(pictures);
   ChosenFrames frames;
-  reconstruction::RotationalRun run;
+  reconstruction::ViewsOptions options = settings.get<&Config::views>();
   for (Picture& picture : pictures) {
     run.frames.push_back(picture.frame);
+    options.open.push_back(picture.open);
     frames.add(std::move(picture.pixels));
   }
   run.pictures = &frames;
-  reconstruction::ViewsOptions options = settings.get<&Config::views>();
   options.voxel_mm = settings.get<&Config::reconstruction>().voxel_mm;
   options.ends = vessel_ends(settings.get<&Config::view_ends>(), as_given, run.frames);
   options.largest_side = settings.get<&Config::reconstruction>().largest_side;

@@ -16,25 +16,29 @@ namespace {
 struct Piece {
   Vec3 from, to;
   double from_radius = 0.0, to_radius = 0.0;
-  std::vector<std::size_t> cuts = {};  ///< ends of lines that are near
+  std::size_t path = 0;
+  std::vector<std::size_t> cuts = {};  ///< its own path's ends that are near
 };
 
 /// Where a line ends, and the way out of it, unit.
 struct LineEnd {
   Vec3 place, outward;
   double radius = 0.0;
+  std::size_t path = 0;
 };
 
 std::vector<LineEnd> ends_of(const CenterlineTree& tree) {
   std::vector<LineEnd> ends;
-  const auto add = [&](const CenterlinePath& path, std::size_t end, std::size_t before) {
+  const auto add = [&](std::size_t index, std::size_t end, std::size_t before) {
+    const CenterlinePath& path = tree.paths[index];
     ends.push_back({path.points[end], normalized(path.points[end] - path.points[before]),
-                    path.equivalent_radius[end]});
+                    path.equivalent_radius[end], index});
   };
-  for (const CenterlinePath& path : tree.paths) {
-    if (path.points.size() < 2) continue;
-    if (ends.empty()) add(path, 0, 1);  // all begin there
-    add(path, path.points.size() - 1, path.points.size() - 2);
+  for (std::size_t p = 0; p < tree.paths.size(); ++p) {
+    const std::size_t count = tree.paths[p].points.size();
+    if (count < 2) continue;
+    if (ends.empty()) add(p, 0, 1);  // all begin there
+    add(p, count - 1, count - 2);
   }
   return ends;
 }
@@ -52,14 +56,15 @@ std::vector<Piece> pieces_of(const CenterlineTree& tree) {
     }
     for (std::size_t n = std::max<std::size_t>(shared, 1); n < path.points.size(); ++n)
       pieces.push_back({path.points[n - 1], path.points[n], path.equivalent_radius[n - 1],
-                        path.equivalent_radius[n]});
+                        path.equivalent_radius[n], p});
   }
   constexpr double kNear = 2.0;  // radii
   const std::vector<LineEnd> ends = ends_of(tree);
   for (Piece& piece : pieces)
     for (std::size_t e = 0; e < ends.size(); ++e)
-      if (std::min(distance(piece.from, ends[e].place), distance(piece.to, ends[e].place)) <
-          kNear * ends[e].radius)
+      if (ends[e].path == piece.path &&
+          std::min(distance(piece.from, ends[e].place), distance(piece.to, ends[e].place)) <
+              kNear * ends[e].radius)
         piece.cuts.push_back(e);
   return pieces;
 }

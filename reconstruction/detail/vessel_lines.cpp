@@ -206,7 +206,8 @@ VesselLines find_vessel_lines(const std::vector<float>& picture, int columns, in
   ridges.response.assign(size.count(), 0.0F);
   ridges.sureness = ridges.scale = ridges.across_y = ridges.response;
   ridges.across_x.assign(size.count(), 1.0F);
-  for (double scale = kFinestScale; kRadiusOfScale * scale <= 0.5 * widest; scale *= kScaleStep)
+  const double widest_radius = std::min(0.5 * widest, 0.2 * std::min(columns, rows));
+  for (double scale = kFinestScale; kRadiusOfScale * scale <= widest_radius; scale *= kScaleStep)
     take_scale(picture, size, scale, ridges);
   const std::vector<char> is_crest = crests(ridges, size);
   VesselLines lines{columns, rows, std::vector<float>(size.count(), 0.0F)};

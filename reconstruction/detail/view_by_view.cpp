@@ -74,7 +74,8 @@ CenterlineTree on_lines(const CenterlineTree& tree, const ViewPicture& view) {
   return moved;
 }
 
-/// Where rays pass nearest to each other, and how far off, root mean square.
+/// Where rays pass nearest to each other, and how far apart: of two rays their distance, of more
+/// twice the root mean square of theirs from there.
 struct Meeting {
   Vec3 place;
   double off = 0.0;
@@ -96,7 +97,7 @@ Meeting meet(const std::vector<Vec3>& sources, const std::vector<Vec3>& through)
     const Vec3 ray = normalized(through[v] - sources[v]), to = meeting.place - sources[v];
     meeting.off += dot(to - dot(to, ray) * ray, to - dot(to, ray) * ray) / double(sources.size());
   }
-  meeting.off = std::sqrt(meeting.off);
+  meeting.off = 2.0 * std::sqrt(meeting.off);
   return meeting;
 }
 

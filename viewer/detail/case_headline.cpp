@@ -12,7 +12,7 @@ std::string kind_words(const std::string& input_kind) {
   if (input_kind == "volume") return "Scan: ";
   if (input_kind == "surface") return "Surface: ";
   if (input_kind == "phantom") return "Phantom: ";
-  if (input_kind == "run") return "Rotational run: ";
+  if (input_kind == "run") return "X-ray frames: ";
   return {};
 }
 
