@@ -28,7 +28,7 @@ std::filesystem::path write_views(const std::filesystem::path& folder,
 
 class StandingViews : public testing::Test {
  protected:
-  TemporaryFolder folder_;
+  angio::test::TemporaryFolder folder_;
 };
 
 TEST_F(StandingViews, AreReadWithTheirAnglesAndPictures) {
