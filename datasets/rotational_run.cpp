@@ -228,9 +228,9 @@ RotationalRunOfPhantom make_rotational_run(const PhantomOptions& phantom,
   const int frame_count = run.frames * std::max(1, int(run.views.size()));
   for (int f = 0; f < frame_count; ++f) {
     const angiogram::CArmAngles angles =
-        run.views.empty() ? angiogram::CArmAngles{
-                                run.arc_degrees * (double(f) / (run.frames - 1) - 0.5), 0.0}
-                          : run.views[std::size_t(f / run.frames)];
+        run.views.empty()
+            ? angiogram::CArmAngles{run.arc_degrees * (double(f) / (run.frames - 1) - 0.5), 0.0}
+            : run.views[std::size_t(f / run.frames)];
     result.primary_angles_degrees.push_back(angles.primary_degrees);
     result.secondary_angles_degrees.push_back(angles.secondary_degrees);
     result.frames.push_back(wobbled(angiogram::c_arm_frame(angles, result.mount),

@@ -40,7 +40,8 @@ void take_means(const std::vector<float>& picture, int columns, const ConeBeamFr
 }  // namespace
 
 ShownFrames show_frames(const RotationalRun& run, const Reconstruction& result) {
-  return show_frames(run, result.frames, result.used, run.masks ? 1.0 : result.quality.unattenuated);
+  return show_frames(run, result.frames, result.used,
+                     run.masks ? 1.0 : result.quality.unattenuated);
 }
 
 ShownFrames show_frames(const RotationalRun& run, const std::vector<ConeBeamFrame>& places,

@@ -28,8 +28,8 @@ enum class AngleIncrements {
 
 struct ReadOptions {
   std::string series = {};   ///< number (1...) or hash from `inspect`; empty: by rule (most voxels)
-  std::string views = {};   ///< numbers from `inspect`, as "1,3", of runs of a C-arm that stood
-                            ///< still; empty: by rule (segmentation/read_views.hpp)
+  std::string views = {};    ///< numbers from `inspect`, as "1,3", of runs of a C-arm that stood
+                             ///< still; empty: by rule (segmentation/read_views.hpp)
   bool allow_lossy = false;  ///< measure on lossy-compressed pixels all the same
   /// For a series or file that states none (anonymised): voxel size between columns, rows and
   /// slices [mm], in (1e-4, 100); zeros: refuse such a series. Never overrules what a file states.

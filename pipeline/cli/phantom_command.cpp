@@ -98,10 +98,11 @@ void add_phantom_command(CLI::App& app, PhantomArguments& phantom) {
   command.add_option("NAME", o.name, "which phantom")->required();
   command.add_option("-o,--output", phantom.folder, "folder to write into")->required();
   command
-      .add_option("--format", phantom.format,
-                  "dicom (CT series), xray3d (X-Ray 3D Angiographic DICOM), xa-run (the X-ray\n"
-                  "frames of a rotational run, DICOM), xa-views (those of a C-arm that stands still at\n"
-                  "some places), nrrd or surface")
+      .add_option(
+          "--format", phantom.format,
+          "dicom (CT series), xray3d (X-Ray 3D Angiographic DICOM), xa-run (the X-ray\n"
+          "frames of a rotational run, DICOM), xa-views (those of a C-arm that stands still at\n"
+          "some places), nrrd or surface")
       ->check(CLI::IsMember({"dicom", "xray3d", "xa-run", "xa-views", "nrrd", "surface"}))
       ->capture_default_str();
   command.add_option("--stenosis", o.stenosis_percent, "diameter stenosis [%], 0 to 95")

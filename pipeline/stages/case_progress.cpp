@@ -18,7 +18,8 @@ namespace angio::pipeline {
 namespace fs = std::filesystem;
 namespace {
 
-/// Whether INPUT is of X-ray frames: a rotational run, or views of a C-arm that stood still. What cannot be read is refused by the stage that reads it.
+/// Whether INPUT is of X-ray frames: a rotational run, or views of a C-arm that stood still. What
+/// cannot be read is refused by the stage that reads it.
 bool is_run(const RunRequest& request, InputKind kind) {
   const std::string& input = request.input;
   if (!request.geometry.empty()) {

@@ -195,9 +195,10 @@ void parse_table(DcmDataset& dataset, ProjectionRun& run) {
 void parse_detector(DcmDataset& dataset, ProjectionRun& run) {
   run.detector_spacing_mm = detector_spacing(dataset);
   if (run.detector_spacing_mm[0] > 0.0 && !(spacing_by(dataset, DCM_ImagerPixelSpacing)[0] > 0.0))
-    run.notes.push_back("the detector's pixel spacing is not stated; the field of view over the "
-                        "picture makes it " +
-                        format_number(run.detector_spacing_mm[0]) + " mm");
+    run.notes.push_back(
+        "the detector's pixel spacing is not stated; the field of view over the "
+        "picture makes it " +
+        format_number(run.detector_spacing_mm[0]) + " mm");
   run.picture_turn_degrees = deep_number(dataset, DCM_FieldOfViewRotation).value_or(0.0);
   run.picture_is_mirrored = text(dataset, DCM_FieldOfViewHorizontalFlip) == "YES";
   const auto element = spacing_by(dataset, DCM_DetectorElementSpacing);
