@@ -237,7 +237,7 @@ TEST(CaseHeadline, SaysWhatTheCaseIs) {
             "Stenosis of at least 75 % on line 0");
   EXPECT_EQ(headline(R"({"status":"no_lesion",)" + balloon + "}", "surface"),
             "Surface: no stenosis, trial of a 3.00 × 12 mm balloon");
-  EXPECT_EQ(headline(R"({"status":"no_lesion"})", "run"), "Rotational run: no stenosis");
+  EXPECT_EQ(headline(R"({"status":"no_lesion"})", "run"), "X-ray frames: no stenosis");
   EXPECT_EQ(headline(R"({"status":"not_determined"})", "volume"), "");
 }
 
