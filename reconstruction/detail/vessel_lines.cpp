@@ -161,38 +161,40 @@ bool is_line(const std::vector<std::size_t>& crest, const Ridges& ridges) {
          length >= std::max(kFewest, kLeastLength * median(std::move(radii)));
 }
 
-/// Each radius by its neighbours' median: a scale is picked by pixels that are noisy.
-void smooth_radii(VesselLines& lines) {
-  constexpr int kReach = 4;
+/// The median of the radii around a line's pixel.
+double radius_around(const std::vector<float>& radius, const Size& size, int column, int row,
+                     int reach) {
+  std::vector<double> near;
+  for (int y = std::max(0, row - reach); y <= std::min(size.rows - 1, row + reach); ++y)
+    for (int x = std::max(0, column - reach); x <= std::min(size.columns - 1, column + reach); ++x)
+      if (radius[size.at(x, y)] > 0.0F) near.push_back(double(radius[size.at(x, y)]));
+  return median(std::move(near));
+}
+
+/// Each radius by what `change` makes of the one around it.
+template <typename Change>
+void change_radii(VesselLines& lines, int reach, const Change& change) {
   const Size size{lines.columns, lines.rows};
   const std::vector<float> as_found = lines.radius;
   for (int row = 0; row < size.rows; ++row)
-    for (int c = 0; c < size.columns; ++c) {
-      if (as_found[size.at(c, row)] <= 0.0F) continue;
-      std::vector<double> near;
-      for (int dy = -kReach; dy <= kReach; ++dy)
-        for (int dx = -kReach; dx <= kReach; ++dx)
-          if (size.holds(c + dx, row + dy) && as_found[size.at(c + dx, row + dy)] > 0.0F)
-            near.push_back(double(as_found[size.at(c + dx, row + dy)]));
-      lines.radius[size.at(c, row)] = float(median(std::move(near)));
-    }
+    for (int c = 0; c < size.columns; ++c)
+      if (as_found[size.at(c, row)] > 0.0F)
+        change(radius_around(as_found, size, c, row, reach), lines.radius[size.at(c, row)]);
+}
+
+/// Each radius by its neighbours' median: a scale is picked by pixels that are noisy.
+void smooth_radii(VesselLines& lines) {
+  constexpr int kReach = 4;
+  change_radii(lines, kReach, [](double around, float& radius) { radius = float(around); });
 }
 
 }  // namespace
 
 void leave_out_thin(VesselLines& lines, double least) {
   const int reach = std::max(4, int(std::lround(10.0 * least)));
-  const Size size{lines.columns, lines.rows};
-  const std::vector<float> as_found = lines.radius;
-  for (int row = 0; row < size.rows; ++row)
-    for (int c = 0; c < size.columns; ++c) {
-      if (as_found[size.at(c, row)] <= 0.0F) continue;
-      std::vector<double> near;
-      for (int y = std::max(0, row - reach); y <= std::min(size.rows - 1, row + reach); ++y)
-        for (int x = std::max(0, c - reach); x <= std::min(size.columns - 1, c + reach); ++x)
-          if (as_found[size.at(x, y)] > 0.0F) near.push_back(double(as_found[size.at(x, y)]));
-      if (median(std::move(near)) < least) lines.radius[size.at(c, row)] = 0.0F;
-    }
+  change_radii(lines, reach, [least](double around, float& radius) {
+    if (around < least) radius = 0.0F;
+  });
 }
 
 bool VesselLines::empty() const {
