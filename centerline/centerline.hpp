@@ -1,6 +1,7 @@
 #pragma once
 
 #include <functional>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -59,6 +60,26 @@ LumenProfile measure_lumen(const TriangleMesh& surface, const CenterlinePath& pa
 /// The same of the points of a wall, each once. @param wall [mm], without caps
 LumenProfile measure_lumen(std::vector<Vec3> wall, const CenterlinePath& path,
                            double first_abscissa, double last_abscissa);
+
+/// Measures a lumen between two abscissas [mm] moment after moment, while its wall moves. The first
+/// moment is measured by measure_lumen; each later one begins with the middle line and the radii of
+/// the one before, and chooses how finely to look at fewer places, in a fraction of the time.
+class LumenFollower {
+ public:
+  LumenFollower(double first_abscissa, double last_abscissa);
+  ~LumenFollower();
+  LumenFollower(LumenFollower&&) noexcept;
+  LumenFollower& operator=(LumenFollower&&) noexcept;
+
+  /// @param wall  [mm], without caps
+  /// @param path  as it is at this moment; of the same points at each
+  LumenProfile measure(std::vector<Vec3> wall, const CenterlinePath& path);
+
+ private:
+  struct Seen;
+  double first_abscissa_, last_abscissa_;
+  std::unique_ptr<Seen> seen_;  ///< null: nothing yet
+};
 
 /// Leaves out single sections that took something else for their wall: narrower than both
 /// neighbours allow, r_i < r_j - |s_i - s_j| [mm]. A web thinner than one step of the profile is

@@ -17,6 +17,12 @@ struct Range {
   std::size_t first = 0, last = 0;
 };
 
+Range range_between(const CenterlinePath& path, double first_abscissa, double last_abscissa) {
+  const auto begin = std::lower_bound(path.abscissa.begin(), path.abscissa.end(), first_abscissa);
+  const auto end = std::upper_bound(begin, path.abscissa.end(), last_abscissa);
+  return {std::size_t(begin - path.abscissa.begin()), std::size_t(end - path.abscissa.begin())};
+}
+
 /// With the points to both sides whose directions count for those at the ends.
 Range widened(const CenterlinePath& path, Range range) {
   constexpr double kMargin = 4.0;  // radii
@@ -65,20 +71,53 @@ std::vector<TubeSection> fit_sections(const WallPoints& points, const Polyline& 
   return sections;
 }
 
+void take_over(const std::vector<TubeSection>& sections, Range stretch, Polyline& line) {
+  for (std::size_t i = stretch.first; i < stretch.last; ++i) {
+    if (!sections[i].valid) continue;
+    line.points[i] = sections[i].center;
+    line.radius[i] = sections[i].inscribed_radius;
+    line.extent[i] = sections[i].extent;
+  }
+}
+
 /// The line in the middle of the wall as it is now. @param line  found before the wall moved
 Polyline center_again(const WallPoints& points, Polyline line, Range stretch) {
   constexpr int kRounds = 3;
   for (int round = 0; round < kRounds; ++round) {
-    const std::vector<TubeSection> sections = fit_sections(points, line, stretch, round == 0);
-    for (std::size_t i = stretch.first; i < stretch.last; ++i) {
-      if (!sections[i].valid) continue;
-      line.points[i] = sections[i].center;
-      line.radius[i] = sections[i].inscribed_radius;
-      line.extent[i] = sections[i].extent;
-    }
+    take_over(fit_sections(points, line, stretch, round == 0), stretch, line);
     smooth(line, 0, 2);
   }
   return line;
+}
+
+/// The line in the middle of its sections. Its points beyond them are left: smoothing them moment
+/// after moment would straighten them.
+void center_by(const std::vector<TubeSection>& sections, Range stretch, Polyline& line) {
+  take_over(sections, stretch, line);
+  Polyline smoothed = line;
+  smooth(smoothed, 0, 2);
+  for (std::size_t i = stretch.first; i < stretch.last; ++i) {
+    line.points[i] = smoothed.points[i];
+    line.radius[i] = smoothed.radius[i];
+    line.extent[i] = smoothed.extent[i];
+  }
+}
+
+/// Takes a line along with the path that it was found from: each point stays beside its own. What
+/// smoothing has shifted along the line would grow from moment to moment, and is taken back.
+void move_along(const CenterlinePath& path, const std::vector<Vec3>& before, Polyline& line) {
+  const std::size_t last = line.points.size() - 1;
+  for (std::size_t i = 0; i <= last; ++i) {
+    const Vec3 along =
+        normalized(before[std::min(i + 1, last)] - before[std::max<std::size_t>(i, 1) - 1]);
+    const Vec3 aside = line.points[i] - before[i];
+    line.points[i] = path.points[i] + aside - dot(aside, along) * along;
+  }
+}
+
+std::ptrdiff_t count_valid(const std::vector<TubeSection>& sections) {
+  return std::count_if(sections.begin(), sections.end(),
+                       [](const TubeSection& section) { return section.valid; });
 }
 
 }  // namespace
@@ -106,18 +145,43 @@ LumenProfile measure_lumen(const TriangleMesh& surface, const CenterlinePath& pa
 
 LumenProfile measure_lumen(std::vector<Vec3> wall, const CenterlinePath& path,
                            double first_abscissa, double last_abscissa) {
+  return LumenFollower(first_abscissa, last_abscissa).measure(std::move(wall), path);
+}
+
+struct LumenFollower::Seen {
+  std::vector<Vec3> path;  ///< as it was
+  Polyline line;           ///< in the middle of the wall
+  std::ptrdiff_t valid_count = 0;
+};
+
+LumenFollower::LumenFollower(double first_abscissa, double last_abscissa)
+    : first_abscissa_(first_abscissa), last_abscissa_(last_abscissa) {}
+LumenFollower::~LumenFollower() = default;
+LumenFollower::LumenFollower(LumenFollower&&) noexcept = default;
+LumenFollower& LumenFollower::operator=(LumenFollower&&) noexcept = default;
+
+LumenProfile LumenFollower::measure(std::vector<Vec3> wall, const CenterlinePath& path) {
   if (path.points.size() < 2)
     throw InputError("the path has fewer than two points, so it has no sections. Run centerline");
   const WallPoints points(std::move(wall));
-  const auto begin = std::lower_bound(path.abscissa.begin(), path.abscissa.end(), first_abscissa);
-  const auto end = std::upper_bound(begin, path.abscissa.end(), last_abscissa);
-  const Range stretch{std::size_t(begin - path.abscissa.begin()),
-                      std::size_t(end - path.abscissa.begin())};
+  const Range stretch = range_between(path, first_abscissa_, last_abscissa_);
   if (stretch.first >= stretch.last) return {};
-  const Polyline line = center_again(
-      points, {path.points, path.inscribed_radius, path.equivalent_radius}, widened(path, stretch));
-  const std::vector<TubeSection> sections =
-      measure_tube(points, line, stretch.first, stretch.last, nullptr);
+  std::vector<TubeSection> sections;
+  if (seen_ != nullptr) {
+    move_along(path, seen_->path, seen_->line);
+    sections = measure_tube(points, seen_->line, stretch.first, stretch.last, nullptr,
+                            ScaleChoice::sparse);
+    center_by(sections, stretch, seen_->line);
+  }
+  // What is lost from sight is looked for anew.
+  if (seen_ == nullptr || count_valid(sections) < seen_->valid_count) {
+    seen_ = std::make_unique<Seen>();
+    seen_->line = center_again(points, {path.points, path.inscribed_radius, path.equivalent_radius},
+                               widened(path, stretch));
+    sections = measure_tube(points, seen_->line, stretch.first, stretch.last, nullptr);
+  }
+  seen_->path = path.points;
+  seen_->valid_count = count_valid(sections);
   LumenProfile profile;
   for (std::size_t i = stretch.first; i < stretch.last; ++i) {
     if (!sections[i].valid) continue;  // the plane misses the lumen: at a rim

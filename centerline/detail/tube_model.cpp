@@ -71,6 +71,19 @@ double lowest(const std::vector<double>& values) {
   return bend > 0.0 ? std::max(*at - 0.5 * slope * slope / bend, 0.5 * *at) : *at;
 }
 
+/// How far along the line wall points are gathered, in radii.
+double reach_of(TubeEffort effort, const TubeScale& scale) {
+  switch (effort) {
+    case TubeEffort::center:
+      return kCenterWindow;
+    case TubeEffort::measure:
+      return kWindows[std::size(kWindows) - 1];
+    case TubeEffort::follow:
+      return std::max(kCenterWindow, scale.window);
+  }
+  return kCenterWindow;
+}
+
 /// The distance from a place in the section to the model's wall, in space: where the vessel tapers,
 /// the nearest wall is not in the section.
 /// @param keep  parts of the radii in each direction
@@ -114,8 +127,8 @@ TubeSection fit_tube(const WallPoints& points, const LocalCurve& curve, double r
                      double extent, const Wall* wall, TubeEffort effort, TubeScale scale) {
   TubeSection section;
   section.center = curve.origin;
-  const bool measure = effort == TubeEffort::measure;
-  const double reach = (measure ? kWindows[std::size(kWindows) - 1] : kCenterWindow) * radius;
+  const bool measure = effort != TubeEffort::center;
+  const double reach = reach_of(effort, scale) * radius;
   std::vector<Sample> samples;
   Coarse coarse;
   // Beyond three radii there are other vessels; but so are the ends of a slit.
@@ -234,32 +247,44 @@ std::vector<TubeScale> learn_noise(const std::vector<TubeSection>& sections, con
 }  // namespace
 
 std::vector<TubeSection> measure_tube(const WallPoints& points, const Polyline& line,
-                                      std::size_t first, std::size_t last, const Wall* wall) {
+                                      std::size_t first, std::size_t last, const Wall* wall,
+                                      ScaleChoice choice) {
   constexpr std::size_t kSparse = 8;  // every eighth point tells the noise well enough
   const std::vector<double> s = arc_length(line.points);
   std::vector<TubeSection> sections(line.points.size());
   std::vector<TubeScale> scales(line.points.size());
-  const auto measure = [&](std::size_t i) {
-    const double reach = course_reach(TubeEffort::measure) * direction_reach(line, i);
-    sections[i] = fit_tube(points, fit_curve(line, s, i, reach), line.radius[i], line.extent[i],
-                           wall, TubeEffort::measure, scales[i]);
+  const auto measure = [&](const std::vector<std::size_t>& places, TubeEffort asked) {
+    parallel_for_uneven(std::ptrdiff_t(places.size()), [&](std::ptrdiff_t n) {
+      const std::size_t i = places[std::size_t(n)];
+      const TubeEffort effort = scales[i].window > 0.0 ? asked : TubeEffort::measure;
+      const double reach = course_reach(effort) * direction_reach(line, i);
+      sections[i] = fit_tube(points, fit_curve(line, s, i, reach), line.radius[i], line.extent[i],
+                             wall, effort, scales[i]);
+    });
   };
-  const auto measure_all = [&](std::size_t stride, const auto& is_wanted) {
-    parallel_for_uneven(std::ptrdiff_t((last - first + stride - 1) / stride),
-                        [&](std::ptrdiff_t n) {
-                          const std::size_t i = first + stride * std::size_t(n);
-                          if (is_wanted(i)) measure(i);
-                        });
+  // Every n-th place, or such as stand a radius apart.
+  const auto places = [&](std::size_t stride, double apart) {
+    std::vector<std::size_t> some;
+    for (std::size_t i = first; i < last; i += stride)
+      if (some.empty() || s[i] - s[some.back()] >= apart * line.radius[i]) some.push_back(i);
+    return some;
   };
-  const auto all = [](std::size_t) { return true; };
+  const std::vector<std::size_t> all = places(1, 0.0);
   if (points.correlation_length() > 0.0) {
-    measure_all(kSparse, all);
+    measure(places(kSparse, 0.0), TubeEffort::measure);
     scales = learn_noise(sections, line, s);
-    measure_all(1, all);
-  } else {
-    measure_all(1, all);
+    measure(all, TubeEffort::measure);
+  } else if (choice == ScaleChoice::everywhere) {
+    measure(all, TubeEffort::measure);
     scales = settle_scales(sections, line, s);
-    measure_all(1, [&](std::size_t i) { return bool(sections[i].valid); });
+    std::vector<std::size_t> seen;
+    std::copy_if(all.begin(), all.end(), std::back_inserter(seen),
+                 [&](std::size_t i) { return bool(sections[i].valid); });
+    measure(seen, TubeEffort::measure);
+  } else {
+    measure(places(1, 1.0), TubeEffort::measure);
+    scales = settle_scales(sections, line, s);
+    measure(all, TubeEffort::follow);
   }
   return sections;
 }

@@ -29,13 +29,20 @@ struct TubeSection {
 
 /// How carefully to look.
 enum class TubeEffort {
-  center,  ///< a fixed window and low order: to move a line to the middle
-  measure  ///< window and order by the noise: for the numbers that are kept
+  center,   ///< a fixed window and low order: to move a line to the middle
+  measure,  ///< window and order by the noise: for the numbers that are kept
+  follow  ///< measure with a window and an order that are given, and gather no more than these need
 };
 
 /// How far beside a point the line's course counts when a section is fitted there, in direction
 /// reaches: longer windows need more of it.
-inline double course_reach(TubeEffort effort) { return effort == TubeEffort::measure ? 1.8 : 1.2; }
+inline double course_reach(TubeEffort effort) { return effort == TubeEffort::center ? 1.2 : 1.8; }
+
+/// Which points of a line choose what a fit resolves, for themselves and those around.
+enum class ScaleChoice {
+  everywhere,
+  sparse  ///< points a radius apart, in a fraction of the time
+};
 
 /// Fits a smooth tube to the wall points round one place of a line and measures its section there.
 ///
@@ -66,8 +73,11 @@ TubeSection fit_tube(const WallPoints& points, const LocalCurve& curve, double r
 /// errors around a throat do not tell how large they are, and look like a flat lumen. So every
 /// eighth point is measured to learn the vessel's noise, the median within ten of the line's radii,
 /// and then all with it.
+///
+/// @param choice  which points of a surface choose
 std::vector<TubeSection> measure_tube(const WallPoints& points, const Polyline& line,
-                                      std::size_t first, std::size_t last, const Wall* wall);
+                                      std::size_t first, std::size_t last, const Wall* wall,
+                                      ScaleChoice choice = ScaleChoice::everywhere);
 
 /// How far away the wall is round a place: the lower third of its sectors, within `widest` [mm]; 0
 /// when no wall is seen.

@@ -56,7 +56,11 @@ class FrameWriter {
  public:
   FrameWriter(fs::path folder, const simulation::SimulationModel& model, const TreatedLumen& lumen,
               int write_every)
-      : folder_(std::move(folder)), model_(model), lumen_(lumen), write_every_(write_every) {}
+      : folder_(std::move(folder)),
+        model_(model),
+        lumen_(lumen),
+        follower_(lumen),
+        write_every_(write_every) {}
 
   void add(const simulation::SimulationFrame& frame) {
     rows_.push_back(frame);
@@ -68,8 +72,11 @@ class FrameWriter {
   }
 
   void finish() {
-    write(kept_.peak());
-    write(kept_.last());
+    // What metrics.json tells is measured as there.
+    for (const simulation::SimulationFrame* frame : {&kept_.peak(), &kept_.last()}) {
+      write(*frame);
+      mld_[frame->frame] = lumen_.lesion(frame->wall, balloon_in_lumen(*frame)).mld_mm;
+    }
     write_tables();
   }
 
@@ -92,7 +99,7 @@ class FrameWriter {
 
   void write(const simulation::SimulationFrame& frame) {
     if (mld_.contains(frame.frame)) return;
-    mld_[frame.frame] = lumen_.lesion(frame.wall, balloon_in_lumen(frame)).mld_mm;
+    mld_[frame.frame] = follower_.measure(frame.wall, balloon_in_lumen(frame)).mld_mm;
     write_frame(folder_ / "frames", model_, frame);
     steps_.push_back({frame.time_s, 0, fmt::format("frames/balloon_{:06d}.vtp", frame.frame)});
     steps_.push_back({frame.time_s, 1, fmt::format("frames/vessel_{:06d}.vtp", frame.frame)});
@@ -123,6 +130,7 @@ class FrameWriter {
   fs::path folder_;
   const simulation::SimulationModel& model_;
   const TreatedLumen& lumen_;
+  TreatedLumen::LesionFollower follower_;
   int write_every_;
   std::vector<simulation::SimulationFrame> rows_;  ///< without their shapes
   std::map<int, double> mld_;                      ///< of the frames that are written [mm]

@@ -35,6 +35,13 @@ std::vector<int> points_near(const std::vector<Vec3>& points, const CenterlinePa
   return near;
 }
 
+/// Whether no point is farther from where it was than this [mm].
+bool is_within(double most, const std::vector<Vec3>& points, const std::vector<Vec3>& before) {
+  return std::equal(
+      points.begin(), points.end(), before.begin(), before.end(),
+      [&](const Vec3& p, const Vec3& q) { return norm_squared(p - q) <= most * most; });
+}
+
 /// A profile, at no place narrower than another of the same path. Where only the other has a
 /// section there is none: it tells but the least that the lumen can be.
 centerline::LumenProfile widened(centerline::LumenProfile profile,
@@ -144,12 +151,13 @@ std::vector<Vec3> TreatedLumen::points(const std::vector<Vec3>& lumen) const {
   return near;
 }
 
-centerline::LumenProfile TreatedLumen::profile_between(double first, double last,
-                                                       const std::vector<Vec3>& wall,
-                                                       const std::vector<Vec3>& balloon) const {
-  const std::vector<Vec3> lumen = mesh(wall).vertices;
+centerline::LumenProfile TreatedLumen::profile_of(const std::vector<Vec3>& wall,
+                                                  const std::vector<Vec3>& balloon,
+                                                  const Measure& measure_wall,
+                                                  const Measure& measure_balloon) const {
+  const std::vector<Vec3> lumen = moved(wall);
   const CenterlinePath path = moved_path(lumen);
-  const centerline::LumenProfile all = centerline::measure_lumen(points(lumen), path, first, last);
+  const centerline::LumenProfile all = measure_wall(points(lumen), path);
   centerline::LumenProfile seen;
   for (std::size_t i = 0; i < all.abscissa.size(); ++i) {
     if (mistaken_.contains(all.abscissa[i])) continue;
@@ -159,9 +167,20 @@ centerline::LumenProfile TreatedLumen::profile_between(double first, double last
   }
   seen = centerline::without_disproved(seen);
   if (balloon.empty()) return seen;
-  return widened(std::move(seen),
-                 centerline::measure_lumen(balloon, path, std::max(first, spans_.cylinder_first),
-                                           std::min(last, spans_.cylinder_last)));
+  return widened(std::move(seen), measure_balloon(balloon, path));
+}
+
+centerline::LumenProfile TreatedLumen::profile_between(double first, double last,
+                                                       const std::vector<Vec3>& wall,
+                                                       const std::vector<Vec3>& balloon) const {
+  const auto between = [](double from, double to) {
+    return [from, to](std::vector<Vec3> points, const CenterlinePath& path) {
+      return centerline::measure_lumen(std::move(points), path, from, to);
+    };
+  };
+  return profile_of(
+      wall, balloon, between(first, last),
+      between(std::max(first, spans_.cylinder_first), std::min(last, spans_.cylinder_last)));
 }
 
 centerline::LumenProfile TreatedLumen::profile(const std::vector<Vec3>& wall,
@@ -169,19 +188,45 @@ centerline::LumenProfile TreatedLumen::profile(const std::vector<Vec3>& wall,
   return profile_between(spans_.segment_first, spans_.segment_last, wall, balloon);
 }
 
-centerline::Tightest TreatedLumen::lesion(const std::vector<Vec3>& wall,
-                                          const std::vector<Vec3>& balloon) const {
-  // A lesion may be a single place, and the nearest section lie a little beside it.
+std::pair<double, double> TreatedLumen::round_lesion() const {
   const auto radius_at = [&](double abscissa) {
     const auto at = std::lower_bound(path_.abscissa.begin(), path_.abscissa.end() - 1, abscissa);
     return path_.equivalent_radius[std::size_t(at - path_.abscissa.begin())];
   };
   const double around = std::max(radius_at(spans_.lesion_first), radius_at(spans_.lesion_last));
+  return {std::max(spans_.lesion_first - around, spans_.segment_first),
+          std::min(spans_.lesion_last + around, spans_.segment_last)};
+}
+
+centerline::Tightest TreatedLumen::lesion(const std::vector<Vec3>& wall,
+                                          const std::vector<Vec3>& balloon) const {
+  return LesionFollower(*this).measure(wall, balloon);
+}
+
+TreatedLumen::LesionFollower::LesionFollower(const TreatedLumen& lumen)
+    : lumen_(lumen),
+      wall_follower_(lumen.round_lesion().first, lumen.round_lesion().second),
+      balloon_follower_(std::max(lumen.round_lesion().first, lumen.spans_.cylinder_first),
+                        std::min(lumen.round_lesion().second, lumen.spans_.cylinder_last)) {}
+
+centerline::Tightest TreatedLumen::LesionFollower::measure(const std::vector<Vec3>& wall,
+                                                           const std::vector<Vec3>& balloon) {
+  // What inscribed radii change by is at most what points move by.
+  constexpr double kStill = 2.5e-4;  // of the diameter
+  const double still = kStill * tightest_.mld_mm;
+  if (is_within(still, wall, wall_) && is_within(still, balloon, balloon_)) return tightest_;
+  const auto by = [](centerline::LumenFollower& follower) {
+    return [&follower](std::vector<Vec3> points, const CenterlinePath& path) {
+      return follower.measure(std::move(points), path);
+    };
+  };
   centerline::LumenProfile near =
-      profile_between(std::max(spans_.lesion_first - around, spans_.segment_first),
-                      std::min(spans_.lesion_last + around, spans_.segment_last), wall, balloon);
-  if (near.abscissa.empty()) near = profile(wall, balloon);
-  return centerline::tightest_between(near, spans_.lesion_first, spans_.lesion_last);
+      lumen_.profile_of(wall, balloon, by(wall_follower_), by(balloon_follower_));
+  if (near.abscissa.empty()) near = lumen_.profile(wall, balloon);
+  wall_ = wall;
+  balloon_ = balloon;
+  return tightest_ = centerline::tightest_between(near, lumen_.spans_.lesion_first,
+                                                  lumen_.spans_.lesion_last);
 }
 
 TreatedMeasures TreatedLumen::measures(const centerline::LumenProfile& profile) const {
@@ -189,10 +234,14 @@ TreatedMeasures TreatedLumen::measures(const centerline::LumenProfile& profile) 
           centerline::tightest_between(profile, spans_.segment_first, spans_.segment_last)};
 }
 
+std::vector<Vec3> TreatedLumen::moved(const std::vector<Vec3>& wall) const {
+  std::vector<Vec3> vertices = lumen_.vertices;
+  for (std::size_t v = 0; v < wall.size(); ++v) vertices[std::size_t(region_[v])] = wall[v];
+  return vertices;
+}
+
 TriangleMesh TreatedLumen::mesh(const std::vector<Vec3>& wall) const {
-  TriangleMesh moved = lumen_;
-  for (std::size_t v = 0; v < wall.size(); ++v) moved.vertices[std::size_t(region_[v])] = wall[v];
-  return moved;
+  return {moved(wall), lumen_.triangles};
 }
 
 std::string profile_csv(const centerline::LumenProfile& before,

@@ -1,10 +1,12 @@
 #pragma once
 
 #include <array>
+#include <functional>
 #include <limits>
 #include <nlohmann/json.hpp>
 #include <set>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "centerline/centerline.hpp"
@@ -55,6 +57,8 @@ class TreatedLumen {
   /// sooner.
   [[nodiscard]] centerline::Tightest lesion(const std::vector<Vec3>& wall,
                                             const std::vector<Vec3>& balloon = {}) const;
+  /// The lesion moment after moment (centerline::LumenFollower).
+  class LesionFollower;
   /// The whole lumen with the region moved.
   [[nodiscard]] TriangleMesh mesh(const std::vector<Vec3>& wall) const;
 
@@ -64,13 +68,25 @@ class TreatedLumen {
     int vertex = 0;
     double weight = 0.0;
   };
+  /// The lumen's vertices with the region moved.
+  [[nodiscard]] std::vector<Vec3> moved(const std::vector<Vec3>& wall) const;
   void find_shares();
   /// Sections of the mesh as it was made that are far wider than the image's: that took another
   /// vessel or an organ for their wall.
   void find_mistaken();
+  /// Measures a profile's points of the wall, of the balloon.
+  using Measure =
+      std::function<centerline::LumenProfile(std::vector<Vec3> points, const CenterlinePath& path)>;
+  [[nodiscard]] centerline::LumenProfile profile_of(const std::vector<Vec3>& wall,
+                                                    const std::vector<Vec3>& balloon,
+                                                    const Measure& measure_wall,
+                                                    const Measure& measure_balloon) const;
   [[nodiscard]] centerline::LumenProfile profile_between(double first, double last,
                                                          const std::vector<Vec3>& wall,
                                                          const std::vector<Vec3>& balloon) const;
+  /// Where the lesion is looked for along the path [mm]: it may be a single place, and the nearest
+  /// section lie a little beside it.
+  [[nodiscard]] std::pair<double, double> round_lesion() const;
   [[nodiscard]] std::vector<Vec3> points(const std::vector<Vec3>& lumen) const;
   /// The path, taken along by the wall: every point by the mean motion of the wall round it, by
   /// area, out to two radii. A balloon that straightens a bend takes the lumen off its old line.
@@ -84,6 +100,19 @@ class TreatedLumen {
   std::vector<std::vector<Share>> shares_;  ///< shape [point of the path]
   std::vector<int> near_;                   ///< of vertices and middles: those round the segment
   std::set<double> mistaken_;               ///< abscissas [mm] of sections that count at no moment
+};
+
+class TreatedLumen::LesionFollower {
+ public:
+  explicit LesionFollower(const TreatedLumen& lumen);
+  /// As TreatedLumen::lesion, of the moment that comes next.
+  centerline::Tightest measure(const std::vector<Vec3>& wall, const std::vector<Vec3>& balloon);
+
+ private:
+  const TreatedLumen& lumen_;
+  centerline::LumenFollower wall_follower_, balloon_follower_;
+  std::vector<Vec3> wall_, balloon_;  ///< as last measured
+  centerline::Tightest tightest_;
 };
 
 /// lumen_profile.csv: a row for each place of the segment; a cell is empty where the section misses
