@@ -2,15 +2,16 @@
 
 #include <omp.h>
 
+#include <algorithm>
 #include <utility>
 
 namespace angio {
 
-Beside::Beside(bool has_spare_thread, std::size_t most_waiting)
-    : threads_(omp_get_max_threads()),
-      is_beside_(has_spare_thread || threads_ > 1),
+Beside::Beside(bool has_spare_thread, std::size_t most_waiting, int workers)
+    : threads_(std::max(omp_get_max_threads() / workers, 1)),
+      is_beside_(has_spare_thread || omp_get_max_threads() > 1),
       most_waiting_(most_waiting) {
-  if (is_beside_) thread_ = std::thread([this] { work_on(); });
+  for (int n = 0; n < workers && is_beside_; ++n) workers_.emplace_back([this] { work_on(); });
 }
 
 Beside::~Beside() {
@@ -21,7 +22,7 @@ Beside::~Beside() {
     waiting_.clear();
   }
   changed_.notify_all();
-  thread_.join();
+  for (std::thread& worker : workers_) worker.join();
 }
 
 void Beside::run(std::function<void()> work) {
@@ -37,7 +38,7 @@ void Beside::run(std::function<void()> work) {
 void Beside::wait() {
   if (!is_beside_) return;
   std::unique_lock lock(mutex_);
-  changed_.wait(lock, [&] { return failure_ || (waiting_.empty() && !is_busy_); });
+  changed_.wait(lock, [&] { return failure_ || (waiting_.empty() && busy_count_ == 0); });
   throw_failure();
 }
 
@@ -55,7 +56,7 @@ void Beside::work_on() {
     {
       const std::function<void()> work = std::move(waiting_.front());
       waiting_.pop_front();
-      is_busy_ = true;
+      ++busy_count_;
       lock.unlock();
       changed_.notify_all();
       std::exception_ptr failure;
@@ -70,7 +71,7 @@ void Beside::work_on() {
         waiting_.clear();
       }
     }
-    is_busy_ = false;
+    --busy_count_;
     changed_.notify_all();
   }
 }

@@ -7,18 +7,21 @@
 #include <functional>
 #include <mutex>
 #include <thread>
+#include <vector>
 
 namespace angio {
 
 /// Work that goes on beside the caller, piece after piece in the given order, on a thread of its
-/// own. Its parallel loops have as many threads as those of the caller that made it; where that is
-/// one, the caller does the work itself, at once, unless there is a thread to spare. After a piece
-/// that throws nothing is done until the caller has been told. What waits when it is destroyed is
+/// own; or on several, which begin with pieces in that order and end in any. Its parallel loops
+/// have as many threads as those of the caller that made it, together; where that is one, the
+/// caller does the work itself, at once, unless there is a thread to spare. After a piece that
+/// throws nothing is begun until the caller has been told. What waits when it is destroyed is
 /// dropped.
 class Beside {
  public:
   /// @param most_waiting  pieces that may wait for those before them, > 0
-  explicit Beside(bool has_spare_thread = false, std::size_t most_waiting = 1);
+  /// @param workers  threads that work on them, > 0
+  explicit Beside(bool has_spare_thread = false, std::size_t most_waiting = 1, int workers = 1);
   ~Beside();
   Beside(const Beside&) = delete;
   Beside& operator=(const Beside&) = delete;
@@ -43,9 +46,10 @@ class Beside {
   std::mutex mutex_;
   std::condition_variable changed_;
   std::deque<std::function<void()>> waiting_;
-  bool is_busy_ = false, is_ending_ = false;
+  int busy_count_ = 0;
+  bool is_ending_ = false;
   std::exception_ptr failure_;
-  std::thread thread_;  // last: it uses the others
+  std::vector<std::thread> workers_;  // last: they use the others
 };
 
 }  // namespace angio

@@ -28,7 +28,7 @@ namespace {
 using namespace detail;
 
 constexpr double kWarnResidual = 0.05;
-constexpr std::size_t kMostWaiting = 8;  // frames behind the solver, for each of two threads
+constexpr std::size_t kMostWaiting = 8;  // frames behind the solver, for each of three threads
 
 void summarize(const SimulationFrame& frame, bool is_air_whole, SimulationSummary& summary) {
   ++summary.frame_count;
@@ -88,6 +88,13 @@ void add_warnings(const SimulationOptions& options, int slow_frames, SimulationS
   }
 }
 
+void add_times(const StepTimes& step, TimeSplit& sum) {
+  sum.pairs += step.search + step.refresh;
+  sum.balloon += step.balloon;
+  sum.wall += step.wall;
+  sum.rest += step.rest;
+}
+
 // Adds the time of a piece of work to `sum` [s].
 template <class Work>
 auto timed(double& sum, const Work& work) {
@@ -138,15 +145,17 @@ class Run {
       begun.output.air = air.take_report();
       begun.is_air_whole = scene_.air.empty() || air.is_whole();
     };
-    // Frames queue up behind the solver: first for their air, then to be completed and handed over.
-    // What a thread uses is declared before it, so that it ends first.
+    // Frames queue up behind the solver: first for their air, then to be completed, then to be
+    // handed over. What a thread uses is declared before it, so that it ends first.
     std::atomic<bool> has_failed = false;
     Beside delivery(has_spare_thread_, kMostWaiting);
+    Beside completion(has_spare_thread_, kMostWaiting);
     const auto hand_over = [&](BegunFrame&& begun) {
-      delivery.run([&, begun = std::move(begun)]() mutable {
+      completion.run([&, begun = std::move(begun)]() mutable {
         if (has_failed) return;
-        deliver(begun, wire, outside, watch, summary);
+        complete(begun, wire, outside, watch, summary);
         has_failed = !watch.failure().empty();
+        delivery.run([&, output = std::move(begun.output)] { deliver(output, summary); });
       });
     };
     Beside following(has_spare_thread_, kMostWaiting);
@@ -155,6 +164,7 @@ class Run {
     double whole = 0.0, taken = 0.0;
     const auto take = [&](int frame, const State& state) {
       if (has_failed) throw RunHasFailed();
+      add_times(state.report.times, summary.time);
       BegunFrame begun{begun_frame(frame, inflator), std::make_shared<const State>(state), true};
       if (needs_air) {
         follow(begun);
@@ -178,6 +188,7 @@ class Run {
       }
     });
     following.wait();
+    completion.wait();
     delivery.wait();
     summary.time.solver = whole - taken;
     summary.failure = watch.failure();
@@ -194,9 +205,9 @@ class Run {
     bool is_air_whole;
   };
 
-  /// Completes a frame, judges it and hands it over.
-  void deliver(BegunFrame& begun, DrawnWire& wire, double outside, SuccessWatch& watch,
-               SimulationSummary& summary) {
+  /// Completes a frame and judges it.
+  void complete(BegunFrame& begun, DrawnWire& wire, double outside, SuccessWatch& watch,
+                SimulationSummary& summary) {
     SimulationFrame& output = begun.output;
     timed(summary.time.outputs, [&] {
       add_state(model_, shared_scene_, begun.state, outside, output);
@@ -206,6 +217,8 @@ class Run {
     slow_frames_ += output.residual > kWarnResidual ? 1 : 0;
     summary.open_frames += output.sweep_count >= most_sweeps_ ? 1 : 0;
     summarize(output, begun.is_air_whole, summary);
+  }
+  void deliver(const SimulationFrame& output, SimulationSummary& summary) {
     if (output.frame < delivered_) return;  // by a backend that failed later
     ++delivered_;
     if (on_frame_) timed(summary.time.files, [&] { on_frame_(output); });

@@ -243,7 +243,11 @@ struct SimulationFrame {
 
 /// Where the time of a run goes [s].
 struct TimeSplit {
-  double solver = 0.0;   ///< steps and the search for contact
+  double solver = 0.0;   ///< steps and the search for contact; of it, in the steps:
+  double pairs = 0.0;    ///< search for near pairs, renewal of what they and the wall are in
+  double balloon = 0.0;  ///< sweeps over it
+  double wall = 0.0;     ///< sweeps over it
+  double rest = 0.0;     ///< beginning and end
   double air = 0.0;      ///< the air mesh follows, beside the solver
   double outputs = 0.0;  ///< a frame's fields and measures, beside the solver
   double files = 0.0;    ///< in on_frame, beside the solver

@@ -3,11 +3,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <iterator>
 #include <limits>
-#include <map>
 #include <optional>
-#include <tuple>
 
 #include "core/atomic_file.hpp"
 #include "core/error.hpp"
@@ -15,6 +12,7 @@
 #include "formats/files.hpp"
 #include "pipeline/case/case_files.hpp"
 #include "pipeline/case/metrics.hpp"
+#include "pipeline/stages/frame_writer.hpp"
 #include "pipeline/stages/layered_wall.hpp"
 #include "pipeline/stages/simulation_input.hpp"
 #include "pipeline/stages/treated_lumen.hpp"
@@ -29,114 +27,6 @@ namespace file = formats::case_file;
 namespace fs = std::filesystem;
 using nlohmann::json;
 namespace {
-
-/// The two frames of a run that its result is of.
-class PeakAndLast {
- public:
-  void add(const simulation::SimulationFrame& frame) {
-    if (peak_.balloon.empty() || frame.pressure_atm >= peak_.pressure_atm) peak_ = frame;
-    last_ = frame;
-  }
-  [[nodiscard]] const simulation::SimulationFrame& peak() const { return peak_; }
-  [[nodiscard]] const simulation::SimulationFrame& last() const { return last_; }
-
- private:
-  simulation::SimulationFrame peak_;
-  simulation::SimulationFrame last_;
-};
-
-/// The balloon in a frame's lumen. One that touches the wall nowhere is narrower: it need not be
-/// seen.
-std::vector<Vec3> balloon_in_lumen(const simulation::SimulationFrame& frame) {
-  return frame.contact.count > 0 ? frame.balloon : std::vector<Vec3>();
-}
-
-/// Writes and measures frames as they come: every n-th, and in the end the peak and the last.
-class FrameWriter {
- public:
-  FrameWriter(fs::path folder, const simulation::SimulationModel& model, const TreatedLumen& lumen,
-              int write_every)
-      : folder_(std::move(folder)),
-        model_(model),
-        lumen_(lumen),
-        follower_(lumen),
-        write_every_(write_every) {}
-
-  void add(const simulation::SimulationFrame& frame) {
-    rows_.push_back(frame);
-    drop_shape(rows_.back());
-    kept_.add(frame);
-    if (frame.frame % write_every_ != 0) return;
-    write(frame);
-    write_tables();
-  }
-
-  void finish() {
-    // What metrics.json tells is measured as there.
-    for (const simulation::SimulationFrame* frame : {&kept_.peak(), &kept_.last()}) {
-      write(*frame);
-      mld_[frame->frame] = lumen_.lesion(frame->wall, balloon_in_lumen(*frame)).mld_mm;
-    }
-    write_tables();
-  }
-
-  [[nodiscard]] const PeakAndLast& kept() const { return kept_; }
-
- private:
-  /// The list of frames and the time series, as far as the last written frame. They are written
-  /// with each, so that the viewer can follow the run.
-  void write_tables() {
-    std::sort(steps_.begin(), steps_.end(), [](const auto& a, const auto& b) {
-      return std::tie(a.time_s, a.part) < std::tie(b.time_s, b.part);
-    });
-    formats::write_collection(folder_ / "simulation.pvd", steps_);
-    std::string table = std::string(kTimeSeriesHeader) + "\n";
-    for (const simulation::SimulationFrame& row : rows_)
-      if (row.frame <= mld_.rbegin()->first)
-        table += time_series_row(row, lumen_mld(row.frame)) + "\n";
-    write_text_atomically(folder_ / "timeseries.csv", table);
-  }
-
-  void write(const simulation::SimulationFrame& frame) {
-    if (mld_.contains(frame.frame)) return;
-    mld_[frame.frame] = follower_.measure(frame.wall, balloon_in_lumen(frame)).mld_mm;
-    write_frame(folder_ / "frames", model_, frame);
-    steps_.push_back({frame.time_s, 0, fmt::format("frames/balloon_{:06d}.vtp", frame.frame)});
-    steps_.push_back({frame.time_s, 1, fmt::format("frames/vessel_{:06d}.vtp", frame.frame)});
-    if (!frame.guidewire.empty())
-      steps_.push_back({frame.time_s, 3, fmt::format("frames/guidewire_{:06d}.vtp", frame.frame)});
-    if (frame.layered_wall.empty()) return;
-    steps_.push_back({frame.time_s, 2, fmt::format("frames/wall_{:06d}.vtu", frame.frame)});
-    write_wall_frame(folder_ / steps_.back().file, model_.layered_wall, frame);
-  }
-
-  /// Of a written frame as it is; between two of them by the straight line in time.
-  [[nodiscard]] double lumen_mld(int frame) const {
-    const auto behind = mld_.lower_bound(frame);
-    if (behind->first == frame) return behind->second;
-    const auto before = std::prev(behind);
-    const double share = double(frame - before->first) / double(behind->first - before->first);
-    return (1.0 - share) * before->second + share * behind->second;
-  }
-
-  /// Leaves what a row of the time series tells.
-  static void drop_shape(simulation::SimulationFrame& frame) {
-    frame.balloon = frame.wall = frame.guidewire = frame.layered_wall = {};
-    frame.membrane = {};
-    frame.plastic_strain = frame.contact_pressure_kpa = {};
-    frame.wall_stress = nullptr;
-  }
-
-  fs::path folder_;
-  const simulation::SimulationModel& model_;
-  const TreatedLumen& lumen_;
-  TreatedLumen::LesionFollower follower_;
-  int write_every_;
-  std::vector<simulation::SimulationFrame> rows_;  ///< without their shapes
-  std::map<int, double> mld_;                      ///< of the frames that are written [mm]
-  std::vector<formats::TimeStep> steps_;
-  PeakAndLast kept_;
-};
 
 /// How the solver fared: metrics.json's simulation, without the times that differ from run to run.
 json solver_json(const simulation::SimulationSummary& summary) {
@@ -203,11 +93,10 @@ void keep_timing(StageWork& work, const simulation::SimulationSummary& summary) 
   work.device = summary.device;
   work.solver_seconds = summary.wall_s;
   const simulation::TimeSplit& time = summary.time;
-  work.time_split = {{"solver", time.solver},
-                     {"air", time.air},
-                     {"outputs", time.outputs},
-                     {"files", time.files},
-                     {"waiting", time.waiting}};
+  work.time_split = {
+      {"solver", time.solver},    {"solver_pairs", time.pairs}, {"solver_balloon", time.balloon},
+      {"solver_wall", time.wall}, {"solver_rest", time.rest},   {"air", time.air},
+      {"outputs", time.outputs},  {"files", time.files},        {"waiting", time.waiting}};
 }
 
 /// The treated path's lumen as the meshing has left it.
@@ -248,8 +137,8 @@ Runs run_both(const simulation::SimulationModel& model,
   if (!is_guarded) return {simulation::simulate(model, options, add, progress), std::nullopt, ""};
   PeakAndLast second;
   simulation::GuardedSummary both = simulation::simulate_guarded(
-      model, options, {}, add, [&](const simulation::SimulationFrame& frame) { second.add(frame); },
-      progress);
+      model, options, {}, add,
+      [&](const simulation::SimulationFrame& frame) { second.add(share(frame)); }, progress);
   Runs runs{std::move(both.first), std::nullopt, std::move(both.second_failure)};
   if (both.second && runs.second_failure.empty()) runs.second = std::move(second);
   return runs;

@@ -107,6 +107,24 @@ TEST(Beside, DropsWhatWaitsWhenItIsDestroyed) {
   EXPECT_EQ(done, 1);
 }
 
+TEST(Beside, SeveralWorkersShareThePiecesAndWaitForEachOther) {
+  constexpr int kWorkers = 3;
+  std::atomic<int> at_work = 0, done = 0;
+  std::promise<void> all_at_work;
+  Beside beside(true, 20, kWorkers);
+  for (int i = 0; i < kWorkers; ++i)
+    beside.run([&, all = all_at_work.get_future().share()]() mutable {
+      if (++at_work == kWorkers) all_at_work.set_value();
+      all.wait();  // for ever, were there fewer workers
+      ++done;
+    });
+  for (int i = 0; i < 10; ++i) beside.run([&] { ++done; });
+  beside.wait();
+  EXPECT_EQ(done, kWorkers + 10);
+  beside.run([] { throw InputError("beside"); });
+  EXPECT_THROW(beside.wait(), InputError);
+}
+
 TEST(Beside, TakesASpareThreadWhereTheCallerHasOneOnly) {
   const int before = omp_get_max_threads();
   omp_set_num_threads(1);

@@ -185,6 +185,33 @@ TEST(TreatedLumen, OfTheLesionAloneIsThatOfTheWholeProfile) {
   }
 }
 
+// A balloon of a growing width opens the lesion, while the vessel bends away and back.
+TEST(TreatedLumen, FollowedFromMomentToMomentIsWhatItIsByItself) {
+  const TriangleMesh lumen = tube(97, 24, narrowed);
+  std::vector<int> region;
+  for (std::size_t v = 0; v < lumen.vertices.size(); ++v) region.push_back(int(v));
+  const TreatedLumen treated(lumen, region, axis(), {6.0, 12.0, 3.0, 21.0}, 0.7, false);
+  TreatedLumen::LesionFollower follower(treated);
+  constexpr int kMoments = 40;
+  for (int moment = 0; moment <= kMoments; ++moment) {
+    const double course = double(moment) / kMoments;
+    const double width = 1.8 * std::sin(units::kPi * course),
+                 bend = 1.0 * std::sin(2.0 * units::kPi * course);
+    std::vector<Vec3> wall, balloon;
+    for (const Vec3& p : lumen.vertices) {
+      const double r = std::hypot(p.x, p.y), wide = std::max(r, std::min(width, 1.7)) / r;
+      const Vec3 aside{bend * std::sin(units::kPi * p.z / kLength), 0.0, 0.0};
+      wall.push_back(Vec3{wide * p.x, wide * p.y, p.z} + aside);
+      if (width > 0.5 && p.z > 5.0 && p.z < 20.0)
+        balloon.push_back(Vec3{width / r * p.x, width / r * p.y, p.z} + aside);
+    }
+    const centerline::Tightest followed = follower.measure(wall, balloon),
+                               itself = treated.lesion(wall, balloon);
+    EXPECT_NEAR(followed.mld_mm, itself.mld_mm, 0.01 * itself.mld_mm) << moment;
+    EXPECT_NEAR(followed.mla_mm2, itself.mla_mm2, 0.02 * itself.mla_mm2) << moment;
+  }
+}
+
 TEST(TreatedLumen, WhatTheImageDoesNotShowSoWideIsNoSectionOfIt) {
   const auto with_organ = [](double z) { return z > 14.0 && z < 20.0 ? 5.0 : narrowed(z); };
   const TriangleMesh lumen = tube(97, 24, with_organ);
