@@ -111,9 +111,10 @@ TEST(Beside, SeveralWorkersShareThePiecesAndWaitForEachOther) {
   constexpr int kWorkers = 3;
   std::atomic<int> at_work = 0, done = 0;
   std::promise<void> all_at_work;
+  const std::shared_future<void> all = all_at_work.get_future().share();
   Beside beside(true, 20, kWorkers);
   for (int i = 0; i < kWorkers; ++i)
-    beside.run([&, all = all_at_work.get_future().share()]() mutable {
+    beside.run([&, all] {
       if (++at_work == kWorkers) all_at_work.set_value();
       all.wait();  // for ever, were there fewer workers
       ++done;
