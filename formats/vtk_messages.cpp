@@ -2,8 +2,24 @@
 
 #include <vtkLogger.h>
 #include <vtkObjectFactory.h>
+#include <vtkOutputWindow.h>
+#include <vtkSmartPointer.h>
+
+#include <mutex>
 
 namespace angio::formats {
+namespace {
+
+thread_local VtkMessages* newest = nullptr;
+
+/// VTK has one window for all threads: it is exchanged for ours while any of them has messages.
+struct Exchange {
+  std::mutex mutex;
+  int count = 0;
+  vtkSmartPointer<vtkOutputWindow> previous;
+} exchange;
+
+}  // namespace
 
 class VtkMessages::Window : public vtkOutputWindow {
  public:
@@ -11,24 +27,31 @@ class VtkMessages::Window : public vtkOutputWindow {
   vtkTypeMacro(Window, vtkOutputWindow);
 
   void DisplayText(const char*) override {}
-  void DisplayErrorText(const char*) override { has_error = true; }
+  void DisplayErrorText(const char*) override {
+    if (newest != nullptr) newest->has_error_ = true;
+  }
   void DisplayWarningText(const char*) override {}
   void DisplayGenericWarningText(const char*) override {}
   void DisplayDebugText(const char*) override {}
-
-  bool has_error = false;
 };
 vtkStandardNewMacro(VtkMessages::Window);
 
-VtkMessages::VtkMessages()
-    : window_(vtkSmartPointer<Window>::New()), previous_(vtkOutputWindow::GetInstance()) {
-  vtkOutputWindow::SetInstance(window_);
+VtkMessages::VtkMessages() : outer_(newest) {
+  newest = this;
+  const std::lock_guard lock(exchange.mutex);
+  if (++exchange.count > 1) return;
+  exchange.previous = vtkOutputWindow::GetInstance();
+  vtkOutputWindow::SetInstance(vtkSmartPointer<Window>::New());
   // The logger prints every message to standard error a second time.
   vtkLogger::SetStderrVerbosity(vtkLogger::VERBOSITY_OFF);
 }
 
-VtkMessages::~VtkMessages() { vtkOutputWindow::SetInstance(previous_); }
-
-bool VtkMessages::has_error() const { return window_->has_error; }
+VtkMessages::~VtkMessages() {
+  newest = outer_;
+  const std::lock_guard lock(exchange.mutex);
+  if (--exchange.count > 0) return;
+  vtkOutputWindow::SetInstance(exchange.previous);
+  exchange.previous = nullptr;
+}
 
 }  // namespace angio::formats

@@ -1,14 +1,10 @@
 #pragma once
 
-#include <vtkOutputWindow.h>
-#include <vtkSmartPointer.h>
-
-#include <string>
-
 namespace angio::formats {
 
 /// While it lives, VTK's messages are kept here instead of being printed, so that a failure can be
-/// told in one line of our own.
+/// told in one line of our own. Several threads may each have one; an error is told to the newest
+/// of the thread that it happens in.
 class VtkMessages {
  public:
   VtkMessages();
@@ -16,12 +12,12 @@ class VtkMessages {
   VtkMessages(const VtkMessages&) = delete;
   VtkMessages& operator=(const VtkMessages&) = delete;
 
-  [[nodiscard]] bool has_error() const;
+  [[nodiscard]] bool has_error() const { return has_error_; }
 
  private:
   class Window;
-  vtkSmartPointer<Window> window_;
-  vtkSmartPointer<vtkOutputWindow> previous_;
+  bool has_error_ = false;
+  VtkMessages* outer_;  ///< of the same thread; null: none
 };
 
 }  // namespace angio::formats

@@ -23,22 +23,6 @@ constexpr double kSettled = 1e-3;
 // alone.
 constexpr double kBearing = 10.0 * units::kPascalPerAtm;
 
-struct Box {
-  Vec3 low{1e300, 1e300, 1e300}, high{-1e300, -1e300, -1e300};
-
-  void add(const Vec3& p) {
-    for (int k = 0; k < 3; ++k) {
-      low[k] = std::min(low[k], p[k]);
-      high[k] = std::max(high[k], p[k]);
-    }
-  }
-  [[nodiscard]] bool meets(const Box& b, double within) const {
-    for (int k = 0; k < 3; ++k)
-      if (low[k] > b.high[k] + within || high[k] < b.low[k] - within) return false;
-    return true;
-  }
-};
-
 int nearest_vertex(const std::vector<Vec3>& x, const Vec3& p) {
   const auto nearer = [&](const Vec3& a, const Vec3& b) { return distance(a, p) < distance(b, p); };
   return int(std::min_element(x.begin(), x.end(), nearer) - x.begin());
@@ -63,7 +47,8 @@ std::vector<Vec3> still(std::size_t count) { return std::vector<Vec3>(count); }
 }  // namespace
 
 DrawnWire::DrawnWire(const SimulationModel& model, const GuidewireOptions& options)
-    : triangles_(model.balloon.triangles), membrane_(model.balloon.vertices) {
+    : triangles_(model.balloon.triangles) {
+  move_membrane(model.balloon.vertices);
   const std::vector<Vec3>& line = model.guidewire;
   if (line.size() < 2) return;
   poles_[0] = nearest_vertex(membrane_, line.front());
@@ -84,29 +69,30 @@ DrawnWire::DrawnWire(const SimulationModel& model, const GuidewireOptions& optio
   inside_ = is_inside();
 }
 
+void DrawnWire::move_membrane(std::vector<Vec3> to) {
+  membrane_ = std::move(to);
+  boxes_ = boxes_of(membrane_, triangles_, 0.0);
+}
+
 // Segment and triangle, but for those that meet in a pole.
 std::vector<WirePair> DrawnWire::pairs_within(double reach, const std::vector<Vec3>& wire_by,
-                                              const std::vector<Vec3>& membrane_by) const {
+                                              const std::vector<Box>& membrane) const {
   std::vector<Box> segments(wire_.size() - 1);
   Box whole;
-  for (std::size_t s = 1; s + 2 < wire_.size(); ++s)
+  for (std::size_t s = 1; s + 2 < wire_.size(); ++s) {
     for (const std::size_t i : {s, s + 1})
-      for (const Vec3& p : {wire_[i], wire_[i] + wire_by[i]}) {
-        segments[s].add(p);
-        whole.add(p);
-      }
+      for (const Vec3& p : {wire_[i], wire_[i] + wire_by[i]}) segments[s].add(p);
+    segments[s].grow(reach);
+    whole.add(segments[s].low);
+    whole.add(segments[s].high);
+  }
   std::vector<WirePair> pairs;
   for (std::size_t t = 0; t < triangles_.size(); ++t) {
-    Box box;
-    for (const int v : triangles_[t]) {
-      box.add(membrane_[std::size_t(v)]);
-      box.add(membrane_[std::size_t(v)] + membrane_by[std::size_t(v)]);
-    }
-    if (!box.meets(whole, reach)) continue;
+    if (!membrane[t].meets(whole)) continue;
     for (std::size_t s = 1; s + 2 < wire_.size(); ++s) {
       const bool meets_in_pole = (s == 1 && holds(triangles_[t], poles_[0])) ||
                                  (s + 3 == wire_.size() && holds(triangles_[t], poles_[1]));
-      if (!meets_in_pole && box.meets(segments[s], reach)) pairs.push_back({int(s), int(t)});
+      if (!meets_in_pole && membrane[t].meets(segments[s])) pairs.push_back({int(s), int(t)});
     }
   }
   return pairs;
@@ -115,8 +101,12 @@ std::vector<WirePair> DrawnWire::pairs_within(double reach, const std::vector<Ve
 double DrawnWire::share_of(const std::vector<Vec3>& wire_by,
                            const std::vector<Vec3>& membrane_by) const {
   double least = 1.0;
+  std::vector<Box> on_the_way = boxes_;
+  for (std::size_t t = 0; t < triangles_.size(); ++t)
+    for (const int v : triangles_[t])
+      on_the_way[t].add(membrane_[std::size_t(v)] + membrane_by[std::size_t(v)]);
   const WireMotion motion{wire_, wire_by, membrane_, membrane_by};
-  for (const WirePair& pair : pairs_within(0.0, wire_by, membrane_by))
+  for (const WirePair& pair : pairs_within(0.0, wire_by, on_the_way))
     least = std::min(least, free_share(motion, triangles_[std::size_t(pair.triangle)], pair));
   return least;
 }
@@ -146,7 +136,7 @@ double DrawnWire::energy(const std::vector<Vec3>& x) const {
   const RodShape<double> shape{int(x.size()), rest_.data(), bend_.data()};
   double sum = rod_energy(shape, section_, x.data());
   const std::vector<Vec3> by = sum_of(x, -1.0, wire_);
-  for (const WirePair& pair : pairs_within(reach_, by, still(membrane_.size()))) {
+  for (const WirePair& pair : pairs_within(reach_, by, boxes_)) {
     const auto s = std::size_t(pair.segment);
     const auto corners = corners_of(membrane_, triangles_[std::size_t(pair.triangle)]);
     const double d = wire_gap(x[s], x[s + 1], corners).distance;
@@ -161,7 +151,7 @@ std::vector<Vec3> DrawnWire::newton_step() const {
   const RodShape<double> shape{count, rest_.data(), bend_.data()};
   std::vector<RodRow<double>> rows(wire_.size());
   add_rod(shape, section_, wire_.data(), rows.data());
-  for (const WirePair& pair : pairs_within(reach_, still(wire_.size()), still(membrane_.size()))) {
+  for (const WirePair& pair : pairs_within(reach_, still(wire_.size()), boxes_)) {
     const auto s = std::size_t(pair.segment);
     const auto corners = corners_of(membrane_, triangles_[std::size_t(pair.triangle)]);
     const WireGap gap = wire_gap(wire_[s], wire_[s + 1], corners);
@@ -206,7 +196,7 @@ void DrawnWire::settle(int most_steps) {
 
 bool DrawnWire::is_inside() const {
   const auto none = still(wire_.size());
-  for (const WirePair& pair : pairs_within(0.0, none, still(membrane_.size()))) {
+  for (const WirePair& pair : pairs_within(0.0, none, boxes_)) {
     const auto s = std::size_t(pair.segment);
     if (runs_through(wire_[s], wire_[s + 1],
                      corners_of(membrane_, triangles_[std::size_t(pair.triangle)])))
@@ -225,12 +215,12 @@ std::vector<Vec3> DrawnWire::follow(const std::vector<Vec3>& balloon) {
     const double share = share_of(along, by);
     arrived = share == 1.0;
     wire_ = sum_of(wire_, share, along);
-    membrane_ = arrived ? balloon : sum_of(membrane_, share, by);
+    move_membrane(arrived ? balloon : sum_of(membrane_, share, by));
     settle(arrived ? kMostSteps : kStepsOnTheWay);
   }
   if (!arrived) {
     wire_ = sum_of(wire_, 1.0, taken_along(sum_of(balloon, -1.0, membrane_)));
-    membrane_ = balloon;
+    move_membrane(balloon);
     inside_ = is_inside();
   }
   return {wire_.begin() + 1, wire_.end() - 1};

@@ -2,6 +2,7 @@
 
 #include <vector>
 
+#include "simulation/contact/box_grid.hpp"
 #include "simulation/contact/wire_gap.hpp"
 #include "simulation/materials/rod.hpp"
 #include "simulation/simulation.hpp"
@@ -34,8 +35,10 @@ class DrawnWire {
   std::vector<Vec3> follow(const std::vector<Vec3>& balloon);
 
  private:
+  void move_membrane(std::vector<Vec3> to);
+  /// @param membrane  around each triangle
   [[nodiscard]] std::vector<WirePair> pairs_within(double reach, const std::vector<Vec3>& wire_by,
-                                                   const std::vector<Vec3>& membrane_by) const;
+                                                   const std::vector<Box>& membrane) const;
   [[nodiscard]] double share_of(const std::vector<Vec3>& wire_by,
                                 const std::vector<Vec3>& membrane_by) const;
   [[nodiscard]] std::vector<Vec3> taken_along(const std::vector<Vec3>& membrane_by) const;
@@ -46,6 +49,7 @@ class DrawnWire {
 
   std::vector<Triangle> triangles_;
   std::vector<Vec3> membrane_;  ///< where the wire has followed it to [mm]
+  std::vector<Box> boxes_;      ///< of its triangles
   std::vector<Vec3> wire_;      ///< the nodes, and one beyond each pole
   std::vector<double> rest_;    ///< of the segments [mm]
   std::vector<Vec3> bend_;      ///< unloaded: straight

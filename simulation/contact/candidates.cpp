@@ -13,7 +13,7 @@ namespace angio::simulation::detail {
 namespace {
 
 constexpr int kChunks = 32;
-constexpr std::size_t kLeastParallel = 8192;  // fewer queries run on one thread
+constexpr std::size_t kLeastParallel = 1024;  // fewer queries run on one thread
 
 // Contact of the membrane with itself acts below this share of the gap that a pair starts with: so
 // it pushes nothing in the start shape, however near its layers, and however fine the mesh. A

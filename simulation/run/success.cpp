@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <vector>
 
+#include "core/parallel.hpp"
 #include "core/units.hpp"
 #include "simulation/pbd/policy.hpp"
 
@@ -31,7 +32,7 @@ std::string text(const char* format, Values... values) {
 }  // namespace
 
 PatchPressure patch_pressure(const Scene& scene, const State& state, double radius) {
-  constexpr int kRings = 2;
+  constexpr int kRings = 2, kChunks = 16;
   const int first = scene.bodies.wall().first, count = scene.bodies.wall().count;
   const auto place = [&](int v) { return state.x[std::size_t(first + v)]; };
   std::vector<double> area(std::size_t(count), 0.0);
@@ -40,31 +41,47 @@ PatchPressure patch_pressure(const Scene& scene, const State& state, double radi
                &c = state.x[std::size_t(t[2])];
     for (const int v : t) area[std::size_t(v - first)] += norm(cross(b - a, c - a)) / 6.0;
   }
-  PatchPressure worst;
-  std::vector<int> mark(std::size_t(count), -1), patch;
-  for (int v = 0; v < count; ++v) {
-    if (!(state.contact_pressure[std::size_t(v)] > 0.0)) continue;
-    patch.assign(1, v);
-    mark[std::size_t(v)] = v;
-    std::size_t next = 0;
-    for (int ring = 1; next < patch.size(); ++ring)
-      for (const std::size_t end = patch.size(); next < end; ++next) {
-        const auto i = std::size_t(patch[next]);
-        for (int n = scene.wall.neighbor_begin[i]; n < scene.wall.neighbor_begin[i + 1]; ++n) {
-          const int u = scene.wall.neighbors[std::size_t(n)] - first;
-          if (mark[std::size_t(u)] == v) continue;
-          if (ring > kRings && distance(place(u), place(v)) > radius) continue;
-          mark[std::size_t(u)] = v;
-          patch.push_back(u);
+  std::vector<int> touched;
+  for (int v = 0; v < count; ++v)
+    if (state.contact_pressure[std::size_t(v)] > 0.0) touched.push_back(v);
+  const auto worst_of = [&](std::size_t begin, std::size_t end) {
+    PatchPressure worst;
+    std::vector<int> mark(std::size_t(count), -1), patch;
+    for (std::size_t n = begin; n < end; ++n) {
+      const int v = touched[n];
+      patch.assign(1, v);
+      mark[std::size_t(v)] = v;
+      std::size_t next = 0;
+      for (int ring = 1; next < patch.size(); ++ring)
+        for (const std::size_t ring_end = patch.size(); next < ring_end; ++next) {
+          const auto i = std::size_t(patch[next]);
+          for (int k = scene.wall.neighbor_begin[i]; k < scene.wall.neighbor_begin[i + 1]; ++k) {
+            const int u = scene.wall.neighbors[std::size_t(k)] - first;
+            if (mark[std::size_t(u)] == v) continue;
+            if (ring > kRings && distance(place(u), place(v)) > radius) continue;
+            mark[std::size_t(u)] = v;
+            patch.push_back(u);
+          }
         }
+      double whole = 0.0, force = 0.0;
+      for (const int u : patch) {
+        whole += area[std::size_t(u)];
+        force += area[std::size_t(u)] * state.contact_pressure[std::size_t(u)];
       }
-    double whole = 0.0, force = 0.0;
-    for (const int u : patch) {
-      whole += area[std::size_t(u)];
-      force += area[std::size_t(u)] * state.contact_pressure[std::size_t(u)];
+      if (force > worst.pressure * whole) worst = {force / whole, v};
     }
-    if (force > worst.pressure * whole) worst = {force / whole, v};
-  }
+    return worst;
+  };
+  PatchPressure parts[kChunks];
+  parallel_for_uneven(kChunks, [&](std::ptrdiff_t k) {
+    const auto at = [&](std::ptrdiff_t chunk) {
+      return touched.size() * std::size_t(chunk) / kChunks;
+    };
+    if (at(k) < at(k + 1)) parts[k] = worst_of(at(k), at(k + 1));
+  });
+  PatchPressure worst;
+  for (const PatchPressure& part : parts)
+    if (part.pressure > worst.pressure) worst = part;
   return worst;
 }
 

@@ -1,5 +1,9 @@
 #include <gtest/gtest.h>
 
+#include <string>
+#include <thread>
+#include <vector>
+
 #include "core/error.hpp"
 #include "formats/frame_file.hpp"
 #include "testing/temporary_folder.hpp"
@@ -21,6 +25,30 @@ TEST(FrameFile, SaysItsMomentAndIsASurfaceAsAnyOther) {
   EXPECT_EQ(back.mesh.vertices, kTetrahedron.vertices);
   EXPECT_EQ(back.mesh.triangles, kTetrahedron.triangles);
   EXPECT_TRUE(back.point_arrays.empty());
+}
+
+// Every second thread writes where it cannot: the others are not told of that.
+TEST(FrameFile, ManyThreadsWriteAtOnceAndEachIsToldOfItsOwnFailures) {
+  constexpr int kThreads = 8, kFrames = 40;
+  const test::TemporaryFolder folder;
+  write_surface(folder / "a_file.vtp", {kTetrahedron, {}, {}});
+  std::vector<int> written(kThreads), failed(kThreads);
+  std::vector<std::thread> threads;
+  for (std::size_t n = 0; n < kThreads; ++n)
+    threads.emplace_back([&, n] {
+      const std::string place = n % 2 == 0 ? "" : "a_file.vtp/";
+      for (int frame = 0; frame < kFrames; ++frame) try {
+          const std::string name = place + std::to_string(n) + "_" + std::to_string(frame) + ".vtp";
+          write_frame_surface(folder / name, {kTetrahedron, {}, {}}, {0.1 * frame, 1.0, "hold"});
+          ++written[n];
+        } catch (const IoError&) {
+          ++failed[n];
+        }
+    });
+  for (std::thread& thread : threads) thread.join();
+  for (std::size_t n = 0; n < kThreads; ++n)
+    EXPECT_EQ(n % 2 == 0 ? written[n] : failed[n], kFrames) << n;
+  EXPECT_EQ(read_frame_moment(folder / "0_7.vtp").time_s, 0.1 * 7);
 }
 
 TEST(FrameFile, OtherSurfacesHaveNoMoment) {
