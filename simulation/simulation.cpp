@@ -28,7 +28,7 @@ namespace {
 using namespace detail;
 
 constexpr double kWarnResidual = 0.05;
-constexpr std::size_t kMostWaiting = 8;  // frames behind the solver, for each of three threads
+constexpr std::size_t kMostWaiting = 8;  // frames behind the solver, for each thread
 
 void summarize(const SimulationFrame& frame, bool is_air_whole, SimulationSummary& summary) {
   ++summary.frame_count;
@@ -145,17 +145,22 @@ class Run {
       begun.output.air = air.take_report();
       begun.is_air_whole = scene_.air.empty() || air.is_whole();
     };
-    // Frames queue up behind the solver: first for their air, then to be completed, then to be
-    // handed over. What a thread uses is declared before it, so that it ends first.
+    // Frames queue up behind the solver: for their air, to be completed, for the wire to be drawn,
+    // and to be handed over. What a thread uses is declared before it, so that it ends first.
     std::atomic<bool> has_failed = false;
     Beside delivery(has_spare_thread_, kMostWaiting);
+    Beside drawing(has_spare_thread_, kMostWaiting);
     Beside completion(has_spare_thread_, kMostWaiting);
     const auto hand_over = [&](BegunFrame&& begun) {
       completion.run([&, begun = std::move(begun)]() mutable {
         if (has_failed) return;
-        complete(begun, wire, outside, watch, summary);
+        complete(begun, outside, watch, summary);
         has_failed = !watch.failure().empty();
-        delivery.run([&, output = std::move(begun.output)] { deliver(output, summary); });
+        drawing.run([&, output = std::move(begun.output)]() mutable {
+          if (output.guidewire.empty())
+            timed(summary.time.wire, [&] { output.guidewire = wire.follow(output.balloon); });
+          delivery.run([&, output = std::move(output)] { deliver(output, summary); });
+        });
       });
     };
     Beside following(has_spare_thread_, kMostWaiting);
@@ -189,6 +194,7 @@ class Run {
     });
     following.wait();
     completion.wait();
+    drawing.wait();
     delivery.wait();
     summary.time.solver = whole - taken;
     summary.failure = watch.failure();
@@ -206,12 +212,11 @@ class Run {
   };
 
   /// Completes a frame and judges it.
-  void complete(BegunFrame& begun, DrawnWire& wire, double outside, SuccessWatch& watch,
+  void complete(BegunFrame& begun, double outside, SuccessWatch& watch,
                 SimulationSummary& summary) {
     SimulationFrame& output = begun.output;
     timed(summary.time.outputs, [&] {
       add_state(model_, shared_scene_, begun.state, outside, output);
-      if (output.guidewire.empty()) output.guidewire = wire.follow(output.balloon);
       watch.add(*begun.state, output);
     });
     slow_frames_ += output.residual > kWarnResidual ? 1 : 0;

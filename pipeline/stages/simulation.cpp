@@ -96,7 +96,8 @@ void keep_timing(StageWork& work, const simulation::SimulationSummary& summary) 
   work.time_split = {
       {"solver", time.solver},    {"solver_pairs", time.pairs}, {"solver_balloon", time.balloon},
       {"solver_wall", time.wall}, {"solver_rest", time.rest},   {"air", time.air},
-      {"outputs", time.outputs},  {"files", time.files},        {"waiting", time.waiting}};
+      {"outputs", time.outputs},  {"wire", time.wire},          {"files", time.files},
+      {"waiting", time.waiting}};
 }
 
 /// The treated path's lumen as the meshing has left it.

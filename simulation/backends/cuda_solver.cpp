@@ -14,7 +14,7 @@ constexpr int kFreeFrames = 16, kWallFrames = 2;
 // Launches that run or wait, so that the device goes on while new candidates are found. With the
 // reference method's contact there is one, of one frame: the next frame projects the tets that it
 // leaves.
-constexpr int kLaunches = 5;
+constexpr int kLaunches = 3;
 // New candidates are found once bodies have used this share of the free move that the last
 // ones leave.
 constexpr double kUsed = 0.65;
