@@ -364,7 +364,12 @@ TreeOfViews reconstruct_views(const RotationalRun& run, const ViewsOptions& opti
     views.push_back(read_view(run, int(v), result.unattenuated, options));
   }
   require_lines(views);
-  for (std::size_t v = 0; v < options.ends.size(); ++v) keep_vessel(views[v], options.ends[v]);
+  TreeFitOptions fitting;
+  for (std::size_t v = 0; v < options.ends.size(); ++v) {
+    const VesselLines all = views[v].lines;
+    keep_vessel(views[v], options.ends[v]);
+    fitting.left_out.push_back(pixels_of_others(all, views[v]));
+  }
   const ViewShifts shifts = find_view_shifts(views, options.ends);
   RotationalRun moved = run;
   for (std::size_t v = 0; v < views.size(); ++v)
@@ -382,7 +387,6 @@ TreeOfViews reconstruct_views(const RotationalRun& run, const ViewsOptions& opti
         "headers say). Give views of the same vessel");
   if (options.ends.empty()) require_belief(found, shifts);
   result.explained_parts = found.explained_parts;
-  TreeFitOptions fitting;
   fitting.frame_shift_sd_mm = options.shift_sd_mm;
   fitting.frame_turn_sd_degrees = options.turn_sd_degrees;
   measure(moved, views, found.tree, !options.ends.empty(), fitting, part(progress, 0.5, 0.9),

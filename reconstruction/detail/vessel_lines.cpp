@@ -148,17 +148,21 @@ std::vector<std::size_t> joined_crest(const std::vector<char>& is_crest, const S
   return joined;
 }
 
-bool is_line(const std::vector<std::size_t>& crest, const Ridges& ridges) {
+/// What is shorter is no vessel.
+bool is_long(std::size_t pixels, std::vector<double> radii) {
   constexpr double kLeastLength = 4.0;  // radii
   constexpr double kFewest = 8.0;       // pixels
+  return double(pixels) >= std::max(kFewest, kLeastLength * median(std::move(radii)));
+}
+
+bool is_line(const std::vector<std::size_t>& crest, const Ridges& ridges) {
   std::vector<double> sureness, radii;
   for (const std::size_t i : crest) {
     sureness.push_back(double(ridges.sureness[i]));
     radii.push_back(kRadiusOfScale * double(ridges.scale[i]));
   }
-  const double length = double(crest.size());
   return *std::max_element(sureness.begin(), sureness.end()) >= kSure &&
-         length >= std::max(kFewest, kLeastLength * median(std::move(radii)));
+         is_long(crest.size(), std::move(radii));
 }
 
 /// The median of the radii around a line's pixel.
@@ -195,6 +199,20 @@ void leave_out_thin(VesselLines& lines, double least) {
   change_radii(lines, reach, [least](double around, float& radius) {
     if (around < least) radius = 0.0F;
   });
+}
+
+void leave_out_short(VesselLines& lines) {
+  const Size size{lines.columns, lines.rows};
+  std::vector<char> is_on_line(size.count(), 0), was_seen(size.count(), 0);
+  for (std::size_t i = 0; i < is_on_line.size(); ++i) is_on_line[i] = lines.radius[i] > 0.0F;
+  for (std::size_t i = 0; i < is_on_line.size(); ++i) {
+    if (!is_on_line[i] || was_seen[i]) continue;
+    const std::vector<std::size_t> piece = joined_crest(is_on_line, size, i, was_seen);
+    std::vector<double> radii;
+    for (const std::size_t j : piece) radii.push_back(double(lines.radius[j]));
+    if (is_long(piece.size(), std::move(radii))) continue;
+    for (const std::size_t j : piece) lines.radius[j] = 0.0F;
+  }
 }
 
 bool VesselLines::empty() const {
