@@ -72,6 +72,19 @@ void parse_angles(DcmDataset& dataset, ProjectionRun& run) {
         dataset, DCM_PositionerSecondaryAngle, DCM_PositionerSecondaryAngleIncrement, run, 1);
 }
 
+/// Siemens counts DistanceSourceToPatient to the table's patient position; its own element has the
+/// isocentre's distance.
+std::optional<double> siemens_isocentre_distance(DcmDataset& dataset) {
+  constexpr double kNearest = 300.0, kFarthest = 2000.0;  // [mm]
+  constexpr Uint16 kGroup = 0x0021, kElement = 0x17;
+  for (Uint16 block = 0x10; block <= 0xFF; ++block) {
+    if (!text(dataset, DcmTagKey(kGroup, block)).starts_with("SIEMENS")) continue;
+    const auto found = number(dataset, DcmTagKey(kGroup, Uint16(block << 8U | kElement)));
+    if (found && *found >= kNearest && *found <= kFarthest) return found;
+  }
+  return {};
+}
+
 void parse_distances(DcmDataset& dataset, ProjectionRun& run) {
   const auto positive = [&](const DcmTagKey& tag) {
     const auto value = deep_number(dataset, tag);
@@ -79,6 +92,7 @@ void parse_distances(DcmDataset& dataset, ProjectionRun& run) {
   };
   run.source_to_detector_mm = positive(DCM_DistanceSourceToDetector);
   run.source_to_isocentre_mm = positive(DCM_DistanceSourceToIsocenter);
+  if (!run.source_to_isocentre_mm) run.source_to_isocentre_mm = siemens_isocentre_distance(dataset);
   if (!run.source_to_isocentre_mm)
     run.source_to_isocentre_mm = positive(DCM_DistanceSourceToPatient);
   run.magnification = positive(DCM_EstimatedRadiographicMagnificationFactor);

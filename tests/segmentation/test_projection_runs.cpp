@@ -85,6 +85,20 @@ TEST_F(ProjectionRuns, TellThePlaneInWhichTheirSpacingHolds) {
   EXPECT_EQ(run.spacing_plane, SpacingPlane::unknown);
 }
 
+TEST_F(ProjectionRuns, OfSiemensTakeTheirOwnIsocentreDistance) {
+  const auto distance = [&](const char* creator, const char* value) {
+    write_slice(file("a"), run_of_four([&](DcmDataset& d) {
+                  put(d, DCM_DistanceSourceToPatient, "800");
+                  d.putAndInsertString(DcmTag(0x0021, 0x0010, EVR_LO), creator);
+                  d.putAndInsertString(DcmTag(0x0021, 0x1017, EVR_DS), value);
+                }));
+    return inspect_run(folder()).source_to_isocentre_mm;
+  };
+  EXPECT_EQ(distance("SIEMENS MED SMS-AX  ORIGINAL IMAGE INFO 1.0", "750"), 750.0);
+  EXPECT_EQ(distance("SIEMENS MED SMS-AX  ORIGINAL IMAGE INFO 1.0", "7"), 800.0);
+  EXPECT_EQ(distance("ANOTHER MAKER", "750"), 800.0);
+}
+
 TEST_F(ProjectionRuns, AMagnificationThatContradictsTheDistancesIsTold) {
   write_slice(file("a"), run_of_four([](DcmDataset& d) {
                 put(d, DCM_DistanceSourceToDetector, "1000");
