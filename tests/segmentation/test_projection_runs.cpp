@@ -1,8 +1,10 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <cstdlib>
 
+#include "segmentation/detail/open_shapes.hpp"
 #include "segmentation/detail/projection_angles.hpp"
 #include "tests/segmentation/dicom_objects.hpp"
 
@@ -162,6 +164,50 @@ TEST_F(ProjectionRuns, MaskFramesAndTheOpenFieldAreShown) {
   EXPECT_THAT(run.mask_frames, ElementsAre(1, 2));
   ASSERT_TRUE(run.open_field);
   EXPECT_THAT(*run.open_field, ElementsAre(2, 5, 3, 6));
+}
+
+TEST_F(ProjectionRuns, OfRoundAndPolygonalShuttersTellTheRectangleAroundWhatIsOpen) {
+  write_slice(file("a"), run_of_four([](DcmDataset& d) {
+                put(d, DCM_CenterOfCircularShutter, "3\\4");  // row, column
+                put(d, DCM_RadiusOfCircularShutter, "2");
+              }));
+  auto run = inspect_run(folder());
+  ASSERT_TRUE(run.open_field);
+  EXPECT_THAT(*run.open_field, ElementsAre(2, 5, 1, 5));  // of five columns
+  EXPECT_EQ(run.open_shapes.size(), 1U);
+  write_slice(file("a"), run_of_four([](DcmDataset& d) {
+                put(d, DCM_VerticesOfThePolygonalCollimator, "2\\1\\5\\3\\2\\5");
+              }));
+  run = inspect_run(folder());
+  ASSERT_TRUE(run.open_field);
+  EXPECT_THAT(*run.open_field, ElementsAre(1, 5, 2, 5));
+  EXPECT_THAT(run.open_shapes, ElementsAre(ElementsAre(1, 2, 3, 5, 5, 2)));
+}
+
+TEST(OpenPixels, AreTheirOwnAndGiveTheCoveredTheNearestOnesValue) {
+  constexpr int kColumns = 60, kRows = 50;
+  const double column = 28.0, row = 27.0, radius = 20.0;
+  const std::vector<int> from =
+      detail::open_pixels({detail::circle_corners(column, row, radius)}, kColumns, kRows);
+  ASSERT_EQ(from.size(), std::size_t(kColumns * kRows));
+  for (int r = 0; r < kRows; ++r)
+    for (int c = 0; c < kColumns; ++c) {
+      const int source = from[std::size_t(r * kColumns + c)];
+      const double away = std::hypot(c + 1 - column, r + 1 - row);
+      if (away <= radius) {
+        EXPECT_EQ(source, r * kColumns + c);
+      }
+      if (away <= radius + 0.1) continue;
+      EXPECT_LE(std::hypot(source % kColumns + 1 - column, source / kColumns + 1 - row),
+                radius + 0.1);
+      EXPECT_LT(std::hypot(source % kColumns - c, source / kColumns - r), away - radius + 1.0);
+    }
+}
+
+TEST(OpenPixels, AreAllWhereNoShutterCoversAnyOrAllOfThePicture) {
+  EXPECT_TRUE(detail::open_pixels({}, 8, 8).empty());
+  EXPECT_TRUE(detail::open_pixels({detail::circle_corners(4, 4, 20)}, 8, 8).empty());
+  EXPECT_TRUE(detail::open_pixels({detail::circle_corners(40, 40, 2)}, 8, 8).empty());
 }
 
 void put_r_waves(DcmDataset& d, const std::vector<Uint16>& frames) {
