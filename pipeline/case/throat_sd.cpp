@@ -4,6 +4,7 @@
 #include <limits>
 
 #include "formats/case_file.hpp"
+#include "formats/checked_arrays.hpp"
 
 namespace angio::pipeline {
 namespace file = formats::case_file;
