@@ -4,6 +4,8 @@
 #include <cmath>
 #include <cstdlib>
 
+#include "segmentation/detail/dicom_pictures.hpp"
+#include "segmentation/detail/dicom_series.hpp"
 #include "segmentation/detail/open_shapes.hpp"
 #include "segmentation/detail/projection_angles.hpp"
 #include "tests/segmentation/dicom_objects.hpp"
@@ -182,6 +184,24 @@ TEST_F(ProjectionRuns, OfRoundAndPolygonalShuttersTellTheRectangleAroundWhatIsOp
   ASSERT_TRUE(run.open_field);
   EXPECT_THAT(*run.open_field, ElementsAre(1, 5, 2, 5));
   EXPECT_THAT(run.open_shapes, ElementsAre(ElementsAre(1, 2, 3, 5, 5, 2)));
+}
+
+TEST_F(ProjectionRuns, BehindARoundShutterShowTheNearestOpenPixel) {
+  const auto first_frame = [&](const char* radius) {
+    write_slice(file("a"), run_of_four([&](DcmDataset& d) {
+                  put(d, DCM_CenterOfCircularShutter, "3\\3");
+                  put(d, DCM_RadiusOfCircularShutter, radius);
+                }));
+    const detail::FoundSeries found = detail::find_series(folder(), {});
+    const detail::DicomPictures pictures(found.all.at(0).headers.at(0));
+    EXPECT_EQ(pictures.read(0, 2), pictures.read_some({0, 1}));
+    return pictures.read(0, 1);
+  };
+  const std::vector<float> all = first_frame("20"), shown = first_frame("2");
+  const std::vector<int> from = detail::open_pixels({detail::circle_corners(3, 3, 2)}, 5, 6);
+  ASSERT_EQ(all.size(), from.size());
+  ASSERT_NE(all, shown);
+  for (std::size_t i = 0; i < all.size(); ++i) EXPECT_EQ(shown[i], all[std::size_t(from[i])]);
 }
 
 TEST(OpenPixels, AreTheirOwnAndGiveTheCoveredTheNearestOnesValue) {
