@@ -205,15 +205,12 @@ void write_missed(const nlohmann::json& quality, double scale, benchmarks::Resul
       "found ones best at a scale of {:.3f}.",
       least, most, farthest, quality.at("skew_mm").get<double>(), scale));
   table.paragraph(
-      "Why is not measured. Likely it is the geometry: views that must be moved so far and a scale "
-      "so far from one say that the C-arm, or the phantom, did not stand where the headers' angles "
-      "and distances have it. A shift is all that is corrected, and the growth of the tree asks "
-      "that "
-      "of four views three have a line within 2 mm of a place, so that what lies far from where "
-      "the "
-      "views agree is left out. Whether the headers or the authors' lines are to scale, these "
-      "files "
-      "do not tell.");
+      "Why is not measured. Likely it is the geometry: views that must be moved so far and a "
+      "scale so far from one suggest that the C-arm, or the phantom, did not stand where the "
+      "headers' angles and distances have it. A shift is all that is corrected, and the growth "
+      "of the tree asks that of four views three have a line within 2 mm of a place, so that "
+      "what lies far from where the views agree is left out. Whether the headers or the "
+      "authors' lines are to scale, these files do not tell.");
 }
 
 /// The frame, grey as on the angiogram, with both trees' lines.
