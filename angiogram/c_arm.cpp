@@ -35,6 +35,10 @@ double angle_between(const CArmAngles& a, const CArmAngles& b) {
   return std::acos(std::clamp(cosine, -1.0, 1.0)) / kRadians;
 }
 
+double angle_between_beams(const Vec3& a, const Vec3& b) {
+  return std::acos(std::min(1.0, std::abs(dot(normalized(a), normalized(b))))) / kRadians;
+}
+
 std::string c_arm_label(const CArmAngles& angles) {
   const std::string primary = side(std::lround(angles.primary_degrees), "LAO", "RAO");
   const std::string secondary = side(std::lround(angles.secondary_degrees), "CRA", "CAU");

@@ -39,6 +39,14 @@ CArmAngles c_arm_angles(const Vec3& to_detector);
 /// By how much two beams differ [degrees], [0, 180].
 double angle_between(const CArmAngles& a, const CArmAngles& b);
 
+/// Views whose beams differ by less, from whichever end, show no depth [degrees].
+inline constexpr double kLeastViewAngle = 30.0;
+
+/// By how much two beams differ, from whichever end: what two views tell of depth [degrees], [0,
+/// 90].
+/// @param a, b  along the beams, not zero
+double angle_between_beams(const Vec3& a, const Vec3& b);
+
 /// As it is said in a catheter laboratory, in whole degrees: "LAO 32 CRA 15", "RAO 30", "AP CAU
 /// 20", "AP".
 std::string c_arm_label(const CArmAngles& angles);

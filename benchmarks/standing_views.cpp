@@ -2,12 +2,15 @@
 // (reconstruction/views.hpp): phantoms, projected exactly, with quantum noise, nothing given but
 // the pictures and their headers.
 //
-//     standing_views [--markdown FILE]
+//     standing_views [--plan N] [PHANTOM,...]... [--markdown FILE]
+//
+// PHANTOM as `angio phantom` takes it; none: seven of them, and forks. N: one plan alone, from 1.
 #include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <exception>
+#include <iterator>
 #include <string>
 #include <vector>
 
@@ -84,9 +87,7 @@ Nearest nearest(const CenterlineTree& truth, const Vec3& place) {
 }
 
 std::vector<std::string> measure(const std::string& phantom, const Plan& plan) {
-  datasets::PhantomOptions options;
-  options.name = phantom;
-  options.stenosis_percent = 60.0;
+  const datasets::PhantomOptions options = datasets::parse_phantom(phantom);
   const auto made = datasets::make_rotational_run(options, plan.run);
   const std::size_t per_frame = std::size_t(made.mount.columns) * std::size_t(made.mount.rows);
   std::vector<std::size_t> indices(made.frames.size());
@@ -166,11 +167,58 @@ std::vector<std::string> measure(const std::string& phantom, const Plan& plan) {
 }  // namespace
 }  // namespace angio
 
+namespace {
+
+/// Of which the wanted vessel is measured where others leave it.
+constexpr const char* kForks[] = {"ytype,stenosis=40,radius=1.2",
+                                  "ytype,stenosis=80,radius=2.5",
+                                  "ytype,stenosis=0,length=40",
+                                  "trifurcation",
+                                  "trifurcation,stenosis=75,radius=2",
+                                  "coronary,stenosis=40",
+                                  "coronary,stenosis=80"};
+
+struct Arguments {
+  std::vector<std::string> phantoms;
+  std::size_t plan = 0;  ///< from 1; 0: all
+};
+
+/// @return false if they make no sense
+bool parse(int argc, char** argv, Arguments& arguments) {
+  for (int i = 1; i < argc; ++i) {
+    const std::string word = argv[i];
+    if (word == "--plan" && i + 1 < argc)
+      arguments.plan = std::stoul(argv[++i]);
+    else if (word.starts_with("-"))
+      return false;
+    else
+      arguments.phantoms.push_back(word);
+  }
+  return arguments.plan <= angio::plans().size();
+}
+
+void measure_all(const Arguments& arguments, angio::benchmarks::ResultTable& table) {
+  const std::vector<angio::Plan> plans = angio::plans();
+  for (std::size_t p = 0; p < plans.size(); ++p)
+    for (const std::string& phantom : arguments.phantoms)
+      if (arguments.plan == 0 || arguments.plan == p + 1)
+        table.row(angio::measure(phantom, plans[p]));
+}
+
+}  // namespace
+
 int main(int argc, char** argv) try {
   angio::benchmarks::ResultTable table("Vessels found from angiograms of a C-arm that stood still",
                                        argc, argv);
+  constexpr int kUsage = 64;
+  Arguments arguments;
+  if (!parse(argc, argv, arguments)) {
+    std::fprintf(stderr, "usage: standing_views [--plan N] [PHANTOM,...]... [--markdown FILE]\n");
+    return kUsage;
+  }
   table.paragraph(
-      "Phantoms with a stenosis of 60 %, one picture a view, pixels of 0.3 mm at the isocentre, "
+      "Phantoms with a stenosis of 60 % where none is named, one picture a view, pixels of 0.3 mm "
+      "at the isocentre, "
       "noise "
       "of 2 %, default options, nothing given but the pictures and their headers. Covered: part of "
       "the true lines with a found one within 1 mm. Lines are moved by their mean offset first: "
@@ -179,10 +227,15 @@ int main(int argc, char** argv) try {
       "seen.");
   table.columns({"phantom", "views", "covered [%]", "line, mean [mm]", "moved by [mm]",
                  "radius, bias, RMSE [mm]", "throats, diameter [mm]", "time [s]"});
-  for (const angio::Plan& plan : angio::plans())
-    for (const char* phantom :
-         {"straight", "concentric", "unilateral", "tandem", "helix", "ytype", "coronary"})
-      table.row(angio::measure(phantom, plan));
+  if (arguments.phantoms.empty()) {
+    measure_all({{"straight", "concentric", "unilateral", "tandem", "helix", "ytype", "coronary"},
+                 arguments.plan},
+                table);
+    for (const std::size_t plan : {std::size_t{2}, std::size_t{5}})
+      if (arguments.plan == 0) measure_all({{std::begin(kForks), std::end(kForks)}, plan}, table);
+  } else {
+    measure_all(arguments, table);
+  }
   table.write();
   return 0;
 } catch (const std::exception& error) {

@@ -13,6 +13,8 @@ inline constexpr const char* kGeometry = "reconstruction/geometry.xml";
 inline constexpr const char* kQuality = "reconstruction/quality.json";
 inline constexpr const char* kShownFrames = "reconstruction/frames.nrrd";
 inline constexpr const char* kShownPlaces = "reconstruction/frames.json";
+/// Of views alone.
+inline constexpr const char* kFittedLines = "reconstruction/centerlines.vtp";
 
 inline constexpr const char* kScan = "segmentation/volume.nrrd";
 inline constexpr const char* kLevelSet = "segmentation/lumen_level_set.nrrd";

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <utility>
 
 #include "core/error.hpp"
@@ -61,12 +62,15 @@ struct SeenFrames {
 };
 
 SeenFrames seen_frames(const RotationalRun& run, double air, const TreeCurves& curves,
-                       double width_pixels) {
+                       double width_pixels, const std::vector<std::vector<char>>& left_out) {
   const SampledCurves sampled = sample_curves(curves);
   SeenFrames seen;
   for (std::size_t f = 0; f < run.frames.size(); ++f) {
-    FitFrame frame = choose_pixels(run.frames[f], read_line_integrals(run, int(f), 1, air), sampled,
-                                   width_pixels);
+    std::vector<float> integrals = read_line_integrals(run, int(f), 1, air);
+    if (!left_out.empty())
+      for (std::size_t i = 0; i < left_out[f].size(); ++i)
+        if (left_out[f][i] != 0) integrals[i] = std::numeric_limits<float>::quiet_NaN();
+    FitFrame frame = choose_pixels(run.frames[f], integrals, sampled, width_pixels);
     if (frame.pixels.size() < kFewestPixels) continue;
     seen.frames.push_back(std::move(frame));
     seen.index.push_back(f);
@@ -172,6 +176,7 @@ TreeFit fit_tree(const RotationalRun& run, double air, const CenterlineTree& sta
                  const TreeFitOptions& options, const Progress& progress) {
   options.validate();
   ANGIO_EXPECT(run.pictures != nullptr && !run.frames.empty());
+  ANGIO_EXPECT(options.left_out.empty() || options.left_out.size() == run.frames.size());
   const double pixel_mm = pixel_at(run, start);
   const MotionPrior prior{options.frame_turn_sd_degrees * units::kPi / 180.0,
                           options.frame_shift_sd_mm};
@@ -180,7 +185,7 @@ TreeFit fit_tree(const RotationalRun& run, double air, const CenterlineTree& sta
   TreeSolution solution;
   SeenFrames seen;
   for (int choice = 0; choice < kMostChoices; ++choice) {
-    seen = seen_frames(run, air, state.curves, state.width_pixels);
+    seen = seen_frames(run, air, state.curves, state.width_pixels, options.left_out);
     state.frames.resize(seen.frames.size());
     solution = solve_tree(seen.frames, std::move(state), prior, options.most_steps, progress);
     if (choice + 1 < kMostChoices) state = solution.state;

@@ -19,6 +19,9 @@ struct TreeFitOptions {
   double frame_shift_sd_mm = 0.1;
   double frame_turn_sd_degrees = 0.0;
   int most_steps = 40;  ///< [1, 1000]
+  /// Pixels of each frame that show something else and are not fitted, shape [frames][rows *
+  /// columns]; empty, also of a frame: none.
+  std::vector<std::vector<char>> left_out = {};
 
   void validate() const;  ///< @throws OptionError naming the bad field
 };

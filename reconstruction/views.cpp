@@ -7,6 +7,7 @@
 #include <cstddef>
 #include <utility>
 
+#include "core/available_memory.hpp"
 #include "core/error.hpp"
 #include "core/statistics.hpp"
 #include "core/units.hpp"
@@ -24,6 +25,7 @@ namespace angio::reconstruction {
 namespace {
 
 using namespace detail;
+using angiogram::kLeastViewAngle;
 
 double pixel_at_isocentre(const angiogram::ConeBeamFrame& frame) {
   return norm(frame.column_step) * angiogram::ConeBeamView(frame).see(Vec3{0.0, 0.0, 0.0}).depth;
@@ -33,10 +35,8 @@ double pixel_at_isocentre(const angiogram::ConeBeamFrame& frame) {
 double widest_angle(const std::vector<angiogram::ConeBeamFrame>& frames) {
   double widest = 0.0;
   for (const angiogram::ConeBeamFrame& a : frames)
-    for (const angiogram::ConeBeamFrame& b : frames) {
-      const double cosine = std::abs(dot(normalized(a.source), normalized(b.source)));
-      widest = std::max(widest, std::acos(std::min(1.0, cosine)) * 180.0 / units::kPi);
-    }
+    for (const angiogram::ConeBeamFrame& b : frames)
+      widest = std::max(widest, angiogram::angle_between_beams(a.source, b.source));
   return widest;
 }
 
@@ -94,6 +94,18 @@ ViewPicture read_view(const RotationalRun& run, int index, double air,
       vessels_of(std::move(integrals), frame.columns, frame.rows,
                  options.widest_mm / pixel_at_isocentre(frame), run.masks != nullptr);
   return make_view_picture(frame, std::move(picture.line_integrals), open, options.widest_mm);
+}
+
+/// Pixels that no vessel is fitted to: those outside the view's picture, and `others`.
+std::vector<char> left_out_of(const angiogram::ConeBeamFrame& frame, const OpenField& open,
+                              std::vector<char> others) {
+  others.resize(std::size_t(frame.columns) * std::size_t(frame.rows), 0);
+  for (int row = 0; row < frame.rows; ++row)
+    for (int c = 0; c < frame.columns; ++c)
+      if (c < open.first_column || c > open.last_column || row < open.first_row ||
+          row > open.last_row)
+        others[std::size_t(row) * std::size_t(frame.columns) + std::size_t(c)] = 1;
+  return others;
 }
 
 void leave_out_thin_vessels(ViewPicture& view, double thinnest_mm) {
@@ -271,6 +283,18 @@ double medium(const TreeFit& fit) {
   return median(std::move(found));
 }
 
+void require_room(const VolumeGeometry& grid, double max_memory_gib) {
+  constexpr double kGibibyte = 1024.0 * 1024.0 * 1024.0;
+  const double needed = double(grid.voxel_count() * sizeof(float)) / kGibibyte,
+               free = double(available_memory_bytes()) / kGibibyte;
+  const bool is_own_limit = max_memory_gib > 0.0 && max_memory_gib < free;
+  if (const double most = is_own_limit ? max_memory_gib : free; needed > most)
+    throw InputError(fmt::format(
+        "the vessels' volume of {} x {} x {} voxels needs {:.2f} GiB of memory, but {:.2f} GiB are "
+        "{}. Take a larger reconstruction.voxel_mm or a smaller reconstruction.largest_side",
+        grid.size[0], grid.size[1], grid.size[2], needed, most, is_own_limit ? "allowed" : "free"));
+}
+
 std::vector<std::string> warnings_of(const TreeOfViews& result, const ViewShifts& shifts,
                                      bool has_ends) {
   constexpr double kToldShift = 1.0, kPoorAgreement = 0.7, kPoorPart = 0.6;
@@ -338,6 +362,8 @@ void ViewsOptions::validate() const {
     throw OptionError("views.shift_sd_mm: must be in [0, 20]");
   if (!(turn_sd_degrees >= 0.0 && turn_sd_degrees <= 20.0))
     throw OptionError("views.turn_sd_degrees: must be in [0, 20]");
+  if (!(max_memory_gib >= 0.0 && max_memory_gib <= 65536.0))
+    throw OptionError("views.max_memory_gib: must be in [0, 65536]; 0 is what the computer has");
 }
 
 TreeOfViews reconstruct_views(const RotationalRun& run, const ViewsOptions& options,
@@ -364,7 +390,16 @@ TreeOfViews reconstruct_views(const RotationalRun& run, const ViewsOptions& opti
     views.push_back(read_view(run, int(v), result.unattenuated, options));
   }
   require_lines(views);
-  for (std::size_t v = 0; v < options.ends.size(); ++v) keep_vessel(views[v], options.ends[v]);
+  TreeFitOptions fitting;
+  fitting.left_out.resize(views.size());
+  for (std::size_t v = 0; v < options.ends.size(); ++v) {
+    const VesselLines all = views[v].lines;
+    keep_vessel(views[v], options.ends[v]);
+    fitting.left_out[v] = pixels_of_others(all, views[v]);
+  }
+  for (std::size_t v = 0; v < options.open.size(); ++v)
+    fitting.left_out[v] =
+        left_out_of(run.frames[v], options.open[v], std::move(fitting.left_out[v]));
   const ViewShifts shifts = find_view_shifts(views, options.ends);
   RotationalRun moved = run;
   for (std::size_t v = 0; v < views.size(); ++v)
@@ -382,13 +417,13 @@ TreeOfViews reconstruct_views(const RotationalRun& run, const ViewsOptions& opti
         "headers say). Give views of the same vessel");
   if (options.ends.empty()) require_belief(found, shifts);
   result.explained_parts = found.explained_parts;
-  TreeFitOptions fitting;
   fitting.frame_shift_sd_mm = options.shift_sd_mm;
   fitting.frame_turn_sd_degrees = options.turn_sd_degrees;
   measure(moved, views, found.tree, !options.ends.empty(), fitting, part(progress, 0.5, 0.9),
           result);
-  result.volume = tube_volume(result.fit.tree, medium(result.fit),
-                              voxel_size(options, run, result.fit.tree), options.largest_side);
+  const double voxel = voxel_size(options, run, result.fit.tree);
+  require_room(tube_grid(result.fit.tree, voxel, options.largest_side), options.max_memory_gib);
+  result.volume = tube_volume(result.fit.tree, medium(result.fit), voxel, options.largest_side);
   result.warnings = warnings_of(result, shifts, !options.ends.empty());
   return result;
 }

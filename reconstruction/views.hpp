@@ -12,9 +12,6 @@
 /// (three-dimensional quantitative coronary angiography).
 namespace angio::reconstruction {
 
-/// Views that differ by less show no depth [degrees].
-inline constexpr double kLeastViewAngle = 30.0;
-
 /// Where one vessel begins and ends in a view: column, row [pixels], from the middle of the first.
 struct VesselEnds {
   std::array<double, 2> proximal{}, distal{};
@@ -24,7 +21,8 @@ struct ViewsOptions {
   /// Of the one vessel that is wanted, one a view, in the run's order; empty: all vessels that the
   /// views tell of.
   std::vector<VesselEnds> ends = {};
-  /// Where each view's picture lies in its frame, if it is smaller; empty: everywhere.
+  /// Where each view's picture lies in its frame, if it is smaller (widened, or a shutter's);
+  /// empty: everywhere. No vessel is looked for, or fitted, elsewhere.
   std::vector<OpenField> open = {};
   /// Diameter of the thinnest vessel, [0, 5]; a stenosis may be thinner; 0: all that are seen.
   double thinnest_mm = 0.0;
@@ -35,6 +33,7 @@ struct ViewsOptions {
   double turn_sd_degrees = 0.0;  ///< [0, 20]
   double voxel_mm = 0.0;         ///< as ReconstructionOptions::voxel_mm
   int largest_side = 512;        ///< as ReconstructionOptions::largest_side
+  double max_memory_gib = 0.0;   ///< of the volume, [0, 65536]; 0: what the computer has free
 
   void validate() const;  ///< @throws OptionError naming the bad field
 };
@@ -63,7 +62,8 @@ struct TreeOfViews {
 /// @param run  one frame a view: the one that is filled the best
 /// @throws InputError  fewer than two views, none 30 degrees apart; a view shows no vessel; no
 ///                     vessel is seen by all of them, or the tree explains too little of the
-///                     views to be believed (name one vessel's ends); as fit_tree()
+///                     views to be believed (name one vessel's ends); the volume is too large; as
+///                     fit_tree()
 TreeOfViews reconstruct_views(const RotationalRun& run, const ViewsOptions& options,
                               const Progress& progress = {});
 

@@ -18,7 +18,8 @@ class RunPictures {
   RunPictures(const RunPictures&) = delete;
   RunPictures& operator=(const RunPictures&) = delete;
   virtual ~RunPictures() = default;
-  /// Frames [first, first + count), rescaled as the file says, never inverted.
+  /// Frames [first, first + count), rescaled as the file says, never inverted; what a round or
+  /// polygonal shutter covers takes the nearest open pixel's value.
   /// @return shape [count, rows, columns]
   /// @throws InputError  the pixels are damaged
   [[nodiscard]] std::vector<float> read(int first, int count) const;

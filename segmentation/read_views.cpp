@@ -3,13 +3,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <utility>
 
+#include "angiogram/c_arm.hpp"
 #include "core/error.hpp"
-#include "core/units.hpp"
-#include "core/vec3.hpp"
+#include "segmentation/detail/available_memory.hpp"
 #include "segmentation/detail/dicom_pictures.hpp"
 #include "segmentation/detail/dicom_series.hpp"
 #include "segmentation/detail/projection_angles.hpp"
@@ -20,6 +19,7 @@ namespace angio::segmentation {
 namespace {
 
 namespace fs = std::filesystem;
+using angiogram::kLeastViewAngle;
 using detail::DicomHeader;
 constexpr double kSameSide = 10.0;  ///< [degrees]
 
@@ -95,18 +95,13 @@ bool holds_something_else(const std::vector<detail::DicomSeries>& all, const Rea
   });
 }
 
-/// Where the source stands, from the isocentre.
-Vec3 direction(const ProjectionRun& run) {
-  const double primary = of(run.primary_angles_degrees) * units::kPi / 180.0,
-               secondary = of(run.secondary_angles_degrees) * units::kPi / 180.0;
-  return {std::cos(secondary) * std::sin(primary), -std::cos(secondary) * std::cos(primary),
-          std::sin(secondary)};
-}
-
 /// Between two beams, from whichever end [degrees].
 double apart(const ProjectionRun& a, const ProjectionRun& b) {
-  const double cosine = std::abs(dot(direction(a), direction(b)));
-  return std::acos(std::min(1.0, cosine)) * 180.0 / units::kPi;
+  const auto beam = [](const ProjectionRun& run) {
+    return angiogram::c_arm_axes({of(run.primary_angles_degrees), of(run.secondary_angles_degrees)})
+        .to_detector;
+  };
+  return angiogram::angle_between_beams(beam(a), beam(b));
 }
 
 std::string in_words(const Candidate& view, std::size_t index) {
@@ -115,23 +110,18 @@ std::string in_words(const Candidate& view, std::size_t index) {
                      view.header->frames.size());
 }
 
-/// "1,3" as 0, 2.
-std::vector<std::size_t> asked_for(const std::vector<Candidate>& all, const std::string& text) {
+/// The views with these numbers, counted from 0.
+std::vector<std::size_t> asked_for(const std::vector<Candidate>& all,
+                                   const std::vector<int>& numbers) {
   std::vector<std::size_t> chosen;
-  for (const char *at = text.data(), *end = at + text.size(); at < end;) {
-    std::size_t number = 0;
-    const auto [after, error] = std::from_chars(at, end, number);
-    if (error != std::errc() || (after != end && *after != ','))
-      throw OptionError("input.views: must be numbers of views, as 1,3 (see `angio inspect`)");
-    if (number < 1 || number > all.size())
+  for (const int number : numbers) {
+    const std::size_t index = std::size_t(number) - 1;
+    if (index >= all.size())
       throw InputError(fmt::format("there is no view {}: the input holds {} (see `angio inspect`)",
                                    number, all.size()));
-    if (!all[number - 1].problem.empty())
-      throw InputError(in_words(all[number - 1], number - 1) +
-                       " cannot be used: " + all[number - 1].problem);
-    if (std::find(chosen.begin(), chosen.end(), number - 1) == chosen.end())
-      chosen.push_back(number - 1);
-    at = after == end ? end : after + 1;
+    if (!all[index].problem.empty())
+      throw InputError(in_words(all[index], index) + " cannot be used: " + all[index].problem);
+    chosen.push_back(index);
   }
   return chosen;
 }
@@ -184,7 +174,7 @@ bool are_views_of(const std::vector<Candidate>& all) {
 /// Which are taken; none: the input is not of views.
 Choice choose(const std::vector<Candidate>& all, const ReadOptions& options) {
   if (!options.views.empty()) {
-    Choice choice{asked_for(all, options.views), {}};
+    Choice choice{asked_for(all, options.view_numbers()), {}};
     if (!tell_depth(all, choice.views))
       throw InputError(
           fmt::format("the views asked for are less than {:.0f} degrees apart (depth would not be "
@@ -206,6 +196,20 @@ Choice choose(const std::vector<Candidate>& all, const ReadOptions& options) {
                     "with --views 1,2 (see `angio inspect`)",
                     choice.views.size(), kLeastViewAngle));
   return choice;
+}
+
+/// Every view's picture as floats, and what finding the vessels of the largest takes, which is done
+/// one after the other.
+std::uint64_t memory_needed(const std::vector<Candidate>& all,
+                            const std::vector<std::size_t>& views) {
+  constexpr std::uint64_t kWorking = 100;  // bytes a pixel
+  std::uint64_t pictures = 0, largest = 0;
+  for (const std::size_t v : views) {
+    const std::uint64_t pixels = all[v].header->pixels.per_frame();
+    pictures += pixels * sizeof(float);
+    largest = std::max(largest, pixels);
+  }
+  return pictures + kWorking * largest;
 }
 
 LoadedRun load(const Candidate& view) {
@@ -235,6 +239,8 @@ std::optional<LoadedViews> read_views(const fs::path& path, const ReadOptions& o
   const std::vector<Candidate> all = candidates(found.all, options);
   const Choice choice = choose(all, options);
   if (choice.views.empty()) return {};
+  detail::check_memory(memory_needed(all, choice.views), options.max_memory_gib,
+                       fmt::format("{} views", choice.views.size()));
   LoadedViews loaded;
   loaded.warnings = found.warnings;
   loaded.warnings.insert(loaded.warnings.end(), choice.warnings.begin(), choice.warnings.end());

@@ -9,8 +9,6 @@
 
 namespace angio::segmentation {
 
-/// Views that differ by less show no depth [degrees].
-inline constexpr double kLeastViewAngle = 30.0;
 /// More are hardly of one vessel: which belong together must be said.
 inline constexpr int kMostViews = 6;
 
@@ -29,7 +27,8 @@ struct LoadedViews {
 ///
 /// @return nothing where there are no two views, 30 degrees apart or more, and none is asked for
 /// @throws InputError  views are asked for, and there are none of that number, or they cannot be
-///                     used; or there are more than kMostViews, and none is asked for
+///                     used; there are more than kMostViews, and none is asked for; or their
+///                     pictures need more memory than is allowed
 std::optional<LoadedViews> read_views(const std::filesystem::path& path, const ReadOptions& options,
                                       const Progress& progress = {});
 

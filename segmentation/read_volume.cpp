@@ -1,6 +1,7 @@
 #include "segmentation/read_volume.hpp"
 
 #include <algorithm>
+#include <charconv>
 #include <cmath>
 #include <limits>
 #include <system_error>
@@ -213,7 +214,25 @@ SeriesSummary summarize(const fs::path& path, const ReadOptions& options) {
 
 }  // namespace
 
+std::vector<int> ReadOptions::view_numbers() const {
+  std::vector<int> numbers;
+  for (const char *at = views.data(), *end = at + views.size(); at < end;) {
+    int number = 0;
+    const auto [after, error] = std::from_chars(at, end, number);
+    const bool is_last = after == end;
+    if (error != std::errc() || number < 1 || (!is_last && (*after != ',' || after + 1 == end)))
+      throw OptionError("input.views: must be numbers of views, as 1,3 (see `angio inspect`)");
+    if (std::find(numbers.begin(), numbers.end(), number) == numbers.end())
+      numbers.push_back(number);
+    at = is_last ? end : after + 1;
+  }
+  if (numbers.size() == 1)
+    throw OptionError("input.views: one view tells no depth. Name two or more, as 1,3");
+  return numbers;
+}
+
 void ReadOptions::validate() const {
+  (void)view_numbers();
   const bool none = spacing_mm == std::array<double, 3>{0.0, 0.0, 0.0};
   for (const double spacing : spacing_mm)
     if (!none && !(spacing > 1e-4 && spacing < 100.0))

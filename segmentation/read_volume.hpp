@@ -41,6 +41,9 @@ struct ReadOptions {
   double max_memory_gib =
       0.0;  ///< refuse what needs more, [0, 65536]; 0: what the computer has free
 
+  /// `views` as numbers, each once, in their order; empty: by rule.
+  /// @throws OptionError  they are no numbers from 1, or fewer than two
+  [[nodiscard]] std::vector<int> view_numbers() const;
   /// @throws OptionError naming the bad field
   void validate() const;
 };
@@ -86,6 +89,9 @@ struct ProjectionRun {
   /// Columns first, last, rows first, last, numbered from 1, that shutter and collimator leave
   /// open.
   std::optional<std::array<int, 4>> open_field;
+  /// What each round or polygonal shutter or collimator leaves open: its corners, column and row in
+  /// turn, numbered from 1; a pixel is open if it lies within all.
+  std::vector<std::vector<double>> open_shapes;
   bool burned_in_text = false;
   std::string positioner_motion;     ///< "STATIC" or "DYNAMIC"; empty: not stated
   std::string pixel_relation;        ///< to the beam's intensity: "LIN", "LOG", "DISP"; empty

@@ -11,6 +11,7 @@
 #include "pipeline/case/case_status.hpp"
 #include "pipeline/case/flow.hpp"
 #include "pipeline/case/resolution.hpp"
+#include "pipeline/case/throat_sd.hpp"
 #include "pipeline/case/working_view.hpp"
 
 namespace angio::pipeline {
@@ -42,8 +43,8 @@ void add_timing(json& simulation, const RunRecord& record) {
 json empty_metrics() {
   return {{"status", nullptr},
           {"status_reason", nullptr},
-          {"lesion", object_of_nulls({"centerline_id", "abscissa_mm", "mld_mm", "mla_mm2",
-                                      "reference_diameter_mm", "reference_rule",
+          {"lesion", object_of_nulls({"centerline_id", "abscissa_mm", "mld_mm", "mld_sd_mm",
+                                      "mla_mm2", "reference_diameter_mm", "reference_rule",
                                       "diameter_stenosis_percent", "length_mm"})},
           {"balloon", object_of_nulls({"nominal_diameter_mm", "length_mm", "material",
                                        "peak_pressure_atm", "peak_diameter_mm",
@@ -136,13 +137,16 @@ json lesion_metrics(const centerline::Lesion& lesion, double resolution_mm) {
 
 std::vector<std::string> metrics_files() {
   std::vector<std::string> files = resolution_files();
-  files.insert(files.end(),
-               {file::kCenterlines, file::kPlacement, file::kSummary, file::kDiagnosis});
+  files.insert(files.end(), {file::kFittedLines, file::kCenterlines, file::kNarrowedLumen,
+                             file::kPlacement, file::kSummary, file::kDiagnosis});
   return files;
 }
 
-json collect_metrics(const StageFiles& files, const centerline::LesionOptions& lesion,
-                     const json& computed, const RunRecord& record) {
+namespace {
+
+/// Everything but the standard deviation of the throat.
+json measured_metrics(const StageFiles& files, const centerline::LesionOptions& lesion,
+                      const json& computed, const RunRecord& record) {
   json metrics = empty_metrics();
   metrics.update(computed);
   const bool is_simulated = record.is(Stage::simulation, "done");
@@ -174,6 +178,21 @@ json collect_metrics(const StageFiles& files, const centerline::LesionOptions& l
   metrics["simulation"].update(summary.at("simulation"));
   if (summary.contains("wall")) metrics["wall"] = summary.at("wall");
   add_timing(metrics["simulation"], record);
+  return metrics;
+}
+
+}  // namespace
+
+json collect_metrics(const StageFiles& files, const centerline::LesionOptions& lesion,
+                     const json& computed, const RunRecord& record) {
+  json metrics = measured_metrics(files, lesion, computed, record);
+  json& measured = metrics["lesion"];
+  if (!record.is(Stage::reconstruction, "done") || !measured["abscissa_mm"].is_number())
+    return metrics;
+  const CenterlineTree tree = read_centerlines(files.path(file::kCenterlines));
+  const CenterlinePath& path = path_of(tree, measured["centerline_id"].get<int>());
+  if (const auto sd = throat_sd(files, sample(path, measured["abscissa_mm"].get<double>()).point))
+    measured["mld_sd_mm"] = *sd;
   return metrics;
 }
 

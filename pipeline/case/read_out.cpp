@@ -24,8 +24,11 @@ std::string before(const json& metrics) {
         number(metrics, "lesion", "resolution_mm"),
         number(metrics, "lesion", "stenosis_at_least_percent"),
         number(metrics, "lesion", "reference_diameter_mm"));
-  return fmt::format("before   minimal lumen diameter {:.2f} mm, {:.0f} % stenosis of {:.2f} mm",
-                     number(metrics, "lesion", "mld_mm"),
+  const std::string sd = has_number(metrics, "lesion", "mld_sd_mm")
+                             ? fmt::format(" ± {:.2f}", number(metrics, "lesion", "mld_sd_mm"))
+                             : "";
+  return fmt::format("before   minimal lumen diameter {:.2f}{} mm, {:.0f} % stenosis of {:.2f} mm",
+                     number(metrics, "lesion", "mld_mm"), sd,
                      number(metrics, "lesion", "diameter_stenosis_percent"),
                      number(metrics, "lesion", "reference_diameter_mm"));
 }

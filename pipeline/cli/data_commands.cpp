@@ -300,13 +300,15 @@ void apply_read_options(Config& config, const ReadArguments& read) {
   if (!read.max_memory.empty())
     apply_option(config, "--max-memory", read.max_memory, "input.max_memory_gib=" + read.max_memory,
                  "a number [GiB]");
+  if (!read.views.empty())
+    apply_option(config, "--views", read.views, "input.views=\"" + read.views + "\"",
+                 "numbers of two views or more, as 1,3");
   if (!read.ends.empty())
     apply_option(config, "--ends", read.ends, "views.ends=[" + read.ends + "]",
                  "four numbers a view: column,row of the vessel's proximal end, then of its distal "
                  "one");
   try {
     if (!read.series.empty()) config.input.series = read.series;
-    if (!read.views.empty()) config.input.views = read.views;
     if (!read.angles.empty()) apply_setting(config, "input.angles=" + read.angles);
     if (read.allow_lossy) config.input.allow_lossy = true;
     if (read.resample) config.input.resample = true;

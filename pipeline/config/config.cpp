@@ -49,11 +49,13 @@ void Config::validate() const {
   input.validate();
   reconstruction.validate();
   views.validate();
-  if (view_ends.size() % 4 != 0)
+  if (!view_ends.empty() && (view_ends.size() % 4 != 0 || view_ends.size() < 8))
     throw OptionError(
-        "views.ends: must be four numbers a view: column, row of the vessel's proximal end, then "
-        "of "
-        "its distal one");
+        "views.ends: must be four numbers a view, of two views or more: column, row of the "
+        "vessel's proximal end, then of its distal one");
+  for (const double place : view_ends)
+    if (!(place >= 0.0))
+      throw OptionError(fmt::format("views.ends: {:g} lies outside any picture", place));
   for (const double frame : view_frames)
     if (!(frame >= 1.0 && frame < 1e6 && frame == std::floor(frame)))
       throw OptionError("views.frames: must be numbers of frames from 1, one a view");

@@ -226,6 +226,19 @@ std::vector<viewer::Doubts> doubts_of(const RunRecord& run) {
   return doubts;
 }
 
+/// What the standard deviation of a throat that was fitted to views does not hold.
+void doubt_throat(const json& metrics, std::vector<viewer::Doubts>& doubts) {
+  const json& sd = metrics.at("lesion").at("mld_sd_mm");
+  if (!sd.is_number()) return;
+  doubts.back().texts.push_back(fmt::format(
+      "the throat's ± {:.2f} mm is one standard deviation by the pixels' noise alone: it does not "
+      "hold what the model leaves out (sections that are not round, what overlaps, a table that "
+      "moved, the choice of frames); between runs of a phantom seen from two sides the throat "
+      "moved "
+      "by up to 0.1 mm",
+      sd.get<double>()));
+}
+
 }  // namespace
 
 void do_report(StageWork& work, const ReportSettings& settings) {
@@ -250,12 +263,13 @@ void do_report(StageWork& work, const ReportSettings& settings) {
   add_flow(work, flow, content);
   const CaseWorkingView view = case_working_view(files, settings.get<&Config::view>(), work.run);
   content.views = carm_views(files, view, content);
-  content.metrics_json =
-      repeatable_metrics(work, settings, {{"flow", flow.metrics}, {"working_view", view.metrics}})
-          .dump();
+  const json metrics =
+      repeatable_metrics(work, settings, {{"flow", flow.metrics}, {"working_view", view.metrics}});
+  content.metrics_json = metrics.dump();
   content.lesions_json = read_json(files.path(file::kLesions)).dump();
   content.run_json = repeatable_run(work.run).dump();
   content.doubts = doubts_of(work.run);
+  doubt_throat(metrics, content.doubts);
   viewer::write_report(work.out, content, work.progress);
 }
 

@@ -45,7 +45,7 @@ class ChosenFrames : public reconstruction::FrameReader {
 struct Picture {
   ConeBeamFrame frame;
   std::vector<float> pixels;
-  reconstruction::OpenField open = {};  ///< where it lies in the frame
+  reconstruction::OpenField open = {};  ///< what is picture of the frame, not shutter or border
 };
 
 /// Blocks of pixels as one.
@@ -59,6 +59,13 @@ Picture coarser(const Picture& picture, int block) {
                  double(block) * picture.frame.row_step,
                  picture.frame.columns / block,
                  picture.frame.rows / block};
+  // Blocks that lie wholly in the open field.
+  const auto first = [&](int pixel) { return (pixel + block - 1) / block; };
+  const auto last = [&](int pixel) { return (pixel + 1) / block - 1; };
+  small.open = {first(picture.open.first_column),
+                std::min(last(picture.open.last_column), small.frame.columns - 1),
+                first(picture.open.first_row),
+                std::min(last(picture.open.last_row), small.frame.rows - 1)};
   for (int row = 0; row < small.frame.rows; ++row)
     for (int column = 0; column < small.frame.columns; ++column) {
       double sum = 0.0;
@@ -76,7 +83,8 @@ Picture of_size(const Picture& picture, int columns, int rows) {
   const int left = (picture.frame.columns - columns) / 2, top = (picture.frame.rows - rows) / 2;
   Picture sized{picture.frame,
                 {},
-                {-left, picture.frame.columns - 1 - left, -top, picture.frame.rows - 1 - top}};
+                {picture.open.first_column - left, picture.open.last_column - left,
+                 picture.open.first_row - top, picture.open.last_row - top}};
   sized.frame.first_pixel = picture.frame.place(left, top);
   sized.frame.columns = columns;
   sized.frame.rows = rows;
@@ -101,12 +109,14 @@ void even_out(std::vector<Picture>& pictures) {
     const int block = std::max(1, int(std::lround(coarsest / norm(picture.frame.column_step))));
     const int longest = std::max(picture.frame.columns, picture.frame.rows);
     picture = coarser(picture, std::max(block, (longest + kLongestSide - 1) / kLongestSide));
-    if (std::min(picture.frame.columns, picture.frame.rows) < kShortestSide)
+    const reconstruction::OpenField& open = picture.open;
+    if (std::min(open.last_column - open.first_column, open.last_row - open.first_row) + 1 <
+        kShortestSide)
       throw InputError(
-          fmt::format("the views' pixels differ too much ({:g} mm and {:g} mm on their detectors). "
-                      "Give views of like resolution",
-                      norm(picture.frame.column_step) / block, coarsest));
-    picture.open = {0, picture.frame.columns - 1, 0, picture.frame.rows - 1};
+          fmt::format("a view is too small: its picture, or what a shutter leaves of it, has less "
+                      "than {} pixels (of {:g} mm; others of {:g} mm on their detectors). Give "
+                      "views of like resolution",
+                      kShortestSide, norm(picture.frame.column_step) / block, coarsest));
     columns = std::max(columns, picture.frame.columns);
     rows = std::max(rows, picture.frame.rows);
   }
@@ -149,6 +159,8 @@ ChosenView choose_frame(const segmentation::LoadedRun& loaded, std::size_t place
   }
   chosen.picture.frame = run.frames[std::size_t(chosen.frame)];
   chosen.picture.pixels = loaded.pictures->read(chosen.frame, 1);
+  chosen.picture.open =
+      run.open_field.value_or(reconstruction::OpenField{0, loaded.columns - 1, 0, loaded.rows - 1});
   chosen.is_logarithmic = run.relation == reconstruction::PixelRelation::logarithmic;
   return chosen;
 }
@@ -265,6 +277,7 @@ void do_views(StageWork& work, const segmentation::LoadedViews& loaded,
   options.voxel_mm = settings.get<&Config::reconstruction>().voxel_mm;
   options.ends = vessel_ends(settings.get<&Config::view_ends>(), as_given, run.frames);
   options.largest_side = settings.get<&Config::reconstruction>().largest_side;
+  options.max_memory_gib = settings.get<&Config::input>().max_memory_gib;
   const reconstruction::TreeOfViews result =
       reconstruction::reconstruct_views(run, options, part(work.progress, 0.2, 0.95));
   keep(work.warnings, result.warnings);

@@ -107,6 +107,10 @@ VolumeGeometry grid_around(const std::vector<Piece>& pieces, double voxel_mm, in
 
 }  // namespace
 
+VolumeGeometry tube_grid(const CenterlineTree& tree, double voxel_mm, int largest_side) {
+  return grid_around(pieces_of(tree), voxel_mm, largest_side);
+}
+
 Volume<float> tube_volume(const CenterlineTree& tree, double value, double voxel_mm,
                           int largest_side) {
   const std::vector<Piece> pieces = pieces_of(tree);

@@ -16,4 +16,7 @@ namespace angio::reconstruction::detail {
 Volume<float> tube_volume(const CenterlineTree& tree, double value, double voxel_mm,
                           int largest_side);
 
+/// The grid that this volume would have.
+VolumeGeometry tube_grid(const CenterlineTree& tree, double voxel_mm, int largest_side);
+
 }  // namespace angio::reconstruction::detail

@@ -7,6 +7,7 @@
 
 #include "core/parallel.hpp"
 #include "core/statistics.hpp"
+#include "reconstruction/detail/picture_size.hpp"
 
 namespace angio::reconstruction::detail {
 namespace {
@@ -16,19 +17,8 @@ constexpr double kFinestScale = 0.8;    ///< [pixels]
 constexpr double kScaleStep = 1.18921;  ///< the fourth root of two
 constexpr double kSure = 9.0, kLikely = 4.0;
 
-struct Size {
-  int columns = 0, rows = 0;
-  [[nodiscard]] std::size_t count() const { return std::size_t(columns) * std::size_t(rows); }
-  [[nodiscard]] std::size_t at(int column, int row) const {
-    return std::size_t(row) * std::size_t(columns) + std::size_t(column);
-  }
-  [[nodiscard]] bool holds(int column, int row) const {
-    return column >= 0 && column < columns && row >= 0 && row < rows;
-  }
-};
-
 /// Blurred by a Gaussian; the border's pixels go on outside.
-std::vector<float> blurred(const std::vector<float>& picture, const Size& size, double sd) {
+std::vector<float> blurred(const std::vector<float>& picture, const PictureSize& size, double sd) {
   const int half = std::max(1, int(std::ceil(4.0 * sd)));
   std::vector<float> weight(std::size_t(half) + 1);
   float sum = 0.0F;
@@ -69,7 +59,8 @@ struct Ridges {
   std::vector<float> across_x, across_y;  ///< unit, across the ridge
 };
 
-void take_scale(const std::vector<float>& picture, const Size& size, double scale, Ridges& ridges) {
+void take_scale(const std::vector<float>& picture, const PictureSize& size, double scale,
+                Ridges& ridges) {
   const std::vector<float> smooth = blurred(picture, size, scale);
   std::vector<float> least(size.count(), 0.0F), nx(size.count(), 1.0F), ny(size.count(), 0.0F);
   parallel_for(size.rows, [&](std::ptrdiff_t r) {
@@ -105,7 +96,8 @@ void take_scale(const std::vector<float>& picture, const Size& size, double scal
     }
 }
 
-float between(const std::vector<float>& values, const Size& size, double column, double row) {
+float between(const std::vector<float>& values, const PictureSize& size, double column,
+              double row) {
   const int c = std::clamp(int(std::floor(column)), 0, size.columns - 2),
             r = std::clamp(int(std::floor(row)), 0, size.rows - 2);
   const float x = float(std::clamp(column - c, 0.0, 1.0)), y = float(std::clamp(row - r, 0.0, 1.0));
@@ -114,7 +106,7 @@ float between(const std::vector<float>& values, const Size& size, double column,
 }
 
 /// Where the response is the largest across the ridge.
-std::vector<char> crests(const Ridges& ridges, const Size& size) {
+std::vector<char> crests(const Ridges& ridges, const PictureSize& size) {
   std::vector<char> is_crest(size.count(), 0);
   for (int row = 2; row + 2 < size.rows; ++row)
     for (int c = 2; c + 2 < size.columns; ++c) {
@@ -128,7 +120,7 @@ std::vector<char> crests(const Ridges& ridges, const Size& size) {
 }
 
 /// Pixels of one crest, also across a gap of a pixel.
-std::vector<std::size_t> joined_crest(const std::vector<char>& is_crest, const Size& size,
+std::vector<std::size_t> joined_crest(const std::vector<char>& is_crest, const PictureSize& size,
                                       std::size_t from, std::vector<char>& was_seen) {
   constexpr int kReach = 2;
   std::vector<std::size_t> joined{from};
@@ -148,21 +140,25 @@ std::vector<std::size_t> joined_crest(const std::vector<char>& is_crest, const S
   return joined;
 }
 
-bool is_line(const std::vector<std::size_t>& crest, const Ridges& ridges) {
+/// What is shorter is no vessel.
+bool is_long(std::size_t pixels, std::vector<double> radii) {
   constexpr double kLeastLength = 4.0;  // radii
   constexpr double kFewest = 8.0;       // pixels
+  return double(pixels) >= std::max(kFewest, kLeastLength * median(std::move(radii)));
+}
+
+bool is_line(const std::vector<std::size_t>& crest, const Ridges& ridges) {
   std::vector<double> sureness, radii;
   for (const std::size_t i : crest) {
     sureness.push_back(double(ridges.sureness[i]));
     radii.push_back(kRadiusOfScale * double(ridges.scale[i]));
   }
-  const double length = double(crest.size());
   return *std::max_element(sureness.begin(), sureness.end()) >= kSure &&
-         length >= std::max(kFewest, kLeastLength * median(std::move(radii)));
+         is_long(crest.size(), std::move(radii));
 }
 
 /// The median of the radii around a line's pixel.
-double radius_around(const std::vector<float>& radius, const Size& size, int column, int row,
+double radius_around(const std::vector<float>& radius, const PictureSize& size, int column, int row,
                      int reach) {
   std::vector<double> near;
   for (int y = std::max(0, row - reach); y <= std::min(size.rows - 1, row + reach); ++y)
@@ -174,7 +170,7 @@ double radius_around(const std::vector<float>& radius, const Size& size, int col
 /// Each radius by what `change` makes of the one around it.
 template <typename Change>
 void change_radii(VesselLines& lines, int reach, const Change& change) {
-  const Size size{lines.columns, lines.rows};
+  const PictureSize size{lines.columns, lines.rows};
   const std::vector<float> as_found = lines.radius;
   for (int row = 0; row < size.rows; ++row)
     for (int c = 0; c < size.columns; ++c)
@@ -197,13 +193,27 @@ void leave_out_thin(VesselLines& lines, double least) {
   });
 }
 
+void leave_out_short(VesselLines& lines) {
+  const PictureSize size{lines.columns, lines.rows};
+  std::vector<char> is_on_line(size.count(), 0), was_seen(size.count(), 0);
+  for (std::size_t i = 0; i < is_on_line.size(); ++i) is_on_line[i] = lines.radius[i] > 0.0F;
+  for (std::size_t i = 0; i < is_on_line.size(); ++i) {
+    if (!is_on_line[i] || was_seen[i]) continue;
+    const std::vector<std::size_t> piece = joined_crest(is_on_line, size, i, was_seen);
+    std::vector<double> radii;
+    for (const std::size_t j : piece) radii.push_back(double(lines.radius[j]));
+    if (is_long(piece.size(), std::move(radii))) continue;
+    for (const std::size_t j : piece) lines.radius[j] = 0.0F;
+  }
+}
+
 bool VesselLines::empty() const {
   return std::all_of(radius.begin(), radius.end(), [](float value) { return value <= 0.0F; });
 }
 
 VesselLines find_vessel_lines(const std::vector<float>& picture, int columns, int rows,
                               double widest) {
-  const Size size{columns, rows};
+  const PictureSize size{columns, rows};
   Ridges ridges;
   ridges.response.assign(size.count(), 0.0F);
   ridges.sureness = ridges.scale = ridges.across_y = ridges.response;

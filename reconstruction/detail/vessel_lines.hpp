@@ -34,4 +34,8 @@ VesselLines find_vessel_lines(const std::vector<float>& picture, int columns, in
 /// thin, or of noise. A throat stays, for the vessel around it is wider.
 void leave_out_thin(VesselLines& lines, double least);
 
+/// Leaves out lines shorter than four of their radii, as find_vessel_lines() does: after others
+/// were taken out.
+void leave_out_short(VesselLines& lines);
+
 }  // namespace angio::reconstruction::detail

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "reconstruction/detail/box_sum.hpp"
+#include "reconstruction/detail/picture_size.hpp"
 
 namespace angio::reconstruction::detail {
 namespace {
@@ -16,16 +17,8 @@ constexpr double kAboveNoise = 3.0;
 constexpr int kSkirt = 2;  ///< pixels around a vessel that its blur reaches
 using Terms = Eigen::Matrix<double, kTerms, 1>;
 
-struct Size {
-  int columns = 0, rows = 0;
-  [[nodiscard]] std::size_t count() const { return std::size_t(columns) * std::size_t(rows); }
-  [[nodiscard]] std::size_t at(int column, int row) const {
-    return std::size_t(row) * std::size_t(columns) + std::size_t(column);
-  }
-};
-
 /// Legendre's polynomials up to a total degree of four, at a place of the picture.
-Terms terms_at(const Size& size, int column, int row) {
+Terms terms_at(const PictureSize& size, int column, int row) {
   const auto legendre = [](double x) {
     const double xx = x * x;
     return std::array{1.0, x, 1.5 * xx - 0.5, x * (2.5 * xx - 1.5),
@@ -42,7 +35,7 @@ Terms terms_at(const Size& size, int column, int row) {
 
 /// The polynomial that fits where the weight is one.
 std::vector<double> wide_part(const std::vector<float>& p, const std::vector<double>& weight,
-                              const Size& size) {
+                              const PictureSize& size) {
   constexpr int kEvery = 3;
   Eigen::Matrix<double, kTerms, kTerms> normal;
   normal.setIdentity();
@@ -65,7 +58,7 @@ std::vector<double> wide_part(const std::vector<float>& p, const std::vector<dou
 }
 
 /// What stands around a pixel's values, summed.
-std::vector<double> summed(std::vector<double> values, const Size& size, int half) {
+std::vector<double> summed(std::vector<double> values, const PictureSize& size, int half) {
   std::vector<double> above;
   box_sum(values, size.columns, size.rows, half, above);
   return values;
@@ -74,7 +67,8 @@ std::vector<double> summed(std::vector<double> values, const Size& size, int hal
 /// @param fits    where the polynomial is fitted
 /// @param weight  of the box
 std::vector<double> background(const std::vector<float>& p, const std::vector<double>& fits,
-                               const std::vector<double>& weight, const Size& size, int half) {
+                               const std::vector<double>& weight, const PictureSize& size,
+                               int half) {
   std::vector<double> wide = wide_part(p, fits, size), rest(size.count()), sum = weight;
   for (std::size_t i = 0; i < rest.size(); ++i) {
     sum[i] = std::max(sum[i], 1e-6);
@@ -90,7 +84,7 @@ std::vector<double> background(const std::vector<float>& p, const std::vector<do
 
 /// From the median of the second differences along rows, which slopes do not change: 0.6745 sqrt(6)
 /// sd.
-double noise_of(const std::vector<float>& p, const Size& size) {
+double noise_of(const std::vector<float>& p, const PictureSize& size) {
   std::vector<float> bends;
   for (int row = 0; row < size.rows; row += 2)
     for (int column = 1; column + 1 < size.columns; column += 2) {
@@ -104,7 +98,8 @@ double noise_of(const std::vector<float>& p, const Size& size) {
 }
 
 /// What stands out, and what lies around it.
-std::vector<std::uint8_t> bright(const std::vector<float>& excess, const Size& size, double noise) {
+std::vector<std::uint8_t> bright(const std::vector<float>& excess, const PictureSize& size,
+                                 double noise) {
   std::vector<double> smooth = summed(std::vector<double>(excess.begin(), excess.end()), size, 1);
   // Sums of nine pixels.
   const double least = std::max(kAboveNoise * 3.0 * noise, 1e-9);
@@ -117,7 +112,7 @@ std::vector<std::uint8_t> bright(const std::vector<float>& excess, const Size& s
 
 /// Adds what holds a square of more than `half` to all sides, and its skirt: bone, the heart's and
 /// the diaphragm's edges.
-void add_wide(const std::vector<std::uint8_t>& is_bright, const Size& size, int half,
+void add_wide(const std::vector<std::uint8_t>& is_bright, const PictureSize& size, int half,
               std::vector<std::uint8_t>& is_wide) {
   std::vector<double> outside(size.count());
   for (std::size_t i = 0; i < outside.size(); ++i) outside[i] = is_bright[i] ? 0.0 : 1.0;
@@ -132,7 +127,7 @@ void add_wide(const std::vector<std::uint8_t>& is_bright, const Size& size, int 
 
 VesselPicture vessels_of(std::vector<float> line_integrals, int columns, int rows, double widest,
                          bool is_subtracted) {
-  const Size size{columns, rows};
+  const PictureSize size{columns, rows};
   VesselPicture picture;
   picture.noise = noise_of(line_integrals, size);
   picture.line_integrals = line_integrals;

@@ -139,6 +139,7 @@ TreeFit fit_one(const RotationalRun& run, double air, const ViewPicture& view, s
   constexpr int kMostSteps = 15;
   options.frame_shift_sd_mm = options.frame_turn_sd_degrees = 0.0;
   options.most_steps = std::min(options.most_steps, kMostSteps);
+  if (!options.left_out.empty()) options.left_out = {std::move(options.left_out[index])};
   return fit_tree(one, air, on_lines(start, view), options, progress);
 }
 

@@ -15,16 +15,8 @@ struct ViewTree {
   std::vector<double> explained_parts;  ///< of them that the tree accounts for, [0, 1]
 };
 
-/// The least tree that explains the views' lines. A place may be vessel where all views (of four or
-/// more all but one) see a line near it. There, paths of least cost
-///
-///     integral of 1 + sum_v (d_v / max(0.5 mm, r_v / 3))^2 + 4 ln^2(max r_v / min r_v) ds
-///
-/// d_v: from view v's line; r_v: the radii that the views give the vessel there. From where the
-/// vessels are the widest the tree grows by the path that explains the most of what is not yet
-/// explained: the second largest of the views' lengths, for one view alone would make a vessel of
-/// any line that lies behind a true one. What explains less than 1.25 radii, or 3 mm, of its own in
-/// a second view is taken out.
+/// The least tree that explains the views' lines: grown (detail/tree_growth.hpp) over the places
+/// that may be vessel (detail/view_hull.hpp), and smoothed along itself.
 ///
 /// @param views  at least two
 ViewTree find_view_tree(const std::vector<ViewPicture>& views, const Progress& progress);

@@ -76,4 +76,23 @@ void keep_vessel(ViewPicture& view, const VesselEnds& ends) {
   find_nearest(view);
 }
 
+std::vector<char> pixels_of_others(const VesselLines& all, const ViewPicture& kept) {
+  constexpr float kBesideRadii = 1.33F, kBesidePixels = 2.0F;
+  constexpr float kRadii = 1.2F, kPixels = 2.0F;
+  ViewPicture others;
+  others.lines = all;
+  for (std::size_t i = 0; i < all.radius.size(); ++i)
+    if (kept.nearest[i] >= 0 &&
+        kept.distance[i] <= std::max(kBesidePixels, kBesideRadii * all.radius[i]))
+      others.lines.radius[i] = 0.0F;
+  leave_out_short(others.lines);
+  find_nearest(others);
+  std::vector<char> covered(all.radius.size(), 0);
+  for (std::size_t i = 0; i < covered.size(); ++i)
+    if (const int line = others.nearest[i]; line >= 0)
+      covered[i] =
+          others.distance[i] <= kRadii * others.lines.radius[std::size_t(line)] + kPixels ? 1 : 0;
+  return covered;
+}
+
 }  // namespace angio::reconstruction::detail

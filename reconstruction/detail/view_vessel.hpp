@@ -1,5 +1,7 @@
 #pragma once
 
+#include <vector>
+
 #include "reconstruction/detail/view_picture.hpp"
 #include "reconstruction/views.hpp"
 
@@ -11,5 +13,14 @@ namespace angio::reconstruction::detail {
 ///
 /// It bridges gaps; its pixels carry the radius of the nearest line.
 void keep_vessel(ViewPicture& view, const VesselEnds& ends);
+
+/// The pixels that other vessels cover: those within 1.2 radii and two pixels of their lines. Where
+/// a branch leaves the vessel they are no background of it, and where one crosses it they show
+/// both. A line nearer to the kept one than 1.33 of its own radii is no other's, but the vessel
+/// again, seen broader (in the hollow of a bend).
+/// @param all   the view's lines before keep_vessel()
+/// @param kept  the view after it
+/// @return one a pixel, 1: another vessel's
+std::vector<char> pixels_of_others(const VesselLines& all, const ViewPicture& kept);
 
 }  // namespace angio::reconstruction::detail

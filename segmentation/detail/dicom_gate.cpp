@@ -87,6 +87,8 @@ void send(const DicomHeader& header, ChildOutput& output) {
   output.put(header.projection.has_value());
   if (!header.projection) return;
   cross_run(*header.projection, put);
+  output.put(std::uint64_t(header.projection->open_shapes.size()));
+  for (const auto& corners : header.projection->open_shapes) output.put(corners);
   output.put(std::uint64_t(header.projection->notes.size()));
   for (const auto& note : header.projection->notes) output.put(note);
 }
@@ -100,6 +102,9 @@ DicomHeader receive(ChildInput& input) {
   if (!has_run) return header;
   ProjectionRun& run = header.projection.emplace();
   cross_run(run, get);
+  std::uint64_t shape_count = 0;
+  input.get(shape_count);
+  for (std::uint64_t n = 0; n < shape_count; ++n) input.get(run.open_shapes.emplace_back());
   std::uint64_t note_count = 0;
   input.get(note_count);
   for (std::uint64_t n = 0; n < note_count; ++n) input.get(run.notes.emplace_back());

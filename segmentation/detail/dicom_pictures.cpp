@@ -6,11 +6,15 @@
 #include <utility>
 
 #include "core/parallel.hpp"
+#include "segmentation/detail/open_shapes.hpp"
 
 namespace angio::segmentation::detail {
 
 DicomPictures::DicomPictures(DicomHeader header) : headers_{std::move(header)} {
-  headers_.front().pixels.is_monochrome1 = false;  // that is how to show it, not what it is
+  DicomPixels& pixels = headers_.front().pixels;
+  pixels.is_monochrome1 = false;  // that is how to show it, not what it is
+  if (headers_.front().projection)
+    open_ = open_pixels(headers_.front().projection->open_shapes, pixels.columns, pixels.rows);
 }
 
 void DicomPictures::read_into(int first, int count, float* pixels) const {
@@ -27,6 +31,7 @@ void DicomPictures::read_into(int first, int count, float* pixels) const {
     streams_.clear();
     throw;
   }
+  cover(std::size_t(count), pixels);
   next_ = first + count;
   if (next_ == int(headers_.front().frames.size())) streams_.clear();
 }
@@ -34,7 +39,16 @@ void DicomPictures::read_into(int first, int count, float* pixels) const {
 std::vector<float> DicomPictures::read_some(const std::vector<int>& frames) const {
   std::vector<SliceReference> members;
   for (const int frame : frames) members.push_back({0, frame});
-  return decode_frames(headers_, members);
+  std::vector<float> pixels = decode_frames(headers_, members);
+  cover(frames.size(), pixels.data());
+  return pixels;
+}
+
+void DicomPictures::cover(std::size_t count, float* pixels) const {
+  for (std::size_t f = 0; f < count && !open_.empty(); ++f) {
+    float* frame = pixels + f * per_frame();
+    for (std::size_t i = 0; i < open_.size(); ++i) frame[i] = frame[open_[i]];
+  }
 }
 
 std::size_t DicomPictures::per_frame() const { return headers_.front().pixels.per_frame(); }

@@ -24,8 +24,10 @@ class DicomPictures : public RunPictures {
   void take(int first, int count, float* pixels) const;
   [[nodiscard]] bool follows(int first) const;
   void start(int first) const;
+  void cover(std::size_t count, float* pixels) const;
 
   std::vector<DicomHeader> headers_;
+  std::vector<int> open_;  ///< open_pixels()
   // Where reading stands; what is read does not depend on it.
   mutable std::mutex mutex_;
   mutable std::vector<std::unique_ptr<FrameStream>> streams_;

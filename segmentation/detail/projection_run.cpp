@@ -1,9 +1,11 @@
 #include <algorithm>
 #include <cmath>
+#include <utility>
 #include <vector>
 
 #include "segmentation/detail/dicom_parse.hpp"
 #include "segmentation/detail/format_number.hpp"
+#include "segmentation/detail/open_shapes.hpp"
 
 namespace angio::segmentation::detail {
 namespace {
@@ -72,6 +74,19 @@ void parse_angles(DcmDataset& dataset, ProjectionRun& run) {
         dataset, DCM_PositionerSecondaryAngle, DCM_PositionerSecondaryAngleIncrement, run, 1);
 }
 
+/// Siemens counts DistanceSourceToPatient to the table's patient position; its own element has the
+/// isocentre's distance.
+std::optional<double> siemens_isocentre_distance(DcmDataset& dataset) {
+  constexpr double kNearest = 300.0, kFarthest = 2000.0;  // [mm]
+  constexpr Uint16 kGroup = 0x0021, kElement = 0x17;
+  for (Uint16 block = 0x10; block <= 0xFF; ++block) {
+    if (!text(dataset, DcmTagKey(kGroup, block)).starts_with("SIEMENS")) continue;
+    const auto found = number(dataset, DcmTagKey(kGroup, Uint16(block << 8U | kElement)));
+    if (found && *found >= kNearest && *found <= kFarthest) return found;
+  }
+  return {};
+}
+
 void parse_distances(DcmDataset& dataset, ProjectionRun& run) {
   const auto positive = [&](const DcmTagKey& tag) {
     const auto value = deep_number(dataset, tag);
@@ -79,6 +94,7 @@ void parse_distances(DcmDataset& dataset, ProjectionRun& run) {
   };
   run.source_to_detector_mm = positive(DCM_DistanceSourceToDetector);
   run.source_to_isocentre_mm = positive(DCM_DistanceSourceToIsocenter);
+  if (!run.source_to_isocentre_mm) run.source_to_isocentre_mm = siemens_isocentre_distance(dataset);
   if (!run.source_to_isocentre_mm)
     run.source_to_isocentre_mm = positive(DCM_DistanceSourceToPatient);
   run.magnification = positive(DCM_EstimatedRadiographicMagnificationFactor);
@@ -162,7 +178,38 @@ void parse_mask(DcmDataset& dataset, int frame_count, ProjectionRun& run) {
     if (frame >= 1 && int(frame) <= frame_count) run.mask_frames.push_back(int(frame));
 }
 
-/// The part of the picture inside both the shutter and the collimator, where they are rectangles.
+/// What round and polygonal shutters and collimators leave open (DICOM PS3.3 C.7.6.11, C.8.7.3,
+/// which give rows before columns).
+void parse_shapes(DcmDataset& dataset, ProjectionRun& run) {
+  constexpr unsigned long kMostNumbers = 2000;
+  constexpr double kFarthest = 65536.0;
+  const auto numbers = [&](const DcmTagKey& tag) {
+    std::vector<double> found;
+    while (found.size() < kMostNumbers) {
+      const auto value = deep_number(dataset, tag, found.size());
+      if (!value || !(std::abs(*value) < kFarthest)) break;
+      found.push_back(*value);
+    }
+    return found;
+  };
+  for (const auto& [middle_tag, radius_tag] :
+       {std::pair{DCM_CenterOfCircularShutter, DCM_RadiusOfCircularShutter},
+        std::pair{DCM_CenterOfCircularCollimator, DCM_RadiusOfCircularCollimator}}) {
+    const std::vector<double> middle = numbers(middle_tag), radius = numbers(radius_tag);
+    if (middle.size() == 2 && radius.size() == 1 && radius[0] > 0.0)
+      run.open_shapes.push_back(circle_corners(middle[1], middle[0], radius[0]));
+  }
+  for (const DcmTagKey& tag :
+       {DCM_VerticesOfThePolygonalShutter, DCM_VerticesOfThePolygonalCollimator}) {
+    std::vector<double> corners = numbers(tag);
+    if (corners.size() < 6 || corners.size() % 2 != 0) continue;
+    for (std::size_t n = 0; n < corners.size(); n += 2) std::swap(corners[n], corners[n + 1]);
+    run.open_shapes.push_back(std::move(corners));
+  }
+}
+
+/// The part of the picture inside both the shutter and the collimator, of round and polygonal ones
+/// the rectangle around.
 void parse_field(DcmDataset& dataset, ProjectionRun& run) {
   std::array<int, 4> open = {1, integer(dataset, DCM_Columns), 1, integer(dataset, DCM_Rows)};
   bool any = false;
@@ -180,6 +227,19 @@ void parse_field(DcmDataset& dataset, ProjectionRun& run) {
     close_in(tag, 2, true);
   for (const DcmTagKey& tag : {DCM_ShutterLowerHorizontalEdge, DCM_CollimatorLowerHorizontalEdge})
     close_in(tag, 3, false);
+  for (const std::vector<double>& corners : run.open_shapes) {
+    any = true;
+    std::array<double, 4> around{corners[0], corners[0], corners[1], corners[1]};
+    for (std::size_t n = 0; n < corners.size(); ++n) {
+      const std::size_t side = n % 2 == 0 ? 0 : 2;
+      around[side] = std::min(around[side], corners[n]);
+      around[side + 1] = std::max(around[side + 1], corners[n]);
+    }
+    for (const std::size_t side : {0, 2}) {
+      open[side] = std::max(open[side], int(std::ceil(around[side])));
+      open[side + 1] = std::min(open[side + 1], int(std::floor(around[side + 1])));
+    }
+  }
   if (any && open[0] <= open[1] && open[2] <= open[3]) run.open_field = open;
 }
 
@@ -222,6 +282,7 @@ ProjectionRun parse_projection_run(DcmDataset& dataset, int frame_count) {
   parse_spacing(dataset, run);
   parse_run_times(dataset, frame_count, run);
   parse_mask(dataset, frame_count, run);
+  parse_shapes(dataset, run);
   parse_field(dataset, run);
   parse_table(dataset, run);
   parse_detector(dataset, run);

@@ -1,5 +1,6 @@
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "angiogram/c_arm.hpp"
@@ -52,6 +53,16 @@ TEST(CArm, IsNamedAsInACatheterLaboratory) {
   EXPECT_EQ(c_arm_label({-30.4, -0.4}), "RAO 30");
   EXPECT_EQ(c_arm_label({0, -20}), "AP CAU 20");
   EXPECT_EQ(c_arm_label({}), "AP");
+}
+
+TEST(CArm, BeamsFromEitherEndShowTheSameDepth) {
+  for (const double degrees : {0.0, 20.0, 60.0, 90.0, 120.0, 180.0}) {
+    const Vec3 a = 700.0 * c_arm_axes({10.0, 20.0}).to_detector,
+               b = 3.0 * c_arm_axes({10.0, 20.0 - degrees}).to_detector;
+    const double depth = std::min(degrees, 180.0 - degrees);
+    EXPECT_NEAR(angle_between_beams(a, b), depth, 1e-5);
+    EXPECT_NEAR(angle_between_beams(-1.0 * a, b), depth, 1e-5);
+  }
 }
 
 }  // namespace

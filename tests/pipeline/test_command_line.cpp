@@ -129,6 +129,15 @@ TEST(CommandLine, AnOptionsFaultNamesOptionValueAndWhatIsExpected) {
                  folder);
   expect_failure(run + "--max-memory x", 64, "--max-memory: Value x not in range 0 to 65536",
                  folder);
+  for (const char* views : {"abc", "1", "1,1", "1,", "1,x", "0,2", "1;2"})
+    expect_failure(
+        run + "--views '" + views + "'", 64,
+        std::string("--views ") + views + " cannot be used (expected numbers of two views or more",
+        folder);
+  for (const char* ends : {"abc", "1,2,3", "1,2,3,4", "1,2,3,4,5,6,7,-8", "1,2,3,4,5,6,7,nan"})
+    expect_failure(run + "--ends " + ends, 64,
+                   std::string("--ends ") + ends + " cannot be used (expected four numbers a view",
+                   folder);
   expect_failure("film c -o x.mp4 --fps x", 64, "--fps x cannot be used (expected a number",
                  folder);
   expect_failure("film c -o x.mp4 --fps 99", 78, "--fps 99", folder);

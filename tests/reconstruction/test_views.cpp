@@ -30,24 +30,37 @@ struct Tube {
   }
 };
 
-/// How much of a ray lies within balls along a tube [mm]: by steps along the ray, each within the
-/// section at its own place.
-double way_through(const Tube& tube, const Vec3& source, const Vec3& pixel) {
-  constexpr double kStep = 0.05;
-  const Vec3 ray = normalized(pixel - source), axis = tube.to - tube.from;
-  const double length = norm(axis);
-  const Vec3 along = axis / length;
-  // The ray is nearest to the axis here.
-  const Vec3 between = tube.from - source;
+/// A ray, and where it is nearest to a tube's axis.
+struct TubeRay {
+  Vec3 source, ray;
+  double nearest = 0.0;
+};
+
+TubeRay ray_at(const Tube& tube, const Vec3& source, const Vec3& pixel) {
+  const Vec3 ray = normalized(pixel - source), along = normalized(tube.to - tube.from),
+             between = tube.from - source;
   const double b = dot(ray, along), d = dot(ray, between), e = dot(along, between);
-  const double nearest = (d - b * e) / std::max(1e-12, 1.0 - b * b);
+  return {source, ray, (d - b * e) / std::max(1e-12, 1.0 - b * b)};
+}
+
+bool is_within(const Tube& tube, const Vec3& place) {
+  const Vec3 axis = tube.to - tube.from;
+  const double part = dot(place - tube.from, axis) / dot(axis, axis);
+  return part >= 0.0 && part <= 1.0 && norm(place - tube.from - part * axis) < tube.radius_at(part);
+}
+
+/// How much of a ray lies within the tubes [mm], where they meet once: by steps along the ray.
+double way_through(const std::vector<Tube>& tubes, const Vec3& source, const Vec3& pixel) {
+  constexpr double kStep = 0.05, kReach = 8.0;
   double way = 0.0;
-  for (double t = nearest - 8.0; t < nearest + 8.0; t += kStep) {
-    const Vec3 place = source + t * ray;
-    const double part = dot(place - tube.from, along) / length;
-    if (part < 0.0 || part > 1.0) continue;
-    const Vec3 off = place - tube.from - part * length * along;
-    if (norm(off) < tube.radius_at(part)) way += kStep;
+  for (std::size_t n = 0; n < tubes.size(); ++n) {
+    const TubeRay ray = ray_at(tubes[n], source, pixel);
+    for (double t = ray.nearest - kReach; t < ray.nearest + kReach; t += kStep) {
+      const Vec3 place = source + t * ray.ray;
+      const auto holds = [&](const Tube& tube) { return is_within(tube, place); };
+      if (holds(tubes[n]) && std::none_of(tubes.begin(), tubes.begin() + std::ptrdiff_t(n), holds))
+        way += kStep;
+    }
   }
   return way;
 }
@@ -69,9 +82,7 @@ class TubePictures : public FrameReader {
     for (const auto& frame : frames)
       for (int row = 0; row < frame.rows; ++row)
         for (int column = 0; column < frame.columns; ++column) {
-          double way = 0.0;
-          for (const Tube& tube : tubes)
-            way += way_through(tube, frame.source, frame.place(column, row));
+          const double way = way_through(tubes, frame.source, frame.place(column, row));
           state = state * 1664525U + 1013904223U;
           const double noise = 1.0 + 0.017 * (double(state >> 8U) / double(1U << 24U) - 0.5) * 2.0;
           pixels_.push_back(float(40000.0 * noise * std::exp(-0.08 * way)));
@@ -163,6 +174,37 @@ TEST(Views, OfTwoVesselsGiveTheOneThatIsAskedFor) {
   EXPECT_NEAR(least_diameter(found.fit), 1.2, 0.12);
 }
 
+TEST(Views, OfAForkGiveOneBranchAsIfTheOtherWereNotThere) {
+  // A sibling as wide leaves the vessel before its throat and runs beside it in both views.
+  constexpr double kForkPart = 0.25;
+  const Vec3 fork = kNarrowed.from + kForkPart * (kNarrowed.to - kNarrowed.from);
+  const Tube sibling{fork, fork + Vec3{9.0, 7.0, 26.0}, 1.4, 1.4};
+  const TwoViews views({kNarrowed, sibling});
+  ViewsOptions options;
+  for (const auto& frame : views.told) {
+    const angiogram::ConeBeamView view(frame);
+    const auto first = view.see(kNarrowed.from), last = view.see(kNarrowed.to);
+    options.ends.push_back({{first.column, first.row}, {last.column, last.row}});
+  }
+  const TreeOfViews found = reconstruct_views(views.run, options);
+  ASSERT_EQ(found.fit.tree.paths.size(), 1U);
+  const auto& path = found.fit.tree.paths.front();
+  const Vec3 axis = kNarrowed.to - kNarrowed.from;
+  double squares = 0.0;
+  std::size_t count = 0;
+  for (std::size_t n = 0; n < path.points.size(); ++n) {
+    const double part = dot(path.points[n] - kNarrowed.from, axis) / dot(axis, axis);
+    // Beside the fork, where there is no section of the one vessel, and the ends.
+    if (part < 0.05 || part > 0.95 || (part > 0.2 && part < 0.45)) continue;
+    const double error = path.equivalent_radius[n] - kNarrowed.radius_at(part);
+    squares += error * error;
+    ++count;
+  }
+  ASSERT_GT(count, 20U);
+  EXPECT_LT(std::sqrt(squares / double(count)), 0.04);
+  EXPECT_NEAR(least_diameter(found.fit), 1.2, 0.1);
+}
+
 TEST(Views, FromOneSideAreRefused) {
   TwoViews views({kNarrowed});
   views.run.frames[1] = frame_at(-20.0, 10.0);
@@ -179,6 +221,34 @@ TEST(Views, WithEndsOfOneViewAloneAreRefused) {
 TEST(Views, WithoutAVesselAreRefused) {
   const TwoViews views({});
   EXPECT_THROW(reconstruct_views(views.run, {}), InputError);
+}
+
+TEST(Views, WithoutMemoryForTheirVolumeAreRefused) {
+  const TwoViews views({kNarrowed});
+  ViewsOptions options;
+  options.max_memory_gib = 1e-4;  // 27 thousand voxels
+  EXPECT_THROW(reconstruct_views(views.run, options), InputError);
+  options.max_memory_gib = 1.0;
+  EXPECT_NO_THROW(reconstruct_views(views.run, options));
+}
+
+TEST(Views, BehindAShutterAreNotFitted) {
+  // A shutter covers a view from the vessel's quarter on, over what lies about its edge.
+  TwoViews views({kNarrowed});
+  const angiogram::ConeBeamView view(views.told[0]);
+  const double edge = view.see(kNarrowed.from + 0.8 * (kNarrowed.to - kNarrowed.from)).row;
+  const OpenField open = view.see(kNarrowed.to).row > edge ? OpenField{0, 139, 0, int(edge)}
+                                                           : OpenField{0, 139, int(edge), 139};
+  ViewsOptions options;
+  options.open = {open, {0, 139, 0, 139}};
+  const TreeOfViews found = reconstruct_views(views.run, options);
+  const auto& path = found.fit.tree.paths.front();
+  for (const Vec3& point : path.points) {
+    const double row = view.see(point).row;
+    EXPECT_GT(row, open.first_row - 4.0);
+    EXPECT_LT(row, open.last_row + 4.0);
+  }
+  EXPECT_NEAR(least_diameter(found.fit), 1.2, 0.1);
 }
 
 TEST(VesselLines, RunAlongTheMiddleAndTellTheRadius) {
@@ -205,6 +275,51 @@ TEST(VesselLines, RunAlongTheMiddleAndTellTheRadius) {
       }
       EXPECT_EQ(on_line, 1) << "radius " << radius << ", row " << row;
     }
+  }
+}
+
+/// Lines of a picture: columns that run down it from a first to a last row, with their radius.
+struct Upright {
+  int column = 0, first = 0, last = 0;
+  float radius = 0.0F;
+};
+
+VesselLines upright_lines(const std::vector<Upright>& all) {
+  constexpr int kSide = 100;
+  VesselLines lines{kSide, kSide, std::vector<float>(std::size_t(kSide * kSide), 0.0F)};
+  for (const Upright& one : all)
+    for (int row = one.first; row <= one.last; ++row)
+      lines.radius[std::size_t(row * kSide + one.column)] = one.radius;
+  return lines;
+}
+
+std::vector<char> others_beside(const std::vector<Upright>& others) {
+  constexpr Upright kKept{40, 5, 95, 4.0F};
+  ViewPicture kept;
+  kept.lines = upright_lines({kKept});
+  find_nearest(kept);
+  std::vector<Upright> all(others);
+  all.push_back(kKept);
+  return pixels_of_others(upright_lines(all), kept);
+}
+
+TEST(PixelsOfOthers, AreThoseThatAnotherVesselCoversAndNoneBeyond) {
+  const std::vector<char> covered = others_beside({{60, 5, 95, 4.0F}});
+  for (int row = 10; row <= 90; ++row) {
+    const auto at = [&](int column) { return covered[std::size_t(row * 100 + column)]; };
+    for (int column = 56; column <= 64; ++column) EXPECT_EQ(at(column), 1) << column;
+    // The kept vessel, and its background on both sides.
+    for (int column = 30; column <= 50; ++column) EXPECT_EQ(at(column), 0) << column;
+    EXPECT_EQ(at(70), 0);
+  }
+}
+
+TEST(PixelsOfOthers, AreNotTheVesselsOwnWhereItIsSeenTwice) {
+  // Broader, 1.25 of its radii away; a stub; and its own line alone.
+  for (const std::vector<Upright>& others :
+       {std::vector<Upright>{{48, 30, 60, 6.4F}}, {{60, 40, 46, 3.0F}}, {}}) {
+    const std::vector<char> covered = others_beside(others);
+    EXPECT_EQ(std::count(covered.begin(), covered.end(), 1), 0);
   }
 }
 

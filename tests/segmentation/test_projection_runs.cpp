@@ -1,8 +1,12 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <cstdlib>
 
+#include "segmentation/detail/dicom_pictures.hpp"
+#include "segmentation/detail/dicom_series.hpp"
+#include "segmentation/detail/open_shapes.hpp"
 #include "segmentation/detail/projection_angles.hpp"
 #include "tests/segmentation/dicom_objects.hpp"
 
@@ -85,6 +89,20 @@ TEST_F(ProjectionRuns, TellThePlaneInWhichTheirSpacingHolds) {
   EXPECT_EQ(run.spacing_plane, SpacingPlane::unknown);
 }
 
+TEST_F(ProjectionRuns, OfSiemensTakeTheirOwnIsocentreDistance) {
+  const auto distance = [&](const char* creator, const char* value) {
+    write_slice(file("a"), run_of_four([&](DcmDataset& d) {
+                  put(d, DCM_DistanceSourceToPatient, "800");
+                  d.putAndInsertString(DcmTag(0x0021, 0x0010, EVR_LO), creator);
+                  d.putAndInsertString(DcmTag(0x0021, 0x1017, EVR_DS), value);
+                }));
+    return inspect_run(folder()).source_to_isocentre_mm;
+  };
+  EXPECT_EQ(distance("SIEMENS MED SMS-AX  ORIGINAL IMAGE INFO 1.0", "750"), 750.0);
+  EXPECT_EQ(distance("SIEMENS MED SMS-AX  ORIGINAL IMAGE INFO 1.0", "7"), 800.0);
+  EXPECT_EQ(distance("ANOTHER MAKER", "750"), 800.0);
+}
+
 TEST_F(ProjectionRuns, AMagnificationThatContradictsTheDistancesIsTold) {
   write_slice(file("a"), run_of_four([](DcmDataset& d) {
                 put(d, DCM_DistanceSourceToDetector, "1000");
@@ -148,6 +166,68 @@ TEST_F(ProjectionRuns, MaskFramesAndTheOpenFieldAreShown) {
   EXPECT_THAT(run.mask_frames, ElementsAre(1, 2));
   ASSERT_TRUE(run.open_field);
   EXPECT_THAT(*run.open_field, ElementsAre(2, 5, 3, 6));
+}
+
+TEST_F(ProjectionRuns, OfRoundAndPolygonalShuttersTellTheRectangleAroundWhatIsOpen) {
+  write_slice(file("a"), run_of_four([](DcmDataset& d) {
+                put(d, DCM_CenterOfCircularShutter, "3\\4");  // row, column
+                put(d, DCM_RadiusOfCircularShutter, "2");
+              }));
+  auto run = inspect_run(folder());
+  ASSERT_TRUE(run.open_field);
+  EXPECT_THAT(*run.open_field, ElementsAre(2, 5, 1, 5));  // of five columns
+  EXPECT_EQ(run.open_shapes.size(), 1U);
+  write_slice(file("a"), run_of_four([](DcmDataset& d) {
+                put(d, DCM_VerticesOfThePolygonalCollimator, "2\\1\\5\\3\\2\\5");
+              }));
+  run = inspect_run(folder());
+  ASSERT_TRUE(run.open_field);
+  EXPECT_THAT(*run.open_field, ElementsAre(1, 5, 2, 5));
+  EXPECT_THAT(run.open_shapes, ElementsAre(ElementsAre(1, 2, 3, 5, 5, 2)));
+}
+
+TEST_F(ProjectionRuns, BehindARoundShutterShowTheNearestOpenPixel) {
+  const auto first_frame = [&](const char* radius) {
+    write_slice(file("a"), run_of_four([&](DcmDataset& d) {
+                  put(d, DCM_CenterOfCircularShutter, "3\\3");
+                  put(d, DCM_RadiusOfCircularShutter, radius);
+                }));
+    const detail::FoundSeries found = detail::find_series(folder(), {});
+    const detail::DicomPictures pictures(found.all.at(0).headers.at(0));
+    EXPECT_EQ(pictures.read(0, 2), pictures.read_some({0, 1}));
+    return pictures.read(0, 1);
+  };
+  const std::vector<float> all = first_frame("20"), shown = first_frame("2");
+  const std::vector<int> from = detail::open_pixels({detail::circle_corners(3, 3, 2)}, 5, 6);
+  ASSERT_EQ(all.size(), from.size());
+  ASSERT_NE(all, shown);
+  for (std::size_t i = 0; i < all.size(); ++i) EXPECT_EQ(shown[i], all[std::size_t(from[i])]);
+}
+
+TEST(OpenPixels, AreTheirOwnAndGiveTheCoveredTheNearestOnesValue) {
+  constexpr int kColumns = 60, kRows = 50;
+  const double column = 28.0, row = 27.0, radius = 20.0;
+  const std::vector<int> from =
+      detail::open_pixels({detail::circle_corners(column, row, radius)}, kColumns, kRows);
+  ASSERT_EQ(from.size(), std::size_t(kColumns * kRows));
+  for (int r = 0; r < kRows; ++r)
+    for (int c = 0; c < kColumns; ++c) {
+      const int source = from[std::size_t(r * kColumns + c)];
+      const double away = std::hypot(c + 1 - column, r + 1 - row);
+      if (away <= radius) {
+        EXPECT_EQ(source, r * kColumns + c);
+      }
+      if (away <= radius + 0.1) continue;
+      EXPECT_LE(std::hypot(source % kColumns + 1 - column, source / kColumns + 1 - row),
+                radius + 0.1);
+      EXPECT_LT(std::hypot(source % kColumns - c, source / kColumns - r), away - radius + 1.0);
+    }
+}
+
+TEST(OpenPixels, AreAllWhereNoShutterCoversAnyOrAllOfThePicture) {
+  EXPECT_TRUE(detail::open_pixels({}, 8, 8).empty());
+  EXPECT_TRUE(detail::open_pixels({detail::circle_corners(4, 4, 20)}, 8, 8).empty());
+  EXPECT_TRUE(detail::open_pixels({detail::circle_corners(40, 40, 2)}, 8, 8).empty());
 }
 
 void put_r_waves(DcmDataset& d, const std::vector<Uint16>& frames) {

@@ -83,7 +83,26 @@ TEST_F(StandingViews, ThatAreNotThereAreRefused) {
   options.views = "one";
   EXPECT_THROW(read_views(path, options), OptionError);
   options.views = "1";
-  EXPECT_THROW(read_views(path, options), InputError);  // no depth
+  EXPECT_THROW(read_views(path, options), OptionError);  // no depth
+}
+
+TEST(ViewNumbers, AreThoseOfTheTextEachOnceInItsOrder) {
+  const auto numbers = [](const char* text) { return ReadOptions{.views = text}.view_numbers(); };
+  EXPECT_EQ(numbers(""), std::vector<int>{});
+  EXPECT_EQ(numbers("3,1"), (std::vector<int>{3, 1}));
+  EXPECT_EQ(numbers("12,2,12"), (std::vector<int>{12, 2}));
+  for (const char* text :
+       {"one", "1", "1,1", "0,1", "-1,2", "1,", ",1", "1,,2", "1 2", "1,99999999999"})
+    EXPECT_THROW(ReadOptions{.views = text}.validate(), OptionError) << text;
+}
+
+TEST_F(StandingViews, ThatNeedMoreMemoryThanIsAllowedAreRefused) {
+  const auto path = write_views(folder_.path() / "a", {{0.0, 0.0}, {60.0, 0.0}});
+  ReadOptions options;
+  options.max_memory_gib = 1e-5;
+  EXPECT_THROW(read_views(path, options), InputError);
+  options.max_memory_gib = 1.0;
+  EXPECT_TRUE(read_views(path, options));
 }
 
 TEST_F(StandingViews, MoreThanSixMustBeNamed) {

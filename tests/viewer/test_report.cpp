@@ -272,6 +272,21 @@ TEST(Report, SurfaceWithoutScanStenosisOrDilationIsReportedToo) {
   EXPECT_TRUE(has(files.at("index.html"), ">3.00 mm<"));
 }
 
+TEST(Cards, TellTheThroatsStandardDeviationWhereItIsKnown) {
+  const auto cards = [](const std::string& lesion, const std::string& rest) {
+    return detail::headline(
+        detail::Metrics(R"({"lesion":{"mld_mm":1.2,"mla_mm2":1.13)" + lesion + "}" + rest + "}"));
+  };
+  const std::string known = R"(,"mld_sd_mm":0.052)";
+  EXPECT_TRUE(has(cards(known, ""), ">1.20 ± 0.05 mm<"));
+  EXPECT_TRUE(
+      has(cards(known, R"(,"status":"done","result":{"mld_mm":2.4})"), ">1.20 ± 0.05 → 2.40 mm<"));
+  EXPECT_TRUE(has(cards(known, ""), ">1.13 mm²<"));  // of the diameter alone
+  EXPECT_TRUE(has(cards(R"(,"mld_sd_mm":null)", ""), ">1.20 mm<"));
+  EXPECT_FALSE(
+      has(cards(known + R"(,"resolution_mm":1.5,"stenosis_at_least_percent":50)", ""), "±"));
+}
+
 TEST(Cards, OfWhatIsNotDeterminedTellTheRangeAndNoNumberOfIt) {
   const std::string metrics = R"({"status":"not_determined","status_reason":"two runs disagree",
       "lesion":{"mld_mm":1.2,"mla_mm2":1.1,"diameter_stenosis_percent":60.0},

@@ -48,12 +48,19 @@ std::string bound(const Metrics& metrics, const std::string& key, int decimals) 
                                     decimals);
 }
 
+/// The standard deviation of the throat's diameter where it is known: of vessels fitted to frames.
+std::string spread(const Metrics& metrics, const std::string& key, int decimals) {
+  const auto sd = metrics.number("lesion", "mld_sd_mm");
+  return sd && key == "mld_mm" ? " ± " + formats::fixed_text(*sd, decimals) : std::string();
+}
+
 /// Before and after.
 std::string change(const Metrics& metrics, const char* key, const char* range_key, int decimals,
                    const char* unit) {
   const std::string known = bound(metrics, key, decimals);
-  const std::string before =
-      known.empty() ? shown(metrics.number("lesion", key), decimals, "") : known;
+  const std::string before = known.empty() ? shown(metrics.number("lesion", key), decimals, "") +
+                                                 spread(metrics, key, decimals)
+                                           : known;
   if (!metrics.number("result", key)) return before + (before == "–" ? "" : unit);
   return before + " → " + told(metrics, key, range_key, decimals, unit);
 }
