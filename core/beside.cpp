@@ -3,6 +3,7 @@
 #include <omp.h>
 
 #include <algorithm>
+#include <system_error>
 #include <utility>
 
 namespace angio {
@@ -11,7 +12,12 @@ Beside::Beside(bool has_spare_thread, std::size_t most_waiting, int workers)
     : threads_(std::max(omp_get_max_threads() / workers, 1)),
       is_beside_(has_spare_thread || omp_get_max_threads() > 1),
       most_waiting_(most_waiting) {
-  for (int n = 0; n < workers && is_beside_; ++n) workers_.emplace_back([this] { work_on(); });
+  if (!is_beside_) return;
+  try {
+    for (int n = 0; n < workers; ++n) workers_.emplace_back([this] { work_on(); });
+  } catch (const std::system_error&) {  // the system gives no more threads: as many as there are
+    is_beside_ = !workers_.empty();
+  }
 }
 
 Beside::~Beside() {

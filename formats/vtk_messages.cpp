@@ -5,12 +5,14 @@
 #include <vtkOutputWindow.h>
 #include <vtkSmartPointer.h>
 
+#include <atomic>
 #include <mutex>
 
 namespace angio::formats {
 namespace {
 
 thread_local VtkMessages* newest = nullptr;
+std::atomic<int> strays = 0;
 
 /// VTK has one window for all threads: it is exchanged for ours while any of them has messages.
 struct Exchange {
@@ -28,7 +30,10 @@ class VtkMessages::Window : public vtkOutputWindow {
 
   void DisplayText(const char*) override {}
   void DisplayErrorText(const char*) override {
-    if (newest != nullptr) newest->has_error_ = true;
+    if (newest != nullptr)
+      newest->has_error_ = true;
+    else
+      ++strays;
   }
   void DisplayWarningText(const char*) override {}
   void DisplayGenericWarningText(const char*) override {}
@@ -36,7 +41,7 @@ class VtkMessages::Window : public vtkOutputWindow {
 };
 vtkStandardNewMacro(VtkMessages::Window);
 
-VtkMessages::VtkMessages() : outer_(newest) {
+VtkMessages::VtkMessages() : strays_before_(strays), outer_(newest) {
   newest = this;
   const std::lock_guard lock(exchange.mutex);
   if (++exchange.count > 1) return;
@@ -45,6 +50,8 @@ VtkMessages::VtkMessages() : outer_(newest) {
   // The logger prints every message to standard error a second time.
   vtkLogger::SetStderrVerbosity(vtkLogger::VERBOSITY_OFF);
 }
+
+bool VtkMessages::has_error() const { return has_error_ || strays != strays_before_; }
 
 VtkMessages::~VtkMessages() {
   newest = outer_;

@@ -184,18 +184,22 @@ class Run {
       });
       progress_.report(double(frame + 1) / inflator.frame_count(), name(inflator.phase(frame)));
     };
+    const auto wait_for_all = [&] {
+      for (Beside* stage : {&following, &completion, &drawing, &delivery}) stage->wait();
+    };
     timed(whole, [&] {
       try {
         solver->run(control, [&](int frame, const State& state) {
           timed(taken, [&] { take(frame, state); });
         });
       } catch (const RunHasFailed&) {  // what is to come would be none either
+      } catch (const Error& error) {
+        // Another backend goes on behind the frames that this one has left.
+        if (error.exit_code() == ExitCode::unavailable) wait_for_all();
+        throw;
       }
     });
-    following.wait();
-    completion.wait();
-    drawing.wait();
-    delivery.wait();
+    wait_for_all();
     summary.time.solver = whole - taken;
     summary.failure = watch.failure();
     summary.worst_pressure_ratio = watch.worst_pressure_ratio();

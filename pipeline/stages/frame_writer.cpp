@@ -59,6 +59,9 @@ void FrameWriter::add(const simulation::SimulationFrame& frame) {
   const SharedFrame shared = share(frame);
   kept_.add(shared);
   if (frame.frame % write_every_ != 0) return;
+  measuring_.run([this, shared] {
+    mld_[shared->frame] = follower_.measure(shared->wall, balloon_in_lumen(*shared)).mld_mm;
+  });
   write(shared);
   if (std::chrono::steady_clock::now() - last_tables_ > kTablesEvery) write_tables();
 }
@@ -89,9 +92,6 @@ void FrameWriter::write_tables() {
 
 void FrameWriter::write(const SharedFrame& frame) {
   if (!written_.insert(frame->frame).second) return;
-  measuring_.run([this, frame] {
-    mld_[frame->frame] = follower_.measure(frame->wall, balloon_in_lumen(*frame)).mld_mm;
-  });
   writing_.run([this, frame] { write_frame(folder_ / "frames", model_, *frame); });
   const auto add_step = [&](int part, const char* body, const char* extension) {
     steps_.push_back(

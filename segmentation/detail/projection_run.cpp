@@ -185,9 +185,9 @@ void parse_shapes(DcmDataset& dataset, ProjectionRun& run) {
   constexpr double kFarthest = 65536.0;
   const auto numbers = [&](const DcmTagKey& tag) {
     std::vector<double> found;
-    while (found.size() < kMostNumbers) {
-      const auto value = deep_number(dataset, tag, found.size());
-      if (!value || !(std::abs(*value) < kFarthest)) break;
+    while (const auto value = deep_number(dataset, tag, found.size())) {
+      if (found.size() == kMostNumbers || !(std::abs(*value) < kFarthest))
+        return std::vector<double>();  // a part of it would be another shape
       found.push_back(*value);
     }
     return found;
@@ -227,20 +227,26 @@ void parse_field(DcmDataset& dataset, ProjectionRun& run) {
     close_in(tag, 2, true);
   for (const DcmTagKey& tag : {DCM_ShutterLowerHorizontalEdge, DCM_CollimatorLowerHorizontalEdge})
     close_in(tag, 3, false);
+  const auto is_open = [](const std::array<int, 4>& sides) {
+    return sides[0] <= sides[1] && sides[2] <= sides[3];
+  };
   for (const std::vector<double>& corners : run.open_shapes) {
-    any = true;
     std::array<double, 4> around{corners[0], corners[0], corners[1], corners[1]};
     for (std::size_t n = 0; n < corners.size(); ++n) {
       const std::size_t side = n % 2 == 0 ? 0 : 2;
       around[side] = std::min(around[side], corners[n]);
       around[side + 1] = std::max(around[side + 1], corners[n]);
     }
+    std::array<int, 4> inside = open;
     for (const std::size_t side : {0, 2}) {
-      open[side] = std::max(open[side], int(std::ceil(around[side])));
-      open[side + 1] = std::min(open[side + 1], int(std::floor(around[side + 1])));
+      inside[side] = std::max(open[side], int(std::ceil(around[side])));
+      inside[side + 1] = std::min(open[side + 1], int(std::floor(around[side + 1])));
     }
+    if (!is_open(inside)) continue;  // as open_pixels leaves a shape out that covers everything
+    any = true;
+    open = inside;
   }
-  if (any && open[0] <= open[1] && open[2] <= open[3]) run.open_field = open;
+  if (any && is_open(open)) run.open_field = open;
 }
 
 /// How far the table goes, by its increments from the first frame.

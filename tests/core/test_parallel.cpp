@@ -116,8 +116,7 @@ TEST(Beside, SeveralWorkersShareThePiecesAndWaitForEachOther) {
   for (int i = 0; i < kWorkers; ++i)
     beside.run([&, all] {
       if (++at_work == kWorkers) all_at_work.set_value();
-      all.wait();  // for ever, were there fewer workers
-      ++done;
+      if (all.wait_for(std::chrono::seconds(20)) == std::future_status::ready) ++done;
     });
   for (int i = 0; i < 10; ++i) beside.run([&] { ++done; });
   beside.wait();

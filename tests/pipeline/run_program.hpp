@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
+#include <nlohmann/json.hpp>
 #include <sstream>
 #include <string>
 
@@ -27,6 +28,10 @@ inline std::string file_text(const std::filesystem::path& file) {
   std::ostringstream text;
   text << std::ifstream(file, std::ios::binary).rdbuf();
   return text.str();
+}
+
+inline nlohmann::json json_of(const std::filesystem::path& file) {
+  return nlohmann::json::parse(file_text(file));
 }
 
 /// A temporary folder whose files are named in command lines.

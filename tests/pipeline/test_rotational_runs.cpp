@@ -16,11 +16,10 @@ namespace fs = std::filesystem;
 using nlohmann::json;
 using test::CommandFolder;
 using test::file_text;
+using test::json_of;
 using test::ProgramResult;
 using test::run_program;
 using testing::HasSubstr;
-
-json json_of(const fs::path& file) { return json::parse(file_text(file)); }
 
 class RotationalRuns : public testing::Test {
  protected:

@@ -20,11 +20,10 @@ namespace fs = std::filesystem;
 using nlohmann::json;
 using test::CommandFolder;
 using test::file_text;
+using test::json_of;
 using test::ProgramResult;
 using test::run_program;
 using testing::HasSubstr;
-
-json json_of(const fs::path& file) { return json::parse(file_text(file)); }
 
 /// An attribute of numbers, as text, as explicit little endian DICOM has it.
 std::string attribute(int group, int element, std::string value) {

@@ -157,15 +157,21 @@ TEST(Views, OfATableThatMovedTellByHowMuchAcrossTheirPlanes) {
   EXPECT_NEAR(least_diameter(found.fit), 1.2, 0.15);
 }
 
-TEST(Views, OfTwoVesselsGiveTheOneThatIsAskedFor) {
-  const Tube other{{14.0, 3.0, -18.0}, {12.0, -4.0, 18.0}, 1.0, 1.0};
-  const TwoViews views({kNarrowed, other});
+/// Options that name a vessel by its ends in each view.
+ViewsOptions asked_for(const Tube& tube, const TwoViews& views) {
   ViewsOptions options;
   for (const auto& frame : views.told) {
     const angiogram::ConeBeamView view(frame);
-    const auto first = view.see(kNarrowed.from), last = view.see(kNarrowed.to);
+    const auto first = view.see(tube.from), last = view.see(tube.to);
     options.ends.push_back({{first.column, first.row}, {last.column, last.row}});
   }
+  return options;
+}
+
+TEST(Views, OfTwoVesselsGiveTheOneThatIsAskedFor) {
+  const Tube other{{14.0, 3.0, -18.0}, {12.0, -4.0, 18.0}, 1.0, 1.0};
+  const TwoViews views({kNarrowed, other});
+  const ViewsOptions options = asked_for(kNarrowed, views);
   const TreeOfViews found = reconstruct_views(views.run, options);
   ASSERT_EQ(found.fit.tree.paths.size(), 1U);
   const auto& path = found.fit.tree.paths.front();
@@ -180,12 +186,7 @@ TEST(Views, OfAForkGiveOneBranchAsIfTheOtherWereNotThere) {
   const Vec3 fork = kNarrowed.from + kForkPart * (kNarrowed.to - kNarrowed.from);
   const Tube sibling{fork, fork + Vec3{9.0, 7.0, 26.0}, 1.4, 1.4};
   const TwoViews views({kNarrowed, sibling});
-  ViewsOptions options;
-  for (const auto& frame : views.told) {
-    const angiogram::ConeBeamView view(frame);
-    const auto first = view.see(kNarrowed.from), last = view.see(kNarrowed.to);
-    options.ends.push_back({{first.column, first.row}, {last.column, last.row}});
-  }
+  const ViewsOptions options = asked_for(kNarrowed, views);
   const TreeOfViews found = reconstruct_views(views.run, options);
   ASSERT_EQ(found.fit.tree.paths.size(), 1U);
   const auto& path = found.fit.tree.paths.front();

@@ -186,6 +186,22 @@ TEST_F(ProjectionRuns, OfRoundAndPolygonalShuttersTellTheRectangleAroundWhatIsOp
   EXPECT_THAT(run.open_shapes, ElementsAre(ElementsAre(1, 2, 3, 5, 5, 2)));
 }
 
+TEST_F(ProjectionRuns, ShapesThatCannotBeMeantLeaveTheRectangle) {
+  std::string many = "1";
+  for (int n = 1; n < 2100; ++n) many += "\\" + std::to_string(1 + n % 5);
+  for (const auto& [tag, value] : {std::pair{DCM_CenterOfCircularShutter, std::string("90\\90")},
+                                   std::pair{DCM_VerticesOfThePolygonalShutter, many}}) {
+    write_slice(file("a"), run_of_four([&](DcmDataset& d) {
+                  put(d, DCM_ShutterLeftVerticalEdge, "2");
+                  put(d, DCM_RadiusOfCircularShutter, "2");
+                  put(d, tag, value.c_str());
+                }));
+    const auto run = inspect_run(folder());
+    ASSERT_TRUE(run.open_field) << value.substr(0, 9);
+    EXPECT_THAT(*run.open_field, ElementsAre(2, 5, 1, 6)) << value.substr(0, 9);
+  }
+}
+
 TEST_F(ProjectionRuns, BehindARoundShutterShowTheNearestOpenPixel) {
   const auto first_frame = [&](const char* radius) {
     write_slice(file("a"), run_of_four([&](DcmDataset& d) {
