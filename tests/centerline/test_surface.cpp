@@ -242,6 +242,39 @@ TEST(MeasureLumen, SeesAThroatThatWasOpenedTenfold) {
   for (const double radius : profile.inscribed_radius) EXPECT_NEAR(radius, 1.5, 0.005);
 }
 
+// The line's points are dense in the throat: smoothing pulls them along the line, a little each
+// time.
+TEST(LumenFollower, SeesTheSameLumenHoweverOftenAndHoweverFarItIsMoved) {
+  constexpr int kMoments = 100;
+  const auto mesh = make_elliptic_tube(30, 181, 48, stenosed, stenosed, false);
+  CenterlinePath path;
+  for (double z = 0.0; z < 30.0; z += 0.4 * path.inscribed_radius.back()) {
+    path.points.push_back({0.0, 0.0, z});
+    path.inscribed_radius.push_back(stenosed(z));
+  }
+  path.abscissa = arc_length(path.points);
+  path.equivalent_radius = path.inscribed_radius;
+  const LumenProfile itself = measure_lumen(mesh.vertices, path, 8.0, 22.0);
+  LumenProfile second;
+  LumenFollower follower(8.0, 22.0);
+  for (int moment = 0; moment <= kMoments; ++moment) {
+    const Vec3 aside{moment % 2 == 0 ? 0.0 : 6.0, 0.0, 0.0};
+    std::vector<Vec3> wall = mesh.vertices;
+    CenterlinePath moved = path;
+    for (Vec3& p : wall) p += aside;
+    for (Vec3& p : moved.points) p += aside;
+    const LumenProfile seen = follower.measure(std::move(wall), moved);
+    ASSERT_EQ(seen.abscissa, itself.abscissa) << moment;
+    for (std::size_t i = 0; i < seen.abscissa.size(); ++i) {
+      EXPECT_NEAR(seen.inscribed_radius[i], itself.inscribed_radius[i], 0.015) << moment;
+      if (moment > 1) {
+        EXPECT_NEAR(seen.inscribed_radius[i], second.inscribed_radius[i], 1e-3);
+      }
+    }
+    if (moment == 1) second = seen;
+  }
+}
+
 TEST(MeasureLumen, LeavesOutSingleSectionsThatTheirNeighboursDisproveAndNoShortThroat) {
   const LumenProfile seen{{1.0, 1.3, 1.6, 1.9, 2.2, 2.5, 2.8, 3.1},
                           {1.5, 0.6, 1.5, 1.5, 0.9, 0.8, 1.4, 0.5},
