@@ -167,24 +167,40 @@ Count separate_corners(TriangleMesh& mesh, std::vector<int>& parent) {
   return copies;
 }
 
-/// Halves the edges of pairs of triangles until no two pairs have the same corners at their edge:
+/// The sides at an edge in groups that stay together: pairs_at's pairs, and alone each side that
+/// has no other (an odd number of sheets meets there, or two that are turned the same way).
+std::vector<std::vector<int>> groups_at(const TriangleMesh& mesh, const EdgeTable::Edge& edge) {
+  std::vector<std::vector<int>> groups;
+  std::set<int> alone(edge.at.begin(), edge.at.end());
+  for (const auto& [i, j] : pairs_at(mesh, edge)) {
+    groups.push_back({i, j});
+    alone.erase(i);
+    alone.erase(j);
+  }
+  for (const int i : alone) groups.push_back({i});
+  return groups;
+}
+
+/// Halves the edges of groups of triangles until no two groups have the same corners at their edge:
 /// sheets that meet in an edge may hang together at both its ends, so that no corner comes apart.
 void halve_shared_edges(TriangleMesh& mesh, Count& halved) {
   for (bool any = true; any;) {
     any = false;
-    std::vector<std::array<int, 2>> pairs;
+    std::vector<std::vector<int>> groups;
     for (const EdgeTable edges(mesh); const EdgeTable::Edge& edge : edges) {
       if (edge.at.size() <= 2) continue;
-      const auto own = pairs_at(mesh, edge);
-      if (own.size() > 1) pairs.insert(pairs.end(), own.begin() + 1, own.end());
+      const auto own = groups_at(mesh, edge);
+      groups.insert(groups.end(), own.begin() + 1, own.end());
     }
     std::vector<char> is_halved(mesh.triangles.size(), 0);  // a triangle's next edge has to wait
-    for (const auto& [i, j] : pairs) {
-      if (is_halved[std::size_t(i / 3)] || is_halved[std::size_t(j / 3)]) continue;
+    for (const std::vector<int>& group : groups) {
+      if (std::any_of(group.begin(), group.end(),
+                      [&](int side) { return is_halved[std::size_t(side / 3)]; }))
+        continue;
       const int middle = int(mesh.vertices.size());
-      const auto t = std::size_t(i / 3), first = std::size_t(i % 3);
+      const auto t = std::size_t(group[0] / 3), first = std::size_t(group[0] % 3);
       mesh.vertices.push_back(0.5 * (corner(mesh, t, first) + corner(mesh, t, (first + 1) % 3)));
-      for (const int side : {i, j}) {
+      for (const int side : group) {
         is_halved[std::size_t(side / 3)] = 1;
         Triangle& one = mesh.triangles[std::size_t(side / 3)];
         Triangle other = one;

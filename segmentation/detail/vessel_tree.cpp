@@ -34,7 +34,7 @@ constexpr double kSeveralTissues = 0.7;  ///< of the tubes' contrast, from tissu
 constexpr double kTubularShare = 0.4;    ///< of the smallest piece: noise has a voxel or two of C
 constexpr double kToleratedNoise = 0.05;
 constexpr double kLeastJoined = 20.0;  ///< [mm^3] of a vessel that a stenosis may have cut
-constexpr double kLeastTrunk = 10.0;   ///< [mm] that is believed where a couch has more
+constexpr double kLeastTrunk = 10.0;   ///< [mm] of trunks that tells a tree: a heart has less
 
 const char* const kAdvice =
     "Check that the vessels are filled with contrast and brighter than their surroundings, or give "
@@ -275,19 +275,18 @@ void warn_of_dropped(const Components& pieces, const std::vector<double>& score,
 /// carotid), not a part that noise has cut off.
 constexpr double kTreeOfItsOwn = 0.2;
 
-/// The piece with the longest trunks; where there are none, that with most contrast.
+/// The piece with the longest trunks; where none has enough of them, that with most contrast.
 int best_piece(const Components& pieces, std::vector<double> score, std::vector<double> trunk,
                const Volume<float>& volume, const BloodLevel& level) {
-  const bool has_trunks = *std::max_element(trunk.begin(), trunk.end()) > 0.0;
+  const bool has_trunks = *std::max_element(trunk.begin(), trunk.end()) >= kLeastTrunk;
   std::vector<double>& measure = has_trunks ? trunk : score;
-  double least = 0.0;
+  const double least = has_trunks ? kLeastTrunk : 0.0;
   for (;;) {
     const auto best = std::max_element(measure.begin(), measure.end());
     const int piece = int(best - measure.begin());
     if (*best > 0.0 && is_couch(pieces, piece, volume, level)) {
       *best = 0.0;
-      least = has_trunks ? kLeastTrunk : 0.0;
-    } else if (*best > least || !has_trunks) {
+    } else if (*best >= least) {
       return piece;
     } else {
       throw InputError(

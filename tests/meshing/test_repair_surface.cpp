@@ -325,6 +325,27 @@ TEST(RepairSurface, TakesSheetsApartThatHangTogetherAtBothEndsOfAnEdge) {
   EXPECT_NEAR(enclosed_volume(apart), 8.0, 1e-12);
 }
 
+TEST(RepairSurface, TakesASheetApartThatNoOtherGoesWith) {
+  // The same, but one of the four triangles at the edge is missing: one is alone there.
+  const TriangleMesh whole = tests::surface_of_cubes(
+      {{0, 0, 0}, {1, 1, 0}, {0, 0, 1}, {1, 0, 1}, {1, 1, 1}, {0, 0, -1}, {1, 0, -1}, {1, 1, -1}});
+  const auto is_at_edge = [&](const Triangle& t) {
+    return std::ranges::count_if(t, [&](int v) {
+             const Vec3& p = whole.vertices[std::size_t(v)];
+             return p.x == 1.0 && p.y == 1.0 && (p.z == 0.0 || p.z == 1.0);
+           }) == 2;
+  };
+  ASSERT_EQ(std::ranges::count_if(whole.triangles, is_at_edge), 4);
+  for (std::size_t missing = 0; missing < whole.triangles.size(); ++missing) {
+    if (!is_at_edge(whole.triangles[missing])) continue;
+    TriangleMesh apart = whole;
+    apart.triangles.erase(apart.triangles.begin() + std::ptrdiff_t(missing));
+    ASSERT_EQ(surface_topology(apart).nonmanifold_edge_count, 1);
+    detail::take_sheets_apart(apart);
+    EXPECT_EQ(surface_topology(apart).nonmanifold_edge_count, 0) << missing;
+  }
+}
+
 TEST(RepairSurface, FillsAnOpeningThatNoScanShowsBesideTheVessel) {
   // A spout of a hundredth of the tube's width and ten times as long as wide, open at its tip.
   const auto rims_with_spout = [](double radius) {
