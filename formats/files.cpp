@@ -36,7 +36,14 @@ std::string attribute(std::string_view element, const std::string& name) {
 
 using Parse = detail::ParsedSurface (*)(std::string_view bytes, const std::string& name);
 
-/// How files are read that are not VTK's own.
+/// What VTK reads, in a guarded child.
+constexpr std::array<std::string_view, 5> kOfVtk{".vtp", ".vtk", ".vtu", ".glb", ".gltf"};
+
+bool is_vtks(std::string_view extension) {
+  return std::find(kOfVtk.begin(), kOfVtk.end(), extension) != kOfVtk.end();
+}
+
+/// How the other files are read.
 constexpr std::array<std::pair<std::string_view, Parse>, 6> kParsers{
     {{".stl", detail::parse_stl},
      {".ply", detail::parse_ply},
@@ -47,8 +54,7 @@ constexpr std::array<std::pair<std::string_view, Parse>, 6> kParsers{
 
 detail::ParsedSurface parse_surface(const fs::path& path) {
   const std::string extension = lower_extension(path);
-  if (extension == ".vtp" || extension == ".vtk" || extension == ".vtu")
-    return detail::read_vtk_surface(path);
+  if (is_vtks(extension)) return detail::read_vtk_surface(path);
   for (const auto& [known, parse] : kParsers)
     if (extension == known) return parse(detail::read_input(path), path.string());
   throw InputError(path.string() + " is of no surface format known here. Give " +
@@ -67,15 +73,16 @@ SurfaceData finished(detail::ParsedSurface parsed, const std::string& name) {
 }  // namespace
 
 bool is_surface_ending(std::string_view extension) {
-  return extension == ".vtp" || extension == ".vtk" || extension == ".vtu" ||
+  return is_vtks(extension) ||
          std::any_of(kParsers.begin(), kParsers.end(),
                      [&](const auto& parser) { return parser.first == extension; });
 }
 
 std::string surface_endings() {
-  std::string endings = ".vtp, .vtk, .vtu";
+  std::string endings;
+  for (const std::string_view extension : kOfVtk) endings += std::string(extension) + ", ";
   for (const auto& [extension, parse] : kParsers)
-    endings += (extension == kParsers.back().first ? " or " : ", ") + std::string(extension);
+    endings += std::string(extension) + (extension == kParsers.back().first ? "" : ", ");
   return endings;
 }
 

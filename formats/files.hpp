@@ -63,11 +63,12 @@ bool is_surface_ending(std::string_view extension);
 /// All of them, in words.
 std::string surface_endings();
 
-/// .vtp, .vtk (legacy), .vtu, .stl (ASCII or binary), .ply, .obj, .off, .msh (Gmsh), .mesh (Medit);
-/// of a grid or a mesh of solid cells its boundary. Polygons are cut into triangles. Points of the
-/// same coordinates become one (an STL has three of its own per triangle), and triangles that lose
-/// a corner by it are dropped; a file without such points comes back as written, point by point. A
-/// header or SPACE array that says RAS is converted; arrays of vectors are not.
+/// .vtp, .vtk (legacy), .vtu, .glb and .gltf (axes: write_gltf()), .stl (ASCII or binary), .ply,
+/// .obj, .off, .msh (Gmsh), .mesh (Medit); of a grid or a mesh of solid cells its boundary.
+/// Polygons are cut into triangles. Points of the same coordinates become one (an STL has three of
+/// its own per triangle), and triangles that lose a corner by it are dropped; a file without such
+/// points comes back as written, point by point. A header or SPACE array that says RAS is
+/// converted; arrays of vectors are not.
 SurfaceData read_surface(const std::filesystem::path& path);
 PolylineData read_polylines(const std::filesystem::path& path);
 /// Many .vtp files, in their order, at a small part of the price: one guarded process reads them.

@@ -20,6 +20,7 @@
 
 #include "core/error.hpp"
 #include "core/text.hpp"
+#include "formats/detail/gltf_file.hpp"
 #include "formats/detail/header_text.hpp"
 #include "formats/detail/legacy_file.hpp"
 #include "formats/detail/outer_surface.hpp"
@@ -262,7 +263,9 @@ void write_vtu(const std::filesystem::path& path, const WedgeData& data) {
 ParsedSurface parse_vtk_surface(const std::filesystem::path& path) {
   const std::string name = path.string();
   const std::string extension = lower_extension(path);
-  auto poly = extension == ".vtk"   ? read_legacy_polygons(path)
+  const bool is_gltf = extension == ".glb" || extension == ".gltf";
+  auto poly = is_gltf               ? read_gltf_polygons(path)
+              : extension == ".vtk" ? read_legacy_polygons(path)
               : extension == ".vtu" ? read_grid_surface(path)
                                     : read_xml<vtkXMLPolyDataReader, vtkPolyData>(path, "PolyData");
   const auto point_count = std::size_t(poly->GetNumberOfPoints());

@@ -89,7 +89,7 @@ void add_run_command(CLI::App& app, RunArguments& run) {
       "run",
       "every stage, from the input to the report\n"
       "INPUT: a DICOM folder or file, a volume (.nrrd .nhdr .mha .mhd .nii .nii.gz .vti .vtk), a\n"
-      "lumen surface or mesh (.stl .vtp .vtk .vtu .ply .obj .off .msh .mesh), or\n"
+      "lumen surface or mesh (.stl .vtp .vtk .vtu .ply .obj .off .msh .mesh .glb .gltf), or\n"
       "phantom:NAME[,key=value...]; none with a preset of the seed paper's experiments\n"
       "(paper-...); or pacs://AET@HOST:PORT/STUDY_UID[/SERIES_UID]");
   command.add_option("INPUT", run.request.input,
