@@ -68,6 +68,28 @@ POINTS = [(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)]
 FACES = [(0, 2, 1), (0, 1, 3), (1, 2, 3), (2, 0, 3)]
 
 
+def gltf():
+    """A tetrahedron as .gltf with its bytes in base64, and as .glb."""
+    data = b"".join(struct.pack("<3f", *p) for p in POINTS) + b"".join(struct.pack("<3H", *f) for f in FACES)
+    at = 12 * len(POINTS)
+    scene = {"asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": [0]}],
+             "nodes": [{"mesh": 0, "translation": [1, 2, 3]}],
+             "meshes": [{"primitives": [{"attributes": {"POSITION": 0}, "indices": 1, "mode": 4}]}],
+             "accessors": [{"bufferView": 0, "componentType": 5126, "count": len(POINTS), "type": "VEC3"},
+                           {"bufferView": 1, "componentType": 5123, "count": 3 * len(FACES), "type": "SCALAR"}],
+             "bufferViews": [{"buffer": 0, "byteOffset": 0, "byteLength": at},
+                             {"buffer": 0, "byteOffset": at, "byteLength": len(data) - at}],
+             "buffers": [{"byteLength": len(data)}]}
+    head = json.dumps(scene).encode()
+    head += b" " * (-len(head) % 4)
+    data += b"\0" * (-len(data) % 4)
+    chunks = (struct.pack("<I4s", len(head), b"JSON") + head +
+              struct.pack("<I4s", len(data), b"BIN\0") + data)
+    put("gltf", "one.glb", struct.pack("<4sII", b"glTF", 2, 12 + len(chunks)) + chunks)
+    scene["buffers"][0]["uri"] = "data:application/octet-stream;base64," + base64.b64encode(data).decode()
+    put("gltf", "one.gltf", json.dumps(scene))
+
+
 def surfaces():
     text = "solid t\n"
     binary = b"SPACE=LPS".ljust(80) + struct.pack("<I", 4)
@@ -80,6 +102,7 @@ def surfaces():
     put("stl", "binary.stl", binary)
     ply = ("ply\nformat %s 1.0\ncomment SPACE=LPS\nelement vertex 4\nproperty float x\nproperty float y\n"
            "property float z\nelement face 4\nproperty list uchar int vertex_indices\nend_header\n")
+    gltf()
     put("ply", "ascii.ply", ply % "ascii" + "".join("%g %g %g\n" % p for p in POINTS) +
         "".join("3 %d %d %d\n" % f for f in FACES))
     for order, name in (("<", "little"), (">", "big")):

@@ -12,6 +12,8 @@
 #include "core/atomic_file.hpp"
 #include "core/error.hpp"
 #include "formats/files.hpp"
+#include "formats/gltf.hpp"
+#include "formats/text.hpp"
 #include "testing/shapes.hpp"
 #include "testing/viewer/shapes.hpp"
 
@@ -229,6 +231,8 @@ std::vector<Whole> whole_files(const TemporaryFolder& folder) {
     add("ASCII PLY", ".ply", ascii_ply(mesh));
     add("appended VTP", ".vtp", written(folder, ".vtp", mesh));
     add("ASCII VTP", ".vtp", ascii_vtp(mesh));
+    write_gltf(folder / "whole.glb", {{{"vessel", mesh, {1, 0, 0}, 1.0, {}}}, {}});
+    add("glTF", ".glb", read_text(folder / "whole.glb"));
     add("OFF", ".off", off(mesh));
     add("Medit", ".mesh", medit(mesh));
     for (const bool is_text : {true, false})

@@ -177,6 +177,47 @@ TEST(Gltf, TextFileHoldsTheSameScene) {
   EXPECT_EQ(text, glb.document);
 }
 
+TEST(Gltf, SurfacesComeBackInMetresAtTheirFirstTime) {
+  const TemporaryFolder folder;
+  GltfScene scene = moving_cube();
+  for (const char* name : {"scene.glb", "scene.gltf"}) {
+    write_gltf(folder / name, scene);
+    const TriangleMesh both = read_surface(folder / name).mesh;
+    ASSERT_EQ(both.vertices.size(), 16U) << name;
+    EXPECT_EQ(both.triangles.size(), 24U) << name;
+    EXPECT_NEAR(enclosed_volume(both), 2e-9, 1e-15) << name;  // outwards, so positive
+    for (const TriangleMesh& cube : {make_cube(), make_cube({5, 0, 0})})
+      for (const Vec3& p : cube.vertices)
+        EXPECT_TRUE(std::ranges::any_of(both.vertices, [&](const Vec3& q) {
+          return distance(1e-3 * p, q) < 1e-9;
+        })) << name;
+  }
+}
+
+TEST(Gltf, MeshesAreReadWhereTheirNodesPlaceThem) {
+  const TemporaryFolder folder;
+  // The triangle (0, 0, 0), (1, 0, 0), (0, 1, 0) in a node twice as large, in one 10 to the left.
+  const float points[9] = {0, 0, 0, 1, 0, 0, 0, 1, 0};
+  const std::string bytes(reinterpret_cast<const char*>(points), sizeof points);
+  const auto written = [&](const std::string& more) {
+    write_text_atomically(
+        folder / "t.gltf",
+        R"({"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[0]}],"nodes":[)"
+        R"({"translation":[10,0,0],"children":[1]},{"mesh":0,"scale":[2,2,2]}],)"
+        R"("meshes":[{"primitives":[{"attributes":{"POSITION":0},"mode":4}]}],)"
+        R"("accessors":[{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3"}],)"
+        R"("bufferViews":[{"buffer":0,"byteLength":36}],"buffers":[{"byteLength":36,"uri":)"
+        R"("data:application/octet-stream;base64,)" +
+            base64(bytes) + "\"}]" + more + "}");
+    return folder / "t.gltf";
+  };
+  EXPECT_EQ(read_surface(written("")).mesh.vertices,
+            (std::vector<Vec3>{{10, 0, 0}, {12, 0, 0}, {10, 0, 2}}));
+  EXPECT_THAT(
+      [&] { read_surface(written(R"(,"extensionsRequired":["KHR_draco_mesh_compression"])")); },
+      testing::ThrowsMessage<InputError>(testing::HasSubstr("compress")));
+}
+
 TEST(Gltf, FramesOfDifferentMeshesAreRefusedAndNothingIsWritten) {
   const TemporaryFolder folder;
   GltfScene scene = moving_cube();
