@@ -131,6 +131,12 @@ std::string blur_warning(const detail::Boundary& boundary, const Vec3& spacing) 
   return {};
 }
 
+void refuse_what_is_no_vessel(const Volume<std::uint8_t>& mask, const VolumeGeometry& scanned) {
+  detail::refuse_flood(mask, scanned);
+  detail::refuse_sponge(mask, scanned);
+  detail::refuse_shell(mask);
+}
+
 Segmentation segment_all(const Volume<float>& scanned, const SegmentationOptions& options,
                          const Progress& progress) {
   if (const std::vector<Label> labels = detail::find_labels(scanned); !labels.empty())
@@ -142,6 +148,8 @@ Segmentation segment_all(const Volume<float>& scanned, const SegmentationOptions
   const Volume<float>& volume = image.without.values.empty() ? scanned : image.without;
   detail::VesselTree tree =
       detail::find_vessel_tree(volume, image.level, image.trunks, options, progress);
+
+  refuse_what_is_no_vessel(tree.mask, scanned.geometry);  // before minutes go into its boundary
 
   const detail::VoxelBox box = detail::bounding_box(tree.mask, kMarginMm);
   const Volume<float> around = detail::crop(volume, box);
@@ -155,8 +163,7 @@ Segmentation segment_all(const Volume<float>& scanned, const SegmentationOptions
   Segmentation result;
   result.level_set = std::move(boundary.level_set);
   result.mask = mask_of(result.level_set);
-  detail::refuse_sponge(result.mask, scanned.geometry);
-  detail::refuse_shell(result.mask);
+  refuse_what_is_no_vessel(result.mask, scanned.geometry);
   result.seeds_lps_mm = std::move(tree.seeds_lps_mm);
   result.lumen_intensity = boundary.lumen_intensity;
   result.background_intensity = boundary.background_intensity;

@@ -33,6 +33,11 @@ double share_of(std::ptrdiff_t voxels, const VolumeGeometry& grid, const VolumeG
   return double(voxels) / double(grid.voxel_count()) * volume_of(grid) / volume_of(scanned);
 }
 
+std::ptrdiff_t count_of(const Volume<std::uint8_t>& mask) {
+  return std::count_if(mask.values.begin(), mask.values.end(),
+                       [](std::uint8_t voxel) { return voxel != 0; });
+}
+
 std::string in_percent(double share) { return format_number(std::round(100.0 * share)) + " %"; }
 
 /// Whether the lumen reaches the border of what was scanned, to two voxels.
@@ -71,6 +76,21 @@ Volume<std::uint8_t> any_of_blocks(const Volume<std::uint8_t>& mask,
 
 }  // namespace
 
+void refuse_flood(const Volume<std::uint8_t>& mask, const VolumeGeometry& scanned) {
+  const double share = share_of(count_of(mask), mask.geometry, scanned);
+  if (share > kMostShare)
+    throw InputError("no vessel was found apart from the rest (" + in_percent(share) +
+                     " of the volume would be lumen: the contrast between blood and tissue is not "
+                     "clear, or the volume holds something else). Try to " +
+                     kAdvice);
+  const double blood = share * volume_of(scanned);
+  if (blood > kMostBlood)
+    throw InputError("the lumen would hold " + format_number(std::round(1e-5 * blood) / 10.0) +
+                     " l, more than heart, lungs and all arteries do (about 1.5 l): bone or organs "
+                     "were taken for vessels. Try to " +
+                     kAdvice);
+}
+
 std::vector<std::string> check_plausibility(const Volume<float>& level_set,
                                             const VolumeGeometry& scanned) {
   const auto inside = std::count_if(level_set.values.begin(), level_set.values.end(),
@@ -81,22 +101,10 @@ std::vector<std::string> check_plausibility(const Volume<float>& level_set,
                     "thin to be measured). Try to ") +
         kAdvice);
   const double share = share_of(inside, level_set.geometry, scanned);
-  const std::string percent = in_percent(share);
-  if (share > kMostShare)
-    throw InputError("no vessel was found apart from the rest (" + percent +
-                     " of the volume would be lumen: the contrast between blood and tissue is not "
-                     "clear, or the volume holds something else). Try to " +
-                     kAdvice);
-  const double blood = share * volume_of(scanned);
-  if (blood > kMostBlood)
-    throw InputError("the lumen would hold " + format_number(std::round(1e-5 * blood) / 10.0) +
-                     " l, more than heart, lungs and all arteries do (about 1.5 l): bone or organs "
-                     "were taken for vessels. Try to " +
-                     kAdvice);
   std::vector<std::string> warnings;
   if (share > kToldShare)
     warnings.push_back(
-        percent +
+        in_percent(share) +
         " of the volume is lumen (tissue may have been taken for it: look at it); if "
         "so, " +
         kAdvice);
@@ -123,18 +131,16 @@ std::vector<std::string> check_plausibility(const Volume<float>& level_set,
 
 void refuse_sponge(const Volume<std::uint8_t>& mask, const VolumeGeometry& scanned) {
   constexpr double kShareOfSponge = 0.2;
-  constexpr std::int64_t kTunnelsOfSponge = 1000;
-  const auto inside = std::count_if(mask.values.begin(), mask.values.end(),
-                                    [](std::uint8_t voxel) { return voxel != 0; });
-  const double share = share_of(inside, mask.geometry, scanned);
-  if (share <= kShareOfSponge) return;
+  constexpr std::int64_t kTunnelsOfSponge = 1000, kTunnelsOfBone = 3000;
+  const double share = share_of(count_of(mask), mask.geometry, scanned);
   const std::int64_t tunnels = least_tunnels(mask);
-  if (tunnels <= kTunnelsOfSponge) return;
-  throw InputError("no vessel was found apart from the rest (" + in_percent(share) +
-                   " of the volume would be lumen, with " + std::to_string(tunnels) +
-                   " holes through it, as tissue has and no tree of vessels: the contrast between "
-                   "blood and tissue is not clear, or the scan is no angiography). Try to " +
-                   kAdvice);
+  if (tunnels <= (share > kShareOfSponge ? kTunnelsOfSponge : kTunnelsOfBone)) return;
+  throw InputError(
+      "no vessel was found apart from the rest (" + in_percent(share) +
+      " of the volume would be lumen, with " + std::to_string(tunnels) +
+      " holes through it, as tissue and bone have and no tree of vessels: the contrast between "
+      "blood and tissue is not clear, or the scan is no angiography). Try to " +
+      kAdvice);
 }
 
 void refuse_shell(const Volume<std::uint8_t>& mask) {
@@ -145,8 +151,7 @@ void refuse_shell(const Volume<std::uint8_t>& mask) {
   const auto filled_up_to = [&](double most_mm2) {
     Volume<std::uint8_t> filled = coarse;
     fill_holes(filled, most_mm2);
-    return std::count_if(filled.values.begin(), filled.values.end(),
-                         [](std::uint8_t voxel) { return voxel != 0; });
+    return count_of(filled);
   };
   const Vec3& h = coarse.geometry.spacing;
   const double inside = double(filled_up_to(kAnyHole) - filled_up_to(kWideHole)) * h.x * h.y * h.z;

@@ -194,6 +194,9 @@ Volume<float> ball(double radius, double box) {
 TEST(Plausibility, RefusesWhatFillsTheVolumeAndTellsOfWideBodies) {
   const auto check = [](double radius, double box) {
     const auto level = ball(radius, box);
+    Volume<std::uint8_t> mask(level.geometry);
+    for (std::size_t v = 0; v < mask.values.size(); ++v) mask.values[v] = level.values[v] < 0.0f;
+    detail::refuse_flood(mask, level.geometry);
     return detail::check_plausibility(level, level.geometry);
   };
   EXPECT_THROW(check(0.0, 16.0), InputError);                                    // nothing
@@ -258,6 +261,10 @@ TEST(Plausibility, RefusesASpongeAndNoTreeWithLoops) {
   VolumeGeometry wide = sponge.geometry;  // a nidus in the scan of a head
   for (int& n : wide.size) n *= 2;
   EXPECT_NO_THROW(detail::refuse_sponge(sponge, wide));
+  const auto bone = lattice(12);  // 3888, too many at any size
+  wide = bone.geometry;
+  for (int& n : wide.size) n *= 4;
+  EXPECT_THROW(detail::refuse_sponge(bone, wide), InputError);
 }
 
 TEST(Plausibility, RefusesASkullAndNoHeart) {
