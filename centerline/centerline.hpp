@@ -118,6 +118,7 @@ enum class Doubt {
   beside_no_tube,  ///< a neck of an organ or of a sac
   heart,           ///< one of its valves, or vessels beyond it
   at_beginning,    ///< the end of an image, or of its signal
+  at_end,          ///< likewise
   bead,            ///< one of many on a string: a ragged surface, or fibromuscular dysplasia
   diffuse,         ///< a thin vessel with wide ends
 };

@@ -12,15 +12,18 @@ namespace {
 /// its valves, than an aorta [mm of diameter].
 constexpr double kWidestTreated = 25.0;
 
-/// Of its healthy diameter a vessel is to be seen before a stenosis.
-constexpr double kSeenBefore = 0.5;
+/// Of its healthy diameter a vessel is to be seen beyond a stenosis.
+constexpr double kSeenBeyond = 0.5;
 
-/// Whether a line begins in a dip, and is tightest there: no healthy vessel is seen before it, and
-/// where an image ends its edge or fading signal look the same.
-bool begins_in(const Known& known, const Dip& dip) {
+/// Whether a line begins or ends in a dip, and is tightest there: no healthy vessel is seen beyond
+/// it, and where an image ends its edge or fading signal look the same.
+/// @param edge    of the dip, towards that end
+/// @param end_mm  abscissa of the line's end
+bool lies_at(double end_mm, std::size_t edge, const Known& known, const Dip& dip) {
   const double healthy = known.reference.diameter[dip.tightest];
-  return known.path.abscissa[dip.first] < kSeenBefore * healthy &&
-         known.path.abscissa[dip.tightest] < healthy;
+  const std::vector<double>& s = known.path.abscissa;
+  return std::abs(s[edge] - end_mm) < kSeenBeyond * healthy &&
+         std::abs(s[dip.tightest] - end_mm) < healthy;
 }
 
 /// Whether the lumen to one side of a dip is no tube, as in an organ or a sac: within two healthy
@@ -112,7 +115,9 @@ Doubt find_doubt(const Known& known, const Vessel& vessel, const Dip& dip, const
   if (around.is_crowded &&
       (lesion.reference_diameter_mm > kWidestTreated || lies_beyond_the_heart(known, dip)))
     return Doubt::heart;
-  if (around.is_scan && begins_in(known, dip)) return Doubt::at_beginning;
+  const std::vector<double>& s = known.path.abscissa;
+  if (around.is_scan && lies_at(s.front(), dip.first, known, dip)) return Doubt::at_beginning;
+  if (around.is_scan && lies_at(s.back(), dip.last, known, dip)) return Doubt::at_end;
   if (is_a_bead(known, vessel, dip)) return Doubt::bead;
   return Doubt::none;
 }

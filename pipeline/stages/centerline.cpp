@@ -151,6 +151,8 @@ std::string what_else(centerline::Doubt doubt) {
       return "it may be a valve of the heart, or lie beyond the heart";
     case centerline::Doubt::at_beginning:
       return "the line begins in it, and no healthy vessel is seen before it";
+    case centerline::Doubt::at_end:
+      return "the line ends in it, and no healthy vessel is seen behind it";
     case centerline::Doubt::bead:
       return "the width swings to and fro like beads on a string, as in a ragged segmentation or "
              "in "
@@ -166,7 +168,7 @@ std::string what_else(centerline::Doubt doubt) {
 void tell_of_doubtful(StageWork& work, const std::vector<centerline::Lesion>& lesions) {
   using centerline::Doubt;
   for (const Doubt doubt : {Doubt::faint, Doubt::crowded, Doubt::beside_no_tube, Doubt::heart,
-                            Doubt::at_beginning, Doubt::bead}) {
+                            Doubt::at_beginning, Doubt::at_end, Doubt::bead}) {
     const auto is_told = [&](const centerline::Lesion& lesion) {
       return lesion.doubt == doubt && !lesion.is_too_thin;
     };

@@ -209,7 +209,7 @@ CenterlineTree tube_with(const std::function<double(double)>& diameter) {
   return tree;
 }
 
-TEST(DoubtfulStenosis, ThatAScansLineBeginsInIsNotListed) {
+TEST(DoubtfulStenosis, ThatAScansLineBeginsOrEndsInIsNotListed) {
   const auto listed = [](double at, const LesionOptions& options) {
     const CenterlineTree tree =
         tube_with([=](double s) { return 4.0 * test::narrowed(s, at, 3.0, 0.8); });
@@ -220,6 +220,10 @@ TEST(DoubtfulStenosis, ThatAScansLineBeginsInIsNotListed) {
   EXPECT_TRUE(listed(2.0, surface));
   EXPECT_TRUE(listed(2.0, named));
   EXPECT_TRUE(listed(20.0, scan));
+  EXPECT_FALSE(listed(98.0, scan));
+  EXPECT_TRUE(listed(98.0, surface));
+  EXPECT_TRUE(listed(98.0, named));
+  EXPECT_TRUE(listed(90.0, scan));
 }
 
 TEST(DoubtfulStenosis, ThreeInARowAreListedButNotTheBeadsOfAString) {
