@@ -72,17 +72,23 @@ DrawnWire::DrawnWire(const SimulationModel& model, const GuidewireOptions& optio
 void DrawnWire::move_membrane(std::vector<Vec3> to) {
   membrane_ = std::move(to);
   boxes_ = boxes_of(membrane_, triangles_, 0.0);
+  near_segments_.clear();
 }
 
-// Segment and triangle, but for those that meet in a pole.
-std::vector<WirePair> DrawnWire::pairs_within(double reach, const std::vector<Vec3>& wire_by,
-                                              const std::vector<Box>& membrane) const {
+std::vector<Box> DrawnWire::segment_boxes(double reach, const std::vector<Vec3>& wire_by) const {
   std::vector<Box> segments(wire_.size() - 1);
-  Box whole;
   for (std::size_t s = 1; s + 2 < wire_.size(); ++s) {
     for (const std::size_t i : {s, s + 1})
       for (const Vec3& p : {wire_[i], wire_[i] + wire_by[i]}) segments[s].add(p);
     segments[s].grow(reach);
+  }
+  return segments;
+}
+
+std::vector<WirePair> DrawnWire::pairs_of(const std::vector<Box>& segments,
+                                          const std::vector<Box>& membrane) const {
+  Box whole;
+  for (std::size_t s = 1; s + 2 < wire_.size(); ++s) {
     whole.add(segments[s].low);
     whole.add(segments[s].high);
   }
@@ -98,17 +104,44 @@ std::vector<WirePair> DrawnWire::pairs_within(double reach, const std::vector<Ve
   return pairs;
 }
 
+// Newton's steps ask for pairs several times each, of a wire that hardly moves: those near by are
+// searched once, and kept until a segment leaves its box.
+std::vector<WirePair> DrawnWire::pairs_within(double reach, const std::vector<Vec3>& wire_by) {
+  const std::vector<Box> segments = segment_boxes(reach, wire_by);
+  bool is_held = !near_segments_.empty();
+  for (std::size_t s = 1; is_held && s + 2 < wire_.size(); ++s)
+    is_held = near_segments_[s].holds(segments[s]);
+  if (!is_held) {
+    near_segments_ = segments;
+    for (Box& box : near_segments_) box.grow(reach_);
+    near_ = pairs_of(near_segments_, boxes_);
+  }
+  std::vector<WirePair> pairs;
+  for (const WirePair& pair : near_)
+    if (boxes_[std::size_t(pair.triangle)].meets(segments[std::size_t(pair.segment)]))
+      pairs.push_back(pair);
+  return pairs;
+}
+
+double DrawnWire::share_of(const WireMotion& motion, const std::vector<WirePair>& pairs) const {
+  double least = 1.0;
+  for (const WirePair& pair : pairs)
+    least = std::min(least, free_share(motion, triangles_[std::size_t(pair.triangle)], pair));
+  return least;
+}
+
+double DrawnWire::share_of(const std::vector<Vec3>& wire_by) {
+  return share_of({wire_, wire_by, membrane_, still(membrane_.size())}, pairs_within(0.0, wire_by));
+}
+
 double DrawnWire::share_of(const std::vector<Vec3>& wire_by,
                            const std::vector<Vec3>& membrane_by) const {
-  double least = 1.0;
   std::vector<Box> on_the_way = boxes_;
   for (std::size_t t = 0; t < triangles_.size(); ++t)
     for (const int v : triangles_[t])
       on_the_way[t].add(membrane_[std::size_t(v)] + membrane_by[std::size_t(v)]);
-  const WireMotion motion{wire_, wire_by, membrane_, membrane_by};
-  for (const WirePair& pair : pairs_within(0.0, wire_by, on_the_way))
-    least = std::min(least, free_share(motion, triangles_[std::size_t(pair.triangle)], pair));
-  return least;
+  return share_of({wire_, wire_by, membrane_, membrane_by},
+                  pairs_of(segment_boxes(0.0, wire_by), on_the_way));
 }
 
 // By the membrane around each node: weights fall with the fourth power of the distance, so that
@@ -132,11 +165,11 @@ std::vector<Vec3> DrawnWire::taken_along(const std::vector<Vec3>& membrane_by) c
   return by;
 }
 
-double DrawnWire::energy(const std::vector<Vec3>& x) const {
+double DrawnWire::energy(const std::vector<Vec3>& x) {
   const RodShape<double> shape{int(x.size()), rest_.data(), bend_.data()};
   double sum = rod_energy(shape, section_, x.data());
   const std::vector<Vec3> by = sum_of(x, -1.0, wire_);
-  for (const WirePair& pair : pairs_within(reach_, by, boxes_)) {
+  for (const WirePair& pair : pairs_within(reach_, by)) {
     const auto s = std::size_t(pair.segment);
     const auto corners = corners_of(membrane_, triangles_[std::size_t(pair.triangle)]);
     const double d = wire_gap(x[s], x[s + 1], corners).distance;
@@ -146,12 +179,12 @@ double DrawnWire::energy(const std::vector<Vec3>& x) const {
   return sum;
 }
 
-std::vector<Vec3> DrawnWire::newton_step() const {
+std::vector<Vec3> DrawnWire::newton_step() {
   const int count = int(wire_.size());
   const RodShape<double> shape{count, rest_.data(), bend_.data()};
   std::vector<RodRow<double>> rows(wire_.size());
   add_rod(shape, section_, wire_.data(), rows.data());
-  for (const WirePair& pair : pairs_within(reach_, still(wire_.size()), boxes_)) {
+  for (const WirePair& pair : pairs_within(reach_, still(wire_.size()))) {
     const auto s = std::size_t(pair.segment);
     const auto corners = corners_of(membrane_, triangles_[std::size_t(pair.triangle)]);
     const WireGap gap = wire_gap(wire_[s], wire_[s + 1], corners);
@@ -179,7 +212,7 @@ void DrawnWire::settle(int most_steps) {
   double before = energy(wire_);
   for (int step = 0; step < most_steps; ++step) {
     const std::vector<Vec3> by = newton_step();
-    double share = share_of(by, still(membrane_.size()));
+    double share = share_of(by);
     double after = energy(sum_of(wire_, share, by));
     for (int h = 0; h < kHalvings && !(after < before); ++h) {
       share *= 0.5;
@@ -194,9 +227,9 @@ void DrawnWire::settle(int most_steps) {
   }
 }
 
-bool DrawnWire::is_inside() const {
+bool DrawnWire::is_inside() {
   const auto none = still(wire_.size());
-  for (const WirePair& pair : pairs_within(0.0, none, boxes_)) {
+  for (const WirePair& pair : pairs_within(0.0, none)) {
     const auto s = std::size_t(pair.segment);
     if (runs_through(wire_[s], wire_[s + 1],
                      corners_of(membrane_, triangles_[std::size_t(pair.triangle)])))

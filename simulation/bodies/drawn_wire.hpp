@@ -36,23 +36,33 @@ class DrawnWire {
 
  private:
   void move_membrane(std::vector<Vec3> to);
-  /// @param membrane  around each triangle
-  [[nodiscard]] std::vector<WirePair> pairs_within(double reach, const std::vector<Vec3>& wire_by,
-                                                   const std::vector<Box>& membrane) const;
+  /// Around each segment on its way, larger by `reach`; those beyond the poles are empty.
+  [[nodiscard]] std::vector<Box> segment_boxes(double reach,
+                                               const std::vector<Vec3>& wire_by) const;
+  /// Segments and triangles whose boxes meet, but for those that meet in a pole.
+  [[nodiscard]] std::vector<WirePair> pairs_of(const std::vector<Box>& segments,
+                                               const std::vector<Box>& membrane) const;
+  /// Those of the wire on its way and the membrane as it lies.
+  [[nodiscard]] std::vector<WirePair> pairs_within(double reach, const std::vector<Vec3>& wire_by);
+  /// How far the wire gets along its way, with the membrane as it lies.
+  [[nodiscard]] double share_of(const std::vector<Vec3>& wire_by);
   [[nodiscard]] double share_of(const std::vector<Vec3>& wire_by,
                                 const std::vector<Vec3>& membrane_by) const;
+  [[nodiscard]] double share_of(const WireMotion& motion, const std::vector<WirePair>& pairs) const;
   [[nodiscard]] std::vector<Vec3> taken_along(const std::vector<Vec3>& membrane_by) const;
-  [[nodiscard]] double energy(const std::vector<Vec3>& x) const;
-  [[nodiscard]] std::vector<Vec3> newton_step() const;
-  [[nodiscard]] bool is_inside() const;
+  [[nodiscard]] double energy(const std::vector<Vec3>& x);
+  [[nodiscard]] std::vector<Vec3> newton_step();
+  [[nodiscard]] bool is_inside();
   void settle(int most_steps);
 
   std::vector<Triangle> triangles_;
   std::vector<Vec3> membrane_;  ///< where the wire has followed it to [mm]
   std::vector<Box> boxes_;      ///< of its triangles
-  std::vector<Vec3> wire_;      ///< the nodes, and one beyond each pole
-  std::vector<double> rest_;    ///< of the segments [mm]
-  std::vector<Vec3> bend_;      ///< unloaded: straight
+  std::vector<WirePair> near_;  ///< all pairs of boxes_ and near_segments_
+  std::vector<Box> near_segments_;
+  std::vector<Vec3> wire_;    ///< the nodes, and one beyond each pole
+  std::vector<double> rest_;  ///< of the segments [mm]
+  std::vector<Vec3> bend_;    ///< unloaded: straight
   RodSection<double> section_;
   double reach_ = 0.0;      ///< the wire's diameter [mm]
   double stiffness_ = 0.0;  ///< of the barrier [Pa/mm]

@@ -34,6 +34,11 @@ struct Box {
       if (low[k] > b.high[k] || high[k] < b.low[k]) return false;
     return true;
   }
+  [[nodiscard]] bool holds(const Box& b) const {
+    for (int k = 0; k < 3; ++k)
+      if (b.low[k] < low[k] || b.high[k] > high[k]) return false;
+    return true;
+  }
 };
 
 /// Around some vertices, larger by `grow`.
