@@ -2,13 +2,11 @@
 
 #include <cuda_runtime_api.h>
 
-#include "simulation/contact/candidate_search.hpp"
 #include "simulation/run/schedule.hpp"
 #include "simulation/step/program.hpp"
 #include "simulation/step/state_view.hpp"
 
-/// Launching program.hpp and candidate_search.hpp on a GPU. Only cuda_*.cu and cuda_solver.cpp
-/// include this.
+/// Launching program.hpp on a GPU. Only cuda_launch.cu and cuda_solver.cpp include this.
 namespace angio::simulation::detail {
 
 /// What a launch leaves of its frames. Each array of `state` holds one frame after the other; its
@@ -53,15 +51,5 @@ CudaShape cuda_shape(const StepView<Real>& view, int device, bool grid);
 
 template <class Real>
 cudaError_t launch(const CudaProgram<Real>& program, const CudaShape& shape, cudaStream_t stream);
-
-/// What launch_search needs for `count` = vertices + 1.
-std::size_t scan_bytes(int count);
-
-/// Finds the candidates where the bodies are when the stream comes to it.
-///
-/// @param scan_memory  scan_bytes(vertices + 1) of the device's
-template <class Real>
-cudaError_t launch_search(const CandidateSearch<Real>& search, void* scan_memory,
-                          cudaStream_t stream);
 
 }  // namespace angio::simulation::detail

@@ -1,6 +1,6 @@
 #include <cub/device/device_scan.cuh>
 
-#include "simulation/backends/cuda_launch.hpp"
+#include "simulation/backends/cuda_search.hpp"
 
 namespace angio::simulation::detail {
 namespace {

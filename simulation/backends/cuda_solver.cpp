@@ -148,7 +148,8 @@ class CudaSolver final : public SolverBase<Real> {
   }
 
   void prepare_search(StagingMemory& staging) {
-    search_ = upload(make_candidate_search<Real>(scene_, this->options_, frames_, staging), memory_);
+    search_ =
+        upload(make_candidate_search<Real>(scene_, this->options_, frames_, staging), memory_);
     const MotionView<Real>& motion = program_.view.motion;
     search_.x = motion.x;
     search_.velocity = motion.velocity;
@@ -197,6 +198,8 @@ std::string cuda_device_name() {
     return {};
   }
 }
+
+void wake_cuda_device() { cudaFree(nullptr); }
 
 std::unique_ptr<StepSolver> make_cuda_solver(const Scene& scene, const SimulationOptions& options,
                                              Precision precision, Spread spread) {

@@ -5,6 +5,7 @@
 
 #include "core/cuda/device_memory.hpp"
 #include "simulation/backends/cuda_launch.hpp"
+#include "simulation/backends/cuda_search.hpp"
 #include "simulation/backends/host_memory.hpp"
 #include "simulation/contact/make_candidate_search.hpp"
 #include "simulation/pbd/tets.hpp"

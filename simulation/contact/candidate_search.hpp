@@ -8,12 +8,11 @@
 /// The search for candidates as a program of loops whose indices may run in any order, or all at
 /// once: for a GPU. It finds the same pairs as CandidateFinder and puts them in the same order.
 ///
-/// Items (what of the balloon, the guidewire and, where surfaces meet themselves, the wall is looked
-/// for) lie in a hash table by the cell that the middle of their box is in; queries (what faces them)
-/// look into the cells where the middle of what is near may be.
-/// Source: Teschner et al., "Optimized Spatial Hashing for Collision Detection of Deformable
-/// Objects", VMV 2003, section 4.1; here an item is in one cell alone, and cells are as large as the
-/// search.
+/// Items (what of the balloon, the guidewire and, where surfaces meet themselves, the wall is
+/// looked for) lie in a hash table by the cell that the middle of their box is in; queries (what
+/// faces them) look into the cells where the middle of what is near may be. Source: Teschner et
+/// al., "Optimized Spatial Hashing for Collision Detection of Deformable Objects", VMV 2003,
+/// section 4.1; here an item is in one cell alone, and cells are as large as the search.
 namespace angio::simulation::detail {
 
 /// A vertex, an edge or a triangle, whose last corner fills the rest.
@@ -62,8 +61,8 @@ struct SearchRules {
 
 /// What a search measures first [mm].
 struct SearchMeasures {
-  float moved[kBodyCount]{};         ///< by a body's vertices in this frame or the last, at most
-  float extent[kPrimitiveKinds]{};   ///< half of an item's box, at most
+  float moved[kBodyCount]{};        ///< by a body's vertices in this frame or the last, at most
+  float extent[kPrimitiveKinds]{};  ///< half of an item's box, at most
 };
 
 /// A candidate or a place in one, on its way to its place in the order.
@@ -126,7 +125,9 @@ struct CandidateSearch {
   /// Candidates that were found: more than `capacity` are a set that is not to be used.
   [[nodiscard]] ANGIO_HOST_DEVICE int* found_count() const { return counts; }
   [[nodiscard]] ANGIO_HOST_DEVICE int* owned_count() const { return counts + 1; }
-  [[nodiscard]] ANGIO_HOST_DEVICE int* ref_count() const { return owned_count() + vertex_count + 1; }
+  [[nodiscard]] ANGIO_HOST_DEVICE int* ref_count() const {
+    return owned_count() + vertex_count + 1;
+  }
   [[nodiscard]] ANGIO_HOST_DEVICE int* buckets() const { return ref_count() + vertex_count + 1; }
   [[nodiscard]] ANGIO_HOST_DEVICE bool fits() const { return *found_count() <= capacity; }
   [[nodiscard]] ANGIO_HOST_DEVICE bool has(int candidate) const {
@@ -161,9 +162,9 @@ ANGIO_HOST_DEVICE inline PrimitiveBox box_around(const CandidateSearch<Real>& s,
   return box;
 }
 
-/// So far do bodies go, as a multiple of what they did in this frame or the last, in each frame that
-/// a set is to last; and beyond that, as a multiple of what a vertex may go between two searches for
-/// near pairs. Above 1.001, so that a new set always lets a step go on.
+/// So far do bodies go, as a multiple of what they did in this frame or the last, in each frame
+/// that a set is to last; and beyond that, as a multiple of what a vertex may go between two
+/// searches for near pairs. Above 1.001, so that a new set always lets a step go on.
 inline constexpr double kAsFarAgain = 1.5, kMovesAhead = 1.1;
 
 /// How far a set reaches: as far as bodies are likely to come while it lasts.
@@ -176,8 +177,8 @@ ANGIO_HOST_DEVICE inline SearchRadii<double> radii_of(const CandidateSearch<Real
   double reach[kBodyCount] = {};
   for (int b = 0; b < kBodyCount; ++b)
     if (s.bodies[Body(b)].count > 0)
-      reach[b] = kMovesAhead * rules.most_move +
-                 kAsFarAgain * rules.frames * double(s.measures->moved[b]);
+      reach[b] =
+          kMovesAhead * rules.most_move + kAsFarAgain * rules.frames * double(s.measures->moved[b]);
   const double others = most_of_pairs(reach), self = 2.0 * most_of(reach), most = rules.most_reach;
   return {rules.range + (others < most ? others : most),
           rules.self_distance > 0.0 ? rules.self_distance + (self < most ? self : most) : 0.0};
@@ -203,7 +204,7 @@ ANGIO_HOST_DEVICE inline int cell_at(double place, double size) {
 template <class Real>
 ANGIO_HOST_DEVICE inline double cell_size(const CandidateSearch<Real>& s, int kind,
                                           const SearchRadii<double>& radii) {
-  return 2.0 * (farthest(s, radii) + extent_of(s, kind));
+  return farthest(s, radii) + extent_of(s, kind);
 }
 
 template <class Real>
@@ -228,8 +229,7 @@ struct MeasureBodies {
     const Body body = s.bodies.of(v);
     if (v >= s.bodies[body].end()) return;  // a copy of the wall further out
     const Real before = s.dt * norm(s.velocity[v]);
-    const Real now =
-        s.status->stage == StepStage::begin ? Real(0) : norm(s.x[v] - s.x_before[v]);
+    const Real now = s.status->stage == StepStage::begin ? Real(0) : norm(s.x[v] - s.x_before[v]);
     raise_to(s.measures->moved[int(body)], float(now > before ? now : before));
   }
 };
@@ -288,34 +288,50 @@ ANGIO_HOST_DEVICE inline void add_pair(const CandidateSearch<Real>& s, const Sea
   for (const int v : candidate.vertex) add_to(s.ref_count()[v], 1);
 }
 
+/// Looks for what is near a query: kSearchers of them share its cells.
 struct FindPairs {
+  static constexpr int kSearchers = 32;
+
   template <class Real>
   static ANGIO_HOST_DEVICE void run(const CandidateSearch<Real>& s, int i) {
-    const SearchQuery query = s.queries[i];
+    const SearchQuery query = s.queries[i / kSearchers];
     const SearchFamily& family = s.families[query.family];
     const SearchRadii<double> radii = radii_of(s);
     const double radius = family.self ? radii.self : radii.search;
     const double far = radius + (family.shaft ? s.rules.rod_radius : 0.0);
     const double around = far + extent_of(s, family.kind), size = cell_size(s, family.kind, radii);
     const PrimitiveBox box = box_around(s, query.shape);
-    int low[3], high[3];
+    int low[3], across[3];
     for (int k = 0; k < 3; ++k) {
       low[k] = cell_at(box.low[k] - around, size);
-      high[k] = cell_at(box.high[k] + around, size);
+      across[k] = cell_at(box.high[k] + around, size) - low[k] + 1;
     }
-    ItemCell cell{{}, family.kind};
-    for (cell.at[2] = low[2]; cell.at[2] <= high[2]; ++cell.at[2])
-      for (cell.at[1] = low[1]; cell.at[1] <= high[1]; ++cell.at[1])
-        for (cell.at[0] = low[0]; cell.at[0] <= high[0]; ++cell.at[0])
-          for (int next = bucket_of(s, cell); next > 0; next = s.next[next - 1]) {
-            if (!(s.cells[next - 1] == cell)) continue;
-            const Primitive& item = s.items[next - 1].shape;
-            const PrimitiveBox other = box_around(s, item);
-            bool meet = true;
-            for (int k = 0; k < 3; ++k)
-              meet = meet && other.low[k] <= box.high[k] + far && other.high[k] >= box.low[k] - far;
-            if (meet) add_pair(s, query, item, radius);
-          }
+    for (int c = i % kSearchers; c < across[0] * across[1] * across[2]; c += kSearchers)
+      look_into({{low[0] + c % across[0], low[1] + c / across[0] % across[1],
+                  low[2] + c / (across[0] * across[1])},
+                 family.kind},
+                s, query, box, {far, radius});
+  }
+
+ private:
+  struct Reach {
+    double box, gap;
+  };
+
+  template <class Real>
+  static ANGIO_HOST_DEVICE void look_into(const ItemCell& cell, const CandidateSearch<Real>& s,
+                                          const SearchQuery& query, const PrimitiveBox& box,
+                                          const Reach& reach) {
+    for (int next = bucket_of(s, cell); next > 0; next = s.next[next - 1]) {
+      if (!(s.cells[next - 1] == cell)) continue;
+      const Primitive& item = s.items[next - 1].shape;
+      const PrimitiveBox other = box_around(s, item);
+      bool meet = true;
+      for (int k = 0; k < 3; ++k)
+        meet = meet && other.low[k] <= box.high[k] + reach.box &&
+               other.high[k] >= box.low[k] - reach.box;
+      if (meet) add_pair(s, query, item, reach.gap);
+    }
   }
 };
 
@@ -374,8 +390,8 @@ struct TellRadii {
   template <class Real>
   static ANGIO_HOST_DEVICE void run(const CandidateSearch<Real>& s, int) {
     const SearchRadii<double> radii = radii_of(s);
-    *s.radii = s.fits() ? SearchRadii<Real>{Real(radii.search), Real(radii.self)}
-                        : SearchRadii<Real>{};
+    *s.radii =
+        s.fits() ? SearchRadii<Real>{Real(radii.search), Real(radii.self)} : SearchRadii<Real>{};
   }
 };
 
@@ -393,7 +409,7 @@ void search_candidates(Loops& loops, const CandidateSearch<Real>& search) {
   loops.clear(search.counts, search.zero_count());
   loops.template for_each<MeasureBodies>(items + vertices, search);
   loops.template for_each<PutItems>(items, search);
-  loops.template for_each<FindPairs>(search.query_count, search);
+  loops.template for_each<FindPairs>(FindPairs::kSearchers * search.query_count, search);
   loops.scan(search.owned_count(), search.owned_begin, vertices + 1);
   loops.scan(search.ref_count(), search.ref_begin, vertices + 1);
   loops.template for_each<GatherOwned>(search.capacity, search);

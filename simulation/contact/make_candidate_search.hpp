@@ -54,17 +54,16 @@ inline std::vector<FacingBodies> facing_bodies(const Scene& scene, bool of_wall)
   const Body balloon = Body::balloon, wall = Body::wall, wire = Body::guidewire;
   std::vector<FacingBodies> all;
   if (of_wall && scene.bodies.wall().count > 0)
-    all.insert(all.end(), {{wall, balloon, 1, 3},
-                           {wall, balloon, 3, 1, true},
-                           {wall, balloon, 2, 2, true}});
+    all.insert(all.end(),
+               {{wall, balloon, 1, 3}, {wall, balloon, 3, 1, true}, {wall, balloon, 2, 2, true}});
   if (scene.rod.count > 0)
     all.insert(all.end(), {{balloon, wire, 1, 2, false, false, true},
                            {balloon, wire, 2, 2, false, false, true},
                            {balloon, wire, 3, 1, true, false, true}});
   for (const Body surface : {balloon, wall})
     if (scene.self_distance > 0.0 && scene.bodies[surface].count > 0)
-      all.insert(all.end(), {{surface, surface, 1, 3, false, true},
-                             {surface, surface, 2, 2, false, true}});
+      all.insert(all.end(),
+                 {{surface, surface, 1, 3, false, true}, {surface, surface, 2, 2, false, true}});
   return all;
 }
 
@@ -78,8 +77,7 @@ CandidateSearch<Real> make_candidate_search(const Scene& scene, const Simulation
   const double distance = options.contact.distance_mm, self = scene.self_distance;
   const double move = most_move(scene.balloon.has_folds, self) * distance;
   const double reach = self > 0.0 ? 2.0 * (move + kSelfSlack * distance) : kMostReach * distance;
-  view.rules = {frames,           distance, contact_range(options), self,
-                scene.rod.radius, move,     reach};
+  view.rules = {frames, distance, contact_range(options), self, scene.rod.radius, move, reach};
   view.bodies = scene.bodies;
   view.vertex_count = scene.vertex_count();
   view.dt = Real(options.frame_s);

@@ -48,7 +48,7 @@ class CandidateSearchIn : public ::testing::Test {};
 using Precisions = ::testing::Types<float, double>;
 TYPED_TEST_SUITE(CandidateSearchIn, Precisions);
 
-constexpr int kRoom = 400000;
+constexpr int kRoom = 100000;
 
 TYPED_TEST(CandidateSearchIn, FindsAndOrdersWhatTheFinderDoes) {
   for (auto& c : testing::candidate_cases<TypeParam>()) {
@@ -58,8 +58,7 @@ TYPED_TEST(CandidateSearchIn, FindsAndOrdersWhatTheFinderDoes) {
     const testing::FoundCandidates found = search.found();
     EXPECT_GT(found.set.candidates.size(), 100U);
     testing::expect_same(
-        found,
-        testing::ordered(c.scene, testing::expected_candidates(c, radii_of(search.view))));
+        found, testing::ordered(c.scene, testing::expected_candidates(c, radii_of(search.view))));
   }
 }
 

@@ -70,7 +70,7 @@ class DeviceSearch {
   char* scan_memory_ = nullptr;
 };
 
-constexpr int kRoom = 400000;
+constexpr int kRoom = 100000;
 
 template <class Real>
 class CudaSearchIn : public ::testing::Test {
