@@ -15,7 +15,7 @@ constexpr int kFreeFrames = 16, kContactFrames = 4;
 // leaves.
 constexpr int kLaunches = 3;
 // Candidates there is room for at first, for each vertex.
-constexpr int kCandidatesPerVertex = 16;
+constexpr int kCandidatesPerVertex = 48;
 
 template <class Real>
 class CudaSolver final : public SolverBase<Real> {

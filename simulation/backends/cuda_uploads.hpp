@@ -27,25 +27,21 @@ class CandidateMemory {
   /// The caller sees to it that nothing runs that uses the room there was.
   void hold(int capacity, CandidateSearch<Real>& search, NearPairView<Real>& near) {
     const auto size = std::size_t(capacity);
+    memory_ = {};
     search.capacity = capacity;
-    search.found = found_.hold(size);
-    search.owned = owned_.hold(size);
-    search.entries = entries_.hold(4 * size);
-    search.list = list_.hold(size);
-    search.refs = candidate_refs_.hold(4 * size);
-    near.pairs = pairs_.hold(size);
-    near.pair_of = pair_of_.hold(size);
-    near.refs = refs_.hold(4 * size);
-    near.bounds = bounds_.hold(4 * size);
+    search.found = memory_.allocate<Candidate>(size);
+    search.owned = memory_.allocate<FoundEntry>(size);
+    search.entries = memory_.allocate<FoundEntry>(4 * size);
+    search.list = memory_.allocate<Candidate>(size);
+    search.refs = memory_.allocate<ContactRef>(4 * size);
+    near.pairs = memory_.allocate<NearPair<Real>>(size);
+    near.pair_of = memory_.allocate<int>(size);
+    near.refs = memory_.allocate<ContactRef>(4 * size);
+    near.bounds = memory_.allocate<MotionBound<Real>>(4 * size);
   }
 
  private:
-  Upload<Candidate> found_, list_;
-  Upload<FoundEntry> owned_, entries_;
-  Upload<ContactRef> candidate_refs_, refs_;
-  Upload<NearPair<Real>> pairs_;
-  Upload<int> pair_of_;
-  Upload<MotionBound<Real>> bounds_;
+  DeviceMemory memory_;
 };
 
 /// The tets of the reference method's contact, and whose viscous item has been set.
