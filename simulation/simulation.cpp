@@ -307,11 +307,6 @@ CudaSupport cuda_support() {
 #endif
 }
 
-std::future<void> wake_gpu(Backend backend) {
-  if (backend == Backend::cpu) return {};
-  return std::async(std::launch::async, wake_cuda_device);
-}
-
 SimulationSummary simulate(const SimulationModel& model, const SimulationOptions& options,
                            const std::function<void(const SimulationFrame&)>& on_frame,
                            const Progress& progress, bool has_spare_thread) {

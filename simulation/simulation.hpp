@@ -2,7 +2,6 @@
 
 #include <array>
 #include <functional>
-#include <future>
 #include <memory>
 #include <string>
 #include <vector>
@@ -287,10 +286,6 @@ struct CudaSupport {
   std::string device;  ///< the GPU that it would use; empty: none that works
 };
 CudaSupport cuda_support();
-
-/// Makes the GPU ready beside the caller if simulations on `backend` may use one: it takes a tenth
-/// of a second, which else is part of `simulate`. What is wrong with the GPU is told there.
-std::future<void> wake_gpu(Backend backend);
 
 /// Inflates, holds, deflates. `on_frame` gets every frame in order, while the next one is computed:
 /// from another thread, one call at a time, all of them before this returns.

@@ -20,6 +20,7 @@
 #include "simulation/balloon_measures.hpp"
 #include "simulation/guard.hpp"
 #include "simulation/simulation.hpp"
+#include "simulation/wake_gpu.hpp"
 
 // From the meshes to what the balloon does.
 namespace angio::pipeline {
