@@ -106,9 +106,13 @@ class CpuSolver final : public SolverBase<Real> {
     near.listed_begin = listed_begin_.data();
     near.refs = refs_.data();
     near.bounds = bounds_.data();
-    view_.contact.candidates = {
-        int(count), set_.candidates.data(), set_.owned_begin.data(), near.listed_begin,
-        nullptr,    x_candidates_.data(),   &radii_};
+    view_.contact.candidates = {int(count),
+                                set_.candidates.data(),
+                                set_.owned_begin.data(),
+                                near.listed_begin,
+                                nullptr,
+                                x_candidates_.data(),
+                                &radii_};
   }
 
   std::vector<char> viscous_items(std::size_t) override { return viscous_items_; }
