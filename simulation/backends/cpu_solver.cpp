@@ -25,7 +25,8 @@ template <class Real>
 class CpuSolver final : public SolverBase<Real> {
  public:
   CpuSolver(const Scene& scene, const SimulationOptions& options, int threads)
-      : SolverBase<Real>(scene, options, kFramesToLast, false),
+      : SolverBase<Real>(scene, options),
+        finder_(scene, options, kFramesToLast),
         view_(make_view<Real>(scene, options, memory_)),
         threads_(threads > 0 ? threads
                              : std::clamp(scene.vertex_count() / kVerticesPerThread, 1,
@@ -88,7 +89,12 @@ class CpuSolver final : public SolverBase<Real> {
   }
 
   void renew_candidates() {
-    set_ = this->find_candidates(view_.motion.x, frames_lasted_);
+    x_candidates_.assign(view_.motion.x, view_.motion.x + scene_.vertex_count());
+    std::vector<Vec3> points;
+    points.reserve(x_candidates_.size());
+    for (const Vec3T<Real>& p : x_candidates_) points.push_back(converted<double>(p));
+    set_ = finder_.find(points, frames_lasted_);
+    radii_ = {Real(set_.radii.search), Real(set_.radii.self)};
     frames_lasted_ = 0;
     const std::size_t count = set_.candidates.size();
     pairs_.resize(count);
@@ -100,9 +106,13 @@ class CpuSolver final : public SolverBase<Real> {
     near.listed_begin = listed_begin_.data();
     near.refs = refs_.data();
     near.bounds = bounds_.data();
-    view_.contact.candidates = {
-        int(count), set_.candidates.data(),     set_.owned_begin.data(),  near.listed_begin,
-        nullptr,    this->x_candidates_.data(), Real(set_.search_radius), Real(set_.self_radius)};
+    view_.contact.candidates = {int(count),
+                                set_.candidates.data(),
+                                set_.owned_begin.data(),
+                                near.listed_begin,
+                                nullptr,
+                                x_candidates_.data(),
+                                &radii_};
   }
 
   std::vector<char> viscous_items(std::size_t) override { return viscous_items_; }
@@ -118,10 +128,13 @@ class CpuSolver final : public SolverBase<Real> {
     contact.triggered = viscous_items_.data();
   }
 
+  CandidateFinder finder_;
   HostMemory memory_;
   StepView<Real> view_;
   std::vector<char> viscous_items_;  // of the reference method's tets, once the air has followed
   CandidateSet set_;
+  std::vector<Vec3T<Real>> x_candidates_;  // where they were found
+  SearchRadii<Real> radii_;
   int frames_lasted_ = 0;
   std::vector<NearPair<Real>> pairs_;
   std::vector<int> listed_begin_;

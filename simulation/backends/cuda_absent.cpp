@@ -6,6 +6,7 @@ namespace angio::simulation::detail {
 
 bool has_cuda_device() { return false; }
 std::string cuda_device_name() { return {}; }
+void wake_cuda_device() {}
 
 std::unique_ptr<StepSolver> make_cuda_solver(const Scene&, const SimulationOptions&, Precision,
                                              Spread) {

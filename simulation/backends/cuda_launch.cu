@@ -61,10 +61,12 @@ CudaShape cuda_shape(const StepView<Real>& view, int device, bool grid) {
   int processors = 0, resident = 0;
   cudaDeviceGetAttribute(&processors, cudaDevAttrMultiProcessorCount, device);
   cudaOccupancyMaxActiveBlocksPerMultiprocessor(&resident, kernel_of(view, true), kGridThreads, 0);
-  // No more blocks than a colour has work for: they would only lengthen the barrier.
+  // No more blocks than a colour has work for: they would only lengthen the barrier. Where pairs
+  // are searched and renewed, of all vertices at once, every processor has work.
+  const int most = std::clamp(processors * resident, 1, 1024);
+  const int least = extent_of(view) == Extent::surroundings ? std::min(processors, most) : 1;
   shape.threads = kGridThreads;
-  shape.blocks = std::clamp((threads_at_work(view) + kGridThreads - 1) / kGridThreads, 1,
-                            std::clamp(processors * resident, 1, 1024));
+  shape.blocks = std::clamp((threads_at_work(view) + kGridThreads - 1) / kGridThreads, least, most);
   return shape;
 }
 

@@ -15,7 +15,6 @@ template <class Real>
 struct CudaFrames {
   StateView<Real> state;
   StepStatus* status = nullptr;  ///< [frame + 1], at last that which the launch ends with
-  Vec3T<Real>* end_x = nullptr;  ///< positions that the launch ends with
 };
 
 /// Some frames in one launch, from where the last launch has ended: it may have halted within a

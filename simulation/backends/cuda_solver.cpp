@@ -3,31 +3,29 @@
 
 #include "simulation/backends/cuda_uploads.hpp"
 #include "simulation/backends/solver_base.hpp"
-#include "simulation/step/bounded_motion.hpp"
 
 namespace angio::simulation::detail {
 namespace {
 
-// Frames in one launch: where nothing can touch, and where something can, and new candidates come
-// between launches.
-constexpr int kFreeFrames = 16, kWallFrames = 2;
-// Launches that run or wait, so that the device goes on while new candidates are found. With the
+// Frames in one launch: where nothing can touch, and where something can, and each launch begins
+// with new candidates.
+constexpr int kFreeFrames = 16, kContactFrames = 4;
+// Launches that run or wait, so that the device goes on while frames are handed out. With the
 // reference method's contact there is one, of one frame: the next frame projects the tets that it
 // leaves.
 constexpr int kLaunches = 3;
-// New candidates are found once bodies have used this share of the free move that the last
-// ones leave.
-constexpr double kUsed = 0.65;
+// Candidates there is room for at first, for each vertex.
+constexpr int kCandidatesPerVertex = 48;
 
 template <class Real>
 class CudaSolver final : public SolverBase<Real> {
  public:
   CudaSolver(const Scene& scene, const SimulationOptions& options, Spread spread)
-      : SolverBase<Real>(scene, options, (kLaunches + 2) * kWallFrames, true),
+      : SolverBase<Real>(scene, options),
         device_(cuda::use_device()),
         is_projected_(projects_contact(scene, options)),
         frames_(is_projected_ ? 1
-                : touches()   ? kWallFrames
+                : touches()   ? kContactFrames
                               : kFreeFrames) {
     StagingMemory staging;
     program_.view = upload(make_view<Real>(scene, options, staging), memory_);
@@ -38,6 +36,7 @@ class CudaSolver final : public SolverBase<Real> {
     shape_ = spread == Spread::automatic
                  ? cuda_shape(program_.view, device_)
                  : cuda_shape(program_.view, device_, spread == Spread::grid);
+    if (touches()) prepare_search(staging);
     for (int b = 0; b < launches(); ++b)
       batches_[std::size_t(b)].frames.reserve(frames_, state_view(program_.view), memory_);
     check(cudaDeviceSynchronize(), "copying the scene");
@@ -54,23 +53,18 @@ class CudaSolver final : public SolverBase<Real> {
     check(cudaMemcpyAsync(inflator_, &control.inflator, sizeof control.inflator,
                           cudaMemcpyHostToDevice, stream_),
           "working");
-    if (touches()) renew_candidates(this->start_.data(), 0);
     if (!runs_ahead()) on_state(0, start_state(scene_, status_.pressure));
     for (int b = 0; b < launches(); ++b) submit(program, batches_[std::size_t(b)], frames_);
     if (runs_ahead()) on_state(0, start_state(scene_, status_.pressure));
     // While a launch runs and others wait for it, the one before them is handed out.
-    int frame = 0, turn = 0, begun_with_set = 0;
+    int frame = 0, turn = 0;
     while (frame < program.last_frame) {
       Batch& batch = batches_[std::size_t(turn)];
       turn = (turn + 1) % launches();
       check(cudaEventSynchronize(batch.copied), "solving");
       const StepStatus& end = batch.frames.status(frames_);
       const int ended = end.stage == StepStage::begin ? end.frame : end.frame - 1;
-      begun_with_set += ended - frame;
-      if (touches() && ((end.halted && batch.set == set_count_) || used_up(batch))) {
-        renew_candidates(batch.frames.end_x(), begun_with_set);
-        begun_with_set = 0;
-      }
+      make_room(batch);
       std::vector<State> states;
       for (int k = 0; k < ended - frame; ++k)
         states.push_back(this->state_of(batch.frames.state(k), batch.frames.status(k)));
@@ -91,7 +85,6 @@ class CudaSolver final : public SolverBase<Real> {
   struct Batch {
     FrameMemory<Real> frames;
     Event computed, copied;
-    int set = 0;  // of candidates that it uses
   };
 
   // Are frames computed before the last ones are handed out?
@@ -108,8 +101,11 @@ class CudaSolver final : public SolverBase<Real> {
     program.last_frame = 1;
     status_.frame = 0;
     send_status();
-    submit(program, batches_[0], 1);
-    copies_.wait("solving");
+    do {
+      submit(program, batches_[0], 1);
+      copies_.wait("solving");
+      make_room(batches_[0]);
+    } while (batches_[0].frames.status(1).stage != StepStage::begin);
     status_ = batches_[0].frames.status(0);
     return this->state_of(batches_[0].frames.state(0), status_);
   }
@@ -138,7 +134,12 @@ class CudaSolver final : public SolverBase<Real> {
     program.view = program_.view;
     program.frame_count = frame_count;
     program.frames = batch.frames.device();
-    batch.set = set_count_;
+    if (touches()) {
+      check(launch_search(search_, scan_memory_, stream_), "being given work");
+      check(cudaMemcpyAsync(batch.frames.found(), search_.found_count(), sizeof(int),
+                            cudaMemcpyDeviceToHost, stream_),
+            "copying results");
+    }
     check(launch(program, shape_, stream_), "being given work");
     check(cudaEventRecord(batch.computed, stream_), "working");
     check(cudaStreamWaitEvent(copies_, batch.computed, 0), "working");
@@ -146,31 +147,29 @@ class CudaSolver final : public SolverBase<Real> {
     check(cudaEventRecord(batch.copied, copies_), "working");
   }
 
-  // Candidates at positions that the device has left behind by some launches. The sets that the
-  // waiting launches use stay as they are.
-  void renew_candidates(const Vec3T<Real>* x, int lasted) {
-    const CandidateSet set = this->find_candidates(x, lasted);
-    ContactView<Real>& contact = program_.view.contact;
-    pairs_.hold(set, stream_, contact.near);
-    contact.candidates =
-        sets_[std::size_t(set_count_) % sets_.size()].send(set, this->x_candidates_, stream_);
-    ++set_count_;
-    const double move =
-        most_move(scene_.balloon.has_folds, scene_.self_distance) * double(contact.law.distance);
-    free_move_ = set.search_radius - double(contact.law.range) - 2.0 * move;
-    free_self_move_ = set.self_radius - scene_.self_distance - 2.0 * move;
+  void prepare_search(StagingMemory& staging) {
+    search_ =
+        upload(make_candidate_search<Real>(scene_, this->options_, frames_, staging), memory_);
+    const MotionView<Real>& motion = program_.view.motion;
+    search_.x = motion.x;
+    search_.velocity = motion.velocity;
+    search_.x_before = motion.x_before;
+    search_.status = program_.status;
+    scan_memory_ = memory_.allocate<char>(scan_bytes(search_.vertex_count + 1));
+    hold_candidates(kCandidatesPerVertex * search_.vertex_count);
   }
 
-  // Have bodies that may touch moved far since the last candidates were found?
-  bool used_up(const Batch& batch) const {
-    const Vec3T<Real>* x = batch.frames.end_x();
-    double moved[kBodyCount] = {};
-    for (std::size_t v = 0; v < this->x_candidates_.size(); ++v) {
-      double& body = moved[int(scene_.bodies.of(int(v)))];
-      body = std::max(body, double(distance(x[v], this->x_candidates_[v])));
-    }
-    return most_of_pairs(moved) > kUsed * free_move_ ||
-           (scene_.self_distance > 0.0 && 2.0 * most_of(moved) > kUsed * free_self_move_);
+  void hold_candidates(int capacity) {
+    ContactView<Real>& contact = program_.view.contact;
+    candidates_.hold(capacity, search_, contact.near);
+    contact.candidates = shown(search_);
+  }
+
+  // A launch for whose candidates there was no room has done nothing; the next ones get more.
+  void make_room(const Batch& batch) {
+    if (!touches() || *batch.frames.found() <= search_.capacity) return;
+    stream_.wait("solving");
+    hold_candidates(2 * *batch.frames.found());
   }
 
   int device_;
@@ -182,11 +181,10 @@ class CudaSolver final : public SolverBase<Real> {
   Inflator* inflator_ = nullptr;
   Stream stream_, copies_;
   std::array<Batch, kLaunches> batches_;
-  std::array<CandidateUpload<Real>, kLaunches + 1> sets_;
-  PairMemory<Real> pairs_;
+  CandidateSearch<Real> search_;
+  CandidateMemory<Real> candidates_;
+  char* scan_memory_ = nullptr;
   PbdUpload<Real> pbd_;
-  int set_count_ = 0;
-  double free_move_ = 0.0, free_self_move_ = 0.0;  // till new candidates are needed [mm]
 };
 
 }  // namespace
@@ -200,6 +198,8 @@ std::string cuda_device_name() {
     return {};
   }
 }
+
+void wake_cuda_device() { cudaFree(nullptr); }
 
 std::unique_ptr<StepSolver> make_cuda_solver(const Scene& scene, const SimulationOptions& options,
                                              Precision precision, Spread spread) {

@@ -5,8 +5,9 @@
 
 #include "core/cuda/device_memory.hpp"
 #include "simulation/backends/cuda_launch.hpp"
+#include "simulation/backends/cuda_search.hpp"
 #include "simulation/backends/host_memory.hpp"
-#include "simulation/contact/candidate_set.hpp"
+#include "simulation/contact/make_candidate_search.hpp"
 #include "simulation/pbd/tets.hpp"
 
 /// What goes to the GPU and comes back, array by array. Only cuda_solver.cpp includes this.
@@ -19,50 +20,28 @@ using cuda::PinnedBlock;
 using cuda::Stream;
 using cuda::Upload;
 
-/// A set of candidates on the device.
+/// Room for candidates on the device, and for what a step makes of them.
 template <class Real>
-class CandidateUpload {
+class CandidateMemory {
  public:
-  CandidateView<Real> send(const CandidateSet& set, const std::vector<Vec3T<Real>>& x,
-                           cudaStream_t stream) {
-    return {int(set.candidates.size()),
-            candidates_.send(set.candidates, stream),
-            owned_begin_.send(set.owned_begin, stream),
-            ref_begin_.send(set.ref_begin, stream),
-            refs_.send(set.refs, stream),
-            x_.send(x, stream),
-            Real(set.search_radius),
-            Real(set.self_radius)};
+  /// The caller sees to it that nothing runs that uses the room there was.
+  void hold(int capacity, CandidateSearch<Real>& search, NearPairView<Real>& near) {
+    const auto size = std::size_t(capacity);
+    memory_ = {};
+    search.capacity = capacity;
+    search.found = memory_.allocate<Candidate>(size);
+    search.owned = memory_.allocate<FoundEntry>(size);
+    search.entries = memory_.allocate<FoundEntry>(4 * size);
+    search.list = memory_.allocate<Candidate>(size);
+    search.refs = memory_.allocate<ContactRef>(4 * size);
+    near.pairs = memory_.allocate<NearPair<Real>>(size);
+    near.pair_of = memory_.allocate<int>(size);
+    near.refs = memory_.allocate<ContactRef>(4 * size);
+    near.bounds = memory_.allocate<MotionBound<Real>>(4 * size);
   }
 
  private:
-  Upload<Candidate> candidates_;
-  Upload<int> owned_begin_, ref_begin_;
-  Upload<ContactRef> refs_;
-  Upload<Vec3T<Real>> x_;
-};
-
-/// What a step makes of its candidates.
-template <class Real>
-class PairMemory {
- public:
-  void hold(const CandidateSet& set, cudaStream_t stream, NearPairView<Real>& near) {
-    if (set.candidates.size() > size_) {
-      check(cudaStreamSynchronize(stream), "working");  // the old arrays are in use until then
-      size_ = set.candidates.size();
-    }
-    near.pairs = pairs_.hold(size_);
-    near.pair_of = pair_of_.hold(size_);
-    near.refs = refs_.hold(4 * size_);
-    near.bounds = bounds_.hold(4 * size_);
-  }
-
- private:
-  Upload<NearPair<Real>> pairs_;
-  Upload<int> pair_of_;
-  Upload<ContactRef> refs_;
-  Upload<MotionBound<Real>> bounds_;
-  std::size_t size_ = 0;
+  DeviceMemory memory_;
 };
 
 /// The tets of the reference method's contact, and whose viscous item has been set.
@@ -123,11 +102,10 @@ class FrameMemory {
           host = {blocks_.emplace_back(size * sizeof(Value)).template as<Value>(), of_step.count};
         },
         state, device_.state, host_.state);
-    const std::size_t places = std::size_t(frames) + 1, vertices = std::size_t(state.x.count);
+    const std::size_t places = std::size_t(frames) + 1;
     device_.status = memory.allocate<StepStatus>(places);
     host_.status = blocks_.emplace_back(places * sizeof(StepStatus)).as<StepStatus>();
-    device_.end_x = memory.allocate<Vec3T<Real>>(vertices);
-    host_.end_x = blocks_.emplace_back(vertices * sizeof(Vec3T<Real>)).template as<Vec3T<Real>>();
+    found_ = blocks_.emplace_back(sizeof(int)).template as<int>();
   }
 
   /// Brings the frames of a launch here.
@@ -138,7 +116,6 @@ class FrameMemory {
             "copying results");
     };
     copy(host_.status, device_.status, std::size_t(frames) + 1);
-    copy(host_.end_x, device_.end_x, std::size_t(device_.state.x.count));
     for_each_state_array(
         [&](const auto& from, auto& to) {
           copy(to.data, from.data, std::size_t(frames) * std::size_t(from.count));
@@ -148,8 +125,8 @@ class FrameMemory {
 
   [[nodiscard]] const CudaFrames<Real>& device() const { return device_; }
   [[nodiscard]] const StepStatus& status(int k) const { return host_.status[k]; }
-  /// Where the launch ended.
-  [[nodiscard]] const Vec3T<Real>* end_x() const { return host_.end_x; }
+  /// The candidates that the launch began with.
+  [[nodiscard]] int* found() const { return found_; }
   /// Of the launch's frame k.
   [[nodiscard]] StateView<Real> state(int k) const {
     StateView<Real> frame = host_.state;
@@ -160,6 +137,7 @@ class FrameMemory {
 
  private:
   CudaFrames<Real> device_, host_;
+  int* found_ = nullptr;
   std::vector<PinnedBlock> blocks_;
 };
 

@@ -9,8 +9,8 @@
 
 namespace angio::simulation::detail {
 
-/// What the solvers of all backends share: how a run begins and settles, the search for candidates,
-/// the reference method's tets, and what a frame ends with.
+/// What the solvers of all backends share: how a run begins and settles, the reference method's
+/// tets, and what a frame ends with.
 template <class Real>
 class SolverBase : public StepSolver {
  public:
@@ -32,13 +32,11 @@ class SolverBase : public StepSolver {
   }
 
  protected:
-  /// @param frames, lists  as CandidateFinder takes them
-  SolverBase(const Scene& scene, const SimulationOptions& options, int frames, bool lists)
+  SolverBase(const Scene& scene, const SimulationOptions& options)
       : scene_(scene),
         options_(options),
         plasticity_(plastic_flow<Real>(options.wall)),
         start_(local<Real>(scene, scene.start)),
-        finder_(scene, options, frames, lists),
         pbd_(scene, options) {
     status_.pressure = outside_pressure(options);
     status_.volume = balloon_volume(scene, scene.start);
@@ -57,27 +55,13 @@ class SolverBase : public StepSolver {
     return state;
   }
 
-  /// Finds new candidates and remembers where.
-  ///
-  /// @param x       relative to the scene's origin, shape [vertex]
-  /// @param lasted  frames that were begun with the last set
-  CandidateSet find_candidates(const Vec3T<Real>* x, int lasted) {
-    x_candidates_.assign(x, x + scene_.vertex_count());
-    std::vector<Vec3> points;
-    points.reserve(x_candidates_.size());
-    for (const Vec3T<Real>& p : x_candidates_) points.push_back(converted<double>(p));
-    return finder_.find(points, lasted);
-  }
-
   const Scene& scene_;
   const SimulationOptions options_;
   const PlasticFlow<Real> plasticity_;
   const std::vector<Vec3T<Real>> start_;
   StepStatus status_;
-  std::vector<Vec3T<Real>> x_candidates_;
 
  private:
-  CandidateFinder finder_;
   PbdRun pbd_;
 };
 

@@ -64,6 +64,9 @@ bool has_cuda_device();
 /// Empty if there is none that works.
 std::string cuda_device_name();
 
+/// Has the GPU begin what it does once a program, where there is one.
+void wake_cuda_device();
+
 /// How a balloon alone is spread over a GPU: one block, or all of it, as anything else is.
 enum class Spread { automatic, block, grid };
 

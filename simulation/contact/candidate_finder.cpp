@@ -10,7 +10,7 @@ CandidateSet CandidateFinder::find(const std::vector<Vec3>& x, int lasted) {
   lasted_ += lasted;
   if (!(scene_.self_distance > 0.0)) {
     const std::vector<Candidate> candidates = find_others(x);
-    return index_candidates(x.size(), candidates, search_radius_, lists_);
+    return index_candidates(x.size(), candidates, search_radius_);
   }
   // Neighbours on a surface are near each other, layers everywhere: their candidates are used up
   // far sooner than those of what is around, of which a wide set is kept.
@@ -26,8 +26,8 @@ CandidateSet CandidateFinder::find(const std::vector<Vec3>& x, int lasted) {
     if (is_near(x, radius, other)) candidates.push_back(other);
   add_balloon_self_candidates(scene_, x, self_radius, candidates);
   add_wall_self_candidates(scene_, x, self_radius, candidates);
-  CandidateSet set = index_candidates(x.size(), candidates, radius, lists_);
-  set.self_radius = self_radius;
+  CandidateSet set = index_candidates(x.size(), candidates, radius);
+  set.radii.self = self_radius;
   return set;
 }
 

@@ -12,15 +12,11 @@ namespace angio::simulation::detail {
 struct CandidateSet {
   std::vector<Candidate> candidates;
   std::vector<int> owned_begin;  ///< by first vertex, shape [vertex + 1]
-  std::vector<int> ref_begin;    ///< shape [vertex + 1]; or empty
-  std::vector<ContactRef> refs;  ///< candidates that a vertex is in, by ascending gap; or empty
-  double search_radius = 0.0;    ///< [mm]
-  double self_radius = 0.0;      ///< of a surface with itself [mm]
+  SearchRadii<double> radii;
 };
 
 /// @param candidates  all pairs nearer than `radius`, in any order
-/// @param lists       are those that each vertex is in listed (ref_begin, refs)?
 CandidateSet index_candidates(std::size_t vertex_count, const std::vector<Candidate>& candidates,
-                              double radius, bool lists = true);
+                              double radius);
 
 }  // namespace angio::simulation::detail

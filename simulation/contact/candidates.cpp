@@ -6,8 +6,7 @@
 
 #include "core/parallel.hpp"
 #include "simulation/contact/box_grid.hpp"
-#include "simulation/contact/distance.hpp"
-#include "simulation/step/near_pairs.hpp"
+#include "simulation/contact/candidate_gap.hpp"
 
 namespace angio::simulation::detail {
 namespace {
@@ -15,14 +14,13 @@ namespace {
 constexpr int kChunks = 32;
 constexpr std::size_t kLeastParallel = 1024;  // fewer queries run on one thread
 
-// Contact of the membrane with itself acts below this share of the gap that a pair starts with: so
-// it pushes nothing in the start shape, however near its layers, and however fine the mesh. A
-// smooth membrane's neighbours keep about their start gap, and never meet.
-constexpr double kShareOfStartGap = 0.9;
-
-constexpr double kFloatRounding = 1.2e-7;  // relative
-
 constexpr double kFacing = -0.5;  // cosine of normals that are opposed
+
+// A type of this file: what is compiled for it here is nobody else's.
+struct Points {
+  const std::vector<Vec3>& x;
+  const Vec3& operator[](std::size_t v) const { return x[v]; }
+};
 
 struct Builder {
   const std::vector<Vec3>& x;
@@ -65,15 +63,6 @@ double mean_edge(const std::vector<Edge>& edges, const std::vector<Vec3>& x) {
   return sum / double(edges.size());
 }
 
-// The shaft keeps the space that the folded or slender balloon has left it, so that it touches
-// nothing at the start; within a contact distance of each other the two are tied.
-bool take_radius(const Scene& scene, double contact_distance, Candidate& candidate) {
-  const double gap = gap_of(scene.start, candidate) - contact_distance;
-  candidate.shaft = true;
-  candidate.radius = float(std::min(scene.rod.radius, gap));
-  return gap > 0.0;
-}
-
 }  // namespace
 
 void add_rod_candidates(const Scene& scene, const std::vector<Vec3>& x, double contact_distance,
@@ -92,7 +81,8 @@ void add_rod_candidates(const Scene& scene, const std::vector<Vec3>& x, double c
   space.grow(far);
   const Builder builder{x, radius};
   const auto add = [&](std::vector<Candidate>& found, Candidate candidate) {
-    if (take_radius(scene, contact_distance, candidate)) builder.add(found, candidate);
+    if (take_radius(Points{scene.start}, scene.rod.radius, contact_distance, candidate))
+      builder.add(found, candidate);
   };
   BoxGrid grid(space, 2.0 * far);
   grid.fill(boxes_of(x, segments, far));
@@ -132,9 +122,7 @@ void add_self_candidates(const Scene& scene, const Surface& surface, const std::
     const auto& v = candidate.vertex;
     if (std::all_of(v, v + 4, [&](int i) { return scene.fixed[std::size_t(i)] != 0; })) return;
     if (!is_near(x, radius, candidate)) return;
-    candidate.self = true;
-    candidate.distance =
-        float(std::min(scene.self_distance, kShareOfStartGap * gap_of(scene.start, candidate)));
+    take_self_distance(Points{scene.start}, scene.self_distance, candidate);
     found.push_back(candidate);
   };
   Box space;
@@ -236,20 +224,12 @@ std::vector<Candidate> find_candidates(const Scene& scene, const std::vector<Vec
   return candidates;
 }
 
-double gap_of(const std::vector<Vec3>& x, const Candidate& c) {
-  const Vec3 p[4] = {x[std::size_t(c.vertex[0])], x[std::size_t(c.vertex[1])],
-                     x[std::size_t(c.vertex[2])], x[std::size_t(c.vertex[3])]};
-  const GapWeights<double> weights = closest_points(c, p);
-  Vec3 gap;
-  for (int i = 0; i < 4; ++i) gap += weights.w[i] * p[i];
-  return norm(gap) - double(c.radius);
+double gap_of(const std::vector<Vec3>& x, const Candidate& candidate) {
+  return gap_at(Points{x}, candidate);
 }
 
 bool is_near(const std::vector<Vec3>& x, double radius, Candidate& candidate) {
-  const double gap = gap_of(x, candidate);
-  if (!(gap < radius)) return false;
-  candidate.gap = float(gap - kFloatRounding * std::abs(gap));  // not rounded up
-  return true;
+  return take_gap(Points{x}, radius, candidate);
 }
 
 }  // namespace angio::simulation::detail

@@ -156,8 +156,9 @@ ANGIO_HOST_DEVICE inline bool search_pairs(Team& team, const StepView<Real>& s,
   const Real closer = Real(1.001 * most_of_pairs(used)),
              self_closer = Real(1.001 * 2.0 * most_of(used));
   const bool has_self = law.self_distance > Real(0);
-  status.halted = !(closer < candidates.search_radius - law.range) ||
-                  (has_self && !(self_closer < candidates.self_radius - law.self_distance));
+  const SearchRadii<Real> radii = *candidates.radii;
+  status.halted = !(closer < radii.search - law.range) ||
+                  (has_self && !(self_closer < radii.self - law.self_distance));
   if (status.halted) return false;
   const Real found_others = law.range + closer, found_self = law.self_distance + self_closer;
   const Real most = has_self && found_self > found_others ? found_self : found_others;

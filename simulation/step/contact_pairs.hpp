@@ -4,7 +4,7 @@
 #include "simulation/contact/contact_force.hpp"
 #include "simulation/contact/distance.hpp"
 
-/// What a step knows of contact: candidates from the host, the near ones among them, and how far a
+/// What a step knows of contact: candidates, the near ones among them, and how far a
 /// vertex may move.
 namespace angio::simulation::detail {
 
@@ -66,17 +66,23 @@ struct ContactLaw {
   Adhesion<Real> adhesion;
 };
 
-/// A set of candidates, owned by their first vertex and in its order; from the host now and then.
+/// All pairs nearer than this were candidates when they were found [mm].
+template <class Real>
+struct SearchRadii {
+  Real search = 0;
+  Real self = 0;  ///< of a surface with itself
+};
+
+/// A set of candidates, owned by their first vertex and in its order; found anew now and then.
 template <class Real>
 struct CandidateView {
-  int count = 0;
+  int count = 0;  ///< at most
   const Candidate* list = nullptr;
   const int* owned_begin = nullptr;  ///< [vertex + 1] first candidate
   const int* ref_begin = nullptr;    ///< [vertex + 1] candidates, or near pairs, that it is in
   const ContactRef* refs = nullptr;
   const Vec3T<Real>* x = nullptr;  ///< positions when they were found
-  Real search_radius = 0;          ///< pairs nearer than this were candidates then [mm]
-  Real self_radius = 0;            ///< the same of a surface with itself
+  const SearchRadii<Real>* radii = nullptr;
 };
 
 /// The near pairs, each owner's and each vertex's from where its candidates begin. All of it is

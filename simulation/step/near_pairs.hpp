@@ -4,9 +4,9 @@
 
 /// The step's contact: near pairs, their forces, and how far a vertex may go.
 ///
-/// Contact is found on two levels. The host lists candidates, all primitives that face each other
-/// nearer than the search radius, rarely. A search among them, on the device, names the near pairs
-/// and bounds each vertex's motion until the next search:
+/// Contact is found on two levels. Candidates, all primitives that face each other nearer than the
+/// search radius, are found every few frames. A search among them names the near pairs and bounds
+/// each vertex's motion until the next search:
 ///
 ///  - it may not pass a plane across the gap of any of its near pairs; the planes of a pair's two
 ///    sides are 0.1 of the gap apart, and never less than the least gap, far above rounding: no gap

@@ -173,7 +173,7 @@ struct Search {
 
   explicit Search(double reach, double travel) {
     const CandidateSet set =
-        index_candidates(start().size(), find_candidates(t.scene, start(), reach), reach, false);
+        index_candidates(start().size(), find_candidates(t.scene, start(), reach), reach);
     const std::size_t count = set.candidates.size();
     view.contact.near.listed_begin = memory.allocate<int>(t.scene.start.size());
     view.contact.candidates = {int(count),
@@ -182,7 +182,7 @@ struct Search {
                                view.contact.near.listed_begin,
                                nullptr,
                                memory.store(start()),
-                               reach};
+                               memory.store(std::vector<SearchRadii<double>>{{reach, 0.0}})};
     view.contact.near.pairs = memory.allocate<NearPair<double>>(count);
     view.contact.near.refs = memory.allocate<ContactRef>(4 * count);
     view.contact.near.bounds = memory.allocate<MotionBound<double>>(4 * count);

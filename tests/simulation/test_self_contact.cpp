@@ -51,7 +51,7 @@ struct Folds {
     std::vector<Candidate> found;
     add_balloon_self_candidates(scene, x, kReach, found);
     add_wall_self_candidates(scene, x, kReach, found);
-    const CandidateSet set = index_candidates(x.size(), found, kReach, false);
+    const CandidateSet set = index_candidates(x.size(), found, kReach);
     view.contact.near.listed_begin = memory.allocate<int>(x.size());
     view.contact.candidates = {int(set.candidates.size()),
                                memory.store(set.candidates),
@@ -59,8 +59,7 @@ struct Folds {
                                view.contact.near.listed_begin,
                                nullptr,
                                memory.store(x),
-                               1.0,
-                               kReach};
+                               memory.store(std::vector<SearchRadii<double>>{{1.0, kReach}})};
     view.contact.near.pairs = memory.allocate<NearPair<double>>(found.size());
     view.contact.near.refs = memory.allocate<ContactRef>(4 * found.size());
     view.contact.near.bounds = memory.allocate<MotionBound<double>>(4 * found.size());

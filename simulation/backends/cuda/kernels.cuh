@@ -21,15 +21,6 @@ __device__ void keep(Team& team, const StepView<Real>& view, const StepStatus& s
   if (team.leader()) frames.status[k] = status;
 }
 
-// Leaves what the launch ends with.
-template <class Real, class Team>
-__device__ void keep_end(Team& team, const StepView<Real>& view, const StepStatus& status,
-                         const CudaFrames<Real>& frames, int frame_count) {
-  team.template for_each<1>(view.motion.count,
-                            [&](int v, const auto&) { frames.end_x[v] = view.motion.x[v]; });
-  if (team.leader()) frames.status[frame_count] = status;
-}
-
 template <class Real, class Team>
 __device__ void run_program(Team& team, const CudaProgram<Real>& program,
                             const StepView<Real>& view) {
@@ -46,10 +37,9 @@ __device__ void run_program(Team& team, const CudaProgram<Real>& program,
     if (!run_step(team, view, program.rules, program.plasticity, status)) break;
     keep(team, view, status, program.frames, k);
   }
-  keep_end(team, view, status, program.frames, program.frame_count);
   team.barrier();
   if (!team.leader()) return;
-  *program.status = status;
+  program.frames.status[program.frame_count] = *program.status = status;
   if (program.inflator) *program.inflator = inflator;
 }
 

@@ -146,7 +146,10 @@ class GridTeam : public DeviceClock {
  public:
   static constexpr bool kSurroundings = extent != Extent::alone, kSolids = extent == Extent::solids,
                         kIsSmall = false;
-  static constexpr int kBalloonLanes = kSurroundings ? 32 : 4, kVertexLanes = kSolids ? 16 : 4,
+  static constexpr int kBalloonLanes = kSurroundings ? 32 : 4,
+                       kVertexLanes = kSolids         ? 16
+                                      : kSurroundings ? 32
+                                                      : 4,
                        kSlabLanes = 32;
 
   __device__ GridTeam(BlockShared& shared, void* sums)
