@@ -294,13 +294,31 @@ VesselLines upright_lines(const std::vector<Upright>& all) {
   return lines;
 }
 
-std::vector<char> others_beside(const std::vector<Upright>& others) {
-  constexpr Upright kKept{40, 5, 95, 4.0F};
+constexpr Upright kKept{40, 5, 95, 4.0F};
+
+/// What is left out beside a kept vessel, where each line is a tube's but `edges`: bone, which
+/// begins a radius before them and reaches to the picture's right.
+std::vector<char> others_beside(const std::vector<Upright>& tubes,
+                                const std::vector<Upright>& edges = {}) {
+  constexpr int kSide = 100;
+  std::vector<Upright> all(tubes);
+  all.push_back(kKept);
   ViewPicture kept;
   kept.lines = upright_lines({kKept});
   find_nearest(kept);
-  std::vector<Upright> all(others);
-  all.push_back(kKept);
+  kept.vessels.assign(std::size_t(kSide * kSide), 0.0F);
+  for (int row = 0; row < kSide; ++row)
+    for (int column = 0; column < kSide; ++column) {
+      float& value = kept.vessels[std::size_t(row * kSide + column)];
+      for (const Upright& tube : all) {
+        const float away = float(column - tube.column);
+        if (row >= tube.first && row <= tube.last)
+          value += 2.0F * std::sqrt(std::max(0.0F, tube.radius * tube.radius - away * away));
+      }
+      for (const Upright& edge : edges)
+        if (float(column) >= float(edge.column) - edge.radius) value += 10.0F;
+    }
+  all.insert(all.end(), edges.begin(), edges.end());
   return pixels_of_others(upright_lines(all), kept);
 }
 
@@ -313,6 +331,33 @@ TEST(PixelsOfOthers, AreThoseThatAnotherVesselCoversAndNoneBeyond) {
     for (int column = 30; column <= 50; ++column) EXPECT_EQ(at(column), 0) << column;
     EXPECT_EQ(at(70), 0);
   }
+}
+
+TEST(PixelsOfOthers, BehindWhichBoneBeginsAreLeftOutAsBeforeNone) {
+  const std::vector<char> covered = others_beside({{60, 5, 95, 4.0F}}, {{75, 5, 95, 4.0F}});
+  for (int row = 10; row <= 90; ++row)
+    for (int column = 56; column <= 64; ++column)
+      EXPECT_EQ(covered[std::size_t(row * 100 + column)], 1) << column;
+}
+
+TEST(PixelsOfOthers, AreNoneOfTheBackgroundNextToTheVesselWhereBoneBegins) {
+  // To 1.6 radii and two pixels; a vessel's there are left out.
+  constexpr Upright kBeside{54, 5, 95, 4.0F};
+  const std::vector<char> of_edge = others_beside({}, {kBeside}),
+                          of_vessel = others_beside({kBeside});
+  for (int row = 10; row <= 90; ++row) {
+    const auto at = [row](const std::vector<char>& covered, int column) {
+      return covered[std::size_t(row * 100 + column)];
+    };
+    EXPECT_EQ(at(of_edge, 48), 0);
+    EXPECT_EQ(at(of_vessel, 48), 1);
+    EXPECT_EQ(at(of_edge, 50), 1);
+  }
+}
+
+TEST(PixelsOfOthers, AreNoneNextToTheVesselWhereItHidesWhatALineIs) {
+  const std::vector<char> covered = others_beside({{48, 5, 95, 4.0F}});
+  for (int row = 10; row <= 90; ++row) EXPECT_EQ(covered[std::size_t(row * 100 + 46)], 0);
 }
 
 TEST(PixelsOfOthers, AreNotTheVesselsOwnWhereItIsSeenTwice) {
