@@ -179,7 +179,7 @@ void keep_vessel(ViewPicture& view, const VesselEnds& ends) {
   find_nearest(view);
 }
 
-std::vector<char> pixels_of_others(const VesselLines& all, const ViewPicture& kept) {
+OtherPixels pixels_of_others(const VesselLines& all, const ViewPicture& kept) {
   constexpr float kBesideRadii = 1.33F, kBesidePixels = 2.0F;
   constexpr float kCovered = 1.2F, kBackground = 1.6F;
   VesselLines lines = all;
@@ -188,11 +188,21 @@ std::vector<char> pixels_of_others(const VesselLines& all, const ViewPicture& ke
         kept.distance[i] <= std::max(kBesidePixels, kBesideRadii * all.radius[i]))
       lines.radius[i] = 0.0F;
   const OtherLines others = tell_apart(lines, kept);
-  std::vector<char> covered(all.radius.size(), 0);
-  for (std::size_t i = 0; i < covered.size(); ++i)
-    covered[i] = is_within(others.vessels, i, kCovered) ||
-                 (is_within(others.edges, i, kCovered) && !is_within(kept, i, kBackground));
-  return covered;
+  OtherPixels pixels{std::vector<char>(all.radius.size(), 0)};
+  double own = 0.0, hidden = 0.0;
+  for (std::size_t i = 0; i < pixels.covered.size(); ++i) {
+    const bool is_covered =
+        is_within(others.vessels, i, kCovered) ||
+        (is_within(others.edges, i, kCovered) && !is_within(kept, i, kBackground));
+    pixels.covered[i] = is_covered ? 1 : 0;
+    const int line = kept.nearest[i];
+    if (line < 0 || kept.distance[i] > kept.lines.radius[std::size_t(line)]) continue;
+    own += 1.0;
+    if (is_covered) hidden += 1.0;
+  }
+  pixels.hidden_part = own > 0.0 ? hidden / own : 0.0;
+  if (pixels.hidden_part > kMostHidden) pixels.covered.clear();
+  return pixels;
 }
 
 }  // namespace angio::reconstruction::detail

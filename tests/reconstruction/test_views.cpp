@@ -1,8 +1,10 @@
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <vector>
 
 #include "core/error.hpp"
@@ -18,6 +20,8 @@ namespace angio::reconstruction {
 namespace {
 
 using namespace detail;
+using testing::HasSubstr;
+using testing::ThrowsMessage;
 
 /// A tube of round section around a straight line, narrowed in its middle.
 struct Tube {
@@ -227,10 +231,43 @@ TEST(Views, WithoutAVesselAreRefused) {
 TEST(Views, WithoutMemoryForTheirVolumeAreRefused) {
   const TwoViews views({kNarrowed});
   ViewsOptions options;
-  options.max_memory_gib = 1e-4;  // 27 thousand voxels
-  EXPECT_THROW(reconstruct_views(views.run, options), InputError);
+  options.voxel_mm = 0.05;
+  options.max_memory_gib = 0.01;  // 2.7 million voxels
+  EXPECT_THAT([&] { reconstruct_views(views.run, options); },
+              ThrowsMessage<InputError>(HasSubstr("volume")));
   options.max_memory_gib = 1.0;
   EXPECT_NO_THROW(reconstruct_views(views.run, options));
+}
+
+TEST(Views, WithoutMemoryForThePlacesThatMayBeVesselAreRefused) {
+  const TwoViews views({kNarrowed});
+  ViewsOptions options;
+  options.max_memory_gib = 1e-4;
+  EXPECT_THAT([&] { reconstruct_views(views.run, options); },
+              ThrowsMessage<InputError>(HasSubstr("places")));
+}
+
+TEST(Views, BehindTheCornerOfAShutterAreNotFitted) {
+  // The rectangle around what is open is the whole frame.
+  TwoViews views({kNarrowed});
+  const angiogram::ConeBeamView view(views.told[0]);
+  const auto end = view.see(kNarrowed.to);
+  const double sign = end.row > 70.0 ? 1.0 : -1.0;
+  const auto into_corner = [&](double column, double row) { return column + sign * row; };
+  const auto cut = view.see(kNarrowed.from + 0.8 * (kNarrowed.to - kNarrowed.from));
+  const double edge = into_corner(cut.column, cut.row);
+  ViewsOptions options;
+  options.covered = {std::vector<char>(std::size_t{140 * 140}, 0), {}};
+  for (int row = 0; row < 140; ++row)
+    for (int c = 0; c < 140; ++c)
+      if (into_corner(c, row) > edge) options.covered[0][std::size_t(row * 140 + c)] = 1;
+  const OpenField around = around_open(options.covered[0], 140, 140);
+  EXPECT_EQ(around.last_column - around.first_column + around.last_row - around.first_row, 278);
+  const TreeOfViews found = reconstruct_views(views.run, options);
+  for (const Vec3& point : found.fit.tree.paths.front().points) {
+    const auto seen = view.see(point);
+    EXPECT_LT(into_corner(seen.column, seen.row), edge + 6.0);
+  }
 }
 
 TEST(Views, BehindAShutterAreNotFitted) {
@@ -241,7 +278,11 @@ TEST(Views, BehindAShutterAreNotFitted) {
   const OpenField open = view.see(kNarrowed.to).row > edge ? OpenField{0, 139, 0, int(edge)}
                                                            : OpenField{0, 139, int(edge), 139};
   ViewsOptions options;
-  options.open = {open, {0, 139, 0, 139}};
+  options.covered = {std::vector<char>(std::size_t{140 * 140}, 0), {}};
+  for (int row = 0; row < 140; ++row)
+    for (int c = 0; c < 140; ++c)
+      if (row < open.first_row || row > open.last_row)
+        options.covered[0][std::size_t(row * 140 + c)] = 1;
   const TreeOfViews found = reconstruct_views(views.run, options);
   const auto& path = found.fit.tree.paths.front();
   for (const Vec3& point : path.points) {
@@ -298,7 +339,7 @@ constexpr Upright kKept{40, 5, 95, 4.0F};
 
 /// What is left out beside a kept vessel, where each line is a tube's but `edges`: bone, which
 /// begins a radius before them and reaches to the picture's right.
-std::vector<char> others_beside(const std::vector<Upright>& tubes,
+OtherPixels other_pixels_beside(const std::vector<Upright>& tubes,
                                 const std::vector<Upright>& edges = {}) {
   constexpr int kSide = 100;
   std::vector<Upright> all(tubes);
@@ -320,6 +361,11 @@ std::vector<char> others_beside(const std::vector<Upright>& tubes,
     }
   all.insert(all.end(), edges.begin(), edges.end());
   return pixels_of_others(upright_lines(all), kept);
+}
+
+std::vector<char> others_beside(const std::vector<Upright>& tubes,
+                                const std::vector<Upright>& edges = {}) {
+  return other_pixels_beside(tubes, edges).covered;
 }
 
 TEST(PixelsOfOthers, AreThoseThatAnotherVesselCoversAndNoneBeyond) {
@@ -369,8 +415,30 @@ TEST(PixelsOfOthers, AreNotTheVesselsOwnWhereItIsSeenTwice) {
   }
 }
 
+TEST(PixelsOfOthers, AreNoneWhereTheyHideMoreThanHalfOfTheVessel) {
+  // A broad one lies along the vessel, over its right half and more, and then leaves it.
+  const auto along = [](int last) {
+    std::vector<Upright> broad{{50, 5, last, 7.0F}};
+    for (int column = 51; column < 90; ++column) broad.push_back({column, last, last, 7.0F});
+    return other_pixels_beside(broad);
+  };
+  const OtherPixels short_one = along(40), long_one = along(90);
+  EXPECT_GT(short_one.hidden_part, 0.1);
+  EXPECT_LT(short_one.hidden_part, 0.5);
+  EXPECT_FALSE(short_one.covered.empty());
+  EXPECT_GT(long_one.hidden_part, 0.5);
+  EXPECT_TRUE(long_one.covered.empty());
+}
+
 TEST(VesselLines, AreNotInAnEvenPicture) {
   EXPECT_TRUE(find_vessel_lines(std::vector<float>(64 * 64, 1.0F), 64, 64, 20.0).empty());
+}
+
+TEST(RadiiWithoutSd, AreThoseWhoseSdIsNoNumber) {
+  TreeFit fit;
+  fit.radius_sd = {{0.1, std::numeric_limits<double>::quiet_NaN()},
+                   {std::numeric_limits<double>::infinity(), 0.0}};
+  EXPECT_EQ(radii_without_sd(fit), 2U);
 }
 
 TEST(TubeVolume, HoldsAsMuchAsTheTube) {
@@ -404,7 +472,7 @@ TEST(ViewByView, SkewIsHowFarTheViewsRaysPass) {
   for (int v = 0; v < 2; ++v) {
     std::vector<float> integrals = pictures.read(v, 1);
     for (float& value : integrals) value = float(std::log(40000.0 / double(value)));
-    views.push_back(make_view_picture(frames[std::size_t(v)], integrals, {0, 139, 0, 139}, 12.0));
+    views.push_back(make_view_picture(frames[std::size_t(v)], integrals, {}, 12.0));
   }
   EXPECT_NEAR(view_skew(views, tree), 2.0, 0.3);
 }
