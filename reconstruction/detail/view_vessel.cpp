@@ -155,6 +155,24 @@ bool is_within(const ViewPicture& picture, std::size_t pixel, float radii) {
          picture.distance[pixel] <= radii * picture.lines.radius[std::size_t(line)] + kPixels;
 }
 
+/// The lines without those of the kept vessel: its own, and those that lie wholly beside it, where
+/// it is seen broader. One that leaves it is another's from where it does.
+VesselLines without_kept(const VesselLines& all, const ViewPicture& kept) {
+  constexpr float kOwnRadii = 0.7F, kBesideRadii = 1.33F, kBesidePixels = 2.0F;
+  const auto is_near = [&](std::size_t i, float radii) {
+    return kept.nearest[i] >= 0 &&
+           kept.distance[i] <= std::max(kBesidePixels, radii * all.radius[i]);
+  };
+  VesselLines lines = all;
+  for (std::size_t i = 0; i < all.radius.size(); ++i)
+    if (is_near(i, kOwnRadii)) lines.radius[i] = 0.0F;
+  for (const std::vector<std::size_t>& piece : pieces_of(lines))
+    if (std::all_of(piece.begin(), piece.end(),
+                    [&](std::size_t i) { return is_near(i, kBesideRadii); }))
+      for (const std::size_t i : piece) lines.radius[i] = 0.0F;
+  return lines;
+}
+
 }  // namespace
 
 void keep_vessel(ViewPicture& view, const VesselEnds& ends) {
@@ -180,14 +198,8 @@ void keep_vessel(ViewPicture& view, const VesselEnds& ends) {
 }
 
 OtherPixels pixels_of_others(const VesselLines& all, const ViewPicture& kept) {
-  constexpr float kBesideRadii = 1.33F, kBesidePixels = 2.0F;
   constexpr float kCovered = 1.2F, kBackground = 1.6F;
-  VesselLines lines = all;
-  for (std::size_t i = 0; i < all.radius.size(); ++i)
-    if (kept.nearest[i] >= 0 &&
-        kept.distance[i] <= std::max(kBesidePixels, kBesideRadii * all.radius[i]))
-      lines.radius[i] = 0.0F;
-  const OtherLines others = tell_apart(lines, kept);
+  const OtherLines others = tell_apart(without_kept(all, kept), kept);
   OtherPixels pixels{std::vector<char>(all.radius.size(), 0)};
   double own = 0.0, hidden = 0.0;
   for (std::size_t i = 0; i < pixels.covered.size(); ++i) {

@@ -401,6 +401,15 @@ TEST(PixelsOfOthers, AreNoneOfTheBackgroundNextToTheVesselWhereBoneBegins) {
   }
 }
 
+TEST(PixelsOfOthers, AreABranchsFromWhereItLeavesTheVessel) {
+  std::vector<Upright> branch;
+  for (int row = 18; row <= 80; ++row) branch.push_back({43 + (row - 18) / 2, row, row, 4.0F});
+  const std::vector<char> covered = others_beside(branch);
+  EXPECT_EQ(covered[std::size_t(20 * 100 + 40)], 1);
+  EXPECT_EQ(covered[std::size_t(8 * 100 + 40)], 0);
+  EXPECT_EQ(covered[std::size_t(50 * 100 + 40)], 0);
+}
+
 TEST(PixelsOfOthers, AreNoneNextToTheVesselWhereItHidesWhatALineIs) {
   const std::vector<char> covered = others_beside({{48, 5, 95, 4.0F}});
   for (int row = 10; row <= 90; ++row) EXPECT_EQ(covered[std::size_t(row * 100 + 46)], 0);
