@@ -26,9 +26,9 @@ inline constexpr double kMostHidden = 0.5;
 
 /// The pixels that other vessels cover: those within 1.2 radii and two pixels of their lines. Where
 /// a branch leaves the vessel they are no background of it, and where one crosses it they show
-/// both. A line that lies wholly nearer to the kept one than 1.33 of its own radii is no other's, but
-/// the vessel again, seen broader (in the hollow of a bend); one that leaves it is another's from
-/// 0.7 of its radii on.
+/// both. A line that lies wholly nearer to the kept one than 1.33 of its own radii is no other's,
+/// but the vessel again, seen broader (in the hollow of a bend); one that leaves it is another's
+/// from 0.7 of its radii on.
 ///
 /// Edges of bone have lines, too, but fall to one side only. Of a vessel's line
 ///

@@ -104,9 +104,9 @@ TEST(Config, EndsThatAreNotOfAllViewsThatAreNamedAreRefused) {
   config.input.views = "2,1";
   EXPECT_NO_THROW(config.validate());
   config.input.views = "2,1,3";
-  EXPECT_NE(
-      message_of([&] { config.validate(); }, ExitCode::usage).find("8 numbers for the 3 views"),
-      std::string::npos);
+  EXPECT_NE(message_of([&] { config.validate(); }, ExitCode::bad_config)
+                .find("8 numbers for the 3 views"),
+            std::string::npos);
 }
 
 TEST(Config, PresetsHoldKnownKeysOnly) {

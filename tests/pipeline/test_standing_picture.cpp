@@ -33,7 +33,7 @@ StandingPicture picture_of(int side, double pixel_mm, double open_radius) {
 
 TEST(EvenOut, LeavesOpenWhatIsWhollyOpenAndNothingBesideThePicture) {
   // The fine one becomes 50 pixels of a side, and is widened by 15 to each.
-  std::vector<StandingPicture> pictures{picture_of(100, 0.2, 45.0), picture_of(80, 0.4, 100.0)};
+  std::vector<StandingPicture> pictures{picture_of(100, 0.2, 55.0), picture_of(80, 0.4, 100.0)};
   const StandingPicture fine = pictures[0];
   even_out(pictures);
   ASSERT_EQ(pictures[0].frame.columns, 80);

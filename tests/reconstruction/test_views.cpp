@@ -270,6 +270,29 @@ TEST(Views, BehindTheCornerOfAShutterAreNotFitted) {
   }
 }
 
+TEST(Views, AreFittedToNoPixelThatIsCovered) {
+  // Whatever lies there: here another vessel, beside the wanted one in both views.
+  const Vec3 beside{3.4, 0.0, 0.0};
+  const Tube other{kNarrowed.from + beside, kNarrowed.to + beside, 1.2, 1.2};
+  const TwoViews views({kNarrowed, other});
+  ViewsOptions options = asked_for(kNarrowed, views);
+  for (const auto& frame : views.told) {
+    std::vector<char>& covered = options.covered.emplace_back();
+    for (int row = 0; row < frame.rows; ++row)
+      for (int c = 0; c < frame.columns; ++c)
+        covered.push_back(way_through({other}, frame.source, frame.place(c, row)) > 0.0 ? 1 : 0);
+  }
+  const TreeOfViews found = reconstruct_views(views.run, options);
+  const Vec3 axis = kNarrowed.to - kNarrowed.from;
+  const auto& path = found.fit.tree.paths.front();
+  for (std::size_t n = 0; n < path.points.size(); ++n) {
+    const double part = dot(path.points[n] - kNarrowed.from, axis) / dot(axis, axis);
+    if (part > 0.1 && part < 0.9) {
+      EXPECT_NEAR(path.equivalent_radius[n], kNarrowed.radius_at(part), 0.12) << part;
+    }
+  }
+}
+
 TEST(Views, BehindAShutterAreNotFitted) {
   // A shutter covers a view from the vessel's quarter on, over what lies about its edge.
   TwoViews views({kNarrowed});
