@@ -172,6 +172,14 @@ void TreeFitOptions::validate() const {
     throw OptionError("fit.most_steps: must be in [1, 1000]");
 }
 
+std::size_t radii_without_sd(const TreeFit& fit) {
+  std::size_t count = 0;
+  for (const std::vector<double>& line : fit.radius_sd)
+    count += std::size_t(
+        std::count_if(line.begin(), line.end(), [](double sd) { return !std::isfinite(sd); }));
+  return count;
+}
+
 TreeFit fit_tree(const RotationalRun& run, double air, const CenterlineTree& start,
                  const TreeFitOptions& options, const Progress& progress) {
   options.validate();

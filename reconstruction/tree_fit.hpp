@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <string>
 #include <vector>
 
@@ -44,6 +45,9 @@ struct TreeFit {
   int steps = 0;
   bool converged = false;
 };
+
+/// How many of its radii have no standard deviation: none that is a number.
+std::size_t radii_without_sd(const TreeFit& fit);
 
 /// Fits centreline and radii of a tree to all frames at once (Gauss-Newton, damped after Levenberg
 /// and Marquardt):

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <cstdint>
 #include <utility>
 
 #include "core/available_memory.hpp"
@@ -78,34 +79,32 @@ OpenField open_field(const std::vector<float>& picture, int columns, int rows) {
           rows - 1 - inside(of_rows, true)};
 }
 
-ViewPicture read_view(const RotationalRun& run, int index, double air,
-                      const ViewsOptions& options) {
+ViewPicture read_view(const RotationalRun& run, int index, double air, double widest_mm,
+                      std::vector<char> covered) {
   const angiogram::ConeBeamFrame& frame = run.frames[std::size_t(index)];
   std::vector<float> integrals = read_line_integrals(run, index, 1, air);
   OpenField open = open_field(integrals, frame.columns, frame.rows);
-  if (std::size_t(index) < options.open.size()) {
-    const OpenField& given = options.open[std::size_t(index)];
-    open = {std::max(open.first_column, given.first_column),
-            std::min(open.last_column, given.last_column),
-            std::max(open.first_row, given.first_row), std::min(open.last_row, given.last_row)};
-  }
+  const OpenField given = around_open(covered, frame.columns, frame.rows);
+  open = {std::max(open.first_column, given.first_column),
+          std::min(open.last_column, given.last_column), std::max(open.first_row, given.first_row),
+          std::min(open.last_row, given.last_row)};
+  if (open.first_column > open.last_column || open.first_row > open.last_row)
+    throw InputError(fmt::format("view {}: its shutter covers all of it. Give another", index + 1));
   cover_shutter(integrals.data(), frame.columns, frame.rows, open);
-  VesselPicture picture =
-      vessels_of(std::move(integrals), frame.columns, frame.rows,
-                 options.widest_mm / pixel_at_isocentre(frame), run.masks != nullptr);
-  return make_view_picture(frame, std::move(picture.line_integrals), open, options.widest_mm);
-}
-
-/// Pixels that no vessel is fitted to: those outside the view's picture, and `others`.
-std::vector<char> left_out_of(const angiogram::ConeBeamFrame& frame, const OpenField& open,
-                              std::vector<char> others) {
-  others.resize(std::size_t(frame.columns) * std::size_t(frame.rows), 0);
+  VesselPicture picture = vessels_of(std::move(integrals), frame.columns, frame.rows,
+                                     widest_mm / pixel_at_isocentre(frame), run.masks != nullptr);
+  covered.resize(picture.line_integrals.size(), 0);
   for (int row = 0; row < frame.rows; ++row)
     for (int c = 0; c < frame.columns; ++c)
       if (c < open.first_column || c > open.last_column || row < open.first_row ||
           row > open.last_row)
-        others[std::size_t(row) * std::size_t(frame.columns) + std::size_t(c)] = 1;
-  return others;
+        covered[std::size_t(row) * std::size_t(frame.columns) + std::size_t(c)] = 1;
+  return make_view_picture(frame, std::move(picture.line_integrals), covered, widest_mm);
+}
+
+/// Of some views' pixels those of one.
+std::vector<char> of_view(const std::vector<std::vector<char>>& pixels, std::size_t view) {
+  return view < pixels.size() ? pixels[view] : std::vector<char>();
 }
 
 void leave_out_thin_vessels(ViewPicture& view, double thinnest_mm) {
@@ -283,12 +282,24 @@ double medium(const TreeFit& fit) {
   return median(std::move(found));
 }
 
-void require_room(const VolumeGeometry& grid, double max_memory_gib) {
-  constexpr double kGibibyte = 1024.0 * 1024.0 * 1024.0;
-  const double needed = double(grid.voxel_count() * sizeof(float)) / kGibibyte,
-               free = double(available_memory_bytes()) / kGibibyte;
+constexpr double kGibibyte = 1024.0 * 1024.0 * 1024.0;
+
+/// What may be taken [GiB].
+struct Room {
+  double gib = 0.0;
+  bool is_own_limit = false;
+};
+
+Room room(double max_memory_gib) {
+  const double free = double(available_memory_bytes()) / kGibibyte;
   const bool is_own_limit = max_memory_gib > 0.0 && max_memory_gib < free;
-  if (const double most = is_own_limit ? max_memory_gib : free; needed > most)
+  return {is_own_limit ? max_memory_gib : free, is_own_limit};
+}
+
+void require_room(const VolumeGeometry& grid, double max_memory_gib) {
+  const double needed = double(grid.voxel_count() * sizeof(float)) / kGibibyte;
+  const auto [most, is_own_limit] = room(max_memory_gib);
+  if (needed > most)
     throw InputError(fmt::format(
         "the vessels' volume of {} x {} x {} voxels needs {:.2f} GiB of memory, but {:.2f} GiB are "
         "{}. Take a larger reconstruction.voxel_mm or a smaller reconstruction.largest_side",
@@ -345,6 +356,16 @@ std::vector<std::string> warnings_of(const TreeOfViews& result, const ViewShifts
           "view {}: {:.0f} % of the lines in it are explained by the tree; the others (vessels "
           "that no second view shows, catheter, bone) were left out",
           v + 1, 100.0 * result.explained_parts[v]));
+  for (std::size_t v = 0; v < result.hidden_parts.size(); ++v)
+    if (result.hidden_parts[v] > kMostHidden)
+      warnings.push_back(
+          fmt::format("view {}: other vessels lie over {:.0f} % of the one that is wanted; it was "
+                      "fitted there as if they were not, and its width is less sure. A view from "
+                      "another side would tell more",
+                      v + 1, 100.0 * result.hidden_parts[v]));
+  if (const std::size_t unknown = radii_without_sd(result.fit); unknown > 0)
+    warnings.push_back(fmt::format(
+        "the fit gave no standard deviation of the radius at {} places of the lines", unknown));
   if (!result.fit.converged)
     warnings.push_back(
         fmt::format("the fit of the tree has not converged in {} steps", result.fit.steps));
@@ -352,6 +373,18 @@ std::vector<std::string> warnings_of(const TreeOfViews& result, const ViewShifts
 }
 
 }  // namespace
+
+OpenField around_open(const std::vector<char>& covered, int columns, int rows) {
+  if (covered.empty()) return {0, columns - 1, 0, rows - 1};
+  OpenField open{columns, -1, rows, -1};
+  for (int row = 0; row < rows; ++row)
+    for (int c = 0; c < columns; ++c) {
+      if (covered[std::size_t(row) * std::size_t(columns) + std::size_t(c)] != 0) continue;
+      open = {std::min(open.first_column, c), std::max(open.last_column, c),
+              std::min(open.first_row, row), std::max(open.last_row, row)};
+    }
+  return open;
+}
 
 void ViewsOptions::validate() const {
   if (!(widest_mm >= 1.0 && widest_mm <= 40.0))
@@ -387,7 +420,8 @@ TreeOfViews reconstruct_views(const RotationalRun& run, const ViewsOptions& opti
   std::vector<ViewPicture> views;
   for (std::size_t v = 0; v < run.frames.size(); ++v) {
     progress.report(0.1 * double(v) / double(run.frames.size()), "finding each view's vessels");
-    views.push_back(read_view(run, int(v), result.unattenuated, options));
+    views.push_back(read_view(run, int(v), result.unattenuated, options.widest_mm,
+                              of_view(options.covered, v)));
   }
   require_lines(views);
   TreeFitOptions fitting;
@@ -395,11 +429,15 @@ TreeOfViews reconstruct_views(const RotationalRun& run, const ViewsOptions& opti
   for (std::size_t v = 0; v < options.ends.size(); ++v) {
     const VesselLines all = views[v].lines;
     keep_vessel(views[v], options.ends[v]);
-    fitting.left_out[v] = pixels_of_others(all, views[v]);
+    OtherPixels others = pixels_of_others(all, views[v]);
+    result.hidden_parts.push_back(others.hidden_part);
+    fitting.left_out[v] = std::move(others.covered);
   }
-  for (std::size_t v = 0; v < options.open.size(); ++v)
-    fitting.left_out[v] =
-        left_out_of(run.frames[v], options.open[v], std::move(fitting.left_out[v]));
+  for (std::size_t v = 0; v < options.covered.size(); ++v) {
+    fitting.left_out[v].resize(std::max(fitting.left_out[v].size(), options.covered[v].size()), 0);
+    for (std::size_t i = 0; i < options.covered[v].size(); ++i)
+      if (options.covered[v][i] != 0) fitting.left_out[v][i] = 1;
+  }
   const ViewShifts shifts = find_view_shifts(views, options.ends);
   RotationalRun moved = run;
   for (std::size_t v = 0; v < views.size(); ++v)
@@ -409,8 +447,10 @@ TreeOfViews reconstruct_views(const RotationalRun& run, const ViewsOptions& opti
   for (ViewPicture& view : views)
     if (options.ends.empty() && options.thinnest_mm > 0.0)
       leave_out_thin_vessels(view, options.thinnest_mm);
-  const ViewTree found = options.ends.empty() ? find_view_tree(views, part(progress, 0.1, 0.5))
-                                              : find_view_vessel(views, options.ends);
+  const auto most_bytes = std::uint64_t(kGibibyte * room(options.max_memory_gib).gib);
+  const ViewTree found = options.ends.empty()
+                             ? find_view_tree(views, most_bytes, part(progress, 0.1, 0.5))
+                             : find_view_vessel(views, options.ends, most_bytes);
   if (found.tree.paths.empty())
     throw InputError(
         "no vessel is seen in all views (they show different vessels, or are not from where their "
@@ -438,7 +478,7 @@ FilledFrames find_filled_frame(const RotationalRun& run, const ViewsOptions& opt
   const int count = int(run.frames.size()), every = std::max(1, count / kAtFirst);
   filled.share.assign(run.frames.size(), 0.0);
   const auto look_at = [&](int f) {
-    const ViewPicture view = read_view(run, f, air, options);
+    const ViewPicture view = read_view(run, f, air, options.widest_mm, of_view(options.covered, 0));
     double& sum = filled.share[std::size_t(f)];
     for (std::size_t i = 0; i < view.vessels.size(); ++i)
       if (view.nearest[i] >= 0 &&

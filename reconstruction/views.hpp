@@ -17,13 +17,19 @@ struct VesselEnds {
   std::array<double, 2> proximal{}, distal{};
 };
 
+/// The rectangle around what of a picture is not covered.
+/// @param covered  shape [rows, columns]; empty: nothing is
+/// @return last sides before the first ones where all is
+OpenField around_open(const std::vector<char>& covered, int columns, int rows);
+
 struct ViewsOptions {
   /// Of the one vessel that is wanted, one a view, in the run's order; empty: all vessels that the
   /// views tell of.
   std::vector<VesselEnds> ends = {};
-  /// Where each view's picture lies in its frame, if it is smaller (widened, or a shutter's);
-  /// empty: everywhere. No vessel is looked for, or fitted, elsewhere.
-  std::vector<OpenField> open = {};
+  /// Pixels of each view's frame that are no picture (of a shutter, or beside a picture that was
+  /// widened), 1, shape [views][rows * columns]; empty, also of a view: none. No vessel is looked
+  /// for there, or fitted.
+  std::vector<std::vector<char>> covered = {};
   /// Diameter of the thinnest vessel, [0, 5]; a stenosis may be thinner; 0: all that are seen.
   double thinnest_mm = 0.0;
   double widest_mm = 12.0;  ///< and of the widest, above `thinnest_mm`, [1, 40]
@@ -33,7 +39,8 @@ struct ViewsOptions {
   double turn_sd_degrees = 0.0;  ///< [0, 20]
   double voxel_mm = 0.0;         ///< as ReconstructionOptions::voxel_mm
   int largest_side = 512;        ///< as ReconstructionOptions::largest_side
-  double max_memory_gib = 0.0;   ///< of the volume, [0, 65536]; 0: what the computer has free
+  double max_memory_gib = 0.0;   ///< of the volume, and of the places that may be
+                                 ///< vessel, [0, 65536]; 0: what the computer has free
 
   void validate() const;  ///< @throws OptionError naming the bad field
 };
@@ -47,9 +54,12 @@ struct TreeOfViews {
   std::vector<Vec3> shifts_mm;          ///< of each view's C-arm against the patient, as found
   std::vector<double> explained_parts;  ///< of each view's lines that the tree accounts for; of
                                         ///< the one vessel that is wanted, of its own
-  double agreement = 0.0;               ///< detail/view_shifts.hpp
-  double skew_mm = 0.0;  ///< of the views' rays to the same places (detail/view_by_view.hpp)
-  bool by_view = false;  ///< each view was measured by itself, for that is over two pixels
+  /// Of each view's pixels of the one vessel that is wanted, those that other vessels cover: they
+  /// are left out of the fit up to a half.
+  std::vector<double> hidden_parts = {};
+  double agreement = 0.0;  ///< detail/view_shifts.hpp
+  double skew_mm = 0.0;    ///< of the views' rays to the same places (detail/view_by_view.hpp)
+  bool by_view = false;    ///< each view was measured by itself, for that is over two pixels
   std::vector<std::string> warnings;
 };
 
@@ -74,6 +84,7 @@ struct FilledFrames {
 };
 
 /// @param run  all frames of one view, from the same place
+/// @param options  `covered` of that view alone
 /// @param phase  wanted part of the heart's beat, where the run names R waves, [0, 1): of the
 ///               frames with nine tenths of the most medium the nearest to it
 FilledFrames find_filled_frame(const RotationalRun& run, const ViewsOptions& options, double phase);

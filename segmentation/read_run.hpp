@@ -28,6 +28,9 @@ class RunPictures {
   /// Frames that need not follow each other.
   /// @return shape [frames.size(), rows, columns]
   [[nodiscard]] virtual std::vector<float> read_some(const std::vector<int>& frames) const = 0;
+  /// What a round or polygonal shutter covers.
+  /// @return shape [rows, columns], 1: covered; empty: nothing is
+  [[nodiscard]] virtual std::vector<char> covered() const { return {}; }
 
  protected:
   [[nodiscard]] virtual std::size_t per_frame() const = 0;  ///< pixels

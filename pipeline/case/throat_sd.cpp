@@ -1,20 +1,23 @@
 #include "pipeline/case/throat_sd.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
+#include <vector>
 
 #include "formats/case_file.hpp"
-#include "formats/checked_arrays.hpp"
 
 namespace angio::pipeline {
 namespace file = formats::case_file;
 
 std::optional<double> fitted_diameter_sd(const formats::PolylineData& fitted, const Vec3& throat) {
-  const formats::CheckedArrays at_points(fitted.point_arrays, fitted.points.size(),
-                                         "the fitted lines");
-  constexpr double kMost = 1e4;  // [mm]
-  const auto radius = at_points.numbers("TubeRadius", 0.0, kMost),
-             sd = at_points.numbers("RadiusStandardDeviation", 0.0, kMost);
+  const auto values_of = [&](const char* name) {
+    for (const DataArray& array : fitted.point_arrays)
+      if (array.name == name && array.values.size() == fitted.points.size()) return array.values;
+    return std::vector<double>(fitted.points.size(), std::numeric_limits<double>::quiet_NaN());
+  };
+  const std::vector<double> radius = values_of("TubeRadius"),
+                            sd = values_of("RadiusStandardDeviation");
   double nearest = std::numeric_limits<double>::infinity();
   std::optional<double> found;
   for (const std::vector<int>& line : fitted.lines)
@@ -30,7 +33,10 @@ std::optional<double> fitted_diameter_sd(const formats::PolylineData& fitted, co
       const auto between = [&](const auto& values) {
         return (1.0 - part) * values[a] + part * values[b];
       };
-      found = away <= between(radius) ? std::optional(2.0 * between(sd)) : std::nullopt;
+      const double diameter_sd = 2.0 * between(sd);
+      found = away <= between(radius) && std::isfinite(diameter_sd) && diameter_sd >= 0.0
+                  ? std::optional(diameter_sd)
+                  : std::nullopt;
     }
   return found;
 }

@@ -53,6 +53,12 @@ void Config::validate() const {
     throw OptionError(
         "views.ends: must be four numbers a view, of two views or more: column, row of the "
         "vessel's proximal end, then of its distal one");
+  if (const std::size_t asked = input.view_numbers().size();
+      !view_ends.empty() && asked != 0 && view_ends.size() != 4 * asked)
+    throw OptionError(fmt::format(
+        "views.ends: {} numbers for the {} views of input.views. Give four a view: column, row of "
+        "the vessel's proximal end, then of its distal one",
+        view_ends.size(), asked));
   for (const double place : view_ends)
     if (!(place >= 0.0))
       throw OptionError(fmt::format("views.ends: {:g} lies outside any picture", place));

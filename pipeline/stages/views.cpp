@@ -7,6 +7,7 @@
 #include <cmath>
 #include <cstddef>
 #include <numeric>
+#include <optional>
 #include <utility>
 #include <vector>
 
@@ -16,6 +17,7 @@
 #include "pipeline/case/case_files.hpp"
 #include "pipeline/stages/loaded_frames.hpp"
 #include "pipeline/stages/reconstruction.hpp"
+#include "pipeline/stages/standing_picture.hpp"
 #include "reconstruction/geometry_file.hpp"
 #include "reconstruction/shown_frames.hpp"
 #include "reconstruction/views.hpp"
@@ -24,6 +26,7 @@ namespace angio::pipeline {
 namespace {
 
 using angiogram::ConeBeamFrame;
+constexpr std::size_t kOfView = 4;  ///< numbers that name a vessel's ends
 
 /// One picture a view, all of one size.
 class ChosenFrames : public reconstruction::FrameReader {
@@ -41,96 +44,26 @@ class ChosenFrames : public reconstruction::FrameReader {
   std::vector<std::vector<float>> pictures_;
 };
 
-/// A picture of one view, and where it was taken.
-struct Picture {
-  ConeBeamFrame frame;
-  std::vector<float> pixels;
-  reconstruction::OpenField open = {};  ///< what is picture of the frame, not shutter or border
-};
-
-/// Blocks of pixels as one.
-Picture coarser(const Picture& picture, int block) {
-  if (block == 1) return picture;
-  const double middle = 0.5 * (block - 1);
-  Picture small;
-  small.frame = {picture.frame.source,
-                 picture.frame.place(middle, middle),
-                 double(block) * picture.frame.column_step,
-                 double(block) * picture.frame.row_step,
-                 picture.frame.columns / block,
-                 picture.frame.rows / block};
-  // Blocks that lie wholly in the open field.
-  const auto first = [&](int pixel) { return (pixel + block - 1) / block; };
-  const auto last = [&](int pixel) { return (pixel + 1) / block - 1; };
-  small.open = {first(picture.open.first_column),
-                std::min(last(picture.open.last_column), small.frame.columns - 1),
-                first(picture.open.first_row),
-                std::min(last(picture.open.last_row), small.frame.rows - 1)};
-  for (int row = 0; row < small.frame.rows; ++row)
-    for (int column = 0; column < small.frame.columns; ++column) {
-      double sum = 0.0;
-      for (int y = row * block; y < (row + 1) * block; ++y)
-        for (int x = column * block; x < (column + 1) * block; ++x)
-          sum += double(
-              picture.pixels[std::size_t(y) * std::size_t(picture.frame.columns) + std::size_t(x)]);
-      small.pixels.push_back(float(sum / (block * block)));
-    }
-  return small;
-}
-
-/// Widened by what its border has.
-Picture of_size(const Picture& picture, int columns, int rows) {
-  const int left = (picture.frame.columns - columns) / 2, top = (picture.frame.rows - rows) / 2;
-  Picture sized{picture.frame,
-                {},
-                {picture.open.first_column - left, picture.open.last_column - left,
-                 picture.open.first_row - top, picture.open.last_row - top}};
-  sized.frame.first_pixel = picture.frame.place(left, top);
-  sized.frame.columns = columns;
-  sized.frame.rows = rows;
-  for (int row = 0; row < rows; ++row)
-    for (int column = 0; column < columns; ++column) {
-      const int y = std::clamp(row + top, 0, picture.frame.rows - 1),
-                x = std::clamp(column + left, 0, picture.frame.columns - 1);
-      sized.pixels.push_back(
-          picture.pixels[std::size_t(y) * std::size_t(picture.frame.columns) + std::size_t(x)]);
-    }
-  return sized;
-}
-
-/// Of all views pixels that are about as fine as the coarsest's, and pictures of one size.
-void even_out(std::vector<Picture>& pictures) {
-  constexpr int kLongestSide = 1024, kShortestSide = 32;
-  double coarsest = 0.0;
-  for (const Picture& picture : pictures)
-    coarsest = std::max(coarsest, norm(picture.frame.column_step));
-  int columns = 0, rows = 0;
-  for (Picture& picture : pictures) {
-    const int block = std::max(1, int(std::lround(coarsest / norm(picture.frame.column_step))));
-    const int longest = std::max(picture.frame.columns, picture.frame.rows);
-    picture = coarser(picture, std::max(block, (longest + kLongestSide - 1) / kLongestSide));
-    const reconstruction::OpenField& open = picture.open;
-    if (std::min(open.last_column - open.first_column, open.last_row - open.first_row) + 1 <
-        kShortestSide)
-      throw InputError(
-          fmt::format("a view is too small: its picture, or what a shutter leaves of it, has less "
-                      "than {} pixels (of {:g} mm; others of {:g} mm on their detectors). Give "
-                      "views of like resolution",
-                      kShortestSide, norm(picture.frame.column_step) / block, coarsest));
-    columns = std::max(columns, picture.frame.columns);
-    rows = std::max(rows, picture.frame.rows);
-  }
-  for (Picture& picture : pictures)
-    if (picture.frame.columns != columns || picture.frame.rows != rows)
-      picture = of_size(picture, columns, rows);
-}
-
 /// What one view gives: its best filled frame, or the one that is asked for.
 struct ChosenView {
-  Picture picture;
+  StandingPicture picture;
   int frame = 0;  ///< numbered from 0
   bool is_logarithmic = false;
 };
+
+/// What shutter and collimator cover by the header; empty: nothing.
+std::vector<char> covered_pixels(const segmentation::LoadedRun& loaded,
+                                 const std::optional<reconstruction::OpenField>& field) {
+  std::vector<char> covered = loaded.pictures->covered();
+  if (!field) return covered;
+  covered.resize(std::size_t(loaded.columns) * std::size_t(loaded.rows), 0);
+  for (int row = 0; row < loaded.rows; ++row)
+    for (int c = 0; c < loaded.columns; ++c)
+      if (c < field->first_column || c > field->last_column || row < field->first_row ||
+          row > field->last_row)
+        covered[std::size_t(row) * std::size_t(loaded.columns) + std::size_t(c)] = 1;
+  return covered;
+}
 
 /// @param place   among the views that are taken
 /// @param number  as `angio inspect` lists it
@@ -143,14 +76,16 @@ ChosenView choose_frame(const segmentation::LoadedRun& loaded, std::size_t place
     warnings.push_back(fmt::format("view {}: {}", number, warning));
   const LoadedFrames pictures(*loaded.pictures);
   run.pictures = &pictures;
+  reconstruction::ViewsOptions options = settings.get<&Config::views>();
+  options.covered = {covered_pixels(loaded, run.open_field)};
   ChosenView chosen;
   const std::vector<double>& asked = settings.get<&Config::view_frames>();
   if (asked.empty()) {
     constexpr double kPerCent = 100.0;
-    chosen.frame = reconstruction::find_filled_frame(
-                       run, settings.get<&Config::views>(),
-                       settings.get<&Config::reconstruction>().phase_percent / kPerCent)
-                       .best;
+    chosen.frame =
+        reconstruction::find_filled_frame(
+            run, options, settings.get<&Config::reconstruction>().phase_percent / kPerCent)
+            .best;
   } else if (asked[place] > loaded.frame_count) {
     throw OptionError(fmt::format("views.frames: view {} has {} frames, no {:.0f}", number,
                                   loaded.frame_count, asked[place]));
@@ -159,14 +94,13 @@ ChosenView choose_frame(const segmentation::LoadedRun& loaded, std::size_t place
   }
   chosen.picture.frame = run.frames[std::size_t(chosen.frame)];
   chosen.picture.pixels = loaded.pictures->read(chosen.frame, 1);
-  chosen.picture.open =
-      run.open_field.value_or(reconstruction::OpenField{0, loaded.columns - 1, 0, loaded.rows - 1});
+  chosen.picture.covered = std::move(options.covered.front());
   chosen.is_logarithmic = run.relation == reconstruction::PixelRelation::logarithmic;
   return chosen;
 }
 
 /// Where some pictures are logarithmic the others become so, too: contrast is fitted for each view.
-reconstruction::PixelRelation same_relation(std::vector<Picture>& pictures,
+reconstruction::PixelRelation same_relation(std::vector<StandingPicture>& pictures,
                                             const std::vector<bool>& is_logarithmic) {
   using reconstruction::PixelRelation;
   if (std::find(is_logarithmic.begin(), is_logarithmic.end(), true) == is_logarithmic.end())
@@ -177,16 +111,18 @@ reconstruction::PixelRelation same_relation(std::vector<Picture>& pictures,
   return PixelRelation::logarithmic;
 }
 
+void require_ends_of_all(const std::vector<double>& numbers, std::size_t view_count) {
+  if (!numbers.empty() && numbers.size() != kOfView * view_count)
+    throw OptionError(fmt::format(
+        "views.ends: {} numbers for {} views. Give column and row of the vessel's proximal "
+        "end, then of its distal one, for each view",
+        numbers.size(), view_count));
+}
+
 /// The wanted vessel's ends, in the pixels of the pictures that are used.
 std::vector<reconstruction::VesselEnds> vessel_ends(const std::vector<double>& numbers,
                                                     const std::vector<ConeBeamFrame>& as_given,
                                                     const std::vector<ConeBeamFrame>& used) {
-  constexpr std::size_t kOfView = 4;
-  if (!numbers.empty() && numbers.size() != kOfView * used.size())
-    throw OptionError(fmt::format(
-        "views.ends: {} numbers for {} views. Give column and row of the vessel's proximal "
-        "end, then of its distal one, for each view",
-        numbers.size(), used.size()));
   std::vector<reconstruction::VesselEnds> ends;
   for (std::size_t v = 0; v < used.size() && !numbers.empty(); ++v) {
     const auto moved = [&](std::size_t first) {
@@ -242,7 +178,7 @@ void do_views(StageWork& work, const segmentation::LoadedViews& loaded,
               const ReconstructionSettings& settings) {
   keep(work.warnings, loaded.warnings);
   work.input_description = loaded.source_description;
-  std::vector<Picture> pictures;
+  std::vector<StandingPicture> pictures;
   std::vector<int> chosen_frames;
   std::vector<bool> is_logarithmic;
   if (const std::size_t asked = settings.get<&Config::view_frames>().size();
@@ -251,6 +187,7 @@ void do_views(StageWork& work, const segmentation::LoadedViews& loaded,
         fmt::format("views.frames names {} frames, and {} views are taken. Name one a "
                     "view",
                     asked, loaded.views.size()));
+  require_ends_of_all(settings.get<&Config::view_ends>(), loaded.views.size());
   for (std::size_t v = 0; v < loaded.views.size(); ++v) {
     work.progress.report(
         0.05 + 0.15 * double(v) / double(loaded.views.size()),
@@ -264,13 +201,13 @@ void do_views(StageWork& work, const segmentation::LoadedViews& loaded,
   reconstruction::RotationalRun run;
   run.relation = same_relation(pictures, is_logarithmic);
   std::vector<ConeBeamFrame> as_given;
-  for (const Picture& picture : pictures) as_given.push_back(picture.frame);
+  for (const StandingPicture& picture : pictures) as_given.push_back(picture.frame);
   even_out(pictures);
   ChosenFrames frames;
   reconstruction::ViewsOptions options = settings.get<&Config::views>();
-  for (Picture& picture : pictures) {
+  for (StandingPicture& picture : pictures) {
     run.frames.push_back(picture.frame);
-    options.open.push_back(picture.open);
+    options.covered.push_back(std::move(picture.covered));
     frames.add(std::move(picture.pixels));
   }
   run.pictures = &frames;

@@ -193,17 +193,23 @@ void leave_out_thin(VesselLines& lines, double least) {
   });
 }
 
-void leave_out_short(VesselLines& lines) {
+std::vector<std::vector<std::size_t>> pieces_of(const VesselLines& lines) {
   const PictureSize size{lines.columns, lines.rows};
   std::vector<char> is_on_line(size.count(), 0), was_seen(size.count(), 0);
   for (std::size_t i = 0; i < is_on_line.size(); ++i) is_on_line[i] = lines.radius[i] > 0.0F;
-  for (std::size_t i = 0; i < is_on_line.size(); ++i) {
-    if (!is_on_line[i] || was_seen[i]) continue;
-    const std::vector<std::size_t> piece = joined_crest(is_on_line, size, i, was_seen);
+  std::vector<std::vector<std::size_t>> pieces;
+  for (std::size_t i = 0; i < is_on_line.size(); ++i)
+    if (is_on_line[i] && !was_seen[i])
+      pieces.push_back(joined_crest(is_on_line, size, i, was_seen));
+  return pieces;
+}
+
+void leave_out_short(VesselLines& lines) {
+  for (const std::vector<std::size_t>& piece : pieces_of(lines)) {
     std::vector<double> radii;
-    for (const std::size_t j : piece) radii.push_back(double(lines.radius[j]));
+    for (const std::size_t i : piece) radii.push_back(double(lines.radius[i]));
     if (is_long(piece.size(), std::move(radii))) continue;
-    for (const std::size_t j : piece) lines.radius[j] = 0.0F;
+    for (const std::size_t i : piece) lines.radius[i] = 0.0F;
   }
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <vector>
 
 /// The middles of vessels in a picture.
@@ -33,6 +34,9 @@ VesselLines find_vessel_lines(const std::vector<float>& picture, int columns, in
 /// Leaves out lines where the median radius around is below one [pixels]: those of vessels too
 /// thin, or of noise. A throat stays, for the vessel around it is wider.
 void leave_out_thin(VesselLines& lines, double least);
+
+/// The lines' pixels, those of one crest together, also across a gap of a pixel.
+std::vector<std::vector<std::size_t>> pieces_of(const VesselLines& lines);
 
 /// Leaves out lines shorter than four of their radii, as find_vessel_lines() does: after others
 /// were taken out.

@@ -1,5 +1,7 @@
 #include "reconstruction/detail/view_hull.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
@@ -123,9 +125,27 @@ void find_steps(Hull& hull, int side) {
   hull.first_step.push_back(hull.steps.size());
 }
 
+/// Of a place: its own numbers, up to 26 ways, and what a growth over it holds.
+std::uint64_t bytes_of_place(std::size_t view_count) {
+  constexpr std::uint64_t kOwn = 28, kWays = 26 * sizeof(HullStep), kGrowth = 8;
+  return kOwn + kWays + kGrowth + view_count * (sizeof(int) + sizeof(float));
+}
+
+void require_memory(std::size_t places, std::size_t view_count, std::uint64_t most_bytes) {
+  constexpr double kGibibyte = 1024.0 * 1024.0 * 1024.0;
+  const std::uint64_t needed = places * bytes_of_place(view_count);
+  if (needed > most_bytes)
+    throw InputError(
+        fmt::format("the places that all views show as vessel need more than {:.2f} GiB of memory, "
+                    "but {:.2f} GiB are allowed or free. Allow more with --max-memory, or name the "
+                    "one vessel that is wanted with --ends",
+                    double(needed) / kGibibyte, double(most_bytes) / kGibibyte));
+}
+
 }  // namespace
 
-Hull find_hull(const std::vector<ViewLookup>& views, double reach, const Progress& progress) {
+Hull find_hull(const std::vector<ViewLookup>& views, double reach, std::uint64_t most_bytes,
+               const Progress& progress) {
   constexpr double kCellsAcross = 320.0;
   constexpr int kLayersAtATime = 16;
   Hull hull;
@@ -146,6 +166,7 @@ Hull find_hull(const std::vector<ViewLookup>& views, double reach, const Progres
       hull.radius.insert(hull.radius.end(), layer.radius.begin(), layer.radius.end());
       hull.pixel.insert(hull.pixel.end(), layer.pixel.begin(), layer.pixel.end());
     }
+    require_memory(hull.cell.size(), views.size(), most_bytes);
     if (hull.cell.size() > kMostPlaces)
       throw InputError(
           "the views show lines everywhere (they are noisy, or not of vessels): too many places "

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <cstdint>
 #include <utility>
 #include <vector>
 
@@ -48,8 +49,11 @@ struct Hull {
 
 /// @param views   at least two
 /// @param reach   how far a view's line may lie from a place [mm]; more where the grid is coarse
-/// @throws InputError  nearly everything could be vessel
-Hull find_hull(const std::vector<ViewLookup>& views, double reach, const Progress& progress = {});
+/// @param most_bytes  that its places, the ways between them, and a tree's growth over them
+///                    (detail/tree_growth.hpp) may take
+/// @throws InputError  nearly everything could be vessel, or takes more memory than that
+Hull find_hull(const std::vector<ViewLookup>& views, double reach, std::uint64_t most_bytes,
+               const Progress& progress = {});
 
 /// The place that the views see nearest to a pixel in each; sum of the distances [mm].
 /// @return -1: the hull is empty

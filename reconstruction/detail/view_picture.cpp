@@ -47,17 +47,15 @@ void find_nearest(ViewPicture& picture) {
 }
 
 ViewPicture make_view_picture(const angiogram::ConeBeamFrame& frame, std::vector<float> vessels,
-                              const OpenField& open, double widest_mm) {
+                              const std::vector<char>& covered, double widest_mm) {
   ViewPicture picture;
   picture.frame = frame;
   picture.pixel_mm = std::sqrt(norm(frame.column_step) * norm(frame.row_step));
   const double at_isocentre =
       picture.pixel_mm * angiogram::ConeBeamView(frame).see(Vec3{0.0, 0.0, 0.0}).depth;
   picture.lines = find_vessel_lines(vessels, frame.columns, frame.rows, widest_mm / at_isocentre);
-  for (int r = 0; r < frame.rows; ++r)
-    for (int c = 0; c < frame.columns; ++c)
-      if (c < open.first_column || c > open.last_column || r < open.first_row || r > open.last_row)
-        picture.lines.radius[std::size_t(r) * std::size_t(frame.columns) + std::size_t(c)] = 0.0F;
+  for (std::size_t i = 0; i < covered.size(); ++i)
+    if (covered[i] != 0) picture.lines.radius[i] = 0.0F;
   picture.vessels = std::move(vessels);
   find_nearest(picture);
   return picture;

@@ -29,10 +29,10 @@ struct LineNear {
 
 /// A view whose lines are found.
 /// @param vessels  line integrals without what is wide
-/// @param open     where lines are looked for
+/// @param covered  pixels where no line is taken, 1; empty: none
 /// @param widest_mm  diameter of the widest vessel, at the isocentre
 ViewPicture make_view_picture(const angiogram::ConeBeamFrame& frame, std::vector<float> vessels,
-                              const OpenField& open, double widest_mm);
+                              const std::vector<char>& covered, double widest_mm);
 
 /// Its lines' distances anew, after lines were taken out.
 void find_nearest(ViewPicture& picture);

@@ -147,15 +147,16 @@ ViewTree to_tree(const Hull& hull, const std::vector<ViewLookup>& lookups, const
 
 }  // namespace
 
-ViewTree find_view_tree(const std::vector<ViewPicture>& views, const Progress& progress) {
+ViewTree find_view_tree(const std::vector<ViewPicture>& views, std::uint64_t most_bytes,
+                        const Progress& progress) {
   ANGIO_EXPECT(views.size() >= 2);
   const std::vector<ViewLookup> lookups = lookups_of(views);
-  const Hull hull = find_hull(lookups, kHullReach, part(progress, 0.0, 0.3));
+  const Hull hull = find_hull(lookups, kHullReach, most_bytes, part(progress, 0.0, 0.3));
   return to_tree(hull, lookups, grow_tree(hull, lookups, part(progress, 0.3, 1.0)), -1);
 }
 
 ViewTree find_view_vessel(const std::vector<ViewPicture>& views,
-                          const std::vector<VesselEnds>& ends) {
+                          const std::vector<VesselEnds>& ends, std::uint64_t most_bytes) {
   ANGIO_EXPECT(views.size() >= 2 && ends.size() == views.size());
   constexpr double kFarthest = 8.0;
   const std::vector<ViewLookup> lookups = lookups_of(views);
@@ -165,7 +166,7 @@ ViewTree find_view_vessel(const std::vector<ViewPicture>& views,
     distal.push_back(one.distal);
   }
   for (double reach = kHullReach; reach <= kFarthest; reach *= 2.0) {
-    const Hull hull = find_hull(lookups, reach);
+    const Hull hull = find_hull(lookups, reach, most_bytes);
     if (hull.cell.empty()) continue;
     Grown grown;
     grown.place = cheapest_way(hull, nearest_place(hull, lookups, proximal),

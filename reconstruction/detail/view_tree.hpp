@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <vector>
 
 #include "core/centerline.hpp"
@@ -18,13 +19,15 @@ struct ViewTree {
 /// The least tree that explains the views' lines: grown (detail/tree_growth.hpp) over the places
 /// that may be vessel (detail/view_hull.hpp), and smoothed along itself.
 ///
-/// @param views  at least two
-ViewTree find_view_tree(const std::vector<ViewPicture>& views, const Progress& progress);
+/// @param views       at least two
+/// @param most_bytes  as find_hull() takes them
+ViewTree find_view_tree(const std::vector<ViewPicture>& views, std::uint64_t most_bytes,
+                        const Progress& progress);
 
 /// The one vessel that the views' lines are of (keep_vessel()), from its proximal to its distal
 /// end: the path of least cost there, over places up to 2 mm from each view's line, or 4 or 8 where
 /// the views do not meet in less.
 ViewTree find_view_vessel(const std::vector<ViewPicture>& views,
-                          const std::vector<VesselEnds>& ends);
+                          const std::vector<VesselEnds>& ends, std::uint64_t most_bytes);
 
 }  // namespace angio::reconstruction::detail

@@ -10,6 +10,8 @@
 #include <utility>
 
 #include "core/statistics.hpp"
+#include "core/units.hpp"
+#include "reconstruction/detail/picture_size.hpp"
 
 namespace angio::reconstruction::detail {
 namespace {
@@ -52,6 +54,125 @@ std::vector<int> cheapest_path(const ViewPicture& view, int from, int to) {
   return path;
 }
 
+/// The mean of a pixel and those around it; the border's go on outside.
+double mean_around(const std::vector<float>& picture, const PictureSize& size, double column,
+                   double row) {
+  const int c = int(std::lround(column)), r = int(std::lround(row));
+  double sum = 0.0;
+  for (int y = r - 1; y <= r + 1; ++y)
+    for (int x = c - 1; x <= c + 1; ++x)
+      sum += double(
+          picture[size.at(std::clamp(x, 0, size.columns - 1), std::clamp(y, 0, size.rows - 1))]);
+  return sum / 9.0;
+}
+
+/// How far from a line the picture is compared with it [pixels].
+float beside(float radius) { return 1.5F * radius + 1.0F; }
+
+/// How much a line falls to both sides, of how far it falls at all: 1 for a tube, 0 for an edge.
+double fall_to_both_sides(const std::vector<float>& picture, const PictureSize& size, int pixel,
+                          float radius) {
+  constexpr int kDirections = 8;  // of half a turn
+  const int c = pixel % size.columns, r = pixel / size.columns;
+  const double middle = mean_around(picture, size, c, r);
+  double both = 0.0, most = 1e-9;
+  for (int n = 0; n < kDirections; ++n) {
+    const double angle = units::kPi * n / kDirections, x = double(beside(radius)) * std::cos(angle),
+                 y = double(beside(radius)) * std::sin(angle);
+    const double one = middle - mean_around(picture, size, c + x, r + y),
+                 other = middle - mean_around(picture, size, c - x, r - y);
+    both = std::max(both, std::min(one, other));
+    most = std::max({most, one, other});
+  }
+  return both / most;
+}
+
+/// Where a line's fall is known.
+struct KnownFall {
+  int column, row;
+  double both_sides;
+};
+
+std::vector<KnownFall> known_falls(const VesselLines& lines, const std::vector<std::size_t>& piece,
+                                   const ViewPicture& kept) {
+  constexpr float kRadii = 1.2F;  // of the kept vessel
+  const PictureSize size{lines.columns, lines.rows};
+  std::vector<KnownFall> known;
+  for (const std::size_t i : piece) {
+    const int line = kept.nearest[i];
+    if (line >= 0 &&
+        kept.distance[i] <= beside(lines.radius[i]) + kRadii * kept.lines.radius[std::size_t(line)])
+      continue;
+    known.push_back({int(i) % size.columns, int(i) / size.columns,
+                     fall_to_both_sides(kept.vessels, size, int(i), lines.radius[i])});
+  }
+  return known;
+}
+
+/// The median of the falls that are known the nearest to a pixel, up to a line's radius on.
+double fall_around(const std::vector<KnownFall>& known, int column, int row, double radius) {
+  constexpr double kLeast = 3.0;  // [pixels]
+  std::vector<double> away, near;
+  for (const KnownFall& one : known) away.push_back(std::hypot(one.column - column, one.row - row));
+  const double reach = *std::min_element(away.begin(), away.end()) + std::max(kLeast, radius);
+  for (std::size_t n = 0; n < known.size(); ++n)
+    if (away[n] <= reach) near.push_back(known[n].both_sides);
+  return median(std::move(near));
+}
+
+/// Lines but the kept vessel's.
+struct OtherLines {
+  ViewPicture vessels;
+  ViewPicture edges;  ///< those that fall to one side only, and pieces all of which lie so near to
+                      ///< the kept vessel that it cannot be told
+};
+
+OtherLines tell_apart(const VesselLines& lines, const ViewPicture& kept) {
+  constexpr double kBothSides = 0.5;
+  OtherLines others;
+  others.vessels.lines = others.edges.lines = lines;
+  for (const std::vector<std::size_t>& piece : pieces_of(lines)) {
+    const std::vector<KnownFall> known = known_falls(lines, piece, kept);
+    for (const std::size_t i : piece) {
+      const bool is_edge =
+          known.empty() || fall_around(known, int(i) % lines.columns, int(i) / lines.columns,
+                                       double(lines.radius[i])) < kBothSides;
+      (is_edge ? others.vessels : others.edges).lines.radius[i] = 0.0F;
+    }
+  }
+  for (ViewPicture* kind : {&others.vessels, &others.edges}) {
+    leave_out_short(kind->lines);
+    find_nearest(*kind);
+  }
+  return others;
+}
+
+/// Whether a pixel is within some radii and two pixels of a line.
+bool is_within(const ViewPicture& picture, std::size_t pixel, float radii) {
+  constexpr float kPixels = 2.0F;
+  const int line = picture.nearest[pixel];
+  return line >= 0 &&
+         picture.distance[pixel] <= radii * picture.lines.radius[std::size_t(line)] + kPixels;
+}
+
+/// The lines without those of the kept vessel: its own, and those that lie wholly beside it, where
+/// it is seen broader. One that leaves it is another's from where it does.
+VesselLines without_kept(const VesselLines& all, const ViewPicture& kept) {
+  constexpr float kOwnRadii = 0.7F, kBesideRadii = 1.33F, kBesidePixels = 2.0F;
+  const auto is_near = [&](std::size_t i, float radii) {
+    return kept.nearest[i] >= 0 &&
+           kept.distance[i] <= std::max(kBesidePixels, radii * all.radius[i]);
+  };
+  VesselLines lines = all;
+  for (std::size_t i = 0; i < all.radius.size(); ++i)
+    if (is_near(i, kOwnRadii)) lines.radius[i] = 0.0F;
+  for (const std::vector<std::size_t>& piece : pieces_of(lines))
+    if (std::all_of(piece.begin(), piece.end(),
+                    [&](std::size_t i) { return is_near(i, kBesideRadii); }))
+      for (const std::size_t i : piece) lines.radius[i] = 0.0F;
+  return lines;
+}
+
 }  // namespace
 
 void keep_vessel(ViewPicture& view, const VesselEnds& ends) {
@@ -76,23 +197,24 @@ void keep_vessel(ViewPicture& view, const VesselEnds& ends) {
   find_nearest(view);
 }
 
-std::vector<char> pixels_of_others(const VesselLines& all, const ViewPicture& kept) {
-  constexpr float kBesideRadii = 1.33F, kBesidePixels = 2.0F;
-  constexpr float kRadii = 1.2F, kPixels = 2.0F;
-  ViewPicture others;
-  others.lines = all;
-  for (std::size_t i = 0; i < all.radius.size(); ++i)
-    if (kept.nearest[i] >= 0 &&
-        kept.distance[i] <= std::max(kBesidePixels, kBesideRadii * all.radius[i]))
-      others.lines.radius[i] = 0.0F;
-  leave_out_short(others.lines);
-  find_nearest(others);
-  std::vector<char> covered(all.radius.size(), 0);
-  for (std::size_t i = 0; i < covered.size(); ++i)
-    if (const int line = others.nearest[i]; line >= 0)
-      covered[i] =
-          others.distance[i] <= kRadii * others.lines.radius[std::size_t(line)] + kPixels ? 1 : 0;
-  return covered;
+OtherPixels pixels_of_others(const VesselLines& all, const ViewPicture& kept) {
+  constexpr float kCovered = 1.2F, kBackground = 1.6F;
+  const OtherLines others = tell_apart(without_kept(all, kept), kept);
+  OtherPixels pixels{std::vector<char>(all.radius.size(), 0)};
+  double own = 0.0, hidden = 0.0;
+  for (std::size_t i = 0; i < pixels.covered.size(); ++i) {
+    const bool is_covered =
+        is_within(others.vessels, i, kCovered) ||
+        (is_within(others.edges, i, kCovered) && !is_within(kept, i, kBackground));
+    pixels.covered[i] = is_covered ? 1 : 0;
+    const int line = kept.nearest[i];
+    if (line < 0 || kept.distance[i] > kept.lines.radius[std::size_t(line)]) continue;
+    own += 1.0;
+    if (is_covered) hidden += 1.0;
+  }
+  pixels.hidden_part = own > 0.0 ? hidden / own : 0.0;
+  if (pixels.hidden_part > kMostHidden) pixels.covered.clear();
+  return pixels;
 }
 
 }  // namespace angio::reconstruction::detail

@@ -44,6 +44,12 @@ std::vector<float> DicomPictures::read_some(const std::vector<int>& frames) cons
   return pixels;
 }
 
+std::vector<char> DicomPictures::covered() const {
+  std::vector<char> is_covered(open_.size());
+  for (std::size_t i = 0; i < open_.size(); ++i) is_covered[i] = open_[i] == int(i) ? 0 : 1;
+  return is_covered;
+}
+
 void DicomPictures::cover(std::size_t count, float* pixels) const {
   for (std::size_t f = 0; f < count && !open_.empty(); ++f) {
     float* frame = pixels + f * per_frame();

@@ -16,6 +16,7 @@ class DicomPictures : public RunPictures {
   explicit DicomPictures(DicomHeader header);
   void read_into(int first, int count, float* pixels) const override;
   [[nodiscard]] std::vector<float> read_some(const std::vector<int>& frames) const override;
+  [[nodiscard]] std::vector<char> covered() const override;
 
  protected:
   [[nodiscard]] std::size_t per_frame() const override;

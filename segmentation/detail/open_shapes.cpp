@@ -12,22 +12,37 @@
 namespace angio::segmentation::detail {
 namespace {
 
-/// On the border, or by how often a ray to the right crosses it.
-bool is_within(const std::vector<double>& corners, double column, double row) {
-  constexpr double kOn = 1e-6;  // pixels
-  bool inside = false;
+constexpr double kOn = 1e-6;  ///< so near to a border a pixel lies on it [pixels]
+
+/// Covers the pixels of a row that lie outside a polygon: its edges cross the row at places between
+/// which, two by two, it is inside; what touches the row is border.
+void cover_outside(const std::vector<double>& corners, int row, std::vector<char>& is_open) {
+  const double y = row + 1.0;
+  std::vector<char> inside(is_open.size(), 0);
+  const auto fill = [&](double from, double to) {
+    const int first = int(std::clamp(std::ceil(from - kOn), 1.0, double(inside.size()) + 1.0)),
+              last = int(std::clamp(std::floor(to + kOn), 0.0, double(inside.size())));
+    for (int column = first; column <= last; ++column) inside[std::size_t(column) - 1] = 1;
+  };
+  std::vector<double> crossings;
   const std::size_t count = corners.size() / 2;
   for (std::size_t a = 0, b = count - 1; a < count; b = a++) {
     const double ax = corners[2 * a], ay = corners[2 * a + 1], bx = corners[2 * b],
                  by = corners[2 * b + 1];
-    const double x = bx - ax, y = by - ay, length = x * x + y * y;
-    const double part =
-        length > 0.0 ? std::clamp(((column - ax) * x + (row - ay) * y) / length, 0.0, 1.0) : 0.0;
-    if (std::hypot(ax + part * x - column, ay + part * y - row) <= kOn) return true;
-    if ((ay > row) != (by > row) && column < ax + (row - ay) / (by - ay) * (bx - ax))
-      inside = !inside;
+    if (std::min(ay, by) > y + kOn || std::max(ay, by) < y - kOn) continue;
+    const auto x_at = [&](double height) {
+      return ax + std::clamp((height - ay) / (by - ay), 0.0, 1.0) * (bx - ax);
+    };
+    if (std::abs(by - ay) <= kOn) {
+      fill(std::min(ax, bx), std::max(ax, bx));
+    } else {
+      fill(std::min(x_at(y - kOn), x_at(y + kOn)), std::max(x_at(y - kOn), x_at(y + kOn)));
+    }
+    if ((ay > y) != (by > y)) crossings.push_back(x_at(y));
   }
-  return inside;
+  std::sort(crossings.begin(), crossings.end());
+  for (std::size_t n = 1; n < crossings.size(); n += 2) fill(crossings[n - 1], crossings[n]);
+  for (std::size_t c = 0; c < is_open.size(); ++c) is_open[c] = is_open[c] && inside[c];
 }
 
 /// Covered pixels take the value of the pixel that reaches them on the shortest way, as the crow
@@ -72,15 +87,15 @@ std::vector<int> open_pixels(const std::vector<std::vector<double>>& shapes, int
                              int rows) {
   std::vector<int> from(std::size_t(columns) * std::size_t(rows), -1);
   std::size_t open = 0;
-  for (int row = 0; row < rows; ++row)
-    for (int c = 0; c < columns; ++c) {
-      const auto holds = [&](const std::vector<double>& corners) {
-        return is_within(corners, c + 1.0, row + 1.0);
-      };
-      if (!std::all_of(shapes.begin(), shapes.end(), holds)) continue;
-      from[std::size_t(row) * std::size_t(columns) + std::size_t(c)] = row * columns + c;
-      ++open;
-    }
+  for (int row = 0; row < rows; ++row) {
+    std::vector<char> is_open(std::size_t(columns), 1);
+    for (const std::vector<double>& corners : shapes) cover_outside(corners, row, is_open);
+    for (int c = 0; c < columns; ++c)
+      if (is_open[std::size_t(c)]) {
+        from[std::size_t(row) * std::size_t(columns) + std::size_t(c)] = row * columns + c;
+        ++open;
+      }
+  }
   if (open == 0 || open == from.size()) return {};
   spread(from, columns, rows);
   return from;

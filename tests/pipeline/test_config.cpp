@@ -97,6 +97,18 @@ TEST(Config, ValuesOutsideTheirRangeAreRefused) {
   }
 }
 
+TEST(Config, EndsThatAreNotOfAllViewsThatAreNamedAreRefused) {
+  Config config;
+  config.view_ends = {1, 2, 3, 4, 5, 6, 7, 8};
+  EXPECT_NO_THROW(config.validate());
+  config.input.views = "2,1";
+  EXPECT_NO_THROW(config.validate());
+  config.input.views = "2,1,3";
+  EXPECT_NE(message_of([&] { config.validate(); }, ExitCode::bad_config)
+                .find("8 numbers for the 3 views"),
+            std::string::npos);
+}
+
 TEST(Config, PresetsHoldKnownKeysOnly) {
   for (const std::string& preset : preset_names()) {
     Config config;

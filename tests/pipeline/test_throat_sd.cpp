@@ -1,5 +1,7 @@
 #include <gtest/gtest.h>
 
+#include <limits>
+
 #include "pipeline/case/throat_sd.hpp"
 
 namespace angio::pipeline {
@@ -34,6 +36,16 @@ TEST(ThroatSd, IsTwiceTheRadiusAtThePlaceOfTheLinesNearestToTheThroat) {
 TEST(ThroatSd, IsNotKnownOutsideTheFittedVessels) {
   EXPECT_FALSE(fitted_diameter_sd(fitted_lines(), {4.0, 1.2, 0.0}));
   EXPECT_FALSE(fitted_diameter_sd(fitted_lines(), {22.0, 0.0, 0.0}));
+}
+
+TEST(ThroatSd, IsNotKnownWhereTheFitGaveNoNumber) {
+  for (const double none :
+       {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity()}) {
+    formats::PolylineData fitted = fitted_lines();
+    fitted.point_arrays[1].values[3] = none;
+    EXPECT_FALSE(fitted_diameter_sd(fitted, {6.0, 0.0, 0.0}));
+    EXPECT_TRUE(fitted_diameter_sd(fitted, {16.0, 0.0, 0.0}));
+  }
 }
 
 }  // namespace

@@ -100,5 +100,22 @@ TEST_F(Views, BehindTheirHeadersShutterAreNotUsed) {
   }
 }
 
+TEST_F(Views, BehindTheSlopeOfAPolygonalShutterAreNotUsed) {
+  // It cuts the vessel, near column 71, at row 100; the rectangle around it goes to row 120, and
+  // what it covers takes the nearest open pixels' values, of a vessel, too.
+  const std::string input = make_views("xa");
+  for (const auto& entry : fs::directory_iterator(input))
+    add_to_header(entry.path(), attribute(0x0018, 0x1620, "1\\1\\1\\142\\80\\142\\120\\1"));
+  const ProgramResult covered = run(input, "covered", "--until reconstruction");
+  ASSERT_EQ(covered.exit_code, 0) << covered.error;
+  for (const double row : last_rows("covered")) {
+    EXPECT_LT(row, 105.0);
+    EXPECT_GT(row, 80.0);
+  }
+  const json quality = json_of(folder_.path() / "covered/reconstruction/quality.json");
+  for (const json& view : quality.at("views"))
+    EXPECT_NEAR(view.at("contrast_per_mm").get<double>(), 0.1, 0.01);
+}
+
 }  // namespace
 }  // namespace angio::pipeline

@@ -1,8 +1,10 @@
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <vector>
 
 #include "core/error.hpp"
@@ -18,6 +20,8 @@ namespace angio::reconstruction {
 namespace {
 
 using namespace detail;
+using testing::HasSubstr;
+using testing::ThrowsMessage;
 
 /// A tube of round section around a straight line, narrowed in its middle.
 struct Tube {
@@ -227,10 +231,66 @@ TEST(Views, WithoutAVesselAreRefused) {
 TEST(Views, WithoutMemoryForTheirVolumeAreRefused) {
   const TwoViews views({kNarrowed});
   ViewsOptions options;
-  options.max_memory_gib = 1e-4;  // 27 thousand voxels
-  EXPECT_THROW(reconstruct_views(views.run, options), InputError);
+  options.voxel_mm = 0.05;
+  options.max_memory_gib = 0.01;  // 2.7 million voxels
+  EXPECT_THAT([&] { reconstruct_views(views.run, options); },
+              ThrowsMessage<InputError>(HasSubstr("volume")));
   options.max_memory_gib = 1.0;
   EXPECT_NO_THROW(reconstruct_views(views.run, options));
+}
+
+TEST(Views, WithoutMemoryForThePlacesThatMayBeVesselAreRefused) {
+  const TwoViews views({kNarrowed});
+  ViewsOptions options;
+  options.max_memory_gib = 1e-4;
+  EXPECT_THAT([&] { reconstruct_views(views.run, options); },
+              ThrowsMessage<InputError>(HasSubstr("places")));
+}
+
+TEST(Views, BehindTheCornerOfAShutterAreNotFitted) {
+  // The rectangle around what is open is the whole frame.
+  TwoViews views({kNarrowed});
+  const angiogram::ConeBeamView view(views.told[0]);
+  const auto end = view.see(kNarrowed.to);
+  const double sign = end.row > 70.0 ? 1.0 : -1.0;
+  const auto into_corner = [&](double column, double row) { return column + sign * row; };
+  const auto cut = view.see(kNarrowed.from + 0.8 * (kNarrowed.to - kNarrowed.from));
+  const double edge = into_corner(cut.column, cut.row);
+  ViewsOptions options;
+  options.covered = {std::vector<char>(std::size_t{140 * 140}, 0), {}};
+  for (int row = 0; row < 140; ++row)
+    for (int c = 0; c < 140; ++c)
+      if (into_corner(c, row) > edge) options.covered[0][std::size_t(row * 140 + c)] = 1;
+  const OpenField around = around_open(options.covered[0], 140, 140);
+  EXPECT_EQ(around.last_column - around.first_column + around.last_row - around.first_row, 278);
+  const TreeOfViews found = reconstruct_views(views.run, options);
+  for (const Vec3& point : found.fit.tree.paths.front().points) {
+    const auto seen = view.see(point);
+    EXPECT_LT(into_corner(seen.column, seen.row), edge + 6.0);
+  }
+}
+
+TEST(Views, AreFittedToNoPixelThatIsCovered) {
+  // Whatever lies there: here another vessel, beside the wanted one in both views.
+  const Vec3 beside{3.4, 0.0, 0.0};
+  const Tube other{kNarrowed.from + beside, kNarrowed.to + beside, 1.2, 1.2};
+  const TwoViews views({kNarrowed, other});
+  ViewsOptions options = asked_for(kNarrowed, views);
+  for (const auto& frame : views.told) {
+    std::vector<char>& covered = options.covered.emplace_back();
+    for (int row = 0; row < frame.rows; ++row)
+      for (int c = 0; c < frame.columns; ++c)
+        covered.push_back(way_through({other}, frame.source, frame.place(c, row)) > 0.0 ? 1 : 0);
+  }
+  const TreeOfViews found = reconstruct_views(views.run, options);
+  const Vec3 axis = kNarrowed.to - kNarrowed.from;
+  const auto& path = found.fit.tree.paths.front();
+  for (std::size_t n = 0; n < path.points.size(); ++n) {
+    const double part = dot(path.points[n] - kNarrowed.from, axis) / dot(axis, axis);
+    if (part > 0.1 && part < 0.9) {
+      EXPECT_NEAR(path.equivalent_radius[n], kNarrowed.radius_at(part), 0.12) << part;
+    }
+  }
 }
 
 TEST(Views, BehindAShutterAreNotFitted) {
@@ -241,7 +301,11 @@ TEST(Views, BehindAShutterAreNotFitted) {
   const OpenField open = view.see(kNarrowed.to).row > edge ? OpenField{0, 139, 0, int(edge)}
                                                            : OpenField{0, 139, int(edge), 139};
   ViewsOptions options;
-  options.open = {open, {0, 139, 0, 139}};
+  options.covered = {std::vector<char>(std::size_t{140 * 140}, 0), {}};
+  for (int row = 0; row < 140; ++row)
+    for (int c = 0; c < 140; ++c)
+      if (row < open.first_row || row > open.last_row)
+        options.covered[0][std::size_t(row * 140 + c)] = 1;
   const TreeOfViews found = reconstruct_views(views.run, options);
   const auto& path = found.fit.tree.paths.front();
   for (const Vec3& point : path.points) {
@@ -294,14 +358,37 @@ VesselLines upright_lines(const std::vector<Upright>& all) {
   return lines;
 }
 
-std::vector<char> others_beside(const std::vector<Upright>& others) {
-  constexpr Upright kKept{40, 5, 95, 4.0F};
+constexpr Upright kKept{40, 5, 95, 4.0F};
+
+/// What is left out beside a kept vessel, where each line is a tube's but `edges`: bone, which
+/// begins a radius before them and reaches to the picture's right.
+OtherPixels other_pixels_beside(const std::vector<Upright>& tubes,
+                                const std::vector<Upright>& edges = {}) {
+  constexpr int kSide = 100;
+  std::vector<Upright> all(tubes);
+  all.push_back(kKept);
   ViewPicture kept;
   kept.lines = upright_lines({kKept});
   find_nearest(kept);
-  std::vector<Upright> all(others);
-  all.push_back(kKept);
+  kept.vessels.assign(std::size_t(kSide * kSide), 0.0F);
+  for (int row = 0; row < kSide; ++row)
+    for (int column = 0; column < kSide; ++column) {
+      float& value = kept.vessels[std::size_t(row * kSide + column)];
+      for (const Upright& tube : all) {
+        const float away = float(column - tube.column);
+        if (row >= tube.first && row <= tube.last)
+          value += 2.0F * std::sqrt(std::max(0.0F, tube.radius * tube.radius - away * away));
+      }
+      for (const Upright& edge : edges)
+        if (float(column) >= float(edge.column) - edge.radius) value += 10.0F;
+    }
+  all.insert(all.end(), edges.begin(), edges.end());
   return pixels_of_others(upright_lines(all), kept);
+}
+
+std::vector<char> others_beside(const std::vector<Upright>& tubes,
+                                const std::vector<Upright>& edges = {}) {
+  return other_pixels_beside(tubes, edges).covered;
 }
 
 TEST(PixelsOfOthers, AreThoseThatAnotherVesselCoversAndNoneBeyond) {
@@ -315,6 +402,42 @@ TEST(PixelsOfOthers, AreThoseThatAnotherVesselCoversAndNoneBeyond) {
   }
 }
 
+TEST(PixelsOfOthers, BehindWhichBoneBeginsAreLeftOutAsBeforeNone) {
+  const std::vector<char> covered = others_beside({{60, 5, 95, 4.0F}}, {{75, 5, 95, 4.0F}});
+  for (int row = 10; row <= 90; ++row)
+    for (int column = 56; column <= 64; ++column)
+      EXPECT_EQ(covered[std::size_t(row * 100 + column)], 1) << column;
+}
+
+TEST(PixelsOfOthers, AreNoneOfTheBackgroundNextToTheVesselWhereBoneBegins) {
+  // To 1.6 radii and two pixels; a vessel's there are left out.
+  constexpr Upright kBeside{54, 5, 95, 4.0F};
+  const std::vector<char> of_edge = others_beside({}, {kBeside}),
+                          of_vessel = others_beside({kBeside});
+  for (int row = 10; row <= 90; ++row) {
+    const auto at = [row](const std::vector<char>& covered, int column) {
+      return covered[std::size_t(row * 100 + column)];
+    };
+    EXPECT_EQ(at(of_edge, 48), 0);
+    EXPECT_EQ(at(of_vessel, 48), 1);
+    EXPECT_EQ(at(of_edge, 50), 1);
+  }
+}
+
+TEST(PixelsOfOthers, AreABranchsFromWhereItLeavesTheVessel) {
+  std::vector<Upright> branch;
+  for (int row = 18; row <= 80; ++row) branch.push_back({43 + (row - 18) / 2, row, row, 4.0F});
+  const std::vector<char> covered = others_beside(branch);
+  EXPECT_EQ(covered[std::size_t(20 * 100 + 40)], 1);
+  EXPECT_EQ(covered[std::size_t(8 * 100 + 40)], 0);
+  EXPECT_EQ(covered[std::size_t(50 * 100 + 40)], 0);
+}
+
+TEST(PixelsOfOthers, AreNoneNextToTheVesselWhereItHidesWhatALineIs) {
+  const std::vector<char> covered = others_beside({{48, 5, 95, 4.0F}});
+  for (int row = 10; row <= 90; ++row) EXPECT_EQ(covered[std::size_t(row * 100 + 46)], 0);
+}
+
 TEST(PixelsOfOthers, AreNotTheVesselsOwnWhereItIsSeenTwice) {
   // Broader, 1.25 of its radii away; a stub; and its own line alone.
   for (const std::vector<Upright>& others :
@@ -324,8 +447,30 @@ TEST(PixelsOfOthers, AreNotTheVesselsOwnWhereItIsSeenTwice) {
   }
 }
 
+TEST(PixelsOfOthers, AreNoneWhereTheyHideMoreThanHalfOfTheVessel) {
+  // A broad one lies along the vessel, over its right half and more, and then leaves it.
+  const auto along = [](int last) {
+    std::vector<Upright> broad{{50, 5, last, 7.0F}};
+    for (int column = 51; column < 90; ++column) broad.push_back({column, last, last, 7.0F});
+    return other_pixels_beside(broad);
+  };
+  const OtherPixels short_one = along(40), long_one = along(90);
+  EXPECT_GT(short_one.hidden_part, 0.1);
+  EXPECT_LT(short_one.hidden_part, 0.5);
+  EXPECT_FALSE(short_one.covered.empty());
+  EXPECT_GT(long_one.hidden_part, 0.5);
+  EXPECT_TRUE(long_one.covered.empty());
+}
+
 TEST(VesselLines, AreNotInAnEvenPicture) {
   EXPECT_TRUE(find_vessel_lines(std::vector<float>(64 * 64, 1.0F), 64, 64, 20.0).empty());
+}
+
+TEST(RadiiWithoutSd, AreThoseWhoseSdIsNoNumber) {
+  TreeFit fit;
+  fit.radius_sd = {{0.1, std::numeric_limits<double>::quiet_NaN()},
+                   {std::numeric_limits<double>::infinity(), 0.0}};
+  EXPECT_EQ(radii_without_sd(fit), 2U);
 }
 
 TEST(TubeVolume, HoldsAsMuchAsTheTube) {
@@ -359,7 +504,7 @@ TEST(ViewByView, SkewIsHowFarTheViewsRaysPass) {
   for (int v = 0; v < 2; ++v) {
     std::vector<float> integrals = pictures.read(v, 1);
     for (float& value : integrals) value = float(std::log(40000.0 / double(value)));
-    views.push_back(make_view_picture(frames[std::size_t(v)], integrals, {0, 139, 0, 139}, 12.0));
+    views.push_back(make_view_picture(frames[std::size_t(v)], integrals, {}, 12.0));
   }
   EXPECT_NEAR(view_skew(views, tree), 2.0, 0.3);
 }

@@ -211,6 +211,8 @@ TEST_F(ProjectionRuns, BehindARoundShutterShowTheNearestOpenPixel) {
     const detail::FoundSeries found = detail::find_series(folder(), {});
     const detail::DicomPictures pictures(found.all.at(0).headers.at(0));
     EXPECT_EQ(pictures.read(0, 2), pictures.read_some({0, 1}));
+    const std::vector<char> covered = pictures.covered();
+    EXPECT_EQ(std::count(covered.begin(), covered.end(), 1), std::string(radius) == "2" ? 17 : 0);
     return pictures.read(0, 1);
   };
   const std::vector<float> all = first_frame("20"), shown = first_frame("2");
@@ -238,6 +240,41 @@ TEST(OpenPixels, AreTheirOwnAndGiveTheCoveredTheNearestOnesValue) {
                 radius + 0.1);
       EXPECT_LT(std::hypot(source % kColumns - c, source / kColumns - r), away - radius + 1.0);
     }
+}
+
+/// Whether a pixel, counted from 1, lies in a polygon of whole corners, or on its border: exactly.
+bool holds(const std::vector<double>& corners, long long column, long long row) {
+  bool inside = false;
+  const std::size_t count = corners.size() / 2;
+  for (std::size_t a = 0, b = count - 1; a < count; b = a++) {
+    const auto ax = (long long)corners[2 * a], ay = (long long)corners[2 * a + 1],
+               bx = (long long)corners[2 * b], by = (long long)corners[2 * b + 1];
+    const long long side = (bx - ax) * (row - ay) - (by - ay) * (column - ax);
+    if (side == 0 && std::min(ax, bx) <= column && column <= std::max(ax, bx) &&
+        std::min(ay, by) <= row && row <= std::max(ay, by))
+      return true;
+    if ((ay > row) != (by > row) && (side > 0) == (by > ay)) inside = !inside;
+  }
+  return inside;
+}
+
+TEST(OpenPixels, AreThoseWithinAllPolygonsAndOnTheirBorders) {
+  constexpr int kColumns = 40, kRows = 30;
+  const std::vector<double> star{20, 2, 30, 28, 3, 11, 38, 11, 9, 28},  // crosses itself
+      steps{2, 3, 18, 3, 18, 9, 36, 9, 36, 25, 25, 25, 25, 18, 2, 18}, spike{5, 5, 35, 6, 5, 28};
+  for (const auto& shapes : std::vector<std::vector<std::vector<double>>>{
+           {star}, {steps}, {spike}, {star, steps}, {steps, spike}}) {
+    const std::vector<int> from = detail::open_pixels(shapes, kColumns, kRows);
+    ASSERT_EQ(from.size(), std::size_t(kColumns * kRows));
+    for (int row = 0; row < kRows; ++row)
+      for (int c = 0; c < kColumns; ++c) {
+        const bool is_open = std::all_of(shapes.begin(), shapes.end(), [&](const auto& corners) {
+          return holds(corners, c + 1, row + 1);
+        });
+        const int here = row * kColumns + c;
+        EXPECT_EQ(from[std::size_t(here)] == here, is_open) << c + 1 << ", " << row + 1;
+      }
+  }
 }
 
 TEST(OpenPixels, AreAllWhereNoShutterCoversAnyOrAllOfThePicture) {
