@@ -65,6 +65,8 @@ void make_manifold(Work& work) {
             detail::drop_duplicates(work.mesh));
   work.note("T-junction joined", "T-junctions joined",
             detail::join_t_junctions(work.mesh, 100.0 * tolerance));
+  work.note("repeated triangle of a joint dropped", "repeated triangles of joints dropped",
+            detail::drop_duplicates(work.mesh));
   work.note("triangle of a sheet that hangs on the wall cut off",
             "triangles of sheets that hang on the wall cut off", detail::cut_off_fins(work.mesh));
   if (work.mesh.triangles.empty())

@@ -447,7 +447,9 @@ TreeOfViews reconstruct_views(const RotationalRun& run, const ViewsOptions& opti
   for (ViewPicture& view : views)
     if (options.ends.empty() && options.thinnest_mm > 0.0)
       leave_out_thin_vessels(view, options.thinnest_mm);
-  const auto most_bytes = std::uint64_t(kGibibyte * room(options.max_memory_gib).gib);
+  constexpr double kMost = 0x1p62;  // free memory that is not known has no limit
+  const auto most_bytes =
+      std::uint64_t(std::min(kGibibyte * room(options.max_memory_gib).gib, kMost));
   const ViewTree found = options.ends.empty()
                              ? find_view_tree(views, most_bytes, part(progress, 0.1, 0.5))
                              : find_view_vessel(views, options.ends, most_bytes);

@@ -131,9 +131,10 @@ std::string blur_warning(const detail::Boundary& boundary, const Vec3& spacing) 
   return {};
 }
 
-void refuse_what_is_no_vessel(const Volume<std::uint8_t>& mask, const VolumeGeometry& scanned) {
+void refuse_what_is_no_vessel(const Volume<std::uint8_t>& mask, const VolumeGeometry& scanned,
+                              bool has_seeds) {
   detail::refuse_flood(mask, scanned);
-  detail::refuse_sponge(mask, scanned);
+  detail::refuse_sponge(mask, scanned, has_seeds);
   detail::refuse_shell(mask);
 }
 
@@ -149,7 +150,9 @@ Segmentation segment_all(const Volume<float>& scanned, const SegmentationOptions
   detail::VesselTree tree =
       detail::find_vessel_tree(volume, image.level, image.trunks, options, progress);
 
-  refuse_what_is_no_vessel(tree.mask, scanned.geometry);  // before minutes go into its boundary
+  const bool has_seeds = !options.seeds_lps_mm.empty();
+  if (!has_seeds)  // before minutes go into its boundary
+    refuse_what_is_no_vessel(tree.mask, scanned.geometry, has_seeds);
 
   const detail::VoxelBox box = detail::bounding_box(tree.mask, kMarginMm);
   const Volume<float> around = detail::crop(volume, box);
@@ -163,7 +166,7 @@ Segmentation segment_all(const Volume<float>& scanned, const SegmentationOptions
   Segmentation result;
   result.level_set = std::move(boundary.level_set);
   result.mask = mask_of(result.level_set);
-  refuse_what_is_no_vessel(result.mask, scanned.geometry);
+  refuse_what_is_no_vessel(result.mask, scanned.geometry, has_seeds);
   result.seeds_lps_mm = std::move(tree.seeds_lps_mm);
   result.lumen_intensity = boundary.lumen_intensity;
   result.background_intensity = boundary.background_intensity;

@@ -36,7 +36,10 @@ void check_file(std::string_view bytes, bool is_binary, const std::string& name)
     if (number_at(bytes, 4) != 2)
       refuse(" is glTF of another version than 2. Convert it, for example to .stl");
     if (number_at(bytes, 8) != bytes.size())
-      refuse(" has another length than its head says (it was cut short). Copy it again");
+      refuse(
+          " has another length than its head says (cut short, or with something behind it). Copy "
+          "or "
+          "export it again");
   } else if (bytes.find("\"asset\"") == std::string_view::npos) {
     refuse(" is no glTF (it names no asset). Give a .gltf of version 2");
   }

@@ -184,7 +184,9 @@ std::vector<std::vector<int>> groups_at(const TriangleMesh& mesh, const EdgeTabl
 /// Halves the edges of groups of triangles until no two groups have the same corners at their edge:
 /// sheets that meet in an edge may hang together at both its ends, so that no corner comes apart.
 void halve_shared_edges(TriangleMesh& mesh, Count& halved) {
-  for (bool any = true; any;) {
+  constexpr int kRounds = 100;  // two triangles that coincide are halved for ever
+  bool any = true;
+  for (int round = 0; any && round < kRounds; ++round) {
     any = false;
     std::vector<std::vector<int>> groups;
     for (const EdgeTable edges(mesh); const EdgeTable::Edge& edge : edges) {

@@ -17,7 +17,8 @@ Count turn_alike(TriangleMesh& mesh);
 
 /// Gives every sheet its own vertices where several meet in an edge or in a corner. In an edge,
 /// those two triangles stay together between which the inside lies; where sheets that meet in an
-/// edge hang together at both its ends, the edge of one is halved.
+/// edge hang together at both its ends, the edge of one is halved. A side that goes with no other
+/// (an odd number meets, or two are turned alike) is set free, and leaves a border.
 Count take_sheets_apart(TriangleMesh& mesh);
 
 }  // namespace angio::meshing::detail

@@ -129,12 +129,14 @@ std::vector<std::string> check_plausibility(const Volume<float>& level_set,
   return warnings;
 }
 
-void refuse_sponge(const Volume<std::uint8_t>& mask, const VolumeGeometry& scanned) {
+void refuse_sponge(const Volume<std::uint8_t>& mask, const VolumeGeometry& scanned,
+                   bool has_seeds) {
   constexpr double kShareOfSponge = 0.2;
   constexpr std::int64_t kTunnelsOfSponge = 1000, kTunnelsOfBone = 3000;
   const double share = share_of(count_of(mask), mask.geometry, scanned);
   const std::int64_t tunnels = least_tunnels(mask);
-  if (tunnels <= (share > kShareOfSponge ? kTunnelsOfSponge : kTunnelsOfBone)) return;
+  const bool is_sponge = share > kShareOfSponge && tunnels > kTunnelsOfSponge;
+  if (!is_sponge && (has_seeds || tunnels <= kTunnelsOfBone)) return;
   throw InputError(
       "no vessel was found apart from the rest (" + in_percent(share) +
       " of the volume would be lumen, with " + std::to_string(tunnels) +

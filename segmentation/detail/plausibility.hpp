@@ -33,11 +33,12 @@ std::vector<std::string> check_plausibility(const Volume<float>& level_set,
                                             const VolumeGeometry& scanned);
 
 /// Refuses what is both a fifth of what was scanned and run through by over a thousand tunnels, or
-/// by over three thousand: tissue among noise and bone are such sponges. Of 23 scans of vessels the
-/// most had 1,010 (an aorta with a stent); a plain head has 4,161, a jaw 20,177.
+/// by over three thousand: tissue among noise and bone are such sponges. Of the trees (VesselTree)
+/// in 23 scans of vessels the most had 1,010 (an aorta with a stent); a plain head has 4,161, a jaw
+/// 20,177. Where a person gave seeds, only the first holds.
 ///
 /// @throws InputError if it is, with what helps
-void refuse_sponge(const Volume<std::uint8_t>& mask, const VolumeGeometry& scanned);
+void refuse_sponge(const Volume<std::uint8_t>& mask, const VolumeGeometry& scanned, bool has_seeds);
 
 /// Refuses what closes around 0.3 l or more, in sections along the grid's planes with a hole of
 /// 40 cm^2 or more: a skull does, and the skin's fat; heart and great vessels close around less.

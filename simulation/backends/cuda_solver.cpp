@@ -156,7 +156,7 @@ class CudaSolver final : public SolverBase<Real> {
     search_.x_before = motion.x_before;
     search_.status = program_.status;
     scan_memory_ = memory_.allocate<char>(scan_bytes(search_.vertex_count + 1));
-    hold_candidates(kCandidatesPerVertex * search_.vertex_count);
+    hold_candidates(kCandidatesPerVertex * scene_.bodies.contact_count());
   }
 
   void hold_candidates(int capacity) {

@@ -73,10 +73,10 @@ struct SearchRadii {
   Real self = 0;  ///< of a surface with itself
 };
 
-/// A set of candidates, owned by their first vertex and in its order; found anew now and then.
+/// A set of candidates, owned by their first vertex and in its order; replaced now and then.
 template <class Real>
 struct CandidateView {
-  int count = 0;  ///< at most
+  int count = 0;  ///< at most: on a GPU the room that there is
   const Candidate* list = nullptr;
   const int* owned_begin = nullptr;  ///< [vertex + 1] first candidate
   const int* ref_begin = nullptr;    ///< [vertex + 1] candidates, or near pairs, that it is in

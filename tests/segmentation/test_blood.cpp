@@ -254,17 +254,18 @@ TEST(Tunnels, AreThoseOfBodiesWhoseNumberIsKnown) {
 
 TEST(Plausibility, RefusesASpongeAndNoTreeWithLoops) {
   const auto sponge = lattice(9);  // 1701 tunnels in 53 % of the box
-  EXPECT_THAT([&] { detail::refuse_sponge(sponge, sponge.geometry); },
+  EXPECT_THAT([&] { detail::refuse_sponge(sponge, sponge.geometry, false); },
               ThrowsMessage<InputError>(HasSubstr("1701 holes through it")));
   const auto fewer = lattice(7);  // 833
-  EXPECT_NO_THROW(detail::refuse_sponge(fewer, fewer.geometry));
+  EXPECT_NO_THROW(detail::refuse_sponge(fewer, fewer.geometry, false));
   VolumeGeometry wide = sponge.geometry;  // a nidus in the scan of a head
   for (int& n : wide.size) n *= 2;
-  EXPECT_NO_THROW(detail::refuse_sponge(sponge, wide));
+  EXPECT_NO_THROW(detail::refuse_sponge(sponge, wide, false));
   const auto bone = lattice(12);  // 3888, too many at any size
   wide = bone.geometry;
   for (int& n : wide.size) n *= 4;
-  EXPECT_THROW(detail::refuse_sponge(bone, wide), InputError);
+  EXPECT_THROW(detail::refuse_sponge(bone, wide, false), InputError);
+  EXPECT_NO_THROW(detail::refuse_sponge(bone, wide, true));
 }
 
 TEST(Plausibility, RefusesASkullAndNoHeart) {
