@@ -8,6 +8,7 @@
 #include "centerline/detail/branches.hpp"
 #include "centerline/detail/polyline.hpp"
 #include "centerline/detail/tracts.hpp"
+#include "core/parallel.hpp"
 #include "core/statistics.hpp"
 
 namespace angio::centerline {
@@ -95,13 +96,18 @@ std::optional<Vec3> touching_place(const Leaving& a, const Leaving& b,
 
 std::vector<Vec3> find_contacts(const CenterlineTree& tree) {
   const std::size_t count = tree.paths.size();
+  std::vector<std::vector<Leaving>> leavings_of(count);
+  parallel_for_uneven(std::ptrdiff_t(count), [&](std::ptrdiff_t index) {
+    const auto p = std::size_t(index);
+    for (std::size_t a = 0; a < count; ++a)
+      if (a != p)
+        if (const auto leaving = leave(tree.paths[a], tree.paths[p]))
+          leavings_of[p].push_back(*leaving);
+  });
   std::vector<Vec3> places;
   for (std::size_t p = 0; p < count; ++p) {
     const CenterlinePath& parent = tree.paths[p];
-    std::vector<Leaving> leavings;
-    for (std::size_t a = 0; a < count; ++a)
-      if (a != p)
-        if (const auto leaving = leave(tree.paths[a], parent)) leavings.push_back(*leaving);
+    const std::vector<Leaving>& leavings = leavings_of[p];
     for (std::size_t a = 0; a < leavings.size(); ++a)
       for (std::size_t b = a + 1; b < leavings.size(); ++b) {
         const auto place = touching_place(leavings[a], leavings[b], parent);

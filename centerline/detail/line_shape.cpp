@@ -3,33 +3,14 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
-#include <limits>
 
+#include "centerline/detail/point_row.hpp"
 #include "centerline/detail/polyline.hpp"
 #include "centerline/detail/ridge.hpp"
 #include "core/centerline.hpp"
 #include "core/parallel.hpp"
 
 namespace angio::centerline {
-
-namespace {
-
-std::size_t nearest_of(const std::vector<Vec3>& points, const Vec3& place) {
-  std::size_t nearest = 0;
-  double least = std::numeric_limits<double>::infinity();
-  for (std::size_t i = 0; i < points.size(); ++i)
-    if (const double squared = norm_squared(points[i] - place); squared < least) {
-      least = squared;
-      nearest = i;
-    }
-  return nearest;
-}
-
-}  // namespace
-
-std::size_t nearest_of_course(const Line& work, const Vec3& place) {
-  return nearest_of(work.course, place);
-}
 
 namespace {
 
@@ -41,7 +22,7 @@ bool is_in_core(const Line& work, const Surroundings& around, const Vec3& place)
   if (distance(place, work.course.back()) < work.end_reach ||
       distance(place, work.course.front()) < work.start_reach)
     return true;
-  const Vec3& middle = work.course[nearest_of_course(work, place)];
+  const Vec3& middle = work.course[work.course.nearest(place)];
   const double slack = 0.5 * around.wall.resolution();
   return around.lumen.depth_at(place) >= kCore * around.lumen.depth_at(middle) - slack;
 }
@@ -53,15 +34,15 @@ void return_to_course(const Line& work, const Surroundings& around, std::vector<
   const auto is_beside = [&](std::size_t k) {
     const double near = std::max(2.0 * around.wall.resolution(), 0.3 * work.line.radius[k]);
     return is_in_core(work, around, curve[k]) &&
-           distance(curve[k], work.course[nearest_of_course(work, curve[k])]) < near;
+           distance(curve[k], work.course[work.course.nearest(curve[k])]) < near;
   };
   for (std::size_t i = least; i + 1 < curve.size(); ++i) {
     if (is_in_core(work, around, curve[i])) continue;
     std::size_t begin = i, end = i;  // points [begin, end) are put anew
     while (begin > least && !is_beside(begin - 1)) --begin;
     while (end + 1 < curve.size() && !is_beside(end)) ++end;
-    const auto from = double(nearest_of_course(work, curve[begin - 1]));
-    const auto to = double(nearest_of_course(work, curve[end]));
+    const auto from = double(work.course.nearest(curve[begin - 1]));
+    const auto to = double(work.course.nearest(curve[end]));
     for (std::size_t k = begin; k < end; ++k) {
       const double at = from + (to - from) * double(k - begin + 1) / double(end - begin + 1);
       const auto low = std::min(std::size_t(at), work.course.size() - 1);
@@ -157,7 +138,8 @@ class LeastDepths {
       : lumen_(around.lumen), points_(work.line.points), least_(points_.size(), 0.0) {
     constexpr double kShare = 0.8, kSlack = 0.5;  // the latter in voxels
     const std::vector<char> turns_back = find_turns_back(work.line);
-    const std::vector<double> s = arc_length(points_), radius = radius_around(work.line, s);
+    const std::vector<double> s = arc_length(work.line.points),
+                              radius = radius_around(work.line, s);
     for (std::size_t i = 0; i < points_.size(); ++i) {
       if (turns_back[i] == 0) continue;
       const Vec3 normal = tangent_at(work.line, s, i, direction_reach(work.line, i));
@@ -170,12 +152,12 @@ class LeastDepths {
 
   [[nodiscard]] bool allow(const Vec3& place) const {
     const double depth = lumen_.depth_at(place);
-    return depth >= most_ || depth >= least_[nearest_of(points_, place)];
+    return depth >= most_ || depth >= least_[points_.nearest(place)];
   }
 
  private:
   const LumenVoxels& lumen_;
-  std::vector<Vec3> points_;   ///< of the line before [mm]
+  PointRow points_;            ///< of the line before [mm]
   std::vector<double> least_;  ///< [mm]
   double most_ = 0.0;          ///< of these
 };
@@ -219,7 +201,7 @@ void settle(Line& work, const Surroundings& around, Middles middles, double stif
       is_fine = false;
       middles.center[i] = is_in_core(work, around, before[i])
                               ? before[i]
-                              : work.course[nearest_of_course(work, curve[i])];
+                              : work.course[work.course.nearest(curve[i])];
       for (std::size_t k = i - std::min<std::size_t>(i - work.shared, 2);
            k < std::min(i + 3, curve.size()); ++k) {
         stiffness[k] = std::max(0.8 * stiffness[k], 0.3);

@@ -23,9 +23,6 @@ struct Surroundings {
   std::function<double(double)> last_step;
 };
 
-/// The nearest of the voxels that a line was traced along: the middle, though roughly.
-std::size_t nearest_of_course(const Line& work, const Vec3& place);
-
 /// Moves the own points of a line onto the smooth curve through the middles. Where that would leave
 /// the core of the lumen (places that are at least half as far from the wall as the voxels along
 /// which the line was traced) it gives way.

@@ -82,6 +82,21 @@ std::size_t leaves_line(const LumenVoxels& lumen, const Skeleton::Chain& chain,
   return std::min(own, chain.voxels.size() - 1);
 }
 
+/// The first point of a line that what begins at another can feel: smoothing and its outliers reach
+/// a dozen points, tangents and turns a few widths.
+std::size_t first_felt(const Polyline& line, std::size_t end) {
+  constexpr std::size_t kPoints = 32;
+  constexpr double kWidths = 12.0;
+  double length = 0.0, widest = line.extent[end];
+  std::size_t first = end;
+  while (first > 0 && (end - first < kPoints || length < kWidths * widest)) {
+    --first;
+    length += distance(line.points[first], line.points[first + 1]);
+    widest = std::max(widest, line.extent[first]);
+  }
+  return first;
+}
+
 }  // namespace
 
 std::vector<Plan> plan_lines(const LumenVoxels& lumen, const Skeleton& skeleton) {
@@ -106,7 +121,7 @@ std::vector<Plan> plan_lines(const LumenVoxels& lumen, const Skeleton& skeleton)
 Line start_line(const LumenVoxels& lumen, const Skeleton& skeleton, const Wall& wall) {
   Line work;
   work.line = from_voxels(lumen, skeleton.chains.front().voxels);
-  work.course = work.line.points;
+  work.course = PointRow(work.line.points);
   work.free_start = skeleton.starts_at_end;
   work.free_end = !skeleton.chains.front().ends_at_cut;
   work.start_rim = skeleton.inlet_rim;
@@ -135,15 +150,26 @@ Line start_branch(const LumenVoxels& lumen, const Plan& plan, const Line& parent
     --leave;
   Line work;
   work.parent = plan.parent;
-  work.shared = leave + 1;
+  work.skipped = first_felt(parent.line, leave);
+  work.shared = leave + 1 - work.skipped;
   work.free_end = !chain.ends_at_cut;
-  const auto take = std::ptrdiff_t(work.shared);
+  const auto from = std::ptrdiff_t(work.skipped), to = std::ptrdiff_t(leave + 1);
   work.line = parent.line;
-  work.line.resize(work.shared);
-  work.area.assign(parent.area.begin(), parent.area.begin() + take);
-  work.seen.assign(parent.seen.begin(), parent.seen.begin() + take);
-  work.fitted.assign(parent.fitted.begin(), parent.fitted.begin() + take);
-  for (const int v : chain.voxels) work.course.push_back(lumen.position(v));
+  work.line.resize(leave + 1);
+  work.line.erase(0, work.skipped);
+  work.area.assign(parent.area.begin() + from, parent.area.begin() + to);
+  work.seen.assign(parent.seen.begin() + from, parent.seen.begin() + to);
+  work.fitted.assign(parent.fitted.begin() + from, parent.fitted.begin() + to);
+  const Vec3& first = work.line.points.front();
+  std::size_t beside_first = first_own;
+  for (std::size_t i = first_own; i-- > 0;)
+    if (distance(lumen.position(chain.voxels[i]), first) <
+        distance(lumen.position(chain.voxels[beside_first]), first))
+      beside_first = i;
+  std::vector<Vec3> course;
+  for (std::size_t i = work.skipped == 0 ? 0 : beside_first; i < chain.voxels.size(); ++i)
+    course.push_back(lumen.position(chain.voxels[i]));
+  work.course = PointRow(std::move(course));
   for (std::size_t i = first_own; i < chain.voxels.size(); ++i)
     work.line.push_back(lumen.position(chain.voxels[i]),
                         double(lumen.depth[std::size_t(chain.voxels[i])]));
@@ -157,6 +183,21 @@ Line start_branch(const LumenVoxels& lumen, const Plan& plan, const Line& parent
   work.end_rim = chain.rim;
   if (work.free_end) straighten_end(work.line, wall, work.shared + 1, work.end_rim);
   return work;
+}
+
+void take_skipped(Line& work, const Line& parent) {
+  const auto count = std::ptrdiff_t(work.skipped);
+  const auto prepend = [&](auto& own, const auto& parents) {
+    own.insert(own.begin(), parents.begin(), parents.begin() + count);
+  };
+  prepend(work.line.points, parent.line.points);
+  prepend(work.line.radius, parent.line.radius);
+  prepend(work.line.extent, parent.line.extent);
+  prepend(work.area, parent.area);
+  prepend(work.seen, parent.seen);
+  prepend(work.fitted, parent.fitted);
+  work.shared += work.skipped;
+  work.skipped = 0;
 }
 
 void redo_end(Polyline& line, const Wall& wall, std::size_t least_kept,

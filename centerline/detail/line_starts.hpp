@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "centerline/detail/lumen_voxels.hpp"
+#include "centerline/detail/point_row.hpp"
 #include "centerline/detail/polyline.hpp"
 #include "centerline/detail/skeleton.hpp"
 #include "centerline/detail/wall.hpp"
@@ -16,15 +17,17 @@ inline constexpr double kWorkStep = 0.4;  ///< of the radius, while centring
 /// Radii at a tip that are not centred: caps may be oblique.
 inline constexpr double kEndZone = 0.5;
 
-/// A line of the tree; its points [0, shared) are those of its parent.
+/// A line of the tree; its points [0, shared) are those of its parent from the point `skipped` on.
+/// While it is traced it holds no more of its parent than what it can feel.
 struct Line {
   Polyline line;  ///< the radius is the inscribed one once measured
   std::vector<double> area;
   std::vector<double> fitted;  ///< inscribed radius freed of the wall's noise [mm]
   std::vector<char> seen;      ///< 1: the section there was seen all round
-  std::vector<Vec3> course;    ///< the voxels that it was traced along [mm]
+  PointRow course;             ///< the voxels that it was traced along [mm]
   int parent = -1;
   std::size_t shared = 0;
+  std::size_t skipped = 0;
   bool free_start = false;  ///< begins at a wall or at the border of the data
   bool free_end = false;
   std::optional<Vec3> start_rim, end_rim;  ///< middles of open rims: the ends are there
@@ -46,8 +49,11 @@ std::vector<Plan> plan_lines(const LumenVoxels& lumen, const Skeleton& skeleton)
 /// The first line, from the inlet to the farthest outlet.
 Line start_line(const LumenVoxels& lumen, const Skeleton& skeleton, const Wall& wall);
 
-/// A later line: the parent's points up to a little before the branching, then its own voxels.
+/// A later line: the parent's last points up to a little before the branching, then its own voxels.
 Line start_branch(const LumenVoxels& lumen, const Plan& plan, const Line& parent, const Wall& wall);
+
+/// Gives a traced line the points of its parent that it skipped.
+void take_skipped(Line& work, const Line& parent);
 
 /// The points next to a tip were smoothed only, not centred.
 /// @param rim  where the line is to end; none: straight on, at the wall

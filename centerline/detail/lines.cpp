@@ -46,7 +46,7 @@ Look blank_look(const Line& work, std::size_t first) {
   Look look{
       {line.points, std::vector<double>(count, kUnseen)}, std::vector<char>(count, 0), line.radius};
   for (std::size_t i = work.shared; i < std::min(first + 1, count); ++i) {
-    look.middles.center[i] = work.course[nearest_of_course(work, line.points[i])];
+    look.middles.center[i] = work.course[work.course.nearest(line.points[i])];
     look.middles.weight[i] = kMouth;
   }
   return look;
@@ -358,6 +358,7 @@ TracedLines trace_lines(const Skeleton& skeleton, const Surroundings& around,
     redo_ends(work, around.wall);
     finish(work, parent, around);
     stay_in_lumen(work, around.wall);
+    if (parent != nullptr) take_skipped(work, *parent);
     lines[index] = std::move(work);
   };
   // Lines need their parent's only: those of one generation are traced at once.

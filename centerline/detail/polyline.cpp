@@ -63,6 +63,9 @@ bool inside_tube(const std::vector<Vec3>& points, const std::vector<double>& rad
   for (std::size_t m = from; m + 1 < points.size(); ++m) {
     const Vec3 along = points[m + 1] - points[m];
     const double squared = norm_squared(along);
+    // Twice the sum of two squares is no less than the square of the sum.
+    const double reach = std::max(radius[m], radius[m + 1]);
+    if (norm_squared(point - points[m]) > 2.0 * (squared + reach * reach)) continue;
     const double t =
         squared > 0.0 ? std::clamp(dot(point - points[m], along) / squared, 0.0, 1.0) : 0.0;
     const double r = (1.0 - t) * radius[m] + t * radius[m + 1];
