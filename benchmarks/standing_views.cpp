@@ -32,7 +32,7 @@ struct Plan {
 };
 
 std::vector<Plan> plans() {
-  std::vector<Plan> all(7);
+  std::vector<Plan> all(9);
   all[0].name = "2 views 60 degrees apart";
   all[0].run.views = {{-30.0, 0.0}, {30.0, 0.0}};
   all[0].run.body = false;
@@ -55,6 +55,14 @@ std::vector<Plan> plans() {
   all[6].name = "-30/20 and 40/-15 degrees, before a skull, the longest vessel by its ends";
   all[6].run.body = true;
   all[6].ends = true;
+  all[7] = all[5];
+  all[7].name = "3 views, each shifted by 3 mm sd";
+  all[7].run.wobble_mm = 3.0;
+  all[8] = all[7];
+  all[8].name = "4 views, with -25/-25 degrees, shifted by 5 mm sd, turned by 1 degree sd";
+  all[8].run.views.push_back({-25.0, -25.0});
+  all[8].run.wobble_mm = 5.0;
+  all[8].run.wobble_degrees = 1.0;
   for (Plan& plan : all) plan.run.frames = 1;
   return all;
 }
