@@ -14,6 +14,7 @@
 #include <string>
 #include <vector>
 
+#include "benchmarks/free_move.hpp"
 #include "benchmarks/phantom_pictures.hpp"
 #include "core/error.hpp"
 #include "datasets/rotational_run.hpp"
@@ -121,20 +122,8 @@ std::vector<std::string> measure(const std::string& phantom, const Plan& plan) {
   const double seconds =
       std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   CenterlineTree tree = found.fit.tree;
-  Vec3 moved;
-  for (int round = 0; round < 5; ++round) {
-    Vec3 by;
-    double count = 0.0;
-    for (const CenterlinePath& path : tree.paths)
-      for (const Vec3& point : path.points) {
-        by += nearest(truth, point).place - point;
-        ++count;
-      }
-    by = by / count;
-    moved += by;
-    for (CenterlinePath& path : tree.paths)
-      for (Vec3& point : path.points) point += by;
-  }
+  const Vec3 moved = benchmarks::move_freely(
+      tree, [&](std::size_t /*line*/, const Vec3& point) { return nearest(truth, point).place; });
   double line = 0.0, bias = 0.0, squares = 0.0, count = 0.0;
   for (const CenterlinePath& path : tree.paths)
     for (std::size_t p = 0; p < path.points.size(); ++p) {

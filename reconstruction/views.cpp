@@ -113,8 +113,6 @@ double medium(const TreeFit& fit) {
   return median(std::move(found));
 }
 
-constexpr double kGibibyte = 1024.0 * 1024.0 * 1024.0;
-
 /// What may be taken [GiB].
 struct Room {
   double gib = 0.0;
@@ -122,13 +120,13 @@ struct Room {
 };
 
 Room room(double max_memory_gib) {
-  const double free = double(available_memory_bytes()) / kGibibyte;
+  const double free = double(available_memory_bytes()) / units::kBytesPerGibibyte;
   const bool is_own_limit = max_memory_gib > 0.0 && max_memory_gib < free;
   return {is_own_limit ? max_memory_gib : free, is_own_limit};
 }
 
 void require_room(const VolumeGeometry& grid, double max_memory_gib) {
-  const double needed = double(grid.voxel_count() * sizeof(float)) / kGibibyte;
+  const double needed = double(grid.voxel_count() * sizeof(float)) / units::kBytesPerGibibyte;
   const auto [most, is_own_limit] = room(max_memory_gib);
   if (needed > most)
     throw InputError(fmt::format(
@@ -268,7 +266,7 @@ TreeOfViews reconstruct_views(const RotationalRun& run, const ViewsOptions& opti
       leave_out_thin_vessels(view, options.thinnest_mm);
   constexpr double kMost = 0x1p62;  // free memory that is not known has no limit
   const auto most_bytes =
-      std::uint64_t(std::min(kGibibyte * room(options.max_memory_gib).gib, kMost));
+      std::uint64_t(std::min(units::kBytesPerGibibyte * room(options.max_memory_gib).gib, kMost));
   ViewTree found;
   if (options.ends.empty()) {
     PosedTree posed_tree = find_posed_tree(views, most_bytes, part(progress, 0.1, 0.5));

@@ -159,7 +159,8 @@ ViewTree find_view_tree(const std::vector<ViewPicture>& views, std::uint64_t mos
                         const Progress& progress) {
   ANGIO_EXPECT(views.size() >= 2);
   const std::vector<ViewLookup> lookups = lookups_of(views);
-  const Hull hull = find_hull(lookups, kHullReach, most_bytes, part(progress, 0.0, 0.3));
+  const Hull hull =
+      find_hull(lookups, kHullReach, most_bytes, Wanted::all_vessels, part(progress, 0.0, 0.3));
   return to_tree(hull, lookups, grow_tree(hull, lookups, part(progress, 0.3, 1.0)), -1);
 }
 
@@ -203,7 +204,7 @@ ViewTree find_view_vessel(const std::vector<ViewPicture>& views,
     distal.push_back(one.distal);
   }
   for (double reach = kHullReach; reach <= kFarthest; reach *= 2.0) {
-    const Hull hull = find_hull(lookups, reach, most_bytes);
+    const Hull hull = find_hull(lookups, reach, most_bytes, Wanted::one_vessel);
     if (hull.cell.empty()) continue;
     Grown grown;
     grown.place = cheapest_way(hull, nearest_place(hull, lookups, proximal),
