@@ -20,7 +20,6 @@ namespace angio::units {
 inline constexpr double kPascalPerAtm = 101325.0;  ///< standard atmosphere, exact (BIPM)
 inline constexpr double kPascalPerKilopascal = 1e3;
 inline constexpr double kPascalPerMegapascal = 1e6;
-inline constexpr double kBytesPerGibibyte = 1024.0 * 1024.0 * 1024.0;
 inline constexpr double kPi = 3.14159265358979323846;
 
 constexpr double pascal_from_atm(double atm) { return atm * kPascalPerAtm; }

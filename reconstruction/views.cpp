@@ -92,11 +92,14 @@ double voxel_size(const ViewsOptions& options, const RotationalRun& run,
 void measure(const RotationalRun& run, const std::vector<ViewPicture>& views,
              const CenterlineTree& found, bool has_ends, const TreeFitOptions& options,
              const Progress& progress, TreeOfViews& result) {
-  constexpr double kSkewPixels = 2.0;
+  // What is left after the C-arms' poses were fitted is none of theirs: then lines that are known
+  // to a pixel tell that the vessels were seen elsewhere.
+  const bool is_posed = !has_ends && views.size() > 2;
+  const double most_skew_pixels = is_posed ? 1.0 : 2.0;
   const double air = result.unattenuated;
   result.skew_mm = view_skew(views, found);
   const double pixel = finest_pixel(run.frames);
-  result.by_view = result.skew_mm > kSkewPixels * pixel;
+  result.by_view = result.skew_mm > most_skew_pixels * pixel;
   if (!result.by_view) {
     result.fit = has_ends ? fit_tree(run, air, found, options, progress)
                           : fit_to_ends(run, air, found, options, progress);
@@ -120,13 +123,13 @@ struct Room {
 };
 
 Room room(double max_memory_gib) {
-  const double free = double(available_memory_bytes()) / units::kBytesPerGibibyte;
+  const double free = double(available_memory_bytes()) / kBytesPerGibibyte;
   const bool is_own_limit = max_memory_gib > 0.0 && max_memory_gib < free;
   return {is_own_limit ? max_memory_gib : free, is_own_limit};
 }
 
 void require_room(const VolumeGeometry& grid, double max_memory_gib) {
-  const double needed = double(grid.voxel_count() * sizeof(float)) / units::kBytesPerGibibyte;
+  const double needed = double(grid.voxel_count() * sizeof(float)) / kBytesPerGibibyte;
   const auto [most, is_own_limit] = room(max_memory_gib);
   if (needed > most)
     throw InputError(fmt::format(
@@ -137,7 +140,7 @@ void require_room(const VolumeGeometry& grid, double max_memory_gib) {
 
 std::vector<std::string> warnings_of(const TreeOfViews& result, const ViewShifts& shifts,
                                      bool has_ends) {
-  constexpr double kToldShift = 1.0, kPoorAgreement = 0.7, kPoorPart = 0.6;
+  constexpr double kToldShift = 1.0, kToldTurn = 0.3, kPoorAgreement = 0.7, kPoorPart = 0.6;
   std::vector<std::string> warnings;
   warnings.push_back(fmt::format(
       "the vessels were found from {} views up to {:.0f} degrees apart: sections are taken as "
@@ -159,6 +162,13 @@ std::vector<std::string> warnings_of(const TreeOfViews& result, const ViewShifts
         "corrected. How far they moved along the plane of two beams cannot be seen: depths may be "
         "off together",
         farthest));
+  double most_turned = 0.0;
+  for (const Vec3& turn : result.turns_degrees) most_turned = std::max(most_turned, norm(turn));
+  if (most_turned > kToldTurn)
+    warnings.push_back(fmt::format(
+        "the views' C-arms stood up to {:.1f} degrees from their headers, as far as the tree tells "
+        "it; that was corrected",
+        most_turned));
   if (shifts.agreement < kPoorAgreement)
     warnings.push_back(fmt::format(
         "the views agree poorly on how the contrast medium lies across their common planes "
@@ -266,7 +276,7 @@ TreeOfViews reconstruct_views(const RotationalRun& run, const ViewsOptions& opti
       leave_out_thin_vessels(view, options.thinnest_mm);
   constexpr double kMost = 0x1p62;  // free memory that is not known has no limit
   const auto most_bytes =
-      std::uint64_t(std::min(units::kBytesPerGibibyte * room(options.max_memory_gib).gib, kMost));
+      std::uint64_t(std::min(kBytesPerGibibyte * room(options.max_memory_gib).gib, kMost));
   ViewTree found;
   if (options.ends.empty()) {
     PosedTree posed_tree = find_posed_tree(views, most_bytes, part(progress, 0.1, 0.5));

@@ -10,10 +10,10 @@
 #include <limits>
 #include <queue>
 
+#include "core/available_memory.hpp"
 #include "core/error.hpp"
 #include "core/parallel.hpp"
 #include "core/statistics.hpp"
-#include "core/units.hpp"
 
 namespace angio::reconstruction::detail {
 namespace {
@@ -134,7 +134,6 @@ std::uint64_t bytes_of_place(std::size_t view_count) {
 
 void require_memory(std::size_t places, std::size_t view_count, std::uint64_t most_bytes,
                     Wanted wanted) {
-  using units::kBytesPerGibibyte;
   const std::uint64_t needed = places * bytes_of_place(view_count);
   if (needed > most_bytes)
     throw InputError(fmt::format(
