@@ -92,14 +92,11 @@ double voxel_size(const ViewsOptions& options, const RotationalRun& run,
 void measure(const RotationalRun& run, const std::vector<ViewPicture>& views,
              const CenterlineTree& found, bool has_ends, const TreeFitOptions& options,
              const Progress& progress, TreeOfViews& result) {
-  // What is left after the C-arms' poses were fitted is none of theirs: then lines that are known
-  // to a pixel tell that the vessels were seen elsewhere.
-  const bool is_posed = !has_ends && views.size() > 2;
-  const double most_skew_pixels = is_posed ? 1.0 : 2.0;
+  constexpr double kSkewPixels = 2.0;
   const double air = result.unattenuated;
   result.skew_mm = view_skew(views, found);
   const double pixel = finest_pixel(run.frames);
-  result.by_view = result.skew_mm > most_skew_pixels * pixel;
+  result.by_view = result.skew_mm > kSkewPixels * pixel;
   if (!result.by_view) {
     result.fit = has_ends ? fit_tree(run, air, found, options, progress)
                           : fit_to_ends(run, air, found, options, progress);

@@ -62,8 +62,7 @@ struct TreeOfViews {
   std::vector<double> hidden_parts = {};
   double agreement = 0.0;  ///< detail/view_shifts.hpp
   double skew_mm = 0.0;    ///< of the views' rays to the same places (detail/view_by_view.hpp)
-  bool by_view = false;    ///< each view was measured by itself, for that is over two pixels; of
-                           ///< three views or more, whose poses are fitted, over one
+  bool by_view = false;    ///< each view was measured by itself, for that is over two pixels
   std::vector<std::string> warnings;
 };
 
