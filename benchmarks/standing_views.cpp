@@ -14,6 +14,7 @@
 #include <string>
 #include <vector>
 
+#include "benchmarks/free_move.hpp"
 #include "benchmarks/phantom_pictures.hpp"
 #include "core/error.hpp"
 #include "datasets/rotational_run.hpp"
@@ -32,7 +33,7 @@ struct Plan {
 };
 
 std::vector<Plan> plans() {
-  std::vector<Plan> all(7);
+  std::vector<Plan> all(9);
   all[0].name = "2 views 60 degrees apart";
   all[0].run.views = {{-30.0, 0.0}, {30.0, 0.0}};
   all[0].run.body = false;
@@ -55,6 +56,14 @@ std::vector<Plan> plans() {
   all[6].name = "-30/20 and 40/-15 degrees, before a skull, the longest vessel by its ends";
   all[6].run.body = true;
   all[6].ends = true;
+  all[7] = all[5];
+  all[7].name = "3 views, each shifted by 3 mm sd";
+  all[7].run.wobble_mm = 3.0;
+  all[8] = all[7];
+  all[8].name = "4 views, with -25/-25 degrees, shifted by 5 mm sd, turned by 1 degree sd";
+  all[8].run.views.push_back({-25.0, -25.0});
+  all[8].run.wobble_mm = 5.0;
+  all[8].run.wobble_degrees = 1.0;
   for (Plan& plan : all) plan.run.frames = 1;
   return all;
 }
@@ -113,20 +122,8 @@ std::vector<std::string> measure(const std::string& phantom, const Plan& plan) {
   const double seconds =
       std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   CenterlineTree tree = found.fit.tree;
-  Vec3 moved;
-  for (int round = 0; round < 5; ++round) {
-    Vec3 by;
-    double count = 0.0;
-    for (const CenterlinePath& path : tree.paths)
-      for (const Vec3& point : path.points) {
-        by += nearest(truth, point).place - point;
-        ++count;
-      }
-    by = by / count;
-    moved += by;
-    for (CenterlinePath& path : tree.paths)
-      for (Vec3& point : path.points) point += by;
-  }
+  const Vec3 moved = benchmarks::move_freely(
+      tree, [&](std::size_t /*line*/, const Vec3& point) { return nearest(truth, point).place; });
   double line = 0.0, bias = 0.0, squares = 0.0, count = 0.0;
   for (const CenterlinePath& path : tree.paths)
     for (std::size_t p = 0; p < path.points.size(); ++p) {

@@ -11,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "benchmarks/free_move.hpp"
 #include "benchmarks/phantom_pictures.hpp"
 #include "datasets/rotational_run.hpp"
 #include "reconstruction/tree_fit.hpp"
@@ -105,27 +106,13 @@ void compare(const CenterlinePath& fitted, const std::vector<double>& sd,
   }
 }
 
-/// What all of a C-arm is moved by cannot be seen in its frames.
-Vec3 mean_offset(const CenterlineTree& fitted, const CenterlineTree& truth) {
-  Vec3 sum;
-  std::size_t count = 0;
-  for (std::size_t l = 0; l < fitted.paths.size(); ++l)
-    for (const Vec3& point : fitted.paths[l].points) {
-      sum += sample(truth.paths[l], project(truth.paths[l], point)).point - point;
-      ++count;
-    }
-  return sum / double(count);
-}
-
 Errors errors_of(const reconstruction::TreeFit& fit, const datasets::PhantomTruth& truth) {
   Errors errors;
   CenterlineTree tree = fit.tree;
-  for (int round = 0; round < 5; ++round) {
-    const Vec3 by = mean_offset(tree, truth.tree);
-    errors.shift += by;
-    for (CenterlinePath& path : tree.paths)
-      for (Vec3& point : path.points) point += by;
-  }
+  errors.shift = benchmarks::move_freely(tree, [&](std::size_t line, const Vec3& point) {
+    const CenterlinePath& path = truth.tree.paths[line];
+    return sample(path, project(path, point)).point;
+  });
   for (std::size_t l = 0; l < tree.paths.size(); ++l)
     compare(tree.paths[l], fit.radius_sd[l], truth.tree.paths[l], errors);
   for (const datasets::LesionTruth& lesion : truth.lesions) {

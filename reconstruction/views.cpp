@@ -12,10 +12,11 @@
 #include "core/error.hpp"
 #include "core/statistics.hpp"
 #include "core/units.hpp"
+#include "reconstruction/detail/fit_to_ends.hpp"
 #include "reconstruction/detail/gating.hpp"
 #include "reconstruction/detail/line_integrals.hpp"
+#include "reconstruction/detail/read_view.hpp"
 #include "reconstruction/detail/tube_volume.hpp"
-#include "reconstruction/detail/vessel_pictures.hpp"
 #include "reconstruction/detail/view_by_view.hpp"
 #include "reconstruction/detail/view_picture.hpp"
 #include "reconstruction/detail/view_shifts.hpp"
@@ -28,10 +29,6 @@ namespace {
 using namespace detail;
 using angiogram::kLeastViewAngle;
 
-double pixel_at_isocentre(const angiogram::ConeBeamFrame& frame) {
-  return norm(frame.column_step) * angiogram::ConeBeamView(frame).see(Vec3{0.0, 0.0, 0.0}).depth;
-}
-
 /// The largest angle between two views' beams, from whichever end [degrees].
 double widest_angle(const std::vector<angiogram::ConeBeamFrame>& frames) {
   double widest = 0.0;
@@ -39,67 +36,6 @@ double widest_angle(const std::vector<angiogram::ConeBeamFrame>& frames) {
     for (const angiogram::ConeBeamFrame& b : frames)
       widest = std::max(widest, angiogram::angle_between_beams(a.source, b.source));
   return widest;
-}
-
-/// How many of the first (or last) rows or columns a collimator covers: their median is far from
-/// the picture's.
-int covered(const std::vector<double>& medians, double middle, bool from_end) {
-  constexpr double kFar = 0.8;  // of a line integral: less than half of the beam, or twice as much
-  const int count = int(medians.size());
-  int border = 0;
-  for (int n = 0; n < count / 3; ++n)
-    if (std::abs(medians[std::size_t(from_end ? count - 1 - n : n)] - middle) > kFar)
-      border = n + 1;
-  return border;
-}
-
-/// The part of a picture that no collimator covers, less its blurred edge.
-OpenField open_field(const std::vector<float>& picture, int columns, int rows) {
-  std::vector<double> all(picture.begin(), picture.end()), of_columns, of_rows;
-  const double middle = median(std::move(all));
-  const auto at = [&](int c, int r) {
-    return double(picture[std::size_t(r) * std::size_t(columns) + std::size_t(c)]);
-  };
-  for (int c = 0; c < columns; ++c) {
-    std::vector<double> values;
-    for (int r = rows / 5; r < rows - rows / 5; ++r) values.push_back(at(c, r));
-    of_columns.push_back(median(std::move(values)));
-  }
-  for (int r = 0; r < rows; ++r) {
-    std::vector<double> values;
-    for (int c = columns / 5; c < columns - columns / 5; ++c) values.push_back(at(c, r));
-    of_rows.push_back(median(std::move(values)));
-  }
-  constexpr double kEdge = 0.03;
-  const auto inside = [&](const std::vector<double>& medians, bool from_end) {
-    const int border = covered(medians, middle, from_end);
-    return border + int(kEdge * double(medians.size()));
-  };
-  return {inside(of_columns, false), columns - 1 - inside(of_columns, true), inside(of_rows, false),
-          rows - 1 - inside(of_rows, true)};
-}
-
-ViewPicture read_view(const RotationalRun& run, int index, double air, double widest_mm,
-                      std::vector<char> covered) {
-  const angiogram::ConeBeamFrame& frame = run.frames[std::size_t(index)];
-  std::vector<float> integrals = read_line_integrals(run, index, 1, air);
-  OpenField open = open_field(integrals, frame.columns, frame.rows);
-  const OpenField given = around_open(covered, frame.columns, frame.rows);
-  open = {std::max(open.first_column, given.first_column),
-          std::min(open.last_column, given.last_column), std::max(open.first_row, given.first_row),
-          std::min(open.last_row, given.last_row)};
-  if (open.first_column > open.last_column || open.first_row > open.last_row)
-    throw InputError(fmt::format("view {}: its shutter covers all of it. Give another", index + 1));
-  cover_shutter(integrals.data(), frame.columns, frame.rows, open);
-  VesselPicture picture = vessels_of(std::move(integrals), frame.columns, frame.rows,
-                                     widest_mm / pixel_at_isocentre(frame), run.masks != nullptr);
-  covered.resize(picture.line_integrals.size(), 0);
-  for (int row = 0; row < frame.rows; ++row)
-    for (int c = 0; c < frame.columns; ++c)
-      if (c < open.first_column || c > open.last_column || row < open.first_row ||
-          row > open.last_row)
-        covered[std::size_t(row) * std::size_t(frame.columns) + std::size_t(c)] = 1;
-  return make_view_picture(frame, std::move(picture.line_integrals), covered, widest_mm);
 }
 
 /// Of some views' pixels those of one.
@@ -146,111 +82,8 @@ double voxel_size(const ViewsOptions& options, const RotationalRun& run,
                   const CenterlineTree& tree) {
   if (options.voxel_mm > 0.0) return options.voxel_mm;
   constexpr double kFinest = 0.1;
-  double pixel = 1e9;
-  for (const angiogram::ConeBeamFrame& frame : run.frames)
-    pixel = std::min(pixel, pixel_at_isocentre(frame));
+  const double pixel = finest_pixel(run.frames);
   return std::clamp(0.5 * thinnest_radius(tree), std::min(kFinest, pixel), pixel);
-}
-
-/// How many points at a line's end lie beyond the vessel's: lines reach out of a vessel's end by
-/// their blur, and the tube fitted there has no radius to speak of.
-std::size_t beyond_end(const CenterlinePath& path, bool at_inlet) {
-  constexpr double kNear = 10.0;                // [mm]
-  constexpr double kPart = 0.75, kReach = 4.0;  // of the vessel's radius there
-  const std::size_t count = path.points.size();
-  const auto point = [&](std::size_t n) { return at_inlet ? n : count - 1 - n; };
-  const auto along = [&](std::size_t n) {
-    return std::abs(path.abscissa[point(n)] - path.abscissa[point(0)]);
-  };
-  std::vector<double> radii;
-  for (std::size_t n = 0; n < count && along(n) < kNear; ++n)
-    radii.push_back(path.equivalent_radius[point(n)]);
-  const double vessel = quantile(radii, 0.75);
-  std::size_t beyond = 0;
-  while (beyond < radii.size() && along(beyond) < std::min(kReach * vessel, 0.5 * kNear) &&
-         radii[beyond] < kPart * vessel)
-    ++beyond;
-  // A path that would be gone keeps its ends.
-  constexpr std::size_t kFewest = 8;
-  return 2 * beyond + kFewest > count ? 0 : beyond;
-}
-
-/// A tree without what lies beyond its vessels' ends, and whether that was anything.
-struct CutTree {
-  CenterlineTree tree;
-  bool is_shorter = false;
-};
-
-CutTree without_ends(const CenterlineTree& tree) {
-  CutTree result;
-  CenterlineTree& cut = result.tree;
-  for (const CenterlinePath& path : tree.paths) {
-    const std::size_t first = beyond_end(path, true),
-                      last = path.points.size() - beyond_end(path, false);
-    result.is_shorter = result.is_shorter || last - first < path.points.size();
-    CenterlinePath& kept = cut.paths.emplace_back();
-    kept.id = path.id;
-    kept.points.assign(path.points.begin() + std::ptrdiff_t(first),
-                       path.points.begin() + std::ptrdiff_t(last));
-    kept.inscribed_radius.assign(path.inscribed_radius.begin() + std::ptrdiff_t(first),
-                                 path.inscribed_radius.begin() + std::ptrdiff_t(last));
-    kept.abscissa = arc_length(kept.points);
-    kept.tracts = {{0, int(kept.points.size()) - 1, path.id, 0, false}};
-  }
-  return result;
-}
-
-double usual_radius(const CenterlineTree& tree) {
-  std::vector<double> radii;
-  for (const CenterlinePath& path : tree.paths)
-    radii.insert(radii.end(), path.inscribed_radius.begin(), path.inscribed_radius.end());
-  return median(std::move(radii));
-}
-
-/// The same of a fit, which stays as it is between its ends.
-void cut_ends(TreeFit& fit) {
-  for (std::size_t p = 0; p < fit.tree.paths.size(); ++p) {
-    CenterlinePath& path = fit.tree.paths[p];
-    const auto first = std::ptrdiff_t(beyond_end(path, true)),
-               last = std::ptrdiff_t(path.points.size() - beyond_end(path, false));
-    const auto cut = [&](auto& values) {
-      values = std::decay_t<decltype(values)>(values.begin() + first, values.begin() + last);
-    };
-    cut(path.points);
-    cut(path.inscribed_radius);
-    cut(path.tube_radius);
-    cut(path.equivalent_radius);
-    cut(path.section_area);
-    cut(fit.radius_sd[p]);
-    path.abscissa = arc_length(path.points);
-    path.tracts = {{0, int(path.points.size()) - 1, path.id, 0, false}};
-  }
-}
-
-constexpr double kCoarseNodes = 1.25;  ///< median radii between them
-
-/// Fits a tree, cut where its vessels end: with coarse nodes until nothing more is cut, then as
-/// fine as is due.
-TreeFit fit_to_ends(RotationalRun run, double air, CenterlineTree tree,
-                    const TreeFitOptions& options, const Progress& progress) {
-  constexpr int kMostCuts = 5;
-  TreeFitOptions coarse = options;
-  coarse.node_spacing_mm = std::clamp(kCoarseNodes * usual_radius(tree), 2.0, 10.0);
-  coarse.most_steps = 12;
-  for (int cut = 0; cut < kMostCuts; ++cut) {
-    const TreeFit fit =
-        fit_tree(run, air, tree, coarse, part(progress, 0.1 * cut, 0.1 * (cut + 1)));
-    run.frames = fit.frames;  // the tree lies where they see it
-    CutTree shorter = without_ends(fit.tree);
-    tree = std::move(shorter.tree);
-    if (!shorter.is_shorter) break;
-  }
-  TreeFit fit = fit_tree(run, air, tree, options, part(progress, 0.5, 0.75));
-  run.frames = fit.frames;
-  if (CutTree shorter = without_ends(fit.tree); shorter.is_shorter)
-    fit = fit_tree(run, air, shorter.tree, options, part(progress, 0.75, 1.0));
-  cut_ends(fit);
-  return fit;
 }
 
 /// Lines and radii: view by view, and where all views see the same places to a pixel from all of
@@ -262,9 +95,7 @@ void measure(const RotationalRun& run, const std::vector<ViewPicture>& views,
   constexpr double kSkewPixels = 2.0;
   const double air = result.unattenuated;
   result.skew_mm = view_skew(views, found);
-  double pixel = 1e9;
-  for (const angiogram::ConeBeamFrame& frame : run.frames)
-    pixel = std::min(pixel, pixel_at_isocentre(frame));
+  const double pixel = finest_pixel(run.frames);
   result.by_view = result.skew_mm > kSkewPixels * pixel;
   if (!result.by_view) {
     result.fit = has_ends ? fit_tree(run, air, found, options, progress)
@@ -282,8 +113,6 @@ double medium(const TreeFit& fit) {
   return median(std::move(found));
 }
 
-constexpr double kGibibyte = 1024.0 * 1024.0 * 1024.0;
-
 /// What may be taken [GiB].
 struct Room {
   double gib = 0.0;
@@ -291,13 +120,13 @@ struct Room {
 };
 
 Room room(double max_memory_gib) {
-  const double free = double(available_memory_bytes()) / kGibibyte;
+  const double free = double(available_memory_bytes()) / kBytesPerGibibyte;
   const bool is_own_limit = max_memory_gib > 0.0 && max_memory_gib < free;
   return {is_own_limit ? max_memory_gib : free, is_own_limit};
 }
 
 void require_room(const VolumeGeometry& grid, double max_memory_gib) {
-  const double needed = double(grid.voxel_count() * sizeof(float)) / kGibibyte;
+  const double needed = double(grid.voxel_count() * sizeof(float)) / kBytesPerGibibyte;
   const auto [most, is_own_limit] = room(max_memory_gib);
   if (needed > most)
     throw InputError(fmt::format(
@@ -308,7 +137,7 @@ void require_room(const VolumeGeometry& grid, double max_memory_gib) {
 
 std::vector<std::string> warnings_of(const TreeOfViews& result, const ViewShifts& shifts,
                                      bool has_ends) {
-  constexpr double kToldShift = 1.0, kPoorAgreement = 0.7, kPoorPart = 0.6;
+  constexpr double kToldShift = 1.0, kToldTurn = 0.3, kPoorAgreement = 0.7, kPoorPart = 0.6;
   std::vector<std::string> warnings;
   warnings.push_back(fmt::format(
       "the vessels were found from {} views up to {:.0f} degrees apart: sections are taken as "
@@ -330,6 +159,13 @@ std::vector<std::string> warnings_of(const TreeOfViews& result, const ViewShifts
         "corrected. How far they moved along the plane of two beams cannot be seen: depths may be "
         "off together",
         farthest));
+  double most_turned = 0.0;
+  for (const Vec3& turn : result.turns_degrees) most_turned = std::max(most_turned, norm(turn));
+  if (most_turned > kToldTurn)
+    warnings.push_back(fmt::format(
+        "the views' C-arms stood up to {:.1f} degrees from their headers, as far as the tree tells "
+        "it; that was corrected",
+        most_turned));
   if (shifts.agreement < kPoorAgreement)
     warnings.push_back(fmt::format(
         "the views agree poorly on how the contrast medium lies across their common planes "
@@ -373,18 +209,6 @@ std::vector<std::string> warnings_of(const TreeOfViews& result, const ViewShifts
 }
 
 }  // namespace
-
-OpenField around_open(const std::vector<char>& covered, int columns, int rows) {
-  if (covered.empty()) return {0, columns - 1, 0, rows - 1};
-  OpenField open{columns, -1, rows, -1};
-  for (int row = 0; row < rows; ++row)
-    for (int c = 0; c < columns; ++c) {
-      if (covered[std::size_t(row) * std::size_t(columns) + std::size_t(c)] != 0) continue;
-      open = {std::min(open.first_column, c), std::max(open.last_column, c),
-              std::min(open.first_row, row), std::max(open.last_row, row)};
-    }
-  return open;
-}
 
 void ViewsOptions::validate() const {
   if (!(widest_mm >= 1.0 && widest_mm <= 40.0))
@@ -449,10 +273,21 @@ TreeOfViews reconstruct_views(const RotationalRun& run, const ViewsOptions& opti
       leave_out_thin_vessels(view, options.thinnest_mm);
   constexpr double kMost = 0x1p62;  // free memory that is not known has no limit
   const auto most_bytes =
-      std::uint64_t(std::min(kGibibyte * room(options.max_memory_gib).gib, kMost));
-  const ViewTree found = options.ends.empty()
-                             ? find_view_tree(views, most_bytes, part(progress, 0.1, 0.5))
-                             : find_view_vessel(views, options.ends, most_bytes);
+      std::uint64_t(std::min(kBytesPerGibibyte * room(options.max_memory_gib).gib, kMost));
+  ViewTree found;
+  if (options.ends.empty()) {
+    PosedTree posed_tree = find_posed_tree(views, most_bytes, part(progress, 0.1, 0.5));
+    found = std::move(posed_tree.found);
+    for (std::size_t v = 0; v < views.size(); ++v) {
+      const ViewPose& pose = posed_tree.poses[v];
+      moved.frames[v] = views[v].frame = posed(views[v].frame, pose);
+      result.shifts_mm[v] = posed(result.shifts_mm[v], pose);
+      result.turns_degrees.push_back(180.0 / units::kPi * pose.turn);
+    }
+  } else {
+    found = find_view_vessel(views, options.ends, most_bytes);
+    result.turns_degrees.assign(views.size(), {});
+  }
   if (found.tree.paths.empty())
     throw InputError(
         "no vessel is seen in all views (they show different vessels, or are not from where their "

@@ -49,9 +49,12 @@ struct ViewsOptions {
 struct TreeOfViews {
   TreeFit fit;  ///< lines and radii with their sd, and where each view was found to be taken
   Volume<float> volume;  ///< attenuation of the contrast medium in the fitted tubes [1/mm]
-  double widest_angle_degrees = 0.0;    ///< between two views
-  double unattenuated = 0.0;            ///< as RunQuality::unattenuated
-  std::vector<Vec3> shifts_mm;          ///< of each view's C-arm against the patient, as found
+  double widest_angle_degrees = 0.0;  ///< between two views
+  double unattenuated = 0.0;          ///< as RunQuality::unattenuated
+  std::vector<Vec3> shifts_mm;        ///< of each view's C-arm against the patient, as found
+  /// How far each C-arm was found to be turned from where it says, around the isocentre: axis, as
+  /// long as the angle. Not looked for where there are two views, or ends.
+  std::vector<Vec3> turns_degrees = {};
   std::vector<double> explained_parts;  ///< of each view's lines that the tree accounts for; of
                                         ///< the one vessel that is wanted, of its own
   /// Of each view's pixels of the one vessel that is wanted, those that other vessels cover: they

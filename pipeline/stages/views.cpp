@@ -154,6 +154,7 @@ nlohmann::json to_json(const reconstruction::TreeOfViews& result,
                      {"secondary_degrees", loaded.views[v].run.secondary_angles_degrees.front()},
                      {"frame", frames[v] + 1},
                      {"shift_mm", to_json(result.shifts_mm[v])},
+                     {"turn_degrees", to_json(result.turns_degrees[v])},
                      {"lines_explained_percent", 100.0 * result.explained_parts[v]},
                      {"contrast_per_mm", result.fit.contrast_per_mm[v]}});
   }

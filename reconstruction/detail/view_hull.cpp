@@ -10,6 +10,7 @@
 #include <limits>
 #include <queue>
 
+#include "core/available_memory.hpp"
 #include "core/error.hpp"
 #include "core/parallel.hpp"
 #include "core/statistics.hpp"
@@ -131,21 +132,22 @@ std::uint64_t bytes_of_place(std::size_t view_count) {
   return kOwn + kWays + kGrowth + view_count * (sizeof(int) + sizeof(float));
 }
 
-void require_memory(std::size_t places, std::size_t view_count, std::uint64_t most_bytes) {
-  constexpr double kGibibyte = 1024.0 * 1024.0 * 1024.0;
+void require_memory(std::size_t places, std::size_t view_count, std::uint64_t most_bytes,
+                    Wanted wanted) {
   const std::uint64_t needed = places * bytes_of_place(view_count);
   if (needed > most_bytes)
-    throw InputError(
-        fmt::format("the places that all views show as vessel need more than {:.2f} GiB of memory, "
-                    "but {:.2f} GiB are allowed or free. Allow more with --max-memory, or name the "
-                    "one vessel that is wanted with --ends",
-                    double(needed) / kGibibyte, double(most_bytes) / kGibibyte));
+    throw InputError(fmt::format(
+        "the places that all views show as vessel need more than {:.2f} GiB of memory, "
+        "but {:.2f} GiB are allowed or free. Allow more with --max-memory{}",
+        double(needed) / kBytesPerGibibyte, double(most_bytes) / kBytesPerGibibyte,
+        wanted == Wanted::all_vessels ? ", or name the one vessel that is wanted with --ends"
+                                      : ""));
 }
 
 }  // namespace
 
 Hull find_hull(const std::vector<ViewLookup>& views, double reach, std::uint64_t most_bytes,
-               const Progress& progress) {
+               Wanted wanted, const Progress& progress) {
   constexpr double kCellsAcross = 320.0;
   constexpr int kLayersAtATime = 16;
   Hull hull;
@@ -166,7 +168,7 @@ Hull find_hull(const std::vector<ViewLookup>& views, double reach, std::uint64_t
       hull.radius.insert(hull.radius.end(), layer.radius.begin(), layer.radius.end());
       hull.pixel.insert(hull.pixel.end(), layer.pixel.begin(), layer.pixel.end());
     }
-    require_memory(hull.cell.size(), views.size(), most_bytes);
+    require_memory(hull.cell.size(), views.size(), most_bytes, wanted);
     if (hull.cell.size() > kMostPlaces)
       throw InputError(
           "the views show lines everywhere (they are noisy, or not of vessels): too many places "

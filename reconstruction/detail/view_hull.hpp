@@ -47,13 +47,17 @@ struct Hull {
   }
 };
 
+/// What a hull is made for.
+enum class Wanted { all_vessels, one_vessel };
+
 /// @param views   at least two
 /// @param reach   how far a view's line may lie from a place [mm]; more where the grid is coarse
 /// @param most_bytes  that its places, the ways between them, and a tree's growth over them
 ///                    (detail/tree_growth.hpp) may take
+/// @param wanted  tells what to advise where they take more
 /// @throws InputError  nearly everything could be vessel, or takes more memory than that
 Hull find_hull(const std::vector<ViewLookup>& views, double reach, std::uint64_t most_bytes,
-               const Progress& progress = {});
+               Wanted wanted, const Progress& progress = {});
 
 /// The place that the views see nearest to a pixel in each; sum of the distances [mm].
 /// @return -1: the hull is empty

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <limits>
 #include <utility>
 
 namespace angio::reconstruction::detail {
@@ -59,6 +60,17 @@ ViewPicture make_view_picture(const angiogram::ConeBeamFrame& frame, std::vector
   picture.vessels = std::move(vessels);
   find_nearest(picture);
   return picture;
+}
+
+double pixel_at_isocentre(const angiogram::ConeBeamFrame& frame) {
+  return norm(frame.column_step) * angiogram::ConeBeamView(frame).see(Vec3{0.0, 0.0, 0.0}).depth;
+}
+
+double finest_pixel(const std::vector<angiogram::ConeBeamFrame>& frames) {
+  double finest = std::numeric_limits<double>::infinity();
+  for (const angiogram::ConeBeamFrame& frame : frames)
+    finest = std::min(finest, pixel_at_isocentre(frame));
+  return finest;
 }
 
 angiogram::ConeBeamFrame shifted(angiogram::ConeBeamFrame frame, const Vec3& by) {

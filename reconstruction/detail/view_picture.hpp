@@ -37,6 +37,10 @@ ViewPicture make_view_picture(const angiogram::ConeBeamFrame& frame, std::vector
 /// Its lines' distances anew, after lines were taken out.
 void find_nearest(ViewPicture& picture);
 
+/// A pixel's size at the isocentre [mm]; of some frames the smallest.
+double pixel_at_isocentre(const angiogram::ConeBeamFrame& frame);
+double finest_pixel(const std::vector<angiogram::ConeBeamFrame>& frames);
+
 /// A frame taken from elsewhere.
 angiogram::ConeBeamFrame shifted(angiogram::ConeBeamFrame frame, const Vec3& by);
 

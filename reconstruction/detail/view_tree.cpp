@@ -4,11 +4,13 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <numeric>
 #include <utility>
 
 #include "core/error.hpp"
 #include "core/statistics.hpp"
 #include "reconstruction/detail/tree_growth.hpp"
+#include "reconstruction/detail/view_by_view.hpp"
 #include "reconstruction/detail/view_hull.hpp"
 
 namespace angio::reconstruction::detail {
@@ -127,6 +129,12 @@ std::vector<ViewLookup> lookups_of(const std::vector<ViewPicture>& views) {
   return lookups;
 }
 
+std::vector<ViewPicture> posed_views(std::vector<ViewPicture> views,
+                                     const std::vector<ViewPose>& poses) {
+  for (std::size_t v = 0; v < views.size(); ++v) views[v].frame = posed(views[v].frame, poses[v]);
+  return views;
+}
+
 /// The tree of places as smooth lines, and what they explain.
 /// @param inlet  node, -1: the widest end
 ViewTree to_tree(const Hull& hull, const std::vector<ViewLookup>& lookups, const Grown& grown,
@@ -151,8 +159,38 @@ ViewTree find_view_tree(const std::vector<ViewPicture>& views, std::uint64_t mos
                         const Progress& progress) {
   ANGIO_EXPECT(views.size() >= 2);
   const std::vector<ViewLookup> lookups = lookups_of(views);
-  const Hull hull = find_hull(lookups, kHullReach, most_bytes, part(progress, 0.0, 0.3));
+  const Hull hull =
+      find_hull(lookups, kHullReach, most_bytes, Wanted::all_vessels, part(progress, 0.0, 0.3));
   return to_tree(hull, lookups, grow_tree(hull, lookups, part(progress, 0.3, 1.0)), -1);
+}
+
+PosedTree find_posed_tree(const std::vector<ViewPicture>& views, std::uint64_t most_bytes,
+                          const Progress& progress) {
+  constexpr int kMostRounds = 4;
+  constexpr double kWorthIt = 0.01;
+  constexpr double kLineError = 1.0;  // [pixels]; rays that pass nearer contradict nothing
+  const auto tree_of = [&](const std::vector<ViewPicture>& seen, int round) {
+    return find_view_tree(
+        seen, most_bytes,
+        part(progress, double(round) / kMostRounds, double(round + 1) / kMostRounds));
+  };
+  const auto explained = [](const ViewTree& tree) {
+    return std::accumulate(tree.explained_parts.begin(), tree.explained_parts.end(), 0.0);
+  };
+  std::vector<angiogram::ConeBeamFrame> frames;
+  for (const ViewPicture& view : views) frames.push_back(view.frame);
+  const double pixel = finest_pixel(frames);
+  PosedTree best{tree_of(views, 0), std::vector<ViewPose>(views.size())};
+  if (views.size() < 3) return best;
+  for (int round = 1; round < kMostRounds; ++round) {
+    const std::vector<ViewPicture> seen = posed_views(views, best.poses);
+    if (view_skew(seen, best.found.tree) < kLineError * pixel) break;
+    std::vector<ViewPose> poses = find_view_poses(views, best.found.tree, best.poses);
+    ViewTree found = tree_of(posed_views(views, poses), round);
+    if (explained(found) < (1.0 + kWorthIt) * explained(best.found)) break;
+    best = {std::move(found), std::move(poses)};
+  }
+  return best;
 }
 
 ViewTree find_view_vessel(const std::vector<ViewPicture>& views,
@@ -166,7 +204,7 @@ ViewTree find_view_vessel(const std::vector<ViewPicture>& views,
     distal.push_back(one.distal);
   }
   for (double reach = kHullReach; reach <= kFarthest; reach *= 2.0) {
-    const Hull hull = find_hull(lookups, reach, most_bytes);
+    const Hull hull = find_hull(lookups, reach, most_bytes, Wanted::one_vessel);
     if (hull.cell.empty()) continue;
     Grown grown;
     grown.place = cheapest_way(hull, nearest_place(hull, lookups, proximal),

@@ -7,6 +7,7 @@
 #include <functional>
 #include <limits>
 #include <queue>
+#include <unordered_map>
 #include <utility>
 
 #include "core/statistics.hpp"
@@ -87,38 +88,67 @@ double fall_to_both_sides(const std::vector<float>& picture, const PictureSize& 
   return both / most;
 }
 
-/// Where a line's fall is known.
-struct KnownFall {
-  int column, row;
-  double both_sides;
-};
-
-std::vector<KnownFall> known_falls(const VesselLines& lines, const std::vector<std::size_t>& piece,
-                                   const ViewPicture& kept) {
-  constexpr float kRadii = 1.2F;  // of the kept vessel
-  const PictureSize size{lines.columns, lines.rows};
-  std::vector<KnownFall> known;
-  for (const std::size_t i : piece) {
-    const int line = kept.nearest[i];
-    if (line >= 0 &&
-        kept.distance[i] <= beside(lines.radius[i]) + kRadii * kept.lines.radius[std::size_t(line)])
-      continue;
-    known.push_back({int(i) % size.columns, int(i) / size.columns,
-                     fall_to_both_sides(kept.vessels, size, int(i), lines.radius[i])});
+/// The falls of a line that are known, in square cells, so that those near a pixel are found
+/// without a look at all of them.
+class KnownFalls {
+ public:
+  KnownFalls(const VesselLines& lines, const std::vector<std::size_t>& piece,
+             const ViewPicture& kept) {
+    constexpr float kRadii = 1.2F;  // of the kept vessel
+    const PictureSize size{lines.columns, lines.rows};
+    cells_.columns = 1 + size.columns / kCell;
+    cells_.rows = 1 + size.rows / kCell;
+    for (const std::size_t i : piece) {
+      const int line = kept.nearest[i];
+      if (line >= 0 && kept.distance[i] <=
+                           beside(lines.radius[i]) + kRadii * kept.lines.radius[std::size_t(line)])
+        continue;
+      const int column = int(i) % size.columns, row = int(i) / size.columns;
+      in_cell_[cells_.at(column / kCell, row / kCell)].push_back(
+          {column, row, fall_to_both_sides(kept.vessels, size, int(i), lines.radius[i])});
+    }
   }
-  return known;
-}
+  [[nodiscard]] bool empty() const { return in_cell_.empty(); }
+  /// The median of those known the nearest to a pixel, up to a line's radius on.
+  [[nodiscard]] double around(int column, int row, double radius) const {
+    constexpr double kLeast = 3.0;  // [pixels]
+    double nearest = std::numeric_limits<double>::infinity();
+    // What lies in a ring of cells is at least its number of cells, less one, away.
+    for (int ring = 0; kCell * (ring - 1) < nearest; ++ring)
+      visit_ring(column, row, ring, [&](const Fall& fall) {
+        nearest = std::min(nearest, std::hypot(fall.column - column, fall.row - row));
+      });
+    const double reach = nearest + std::max(kLeast, radius);
+    std::vector<double> near;
+    for (int ring = 0; kCell * (ring - 1) <= reach; ++ring)
+      visit_ring(column, row, ring, [&](const Fall& fall) {
+        if (std::hypot(fall.column - column, fall.row - row) <= reach)
+          near.push_back(fall.both_sides);
+      });
+    return median(std::move(near));
+  }
 
-/// The median of the falls that are known the nearest to a pixel, up to a line's radius on.
-double fall_around(const std::vector<KnownFall>& known, int column, int row, double radius) {
-  constexpr double kLeast = 3.0;  // [pixels]
-  std::vector<double> away, near;
-  for (const KnownFall& one : known) away.push_back(std::hypot(one.column - column, one.row - row));
-  const double reach = *std::min_element(away.begin(), away.end()) + std::max(kLeast, radius);
-  for (std::size_t n = 0; n < known.size(); ++n)
-    if (away[n] <= reach) near.push_back(known[n].both_sides);
-  return median(std::move(near));
-}
+ private:
+  static constexpr int kCell = 8;  ///< [pixels]
+  struct Fall {
+    int column, row;
+    double both_sides;
+  };
+  template <typename Visit>
+  void visit_ring(int column, int row, int ring, const Visit& visit) const {
+    const int c = column / kCell, r = row / kCell;
+    for (int y = r - ring; y <= r + ring; ++y)
+      for (int x = c - ring; x <= c + ring; x += y == r - ring || y == r + ring ? 1 : 2 * ring) {
+        if (!cells_.holds(x, y)) continue;
+        const auto found = in_cell_.find(cells_.at(x, y));
+        if (found != in_cell_.end())
+          std::for_each(found->second.begin(), found->second.end(), visit);
+      }
+  }
+
+  PictureSize cells_;
+  std::unordered_map<std::size_t, std::vector<Fall>> in_cell_;
+};
 
 /// Lines but the kept vessel's.
 struct OtherLines {
@@ -132,11 +162,11 @@ OtherLines tell_apart(const VesselLines& lines, const ViewPicture& kept) {
   OtherLines others;
   others.vessels.lines = others.edges.lines = lines;
   for (const std::vector<std::size_t>& piece : pieces_of(lines)) {
-    const std::vector<KnownFall> known = known_falls(lines, piece, kept);
+    const KnownFalls known(lines, piece, kept);
     for (const std::size_t i : piece) {
       const bool is_edge =
-          known.empty() || fall_around(known, int(i) % lines.columns, int(i) / lines.columns,
-                                       double(lines.radius[i])) < kBothSides;
+          known.empty() || known.around(int(i) % lines.columns, int(i) / lines.columns,
+                                        double(lines.radius[i])) < kBothSides;
       (is_edge ? others.vessels : others.edges).lines.radius[i] = 0.0F;
     }
   }

@@ -5,14 +5,10 @@
 #include "segmentation/detail/format_number.hpp"
 
 namespace angio::segmentation::detail {
-namespace {
-
-constexpr double kGibibyte = 1024.0 * 1024.0 * 1024.0;
-}  // namespace
 
 void check_memory(std::uint64_t needed_bytes, double max_memory_gib, const std::string& what) {
-  const double needed = double(needed_bytes) / kGibibyte;
-  const double available = double(available_memory_bytes()) / kGibibyte;
+  const double needed = double(needed_bytes) / kBytesPerGibibyte;
+  const double available = double(available_memory_bytes()) / kBytesPerGibibyte;
   const bool is_own_limit = max_memory_gib > 0.0 && max_memory_gib < available;
   const double limit = is_own_limit ? max_memory_gib : available;
   if (needed <= limit) return;

@@ -15,93 +15,16 @@
 #include "reconstruction/detail/view_shifts.hpp"
 #include "reconstruction/detail/view_vessel.hpp"
 #include "reconstruction/views.hpp"
+#include "tests/reconstruction/tube_views.hpp"
 
 namespace angio::reconstruction {
 namespace {
 
 using namespace detail;
+using testing::AllOf;
 using testing::HasSubstr;
+using testing::Not;
 using testing::ThrowsMessage;
-
-/// A tube of round section around a straight line, narrowed in its middle.
-struct Tube {
-  Vec3 from, to;
-  double radius = 1.5, throat = 1.5;
-  [[nodiscard]] double radius_at(double part) const {
-    const double away = std::abs(part - 0.5) / 0.1;
-    return away < 1.0 ? throat + (radius - throat) * 0.5 * (1.0 - std::cos(units::kPi * away))
-                      : radius;
-  }
-};
-
-/// A ray, and where it is nearest to a tube's axis.
-struct TubeRay {
-  Vec3 source, ray;
-  double nearest = 0.0;
-};
-
-TubeRay ray_at(const Tube& tube, const Vec3& source, const Vec3& pixel) {
-  const Vec3 ray = normalized(pixel - source), along = normalized(tube.to - tube.from),
-             between = tube.from - source;
-  const double b = dot(ray, along), d = dot(ray, between), e = dot(along, between);
-  return {source, ray, (d - b * e) / std::max(1e-12, 1.0 - b * b)};
-}
-
-bool is_within(const Tube& tube, const Vec3& place) {
-  const Vec3 axis = tube.to - tube.from;
-  const double part = dot(place - tube.from, axis) / dot(axis, axis);
-  return part >= 0.0 && part <= 1.0 && norm(place - tube.from - part * axis) < tube.radius_at(part);
-}
-
-/// How much of a ray lies within the tubes [mm], where they meet once: by steps along the ray.
-double way_through(const std::vector<Tube>& tubes, const Vec3& source, const Vec3& pixel) {
-  constexpr double kStep = 0.05, kReach = 8.0;
-  double way = 0.0;
-  for (std::size_t n = 0; n < tubes.size(); ++n) {
-    const TubeRay ray = ray_at(tubes[n], source, pixel);
-    for (double t = ray.nearest - kReach; t < ray.nearest + kReach; t += kStep) {
-      const Vec3 place = source + t * ray.ray;
-      const auto holds = [&](const Tube& tube) { return is_within(tube, place); };
-      if (holds(tubes[n]) && std::none_of(tubes.begin(), tubes.begin() + std::ptrdiff_t(n), holds))
-        way += kStep;
-    }
-  }
-  return way;
-}
-
-angiogram::ConeBeamFrame frame_at(double primary, double secondary) {
-  angiogram::CArmMount mount;
-  mount.columns = mount.rows = 140;
-  mount.column_spacing_mm = mount.row_spacing_mm = 0.6;
-  mount.central_column = mount.central_row = 69.5;
-  return angiogram::c_arm_frame({primary, secondary}, mount);
-}
-
-/// Pictures of tubes, linear in the beam, with a noise of a hundredth that is the same each time.
-class TubePictures : public FrameReader {
- public:
-  TubePictures(const std::vector<Tube>& tubes,
-               const std::vector<angiogram::ConeBeamFrame>& frames) {
-    unsigned state = 1;
-    for (const auto& frame : frames)
-      for (int row = 0; row < frame.rows; ++row)
-        for (int column = 0; column < frame.columns; ++column) {
-          const double way = way_through(tubes, frame.source, frame.place(column, row));
-          state = state * 1664525U + 1013904223U;
-          const double noise = 1.0 + 0.017 * (double(state >> 8U) / double(1U << 24U) - 0.5) * 2.0;
-          pixels_.push_back(float(40000.0 * noise * std::exp(-0.08 * way)));
-        }
-    per_frame_ = pixels_.size() / frames.size();
-  }
-  [[nodiscard]] std::vector<float> read(int first, int count) const override {
-    const auto begin = pixels_.begin() + std::ptrdiff_t(std::size_t(first) * per_frame_);
-    return {begin, begin + std::ptrdiff_t(std::size_t(count) * per_frame_)};
-  }
-
- private:
-  std::vector<float> pixels_;
-  std::size_t per_frame_ = 0;
-};
 
 const Tube kNarrowed{{2.0, -1.0, -20.0}, {-3.0, 2.0, 20.0}, 1.5, 0.6};
 
@@ -244,7 +167,11 @@ TEST(Views, WithoutMemoryForThePlacesThatMayBeVesselAreRefused) {
   ViewsOptions options;
   options.max_memory_gib = 1e-4;
   EXPECT_THAT([&] { reconstruct_views(views.run, options); },
-              ThrowsMessage<InputError>(HasSubstr("places")));
+              ThrowsMessage<InputError>(AllOf(HasSubstr("places"), HasSubstr("--ends"))));
+  // Who has named them is not advised to.
+  options.ends = asked_for(kNarrowed, views).ends;
+  EXPECT_THAT([&] { reconstruct_views(views.run, options); },
+              ThrowsMessage<InputError>(AllOf(HasSubstr("places"), Not(HasSubstr("--ends")))));
 }
 
 TEST(Views, BehindTheCornerOfAShutterAreNotFitted) {
@@ -341,125 +268,6 @@ TEST(VesselLines, RunAlongTheMiddleAndTellTheRadius) {
       EXPECT_EQ(on_line, 1) << "radius " << radius << ", row " << row;
     }
   }
-}
-
-/// Lines of a picture: columns that run down it from a first to a last row, with their radius.
-struct Upright {
-  int column = 0, first = 0, last = 0;
-  float radius = 0.0F;
-};
-
-VesselLines upright_lines(const std::vector<Upright>& all) {
-  constexpr int kSide = 100;
-  VesselLines lines{kSide, kSide, std::vector<float>(std::size_t(kSide * kSide), 0.0F)};
-  for (const Upright& one : all)
-    for (int row = one.first; row <= one.last; ++row)
-      lines.radius[std::size_t(row * kSide + one.column)] = one.radius;
-  return lines;
-}
-
-constexpr Upright kKept{40, 5, 95, 4.0F};
-
-/// What is left out beside a kept vessel, where each line is a tube's but `edges`: bone, which
-/// begins a radius before them and reaches to the picture's right.
-OtherPixels other_pixels_beside(const std::vector<Upright>& tubes,
-                                const std::vector<Upright>& edges = {}) {
-  constexpr int kSide = 100;
-  std::vector<Upright> all(tubes);
-  all.push_back(kKept);
-  ViewPicture kept;
-  kept.lines = upright_lines({kKept});
-  find_nearest(kept);
-  kept.vessels.assign(std::size_t(kSide * kSide), 0.0F);
-  for (int row = 0; row < kSide; ++row)
-    for (int column = 0; column < kSide; ++column) {
-      float& value = kept.vessels[std::size_t(row * kSide + column)];
-      for (const Upright& tube : all) {
-        const float away = float(column - tube.column);
-        if (row >= tube.first && row <= tube.last)
-          value += 2.0F * std::sqrt(std::max(0.0F, tube.radius * tube.radius - away * away));
-      }
-      for (const Upright& edge : edges)
-        if (float(column) >= float(edge.column) - edge.radius) value += 10.0F;
-    }
-  all.insert(all.end(), edges.begin(), edges.end());
-  return pixels_of_others(upright_lines(all), kept);
-}
-
-std::vector<char> others_beside(const std::vector<Upright>& tubes,
-                                const std::vector<Upright>& edges = {}) {
-  return other_pixels_beside(tubes, edges).covered;
-}
-
-TEST(PixelsOfOthers, AreThoseThatAnotherVesselCoversAndNoneBeyond) {
-  const std::vector<char> covered = others_beside({{60, 5, 95, 4.0F}});
-  for (int row = 10; row <= 90; ++row) {
-    const auto at = [&](int column) { return covered[std::size_t(row * 100 + column)]; };
-    for (int column = 56; column <= 64; ++column) EXPECT_EQ(at(column), 1) << column;
-    // The kept vessel, and its background on both sides.
-    for (int column = 30; column <= 50; ++column) EXPECT_EQ(at(column), 0) << column;
-    EXPECT_EQ(at(70), 0);
-  }
-}
-
-TEST(PixelsOfOthers, BehindWhichBoneBeginsAreLeftOutAsBeforeNone) {
-  const std::vector<char> covered = others_beside({{60, 5, 95, 4.0F}}, {{75, 5, 95, 4.0F}});
-  for (int row = 10; row <= 90; ++row)
-    for (int column = 56; column <= 64; ++column)
-      EXPECT_EQ(covered[std::size_t(row * 100 + column)], 1) << column;
-}
-
-TEST(PixelsOfOthers, AreNoneOfTheBackgroundNextToTheVesselWhereBoneBegins) {
-  // To 1.6 radii and two pixels; a vessel's there are left out.
-  constexpr Upright kBeside{54, 5, 95, 4.0F};
-  const std::vector<char> of_edge = others_beside({}, {kBeside}),
-                          of_vessel = others_beside({kBeside});
-  for (int row = 10; row <= 90; ++row) {
-    const auto at = [row](const std::vector<char>& covered, int column) {
-      return covered[std::size_t(row * 100 + column)];
-    };
-    EXPECT_EQ(at(of_edge, 48), 0);
-    EXPECT_EQ(at(of_vessel, 48), 1);
-    EXPECT_EQ(at(of_edge, 50), 1);
-  }
-}
-
-TEST(PixelsOfOthers, AreABranchsFromWhereItLeavesTheVessel) {
-  std::vector<Upright> branch;
-  for (int row = 18; row <= 80; ++row) branch.push_back({43 + (row - 18) / 2, row, row, 4.0F});
-  const std::vector<char> covered = others_beside(branch);
-  EXPECT_EQ(covered[std::size_t(20 * 100 + 40)], 1);
-  EXPECT_EQ(covered[std::size_t(8 * 100 + 40)], 0);
-  EXPECT_EQ(covered[std::size_t(50 * 100 + 40)], 0);
-}
-
-TEST(PixelsOfOthers, AreNoneNextToTheVesselWhereItHidesWhatALineIs) {
-  const std::vector<char> covered = others_beside({{48, 5, 95, 4.0F}});
-  for (int row = 10; row <= 90; ++row) EXPECT_EQ(covered[std::size_t(row * 100 + 46)], 0);
-}
-
-TEST(PixelsOfOthers, AreNotTheVesselsOwnWhereItIsSeenTwice) {
-  // Broader, 1.25 of its radii away; a stub; and its own line alone.
-  for (const std::vector<Upright>& others :
-       {std::vector<Upright>{{48, 30, 60, 6.4F}}, {{60, 40, 46, 3.0F}}, {}}) {
-    const std::vector<char> covered = others_beside(others);
-    EXPECT_EQ(std::count(covered.begin(), covered.end(), 1), 0);
-  }
-}
-
-TEST(PixelsOfOthers, AreNoneWhereTheyHideMoreThanHalfOfTheVessel) {
-  // A broad one lies along the vessel, over its right half and more, and then leaves it.
-  const auto along = [](int last) {
-    std::vector<Upright> broad{{50, 5, last, 7.0F}};
-    for (int column = 51; column < 90; ++column) broad.push_back({column, last, last, 7.0F});
-    return other_pixels_beside(broad);
-  };
-  const OtherPixels short_one = along(40), long_one = along(90);
-  EXPECT_GT(short_one.hidden_part, 0.1);
-  EXPECT_LT(short_one.hidden_part, 0.5);
-  EXPECT_FALSE(short_one.covered.empty());
-  EXPECT_GT(long_one.hidden_part, 0.5);
-  EXPECT_TRUE(long_one.covered.empty());
 }
 
 TEST(VesselLines, AreNotInAnEvenPicture) {
