@@ -144,16 +144,22 @@ class WallInside {
   std::vector<std::vector<int>> neighbors_, around_;
 };
 
-/// Looks at rims that lean inwards a little inside; not at those of a few triangles.
+/// Looks at rims that lean inwards a little inside, and beyond a flat lip that a cap has left;
+/// not at those of a few triangles.
 void look_inside(const TriangleMesh& mesh, std::vector<SurfaceRim>& rims) {
-  constexpr double kInset = 0.25, kEnough = 0.5;
+  constexpr double kEnough = 0.5;
+  // Around a hole in a tube's side the wall runs out the more, the farther from the hole: as much
+  // as half a radius away only a tube's end shows nearly all of it.
+  constexpr struct { double inset, least; } kLooks[] = {{0.25, 0.0}, {0.5, 0.8}};
   constexpr std::size_t kFew = 8;
   std::optional<WallInside> wall;
   for (SurfaceRim& rim : rims) {
     if (rim.loop.size() < kFew || rim.wall_along >= kEnough) continue;
     if (!wall) wall.emplace(mesh);
-    if (const auto inside = wall->rim_at(rim, kInset * 0.5 * rim.diameter_mm))
-      rim.wall_along = std::max(rim.wall_along, inside->wall_along);
+    for (const auto& look : kLooks)
+      if (const auto inside = wall->rim_at(rim, look.inset * 0.5 * rim.diameter_mm);
+          inside && inside->wall_along >= look.least)
+        rim.wall_along = std::max(rim.wall_along, inside->wall_along);
   }
 }
 

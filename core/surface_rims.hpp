@@ -22,7 +22,8 @@ struct SurfaceRim {
   /// unit tension through the opening, over that of a tube of this width. A round hole of radius a
   /// in a tube of radius R has a / 2R, in a ball a / R; the mouth of a cone that opens by an angle
   /// has its cosine. Jags of the rim do not change it. A rim that leans inwards, as where the edge
-  /// of a rounded cap is left, is measured again a quarter of its radius inside.
+  /// of a rounded cap is left, is measured again a quarter of its radius inside, and half of it,
+  /// where nearly all of the wall must run out.
   double wall_along = 0.0;
 };
 

@@ -26,6 +26,14 @@ bool lies_at(double end_mm, std::size_t edge, const Known& known, const Dip& dip
          std::abs(s[dip.tightest] - end_mm) < healthy;
 }
 
+/// Whether a line ends at a wall and not at an opening or a flat cut: the ball at its tip is under
+/// half as wide as in the dip. There a surface, too, ends where its image or its maker left off.
+bool is_closed_at(std::size_t tip, const Known& known, const Dip& dip) {
+  constexpr double kClosed = 0.5;
+  const std::vector<double>& radius = known.path.inscribed_radius;
+  return radius[tip] < kClosed * radius[dip.tightest];
+}
+
 /// Whether the lumen to one side of a dip is no tube, as in an organ or a sac: within two healthy
 /// diameters the largest circle fills less than two fifths of the section (as in an ellipse 2.5
 /// times as wide as high), in the median.
@@ -116,8 +124,11 @@ Doubt find_doubt(const Known& known, const Vessel& vessel, const Dip& dip, const
       (lesion.reference_diameter_mm > kWidestTreated || lies_beyond_the_heart(known, dip)))
     return Doubt::heart;
   const std::vector<double>& s = known.path.abscissa;
-  if (around.is_scan && lies_at(s.front(), dip.first, known, dip)) return Doubt::at_beginning;
-  if (around.is_scan && lies_at(s.back(), dip.last, known, dip)) return Doubt::at_end;
+  const auto is_end = [&](std::size_t tip) {
+    return around.is_scan || is_closed_at(tip, known, dip);
+  };
+  if (is_end(0) && lies_at(s.front(), dip.first, known, dip)) return Doubt::at_beginning;
+  if (is_end(s.size() - 1) && lies_at(s.back(), dip.last, known, dip)) return Doubt::at_end;
   if (is_a_bead(known, vessel, dip)) return Doubt::bead;
   return Doubt::none;
 }

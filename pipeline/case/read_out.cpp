@@ -27,6 +27,9 @@ std::string before(const json& metrics) {
   const std::string sd = has_number(metrics, "lesion", "mld_sd_mm")
                              ? fmt::format(" ± {:.2f}", number(metrics, "lesion", "mld_sd_mm"))
                              : "";
+  if (metrics.at("status") == "no_lesion")
+    return fmt::format("before   minimal lumen diameter {:.2f}{} mm at the tightest place",
+                       number(metrics, "lesion", "mld_mm"), sd);
   return fmt::format("before   minimal lumen diameter {:.2f}{} mm, {:.0f} % stenosis of {:.2f} mm",
                      number(metrics, "lesion", "mld_mm"), sd,
                      number(metrics, "lesion", "diameter_stenosis_percent"),

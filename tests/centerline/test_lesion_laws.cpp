@@ -4,8 +4,10 @@
 #include <cmath>
 #include <functional>
 #include <limits>
+#include <optional>
 
 #include "centerline/centerline.hpp"
+#include "centerline/treated.hpp"
 #include "tests/centerline/straight_lines.hpp"
 
 // Laws of the search for lesions, on lines without an extraction.
@@ -136,6 +138,33 @@ TEST(LesionLaws, AClosedTipIsNone) {
   EXPECT_FALSE(find_lesions(tree_of({line_of(begun, 50.0)}), {}).at(0).is_stenosis);
 }
 
+TEST(LesionLaws, InARaggedEndThatIsClosedANarrowingIsInDoubt) {
+  // A blunt tip, a neck of 1.2 mm, then the vessel of 4.4 mm: a dent in the end of a segmentation.
+  const auto dented = [](double s) {
+    if (s < 1.3) return 0.1 + 1.4 * s;
+    const double neck = std::max(1.92 - 0.32 * (s - 1.3), 1.3 - 0.04 * (s - 3.2));
+    return std::lerp(neck, 4.4, std::clamp((s - 4.2) / 2.0, 0.0, 1.0));
+  };
+  const auto doubt_of = [](const std::function<double(double)>& diameter) {
+    CenterlinePath line = line_of(diameter, 60.0);
+    for (std::size_t i = 0; i < line.points.size(); ++i) {  // in a tip the tube goes on as it was
+      const double to_tip = std::min(line.points[i].z, 60.0 - line.points[i].z);
+      line.tube_radius.push_back(to_tip < 1.3 ? std::max(line.inscribed_radius[i], 0.96)
+                                              : line.inscribed_radius[i]);
+    }
+    const CenterlineTree tree = tree_of({line});
+    const auto lesions = find_lesions(tree, {});
+    const auto narrow = std::find_if(lesions.begin(), lesions.end(), [](const Lesion& lesion) {
+      return lesion.diameter_stenosis_percent > 50.0;
+    });
+    return narrow == lesions.end() ? std::optional<Doubt>() : narrow->doubt;
+  };
+  EXPECT_EQ(doubt_of(dented), Doubt::at_beginning);
+  EXPECT_EQ(doubt_of([&](double s) { return dented(60.0 - std::min(s, 60.0)); }), Doubt::at_end);
+  // Where the line begins in an opening as wide as the neck, it may be the stenosis that it seems.
+  EXPECT_EQ(doubt_of([&](double s) { return std::max(dented(s), 1.2); }), Doubt::none);
+}
+
 TEST(LesionLaws, WhatTheWallCannotShowIsToldApart) {
   const auto diameter = [](double s) { return 4.0 * narrowed(s, 25.0, 7.0, 0.7); };
   LesionOptions options;
@@ -239,6 +268,16 @@ TEST(TightestPlace, IsRatherInAVesselThatIsTreated) {
   const auto thin = [](double s) { return 1.3 * (1.0 - 0.04 * (1.0 + std::sin(s))); };
   EXPECT_NEAR(find_lesions(tree_of({line_of(thin, 60.0)}), {}).at(0).reference_diameter_mm, 1.3,
               0.15);
+}
+
+TEST(TightestPlace, IsNotWhereTheLumenIsWiderThanTheVessel) {
+  // A bulge of half as much again fills the middle, but for 8 mm to each side.
+  const auto bulge = [](double s) {
+    return 4.0 * (1.0 + 0.5 * std::exp(-std::pow((s - 30.0) / 12.0, 4)));
+  };
+  const Lesion place = find_lesions(tree_of({line_of(bulge, 60.0)}), {}).at(0);
+  EXPECT_FALSE(place.is_stenosis);
+  EXPECT_LT(place.mld_mm, kWidestTried * place.reference_diameter_mm);
 }
 
 /// Of 4 mm, and 70 % thinner over `length` in its middle.

@@ -85,6 +85,21 @@ TEST(SurfaceRims, ThatLeanInwardsAreEndsToo) {
   EXPECT_GT(rim_at(tube, {0, 0, 10}).wall_along, 0.9);
 }
 
+TEST(SurfaceRims, InAFlatLipThatACapHasLeftAreEndsToo) {
+  // The last rings lie in the plane of the cut: a lip, wider to one side, as a hole in a cap
+  // leaves.
+  TriangleMesh tube = tests::make_tube(1.5, 10.0, 161, 96);
+  for (Vec3& v : tube.vertices) {
+    const double beyond = std::max(v.z - 9.5, 0.0) / 0.5;
+    const double width = 0.4 + 0.05 * std::cos(std::atan2(v.y, v.x));  // mm
+    const double shrink = 1.0 - beyond * width / 1.5;
+    v.x *= shrink;
+    v.y *= shrink;
+    v.z = std::min(v.z, 9.5);
+  }
+  EXPECT_GT(rim_at(tube, {0, 0, 9.5}).wall_along, 0.8);
+}
+
 TEST(SurfaceRims, OfAHoleInATubesSideAreNone) {
   for (const double radius : {0.3, 0.6, 0.9}) {  // of a tube of radius 1.5: a / 2R = 0.1 to 0.3
     const TriangleMesh tube = cut(tests::make_tube(1.5, 10.0, 161, 160), [&](const Vec3& p) {
