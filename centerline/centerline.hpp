@@ -117,7 +117,7 @@ enum class Doubt {
   crowded,         ///< a place where vessels touch, by chance narrow, in a large tree
   beside_no_tube,  ///< a neck of an organ or of a sac
   heart,           ///< one of its valves, or vessels beyond it
-  at_beginning,    ///< the end of an image, or of its signal
+  at_beginning,    ///< the end of an image, or of its signal, or of a surface that ends closed
   at_end,          ///< likewise
   bead,            ///< one of many on a string: a ragged surface, or fibromuscular dysplasia
   diffuse,         ///< a thin vessel with wide ends
@@ -166,12 +166,13 @@ struct Lesion {
 /// one of more than 25 branches, the evidence for it has to be as much stronger as there are more
 /// places to be misled by. There no narrowing of a vessel over 25 mm wide is listed (a heart's
 /// valve), and none beyond the heart: where a vessel over 25 mm wide has lost half of its reference
-/// on the way, or has fallen to half of its width and is over 25 mm wide again. In no scan
-/// (voxel_mm > 0) one is listed that its line begins in, tightest within a diameter of the
-/// beginning (the image's edge). None is listed beside a lumen that is no tube, as an organ's or a
-/// sac's: the largest circle fills less than two fifths of the sections; and none where the width
-/// swings to and fro, by 1.35 each time, more than six times within eight healthy diameters to both
-/// sides. None of that where `centerline` names a line.
+/// on the way, or has fallen to half of its width and is over 25 mm wide again. None is listed
+/// that its line begins or ends in, tightest within a diameter of that end, where an image ends
+/// there (voxel_mm > 0) or the lumen is closed (the ball at the tip is under half as wide as in
+/// the narrowing, or under a tenth of the healthy width). None is listed beside a lumen that is no
+/// tube, as an organ's or a sac's: the largest circle fills less than two fifths of the sections;
+/// and none where the width swings to and fro, by 1.35 each time, more than six times within eight
+/// healthy diameters to both sides. None of that where `centerline` names a line.
 ///
 /// Stenoses are apart where the vessel between them is back above the edges' 20 %; a branching,
 /// where nothing is measured, does not part them along the wider daughter. A neck is a bridge

@@ -289,9 +289,8 @@ Lesion tightest_place(const Known& known, double min_reference_mm) {
       const double margin = std::min(std::max(2.0 * d, 5.0 + d), 0.4 * length);
       if (!known.is_measured(i) || s < margin || length - s < margin) continue;
       if (distance_to_branching(path, s) < diameters * d) continue;
-      if (d < least || (tube && !is_tube(path, i))) continue;
-      if (diameters >= 0.0 &&
-          (known.percent(i) < 100.0 * (1.0 - kWidestTried) || is_on_bridge(known, whole, i)))
+      if (d < least || (tube && !is_tube(path, i)) ||
+          (diameters >= 0.0 && is_on_bridge(known, whole, i)))
         continue;
       // Two points of %DS are no difference: then rather in the middle.
       const double score = known.percent(i) - 4.0 * std::abs(s / length - 0.5);

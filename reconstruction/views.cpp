@@ -86,7 +86,7 @@ double voxel_size(const ViewsOptions& options, const RotationalRun& run,
   return std::clamp(0.5 * thinnest_radius(tree), std::min(kFinest, pixel), pixel);
 }
 
-/// Lines and radii: view by view, and where all views see the same places to a pixel from all of
+/// Lines and radii: view by view, and where all views see the same places to two pixels from all of
 /// them at once.
 /// @param has_ends  they were named, and stay
 void measure(const RotationalRun& run, const std::vector<ViewPicture>& views,
@@ -282,11 +282,10 @@ TreeOfViews reconstruct_views(const RotationalRun& run, const ViewsOptions& opti
       const ViewPose& pose = posed_tree.poses[v];
       moved.frames[v] = views[v].frame = posed(views[v].frame, pose);
       result.shifts_mm[v] = posed(result.shifts_mm[v], pose);
-      result.turns_degrees.push_back(180.0 / units::kPi * pose.turn);
+      if (views.size() > 2) result.turns_degrees.push_back(180.0 / units::kPi * pose.turn);
     }
   } else {
     found = find_view_vessel(views, options.ends, most_bytes);
-    result.turns_degrees.assign(views.size(), {});
   }
   if (found.tree.paths.empty())
     throw InputError(

@@ -53,7 +53,7 @@ struct TreeOfViews {
   double unattenuated = 0.0;          ///< as RunQuality::unattenuated
   std::vector<Vec3> shifts_mm;        ///< of each view's C-arm against the patient, as found
   /// How far each C-arm was found to be turned from where it says, around the isocentre: axis, as
-  /// long as the angle. Not looked for where there are two views, or ends.
+  /// long as the angle. Empty where it is not looked for: of two views, and with named ends.
   std::vector<Vec3> turns_degrees = {};
   std::vector<double> explained_parts;  ///< of each view's lines that the tree accounts for; of
                                         ///< the one vessel that is wanted, of its own

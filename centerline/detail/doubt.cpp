@@ -27,11 +27,13 @@ bool lies_at(double end_mm, std::size_t edge, const Known& known, const Dip& dip
 }
 
 /// Whether a line ends at a wall and not at an opening or a flat cut: the ball at its tip is under
-/// half as wide as in the dip. There a surface, too, ends where its image or its maker left off.
+/// half as wide as in the dip, or hardly anything. There a surface, too, ends where its image or
+/// its maker left off.
 bool is_closed_at(std::size_t tip, const Known& known, const Dip& dip) {
-  constexpr double kClosed = 0.5;
+  constexpr double kClosed = 0.5, kNothing = 0.1;  // of the dip's and of the healthy radius
   const std::vector<double>& radius = known.path.inscribed_radius;
-  return radius[tip] < kClosed * radius[dip.tightest];
+  const double healthy = 0.5 * known.reference.diameter[dip.tightest];
+  return radius[tip] < std::max(kClosed * radius[dip.tightest], kNothing * healthy);
 }
 
 /// Whether the lumen to one side of a dip is no tube, as in an organ or a sac: within two healthy

@@ -163,11 +163,35 @@ std::vector<Interval> find_cut_stretches(const CenterlinePath& path, std::vector
   return stretches;
 }
 
-std::string note_of(const CenterlinePath& path, const Interval& gap, const std::string& what) {
-  const auto mm = [&](int i) { return std::to_string(std::lround(path.abscissa[std::size_t(i)])); };
-  return "between " + mm(gap.first) + " and " + mm(gap.last) + " mm of line " +
-         std::to_string(path.id) + " " + what + ", and nothing is measured there (Blanking)";
-}
+/// Stretches in which nothing is measured, for one reason.
+class Blanked {
+ public:
+  explicit Blanked(std::string reason) : reason_(std::move(reason)) {}
+  void add(const CenterlinePath& path, const Interval& gap) {
+    const auto mm = [&](int i) {
+      return std::to_string(std::lround(path.abscissa[std::size_t(i)]));
+    };
+    places_.push_back("between " + mm(gap.first) + " and " + mm(gap.last) + " mm of line " +
+                      std::to_string(path.id));
+  }
+  /// One note a stretch, or one of all where they are many.
+  void tell(std::vector<std::string>& notes) const {
+    constexpr std::size_t kEach = 4;
+    const std::string end = " " + reason_ + ", and nothing is measured there (Blanking)";
+    if (places_.size() <= kEach) {
+      for (const std::string& place : places_) notes.push_back(place + end);
+      return;
+    }
+    std::string some;
+    for (std::size_t n = 0; n + 1 < kEach; ++n) some += places_[n] + ", ";
+    notes.push_back(some + "and along " + std::to_string(places_.size() + 1 - kEach) +
+                    " other stretches" + end);
+  }
+
+ private:
+  std::string reason_;
+  std::vector<std::string> places_;
+};
 
 }  // namespace
 
@@ -182,7 +206,10 @@ std::vector<std::string> assign_tracts(CenterlineTree& tree,
                                        const std::vector<std::vector<char>>& is_tube,
                                        const std::vector<std::vector<char>>& is_cut) {
   Splitter splitter(tree, is_tube);
-  std::vector<std::string> notes;
+  Blanked no_tube(
+      "the lumen is no tube (a sac, a chamber, or vessels that touch): the line goes straight "
+      "through"),
+      cut_open("the vessel runs along the border of the data, which cuts it open");
   std::map<std::tuple<std::size_t, int, bool>, int> group_of;  // first owner, start, blanking
   for (std::size_t i = 0; i < tree.paths.size(); ++i) {
     CenterlinePath& path = tree.paths[i];
@@ -198,23 +225,18 @@ std::vector<std::string> assign_tracts(CenterlineTree& tree,
       path.tracts.push_back({first, last, group, int(path.tracts.size()), blanking});
     };
     std::vector<Interval> blanked = splitter.branchings(i);
-    const auto blank = [&](const std::vector<Interval>& stretches, const std::string& what) {
+    const auto blank = [&](const std::vector<Interval>& stretches, Blanked& told) {
       for (const Interval& gap : stretches) {
         blanked.push_back(gap);
         const auto has_it = [&](const CenterlinePath& other) {
           return splitter.shared(std::size_t(other.id), i) > gap.first;
         };
         const auto others = tree.paths.begin() + std::ptrdiff_t(i);
-        if (std::none_of(tree.paths.begin(), others, has_it))
-          notes.push_back(note_of(path, gap, what));
+        if (std::none_of(tree.paths.begin(), others, has_it)) told.add(path, gap);
       }
     };
-    blank(find_gaps(path, is_tube[i], blanked),
-          "the lumen is no tube (a sac, a chamber, or vessels that touch): the line goes straight "
-          "through");
-    if (!is_cut.empty())
-      blank(find_cut_stretches(path, is_cut[i], blanked),
-            "the vessel runs along the border of the data, which cuts it open");
+    blank(find_gaps(path, is_tube[i], blanked), no_tube);
+    if (!is_cut.empty()) blank(find_cut_stretches(path, is_cut[i], blanked), cut_open);
     std::sort(blanked.begin(), blanked.end(),
               [](const Interval& a, const Interval& b) { return a.first < b.first; });
     int at = 0;
@@ -225,6 +247,9 @@ std::vector<std::string> assign_tracts(CenterlineTree& tree,
     }
     add(at, int(path.points.size()) - 1, false);
   }
+  std::vector<std::string> notes;
+  no_tube.tell(notes);
+  cut_open.tell(notes);
   return notes;
 }
 

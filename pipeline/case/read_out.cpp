@@ -17,22 +17,24 @@ bool has_number(const json& metrics, const char* group, const char* key) {
   return metrics.contains(group) && metrics[group].contains(key) && metrics[group][key].is_number();
 }
 
+/// " ± 0.02" where the lines carry it.
+std::string sd_of(const json& metrics) {
+  if (!has_number(metrics, "lesion", "mld_sd_mm")) return {};
+  return fmt::format(" ± {:.2f}", number(metrics, "lesion", "mld_sd_mm"));
+}
+
 std::string before(const json& metrics) {
-  if (has_number(metrics, "lesion", "stenosis_at_least_percent"))
-    return fmt::format(
-        "before   narrower than a voxel of {:.2f} mm, at least {:.0f} % stenosis of {:.2f} mm",
-        number(metrics, "lesion", "resolution_mm"),
-        number(metrics, "lesion", "stenosis_at_least_percent"),
-        number(metrics, "lesion", "reference_diameter_mm"));
-  const std::string sd = has_number(metrics, "lesion", "mld_sd_mm")
-                             ? fmt::format(" ± {:.2f}", number(metrics, "lesion", "mld_sd_mm"))
-                             : "";
-  if (metrics.at("status") == "no_lesion")
-    return fmt::format("before   minimal lumen diameter {:.2f}{} mm at the tightest place",
-                       number(metrics, "lesion", "mld_mm"), sd);
-  return fmt::format("before   minimal lumen diameter {:.2f}{} mm, {:.0f} % stenosis of {:.2f} mm",
-                     number(metrics, "lesion", "mld_mm"), sd,
-                     number(metrics, "lesion", "diameter_stenosis_percent"),
+  const bool is_bound = has_number(metrics, "lesion", "stenosis_at_least_percent");
+  const std::string width = is_bound
+                                ? fmt::format("narrower than a voxel of {:.2f} mm",
+                                              number(metrics, "lesion", "resolution_mm"))
+                                : fmt::format("minimal lumen diameter {:.2f}{} mm",
+                                              number(metrics, "lesion", "mld_mm"), sd_of(metrics));
+  if (metrics.at("status") == "no_lesion") return "before   " + width + " at the tightest place";
+  return fmt::format("before   {}, {}{:.0f} % stenosis of {:.2f} mm", width,
+                     is_bound ? "at least " : "",
+                     number(metrics, "lesion",
+                            is_bound ? "stenosis_at_least_percent" : "diameter_stenosis_percent"),
                      number(metrics, "lesion", "reference_diameter_mm"));
 }
 

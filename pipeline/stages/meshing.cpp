@@ -90,8 +90,9 @@ std::string reason_to_leave(const centerline::Lesion& lesion) {
   if (diameter > kLargestBalloon)
     return fmt::format("there is no balloon for a vessel of {:.1f} mm", diameter);
   if (!lesion.is_stenosis && lesion.mld_mm > centerline::kWidestTried * diameter)
-    return fmt::format("the lumen there, of {:.1f} mm, is wider than the healthy vessel, of {:.1f}",
-                       lesion.mld_mm, diameter);
+    return fmt::format(
+        "the lumen there, of {:.1f} mm, is wider than the healthy vessel, of {:.1f} mm",
+        lesion.mld_mm, diameter);
   return {};
 }
 

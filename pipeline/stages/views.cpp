@@ -149,14 +149,16 @@ nlohmann::json to_json(const reconstruction::TreeOfViews& result,
   nlohmann::json views = nlohmann::json::array(), used = nlohmann::json::array();
   for (std::size_t v = 0; v < frames.size(); ++v) {
     used.push_back(int(v) + 1);
-    views.push_back({{"view", loaded.numbers[v]},
-                     {"primary_degrees", loaded.views[v].run.primary_angles_degrees.front()},
-                     {"secondary_degrees", loaded.views[v].run.secondary_angles_degrees.front()},
-                     {"frame", frames[v] + 1},
-                     {"shift_mm", to_json(result.shifts_mm[v])},
-                     {"turn_degrees", to_json(result.turns_degrees[v])},
-                     {"lines_explained_percent", 100.0 * result.explained_parts[v]},
-                     {"contrast_per_mm", result.fit.contrast_per_mm[v]}});
+    views.push_back(
+        {{"view", loaded.numbers[v]},
+         {"primary_degrees", loaded.views[v].run.primary_angles_degrees.front()},
+         {"secondary_degrees", loaded.views[v].run.secondary_angles_degrees.front()},
+         {"frame", frames[v] + 1},
+         {"shift_mm", to_json(result.shifts_mm[v])},
+         {"turn_degrees",
+          result.turns_degrees.empty() ? nlohmann::json() : to_json(result.turns_degrees[v])},
+         {"lines_explained_percent", 100.0 * result.explained_parts[v]},
+         {"contrast_per_mm", result.fit.contrast_per_mm[v]}});
   }
   return {{"method", "views"},
           {"frames", frames.size()},

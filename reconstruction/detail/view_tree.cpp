@@ -177,17 +177,28 @@ PosedTree find_posed_tree(const std::vector<ViewPicture>& views, std::uint64_t m
   const auto explained = [](const ViewTree& tree) {
     return std::accumulate(tree.explained_parts.begin(), tree.explained_parts.end(), 0.0);
   };
+  PosedTree best{tree_of(views, 0), std::vector<ViewPose>(views.size())};
+  const auto loses_a_view = [&](const ViewTree& tree) {
+    constexpr double kLoss = 0.95;
+    for (std::size_t v = 0; v < views.size(); ++v)
+      if (tree.explained_parts[v] < kLoss * best.found.explained_parts[v]) return true;
+    return false;
+  };
   std::vector<angiogram::ConeBeamFrame> frames;
   for (const ViewPicture& view : views) frames.push_back(view.frame);
   const double pixel = finest_pixel(frames);
-  PosedTree best{tree_of(views, 0), std::vector<ViewPose>(views.size())};
   if (views.size() < 3) return best;
   for (int round = 1; round < kMostRounds; ++round) {
     const std::vector<ViewPicture> seen = posed_views(views, best.poses);
     if (view_skew(seen, best.found.tree) < kLineError * pixel) break;
     std::vector<ViewPose> poses = find_view_poses(views, best.found.tree, best.poses);
-    ViewTree found = tree_of(posed_views(views, poses), round);
-    if (explained(found) < (1.0 + kWorthIt) * explained(best.found)) break;
+    ViewTree found;
+    try {
+      found = tree_of(posed_views(views, poses), round);
+    } catch (const InputError&) {  // more places than there is room for: the last tree stays
+      break;
+    }
+    if (explained(found) < (1.0 + kWorthIt) * explained(best.found) || loses_a_view(found)) break;
     best = {std::move(found), std::move(poses)};
   }
   return best;

@@ -129,7 +129,7 @@ void SuccessWatch::add(const State& state, const SimulationFrame& frame) {
         kSmallerBalloon);
   }
   // Without a wall the balloon itself says whether it has a state of rest: a warning.
-  if (scene_.bodies.wall().count > 0 && frame.residual > kOffBalance && !state.report.opens_folds)
+  if (scene_.bodies.wall().count > 0 && frame.residual > kOffBalance)
     fail(frame,
          text("the forces are off balance by %.0f %% (the balloon finds no state of rest)",
               100.0 * frame.residual),

@@ -160,8 +160,7 @@ ANGIO_HOST_DEVICE inline bool run_sweeps(Team& team, const StepView<Real>& s,
   const double most_residual = settles ? kLaterResidual : kBalanceMargin * kOffBalance;
   const auto goes_on = [&] {
     return report.sweeps < rules.most_sweeps ||
-           (report.sweeps < rules.last_sweeps && report.residual > most_residual &&
-            !report.opens_folds);
+           (report.sweeps < rules.last_sweeps && report.residual > most_residual);
   };
   while (goes_on()) {
     if (status.blocked && status.since_search >= patience && !search_pairs(team, s, status))
@@ -182,9 +181,8 @@ ANGIO_HOST_DEVICE inline bool run_sweeps(Team& team, const StepView<Real>& s,
     const double withheld = std::sqrt(sums.withheld / s.bodies.balloon().count);
     report.lag = (estimated_lag(status.moved) + withheld) / rules.radius;
     const bool is_late = report.sweeps >= rules.later_sweeps;
-    const bool hangs = sums.slack > kSlackShare * s.bodies.balloon().count;
-    report.opens_folds = hangs && s.balloon.has_folds;
-    const bool is_slack = hangs && report.sweeps >= rules.slack_sweeps;
+    const bool is_slack =
+        report.sweeps >= rules.slack_sweeps && sums.slack > kSlackShare * s.bodies.balloon().count;
     const bool near_slack = is_slack && report.residual < kLaterResidual &&
                             status.moved[0] + withheld < rules.tolerance * rules.radius;
     const bool near = status.leap.sweeps >= kSweepsToTell && report.sweeps >= rules.least_sweeps &&

@@ -22,9 +22,8 @@ struct StepRules {
   /// sweep moves it by less than the tolerance: where a membrane without tension lies is not
   /// determined, and sweeps push it about without end.
   int slack_sweeps = 1 << 30;
-  /// A frame that is so far off balance that it is no result gets up to this many, until it is not,
-  /// unless folds are on their way open; with a rod the first one until it is within
-  /// kLaterResidual.
+  /// A frame that is so far off balance that it is no result gets up to this many, until it is not;
+  /// with a rod the first one until it is within kLaterResidual.
   int last_sweeps = 0;
   double least_load = 0.0;  ///< pressure [Pa] against which a slack balloon's forces are measured
   bool still = false;       ///< no inertia, no prediction: equilibria
@@ -54,9 +53,6 @@ struct StepReport {
   int searches = 0;       ///< of near pairs
   int pair_count = 0;     ///< near in the last one
   int contact_count = 0;  ///< balloon vertices in contact
-  /// Folds are on their way open: slack, they press on nothing, and what sweeps leave to later
-  /// frames only delays them.
-  bool opens_folds = false;
   StepTimes times;
 };
 

@@ -7,7 +7,6 @@
 #include <optional>
 
 #include "centerline/centerline.hpp"
-#include "centerline/treated.hpp"
 #include "tests/centerline/straight_lines.hpp"
 
 // Laws of the search for lesions, on lines without an extraction.
@@ -268,16 +267,6 @@ TEST(TightestPlace, IsRatherInAVesselThatIsTreated) {
   const auto thin = [](double s) { return 1.3 * (1.0 - 0.04 * (1.0 + std::sin(s))); };
   EXPECT_NEAR(find_lesions(tree_of({line_of(thin, 60.0)}), {}).at(0).reference_diameter_mm, 1.3,
               0.15);
-}
-
-TEST(TightestPlace, IsNotWhereTheLumenIsWiderThanTheVessel) {
-  // A bulge of half as much again fills the middle, but for 8 mm to each side.
-  const auto bulge = [](double s) {
-    return 4.0 * (1.0 + 0.5 * std::exp(-std::pow((s - 30.0) / 12.0, 4)));
-  };
-  const Lesion place = find_lesions(tree_of({line_of(bulge, 60.0)}), {}).at(0);
-  EXPECT_FALSE(place.is_stenosis);
-  EXPECT_LT(place.mld_mm, kWidestTried * place.reference_diameter_mm);
 }
 
 /// Of 4 mm, and 70 % thinner over `length` in its middle.

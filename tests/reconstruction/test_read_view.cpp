@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <cstddef>
+#include <utility>
 #include <vector>
 
 #include "reconstruction/detail/read_view.hpp"
@@ -44,10 +45,25 @@ TEST(OpenField, EndsAtLeavesOnAllSidesThatMayBeTilted) {
     return c < 30 + 0.05 * (r - kRows / 2) || c >= kColumns - 25 || r < 20 || r >= kRows - 18 ||
            (in_corner && c < 45 && r < 35);
   }));
-  EXPECT_NEAR(open.first_column, 30 + kBlurColumns, 1);
+  EXPECT_NEAR(open.first_column, 34 + kBlurColumns, 1);  // where the leaf reaches farthest
   EXPECT_EQ(open.last_column, kColumns - 1 - 25 - kBlurColumns);
   EXPECT_EQ(open.first_row, 20 + kBlurRows);
   EXPECT_EQ(open.last_row, kRows - 1 - 18 - kBlurRows);
+}
+
+TEST(OpenField, EndsAtALeafThatSomethingDarkJoins) {
+  // 20 rows above; a wire, a spine of 30 columns, or a leaf of a quarter of the picture beside it.
+  for (const auto& [first, last] : {std::pair{90, 95}, std::pair{85, 115}, std::pair{0, 50}}) {
+    const OpenField open =
+        open_of(picture_with([&](int c, int r) { return r < 20 || (c >= first && c < last); }));
+    EXPECT_EQ(open.first_row, 20 + kBlurRows);
+    EXPECT_EQ(open.first_column, (first == 0 ? 50 : 0) + kBlurColumns);
+  }
+}
+
+TEST(OpenField, DoesNotEndAtABandOffTheBorder) {
+  const OpenField open = open_of(picture_with([](int, int r) { return r >= 25 && r < 45; }));
+  EXPECT_EQ(open.first_row, kBlurRows);
 }
 
 TEST(OpenField, DoesNotEndWhereRoundBoneReachesIn) {
@@ -60,6 +76,10 @@ TEST(OpenField, DoesNotEndWhereRoundBoneReachesIn) {
     EXPECT_EQ(open.first_column, kBlurColumns);
     EXPECT_EQ(open.last_column, kColumns - 1 - kBlurColumns);
   }
+  // From above, its base 40 rows deep.
+  const OpenField open = open_of(
+      picture_with([](int c, int r) { return std::hypot(c - kColumns / 2, r + 80.0) < 120.0; }));
+  EXPECT_EQ(open.first_row, kBlurRows);
 }
 
 }  // namespace

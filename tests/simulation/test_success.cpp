@@ -91,19 +91,6 @@ TEST(SuccessWatch, ForcesOffBalanceInAnyFrameAreAFailure) {
   EXPECT_NE(t.watch.failure().find("frame 5"), std::string::npos) << t.watch.failure();
 }
 
-TEST(SuccessWatch, FoldsOnTheirWayOpenMayBeLateAndWhatIsTautMayNot) {
-  Watched t;
-  SimulationFrame open = t.frame(5);
-  open.residual = 0.3;
-  t.state.report.opens_folds = true;
-  t.watch.add(t.state, open);
-  EXPECT_EQ(t.watch.failure(), "");
-  t.state.report.opens_folds = false;
-  open.frame = 6;
-  t.watch.add(t.state, open);
-  EXPECT_NE(t.watch.failure().find("frame 6"), std::string::npos) << t.watch.failure();
-}
-
 TEST(SuccessWatch, DoesNotJudgeWhatIsForComparison) {
   Watched t;
   t.options.contact.model = ContactModel::paper;
