@@ -1,8 +1,9 @@
 #!/bin/sh
 # Fetches the public data sets of datasets/public_data.csv from their own addresses and checks them.
 #
-#   datasets/fetch_public_data.sh [--split dev|heldout|all] [FOLDER]      by default: dev, ./data
+#   datasets/fetch_public_data.sh [--split dev|heldout|all] [--large] [FOLDER]      by default: dev, ./data
 #
+# Rows of over 10 MB (series of DICOM slices) come with --large only.
 # Files that are there and right are kept, so a run that was cut off goes on where it was.
 # Afterwards: export ANGIO_DATA=FOLDER
 # $ANGIO_PUBLIC_DATA_URL: another place that has REPOSITORY/COMMIT/PATH (a mirror, file://...).
@@ -13,6 +14,8 @@ table=$(dirname "$0")/public_data.csv
 address=${ANGIO_PUBLIC_DATA_URL:-https://raw.githubusercontent.com}
 folder=
 split=dev
+large=no
+most_bytes=10000000 # of a row, without --large
 failed=0
 
 stop() {
@@ -28,7 +31,8 @@ while [ $# -gt 0 ]; do
       shift
       ;;
     --split=*) split=${1#--split=} ;;
-    -*) stop 64 "unknown option $1. Usage: fetch_public_data.sh [--split dev|heldout|all] [FOLDER]" ;;
+    --large) large=yes ;;
+    -*) stop 64 "unknown option $1. Usage: fetch_public_data.sh [--split dev|heldout|all] [--large] [FOLDER]" ;;
     *)
       [ -z "$folder" ] || stop 64 "one folder only, but '$folder' and '$1' were given"
       folder=$1
@@ -114,12 +118,18 @@ fetch() {
 }
 
 listed=0
-while IFS=, read -r row_case row_split _ _ _ repository commit path file sha256 _; do
+left_out=0
+while IFS=, read -r row_case row_split _ _ _ repository commit path file sha256 bytes _; do
   [ "$row_case" != case ] || continue
   [ "$split" = all ] || [ "$split" = "$row_split" ] || continue
   listed=$((listed + 1))
+  if [ $large = no ] && [ "$bytes" -gt $most_bytes ]; then
+    left_out=$((left_out + 1))
+    continue
+  fi
   fetch "$file" "$sha256" "$repository" "$commit" "$path"
 done <"$table"
 [ $listed -gt 0 ] || stop 64 "$table lists nothing for --split $split"
+[ $left_out -eq 0 ] || echo "left out $left_out of over 10 MB: --large fetches them, too"
 
 exit $failed

@@ -100,6 +100,17 @@ run_script 0 --split=all "$work/all"
 [ -f "$work/all/heldout/two/other.stl" ] || fail 'all is not all'
 [ -f "$work/all/one/lumen.stl" ] || fail 'all is not all'
 
+# what the table calls large comes only when asked for
+cp "$work/datasets/public_data.csv" "$work/table"
+sed 's/,36,MIT/,10000001,MIT/' "$work/table" >"$work/datasets/public_data.csv"
+run_script 0 "$work/small"
+says 'left out 1 of over 10 MB'
+[ ! -e "$work/small/dev/series" ] || fail 'a large row came unasked'
+[ -f "$work/small/one/lumen.stl" ] || fail 'a small row did not come'
+run_script 0 --large "$work/small"
+says 'fetched  dev/series/'
+cp "$work/table" "$work/datasets/public_data.csv"
+
 # a run that was cut off goes on: what is there is not fetched again
 rm "$work/data/dev/series/09.dcm"
 mv "$source/08.dcm" "$work/08.dcm"
