@@ -51,12 +51,15 @@ int reach_at(const Side& side, int along, double middle) {
 }
 
 /// How many rows or columns a collimator's leaf covers at a side, 0: there is none. A leaf ends in
-/// a straight line, bone does not: of the side's middle three fifths (corners may be round) two
-/// thirds lie within two pixels, or a hundredth of its length for the leaf's blur, of a line (the
-/// medians of slopes and of places: Theil and Sen). The rest may be where a wire, another leaf or
-/// bone joins it. A leaf that leans is covered to where it reaches farthest.
+/// a straight line, bone does not: nine tenths of it lie within two pixels, or a hundredth of its
+/// length for the leaf's blur, of a line (the medians of slopes and of places: Theil and Sen).
+/// Corners may be round, so only the side's middle three fifths count; and of these up to a third
+/// may lie elsewhere, where a wire, another leaf or bone joins it. A leaf that leans is covered to
+/// where it reaches farthest.
 int leaf_at(const Side& side, double middle) {
-  constexpr double kPixels = 2.0, kOfLength = 0.01, kPart = 2.0 / 3.0, kDeepest = 1.0 / 3.0;
+  constexpr double kPixels = 2.0, kOfLength = 0.01, kStraight = 0.9;
+  constexpr double kPart = 2.0 / 3.0, kDeepest = 1.0 / 3.0,
+                   kJoined = 5.0;  // the last in tolerances
   std::vector<double> along, reach;
   const int first = side.length() / 5, last = side.length() - side.length() / 5;
   for (int n = first; n < last; ++n) {
@@ -76,9 +79,12 @@ int leaf_at(const Side& side, double middle) {
   for (std::size_t n = 0; n < along.size(); ++n) starts.push_back(reach[n] - slope * along[n]);
   const double start = median(starts);
   const double tolerance = std::max(kPixels, kOfLength * side.length());
-  const auto near = std::count_if(starts.begin(), starts.end(),
-                                  [&](double one) { return std::abs(one - start) <= tolerance; });
-  if (double(near) < least) return 0;
+  const auto within = [&](double most) {
+    return double(std::count_if(starts.begin(), starts.end(),
+                                [&](double one) { return std::abs(one - start) <= most; }));
+  };
+  const double beside = within(kJoined * tolerance);
+  if (beside < least || within(tolerance) < kStraight * beside) return 0;
   return int(std::lround(start + std::max(0.0, slope * (side.length() - 1))));
 }
 
