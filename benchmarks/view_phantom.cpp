@@ -202,7 +202,7 @@ void write_missed(const nlohmann::json& quality, double scale, benchmarks::Resul
       "two vessels leave the stem side by side one is joined to the other, not to the stem.");
   table.paragraph(fmt::format(
       "What was measured of it: the found tree explains {:.0f} to {:.0f} % of the views' own "
-      "lines (the others are of screws, clamps and the tips); the views' C-arms were moved by up "
+      "lines; the views' C-arms were moved by up "
       "to {:.1f} mm and turned by up to {:.1f} degrees against the headers; the views' rays to the "
       "same places of the tree then pass {:.1f} mm beside each other (median); the authors' lines "
       "fit the found ones best at a scale of {:.3f}.",
