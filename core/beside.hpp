@@ -52,4 +52,23 @@ class Beside {
   std::vector<std::thread> workers_;  // last: they use the others
 };
 
+/// Does one piece beside the caller and the other here. Returns once both have ended.
+///
+/// @param beside  nothing else waits there
+/// @throws what a piece throws: `here`'s, if both do
+template <class There, class Here>
+void run_both(Beside& beside, const There& there, const Here& here) {
+  beside.run([&there] { there(); });
+  try {
+    here();
+  } catch (...) {
+    try {
+      beside.wait();
+    } catch (...) {  // the other's is told
+    }
+    throw;
+  }
+  beside.wait();
+}
+
 }  // namespace angio

@@ -1,16 +1,20 @@
 #include "simulation/simulation.hpp"
 
+#include <omp.h>
+
 #include <algorithm>
 #include <atomic>
 #include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <memory>
+#include <optional>
 #include <string>
 #include <utility>
 
 #include "core/beside.hpp"
 #include "core/error.hpp"
+#include "core/in_order.hpp"
 #include "core/units.hpp"
 #include "simulation/backends/step_solver.hpp"
 #include "simulation/bodies/air.hpp"
@@ -137,40 +141,56 @@ class Run {
     const Control control = make_control(scene_, options_, expected_volume(model_, scene_, volume));
     const Inflator& inflator = control.inflator;
     slow_frames_ = 0;
-    air_mesh::AdaptiveAir air = make_air(model_, scene_);
-    DrawnWire wire(model_, options_.guidewire);
+    air_mesh::AdaptiveAir air;
+    std::optional<DrawnWire> wire;
     SuccessWatch watch(scene_, model_, options_);
     const auto follow = [&](BegunFrame& begun) {
       timed(summary.time.air, [&] { air.follow(begun.state->x); });
       begun.output.air = air.take_report();
       begun.is_air_whole = scene_.air.empty() || air.is_whole();
     };
-    // Frames queue up behind the solver: for their air, to be completed, for the wire to be drawn,
-    // and to be handed over. What a thread uses is declared before it, so that it ends first.
+    // Frames queue up behind the solver: for their air, to be completed (several at once, each to
+    // be judged in its turn), for the wire to be drawn, and to be handed over. What a thread uses
+    // is declared before it, so that it ends first.
     std::atomic<bool> has_failed = false;
     Beside delivery(has_spare_thread_, kMostWaiting);
     Beside drawing(has_spare_thread_, kMostWaiting);
-    Beside completion(has_spare_thread_, kMostWaiting);
+    drawing.run([&] { wire.emplace(model_, options_.guidewire); });
+    const auto judge = [&](BegunFrame& begun) {
+      if (has_failed) return;
+      watch.judge(begun.look, begun.output);
+      has_failed = !watch.failure().empty();
+      count(begun, summary);
+      drawing.run([&, output = std::move(begun.output)]() mutable {
+        if (output.guidewire.empty())
+          timed(summary.time.wire, [&] { output.guidewire = wire->follow(output.balloon); });
+        delivery.run([&, output = std::move(output)] { deliver(output, summary); });
+      });
+    };
+    InOrder in_order;
+    Beside completion(has_spare_thread_, kMostWaiting, omp_get_max_threads());
     const auto hand_over = [&](BegunFrame&& begun) {
-      completion.run([&, begun = std::move(begun)]() mutable {
+      completion.run([&, begun = std::make_shared<BegunFrame>(std::move(begun))] {
         if (has_failed) return;
-        complete(begun, outside, watch, summary);
-        has_failed = !watch.failure().empty();
-        drawing.run([&, output = std::move(begun.output)]() mutable {
-          if (output.guidewire.empty())
-            timed(summary.time.wire, [&] { output.guidewire = wire.follow(output.balloon); });
-          delivery.run([&, output = std::move(output)] { deliver(output, summary); });
+        timed(begun->outputs_s, [&] {
+          add_state(model_, shared_scene_, begun->state, outside, begun->output);
+          begun->look = watch.look(*begun->state);
         });
+        in_order.run(begun->output.frame, [&judge, begun] { judge(*begun); });
       });
     };
     Beside following(has_spare_thread_, kMostWaiting);
+    following.run([&] { air = make_air(model_, scene_); });
     // The paper's contact is projected on each frame's tets: the solver waits for them.
     const bool needs_air = pbd_policy(options_).contact;
+    if (needs_air) following.wait();
     double whole = 0.0, taken = 0.0;
-    const auto take = [&](int frame, const State& state) {
+    const auto take = [&](int frame, State&& state) {
       if (has_failed) throw RunHasFailed();
       add_times(state.report.times, summary.time);
-      BegunFrame begun{begun_frame(frame, inflator), std::make_shared<const State>(state), true};
+      BegunFrame begun;
+      begun.output = begun_frame(frame, inflator);
+      begun.state = std::make_shared<const State>(std::move(state));
       if (needs_air) {
         follow(begun);
         solver->set_air(air.tets());
@@ -189,8 +209,8 @@ class Run {
     };
     timed(whole, [&] {
       try {
-        solver->run(control, [&](int frame, const State& state) {
-          timed(taken, [&] { take(frame, state); });
+        solver->run(control, [&](int frame, State&& state) {
+          timed(taken, [&] { take(frame, std::move(state)); });
         });
       } catch (const RunHasFailed&) {  // what is to come would be none either
       } catch (const Error& error) {
@@ -212,20 +232,16 @@ class Run {
   struct BegunFrame {
     SimulationFrame output;
     std::shared_ptr<const State> state;
-    bool is_air_whole;
+    bool is_air_whole = true;
+    SuccessWatch::Look look;
+    double outputs_s = 0.0;
   };
 
-  /// Completes a frame and judges it.
-  void complete(BegunFrame& begun, double outside, SuccessWatch& watch,
-                SimulationSummary& summary) {
-    SimulationFrame& output = begun.output;
-    timed(summary.time.outputs, [&] {
-      add_state(model_, shared_scene_, begun.state, outside, output);
-      watch.add(*begun.state, output);
-    });
-    slow_frames_ += output.residual > kWarnResidual ? 1 : 0;
-    summary.open_frames += output.sweep_count >= most_sweeps_ ? 1 : 0;
-    summarize(output, begun.is_air_whole, summary);
+  void count(const BegunFrame& begun, SimulationSummary& summary) {
+    summary.time.outputs += begun.outputs_s;
+    slow_frames_ += begun.output.residual > kWarnResidual ? 1 : 0;
+    summary.open_frames += begun.output.sweep_count >= most_sweeps_ ? 1 : 0;
+    summarize(begun.output, begun.is_air_whole, summary);
   }
   void deliver(const SimulationFrame& output, SimulationSummary& summary) {
     if (output.frame < delivered_) return;  // by a backend that failed later

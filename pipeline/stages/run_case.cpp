@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <chrono>
 #include <fstream>
+#include <future>
 #include <iterator>
 
 #include "core/atomic_file.hpp"
@@ -24,6 +25,7 @@
 #include "pipeline/version.hpp"
 #include "segmentation/dicom_segmentation.hpp"
 #include "segmentation/read_volume.hpp"
+#include "simulation/wake_gpu.hpp"
 
 namespace angio::pipeline {
 namespace fs = std::filesystem;
@@ -293,8 +295,11 @@ void run_stages(const Workflow& workflow, const RunRequest& request, const CaseF
         "there is nothing to reconstruct: the input is no rotational run that can be used. `angio "
         "inspect` says what it is");
   const int first = request.input.empty() ? int(request.from.value_or(Stage::reconstruction)) : 0;
+  std::future<void> gpu;
   for (const StageDefinition& stage : workflow.stages) {
     if (int(stage.stage) < first || stage.stage > request.until || !run.is_for(stage)) continue;
+    if (stage.stage == Stage::meshing && request.until >= Stage::simulation)
+      gpu = simulation::wake_gpu(request.config.simulation.backend);
     try {
       run.run_stage(stage, request.force || (request.from && stage.stage >= *request.from));
     } catch (const InputError&) {

@@ -153,11 +153,10 @@ std::vector<Vec3> TreatedLumen::points(const std::vector<Vec3>& lumen) const {
 
 centerline::LumenProfile TreatedLumen::profile_of(const std::vector<Vec3>& wall,
                                                   const std::vector<Vec3>& balloon,
-                                                  const Measure& measure_wall,
-                                                  const Measure& measure_balloon) const {
+                                                  const Measure& measure) const {
   const std::vector<Vec3> lumen = moved(wall);
-  const CenterlinePath path = moved_path(lumen);
-  const centerline::LumenProfile all = measure_wall(points(lumen), path);
+  const Profiles profiles = measure(points(lumen), balloon, moved_path(lumen));
+  const centerline::LumenProfile& all = profiles.wall;
   centerline::LumenProfile seen;
   for (std::size_t i = 0; i < all.abscissa.size(); ++i) {
     if (mistaken_.contains(all.abscissa[i])) continue;
@@ -167,20 +166,23 @@ centerline::LumenProfile TreatedLumen::profile_of(const std::vector<Vec3>& wall,
   }
   seen = centerline::without_disproved(seen);
   if (balloon.empty()) return seen;
-  return widened(std::move(seen), measure_balloon(balloon, path));
+  return widened(std::move(seen), profiles.balloon);
 }
 
 centerline::LumenProfile TreatedLumen::profile_between(double first, double last,
                                                        const std::vector<Vec3>& wall,
                                                        const std::vector<Vec3>& balloon) const {
-  const auto between = [](double from, double to) {
-    return [from, to](std::vector<Vec3> points, const CenterlinePath& path) {
-      return centerline::measure_lumen(std::move(points), path, from, to);
-    };
-  };
   return profile_of(
-      wall, balloon, between(first, last),
-      between(std::max(first, spans_.cylinder_first), std::min(last, spans_.cylinder_last)));
+      wall, balloon,
+      [&](std::vector<Vec3> points, const std::vector<Vec3>& inside, const CenterlinePath& path) {
+        Profiles profiles;
+        profiles.wall = centerline::measure_lumen(std::move(points), path, first, last);
+        if (!inside.empty())
+          profiles.balloon =
+              centerline::measure_lumen(inside, path, std::max(first, spans_.cylinder_first),
+                                        std::min(last, spans_.cylinder_last));
+        return profiles;
+      });
 }
 
 centerline::LumenProfile TreatedLumen::profile(const std::vector<Vec3>& wall,
@@ -215,13 +217,19 @@ centerline::Tightest TreatedLumen::LesionFollower::measure(const std::vector<Vec
   constexpr double kStill = 2.5e-4;  // of the diameter
   const double still = kStill * tightest_.mld_mm;
   if (is_within(still, wall, wall_) && is_within(still, balloon, balloon_)) return tightest_;
-  const auto by = [](centerline::LumenFollower& follower) {
-    return [&follower](std::vector<Vec3> points, const CenterlinePath& path) {
-      return follower.measure(std::move(points), path);
+  const auto follow = [&](std::vector<Vec3> points, const std::vector<Vec3>& inside,
+                          const CenterlinePath& path) {
+    Profiles profiles;
+    const auto measure_balloon = [&] {
+      if (!inside.empty()) profiles.balloon = balloon_follower_.measure(inside, path);
     };
+    const auto measure_wall = [&] {
+      profiles.wall = wall_follower_.measure(std::move(points), path);
+    };
+    run_both(beside_, measure_balloon, measure_wall);
+    return profiles;
   };
-  centerline::LumenProfile near =
-      lumen_.profile_of(wall, balloon, by(wall_follower_), by(balloon_follower_));
+  centerline::LumenProfile near = lumen_.profile_of(wall, balloon, follow);
   if (near.abscissa.empty()) near = lumen_.profile(wall, balloon);
   wall_ = wall;
   balloon_ = balloon;

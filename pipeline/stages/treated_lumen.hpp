@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "centerline/centerline.hpp"
+#include "core/beside.hpp"
 #include "core/centerline.hpp"
 #include "core/triangle_mesh.hpp"
 #include "pipeline/case/stage_files.hpp"
@@ -74,13 +75,15 @@ class TreatedLumen {
   /// Sections of the mesh as it was made that are far wider than the image's: that took another
   /// vessel or an organ for their wall.
   void find_mistaken();
-  /// Measures a profile's points of the wall, of the balloon.
-  using Measure =
-      std::function<centerline::LumenProfile(std::vector<Vec3> points, const CenterlinePath& path)>;
+  /// The profiles of the wall's points and of the balloon's, if there are any, along one path.
+  struct Profiles {
+    centerline::LumenProfile wall, balloon;
+  };
+  using Measure = std::function<Profiles(std::vector<Vec3> wall, const std::vector<Vec3>& balloon,
+                                         const CenterlinePath& path)>;
   [[nodiscard]] centerline::LumenProfile profile_of(const std::vector<Vec3>& wall,
                                                     const std::vector<Vec3>& balloon,
-                                                    const Measure& measure_wall,
-                                                    const Measure& measure_balloon) const;
+                                                    const Measure& measure) const;
   [[nodiscard]] centerline::LumenProfile profile_between(double first, double last,
                                                          const std::vector<Vec3>& wall,
                                                          const std::vector<Vec3>& balloon) const;
@@ -113,6 +116,7 @@ class TreatedLumen::LesionFollower {
   centerline::LumenFollower wall_follower_, balloon_follower_;
   std::vector<Vec3> wall_, balloon_;  ///< as last measured
   centerline::Tightest tightest_;
+  Beside beside_;  ///< for the balloon, while the wall is measured
 };
 
 /// lumen_profile.csv: a row for each place of the segment; a cell is empty where the section misses

@@ -33,7 +33,7 @@ class CpuSolver final : public SolverBase<Real> {
                                           omp_get_max_threads())) {}
 
   void run(const Control& control,
-           const std::function<void(int frame, const State& state)>& on_state) override {
+           const std::function<void(int frame, State&& state)>& on_state) override {
     Inflator inflator = control.inflator;
     on_state(0, start_state(scene_, status_.pressure));
     for (int frame = 1; frame < inflator.frame_count(); ++frame) {

@@ -43,7 +43,7 @@ class CudaSolver final : public SolverBase<Real> {
   }
 
   void run(const Control& control,
-           const std::function<void(int frame, const State& state)>& on_state) override {
+           const std::function<void(int frame, State&& state)>& on_state) override {
     CudaProgram<Real> program = program_;
     program.rules = control.rules;
     program.last_frame = control.inflator.frame_count() - 1;
@@ -69,7 +69,7 @@ class CudaSolver final : public SolverBase<Real> {
       for (int k = 0; k < ended - frame; ++k)
         states.push_back(this->state_of(batch.frames.state(k), batch.frames.status(k)));
       if (runs_ahead() && ended < program.last_frame) submit(program, batch, frames_);
-      for (const State& state : states) on_state(++frame, state);
+      for (State& state : states) on_state(++frame, std::move(state));
       if (!runs_ahead() && ended < program.last_frame) submit(program, batch, frames_);
     }
     stream_.wait("solving");

@@ -28,7 +28,7 @@ class StepSolver {
   /// Goes through the inflator's frames, from the start state (frame 0) on; `on_state` gets each
   /// in order. A backend may be some frames ahead of it.
   virtual void run(const Control& control,
-                   const std::function<void(int frame, const State& state)>& on_state) = 0;
+                   const std::function<void(int frame, State&& state)>& on_state) = 0;
 
   /// The equilibrium under a law, without a wall, found from the last one.
   ///

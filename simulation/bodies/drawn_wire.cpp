@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "core/units.hpp"
 #include "simulation/bodies/guidewire.hpp"
@@ -87,20 +88,25 @@ std::vector<Box> DrawnWire::segment_boxes(double reach, const std::vector<Vec3>&
 
 std::vector<WirePair> DrawnWire::pairs_of(const std::vector<Box>& segments,
                                           const std::vector<Box>& membrane) const {
-  Box whole;
-  for (std::size_t s = 1; s + 2 < wire_.size(); ++s) {
-    whole.add(segments[s].low);
-    whole.add(segments[s].high);
+  constexpr std::size_t kRun = 6;  // segments: a triangle that misses their box misses them all
+  const std::size_t end = wire_.size() - 2;
+  std::vector<Box> runs;
+  for (std::size_t s = 1; s < end; ++s) {
+    if ((s - 1) % kRun == 0) runs.emplace_back();
+    runs.back().add(segments[s].low);
+    runs.back().add(segments[s].high);
   }
   std::vector<WirePair> pairs;
-  for (std::size_t t = 0; t < triangles_.size(); ++t) {
-    if (!membrane[t].meets(whole)) continue;
-    for (std::size_t s = 1; s + 2 < wire_.size(); ++s) {
-      const bool meets_in_pole = (s == 1 && holds(triangles_[t], poles_[0])) ||
-                                 (s + 3 == wire_.size() && holds(triangles_[t], poles_[1]));
-      if (!meets_in_pole && membrane[t].meets(segments[s])) pairs.push_back({int(s), int(t)});
+  for (std::size_t t = 0; t < triangles_.size(); ++t)
+    for (std::size_t r = 0; r < runs.size(); ++r) {
+      if (!membrane[t].meets(runs[r])) continue;
+      const std::size_t first = 1 + r * kRun;
+      for (std::size_t s = first; s < std::min(first + kRun, end); ++s) {
+        const bool meets_in_pole = (s == 1 && holds(triangles_[t], poles_[0])) ||
+                                   (s + 1 == end && holds(triangles_[t], poles_[1]));
+        if (!meets_in_pole && membrane[t].meets(segments[s])) pairs.push_back({int(s), int(t)});
+      }
     }
-  }
   return pairs;
 }
 
@@ -128,6 +134,19 @@ double DrawnWire::share_of(const WireMotion& motion, const std::vector<WirePair>
   for (const WirePair& pair : pairs)
     least = std::min(least, free_share(motion, triangles_[std::size_t(pair.triangle)], pair));
   return least;
+}
+
+std::vector<DrawnWire::Bearing> DrawnWire::bearings(const std::vector<Vec3>& wire,
+                                                    const std::vector<WirePair>& pairs) const {
+  std::vector<Bearing> all;
+  for (const WirePair& pair : pairs) {
+    const auto s = std::size_t(pair.segment);
+    const auto corners = corners_of(membrane_, triangles_[std::size_t(pair.triangle)]);
+    const WireGap gap = wire_gap(wire[s], wire[s + 1], corners);
+    if (gap.distance < reach_)
+      all.push_back({s, gap, 0.5 * norm(cross(corners[1] - corners[0], corners[2] - corners[0]))});
+  }
+  return all;
 }
 
 double DrawnWire::share_of(const std::vector<Vec3>& wire_by) {
@@ -165,31 +184,21 @@ std::vector<Vec3> DrawnWire::taken_along(const std::vector<Vec3>& membrane_by) c
   return by;
 }
 
-double DrawnWire::energy(const std::vector<Vec3>& x) {
+DrawnWire::Load DrawnWire::load(const std::vector<Vec3>& x) {
   const RodShape<double> shape{int(x.size()), rest_.data(), bend_.data()};
-  double sum = rod_energy(shape, section_, x.data());
-  const std::vector<Vec3> by = sum_of(x, -1.0, wire_);
-  for (const WirePair& pair : pairs_within(reach_, by)) {
-    const auto s = std::size_t(pair.segment);
-    const auto corners = corners_of(membrane_, triangles_[std::size_t(pair.triangle)]);
-    const double d = wire_gap(x[s], x[s + 1], corners).distance;
-    const double area = 0.5 * norm(cross(corners[1] - corners[0], corners[2] - corners[0]));
-    sum += stiffness_ * area * barrier(d, reach_).value;
-  }
-  return sum;
+  Load load{rod_energy(shape, section_, x.data()),
+            bearings(x, pairs_within(reach_, sum_of(x, -1.0, wire_)))};
+  for (const Bearing& b : load.bearings)
+    load.energy += stiffness_ * b.area * barrier(b.gap.distance, reach_).value;
+  return load;
 }
 
-std::vector<Vec3> DrawnWire::newton_step() {
+std::vector<Vec3> DrawnWire::newton_step(const std::vector<Bearing>& bearings) const {
   const int count = int(wire_.size());
   const RodShape<double> shape{count, rest_.data(), bend_.data()};
   std::vector<RodRow<double>> rows(wire_.size());
   add_rod(shape, section_, wire_.data(), rows.data());
-  for (const WirePair& pair : pairs_within(reach_, still(wire_.size()))) {
-    const auto s = std::size_t(pair.segment);
-    const auto corners = corners_of(membrane_, triangles_[std::size_t(pair.triangle)]);
-    const WireGap gap = wire_gap(wire_[s], wire_[s + 1], corners);
-    if (!(gap.distance < reach_)) continue;
-    const double area = 0.5 * norm(cross(corners[1] - corners[0], corners[2] - corners[0]));
+  for (const auto& [s, gap, area] : bearings) {
     const Barrier<double> b = barrier(gap.distance, reach_);
     const double w[2] = {1.0 - gap.share, gap.share};
     const Mat3 along = outer((stiffness_ * area * b.curvature) * gap.direction, gap.direction);
@@ -209,18 +218,18 @@ std::vector<Vec3> DrawnWire::newton_step() {
 // Newton's method with a line search, short of any gap.
 void DrawnWire::settle(int most_steps) {
   constexpr int kHalvings = 12;
-  double before = energy(wire_);
+  Load before = load(wire_);
   for (int step = 0; step < most_steps; ++step) {
-    const std::vector<Vec3> by = newton_step();
+    const std::vector<Vec3> by = newton_step(before.bearings);
     double share = share_of(by);
-    double after = energy(sum_of(wire_, share, by));
-    for (int h = 0; h < kHalvings && !(after < before); ++h) {
+    Load after = load(sum_of(wire_, share, by));
+    for (int h = 0; h < kHalvings && !(after.energy < before.energy); ++h) {
       share *= 0.5;
-      after = energy(sum_of(wire_, share, by));
+      after = load(sum_of(wire_, share, by));
     }
-    if (!(after < before)) return;
+    if (!(after.energy < before.energy)) return;
     wire_ = sum_of(wire_, share, by);
-    before = after;
+    before = std::move(after);
     double most = 0.0;
     for (const Vec3& move : by) most = std::max(most, share * norm(move));
     if (most < 0.5 * kSettled * reach_) return;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <vector>
 
 #include "simulation/contact/box_grid.hpp"
@@ -49,9 +50,22 @@ class DrawnWire {
   [[nodiscard]] double share_of(const std::vector<Vec3>& wire_by,
                                 const std::vector<Vec3>& membrane_by) const;
   [[nodiscard]] double share_of(const WireMotion& motion, const std::vector<WirePair>& pairs) const;
+  /// A triangle that bears a segment.
+  struct Bearing {
+    std::size_t segment;
+    WireGap gap;  ///< below the barrier's range
+    double area;  ///< of the triangle [mm^2]
+  };
+  [[nodiscard]] std::vector<Bearing> bearings(const std::vector<Vec3>& wire,
+                                              const std::vector<WirePair>& pairs) const;
   [[nodiscard]] std::vector<Vec3> taken_along(const std::vector<Vec3>& membrane_by) const;
-  [[nodiscard]] double energy(const std::vector<Vec3>& x);
-  [[nodiscard]] std::vector<Vec3> newton_step();
+  /// What a wire at x carries, with the membrane as it lies.
+  struct Load {
+    double energy;
+    std::vector<Bearing> bearings;
+  };
+  [[nodiscard]] Load load(const std::vector<Vec3>& x);
+  [[nodiscard]] std::vector<Vec3> newton_step(const std::vector<Bearing>& bearings) const;
   [[nodiscard]] bool is_inside();
   void settle(int most_steps);
 

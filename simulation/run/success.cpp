@@ -102,30 +102,37 @@ void SuccessWatch::fail(const SimulationFrame& frame, const std::string& what,
                advice;
 }
 
-void SuccessWatch::add(const State& state, const SimulationFrame& frame) {
-  if (!is_judged_) return;
+SuccessWatch::Look SuccessWatch::look(const State& state) const {
+  if (!is_judged_) return {};
   const bool is_finite = std::isfinite(state.volume) &&
                          std::all_of(state.x.begin(), state.x.end(),
                                      [](const Vec3& p) { return std::isfinite(p.x + p.y + p.z); });
-  if (!is_finite) return fail(frame, "positions are not finite (it has diverged)", kFinerSteps);
+  if (!is_finite) return {false, {}};
+  return {true, patch_pressure(scene_, state, 0.5 * model_.reference_radius_mm)};
+}
+
+void SuccessWatch::judge(const Look& look, const SimulationFrame& frame) {
+  if (!is_judged_) return;
+  if (!look.is_finite)
+    return fail(frame, "positions are not finite (it has diverged)", kFinerSteps);
   if (frame.contact.max_penetration_mm > kCrossing * contact_distance_)
     fail(frame,
          text("balloon and vessel wall cross by %.4f mm (they are too near each other there for "
               "their contact to be resolved)",
               frame.contact.max_penetration_mm),
          kSmallerBalloon);
-  const PatchPressure patch = patch_pressure(scene_, state, 0.5 * model_.reference_radius_mm);
-  const double ratio = patch.pressure / peak_pressure_;
+  const double ratio = look.patch.pressure / peak_pressure_;
   worst_ratio_ = std::max(worst_ratio_, ratio);
   if (ratio > kMostPressure) {
-    const int vertex = scene_.caller_vertex[std::size_t(scene_.bodies.wall().first + patch.vertex)];
+    const int vertex =
+        scene_.caller_vertex[std::size_t(scene_.bodies.wall().first + look.patch.vertex)];
     const double abscissa =
         model_.wall_abscissa.empty() ? 0.0 : model_.wall_abscissa[std::size_t(vertex)];
     fail(
         frame,
         text("the wall carries %.1f times the balloon's pressure, %.0f kPa, %.1f mm along the line "
              "(the balloon is wedged in there)",
-             ratio, units::kilopascal_from_pascal(patch.pressure), abscissa),
+             ratio, units::kilopascal_from_pascal(look.patch.pressure), abscissa),
         kSmallerBalloon);
   }
   // Without a wall the balloon itself says whether it has a state of rest: a warning.

@@ -34,7 +34,15 @@ class SuccessWatch {
  public:
   SuccessWatch(const Scene& scene, const SimulationModel& model, const SimulationOptions& options);
 
-  void add(const State& state, const SimulationFrame& frame);
+  /// What is judged of a state.
+  struct Look {
+    bool is_finite = true;
+    PatchPressure patch;
+  };
+  /// From any thread.
+  [[nodiscard]] Look look(const State& state) const;
+  /// In the order of the frames.
+  void judge(const Look& look, const SimulationFrame& frame);
   /// To be called after the last frame. @return empty: the run ended right
   [[nodiscard]] const std::string& failure() const { return failure_; }
   /// The greatest patch pressure over the peak pressure.

@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 #include <omp.h>
 
+#include <algorithm>
 #include <atomic>
 #include <chrono>
 #include <cmath>
@@ -12,6 +13,7 @@
 
 #include "core/beside.hpp"
 #include "core/error.hpp"
+#include "core/in_order.hpp"
 #include "core/parallel.hpp"
 
 namespace angio {
@@ -136,6 +138,54 @@ TEST(Beside, TakesASpareThreadWhereTheCallerHasOneOnly) {
     EXPECT_EQ(worker == std::this_thread::get_id(), !has_spare_thread);
   }
   omp_set_num_threads(before);
+}
+
+TEST(Beside, RunBothReturnsOnceBothHaveEndedWhicheverThrows) {
+  Beside beside(true);
+  const auto nothing = [] {};
+  const auto fails = [] { throw InputError("here"); };
+  std::atomic<bool> has_ended = false;
+  const auto lasts = [&] {
+    std::this_thread::sleep_for(std::chrono::milliseconds(50));
+    has_ended = true;
+  };
+  run_both(beside, lasts, nothing);
+  EXPECT_TRUE(has_ended.exchange(false));
+  EXPECT_THROW(run_both(beside, lasts, fails), InputError);
+  EXPECT_TRUE(has_ended);
+  EXPECT_THROW(run_both(beside, fails, nothing), InputError);
+  EXPECT_NO_THROW(run_both(beside, nothing, nothing));  // what was told is told once
+}
+
+TEST(InOrder, DoesPiecesInTheirOrderAndOneAtATimeWhoeverBringsThem) {
+  constexpr int kWorkers = 4, kPieces = 200;
+  std::vector<int> done;
+  std::atomic<int> at_work = 0;
+  bool is_alone = true;
+  InOrder in_order;
+  Beside beside(true, kPieces, kWorkers);
+  for (int i = 0; i < kPieces; ++i)
+    beside.run([&, i] {
+      std::this_thread::sleep_for(std::chrono::microseconds(i * 7919 % 500));
+      in_order.run(i, [&, i] {
+        is_alone = is_alone && ++at_work == 1;
+        done.push_back(i);
+        --at_work;
+      });
+    });
+  beside.wait();
+  ASSERT_EQ(done.size(), std::size_t(kPieces));
+  EXPECT_TRUE(std::is_sorted(done.begin(), done.end()));
+  EXPECT_TRUE(is_alone);
+}
+
+TEST(InOrder, LeavesWhatComesEarlyUntilItsTurn) {
+  std::vector<int> done;
+  InOrder in_order;
+  for (const int i : {2, 1, 3}) in_order.run(i, [&done, i] { done.push_back(i); });
+  EXPECT_TRUE(done.empty());
+  in_order.run(0, [&done] { done.push_back(0); });
+  EXPECT_EQ(done, (std::vector<int>{0, 1, 2, 3}));
 }
 
 }  // namespace

@@ -151,23 +151,27 @@ std::string headline_cards(const Metrics& metrics) {
   const auto peak = [&](const char* key) { return metrics.number("peak", key); };
   const auto result = [&](const char* key) { return metrics.number("result", key); };
   const auto balloon = [&](const char* key) { return metrics.number("balloon", key); };
+  const std::string status = metrics.text("status"),
+                    reference =
+                        "reference diameter " + shown(lesion("reference_diameter_mm"), 2, " mm");
+  const bool has_lesion = status != "no_lesion";  // else its percentage would be no stenosis'
   std::string out;
-  out += card(change(metrics, "diameter_stenosis_percent", nullptr, 0, " %"), "Diameter stenosis",
-              "reference diameter " + shown(lesion("reference_diameter_mm"), 2, " mm"));
-  out +=
-      card(change(metrics, "mld_mm", "mld_range_mm", 2, " mm"), "Minimal lumen diameter",
-           "at peak " + shown(peak("mld_mm"), 2, " mm") + beyond_balloon(metrics) +
-               ", acute gain " + told(metrics, "acute_gain_mm", "acute_gain_range_mm", 2, " mm") +
-               agreement(metrics, "acute_gain_range_mm", 3, " mm") +
-               (bound(metrics, "mld_mm", 2).empty()
-                    ? ""
-                    : ". Before, the throat is narrower than a voxel: it is not measured, and "
-                      "the gain not certain"));
+  if (has_lesion)
+    out += card(change(metrics, "diameter_stenosis_percent", nullptr, 0, " %"), "Diameter stenosis",
+                reference);
+  out += card(change(metrics, "mld_mm", "mld_range_mm", 2, " mm"), "Minimal lumen diameter",
+              (has_lesion ? "" : reference + ", ") + "at peak " + shown(peak("mld_mm"), 2, " mm") +
+                  beyond_balloon(metrics) + ", acute gain " +
+                  told(metrics, "acute_gain_mm", "acute_gain_range_mm", 2, " mm") +
+                  agreement(metrics, "acute_gain_range_mm", 3, " mm") +
+                  (bound(metrics, "mld_mm", 2).empty()
+                       ? ""
+                       : ". Before, the throat is narrower than a voxel: it is not measured, and "
+                         "the gain not certain"));
   out += card(change(metrics, "mla_mm2", nullptr, 2, " mm²"), "Minimal lumen area",
               "at peak " + shown(peak("mla_mm2"), 2, " mm²"));
   out += flow_card(metrics);
   out += view_card(metrics);
-  const std::string status = metrics.text("status");
   if (status == "failed" || status == "stale" || (status == "not_determined" && !result("mld_mm")))
     return out;
   out +=
