@@ -84,34 +84,74 @@ double reach_of(TubeEffort effort, const TubeScale& scale) {
   return kCenterWindow;
 }
 
-/// The distance from a place in the section to the model's wall, in space: where the vessel tapers,
-/// the nearest wall is not in the section.
-/// @param keep  parts of the radii in each direction
-double sphere_radius(const Fit& fit, const Stretch& stretch, const LocalCurve& curve,
-                     const Point2& center, const std::vector<double>& keep) {
-  constexpr int kSteps = 4;  // to each side
-  const Vec3 q = curve.origin + center.x * curve.u + center.y * curve.v;
-  std::vector<double> squared;
-  double least = 1e300;
-  for (int i = 0; i < kContourPoints; i += 2) {
-    Sample at;
-    const double theta = 2.0 * units::kPi * i / kContourPoints;
-    at.cos = std::cos(theta);
-    at.sin = std::sin(theta);
-    squared.clear();
-    for (int k = -kSteps; k <= kSteps; ++k) {
-      at.s = 0.7 * fit.window * k / kSteps;
-      if (at.s < curve.first || at.s > curve.last) continue;
-      const Vec3 t = curve.tangent(at.s);
-      const Vec3 u = normalized(curve.u - dot(curve.u, t) * t);
-      const double r = std::max(predict(fit, at), 0.0) * keep[std::size_t(i)];
-      const Point2 p = stretch.undo({r * at.cos, r * at.sin});
-      squared.push_back(norm_squared(curve.at(at.s) + p.x * u + p.y * cross(t, u) - q));
+/// The model's wall round a section, in space: where the vessel tapers, the wall that is nearest to
+/// a place of the section is not in the section.
+class WallAround {
+ public:
+  /// @param keep  parts of the radii in each direction
+  WallAround(const Fit& fit, const Stretch& stretch, const LocalCurve& curve,
+             const std::vector<double>& keep) {
+    const Vec3 tangent = cross(curve.u, curve.v);
+    for (int i = 0; i < kContourPoints; i += 2) {
+      Sample at;
+      const double theta = 2.0 * units::kPi * i / kContourPoints;
+      at.cos = std::cos(theta);
+      at.sin = std::sin(theta);
+      rows_.push_back(points_.size());
+      for (int k = -kSteps; k <= kSteps; ++k) {
+        at.s = 0.7 * fit.window * k / kSteps;
+        if (at.s < curve.first || at.s > curve.last) continue;
+        const Vec3 t = curve.tangent(at.s);
+        const Vec3 u = normalized(curve.u - dot(curve.u, t) * t);
+        const double r = std::max(predict(fit, at), 0.0) * keep[std::size_t(i)];
+        const Point2 p = stretch.undo({r * at.cos, r * at.sin});
+        const Vec3 d = curve.at(at.s) + p.x * u + p.y * cross(t, u) - curve.origin;
+        points_.push_back({dot(d, curve.u), dot(d, curve.v), dot(d, tangent)});
+      }
     }
-    least = std::min(least, lowest(squared));
+    rows_.push_back(points_.size());
   }
-  return std::sqrt(least);
-}
+
+  /// Of a place in the section [mm].
+  [[nodiscard]] double distance(const Point2& place) const {
+    double least = 1e300;
+    for (std::size_t row = 0; row + 1 < rows_.size(); ++row) {
+      squared_.clear();
+      for (std::size_t n = rows_[row]; n < rows_[row + 1]; ++n)
+        squared_.push_back(norm_squared(points_[n] - Vec3{place.x, place.y, 0.0}));
+      least = std::min(least, lowest(squared_));
+    }
+    return std::sqrt(least);
+  }
+
+  /// The radius of the largest ball with its centre in the section, near a place: the largest
+  /// circle's centre, but where the wall leans more on one side than on the other.
+  [[nodiscard]] double largest_ball(Point2 center, double most_shift) const {
+    constexpr double kFirstStep = 0.1, kLastStep = 2e-3;  // of the radius
+    const Point2 start = center;
+    double radius = distance(center);
+    for (double step = kFirstStep * radius; step > kLastStep * radius;) {
+      const double before = radius;
+      for (int n = 0; n < 8; ++n) {
+        const double turn = 0.25 * units::kPi * n;
+        const Point2 trial{center.x + step * std::cos(turn), center.y + step * std::sin(turn)};
+        if (std::hypot(trial.x - start.x, trial.y - start.y) > most_shift) continue;
+        if (const double r = distance(trial); r > radius) {
+          radius = r;
+          center = trial;
+        }
+      }
+      if (!(radius > before)) step *= 0.5;
+    }
+    return radius;
+  }
+
+ private:
+  static constexpr int kSteps = 4;  // to each side
+  std::vector<Vec3> points_;        ///< along u, v and the tangent; row by row
+  std::vector<std::size_t> rows_;   ///< where each direction's points begin
+  mutable std::vector<double> squared_;
+};
 
 }  // namespace
 
@@ -181,8 +221,9 @@ TubeSection fit_tube(const WallPoints& points, const LocalCurve& curve, double r
   section.center += middle.x * curve.u + middle.y * curve.v;
   section.inscribed_radius = circle.radius;
   if (measure)
-    section.inscribed_radius = std::clamp(sphere_radius(fit, stretch, curve, circle.center, keep),
-                                          kSteepest * circle.radius, circle.radius);
+    section.inscribed_radius =
+        std::clamp(WallAround(fit, stretch, curve, keep).largest_ball(circle.center, most_shift),
+                   kSteepest * circle.radius, circle.radius);
   section.area = contour_moments(contour).area * step / std::sin(step);
   section.extent = contour_extent(contour, middle);
   section.noise = fit.sd;
