@@ -3,12 +3,14 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
 
 #include "air_mesh/build/surface_crossings.hpp"
 #include "core/parallel.hpp"
 #include "core/volume.hpp"
 #include "meshing/detail/crossings.hpp"
 #include "meshing/detail/isosurface.hpp"
+#include "meshing/detail/level_band.hpp"
 #include "meshing/detail/mend_holes.hpp"
 #include "meshing/detail/pieces.hpp"
 #include "meshing/detail/soup.hpp"
@@ -35,8 +37,7 @@ double thinnest(const std::vector<TriangleMesh>& parts) {
 
 bool is_whole(const TriangleMesh& mesh, double volume) {
   return !mesh.triangles.empty() && surface_topology(mesh).is_closed() &&
-         std::abs(enclosed_volume(mesh) - volume) <= kSameVolume * volume &&
-         air_mesh::self_intersections(mesh).empty();
+         std::abs(enclosed_volume(mesh) - volume) <= kSameVolume * volume;
 }
 
 /// Part after part, each one that meets what is united so far. @return empty if one cannot be
@@ -62,11 +63,12 @@ TriangleMesh unite_exactly(std::vector<TriangleMesh> parts) {
 }
 
 /// The triangles that have the outside on one side, at a corner or in the middle.
-TriangleMesh exposed_part(const TriangleMesh& closed, const Winding& winding, double step) {
+TriangleMesh exposed_part(const TriangleMesh& closed, const Winding& winding, double thin) {
+  const double off = 0.00125 * thin;
   std::vector<char> keep(closed.triangles.size(), 0);
   parallel_for_uneven(std::ptrdiff_t(keep.size()), [&](std::ptrdiff_t index) {
     const Triangle& t = closed.triangles[std::size_t(index)];
-    const Vec3 out = 0.01 * step * normalized(area_vector_doubled(closed, t));
+    const Vec3 out = off * normalized(area_vector_doubled(closed, t));
     Vec3 middle;
     for (const int v : t) middle += closed.vertices[std::size_t(v)] / 3.0;
     bool exposed = winding.at(middle + out) <= 0;
@@ -78,86 +80,94 @@ TriangleMesh exposed_part(const TriangleMesh& closed, const Winding& winding, do
   return part_of(closed, keep);
 }
 
-/// -1 where the winding number is above 0, 1 elsewhere.
-Volume<float> union_signs(const Winding& winding, const VolumeGeometry& grid) {
-  Volume<float> signs(grid, 1.0F);
-  parallel_for_uneven(grid.size[2], [&](std::ptrdiff_t layer) {
-    const int k = int(layer);
+/// The runs of a grid's nodes where the winding number is above 0.
+GridRows runs_of_union(const Winding& winding, const VolumeGeometry& grid) {
+  return rows_by_layers(grid.size[2], [&](int k, GridRows& layer) {
     for (int j = 0; j < grid.size[1]; ++j) {
+      const Vec3 here = grid.lps_from_index({0.0, double(j), double(k)});
+      const double next = winding.next_line(here.y, here.z);
+      if (next - grid.origin.y > grid.spacing.y * grid.size[1]) break;
+      j = std::max(j, int((next - grid.origin.y) / grid.spacing.y));
       const Vec3 row = grid.lps_from_index({0.0, double(j), double(k)});
       int turns = 0;
-      int i = 0;
       for (const auto& [x, change] : winding.crossings(row.y, row.z)) {
-        const int end = std::clamp(int(std::ceil((x - row.x) / grid.spacing.x)), 0, grid.size[0]);
-        for (; i < end; ++i)
-          if (turns > 0) signs.at(i, j, k) = -1.0F;
+        const bool was_inside = turns > 0;
         turns += change;
+        if ((turns > 0) == was_inside) continue;
+        const int i = std::clamp(int(std::ceil((x - row.x) / grid.spacing.x)), 0, grid.size[0]);
+        if (layer.at.size() > layer.first.back() && layer.at.back() == i)
+          layer.at.pop_back();  // in and out between two nodes
+        else
+          layer.at.push_back(i);
       }
+      layer.end_row(std::int64_t(k) * grid.size[1] + j);
     }
   });
-  return signs;
 }
 
-/// Signed distance [mm] from the union's wall at the nodes whose neighbours lie on its other side,
-/// two steps elsewhere: all that a contour asks for.
-Volume<float> union_level_set(const TriangleMesh& closed, const VolumeGeometry& grid) {
-  const Winding winding(closed);
-  const double step = grid.spacing.x;
-  const TriangleMesh exposed = exposed_part(closed, winding, step);
+/// Signed distance [mm] from the union's wall, two steps at most.
+LevelBand union_level_set(const Winding& winding, const TriangleMesh& exposed,
+                          const VolumeGeometry& grid) {
+  LevelBand band = band_around(grid, runs_of_union(winding, grid));
   const ClosestPoint wall(exposed);
-  const Volume<float> signs = union_signs(winding, grid);
-  Volume<float> level_set = signs;
-  parallel_for_uneven(grid.size[2], [&](std::ptrdiff_t layer) {
-    const int k = int(layer);
-    for (int j = 0; j < grid.size[1]; ++j)
-      for (int i = 0; i < grid.size[0]; ++i) {
-        const float own = signs.at(i, j, k);
-        bool at_wall = false;
-        for (int n = 0; n < 27 && !at_wall; ++n) {
-          const int a = i + n % 3 - 1, b = j + n / 3 % 3 - 1, c = k + n / 9 - 1;
-          at_wall = grid.contains(a, b, c) && signs.at(a, b, c) != own;
-        }
-        const double distance =
-            at_wall
-                ? std::min(
-                      wall.find(grid.lps_from_index({double(i), double(j), double(k)})).distance,
-                      2.0 * step)
-                : 2.0 * step;
-        level_set.at(i, j, k) = own * std::max(float(distance), 1e-6F * float(step));
-      }
+  const double step = grid.spacing.x;
+  parallel_for_uneven(std::ptrdiff_t(band.nodes.count()), [&](std::ptrdiff_t index) {
+    const auto place = std::size_t(index);
+    const std::int64_t row = band.nodes.row[place];
+    for (std::size_t n = band.nodes.first[place]; n < band.nodes.first[place + 1]; ++n) {
+      const Vec3 node = grid.lps_from_index(
+          {double(band.nodes.at[n]), double(row % grid.size[1]), double(row / grid.size[1])});
+      const double distance = std::min(wall.find(node).distance, 2.0 * step);
+      band.level[n] *= std::max(float(distance), 1e-6F * float(step));
+    }
   });
-  return level_set;
+  return band;
 }
 
-/// @return empty if the grid would be too large for the thinnest part
-TriangleMesh contour_union(const TriangleMesh& closed, double thin) {
-  constexpr double kAcross = 8.0;  // steps of the grid over the thinnest part
-  constexpr double kLeastAcross = 4.0;
-  constexpr double kMostNodes = 3e7;
-  constexpr double kCrumb = 1e-3;       // of the volume
+/// A grid around a surface.
+VolumeGeometry grid_around(const TriangleMesh& surface, double step) {
   constexpr double kOff = 1.234567e-4;  // steps; the lines miss the vertices of constructions
-  Vec3 low = closed.vertices.front(), high = low;
-  for (const Vec3& p : closed.vertices)
+  Vec3 low = surface.vertices.front(), high = low;
+  for (const Vec3& p : surface.vertices)
     for (int axis = 0; axis < 3; ++axis) {
       low[axis] = std::min(low[axis], p[axis]);
       high[axis] = std::max(high[axis], p[axis]);
     }
-  const Vec3 sides = high - low;
-  const double step = std::max(thin / kAcross, std::cbrt(sides.x * sides.y * sides.z / kMostNodes));
-  if (step > thin / kLeastAcross) return {};
   VolumeGeometry grid;
   grid.spacing = {step, step, step};
   for (int axis = 0; axis < 3; ++axis) {
-    grid.size[std::size_t(axis)] = int(sides[axis] / step) + 8;
+    grid.size[std::size_t(axis)] = int((high[axis] - low[axis]) / step) + 8;
     grid.origin[axis] = low[axis] - (3.0 + kOff) * step;
   }
-  const TriangleMesh contour = extract_isosurface(union_level_set(closed, grid));
+  return grid;
+}
+
+/// The step of the grid [mm]; none if the wall is too large for the thinnest part.
+std::optional<double> contour_step(double area, double thin) {
+  constexpr double kAcross = 8.0;  // steps over the thinnest part
+  constexpr double kLeastAcross = 4.0;
+  constexpr double kManyCells = 5e5;  // that the wall runs through; each gives 4 to 8 triangles
+  constexpr double kMostCells = 1.2e6;
+  const double step = std::clamp(std::sqrt(area / kManyCells), thin / kAcross, thin / kLeastAcross);
+  if (area > kMostCells * step * step) return std::nullopt;
+  return step;
+}
+
+Union contour_union(const TriangleMesh& closed, double thin) {
+  constexpr double kCrumb = 1e-3;  // of the volume
+  const Winding winding(closed);
+  const TriangleMesh exposed = exposed_part(closed, winding, thin);
+  const double area = surface_area(exposed);
+  const std::optional<double> step = contour_step(area, thin);
+  if (!step) return {.too_thin_mm = thin, .wall_mm2 = area};
+  const TriangleMesh contour =
+      extract_isosurface(union_level_set(winding, exposed, grid_around(closed, *step)));
   const double least = kCrumb * enclosed_volume(contour);
   std::vector<TriangleMesh> solids = connected_pieces(contour);
   std::erase_if(solids, [&](const TriangleMesh& piece) {  // crumbs, and walls of hollows inside
     return enclosed_volume(piece) < least;
   });
-  return solids.empty() ? TriangleMesh() : joined(solids);
+  return {.mesh = solids.empty() ? TriangleMesh() : joined(solids)};
 }
 
 }  // namespace
@@ -169,13 +179,11 @@ Union unite_parts(const std::vector<TriangleMesh>& parts) {
   const double volume = wound_volume(closed, thin / kLinesAcross, 1);
   Union result;
   result.mesh = parts.size() > 1 ? unite_exactly(parts) : TriangleMesh();
-  if (is_whole(result.mesh, volume)) return result;
-  result.mesh = {};
-  if (wound_volume(closed, thin / kLinesAcross, 2) < kTouch * volume && parts.size() > 1) {
-    result.only_touch = true;
+  if (is_whole(result.mesh, volume) && air_mesh::self_intersections(result.mesh).empty())
     return result;
-  }
-  result.mesh = contour_union(closed, thin);
+  if (wound_volume(closed, thin / kLinesAcross, 2) < kTouch * volume && parts.size() > 1)
+    return {.only_touch = true};
+  result = contour_union(closed, thin);  // free of crossings, as isosurfaces are
   if (!is_whole(result.mesh, volume)) result.mesh = {};
   return result;
 }

@@ -10,6 +10,9 @@ namespace angio::meshing::detail {
 struct Union {
   TriangleMesh mesh;        ///< empty: the parts cannot be united
   bool only_touch = false;  ///< no part overlaps another; nothing was done
+  double too_thin_mm =
+      0.0;                ///< if it is too thin for a contour of so large a wall, the thinnest part
+  double wall_mm2 = 0.0;  ///< then the wall's area
 };
 
 /// Unites closed surfaces that are turned outward and hang together by crossing each other; each
@@ -19,8 +22,11 @@ struct Union {
 /// result is not the union, the places where the winding number is above 0 are contoured on a grid
 /// of an eighth of the thinnest part's diameter (Jacobson, Kavan, Sorkine-Hornung, "Robust inside-
 /// outside segmentation using generalized winding numbers", ACM TOG 32, 2013; here it is an
-/// integer, as the parts are closed). A result counts only if it is manifold, free of crossings and
-/// encloses the volume where the winding number is above 0, to 2 %.
+/// integer, as the parts are closed). Memory and time grow with the wall's area: nodes are kept
+/// beside it only. Of a wall of over half a million of the grid's squares the step is up to a
+/// quarter of that diameter; one of over 1.2 million squares even then is not contoured. A result
+/// counts only if it is manifold, free of crossings and encloses the volume where the winding
+/// number is above 0, to 2 %.
 Union unite_parts(const std::vector<TriangleMesh>& parts);
 
 /// The volume inside a closed surface, each place counted once however parts of it overlap.
