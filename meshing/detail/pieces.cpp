@@ -228,12 +228,11 @@ std::vector<SurfaceRim> free_rims(const std::vector<const Piece*>& pieces,
 
 /// Why parts could not be united. @param otherwise  what is likely
 std::string reason_of(const Union& failed, const char* otherwise) {
-  if (failed.too_thin_mm == 0.0) return otherwise;
+  if (failed.too_many == 0.0) return otherwise;
   char text[160];
   std::snprintf(text, sizeof text,
-                "to contour its wall of %.3g mm^2, %.3g mm wide where it is thin, takes too much "
-                "memory",
-                failed.wall_mm2, failed.too_thin_mm);
+                "a contour that is fine enough where it is thin would have %.0f million triangles",
+                1e-6 * failed.too_many);
   return text;
 }
 

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <optional>
 
 #include "air_mesh/build/surface_crossings.hpp"
 #include "core/parallel.hpp"
@@ -142,26 +141,29 @@ VolumeGeometry grid_around(const TriangleMesh& surface, double step) {
   return grid;
 }
 
-/// The step of the grid [mm]; none if the wall is too large for the thinnest part.
-std::optional<double> contour_step(double area, double thin) {
-  constexpr double kAcross = 8.0;  // steps over the thinnest part
-  constexpr double kLeastAcross = 4.0;
-  constexpr double kManyCells = 5e5;  // that the wall runs through; each gives 4 to 8 triangles
-  constexpr double kMostCells = 1.2e6;
+struct ContourSize {
+  double step = 0.0;        ///< of the grid [mm]
+  double cell_count = 0.0;  ///< through which the wall runs
+};
+
+/// @param area  of the wall [mm^2]
+ContourSize contour_size(double area, double thin) {
+  constexpr double kAcross = 8.0, kLeastAcross = 4.0;  // steps over the thinnest part
+  constexpr double kManyCells = 5e5;
   const double step = std::clamp(std::sqrt(area / kManyCells), thin / kAcross, thin / kLeastAcross);
-  if (area > kMostCells * step * step) return std::nullopt;
-  return step;
+  return {step, area / (step * step)};
 }
 
 Union contour_union(const TriangleMesh& closed, double thin) {
-  constexpr double kCrumb = 1e-3;  // of the volume
+  constexpr double kMostCells = 1.2e6, kTrianglesOfCell = 6.0;  // 4 to 8
+  constexpr double kCrumb = 1e-3;                               // of the volume
   const Winding winding(closed);
   const TriangleMesh exposed = exposed_part(closed, winding, thin);
-  const double area = surface_area(exposed);
-  const std::optional<double> step = contour_step(area, thin);
-  if (!step) return {.too_thin_mm = thin, .wall_mm2 = area};
+  const ContourSize size = contour_size(surface_area(exposed), thin);
+  if (size.cell_count > kMostCells)
+    return {.mesh = {}, .too_many = kTrianglesOfCell * size.cell_count};
   const TriangleMesh contour =
-      extract_isosurface(union_level_set(winding, exposed, grid_around(closed, *step)));
+      extract_isosurface(union_level_set(winding, exposed, grid_around(closed, size.step)));
   const double least = kCrumb * enclosed_volume(contour);
   std::vector<TriangleMesh> solids = connected_pieces(contour);
   std::erase_if(solids, [&](const TriangleMesh& piece) {  // crumbs, and walls of hollows inside
@@ -182,7 +184,7 @@ Union unite_parts(const std::vector<TriangleMesh>& parts) {
   if (is_whole(result.mesh, volume) && air_mesh::self_intersections(result.mesh).empty())
     return result;
   if (wound_volume(closed, thin / kLinesAcross, 2) < kTouch * volume && parts.size() > 1)
-    return {.only_touch = true};
+    return {.mesh = {}, .only_touch = true};
   result = contour_union(closed, thin);  // free of crossings, as isosurfaces are
   if (!is_whole(result.mesh, volume)) result.mesh = {};
   return result;

@@ -10,9 +10,8 @@ namespace angio::meshing::detail {
 struct Union {
   TriangleMesh mesh;        ///< empty: the parts cannot be united
   bool only_touch = false;  ///< no part overlaps another; nothing was done
-  double too_thin_mm =
-      0.0;                ///< if it is too thin for a contour of so large a wall, the thinnest part
-  double wall_mm2 = 0.0;  ///< then the wall's area
+  double too_many = 0.0;    ///< triangles of a contour fine enough for the thinnest part, if they
+                            ///< are too many to be made
 };
 
 /// Unites closed surfaces that are turned outward and hang together by crossing each other; each

@@ -255,8 +255,9 @@ TEST(UniteParts, AWallTooLargeForItsThinnestPartIsRefusedInOneLine) {
   detail::Union united =
       detail::unite_parts({all, tube_between({0, 0, 600}, {1, 2, -600}, 0.5, true)});
   EXPECT_TRUE(united.mesh.triangles.empty());
-  EXPECT_NEAR(united.too_thin_mm, 1.0, 0.1);
-  EXPECT_GT(united.wall_mm2, 4.0 * pi * 400.0 * 400.0);
+  const double area = 4.0 * pi * 400.0 * 400.0;  // of one sphere, at four steps to a millimetre
+  EXPECT_GT(united.too_many, 4.0 * 16.0 * area);
+  EXPECT_LT(united.too_many, 2.0 * 8.0 * 20.0 * area);
 }
 
 }  // namespace
