@@ -57,7 +57,7 @@ struct LevelBand {
   std::vector<float> level;  ///< [mm], negative inside, shape [nodes.at]
 };
 
-/// The band around the surface of what is inside, its levels -1 and 1.
+/// The band around the surface of what is inside, its levels -1 and 1. Runs may be empty.
 LevelBand band_around(const VolumeGeometry& grid, const GridRows& runs_inside);
 
 }  // namespace angio::meshing::detail

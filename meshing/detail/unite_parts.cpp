@@ -93,11 +93,8 @@ GridRows runs_of_union(const Winding& winding, const VolumeGeometry& grid) {
         const bool was_inside = turns > 0;
         turns += change;
         if ((turns > 0) == was_inside) continue;
-        const int i = std::clamp(int(std::ceil((x - row.x) / grid.spacing.x)), 0, grid.size[0]);
-        if (layer.at.size() > layer.first.back() && layer.at.back() == i)
-          layer.at.pop_back();  // in and out between two nodes
-        else
-          layer.at.push_back(i);
+        layer.at.push_back(
+            std::clamp(int(std::ceil((x - row.x) / grid.spacing.x)), 0, grid.size[0]));
       }
       layer.end_row(std::int64_t(k) * grid.size[1] + j);
     }
