@@ -62,12 +62,11 @@ TriangleMesh unite_exactly(std::vector<TriangleMesh> parts) {
 }
 
 /// The triangles that have the outside on one side, at a corner or in the middle.
-TriangleMesh exposed_part(const TriangleMesh& closed, const Winding& winding, double thin) {
-  const double off = 0.00125 * thin;
+TriangleMesh exposed_part(const TriangleMesh& closed, const Winding& winding, double step) {
   std::vector<char> keep(closed.triangles.size(), 0);
   parallel_for_uneven(std::ptrdiff_t(keep.size()), [&](std::ptrdiff_t index) {
     const Triangle& t = closed.triangles[std::size_t(index)];
-    const Vec3 out = off * normalized(area_vector_doubled(closed, t));
+    const Vec3 out = 0.01 * step * normalized(area_vector_doubled(closed, t));
     Vec3 middle;
     for (const int v : t) middle += closed.vertices[std::size_t(v)] / 3.0;
     bool exposed = winding.at(middle + out) <= 0;
@@ -120,47 +119,50 @@ LevelBand union_level_set(const Winding& winding, const TriangleMesh& exposed,
   return band;
 }
 
-/// A grid around a surface.
-VolumeGeometry grid_around(const TriangleMesh& surface, double step) {
-  constexpr double kOff = 1.234567e-4;  // steps; the lines miss the vertices of constructions
-  Vec3 low = surface.vertices.front(), high = low;
+struct Box {
+  Vec3 low, high;
+};
+Box box_around(const TriangleMesh& surface) {
+  Box box{surface.vertices.front(), surface.vertices.front()};
   for (const Vec3& p : surface.vertices)
     for (int axis = 0; axis < 3; ++axis) {
-      low[axis] = std::min(low[axis], p[axis]);
-      high[axis] = std::max(high[axis], p[axis]);
+      box.low[axis] = std::min(box.low[axis], p[axis]);
+      box.high[axis] = std::max(box.high[axis], p[axis]);
     }
+  return box;
+}
+
+VolumeGeometry grid_in(const Box& box, double step) {
+  constexpr double kOff = 1.234567e-4;  // steps; the lines miss the vertices of constructions
   VolumeGeometry grid;
   grid.spacing = {step, step, step};
   for (int axis = 0; axis < 3; ++axis) {
-    grid.size[std::size_t(axis)] = int((high[axis] - low[axis]) / step) + 8;
-    grid.origin[axis] = low[axis] - (3.0 + kOff) * step;
+    grid.size[std::size_t(axis)] = int((box.high[axis] - box.low[axis]) / step) + 8;
+    grid.origin[axis] = box.low[axis] - (3.0 + kOff) * step;
   }
   return grid;
 }
 
-struct ContourSize {
-  double step = 0.0;        ///< of the grid [mm]
-  double cell_count = 0.0;  ///< through which the wall runs
-};
-
-/// @param area  of the wall [mm^2]
-ContourSize contour_size(double area, double thin) {
-  constexpr double kAcross = 8.0, kLeastAcross = 4.0;  // steps over the thinnest part
-  constexpr double kManyCells = 5e5;
-  const double step = std::clamp(std::sqrt(area / kManyCells), thin / kAcross, thin / kLeastAcross);
-  return {step, area / (step * step)};
-}
-
+/// The step is an eighth of the thinnest part, up to a quarter where that keeps the box to 3e7
+/// cells; in a larger box, where it keeps those that the wall runs through to half a million.
 Union contour_union(const TriangleMesh& closed, double thin) {
-  constexpr double kMostCells = 1.2e6, kTrianglesOfCell = 6.0;  // 4 to 8
-  constexpr double kCrumb = 1e-3;                               // of the volume
+  constexpr double kAcross = 8.0, kLeastAcross = 4.0;
+  constexpr double kManyInBox = 3e7, kManyAtWall = 5e5, kMostAtWall = 1.2e6;  // cells
+  constexpr double kTrianglesOfCell = 6.0;                                    // 4 to 8
+  constexpr double kCrumb = 1e-3;                                             // of the volume
+  const Box box = box_around(closed);
+  const Vec3 sides = box.high - box.low;
+  const double of_box = std::cbrt(sides.x * sides.y * sides.z / kManyInBox);
+  double step = std::clamp(of_box, thin / kAcross, thin / kLeastAcross);
   const Winding winding(closed);
-  const TriangleMesh exposed = exposed_part(closed, winding, thin);
-  const ContourSize size = contour_size(surface_area(exposed), thin);
-  if (size.cell_count > kMostCells)
-    return {.mesh = {}, .too_many = kTrianglesOfCell * size.cell_count};
-  const TriangleMesh contour =
-      extract_isosurface(union_level_set(winding, exposed, grid_around(closed, size.step)));
+  const TriangleMesh exposed = exposed_part(closed, winding, step);
+  const double area = surface_area(exposed);
+  if (of_box > step)
+    step = std::clamp(std::sqrt(area / kManyAtWall), thin / kAcross, thin / kLeastAcross);
+  const double cell_count = area / (step * step);
+  if (cell_count > kMostAtWall) return {.mesh = {}, .too_many = kTrianglesOfCell * cell_count};
+  const VolumeGeometry grid = grid_in(box, step);
+  const TriangleMesh contour = extract_isosurface(union_level_set(winding, exposed, grid));
   const double least = kCrumb * enclosed_volume(contour);
   std::vector<TriangleMesh> solids = connected_pieces(contour);
   std::erase_if(solids, [&](const TriangleMesh& piece) {  // crumbs, and walls of hollows inside

@@ -21,11 +21,10 @@ struct Union {
 /// result is not the union, the places where the winding number is above 0 are contoured on a grid
 /// of an eighth of the thinnest part's diameter (Jacobson, Kavan, Sorkine-Hornung, "Robust inside-
 /// outside segmentation using generalized winding numbers", ACM TOG 32, 2013; here it is an
-/// integer, as the parts are closed). Memory and time grow with the wall's area: nodes are kept
-/// beside it only. Of a wall of over half a million of the grid's squares the step is up to a
-/// quarter of that diameter; one of over 1.2 million squares even then is not contoured. A result
-/// counts only if it is manifold, free of crossings and encloses the volume where the winding
-/// number is above 0, to 2 %.
+/// integer, as the parts are closed); of a large one up to a quarter. Memory and
+/// time grow with the wall's area: nodes are kept beside it only. A wall of over 1.2 million of the
+/// grid's squares is not contoured. A result counts only if it is manifold, free of crossings and
+/// encloses the volume where the winding number is above 0, to 2 %.
 Union unite_parts(const std::vector<TriangleMesh>& parts);
 
 /// The volume inside a closed surface, each place counted once however parts of it overlap.
