@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <array>
+#include <cstddef>
+#include <numeric>
 #include <span>
 #include <utility>
 #include <vector>
@@ -22,13 +24,23 @@ class EdgeTable {
     std::span<const int> at;
   };
   explicit EdgeTable(const TriangleMesh& mesh) {
-    std::vector<std::pair<EdgeKey, int>> sides;
-    sides.reserve(3 * mesh.triangles.size());
-    for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
-      for (std::size_t c = 0; c < 3; ++c)
-        sides.emplace_back(edge_key(mesh.triangles[t][c], mesh.triangles[t][(c + 1) % 3]),
-                           int(3 * t + c));
-    std::sort(sides.begin(), sides.end());
+    // In buckets by the lower corner, which have few edges each to sort.
+    std::vector<std::size_t> first_of(mesh.vertices.size() + 1, 0);
+    const auto for_sides = [&](const auto& take) {
+      for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
+        for (std::size_t c = 0; c < 3; ++c)
+          take(edge_key(mesh.triangles[t][c], mesh.triangles[t][(c + 1) % 3]), int(3 * t + c));
+    };
+    for_sides([&](const EdgeKey& key, int) { ++first_of[std::size_t(key[0]) + 1]; });
+    std::partial_sum(first_of.begin(), first_of.end(), first_of.begin());
+    std::vector<std::pair<EdgeKey, int>> sides(3 * mesh.triangles.size());
+    std::vector<std::size_t> next(first_of.begin(), first_of.end() - 1);
+    for_sides([&](const EdgeKey& key, int index) {
+      sides[next[std::size_t(key[0])]++] = {key, index};
+    });
+    for (std::size_t v = 0; v + 1 < first_of.size(); ++v)
+      std::sort(sides.begin() + std::ptrdiff_t(first_of[v]),
+                sides.begin() + std::ptrdiff_t(first_of[v + 1]));
     at_.reserve(sides.size());
     for (const auto& [key, index] : sides) at_.push_back(index);
     for (std::size_t first = 0, last = 0; first < sides.size(); first = last) {

@@ -22,49 +22,41 @@ constexpr int kEvenOrders[12][4] = {{0, 1, 2, 3}, {0, 2, 3, 1}, {0, 3, 1, 2}, {1
 
 class Marcher {
  public:
-  explicit Marcher(const Volume<float>& level_set)
-      : level_set_(level_set),
-        nx_(level_set.geometry.size[0]),
-        ny_(level_set.geometry.size[1]),
-        nz_(level_set.geometry.size[2]),
-        edge_vertices_(2 * std::size_t(nx_) * std::size_t(ny_) * 8, -1) {}
+  explicit Marcher(const LevelBand& band)
+      : band_(band), edge_vertices_(8 * band.level.size(), -1) {}
 
   TriangleMesh run() {
-    for (int k = 0; k + 1 < nz_; ++k) {
-      clear_layer(k + 1);
-      for (int j = 0; j + 1 < ny_; ++j)
-        for (int i = 0; i + 1 < nx_; ++i) march_cell(i, j, k);
+    const GridRows& nodes = band_.nodes;
+    const std::int64_t ny = band_.grid.size[1];
+    for (std::size_t row = 0; row < band_.cells.count(); ++row) {
+      const std::int64_t id = band_.cells.row[row];
+      Nodes node{};  // at the cell's lowest corner and beside it
+      for (std::size_t r = 0; r < 4; ++r)
+        node[r] = nodes.first_of(id + std::int64_t(r & 1U) + std::int64_t(r >> 1U) * ny);
+      const std::span<const int> ends = band_.cells.entries(row);
+      for (std::size_t e = 0; e < ends.size(); e += 2) {
+        for (std::size_t& n : node)
+          while (nodes.at[n] < ends[e]) ++n;
+        for (int i = ends[e]; i < ends[e + 1]; ++i) {
+          march_cell({i, int(id % ny), int(id / ny)}, node);
+          for (std::size_t& n : node) ++n;
+        }
+      }
     }
     return std::move(mesh_);
   }
 
  private:
-  /// Edges are kept with the lower corner of the cell's layer, two layers at a time.
-  [[nodiscard]] std::size_t edge_slot(int i, int j, int k, int direction) const {
-    return (((std::size_t(k & 1) * std::size_t(ny_)) + std::size_t(j)) * std::size_t(nx_) +
-            std::size_t(i)) *
-               8 +
-           std::size_t(direction);
-  }
-  void clear_layer(int k) {
-    const std::size_t half = edge_vertices_.size() / 2;
-    const auto first = edge_vertices_.begin() + std::ptrdiff_t(std::size_t(k & 1) * half);
-    std::fill(first, first + std::ptrdiff_t(half), -1);
-  }
+  using Nodes = std::array<std::size_t, 4>;  ///< of a cell, at its lower end along i
 
-  void march_cell(int i, int j, int k) {
+  void march_cell(const std::array<int, 3>& cell, const Nodes& nodes) {
     std::array<float, 8> values{};
-    int inside_count = 0;
-    for (int c = 0; c < 8; ++c) {
-      values[std::size_t(c)] = level_set_.at(i + (c & 1), j + ((c >> 1) & 1), k + (c >> 2));
-      inside_count += values[std::size_t(c)] < 0.0F ? 1 : 0;
-    }
-    if (inside_count == 0 || inside_count == 8) return;
-    for (const auto& tet : kTets) march_tet({i, j, k}, values, tet);
+    for (std::size_t c = 0; c < 8; ++c) values[c] = band_.level[nodes[c >> 1U] + (c & 1U)];
+    for (const auto& tet : kTets) march_tet(cell, nodes, values, tet);
   }
 
-  void march_tet(const std::array<int, 3>& cell, const std::array<float, 8>& values,
-                 const int (&tet)[4]) {
+  void march_tet(const std::array<int, 3>& cell, const Nodes& nodes,
+                 const std::array<float, 8>& values, const int (&tet)[4]) {
     const auto inside = [&](int corner) { return values[std::size_t(tet[corner])] < 0.0F; };
     int count = 0;
     for (int c = 0; c < 4; ++c) count += inside(c) ? 1 : 0;
@@ -76,7 +68,7 @@ class Marcher {
       for (int c = 0; c < 4; ++c) fits &= inside(order[c]) == ((c < lead_count) == lone_inside);
       if (!fits) continue;
       const auto cut = [&](int a, int b) {
-        return edge_vertex(cell, values, tet[order[a]], tet[order[b]]);
+        return edge_vertex(cell, nodes, values, tet[order[a]], tet[order[b]]);
       };
       if (count == 2) {
         const int ac = cut(0, 2), ad = cut(0, 3), bd = cut(1, 3), bc = cut(1, 2);
@@ -91,29 +83,29 @@ class Marcher {
     }
   }
 
-  int edge_vertex(const std::array<int, 3>& cell, const std::array<float, 8>& values, int corner_a,
-                  int corner_b) {
+  int edge_vertex(const std::array<int, 3>& cell, const Nodes& nodes,
+                  const std::array<float, 8>& values, int corner_a, int corner_b) {
     const int low = std::min(corner_a, corner_b);
     const int high = std::max(corner_a, corner_b);
     const std::array<int, 3> at{cell[0] + (low & 1), cell[1] + ((low >> 1) & 1),
                                 cell[2] + (low >> 2)};
     const int direction = high ^ low;
-    int& vertex = edge_vertices_[edge_slot(at[0], at[1], at[2], direction)];
+    int& vertex = edge_vertices_[8 * (nodes[std::size_t(low >> 1)] + std::size_t(low & 1)) +
+                                 std::size_t(direction)];
     if (vertex >= 0) return vertex;
     const double a = double(values[std::size_t(low)]);
     const double b = double(values[std::size_t(high)]);
     constexpr double kMargin = 0.1;
     const double t = std::clamp(a / (a - b), kMargin, 1.0 - kMargin);
     vertex = int(mesh_.vertices.size());
-    mesh_.vertices.push_back(level_set_.geometry.lps_from_index({at[0] + t * (direction & 1),
-                                                                 at[1] + t * ((direction >> 1) & 1),
-                                                                 at[2] + t * (direction >> 2)}));
+    mesh_.vertices.push_back(
+        band_.grid.lps_from_index({at[0] + t * (direction & 1), at[1] + t * ((direction >> 1) & 1),
+                                   at[2] + t * (direction >> 2)}));
     return vertex;
   }
 
-  const Volume<float>& level_set_;
-  int nx_, ny_, nz_;
-  std::vector<int> edge_vertices_;  ///< shape [2, size j, size i, 8 directions], -1: none yet
+  const LevelBand& band_;
+  std::vector<int> edge_vertices_;  ///< shape [node, 8 directions], of the lower end; -1: none yet
   TriangleMesh mesh_;
 };
 
@@ -163,6 +155,16 @@ Volume<float> pad_level_set(const Volume<float>& level_set) {
   return result;
 }
 
-TriangleMesh extract_isosurface(const Volume<float>& level_set) { return Marcher(level_set).run(); }
+TriangleMesh extract_isosurface(const LevelBand& band) { return Marcher(band).run(); }
+
+TriangleMesh extract_isosurface(const Volume<float>& level_set) {
+  LevelBand band = band_around(level_set.geometry, runs_inside(level_set));
+  const std::int64_t ny = band.grid.size[1];
+  for (std::size_t row = 0; row < band.nodes.count(); ++row)
+    for (std::size_t n = band.nodes.first[row]; n < band.nodes.first[row + 1]; ++n)
+      band.level[n] = level_set.at(band.nodes.at[n], int(band.nodes.row[row] % ny),
+                                   int(band.nodes.row[row] / ny));
+  return extract_isosurface(band);
+}
 
 }  // namespace angio::meshing::detail

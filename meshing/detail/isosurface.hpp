@@ -2,6 +2,7 @@
 
 #include "core/triangle_mesh.hpp"
 #include "core/volume.hpp"
+#include "meshing/detail/level_band.hpp"
 
 namespace angio::meshing::detail {
 
@@ -23,5 +24,8 @@ Volume<float> pad_level_set(const Volume<float>& level_set);
 /// @param level_set  negative inside [mm]
 /// @return in LPS [mm]; normals point to the positive side
 TriangleMesh extract_isosurface(const Volume<float>& level_set);
+
+/// The same, of a level set that is known beside its zero surface only.
+TriangleMesh extract_isosurface(const LevelBand& band);
 
 }  // namespace angio::meshing::detail

@@ -5,8 +5,6 @@
 #include <limits>
 #include <map>
 #include <numbers>
-#include <set>
-#include <unordered_set>
 #include <utility>
 
 #include "core/centerline_trees.hpp"
@@ -124,15 +122,15 @@ double full_width_inset(const CenterlineTree& tree, const LineEnd& end) {
 
 EndOpener::EndOpener(const TriangleMesh& mesh, const std::vector<Vec3>& tips)
     : mesh_(mesh),
+      blocks_(mesh),
       first_triangle_(mesh.vertices.size() + 1, 0),
       cut_of_(mesh.triangles.size(), -1),
-      gone_(mesh.vertices.size(), 0) {
+      gone_(mesh.vertices.size(), 0),
+      is_tip_(mesh.vertices.size(), 0),
+      vertex_mark_(mesh.vertices.size(), 0),
+      triangle_mark_(mesh.triangles.size(), 0) {
   for (const Triangle& t : mesh.triangles)
-    for (std::size_t c = 0; c < 3; ++c) {
-      ++first_triangle_[std::size_t(t[c]) + 1];
-      longest_edge_ = std::max(longest_edge_, distance(mesh.vertices[std::size_t(t[c])],
-                                                       mesh.vertices[std::size_t(t[(c + 1) % 3])]));
-    }
+    for (const int v : t) ++first_triangle_[std::size_t(v) + 1];
   for (std::size_t v = 0; v < mesh.vertices.size(); ++v)
     first_triangle_[v + 1] += first_triangle_[v];
   triangles_around_.resize(3 * mesh.triangles.size());
@@ -140,7 +138,10 @@ EndOpener::EndOpener(const TriangleMesh& mesh, const std::vector<Vec3>& tips)
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
     for (const int v : mesh.triangles[t])
       triangles_around_[std::size_t(next[std::size_t(v)]++)] = int(t);
-  for (const Vec3& tip : tips) tip_vertex_.push_back(nearest_vertex(mesh, tip));
+  for (const Vec3& tip : tips) {
+    tip_vertex_.push_back(nearest_vertex(mesh, tip));
+    is_tip_[std::size_t(tip_vertex_.back())] = 1;
+  }
 }
 
 double EndOpener::side(const Plane& plane, int v) const {
@@ -156,46 +157,40 @@ Vec3 EndOpener::crossing(const Plane& plane, int a, int b) const {
          (da / (da - db)) * (mesh_.vertices[std::size_t(b)] - mesh_.vertices[std::size_t(a)]);
 }
 
-std::vector<EndOpener::Loop> EndOpener::sections(const Plane& plane,
-                                                 const std::vector<int>& nearby) const {
+std::vector<EndOpener::Loop> EndOpener::sections(const Plane& plane, const Ball& ball,
+                                                 const Ball& corners) const {
   struct Crossed {
     int triangle;
-    EdgeKey edge;  ///< by which it leaves for the far side
+    EdgeKey leaving;   ///< the edge that leads to the far side
+    EdgeKey entering;  ///< the one that leads back
   };
   std::vector<Crossed> crossed;
-  const double reach = 1.001 * longest_edge_;
-  for (const int v : nearby) {
-    if (std::abs(side(plane, v)) > reach) continue;  // no triangle around it is crossed
-    for (int i = first_triangle_[std::size_t(v)]; i < first_triangle_[std::size_t(v) + 1]; ++i) {
-      const int t = triangles_around_[std::size_t(i)];
-      const Triangle& corners = mesh_.triangles[std::size_t(t)];
-      for (std::size_t c = 0; c < 3; ++c) {
-        const int a = corners[c];
-        const int b = corners[(c + 1) % 3];
-        if (side(plane, a) <= 0.0 && side(plane, b) >= 0.0) crossed.push_back({t, edge_key(a, b)});
-      }
+  const auto is_near = [&](int v) {
+    return norm_squared(mesh_.vertices[std::size_t(v)] - corners.middle) <=
+           corners.radius * corners.radius;
+  };
+  for (const int t : blocks_.near_cut(plane, ball)) {
+    const Triangle& triangle = mesh_.triangles[std::size_t(t)];
+    std::array<bool, 3> is_far{};
+    for (std::size_t c = 0; c < 3; ++c) is_far[c] = side(plane, triangle[c]) > 0.0;
+    if (is_far[0] == is_far[1] && is_far[1] == is_far[2]) continue;
+    if (std::none_of(triangle.begin(), triangle.end(), is_near)) continue;
+    Crossed& added = crossed.emplace_back(Crossed{t, {}, {}});
+    for (std::size_t c = 0; c < 3; ++c) {
+      const std::size_t next = (c + 1) % 3;
+      if (is_far[c] == is_far[next]) continue;
+      (is_far[next] ? added.leaving : added.entering) = edge_key(triangle[c], triangle[next]);
     }
   }
-  const auto is_before = [](const Crossed& x, const Crossed& y) { return x.triangle < y.triangle; };
-  std::sort(crossed.begin(), crossed.end(), is_before);
-  crossed.erase(
-      std::unique(crossed.begin(), crossed.end(),
-                  [](const Crossed& x, const Crossed& y) { return x.triangle == y.triangle; }),
-      crossed.end());
+  std::sort(crossed.begin(), crossed.end(),
+            [](const Crossed& x, const Crossed& y) { return x.triangle < y.triangle; });
   std::vector<std::pair<EdgeKey, int>> leaving;  // edge, place in `crossed`
-  for (std::size_t i = 0; i < crossed.size(); ++i) leaving.emplace_back(crossed[i].edge, int(i));
+  for (std::size_t i = 0; i < crossed.size(); ++i) leaving.emplace_back(crossed[i].leaving, int(i));
   std::sort(leaving.begin(), leaving.end());
-  const auto next_place = [&](int t) {  // across the edge by which t enters; -1: a border
-    const Triangle& corners = mesh_.triangles[std::size_t(t)];
-    for (std::size_t c = 0; c < 3; ++c) {
-      const int a = corners[c];
-      const int b = corners[(c + 1) % 3];
-      if (side(plane, a) < 0.0 || side(plane, b) > 0.0) continue;
-      const std::pair<EdgeKey, int> wanted{edge_key(a, b), -1};
-      const auto found = std::lower_bound(leaving.begin(), leaving.end(), wanted);
-      return found == leaving.end() || found->first != wanted.first ? -1 : found->second;
-    }
-    return -1;
+  const auto next_place = [&](const Crossed& from) {  // -1: a border
+    const std::pair<EdgeKey, int> wanted{from.entering, -1};
+    const auto found = std::lower_bound(leaving.begin(), leaving.end(), wanted);
+    return found == leaving.end() || found->first != wanted.first ? -1 : found->second;
   };
   std::vector<Loop> loops;
   std::vector<char> is_taken(crossed.size(), 0);
@@ -204,64 +199,78 @@ std::vector<EndOpener::Loop> EndOpener::sections(const Plane& plane,
     Loop loop;
     int place = int(first);
     while (place >= 0 && std::exchange(is_taken[std::size_t(place)], char(1)) == 0) {
-      const auto& [triangle, edge] = crossed[std::size_t(place)];
-      loop.triangles.push_back(triangle);
-      loop.points.push_back(crossing(plane, edge[0], edge[1]));
-      place = next_place(triangle);
+      const Crossed& here = crossed[std::size_t(place)];
+      loop.triangles.push_back(here.triangle);
+      loop.points.push_back(crossing(plane, here.leaving[0], here.leaving[1]));
+      place = next_place(here);
     }
     if (place == int(first)) loops.push_back(std::move(loop));  // else it ends at a border
   }
   return loops;
 }
 
-std::vector<int> EndOpener::part_beyond(const Plane& plane, const Loop& loop, double reach) const {
-  const std::set<int> crossed(loop.triangles.begin(), loop.triangles.end());
-  std::set<int> near;
-  std::vector<int> part;
-  std::unordered_set<int> seen;
+std::vector<int> EndOpener::part_beyond(const Plane& plane, const Loop& loop, double reach,
+                                        int end) {
+  constexpr char kFar = 1, kNear = 2;
+  std::vector<int> part, near;
   const auto visit = [&](int v) {
-    if (seen.insert(v).second) part.push_back(v);
+    char& mark = vertex_mark_[std::size_t(v)];
+    if ((mark & kFar) == 0) part.push_back(v);
+    mark = char(mark | kFar);
   };
-  for (const int t : loop.triangles) {
-    if (cut_of_[std::size_t(t)] >= 0) return {};
-    for (const int v : mesh_.triangles[std::size_t(t)]) {
-      if (side(plane, v) > 0.0)
-        visit(v);
-      else
-        near.insert(v);
+  const auto is_other_tip = [&](int v) {
+    for (std::size_t tip = 0; tip < tip_vertex_.size(); ++tip)
+      if (int(tip) != end && tip_vertex_[tip] == v) return true;
+    return false;
+  };
+  const auto separates = [&] {
+    for (const int t : loop.triangles) {
+      if (cut_of_[std::size_t(t)] >= 0) return false;
+      triangle_mark_[std::size_t(t)] = 1;
+      for (const int v : mesh_.triangles[std::size_t(t)]) {
+        if (side(plane, v) > 0.0) {
+          visit(v);
+        } else {
+          near.push_back(v);
+          vertex_mark_[std::size_t(v)] = kNear;
+        }
+      }
     }
-  }
-  for (std::size_t i = 0; i < part.size(); ++i) {
-    const int v = part[i];
-    // Leading back to the near side, into another cut, or far away, it separates no end.
-    if (near.contains(v) || gone_[std::size_t(v)] ||
-        distance(mesh_.vertices[std::size_t(v)], plane.origin) > reach)
-      return {};
-    for (int k = first_triangle_[std::size_t(v)]; k < first_triangle_[std::size_t(v) + 1]; ++k) {
-      const int t = triangles_around_[std::size_t(k)];
-      if (cut_of_[std::size_t(t)] >= 0) return {};
-      if (crossed.contains(t)) continue;
-      for (const int u : mesh_.triangles[std::size_t(t)]) visit(u);
+    for (std::size_t i = 0; i < part.size(); ++i) {
+      const int v = part[i];
+      // Leading back to the near side, into another cut, or far away, it separates no end.
+      if ((vertex_mark_[std::size_t(v)] & kNear) != 0 || gone_[std::size_t(v)] ||
+          distance(mesh_.vertices[std::size_t(v)], plane.origin) > reach ||
+          (is_tip_[std::size_t(v)] && is_other_tip(v)))
+        return false;
+      for (int k = first_triangle_[std::size_t(v)]; k < first_triangle_[std::size_t(v) + 1]; ++k) {
+        const int t = triangles_around_[std::size_t(k)];
+        if (cut_of_[std::size_t(t)] >= 0) return false;
+        if (triangle_mark_[std::size_t(t)] != 0) continue;
+        for (const int u : mesh_.triangles[std::size_t(t)]) visit(u);
+      }
     }
-  }
-  return part;
+    return true;
+  };
+  const bool is_part = separates();
+  for (const auto* marked : {&part, &near})
+    for (const int v : *marked) vertex_mark_[std::size_t(v)] = 0;
+  for (const int t : loop.triangles) triangle_mark_[std::size_t(t)] = 0;
+  return is_part ? part : std::vector<int>();
 }
 
-EndOpener::Cut EndOpener::best_cut(const std::vector<Plane>& planes, double radius, int end) const {
+EndOpener::Cut EndOpener::best_cut(const std::vector<Plane>& planes, double radius, int end) {
   constexpr double kRound = 0.7;   // an ellipse of 1 : 2.6
   constexpr double kLeast = 0.25;  // less is a slit, whose cap would cross the wall
   const Vec3 middle = planes.front().origin;
   double reach = 0.0;
   for (const Plane& plane : planes) reach = std::max(reach, distance(plane.origin, middle));
   reach += (kSectionReach + 1.0) * radius;
-  std::vector<int> nearby;
-  for (std::size_t v = 0; v < mesh_.vertices.size(); ++v)
-    if (norm_squared(mesh_.vertices[v] - middle) <= reach * reach) nearby.push_back(int(v));
   constexpr int kConvinced = 4;  // round sections that end nothing, until the search ends
   int endless_count = 0;
   Cut best;
   for (const Plane& plane : planes) {
-    Cut cut = examine(plane, radius, end, nearby);
+    Cut cut = examine(plane, radius, end, {middle, reach});
     if (cut.verdict == Verdict::no_end && best.verdict != Verdict::sound) {
       best.verdict = Verdict::no_end;
       if (cut.roundness > kRound && ++endless_count == kConvinced) break;
@@ -283,23 +292,18 @@ double EndOpener::upright_share(const Plane& plane, const std::vector<int>& tria
   return double(upright_count) / double(triangles.size());
 }
 
-EndOpener::Cut EndOpener::examine(const Plane& plane, double radius, int end,
-                                  const std::vector<int>& nearby) const {
+EndOpener::Cut EndOpener::examine(const Plane& plane, double radius, int end, const Ball& corners) {
   constexpr double kBeyond = 16.0;  // radii; an end is not longer than this
   Cut cut{plane, end, Verdict::no_section, 0.0, {}, {}};
-  for (Loop& loop : sections(plane, nearby)) {
+  for (Loop& loop : sections(plane, {plane.origin, kSectionReach * radius}, corners)) {
     if (winding_number(loop.points, plane) == 0) continue;
     double reach = 0.0;
     for (const Vec3& p : loop.points) reach = std::max(reach, distance(p, plane.origin));
     if (reach > kSectionReach * radius) continue;
     cut.verdict = Verdict::no_end;
     cut.roundness = std::max(cut.roundness, roundness(loop.points));
-    std::vector<int> part = part_beyond(plane, loop, kBeyond * radius);
-    bool sound = !part.empty();
-    const std::unordered_set<int> lost(part.begin(), part.end());
-    for (std::size_t tip = 0; tip < tip_vertex_.size(); ++tip)
-      sound = sound && (int(tip) == end || !lost.contains(tip_vertex_[tip]));
-    if (!sound) continue;
+    std::vector<int> part = part_beyond(plane, loop, kBeyond * radius, end);
+    if (part.empty()) continue;
     cut.verdict = Verdict::sound;
     cut.roundness = roundness(loop.points) * upright_share(plane, loop.triangles);
     cut.triangles = std::move(loop.triangles);

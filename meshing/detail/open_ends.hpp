@@ -6,6 +6,7 @@
 #include "core/centerline.hpp"
 #include "core/triangle_mesh.hpp"
 #include "meshing/detail/remesh.hpp"
+#include "meshing/detail/triangle_blocks.hpp"
 
 namespace angio::meshing::detail {
 
@@ -56,7 +57,7 @@ class EndOpener {
   /// @param end     index in `tips`; becomes the rim's index
   /// @return the first sound cut with a round section, otherwise the one with the roundest,
   ///         otherwise a verdict only
-  [[nodiscard]] Cut best_cut(const std::vector<Plane>& planes, double radius, int end) const;
+  [[nodiscard]] Cut best_cut(const std::vector<Plane>& planes, double radius, int end);
   /// Plans a sound cut.
   void plan(Cut cut);
 
@@ -70,24 +71,27 @@ class EndOpener {
   };
   [[nodiscard]] double side(const Plane& plane, int v) const;
   [[nodiscard]] Vec3 crossing(const Plane& plane, int a, int b) const;
-  /// @param nearby  vertices among which the sections lie
-  [[nodiscard]] std::vector<Loop> sections(const Plane& plane,
-                                           const std::vector<int>& nearby) const;
-  [[nodiscard]] Cut examine(const Plane& plane, double radius, int end,
-                            const std::vector<int>& nearby) const;
+  /// The closed sections within a ball, of triangles that have a corner in another one.
+  [[nodiscard]] std::vector<Loop> sections(const Plane& plane, const Ball& ball,
+                                           const Ball& corners) const;
+  [[nodiscard]] Cut examine(const Plane& plane, double radius, int end, const Ball& corners);
   /// Share of the section where the wall does not lean over the cap-to-be.
   [[nodiscard]] double upright_share(const Plane& plane, const std::vector<int>& triangles) const;
-  /// Vertices on the far side of a section; none if it separates nothing within `reach`.
-  [[nodiscard]] std::vector<int> part_beyond(const Plane& plane, const Loop& loop,
-                                             double reach) const;
+  /// Vertices on the far side of a section; none if it separates nothing within `reach`, or
+  /// another end's tip.
+  [[nodiscard]] std::vector<int> part_beyond(const Plane& plane, const Loop& loop, double reach,
+                                             int end);
 
   const TriangleMesh& mesh_;
-  double longest_edge_ = 0.0;          ///< [mm]
+  TriangleBlocks blocks_;
   std::vector<int> first_triangle_;    ///< shape [vertex_count + 1], into triangles_around_
   std::vector<int> triangles_around_;  ///< of each vertex
   std::vector<int> tip_vertex_;        ///< nearest to each tip
   std::vector<int> cut_of_;            ///< per triangle, -1: not crossed
   std::vector<char> gone_;             ///< per vertex
+  std::vector<char> is_tip_;           ///< per vertex
+  std::vector<char> vertex_mark_;      ///< of part_beyond; 0 between calls
+  std::vector<char> triangle_mark_;    ///< the same
   std::vector<Cut> cuts_;
 };
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <numeric>
 #include <optional>
 #include <string>
@@ -225,6 +226,16 @@ std::vector<SurfaceRim> free_rims(const std::vector<const Piece*>& pieces,
   return rims;
 }
 
+/// Why parts could not be united. @param otherwise  what is likely
+std::string reason_of(const Union& failed, const char* otherwise) {
+  if (failed.too_many == 0.0) return otherwise;
+  char text[160];
+  std::snprintf(text, sizeof text,
+                "a contour that is fine enough where it is thin would have %.0f million triangles",
+                1e-6 * failed.too_many);
+  return text;
+}
+
 /// Unites pieces that cross. @return empty if they only touch
 TriangleMesh unite_group(const std::vector<const Piece*>& pieces,
                          std::vector<SurfaceRepair>& repairs) {
@@ -238,8 +249,9 @@ TriangleMesh unite_group(const std::vector<const Piece*>& pieces,
   if (result.only_touch) return {};
   if (result.mesh.triangles.empty())
     throw InputError("the surface has " + std::to_string(pieces.size()) +
-                     " parts that overlap and cannot be united without losing some of them (they "
-                     "are too thin, or cross too often). Unite them in a mesh editor");
+                     " parts that overlap and cannot be united without losing some of them (" +
+                     reason_of(result, "they are too thin, or cross too often") +
+                     "). Unite them in a mesh editor");
   note(repairs, "piece that crosses the largest united with it",
        "pieces that cross united with the largest", united);
   note(repairs, "opening of a piece closed, as no section there is that of one vessel",
@@ -315,9 +327,9 @@ TriangleMesh without_crossings(const TriangleMesh& mesh, std::vector<SurfaceRepa
   Union result = unite_parts({closed});
   if (result.mesh.triangles.empty())
     throw InputError("the surface crosses itself in " + std::to_string(std::lround(count)) +
-                     " of its " + std::to_string(crossing.size()) +
-                     " triangles (what is inside is not known where they cross). "
-                     "Segment again, or unite its parts in a mesh editor");
+                     " of its " + std::to_string(crossing.size()) + " triangles (" +
+                     reason_of(result, "what is inside is not known where they cross") +
+                     "). Segment again, or unite its parts in a mesh editor");
   places.count = int(pairs.size());
   note(repairs, "crossing of the surface with itself resolved by contouring what is inside",
        "crossings of the surface with itself resolved by contouring what is inside", places);

@@ -9,6 +9,7 @@
 #include "core/volume.hpp"
 #include "meshing/detail/crossings.hpp"
 #include "meshing/detail/isosurface.hpp"
+#include "meshing/detail/level_band.hpp"
 #include "meshing/detail/mend_holes.hpp"
 #include "meshing/detail/pieces.hpp"
 #include "meshing/detail/soup.hpp"
@@ -35,8 +36,7 @@ double thinnest(const std::vector<TriangleMesh>& parts) {
 
 bool is_whole(const TriangleMesh& mesh, double volume) {
   return !mesh.triangles.empty() && surface_topology(mesh).is_closed() &&
-         std::abs(enclosed_volume(mesh) - volume) <= kSameVolume * volume &&
-         air_mesh::self_intersections(mesh).empty();
+         std::abs(enclosed_volume(mesh) - volume) <= kSameVolume * volume;
 }
 
 /// Part after part, each one that meets what is united so far. @return empty if one cannot be
@@ -78,86 +78,97 @@ TriangleMesh exposed_part(const TriangleMesh& closed, const Winding& winding, do
   return part_of(closed, keep);
 }
 
-/// -1 where the winding number is above 0, 1 elsewhere.
-Volume<float> union_signs(const Winding& winding, const VolumeGeometry& grid) {
-  Volume<float> signs(grid, 1.0F);
-  parallel_for_uneven(grid.size[2], [&](std::ptrdiff_t layer) {
-    const int k = int(layer);
+/// The runs of a grid's nodes where the winding number is above 0.
+GridRows runs_of_union(const Winding& winding, const VolumeGeometry& grid) {
+  return rows_by_layers(grid.size[2], [&](int k, GridRows& layer) {
     for (int j = 0; j < grid.size[1]; ++j) {
+      const Vec3 here = grid.lps_from_index({0.0, double(j), double(k)});
+      const double next = winding.next_line(here.y, here.z);
+      if (next - grid.origin.y > grid.spacing.y * grid.size[1]) break;
+      j = std::max(j, int((next - grid.origin.y) / grid.spacing.y));
       const Vec3 row = grid.lps_from_index({0.0, double(j), double(k)});
       int turns = 0;
-      int i = 0;
       for (const auto& [x, change] : winding.crossings(row.y, row.z)) {
-        const int end = std::clamp(int(std::ceil((x - row.x) / grid.spacing.x)), 0, grid.size[0]);
-        for (; i < end; ++i)
-          if (turns > 0) signs.at(i, j, k) = -1.0F;
+        const bool was_inside = turns > 0;
         turns += change;
+        if ((turns > 0) == was_inside) continue;
+        layer.at.push_back(
+            std::clamp(int(std::ceil((x - row.x) / grid.spacing.x)), 0, grid.size[0]));
       }
+      layer.end_row(std::int64_t(k) * grid.size[1] + j);
     }
   });
-  return signs;
 }
 
-/// Signed distance [mm] from the union's wall at the nodes whose neighbours lie on its other side,
-/// two steps elsewhere: all that a contour asks for.
-Volume<float> union_level_set(const TriangleMesh& closed, const VolumeGeometry& grid) {
-  const Winding winding(closed);
-  const double step = grid.spacing.x;
-  const TriangleMesh exposed = exposed_part(closed, winding, step);
+/// Signed distance [mm] from the union's wall, two steps at most.
+LevelBand union_level_set(const Winding& winding, const TriangleMesh& exposed,
+                          const VolumeGeometry& grid) {
+  LevelBand band = band_around(grid, runs_of_union(winding, grid));
   const ClosestPoint wall(exposed);
-  const Volume<float> signs = union_signs(winding, grid);
-  Volume<float> level_set = signs;
-  parallel_for_uneven(grid.size[2], [&](std::ptrdiff_t layer) {
-    const int k = int(layer);
-    for (int j = 0; j < grid.size[1]; ++j)
-      for (int i = 0; i < grid.size[0]; ++i) {
-        const float own = signs.at(i, j, k);
-        bool at_wall = false;
-        for (int n = 0; n < 27 && !at_wall; ++n) {
-          const int a = i + n % 3 - 1, b = j + n / 3 % 3 - 1, c = k + n / 9 - 1;
-          at_wall = grid.contains(a, b, c) && signs.at(a, b, c) != own;
-        }
-        const double distance =
-            at_wall
-                ? std::min(
-                      wall.find(grid.lps_from_index({double(i), double(j), double(k)})).distance,
-                      2.0 * step)
-                : 2.0 * step;
-        level_set.at(i, j, k) = own * std::max(float(distance), 1e-6F * float(step));
-      }
+  const double step = grid.spacing.x;
+  parallel_for_uneven(std::ptrdiff_t(band.nodes.count()), [&](std::ptrdiff_t index) {
+    const auto place = std::size_t(index);
+    const std::int64_t row = band.nodes.row[place];
+    for (std::size_t n = band.nodes.first[place]; n < band.nodes.first[place + 1]; ++n) {
+      const Vec3 node = grid.lps_from_index(
+          {double(band.nodes.at[n]), double(row % grid.size[1]), double(row / grid.size[1])});
+      const double distance = std::min(wall.find(node).distance, 2.0 * step);
+      band.level[n] *= std::max(float(distance), 1e-6F * float(step));
+    }
   });
-  return level_set;
+  return band;
 }
 
-/// @return empty if the grid would be too large for the thinnest part
-TriangleMesh contour_union(const TriangleMesh& closed, double thin) {
-  constexpr double kAcross = 8.0;  // steps of the grid over the thinnest part
-  constexpr double kLeastAcross = 4.0;
-  constexpr double kMostNodes = 3e7;
-  constexpr double kCrumb = 1e-3;       // of the volume
-  constexpr double kOff = 1.234567e-4;  // steps; the lines miss the vertices of constructions
-  Vec3 low = closed.vertices.front(), high = low;
-  for (const Vec3& p : closed.vertices)
+struct Box {
+  Vec3 low, high;
+};
+Box box_around(const TriangleMesh& surface) {
+  Box box{surface.vertices.front(), surface.vertices.front()};
+  for (const Vec3& p : surface.vertices)
     for (int axis = 0; axis < 3; ++axis) {
-      low[axis] = std::min(low[axis], p[axis]);
-      high[axis] = std::max(high[axis], p[axis]);
+      box.low[axis] = std::min(box.low[axis], p[axis]);
+      box.high[axis] = std::max(box.high[axis], p[axis]);
     }
-  const Vec3 sides = high - low;
-  const double step = std::max(thin / kAcross, std::cbrt(sides.x * sides.y * sides.z / kMostNodes));
-  if (step > thin / kLeastAcross) return {};
+  return box;
+}
+
+VolumeGeometry grid_in(const Box& box, double step) {
+  constexpr double kOff = 1.234567e-4;  // steps; the lines miss the vertices of constructions
   VolumeGeometry grid;
   grid.spacing = {step, step, step};
   for (int axis = 0; axis < 3; ++axis) {
-    grid.size[std::size_t(axis)] = int(sides[axis] / step) + 8;
-    grid.origin[axis] = low[axis] - (3.0 + kOff) * step;
+    grid.size[std::size_t(axis)] = int((box.high[axis] - box.low[axis]) / step) + 8;
+    grid.origin[axis] = box.low[axis] - (3.0 + kOff) * step;
   }
-  const TriangleMesh contour = extract_isosurface(union_level_set(closed, grid));
+  return grid;
+}
+
+/// The step is an eighth of the thinnest part, up to a quarter where that keeps the box to 3e7
+/// cells; in a larger box, where it keeps those that the wall runs through to half a million.
+Union contour_union(const TriangleMesh& closed, double thin) {
+  constexpr double kAcross = 8.0, kLeastAcross = 4.0;
+  constexpr double kManyInBox = 3e7, kManyAtWall = 5e5, kMostAtWall = 1.2e6;  // cells
+  constexpr double kTrianglesOfCell = 6.0;                                    // 4 to 8
+  constexpr double kCrumb = 1e-3;                                             // of the volume
+  const Box box = box_around(closed);
+  const Vec3 sides = box.high - box.low;
+  const double of_box = std::cbrt(sides.x * sides.y * sides.z / kManyInBox);
+  double step = std::clamp(of_box, thin / kAcross, thin / kLeastAcross);
+  const Winding winding(closed);
+  const TriangleMesh exposed = exposed_part(closed, winding, step);
+  const double area = surface_area(exposed);
+  if (of_box > step)
+    step = std::clamp(std::sqrt(area / kManyAtWall), thin / kAcross, thin / kLeastAcross);
+  const double cell_count = area / (step * step);
+  if (cell_count > kMostAtWall) return {.mesh = {}, .too_many = kTrianglesOfCell * cell_count};
+  const VolumeGeometry grid = grid_in(box, step);
+  const TriangleMesh contour = extract_isosurface(union_level_set(winding, exposed, grid));
   const double least = kCrumb * enclosed_volume(contour);
   std::vector<TriangleMesh> solids = connected_pieces(contour);
   std::erase_if(solids, [&](const TriangleMesh& piece) {  // crumbs, and walls of hollows inside
     return enclosed_volume(piece) < least;
   });
-  return solids.empty() ? TriangleMesh() : joined(solids);
+  return {.mesh = solids.empty() ? TriangleMesh() : joined(solids)};
 }
 
 }  // namespace
@@ -169,13 +180,11 @@ Union unite_parts(const std::vector<TriangleMesh>& parts) {
   const double volume = wound_volume(closed, thin / kLinesAcross, 1);
   Union result;
   result.mesh = parts.size() > 1 ? unite_exactly(parts) : TriangleMesh();
-  if (is_whole(result.mesh, volume)) return result;
-  result.mesh = {};
-  if (wound_volume(closed, thin / kLinesAcross, 2) < kTouch * volume && parts.size() > 1) {
-    result.only_touch = true;
+  if (is_whole(result.mesh, volume) && air_mesh::self_intersections(result.mesh).empty())
     return result;
-  }
-  result.mesh = contour_union(closed, thin);
+  if (wound_volume(closed, thin / kLinesAcross, 2) < kTouch * volume && parts.size() > 1)
+    return {.mesh = {}, .only_touch = true};
+  result = contour_union(closed, thin);  // free of crossings, as isosurfaces are
   if (!is_whole(result.mesh, volume)) result.mesh = {};
   return result;
 }

@@ -10,6 +10,8 @@ namespace angio::meshing::detail {
 struct Union {
   TriangleMesh mesh;        ///< empty: the parts cannot be united
   bool only_touch = false;  ///< no part overlaps another; nothing was done
+  double too_many = 0.0;    ///< triangles of a contour fine enough for the thinnest part, if they
+                            ///< are too many to be made
 };
 
 /// Unites closed surfaces that are turned outward and hang together by crossing each other; each
@@ -19,7 +21,9 @@ struct Union {
 /// result is not the union, the places where the winding number is above 0 are contoured on a grid
 /// of an eighth of the thinnest part's diameter (Jacobson, Kavan, Sorkine-Hornung, "Robust inside-
 /// outside segmentation using generalized winding numbers", ACM TOG 32, 2013; here it is an
-/// integer, as the parts are closed). A result counts only if it is manifold, free of crossings and
+/// integer, as the parts are closed); of a large one up to a quarter. Memory and
+/// time grow with the wall's area: nodes are kept beside it only. A wall of over 1.2 million of the
+/// grid's squares is not contoured. A result counts only if it is manifold, free of crossings and
 /// encloses the volume where the winding number is above 0, to 2 %.
 Union unite_parts(const std::vector<TriangleMesh>& parts);
 

@@ -7,6 +7,11 @@
 #include "core/parallel.hpp"
 
 namespace angio::meshing::detail {
+namespace {
+
+constexpr double kNone = std::numeric_limits<double>::infinity();
+
+}  // namespace
 
 Winding::Winding(const TriangleMesh& closed) : mesh_(closed) {
   constexpr double kHuge = std::numeric_limits<double>::max();
@@ -50,6 +55,16 @@ Winding::Winding(const TriangleMesh& closed) : mesh_(closed) {
 int Winding::bin(double value, int axis) const {
   const auto a = std::size_t(axis);
   return std::clamp(int(std::floor((value - low_[a]) / cell_[a])), 0, count_[a] - 1);
+}
+
+double Winding::next_line(double y, double z) const {
+  if (z < low_[1] || z > low_[1] + cell_[1] * count_[1]) return kNone;
+  const std::size_t row = std::size_t(bin(z, 1)) * std::size_t(count_[0]);
+  const int own = bin(y, 0);
+  for (int j = own; j < count_[0]; ++j)
+    if (first_[row + std::size_t(j)] < first_[row + std::size_t(j) + 1])
+      return j == own ? std::max(y, low_[0]) : low_[0] + j * cell_[0];
+  return kNone;
 }
 
 void Winding::visit(double y, double z, const auto& found) const {
@@ -100,6 +115,7 @@ std::vector<Winding::Crossing> Winding::crossings(double y, double z) const {
 
 double wound_volume(const TriangleMesh& closed, double line_distance, int least) {
   constexpr double kMostLines = 1500.0;  // a side
+  constexpr double kEnough = 4e5;        // squares of the distance in the area
   // Turned, so that no tube or face of a construction lies along the lines.
   const Vec3 u = normalized(Vec3{0.81, 0.47, 0.35});
   const Vec3 v = normalized(cross(u, Vec3{0.13, -0.71, 0.69}));
@@ -112,18 +128,22 @@ double wound_volume(const TriangleMesh& closed, double line_distance, int least)
       low[axis] = std::min(low[axis], p[axis]);
       high[axis] = std::max(high[axis], p[axis]);
     }
-  const double step =
-      std::max(line_distance, std::max(high.y - low.y, high.z - low.z) / kMostLines);
+  const double wide = std::min(std::max(high.y - low.y, high.z - low.z) / kMostLines,
+                               std::sqrt(surface_area(closed) / kEnough));
+  const double step = std::max(line_distance, wide);
   const int rows = int(std::ceil((high.z - low.z) / step));
   const int lines = int(std::ceil((high.y - low.y) / step));
   const Winding winding(turned);
   std::vector<double> length(std::size_t(rows), 0.0);
   parallel_for_uneven(rows, [&](std::ptrdiff_t row) {
+    const double z = low.z + (double(row) + 0.5) * step;
     for (int i = 0; i < lines; ++i) {
+      const double next = winding.next_line(low.y + (i + 0.5) * step, z);
+      if (next == kNone) break;
+      i = std::max(i, int((next - low.y) / step - 0.5));
       int turns = 0;
       double entered = 0.0;
-      for (const auto& [x, change] :
-           winding.crossings(low.y + (i + 0.5) * step, low.z + (double(row) + 0.5) * step)) {
+      for (const auto& [x, change] : winding.crossings(low.y + (i + 0.5) * step, z)) {
         const bool was_inside = turns >= least;
         turns += change;
         if (!was_inside && turns >= least) entered = x;

@@ -20,6 +20,8 @@ class Winding {
   [[nodiscard]] int at(const Vec3& place) const;
 
   using Crossing = std::pair<double, int>;  ///< x, and the step of the winding number
+  /// The least y, from the given one on, whose line (y, z) may cross; infinity if none does.
+  [[nodiscard]] double next_line(double y, double z) const;
   /// Crossings of the line (y, z), by ascending x.
   [[nodiscard]] std::vector<Crossing> crossings(double y, double z) const;
 
@@ -35,7 +37,8 @@ class Winding {
 };
 
 /// The volume where a closed surface winds around at least so many times: 1 gives the union of its
-/// parts, however they cross, 2 what they have in common. Summed over lines a given distance apart.
+/// parts, however they cross, 2 what they have in common. Summed over lines a given distance apart,
+/// of a large surface so far that they cross it some 200,000 times.
 double wound_volume(const TriangleMesh& closed, double line_distance, int least);
 
 }  // namespace angio::meshing::detail

@@ -223,5 +223,42 @@ TEST(UniteParts, OfWhatCrossesItselfAVesselApartIsKept) {
   EXPECT_NEAR(enclosed_volume(united.mesh) / (volume + enclosed_volume(ball)), 1.0, 0.03);
 }
 
+/// Three tubes of 1 mm between the corners of a cube, which cross in its middle.
+TriangleMesh three_diagonals(double side, double& volume) {
+  const TriangleMesh tube = tube_between({0, 0, 0}, {side, side, side}, 0.5, true);
+  TriangleMesh all = detail::joined({tube, tube_between({side, 0, 0}, {0, side, side}, 0.5, true),
+                                     tube_between({0, side, 0}, {side, 0, side}, 0.5, true)});
+  volume = 3.0 * enclosed_volume(tube);  // they share about 2 mm^3
+  return all;
+}
+
+TEST(UniteParts, OfThinTubesOnLongDiagonalsTheVolumeIsKnown) {
+  double volume = 0.0;
+  const TriangleMesh tubes = three_diagonals(600.0, volume);
+  EXPECT_NEAR(detail::volume_of_union(tubes) / volume, 1.0, 0.005);
+}
+
+TEST(UniteParts, AContourGrowsWithTheWallAndNotWithTheBox) {
+  double volume = 0.0;
+  // A grid of the box with four steps across a tube would have over 2e8 nodes.
+  const TriangleMesh tubes = three_diagonals(150.0, volume);
+  const detail::Union united = detail::unite_parts({tubes});
+  EXPECT_TRUE(surface_topology(united.mesh).is_closed());
+  EXPECT_EQ(surface_topology(united.mesh).component_count, 1);
+  EXPECT_NEAR(enclosed_volume(united.mesh) / volume, 1.0, 0.02);
+}
+
+TEST(UniteParts, AWallTooLargeForItsThinnestPartIsRefusedInOneLine) {
+  // A part that crosses itself, so that there is no exact union, and a thread through it.
+  const TriangleMesh all = detail::joined(
+      {tests::make_sphere({0, 0, 0}, 400.0, 4), tests::make_sphere({300, 0, 0}, 400.0, 4)});
+  detail::Union united =
+      detail::unite_parts({all, tube_between({0, 0, 600}, {1, 2, -600}, 0.5, true)});
+  EXPECT_TRUE(united.mesh.triangles.empty());
+  const double area = 4.0 * pi * 400.0 * 400.0;  // of one sphere, at four steps to a millimetre
+  EXPECT_GT(united.too_many, 4.0 * 16.0 * area);
+  EXPECT_LT(united.too_many, 2.0 * 8.0 * 20.0 * area);
+}
+
 }  // namespace
 }  // namespace angio::meshing
