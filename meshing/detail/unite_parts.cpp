@@ -148,6 +148,7 @@ VolumeGeometry grid_in(const Box& box, double step) {
 Union contour_union(const TriangleMesh& closed, double thin) {
   constexpr double kAcross = 8.0, kLeastAcross = 4.0;
   constexpr double kManyInBox = 3e7, kManyAtWall = 5e5, kMostAtWall = 1.2e6;  // cells
+  constexpr double kMostAlong = 1e6;                                          // cells of a side
   constexpr double kTrianglesOfCell = 6.0;                                    // 4 to 8
   constexpr double kCrumb = 1e-3;                                             // of the volume
   const Box box = box_around(closed);
@@ -159,6 +160,7 @@ Union contour_union(const TriangleMesh& closed, double thin) {
   const double area = surface_area(exposed);
   if (of_box > step)
     step = std::clamp(std::sqrt(area / kManyAtWall), thin / kAcross, thin / kLeastAcross);
+  if (std::max({sides.x, sides.y, sides.z}) > kMostAlong * step) return {};
   const double cell_count = area / (step * step);
   if (cell_count > kMostAtWall) return {.mesh = {}, .too_many = kTrianglesOfCell * cell_count};
   const VolumeGeometry grid = grid_in(box, step);
