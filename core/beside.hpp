@@ -52,12 +52,13 @@ class Beside {
   std::vector<std::thread> workers_;  // last: they use the others
 };
 
-/// Does one piece beside the caller and the other here. Returns once both have ended.
+/// Does one piece beside the caller and the other here. Returns once both have ended, or the one
+/// has thrown before the other was begun.
 ///
 /// @param beside  nothing else waits there
-/// @throws what a piece throws: `here`'s, if both do
+/// @throws what a piece throws
 template <class There, class Here>
-void run_both(Beside& beside, const There& there, const Here& here) {
+void do_both(Beside& beside, const There& there, const Here& here) {
   beside.run([&there] { there(); });
   try {
     here();

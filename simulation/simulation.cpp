@@ -33,6 +33,7 @@ using namespace detail;
 
 constexpr double kWarnResidual = 0.05;
 constexpr std::size_t kMostWaiting = 8;  // frames behind the solver, for each thread
+constexpr int kMostAtOnce = 16;          // that are completed: each holds its state
 
 void summarize(const SimulationFrame& frame, bool is_air_whole, SimulationSummary& summary) {
   ++summary.frame_count;
@@ -168,7 +169,8 @@ class Run {
       });
     };
     InOrder in_order;
-    Beside completion(has_spare_thread_, kMostWaiting, omp_get_max_threads());
+    Beside completion(has_spare_thread_, kMostWaiting,
+                      std::min(omp_get_max_threads(), kMostAtOnce));
     const auto hand_over = [&](BegunFrame&& begun) {
       completion.run([&, begun = std::make_shared<BegunFrame>(std::move(begun))] {
         if (has_failed) return;

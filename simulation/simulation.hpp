@@ -249,7 +249,7 @@ struct TimeSplit {
   double wall = 0.0;     ///< sweeps over it
   double rest = 0.0;     ///< beginning and end
   double air = 0.0;      ///< the air mesh follows, beside the solver
-  double outputs = 0.0;  ///< a frame's fields and measures, beside the solver
+  double outputs = 0.0;  ///< a frame's fields and measures, beside the solver: all threads' sum
   double wire = 0.0;     ///< the drawn wire follows, beside the solver
   double files = 0.0;    ///< in on_frame, beside the solver
   double waiting = 0.0;  ///< of the solver for what is done beside it

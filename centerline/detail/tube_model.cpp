@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
+#include <utility>
 
 #include "centerline/detail/contour.hpp"
 #include "centerline/detail/tube_fit.hpp"
@@ -112,45 +113,67 @@ class WallAround {
     rows_.push_back(points_.size());
   }
 
-  /// Of a place in the section [mm].
-  [[nodiscard]] double distance(const Point2& place) const {
-    double least = 1e300;
-    for (std::size_t row = 0; row + 1 < rows_.size(); ++row) {
-      squared_.clear();
-      for (std::size_t n = rows_[row]; n < rows_[row + 1]; ++n)
-        squared_.push_back(norm_squared(points_[n] - Vec3{place.x, place.y, 0.0}));
-      least = std::min(least, lowest(squared_));
-    }
-    return std::sqrt(least);
-  }
-
   /// The radius of the largest ball with its centre in the section, near a place: the largest
   /// circle's centre, but where the wall leans more on one side than on the other.
   [[nodiscard]] double largest_ball(Point2 center, double most_shift) const {
-    constexpr double kFirstStep = 0.1, kLastStep = 2e-3;  // of the radius
+    constexpr double kFirstStep = 0.1, kLastStep = 1e-3;  // of the radius
     const Point2 start = center;
-    double radius = distance(center);
-    for (double step = kFirstStep * radius; step > kLastStep * radius;) {
-      const double before = radius;
-      for (int n = 0; n < 8; ++n) {
-        const double turn = 0.25 * units::kPi * n;
-        const Point2 trial{center.x + step * std::cos(turn), center.y + step * std::sin(turn)};
-        if (std::hypot(trial.x - start.x, trial.y - start.y) > most_shift) continue;
-        if (const double r = distance(trial); r > radius) {
-          radius = r;
-          center = trial;
-        }
+    Clearance here = clearance(center);
+    for (double step = kFirstStep * here.radius; step > kLastStep * here.radius;) {
+      const Point2 way = away_from_near(here, step),
+                   trial{center.x + step * way.x, center.y + step * way.y};
+      Clearance there = clearance(trial);
+      if (there.radius > here.radius &&
+          std::hypot(trial.x - start.x, trial.y - start.y) <= most_shift) {
+        center = trial;
+        here = std::move(there);
+      } else {
+        step *= 0.5;
       }
-      if (!(radius > before)) step *= 0.5;
     }
-    return radius;
+    return here.radius;
   }
 
  private:
   static constexpr int kSteps = 4;  // to each side
-  std::vector<Vec3> points_;        ///< along u, v and the tangent; row by row
-  std::vector<std::size_t> rows_;   ///< where each direction's points begin
-  mutable std::vector<double> squared_;
+
+  /// How far away the wall is in each direction, and which way leads off it.
+  struct Clearance {
+    double radius = 1e300;  ///< the least distance [mm]
+    std::vector<double> distance;
+    std::vector<Point2> off;  ///< the distance's slope
+  };
+  [[nodiscard]] Clearance clearance(const Point2& place) const {
+    Clearance around;
+    std::vector<double> squared;
+    for (std::size_t row = 0; row + 1 < rows_.size(); ++row) {
+      squared.clear();
+      for (std::size_t n = rows_[row]; n < rows_[row + 1]; ++n)
+        squared.push_back(norm_squared(points_[n] - Vec3{place.x, place.y, 0.0}));
+      const double d = std::sqrt(lowest(squared));
+      const auto nearest = std::min_element(squared.begin(), squared.end()) - squared.begin();
+      const Vec3& wall = points_[rows_[row] + std::size_t(nearest)];
+      around.distance.push_back(d);
+      around.off.push_back({(place.x - wall.x) / d, (place.y - wall.y) / d});
+      around.radius = std::min(around.radius, d);
+    }
+    return around;
+  }
+  /// The way off all wall that is nearly as near as the nearest, by exp(-distance / step): along a
+  /// ridge of the distance, not across.
+  [[nodiscard]] static Point2 away_from_near(const Clearance& around, double step) {
+    Point2 way;
+    for (std::size_t row = 0; row < around.off.size(); ++row) {
+      const double weight = std::exp((around.radius - around.distance[row]) / (0.25 * step));
+      way.x += weight * around.off[row].x;
+      way.y += weight * around.off[row].y;
+    }
+    const double length = std::hypot(way.x, way.y);
+    return length > 0.0 ? Point2{way.x / length, way.y / length} : Point2{};
+  }
+
+  std::vector<Vec3> points_;       ///< along u, v and the tangent; row by row
+  std::vector<std::size_t> rows_;  ///< where each direction's points begin
 };
 
 }  // namespace

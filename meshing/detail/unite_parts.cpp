@@ -148,7 +148,7 @@ VolumeGeometry grid_in(const Box& box, double step) {
 Union contour_union(const TriangleMesh& closed, double thin) {
   constexpr double kAcross = 8.0, kLeastAcross = 4.0;
   constexpr double kManyInBox = 3e7, kManyAtWall = 5e5, kMostAtWall = 1.2e6;  // cells
-  constexpr double kMostAlong = 1e6;                                          // cells of a side
+  constexpr double kMostAlong = 1e5;                                          // cells of a side
   constexpr double kTrianglesOfCell = 6.0;                                    // 4 to 8
   constexpr double kCrumb = 1e-3;                                             // of the volume
   const Box box = box_around(closed);

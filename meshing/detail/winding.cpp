@@ -128,9 +128,11 @@ double wound_volume(const TriangleMesh& closed, double line_distance, int least)
       low[axis] = std::min(low[axis], p[axis]);
       high[axis] = std::max(high[axis], p[axis]);
     }
-  const double wide = std::min(std::max(high.y - low.y, high.z - low.z) / kMostLines,
-                               std::sqrt(surface_area(closed) / kEnough));
-  const double step = std::max(line_distance, wide);
+  constexpr double kMost = 2e4;  // lines a side, however small the surface is in its box
+  const double side = std::max(high.y - low.y, high.z - low.z);
+  const double wide = std::min(side / kMostLines, std::sqrt(surface_area(closed) / kEnough));
+  const double step = std::max({line_distance, wide, side / kMost});
+  if (!(step > 0.0)) return 0.0;
   const int rows = int(std::ceil((high.z - low.z) / step));
   const int lines = int(std::ceil((high.y - low.y) / step));
   const Winding winding(turned);

@@ -150,6 +150,7 @@ class Run {
   RunRecord record_;
   Reporter& reporter_;
   bool is_settled_ = false;
+  std::future<void> gpu_;  ///< wakes beside the meshing
 };
 
 /// Does the work, puts the stage's folder in place, and takes over what the stage has to say.
@@ -188,6 +189,10 @@ void Run::make(const StageDefinition& stage, const std::map<std::string, std::st
   entry.inputs = inputs;
   entry.status = "failed";
   forget_backend(stage);
+  const bool may_simulate = stage.stage == Stage::simulation ||
+                            (stage.stage == Stage::meshing && request_.until >= Stage::simulation);
+  if (may_simulate && !gpu_.valid())
+    gpu_ = simulation::wake_gpu(request_.config.simulation.backend);
   const auto end = [&] {
     entry.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
     entry.key = key_of(stage, inputs);
@@ -295,11 +300,8 @@ void run_stages(const Workflow& workflow, const RunRequest& request, const CaseF
         "there is nothing to reconstruct: the input is no rotational run that can be used. `angio "
         "inspect` says what it is");
   const int first = request.input.empty() ? int(request.from.value_or(Stage::reconstruction)) : 0;
-  std::future<void> gpu;
   for (const StageDefinition& stage : workflow.stages) {
     if (int(stage.stage) < first || stage.stage > request.until || !run.is_for(stage)) continue;
-    if (stage.stage == Stage::meshing && request.until >= Stage::simulation)
-      gpu = simulation::wake_gpu(request.config.simulation.backend);
     try {
       run.run_stage(stage, request.force || (request.from && stage.stage >= *request.from));
     } catch (const InputError&) {

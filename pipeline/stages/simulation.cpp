@@ -20,7 +20,6 @@
 #include "simulation/balloon_measures.hpp"
 #include "simulation/guard.hpp"
 #include "simulation/simulation.hpp"
-#include "simulation/wake_gpu.hpp"
 
 // From the meshes to what the balloon does.
 namespace angio::pipeline {
@@ -218,7 +217,6 @@ void tell_of_failure(StageWork& work, const json& placement,
 
 void do_simulation(StageWork& work, const SimulationSettings& settings) {
   const simulation::SimulationOptions& asked = settings.get<&Config::simulation>();
-  const std::future<void> gpu = simulation::wake_gpu(asked.backend);
   const json placement = read_json(work.files.path(file::kPlacement));
   const simulation::SimulationModel model = load_simulation_model(work.files, placement);
   const TreatedLumen lumen =

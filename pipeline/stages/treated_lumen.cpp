@@ -226,7 +226,7 @@ centerline::Tightest TreatedLumen::LesionFollower::measure(const std::vector<Vec
     const auto measure_wall = [&] {
       profiles.wall = wall_follower_.measure(std::move(points), path);
     };
-    run_both(beside_, measure_balloon, measure_wall);
+    do_both(beside_, measure_balloon, measure_wall);
     return profiles;
   };
   centerline::LumenProfile near = lumen_.profile_of(wall, balloon, follow);

@@ -275,18 +275,26 @@ void warn_of_dropped(const Components& pieces, const std::vector<double>& score,
 /// carotid), not a part that noise has cut off.
 constexpr double kTreeOfItsOwn = 0.2;
 
-/// The piece with the longest trunks; where none has enough of them, that with most contrast.
+/// The piece with the longest trunks, or with nearly as long ones and more contrast; where none has
+/// enough of them, that with most contrast.
 int best_piece(const Components& pieces, std::vector<double> score, std::vector<double> trunk,
                const Volume<float>& volume, const BloodLevel& level) {
+  constexpr double kAsLong = 0.5;  // and less than kLeastTrunk shorter, which tells nothing
   const bool has_trunks = *std::max_element(trunk.begin(), trunk.end()) >= kLeastTrunk;
   std::vector<double>& measure = has_trunks ? trunk : score;
   const double least = has_trunks ? kLeastTrunk : 0.0;
   for (;;) {
-    const auto best = std::max_element(measure.begin(), measure.end());
+    auto best = std::max_element(measure.begin(), measure.end());
+    const double most = *best;
+    if (has_trunks)
+      for (auto other = trunk.begin(); other != trunk.end(); ++other)
+        if (*other >= kAsLong * most && *other > most - kLeastTrunk &&
+            score[std::size_t(other - trunk.begin())] > score[std::size_t(best - trunk.begin())])
+          best = other;
     const int piece = int(best - measure.begin());
-    if (*best > 0.0 && is_couch(pieces, piece, volume, level)) {
+    if (most > 0.0 && is_couch(pieces, piece, volume, level)) {
       *best = 0.0;
-    } else if (*best >= least) {
+    } else if (most >= least) {
       return piece;
     } else {
       throw InputError(

@@ -140,7 +140,7 @@ TEST(Beside, TakesASpareThreadWhereTheCallerHasOneOnly) {
   omp_set_num_threads(before);
 }
 
-TEST(Beside, RunBothReturnsOnceBothHaveEndedWhicheverThrows) {
+TEST(Beside, DoBothReturnsOnceBothHaveEndedWhicheverThrows) {
   Beside beside(true);
   const auto nothing = [] {};
   const auto fails = [] { throw InputError("here"); };
@@ -149,12 +149,12 @@ TEST(Beside, RunBothReturnsOnceBothHaveEndedWhicheverThrows) {
     std::this_thread::sleep_for(std::chrono::milliseconds(50));
     has_ended = true;
   };
-  run_both(beside, lasts, nothing);
+  do_both(beside, lasts, nothing);
   EXPECT_TRUE(has_ended.exchange(false));
-  EXPECT_THROW(run_both(beside, lasts, fails), InputError);
+  EXPECT_THROW(do_both(beside, lasts, fails), InputError);
   EXPECT_TRUE(has_ended);
-  EXPECT_THROW(run_both(beside, fails, nothing), InputError);
-  EXPECT_NO_THROW(run_both(beside, nothing, nothing));  // what was told is told once
+  EXPECT_THROW(do_both(beside, fails, nothing), InputError);
+  EXPECT_NO_THROW(do_both(beside, nothing, nothing));  // what was told is told once
 }
 
 TEST(InOrder, DoesPiecesInTheirOrderAndOneAtATimeWhoeverBringsThem) {
@@ -177,6 +177,16 @@ TEST(InOrder, DoesPiecesInTheirOrderAndOneAtATimeWhoeverBringsThem) {
   ASSERT_EQ(done.size(), std::size_t(kPieces));
   EXPECT_TRUE(std::is_sorted(done.begin(), done.end()));
   EXPECT_TRUE(is_alone);
+}
+
+TEST(InOrder, DoesNothingAfterAPieceThatThrows) {
+  std::vector<int> done;
+  InOrder in_order;
+  in_order.run(2, [&] { done.push_back(2); });
+  in_order.run(0, [&] { done.push_back(0); });
+  EXPECT_THROW(in_order.run(1, [] { throw InputError("in its turn"); }), InputError);
+  in_order.run(3, [&] { done.push_back(3); });
+  EXPECT_EQ(done, std::vector<int>{0});
 }
 
 TEST(InOrder, LeavesWhatComesEarlyUntilItsTurn) {

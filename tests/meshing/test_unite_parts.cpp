@@ -238,6 +238,13 @@ TEST(UniteParts, OfThinTubesOnLongDiagonalsTheVolumeIsKnown) {
   EXPECT_NEAR(detail::volume_of_union(tubes) / volume, 1.0, 0.005);
 }
 
+TEST(UniteParts, AVertexFarAwayCostsNoLines) {
+  TriangleMesh ball = tests::make_sphere({0, 0, 0}, 2.0, 4);
+  const double volume = enclosed_volume(ball);
+  ball.vertices.push_back({1e11, 1e11, 1e11});             // of no triangle
+  EXPECT_LE(detail::volume_of_union(ball), 2.0 * volume);  // too far for its lines to tell
+}
+
 TEST(UniteParts, AContourGrowsWithTheWallAndNotWithTheBox) {
   double volume = 0.0;
   // A grid of the box with four steps across a tube would have over 2e8 nodes.

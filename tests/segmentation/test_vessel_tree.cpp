@@ -23,20 +23,26 @@ std::vector<TubeAxis> trunks_at(const VolumeGeometry& grid, const Vec3& place, d
 }
 
 TEST(VesselTree, IsThePieceWithTheTrunksWhereTheseAreLongEnoughToTell) {
-  const Vec3 ball{4.5, 4.5, 0.0};
+  const Vec3 ball{4.5, 4.5, 0.0}, tube{0.0, 0.0, 0.0};
   const Volume<float> volume = tube_beside_ball(ball);
   BloodLevel level;
   level.lumen = 400.0f;
   level.tissue = 40.0f;
   level.is_told = level.is_even = true;
-  const auto holds_ball = [&](double trunk_mm) {
-    const VesselTree tree =
-        find_vessel_tree(volume, level, trunks_at(volume.geometry, ball, trunk_mm), {}, Progress{});
+  const auto holds_ball = [&](double trunk_mm, double tubes_trunk_mm) {
+    std::vector<TubeAxis> trunks = trunks_at(volume.geometry, ball, trunk_mm);
+    const auto of_tube = trunks_at(volume.geometry, tube, tubes_trunk_mm);
+    trunks.insert(trunks.end(), of_tube.begin(), of_tube.end());
+    const VesselTree tree = find_vessel_tree(volume, level, trunks, {}, Progress{});
     const Vec3 at = volume.geometry.index_from_lps(ball);
     return tree.mask.at(int(at.x), int(at.y), int(at.z)) != 0;
   };
-  EXPECT_FALSE(holds_ball(3.0));
-  EXPECT_TRUE(holds_ball(20.0));
+  EXPECT_FALSE(holds_ball(3.0, 0.0));
+  EXPECT_TRUE(holds_ball(20.0, 0.0));
+  // Trunks that are nearly as long tell nothing.
+  EXPECT_FALSE(holds_ball(11.0, 6.5));
+  EXPECT_TRUE(holds_ball(11.0, 4.0));
+  EXPECT_TRUE(holds_ball(30.0, 18.0));
 }
 
 }  // namespace

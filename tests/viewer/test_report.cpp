@@ -315,6 +315,9 @@ TEST(Cards, OfAVesselWithoutALesionAreAMereTrial) {
   };
   EXPECT_TRUE(has(told("no_lesion"), "Trial inflation, not a treatment."));
   EXPECT_TRUE(has(told("no_lesion"), "1.20 → 1.50 mm"));
+  EXPECT_FALSE(has(told("no_lesion"), "Diameter stenosis"));  // of none there is no percentage
+  EXPECT_TRUE(has(told("no_lesion"), "reference diameter"));
+  EXPECT_TRUE(has(told("done"), "Diameter stenosis"));
   EXPECT_FALSE(has(told("done"), "Trial"));
   EXPECT_TRUE(
       has(detail::headline(detail::Metrics(R"({"status":"no_lesion"})")), "no balloon was tried"));
