@@ -33,9 +33,10 @@ struct VesselTree {
 /// organs (is_even), beside a tube; or if C itself is high there (among organs at a quarter of the
 /// way to blood or more), which bridges narrow places whose peak is below the half level; or
 /// if it lies in a pool (add_pools). Of the connected pieces, the one with the longest trunks in it
-/// is kept; where none has 10 mm of them, that with most contrast and, where no trunk is seen,
-/// those with a fifth of it; or those with a seed in them; the couch under the patient, which is
-/// the same in all slices, is none.
+/// is kept, or that with most contrast of those whose trunks are at least half as long and less
+/// than 10 mm shorter; where none has 10 mm of them, that with most contrast and, where no trunk is
+/// seen, those with a fifth of it; or those with a seed in them; the couch under the patient, which
+/// is the same in all slices, is none.
 ///
 /// @param trunks  axes of wide tubes that are sure to hold blood, or none
 /// @throws InputError if there is no vessel, or a seed lies in none
