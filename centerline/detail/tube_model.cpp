@@ -86,7 +86,7 @@ double reach_of(TubeEffort effort, const TubeScale& scale) {
 }
 
 /// The model's wall round a section, in space: where the vessel tapers, the wall that is nearest to
-/// a place of the section is not in the section.
+/// a place of the section is not in the section. All lengths in mm.
 class WallAround {
  public:
   /// @param keep  parts of the radii in each direction
@@ -159,8 +159,8 @@ class WallAround {
     }
     return around;
   }
-  /// The way off all wall that is nearly as near as the nearest, by exp(-distance / step): along a
-  /// ridge of the distance, not across.
+  /// The way off all wall that is nearly as near as the nearest, by exp(-4 distance / step): along
+  /// a ridge of the distance, not across.
   [[nodiscard]] static Point2 away_from_near(const Clearance& around, double step) {
     Point2 way;
     for (std::size_t row = 0; row < around.off.size(); ++row) {

@@ -189,9 +189,9 @@ void Run::make(const StageDefinition& stage, const std::map<std::string, std::st
   entry.inputs = inputs;
   entry.status = "failed";
   forget_backend(stage);
-  const bool may_simulate = stage.stage == Stage::simulation ||
+  const bool leads_to_gpu = stage.stage == Stage::simulation ||
                             (stage.stage == Stage::meshing && request_.until >= Stage::simulation);
-  if (may_simulate && !gpu_.valid())
+  if (leads_to_gpu && !gpu_.valid())
     gpu_ = simulation::wake_gpu(request_.config.simulation.backend);
   const auto end = [&] {
     entry.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
