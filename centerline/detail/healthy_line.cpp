@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <optional>
 
 namespace angio::centerline {
@@ -19,6 +20,7 @@ struct LineFit {
     wty += weight * t * y;
   }
   [[nodiscard]] double at_zero() const { return (wy * wtt - wty * wt) / (w * wtt - wt * wt); }
+  [[nodiscard]] double slope() const { return (w * wty - wt * wy) / (w * wtt - wt * wt); }
 };
 
 /// Tukey's weight of a residual.
@@ -55,6 +57,47 @@ std::optional<double> deviation_to(const std::vector<Offset>& offsets, double si
     if (below >= 0.5 * length) return offset.above / kMedian;
   }
   return there.back().above / kMedian;
+}
+
+/// A stretch of a branch whose diameters lie on a line: ln of the diameter at its first cell, and
+/// by how much it rises per diameter.
+struct EvenStretch {
+  std::size_t first;
+  double value, slope;
+};
+
+/// The straight line through the cells from one on, over five diameters; nothing where they are
+/// not even, or fewer are left.
+std::optional<EvenStretch> even_from(const std::vector<FieldCell>& cells, std::size_t first) {
+  constexpr double kLength = 5.0, kLongest = 6.5;  // diameters that were measured; in all
+  constexpr double kEven = 0.05, kNarrows = -0.08, kWidens = 0.03;
+  LineFit fit;
+  const auto along = [&](std::size_t c) { return cells[c].position - cells[first].position; };
+  std::size_t end = first;
+  for (; end < cells.size() && fit.w < kLength; ++end)
+    fit.add(cells[end].weight, along(end), cells[end].log_diameter);
+  if (fit.w < kLength || along(end - 1) > kLongest) return std::nullopt;
+  const EvenStretch even{first, fit.at_zero(), fit.slope()};
+  double squares = 0.0;
+  for (std::size_t c = first; c < end; ++c)
+    squares +=
+        cells[c].weight * std::pow(cells[c].log_diameter - even.value - even.slope * along(c), 2.0);
+  const bool is_even = squares <= kEven * kEven * fit.w;
+  return is_even && even.slope >= kNarrows && even.slope <= kWidens ? std::optional(even)
+                                                                    : std::nullopt;
+}
+
+/// The first even stretch behind a throat, from a cell on.
+std::optional<EvenStretch> even_behind_throat(const std::vector<FieldCell>& cells,
+                                              std::size_t first) {
+  constexpr double kThroat = 0.3;
+  double tightest = std::numeric_limits<double>::max();
+  for (std::size_t c = first; c < cells.size(); ++c) {
+    const std::optional<EvenStretch> even = even_from(cells, c);
+    if (even && tightest < even->value + std::log(1.0 - kThroat)) return even;
+    tightest = std::min(tightest, cells[c].log_diameter);
+  }
+  return std::nullopt;
 }
 
 }  // namespace
@@ -110,6 +153,32 @@ std::vector<double> fit_healthy_line(const FieldBranch& branch, const std::vecto
     line = next;
   }
   return line;
+}
+
+std::vector<double> accept_narrower_vessel(const FieldBranch& branch,
+                                           const std::vector<double>& line) {
+  constexpr double kShoulder = 0.2;
+  const auto& cells = branch.cells;
+  std::size_t first = cells.size();  // of the cells that are narrow until the branch ends
+  while (first > 0 && cells[first - 1].log_diameter < line[first - 1] + std::log(1.0 - kShoulder))
+    --first;
+  const std::optional<EvenStretch> even = even_behind_throat(cells, first);
+  if (!even) return line;
+  FieldBranch behind;
+  behind.cells.assign(cells.begin() + std::ptrdiff_t(even->first), cells.end());
+  const double from = behind.cells.front().position;
+  std::vector<double> best;
+  for (const FieldCell& cell : behind.cells)
+    best.push_back(even->value + even->slope * (cell.position - from));
+  best = fit_healthy_line(behind, best);
+  std::vector<double> accepted = line;
+  std::copy(best.begin(), best.end(), accepted.begin() + std::ptrdiff_t(even->first));
+  const std::size_t last = first > 0 ? first - 1 : first;  // of the wider vessel
+  for (std::size_t c = first; c < even->first; ++c) {
+    const double t = (cells[c].position - cells[last].position) / (from - cells[last].position);
+    accepted[c] = (1.0 - t) * line[last] + t * best.front();
+  }
+  return accepted;
 }
 
 double value_at(const FieldBranch& branch, const std::vector<double>& line, double position) {

@@ -229,7 +229,7 @@ std::vector<std::vector<double>> explain(TreeReference& tree) {
     const double most = greatest_own_width(field);
     for (std::size_t c = 0; c < field.cells.size(); ++c)
       best.push_back(std::min(tree.field.best(b, c), most));
-    lines.push_back(fit_healthy_line(field, best));
+    lines.push_back(accept_narrower_vessel(field, fit_healthy_line(field, best)));
   }
   return lines;
 }

@@ -2,6 +2,7 @@
 #include <utility>
 
 #include "core/error.hpp"
+#include "core/triangle_mesh.hpp"
 #include "formats/detail/header_text.hpp"
 #include "formats/detail/surface_formats.hpp"
 #include "formats/text.hpp"
@@ -50,7 +51,8 @@ void add_promise(Counts& counts, std::string_view comment) {
 }
 
 /// The format has no count and no end. What still shows that the file was cut: comments that
-/// promise more, a last number that was cut, points at the end that nothing uses.
+/// promise more, a last number that was cut, points at the end that nothing uses beside a surface
+/// that has a gap: of one without, no face is missing.
 void check_end(std::string_view bytes, const TriangleMesh& mesh, const Counts& counts,
                std::size_t last_used, std::size_t last_face, const std::string& name) {
   if (counts.faces < counts.faces_promised || counts.points < counts.points_promised)
@@ -61,7 +63,8 @@ void check_end(std::string_view bytes, const TriangleMesh& mesh, const Counts& c
                      " (it was cut short). Copy or export it again");
   require_whole_last_face(bytes, mesh, last_face, name);
   constexpr std::size_t kStray = 1;  // points without a face that a program may leave behind
-  if (!mesh.triangles.empty() && last_used + kStray < mesh.vertices.size())
+  if (!mesh.triangles.empty() && last_used + kStray < mesh.vertices.size() &&
+      surface_topology(mesh).boundary_edge_count > 0)
     throw InputError(name + " ends before its faces use the last " +
                      std::to_string(mesh.vertices.size() - last_used) +
                      " points (it was cut short). Copy or export it again, without loose points");

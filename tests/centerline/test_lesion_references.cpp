@@ -2,9 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <vector>
 
 #include "centerline/centerline.hpp"
+#include "centerline/detail/healthy_line.hpp"
 #include "centerline/detail/reference.hpp"
 #include "core/units.hpp"
 #include "tests/centerline/straight_lines.hpp"
@@ -52,6 +54,63 @@ TEST(LesionReferences, ABallThatFitsProvesThatTheLumenIsNoNarrower) {
   for (std::size_t i = 0; i < path.points.size(); ++i)
     path.inscribed_radius[i] = path.tube_radius[i];
   EXPECT_TRUE(find_lesions(tree_of({path}), {}).at(0).is_stenosis);
+}
+
+/// The cells of a branch of given diameters, a quarter of a diameter long each.
+FieldBranch cells_of(const std::function<double(double)>& diameter, double length) {
+  FieldBranch branch;
+  double position = 0.0;
+  for (double s = 0.0; s < length; s += 0.25 * diameter(s)) {
+    branch.cells.push_back({.log_diameter = std::log(diameter(s)),
+                            .weight = 0.25,
+                            .position = position,
+                            .length_mm = 0.25 * diameter(s),
+                            .abscissa_mm = s});
+    position += 0.25;
+  }
+  branch.length = position;
+  return branch;
+}
+
+/// Diameters [mm] of a branch whose healthy width is said to be 11 mm, by accept_narrower_vessel.
+std::vector<double> accepted(const FieldBranch& branch) {
+  std::vector<double> line(branch.cells.size(), std::log(11.0));
+  line = accept_narrower_vessel(branch, line);
+  for (double& value : line) value = std::exp(value);
+  return line;
+}
+
+TEST(LesionReferences, AVesselThatStaysNarrowerBehindAThroatHasThatWidth) {
+  // A coarctation: 11 mm, a throat at 50 mm, behind it 7 to 6.3 mm, which waver.
+  const auto diameter = [](double s) {
+    const double behind = (7.0 - 0.01 * (s - 60.0)) * (1.0 + 0.03 * std::sin(s / 7.0));
+    return (s < 50.0 ? 11.0 : behind) * narrowed(s, 50.0, 15.0, 0.7);
+  };
+  const FieldBranch branch = cells_of(diameter, 130.0);
+  const std::vector<double> healthy = accepted(branch);
+  double last = 11.1;
+  for (std::size_t c = 0; c < healthy.size(); ++c) {
+    const double s = branch.cells[c].abscissa_mm;
+    if (s < 30.0) EXPECT_NEAR(healthy[c], 11.0, 0.2) << s;
+    if (s > 68.0) EXPECT_NEAR(healthy[c] / diameter(s), 1.0, 0.06) << s;
+    EXPECT_LT(healthy[c], 1.02 * last) << s;  // from one width to the other, and not past them
+    last = healthy[c];
+  }
+}
+
+TEST(LesionReferences, AnEvenNarrowVesselIsAcceptedOnlyBehindAThroatAndToItsEnd) {
+  const auto expect_kept = [](const std::function<double(double)>& diameter) {
+    for (const double healthy : accepted(cells_of(diameter, 150.0)))
+      EXPECT_NEAR(healthy, 11.0, 1e-9);
+  };
+  expect_kept([](double s) { return s < 50.0 ? 11.0 : 7.0; });  // no throat
+  expect_kept([](double s) {                                    // wide again at the end
+    return (s < 50.0 || s > 130.0 ? 11.0 : 7.0) * narrowed(s, 50.0, 15.0, 0.7);
+  });
+  expect_kept([](double s) {  // not even
+    const double uneven = 7.0 * (1.0 + 0.15 * std::sin(s / 4.0));
+    return (s < 50.0 ? 11.0 : uneven) * narrowed(s, 50.0, 15.0, 0.7);
+  });
 }
 
 TEST(LesionReferences, TheFlareOfAnOstiumIsNoVessel) {

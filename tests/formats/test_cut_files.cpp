@@ -297,6 +297,16 @@ TEST(CutFiles, ObjFilesAreReadOnlyIfTheyEndWithAWholeFace) {
   }
 }
 
+TEST(CutFiles, LoosePointsAtAnObjFilesEndShowACutOnlyWhereAFaceIsMissing) {
+  const TemporaryFolder folder;
+  const auto with_loose_points = [](TriangleMesh mesh) {
+    for (const double x : {90.0, 91.0, 92.0}) mesh.vertices.push_back({x, 0.0, 0.0});
+    return obj(mesh, true);
+  };
+  EXPECT_EQ(triangles_read(folder, ".obj", with_loose_points(ball())), ball().triangles.size());
+  EXPECT_EQ(triangles_read(folder, ".obj", with_loose_points(vessel())), std::nullopt);
+}
+
 TEST(CutFiles, ObjFilesWithoutALastLineBreakAreReadIfTheirLastFaceFits) {
   const TemporaryFolder folder;
   const std::string whole = obj(ball(), false);
