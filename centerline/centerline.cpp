@@ -10,6 +10,7 @@
 #include "centerline/detail/flat_caps.hpp"
 #include "centerline/detail/lines.hpp"
 #include "centerline/detail/lumen_voxels.hpp"
+#include "centerline/detail/open_throats.hpp"
 #include "centerline/detail/places.hpp"
 #include "centerline/detail/side_by_side.hpp"
 #include "centerline/detail/skeleton.hpp"
@@ -273,7 +274,9 @@ CenterlineResult extract_centerline(const TriangleMesh& surface, const Centerlin
   const GivenSurface given{SurfaceWall(closed.mesh), closed.wall_vertex_count, was_closed,
                            is_rough ? std::vector<OpenRim>{} : find_flat_ends(closed.mesh)};
   if (is_rough) smooth_surface(closed.mesh, 15);
-  const Volume<float> level_set = voxelize(closed.mesh, choose_spacing(SurfaceWall(closed.mesh)));
+  const SurfaceWall wall(closed.mesh);
+  Volume<float> level_set = voxelize(closed.mesh, choose_spacing(wall));
+  open_throats(level_set, wall);
   return extract({level_set, &given}, options, progress);
 }
 
