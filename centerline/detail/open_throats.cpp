@@ -51,11 +51,25 @@ void for_each_place(const TriangleMesh& mesh, const Triangle& corners, double ap
       use(a + ((i + 1.0 / 3.0) / parts) * ab + ((j + 1.0 / 3.0) / parts) * ac);
 }
 
+/// Whether a wall that turns its inside to a place lies all around it. Beside a wall that is torn
+/// or turned inside out, none does.
+bool is_enclosed(const SurfaceWall& wall, const Vec3& place, double farthest) {
+  for (int axis = 0; axis < 3; ++axis)
+    for (const double sign : {-1.0, 1.0}) {
+      Vec3 direction;
+      direction[axis] = sign;
+      const double away = wall.ray(place, direction, farthest);
+      if (away <= 0.0 || away >= farthest) return false;
+    }
+  return true;
+}
+
 Middles find_middles(const Volume<float>& level_set, const SurfaceWall& wall) {
-  constexpr double kThin = 2.5, kApart = 0.5;  // voxels
+  constexpr double kThin = 2.5, kSlit = 0.25, kApart = 0.5;  // voxels
   const VolumeGeometry& grid = level_set.geometry;
   const double voxel = grid.spacing.x;
   const TriangleMesh& mesh = wall.mesh();
+  const double farthest = voxel * (grid.size[0] + grid.size[1] + grid.size[2]);
   Middles middles;
   for (const Triangle& corners : mesh.triangles) {
     const Vec3 area = area_vector_doubled(mesh, corners);
@@ -67,10 +81,11 @@ Middles find_middles(const Volume<float>& level_set, const SurfaceWall& wall) {
       if (!is_within(grid, inside) || level_set.at(inside[0], inside[1], inside[2]) < 0.0F) return;
       const Vec3 from = place + 1e-6 * voxel * inward;
       const double across = wall.ray(from, inward, kThin * voxel);
-      if (across <= 0.0 || across >= kThin * voxel) return;
+      if (across <= kSlit * voxel || across >= kThin * voxel) return;
       const Vec3 middle = from + 0.5 * across * inward;
       const Index at = nearest_voxel(grid, middle);
-      if (is_within(grid, at) && level_set.at(at[0], at[1], at[2]) >= 0.0F)
+      if (is_within(grid, at) && level_set.at(at[0], at[1], at[2]) >= 0.0F &&
+          middles.count(at) == 0 && is_enclosed(wall, middle, farthest))
         middles.emplace(at, middle);
     });
   }
@@ -78,14 +93,18 @@ Middles find_middles(const Volume<float>& level_set, const SurfaceWall& wall) {
 }
 
 /// The part of the lumen that each of its voxels belongs to, by faces, filled as it is asked for.
+/// Crumbs are none.
 class Parts {
  public:
   explicit Parts(const Volume<float>& level_set) : level_set_(level_set) {}
 
+  static constexpr int kNone = -1;
+
   int of(const Index& at) {
     if (const auto known = part_.find(key(at)); known != part_.end()) return known->second;
+    constexpr std::size_t kCrumb = 30;  // voxels
     const int part = count_++;
-    std::vector<Index> open{at};
+    std::vector<Index> open{at}, all{at};
     part_[key(at)] = part;
     while (!open.empty()) {
       const Index from = open.back();
@@ -96,10 +115,14 @@ class Parts {
           to[axis] += step;
           if (!is_within(level_set_.geometry, to) || level_set_.at(to[0], to[1], to[2]) >= 0.0F)
             continue;
-          if (part_.emplace(key(to), part).second) open.push_back(to);
+          if (!part_.emplace(key(to), part).second) continue;
+          open.push_back(to);
+          if (all.size() < kCrumb) all.push_back(to);
         }
     }
-    return part;
+    if (all.size() >= kCrumb) return part;
+    for (const Index& crumb : all) part_[key(crumb)] = kNone;
+    return kNone;
   }
 
  private:
@@ -144,10 +167,11 @@ Passage follow(const Index& first, const Volume<float>& level_set, const Surface
       if (!in_lumen && middle == middles.end()) continue;
       if (!is_open(wall, middles.at(from), in_lumen ? centre(grid, to) : middle->second)) continue;
       passage.ways.push_back({from, to});
-      if (in_lumen)
-        passage.parts.insert(parts.of(to));
-      else if (seen.insert(to).second)
+      if (in_lumen) {
+        if (const int part = parts.of(to); part != Parts::kNone) passage.parts.insert(part);
+      } else if (seen.insert(to).second) {
         open.push_back(to);
+      }
     }
   }
   return passage;
