@@ -168,7 +168,7 @@ std::vector<Owner> owners(const TriangleMesh& surface, const CenterlineTree& lin
 }
 
 /// Draws the sections around a place together, by 1 - percent cos^2; false, and the surface is as
-/// it was, if a part of them is another line's.
+/// it was, if a part of them is another line's or too few vertices are there to show a throat.
 bool narrow(TriangleMesh& surface, const std::vector<Owner>& owner, const CenterlineTree& lines,
             const Place& place, const Narrowing& narrowing, double angle) {
   const CenterlinePath& path = lines.paths[place.path];
@@ -176,6 +176,9 @@ bool narrow(TriangleMesh& surface, const std::vector<Owner>& owner, const Center
   const Vec3 tangent = sample(path, middle).tangent;
   const Vec3 across = any_perpendicular(tangent), other = cross(tangent, across);
   const Vec3 aside = std::cos(angle) * across + std::sin(angle) * other;
+  constexpr double kTight = 0.75;  // of the depth: where the throat is,
+  constexpr int kSeen = 24;        // and how many vertices show it
+  int seen = 0;
   TriangleMesh narrowed = surface;
   for (std::size_t v = 0; v < narrowed.vertices.size(); ++v) {
     Vec3& vertex = narrowed.vertices[v];
@@ -191,7 +194,9 @@ bool narrow(TriangleMesh& surface, const std::vector<Owner>& owner, const Center
     const double depth = 0.01 * narrowing.percent * c * c;
     const Vec3 towards = on_line.point + narrowing.eccentricity * on_line.inscribed_radius * aside;
     vertex = vertex + depth * (towards - vertex);
+    if (c * c > kTight) ++seen;
   }
+  if (seen < kSeen) return false;
   surface = narrowed;
   return true;
 }
