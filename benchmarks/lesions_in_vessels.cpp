@@ -24,12 +24,13 @@
 #include <limits>
 #include <map>
 #include <nlohmann/json.hpp>
-#include <numbers>
 #include <optional>
 #include <random>
+#include <set>
 #include <string>
 #include <vector>
 
+#include "benchmarks/vessel_narrowing.hpp"
 #include "centerline/centerline.hpp"
 #include "centerline/resolution.hpp"
 #include "core/atomic_file.hpp"
@@ -45,14 +46,6 @@ namespace angio::benchmarks {
 namespace {
 namespace fs = std::filesystem;
 using nlohmann::json;
-
-/// A stenosis that was put into a vessel.
-struct Narrowing {
-  std::string surface;  ///< its name
-  Vec3 place;           ///< its tightest place on the line [mm]
-  double diameter_mm = 0.0, percent = 0.0, length_mm = 0.0;
-  double eccentricity = 0.0;  ///< 0: from all sides; 1: the wall stays on one side
-};
 
 /// A listed stenosis, of lesions.json.
 struct Listed {
@@ -95,167 +88,29 @@ double nearest(const std::vector<Listed>& listed, const Vec3& place) {
   return least;
 }
 
-// ---- where a stenosis can be put ---------------------------------------------------------------
-
-struct Place {
-  std::size_t path = 0, point = 0;
-  double weight = 0.0;  ///< diameters of vessel that it stands for
-};
-
-bool is_blanked(const CenterlinePath& path, std::size_t point) {
-  return std::any_of(path.tracts.begin(), path.tracts.end(), [&](const CenterlineTract& tract) {
-    return tract.blanking && tract.first_point <= int(point) && int(point) <= tract.last_point;
-  });
-}
-
-bool is_fit(const CenterlinePath& path, std::size_t point, const std::vector<Listed>& listed) {
-  constexpr double kLeast = 1.5, kUneven = 1.25;            // mm; ratio
-  constexpr double kEven = 2.0, kBranch = 1.0, kEnd = 3.0;  // diameters
-  const std::vector<double>&s = path.abscissa, &radius = measured_radius(path);
-  const double diameter = 2.0 * radius[point];
-  if (diameter < kLeast || std::min(s[point], s.back() - s[point]) < kEnd * diameter) return false;
-  if (nearest(listed, path.points[point]) < kEnd * diameter) return false;
-  for (std::size_t i = 0; i < s.size(); ++i) {
-    const double away = std::abs(s[i] - s[point]);
-    const double ratio = radius[i] / radius[point];
-    if (away < kBranch * diameter && is_blanked(path, i)) return false;
-    if (away < kEven * diameter && (ratio > kUneven || ratio < 1.0 / kUneven)) return false;
-  }
-  return true;
-}
-
-/// Each fit place once, though several lines run through it.
-std::vector<Place> fit_places(const CenterlineTree& lines, const std::vector<Listed>& listed) {
-  std::vector<Place> places;
-  std::vector<Vec3> known;
-  for (std::size_t p = 0; p < lines.paths.size(); ++p) {
-    const CenterlinePath& path = lines.paths[p];
-    for (std::size_t i = 1; i < path.points.size(); ++i) {
-      const bool is_known = std::any_of(known.begin(), known.end(),
-                                        [&](const Vec3& other) { return other == path.points[i]; });
-      if (is_known) continue;
-      known.push_back(path.points[i]);
-      if (!is_fit(path, i, listed)) continue;
-      const double step = path.abscissa[i] - path.abscissa[i - 1];
-      places.push_back({p, i, 0.5 * step / measured_radius(path)[i]});
-    }
-  }
-  return places;
-}
-
-// ---- how it is put there -----------------------------------------------------------------------
-
-/// The place of the lines that a vertex belongs to: the one whose ball it is nearest to.
-struct Owner {
-  const CenterlinePath* path = nullptr;
-  std::size_t point = 0;
-};
-
-std::vector<Owner> owners(const TriangleMesh& surface, const CenterlineTree& lines) {
-  std::vector<Owner> result(surface.vertices.size());
-#pragma omp parallel for
-  for (std::size_t v = 0; v < result.size(); ++v) {
-    double least = std::numeric_limits<double>::max();
-    for (const CenterlinePath& path : lines.paths)
-      for (std::size_t i = 0; i < path.points.size(); ++i) {
-        const double off = distance(surface.vertices[v], path.points[i]) - path.inscribed_radius[i];
-        if (off >= least) continue;
-        least = off;
-        result[v] = {&path, i};
-      }
-  }
-  return result;
-}
-
-/// Draws the sections around a place together, by 1 - percent cos^2; false, and the surface is as
-/// it was, if a part of them is another line's or too few vertices are there to show a throat.
-bool narrow(TriangleMesh& surface, const std::vector<Owner>& owner, const CenterlineTree& lines,
-            const Place& place, const Narrowing& narrowing, double angle) {
-  const CenterlinePath& path = lines.paths[place.path];
-  const double middle = path.abscissa[place.point], half = 0.5 * narrowing.length_mm;
-  const Vec3 tangent = sample(path, middle).tangent;
-  const Vec3 across = any_perpendicular(tangent), other = cross(tangent, across);
-  const Vec3 aside = std::cos(angle) * across + std::sin(angle) * other;
-  constexpr double kTight = 0.75;  // of the depth: where the throat is,
-  constexpr int kSeen = 24;        // and how many vertices show it
-  int seen = 0;
-  TriangleMesh narrowed = surface;
-  for (std::size_t v = 0; v < narrowed.vertices.size(); ++v) {
-    Vec3& vertex = narrowed.vertices[v];
-    if (distance(vertex, path.points[place.point]) > half + 2.0 * narrowing.diameter_mm) continue;
-    const double s = project(path, vertex);
-    if (std::abs(s - middle) >= half) continue;
-    const CenterlineSample on_line = sample(path, s);
-    const double away = distance(vertex, on_line.point);
-    if (away > 2.0 * on_line.inscribed_radius) continue;
-    const auto& [owning, point] = owner[v];  // lines share their points from the inlet on
-    if (point >= path.points.size() || !(owning->points[point] == path.points[point])) return false;
-    const double c = std::cos(0.5 * std::numbers::pi * (s - middle) / half);
-    const double depth = 0.01 * narrowing.percent * c * c;
-    const Vec3 towards = on_line.point + narrowing.eccentricity * on_line.inscribed_radius * aside;
-    vertex = vertex + depth * (towards - vertex);
-    if (c * c > kTight) ++seen;
-  }
-  if (seen < kSeen) return false;
-  surface = narrowed;
-  return true;
-}
-
-struct Random {
-  std::mt19937_64 engine;
-  double uniform(double low, double high) {  // the same with any library
-    return low + (high - low) * (double(engine() >> 11U) + 0.5) * 0x1p-53;
-  }
-};
-
-std::vector<Narrowing> narrow_some(TriangleMesh& surface, const CenterlineTree& lines,
-                                   const std::vector<Place>& places, const std::string& name,
-                                   Random& random) {
-  constexpr int kMost = 3, kTries = 30;
-  constexpr double kApart = 8.0;   // diameters
-  constexpr double kThroat = 0.5;  // mm: what a balloon crosses, and a scan might show
-  const std::vector<Owner> owner = owners(surface, lines);
-  double whole = 0.0;
-  for (const Place& place : places) whole += place.weight;
-  std::vector<Narrowing> put;
-  for (int n = 0; n < kTries && int(put.size()) < kMost; ++n) {
-    double at = random.uniform(0.0, whole);
-    std::size_t k = 0;
-    while (k + 1 < places.size() && (at -= places[k].weight) > 0.0) ++k;
-    const CenterlinePath& path = lines.paths[places[k].path];
-    Narrowing narrowing;
-    narrowing.surface = name;
-    narrowing.place = path.points[places[k].point];
-    narrowing.diameter_mm = 2.0 * measured_radius(path)[places[k].point];
-    narrowing.percent =
-        random.uniform(40.0, std::min(90.0, 100.0 * (1.0 - kThroat / narrowing.diameter_mm)));
-    narrowing.length_mm = narrowing.diameter_mm * random.uniform(2.0, 5.0);
-    narrowing.eccentricity = random.uniform(0.0, 1.0);
-    const double angle = random.uniform(0.0, 2.0 * std::numbers::pi);
-    const bool is_apart = std::all_of(put.begin(), put.end(), [&](const Narrowing& other) {
-      return distance(other.place, narrowing.place) >
-             kApart * std::max(other.diameter_mm, narrowing.diameter_mm);
-    });
-    if (is_apart && narrow(surface, owner, lines, places[k], narrowing, angle))
-      put.push_back(narrowing);
-  }
-  return put;
+/// The folder's own name, also where a slash ends its path.
+std::string name_of(const fs::path& folder) {
+  return folder.has_filename() ? folder.filename().string()
+                               : folder.parent_path().filename().string();
 }
 
 void make(std::uint64_t seed, int count, const fs::path& folder,
           const std::vector<fs::path>& cases) {
   fs::create_directories(folder);
   std::string list = "surface,case,x_mm,y_mm,z_mm,diameter_mm,percent,length_mm,eccentricity\n";
+  std::size_t number = 0;
   for (const fs::path& given : cases) {
+    ++number;
     const CenterlineTree lines = lines_of(given);
-    const std::vector<Place> places = fit_places(lines, listed_in(given, lines));
-    if (places.empty()) continue;
-    const TriangleMesh lumen = formats::read_surface(given / formats::case_file::kGivenLumen).mesh;
+    const TriangleMesh lumen = given_surface(given);
+    std::vector<Vec3> taken;
+    for (const Listed& listed : listed_in(given, lines)) taken.push_back(listed.place);
     for (int n = 1; n <= count; ++n) {
-      Random random{std::mt19937_64(1000 * seed + std::uint64_t(n))};
+      std::seed_seq numbers{seed, std::uint64_t(number), std::uint64_t(n)};
       TriangleMesh surface = lumen;
-      const std::string name = formatted("%s-%d", given.filename().c_str(), n);
-      const std::vector<Narrowing> put = narrow_some(surface, lines, places, name, random);
+      const std::string name = formatted("%zu-%s-%d", number, name_of(given).c_str(), n);
+      const std::vector<Narrowing> put =
+          narrow_vessels(surface, lines, taken, std::mt19937_64(numbers));
       if (put.empty()) continue;
       formats::write_surface(folder / (name + ".vtp"), {surface, {}, {}});
       for (const Narrowing& one : put)
@@ -282,12 +137,8 @@ std::map<std::string, Surface> read_list(const fs::path& file) {
     const auto number = [&](std::size_t column) { return std::atof(rows[r][column].c_str()); };
     Surface& surface = surfaces[rows[r][0]];
     surface.given = rows[r][1];
-    surface.there.push_back({rows[r][0],
-                             {number(2), number(3), number(4)},
-                             number(5),
-                             number(6),
-                             number(7),
-                             number(8)});
+    surface.there.push_back(
+        {{number(2), number(3), number(4)}, number(5), number(6), number(7), number(8)});
   }
   return surfaces;
 }
@@ -349,67 +200,68 @@ void add_row(const std::string& name, const std::vector<const Outcome*>& those,
                formatted("%.1f", quantile(sizes, 0.95, double(NAN)))});
 }
 
-void table(const fs::path& folder, bool each, ResultTable& results) {
+/// What came of all surfaces.
+struct Tally {
   std::vector<Outcome> outcomes;
-  std::string wrong;
+  std::set<fs::path> vessels;
   std::size_t ran = 0, false_ones = 0, not_run = 0;
-  std::map<fs::path, bool> cases;
-  for (const auto& [name, surface] : read_list(folder / "lesions.csv")) {
-    const fs::path run = folder / "cases" / name;
-    if (!fs::exists(run / "centerline/lesions.json")) {
-      ++not_run;
-      if (each) std::cout << name << ": not run\n";
-      continue;
-    }
-    ++ran;
-    cases[surface.given] = true;
-    const CenterlineTree lines = lines_of(run);
-    const CenterlineTree lines_before = lines_of(surface.given);
-    const std::vector<Listed> before = listed_in(surface.given, lines_before);
-    const std::vector<Listed> listed = listed_in(run, lines);
-    std::vector<bool> is_explained(listed.size(), false);
-    for (const Narrowing& there : surface.there) {
-      Outcome outcome{there, {}, {}};
-      for (std::size_t k = 0; k < listed.size(); ++k) {
-        if (!listed[k].holds(there.place)) continue;
-        is_explained[k] = true;
-        outcome.percent = std::max(outcome.percent.value_or(0.0), listed[k].percent);
-      }
-      const Reason reason =
-          outcome.percent ? Reason{} : reason_for(lines, given_surface(run), there);
-      outcome.told = reason.word;
-      if (each && (!outcome.percent || std::abs(*outcome.percent - there.percent) > 10.0))
-        std::cout << formatted("%s at %.1f %.1f %.1f: %.0f %% of %.2f mm, %.1f mm long: ",
-                               name.c_str(), there.place.x, there.place.y, there.place.z,
-                               there.percent, there.diameter_mm, there.length_mm)
-                  << (outcome.percent ? formatted("%.0f %%", *outcome.percent)
-                      : reason.word.empty()
-                          ? std::string("nothing")
-                          : formatted("told, %.0f %%: ", reason.percent) + reason.word)
-                  << '\n';
-      outcomes.push_back(outcome);
-    }
+};
+
+void say(const std::string& name, const Outcome& outcome, const Reason& reason) {
+  const Narrowing& there = outcome.there;
+  const std::string answer = outcome.percent ? formatted("%.0f %%", *outcome.percent)
+                             : reason.word.empty()
+                                 ? std::string("nothing")
+                                 : formatted("told, %.0f %%: ", reason.percent) + reason.word;
+  std::cout << formatted("%s at %.1f %.1f %.1f: %.0f %% of %.2f mm, %.1f mm long: ", name.c_str(),
+                         there.place.x, there.place.y, there.place.z, there.percent,
+                         there.diameter_mm, there.length_mm)
+            << answer << '\n';
+}
+
+/// Holds what is listed in a surface against what was put there.
+void judge(const std::string& name, const Surface& surface, const fs::path& run, bool each,
+           Tally& tally) {
+  const CenterlineTree lines = lines_of(run), lines_before = lines_of(surface.given);
+  const std::vector<Listed> before = listed_in(surface.given, lines_before);
+  const std::vector<Listed> listed = listed_in(run, lines);
+  const TriangleMesh wall = given_surface(run);
+  std::vector<bool> is_explained(listed.size(), false);
+  for (const Narrowing& there : surface.there) {
+    Outcome outcome{there, {}, {}};
     for (std::size_t k = 0; k < listed.size(); ++k) {
-      if (is_explained[k] || nearest(before, listed[k].place) < 3.0 * listed[k].reference_mm)
-        continue;
-      ++false_ones;
-      if (each)
-        std::cout << formatted("%s: false %.0f %% of %.2f mm at %.1f %.1f %.1f\n", name.c_str(),
-                               listed[k].percent, listed[k].reference_mm, listed[k].place.x,
-                               listed[k].place.y, listed[k].place.z);
+      if (!listed[k].holds(there.place)) continue;
+      is_explained[k] = true;
+      outcome.percent = std::max(outcome.percent.value_or(0.0), listed[k].percent);
     }
+    const Reason reason = outcome.percent ? Reason{} : reason_for(lines, wall, there);
+    outcome.told = reason.word;
+    if (each && (!outcome.percent || std::abs(*outcome.percent - there.percent) > 10.0))
+      say(name, outcome, reason);
+    tally.outcomes.push_back(outcome);
   }
-  results.paragraph(
-      formatted("%zu stenoses in %zu surfaces of %zu vessels; %zu more surfaces were not run. %zu "
-                "false (%.3f a "
-                "surface).",
-                outcomes.size(), ran, cases.size(), not_run, false_ones,
-                ran > 0 ? double(false_ones) / double(ran) : 0.0));
+  for (std::size_t k = 0; k < listed.size(); ++k) {
+    const Vec3& place = listed[k].place;
+    if (is_explained[k] || nearest(before, place) < 3.0 * listed[k].reference_mm) continue;
+    ++tally.false_ones;
+    if (each)
+      std::cout << formatted("%s: false %.0f %% of %.2f mm at %.1f %.1f %.1f\n", name.c_str(),
+                             listed[k].percent, listed[k].reference_mm, place.x, place.y, place.z);
+  }
+}
+
+void show(const Tally& tally, ResultTable& results) {
+  const double ran = double(tally.ran);
+  results.paragraph(formatted(
+      "%zu stenoses in %zu surfaces of %zu vessels; %zu more surfaces were not run. %zu false "
+      "(%.3f a surface).",
+      tally.outcomes.size(), tally.ran, tally.vessels.size(), tally.not_run, tally.false_ones,
+      tally.ran > 0 ? double(tally.false_ones) / ran : 0.0));
   results.columns(
       {"true stenosis", "there", "listed %", "only told", "%DS bias", "sd", "95 % of errors"});
   const auto row = [&](const std::string& name, const auto& wanted) {
     std::vector<const Outcome*> those;
-    for (const Outcome& outcome : outcomes)
+    for (const Outcome& outcome : tally.outcomes)
       if (wanted(outcome.there)) those.push_back(&outcome);
     add_row(name, those, results);
   };
@@ -421,6 +273,28 @@ void table(const fs::path& folder, bool each, ResultTable& results) {
       [](const Narrowing& n) { return n.percent >= 50.0 && n.diameter_mm < 2.5; });
   row("from one side (over half)",
       [](const Narrowing& n) { return n.percent >= 50.0 && n.eccentricity > 0.5; });
+  std::map<std::string, int> reasons;
+  for (const Outcome& outcome : tally.outcomes)
+    if (!outcome.percent) ++reasons[outcome.told.empty() ? "not told" : outcome.told];
+  results.section("Why the others are not listed");
+  results.columns({"reason", "stenoses"});
+  for (const auto& [reason, count] : reasons) results.row({reason, std::to_string(count)});
+}
+
+void table(const fs::path& folder, bool each, ResultTable& results) {
+  Tally tally;
+  for (const auto& [name, surface] : read_list(folder / "lesions.csv")) {
+    const fs::path run = folder / "cases" / name;
+    if (!fs::exists(run / "centerline/lesions.json")) {
+      ++tally.not_run;
+      if (each) std::cout << name << ": not run\n";
+      continue;
+    }
+    ++tally.ran;
+    tally.vessels.insert(surface.given);
+    judge(name, surface, run, each, tally);
+  }
+  show(tally, results);
 }
 
 int run(int argc, char** argv) {

@@ -31,6 +31,7 @@ void CenterlineOptions::validate() const {
   if (!(min_branch_length_mm >= 0.0 && std::isfinite(min_branch_length_mm)))
     throw OptionError("centerline.min_branch_length_mm is " + std::to_string(min_branch_length_mm) +
                       ". Give 0 (by the radius) or more");
+  ANGIO_EXPECT(least_throat_mm >= 0.0);
 }
 
 namespace {
@@ -251,6 +252,13 @@ double choose_spacing(const SurfaceWall& wall) {
                    std::cbrt(enclosed_volume(wall.mesh()) / kMostInside)});
 }
 
+/// The lumen of a surface in voxels.
+Volume<float> fill(const SurfaceWall& wall, double least_throat_mm) {
+  Volume<float> level_set = voxelize(wall.mesh(), choose_spacing(wall));
+  open_throats(level_set, wall, least_throat_mm);
+  return level_set;
+}
+
 }  // namespace
 
 CenterlineResult extract_centerline(const Volume<float>& level_set,
@@ -274,9 +282,7 @@ CenterlineResult extract_centerline(const TriangleMesh& surface, const Centerlin
   const GivenSurface given{SurfaceWall(closed.mesh), closed.wall_vertex_count, was_closed,
                            is_rough ? std::vector<OpenRim>{} : find_flat_ends(closed.mesh)};
   if (is_rough) smooth_surface(closed.mesh, 15);
-  const SurfaceWall wall(closed.mesh);
-  Volume<float> level_set = voxelize(closed.mesh, choose_spacing(wall));
-  open_throats(level_set, wall);
+  const Volume<float> level_set = fill(SurfaceWall(closed.mesh), options.least_throat_mm);
   return extract({level_set, &given}, options, progress);
 }
 

@@ -21,6 +21,9 @@ struct CenterlineOptions {
   double step_mm = 0.0;   ///< distance of points, (0, 5]; 0: a quarter of the radius
   double voxel_mm = 0.0;  ///< longest edge of the voxels that a level set was found in; 0: its own
   double min_branch_length_mm = 0.0;  ///< shorter side branches are spurs; 0: by the radius
+  /// Throats of a surface that are narrower count as shut, as nothing crosses them, >= 0. Wider
+  /// ones are followed however thin, down to a quarter of a voxel (detail/open_throats.hpp).
+  double least_throat_mm = 0.0;
 
   void validate() const;  ///< @throws OptionError naming the field
 };

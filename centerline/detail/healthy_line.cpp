@@ -60,10 +60,10 @@ std::optional<double> deviation_to(const std::vector<Offset>& offsets, double si
 }
 
 /// A stretch of a branch whose diameters lie on a line: ln of the diameter at its first cell, and
-/// by how much it rises per diameter.
+/// by how much it rises per diameter, and its length in diameters.
 struct EvenStretch {
   std::size_t first;
-  double value, slope;
+  double value, slope, length;
 };
 
 /// The straight line through the cells from one on, over five diameters; nothing where they are
@@ -77,7 +77,7 @@ std::optional<EvenStretch> even_from(const std::vector<FieldCell>& cells, std::s
   for (; end < cells.size() && fit.w < kLength; ++end)
     fit.add(cells[end].weight, along(end), cells[end].log_diameter);
   if (fit.w < kLength || along(end - 1) > kLongest) return std::nullopt;
-  const EvenStretch even{first, fit.at_zero(), fit.slope()};
+  const EvenStretch even{first, fit.at_zero(), fit.slope(), along(end - 1)};
   double squares = 0.0;
   for (std::size_t c = first; c < end; ++c)
     squares +=
@@ -168,8 +168,11 @@ std::vector<double> accept_narrower_vessel(const FieldBranch& branch,
   behind.cells.assign(cells.begin() + std::ptrdiff_t(even->first), cells.end());
   const double from = behind.cells.front().position;
   std::vector<double> best;
-  for (const FieldCell& cell : behind.cells)
-    best.push_back(even->value + even->slope * (cell.position - from));
+  for (std::size_t c = 0; c < behind.cells.size(); ++c) {
+    // Beyond the stretch that is even the vessel is as wide as at its end.
+    const double along = std::min(behind.cells[c].position - from, even->length);
+    best.push_back(std::min(even->value + even->slope * along, line[even->first + c]));
+  }
   best = fit_healthy_line(behind, best);
   std::vector<double> accepted = line;
   std::copy(best.begin(), best.end(), accepted.begin() + std::ptrdiff_t(even->first));

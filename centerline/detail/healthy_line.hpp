@@ -25,11 +25,11 @@ std::vector<double> scatter_around(const std::vector<FieldCell>& cells,
 std::vector<double> fit_healthy_line(const FieldBranch& branch, const std::vector<double>& best);
 
 /// The same line where the vessel behind a throat is narrower than it by more than a lesion's
-/// shoulder (20 %) until the branch ends, and even over five diameters, by 5 % at most off a taper
-/// of -8 to +3 % a diameter: no disease is as even, the vessel has that width there (a child's
-/// aorta behind its coarctation). Between both, the line goes straight from one width to the other,
-/// as interpolated references do. A throat is at least 30 % narrower than what comes behind it; a
-/// vessel that is but narrow says nothing of the kind.
+/// shoulder (20 %) until the branch ends, and even over five diameters: 5 % in root mean square off
+/// a taper of -8 to +3 % a diameter. No disease is as even, the vessel has that width there (a
+/// child's aorta behind its coarctation). Between both, the line goes straight from one width to
+/// the other, as interpolated references do. A throat is at least 30 % narrower than what comes
+/// behind it; a vessel that is but narrow says nothing of the kind.
 std::vector<double> accept_narrower_vessel(const FieldBranch& branch,
                                            const std::vector<double>& line);
 

@@ -103,6 +103,8 @@ bool is_deep(const Volume<float>& level_set, const Index& at) {
   return true;
 }
 
+}  // namespace
+
 std::uint32_t find_links(const Volume<float>& level_set, const Index& at) {
   constexpr std::uint32_t kAll = (1U << kNeighborCount) - 1U;
   if (is_deep(level_set, at)) return kAll;
@@ -116,6 +118,8 @@ std::uint32_t find_links(const Volume<float>& level_set, const Index& at) {
   }
   return bits;
 }
+
+namespace {
 
 /// A box of voxels; empty while low is above high.
 struct Box {

@@ -52,6 +52,9 @@ inline int LumenVoxels::neighbor(int voxel, int n) const {
                                    o[0])];
 }
 
+/// The links of a voxel inside a level set, given by its index in the volume.
+std::uint32_t find_links(const Volume<float>& level_set, const std::array<int, 3>& at);
+
 struct LumenPieces {
   std::vector<LumenVoxels> pieces;  ///< that may hold a tree, the largest first
   std::vector<double> voxel_share;  ///< of all lumen voxels, shape [piece]

@@ -51,8 +51,8 @@ void add_promise(Counts& counts, std::string_view comment) {
 }
 
 /// The format has no count and no end. What still shows that the file was cut: comments that
-/// promise more, a last number that was cut, points at the end that nothing uses beside a surface
-/// that has a gap: of one without, no face is missing.
+/// promise more, a last number that was cut, points at the end that nothing uses: more than
+/// one, or, beside a surface without a gap, more than one in a hundred.
 void check_end(std::string_view bytes, const TriangleMesh& mesh, const Counts& counts,
                std::size_t last_used, std::size_t last_face, const std::string& name) {
   if (counts.faces < counts.faces_promised || counts.points < counts.points_promised)
@@ -62,11 +62,14 @@ void check_end(std::string_view bytes, const TriangleMesh& mesh, const Counts& c
                      std::to_string(counts.points_promised) +
                      " (it was cut short). Copy or export it again");
   require_whole_last_face(bytes, mesh, last_face, name);
-  constexpr std::size_t kStray = 1;  // points without a face that a program may leave behind
-  if (!mesh.triangles.empty() && last_used + kStray < mesh.vertices.size() &&
-      surface_topology(mesh).boundary_edge_count > 0)
-    throw InputError(name + " ends before its faces use the last " +
-                     std::to_string(mesh.vertices.size() - last_used) +
+  // Points without a face that a program may leave behind; of a closed surface, in which no gap
+  // shows that faces are missing, more, but no second surface.
+  constexpr std::size_t kStray = 1, kStrayOfClosed = 100;  // the latter: one point in so many
+  const std::size_t loose = mesh.vertices.size() - last_used;
+  if (!mesh.triangles.empty() && loose > kStray &&
+      (loose > mesh.vertices.size() / kStrayOfClosed ||
+       surface_topology(mesh).boundary_edge_count > 0))
+    throw InputError(name + " ends before its faces use the last " + std::to_string(loose) +
                      " points (it was cut short). Copy or export it again, without loose points");
 }
 

@@ -47,6 +47,7 @@ void check_for_occlusion(StageWork& work, const centerline::CenterlineResult& re
 centerline::CenterlineOptions line_options(const CenterlineSettings& settings,
                                            const TriangleMesh* surface) {
   centerline::CenterlineOptions options = settings.get<&Config::centerline>();
+  options.least_throat_mm = meshing::least_lumen_to_cross_mm();
   const int inlet_end = settings.get<&Config::inlet_end>();
   if (inlet_end == 0) return options;
   const std::vector<SurfaceRim> rims = surface ? surface_rims(*surface) : std::vector<SurfaceRim>{};

@@ -297,14 +297,17 @@ TEST(CutFiles, ObjFilesAreReadOnlyIfTheyEndWithAWholeFace) {
   }
 }
 
-TEST(CutFiles, LoosePointsAtAnObjFilesEndShowACutOnlyWhereAFaceIsMissing) {
+TEST(CutFiles, LoosePointsAtAnObjFilesEndShowACutUnlessFewAreBesideAWholeSurface) {
   const TemporaryFolder folder;
-  const auto with_loose_points = [](TriangleMesh mesh) {
-    for (const double x : {90.0, 91.0, 92.0}) mesh.vertices.push_back({x, 0.0, 0.0});
-    return obj(mesh, true);
+  const auto read = [&](TriangleMesh mesh, const std::vector<Vec3>& loose) {
+    mesh.vertices.insert(mesh.vertices.end(), loose.begin(), loose.end());
+    return triangles_read(folder, ".obj", obj(mesh, true));
   };
-  EXPECT_EQ(triangles_read(folder, ".obj", with_loose_points(ball())), ball().triangles.size());
-  EXPECT_EQ(triangles_read(folder, ".obj", with_loose_points(vessel())), std::nullopt);
+  const TriangleMesh closed = ball();
+  const std::vector<Vec3> few{{90.0, 0.0, 0.0}, {91.0, 0.0, 0.0}};
+  EXPECT_EQ(read(closed, few), closed.triangles.size());
+  EXPECT_EQ(read(vessel(), few), std::nullopt);
+  EXPECT_EQ(read(closed, closed.vertices), std::nullopt);  // a second one that lost its faces
 }
 
 TEST(CutFiles, ObjFilesWithoutALastLineBreakAreReadIfTheirLastFaceFits) {
