@@ -112,9 +112,12 @@ TEST(LesionReferences, ADilatationBehindAThroatDoesNotTellTheWidthOfALongVessel)
       };
       const FieldBranch branch = cells_of(diameter, length);
       const std::vector<double> healthy = accepted(branch);
-      for (std::size_t c = 0; c < healthy.size(); ++c)
-        if (branch.cells[c].abscissa_mm > 100.0)
-          EXPECT_NEAR(healthy[c] / 7.0, 1.0, 0.12) << branch.cells[c].abscissa_mm;
+      for (std::size_t c = 0; c < healthy.size(); ++c) {
+        const double s = branch.cells[c].abscissa_mm;
+        if (s > 100.0) {
+          EXPECT_NEAR(healthy[c] / 7.0, 1.0, 0.12) << s;
+        }
+      }
     }
 }
 
