@@ -106,9 +106,10 @@ struct LesionOptions {
   /// Edge of the voxels that the lumen was seen in, >= 0; 0: its wall is exact. In vessels under
   /// three voxels wide neither a diameter nor a stenosis can be told.
   double voxel_mm = 0.0;
-  /// The narrowest vessel [mm] that the wall within a reach [mm] around a place can show; unset:
-  /// any.
-  std::function<double(const Vec3& place, double reach)> least_diameter_mm = nullptr;
+  /// Edge [mm] of the triangles that the wall within a reach [mm] around a place is made of; unset:
+  /// its wall is exact. They are chords of a wall that may be wider: a narrowing that need not be
+  /// one of min_stenosis_percent is not listed.
+  std::function<double(const Vec3& place, double reach)> edge_mm = nullptr;
 
   void validate() const;
 };
@@ -116,7 +117,7 @@ struct LesionOptions {
 /// What a narrowing may be that is not listed for it.
 enum class Doubt {
   none,
-  faint,           ///< a vessel that is thin there by itself, by odds that many branches give
+  faint,           ///< a vessel that is thin there by itself, or errors of its diameters
   crowded,         ///< a place where vessels touch, by chance narrow, in a large tree
   beside_no_tube,  ///< a neck of an organ or of a sac
   heart,           ///< one of its valves, or vessels beyond it
@@ -129,7 +130,7 @@ enum class Doubt {
 struct Lesion {
   bool is_stenosis = false;   ///< false: no stenosis, and this is the tightest place of the longest
                               ///< vessel (or where the user said)
-  bool is_too_thin = false;   ///< it would be one, but its vessel is too thin to be measured,
+  bool is_too_thin = false;   ///< it would be one, but the data are too coarse to measure it,
   Doubt doubt = Doubt::none;  ///< or it may be something else
   int path_id = 0;
   double abscissa_mm = 0.0;
@@ -175,7 +176,9 @@ struct Lesion {
 /// the narrowing, or under a tenth of the healthy width). None is listed beside a lumen that is no
 /// tube, as an organ's or a sac's: the largest circle fills less than two fifths of the sections;
 /// and none where the width swings to and fro, by 1.35 each time, more than six times within eight
-/// healthy diameters to both sides. None of that where `centerline` names a line.
+/// healthy diameters to both sides. None of that where `centerline` names a line. Half of the width
+/// or more does not go missing without a word where the vessel is seen before and behind: told
+/// (Doubt::faint), whatever the odds.
 ///
 /// Stenoses are apart where the vessel between them is back above the edges' 20 %; a branching,
 /// where nothing is measured, does not part them along the wider daughter. A neck is a bridge

@@ -164,6 +164,14 @@ bool is_candidate(const Known& known, const Dip& dip, const LesionOptions& optio
          known.reference.diameter[dip.tightest] >= options.min_reference_mm && !is_tip(known, dip);
 }
 
+/// Whether a dip that little speaks for is told of: half of the width or more is missing, and the
+/// vessel is seen before and behind it.
+bool is_told_anyway(const Known& known, const Vessel& vessel, const Dip& dip) {
+  constexpr double kHalf = 50.0;
+  return known.percent(dip.tightest) >= kHalf && !ends_tightest(known, dip) &&
+         is_measured_behind(known, vessel, dip.last);
+}
+
 /// @param least  evidence, where the dip lies open to both sides
 /// @param doubt  in the tree: so much more
 bool is_evident(const Known& known, const Vessel& vessel, const Dip& dip, double least,
@@ -176,11 +184,21 @@ bool is_evident(const Known& known, const Vessel& vessel, const Dip& dip, double
          cost_of_errors(known, dip) >= kLeastOddsOfErrors;
 }
 
+/// Whether the data are too coarse for a stenosis: of voxels, or of triangles of which fewer than
+/// nine are around the healthy vessel. Of those the vertices lie on the wall, and the edges are
+/// chords of it: around a ball of diameter d a regular polygon of edges e has its corners on a
+/// circle of diameter sqrt(d^2 + e^2). So wide the throat may be; a stenosis that it is even then
+/// is one, unless the triangles were made of voxels that show no more than labels do.
 bool is_too_thin(const CenterlinePath& path, const Lesion& lesion, const LesionOptions& options) {
-  const double diameter = lesion.reference_diameter_mm;
-  if (diameter < kLeastVoxels * options.voxel_mm) return true;
-  return options.least_diameter_mm &&
-         diameter < options.least_diameter_mm(sample(path, lesion.abscissa_mm).point, diameter);
+  constexpr double kEdges = 3.0;
+  const double healthy = lesion.reference_diameter_mm;
+  if (healthy < kLeastVoxels * options.voxel_mm) return true;
+  if (!options.edge_mm) return false;
+  const double edge = options.edge_mm(sample(path, lesion.abscissa_mm).point, healthy);
+  if (healthy >= kEdges * edge) return false;
+  if (healthy < 2.0 * kLeastVoxels * options.voxel_mm) return true;
+  const double widest = std::hypot(lesion.mld_mm, edge);
+  return 100.0 * (1.0 - widest / healthy) < options.min_stenosis_percent;
 }
 
 /// The same points on the longest path that has them.
@@ -199,8 +217,9 @@ void find_on_vessel(const CenterlineTree& tree, const TreeReference& reference,
     if (known.percent(i) < kShoulderPercent) continue;
     const Dip dip = grow_dip(known, vessel, i);
     i = dip.last;
-    if (!is_candidate(known, dip, options) ||
-        !is_evident(known, vessel, dip, kLeastEvidence, 0.0, options))
+    if (!is_candidate(known, dip, options)) continue;
+    if (!is_evident(known, vessel, dip, kLeastEvidence, 0.0, options) &&
+        (options.centerline >= 0 || !is_told_anyway(known, vessel, dip)))
       continue;
     const Vessel shown = options.centerline >= 0 ? vessel : on_longest_path(reference, vessel, dip);
     Lesion lesion =

@@ -31,8 +31,8 @@ Resolution resolution_of_surface(TriangleMesh surface) {
 LesionOptions lesion_options(LesionOptions options, const Resolution& resolution) {
   options.voxel_mm = resolution.mean_mm;
   if (resolution.surface)
-    options.least_diameter_mm = [surface = resolution.surface](const Vec3& place, double reach) {
-      return least_diameter_shown(*surface, place, reach);
+    options.edge_mm = [surface = resolution.surface](const Vec3& place, double reach) {
+      return edge_around(*surface, place, reach);
     };
   return options;
 }
@@ -43,8 +43,7 @@ LesionOptions whole_tree(LesionOptions options) {
   return options;
 }
 
-double least_diameter_shown(const TriangleMesh& surface, const Vec3& place, double reach) {
-  constexpr double kEdges = 3.0;
+double edge_around(const TriangleMesh& surface, const Vec3& place, double reach) {
   std::vector<double> edges;
   double nearest = std::numeric_limits<double>::max(), nearest_edge = 0.0;
   for (const Triangle& t : surface.triangles) {
@@ -59,10 +58,10 @@ double least_diameter_shown(const TriangleMesh& surface, const Vec3& place, doub
       nearest_edge = edge;
     }
   }
-  if (edges.empty()) return kEdges * nearest_edge;
+  if (edges.empty()) return nearest_edge;
   const auto middle = edges.begin() + std::ptrdiff_t(edges.size() / 2);
   std::nth_element(edges.begin(), middle, edges.end());
-  return kEdges * *middle;
+  return *middle;
 }
 
 }  // namespace angio::centerline

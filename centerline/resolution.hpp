@@ -27,10 +27,8 @@ LesionOptions lesion_options(LesionOptions options, const Resolution& resolution
 /// The same for the whole tree, wherever the settings want to look.
 LesionOptions whole_tree(LesionOptions options);
 
-/// The narrowest vessel that a surface shows around a place: of nine vertices around, so three of
-/// its edges wide; a throat of half the width has four or five. (A surface of voxels has twelve
-/// around a vessel of three voxels.) The edges are the median of those within `reach` [mm], or of
-/// the nearest triangle.
-double least_diameter_shown(const TriangleMesh& surface, const Vec3& place, double reach);
+/// The edge [mm] of a surface's triangles around a place: the median of their mean edges within
+/// `reach` [mm], or that of the nearest triangle. 0: no triangles.
+double edge_around(const TriangleMesh& surface, const Vec3& place, double reach);
 
 }  // namespace angio::centerline

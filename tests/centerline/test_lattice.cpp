@@ -126,7 +126,7 @@ TEST(Lattice, SaysWhatCanBeMeasuredOnTheSurface) {
   EXPECT_NEAR(lesion_options({}, made_of_voxels).voxel_mm, mean, 0.02);
   const Resolution drawn = resolution_of_surface(make_torus(8.0, 1.5, 160, 24));
   EXPECT_EQ(lesion_options({}, drawn).voxel_mm, 0.0);
-  EXPECT_TRUE(lesion_options({}, drawn).least_diameter_mm);
+  EXPECT_TRUE(lesion_options({}, drawn).edge_mm);
 }
 
 }  // namespace

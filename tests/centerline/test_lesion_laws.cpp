@@ -4,6 +4,7 @@
 #include <cmath>
 #include <functional>
 #include <limits>
+#include <numbers>
 #include <optional>
 
 #include "centerline/centerline.hpp"
@@ -164,14 +165,45 @@ TEST(LesionLaws, InARaggedEndThatIsClosedANarrowingIsInDoubt) {
   EXPECT_EQ(doubt_of([&](double s) { return std::max(dented(s), 1.2); }), Doubt::none);
 }
 
-TEST(LesionLaws, WhatTheWallCannotShowIsToldApart) {
-  const auto diameter = [](double s) { return 4.0 * narrowed(s, 25.0, 7.0, 0.7); };
+/// Lesions of a vessel of 4 mm that is narrowed, whose wall has triangles of an edge.
+std::vector<Lesion> lesions_of_coarse_wall(double narrowing, double edge_mm, double voxel_mm) {
+  const auto diameter = [=](double s) { return 4.0 * narrowed(s, 25.0, 7.0, narrowing); };
   LesionOptions options;
-  options.least_diameter_mm = [](const Vec3&, double) { return 5.0; };
-  const auto lesions = find_lesions(tree_of({line_of(diameter, 50.0)}), options);
-  ASSERT_EQ(lesions.size(), 2U);
-  EXPECT_FALSE(lesions[0].is_stenosis);
-  EXPECT_TRUE(lesions[1].is_too_thin);
+  options.edge_mm = [=](const Vec3&, double) { return edge_mm; };
+  options.voxel_mm = voxel_mm;
+  return find_lesions(tree_of({line_of(diameter, 50.0)}), options);
+}
+
+TEST(LesionLaws, AStenosisIsListedIfAPolygonOfItsEdgesStillShowsOne) {
+  // Around a ball of diameter d the corners of a regular polygon of n edges lie on a circle of
+  // d / cos(pi / n); its edges are d tan(pi / n), and d^2 + edge^2 is that circle's square.
+  for (const int n : {3, 4, 5, 6, 8}) {
+    const double d = 2.0, edge = d * std::tan(std::numbers::pi / n);
+    EXPECT_NEAR(std::hypot(d, edge), d / std::cos(std::numbers::pi / n), 1e-12) << n;
+  }
+  // 4 mm narrowed to 1.2: with edges e up to hypot(1.2, e), 30 % and more below 2.8: e < 2.53.
+  for (const double edge : {0.3, 1.4, 2.4}) {
+    const auto lesions = lesions_of_coarse_wall(0.7, edge, 0.0);
+    EXPECT_TRUE(lesions[0].is_stenosis) << edge;
+    EXPECT_NEAR(lesions[0].diameter_stenosis_percent, 70.0, 2.0) << edge;
+  }
+  for (const double edge : {2.7, 5.0}) {
+    const auto lesions = lesions_of_coarse_wall(0.7, edge, 0.0);
+    ASSERT_EQ(lesions.size(), 2U) << edge;
+    EXPECT_FALSE(lesions[0].is_stenosis) << edge;
+    EXPECT_TRUE(lesions[1].is_too_thin) << edge;
+  }
+  // 2.6 mm of 4 are 35 %, with edges of 1.5 perhaps 25 %; with nine vertices around it is measured.
+  EXPECT_FALSE(lesions_of_coarse_wall(0.35, 1.5, 0.0)[0].is_stenosis);
+  EXPECT_TRUE(lesions_of_coarse_wall(0.35, 1.3, 0.0)[0].is_stenosis);
+}
+
+TEST(LesionLaws, CoarseTrianglesOfVoxelsShowWhatLabelsDo) {
+  // 4 mm are eight, five and two and a half voxels; of edges of 1.5 mm there are too few around.
+  EXPECT_TRUE(lesions_of_coarse_wall(0.7, 1.5, 0.5)[0].is_stenosis);
+  EXPECT_FALSE(lesions_of_coarse_wall(0.7, 1.5, 0.8)[0].is_stenosis);
+  EXPECT_TRUE(lesions_of_coarse_wall(0.7, 0.5, 0.8)[0].is_stenosis);
+  EXPECT_FALSE(lesions_of_coarse_wall(0.7, 0.5, 1.6)[0].is_stenosis);
 }
 
 TEST(LesionLaws, BesideALumenThatIsNoTubeANarrowingIsToldApart) {

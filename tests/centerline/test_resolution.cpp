@@ -21,11 +21,11 @@ TriangleMesh two_meshes() {
   return mesh;
 }
 
-TEST(Resolution, OfASurfaceIsThreeOfTheEdgesAround) {
+TEST(Resolution, OfASurfaceIsTheEdgeAround) {
   const TriangleMesh mesh = two_meshes();
-  EXPECT_NEAR(least_diameter_shown(mesh, {4.0, 4.0, 0.0}, 2.0), 1.5, 1e-9);
-  EXPECT_NEAR(least_diameter_shown(mesh, {16.0, 4.0, 0.0}, 2.0), 6.0, 1e-9);
-  EXPECT_NEAR(least_diameter_shown(mesh, {4.0, 4.0, 9.0}, 2.0), 1.5, 1e-9);  // the nearest one's
+  EXPECT_NEAR(edge_around(mesh, {4.0, 4.0, 0.0}, 2.0), 0.5, 1e-9);
+  EXPECT_NEAR(edge_around(mesh, {16.0, 4.0, 0.0}, 2.0), 2.0, 1e-9);
+  EXPECT_NEAR(edge_around(mesh, {4.0, 4.0, 9.0}, 2.0), 0.5, 1e-9);  // the nearest one's
 }
 
 TEST(Resolution, ForTheWholeTreeNoPlaceIsChosen) {

@@ -153,6 +153,23 @@ TEST(FaintEvidence, IsToldInATreeAndListedForALineThatIsNamedAndInOneVessel) {
   EXPECT_GT(faint, 0);
 }
 
+TEST(FaintEvidence, HalfOfTheWidthIsNotMissingWithoutAWord) {
+  // Of a line of 160 mm so much is thin, or so near its end, that nothing speaks for a stenosis.
+  for (const auto& [place, length] : {std::pair{110.0, 50.0}, {120.0, 50.0}, {120.0, 60.0}}) {
+    const auto diameter = [at = place, over = length](double s) {
+      return 4.0 * test::narrowed(s, at, over, 0.9);
+    };
+    const std::vector<Lesion> lesions = find_lesions(with_side_branches(5, diameter, false), {});
+    EXPECT_FALSE(lesions.front().is_stenosis);
+    const auto told = std::find_if(lesions.begin(), lesions.end(), [](const Lesion& lesion) {
+      return lesion.doubt == Doubt::faint && lesion.diameter_stenosis_percent >= 50.0;
+    });
+    ASSERT_NE(told, lesions.end()) << place << ", " << length;
+    EXPECT_LT(told->evidence, 0.2);
+    EXPECT_NEAR(told->abscissa_mm, place, 0.25 * length);
+  }
+}
+
 TEST(DoubtfulStenosis, OfAVesselAsWideAsAHeartIsNotListedWhereVesselsTouch) {
   const auto scaled = [](double factor, bool come_back) {
     constexpr int kFew = 10;  // 21 branches: no large tree
