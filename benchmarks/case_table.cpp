@@ -180,13 +180,6 @@ int run(int argument_count, char** arguments) {
 }  // namespace angio::benchmarks
 
 int main(int argument_count, char** arguments) {
-  try {
-    return angio::benchmarks::run(argument_count, arguments);
-  } catch (const angio::Error& error) {
-    fmt::print(stderr, "case_table: {}\n", error.what());
-    return int(error.exit_code());
-  } catch (const std::exception& error) {
-    fmt::print(stderr, "case_table: {}\n", error.what());
-    return int(angio::ExitCode::bad_data);
-  }
+  return angio::benchmarks::run_benchmark("case_table", argument_count, arguments,
+                                          angio::benchmarks::run);
 }

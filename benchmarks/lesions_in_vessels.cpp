@@ -319,14 +319,7 @@ int run(int argc, char** argv) {
 }  // namespace
 }  // namespace angio::benchmarks
 
-int main(int argc, char** argv) {
-  try {
-    return angio::benchmarks::run(argc, argv);
-  } catch (const angio::Error& e) {
-    std::cerr << "error: " << e.what() << '\n';
-    return static_cast<int>(e.exit_code());
-  } catch (const std::exception& e) {
-    std::cerr << "error: " << e.what() << '\n';
-    return 65;
-  }
+int main(int argument_count, char** arguments) {
+  return angio::benchmarks::run_benchmark("lesions_in_vessels", argument_count, arguments,
+                                          angio::benchmarks::run);
 }

@@ -1,24 +1,30 @@
 #!/usr/bin/env bash
 # The layered wall's refinement: the same lesions at 16, 24 and 48 edges around, one after the other.
 #
-#   benchmarks/refinement.sh BUILD OUT [--edges "16 24 48"] [--jobs N] [--markdown FILE]
+#   benchmarks/refinement.sh BUILD OUT [--edges "16 24 48"] [--jobs N] [--markdown FILE] [--numbers FILE]
 #
-# BUILD has bin/angio and benchmarks/case_table. OUT gets a case folder CASE-EDGES each; those that
+# BUILD has bin/angio, benchmarks/case_table and refinement_table. OUT gets a case folder CASE-EDGES each; those that
 # are done are kept. $ANGIO_DATA: the coronary lumen from X-ray angiography is run, too, if it is
-# there. --jobs: so many at once, one thread each if more than 1 (default 1, all cores). Exit codes: 0 done, whatever the cases gave; 64 usage.
+# there. --jobs: so many at once, one thread each if more than 1 (default 1, all cores). --markdown
+# gets the cases' table, --numbers that of every number. Exit codes: 0 done, whatever the cases gave;
+# 64 usage.
 set -euo pipefail
 
 stop() {
-  echo "refinement.sh: $1. Usage: benchmarks/refinement.sh BUILD OUT [--edges LIST] [--jobs N] [--markdown FILE]" >&2
+  echo "refinement.sh: $1. Usage: benchmarks/refinement.sh BUILD OUT [--edges LIST] [--jobs N] [--markdown FILE] [--numbers FILE]" >&2
   exit 64
 }
 
-edges="16 24 48" jobs=1 markdown=() folders=()
+edges="16 24 48" jobs=1 markdown=() numbers=() folders=()
 while [[ $# -gt 0 ]]; do
   case $1 in
-    --edges | --jobs | --markdown)
+    --edges | --jobs | --markdown | --numbers)
       [[ $# -gt 1 ]] || stop "$1 needs a value"
-      if [[ $1 = --markdown ]]; then markdown=(--markdown "$2"); else printf -v "${1#--}" %s "$2"; fi
+      case $1 in
+        --markdown) markdown=(--markdown "$2") ;;
+        --numbers) numbers=(--markdown "$2") ;;
+        *) printf -v "${1#--}" %s "$2" ;;
+      esac
       shift
       ;;
     -*) stop "unknown option $1" ;;
@@ -61,3 +67,4 @@ for name in concentric unilateral coronary coronary-lumen; do
 done
 wait
 "$build/benchmarks/case_table" "${cases[@]}" "${markdown[@]}"
+"$build/benchmarks/refinement_table" "${cases[@]}" "${numbers[@]}"

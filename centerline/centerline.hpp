@@ -94,6 +94,7 @@ LumenProfile without_disproved(const LumenProfile& seen);
 struct Tightest {
   double mld_mm = 0.0;   ///< twice the least inscribed radius
   double mla_mm2 = 0.0;  ///< the least section area
+  double mla_abscissa_mm = 0.0;  ///< where that is
 };
 /// Between two abscissas [mm]. @throws InputError if the profile is empty
 Tightest tightest_between(const LumenProfile& profile, double first_abscissa, double last_abscissa);

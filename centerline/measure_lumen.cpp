@@ -204,11 +204,13 @@ Tightest tightest_between(const LumenProfile& profile, double first_abscissa,
   };
   double nearest = away(0);
   for (std::size_t i = 1; i < profile.abscissa.size(); ++i) nearest = std::min(nearest, away(i));
-  Tightest least{1e9, 1e9};
+  Tightest least{1e9, 1e9, profile.abscissa.front()};
   for (std::size_t i = 0; i < profile.abscissa.size(); ++i) {
     if (away(i) > nearest) continue;
     least.mld_mm = std::min(least.mld_mm, 2.0 * profile.inscribed_radius[i]);
-    least.mla_mm2 = std::min(least.mla_mm2, profile.section_area[i]);
+    if (profile.section_area[i] >= least.mla_mm2) continue;
+    least.mla_mm2 = profile.section_area[i];
+    least.mla_abscissa_mm = profile.abscissa[i];
   }
   return least;
 }

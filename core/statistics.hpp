@@ -28,6 +28,23 @@ Number quantile(std::vector<Number> values, double share, Number otherwise) {
   return values.empty() ? otherwise : quantile(std::move(values), share);
 }
 
+/// The least value up to which a share of all weight lies.
+///
+/// @param weighted  pairs of value and weight, a weight > 0; taken by value, since they are sorted
+/// @param share     in [0, 1]
+template <class Number>
+Number weighted_quantile(std::vector<std::pair<Number, double>> weighted, double share) {
+  ANGIO_EXPECT(!weighted.empty() && share >= 0.0 && share <= 1.0);
+  std::sort(weighted.begin(), weighted.end());
+  double all = 0.0, below = 0.0;
+  for (const auto& [value, weight] : weighted) all += weight;
+  for (const auto& [value, weight] : weighted) {
+    below += weight;
+    if (below >= share * all) return value;
+  }
+  return weighted.back().first;
+}
+
 /// The middle value; the upper one of the two where their count is even.
 ///
 /// @param values  not empty

@@ -1,5 +1,8 @@
 #pragma once
 
+#include <optional>
+#include <vector>
+
 #include "simulation/simulation.hpp"
 
 /// What a balloon's shape tells.
@@ -26,6 +29,26 @@ SharpestFold sharpest_fold(const TriangleMesh& balloon, const std::vector<char>&
 ///
 /// @param balloon  positions, shape [balloon vertex]
 double elongation_mm(const SimulationModel& model, const std::vector<Vec3>& balloon);
+
+/// By how much the balloon is wider towards its ends than in the lesion [%]: a dog's bone.
+///
+///     100 (D_end - D_lesion) / D_end,   D_end the larger of frame.end_diameters_mm
+///
+/// Source: Wiesent et al., PLoS ONE 14(10), 2019, e0224026 (of stents, radially); here of the
+/// balloon's sections. Negative where the lesion's section is the widest. NaN where no ends are
+/// watched or the balloon has no section there.
+double dogboning_percent(const SimulationFrame& frame);
+
+/// The contact pressure of a frame, over the wall that is pressed.
+struct ContactPressure {
+  double median_kpa = 0.0;  ///< by area: each vertex has a third of its triangles
+  double p99_kpa = 0.0;
+};
+
+/// @param triangles  of the wall
+/// @return nothing where the wall is not pressed anywhere
+std::optional<ContactPressure> contact_pressure(const std::vector<Triangle>& triangles,
+                                                const SimulationFrame& frame);
 
 /// A guidewire from its near end to its tip.
 struct WholeWire {

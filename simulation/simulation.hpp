@@ -165,6 +165,12 @@ struct SimulationOptions {
   void validate() const;
 };
 
+/// A place in the vessel at which a section of the balloon is measured.
+struct WatchedPlace {
+  Vec3 point;    ///< [mm]
+  Vec3 tangent;  ///< of the vessel there
+};
+
 /// What does not change while the balloon moves.
 struct SimulationModel {
   TriangleMesh balloon;             ///< start shape, closed
@@ -195,6 +201,9 @@ struct SimulationModel {
   double reference_radius_mm = 1.5;  ///< of the healthy vessel at the lesion
   Vec3 measure_point;                ///< where balloon_diameter_mm is watched
   Vec3 measure_tangent;              ///< of the vessel there
+  /// Likewise near the ends of the balloon's cylindrical part, the proximal one first; empty: they
+  /// are not watched.
+  std::vector<WatchedPlace> balloon_ends;
 };
 
 enum class Phase { insert, inflate, hold, deflate, rest };
@@ -223,6 +232,7 @@ struct SimulationFrame {
   double balloon_volume_mm3 = 0.0;
   /// 2 sqrt(area / pi) of the balloon's section through measure_point across its own axis
   double balloon_diameter_mm = 0.0;
+  std::vector<double> end_diameters_mm;  ///< the same at model.balloon_ends
   ContactMeasures contact;
   air_mesh::AirReport air;  ///< since the last frame
   double residual = 0.0;    ///< of the force balance, relative

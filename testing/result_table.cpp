@@ -109,6 +109,19 @@ void ResultTable::write() const {
   if (!file_.empty()) write_text_atomically(file_, text());
 }
 
+int run_benchmark(const char* program, int argument_count, char** arguments,
+                  int (*run)(int argument_count, char** arguments)) {
+  try {
+    return run(argument_count, arguments);
+  } catch (const Error& error) {
+    std::fprintf(stderr, "%s: %s\n", program, error.what());
+    return int(error.exit_code());
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "%s: %s\n", program, error.what());
+    return int(ExitCode::bad_data);
+  }
+}
+
 std::string formatted(const char* format, ...) {
   std::va_list arguments, again;
   va_start(arguments, format);

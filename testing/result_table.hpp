@@ -40,6 +40,11 @@ class ResultTable {
   std::string title_, command_, file_, gpu_, body_;
 };
 
+/// What main returns: what a benchmark's run does, or, where it throws, the error's exit code (65
+/// of one that has none), after one line on stderr.
+int run_benchmark(const char* program, int argument_count, char** arguments,
+                  int (*run)(int argument_count, char** arguments));
+
 /// As std::snprintf does.
 [[gnu::format(printf, 1, 2)]] std::string formatted(const char* format, ...);
 

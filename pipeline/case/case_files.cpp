@@ -375,15 +375,18 @@ FrameShape read_frame(const fs::path& frames_folder, int frame) {
 const char* const kTimeSeriesHeader =
     "frame,time_s,phase,pressure_atm,balloon_volume_mm3,balloon_diameter_mm,lumen_mld_mm,"
     "friction_delta_mm,viscous_delta_mm,contact_count,min_air_volume_mm3,max_penetration_mm,"
-    "air_tet_count,flip_count";
+    "air_tet_count,flip_count,balloon_proximal_diameter_mm,balloon_distal_diameter_mm";
 
 std::string time_series_row(const simulation::SimulationFrame& f, double lumen_mld_mm) {
-  return fmt::format(
+  std::string row = fmt::format(
       "{},{:.6g},{},{:.6g},{:.7g},{:.6g},{:.6g},{:.6g},{:.6g},{},{:.6g},{:.6g},{},{}", f.frame,
       f.time_s, simulation::name(f.phase), f.pressure_atm, f.balloon_volume_mm3,
       f.balloon_diameter_mm, lumen_mld_mm, f.contact.friction_delta_mm, f.contact.viscous_delta_mm,
       f.contact.count, f.air.min_volume, f.contact.max_penetration_mm, f.air.tet_count,
       f.air.flip_count);
+  for (const std::size_t end : {0U, 1U})
+    row += end < f.end_diameters_mm.size() ? fmt::format(",{:.6g}", f.end_diameters_mm[end]) : ",";
+  return row;
 }
 
 }  // namespace angio::pipeline

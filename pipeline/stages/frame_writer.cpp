@@ -4,7 +4,9 @@
 #include <omp.h>
 
 #include <algorithm>
+#include <cmath>
 #include <iterator>
+#include <limits>
 #include <string>
 #include <tuple>
 #include <utility>
@@ -12,6 +14,7 @@
 #include "core/atomic_file.hpp"
 #include "pipeline/case/case_files.hpp"
 #include "pipeline/stages/layered_wall.hpp"
+#include "simulation/balloon_measures.hpp"
 
 namespace angio::pipeline {
 namespace {
@@ -28,6 +31,7 @@ simulation::SimulationFrame without_shape(const simulation::SimulationFrame& fra
   row.pressure_atm = frame.pressure_atm;
   row.balloon_volume_mm3 = frame.balloon_volume_mm3;
   row.balloon_diameter_mm = frame.balloon_diameter_mm;
+  row.end_diameters_mm = frame.end_diameters_mm;
   row.contact = frame.contact;
   row.air = frame.air;
   return row;
@@ -105,6 +109,14 @@ void FrameWriter::write(const SharedFrame& frame) {
   writing_.run([this, frame, file = folder_ / steps_.back().file] {
     write_wall_frame(file, model_.layered_wall, *frame);
   });
+}
+
+double FrameWriter::most_dogboning_percent() const {
+  double most = std::numeric_limits<double>::quiet_NaN();
+  for (const simulation::SimulationFrame& row : rows_)
+    if (row.phase == simulation::Phase::inflate || row.phase == simulation::Phase::hold)
+      most = std::fmax(most, simulation::dogboning_percent(row));  // NaN counts for nothing
+  return most;
 }
 
 double FrameWriter::lumen_mld(int frame) const {

@@ -47,6 +47,8 @@ class FrameWriter {
   void finish();
 
   [[nodiscard]] const PeakAndLast& kept() const { return kept_; }
+  /// The largest while the balloon is inflated and held [%]; NaN where its ends are not watched.
+  [[nodiscard]] double most_dogboning_percent() const;
 
  private:
   /// The list of frames and the time series, as far as the last written frame. They are written

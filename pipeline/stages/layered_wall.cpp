@@ -2,7 +2,10 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <iterator>
+#include <limits>
+#include <optional>
 #include <utility>
 
 #include "core/statistics.hpp"
@@ -40,6 +43,20 @@ std::vector<Triangle> outer_triangles(const std::vector<std::array<int, 6>>& wed
   return triangles;
 }
 
+// Whether the balloon presses a wedge's column at the peak.
+bool is_touched(const simulation::Wedge& wedge, const simulation::SimulationFrame& peak) {
+  const std::vector<double>& pressure = peak.contact_pressure_kpa;  // at the lumen's vertices
+  return std::any_of(wedge.begin(), wedge.end(),
+                     [&](int v) { return pressure[std::size_t(v) % pressure.size()] > 0.0; });
+}
+
+double volume_of(const simulation::LayeredWall& wall, std::size_t wedge) {
+  std::array<Vec3, 6> corners;
+  for (std::size_t c = 0; c < 6; ++c)
+    corners[c] = wall.vertices[std::size_t(wall.wedges[wedge][c])];
+  return cut_wedge_volume(corners);
+}
+
 // Of the vessel's own layers where the balloon touches them at the peak, the share [% of volume]
 // that has reached its strength: it has flowed by more than 0.2 %, the usual proof strain. 0 where
 // nothing is touched.
@@ -47,22 +64,38 @@ double over_strength_percent(const simulation::LayeredWall& wall,
                              const simulation::SimulationFrame& peak,
                              const std::vector<simulation::WallStress>& last) {
   constexpr double kProofStrain = 0.002;
-  const std::vector<double>& pressure = peak.contact_pressure_kpa;  // at the lumen's vertices
   double all = 0.0, over = 0.0;
   for (std::size_t w = 0; w < wall.wedges.size(); ++w) {
-    const simulation::Wedge& wedge = wall.wedges[w];
-    const bool touched = std::any_of(wedge.begin(), wedge.end(), [&](int v) {
-      return pressure[std::size_t(v) % pressure.size()] > 0.0;
-    });
     const bool is_vessel = int(wall.region[w]) <= int(simulation::WallRegion::adventitia);
-    if (!touched || !is_vessel) continue;
-    std::array<Vec3, 6> corners;
-    for (std::size_t c = 0; c < 6; ++c) corners[c] = wall.vertices[std::size_t(wedge[c])];
-    const double volume = cut_wedge_volume(corners);
+    if (!is_vessel || !is_touched(wall.wedges[w], peak)) continue;
+    const double volume = volume_of(wall, w);
     all += volume;
     if (last[w].plastic_strain > kProofStrain) over += volume;
   }
   return all > 0.0 ? 100.0 * over / all : 0.0;
+}
+
+// Quantiles by volume of what a region's wedges have where the balloon touches them at the peak.
+nlohmann::json touched_quantiles(const simulation::LayeredWall& wall, int region,
+                                 const simulation::SimulationFrame& peak,
+                                 const std::vector<simulation::WallStress>& stresses) {
+  std::vector<std::pair<double, double>> stress, strain;
+  for (std::size_t w = 0; w < wall.wedges.size(); ++w) {
+    if (int(wall.region[w]) != region || !is_touched(wall.wedges[w], peak)) continue;
+    const double volume = volume_of(wall, w);
+    if (!(volume > 0.0)) continue;
+    stress.emplace_back(stresses[w].principal_kpa, volume);
+    strain.emplace_back(stresses[w].log_strain, volume);
+  }
+  nlohmann::json told = nlohmann::json::object();
+  for (const auto& [name, share] : {std::pair{"median", 0.5}, {"p95", 0.95}, {"p99", 0.99}}) {
+    const std::string which = name;
+    told["touched_principal_stress_" + which + "_kpa"] =
+        stress.empty() ? nlohmann::json() : nlohmann::json(weighted_quantile(stress, share));
+    told["touched_log_strain_" + which] =
+        strain.empty() ? nlohmann::json() : nlohmann::json(weighted_quantile(strain, share));
+  }
+  return told;
 }
 
 }  // namespace
@@ -157,15 +190,41 @@ nlohmann::json wall_summary(const simulation::LayeredWall& wall,
       plastic.push_back(at_last[w].plastic_strain);
     }
     if (stress.empty()) continue;
-    regions[simulation::name(simulation::WallRegion(r))] = {
-        {"wedges", stress.size()},
-        {"peak_principal_stress_median_kpa", quantile(stress, 0.5)},
-        {"peak_principal_stress_p99_kpa", quantile(stress, 0.99)},
-        {"plastic_strain_p99", quantile(plastic, 0.99)}};
+    nlohmann::json& region = regions[simulation::name(simulation::WallRegion(r))];
+    region = {{"wedges", stress.size()},
+              {"peak_principal_stress_median_kpa", quantile(stress, 0.5)},
+              {"peak_principal_stress_p99_kpa", quantile(stress, 0.99)},
+              {"plastic_strain_p99", quantile(plastic, 0.99)}};
+    region.update(touched_quantiles(wall, r, peak, at_peak));
   }
   return {{"model", "layered"},
           {"over_strength_percent", over_strength_percent(wall, peak, at_last)},
           {"regions", regions}};
+}
+
+double plaque_eccentricity(const simulation::SimulationModel& model, double abscissa_mm,
+                           double reach_mm) {
+  constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+  const simulation::LayeredWall& wall = model.layered_wall;
+  int inner_layers = 0;  // of intima, plaque and media
+  for (std::size_t w = 0; w < wall.wedges.size(); ++w)
+    if (wall.region[w] != simulation::WallRegion::adventitia)
+      inner_layers = std::max(inner_layers, wall.layer[w] + 1);
+  const std::size_t count = model.wall.vertices.size();
+  std::optional<std::size_t> nearest;
+  const auto away = [&](std::size_t v) { return std::abs(model.wall_abscissa[v] - abscissa_mm); };
+  for (std::size_t v = 0; v < count; ++v)
+    if (!nearest || away(v) < away(*nearest)) nearest = v;
+  if (!nearest || away(*nearest) > reach_mm || inner_layers == 0) return kNone;
+  double thinnest = std::numeric_limits<double>::max(), thickest = 0.0;
+  for (std::size_t v = 0; v < count; ++v) {
+    if (away(v) > reach_mm || model.wall_group[v] != model.wall_group[*nearest]) continue;
+    const double thickness =
+        distance(wall.vertices[v], wall.vertices[v + count * std::size_t(inner_layers)]);
+    thinnest = std::min(thinnest, thickness);
+    thickest = std::max(thickest, thickness);
+  }
+  return thickest > 0.0 ? (thickest - thinnest) / thickest : kNone;
 }
 
 }  // namespace angio::pipeline

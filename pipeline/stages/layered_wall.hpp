@@ -34,9 +34,21 @@ void write_wall_frame(const std::filesystem::path& file, const simulation::Layer
 
 /// Of metrics.json: the share of the wall that has reached its strength, and for each region that
 /// the wall has, stress at the peak [kPa] and what plastic strain stays. Of the wedges' values; the
-/// 99th percentile, as single corners peak.
+/// 99th percentile, as single corners peak. Of what the balloon touches at the peak stress and
+/// largest principal log strain (from the wall as it was imaged) have quantiles by volume; null where
+/// it touches nothing of a region.
 nlohmann::json wall_summary(const simulation::LayeredWall& wall,
                             const simulation::SimulationFrame& peak,
                             const simulation::SimulationFrame& last);
+
+/// (t_max - t_min) / t_max of the thickness of intima, plaque and media round a place of the
+/// treated line before the balloon: 0 the same all round. The plaque eccentricity of intravascular
+/// ultrasound: Mintz et al., J. Am. Coll. Cardiol. 37(5), 2001, 1478-1492,
+/// doi:10.1016/S0735-1097(01)01175-5.
+///
+/// @param reach_mm  along the line, to both sides
+/// @return NaN where no wall is near
+double plaque_eccentricity(const simulation::SimulationModel& model, double abscissa_mm,
+                           double reach_mm);
 
 }  // namespace angio::pipeline

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <optional>
 
@@ -27,6 +28,8 @@ namespace file = formats::case_file;
 namespace fs = std::filesystem;
 using nlohmann::json;
 namespace {
+
+json finite_or_null(double value) { return std::isfinite(value) ? json(value) : json(); }
 
 /// How the solver fared: metrics.json's simulation, without the times that differ from run to run.
 json solver_json(const simulation::SimulationSummary& summary) {
@@ -65,7 +68,6 @@ json summary_json(json balloon, double reference_mm, const simulation::Simulatio
 json balloon_json(const simulation::BalloonMaterial& membrane,
                   const simulation::SimulationModel& model, const CenterlinePath& path,
                   const simulation::SimulationFrame& peak, std::vector<std::string>& warnings) {
-  const auto or_null = [](bool is_known, double value) { return is_known ? json(value) : json(); };
   const double charted = membrane.chart.empty()
                              ? std::numeric_limits<double>::quiet_NaN()
                              : simulation::chart_diameter_mm(membrane.chart, peak.pressure_atm);
@@ -81,11 +83,23 @@ json balloon_json(const simulation::BalloonMaterial& membrane,
              "(balloon.length_mm) or another place",
              project(path, fold.place), fold.angle_degrees)});
   return {{"material", membrane.name},
-          {"elongation_mm",
-           or_null(!model.balloon_sliding.empty(), simulation::elongation_mm(model, peak.balloon))},
-          {"below_chart_mm", or_null(std::isfinite(charted), charted - peak.balloon_diameter_mm)},
+          {"elongation_mm", model.balloon_sliding.empty()
+                                ? json()
+                                : json(simulation::elongation_mm(model, peak.balloon))},
+          {"below_chart_mm", finite_or_null(charted - peak.balloon_diameter_mm)},
+          {"dogboning_percent", finite_or_null(simulation::dogboning_percent(peak))},
           {"kinked", is_kinked},
           {"sharpest_fold_degrees", fold.angle_degrees}};
+}
+
+/// Where balloon and wall touch at the peak.
+json contact_json(const simulation::SimulationModel& model,
+                  const simulation::SimulationFrame& peak) {
+  const auto pressure = simulation::contact_pressure(model.wall.triangles, peak);
+  return {{"contact_gap_mm", simulation::contact_gap_mm(model, peak)},
+          {"contact_area_mm2", peak.contact.area_mm2},
+          {"contact_pressure_median_kpa", pressure ? json(pressure->median_kpa) : json()},
+          {"contact_pressure_p99_kpa", pressure ? json(pressure->p99_kpa) : json()}};
 }
 
 void keep_timing(StageWork& work, const simulation::SimulationSummary& summary) {
@@ -152,12 +166,13 @@ struct Simulated {
   const TreatedLumen& lumen;
   const Runs& runs;
   const PeakAndLast& frames;
+  double most_dogboning_percent;  ///< NaN: it was not watched
 };
 
 /// Of the folder's frames the lumen's profile, the mesh after, and the numbers.
 void write_result(StageWork& work, const SimulationSettings& settings, const json& placement,
                   const Simulated& simulated) {
-  const auto& [model, options, lumen, runs, frames] = simulated;
+  const auto& [model, options, lumen, runs, frames, most_dogboning] = simulated;
   const simulation::BalloonMaterial& membrane = options.balloon;
   const CenterlineTree tree = read_centerlines(work.files.path(file::kCenterlines));
   const CenterlinePath& path = path_of(tree, placement.at("lesion").at("centerline_id").get<int>());
@@ -166,9 +181,15 @@ void write_result(StageWork& work, const SimulationSettings& settings, const jso
   const auto profile = [&](const simulation::SimulationFrame& frame) {
     return simulated.lumen.profile(frame.wall, balloon_in_lumen(frame));
   };
+  const auto measures = [&](const std::vector<Vec3>& wall, const centerline::LumenProfile& seen) {
+    TreatedMeasures told = simulated.lumen.measures(seen);
+    told.lumen_eccentricity = simulated.lumen.eccentricity(wall, told.lesion.mla_abscissa_mm);
+    return told;
+  };
   const auto before = lumen.profile(model.wall.vertices), peak = profile(frames.peak()),
              after = profile(frames.last());
-  const Treatment first{lumen.measures(before), lumen.measures(peak), lumen.measures(after)};
+  const Treatment first{measures(model.wall.vertices, before), measures(frames.peak().wall, peak),
+                        measures(frames.last().wall, after)};
   std::optional<Treatment> second;
   if (runs.second)
     second = {first.before, lumen.measures(profile(runs.second->peak())),
@@ -181,17 +202,21 @@ void write_result(StageWork& work, const SimulationSettings& settings, const jso
   formats::write_surface(work.out / "lumen_after.vtp", {lumen.mesh(frames.last().wall), {}, {}});
   json reached = summary_json(balloon_json(membrane, model, path, frames.peak(), work.warnings),
                               reference, runs.first, frames);
-  reached.update(treatment_json(first, second, reference));
+  reached.update(treatment_json(first, second, reference, frames.peak().balloon_diameter_mm));
   reached["lesion"]["treated_first_mm"] = spans.lesion_first;
   reached["lesion"]["treated_last_mm"] = spans.lesion_last;
   reached["chart"] = chart_json(membrane.chart);
   const double rated = options.inflation.rated_burst_atm;
   reached["balloon"]["rated_burst_atm"] = rated > 0.0 ? json(rated) : json();
-  reached["peak"]["contact_gap_mm"] = simulation::contact_gap_mm(model, frames.peak());
+  reached["peak"].update(contact_json(model, frames.peak()));
   reached["simulation"]["guard"] = guard.state;
   reached["guard_reason"] = guard.reason;
-  if (frames.last().wall_stress)
+  reached["balloon"]["dogboning_max_percent"] = finite_or_null(most_dogboning);
+  if (frames.last().wall_stress) {
     reached["wall"] = wall_summary(model.layered_wall, frames.peak(), frames.last());
+    reached["lesion"]["plaque_eccentricity"] = finite_or_null(
+        plaque_eccentricity(model, first.before.lesion.mla_abscissa_mm, 0.25 * reference));
+  }
   write_text_atomically(work.out / "summary.json", reached.dump(2) + "\n");
 }
 
@@ -235,7 +260,8 @@ void do_simulation(StageWork& work, const SimulationSettings& settings) {
           "itself is not computed (simulation.self_contact)"});
   keep_timing(work, summary);
   if (!summary.failure.empty()) return tell_of_failure(work, placement, summary);
-  write_result(work, settings, placement, {model, options, lumen, runs, frames.kept()});
+  write_result(work, settings, placement,
+               {model, options, lumen, runs, frames.kept(), frames.most_dogboning_percent()});
 }
 
 }  // namespace angio::pipeline

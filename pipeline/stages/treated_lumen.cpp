@@ -7,6 +7,7 @@
 #include <set>
 
 #include "core/statistics.hpp"
+#include "core/surface_section.hpp"
 #include "core/units.hpp"
 #include "meshing/subdivide.hpp"
 
@@ -239,7 +240,17 @@ centerline::Tightest TreatedLumen::LesionFollower::measure(const std::vector<Vec
 
 TreatedMeasures TreatedLumen::measures(const centerline::LumenProfile& profile) const {
   return {centerline::tightest_between(profile, spans_.lesion_first, spans_.lesion_last),
-          centerline::tightest_between(profile, spans_.segment_first, spans_.segment_last)};
+          centerline::tightest_between(profile, spans_.segment_first, spans_.segment_last),
+          std::nullopt};
+}
+
+std::optional<double> TreatedLumen::eccentricity(const std::vector<Vec3>& wall,
+                                                 double abscissa) const {
+  const std::vector<Vec3> lumen = moved(wall);
+  const CenterlineSample at = sample(moved_path(lumen), abscissa);
+  const auto section = nearest_section(lumen_.triangles, lumen, at.point, at.tangent);
+  const auto widths = section ? section_widths(*section) : std::nullopt;
+  return widths ? std::optional(widths->eccentricity()) : std::nullopt;
 }
 
 std::vector<Vec3> TreatedLumen::moved(const std::vector<Vec3>& wall) const {

@@ -4,6 +4,7 @@
 #include <functional>
 #include <limits>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <set>
 #include <string>
 #include <utility>
@@ -36,6 +37,7 @@ TreatedSpans treated_spans(const nlohmann::json& placement);
 /// the balloon reaches.
 struct TreatedMeasures {
   centerline::Tightest lesion, segment;
+  std::optional<double> lumen_eccentricity;  ///< of the lesion's section of least area
 };
 
 /// The lumen along the treated path, as a frame has it. It is the program's one measure of the
@@ -53,7 +55,12 @@ class TreatedLumen {
   /// @param balloon  its surface's vertices [mm]; empty: there is none
   [[nodiscard]] centerline::LumenProfile profile(const std::vector<Vec3>& wall,
                                                  const std::vector<Vec3>& balloon = {}) const;
+  /// Without the eccentricity.
   [[nodiscard]] TreatedMeasures measures(const centerline::LumenProfile& profile) const;
+  /// Of the wall's section at a place of the path (SectionWidths::eccentricity); unset: its plane
+  /// meets no closed wall.
+  [[nodiscard]] std::optional<double> eccentricity(const std::vector<Vec3>& wall,
+                                                   double abscissa) const;
   /// The lesion's measure alone, without sections anywhere else: that of measures(profile(...)),
   /// sooner.
   [[nodiscard]] centerline::Tightest lesion(const std::vector<Vec3>& wall,

@@ -21,10 +21,6 @@ constexpr const char* kWhatToTry =
     "Try a smaller or shorter balloon (balloon.nominal_diameter_mm, balloon.length_mm), or a finer "
     "wall (mesh.edges_per_circumference)";
 
-double stenosis_percent(double mld_mm, double reference_mm) {
-  return 100.0 * (1.0 - mld_mm / reference_mm);
-}
-
 json range_of(double a, double b) { return json::array({std::min(a, b), std::max(a, b)}); }
 
 }  // namespace
@@ -55,10 +51,20 @@ GuardVerdict judge(const Treatment& first, const std::optional<Treatment>& secon
 }
 
 json treatment_json(const Treatment& first, const std::optional<Treatment>& second,
-                    double reference_mm) {
-  const centerline::Tightest &before = first.before.lesion, &peak = first.peak.lesion,
-                             &after = first.after.lesion;
-  const double reference_area = 0.25 * units::kPi * reference_mm * reference_mm;
+                    double reference_mm, double balloon_mm) {
+  const centerline::Tightest& after = first.after.lesion;
+  const auto stenosis_of = [&](const TreatedMeasures& measures) {
+    const double reference_area = 0.25 * units::kPi * reference_mm * reference_mm;
+    const auto& eccentricity = measures.lumen_eccentricity;
+    return json{
+        {"mld_mm", measures.lesion.mld_mm},
+        {"mla_mm2", measures.lesion.mla_mm2},
+        {"diameter_stenosis_percent", 100.0 * (1.0 - measures.lesion.mld_mm / reference_mm)},
+        {"area_stenosis_percent", 100.0 * (1.0 - measures.lesion.mla_mm2 / reference_area)},
+        {"lumen_eccentricity", eccentricity ? json(*eccentricity) : json()},
+        {"segment_mld_mm", measures.segment.mld_mm},
+        {"segment_mla_mm2", measures.segment.mla_mm2}};
+  };
   json ranges = {{"mld_range_mm", nullptr},
                  {"acute_gain_range_mm", nullptr},
                  {"recoil_range_percent", nullptr}};
@@ -66,28 +72,15 @@ json treatment_json(const Treatment& first, const std::optional<Treatment>& seco
     ranges = {{"mld_range_mm", range_of(after.mld_mm, second->after.lesion.mld_mm)},
               {"acute_gain_range_mm", range_of(first.gain_mm(), second->gain_mm())},
               {"recoil_range_percent", range_of(first.recoil_percent(), second->recoil_percent())}};
-  json result = {{"mld_mm", after.mld_mm},
-                 {"mla_mm2", after.mla_mm2},
-                 {"diameter_stenosis_percent", stenosis_percent(after.mld_mm, reference_mm)},
-                 {"acute_gain_mm", first.gain_mm()},
+  json result = stenosis_of(first.after);
+  result.update({{"acute_gain_mm", first.gain_mm()},
                  {"recoil_mm", first.recoil_mm()},
                  {"recoil_percent", first.recoil_percent()},
-                 {"segment_mld_mm", first.after.segment.mld_mm},
-                 {"segment_mla_mm2", first.after.segment.mla_mm2}};
+                 {"recoil_percent_of_balloon", 100.0 * (balloon_mm - after.mld_mm) / balloon_mm},
+                 {"recoil_percent_of_gain", first.recoil_percent_of_gain()}});
   result.update(ranges);
-  return {{"lesion",
-           {{"mld_mm", before.mld_mm},
-            {"mla_mm2", before.mla_mm2},
-            {"diameter_stenosis_percent", stenosis_percent(before.mld_mm, reference_mm)},
-            {"area_stenosis_percent", 100.0 * (1.0 - before.mla_mm2 / reference_area)},
-            {"segment_mld_mm", first.before.segment.mld_mm},
-            {"segment_mla_mm2", first.before.segment.mla_mm2}}},
-          {"peak",
-           {{"mld_mm", peak.mld_mm},
-            {"mla_mm2", peak.mla_mm2},
-            {"diameter_stenosis_percent", stenosis_percent(peak.mld_mm, reference_mm)},
-            {"segment_mld_mm", first.peak.segment.mld_mm},
-            {"segment_mla_mm2", first.peak.segment.mla_mm2}}},
+  return {{"lesion", stenosis_of(first.before)},
+          {"peak", stenosis_of(first.peak)},
           {"result", std::move(result)}};
 }
 

@@ -19,6 +19,10 @@ struct Treatment {
   [[nodiscard]] double recoil_mm() const { return peak.lesion.mld_mm - after.lesion.mld_mm; }
   /// Of the lumen at the peak.
   [[nodiscard]] double recoil_percent() const { return 100.0 * recoil_mm() / peak.lesion.mld_mm; }
+  /// Of what the lumen had gained at the peak.
+  [[nodiscard]] double recoil_percent_of_gain() const {
+    return 100.0 * recoil_mm() / (peak.lesion.mld_mm - before.lesion.mld_mm);
+  }
 };
 
 /// What two runs whose starts nobody could tell apart say together.
@@ -37,8 +41,9 @@ GuardVerdict judge(const Treatment& first, const std::optional<Treatment>& secon
 /// metrics.json's lesion (what is measured before), peak and result; the ranges of two runs, null
 /// where there is one.
 /// @param reference_mm  reference diameter at the lesion
+/// @param balloon_mm    the balloon's diameter in the lesion at the peak
 nlohmann::json treatment_json(const Treatment& first, const std::optional<Treatment>& second,
-                              double reference_mm);
+                              double reference_mm, double balloon_mm);
 
 /// What is to be said of the numbers; empty where nothing is.
 std::vector<std::string> treatment_warnings(const Treatment& treatment, const GuardVerdict& guard,

@@ -242,6 +242,8 @@ void check_rest(const SimulationModel& model) {
         refuse("tetrahedron " + number(i) + " of the air mesh has a corner " + std::to_string(v) +
                " that does not exist (the files belong to different runs)");
   check_numbers({model.measure_point, model.measure_tangent}, "place of measurement");
+  for (const WatchedPlace& end : model.balloon_ends)
+    check_numbers({end.point, end.tangent}, "place of measurement");
   if (!(model.reference_radius_mm > 0.0) || !std::isfinite(model.reference_radius_mm))
     throw InputError("the reference radius is " + std::to_string(model.reference_radius_mm) +
                      " mm (the vessel's size is unknown). Give the radius of the healthy vessel");

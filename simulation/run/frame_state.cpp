@@ -48,6 +48,9 @@ void add_state(const SimulationModel& model, const std::shared_ptr<const Scene>&
   frame.balloon_volume_mm3 = state.volume;
   frame.balloon_diameter_mm = diameter_across(scene.balloon.triangles, state.x, model.measure_point,
                                               normalized(model.measure_tangent));
+  for (const WatchedPlace& end : model.balloon_ends)
+    frame.end_diameters_mm.push_back(
+        diameter_across(scene.balloon.triangles, state.x, end.point, normalized(end.tangent)));
   frame.contact.max_penetration_mm = max_penetration(scene, state.x);
   const int wall = scene.bodies.wall().first;
   const auto middle = state.x.begin() + wall;

@@ -11,21 +11,26 @@ namespace {
 
 Treatment treatment(double before, double peak, double after) {
   const auto at = [](double mld) {
-    const centerline::Tightest t{mld, 0.25 * units::kPi * mld * mld};
-    return TreatedMeasures{t, t};
+    const centerline::Tightest t{mld, 0.25 * units::kPi * mld * mld, 0.0};
+    return TreatedMeasures{t, t, std::nullopt};
   };
   return {at(before), at(peak), at(after)};
 }
 
 TEST(Treatment, GainAndRecoilAreOfTheSameSurface) {
   const Treatment t = treatment(1.0, 3.0, 2.4);
-  const nlohmann::json json = treatment_json(t, std::nullopt, 3.0);
+  const nlohmann::json json = treatment_json(t, std::nullopt, 3.0, 3.2);
   EXPECT_NEAR(json.at("result").at("acute_gain_mm").get<double>(), 1.4, 1e-12);
   EXPECT_NEAR(json.at("result").at("recoil_mm").get<double>(), 0.6, 1e-12);
   EXPECT_NEAR(json.at("result").at("recoil_percent").get<double>(), 20.0, 1e-12);
   EXPECT_NEAR(json.at("lesion").at("diameter_stenosis_percent").get<double>(), 200.0 / 3, 1e-12);
   EXPECT_NEAR(json.at("lesion").at("area_stenosis_percent").get<double>(), 800.0 / 9, 1e-12);
   EXPECT_NEAR(json.at("peak").at("diameter_stenosis_percent").get<double>(), 0.0, 1e-12);
+  EXPECT_NEAR(json.at("peak").at("area_stenosis_percent").get<double>(), 0.0, 1e-12);
+  EXPECT_NEAR(json.at("result").at("area_stenosis_percent").get<double>(), 36.0, 1e-12);
+  EXPECT_NEAR(json.at("result").at("recoil_percent_of_balloon").get<double>(), 25.0, 1e-12);
+  EXPECT_NEAR(json.at("result").at("recoil_percent_of_gain").get<double>(), 30.0, 1e-12);
+  EXPECT_TRUE(json.at("result").at("lumen_eccentricity").is_null());
   EXPECT_TRUE(json.at("result").at("acute_gain_range_mm").is_null());
   // Widening = gain + recoil.
   EXPECT_NEAR(t.gain_mm() + t.recoil_mm(), 2.0, 1e-12);
@@ -33,7 +38,7 @@ TEST(Treatment, GainAndRecoilAreOfTheSameSurface) {
 
 TEST(Treatment, TellsTheRangeOfTwoRunsTheSmallerFirst) {
   const nlohmann::json json =
-      treatment_json(treatment(1.0, 3.0, 2.4), treatment(1.0, 3.0, 2.1), 3.0);
+      treatment_json(treatment(1.0, 3.0, 2.4), treatment(1.0, 3.0, 2.1), 3.0, 3.2);
   const nlohmann::json& result = json.at("result");
   EXPECT_NEAR(result.at("mld_range_mm").at(0).get<double>(), 2.1, 1e-12);
   EXPECT_NEAR(result.at("mld_range_mm").at(1).get<double>(), 2.4, 1e-12);
@@ -163,6 +168,20 @@ TEST(TreatedLumen, IsOfTheLesionBetweenItsEdgesAndOfTheWholeSegment) {
   EXPECT_NEAR(measures.lesion.mla_mm2, units::kPi, 0.08);
   EXPECT_NEAR(measures.segment.mld_mm, 1.4, 0.05);
   EXPECT_EQ(treated.mesh(wall).vertices, lumen.vertices);
+}
+
+TEST(TreatedLumen, EccentricityIsThatOfTheSectionAcrossThePath) {
+  const TriangleMesh lumen = tube(97, 96, narrowed);
+  std::vector<int> region;
+  for (std::size_t v = 0; v < lumen.vertices.size(); ++v) region.push_back(int(v));
+  const TreatedLumen treated(lumen, region, axis(), {6.0, 12.0, 3.0, 21.0}, 0.7, false);
+  for (const double flat : {1.0, 0.8, 0.5}) {  // ellipses, aside of where the wall was
+    std::vector<Vec3> wall;
+    for (const Vec3& p : lumen.vertices) wall.push_back({p.x + 0.3, flat * p.y, p.z});
+    const auto eccentricity = treated.eccentricity(wall, 9.0);
+    ASSERT_TRUE(eccentricity);
+    EXPECT_NEAR(*eccentricity, 1.0 - flat, 0.005);
+  }
 }
 
 TEST(TreatedLumen, OfTheLesionAloneIsThatOfTheWholeProfile) {

@@ -27,6 +27,7 @@ constexpr std::array kWordings{
     Wording{"lesion.centerline_id", "Centreline", "", 0},
     Wording{"lesion.abscissa_mm", "Distance from the inlet", "mm", 1},
     Wording{"lesion.mld_mm", "Minimal lumen diameter (MLD)", "mm", 2},
+    Wording{"lesion.mld_sd_mm", "One standard deviation of the MLD", "mm", 2},
     Wording{"lesion.mla_mm2", "Minimal lumen area (MLA)", "mm²", 2},
     Wording{"lesion.reference_diameter_mm", "Reference diameter", "mm", 2},
     Wording{"lesion.reference_rule", "Rule for the reference", "", 0},
@@ -37,6 +38,10 @@ constexpr std::array kWordings{
     Wording{"lesion.reference_average_mm", "Reference, average of both", "mm", 2},
     Wording{"lesion.diameter_stenosis_percent", "Diameter stenosis", "%", 1},
     Wording{"lesion.area_stenosis_percent", "Area stenosis", "%", 1},
+    Wording{"lesion.lumen_eccentricity", "Eccentricity of the lumen, (widest − least) / widest", "",
+            2},
+    Wording{"lesion.plaque_eccentricity",
+            "Eccentricity of the plaque, (thickest − thinnest) / thickest", "", 2},
     Wording{"lesion.proximal_mm", "Begins, from the inlet", "mm", 1},
     Wording{"lesion.distal_mm", "Ends, from the inlet", "mm", 1},
     Wording{"lesion.treated_first_mm", "Is treated from, from the inlet", "mm", 1},
@@ -59,20 +64,31 @@ constexpr std::array kWordings{
     Wording{"balloon.rated_burst_atm", "Rated burst pressure", "atm", 1},
     Wording{"balloon.below_chart_mm", "Diameter below the chart's, in the lesion", "mm", 2},
     Wording{"balloon.elongation_mm", "Elongation", "mm", 2},
+    Wording{"balloon.dogboning_percent", "Dogboning at peak, (end − lesion) / end", "%", 1},
+    Wording{"balloon.dogboning_max_percent", "Dogboning, most of the inflation", "%", 1},
     Wording{"balloon.kinked", "Kinked", "", 0},
     Wording{"balloon.sharpest_fold_degrees", "Sharpest fold", "°", 0},
     Wording{"peak.mld_mm", "Minimal lumen diameter (MLD), in the lesion", "mm", 2},
     Wording{"peak.mla_mm2", "Minimal lumen area (MLA), in the lesion", "mm²", 2},
     Wording{"peak.diameter_stenosis_percent", "Diameter stenosis", "%", 1},
+    Wording{"peak.area_stenosis_percent", "Area stenosis", "%", 1},
+    Wording{"peak.lumen_eccentricity", "Eccentricity of the lumen", "", 2},
     Wording{"peak.segment_mld_mm", "MLD along the whole balloon", "mm", 2},
     Wording{"peak.segment_mla_mm2", "MLA along the whole balloon", "mm²", 2},
     Wording{"peak.contact_gap_mm", "Gap between balloon and wall", "mm", 3},
+    Wording{"peak.contact_area_mm2", "Area of wall that the balloon presses", "mm²", 1},
+    Wording{"peak.contact_pressure_median_kpa", "Contact pressure, median of that area", "kPa", 0},
+    Wording{"peak.contact_pressure_p99_kpa", "Contact pressure, 99 % of that area", "kPa", 0},
     Wording{"result.mld_mm", "Minimal lumen diameter (MLD), in the lesion", "mm", 2},
     Wording{"result.mla_mm2", "Minimal lumen area (MLA), in the lesion", "mm²", 2},
     Wording{"result.diameter_stenosis_percent", "Residual diameter stenosis", "%", 1},
+    Wording{"result.area_stenosis_percent", "Residual area stenosis", "%", 1},
+    Wording{"result.lumen_eccentricity", "Eccentricity of the lumen", "", 2},
     Wording{"result.acute_gain_mm", "Acute gain (MLD after − before)", "mm", 2},
     Wording{"result.recoil_mm", "Recoil (MLD at peak − MLD after)", "mm", 2},
     Wording{"result.recoil_percent", "Recoil, of the lumen at peak", "%", 1},
+    Wording{"result.recoil_percent_of_balloon", "Recoil, (balloon − MLD after) / balloon", "%", 1},
+    Wording{"result.recoil_percent_of_gain", "Recoil, of the gain at peak", "%", 1},
     Wording{"result.segment_mld_mm", "MLD along the whole balloon", "mm", 2},
     Wording{"result.segment_mla_mm2", "MLA along the whole balloon", "mm²", 2},
     Wording{"result.mld_range_mm", "MLD, of two runs", "mm", 3},
@@ -346,13 +362,25 @@ std::string wall_rows(const ordered_json& wall) {
     const auto number = [&](const char* key, int decimals) {
       return told.contains(key) ? value_text(told[key], decimals) : std::string("–");
     };
-    body += "<tr><th scope=\"row\">Stress in the " + formats::escape_html(layer) +
-            ", median; 99 %</th><td>" +
-            formats::escape_html(number("peak_principal_stress_median_kpa", 0) + "; " +
-                                 number("peak_principal_stress_p99_kpa", 0)) +
-            " kPa</td></tr><tr><th scope=\"row\">Plastic strain in the " +
-            formats::escape_html(layer) + ", 99 %</th><td>" +
-            formats::escape_html(number("plastic_strain_p99", 2)) + "</td></tr>";
+    const auto row = [&](const std::string& what, const std::string& value) {
+      body += "<tr><th scope=\"row\">" + what + formats::escape_html(layer) + "</th><td>" +
+              formats::escape_html(value) + "</td></tr>";
+    };
+    const auto quantiles = [&](const std::string& name, const std::string& unit, int decimals) {
+      return number((name + "_median" + unit).c_str(), decimals) + "; " +
+             number((name + "_p95" + unit).c_str(), decimals) + "; " +
+             number((name + "_p99" + unit).c_str(), decimals);
+    };
+    if (told.contains("touched_log_strain_median")) {
+      row("Stress at the peak under the balloon (median; 95; 99 %), ",
+          quantiles("touched_principal_stress", "_kpa", 0) + " kPa");
+      row("Log strain likewise, ", quantiles("touched_log_strain", "", 2));
+    } else {
+      row("Stress at the peak (median; 99 %), ",
+          number("peak_principal_stress_median_kpa", 0) + "; " +
+              number("peak_principal_stress_p99_kpa", 0) + " kPa");
+    }
+    row("Plastic strain that stays (99 %), ", number("plastic_strain_p99", 2));
   }
   return body;
 }
